@@ -1,0 +1,91 @@
+//! Discretization maps and their cotangent lifts.
+//!
+//! A discretization map on a configuration space `Q` sends a tangent vector to two nearby points,
+//! `R_d(x, v) = (R_1(x, v), R_2(x, v))`, with `R_d(x, 0) = (x, x)` and `D_v (R_2 - R_1)(x, 0) = I`. Here `Q` is the
+//! chart of the tangent bundle: `x = (q, qdot)`.
+//!
+//! Its cotangent lift is the symplectic map `(x, p, v, pdot) -> (x_0, p_0, x_1, p_1)` with
+//!
+//! ```math
+//! (x_0, x_1) = R_d(x, v),\qquad DR_d(x,v)^T (-p_0, p_1) = (\dot p, p)
+//! ```
+//!
+//! # Source
+//! Barbero-Liñán, Martín de Diego (2023), "Retraction maps: a seed of geometric integrators", Found. Comput. Math.
+//! 23, 1335-1380, section 4; arXiv 2404.19407.
+
+use nalgebra::{SMatrix, SVector};
+
+use super::elimination::solve_in_place;
+
+/// Blocks with respect to `(x, v)`: `[[.x, .v] of the first row, [.x, .v] of the second]`.
+pub type Blocks<const X: usize> = [[SMatrix<f64, X, X>; 2]; 2];
+
+/// A discretization map on `R^X`. A new instance gets its symplectic integrator and its shooting for free.
+pub trait DiscretizationMap<const X: usize>: Sync {
+    /// `(R_1(x, v), R_2(x, v))`.
+    fn map(&self, x: &SVector<f64, X>, v: &SVector<f64, X>) -> [SVector<f64, X>; 2];
+
+    /// `[[D_x R_1, D_v R_1], [D_x R_2, D_v R_2]]`.
+    fn jacobian(&self, x: &SVector<f64, X>, v: &SVector<f64, X>) -> Blocks<X>;
+
+    /// The derivative of `DR_d(x, v)^T lambda` with respect to `(x, v)` at fixed `lambda`: the second derivatives of
+    /// `lambda_1 . R_1 + lambda_2 . R_2`, `[[xx, xv], [vx, vv]]`. Zero for a linear map.
+    fn second_derivative(&self, x: &SVector<f64, X>, v: &SVector<f64, X>, lambda: &[SVector<f64, X>; 2]) -> Blocks<X>;
+}
+
+/// The linear maps `R_d(x, v) = (x - a v, x + (1 - a) v)`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LinearMap {
+    back: f64,
+}
+
+impl LinearMap {
+    /// `R_d(x, v) = (x, x + v)`: the initial-point map, a symplectic Euler method of order 1.
+    pub const INITIAL_POINT: LinearMap = LinearMap { back: 0.0 };
+    /// `R_d(x, v) = (x - v/2, x + v/2)`: the mid-point map, the implicit mid-point rule of order 2.
+    pub const MIDPOINT: LinearMap = LinearMap { back: 0.5 };
+}
+
+impl<const X: usize> DiscretizationMap<X> for LinearMap {
+    fn map(&self, x: &SVector<f64, X>, v: &SVector<f64, X>) -> [SVector<f64, X>; 2] {
+        [x - v * self.back, x + v * (1.0 - self.back)]
+    }
+
+    fn jacobian(&self, _x: &SVector<f64, X>, _v: &SVector<f64, X>) -> Blocks<X> {
+        let identity = SMatrix::identity();
+        [[identity, identity * -self.back], [identity, identity * (1.0 - self.back)]]
+    }
+
+    fn second_derivative(&self, _: &SVector<f64, X>, _: &SVector<f64, X>, _: &[SVector<f64, X>; 2]) -> Blocks<X> {
+        [[SMatrix::zeros(); 2]; 2]
+    }
+}
+
+/// The cotangent lift of a discretization map at `(x, p, v, pdot)`: the pairs `(x_0, p_0)` and `(x_1, p_1)`.
+///
+/// `None` where `DR_d` is singular (far from the zero section).
+pub fn cotangent_lift<const X: usize>(
+    map: &impl DiscretizationMap<X>,
+    x: &SVector<f64, X>,
+    p: &SVector<f64, X>,
+    v: &SVector<f64, X>,
+    pdot: &SVector<f64, X>,
+) -> Option<[(SVector<f64, X>, SVector<f64, X>); 2]> {
+    let [[r1x, r1v], [r2x, r2v]] = map.jacobian(x, v);
+    // From the first row, p_1 = R_2x^{-T} (pdot + R_1x^T p_0); the second row is then a system for p_0 alone.
+    let mut from_rate = *pdot;
+    let mut from_start = r1x.transpose();
+    if !(solve_in_place(r2x.transpose(), &mut from_rate)
+        && solve_in_place(r2x.transpose(), &mut from_start))
+    {
+        return None;
+    }
+    let mut p0 = p - r2v.transpose() * from_rate;
+    if !solve_in_place(r2v.transpose() * from_start - r1v.transpose(), &mut p0) {
+        return None;
+    }
+    let p1 = from_rate + from_start * p0;
+    let [x0, x1] = map.map(x, v);
+    Some([(x0, p0), (x1, p1)])
+}

@@ -1,0 +1,61 @@
+//! Orthonormal 2-frames in space, `St(3,2)`, by the angles `(theta, phi, psi)`.
+
+use super::series::Scalar;
+use super::{Chart, Term};
+
+/// The paper's chart of `St(3,2)`: `q = (theta, phi, psi)`, metric
+/// `dtheta^2 + dphi^2 + dpsi^2 + 2 cos(theta) dphi dpsi` (the canonical metric).
+///
+/// The first column is the point of the sphere at `(theta, phi)`, the second the unit tangent vector at angle `psi`
+/// from the meridian:
+///
+/// ```math
+/// S = (e_r,\ \cos\psi\, e_\theta + \sin\psi\, e_\phi)
+/// ```
+/// ```math
+/// H = p\cdot\dot q + \tfrac12 p_{\dot\theta}^2
+///   + \frac{p_{\dot\phi}^2 - 2\cos\theta\, p_{\dot\phi}p_{\dot\psi} + p_{\dot\psi}^2}{2\sin^2\theta}
+///   - \sin\theta\,\dot\phi\dot\psi\, p_{\dot\theta}
+///   - \dot\theta\dot\phi\Bigl(\cot\theta\, p_{\dot\phi} - \frac{p_{\dot\psi}}{\sin\theta}\Bigr)
+///   - \dot\theta\dot\psi\Bigl(\cot\theta\, p_{\dot\psi} - \frac{p_{\dot\phi}}{\sin\theta}\Bigr)
+/// ```
+///
+/// Equal to the paper's longer form, without its division by `cos(theta)`.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Frame;
+
+impl Chart<6, 12> for Frame {
+    const K: usize = 2;
+
+    fn terms<T: Scalar>(&self, s: T, c: T) -> impl IntoIterator<Item = Term<T>> {
+        let (one, two) = (T::from(1.0), T::from(2.0));
+        let (square, cube) = (s * s, s * s * s);
+        let fourth = square * square;
+        let half_inverse_square = [T::from(0.5) / square, -c / cube, (one + two * c * c) / fourth];
+        let mixed = [-c / square, (one + c * c) / cube, -c * (T::from(5.0) + c * c) / fourth];
+        let minus_cotangent = [-c / s, one / square, -two * c / cube];
+        let cosecant = [one / s, -c / square, (one + c * c) / cube];
+        [
+            Term::constant(1.0, &[6, 3]),
+            Term::constant(1.0, &[7, 4]),
+            Term::constant(1.0, &[8, 5]),
+            Term::constant(0.5, &[9, 9]),
+            Term::new(half_inverse_square, &[10, 10]),
+            Term::new(half_inverse_square, &[11, 11]),
+            Term::new(mixed, &[10, 11]),
+            Term::new([-s, -c, s], &[4, 5, 9]),
+            Term::new(minus_cotangent, &[3, 4, 10]),
+            Term::new(cosecant, &[3, 4, 11]),
+            Term::new(minus_cotangent, &[3, 5, 11]),
+            Term::new(cosecant, &[3, 5, 10]),
+        ]
+    }
+
+    fn columns<T: Scalar>(&self, sin_cos: &[(T, T)]) -> impl IntoIterator<Item = [T; 3]> {
+        let [(st, ct), (sf, cf), (sp, cp)] = [sin_cos[0], sin_cos[1], sin_cos[2]];
+        [
+            [st * cf, st * sf, ct],
+            [cp * ct * cf - sp * sf, cp * ct * sf + sp * cf, -cp * st],
+        ]
+    }
+}

@@ -1,0 +1,264 @@
+//! The symplectic one-step method of a discretization map, with its exact derivative.
+//!
+//! One step from `(x_0, p_0)` finds the point `(x, p)` whose Hamiltonian vector, scaled by the step and sent through
+//! the cotangent lift, starts at `(x_0, p_0)`; the end of the lift is the new state:
+//!
+//! ```math
+//! R_d^{T^*}\bigl(h\, X_H(x, p)\bigr) = (x_0, p_0;\ x_1, p_1)
+//! ```
+//!
+//! A composition of symplectic maps, so the method is symplectic for every discretization map. The equations are
+//! solved by Newton's method with exact Jacobians; the derivative of the step follows from the same factorisation.
+//!
+//! # Source
+//! arXiv 2404.19407, the proposition on symplectic integrators from discretization maps; Barbero-Liñán, Martín de
+//! Diego (2023), proposition 5.1.
+
+use nalgebra::{SMatrix, SVector};
+
+use super::Chart;
+use super::discretization::DiscretizationMap;
+use super::elimination::solve_in_place;
+use crate::error::{Error, Result};
+use crate::interrupt::Interrupt;
+use crate::report::{SolverReport, StopReason};
+
+/// Newton stops after a correction this small, relative to the state: by quadratic convergence what remains is below
+/// round-off.
+const LAST_CORRECTION: f64 = 1e-10;
+
+/// Newton corrections per step; three or four are usual.
+const MAX_CORRECTIONS: usize = 40;
+
+/// Steps between two questions whether to stop.
+const STEPS_PER_CHECK: usize = 256;
+
+/// The discrete trajectory of `steps` equal steps over `[0, t_end]`: `steps + 1` states, the first one `z0`.
+///
+/// # Arguments
+/// * `z0` - state `(q, qdot, p_q, p_qdot)`; `steps >= 1`; `t_end` finite, negative to run backwards
+/// # Accuracy
+/// Every step is solved to round-off; orders 1 and 2 for the initial-point and the mid-point map (measured in
+/// `tests/chart.rs`).
+/// # Errors
+/// `NonFinite`, `InvalidArgument`, `OutsideChart` (a state left `0 < theta < pi`), `NoConvergence` (a step too
+/// large), `Interrupted`.
+/// # Source
+/// See the module page.
+pub fn integrate<const X: usize, const Z: usize>(
+    chart: &impl Chart<X, Z>,
+    map: &impl DiscretizationMap<X>,
+    z0: &SVector<f64, Z>,
+    steps: usize,
+    t_end: f64,
+    interrupt: Interrupt<'_>,
+) -> Result<Vec<SVector<f64, Z>>> {
+    let h = check_arguments(chart, z0, steps, t_end)?;
+    let mut out = Vec::with_capacity(steps + 1);
+    out.push(*z0);
+    for step in 0..steps {
+        if step % STEPS_PER_CHECK == 0 {
+            interrupt.check("chart integrator")?;
+        }
+        let next = solve_step(chart, map, &out[step], h)?.end;
+        chart.check("state", next.as_slice())?;
+        out.push(next);
+    }
+    Ok(out)
+}
+
+/// The last state of [`integrate`] and its exact derivative with respect to `z0`, shape `(4d, 4d)`.
+///
+/// # Errors
+/// As [`integrate`].
+pub fn integrate_with_tangent<const X: usize, const Z: usize>(
+    chart: &impl Chart<X, Z>,
+    map: &impl DiscretizationMap<X>,
+    z0: &SVector<f64, Z>,
+    steps: usize,
+    t_end: f64,
+    interrupt: Interrupt<'_>,
+) -> Result<(SVector<f64, Z>, SMatrix<f64, Z, Z>)> {
+    let h = check_arguments(chart, z0, steps, t_end)?;
+    let (mut z, mut tangent) = (*z0, SMatrix::<f64, Z, Z>::identity());
+    for step in 0..steps {
+        if step % STEPS_PER_CHECK == 0 {
+            interrupt.check("chart integrator")?;
+        }
+        let solved = solve_step(chart, map, &z, h)?;
+        chart.check("state", solved.end.as_slice())?;
+        tangent = solved.tangent(chart, map, h)? * tangent;
+        z = solved.end;
+    }
+    Ok((z, tangent))
+}
+
+fn check_arguments<const X: usize, const Z: usize>(
+    chart: &impl Chart<X, Z>,
+    z0: &SVector<f64, Z>,
+    steps: usize,
+    t_end: f64,
+) -> Result<f64> {
+    chart.check("z0", z0.as_slice())?;
+    crate::linalg::structure::check_finite_scalar("t_end", t_end)?;
+    if steps == 0 {
+        return Err(Error::InvalidArgument { name: "steps", requirement: "at least 1", found: 0.0 });
+    }
+    Ok(t_end / steps as f64)
+}
+
+/// One solved step: its start, the point in the middle of the lift, and its end.
+struct Step<const X: usize, const Z: usize> {
+    p0: SVector<f64, X>,
+    middle: SVector<f64, Z>,
+    end: SVector<f64, Z>,
+}
+
+/// The linearised equations of a step in `(dx, dp)`, with the end momentum eliminated.
+struct Linearised<const X: usize, const Z: usize> {
+    system: SMatrix<f64, Z, Z>,
+    /// `v` and its derivative.
+    v: SVector<f64, X>,
+    dv: SMatrix<f64, X, Z>,
+    /// The equation for the end momentum: `R_2x^T dp_1 + end_rows (dx, dp) = ...`.
+    end_rows: SMatrix<f64, X, Z>,
+    /// `R_2v^T R_2x^{-T}`.
+    elimination: SMatrix<f64, X, X>,
+    jacobian: super::discretization::Blocks<X>,
+    gradient: SVector<f64, Z>,
+}
+
+impl<const X: usize, const Z: usize> Linearised<X, Z> {
+    fn new(
+        chart: &impl Chart<X, Z>,
+        map: &impl DiscretizationMap<X>,
+        middle: &SVector<f64, Z>,
+        lambda: &[SVector<f64, X>; 2],
+        h: f64,
+    ) -> Result<Self> {
+        let (gradient, hessian) = (chart.gradient(middle), chart.hessian(middle));
+        let x = middle.fixed_rows::<X>(0).into_owned();
+        let v = gradient.fixed_rows::<X>(X) * h;
+        let dv = hessian.fixed_rows::<X>(X) * h;
+        let minus_dpdot = hessian.fixed_rows::<X>(0) * h;
+        let jacobian = map.jacobian(&x, &v);
+        let [[r1x, r1v], [r2x, r2v]] = &jacobian;
+        let [[cxx, cxv], [cvx, cvv]] = map.second_derivative(&x, &v, lambda);
+        let mut end_rows = cxv * dv + minus_dpdot;
+        add_columns(&mut end_rows, 0, &cxx);
+        let mut elimination = *r2v;
+        if !solve_in_place(*r2x, &mut elimination) {
+            return Err(singular_step());
+        }
+        let elimination = elimination.transpose();
+        let mut top = r1v * dv;
+        add_columns(&mut top, 0, r1x);
+        let mut bottom = cvv * dv - elimination * end_rows;
+        add_columns(&mut bottom, 0, &cvx);
+        add_columns(&mut bottom, X, &(-SMatrix::<f64, X, X>::identity()));
+        let mut system = SMatrix::<f64, Z, Z>::zeros();
+        system.fixed_rows_mut::<X>(0).copy_from(&top);
+        system.fixed_rows_mut::<X>(X).copy_from(&bottom);
+        Ok(Linearised { system, v, dv, end_rows, elimination, jacobian, gradient })
+    }
+}
+
+/// Solves one step for `(x, p, p_1)`:
+/// `R_1(x, v) = x_0`, `-R_1x^T p_0 + R_2x^T p_1 = pdot`, `-R_1v^T p_0 + R_2v^T p_1 = p`, `(v, pdot) = h X_H(x, p)`.
+fn solve_step<const X: usize, const Z: usize>(
+    chart: &impl Chart<X, Z>,
+    map: &impl DiscretizationMap<X>,
+    z0: &SVector<f64, Z>,
+    h: f64,
+) -> Result<Step<X, Z>> {
+    let x0 = z0.fixed_rows::<X>(0).into_owned();
+    let p0 = z0.fixed_rows::<X>(X).into_owned();
+    let (mut middle, mut p1) = (*z0, p0);
+    let mut correction = f64::INFINITY;
+    for _ in 0..MAX_CORRECTIONS {
+        let linear = Linearised::new(chart, map, &middle, &[-p0, p1], h)?;
+        let [[r1x, r1v], [r2x, r2v]] = &linear.jacobian;
+        let x = middle.fixed_rows::<X>(0).into_owned();
+        let p = middle.fixed_rows::<X>(X).into_owned();
+        let start = map.map(&x, &linear.v)[0] - x0;
+        let rate = r2x.transpose() * p1 - r1x.transpose() * p0 + linear.gradient.fixed_rows::<X>(0) * h;
+        let momentum = r2v.transpose() * p1 - r1v.transpose() * p0 - p;
+        let mut update = SMatrix::<f64, Z, 1>::zeros();
+        update.fixed_rows_mut::<X>(0).copy_from(&(-start));
+        update.fixed_rows_mut::<X>(X).copy_from(&(linear.elimination * rate - momentum));
+        let mut end_update = SMatrix::<f64, X, 1>::zeros();
+        let solved = solve_in_place(linear.system, &mut update) && {
+            end_update = -rate - linear.end_rows * update;
+            solve_in_place(r2x.transpose(), &mut end_update)
+        };
+        if !solved {
+            return Err(singular_step());
+        }
+        middle += update;
+        p1 += end_update;
+        let previous = correction;
+        correction = update.amax().max(end_update.amax()) / (1.0 + z0.amax());
+        if !correction.is_finite() || (correction > 1.0 && correction > 1e3 * previous) {
+            break;
+        }
+        if correction <= LAST_CORRECTION {
+            let x = middle.fixed_rows::<X>(0).into_owned();
+            let v = chart.gradient(&middle).fixed_rows::<X>(X) * h;
+            let mut end = SVector::<f64, Z>::zeros();
+            end.fixed_rows_mut::<X>(0).copy_from(&map.map(&x, &v)[1]);
+            end.fixed_rows_mut::<X>(X).copy_from(&p1);
+            return Ok(Step { p0, middle, end });
+        }
+    }
+    Err(step_failed(correction, StopReason::MaxIterations))
+}
+
+impl<const X: usize, const Z: usize> Step<X, Z> {
+    /// The derivative of the end with respect to the start, from the linearised equations at the solution.
+    fn tangent(
+        &self,
+        chart: &impl Chart<X, Z>,
+        map: &impl DiscretizationMap<X>,
+        h: f64,
+    ) -> Result<SMatrix<f64, Z, Z>> {
+        let p1 = self.end.fixed_rows::<X>(X).into_owned();
+        let linear = Linearised::new(chart, map, &self.middle, &[-self.p0, p1], h)?;
+        let [[r1x, r1v], [r2x, r2v]] = &linear.jacobian;
+        let mut middle = SMatrix::<f64, Z, Z>::zeros();
+        for i in 0..X {
+            middle[(i, i)] = 1.0;
+        }
+        middle.fixed_view_mut::<X, X>(X, X).copy_from(&(r1v.transpose() - linear.elimination * r1x.transpose()));
+        if !solve_in_place(linear.system, &mut middle) {
+            return Err(singular_step());
+        }
+        let mut momentum = -linear.end_rows * middle;
+        add_columns(&mut momentum, X, &r1x.transpose());
+        if !solve_in_place(r2x.transpose(), &mut momentum) {
+            return Err(singular_step());
+        }
+        let mut out = SMatrix::<f64, Z, Z>::zeros();
+        out.fixed_rows_mut::<X>(0).copy_from(&(r2x * middle.fixed_rows::<X>(0) + r2v * (linear.dv * middle)));
+        out.fixed_rows_mut::<X>(X).copy_from(&momentum);
+        Ok(out)
+    }
+}
+
+fn add_columns<const X: usize, const Z: usize>(
+    target: &mut SMatrix<f64, X, Z>,
+    first: usize,
+    block: &SMatrix<f64, X, X>,
+) {
+    let mut view = target.fixed_columns_mut::<X>(first);
+    view += block;
+}
+
+fn singular_step() -> Error {
+    step_failed(f64::INFINITY, StopReason::SingularJacobian)
+}
+
+fn step_failed(residual: f64, reason: StopReason) -> Error {
+    let report =
+        SolverReport { converged: false, iterations: MAX_CORRECTIONS, residual, tolerance: LAST_CORRECTION, reason };
+    Error::NoConvergence { solver: "implicit step", report }
+}

@@ -1,0 +1,234 @@
+//! The paper's charts: Riemannian cubics as Hamiltonian systems in coordinates of `St(3,1)` and `St(3,2)`.
+//!
+//! A state is `z = (q, qdot, p_q, p_qdot)`, four groups of `d` numbers. The Hamiltonian of both charts is a sum of
+//! monomials in the state with coefficients that depend on the polar angle `theta` alone, so a chart is a table of
+//! terms ([`Term`]); value, exact gradient and Hessian, momenta and Taylor series all follow from the table.
+//!
+//! # Source
+//! arXiv 2404.19407, sections on `St(3,1)` and `St(3,2)`; Crouch, Silva Leite (1995) for the equations.
+
+pub mod discretization;
+mod elimination;
+mod frame;
+pub mod integrator;
+pub mod reference;
+pub mod series;
+pub mod shooting;
+mod sphere;
+
+pub use discretization::{DiscretizationMap, LinearMap};
+pub use frame::Frame;
+pub use integrator::{integrate, integrate_with_tangent};
+pub use reference::reference;
+pub use shooting::{Shooting, ShootingOptions, shoot};
+pub use sphere::Sphere;
+
+use faer::Mat;
+use nalgebra::{SMatrix, SVector};
+
+use crate::error::{Error, Result};
+use elimination::solve_in_place;
+use series::{Scalar, Series};
+
+/// One term `f(theta) * product of state components` of a Hamiltonian.
+pub struct Term<T> {
+    /// `f(theta)`, `f'(theta)`, `f''(theta)`.
+    pub coefficient: [T; 3],
+    /// Indices of the factors in the state, with repetition; none of them is `theta` (index 0).
+    pub factors: &'static [usize],
+}
+
+impl<T: Scalar> Term<T> {
+    /// A term whose coefficient does not depend on `theta`.
+    pub fn constant(value: f64, factors: &'static [usize]) -> Self {
+        Term { coefficient: [T::from(value), T::from(0.0), T::from(0.0)], factors }
+    }
+
+    /// A term from its coefficient and the first two derivatives of it.
+    pub fn new(coefficient: [T; 3], factors: &'static [usize]) -> Self {
+        Term { coefficient, factors }
+    }
+}
+
+/// A chart of dimension `d` with `X = 2d` and `Z = 4d`.
+pub trait Chart<const X: usize, const Z: usize>: Sync {
+    /// Columns of a point.
+    const K: usize;
+
+    /// The terms of the Hamiltonian at the polar angle with the given sine and cosine.
+    fn terms<T: Scalar>(&self, sin: T, cos: T) -> impl IntoIterator<Item = Term<T>>;
+
+    /// The columns of the embedded point, from sine and cosine of every coordinate.
+    fn columns<T: Scalar>(&self, sin_cos: &[(T, T)]) -> impl IntoIterator<Item = [T; 3]>;
+
+    /// Checks that a state is finite and its polar angle inside of the chart, `0 < theta < pi`.
+    ///
+    /// # Errors
+    /// `NonFinite`, `OutsideChart`.
+    fn check(&self, name: &'static str, z: &[f64]) -> Result<()> {
+        if let Some(index) = z.iter().position(|x| !x.is_finite()) {
+            return Err(Error::NonFinite { name, index });
+        }
+        let (theta, pi) = (z[0], std::f64::consts::PI);
+        if theta > 0.0 && theta < pi {
+            return Ok(());
+        }
+        Err(Error::OutsideChart { coordinate: "theta", value: theta, lower: 0.0, upper: pi })
+    }
+
+    /// The Hamiltonian `H(z)`.
+    fn hamiltonian(&self, z: &SVector<f64, Z>) -> f64 {
+        let (sin, cos) = z[0].sin_cos();
+        let value = |term: Term<f64>| term.coefficient[0] * product(z.as_slice(), term.factors, &[]);
+        self.terms(sin, cos).into_iter().map(value).sum()
+    }
+
+    /// The exact gradient of the Hamiltonian.
+    fn gradient(&self, z: &SVector<f64, Z>) -> SVector<f64, Z> {
+        let (sin, cos) = z[0].sin_cos();
+        let mut out = SVector::<f64, Z>::zeros();
+        accumulate_gradient(self.terms(sin, cos), z.as_slice(), out.as_mut_slice());
+        out
+    }
+
+    /// The exact Hessian of the Hamiltonian.
+    fn hessian(&self, z: &SVector<f64, Z>) -> SMatrix<f64, Z, Z> {
+        let (sin, cos) = z[0].sin_cos();
+        let mut out = SMatrix::<f64, Z, Z>::zeros();
+        for term in self.terms(sin, cos) {
+            let [f, df, ddf] = term.coefficient;
+            let factors = term.factors;
+            out[(0, 0)] += ddf * product(z.as_slice(), factors, &[]);
+            for i in 0..factors.len() {
+                let first = df * product(z.as_slice(), factors, &[i]);
+                out[(0, factors[i])] += first;
+                out[(factors[i], 0)] += first;
+                for j in (0..factors.len()).filter(|&j| j != i) {
+                    out[(factors[i], factors[j])] += f * product(z.as_slice(), factors, &[i, j]);
+                }
+            }
+        }
+        out
+    }
+
+    /// Momenta `(p_q, p_qdot)` of a curve from its coordinate derivatives up to the third.
+    ///
+    /// ```math
+    /// p_{\dot q} = g\,(\ddot q + \Gamma(\dot q, \dot q)),\qquad
+    /// p_{q,i} = 2 \Gamma^k_{ij} \dot q^j p_{\dot q,k} - \tfrac{d}{dt} p_{\dot q,i}
+    /// ```
+    ///
+    /// In terms of the Hamiltonian: `qddot = H_{p_qdot}`, its time derivative gives `d/dt p_qdot`, and
+    /// `p_q = -H_qdot|_{p_q = 0} - d/dt p_qdot`. All vectors of shape `(d)`; the result is `(p_q, p_qdot)`, `(2d)`.
+    ///
+    /// # Errors
+    /// `NonFinite`, `OutsideChart`.
+    fn momenta(&self, q: &[f64], qdot: &[f64], qddot: &[f64], qdddot: &[f64]) -> Result<SVector<f64, X>> {
+        let d = X / 2;
+        for (name, derivative) in [("qddot", qddot), ("qdddot", qdddot)] {
+            if let Some(index) = derivative.iter().position(|x| !x.is_finite()) {
+                return Err(Error::NonFinite { name, index });
+            }
+        }
+        let mut z = SVector::<f64, Z>::zeros();
+        z.as_mut_slice()[..d].copy_from_slice(q);
+        z.as_mut_slice()[d..X].copy_from_slice(qdot);
+        self.check("state", z.as_slice())?;
+        // Only the block of the inverse metric matters; the rest of the system is the identity.
+        let metric_solve = |z: &SVector<f64, Z>, right: &dyn Fn(usize) -> f64| {
+            let hessian = self.hessian(z);
+            let mut inverse_metric = SMatrix::<f64, X, X>::identity();
+            let mut b = SMatrix::<f64, X, 1>::zeros();
+            for i in 0..d {
+                b[i] = right(i);
+                for j in 0..d {
+                    inverse_metric[(i, j)] = hessian[(X + d + i, X + d + j)];
+                }
+            }
+            solve_in_place(inverse_metric, &mut b);
+            b
+        };
+        let drift = self.gradient(&z);
+        let acceleration = metric_solve(&z, &|i| qddot[i] - drift[X + d + i]);
+        for i in 0..d {
+            z[X + d + i] = acceleration[i];
+        }
+        let hessian = self.hessian(&z);
+        let transported = |i: usize| -> f64 {
+            let row = X + d + i;
+            (0..d).map(|j| hessian[(row, j)] * qdot[j] + hessian[(row, d + j)] * qddot[j]).sum()
+        };
+        let rate = metric_solve(&z, &|i| qdddot[i] - transported(i));
+        let gradient = self.gradient(&z);
+        let mut out = SVector::<f64, X>::zeros();
+        for i in 0..d {
+            out[i] = -gradient[d + i] - rate[i];
+            out[d + i] = acceleration[i];
+        }
+        Ok(out)
+    }
+
+    /// Coordinate derivatives `(q, qdot, qddot, qdddot)` of the curve through a state; the inverse of
+    /// [`Chart::momenta`].
+    fn derivatives(&self, z: &SVector<f64, Z>) -> SVector<f64, Z> {
+        let d = X / 2;
+        let (gradient, hessian) = (self.gradient(z), self.hessian(z));
+        let mut out = *z;
+        for i in 0..d {
+            let row = X + d + i;
+            out[X + i] = gradient[row];
+            out[row] = (0..d)
+                .map(|j| {
+                    hessian[(row, j)] * z[d + j] + hessian[(row, d + j)] * gradient[X + d + j]
+                        - hessian[(row, X + d + j)] * gradient[d + j]
+                })
+                .sum();
+        }
+        out
+    }
+
+    /// The embedded point of shape `(3, K)` from `q`, shape `(d)`.
+    fn embed(&self, q: &[f64]) -> Mat<f64> {
+        let sin_cos: Vec<(f64, f64)> = q.iter().map(|x| x.sin_cos()).collect();
+        columns_to_mat(Self::K, self.columns(&sin_cos), |x| x)
+    }
+
+    /// The embedded velocity of shape `(3, K)` from `q` and `qdot`, shapes `(d)`.
+    fn embed_velocity(&self, q: &[f64], qdot: &[f64]) -> Mat<f64> {
+        let sin_cos: Vec<_> = q.iter().zip(qdot).map(|(&x, &v)| Series::<2>::new([x, v]).sin_cos()).collect();
+        columns_to_mat(Self::K, self.columns(&sin_cos), |x| x.coefficients()[1])
+    }
+}
+
+fn columns_to_mat<T>(k: usize, columns: impl IntoIterator<Item = [T; 3]>, read: impl Fn(T) -> f64) -> Mat<f64> {
+    let mut out = Mat::zeros(3, k);
+    for (j, column) in columns.into_iter().enumerate() {
+        for (i, entry) in column.into_iter().enumerate() {
+            out[(i, j)] = read(entry);
+        }
+    }
+    out
+}
+
+/// Product of the factors, but for those at the skipped positions.
+fn product<T: Scalar>(z: &[T], factors: &[usize], skipped: &[usize]) -> T {
+    let mut out = T::from(1.0);
+    for (position, &factor) in factors.iter().enumerate() {
+        if !skipped.contains(&position) {
+            out = out * z[factor];
+        }
+    }
+    out
+}
+
+/// `out += grad H`, on numbers or on series.
+pub(crate) fn accumulate_gradient<T: Scalar>(terms: impl IntoIterator<Item = Term<T>>, z: &[T], out: &mut [T]) {
+    for term in terms {
+        let [f, df, _] = term.coefficient;
+        out[0] = out[0] + df * product(z, term.factors, &[]);
+        for i in 0..term.factors.len() {
+            let factor = term.factors[i];
+            out[factor] = out[factor] + f * product(z, term.factors, &[i]);
+        }
+    }
+}

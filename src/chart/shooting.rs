@@ -1,0 +1,160 @@
+//! Two-point problems in a chart: the discrete flow of any discretization map, shot from one end to the other.
+
+use faer::MatMut;
+use nalgebra::SVector;
+
+use super::discretization::DiscretizationMap;
+use super::{Chart, integrate, integrate_with_tangent};
+use crate::error::{Error, Result};
+use crate::interrupt::Interrupt;
+use crate::newton::{self, NewtonOptions, Problem};
+use crate::report::SolverReport;
+
+/// How to shoot.
+#[derive(Clone, Copy)]
+pub struct ShootingOptions<'a, const X: usize> {
+    /// Time interval `[0, t_end]`.
+    pub t_end: f64,
+    /// When Newton's method stops.
+    pub newton: NewtonOptions<'a>,
+    /// Initial momenta to start from; `None` for those of the cubic polynomial in coordinates with the same ends.
+    pub guess: Option<SVector<f64, X>>,
+}
+
+impl<const X: usize> Default for ShootingOptions<'_, X> {
+    fn default() -> Self {
+        ShootingOptions { t_end: 1.0, newton: NewtonOptions::default(), guess: None }
+    }
+}
+
+/// A discrete trajectory that meets its boundary data.
+#[derive(Debug, Clone)]
+pub struct Shooting<const X: usize, const Z: usize> {
+    /// The states, `steps + 1` of them.
+    pub trajectory: Vec<SVector<f64, Z>>,
+    /// The initial momenta `(p_q, p_qdot)`.
+    pub momenta: SVector<f64, X>,
+    /// How the iteration ended.
+    pub report: SolverReport,
+}
+
+/// The trajectory of the discrete flow with given ends `x0 = (q, qdot)` at time 0 and `x1` at `t_end`.
+///
+/// Unknowns are the initial momenta; the Jacobian is the exact derivative of the discrete flow, by tangent
+/// propagation through the implicit steps. Coordinates are not wrapped: give `x1` on the branch that is meant.
+///
+/// # Errors
+/// `NonFinite`, `OutsideChart`, `InvalidArgument`; `NoConvergence` with the report where no trajectory was found;
+/// `Interrupted`.
+pub fn shoot<const X: usize, const Z: usize>(
+    chart: &impl Chart<X, Z>,
+    map: &impl DiscretizationMap<X>,
+    x0: &SVector<f64, X>,
+    x1: &SVector<f64, X>,
+    steps: usize,
+    options: &ShootingOptions<'_, X>,
+) -> Result<Shooting<X, Z>> {
+    chart.check("x0", x0.as_slice())?;
+    chart.check("x1", x1.as_slice())?;
+    check_options(options)?;
+    let momenta = match options.guess {
+        Some(guess) => guess,
+        None => cubic_guess(chart, x0, x1, options.t_end)?,
+    };
+    let (t_end, interrupt) = (options.t_end, options.newton.interrupt);
+    let mut unknowns = momenta.as_slice().to_vec();
+    let z0 = SVector::from_fn(|i, _| if i < X { x0[i] } else { 0.0 });
+    let mut problem = EndPoint { chart, map, z0, x1, steps, t_end, interrupt };
+    let report = newton::solve(&mut problem, &mut unknowns, &options.newton)?;
+    if !report.converged {
+        return Err(Error::NoConvergence { solver: "shooting", report });
+    }
+    let momenta = SVector::from_column_slice(&unknowns);
+    problem.z0.as_mut_slice()[X..].copy_from_slice(&unknowns);
+    let trajectory = integrate(chart, map, &problem.z0, steps, t_end, interrupt)?;
+    Ok(Shooting { trajectory, momenta, report })
+}
+
+fn check_options<const X: usize>(options: &ShootingOptions<'_, X>) -> Result<()> {
+    crate::linalg::structure::check_finite_scalar("t_end", options.t_end)?;
+    if options.t_end == 0.0 {
+        return Err(Error::InvalidArgument { name: "t_end", requirement: "different from zero", found: 0.0 });
+    }
+    if options.newton.tolerance.is_nan() || options.newton.tolerance < 0.0 {
+        let found = options.newton.tolerance;
+        return Err(Error::InvalidArgument { name: "tolerance", requirement: "at least 0", found });
+    }
+    match options.guess.and_then(|guess| guess.iter().position(|x| !x.is_finite())) {
+        Some(index) => Err(Error::NonFinite { name: "guess", index }),
+        None => Ok(()),
+    }
+}
+
+/// Momenta of the cubic polynomial in coordinates with the same end points and velocities.
+fn cubic_guess<const X: usize, const Z: usize>(
+    chart: &impl Chart<X, Z>,
+    x0: &SVector<f64, X>,
+    x1: &SVector<f64, X>,
+    t: f64,
+) -> Result<SVector<f64, X>> {
+    let d = X / 2;
+    let slope = |i: usize| (x1[i] - x0[i]) / t;
+    let second = |i: usize| (6.0 * slope(i) - 4.0 * x0[d + i] - 2.0 * x1[d + i]) / t;
+    let third = |i: usize| (-12.0 * slope(i) + 6.0 * x0[d + i] + 6.0 * x1[d + i]) / (t * t);
+    let (qddot, qdddot): (Vec<f64>, Vec<f64>) = (0..d).map(|i| (second(i), third(i))).unzip();
+    chart.momenta(&x0.as_slice()[..d], &x0.as_slice()[d..], &qddot, &qdddot)
+}
+
+/// The end of the discrete flow as a function of the initial momenta, minus the target.
+struct EndPoint<'a, C, R, const X: usize, const Z: usize> {
+    chart: &'a C,
+    map: &'a R,
+    /// The initial state; its momenta are overwritten.
+    z0: SVector<f64, Z>,
+    x1: &'a SVector<f64, X>,
+    steps: usize,
+    t_end: f64,
+    interrupt: Interrupt<'a>,
+}
+
+impl<C, R, const X: usize, const Z: usize> Problem for EndPoint<'_, C, R, X, Z>
+where
+    C: Chart<X, Z>,
+    R: DiscretizationMap<X>,
+{
+    fn dim(&self) -> usize {
+        X
+    }
+
+    fn evaluate(&mut self, p: &[f64], residual: &mut [f64], jacobian: Option<MatMut<'_, f64>>) -> Result<()> {
+        self.z0.as_mut_slice()[X..].copy_from_slice(p);
+        let end = match jacobian {
+            None => self.run()?,
+            Some(mut jacobian) => {
+                let (end, tangent) =
+                    integrate_with_tangent(self.chart, self.map, &self.z0, self.steps, self.t_end, self.interrupt)?;
+                for j in 0..X {
+                    for i in 0..X {
+                        jacobian[(i, j)] = tangent[(i, X + j)];
+                    }
+                }
+                end
+            }
+        };
+        for i in 0..X {
+            residual[i] = end[i] - self.x1[i];
+        }
+        Ok(())
+    }
+}
+
+impl<C, R, const X: usize, const Z: usize> EndPoint<'_, C, R, X, Z>
+where
+    C: Chart<X, Z>,
+    R: DiscretizationMap<X>,
+{
+    fn run(&self) -> Result<SVector<f64, Z>> {
+        let trajectory = integrate(self.chart, self.map, &self.z0, self.steps, self.t_end, self.interrupt)?;
+        Ok(trajectory[self.steps])
+    }
+}

@@ -1,0 +1,77 @@
+//! The cost of a curve by composite Gauss-Legendre quadrature.
+
+use super::Curve;
+use crate::error::{Error, Result};
+use crate::linalg::jet::Jet;
+use crate::manifold::{Stiefel, covariant};
+use crate::report::{SolverReport, StopReason};
+
+/// Points per panel: exact for polynomials of degree 23.
+const POINTS: usize = 12;
+
+/// Relative change between two refinements at which the integral counts as found.
+const TOLERANCE: f64 = 1e-12;
+
+/// At most `2^MAX_DOUBLINGS` panels.
+const MAX_DOUBLINGS: usize = 10;
+
+/// `int |D_t S'|^2 dt` over the curve's interval, panels doubled until the value settles.
+pub(super) fn squared_acceleration<C: Curve>(curve: &C) -> Result<f64> {
+    let r = curve.frame().map_or(curve.n(), |frame| frame.ncols());
+    let manifold = Stiefel::new(r.max(curve.k()), curve.k())?;
+    let (mut work, mut jet) = (curve.workspace(), Jet::zeros(r, curve.k()));
+    let mut integrand = |t: f64| -> Result<f64> {
+        curve.coordinates_into(t, 2, &mut work, &mut jet)?;
+        let second = &jet.c[2] * faer::Scale(2.0);
+        let a = covariant::acceleration(jet.c[0].as_ref(), jet.c[1].as_ref(), second.as_ref());
+        Ok(manifold.norm(jet.c[0].as_ref(), a.as_ref()).powi(2))
+    };
+    let (start, end) = curve.t_span();
+    let (nodes, weights) = gauss_legendre();
+    let (mut previous, mut change) = (f64::NAN, f64::INFINITY);
+    for doubling in 0..=MAX_DOUBLINGS {
+        let panels = 1_usize << doubling;
+        let width = (end - start) / panels as f64;
+        let mut sum = 0.0;
+        for panel in 0..panels {
+            let middle = start + (panel as f64 + 0.5) * width;
+            for (x, w) in nodes.iter().zip(&weights) {
+                sum += 0.5 * width * w * integrand(middle + 0.5 * width * x)?;
+            }
+        }
+        change = (sum - previous).abs();
+        if change <= TOLERANCE * sum.abs() || sum == 0.0 {
+            return Ok(sum);
+        }
+        previous = sum;
+    }
+    let report = SolverReport {
+        converged: false,
+        iterations: MAX_DOUBLINGS,
+        residual: change,
+        tolerance: TOLERANCE * previous.abs(),
+        reason: StopReason::MaxIterations,
+    };
+    Err(Error::NoConvergence { solver: "cost quadrature", report })
+}
+
+/// Nodes and weights on `[-1, 1]`: roots of the Legendre polynomial by Newton's method.
+fn gauss_legendre() -> ([f64; POINTS], [f64; POINTS]) {
+    let (mut nodes, mut weights) = ([0.0; POINTS], [0.0; POINTS]);
+    for i in 0..POINTS {
+        let mut x = (std::f64::consts::PI * (i as f64 + 0.75) / (POINTS as f64 + 0.5)).cos();
+        let mut slope = 1.0;
+        for _ in 0..8 {
+            let (mut p, mut q) = (1.0, 0.0);
+            for j in 1..=POINTS {
+                let j = j as f64;
+                (p, q) = (((2.0 * j - 1.0) * x * p - (j - 1.0) * q) / j, p);
+            }
+            slope = POINTS as f64 * (x * p - q) / (x * x - 1.0);
+            x -= p / slope;
+        }
+        nodes[i] = x;
+        weights[i] = 2.0 / ((1.0 - x * x) * slope * slope);
+    }
+    (nodes, weights)
+}

@@ -1,0 +1,146 @@
+//! The one error type of the crate.
+//!
+//! Every variant carries the numbers needed to act on it. User data never panics: it is checked once, at
+//! the public entry, and what is wrong with it comes back as one of these.
+
+use crate::report::SolverReport;
+
+/// What can go wrong, with the measured numbers.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// An array has a shape that the operation does not take.
+    #[error("{name}: expected shape {expected}, found {found}")]
+    Shape {
+        /// Which argument.
+        name: &'static str,
+        /// The shape it should have.
+        expected: String,
+        /// The shape it has.
+        found: String,
+    },
+    /// An entry is NaN or infinite.
+    #[error("{name}: entry {index} is not finite")]
+    NonFinite {
+        /// Which argument.
+        name: &'static str,
+        /// Index of the first such entry, column by column.
+        index: usize,
+    },
+    /// A scalar argument is out of its range.
+    #[error("{name}: must be {requirement}, found {found}")]
+    InvalidArgument {
+        /// Which argument.
+        name: &'static str,
+        /// The range, in words.
+        requirement: &'static str,
+        /// Its value.
+        found: f64,
+    },
+    /// The columns are not orthonormal: `|S^T S - I|_F` exceeds the tolerance.
+    #[error("{name}: columns are not orthonormal, |S^T S - I| = {defect:.3e} exceeds {tolerance:.3e}")]
+    NotOrthonormal {
+        /// Which argument.
+        name: &'static str,
+        /// `|S^T S - I|_F`.
+        defect: f64,
+        /// What was allowed.
+        tolerance: f64,
+    },
+    /// A vector is not tangent: `|S^T V + V^T S|_F / 2` exceeds the tolerance.
+    #[error("{name}: not tangent, |S^T V + V^T S| / 2 = {defect:.3e} exceeds {tolerance:.3e}")]
+    NotTangent {
+        /// Which argument.
+        name: &'static str,
+        /// `|S^T V + V^T S|_F / 2`.
+        defect: f64,
+        /// What was allowed.
+        tolerance: f64,
+    },
+    /// A matrix is not skew-symmetric: `|A + A^T|_F / 2` exceeds the tolerance.
+    #[error("{name}: not skew-symmetric, |A + A^T| / 2 = {defect:.3e} exceeds {tolerance:.3e}")]
+    NotSkew {
+        /// Which argument.
+        name: &'static str,
+        /// `|A + A^T|_F / 2`.
+        defect: f64,
+        /// What was allowed.
+        tolerance: f64,
+    },
+    /// The nearest point of the manifold is not unique: the matrix has no full column rank.
+    #[error("{name}: smallest singular value {smallest:.3e} against the largest {largest:.3e}: no unique nearest point")]
+    RankDeficient {
+        /// Which argument.
+        name: &'static str,
+        /// The smallest singular value.
+        smallest: f64,
+        /// The largest singular value.
+        largest: f64,
+    },
+    /// A rotation with an eigenvalue -1 to working precision (or of determinant -1) has no principal
+    /// skew logarithm.
+    #[error("no principal logarithm: a rotation angle is {angle:.17} (pi to working precision)")]
+    OutsideLogDomain {
+        /// The offending rotation angle in radians.
+        angle: f64,
+    },
+    /// Two points that no unique shortest quasi-geodesic joins.
+    #[error("no unique quasi-geodesic joins the points: principal angle {angle:.17} (pi to working precision)")]
+    NoJoiningCurve {
+        /// The offending principal angle in radians.
+        angle: f64,
+    },
+    /// Points of O(n) of opposite determinant: no curve joins them.
+    #[error("the points lie in different components of O({n}): determinants of opposite sign (angle pi)")]
+    DifferentComponents {
+        /// The size of the orthogonal matrices.
+        n: usize,
+    },
+    /// A chart coordinate outside of the chart.
+    #[error("outside of the chart: {coordinate} = {value} is not in the open interval ({lower}, {upper})")]
+    OutsideChart {
+        /// The name of the coordinate.
+        coordinate: &'static str,
+        /// Its value.
+        value: f64,
+        /// Lower end of the interval.
+        lower: f64,
+        /// Upper end of the interval.
+        upper: f64,
+    },
+    /// A factorisation of finite input did not converge.
+    #[error("the {kind} did not converge")]
+    Decomposition {
+        /// Which factorisation.
+        kind: &'static str,
+    },
+    /// An iteration stopped without reaching its tolerance.
+    #[error("{solver}: no convergence, {report}")]
+    NoConvergence {
+        /// Which solver.
+        solver: &'static str,
+        /// How far it got, and why it stopped.
+        report: SolverReport,
+    },
+    /// The caller asked a running computation to stop.
+    #[error("{solver}: interrupted")]
+    Interrupted {
+        /// Which computation.
+        solver: &'static str,
+    },
+}
+
+impl Error {
+    /// The angle that leaves a domain, in radians, where the error is about one.
+    pub fn angle(&self) -> Option<f64> {
+        match self {
+            Error::OutsideLogDomain { angle } | Error::NoJoiningCurve { angle } => Some(*angle),
+            Error::DifferentComponents { .. } => Some(std::f64::consts::PI),
+            Error::OutsideChart { value, .. } => Some(*value),
+            _ => None,
+        }
+    }
+}
+
+/// The crate's result type.
+pub type Result<T> = std::result::Result<T, Error>;

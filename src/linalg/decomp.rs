@@ -1,0 +1,168 @@
+//! Factorisations: the only caller of faer's, and the place where their errors are translated.
+//!
+//! Input must be finite: a factorisation may accept a NaN and hand it on, so callers check first.
+
+use faer::diag::Diag;
+use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
+use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_scratch};
+use faer::linalg::solvers::Solve;
+use faer::linalg::svd::{ComputeSvdVectors, svd, svd_scratch};
+use faer::{Mat, MatRef, Par};
+
+use crate::error::{Error, Result};
+
+/// Singular value decomposition `A = U diag(s) V^T` in buffers made once for a largest size.
+///
+/// Singular values are sorted in decreasing order. `U` has `min(rows, cols)` columns, `V` is square.
+pub struct Svd {
+    u: Mat<f64>,
+    s: Diag<f64>,
+    v: Mat<f64>,
+    rows: usize,
+    cols: usize,
+    memory: MemBuffer,
+}
+
+impl Svd {
+    /// Buffers for matrices of at most `rows x cols`.
+    pub fn new(rows: usize, cols: usize) -> Self {
+        let rank = rows.min(cols);
+        Svd {
+            u: Mat::zeros(rows, rank),
+            s: Diag::zeros(rank),
+            v: Mat::zeros(cols, cols),
+            rows: 0,
+            cols: 0,
+            memory: MemBuffer::new(Self::scratch(rows, cols)),
+        }
+    }
+
+    fn scratch(rows: usize, cols: usize) -> StackReq {
+        let (thin, full) = (ComputeSvdVectors::Thin, ComputeSvdVectors::Full);
+        svd_scratch::<f64>(rows, cols, thin, full, Par::Seq, Default::default())
+    }
+
+    /// Factors `a`, no larger than the size given to [`Svd::new`].
+    ///
+    /// # Errors
+    /// `Decomposition` where the iteration does not converge.
+    pub fn compute(&mut self, a: MatRef<'_, f64>) -> Result<()> {
+        let (rows, cols) = (a.nrows(), a.ncols());
+        let rank = rows.min(cols);
+        (self.rows, self.cols) = (rows, cols);
+        if rows == 1 && cols == 1 {
+            // The sphere: one cosine, no need of the machinery.
+            self.u[(0, 0)] = if a[(0, 0)] < 0.0 { -1.0 } else { 1.0 };
+            self.s[0] = a[(0, 0)].abs();
+            self.v[(0, 0)] = 1.0;
+            return Ok(());
+        }
+        svd(
+            a,
+            self.s.as_mut().column_vector_mut().subrows_mut(0, rank).as_diagonal_mut(),
+            Some(self.u.as_mut().submatrix_mut(0, 0, rows, rank)),
+            Some(self.v.as_mut().submatrix_mut(0, 0, cols, cols)),
+            Par::Seq,
+            MemStack::new(&mut self.memory),
+            Default::default(),
+        )
+        .map_err(|_| Error::Decomposition { kind: "singular value decomposition" })
+    }
+
+    /// Left singular vectors, `rows x min(rows, cols)`.
+    pub fn u(&self) -> MatRef<'_, f64> {
+        self.u.as_ref().submatrix(0, 0, self.rows, self.rows.min(self.cols))
+    }
+
+    /// The `i`-th largest singular value.
+    pub fn s(&self, i: usize) -> f64 {
+        self.s[i]
+    }
+
+    /// Right singular vectors, `cols x cols`.
+    pub fn v(&self) -> MatRef<'_, f64> {
+        self.v.as_ref().submatrix(0, 0, self.cols, self.cols)
+    }
+}
+
+/// Symmetric eigenproblem `A = W diag(lambda) W^T` in buffers made once for a size, eigenvalues increasing.
+pub struct SymmetricEigen {
+    values: Diag<f64>,
+    vectors: Mat<f64>,
+    memory: MemBuffer,
+}
+
+impl SymmetricEigen {
+    /// Buffers for `m x m` matrices.
+    pub fn new(m: usize) -> Self {
+        let request = self_adjoint_evd_scratch::<f64>(m, ComputeEigenvectors::Yes, Par::Seq, Default::default());
+        SymmetricEigen { values: Diag::zeros(m), vectors: Mat::zeros(m, m), memory: MemBuffer::new(request) }
+    }
+
+    /// Factors `a`, of which the lower triangle is read.
+    ///
+    /// # Errors
+    /// `Decomposition` where the iteration does not converge.
+    pub fn compute(&mut self, a: MatRef<'_, f64>) -> Result<()> {
+        self_adjoint_evd(
+            a,
+            self.values.as_mut(),
+            Some(self.vectors.as_mut()),
+            Par::Seq,
+            MemStack::new(&mut self.memory),
+            Default::default(),
+        )
+        .map_err(|_| Error::Decomposition { kind: "symmetric eigenproblem" })
+    }
+
+    /// The `i`-th smallest eigenvalue.
+    pub fn value(&self, i: usize) -> f64 {
+        self.values[i]
+    }
+
+    /// Eigenvectors, one per column.
+    pub fn vectors(&self) -> MatRef<'_, f64> {
+        self.vectors.as_ref()
+    }
+}
+
+/// Thin QR factor `Q` of a tall matrix with the sign fixed so that `R` has a non-negative diagonal.
+///
+/// Shape `(n, min(n, c))` for an `(n, c)` input; the columns are orthonormal whatever the rank of `a`.
+pub fn thin_q(a: MatRef<'_, f64>) -> Mat<f64> {
+    let qr = a.qr();
+    let r = qr.thin_R().to_owned();
+    let mut q = qr.compute_thin_Q();
+    for j in 0..q.ncols() {
+        if r[(j, j)] < 0.0 {
+            for i in 0..q.nrows() {
+                q[(i, j)] = -q[(i, j)];
+            }
+        }
+    }
+    q
+}
+
+/// Orthonormal polar factor `U V^T` of a tall matrix `A = U diag(s) V^T`: the nearest point of the Stiefel
+/// manifold in the Frobenius norm.
+///
+/// # Errors
+/// `RankDeficient` where the smallest singular value is below `n * eps` times the largest, and the nearest
+/// point is not unique; `Decomposition`.
+pub fn polar_factor(name: &'static str, a: MatRef<'_, f64>) -> Result<Mat<f64>> {
+    let (n, k) = (a.nrows(), a.ncols());
+    let mut svd = Svd::new(n, k);
+    svd.compute(a)?;
+    let (largest, smallest) = (svd.s(0), svd.s(k - 1));
+    if smallest <= n as f64 * f64::EPSILON * largest {
+        return Err(Error::RankDeficient { name, smallest, largest });
+    }
+    Ok(svd.u() * svd.v().transpose())
+}
+
+/// Solution of a square system by LU with partial pivoting; `None` where the matrix is singular.
+pub fn solve_square(a: MatRef<'_, f64>, b: &[f64]) -> Option<Vec<f64>> {
+    let solution = a.partial_piv_lu().solve(MatRef::from_column_major_slice(b, b.len(), 1));
+    let solution: Vec<f64> = (0..b.len()).map(|i| solution[(i, 0)]).collect();
+    solution.iter().all(|x| x.is_finite()).then_some(solution)
+}

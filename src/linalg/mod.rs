@@ -1,0 +1,16 @@
+//! Dense linear algebra with structure: symmetric and skew parts, exponentials and logarithms of rotations.
+//!
+//! Everything here works on real matrices sized at run time. The kernels that run inside of a loop are
+//! workspaces (`SkewExp`, `OrthogonalLog`, `SkewSchur`): made once for a size, they allocate nothing after.
+
+pub mod decomp;
+pub mod jet;
+pub mod orthogonal_log;
+pub mod product;
+pub mod skew_exp;
+pub mod skew_schur;
+pub mod structure;
+
+pub use orthogonal_log::{OrthogonalLog, orthogonal_log};
+pub use skew_exp::{SkewExp, skew_exp};
+pub use skew_schur::SkewSchur;

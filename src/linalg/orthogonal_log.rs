@@ -1,0 +1,282 @@
+//! Principal skew logarithm of a rotation: real, skew, right up to angles of pi - 1e-13.
+//!
+//! | size | algorithm |
+//! |---|---|
+//! | 1, 2 | 0; the angle of a plane rotation |
+//! | 3 | the unit quaternion, largest component first, and `2 atan2(|v|, w)` |
+//! | any | symmetric eigenproblem of `(Q + Q^T)/2`; inside each group of equal cosines the Schur form of the skew part; one Newton correction in that basis |
+//!
+//! Neither a general real Schur form nor complex eigenvectors occur: the first iterates without end on some
+//! orthogonal matrices, the second are not orthogonal where angles repeat. Every basis here is orthogonal to
+//! round-off by construction.
+
+use std::f64::consts::PI;
+
+use faer::{Mat, MatMut, MatRef};
+
+use super::decomp::SymmetricEigen;
+use super::product::mul_into;
+use super::skew_schur::{SkewSchur, apply_ad_function};
+use super::structure::{check_finite, check_square, orthonormality_defect};
+use crate::error::{Error, Result};
+
+/// A rotation may be off by this much: `|Q^T Q - I|_F` is checked against it.
+pub const ORTHOGONALITY_TOLERANCE: f64 = 1e-9;
+
+/// Cosines closer than this are treated as one group; wider gaps lose `eps / gap`, which the correction mends.
+const GROUP_GAP: f64 = 1e-7;
+
+/// Two angles whose sum is within this of 2 pi lie in one group, where the first answer is already right to
+/// round-off; the derivative of the logarithm is singular there, so the correction leaves them alone.
+const NEAR_TWO_PI: f64 = 1e-3;
+
+/// Principal logarithm of a rotation: the skew `L` with `e^L = Q` and all angles below pi.
+///
+/// ```math
+/// L = \log Q,\qquad e^L = Q,\quad L^T = -L,\quad \|L\|_2 < \pi
+/// ```
+///
+/// # Arguments
+/// * `q` - orthogonal of determinant +1, shape `(m, m)`, `|Q^T Q - I|_F <= ORTHOGONALITY_TOLERANCE`
+/// # Accuracy
+/// Backward error `|e^L - Q|_F` at most 1e-13 at `m = 50`, repeated and clustered angles, angles of
+/// `pi - 1e-10` and permutations included. Asserted in `tests/linalg.rs`.
+/// # Errors
+/// `Shape`, `NonFinite`, `NotOrthonormal`; `OutsideLogDomain` for determinant -1 or an angle that is pi to
+/// working precision (closer than `4 m eps`).
+/// # Source
+/// Symmetric part and groups: Higham (2008), "Functions of Matrices", section 11; the correction is one Newton
+/// step on `e^{-L} Q = I`, with the inverse derivative of the exponential in closed form. Skew Schur form:
+/// Ward, Gray (1978).
+pub fn orthogonal_log(q: MatRef<'_, f64>) -> Result<Mat<f64>> {
+    let m = check_square("Q", q)?;
+    check_finite("Q", q)?;
+    let defect = orthonormality_defect(q);
+    if defect > ORTHOGONALITY_TOLERANCE {
+        return Err(Error::NotOrthonormal { name: "Q", defect, tolerance: ORTHOGONALITY_TOLERANCE });
+    }
+    let mut out = Mat::zeros(m, m);
+    OrthogonalLog::new(m).log_into(out.as_mut(), q)?;
+    Ok(out)
+}
+
+/// Buffers for logarithms of one size: no allocation per call.
+pub struct OrthogonalLog {
+    m: usize,
+    general: Option<Box<General>>,
+}
+
+impl OrthogonalLog {
+    /// Buffers for `m x m` matrices.
+    pub fn new(m: usize) -> Self {
+        OrthogonalLog { m, general: (m > 3).then(|| Box::new(General::new(m))) }
+    }
+
+    /// `out = log(Q)`; `q` must be finite and orthogonal to round-off.
+    ///
+    /// # Errors
+    /// `OutsideLogDomain`, `Decomposition`.
+    pub fn log_into(&mut self, out: MatMut<'_, f64>, q: MatRef<'_, f64>) -> Result<()> {
+        debug_assert!(q.nrows() == self.m && q.ncols() == self.m && out.nrows() == self.m && out.ncols() == self.m);
+        match (&mut self.general, self.m) {
+            (Some(general), _) => general.log_into(out, q),
+            (None, 3) => log_space(out, q),
+            (None, 2) => log_plane(out, q),
+            (None, _) => log_line(out, q),
+        }
+    }
+}
+
+/// Angles within this of pi have no reliable plane or sign.
+fn pi_tolerance(m: usize) -> f64 {
+    4.0 * m as f64 * f64::EPSILON
+}
+
+fn log_line(mut out: MatMut<'_, f64>, q: MatRef<'_, f64>) -> Result<()> {
+    if q.nrows() == 1 {
+        if q[(0, 0)] < 0.0 {
+            return Err(Error::OutsideLogDomain { angle: PI });
+        }
+        out[(0, 0)] = 0.0;
+    }
+    Ok(())
+}
+
+fn log_plane(mut out: MatMut<'_, f64>, q: MatRef<'_, f64>) -> Result<()> {
+    let determinant = q[(0, 0)] * q[(1, 1)] - q[(0, 1)] * q[(1, 0)];
+    let angle = (q[(1, 0)] - q[(0, 1)]).atan2(q[(0, 0)] + q[(1, 1)]);
+    if determinant < 0.0 || PI - angle.abs() <= pi_tolerance(2) {
+        return Err(Error::OutsideLogDomain { angle: if determinant < 0.0 { PI } else { angle.abs() } });
+    }
+    out.fill(0.0);
+    out[(1, 0)] = angle;
+    out[(0, 1)] = -angle;
+    Ok(())
+}
+
+/// Through the unit quaternion `(w, v)`: four times the products of its components are sums of entries, and
+/// the row of the largest one has no cancellation (Shepperd 1978, J. Guidance and Control 1, 223-224).
+fn log_space(mut out: MatMut<'_, f64>, q: MatRef<'_, f64>) -> Result<()> {
+    let (a, b, c) = (q[(0, 0)], q[(1, 1)], q[(2, 2)]);
+    let determinant_positive = {
+        let cofactor = |i: usize, j: usize| {
+            let (i1, i2, j1, j2) = ((i + 1) % 3, (i + 2) % 3, (j + 1) % 3, (j + 2) % 3);
+            q[(i1, j1)] * q[(i2, j2)] - q[(i1, j2)] * q[(i2, j1)]
+        };
+        (0..3).map(|j| q[(0, j)] * cofactor(0, j)).sum::<f64>() > 0.0
+    };
+    if !determinant_positive {
+        return Err(Error::OutsideLogDomain { angle: PI });
+    }
+    let (x, y, z) = (q[(2, 1)] - q[(1, 2)], q[(0, 2)] - q[(2, 0)], q[(1, 0)] - q[(0, 1)]);
+    let (xy, xz, yz) = (q[(0, 1)] + q[(1, 0)], q[(0, 2)] + q[(2, 0)], q[(1, 2)] + q[(2, 1)]);
+    let rows = [
+        [1.0 + a + b + c, x, y, z],
+        [x, 1.0 + a - b - c, xy, xz],
+        [y, xy, 1.0 - a + b - c, yz],
+        [z, xz, yz, 1.0 - a - b + c],
+    ];
+    let largest = (0..4).max_by(|&i, &j| rows[i][i].total_cmp(&rows[j][j])).unwrap_or(0);
+    let sign = if rows[largest][0] < 0.0 { -1.0 } else { 1.0 };
+    let [w, vx, vy, vz] = rows[largest].map(|e| sign * e);
+    let length = vx.hypot(vy).hypot(vz);
+    let angle = 2.0 * length.atan2(w);
+    if PI - angle <= pi_tolerance(3) {
+        return Err(Error::OutsideLogDomain { angle });
+    }
+    let factor = if length > 0.0 { angle / length } else { 0.0 };
+    out.fill(0.0);
+    for (i, j, value) in [(2, 1, vx), (0, 2, vy), (1, 0, vz)] {
+        out[(i, j)] = factor * value;
+        out[(j, i)] = -factor * value;
+    }
+    Ok(())
+}
+
+struct General {
+    symmetric: Mat<f64>,
+    skew: Mat<f64>,
+    eigen: SymmetricEigen,
+    schur: SkewSchur,
+    group: Mat<f64>,
+    basis: Mat<f64>,
+    work: Mat<f64>,
+    angles: Vec<f64>,
+}
+
+impl General {
+    fn new(m: usize) -> Self {
+        let zeros = || Mat::zeros(m, m);
+        General {
+            symmetric: zeros(),
+            skew: zeros(),
+            eigen: SymmetricEigen::new(m),
+            schur: SkewSchur::new(m),
+            group: zeros(),
+            basis: zeros(),
+            work: zeros(),
+            angles: vec![0.0; m / 2],
+        }
+    }
+
+    fn log_into(&mut self, out: MatMut<'_, f64>, q: MatRef<'_, f64>) -> Result<()> {
+        let m = q.nrows();
+        for j in 0..m {
+            for i in 0..m {
+                self.symmetric[(i, j)] = 0.5 * (q[(i, j)] + q[(j, i)]);
+                self.skew[(i, j)] = 0.5 * (q[(i, j)] - q[(j, i)]);
+            }
+        }
+        self.eigen.compute(self.symmetric.as_ref())?;
+        let w = self.eigen.vectors();
+        mul_into(self.work.as_mut(), 1.0, self.skew.as_ref(), w);
+        mul_into(self.skew.as_mut(), 1.0, w.transpose(), self.work.as_ref());
+        self.planes_by_group()?;
+        self.correct_and_assemble(out, q);
+        Ok(())
+    }
+
+    /// Planes and angles: `basis` holds the planes first, the null vector (odd sizes) last.
+    fn planes_by_group(&mut self) -> Result<()> {
+        let m = self.symmetric.nrows();
+        let (mut start, mut plane, mut null_found) = (0, 0, false);
+        while start < m {
+            let mut end = start + 1;
+            while end < m && self.eigen.value(end) - self.eigen.value(end - 1) <= GROUP_GAP {
+                end += 1;
+            }
+            let size = end - start;
+            self.schur.compute(self.skew.as_ref().submatrix(start, start, size, size))?;
+            let planes = size / 2;
+            let cosine = |column: usize| -> f64 {
+                let v = self.schur.basis();
+                (0..size).map(|i| v[(i, column)] * v[(i, column)] * self.eigen.value(start + i)).sum()
+            };
+            for l in 0..planes {
+                let angle = self.schur.angles()[l].atan2(0.5 * (cosine(2 * l) + cosine(2 * l + 1)));
+                if PI - angle <= pi_tolerance(m) {
+                    return Err(Error::OutsideLogDomain { angle });
+                }
+                self.angles[plane + l] = angle;
+            }
+            // An unpaired vector belongs to the eigenvalue +1 or -1. A rotation has one, for +1, where m is odd
+            // and none where m is even; anything else is an odd number of eigenvalues -1.
+            if size % 2 == 1 && (cosine(size - 1) < 0.0 || null_found || m.is_multiple_of(2)) {
+                return Err(Error::OutsideLogDomain { angle: PI });
+            }
+            let w = self.eigen.vectors().submatrix(0, start, m, size);
+            mul_into(self.group.as_mut().submatrix_mut(0, 0, m, size), 1.0, w, self.schur.basis());
+            for c in 0..size {
+                let target = if c < 2 * planes { 2 * plane + c } else { m - 1 };
+                for i in 0..m {
+                    self.basis[(i, target)] = self.group[(i, c)];
+                }
+            }
+            null_found |= size % 2 == 1;
+            plane += planes;
+            start = end;
+        }
+        Ok(())
+    }
+
+    /// `L = L_0 + f(ad_{L_0}) skew(E)` with `I + E = e^{-L_0} Q` and `f(x) = x / (1 - e^{-x})`.
+    fn correct_and_assemble(&mut self, mut out: MatMut<'_, f64>, q: MatRef<'_, f64>) {
+        let m = q.nrows();
+        mul_into(self.work.as_mut(), 1.0, q, self.basis.as_ref());
+        mul_into(self.group.as_mut(), 1.0, self.basis.as_ref().transpose(), self.work.as_ref());
+        for (l, theta) in self.angles.iter().enumerate() {
+            let (sin, cos) = theta.sin_cos();
+            for j in 0..m {
+                let (x, y) = (self.group[(2 * l, j)], self.group[(2 * l + 1, j)]);
+                self.group[(2 * l, j)] = cos * x + sin * y;
+                self.group[(2 * l + 1, j)] = cos * y - sin * x;
+            }
+        }
+        for j in 0..m {
+            for i in 0..m {
+                self.work[(i, j)] = 0.5 * (self.group[(i, j)] - self.group[(j, i)]);
+            }
+        }
+        apply_ad_function(&self.angles, self.work.as_mut(), |x, sum| {
+            if sum && 2.0 * PI - x < NEAR_TWO_PI { (0.0, 0.0) } else { inverse_dexp(x) }
+        });
+        for (l, theta) in self.angles.iter().enumerate() {
+            self.work[(2 * l + 1, 2 * l)] += theta;
+            self.work[(2 * l, 2 * l + 1)] -= theta;
+        }
+        mul_into(self.group.as_mut(), 1.0, self.basis.as_ref(), self.work.as_ref());
+        mul_into(self.work.as_mut(), 1.0, self.group.as_ref(), self.basis.as_ref().transpose());
+        for j in 0..m {
+            for i in 0..m {
+                out[(i, j)] = 0.5 * (self.work[(i, j)] - self.work[(j, i)]);
+            }
+        }
+    }
+}
+
+/// `i x / (1 - e^{-i x}) = (x/2) cot(x/2) + i x/2`: the inverse of `(1 - e^{-ad}) / ad` on one eigenvalue.
+pub(crate) fn inverse_dexp(x: f64) -> (f64, f64) {
+    let half = 0.5 * x;
+    let real = if half.abs() < 1e-4 { 1.0 - half * half / 3.0 } else { half / half.tan() };
+    (real, half)
+}

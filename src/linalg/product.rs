@@ -1,0 +1,93 @@
+//! Matrix products into a given destination, sequential and without allocation for small sizes.
+
+use faer::linalg::matmul::matmul;
+use faer::{Accum, MatMut, MatRef, Par};
+
+/// Below this number of multiplications plain loops beat the set-up of the blocked product.
+const SMALL: usize = 6 * 6 * 6;
+
+/// `dst = alpha * a * b`.
+pub fn mul_into(dst: MatMut<'_, f64>, alpha: f64, a: MatRef<'_, f64>, b: MatRef<'_, f64>) {
+    accumulate(dst, Accum::Replace, alpha, a, b);
+}
+
+/// `dst += alpha * a * b`.
+pub fn mul_add(dst: MatMut<'_, f64>, alpha: f64, a: MatRef<'_, f64>, b: MatRef<'_, f64>) {
+    accumulate(dst, Accum::Add, alpha, a, b);
+}
+
+fn accumulate(dst: MatMut<'_, f64>, beta: Accum, alpha: f64, a: MatRef<'_, f64>, b: MatRef<'_, f64>) {
+    debug_assert_eq!(a.ncols(), b.nrows());
+    debug_assert_eq!((dst.nrows(), dst.ncols()), (a.nrows(), b.ncols()));
+    if a.nrows() * a.ncols() * b.ncols() > SMALL {
+        return matmul(dst, beta, a, b, alpha, Par::Seq);
+    }
+    let mut dst = dst;
+    for j in 0..b.ncols() {
+        for i in 0..a.nrows() {
+            let mut sum = 0.0;
+            for l in 0..a.ncols() {
+                sum += a[(i, l)] * b[(l, j)];
+            }
+            match beta {
+                Accum::Replace => dst[(i, j)] = alpha * sum,
+                Accum::Add => dst[(i, j)] += alpha * sum,
+            }
+        }
+    }
+}
+
+/// `dst += alpha * a`, entry by entry.
+pub fn axpy(mut dst: MatMut<'_, f64>, alpha: f64, a: MatRef<'_, f64>) {
+    debug_assert_eq!((dst.nrows(), dst.ncols()), (a.nrows(), a.ncols()));
+    for j in 0..a.ncols() {
+        for i in 0..a.nrows() {
+            dst[(i, j)] += alpha * a[(i, j)];
+        }
+    }
+}
+
+/// `dst *= alpha`, entry by entry.
+pub fn scale(mut dst: MatMut<'_, f64>, alpha: f64) {
+    for j in 0..dst.ncols() {
+        for i in 0..dst.nrows() {
+            dst[(i, j)] *= alpha;
+        }
+    }
+}
+
+/// Sign of the determinant of a square matrix by elimination with partial pivoting; `a` is destroyed.
+pub fn determinant_sign(mut a: MatMut<'_, f64>) -> f64 {
+    let m = a.nrows();
+    let mut sign = 1.0;
+    for j in 0..m {
+        let mut pivot = j;
+        for i in j + 1..m {
+            if a[(i, j)].abs() > a[(pivot, j)].abs() {
+                pivot = i;
+            }
+        }
+        if a[(pivot, j)] == 0.0 {
+            return 0.0;
+        }
+        if pivot != j {
+            sign = -sign;
+            for l in j..m {
+                let swap = a[(j, l)];
+                a[(j, l)] = a[(pivot, l)];
+                a[(pivot, l)] = swap;
+            }
+        }
+        if a[(j, j)] < 0.0 {
+            sign = -sign;
+        }
+        for i in j + 1..m {
+            let factor = a[(i, j)] / a[(j, j)];
+            for l in j + 1..m {
+                let x = a[(j, l)];
+                a[(i, l)] -= factor * x;
+            }
+        }
+    }
+    sign
+}

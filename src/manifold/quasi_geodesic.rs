@@ -1,0 +1,375 @@
+//! Quasi-geodesics `e^{tX} S e^{t Omega}` in `O(n k^2)`, from a velocity or between two points.
+//!
+//! # Source
+//! Krakowski, Machado, Silva Leite, Batista (2017), "A modified Casteljau algorithm to solve interpolation
+//! problems on Stiefel manifolds", J. Comput. Appl. Math. 311, 84-99; arXiv 2404.19407, Proposition 1.
+//! Deviations: the thin factorisation (no `n x n` matrix), and the endpoint problem beyond angles of pi/2.
+
+use std::f64::consts::PI;
+
+use faer::prelude::*;
+use faer::{Mat, MatMut, MatRef};
+
+use super::stiefel::{POINT_TOLERANCE, Stiefel, TANGENT_TOLERANCE};
+use crate::error::{Error, Result};
+use crate::linalg::decomp::Svd;
+use crate::linalg::jet::{Jet, ORDER};
+use crate::linalg::product::{determinant_sign, mul_add, mul_into};
+use crate::linalg::{OrthogonalLog, SkewExp};
+
+/// A principal direction shorter than this is round-off: its angle is 0 (or pi, and then the curve is not unique).
+const NEGLIGIBLE: f64 = 4.0 * f64::EPSILON;
+
+/// A principal angle is pi to working precision where its sine is below this.
+const ANTIPODAL: f64 = 32.0 * f64::EPSILON;
+
+/// The quasi-geodesic `beta(t) = e^{tX} S e^{t Omega}`.
+///
+/// With a thin singular value decomposition `K = Q Sigma W^T` of the normal part of the velocity
+/// `V = K + S Omega`:
+///
+/// ```math
+/// \beta(t) = (S W \cos(t\Sigma) + Q \sin(t\Sigma))\, W^T e^{t\Omega}
+/// ```
+///
+/// Defined for all `t`. Orthonormality defect at most `1e-14` for `|t Sigma|, |t Omega| <= 10`.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::{Curve, QuasiGeodesic};
+/// let (x, y) = (mat![[1.0], [0.0], [0.0]], mat![[0.0], [1.0], [0.0]]);
+/// let quarter = QuasiGeodesic::between(x.as_ref(), y.as_ref())?;
+/// let middle = quarter.point(0.5)?;
+/// assert!((middle[(0, 0)] - 0.5f64.sqrt()).abs() < 1e-15);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct QuasiGeodesic {
+    /// `[S W, Q]`, shape `(n, 2k)`; a direction of angle 0 has a zero column in `Q`.
+    frame: Mat<f64>,
+    /// The diagonal of `Sigma`.
+    angles: Vec<f64>,
+    /// `W^T`.
+    right: Mat<f64>,
+    omega: Mat<f64>,
+}
+
+impl QuasiGeodesic {
+    /// The quasi-geodesic from `s` with initial velocity `v` (the retraction is its value at 1).
+    ///
+    /// # Arguments
+    /// * `s` - point, shape `(n, k)`; `v` - tangent vector at `s`, shape `(n, k)`
+    /// # Errors
+    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`, `Decomposition`.
+    pub fn from_velocity(s: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Result<Self> {
+        let manifold = Stiefel::of("S", s)?;
+        manifold.check_point("S", s, POINT_TOLERANCE)?;
+        manifold.check_tangent("V", s, v, TANGENT_TOLERANCE)?;
+        let (n, k) = (manifold.n(), manifold.k());
+        let (normal, omega) = manifold.split(s, v);
+        let mut svd = Svd::new(n, k);
+        svd.compute(normal.as_ref())?;
+        let mut out = Self::zeros(n, k);
+        let floor = NEGLIGIBLE * crate::linalg::structure::norm(v);
+        out.right.copy_from(svd.v().transpose());
+        mul_into(out.frame.as_mut().subcols_mut(0, k), 1.0, s, svd.v());
+        for i in 0..k {
+            if svd.s(i) > floor {
+                out.angles[i] = svd.s(i);
+                out.frame.as_mut().col_mut(k + i).copy_from(svd.u().col(i));
+            }
+        }
+        out.omega = omega;
+        Ok(out)
+    }
+
+    /// The principal quasi-geodesic with `beta(0) = s0`, `beta(1) = s1`.
+    ///
+    /// With the singular value decomposition `S0^T S1 = U C Z^T` and angles `theta_i = atan2(s_i, c_i)`, where
+    /// column `i` of `(I - S0 S0^T) S1 Z` is `s_i q_i`:
+    ///
+    /// ```math
+    /// \Omega = \log(U Z^T),\qquad K = Q\, \mathrm{diag}(\theta)\, U^T
+    /// ```
+    ///
+    /// Where `det(U Z^T) = -1` and `k < n`, the last column of `U` and the smallest cosine change sign: the
+    /// angle becomes `pi - theta_k` and the determinant +1. So almost every two points are joined; of all the
+    /// branches this is the shortest in `|K|^2 + |Omega|^2 / 2`.
+    ///
+    /// # Errors
+    /// `Shape`, `NonFinite`, `NotOrthonormal`; `DifferentComponents` (k = n); `OutsideLogDomain` where `U Z^T`
+    /// has an eigenvalue -1; `NoJoiningCurve` where a principal angle is pi (antipodal points); the angles are
+    /// those to working precision.
+    pub fn between(s0: MatRef<'_, f64>, s1: MatRef<'_, f64>) -> Result<Self> {
+        let manifold = Stiefel::of("S0", s0)?;
+        manifold.check_point("S0", s0, POINT_TOLERANCE)?;
+        manifold.check_point("S1", s1, POINT_TOLERANCE)?;
+        let mut out = Self::zeros(manifold.n(), manifold.k());
+        out.join(s0, s1, &mut EndpointProblem::new(manifold.n(), manifold.k()))?;
+        Ok(out)
+    }
+
+    pub(crate) fn zeros(n: usize, k: usize) -> Self {
+        QuasiGeodesic {
+            frame: Mat::zeros(n, 2 * k),
+            angles: vec![0.0; k],
+            right: Mat::zeros(k, k),
+            omega: Mat::zeros(k, k),
+        }
+    }
+
+    /// Rows of a point.
+    pub fn n(&self) -> usize {
+        self.frame.nrows()
+    }
+
+    /// Columns of a point.
+    pub fn k(&self) -> usize {
+        self.frame.ncols() / 2
+    }
+
+    /// The skew factor `Omega`, shape `(k, k)`.
+    pub fn omega(&self) -> MatRef<'_, f64> {
+        self.omega.as_ref()
+    }
+
+    /// The principal angles `Sigma` of the normal part, in radians per unit of `t`.
+    pub fn angles(&self) -> &[f64] {
+        &self.angles
+    }
+
+    /// The initial velocity `V = K + S Omega`, shape `(n, k)`.
+    pub fn initial_velocity(&self) -> Mat<f64> {
+        let k = self.k();
+        let mut rates = Mat::zeros(2 * k, k);
+        for j in 0..k {
+            for i in 0..k {
+                rates[(k + i, j)] = self.angles[i] * self.right[(i, j)];
+            }
+        }
+        mul_into(rates.as_mut().subrows_mut(0, k), 1.0, self.right.as_ref(), self.omega.as_ref());
+        &self.frame * &rates
+    }
+
+    /// The same curve run backwards: `t -> beta(1 - t)`.
+    ///
+    /// # Errors
+    /// `Decomposition`.
+    pub fn reversed(&self) -> Result<Self> {
+        let (n, k) = (self.n(), self.k());
+        let mut out = Self::zeros(n, k);
+        for i in 0..k {
+            let (sin, cos) = self.angles[i].sin_cos();
+            for row in 0..n {
+                let (x, q) = (self.frame[(row, i)], self.frame[(row, k + i)]);
+                out.frame[(row, i)] = x * cos + q * sin;
+                out.frame[(row, k + i)] = x * sin - q * cos;
+            }
+            out.angles[i] = self.angles[i];
+            if self.angles[i] == 0.0 {
+                out.frame.as_mut().col_mut(k + i).fill(0.0);
+            }
+        }
+        let mut turn = Mat::zeros(k, k);
+        SkewExp::new(k).exp_into(turn.as_mut(), self.omega.as_ref(), 1.0)?;
+        mul_into(out.right.as_mut(), 1.0, self.right.as_ref(), turn.as_ref());
+        out.omega = -&self.omega;
+        Ok(out)
+    }
+
+    /// Sets this curve to the principal quasi-geodesic from `s0` to `s1`, in buffers that exist already.
+    pub(crate) fn join(
+        &mut self,
+        s0: MatRef<'_, f64>,
+        s1: MatRef<'_, f64>,
+        problem: &mut EndpointProblem,
+    ) -> Result<()> {
+        problem.principal_vectors(s0, s1)?;
+        let k = self.k();
+        self.right.copy_from(problem.u.as_ref().transpose());
+        mul_into(self.frame.as_mut().subcols_mut(0, k), 1.0, s0, problem.u.as_ref());
+        self.frame.as_mut().subcols_mut(k, k).fill(0.0);
+        self.angles.fill(0.0);
+        if self.n() > k {
+            self.principal_angles(s0, s1, problem)?;
+        }
+        problem.log.log_into(self.omega.as_mut(), problem.rotation.as_ref())
+    }
+
+    /// Angles and unit normal directions from `(I - S0 S0^T) S1 Z`, largest sine first.
+    fn principal_angles(
+        &mut self,
+        s0: MatRef<'_, f64>,
+        s1: MatRef<'_, f64>,
+        problem: &mut EndpointProblem,
+    ) -> Result<()> {
+        let k = self.k();
+        mul_into(problem.normal.as_mut(), 1.0, s1, problem.z.as_ref());
+        for i in (0..k).rev() {
+            // Twice is enough: a direction that loses half of its length twice is round-off.
+            let first = problem.orthogonalise(s0, self.frame.as_ref().subcols(k, k), i);
+            let second = problem.orthogonalise(s0, self.frame.as_ref().subcols(k, k), i);
+            let sine = if second > NEGLIGIBLE && second >= 0.5 * first { second } else { 0.0 };
+            let cosine = problem.cosines[i];
+            if cosine < 0.0 && sine <= ANTIPODAL {
+                return Err(Error::NoJoiningCurve { angle: PI - sine });
+            }
+            if sine > 0.0 {
+                self.angles[i] = sine.atan2(cosine);
+                for row in 0..self.n() {
+                    self.frame[(row, k + i)] = problem.normal[(row, i)] / sine;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Coordinates of the curve in its frame up to the given order, as Taylor coefficients of shape `(2k, k)`.
+    pub(crate) fn coordinates_into(&self, t: f64, order: usize, turning: &mut Turning, out: &mut Jet) -> Result<()> {
+        let k = self.k();
+        turning.compute(self, t, order)?;
+        for j in 0..=order {
+            out.c[j].fill(0.0);
+        }
+        for i in 0..k {
+            let theta = self.angles[i];
+            let (sin, cos) = (t * theta).sin_cos();
+            let mut factor = 1.0;
+            for a in 0..=order {
+                // The a-th Taylor coefficients of cos(t theta) and sin(t theta).
+                let (c, s) = [(cos, sin), (-sin, cos), (-cos, -sin), (sin, -cos)][a % 4];
+                for b in 0..=order - a {
+                    for l in 0..k {
+                        let g = turning.rates[b][(i, l)];
+                        out.c[a + b][(i, l)] += factor * c * g;
+                        out.c[a + b][(k + i, l)] += factor * s * g;
+                    }
+                }
+                factor *= theta / (a + 1) as f64;
+            }
+        }
+        Ok(())
+    }
+
+    /// The curve up to the given order, as Taylor coefficients of shape `(n, k)`.
+    pub(crate) fn jet_into(&self, t: f64, order: usize, work: &mut Evaluation, out: &mut Jet) -> Result<()> {
+        self.coordinates_into(t, order, &mut work.turning, &mut work.coordinates)?;
+        for j in 0..=order {
+            mul_into(out.c[j].as_mut(), 1.0, self.frame.as_ref(), work.coordinates.c[j].as_ref());
+        }
+        Ok(())
+    }
+
+    /// The frame `[S W, Q]`, shape `(n, 2k)`.
+    pub(crate) fn frame(&self) -> MatRef<'_, f64> {
+        self.frame.as_ref()
+    }
+}
+
+/// Buffers for evaluating quasi-geodesics of one `k`.
+pub(crate) struct Evaluation {
+    turning: Turning,
+    coordinates: Jet,
+}
+
+impl Evaluation {
+    pub(crate) fn new(k: usize) -> Self {
+        Evaluation { turning: Turning::new(k), coordinates: Jet::zeros(2 * k, k) }
+    }
+}
+
+/// Taylor coefficients of `W^T e^{t Omega}`.
+pub struct Turning {
+    exp: SkewExp,
+    turn: Mat<f64>,
+    rates: [Mat<f64>; ORDER + 1],
+}
+
+impl Turning {
+    pub(crate) fn new(k: usize) -> Self {
+        Turning {
+            exp: SkewExp::new(k),
+            turn: Mat::zeros(k, k),
+            rates: std::array::from_fn(|_| Mat::zeros(k, k)),
+        }
+    }
+
+    fn compute(&mut self, curve: &QuasiGeodesic, t: f64, order: usize) -> Result<()> {
+        self.exp.exp_into(self.turn.as_mut(), curve.omega.as_ref(), t)?;
+        mul_into(self.rates[0].as_mut(), 1.0, curve.right.as_ref(), self.turn.as_ref());
+        for j in 1..=order {
+            let (done, next) = self.rates.split_at_mut(j);
+            mul_into(next[0].as_mut(), 1.0 / j as f64, done[j - 1].as_ref(), curve.omega.as_ref());
+        }
+        Ok(())
+    }
+}
+
+/// Buffers for endpoint problems of one shape.
+pub(crate) struct EndpointProblem {
+    svd: Svd,
+    log: OrthogonalLog,
+    gram: Mat<f64>,
+    normal: Mat<f64>,
+    coefficients: Vec<f64>,
+    pub(crate) cosines: Vec<f64>,
+    pub(crate) u: Mat<f64>,
+    pub(crate) z: Mat<f64>,
+    pub(crate) rotation: Mat<f64>,
+}
+
+impl EndpointProblem {
+    pub(crate) fn new(n: usize, k: usize) -> Self {
+        EndpointProblem {
+            svd: Svd::new(k, k),
+            log: OrthogonalLog::new(k),
+            gram: Mat::zeros(k, k),
+            normal: Mat::zeros(n, k),
+            coefficients: vec![0.0; 2 * k],
+            cosines: vec![0.0; k],
+            u: Mat::zeros(k, k),
+            z: Mat::zeros(k, k),
+            rotation: Mat::zeros(k, k),
+        }
+    }
+
+    /// `S0^T S1 = U diag(c) Z^T` with `det(U Z^T) = +1`, and the rotation `U Z^T`.
+    fn principal_vectors(&mut self, s0: MatRef<'_, f64>, s1: MatRef<'_, f64>) -> Result<()> {
+        let (n, k) = (s0.nrows(), s0.ncols());
+        mul_into(self.gram.as_mut(), 1.0, s0.transpose(), s1);
+        self.svd.compute(self.gram.as_ref())?;
+        self.u.copy_from(self.svd.u());
+        self.z.copy_from(self.svd.v());
+        for i in 0..k {
+            self.cosines[i] = self.svd.s(i);
+        }
+        mul_into(self.rotation.as_mut(), 1.0, self.u.as_ref(), self.z.as_ref().transpose());
+        self.gram.copy_from(&self.rotation);
+        if determinant_sign(self.gram.as_mut()) < 0.0 {
+            if n == k {
+                return Err(Error::DifferentComponents { n });
+            }
+            self.cosines[k - 1] = -self.cosines[k - 1];
+            for i in 0..k {
+                self.u[(i, k - 1)] = -self.u[(i, k - 1)];
+            }
+            mul_into(self.rotation.as_mut(), 1.0, self.u.as_ref(), self.z.as_ref().transpose());
+        }
+        Ok(())
+    }
+
+    /// Projects column `i` of `normal` off `s0` and off the directions found so far; returns its length.
+    fn orthogonalise(&mut self, s0: MatRef<'_, f64>, found: MatRef<'_, f64>, i: usize) -> f64 {
+        let k = s0.ncols();
+        let (mut column, coefficients) = (self.normal.as_mut().subcols_mut(i, 1), self.coefficients.as_mut_slice());
+        let mut projection = MatMut::from_column_major_slice_mut(coefficients, 2 * k, 1);
+        mul_into(projection.rb_mut().subrows_mut(0, k), 1.0, s0.transpose(), column.rb());
+        mul_add(column.rb_mut(), -1.0, s0, projection.rb().subrows(0, k));
+        let later = found.subcols(i + 1, k - i - 1);
+        let mut overlap = projection.subrows_mut(k, k - i - 1);
+        mul_into(overlap.rb_mut(), 1.0, later.transpose(), column.rb());
+        mul_add(column.rb_mut(), -1.0, later, overlap.rb());
+        column.norm_l2()
+    }
+}

@@ -1,0 +1,331 @@
+//! Derivatives of a quasi-geodesic whose end points move: one stage of de Casteljau's algorithm, differentiated.
+//!
+//! With the polar decomposition `S0^T S1 = P R` (`P` symmetric, `R` a rotation) the quasi-geodesic is a
+//! composition of functions that are analytic also where principal angles vanish or repeat:
+//!
+//! ```math
+//! \beta = (S_0\, a_t(P) + S_1 R^T b_t(P))\, R^t,\qquad
+//! a_t = \frac{s_{1-t}}{s_1},\quad b_t = \frac{s_t}{s_1},\quad s_t = \frac{\sin t\Theta}{\Theta},\quad \cos\Theta = P
+//! ```
+//!
+//! Every function is evaluated on truncated Taylor polynomials. The inverse ones (polar factor, angle,
+//! logarithm) start from the factorisation at the point and gain one order per linear solve, which is
+//! elementwise in the eigenbasis. No difference quotient and no derivative of singular vectors occurs, so
+//! repeated singular values need no special case.
+
+use faer::{Mat, MatRef};
+
+use super::quasi_geodesic::{EndpointProblem, QuasiGeodesic};
+use crate::error::{Error, Result};
+use crate::linalg::SkewSchur;
+use crate::linalg::jet::{Jet, ORDER, ScalarJet};
+use crate::linalg::orthogonal_log::inverse_dexp;
+use crate::linalg::product::{mul_add, mul_into};
+use crate::linalg::skew_schur::apply_ad_function;
+
+/// Terms of the sine and cosine series: arguments up to pi, and four orders of derivatives, to round-off.
+const SERIES_TERMS: usize = 20;
+
+/// Degree of the exponential series: arguments of norm at most 1, and four orders of derivatives.
+const EXP_DEGREE: usize = 22;
+
+/// Buffers for one shape.
+pub(crate) struct MovingQuasiGeodesic {
+    curve: QuasiGeodesic,
+    problem: EndpointProblem,
+    schur: SkewSchur,
+    /// `S0 U` and `S1 Z`, shape `(r, k)`.
+    start: Jet,
+    end: Jet,
+    wide: Jet,
+    gram: Jet,
+    symmetric: Jet,
+    rotation: Jet,
+    angle_squared: Jet,
+    argument: Jet,
+    sine: Jet,
+    cosine: Jet,
+    whole: Jet,
+    inverse: Jet,
+    weight: Jet,
+    log: Jet,
+    power: Jet,
+    work: [Jet; 2],
+    small: [Mat<f64>; 2],
+}
+
+impl MovingQuasiGeodesic {
+    pub(crate) fn new(r: usize, k: usize) -> Self {
+        let square = || Jet::zeros(k, k);
+        let tall = || Jet::zeros(r, k);
+        MovingQuasiGeodesic {
+            curve: QuasiGeodesic::zeros(r, k),
+            problem: EndpointProblem::new(r, k),
+            schur: SkewSchur::new(k),
+            start: tall(),
+            end: tall(),
+            wide: tall(),
+            gram: square(),
+            symmetric: square(),
+            rotation: square(),
+            angle_squared: square(),
+            argument: square(),
+            sine: square(),
+            cosine: square(),
+            whole: square(),
+            inverse: square(),
+            weight: square(),
+            log: square(),
+            power: square(),
+            work: [square(), square()],
+            small: [Mat::zeros(k, k), Mat::zeros(k, k)],
+        }
+    }
+
+    /// `out(tau) = beta(S0(tau), S1(tau); t + tau)` up to the given order.
+    ///
+    /// # Errors
+    /// Those of [`QuasiGeodesic::between`].
+    pub(crate) fn jet_into(&mut self, s0: &Jet, s1: &Jet, t: f64, order: usize, out: &mut Jet) -> Result<()> {
+        self.curve.join(s0.c[0].as_ref(), s1.c[0].as_ref(), &mut self.problem)?;
+        self.start.set_product_constant(s0, self.problem.u.as_ref(), order);
+        self.end.set_product_constant(s1, self.problem.z.as_ref(), order);
+        self.polar(order)?;
+        self.angles(order);
+        // The interpolation in the aligned frame: `start a_t(P) + end R^T b_t(P)`.
+        self.sine_and_cosine(&one_jet(), order);
+        std::mem::swap(&mut self.sine, &mut self.whole);
+        self.invert_whole(order);
+        self.sine_and_cosine(&[1.0 - t, -1.0, 0.0, 0.0], order);
+        self.weight.set_product(&self.sine, &self.inverse, order);
+        self.wide.set_product(&self.start, &self.weight, order);
+        self.sine_and_cosine(&[t, 1.0, 0.0, 0.0], order);
+        self.weight.set_product(&self.sine, &self.inverse, order);
+        self.start.set_product_nt(&self.end, &self.rotation, order);
+        out.set_product(&self.start, &self.weight, order);
+        self.wide.add(1.0, out, order);
+        // Then the rotation: `U^T R^t`.
+        self.logarithm(order)?;
+        self.exponential(&[t, 1.0, 0.0, 0.0], order);
+        for j in 0..=order {
+            mul_into(
+                self.work[0].c[j].as_mut(),
+                1.0,
+                self.problem.u.as_ref().transpose(),
+                self.power.c[j].as_ref(),
+            );
+        }
+        out.set_product(&self.wide, &self.work[0], order);
+        Ok(())
+    }
+
+    /// `(S0 U)^T (S1 Z) = P R` with `P_0 = diag(c)`, `R_0 = I`, order by order: each needs the skew solution of
+    /// `C w + w C = given`.
+    fn polar(&mut self, order: usize) -> Result<()> {
+        self.gram.set_product_tn(&self.start, &self.end, order);
+        let (p, r, c) = (&mut self.symmetric, &mut self.rotation, &self.problem.cosines);
+        let k = c.len();
+        p.set_scalar(0.0, order);
+        r.set_scalar(1.0, order);
+        for i in 0..k {
+            p.c[0][(i, i)] = c[i];
+        }
+        for j in 1..=order {
+            // Symmetric part of R_j from R R^T = I, then T = M_j - sum P_i R_{j-i} without the unknown part.
+            let [half, rest] = &mut self.small;
+            half.fill(0.0);
+            rest.copy_from(&self.gram.c[j]);
+            for i in 1..j {
+                mul_add(half.as_mut(), -0.5, r.c[i].as_ref(), r.c[j - i].as_ref().transpose());
+                mul_add(rest.as_mut(), -1.0, p.c[i].as_ref(), r.c[j - i].as_ref());
+            }
+            for b in 0..k {
+                for a in 0..k {
+                    rest[(a, b)] -= c[a] * half[(a, b)];
+                }
+            }
+            for b in 0..k {
+                for a in b + 1..k {
+                    let sum = c[a] + c[b];
+                    if sum.abs() <= f64::EPSILON {
+                        // The two smallest cosines are c and -c: two branches of equal length meet.
+                        return Err(Error::NoJoiningCurve { angle: c[a].acos() });
+                    }
+                    let w = (rest[(a, b)] - rest[(b, a)]) / sum;
+                    half[(a, b)] += w;
+                    half[(b, a)] -= w;
+                    rest[(a, b)] -= c[a] * w;
+                    rest[(b, a)] += c[b] * w;
+                }
+            }
+            r.c[j].copy_from(&*half);
+            p.c[j].copy_from(&*rest);
+        }
+        Ok(())
+    }
+
+    /// `Y = Theta^2` from `cos sqrt(Y) = P`: the derivative of the cosine in the eigenbasis is the divided
+    /// difference `-sinc((a+b)/2) sinc((a-b)/2) / 2`, which never vanishes below pi.
+    fn angles(&mut self, order: usize) {
+        let k = self.problem.cosines.len();
+        self.angle_squared.set_scalar(0.0, order);
+        for i in 0..k {
+            self.angle_squared.c[0][(i, i)] = self.curve.angles()[i].powi(2);
+        }
+        for j in 1..=order {
+            self.sine_and_cosine(&one_jet(), j);
+            for b in 0..k {
+                for a in 0..k {
+                    let (x, y) = (self.curve.angles()[a], self.curve.angles()[b]);
+                    let difference = -0.5 * sinc(0.5 * (x + y)) * sinc(0.5 * (x - y));
+                    let missing = self.symmetric.c[j][(a, b)] - self.cosine.c[j][(a, b)];
+                    self.angle_squared.c[j][(a, b)] = missing / difference;
+                }
+            }
+        }
+    }
+
+    /// `sine = sin(t Theta) / Theta` and `cosine = cos(t Theta)`, entire functions of `Y = Theta^2`: their series
+    /// for `|t| <= 1`, and double angles beyond.
+    fn sine_and_cosine(&mut self, t: &ScalarJet, order: usize) {
+        let doublings = t[0].abs().log2().ceil().max(0.0) as i32;
+        let shrink = 0.5_f64.powi(doublings);
+        let t: ScalarJet = t.map(|x| x * shrink);
+        let square = scalar_product(&t, &t);
+        self.argument.set_scaled(&square, &self.angle_squared, order);
+        let [accumulated, product] = &mut self.work;
+        for (target, offset) in [(&mut self.cosine, 0), (&mut self.sine, 1)] {
+            accumulated.set_scalar(1.0, order);
+            for j in (1..=SERIES_TERMS).rev() {
+                let denominator = (2 * j + offset - 1) * (2 * j + offset);
+                product.set_product(accumulated, &self.argument, order);
+                product.rescale(-1.0 / denominator as f64, order);
+                product.add_identity(1.0);
+                std::mem::swap(accumulated, product);
+            }
+            target.copy_from(accumulated, order);
+        }
+        self.work[0].set_scaled(&t, &self.sine, order);
+        std::mem::swap(&mut self.work[0], &mut self.sine);
+        for _ in 0..doublings {
+            let [a, b] = &mut self.work;
+            a.set_product(&self.sine, &self.cosine, order);
+            a.rescale(2.0, order);
+            std::mem::swap(a, &mut self.sine);
+            b.set_product(&self.cosine, &self.cosine, order);
+            b.rescale(2.0, order);
+            b.add_identity(-1.0);
+            std::mem::swap(b, &mut self.cosine);
+        }
+    }
+
+    /// `inverse = whole^{-1}`; the constant term is diagonal.
+    fn invert_whole(&mut self, order: usize) {
+        let k = self.problem.cosines.len();
+        self.inverse.set_scalar(0.0, order);
+        for i in 0..k {
+            self.inverse.c[0][(i, i)] = 1.0 / sinc(self.curve.angles()[i]);
+        }
+        for j in 1..=order {
+            let sum = &mut self.small[0];
+            sum.fill(0.0);
+            for i in 1..=j {
+                mul_add(sum.as_mut(), 1.0, self.whole.c[i].as_ref(), self.inverse.c[j - i].as_ref());
+            }
+            for b in 0..k {
+                for a in 0..k {
+                    self.inverse.c[j][(a, b)] = -self.inverse.c[0][(a, a)] * sum[(a, b)];
+                }
+            }
+        }
+    }
+
+    /// `log R` around `Omega = log R_0`: the residual of `e^{-L} R = I` at each new order, mapped back by the
+    /// inverse derivative of the exponential in the Schur basis of `Omega`.
+    fn logarithm(&mut self, order: usize) -> Result<()> {
+        let k = self.problem.cosines.len();
+        self.log.set_scalar(0.0, order);
+        self.log.c[0].copy_from(self.curve.omega());
+        if k == 1 {
+            return Ok(());
+        }
+        self.schur.compute(self.curve.omega())?;
+        for j in 1..=order {
+            self.exponential(&[-1.0, 0.0, 0.0, 0.0], j);
+            // In the frame of the factorisation R = U R~ Z^T.
+            let residual = &mut self.work[0].c[j];
+            residual.fill(0.0);
+            for i in 0..=j {
+                let [left, right] = &mut self.small;
+                mul_into(left.as_mut(), 1.0, self.problem.u.as_ref(), self.rotation.c[i].as_ref());
+                mul_into(right.as_mut(), 1.0, left.as_ref(), self.problem.z.as_ref().transpose());
+                mul_add(residual.as_mut(), 1.0, self.power.c[j - i].as_ref(), right.as_ref());
+            }
+            let [left, right] = &mut self.small;
+            let v = self.schur.basis();
+            conjugate(right, v.transpose(), residual.as_ref(), v, left);
+            for b in 0..k {
+                for a in b..k {
+                    let entry = 0.5 * (right[(a, b)] - right[(b, a)]);
+                    right[(a, b)] = entry;
+                    right[(b, a)] = -entry;
+                }
+            }
+            apply_ad_function(self.schur.angles(), right.as_mut(), |x, _| inverse_dexp(x));
+            conjugate(&mut self.log.c[j], v, right.as_ref(), v.transpose(), left);
+        }
+        Ok(())
+    }
+
+    /// `power = e^{t log}`: series on a scaled argument, and squaring.
+    fn exponential(&mut self, t: &ScalarJet, order: usize) {
+        self.argument.set_scaled(t, &self.log, order);
+        let size = self.argument.c[0].norm_l2();
+        let squarings = if size > 1.0 { size.log2().ceil() as i32 } else { 0 };
+        self.argument.rescale(0.5_f64.powi(squarings), order);
+        let product = &mut self.work[1];
+        self.power.set_scalar(1.0, order);
+        for j in (1..=EXP_DEGREE).rev() {
+            product.set_product(&self.power, &self.argument, order);
+            product.rescale(1.0 / j as f64, order);
+            product.add_identity(1.0);
+            std::mem::swap(product, &mut self.power);
+        }
+        for _ in 0..squarings {
+            product.set_product(&self.power, &self.power, order);
+            std::mem::swap(product, &mut self.power);
+        }
+    }
+}
+
+/// `out = l m r`.
+fn conjugate(
+    out: &mut Mat<f64>,
+    l: MatRef<'_, f64>,
+    m: MatRef<'_, f64>,
+    r: MatRef<'_, f64>,
+    work: &mut Mat<f64>,
+) {
+    mul_into(work.as_mut(), 1.0, l, m);
+    mul_into(out.as_mut(), 1.0, work.as_ref(), r);
+}
+
+fn one_jet() -> ScalarJet {
+    let mut one = [0.0; ORDER + 1];
+    one[0] = 1.0;
+    one
+}
+
+fn scalar_product(a: &ScalarJet, b: &ScalarJet) -> ScalarJet {
+    let mut out = [0.0; ORDER + 1];
+    for i in 0..=ORDER {
+        for j in 0..=ORDER - i {
+            out[i + j] += a[i] * b[j];
+        }
+    }
+    out
+}
+
+fn sinc(x: f64) -> f64 {
+    if x.abs() < 1e-4 { 1.0 - x * x / 6.0 } else { x.sin() / x }
+}

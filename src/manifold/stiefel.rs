@@ -1,0 +1,166 @@
+//! `St(n, k)` with its canonical metric: membership, projections, and the paper's parametrisation.
+
+use faer::{Mat, MatRef};
+
+use crate::error::{Error, Result};
+use crate::linalg::decomp::polar_factor;
+use crate::linalg::structure::{
+    check_finite, check_shape, frobenius_inner, norm, orthonormality_defect, skew_defect, symmetric_part,
+};
+
+/// A point may be off the manifold by this much: `|S^T S - I|_F`.
+pub const POINT_TOLERANCE: f64 = 1e-9;
+
+/// A vector may be off the tangent space by this much, relative to `max(1, |V|_F)`: `|S^T V + V^T S|_F / 2`.
+pub const TANGENT_TOLERANCE: f64 = 1e-9;
+
+/// The manifold of `n x k` matrices with orthonormal columns.
+///
+/// ```math
+/// St(n,k) = \{ S \in R^{n \times k} : S^T S = I_k \},\qquad
+/// \langle V, W \rangle_S = \mathrm{tr}\, V^T (I - \tfrac12 S S^T) W
+/// ```
+///
+/// # Source
+/// Edelman, Arias, Smith (1998), section 2.4.1 (canonical metric).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Stiefel {
+    n: usize,
+    k: usize,
+}
+
+impl Stiefel {
+    /// The manifold `St(n, k)`.
+    ///
+    /// # Errors
+    /// `Shape` unless `1 <= k <= n`.
+    pub fn new(n: usize, k: usize) -> Result<Self> {
+        if k == 0 || k > n {
+            return Err(Error::Shape {
+                name: "St(n, k)",
+                expected: "1 <= k <= n".to_owned(),
+                found: format!("n = {n}, k = {k}"),
+            });
+        }
+        Ok(Stiefel { n, k })
+    }
+
+    /// The manifold that an `n x k` matrix would lie on.
+    ///
+    /// # Errors
+    /// `Shape` unless `1 <= k <= n`.
+    pub fn of(name: &'static str, s: MatRef<'_, f64>) -> Result<Self> {
+        Stiefel::new(s.nrows(), s.ncols()).map_err(|_| Error::Shape {
+            name,
+            expected: "(n, k) with 1 <= k <= n".to_owned(),
+            found: format!("({}, {})", s.nrows(), s.ncols()),
+        })
+    }
+
+    /// Rows of a point.
+    pub fn n(&self) -> usize {
+        self.n
+    }
+
+    /// Columns of a point.
+    pub fn k(&self) -> usize {
+        self.k
+    }
+
+    /// Dimension of the manifold, `nk - k(k+1)/2`.
+    pub fn dim(&self) -> usize {
+        self.n * self.k - self.k * (self.k + 1) / 2
+    }
+
+    /// Checks shape, finiteness and `|S^T S - I|_F <= tolerance`.
+    ///
+    /// # Errors
+    /// `Shape`, `NonFinite`, `NotOrthonormal`.
+    pub fn check_point(&self, name: &'static str, s: MatRef<'_, f64>, tolerance: f64) -> Result<()> {
+        check_shape(name, s, self.n, self.k)?;
+        check_finite(name, s)?;
+        let defect = orthonormality_defect(s);
+        // Not `defect > tolerance`: finite entries can overflow in S^T S, and then the defect is NaN or infinite.
+        if defect <= tolerance { Ok(()) } else { Err(Error::NotOrthonormal { name, defect, tolerance }) }
+    }
+
+    /// Checks shape, finiteness and `|S^T V + V^T S|_F / 2 <= tolerance max(1, |V|_F)`.
+    ///
+    /// # Errors
+    /// `Shape`, `NonFinite`, `NotTangent`.
+    pub fn check_tangent(
+        &self,
+        name: &'static str,
+        s: MatRef<'_, f64>,
+        v: MatRef<'_, f64>,
+        tolerance: f64,
+    ) -> Result<()> {
+        check_shape(name, v, self.n, self.k)?;
+        check_finite(name, v)?;
+        let tolerance = tolerance * norm(v).max(1.0);
+        let defect = skew_defect((s.transpose() * v).as_ref());
+        if defect <= tolerance { Ok(()) } else { Err(Error::NotTangent { name, defect, tolerance }) }
+    }
+
+    /// Nearest point in the Frobenius norm, the polar factor of `y` (shape `(n, k)`).
+    ///
+    /// # Errors
+    /// `Shape`, `NonFinite`, `RankDeficient`.
+    pub fn project(&self, y: MatRef<'_, f64>) -> Result<Mat<f64>> {
+        check_shape("Y", y, self.n, self.k)?;
+        check_finite("Y", y)?;
+        polar_factor("Y", y)
+    }
+
+    /// Orthogonal projection of `z` (shape `(n, k)`) on the tangent space at `s`.
+    ///
+    /// ```math
+    /// Z - S\, \mathrm{sym}(S^T Z)
+    /// ```
+    pub fn project_tangent(&self, s: MatRef<'_, f64>, z: MatRef<'_, f64>) -> Mat<f64> {
+        z - s * symmetric_part((s.transpose() * z).as_ref())
+    }
+
+    /// Canonical inner product `tr V^T (I - S S^T / 2) W` of two tangent vectors at `s`.
+    pub fn inner(&self, s: MatRef<'_, f64>, v: MatRef<'_, f64>, w: MatRef<'_, f64>) -> f64 {
+        let (sv, sw) = (s.transpose() * v, s.transpose() * w);
+        frobenius_inner(v, w) - 0.5 * frobenius_inner(sv.as_ref(), sw.as_ref())
+    }
+
+    /// Canonical norm of a tangent vector at `s`, as `sqrt(|K|^2 + |Omega|^2 / 2)`: free of cancellation.
+    pub fn norm(&self, s: MatRef<'_, f64>, v: MatRef<'_, f64>) -> f64 {
+        let (normal, omega) = self.split(s, v);
+        norm(normal.as_ref()).hypot(norm(omega.as_ref()) * std::f64::consts::FRAC_1_SQRT_2)
+    }
+
+    /// `V = K + S Omega` with `S^T K = 0`: the pair `(K, Omega)`, shapes `(n, k)` and `(k, k)`.
+    pub fn split(&self, s: MatRef<'_, f64>, v: MatRef<'_, f64>) -> (Mat<f64>, Mat<f64>) {
+        let omega = s.transpose() * v;
+        let normal = v - s * &omega;
+        (normal, crate::linalg::structure::skew_part(omega.as_ref()))
+    }
+
+    /// The paper's pair `(X, Omega)` of a tangent vector: `V = X S + S Omega`, `X` skew `(n, n)`, `Omega` skew
+    /// `(k, k)`.
+    ///
+    /// ```math
+    /// X = V S^T - S V^T + 2 S V^T S S^T = K S^T - S K^T,\qquad \Omega = S^T V
+    /// ```
+    ///
+    /// # Source
+    /// arXiv 2404.19407, parametrisation of the tangent space; the right-hand form has rank at most `2k`.
+    pub fn decompose(&self, s: MatRef<'_, f64>, v: MatRef<'_, f64>) -> (Mat<f64>, Mat<f64>) {
+        let (normal, omega) = self.split(s, v);
+        (&normal * s.transpose() - s * normal.transpose(), omega)
+    }
+
+    /// The tangent vector `V = X S + S Omega` of the paper's pair.
+    ///
+    /// # Errors
+    /// `Shape`.
+    pub fn compose(&self, s: MatRef<'_, f64>, x: MatRef<'_, f64>, omega: MatRef<'_, f64>) -> Result<Mat<f64>> {
+        check_shape("X", x, self.n, self.n)?;
+        check_shape("Omega", omega, self.k, self.k)?;
+        Ok(x * s + s * omega)
+    }
+}

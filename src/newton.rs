@@ -1,0 +1,110 @@
+//! Damped Newton iteration on `R^m`, with a report.
+//!
+//! The solver knows nothing of the problem: a problem gives residuals and exact Jacobians. A trial step at which
+//! the problem cannot be evaluated (a curve leaves its chart, say) counts as one that does not lower the residual.
+
+use faer::{Mat, MatMut};
+
+use crate::error::Result;
+use crate::interrupt::Interrupt;
+use crate::linalg::decomp::solve_square;
+use crate::report::{SolverReport, StopReason};
+
+/// A step is accepted if it lowers the norm of the residual by this share of what the linear model predicts.
+const SUFFICIENT_DECREASE: f64 = 1e-4;
+
+/// Halvings of a step before the direction is given up.
+const MAX_HALVINGS: i32 = 30;
+
+/// A square system of equations `F(x) = 0`.
+pub trait Problem {
+    /// Number of unknowns and of equations.
+    fn dim(&self) -> usize;
+
+    /// `residual = F(x)` and, where asked for, `jacobian = DF(x)`.
+    ///
+    /// # Errors
+    /// Where `F` does not exist at `x`.
+    fn evaluate(&mut self, x: &[f64], residual: &mut [f64], jacobian: Option<MatMut<'_, f64>>) -> Result<()>;
+}
+
+/// When to stop.
+#[derive(Clone, Copy)]
+pub struct NewtonOptions<'a> {
+    /// Converged once the Euclidean norm of the residual is at most this.
+    pub tolerance: f64,
+    /// Newton steps at the most.
+    pub max_iterations: usize,
+    /// Asked before every step.
+    pub interrupt: Interrupt<'a>,
+}
+
+impl Default for NewtonOptions<'_> {
+    /// Residual `1e-12`, at most 50 steps.
+    fn default() -> Self {
+        NewtonOptions { tolerance: 1e-12, max_iterations: 50, interrupt: Interrupt::NEVER }
+    }
+}
+
+/// Solves `F(x) = 0` from `x`, in place.
+///
+/// ```math
+/// x \leftarrow x - \lambda\, DF(x)^{-1} F(x),\qquad \lambda = 1, \tfrac12, \tfrac14, \dots
+/// ```
+///
+/// The first `lambda` that lowers `|F|` is taken. On return `x` is the best iterate; the report says whether
+/// that is a solution.
+///
+/// # Errors
+/// That of the problem at the starting point, and `Interrupted`. Failure to converge is in the report.
+/// # Source
+/// Dennis, Schnabel (1996), "Numerical Methods for Unconstrained Optimization and Nonlinear Equations", ch. 6.
+pub fn solve(problem: &mut impl Problem, x: &mut [f64], options: &NewtonOptions<'_>) -> Result<SolverReport> {
+    let m = problem.dim();
+    let (mut residual, mut trial_residual, mut trial) = (vec![0.0; m], vec![0.0; m], vec![0.0; m]);
+    let mut jacobian = Mat::zeros(m, m);
+    problem.evaluate(x, &mut residual, None)?;
+    let mut size = norm(&residual);
+    let mut iterations = 0;
+    let reason = loop {
+        if size <= options.tolerance {
+            break StopReason::Converged;
+        }
+        if iterations == options.max_iterations {
+            break StopReason::MaxIterations;
+        }
+        options.interrupt.check("Newton iteration")?;
+        problem.evaluate(x, &mut residual, Some(jacobian.as_mut()))?;
+        let Some(step) = solve_square(jacobian.as_ref(), &residual) else { break StopReason::SingularJacobian };
+        let mut accepted = false;
+        for halving in 0..MAX_HALVINGS {
+            options.interrupt.check("Newton iteration")?;
+            let damping = 0.5_f64.powi(halving);
+            for i in 0..m {
+                trial[i] = x[i] - damping * step[i];
+            }
+            match problem.evaluate(&trial, &mut trial_residual, None) {
+                Ok(()) => {}
+                Err(error @ crate::error::Error::Interrupted { .. }) => return Err(error),
+                Err(_) => continue,
+            }
+            let trial_size = norm(&trial_residual);
+            if trial_size <= (1.0 - SUFFICIENT_DECREASE * damping) * size {
+                x.copy_from_slice(&trial);
+                size = trial_size;
+                accepted = true;
+                break;
+            }
+        }
+        if !accepted {
+            break StopReason::Stagnated;
+        }
+        iterations += 1;
+    };
+    let converged = reason == StopReason::Converged;
+    Ok(SolverReport { converged, iterations, residual: size, tolerance: options.tolerance, reason })
+}
+
+fn norm(x: &[f64]) -> f64 {
+    x.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
