@@ -10,6 +10,8 @@ pub mod interrupt;
 pub mod linalg;
 pub mod manifold;
 pub mod newton;
+#[cfg(feature = "python")]
+mod python;
 pub mod report;
 
 pub use curve::{Curve, GeometricCubic, Quantity};

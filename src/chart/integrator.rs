@@ -53,18 +53,33 @@ pub fn integrate<const X: usize, const Z: usize>(
     t_end: f64,
     interrupt: Interrupt<'_>,
 ) -> Result<Vec<SVector<f64, Z>>> {
-    let h = check_arguments(chart, z0, steps, t_end)?;
-    let mut out = Vec::with_capacity(steps + 1);
-    out.push(*z0);
-    for step in 0..steps {
-        if step % STEPS_PER_CHECK == 0 {
-            interrupt.check("chart integrator")?;
-        }
-        let next = solve_step(chart, map, &out[step], h)?.end;
-        chart.check("state", next.as_slice())?;
-        out.push(next);
+    check_arguments(chart, z0, steps, t_end)?;
+    let mut out = Vec::new();
+    if out.try_reserve_exact(steps.saturating_add(1)).is_err() {
+        let requirement = "few enough for the trajectory to fit in memory";
+        return Err(Error::InvalidArgument { name: "steps", requirement, found: steps as f64 });
     }
+    out.push(*z0);
+    march(chart, map, z0, steps, t_end, interrupt, |solved, _| {
+        out.push(solved.end);
+        Ok(())
+    })?;
     Ok(out)
+}
+
+/// The last state of [`integrate`].
+///
+/// # Errors
+/// As [`integrate`].
+pub fn last_state<const X: usize, const Z: usize>(
+    chart: &impl Chart<X, Z>,
+    map: &impl DiscretizationMap<X>,
+    z0: &SVector<f64, Z>,
+    steps: usize,
+    t_end: f64,
+    interrupt: Interrupt<'_>,
+) -> Result<SVector<f64, Z>> {
+    march(chart, map, z0, steps, t_end, interrupt, |_, _| Ok(()))
 }
 
 /// The last state of [`integrate`] and its exact derivative with respect to `z0`, shape `(4d, 4d)`.
@@ -79,18 +94,36 @@ pub fn integrate_with_tangent<const X: usize, const Z: usize>(
     t_end: f64,
     interrupt: Interrupt<'_>,
 ) -> Result<(SVector<f64, Z>, SMatrix<f64, Z, Z>)> {
+    let mut tangent = SMatrix::<f64, Z, Z>::identity();
+    let end = march(chart, map, z0, steps, t_end, interrupt, |solved, h| {
+        tangent = solved.tangent(chart, map, h)? * tangent;
+        Ok(())
+    })?;
+    Ok((end, tangent))
+}
+
+/// Takes the steps one by one and shows each, with its length; returns the last state.
+fn march<const X: usize, const Z: usize>(
+    chart: &impl Chart<X, Z>,
+    map: &impl DiscretizationMap<X>,
+    z0: &SVector<f64, Z>,
+    steps: usize,
+    t_end: f64,
+    interrupt: Interrupt<'_>,
+    mut visit: impl FnMut(&Step<X, Z>, f64) -> Result<()>,
+) -> Result<SVector<f64, Z>> {
     let h = check_arguments(chart, z0, steps, t_end)?;
-    let (mut z, mut tangent) = (*z0, SMatrix::<f64, Z, Z>::identity());
+    let mut z = *z0;
     for step in 0..steps {
         if step % STEPS_PER_CHECK == 0 {
             interrupt.check("chart integrator")?;
         }
         let solved = solve_step(chart, map, &z, h)?;
         chart.check("state", solved.end.as_slice())?;
-        tangent = solved.tangent(chart, map, h)? * tangent;
+        visit(&solved, h)?;
         z = solved.end;
     }
-    Ok((z, tangent))
+    Ok(z)
 }
 
 fn check_arguments<const X: usize, const Z: usize>(

@@ -4,6 +4,7 @@ use faer::MatMut;
 use nalgebra::SVector;
 
 use super::discretization::DiscretizationMap;
+use super::integrator::last_state;
 use super::{Chart, integrate, integrate_with_tangent};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
@@ -128,11 +129,11 @@ where
 
     fn evaluate(&mut self, p: &[f64], residual: &mut [f64], jacobian: Option<MatMut<'_, f64>>) -> Result<()> {
         self.z0.as_mut_slice()[X..].copy_from_slice(p);
+        let EndPoint { chart, map, ref z0, x1, steps, t_end, interrupt } = *self;
         let end = match jacobian {
-            None => self.run()?,
+            None => last_state(chart, map, z0, steps, t_end, interrupt)?,
             Some(mut jacobian) => {
-                let (end, tangent) =
-                    integrate_with_tangent(self.chart, self.map, &self.z0, self.steps, self.t_end, self.interrupt)?;
+                let (end, tangent) = integrate_with_tangent(chart, map, z0, steps, t_end, interrupt)?;
                 for j in 0..X {
                     for i in 0..X {
                         jacobian[(i, j)] = tangent[(i, X + j)];
@@ -142,19 +143,8 @@ where
             }
         };
         for i in 0..X {
-            residual[i] = end[i] - self.x1[i];
+            residual[i] = end[i] - x1[i];
         }
         Ok(())
-    }
-}
-
-impl<C, R, const X: usize, const Z: usize> EndPoint<'_, C, R, X, Z>
-where
-    C: Chart<X, Z>,
-    R: DiscretizationMap<X>,
-{
-    fn run(&self) -> Result<SVector<f64, Z>> {
-        let trajectory = integrate(self.chart, self.map, &self.z0, self.steps, self.t_end, self.interrupt)?;
-        Ok(trajectory[self.steps])
     }
 }

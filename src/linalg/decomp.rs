@@ -11,6 +11,9 @@ use faer::{Mat, MatRef, Par};
 
 use crate::error::{Error, Result};
 
+/// Entries whose squares neither overflow nor vanish: faer's iteration does not converge far outside.
+const SAFE: std::ops::Range<f64> = 1e-120..1e120;
+
 /// Singular value decomposition `A = U diag(s) V^T` in buffers made once for a largest size.
 ///
 /// Singular values are sorted in decreasing order. `U` has `min(rows, cols)` columns, `V` is square.
@@ -42,11 +45,24 @@ impl Svd {
         svd_scratch::<f64>(rows, cols, thin, full, Par::Seq, Default::default())
     }
 
-    /// Factors `a`, no larger than the size given to [`Svd::new`].
+    /// Factors `a`, no larger than the size given to [`Svd::new`]. Entries of extreme size are scaled in a copy.
     ///
     /// # Errors
     /// `Decomposition` where the iteration does not converge.
     pub fn compute(&mut self, a: MatRef<'_, f64>) -> Result<()> {
+        let largest = a.norm_max();
+        if largest == 0.0 || SAFE.contains(&largest) {
+            return self.compute_scaled(a);
+        }
+        let scaled = Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] / largest);
+        self.compute_scaled(scaled.as_ref())?;
+        for i in 0..self.rows.min(self.cols) {
+            self.s[i] *= largest;
+        }
+        Ok(())
+    }
+
+    fn compute_scaled(&mut self, a: MatRef<'_, f64>) -> Result<()> {
         let (rows, cols) = (a.nrows(), a.ncols());
         let rank = rows.min(cols);
         (self.rows, self.cols) = (rows, cols);
@@ -57,6 +73,8 @@ impl Svd {
             self.v[(0, 0)] = 1.0;
             return Ok(());
         }
+        // For wide input faer sets only a part of V and takes the rest to be zero.
+        self.v.fill(0.0);
         svd(
             a,
             self.s.as_mut().column_vector_mut().subrows_mut(0, rank).as_diagonal_mut(),

@@ -26,9 +26,10 @@ pub const ORTHOGONALITY_TOLERANCE: f64 = 1e-9;
 /// Cosines closer than this are treated as one group; wider gaps lose `eps / gap`, which the correction mends.
 const GROUP_GAP: f64 = 1e-7;
 
-/// Two angles whose sum is within this of 2 pi lie in one group, where the first answer is already right to
-/// round-off; the derivative of the logarithm is singular there, so the correction leaves them alone.
-const NEAR_TWO_PI: f64 = 1e-3;
+/// Two angles whose sum is within this of 2 pi have cosines closer than `GROUP_GAP` (by at most half its square),
+/// so they lie in one group, where the first answer is already right to round-off; the derivative of the logarithm
+/// is singular there, so the correction leaves them alone.
+const NEAR_TWO_PI: f64 = 1e-4;
 
 /// Principal logarithm of a rotation: the skew `L` with `e^L = Q` and all angles below pi.
 ///

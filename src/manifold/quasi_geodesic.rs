@@ -23,6 +23,12 @@ const NEGLIGIBLE: f64 = 4.0 * f64::EPSILON;
 /// A principal angle is pi to working precision where its sine is below this.
 const ANTIPODAL: f64 = 32.0 * f64::EPSILON;
 
+/// Principal directions of sine below this are separated by their sines, the others by their cosines.
+const LARGE_SINE: f64 = 0.5;
+
+/// Sweeps of plane rotations that separate principal directions; three or four are usual.
+const MAX_SWEEPS: usize = 30;
+
 /// The quasi-geodesic `beta(t) = e^{tX} S e^{t Omega}`.
 ///
 /// With a thin singular value decomposition `K = Q Sigma W^T` of the normal part of the velocity
@@ -192,20 +198,14 @@ impl QuasiGeodesic {
         self.frame.as_mut().subcols_mut(k, k).fill(0.0);
         self.angles.fill(0.0);
         if self.n() > k {
-            self.principal_angles(s0, s1, problem)?;
+            self.principal_angles(s0, problem)?;
         }
         problem.log.log_into(self.omega.as_mut(), problem.rotation.as_ref())
     }
 
     /// Angles and unit normal directions from `(I - S0 S0^T) S1 Z`, largest sine first.
-    fn principal_angles(
-        &mut self,
-        s0: MatRef<'_, f64>,
-        s1: MatRef<'_, f64>,
-        problem: &mut EndpointProblem,
-    ) -> Result<()> {
+    fn principal_angles(&mut self, s0: MatRef<'_, f64>, problem: &mut EndpointProblem) -> Result<()> {
         let k = self.k();
-        mul_into(problem.normal.as_mut(), 1.0, s1, problem.z.as_ref());
         for i in (0..k).rev() {
             // Twice is enough: a direction that loses half of its length twice is round-off.
             let first = problem.orthogonalise(s0, self.frame.as_ref().subcols(k, k), i);
@@ -334,7 +334,8 @@ impl EndpointProblem {
         }
     }
 
-    /// `S0^T S1 = U diag(c) Z^T` with `det(U Z^T) = +1`, and the rotation `U Z^T`.
+    /// `S0^T S1 = U diag(c) Z^T` with `det(U Z^T) = +1`, the rotation `U Z^T`, and `normal = (I - S0 S0^T) S1 Z`;
+    /// principal angles increasing, before the sign change of the last one.
     fn principal_vectors(&mut self, s0: MatRef<'_, f64>, s1: MatRef<'_, f64>) -> Result<()> {
         let (n, k) = (s0.nrows(), s0.ncols());
         mul_into(self.gram.as_mut(), 1.0, s0.transpose(), s1);
@@ -343,6 +344,13 @@ impl EndpointProblem {
         self.z.copy_from(self.svd.v());
         for i in 0..k {
             self.cosines[i] = self.svd.s(i);
+        }
+        if n > k {
+            mul_into(self.normal.as_mut(), 1.0, s1, self.z.as_ref());
+            mul_into(self.gram.as_mut(), 1.0, s0.transpose(), self.normal.as_ref());
+            mul_add(self.normal.as_mut(), -1.0, s0, self.gram.as_ref());
+            self.separate_small_angles()?;
+            self.sort_by_angle();
         }
         mul_into(self.rotation.as_mut(), 1.0, self.u.as_ref(), self.z.as_ref().transpose());
         self.gram.copy_from(&self.rotation);
@@ -357,6 +365,70 @@ impl EndpointProblem {
             mul_into(self.rotation.as_mut(), 1.0, self.u.as_ref(), self.z.as_ref().transpose());
         }
         Ok(())
+    }
+
+    /// Makes the columns of `normal` of small sine orthogonal, by one-sided Jacobi rotations that `U` and `Z` share.
+    ///
+    /// Cosines do not tell small angles apart (all are 1 below 1e-8), so the factorisation of `S0^T S1` leaves
+    /// their principal vectors undetermined; the sines do. Where both sines are small both cosines are near 1,
+    /// and the rotation that makes the sine part diagonal keeps `U^T S0^T S1 Z` diagonal to round-off.
+    fn separate_small_angles(&mut self) -> Result<()> {
+        let k = self.cosines.len();
+        let negligible = f64::EPSILON * (self.normal.nrows() as f64).max(4.0);
+        for _ in 0..MAX_SWEEPS {
+            let mut separated = true;
+            for j in 1..k {
+                for i in 0..j {
+                    let [a, b] = [i, j].map(|l| self.normal.col(l).squared_norm_l2());
+                    let overlap = self.normal.col(i).transpose() * self.normal.col(j);
+                    let larger = a.max(b).sqrt();
+                    if larger < LARGE_SINE && overlap.abs() > negligible * larger {
+                        self.rotate(i, j, 0.5 * (b - a) / overlap);
+                        separated = false;
+                    }
+                }
+            }
+            if separated {
+                return Ok(());
+            }
+        }
+        Err(Error::Decomposition { kind: "separation of small principal angles" })
+    }
+
+    /// The plane rotation of columns `i` and `j` whose angle `phi <= pi/4` has `cot(2 phi) = cotangent`.
+    fn rotate(&mut self, i: usize, j: usize, cotangent: f64) {
+        let tangent = 1.0_f64.copysign(cotangent) / (cotangent.abs() + 1.0_f64.hypot(cotangent));
+        let cos = 1.0 / 1.0_f64.hypot(tangent);
+        let sin = tangent * cos;
+        for columns in [&mut self.normal, &mut self.u, &mut self.z] {
+            for row in 0..columns.nrows() {
+                let (x, y) = (columns[(row, i)], columns[(row, j)]);
+                columns[(row, i)] = cos * x - sin * y;
+                columns[(row, j)] = sin * x + cos * y;
+            }
+        }
+        let (x, y) = (self.cosines[i], self.cosines[j]);
+        self.cosines[i] = cos * cos * x + sin * sin * y;
+        self.cosines[j] = sin * sin * x + cos * cos * y;
+    }
+
+    /// Sorts the principal directions by increasing angle (insertion: they are sorted but for close ones).
+    fn sort_by_angle(&mut self) {
+        let angle = |problem: &Self, i: usize| problem.normal.col(i).norm_l2().atan2(problem.cosines[i]);
+        for end in 1..self.cosines.len() {
+            let mut i = end;
+            while i > 0 && angle(self, i) < angle(self, i - 1) {
+                for columns in [&mut self.normal, &mut self.u, &mut self.z] {
+                    for row in 0..columns.nrows() {
+                        let swap = columns[(row, i)];
+                        columns[(row, i)] = columns[(row, i - 1)];
+                        columns[(row, i - 1)] = swap;
+                    }
+                }
+                self.cosines.swap(i, i - 1);
+                i -= 1;
+            }
+        }
     }
 
     /// Projects column `i` of `normal` off `s0` and off the directions found so far; returns its length.

@@ -136,7 +136,9 @@ impl Stiefel {
     /// `V = K + S Omega` with `S^T K = 0`: the pair `(K, Omega)`, shapes `(n, k)` and `(k, k)`.
     pub fn split(&self, s: MatRef<'_, f64>, v: MatRef<'_, f64>) -> (Mat<f64>, Mat<f64>) {
         let omega = s.transpose() * v;
-        let normal = v - s * &omega;
+        let once = v - s * &omega;
+        // Once leaves a part along S of size eps |V|, which is all there is of K where it is small or zero.
+        let normal = &once - s * (s.transpose() * &once);
         (normal, crate::linalg::structure::skew_part(omega.as_ref()))
     }
 

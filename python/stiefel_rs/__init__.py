@@ -1,0 +1,36 @@
+"""Smooth curves on Stiefel manifolds.
+
+Quasi-geodesics, geometric cubics (adjusted de Casteljau), and the symplectic integrators and shooting of
+arXiv 2404.19407 in charts of St(3,1) and St(3,2).
+"""
+
+from ._core import (
+    Chart,
+    Curve,
+    GeometricCubic,
+    QuasiGeodesic,
+    ShootingResult,
+    SolverReport,
+    Stiefel,
+    orthogonal_log,
+    skew_exp,
+)
+from ._core import __VERSION__ as __version__
+from .errors import ConvergenceError, InvalidInputError, OutsideDomainError, StiefelError
+
+__all__ = [
+    "Chart",
+    "ConvergenceError",
+    "Curve",
+    "GeometricCubic",
+    "InvalidInputError",
+    "OutsideDomainError",
+    "QuasiGeodesic",
+    "ShootingResult",
+    "SolverReport",
+    "Stiefel",
+    "StiefelError",
+    "__version__",
+    "orthogonal_log",
+    "skew_exp",
+]

@@ -1,0 +1,126 @@
+//! Running the core without the interpreter lock, on a chosen number of threads, stoppable by Ctrl-C.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::Duration;
+
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::prelude::*;
+
+use super::error::{invalid_input, to_exception};
+use crate::error::Result;
+use crate::interrupt::Interrupt;
+
+/// Calls estimated below this many operations (a few milliseconds) run in place: a thread costs more than it brings.
+const SHORT: f64 = 1e7;
+
+/// How often a waiting call looks for Ctrl-C.
+const POLL: Duration = Duration::from_millis(50);
+
+/// A call into the core.
+pub struct Call {
+    num_threads: Option<usize>,
+    /// Estimated floating-point operations.
+    operations: f64,
+}
+
+impl Call {
+    /// `num_threads = None` takes rayon's global pool.
+    pub fn new(py: Python<'_>, num_threads: Option<i64>, operations: f64) -> PyResult<Self> {
+        let num_threads = match num_threads {
+            None => None,
+            Some(threads @ 1..=4096) => Some(threads as usize),
+            Some(found) => {
+                return Err(invalid_input(py, format!("num_threads: must be between 1 and 4096, found {found}")));
+            }
+        };
+        Ok(Call { num_threads, operations })
+    }
+
+    /// Whether the call is worth sharing out.
+    pub fn is_long(&self) -> bool {
+        self.operations > SHORT
+    }
+
+    /// Runs `work` detached from the interpreter; an error of the core becomes the exception.
+    pub fn run<T: Send>(&self, py: Python<'_>, work: impl FnOnce(Interrupt<'_>) -> Result<T> + Send) -> PyResult<T> {
+        self.run_any(py, work)?.map_err(|error| to_exception(py, &error, ""))
+    }
+
+    /// Runs `work` detached from the interpreter and returns what it returns.
+    pub fn run_any<T: Send>(&self, py: Python<'_>, work: impl FnOnce(Interrupt<'_>) -> T + Send) -> PyResult<T> {
+        if !self.is_long() {
+            return Ok(py.detach(|| work(Interrupt::NEVER)));
+        }
+        py.detach(|| self.run_watched(work))
+    }
+
+    /// Works on another thread while this one, which may be the main thread, keeps an eye on signals.
+    fn run_watched<T: Send>(&self, work: impl FnOnce(Interrupt<'_>) -> T + Send) -> PyResult<T> {
+        let pool = match self.num_threads {
+            None => None,
+            Some(threads) => Some(
+                rayon::ThreadPoolBuilder::new()
+                    .num_threads(threads)
+                    .build()
+                    .map_err(|error| PyRuntimeError::new_err(error.to_string()))?,
+            ),
+        };
+        let stop = AtomicBool::new(false);
+        let question = || stop.load(Ordering::Relaxed);
+        std::thread::scope(|scope| {
+            let (sender, receiver) = channel();
+            let (pool, question) = (&pool, &question);
+            let worker = move || {
+                let interrupt = Interrupt::new(question);
+                let result = match pool {
+                    Some(pool) => pool.install(|| work(interrupt)),
+                    None => work(interrupt),
+                };
+                // The receiver is gone only if this call has failed already.
+                let _ = sender.send(result);
+            };
+            scope.spawn(worker);
+            loop {
+                match receiver.recv_timeout(POLL) {
+                    Ok(result) => return Ok(result),
+                    Err(RecvTimeoutError::Timeout) => {
+                        if let Err(signal) = Python::attach(|py| py.check_signals()) {
+                            stop.store(true, Ordering::Relaxed);
+                            return Err(signal);
+                        }
+                    }
+                    Err(RecvTimeoutError::Disconnected) => {
+                        return Err(PyRuntimeError::new_err("a worker thread died"));
+                    }
+                }
+            }
+        })
+    }
+}
+
+/// Number of threads of the global pool.
+#[pyfunction]
+pub fn num_threads() -> usize {
+    rayon::current_num_threads()
+}
+
+/// The vector instruction sets that this processor offers and the kernels may use.
+#[pyfunction]
+pub fn simd_features() -> Vec<&'static str> {
+    #[cfg(target_arch = "x86_64")]
+    {
+        let found = [
+            ("sse2", std::is_x86_feature_detected!("sse2")),
+            ("avx", std::is_x86_feature_detected!("avx")),
+            ("avx2", std::is_x86_feature_detected!("avx2")),
+            ("fma", std::is_x86_feature_detected!("fma")),
+            ("avx512f", std::is_x86_feature_detected!("avx512f")),
+        ];
+        found.into_iter().filter(|(_, has)| *has).map(|(name, _)| name).collect()
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    {
+        vec![std::env::consts::ARCH]
+    }
+}

@@ -1,0 +1,194 @@
+//! NumPy arrays in and out: coercion, batches, broadcasting.
+
+use faer::{Mat, MatRef};
+use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use pyo3::exceptions::{PyMemoryError, PyTypeError};
+use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
+use pyo3::types::PyTuple;
+use rayon::prelude::*;
+
+use super::call::Call;
+use super::error::{invalid_input, to_exception};
+use crate::error::Error;
+use crate::interrupt::Interrupt;
+
+static ASARRAY: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
+static CAN_CAST: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
+static FLOAT64: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
+static BROADCAST_TO: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
+static BROADCAST_SHAPES: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
+
+/// A float64 array from anything array-like, by same-kind casting: `TypeError` for complex numbers, text and objects.
+pub fn float_array<'py>(object: &Bound<'py, PyAny>, name: &str) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
+    if let Ok(array) = object.cast::<PyArrayDyn<f64>>() {
+        return Ok(array.readonly());
+    }
+    let py = object.py();
+    let asarray = ASARRAY.import(py, "numpy", "asarray")?;
+    let float64 = FLOAT64.import(py, "numpy", "float64")?;
+    let array = asarray.call1((object,))?;
+    let dtype = array.getattr("dtype")?;
+    let castable = CAN_CAST.import(py, "numpy", "can_cast")?.call1((&dtype, float64, "same_kind"))?;
+    if !castable.extract::<bool>()? {
+        return Err(PyTypeError::new_err(format!("{name}: expected real numbers, found an array of dtype {dtype}")));
+    }
+    Ok(asarray.call1((array, float64))?.cast_into::<PyArrayDyn<f64>>()?.readonly())
+}
+
+/// A batch of matrices (or of rows, with `cols = 1`): leading axes and entries, each matrix row by row.
+pub struct Batch {
+    /// The leading axes.
+    pub shape: Vec<usize>,
+    pub rows: usize,
+    pub cols: usize,
+    entries: Vec<f64>,
+}
+
+impl Batch {
+    /// How many matrices.
+    pub fn len(&self) -> usize {
+        self.shape.iter().product()
+    }
+
+    /// The `i`-th matrix.
+    pub fn get(&self, i: usize) -> MatRef<'_, f64> {
+        let size = self.rows * self.cols;
+        MatRef::from_row_major_slice(&self.entries[i * size..(i + 1) * size], self.rows, self.cols)
+    }
+
+    /// The `i`-th member as a slice.
+    pub fn row(&self, i: usize) -> &[f64] {
+        let size = self.rows * self.cols;
+        &self.entries[i * size..(i + 1) * size]
+    }
+}
+
+/// Reads arrays whose last `core` axes are one member each, and broadcasts the axes before.
+fn read_batches<const N: usize>(
+    objects: [(&Bound<'_, PyAny>, &'static str); N],
+    core: usize,
+) -> PyResult<[Batch; N]> {
+    let py = objects[0].0.py();
+    let mut arrays = Vec::with_capacity(N);
+    for (object, name) in objects {
+        let array = float_array(object, name)?;
+        if array.ndim() < core {
+            let expected = if core == 2 { "(..., n, k)" } else { "(..., d)" };
+            let found = array.shape();
+            return Err(invalid_input(py, format!("{name}: expected shape {expected}, found {}", tuple(found))));
+        }
+        arrays.push(array);
+    }
+    let lead = |array: &PyReadonlyArrayDyn<'_, f64>| array.shape()[..array.ndim() - core].to_vec();
+    let mut shape = lead(&arrays[0]);
+    if arrays.iter().any(|array| lead(array) != shape) {
+        let shapes = arrays.iter().map(|array| PyTuple::new(py, lead(array))).collect::<PyResult<Vec<_>>>()?;
+        let common = BROADCAST_SHAPES.import(py, "numpy", "broadcast_shapes")?.call1(PyTuple::new(py, shapes)?);
+        shape = common.map_err(|error| invalid_input(py, error.value(py).to_string()))?.extract()?;
+        for array in &mut arrays {
+            let full: Vec<usize> = shape.iter().chain(&array.shape()[array.ndim() - core..]).copied().collect();
+            let broadcast = BROADCAST_TO.import(py, "numpy", "broadcast_to")?;
+            *array = broadcast.call1((array.as_any(), PyTuple::new(py, full)?))?.cast_into::<PyArrayDyn<f64>>()?.readonly();
+        }
+    }
+    let mut out = arrays.into_iter().map(|array| {
+        let own = &array.shape()[array.ndim() - core..];
+        let (rows, cols) = (own[0], if core == 2 { own[1] } else { 1 });
+        Batch { shape: shape.clone(), rows, cols, entries: array.as_array().iter().copied().collect() }
+    });
+    Ok(std::array::from_fn(|_| match out.next() {
+        Some(batch) => batch,
+        None => unreachable!("one batch per object"),
+    }))
+}
+
+/// Arrays of matrices, shape `(..., rows, cols)`.
+pub fn matrices<const N: usize>(objects: [(&Bound<'_, PyAny>, &'static str); N]) -> PyResult<[Batch; N]> {
+    read_batches(objects, 2)
+}
+
+/// Arrays of vectors, shape `(..., d)`.
+pub fn vectors<const N: usize>(objects: [(&Bound<'_, PyAny>, &'static str); N]) -> PyResult<[Batch; N]> {
+    read_batches(objects, 1)
+}
+
+/// One matrix, shape `(rows, cols)`.
+pub fn matrix(object: &Bound<'_, PyAny>, name: &'static str) -> PyResult<Mat<f64>> {
+    let [batch] = matrices([(object, name)])?;
+    if batch.shape.is_empty() {
+        return Ok(batch.get(0).to_owned());
+    }
+    let found: Vec<usize> = batch.shape.iter().chain(&[batch.rows, batch.cols]).copied().collect();
+    Err(invalid_input(object.py(), format!("{name}: expected shape (n, k), found {}", tuple(&found))))
+}
+
+/// Parameters of any shape: the shape and the values.
+pub fn parameters(object: &Bound<'_, PyAny>, name: &'static str) -> PyResult<(Vec<usize>, Vec<f64>)> {
+    let array = float_array(object, name)?;
+    Ok((array.shape().to_vec(), array.as_array().iter().copied().collect()))
+}
+
+/// A new array of the given shape.
+pub fn to_array<'py>(py: Python<'py>, entries: Vec<f64>, shape: &[usize]) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    PyArray1::from_vec(py, entries).reshape(shape.to_vec())
+}
+
+/// A shape as Python writes it.
+pub fn tuple(shape: &[usize]) -> String {
+    match shape {
+        [one] => format!("({one},)"),
+        _ => format!("({})", shape.iter().map(usize::to_string).collect::<Vec<_>>().join(", ")),
+    }
+}
+
+/// Applies `member` to every member of a batch, in parallel where that pays, and writes its result, `size` numbers
+/// each. The error reported is that of the first member that has one.
+pub fn map_batch<const N: usize>(
+    py: Python<'_>,
+    call: &Call,
+    batches: &[Batch; N],
+    size: usize,
+    member: impl Fn([&Batch; N], usize, &mut [f64], Interrupt<'_>) -> Result<(), Error> + Sync + Send,
+) -> PyResult<Vec<f64>> {
+    let len = batches[0].len();
+    let views = batches.each_ref();
+    let mut out = Vec::new();
+    let total = len.checked_mul(size).filter(|total| out.try_reserve_exact(*total).is_ok());
+    let Some(total) = total else {
+        return Err(PyMemoryError::new_err(format!("cannot hold {len} results of {size} numbers")));
+    };
+    out.resize(total, 0.0);
+    let failures = call.run_any(py, |interrupt| {
+        let one = |(i, target): (usize, &mut [f64])| {
+            let result = interrupt.check("batch").and_then(|()| member(views, i, target, interrupt));
+            result.err().map(|error| (i, error))
+        };
+        // An empty result (checks only) still has members to visit.
+        if size == 0 {
+            return (0..len).find_map(|i| one((i, &mut [])));
+        }
+        if call.is_long() && len > 1 {
+            out.par_chunks_mut(size).enumerate().filter_map(one).min_by_key(|(i, _)| *i)
+        } else {
+            out.chunks_mut(size).enumerate().find_map(one)
+        }
+    })?;
+    match failures {
+        None => Ok(out),
+        Some((i, error)) => {
+            let place = if batches[0].shape.is_empty() { String::new() } else { format!(" (batch member {i})") };
+            Err(to_exception(py, &error, &place))
+        }
+    }
+}
+
+/// Writes a matrix row by row.
+pub fn write(matrix: MatRef<'_, f64>, out: &mut [f64]) {
+    let cols = matrix.ncols();
+    for i in 0..matrix.nrows() {
+        for j in 0..cols {
+            out[i * cols + j] = matrix[(i, j)];
+        }
+    }
+}

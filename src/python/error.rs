@@ -1,0 +1,96 @@
+//! From the crate's error to a Python exception. The classes live in `stiefel_rs.errors`.
+
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
+use pyo3::types::PyType;
+
+use crate::error::Error;
+use crate::report::SolverReport;
+
+/// How an iteration ended.
+///
+/// Attributes
+/// ----------
+/// converged : bool
+///     Whether ``residual <= tolerance``.
+/// iterations : int
+///     Newton steps taken.
+/// residual : float
+///     Euclidean norm of the residual at the returned iterate.
+/// tolerance : float
+///     The tolerance that was asked for.
+/// reason : str
+///     ``"converged"``, ``"max_iterations"``, ``"stagnated"`` or ``"singular_jacobian"``.
+#[pyclass(name = "SolverReport", module = "stiefel_rs", frozen)]
+#[derive(Clone)]
+pub struct PySolverReport(pub SolverReport);
+
+#[pymethods]
+impl PySolverReport {
+    #[getter]
+    fn converged(&self) -> bool {
+        self.0.converged
+    }
+    #[getter]
+    fn iterations(&self) -> usize {
+        self.0.iterations
+    }
+    #[getter]
+    fn residual(&self) -> f64 {
+        self.0.residual
+    }
+    #[getter]
+    fn tolerance(&self) -> f64 {
+        self.0.tolerance
+    }
+    #[getter]
+    fn reason(&self) -> &'static str {
+        self.0.reason.as_str()
+    }
+    fn __repr__(&self) -> String {
+        let flag = if self.0.converged { "True" } else { "False" };
+        let (iterations, residual) = (self.0.iterations, self.0.residual);
+        let (tolerance, reason) = (self.0.tolerance, self.0.reason.as_str());
+        format!(
+            "SolverReport(converged={flag}, iterations={iterations}, residual={residual:e}, \
+             tolerance={tolerance:e}, reason='{reason}')"
+        )
+    }
+}
+
+static INVALID_INPUT: PyOnceLock<Py<PyType>> = PyOnceLock::new();
+static OUTSIDE_DOMAIN: PyOnceLock<Py<PyType>> = PyOnceLock::new();
+static CONVERGENCE: PyOnceLock<Py<PyType>> = PyOnceLock::new();
+
+fn build<'py, A>(py: Python<'py>, cell: &PyOnceLock<Py<PyType>>, class: &str, arguments: A) -> PyErr
+where
+    A: pyo3::call::PyCallArgs<'py>,
+{
+    let instance = cell.import(py, "stiefel_rs.errors", class).and_then(|class| class.call1(arguments));
+    match instance {
+        Ok(instance) => PyErr::from_value(instance),
+        Err(error) => error,
+    }
+}
+
+/// `InvalidInputError` with a message of the binding's own.
+pub fn invalid_input(py: Python<'_>, message: String) -> PyErr {
+    build(py, &INVALID_INPUT, "InvalidInputError", (message,))
+}
+
+/// The exception for an error; `place` says which member of a batch it was, or is empty.
+pub fn to_exception(py: Python<'_>, error: &Error, place: &str) -> PyErr {
+    let message = format!("{error}{place}");
+    match error {
+        Error::OutsideLogDomain { .. }
+        | Error::NoJoiningCurve { .. }
+        | Error::DifferentComponents { .. }
+        | Error::OutsideChart { .. } => build(py, &OUTSIDE_DOMAIN, "OutsideDomainError", (message, error.angle())),
+        Error::NoConvergence { report, .. } => {
+            build(py, &CONVERGENCE, "ConvergenceError", (message, PySolverReport(*report)))
+        }
+        Error::Decomposition { .. } | Error::Interrupted { .. } => PyRuntimeError::new_err(message),
+        _ => invalid_input(py, message),
+    }
+}

@@ -1,0 +1,31 @@
+//! The Python module `stiefel_rs._core`: names only. No mathematics lives below this point.
+
+mod call;
+mod chart;
+mod convert;
+mod curve;
+mod error;
+mod linalg;
+mod stiefel;
+
+use pyo3::prelude::*;
+
+/// Compiled part of `stiefel_rs`.
+#[pymodule(gil_used = false)]
+pub mod _core {
+    #[pymodule_export]
+    use super::call::{num_threads, simd_features};
+    #[pymodule_export]
+    use super::chart::{PyChart, PyShootingResult};
+    #[pymodule_export]
+    use super::curve::{PyCurve, PyGeometricCubic, PyQuasiGeodesic};
+    #[pymodule_export]
+    use super::error::PySolverReport;
+    #[pymodule_export]
+    use super::linalg::{orthogonal_log, skew_exp};
+    #[pymodule_export]
+    use super::stiefel::PyStiefel;
+
+    #[pymodule_export]
+    const __VERSION__: &str = env!("CARGO_PKG_VERSION");
+}

@@ -1,0 +1,348 @@
+//! The manifold for arrays, with batches.
+
+use numpy::PyArrayDyn;
+use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+
+use super::call::Call;
+use super::convert::{Batch, map_batch, matrices, to_array, write};
+use super::error::invalid_input;
+use crate::curve::Curve;
+use crate::error::Result;
+use crate::interrupt::Interrupt;
+use crate::manifold::stiefel::{POINT_TOLERANCE, TANGENT_TOLERANCE};
+use crate::manifold::{QuasiGeodesic, Stiefel};
+
+type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
+
+/// The Stiefel manifold St(n, k) of n x k matrices with orthonormal columns, canonical metric.
+///
+/// Points and tangent vectors are arrays of shape ``(..., n, k)``; leading axes are batches and broadcast.
+///
+/// Parameters
+/// ----------
+/// n, k : int
+///     ``1 <= k <= n``.
+///
+/// Raises
+/// ------
+/// InvalidInputError
+///     Unless ``1 <= k <= n``.
+///
+/// Examples
+/// --------
+/// >>> from stiefel_rs import Stiefel
+/// >>> M = Stiefel(5, 2)
+/// >>> M.dim
+/// 7
+/// >>> S = M.random_point(rng=0)
+/// >>> V = M.random_tangent(S, rng=1)
+/// >>> bool(abs(M.inverse_retract(S, M.retract(S, 0.1 * V)) - 0.1 * V).max() < 1e-14)
+/// True
+#[pyclass(name = "Stiefel", module = "stiefel_rs", frozen, eq, hash)]
+#[derive(Clone, PartialEq, Eq, Hash)]
+pub struct PyStiefel(Stiefel);
+
+impl PyStiefel {
+    fn core_shape(&self, batch: &Batch, name: &str, py: Python<'_>) -> PyResult<()> {
+        if (batch.rows, batch.cols) == (self.0.n(), self.0.k()) {
+            return Ok(());
+        }
+        let (n, k, rows, cols) = (self.0.n(), self.0.k(), batch.rows, batch.cols);
+        Err(invalid_input(py, format!("{name}: expected shape (..., {n}, {k}), found (..., {rows}, {cols})")))
+    }
+
+    /// Checks shapes, maps every member, and gives the result the trailing shape `core`.
+    fn map<'py, const N: usize>(
+        &self,
+        py: Python<'py>,
+        objects: [(&Bound<'py, PyAny>, &'static str); N],
+        core: &[usize],
+        member: impl Fn([&Batch; N], usize, &mut [f64]) -> Result<()> + Sync + Send,
+    ) -> PyResult<Array<'py>> {
+        let batches = matrices(objects)?;
+        for (batch, (_, name)) in batches.iter().zip(objects) {
+            self.core_shape(batch, name, py)?;
+        }
+        let (n, k) = (self.0.n() as f64, self.0.k() as f64);
+        let call = Call::new(py, None, batches[0].len() as f64 * (500.0 + 30.0 * n * k * k))?;
+        let shape: Vec<usize> = batches[0].shape.iter().chain(core).copied().collect();
+        let wrapped = |b: [&Batch; N], i: usize, out: &mut [f64], _: Interrupt<'_>| member(b, i, out);
+        let entries = map_batch(py, &call, &batches, core.iter().product(), wrapped)?;
+        to_array(py, entries, &shape)
+    }
+
+    fn check(&self, s: faer::MatRef<'_, f64>) -> Result<()> {
+        self.0.check_point("S", s, POINT_TOLERANCE)
+    }
+
+    fn check_vector(&self, name: &'static str, s: faer::MatRef<'_, f64>, v: faer::MatRef<'_, f64>) -> Result<()> {
+        self.0.check_tangent(name, s, v, TANGENT_TOLERANCE)
+    }
+
+    fn tolerance(py: Python<'_>, atol: f64) -> PyResult<f64> {
+        if atol >= 0.0 { Ok(atol) } else { Err(invalid_input(py, format!("atol: must be at least 0, found {atol}"))) }
+    }
+
+    /// Standard normal numbers of shape `size + (n, k)` from a generator or a seed.
+    fn normal<'py>(
+        &self,
+        py: Python<'py>,
+        rng: Option<&Bound<'py, PyAny>>,
+        size: &[usize],
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let generator = py.import("numpy.random")?.call_method1("default_rng", (rng,))?;
+        let shape: Vec<usize> = size.iter().chain(&[self.0.n(), self.0.k()]).copied().collect();
+        generator.call_method1("standard_normal", (PyTuple::new(py, shape)?,))
+    }
+}
+
+#[pymethods]
+#[allow(non_snake_case)]
+impl PyStiefel {
+    #[new]
+    fn new(py: Python<'_>, n: i64, k: i64) -> PyResult<Self> {
+        let invalid = || invalid_input(py, format!("St(n, k): expected 1 <= k <= n, found n = {n}, k = {k}"));
+        let (Ok(rows), Ok(cols)) = (usize::try_from(n), usize::try_from(k)) else { return Err(invalid()) };
+        Ok(PyStiefel(Stiefel::new(rows, cols).map_err(|_| invalid())?))
+    }
+
+    /// Rows of a point.
+    #[getter]
+    fn n(&self) -> usize {
+        self.0.n()
+    }
+
+    /// Columns of a point.
+    #[getter]
+    fn k(&self) -> usize {
+        self.0.k()
+    }
+
+    /// Dimension of the manifold, ``n k - k (k + 1) / 2``.
+    #[getter]
+    fn dim(&self) -> usize {
+        self.0.dim()
+    }
+
+    fn __repr__(&self) -> String {
+        format!("Stiefel({}, {})", self.0.n(), self.0.k())
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> (Bound<'py, PyAny>, (usize, usize)) {
+        (slf.get_type().into_any(), (slf.get().0.n(), slf.get().0.k()))
+    }
+
+    /// Raise unless every member of ``S`` is a point: ``|S^T S - I| <= atol`` (Frobenius).
+    ///
+    /// Raises
+    /// ------
+    /// InvalidInputError
+    ///     With the measured defect.
+    #[pyo3(signature = (S, atol=POINT_TOLERANCE))]
+    fn check_point<'py>(&self, py: Python<'py>, S: &Bound<'py, PyAny>, atol: f64) -> PyResult<()> {
+        let atol = Self::tolerance(py, atol)?;
+        self.map(py, [(S, "S")], &[0], |[s], i, _| self.0.check_point("S", s.get(i), atol)).map(|_| ())
+    }
+
+    /// Raise unless every member of ``V`` is tangent at ``S``: ``|S^T V + V^T S| / 2 <= atol max(1, |V|)``.
+    ///
+    /// Raises
+    /// ------
+    /// InvalidInputError
+    ///     With the measured defect.
+    #[pyo3(signature = (S, V, atol=TANGENT_TOLERANCE))]
+    fn check_tangent<'py>(
+        &self,
+        py: Python<'py>,
+        S: &Bound<'py, PyAny>,
+        V: &Bound<'py, PyAny>,
+        atol: f64,
+    ) -> PyResult<()> {
+        let atol = Self::tolerance(py, atol)?;
+        let member = |[s, v]: [&Batch; 2], i: usize, _: &mut [f64]| {
+            self.check(s.get(i))?;
+            self.0.check_tangent("V", s.get(i), v.get(i), atol)
+        };
+        self.map(py, [(S, "S"), (V, "V")], &[0], member).map(|_| ())
+    }
+
+    /// Uniformly distributed points (Haar measure), shape ``size + (n, k)``.
+    ///
+    /// Parameters
+    /// ----------
+    /// rng : numpy.random.Generator or seed, optional
+    /// size : int or tuple of int, optional
+    ///     Leading axes; a single point by default.
+    #[pyo3(signature = (rng=None, size=None))]
+    fn random_point<'py>(
+        &self,
+        py: Python<'py>,
+        rng: Option<&Bound<'py, PyAny>>,
+        size: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Array<'py>> {
+        let size: Vec<usize> = match size {
+            None => Vec::new(),
+            Some(size) => size.extract::<usize>().map(|one| vec![one]).or_else(|_| size.extract())?,
+        };
+        let normal = self.normal(py, rng, &size)?;
+        self.project(py, &normal)
+    }
+
+    /// Normally distributed tangent vectors at ``S``: standard normal matrices, projected. Shape of ``S``.
+    #[pyo3(signature = (S, rng=None))]
+    fn random_tangent<'py>(
+        &self,
+        py: Python<'py>,
+        S: &Bound<'py, PyAny>,
+        rng: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Array<'py>> {
+        let [points] = matrices([(S, "S")])?;
+        self.core_shape(&points, "S", py)?;
+        let normal = self.normal(py, rng, &points.shape)?;
+        self.project_tangent(py, S, &normal)
+    }
+
+    /// Nearest point in the Frobenius norm: the polar factor of ``Y``, shape (..., n, k).
+    ///
+    /// Raises
+    /// ------
+    /// InvalidInputError
+    ///     ``Y`` has no full column rank (with its smallest singular value), or is not finite.
+    fn project<'py>(&self, py: Python<'py>, Y: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
+        self.map(py, [(Y, "Y")], &[self.0.n(), self.0.k()], |[y], i, out| {
+            write(self.0.project(y.get(i))?.as_ref(), out);
+            Ok(())
+        })
+    }
+
+    /// Orthogonal projection ``Z - S sym(S^T Z)`` on the tangent space at ``S``, shape (..., n, k).
+    fn project_tangent<'py>(
+        &self,
+        py: Python<'py>,
+        S: &Bound<'py, PyAny>,
+        Z: &Bound<'py, PyAny>,
+    ) -> PyResult<Array<'py>> {
+        self.map(py, [(S, "S"), (Z, "Z")], &[self.0.n(), self.0.k()], |[s, z], i, out| {
+            self.check(s.get(i))?;
+            crate::linalg::structure::check_finite("Z", z.get(i))?;
+            write(self.0.project_tangent(s.get(i), z.get(i)).as_ref(), out);
+            Ok(())
+        })
+    }
+
+    /// Canonical inner product ``tr V^T (I - S S^T / 2) W`` of tangent vectors at ``S``, shape (...).
+    fn inner<'py>(
+        &self,
+        py: Python<'py>,
+        S: &Bound<'py, PyAny>,
+        V: &Bound<'py, PyAny>,
+        W: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let values = self.map(py, [(S, "S"), (V, "V"), (W, "W")], &[1], |[s, v, w], i, out| {
+            self.check(s.get(i))?;
+            self.check_vector("V", s.get(i), v.get(i))?;
+            self.check_vector("W", s.get(i), w.get(i))?;
+            out[0] = self.0.inner(s.get(i), v.get(i), w.get(i));
+            Ok(())
+        })?;
+        values.get_item((pyo3::types::PyEllipsis::get(py), 0))
+    }
+
+    /// Canonical norm of a tangent vector at ``S``, shape (...).
+    fn norm<'py>(&self, py: Python<'py>, S: &Bound<'py, PyAny>, V: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        let values = self.map(py, [(S, "S"), (V, "V")], &[1], |[s, v], i, out| {
+            self.check(s.get(i))?;
+            self.check_vector("V", s.get(i), v.get(i))?;
+            out[0] = self.0.norm(s.get(i), v.get(i));
+            Ok(())
+        })?;
+        values.get_item((pyo3::types::PyEllipsis::get(py), 0))
+    }
+
+    /// The paper's pair ``(X, Omega)`` of a tangent vector, ``V = X S + S Omega``.
+    ///
+    /// Returns
+    /// -------
+    /// X : ndarray, shape (..., n, n)
+    ///     ``V S^T - S V^T + 2 S V^T S S^T``, skew-symmetric.
+    /// Omega : ndarray, shape (..., k, k)
+    ///     ``S^T V``, skew-symmetric.
+    fn decompose<'py>(
+        &self,
+        py: Python<'py>,
+        S: &Bound<'py, PyAny>,
+        V: &Bound<'py, PyAny>,
+    ) -> PyResult<(Array<'py>, Array<'py>)> {
+        let (n, k) = (self.0.n(), self.0.k());
+        let pair = |[s, v]: [&Batch; 2], i: usize| {
+            self.check(s.get(i))?;
+            self.check_vector("V", s.get(i), v.get(i))?;
+            Ok(self.0.decompose(s.get(i), v.get(i)))
+        };
+        let x = self.map(py, [(S, "S"), (V, "V")], &[n, n], |b, i, out| {
+            write(pair(b, i)?.0.as_ref(), out);
+            Ok(())
+        })?;
+        let omega = self.map(py, [(S, "S"), (V, "V")], &[k, k], |b, i, out| {
+            write(pair(b, i)?.1.as_ref(), out);
+            Ok(())
+        })?;
+        Ok((x, omega))
+    }
+
+    /// The tangent vector ``V = X S + S Omega`` of the paper's pair, shape (..., n, k).
+    fn compose<'py>(
+        &self,
+        py: Python<'py>,
+        S: &Bound<'py, PyAny>,
+        X: &Bound<'py, PyAny>,
+        Omega: &Bound<'py, PyAny>,
+    ) -> PyResult<Array<'py>> {
+        let [s, x, omega] = matrices([(S, "S"), (X, "X"), (Omega, "Omega")])?;
+        self.core_shape(&s, "S", py)?;
+        let (n, k) = (self.0.n(), self.0.k());
+        let shape: Vec<usize> = s.shape.iter().chain(&[n, k]).copied().collect();
+        let call = Call::new(py, None, s.len() as f64 * (n * n * k) as f64)?;
+        let member = |[s, x, omega]: [&Batch; 3], i: usize, out: &mut [f64], _: Interrupt<'_>| {
+            self.check(s.get(i))?;
+            crate::linalg::structure::check_finite("X", x.get(i))?;
+            crate::linalg::structure::check_finite("Omega", omega.get(i))?;
+            let v = self.0.compose(s.get(i), x.get(i), omega.get(i))?;
+            write(v.as_ref(), out);
+            Ok(())
+        };
+        to_array(py, map_batch(py, &call, &[s, x, omega], n * k, member)?, &shape)
+    }
+
+    /// The retraction ``e^X S e^Omega`` of a tangent vector at ``S``, shape (..., n, k).
+    ///
+    /// Raises
+    /// ------
+    /// InvalidInputError
+    ///     Shape, not finite, not orthonormal, not tangent (with the measured defect).
+    fn retract<'py>(&self, py: Python<'py>, S: &Bound<'py, PyAny>, V: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
+        self.map(py, [(S, "S"), (V, "V")], &[self.0.n(), self.0.k()], |[s, v], i, out| {
+            write(QuasiGeodesic::from_velocity(s.get(i), v.get(i))?.point(1.0)?.as_ref(), out);
+            Ok(())
+        })
+    }
+
+    /// The tangent vector at ``S0`` whose retraction is ``S1``, principal branch, shape (..., n, k).
+    ///
+    /// Raises
+    /// ------
+    /// OutsideDomainError
+    ///     No unique quasi-geodesic joins the points; carries ``angle``.
+    fn inverse_retract<'py>(
+        &self,
+        py: Python<'py>,
+        S0: &Bound<'py, PyAny>,
+        S1: &Bound<'py, PyAny>,
+    ) -> PyResult<Array<'py>> {
+        self.map(py, [(S0, "S0"), (S1, "S1")], &[self.0.n(), self.0.k()], |[s0, s1], i, out| {
+            write(QuasiGeodesic::between(s0.get(i), s1.get(i))?.initial_velocity().as_ref(), out);
+            Ok(())
+        })
+    }
+}
