@@ -38,7 +38,9 @@ pub enum Error {
         found: f64,
     },
     /// The columns are not orthonormal: `|S^T S - I|_F` exceeds the tolerance.
-    #[error("{name}: columns are not orthonormal, |S^T S - I| = {defect:.3e} exceeds {tolerance:.3e}")]
+    #[error(
+        "{name}: columns are not orthonormal, |S^T S - I| = {defect:.3e} exceeds {tolerance:.3e}"
+    )]
     NotOrthonormal {
         /// Which argument.
         name: &'static str,
@@ -68,7 +70,9 @@ pub enum Error {
         tolerance: f64,
     },
     /// The nearest point of the manifold is not unique: the matrix has no full column rank.
-    #[error("{name}: smallest singular value {smallest:.3e} against the largest {largest:.3e}: no unique nearest point")]
+    #[error(
+        "{name}: smallest singular value {smallest:.3e} against the largest {largest:.3e}: no unique nearest point"
+    )]
     RankDeficient {
         /// Which argument.
         name: &'static str,
@@ -85,19 +89,25 @@ pub enum Error {
         angle: f64,
     },
     /// Two points that no unique shortest quasi-geodesic joins.
-    #[error("no unique quasi-geodesic joins the points: principal angle {angle:.17} (pi to working precision)")]
+    #[error(
+        "no unique quasi-geodesic joins the points: principal angle {angle:.17} (pi to working precision)"
+    )]
     NoJoiningCurve {
         /// The offending principal angle in radians.
         angle: f64,
     },
     /// Points of O(n) of opposite determinant: no curve joins them.
-    #[error("the points lie in different components of O({n}): determinants of opposite sign (angle pi)")]
+    #[error(
+        "the points lie in different components of O({n}): determinants of opposite sign (angle pi)"
+    )]
     DifferentComponents {
         /// The size of the orthogonal matrices.
         n: usize,
     },
     /// A chart coordinate outside of the chart.
-    #[error("outside of the chart: {coordinate} = {value} is not in the open interval ({lower}, {upper})")]
+    #[error(
+        "outside of the chart: {coordinate} = {value} is not in the open interval ({lower}, {upper})"
+    )]
     OutsideChart {
         /// The name of the coordinate.
         coordinate: &'static str,

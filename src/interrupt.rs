@@ -17,7 +17,9 @@ impl<'a> Interrupt<'a> {
 
     /// Stops as soon as `question` answers `true`.
     pub fn new(question: &'a (dyn Fn() -> bool + Sync)) -> Self {
-        Interrupt { question: Some(question) }
+        Interrupt {
+            question: Some(question),
+        }
     }
 
     /// Error `Interrupted` where the caller asked to stop.

@@ -1,7 +1,26 @@
 //! Smooth curves on Stiefel manifolds.
+//!
+//! `St(n, k)` is the set of `n x k` matrices with orthonormal columns, here with its canonical metric:
+//!
+//! ```math
+//! St(n,k) = \{ S \in R^{n \times k} : S^T S = I_k \},\qquad
+//! \langle V, W \rangle_S = \mathrm{tr}\, V^T (I - \tfrac12 S S^T) W
+//! ```
+//!
+//! The crate implements the two methods that arXiv 2404.19407 (Anahory Simoes, Colombo, Silva Leite) compares for
+//! Riemannian cubics, the critical curves of the squared covariant acceleration:
+//!
+//! * the adjusted de Casteljau algorithm, on any `St(n, k)`: [`GeometricCubic`], built from [`QuasiGeodesic`]s;
+//! * symplectic integrators from discretization maps, in charts of `St(3,1)` and `St(3,2)`: [`chart`].
+//!
+//! Below these are the exponential and logarithm of rotations ([`skew_exp`], [`orthogonal_log`]), the manifold
+//! ([`Stiefel`]), and a damped Newton solver ([`newton`]).
+//!
+//! Matrices are [`faer`]'s, states of a chart [`nalgebra`]'s. Input is checked once, at the public entry; every
+//! failure is an [`Error`] with the measured number. No code of the crate is `unsafe`.
 
 #![forbid(unsafe_code)]
-#![warn(missing_docs)]
+#![deny(missing_docs)]
 
 pub mod chart;
 pub mod curve;
@@ -20,3 +39,8 @@ pub use interrupt::Interrupt;
 pub use linalg::{orthogonal_log, skew_exp};
 pub use manifold::{QuasiGeodesic, Stiefel};
 pub use report::{SolverReport, StopReason};
+
+/// The README's example is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

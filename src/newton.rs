@@ -25,7 +25,12 @@ pub trait Problem {
     ///
     /// # Errors
     /// Where `F` does not exist at `x`.
-    fn evaluate(&mut self, x: &[f64], residual: &mut [f64], jacobian: Option<MatMut<'_, f64>>) -> Result<()>;
+    fn evaluate(
+        &mut self,
+        x: &[f64],
+        residual: &mut [f64],
+        jacobian: Option<MatMut<'_, f64>>,
+    ) -> Result<()>;
 }
 
 /// When to stop.
@@ -42,7 +47,11 @@ pub struct NewtonOptions<'a> {
 impl Default for NewtonOptions<'_> {
     /// Residual `1e-12`, at most 50 steps.
     fn default() -> Self {
-        NewtonOptions { tolerance: 1e-12, max_iterations: 50, interrupt: Interrupt::NEVER }
+        NewtonOptions {
+            tolerance: 1e-12,
+            max_iterations: 50,
+            interrupt: Interrupt::NEVER,
+        }
     }
 }
 
@@ -59,7 +68,11 @@ impl Default for NewtonOptions<'_> {
 /// That of the problem at the starting point, and `Interrupted`. Failure to converge is in the report.
 /// # Source
 /// Dennis, Schnabel (1996), "Numerical Methods for Unconstrained Optimization and Nonlinear Equations", ch. 6.
-pub fn solve(problem: &mut impl Problem, x: &mut [f64], options: &NewtonOptions<'_>) -> Result<SolverReport> {
+pub fn solve(
+    problem: &mut impl Problem,
+    x: &mut [f64],
+    options: &NewtonOptions<'_>,
+) -> Result<SolverReport> {
     let m = problem.dim();
     let (mut residual, mut trial_residual, mut trial) = (vec![0.0; m], vec![0.0; m], vec![0.0; m]);
     let mut jacobian = Mat::zeros(m, m);
@@ -75,7 +88,9 @@ pub fn solve(problem: &mut impl Problem, x: &mut [f64], options: &NewtonOptions<
         }
         options.interrupt.check("Newton iteration")?;
         problem.evaluate(x, &mut residual, Some(jacobian.as_mut()))?;
-        let Some(step) = solve_square(jacobian.as_ref(), &residual) else { break StopReason::SingularJacobian };
+        let Some(step) = solve_square(jacobian.as_ref(), &residual) else {
+            break StopReason::SingularJacobian;
+        };
         let mut accepted = false;
         for halving in 0..MAX_HALVINGS {
             options.interrupt.check("Newton iteration")?;
@@ -102,7 +117,13 @@ pub fn solve(problem: &mut impl Problem, x: &mut [f64], options: &NewtonOptions<
         iterations += 1;
     };
     let converged = reason == StopReason::Converged;
-    Ok(SolverReport { converged, iterations, residual: size, tolerance: options.tolerance, reason })
+    Ok(SolverReport {
+        converged,
+        iterations,
+        residual: size,
+        tolerance: options.tolerance,
+        reason,
+    })
 }
 
 fn norm(x: &[f64]) -> f64 {

@@ -1,21 +1,14 @@
 //! The paper's two experiments: every figure of its comparison, recomputed, against independent values.
 
+#[path = "common/paper.rs"]
+mod experiment;
+
 use faer::Mat;
 use nalgebra::SVector;
-use stiefel_rs::chart::{Chart, Frame, LinearMap, ShootingOptions, Sphere, integrate, reference, shoot};
+use stiefel_rs::chart::{
+    Chart, Frame, LinearMap, ShootingOptions, Sphere, integrate, reference, shoot,
+};
 use stiefel_rs::{Curve, GeometricCubic, Interrupt, Quantity};
-
-/// The paper's initial coordinate derivatives up to the third, on the sphere.
-const SPHERE: [&[f64]; 4] =
-    [&[std::f64::consts::FRAC_PI_2, std::f64::consts::PI], &[0.1, 0.2], &[1.0, 0.5], &[0.1, 0.2]];
-
-/// The same on St(3,2).
-const FRAME: [&[f64]; 4] = [
-    &[std::f64::consts::FRAC_PI_4, std::f64::consts::PI, std::f64::consts::PI],
-    &[0.1, 0.1, 0.05],
-    &[1.0, 0.3, 0.5],
-    &[0.1, 0.1, 0.05],
-];
 
 /// Columns: N, GCP, initial-point IVP and BVP, mid-point IVP and BVP; mean Frobenius errors, computed independently
 /// in NumPy and mpmath.
@@ -32,16 +25,6 @@ const FRAME_TABLE: [(usize, [f64; 5]); 4] = [
     (100, [4.5209e-3, 4.0867e-3, 6.4583e-4, 3.1470e-6, 2.7527e-6]),
 ];
 
-fn initial_state<const X: usize, const Z: usize>(chart: &impl Chart<X, Z>, data: [&[f64]; 4]) -> SVector<f64, Z> {
-    let momenta = chart.momenta(data[0], data[1], data[2], data[3]).unwrap();
-    let d = X / 2;
-    SVector::from_fn(|i, _| match i {
-        i if i < d => data[0][i],
-        i if i < X => data[1][i - d],
-        i => momenta[i - X],
-    })
-}
-
 fn mean_distance(a: &[Mat<f64>], b: &[Mat<f64>]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).norm_l2()).sum::<f64>() / a.len() as f64
 }
@@ -49,18 +32,21 @@ fn mean_distance(a: &[Mat<f64>], b: &[Mat<f64>]) -> f64 {
 /// Mean errors in the order of the table.
 fn errors<const X: usize, const Z: usize>(
     chart: &impl Chart<X, Z>,
-    data: [&[f64]; 4],
+    z0: SVector<f64, Z>,
     steps: usize,
 ) -> [f64; 5] {
     let d = X / 2;
-    let z0 = initial_state(chart, data);
     let t: Vec<f64> = (0..=steps).map(|i| i as f64 / steps as f64).collect();
     let exact = reference(chart, &z0, &t, Interrupt::NEVER).unwrap();
     let embed = |states: &[SVector<f64, Z>]| -> Vec<Mat<f64>> {
-        states.iter().map(|z| chart.embed(&z.as_slice()[..d])).collect()
+        states
+            .iter()
+            .map(|z| chart.embed(&z.as_slice()[..d]))
+            .collect()
     };
     let curve = embed(&exact);
-    let velocity = |z: &SVector<f64, Z>| chart.embed_velocity(&z.as_slice()[..d], &z.as_slice()[d..X]);
+    let velocity =
+        |z: &SVector<f64, Z>| chart.embed_velocity(&z.as_slice()[..d], &z.as_slice()[d..X]);
     let (v0, v1) = (velocity(&z0), velocity(&exact[steps]));
     let cubic = GeometricCubic::from_boundary(
         curve[0].as_ref(),
@@ -69,13 +55,21 @@ fn errors<const X: usize, const Z: usize>(
         v1.as_ref(),
     )
     .unwrap();
-    let gcp = cubic.sample(&t, Quantity::Derivative(0), Interrupt::NEVER).unwrap();
+    let gcp = cubic
+        .sample(&t, Quantity::Derivative(0), Interrupt::NEVER)
+        .unwrap();
     let gcp: Vec<Mat<f64>> = gcp.iter().map(|s| s.to_owned()).collect();
     let mut out = [mean_distance(&gcp, &curve), 0.0, 0.0, 0.0, 0.0];
-    for (i, map) in [LinearMap::INITIAL_POINT, LinearMap::MIDPOINT].into_iter().enumerate() {
+    for (i, map) in [LinearMap::INITIAL_POINT, LinearMap::MIDPOINT]
+        .into_iter()
+        .enumerate()
+    {
         let ivp = integrate(chart, &map, &z0, steps, 1.0, Interrupt::NEVER).unwrap();
         out[1 + 2 * i] = mean_distance(&embed(&ivp), &curve);
-        let (x0, x1) = (z0.fixed_rows::<X>(0).into_owned(), exact[steps].fixed_rows::<X>(0).into_owned());
+        let (x0, x1) = (
+            z0.fixed_rows::<X>(0).into_owned(),
+            exact[steps].fixed_rows::<X>(0).into_owned(),
+        );
         let bvp = shoot(chart, &map, &x0, &x1, steps, &ShootingOptions::default()).unwrap();
         assert!(bvp.report.iterations <= 5, "{} Newton steps", bvp.report);
         out[2 + 2 * i] = mean_distance(&embed(&bvp.trajectory), &curve);
@@ -89,17 +83,24 @@ fn assert_table(name: &str, table: &[(usize, [f64; 5])], measure: impl Fn(usize)
         for (column, (m, e)) in measured.iter().zip(expected).enumerate() {
             // Four significant digits: half a unit of the fifth printed digit, and its rounding.
             let relative = (m / e - 1.0).abs();
-            assert!(relative < 1e-4, "{name}, N = {steps}, column {column}: {m:.6e} against {e:.4e}");
+            assert!(
+                relative < 1e-4,
+                "{name}, N = {steps}, column {column}: {m:.6e} against {e:.4e}"
+            );
         }
     }
 }
 
 #[test]
 fn sphere_table_agrees_to_four_digits() {
-    assert_table("sphere", &SPHERE_TABLE, |steps| errors(&Sphere, SPHERE, steps));
+    assert_table("sphere", &SPHERE_TABLE, |steps| {
+        errors(&Sphere, experiment::sphere(), steps)
+    });
 }
 
 #[test]
 fn stiefel_3_2_table_agrees_to_four_digits() {
-    assert_table("St(3,2)", &FRAME_TABLE, |steps| errors(&Frame, FRAME, steps));
+    assert_table("St(3,2)", &FRAME_TABLE, |steps| {
+        errors(&Frame, experiment::frame(), steps)
+    });
 }

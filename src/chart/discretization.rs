@@ -31,7 +31,12 @@ pub trait DiscretizationMap<const X: usize>: Sync {
 
     /// The derivative of `DR_d(x, v)^T lambda` with respect to `(x, v)` at fixed `lambda`: the second derivatives of
     /// `lambda_1 . R_1 + lambda_2 . R_2`, `[[xx, xv], [vx, vv]]`. Zero for a linear map.
-    fn second_derivative(&self, x: &SVector<f64, X>, v: &SVector<f64, X>, lambda: &[SVector<f64, X>; 2]) -> Blocks<X>;
+    fn second_derivative(
+        &self,
+        x: &SVector<f64, X>,
+        v: &SVector<f64, X>,
+        lambda: &[SVector<f64, X>; 2],
+    ) -> Blocks<X>;
 }
 
 /// The linear maps `R_d(x, v) = (x - a v, x + (1 - a) v)`.
@@ -54,10 +59,18 @@ impl<const X: usize> DiscretizationMap<X> for LinearMap {
 
     fn jacobian(&self, _x: &SVector<f64, X>, _v: &SVector<f64, X>) -> Blocks<X> {
         let identity = SMatrix::identity();
-        [[identity, identity * -self.back], [identity, identity * (1.0 - self.back)]]
+        [
+            [identity, identity * -self.back],
+            [identity, identity * (1.0 - self.back)],
+        ]
     }
 
-    fn second_derivative(&self, _: &SVector<f64, X>, _: &SVector<f64, X>, _: &[SVector<f64, X>; 2]) -> Blocks<X> {
+    fn second_derivative(
+        &self,
+        _: &SVector<f64, X>,
+        _: &SVector<f64, X>,
+        _: &[SVector<f64, X>; 2],
+    ) -> Blocks<X> {
         [[SMatrix::zeros(); 2]; 2]
     }
 }

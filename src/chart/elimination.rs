@@ -8,7 +8,13 @@ pub(super) fn solve_in_place<const N: usize, const M: usize>(
     b: &mut SMatrix<f64, N, M>,
 ) -> bool {
     for j in 0..N {
-        let pivot = (j..N).fold(j, |best, i| if a[(i, j)].abs() > a[(best, j)].abs() { i } else { best });
+        let pivot = (j..N).fold(j, |best, i| {
+            if a[(i, j)].abs() > a[(best, j)].abs() {
+                i
+            } else {
+                best
+            }
+        });
         if a[(pivot, j)] == 0.0 || !a[(pivot, j)].is_finite() {
             return false;
         }

@@ -31,8 +31,16 @@ impl Chart<6, 12> for Frame {
         let (one, two) = (T::from(1.0), T::from(2.0));
         let (square, cube) = (s * s, s * s * s);
         let fourth = square * square;
-        let half_inverse_square = [T::from(0.5) / square, -c / cube, (one + two * c * c) / fourth];
-        let mixed = [-c / square, (one + c * c) / cube, -c * (T::from(5.0) + c * c) / fourth];
+        let half_inverse_square = [
+            T::from(0.5) / square,
+            -c / cube,
+            (one + two * c * c) / fourth,
+        ];
+        let mixed = [
+            -c / square,
+            (one + c * c) / cube,
+            -c * (T::from(5.0) + c * c) / fourth,
+        ];
         let minus_cotangent = [-c / s, one / square, -two * c / cube];
         let cosecant = [one / s, -c / square, (one + c * c) / cube];
         [

@@ -57,7 +57,11 @@ pub fn integrate<const X: usize, const Z: usize>(
     let mut out = Vec::new();
     if out.try_reserve_exact(steps.saturating_add(1)).is_err() {
         let requirement = "few enough for the trajectory to fit in memory";
-        return Err(Error::InvalidArgument { name: "steps", requirement, found: steps as f64 });
+        return Err(Error::InvalidArgument {
+            name: "steps",
+            requirement,
+            found: steps as f64,
+        });
     }
     out.push(*z0);
     march(chart, map, z0, steps, t_end, interrupt, |solved, _| {
@@ -135,7 +139,11 @@ fn check_arguments<const X: usize, const Z: usize>(
     chart.check("z0", z0.as_slice())?;
     crate::linalg::structure::check_finite_scalar("t_end", t_end)?;
     if steps == 0 {
-        return Err(Error::InvalidArgument { name: "steps", requirement: "at least 1", found: 0.0 });
+        return Err(Error::InvalidArgument {
+            name: "steps",
+            requirement: "at least 1",
+            found: 0.0,
+        });
     }
     Ok(t_end / steps as f64)
 }
@@ -192,7 +200,15 @@ impl<const X: usize, const Z: usize> Linearised<X, Z> {
         let mut system = SMatrix::<f64, Z, Z>::zeros();
         system.fixed_rows_mut::<X>(0).copy_from(&top);
         system.fixed_rows_mut::<X>(X).copy_from(&bottom);
-        Ok(Linearised { system, v, dv, end_rows, elimination, jacobian, gradient })
+        Ok(Linearised {
+            system,
+            v,
+            dv,
+            end_rows,
+            elimination,
+            jacobian,
+            gradient,
+        })
     }
 }
 
@@ -214,11 +230,14 @@ fn solve_step<const X: usize, const Z: usize>(
         let x = middle.fixed_rows::<X>(0).into_owned();
         let p = middle.fixed_rows::<X>(X).into_owned();
         let start = map.map(&x, &linear.v)[0] - x0;
-        let rate = r2x.transpose() * p1 - r1x.transpose() * p0 + linear.gradient.fixed_rows::<X>(0) * h;
+        let rate =
+            r2x.transpose() * p1 - r1x.transpose() * p0 + linear.gradient.fixed_rows::<X>(0) * h;
         let momentum = r2v.transpose() * p1 - r1v.transpose() * p0 - p;
         let mut update = SMatrix::<f64, Z, 1>::zeros();
         update.fixed_rows_mut::<X>(0).copy_from(&(-start));
-        update.fixed_rows_mut::<X>(X).copy_from(&(linear.elimination * rate - momentum));
+        update
+            .fixed_rows_mut::<X>(X)
+            .copy_from(&(linear.elimination * rate - momentum));
         let mut end_update = SMatrix::<f64, X, 1>::zeros();
         let solved = solve_in_place(linear.system, &mut update) && {
             end_update = -rate - linear.end_rows * update;
@@ -261,7 +280,9 @@ impl<const X: usize, const Z: usize> Step<X, Z> {
         for i in 0..X {
             middle[(i, i)] = 1.0;
         }
-        middle.fixed_view_mut::<X, X>(X, X).copy_from(&(r1v.transpose() - linear.elimination * r1x.transpose()));
+        middle
+            .fixed_view_mut::<X, X>(X, X)
+            .copy_from(&(r1v.transpose() - linear.elimination * r1x.transpose()));
         if !solve_in_place(linear.system, &mut middle) {
             return Err(singular_step());
         }
@@ -271,7 +292,8 @@ impl<const X: usize, const Z: usize> Step<X, Z> {
             return Err(singular_step());
         }
         let mut out = SMatrix::<f64, Z, Z>::zeros();
-        out.fixed_rows_mut::<X>(0).copy_from(&(r2x * middle.fixed_rows::<X>(0) + r2v * (linear.dv * middle)));
+        out.fixed_rows_mut::<X>(0)
+            .copy_from(&(r2x * middle.fixed_rows::<X>(0) + r2v * (linear.dv * middle)));
         out.fixed_rows_mut::<X>(X).copy_from(&momentum);
         Ok(out)
     }
@@ -291,7 +313,15 @@ fn singular_step() -> Error {
 }
 
 fn step_failed(residual: f64, reason: StopReason) -> Error {
-    let report =
-        SolverReport { converged: false, iterations: MAX_CORRECTIONS, residual, tolerance: LAST_CORRECTION, reason };
-    Error::NoConvergence { solver: "implicit step", report }
+    let report = SolverReport {
+        converged: false,
+        iterations: MAX_CORRECTIONS,
+        residual,
+        tolerance: LAST_CORRECTION,
+        reason,
+    };
+    Error::NoConvergence {
+        solver: "implicit step",
+        report,
+    }
 }

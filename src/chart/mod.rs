@@ -41,12 +41,18 @@ pub struct Term<T> {
 impl<T: Scalar> Term<T> {
     /// A term whose coefficient does not depend on `theta`.
     pub fn constant(value: f64, factors: &'static [usize]) -> Self {
-        Term { coefficient: [T::from(value), T::from(0.0), T::from(0.0)], factors }
+        Term {
+            coefficient: [T::from(value), T::from(0.0), T::from(0.0)],
+            factors,
+        }
     }
 
     /// A term from its coefficient and the first two derivatives of it.
     pub fn new(coefficient: [T; 3], factors: &'static [usize]) -> Self {
-        Term { coefficient, factors }
+        Term {
+            coefficient,
+            factors,
+        }
     }
 }
 
@@ -73,13 +79,19 @@ pub trait Chart<const X: usize, const Z: usize>: Sync {
         if theta > 0.0 && theta < pi {
             return Ok(());
         }
-        Err(Error::OutsideChart { coordinate: "theta", value: theta, lower: 0.0, upper: pi })
+        Err(Error::OutsideChart {
+            coordinate: "theta",
+            value: theta,
+            lower: 0.0,
+            upper: pi,
+        })
     }
 
     /// The Hamiltonian `H(z)`.
     fn hamiltonian(&self, z: &SVector<f64, Z>) -> f64 {
         let (sin, cos) = z[0].sin_cos();
-        let value = |term: Term<f64>| term.coefficient[0] * product(z.as_slice(), term.factors, &[]);
+        let value =
+            |term: Term<f64>| term.coefficient[0] * product(z.as_slice(), term.factors, &[]);
         self.terms(sin, cos).into_iter().map(value).sum()
     }
 
@@ -123,7 +135,13 @@ pub trait Chart<const X: usize, const Z: usize>: Sync {
     ///
     /// # Errors
     /// `NonFinite`, `OutsideChart`.
-    fn momenta(&self, q: &[f64], qdot: &[f64], qddot: &[f64], qdddot: &[f64]) -> Result<SVector<f64, X>> {
+    fn momenta(
+        &self,
+        q: &[f64],
+        qdot: &[f64],
+        qddot: &[f64],
+        qdddot: &[f64],
+    ) -> Result<SVector<f64, X>> {
         let d = X / 2;
         for (name, derivative) in [("qddot", qddot), ("qdddot", qdddot)] {
             if let Some(index) = derivative.iter().position(|x| !x.is_finite()) {
@@ -156,7 +174,9 @@ pub trait Chart<const X: usize, const Z: usize>: Sync {
         let hessian = self.hessian(&z);
         let transported = |i: usize| -> f64 {
             let row = X + d + i;
-            (0..d).map(|j| hessian[(row, j)] * qdot[j] + hessian[(row, d + j)] * qddot[j]).sum()
+            (0..d)
+                .map(|j| hessian[(row, j)] * qdot[j] + hessian[(row, d + j)] * qddot[j])
+                .sum()
         };
         let rate = metric_solve(&z, &|i| qdddot[i] - transported(i));
         let gradient = self.gradient(&z);
@@ -195,12 +215,20 @@ pub trait Chart<const X: usize, const Z: usize>: Sync {
 
     /// The embedded velocity of shape `(3, K)` from `q` and `qdot`, shapes `(d)`.
     fn embed_velocity(&self, q: &[f64], qdot: &[f64]) -> Mat<f64> {
-        let sin_cos: Vec<_> = q.iter().zip(qdot).map(|(&x, &v)| Series::<2>::new([x, v]).sin_cos()).collect();
+        let sin_cos: Vec<_> = q
+            .iter()
+            .zip(qdot)
+            .map(|(&x, &v)| Series::<2>::new([x, v]).sin_cos())
+            .collect();
         columns_to_mat(Self::K, self.columns(&sin_cos), |x| x.coefficients()[1])
     }
 }
 
-fn columns_to_mat<T>(k: usize, columns: impl IntoIterator<Item = [T; 3]>, read: impl Fn(T) -> f64) -> Mat<f64> {
+fn columns_to_mat<T>(
+    k: usize,
+    columns: impl IntoIterator<Item = [T; 3]>,
+    read: impl Fn(T) -> f64,
+) -> Mat<f64> {
     let mut out = Mat::zeros(3, k);
     for (j, column) in columns.into_iter().enumerate() {
         for (i, entry) in column.into_iter().enumerate() {
@@ -222,7 +250,11 @@ fn product<T: Scalar>(z: &[T], factors: &[usize], skipped: &[usize]) -> T {
 }
 
 /// `out += grad H`, on numbers or on series.
-pub(crate) fn accumulate_gradient<T: Scalar>(terms: impl IntoIterator<Item = Term<T>>, z: &[T], out: &mut [T]) {
+pub(crate) fn accumulate_gradient<T: Scalar>(
+    terms: impl IntoIterator<Item = Term<T>>,
+    z: &[T],
+    out: &mut [T],
+) {
     for term in terms {
         let [f, df, _] = term.coefficient;
         out[0] = out[0] + df * product(z, term.factors, &[]);

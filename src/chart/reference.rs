@@ -48,8 +48,18 @@ pub fn reference<const X: usize, const Z: usize>(
     for direction in [1.0, -1.0] {
         let mut order: Vec<usize> = (0..t.len()).filter(|&i| t[i] * direction > 0.0).collect();
         order.sort_by(|&i, &j| t[i].abs().total_cmp(&t[j].abs()));
-        let mut march = March { chart, z: *z0, time: 0.0, steps: 0, interrupt };
-        for (place, states) in march.visit(direction, order.iter().map(|&i| t[i]))?.into_iter().enumerate() {
+        let mut march = March {
+            chart,
+            z: *z0,
+            time: 0.0,
+            steps: 0,
+            interrupt,
+        };
+        for (place, states) in march
+            .visit(direction, order.iter().map(|&i| t[i]))?
+            .into_iter()
+            .enumerate()
+        {
             out[order[place]] = states;
         }
     }
@@ -113,7 +123,10 @@ impl<C, const Z: usize> March<'_, C, Z> {
             tolerance: 0.0,
             reason: StopReason::MaxIterations,
         };
-        Err(Error::NoConvergence { solver: "chart reference", report })
+        Err(Error::NoConvergence {
+            solver: "chart reference",
+            report,
+        })
     }
 }
 
@@ -131,7 +144,10 @@ fn expand<const X: usize, const Z: usize>(
         let mut gradient = [Series::from(0.0); Z];
         accumulate_gradient(chart.terms(sin, cos), &series, &mut gradient);
         for i in 0..X {
-            series[i].set(order, gradient[X + i].coefficients()[order - 1] / order as f64);
+            series[i].set(
+                order,
+                gradient[X + i].coefficients()[order - 1] / order as f64,
+            );
             series[X + i].set(order, -gradient[i].coefficients()[order - 1] / order as f64);
         }
     }
@@ -140,7 +156,11 @@ fn expand<const X: usize, const Z: usize>(
 
 /// The step at which the last two terms fall below the truncation level.
 fn step_length<const Z: usize>(series: &[Series<COEFFICIENTS>; Z]) -> f64 {
-    let largest = |j: usize| series.iter().fold(0.0_f64, |m, s| m.max(s.coefficients()[j].abs()));
+    let largest = |j: usize| {
+        series
+            .iter()
+            .fold(0.0_f64, |m, s| m.max(s.coefficients()[j].abs()))
+    };
     let scale = largest(0).max(1.0);
     let limit = |j: usize| (TRUNCATION * scale / largest(j)).powf(1.0 / j as f64);
     limit(COEFFICIENTS - 2).min(limit(COEFFICIENTS - 1))

@@ -26,7 +26,10 @@ pub struct Series<const N: usize> {
 impl<const N: usize> Series<N> {
     /// The series with the given coefficients.
     pub fn new(coefficients: [f64; N]) -> Self {
-        Series { coefficients, active: N }
+        Series {
+            coefficients,
+            active: N,
+        }
     }
 
     /// All coefficients.
@@ -46,7 +49,10 @@ impl<const N: usize> Series<N> {
 
     /// The value at `t`, by Horner's rule.
     pub fn value(&self, t: f64) -> f64 {
-        self.coefficients.iter().rev().fold(0.0, |sum, c| sum * t + c)
+        self.coefficients
+            .iter()
+            .rev()
+            .fold(0.0, |sum, c| sum * t + c)
     }
 
     /// Sine and cosine, from `s' = c x'` and `c' = -s x'`.
@@ -83,7 +89,10 @@ impl<const N: usize> From<f64> for Series<N> {
     fn from(value: f64) -> Self {
         let mut coefficients = [0.0; N];
         coefficients[0] = value;
-        Series { coefficients, active: N }
+        Series {
+            coefficients,
+            active: N,
+        }
     }
 }
 
@@ -128,7 +137,9 @@ impl<const N: usize> Div for Series<N> {
         let mut out = Self::from(0.0);
         out.active = self.active.min(other.active);
         for j in 0..out.active {
-            let known: f64 = (0..j).map(|i| out.coefficients[i] * other.coefficients[j - i]).sum();
+            let known: f64 = (0..j)
+                .map(|i| out.coefficients[i] * other.coefficients[j - i])
+                .sum();
             out.coefficients[j] = (self.coefficients[j] - known) / other.coefficients[0];
         }
         out

@@ -24,7 +24,11 @@ pub struct ShootingOptions<'a, const X: usize> {
 
 impl<const X: usize> Default for ShootingOptions<'_, X> {
     fn default() -> Self {
-        ShootingOptions { t_end: 1.0, newton: NewtonOptions::default(), guess: None }
+        ShootingOptions {
+            t_end: 1.0,
+            newton: NewtonOptions::default(),
+            guess: None,
+        }
     }
 }
 
@@ -65,28 +69,57 @@ pub fn shoot<const X: usize, const Z: usize>(
     let (t_end, interrupt) = (options.t_end, options.newton.interrupt);
     let mut unknowns = momenta.as_slice().to_vec();
     let z0 = SVector::from_fn(|i, _| if i < X { x0[i] } else { 0.0 });
-    let mut problem = EndPoint { chart, map, z0, x1, steps, t_end, interrupt };
+    let mut problem = EndPoint {
+        chart,
+        map,
+        z0,
+        x1,
+        steps,
+        t_end,
+        interrupt,
+    };
     let report = newton::solve(&mut problem, &mut unknowns, &options.newton)?;
     if !report.converged {
-        return Err(Error::NoConvergence { solver: "shooting", report });
+        return Err(Error::NoConvergence {
+            solver: "shooting",
+            report,
+        });
     }
     let momenta = SVector::from_column_slice(&unknowns);
     problem.z0.as_mut_slice()[X..].copy_from_slice(&unknowns);
     let trajectory = integrate(chart, map, &problem.z0, steps, t_end, interrupt)?;
-    Ok(Shooting { trajectory, momenta, report })
+    Ok(Shooting {
+        trajectory,
+        momenta,
+        report,
+    })
 }
 
 fn check_options<const X: usize>(options: &ShootingOptions<'_, X>) -> Result<()> {
     crate::linalg::structure::check_finite_scalar("t_end", options.t_end)?;
     if options.t_end == 0.0 {
-        return Err(Error::InvalidArgument { name: "t_end", requirement: "different from zero", found: 0.0 });
+        return Err(Error::InvalidArgument {
+            name: "t_end",
+            requirement: "different from zero",
+            found: 0.0,
+        });
     }
     if options.newton.tolerance.is_nan() || options.newton.tolerance < 0.0 {
         let found = options.newton.tolerance;
-        return Err(Error::InvalidArgument { name: "tolerance", requirement: "at least 0", found });
+        return Err(Error::InvalidArgument {
+            name: "tolerance",
+            requirement: "at least 0",
+            found,
+        });
     }
-    match options.guess.and_then(|guess| guess.iter().position(|x| !x.is_finite())) {
-        Some(index) => Err(Error::NonFinite { name: "guess", index }),
+    match options
+        .guess
+        .and_then(|guess| guess.iter().position(|x| !x.is_finite()))
+    {
+        Some(index) => Err(Error::NonFinite {
+            name: "guess",
+            index,
+        }),
         None => Ok(()),
     }
 }
@@ -127,13 +160,27 @@ where
         X
     }
 
-    fn evaluate(&mut self, p: &[f64], residual: &mut [f64], jacobian: Option<MatMut<'_, f64>>) -> Result<()> {
+    fn evaluate(
+        &mut self,
+        p: &[f64],
+        residual: &mut [f64],
+        jacobian: Option<MatMut<'_, f64>>,
+    ) -> Result<()> {
         self.z0.as_mut_slice()[X..].copy_from_slice(p);
-        let EndPoint { chart, map, ref z0, x1, steps, t_end, interrupt } = *self;
+        let EndPoint {
+            chart,
+            map,
+            ref z0,
+            x1,
+            steps,
+            t_end,
+            interrupt,
+        } = *self;
         let end = match jacobian {
             None => last_state(chart, map, z0, steps, t_end, interrupt)?,
             Some(mut jacobian) => {
-                let (end, tangent) = integrate_with_tangent(chart, map, z0, steps, t_end, interrupt)?;
+                let (end, tangent) =
+                    integrate_with_tangent(chart, map, z0, steps, t_end, interrupt)?;
                 for j in 0..X {
                     for i in 0..X {
                         jacobian[(i, j)] = tangent[(i, X + j)];

@@ -27,11 +27,18 @@ impl Chart<4, 8> for Sphere {
             Term::constant(1.0, &[5, 3]),
             Term::constant(0.5, &[6, 6]),
             Term::new(
-                [half_inverse_square, -c / cube, (T::from(1.0) + two * c * c) / (cube * s)],
+                [
+                    half_inverse_square,
+                    -c / cube,
+                    (T::from(1.0) + two * c * c) / (cube * s),
+                ],
                 &[7, 7],
             ),
             Term::new([s * c, c * c - s * s, T::from(-4.0) * s * c], &[3, 3, 6]),
-            Term::new([-two * c / s, two / (s * s), T::from(-4.0) * c / cube], &[2, 3, 7]),
+            Term::new(
+                [-two * c / s, two / (s * s), T::from(-4.0) * c / cube],
+                &[2, 3, 7],
+            ),
         ]
     }
 

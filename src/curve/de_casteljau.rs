@@ -25,6 +25,10 @@ use crate::manifold::quasi_geodesic::{EndpointProblem, Evaluation};
 use crate::manifold::quasi_geodesic_jet::MovingQuasiGeodesic;
 use crate::manifold::stiefel::{POINT_TOLERANCE, Stiefel, TANGENT_TOLERANCE};
 
+/// Two quasi-geodesics between the same points have the same velocity, to round-off times the conditioning of the
+/// logarithm, or velocities that are about a turn apart.
+const SAME_BRANCH: f64 = 1e-3;
+
 /// A geometric cubic: the curve of the adjusted de Casteljau algorithm on `[0, 1]`.
 ///
 /// ```math
@@ -57,11 +61,13 @@ pub struct GeometricCubic {
 impl GeometricCubic {
     /// The curve with end points `s0, s1` and end velocities `v0, v1`, all of shape `(n, k)`.
     ///
-    /// The outer legs are the quasi-geodesics with velocities `v0 / 3` and `v1 / 3`, so the end velocities are
-    /// met whatever their length.
+    /// The outer legs are the quasi-geodesics with velocities `v0 / 3` and `v1 / 3`. The end velocities are met
+    /// where those are the principal ones between their end points (on the sphere: speeds below `3 pi`), because
+    /// the later stages join points by principal quasi-geodesics.
     ///
     /// # Errors
-    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `NoJoiningCurve`, `OutsideLogDomain`,
+    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `InvalidArgument` where an end velocity is too long
+    /// to be met; `NoJoiningCurve`, `OutsideLogDomain`,
     /// `DifferentComponents` where the inner control points cannot be joined.
     pub fn from_boundary(
         s0: MatRef<'_, f64>,
@@ -75,12 +81,25 @@ impl GeometricCubic {
         manifold.check_point("S1", s1, POINT_TOLERANCE)?;
         manifold.check_tangent("V1", s1, v1, TANGENT_TOLERANCE)?;
         let span = Span::of(&[s0, v0, s1, v1]);
-        let first = QuasiGeodesic::from_velocity(span.down(s0).as_ref(), (span.down(v0) * Scale(1.0 / 3.0)).as_ref())?;
-        let last = QuasiGeodesic::from_velocity(span.down(s1).as_ref(), (span.down(v1) * Scale(-1.0 / 3.0)).as_ref())?;
+        let first = QuasiGeodesic::from_velocity(
+            span.down(s0).as_ref(),
+            (span.down(v0) * Scale(1.0 / 3.0)).as_ref(),
+        )?;
+        let last = QuasiGeodesic::from_velocity(
+            span.down(s1).as_ref(),
+            (span.down(v1) * Scale(-1.0 / 3.0)).as_ref(),
+        )?;
         let inner = [first.point(1.0)?, last.point(1.0)?];
+        check_principal("V0", &first, &inner[0])?;
+        check_principal("V1", &last, &inner[1])?;
         let middle = QuasiGeodesic::between(inner[0].as_ref(), inner[1].as_ref())?;
         Ok(GeometricCubic {
-            control_points: [s0.to_owned(), span.up(&inner[0]), span.up(&inner[1]), s1.to_owned()],
+            control_points: [
+                s0.to_owned(),
+                span.up(&inner[0]),
+                span.up(&inner[1]),
+                s1.to_owned(),
+            ],
             frame: span.basis,
             legs: [first, middle, last.reversed()?],
         })
@@ -117,7 +136,8 @@ impl GeometricCubic {
             leg.jet_into(t, 0, &mut work.evaluation, target)?;
         }
         let mut advance = |from: &mut Jet, to: &Jet| -> Result<()> {
-            work.joining.join(from.c[0].as_ref(), to.c[0].as_ref(), &mut work.problem)?;
+            work.joining
+                .join(from.c[0].as_ref(), to.c[0].as_ref(), &mut work.problem)?;
             work.joining.jet_into(t, 0, &mut work.evaluation, from)
         };
         advance(a, b)?;
@@ -127,8 +147,20 @@ impl GeometricCubic {
         Ok(())
     }
 
-    fn derivatives_into(&self, t: f64, order: usize, work: &mut Workspace, out: &mut Jet) -> Result<()> {
-        let Workspace { stage: [a, b, c], evaluation, moving, next, .. } = work;
+    fn derivatives_into(
+        &self,
+        t: f64,
+        order: usize,
+        work: &mut Workspace,
+        out: &mut Jet,
+    ) -> Result<()> {
+        let Workspace {
+            stage: [a, b, c],
+            evaluation,
+            moving,
+            next,
+            ..
+        } = work;
         for (leg, target) in self.legs.iter().zip([&mut *a, &mut *b, &mut *c]) {
             leg.jet_into(t, order, evaluation, target)?;
         }
@@ -141,6 +173,25 @@ impl GeometricCubic {
         std::mem::swap(b, next);
         moving.jet_into(a, b, t, order, out)
     }
+}
+
+/// Error `InvalidArgument` unless a leg, which ends at `end`, is the principal quasi-geodesic between its ends.
+fn check_principal(name: &'static str, leg: &QuasiGeodesic, end: &Mat<f64>) -> Result<()> {
+    let principal = QuasiGeodesic::between(leg.point(0.0)?.as_ref(), end.as_ref())?;
+    let velocity = leg.initial_velocity();
+    let (size, gap) = (
+        velocity.norm_l2(),
+        (&velocity - principal.initial_velocity()).norm_l2(),
+    );
+    if gap <= SAME_BRANCH * size.max(1.0) {
+        return Ok(());
+    }
+    let requirement = "short enough for its third to be the velocity of a principal quasi-geodesic";
+    Err(Error::InvalidArgument {
+        name,
+        requirement,
+        found: 3.0 * size,
+    })
 }
 
 impl Curve for GeometricCubic {
@@ -162,9 +213,19 @@ impl Curve for GeometricCubic {
         Workspace::new(self.legs[0].n(), self.legs[0].k())
     }
 
-    fn coordinates_into(&self, t: f64, order: usize, work: &mut Workspace, out: &mut Jet) -> Result<()> {
+    fn coordinates_into(
+        &self,
+        t: f64,
+        order: usize,
+        work: &mut Workspace,
+        out: &mut Jet,
+    ) -> Result<()> {
         check_parameter(t)?;
-        if order == 0 { self.position_into(t, work, out) } else { self.derivatives_into(t, order, work, out) }
+        if order == 0 {
+            self.position_into(t, work, out)
+        } else {
+            self.derivatives_into(t, order, work, out)
+        }
     }
 }
 
@@ -204,11 +265,15 @@ impl Span {
             return Span { basis: None };
         }
         let stacked = Mat::from_fn(n, 4 * k, |i, j| matrices[j / k][(i, j % k)]);
-        Span { basis: Some(thin_q(stacked.as_ref())) }
+        Span {
+            basis: Some(thin_q(stacked.as_ref())),
+        }
     }
 
     fn down(&self, a: MatRef<'_, f64>) -> Mat<f64> {
-        self.basis.as_ref().map_or_else(|| a.to_owned(), |e| e.transpose() * a)
+        self.basis
+            .as_ref()
+            .map_or_else(|| a.to_owned(), |e| e.transpose() * a)
     }
 
     fn up(&self, a: &Mat<f64>) -> Mat<f64> {
@@ -222,7 +287,9 @@ impl TryFrom<&[Mat<f64>]> for GeometricCubic {
 
     fn try_from(points: &[Mat<f64>]) -> Result<Self> {
         match points {
-            [a, b, c, d] => Self::from_control_points([a.as_ref(), b.as_ref(), c.as_ref(), d.as_ref()]),
+            [a, b, c, d] => {
+                Self::from_control_points([a.as_ref(), b.as_ref(), c.as_ref(), d.as_ref()])
+            }
             _ => Err(Error::Shape {
                 name: "control points",
                 expected: "(4, n, k)".to_owned(),

@@ -27,7 +27,13 @@ impl Curve for QuasiGeodesic {
         Turning::new(QuasiGeodesic::k(self))
     }
 
-    fn coordinates_into(&self, t: f64, order: usize, work: &mut Turning, out: &mut Jet) -> Result<()> {
+    fn coordinates_into(
+        &self,
+        t: f64,
+        order: usize,
+        work: &mut Turning,
+        out: &mut Jet,
+    ) -> Result<()> {
         QuasiGeodesic::coordinates_into(self, t, order, work, out)
     }
 }

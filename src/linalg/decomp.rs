@@ -77,19 +77,27 @@ impl Svd {
         self.v.fill(0.0);
         svd(
             a,
-            self.s.as_mut().column_vector_mut().subrows_mut(0, rank).as_diagonal_mut(),
+            self.s
+                .as_mut()
+                .column_vector_mut()
+                .subrows_mut(0, rank)
+                .as_diagonal_mut(),
             Some(self.u.as_mut().submatrix_mut(0, 0, rows, rank)),
             Some(self.v.as_mut().submatrix_mut(0, 0, cols, cols)),
             Par::Seq,
             MemStack::new(&mut self.memory),
             Default::default(),
         )
-        .map_err(|_| Error::Decomposition { kind: "singular value decomposition" })
+        .map_err(|_| Error::Decomposition {
+            kind: "singular value decomposition",
+        })
     }
 
     /// Left singular vectors, `rows x min(rows, cols)`.
     pub fn u(&self) -> MatRef<'_, f64> {
-        self.u.as_ref().submatrix(0, 0, self.rows, self.rows.min(self.cols))
+        self.u
+            .as_ref()
+            .submatrix(0, 0, self.rows, self.rows.min(self.cols))
     }
 
     /// The `i`-th largest singular value.
@@ -113,8 +121,17 @@ pub struct SymmetricEigen {
 impl SymmetricEigen {
     /// Buffers for `m x m` matrices.
     pub fn new(m: usize) -> Self {
-        let request = self_adjoint_evd_scratch::<f64>(m, ComputeEigenvectors::Yes, Par::Seq, Default::default());
-        SymmetricEigen { values: Diag::zeros(m), vectors: Mat::zeros(m, m), memory: MemBuffer::new(request) }
+        let request = self_adjoint_evd_scratch::<f64>(
+            m,
+            ComputeEigenvectors::Yes,
+            Par::Seq,
+            Default::default(),
+        );
+        SymmetricEigen {
+            values: Diag::zeros(m),
+            vectors: Mat::zeros(m, m),
+            memory: MemBuffer::new(request),
+        }
     }
 
     /// Factors `a`, of which the lower triangle is read.
@@ -130,7 +147,9 @@ impl SymmetricEigen {
             MemStack::new(&mut self.memory),
             Default::default(),
         )
-        .map_err(|_| Error::Decomposition { kind: "symmetric eigenproblem" })
+        .map_err(|_| Error::Decomposition {
+            kind: "symmetric eigenproblem",
+        })
     }
 
     /// The `i`-th smallest eigenvalue.
@@ -173,14 +192,20 @@ pub fn polar_factor(name: &'static str, a: MatRef<'_, f64>) -> Result<Mat<f64>> 
     svd.compute(a)?;
     let (largest, smallest) = (svd.s(0), svd.s(k - 1));
     if smallest <= n as f64 * f64::EPSILON * largest {
-        return Err(Error::RankDeficient { name, smallest, largest });
+        return Err(Error::RankDeficient {
+            name,
+            smallest,
+            largest,
+        });
     }
     Ok(svd.u() * svd.v().transpose())
 }
 
 /// Solution of a square system by LU with partial pivoting; `None` where the matrix is singular.
 pub fn solve_square(a: MatRef<'_, f64>, b: &[f64]) -> Option<Vec<f64>> {
-    let solution = a.partial_piv_lu().solve(MatRef::from_column_major_slice(b, b.len(), 1));
+    let solution = a
+        .partial_piv_lu()
+        .solve(MatRef::from_column_major_slice(b, b.len(), 1));
     let solution: Vec<f64> = (0..b.len()).map(|i| solution[(i, 0)]).collect();
     solution.iter().all(|x| x.is_finite()).then_some(solution)
 }

@@ -22,7 +22,9 @@ pub struct Jet {
 impl Jet {
     /// The zero polynomial with `rows x cols` coefficients.
     pub fn zeros(rows: usize, cols: usize) -> Self {
-        Jet { c: std::array::from_fn(|_| Mat::zeros(rows, cols)) }
+        Jet {
+            c: std::array::from_fn(|_| Mat::zeros(rows, cols)),
+        }
     }
 
     /// `self = other`.
@@ -47,7 +49,12 @@ impl Jet {
         for j in 0..=order {
             mul_into(self.c[j].as_mut(), 1.0, a.c[0].as_ref(), b.c[j].as_ref());
             for i in 1..=j {
-                mul_add(self.c[j].as_mut(), 1.0, a.c[i].as_ref(), b.c[j - i].as_ref());
+                mul_add(
+                    self.c[j].as_mut(),
+                    1.0,
+                    a.c[i].as_ref(),
+                    b.c[j - i].as_ref(),
+                );
             }
         }
     }
@@ -55,9 +62,19 @@ impl Jet {
     /// `self = a^T b`.
     pub fn set_product_tn(&mut self, a: &Jet, b: &Jet, order: usize) {
         for j in 0..=order {
-            mul_into(self.c[j].as_mut(), 1.0, a.c[0].as_ref().transpose(), b.c[j].as_ref());
+            mul_into(
+                self.c[j].as_mut(),
+                1.0,
+                a.c[0].as_ref().transpose(),
+                b.c[j].as_ref(),
+            );
             for i in 1..=j {
-                mul_add(self.c[j].as_mut(), 1.0, a.c[i].as_ref().transpose(), b.c[j - i].as_ref());
+                mul_add(
+                    self.c[j].as_mut(),
+                    1.0,
+                    a.c[i].as_ref().transpose(),
+                    b.c[j - i].as_ref(),
+                );
             }
         }
     }
@@ -65,9 +82,19 @@ impl Jet {
     /// `self = a b^T`.
     pub fn set_product_nt(&mut self, a: &Jet, b: &Jet, order: usize) {
         for j in 0..=order {
-            mul_into(self.c[j].as_mut(), 1.0, a.c[0].as_ref(), b.c[j].as_ref().transpose());
+            mul_into(
+                self.c[j].as_mut(),
+                1.0,
+                a.c[0].as_ref(),
+                b.c[j].as_ref().transpose(),
+            );
             for i in 1..=j {
-                mul_add(self.c[j].as_mut(), 1.0, a.c[i].as_ref(), b.c[j - i].as_ref().transpose());
+                mul_add(
+                    self.c[j].as_mut(),
+                    1.0,
+                    a.c[i].as_ref(),
+                    b.c[j - i].as_ref().transpose(),
+                );
             }
         }
     }

@@ -54,7 +54,11 @@ pub fn orthogonal_log(q: MatRef<'_, f64>) -> Result<Mat<f64>> {
     check_finite("Q", q)?;
     let defect = orthonormality_defect(q);
     if defect > ORTHOGONALITY_TOLERANCE {
-        return Err(Error::NotOrthonormal { name: "Q", defect, tolerance: ORTHOGONALITY_TOLERANCE });
+        return Err(Error::NotOrthonormal {
+            name: "Q",
+            defect,
+            tolerance: ORTHOGONALITY_TOLERANCE,
+        });
     }
     let mut out = Mat::zeros(m, m);
     OrthogonalLog::new(m).log_into(out.as_mut(), q)?;
@@ -70,7 +74,10 @@ pub struct OrthogonalLog {
 impl OrthogonalLog {
     /// Buffers for `m x m` matrices.
     pub fn new(m: usize) -> Self {
-        OrthogonalLog { m, general: (m > 3).then(|| Box::new(General::new(m))) }
+        OrthogonalLog {
+            m,
+            general: (m > 3).then(|| Box::new(General::new(m))),
+        }
     }
 
     /// `out = log(Q)`; `q` must be finite and orthogonal to round-off.
@@ -78,7 +85,12 @@ impl OrthogonalLog {
     /// # Errors
     /// `OutsideLogDomain`, `Decomposition`.
     pub fn log_into(&mut self, out: MatMut<'_, f64>, q: MatRef<'_, f64>) -> Result<()> {
-        debug_assert!(q.nrows() == self.m && q.ncols() == self.m && out.nrows() == self.m && out.ncols() == self.m);
+        debug_assert!(
+            q.nrows() == self.m
+                && q.ncols() == self.m
+                && out.nrows() == self.m
+                && out.ncols() == self.m
+        );
         match (&mut self.general, self.m) {
             (Some(general), _) => general.log_into(out, q),
             (None, 3) => log_space(out, q),
@@ -107,7 +119,9 @@ fn log_plane(mut out: MatMut<'_, f64>, q: MatRef<'_, f64>) -> Result<()> {
     let determinant = q[(0, 0)] * q[(1, 1)] - q[(0, 1)] * q[(1, 0)];
     let angle = (q[(1, 0)] - q[(0, 1)]).atan2(q[(0, 0)] + q[(1, 1)]);
     if determinant < 0.0 || PI - angle.abs() <= pi_tolerance(2) {
-        return Err(Error::OutsideLogDomain { angle: if determinant < 0.0 { PI } else { angle.abs() } });
+        return Err(Error::OutsideLogDomain {
+            angle: if determinant < 0.0 { PI } else { angle.abs() },
+        });
     }
     out.fill(0.0);
     out[(1, 0)] = angle;
@@ -129,15 +143,25 @@ fn log_space(mut out: MatMut<'_, f64>, q: MatRef<'_, f64>) -> Result<()> {
     if !determinant_positive {
         return Err(Error::OutsideLogDomain { angle: PI });
     }
-    let (x, y, z) = (q[(2, 1)] - q[(1, 2)], q[(0, 2)] - q[(2, 0)], q[(1, 0)] - q[(0, 1)]);
-    let (xy, xz, yz) = (q[(0, 1)] + q[(1, 0)], q[(0, 2)] + q[(2, 0)], q[(1, 2)] + q[(2, 1)]);
+    let (x, y, z) = (
+        q[(2, 1)] - q[(1, 2)],
+        q[(0, 2)] - q[(2, 0)],
+        q[(1, 0)] - q[(0, 1)],
+    );
+    let (xy, xz, yz) = (
+        q[(0, 1)] + q[(1, 0)],
+        q[(0, 2)] + q[(2, 0)],
+        q[(1, 2)] + q[(2, 1)],
+    );
     let rows = [
         [1.0 + a + b + c, x, y, z],
         [x, 1.0 + a - b - c, xy, xz],
         [y, xy, 1.0 - a + b - c, yz],
         [z, xz, yz, 1.0 - a - b + c],
     ];
-    let largest = (0..4).max_by(|&i, &j| rows[i][i].total_cmp(&rows[j][j])).unwrap_or(0);
+    let largest = (0..4)
+        .max_by(|&i, &j| rows[i][i].total_cmp(&rows[j][j]))
+        .unwrap_or(0);
     let sign = if rows[largest][0] < 0.0 { -1.0 } else { 1.0 };
     let [w, vx, vy, vz] = rows[largest].map(|e| sign * e);
     let length = vx.hypot(vy).hypot(vz);
@@ -207,11 +231,14 @@ impl General {
                 end += 1;
             }
             let size = end - start;
-            self.schur.compute(self.skew.as_ref().submatrix(start, start, size, size))?;
+            self.schur
+                .compute(self.skew.as_ref().submatrix(start, start, size, size))?;
             let planes = size / 2;
             let cosine = |column: usize| -> f64 {
                 let v = self.schur.basis();
-                (0..size).map(|i| v[(i, column)] * v[(i, column)] * self.eigen.value(start + i)).sum()
+                (0..size)
+                    .map(|i| v[(i, column)] * v[(i, column)] * self.eigen.value(start + i))
+                    .sum()
             };
             for l in 0..planes {
                 let angle = self.schur.angles()[l].atan2(0.5 * (cosine(2 * l) + cosine(2 * l + 1)));
@@ -226,7 +253,12 @@ impl General {
                 return Err(Error::OutsideLogDomain { angle: PI });
             }
             let w = self.eigen.vectors().submatrix(0, start, m, size);
-            mul_into(self.group.as_mut().submatrix_mut(0, 0, m, size), 1.0, w, self.schur.basis());
+            mul_into(
+                self.group.as_mut().submatrix_mut(0, 0, m, size),
+                1.0,
+                w,
+                self.schur.basis(),
+            );
             for c in 0..size {
                 let target = if c < 2 * planes { 2 * plane + c } else { m - 1 };
                 for i in 0..m {
@@ -244,7 +276,12 @@ impl General {
     fn correct_and_assemble(&mut self, mut out: MatMut<'_, f64>, q: MatRef<'_, f64>) {
         let m = q.nrows();
         mul_into(self.work.as_mut(), 1.0, q, self.basis.as_ref());
-        mul_into(self.group.as_mut(), 1.0, self.basis.as_ref().transpose(), self.work.as_ref());
+        mul_into(
+            self.group.as_mut(),
+            1.0,
+            self.basis.as_ref().transpose(),
+            self.work.as_ref(),
+        );
         for (l, theta) in self.angles.iter().enumerate() {
             let (sin, cos) = theta.sin_cos();
             for j in 0..m {
@@ -259,14 +296,28 @@ impl General {
             }
         }
         apply_ad_function(&self.angles, self.work.as_mut(), |x, sum| {
-            if sum && 2.0 * PI - x < NEAR_TWO_PI { (0.0, 0.0) } else { inverse_dexp(x) }
+            if sum && 2.0 * PI - x < NEAR_TWO_PI {
+                (0.0, 0.0)
+            } else {
+                inverse_dexp(x)
+            }
         });
         for (l, theta) in self.angles.iter().enumerate() {
             self.work[(2 * l + 1, 2 * l)] += theta;
             self.work[(2 * l, 2 * l + 1)] -= theta;
         }
-        mul_into(self.group.as_mut(), 1.0, self.basis.as_ref(), self.work.as_ref());
-        mul_into(self.work.as_mut(), 1.0, self.group.as_ref(), self.basis.as_ref().transpose());
+        mul_into(
+            self.group.as_mut(),
+            1.0,
+            self.basis.as_ref(),
+            self.work.as_ref(),
+        );
+        mul_into(
+            self.work.as_mut(),
+            1.0,
+            self.group.as_ref(),
+            self.basis.as_ref().transpose(),
+        );
         for j in 0..m {
             for i in 0..m {
                 out[(i, j)] = 0.5 * (self.work[(i, j)] - self.work[(j, i)]);
@@ -278,6 +329,10 @@ impl General {
 /// `i x / (1 - e^{-i x}) = (x/2) cot(x/2) + i x/2`: the inverse of `(1 - e^{-ad}) / ad` on one eigenvalue.
 pub(crate) fn inverse_dexp(x: f64) -> (f64, f64) {
     let half = 0.5 * x;
-    let real = if half.abs() < 1e-4 { 1.0 - half * half / 3.0 } else { half / half.tan() };
+    let real = if half.abs() < 1e-4 {
+        1.0 - half * half / 3.0
+    } else {
+        half / half.tan()
+    };
     (real, half)
 }

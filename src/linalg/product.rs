@@ -16,7 +16,13 @@ pub fn mul_add(dst: MatMut<'_, f64>, alpha: f64, a: MatRef<'_, f64>, b: MatRef<'
     accumulate(dst, Accum::Add, alpha, a, b);
 }
 
-fn accumulate(dst: MatMut<'_, f64>, beta: Accum, alpha: f64, a: MatRef<'_, f64>, b: MatRef<'_, f64>) {
+fn accumulate(
+    dst: MatMut<'_, f64>,
+    beta: Accum,
+    alpha: f64,
+    a: MatRef<'_, f64>,
+    b: MatRef<'_, f64>,
+) {
     debug_assert_eq!(a.ncols(), b.nrows());
     debug_assert_eq!((dst.nrows(), dst.ncols()), (a.nrows(), b.ncols()));
     if a.nrows() * a.ncols() * b.ncols() > SMALL {

@@ -75,7 +75,15 @@ pub fn skew_exp(a: MatRef<'_, f64>) -> Result<Mat<f64>> {
 pub(crate) fn check_skew(name: &'static str, a: MatRef<'_, f64>) -> Result<()> {
     let tolerance = SKEW_TOLERANCE * norm(a);
     let defect = skew_defect(a);
-    if defect > tolerance { Err(Error::NotSkew { name, defect, tolerance }) } else { Ok(()) }
+    if defect > tolerance {
+        Err(Error::NotSkew {
+            name,
+            defect,
+            tolerance,
+        })
+    } else {
+        Ok(())
+    }
 }
 
 /// Buffers for exponentials of one size: no allocation per call.
@@ -111,7 +119,12 @@ impl SkewExp {
     /// # Errors
     /// `Decomposition` (large norms only).
     pub fn exp_into(&mut self, mut out: MatMut<'_, f64>, a: MatRef<'_, f64>, t: f64) -> Result<()> {
-        debug_assert!(a.nrows() == self.m && a.ncols() == self.m && out.nrows() == self.m && out.ncols() == self.m);
+        debug_assert!(
+            a.nrows() == self.m
+                && a.ncols() == self.m
+                && out.nrows() == self.m
+                && out.ncols() == self.m
+        );
         let skew = |i: usize, j: usize| t * (0.5 * a[(i, j)] - 0.5 * a[(j, i)]);
         match self.m {
             0 => {}
@@ -125,7 +138,8 @@ impl SkewExp {
                     }
                 }
                 // The singular values of a skew matrix come in pairs: |A|_2 <= |A|_F / sqrt(2).
-                let bound = (norm(self.a.as_ref()) * std::f64::consts::FRAC_1_SQRT_2).min(column_sum_norm(&self.a));
+                let bound = (norm(self.a.as_ref()) * std::f64::consts::FRAC_1_SQRT_2)
+                    .min(column_sum_norm(&self.a));
                 if bound > LARGE {
                     self.by_schur_form(out)?;
                 } else {
@@ -180,7 +194,12 @@ impl SkewExp {
     /// `Q <- Q (3 I - Q^T Q) / 2`.
     fn newton_schulz(&mut self, mut out: MatMut<'_, f64>) {
         self.work.copy_from(out.as_ref());
-        mul_into(self.even.as_mut(), -0.5, self.work.as_ref().transpose(), self.work.as_ref());
+        mul_into(
+            self.even.as_mut(),
+            -0.5,
+            self.work.as_ref().transpose(),
+            self.work.as_ref(),
+        );
         for i in 0..self.m {
             self.even[(i, i)] += 1.5;
         }
@@ -211,10 +230,16 @@ impl SkewExp {
 }
 
 /// `part = c_g I + c_{g+1} B + c_{g+2} B^2`.
-fn group_into(mut part: MatMut<'_, f64>, coefficients: &[f64; 10], group: usize, [b1, b2]: [&Mat<f64>; 2]) {
+fn group_into(
+    mut part: MatMut<'_, f64>,
+    coefficients: &[f64; 10],
+    group: usize,
+    [b1, b2]: [&Mat<f64>; 2],
+) {
     for j in 0..part.ncols() {
         for i in 0..part.nrows() {
-            part[(i, j)] = coefficients[group + 1] * b1[(i, j)] + coefficients[group + 2] * b2[(i, j)];
+            part[(i, j)] =
+                coefficients[group + 1] * b1[(i, j)] + coefficients[group + 2] * b2[(i, j)];
         }
         part[(j, j)] += coefficients[group];
     }

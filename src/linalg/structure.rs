@@ -80,7 +80,10 @@ pub fn check_finite(name: &'static str, a: MatRef<'_, f64>) -> Result<()> {
     for j in 0..a.ncols() {
         for i in 0..a.nrows() {
             if !a[(i, j)].is_finite() {
-                return Err(Error::NonFinite { name, index: j * a.nrows() + i });
+                return Err(Error::NonFinite {
+                    name,
+                    index: j * a.nrows() + i,
+                });
             }
         }
     }
@@ -89,11 +92,20 @@ pub fn check_finite(name: &'static str, a: MatRef<'_, f64>) -> Result<()> {
 
 /// Error `NonFinite` where a scalar is NaN or infinite.
 pub fn check_finite_scalar(name: &'static str, t: f64) -> Result<()> {
-    if t.is_finite() { Ok(()) } else { Err(Error::NonFinite { name, index: 0 }) }
+    if t.is_finite() {
+        Ok(())
+    } else {
+        Err(Error::NonFinite { name, index: 0 })
+    }
 }
 
 /// Error `Shape` unless `a` has the given shape.
-pub fn check_shape(name: &'static str, a: MatRef<'_, f64>, nrows: usize, ncols: usize) -> Result<()> {
+pub fn check_shape(
+    name: &'static str,
+    a: MatRef<'_, f64>,
+    nrows: usize,
+    ncols: usize,
+) -> Result<()> {
     if a.nrows() == nrows && a.ncols() == ncols {
         return Ok(());
     }

@@ -31,7 +31,12 @@ pub fn acceleration(s: MatRef<'_, f64>, d1: MatRef<'_, f64>, d2: MatRef<'_, f64>
 }
 
 /// Covariant jerk `D_t D_t S'` from position and the first three ambient derivatives.
-pub fn jerk(s: MatRef<'_, f64>, d1: MatRef<'_, f64>, d2: MatRef<'_, f64>, d3: MatRef<'_, f64>) -> Mat<f64> {
+pub fn jerk(
+    s: MatRef<'_, f64>,
+    d1: MatRef<'_, f64>,
+    d2: MatRef<'_, f64>,
+    d3: MatRef<'_, f64>,
+) -> Mat<f64> {
     let a = acceleration(s, d1, d2);
     d3 + christoffel_derivative(s, d1, d2) + christoffel(s, d1, a.as_ref())
 }

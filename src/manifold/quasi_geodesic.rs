@@ -100,8 +100,9 @@ impl QuasiGeodesic {
     /// ```
     ///
     /// Where `det(U Z^T) = -1` and `k < n`, the last column of `U` and the smallest cosine change sign: the
-    /// angle becomes `pi - theta_k` and the determinant +1. So almost every two points are joined; of all the
-    /// branches this is the shortest in `|K|^2 + |Omega|^2 / 2`.
+    /// angle becomes `pi - theta_k` and the determinant +1. So almost every two points are joined. Other pairs of
+    /// sign changes are other branches; this one has the shortest normal part `|K|`. (Another branch may have the
+    /// smaller `|K|^2 + |Omega|^2 / 2`, by a smaller `Omega`.)
     ///
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`; `DifferentComponents` (k = n); `OutsideLogDomain` where `U Z^T`
@@ -112,7 +113,11 @@ impl QuasiGeodesic {
         manifold.check_point("S0", s0, POINT_TOLERANCE)?;
         manifold.check_point("S1", s1, POINT_TOLERANCE)?;
         let mut out = Self::zeros(manifold.n(), manifold.k());
-        out.join(s0, s1, &mut EndpointProblem::new(manifold.n(), manifold.k()))?;
+        out.join(
+            s0,
+            s1,
+            &mut EndpointProblem::new(manifold.n(), manifold.k()),
+        )?;
         Ok(out)
     }
 
@@ -154,7 +159,12 @@ impl QuasiGeodesic {
                 rates[(k + i, j)] = self.angles[i] * self.right[(i, j)];
             }
         }
-        mul_into(rates.as_mut().subrows_mut(0, k), 1.0, self.right.as_ref(), self.omega.as_ref());
+        mul_into(
+            rates.as_mut().subrows_mut(0, k),
+            1.0,
+            self.right.as_ref(),
+            self.omega.as_ref(),
+        );
         &self.frame * &rates
     }
 
@@ -194,23 +204,38 @@ impl QuasiGeodesic {
         problem.principal_vectors(s0, s1)?;
         let k = self.k();
         self.right.copy_from(problem.u.as_ref().transpose());
-        mul_into(self.frame.as_mut().subcols_mut(0, k), 1.0, s0, problem.u.as_ref());
+        mul_into(
+            self.frame.as_mut().subcols_mut(0, k),
+            1.0,
+            s0,
+            problem.u.as_ref(),
+        );
         self.frame.as_mut().subcols_mut(k, k).fill(0.0);
         self.angles.fill(0.0);
         if self.n() > k {
             self.principal_angles(s0, problem)?;
         }
-        problem.log.log_into(self.omega.as_mut(), problem.rotation.as_ref())
+        problem
+            .log
+            .log_into(self.omega.as_mut(), problem.rotation.as_ref())
     }
 
     /// Angles and unit normal directions from `(I - S0 S0^T) S1 Z`, largest sine first.
-    fn principal_angles(&mut self, s0: MatRef<'_, f64>, problem: &mut EndpointProblem) -> Result<()> {
+    fn principal_angles(
+        &mut self,
+        s0: MatRef<'_, f64>,
+        problem: &mut EndpointProblem,
+    ) -> Result<()> {
         let k = self.k();
         for i in (0..k).rev() {
             // Twice is enough: a direction that loses half of its length twice is round-off.
             let first = problem.orthogonalise(s0, self.frame.as_ref().subcols(k, k), i);
             let second = problem.orthogonalise(s0, self.frame.as_ref().subcols(k, k), i);
-            let sine = if second > NEGLIGIBLE && second >= 0.5 * first { second } else { 0.0 };
+            let sine = if second > NEGLIGIBLE && second >= 0.5 * first {
+                second
+            } else {
+                0.0
+            };
             let cosine = problem.cosines[i];
             if cosine < 0.0 && sine <= ANTIPODAL {
                 return Err(Error::NoJoiningCurve { angle: PI - sine });
@@ -226,7 +251,13 @@ impl QuasiGeodesic {
     }
 
     /// Coordinates of the curve in its frame up to the given order, as Taylor coefficients of shape `(2k, k)`.
-    pub(crate) fn coordinates_into(&self, t: f64, order: usize, turning: &mut Turning, out: &mut Jet) -> Result<()> {
+    pub(crate) fn coordinates_into(
+        &self,
+        t: f64,
+        order: usize,
+        turning: &mut Turning,
+        out: &mut Jet,
+    ) -> Result<()> {
         let k = self.k();
         turning.compute(self, t, order)?;
         for j in 0..=order {
@@ -253,10 +284,21 @@ impl QuasiGeodesic {
     }
 
     /// The curve up to the given order, as Taylor coefficients of shape `(n, k)`.
-    pub(crate) fn jet_into(&self, t: f64, order: usize, work: &mut Evaluation, out: &mut Jet) -> Result<()> {
+    pub(crate) fn jet_into(
+        &self,
+        t: f64,
+        order: usize,
+        work: &mut Evaluation,
+        out: &mut Jet,
+    ) -> Result<()> {
         self.coordinates_into(t, order, &mut work.turning, &mut work.coordinates)?;
         for j in 0..=order {
-            mul_into(out.c[j].as_mut(), 1.0, self.frame.as_ref(), work.coordinates.c[j].as_ref());
+            mul_into(
+                out.c[j].as_mut(),
+                1.0,
+                self.frame.as_ref(),
+                work.coordinates.c[j].as_ref(),
+            );
         }
         Ok(())
     }
@@ -275,7 +317,10 @@ pub(crate) struct Evaluation {
 
 impl Evaluation {
     pub(crate) fn new(k: usize) -> Self {
-        Evaluation { turning: Turning::new(k), coordinates: Jet::zeros(2 * k, k) }
+        Evaluation {
+            turning: Turning::new(k),
+            coordinates: Jet::zeros(2 * k, k),
+        }
     }
 }
 
@@ -296,11 +341,22 @@ impl Turning {
     }
 
     fn compute(&mut self, curve: &QuasiGeodesic, t: f64, order: usize) -> Result<()> {
-        self.exp.exp_into(self.turn.as_mut(), curve.omega.as_ref(), t)?;
-        mul_into(self.rates[0].as_mut(), 1.0, curve.right.as_ref(), self.turn.as_ref());
+        self.exp
+            .exp_into(self.turn.as_mut(), curve.omega.as_ref(), t)?;
+        mul_into(
+            self.rates[0].as_mut(),
+            1.0,
+            curve.right.as_ref(),
+            self.turn.as_ref(),
+        );
         for j in 1..=order {
             let (done, next) = self.rates.split_at_mut(j);
-            mul_into(next[0].as_mut(), 1.0 / j as f64, done[j - 1].as_ref(), curve.omega.as_ref());
+            mul_into(
+                next[0].as_mut(),
+                1.0 / j as f64,
+                done[j - 1].as_ref(),
+                curve.omega.as_ref(),
+            );
         }
         Ok(())
     }
@@ -347,12 +403,22 @@ impl EndpointProblem {
         }
         if n > k {
             mul_into(self.normal.as_mut(), 1.0, s1, self.z.as_ref());
-            mul_into(self.gram.as_mut(), 1.0, s0.transpose(), self.normal.as_ref());
+            mul_into(
+                self.gram.as_mut(),
+                1.0,
+                s0.transpose(),
+                self.normal.as_ref(),
+            );
             mul_add(self.normal.as_mut(), -1.0, s0, self.gram.as_ref());
             self.separate_small_angles()?;
             self.sort_by_angle();
         }
-        mul_into(self.rotation.as_mut(), 1.0, self.u.as_ref(), self.z.as_ref().transpose());
+        mul_into(
+            self.rotation.as_mut(),
+            1.0,
+            self.u.as_ref(),
+            self.z.as_ref().transpose(),
+        );
         self.gram.copy_from(&self.rotation);
         if determinant_sign(self.gram.as_mut()) < 0.0 {
             if n == k {
@@ -362,7 +428,12 @@ impl EndpointProblem {
             for i in 0..k {
                 self.u[(i, k - 1)] = -self.u[(i, k - 1)];
             }
-            mul_into(self.rotation.as_mut(), 1.0, self.u.as_ref(), self.z.as_ref().transpose());
+            mul_into(
+                self.rotation.as_mut(),
+                1.0,
+                self.u.as_ref(),
+                self.z.as_ref().transpose(),
+            );
         }
         Ok(())
     }
@@ -392,7 +463,9 @@ impl EndpointProblem {
                 return Ok(());
             }
         }
-        Err(Error::Decomposition { kind: "separation of small principal angles" })
+        Err(Error::Decomposition {
+            kind: "separation of small principal angles",
+        })
     }
 
     /// The plane rotation of columns `i` and `j` whose angle `phi <= pi/4` has `cot(2 phi) = cotangent`.
@@ -414,7 +487,8 @@ impl EndpointProblem {
 
     /// Sorts the principal directions by increasing angle (insertion: they are sorted but for close ones).
     fn sort_by_angle(&mut self) {
-        let angle = |problem: &Self, i: usize| problem.normal.col(i).norm_l2().atan2(problem.cosines[i]);
+        let angle =
+            |problem: &Self, i: usize| problem.normal.col(i).norm_l2().atan2(problem.cosines[i]);
         for end in 1..self.cosines.len() {
             let mut i = end;
             while i > 0 && angle(self, i) < angle(self, i - 1) {
@@ -434,9 +508,17 @@ impl EndpointProblem {
     /// Projects column `i` of `normal` off `s0` and off the directions found so far; returns its length.
     fn orthogonalise(&mut self, s0: MatRef<'_, f64>, found: MatRef<'_, f64>, i: usize) -> f64 {
         let k = s0.ncols();
-        let (mut column, coefficients) = (self.normal.as_mut().subcols_mut(i, 1), self.coefficients.as_mut_slice());
+        let (mut column, coefficients) = (
+            self.normal.as_mut().subcols_mut(i, 1),
+            self.coefficients.as_mut_slice(),
+        );
         let mut projection = MatMut::from_column_major_slice_mut(coefficients, 2 * k, 1);
-        mul_into(projection.rb_mut().subrows_mut(0, k), 1.0, s0.transpose(), column.rb());
+        mul_into(
+            projection.rb_mut().subrows_mut(0, k),
+            1.0,
+            s0.transpose(),
+            column.rb(),
+        );
         mul_add(column.rb_mut(), -1.0, s0, projection.rb().subrows(0, k));
         let later = found.subcols(i + 1, k - i - 1);
         let mut overlap = projection.subrows_mut(k, k - i - 1);

@@ -23,10 +23,10 @@ use crate::linalg::orthogonal_log::inverse_dexp;
 use crate::linalg::product::{mul_add, mul_into};
 use crate::linalg::skew_schur::apply_ad_function;
 
-/// Terms of the sine and cosine series: arguments up to pi, and four orders of derivatives, to round-off.
-const SERIES_TERMS: usize = 20;
+/// A series stops where the next term, and its derivatives up to the third, fall below this.
+const TRUNCATION: f64 = 1e-17;
 
-/// Degree of the exponential series: arguments of norm at most 1, and four orders of derivatives.
+/// Degree of the exponential series: arguments of norm at most 1, and its derivatives up to the third.
 const EXP_DEGREE: usize = 22;
 
 /// Buffers for one shape.
@@ -86,20 +86,30 @@ impl MovingQuasiGeodesic {
     ///
     /// # Errors
     /// Those of [`QuasiGeodesic::between`].
-    pub(crate) fn jet_into(&mut self, s0: &Jet, s1: &Jet, t: f64, order: usize, out: &mut Jet) -> Result<()> {
-        self.curve.join(s0.c[0].as_ref(), s1.c[0].as_ref(), &mut self.problem)?;
-        self.start.set_product_constant(s0, self.problem.u.as_ref(), order);
-        self.end.set_product_constant(s1, self.problem.z.as_ref(), order);
+    pub(crate) fn jet_into(
+        &mut self,
+        s0: &Jet,
+        s1: &Jet,
+        t: f64,
+        order: usize,
+        out: &mut Jet,
+    ) -> Result<()> {
+        self.curve
+            .join(s0.c[0].as_ref(), s1.c[0].as_ref(), &mut self.problem)?;
+        self.start
+            .set_product_constant(s0, self.problem.u.as_ref(), order);
+        self.end
+            .set_product_constant(s1, self.problem.z.as_ref(), order);
         self.polar(order)?;
         self.angles(order);
         // The interpolation in the aligned frame: `start a_t(P) + end R^T b_t(P)`.
-        self.sine_and_cosine(&one_jet(), order);
+        self.sine(&one_jet(), order);
         std::mem::swap(&mut self.sine, &mut self.whole);
         self.invert_whole(order);
-        self.sine_and_cosine(&[1.0 - t, -1.0, 0.0, 0.0], order);
+        self.sine(&[1.0 - t, -1.0, 0.0, 0.0], order);
         self.weight.set_product(&self.sine, &self.inverse, order);
         self.wide.set_product(&self.start, &self.weight, order);
-        self.sine_and_cosine(&[t, 1.0, 0.0, 0.0], order);
+        self.sine(&[t, 1.0, 0.0, 0.0], order);
         self.weight.set_product(&self.sine, &self.inverse, order);
         self.start.set_product_nt(&self.end, &self.rotation, order);
         out.set_product(&self.start, &self.weight, order);
@@ -123,7 +133,11 @@ impl MovingQuasiGeodesic {
     /// `C w + w C = given`.
     fn polar(&mut self, order: usize) -> Result<()> {
         self.gram.set_product_tn(&self.start, &self.end, order);
-        let (p, r, c) = (&mut self.symmetric, &mut self.rotation, &self.problem.cosines);
+        let (p, r, c) = (
+            &mut self.symmetric,
+            &mut self.rotation,
+            &self.problem.cosines,
+        );
         let k = c.len();
         p.set_scalar(0.0, order);
         r.set_scalar(1.0, order);
@@ -136,7 +150,12 @@ impl MovingQuasiGeodesic {
             half.fill(0.0);
             rest.copy_from(&self.gram.c[j]);
             for i in 1..j {
-                mul_add(half.as_mut(), -0.5, r.c[i].as_ref(), r.c[j - i].as_ref().transpose());
+                mul_add(
+                    half.as_mut(),
+                    -0.5,
+                    r.c[i].as_ref(),
+                    r.c[j - i].as_ref().transpose(),
+                );
                 mul_add(rest.as_mut(), -1.0, p.c[i].as_ref(), r.c[j - i].as_ref());
             }
             for b in 0..k {
@@ -173,7 +192,8 @@ impl MovingQuasiGeodesic {
             self.angle_squared.c[0][(i, i)] = self.curve.angles()[i].powi(2);
         }
         for j in 1..=order {
-            self.sine_and_cosine(&one_jet(), j);
+            self.argument.copy_from(&self.angle_squared, j);
+            self.series(Parity::Even, j);
             for b in 0..k {
                 for a in 0..k {
                     let (x, y) = (self.curve.angles()[a], self.curve.angles()[b]);
@@ -185,37 +205,50 @@ impl MovingQuasiGeodesic {
         }
     }
 
-    /// `sine = sin(t Theta) / Theta` and `cosine = cos(t Theta)`, entire functions of `Y = Theta^2`: their series
-    /// for `|t| <= 1`, and double angles beyond.
-    fn sine_and_cosine(&mut self, t: &ScalarJet, order: usize) {
+    /// `sine = sin(t Theta) / Theta`, an entire function of `Y = Theta^2`: its series for `|t| <= 1`, and double
+    /// angles beyond.
+    fn sine(&mut self, t: &ScalarJet, order: usize) {
         let doublings = t[0].abs().log2().ceil().max(0.0) as i32;
         let shrink = 0.5_f64.powi(doublings);
         let t: ScalarJet = t.map(|x| x * shrink);
-        let square = scalar_product(&t, &t);
-        self.argument.set_scaled(&square, &self.angle_squared, order);
-        let [accumulated, product] = &mut self.work;
-        for (target, offset) in [(&mut self.cosine, 0), (&mut self.sine, 1)] {
-            accumulated.set_scalar(1.0, order);
-            for j in (1..=SERIES_TERMS).rev() {
-                let denominator = (2 * j + offset - 1) * (2 * j + offset);
-                product.set_product(accumulated, &self.argument, order);
-                product.rescale(-1.0 / denominator as f64, order);
-                product.add_identity(1.0);
-                std::mem::swap(accumulated, product);
-            }
-            target.copy_from(accumulated, order);
-        }
+        self.argument
+            .set_scaled(&scalar_product(&t, &t), &self.angle_squared, order);
+        self.series(Parity::Odd, order);
         self.work[0].set_scaled(&t, &self.sine, order);
         std::mem::swap(&mut self.work[0], &mut self.sine);
+        if doublings > 0 {
+            self.series(Parity::Even, order);
+        }
         for _ in 0..doublings {
-            let [a, b] = &mut self.work;
-            a.set_product(&self.sine, &self.cosine, order);
-            a.rescale(2.0, order);
-            std::mem::swap(a, &mut self.sine);
-            b.set_product(&self.cosine, &self.cosine, order);
-            b.rescale(2.0, order);
-            b.add_identity(-1.0);
-            std::mem::swap(b, &mut self.cosine);
+            let [sine, cosine] = &mut self.work;
+            sine.set_product(&self.sine, &self.cosine, order);
+            sine.rescale(2.0, order);
+            cosine.set_product(&self.cosine, &self.cosine, order);
+            cosine.rescale(2.0, order);
+            cosine.add_identity(-1.0);
+            std::mem::swap(sine, &mut self.sine);
+            std::mem::swap(cosine, &mut self.cosine);
+        }
+    }
+
+    /// `cosine = cos sqrt(W)` or `sine = sin sqrt(W) / sqrt(W)` of the argument `W`, by Horner's rule.
+    fn series(&mut self, parity: Parity, order: usize) {
+        let largest =
+            (0..self.argument.c[0].ncols()).fold(0.0_f64, |m, i| m.max(self.argument.c[0][(i, i)]));
+        let (target, offset) = match parity {
+            Parity::Even => (&mut self.cosine, 0),
+            Parity::Odd => (&mut self.sine, 1),
+        };
+        let product = &mut self.work[1];
+        target.set_scalar(1.0, order);
+        for j in (1..=series_terms(largest)).rev() {
+            product.set_product(target, &self.argument, order);
+            product.rescale(
+                -1.0 / ((2 * j + offset - 1) * (2 * j + offset)) as f64,
+                order,
+            );
+            product.add_identity(1.0);
+            std::mem::swap(target, product);
         }
     }
 
@@ -230,7 +263,12 @@ impl MovingQuasiGeodesic {
             let sum = &mut self.small[0];
             sum.fill(0.0);
             for i in 1..=j {
-                mul_add(sum.as_mut(), 1.0, self.whole.c[i].as_ref(), self.inverse.c[j - i].as_ref());
+                mul_add(
+                    sum.as_mut(),
+                    1.0,
+                    self.whole.c[i].as_ref(),
+                    self.inverse.c[j - i].as_ref(),
+                );
             }
             for b in 0..k {
                 for a in 0..k {
@@ -257,9 +295,24 @@ impl MovingQuasiGeodesic {
             residual.fill(0.0);
             for i in 0..=j {
                 let [left, right] = &mut self.small;
-                mul_into(left.as_mut(), 1.0, self.problem.u.as_ref(), self.rotation.c[i].as_ref());
-                mul_into(right.as_mut(), 1.0, left.as_ref(), self.problem.z.as_ref().transpose());
-                mul_add(residual.as_mut(), 1.0, self.power.c[j - i].as_ref(), right.as_ref());
+                mul_into(
+                    left.as_mut(),
+                    1.0,
+                    self.problem.u.as_ref(),
+                    self.rotation.c[i].as_ref(),
+                );
+                mul_into(
+                    right.as_mut(),
+                    1.0,
+                    left.as_ref(),
+                    self.problem.z.as_ref().transpose(),
+                );
+                mul_add(
+                    residual.as_mut(),
+                    1.0,
+                    self.power.c[j - i].as_ref(),
+                    right.as_ref(),
+                );
             }
             let [left, right] = &mut self.small;
             let v = self.schur.basis();
@@ -281,7 +334,11 @@ impl MovingQuasiGeodesic {
     fn exponential(&mut self, t: &ScalarJet, order: usize) {
         self.argument.set_scaled(t, &self.log, order);
         let size = self.argument.c[0].norm_l2();
-        let squarings = if size > 1.0 { size.log2().ceil() as i32 } else { 0 };
+        let squarings = if size > 1.0 {
+            size.log2().ceil() as i32
+        } else {
+            0
+        };
         self.argument.rescale(0.5_f64.powi(squarings), order);
         let product = &mut self.work[1];
         self.power.set_scalar(1.0, order);
@@ -296,6 +353,25 @@ impl MovingQuasiGeodesic {
             std::mem::swap(product, &mut self.power);
         }
     }
+}
+
+/// Which of the two trigonometric series.
+#[derive(Clone, Copy)]
+enum Parity {
+    Even,
+    Odd,
+}
+
+/// Terms of `cos sqrt(w)` for arguments up to `w`, with its derivatives up to the third (the factor `j^3`).
+fn series_terms(w: f64) -> usize {
+    let mut size = 1.0;
+    for j in 1.. {
+        size *= w.max(1.0) / ((2 * j - 1) * (2 * j)) as f64;
+        if size * (j * j * j) as f64 <= TRUNCATION {
+            return j;
+        }
+    }
+    unreachable!("the factorial wins")
 }
 
 /// `out = l m r`.
@@ -327,5 +403,9 @@ fn scalar_product(a: &ScalarJet, b: &ScalarJet) -> ScalarJet {
 }
 
 fn sinc(x: f64) -> f64 {
-    if x.abs() < 1e-4 { 1.0 - x * x / 6.0 } else { x.sin() / x }
+    if x.abs() < 1e-4 {
+        1.0 - x * x / 6.0
+    } else {
+        x.sin() / x
+    }
 }

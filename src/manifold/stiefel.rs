@@ -5,7 +5,8 @@ use faer::{Mat, MatRef};
 use crate::error::{Error, Result};
 use crate::linalg::decomp::polar_factor;
 use crate::linalg::structure::{
-    check_finite, check_shape, frobenius_inner, norm, orthonormality_defect, skew_defect, symmetric_part,
+    check_finite, check_shape, frobenius_inner, norm, orthonormality_defect, skew_defect,
+    symmetric_part,
 };
 
 /// A point may be off the manifold by this much: `|S^T S - I|_F`.
@@ -76,12 +77,25 @@ impl Stiefel {
     ///
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`.
-    pub fn check_point(&self, name: &'static str, s: MatRef<'_, f64>, tolerance: f64) -> Result<()> {
+    pub fn check_point(
+        &self,
+        name: &'static str,
+        s: MatRef<'_, f64>,
+        tolerance: f64,
+    ) -> Result<()> {
         check_shape(name, s, self.n, self.k)?;
         check_finite(name, s)?;
         let defect = orthonormality_defect(s);
         // Not `defect > tolerance`: finite entries can overflow in S^T S, and then the defect is NaN or infinite.
-        if defect <= tolerance { Ok(()) } else { Err(Error::NotOrthonormal { name, defect, tolerance }) }
+        if defect <= tolerance {
+            Ok(())
+        } else {
+            Err(Error::NotOrthonormal {
+                name,
+                defect,
+                tolerance,
+            })
+        }
     }
 
     /// Checks shape, finiteness and `|S^T V + V^T S|_F / 2 <= tolerance max(1, |V|_F)`.
@@ -99,7 +113,15 @@ impl Stiefel {
         check_finite(name, v)?;
         let tolerance = tolerance * norm(v).max(1.0);
         let defect = skew_defect((s.transpose() * v).as_ref());
-        if defect <= tolerance { Ok(()) } else { Err(Error::NotTangent { name, defect, tolerance }) }
+        if defect <= tolerance {
+            Ok(())
+        } else {
+            Err(Error::NotTangent {
+                name,
+                defect,
+                tolerance,
+            })
+        }
     }
 
     /// Nearest point in the Frobenius norm, the polar factor of `y` (shape `(n, k)`).
@@ -160,7 +182,12 @@ impl Stiefel {
     ///
     /// # Errors
     /// `Shape`.
-    pub fn compose(&self, s: MatRef<'_, f64>, x: MatRef<'_, f64>, omega: MatRef<'_, f64>) -> Result<Mat<f64>> {
+    pub fn compose(
+        &self,
+        s: MatRef<'_, f64>,
+        x: MatRef<'_, f64>,
+        omega: MatRef<'_, f64>,
+    ) -> Result<Mat<f64>> {
         check_shape("X", x, self.n, self.n)?;
         check_shape("Omega", omega, self.k, self.k)?;
         Ok(x * s + s * omega)

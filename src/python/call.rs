@@ -31,10 +31,16 @@ impl Call {
             None => None,
             Some(threads @ 1..=4096) => Some(threads as usize),
             Some(found) => {
-                return Err(invalid_input(py, format!("num_threads: must be between 1 and 4096, found {found}")));
+                return Err(invalid_input(
+                    py,
+                    format!("num_threads: must be between 1 and 4096, found {found}"),
+                ));
             }
         };
-        Ok(Call { num_threads, operations })
+        Ok(Call {
+            num_threads,
+            operations,
+        })
     }
 
     /// Whether the call is worth sharing out.
@@ -43,12 +49,21 @@ impl Call {
     }
 
     /// Runs `work` detached from the interpreter; an error of the core becomes the exception.
-    pub fn run<T: Send>(&self, py: Python<'_>, work: impl FnOnce(Interrupt<'_>) -> Result<T> + Send) -> PyResult<T> {
-        self.run_any(py, work)?.map_err(|error| to_exception(py, &error, ""))
+    pub fn run<T: Send>(
+        &self,
+        py: Python<'_>,
+        work: impl FnOnce(Interrupt<'_>) -> Result<T> + Send,
+    ) -> PyResult<T> {
+        self.run_any(py, work)?
+            .map_err(|error| to_exception(py, &error, ""))
     }
 
     /// Runs `work` detached from the interpreter and returns what it returns.
-    pub fn run_any<T: Send>(&self, py: Python<'_>, work: impl FnOnce(Interrupt<'_>) -> T + Send) -> PyResult<T> {
+    pub fn run_any<T: Send>(
+        &self,
+        py: Python<'_>,
+        work: impl FnOnce(Interrupt<'_>) -> T + Send,
+    ) -> PyResult<T> {
         if !self.is_long() {
             return Ok(py.detach(|| work(Interrupt::NEVER)));
         }
@@ -117,7 +132,11 @@ pub fn simd_features() -> Vec<&'static str> {
             ("fma", std::is_x86_feature_detected!("fma")),
             ("avx512f", std::is_x86_feature_detected!("avx512f")),
         ];
-        found.into_iter().filter(|(_, has)| *has).map(|(name, _)| name).collect()
+        found
+            .into_iter()
+            .filter(|(_, has)| *has)
+            .map(|(name, _)| name)
+            .collect()
     }
     #[cfg(not(target_arch = "x86_64"))]
     {

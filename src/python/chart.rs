@@ -89,14 +89,20 @@ fn discretization_map(py: Python<'_>, name: &str) -> PyResult<LinearMap> {
     match name {
         "initial_point" => Ok(LinearMap::INITIAL_POINT),
         "midpoint" => Ok(LinearMap::MIDPOINT),
-        _ => Err(invalid_input(py, format!("map: must be 'initial_point' or 'midpoint', found '{name}'"))),
+        _ => Err(invalid_input(
+            py,
+            format!("map: must be 'initial_point' or 'midpoint', found '{name}'"),
+        )),
     }
 }
 
 fn count(py: Python<'_>, name: &str, value: i64, least: i64) -> PyResult<usize> {
     match usize::try_from(value) {
         Ok(count) if value >= least => Ok(count),
-        _ => Err(invalid_input(py, format!("{name}: must be at least {least}, found {value}"))),
+        _ => Err(invalid_input(
+            py,
+            format!("{name}: must be at least {least}, found {value}"),
+        )),
     }
 }
 
@@ -121,7 +127,11 @@ fn evaluate<const X: usize, const Z: usize>(
         }
         Query::Momenta => {
             check_finite("qdot", rows[1])?;
-            out.copy_from_slice(chart.momenta(rows[0], rows[1], rows[2], rows[3])?.as_slice());
+            out.copy_from_slice(
+                chart
+                    .momenta(rows[0], rows[1], rows[2], rows[3])?
+                    .as_slice(),
+            );
         }
         Query::Derivatives => out.copy_from_slice(chart.derivatives(&state(rows[0])).as_slice()),
         Query::Hamiltonian => out[0] = chart.hamiltonian(&state(rows[0])),
@@ -183,7 +193,8 @@ impl PyChart {
         for (batch, (object, name)) in batches.iter().zip(objects) {
             if batch.rows != length {
                 let found = batch.rows;
-                let message = format!("{name}: expected shape (..., {length}), found (..., {found})");
+                let message =
+                    format!("{name}: expected shape (..., {length}), found (..., {found})");
                 return Err(invalid_input(object.py(), message));
             }
         }
@@ -209,7 +220,11 @@ impl PyChart {
                 Kind::Frame => evaluate(&Frame, query, &rows, out),
             }
         };
-        to_array(py, map_batch(py, &call, &batches, core.iter().product(), member)?, &shape)
+        to_array(
+            py,
+            map_batch(py, &call, &batches, core.iter().product(), member)?,
+            &shape,
+        )
     }
 
     fn state_query<'py>(
@@ -233,14 +248,27 @@ impl PyChart {
     ) -> PyResult<Array<'py>> {
         let width = 4 * self.dimension();
         let batches = self.read([(z0, "z0")], width)?;
-        let len = states.iter().fold(1_usize, |product, count| product.saturating_mul(*count));
+        let len = states
+            .iter()
+            .fold(1_usize, |product, count| product.saturating_mul(*count));
         let call = Call::new(py, None, operations * batches[0].len() as f64)?;
-        let shape: Vec<usize> = batches[0].shape.iter().chain(states).chain(&[width]).copied().collect();
+        let shape: Vec<usize> = batches[0]
+            .shape
+            .iter()
+            .chain(states)
+            .chain(&[width])
+            .copied()
+            .collect();
         let kind = self.0;
-        let wrapped = |[batch]: [&Batch; 1], i: usize, out: &mut [f64], interrupt: Interrupt<'_>| {
-            member(kind, batch.row(i), out, interrupt)
-        };
-        to_array(py, map_batch(py, &call, &batches, len.saturating_mul(width), wrapped)?, &shape)
+        let wrapped =
+            |[batch]: [&Batch; 1], i: usize, out: &mut [f64], interrupt: Interrupt<'_>| {
+                member(kind, batch.row(i), out, interrupt)
+            };
+        to_array(
+            py,
+            map_batch(py, &call, &batches, len.saturating_mul(width), wrapped)?,
+            &shape,
+        )
     }
 }
 
@@ -285,7 +313,11 @@ impl PyChart {
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, ())> {
-        let name = if slf.get().0 == Kind::Sphere { "sphere" } else { "frame" };
+        let name = if slf.get().0 == Kind::Sphere {
+            "sphere"
+        } else {
+            "frame"
+        };
         Ok((slf.get_type().getattr(name)?, ()))
     }
 
@@ -296,7 +328,13 @@ impl PyChart {
     /// OutsideDomainError
     ///     Unless ``0 < theta < pi``; carries ``angle``. The same holds for every method.
     fn embed<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
-        self.query(py, Query::Embed, [(q, "q")], self.dimension(), &[3, self.columns()])
+        self.query(
+            py,
+            Query::Embed,
+            [(q, "q")],
+            self.dimension(),
+            &[3, self.columns()],
+        )
     }
 
     /// The velocity of coordinates ``q``, ``qdot``, shapes (..., d) -> (..., 3, k).
@@ -307,7 +345,13 @@ impl PyChart {
         qdot: &Bound<'py, PyAny>,
     ) -> PyResult<Array<'py>> {
         let objects = [(q, "q"), (qdot, "qdot")];
-        self.query(py, Query::EmbedVelocity, objects, self.dimension(), &[3, self.columns()])
+        self.query(
+            py,
+            Query::EmbedVelocity,
+            objects,
+            self.dimension(),
+            &[3, self.columns()],
+        )
     }
 
     /// Momenta ``(p_q, p_qdot)`` of a curve from its coordinate derivatives up to the third, all of shape (..., d).
@@ -324,19 +368,38 @@ impl PyChart {
         qddot: &Bound<'py, PyAny>,
         qdddot: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyTuple>> {
-        let objects = [(q, "q"), (qdot, "qdot"), (qddot, "qddot"), (qdddot, "qdddot")];
-        let joined = self.query(py, Query::Momenta, objects, self.dimension(), &[2, self.dimension()])?;
+        let objects = [
+            (q, "q"),
+            (qdot, "qdot"),
+            (qddot, "qddot"),
+            (qdddot, "qdddot"),
+        ];
+        let joined = self.query(
+            py,
+            Query::Momenta,
+            objects,
+            self.dimension(),
+            &[2, self.dimension()],
+        )?;
         split(py, &joined, 2)
     }
 
     /// Coordinate derivatives ``(q, qdot, qddot, qdddot)`` of the curve through a state, each of shape (..., d).
-    fn derivatives<'py>(&self, py: Python<'py>, z: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyTuple>> {
+    fn derivatives<'py>(
+        &self,
+        py: Python<'py>,
+        z: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyTuple>> {
         let joined = self.state_query(py, Query::Derivatives, z, &[4, self.dimension()])?;
         split(py, &joined, 4)
     }
 
     /// The Hamiltonian, shape (..., 4 d) -> (...).
-    fn hamiltonian<'py>(&self, py: Python<'py>, z: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    fn hamiltonian<'py>(
+        &self,
+        py: Python<'py>,
+        z: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyAny>> {
         let values = self.state_query(py, Query::Hamiltonian, z, &[1])?;
         values.get_item((PyEllipsis::get(py), 0))
     }
@@ -391,13 +454,25 @@ impl PyChart {
     ) -> PyResult<Array<'py>> {
         let map = discretization_map(py, map)?;
         let steps = count(py, "steps", steps, 1)?;
-        self.flow(py, z0, &[steps.saturating_add(1)], 1e4 * steps as f64, |kind, row, out, interrupt| {
-            match kind {
-                Kind::Sphere => write_states(&integrate(&Sphere, &map, &state(row), steps, t_end, interrupt)?, out),
-                Kind::Frame => write_states(&integrate(&Frame, &map, &state(row), steps, t_end, interrupt)?, out),
-            }
-            Ok(())
-        })
+        self.flow(
+            py,
+            z0,
+            &[steps.saturating_add(1)],
+            1e4 * steps as f64,
+            |kind, row, out, interrupt| {
+                match kind {
+                    Kind::Sphere => write_states(
+                        &integrate(&Sphere, &map, &state(row), steps, t_end, interrupt)?,
+                        out,
+                    ),
+                    Kind::Frame => write_states(
+                        &integrate(&Frame, &map, &state(row), steps, t_end, interrupt)?,
+                        out,
+                    ),
+                }
+                Ok(())
+            },
+        )
     }
 
     /// The exact flow: states at the times ``t``, from ``z0`` at time 0.
@@ -490,14 +565,21 @@ impl PyChart {
         let ends = self.read(objects, self.dimension())?;
         if !ends[0].shape.is_empty() {
             let found = tuple(&[&ends[0].shape[..], &[ends[0].rows]].concat());
-            return Err(invalid_input(py, format!("q0: expected shape ({},), found {found}", self.dimension())));
+            return Err(invalid_input(
+                py,
+                format!("q0: expected shape ({},), found {found}", self.dimension()),
+            ));
         }
         let guess = match &guess {
             None => None,
             Some((p_q, p_qdot)) => {
-                let [p_q, p_qdot] = self.read([(p_q, "guess"), (p_qdot, "guess")], self.dimension())?;
+                let [p_q, p_qdot] =
+                    self.read([(p_q, "guess"), (p_qdot, "guess")], self.dimension())?;
                 if !p_q.shape.is_empty() {
-                    return Err(invalid_input(py, "guess: expected two arrays of shape (d,)".to_owned()));
+                    return Err(invalid_input(
+                        py,
+                        "guess: expected two arrays of shape (d,)".to_owned(),
+                    ));
                 }
                 Some([p_q.row(0), p_qdot.row(0)].concat())
             }
@@ -516,13 +598,18 @@ impl PyChart {
             Kind::Sphere => arguments.run(&Sphere, interrupt),
             Kind::Frame => arguments.run(&Frame, interrupt),
         };
-        let (trajectory, momenta, report) =
-            call.run_any(py, run)?.map_err(|error| to_exception(py, &error, ""))?;
+        let (trajectory, momenta, report) = call
+            .run_any(py, run)?
+            .map_err(|error| to_exception(py, &error, ""))?;
         let d = self.dimension();
-        let array = |entries: Vec<f64>, shape: &[usize]| to_array(py, entries, shape).map(Bound::unbind);
+        let array =
+            |entries: Vec<f64>, shape: &[usize]| to_array(py, entries, shape).map(Bound::unbind);
         Ok(PyShootingResult {
             trajectory: array(trajectory, &[arguments.steps + 1, 4 * d])?,
-            momenta: (array(momenta[..d].to_vec(), &[d])?, array(momenta[d..].to_vec(), &[d])?),
+            momenta: (
+                array(momenta[..d].to_vec(), &[d])?,
+                array(momenta[d..].to_vec(), &[d])?,
+            ),
             report,
         })
     }
@@ -546,14 +633,29 @@ impl Shot<'_> {
         interrupt: Interrupt<'_>,
     ) -> Result<(Vec<f64>, Vec<f64>, PySolverReport)> {
         let join = |q: &[f64], qdot: &[f64]| state::<X>(&[q, qdot].concat());
-        let (x0, x1) = (join(self.ends[0], self.ends[1]), join(self.ends[2], self.ends[3]));
-        let newton = NewtonOptions { tolerance: self.tol, max_iterations: self.max_iterations, interrupt };
+        let (x0, x1) = (
+            join(self.ends[0], self.ends[1]),
+            join(self.ends[2], self.ends[3]),
+        );
+        let newton = NewtonOptions {
+            tolerance: self.tol,
+            max_iterations: self.max_iterations,
+            interrupt,
+        };
         let guess = self.guess.as_ref().map(|guess| state::<X>(guess));
-        let options = ShootingOptions { t_end: self.t_end, newton, guess };
+        let options = ShootingOptions {
+            t_end: self.t_end,
+            newton,
+            guess,
+        };
         let found = shoot(chart, &self.map, &x0, &x1, self.steps, &options)?;
         let mut trajectory = vec![0.0; found.trajectory.len() * Z];
         write_states(&found.trajectory, &mut trajectory);
-        Ok((trajectory, found.momenta.as_slice().to_vec(), PySolverReport(found.report)))
+        Ok((
+            trajectory,
+            found.momenta.as_slice().to_vec(),
+            PySolverReport(found.report),
+        ))
     }
 }
 

@@ -20,7 +20,10 @@ static BROADCAST_TO: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
 static BROADCAST_SHAPES: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
 
 /// A float64 array from anything array-like, by same-kind casting: `TypeError` for complex numbers, text and objects.
-pub fn float_array<'py>(object: &Bound<'py, PyAny>, name: &str) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
+pub fn float_array<'py>(
+    object: &Bound<'py, PyAny>,
+    name: &str,
+) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
     if let Ok(array) = object.cast::<PyArrayDyn<f64>>() {
         return Ok(array.readonly());
     }
@@ -29,11 +32,19 @@ pub fn float_array<'py>(object: &Bound<'py, PyAny>, name: &str) -> PyResult<PyRe
     let float64 = FLOAT64.import(py, "numpy", "float64")?;
     let array = asarray.call1((object,))?;
     let dtype = array.getattr("dtype")?;
-    let castable = CAN_CAST.import(py, "numpy", "can_cast")?.call1((&dtype, float64, "same_kind"))?;
+    let castable =
+        CAN_CAST
+            .import(py, "numpy", "can_cast")?
+            .call1((&dtype, float64, "same_kind"))?;
     if !castable.extract::<bool>()? {
-        return Err(PyTypeError::new_err(format!("{name}: expected real numbers, found an array of dtype {dtype}")));
+        return Err(PyTypeError::new_err(format!(
+            "{name}: expected real numbers, found an array of dtype {dtype}"
+        )));
     }
-    Ok(asarray.call1((array, float64))?.cast_into::<PyArrayDyn<f64>>()?.readonly())
+    Ok(asarray
+        .call1((array, float64))?
+        .cast_into::<PyArrayDyn<f64>>()?
+        .readonly())
 }
 
 /// A batch of matrices (or of rows, with `cols = 1`): leading axes and entries, each matrix row by row.
@@ -54,7 +65,11 @@ impl Batch {
     /// The `i`-th matrix.
     pub fn get(&self, i: usize) -> MatRef<'_, f64> {
         let size = self.rows * self.cols;
-        MatRef::from_row_major_slice(&self.entries[i * size..(i + 1) * size], self.rows, self.cols)
+        MatRef::from_row_major_slice(
+            &self.entries[i * size..(i + 1) * size],
+            self.rows,
+            self.cols,
+        )
     }
 
     /// The `i`-th member as a slice.
@@ -76,26 +91,48 @@ fn read_batches<const N: usize>(
         if array.ndim() < core {
             let expected = if core == 2 { "(..., n, k)" } else { "(..., d)" };
             let found = array.shape();
-            return Err(invalid_input(py, format!("{name}: expected shape {expected}, found {}", tuple(found))));
+            return Err(invalid_input(
+                py,
+                format!("{name}: expected shape {expected}, found {}", tuple(found)),
+            ));
         }
         arrays.push(array);
     }
     let lead = |array: &PyReadonlyArrayDyn<'_, f64>| array.shape()[..array.ndim() - core].to_vec();
     let mut shape = lead(&arrays[0]);
     if arrays.iter().any(|array| lead(array) != shape) {
-        let shapes = arrays.iter().map(|array| PyTuple::new(py, lead(array))).collect::<PyResult<Vec<_>>>()?;
-        let common = BROADCAST_SHAPES.import(py, "numpy", "broadcast_shapes")?.call1(PyTuple::new(py, shapes)?);
-        shape = common.map_err(|error| invalid_input(py, error.value(py).to_string()))?.extract()?;
+        let shapes = arrays
+            .iter()
+            .map(|array| PyTuple::new(py, lead(array)))
+            .collect::<PyResult<Vec<_>>>()?;
+        let common = BROADCAST_SHAPES
+            .import(py, "numpy", "broadcast_shapes")?
+            .call1(PyTuple::new(py, shapes)?);
+        shape = common
+            .map_err(|error| invalid_input(py, error.value(py).to_string()))?
+            .extract()?;
         for array in &mut arrays {
-            let full: Vec<usize> = shape.iter().chain(&array.shape()[array.ndim() - core..]).copied().collect();
+            let full: Vec<usize> = shape
+                .iter()
+                .chain(&array.shape()[array.ndim() - core..])
+                .copied()
+                .collect();
             let broadcast = BROADCAST_TO.import(py, "numpy", "broadcast_to")?;
-            *array = broadcast.call1((array.as_any(), PyTuple::new(py, full)?))?.cast_into::<PyArrayDyn<f64>>()?.readonly();
+            *array = broadcast
+                .call1((array.as_any(), PyTuple::new(py, full)?))?
+                .cast_into::<PyArrayDyn<f64>>()?
+                .readonly();
         }
     }
     let mut out = arrays.into_iter().map(|array| {
         let own = &array.shape()[array.ndim() - core..];
         let (rows, cols) = (own[0], if core == 2 { own[1] } else { 1 });
-        Batch { shape: shape.clone(), rows, cols, entries: array.as_array().iter().copied().collect() }
+        Batch {
+            shape: shape.clone(),
+            rows,
+            cols,
+            entries: array.as_array().iter().copied().collect(),
+        }
     });
     Ok(std::array::from_fn(|_| match out.next() {
         Some(batch) => batch,
@@ -104,12 +141,16 @@ fn read_batches<const N: usize>(
 }
 
 /// Arrays of matrices, shape `(..., rows, cols)`.
-pub fn matrices<const N: usize>(objects: [(&Bound<'_, PyAny>, &'static str); N]) -> PyResult<[Batch; N]> {
+pub fn matrices<const N: usize>(
+    objects: [(&Bound<'_, PyAny>, &'static str); N],
+) -> PyResult<[Batch; N]> {
     read_batches(objects, 2)
 }
 
 /// Arrays of vectors, shape `(..., d)`.
-pub fn vectors<const N: usize>(objects: [(&Bound<'_, PyAny>, &'static str); N]) -> PyResult<[Batch; N]> {
+pub fn vectors<const N: usize>(
+    objects: [(&Bound<'_, PyAny>, &'static str); N],
+) -> PyResult<[Batch; N]> {
     read_batches(objects, 1)
 }
 
@@ -119,18 +160,36 @@ pub fn matrix(object: &Bound<'_, PyAny>, name: &'static str) -> PyResult<Mat<f64
     if batch.shape.is_empty() {
         return Ok(batch.get(0).to_owned());
     }
-    let found: Vec<usize> = batch.shape.iter().chain(&[batch.rows, batch.cols]).copied().collect();
-    Err(invalid_input(object.py(), format!("{name}: expected shape (n, k), found {}", tuple(&found))))
+    let found: Vec<usize> = batch
+        .shape
+        .iter()
+        .chain(&[batch.rows, batch.cols])
+        .copied()
+        .collect();
+    Err(invalid_input(
+        object.py(),
+        format!("{name}: expected shape (n, k), found {}", tuple(&found)),
+    ))
 }
 
 /// Parameters of any shape: the shape and the values.
-pub fn parameters(object: &Bound<'_, PyAny>, name: &'static str) -> PyResult<(Vec<usize>, Vec<f64>)> {
+pub fn parameters(
+    object: &Bound<'_, PyAny>,
+    name: &'static str,
+) -> PyResult<(Vec<usize>, Vec<f64>)> {
     let array = float_array(object, name)?;
-    Ok((array.shape().to_vec(), array.as_array().iter().copied().collect()))
+    Ok((
+        array.shape().to_vec(),
+        array.as_array().iter().copied().collect(),
+    ))
 }
 
 /// A new array of the given shape.
-pub fn to_array<'py>(py: Python<'py>, entries: Vec<f64>, shape: &[usize]) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+pub fn to_array<'py>(
+    py: Python<'py>,
+    entries: Vec<f64>,
+    shape: &[usize],
+) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
     PyArray1::from_vec(py, entries).reshape(shape.to_vec())
 }
 
@@ -138,7 +197,14 @@ pub fn to_array<'py>(py: Python<'py>, entries: Vec<f64>, shape: &[usize]) -> PyR
 pub fn tuple(shape: &[usize]) -> String {
     match shape {
         [one] => format!("({one},)"),
-        _ => format!("({})", shape.iter().map(usize::to_string).collect::<Vec<_>>().join(", ")),
+        _ => format!(
+            "({})",
+            shape
+                .iter()
+                .map(usize::to_string)
+                .collect::<Vec<_>>()
+                .join(", ")
+        ),
     }
 }
 
@@ -154,14 +220,20 @@ pub fn map_batch<const N: usize>(
     let len = batches[0].len();
     let views = batches.each_ref();
     let mut out = Vec::new();
-    let total = len.checked_mul(size).filter(|total| out.try_reserve_exact(*total).is_ok());
+    let total = len
+        .checked_mul(size)
+        .filter(|total| out.try_reserve_exact(*total).is_ok());
     let Some(total) = total else {
-        return Err(PyMemoryError::new_err(format!("cannot hold {len} results of {size} numbers")));
+        return Err(PyMemoryError::new_err(format!(
+            "cannot hold {len} results of {size} numbers"
+        )));
     };
     out.resize(total, 0.0);
     let failures = call.run_any(py, |interrupt| {
         let one = |(i, target): (usize, &mut [f64])| {
-            let result = interrupt.check("batch").and_then(|()| member(views, i, target, interrupt));
+            let result = interrupt
+                .check("batch")
+                .and_then(|()| member(views, i, target, interrupt));
             result.err().map(|error| (i, error))
         };
         // An empty result (checks only) still has members to visit.
@@ -169,7 +241,10 @@ pub fn map_batch<const N: usize>(
             return (0..len).find_map(|i| one((i, &mut [])));
         }
         if call.is_long() && len > 1 {
-            out.par_chunks_mut(size).enumerate().filter_map(one).min_by_key(|(i, _)| *i)
+            out.par_chunks_mut(size)
+                .enumerate()
+                .filter_map(one)
+                .min_by_key(|(i, _)| *i)
         } else {
             out.chunks_mut(size).enumerate().find_map(one)
         }
@@ -177,7 +252,11 @@ pub fn map_batch<const N: usize>(
     match failures {
         None => Ok(out),
         Some((i, error)) => {
-            let place = if batches[0].shape.is_empty() { String::new() } else { format!(" (batch member {i})") };
+            let place = if batches[0].shape.is_empty() {
+                String::new()
+            } else {
+                format!(" (batch member {i})")
+            };
             Err(to_exception(py, &error, &place))
         }
     }

@@ -78,7 +78,11 @@ impl PyCurve {
         num_threads: Option<i64>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let (mut shape, t) = parameters(t, "t")?;
-        let call = Call::new(py, num_threads, t.len() as f64 * self.inner.operations(quantity))?;
+        let call = Call::new(
+            py,
+            num_threads,
+            t.len() as f64 * self.inner.operations(quantity),
+        )?;
         let samples = call.run(py, |interrupt| self.inner.sample(&t, quantity, interrupt))?;
         let (n, k) = self.inner.shape();
         // Stored column by column; the transposed view has the documented shape and copies nothing.
@@ -139,7 +143,10 @@ impl PyCurve {
     ) -> PyResult<Bound<'py, PyAny>> {
         let order = usize::try_from(nu).unwrap_or(usize::MAX);
         if order > 3 {
-            return Err(invalid_input(py, format!("nu: must be 0, 1, 2 or 3, found {nu}")));
+            return Err(invalid_input(
+                py,
+                format!("nu: must be 0, 1, 2 or 3, found {nu}"),
+            ));
         }
         self.sample(py, t, Quantity::Derivative(order), num_threads)
     }
@@ -184,7 +191,8 @@ impl PyCurve {
     /// ConvergenceError
     ///     The quadrature does not settle.
     fn cost(&self, py: Python<'_>) -> PyResult<f64> {
-        py.detach(|| self.inner.cost()).map_err(|error| to_exception(py, &error, ""))
+        py.detach(|| self.inner.cost())
+            .map_err(|error| to_exception(py, &error, ""))
     }
 
     fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
@@ -225,7 +233,11 @@ pub struct PyQuasiGeodesic;
 #[allow(non_snake_case)]
 impl PyQuasiGeodesic {
     #[new]
-    fn new(py: Python<'_>, S0: &Bound<'_, PyAny>, S1: &Bound<'_, PyAny>) -> PyResult<PyClassInitializer<Self>> {
+    fn new(
+        py: Python<'_>,
+        S0: &Bound<'_, PyAny>,
+        S1: &Bound<'_, PyAny>,
+    ) -> PyResult<PyClassInitializer<Self>> {
         let (s0, s1) = (matrix(S0, "S0")?, matrix(S1, "S1")?);
         let curve = py.detach(|| QuasiGeodesic::between(s0.as_ref(), s1.as_ref()));
         Self::wrap(curve.map_err(|error| to_exception(py, &error, ""))?)
@@ -238,16 +250,25 @@ impl PyQuasiGeodesic {
     /// InvalidInputError
     ///     Shape, not finite, not orthonormal, not tangent (with the measured defect).
     #[staticmethod]
-    fn from_velocity(py: Python<'_>, S: &Bound<'_, PyAny>, V: &Bound<'_, PyAny>) -> PyResult<Py<Self>> {
+    fn from_velocity(
+        py: Python<'_>,
+        S: &Bound<'_, PyAny>,
+        V: &Bound<'_, PyAny>,
+    ) -> PyResult<Py<Self>> {
         let (s, v) = (matrix(S, "S")?, matrix(V, "V")?);
         let curve = py.detach(|| QuasiGeodesic::from_velocity(s.as_ref(), v.as_ref()));
-        Py::new(py, Self::wrap(curve.map_err(|error| to_exception(py, &error, ""))?)?)
+        Py::new(
+            py,
+            Self::wrap(curve.map_err(|error| to_exception(py, &error, ""))?)?,
+        )
     }
 }
 
 impl PyQuasiGeodesic {
     fn wrap(curve: QuasiGeodesic) -> PyResult<PyClassInitializer<Self>> {
-        let base = PyCurve { inner: AnyCurve::QuasiGeodesic(curve) };
+        let base = PyCurve {
+            inner: AnyCurve::QuasiGeodesic(curve),
+        };
         Ok(PyClassInitializer::from(base).add_subclass(PyQuasiGeodesic))
     }
 }
@@ -298,8 +319,15 @@ impl PyGeometricCubic {
         S1: &Bound<'_, PyAny>,
         V1: &Bound<'_, PyAny>,
     ) -> PyResult<PyClassInitializer<Self>> {
-        let (s0, v0, s1, v1) = (matrix(S0, "S0")?, matrix(V0, "V0")?, matrix(S1, "S1")?, matrix(V1, "V1")?);
-        let curve = py.detach(|| GeometricCubic::from_boundary(s0.as_ref(), v0.as_ref(), s1.as_ref(), v1.as_ref()));
+        let (s0, v0, s1, v1) = (
+            matrix(S0, "S0")?,
+            matrix(V0, "V0")?,
+            matrix(S1, "S1")?,
+            matrix(V1, "V1")?,
+        );
+        let curve = py.detach(|| {
+            GeometricCubic::from_boundary(s0.as_ref(), v0.as_ref(), s1.as_ref(), v1.as_ref())
+        });
         Self::wrap(curve.map_err(|error| to_exception(py, &error, ""))?)
     }
 
@@ -316,17 +344,27 @@ impl PyGeometricCubic {
         let array = float_array(P, "P")?;
         let shape = array.as_array().shape().to_vec();
         let [4, n, k] = shape[..] else {
-            return Err(invalid_input(py, format!("P: expected shape (4, n, k), found {}", tuple(&shape))));
+            return Err(invalid_input(
+                py,
+                format!("P: expected shape (4, n, k), found {}", tuple(&shape)),
+            ));
         };
         let entries: Vec<f64> = array.as_array().iter().copied().collect();
-        let point = |i: usize| MatRef::from_row_major_slice(&entries[i * n * k..(i + 1) * n * k], n, k);
+        let point =
+            |i: usize| MatRef::from_row_major_slice(&entries[i * n * k..(i + 1) * n * k], n, k);
         let curve = GeometricCubic::from_control_points([point(0), point(1), point(2), point(3)]);
-        Py::new(py, Self::wrap(curve.map_err(|error| to_exception(py, &error, ""))?)?)
+        Py::new(
+            py,
+            Self::wrap(curve.map_err(|error| to_exception(py, &error, ""))?)?,
+        )
     }
 
     /// The control points, shape (4, n, k).
     #[getter]
-    fn control_points<'py>(slf: PyRef<'py, Self>, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn control_points<'py>(
+        slf: PyRef<'py, Self>,
+        py: Python<'py>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let base = slf.into_super();
         let AnyCurve::GeometricCubic(curve) = &base.inner else {
             return Err(invalid_input(py, "not a geometric cubic".to_owned()));
@@ -342,7 +380,9 @@ impl PyGeometricCubic {
 
 impl PyGeometricCubic {
     fn wrap(curve: GeometricCubic) -> PyResult<PyClassInitializer<Self>> {
-        let base = PyCurve { inner: AnyCurve::GeometricCubic(Box::new(curve)) };
+        let base = PyCurve {
+            inner: AnyCurve::GeometricCubic(Box::new(curve)),
+        };
         Ok(PyClassInitializer::from(base).add_subclass(PyGeometricCubic))
     }
 }

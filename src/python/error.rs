@@ -67,7 +67,9 @@ fn build<'py, A>(py: Python<'py>, cell: &PyOnceLock<Py<PyType>>, class: &str, ar
 where
     A: pyo3::call::PyCallArgs<'py>,
 {
-    let instance = cell.import(py, "stiefel_rs.errors", class).and_then(|class| class.call1(arguments));
+    let instance = cell
+        .import(py, "stiefel_rs.errors", class)
+        .and_then(|class| class.call1(arguments));
     match instance {
         Ok(instance) => PyErr::from_value(instance),
         Err(error) => error,
@@ -86,10 +88,18 @@ pub fn to_exception(py: Python<'_>, error: &Error, place: &str) -> PyErr {
         Error::OutsideLogDomain { .. }
         | Error::NoJoiningCurve { .. }
         | Error::DifferentComponents { .. }
-        | Error::OutsideChart { .. } => build(py, &OUTSIDE_DOMAIN, "OutsideDomainError", (message, error.angle())),
-        Error::NoConvergence { report, .. } => {
-            build(py, &CONVERGENCE, "ConvergenceError", (message, PySolverReport(*report)))
-        }
+        | Error::OutsideChart { .. } => build(
+            py,
+            &OUTSIDE_DOMAIN,
+            "OutsideDomainError",
+            (message, error.angle()),
+        ),
+        Error::NoConvergence { report, .. } => build(
+            py,
+            &CONVERGENCE,
+            "ConvergenceError",
+            (message, PySolverReport(*report)),
+        ),
         Error::Decomposition { .. } | Error::Interrupted { .. } => PyRuntimeError::new_err(message),
         _ => invalid_input(py, message),
     }

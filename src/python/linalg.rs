@@ -17,7 +17,11 @@ fn square_map<'py>(
 ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
     let [batch] = matrices([(object, name)])?;
     let (rows, cols) = (batch.rows, batch.cols);
-    let call = Call::new(py, num_threads, batch.len() as f64 * (300.0 + 30.0 * (rows * rows * rows) as f64))?;
+    let call = Call::new(
+        py,
+        num_threads,
+        batch.len() as f64 * (300.0 + 30.0 * (rows * rows * rows) as f64),
+    )?;
     let shape: Vec<usize> = batch.shape.iter().chain(&[rows, cols]).copied().collect();
     if batch.len() > 0 {
         // A batch of empty matrices has no entries to visit, and its shape is still wrong.
@@ -28,7 +32,11 @@ fn square_map<'py>(
         write(function(batch.get(i))?.as_ref(), out);
         Ok(())
     };
-    to_array(py, map_batch(py, &call, &[batch], rows * cols, one)?, &shape)
+    to_array(
+        py,
+        map_batch(py, &call, &[batch], rows * cols, one)?,
+        &shape,
+    )
 }
 
 /// Exponential of a skew-symmetric matrix: a rotation, orthogonal to round-off.

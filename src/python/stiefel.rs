@@ -49,7 +49,10 @@ impl PyStiefel {
             return Ok(());
         }
         let (n, k, rows, cols) = (self.0.n(), self.0.k(), batch.rows, batch.cols);
-        Err(invalid_input(py, format!("{name}: expected shape (..., {n}, {k}), found (..., {rows}, {cols})")))
+        Err(invalid_input(
+            py,
+            format!("{name}: expected shape (..., {n}, {k}), found (..., {rows}, {cols})"),
+        ))
     }
 
     /// Checks shapes, maps every member, and gives the result the trailing shape `core`.
@@ -65,9 +68,14 @@ impl PyStiefel {
             self.core_shape(batch, name, py)?;
         }
         let (n, k) = (self.0.n() as f64, self.0.k() as f64);
-        let call = Call::new(py, None, batches[0].len() as f64 * (500.0 + 30.0 * n * k * k))?;
+        let call = Call::new(
+            py,
+            None,
+            batches[0].len() as f64 * (500.0 + 30.0 * n * k * k),
+        )?;
         let shape: Vec<usize> = batches[0].shape.iter().chain(core).copied().collect();
-        let wrapped = |b: [&Batch; N], i: usize, out: &mut [f64], _: Interrupt<'_>| member(b, i, out);
+        let wrapped =
+            |b: [&Batch; N], i: usize, out: &mut [f64], _: Interrupt<'_>| member(b, i, out);
         let entries = map_batch(py, &call, &batches, core.iter().product(), wrapped)?;
         to_array(py, entries, &shape)
     }
@@ -76,12 +84,24 @@ impl PyStiefel {
         self.0.check_point("S", s, POINT_TOLERANCE)
     }
 
-    fn check_vector(&self, name: &'static str, s: faer::MatRef<'_, f64>, v: faer::MatRef<'_, f64>) -> Result<()> {
+    fn check_vector(
+        &self,
+        name: &'static str,
+        s: faer::MatRef<'_, f64>,
+        v: faer::MatRef<'_, f64>,
+    ) -> Result<()> {
         self.0.check_tangent(name, s, v, TANGENT_TOLERANCE)
     }
 
     fn tolerance(py: Python<'_>, atol: f64) -> PyResult<f64> {
-        if atol >= 0.0 { Ok(atol) } else { Err(invalid_input(py, format!("atol: must be at least 0, found {atol}"))) }
+        if atol >= 0.0 {
+            Ok(atol)
+        } else {
+            Err(invalid_input(
+                py,
+                format!("atol: must be at least 0, found {atol}"),
+            ))
+        }
     }
 
     /// Standard normal numbers of shape `size + (n, k)` from a generator or a seed.
@@ -91,8 +111,14 @@ impl PyStiefel {
         rng: Option<&Bound<'py, PyAny>>,
         size: &[usize],
     ) -> PyResult<Bound<'py, PyAny>> {
-        let generator = py.import("numpy.random")?.call_method1("default_rng", (rng,))?;
-        let shape: Vec<usize> = size.iter().chain(&[self.0.n(), self.0.k()]).copied().collect();
+        let generator = py
+            .import("numpy.random")?
+            .call_method1("default_rng", (rng,))?;
+        let shape: Vec<usize> = size
+            .iter()
+            .chain(&[self.0.n(), self.0.k()])
+            .copied()
+            .collect();
         generator.call_method1("standard_normal", (PyTuple::new(py, shape)?,))
     }
 }
@@ -102,8 +128,15 @@ impl PyStiefel {
 impl PyStiefel {
     #[new]
     fn new(py: Python<'_>, n: i64, k: i64) -> PyResult<Self> {
-        let invalid = || invalid_input(py, format!("St(n, k): expected 1 <= k <= n, found n = {n}, k = {k}"));
-        let (Ok(rows), Ok(cols)) = (usize::try_from(n), usize::try_from(k)) else { return Err(invalid()) };
+        let invalid = || {
+            invalid_input(
+                py,
+                format!("St(n, k): expected 1 <= k <= n, found n = {n}, k = {k}"),
+            )
+        };
+        let (Ok(rows), Ok(cols)) = (usize::try_from(n), usize::try_from(k)) else {
+            return Err(invalid());
+        };
         Ok(PyStiefel(Stiefel::new(rows, cols).map_err(|_| invalid())?))
     }
 
@@ -130,7 +163,10 @@ impl PyStiefel {
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> (Bound<'py, PyAny>, (usize, usize)) {
-        (slf.get_type().into_any(), (slf.get().0.n(), slf.get().0.k()))
+        (
+            slf.get_type().into_any(),
+            (slf.get().0.n(), slf.get().0.k()),
+        )
     }
 
     /// Raise unless every member of ``S`` is a point: ``|S^T S - I| <= atol`` (Frobenius).
@@ -142,7 +178,10 @@ impl PyStiefel {
     #[pyo3(signature = (S, atol=POINT_TOLERANCE))]
     fn check_point<'py>(&self, py: Python<'py>, S: &Bound<'py, PyAny>, atol: f64) -> PyResult<()> {
         let atol = Self::tolerance(py, atol)?;
-        self.map(py, [(S, "S")], &[0], |[s], i, _| self.0.check_point("S", s.get(i), atol)).map(|_| ())
+        self.map(py, [(S, "S")], &[0], |[s], i, _| {
+            self.0.check_point("S", s.get(i), atol)
+        })
+        .map(|_| ())
     }
 
     /// Raise unless every member of ``V`` is tangent at ``S``: ``|S^T V + V^T S| / 2 <= atol max(1, |V|)``.
@@ -183,7 +222,10 @@ impl PyStiefel {
     ) -> PyResult<Array<'py>> {
         let size: Vec<usize> = match size {
             None => Vec::new(),
-            Some(size) => size.extract::<usize>().map(|one| vec![one]).or_else(|_| size.extract())?,
+            Some(size) => size
+                .extract::<usize>()
+                .map(|one| vec![one])
+                .or_else(|_| size.extract())?,
         };
         let normal = self.normal(py, rng, &size)?;
         self.project(py, &normal)
@@ -223,12 +265,17 @@ impl PyStiefel {
         S: &Bound<'py, PyAny>,
         Z: &Bound<'py, PyAny>,
     ) -> PyResult<Array<'py>> {
-        self.map(py, [(S, "S"), (Z, "Z")], &[self.0.n(), self.0.k()], |[s, z], i, out| {
-            self.check(s.get(i))?;
-            crate::linalg::structure::check_finite("Z", z.get(i))?;
-            write(self.0.project_tangent(s.get(i), z.get(i)).as_ref(), out);
-            Ok(())
-        })
+        self.map(
+            py,
+            [(S, "S"), (Z, "Z")],
+            &[self.0.n(), self.0.k()],
+            |[s, z], i, out| {
+                self.check(s.get(i))?;
+                crate::linalg::structure::check_finite("Z", z.get(i))?;
+                write(self.0.project_tangent(s.get(i), z.get(i)).as_ref(), out);
+                Ok(())
+            },
+        )
     }
 
     /// Canonical inner product ``tr V^T (I - S S^T / 2) W`` of tangent vectors at ``S``, shape (...).
@@ -239,18 +286,28 @@ impl PyStiefel {
         V: &Bound<'py, PyAny>,
         W: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let values = self.map(py, [(S, "S"), (V, "V"), (W, "W")], &[1], |[s, v, w], i, out| {
-            self.check(s.get(i))?;
-            self.check_vector("V", s.get(i), v.get(i))?;
-            self.check_vector("W", s.get(i), w.get(i))?;
-            out[0] = self.0.inner(s.get(i), v.get(i), w.get(i));
-            Ok(())
-        })?;
+        let values = self.map(
+            py,
+            [(S, "S"), (V, "V"), (W, "W")],
+            &[1],
+            |[s, v, w], i, out| {
+                self.check(s.get(i))?;
+                self.check_vector("V", s.get(i), v.get(i))?;
+                self.check_vector("W", s.get(i), w.get(i))?;
+                out[0] = self.0.inner(s.get(i), v.get(i), w.get(i));
+                Ok(())
+            },
+        )?;
         values.get_item((pyo3::types::PyEllipsis::get(py), 0))
     }
 
     /// Canonical norm of a tangent vector at ``S``, shape (...).
-    fn norm<'py>(&self, py: Python<'py>, S: &Bound<'py, PyAny>, V: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    fn norm<'py>(
+        &self,
+        py: Python<'py>,
+        S: &Bound<'py, PyAny>,
+        V: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyAny>> {
         let values = self.map(py, [(S, "S"), (V, "V")], &[1], |[s, v], i, out| {
             self.check(s.get(i))?;
             self.check_vector("V", s.get(i), v.get(i))?;
@@ -312,7 +369,11 @@ impl PyStiefel {
             write(v.as_ref(), out);
             Ok(())
         };
-        to_array(py, map_batch(py, &call, &[s, x, omega], n * k, member)?, &shape)
+        to_array(
+            py,
+            map_batch(py, &call, &[s, x, omega], n * k, member)?,
+            &shape,
+        )
     }
 
     /// The retraction ``e^X S e^Omega`` of a tangent vector at ``S``, shape (..., n, k).
@@ -321,11 +382,26 @@ impl PyStiefel {
     /// ------
     /// InvalidInputError
     ///     Shape, not finite, not orthonormal, not tangent (with the measured defect).
-    fn retract<'py>(&self, py: Python<'py>, S: &Bound<'py, PyAny>, V: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
-        self.map(py, [(S, "S"), (V, "V")], &[self.0.n(), self.0.k()], |[s, v], i, out| {
-            write(QuasiGeodesic::from_velocity(s.get(i), v.get(i))?.point(1.0)?.as_ref(), out);
-            Ok(())
-        })
+    fn retract<'py>(
+        &self,
+        py: Python<'py>,
+        S: &Bound<'py, PyAny>,
+        V: &Bound<'py, PyAny>,
+    ) -> PyResult<Array<'py>> {
+        self.map(
+            py,
+            [(S, "S"), (V, "V")],
+            &[self.0.n(), self.0.k()],
+            |[s, v], i, out| {
+                write(
+                    QuasiGeodesic::from_velocity(s.get(i), v.get(i))?
+                        .point(1.0)?
+                        .as_ref(),
+                    out,
+                );
+                Ok(())
+            },
+        )
     }
 
     /// The tangent vector at ``S0`` whose retraction is ``S1``, principal branch, shape (..., n, k).
@@ -340,9 +416,19 @@ impl PyStiefel {
         S0: &Bound<'py, PyAny>,
         S1: &Bound<'py, PyAny>,
     ) -> PyResult<Array<'py>> {
-        self.map(py, [(S0, "S0"), (S1, "S1")], &[self.0.n(), self.0.k()], |[s0, s1], i, out| {
-            write(QuasiGeodesic::between(s0.get(i), s1.get(i))?.initial_velocity().as_ref(), out);
-            Ok(())
-        })
+        self.map(
+            py,
+            [(S0, "S0"), (S1, "S1")],
+            &[self.0.n(), self.0.k()],
+            |[s0, s1], i, out| {
+                write(
+                    QuasiGeodesic::between(s0.get(i), s1.get(i))?
+                        .initial_velocity()
+                        .as_ref(),
+                    out,
+                );
+                Ok(())
+            },
+        )
     }
 }

@@ -1,0 +1,53 @@
+# `make reproduce` and `make test` need a Rust toolchain, Python >= 3.10 and make; everything else they install
+# themselves, into .venv and target.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+OUT ?= out
+INSTALLED := $(VENV)/.installed
+SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md $(shell find src python -name '*.rs' -o -name '*.py' -o -name '*.pyi')
+
+.PHONY: help reproduce test test-rust test-python lint bench doc clean
+
+help: ## Show this list
+	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | sort | expand -t 16
+
+$(BIN)/python:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || { \
+		echo "Python >= 3.10 is needed; '$(PYTHON)' is $$($(PYTHON) --version). Say make PYTHON=..." >&2; exit 1; }
+	$(PYTHON) -m venv $(VENV)
+
+$(INSTALLED): $(BIN)/python $(SOURCES)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check '.[plot,test]'
+	@touch $@
+
+reproduce: $(INSTALLED) ## Write the paper's tables and figures into out/
+	$(BIN)/stiefel-rs reproduce --out $(OUT)
+
+test: test-rust test-python ## All tests of both languages
+
+test-rust: ## Unit, integration and documentation tests of the crate
+	cargo test --locked
+
+test-python: $(INSTALLED) ## The Python tests, types and stubs
+	$(BIN)/python -m pytest
+	$(BIN)/python -m mypy
+	$(BIN)/python -m mypy.stubtest stiefel_rs._core
+
+lint: $(BIN)/python ## Formatting and lints of both languages
+	cargo fmt --check
+	cargo clippy --locked --all-targets -- -D warnings
+	cargo clippy --locked --lib --features python -- -D warnings
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'ruff>=0.9,<1'
+	$(BIN)/ruff check python tests/python
+	$(BIN)/ruff format --check python tests/python
+
+bench: ## Criterion benchmarks, quick profile
+	cargo bench --locked -- --quick
+
+doc: ## Rust documentation, with rendered mathematics
+	cargo doc --locked --no-deps
+
+clean: ## Remove everything that make has made
+	rm -rf $(VENV) $(OUT) target

@@ -1,0 +1,110 @@
+//! Exponential and logarithm of rotations, each beside its alternative.
+//!
+//! * `exp`: ours against the generic scaling and squaring of nalgebra, and one matrix product as the unit.
+//! * `log`: ours, over the spectra that are hard: random, clustered, repeated, near pi.
+
+#[path = "../tests/common/mod.rs"]
+mod common;
+
+use std::hint::black_box;
+
+use common::{Rng, random_rotation, random_skew, rotation_with_angles, spectral};
+use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, Par};
+use nalgebra::DMatrix;
+use stiefel_rs::linalg::{OrthogonalLog, SkewExp};
+
+fn exponential(c: &mut Criterion) {
+    let mut group = c.benchmark_group("exp");
+    for m in [2, 3, 6, 12, 30, 100] {
+        let mut rng = Rng::new(m as u64);
+        let a = random_skew(m, 1.0, &mut rng);
+        let generic = DMatrix::from_fn(m, m, |i, j| a[(i, j)]);
+        let (mut out, mut work) = (Mat::zeros(m, m), SkewExp::new(m));
+        work.exp_into(out.as_mut(), a.as_ref(), 1.0).unwrap();
+        let expected = generic.exp();
+        let difference = Mat::from_fn(m, m, |i, j| out[(i, j)] - expected[(i, j)]);
+        assert!(
+            spectral(difference.as_ref()) < 1e-13,
+            "both compute the same exponential"
+        );
+        group.bench_function(BenchmarkId::new("skew_exp", m), |b| {
+            b.iter(|| work.exp_into(out.as_mut(), black_box(a.as_ref()), 1.0));
+        });
+        group.bench_function(BenchmarkId::new("nalgebra", m), |b| {
+            b.iter(|| black_box(&generic).exp())
+        });
+        group.bench_function(BenchmarkId::new("one_product", m), |b| {
+            b.iter(|| {
+                matmul(
+                    out.as_mut(),
+                    Accum::Replace,
+                    black_box(&a),
+                    &a,
+                    1.0,
+                    Par::Seq,
+                )
+            });
+        });
+    }
+    group.finish();
+}
+
+/// A name and the angles of a hard spectrum for `m x m`.
+fn spectra(m: usize) -> Vec<(&'static str, Option<Vec<f64>>)> {
+    let planes = m / 2;
+    let near_pi = std::f64::consts::PI - 1e-10;
+    vec![
+        ("random", None),
+        ("equal", Some(vec![1.0; planes])),
+        (
+            "clustered",
+            Some((0..planes).map(|i| 1.0 + 1e-8 * i as f64).collect()),
+        ),
+        (
+            "near_pi",
+            Some(
+                (0..planes)
+                    .map(|i| {
+                        if i == 0 {
+                            near_pi
+                        } else {
+                            0.1 * i as f64 % 3.0
+                        }
+                    })
+                    .collect(),
+            ),
+        ),
+    ]
+}
+
+fn logarithm(c: &mut Criterion) {
+    let mut group = c.benchmark_group("log");
+    for m in [2, 3, 6, 12, 30, 100] {
+        for (name, angles) in spectra(m) {
+            let mut rng = Rng::new(m as u64);
+            let q = match angles {
+                Some(angles) => rotation_with_angles(&angles, m, &mut rng),
+                None => random_rotation(m, &mut rng),
+            };
+            let (mut log, mut back) = (Mat::zeros(m, m), Mat::zeros(m, m));
+            let mut work = OrthogonalLog::new(m);
+            work.log_into(log.as_mut(), q.as_ref()).unwrap();
+            SkewExp::new(m)
+                .exp_into(back.as_mut(), log.as_ref(), 1.0)
+                .unwrap();
+            assert!(
+                (&back - &q).norm_l2() < 1e-12,
+                "exp log Q = Q for {name}, m = {m}"
+            );
+            group.bench_function(BenchmarkId::new(name, m), |b| {
+                b.iter(|| work.log_into(log.as_mut(), black_box(q.as_ref())));
+            });
+        }
+    }
+    group.finish();
+}
+
+criterion_group!(benches, exponential, logarithm);
+criterion_main!(benches);

@@ -1,0 +1,88 @@
+//! Sampling allocates per block of work, not per parameter. Alone in its binary: the allocator counts for all.
+
+mod common;
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use common::*;
+use stiefel_rs::{Curve, GeometricCubic, Interrupt, Quantity, QuasiGeodesic};
+
+struct Counting;
+
+static BLOCKS: AtomicUsize = AtomicUsize::new(0);
+
+// SAFETY: every call is handed on to the system allocator unchanged.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        BLOCKS.fetch_add(1, Ordering::Relaxed);
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+fn blocks_for(curve: &impl Curve, points: usize, nu: usize) -> usize {
+    let t: Vec<f64> = (0..points).map(|i| i as f64 / points as f64).collect();
+    let before = BLOCKS.load(Ordering::Relaxed);
+    let samples = curve
+        .sample(&t, Quantity::Derivative(nu), Interrupt::NEVER)
+        .unwrap();
+    let after = BLOCKS.load(Ordering::Relaxed);
+    assert_eq!(samples.len(), points);
+    after - before
+}
+
+fn random_curves(n: usize, k: usize, rng: &mut Rng) -> (GeometricCubic, QuasiGeodesic) {
+    let s0 = random_point(n, k, rng);
+    let v = random_tangent(&s0, 1.0, rng);
+    let leg = QuasiGeodesic::from_velocity(s0.as_ref(), v.as_ref()).unwrap();
+    let s1 = leg.point(1.0).unwrap();
+    let w = random_tangent(&s1, 1.0, rng);
+    (
+        GeometricCubic::from_boundary(s0.as_ref(), v.as_ref(), s1.as_ref(), w.as_ref()).unwrap(),
+        leg,
+    )
+}
+
+/// One test, so that nothing else runs while it counts; one thread, so that work is split the same way each time.
+#[test]
+fn sampling_does_not_allocate_per_parameter() {
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(1)
+        .build()
+        .unwrap();
+    let mut rng = Rng::new(1);
+    let mut failures = Vec::new();
+    for (n, k) in [(3, 1), (20, 1), (4, 2), (20, 2), (5, 3), (30, 3), (8, 5)] {
+        let (cubic, leg) = random_curves(n, k, &mut rng);
+        for nu in [0, 1, 3] {
+            let [few, many] = [2, if k < 3 { 100 } else { 8 }]
+                .map(|blocks| pool.install(|| blocks_for(&cubic, 64 * blocks, nu)));
+            println!("({n}, {k}), nu = {nu}: {few} blocks for 128 points, {many} for more");
+            // The pool may split the longer job once more, and each part makes its buffers once.
+            if many > 2 * few + 8 {
+                failures.push(format!(
+                    "cubic ({n}, {k}), nu = {nu}: {few} blocks for 128 points, {many} for more"
+                ));
+            }
+            let [few, many] =
+                [2, 100].map(|blocks| pool.install(|| blocks_for(&leg, 64 * blocks, nu)));
+            if many > 2 * few + 8 {
+                failures.push(format!(
+                    "leg ({n}, {k}), nu = {nu}: {few} blocks for 128 points, {many} for more"
+                ));
+            }
+        }
+    }
+    assert!(
+        failures.is_empty(),
+        "more than twice the blocks for 4 or 50 times the points:\n{}",
+        failures.join("\n")
+    );
+}

@@ -1,0 +1,356 @@
+//! The skew Schur form and the factorisations.
+
+mod common;
+
+use common::*;
+use faer::{Mat, Scale, mat};
+use stiefel_rs::Error;
+use stiefel_rs::linalg::SkewSchur;
+use stiefel_rs::linalg::decomp::{Svd, SymmetricEigen, polar_factor, thin_q};
+
+// ------------------------------------------------------------- skew Schur form
+
+fn check_schur(
+    a: &Mat<f64>,
+    place: &str,
+    residual: &mut Worst,
+    orthogonality: &mut Worst,
+) -> Vec<f64> {
+    let m = a.nrows();
+    let mut schur = SkewSchur::new(m);
+    schur.compute(a.as_ref()).unwrap();
+    let (v, angles) = (schur.basis().to_owned(), schur.angles().to_vec());
+    let size = frobenius(a.as_ref());
+    let rebuilt = conjugated(&v, &plane_generators(&angles, m));
+    if size > 0.0 {
+        residual.see(distance(&rebuilt, a) / size / (m as f64 * EPS), || {
+            place.to_owned()
+        });
+    } else {
+        assert_eq!(&rebuilt, a, "{place}");
+    }
+    orthogonality.see(orthonormality(&v) / (m as f64 * EPS), || place.to_owned());
+    assert!(
+        angles.windows(2).all(|w| w[0] >= w[1]) && angles.iter().all(|x| *x >= 0.0),
+        "{place}: {angles:?}"
+    );
+    angles
+}
+
+#[test]
+fn skew_schur_rebuilds_the_matrix_from_orthogonal_planes() {
+    let mut rng = Rng::new(21);
+    let mut residual = Worst::new("|A - V T V^T| / (m eps |A|)");
+    let mut orthogonality = Worst::new("|V^T V - I|_2 / (m eps)");
+    for m in 1..=40 {
+        let planes = m / 2;
+        let kinds: [(&str, Vec<f64>); 6] = [
+            ("zero", vec![0.0; planes]),
+            ("equal", vec![0.7; planes]),
+            (
+                "clustered",
+                (0..planes).map(|l| 1.0 + 1e-10 * l as f64).collect(),
+            ),
+            (
+                "half at rest",
+                (0..planes)
+                    .map(|l| if l % 2 == 0 { 0.0 } else { 1.3 })
+                    .collect(),
+            ),
+            (
+                "graded",
+                (0..planes).map(|l| 10.0_f64.powi(-(l as i32))).collect(),
+            ),
+            (
+                "random",
+                (0..planes).map(|_| rng.between(0.0, 5.0)).collect(),
+            ),
+        ];
+        for (name, mut angles) in kinds {
+            let a = conjugated(
+                &random_orthogonal(m, &mut rng),
+                &plane_generators(&angles, m),
+            );
+            let a = (&a - a.transpose()) * Scale(0.5);
+            let found = check_schur(
+                &a,
+                &format!("m = {m}, {name}"),
+                &mut residual,
+                &mut orthogonality,
+            );
+            angles.sort_by(|x, y| y.total_cmp(x));
+            for (x, y) in found.iter().zip(&angles) {
+                let bound = 8.0 * m as f64 * EPS * angles[0];
+                assert_within((x - y).abs(), bound, &format!("angle {y}, m = {m}, {name}"));
+            }
+        }
+        let a = random_skew(m, 1.0, &mut rng);
+        check_schur(
+            &a,
+            &format!("m = {m}, dense"),
+            &mut residual,
+            &mut orthogonality,
+        );
+    }
+    residual.assert_at_most(4.0);
+    orthogonality.assert_at_most(4.0);
+}
+
+#[test]
+fn skew_schur_does_not_depend_on_the_scale() {
+    let mut rng = Rng::new(22);
+    let mut residual = Worst::new("scaled |A - V T V^T| / (m eps |A|)");
+    let mut orthogonality = Worst::new("scaled |V^T V - I|_2 / (m eps)");
+    for m in [2, 3, 4, 5, 8, 13] {
+        for norm in [1e-300, 1e-200, 1e200, 1e300] {
+            let a = random_skew(m, norm, &mut rng);
+            check_schur(
+                &a,
+                &format!("m = {m}, norm = {norm:e}"),
+                &mut residual,
+                &mut orthogonality,
+            );
+        }
+    }
+    residual.assert_at_most(4.0);
+    orthogonality.assert_at_most(4.0);
+}
+
+#[test]
+fn skew_schur_of_sparse_matrices() {
+    let mut residual = Worst::new("sparse |A - V T V^T| / (m eps |A|)");
+    let mut orthogonality = Worst::new("sparse |V^T V - I|_2 / (m eps)");
+    for m in 2..=12 {
+        for i in 1..m {
+            let mut a = Mat::zeros(m, m);
+            a[(i, 0)] = -2.0;
+            a[(0, i)] = 2.0;
+            let angles = check_schur(
+                &a,
+                &format!("m = {m}, entry {i}"),
+                &mut residual,
+                &mut orthogonality,
+            );
+            assert_eq!(angles[0], 2.0, "m = {m}, entry {i}");
+        }
+        let anti = Mat::from_fn(m, m, |i, j| {
+            if i + j + 1 == m {
+                (i as f64 - j as f64).signum() * f64::from(u8::from(i != j))
+            } else {
+                0.0
+            }
+        });
+        check_schur(
+            &anti,
+            &format!("m = {m}, antidiagonal"),
+            &mut residual,
+            &mut orthogonality,
+        );
+    }
+    residual.assert_at_most(4.0);
+    orthogonality.assert_at_most(4.0);
+}
+
+// --------------------------------------------------------------- factorisations
+
+const SHAPES: [(usize, usize); 8] = [
+    (1, 1),
+    (3, 1),
+    (2, 2),
+    (5, 3),
+    (6, 6),
+    (3, 5),
+    (20, 4),
+    (40, 40),
+];
+
+#[test]
+fn svd_rebuilds_the_matrix() {
+    let mut rng = Rng::new(31);
+    for (n, k) in SHAPES {
+        let a = gaussian(n, k, &mut rng);
+        let mut svd = Svd::new(n, k);
+        svd.compute(a.as_ref()).unwrap();
+        let rank = n.min(k);
+        let s = Mat::from_fn(rank, k, |i, j| if i == j { svd.s(i) } else { 0.0 });
+        let bound = 8.0 * (n + k) as f64 * EPS * frobenius(a.as_ref());
+        assert_close(
+            &(svd.u() * s * svd.v().transpose()),
+            &a,
+            bound,
+            &format!("U S V^T, ({n}, {k})"),
+        );
+        let bound = 8.0 * (n + k) as f64 * EPS;
+        assert_within(
+            orthonormality(&svd.u().to_owned()),
+            bound,
+            &format!("U, ({n}, {k})"),
+        );
+        assert_within(
+            orthonormality(&svd.v().to_owned()),
+            bound,
+            &format!("V, ({n}, {k})"),
+        );
+        assert!(
+            (1..rank).all(|i| svd.s(i - 1) >= svd.s(i)) && svd.s(rank - 1) >= 0.0,
+            "order, ({n}, {k})"
+        );
+    }
+}
+
+/// Found: faer leaves a part of V of wide matrices as it was, so buffers that had been used gave a wrong basis.
+#[test]
+fn svd_does_not_depend_on_what_its_buffers_held() {
+    let mut rng = Rng::new(36);
+    for (n, k) in SHAPES {
+        let mut used = Svd::new(n + 1, k + 1);
+        used.compute(gaussian(n + 1, k + 1, &mut rng).as_ref())
+            .unwrap();
+        let a = gaussian(n, k, &mut rng);
+        let mut fresh = Svd::new(n, k);
+        fresh.compute(a.as_ref()).unwrap();
+        used.compute(a.as_ref()).unwrap();
+        assert_eq!(used.u().to_owned(), fresh.u().to_owned(), "U, ({n}, {k})");
+        assert_eq!(used.v().to_owned(), fresh.v().to_owned(), "V, ({n}, {k})");
+        assert!(
+            (0..n.min(k)).all(|i| used.s(i) == fresh.s(i)),
+            "s, ({n}, {k})"
+        );
+    }
+}
+
+#[test]
+fn svd_of_extreme_scales() {
+    let mut rng = Rng::new(37);
+    for (n, k) in SHAPES {
+        for scale in [1e-307, 1e-200, 1e200, 1e306] {
+            let a = gaussian(n, k, &mut rng);
+            let (mut plain, mut extreme) = (Svd::new(n, k), Svd::new(n, k));
+            plain.compute(a.as_ref()).unwrap();
+            extreme.compute((&a * Scale(scale)).as_ref()).unwrap();
+            for i in 0..n.min(k) {
+                let bound = 16.0 * (n + k) as f64 * EPS * plain.s(0);
+                let error = (extreme.s(i) / scale - plain.s(i)).abs();
+                assert_within(error, bound, &format!("s_{i}, ({n}, {k}), scale {scale:e}"));
+            }
+        }
+    }
+}
+
+#[test]
+fn symmetric_eigen_rebuilds_the_matrix() {
+    let mut rng = Rng::new(32);
+    for m in [1, 2, 3, 5, 12, 40] {
+        let g = gaussian(m, m, &mut rng);
+        let a = &g + g.transpose();
+        let mut eigen = SymmetricEigen::new(m);
+        eigen.compute(a.as_ref()).unwrap();
+        let w = eigen.vectors().to_owned();
+        let lambda = Mat::from_fn(m, m, |i, j| if i == j { eigen.value(i) } else { 0.0 });
+        let bound = 8.0 * m as f64 * EPS * frobenius(a.as_ref());
+        assert_close(
+            &conjugated(&w, &lambda),
+            &a,
+            bound,
+            &format!("W L W^T, m = {m}"),
+        );
+        assert_within(
+            orthonormality(&w),
+            8.0 * m as f64 * EPS,
+            &format!("W, m = {m}"),
+        );
+        assert!(
+            (1..m).all(|i| eigen.value(i - 1) <= eigen.value(i)),
+            "order, m = {m}"
+        );
+    }
+}
+
+#[test]
+fn polar_factor_is_the_nearest_orthonormal_matrix() {
+    let mut rng = Rng::new(33);
+    for (n, k) in SHAPES.into_iter().filter(|(n, k)| n >= k) {
+        let a = gaussian(n, k, &mut rng);
+        let q = polar_factor("A", a.as_ref()).unwrap();
+        assert_within(
+            orthonormality(&q),
+            8.0 * n as f64 * EPS,
+            &format!("orthonormal, ({n}, {k})"),
+        );
+        // A = Q H with H = Q^T A symmetric and positive definite: that is what makes Q nearest.
+        let h = q.transpose() * &a;
+        let bound = 8.0 * n as f64 * EPS * frobenius(a.as_ref());
+        assert_close(
+            &h,
+            &h.transpose().to_owned(),
+            bound,
+            &format!("H symmetric, ({n}, {k})"),
+        );
+        assert_close(&(&q * &h), &a, bound, &format!("Q H = A, ({n}, {k})"));
+        let smallest = h.self_adjoint_eigenvalues(faer::Side::Lower).unwrap()[0];
+        assert!(smallest > 0.0, "H positive, ({n}, {k}): {smallest:e}");
+    }
+}
+
+#[test]
+fn polar_factor_refuses_a_rank_deficient_matrix() {
+    let a = mat![[1.0, 2.0], [2.0, 4.0], [3.0, 6.0]];
+    match polar_factor("A", a.as_ref()) {
+        Err(Error::RankDeficient {
+            name: "A",
+            smallest,
+            largest,
+        }) => {
+            assert_within(smallest, 4.0 * EPS * largest, "smallest singular value");
+            assert_within(
+                (largest - 70.0_f64.sqrt()).abs(),
+                1e-14,
+                "largest singular value",
+            );
+        }
+        other => panic!("expected RankDeficient, found {other:?}"),
+    }
+    let zero = polar_factor("A", Mat::zeros(4, 2).as_ref());
+    assert!(matches!(zero, Err(Error::RankDeficient { .. })), "{zero:?}");
+}
+
+#[test]
+fn thin_q_factors_with_a_nonnegative_diagonal() {
+    let mut rng = Rng::new(34);
+    for (n, k) in SHAPES {
+        let a = gaussian(n, k, &mut rng);
+        let q = thin_q(a.as_ref());
+        assert_eq!(q.shape(), (n, n.min(k)));
+        let r = q.transpose() * &a;
+        let bound = 8.0 * n as f64 * EPS * frobenius(a.as_ref());
+        assert_close(&(&q * &r), &a, bound, &format!("Q R = A, ({n}, {k})"));
+        assert_within(
+            orthonormality(&q),
+            8.0 * n as f64 * EPS,
+            &format!("Q, ({n}, {k})"),
+        );
+        for j in 0..q.ncols() {
+            assert!(r[(j, j)] >= 0.0, "R_{j}{j} = {:e}, ({n}, {k})", r[(j, j)]);
+            for i in j + 1..q.ncols() {
+                assert_within(
+                    r[(i, j)].abs(),
+                    bound,
+                    &format!("R upper triangular, ({n}, {k})"),
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn thin_q_is_orthonormal_for_every_rank() {
+    let mut rng = Rng::new(35);
+    for rank in 0..=4 {
+        let a = gaussian(12, rank, &mut rng) * gaussian(rank, 5, &mut rng);
+        assert_within(
+            orthonormality(&thin_q(a.as_ref())),
+            12.0 * 8.0 * EPS,
+            &format!("rank {rank}"),
+        );
+    }
+}
