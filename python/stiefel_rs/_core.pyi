@@ -2,9 +2,15 @@ from typing import Final, Literal, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from typing_extensions import disjoint_base
 
 _Array = NDArray[np.float64]
 _Map = Literal["initial_point", "midpoint"]
+
+__all__ = [
+    "__VERSION__",
+    "Chart",
+]
 
 __VERSION__: Final[str]
 
@@ -38,8 +44,8 @@ class Stiefel:
     def k(self) -> int: ...
     @property
     def dim(self) -> int: ...
-    def check_point(self, S: ArrayLike, atol: float = 1e-9) -> None: ...
-    def check_tangent(self, S: ArrayLike, V: ArrayLike, atol: float = 1e-9) -> None: ...
+    def check_point(self, S: ArrayLike, atol: float = ...) -> None: ...
+    def check_tangent(self, S: ArrayLike, V: ArrayLike, atol: float = ...) -> None: ...
     def random_point(
         self, rng: np.random.Generator | int | None = None, size: int | tuple[int, ...] | None = None
     ) -> _Array: ...
@@ -53,6 +59,7 @@ class Stiefel:
     def retract(self, S: ArrayLike, V: ArrayLike) -> _Array: ...
     def inverse_retract(self, S0: ArrayLike, S1: ArrayLike) -> _Array: ...
 
+@disjoint_base
 class Curve:
     @property
     def n(self) -> int: ...

@@ -39,7 +39,7 @@ const STEPS_PER_CHECK: usize = 256;
 /// * `z0` - state `(q, qdot, p_q, p_qdot)`; `steps >= 1`; `t_end` finite, negative to run backwards
 /// # Accuracy
 /// Every step is solved to round-off; orders 1 and 2 for the initial-point and the mid-point map (measured in
-/// `tests/chart.rs`).
+/// `tests/integrator.rs`).
 /// # Errors
 /// `NonFinite`, `InvalidArgument`, `OutsideChart` (a state left `0 < theta < pi`), `NoConvergence` (a step too
 /// large), `Interrupted`.

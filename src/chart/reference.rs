@@ -29,7 +29,7 @@ const MAX_STEPS: usize = 100_000;
 /// # Arguments
 /// * `z0` - state `(q, qdot, p_q, p_qdot)`; `t` - finite times in any order, negative ones too
 /// # Accuracy
-/// At most 1e-13 for curves of the size of the paper's (measured 2e-15 against 40-digit data in `tests/chart.rs`).
+/// At most 1e-13 for curves of the size of the paper's (measured 2e-15 against 40-digit data in `tests/chart_reference.rs`).
 /// # Errors
 /// `NonFinite`, `OutsideChart` (the curve leaves `0 < theta < pi`), `NoConvergence` (too many steps), `Interrupted`.
 /// # Source

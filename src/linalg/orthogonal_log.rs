@@ -41,7 +41,7 @@ const NEAR_TWO_PI: f64 = 1e-4;
 /// * `q` - orthogonal of determinant +1, shape `(m, m)`, `|Q^T Q - I|_F <= ORTHOGONALITY_TOLERANCE`
 /// # Accuracy
 /// Backward error `|e^L - Q|_F` at most 1e-13 at `m = 50`, repeated and clustered angles, angles of
-/// `pi - 1e-10` and permutations included. Asserted in `tests/linalg.rs`.
+/// `pi - 1e-10` and permutations included. Asserted in `tests/orthogonal_log.rs`.
 /// # Errors
 /// `Shape`, `NonFinite`, `NotOrthonormal`; `OutsideLogDomain` for determinant -1 or an angle that is pi to
 /// working precision (closer than `4 m eps`).

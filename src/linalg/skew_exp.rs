@@ -57,7 +57,7 @@ const fn inverse_factorials(offset: usize) -> [f64; 10] {
 /// * `a` - skew-symmetric, shape `(m, m)`, `m >= 1`
 /// # Accuracy
 /// Orthogonality defect (spectral) at most `m * 1e-15` for every norm; backward error a small multiple of
-/// `m eps |A|`. Asserted in `tests/linalg.rs`.
+/// `m eps |A|`. Asserted in `tests/skew_exp.rs`.
 /// # Errors
 /// `Shape`, `NonFinite`, `NotSkew` (relative defect above [`SKEW_TOLERANCE`]).
 /// # Source

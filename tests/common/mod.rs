@@ -4,7 +4,7 @@
 use std::f64::consts::PI;
 
 use faer::{Mat, MatRef, Scale};
-use stiefel_rs::{Curve, GeometricCubic, QuasiGeodesic, skew_exp};
+use stiefel_rs::{Curve, GeometricCubic, QuasiGeodesic, orthogonal_log, skew_exp};
 
 /// Unit round-off of `f64` times two.
 pub const EPS: f64 = f64::EPSILON;
@@ -334,4 +334,22 @@ impl Worst {
             &format!("{} at {}", self.title, self.place),
         );
     }
+}
+
+/// `|exp(log Q) - Q|_F`.
+pub fn backward_error(q: &Mat<f64>) -> f64 {
+    let log = orthogonal_log(q.as_ref()).unwrap_or_else(|e| panic!("m = {}: {e}", q.nrows()));
+    distance(&skew_exp(log.as_ref()).unwrap(), q)
+}
+
+/// Angles spread over `(0, 1]`, so that a factor sets their largest.
+pub fn spread_angles(m: usize, rng: &mut Rng) -> Vec<f64> {
+    (0..m / 2)
+        .map(|l| if l == 0 { 1.0 } else { rng.uniform() })
+        .collect()
+}
+
+/// Every angle times a factor.
+pub fn scaled(angles: &[f64], factor: f64) -> Vec<f64> {
+    angles.iter().map(|x| x * factor).collect()
 }
