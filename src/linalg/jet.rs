@@ -47,14 +47,9 @@ impl Jet {
     /// `self = a b`.
     pub fn set_product(&mut self, a: &Jet, b: &Jet, order: usize) {
         for j in 0..=order {
-            mul_into(self.c[j].as_mut(), 1.0, a.c[0].as_ref(), b.c[j].as_ref());
+            mul_into(&mut self.c[j], 1.0, &a.c[0], &b.c[j]);
             for i in 1..=j {
-                mul_add(
-                    self.c[j].as_mut(),
-                    1.0,
-                    a.c[i].as_ref(),
-                    b.c[j - i].as_ref(),
-                );
+                mul_add(&mut self.c[j], 1.0, &a.c[i], &b.c[j - i]);
             }
         }
     }
@@ -62,19 +57,9 @@ impl Jet {
     /// `self = a^T b`.
     pub fn set_product_tn(&mut self, a: &Jet, b: &Jet, order: usize) {
         for j in 0..=order {
-            mul_into(
-                self.c[j].as_mut(),
-                1.0,
-                a.c[0].as_ref().transpose(),
-                b.c[j].as_ref(),
-            );
+            mul_into(&mut self.c[j], 1.0, a.c[0].transpose(), &b.c[j]);
             for i in 1..=j {
-                mul_add(
-                    self.c[j].as_mut(),
-                    1.0,
-                    a.c[i].as_ref().transpose(),
-                    b.c[j - i].as_ref(),
-                );
+                mul_add(&mut self.c[j], 1.0, a.c[i].transpose(), &b.c[j - i]);
             }
         }
     }
@@ -82,19 +67,9 @@ impl Jet {
     /// `self = a b^T`.
     pub fn set_product_nt(&mut self, a: &Jet, b: &Jet, order: usize) {
         for j in 0..=order {
-            mul_into(
-                self.c[j].as_mut(),
-                1.0,
-                a.c[0].as_ref(),
-                b.c[j].as_ref().transpose(),
-            );
+            mul_into(&mut self.c[j], 1.0, &a.c[0], b.c[j].transpose());
             for i in 1..=j {
-                mul_add(
-                    self.c[j].as_mut(),
-                    1.0,
-                    a.c[i].as_ref(),
-                    b.c[j - i].as_ref().transpose(),
-                );
+                mul_add(&mut self.c[j], 1.0, &a.c[i], b.c[j - i].transpose());
             }
         }
     }
@@ -102,7 +77,7 @@ impl Jet {
     /// `self = a m` with a constant matrix `m`.
     pub fn set_product_constant(&mut self, a: &Jet, m: MatRef<'_, f64>, order: usize) {
         for j in 0..=order {
-            mul_into(self.c[j].as_mut(), 1.0, a.c[j].as_ref(), m);
+            mul_into(&mut self.c[j], 1.0, &a.c[j], m);
         }
     }
 
@@ -111,7 +86,7 @@ impl Jet {
         for j in 0..=order {
             self.c[j].fill(0.0);
             for i in 0..=j {
-                axpy(self.c[j].as_mut(), s[i], a.c[j - i].as_ref());
+                axpy(&mut self.c[j], s[i], &a.c[j - i]);
             }
         }
     }
@@ -119,14 +94,14 @@ impl Jet {
     /// `self += alpha a`.
     pub fn add(&mut self, alpha: f64, a: &Jet, order: usize) {
         for j in 0..=order {
-            axpy(self.c[j].as_mut(), alpha, a.c[j].as_ref());
+            axpy(&mut self.c[j], alpha, &a.c[j]);
         }
     }
 
     /// `self *= alpha`.
     pub fn rescale(&mut self, alpha: f64, order: usize) {
         for j in 0..=order {
-            scale(self.c[j].as_mut(), alpha);
+            scale(&mut self.c[j], alpha);
         }
     }
 

@@ -214,8 +214,8 @@ impl General {
         }
         self.eigen.compute(self.symmetric.as_ref())?;
         let w = self.eigen.vectors();
-        mul_into(self.work.as_mut(), 1.0, self.skew.as_ref(), w);
-        mul_into(self.skew.as_mut(), 1.0, w.transpose(), self.work.as_ref());
+        mul_into(&mut self.work, 1.0, &self.skew, w);
+        mul_into(&mut self.skew, 1.0, w.transpose(), &self.work);
         self.planes_by_group()?;
         self.correct_and_assemble(out, q);
         Ok(())
@@ -275,13 +275,8 @@ impl General {
     /// `L = L_0 + f(ad_{L_0}) skew(E)` with `I + E = e^{-L_0} Q` and `f(x) = x / (1 - e^{-x})`.
     fn correct_and_assemble(&mut self, mut out: MatMut<'_, f64>, q: MatRef<'_, f64>) {
         let m = q.nrows();
-        mul_into(self.work.as_mut(), 1.0, q, self.basis.as_ref());
-        mul_into(
-            self.group.as_mut(),
-            1.0,
-            self.basis.as_ref().transpose(),
-            self.work.as_ref(),
-        );
+        mul_into(&mut self.work, 1.0, q, &self.basis);
+        mul_into(&mut self.group, 1.0, self.basis.transpose(), &self.work);
         for (l, theta) in self.angles.iter().enumerate() {
             let (sin, cos) = theta.sin_cos();
             for j in 0..m {
@@ -306,18 +301,8 @@ impl General {
             self.work[(2 * l + 1, 2 * l)] += theta;
             self.work[(2 * l, 2 * l + 1)] -= theta;
         }
-        mul_into(
-            self.group.as_mut(),
-            1.0,
-            self.basis.as_ref(),
-            self.work.as_ref(),
-        );
-        mul_into(
-            self.work.as_mut(),
-            1.0,
-            self.group.as_ref(),
-            self.basis.as_ref().transpose(),
-        );
+        mul_into(&mut self.group, 1.0, &self.basis, &self.work);
+        mul_into(&mut self.work, 1.0, &self.group, self.basis.transpose());
         for j in 0..m {
             for i in 0..m {
                 out[(i, j)] = 0.5 * (self.work[(i, j)] - self.work[(j, i)]);

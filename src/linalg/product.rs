@@ -1,19 +1,42 @@
 //! Matrix products into a given destination, sequential and without allocation for small sizes.
 
 use faer::linalg::matmul::matmul;
+use faer::mat::{AsMatMut, AsMatRef};
 use faer::{Accum, MatMut, MatRef, Par};
 
 /// Below this number of multiplications plain loops beat the set-up of the blocked product.
 const SMALL: usize = 6 * 6 * 6;
 
+/// A matrix or a view of one, to be read.
+pub trait Readable: AsMatRef<T = f64, Rows = usize, Cols = usize> {}
+impl<M: AsMatRef<T = f64, Rows = usize, Cols = usize>> Readable for M {}
+
+/// A matrix or a view of one, to be written.
+pub trait Writable: AsMatMut<T = f64, Rows = usize, Cols = usize> {}
+impl<M: AsMatMut<T = f64, Rows = usize, Cols = usize>> Writable for M {}
+
 /// `dst = alpha * a * b`.
-pub fn mul_into(dst: MatMut<'_, f64>, alpha: f64, a: MatRef<'_, f64>, b: MatRef<'_, f64>) {
-    accumulate(dst, Accum::Replace, alpha, a, b);
+pub fn mul_into(mut dst: impl Writable, alpha: f64, a: impl Readable, b: impl Readable) {
+    let (dst, a, b) = (dst.as_mat_mut(), a.as_mat_ref(), b.as_mat_ref());
+    accumulate(
+        dst.as_dyn_stride_mut(),
+        Accum::Replace,
+        alpha,
+        a.as_dyn_stride(),
+        b.as_dyn_stride(),
+    );
 }
 
 /// `dst += alpha * a * b`.
-pub fn mul_add(dst: MatMut<'_, f64>, alpha: f64, a: MatRef<'_, f64>, b: MatRef<'_, f64>) {
-    accumulate(dst, Accum::Add, alpha, a, b);
+pub fn mul_add(mut dst: impl Writable, alpha: f64, a: impl Readable, b: impl Readable) {
+    let (dst, a, b) = (dst.as_mat_mut(), a.as_mat_ref(), b.as_mat_ref());
+    accumulate(
+        dst.as_dyn_stride_mut(),
+        Accum::Add,
+        alpha,
+        a.as_dyn_stride(),
+        b.as_dyn_stride(),
+    );
 }
 
 fn accumulate(
@@ -44,7 +67,8 @@ fn accumulate(
 }
 
 /// `dst += alpha * a`, entry by entry.
-pub fn axpy(mut dst: MatMut<'_, f64>, alpha: f64, a: MatRef<'_, f64>) {
+pub fn axpy(mut dst: impl Writable, alpha: f64, a: impl Readable) {
+    let (mut dst, a) = (dst.as_mat_mut(), a.as_mat_ref());
     debug_assert_eq!((dst.nrows(), dst.ncols()), (a.nrows(), a.ncols()));
     for j in 0..a.ncols() {
         for i in 0..a.nrows() {
@@ -54,7 +78,8 @@ pub fn axpy(mut dst: MatMut<'_, f64>, alpha: f64, a: MatRef<'_, f64>) {
 }
 
 /// `dst *= alpha`, entry by entry.
-pub fn scale(mut dst: MatMut<'_, f64>, alpha: f64) {
+pub fn scale(mut dst: impl Writable, alpha: f64) {
+    let mut dst = dst.as_mat_mut();
     for j in 0..dst.ncols() {
         for i in 0..dst.nrows() {
             dst[(i, j)] *= alpha;

@@ -156,13 +156,13 @@ impl SkewExp {
             Some((degree, _)) => (*degree, 0),
             None => (largest.0, (bound / largest.1).log2().ceil() as i32),
         };
-        scale(self.a.as_mut(), 0.5_f64.powi(squarings));
+        scale(&mut self.a, 0.5_f64.powi(squarings));
         self.even_and_odd(degree);
-        mul_into(out.as_mut(), 1.0, self.a.as_ref(), self.odd.as_ref());
-        axpy(out.as_mut(), 1.0, self.even.as_ref());
+        mul_into(&mut out, 1.0, &self.a, &self.odd);
+        axpy(&mut out, 1.0, &self.even);
         for _ in 0..squarings {
             self.work.copy_from(out.as_ref());
-            mul_into(out.as_mut(), 1.0, self.work.as_ref(), self.work.as_ref());
+            mul_into(&mut out, 1.0, &self.work, &self.work);
         }
         // Each squaring doubles the orthogonality defect; one Newton-Schulz step toward the polar factor
         // squares it instead.
@@ -174,19 +174,19 @@ impl SkewExp {
     /// `even = sum B^j / (2j)!`, `odd = sum B^j / (2j+1)!` up to the given degree, `B = A^2`.
     fn even_and_odd(&mut self, degree: usize) {
         let [b1, b2, b3] = &mut self.powers;
-        mul_into(b1.as_mut(), 1.0, self.a.as_ref(), self.a.as_ref());
-        mul_into(b2.as_mut(), 1.0, b1.as_ref(), b1.as_ref());
-        mul_into(b3.as_mut(), 1.0, b2.as_ref(), b1.as_ref());
+        mul_into(&mut *b1, 1.0, &self.a, &self.a);
+        mul_into(&mut *b2, 1.0, &*b1, &*b1);
+        mul_into(&mut *b3, 1.0, &*b2, &*b1);
         for (part, coefficients) in [(&mut self.even, &EVEN), (&mut self.odd, &ODD)] {
             // Horner in B^3: the innermost group also carries the top power c_degree B^3.
             let mut group = degree - 3;
             group_into(part.as_mut(), coefficients, group, [b1, b2]);
-            axpy(part.as_mut(), coefficients[degree], b3.as_ref());
+            axpy(&mut *part, coefficients[degree], &*b3);
             while group > 0 {
                 group -= 3;
                 self.work.copy_from(part.as_ref());
                 group_into(part.as_mut(), coefficients, group, [b1, b2]);
-                mul_add(part.as_mut(), 1.0, b3.as_ref(), self.work.as_ref());
+                mul_add(&mut *part, 1.0, &*b3, &self.work);
             }
         }
     }
@@ -194,16 +194,11 @@ impl SkewExp {
     /// `Q <- Q (3 I - Q^T Q) / 2`.
     fn newton_schulz(&mut self, mut out: MatMut<'_, f64>) {
         self.work.copy_from(out.as_ref());
-        mul_into(
-            self.even.as_mut(),
-            -0.5,
-            self.work.as_ref().transpose(),
-            self.work.as_ref(),
-        );
+        mul_into(&mut self.even, -0.5, self.work.transpose(), &self.work);
         for i in 0..self.m {
             self.even[(i, i)] += 1.5;
         }
-        mul_into(out.as_mut(), 1.0, self.work.as_ref(), self.even.as_ref());
+        mul_into(&mut out, 1.0, &self.work, &self.even);
     }
 
     fn by_schur_form(&mut self, out: MatMut<'_, f64>) -> Result<()> {
@@ -224,7 +219,7 @@ impl SkewExp {
                 self.work[(i, m - 1)] = v[(i, m - 1)];
             }
         }
-        mul_into(out, 1.0, self.work.as_ref(), v.transpose());
+        mul_into(out, 1.0, &self.work, v.transpose());
         Ok(())
     }
 }

@@ -162,8 +162,8 @@ impl QuasiGeodesic {
         mul_into(
             rates.as_mut().subrows_mut(0, k),
             1.0,
-            self.right.as_ref(),
-            self.omega.as_ref(),
+            &self.right,
+            &self.omega,
         );
         &self.frame * &rates
     }
@@ -189,7 +189,7 @@ impl QuasiGeodesic {
         }
         let mut turn = Mat::zeros(k, k);
         SkewExp::new(k).exp_into(turn.as_mut(), self.omega.as_ref(), 1.0)?;
-        mul_into(out.right.as_mut(), 1.0, self.right.as_ref(), turn.as_ref());
+        mul_into(&mut out.right, 1.0, &self.right, &turn);
         out.omega = -&self.omega;
         Ok(out)
     }
@@ -204,12 +204,7 @@ impl QuasiGeodesic {
         problem.principal_vectors(s0, s1)?;
         let k = self.k();
         self.right.copy_from(problem.u.as_ref().transpose());
-        mul_into(
-            self.frame.as_mut().subcols_mut(0, k),
-            1.0,
-            s0,
-            problem.u.as_ref(),
-        );
+        mul_into(self.frame.as_mut().subcols_mut(0, k), 1.0, s0, &problem.u);
         self.frame.as_mut().subcols_mut(k, k).fill(0.0);
         self.angles.fill(0.0);
         if self.n() > k {
@@ -293,12 +288,7 @@ impl QuasiGeodesic {
     ) -> Result<()> {
         self.coordinates_into(t, order, &mut work.turning, &mut work.coordinates)?;
         for j in 0..=order {
-            mul_into(
-                out.c[j].as_mut(),
-                1.0,
-                self.frame.as_ref(),
-                work.coordinates.c[j].as_ref(),
-            );
+            mul_into(&mut out.c[j], 1.0, &self.frame, &work.coordinates.c[j]);
         }
         Ok(())
     }
@@ -343,20 +333,10 @@ impl Turning {
     fn compute(&mut self, curve: &QuasiGeodesic, t: f64, order: usize) -> Result<()> {
         self.exp
             .exp_into(self.turn.as_mut(), curve.omega.as_ref(), t)?;
-        mul_into(
-            self.rates[0].as_mut(),
-            1.0,
-            curve.right.as_ref(),
-            self.turn.as_ref(),
-        );
+        mul_into(&mut self.rates[0], 1.0, &curve.right, &self.turn);
         for j in 1..=order {
             let (done, next) = self.rates.split_at_mut(j);
-            mul_into(
-                next[0].as_mut(),
-                1.0 / j as f64,
-                done[j - 1].as_ref(),
-                curve.omega.as_ref(),
-            );
+            mul_into(&mut next[0], 1.0 / j as f64, &done[j - 1], &curve.omega);
         }
         Ok(())
     }
@@ -394,7 +374,7 @@ impl EndpointProblem {
     /// principal angles increasing, before the sign change of the last one.
     fn principal_vectors(&mut self, s0: MatRef<'_, f64>, s1: MatRef<'_, f64>) -> Result<()> {
         let (n, k) = (s0.nrows(), s0.ncols());
-        mul_into(self.gram.as_mut(), 1.0, s0.transpose(), s1);
+        mul_into(&mut self.gram, 1.0, s0.transpose(), s1);
         self.svd.compute(self.gram.as_ref())?;
         self.u.copy_from(self.svd.u());
         self.z.copy_from(self.svd.v());
@@ -402,23 +382,13 @@ impl EndpointProblem {
             self.cosines[i] = self.svd.s(i);
         }
         if n > k {
-            mul_into(self.normal.as_mut(), 1.0, s1, self.z.as_ref());
-            mul_into(
-                self.gram.as_mut(),
-                1.0,
-                s0.transpose(),
-                self.normal.as_ref(),
-            );
-            mul_add(self.normal.as_mut(), -1.0, s0, self.gram.as_ref());
+            mul_into(&mut self.normal, 1.0, s1, &self.z);
+            mul_into(&mut self.gram, 1.0, s0.transpose(), &self.normal);
+            mul_add(&mut self.normal, -1.0, s0, &self.gram);
             self.separate_small_angles()?;
             self.sort_by_angle();
         }
-        mul_into(
-            self.rotation.as_mut(),
-            1.0,
-            self.u.as_ref(),
-            self.z.as_ref().transpose(),
-        );
+        mul_into(&mut self.rotation, 1.0, &self.u, self.z.transpose());
         self.gram.copy_from(&self.rotation);
         if determinant_sign(self.gram.as_mut()) < 0.0 {
             if n == k {
@@ -428,12 +398,7 @@ impl EndpointProblem {
             for i in 0..k {
                 self.u[(i, k - 1)] = -self.u[(i, k - 1)];
             }
-            mul_into(
-                self.rotation.as_mut(),
-                1.0,
-                self.u.as_ref(),
-                self.z.as_ref().transpose(),
-            );
+            mul_into(&mut self.rotation, 1.0, &self.u, self.z.transpose());
         }
         Ok(())
     }

@@ -119,10 +119,10 @@ impl MovingQuasiGeodesic {
         self.exponential(&[t, 1.0, 0.0, 0.0], order);
         for j in 0..=order {
             mul_into(
-                self.work[0].c[j].as_mut(),
+                &mut self.work[0].c[j],
                 1.0,
-                self.problem.u.as_ref().transpose(),
-                self.power.c[j].as_ref(),
+                self.problem.u.transpose(),
+                &self.power.c[j],
             );
         }
         out.set_product(&self.wide, &self.work[0], order);
@@ -150,13 +150,8 @@ impl MovingQuasiGeodesic {
             half.fill(0.0);
             rest.copy_from(&self.gram.c[j]);
             for i in 1..j {
-                mul_add(
-                    half.as_mut(),
-                    -0.5,
-                    r.c[i].as_ref(),
-                    r.c[j - i].as_ref().transpose(),
-                );
-                mul_add(rest.as_mut(), -1.0, p.c[i].as_ref(), r.c[j - i].as_ref());
+                mul_add(&mut *half, -0.5, &r.c[i], r.c[j - i].transpose());
+                mul_add(&mut *rest, -1.0, &p.c[i], &r.c[j - i]);
             }
             for b in 0..k {
                 for a in 0..k {
@@ -263,12 +258,7 @@ impl MovingQuasiGeodesic {
             let sum = &mut self.small[0];
             sum.fill(0.0);
             for i in 1..=j {
-                mul_add(
-                    sum.as_mut(),
-                    1.0,
-                    self.whole.c[i].as_ref(),
-                    self.inverse.c[j - i].as_ref(),
-                );
+                mul_add(&mut *sum, 1.0, &self.whole.c[i], &self.inverse.c[j - i]);
             }
             for b in 0..k {
                 for a in 0..k {
@@ -295,24 +285,9 @@ impl MovingQuasiGeodesic {
             residual.fill(0.0);
             for i in 0..=j {
                 let [left, right] = &mut self.small;
-                mul_into(
-                    left.as_mut(),
-                    1.0,
-                    self.problem.u.as_ref(),
-                    self.rotation.c[i].as_ref(),
-                );
-                mul_into(
-                    right.as_mut(),
-                    1.0,
-                    left.as_ref(),
-                    self.problem.z.as_ref().transpose(),
-                );
-                mul_add(
-                    residual.as_mut(),
-                    1.0,
-                    self.power.c[j - i].as_ref(),
-                    right.as_ref(),
-                );
+                mul_into(&mut *left, 1.0, &self.problem.u, &self.rotation.c[i]);
+                mul_into(&mut *right, 1.0, &left, self.problem.z.transpose());
+                mul_add(&mut *residual, 1.0, &self.power.c[j - i], &right);
             }
             let [left, right] = &mut self.small;
             let v = self.schur.basis();
@@ -382,8 +357,8 @@ fn conjugate(
     r: MatRef<'_, f64>,
     work: &mut Mat<f64>,
 ) {
-    mul_into(work.as_mut(), 1.0, l, m);
-    mul_into(out.as_mut(), 1.0, work.as_ref(), r);
+    mul_into(&mut *work, 1.0, l, m);
+    mul_into(&mut *out, 1.0, &work, r);
 }
 
 fn one_jet() -> ScalarJet {
