@@ -8,8 +8,18 @@ _Array = NDArray[np.float64]
 _Map = Literal["initial_point", "midpoint"]
 
 __all__ = [
-    "__VERSION__",
     "Chart",
+    "Curve",
+    "GeometricCubic",
+    "QuasiGeodesic",
+    "ShootingResult",
+    "SolverReport",
+    "Stiefel",
+    "__VERSION__",
+    "num_threads",
+    "orthogonal_log",
+    "simd_features",
+    "skew_exp",
 ]
 
 __VERSION__: Final[str]

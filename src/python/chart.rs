@@ -7,16 +7,17 @@ use pyo3::types::{PyEllipsis, PySlice, PyTuple};
 
 use super::call::Call;
 use super::convert::{Batch, map_batch, parameters, to_array, tuple, vectors, write};
-use super::error::{PySolverReport, invalid_input, to_exception};
-use crate::chart::{Chart, Frame, LinearMap, ShootingOptions, Sphere, integrate, reference, shoot};
+use super::error::invalid_input;
+use super::shooting::{PyShootingResult, Shot};
+use crate::chart::{Chart, Frame, LinearMap, Sphere, integrate, reference};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
-use crate::newton::NewtonOptions;
 
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 
+/// Which chart.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
-enum Kind {
+pub enum Kind {
     Sphere,
     Frame,
 }
@@ -50,41 +51,6 @@ enum Kind {
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub struct PyChart(Kind);
 
-/// A discrete trajectory that meets its boundary data.
-///
-/// Attributes
-/// ----------
-/// trajectory : ndarray, shape (steps + 1, 4 d)
-///     The states.
-/// momenta : tuple of ndarray, each of shape (d,)
-///     The initial momenta ``(p_q, p_qdot)``.
-/// report : SolverReport
-#[pyclass(name = "ShootingResult", module = "stiefel_rs", frozen)]
-pub struct PyShootingResult {
-    trajectory: Py<PyArrayDyn<f64>>,
-    momenta: (Py<PyArrayDyn<f64>>, Py<PyArrayDyn<f64>>),
-    report: PySolverReport,
-}
-
-#[pymethods]
-impl PyShootingResult {
-    #[getter]
-    fn trajectory(&self, py: Python<'_>) -> Py<PyArrayDyn<f64>> {
-        self.trajectory.clone_ref(py)
-    }
-    #[getter]
-    fn momenta(&self, py: Python<'_>) -> (Py<PyArrayDyn<f64>>, Py<PyArrayDyn<f64>>) {
-        (self.momenta.0.clone_ref(py), self.momenta.1.clone_ref(py))
-    }
-    #[getter]
-    fn report(&self) -> PySolverReport {
-        self.report.clone()
-    }
-    fn __repr__(&self) -> String {
-        format!("<ShootingResult {}>", self.report.0)
-    }
-}
-
 fn discretization_map(py: Python<'_>, name: &str) -> PyResult<LinearMap> {
     match name {
         "initial_point" => Ok(LinearMap::INITIAL_POINT),
@@ -106,7 +72,7 @@ fn count(py: Python<'_>, name: &str, value: i64, least: i64) -> PyResult<usize> 
     }
 }
 
-fn state<const N: usize>(row: &[f64]) -> SVector<f64, N> {
+pub fn state<const N: usize>(row: &[f64]) -> SVector<f64, N> {
     SVector::from_column_slice(row)
 }
 
@@ -272,7 +238,7 @@ impl PyChart {
     }
 }
 
-fn write_states<const Z: usize>(states: &[SVector<f64, Z>], out: &mut [f64]) {
+pub fn write_states<const Z: usize>(states: &[SVector<f64, Z>], out: &mut [f64]) {
     for (state, target) in states.iter().zip(out.chunks_mut(Z)) {
         target.copy_from_slice(state.as_slice());
     }
@@ -593,69 +559,7 @@ impl PyChart {
             max_iterations: count(py, "max_iterations", max_iterations, 0)?,
             guess,
         };
-        let call = Call::new(py, None, 1e6 * arguments.steps as f64)?;
-        let run = |interrupt: Interrupt<'_>| match self.0 {
-            Kind::Sphere => arguments.run(&Sphere, interrupt),
-            Kind::Frame => arguments.run(&Frame, interrupt),
-        };
-        let (trajectory, momenta, report) = call
-            .run_any(py, run)?
-            .map_err(|error| to_exception(py, &error, ""))?;
-        let d = self.dimension();
-        let array =
-            |entries: Vec<f64>, shape: &[usize]| to_array(py, entries, shape).map(Bound::unbind);
-        Ok(PyShootingResult {
-            trajectory: array(trajectory, &[arguments.steps + 1, 4 * d])?,
-            momenta: (
-                array(momenta[..d].to_vec(), &[d])?,
-                array(momenta[d..].to_vec(), &[d])?,
-            ),
-            report,
-        })
-    }
-}
-
-/// The arguments of one shot.
-struct Shot<'a> {
-    ends: [&'a [f64]; 4],
-    steps: usize,
-    map: LinearMap,
-    t_end: f64,
-    tol: f64,
-    max_iterations: usize,
-    guess: Option<Vec<f64>>,
-}
-
-impl Shot<'_> {
-    fn run<const X: usize, const Z: usize>(
-        &self,
-        chart: &impl Chart<X, Z>,
-        interrupt: Interrupt<'_>,
-    ) -> Result<(Vec<f64>, Vec<f64>, PySolverReport)> {
-        let join = |q: &[f64], qdot: &[f64]| state::<X>(&[q, qdot].concat());
-        let (x0, x1) = (
-            join(self.ends[0], self.ends[1]),
-            join(self.ends[2], self.ends[3]),
-        );
-        let newton = NewtonOptions {
-            tolerance: self.tol,
-            max_iterations: self.max_iterations,
-            interrupt,
-        };
-        let guess = self.guess.as_ref().map(|guess| state::<X>(guess));
-        let options = ShootingOptions {
-            t_end: self.t_end,
-            newton,
-            guess,
-        };
-        let found = shoot(chart, &self.map, &x0, &x1, self.steps, &options)?;
-        let mut trajectory = vec![0.0; found.trajectory.len() * Z];
-        write_states(&found.trajectory, &mut trajectory);
-        Ok((
-            trajectory,
-            found.momenta.as_slice().to_vec(),
-            PySolverReport(found.report),
-        ))
+        arguments.solve(py, self.0)
     }
 }
 

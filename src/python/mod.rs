@@ -6,6 +6,7 @@ mod convert;
 mod curve;
 mod error;
 mod linalg;
+mod shooting;
 mod stiefel;
 
 use pyo3::prelude::*;
@@ -16,13 +17,15 @@ pub mod _core {
     #[pymodule_export]
     use super::call::{num_threads, simd_features};
     #[pymodule_export]
-    use super::chart::{PyChart, PyShootingResult};
+    use super::chart::PyChart;
     #[pymodule_export]
     use super::curve::{PyCurve, PyGeometricCubic, PyQuasiGeodesic};
     #[pymodule_export]
     use super::error::PySolverReport;
     #[pymodule_export]
     use super::linalg::{orthogonal_log, skew_exp};
+    #[pymodule_export]
+    use super::shooting::PyShootingResult;
     #[pymodule_export]
     use super::stiefel::PyStiefel;
 

@@ -1,0 +1,350 @@
+"""The two experiments of arXiv 2404.19407 and what is measured on them.
+
+Nothing is computed here but means, slopes and differences: curves, integrators, shooting and the reference solution
+are those of the compiled module. Time is dimensionless, the curves run over ``0 <= t <= 1`` and ``h = 1 / N``.
+A state is ``z = (q, qdot, p_q, p_qdot)``, shape ``(4 d,)``, with ``d`` the dimension of the manifold.
+"""
+
+from __future__ import annotations
+
+import math
+import statistics
+import time
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Final, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._core import Chart, GeometricCubic
+from .errors import ConvergenceError, OutsideDomainError
+
+Array = NDArray[np.float64]
+Map = Literal["initial_point", "midpoint"]
+
+MAPS: Final[tuple[Map, ...]] = ("initial_point", "midpoint")
+METHODS: Final = ("gcp", "initial_point_ivp", "initial_point_bvp", "midpoint_ivp", "midpoint_bvp")
+TIMED_METHODS: Final = ("gcp", "reference", *METHODS[1:])
+DEFAULT_STEPS: Final = (5, 10, 20, 50, 100, 200, 500, 1000)
+QUICK_STEPS: Final = (5, 10, 20, 50, 100)
+FLOW_STEPS: Final = (10, 100)
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """One experiment of the paper.
+
+    Attributes
+    ----------
+    name, title : str
+        The stem of its files, and how it is written in text.
+    chart : Chart
+        The chart that the paper computes in.
+    q, qdot, qddot, qdddot : tuple of float, length d
+        Chart coordinates at ``t = 0`` and their derivatives (radians).
+    diameter : float
+        Largest Frobenius distance of two points, ``2 sqrt(k)``: that of ``S`` and ``-S``.
+    paper_error : float
+        The relative mean error of GCP that the paper reports.
+    independent : mapping of int to tuple of float
+        Mean errors by ``N``, in the order of `METHODS`: an independent recomputation (NumPy/mpmath).
+    """
+
+    name: str
+    title: str
+    chart: Chart
+    q: tuple[float, ...]
+    qdot: tuple[float, ...]
+    qddot: tuple[float, ...]
+    qdddot: tuple[float, ...]
+    diameter: float
+    paper_error: float
+    independent: Mapping[int, tuple[float, ...]] = field(repr=False)
+
+
+SPHERE: Final = Experiment(
+    name="sphere",
+    title="sphere",
+    chart=Chart.sphere(),
+    q=(math.pi / 2, math.pi),
+    qdot=(0.1, 0.2),
+    qddot=(1.0, 0.5),
+    qdddot=(0.1, 0.2),
+    diameter=2.0,
+    paper_error=0.00080,
+    independent={
+        10: (9.8759e-5, 2.9143e-2, 5.4414e-3, 3.9581e-4, 4.5591e-4),
+        20: (1.0347e-4, 1.4644e-2, 2.8290e-3, 9.4350e-5, 1.2061e-4),
+        50: (1.0651e-4, 5.8764e-3, 1.1856e-3, 1.4640e-5, 1.9921e-5),
+        100: (1.0757e-4, 2.9414e-3, 6.0440e-4, 3.6215e-6, 5.0316e-6),
+    },
+)
+STIEFEL_3_2: Final = Experiment(
+    name="stiefel_3_2",
+    title="St(3,2)",
+    chart=Chart.frame(),
+    q=(math.pi / 4, math.pi, math.pi),
+    qdot=(0.1, 0.1, 0.05),
+    qddot=(1.0, 0.3, 0.5),
+    qdddot=(0.1, 0.1, 0.05),
+    diameter=2.0 * math.sqrt(2.0),
+    paper_error=0.0045,
+    independent={
+        10: (4.1506e-3, 4.0638e-2, 6.2603e-3, 3.3569e-4, 2.5034e-4),
+        20: (4.3486e-3, 2.0380e-2, 3.1081e-3, 8.1022e-5, 6.6040e-5),
+        50: (4.4766e-3, 8.1680e-3, 1.2745e-3, 1.2682e-5, 1.0899e-5),
+        100: (4.5209e-3, 4.0867e-3, 6.4583e-4, 3.1470e-6, 2.7527e-6),
+    },
+)
+EXPERIMENTS: Final = (SPHERE, STIEFEL_3_2)
+
+
+def initial_state(experiment: Experiment) -> Array:
+    """State at ``t = 0``, shape ``(4 d,)``, from the paper's coordinate derivatives."""
+    e = experiment
+    return np.concatenate([e.q, e.qdot, *e.chart.momenta(e.q, e.qdot, e.qddot, e.qdddot)])
+
+
+def time_grid(steps: int) -> Array:
+    """Return the ``steps + 1`` times ``n / steps``, shape ``(steps + 1,)``."""
+    return np.arange(steps + 1) / steps
+
+
+def reference(experiment: Experiment, steps: int) -> Array:
+    """States of the reference solution on the grid, shape ``(steps + 1, 4 d)``, error at most 1e-13."""
+    return experiment.chart.reference(initial_state(experiment), time_grid(steps))
+
+
+def points(experiment: Experiment, z: Array) -> Array:
+    """Points of the manifold, shape ``(..., 3, k)``, of the states `z`, shape ``(..., 4 d)``."""
+    return experiment.chart.embed(z[..., : experiment.chart.d])
+
+
+def geometric_cubic(experiment: Experiment, start: Array, end: Array) -> GeometricCubic:
+    """GCP with the end points and end velocities of two states, each of shape ``(4 d,)``."""
+    chart, d = experiment.chart, experiment.chart.d
+    data = [(chart.embed(z[:d]), chart.embed_velocity(z[:d], z[d : 2 * d])) for z in (start, end)]
+    return GeometricCubic(*data[0], *data[1])
+
+
+def solve(experiment: Experiment, method: str, steps: int, start: Array, end: Array) -> Array:
+    """Points of one curve on the grid, by one method.
+
+    Parameters
+    ----------
+    experiment : Experiment
+    method : str
+        One of `TIMED_METHODS`.
+    steps : int
+        Number ``N`` of steps.
+    start, end : ndarray, shape (4 d,)
+        States of the reference at ``t = 0`` and ``t = 1``. The initial value problems use the whole of `start`;
+        GCP and the boundary value problems use positions and velocities of both.
+
+    Returns
+    -------
+    ndarray, shape (steps + 1, 3, k)
+
+    Raises
+    ------
+    ConvergenceError
+        Shooting or an implicit step did not converge.
+    """
+    chart, d = experiment.chart, experiment.chart.d
+    if method == "gcp":
+        # One thread, as the integrators have: the times of all methods stay comparable.
+        return geometric_cubic(experiment, start, end)(time_grid(steps), num_threads=1)
+    if method == "reference":
+        return points(experiment, chart.reference(start, time_grid(steps)))
+    step_map: Map = "initial_point" if method.startswith("initial_point") else "midpoint"
+    if method.endswith("_ivp"):
+        return points(experiment, chart.integrate(start, steps, map=step_map))
+    result = chart.shoot(start[:d], start[d : 2 * d], end[:d], end[d : 2 * d], steps, map=step_map)
+    return points(experiment, result.trajectory)
+
+
+def distances(a: Array, b: Array) -> Array:
+    """Frobenius distances, shape ``(m,)``, of the points of two curves, each of shape ``(m, 3, k)``."""
+    return np.asarray(np.linalg.norm(a - b, axis=(1, 2)), dtype=np.float64)
+
+
+@dataclass(frozen=True)
+class ErrorRow:
+    """Mean Frobenius error over the ``steps + 1`` grid points, by method."""
+
+    steps: int
+    errors: Mapping[str, float]
+
+    @property
+    def h(self) -> float:
+        """The step ``1 / steps``."""
+        return 1.0 / self.steps
+
+
+def mean_errors(experiment: Experiment, steps: int) -> ErrorRow:
+    """Mean errors of all `METHODS` for one ``N``."""
+    exact = reference(experiment, steps)
+    curve = points(experiment, exact)
+    found = {m: solve(experiment, m, steps, exact[0], exact[-1]) for m in METHODS}
+    return ErrorRow(steps, {m: float(distances(s, curve).mean()) for m, s in found.items()})
+
+
+def slope(rows: Iterable[ErrorRow], method: str) -> float | None:
+    """Least-squares slope of log error against log ``h``; None for fewer than two ``N``."""
+    pairs = [(math.log(r.h), math.log(r.errors[method])) for r in rows]
+    if len(pairs) < 2:
+        return None
+    x, y = np.array(pairs).T
+    x = x - x.mean()
+    return float(x @ y / (x @ x))
+
+
+def overtakes(experiment: Experiment, rows: list[ErrorRow], method: str) -> int | None:
+    """Smallest ``N`` at which `method` has a smaller mean error than GCP, up to the largest ``N`` of `rows`.
+
+    None if it is still behind there. Bisection between the last ``N`` of `rows` (in increasing order) that loses and
+    the next; it supposes that the order of the two errors changes once in between.
+    """
+
+    def wins(row: ErrorRow) -> bool:
+        return row.errors[method] < row.errors["gcp"]
+
+    if not rows or not wins(rows[-1]):
+        return None
+    # With one step shooting has no free momentum left at the end point: nothing below N = 2 can win.
+    low = max((row.steps for row in rows if not wins(row)), default=1)
+    high = min(row.steps for row in rows if row.steps > low)
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (low, middle) if wins(mean_errors(experiment, middle)) else (middle, high)
+    return high
+
+
+@dataclass(frozen=True)
+class TimingRow:
+    """Median time of one curve with ``steps + 1`` points, and its ratio to that of GCP."""
+
+    manifold: str
+    method: str
+    steps: int
+    seconds: float
+    ratio: float
+
+
+def measure_times(steps: Iterable[int], repetitions: int, progress: Callable[[], None]) -> list[TimingRow]:
+    """Time all methods on both manifolds, interleaved.
+
+    Each repetition runs every manifold, ``N`` and method once, so that a machine that slows down slows all alike;
+    a first round is thrown away. The time is that of the points in ``R^{3 x k}`` from the data of the problem, one
+    thread.
+
+    Parameters
+    ----------
+    steps : iterable of int
+    repetitions : int
+        Rounds that count; the median is taken over them.
+    progress : callable
+        Called after each round, ``repetitions + 1`` times.
+    """
+    ends = {e.name: reference(e, 1) for e in EXPERIMENTS}
+    cases = [(e, n, m) for n in steps for e in EXPERIMENTS for m in TIMED_METHODS]
+    samples: dict[tuple[str, int, str], list[float]] = {(e.name, n, m): [] for e, n, m in cases}
+    for round_number in range(repetitions + 1):
+        for e, n, m in cases:
+            begin = time.perf_counter()
+            solve(e, m, n, *ends[e.name])
+            if round_number:
+                samples[e.name, n, m].append(time.perf_counter() - begin)
+        progress()
+    median = {key: statistics.median(values) for key, values in samples.items()}
+    return [
+        TimingRow(e.name, m, n, median[e.name, n, m], median[e.name, n, m] / median[e.name, n, "gcp"])
+        for e, n, m in cases
+    ]
+
+
+def spatial_momentum(experiment: Experiment, z: Array) -> Array:
+    """Momentum of the rotations of space, shape ``(..., 3)``, of the states `z`, shape ``(..., 4 d)``.
+
+    Component i is ``p_q . xi_i + p_qdot . (D xi_i) qdot`` for the infinitesimal rotation ``xi_i`` about axis i. The
+    third is ``p_phi``, since ``phi`` is cyclic in both charts. The exact flow keeps all three.
+    """
+    d = experiment.chart.d
+    z = np.moveaxis(z, -1, 0)
+    theta, theta_dot, phi_dot = z[0], z[d], z[d + 1]
+    sin, cos = np.sin(theta), np.cos(theta)
+    components = []
+    for phi in (z[1], z[1] - math.pi / 2):
+        s, c = np.sin(phi), np.cos(phi)
+        field = (-s, -c * cos / sin, c / sin)
+        rate = (
+            -c * phi_dot,
+            c / sin**2 * theta_dot + s * cos / sin * phi_dot,
+            -c * cos / sin**2 * theta_dot - s / sin * phi_dot,
+        )
+        components.append(sum(z[2 * d + i] * field[i] + z[3 * d + i] * rate[i] for i in range(d)))
+    return np.stack([*components, z[2 * d + 1]], axis=-1)
+
+
+@dataclass(frozen=True)
+class Drift:
+    """Deviations from the initial values along one discrete flow, each of shape ``(steps + 1,)``.
+
+    Attributes
+    ----------
+    energy : ndarray
+        ``H(z_n) - H(z_0)``.
+    cyclic : mapping of str to ndarray
+        ``|p - p(0)|`` of the momenta of the cyclic coordinates: ``phi``, and ``psi`` on St(3,2).
+    other : ndarray
+        Norm of the deviation of the other two components of the spatial momentum.
+    """
+
+    t: Array
+    energy: Array
+    cyclic: Mapping[str, Array]
+    other: Array
+
+
+def drift(experiment: Experiment, step_map: Map, steps: int, t_end: float = 1.0) -> Drift:
+    """Energy and momenta along the discrete flow from the paper's initial state."""
+    chart, d = experiment.chart, experiment.chart.d
+    z = chart.integrate(initial_state(experiment), steps, t_end, step_map)
+    energy = chart.hamiltonian(z)
+    momentum = spatial_momentum(experiment, z)
+    cyclic = {name: np.abs(z[:, 2 * d + i] - z[0, 2 * d + i]) for i, name in ((1, "phi"), (2, "psi")) if i < d}
+    other = np.linalg.norm(momentum[:, :2] - momentum[0, :2], axis=1)
+    return Drift(t_end * time_grid(steps), energy - energy[0], cyclic, np.asarray(other))
+
+
+def momenta_by_convention(experiment: Experiment) -> dict[str, tuple[Array, Array]]:
+    """``(p_q, p_qdot)`` under the readings of the paper's last two triples of numbers, by the name of the reading."""
+    e, d = experiment, experiment.chart.d
+    acceleration, jerk, zero = np.array(e.qddot), np.array(e.qdddot), np.zeros(d)
+    metric = np.linalg.inv(e.chart.hessian(np.concatenate([e.q, e.qdot, zero, zero]))[3 * d :, 3 * d :])
+    p_qdot = metric @ acceleration
+    # H_qdot = p_q - 2 Gamma(qdot, .) p_qdot, and the covariant derivative of p_qdot is Gamma(qdot, .) p_qdot - p_q.
+    gradient = e.chart.gradient(np.concatenate([e.q, e.qdot, zero, p_qdot]))
+    return {
+        "coordinate derivatives (used here)": e.chart.momenta(e.q, e.qdot, e.qddot, e.qdddot),
+        "covariant derivatives": (-gradient[d : 2 * d] / 2 - metric @ jerk, p_qdot),
+        "momenta p_qdot = qddot, p_q = qdddot": (jerk, acceleration),
+        "momenta p_qdot = qddot, p_q = -qdddot": (-jerk, acceleration),
+        "momenta p_q = qddot, p_qdot = qdddot": (acceleration, jerk),
+    }
+
+
+def gcp_error_by_convention(experiment: Experiment, steps: int) -> dict[str, tuple[float, float] | str]:
+    """Mean and largest error of GCP for each reading of the data, or why there is none."""
+    out: dict[str, tuple[float, float] | str] = {}
+    for name, momenta in momenta_by_convention(experiment).items():
+        try:
+            z0 = np.concatenate([experiment.q, experiment.qdot, *momenta])
+            exact = experiment.chart.reference(z0, time_grid(steps))
+            gcp = geometric_cubic(experiment, exact[0], exact[-1])(time_grid(steps))
+            error = distances(gcp, points(experiment, exact))
+            out[name] = (float(error.mean()), float(error.max()))
+        except (OutsideDomainError, ConvergenceError) as failure:
+            out[name] = str(failure)
+    return out

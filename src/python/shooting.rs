@@ -1,0 +1,110 @@
+//! Shooting in a chart: the arguments of one call, and its result.
+
+use numpy::PyArrayDyn;
+use pyo3::prelude::*;
+
+use super::call::Call;
+use super::chart::{Kind, state, write_states};
+use super::convert::to_array;
+use super::error::PySolverReport;
+use crate::chart::{Chart, Frame, LinearMap, ShootingOptions, Sphere, shoot};
+use crate::error::Result;
+use crate::interrupt::Interrupt;
+use crate::newton::NewtonOptions;
+use crate::report::SolverReport;
+
+/// A discrete trajectory that meets its boundary data.
+///
+/// Attributes
+/// ----------
+/// trajectory : ndarray, shape (steps + 1, 4 d)
+///     The states.
+/// momenta : tuple of ndarray, each of shape (d,)
+///     The initial momenta ``(p_q, p_qdot)``.
+/// report : SolverReport
+#[pyclass(name = "ShootingResult", module = "stiefel_rs", frozen)]
+pub struct PyShootingResult {
+    trajectory: Py<PyArrayDyn<f64>>,
+    momenta: (Py<PyArrayDyn<f64>>, Py<PyArrayDyn<f64>>),
+    report: PySolverReport,
+}
+
+#[pymethods]
+impl PyShootingResult {
+    #[getter]
+    fn trajectory(&self, py: Python<'_>) -> Py<PyArrayDyn<f64>> {
+        self.trajectory.clone_ref(py)
+    }
+    #[getter]
+    fn momenta(&self, py: Python<'_>) -> (Py<PyArrayDyn<f64>>, Py<PyArrayDyn<f64>>) {
+        (self.momenta.0.clone_ref(py), self.momenta.1.clone_ref(py))
+    }
+    #[getter]
+    fn report(&self) -> PySolverReport {
+        self.report.clone()
+    }
+    fn __repr__(&self) -> String {
+        format!("<ShootingResult {}>", self.report.0)
+    }
+}
+
+/// The arguments of one shot.
+pub struct Shot<'a> {
+    pub ends: [&'a [f64]; 4],
+    pub steps: usize,
+    pub map: LinearMap,
+    pub t_end: f64,
+    pub tol: f64,
+    pub max_iterations: usize,
+    pub guess: Option<Vec<f64>>,
+}
+
+/// States row by row, initial momenta, and how it ended.
+type Found = (Vec<f64>, Vec<f64>, SolverReport);
+
+impl Shot<'_> {
+    /// Shoots, detached from the interpreter.
+    pub fn solve(&self, py: Python<'_>, kind: Kind) -> PyResult<PyShootingResult> {
+        let call = Call::new(py, None, 1e6 * self.steps as f64)?;
+        let (trajectory, momenta, report) = call.run(py, |interrupt| match kind {
+            Kind::Sphere => self.run(&Sphere, interrupt),
+            Kind::Frame => self.run(&Frame, interrupt),
+        })?;
+        let (p_q, p_qdot) = momenta.split_at(momenta.len() / 2);
+        let shape = [self.steps + 1, 2 * momenta.len()];
+        let vector =
+            |entries: &[f64]| to_array(py, entries.to_vec(), &[entries.len()]).map(Bound::unbind);
+        Ok(PyShootingResult {
+            trajectory: to_array(py, trajectory, &shape)?.unbind(),
+            momenta: (vector(p_q)?, vector(p_qdot)?),
+            report: PySolverReport(report),
+        })
+    }
+
+    fn run<const X: usize, const Z: usize>(
+        &self,
+        chart: &impl Chart<X, Z>,
+        interrupt: Interrupt<'_>,
+    ) -> Result<Found> {
+        let join = |q: &[f64], qdot: &[f64]| state::<X>(&[q, qdot].concat());
+        let (x0, x1) = (
+            join(self.ends[0], self.ends[1]),
+            join(self.ends[2], self.ends[3]),
+        );
+        let newton = NewtonOptions {
+            tolerance: self.tol,
+            max_iterations: self.max_iterations,
+            interrupt,
+        };
+        let guess = self.guess.as_ref().map(|guess| state::<X>(guess));
+        let options = ShootingOptions {
+            t_end: self.t_end,
+            newton,
+            guess,
+        };
+        let found = shoot(chart, &self.map, &x0, &x1, self.steps, &options)?;
+        let mut trajectory = vec![0.0; found.trajectory.len() * Z];
+        write_states(&found.trajectory, &mut trajectory);
+        Ok((trajectory, found.momenta.as_slice().to_vec(), found.report))
+    }
+}

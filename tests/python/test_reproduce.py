@@ -1,0 +1,251 @@
+"""The command line: `reproduce` end to end, its error paths, and `info`."""
+
+import csv
+import json
+import math
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from stiefel_rs import cli, paper
+
+METHODS = ["gcp", "initial_point_ivp", "initial_point_bvp", "midpoint_ivp", "midpoint_bvp"]
+ORDERS = [0, 1, 1, 2, 2]
+EXPERIMENTS = {e.name: e for e in paper.EXPERIMENTS}
+FIGURES = ["trajectory_sphere", "trajectory_stiefel_3_2", "error_sphere", "error_stiefel_3_2", "energy", "momentum"]
+# Mean Frobenius errors by N, in the order of METHODS: independent recomputation in NumPy and mpmath.
+INDEPENDENT = {
+    "sphere": {
+        10: [9.8759e-5, 2.9143e-2, 5.4414e-3, 3.9581e-4, 4.5591e-4],
+        20: [1.0347e-4, 1.4644e-2, 2.8290e-3, 9.4350e-5, 1.2061e-4],
+        50: [1.0651e-4, 5.8764e-3, 1.1856e-3, 1.4640e-5, 1.9921e-5],
+        100: [1.0757e-4, 2.9414e-3, 6.0440e-4, 3.6215e-6, 5.0316e-6],
+    },
+    "stiefel_3_2": {
+        10: [4.1506e-3, 4.0638e-2, 6.2603e-3, 3.3569e-4, 2.5034e-4],
+        20: [4.3486e-3, 2.0380e-2, 3.1081e-3, 8.1022e-5, 6.6040e-5],
+        50: [4.4766e-3, 8.1680e-3, 1.2745e-3, 1.2682e-5, 1.0899e-5],
+        100: [4.5209e-3, 4.0867e-3, 6.4583e-4, 3.1470e-6, 2.7527e-6],
+    },
+}
+WITHOUT_MATPLOTLIB = "import sys; sys.modules['matplotlib'] = None; from stiefel_rs.cli import main; sys.exit(main())"
+
+
+def run(*arguments, code=None):
+    start = ["-m", "stiefel_rs"] if code is None else ["-c", code]
+    return subprocess.run(
+        [sys.executable, *start, *map(str, arguments)], capture_output=True, text=True, timeout=300, check=False
+    )
+
+
+def read(path):
+    with path.open(newline="", encoding="utf-8") as file:
+        header, *rows = csv.reader(file)
+    return header, rows
+
+
+@pytest.fixture(scope="module")
+def quick(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("quick")
+    return folder, run("reproduce", "--quick", "--out", folder)
+
+
+def test_quick_ends_well_and_says_where(quick):
+    folder, done = quick
+    assert done.returncode == 0, done.stderr
+    for place in (folder / "tables", folder / "figures", folder / "tables" / "summary.md"):
+        assert str(place) in done.stdout
+    assert "4.5209e-03" in done.stdout
+
+
+def test_no_progress_bar_in_a_pipe(quick):
+    assert quick[1].stderr == ""
+    assert "\r" not in quick[1].stdout
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_figures_are_png_and_pdf(quick, name):
+    png = (quick[0] / "figures" / f"{name}.png").read_bytes()
+    pdf = (quick[0] / "figures" / f"{name}.pdf").read_bytes()
+    assert png.startswith(b"\x89PNG\r\n") and len(png) > 20_000
+    assert pdf.startswith(b"%PDF-") and pdf.rstrip().endswith(b"%%EOF")
+    assert b"CreationDate" not in pdf
+
+
+@pytest.mark.parametrize("name", EXPERIMENTS)
+def test_error_table(quick, name):
+    header, rows = read(quick[0] / "tables" / f"{name}.csv")
+    assert header == ["N", "h", *METHODS]
+    assert [int(row[0]) for row in rows] == [5, 10, 20, 50, 100]
+    table = np.array(rows, dtype=float)
+    np.testing.assert_array_equal(table[:, 1], 1 / table[:, 0])
+    assert all(repr(float(cell)) == cell for row in rows for cell in row[1:])
+    for row in table:
+        if row[0] in INDEPENDENT[name]:
+            # Four significant digits: half a unit of the fifth printed digit, and its rounding.
+            np.testing.assert_allclose(row[2:], INDEPENDENT[name][row[0]], rtol=1e-4)
+    slopes = [np.polyfit(np.log(table[:, 1]), np.log(column), 1)[0] for column in table[:, 2:].T]
+    np.testing.assert_allclose(slopes, ORDERS, atol=0.1)
+
+
+def test_numbers_of_the_summary_are_those_of_the_independent_table():
+    for name, experiment in EXPERIMENTS.items():
+        assert {n: list(row) for n, row in experiment.independent.items()} == INDEPENDENT[name]
+
+
+@pytest.mark.parametrize("name", EXPERIMENTS)
+def test_markdown_and_latex_hold_the_same_numbers(quick, name):
+    for suffix in (".md", ".tex"):
+        text = (quick[0] / "tables" / f"{name}{suffix}").read_text(encoding="utf-8")
+        numbers = [float(x) for x in re.findall(r"\d\.\d{4}e-\d\d", text)]
+        exact = [float(x) for row in read(quick[0] / "tables" / f"{name}.csv")[1] for x in row[2:]]
+        np.testing.assert_allclose(numbers, exact, rtol=5e-5)
+    assert "\\toprule" in text
+
+
+def test_timing_table(quick):
+    header, rows = read(quick[0] / "tables" / "timing.csv")
+    assert header == ["manifold", "method", "N", "seconds_per_curve", "ratio_to_gcp"]
+    assert {(row[0], row[1]) for row in rows} == {(e, m) for e in EXPERIMENTS for m in [*METHODS, "reference"]}
+    assert {int(row[2]) for row in rows} == {5, 10, 20, 50, 100}
+    assert all(float(row[3]) > 0 for row in rows)
+    assert all(float(row[4]) == 1.0 for row in rows if row[1] == "gcp")
+
+
+def test_summary_goes_through_the_claims(quick):
+    text = (quick[0] / "tables" / "summary.md").read_text(encoding="utf-8")
+    for heading in ("## 1, 2.", "## 3.", "## 4.", "## 5.", "## 6.", "## 7.", "## Independent recomputation"):
+        assert heading in text
+    assert "nan" not in text.lower()
+    assert "1.0757e-04 = 0.01076 %" in text and "4.5209e-03 = 0.4521 %" in text
+
+
+def test_second_run_gives_the_same_files(quick, tmp_path):
+    assert run("reproduce", "--quick", "--out", tmp_path).returncode == 0
+    changing = {"timing.csv", "summary.md"}
+    for first in sorted(quick[0].rglob("*.*")):
+        second = tmp_path / first.relative_to(quick[0])
+        assert first.name in changing or second.read_bytes() == first.read_bytes(), first.name
+
+
+def test_one_n_gives_tables_without_orders(tmp_path):
+    done = run("reproduce", "--steps", "7,7", "--out", tmp_path)
+    assert done.returncode == 0, done.stderr
+    _, rows = read(tmp_path / "tables" / "sphere.csv")
+    assert [row[0] for row in rows] == ["7"]
+    assert "None of its N" in (tmp_path / "tables" / "summary.md").read_text(encoding="utf-8")
+
+
+def test_steps_are_sorted():
+    assert cli.parser().parse_args(["reproduce", "--steps", "20, 10,20"]).steps == (10, 20)
+
+
+@pytest.mark.parametrize("steps", ["0", "-5,10", "1", "ten", "10,", "", "2.5", "10;20", "9999999999999999999999"])
+def test_bad_steps(steps, tmp_path):
+    done = run("reproduce", f"--steps={steps}", "--out", tmp_path / "out")
+    assert done.returncode == 2
+    assert "--steps" in done.stderr and "Traceback" not in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("arguments", [[], ["unknown"], ["reproduce", "--unknown"]])
+def test_bad_arguments(arguments):
+    done = run(*arguments)
+    assert done.returncode == 2
+    assert "usage: stiefel-rs" in done.stderr
+
+
+def test_folder_that_is_a_file(tmp_path):
+    path = tmp_path / "file"
+    path.write_text("kept", encoding="utf-8")
+    done = run("reproduce", "--quick", "--out", path)
+    assert done.returncode == 1
+    assert done.stderr.count("\n") == 1 and str(path) in done.stderr
+    assert path.read_text(encoding="utf-8") == "kept"
+
+
+def test_without_matplotlib_the_tables_are_written(tmp_path):
+    done = run("reproduce", "--steps", "5,10", "--out", tmp_path, code=WITHOUT_MATPLOTLIB)
+    assert done.returncode == 1
+    assert done.stderr.count("\n") == 1 and "pip install stiefel-rs[plot]" in done.stderr
+    assert (tmp_path / "tables" / "summary.md").stat().st_size > 0
+    assert len(read(tmp_path / "tables" / "sphere.csv")[1]) == 2
+
+
+def test_import_leaves_matplotlib_alone():
+    code = "import json, sys, stiefel_rs, stiefel_rs.cli; print(json.dumps(sorted(sys.modules)))"
+    modules = json.loads(run(code=code).stdout)
+    assert "stiefel_rs.paper" in modules
+    assert not [name for name in modules if name.startswith(("matplotlib", "mpl_toolkits"))]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="SIGINT to a child process")
+def test_interrupt(tmp_path):
+    with subprocess.Popen(
+        [sys.executable, "-m", "stiefel_rs", "reproduce", "--steps", "500000", "--out", str(tmp_path)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        while not (tmp_path / "figures").exists():
+            time.sleep(0.05)
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert errors == "stiefel-rs: interrupted\n"
+
+
+def test_info():
+    done = run("info")
+    assert done.returncode == 0 and done.stderr == ""
+    for name in ("stiefel-rs", "Python", "NumPy", "platform", "threads", "SIMD"):
+        assert re.search(rf"^{name}: +\S", done.stdout, re.MULTILINE), name
+    assert np.__version__ in done.stdout
+
+
+def test_version():
+    done = run("--version")
+    assert done.returncode == 0
+    assert re.fullmatch(r"stiefel-rs \d+\.\d+\.\d+\S*\n", done.stdout)
+
+
+@pytest.mark.parametrize("experiment", paper.EXPERIMENTS, ids=lambda e: e.name)
+def test_spatial_momentum_is_conserved_by_the_reference(experiment):
+    momentum = paper.spatial_momentum(experiment, paper.reference(experiment, 20))
+    # The error of the reference, 1e-13, times the size of the coefficients.
+    np.testing.assert_allclose(momentum, np.broadcast_to(momentum[0], momentum.shape), atol=1e-12)
+
+
+@pytest.mark.parametrize("experiment", paper.EXPERIMENTS, ids=lambda e: e.name)
+def test_cyclic_momenta_are_conserved_by_the_discrete_flows(experiment):
+    for step_map in paper.MAPS:
+        drift = paper.drift(experiment, step_map, 50)
+        assert max(values.max() for values in drift.cyclic.values()) < 50 * np.finfo(float).eps
+        assert drift.energy[0] == 0.0
+
+
+def test_covariant_convention_matches_the_coordinate_one_where_the_symbols_vanish():
+    # On the equator of the sphere Gamma = 0, so the accelerations agree; the jerks differ by the derivative of Gamma.
+    momenta = paper.momenta_by_convention(paper.SPHERE)
+    covariant, coordinate = momenta["covariant derivatives"], momenta["coordinate derivatives (used here)"]
+    np.testing.assert_allclose(covariant[1], coordinate[1], atol=1e-15)
+    np.testing.assert_allclose(covariant[0], [-0.1, -0.2], atol=1e-15)
+
+
+def test_overtaking_is_the_first_n_with_a_smaller_error():
+    rows = [paper.mean_errors(paper.SPHERE, n) for n in (5, 100)]
+    n = paper.overtakes(paper.SPHERE, rows, "midpoint_bvp")
+    before, at = (paper.mean_errors(paper.SPHERE, m).errors for m in (n - 1, n))
+    assert before["midpoint_bvp"] >= before["gcp"] and at["midpoint_bvp"] < at["gcp"]
+    assert paper.overtakes(paper.SPHERE, rows, "initial_point_ivp") is None
+
+
+def test_diameter_is_the_distance_of_opposite_points():
+    for experiment in paper.EXPERIMENTS:
+        point = experiment.chart.embed(experiment.q)
+        assert math.isclose(np.linalg.norm(2 * point), experiment.diameter, rel_tol=1e-15)
