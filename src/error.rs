@@ -118,6 +118,12 @@ pub enum Error {
         /// Upper end of the interval.
         upper: f64,
     },
+    /// A result is too large for a floating-point number.
+    #[error("{quantity}: the result is too large for a floating-point number")]
+    Overflow {
+        /// What was computed.
+        quantity: &'static str,
+    },
     /// A factorisation of finite input did not converge.
     #[error("the {kind} did not converge")]
     Decomposition {

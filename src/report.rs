@@ -19,6 +19,17 @@ pub enum StopReason {
 }
 
 impl StopReason {
+    /// The reason of a word, the inverse of [`StopReason::as_str`].
+    pub fn from_word(word: &str) -> Option<Self> {
+        let all = [
+            StopReason::Converged,
+            StopReason::MaxIterations,
+            StopReason::Stagnated,
+            StopReason::SingularJacobian,
+        ];
+        all.into_iter().find(|reason| reason.as_str() == word)
+    }
+
     /// The reason as a word, the same in Rust and Python.
     pub fn as_str(self) -> &'static str {
         match self {

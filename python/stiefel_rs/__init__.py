@@ -4,6 +4,7 @@ Quasi-geodesics, geometric cubics (adjusted de Casteljau), and the symplectic in
 arXiv 2404.19407 in charts of St(3,1) and St(3,2).
 """
 
+from . import _core
 from ._core import (
     Chart,
     Curve,
@@ -15,8 +16,9 @@ from ._core import (
     orthogonal_log,
     skew_exp,
 )
-from ._core import __VERSION__ as __version__
 from .errors import ConvergenceError, InvalidInputError, OutsideDomainError, StiefelError
+
+__version__ = _core.__VERSION__
 
 __all__ = [
     "Chart",

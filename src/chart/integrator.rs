@@ -16,9 +16,9 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::Chart;
 use super::discretization::DiscretizationMap;
 use super::elimination::solve_in_place;
+use super::{Chart, check_reached};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::report::{SolverReport, StopReason};
@@ -42,7 +42,7 @@ const STEPS_PER_CHECK: usize = 256;
 /// `tests/integrator.rs`).
 /// # Errors
 /// `NonFinite`, `InvalidArgument`, `OutsideChart` (a state left `0 < theta < pi`), `NoConvergence` (a step too
-/// large), `Interrupted`.
+/// large), `Overflow`, `Interrupted`.
 /// # Source
 /// See the module page.
 pub fn integrate<const X: usize, const Z: usize>(
@@ -123,7 +123,7 @@ fn march<const X: usize, const Z: usize>(
             interrupt.check("chart integrator")?;
         }
         let solved = solve_step(chart, map, &z, h)?;
-        chart.check("state", solved.end.as_slice())?;
+        check_reached(chart, &solved.end)?;
         visit(&solved, h)?;
         z = solved.end;
     }

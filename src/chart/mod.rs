@@ -134,7 +134,7 @@ pub trait Chart<const X: usize, const Z: usize>: Sync {
     /// `p_q = -H_qdot|_{p_q = 0} - d/dt p_qdot`. All vectors of shape `(d)`; the result is `(p_q, p_qdot)`, `(2d)`.
     ///
     /// # Errors
-    /// `NonFinite`, `OutsideChart`.
+    /// `NonFinite`, `OutsideChart`; `Overflow` next to a pole.
     fn momenta(
         &self,
         q: &[f64],
@@ -185,7 +185,13 @@ pub trait Chart<const X: usize, const Z: usize>: Sync {
             out[i] = -gradient[d + i] - rate[i];
             out[d + i] = acceleration[i];
         }
-        Ok(out)
+        if out.iter().all(|p| p.is_finite()) {
+            Ok(out)
+        } else {
+            Err(Error::Overflow {
+                quantity: "momenta",
+            })
+        }
     }
 
     /// Coordinate derivatives `(q, qdot, qddot, qdddot)` of the curve through a state; the inverse of
@@ -221,6 +227,18 @@ pub trait Chart<const X: usize, const Z: usize>: Sync {
             .map(|(&x, &v)| Series::<2>::new([x, v]).sin_cos())
             .collect();
         columns_to_mat(Self::K, self.columns(&sin_cos), |x| x.coefficients()[1])
+    }
+}
+
+/// Error `Overflow` where a computed state is not finite, `OutsideChart` where it has left the chart.
+pub(crate) fn check_reached<const X: usize, const Z: usize>(
+    chart: &impl Chart<X, Z>,
+    z: &SVector<f64, Z>,
+) -> Result<()> {
+    if z.iter().all(|x| x.is_finite()) {
+        chart.check("state", z.as_slice())
+    } else {
+        Err(Error::Overflow { quantity: "state" })
     }
 }
 

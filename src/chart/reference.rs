@@ -10,7 +10,7 @@
 use nalgebra::SVector;
 
 use super::series::Series;
-use super::{Chart, accumulate_gradient};
+use super::{Chart, accumulate_gradient, check_reached};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::report::{SolverReport, StopReason};
@@ -24,6 +24,11 @@ const TRUNCATION: f64 = 1e-18;
 /// Steps at the most; a curve that runs into a pole takes ever shorter ones.
 const MAX_STEPS: usize = 100_000;
 
+/// Times between two questions whether to stop.
+const TIMES_PER_CHECK: usize = 4096;
+
+const SOLVER: &str = "chart reference";
+
 /// States of the exact flow at the given times, from `z0` at time 0.
 ///
 /// # Arguments
@@ -31,7 +36,8 @@ const MAX_STEPS: usize = 100_000;
 /// # Accuracy
 /// At most 1e-13 for curves of the size of the paper's (measured 2e-15 against 40-digit data in `tests/chart_reference.rs`).
 /// # Errors
-/// `NonFinite`, `OutsideChart` (the curve leaves `0 < theta < pi`), `NoConvergence` (too many steps), `Interrupted`.
+/// `NonFinite`, `OutsideChart` (the curve leaves `0 < theta < pi`), `NoConvergence` (too many steps; the residual is
+/// the time that was left), `Overflow`, `InvalidArgument` (memory), `Interrupted`.
 /// # Source
 /// See the module page.
 pub fn reference<const X: usize, const Z: usize>(
@@ -44,7 +50,17 @@ pub fn reference<const X: usize, const Z: usize>(
     if let Some(index) = t.iter().position(|t| !t.is_finite()) {
         return Err(Error::NonFinite { name: "t", index });
     }
-    let mut out = vec![*z0; t.len()];
+    let mut out = Vec::new();
+    if out.try_reserve_exact(t.len()).is_err() {
+        let requirement = "few enough for the states to fit in memory";
+        let found = t.len() as f64;
+        return Err(Error::InvalidArgument {
+            name: "t",
+            requirement,
+            found,
+        });
+    }
+    out.resize(t.len(), *z0);
     for direction in [1.0, -1.0] {
         let mut order: Vec<usize> = (0..t.len()).filter(|&i| t[i] * direction > 0.0).collect();
         order.sort_by(|&i, &j| t[i].abs().total_cmp(&t[j].abs()));
@@ -55,13 +71,7 @@ pub fn reference<const X: usize, const Z: usize>(
             steps: 0,
             interrupt,
         };
-        for (place, states) in march
-            .visit(direction, order.iter().map(|&i| t[i]))?
-            .into_iter()
-            .enumerate()
-        {
-            out[order[place]] = states;
-        }
+        march.visit(direction, t, &order, &mut out)?;
     }
     Ok(out)
 }
@@ -75,18 +85,22 @@ struct March<'a, C, const Z: usize> {
 }
 
 impl<C, const Z: usize> March<'_, C, Z> {
-    /// States at times sorted along the direction.
+    /// States at the times `t[order[0]], t[order[1]], ...`, sorted along the direction.
     fn visit<const X: usize>(
         &mut self,
         direction: f64,
-        times: impl Iterator<Item = f64>,
-    ) -> Result<Vec<SVector<f64, Z>>>
+        t: &[f64],
+        order: &[usize],
+        out: &mut [SVector<f64, Z>],
+    ) -> Result<()>
     where
         C: Chart<X, Z>,
     {
-        let mut out = Vec::new();
         let mut segment: Option<([Series<COEFFICIENTS>; Z], f64)> = None;
-        for t in times {
+        for (visited, &place) in order.iter().enumerate() {
+            if visited % TIMES_PER_CHECK == 0 {
+                self.interrupt.check(SOLVER)?;
+            }
             loop {
                 let (series, length) = match &segment {
                     Some(segment) => segment,
@@ -95,36 +109,37 @@ impl<C, const Z: usize> March<'_, C, Z> {
                         segment.insert((series, direction * step_length(&series)))
                     }
                 };
-                if (t - self.time).abs() <= length.abs() {
-                    let state = value(series, t - self.time);
-                    self.chart.check("state", state.as_slice())?;
-                    out.push(state);
+                let ahead = t[place] - self.time;
+                if ahead.abs() <= length.abs() {
+                    out[place] = value(series, ahead);
+                    check_reached(self.chart, &out[place])?;
                     break;
                 }
+                self.count_step(ahead.abs(), length.abs())?;
                 (self.z, self.time) = (value(series, *length), self.time + length);
                 segment = None;
-                self.chart.check("state", self.z.as_slice())?;
-                self.count_step(t)?;
+                check_reached(self.chart, &self.z)?;
             }
         }
-        Ok(out)
+        Ok(())
     }
 
-    fn count_step(&mut self, target: f64) -> Result<()> {
-        self.interrupt.check("chart reference")?;
+    /// Gives up after too many steps, and as soon as the steps are so short that there would be.
+    fn count_step(&mut self, ahead: f64, length: f64) -> Result<()> {
+        self.interrupt.check(SOLVER)?;
         self.steps += 1;
-        if self.steps < MAX_STEPS {
+        if self.steps < MAX_STEPS && ahead < MAX_STEPS as f64 * length {
             return Ok(());
         }
         let report = SolverReport {
             converged: false,
             iterations: self.steps,
-            residual: (target - self.time).abs(),
+            residual: ahead,
             tolerance: 0.0,
             reason: StopReason::MaxIterations,
         };
         Err(Error::NoConvergence {
-            solver: "chart reference",
+            solver: SOLVER,
             report,
         })
     }

@@ -136,6 +136,11 @@ fn cubic_guess<const X: usize, const Z: usize>(
     let second = |i: usize| (6.0 * slope(i) - 4.0 * x0[d + i] - 2.0 * x1[d + i]) / t;
     let third = |i: usize| (-12.0 * slope(i) + 6.0 * x0[d + i] + 6.0 * x1[d + i]) / (t * t);
     let (qddot, qdddot): (Vec<f64>, Vec<f64>) = (0..d).map(|i| (second(i), third(i))).unzip();
+    if !qddot.iter().chain(&qdddot).all(|x| x.is_finite()) {
+        return Err(Error::Overflow {
+            quantity: "starting point of the shooting",
+        });
+    }
     chart.momenta(&x0.as_slice()[..d], &x0.as_slice()[d..], &qddot, &qdddot)
 }
 

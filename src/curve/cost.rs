@@ -2,6 +2,7 @@
 
 use super::Curve;
 use crate::error::{Error, Result};
+use crate::interrupt::Interrupt;
 use crate::linalg::jet::Jet;
 use crate::manifold::{Stiefel, covariant};
 use crate::report::{SolverReport, StopReason};
@@ -19,7 +20,7 @@ const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
 const MAX_DOUBLINGS: usize = 10;
 
 /// `int |D_t S'|^2 dt` over the curve's interval, panels doubled until the value settles.
-pub(super) fn squared_acceleration<C: Curve>(curve: &C) -> Result<f64> {
+pub(super) fn squared_acceleration<C: Curve>(curve: &C, interrupt: Interrupt<'_>) -> Result<f64> {
     let r = curve.frame().map_or(curve.n(), |frame| frame.ncols());
     let manifold = Stiefel::new(r.max(curve.k()), curve.k())?;
     let (mut work, mut jet) = (curve.workspace(), Jet::zeros(r, curve.k()));
@@ -33,6 +34,8 @@ pub(super) fn squared_acceleration<C: Curve>(curve: &C) -> Result<f64> {
         ])
     };
     let (start, end) = curve.t_span();
+    // Positions have norm sqrt(k), so accelerations below that over the squared interval are noise as well.
+    let still = curve.k() as f64 / (end - start).abs().powi(3);
     let (nodes, weights) = gauss_legendre();
     let (mut previous, mut change, mut tolerance) = (f64::NAN, f64::INFINITY, 0.0);
     for doubling in 0..=MAX_DOUBLINGS {
@@ -40,6 +43,7 @@ pub(super) fn squared_acceleration<C: Curve>(curve: &C) -> Result<f64> {
         let width = (end - start) / panels as f64;
         let (mut sum, mut ambient) = (0.0, 0.0);
         for panel in 0..panels {
+            interrupt.check("cost quadrature")?;
             let middle = start + (panel as f64 + 0.5) * width;
             for (x, w) in nodes.iter().zip(&weights) {
                 let [covariant, full] = integrand(middle + 0.5 * width * x)?;
@@ -47,7 +51,10 @@ pub(super) fn squared_acceleration<C: Curve>(curve: &C) -> Result<f64> {
                 ambient += 0.5 * width * w * full;
             }
         }
-        let noise = ROUND_OFF * ambient.sqrt();
+        if !(sum.is_finite() && ambient.is_finite()) {
+            return Err(Error::Overflow { quantity: "cost" });
+        }
+        let noise = ROUND_OFF * ambient.max(still).sqrt();
         tolerance = TOLERANCE * sum + 2.0 * noise * sum.sqrt() + noise * noise;
         change = (sum - previous).abs();
         if change <= tolerance {

@@ -17,7 +17,7 @@ use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::jet::{Jet, ORDER};
 use crate::linalg::product::{mul_into, scale};
-use crate::linalg::structure::check_finite_scalar;
+use crate::linalg::structure::{check_finite_scalar, check_range};
 use crate::manifold::covariant;
 
 /// Parameters per block: enough for an efficient product, few enough to share out evenly.
@@ -215,12 +215,23 @@ pub trait Curve: Sync {
     /// Relative 1e-12, or round-off of the acceleration (`64 eps |S''|`) where that is more, by composite
     /// Gauss-Legendre quadrature with as many panels as that takes.
     /// # Errors
-    /// `NoConvergence`, and where the curve does not exist.
+    /// `NoConvergence`, `Overflow`, and where the curve does not exist.
     fn cost(&self) -> Result<f64>
     where
         Self: Sized,
     {
-        cost::squared_acceleration(self)
+        self.cost_interruptible(Interrupt::NEVER)
+    }
+
+    /// [`Curve::cost`] that can be stopped.
+    ///
+    /// # Errors
+    /// As [`Curve::cost`], and `Interrupted`.
+    fn cost_interruptible(&self, interrupt: Interrupt<'_>) -> Result<f64>
+    where
+        Self: Sized,
+    {
+        cost::squared_acceleration(self, interrupt)
     }
 }
 
@@ -288,14 +299,10 @@ impl Block {
             quantity.read_into(&self.jet, target.subcols_mut(i * k, k));
         }
         if let Some(frame) = curve.frame() {
-            mul_into(
-                columns,
-                1.0,
-                frame,
-                self.coordinates.as_ref().subcols(0, k * t.len()),
-            );
+            let coordinates = self.coordinates.as_ref().subcols(0, k * t.len());
+            mul_into(columns.rb_mut(), 1.0, frame, coordinates);
         }
-        Ok(())
+        check_range("curve", columns.rb())
     }
 }
 

@@ -9,6 +9,7 @@ use faer::linalg::solvers::Solve;
 use faer::linalg::svd::{ComputeSvdVectors, svd, svd_scratch};
 use faer::{Mat, MatRef, Par};
 
+use super::structure::check_range;
 use crate::error::{Error, Result};
 
 /// Entries whose squares neither overflow nor vanish: faer's iteration does not converge far outside.
@@ -48,8 +49,10 @@ impl Svd {
     /// Factors `a`, no larger than the size given to [`Svd::new`]. Entries of extreme size are scaled in a copy.
     ///
     /// # Errors
-    /// `Decomposition` where the iteration does not converge.
+    /// `Overflow` where an entry is not finite, on which faer's iteration may not end; `Decomposition` where it does
+    /// not converge.
     pub fn compute(&mut self, a: MatRef<'_, f64>) -> Result<()> {
+        check_range("matrix to factor", a)?;
         let largest = a.norm_max();
         if largest == 0.0 || SAFE.contains(&largest) {
             return self.compute_scaled(a);
@@ -137,8 +140,9 @@ impl SymmetricEigen {
     /// Factors `a`, of which the lower triangle is read.
     ///
     /// # Errors
-    /// `Decomposition` where the iteration does not converge.
+    /// `Overflow` where an entry is not finite; `Decomposition` where the iteration does not converge.
     pub fn compute(&mut self, a: MatRef<'_, f64>) -> Result<()> {
+        check_range("matrix to factor", a)?;
         self_adjoint_evd(
             a,
             self.values.as_mut(),

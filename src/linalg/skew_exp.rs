@@ -14,7 +14,7 @@ use faer::{Mat, MatMut, MatRef};
 
 use super::product::{axpy, mul_add, mul_into, scale};
 use super::skew_schur::SkewSchur;
-use super::structure::{check_finite, check_square, norm, skew_defect};
+use super::structure::{check_finite, check_range, check_square, norm, skew_defect};
 use crate::error::{Error, Result};
 
 /// A skew-symmetric argument may be off by this much, relative to its norm; the symmetric part is dropped.
@@ -23,6 +23,9 @@ pub const SKEW_TOLERANCE: f64 = 1e-12;
 /// Taylor degrees in `A^2` with the largest norm for which the first dropped term of the even part is below
 /// `eps / 4`: `theta^(2d+2) / (2d+2)! <= 2^-54`.
 const DEGREES: [(usize, f64); 3] = [(3, 0.035), (6, 0.417), (9, 1.278)];
+
+/// What an `Overflow` is about.
+const EXPONENTIAL: &str = "exponential of a skew matrix";
 
 /// Above this norm (five squarings) the Schur form costs less and loses less.
 const LARGE: f64 = 1.278 * 32.0;
@@ -117,7 +120,7 @@ impl SkewExp {
     /// `out = e^{tA}`; only the skew part of `a` counts. `a` and `t` must be finite.
     ///
     /// # Errors
-    /// `Decomposition` (large norms only).
+    /// `Overflow` where an angle is too large for a number; `Decomposition` (large norms only).
     pub fn exp_into(&mut self, mut out: MatMut<'_, f64>, a: MatRef<'_, f64>, t: f64) -> Result<()> {
         debug_assert!(
             a.nrows() == self.m
@@ -129,14 +132,15 @@ impl SkewExp {
         match self.m {
             0 => {}
             1 => out[(0, 0)] = 1.0,
-            2 => plane_rotation(out, skew(1, 0)),
-            3 => rodrigues(out, [skew(2, 1), skew(0, 2), skew(1, 0)]),
+            2 => plane_rotation(out, skew(1, 0))?,
+            3 => rodrigues(out, [skew(2, 1), skew(0, 2), skew(1, 0)])?,
             m => {
                 for j in 0..m {
                     for i in 0..m {
                         self.a[(i, j)] = skew(i, j);
                     }
                 }
+                check_range(EXPONENTIAL, self.a.as_ref())?;
                 // The singular values of a skew matrix come in pairs: |A|_2 <= |A|_F / sqrt(2).
                 let bound = (norm(self.a.as_ref()) * std::f64::consts::FRAC_1_SQRT_2)
                     .min(column_sum_norm(&self.a));
@@ -245,12 +249,24 @@ fn column_sum_norm(a: &Mat<f64>) -> f64 {
     (0..a.ncols()).map(sum).fold(0.0, f64::max)
 }
 
-fn plane_rotation(mut out: MatMut<'_, f64>, angle: f64) {
+fn check_angle(angle: f64) -> Result<()> {
+    if angle.is_finite() {
+        Ok(())
+    } else {
+        Err(Error::Overflow {
+            quantity: EXPONENTIAL,
+        })
+    }
+}
+
+fn plane_rotation(mut out: MatMut<'_, f64>, angle: f64) -> Result<()> {
+    check_angle(angle)?;
     let (sin, cos) = angle.sin_cos();
     out[(0, 0)] = cos;
     out[(1, 0)] = sin;
     out[(0, 1)] = -sin;
     out[(1, 1)] = cos;
+    Ok(())
 }
 
 /// Rotation about `omega` by the angle `|omega|`.
@@ -258,11 +274,12 @@ fn plane_rotation(mut out: MatMut<'_, f64>, angle: f64) {
 /// ```math
 /// R = \cos\theta\, I + \sin\theta\, \hat u + (1 - \cos\theta)\, u u^T,\qquad \theta = |\omega|,\ u = \omega/\theta
 /// ```
-fn rodrigues(mut out: MatMut<'_, f64>, omega: [f64; 3]) {
+fn rodrigues(mut out: MatMut<'_, f64>, omega: [f64; 3]) -> Result<()> {
     let largest = omega.iter().fold(0.0_f64, |s, x| s.max(x.abs()));
     let mut u = omega.map(|x| if largest > 0.0 { x / largest } else { 0.0 });
     let length = u.iter().map(|x| x * x).sum::<f64>().sqrt();
     let theta = largest * length;
+    check_angle(theta)?;
     if length > 0.0 {
         u = u.map(|x| x / length);
     }
@@ -278,4 +295,5 @@ fn rodrigues(mut out: MatMut<'_, f64>, omega: [f64; 3]) {
         out[(next, j)] += sin * u[last];
         out[(last, j)] -= sin * u[next];
     }
+    Ok(())
 }

@@ -13,7 +13,13 @@ use faer::prelude::*;
 use faer::{Mat, MatRef};
 
 use super::decomp::Svd;
-use crate::error::Result;
+use crate::error::{Error, Result};
+
+/// Entries above this are scaled down first, by a power of two.
+const HUGE: f64 = 1e290;
+
+/// `2^-100`.
+const SHRINK: f64 = 1.0 / (1_u128 << 100) as f64;
 
 /// `A = V blockdiag(theta_i J) V^T` with `J = [[0, -1], [1, 0]]`, in buffers made once for a largest size.
 ///
@@ -61,21 +67,36 @@ impl SkewSchur {
     /// Factors a skew-symmetric matrix, of which the lower triangle is read.
     ///
     /// # Errors
-    /// `Decomposition` where the singular value iteration does not converge.
+    /// `Decomposition` where the singular value iteration does not converge, `Overflow` where an angle is too large
+    /// for a number.
     pub fn compute(&mut self, a: MatRef<'_, f64>) -> Result<()> {
         let m = a.nrows();
         debug_assert!(m == a.ncols() && m <= self.reduced.nrows());
         self.m = m;
+        // Sums of entries near the largest number must not overflow.
+        let largest = (0..m)
+            .flat_map(|j| (j + 1..m).map(move |i| a[(i, j)].abs()))
+            .fold(0.0, f64::max);
+        let shrink = if largest > HUGE { SHRINK } else { 1.0 };
         for j in 0..m {
             self.reduced[(j, j)] = 0.0;
             for i in j + 1..m {
-                self.reduced[(i, j)] = a[(i, j)];
-                self.reduced[(j, i)] = -a[(i, j)];
+                self.reduced[(i, j)] = shrink * a[(i, j)];
+                self.reduced[(j, i)] = -shrink * a[(i, j)];
             }
         }
         self.tridiagonalise();
         self.accumulate_reflections();
-        self.split_even_odd()
+        self.split_even_odd()?;
+        for angle in &mut self.angles[..m / 2] {
+            *angle /= shrink;
+            if !angle.is_finite() {
+                return Err(Error::Overflow {
+                    quantity: "skew Schur form",
+                });
+            }
+        }
+        Ok(())
     }
 
     /// `H_j ... H_1 A H_1 ... H_j` tridiagonal; the unit reflectors are kept in the columns of `householder`.

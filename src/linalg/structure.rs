@@ -90,6 +90,15 @@ pub fn check_finite(name: &'static str, a: MatRef<'_, f64>) -> Result<()> {
     Ok(())
 }
 
+/// Error `Overflow` where a result of finite input is NaN or infinite.
+pub fn check_range(quantity: &'static str, a: MatRef<'_, f64>) -> Result<()> {
+    if check_finite(quantity, a).is_ok() {
+        Ok(())
+    } else {
+        Err(Error::Overflow { quantity })
+    }
+}
+
 /// Error `NonFinite` where a scalar is NaN or infinite.
 pub fn check_finite_scalar(name: &'static str, t: f64) -> Result<()> {
     if t.is_finite() {

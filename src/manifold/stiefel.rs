@@ -12,6 +12,9 @@ use crate::linalg::structure::{
 /// A point may be off the manifold by this much: `|S^T S - I|_F`.
 pub const POINT_TOLERANCE: f64 = 1e-9;
 
+/// A point of more entries cannot be held in memory.
+const MAX_ENTRIES: usize = isize::MAX as usize / size_of::<f64>();
+
 /// A vector may be off the tangent space by this much, relative to `max(1, |V|_F)`: `|S^T V + V^T S|_F / 2`.
 pub const TANGENT_TOLERANCE: f64 = 1e-9;
 
@@ -34,12 +37,12 @@ impl Stiefel {
     /// The manifold `St(n, k)`.
     ///
     /// # Errors
-    /// `Shape` unless `1 <= k <= n`.
+    /// `Shape` unless `1 <= k <= n` and a point fits in memory.
     pub fn new(n: usize, k: usize) -> Result<Self> {
-        if k == 0 || k > n {
+        if k == 0 || k > n || n.checked_mul(k).is_none_or(|entries| entries > MAX_ENTRIES) {
             return Err(Error::Shape {
                 name: "St(n, k)",
-                expected: "1 <= k <= n".to_owned(),
+                expected: "1 <= k <= n, and a point that fits in memory".to_owned(),
                 found: format!("n = {n}, k = {k}"),
             });
         }

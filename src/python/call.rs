@@ -1,5 +1,6 @@
 //! Running the core without the interpreter lock, on a chosen number of threads, stoppable by Ctrl-C.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
@@ -49,20 +50,20 @@ impl Call {
     }
 
     /// Runs `work` detached from the interpreter; an error of the core becomes the exception.
-    pub fn run<T: Send>(
+    pub fn run<T: Send + 'static>(
         &self,
         py: Python<'_>,
-        work: impl FnOnce(Interrupt<'_>) -> Result<T> + Send,
+        work: impl FnOnce(Interrupt<'_>) -> Result<T> + Send + 'static,
     ) -> PyResult<T> {
         self.run_any(py, work)?
             .map_err(|error| to_exception(py, &error, ""))
     }
 
     /// Runs `work` detached from the interpreter and returns what it returns.
-    pub fn run_any<T: Send>(
+    pub fn run_any<T: Send + 'static>(
         &self,
         py: Python<'_>,
-        work: impl FnOnce(Interrupt<'_>) -> T + Send,
+        work: impl FnOnce(Interrupt<'_>) -> T + Send + 'static,
     ) -> PyResult<T> {
         if !self.is_long() {
             return Ok(py.detach(|| work(Interrupt::NEVER)));
@@ -71,46 +72,46 @@ impl Call {
     }
 
     /// Works on another thread while this one, which may be the main thread, keeps an eye on signals.
-    fn run_watched<T: Send>(&self, work: impl FnOnce(Interrupt<'_>) -> T + Send) -> PyResult<T> {
-        let pool = match self.num_threads {
-            None => None,
-            Some(threads) => Some(
-                rayon::ThreadPoolBuilder::new()
-                    .num_threads(threads)
-                    .build()
-                    .map_err(|error| PyRuntimeError::new_err(error.to_string()))?,
-            ),
-        };
-        let stop = AtomicBool::new(false);
-        let question = || stop.load(Ordering::Relaxed);
-        std::thread::scope(|scope| {
-            let (sender, receiver) = channel();
-            let (pool, question) = (&pool, &question);
-            let worker = move || {
-                let interrupt = Interrupt::new(question);
-                let result = match pool {
-                    Some(pool) => pool.install(|| work(interrupt)),
-                    None => work(interrupt),
-                };
-                // The receiver is gone only if this call has failed already.
-                let _ = sender.send(result);
+    ///
+    /// The worker owns what it works on: after Ctrl-C this call returns at once, and the worker stops at its next
+    /// question, or at the end of the factorisation it is in, and drops its result.
+    fn run_watched<T: Send + 'static>(
+        &self,
+        work: impl FnOnce(Interrupt<'_>) -> T + Send + 'static,
+    ) -> PyResult<T> {
+        let failed = |error: &dyn std::fmt::Display| PyRuntimeError::new_err(error.to_string());
+        let pool = self
+            .num_threads
+            .map(|threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build());
+        let pool = pool.transpose().map_err(|error| failed(&error))?;
+        let stop = Arc::new(AtomicBool::new(false));
+        let (sender, receiver) = channel();
+        let asked = Arc::clone(&stop);
+        let worker = move || {
+            let question = || asked.load(Ordering::Relaxed);
+            let interrupt = Interrupt::new(&question);
+            let result = match pool {
+                Some(pool) => pool.install(|| work(interrupt)),
+                None => work(interrupt),
             };
-            scope.spawn(worker);
-            loop {
-                match receiver.recv_timeout(POLL) {
-                    Ok(result) => return Ok(result),
-                    Err(RecvTimeoutError::Timeout) => {
-                        if let Err(signal) = Python::attach(|py| py.check_signals()) {
-                            stop.store(true, Ordering::Relaxed);
-                            return Err(signal);
-                        }
-                    }
-                    Err(RecvTimeoutError::Disconnected) => {
-                        return Err(PyRuntimeError::new_err("a worker thread died"));
+            // The receiver is gone if the call was interrupted.
+            let _ = sender.send(result);
+        };
+        std::thread::Builder::new()
+            .spawn(worker)
+            .map_err(|error| failed(&error))?;
+        loop {
+            match receiver.recv_timeout(POLL) {
+                Ok(result) => return Ok(result),
+                Err(RecvTimeoutError::Disconnected) => return Err(failed(&"a worker thread died")),
+                Err(RecvTimeoutError::Timeout) => {
+                    if let Err(signal) = Python::attach(|py| py.check_signals()) {
+                        stop.store(true, Ordering::Relaxed);
+                        return Err(signal);
                     }
                 }
             }
-        })
+        }
     }
 }
 

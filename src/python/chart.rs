@@ -107,7 +107,7 @@ fn evaluate<const X: usize, const Z: usize>(
     Ok(())
 }
 
-fn check_finite(name: &'static str, row: &[f64]) -> Result<()> {
+pub fn check_finite(name: &'static str, row: &[f64]) -> Result<()> {
     match row.iter().position(|x| !x.is_finite()) {
         Some(index) => Err(Error::NonFinite { name, index }),
         None => Ok(()),
@@ -167,6 +167,22 @@ impl PyChart {
         Ok(batches)
     }
 
+    /// A pair of momenta `(p_q, p_qdot)`, joined.
+    fn read_guess(&self, pair: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+        let momenta = pair.try_iter()?.collect::<PyResult<Vec<_>>>()?;
+        if let [p_q, p_qdot] = &momenta[..] {
+            let [p_q, p_qdot] = self.read([(p_q, "guess"), (p_qdot, "guess")], self.dimension())?;
+            if p_q.shape.is_empty() {
+                return Ok([p_q.row(0), p_qdot.row(0)].concat());
+            }
+        }
+        let message = format!(
+            "guess: expected two arrays of shape ({},)",
+            self.dimension()
+        );
+        Err(invalid_input(pair.py(), message))
+    }
+
     /// Answers a query for every member; the result has the trailing shape `core`.
     fn query<'py, const N: usize>(
         &self,
@@ -179,16 +195,17 @@ impl PyChart {
         let batches = self.read(objects, length)?;
         let call = Call::new(py, None, 1e3 * batches[0].len() as f64)?;
         let shape: Vec<usize> = batches[0].shape.iter().chain(core).copied().collect();
-        let member = |batches: [&Batch; N], i: usize, out: &mut [f64], _: Interrupt<'_>| {
+        let kind = self.0;
+        let member = move |batches: [&Batch; N], i: usize, out: &mut [f64], _: Interrupt<'_>| {
             let rows = batches.map(|batch| batch.row(i));
-            match self.0 {
+            match kind {
                 Kind::Sphere => evaluate(&Sphere, query, &rows, out),
                 Kind::Frame => evaluate(&Frame, query, &rows, out),
             }
         };
         to_array(
             py,
-            map_batch(py, &call, &batches, core.iter().product(), member)?,
+            map_batch(py, &call, batches, core.iter().product(), member)?,
             &shape,
         )
     }
@@ -210,7 +227,7 @@ impl PyChart {
         z0: &Bound<'py, PyAny>,
         states: &[usize],
         operations: f64,
-        member: impl Fn(Kind, &[f64], &mut [f64], Interrupt<'_>) -> Result<()> + Sync + Send,
+        member: impl Fn(Kind, &[f64], &mut [f64], Interrupt<'_>) -> Result<()> + Sync + Send + 'static,
     ) -> PyResult<Array<'py>> {
         let width = 4 * self.dimension();
         let batches = self.read([(z0, "z0")], width)?;
@@ -227,12 +244,12 @@ impl PyChart {
             .collect();
         let kind = self.0;
         let wrapped =
-            |[batch]: [&Batch; 1], i: usize, out: &mut [f64], interrupt: Interrupt<'_>| {
+            move |[batch]: [&Batch; 1], i: usize, out: &mut [f64], interrupt: Interrupt<'_>| {
                 member(kind, batch.row(i), out, interrupt)
             };
         to_array(
             py,
-            map_batch(py, &call, &batches, len.saturating_mul(width), wrapped)?,
+            map_batch(py, &call, batches, len.saturating_mul(width), wrapped)?,
             &shape,
         )
     }
@@ -425,7 +442,7 @@ impl PyChart {
             z0,
             &[steps.saturating_add(1)],
             1e4 * steps as f64,
-            |kind, row, out, interrupt| {
+            move |kind, row, out, interrupt| {
                 match kind {
                     Kind::Sphere => write_states(
                         &integrate(&Sphere, &map, &state(row), steps, t_end, interrupt)?,
@@ -471,15 +488,24 @@ impl PyChart {
         t: &Bound<'py, PyAny>,
     ) -> PyResult<Array<'py>> {
         let (shape, t) = parameters(t, "t")?;
-        let furthest = t.iter().fold(1.0_f64, |m, t| m.max(t.abs()));
-        let operations = 1e6 * furthest + 1e3 * t.len() as f64;
-        self.flow(py, z0, &shape, operations, |kind, row, out, interrupt| {
-            match kind {
-                Kind::Sphere => write_states(&reference(&Sphere, &state(row), &t, interrupt)?, out),
-                Kind::Frame => write_states(&reference(&Frame, &state(row), &t, interrupt)?, out),
-            }
-            Ok(())
-        })
+        // How many steps it takes shows only on the way: always watched.
+        self.flow(
+            py,
+            z0,
+            &shape,
+            f64::INFINITY,
+            move |kind, row, out, interrupt| {
+                match kind {
+                    Kind::Sphere => {
+                        write_states(&reference(&Sphere, &state(row), &t, interrupt)?, out)
+                    }
+                    Kind::Frame => {
+                        write_states(&reference(&Frame, &state(row), &t, interrupt)?, out)
+                    }
+                }
+                Ok(())
+            },
+        )
     }
 
     /// Shooting: the discrete trajectory with given ends.
@@ -525,7 +551,7 @@ impl PyChart {
         t_end: f64,
         tol: f64,
         max_iterations: i64,
-        guess: Option<(Bound<'py, PyAny>, Bound<'py, PyAny>)>,
+        guess: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<PyShootingResult> {
         let objects = [(q0, "q0"), (qdot0, "qdot0"), (q1, "q1"), (qdot1, "qdot1")];
         let ends = self.read(objects, self.dimension())?;
@@ -536,22 +562,9 @@ impl PyChart {
                 format!("q0: expected shape ({},), found {found}", self.dimension()),
             ));
         }
-        let guess = match &guess {
-            None => None,
-            Some((p_q, p_qdot)) => {
-                let [p_q, p_qdot] =
-                    self.read([(p_q, "guess"), (p_qdot, "guess")], self.dimension())?;
-                if !p_q.shape.is_empty() {
-                    return Err(invalid_input(
-                        py,
-                        "guess: expected two arrays of shape (d,)".to_owned(),
-                    ));
-                }
-                Some([p_q.row(0), p_qdot.row(0)].concat())
-            }
-        };
+        let guess = guess.map(|pair| self.read_guess(pair)).transpose()?;
         let arguments = Shot {
-            ends: ends.each_ref().map(|end| end.row(0)),
+            ends: ends.each_ref().map(|end| end.row(0).to_vec()),
             steps: count(py, "steps", steps, 1)?,
             map: discretization_map(py, map)?,
             t_end,

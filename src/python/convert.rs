@@ -14,6 +14,7 @@ use crate::error::Error;
 use crate::interrupt::Interrupt;
 
 static ASARRAY: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
+static REQUIRE: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
 static CAN_CAST: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
 static FLOAT64: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
 static BROADCAST_TO: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
@@ -24,7 +25,10 @@ pub fn float_array<'py>(
     object: &Bound<'py, PyAny>,
     name: &str,
 ) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
-    if let Ok(array) = object.cast::<PyArrayDyn<f64>>() {
+    if let Ok(array) = object.cast::<PyArrayDyn<f64>>()
+        && array.is_c_contiguous()
+        && array.data().is_aligned()
+    {
         return Ok(array.readonly());
     }
     let py = object.py();
@@ -41,10 +45,10 @@ pub fn float_array<'py>(
             "{name}: expected real numbers, found an array of dtype {dtype}"
         )));
     }
-    Ok(asarray
-        .call1((array, float64))?
-        .cast_into::<PyArrayDyn<f64>>()?
-        .readonly())
+    // Contiguous and aligned: a view may have strides that are no multiple of an entry's size.
+    let require = REQUIRE.import(py, "numpy", "require")?;
+    let plain = require.call1((array, float64, ("C_CONTIGUOUS", "ALIGNED")))?;
+    Ok(plain.cast_into::<PyArrayDyn<f64>>()?.readonly())
 }
 
 /// A batch of matrices (or of rows, with `cols = 1`): leading axes and entries, each matrix row by row.
@@ -213,12 +217,15 @@ pub fn tuple(shape: &[usize]) -> String {
 pub fn map_batch<const N: usize>(
     py: Python<'_>,
     call: &Call,
-    batches: &[Batch; N],
+    batches: [Batch; N],
     size: usize,
-    member: impl Fn([&Batch; N], usize, &mut [f64], Interrupt<'_>) -> Result<(), Error> + Sync + Send,
+    member: impl Fn([&Batch; N], usize, &mut [f64], Interrupt<'_>) -> Result<(), Error>
+    + Sync
+    + Send
+    + 'static,
 ) -> PyResult<Vec<f64>> {
-    let len = batches[0].len();
-    let views = batches.each_ref();
+    let (len, single) = (batches[0].len(), batches[0].shape.is_empty());
+    let long = call.is_long();
     let mut out = Vec::new();
     let total = len
         .checked_mul(size)
@@ -229,36 +236,32 @@ pub fn map_batch<const N: usize>(
         )));
     };
     out.resize(total, 0.0);
-    let failures = call.run_any(py, |interrupt| {
+    let (failure, out) = call.run_any(py, move |interrupt| {
+        let views = batches.each_ref();
         let one = |(i, target): (usize, &mut [f64])| {
-            let result = interrupt
+            let mut result = interrupt
                 .check("batch")
                 .and_then(|()| member(views, i, target, interrupt));
+            if result.is_ok() && !target.iter().all(|x| x.is_finite()) {
+                result = Err(Error::Overflow { quantity: "result" });
+            }
             result.err().map(|error| (i, error))
         };
         // An empty result (checks only) still has members to visit.
-        if size == 0 {
-            return (0..len).find_map(|i| one((i, &mut [])));
-        }
-        if call.is_long() && len > 1 {
-            out.par_chunks_mut(size)
-                .enumerate()
-                .filter_map(one)
-                .min_by_key(|(i, _)| *i)
+        let failure = if size == 0 {
+            (0..len).find_map(|i| one((i, &mut [])))
+        } else if long && len > 1 {
+            let failures = out.par_chunks_mut(size).enumerate().filter_map(one);
+            failures.min_by_key(|(i, _)| *i)
         } else {
             out.chunks_mut(size).enumerate().find_map(one)
-        }
+        };
+        (failure, out)
     })?;
-    match failures {
+    match failure {
         None => Ok(out),
-        Some((i, error)) => {
-            let place = if batches[0].shape.is_empty() {
-                String::new()
-            } else {
-                format!(" (batch member {i})")
-            };
-            Err(to_exception(py, &error, &place))
-        }
+        Some((_, error)) if single => Err(to_exception(py, &error, "")),
+        Some((i, error)) => Err(to_exception(py, &error, &format!(" (batch member {i})"))),
     }
 }
 

@@ -1,5 +1,7 @@
 //! Curves: one class with the protocol, one subclass per kind of curve.
 
+use std::sync::Arc;
+
 use faer::MatRef;
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods};
 use pyo3::prelude::*;
@@ -12,9 +14,10 @@ use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::manifold::QuasiGeodesic;
 
+#[expect(clippy::large_enum_variant, reason = "always behind an Arc")]
 enum AnyCurve {
     QuasiGeodesic(QuasiGeodesic),
-    GeometricCubic(Box<GeometricCubic>),
+    GeometricCubic(GeometricCubic),
 }
 
 impl AnyCurve {
@@ -39,10 +42,10 @@ impl AnyCurve {
         }
     }
 
-    fn cost(&self) -> Result<f64> {
+    fn cost(&self, interrupt: Interrupt<'_>) -> Result<f64> {
         match self {
-            AnyCurve::QuasiGeodesic(curve) => curve.cost(),
-            AnyCurve::GeometricCubic(curve) => curve.cost(),
+            AnyCurve::QuasiGeodesic(curve) => curve.cost_interruptible(interrupt),
+            AnyCurve::GeometricCubic(curve) => curve.cost_interruptible(interrupt),
         }
     }
 
@@ -66,7 +69,7 @@ impl AnyCurve {
 /// bit-identical for any number of threads.
 #[pyclass(name = "Curve", module = "stiefel_rs", subclass, frozen)]
 pub struct PyCurve {
-    inner: AnyCurve,
+    inner: Arc<AnyCurve>,
 }
 
 impl PyCurve {
@@ -83,7 +86,8 @@ impl PyCurve {
             num_threads,
             t.len() as f64 * self.inner.operations(quantity),
         )?;
-        let samples = call.run(py, |interrupt| self.inner.sample(&t, quantity, interrupt))?;
+        let curve = Arc::clone(&self.inner);
+        let samples = call.run(py, move |interrupt| curve.sample(&t, quantity, interrupt))?;
         let (n, k) = self.inner.shape();
         // Stored column by column; the transposed view has the documented shape and copies nothing.
         shape.extend([k, n]);
@@ -191,8 +195,10 @@ impl PyCurve {
     /// ConvergenceError
     ///     The quadrature does not settle.
     fn cost(&self, py: Python<'_>) -> PyResult<f64> {
-        py.detach(|| self.inner.cost())
-            .map_err(|error| to_exception(py, &error, ""))
+        let curve = Arc::clone(&self.inner);
+        let quantity = Quantity::Acceleration;
+        let call = Call::new(py, None, 1e3 * self.inner.operations(quantity))?;
+        call.run(py, move |interrupt| curve.cost(interrupt))
     }
 
     fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
@@ -267,7 +273,7 @@ impl PyQuasiGeodesic {
 impl PyQuasiGeodesic {
     fn wrap(curve: QuasiGeodesic) -> PyResult<PyClassInitializer<Self>> {
         let base = PyCurve {
-            inner: AnyCurve::QuasiGeodesic(curve),
+            inner: Arc::new(AnyCurve::QuasiGeodesic(curve)),
         };
         Ok(PyClassInitializer::from(base).add_subclass(PyQuasiGeodesic))
     }
@@ -366,7 +372,7 @@ impl PyGeometricCubic {
         py: Python<'py>,
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let base = slf.into_super();
-        let AnyCurve::GeometricCubic(curve) = &base.inner else {
+        let AnyCurve::GeometricCubic(curve) = &*base.inner else {
             return Err(invalid_input(py, "not a geometric cubic".to_owned()));
         };
         let (n, k) = (curve.n(), curve.k());
@@ -381,7 +387,7 @@ impl PyGeometricCubic {
 impl PyGeometricCubic {
     fn wrap(curve: GeometricCubic) -> PyResult<PyClassInitializer<Self>> {
         let base = PyCurve {
-            inner: AnyCurve::GeometricCubic(Box::new(curve)),
+            inner: Arc::new(AnyCurve::GeometricCubic(curve)),
         };
         Ok(PyClassInitializer::from(base).add_subclass(PyGeometricCubic))
     }

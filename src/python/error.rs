@@ -1,12 +1,12 @@
 //! From the crate's error to a Python exception. The classes live in `stiefel_rs.errors`.
 
-use pyo3::exceptions::PyRuntimeError;
+use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::PyType;
 
 use crate::error::Error;
-use crate::report::SolverReport;
+use crate::report::{SolverReport, StopReason};
 
 /// How an iteration ended.
 ///
@@ -28,6 +28,40 @@ pub struct PySolverReport(pub SolverReport);
 
 #[pymethods]
 impl PySolverReport {
+    #[new]
+    fn new(
+        py: Python<'_>,
+        converged: bool,
+        iterations: usize,
+        residual: f64,
+        tolerance: f64,
+        reason: &str,
+    ) -> PyResult<Self> {
+        let Some(reason) = StopReason::from_word(reason) else {
+            return Err(invalid_input(py, format!("reason: '{reason}' is not one")));
+        };
+        Ok(PySolverReport(SolverReport {
+            converged,
+            iterations,
+            residual,
+            tolerance,
+            reason,
+        }))
+    }
+    /// For pickle and copy.
+    fn __reduce__<'py>(
+        slf: &Bound<'py, Self>,
+    ) -> (Bound<'py, PyAny>, (bool, usize, f64, f64, &'static str)) {
+        let report = slf.get().0;
+        let fields = (
+            report.converged,
+            report.iterations,
+            report.residual,
+            report.tolerance,
+            report.reason.as_str(),
+        );
+        (slf.get_type().into_any(), fields)
+    }
     #[getter]
     fn converged(&self) -> bool {
         self.0.converged
@@ -100,7 +134,8 @@ pub fn to_exception(py: Python<'_>, error: &Error, place: &str) -> PyErr {
             "ConvergenceError",
             (message, PySolverReport(*report)),
         ),
-        Error::Decomposition { .. } | Error::Interrupted { .. } => PyRuntimeError::new_err(message),
+        Error::Decomposition { .. } => build(py, &CONVERGENCE, "ConvergenceError", (message,)),
+        Error::Interrupted { .. } => PyKeyboardInterrupt::new_err(message),
         _ => invalid_input(py, message),
     }
 }

@@ -5,6 +5,7 @@ use pyo3::prelude::*;
 
 use super::call::Call;
 use super::convert::{Batch, map_batch, matrices, to_array, write};
+use super::error::invalid_input;
 use crate::error::Result;
 use faer::{Mat, MatRef};
 
@@ -13,7 +14,7 @@ fn square_map<'py>(
     object: &Bound<'py, PyAny>,
     name: &'static str,
     num_threads: Option<i64>,
-    function: impl Fn(MatRef<'_, f64>) -> Result<Mat<f64>> + Sync + Send,
+    function: impl Fn(MatRef<'_, f64>) -> Result<Mat<f64>> + Sync + Send + 'static,
 ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
     let [batch] = matrices([(object, name)])?;
     let (rows, cols) = (batch.rows, batch.cols);
@@ -23,20 +24,17 @@ fn square_map<'py>(
         batch.len() as f64 * (300.0 + 30.0 * (rows * rows * rows) as f64),
     )?;
     let shape: Vec<usize> = batch.shape.iter().chain(&[rows, cols]).copied().collect();
-    if batch.len() > 0 {
-        // A batch of empty matrices has no entries to visit, and its shape is still wrong.
-        crate::linalg::structure::check_square(name, batch.get(0))
-            .map_err(|error| super::error::to_exception(py, &error, ""))?;
+    // Also where the batch is empty.
+    if rows != cols || rows == 0 {
+        let expected = "(..., m, m) with m >= 1";
+        let message = format!("{name}: expected shape {expected}, found (..., {rows}, {cols})");
+        return Err(invalid_input(py, message));
     }
-    let one = |[batch]: [&Batch; 1], i: usize, out: &mut [f64], _: crate::Interrupt<'_>| {
+    let one = move |[batch]: [&Batch; 1], i: usize, out: &mut [f64], _: crate::Interrupt<'_>| {
         write(function(batch.get(i))?.as_ref(), out);
         Ok(())
     };
-    to_array(
-        py,
-        map_batch(py, &call, &[batch], rows * cols, one)?,
-        &shape,
-    )
+    to_array(py, map_batch(py, &call, [batch], rows * cols, one)?, &shape)
 }
 
 /// Exponential of a skew-symmetric matrix: a rotation, orthogonal to round-off.

@@ -4,7 +4,7 @@ use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 
 use super::call::Call;
-use super::chart::{Kind, state, write_states};
+use super::chart::{Kind, check_finite, state, write_states};
 use super::convert::to_array;
 use super::error::PySolverReport;
 use crate::chart::{Chart, Frame, LinearMap, ShootingOptions, Sphere, shoot};
@@ -49,8 +49,8 @@ impl PyShootingResult {
 }
 
 /// The arguments of one shot.
-pub struct Shot<'a> {
-    pub ends: [&'a [f64]; 4],
+pub struct Shot {
+    pub ends: [Vec<f64>; 4],
     pub steps: usize,
     pub map: LinearMap,
     pub t_end: f64,
@@ -62,16 +62,17 @@ pub struct Shot<'a> {
 /// States row by row, initial momenta, and how it ended.
 type Found = (Vec<f64>, Vec<f64>, SolverReport);
 
-impl Shot<'_> {
+impl Shot {
     /// Shoots, detached from the interpreter.
-    pub fn solve(&self, py: Python<'_>, kind: Kind) -> PyResult<PyShootingResult> {
+    pub fn solve(self, py: Python<'_>, kind: Kind) -> PyResult<PyShootingResult> {
         let call = Call::new(py, None, 1e6 * self.steps as f64)?;
-        let (trajectory, momenta, report) = call.run(py, |interrupt| match kind {
+        let steps = self.steps;
+        let (trajectory, momenta, report) = call.run(py, move |interrupt| match kind {
             Kind::Sphere => self.run(&Sphere, interrupt),
             Kind::Frame => self.run(&Frame, interrupt),
         })?;
         let (p_q, p_qdot) = momenta.split_at(momenta.len() / 2);
-        let shape = [self.steps + 1, 2 * momenta.len()];
+        let shape = [steps + 1, 2 * momenta.len()];
         let vector =
             |entries: &[f64]| to_array(py, entries.to_vec(), &[entries.len()]).map(Bound::unbind);
         Ok(PyShootingResult {
@@ -86,10 +87,16 @@ impl Shot<'_> {
         chart: &impl Chart<X, Z>,
         interrupt: Interrupt<'_>,
     ) -> Result<Found> {
+        for (name, q) in [("q0", &self.ends[0]), ("q1", &self.ends[2])] {
+            chart.check(name, q)?;
+        }
+        for (name, qdot) in [("qdot0", &self.ends[1]), ("qdot1", &self.ends[3])] {
+            check_finite(name, qdot)?;
+        }
         let join = |q: &[f64], qdot: &[f64]| state::<X>(&[q, qdot].concat());
         let (x0, x1) = (
-            join(self.ends[0], self.ends[1]),
-            join(self.ends[2], self.ends[3]),
+            join(&self.ends[0], &self.ends[1]),
+            join(&self.ends[2], &self.ends[3]),
         );
         let newton = NewtonOptions {
             tolerance: self.tol,

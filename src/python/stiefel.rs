@@ -45,14 +45,7 @@ pub struct PyStiefel(Stiefel);
 
 impl PyStiefel {
     fn core_shape(&self, batch: &Batch, name: &str, py: Python<'_>) -> PyResult<()> {
-        if (batch.rows, batch.cols) == (self.0.n(), self.0.k()) {
-            return Ok(());
-        }
-        let (n, k, rows, cols) = (self.0.n(), self.0.k(), batch.rows, batch.cols);
-        Err(invalid_input(
-            py,
-            format!("{name}: expected shape (..., {n}, {k}), found (..., {rows}, {cols})"),
-        ))
+        expect_shape(py, name, batch, (self.0.n(), self.0.k()))
     }
 
     /// Checks shapes, maps every member, and gives the result the trailing shape `core`.
@@ -61,7 +54,7 @@ impl PyStiefel {
         py: Python<'py>,
         objects: [(&Bound<'py, PyAny>, &'static str); N],
         core: &[usize],
-        member: impl Fn([&Batch; N], usize, &mut [f64]) -> Result<()> + Sync + Send,
+        member: impl Fn(&Self, [&Batch; N], usize, &mut [f64]) -> Result<()> + Sync + Send + 'static,
     ) -> PyResult<Array<'py>> {
         let batches = matrices(objects)?;
         for (batch, (_, name)) in batches.iter().zip(objects) {
@@ -74,9 +67,11 @@ impl PyStiefel {
             batches[0].len() as f64 * (500.0 + 30.0 * n * k * k),
         )?;
         let shape: Vec<usize> = batches[0].shape.iter().chain(core).copied().collect();
-        let wrapped =
-            |b: [&Batch; N], i: usize, out: &mut [f64], _: Interrupt<'_>| member(b, i, out);
-        let entries = map_batch(py, &call, &batches, core.iter().product(), wrapped)?;
+        let this = self.clone();
+        let wrapped = move |b: [&Batch; N], i: usize, out: &mut [f64], _: Interrupt<'_>| {
+            member(&this, b, i, out)
+        };
+        let entries = map_batch(py, &call, batches, core.iter().product(), wrapped)?;
         to_array(py, entries, &shape)
     }
 
@@ -121,6 +116,16 @@ impl PyStiefel {
             .collect();
         generator.call_method1("standard_normal", (PyTuple::new(py, shape)?,))
     }
+}
+
+/// `InvalidInputError` unless the members of a batch have the given shape, also where there are none.
+fn expect_shape(py: Python<'_>, name: &str, batch: &Batch, (n, k): (usize, usize)) -> PyResult<()> {
+    let (rows, cols) = (batch.rows, batch.cols);
+    if (rows, cols) == (n, k) {
+        return Ok(());
+    }
+    let message = format!("{name}: expected shape (..., {n}, {k}), found (..., {rows}, {cols})");
+    Err(invalid_input(py, message))
 }
 
 #[pymethods]
@@ -178,8 +183,8 @@ impl PyStiefel {
     #[pyo3(signature = (S, atol=POINT_TOLERANCE))]
     fn check_point<'py>(&self, py: Python<'py>, S: &Bound<'py, PyAny>, atol: f64) -> PyResult<()> {
         let atol = Self::tolerance(py, atol)?;
-        self.map(py, [(S, "S")], &[0], |[s], i, _| {
-            self.0.check_point("S", s.get(i), atol)
+        self.map(py, [(S, "S")], &[0], move |m, [s], i, _| {
+            m.0.check_point("S", s.get(i), atol)
         })
         .map(|_| ())
     }
@@ -199,9 +204,9 @@ impl PyStiefel {
         atol: f64,
     ) -> PyResult<()> {
         let atol = Self::tolerance(py, atol)?;
-        let member = |[s, v]: [&Batch; 2], i: usize, _: &mut [f64]| {
-            self.check(s.get(i))?;
-            self.0.check_tangent("V", s.get(i), v.get(i), atol)
+        let member = move |m: &Self, [s, v]: [&Batch; 2], i: usize, _: &mut [f64]| {
+            m.check(s.get(i))?;
+            m.0.check_tangent("V", s.get(i), v.get(i), atol)
         };
         self.map(py, [(S, "S"), (V, "V")], &[0], member).map(|_| ())
     }
@@ -222,10 +227,17 @@ impl PyStiefel {
     ) -> PyResult<Array<'py>> {
         let size: Vec<usize> = match size {
             None => Vec::new(),
-            Some(size) => size
-                .extract::<usize>()
-                .map(|one| vec![one])
-                .or_else(|_| size.extract())?,
+            Some(size) => {
+                let axes: Vec<i64> = size
+                    .extract()
+                    .map(|one| vec![one])
+                    .or_else(|_| size.extract())?;
+                let invalid =
+                    || invalid_input(py, format!("size: axes must be at least 0, found {size}"));
+                axes.into_iter()
+                    .map(|axis| usize::try_from(axis).map_err(|_| invalid()))
+                    .collect::<PyResult<_>>()?
+            }
         };
         let normal = self.normal(py, rng, &size)?;
         self.project(py, &normal)
@@ -252,10 +264,15 @@ impl PyStiefel {
     /// InvalidInputError
     ///     ``Y`` has no full column rank (with its smallest singular value), or is not finite.
     fn project<'py>(&self, py: Python<'py>, Y: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
-        self.map(py, [(Y, "Y")], &[self.0.n(), self.0.k()], |[y], i, out| {
-            write(self.0.project(y.get(i))?.as_ref(), out);
-            Ok(())
-        })
+        self.map(
+            py,
+            [(Y, "Y")],
+            &[self.0.n(), self.0.k()],
+            move |m, [y], i, out| {
+                write(m.0.project(y.get(i))?.as_ref(), out);
+                Ok(())
+            },
+        )
     }
 
     /// Orthogonal projection ``Z - S sym(S^T Z)`` on the tangent space at ``S``, shape (..., n, k).
@@ -269,10 +286,10 @@ impl PyStiefel {
             py,
             [(S, "S"), (Z, "Z")],
             &[self.0.n(), self.0.k()],
-            |[s, z], i, out| {
-                self.check(s.get(i))?;
+            move |m, [s, z], i, out| {
+                m.check(s.get(i))?;
                 crate::linalg::structure::check_finite("Z", z.get(i))?;
-                write(self.0.project_tangent(s.get(i), z.get(i)).as_ref(), out);
+                write(m.0.project_tangent(s.get(i), z.get(i)).as_ref(), out);
                 Ok(())
             },
         )
@@ -290,11 +307,11 @@ impl PyStiefel {
             py,
             [(S, "S"), (V, "V"), (W, "W")],
             &[1],
-            |[s, v, w], i, out| {
-                self.check(s.get(i))?;
-                self.check_vector("V", s.get(i), v.get(i))?;
-                self.check_vector("W", s.get(i), w.get(i))?;
-                out[0] = self.0.inner(s.get(i), v.get(i), w.get(i));
+            move |m, [s, v, w], i, out| {
+                m.check(s.get(i))?;
+                m.check_vector("V", s.get(i), v.get(i))?;
+                m.check_vector("W", s.get(i), w.get(i))?;
+                out[0] = m.0.inner(s.get(i), v.get(i), w.get(i));
                 Ok(())
             },
         )?;
@@ -308,10 +325,10 @@ impl PyStiefel {
         S: &Bound<'py, PyAny>,
         V: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let values = self.map(py, [(S, "S"), (V, "V")], &[1], |[s, v], i, out| {
-            self.check(s.get(i))?;
-            self.check_vector("V", s.get(i), v.get(i))?;
-            out[0] = self.0.norm(s.get(i), v.get(i));
+        let values = self.map(py, [(S, "S"), (V, "V")], &[1], move |m, [s, v], i, out| {
+            m.check(s.get(i))?;
+            m.check_vector("V", s.get(i), v.get(i))?;
+            out[0] = m.0.norm(s.get(i), v.get(i));
             Ok(())
         })?;
         values.get_item((pyo3::types::PyEllipsis::get(py), 0))
@@ -332,17 +349,17 @@ impl PyStiefel {
         V: &Bound<'py, PyAny>,
     ) -> PyResult<(Array<'py>, Array<'py>)> {
         let (n, k) = (self.0.n(), self.0.k());
-        let pair = |[s, v]: [&Batch; 2], i: usize| {
-            self.check(s.get(i))?;
-            self.check_vector("V", s.get(i), v.get(i))?;
-            Ok(self.0.decompose(s.get(i), v.get(i)))
+        let pair = |m: &Self, [s, v]: [&Batch; 2], i: usize| {
+            m.check(s.get(i))?;
+            m.check_vector("V", s.get(i), v.get(i))?;
+            Ok(m.0.decompose(s.get(i), v.get(i)))
         };
-        let x = self.map(py, [(S, "S"), (V, "V")], &[n, n], |b, i, out| {
-            write(pair(b, i)?.0.as_ref(), out);
+        let x = self.map(py, [(S, "S"), (V, "V")], &[n, n], move |m, b, i, out| {
+            write(pair(m, b, i)?.0.as_ref(), out);
             Ok(())
         })?;
-        let omega = self.map(py, [(S, "S"), (V, "V")], &[k, k], |b, i, out| {
-            write(pair(b, i)?.1.as_ref(), out);
+        let omega = self.map(py, [(S, "S"), (V, "V")], &[k, k], move |m, b, i, out| {
+            write(pair(m, b, i)?.1.as_ref(), out);
             Ok(())
         })?;
         Ok((x, omega))
@@ -359,19 +376,23 @@ impl PyStiefel {
         let [s, x, omega] = matrices([(S, "S"), (X, "X"), (Omega, "Omega")])?;
         self.core_shape(&s, "S", py)?;
         let (n, k) = (self.0.n(), self.0.k());
+        expect_shape(py, "X", &x, (n, n))?;
+        expect_shape(py, "Omega", &omega, (k, k))?;
         let shape: Vec<usize> = s.shape.iter().chain(&[n, k]).copied().collect();
         let call = Call::new(py, None, s.len() as f64 * (n * n * k) as f64)?;
-        let member = |[s, x, omega]: [&Batch; 3], i: usize, out: &mut [f64], _: Interrupt<'_>| {
-            self.check(s.get(i))?;
-            crate::linalg::structure::check_finite("X", x.get(i))?;
-            crate::linalg::structure::check_finite("Omega", omega.get(i))?;
-            let v = self.0.compose(s.get(i), x.get(i), omega.get(i))?;
-            write(v.as_ref(), out);
-            Ok(())
-        };
+        let this = self.clone();
+        let member =
+            move |[s, x, omega]: [&Batch; 3], i: usize, out: &mut [f64], _: Interrupt<'_>| {
+                this.check(s.get(i))?;
+                crate::linalg::structure::check_finite("X", x.get(i))?;
+                crate::linalg::structure::check_finite("Omega", omega.get(i))?;
+                let v = this.0.compose(s.get(i), x.get(i), omega.get(i))?;
+                write(v.as_ref(), out);
+                Ok(())
+            };
         to_array(
             py,
-            map_batch(py, &call, &[s, x, omega], n * k, member)?,
+            map_batch(py, &call, [s, x, omega], n * k, member)?,
             &shape,
         )
     }
@@ -392,7 +413,7 @@ impl PyStiefel {
             py,
             [(S, "S"), (V, "V")],
             &[self.0.n(), self.0.k()],
-            |[s, v], i, out| {
+            |_, [s, v], i, out| {
                 write(
                     QuasiGeodesic::from_velocity(s.get(i), v.get(i))?
                         .point(1.0)?
@@ -420,7 +441,7 @@ impl PyStiefel {
             py,
             [(S0, "S0"), (S1, "S1")],
             &[self.0.n(), self.0.k()],
-            |[s0, s1], i, out| {
+            |_, [s0, s1], i, out| {
                 write(
                     QuasiGeodesic::between(s0.get(i), s1.get(i))?
                         .initial_velocity()

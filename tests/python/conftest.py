@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from stiefel_rs import Stiefel
 
 # k = 1 is the sphere, k = n the orthogonal group, (5, 3) has n < 2 k.

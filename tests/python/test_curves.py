@@ -1,10 +1,12 @@
 """Curves against n x n formulas in NumPy and SciPy, differences, and each other."""
 
+import itertools
 from math import comb
 
 import numpy as np
 import pytest
 import scipy.linalg
+
 from stiefel_rs import Curve, GeometricCubic, InvalidInputError, QuasiGeodesic, Stiefel
 
 EPS = np.finfo(float).eps
@@ -42,7 +44,7 @@ def join(S0, S1):
 def de_casteljau(P, t):
     P = list(P)
     while len(P) > 1:
-        P = [quasi_geodesic_derivative(a, join(a, b), t, 0) for a, b in zip(P, P[1:], strict=False)]
+        P = [quasi_geodesic_derivative(a, join(a, b), t, 0) for a, b in itertools.pairwise(P)]
     return P[0]
 
 

@@ -6,6 +6,7 @@ import pytest
 import scipy.linalg
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from stiefel_rs import OutsideDomainError, orthogonal_log, skew_exp
 
 EPS = np.finfo(float).eps

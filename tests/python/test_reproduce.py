@@ -12,6 +12,7 @@ import time
 
 import numpy as np
 import pytest
+
 from stiefel_rs import cli, paper
 
 METHODS = ["gcp", "initial_point_ivp", "initial_point_bvp", "midpoint_ivp", "midpoint_bvp"]

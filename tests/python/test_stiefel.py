@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import scipy.linalg
+
 from stiefel_rs import InvalidInputError, OutsideDomainError, Stiefel
 
 EPS = np.finfo(float).eps

@@ -7,6 +7,7 @@ import sys
 
 import numpy as np
 import pytest
+
 import stiefel_rs
 from stiefel_rs import _core, errors
 

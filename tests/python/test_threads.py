@@ -10,6 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
+
 from stiefel_rs import Chart, GeometricCubic, Stiefel
 
 # A process that was asked to stop within a second also has to leave Python.
@@ -30,6 +31,10 @@ S0 = M.random_point(0)
 V0 = 0.1 * M.random_tangent(S0, 1)
 S1 = M.retract(S0, V0)
 curve = GeometricCubic(S0, V0, S1, 0.1 * M.random_tangent(S1, 2))
+big = Stiefel(240, 100)
+B0 = big.random_point(0)
+W0 = 0.05 * big.random_tangent(B0, 1)
+B1 = big.retract(B0, W0)
 rng = np.random.default_rng(0)
 def skew(m, scale):
     A = rng.standard_normal((m, m))
@@ -50,11 +55,11 @@ LONG_CALLS = {
     "integrate_midpoint": "chart.integrate(z0, 20_000_000, 1.0, 'midpoint')",
     "shoot": "chart.shoot(z0[:2], z0[2:4], [1.6, 0.1], z0[2:4], 8_000_000)",
     "reference": "chart.reference(z0, np.linspace(0, 1, 10_000_000))",
-    "reference_stiff": "chart.reference([1.5, 0, 0, 1e6, 0, 0, 0, 0], [1.0])",
+    "reference_far": "chart.reference([1.5, 0, 0, 1e3, 0, 0, 0, 0], [30.0])",
     "curve": "curve(np.linspace(0, 1, 100_000))",
     "curve_jerk": "curve.jerk(np.linspace(0, 1, 20_000))",
     "curve_one_thread": "curve.jerk(np.linspace(0, 1, 20_000), num_threads=1)",
-    "curve_cost": "GeometricCubic(S0, 400 * V0, S1, 400 * V0 - 400 * S1 @ (S1.T @ V0 + V0.T @ S1) / 2).cost()",
+    "curve_cost": "GeometricCubic(B0, W0, B1, W0 * 0).cost()",
     "skew_exp_batch": "skew_exp(np.tile(skew(30, 10.0), (20_000, 1, 1)))",
     "skew_exp_one": "skew_exp(skew(1500, 100.0))",
     "log_batch": "orthogonal_log(np.tile(skew_exp(skew(30, 0.1)), (20_000, 1, 1)))",
@@ -115,16 +120,16 @@ def make_curve(n=8, k=3):
 def test_sixteen_threads_share_a_curve_and_a_chart():
     curve, chart = make_curve(), Chart.frame()
     z0 = np.array([1.5, 0.0, 0.0, 0.1, 0.1, 0.1, 0.0, 0.0, 0.0, 0.1, 0.1, 0.1])
-    # 300 parameters run in place, 3000 go through the thread pool.
-    grids = [np.linspace(0, 1, 300), np.linspace(0, 1, 3000)]
+    # 20 parameters run in place, 2000 go through the thread pool.
+    grids = [np.linspace(0, 1, 20), np.linspace(0, 1, 2000)]
 
     def work(_):
-        values = [curve(t, nu) for t in grids for nu in (0, 2)] + [curve.jerk(grids[0])]
+        values = [curve(grids[0], 2), curve(grids[1]), curve.jerk(grids[0])]
         return [*values, chart.integrate(z0, 200, map="midpoint"), chart.reference(z0, [0.5, 1.0])]
 
     expected = work(0)
     with ThreadPoolExecutor(16) as pool:
-        for result in pool.map(work, range(48)):
+        for result in pool.map(work, range(32)):
             for i, (found, exact) in enumerate(zip(result, expected, strict=True)):
                 assert np.array_equal(found, exact), f"result {i} differs between threads"
 
@@ -161,7 +166,7 @@ print(failed)
 @pytest.mark.parametrize("method", ["__call__", "acceleration", "jerk"])
 def test_curves_are_bit_identical_for_any_number_of_threads(num_threads, method):
     evaluate = getattr(make_curve(), method)
-    t = np.linspace(0, 1, 3001)
+    t = np.linspace(0, 1, 1501)
     one = evaluate(t, num_threads=num_threads)
     assert np.array_equal(one, evaluate(t)), f"{method} with num_threads={num_threads} differs from the default"
 
@@ -191,7 +196,7 @@ def test_long_calls_release_the_interpreter_lock(what):
     z0 = np.array([np.pi / 2, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0])
     work = {
         "integrate": lambda: chart.integrate(z0, 200_000),
-        "curve": lambda: curve.jerk(np.linspace(0, 1, 20_000), num_threads=1),
+        "curve": lambda: curve.jerk(np.linspace(0, 1, 2_000), num_threads=1),
         "reference": lambda: chart.reference([1.5, 0, 0, 500.0, 0, 0, 0, 0], [1.0]),
         "shoot": lambda: chart.shoot(z0[:2], z0[2:4], [1.6, 0.1], z0[2:4], 50_000),
     }[what]
