@@ -13,7 +13,7 @@
 //! * the adjusted de Casteljau algorithm, on any `St(n, k)`: [`GeometricCubic`], built from [`QuasiGeodesic`]s;
 //! * symplectic integrators from discretization maps, in charts of `St(3,1)` and `St(3,2)`: [`chart`].
 //!
-//! Below these are the exponential and logarithm of rotations ([`skew_exp`], [`orthogonal_log`]), the manifold
+//! Below these are the exponential and logarithm of rotations ([`skew_exp()`], [`orthogonal_log()`]), the manifold
 //! ([`Stiefel`]), and a damped Newton solver ([`newton`]).
 //!
 //! Matrices are [`faer`]'s, states of a chart [`nalgebra`]'s. Input is checked once, at the public entry; every
