@@ -1,6 +1,5 @@
 //! The paper's charts for arrays.
 
-use nalgebra::SVector;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::{PyEllipsis, PySlice, PyTuple};
@@ -9,18 +8,12 @@ use super::call::Call;
 use super::convert::{Batch, map_batch, parameters, to_array, tuple, vectors, write};
 use super::error::invalid_input;
 use super::shooting::{PyShootingResult, Shot};
+use super::state::{Kind, check_finite, state, write_states};
 use crate::chart::{Chart, Frame, LinearMap, Sphere, integrate, reference};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::interrupt::Interrupt;
 
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
-
-/// Which chart.
-#[derive(Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Kind {
-    Sphere,
-    Frame,
-}
 
 /// A chart of the paper: ``Chart.sphere()`` for St(3,1), ``Chart.frame()`` for St(3,2).
 ///
@@ -72,10 +65,6 @@ fn count(py: Python<'_>, name: &str, value: i64, least: i64) -> PyResult<usize> 
     }
 }
 
-pub fn state<const N: usize>(row: &[f64]) -> SVector<f64, N> {
-    SVector::from_column_slice(row)
-}
-
 /// Answers a query for one member of a batch.
 fn evaluate<const X: usize, const Z: usize>(
     chart: &impl Chart<X, Z>,
@@ -105,13 +94,6 @@ fn evaluate<const X: usize, const Z: usize>(
         Query::Hessian => out.copy_from_slice(chart.hessian(&state(rows[0])).as_slice()),
     }
     Ok(())
-}
-
-pub fn check_finite(name: &'static str, row: &[f64]) -> Result<()> {
-    match row.iter().position(|x| !x.is_finite()) {
-        Some(index) => Err(Error::NonFinite { name, index }),
-        None => Ok(()),
-    }
 }
 
 #[derive(Clone, Copy)]
@@ -252,12 +234,6 @@ impl PyChart {
             map_batch(py, &call, batches, len.saturating_mul(width), wrapped)?,
             &shape,
         )
-    }
-}
-
-pub fn write_states<const Z: usize>(states: &[SVector<f64, Z>], out: &mut [f64]) {
-    for (state, target) in states.iter().zip(out.chunks_mut(Z)) {
-        target.copy_from_slice(state.as_slice());
     }
 }
 

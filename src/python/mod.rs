@@ -7,6 +7,7 @@ mod curve;
 mod error;
 mod linalg;
 mod shooting;
+mod state;
 mod stiefel;
 
 use pyo3::prelude::*;

@@ -4,9 +4,9 @@ use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 
 use super::call::Call;
-use super::chart::{Kind, check_finite, state, write_states};
 use super::convert::to_array;
 use super::error::PySolverReport;
+use super::state::{Kind, check_finite, state, write_states};
 use crate::chart::{Chart, Frame, LinearMap, ShootingOptions, Sphere, shoot};
 use crate::error::Result;
 use crate::interrupt::Interrupt;

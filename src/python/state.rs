@@ -1,0 +1,32 @@
+//! Chart states as rows of numbers, for the charts and for shooting.
+
+use nalgebra::SVector;
+
+use crate::error::{Error, Result};
+
+/// Which chart.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Kind {
+    Sphere,
+    Frame,
+}
+
+/// A state from its numbers.
+pub fn state<const N: usize>(row: &[f64]) -> SVector<f64, N> {
+    SVector::from_column_slice(row)
+}
+
+/// Error `NonFinite` where a number is NaN or infinite.
+pub fn check_finite(name: &'static str, row: &[f64]) -> Result<()> {
+    match row.iter().position(|x| !x.is_finite()) {
+        Some(index) => Err(Error::NonFinite { name, index }),
+        None => Ok(()),
+    }
+}
+
+/// Writes states one after another.
+pub fn write_states<const Z: usize>(states: &[SVector<f64, Z>], out: &mut [f64]) {
+    for (state, target) in states.iter().zip(out.chunks_mut(Z)) {
+        target.copy_from_slice(state.as_slice());
+    }
+}
