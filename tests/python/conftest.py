@@ -1,5 +1,9 @@
 """Shared fixtures: seeded randomness and the grid of manifolds."""
 
+import signal
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -30,3 +34,21 @@ def boundary(manifold, rng):
     S0 = manifold.random_point(rng)
     S1 = manifold.retract(S0, tangent(S0, 0.7))
     return S0, tangent(S0, 0.5), S1, tangent(S1, 0.5)
+
+
+@pytest.fixture
+def spawn():
+    """Start Python children that Ctrl-C can stop; whatever still runs after the test is killed."""
+    # A shell that starts a job in the background makes it ignore Ctrl-C, and children inherit that.
+    inherited = signal.signal(signal.SIGINT, signal.default_int_handler)
+    children = []
+
+    def start(*arguments, **pipes):
+        children.append(subprocess.Popen([sys.executable, *arguments], text=True, **pipes))
+        return children[-1]
+
+    yield start
+    for process in children:
+        process.kill()
+        process.communicate()
+    signal.signal(signal.SIGINT, inherited)

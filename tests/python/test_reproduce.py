@@ -186,17 +186,14 @@ def test_import_leaves_matplotlib_alone():
 
 
 @pytest.mark.skipif(os.name != "posix", reason="SIGINT to a child process")
-def test_interrupt(tmp_path):
-    with subprocess.Popen(
-        [sys.executable, "-m", "stiefel_rs", "reproduce", "--steps", "500000", "--out", str(tmp_path)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    ) as process:
-        while not (tmp_path / "figures").exists():
-            time.sleep(0.05)
-        process.send_signal(signal.SIGINT)
-        _, errors = process.communicate(timeout=60)
+def test_interrupt(tmp_path, spawn):
+    arguments = ["-m", "stiefel_rs", "reproduce", "--steps", "500000", "--out", str(tmp_path)]
+    process = spawn(*arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    while not (tmp_path / "figures").exists():
+        assert process.poll() is None, process.communicate()
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=60)
     assert process.returncode == 130
     assert errors == "stiefel-rs: interrupted\n"
 

@@ -68,25 +68,18 @@ LONG_CALLS = {
 
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGINT cannot be sent to one process")
 @pytest.mark.parametrize("name", LONG_CALLS)
-def test_ctrl_c_stops_a_long_call(name):
-    process = subprocess.Popen(
-        [sys.executable, "-c", SETUP.format(call=LONG_CALLS[name])], stdout=subprocess.PIPE, text=True
-    )
+def test_ctrl_c_stops_a_long_call(name, spawn):
+    process = spawn("-c", SETUP.format(call=LONG_CALLS[name]), stdout=subprocess.PIPE)
+    assert process.stdout.readline() == "ready\n"
+    time.sleep(0.7)
+    assert process.poll() is None, "the call was to take much longer"
+    start, start_wall = time.perf_counter(), time.time()
+    process.send_signal(signal.SIGINT)
     try:
-        assert process.stdout.readline() == "ready\n"
-        time.sleep(0.7)
-        assert process.poll() is None, "the call was to take much longer"
-        start, start_wall = time.perf_counter(), time.time()
-        process.send_signal(signal.SIGINT)
-        try:
-            said, _ = process.communicate(timeout=PATIENCE)
-        except subprocess.TimeoutExpired:
-            pytest.fail(f"still running {PATIENCE} s after the signal")
-        left = time.perf_counter() - start
-    finally:
-        process.kill()
-        process.wait()
-        process.stdout.close()
+        said, _ = process.communicate(timeout=PATIENCE)
+    except subprocess.TimeoutExpired:
+        pytest.fail(f"still running {PATIENCE} s after the signal")
+    left = time.perf_counter() - start
     said, stopped = said.split()
     assert said == "interrupted", f"the call {said}"
     stopped = float(stopped) - start_wall
@@ -94,18 +87,15 @@ def test_ctrl_c_stops_a_long_call(name):
     assert left < STOP_LIMIT + TEARDOWN, f"the process left {left:.2f} s after the signal"
 
 
-def test_an_interrupted_process_goes_on_working():
+@pytest.mark.skipif(sys.platform == "win32", reason="SIGINT cannot be sent to one process")
+def test_an_interrupted_process_goes_on_working(spawn):
     call = "chart.integrate(z0, 20_000_000)"
     code = SETUP.format(call=call) + "print(chart.integrate(z0, 3000).shape, curve([0.5]).shape, flush=True)\n"
-    process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
-    try:
-        process.stdout.readline()
-        time.sleep(0.7)
-        process.send_signal(signal.SIGINT)
-        said, _ = process.communicate(timeout=30)
-    finally:
-        process.kill()
-        process.wait()
+    process = spawn("-c", code, stdout=subprocess.PIPE)
+    process.stdout.readline()
+    time.sleep(0.7)
+    process.send_signal(signal.SIGINT)
+    said, _ = process.communicate(timeout=30)
     assert said.startswith("interrupted "), said
     assert said.endswith("\n(3001, 8) (1, 40, 10)\n"), said
 
