@@ -35,7 +35,10 @@ fn one_curve<const X: usize, const Z: usize>(
     );
     let split = |x: &SVector<f64, X>| {
         let (q, qdot) = x.as_slice().split_at(X / 2);
-        (chart.embed(q), chart.embed_velocity(q, qdot))
+        (
+            chart.embed(q).unwrap(),
+            chart.embed_velocity(q, qdot).unwrap(),
+        )
     };
     let ((s0, v0), (s1, v1)) = (split(&x0), split(&x1));
     group.bench_function("gcp", |b| {

@@ -5,7 +5,7 @@
 
 use faer::{Mat, MatMut};
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::decomp::solve_square;
 use crate::report::{SolverReport, StopReason};
@@ -65,7 +65,7 @@ impl Default for NewtonOptions<'_> {
 /// that is a solution.
 ///
 /// # Errors
-/// That of the problem at the starting point, and `Interrupted`. Failure to converge is in the report.
+/// `Shape`, that of the problem at the starting point, and `Interrupted`. Failure to converge is in the report.
 /// # Source
 /// Dennis, Schnabel (1996), "Numerical Methods for Unconstrained Optimization and Nonlinear Equations", ch. 6.
 pub fn solve(
@@ -74,6 +74,14 @@ pub fn solve(
     options: &NewtonOptions<'_>,
 ) -> Result<SolverReport> {
     let m = problem.dim();
+    if x.len() != m {
+        let (expected, found) = (format!("({m},)"), format!("({},)", x.len()));
+        return Err(Error::Shape {
+            name: "x",
+            expected,
+            found,
+        });
+    }
     let (mut residual, mut trial_residual, mut trial) = (vec![0.0; m], vec![0.0; m], vec![0.0; m]);
     let mut jacobian = Mat::zeros(m, m);
     problem.evaluate(x, &mut residual, None)?;
@@ -100,7 +108,7 @@ pub fn solve(
             }
             match problem.evaluate(&trial, &mut trial_residual, None) {
                 Ok(()) => {}
-                Err(error @ crate::error::Error::Interrupted { .. }) => return Err(error),
+                Err(error @ Error::Interrupted { .. }) => return Err(error),
                 Err(_) => continue,
             }
             let trial_size = norm(&trial_residual);

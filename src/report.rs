@@ -14,6 +14,8 @@ pub enum StopReason {
     MaxIterations,
     /// No step along the Newton direction lowers the residual any more.
     Stagnated,
+    /// The corrections grow instead of shrinking.
+    Diverged,
     /// The Jacobian has no usable inverse.
     SingularJacobian,
 }
@@ -25,6 +27,7 @@ impl StopReason {
             StopReason::Converged,
             StopReason::MaxIterations,
             StopReason::Stagnated,
+            StopReason::Diverged,
             StopReason::SingularJacobian,
         ];
         all.into_iter().find(|reason| reason.as_str() == word)
@@ -36,6 +39,7 @@ impl StopReason {
             StopReason::Converged => "converged",
             StopReason::MaxIterations => "max_iterations",
             StopReason::Stagnated => "stagnated",
+            StopReason::Diverged => "diverged",
             StopReason::SingularJacobian => "singular_jacobian",
         }
     }

@@ -3,6 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::{SMatrix, SVector};
+use stiefel_rs::Error;
 use stiefel_rs::chart::{Chart, Frame, Sphere};
 use stiefel_rs::manifold::Stiefel;
 
@@ -88,15 +89,17 @@ fn sphere_hamiltonian_is_the_papers() {
 fn frame_hamiltonian_follows_from_the_metric() {
     let [q, qdot]: [[f64; 3]; 2] = [[1.2, 0.4, -0.8], [0.3, -0.2, 0.5]];
     let metric = |q: &[f64; 3]| {
-        let point = Frame.embed(q);
+        let point = Frame.embed(q).unwrap();
         let manifold = Stiefel::of("S", point.as_ref()).unwrap();
         let unit = |i: usize| {
             let mut e = [0.0; 3];
             e[i] = 1.0;
-            Frame.embed_velocity(q, &e)
+            Frame.embed_velocity(q, &e).unwrap()
         };
         SMatrix::<f64, 3, 3>::from_fn(|i, j| {
-            manifold.inner(point.as_ref(), unit(i).as_ref(), unit(j).as_ref())
+            manifold
+                .inner(point.as_ref(), unit(i).as_ref(), unit(j).as_ref())
+                .unwrap()
         })
     };
     let (g, h) = (metric(&q), 1e-4);
@@ -131,18 +134,24 @@ fn frame_hamiltonian_follows_from_the_metric() {
 fn velocities_are_derivatives_of_points() {
     let (q, qdot, h) = ([1.2, 0.4, -0.8], [0.3, -0.2, 0.5], 1e-3);
     let at = |s: f64| {
-        Frame.embed(&[
-            q[0] + s * h * qdot[0],
-            q[1] + s * h * qdot[1],
-            q[2] + s * h * qdot[2],
-        ])
+        Frame
+            .embed(&[
+                q[0] + s * h * qdot[0],
+                q[1] + s * h * qdot[1],
+                q[2] + s * h * qdot[2],
+            ])
+            .unwrap()
     };
     let difference = (at(1.0) - at(-1.0)) * faer::Scale(8.0) - (at(2.0) - at(-2.0));
-    let defect =
-        (difference * faer::Scale(1.0 / (12.0 * h)) - Frame.embed_velocity(&q, &qdot)).norm_l2();
+    let defect = (difference * faer::Scale(1.0 / (12.0 * h))
+        - Frame.embed_velocity(&q, &qdot).unwrap())
+    .norm_l2();
     assert!(defect < 1e-12, "{defect:e}");
     let manifold = Stiefel::new(3, 2).unwrap();
-    let (s, v) = (Frame.embed(&q), Frame.embed_velocity(&q, &qdot));
+    let (s, v) = (
+        Frame.embed(&q).unwrap(),
+        Frame.embed_velocity(&q, &qdot).unwrap(),
+    );
     manifold.check_point("S", s.as_ref(), 1e-15).unwrap();
     manifold
         .check_tangent("V", s.as_ref(), v.as_ref(), 1e-15)
@@ -185,4 +194,24 @@ fn momenta_follow_the_christoffel_formula() {
     let momenta = Sphere.momenta(&q, &v, &a, &b).unwrap();
     let defect = (momenta - SVector::from(expected)).amax();
     assert!(defect < 1e-14, "{defect:e}");
+}
+
+#[test]
+fn wrong_lengths_are_typed_errors() {
+    let refused = |result: stiefel_rs::Result<()>| matches!(result, Err(Error::Shape { .. }));
+    assert!(refused(Sphere.embed(&[1.0]).map(|_| ())));
+    assert!(refused(Frame.embed(&[]).map(|_| ())));
+    assert!(refused(
+        Sphere.embed_velocity(&[1.0, 2.0], &[1.0]).map(|_| ())
+    ));
+    assert!(refused(
+        Sphere
+            .momenta(&[1.0, 2.0], &[0.0; 2], &[0.0], &[0.0; 2])
+            .map(|_| ())
+    ));
+    assert!(Sphere.check("q", &[]).is_err());
+    assert!(matches!(
+        Sphere.embed(&[-1.0, 0.0]),
+        Err(Error::OutsideChart { .. })
+    ));
 }

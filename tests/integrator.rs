@@ -9,6 +9,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use curved_map::Curved;
 use nalgebra::{SMatrix, SVector};
+use stiefel_rs::chart::discretization::cotangent_lift;
 use stiefel_rs::chart::{
     Chart, DiscretizationMap, Frame, LinearMap, Sphere, integrate, integrate_with_tangent,
     reference,
@@ -121,6 +122,50 @@ fn midpoint_step_is_the_implicit_midpoint_rule() {
             "{i}: {position:e}, {momentum:e}"
         );
     }
+}
+
+/// The point `(x, p)` whose scaled Hamiltonian vector the lift sends to a pair that starts at `z0`, by fixed-point
+/// iteration (the lift starts a step's length away), and the end of that pair.
+fn step_through_the_lift(
+    map: &impl DiscretizationMap<6>,
+    z0: &SVector<f64, 12>,
+    h: f64,
+) -> SVector<f64, 12> {
+    let join = |(x, p): (SVector<f64, 6>, SVector<f64, 6>)| {
+        SVector::<f64, 12>::from_column_slice(&[x.as_slice(), p.as_slice()].concat())
+    };
+    let mut middle = *z0;
+    for _ in 0..200 {
+        let gradient = Frame.gradient(&middle);
+        let (x, p) = (
+            middle.fixed_rows::<6>(0).into_owned(),
+            middle.fixed_rows::<6>(6).into_owned(),
+        );
+        let (v, rate) = (
+            gradient.fixed_rows::<6>(6) * h,
+            gradient.fixed_rows::<6>(0) * -h,
+        );
+        let [start, end] = cotangent_lift(map, &x, &p, &v, &rate).unwrap().map(join);
+        let defect = start - z0;
+        if defect.amax() < 1e-15 {
+            return end;
+        }
+        middle -= defect;
+    }
+    panic!("the fixed-point iteration does not settle");
+}
+
+#[test]
+fn a_step_is_the_cotangent_lift_of_the_hamiltonian_vector() {
+    fn check(map: &impl DiscretizationMap<6>, name: &str) {
+        let (z0, h): (SVector<f64, 12>, f64) = (FRAME_STATE.into(), 0.01);
+        let step = integrate(&Frame, map, &z0, 1, h, Interrupt::NEVER).unwrap()[1];
+        let defect = (step - step_through_the_lift(map, &z0, h)).amax();
+        assert!(defect < 1e-14, "{name}: {defect:e}");
+    }
+    check(&LinearMap::INITIAL_POINT, "initial point");
+    check(&LinearMap::MIDPOINT, "mid-point");
+    check(&Curved(0.3), "a user's map");
 }
 
 /// Fitted slope of log error against log h over five halvings, least squares.

@@ -49,7 +49,9 @@ fn dimension_counts_a_basis_of_the_tangent_space() {
         let columns: Vec<Mat<f64>> = (0..n * k)
             .map(|e| {
                 let unit = Mat::from_fn(n, k, |i, j| f64::from(u8::from(i + j * n == e)));
-                manifold(&s).project_tangent(s.as_ref(), unit.as_ref())
+                manifold(&s)
+                    .project_tangent(s.as_ref(), unit.as_ref())
+                    .unwrap()
             })
             .collect();
         let projector = Mat::from_fn(n * k, n * k, |i, j| columns[j][(i % n, i / n)]);
@@ -228,12 +230,12 @@ fn project_tangent_is_the_orthogonal_projection() {
     for (n, k) in SIZES {
         let s = random_point(n, k, &mut rng);
         let (manifold, z) = (manifold(&s), gaussian(n, k, &mut rng));
-        let once = manifold.project_tangent(s.as_ref(), z.as_ref());
+        let once = manifold.project_tangent(s.as_ref(), z.as_ref()).unwrap();
         let bound = 8.0 * n as f64 * EPS * frobenius(z.as_ref());
         manifold
             .check_tangent("PZ", s.as_ref(), once.as_ref(), 16.0 * n as f64 * EPS)
             .unwrap();
-        let twice = manifold.project_tangent(s.as_ref(), once.as_ref());
+        let twice = manifold.project_tangent(s.as_ref(), once.as_ref()).unwrap();
         assert_close(&twice, &once, bound, &format!("idempotent, ({n}, {k})"));
         let v = random_tangent(&s, 1.0, &mut rng);
         let rest = z.as_ref() - &once;
@@ -259,7 +261,7 @@ fn inner_is_the_canonical_metric() {
         let n = s.nrows();
         let weight = identity(n) - s * s.transpose() * Scale(0.5);
         let expected = trace_of_product(v.as_ref(), (&weight * w).as_ref());
-        let found = manifold.inner(s.as_ref(), v.as_ref(), w.as_ref());
+        let found = manifold.inner(s.as_ref(), v.as_ref(), w.as_ref()).unwrap();
         assert_within(
             (found - expected).abs(),
             32.0 * n as f64 * EPS,
@@ -272,8 +274,8 @@ fn inner_is_the_canonical_metric() {
 fn norm_squared_is_inner_of_a_vector_with_itself() {
     each_shape(9, |manifold, s, v, _, place| {
         let (norm, inner) = (
-            manifold.norm(s.as_ref(), v.as_ref()),
-            manifold.inner(s.as_ref(), v.as_ref(), v.as_ref()),
+            manifold.norm(s.as_ref(), v.as_ref()).unwrap(),
+            manifold.inner(s.as_ref(), v.as_ref(), v.as_ref()).unwrap(),
         );
         let bound = 32.0 * s.nrows() as f64 * EPS;
         assert_within(
@@ -295,9 +297,12 @@ fn norm_squared_is_inner_of_a_vector_with_itself() {
 fn norm_is_homogeneous_at_extreme_scales() {
     each_shape(10, |manifold, s, v, _, place| {
         for scale in [1e-300, 1e-160, 1e160, 1e300] {
-            let found = manifold.norm(s.as_ref(), (v * Scale(scale)).as_ref()) / scale;
+            let found = manifold
+                .norm(s.as_ref(), (v * Scale(scale)).as_ref())
+                .unwrap()
+                / scale;
             let bound = 32.0 * s.nrows() as f64 * EPS;
-            let expected = manifold.norm(s.as_ref(), v.as_ref());
+            let expected = manifold.norm(s.as_ref(), v.as_ref()).unwrap();
             assert_within(
                 (found - expected).abs(),
                 bound,
@@ -312,7 +317,7 @@ fn norm_is_homogeneous_at_extreme_scales() {
 #[test]
 fn compose_undoes_decompose() {
     each_shape(11, |manifold, s, v, _, place| {
-        let (x, omega) = manifold.decompose(s.as_ref(), v.as_ref());
+        let (x, omega) = manifold.decompose(s.as_ref(), v.as_ref()).unwrap();
         let found = manifold
             .compose(s.as_ref(), x.as_ref(), omega.as_ref())
             .unwrap();
@@ -330,7 +335,7 @@ fn compose_undoes_decompose() {
 #[test]
 fn eq_new_param1_is_our_pair() {
     each_shape(12, |manifold, s, v, _, place| {
-        let (x, omega) = manifold.decompose(s.as_ref(), v.as_ref());
+        let (x, omega) = manifold.decompose(s.as_ref(), v.as_ref()).unwrap();
         let paper = v * s.transpose() - s * v.transpose()
             + s * v.transpose() * s * s.transpose() * Scale(2.0);
         let bound = 16.0 * s.nrows() as f64 * EPS;
@@ -347,7 +352,7 @@ fn eq_new_param1_is_our_pair() {
 #[test]
 fn split_is_normal_and_skew() {
     each_shape(13, |manifold, s, v, _, place| {
-        let (normal, omega) = manifold.split(s.as_ref(), v.as_ref());
+        let (normal, omega) = manifold.split(s.as_ref(), v.as_ref()).unwrap();
         let bound = 16.0 * s.nrows() as f64 * EPS;
         assert_within(
             frobenius((s.transpose() * &normal).as_ref()),
@@ -407,18 +412,24 @@ fn retraction_is_right_to_first_order() {
 #[test]
 fn christoffel_term_is_metric() {
     each_shape(16, |manifold, s, v, w, place| {
-        let u = manifold.project_tangent(
-            s.as_ref(),
-            gaussian(s.nrows(), s.ncols(), &mut Rng::new(17)).as_ref(),
-        );
+        let u = manifold
+            .project_tangent(
+                s.as_ref(),
+                gaussian(s.nrows(), s.ncols(), &mut Rng::new(17)).as_ref(),
+            )
+            .unwrap();
         let curve = QuasiGeodesic::from_velocity(s.as_ref(), u.as_ref()).unwrap();
         // Fields along the curve: constant matrices projected on the tangent spaces.
         let field = |z: &Mat<f64>, t: f64| {
-            manifold.project_tangent(curve.point(t).unwrap().as_ref(), z.as_ref())
+            manifold
+                .project_tangent(curve.point(t).unwrap().as_ref(), z.as_ref())
+                .unwrap()
         };
         let product = |t: f64| {
             let x = curve.point(t).unwrap();
-            manifold.inner(x.as_ref(), field(v, t).as_ref(), field(w, t).as_ref())
+            manifold
+                .inner(x.as_ref(), field(v, t).as_ref(), field(w, t).as_ref())
+                .unwrap()
         };
         let h = 1e-3;
         let derivative = |f: &dyn Fn(f64) -> Mat<f64>| {
@@ -430,8 +441,12 @@ fn christoffel_term_is_metric() {
             rate + christoffel(s.as_ref(), u.as_ref(), field(z, 0.0).as_ref())
         };
         let left = derivative(&|t| Mat::full(1, 1, product(t)))[(0, 0)];
-        let right = manifold.inner(s.as_ref(), covariant(v).as_ref(), field(w, 0.0).as_ref())
-            + manifold.inner(s.as_ref(), field(v, 0.0).as_ref(), covariant(w).as_ref());
+        let right = manifold
+            .inner(s.as_ref(), covariant(v).as_ref(), field(w, 0.0).as_ref())
+            .unwrap()
+            + manifold
+                .inner(s.as_ref(), field(v, 0.0).as_ref(), covariant(w).as_ref())
+                .unwrap();
         // Fourth-order differences: h^4 |u|^4 / 30, and eps / h.
         let size = frobenius(u.as_ref()).max(1.0);
         let bound = h.powi(4) * size.powi(5) + 64.0 * s.nrows() as f64 * EPS / h;
@@ -465,7 +480,7 @@ fn christoffel_term_is_symmetric() {
 #[test]
 fn quasi_geodesics_of_one_part_are_geodesics() {
     each_shape(19, |manifold, s, v, _, place| {
-        let (normal, omega) = manifold.split(s.as_ref(), v.as_ref());
+        let (normal, omega) = manifold.split(s.as_ref(), v.as_ref()).unwrap();
         for part in [normal, s * omega] {
             let curve = QuasiGeodesic::from_velocity(s.as_ref(), part.as_ref()).unwrap();
             let [x, d1, d2] = [0, 1, 2].map(|nu| curve.derivative(0.7, nu).unwrap());
@@ -477,4 +492,28 @@ fn quasi_geodesics_of_one_part_are_geodesics() {
             );
         }
     });
+}
+
+#[test]
+fn every_method_refuses_wrong_shapes_and_numbers() {
+    let m = Stiefel::new(5, 2).unwrap();
+    let s = random_point(5, 2, &mut Rng::new(1));
+    let wrong = Mat::<f64>::zeros(4, 2);
+    let nan = Mat::from_fn(5, 2, |i, _| if i == 3 { f64::NAN } else { 0.0 });
+    for bad in [wrong.as_ref(), nan.as_ref()] {
+        for (x, y) in [(s.as_ref(), bad), (bad, s.as_ref())] {
+            assert_bad(m.project_tangent(x, y), "project_tangent");
+            assert_bad(m.inner(x, y, s.as_ref()), "inner");
+            assert_bad(m.inner(s.as_ref(), x, y), "inner");
+            assert_bad(m.norm(x, y), "norm");
+            assert_bad(m.split(x, y), "split");
+            assert_bad(m.decompose(x, y), "decompose");
+            assert_bad(m.check_tangent("V", x, y, 1.0), "check_tangent");
+        }
+    }
+}
+
+fn assert_bad<T: std::fmt::Debug>(result: stiefel_rs::Result<T>, what: &str) {
+    let refused = matches!(result, Err(Error::Shape { .. } | Error::NonFinite { .. }));
+    assert!(refused, "{what}: {result:?}");
 }

@@ -41,12 +41,15 @@ fn errors<const X: usize, const Z: usize>(
     let embed = |states: &[SVector<f64, Z>]| -> Vec<Mat<f64>> {
         states
             .iter()
-            .map(|z| chart.embed(&z.as_slice()[..d]))
+            .map(|z| chart.embed(&z.as_slice()[..d]).unwrap())
             .collect()
     };
     let curve = embed(&exact);
-    let velocity =
-        |z: &SVector<f64, Z>| chart.embed_velocity(&z.as_slice()[..d], &z.as_slice()[d..X]);
+    let velocity = |z: &SVector<f64, Z>| {
+        chart
+            .embed_velocity(&z.as_slice()[..d], &z.as_slice()[d..X])
+            .unwrap()
+    };
     let (v0, v1) = (velocity(&z0), velocity(&exact[steps]));
     let cubic = GeometricCubic::from_boundary(
         curve[0].as_ref(),

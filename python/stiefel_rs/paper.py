@@ -1,7 +1,9 @@
 """The two experiments of arXiv 2404.19407 and what is measured on them.
 
-Nothing is computed here but means, slopes and differences: curves, integrators, shooting and the reference solution
-are those of the compiled module. Time is dimensionless, the curves run over ``0 <= t <= 1`` and ``h = 1 / N``.
+Curves, integrators, shooting and the reference solution are those of the compiled module; computed here are means,
+slopes and differences, the momentum of rotations, and the momenta of other readings of the paper's data.
+
+Time is dimensionless, the curves run over ``0 <= t <= 1`` and ``h = 1 / N``.
 A state is ``z = (q, qdot, p_q, p_qdot)``, shape ``(4 d,)``, with ``d`` the dimension of the manifold.
 """
 

@@ -202,14 +202,15 @@ def _cost(results: Results) -> str:
         for m in paper.TIMED_METHODS[1:]:
             cells.append([e.title, LABELS[m], *(f"{ratio[e.name, m, n]:.3g}" for n in sizes)])
     verdict = "\n".join(_verdict(results.timing, m) for m in paper.TIMED_METHODS[1:])
-    return f"""## 5. Relative cost: GCP is faster
+    return f"""## 5. Relative cost: the claim that GCP is faster
 
 {_table(["manifold", "time, as a multiple of that of GCP", *(f"N = {n}" for n in sizes)], cells)}
 
 {verdict}
 
 One curve with N + 1 points, one thread, median of repetitions that alternate between all methods. These are the times
-of this implementation on this machine in this run; they change from run to run. GCP and the BVP methods solve the same
+of this implementation on this machine in this run; they change from run to run. At small N the building of the curve
+and the call from Python are most of the time of GCP. GCP and the BVP methods solve the same
 problem (end points and end velocities), so GCP against BVP is the comparison of like with like; an IVP method is given
 the initial acceleration and jerk, which in a boundary value problem are the unknowns. The reference is a Taylor method
 of order 26.

@@ -20,7 +20,8 @@ use super::{Chart, Term};
 ///   - \dot\theta\dot\psi\Bigl(\cot\theta\, p_{\dot\psi} - \frac{p_{\dot\phi}}{\sin\theta}\Bigr)
 /// ```
 ///
-/// Equal to the paper's longer form, without its division by `cos(theta)`.
+/// It follows from the metric and its Christoffel symbols. The paper writes it in a longer form that divides by
+/// `cos(theta)`; this one is singular at the chart's own poles only.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Frame;
 

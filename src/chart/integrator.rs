@@ -30,6 +30,13 @@ const LAST_CORRECTION: f64 = 1e-10;
 /// Newton corrections per step; three or four are usual.
 const MAX_CORRECTIONS: usize = 40;
 
+/// A correction that grows by this factor ends the iteration: the step is too long.
+const DIVERGENCE: f64 = 1e3;
+
+const SINGULAR_TANGENT: Error = Error::Decomposition {
+    kind: "elimination for the derivative of a step",
+};
+
 /// Steps between two questions whether to stop.
 const STEPS_PER_CHECK: usize = 256;
 
@@ -176,7 +183,7 @@ impl<const X: usize, const Z: usize> Linearised<X, Z> {
         middle: &SVector<f64, Z>,
         lambda: &[SVector<f64, X>; 2],
         h: f64,
-    ) -> Result<Self> {
+    ) -> Option<Self> {
         let (gradient, hessian) = (chart.gradient(middle), chart.hessian(middle));
         let x = middle.fixed_rows::<X>(0).into_owned();
         let v = gradient.fixed_rows::<X>(X) * h;
@@ -189,7 +196,7 @@ impl<const X: usize, const Z: usize> Linearised<X, Z> {
         add_columns(&mut end_rows, 0, &cxx);
         let mut elimination = *r2v;
         if !solve_in_place(*r2x, &mut elimination) {
-            return Err(singular_step());
+            return None;
         }
         let elimination = elimination.transpose();
         let mut top = r1v * dv;
@@ -200,7 +207,7 @@ impl<const X: usize, const Z: usize> Linearised<X, Z> {
         let mut system = SMatrix::<f64, Z, Z>::zeros();
         system.fixed_rows_mut::<X>(0).copy_from(&top);
         system.fixed_rows_mut::<X>(X).copy_from(&bottom);
-        Ok(Linearised {
+        Some(Linearised {
             system,
             v,
             dv,
@@ -223,9 +230,19 @@ fn solve_step<const X: usize, const Z: usize>(
     let x0 = z0.fixed_rows::<X>(0).into_owned();
     let p0 = z0.fixed_rows::<X>(X).into_owned();
     let (mut middle, mut p1) = (*z0, p0);
-    let mut correction = f64::INFINITY;
-    for _ in 0..MAX_CORRECTIONS {
-        let linear = Linearised::new(chart, map, &middle, &[-p0, p1], h)?;
+    // The start is off by about the length of the step.
+    let scale = 1.0 + z0.amax();
+    let mut correction = h.abs() * chart.gradient(z0).amax() / scale;
+    if !correction.is_finite() {
+        return Err(Error::Overflow {
+            quantity: "Hamiltonian vector field",
+        });
+    }
+    for iteration in 0..MAX_CORRECTIONS {
+        let failed = |reason| Err(step_failed(iteration, correction, reason));
+        let Some(linear) = Linearised::new(chart, map, &middle, &[-p0, p1], h) else {
+            return failed(StopReason::SingularJacobian);
+        };
         let [[r1x, r1v], [r2x, r2v]] = &linear.jacobian;
         let x = middle.fixed_rows::<X>(0).into_owned();
         let p = middle.fixed_rows::<X>(X).into_owned();
@@ -244,15 +261,15 @@ fn solve_step<const X: usize, const Z: usize>(
             solve_in_place(r2x.transpose(), &mut end_update)
         };
         if !solved {
-            return Err(singular_step());
+            return failed(StopReason::SingularJacobian);
+        }
+        let next = update.amax().max(end_update.amax()) / scale;
+        if !next.is_finite() || (next > 1.0 && next > DIVERGENCE * correction) {
+            return failed(StopReason::Diverged);
         }
         middle += update;
         p1 += end_update;
-        let previous = correction;
-        correction = update.amax().max(end_update.amax()) / (1.0 + z0.amax());
-        if !correction.is_finite() || (correction > 1.0 && correction > 1e3 * previous) {
-            break;
-        }
+        correction = next;
         if correction <= LAST_CORRECTION {
             let x = middle.fixed_rows::<X>(0).into_owned();
             let v = chart.gradient(&middle).fixed_rows::<X>(X) * h;
@@ -262,7 +279,11 @@ fn solve_step<const X: usize, const Z: usize>(
             return Ok(Step { p0, middle, end });
         }
     }
-    Err(step_failed(correction, StopReason::MaxIterations))
+    Err(step_failed(
+        MAX_CORRECTIONS,
+        correction,
+        StopReason::MaxIterations,
+    ))
 }
 
 impl<const X: usize, const Z: usize> Step<X, Z> {
@@ -274,7 +295,8 @@ impl<const X: usize, const Z: usize> Step<X, Z> {
         h: f64,
     ) -> Result<SMatrix<f64, Z, Z>> {
         let p1 = self.end.fixed_rows::<X>(X).into_owned();
-        let linear = Linearised::new(chart, map, &self.middle, &[-self.p0, p1], h)?;
+        let linear = Linearised::new(chart, map, &self.middle, &[-self.p0, p1], h)
+            .ok_or(SINGULAR_TANGENT)?;
         let [[r1x, r1v], [r2x, r2v]] = &linear.jacobian;
         let mut middle = SMatrix::<f64, Z, Z>::zeros();
         for i in 0..X {
@@ -284,12 +306,12 @@ impl<const X: usize, const Z: usize> Step<X, Z> {
             .fixed_view_mut::<X, X>(X, X)
             .copy_from(&(r1v.transpose() - linear.elimination * r1x.transpose()));
         if !solve_in_place(linear.system, &mut middle) {
-            return Err(singular_step());
+            return Err(SINGULAR_TANGENT);
         }
         let mut momentum = -linear.end_rows * middle;
         add_columns(&mut momentum, X, &r1x.transpose());
         if !solve_in_place(r2x.transpose(), &mut momentum) {
-            return Err(singular_step());
+            return Err(SINGULAR_TANGENT);
         }
         let mut out = SMatrix::<f64, Z, Z>::zeros();
         out.fixed_rows_mut::<X>(0)
@@ -308,14 +330,10 @@ fn add_columns<const X: usize, const Z: usize>(
     view += block;
 }
 
-fn singular_step() -> Error {
-    step_failed(f64::INFINITY, StopReason::SingularJacobian)
-}
-
-fn step_failed(residual: f64, reason: StopReason) -> Error {
+fn step_failed(iterations: usize, residual: f64, reason: StopReason) -> Error {
     let report = SolverReport {
         converged: false,
-        iterations: MAX_CORRECTIONS,
+        iterations,
         residual,
         tolerance: LAST_CORRECTION,
         reason,

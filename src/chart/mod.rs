@@ -75,7 +75,7 @@ pub trait Chart<const X: usize, const Z: usize>: Sync {
         if let Some(index) = z.iter().position(|x| !x.is_finite()) {
             return Err(Error::NonFinite { name, index });
         }
-        let (theta, pi) = (z[0], std::f64::consts::PI);
+        let (theta, pi) = (z.first().copied().unwrap_or(f64::NAN), std::f64::consts::PI);
         if theta > 0.0 && theta < pi {
             return Ok(());
         }
@@ -87,7 +87,8 @@ pub trait Chart<const X: usize, const Z: usize>: Sync {
         })
     }
 
-    /// The Hamiltonian `H(z)`.
+    /// The Hamiltonian `H(z)`. Like its derivatives a kernel that checks nothing: finite where [`Chart::check`] holds
+    /// and the state is not next to a pole.
     fn hamiltonian(&self, z: &SVector<f64, Z>) -> f64 {
         let (sin, cos) = z[0].sin_cos();
         let value =
@@ -134,7 +135,7 @@ pub trait Chart<const X: usize, const Z: usize>: Sync {
     /// `p_q = -H_qdot|_{p_q = 0} - d/dt p_qdot`. All vectors of shape `(d)`; the result is `(p_q, p_qdot)`, `(2d)`.
     ///
     /// # Errors
-    /// `NonFinite`, `OutsideChart`; `Overflow` next to a pole.
+    /// `Shape`, `NonFinite`, `OutsideChart`; `Overflow` next to a pole.
     fn momenta(
         &self,
         q: &[f64],
@@ -143,7 +144,14 @@ pub trait Chart<const X: usize, const Z: usize>: Sync {
         qdddot: &[f64],
     ) -> Result<SVector<f64, X>> {
         let d = X / 2;
-        for (name, derivative) in [("qddot", qddot), ("qdddot", qdddot)] {
+        let arguments = [
+            ("q", q),
+            ("qdot", qdot),
+            ("qddot", qddot),
+            ("qdddot", qdddot),
+        ];
+        for (name, derivative) in arguments {
+            check_length(name, derivative, d)?;
             if let Some(index) = derivative.iter().position(|x| !x.is_finite()) {
                 return Err(Error::NonFinite { name, index });
             }
@@ -214,20 +222,49 @@ pub trait Chart<const X: usize, const Z: usize>: Sync {
     }
 
     /// The embedded point of shape `(3, K)` from `q`, shape `(d)`.
-    fn embed(&self, q: &[f64]) -> Mat<f64> {
+    ///
+    /// # Errors
+    /// `Shape`, `NonFinite`, `OutsideChart`.
+    fn embed(&self, q: &[f64]) -> Result<Mat<f64>> {
+        check_length("q", q, X / 2)?;
+        self.check("q", q)?;
         let sin_cos: Vec<(f64, f64)> = q.iter().map(|x| x.sin_cos()).collect();
-        columns_to_mat(Self::K, self.columns(&sin_cos), |x| x)
+        Ok(columns_to_mat(Self::K, self.columns(&sin_cos), |x| x))
     }
 
     /// The embedded velocity of shape `(3, K)` from `q` and `qdot`, shapes `(d)`.
-    fn embed_velocity(&self, q: &[f64], qdot: &[f64]) -> Mat<f64> {
-        let sin_cos: Vec<_> = q
-            .iter()
-            .zip(qdot)
-            .map(|(&x, &v)| Series::<2>::new([x, v]).sin_cos())
-            .collect();
-        columns_to_mat(Self::K, self.columns(&sin_cos), |x| x.coefficients()[1])
+    ///
+    /// # Errors
+    /// `Shape`, `NonFinite`, `OutsideChart`.
+    fn embed_velocity(&self, q: &[f64], qdot: &[f64]) -> Result<Mat<f64>> {
+        check_length("q", q, X / 2)?;
+        check_length("qdot", qdot, X / 2)?;
+        self.check("q", q)?;
+        if let Some(index) = qdot.iter().position(|x| !x.is_finite()) {
+            return Err(Error::NonFinite {
+                name: "qdot",
+                index,
+            });
+        }
+        let dual = |(&x, &v): (&f64, &f64)| Series::<2>::new([x, v]).sin_cos();
+        let sin_cos: Vec<_> = q.iter().zip(qdot).map(dual).collect();
+        Ok(columns_to_mat(Self::K, self.columns(&sin_cos), |x| {
+            x.coefficients()[1]
+        }))
     }
+}
+
+/// Error `Shape` unless a vector has the given length.
+fn check_length(name: &'static str, x: &[f64], length: usize) -> Result<()> {
+    if x.len() == length {
+        return Ok(());
+    }
+    let (expected, found) = (format!("({length},)"), format!("({},)", x.len()));
+    Err(Error::Shape {
+        name,
+        expected,
+        found,
+    })
 }
 
 /// Error `Overflow` where a computed state is not finite, `OutsideChart` where it has left the chart.

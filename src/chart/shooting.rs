@@ -104,11 +104,11 @@ fn check_options<const X: usize>(options: &ShootingOptions<'_, X>) -> Result<()>
             found: 0.0,
         });
     }
-    if options.newton.tolerance.is_nan() || options.newton.tolerance < 0.0 {
+    if !(options.newton.tolerance >= 0.0 && options.newton.tolerance.is_finite()) {
         let found = options.newton.tolerance;
         return Err(Error::InvalidArgument {
             name: "tolerance",
-            requirement: "at least 0",
+            requirement: "finite and at least 0",
             found,
         });
     }

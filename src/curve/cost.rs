@@ -29,7 +29,7 @@ pub(super) fn squared_acceleration<C: Curve>(curve: &C, interrupt: Interrupt<'_>
         let second = &jet.c[2] * faer::Scale(2.0);
         let a = covariant::acceleration(jet.c[0].as_ref(), jet.c[1].as_ref(), second.as_ref());
         Ok([
-            manifold.norm(jet.c[0].as_ref(), a.as_ref()).powi(2),
+            manifold.norm(jet.c[0].as_ref(), a.as_ref())?.powi(2),
             second.squared_norm_l2(),
         ])
     };

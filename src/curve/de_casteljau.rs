@@ -35,8 +35,15 @@ const SAME_BRANCH: f64 = 1e-3;
 /// \gamma(t) = e^{t X_5}\, b_{012}(t)\, e^{t \Omega_5},\qquad b_{012}(t) = e^{t X_3}\, b_{01}(t)\, e^{t \Omega_3}
 /// ```
 ///
-/// It meets its end points and end velocities exactly; in between it is close to the Riemannian cubic with the
+/// It meets its end points and end velocities to round-off; in between it is close to the Riemannian cubic with the
 /// same data, not equal to it. Evaluation costs `O(k^3)` per parameter and one product to lift.
+///
+/// # Domain
+/// The construction joins points by principal quasi-geodesics, so the curve is smooth where the relative rotations and
+/// principal angles of all intermediate points stay below pi. For far or fast data (on `St(3,2)`: speeds of 6 and
+/// more, or arbitrary control points) one of them may cross pi inside of the interval: there the curve jumps to
+/// another branch, or, at the very parameter, cannot be evaluated. This is a limit of the algorithm, not of the
+/// data; [`Curve::cost`] does not settle across a jump.
 ///
 /// # Examples
 /// ```

@@ -255,13 +255,18 @@ fn sample_into<C: Curve + ?Sized>(
     }
     let (n, k) = (curve.n(), curve.k());
     let buffers = || (curve.workspace(), Block::new(curve));
+    let one = |(work, block): &mut (C::Workspace, Block), (out, t): (&mut [f64], &[f64])| {
+        interrupt.check("curve sampling")?;
+        let columns = MatMut::from_column_major_slice_mut(out, n, k * t.len());
+        block.fill(curve, t, quantity, work, columns)
+    };
+    // A single block is not worth a trip to the pool.
+    if t.len() <= BLOCK {
+        return one(&mut buffers(), (out, t));
+    }
     out.par_chunks_mut(n * k * BLOCK)
         .zip(t.par_chunks(BLOCK))
-        .try_for_each_init(buffers, |(work, block), (out, t)| {
-            interrupt.check("curve sampling")?;
-            let columns = MatMut::from_column_major_slice_mut(out, n, k * t.len());
-            block.fill(curve, t, quantity, work, columns)
-        })
+        .try_for_each_init(buffers, one)
 }
 
 /// Coordinates of one block of parameters, and their lift.

@@ -59,11 +59,6 @@ pub fn skew_part(a: MatRef<'_, f64>) -> Mat<f64> {
     Mat::from_fn(a.nrows(), a.ncols(), |i, j| 0.5 * (a[(i, j)] - a[(j, i)]))
 }
 
-/// `[A, B] = AB - BA`.
-pub fn commutator(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
-    a * b - b * a
-}
-
 /// `tr(A^T B)`.
 pub fn frobenius_inner(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> f64 {
     let mut sum = 0.0;

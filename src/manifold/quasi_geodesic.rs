@@ -73,7 +73,7 @@ impl QuasiGeodesic {
         manifold.check_point("S", s, POINT_TOLERANCE)?;
         manifold.check_tangent("V", s, v, TANGENT_TOLERANCE)?;
         let (n, k) = (manifold.n(), manifold.k());
-        let (normal, omega) = manifold.split(s, v);
+        let (normal, omega) = manifold.split(s, v)?;
         let mut svd = Svd::new(n, k);
         svd.compute(normal.as_ref())?;
         let mut out = Self::zeros(n, k);

@@ -22,6 +22,10 @@ use crate::linalg::jet::{Jet, ORDER, ScalarJet};
 use crate::linalg::orthogonal_log::inverse_dexp;
 use crate::linalg::product::{mul_add, mul_into};
 use crate::linalg::skew_schur::apply_ad_function;
+use crate::linalg::structure::check_range;
+
+/// What an `Overflow` is about.
+const DERIVATIVES: &str = "derivative of a de Casteljau curve";
 
 /// A series stops where the next term, and its derivatives up to the third, fall below this.
 const TRUNCATION: f64 = 1e-17;
@@ -101,22 +105,22 @@ impl MovingQuasiGeodesic {
         self.end
             .set_product_constant(s1, self.problem.z.as_ref(), order);
         self.polar(order)?;
-        self.angles(order);
+        self.angles(order)?;
         // The interpolation in the aligned frame: `start a_t(P) + end R^T b_t(P)`.
-        self.sine(&one_jet(), order);
+        self.sine(&one_jet(), order)?;
         std::mem::swap(&mut self.sine, &mut self.whole);
         self.invert_whole(order);
-        self.sine(&[1.0 - t, -1.0, 0.0, 0.0], order);
+        self.sine(&[1.0 - t, -1.0, 0.0, 0.0], order)?;
         self.weight.set_product(&self.sine, &self.inverse, order);
         self.wide.set_product(&self.start, &self.weight, order);
-        self.sine(&[t, 1.0, 0.0, 0.0], order);
+        self.sine(&[t, 1.0, 0.0, 0.0], order)?;
         self.weight.set_product(&self.sine, &self.inverse, order);
         self.start.set_product_nt(&self.end, &self.rotation, order);
         out.set_product(&self.start, &self.weight, order);
         self.wide.add(1.0, out, order);
         // Then the rotation: `U^T R^t`.
         self.logarithm(order)?;
-        self.exponential(&[t, 1.0, 0.0, 0.0], order);
+        self.exponential(&[t, 1.0, 0.0, 0.0], order)?;
         for j in 0..=order {
             mul_into(
                 &mut self.work[0].c[j],
@@ -180,7 +184,7 @@ impl MovingQuasiGeodesic {
 
     /// `Y = Theta^2` from `cos sqrt(Y) = P`: the derivative of the cosine in the eigenbasis is the divided
     /// difference `-sinc((a+b)/2) sinc((a-b)/2) / 2`, which never vanishes below pi.
-    fn angles(&mut self, order: usize) {
+    fn angles(&mut self, order: usize) -> Result<()> {
         let k = self.problem.cosines.len();
         self.angle_squared.set_scalar(0.0, order);
         for i in 0..k {
@@ -188,7 +192,7 @@ impl MovingQuasiGeodesic {
         }
         for j in 1..=order {
             self.argument.copy_from(&self.angle_squared, j);
-            self.series(Parity::Even, j);
+            self.series(Parity::Even, j)?;
             for b in 0..k {
                 for a in 0..k {
                     let (x, y) = (self.curve.angles()[a], self.curve.angles()[b]);
@@ -198,21 +202,22 @@ impl MovingQuasiGeodesic {
                 }
             }
         }
+        Ok(())
     }
 
     /// `sine = sin(t Theta) / Theta`, an entire function of `Y = Theta^2`: its series for `|t| <= 1`, and double
     /// angles beyond.
-    fn sine(&mut self, t: &ScalarJet, order: usize) {
+    fn sine(&mut self, t: &ScalarJet, order: usize) -> Result<()> {
         let doublings = t[0].abs().log2().ceil().max(0.0) as i32;
         let shrink = 0.5_f64.powi(doublings);
         let t: ScalarJet = t.map(|x| x * shrink);
         self.argument
             .set_scaled(&scalar_product(&t, &t), &self.angle_squared, order);
-        self.series(Parity::Odd, order);
+        self.series(Parity::Odd, order)?;
         self.work[0].set_scaled(&t, &self.sine, order);
         std::mem::swap(&mut self.work[0], &mut self.sine);
         if doublings > 0 {
-            self.series(Parity::Even, order);
+            self.series(Parity::Even, order)?;
         }
         for _ in 0..doublings {
             let [sine, cosine] = &mut self.work;
@@ -224,10 +229,12 @@ impl MovingQuasiGeodesic {
             std::mem::swap(sine, &mut self.sine);
             std::mem::swap(cosine, &mut self.cosine);
         }
+        Ok(())
     }
 
     /// `cosine = cos sqrt(W)` or `sine = sin sqrt(W) / sqrt(W)` of the argument `W`, by Horner's rule.
-    fn series(&mut self, parity: Parity, order: usize) {
+    fn series(&mut self, parity: Parity, order: usize) -> Result<()> {
+        check_range(DERIVATIVES, self.argument.c[0].as_ref())?;
         let largest =
             (0..self.argument.c[0].ncols()).fold(0.0_f64, |m, i| m.max(self.argument.c[0][(i, i)]));
         let (target, offset) = match parity {
@@ -245,6 +252,7 @@ impl MovingQuasiGeodesic {
             product.add_identity(1.0);
             std::mem::swap(target, product);
         }
+        Ok(())
     }
 
     /// `inverse = whole^{-1}`; the constant term is diagonal.
@@ -279,7 +287,7 @@ impl MovingQuasiGeodesic {
         }
         self.schur.compute(self.curve.omega())?;
         for j in 1..=order {
-            self.exponential(&[-1.0, 0.0, 0.0, 0.0], j);
+            self.exponential(&[-1.0, 0.0, 0.0, 0.0], j)?;
             // In the frame of the factorisation R = U R~ Z^T.
             let residual = &mut self.work[0].c[j];
             residual.fill(0.0);
@@ -306,9 +314,14 @@ impl MovingQuasiGeodesic {
     }
 
     /// `power = e^{t log}`: series on a scaled argument, and squaring.
-    fn exponential(&mut self, t: &ScalarJet, order: usize) {
+    fn exponential(&mut self, t: &ScalarJet, order: usize) -> Result<()> {
         self.argument.set_scaled(t, &self.log, order);
         let size = self.argument.c[0].norm_l2();
+        if !size.is_finite() {
+            return Err(Error::Overflow {
+                quantity: DERIVATIVES,
+            });
+        }
         let squarings = if size > 1.0 {
             size.log2().ceil() as i32
         } else {
@@ -327,6 +340,7 @@ impl MovingQuasiGeodesic {
             product.set_product(&self.power, &self.power, order);
             std::mem::swap(product, &mut self.power);
         }
+        Ok(())
     }
 }
 

@@ -1,12 +1,15 @@
 //! `St(n, k)` with its canonical metric: membership, projections, and the paper's parametrisation.
 
+use std::f64::consts::FRAC_1_SQRT_2;
+
 use faer::{Mat, MatRef};
 
 use crate::error::{Error, Result};
 use crate::linalg::decomp::polar_factor;
+use crate::linalg::skew_exp::check_skew;
 use crate::linalg::structure::{
     check_finite, check_shape, frobenius_inner, norm, orthonormality_defect, skew_defect,
-    symmetric_part,
+    skew_part, symmetric_part,
 };
 
 /// A point may be off the manifold by this much: `|S^T S - I|_F`.
@@ -112,8 +115,7 @@ impl Stiefel {
         v: MatRef<'_, f64>,
         tolerance: f64,
     ) -> Result<()> {
-        check_shape(name, v, self.n, self.k)?;
-        check_finite(name, v)?;
+        self.check_matrices([("S", s), (name, v)])?;
         let tolerance = tolerance * norm(v).max(1.0);
         let defect = skew_defect((s.transpose() * v).as_ref());
         if defect <= tolerance {
@@ -142,29 +144,56 @@ impl Stiefel {
     /// ```math
     /// Z - S\, \mathrm{sym}(S^T Z)
     /// ```
-    pub fn project_tangent(&self, s: MatRef<'_, f64>, z: MatRef<'_, f64>) -> Mat<f64> {
-        z - s * symmetric_part((s.transpose() * z).as_ref())
+    ///
+    /// # Errors
+    /// `Shape`, `NonFinite`.
+    pub fn project_tangent(&self, s: MatRef<'_, f64>, z: MatRef<'_, f64>) -> Result<Mat<f64>> {
+        self.check_matrices([("S", s), ("Z", z)])?;
+        Ok(z - s * symmetric_part((s.transpose() * z).as_ref()))
     }
 
     /// Canonical inner product `tr V^T (I - S S^T / 2) W` of two tangent vectors at `s`.
-    pub fn inner(&self, s: MatRef<'_, f64>, v: MatRef<'_, f64>, w: MatRef<'_, f64>) -> f64 {
+    ///
+    /// # Errors
+    /// `Shape`, `NonFinite`, `Overflow`.
+    pub fn inner(&self, s: MatRef<'_, f64>, v: MatRef<'_, f64>, w: MatRef<'_, f64>) -> Result<f64> {
+        self.check_matrices([("S", s), ("V", v), ("W", w)])?;
         let (sv, sw) = (s.transpose() * v, s.transpose() * w);
-        frobenius_inner(v, w) - 0.5 * frobenius_inner(sv.as_ref(), sw.as_ref())
+        let product = frobenius_inner(v, w) - 0.5 * frobenius_inner(sv.as_ref(), sw.as_ref());
+        if product.is_finite() {
+            Ok(product)
+        } else {
+            Err(Error::Overflow {
+                quantity: "inner product",
+            })
+        }
     }
 
     /// Canonical norm of a tangent vector at `s`, as `sqrt(|K|^2 + |Omega|^2 / 2)`: free of cancellation.
-    pub fn norm(&self, s: MatRef<'_, f64>, v: MatRef<'_, f64>) -> f64 {
-        let (normal, omega) = self.split(s, v);
-        norm(normal.as_ref()).hypot(norm(omega.as_ref()) * std::f64::consts::FRAC_1_SQRT_2)
+    ///
+    /// # Errors
+    /// `Shape`, `NonFinite`, `Overflow`.
+    pub fn norm(&self, s: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Result<f64> {
+        let (normal, omega) = self.split(s, v)?;
+        let length = norm(normal.as_ref()).hypot(norm(omega.as_ref()) * FRAC_1_SQRT_2);
+        if length.is_finite() {
+            Ok(length)
+        } else {
+            Err(Error::Overflow { quantity: "norm" })
+        }
     }
 
     /// `V = K + S Omega` with `S^T K = 0`: the pair `(K, Omega)`, shapes `(n, k)` and `(k, k)`.
-    pub fn split(&self, s: MatRef<'_, f64>, v: MatRef<'_, f64>) -> (Mat<f64>, Mat<f64>) {
+    ///
+    /// # Errors
+    /// `Shape`, `NonFinite`.
+    pub fn split(&self, s: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Result<(Mat<f64>, Mat<f64>)> {
+        self.check_matrices([("S", s), ("V", v)])?;
         let omega = s.transpose() * v;
         let once = v - s * &omega;
         // Once leaves a part along S of size eps |V|, which is all there is of K where it is small or zero.
         let normal = &once - s * (s.transpose() * &once);
-        (normal, crate::linalg::structure::skew_part(omega.as_ref()))
+        Ok((normal, skew_part(omega.as_ref())))
     }
 
     /// The paper's pair `(X, Omega)` of a tangent vector: `V = X S + S Omega`, `X` skew `(n, n)`, `Omega` skew
@@ -174,25 +203,47 @@ impl Stiefel {
     /// X = V S^T - S V^T + 2 S V^T S S^T = K S^T - S K^T,\qquad \Omega = S^T V
     /// ```
     ///
+    /// # Errors
+    /// `Shape`, `NonFinite`.
     /// # Source
     /// arXiv 2404.19407, parametrisation of the tangent space; the right-hand form has rank at most `2k`.
-    pub fn decompose(&self, s: MatRef<'_, f64>, v: MatRef<'_, f64>) -> (Mat<f64>, Mat<f64>) {
-        let (normal, omega) = self.split(s, v);
-        (&normal * s.transpose() - s * normal.transpose(), omega)
+    pub fn decompose(
+        &self,
+        s: MatRef<'_, f64>,
+        v: MatRef<'_, f64>,
+    ) -> Result<(Mat<f64>, Mat<f64>)> {
+        let (normal, omega) = self.split(s, v)?;
+        Ok((&normal * s.transpose() - s * normal.transpose(), omega))
     }
 
     /// The tangent vector `V = X S + S Omega` of the paper's pair.
     ///
     /// # Errors
-    /// `Shape`.
+    /// `Shape`, `NonFinite`, `NotSkew`.
     pub fn compose(
         &self,
         s: MatRef<'_, f64>,
         x: MatRef<'_, f64>,
         omega: MatRef<'_, f64>,
     ) -> Result<Mat<f64>> {
-        check_shape("X", x, self.n, self.n)?;
-        check_shape("Omega", omega, self.k, self.k)?;
+        self.check_matrices([("S", s)])?;
+        for (name, skew, size) in [("X", x, self.n), ("Omega", omega, self.k)] {
+            check_shape(name, skew, size, size)?;
+            check_finite(name, skew)?;
+            check_skew(name, skew)?;
+        }
         Ok(x * s + s * omega)
+    }
+
+    /// Checks shape `(n, k)` and finiteness.
+    fn check_matrices<const N: usize>(
+        &self,
+        matrices: [(&'static str, MatRef<'_, f64>); N],
+    ) -> Result<()> {
+        for (name, matrix) in matrices {
+            check_shape(name, matrix, self.n, self.k)?;
+            check_finite(name, matrix)?;
+        }
+        Ok(())
     }
 }

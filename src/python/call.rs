@@ -1,12 +1,14 @@
 //! Running the core without the interpreter lock, on a chosen number of threads, stoppable by Ctrl-C.
 
-use std::sync::Arc;
+use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::error::{invalid_input, to_exception};
 use crate::error::Result;
@@ -65,50 +67,67 @@ impl Call {
         py: Python<'_>,
         work: impl FnOnce(Interrupt<'_>) -> T + Send + 'static,
     ) -> PyResult<T> {
-        if !self.is_long() {
-            return Ok(py.detach(|| work(Interrupt::NEVER)));
+        let pool = self.num_threads.map(pool_of).transpose()?;
+        if self.is_long() {
+            return py.detach(|| run_watched(pool, work));
         }
-        py.detach(|| self.run_watched(work))
+        Ok(py.detach(|| run_in(pool.as_deref(), || work(Interrupt::NEVER))))
     }
+}
 
-    /// Works on another thread while this one, which may be the main thread, keeps an eye on signals.
-    ///
-    /// The worker owns what it works on: after Ctrl-C this call returns at once, and the worker stops at its next
-    /// question, or at the end of the factorisation it is in, and drops its result.
-    fn run_watched<T: Send + 'static>(
-        &self,
-        work: impl FnOnce(Interrupt<'_>) -> T + Send + 'static,
-    ) -> PyResult<T> {
-        let failed = |error: &dyn std::fmt::Display| PyRuntimeError::new_err(error.to_string());
-        let pool = self
-            .num_threads
-            .map(|threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build());
-        let pool = pool.transpose().map_err(|error| failed(&error))?;
-        let stop = Arc::new(AtomicBool::new(false));
-        let (sender, receiver) = channel();
-        let asked = Arc::clone(&stop);
-        let worker = move || {
-            let question = || asked.load(Ordering::Relaxed);
-            let interrupt = Interrupt::new(&question);
-            let result = match pool {
-                Some(pool) => pool.install(|| work(interrupt)),
-                None => work(interrupt),
-            };
-            // The receiver is gone if the call was interrupted.
-            let _ = sender.send(result);
-        };
-        std::thread::Builder::new()
-            .spawn(worker)
-            .map_err(|error| failed(&error))?;
-        loop {
-            match receiver.recv_timeout(POLL) {
-                Ok(result) => return Ok(result),
-                Err(RecvTimeoutError::Disconnected) => return Err(failed(&"a worker thread died")),
-                Err(RecvTimeoutError::Timeout) => {
-                    if let Err(signal) = Python::attach(|py| py.check_signals()) {
-                        stop.store(true, Ordering::Relaxed);
-                        return Err(signal);
-                    }
+/// Runs `work` in a pool, or where it stands: then rayon's global pool serves it.
+fn run_in<T: Send>(pool: Option<&ThreadPool>, work: impl FnOnce() -> T + Send) -> T {
+    match pool {
+        Some(pool) => pool.install(work),
+        None => work(),
+    }
+}
+
+/// The pool of a given size, made once: a call must not pay for its threads.
+fn pool_of(threads: usize) -> PyResult<Arc<ThreadPool>> {
+    static POOLS: Mutex<BTreeMap<usize, Arc<ThreadPool>>> = Mutex::new(BTreeMap::new());
+    let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(pool) = pools.get(&threads) {
+        return Ok(Arc::clone(pool));
+    }
+    let pool = ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool = Arc::new(pool.map_err(|error| failed(&error))?);
+    pools.insert(threads, Arc::clone(&pool));
+    Ok(pool)
+}
+
+fn failed(error: &dyn std::fmt::Display) -> PyErr {
+    PyRuntimeError::new_err(error.to_string())
+}
+
+/// Works on another thread while this one, which may be the main thread, keeps an eye on signals.
+///
+/// The worker owns what it works on: after Ctrl-C this call returns at once, and the worker stops at its next
+/// question, or at the end of the factorisation it is in, and drops its result.
+fn run_watched<T: Send + 'static>(
+    pool: Option<Arc<ThreadPool>>,
+    work: impl FnOnce(Interrupt<'_>) -> T + Send + 'static,
+) -> PyResult<T> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let (sender, receiver) = channel();
+    let asked = Arc::clone(&stop);
+    let worker = move || {
+        let question = || asked.load(Ordering::Relaxed);
+        let result = run_in(pool.as_deref(), || work(Interrupt::new(&question)));
+        // The receiver is gone if the call was interrupted.
+        let _ = sender.send(result);
+    };
+    std::thread::Builder::new()
+        .spawn(worker)
+        .map_err(|error| failed(&error))?;
+    loop {
+        match receiver.recv_timeout(POLL) {
+            Ok(result) => return Ok(result),
+            Err(RecvTimeoutError::Disconnected) => return Err(failed(&"a worker thread died")),
+            Err(RecvTimeoutError::Timeout) => {
+                if let Err(signal) = Python::attach(|py| py.check_signals()) {
+                    stop.store(true, Ordering::Relaxed);
+                    return Err(signal);
                 }
             }
         }

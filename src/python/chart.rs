@@ -22,8 +22,8 @@ type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 ///
 /// Notes
 /// -----
-/// arXiv 2404.19407, sections on St(3,1) and St(3,2). The Hamiltonian of the frame chart is equal to the paper's, in a
-/// form that does not divide by ``cos(theta)``.
+/// arXiv 2404.19407, sections on St(3,1) and St(3,2). The Hamiltonian of the frame chart follows from
+/// the canonical metric; unlike the paper's longer form it does not divide by ``cos(theta)``.
 ///
 /// Examples
 /// --------
@@ -75,10 +75,10 @@ fn evaluate<const X: usize, const Z: usize>(
     // A query on coordinates alone is checked like a state at rest.
     chart.check(query.argument(), rows[0])?;
     match query {
-        Query::Embed => write(chart.embed(rows[0]).as_ref(), out),
+        Query::Embed => write(chart.embed(rows[0])?.as_ref(), out),
         Query::EmbedVelocity => {
             check_finite("qdot", rows[1])?;
-            write(chart.embed_velocity(rows[0], rows[1]).as_ref(), out);
+            write(chart.embed_velocity(rows[0], rows[1])?.as_ref(), out);
         }
         Query::Momenta => {
             check_finite("qdot", rows[1])?;
@@ -507,8 +507,13 @@ impl PyChart {
     ///
     /// Raises
     /// ------
+    /// InvalidInputError
+    ///     Wrong shapes, not finite, ``steps < 1``, unknown map, ``tol`` negative or not finite, ``t_end = 0``.
+    /// OutsideDomainError
+    ///     An end, or the trajectory that the iteration starts from, is outside of the chart; carries ``angle``.
     /// ConvergenceError
-    ///     No trajectory found; carries ``report``.
+    ///     No trajectory found; carries ``report``. One step has none in general: the end point of a single step does
+    ///     not depend on all of the momenta.
     ///
     /// Notes
     /// -----

@@ -136,7 +136,7 @@ impl PyCurve {
     /// InvalidInputError
     ///     ``t`` not finite, ``nu`` out of range.
     /// OutsideDomainError
-    ///     Outside of ``t_span``, where intermediate points may become impossible to join.
+    ///     Intermediate points that no unique quasi-geodesic joins: outside of ``t_span``, or for far or fast data.
     #[pyo3(signature = (t, nu=0, *, num_threads=None))]
     fn __call__<'py>(
         &self,
@@ -188,7 +188,9 @@ impl PyCurve {
         self.sample(py, t, Quantity::Jerk, num_threads)
     }
 
-    /// The cost: integral of ``|D_t S'|^2`` over ``t_span``, canonical metric, relative error 1e-12.
+    /// The cost: integral of ``|D_t S'|^2`` over ``t_span``, canonical metric.
+    ///
+    /// Relative error 1e-12, or round-off of the acceleration where that is more.
     ///
     /// Raises
     /// ------
@@ -291,13 +293,19 @@ impl PyQuasiGeodesic {
 /// Raises
 /// ------
 /// InvalidInputError
-///     Shape, not finite, not orthonormal, not tangent (with the measured defect).
+///     Shape, not finite, not orthonormal, not tangent (with the measured defect); an end velocity too long to be
+///     met.
 /// OutsideDomainError
 ///     Inner control points that cannot be joined; carries ``angle``.
 ///
 /// Notes
 /// -----
-/// Meets its boundary data exactly and is close to the Riemannian cubic with the same data, not equal to it.
+/// Meets its boundary data to round-off and is close to the Riemannian cubic with the same data, not equal to it. A
+/// third of each end velocity must be the velocity of the principal quasi-geodesic between its ends (on the sphere,
+/// speeds below ``3 pi``); longer ones are refused. The curve is smooth where the relative rotations and principal
+/// angles of all intermediate points stay below pi; for far or fast data one may cross pi inside of the interval, and
+/// there the curve jumps to another branch. This is a limit of the algorithm.
+///
 /// arXiv 2404.19407 and Krakowski, Machado, Silva Leite, Batista (2017).
 ///
 /// Examples

@@ -289,7 +289,7 @@ impl PyStiefel {
             move |m, [s, z], i, out| {
                 m.check(s.get(i))?;
                 crate::linalg::structure::check_finite("Z", z.get(i))?;
-                write(m.0.project_tangent(s.get(i), z.get(i)).as_ref(), out);
+                write(m.0.project_tangent(s.get(i), z.get(i))?.as_ref(), out);
                 Ok(())
             },
         )
@@ -311,7 +311,7 @@ impl PyStiefel {
                 m.check(s.get(i))?;
                 m.check_vector("V", s.get(i), v.get(i))?;
                 m.check_vector("W", s.get(i), w.get(i))?;
-                out[0] = m.0.inner(s.get(i), v.get(i), w.get(i));
+                out[0] = m.0.inner(s.get(i), v.get(i), w.get(i))?;
                 Ok(())
             },
         )?;
@@ -328,7 +328,7 @@ impl PyStiefel {
         let values = self.map(py, [(S, "S"), (V, "V")], &[1], move |m, [s, v], i, out| {
             m.check(s.get(i))?;
             m.check_vector("V", s.get(i), v.get(i))?;
-            out[0] = m.0.norm(s.get(i), v.get(i));
+            out[0] = m.0.norm(s.get(i), v.get(i))?;
             Ok(())
         })?;
         values.get_item((pyo3::types::PyEllipsis::get(py), 0))
@@ -352,7 +352,7 @@ impl PyStiefel {
         let pair = |m: &Self, [s, v]: [&Batch; 2], i: usize| {
             m.check(s.get(i))?;
             m.check_vector("V", s.get(i), v.get(i))?;
-            Ok(m.0.decompose(s.get(i), v.get(i)))
+            m.0.decompose(s.get(i), v.get(i))
         };
         let x = self.map(py, [(S, "S"), (V, "V")], &[n, n], move |m, b, i, out| {
             write(pair(m, b, i)?.0.as_ref(), out);

@@ -229,3 +229,22 @@ def test_a_mutated_argument_does_not_matter_after_the_call_began():
     stop.set()
     thread.join()
     assert np.array_equal(result, expected)
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads the threads' clocks from /proc")
+def test_one_thread_means_one_thread():
+    code = """
+import os, numpy as np
+from pathlib import Path
+from stiefel_rs import GeometricCubic
+S, V = np.eye(4, 2), np.array([[0, -1], [1, 0], [2, 0], [0, -1.0]])
+curve, t = GeometricCubic(S, 0.3 * V, S, 0.2 * V), np.linspace(0, 1, 500)
+for _ in range(300):
+    curve(t, num_threads=1)
+ticks = [sum(map(int, (task / "stat").read_text().rsplit(")")[1].split()[11:13]))
+         for task in Path("/proc/self/task").iterdir() if task.name != str(os.getpid())]
+print(sum(ticks), max(ticks))
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=120)
+    total, busiest = map(int, done.stdout.split())
+    assert busiest >= 0.9 * total - 2, f"the busiest of the workers has {busiest} of {total} ticks"
