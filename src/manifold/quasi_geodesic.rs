@@ -38,7 +38,8 @@ const MAX_SWEEPS: usize = 30;
 /// \beta(t) = (S W \cos(t\Sigma) + Q \sin(t\Sigma))\, W^T e^{t\Omega}
 /// ```
 ///
-/// Defined for all `t`. Orthonormality defect at most `1e-14` for `|t Sigma|, |t Omega| <= 10`.
+/// Defined for all `t`. Orthonormality defect at most `1e-14` for `|t Sigma|, |t Omega| <= 10`, asserted in
+/// `tests/quasi_geodesic.rs`.
 ///
 /// # Examples
 /// ```
