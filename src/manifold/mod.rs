@@ -1,9 +1,11 @@
 //! The Stiefel manifold `St(n, k)`: points, tangent vectors, and the maps between them.
 
 pub mod covariant;
+pub mod metric;
 pub mod quasi_geodesic;
 pub(crate) mod quasi_geodesic_jet;
 pub mod stiefel;
 
+pub use metric::Metric;
 pub use quasi_geodesic::QuasiGeodesic;
 pub use stiefel::Stiefel;

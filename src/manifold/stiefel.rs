@@ -1,9 +1,8 @@
-//! `St(n, k)` with its canonical metric: membership, projections, and the paper's parametrisation.
-
-use std::f64::consts::FRAC_1_SQRT_2;
+//! `St(n, k)` with a metric: membership, projections, and the paper's parametrisation.
 
 use faer::{Mat, MatRef};
 
+use super::metric::Metric;
 use crate::error::{Error, Result};
 use crate::linalg::decomp::polar_factor;
 use crate::linalg::skew_exp::check_skew;
@@ -21,7 +20,7 @@ const MAX_ENTRIES: usize = isize::MAX as usize / size_of::<f64>();
 /// A vector may be off the tangent space by this much, relative to `max(1, |V|_F)`: `|S^T V + V^T S|_F / 2`.
 pub const TANGENT_TOLERANCE: f64 = 1e-9;
 
-/// The manifold of `n x k` matrices with orthonormal columns.
+/// The manifold of `n x k` matrices with orthonormal columns, with the canonical [`Metric`] unless another is chosen.
 ///
 /// ```math
 /// St(n,k) = \{ S \in R^{n \times k} : S^T S = I_k \},\qquad
@@ -34,10 +33,11 @@ pub const TANGENT_TOLERANCE: f64 = 1e-9;
 pub struct Stiefel {
     n: usize,
     k: usize,
+    metric: Metric,
 }
 
 impl Stiefel {
-    /// The manifold `St(n, k)`.
+    /// The manifold `St(n, k)` with the canonical metric.
     ///
     /// # Errors
     /// `Shape` unless `1 <= k <= n` and a point fits in memory.
@@ -49,7 +49,21 @@ impl Stiefel {
                 found: format!("n = {n}, k = {k}"),
             });
         }
-        Ok(Stiefel { n, k })
+        Ok(Stiefel {
+            n,
+            k,
+            metric: Metric::CANONICAL,
+        })
+    }
+
+    /// The same manifold with another metric.
+    pub fn with_metric(self, metric: Metric) -> Self {
+        Stiefel { metric, ..self }
+    }
+
+    /// The metric.
+    pub fn metric(&self) -> Metric {
+        self.metric
     }
 
     /// The manifold that an `n x k` matrix would lie on.
@@ -152,14 +166,15 @@ impl Stiefel {
         Ok(z - s * symmetric_part((s.transpose() * z).as_ref()))
     }
 
-    /// Canonical inner product `tr V^T (I - S S^T / 2) W` of two tangent vectors at `s`.
+    /// Inner product of two tangent vectors at `s`; `tr V^T (I - S S^T / 2) W` for the canonical metric.
     ///
     /// # Errors
     /// `Shape`, `NonFinite`, `Overflow`.
     pub fn inner(&self, s: MatRef<'_, f64>, v: MatRef<'_, f64>, w: MatRef<'_, f64>) -> Result<f64> {
         self.check_matrices([("S", s), ("V", v), ("W", w)])?;
         let (sv, sw) = (s.transpose() * v, s.transpose() * w);
-        let product = frobenius_inner(v, w) - 0.5 * frobenius_inner(sv.as_ref(), sw.as_ref());
+        let product = frobenius_inner(v, w)
+            + (self.metric.weight() - 1.0) * frobenius_inner(sv.as_ref(), sw.as_ref());
         if product.is_finite() {
             Ok(product)
         } else {
@@ -169,13 +184,14 @@ impl Stiefel {
         }
     }
 
-    /// Canonical norm of a tangent vector at `s`, as `sqrt(|K|^2 + |Omega|^2 / 2)`: free of cancellation.
+    /// Norm of a tangent vector at `s`, `sqrt(|K|^2 + |Omega|^2 / 2)` for the canonical metric: free of cancellation.
     ///
     /// # Errors
     /// `Shape`, `NonFinite`, `Overflow`.
     pub fn norm(&self, s: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Result<f64> {
         let (normal, omega) = self.split(s, v)?;
-        let length = norm(normal.as_ref()).hypot(norm(omega.as_ref()) * FRAC_1_SQRT_2);
+        let length =
+            norm(normal.as_ref()).hypot(norm(omega.as_ref()) * self.metric.weight().sqrt());
         if length.is_finite() {
             Ok(length)
         } else {

@@ -1,21 +1,22 @@
 //! The manifold for arrays, with batches.
 
 use numpy::PyArrayDyn;
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
+use pyo3::types::{PyDict, PyTuple};
 
 use super::call::Call;
 use super::convert::{Batch, map_batch, matrices, to_array, write};
-use super::error::invalid_input;
+use super::error::{invalid_input, to_exception};
 use crate::curve::Curve;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::manifold::stiefel::{POINT_TOLERANCE, TANGENT_TOLERANCE};
-use crate::manifold::{QuasiGeodesic, Stiefel};
+use crate::manifold::{Metric, QuasiGeodesic, Stiefel};
 
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 
-/// The Stiefel manifold St(n, k) of n x k matrices with orthonormal columns, canonical metric.
+/// The Stiefel manifold St(n, k) of n x k matrices with orthonormal columns.
 ///
 /// Points and tangent vectors are arrays of shape ``(..., n, k)``; leading axes are batches and broadcast.
 ///
@@ -23,11 +24,14 @@ type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 /// ----------
 /// n, k : int
 ///     ``1 <= k <= n``.
+/// metric : "canonical", "euclidean" or float, default "canonical"
+///     A float is the parameter ``alpha > -1`` of the family of Hueper, Markina, Silva Leite (2021), in which
+///     ``|V|^2 = |K|^2 + |Omega|^2 / (2 (alpha + 1))`` for ``V = S Omega + K``: canonical 0, Euclidean -1/2.
 ///
 /// Raises
 /// ------
 /// InvalidInputError
-///     Unless ``1 <= k <= n``.
+///     Unless ``1 <= k <= n`` and the metric is one of these.
 ///
 /// Examples
 /// --------
@@ -41,7 +45,7 @@ type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 /// True
 #[pyclass(name = "Stiefel", module = "stiefel_rs", frozen, eq, hash)]
 #[derive(Clone, PartialEq, Eq, Hash)]
-pub struct PyStiefel(Stiefel);
+pub struct PyStiefel(pub(super) Stiefel);
 
 impl PyStiefel {
     fn core_shape(&self, batch: &Batch, name: &str, py: Python<'_>) -> PyResult<()> {
@@ -118,6 +122,27 @@ impl PyStiefel {
     }
 }
 
+/// "canonical", "euclidean", or the parameter of the family.
+fn read_metric(object: &Bound<'_, PyAny>) -> PyResult<Metric> {
+    if let Ok(name) = object.extract::<String>() {
+        return match name.as_str() {
+            "canonical" => Ok(Metric::CANONICAL),
+            "euclidean" => Ok(Metric::EUCLIDEAN),
+            _ => Err(invalid_input(
+                object.py(),
+                format!("metric: expected 'canonical', 'euclidean' or a number, found {name:?}"),
+            )),
+        };
+    }
+    let alpha: f64 = object.extract().map_err(|_| {
+        let kind = object.get_type();
+        PyTypeError::new_err(format!(
+            "metric: expected 'canonical', 'euclidean' or a number, found {kind}"
+        ))
+    })?;
+    Metric::new(alpha).map_err(|error| to_exception(object.py(), &error, ""))
+}
+
 /// `InvalidInputError` unless the members of a batch have the given shape, also where there are none.
 fn expect_shape(py: Python<'_>, name: &str, batch: &Batch, (n, k): (usize, usize)) -> PyResult<()> {
     let (rows, cols) = (batch.rows, batch.cols);
@@ -132,7 +157,8 @@ fn expect_shape(py: Python<'_>, name: &str, batch: &Batch, (n, k): (usize, usize
 #[allow(non_snake_case)]
 impl PyStiefel {
     #[new]
-    fn new(py: Python<'_>, n: i64, k: i64) -> PyResult<Self> {
+    #[pyo3(signature = (n, k, *, metric=None))]
+    fn new(py: Python<'_>, n: i64, k: i64, metric: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
         let invalid = || {
             invalid_input(
                 py,
@@ -142,7 +168,9 @@ impl PyStiefel {
         let (Ok(rows), Ok(cols)) = (usize::try_from(n), usize::try_from(k)) else {
             return Err(invalid());
         };
-        Ok(PyStiefel(Stiefel::new(rows, cols).map_err(|_| invalid())?))
+        let metric = metric.map_or(Ok(Metric::CANONICAL), read_metric)?;
+        let manifold = Stiefel::new(rows, cols).map_err(|_| invalid())?;
+        Ok(PyStiefel(manifold.with_metric(metric)))
     }
 
     /// Rows of a point.
@@ -157,6 +185,12 @@ impl PyStiefel {
         self.0.k()
     }
 
+    /// Parameter of the metric: 0 for the canonical, -1/2 for the Euclidean one.
+    #[getter]
+    fn alpha(&self) -> f64 {
+        self.0.metric().alpha()
+    }
+
     /// Dimension of the manifold, ``n k - k (k + 1) / 2``.
     #[getter]
     fn dim(&self) -> usize {
@@ -164,14 +198,22 @@ impl PyStiefel {
     }
 
     fn __repr__(&self) -> String {
-        format!("Stiefel({}, {})", self.0.n(), self.0.k())
+        let (n, k) = (self.0.n(), self.0.k());
+        match self.0.metric() {
+            Metric::CANONICAL => format!("Stiefel({n}, {k})"),
+            Metric::EUCLIDEAN => format!("Stiefel({n}, {k}, metric='euclidean')"),
+            metric => format!("Stiefel({n}, {k}, metric={:?})", metric.alpha()),
+        }
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> (Bound<'py, PyAny>, (usize, usize)) {
-        (
-            slf.get_type().into_any(),
-            (slf.get().0.n(), slf.get().0.k()),
-        )
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
+        let (py, manifold) = (slf.py(), slf.get().0);
+        let metric = PyDict::new(py);
+        metric.set_item("metric", manifold.metric().alpha())?;
+        // `functools.partial` carries the keyword through pickling.
+        let partial = py.import("functools")?.getattr("partial")?;
+        let build = partial.call((slf.get_type(),), Some(&metric))?;
+        (build, (manifold.n(), manifold.k())).into_pyobject(py)
     }
 
     /// Raise unless every member of ``S`` is a point: ``|S^T S - I| <= atol`` (Frobenius).
