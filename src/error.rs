@@ -96,6 +96,15 @@ pub enum Error {
         /// The offending principal angle in radians.
         angle: f64,
     },
+    /// Intermediate points of a de Casteljau curve cross the cut locus: the curve would jump.
+    #[error(
+        "no smooth curve: at t = {t:.6} intermediate points of de Casteljau's algorithm are an angle of pi apart, \
+         and the quasi-geodesic between them jumps to another branch"
+    )]
+    BranchJump {
+        /// The parameter of the jump.
+        t: f64,
+    },
     /// Points of O(n) of opposite determinant: no curve joins them.
     #[error(
         "the points lie in different components of O({n}): determinants of opposite sign (angle pi)"
@@ -151,7 +160,9 @@ impl Error {
     pub fn angle(&self) -> Option<f64> {
         match self {
             Error::OutsideLogDomain { angle } | Error::NoJoiningCurve { angle } => Some(*angle),
-            Error::DifferentComponents { .. } => Some(std::f64::consts::PI),
+            Error::DifferentComponents { .. } | Error::BranchJump { .. } => {
+                Some(std::f64::consts::PI)
+            }
             Error::OutsideChart { value, .. } => Some(*value),
             _ => None,
         }

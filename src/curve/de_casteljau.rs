@@ -1,6 +1,6 @@
-//! The adjusted de Casteljau algorithm: geometric cubic polynomials on `St(n, k)`.
+//! De Casteljau's algorithm with quasi-geodesics: geometric polynomials of any degree on `St(n, k)`.
 //!
-//! Three stages of quasi-geodesics take the place of the straight lines of the Euclidean algorithm:
+//! Quasi-geodesics take the place of the straight lines of the Euclidean algorithm; for degree three:
 //!
 //! ```text
 //! S0 --- S1 --- S2 --- S3      control points
@@ -9,199 +9,183 @@
 //!           gamma
 //! ```
 //!
+//! Positions are computed at eight parameters at once ([`lane_join`](crate::manifold)), and by the careful route, one
+//! parameter at a time, where a stage comes near the edge of its domain. Derivatives differentiate every stage.
+//!
 //! # Source
-//! Krakowski, Machado, Silva Leite, Batista (2017); arXiv 2404.19407, section on the adjusted algorithm (its
-//! `X_0 .. X_5`, `Omega_0 .. Omega_5` are the six quasi-geodesics above). Deviation: work is done in the
-//! `min(n, 4k)` dimensions that the control points span, which is exact.
+//! Krakowski, Machado, Silva Leite, Batista (2017); arXiv 2404.19407, section on the adjusted algorithm. Deviation:
+//! work is done in the `min(n, (degree + 1) k)` dimensions that the control points span, which is exact.
 
-use faer::{Mat, MatRef, Scale};
+use faer::prelude::*;
+use faer::{Mat, MatMut, MatRef};
 
+use super::span::Span;
 use super::{Curve, check_parameter};
 use crate::error::{Error, Result};
-use crate::linalg::decomp::thin_q;
 use crate::linalg::jet::Jet;
+use crate::linalg::lane_matrix::LaneMatrix;
+use crate::linalg::lanes::{LANES, Lanes, vectorised};
 use crate::manifold::QuasiGeodesic;
+use crate::manifold::lane_join::{LaneJoin, Margin};
+use crate::manifold::lane_leg::{LaneLeg, LaneLegWork};
 use crate::manifold::quasi_geodesic::{EndpointProblem, Evaluation};
 use crate::manifold::quasi_geodesic_jet::MovingQuasiGeodesic;
-use crate::manifold::stiefel::{POINT_TOLERANCE, Stiefel, TANGENT_TOLERANCE};
+use crate::manifold::stiefel::{POINT_TOLERANCE, Stiefel};
 
-/// Two quasi-geodesics between the same points have the same velocity, to round-off times the conditioning of the
-/// logarithm, or velocities that are about a turn apart.
-const SAME_BRANCH: f64 = 1e-3;
+/// Further outside of `[0, 1]` the weights of the two ends cancel: the careful route.
+const LANE_RANGE: f64 = 2.0;
 
-/// A geometric cubic: the curve of the adjusted de Casteljau algorithm on `[0, 1]`.
+/// A geometric polynomial: the curve of de Casteljau's algorithm on `[0, 1]` with quasi-geodesics as pieces.
 ///
-/// ```math
-/// \gamma(t) = e^{t X_5}\, b_{012}(t)\, e^{t \Omega_5},\qquad b_{012}(t) = e^{t X_3}\, b_{01}(t)\, e^{t \Omega_3}
-/// ```
-///
-/// It meets its end points and end velocities to round-off; in between it is close to the Riemannian cubic with the
-/// same data, not equal to it. Evaluation costs `O(k^3)` per parameter and one product to lift.
+/// It meets its first and last control point; its end velocities are `degree` times those of the first and the last
+/// leg. Degree 1 is the quasi-geodesic, degree 3 the [`GeometricCubic`](super::GeometricCubic).
 ///
 /// # Domain
-/// The construction joins points by principal quasi-geodesics, so the curve is smooth where the relative rotations and
-/// principal angles of all intermediate points stay below pi. For far or fast data (on `St(3,2)`: speeds of 6 and
-/// more, or arbitrary control points) one of them may cross pi inside of the interval: there the curve jumps to
-/// another branch, or, at the very parameter, cannot be evaluated. This is a limit of the algorithm, not of the
-/// data; [`Curve::cost`] does not settle across a jump.
+/// The construction joins points by principal quasi-geodesics, so the curve is smooth where relative rotations and
+/// principal angles of all intermediate points stay below pi. Control points for which one of them reaches pi inside of
+/// `[0, 1]` are refused (`BranchJump`). Outside of `[0, 1]` every point is that of the principal branches.
+///
+/// # Accuracy
+/// Orthonormality defect at most `1e-13` in `[0, 1]`, asserted in `tests/de_casteljau.rs`.
 ///
 /// # Examples
 /// ```
-/// use faer::{Mat, mat};
-/// use stiefel_rs::{Curve, GeometricCubic};
-/// let (s0, v0) = (mat![[1.0], [0.0], [0.0]], mat![[0.0], [1.0], [0.0]]);
-/// let (s1, v1) = (mat![[0.0], [1.0], [0.0]], mat![[0.0], [0.0], [2.0]]);
-/// let curve = GeometricCubic::from_boundary(s0.as_ref(), v0.as_ref(), s1.as_ref(), v1.as_ref())?;
-/// let end_velocity: Mat<f64> = curve.derivative(1.0, 1)?;
-/// assert!((end_velocity - v1).norm_l2() < 1e-13);
+/// use faer::mat;
+/// use stiefel_rs::{Curve, GeometricPolynomial};
+/// let [x, y, z] = [mat![[1.0], [0.0], [0.0]], mat![[0.0], [1.0], [0.0]], mat![[0.0], [0.0], [1.0]]];
+/// let curve = GeometricPolynomial::new(&[x.as_ref(), y.as_ref(), z.as_ref()])?;
+/// assert_eq!(curve.degree(), 2);
+/// assert!((curve.point(1.0)? - z).norm_l2() < 1e-15);
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
 #[derive(Debug, Clone)]
-pub struct GeometricCubic {
-    control_points: [Mat<f64>; 4],
+pub struct GeometricPolynomial {
+    control_points: Vec<Mat<f64>>,
     /// Orthonormal basis of the span of the control points, where that is smaller than `R^n`.
     frame: Option<Mat<f64>>,
-    /// `b01, b12, b23` in the coordinates of the frame.
-    legs: [QuasiGeodesic; 3],
+    /// The quasi-geodesics between consecutive control points, in the coordinates of the frame.
+    legs: Vec<QuasiGeodesic>,
+    lane_legs: Vec<LaneLeg>,
 }
 
-impl GeometricCubic {
-    /// The curve with end points `s0, s1` and end velocities `v0, v1`, all of shape `(n, k)`.
-    ///
-    /// The outer legs are the quasi-geodesics with velocities `v0 / 3` and `v1 / 3`. The end velocities are met
-    /// where those are the principal ones between their end points (on the sphere: speeds below `3 pi`), because
-    /// the later stages join points by principal quasi-geodesics.
+impl GeometricPolynomial {
+    /// The curve with the given control points, two or more, each of shape `(n, k)`.
     ///
     /// # Errors
-    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `InvalidArgument` where an end velocity is too long
-    /// to be met; `NoJoiningCurve`, `OutsideLogDomain`,
-    /// `DifferentComponents` where the inner control points cannot be joined.
-    pub fn from_boundary(
-        s0: MatRef<'_, f64>,
-        v0: MatRef<'_, f64>,
-        s1: MatRef<'_, f64>,
-        v1: MatRef<'_, f64>,
-    ) -> Result<Self> {
-        let manifold = Stiefel::of("S0", s0)?;
-        manifold.check_point("S0", s0, POINT_TOLERANCE)?;
-        manifold.check_tangent("V0", s0, v0, TANGENT_TOLERANCE)?;
-        manifold.check_point("S1", s1, POINT_TOLERANCE)?;
-        manifold.check_tangent("V1", s1, v1, TANGENT_TOLERANCE)?;
-        let span = Span::of(&[s0, v0, s1, v1]);
-        let first = QuasiGeodesic::from_velocity(
-            span.down(s0).as_ref(),
-            (span.down(v0) * Scale(1.0 / 3.0)).as_ref(),
-        )?;
-        let last = QuasiGeodesic::from_velocity(
-            span.down(s1).as_ref(),
-            (span.down(v1) * Scale(-1.0 / 3.0)).as_ref(),
-        )?;
-        let inner = [first.point(1.0)?, last.point(1.0)?];
-        check_principal("V0", &first, &inner[0])?;
-        check_principal("V1", &last, &inner[1])?;
-        let middle = QuasiGeodesic::between(inner[0].as_ref(), inner[1].as_ref())?;
-        Ok(GeometricCubic {
-            control_points: [
-                s0.to_owned(),
-                span.up(&inner[0]),
-                span.up(&inner[1]),
-                s1.to_owned(),
-            ],
-            frame: span.basis,
-            legs: [first, middle, last.reversed()?],
-        })
-    }
-
-    /// The curve with the given control points, each of shape `(n, k)`.
-    ///
-    /// # Errors
-    /// `Shape`, `NonFinite`, `NotOrthonormal`; `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents` where
-    /// two consecutive points cannot be joined.
-    pub fn from_control_points(points: [MatRef<'_, f64>; 4]) -> Result<Self> {
+    /// `Shape`, `NonFinite`, `NotOrthonormal`; `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents` where two
+    /// consecutive points cannot be joined; `BranchJump` where intermediate points cannot.
+    pub fn new(points: &[MatRef<'_, f64>]) -> Result<Self> {
+        if points.len() < 2 {
+            return Err(Error::Shape {
+                name: "control points",
+                expected: "(degree + 1, n, k) with degree >= 1".to_owned(),
+                found: format!("{} points", points.len()),
+            });
+        }
         let manifold = Stiefel::of("control points", points[0])?;
         for point in points {
-            manifold.check_point("control points", point, POINT_TOLERANCE)?;
+            manifold.check_point("control points", *point, POINT_TOLERANCE)?;
         }
-        let span = Span::of(&points);
-        let low = points.map(|point| span.down(point));
-        let leg = |i: usize| QuasiGeodesic::between(low[i].as_ref(), low[i + 1].as_ref());
-        Ok(GeometricCubic {
-            control_points: points.map(|point| point.to_owned()),
-            legs: [leg(0)?, leg(1)?, leg(2)?],
-            frame: span.basis,
-        })
+        let span = Span::of(points);
+        let low: Vec<_> = points.iter().map(|point| span.down(*point)).collect();
+        let legs = low
+            .windows(2)
+            .map(|pair| QuasiGeodesic::between(pair[0].as_ref(), pair[1].as_ref()));
+        Self::of_legs(
+            points.iter().map(|&point| point.to_owned()).collect(),
+            span,
+            legs.collect::<Result<_>>()?,
+        )
     }
 
-    /// The four control points, each of shape `(n, k)`.
-    pub fn control_points(&self) -> &[Mat<f64>; 4] {
+    /// From legs that are known already, in the coordinates of the span.
+    pub(super) fn of_legs(
+        control_points: Vec<Mat<f64>>,
+        span: Span,
+        legs: Vec<QuasiGeodesic>,
+    ) -> Result<Self> {
+        let lane_legs = legs.iter().map(LaneLeg::new).collect::<Result<_>>()?;
+        let curve = GeometricPolynomial {
+            control_points,
+            frame: span.into_basis(),
+            legs,
+            lane_legs,
+        };
+        super::branch::check(&curve)?;
+        Ok(curve)
+    }
+
+    /// The control points, each of shape `(n, k)`.
+    pub fn control_points(&self) -> &[Mat<f64>] {
         &self.control_points
     }
 
-    fn position_into(&self, t: f64, work: &mut Workspace, out: &mut Jet) -> Result<()> {
-        let [a, b, c] = &mut work.stage;
-        for (leg, target) in self.legs.iter().zip([&mut *a, &mut *b, &mut *c]) {
-            leg.jet_into(t, 0, &mut work.evaluation, target)?;
-        }
-        let mut advance = |from: &mut Jet, to: &Jet| -> Result<()> {
-            work.joining
-                .join(from.c[0].as_ref(), to.c[0].as_ref(), &mut work.problem)?;
-            work.joining.jet_into(t, 0, &mut work.evaluation, from)
-        };
-        advance(a, b)?;
-        advance(b, c)?;
-        advance(a, b)?;
-        out.copy_from(a, 0);
-        Ok(())
+    /// One less than the number of control points.
+    pub fn degree(&self) -> usize {
+        self.legs.len()
     }
 
-    fn derivatives_into(
-        &self,
-        t: f64,
-        order: usize,
-        work: &mut Workspace,
-        out: &mut Jet,
-    ) -> Result<()> {
-        let Workspace {
-            stage: [a, b, c],
-            evaluation,
-            moving,
-            next,
-            ..
-        } = work;
-        for (leg, target) in self.legs.iter().zip([&mut *a, &mut *b, &mut *c]) {
-            leg.jet_into(t, order, evaluation, target)?;
+    /// How near the intermediate points of eight parameters in `[0, 1]` come to a change of branch.
+    pub(super) fn margins(&self, t: Lanes, work: &mut Workspace) -> Lanes {
+        vectorised(
+            #[inline(always)]
+            || self.lane_points(t, &mut work.lanes),
+        )
+        .least
+    }
+
+    /// Rows of a point in the coordinates of the frame.
+    fn reduced_rows(&self) -> usize {
+        self.legs[0].n()
+    }
+
+    /// Leaves the points in the first stage.
+    #[inline(always)]
+    fn lane_points(&self, t: Lanes, work: &mut LaneWork) -> Margin {
+        let mut margin = Margin::WIDE;
+        for (leg, stage) in self.lane_legs.iter().zip(&mut work.stages) {
+            leg.points_into(t, &mut work.leg, stage);
         }
-        let moving = moving.get_or_insert_with(|| {
-            Box::new(MovingQuasiGeodesic::new(a.c[0].nrows(), a.c[0].ncols()))
-        });
-        moving.jet_into(a, b, t, order, next)?;
-        std::mem::swap(a, next);
-        moving.jet_into(b, c, t, order, next)?;
-        std::mem::swap(b, next);
-        moving.jet_into(a, b, t, order, out)
+        for level in (1..self.degree()).rev() {
+            for i in 0..level {
+                let (from, to) = work.stages.split_at_mut(i + 1);
+                work.join.advance(&mut from[i], &to[0], t, &mut margin);
+            }
+        }
+        margin
+    }
+
+    /// Points at up to eight parameters, side by side in `out`; true where the careful route is needed.
+    #[inline(always)]
+    fn lane_block(&self, t: &[f64], work: &mut LaneWork, out: MatMut<'_, f64>) -> [bool; LANES] {
+        let mut lanes = Lanes::splat(t[0]);
+        lanes.0[..t.len()].copy_from_slice(t);
+        let margin = self.lane_points(lanes, work);
+        let (k, mut out) = (self.k(), out);
+        for lane in 0..t.len() {
+            for j in 0..k {
+                let target = out.rb_mut().col_mut(lane * k + j);
+                let target = target.try_as_col_major_mut();
+                let column = work.stages[0].col(j);
+                match target {
+                    Some(target) => {
+                        for (x, entry) in target.as_slice_mut().iter_mut().zip(column) {
+                            *x = entry.0[lane];
+                        }
+                    }
+                    None => {
+                        for (i, entry) in column.iter().enumerate() {
+                            out[(i, lane * k + j)] = entry.0[lane];
+                        }
+                    }
+                }
+            }
+        }
+        margin.hard
     }
 }
 
-/// Error `InvalidArgument` unless a leg, which ends at `end`, is the principal quasi-geodesic between its ends.
-fn check_principal(name: &'static str, leg: &QuasiGeodesic, end: &Mat<f64>) -> Result<()> {
-    let principal = QuasiGeodesic::between(leg.point(0.0)?.as_ref(), end.as_ref())?;
-    let velocity = leg.initial_velocity();
-    let (size, gap) = (
-        velocity.norm_l2(),
-        (&velocity - principal.initial_velocity()).norm_l2(),
-    );
-    if gap <= SAME_BRANCH * size.max(1.0) {
-        return Ok(());
-    }
-    let requirement = "short enough for its third to be the velocity of a principal quasi-geodesic";
-    Err(Error::InvalidArgument {
-        name,
-        requirement,
-        found: 3.0 * size,
-    })
-}
-
-impl Curve for GeometricCubic {
+impl Curve for GeometricPolynomial {
     type Workspace = Workspace;
 
     fn n(&self) -> usize {
@@ -217,7 +201,10 @@ impl Curve for GeometricCubic {
     }
 
     fn workspace(&self) -> Workspace {
-        Workspace::new(self.legs[0].n(), self.legs[0].k())
+        Workspace {
+            lanes: LaneWork::new(self.reduced_rows(), self.k(), self.degree()),
+            careful: None,
+        }
     }
 
     fn coordinates_into(
@@ -228,17 +215,78 @@ impl Curve for GeometricCubic {
         out: &mut Jet,
     ) -> Result<()> {
         check_parameter(t)?;
-        if order == 0 {
-            self.position_into(t, work, out)
-        } else {
-            self.derivatives_into(t, order, work, out)
+        work.careful(self).coordinates_into(&self.legs, t, order)?;
+        out.copy_from(&work.careful(self).stages[0], order);
+        Ok(())
+    }
+
+    fn positions_into(
+        &self,
+        t: &[f64],
+        work: &mut Workspace,
+        mut out: MatMut<'_, f64>,
+    ) -> Result<()> {
+        let k = self.k();
+        let mut hard = [false; LANES];
+        for (block, t) in t.chunks(LANES).enumerate() {
+            let mut target = out.rb_mut().subcols_mut(LANES * k * block, k * t.len());
+            if t.iter().all(|t| t.abs() <= LANE_RANGE) {
+                hard = vectorised(
+                    #[inline(always)]
+                    || self.lane_block(t, &mut work.lanes, target.rb_mut()),
+                );
+            } else {
+                hard.fill(true);
+            }
+            for (lane, &t) in t.iter().enumerate().filter(|(lane, _)| hard[*lane]) {
+                check_parameter(t)?;
+                let careful = work.careful(self);
+                careful.coordinates_into(&self.legs, t, 0)?;
+                let point = careful.stages[0].c[0].as_ref();
+                target.rb_mut().subcols_mut(lane * k, k).copy_from(point);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Buffers for evaluating geometric polynomials of one shape and degree.
+pub struct Workspace {
+    lanes: LaneWork,
+    careful: Option<Box<Careful>>,
+}
+
+impl Workspace {
+    fn careful(&mut self, curve: &GeometricPolynomial) -> &mut Careful {
+        self.careful.get_or_insert_with(|| {
+            Box::new(Careful::new(
+                curve.reduced_rows(),
+                curve.k(),
+                curve.degree(),
+            ))
+        })
+    }
+}
+
+struct LaneWork {
+    stages: Vec<LaneMatrix>,
+    leg: LaneLegWork,
+    join: LaneJoin,
+}
+
+impl LaneWork {
+    fn new(r: usize, k: usize, degree: usize) -> Self {
+        LaneWork {
+            stages: (0..degree).map(|_| LaneMatrix::zeros(r, k)).collect(),
+            leg: LaneLegWork::new(k),
+            join: LaneJoin::new(r, k),
         }
     }
 }
 
-/// Buffers for evaluating geometric cubics of one shape.
-pub struct Workspace {
-    stage: [Jet; 3],
+/// One parameter at a time, with every special case, and with derivatives.
+struct Careful {
+    stages: Vec<Jet>,
     next: Jet,
     evaluation: Evaluation,
     joining: QuasiGeodesic,
@@ -246,10 +294,10 @@ pub struct Workspace {
     moving: Option<Box<MovingQuasiGeodesic>>,
 }
 
-impl Workspace {
-    fn new(r: usize, k: usize) -> Self {
-        Workspace {
-            stage: std::array::from_fn(|_| Jet::zeros(r, k)),
+impl Careful {
+    fn new(r: usize, k: usize, degree: usize) -> Self {
+        Careful {
+            stages: (0..degree).map(|_| Jet::zeros(r, k)).collect(),
             next: Jet::zeros(r, k),
             evaluation: Evaluation::new(k),
             joining: QuasiGeodesic::zeros(r, k),
@@ -257,51 +305,49 @@ impl Workspace {
             moving: None,
         }
     }
-}
 
-/// The span of a few `n x k` matrices. The isometries that fix it pointwise fix every curve built from them, so
-/// the curve stays in it.
-struct Span {
-    basis: Option<Mat<f64>>,
-}
-
-impl Span {
-    fn of(matrices: &[MatRef<'_, f64>; 4]) -> Self {
-        let (n, k) = (matrices[0].nrows(), matrices[0].ncols());
-        if n <= 4 * k {
-            return Span { basis: None };
+    /// Leaves the Taylor coefficients in the first stage.
+    fn coordinates_into(&mut self, legs: &[QuasiGeodesic], t: f64, order: usize) -> Result<()> {
+        for (leg, stage) in legs.iter().zip(&mut self.stages) {
+            leg.jet_into(t, order, &mut self.evaluation, stage)?;
         }
-        let stacked = Mat::from_fn(n, 4 * k, |i, j| matrices[j / k][(i, j % k)]);
-        Span {
-            basis: Some(thin_q(stacked.as_ref())),
+        for level in (1..legs.len()).rev() {
+            for i in 0..level {
+                if order == 0 {
+                    self.advance(i, t)?;
+                } else {
+                    self.advance_jet(i, t, order)?;
+                }
+            }
         }
+        Ok(())
     }
 
-    fn down(&self, a: MatRef<'_, f64>) -> Mat<f64> {
-        self.basis
-            .as_ref()
-            .map_or_else(|| a.to_owned(), |e| e.transpose() * a)
+    fn advance(&mut self, i: usize, t: f64) -> Result<()> {
+        let [from, to] = [i, i + 1].map(|j| self.stages[j].c[0].as_ref());
+        self.joining.join(from, to, &mut self.problem)?;
+        self.joining
+            .jet_into(t, 0, &mut self.evaluation, &mut self.stages[i])
     }
 
-    fn up(&self, a: &Mat<f64>) -> Mat<f64> {
-        self.basis.as_ref().map_or_else(|| a.clone(), |e| e * a)
+    fn advance_jet(&mut self, i: usize, t: f64, order: usize) -> Result<()> {
+        let [from, to] = [i, i + 1].map(|j| &self.stages[j]);
+        let moving = self.moving.get_or_insert_with(|| {
+            let (r, k) = from.c[0].shape();
+            Box::new(MovingQuasiGeodesic::new(r, k))
+        });
+        moving.jet_into(from, to, t, order, &mut self.next)?;
+        std::mem::swap(&mut self.stages[i], &mut self.next);
+        Ok(())
     }
 }
 
 /// Convenience for a whole array of control points.
-impl TryFrom<&[Mat<f64>]> for GeometricCubic {
+impl TryFrom<&[Mat<f64>]> for GeometricPolynomial {
     type Error = Error;
 
     fn try_from(points: &[Mat<f64>]) -> Result<Self> {
-        match points {
-            [a, b, c, d] => {
-                Self::from_control_points([a.as_ref(), b.as_ref(), c.as_ref(), d.as_ref()])
-            }
-            _ => Err(Error::Shape {
-                name: "control points",
-                expected: "(4, n, k)".to_owned(),
-                found: format!("({}, n, k)", points.len()),
-            }),
-        }
+        let points: Vec<_> = points.iter().map(|point| point.as_ref()).collect();
+        Self::new(&points)
     }
 }

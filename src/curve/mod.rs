@@ -3,11 +3,15 @@
 //! A curve lives in the span of a few columns (its frame); points are computed there and lifted by one product
 //! for a whole block of parameters. Blocks have a fixed size, so results do not depend on the number of threads.
 
+mod branch;
 mod cost;
 pub mod de_casteljau;
+pub mod geometric_cubic;
 mod quasi_geodesic;
+pub(crate) mod span;
 
-pub use de_casteljau::GeometricCubic;
+pub use de_casteljau::GeometricPolynomial;
+pub use geometric_cubic::GeometricCubic;
 
 use faer::prelude::*;
 use faer::{Mat, MatMut, MatRef};
@@ -22,6 +26,9 @@ use crate::manifold::covariant;
 
 /// Parameters per block: enough for an efficient product, few enough to share out evenly.
 const BLOCK: usize = 64;
+
+/// Coordinates below this lift without overflow.
+const HUGE: f64 = 1e300;
 
 /// What to sample along a curve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -150,6 +157,29 @@ pub trait Curve: Sync {
         out: &mut Jet,
     ) -> Result<()>;
 
+    /// Coordinates of the positions at many parameters, side by side in `out`, shape `(r, k len)`.
+    ///
+    /// By default one after the other; a curve that computes many at once does better.
+    ///
+    /// # Errors
+    /// Where the curve does not exist at one of them.
+    fn positions_into(
+        &self,
+        t: &[f64],
+        work: &mut Self::Workspace,
+        mut out: MatMut<'_, f64>,
+    ) -> Result<()> {
+        let k = self.k();
+        let mut jet = Jet::zeros(out.nrows(), k);
+        for (i, &t) in t.iter().enumerate() {
+            self.coordinates_into(t, 0, work, &mut jet)?;
+            out.rb_mut()
+                .subcols_mut(i * k, k)
+                .copy_from(jet.c[0].as_ref());
+        }
+        Ok(())
+    }
+
     /// Position at `t`, shape `(n, k)`.
     ///
     /// # Errors
@@ -254,7 +284,7 @@ fn sample_into<C: Curve + ?Sized>(
         return Err(Error::NonFinite { name: "t", index });
     }
     let (n, k) = (curve.n(), curve.k());
-    let buffers = || (curve.workspace(), Block::new(curve));
+    let buffers = || (curve.workspace(), Block::new(curve, t.len()));
     let one = |(work, block): &mut (C::Workspace, Block), (out, t): (&mut [f64], &[f64])| {
         interrupt.check("curve sampling")?;
         let columns = MatMut::from_column_major_slice_mut(out, n, k * t.len());
@@ -271,17 +301,16 @@ fn sample_into<C: Curve + ?Sized>(
 
 /// Coordinates of one block of parameters, and their lift.
 struct Block {
-    jet: Jet,
     coordinates: Mat<f64>,
+    jet: Option<Jet>,
 }
 
 impl Block {
-    fn new<C: Curve + ?Sized>(curve: &C) -> Self {
-        let r = curve.frame().map_or(curve.n(), |frame| frame.ncols());
-        let lifted = curve.frame().is_some();
+    fn new<C: Curve + ?Sized>(curve: &C, len: usize) -> Self {
+        let rows = curve.frame().map_or(0, |frame| frame.ncols());
         Block {
-            jet: Jet::zeros(r, curve.k()),
-            coordinates: Mat::zeros(r, if lifted { curve.k() * BLOCK } else { 0 }),
+            coordinates: Mat::zeros(rows, curve.k() * len.min(BLOCK)),
+            jet: None,
         }
     }
 
@@ -293,22 +322,42 @@ impl Block {
         work: &mut C::Workspace,
         mut columns: MatMut<'_, f64>,
     ) -> Result<()> {
-        let k = curve.k();
-        for (i, &t) in t.iter().enumerate() {
-            curve.coordinates_into(t, quantity.order(), work, &mut self.jet)?;
-            let target = if curve.frame().is_some() {
-                self.coordinates.as_mut()
-            } else {
-                columns.rb_mut()
-            };
-            quantity.read_into(&self.jet, target.subcols_mut(i * k, k));
+        let size = curve.k() * t.len();
+        let Some(frame) = curve.frame() else {
+            read_block(curve, t, quantity, work, &mut self.jet, columns.rb_mut())?;
+            return check_range("curve", columns.rb());
+        };
+        let mut target = self.coordinates.as_mut().subcols_mut(0, size);
+        read_block(curve, t, quantity, work, &mut self.jet, target.rb_mut())?;
+        check_range("curve", target.rb())?;
+        mul_into(columns.rb_mut(), 1.0, frame, target.rb());
+        // The frame's columns have length one, so only sums of huge numbers can overflow.
+        if target.norm_max() > HUGE {
+            return check_range("curve", columns.rb());
         }
-        if let Some(frame) = curve.frame() {
-            let coordinates = self.coordinates.as_ref().subcols(0, k * t.len());
-            mul_into(columns.rb_mut(), 1.0, frame, coordinates);
-        }
-        check_range("curve", columns.rb())
+        Ok(())
     }
+}
+
+/// One quantity at every parameter of a block, side by side, in the coordinates of the frame.
+fn read_block<C: Curve + ?Sized>(
+    curve: &C,
+    t: &[f64],
+    quantity: Quantity,
+    work: &mut C::Workspace,
+    jet: &mut Option<Jet>,
+    mut out: MatMut<'_, f64>,
+) -> Result<()> {
+    if quantity == Quantity::Derivative(0) {
+        return curve.positions_into(t, work, out);
+    }
+    let (rows, k) = (out.nrows(), curve.k());
+    let jet = jet.get_or_insert_with(|| Jet::zeros(rows, k));
+    for (i, &t) in t.iter().enumerate() {
+        curve.coordinates_into(t, quantity.order(), work, jet)?;
+        quantity.read_into(jet, out.rb_mut().subcols_mut(i * k, k));
+    }
+    Ok(())
 }
 
 /// Error `NonFinite` where a curve parameter is NaN or infinite.

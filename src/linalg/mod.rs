@@ -5,6 +5,8 @@
 
 pub mod decomp;
 pub mod jet;
+pub(crate) mod lane_matrix;
+pub(crate) mod lanes;
 pub mod orthogonal_log;
 pub mod product;
 pub mod skew_exp;

@@ -1,6 +1,8 @@
 //! The Stiefel manifold `St(n, k)`: points, tangent vectors, and the maps between them.
 
 pub mod covariant;
+pub(crate) mod lane_join;
+pub(crate) mod lane_leg;
 pub mod metric;
 pub mod quasi_geodesic;
 pub(crate) mod quasi_geodesic_jet;

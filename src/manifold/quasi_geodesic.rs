@@ -294,6 +294,11 @@ impl QuasiGeodesic {
         Ok(())
     }
 
+    /// The factor `W^T`, shape `(k, k)`.
+    pub(crate) fn right(&self) -> MatRef<'_, f64> {
+        self.right.as_ref()
+    }
+
     /// The frame `[S W, Q]`, shape `(n, 2k)`.
     pub(crate) fn frame(&self) -> MatRef<'_, f64> {
         self.frame.as_ref()
@@ -301,9 +306,9 @@ impl QuasiGeodesic {
 }
 
 /// Buffers for evaluating quasi-geodesics of one `k`.
-pub(crate) struct Evaluation {
-    turning: Turning,
-    coordinates: Jet,
+pub struct Evaluation {
+    pub(crate) turning: Turning,
+    pub(crate) coordinates: Jet,
 }
 
 impl Evaluation {
@@ -316,7 +321,7 @@ impl Evaluation {
 }
 
 /// Taylor coefficients of `W^T e^{t Omega}`.
-pub struct Turning {
+pub(crate) struct Turning {
     exp: SkewExp,
     turn: Mat<f64>,
     rates: [Mat<f64>; ORDER + 1],

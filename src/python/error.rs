@@ -121,6 +121,7 @@ pub fn to_exception(py: Python<'_>, error: &Error, place: &str) -> PyErr {
     match error {
         Error::OutsideLogDomain { .. }
         | Error::NoJoiningCurve { .. }
+        | Error::BranchJump { .. }
         | Error::DifferentComponents { .. }
         | Error::OutsideChart { .. } => build(
             py,

@@ -1,0 +1,69 @@
+//! Whether a de Casteljau curve stays on one branch: intermediate points never an angle of pi apart.
+//!
+//! The margin of a stage (`1 + cos` of its largest angles, see [`Margin`](crate::manifold::lane_join::Margin)) touches
+//! zero where the principal quasi-geodesic jumps to another branch. It is sampled on a grid, and each local minimum
+//! that is small is followed, eight parameters at a time, until it is a zero or clearly is not.
+
+use super::Curve;
+use super::de_casteljau::{GeometricPolynomial, Workspace};
+use crate::error::{Error, Result};
+use crate::linalg::lanes::{LANES, Lanes};
+
+/// Intervals of the first grid: an angle turns by a small part of pi in one.
+const GRID: usize = 64;
+
+/// Minima above this on the grid (angles below about 115 degrees) do not fall to zero between its points.
+const SMALL: f64 = 0.6;
+
+/// A minimum below this is a zero: an angle within about 1e-5 of pi.
+const ZERO: f64 = 1e-10;
+
+/// Each round makes an interval about four times shorter.
+const ROUNDS: usize = 16;
+
+/// Error `BranchJump` where the curve changes its branch inside of `[0, 1]`.
+pub(super) fn check(curve: &GeometricPolynomial) -> Result<()> {
+    let mut work = curve.workspace();
+    let (mut margins, step) = ([0.0; GRID + LANES], 1.0 / GRID as f64);
+    for first in (0..=GRID).step_by(LANES) {
+        let t = Lanes(std::array::from_fn(|l| {
+            ((first + l) as f64 * step).min(1.0)
+        }));
+        margins[first..first + LANES].copy_from_slice(&curve.margins(t, &mut work).0);
+    }
+    for i in 0..=GRID {
+        let (before, after) = (i.saturating_sub(1), (i + 1).min(GRID));
+        let lowest = margins[i] <= margins[before] && margins[i] <= margins[after];
+        if lowest && margins[i] < SMALL {
+            let (t, least) = minimum(curve, before as f64 * step, after as f64 * step, &mut work);
+            if least < ZERO {
+                return Err(Error::BranchJump { t });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The smallest margin between two parameters, and where it is.
+fn minimum(
+    curve: &GeometricPolynomial,
+    mut low: f64,
+    mut high: f64,
+    work: &mut Workspace,
+) -> (f64, f64) {
+    let (mut place, mut least) = (low, f64::INFINITY);
+    for _ in 0..ROUNDS {
+        let width = (high - low) / (LANES - 1) as f64;
+        let t: [f64; LANES] = std::array::from_fn(|l| low + l as f64 * width);
+        for (t, margin) in t.into_iter().zip(curve.margins(Lanes(t), work).0) {
+            if margin < least {
+                (place, least) = (t, margin);
+            }
+        }
+        if least < ZERO {
+            break;
+        }
+        (low, high) = ((place - width).max(low), (place + width).min(high));
+    }
+    (place, least)
+}

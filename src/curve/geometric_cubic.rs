@@ -1,0 +1,181 @@
+//! The geometric cubic: de Casteljau's algorithm of degree three from boundary data.
+//!
+//! # Source
+//! Krakowski, Machado, Silva Leite, Batista (2017); arXiv 2404.19407, section on the adjusted algorithm (its
+//! `X_0 .. X_5`, `Omega_0 .. Omega_5` are the six quasi-geodesics of the three stages).
+
+use faer::{Mat, MatMut, MatRef, Scale};
+
+use super::Curve;
+use super::de_casteljau::{GeometricPolynomial, Workspace};
+use super::span::Span;
+use crate::error::{Error, Result};
+use crate::linalg::jet::Jet;
+use crate::manifold::QuasiGeodesic;
+use crate::manifold::stiefel::{POINT_TOLERANCE, Stiefel, TANGENT_TOLERANCE};
+
+/// Two quasi-geodesics between the same points have the same velocity, to round-off times the conditioning of the
+/// logarithm, or velocities that are about a turn apart.
+const SAME_BRANCH: f64 = 1e-3;
+
+/// A geometric cubic: the curve of the adjusted de Casteljau algorithm on `[0, 1]`.
+///
+/// ```math
+/// \gamma(t) = e^{t X_5}\, b_{012}(t)\, e^{t \Omega_5},\qquad b_{012}(t) = e^{t X_3}\, b_{01}(t)\, e^{t \Omega_3}
+/// ```
+///
+/// It meets its end points and end velocities to round-off; in between it is close to the Riemannian cubic with the
+/// same data, not equal to it. Evaluation costs `O(k^3)` per parameter and one product to lift.
+///
+/// # Domain
+/// That of [`GeometricPolynomial`]: far or fast data (on `St(3,2)`: speeds of 6 and more, or arbitrary control points)
+/// for which intermediate points reach an angle of pi inside of `[0, 1]` are refused.
+///
+/// # Examples
+/// ```
+/// use faer::{Mat, mat};
+/// use stiefel_rs::{Curve, GeometricCubic};
+/// let (s0, v0) = (mat![[1.0], [0.0], [0.0]], mat![[0.0], [1.0], [0.0]]);
+/// let (s1, v1) = (mat![[0.0], [1.0], [0.0]], mat![[0.0], [0.0], [2.0]]);
+/// let curve = GeometricCubic::from_boundary(s0.as_ref(), v0.as_ref(), s1.as_ref(), v1.as_ref())?;
+/// let end_velocity: Mat<f64> = curve.derivative(1.0, 1)?;
+/// assert!((end_velocity - v1).norm_l2() < 1e-13);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct GeometricCubic(GeometricPolynomial);
+
+impl GeometricCubic {
+    /// The curve with end points `s0, s1` and end velocities `v0, v1`, all of shape `(n, k)`.
+    ///
+    /// The outer legs are the quasi-geodesics with velocities `v0 / 3` and `v1 / 3`. The end velocities are met
+    /// where those are the principal ones between their end points (on the sphere: speeds below `3 pi`), because
+    /// the later stages join points by principal quasi-geodesics.
+    ///
+    /// # Errors
+    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `InvalidArgument` where an end velocity is too long
+    /// to be met; `NoJoiningCurve`, `OutsideLogDomain`,
+    /// `DifferentComponents` where the inner control points cannot be joined, `BranchJump` where intermediate points
+    /// cannot.
+    pub fn from_boundary(
+        s0: MatRef<'_, f64>,
+        v0: MatRef<'_, f64>,
+        s1: MatRef<'_, f64>,
+        v1: MatRef<'_, f64>,
+    ) -> Result<Self> {
+        let manifold = Stiefel::of("S0", s0)?;
+        manifold.check_point("S0", s0, POINT_TOLERANCE)?;
+        manifold.check_tangent("V0", s0, v0, TANGENT_TOLERANCE)?;
+        manifold.check_point("S1", s1, POINT_TOLERANCE)?;
+        manifold.check_tangent("V1", s1, v1, TANGENT_TOLERANCE)?;
+        let span = Span::of(&[s0, v0, s1, v1]);
+        let first = QuasiGeodesic::from_velocity(
+            span.down(s0).as_ref(),
+            (span.down(v0) * Scale(1.0 / 3.0)).as_ref(),
+        )?;
+        let last = QuasiGeodesic::from_velocity(
+            span.down(s1).as_ref(),
+            (span.down(v1) * Scale(-1.0 / 3.0)).as_ref(),
+        )?;
+        let inner = [first.point(1.0)?, last.point(1.0)?];
+        check_principal("V0", &first, &inner[0])?;
+        check_principal("V1", &last, &inner[1])?;
+        let middle = QuasiGeodesic::between(inner[0].as_ref(), inner[1].as_ref())?;
+        let control_points = vec![
+            s0.to_owned(),
+            span.up(&inner[0]),
+            span.up(&inner[1]),
+            s1.to_owned(),
+        ];
+        let legs = vec![first, middle, last.reversed()?];
+        GeometricPolynomial::of_legs(control_points, span, legs).map(GeometricCubic)
+    }
+
+    /// The curve with the given control points, each of shape `(n, k)`.
+    ///
+    /// # Errors
+    /// `Shape`, `NonFinite`, `NotOrthonormal`; `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents` where
+    /// two consecutive points cannot be joined, `BranchJump` where intermediate points cannot.
+    pub fn from_control_points(points: [MatRef<'_, f64>; 4]) -> Result<Self> {
+        GeometricPolynomial::new(&points).map(GeometricCubic)
+    }
+
+    /// The four control points, each of shape `(n, k)`.
+    pub fn control_points(&self) -> &[Mat<f64>; 4] {
+        match self.0.control_points().first_chunk() {
+            Some(points) => points,
+            None => unreachable!("a cubic has four"),
+        }
+    }
+}
+
+/// Error `InvalidArgument` unless a leg, which ends at `end`, is the principal quasi-geodesic between its ends.
+fn check_principal(name: &'static str, leg: &QuasiGeodesic, end: &Mat<f64>) -> Result<()> {
+    let principal = QuasiGeodesic::between(leg.point(0.0)?.as_ref(), end.as_ref())?;
+    let velocity = leg.initial_velocity();
+    let (size, gap) = (
+        velocity.norm_l2(),
+        (&velocity - principal.initial_velocity()).norm_l2(),
+    );
+    if gap <= SAME_BRANCH * size.max(1.0) {
+        return Ok(());
+    }
+    let requirement = "short enough for its third to be the velocity of a principal quasi-geodesic";
+    Err(Error::InvalidArgument {
+        name,
+        requirement,
+        found: 3.0 * size,
+    })
+}
+
+impl Curve for GeometricCubic {
+    type Workspace = Workspace;
+
+    fn n(&self) -> usize {
+        self.0.n()
+    }
+
+    fn k(&self) -> usize {
+        self.0.k()
+    }
+
+    fn frame(&self) -> Option<MatRef<'_, f64>> {
+        self.0.frame()
+    }
+
+    fn workspace(&self) -> Workspace {
+        self.0.workspace()
+    }
+
+    fn coordinates_into(
+        &self,
+        t: f64,
+        order: usize,
+        work: &mut Workspace,
+        out: &mut Jet,
+    ) -> Result<()> {
+        self.0.coordinates_into(t, order, work, out)
+    }
+
+    fn positions_into(&self, t: &[f64], work: &mut Workspace, out: MatMut<'_, f64>) -> Result<()> {
+        self.0.positions_into(t, work, out)
+    }
+}
+
+/// Convenience for a whole array of control points.
+impl TryFrom<&[Mat<f64>]> for GeometricCubic {
+    type Error = Error;
+
+    fn try_from(points: &[Mat<f64>]) -> Result<Self> {
+        match points {
+            [a, b, c, d] => {
+                Self::from_control_points([a.as_ref(), b.as_ref(), c.as_ref(), d.as_ref()])
+            }
+            _ => Err(Error::Shape {
+                name: "control points",
+                expected: "(4, n, k)".to_owned(),
+                found: format!("({}, n, k)", points.len()),
+            }),
+        }
+    }
+}

@@ -1,0 +1,109 @@
+//! A fixed quasi-geodesic at eight parameters at once.
+
+use crate::error::Result;
+use crate::linalg::SkewSchur;
+use crate::linalg::lane_matrix::LaneMatrix;
+use crate::linalg::lanes::Lanes;
+use crate::manifold::QuasiGeodesic;
+
+/// `beta(t) = F [cos(t Sigma) G; sin(t Sigma) G]` with `G = W^T V e^{t D} V^T`, `Omega = V D V^T` in real Schur form:
+/// everything that does not depend on `t` is computed once.
+#[derive(Debug, Clone)]
+pub(crate) struct LaneLeg {
+    k: usize,
+    /// `[S W, Q]` column by column, `r x 2k`.
+    frame: Vec<f64>,
+    angles: Vec<f64>,
+    /// `W^T V` and `V`, column by column.
+    right: Vec<f64>,
+    basis: Vec<f64>,
+    /// Angles of `Omega`.
+    turns: Vec<f64>,
+}
+
+/// Buffers for legs of one `k`.
+pub(crate) struct LaneLegWork {
+    turned: LaneMatrix,
+    coordinates: LaneMatrix,
+}
+
+impl LaneLegWork {
+    pub(crate) fn new(k: usize) -> Self {
+        LaneLegWork {
+            turned: LaneMatrix::zeros(k, k),
+            coordinates: LaneMatrix::zeros(2 * k, k),
+        }
+    }
+}
+
+impl LaneLeg {
+    pub(crate) fn new(curve: &QuasiGeodesic) -> Result<Self> {
+        let k = curve.k();
+        let mut schur = SkewSchur::new(k);
+        schur.compute(curve.omega())?;
+        let right = curve.right() * schur.basis();
+        let by_columns = |a: faer::MatRef<'_, f64>| -> Vec<f64> {
+            (0..a.ncols())
+                .flat_map(|j| (0..a.nrows()).map(move |i| a[(i, j)]))
+                .collect()
+        };
+        Ok(LaneLeg {
+            k,
+            frame: by_columns(curve.frame()),
+            angles: curve.angles().to_vec(),
+            right: by_columns(right.as_ref()),
+            basis: by_columns(schur.basis()),
+            turns: schur.angles().to_vec(),
+        })
+    }
+
+    /// Positions, shape `(r, k)`.
+    #[inline(always)]
+    pub(crate) fn points_into(&self, t: Lanes, work: &mut LaneLegWork, out: &mut LaneMatrix) {
+        let k = self.k;
+        self.turn(t, work);
+        for i in 0..k {
+            let (sin, cos) = (t * self.angles[i]).sin_cos();
+            for j in 0..k {
+                let g = if k == 1 {
+                    Lanes::splat(self.right[0])
+                } else {
+                    self.turned_entry(&work.turned, i, j)
+                };
+                work.coordinates.set(i, j, g * cos);
+                work.coordinates.set(k + i, j, g * sin);
+            }
+        }
+        out.set_constant_product(&self.frame, &work.coordinates);
+    }
+
+    /// `W^T V e^{tD}`.
+    #[inline(always)]
+    fn turn(&self, t: Lanes, work: &mut LaneLegWork) {
+        let k = self.k;
+        for (l, &angle) in self.turns.iter().enumerate() {
+            let (sin, cos) = (t * angle).sin_cos();
+            for i in 0..k {
+                let (x, y) = (self.right[2 * l * k + i], self.right[(2 * l + 1) * k + i]);
+                work.turned.set(i, 2 * l, cos * x + sin * y);
+                work.turned.set(i, 2 * l + 1, cos * y - sin * x);
+            }
+        }
+        if k % 2 == 1 {
+            for i in 0..k {
+                work.turned
+                    .set(i, k - 1, Lanes::splat(self.right[(k - 1) * k + i]));
+            }
+        }
+    }
+
+    /// Entry of `W^T V e^{tD} V^T`.
+    #[inline(always)]
+    fn turned_entry(&self, turned: &LaneMatrix, i: usize, j: usize) -> Lanes {
+        let mut sum = Lanes::ZERO;
+        for l in 0..self.k {
+            sum += turned.at(i, l) * self.basis[l * self.k + j];
+        }
+        sum
+    }
+}
