@@ -12,6 +12,7 @@ __all__ = [
     "Chart",
     "Curve",
     "GeometricCubic",
+    "GeometricPolynomial",
     "QuasiGeodesic",
     "ShootingResult",
     "SolverReport",
@@ -94,13 +95,18 @@ class QuasiGeodesic(Curve):
     @staticmethod
     def from_velocity(S: ArrayLike, V: ArrayLike) -> QuasiGeodesic: ...
 
+class GeometricPolynomial(Curve):
+    def __new__(cls, P: ArrayLike) -> GeometricPolynomial: ...
+    @property
+    def control_points(self) -> _Array: ...
+    @property
+    def degree(self) -> int: ...
+
 @final
-class GeometricCubic(Curve):
+class GeometricCubic(GeometricPolynomial):
     def __new__(cls, S0: ArrayLike, V0: ArrayLike, S1: ArrayLike, V1: ArrayLike) -> GeometricCubic: ...
     @staticmethod
     def from_control_points(P: ArrayLike) -> GeometricCubic: ...
-    @property
-    def control_points(self) -> _Array: ...
 
 @final
 class ShootingResult:

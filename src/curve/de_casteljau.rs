@@ -134,6 +134,12 @@ impl GeometricPolynomial {
         .least
     }
 
+    /// A bound of the spectral norm of the velocity along all legs.
+    pub(super) fn largest_leg_speed(&self) -> f64 {
+        let speeds = self.lane_legs.iter().map(LaneLeg::speed_bound);
+        speeds.fold(0.0, f64::max)
+    }
+
     /// Rows of a point in the coordinates of the frame.
     fn reduced_rows(&self) -> usize {
         self.legs[0].n()

@@ -128,6 +128,13 @@ fn check_principal(name: &'static str, leg: &QuasiGeodesic, end: &Mat<f64>) -> R
     })
 }
 
+/// The same curve, as one of any degree.
+impl From<GeometricCubic> for GeometricPolynomial {
+    fn from(curve: GeometricCubic) -> Self {
+        curve.0
+    }
+}
+
 impl Curve for GeometricCubic {
     type Workspace = Workspace;
 

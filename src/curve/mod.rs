@@ -27,6 +27,9 @@ use crate::manifold::covariant;
 /// Parameters per block: enough for an efficient product, few enough to share out evenly.
 const BLOCK: usize = 64;
 
+/// Rows of one piece of a lift: with some tens of columns of the frame it fits into the second cache.
+const LIFT_ROWS: usize = 512;
+
 /// Coordinates below this lift without overflow.
 const HUGE: f64 = 1e300;
 
@@ -231,8 +234,36 @@ pub trait Curve: Sync {
     /// curve does not exist at some parameter.
     fn sample(&self, t: &[f64], quantity: Quantity, interrupt: Interrupt<'_>) -> Result<Samples> {
         let mut out = Samples::zeros(self.n(), self.k(), t.len());
-        sample_into(self, t, quantity, interrupt, &mut out.entries)?;
+        let (entries, n) = (&mut out.entries, self.n());
+        for_blocks(self, t, quantity, interrupt, entries, n, read_lifted)?;
         Ok(out)
+    }
+
+    /// The coordinates in the frame of one quantity at many parameters, side by side, shape `(r, k len)`; in parallel.
+    ///
+    /// [`lift_into`] makes values of them: in pieces, where all of them together are large.
+    ///
+    /// # Errors
+    /// As [`Curve::sample`].
+    fn sample_coordinates(
+        &self,
+        t: &[f64],
+        quantity: Quantity,
+        interrupt: Interrupt<'_>,
+    ) -> Result<Mat<f64>> {
+        let rows = self.frame().map_or(self.n(), |frame| frame.ncols());
+        let mut entries = vec![0.0; rows * self.k() * t.len()];
+        for_blocks(
+            self,
+            t,
+            quantity,
+            interrupt,
+            &mut entries,
+            rows,
+            read_checked,
+        )?;
+        let all = MatRef::from_column_major_slice(&entries, rows, self.k() * t.len());
+        Ok(all.to_owned())
     }
 
     /// Squared-acceleration cost over [`Curve::t_span`].
@@ -265,12 +296,50 @@ pub trait Curve: Sync {
     }
 }
 
-fn sample_into<C: Curve + ?Sized>(
+/// Values from coordinates: `out = frame * coordinates`, rows in parallel.
+///
+/// Pieces of rows stay in the cache for all columns; each entry is computed the same way on any number of threads.
+pub fn lift_into(frame: MatRef<'_, f64>, coordinates: MatRef<'_, f64>, out: MatMut<'_, f64>) {
+    let n = frame.nrows();
+    if n <= LIFT_ROWS {
+        return mul_into(out, 1.0, frame, coordinates);
+    }
+    let middle = (n / 2).next_multiple_of(LIFT_ROWS);
+    let (upper, lower) = out.split_at_row_mut(middle);
+    let (frame_upper, frame_lower) = frame.split_at_row(middle);
+    rayon::join(
+        || lift_into(frame_upper, coordinates, upper),
+        || lift_into(frame_lower, coordinates, lower),
+    );
+}
+
+/// What one thread needs for one curve.
+struct Buffers<C: Curve + ?Sized> {
+    work: C::Workspace,
+    jet: Option<Jet>,
+    coordinates: Mat<f64>,
+}
+
+impl<C: Curve + ?Sized> Buffers<C> {
+    fn new(curve: &C, len: usize) -> Self {
+        let rows = curve.frame().map_or(0, |frame| frame.ncols());
+        Buffers {
+            work: curve.workspace(),
+            jet: None,
+            coordinates: Mat::zeros(rows, curve.k() * len.min(BLOCK)),
+        }
+    }
+}
+
+/// Hands each block of parameters, and the columns of `rows` entries that belong to it, to `one`.
+fn for_blocks<C: Curve + ?Sized>(
     curve: &C,
     t: &[f64],
     quantity: Quantity,
     interrupt: Interrupt<'_>,
     out: &mut [f64],
+    rows: usize,
+    one: impl Fn(&C, &[f64], Quantity, &mut Buffers<C>, MatMut<'_, f64>) -> Result<()> + Sync,
 ) -> Result<()> {
     if quantity.order() > ORDER {
         let found = quantity.order() as f64;
@@ -283,60 +352,59 @@ fn sample_into<C: Curve + ?Sized>(
     if let Some(index) = t.iter().position(|t| !t.is_finite()) {
         return Err(Error::NonFinite { name: "t", index });
     }
-    let (n, k) = (curve.n(), curve.k());
-    let buffers = || (curve.workspace(), Block::new(curve, t.len()));
-    let one = |(work, block): &mut (C::Workspace, Block), (out, t): (&mut [f64], &[f64])| {
+    let k = curve.k();
+    let block = |buffers: &mut Buffers<C>, (out, t): (&mut [f64], &[f64])| {
         interrupt.check("curve sampling")?;
-        let columns = MatMut::from_column_major_slice_mut(out, n, k * t.len());
-        block.fill(curve, t, quantity, work, columns)
+        let columns = MatMut::from_column_major_slice_mut(out, rows, k * t.len());
+        one(curve, t, quantity, buffers, columns)
     };
     // A single block is not worth a trip to the pool.
     if t.len() <= BLOCK {
-        return one(&mut buffers(), (out, t));
+        return block(&mut Buffers::new(curve, t.len()), (out, t));
     }
-    out.par_chunks_mut(n * k * BLOCK)
+    out.par_chunks_mut(rows * k * BLOCK)
         .zip(t.par_chunks(BLOCK))
-        .try_for_each_init(buffers, one)
+        .try_for_each_init(|| Buffers::new(curve, t.len()), block)
 }
 
-/// Coordinates of one block of parameters, and their lift.
-struct Block {
-    coordinates: Mat<f64>,
-    jet: Option<Jet>,
+/// One quantity at every parameter of a block, side by side, lifted.
+fn read_lifted<C: Curve + ?Sized>(
+    curve: &C,
+    t: &[f64],
+    quantity: Quantity,
+    buffers: &mut Buffers<C>,
+    mut columns: MatMut<'_, f64>,
+) -> Result<()> {
+    let Some(frame) = curve.frame() else {
+        return read_checked(curve, t, quantity, buffers, columns);
+    };
+    let Buffers {
+        work,
+        jet,
+        coordinates,
+    } = buffers;
+    let mut low = coordinates.as_mut().subcols_mut(0, curve.k() * t.len());
+    read_block(curve, t, quantity, work, jet, low.rb_mut())?;
+    check_range("curve", low.rb())?;
+    lift_into(frame, low.rb(), columns.rb_mut());
+    // The frame's columns have length one, so only sums of huge numbers can overflow.
+    if low.norm_max() > HUGE {
+        return check_range("curve", columns.rb());
+    }
+    Ok(())
 }
 
-impl Block {
-    fn new<C: Curve + ?Sized>(curve: &C, len: usize) -> Self {
-        let rows = curve.frame().map_or(0, |frame| frame.ncols());
-        Block {
-            coordinates: Mat::zeros(rows, curve.k() * len.min(BLOCK)),
-            jet: None,
-        }
-    }
-
-    fn fill<C: Curve + ?Sized>(
-        &mut self,
-        curve: &C,
-        t: &[f64],
-        quantity: Quantity,
-        work: &mut C::Workspace,
-        mut columns: MatMut<'_, f64>,
-    ) -> Result<()> {
-        let size = curve.k() * t.len();
-        let Some(frame) = curve.frame() else {
-            read_block(curve, t, quantity, work, &mut self.jet, columns.rb_mut())?;
-            return check_range("curve", columns.rb());
-        };
-        let mut target = self.coordinates.as_mut().subcols_mut(0, size);
-        read_block(curve, t, quantity, work, &mut self.jet, target.rb_mut())?;
-        check_range("curve", target.rb())?;
-        mul_into(columns.rb_mut(), 1.0, frame, target.rb());
-        // The frame's columns have length one, so only sums of huge numbers can overflow.
-        if target.norm_max() > HUGE {
-            return check_range("curve", columns.rb());
-        }
-        Ok(())
-    }
+/// One quantity at every parameter of a block, side by side, in the coordinates of the frame; finite.
+fn read_checked<C: Curve + ?Sized>(
+    curve: &C,
+    t: &[f64],
+    quantity: Quantity,
+    buffers: &mut Buffers<C>,
+    mut out: MatMut<'_, f64>,
+) -> Result<()> {
+    let Buffers { work, jet, .. } = buffers;
+    read_block(curve, t, quantity, work, jet, out.rb_mut())?;
+    check_range("curve", out.rb())
 }
 
 /// One quantity at every parameter of a block, side by side, in the coordinates of the frame.

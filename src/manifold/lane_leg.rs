@@ -57,6 +57,12 @@ impl LaneLeg {
         })
     }
 
+    /// A bound of the spectral norm of the velocity: the largest angle of the normal part and that of `Omega`.
+    pub(crate) fn speed_bound(&self) -> f64 {
+        let largest = |angles: &[f64]| angles.iter().fold(0.0_f64, |m, &x| m.max(x));
+        largest(&self.angles) + largest(&self.turns)
+    }
+
     /// Positions, shape `(r, k)`.
     #[inline(always)]
     pub(crate) fn points_into(&self, t: Lanes, work: &mut LaneLegWork, out: &mut LaneMatrix) {

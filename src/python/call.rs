@@ -61,6 +61,16 @@ impl Call {
             .map_err(|error| to_exception(py, &error, ""))
     }
 
+    /// Runs work of a fraction of a second where it stands, detached from the interpreter: it may borrow.
+    pub fn run_here<T: Send>(
+        &self,
+        py: Python<'_>,
+        work: impl FnOnce() -> T + Send,
+    ) -> PyResult<T> {
+        let pool = self.num_threads.map(pool_of).transpose()?;
+        Ok(py.detach(|| run_in(pool.as_deref(), work)))
+    }
+
     /// Runs `work` detached from the interpreter and returns what it returns.
     pub fn run_any<T: Send + 'static>(
         &self,

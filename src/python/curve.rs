@@ -2,50 +2,72 @@
 
 use std::sync::Arc;
 
-use faer::MatRef;
-use numpy::{PyArray1, PyArrayDyn, PyArrayMethods};
+use faer::{Mat, MatMut, MatRef};
+use numpy::{PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
+use pyo3::types::PyFloat;
 
 use super::call::Call;
 use super::convert::{float_array, matrix, parameters, to_array, tuple, write};
 use super::error::{invalid_input, to_exception};
-use crate::curve::{Curve, GeometricCubic, Quantity, Samples};
-use crate::error::Result;
+use crate::curve::{Curve, GeometricCubic, GeometricPolynomial, Quantity, Samples, lift_into};
+use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::manifold::QuasiGeodesic;
 
 #[expect(clippy::large_enum_variant, reason = "always behind an Arc")]
 enum AnyCurve {
     QuasiGeodesic(QuasiGeodesic),
-    GeometricCubic(GeometricCubic),
+    GeometricPolynomial(GeometricPolynomial),
 }
 
 impl AnyCurve {
     fn shape(&self) -> (usize, usize) {
         match self {
             AnyCurve::QuasiGeodesic(curve) => (curve.n(), curve.k()),
-            AnyCurve::GeometricCubic(curve) => (curve.n(), curve.k()),
+            AnyCurve::GeometricPolynomial(curve) => (curve.n(), curve.k()),
         }
     }
 
     fn t_span(&self) -> (f64, f64) {
         match self {
             AnyCurve::QuasiGeodesic(curve) => curve.t_span(),
-            AnyCurve::GeometricCubic(curve) => curve.t_span(),
+            AnyCurve::GeometricPolynomial(curve) => curve.t_span(),
         }
     }
 
     fn sample(&self, t: &[f64], quantity: Quantity, interrupt: Interrupt<'_>) -> Result<Samples> {
         match self {
             AnyCurve::QuasiGeodesic(curve) => curve.sample(t, quantity, interrupt),
-            AnyCurve::GeometricCubic(curve) => curve.sample(t, quantity, interrupt),
+            AnyCurve::GeometricPolynomial(curve) => curve.sample(t, quantity, interrupt),
+        }
+    }
+
+    fn frame(&self) -> Option<MatRef<'_, f64>> {
+        match self {
+            AnyCurve::QuasiGeodesic(curve) => Curve::frame(curve),
+            AnyCurve::GeometricPolynomial(curve) => curve.frame(),
+        }
+    }
+
+    fn sample_coordinates(
+        &self,
+        t: &[f64],
+        quantity: Quantity,
+        interrupt: Interrupt<'_>,
+    ) -> Result<Mat<f64>> {
+        match self {
+            AnyCurve::QuasiGeodesic(curve) => curve.sample_coordinates(t, quantity, interrupt),
+            AnyCurve::GeometricPolynomial(curve) => {
+                curve.sample_coordinates(t, quantity, interrupt)
+            }
         }
     }
 
     fn cost(&self, interrupt: Interrupt<'_>) -> Result<f64> {
         match self {
             AnyCurve::QuasiGeodesic(curve) => curve.cost_interruptible(interrupt),
-            AnyCurve::GeometricCubic(curve) => curve.cost_interruptible(interrupt),
+            AnyCurve::GeometricPolynomial(curve) => curve.cost_interruptible(interrupt),
         }
     }
 
@@ -55,8 +77,13 @@ impl AnyCurve {
         let cube = (k * k * k) as f64;
         let own = match (self, quantity) {
             (AnyCurve::QuasiGeodesic(_), _) => 100.0 + 20.0 * cube,
-            (AnyCurve::GeometricCubic(_), Quantity::Derivative(0)) => 1e3 + 500.0 * cube,
-            (AnyCurve::GeometricCubic(_), _) => 2e4 + 2e4 * cube,
+            (AnyCurve::GeometricPolynomial(curve), quantity) => {
+                let joins = 0.5 * (curve.degree() * curve.degree()) as f64;
+                match quantity {
+                    Quantity::Derivative(0) => joins * (30.0 + 30.0 * cube),
+                    _ => joins * (5e3 + 5e3 * cube),
+                }
+            }
         };
         own + 8.0 * (n * k * k) as f64
     }
@@ -80,12 +107,21 @@ impl PyCurve {
         quantity: Quantity,
         num_threads: Option<i64>,
     ) -> PyResult<Bound<'py, PyAny>> {
+        let operations = self.inner.operations(quantity);
+        if num_threads.is_none()
+            && operations < IN_PLACE
+            && let Ok(t) = t.cast_exact::<PyFloat>()
+        {
+            return self.sample_one(py, t.value(), quantity);
+        }
         let (mut shape, t) = parameters(t, "t")?;
-        let call = Call::new(
-            py,
-            num_threads,
-            t.len() as f64 * self.inner.operations(quantity),
-        )?;
+        let call = Call::new(py, num_threads, t.len() as f64 * operations)?;
+        if let Some(frame) = self.inner.frame()
+            && frame.nrows() * self.inner.shape().1 * t.len() > LARGE
+            && frame.nrows() > TALL * frame.ncols()
+        {
+            return self.sample_large(py, &call, shape, t, quantity);
+        }
         let curve = Arc::clone(&self.inner);
         let samples = call.run(py, move |interrupt| curve.sample(&t, quantity, interrupt))?;
         let (n, k) = self.inner.shape();
@@ -94,7 +130,75 @@ impl PyCurve {
         let stored = PyArray1::from_vec(py, samples.into_entries()).reshape(shape)?;
         stored.call_method1("swapaxes", (-1, -2))
     }
+
+    /// Coordinates first, then their lift piece by piece into an array of NumPy's, which asks for huge pages: with
+    /// ordinary ones the first touch of gigabytes costs more than the product. Between pieces Ctrl-C is seen.
+    fn sample_large<'py>(
+        &self,
+        py: Python<'py>,
+        call: &Call,
+        mut shape: Vec<usize>,
+        t: Vec<f64>,
+        quantity: Quantity,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let curve = Arc::clone(&self.inner);
+        let work =
+            move |interrupt: Interrupt<'_>| curve.sample_coordinates(&t, quantity, interrupt);
+        let coordinates = call.run(py, work)?;
+        let Some(frame) = self.inner.frame() else {
+            return Err(invalid_input(py, "the curve has no frame".to_owned()));
+        };
+        let (n, k) = self.inner.shape();
+        shape.extend([k, n]);
+        let stored = py.import("numpy")?.call_method1("empty", (shape,))?;
+        let array = stored.cast::<PyArrayDyn<f64>>()?;
+        let mut writer = array.readwrite();
+        let columns = (PIECE / (n * frame.ncols())).max(1);
+        for (i, piece) in writer.as_slice_mut()?.chunks_mut(columns * n).enumerate() {
+            let size = piece.len() / n;
+            let low = coordinates.as_ref().subcols(i * columns, size);
+            let out = MatMut::from_column_major_slice_mut(piece, n, size);
+            call.run_here(py, || lift_into(frame, low, out))?;
+            py.check_signals()?;
+        }
+        if coordinates.norm_max() > HUGE && !writer.as_slice()?.iter().all(|x| x.is_finite()) {
+            let error = Error::Overflow { quantity: "curve" };
+            return Err(to_exception(py, &error, ""));
+        }
+        drop(writer);
+        stored.call_method1("swapaxes", (-1, -2))
+    }
+
+    /// One parameter of a cheap curve: the interpreter lock costs more to release than to keep.
+    fn sample_one<'py>(
+        &self,
+        py: Python<'py>,
+        t: f64,
+        quantity: Quantity,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let samples = self
+            .inner
+            .sample(&[t], quantity, Interrupt::NEVER)
+            .map_err(|error| to_exception(py, &error, ""))?;
+        let (n, k) = self.inner.shape();
+        let out = PyArray2::zeros(py, [n, k], false);
+        write(samples.get(0), out.readwrite().as_slice_mut()?);
+        Ok(out.into_any())
+    }
 }
+
+/// Entries of a result from which it is worth to lift it into huge pages (32 MB), in a frame of few columns.
+const LARGE: usize = 1 << 22;
+const TALL: usize = 8;
+
+/// Multiplications of one piece of a lift: about a tenth of a second.
+const PIECE: usize = 1 << 29;
+
+/// Coordinates below this lift without overflow.
+const HUGE: f64 = 1e300;
+
+/// Operations below which a single evaluation keeps the interpreter lock (a few microseconds).
+const IN_PLACE: f64 = 1e4;
 
 #[pymethods]
 impl PyCurve {
@@ -281,6 +385,107 @@ impl PyQuasiGeodesic {
     }
 }
 
+/// Geometric polynomial of any degree: de Casteljau's algorithm with quasi-geodesics, from control points.
+///
+/// Parameters
+/// ----------
+/// P : array_like, shape (degree + 1, n, k)
+///     Control points with orthonormal columns, two or more. The curve starts in the first and ends in the last, with
+///     ``degree`` times the velocities of the first and the last quasi-geodesic between them.
+///
+/// Raises
+/// ------
+/// InvalidInputError
+///     Shape, not finite, not orthonormal (with the measured defect).
+/// OutsideDomainError
+///     Consecutive points that cannot be joined, or intermediate points that reach an angle of pi inside of the
+///     interval, where the curve would jump; carries ``angle``.
+///
+/// Notes
+/// -----
+/// Krakowski, Machado, Silva Leite, Batista (2017). Work is done in ``min(n, (degree + 1) k)`` dimensions.
+///
+/// Examples
+/// --------
+/// >>> import numpy as np
+/// >>> from stiefel_rs import GeometricPolynomial
+/// >>> curve = GeometricPolynomial(np.eye(3)[:, :, None])
+/// >>> curve.degree
+/// 2
+/// >>> bool(np.allclose(curve(1.0), np.eye(3)[:, 2:]))
+/// True
+#[pyclass(name = "GeometricPolynomial", module = "stiefel_rs", extends = PyCurve, subclass, frozen)]
+pub struct PyGeometricPolynomial;
+
+#[pymethods]
+#[allow(non_snake_case)]
+impl PyGeometricPolynomial {
+    #[new]
+    fn new(py: Python<'_>, P: &Bound<'_, PyAny>) -> PyResult<PyClassInitializer<Self>> {
+        Ok(Self::wrap(polynomial(py, P)?.1))
+    }
+
+    /// The control points, shape (degree + 1, n, k).
+    #[getter]
+    fn control_points<'py>(
+        slf: PyRef<'py, Self>,
+        py: Python<'py>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let base = slf.into_super();
+        let AnyCurve::GeometricPolynomial(curve) = &*base.inner else {
+            return Err(invalid_input(py, "not a geometric polynomial".to_owned()));
+        };
+        let (n, k, points) = (curve.n(), curve.k(), curve.control_points());
+        let mut entries = vec![0.0; points.len() * n * k];
+        for (point, target) in points.iter().zip(entries.chunks_mut(n * k)) {
+            write(point.as_ref(), target);
+        }
+        to_array(py, entries, &[points.len(), n, k])
+    }
+
+    /// One less than the number of control points.
+    #[getter]
+    fn degree(slf: PyRef<'_, Self>) -> usize {
+        match &*slf.into_super().inner {
+            AnyCurve::GeometricPolynomial(curve) => curve.degree(),
+            AnyCurve::QuasiGeodesic(_) => 1,
+        }
+    }
+}
+
+impl PyGeometricPolynomial {
+    fn wrap(curve: GeometricPolynomial) -> PyClassInitializer<Self> {
+        let base = PyCurve {
+            inner: Arc::new(AnyCurve::GeometricPolynomial(curve)),
+        };
+        PyClassInitializer::from(base).add_subclass(PyGeometricPolynomial)
+    }
+}
+
+/// The degree and the curve with control points `P`, shape (degree + 1, n, k).
+#[allow(non_snake_case)]
+fn polynomial(py: Python<'_>, P: &Bound<'_, PyAny>) -> PyResult<(usize, GeometricPolynomial)> {
+    let array = float_array(P, "P")?;
+    let shape = array.shape().to_vec();
+    let [points, n, k] = shape[..] else {
+        let found = tuple(&shape);
+        let message = format!("P: expected shape (degree + 1, n, k), found {found}");
+        return Err(invalid_input(py, message));
+    };
+    let entries: Vec<f64> = array.as_array().iter().copied().collect();
+    let curve = py.detach(|| {
+        let points: Vec<_> = (0..points)
+            .map(|i| {
+                let entries = &entries[i * n * k..(i + 1) * n * k];
+                MatRef::from_row_major_slice(entries, n, k)
+            })
+            .collect();
+        GeometricPolynomial::new(&points)
+    });
+    let curve = curve.map_err(|error| to_exception(py, &error, ""))?;
+    Ok((curve.degree(), curve))
+}
+
 /// Geometric cubic polynomial by the adjusted de Casteljau algorithm, from boundary data.
 ///
 /// Parameters
@@ -296,15 +501,14 @@ impl PyQuasiGeodesic {
 ///     Shape, not finite, not orthonormal, not tangent (with the measured defect); an end velocity too long to be
 ///     met.
 /// OutsideDomainError
-///     Inner control points that cannot be joined; carries ``angle``.
+///     Inner control points that cannot be joined, or intermediate points that reach an angle of pi inside of the
+///     interval, where the curve would jump; carries ``angle``.
 ///
 /// Notes
 /// -----
 /// Meets its boundary data to round-off and is close to the Riemannian cubic with the same data, not equal to it. A
 /// third of each end velocity must be the velocity of the principal quasi-geodesic between its ends (on the sphere,
-/// speeds below ``3 pi``); longer ones are refused. The curve is smooth where the relative rotations and principal
-/// angles of all intermediate points stay below pi; for far or fast data one may cross pi inside of the interval, and
-/// there the curve jumps to another branch. This is a limit of the algorithm.
+/// speeds below ``3 pi``); longer ones are refused.
 ///
 /// arXiv 2404.19407 and Krakowski, Machado, Silva Leite, Batista (2017).
 ///
@@ -319,7 +523,7 @@ impl PyQuasiGeodesic {
 /// (5, 3, 1)
 /// >>> bool(np.allclose(curve.velocity(1.0), V1))
 /// True
-#[pyclass(name = "GeometricCubic", module = "stiefel_rs", extends = PyCurve, frozen)]
+#[pyclass(name = "GeometricCubic", module = "stiefel_rs", extends = PyGeometricPolynomial, frozen)]
 pub struct PyGeometricCubic;
 
 #[pymethods]
@@ -342,7 +546,8 @@ impl PyGeometricCubic {
         let curve = py.detach(|| {
             GeometricCubic::from_boundary(s0.as_ref(), v0.as_ref(), s1.as_ref(), v1.as_ref())
         });
-        Self::wrap(curve.map_err(|error| to_exception(py, &error, ""))?)
+        let curve = curve.map_err(|error| to_exception(py, &error, ""))?;
+        Ok(Self::wrap(curve.into()))
     }
 
     /// The geometric cubic with control points ``P``, shape (4, n, k).
@@ -355,48 +560,17 @@ impl PyGeometricCubic {
     ///     Consecutive points that cannot be joined; carries ``angle``.
     #[staticmethod]
     fn from_control_points(py: Python<'_>, P: &Bound<'_, PyAny>) -> PyResult<Py<Self>> {
-        let array = float_array(P, "P")?;
-        let shape = array.as_array().shape().to_vec();
-        let [4, n, k] = shape[..] else {
-            return Err(invalid_input(
-                py,
-                format!("P: expected shape (4, n, k), found {}", tuple(&shape)),
-            ));
-        };
-        let entries: Vec<f64> = array.as_array().iter().copied().collect();
-        let point =
-            |i: usize| MatRef::from_row_major_slice(&entries[i * n * k..(i + 1) * n * k], n, k);
-        let curve = GeometricCubic::from_control_points([point(0), point(1), point(2), point(3)]);
-        Py::new(
-            py,
-            Self::wrap(curve.map_err(|error| to_exception(py, &error, ""))?)?,
-        )
-    }
-
-    /// The control points, shape (4, n, k).
-    #[getter]
-    fn control_points<'py>(
-        slf: PyRef<'py, Self>,
-        py: Python<'py>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let base = slf.into_super();
-        let AnyCurve::GeometricCubic(curve) = &*base.inner else {
-            return Err(invalid_input(py, "not a geometric cubic".to_owned()));
-        };
-        let (n, k) = (curve.n(), curve.k());
-        let mut entries = vec![0.0; 4 * n * k];
-        for (point, target) in curve.control_points().iter().zip(entries.chunks_mut(n * k)) {
-            write(point.as_ref(), target);
+        let (degree, curve) = polynomial(py, P)?;
+        if degree == 3 {
+            return Py::new(py, Self::wrap(curve));
         }
-        to_array(py, entries, &[4, n, k])
+        let message = format!("P: expected 4 control points, found {}", degree + 1);
+        Err(invalid_input(py, message))
     }
 }
 
 impl PyGeometricCubic {
-    fn wrap(curve: GeometricCubic) -> PyResult<PyClassInitializer<Self>> {
-        let base = PyCurve {
-            inner: Arc::new(AnyCurve::GeometricCubic(curve)),
-        };
-        Ok(PyClassInitializer::from(base).add_subclass(PyGeometricCubic))
+    fn wrap(curve: GeometricPolynomial) -> PyClassInitializer<Self> {
+        PyGeometricPolynomial::wrap(curve).add_subclass(PyGeometricCubic)
     }
 }

@@ -20,7 +20,7 @@ pub mod _core {
     #[pymodule_export]
     use super::chart::PyChart;
     #[pymodule_export]
-    use super::curve::{PyCurve, PyGeometricCubic, PyQuasiGeodesic};
+    use super::curve::{PyCurve, PyGeometricCubic, PyGeometricPolynomial, PyQuasiGeodesic};
     #[pymodule_export]
     use super::error::PySolverReport;
     #[pymodule_export]
