@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::linalg::lanes::{LANES, Lanes};
 
 /// Intervals of the first grid: an angle turns by a small part of pi in one.
-const GRID: usize = 64;
+const GRID: usize = 32;
 
 /// Minima above this on the grid (angles below about 115 degrees) do not fall to zero between its points.
 const SMALL: f64 = 0.6;

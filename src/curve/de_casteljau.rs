@@ -35,6 +35,10 @@ use crate::manifold::stiefel::{POINT_TOLERANCE, Stiefel};
 /// Further outside of `[0, 1]` the weights of the two ends cancel: the careful route.
 const LANE_RANGE: f64 = 2.0;
 
+/// Above this the blocked factorisations of a single matrix are faster than eight at once (measured: 1.6 times slower at
+/// k = 40, 1.4 times faster at k = 100).
+const LANE_COLUMNS: usize = 64;
+
 /// A geometric polynomial: the curve of de Casteljau's algorithm on `[0, 1]` with quasi-geodesics as pieces.
 ///
 /// It meets its first and last control point; its end velocities are `degree` times those of the first and the last
@@ -46,7 +50,7 @@ const LANE_RANGE: f64 = 2.0;
 /// `[0, 1]` are refused (`BranchJump`). Outside of `[0, 1]` every point is that of the principal branches.
 ///
 /// # Accuracy
-/// Orthonormality defect at most `1e-13` in `[0, 1]`, asserted in `tests/de_casteljau.rs`.
+/// Orthonormality defect at most `16 eps k degree` in `[0, 1]`, asserted in `tests/de_casteljau.rs`.
 ///
 /// # Examples
 /// ```
@@ -236,7 +240,7 @@ impl Curve for GeometricPolynomial {
         let mut hard = [false; LANES];
         for (block, t) in t.chunks(LANES).enumerate() {
             let mut target = out.rb_mut().subcols_mut(LANES * k * block, k * t.len());
-            if t.iter().all(|t| t.abs() <= LANE_RANGE) {
+            if k <= LANE_COLUMNS && t.iter().all(|t| t.abs() <= LANE_RANGE) {
                 hard = vectorised(
                     #[inline(always)]
                     || self.lane_block(t, &mut work.lanes, target.rb_mut()),

@@ -462,6 +462,13 @@ impl PyGeometricPolynomial {
     }
 }
 
+/// Rough operations of a construction: the span, and the branch at some tens of parameters.
+fn construction((n, k): (usize, usize), degree: usize) -> f64 {
+    let (n, k, degree) = (n as f64, k as f64, degree as f64);
+    let columns = (degree + 1.0) * k;
+    1e4 + 4.0 * n * columns * columns.min(n) + 1e3 * degree * degree * (1.0 + k * k * k)
+}
+
 /// The degree and the curve with control points `P`, shape (degree + 1, n, k).
 #[allow(non_snake_case)]
 fn polynomial(py: Python<'_>, P: &Bound<'_, PyAny>) -> PyResult<(usize, GeometricPolynomial)> {
@@ -473,7 +480,8 @@ fn polynomial(py: Python<'_>, P: &Bound<'_, PyAny>) -> PyResult<(usize, Geometri
         return Err(invalid_input(py, message));
     };
     let entries: Vec<f64> = array.as_array().iter().copied().collect();
-    let curve = py.detach(|| {
+    let call = Call::new(py, None, construction((n, k), points.saturating_sub(1)))?;
+    let curve = call.run(py, move |_| {
         let points: Vec<_> = (0..points)
             .map(|i| {
                 let entries = &entries[i * n * k..(i + 1) * n * k];
@@ -481,8 +489,7 @@ fn polynomial(py: Python<'_>, P: &Bound<'_, PyAny>) -> PyResult<(usize, Geometri
             })
             .collect();
         GeometricPolynomial::new(&points)
-    });
-    let curve = curve.map_err(|error| to_exception(py, &error, ""))?;
+    })?;
     Ok((curve.degree(), curve))
 }
 
@@ -543,10 +550,10 @@ impl PyGeometricCubic {
             matrix(S1, "S1")?,
             matrix(V1, "V1")?,
         );
-        let curve = py.detach(|| {
+        let call = Call::new(py, None, construction(s0.shape(), 3))?;
+        let curve = call.run(py, move |_| {
             GeometricCubic::from_boundary(s0.as_ref(), v0.as_ref(), s1.as_ref(), v1.as_ref())
-        });
-        let curve = curve.map_err(|error| to_exception(py, &error, ""))?;
+        })?;
         Ok(Self::wrap(curve.into()))
     }
 
