@@ -5,6 +5,7 @@
 
 mod cost;
 pub mod de_casteljau;
+mod geodesic;
 mod quasi_geodesic;
 
 pub use de_casteljau::GeometricCubic;

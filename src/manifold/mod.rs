@@ -1,11 +1,16 @@
 //! The Stiefel manifold `St(n, k)`: points, tangent vectors, and the maps between them.
 
 pub mod covariant;
+pub mod exponential;
+pub mod logarithm;
 pub mod metric;
+pub(crate) mod normal_frame;
 pub mod quasi_geodesic;
 pub(crate) mod quasi_geodesic_jet;
 pub mod stiefel;
 
+pub use exponential::Geodesic;
+pub use logarithm::LogReport;
 pub use metric::Metric;
 pub use quasi_geodesic::QuasiGeodesic;
 pub use stiefel::Stiefel;
