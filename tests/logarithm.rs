@@ -46,7 +46,9 @@ fn population(shape: (usize, usize), count: usize, seed: u64) -> (usize, usize, 
                 assert!(report.residual < 1e-11 && report.converged);
                 // On SO(n) the principal logarithm is shorter than a long geodesic through a closed one.
                 if error > 1e-9 {
-                    println!("{shape:?} {i}: d {d:.4}, |log - V| = {error:.2e}, |V| {angle:.4}, {report:?}");
+                    println!(
+                        "{shape:?} {i}: d {d:.4}, |log - V| = {error:.2e}, |V| {angle:.4}, {report:?}"
+                    );
                     failures += 1;
                 } else {
                     worst = worst.max(error);

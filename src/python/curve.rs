@@ -12,11 +12,12 @@ use super::error::{invalid_input, to_exception};
 use crate::curve::{Curve, GeometricCubic, Quantity, Samples};
 use crate::error::Result;
 use crate::interrupt::Interrupt;
-use crate::manifold::QuasiGeodesic;
+use crate::manifold::{Geodesic, QuasiGeodesic};
 
 #[expect(clippy::large_enum_variant, reason = "always behind an Arc")]
-enum AnyCurve {
+pub(super) enum AnyCurve {
     QuasiGeodesic(QuasiGeodesic),
+    Geodesic(Geodesic),
     GeometricCubic(GeometricCubic),
 }
 
@@ -24,6 +25,7 @@ impl AnyCurve {
     fn shape(&self) -> (usize, usize) {
         match self {
             AnyCurve::QuasiGeodesic(curve) => (curve.n(), curve.k()),
+            AnyCurve::Geodesic(curve) => (curve.n(), curve.k()),
             AnyCurve::GeometricCubic(curve) => (curve.n(), curve.k()),
         }
     }
@@ -31,6 +33,7 @@ impl AnyCurve {
     fn t_span(&self) -> (f64, f64) {
         match self {
             AnyCurve::QuasiGeodesic(curve) => curve.t_span(),
+            AnyCurve::Geodesic(curve) => curve.t_span(),
             AnyCurve::GeometricCubic(curve) => curve.t_span(),
         }
     }
@@ -38,6 +41,7 @@ impl AnyCurve {
     fn sample(&self, t: &[f64], quantity: Quantity, interrupt: Interrupt<'_>) -> Result<Samples> {
         match self {
             AnyCurve::QuasiGeodesic(curve) => curve.sample(t, quantity, interrupt),
+            AnyCurve::Geodesic(curve) => curve.sample(t, quantity, interrupt),
             AnyCurve::GeometricCubic(curve) => curve.sample(t, quantity, interrupt),
         }
     }
@@ -45,6 +49,7 @@ impl AnyCurve {
     fn cost(&self, interrupt: Interrupt<'_>) -> Result<f64> {
         match self {
             AnyCurve::QuasiGeodesic(curve) => curve.cost_interruptible(interrupt),
+            AnyCurve::Geodesic(curve) => curve.cost_interruptible(interrupt),
             AnyCurve::GeometricCubic(curve) => curve.cost_interruptible(interrupt),
         }
     }
@@ -55,6 +60,7 @@ impl AnyCurve {
         let cube = (k * k * k) as f64;
         let own = match (self, quantity) {
             (AnyCurve::QuasiGeodesic(_), _) => 100.0 + 20.0 * cube,
+            (AnyCurve::Geodesic(_), _) => 200.0 + 160.0 * cube,
             (AnyCurve::GeometricCubic(_), Quantity::Derivative(0)) => 1e3 + 500.0 * cube,
             (AnyCurve::GeometricCubic(_), _) => 2e4 + 2e4 * cube,
         };
@@ -69,10 +75,16 @@ impl AnyCurve {
 /// bit-identical for any number of threads.
 #[pyclass(name = "Curve", module = "stiefel_rs", subclass, frozen)]
 pub struct PyCurve {
-    inner: Arc<AnyCurve>,
+    pub(super) inner: Arc<AnyCurve>,
 }
 
 impl PyCurve {
+    pub(super) fn of(curve: AnyCurve) -> Self {
+        PyCurve {
+            inner: Arc::new(curve),
+        }
+    }
+
     fn sample<'py>(
         &self,
         py: Python<'py>,
