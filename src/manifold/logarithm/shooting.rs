@@ -151,7 +151,7 @@ impl Shooting {
         let mut residual = self.residual()?;
         let mut iterations = 0;
         while residual > tolerance && iterations < max_iterations {
-            self.step(residual);
+            self.step(residual, tolerance);
             iterations += 1;
             let next = self.residual()?;
             let contracts = next <= contraction * residual || next <= tolerance;
@@ -229,9 +229,15 @@ impl Shooting {
         self.delta.as_mut().submatrix_mut(k, k, p, p).fill(0.0);
     }
 
-    /// One Newton step.
-    fn step(&mut self, residual: f64) {
-        let tolerance = (residual * residual).clamp(*STEP_TOLERANCE.start(), *STEP_TOLERANCE.end());
+    /// One Newton step, no more exact than it takes: what remains is about `residual^3 + tolerance residual`.
+    fn step(&mut self, residual: f64, goal: f64) {
+        let last = 0.2 * goal / residual;
+        let tolerance = if last < *STEP_TOLERANCE.start() {
+            0.03 * residual
+        } else {
+            last
+        };
+        let tolerance = tolerance.clamp(*STEP_TOLERANCE.start(), *STEP_TOLERANCE.end());
         self.extract();
         self.adjoint.set(self.generator.as_ref(), tolerance);
         if self.nu != 0.0 {
