@@ -40,8 +40,11 @@ const CLOSE_CONTRACTION: f64 = 0.3;
 /// Each step from a good start must make the residual smaller by this.
 const CONTRACTION: f64 = 0.7;
 
-/// Newton steps from one start at the most.
-const MAX_STEPS: usize = 10;
+/// Newton steps from a close start at the most.
+const CLOSE_STEPS: usize = 10;
+
+/// Newton steps from a good start at the most: where the points are conjugate, convergence is linear.
+const MAX_STEPS: usize = 30;
 
 /// Finest step along the family of metrics.
 const FINEST: f64 = 1.0 / 64.0;
@@ -291,7 +294,7 @@ impl<'a> Search<'a> {
         self.shooting.start_close();
         let close = self
             .shooting
-            .run(self.tolerance, CLOSE_CONTRACTION, MAX_STEPS)?;
+            .run(self.tolerance, CLOSE_CONTRACTION, CLOSE_STEPS)?;
         self.iterations = close.iterations;
         // Steps that contract from a close start lead to the shortest geodesic also somewhat beyond the bound: no
         // other start has found a shorter one (asserted in tests/logarithm.rs).

@@ -24,8 +24,8 @@ use crate::linalg::product::{mul_add, mul_into};
 /// The tightest and the loosest tolerance of a step, relative to the size of `Delta`.
 const STEP_TOLERANCE: std::ops::RangeInclusive<f64> = 1e-8..=1e-3;
 
-/// Terms of `(1 - e^{-x}) / x` at the most: arguments up to 12.
-const DEXP_TERMS: usize = 60;
+/// Terms of the series of `(1 - e^{-x}) / x` at the most: arguments up to 20.
+const DEXP_TERMS: usize = 80;
 
 pub(super) struct Shooting {
     k: usize,
@@ -70,7 +70,7 @@ impl Shooting {
         let nu = 1.0 - twice;
         let turning = if nu == 0.0 { 0 } else { k };
         let square = || Mat::zeros(m, m);
-        let size = if nu == 0.0 { p * p } else { p * p + k * k };
+        let size = if nu == 0.0 { p * p } else { k * k + p * k };
         Shooting {
             k,
             p,
@@ -239,11 +239,11 @@ impl Shooting {
         };
         let tolerance = tolerance.clamp(*STEP_TOLERANCE.start(), *STEP_TOLERANCE.end());
         self.extract();
-        self.adjoint.set(self.generator.as_ref(), tolerance);
         if self.nu != 0.0 {
-            self.solve_both_blocks(tolerance);
+            self.solve_turning(tolerance);
             return self.update_turning();
         }
+        self.adjoint.set(self.generator.as_ref(), tolerance);
         if self.p > 1 {
             self.adjoint.apply(&mut self.image, &self.delta);
             let (k, p) = (self.k, self.p);
@@ -315,64 +315,62 @@ impl Shooting {
         });
     }
 
-    /// `Gamma` and `delta A` from both conditions, for a metric with `nu != 0`; `image` is the correction after.
+    /// `delta A` and `delta B` for a metric with `nu != 0`, whose generator may have angles above pi: there `f` has
+    /// poles, so the equation is solved with the derivative of the exponential instead, which is entire.
     ///
     /// ```math
-    /// [f(\mathrm{ad}_L)(\Delta + \mathrm{diag}(H, \Gamma))]_{11} = 2 w\, \delta A,\qquad [\dots]_{22} = 0,\qquad
-    /// e^{-\nu(A + \delta A)} = e^{-\nu A} e^{H + \dots}
+    /// [\phi(\mathrm{ad}_L)\, \delta L]_{\cdot 1} - \begin{bmatrix} H \\ 0 \end{bmatrix} = \Delta_{\cdot 1},\qquad
+    /// H = -\nu\, \phi(-\nu\, \mathrm{ad}_A)\, \delta A,\qquad \phi(x) = \frac{1 - e^{-x}}{x}
     /// ```
-    fn solve_both_blocks(&mut self, tolerance: f64) {
+    fn solve_turning(&mut self, tolerance: f64) {
         let (k, p, nu, twice) = (self.k, self.p, self.nu, self.twice);
-        self.adjoint.apply(&mut self.image, &self.delta);
-        read_block(self.image.as_ref(), k, p, -1.0, &mut self.unknown[..p * p]);
-        read_block(self.image.as_ref(), 0, k, 1.0, &mut self.unknown[p * p..]);
-        let [a, term, bracketed, sum] = &mut self.small;
-        a.copy_from(self.generator.as_ref().submatrix(0, 0, k, k));
-        let mut tilt = |x: &[f64], out: &mut Mat<f64>, product: &mut Mat<f64>| {
-            read_into(x, term);
-            dexp(a, -nu / twice, term, bracketed, sum, product);
-            for j in 0..k {
-                for i in 0..k {
-                    out[(i, j)] = -nu * sum[(i, j)];
-                }
-            }
-        };
-        let (adjoint, image, other) = (&mut self.adjoint, &mut self.image, &mut self.other);
-        let mut product = Mat::zeros(k, k);
-        other.fill(0.0);
-        self.krylov.solve(&mut self.unknown, tolerance, |x, y| {
-            let (gamma, change) = x.split_at(p * p);
-            tilt(change, other, &mut product);
-            write_block(gamma, other.as_mut(), k, p, 1.0);
-            adjoint.apply(image, other);
-            read_block(image.as_ref(), k, p, 1.0, &mut y[..p * p]);
-            read_block(image.as_ref(), 0, k, -1.0, &mut y[p * p..]);
-            for (to, from) in y[p * p..].iter_mut().zip(change) {
-                *to += twice * from;
-            }
-        });
-        let (gamma, change) = self.unknown.split_at(p * p);
-        tilt(change, other, &mut product);
-        write_block(gamma, other.as_mut(), k, p, 1.0);
-        for j in 0..k + p {
-            for i in 0..k + p {
-                other[(i, j)] += self.delta[(i, j)];
+        read_block(self.delta.as_ref(), 0, k, 1.0, &mut self.unknown[..k * k]);
+        for j in 0..k {
+            for i in 0..p {
+                self.unknown[k * k + j * p + i] = self.delta[(k + i, j)];
             }
         }
-        adjoint.apply(image, other);
+        let [a, term, bracketed, sum] = &mut self.small;
+        a.copy_from(self.generator.as_ref().submatrix(0, 0, k, k));
+        let generator = &self.generator;
+        let (other, image, rotation) = (&mut self.other, &mut self.image, &mut self.rotation);
+        let (product, small_product) = (&mut self.product, &mut self.turn);
+        other.fill(0.0);
+        self.krylov.solve(&mut self.unknown, tolerance, |x, y| {
+            let (change, tall) = x.split_at(k * k);
+            write_block(change, other.as_mut(), 0, k, twice);
+            other.as_mut().submatrix_mut(k, k, p, p).fill(0.0);
+            for j in 0..k {
+                for i in 0..p {
+                    other[(k + i, j)] = tall[j * p + i];
+                    other[(j, k + i)] = -tall[j * p + i];
+                }
+            }
+            dexp(generator, 1.0, other, rotation, image, product);
+            write_block(change, term.as_mut(), 0, k, 1.0);
+            dexp(a, -nu / twice, term, bracketed, sum, small_product);
+            for j in 0..k {
+                for i in 0..k {
+                    y[j * k + i] = image[(i, j)] + nu * sum[(i, j)];
+                }
+                for i in 0..p {
+                    y[k * k + j * p + i] = image[(k + i, j)];
+                }
+            }
+        });
     }
 
-    /// `A += delta A`, `B += image_21`.
+    /// `A += delta A`, `B += delta B`.
     fn update_turning(&mut self) {
         let (k, p) = (self.k, self.p);
-        let change = &self.unknown[p * p..];
+        let (change, tall) = self.unknown.split_at(k * k);
         for j in 0..k {
             for i in 0..k {
                 self.generator[(i, j)] +=
                     0.5 * self.twice * (change[j * k + i] - change[i * k + j]);
             }
             for i in 0..p {
-                let entry = self.generator[(k + i, j)] + self.image[(k + i, j)];
+                let entry = self.generator[(k + i, j)] + tall[j * p + i];
                 self.generator[(k + i, j)] = entry;
                 self.generator[(j, k + i)] = -entry;
             }
@@ -435,9 +433,4 @@ pub(super) fn write_block(
             out[(start + i, start + j)] = factor * source[j * size + i];
         }
     }
-}
-
-fn read_into(source: &[f64], out: &mut Mat<f64>) {
-    let size = out.nrows();
-    write_block(source, out.as_mut(), 0, size, 1.0);
 }
