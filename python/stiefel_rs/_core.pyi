@@ -1,4 +1,4 @@
-from typing import Final, Literal, final
+from typing import Final, Literal, final, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,8 +11,10 @@ __all__ = [
     "__VERSION__",
     "Chart",
     "Curve",
+    "Geodesic",
     "GeometricCubic",
     "GeometricPolynomial",
+    "LogReport",
     "QuasiGeodesic",
     "ShootingResult",
     "SolverReport",
@@ -47,6 +49,27 @@ class SolverReport:
     def reason(self) -> str: ...
 
 @final
+class LogReport:
+    def __new__(
+        cls,
+        converged: bool | NDArray[np.bool_],
+        iterations: int | NDArray[np.int64],
+        residual: float | _Array,
+        length: float | _Array,
+        certainly_shortest: bool | NDArray[np.bool_],
+    ) -> LogReport: ...
+    @property
+    def converged(self) -> bool | NDArray[np.bool_]: ...
+    @property
+    def iterations(self) -> int | NDArray[np.int64]: ...
+    @property
+    def residual(self) -> float | _Array: ...
+    @property
+    def length(self) -> float | _Array: ...
+    @property
+    def certainly_shortest(self) -> bool | NDArray[np.bool_]: ...
+
+@final
 class Stiefel:
     def __new__(cls, n: int, k: int, *, metric: str | float | None = None) -> Stiefel: ...
     def __eq__(self, other: object, /) -> bool: ...
@@ -74,6 +97,12 @@ class Stiefel:
     def compose(self, S: ArrayLike, X: ArrayLike, Omega: ArrayLike) -> _Array: ...
     def retract(self, S: ArrayLike, V: ArrayLike) -> _Array: ...
     def inverse_retract(self, S0: ArrayLike, S1: ArrayLike) -> _Array: ...
+    def exp(self, S: ArrayLike, V: ArrayLike) -> _Array: ...
+    @overload
+    def log(self, S0: ArrayLike, S1: ArrayLike, *, full_output: Literal[False] = False) -> _Array: ...
+    @overload
+    def log(self, S0: ArrayLike, S1: ArrayLike, *, full_output: Literal[True]) -> tuple[_Array, LogReport]: ...
+    def dist(self, S0: ArrayLike, S1: ArrayLike) -> _Array: ...
 
 @disjoint_base
 class Curve:
@@ -101,6 +130,14 @@ class GeometricPolynomial(Curve):
     def control_points(self) -> _Array: ...
     @property
     def degree(self) -> int: ...
+
+@final
+class Geodesic(Curve):
+    def __new__(cls, S0: ArrayLike, S1: ArrayLike, *, metric: str | float | None = None) -> Geodesic: ...
+    @staticmethod
+    def from_velocity(S: ArrayLike, V: ArrayLike, *, metric: str | float | None = None) -> Geodesic: ...
+    @property
+    def length(self) -> float: ...
 
 @final
 class GeometricCubic(GeometricPolynomial):

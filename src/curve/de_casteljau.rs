@@ -234,6 +234,7 @@ impl Curve for GeometricPolynomial {
         &self,
         t: &[f64],
         work: &mut Workspace,
+        _: &mut Option<Jet>,
         mut out: MatMut<'_, f64>,
     ) -> Result<()> {
         let k = self.k();

@@ -164,8 +164,14 @@ impl Curve for GeometricCubic {
         self.0.coordinates_into(t, order, work, out)
     }
 
-    fn positions_into(&self, t: &[f64], work: &mut Workspace, out: MatMut<'_, f64>) -> Result<()> {
-        self.0.positions_into(t, work, out)
+    fn positions_into(
+        &self,
+        t: &[f64],
+        work: &mut Workspace,
+        scratch: &mut Option<Jet>,
+        out: MatMut<'_, f64>,
+    ) -> Result<()> {
+        self.0.positions_into(t, work, scratch, out)
     }
 }
 

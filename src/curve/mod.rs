@@ -6,6 +6,7 @@
 mod branch;
 mod cost;
 pub mod de_casteljau;
+mod geodesic;
 pub mod geometric_cubic;
 mod quasi_geodesic;
 pub(crate) mod span;
@@ -162,7 +163,7 @@ pub trait Curve: Sync {
 
     /// Coordinates of the positions at many parameters, side by side in `out`, shape `(r, k len)`.
     ///
-    /// By default one after the other; a curve that computes many at once does better.
+    /// By default one after the other, through `scratch`; a curve that computes many at once does better.
     ///
     /// # Errors
     /// Where the curve does not exist at one of them.
@@ -170,12 +171,13 @@ pub trait Curve: Sync {
         &self,
         t: &[f64],
         work: &mut Self::Workspace,
+        scratch: &mut Option<Jet>,
         mut out: MatMut<'_, f64>,
     ) -> Result<()> {
-        let k = self.k();
-        let mut jet = Jet::zeros(out.nrows(), k);
+        let (rows, k) = (out.nrows(), self.k());
+        let jet = scratch.get_or_insert_with(|| Jet::zeros(rows, k));
         for (i, &t) in t.iter().enumerate() {
-            self.coordinates_into(t, 0, work, &mut jet)?;
+            self.coordinates_into(t, 0, work, jet)?;
             out.rb_mut()
                 .subcols_mut(i * k, k)
                 .copy_from(jet.c[0].as_ref());
@@ -417,7 +419,7 @@ fn read_block<C: Curve + ?Sized>(
     mut out: MatMut<'_, f64>,
 ) -> Result<()> {
     if quantity == Quantity::Derivative(0) {
-        return curve.positions_into(t, work, out);
+        return curve.positions_into(t, work, jet, out);
     }
     let (rows, k) = (out.nrows(), curve.k());
     let jet = jet.get_or_insert_with(|| Jet::zeros(rows, k));

@@ -1,13 +1,18 @@
 //! The Stiefel manifold `St(n, k)`: points, tangent vectors, and the maps between them.
 
 pub mod covariant;
+pub mod exponential;
 pub(crate) mod lane_join;
 pub(crate) mod lane_leg;
+pub mod logarithm;
 pub mod metric;
+pub(crate) mod normal_frame;
 pub mod quasi_geodesic;
 pub(crate) mod quasi_geodesic_jet;
 pub mod stiefel;
 
+pub use exponential::Geodesic;
+pub use logarithm::LogReport;
 pub use metric::Metric;
 pub use quasi_geodesic::QuasiGeodesic;
 pub use stiefel::Stiefel;

@@ -306,9 +306,9 @@ impl QuasiGeodesic {
 }
 
 /// Buffers for evaluating quasi-geodesics of one `k`.
-pub struct Evaluation {
-    pub(crate) turning: Turning,
-    pub(crate) coordinates: Jet,
+pub(crate) struct Evaluation {
+    turning: Turning,
+    coordinates: Jet,
 }
 
 impl Evaluation {
@@ -321,7 +321,7 @@ impl Evaluation {
 }
 
 /// Taylor coefficients of `W^T e^{t Omega}`.
-pub(crate) struct Turning {
+pub struct Turning {
     exp: SkewExp,
     turn: Mat<f64>,
     rates: [Mat<f64>; ORDER + 1],

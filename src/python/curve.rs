@@ -15,39 +15,67 @@ use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::manifold::QuasiGeodesic;
 
-#[expect(clippy::large_enum_variant, reason = "always behind an Arc")]
-enum AnyCurve {
-    QuasiGeodesic(QuasiGeodesic),
-    GeometricPolynomial(GeometricPolynomial),
+/// Rough operations per parameter, without the lift: what decides whether a call is long.
+pub(super) trait Operations {
+    fn operations(&self, quantity: Quantity) -> f64;
 }
 
-impl AnyCurve {
-    fn shape(&self) -> (usize, usize) {
-        match self {
-            AnyCurve::QuasiGeodesic(curve) => (curve.n(), curve.k()),
-            AnyCurve::GeometricPolynomial(curve) => (curve.n(), curve.k()),
+impl Operations for QuasiGeodesic {
+    fn operations(&self, _: Quantity) -> f64 {
+        100.0 + 20.0 * cube(self.k())
+    }
+}
+
+impl Operations for GeometricPolynomial {
+    fn operations(&self, quantity: Quantity) -> f64 {
+        let joins = 0.5 * (self.degree() * self.degree()) as f64;
+        match quantity {
+            Quantity::Derivative(0) => joins * (30.0 + 30.0 * cube(self.k())),
+            _ => joins * (5e3 + 5e3 * cube(self.k())),
         }
+    }
+}
+
+pub(super) fn cube(k: usize) -> f64 {
+    (k * k * k) as f64
+}
+
+/// A curve of any kind: what the common class asks of it.
+pub(super) trait AnyCurve: Send + Sync {
+    fn shape(&self) -> (usize, usize);
+    fn t_span(&self) -> (f64, f64);
+    fn frame(&self) -> Option<MatRef<'_, f64>>;
+    fn operations(&self, quantity: Quantity) -> f64;
+    fn sample(&self, t: &[f64], quantity: Quantity, interrupt: Interrupt<'_>) -> Result<Samples>;
+    fn sample_coordinates(
+        &self,
+        t: &[f64],
+        quantity: Quantity,
+        interrupt: Interrupt<'_>,
+    ) -> Result<Mat<f64>>;
+    fn cost(&self, interrupt: Interrupt<'_>) -> Result<f64>;
+}
+
+impl<C: Curve + Operations + Send> AnyCurve for C {
+    fn shape(&self) -> (usize, usize) {
+        (self.n(), self.k())
     }
 
     fn t_span(&self) -> (f64, f64) {
-        match self {
-            AnyCurve::QuasiGeodesic(curve) => curve.t_span(),
-            AnyCurve::GeometricPolynomial(curve) => curve.t_span(),
-        }
-    }
-
-    fn sample(&self, t: &[f64], quantity: Quantity, interrupt: Interrupt<'_>) -> Result<Samples> {
-        match self {
-            AnyCurve::QuasiGeodesic(curve) => curve.sample(t, quantity, interrupt),
-            AnyCurve::GeometricPolynomial(curve) => curve.sample(t, quantity, interrupt),
-        }
+        Curve::t_span(self)
     }
 
     fn frame(&self) -> Option<MatRef<'_, f64>> {
-        match self {
-            AnyCurve::QuasiGeodesic(curve) => Curve::frame(curve),
-            AnyCurve::GeometricPolynomial(curve) => curve.frame(),
-        }
+        Curve::frame(self)
+    }
+
+    fn operations(&self, quantity: Quantity) -> f64 {
+        let (n, k) = (self.n() as f64, self.k() as f64);
+        Operations::operations(self, quantity) + 8.0 * n * k * k
+    }
+
+    fn sample(&self, t: &[f64], quantity: Quantity, interrupt: Interrupt<'_>) -> Result<Samples> {
+        Curve::sample(self, t, quantity, interrupt)
     }
 
     fn sample_coordinates(
@@ -56,36 +84,11 @@ impl AnyCurve {
         quantity: Quantity,
         interrupt: Interrupt<'_>,
     ) -> Result<Mat<f64>> {
-        match self {
-            AnyCurve::QuasiGeodesic(curve) => curve.sample_coordinates(t, quantity, interrupt),
-            AnyCurve::GeometricPolynomial(curve) => {
-                curve.sample_coordinates(t, quantity, interrupt)
-            }
-        }
+        Curve::sample_coordinates(self, t, quantity, interrupt)
     }
 
     fn cost(&self, interrupt: Interrupt<'_>) -> Result<f64> {
-        match self {
-            AnyCurve::QuasiGeodesic(curve) => curve.cost_interruptible(interrupt),
-            AnyCurve::GeometricPolynomial(curve) => curve.cost_interruptible(interrupt),
-        }
-    }
-
-    /// Rough operations per parameter.
-    fn operations(&self, quantity: Quantity) -> f64 {
-        let (n, k) = self.shape();
-        let cube = (k * k * k) as f64;
-        let own = match (self, quantity) {
-            (AnyCurve::QuasiGeodesic(_), _) => 100.0 + 20.0 * cube,
-            (AnyCurve::GeometricPolynomial(curve), quantity) => {
-                let joins = 0.5 * (curve.degree() * curve.degree()) as f64;
-                match quantity {
-                    Quantity::Derivative(0) => joins * (30.0 + 30.0 * cube),
-                    _ => joins * (5e3 + 5e3 * cube),
-                }
-            }
-        };
-        own + 8.0 * (n * k * k) as f64
+        self.cost_interruptible(interrupt)
     }
 }
 
@@ -96,10 +99,14 @@ impl AnyCurve {
 /// bit-identical for any number of threads.
 #[pyclass(name = "Curve", module = "stiefel_rs", subclass, frozen)]
 pub struct PyCurve {
-    inner: Arc<AnyCurve>,
+    inner: Arc<dyn AnyCurve>,
 }
 
 impl PyCurve {
+    pub(super) fn of(inner: Arc<dyn AnyCurve>) -> Self {
+        PyCurve { inner }
+    }
+
     fn sample<'py>(
         &self,
         py: Python<'py>,
@@ -378,9 +385,7 @@ impl PyQuasiGeodesic {
 
 impl PyQuasiGeodesic {
     fn wrap(curve: QuasiGeodesic) -> PyResult<PyClassInitializer<Self>> {
-        let base = PyCurve {
-            inner: Arc::new(AnyCurve::QuasiGeodesic(curve)),
-        };
+        let base = PyCurve::of(Arc::new(curve));
         Ok(PyClassInitializer::from(base).add_subclass(PyQuasiGeodesic))
     }
 }
@@ -415,7 +420,7 @@ impl PyQuasiGeodesic {
 /// >>> bool(np.allclose(curve(1.0), np.eye(3)[:, 2:]))
 /// True
 #[pyclass(name = "GeometricPolynomial", module = "stiefel_rs", extends = PyCurve, subclass, frozen)]
-pub struct PyGeometricPolynomial;
+pub struct PyGeometricPolynomial(Arc<GeometricPolynomial>);
 
 #[pymethods]
 #[allow(non_snake_case)]
@@ -427,14 +432,8 @@ impl PyGeometricPolynomial {
 
     /// The control points, shape (degree + 1, n, k).
     #[getter]
-    fn control_points<'py>(
-        slf: PyRef<'py, Self>,
-        py: Python<'py>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let base = slf.into_super();
-        let AnyCurve::GeometricPolynomial(curve) = &*base.inner else {
-            return Err(invalid_input(py, "not a geometric polynomial".to_owned()));
-        };
+    fn control_points<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let curve = &self.0;
         let (n, k, points) = (curve.n(), curve.k(), curve.control_points());
         let mut entries = vec![0.0; points.len() * n * k];
         for (point, target) in points.iter().zip(entries.chunks_mut(n * k)) {
@@ -445,20 +444,16 @@ impl PyGeometricPolynomial {
 
     /// One less than the number of control points.
     #[getter]
-    fn degree(slf: PyRef<'_, Self>) -> usize {
-        match &*slf.into_super().inner {
-            AnyCurve::GeometricPolynomial(curve) => curve.degree(),
-            AnyCurve::QuasiGeodesic(_) => 1,
-        }
+    fn degree(&self) -> usize {
+        self.0.degree()
     }
 }
 
 impl PyGeometricPolynomial {
     fn wrap(curve: GeometricPolynomial) -> PyClassInitializer<Self> {
-        let base = PyCurve {
-            inner: Arc::new(AnyCurve::GeometricPolynomial(curve)),
-        };
-        PyClassInitializer::from(base).add_subclass(PyGeometricPolynomial)
+        let curve = Arc::new(curve);
+        let base = PyCurve::of(Arc::clone(&curve) as Arc<dyn AnyCurve>);
+        PyClassInitializer::from(base).add_subclass(PyGeometricPolynomial(curve))
     }
 }
 

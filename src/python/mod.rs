@@ -5,6 +5,7 @@ mod chart;
 mod convert;
 mod curve;
 mod error;
+mod geodesic;
 mod linalg;
 mod shooting;
 mod state;
@@ -23,6 +24,8 @@ pub mod _core {
     use super::curve::{PyCurve, PyGeometricCubic, PyGeometricPolynomial, PyQuasiGeodesic};
     #[pymodule_export]
     use super::error::PySolverReport;
+    #[pymodule_export]
+    use super::geodesic::{PyGeodesic, PyLogReport};
     #[pymodule_export]
     use super::linalg::{orthogonal_log, skew_exp};
     #[pymodule_export]

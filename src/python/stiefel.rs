@@ -48,7 +48,7 @@ type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 pub struct PyStiefel(pub(super) Stiefel);
 
 impl PyStiefel {
-    fn core_shape(&self, batch: &Batch, name: &str, py: Python<'_>) -> PyResult<()> {
+    pub(super) fn core_shape(&self, batch: &Batch, name: &str, py: Python<'_>) -> PyResult<()> {
         expect_shape(py, name, batch, (self.0.n(), self.0.k()))
     }
 
@@ -123,7 +123,7 @@ impl PyStiefel {
 }
 
 /// "canonical", "euclidean", or the parameter of the family.
-fn read_metric(object: &Bound<'_, PyAny>) -> PyResult<Metric> {
+pub(super) fn read_metric(object: &Bound<'_, PyAny>) -> PyResult<Metric> {
     if let Ok(name) = object.extract::<String>() {
         return match name.as_str() {
             "canonical" => Ok(Metric::CANONICAL),

@@ -1,0 +1,33 @@
+//! A geodesic as a curve.
+
+use faer::MatRef;
+
+use super::Curve;
+use crate::error::Result;
+use crate::linalg::jet::Jet;
+use crate::manifold::Geodesic;
+use crate::manifold::exponential::Flow;
+
+impl Curve for Geodesic {
+    type Workspace = Flow;
+
+    fn n(&self) -> usize {
+        Geodesic::n(self)
+    }
+
+    fn k(&self) -> usize {
+        Geodesic::k(self)
+    }
+
+    fn frame(&self) -> Option<MatRef<'_, f64>> {
+        Some(self.frame())
+    }
+
+    fn workspace(&self) -> Flow {
+        Flow::new(self)
+    }
+
+    fn coordinates_into(&self, t: f64, order: usize, work: &mut Flow, out: &mut Jet) -> Result<()> {
+        Geodesic::coordinates_into(self, t, order, work, out)
+    }
+}

@@ -1,0 +1,155 @@
+//! Functions of `ad_L` on skew matrices by Chebyshev polynomials: nothing but products.
+
+use std::f64::consts::PI;
+
+use faer::{Mat, MatRef};
+
+use crate::linalg::product::mul_into;
+
+/// Degrees in `ad_L^2` at the most; 8 is the degree for 1e-4 on the whole range of a principal logarithm.
+const MAX_DEGREE: usize = 10;
+
+/// Points of the interpolation from which the coefficients come.
+const NODES: usize = 24;
+
+/// The factor is cut off here: towards `2 pi` it has a pole, and a Newton step needs no more than its sign.
+const LOWEST: f64 = -1.5;
+
+/// `f(ad_L)` with `f(x) = x / (1 - e^{-x})`, the derivative of the logarithm at `e^L`.
+///
+/// ```math
+/// f(x) = \frac{x}{2} + g(-x^2),\qquad g(t^2) = \frac{t}{2} \cot \frac{t}{2}
+/// ```
+///
+/// `ad_L` has eigenvalues `i t` with `|t|` at most twice the largest angle of `L`. `g` is analytic below `t = 2 pi`,
+/// so a Chebyshev polynomial in `ad_L^2` of degree 2 to 6 is as good as a Newton step asks.
+pub(super) struct Adjoint {
+    generator: Mat<f64>,
+    /// Largest `|t|`.
+    radius: f64,
+    coefficients: [f64; MAX_DEGREE + 1],
+    degree: usize,
+    product: Mat<f64>,
+    inner: Mat<f64>,
+    previous: Mat<f64>,
+    current: Mat<f64>,
+}
+
+impl Adjoint {
+    pub(super) fn new(m: usize) -> Self {
+        let zeros = || Mat::zeros(m, m);
+        Adjoint {
+            generator: zeros(),
+            radius: 0.0,
+            coefficients: [0.0; MAX_DEGREE + 1],
+            degree: 0,
+            product: zeros(),
+            inner: zeros(),
+            previous: zeros(),
+            current: zeros(),
+        }
+    }
+
+    /// Takes `L`, and a polynomial that is off by `tolerance`.
+    pub(super) fn set(&mut self, generator: MatRef<'_, f64>, tolerance: f64) {
+        self.generator.copy_from(generator);
+        // Two angles have a sum of at most sqrt(2) times the root of their squares, |L|_F^2 / 2 = sum theta^2.
+        let frobenius = generator.norm_l2();
+        let columns = (0..generator.ncols())
+            .map(|j| generator.col(j).norm_l1())
+            .fold(0.0, f64::max);
+        self.radius = frobenius.min(2.0 * columns).clamp(1e-8, 2.0 * PI);
+        self.coefficients = [0.0; MAX_DEGREE + 1];
+        for i in 0..NODES {
+            let x = (PI * (i as f64 + 0.5) / NODES as f64).cos();
+            let value = half_cotangent(self.radius * (0.5 * (x + 1.0)).sqrt()) / NODES as f64;
+            let (mut previous, mut polynomial) = (x, 1.0);
+            for (j, coefficient) in self.coefficients.iter_mut().enumerate() {
+                *coefficient += value * if j == 0 { 1.0 } else { 2.0 * polynomial };
+                (previous, polynomial) = (polynomial, 2.0 * x * polynomial - previous);
+            }
+        }
+        let mut tail = 0.0;
+        self.degree = MAX_DEGREE;
+        while self.degree > 1 && tail + self.coefficients[self.degree].abs() <= tolerance {
+            tail += self.coefficients[self.degree].abs();
+            self.degree -= 1;
+        }
+    }
+
+    /// `out = [L, e]` for skew `e`.
+    pub(super) fn bracket_into(&mut self, out: &mut Mat<f64>, e: &Mat<f64>) {
+        bracket(out, &self.generator, e, &mut self.product);
+    }
+
+    /// `out = f(ad_L) e`.
+    pub(super) fn apply(&mut self, out: &mut Mat<f64>, e: &Mat<f64>) {
+        self.apply_even(out, e);
+        bracket(&mut self.inner, &self.generator, e, &mut self.product);
+        combine(out, 1.0, &self.inner, 0.5);
+    }
+
+    /// `out = g(-ad_L^2) e`, the part of `f` that is symmetric, by Clenshaw's recurrence.
+    pub(super) fn apply_even(&mut self, out: &mut Mat<f64>, e: &Mat<f64>) {
+        let c = self.coefficients;
+        self.previous.fill(0.0);
+        self.current.copy_from(e);
+        combine(&mut self.current, c[self.degree], e, 0.0);
+        for j in (0..self.degree).rev() {
+            self.shifted_square(out);
+            let factor = if j == 0 { 1.0 } else { 2.0 };
+            combine(out, factor, &self.previous, -1.0);
+            combine(out, 1.0, e, c[j]);
+            std::mem::swap(&mut self.previous, &mut self.current);
+            self.current.copy_from(&*out);
+        }
+    }
+
+    /// `out = -(2 / radius^2) ad_L^2 current - current`: the argument, mapped to `[-1, 1]`.
+    fn shifted_square(&mut self, out: &mut Mat<f64>) {
+        bracket(
+            &mut self.inner,
+            &self.generator,
+            &self.current,
+            &mut self.product,
+        );
+        bracket(out, &self.generator, &self.inner, &mut self.product);
+        let factor = -2.0 / (self.radius * self.radius);
+        combine(out, factor, &self.current, -1.0);
+    }
+}
+
+/// `out = [a, b]` of skew matrices: one product, since `b a = (a b)^T`.
+pub(super) fn bracket(out: &mut Mat<f64>, a: &Mat<f64>, b: &Mat<f64>, product: &mut Mat<f64>) {
+    mul_into(&mut *product, 1.0, a, b);
+    for j in 0..product.ncols() {
+        out[(j, j)] = 0.0;
+        for i in 0..j {
+            let entry = product[(i, j)] - product[(j, i)];
+            out[(i, j)] = entry;
+            out[(j, i)] = -entry;
+        }
+    }
+}
+
+/// `out = alpha out + beta other`.
+fn combine(out: &mut Mat<f64>, alpha: f64, other: &Mat<f64>, beta: f64) {
+    for j in 0..out.ncols() {
+        for (x, y) in out
+            .col_as_slice_mut(j)
+            .iter_mut()
+            .zip(other.col_as_slice(j))
+        {
+            *x = alpha * *x + beta * y;
+        }
+    }
+}
+
+/// `(t/2) cot(t/2)`, cut off below.
+fn half_cotangent(t: f64) -> f64 {
+    if t < 1e-4 {
+        1.0 - t * t / 12.0
+    } else {
+        (0.5 * t / (0.5 * t).tan()).max(LOWEST)
+    }
+}

@@ -1,0 +1,137 @@
+//! Linear equations with an operator close to the identity that is only known by its action.
+
+/// Directions kept; the operators here need three to ten.
+const MAX_DIRECTIONS: usize = 40;
+
+/// The minimal residual method in buffers made once for a size.
+///
+/// # Source
+/// Saad, Schultz (1986), "GMRES: a generalized minimal residual algorithm for solving nonsymmetric linear systems",
+/// SIAM J. Sci. Stat. Comput. 7, 856-869.
+pub(super) struct Gmres {
+    basis: Vec<Vec<f64>>,
+    /// Columns of the triangular factor.
+    columns: Vec<Vec<f64>>,
+    rotations: Vec<(f64, f64)>,
+    rhs: Vec<f64>,
+    image: Vec<f64>,
+}
+
+impl Gmres {
+    pub(super) fn new(size: usize) -> Self {
+        Gmres {
+            basis: Vec::new(),
+            columns: Vec::new(),
+            rotations: Vec::new(),
+            rhs: Vec::new(),
+            image: vec![0.0; size],
+        }
+    }
+
+    /// Solves `A x = b` from `x = 0` until the residual is `tolerance |b|`; `b` comes in `x`.
+    ///
+    /// Stops after `MAX_DIRECTIONS` products with the best `x` so far: the caller measures what a step is worth.
+    pub(super) fn solve(
+        &mut self,
+        x: &mut [f64],
+        tolerance: f64,
+        mut apply: impl FnMut(&[f64], &mut [f64]),
+    ) {
+        let size = norm(x);
+        if size == 0.0 {
+            return;
+        }
+        self.rotations.clear();
+        self.rhs.clear();
+        self.rhs.push(size);
+        self.direction(0, x, 1.0 / size);
+        let mut used = 0;
+        while used < MAX_DIRECTIONS {
+            apply(&self.basis[used], &mut self.image);
+            let residual = self.extend(used);
+            used += 1;
+            if residual <= tolerance * size {
+                break;
+            }
+            let length = self.columns[used - 1][used];
+            if length == 0.0 {
+                break;
+            }
+            let image = std::mem::take(&mut self.image);
+            self.direction(used, &image, 1.0 / length);
+            self.image = image;
+        }
+        self.combine(used, x);
+    }
+
+    /// `basis[index] = factor source`.
+    fn direction(&mut self, index: usize, source: &[f64], factor: f64) {
+        if index == self.basis.len() {
+            self.basis.push(vec![0.0; source.len()]);
+        }
+        for (to, from) in self.basis[index].iter_mut().zip(source) {
+            *to = factor * from;
+        }
+    }
+
+    /// Orthogonalises the image, turns its coefficients into the triangular factor; returns the residual.
+    fn extend(&mut self, index: usize) -> f64 {
+        if index == self.columns.len() {
+            self.columns.push(vec![0.0; MAX_DIRECTIONS + 1]);
+        }
+        let column = &mut self.columns[index];
+        let before = norm(&self.image);
+        for (i, direction) in self.basis[..=index].iter().enumerate() {
+            let dot: f64 = direction.iter().zip(&self.image).map(|(x, y)| x * y).sum();
+            column[i] = dot;
+            for (to, from) in self.image.iter_mut().zip(direction) {
+                *to -= dot * from;
+            }
+        }
+        let mut length = norm(&self.image);
+        // What is left after cancellation to round-off is no direction.
+        if length <= 16.0 * f64::EPSILON * before {
+            length = 0.0;
+        }
+        for (i, (cos, sin)) in self.rotations.iter().enumerate() {
+            let (x, y) = (column[i], column[i + 1]);
+            column[i] = cos * x + sin * y;
+            column[i + 1] = cos * y - sin * x;
+        }
+        let radius = column[index].hypot(length);
+        let (cos, sin) = if radius > 0.0 {
+            (column[index] / radius, length / radius)
+        } else {
+            (1.0, 0.0)
+        };
+        column[index] = radius;
+        // The place below the diagonal keeps the length of the new direction.
+        column[index + 1] = length;
+        self.rotations.push((cos, sin));
+        let last = self.rhs[index];
+        self.rhs[index] = cos * last;
+        self.rhs.push(-sin * last);
+        (sin * last).abs()
+    }
+
+    fn combine(&mut self, used: usize, x: &mut [f64]) {
+        for i in (0..used).rev() {
+            let mut sum = self.rhs[i];
+            for j in i + 1..used {
+                sum -= self.columns[j][i] * self.rhs[j];
+            }
+            let pivot = self.columns[i][i];
+            self.rhs[i] = if pivot > 0.0 { sum / pivot } else { 0.0 };
+        }
+        x.fill(0.0);
+        for i in 0..used {
+            for (to, from) in x.iter_mut().zip(&self.basis[i]) {
+                *to += self.rhs[i] * from;
+            }
+        }
+    }
+}
+
+pub(super) fn norm(x: &[f64]) -> f64 {
+    x.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
