@@ -105,6 +105,19 @@ pub enum Error {
         /// The parameter of the jump.
         t: f64,
     },
+    /// Points farther apart than geodesics are known to be the shortest.
+    #[error(
+        "points {index} and {} are {distance:.6} apart, not within the injectivity radius (at least {bound:.6})",
+        index + 1
+    )]
+    BeyondInjectivity {
+        /// The first of the two points.
+        index: usize,
+        /// Length of the geodesic between them.
+        distance: f64,
+        /// The known bound of the injectivity radius.
+        bound: f64,
+    },
     /// Points of O(n) of opposite determinant: no curve joins them.
     #[error(
         "the points lie in different components of O({n}): determinants of opposite sign (angle pi)"
@@ -164,6 +177,7 @@ impl Error {
                 Some(std::f64::consts::PI)
             }
             Error::OutsideChart { value, .. } => Some(*value),
+            Error::BeyondInjectivity { distance, .. } => Some(*distance),
             _ => None,
         }
     }

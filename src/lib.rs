@@ -33,7 +33,7 @@ pub mod newton;
 mod python;
 pub mod report;
 
-pub use curve::{Curve, GeometricCubic, GeometricPolynomial, Quantity};
+pub use curve::{Curve, GeodesicPolynomial, GeometricCubic, GeometricPolynomial, Quantity};
 pub use error::{Error, Result};
 pub use interrupt::Interrupt;
 pub use linalg::{orthogonal_log, skew_exp};

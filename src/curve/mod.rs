@@ -7,11 +7,13 @@ mod branch;
 mod cost;
 pub mod de_casteljau;
 mod geodesic;
+pub mod geodesic_polynomial;
 pub mod geometric_cubic;
 mod quasi_geodesic;
 pub(crate) mod span;
 
 pub use de_casteljau::GeometricPolynomial;
+pub use geodesic_polynomial::GeodesicPolynomial;
 pub use geometric_cubic::GeometricCubic;
 
 use faer::prelude::*;

@@ -5,6 +5,7 @@
 
 pub mod decomp;
 pub mod jet;
+pub(crate) mod jet_exp;
 pub(crate) mod lane_matrix;
 pub(crate) mod lanes;
 pub mod orthogonal_log;

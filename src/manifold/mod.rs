@@ -2,6 +2,7 @@
 
 pub mod covariant;
 pub mod exponential;
+pub(crate) mod geodesic_jet;
 pub(crate) mod lane_join;
 pub(crate) mod lane_leg;
 pub mod logarithm;

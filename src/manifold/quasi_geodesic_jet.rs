@@ -19,6 +19,7 @@ use super::quasi_geodesic::{EndpointProblem, QuasiGeodesic};
 use crate::error::{Error, Result};
 use crate::linalg::SkewSchur;
 use crate::linalg::jet::{Jet, ORDER, ScalarJet};
+use crate::linalg::jet_exp::JetExp;
 use crate::linalg::orthogonal_log::inverse_dexp;
 use crate::linalg::product::{mul_add, mul_into};
 use crate::linalg::skew_schur::apply_ad_function;
@@ -29,9 +30,6 @@ const DERIVATIVES: &str = "derivative of a de Casteljau curve";
 
 /// A series stops where the next term, and its derivatives up to the third, fall below this.
 const TRUNCATION: f64 = 1e-17;
-
-/// Degree of the exponential series: arguments of norm at most 1, and its derivatives up to the third.
-const EXP_DEGREE: usize = 22;
 
 /// Buffers for one shape.
 pub(crate) struct MovingQuasiGeodesic {
@@ -53,7 +51,7 @@ pub(crate) struct MovingQuasiGeodesic {
     inverse: Jet,
     weight: Jet,
     log: Jet,
-    power: Jet,
+    power: JetExp,
     work: [Jet; 2],
     small: [Mat<f64>; 2],
 }
@@ -80,7 +78,7 @@ impl MovingQuasiGeodesic {
             inverse: square(),
             weight: square(),
             log: square(),
-            power: square(),
+            power: JetExp::new(k),
             work: [square(), square()],
             small: [Mat::zeros(k, k), Mat::zeros(k, k)],
         }
@@ -120,13 +118,14 @@ impl MovingQuasiGeodesic {
         self.wide.add(1.0, out, order);
         // Then the rotation: `U^T R^t`.
         self.logarithm(order)?;
-        self.exponential(&[t, 1.0, 0.0, 0.0], order)?;
+        self.power
+            .compute(&[t, 1.0, 0.0, 0.0], &self.log, order, DERIVATIVES)?;
         for j in 0..=order {
             mul_into(
                 &mut self.work[0].c[j],
                 1.0,
                 self.problem.u.transpose(),
-                &self.power.c[j],
+                &self.power.value.c[j],
             );
         }
         out.set_product(&self.wide, &self.work[0], order);
@@ -287,7 +286,8 @@ impl MovingQuasiGeodesic {
         }
         self.schur.compute(self.curve.omega())?;
         for j in 1..=order {
-            self.exponential(&[-1.0, 0.0, 0.0, 0.0], j)?;
+            self.power
+                .compute(&[-1.0, 0.0, 0.0, 0.0], &self.log, j, DERIVATIVES)?;
             // In the frame of the factorisation R = U R~ Z^T.
             let residual = &mut self.work[0].c[j];
             residual.fill(0.0);
@@ -295,7 +295,7 @@ impl MovingQuasiGeodesic {
                 let [left, right] = &mut self.small;
                 mul_into(&mut *left, 1.0, &self.problem.u, &self.rotation.c[i]);
                 mul_into(&mut *right, 1.0, &left, self.problem.z.transpose());
-                mul_add(&mut *residual, 1.0, &self.power.c[j - i], &right);
+                mul_add(&mut *residual, 1.0, &self.power.value.c[j - i], &right);
             }
             let [left, right] = &mut self.small;
             let v = self.schur.basis();
@@ -309,36 +309,6 @@ impl MovingQuasiGeodesic {
             }
             apply_ad_function(self.schur.angles(), right.as_mut(), |x, _| inverse_dexp(x));
             conjugate(&mut self.log.c[j], v, right.as_ref(), v.transpose(), left);
-        }
-        Ok(())
-    }
-
-    /// `power = e^{t log}`: series on a scaled argument, and squaring.
-    fn exponential(&mut self, t: &ScalarJet, order: usize) -> Result<()> {
-        self.argument.set_scaled(t, &self.log, order);
-        let size = self.argument.c[0].norm_l2();
-        if !size.is_finite() {
-            return Err(Error::Overflow {
-                quantity: DERIVATIVES,
-            });
-        }
-        let squarings = if size > 1.0 {
-            size.log2().ceil() as i32
-        } else {
-            0
-        };
-        self.argument.rescale(0.5_f64.powi(squarings), order);
-        let product = &mut self.work[1];
-        self.power.set_scalar(1.0, order);
-        for j in (1..=EXP_DEGREE).rev() {
-            product.set_product(&self.power, &self.argument, order);
-            product.rescale(1.0 / j as f64, order);
-            product.add_identity(1.0);
-            std::mem::swap(product, &mut self.power);
-        }
-        for _ in 0..squarings {
-            product.set_product(&self.power, &self.power, order);
-            std::mem::swap(product, &mut self.power);
         }
         Ok(())
     }

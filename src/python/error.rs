@@ -122,6 +122,7 @@ pub fn to_exception(py: Python<'_>, error: &Error, place: &str) -> PyErr {
         Error::OutsideLogDomain { .. }
         | Error::NoJoiningCurve { .. }
         | Error::BranchJump { .. }
+        | Error::BeyondInjectivity { .. }
         | Error::DifferentComponents { .. }
         | Error::OutsideChart { .. } => build(
             py,

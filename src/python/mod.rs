@@ -7,6 +7,7 @@ mod curve;
 mod error;
 mod geodesic;
 mod linalg;
+mod polynomial;
 mod shooting;
 mod state;
 mod stiefel;
@@ -21,13 +22,15 @@ pub mod _core {
     #[pymodule_export]
     use super::chart::PyChart;
     #[pymodule_export]
-    use super::curve::{PyCurve, PyGeometricCubic, PyGeometricPolynomial, PyQuasiGeodesic};
+    use super::curve::{PyCurve, PyQuasiGeodesic};
     #[pymodule_export]
     use super::error::PySolverReport;
     #[pymodule_export]
     use super::geodesic::{PyGeodesic, PyLogReport};
     #[pymodule_export]
     use super::linalg::{orthogonal_log, skew_exp};
+    #[pymodule_export]
+    use super::polynomial::{PyGeometricCubic, PyGeometricPolynomial};
     #[pymodule_export]
     use super::shooting::PyShootingResult;
     #[pymodule_export]
