@@ -37,7 +37,7 @@ pub use curve::{Curve, GeometricCubic, Quantity};
 pub use error::{Error, Result};
 pub use interrupt::Interrupt;
 pub use linalg::{orthogonal_log, skew_exp};
-pub use manifold::{Metric, QuasiGeodesic, Stiefel};
+pub use manifold::{Metric, ParallelTransport, QuasiGeodesic, Retraction, Stiefel};
 pub use report::{SolverReport, StopReason};
 
 /// The README's example is a test.

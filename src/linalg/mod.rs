@@ -4,7 +4,9 @@
 //! workspaces (`SkewExp`, `OrthogonalLog`, `SkewSchur`): made once for a size, they allocate nothing after.
 
 pub mod decomp;
+pub mod exponential_action;
 pub mod jet;
+pub mod lyapunov;
 pub mod orthogonal_log;
 pub mod product;
 pub mod skew_exp;

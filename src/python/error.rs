@@ -122,6 +122,7 @@ pub fn to_exception(py: Python<'_>, error: &Error, place: &str) -> PyErr {
         Error::OutsideLogDomain { .. }
         | Error::NoJoiningCurve { .. }
         | Error::DifferentComponents { .. }
+        | Error::OutsideRetractionDomain { .. }
         | Error::OutsideChart { .. } => build(
             py,
             &OUTSIDE_DOMAIN,
