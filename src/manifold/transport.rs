@@ -82,10 +82,12 @@ impl ParallelTransport {
         let k = manifold.k();
         let weight = manifold.metric().weight();
         let (normal, omega) = manifold.split(s, v)?;
+        let q = orthonormal_complement(s, &normal);
+        let b = q.transpose() * &normal;
         let radius = operator_bound(
             weight,
             spectral_norm(omega.as_ref())?,
-            spectral_norm(normal.as_ref())?,
+            spectral_norm(b.as_ref())?,
         );
         if radius.is_nan() || radius > MAX_RADIUS {
             return Err(Error::InvalidArgument {
@@ -94,8 +96,6 @@ impl ParallelTransport {
                 found: radius,
             });
         }
-        let q = orthonormal_complement(s, &normal);
-        let b = q.transpose() * &normal;
         let r = b.nrows();
         let mut generator = Mat::zeros(k + r, k + r);
         generator
@@ -191,6 +191,9 @@ fn operator_bound(weight: f64, a: f64, b: f64) -> f64 {
     0.5 * (first + last) + (0.5 * (first - last)).hypot(off)
 }
 
+/// Columns this close to orthogonal to the point are as good as those of the longer factorisation, per column.
+const ORTHOGONAL: f64 = 4.0 * f64::EPSILON;
+
 /// Orthonormal columns orthogonal to `s` that span the columns of `normal` and fill up to `min(k, n - k)`.
 fn orthonormal_complement(s: MatRef<'_, f64>, normal: &Mat<f64>) -> Mat<f64> {
     let (n, k) = s.shape();
@@ -201,6 +204,13 @@ fn orthonormal_complement(s: MatRef<'_, f64>, normal: &Mat<f64>) -> Mat<f64> {
         for j in 0..k {
             for i in 0..n {
                 both[(i, k + j)] = normal[(i, j)] / size;
+            }
+        }
+        if n >= 2 * k {
+            // Where the columns are far from dependent, their own factorisation will do.
+            let q = thin_q(both.as_ref().subcols(k, k));
+            if norm((s.transpose() * &q).as_ref()) <= ORTHOGONAL * k as f64 {
+                return q;
             }
         }
     }
