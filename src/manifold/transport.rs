@@ -31,7 +31,7 @@ use crate::linalg::{SkewExp, skew_exp};
 /// The cost is `O(n k^2)`, and about `|V| + 15` products of `2k x k` matrices for every vector.
 ///
 /// # Accuracy
-/// Isometric to `2e-14` for `|V| <= 10`; within `2e-13` of an integration of the equation for `|V| = 2`; asserted in
+/// Isometric to `2e-14` for `|V| <= 10`; within `1e-13` of an integration of the equation for `|V| = 2`; asserted in
 /// `tests/transport.rs`.
 /// # Source
 /// Nguyen, Sommer (2024), "Parallel transport on matrix manifolds and exponential action", arXiv 2408.06054. Deviation: the

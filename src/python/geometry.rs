@@ -5,6 +5,7 @@ use pyo3::types::PyEllipsis;
 
 use super::convert::write;
 use super::stiefel::{Array, PyStiefel};
+use crate::linalg::structure::norm;
 use crate::manifold::ParallelTransport;
 
 #[pymethods]
@@ -49,10 +50,12 @@ impl PyStiefel {
         V: &Bound<'py, PyAny>,
         W: &Bound<'py, PyAny>,
     ) -> PyResult<Array<'py>> {
-        self.map(
+        self.map_weighted(
             py,
             [(S, "S"), (V, "V"), (W, "W")],
             &[self.0.n(), self.0.k()],
+            // The work grows with the way; what is not finite is an error at once.
+            |[_, v, _]| 2.0 + (0..v.len()).map(|i| norm(v.get(i))).fold(0.0, f64::max),
             |m, [s, v, w], i, out| {
                 let transport = ParallelTransport::new(m.0, s.get(i), v.get(i))?;
                 write(transport.transport(w.get(i))?.as_ref(), out);

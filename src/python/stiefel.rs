@@ -59,6 +59,18 @@ impl PyStiefel {
         core: &[usize],
         member: impl Fn(&Self, [&Batch; N], usize, &mut [f64]) -> Result<()> + Sync + Send + 'static,
     ) -> PyResult<Array<'py>> {
+        self.map_weighted(py, objects, core, |_| 1.0, member)
+    }
+
+    /// As [`PyStiefel::map`] where a member takes `weight` times the usual work, by the data.
+    pub(super) fn map_weighted<'py, const N: usize>(
+        &self,
+        py: Python<'py>,
+        objects: [(&Bound<'py, PyAny>, &'static str); N],
+        core: &[usize],
+        weight: impl FnOnce(&[Batch; N]) -> f64,
+        member: impl Fn(&Self, [&Batch; N], usize, &mut [f64]) -> Result<()> + Sync + Send + 'static,
+    ) -> PyResult<Array<'py>> {
         let batches = matrices(objects)?;
         for (batch, (_, name)) in batches.iter().zip(objects) {
             self.core_shape(batch, name, py)?;
@@ -67,7 +79,7 @@ impl PyStiefel {
         let call = Call::new(
             py,
             None,
-            batches[0].len() as f64 * (500.0 + 30.0 * n * k * k),
+            batches[0].len() as f64 * (500.0 + 30.0 * n * k * k) * weight(&batches),
         )?;
         let shape: Vec<usize> = batches[0].shape.iter().chain(core).copied().collect();
         let this = self.clone();
