@@ -587,6 +587,24 @@ fn long_vectors_on_the_sphere_are_still_right() {
 }
 
 #[test]
+fn cayley_is_orthonormal_up_to_its_limit() {
+    let mut rng = Rng::new(80);
+    for (n, k) in SIZES {
+        let s = random_point(n, k, &mut rng);
+        let unit = random_tangent(&s, 1.0, &mut rng);
+        let unit = &unit * Scale(1.0 / frobenius(unit.as_ref()).max(1e-9));
+        for length in [1e2, 1e4, 1e6, 9.9e7] {
+            let y = apply(Retraction::Cayley, &s, &(&unit * Scale(length)));
+            assert_within(
+                orthonormality(&y),
+                1e-14,
+                &format!("({n}, {k}), {length:e}"),
+            );
+        }
+    }
+}
+
+#[test]
 fn names_go_both_ways() {
     for retraction in Retraction::ALL {
         assert_eq!(Retraction::from_name(retraction.name()), Some(retraction));
