@@ -319,47 +319,24 @@ fn rotation(angle: f64, m: usize) -> Mat<f64> {
 }
 
 #[test]
-fn polar_reaches_rotations_below_a_right_angle() {
-    for m in [2, 3, 5] {
+fn sums_reach_rotations_below_a_right_angle() {
+    // Of M, a rotation of the plane: the eigenvalues have the real part cos, and the first pivot is cos; det M = 1.
+    for (retraction, m) in [Retraction::Qr, Retraction::Polar]
+        .into_iter()
+        .flat_map(|r| [2, 3, 5].map(|m| (r, m)))
+    {
         let s = identity(m);
         for angle in [0.1, 1.0, 1.5, 1.57, FRAC_PI_2 - 1e-6] {
-            let v = inverse(Retraction::Polar, &s, &rotation(angle, m));
-            assert_within(
-                (v[(1, 0)] - angle.tan()).abs(),
-                1e-13 * angle.tan().powi(2),
-                "tan",
-            );
+            let v = inverse(retraction, &s, &rotation(angle, m));
+            let bound = 1e-13 * angle.tan().powi(2);
+            assert_within((v[(1, 0)] - angle.tan()).abs(), bound, "tan");
         }
         for angle in [FRAC_PI_2 + 1e-6, 1.58, 2.0, 3.0, 3.2] {
-            match Retraction::Polar.inverse_retract(s.as_ref(), rotation(angle, m).as_ref()) {
+            match retraction.inverse_retract(s.as_ref(), rotation(angle, m).as_ref()) {
                 Err(Error::OutsideRetractionDomain { value, .. }) => {
-                    assert_within((value - angle.cos()).abs(), 1e-14, "the measured real part");
+                    assert_within((value - angle.cos()).abs(), 1e-14, "the measured number");
                 }
-                other => panic!("angle {angle}: {other:?}"),
-            }
-        }
-    }
-}
-
-#[test]
-fn qr_reaches_positive_leading_minors() {
-    // The plane's rotations again: M_11 = cos, det M = 1, and R is diagonal.
-    for m in [2, 3, 5] {
-        let s = identity(m);
-        for angle in [0.1, 1.0, 1.57, FRAC_PI_2 - 1e-6] {
-            let v = inverse(Retraction::Qr, &s, &rotation(angle, m));
-            assert_within(
-                (v[(1, 0)] - angle.tan()).abs(),
-                1e-13 * angle.tan().powi(2),
-                "tan",
-            );
-        }
-        for angle in [1.58, 2.0, 3.0] {
-            match Retraction::Qr.inverse_retract(s.as_ref(), rotation(angle, m).as_ref()) {
-                Err(Error::OutsideRetractionDomain { value, .. }) => {
-                    assert_within((value - angle.cos()).abs(), 1e-15, "the measured pivot");
-                }
-                other => panic!("angle {angle}: {other:?}"),
+                other => panic!("{retraction:?}, angle {angle}: {other:?}"),
             }
         }
     }
