@@ -126,6 +126,32 @@ pub enum Error {
         /// The size of the orthogonal matrices.
         n: usize,
     },
+    /// A point outside of the range of a retraction: no tangent vector, or no unique one, leads there.
+    #[error(
+        "no unique inverse of the {retraction} retraction: {quantity} = {value:.3e}, must be {requirement}"
+    )]
+    OutsideRetractionDomain {
+        /// Which retraction.
+        retraction: &'static str,
+        /// What was measured.
+        quantity: &'static str,
+        /// Its value.
+        value: f64,
+        /// The range, in words.
+        requirement: &'static str,
+    },
+    /// Two tangent vectors that span no plane.
+    #[error(
+        "{names}: linearly dependent, unit vectors along them span an area of {area:.3e}, at most {tolerance:.3e}"
+    )]
+    LinearlyDependent {
+        /// Which arguments.
+        names: &'static str,
+        /// The sine of the angle between them.
+        area: f64,
+        /// Up to here they count as dependent.
+        tolerance: f64,
+    },
     /// A chart coordinate outside of the chart.
     #[error(
         "outside of the chart: {coordinate} = {value} is not in the open interval ({lower}, {upper})"

@@ -13,6 +13,9 @@
 //! * the adjusted de Casteljau algorithm, on any `St(n, k)`: [`GeometricCubic`], built from [`QuasiGeodesic`]s;
 //! * symplectic integrators from discretization maps, in charts of `St(3,1)` and `St(3,2)`: [`chart`].
 //!
+//! The geometry of the manifold, for the whole alpha family of metrics with the canonical and the Euclidean one:
+//! [`Retraction`]s with their inverses, [`ParallelTransport`] along geodesics, curvature, Riemannian gradients and Hessians.
+//!
 //! Below these are the exponential and logarithm of rotations ([`skew_exp()`], [`orthogonal_log()`]), the manifold
 //! ([`Stiefel`]), and a damped Newton solver ([`newton`]).
 //!
@@ -37,7 +40,9 @@ pub use curve::{Curve, GeodesicPolynomial, GeometricCubic, GeometricPolynomial, 
 pub use error::{Error, Result};
 pub use interrupt::Interrupt;
 pub use linalg::{orthogonal_log, skew_exp};
-pub use manifold::{Geodesic, LogReport, Metric, QuasiGeodesic, Stiefel};
+pub use manifold::{
+    Geodesic, LogReport, Metric, ParallelTransport, QuasiGeodesic, Retraction, Stiefel,
+};
 pub use report::{SolverReport, StopReason};
 
 /// The README's example is a test.

@@ -6,7 +6,10 @@ use common::*;
 use faer::{Mat, Scale, mat};
 use stiefel_rs::Error;
 use stiefel_rs::linalg::SkewSchur;
-use stiefel_rs::linalg::decomp::{Svd, SymmetricEigen, polar_factor, thin_q};
+use stiefel_rs::linalg::decomp::{
+    Svd, SymmetricEigen, polar_factor, smallest_real_part, solve_lower, solve_matrix, solve_upper,
+    spectral_norm, thin_q, thin_qr,
+};
 
 // ------------------------------------------------------------- skew Schur form
 
@@ -353,4 +356,85 @@ fn thin_q_is_orthonormal_for_every_rank() {
             &format!("rank {rank}"),
         );
     }
+}
+
+#[test]
+fn thin_qr_multiplies_back() {
+    let mut rng = Rng::new(36);
+    for (n, k) in SHAPES {
+        if n < k {
+            continue;
+        }
+        let a = gaussian(n, k, &mut rng);
+        let (q, r) = thin_qr(a.as_ref());
+        let bound = 8.0 * n as f64 * EPS * frobenius(a.as_ref());
+        assert_close(&(&q * &r), &a, bound, &format!("Q R = A, ({n}, {k})"));
+        assert_close(&q, &thin_q(a.as_ref()), 0.0, "the same Q");
+        for j in 0..k {
+            assert!(r[(j, j)] >= 0.0, "R_{j}{j} = {:e}", r[(j, j)]);
+            for i in j + 1..k {
+                assert_eq!(r[(i, j)], 0.0, "below the diagonal");
+            }
+        }
+    }
+}
+
+#[test]
+fn spectral_norm_is_the_largest_singular_value() {
+    let mut rng = Rng::new(37);
+    for (n, k) in SHAPES {
+        let a = gaussian(n, k, &mut rng);
+        for scale in [1e-300, 1.0, 1e300] {
+            let measured = spectral_norm((&a * Scale(scale)).as_ref()).unwrap();
+            let exact = spectral(a.as_ref()) * scale;
+            assert_within(
+                (measured - exact).abs(),
+                1e-14 * exact,
+                &format!("({n}, {k}), {scale:e}"),
+            );
+        }
+    }
+    for (n, k) in [(0, 0), (0, 3), (4, 0), (3, 2)] {
+        assert_eq!(spectral_norm(Mat::zeros(n, k).as_ref()).unwrap(), 0.0);
+    }
+    let infinite = mat![[f64::INFINITY]];
+    let error = spectral_norm(infinite.as_ref());
+    assert!(matches!(error, Err(Error::Overflow { .. })), "{error:?}");
+}
+
+#[test]
+fn smallest_real_part_of_a_spectrum() {
+    let mut rng = Rng::new(38);
+    for m in [1, 2, 3, 7] {
+        // Shifted rotation: eigenvalues 2 + e^{i theta}, and 3.
+        let angles = spread_angles(m, &mut rng);
+        let angles = scaled(&angles, 2.5);
+        let a = rotation_with_angles(&angles, m, &mut rng) + identity(m) * Scale(2.0);
+        let exact = angles.iter().fold(3.0_f64, |x, t| x.min(2.0 + t.cos()));
+        let measured = smallest_real_part(a.as_ref()).unwrap();
+        assert_within((measured - exact).abs(), 1e-14, &format!("m = {m}"));
+    }
+    let nan = mat![[f64::NAN]];
+    let error = smallest_real_part(nan.as_ref());
+    assert!(matches!(error, Err(Error::Overflow { .. })), "{error:?}");
+}
+
+#[test]
+fn solves_with_square_and_triangular_matrices() {
+    let mut rng = Rng::new(39);
+    for m in [1, 2, 5, 20] {
+        let a = gaussian(m, m, &mut rng) + identity(m) * Scale(2.0 * m as f64);
+        let b = gaussian(m, 3, &mut rng);
+        let x = solve_matrix(a.as_ref(), b.as_ref()).unwrap();
+        assert_close(&(&a * &x), &b, 1e-14 * m as f64, "A X = B");
+        let mut x = b.clone();
+        solve_lower(a.as_ref(), x.as_mut());
+        let lower = Mat::from_fn(m, m, |i, j| if i >= j { a[(i, j)] } else { 0.0 });
+        assert_close(&(&lower * &x), &b, 1e-14 * m as f64, "L X = B");
+        let mut x = b.clone();
+        solve_upper(a.as_ref(), x.as_mut());
+        let upper = Mat::from_fn(m, m, |i, j| if i <= j { a[(i, j)] } else { 0.0 });
+        assert_close(&(&upper * &x), &b, 1e-14 * m as f64, "U X = B");
+    }
+    assert!(solve_matrix(Mat::zeros(3, 3).as_ref(), identity(3).as_ref()).is_none());
 }

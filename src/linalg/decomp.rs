@@ -7,7 +7,8 @@ use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_scratch};
 use faer::linalg::solvers::Solve;
 use faer::linalg::svd::{ComputeSvdVectors, svd, svd_scratch};
-use faer::{Mat, MatRef, Par};
+use faer::linalg::triangular_solve;
+use faer::{Mat, MatMut, MatRef, Par};
 
 use super::structure::check_range;
 use crate::error::{Error, Result};
@@ -184,6 +185,27 @@ pub fn thin_q(a: MatRef<'_, f64>) -> Mat<f64> {
     q
 }
 
+/// Thin QR factors of a tall matrix, `A = Q R` with orthonormal `Q` of shape `(n, c)` and upper triangular `R` of
+/// non-negative diagonal.
+pub fn thin_qr(a: MatRef<'_, f64>) -> (Mat<f64>, Mat<f64>) {
+    let qr = a.qr();
+    let (mut q, mut r) = (qr.compute_thin_Q(), qr.thin_R().to_owned());
+    for j in 0..r.nrows() {
+        if r[(j, j)] < 0.0 {
+            for i in 0..q.nrows() {
+                q[(i, j)] = -q[(i, j)];
+            }
+            for l in j..r.ncols() {
+                r[(j, l)] = -r[(j, l)];
+            }
+        }
+        for i in j + 1..r.nrows() {
+            r[(i, j)] = 0.0;
+        }
+    }
+    (q, r)
+}
+
 /// Orthonormal polar factor `U V^T` of a tall matrix `A = U diag(s) V^T`: the nearest point of the Stiefel
 /// manifold in the Frobenius norm.
 ///
@@ -203,6 +225,53 @@ pub fn polar_factor(name: &'static str, a: MatRef<'_, f64>) -> Result<Mat<f64>> 
         });
     }
     Ok(svd.u() * svd.v().transpose())
+}
+
+/// Largest singular value, 0 for an empty matrix. Entries of extreme size are scaled in a copy.
+///
+/// # Errors
+/// `Overflow` where an entry is not finite; `Decomposition`.
+pub fn spectral_norm(a: MatRef<'_, f64>) -> Result<f64> {
+    check_range("matrix to factor", a)?;
+    let largest = a.norm_max();
+    if largest == 0.0 || a.nrows() == 0 || a.ncols() == 0 {
+        return Ok(0.0);
+    }
+    let scaled = Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] / largest);
+    let values = scaled.singular_values().map_err(|_| Error::Decomposition {
+        kind: "singular value decomposition",
+    })?;
+    Ok(values[0] * largest)
+}
+
+/// Smallest real part of an eigenvalue of a square matrix.
+///
+/// # Errors
+/// `Overflow` where an entry is not finite; `Decomposition`.
+pub fn smallest_real_part(a: MatRef<'_, f64>) -> Result<f64> {
+    check_range("matrix to factor", a)?;
+    let values = a.eigenvalues().map_err(|_| Error::Decomposition {
+        kind: "eigenvalue decomposition",
+    })?;
+    Ok(values.iter().fold(f64::INFINITY, |m, z| m.min(z.re)))
+}
+
+/// `A^{-1} B` for square `A` by LU with partial pivoting; `None` where the matrix is singular.
+pub fn solve_matrix(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Option<Mat<f64>> {
+    let solution = a.partial_piv_lu().solve(b);
+    check_range("solution", solution.as_ref())
+        .is_ok()
+        .then_some(solution)
+}
+
+/// `L^{-1} B` in place for lower triangular `L`.
+pub fn solve_lower(l: MatRef<'_, f64>, b: MatMut<'_, f64>) {
+    triangular_solve::solve_lower_triangular_in_place(l, b, Par::Seq);
+}
+
+/// `U^{-1} B` in place for upper triangular `U`.
+pub fn solve_upper(u: MatRef<'_, f64>, b: MatMut<'_, f64>) {
+    triangular_solve::solve_upper_triangular_in_place(u, b, Par::Seq);
 }
 
 /// Solution of a square system by LU with partial pivoting; `None` where the matrix is singular.

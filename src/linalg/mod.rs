@@ -4,10 +4,12 @@
 //! workspaces (`SkewExp`, `OrthogonalLog`, `SkewSchur`): made once for a size, they allocate nothing after.
 
 pub mod decomp;
+pub mod exponential_action;
 pub mod jet;
 pub(crate) mod jet_exp;
 pub(crate) mod lane_matrix;
 pub(crate) mod lanes;
+pub mod lyapunov;
 pub mod orthogonal_log;
 pub mod product;
 pub mod skew_exp;

@@ -1,8 +1,10 @@
 //! The Stiefel manifold `St(n, k)`: points, tangent vectors, and the maps between them.
 
 pub mod covariant;
+pub mod curvature;
 pub mod exponential;
 pub(crate) mod geodesic_jet;
+pub mod gradient;
 pub(crate) mod lane_join;
 pub(crate) mod lane_leg;
 pub mod logarithm;
@@ -10,10 +12,14 @@ pub mod metric;
 pub(crate) mod normal_frame;
 pub mod quasi_geodesic;
 pub(crate) mod quasi_geodesic_jet;
+pub mod retraction;
 pub mod stiefel;
+pub mod transport;
 
 pub use exponential::Geodesic;
 pub use logarithm::LogReport;
 pub use metric::Metric;
 pub use quasi_geodesic::QuasiGeodesic;
+pub use retraction::Retraction;
 pub use stiefel::Stiefel;
+pub use transport::ParallelTransport;

@@ -124,6 +124,7 @@ pub fn to_exception(py: Python<'_>, error: &Error, place: &str) -> PyErr {
         | Error::BranchJump { .. }
         | Error::BeyondInjectivity { .. }
         | Error::DifferentComponents { .. }
+        | Error::OutsideRetractionDomain { .. }
         | Error::OutsideChart { .. } => build(
             py,
             &OUTSIDE_DOMAIN,

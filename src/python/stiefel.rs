@@ -8,13 +8,12 @@ use pyo3::types::{PyDict, PyTuple};
 use super::call::Call;
 use super::convert::{Batch, map_batch, matrices, to_array, write};
 use super::error::{invalid_input, to_exception};
-use crate::curve::Curve;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::manifold::stiefel::{POINT_TOLERANCE, TANGENT_TOLERANCE};
-use crate::manifold::{Metric, QuasiGeodesic, Stiefel};
+use crate::manifold::{Metric, Stiefel};
 
-type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
+pub(super) type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 
 /// The Stiefel manifold St(n, k) of n x k matrices with orthonormal columns.
 ///
@@ -53,11 +52,23 @@ impl PyStiefel {
     }
 
     /// Checks shapes, maps every member, and gives the result the trailing shape `core`.
-    fn map<'py, const N: usize>(
+    pub(super) fn map<'py, const N: usize>(
         &self,
         py: Python<'py>,
         objects: [(&Bound<'py, PyAny>, &'static str); N],
         core: &[usize],
+        member: impl Fn(&Self, [&Batch; N], usize, &mut [f64]) -> Result<()> + Sync + Send + 'static,
+    ) -> PyResult<Array<'py>> {
+        self.map_weighted(py, objects, core, |_| 1.0, member)
+    }
+
+    /// As [`PyStiefel::map`] where a member takes `weight` times the usual work, by the data.
+    pub(super) fn map_weighted<'py, const N: usize>(
+        &self,
+        py: Python<'py>,
+        objects: [(&Bound<'py, PyAny>, &'static str); N],
+        core: &[usize],
+        weight: impl FnOnce(&[Batch; N]) -> f64,
         member: impl Fn(&Self, [&Batch; N], usize, &mut [f64]) -> Result<()> + Sync + Send + 'static,
     ) -> PyResult<Array<'py>> {
         let batches = matrices(objects)?;
@@ -68,7 +79,7 @@ impl PyStiefel {
         let call = Call::new(
             py,
             None,
-            batches[0].len() as f64 * (500.0 + 30.0 * n * k * k),
+            batches[0].len() as f64 * (500.0 + 30.0 * n * k * k) * weight(&batches),
         )?;
         let shape: Vec<usize> = batches[0].shape.iter().chain(core).copied().collect();
         let this = self.clone();
@@ -79,11 +90,11 @@ impl PyStiefel {
         to_array(py, entries, &shape)
     }
 
-    fn check(&self, s: faer::MatRef<'_, f64>) -> Result<()> {
+    pub(super) fn check(&self, s: faer::MatRef<'_, f64>) -> Result<()> {
         self.0.check_point("S", s, POINT_TOLERANCE)
     }
 
-    fn check_vector(
+    pub(super) fn check_vector(
         &self,
         name: &'static str,
         s: faer::MatRef<'_, f64>,
@@ -436,62 +447,6 @@ impl PyStiefel {
             py,
             map_batch(py, &call, [s, x, omega], n * k, member)?,
             &shape,
-        )
-    }
-
-    /// The retraction ``e^X S e^Omega`` of a tangent vector at ``S``, shape (..., n, k).
-    ///
-    /// Raises
-    /// ------
-    /// InvalidInputError
-    ///     Shape, not finite, not orthonormal, not tangent (with the measured defect).
-    fn retract<'py>(
-        &self,
-        py: Python<'py>,
-        S: &Bound<'py, PyAny>,
-        V: &Bound<'py, PyAny>,
-    ) -> PyResult<Array<'py>> {
-        self.map(
-            py,
-            [(S, "S"), (V, "V")],
-            &[self.0.n(), self.0.k()],
-            |_, [s, v], i, out| {
-                write(
-                    QuasiGeodesic::from_velocity(s.get(i), v.get(i))?
-                        .point(1.0)?
-                        .as_ref(),
-                    out,
-                );
-                Ok(())
-            },
-        )
-    }
-
-    /// The tangent vector at ``S0`` whose retraction is ``S1``, principal branch, shape (..., n, k).
-    ///
-    /// Raises
-    /// ------
-    /// OutsideDomainError
-    ///     No unique quasi-geodesic joins the points; carries ``angle``.
-    fn inverse_retract<'py>(
-        &self,
-        py: Python<'py>,
-        S0: &Bound<'py, PyAny>,
-        S1: &Bound<'py, PyAny>,
-    ) -> PyResult<Array<'py>> {
-        self.map(
-            py,
-            [(S0, "S0"), (S1, "S1")],
-            &[self.0.n(), self.0.k()],
-            |_, [s0, s1], i, out| {
-                write(
-                    QuasiGeodesic::between(s0.get(i), s1.get(i))?
-                        .initial_velocity()
-                        .as_ref(),
-                    out,
-                );
-                Ok(())
-            },
         )
     }
 }

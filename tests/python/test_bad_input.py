@@ -33,6 +33,8 @@ S = np.eye(4, 2)
 S1 = np.array([[0, 0], [0, 1], [1, 0], [0, 0.0]])
 V = np.array([[0, -1], [1, 0], [2, 0], [0, -1.0]])
 V1 = np.array([[1, 0], [0, 0], [0, 0], [0, 1.0]])
+S2 = np.array([[1, 1], [-1, 1], [1, 1], [1, -1]]) / 2
+V2 = np.array([[0, 1], [-1, 0], [0, 1], [3, 0.0]])
 Z0 = np.array([1, 2, 1, 0, 0, 1, 0, 1.0])
 SKEW = np.array([[0, -2, 1], [2, 0, 0], [-1, 0, 0.0]])
 
@@ -51,6 +53,17 @@ CALLS = {
     "compose": (M.compose, [("S", S), ("X", np.zeros((4, 4))), ("Omega", np.zeros((2, 2)))]),
     "retract": (M.retract, [("S", S), ("V", V)]),
     "inverse_retract": (M.inverse_retract, [("S0", S), ("S1", S1)]),
+    "retract_qr": (lambda S, V: M.retract(S, V, "qr"), [("S", S), ("V", V)]),
+    "retract_polar": (lambda S, V: M.retract(S, V, "polar"), [("S", S), ("V", V)]),
+    "retract_cayley": (lambda S, V: M.retract(S, V, "cayley"), [("S", S), ("V", V)]),
+    "inverse_qr": (lambda a, b: M.inverse_retract(a, b, "qr"), [("S0", S), ("S1", S2)]),
+    "inverse_polar": (lambda a, b: M.inverse_retract(a, b, "polar"), [("S0", S), ("S1", S2)]),
+    "inverse_cayley": (lambda a, b: M.inverse_retract(a, b, "cayley"), [("S0", S), ("S1", S2)]),
+    "transport": (M.transport, [("S", S), ("V", V), ("W", V2)]),
+    "curvature": (M.curvature, [("S", S), ("U", V), ("V", V2), ("W", V)]),
+    "sectional_curvature": (M.sectional_curvature, [("S", S), ("U", V), ("V", V2)]),
+    "gradient_of": (M.euclidean_to_riemannian_gradient, [("S", S), ("G", V + S)]),
+    "hessian_of": (M.euclidean_to_riemannian_hessian, [("S", S), ("G", V + S), ("H", S), ("V", V)]),
     "QuasiGeodesic": (lambda a, b: QuasiGeodesic(a, b)(0.5), [("S0", S), ("S1", S1)]),
     "from_velocity": (lambda a, b: QuasiGeodesic.from_velocity(a, b)(0.5), [("S", S), ("V", V)]),
     "GeometricCubic": (lambda *x: GeometricCubic(*x)(0.5), [("S0", S), ("V0", V), ("S1", S1), ("V1", V1)]),

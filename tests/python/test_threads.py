@@ -35,6 +35,9 @@ big = Stiefel(240, 100)
 B0 = big.random_point(0)
 W0 = 0.05 * big.random_tangent(B0, 1)
 B1 = big.retract(B0, W0)
+far = Stiefel(60, 50)
+F0 = far.random_point(0)
+G0 = far.random_tangent(F0, 1)
 rng = np.random.default_rng(0)
 def skew(m, scale):
     A = rng.standard_normal((m, m))
@@ -62,6 +65,7 @@ LONG_CALLS = {
     "curve_cost": "GeometricCubic(B0, W0, B1, W0 * 0).cost()",
     "skew_exp_batch": "skew_exp(np.tile(skew(30, 10.0), (20_000, 1, 1)))",
     "skew_exp_one": "skew_exp(skew(1500, 100.0))",
+    "transport_far": "far.transport(F0, 4e3 * G0, G0)",
     "log_batch": "orthogonal_log(np.tile(skew_exp(skew(30, 0.1)), (20_000, 1, 1)))",
 }
 
