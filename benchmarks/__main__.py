@@ -10,7 +10,7 @@ from pathlib import Path
 
 from tqdm import tqdm  # type: ignore[import-untyped]
 
-from benchmarks.environment import ROOT, UnavailableError, machine, python_of
+from benchmarks.environment import ROOT, UnavailableError, load, machine, python_of
 from benchmarks.measure import FULL, QUICK, Outcome, Pool, run_row
 from benchmarks.rows import THREADS, Row, all_rows
 from benchmarks.table import report
@@ -64,6 +64,8 @@ def run(rows: Sequence[Row], pool: Pool, *, quick: bool) -> list[Outcome]:
 def facts_of(pool: Pool, started: float) -> dict[str, str]:
     """Date and duration of the run, versions, BLAS."""
     facts = {"date": time.strftime("%Y-%m-%d", time.gmtime(started))}
+    # Those of the run are among them: one, or two where two threads are timed.
+    facts["the same, at the end"] = load()
     facts["duration"] = f"{time.time() - started:.0f} s"
     for name, info in pool.infos().items():
         if name == "stiefel_rs_threads":

@@ -75,17 +75,18 @@ def machine() -> dict[str, str]:
     return {
         "processor": f"{_processor()}, {cores()} core(s)",
         "system": f"{platform.system()} {platform.machine()}, Python {platform.python_version()}",
-        "load when the run began": _load(),
+        "processes that wanted to run, at the start": load(),
         "`OPENBLAS_CORETYPE`": f"`{forced}` in the calling environment, unset for the run"
         if (forced := os.environ.get("OPENBLAS_CORETYPE"))
         else "not set",
     }
 
 
-def _load() -> str:
+def load() -> str:
+    """Average number of processes that want to run, over the last minute."""
     if not hasattr(os, "getloadavg"):
         return "unknown"
-    return f"{os.getloadavg()[0]:.1f} processes"
+    return f"{os.getloadavg()[0]:.1f}"
 
 
 def _processor() -> str:

@@ -112,7 +112,8 @@ def _logarithms() -> list[Row]:
     def rivals(at_most: float | None) -> tuple[Rival, ...]:
         # Angles near pi condition the logarithm of a random rotation by about m.
         schur = Rival("scipy", "schur", "LAPACK real Schur and atan2", at_most=at_most, agree=1e-8)
-        return schur, Rival("scipy", "logm", "SciPy logm", agree=1e-8)
+        cayley = Rival("scipy", "cayley", "Cayley transform and eigh, NumPy", agree=1e-8)
+        return schur, cayley, Rival("scipy", "logm", "SciPy logm", agree=1e-8)
 
     reach = dict(zip(problems.SMALL_LOG, (1, 15, 60), strict=True))
     small = [

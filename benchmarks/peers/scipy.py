@@ -10,7 +10,7 @@ import scipy.linalg
 
 from benchmarks import problems
 from benchmarks.methods import casteljau
-from benchmarks.methods.stiefel_log import rotation_log, stiefel_log
+from benchmarks.methods.stiefel_log import cayley_log, rotation_log, stiefel_log
 from benchmarks.protocol import Task, Tasks, serve
 
 # A loop over all problems of a batch would take minutes for the slow functions; the time is that of one problem.
@@ -40,6 +40,12 @@ def schur_task(m: int) -> Task:
     """LAPACK's real Schur form and atan2."""
     Q = problems.rotation(m)
     return Task(lambda: rotation_log(Q))
+
+
+def cayley_task(m: int) -> Task:
+    """Cayley transform and a symmetric eigenproblem."""
+    Q = problems.rotation(m)
+    return Task(lambda: cayley_log(Q))
 
 
 def loop_task(work: str, m: int) -> Task:
@@ -96,6 +102,7 @@ def tasks() -> Tasks:
         found[f"skew_exp/{m}:gemm"] = partial(gemm_task, m)
     for m in problems.SMALL_LOG + problems.LARGE:
         found[f"orthogonal_log/{m}:logm"] = partial(logm_task, m)
+        found[f"orthogonal_log/{m}:cayley"] = partial(cayley_task, m)
         found[f"orthogonal_log/{m}:schur"] = partial(schur_task, m)
     for n, k in problems.CURVES:
         found[f"curve/{n},{k}:thin"] = partial(thin_task, n, k)
