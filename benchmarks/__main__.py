@@ -6,12 +6,13 @@ import argparse
 import sys
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from tqdm import tqdm  # type: ignore[import-untyped]
 
 from benchmarks.environment import ROOT, UnavailableError, load, machine, python_of
-from benchmarks.measure import FULL, QUICK, Outcome, Pool, run_row
+from benchmarks.measure import FULL, QUICK, Effort, Outcome, Pool, run_row
 from benchmarks.rows import THREADS, Row, all_rows
 from benchmarks.table import report
 
@@ -23,6 +24,9 @@ def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
     parser.add_argument("--out", type=Path, default=ROOT / "docs" / "benchmarks.md", help="page to write")
     parser.add_argument("--quick", action="store_true", help="few samples: a look, not a measurement")
+    parser.add_argument(
+        "--clock", choices=("wall", "cpu"), default="wall", help="cpu on a machine that others use at the same time"
+    )
     parser.add_argument("--only", action="append", default=[], metavar="TEXT", help="rows whose name contains TEXT")
     parser.add_argument("--peers", nargs="*", choices=PEERS, default=PEERS, help="libraries to run beside this one")
     parser.add_argument("--venvs", type=Path, default=ROOT / ".venv-bench", help="where their environments are")
@@ -48,14 +52,14 @@ def make_pool(peers: Sequence[str], venvs: Path) -> Pool:
     return Pool(starters)
 
 
-def run(rows: Sequence[Row], pool: Pool, *, quick: bool) -> list[Outcome]:
+def run(rows: Sequence[Row], pool: Pool, effort: Effort) -> list[Outcome]:
     """All rows, one after the other; results that disagree end the run."""
     outcomes = []
     progress = tqdm(rows, unit="row")
     for row in progress:
         progress.set_postfix_str(row.name)
         try:
-            outcomes.append(run_row(row, pool, QUICK if quick else FULL))
+            outcomes.append(run_row(row, pool, effort))
         except AssertionError as error:
             raise SystemExit(f"{row.name}: {error}") from error
     return outcomes
@@ -86,9 +90,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print("\n".join(row.name for row in (rows or all_rows())))
         raise SystemExit(0 if options.list else "no row has such a name")
     facts, started = machine(), time.time()
+    if options.clock == "cpu":
+        facts["clock"] = "the processor's, of each process; the wall's where two threads are timed"
     pool = make_pool(options.peers, options.venvs)
     try:
-        outcomes = run(rows, pool, quick=options.quick)
+        outcomes = run(rows, pool, replace(QUICK if options.quick else FULL, clock=options.clock))
         facts |= facts_of(pool, started)
     finally:
         pool.close()

@@ -84,6 +84,11 @@ class Row:
     bounds: tuple[Bound, ...] = ()
     ours: str = "stiefel_rs"
 
+    @property
+    def threads(self) -> int:
+        """Threads of the process that is timed."""
+        return 1 if self.ours == "stiefel_rs" else THREADS
+
 
 def _exponentials() -> list[Row]:
     reach = dict(zip(problems.SMALL_EXP, (1, 2, 8, 30), strict=True))
