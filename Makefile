@@ -8,7 +8,7 @@ OUT ?= out
 INSTALLED := $(VENV)/.installed
 SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md $(shell find src python -name '*.rs' -o -name '*.py' -o -name '*.pyi')
 
-.PHONY: help reproduce test test-rust test-python lint bench doc clean
+.PHONY: help reproduce test test-rust test-python lint bench benchmark accuracy doc clean
 
 help: ## Show this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | sort | expand -t 16
@@ -40,14 +40,20 @@ lint: $(BIN)/python ## Formatting and lints of both languages
 	cargo clippy --locked --all-targets -- -D warnings
 	cargo clippy --locked --lib --features python -- -D warnings
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'ruff>=0.9,<1'
-	$(BIN)/ruff check python tests/python
-	$(BIN)/ruff format --check python tests/python
+	$(BIN)/ruff check python tests/python benchmarks
+	$(BIN)/ruff format --check python tests/python benchmarks
 
 bench: ## Criterion benchmarks, quick profile
 	cargo bench --locked -- --quick
+
+benchmark: $(INSTALLED) ## Beside SciPy, geomstats, morphomatics, pymanopt, into docs/benchmarks.md; ARGS="--quick --only log"
+	$(BIN)/python -m benchmarks $(ARGS)
+
+accuracy: $(INSTALLED) ## Errors against 50 digits, into docs/accuracy.md
+	$(BIN)/python -m benchmarks.accuracy
 
 doc: ## Rust documentation, with rendered mathematics
 	cargo doc --locked --no-deps
 
 clean: ## Remove everything that make has made
-	rm -rf $(VENV) $(OUT) target
+	rm -rf $(VENV) .venv-bench $(OUT) target

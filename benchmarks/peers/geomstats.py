@@ -1,0 +1,40 @@
+"""geomstats: exponential and logarithm of its Stiefel manifold, canonical metric."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import geomstats.backend as gs
+from geomstats.geometry.stiefel import Stiefel
+
+from benchmarks import problems
+from benchmarks.protocol import Task, Tasks, serve
+
+
+def exp_task(n: int, k: int) -> Task:
+    """Riemannian exponential."""
+    S0, _, V = problems.log_problem(n, k, "0.5")
+    metric = Stiefel(n, k).metric
+    return Task(lambda: metric.exp(V, S0))
+
+
+def log_task(n: int, k: int, distance: str) -> Task:
+    """Riemannian logarithm, with the library's own tolerance."""
+    S0, S1, _ = problems.log_problem(n, k, distance)
+    metric = Stiefel(n, k).metric
+    return Task(lambda: metric.log(S1, S0))
+
+
+def tasks() -> Tasks:
+    """All of them by name."""
+    assert gs.__name__.endswith("numpy"), "the NumPy backend is to be timed"
+    found: Tasks = {}
+    for n, k in problems.LOGS:
+        found[f"exp/{n},{k}:geomstats"] = partial(exp_task, n, k)
+        for distance in problems.DISTANCES:
+            found[f"log/{n},{k}/{distance}:geomstats"] = partial(log_task, n, k, distance)
+    return found
+
+
+if __name__ == "__main__":
+    serve(tasks(), packages=("geomstats", "numpy", "scipy"))

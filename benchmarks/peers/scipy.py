@@ -1,0 +1,120 @@
+"""SciPy, LAPACK, NumPy's GEMM, and the methods written with them in `benchmarks/methods`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+import scipy.linalg
+
+from benchmarks import problems
+from benchmarks.methods import casteljau
+from benchmarks.methods.stiefel_log import cayley_log, rotation_log, stiefel_log
+from benchmarks.protocol import Task, Tasks, serve
+
+# A loop over all problems of a batch would take minutes for the slow functions; the time is that of one problem.
+LOOP = {"skew_exp": 1000, "orthogonal_log": 100}
+
+
+def exp_task(m: int) -> Task:
+    """`scipy.linalg.expm`."""
+    A = problems.skew(m)
+    return Task(lambda: scipy.linalg.expm(A))
+
+
+def gemm_task(m: int) -> Task:
+    """One product of two m x m matrices, into an array that is there."""
+    A, B = problems.skew(m), problems.rotation(m)
+    out = np.empty_like(A)
+    return Task(lambda: np.matmul(A, B, out=out))
+
+
+def logm_task(m: int) -> Task:
+    """`scipy.linalg.logm`."""
+    Q = problems.rotation(m)
+    return Task(lambda: scipy.linalg.logm(Q).real)
+
+
+def schur_task(m: int) -> Task:
+    """LAPACK's real Schur form and atan2."""
+    Q = problems.rotation(m)
+    return Task(lambda: rotation_log(Q))
+
+
+def cayley_task(m: int) -> Task:
+    """Cayley transform and a symmetric eigenproblem."""
+    Q = problems.rotation(m)
+    return Task(lambda: cayley_log(Q))
+
+
+def loop_task(work: str, m: int) -> Task:
+    """A Python loop over small problems."""
+    count = LOOP[work]
+    if work == "skew_exp":
+        batch, function = problems.skew(m, (problems.BATCH,))[:count], scipy.linalg.expm
+    else:
+        batch, function = problems.rotation(m, (problems.BATCH,))[:count], lambda Q: scipy.linalg.logm(Q).real
+    return Task(lambda: [function(A) for A in batch], units=count)
+
+
+def thin_task(n: int, k: int) -> Task:
+    """De Casteljau, thin, vectorised over 1000 points."""
+    b = problems.boundary(n, k)
+    P, t = casteljau.control_points(b.S0, b.V0, b.S1, b.V1), problems.parameters(1000)
+    return Task(lambda: casteljau.casteljau(P, t), units=len(t))
+
+
+def single_task() -> Task:
+    """One point of a curve on the sphere."""
+    b = problems.boundary(3, 1)
+    P, t = casteljau.control_points(b.S0, b.V0, b.S1, b.V1), np.array([0.3])
+    return Task(lambda: casteljau.casteljau(P, t)[0])
+
+
+def formula_task(n: int, k: int) -> Task:
+    """De Casteljau by the paper's n x n formulas, one of the points."""
+    b = problems.boundary(n, k)
+    P, t = casteljau.control_points(b.S0, b.V0, b.S1, b.V1), problems.parameters(1000)
+    return Task(lambda: casteljau.formulas(P, float(t[problems.FORMULA_POINT])))
+
+
+def tall_gemm_task() -> Task:
+    """The one product that writes as many numbers as the curve on St(10^6, 4) has."""
+    rng = np.random.default_rng(0)
+    n, k = problems.TALL
+    E, C = rng.standard_normal((n, 4 * k)), rng.standard_normal((4 * k, k * problems.TALL_POINTS))
+    return Task(lambda: E @ C, units=problems.TALL_POINTS, result=lambda: np.zeros(0))
+
+
+def log_task(n: int, k: int, distance: str) -> Task:
+    """Riemannian logarithm by the algebraic method."""
+    S0, S1, _ = problems.log_problem(n, k, distance)
+    return Task(lambda: stiefel_log(S0, S1))
+
+
+def tasks() -> Tasks:
+    """All of them by name."""
+    found: dict[str, Callable[[], Task]] = {"curve_single/3,1:thin": single_task, "curve_tall:gemm": tall_gemm_task}
+    for m in problems.SMALL_EXP + problems.LARGE:
+        found[f"skew_exp/{m}:expm"] = partial(exp_task, m)
+    for m in problems.LARGE:
+        found[f"skew_exp/{m}:gemm"] = partial(gemm_task, m)
+    for m in problems.SMALL_LOG + problems.LARGE:
+        found[f"orthogonal_log/{m}:logm"] = partial(logm_task, m)
+        found[f"orthogonal_log/{m}:cayley"] = partial(cayley_task, m)
+        found[f"orthogonal_log/{m}:schur"] = partial(schur_task, m)
+    for n, k in problems.CURVES:
+        found[f"curve/{n},{k}:thin"] = partial(thin_task, n, k)
+        found[f"curve/{n},{k}:formulas"] = partial(formula_task, n, k)
+    for work in LOOP:
+        for m in (3, 6):
+            found[f"batch/{work}/{m}:loop"] = partial(loop_task, work, m)
+    for n, k in problems.LOGS:
+        for distance in problems.DISTANCES:
+            found[f"log/{n},{k}/{distance}:algebraic"] = partial(log_task, n, k, distance)
+    return found
+
+
+if __name__ == "__main__":
+    serve(tasks(), packages=("numpy", "scipy"))

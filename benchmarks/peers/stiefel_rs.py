@@ -1,0 +1,190 @@
+"""The project itself."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks import problems
+from benchmarks.methods import extended
+from benchmarks.protocol import Measures, Task, Tasks, serve
+from stiefel_rs import GeometricCubic, Stiefel, orthogonal_log, skew_exp
+
+LOOP = 1000
+
+
+def exp_task(m: int) -> Task:
+    """Exponential of one matrix."""
+    A = problems.skew(m)
+    return Task(lambda: skew_exp(A))
+
+
+def log_task(m: int) -> Task:
+    """Logarithm of one rotation."""
+    Q = problems.rotation(m)
+    return Task(lambda: orthogonal_log(Q))
+
+
+def cubic(n: int, k: int) -> GeometricCubic:
+    """Curve with the common boundary data."""
+    b = problems.boundary(n, k)
+    return GeometricCubic(b.S0, b.V0, b.S1, b.V1)
+
+
+def curve_task(n: int, k: int) -> Task:
+    """1000 points of a curve that is there."""
+    curve, t = cubic(n, k), problems.parameters(1000)
+    return Task(lambda: curve(t), units=len(t))
+
+
+def single_task() -> Task:
+    """One point, one call from Python."""
+    curve = cubic(3, 1)
+    return Task(lambda: curve(0.3))
+
+
+def tall_task() -> Task:
+    """All points of the curve on St(10^6, 4)."""
+    curve, t = cubic(*problems.TALL), problems.parameters(problems.TALL_POINTS)
+    return Task(lambda: curve(t), units=len(t), result=lambda: np.zeros(0))
+
+
+def tall_start_task() -> Task:
+    """Construction of that curve."""
+    b = problems.boundary(*problems.TALL)
+    return Task(lambda: GeometricCubic(b.S0, b.V0, b.S1, b.V1), result=lambda: np.zeros(0))
+
+
+def riemannian_log_task(n: int, k: int, distance: str) -> Task:
+    """Riemannian logarithm."""
+    S0, S1, _ = problems.log_problem(n, k, distance)
+    log = _method(Stiefel(n, k), "log")
+    return Task(lambda: log(S0, S1))
+
+
+def riemannian_exp_task(n: int, k: int, metric: str) -> Task:
+    """Riemannian exponential."""
+    S0, _, V = problems.log_problem(n, k, "0.5")
+    exp = _method(Stiefel(n, k, metric=metric), "exp")
+    return Task(lambda: exp(S0, V))
+
+
+def retraction_task(n: int, k: int, kind: str) -> Task:
+    """Retraction of the given kind."""
+    S0, _, V = problems.log_problem(n, k, "0.5")
+    M = Stiefel(n, k)
+    if "kind" in inspect.signature(M.retract).parameters:
+        retract = partial(_method(M, "retract"), kind=kind)
+        return Task(lambda: retract(S0, V))
+    if kind != "polar":
+        raise NotImplementedError(f"this build's Stiefel.retract has no kind={kind!r}")
+    return Task(lambda: M.project(S0 + V))
+
+
+def _method(M: Stiefel, name: str) -> Callable[..., object]:
+    method: Callable[..., object] | None = getattr(M, name, None)
+    if method is None:
+        raise NotImplementedError(f"this build has no Stiefel.{name}")
+    return method
+
+
+def batch_task(work: str, *, loop: bool) -> Task:
+    """A batch of small problems in one call, or the first of them in a Python loop."""
+    function, arguments = batch(work)
+    if not loop:
+        return Task(lambda: function(*arguments), units=problems.BATCH)
+    few = [argument[:LOOP] for argument in arguments]
+    return Task(lambda: [function(*each) for each in zip(*few, strict=True)], units=LOOP)
+
+
+def batch(work: str) -> tuple[Callable[..., object], tuple[problems.Array, ...]]:
+    """Function and arguments of a batch."""
+    match work.split("/"):
+        case ["skew_exp", m]:
+            return skew_exp, (problems.skew(int(m), (problems.BATCH,)),)
+        case ["orthogonal_log", m]:
+            return orthogonal_log, (problems.rotation(int(m), (problems.BATCH,)),)
+        case [name, shape]:
+            n, k = map(int, shape.split(","))
+            M = Stiefel(n, k)
+            S, V = problems.tangent_batch(n, k)
+            return _method(M, name), (S, V) if name == "retract" else (S, M.retract(S, V))
+    raise KeyError(work)
+
+
+def tall_memory() -> float:
+    """Peak resident memory of the curve on St(10^6, 4) and its points, over the size of input and output."""
+    before = _resident("VmRSS")
+    b = problems.boundary(*problems.TALL)
+    Path("/proc/self/clear_refs").write_text("5")
+    points = GeometricCubic(b.S0, b.V0, b.S1, b.V1)(problems.parameters(problems.TALL_POINTS))
+    inputs = sum(each.nbytes for each in (b.S0, b.V0, b.S1, b.V1))
+    return (_resident("VmHWM") - before) / (inputs + points.nbytes)
+
+
+def _resident(key: str) -> int:
+    """Bytes, from the kernel's account of this process."""
+    found = re.search(rf"{key}:\s*(\d+) kB", Path("/proc/self/status").read_text())
+    assert found is not None
+    return 1024 * int(found[1])
+
+
+BATCHES = (
+    "skew_exp/3", "skew_exp/6", "orthogonal_log/3", "orthogonal_log/6",
+    "retract/4,2", "inverse_retract/4,2", "log/4,2",
+)  # fmt: skip
+
+
+def tasks() -> Tasks:
+    """All of them by name."""
+    found: dict[str, Callable[[], Task]] = {
+        "curve_single/3,1:ours": single_task,
+        "curve_tall:ours": tall_task,
+        "curve_tall_start:ours": tall_start_task,
+    }
+    for m in problems.SMALL_EXP + problems.LARGE:
+        found[f"skew_exp/{m}:ours"] = partial(exp_task, m)
+    for m in problems.SMALL_LOG + problems.LARGE:
+        found[f"orthogonal_log/{m}:ours"] = partial(log_task, m)
+    for n, k in problems.CURVES:
+        found[f"curve/{n},{k}:ours"] = partial(curve_task, n, k)
+    for work in BATCHES:
+        found[f"batch/{work}:ours"] = partial(batch_task, work, loop=False)
+        found[f"batch/{work}:ours_loop"] = partial(batch_task, work, loop=True)
+    for n, k in problems.LOGS:
+        found[f"exp/{n},{k}:ours"] = partial(riemannian_exp_task, n, k, "canonical")
+        found[f"exp_euclidean/{n},{k}:ours"] = partial(riemannian_exp_task, n, k, "euclidean")
+        for kind in ("polar", "qr"):
+            found[f"retract_{kind}/{n},{k}:ours"] = partial(retraction_task, n, k, kind)
+        for distance in problems.DISTANCES:
+            found[f"log/{n},{k}/{distance}:ours"] = partial(riemannian_log_task, n, k, distance)
+    return found
+
+
+def exp_defect(m: int) -> float:
+    """`|R^T R - I|_F` of an exponential, in extended precision."""
+    return extended.orthogonality_defect(skew_exp(problems.skew(m)))
+
+
+def log_backward_error(m: int) -> float:
+    """`|e^L - Q|_F` of a logarithm, in extended precision."""
+    Q = problems.rotation(m)
+    return extended.backward_error(orthogonal_log(Q), Q)
+
+
+def measures() -> Measures:
+    """Numbers that are not times."""
+    found: Measures = {"curve_tall:memory": tall_memory}
+    for m in problems.LARGE:
+        found[f"skew_exp/{m}:defect"] = partial(exp_defect, m)
+        found[f"orthogonal_log/{m}:backward"] = partial(log_backward_error, m)
+    return found
+
+
+if __name__ == "__main__":
+    serve(tasks(), measures(), packages=("stiefel-rs", "numpy"))

@@ -1,0 +1,104 @@
+"""Seeded inputs, made with NumPy alone, so that every process works on the same numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+SMALL_EXP = (3, 6, 12, 30)
+LARGE = (100, 300, 1000)
+SMALL_LOG = (3, 12, 30)
+CURVES = ((3, 1), (3, 2), (50, 5), (300, 10))
+# Of the 1000 points, the one that the n x n formulas are timed on.
+FORMULA_POINT = 333
+TALL = (1_000_000, 4)
+TALL_POINTS = 64
+LOGS = ((4, 2), (50, 5), (200, 20), (1000, 50))
+DISTANCES = {"0.5": 0.5, "0.9pi": 0.9 * np.pi}
+BATCH = 10_000
+
+
+def _rng(*key: int) -> np.random.Generator:
+    return np.random.default_rng([20240419, *key])
+
+
+def skew(m: int, batch: tuple[int, ...] = ()) -> Array:
+    """Skew matrices of spectral norm 1."""
+    A = _rng(1, m).standard_normal((*batch, m, m))
+    A = A - np.swapaxes(A, -1, -2)
+    return np.asarray(A / np.linalg.norm(A, 2, axis=(-2, -1), keepdims=True))
+
+
+def rotation(m: int, batch: tuple[int, ...] = ()) -> Array:
+    """Uniformly distributed rotations."""
+    Q, R = np.linalg.qr(_rng(2, m).standard_normal((*batch, m, m)))
+    Q = Q * np.sign(np.diagonal(R, axis1=-2, axis2=-1))[..., None, :]
+    Q[..., 0] *= np.linalg.det(Q)[..., None].round()
+    return np.asarray(Q)
+
+
+def point(n: int, k: int, key: int = 0, batch: tuple[int, ...] = ()) -> Array:
+    """Points of St(n, k)."""
+    return np.asarray(np.linalg.qr(_rng(3, n, k, key).standard_normal((*batch, n, k)))[0])
+
+
+def tangent(S: Array, length: float, key: int = 0) -> Array:
+    """Tangent vectors of given canonical length, one at each point."""
+    Z = _rng(4, *S.shape[-2:], key).standard_normal(S.shape)
+    A = np.swapaxes(S, -1, -2) @ Z
+    V = Z - S @ ((A + np.swapaxes(A, -1, -2)) / 2)
+    omega = np.swapaxes(S, -1, -2) @ V
+    square = np.sum(V * V, axis=(-2, -1)) - np.sum(omega * omega, axis=(-2, -1)) / 2
+    return np.asarray(V * (length / np.sqrt(square))[..., None, None])
+
+
+def geodesic_end(S: Array, V: Array) -> Array:
+    """End of the canonical geodesic from S with velocity V: `[S Q] exp([[Omega, -R^T], [R, 0]]) [I; 0]`."""
+    k = S.shape[-1]
+    omega = S.T @ V
+    Q, sigma, Wt = np.linalg.svd(V - S @ omega, full_matrices=False)
+    R = sigma[:, None] * Wt
+    generator = np.block([[(omega - omega.T) / 2, -R.T], [R, np.zeros((len(R), len(R)))]])
+    # A skew matrix times i is Hermitian.
+    angles, basis = np.linalg.eigh(1j * generator)
+    exponential = ((basis * np.exp(-1j * angles)) @ basis.conj().T).real
+    return np.asarray(np.hstack([S, Q]) @ exponential[:, :k])
+
+
+@dataclass(frozen=True)
+class Boundary:
+    """End points and end velocities of a curve."""
+
+    S0: Array
+    V0: Array
+    S1: Array
+    V1: Array
+
+
+def boundary(n: int, k: int) -> Boundary:
+    """Points at canonical distance 0.7 and velocities of length 0.5."""
+    S0 = point(n, k)
+    S1 = geodesic_end(S0, tangent(S0, 0.7, 1))
+    return Boundary(S0, tangent(S0, 0.5, 2), S1, tangent(S1, 0.5, 3))
+
+
+def parameters(count: int) -> Array:
+    """Curve parameters, both ends excluded."""
+    return np.linspace(0.0, 1.0, count + 2)[1:-1]
+
+
+def log_problem(n: int, k: int, distance: str) -> tuple[Array, Array, Array]:
+    """Two points and the velocity `V` of a geodesic between them, of the given length: (S0, S1, V)."""
+    S0 = point(n, k, 5)
+    V = tangent(S0, DISTANCES[distance], 6)
+    return S0, geodesic_end(S0, V), V
+
+
+def tangent_batch(n: int, k: int) -> tuple[Array, Array]:
+    """A batch of points with tangent vectors of length 1/2."""
+    S = point(n, k, 7, (BATCH,))
+    return S, tangent(S, 0.5, 8)

@@ -1,0 +1,233 @@
+"""What is compared with what, and what is to be reached."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from benchmarks import problems
+
+US = 1e-6
+THREADS = 2
+# Speed-up of two threads that counts as linear.
+SCALING = 0.9 * THREADS
+
+
+@dataclass(frozen=True)
+class Rival:
+    """The same work done in another way.
+
+    Attributes
+    ----------
+    peer : str
+        Process that does it.
+    task : str
+        Its name there, after the colon.
+    label : str
+        What the table calls it.
+    at_most : float or None
+        To be reached: our time over this one's.
+    agree : float or None
+        Results are to agree to this, relative to their norm; None where they differ by nature.
+    pick : int or None
+        Entry of our result that this one's is compared with.
+    identical : bool
+        Results are to agree in every bit.
+    best_of : bool
+        Whether this one counts when the best of all rivals is looked for.
+    """
+
+    peer: str
+    task: str
+    label: str
+    at_most: float | None = None
+    agree: float | None = 1e-9
+    pick: int | None = None
+    identical: bool = False
+    best_of: bool = True
+
+
+@dataclass(frozen=True)
+class Bound:
+    """A number that is not a time, and its bound."""
+
+    measure: str
+    label: str
+    bound: float
+
+
+@dataclass(frozen=True)
+class Row:
+    """One piece of work: our time, the rivals', and the targets.
+
+    Attributes
+    ----------
+    name : str
+        Name of the task, before the colon.
+    work : str
+        What the table calls it.
+    unit : str
+        What the time is of: a call, a point, a problem.
+    seconds : float or None
+        To be reached: our time.
+    ahead : float or None
+        To be reached: the best rival's time over ours.
+    ours : str
+        The process of ours that is timed.
+    """
+
+    name: str
+    work: str
+    rivals: tuple[Rival, ...] = ()
+    unit: str = "call"
+    seconds: float | None = None
+    ahead: float | None = None
+    bounds: tuple[Bound, ...] = ()
+    ours: str = "stiefel_rs"
+
+    @property
+    def threads(self) -> int:
+        """Threads of the process that is timed."""
+        return 1 if self.ours == "stiefel_rs" else THREADS
+
+
+def _exponentials() -> list[Row]:
+    reach = dict(zip(problems.SMALL_EXP, (1, 2, 8, 30), strict=True))
+    gemms = dict(zip(problems.LARGE, (9, 7, 6), strict=True))
+    small = [
+        Row(f"skew_exp/{m}", f"`skew_exp`, m = {m}", (Rival("scipy", "expm", "SciPy expm"),), seconds=us * US)
+        for m, us in reach.items()
+    ]
+    large = [
+        Row(
+            f"skew_exp/{m}",
+            f"`skew_exp`, m = {m}, norm 1",
+            (
+                Rival("scipy", "gemm", "NumPy GEMM", at_most=count, agree=None, best_of=False),
+                Rival("scipy", "expm", "SciPy expm"),
+                Rival("morphomatics", "jax", "JAX expm, compiled"),
+            ),
+            bounds=(Bound(f"skew_exp/{m}:defect", "orthogonality defect", m * 1e-15),),
+        )
+        for m, count in gemms.items()
+    ]
+    return small + large
+
+
+def _logarithms() -> list[Row]:
+    def rivals(at_most: float | None) -> tuple[Rival, ...]:
+        # Angles near pi condition the logarithm of a random rotation by about m.
+        schur = Rival("scipy", "schur", "LAPACK real Schur and atan2", at_most=at_most, agree=1e-8)
+        cayley = Rival("scipy", "cayley", "Cayley transform and eigh, NumPy", agree=1e-8)
+        return schur, cayley, Rival("scipy", "logm", "SciPy logm", agree=1e-8)
+
+    reach = dict(zip(problems.SMALL_LOG, (1, 15, 60), strict=True))
+    small = [
+        Row(f"orthogonal_log/{m}", f"`orthogonal_log`, m = {m}", rivals(None), seconds=us * US)
+        for m, us in reach.items()
+    ]
+    large = [
+        Row(
+            f"orthogonal_log/{m}",
+            f"`orthogonal_log`, m = {m}",
+            rivals(1 / 2),
+            bounds=(Bound(f"orthogonal_log/{m}:backward", "backward error", m * 1e-15),),
+        )
+        for m in problems.LARGE
+    ]
+    return small + large
+
+
+def _curves() -> list[Row]:
+    reach = dict(zip(problems.CURVES, ((0.15, 4), (0.5, 3), (20, None), (100, None)), strict=True))
+    jax = {
+        (3, 1): Rival("morphomatics", "morphomatics", "morphomatics, jit + vmap"),
+        # Geodesics of SO(3) are not the quasi-geodesics of St(3, 2): the same ends, another curve.
+        (3, 2): Rival("morphomatics", "morphomatics", "morphomatics on SO(3), jit + vmap", agree=None),
+    }
+    rows = [
+        Row(
+            f"curve/{n},{k}",
+            f"`GeometricCubic`, 1000 points at once, St({n},{k})",
+            (
+                Rival("scipy", "thin", "NumPy, thin, vectorised"),
+                Rival("scipy", "formulas", "the paper's n x n formulas, SciPy", pick=problems.FORMULA_POINT),
+                *((jax[n, k],) if (n, k) in jax else ()),
+            ),
+            unit="point",
+            seconds=us * US,
+            ahead=ahead,
+        )
+        for (n, k), (us, ahead) in reach.items()
+    ]
+    return [*rows, _single_point(), *_tall_curve()]
+
+
+def _single_point() -> Row:
+    return Row(
+        "curve_single/3,1",
+        "`GeometricCubic`, one point, St(3,1)",
+        (
+            Rival("morphomatics", "morphomatics", "morphomatics, jit"),
+            Rival("scipy", "thin", "NumPy, thin"),
+        ),
+        seconds=2 * US,
+    )
+
+
+def _tall_curve() -> list[Row]:
+    work = f"`GeometricCubic`, {problems.TALL_POINTS} points at once, St(10^6,{problems.TALL[1]})"
+    gemm = Rival("scipy", "gemm", "NumPy GEMM of that output", at_most=1.5, agree=None)
+    memory = Bound("curve_tall:memory", "peak memory / (input + output)", 1.2)
+    return [
+        Row("curve_tall", work, (gemm,), unit="point", bounds=(memory,)),
+        Row("curve_tall_start", f"its construction, St(10^6,{problems.TALL[1]})"),
+    ]
+
+
+def _batches() -> list[Row]:
+    rows = []
+    for name in ("skew_exp/3", "skew_exp/6", "orthogonal_log/3", "orthogonal_log/6"):
+        function, m = name.split("/")
+        loop = Rival("scipy", "loop", "Python loop over SciPy", agree=None)
+        rows.append(_batch(name, f"`{function}`, m = {m}", (loop,)))
+    for function in ("retract", "inverse_retract", "log"):
+        loop = Rival("stiefel_rs", "ours_loop", "Python loop over our calls", agree=None)
+        rows.append(_batch(f"{function}/4,2", f"`{function}`, St(4,2)", (loop,)))
+    return rows
+
+
+def _batch(name: str, what: str, rivals: tuple[Rival, ...]) -> Row:
+    one = Rival("stiefel_rs", "ours", "1 thread, bit-identical", at_most=1 / SCALING, agree=None, identical=True)
+    return Row(
+        f"batch/{name}",
+        f"batch of {problems.BATCH}: {what}, {THREADS} threads",
+        (one, *rivals),
+        unit="problem",
+        ours="stiefel_rs_threads",
+    )
+
+
+def _riemannian() -> list[Row]:
+    reach = dict(zip(problems.LOGS, (10, 10, 3, 2), strict=True))
+    rows = []
+    for (n, k), ahead in reach.items():
+        for distance in problems.DISTANCES:
+            # geomstats stops at 1e-8.
+            rivals = (
+                Rival("scipy", "algebraic", "algebraic method with Sylvester steps, NumPy", agree=1e-8),
+                Rival("geomstats", "geomstats", "geomstats", agree=1e-5),
+            )
+            label = distance.replace("pi", " pi")
+            rows.append(Row(f"log/{n},{k}/{distance}", f"`log`, distance {label}, St({n},{k})", rivals, ahead=ahead))
+    for n, k in problems.LOGS:
+        euclidean = (Rival("pymanopt", "pymanopt", "pymanopt"),)
+        rows.append(Row(f"exp/{n},{k}", f"`exp`, St({n},{k})", (Rival("geomstats", "geomstats", "geomstats"),)))
+        rows.append(Row(f"exp_euclidean/{n},{k}", f"`exp`, Euclidean metric, St({n},{k})", euclidean))
+        for kind in ("polar", "qr"):
+            rows.append(Row(f"retract_{kind}/{n},{k}", f"retraction, {kind}, St({n},{k})", euclidean))
+    return rows
+
+
+def all_rows() -> list[Row]:
+    """Every row of the table."""
+    return _exponentials() + _logarithms() + _curves() + _batches() + _riemannian()

@@ -1,0 +1,119 @@
+"""The report: one line for each comparison, with what is to be reached and whether it is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from tabulate import tabulate  # type: ignore[import-untyped]
+
+from benchmarks.measure import SINGLE, Figure, Outcome
+from benchmarks.rows import Rival
+
+HEADERS = ("work", "ours", "other", "its figure", "ratio", "reach", "reached")
+
+PREAMBLE = """# Benchmarks
+
+Written by `make benchmark`; `benchmarks/` holds the harness, each library's pinned versions, and the methods that were
+written for comparison. Every library runs in a process and a virtual environment of its own, on the same seeded inputs,
+with one thread each (rows that say otherwise excepted). Before timing, results are compared. Samples are taken in turn,
+so that a slow moment of the machine meets everybody.
+
+Figures are the shortest time of all samples, with the median in brackets; for one call, or for one point or problem of
+a call on many. Ratios are of the shortest times, the other's over ours: above 1, ours is faster.
+"""
+
+
+@dataclass(frozen=True)
+class Line:
+    """One line of the table; `reached` is None where there is nothing to reach."""
+
+    work: str
+    ours: str
+    other: str
+    figure: str
+    ratio: str = ""
+    reach: str = ""
+    reached: bool | None = None
+
+    def cells(self) -> tuple[str, ...]:
+        """Texts of the line."""
+        verdict = {None: "", True: "yes", False: "**no**"}[self.reached]
+        return self.work, self.ours, self.other, self.figure, self.ratio, self.reach, verdict
+
+
+def seconds(value: float) -> str:
+    """Three digits and a unit."""
+    for unit, scale in (("s", 1.0), ("ms", 1e-3), ("us", 1e-6)):
+        if value >= scale:
+            return f"{value / scale:.3g} {unit}"
+    return f"{value / 1e-9:.3g} ns"
+
+
+def lines_of(outcome: Outcome) -> list[Line]:
+    """Lines of one row: its own target, its rivals, its bounds."""
+    ours = _figure(outcome.ours)
+    work = outcome.row.work + ("" if outcome.row.unit == "call" else f", a {outcome.row.unit}")
+    lines = [_own(work, ours, outcome)] if outcome.row.seconds is not None or not outcome.row.rivals else []
+    lines += [_against(work, ours, outcome, rival) for rival in outcome.row.rivals]
+    for bound in outcome.row.bounds:
+        value = outcome.numbers[bound.measure]
+        found = f"{value:.3g}" if isinstance(value, float) else f"skipped: {value}"
+        reached = value <= bound.bound if isinstance(value, float) else None
+        lines.append(Line(work, found, bound.label, "", "", f"<= {bound.bound:.3g}", reached))
+    return lines
+
+
+def _own(work: str, ours: str, outcome: Outcome) -> Line:
+    target = outcome.row.seconds
+    reached = outcome.ours.best <= target if target is not None and isinstance(outcome.ours, Figure) else None
+    return Line(work, ours, "", "", "", f"<= {seconds(target)}" if target is not None else "", reached)
+
+
+def _against(work: str, ours: str, outcome: Outcome, rival: Rival) -> Line:
+    figure = outcome.rivals[rival]
+    if not (isinstance(figure, Figure) and isinstance(outcome.ours, Figure)):
+        return Line(work, ours, rival.label, _figure(figure), "", _reach(outcome, rival))
+    ratio = figure.best / outcome.ours.best
+    reached = [ratio >= 1 / rival.at_most] if rival.at_most is not None else []
+    if _is_best(outcome, rival):
+        assert outcome.row.ahead is not None
+        reached.append(ratio >= outcome.row.ahead)
+    verdict = all(reached) if reached else None
+    return Line(work, ours, rival.label, _figure(figure), f"{ratio:.3g}", _reach(outcome, rival), verdict)
+
+
+def _is_best(outcome: Outcome, rival: Rival) -> bool:
+    """Whether the target "so many times ahead of the best" is judged on this rival."""
+    times = {r: f.best for r, f in outcome.rivals.items() if isinstance(f, Figure) and r.best_of}
+    return outcome.row.ahead is not None and bool(times) and min(times, key=lambda r: times[r]) is rival
+
+
+def _reach(outcome: Outcome, rival: Rival) -> str:
+    if rival.at_most is not None:
+        return f"<= {rival.at_most:g} of it" if rival.at_most > 1 else f"ratio >= {1 / rival.at_most:.3g}"
+    return f"ratio >= {outcome.row.ahead:g}" if _is_best(outcome, rival) else ""
+
+
+def _figure(figure: Figure | str) -> str:
+    if isinstance(figure, str):
+        return f"skipped: {figure}"
+    threads = f", on {figure.threads:.1f} threads" if figure.threads > SINGLE else ""
+    return f"{seconds(figure.best)} ({seconds(figure.median)}){threads}"
+
+
+def report(outcomes: list[Outcome], facts: dict[str, str], failures: dict[str, str]) -> str:
+    """The page."""
+    lines = [line for outcome in outcomes for line in lines_of(outcome)]
+    judged = [line.reached for line in lines if line.reached is not None]
+    parts = [
+        PREAMBLE,
+        tabulate(facts.items(), headers=("", "this run"), tablefmt="github"),
+        f"\nReached: {sum(judged)} of the {len(judged)} targets that could be judged.\n",
+        *(f"`{peer}` skipped: {reason}\n" for peer, reason in failures.items()),
+        tabulate([_escaped(line) for line in lines], headers=HEADERS, tablefmt="github", disable_numparse=True),
+    ]
+    return "\n".join(parts) + "\n"
+
+
+def _escaped(line: Line) -> tuple[str, ...]:
+    return tuple(cell.replace("|", "\\|").replace("\n", " ") for cell in line.cells())
