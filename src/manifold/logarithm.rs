@@ -4,8 +4,8 @@
 //! |---|---|
 //! | `k = 1` | closed form of the sphere |
 //! | `k = n`; `k = n - 1`, canonical | one logarithm of a rotation |
-//! | near points | Newton's method on the exponential, order 3: two or three steps ([`shooting`]) |
-//! | far points | Newton's method for the shortest rotation over the fibre, then the same ([`descent`]) |
+//! | near points | Newton's method on the exponential, order 3: two or three steps (`shooting.rs`) |
+//! | far points | Newton's method for the shortest rotation over the fibre, then the same (`descent.rs`) |
 //! | other metrics | from the canonical solution, in one go or along the family |
 //!
 //! Everything but the first and last product takes place in `k + p` dimensions, `p = min(k, n - k)`.

@@ -197,7 +197,9 @@ impl PyStiefel {
         let (n, k) = (self.0.n(), self.0.k());
         let (entries, mut shape) =
             self.map_pairs(py, [(S, "S"), (V, "V")], n * k, |m, [s, v], i, out, _| {
-                write(m.exp(s.get(i), v.get(i))?.as_ref(), out);
+                // Rows are far apart in a batch; the core reads columns.
+                let (s, v) = (s.get(i).to_owned(), v.get(i).to_owned());
+                write(m.exp(s.as_ref(), v.as_ref())?.as_ref(), out);
                 Ok(())
             })?;
         shape.extend([n, k]);
@@ -256,7 +258,8 @@ impl PyStiefel {
         let objects = [(S0, "S0"), (S1, "S1")];
         let (mut entries, shape) =
             self.map_pairs(py, objects, size, move |m, [s0, s1], i, out, interrupt| {
-                let (v, report) = m.log_interruptible(s0.get(i), s1.get(i), interrupt)?;
+                let (s0, s1) = (s0.get(i).to_owned(), s1.get(i).to_owned());
+                let (v, report) = m.log_interruptible(s0.as_ref(), s1.as_ref(), interrupt)?;
                 let (velocity, rest) = out.split_at_mut(n * k);
                 write(v.as_ref(), velocity);
                 if full_output {
@@ -296,7 +299,8 @@ impl PyStiefel {
         let objects = [(S0, "S0"), (S1, "S1")];
         let (entries, mut shape) =
             self.map_pairs(py, objects, 1, |m, [s0, s1], i, out, interrupt| {
-                let (_, report) = m.log_interruptible(s0.get(i), s1.get(i), interrupt)?;
+                let (s0, s1) = (s0.get(i).to_owned(), s1.get(i).to_owned());
+                let (_, report) = m.log_interruptible(s0.as_ref(), s1.as_ref(), interrupt)?;
                 out[0] = report.length;
                 Ok(())
             })?;
