@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use faer::{Mat, MatRef};
 
-use crate::linalg::product::mul_into;
+use crate::linalg::product::{mul_into, scale};
 
 /// Degrees in `ad_L^2` at the most; 8 is the degree for 1e-4 on the whole range of a principal logarithm.
 const MAX_DEGREE: usize = 10;
@@ -56,10 +56,10 @@ impl Adjoint {
     pub(super) fn set(&mut self, generator: MatRef<'_, f64>, tolerance: f64) {
         self.generator.copy_from(generator);
         // |L|_F^2 = 2 sum theta^2 and |L^2|_F^2 = 2 sum theta^4 bound the sum of two angles.
-        let frobenius = generator.norm_l2();
+        let second = frobenius(&self.generator);
         mul_into(&mut self.product, 1.0, generator, generator);
-        let fourth = (2.0 * self.product.norm_l2()).sqrt();
-        self.radius = frobenius.min(fourth).clamp(1e-8, 2.0 * PI);
+        let fourth = (2.0 * frobenius(&self.product)).sqrt();
+        self.radius = second.min(fourth).clamp(1e-8, 2.0 * PI);
         self.coefficients = [0.0; MAX_DEGREE + 1];
         for i in 0..NODES {
             let x = (PI * (i as f64 + 0.5) / NODES as f64).cos();
@@ -92,34 +92,58 @@ impl Adjoint {
     /// `out = g(-ad_L^2) e`, the part of `f` that is symmetric, by Clenshaw's recurrence.
     pub(super) fn apply_even(&mut self, out: &mut Mat<f64>, e: &Mat<f64>) {
         let (c, leading) = (self.coefficients, self.coefficients[self.degree]);
-        // ad_L^2 (leading e) starts from [L, e], which the odd part of f needs as well.
-        bracket(&mut self.first, &self.generator, e, &mut self.product);
-        bracket(out, &self.generator, &self.first, &mut self.product);
+        // ad_L^2 maps [-radius^2, 0] to the argument y = factor ad_L^2 - 1 in [-1, 1].
+        let factor = -2.0 / (self.radius * self.radius);
         self.previous.fill(0.0);
         self.current.copy_from(e);
         combine(&mut self.current, leading, e, 0.0);
-        let factor = -2.0 / (self.radius * self.radius);
-        combine(out, factor * leading, &self.current, -1.0);
         for j in (0..self.degree).rev() {
-            if j + 1 < self.degree {
-                bracket(
-                    &mut self.inner,
-                    &self.generator,
-                    &self.current,
-                    &mut self.product,
-                );
+            if j + 1 == self.degree {
+                // The first one starts from [L, e], which the odd part of f needs as well.
+                bracket(&mut self.first, &self.generator, e, &mut self.product);
+                bracket(out, &self.generator, &self.first, &mut self.product);
+                scale(&mut *out, leading);
+            } else {
+                let current = &self.current;
+                bracket(&mut self.inner, &self.generator, current, &mut self.product);
                 bracket(out, &self.generator, &self.inner, &mut self.product);
-                combine(out, factor, &self.current, -1.0);
             }
-            // Here `out` is the argument, mapped to [-1, 1], applied to `current`.
-            combine(out, if j == 0 { 1.0 } else { 2.0 }, &self.previous, -1.0);
-            combine(out, 1.0, e, c[j]);
+            let twice = if j == 0 { 1.0 } else { 2.0 };
+            for col in 0..out.ncols() {
+                let entries = out.col_as_slice_mut(col).iter_mut();
+                let current = self.current.col_as_slice(col).iter();
+                let others = self
+                    .previous
+                    .col_as_slice(col)
+                    .iter()
+                    .zip(e.col_as_slice(col));
+                for ((x, current), (previous, e)) in entries.zip(current).zip(others) {
+                    *x = twice * (factor * *x - current) - previous + c[j] * e;
+                }
+            }
             if j > 0 {
                 std::mem::swap(&mut self.previous, &mut self.current);
-                self.current.copy_from(&*out);
+                std::mem::swap(out, &mut self.current);
             }
         }
     }
+}
+
+/// Frobenius norm of a matrix of moderate entries.
+pub(super) fn frobenius(a: &Mat<f64>) -> f64 {
+    let mut lanes = [0.0; 8];
+    for j in 0..a.ncols() {
+        let chunks = a.col_as_slice(j).chunks_exact(lanes.len());
+        for x in chunks.remainder() {
+            lanes[0] += x * x;
+        }
+        for chunk in chunks {
+            for (lane, x) in lanes.iter_mut().zip(chunk) {
+                *lane += x * x;
+            }
+        }
+    }
+    lanes.iter().sum::<f64>().sqrt()
 }
 
 /// `out = [a, b]` of skew matrices: one product, since `b a = (a b)^T`.

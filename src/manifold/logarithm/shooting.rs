@@ -15,7 +15,7 @@
 
 use faer::{Mat, MatRef};
 
-use super::adjoint::{Adjoint, bracket};
+use super::adjoint::{Adjoint, bracket, frobenius};
 use super::krylov::Gmres;
 use crate::error::Result;
 use crate::linalg::SkewExp;
@@ -189,7 +189,7 @@ impl Shooting {
         for i in 0..k {
             self.defect[(i, i)] -= 1.0;
         }
-        Ok(self.defect.norm_l2())
+        Ok(frobenius(&self.defect))
     }
 
     /// `Delta = [[W, -Z^T], [Z, 0]]` with the first columns of `e^Delta` equal to `D`, up to the fourth order.
@@ -388,7 +388,7 @@ fn dexp(
     product: &mut Mat<f64>,
 ) {
     sum.copy_from(&*term);
-    let size = term.norm_l2();
+    let size = frobenius(term);
     for j in 2..DEXP_TERMS {
         bracket(bracketed, a, term, product);
         let factor = -s / j as f64;
@@ -399,7 +399,7 @@ fn dexp(
                 sum[(r, c)] += term[(r, c)];
             }
         }
-        if term.norm_l2() <= f64::EPSILON * size {
+        if frobenius(term) <= f64::EPSILON * size {
             return;
         }
     }
