@@ -314,7 +314,7 @@ impl<'a> Search<'a> {
         let mut best: Option<Found> = None;
         let mut last = None;
         for mut start in descent.starts(self.target).map_err(not_joined)? {
-            self.iterations = descent.run(&mut start, self.interrupt)?;
+            self.iterations += descent.run(&mut start, self.interrupt)?;
             let outcome = self.connect(start.log())?;
             self.iterations += outcome.iterations;
             last = Some(outcome);
