@@ -27,7 +27,7 @@ const REPORT: usize = 4;
 /// converged : bool or ndarray of bool
 ///     Whether the residual is at the level of round-off. A logarithm that is returned always has converged.
 /// iterations : int or ndarray of int
-///     Newton steps, those on the way included.
+///     Newton steps that led to it: the first attempt from a close start, and those from the start that found it.
 /// residual : float or ndarray
 ///     ``|exp(S0, V) - S1|``, Frobenius norm.
 /// length : float or ndarray
