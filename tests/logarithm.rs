@@ -99,7 +99,7 @@ fn log(s0: &Mat<f64>, s1: &Mat<f64>, metric: Metric) -> stiefel_rs::Result<(Mat<
 fn log_inverts_exp_for_the_family() {
     let mut rng = Rng::new(31);
     let mut worst = Worst::new("log(exp V) - V over the family");
-    // The further from the canonical metric, the more stations on the way.
+    // The further from the canonical metric, the more stations on the way; a failed direct attempt counts.
     let mut most = [0; 2];
     for (n, k) in SIZES {
         for alpha in [-0.5, 0.7, -0.8, -0.2, 3.0] {
@@ -126,7 +126,7 @@ fn log_inverts_exp_for_the_family() {
     }
     worst.assert_at_most(1e-11);
     println!("{most:?} iterations");
-    assert!(most[0] <= 10 && most[1] <= 25, "{most:?} iterations");
+    assert!(most[0] <= 10 && most[1] <= 35, "{most:?} iterations");
 }
 
 #[test]

@@ -4,8 +4,8 @@
 //! |---|---|
 //! | `k = 1` | closed form of the sphere |
 //! | `k = n`; `k = n - 1`, canonical | one logarithm of a rotation |
-//! | near points | Newton's method on the exponential, order 3: two or three steps ([`shooting`]) |
-//! | far points | Newton's method for the shortest rotation over the fibre, then the same ([`descent`]) |
+//! | near points | Newton's method on the exponential, order 3: two or three steps (`shooting.rs`) |
+//! | far points | Newton's method for the shortest rotation over the fibre, then the same (`descent.rs`) |
 //! | other metrics | from the canonical solution, in one go or along the family |
 //!
 //! Everything but the first and last product takes place in `k + p` dimensions, `p = min(k, n - k)`.
@@ -63,7 +63,7 @@ const SOLVER: &str = "Riemannian logarithm";
 pub struct LogReport {
     /// Whether the residual is at the level of round-off. A logarithm that is returned always has converged.
     pub converged: bool,
-    /// Newton steps, those on the way included.
+    /// Newton steps that led to it: the first attempt from a close start, and those from the start that found it.
     pub iterations: usize,
     /// `|exp(S0, V) - S1|_F`.
     pub residual: f64,
@@ -311,10 +311,11 @@ impl<'a> Search<'a> {
         let k = self.target.ncols();
         let p = self.target.nrows() - k;
         let mut descent = Descent::new(k, p);
+        let before = self.iterations;
         let mut best: Option<Found> = None;
         let mut last = None;
         for mut start in descent.starts(self.target).map_err(not_joined)? {
-            self.iterations = descent.run(&mut start, self.interrupt)?;
+            self.iterations = before + descent.run(&mut start, self.interrupt)?;
             let outcome = self.connect(start.log())?;
             self.iterations += outcome.iterations;
             last = Some(outcome);

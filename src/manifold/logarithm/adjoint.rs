@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use faer::{Mat, MatRef};
 
-use crate::linalg::product::mul_into;
+use crate::linalg::product::{mul_into, scale};
 
 /// Degrees in `ad_L^2` at the most; 8 is the degree for 1e-4 on the whole range of a principal logarithm.
 const MAX_DEGREE: usize = 10;
@@ -30,6 +30,7 @@ pub(super) struct Adjoint {
     coefficients: [f64; MAX_DEGREE + 1],
     degree: usize,
     product: Mat<f64>,
+    first: Mat<f64>,
     inner: Mat<f64>,
     previous: Mat<f64>,
     current: Mat<f64>,
@@ -44,6 +45,7 @@ impl Adjoint {
             coefficients: [0.0; MAX_DEGREE + 1],
             degree: 0,
             product: zeros(),
+            first: zeros(),
             inner: zeros(),
             previous: zeros(),
             current: zeros(),
@@ -53,12 +55,11 @@ impl Adjoint {
     /// Takes `L`, and a polynomial that is off by `tolerance`.
     pub(super) fn set(&mut self, generator: MatRef<'_, f64>, tolerance: f64) {
         self.generator.copy_from(generator);
-        // Two angles have a sum of at most sqrt(2) times the root of their squares, |L|_F^2 / 2 = sum theta^2.
-        let frobenius = generator.norm_l2();
-        let columns = (0..generator.ncols())
-            .map(|j| generator.col(j).norm_l1())
-            .fold(0.0, f64::max);
-        self.radius = frobenius.min(2.0 * columns).clamp(1e-8, 2.0 * PI);
+        // |L|_F^2 = 2 sum theta^2 and |L^2|_F^2 = 2 sum theta^4 bound the sum of two angles.
+        let second = frobenius(&self.generator);
+        mul_into(&mut self.product, 1.0, generator, generator);
+        let fourth = (2.0 * frobenius(&self.product)).sqrt();
+        self.radius = second.min(fourth).clamp(1e-8, 2.0 * PI);
         self.coefficients = [0.0; MAX_DEGREE + 1];
         for i in 0..NODES {
             let x = (PI * (i as f64 + 0.5) / NODES as f64).cos();
@@ -85,38 +86,64 @@ impl Adjoint {
     /// `out = f(ad_L) e`.
     pub(super) fn apply(&mut self, out: &mut Mat<f64>, e: &Mat<f64>) {
         self.apply_even(out, e);
-        bracket(&mut self.inner, &self.generator, e, &mut self.product);
-        combine(out, 1.0, &self.inner, 0.5);
+        combine(out, 1.0, &self.first, 0.5);
     }
 
     /// `out = g(-ad_L^2) e`, the part of `f` that is symmetric, by Clenshaw's recurrence.
     pub(super) fn apply_even(&mut self, out: &mut Mat<f64>, e: &Mat<f64>) {
-        let c = self.coefficients;
+        let (c, leading) = (self.coefficients, self.coefficients[self.degree]);
+        // ad_L^2 maps [-radius^2, 0] to the argument y = factor ad_L^2 - 1 in [-1, 1].
+        let factor = -2.0 / (self.radius * self.radius);
         self.previous.fill(0.0);
         self.current.copy_from(e);
-        combine(&mut self.current, c[self.degree], e, 0.0);
+        combine(&mut self.current, leading, e, 0.0);
         for j in (0..self.degree).rev() {
-            self.shifted_square(out);
-            let factor = if j == 0 { 1.0 } else { 2.0 };
-            combine(out, factor, &self.previous, -1.0);
-            combine(out, 1.0, e, c[j]);
-            std::mem::swap(&mut self.previous, &mut self.current);
-            self.current.copy_from(&*out);
+            if j + 1 == self.degree {
+                // The first one starts from [L, e], which the odd part of f needs as well.
+                bracket(&mut self.first, &self.generator, e, &mut self.product);
+                bracket(out, &self.generator, &self.first, &mut self.product);
+                scale(&mut *out, leading);
+            } else {
+                let current = &self.current;
+                bracket(&mut self.inner, &self.generator, current, &mut self.product);
+                bracket(out, &self.generator, &self.inner, &mut self.product);
+            }
+            let twice = if j == 0 { 1.0 } else { 2.0 };
+            for col in 0..out.ncols() {
+                let entries = out.col_as_slice_mut(col).iter_mut();
+                let current = self.current.col_as_slice(col).iter();
+                let others = self
+                    .previous
+                    .col_as_slice(col)
+                    .iter()
+                    .zip(e.col_as_slice(col));
+                for ((x, current), (previous, e)) in entries.zip(current).zip(others) {
+                    *x = twice * (factor * *x - current) - previous + c[j] * e;
+                }
+            }
+            if j > 0 {
+                std::mem::swap(&mut self.previous, &mut self.current);
+                std::mem::swap(out, &mut self.current);
+            }
         }
     }
+}
 
-    /// `out = -(2 / radius^2) ad_L^2 current - current`: the argument, mapped to `[-1, 1]`.
-    fn shifted_square(&mut self, out: &mut Mat<f64>) {
-        bracket(
-            &mut self.inner,
-            &self.generator,
-            &self.current,
-            &mut self.product,
-        );
-        bracket(out, &self.generator, &self.inner, &mut self.product);
-        let factor = -2.0 / (self.radius * self.radius);
-        combine(out, factor, &self.current, -1.0);
+/// Frobenius norm of a matrix of moderate entries.
+pub(super) fn frobenius(a: &Mat<f64>) -> f64 {
+    let mut lanes = [0.0; 8];
+    for j in 0..a.ncols() {
+        let chunks = a.col_as_slice(j).chunks_exact(lanes.len());
+        for x in chunks.remainder() {
+            lanes[0] += x * x;
+        }
+        for chunk in chunks {
+            for (lane, x) in lanes.iter_mut().zip(chunk) {
+                *lane += x * x;
+            }
+        }
     }
+    lanes.iter().sum::<f64>().sqrt()
 }
 
 /// `out = [a, b]` of skew matrices: one product, since `b a = (a b)^T`.

@@ -19,7 +19,7 @@
 
 use faer::{Mat, MatRef};
 
-use super::adjoint::Adjoint;
+use super::adjoint::{Adjoint, frobenius};
 use super::krylov::{Gmres, norm};
 use super::shooting::{read_block, write_block};
 use crate::error::{Error, Result};
@@ -145,7 +145,7 @@ impl Descent {
             let mut log = Mat::zeros(k + p, k + p);
             match self.log.log_into(log.as_mut(), rotation.as_ref()) {
                 Ok(()) => {
-                    let length = log.norm_l2();
+                    let length = frobenius(&log);
                     let rotation = rotation.clone();
                     starts.push(Start {
                         rotation,
@@ -228,7 +228,7 @@ impl Descent {
                 .log_into(self.trial_log.as_mut(), self.trial.as_ref())
             {
                 Ok(()) => {
-                    let length = self.trial_log.norm_l2();
+                    let length = frobenius(&self.trial_log);
                     let lowered = 0.5 * length * length;
                     let block = self.trial_log.as_ref().submatrix(k, k, p, p);
                     // At the end round-off of the energy hides its decrease, but the gradient still shows it.

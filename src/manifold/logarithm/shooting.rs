@@ -15,7 +15,7 @@
 
 use faer::{Mat, MatRef};
 
-use super::adjoint::{Adjoint, bracket};
+use super::adjoint::{Adjoint, bracket, frobenius};
 use super::krylov::Gmres;
 use crate::error::Result;
 use crate::linalg::SkewExp;
@@ -48,6 +48,8 @@ pub(super) struct Shooting {
     product: Mat<f64>,
     small: [Mat<f64>; 4],
     tall: Mat<f64>,
+    /// Of shape `(p, p)`, for the free block.
+    free: [Mat<f64>; 3],
     adjoint: Adjoint,
     krylov: Gmres,
     unknown: Vec<f64>,
@@ -90,6 +92,7 @@ impl Shooting {
             product: square(),
             small: std::array::from_fn(|_| Mat::zeros(k, k)),
             tall: Mat::zeros(p, k),
+            free: std::array::from_fn(|_| Mat::zeros(p, p)),
             adjoint: Adjoint::new(m),
             krylov: Gmres::new(size),
             unknown: vec![0.0; size],
@@ -189,7 +192,7 @@ impl Shooting {
         for i in 0..k {
             self.defect[(i, i)] -= 1.0;
         }
-        Ok(self.defect.norm_l2())
+        Ok(frobenius(&self.defect))
     }
 
     /// `Delta = [[W, -Z^T], [Z, 0]]` with the first columns of `e^Delta` equal to `D`, up to the fourth order.
@@ -303,16 +306,34 @@ impl Shooting {
         }
     }
 
-    /// `Gamma` from `[g(ad_L) diag(0, Gamma)]_22 = unknown`.
+    /// `Gamma` from `[g(-ad_L^2) diag(0, Gamma)]_22 = unknown`.
+    ///
+    /// To second order in `L` the operator is `Gamma -> Gamma - (B B^T Gamma + Gamma B B^T) / 12`; with the sign turned
+    /// it is a preconditioner of one small product, which halves the number of directions.
     fn solve_free_block(&mut self, tolerance: f64) {
         let (k, p) = (self.k, self.p);
+        let b = self.generator.as_ref().submatrix(k, 0, p, k);
+        mul_into(&mut self.free[0], 1.0 / 12.0, b, b.transpose());
+        let [gram, gamma, product] = &mut self.free;
+        let mut precondition = |x: &[f64], out: &mut Mat<f64>| {
+            write_block(x, gamma.as_mut(), 0, p, 1.0);
+            mul_into(&mut *product, 1.0, &*gram, &*gamma);
+            for j in 0..p {
+                for i in 0..p {
+                    // Gamma G = -(G Gamma)^T.
+                    out[(k + i, k + j)] = gamma[(i, j)] + product[(i, j)] - product[(j, i)];
+                }
+            }
+        };
         let (adjoint, image, other) = (&mut self.adjoint, &mut self.image, &mut self.other);
         other.fill(0.0);
         self.krylov.solve(&mut self.unknown, tolerance, |x, y| {
-            write_block(x, other.as_mut(), k, p, 1.0);
+            precondition(x, other);
             adjoint.apply_even(image, other);
             read_block(image.as_ref(), k, p, 1.0, y);
         });
+        precondition(&self.unknown, other);
+        read_block(other.as_ref(), k, p, 1.0, &mut self.unknown);
     }
 
     /// `delta A` and `delta B` for a metric with `nu != 0`, whose generator may have angles above pi: there `f` has
@@ -388,7 +409,7 @@ fn dexp(
     product: &mut Mat<f64>,
 ) {
     sum.copy_from(&*term);
-    let size = term.norm_l2();
+    let size = frobenius(term);
     for j in 2..DEXP_TERMS {
         bracket(bracketed, a, term, product);
         let factor = -s / j as f64;
@@ -399,7 +420,7 @@ fn dexp(
                 sum[(r, c)] += term[(r, c)];
             }
         }
-        if term.norm_l2() <= f64::EPSILON * size {
+        if frobenius(term) <= f64::EPSILON * size {
             return;
         }
     }
