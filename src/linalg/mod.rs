@@ -9,6 +9,7 @@ pub mod orthogonal_log;
 pub mod product;
 pub mod skew_exp;
 pub mod skew_schur;
+mod square;
 pub mod structure;
 
 pub use orthogonal_log::{OrthogonalLog, orthogonal_log};
