@@ -17,7 +17,7 @@ use faer::{Mat, MatMut, MatRef};
 use super::decomp::SymmetricEigen;
 use super::product::mul_into;
 use super::skew_schur::{SkewSchur, apply_ad_function};
-use super::structure::{check_finite, check_square, orthonormality_defect};
+use super::structure::{check_finite, check_shape, check_square, orthonormality_defect};
 use crate::error::{Error, Result};
 
 /// A rotation may be off by this much: `|Q^T Q - I|_F` is checked against it.
@@ -51,17 +51,8 @@ const NEAR_TWO_PI: f64 = 1e-4;
 /// Ward, Gray (1978).
 pub fn orthogonal_log(q: MatRef<'_, f64>) -> Result<Mat<f64>> {
     let m = check_square("Q", q)?;
-    check_finite("Q", q)?;
-    let defect = orthonormality_defect(q);
-    if defect > ORTHOGONALITY_TOLERANCE {
-        return Err(Error::NotOrthonormal {
-            name: "Q",
-            defect,
-            tolerance: ORTHOGONALITY_TOLERANCE,
-        });
-    }
     let mut out = Mat::zeros(m, m);
-    OrthogonalLog::new(m).log_into(out.as_mut(), q)?;
+    OrthogonalLog::new(m).checked_into(out.as_mut(), q)?;
     Ok(out)
 }
 
@@ -78,6 +69,25 @@ impl OrthogonalLog {
             m,
             general: (m > 3).then(|| Box::new(General::new(m))),
         }
+    }
+
+    /// `out = log(Q)` after the checks of [`orthogonal_log`]; `q` and `out` have the size given to
+    /// [`OrthogonalLog::new`].
+    ///
+    /// # Errors
+    /// As [`orthogonal_log`].
+    pub fn checked_into(&mut self, out: MatMut<'_, f64>, q: MatRef<'_, f64>) -> Result<()> {
+        check_shape("Q", q, self.m, self.m)?;
+        check_finite("Q", q)?;
+        let defect = orthonormality_defect(q);
+        if defect > ORTHOGONALITY_TOLERANCE {
+            return Err(Error::NotOrthonormal {
+                name: "Q",
+                defect,
+                tolerance: ORTHOGONALITY_TOLERANCE,
+            });
+        }
+        self.log_into(out, q)
     }
 
     /// `out = log(Q)`; `q` must be finite and orthogonal to round-off.

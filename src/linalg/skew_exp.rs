@@ -16,8 +16,8 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 
 use super::skew_schur::SkewSchur;
-use super::square::{Square, Symmetry, vectorised};
-use super::structure::{check_finite, check_range, check_square, norm, skew_defect};
+use super::square::{LANES, Square, Symmetry, vectorised};
+use super::structure::{check_finite, check_range, check_shape, check_square, norm, skew_defect};
 use crate::error::{Error, Result};
 
 /// A skew-symmetric argument may be off by this much, relative to its norm; the symmetric part is dropped.
@@ -91,10 +91,8 @@ const BLOCKED: usize = 64;
 /// See the module page.
 pub fn skew_exp(a: MatRef<'_, f64>) -> Result<Mat<f64>> {
     let m = check_square("A", a)?;
-    check_finite("A", a)?;
-    check_skew("A", a)?;
     let mut out = Mat::zeros(m, m);
-    SkewExp::new(m).exp_into(out.as_mut(), a, 1.0)?;
+    SkewExp::new(m).checked_into(out.as_mut(), a)?;
     Ok(out)
 }
 
@@ -162,6 +160,17 @@ impl SkewExp {
             _ => self.general_into(out, a, t)?,
         }
         Ok(())
+    }
+
+    /// `out = e^A` after the checks of [`skew_exp`]; `a` and `out` have the size given to [`SkewExp::new`].
+    ///
+    /// # Errors
+    /// As [`skew_exp`].
+    pub fn checked_into(&mut self, out: MatMut<'_, f64>, a: MatRef<'_, f64>) -> Result<()> {
+        check_shape("A", a, self.m, self.m)?;
+        check_finite("A", a)?;
+        check_skew("A", a)?;
+        self.exp_into(out, a, 1.0)
     }
 
     fn general_into(&mut self, out: MatMut<'_, f64>, a: MatRef<'_, f64>, t: f64) -> Result<()> {
@@ -316,64 +325,58 @@ fn combine(out: &mut Square, powers: &[Square], c: &[f64]) {
 }
 
 fn combine_powers<const N: usize>(out: &mut Square, powers: [&Square; N], c: &[f64]) {
-    let length = out.flat().len();
-    let powers = powers.map(|power| &power.flat()[..length]);
-    let target = &mut out.flat_mut()[..length];
+    let powers = powers.map(Square::lanes);
     let weights: [f64; N] = std::array::from_fn(|j| c[j + 1]);
+    let target = out.lanes_mut();
     vectorised(
         #[inline(always)]
         || {
-            for k in 0..length {
-                let mut sum = weights[0] * powers[0][k];
-                for j in 1..N {
-                    sum += weights[j] * powers[j][k];
+            for (k, sums) in target.iter_mut().enumerate() {
+                let terms: [&[f64; LANES]; N] = std::array::from_fn(|j| &powers[j][k]);
+                for l in 0..LANES {
+                    let mut sum = weights[0] * terms[0][l];
+                    for j in 1..N {
+                        sum += weights[j] * terms[j][l];
+                    }
+                    sums[l] = sum;
                 }
-                target[k] = sum;
             }
         },
     );
     out.add_to_diagonal(c[0]);
 }
 
-/// The first two of the powers become the two polynomials in all of them.
+/// The first two of the powers become the two polynomials in all of them (two or three).
 fn combine_in_place(powers: &mut [Square], even: &[f64], odd: &[f64]) {
-    match powers {
-        [b1, b2] => {
-            let length = b1.flat().len();
-            let (x, y) = (b1.flat_mut(), &mut b2.flat_mut()[..length]);
-            vectorised(
-                #[inline(always)]
-                || {
-                    for k in 0..length {
-                        let (p, q) = (x[k], y[k]);
-                        x[k] = even[1] * p + even[2] * q;
-                        y[k] = odd[1] * p + odd[2] * q;
+    let (first, rest) = powers.split_at_mut(2);
+    let [x, y] = first else { return };
+    let (x_lanes, y_lanes) = (x.lanes_mut(), y.lanes_mut());
+    let (even, odd) = (&even[..4], &odd[..4]);
+    vectorised(
+        #[inline(always)]
+        || match rest {
+            [z, ..] => {
+                for ((x, y), z) in x_lanes.iter_mut().zip(y_lanes).zip(z.lanes()) {
+                    for l in 0..LANES {
+                        let (p, q, r) = (x[l], y[l], z[l]);
+                        x[l] = even[1] * p + even[2] * q + even[3] * r;
+                        y[l] = odd[1] * p + odd[2] * q + odd[3] * r;
                     }
-                },
-            );
-        }
-        [b1, b2, b3, ..] => {
-            let length = b1.flat().len();
-            let (x, y, z) = (
-                b1.flat_mut(),
-                &mut b2.flat_mut()[..length],
-                &b3.flat()[..length],
-            );
-            vectorised(
-                #[inline(always)]
-                || {
-                    for k in 0..length {
-                        let (p, q, r) = (x[k], y[k], z[k]);
-                        x[k] = even[1] * p + even[2] * q + even[3] * r;
-                        y[k] = odd[1] * p + odd[2] * q + odd[3] * r;
+                }
+            }
+            [] => {
+                for (x, y) in x_lanes.iter_mut().zip(y_lanes) {
+                    for l in 0..LANES {
+                        let (p, q) = (x[l], y[l]);
+                        x[l] = even[1] * p + even[2] * q;
+                        y[l] = odd[1] * p + odd[2] * q;
                     }
-                },
-            );
-        }
-        _ => {}
-    }
-    powers[0].add_to_diagonal(even[0]);
-    powers[1].add_to_diagonal(odd[0]);
+                }
+            }
+        },
+    );
+    x.add_to_diagonal(even[0]);
+    y.add_to_diagonal(odd[0]);
 }
 
 fn check_angle(angle: f64) -> Result<()> {

@@ -17,7 +17,7 @@ pub(crate) const LANES: usize = 8;
 const TILE: usize = 16;
 
 /// From this size on, half of a symmetric product and its reflection cost less than the whole product.
-const TRIANGULAR: usize = 64;
+const TRIANGULAR: usize = 128;
 
 /// Runs a loop compiled for the vector unit that this processor has.
 #[inline(always)]
@@ -63,16 +63,16 @@ impl Square {
         MatMut::from_column_major_slice_with_stride_mut(&mut self.entries, m, m, stride)
     }
 
-    /// All entries, padding included.
+    /// All entries, padding included, in groups.
     #[inline(always)]
-    pub(crate) fn flat(&self) -> &[f64] {
-        &self.entries
+    pub(crate) fn lanes(&self) -> &[[f64; LANES]] {
+        self.entries.as_chunks().0
     }
 
-    /// All entries, padding included.
+    /// All entries, padding included, in groups.
     #[inline(always)]
-    pub(crate) fn flat_mut(&mut self) -> &mut [f64] {
-        &mut self.entries
+    pub(crate) fn lanes_mut(&mut self) -> &mut [[f64; LANES]] {
+        self.entries.as_chunks_mut().0
     }
 
     #[inline(always)]
