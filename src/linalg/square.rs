@@ -1,23 +1,18 @@
 //! Square buffers in columns, and the loops over them that are not products.
 //!
-//! Columns are padded with zeros to a multiple of [`LANES`], so that every loop over a whole buffer is one run over a
-//! slice; [`vectorised`] compiles it for the vector unit found at run time.
-
-use std::ops::Range;
+//! Rows and columns are padded with zeros to a multiple of [`LANES`], so that every loop over a whole buffer is one
+//! run over a slice and every tile is full; [`vectorised`] compiles it for the vector unit found at run time.
 
 use faer::linalg::matmul::{matmul, triangular};
 use faer::prelude::*;
 use faer::{Accum, MatMut, MatRef, Par};
 use triangular::BlockStructure::{Rectangular, TriangularLower};
 
-/// Columns are padded to a multiple of this.
+/// Sizes are padded to a multiple of this, the edge of a tile.
 pub(crate) const LANES: usize = 8;
 
-/// Edge of the tiles in which a matrix is transposed: two of them fit in the first cache.
-const TILE: usize = 16;
-
 /// From this size on, half of a symmetric product and its reflection cost less than the whole product.
-const TRIANGULAR: usize = 128;
+const TRIANGULAR: usize = 80;
 
 /// Runs a loop compiled for the vector unit that this processor has.
 #[inline(always)]
@@ -26,7 +21,6 @@ pub(crate) fn vectorised<R>(work: impl FnOnce() -> R) -> R {
 }
 
 /// `m x m` in columns of padded length; the padding stays zero.
-#[derive(Clone)]
 pub(crate) struct Square {
     m: usize,
     stride: usize,
@@ -40,18 +34,22 @@ pub(crate) enum Symmetry {
     Skew,
 }
 
+/// Columns of a tile.
+type Tile = [[f64; LANES]; LANES];
+
+#[inline(always)]
+fn transposed(tile: &Tile) -> Tile {
+    std::array::from_fn(|j| std::array::from_fn(|i| tile[i][j]))
+}
+
 impl Square {
     pub(crate) fn new(m: usize) -> Self {
         let stride = m.next_multiple_of(LANES);
         Square {
             m,
             stride,
-            entries: vec![0.0; stride * m],
+            entries: vec![0.0; stride * stride],
         }
-    }
-
-    pub(crate) fn stride(&self) -> usize {
-        self.stride
     }
 
     pub(crate) fn view(&self) -> MatRef<'_, f64> {
@@ -75,53 +73,74 @@ impl Square {
         self.entries.as_chunks_mut().0
     }
 
+    /// Columns `j` and `j + 1`.
     #[inline(always)]
-    pub(crate) fn col(&self, j: usize) -> &[f64] {
-        &self.entries[j * self.stride..][..self.m]
+    pub(crate) fn pair_mut(&mut self, j: usize) -> (&mut [f64], &mut [f64]) {
+        let (left, right) = self.entries.split_at_mut((j + 1) * self.stride);
+        (&mut left[j * self.stride..][..self.m], &mut right[..self.m])
+    }
+
+    /// How many tiles to a side.
+    fn tiles(&self) -> usize {
+        self.stride / LANES
     }
 
     #[inline(always)]
-    pub(crate) fn col_mut(&mut self, j: usize) -> &mut [f64] {
-        &mut self.entries[j * self.stride..][..self.m]
+    fn tile(&self, i: usize, j: usize) -> Tile {
+        let groups = self.lanes();
+        let count = self.tiles();
+        std::array::from_fn(|c| groups[(j * LANES + c) * count + i])
     }
 
-    /// `alpha (A - A^T) / 2`; halves first, so that nothing overflows on the way.
-    pub(crate) fn set_skew_part(&mut self, alpha: f64, a: MatRef<'_, f64>) {
+    #[inline(always)]
+    fn set_tile(&mut self, i: usize, j: usize, tile: &Tile) {
+        let count = self.tiles();
+        let groups = self.lanes_mut();
+        for c in 0..LANES {
+            groups[(j * LANES + c) * count + i] = tile[c];
+        }
+    }
+
+    /// `alpha (A - A^T) / 2`, halves first, so that nothing overflows on the way; returns the sum of squares of
+    /// `(A + A^T) / 2`.
+    pub(crate) fn set_skew_part(&mut self, alpha: f64, a: MatRef<'_, f64>) -> f64 {
         let (a, alpha) = if a.row_stride() == 1 || a.col_stride() != 1 {
             (a, alpha)
         } else {
             (a.transpose(), -alpha)
         };
-        let (m, stride) = (self.m, self.stride);
-        let columns_are_slices = a.row_stride() == 1;
-        for_tiles(m, |rows, cols| {
-            if columns_are_slices {
-                let mut left: [&[f64]; TILE] = [&[]; TILE];
-                for (slot, i) in left.iter_mut().zip(rows.clone()) {
-                    *slot = column(a, i);
-                }
-                for j in cols {
-                    let own = column(a, j);
-                    for i in rows.start.max(j)..rows.end {
-                        let x = alpha * (0.5 * own[i] - 0.5 * left[i - rows.start][j]);
-                        self.entries[i * stride + j] = -x;
-                        self.entries[j * stride + i] = x;
+        let mut squares = [0.0; LANES];
+        vectorised(
+            #[inline(always)]
+            || {
+                for j in 0..self.tiles() {
+                    for i in j..self.tiles() {
+                        let below = tile_of(a, i, j);
+                        let above = transposed(&tile_of(a, j, i));
+                        // Off the diagonal a tile stands for two.
+                        let weight = if i == j { 1.0 } else { 2.0 };
+                        let mut skew = [[0.0; LANES]; LANES];
+                        for c in 0..LANES {
+                            for l in 0..LANES {
+                                let (x, y) = (0.5 * below[c][l], 0.5 * above[c][l]);
+                                skew[c][l] = alpha * (x - y);
+                                squares[l] += weight * ((x + y) * (x + y));
+                            }
+                        }
+                        self.set_tile(i, j, &skew);
+                        if i > j {
+                            let opposite = transposed(&skew).map(|column| column.map(|x| -x));
+                            self.set_tile(j, i, &opposite);
+                        }
                     }
                 }
-            } else {
-                for j in cols {
-                    for i in rows.start.max(j)..rows.end {
-                        let x = alpha * (0.5 * a[(i, j)] - 0.5 * a[(j, i)]);
-                        self.entries[i * stride + j] = -x;
-                        self.entries[j * stride + i] = x;
-                    }
-                }
-            }
-        });
+            },
+        );
+        squares.iter().sum()
     }
 
     /// `alpha A B` (added or not), known to be symmetric or skew. Above the diagonal the result is only defined where
-    /// `reflect` is called after.
+    /// `reflect_product` is called after.
     pub(crate) fn set_product(
         &mut self,
         beta: Accum,
@@ -154,44 +173,72 @@ impl Square {
 
     /// The part above the diagonal from that below.
     pub(crate) fn reflect(&mut self, symmetry: Symmetry) {
-        let (m, stride) = (self.m, self.stride);
         let sign = if symmetry == Symmetry::Skew { -1.0 } else { 1.0 };
-        for_tiles(m, |rows, cols| {
-            for j in cols {
-                for i in rows.start.max(j + 1)..rows.end {
-                    self.entries[i * stride + j] = sign * self.entries[j * stride + i];
+        vectorised(
+            #[inline(always)]
+            || {
+                for j in 0..self.tiles() {
+                    let mut diagonal = self.tile(j, j);
+                    for c in 0..LANES {
+                        for l in c + 1..LANES {
+                            diagonal[l][c] = sign * diagonal[c][l];
+                        }
+                    }
+                    self.set_tile(j, j, &diagonal);
+                    for i in j + 1..self.tiles() {
+                        let tile = transposed(&self.tile(i, j)).map(|column| column.map(|x| sign * x));
+                        self.set_tile(j, i, &tile);
+                    }
                 }
-            }
-        });
+            },
+        );
     }
 
     /// `self = E + T` from the lower triangles of the symmetric `E` (in `self`) and the skew `T`.
     pub(crate) fn add_skew(&mut self, skew: &Square) {
-        let (m, stride) = (self.m, self.stride);
-        let skew = &skew.entries[..self.entries.len()];
-        for_tiles(m, |rows, cols| {
-            for j in cols {
-                for i in rows.start.max(j + 1)..rows.end {
-                    let (even, odd) = (self.entries[j * stride + i], skew[j * stride + i]);
-                    self.entries[j * stride + i] = even + odd;
-                    self.entries[i * stride + j] = even - odd;
+        vectorised(
+            #[inline(always)]
+            || {
+                for j in 0..self.tiles() {
+                    for i in j..self.tiles() {
+                        let (even, odd) = (self.tile(i, j), skew.tile(i, j));
+                        let (mut sum, mut difference) = (even, even);
+                        for c in 0..LANES {
+                            for l in 0..LANES {
+                                sum[c][l] = even[c][l] + odd[c][l];
+                                difference[c][l] = even[c][l] - odd[c][l];
+                            }
+                        }
+                        if i > j {
+                            self.set_tile(i, j, &sum);
+                            self.set_tile(j, i, &transposed(&difference));
+                            continue;
+                        }
+                        for c in 0..LANES {
+                            sum[c][c] = even[c][c];
+                            for l in c + 1..LANES {
+                                sum[l][c] = difference[c][l];
+                            }
+                        }
+                        self.set_tile(j, j, &sum);
+                    }
                 }
-            }
-        });
+            },
+        );
     }
 
-    /// Largest column sum of moduli and Frobenius norm, of a symmetric or skew matrix given in full.
+    /// Largest column sum of moduli and Frobenius norm.
     pub(crate) fn norms(&self) -> (f64, f64) {
         let (mut largest_sum, mut squares) = (0.0_f64, [0.0; LANES]);
         vectorised(
             #[inline(always)]
             || {
-                for column in self.entries.chunks_exact(self.stride) {
+                for column in self.lanes().chunks_exact(self.tiles()) {
                     let mut sums = [0.0; LANES];
-                    for chunk in column.chunks_exact(LANES) {
+                    for group in column {
                         for l in 0..LANES {
-                            sums[l] += chunk[l].abs();
-                            squares[l] += chunk[l] * chunk[l];
+                            sums[l] += group[l].abs();
+                            squares[l] += group[l] * group[l];
                         }
                     }
                     largest_sum = largest_sum.max(sums.iter().sum());
@@ -200,7 +247,7 @@ impl Square {
         );
         let square: f64 = squares.iter().sum();
         // Squares that overflow or vanish: the slow, scaled sum.
-        let frobenius = if square > 1e-280 && square < 1e280 {
+        let frobenius = if super::structure::SAFE_SQUARES.contains(&square) {
             square.sqrt()
         } else {
             super::structure::norm(self.view())
@@ -215,46 +262,44 @@ impl Square {
         }
     }
 
-    /// Columns `j` and `j + 1`.
-    #[inline(always)]
-    pub(crate) fn pair_mut(&mut self, j: usize) -> (&mut [f64], &mut [f64]) {
-        let (left, right) = self.entries.split_at_mut((j + 1) * self.stride);
-        (
-            &mut left[j * self.stride..][..self.m],
-            &mut right[..self.m],
-        )
-    }
-
     /// Copies into `out`, of the same size.
     pub(crate) fn write(&self, mut out: MatMut<'_, f64>) {
-        if out.row_stride() != 1 {
-            return out.copy_from(self.view());
-        }
         for j in 0..self.m {
-            for (target, source) in out.rb_mut().col_mut(j).iter_mut().zip(self.col(j)) {
-                *target = *source;
+            let source = &self.entries[j * self.stride..][..self.m];
+            match out.rb_mut().col_mut(j).try_as_col_major_mut() {
+                Some(target) => target.as_slice_mut().copy_from_slice(source),
+                None => {
+                    for (i, x) in source.iter().enumerate() {
+                        out[(i, j)] = *x;
+                    }
+                }
             }
         }
     }
 }
 
-/// A column of a matrix whose columns are contiguous.
+/// A tile of a matrix, filled up with zeros.
 #[inline(always)]
-fn column(a: MatRef<'_, f64>, j: usize) -> &[f64] {
-    a.col(j)
-        .try_as_col_major()
-        .map_or(&[], |column| column.as_slice())
-}
-
-/// Calls `work(rows, cols)` for the tiles on and below the diagonal.
-#[inline(always)]
-fn for_tiles(
-    m: usize,
-    mut work: impl FnMut(Range<usize>, Range<usize>),
-) {
-    for j in (0..m).step_by(TILE) {
-        for i in (j..m).step_by(TILE) {
-            work(i..(i + TILE).min(m), j..(j + TILE).min(m));
+fn tile_of(a: MatRef<'_, f64>, i: usize, j: usize) -> Tile {
+    let (rows, cols) = (a.nrows(), a.ncols());
+    let mut tile = [[0.0; LANES]; LANES];
+    let (top, left) = (i * LANES, j * LANES);
+    let (height, width) = (LANES.min(rows - top), LANES.min(cols - left));
+    for (c, target) in tile.iter_mut().enumerate().take(width) {
+        match a.col(left + c).try_as_col_major() {
+            Some(column) => {
+                let source = &column.as_slice()[top..top + height];
+                match source.first_chunk::<LANES>() {
+                    Some(full) => *target = *full,
+                    None => target[..height].copy_from_slice(source),
+                }
+            }
+            None => {
+                for l in 0..height {
+                    target[l] = a[(top + l, left + c)];
+                }
+            }
         }
     }
+    tile
 }

@@ -7,7 +7,7 @@ use triangular::BlockStructure::{Rectangular, TriangularLower};
 use crate::error::{Error, Result};
 
 /// Sums of squares in this range have lost nothing to overflow or to denormals.
-const SAFE_SQUARES: std::ops::Range<f64> = 1e-280..1e280;
+pub(crate) const SAFE_SQUARES: std::ops::Range<f64> = 1e-280..1e280;
 
 /// The columns, where they are contiguous, or the rows; `None` for other strides.
 fn lines<'a>(a: MatRef<'a, f64>) -> Option<impl Iterator<Item = &'a [f64]>> {

@@ -14,9 +14,11 @@ use super::error::{invalid_input, to_exception};
 use crate::error::{Error, Result};
 use crate::linalg::{OrthogonalLog, SkewExp};
 
-/// Up to this size one matrix takes some ten microseconds: it is computed where it stands, in buffers kept by the
-/// thread.
-const SMALL: usize = 32;
+/// Up to this size one matrix is computed where it stands, in buffers that the thread keeps.
+const SMALL: usize = 128;
+
+/// Up to this size it takes less than some ten microseconds, and the interpreter is not left for it.
+const TINY: usize = 24;
 
 /// A function of a square matrix with its buffers.
 trait Kernel: Sized + 'static {
@@ -83,7 +85,7 @@ fn square_map<'py, K: Kernel>(
     batch::<K>(py, object, num_threads)
 }
 
-/// One small matrix, without leaving the interpreter.
+/// One small matrix.
 fn small<'py, K: Kernel>(
     py: Python<'py>,
     entries: &[f64],
@@ -98,10 +100,13 @@ fn small<'py, K: Kernel>(
             kernel: K::make(m),
             out: vec![0.0; m * m],
         });
-        let mut result = kernel.apply(
-            MatMut::from_row_major_slice_mut(out, m, m),
-            MatRef::from_row_major_slice(entries, m, m),
-        );
+        let work = || {
+            kernel.apply(
+                MatMut::from_row_major_slice_mut(out, m, m),
+                MatRef::from_row_major_slice(entries, m, m),
+            )
+        };
+        let mut result = if m <= TINY { work() } else { py.detach(work) };
         if result.is_ok() && !out.iter().all(|x| x.is_finite()) {
             result = Err(Error::Overflow { quantity: "result" });
         }
