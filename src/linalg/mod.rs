@@ -3,6 +3,7 @@
 //! Everything here works on real matrices sized at run time. The kernels that run inside of a loop are
 //! workspaces (`SkewExp`, `OrthogonalLog`, `SkewSchur`): made once for a size, they allocate nothing after.
 
+mod bidiagonal;
 pub mod decomp;
 pub mod jet;
 pub mod orthogonal_log;

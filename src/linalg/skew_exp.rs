@@ -321,7 +321,7 @@ impl SkewExp {
         self.even.view_mut().copy_from(schur.basis());
         for (l, theta) in schur.angles().iter().enumerate() {
             let (sin, cos) = theta.sin_cos();
-            let (first, second) = self.even.pair_mut(2 * l);
+            let (first, second) = self.even.two_mut(2 * l, 2 * l + 1, m);
             for (x, y) in first.iter_mut().zip(second) {
                 (*x, *y) = (cos * *x + sin * *y, cos * *y - sin * *x);
             }

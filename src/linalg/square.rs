@@ -73,11 +73,34 @@ impl Square {
         self.entries.as_chunks_mut().0
     }
 
-    /// Columns `j` and `j + 1`.
     #[inline(always)]
-    pub(crate) fn pair_mut(&mut self, j: usize) -> (&mut [f64], &mut [f64]) {
-        let (left, right) = self.entries.split_at_mut((j + 1) * self.stride);
-        (&mut left[j * self.stride..][..self.m], &mut right[..self.m])
+    pub(crate) fn col(&self, j: usize) -> &[f64] {
+        &self.entries[j * self.stride..][..self.m]
+    }
+
+    #[inline(always)]
+    pub(crate) fn col_mut(&mut self, j: usize) -> &mut [f64] {
+        &mut self.entries[j * self.stride..][..self.m]
+    }
+
+    /// The first `rows` entries of columns `i < j`.
+    #[inline(always)]
+    pub(crate) fn two_mut(&mut self, i: usize, j: usize, rows: usize) -> (&mut [f64], &mut [f64]) {
+        let (left, right) = self.entries.split_at_mut(j * self.stride);
+        (&mut left[i * self.stride..][..rows], &mut right[..rows])
+    }
+
+    /// `count` columns, every other one from `first`.
+    pub(crate) fn every_other(&self, first: usize, count: usize) -> MatRef<'_, f64> {
+        let entries = &self.entries[first * self.stride..];
+        MatRef::from_column_major_slice_with_stride(entries, self.m, count, 2 * self.stride)
+    }
+
+    /// `count` columns, every other one from `first`.
+    pub(crate) fn every_other_mut(&mut self, first: usize, count: usize) -> MatMut<'_, f64> {
+        let (m, stride) = (self.m, 2 * self.stride);
+        let entries = &mut self.entries[first * self.stride..];
+        MatMut::from_column_major_slice_with_stride_mut(entries, m, count, stride)
     }
 
     /// How many tiles to a side.
