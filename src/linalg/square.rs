@@ -194,7 +194,7 @@ impl Square {
         }
     }
 
-    /// The part above the diagonal from that below.
+    /// The part above the diagonal from that below; a skew matrix has no diagonal.
     pub(crate) fn reflect(&mut self, symmetry: Symmetry) {
         let sign = if symmetry == Symmetry::Skew { -1.0 } else { 1.0 };
         vectorised(
@@ -203,6 +203,9 @@ impl Square {
                 for j in 0..self.tiles() {
                     let mut diagonal = self.tile(j, j);
                     for c in 0..LANES {
+                        if symmetry == Symmetry::Skew {
+                            diagonal[c][c] = 0.0;
+                        }
                         for l in c + 1..LANES {
                             diagonal[l][c] = sign * diagonal[c][l];
                         }
