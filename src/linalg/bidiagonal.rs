@@ -4,7 +4,7 @@
 //! Golub, Reinsch (1970), "Singular value decomposition and least squares solutions", Numer. Math. 14, 403-420, with
 //! deflation relative to the norm: the backward error is a small multiple of `eps |B|`.
 
-use super::square::Square;
+use super::square::{LANES, Square};
 use crate::error::{Error, Result};
 
 /// Steps of the iteration per singular value; two or three are usual.
@@ -29,7 +29,7 @@ fn rotation(y: f64, z: f64) -> (f64, f64, f64) {
 
 /// Diagonalises the `d.len() x columns` matrix with diagonal `d` and superdiagonal `e`, where `columns` is
 /// `d.len()` or one more. Column `2i` of `basis` is turned with column `i` of the matrix, column `2i + 1` with row
-/// `i`; after it, `d` is nonnegative and decreasing, and a column without a row is the last one.
+/// `i`, of which `rows` entries, a multiple of `LANES`; after it, `d` is nonnegative and decreasing, and a column without a row is the last one.
 ///
 /// # Errors
 /// `Decomposition` where it does not converge.
@@ -110,8 +110,11 @@ impl Iteration<'_> {
     #[inline(always)]
     fn turn(&mut self, i: usize, j: usize, (c, s): (f64, f64)) {
         let (x, y) = self.basis.two_mut(i, j, self.rows);
+        let (x, y) = (x.as_chunks_mut::<LANES>().0, y.as_chunks_mut::<LANES>().0);
         for (x, y) in x.iter_mut().zip(y) {
-            (*x, *y) = (c * *x + s * *y, c * *y - s * *x);
+            for l in 0..LANES {
+                (x[l], y[l]) = (c * x[l] + s * y[l], c * y[l] - s * x[l]);
+            }
         }
     }
 
@@ -202,7 +205,7 @@ impl Iteration<'_> {
             }
             if self.d[i] < 0.0 {
                 self.d[i] = -self.d[i];
-                for x in &mut self.basis.col_mut(2 * i + 1)[..self.rows] {
+                for x in self.basis.rows_mut(2 * i + 1, self.rows) {
                     *x = -*x;
                 }
             }

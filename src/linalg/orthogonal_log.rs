@@ -17,7 +17,7 @@ use faer::prelude::*;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 
 use super::decomp::SymmetricEigen;
-use super::skew_schur::{SkewSchur, apply_ad_function};
+use super::skew_schur::{SkewSchur, apply_ad_by_planes};
 use super::square::{Square, Symmetry};
 use super::structure::{check_finite, check_shape, check_square, orthonormality_defect};
 use crate::error::{Error, Result};
@@ -210,6 +210,8 @@ struct General {
     eigen: Option<SymmetricEigen>,
     angles: Vec<f64>,
     cos_sin: Vec<(f64, f64)>,
+    /// Of half the angles.
+    half_cos_sin: Vec<(f64, f64)>,
 }
 
 impl General {
@@ -223,6 +225,7 @@ impl General {
             eigen: None,
             angles: vec![0.0; m / 2],
             cos_sin: vec![(1.0, 0.0); m / 2],
+            half_cos_sin: vec![(1.0, 0.0); m / 2],
         }
     }
 
@@ -327,12 +330,14 @@ impl General {
         Ok(())
     }
 
-    /// In the basis: `L = L_0 + f(ad_{L_0}) skew(E)` with `I + E = e^{-L_0} Q` and `f(x) = x / (1 - e^{-x})`.
+    /// The cotangents of half sums and differences are as good as a correction of the size of round-off over
+    /// `GROUP_GAP` needs them. In the basis: `L = L_0 + f(ad_{L_0}) skew(E)` with `I + E = e^{-L_0} Q` and `f(x) = x / (1 - e^{-x})`.
     fn correct(&mut self) {
         let m = 2 * self.angles.len() + self.basis.view().ncols() % 2;
-        for (target, theta) in self.cos_sin.iter_mut().zip(&self.angles) {
+        for (l, theta) in self.angles.iter().enumerate() {
             let (sin, cos) = theta.sin_cos();
-            *target = (cos, sin);
+            let (half_sin, half_cos) = (0.5 * theta).sin_cos();
+            (self.cos_sin[l], self.half_cos_sin[l]) = ((cos, sin), (half_cos, half_sin));
         }
         for j in 0..m {
             let (pairs, _) = self.turned.col_mut(j).as_chunks_mut::<2>();
@@ -341,12 +346,32 @@ impl General {
             }
         }
         self.skew.set_skew_part(1.0, self.turned.view());
-        apply_ad_function(&self.angles, self.skew.view_mut(), |x, sum| {
-            if sum && 2.0 * PI - x < NEAR_TWO_PI {
-                (0.0, 0.0)
-            } else {
-                inverse_dexp(x)
+        let (angles, halves) = (&self.angles, &self.half_cos_sin);
+        let zero = (0.0, (1.0, 0.0));
+        let plane = |a: usize| angles.get(a).map_or(zero, |angle| (*angle, halves[a]));
+        apply_ad_by_planes(self.skew.view_mut(), |a, b| {
+            let ((x, (cos_x, sin_x)), (y, (cos_y, sin_y))) = (plane(a), plane(b));
+            let cotangent = |cos: f64, sin: f64, half: f64| {
+                if half.abs() < 1e-4 {
+                    (1.0 - half * half / 3.0, half)
+                } else {
+                    (half * cos / sin, half)
+                }
+            };
+            let difference = cotangent(
+                cos_x * cos_y + sin_x * sin_y,
+                sin_x * cos_y - cos_x * sin_y,
+                0.5 * (x - y),
+            );
+            if 2.0 * PI - (x + y) < NEAR_TWO_PI {
+                return [difference, (0.0, 0.0)];
             }
+            let sum = cotangent(
+                cos_x * cos_y - sin_x * sin_y,
+                sin_x * cos_y + cos_x * sin_y,
+                0.5 * (x + y),
+            );
+            [difference, sum]
         });
         for (l, theta) in self.angles.iter().enumerate() {
             self.skew.col_mut(2 * l)[2 * l + 1] += theta;

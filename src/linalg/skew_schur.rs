@@ -14,7 +14,7 @@ use faer::{Accum, Mat, MatMut, MatRef, Par};
 
 use super::bidiagonal::diagonalise;
 use super::decomp::Svd;
-use super::square::{Square, vectorised};
+use super::square::{LANES, Square, vectorised};
 use crate::error::{Error, Result};
 
 /// Matrices with no entry above or all below are scaled first, by a power of two.
@@ -45,7 +45,7 @@ impl SkewSchur {
     /// Buffers for matrices of at most `m x m`.
     pub fn new(m: usize) -> Self {
         let (odd, even) = (m / 2, m.div_ceil(2));
-        let line = || vec![0.0; m];
+        let line = || vec![0.0; m.next_multiple_of(LANES)];
         SkewSchur {
             m: 0,
             size: m,
@@ -91,9 +91,9 @@ impl SkewSchur {
         } else {
             2.0_f64.powi(-(largest.log2() as i32).clamp(-1000, 1000))
         };
+        self.reduced.clear(m);
         let mut reduced = self.reduced.view_mut();
         for j in 0..m {
-            reduced[(j, j)] = 0.0;
             for i in j + 1..m {
                 let x = scale * a[(i, j)];
                 reduced[(i, j)] = x;
@@ -123,37 +123,39 @@ impl SkewSchur {
     ///
     /// `H A H = A + w p^T - p w^T` with `p = 2 A w`: the quadratic term vanishes because `w^T A w = 0`. The update of
     /// one step and the product `A w` of the next are one pass over the matrix.
+    ///
+    /// Columns are worked on in whole groups of rows, from the group with the first row that is left: above it the
+    /// vectors are zero.
     #[inline(always)]
     fn tridiagonalise(&mut self) {
         let m = self.m;
+        let rows = m.next_multiple_of(LANES);
         let [w, next_w] = &mut self.reflector;
         let [p, next_p] = &mut self.image;
-        w[..m].fill(0.0);
-        p[..m].fill(0.0);
+        w.fill(0.0);
+        p.fill(0.0);
         for j in 0..m.saturating_sub(2) {
-            let column = &mut self.reduced.col_mut(j)[..m];
-            update(&mut column[j..], &w[j..m], &p[j..m], w[j], p[j]);
-            let target = &mut self.householder.col_mut(j)[..m];
-            let subdiagonal = reflector(&column[j + 1..], &mut target[j + 1..]);
+            let top = (j + 1) / LANES * LANES;
+            let column = self.reduced.rows_mut(j, rows);
+            update(&mut column[top..], &w[top..rows], &p[top..rows], w[j], p[j]);
+            next_w.fill(0.0);
+            let subdiagonal = reflector(&column[j + 1..m], &mut next_w[j + 1..m]);
             column[j + 1] = subdiagonal;
-            next_w[j + 1..m].copy_from_slice(&target[j + 1..]);
-            next_p[j + 1..m].fill(0.0);
+            self.householder.rows_mut(j, rows).copy_from_slice(&next_w[..rows]);
+            next_p.fill(0.0);
             for l in j + 1..m {
-                let column = &mut self.reduced.col_mut(l)[j + 1..m];
-                update(column, &w[j + 1..m], &p[j + 1..m], w[l], p[l]);
-                let factor = 2.0 * next_w[l];
-                for (sum, x) in next_p[j + 1..m].iter_mut().zip(column) {
-                    *sum += factor * *x;
-                }
+                let column = &mut self.reduced.rows_mut(l, rows)[top..];
+                update(column, &w[top..rows], &p[top..rows], w[l], p[l]);
+                add(&mut next_p[top..rows], 2.0 * next_w[l], column);
             }
+            next_p[top..=j].fill(0.0);
             std::mem::swap(w, next_w);
             std::mem::swap(p, next_p);
         }
         // Of what is left only the last entry counts.
         if m >= 2 {
-            let j = m - 2;
-            let column = &mut self.reduced.col_mut(j)[..m];
-            update(&mut column[j..], &w[j..m], &p[j..m], w[j], p[j]);
+            let column = self.reduced.rows_mut(m - 2, rows);
+            column[m - 1] += w[m - 1] * p[m - 2] - p[m - 1] * w[m - 2];
         }
     }
 
@@ -161,19 +163,18 @@ impl SkewSchur {
     #[inline(always)]
     fn accumulate_reflections(&mut self) {
         let m = self.m;
+        let rows = m.next_multiple_of(LANES);
+        self.basis.clear(m);
         for j in 0..m {
-            let column = &mut self.basis.col_mut(j)[..m];
-            column.fill(0.0);
-            column[j] = 1.0;
+            self.basis.rows_mut(j, rows)[j] = 1.0;
         }
         for j in (0..m.saturating_sub(2)).rev() {
-            let w = &self.householder.col(j)[j + 1..m];
+            let top = (j + 1) / LANES * LANES;
+            let w = &self.householder.rows(j, rows)[top..];
             for l in j + 1..m {
-                let column = &mut self.basis.col_mut(l)[j + 1..m];
-                let factor = 2.0 * dot(w, column);
-                for (x, w) in column.iter_mut().zip(w) {
-                    *x -= factor * w;
-                }
+                let column = &mut self.basis.rows_mut(l, rows)[top..];
+                let factor = -2.0 * dot(w, column);
+                add(column, factor, w);
             }
         }
     }
@@ -198,7 +199,7 @@ impl SkewSchur {
             let basis = &mut self.basis;
             return vectorised(
                 #[inline(always)]
-                || diagonalise(d, e, even, m, basis),
+                || diagonalise(d, e, even, m.next_multiple_of(LANES), basis),
             );
         }
         let Some((bidiagonal, svd)) = self.large.as_deref_mut() else {
@@ -226,11 +227,25 @@ impl SkewSchur {
     }
 }
 
-/// `x += w p_l - p w_l`: the difference first, so that the result stays exactly skew.
+/// `x += w p_l - p w_l`: the difference first, so that the result stays exactly skew. Whole groups.
 #[inline(always)]
 fn update(x: &mut [f64], w: &[f64], p: &[f64], w_l: f64, p_l: f64) {
+    let (x, w, p) = (x.as_chunks_mut::<LANES>().0, w.as_chunks().0, p.as_chunks().0);
     for ((x, w), p) in x.iter_mut().zip(w).zip(p) {
-        *x += w * p_l - p * w_l;
+        let (w, p): (&[f64; LANES], &[f64; LANES]) = (w, p);
+        for l in 0..LANES {
+            x[l] += w[l] * p_l - p[l] * w_l;
+        }
+    }
+}
+
+/// `x += factor y`. Whole groups.
+#[inline(always)]
+fn add(x: &mut [f64], factor: f64, y: &[f64]) {
+    for (x, y) in x.as_chunks_mut::<LANES>().0.iter_mut().zip(y.as_chunks::<LANES>().0) {
+        for l in 0..LANES {
+            x[l] += factor * y[l];
+        }
     }
 }
 
@@ -255,13 +270,13 @@ fn reflector(x: &[f64], w: &mut [f64]) -> f64 {
     scale * alpha
 }
 
-/// Scalar product in eight partial sums.
+/// Scalar product in `LANES` partial sums.
 #[inline(always)]
 fn dot(x: &[f64], y: &[f64]) -> f64 {
-    let ((x, x_rest), (y, y_rest)) = (x.as_chunks::<8>(), y.as_chunks::<8>());
-    let mut sums = [0.0; 8];
+    let ((x, x_rest), (y, y_rest)) = (x.as_chunks::<LANES>(), y.as_chunks::<LANES>());
+    let mut sums = [0.0; LANES];
     for (x, y) in x.iter().zip(y) {
-        for l in 0..8 {
+        for l in 0..LANES {
             sums[l] += x[l] * y[l];
         }
     }
@@ -276,14 +291,27 @@ fn dot(x: &[f64], y: &[f64]) -> f64 {
 /// `function(x, sum)` returns real and imaginary part of the function at `i x`; `sum` tells the two apart.
 pub(crate) fn apply_ad_function(
     angles: &[f64],
-    mut skew: MatMut<'_, f64>,
+    skew: MatMut<'_, f64>,
     function: impl Fn(f64, bool) -> (f64, f64),
+) {
+    let angle = |a: usize| angles.get(a).copied().unwrap_or(0.0);
+    apply_ad_by_planes(skew, |a, b| {
+        let (a, b) = (angle(a), angle(b));
+        [function(a - b, false), function(a + b, true)]
+    });
+}
+
+/// As [`apply_ad_function`], for `function(a, b)` of the numbers of two planes, which returns the values at the
+/// difference and at the sum of their angles; a null vector counts as the plane after the last, of angle 0.
+pub(crate) fn apply_ad_by_planes(
+    mut skew: MatMut<'_, f64>,
+    function: impl Fn(usize, usize) -> [(f64, f64); 2],
 ) {
     let m = skew.nrows();
     let rotate = |(re, im): (f64, f64), (x, y): (f64, f64)| (re * x - im * y, im * x + re * y);
     for b in 0..m / 2 {
         // The diagonal block is a multiple of J and commutes: the function at 0.
-        let entry = function(0.0, false).0 * skew[(2 * b + 1, 2 * b)];
+        let entry = function(b, b)[0].0 * skew[(2 * b + 1, 2 * b)];
         skew[(2 * b + 1, 2 * b)] = entry;
         skew[(2 * b, 2 * b + 1)] = -entry;
         for a in b + 1..m / 2 {
@@ -292,8 +320,9 @@ pub(crate) fn apply_ad_function(
             let (m10, m11) = (skew[(i + 1, j)], skew[(i + 1, j + 1)]);
             let commuting = (0.5 * (m00 + m11), 0.5 * (m10 - m01));
             let anticommuting = (0.5 * (m00 - m11), 0.5 * (m01 + m10));
-            let (p, q) = rotate(function(angles[a] - angles[b], false), commuting);
-            let (r, s) = rotate(function(angles[a] + angles[b], true), anticommuting);
+            let [difference, sum] = function(a, b);
+            let (p, q) = rotate(difference, commuting);
+            let (r, s) = rotate(sum, anticommuting);
             let block = [[p + r, s - q], [q + s, p - r]];
             for (di, row) in block.iter().enumerate() {
                 for (dj, &x) in row.iter().enumerate() {
@@ -305,7 +334,7 @@ pub(crate) fn apply_ad_function(
         if m % 2 == 1 {
             // Against the null vector: the row (x, y) belongs to the column (-x, -y), on which ad acts as i theta.
             let column = (skew[(2 * b, m - 1)], skew[(2 * b + 1, m - 1)]);
-            let (x, y) = rotate(function(angles[b], false), column);
+            let (x, y) = rotate(function(b, m / 2)[0], column);
             for (d, value) in [x, y].into_iter().enumerate() {
                 skew[(2 * b + d, m - 1)] = value;
                 skew[(m - 1, 2 * b + d)] = -value;

@@ -83,6 +83,26 @@ impl Square {
         &mut self.entries[j * self.stride..][..self.m]
     }
 
+    /// The first `rows` entries of a column, padding included.
+    #[inline(always)]
+    pub(crate) fn rows(&self, j: usize, rows: usize) -> &[f64] {
+        &self.entries[j * self.stride..][..rows]
+    }
+
+    /// The first `rows` entries of a column, padding included.
+    #[inline(always)]
+    pub(crate) fn rows_mut(&mut self, j: usize, rows: usize) -> &mut [f64] {
+        &mut self.entries[j * self.stride..][..rows]
+    }
+
+    /// Zeros in the leading `m x m` part and its padding.
+    pub(crate) fn clear(&mut self, m: usize) {
+        let rows = m.next_multiple_of(LANES);
+        for j in 0..m {
+            self.rows_mut(j, rows).fill(0.0);
+        }
+    }
+
     /// The first `rows` entries of columns `i < j`.
     #[inline(always)]
     pub(crate) fn two_mut(&mut self, i: usize, j: usize, rows: usize) -> (&mut [f64], &mut [f64]) {

@@ -21,7 +21,7 @@ const SMALL: usize = 128;
 const TINY: usize = 24;
 
 /// A function of a square matrix with its buffers.
-trait Kernel: Sized + 'static {
+trait Kernel: Sized + Send + 'static {
     const NAME: &'static str;
     fn kept() -> &'static LocalKey<RefCell<Option<Kept<Self>>>>;
     fn make(m: usize) -> Self;
@@ -100,7 +100,7 @@ fn small<'py, K: Kernel>(
             kernel: K::make(m),
             out: vec![0.0; m * m],
         });
-        let work = || {
+        let mut work = || {
             kernel.apply(
                 MatMut::from_row_major_slice_mut(out, m, m),
                 MatRef::from_row_major_slice(entries, m, m),
