@@ -4,7 +4,7 @@
 //! Golub, Reinsch (1970), "Singular value decomposition and least squares solutions", Numer. Math. 14, 403-420, with
 //! deflation relative to the norm: the backward error is a small multiple of `eps |B|`.
 
-use super::square::{LANES, Square};
+use super::square::Square;
 use crate::error::{Error, Result};
 
 /// Steps of the iteration per singular value; two or three are usual.
@@ -42,19 +42,17 @@ pub(super) fn diagonalise(
     basis: &mut Square,
 ) -> Result<()> {
     let p = d.len();
-    let norm = d.iter().chain(e.iter()).fold(0.0_f64, |s, x| s.max(x.abs()));
+    let norm = d
+        .iter()
+        .chain(e.iter())
+        .fold(0.0_f64, |s, x| s.max(x.abs()));
     if norm == 0.0 {
         return Ok(());
     }
     for x in d.iter_mut().chain(e.iter_mut()) {
         *x /= norm;
     }
-    let mut work = Iteration {
-        d,
-        e,
-        rows,
-        basis,
-    };
+    let mut work = Iteration { d, e, rows, basis };
     if columns > p {
         work.clear_column(p, 0);
     }
@@ -110,11 +108,8 @@ impl Iteration<'_> {
     #[inline(always)]
     fn turn(&mut self, i: usize, j: usize, (c, s): (f64, f64)) {
         let (x, y) = self.basis.two_mut(i, j, self.rows);
-        let (x, y) = (x.as_chunks_mut::<LANES>().0, y.as_chunks_mut::<LANES>().0);
         for (x, y) in x.iter_mut().zip(y) {
-            for l in 0..LANES {
-                (x[l], y[l]) = (c * x[l] + s * y[l], c * y[l] - s * x[l]);
-            }
+            (*x, *y) = (c * *x + s * *y, c * *y - s * *x);
         }
     }
 
@@ -161,7 +156,11 @@ impl Iteration<'_> {
         let c = d[last] * d[last] + e[last - 1] * e[last - 1];
         let half = 0.5 * (a - c);
         let root = (half * half + b * b).sqrt().copysign(half);
-        let shift = if half + root == 0.0 { c } else { c - b * b / (half + root) };
+        let shift = if half + root == 0.0 {
+            c
+        } else {
+            c - b * b / (half + root)
+        };
         let (mut y, mut z) = (d[first] * d[first] - shift, d[first] * e[first]);
         for k in first..last {
             let (c, s, r) = rotation(y, z);
@@ -199,7 +198,9 @@ impl Iteration<'_> {
             if largest != i {
                 self.d.swap(i, largest);
                 for side in 0..2 {
-                    let (x, y) = self.basis.two_mut(2 * i + side, 2 * largest + side, self.rows);
+                    let (x, y) = self
+                        .basis
+                        .two_mut(2 * i + side, 2 * largest + side, self.rows);
                     x.swap_with_slice(y);
                 }
             }

@@ -4,7 +4,11 @@
 //! |---|---|
 //! | 1, 2 | 0; the angle of a plane rotation |
 //! | 3 | the unit quaternion, largest component first, and `2 atan2(|v|, w)` |
-//! | any | symmetric eigenproblem of `(Q + Q^T)/2`; inside each group of equal cosines the Schur form of the skew part; one Newton correction in that basis |
+//! | to 128, sines of the angles apart | Schur form of the skew part `(Q - Q^T)/2`, cosines from `V^T Q V`; one Newton correction in that basis |
+//! | any other | symmetric eigenproblem of `(Q + Q^T)/2`; inside each group of equal cosines the Schur form of the skew part; the same correction |
+//!
+//! The first costs a singular value decomposition of half the size. Supplementary, equal or vanishing angles have
+//! sines that are not apart, and take the second way.
 //!
 //! Neither a general real Schur form nor complex eigenvectors occur: the first iterates without end on some
 //! orthogonal matrices, the second are not orthogonal where angles repeat. Every basis here is orthogonal to
@@ -285,7 +289,8 @@ impl General {
         let w = eigen.vectors();
         product(self.work.view_mut(), self.skew.view(), w);
         let right = self.work.view();
-        self.skew.set_product(Accum::Replace, 1.0, w.transpose(), right);
+        self.skew
+            .set_product(Accum::Replace, 1.0, w.transpose(), right);
         self.skew.reflect(Symmetry::Skew);
         let (mut start, mut plane, mut null_found) = (0, 0, false);
         while start < m {
@@ -383,9 +388,16 @@ impl General {
     fn assemble(&mut self, out: MatMut<'_, f64>) {
         product(self.turned.view_mut(), self.basis.view(), self.skew.view());
         let right = self.basis.view().transpose();
-        self.work.set_product(Accum::Replace, 1.0, self.turned.view(), right);
-        self.work.reflect(Symmetry::Skew);
-        self.work.write(out);
+        self.work
+            .set_product(Accum::Replace, 1.0, self.turned.view(), right);
+        if self.work.halves_products() {
+            self.work.reflect(Symmetry::Skew);
+            self.work.write(out);
+        } else {
+            // Both halves are there: their mean is nearer.
+            self.skew.set_skew_part(1.0, self.work.view());
+            self.skew.write(out);
+        }
     }
 }
 

@@ -4,10 +4,17 @@
 //! |---|---|
 //! | 1, 2 | 1; a plane rotation |
 //! | 3 | Rodrigues' formula |
-//! | any, moderate norm | `e^A = C(A^2) + A S(A^2)`: even and odd Taylor parts in the symmetric `A^2`, by Paterson-Stockmeyer, 4 to 8 products, then squaring; no linear system is solved |
+//! | any, moderate norm | `e^A = C(A^2) + A S(A^2)`: near-best polynomials of degree 1 to 8 in the symmetric `A^2`, by Paterson-Stockmeyer, 2 to 7 products of which half is formed, then squaring; no linear system is solved |
 //! | any, large norm | real Schur form ([`SkewSchur`]): the cost does not grow with the norm |
 //!
+//! The degree follows from bounds of `|A|_2` by norms of `A`, `A^2` and `A^4`. Every product but the squarings is
+//! symmetric or skew, as all factors are polynomials in `A`; from size 80 on only the half below the diagonal is
+//! computed. `docs/algorithms.md` says what was tried beside this.
+//!
 //! # Source
+//! Evaluation: Paterson, Stockmeyer (1973), SIAM J. Comput. 2, 60-66. Polynomials fitted to the imaginary axis: Bader,
+//! Blanes, Seydaoglu (2015), SIAM J. Matrix Anal. Appl. 36, 594-613. Bounds by powers: Al-Mohy, Higham (2009), SIAM J.
+//! Matrix Anal. Appl. 31, 970-989.
 //! Even and odd parts: Higham (2008), "Functions of Matrices", section 12.4. Newton-Schulz: section 8.3.
 
 use std::f64::consts::FRAC_1_SQRT_2;
@@ -17,7 +24,9 @@ use faer::{Accum, Mat, MatMut, MatRef, Par};
 
 use super::skew_schur::SkewSchur;
 use super::square::{LANES, Square, Symmetry, vectorised};
-use super::structure::{SAFE_SQUARES, check_finite, check_range, check_shape, check_square, norm, skew_defect};
+use super::structure::{
+    SAFE_SQUARES, check_finite, check_range, check_shape, check_square, norm, skew_defect,
+};
 use crate::error::{Error, Result};
 
 /// A skew-symmetric argument may be off by this much, relative to its norm; the symmetric part is dropped.
@@ -204,8 +213,7 @@ impl SkewExp {
         }
         // The singular values of a skew matrix come in pairs: |A|_2 <= |A|_F / sqrt(2).
         let mut bound = column_sum.min(frobenius * FRAC_1_SQRT_2);
-        let switch = last_scheme().limit
-            * 2.0_f64.powi(SQUARINGS[usize::from(self.m >= BLOCKED)]);
+        let switch = last_scheme().limit * 2.0_f64.powi(SQUARINGS[usize::from(self.m >= BLOCKED)]);
         // What the powers tell is at most this much smaller.
         if bound <= switch * (self.m as f64).sqrt() {
             self.power(1);

@@ -141,7 +141,9 @@ impl SkewSchur {
             next_w.fill(0.0);
             let subdiagonal = reflector(&column[j + 1..m], &mut next_w[j + 1..m]);
             column[j + 1] = subdiagonal;
-            self.householder.rows_mut(j, rows).copy_from_slice(&next_w[..rows]);
+            self.householder
+                .rows_mut(j, rows)
+                .copy_from_slice(&next_w[..rows]);
             next_p.fill(0.0);
             for l in j + 1..m {
                 let column = &mut self.reduced.rows_mut(l, rows)[top..];
@@ -230,22 +232,16 @@ impl SkewSchur {
 /// `x += w p_l - p w_l`: the difference first, so that the result stays exactly skew. Whole groups.
 #[inline(always)]
 fn update(x: &mut [f64], w: &[f64], p: &[f64], w_l: f64, p_l: f64) {
-    let (x, w, p) = (x.as_chunks_mut::<LANES>().0, w.as_chunks().0, p.as_chunks().0);
     for ((x, w), p) in x.iter_mut().zip(w).zip(p) {
-        let (w, p): (&[f64; LANES], &[f64; LANES]) = (w, p);
-        for l in 0..LANES {
-            x[l] += w[l] * p_l - p[l] * w_l;
-        }
+        *x += w * p_l - p * w_l;
     }
 }
 
 /// `x += factor y`. Whole groups.
 #[inline(always)]
 fn add(x: &mut [f64], factor: f64, y: &[f64]) {
-    for (x, y) in x.as_chunks_mut::<LANES>().0.iter_mut().zip(y.as_chunks::<LANES>().0) {
-        for l in 0..LANES {
-            x[l] += factor * y[l];
-        }
+    for (x, y) in x.iter_mut().zip(y) {
+        *x += factor * y;
     }
 }
 

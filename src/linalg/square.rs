@@ -191,7 +191,7 @@ impl Square {
         a: MatRef<'_, f64>,
         b: MatRef<'_, f64>,
     ) {
-        if self.m < TRIANGULAR {
+        if !self.halves_products() {
             return matmul(self.view_mut(), beta, a, b, alpha, Par::Seq);
         }
         triangular::matmul(
@@ -207,16 +207,25 @@ impl Square {
         );
     }
 
+    /// Whether `set_product` forms one half only.
+    pub(crate) fn halves_products(&self) -> bool {
+        self.m >= TRIANGULAR
+    }
+
     /// The part above the diagonal from that below, after a product of which only half was formed.
     pub(crate) fn reflect_product(&mut self, symmetry: Symmetry) {
-        if self.m >= TRIANGULAR {
+        if self.halves_products() {
             self.reflect(symmetry);
         }
     }
 
     /// The part above the diagonal from that below; a skew matrix has no diagonal.
     pub(crate) fn reflect(&mut self, symmetry: Symmetry) {
-        let sign = if symmetry == Symmetry::Skew { -1.0 } else { 1.0 };
+        let sign = if symmetry == Symmetry::Skew {
+            -1.0
+        } else {
+            1.0
+        };
         vectorised(
             #[inline(always)]
             || {
@@ -232,7 +241,8 @@ impl Square {
                     }
                     self.set_tile(j, j, &diagonal);
                     for i in j + 1..self.tiles() {
-                        let tile = transposed(&self.tile(i, j)).map(|column| column.map(|x| sign * x));
+                        let tile =
+                            transposed(&self.tile(i, j)).map(|column| column.map(|x| sign * x));
                         self.set_tile(j, i, &tile);
                     }
                 }

@@ -190,10 +190,7 @@ pub fn parameters(
     name: &'static str,
 ) -> PyResult<(Vec<usize>, Vec<f64>)> {
     let array = float_array(object, name)?;
-    Ok((
-        array.shape().to_vec(),
-        entries_of(&array),
-    ))
+    Ok((array.shape().to_vec(), entries_of(&array)))
 }
 
 /// A new array of the given shape.

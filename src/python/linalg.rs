@@ -173,7 +173,7 @@ fn batch<'py, K: Kernel>(
 ///
 /// Notes
 /// -----
-/// Closed forms for ``m <= 3``; even and odd Taylor parts in ``A^2`` with squaring for moderate norms, the real
+/// Closed forms for ``m <= 3``; even and odd polynomials in ``A^2`` with squaring for moderate norms, the real
 /// Schur form of Ward and Gray (1978) for large ones.
 ///
 /// Examples
@@ -217,8 +217,8 @@ pub fn skew_exp<'py>(
 ///
 /// Notes
 /// -----
-/// Closed forms for ``m <= 3``; above, the symmetric eigenproblem of ``(Q + Q^T) / 2``, the skew Schur form inside of
-/// each group of equal cosines, and one Newton correction.
+/// Closed forms for ``m <= 3``; above, the skew Schur form of ``(Q - Q^T) / 2``, or the symmetric eigenproblem of
+/// ``(Q + Q^T) / 2`` and the skew Schur form inside of each group of equal cosines, and one Newton correction.
 ///
 /// Examples
 /// --------
