@@ -1,7 +1,7 @@
 //! Exponential and logarithm of rotations, each beside its alternative.
 //!
 //! * `exp`: ours against the generic scaling and squaring of nalgebra, and one matrix product as the unit.
-//! * `log`: ours, over the spectra that are hard: random, clustered, repeated, near pi.
+//! * `log`: ours, over the spectra that are hard: random, clustered, repeated, near pi, and one product as the unit.
 
 #[path = "../tests/common/mod.rs"]
 mod common;
@@ -17,7 +17,7 @@ use stiefel_rs::linalg::{OrthogonalLog, SkewExp};
 
 fn exponential(c: &mut Criterion) {
     let mut group = c.benchmark_group("exp");
-    for m in [2, 3, 6, 12, 30, 100] {
+    for m in [2, 3, 6, 12, 30, 100, 300] {
         let mut rng = Rng::new(m as u64);
         let a = random_skew(m, 1.0, &mut rng);
         let generic = DMatrix::from_fn(m, m, |i, j| a[(i, j)]);
@@ -81,7 +81,7 @@ fn spectra(m: usize) -> Vec<(&'static str, Option<Vec<f64>>)> {
 
 fn logarithm(c: &mut Criterion) {
     let mut group = c.benchmark_group("log");
-    for m in [2, 3, 6, 12, 30, 100] {
+    for m in [2, 3, 6, 12, 30, 100, 300] {
         for (name, angles) in spectra(m) {
             let mut rng = Rng::new(m as u64);
             let q = match angles {
@@ -102,6 +102,20 @@ fn logarithm(c: &mut Criterion) {
                 b.iter(|| work.log_into(log.as_mut(), black_box(q.as_ref())));
             });
         }
+        let a = random_rotation(m, &mut Rng::new(m as u64));
+        let mut out = Mat::zeros(m, m);
+        group.bench_function(BenchmarkId::new("one_product", m), |b| {
+            b.iter(|| {
+                matmul(
+                    out.as_mut(),
+                    Accum::Replace,
+                    black_box(&a),
+                    &a,
+                    1.0,
+                    Par::Seq,
+                )
+            });
+        });
     }
     group.finish();
 }

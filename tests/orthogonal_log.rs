@@ -198,6 +198,48 @@ fn log_of_supplementary_angles() {
     });
 }
 
+/// Sizes on both sides of the switch between the two ways to the planes; sines just apart and not.
+#[test]
+fn log_on_both_sides_of_its_switches() {
+    let mut rng = Rng::new(16);
+    let mut worst = Worst::new("log backward error / (m 1e-15), at the switches");
+    for m in [79, 80, 81, 82, 83, 127, 128, 129, 160] {
+        worst.see(
+            backward_error(&random_rotation(m, &mut rng)) / (m as f64 * 1e-15),
+            || format!("m = {m}"),
+        );
+    }
+    for m in [4, 5, 12, 30] {
+        for gap in [1e-8, 0.9e-7, 1.1e-7, 3e-7, 1e-6, 1e-4] {
+            for centre in [1e-3_f64, 0.7, FRAC_PI_2 - 1e-3] {
+                // One angle and the supplement of another whose sine differs by the gap.
+                let other = PI - (centre.sin() + gap).min(1.0).asin();
+                let mut angles = vec![0.3; m / 2];
+                (angles[0], angles[1]) = (centre, other);
+                for (l, angle) in angles.iter_mut().enumerate().skip(2) {
+                    *angle = 0.1 + 0.08 * l as f64;
+                }
+                let q = rotation_with_angles(&angles, m, &mut rng);
+                worst.see(backward_error(&q) / (m as f64 * 1e-15), || {
+                    format!("m = {m}, sines {gap:e} apart at {centre}")
+                });
+            }
+        }
+        // Smallest sine around the gap, at 0 and at pi.
+        for small in [0.5e-7, 0.99e-7, 1.01e-7, 2e-7] {
+            for angle in [small, PI - small] {
+                let mut angles: Vec<f64> = (0..m / 2).map(|l| 0.2 + 0.15 * l as f64).collect();
+                angles[0] = angle;
+                let q = rotation_with_angles(&angles, m, &mut rng);
+                worst.see(backward_error(&q) / (m as f64 * 1e-15), || {
+                    format!("m = {m}, angle {angle}")
+                });
+            }
+        }
+    }
+    worst.assert_at_most(1.0);
+}
+
 #[test]
 fn log_with_a_null_space() {
     check_log("half of the planes at rest", &LOG_SIZES, |m, rng| {

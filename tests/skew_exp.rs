@@ -4,6 +4,7 @@ mod common;
 
 use common::{Rng, *};
 use faer::{Mat, Scale, mat};
+use stiefel_rs::linalg::SkewExp;
 use stiefel_rs::{Error, skew_exp};
 
 const EXP_SIZES: [usize; 8] = [1, 2, 3, 4, 5, 12, 30, 50];
@@ -60,6 +61,64 @@ fn exp_is_orthogonal_between_the_switches_of_the_algorithm() {
         }
     }
     worst.assert_at_most(1.0);
+}
+
+/// Sizes around the switches of the products and norms around the limits of every polynomial.
+#[test]
+fn exp_is_right_on_both_sides_of_every_switch() {
+    let limits = [
+        0.000227, 0.008261, 0.05388, 0.1741, 0.7189, 1.684, 3.368, 53.888, 431.104,
+    ];
+    let mut rng = Rng::new(8);
+    let mut orthogonal = Worst::new("|e^A^T e^A - I|_2 / (m 1e-15), at the switches");
+    let mut exact =
+        Worst::new("e^A against V blockdiag(rot) V^T / (m eps (1 + |A|_2)), at the switches");
+    for m in [4, 5, 8, 9, 63, 64, 79, 80, 81, 101] {
+        for limit in limits {
+            for norm in [limit * 0.999, limit * 1.001] {
+                // All angles equal make the bound by the Frobenius norm of powers worst, one angle makes it sharp.
+                for equal in [true, false] {
+                    let mut angles = vec![if equal { norm } else { 0.0 }; m / 2];
+                    angles[0] = norm;
+                    let v = random_orthogonal(m, &mut rng);
+                    let a = conjugated(&v, &plane_generators(&angles, m));
+                    let a = (&a - a.transpose()) * Scale(0.5);
+                    let expected = conjugated(&v, &plane_rotations(&angles, m));
+                    let q = skew_exp(a.as_ref()).unwrap();
+                    let place = || format!("m = {m}, norm = {norm:e}, equal = {equal}");
+                    orthogonal.see(orthonormality(&q) / (m as f64 * 1e-15), place);
+                    let unit = m as f64 * EPS * (1.0 + norm);
+                    exact.see(spectral((&q - &expected).as_ref()) / unit, place);
+                }
+            }
+        }
+    }
+    orthogonal.assert_at_most(1.0);
+    exact.assert_at_most(8.0);
+}
+
+#[test]
+fn exp_does_not_depend_on_layout_or_on_what_the_buffers_held() {
+    let mut rng = Rng::new(9);
+    for m in [4, 7, 30, 81] {
+        let mut work = SkewExp::new(m);
+        for norm in [1.0, 1e3, 1e-4, 5.0, 0.1, 1e-200] {
+            let a = random_skew(m, norm, &mut rng);
+            let fresh = skew_exp(a.as_ref()).unwrap();
+            let mut again = Mat::zeros(m, m);
+            work.checked_into(again.as_mut(), a.as_ref()).unwrap();
+            assert_eq!(
+                fresh, again,
+                "buffers used before, m = {m}, norm = {norm:e}"
+            );
+            let rows = a.transpose().to_owned();
+            let mut out = Mat::zeros(m, m);
+            work.exp_into(out.as_mut().transpose_mut(), rows.transpose(), 1.0)
+                .unwrap();
+            let bound = 4.0 * m as f64 * EPS * (1.0 + norm);
+            assert_close(&out.transpose().to_owned(), &fresh, bound, "row by row");
+        }
+    }
 }
 
 #[test]

@@ -3,6 +3,7 @@
 //! Everything here works on real matrices sized at run time. The kernels that run inside of a loop are
 //! workspaces (`SkewExp`, `OrthogonalLog`, `SkewSchur`): made once for a size, they allocate nothing after.
 
+mod bidiagonal;
 pub mod decomp;
 pub mod exponential_action;
 pub mod jet;
@@ -14,6 +15,7 @@ pub mod orthogonal_log;
 pub mod product;
 pub mod skew_exp;
 pub mod skew_schur;
+mod square;
 pub mod structure;
 
 pub use orthogonal_log::{OrthogonalLog, orthogonal_log};

@@ -4,7 +4,11 @@
 //! |---|---|
 //! | 1, 2 | 0; the angle of a plane rotation |
 //! | 3 | the unit quaternion, largest component first, and `2 atan2(|v|, w)` |
-//! | any | symmetric eigenproblem of `(Q + Q^T)/2`; inside each group of equal cosines the Schur form of the skew part; one Newton correction in that basis |
+//! | to 128, sines of the angles apart | Schur form of the skew part `(Q - Q^T)/2`, cosines from `V^T Q V`; one Newton correction in that basis |
+//! | any other | symmetric eigenproblem of `(Q + Q^T)/2`; inside each group of equal cosines the Schur form of the skew part; the same correction |
+//!
+//! The first costs a singular value decomposition of half the size. Supplementary, equal or vanishing angles have
+//! sines that are not apart, and take the second way.
 //!
 //! Neither a general real Schur form nor complex eigenvectors occur: the first iterates without end on some
 //! orthogonal matrices, the second are not orthogonal where angles repeat. Every basis here is orthogonal to
@@ -12,12 +16,14 @@
 
 use std::f64::consts::PI;
 
-use faer::{Mat, MatMut, MatRef};
+use faer::linalg::matmul::matmul;
+use faer::prelude::*;
+use faer::{Accum, Mat, MatMut, MatRef, Par};
 
 use super::decomp::SymmetricEigen;
-use super::product::mul_into;
-use super::skew_schur::{SkewSchur, apply_ad_function};
-use super::structure::{check_finite, check_square, orthonormality_defect};
+use super::skew_schur::{SkewSchur, apply_ad_by_planes};
+use super::square::{Square, Symmetry};
+use super::structure::{check_finite, check_shape, check_square, orthonormality_defect};
 use crate::error::{Error, Result};
 
 /// A rotation may be off by this much: `|Q^T Q - I|_F` is checked against it.
@@ -25,6 +31,10 @@ pub const ORTHOGONALITY_TOLERANCE: f64 = 1e-9;
 
 /// Cosines closer than this are treated as one group; wider gaps lose `eps / gap`, which the correction mends.
 const GROUP_GAP: f64 = 1e-7;
+
+/// Up to this size the planes are looked for in the skew part first, by a singular value decomposition of half the
+/// size; above, the blocked symmetric eigenproblem is faster.
+const SINES: usize = 128;
 
 /// Two angles whose sum is within this of 2 pi have cosines closer than `GROUP_GAP` (by at most half its square),
 /// so they lie in one group, where the first answer is already right to round-off; the derivative of the logarithm
@@ -51,17 +61,8 @@ const NEAR_TWO_PI: f64 = 1e-4;
 /// Ward, Gray (1978).
 pub fn orthogonal_log(q: MatRef<'_, f64>) -> Result<Mat<f64>> {
     let m = check_square("Q", q)?;
-    check_finite("Q", q)?;
-    let defect = orthonormality_defect(q);
-    if defect > ORTHOGONALITY_TOLERANCE {
-        return Err(Error::NotOrthonormal {
-            name: "Q",
-            defect,
-            tolerance: ORTHOGONALITY_TOLERANCE,
-        });
-    }
     let mut out = Mat::zeros(m, m);
-    OrthogonalLog::new(m).log_into(out.as_mut(), q)?;
+    OrthogonalLog::new(m).checked_into(out.as_mut(), q)?;
     Ok(out)
 }
 
@@ -80,6 +81,25 @@ impl OrthogonalLog {
         }
     }
 
+    /// `out = log(Q)` after the checks of [`orthogonal_log`]; `q` and `out` have the size given to
+    /// [`OrthogonalLog::new`].
+    ///
+    /// # Errors
+    /// As [`orthogonal_log`].
+    pub fn checked_into(&mut self, out: MatMut<'_, f64>, q: MatRef<'_, f64>) -> Result<()> {
+        check_shape("Q", q, self.m, self.m)?;
+        check_finite("Q", q)?;
+        let defect = orthonormality_defect(q);
+        if defect > ORTHOGONALITY_TOLERANCE {
+            return Err(Error::NotOrthonormal {
+                name: "Q",
+                defect,
+                tolerance: ORTHOGONALITY_TOLERANCE,
+            });
+        }
+        self.log_into(out, q)
+    }
+
     /// `out = log(Q)`; `q` must be finite and orthogonal to round-off.
     ///
     /// # Errors
@@ -92,6 +112,10 @@ impl OrthogonalLog {
                 && out.ncols() == self.m
         );
         match (&mut self.general, self.m) {
+            // log Q = (log Q^T)^T: then both are read and written along their columns.
+            (Some(general), _) if out.row_stride() != 1 && out.col_stride() == 1 => {
+                general.log_into(out.transpose_mut(), q.transpose())
+            }
             (Some(general), _) => general.log_into(out, q),
             (None, 3) => log_space(out, q),
             (None, 2) => log_plane(out, q),
@@ -179,65 +203,109 @@ fn log_space(mut out: MatMut<'_, f64>, q: MatRef<'_, f64>) -> Result<()> {
 }
 
 struct General {
-    symmetric: Mat<f64>,
-    skew: Mat<f64>,
-    eigen: SymmetricEigen,
+    /// Skew part of the rotation, then of its correction.
+    skew: Square,
+    /// The rotation in the basis of its planes.
+    turned: Square,
+    /// The planes first, the null vector (odd sizes) last.
+    basis: Square,
+    work: Square,
     schur: SkewSchur,
-    group: Mat<f64>,
-    basis: Mat<f64>,
-    work: Mat<f64>,
+    eigen: Option<SymmetricEigen>,
     angles: Vec<f64>,
+    cos_sin: Vec<(f64, f64)>,
+    /// Of half the angles.
+    half_cos_sin: Vec<(f64, f64)>,
 }
 
 impl General {
     fn new(m: usize) -> Self {
-        let zeros = || Mat::zeros(m, m);
         General {
-            symmetric: zeros(),
-            skew: zeros(),
-            eigen: SymmetricEigen::new(m),
+            skew: Square::new(m),
+            turned: Square::new(m),
+            basis: Square::new(m),
+            work: Square::new(m),
             schur: SkewSchur::new(m),
-            group: zeros(),
-            basis: zeros(),
-            work: zeros(),
+            eigen: None,
             angles: vec![0.0; m / 2],
+            cos_sin: vec![(1.0, 0.0); m / 2],
+            half_cos_sin: vec![(1.0, 0.0); m / 2],
         }
     }
 
     fn log_into(&mut self, out: MatMut<'_, f64>, q: MatRef<'_, f64>) -> Result<()> {
         let m = q.nrows();
-        for j in 0..m {
-            for i in 0..m {
-                self.symmetric[(i, j)] = 0.5 * (q[(i, j)] + q[(j, i)]);
-                self.skew[(i, j)] = 0.5 * (q[(i, j)] - q[(j, i)]);
-            }
+        self.skew.set_skew_part(1.0, q);
+        if m > SINES || !self.planes_by_sines(q)? {
+            self.planes_by_cosines(q)?;
+            self.turn(q);
         }
-        self.eigen.compute(self.symmetric.as_ref())?;
-        let w = self.eigen.vectors();
-        mul_into(&mut self.work, 1.0, &self.skew, w);
-        mul_into(&mut self.skew, 1.0, w.transpose(), &self.work);
-        self.planes_by_group()?;
-        self.correct_and_assemble(out, q);
+        self.correct();
+        self.assemble(out);
         Ok(())
     }
 
-    /// Planes and angles: `basis` holds the planes first, the null vector (odd sizes) last.
-    fn planes_by_group(&mut self) -> Result<()> {
-        let m = self.symmetric.nrows();
+    /// `turned = B^T Q B`.
+    fn turn(&mut self, q: MatRef<'_, f64>) {
+        let b = self.basis.view();
+        product(self.work.view_mut(), q, b);
+        product(self.turned.view_mut(), b.transpose(), self.work.view());
+    }
+
+    /// Planes from the Schur form of the skew part, where its angles (the sines) are apart and off zero; `false`
+    /// where they are not.
+    fn planes_by_sines(&mut self, q: MatRef<'_, f64>) -> Result<bool> {
+        let m = q.nrows();
+        self.schur.compute(self.skew.view())?;
+        let sines = self.schur.angles();
+        let apart = sines.windows(2).all(|pair| pair[0] - pair[1] > GROUP_GAP);
+        if !apart || sines.last().is_some_and(|last| *last <= GROUP_GAP) {
+            return Ok(false);
+        }
+        self.basis.view_mut().copy_from(self.schur.basis());
+        self.turn(q);
+        let cosine = |i: usize| self.turned.col(i)[i];
+        if m % 2 == 1 && cosine(m - 1) < 0.0 {
+            return Err(Error::OutsideLogDomain { angle: PI });
+        }
+        for (l, (angle, sine)) in self.angles.iter_mut().zip(self.schur.angles()).enumerate() {
+            *angle = sine.atan2(0.5 * (cosine(2 * l) + cosine(2 * l + 1)));
+        }
+        Ok(true)
+    }
+
+    /// Planes from the symmetric eigenproblem, each group of equal cosines by the Schur form of the skew part in it.
+    fn planes_by_cosines(&mut self, q: MatRef<'_, f64>) -> Result<()> {
+        let m = q.nrows();
+        // Q = S + K.
+        for j in 0..m {
+            let (target, skew) = (self.work.col_mut(j), self.skew.col(j));
+            for i in 0..m {
+                target[i] = q[(i, j)] - skew[i];
+            }
+        }
+        let eigen = self.eigen.get_or_insert_with(|| SymmetricEigen::new(m));
+        eigen.compute(self.work.view())?;
+        let w = eigen.vectors();
+        product(self.work.view_mut(), self.skew.view(), w);
+        let right = self.work.view();
+        self.skew
+            .set_product(Accum::Replace, 1.0, w.transpose(), right);
+        self.skew.reflect(Symmetry::Skew);
         let (mut start, mut plane, mut null_found) = (0, 0, false);
         while start < m {
             let mut end = start + 1;
-            while end < m && self.eigen.value(end) - self.eigen.value(end - 1) <= GROUP_GAP {
+            while end < m && eigen.value(end) - eigen.value(end - 1) <= GROUP_GAP {
                 end += 1;
             }
             let size = end - start;
             self.schur
-                .compute(self.skew.as_ref().submatrix(start, start, size, size))?;
+                .compute(self.skew.view().submatrix(start, start, size, size))?;
             let planes = size / 2;
             let cosine = |column: usize| -> f64 {
                 let v = self.schur.basis();
                 (0..size)
-                    .map(|i| v[(i, column)] * v[(i, column)] * self.eigen.value(start + i))
+                    .map(|i| v[(i, column)] * v[(i, column)] * eigen.value(start + i))
                     .sum()
             };
             for l in 0..planes {
@@ -252,63 +320,89 @@ impl General {
             if size % 2 == 1 && (cosine(size - 1) < 0.0 || null_found || m.is_multiple_of(2)) {
                 return Err(Error::OutsideLogDomain { angle: PI });
             }
-            let w = self.eigen.vectors().submatrix(0, start, m, size);
-            mul_into(
-                self.group.as_mut().submatrix_mut(0, 0, m, size),
-                1.0,
-                w,
-                self.schur.basis(),
-            );
-            for c in 0..size {
-                let target = if c < 2 * planes { 2 * plane + c } else { m - 1 };
-                for i in 0..m {
-                    self.basis[(i, target)] = self.group[(i, c)];
-                }
+            let vectors = eigen.vectors().submatrix(0, start, m, size);
+            let (schur, mut basis) = (self.schur.basis(), self.basis.view_mut());
+            let target = basis.rb_mut().submatrix_mut(0, 2 * plane, m, 2 * planes);
+            product(target, vectors, schur.subcols(0, 2 * planes));
+            if size % 2 == 1 {
+                let target = basis.submatrix_mut(0, m - 1, m, 1);
+                product(target, vectors, schur.subcols(size - 1, 1));
+                null_found = true;
             }
-            null_found |= size % 2 == 1;
             plane += planes;
             start = end;
         }
         Ok(())
     }
 
-    /// `L = L_0 + f(ad_{L_0}) skew(E)` with `I + E = e^{-L_0} Q` and `f(x) = x / (1 - e^{-x})`.
-    fn correct_and_assemble(&mut self, mut out: MatMut<'_, f64>, q: MatRef<'_, f64>) {
-        let m = q.nrows();
-        mul_into(&mut self.work, 1.0, q, &self.basis);
-        mul_into(&mut self.group, 1.0, self.basis.transpose(), &self.work);
+    /// The cotangents of half sums and differences are as good as a correction of the size of round-off over
+    /// `GROUP_GAP` needs them. In the basis: `L = L_0 + f(ad_{L_0}) skew(E)` with `I + E = e^{-L_0} Q` and `f(x) = x / (1 - e^{-x})`.
+    fn correct(&mut self) {
+        let m = 2 * self.angles.len() + self.basis.view().ncols() % 2;
         for (l, theta) in self.angles.iter().enumerate() {
             let (sin, cos) = theta.sin_cos();
-            for j in 0..m {
-                let (x, y) = (self.group[(2 * l, j)], self.group[(2 * l + 1, j)]);
-                self.group[(2 * l, j)] = cos * x + sin * y;
-                self.group[(2 * l + 1, j)] = cos * y - sin * x;
-            }
+            let (half_sin, half_cos) = (0.5 * theta).sin_cos();
+            (self.cos_sin[l], self.half_cos_sin[l]) = ((cos, sin), (half_cos, half_sin));
         }
         for j in 0..m {
-            for i in 0..m {
-                self.work[(i, j)] = 0.5 * (self.group[(i, j)] - self.group[(j, i)]);
+            let (pairs, _) = self.turned.col_mut(j).as_chunks_mut::<2>();
+            for ([x, y], (cos, sin)) in pairs.iter_mut().zip(&self.cos_sin) {
+                (*x, *y) = (cos * *x + sin * *y, cos * *y - sin * *x);
             }
         }
-        apply_ad_function(&self.angles, self.work.as_mut(), |x, sum| {
-            if sum && 2.0 * PI - x < NEAR_TWO_PI {
-                (0.0, 0.0)
-            } else {
-                inverse_dexp(x)
+        self.skew.set_skew_part(1.0, self.turned.view());
+        let (angles, halves) = (&self.angles, &self.half_cos_sin);
+        let zero = (0.0, (1.0, 0.0));
+        let plane = |a: usize| angles.get(a).map_or(zero, |angle| (*angle, halves[a]));
+        apply_ad_by_planes(self.skew.view_mut(), |a, b| {
+            let ((x, (cos_x, sin_x)), (y, (cos_y, sin_y))) = (plane(a), plane(b));
+            let cotangent = |cos: f64, sin: f64, half: f64| {
+                if half.abs() < 1e-4 {
+                    (1.0 - half * half / 3.0, half)
+                } else {
+                    (half * cos / sin, half)
+                }
+            };
+            let difference = cotangent(
+                cos_x * cos_y + sin_x * sin_y,
+                sin_x * cos_y - cos_x * sin_y,
+                0.5 * (x - y),
+            );
+            if 2.0 * PI - (x + y) < NEAR_TWO_PI {
+                return [difference, (0.0, 0.0)];
             }
+            let sum = cotangent(
+                cos_x * cos_y - sin_x * sin_y,
+                sin_x * cos_y + cos_x * sin_y,
+                0.5 * (x + y),
+            );
+            [difference, sum]
         });
         for (l, theta) in self.angles.iter().enumerate() {
-            self.work[(2 * l + 1, 2 * l)] += theta;
-            self.work[(2 * l, 2 * l + 1)] -= theta;
-        }
-        mul_into(&mut self.group, 1.0, &self.basis, &self.work);
-        mul_into(&mut self.work, 1.0, &self.group, self.basis.transpose());
-        for j in 0..m {
-            for i in 0..m {
-                out[(i, j)] = 0.5 * (self.work[(i, j)] - self.work[(j, i)]);
-            }
+            self.skew.col_mut(2 * l)[2 * l + 1] += theta;
+            self.skew.col_mut(2 * l + 1)[2 * l] -= theta;
         }
     }
+
+    /// `out = B L B^T`, of which the half below the diagonal is formed.
+    fn assemble(&mut self, out: MatMut<'_, f64>) {
+        product(self.turned.view_mut(), self.basis.view(), self.skew.view());
+        let right = self.basis.view().transpose();
+        self.work
+            .set_product(Accum::Replace, 1.0, self.turned.view(), right);
+        if self.work.halves_products() {
+            self.work.reflect(Symmetry::Skew);
+            self.work.write(out);
+        } else {
+            // Both halves are there: their mean is nearer.
+            self.skew.set_skew_part(1.0, self.work.view());
+            self.skew.write(out);
+        }
+    }
+}
+
+fn product(out: MatMut<'_, f64>, a: MatRef<'_, f64>, b: MatRef<'_, f64>) {
+    matmul(out, Accum::Replace, a, b, 1.0, Par::Seq);
 }
 
 /// `i x / (1 - e^{-i x}) = (x/2) cot(x/2) + i x/2`: the inverse of `(1 - e^{-ad}) / ad` on one eigenvalue.

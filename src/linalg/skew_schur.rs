@@ -7,19 +7,21 @@
 //!
 //! # Source
 //! Ward, Gray (1978), "Eigensystem computation for skew-symmetric matrices", ACM TOMS 4, 278-285.
-//! Deviation: a full singular value decomposition of `B` in place of their QR iteration.
+//! Deviation: for large sizes a divide-and-conquer singular value decomposition of `B` in place of the QR iteration.
 
-use faer::prelude::*;
-use faer::{Mat, MatRef};
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, MatMut, MatRef, Par};
 
+use super::bidiagonal::diagonalise;
 use super::decomp::Svd;
+use super::square::{LANES, Square, vectorised};
 use crate::error::{Error, Result};
 
-/// Entries above this are scaled down first, by a power of two.
-const HUGE: f64 = 1e290;
+/// Matrices with no entry above or all below are scaled first, by a power of two.
+const PLAIN: std::ops::Range<f64> = 1e-100..1e100;
 
-/// `2^-100`.
-const SHRINK: f64 = 1.0 / (1_u128 << 100) as f64;
+/// Up to this many planes the rotations of the QR iteration go straight into the basis.
+const DIRECT: usize = 40;
 
 /// `A = V blockdiag(theta_i J) V^T` with `J = [[0, -1], [1, 0]]`, in buffers made once for a largest size.
 ///
@@ -27,36 +29,40 @@ const SHRINK: f64 = 1.0 / (1_u128 << 100) as f64;
 /// vector. Cost about `10/3 m^3` operations. The backward error is a small multiple of `m eps |A|`.
 pub struct SkewSchur {
     m: usize,
-    reduced: Mat<f64>,
-    basis: Mat<f64>,
-    householder: Mat<f64>,
+    size: usize,
+    /// Columns of the size given at first, of which `m` rows and columns count.
+    reduced: Square,
+    basis: Square,
+    householder: Square,
     angles: Vec<f64>,
-    reflector: Vec<f64>,
-    image: Vec<f64>,
-    bidiagonal: Mat<f64>,
-    svd: Svd,
+    reflector: [Vec<f64>; 2],
+    image: [Vec<f64>; 2],
+    superdiagonal: Vec<f64>,
+    large: Option<Box<(Mat<f64>, Svd)>>,
 }
 
 impl SkewSchur {
     /// Buffers for matrices of at most `m x m`.
     pub fn new(m: usize) -> Self {
         let (odd, even) = (m / 2, m.div_ceil(2));
+        let line = || vec![0.0; m.next_multiple_of(LANES)];
         SkewSchur {
             m: 0,
-            reduced: Mat::zeros(m, m),
-            basis: Mat::zeros(m, m),
-            householder: Mat::zeros(m, m),
+            size: m,
+            reduced: Square::new(m),
+            basis: Square::new(m),
+            householder: Square::new(m),
             angles: vec![0.0; odd],
-            reflector: vec![0.0; m],
-            image: vec![0.0; m],
-            bidiagonal: Mat::zeros(odd, even),
-            svd: Svd::new(odd, even),
+            reflector: [line(), line()],
+            image: [line(), line()],
+            superdiagonal: vec![0.0; odd],
+            large: (odd > DIRECT).then(|| Box::new((Mat::zeros(odd, even), Svd::new(odd, even)))),
         }
     }
 
     /// The orthogonal basis `V`, `m x m`.
     pub fn basis(&self) -> MatRef<'_, f64> {
-        self.basis.as_ref().submatrix(0, 0, self.m, self.m)
+        self.basis.view().submatrix(0, 0, self.m, self.m)
     }
 
     /// The angles `theta_i >= 0`, decreasing, `m / 2` of them.
@@ -71,25 +77,39 @@ impl SkewSchur {
     /// for a number.
     pub fn compute(&mut self, a: MatRef<'_, f64>) -> Result<()> {
         let m = a.nrows();
-        debug_assert!(m == a.ncols() && m <= self.reduced.nrows());
+        debug_assert!(m == a.ncols() && m <= self.size);
         self.m = m;
-        // Sums of entries near the largest number must not overflow.
-        let largest = (0..m)
-            .flat_map(|j| (j + 1..m).map(move |i| a[(i, j)].abs()))
-            .fold(0.0, f64::max);
-        let shrink = if largest > HUGE { SHRINK } else { 1.0 };
+        let mut largest = 0.0_f64;
         for j in 0..m {
-            self.reduced[(j, j)] = 0.0;
             for i in j + 1..m {
-                self.reduced[(i, j)] = shrink * a[(i, j)];
-                self.reduced[(j, i)] = -shrink * a[(i, j)];
+                largest = largest.max(a[(i, j)].abs());
             }
         }
-        self.tridiagonalise();
-        self.accumulate_reflections();
+        // Squares must neither overflow nor vanish.
+        let scale = if largest == 0.0 || PLAIN.contains(&largest) {
+            1.0
+        } else {
+            2.0_f64.powi(-(largest.log2() as i32).clamp(-1000, 1000))
+        };
+        self.reduced.clear(m);
+        let mut reduced = self.reduced.view_mut();
+        for j in 0..m {
+            for i in j + 1..m {
+                let x = scale * a[(i, j)];
+                reduced[(i, j)] = x;
+                reduced[(j, i)] = -x;
+            }
+        }
+        vectorised(
+            #[inline(always)]
+            || {
+                self.tridiagonalise();
+                self.accumulate_reflections();
+            },
+        );
         self.split_even_odd()?;
         for angle in &mut self.angles[..m / 2] {
-            *angle /= shrink;
+            *angle /= scale;
             if !angle.is_finite() {
                 return Err(Error::Overflow {
                     quantity: "skew Schur form",
@@ -100,71 +120,63 @@ impl SkewSchur {
     }
 
     /// `H_j ... H_1 A H_1 ... H_j` tridiagonal; the unit reflectors are kept in the columns of `householder`.
+    ///
+    /// `H A H = A + w p^T - p w^T` with `p = 2 A w`: the quadratic term vanishes because `w^T A w = 0`. The update of
+    /// one step and the product `A w` of the next are one pass over the matrix.
+    ///
+    /// Columns are worked on in whole groups of rows, from the group with the first row that is left: above it the
+    /// vectors are zero.
+    #[inline(always)]
     fn tridiagonalise(&mut self) {
         let m = self.m;
+        let rows = m.next_multiple_of(LANES);
+        let [w, next_w] = &mut self.reflector;
+        let [p, next_p] = &mut self.image;
+        w.fill(0.0);
+        p.fill(0.0);
         for j in 0..m.saturating_sub(2) {
-            let w = &mut self.reflector;
-            let scale = (j + 1..m).fold(0.0_f64, |s, i| s.max(self.reduced[(i, j)].abs()));
-            let tail = (j + 2..m).fold(0.0_f64, |s, i| s.max(self.reduced[(i, j)].abs()));
-            for i in j + 1..m {
-                self.householder[(i, j)] = 0.0;
-            }
-            if tail == 0.0 {
-                continue;
-            }
-            let mut sum = 0.0;
-            for i in j + 1..m {
-                w[i] = self.reduced[(i, j)] / scale;
-                sum += w[i] * w[i];
-            }
-            let alpha = -sum.sqrt().copysign(w[j + 1]);
-            w[j + 1] -= alpha;
-            let length = (sum - 2.0 * alpha * (w[j + 1] + alpha) + alpha * alpha).sqrt();
-            for i in j + 1..m {
-                w[i] /= length;
-                self.householder[(i, j)] = w[i];
-            }
-            self.reduced[(j + 1, j)] = scale * alpha;
-            self.reduced[(j, j + 1)] = -scale * alpha;
-            for i in j + 2..m {
-                self.reduced[(i, j)] = 0.0;
-                self.reduced[(j, i)] = 0.0;
-            }
-            // H A H = A + w p^T - p w^T with p = 2 A w: the quadratic term vanishes because w^T A w = 0.
-            let p = &mut self.image;
-            p[j + 1..m].fill(0.0);
+            let top = (j + 1) / LANES * LANES;
+            let column = self.reduced.rows_mut(j, rows);
+            update(&mut column[top..], &w[top..rows], &p[top..rows], w[j], p[j]);
+            next_w.fill(0.0);
+            let subdiagonal = reflector(&column[j + 1..m], &mut next_w[j + 1..m]);
+            column[j + 1] = subdiagonal;
+            self.householder
+                .rows_mut(j, rows)
+                .copy_from_slice(&next_w[..rows]);
+            next_p.fill(0.0);
             for l in j + 1..m {
-                for i in j + 1..m {
-                    p[i] += 2.0 * self.reduced[(i, l)] * w[l];
-                }
+                let column = &mut self.reduced.rows_mut(l, rows)[top..];
+                update(column, &w[top..rows], &p[top..rows], w[l], p[l]);
+                add(&mut next_p[top..rows], 2.0 * next_w[l], column);
             }
-            for l in j + 1..m {
-                for i in l + 1..m {
-                    let entry = self.reduced[(i, l)] + w[i] * p[l] - p[i] * w[l];
-                    self.reduced[(i, l)] = entry;
-                    self.reduced[(l, i)] = -entry;
-                }
-            }
+            next_p[top..=j].fill(0.0);
+            std::mem::swap(w, next_w);
+            std::mem::swap(p, next_p);
+        }
+        // Of what is left only the last entry counts.
+        if m >= 2 {
+            let column = self.reduced.rows_mut(m - 2, rows);
+            column[m - 1] += w[m - 1] * p[m - 2] - p[m - 1] * w[m - 2];
         }
     }
 
     /// `basis = H_1 H_2 ... H_{m-2}`.
+    #[inline(always)]
     fn accumulate_reflections(&mut self) {
         let m = self.m;
+        let rows = m.next_multiple_of(LANES);
+        self.basis.clear(m);
         for j in 0..m {
-            for i in 0..m {
-                self.basis[(i, j)] = f64::from(u8::from(i == j));
-            }
+            self.basis.rows_mut(j, rows)[j] = 1.0;
         }
         for j in (0..m.saturating_sub(2)).rev() {
+            let top = (j + 1) / LANES * LANES;
+            let w = &self.householder.rows(j, rows)[top..];
             for l in j + 1..m {
-                let mut dot = 0.0;
-                for i in j + 1..m {
-                    dot += self.householder[(i, j)] * self.basis[(i, l)];
-                }
-                for i in j + 1..m {
-                    self.basis[(i, l)] -= 2.0 * dot * self.householder[(i, j)];
-                }
+                let column = &mut self.basis.rows_mut(l, rows)[top..];
+                let factor = -2.0 * dot(w, column);
+                add(column, factor, w);
             }
         }
     }
@@ -176,42 +188,96 @@ impl SkewSchur {
         if odd == 0 {
             return Ok(());
         }
-        let mut b = self.bidiagonal.as_mut().submatrix_mut(0, 0, odd, even);
+        for i in 0..odd {
+            self.angles[i] = self.reduced.col(2 * i)[2 * i + 1];
+            self.superdiagonal[i] = if i + 1 < even {
+                -self.reduced.col(2 * i + 1)[2 * i + 2]
+            } else {
+                0.0
+            };
+        }
+        let (d, e) = (&mut self.angles[..odd], &mut self.superdiagonal[..odd]);
+        if odd <= DIRECT {
+            let basis = &mut self.basis;
+            return vectorised(
+                #[inline(always)]
+                || diagonalise(d, e, even, m.next_multiple_of(LANES), basis),
+            );
+        }
+        let Some((bidiagonal, svd)) = self.large.as_deref_mut() else {
+            return Ok(());
+        };
+        let mut b = bidiagonal.as_mut().submatrix_mut(0, 0, odd, even);
         b.fill(0.0);
         for i in 0..odd {
-            b[(i, i)] = self.reduced[(2 * i + 1, 2 * i)];
+            b[(i, i)] = d[i];
             if i + 1 < even {
-                b[(i, i + 1)] = -self.reduced[(2 * i + 2, 2 * i + 1)];
+                b[(i, i + 1)] = e[i];
             }
         }
-        self.svd.compute(b.rb())?;
-        // Use `reduced` for the rotated basis: columns (V_even v_i, V_odd u_i).
-        for i in 0..m {
-            for l in 0..odd {
-                let (mut from_even, mut from_odd) = (0.0, 0.0);
-                for e in 0..even {
-                    from_even += self.basis[(i, 2 * e)] * self.svd.v()[(e, l)];
-                }
-                for o in 0..odd {
-                    from_odd += self.basis[(i, 2 * o + 1)] * self.svd.u()[(o, l)];
-                }
-                self.reduced[(i, 2 * l)] = from_even;
-                self.reduced[(i, 2 * l + 1)] = from_odd;
-            }
-            if even > odd {
-                let mut null = 0.0;
-                for e in 0..even {
-                    null += self.basis[(i, 2 * e)] * self.svd.v()[(e, odd)];
-                }
-                self.reduced[(i, m - 1)] = null;
-            }
+        svd.compute(bidiagonal.as_ref().submatrix(0, 0, odd, even))?;
+        for (first, count, vectors) in [(0, even, svd.v()), (1, odd, svd.u())] {
+            let from = self.basis.every_other(first, count).subrows(0, m);
+            let to = self.reduced.every_other_mut(first, count).subrows_mut(0, m);
+            matmul(to, Accum::Replace, from, vectors, 1.0, Par::Seq);
         }
         std::mem::swap(&mut self.basis, &mut self.reduced);
-        for l in 0..odd {
-            self.angles[l] = self.svd.s(l);
+        for (l, angle) in d.iter_mut().enumerate() {
+            *angle = svd.s(l);
         }
         Ok(())
     }
+}
+
+/// `x += w p_l - p w_l`: the difference first, so that the result stays exactly skew. Whole groups.
+#[inline(always)]
+fn update(x: &mut [f64], w: &[f64], p: &[f64], w_l: f64, p_l: f64) {
+    for ((x, w), p) in x.iter_mut().zip(w).zip(p) {
+        *x += w * p_l - p * w_l;
+    }
+}
+
+/// `x += factor y`. Whole groups.
+#[inline(always)]
+fn add(x: &mut [f64], factor: f64, y: &[f64]) {
+    for (x, y) in x.iter_mut().zip(y) {
+        *x += factor * y;
+    }
+}
+
+/// The unit `w` with `(I - 2 w w^T) x = alpha e_1`, or zero where `x` is so already; returns `alpha`.
+#[inline(always)]
+fn reflector(x: &[f64], w: &mut [f64]) -> f64 {
+    w.fill(0.0);
+    let largest = |x: &[f64]| x.iter().fold(0.0_f64, |s, x| s.max(x.abs()));
+    if x.len() < 2 || largest(&x[1..]) == 0.0 {
+        return x.first().copied().unwrap_or(0.0);
+    }
+    let scale = largest(x);
+    for (w, x) in w.iter_mut().zip(x) {
+        *w = x / scale;
+    }
+    let alpha = -dot(w, w).sqrt().copysign(w[0]);
+    w[0] -= alpha;
+    let length = dot(w, w).sqrt();
+    for w in w {
+        *w /= length;
+    }
+    scale * alpha
+}
+
+/// Scalar product in `LANES` partial sums.
+#[inline(always)]
+fn dot(x: &[f64], y: &[f64]) -> f64 {
+    let ((x, x_rest), (y, y_rest)) = (x.as_chunks::<LANES>(), y.as_chunks::<LANES>());
+    let mut sums = [0.0; LANES];
+    for (x, y) in x.iter().zip(y) {
+        for l in 0..LANES {
+            sums[l] += x[l] * y[l];
+        }
+    }
+    let rest: f64 = x_rest.iter().zip(y_rest).map(|(x, y)| x * y).sum();
+    sums.iter().sum::<f64>() + rest
 }
 
 /// Applies a function of `ad_L` to a skew matrix given in the Schur basis of `L`, in place.
@@ -221,14 +287,27 @@ impl SkewSchur {
 /// `function(x, sum)` returns real and imaginary part of the function at `i x`; `sum` tells the two apart.
 pub(crate) fn apply_ad_function(
     angles: &[f64],
-    mut skew: faer::MatMut<'_, f64>,
+    skew: MatMut<'_, f64>,
     function: impl Fn(f64, bool) -> (f64, f64),
+) {
+    let angle = |a: usize| angles.get(a).copied().unwrap_or(0.0);
+    apply_ad_by_planes(skew, |a, b| {
+        let (a, b) = (angle(a), angle(b));
+        [function(a - b, false), function(a + b, true)]
+    });
+}
+
+/// As [`apply_ad_function`], for `function(a, b)` of the numbers of two planes, which returns the values at the
+/// difference and at the sum of their angles; a null vector counts as the plane after the last, of angle 0.
+pub(crate) fn apply_ad_by_planes(
+    mut skew: MatMut<'_, f64>,
+    function: impl Fn(usize, usize) -> [(f64, f64); 2],
 ) {
     let m = skew.nrows();
     let rotate = |(re, im): (f64, f64), (x, y): (f64, f64)| (re * x - im * y, im * x + re * y);
     for b in 0..m / 2 {
         // The diagonal block is a multiple of J and commutes: the function at 0.
-        let entry = function(0.0, false).0 * skew[(2 * b + 1, 2 * b)];
+        let entry = function(b, b)[0].0 * skew[(2 * b + 1, 2 * b)];
         skew[(2 * b + 1, 2 * b)] = entry;
         skew[(2 * b, 2 * b + 1)] = -entry;
         for a in b + 1..m / 2 {
@@ -237,8 +316,9 @@ pub(crate) fn apply_ad_function(
             let (m10, m11) = (skew[(i + 1, j)], skew[(i + 1, j + 1)]);
             let commuting = (0.5 * (m00 + m11), 0.5 * (m10 - m01));
             let anticommuting = (0.5 * (m00 - m11), 0.5 * (m01 + m10));
-            let (p, q) = rotate(function(angles[a] - angles[b], false), commuting);
-            let (r, s) = rotate(function(angles[a] + angles[b], true), anticommuting);
+            let [difference, sum] = function(a, b);
+            let (p, q) = rotate(difference, commuting);
+            let (r, s) = rotate(sum, anticommuting);
             let block = [[p + r, s - q], [q + s, p - r]];
             for (di, row) in block.iter().enumerate() {
                 for (dj, &x) in row.iter().enumerate() {
@@ -250,7 +330,7 @@ pub(crate) fn apply_ad_function(
         if m % 2 == 1 {
             // Against the null vector: the row (x, y) belongs to the column (-x, -y), on which ad acts as i theta.
             let column = (skew[(2 * b, m - 1)], skew[(2 * b + 1, m - 1)]);
-            let (x, y) = rotate(function(angles[b], false), column);
+            let (x, y) = rotate(function(b, m / 2)[0], column);
             for (d, value) in [x, y].into_iter().enumerate() {
                 skew[(2 * b + d, m - 1)] = value;
                 skew[(m - 1, 2 * b + d)] = -value;

@@ -17,6 +17,9 @@ use crate::interrupt::Interrupt;
 /// Calls estimated below this many operations (a few milliseconds) run in place: a thread costs more than it brings.
 const SHORT: f64 = 1e7;
 
+/// Members of a batch share buffers in blocks of about this many operations, a tenth of a millisecond or so.
+const BLOCK: f64 = 3e5;
+
 /// How often a waiting call looks for Ctrl-C.
 const POLL: Duration = Duration::from_millis(50);
 
@@ -49,6 +52,12 @@ impl Call {
     /// Whether the call is worth sharing out.
     pub fn is_long(&self) -> bool {
         self.operations > SHORT
+    }
+
+    /// How many of the `len` members of a batch are a block: by the work alone, not by the number of threads.
+    pub fn block(&self, len: usize) -> usize {
+        let one = self.operations / len.max(1) as f64;
+        ((BLOCK / one.max(1.0)) as usize).clamp(1, 1024)
     }
 
     /// Runs `work` detached from the interpreter; an error of the core becomes the exception.

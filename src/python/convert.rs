@@ -135,13 +135,21 @@ fn read_batches<const N: usize>(
             shape: shape.clone(),
             rows,
             cols,
-            entries: array.as_array().iter().copied().collect(),
+            entries: entries_of(&array),
         }
     });
     Ok(std::array::from_fn(|_| match out.next() {
         Some(batch) => batch,
         None => unreachable!("one batch per object"),
     }))
+}
+
+/// The entries in C order.
+fn entries_of(array: &PyReadonlyArrayDyn<'_, f64>) -> Vec<f64> {
+    match array.as_slice() {
+        Ok(entries) => entries.to_vec(),
+        Err(_) => array.as_array().iter().copied().collect(),
+    }
 }
 
 /// Arrays of matrices, shape `(..., rows, cols)`.
@@ -182,10 +190,7 @@ pub fn parameters(
     name: &'static str,
 ) -> PyResult<(Vec<usize>, Vec<f64>)> {
     let array = float_array(object, name)?;
-    Ok((
-        array.shape().to_vec(),
-        array.as_array().iter().copied().collect(),
-    ))
+    Ok((array.shape().to_vec(), entries_of(&array)))
 }
 
 /// A new array of the given shape.
@@ -224,8 +229,29 @@ pub fn map_batch<const N: usize>(
     + Send
     + 'static,
 ) -> PyResult<Vec<f64>> {
+    let one = move |_: &mut (),
+                    batches: [&Batch; N],
+                    i: usize,
+                    out: &mut [f64],
+                    interrupt: Interrupt<'_>| { member(batches, i, out, interrupt) };
+    map_batch_with(py, call, batches, size, || (), one)
+}
+
+/// As [`map_batch`], with buffers made by `make` for a block of members; what they hold must not change a result.
+pub fn map_batch_with<W, const N: usize>(
+    py: Python<'_>,
+    call: &Call,
+    batches: [Batch; N],
+    size: usize,
+    make: impl Fn() -> W + Sync + Send + 'static,
+    member: impl Fn(&mut W, [&Batch; N], usize, &mut [f64], Interrupt<'_>) -> Result<(), Error>
+    + Sync
+    + Send
+    + 'static,
+) -> PyResult<Vec<f64>> {
     let (len, single) = (batches[0].len(), batches[0].shape.is_empty());
     let long = call.is_long();
+    let block = call.block(len);
     let mut out = Vec::new();
     let total = len
         .checked_mul(size)
@@ -238,23 +264,31 @@ pub fn map_batch<const N: usize>(
     out.resize(total, 0.0);
     let (failure, out) = call.run_any(py, move |interrupt| {
         let views = batches.each_ref();
-        let one = |(i, target): (usize, &mut [f64])| {
+        let one = |work: &mut W, i: usize, target: &mut [f64]| {
             let mut result = interrupt
                 .check("batch")
-                .and_then(|()| member(views, i, target, interrupt));
+                .and_then(|()| member(work, views, i, target, interrupt));
             if result.is_ok() && !target.iter().all(|x| x.is_finite()) {
                 result = Err(Error::Overflow { quantity: "result" });
             }
             result.err().map(|error| (i, error))
         };
+        let block_of = |(b, targets): (usize, &mut [f64])| {
+            let work = &mut make();
+            let mut members = targets.chunks_mut(size).enumerate();
+            members.find_map(|(i, target)| one(work, b * block + i, target))
+        };
         // An empty result (checks only) still has members to visit.
         let failure = if size == 0 {
-            (0..len).find_map(|i| one((i, &mut [])))
+            let work = &mut make();
+            (0..len).find_map(|i| one(work, i, &mut []))
         } else if long && len > 1 {
-            let failures = out.par_chunks_mut(size).enumerate().filter_map(one);
-            failures.min_by_key(|(i, _)| *i)
+            let blocks = out.par_chunks_mut(size * block).enumerate();
+            blocks.filter_map(block_of).min_by_key(|(i, _)| *i)
         } else {
-            out.chunks_mut(size).enumerate().find_map(one)
+            let work = &mut make();
+            let mut members = out.chunks_mut(size).enumerate();
+            members.find_map(|(i, target)| one(work, i, target))
         };
         (failure, out)
     })?;

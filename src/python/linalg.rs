@@ -1,21 +1,128 @@
 //! `skew_exp` and `orthogonal_log` for arrays.
 
-use numpy::PyArrayDyn;
+use std::cell::RefCell;
+use std::thread::LocalKey;
+
+use faer::{MatMut, MatRef};
+use numpy::ndarray::ArrayView2;
+use numpy::{PyArray2, PyArrayMethods, PyUntypedArrayMethods, ToPyArray};
 use pyo3::prelude::*;
 
 use super::call::Call;
-use super::convert::{Batch, map_batch, matrices, to_array, write};
-use super::error::invalid_input;
-use crate::error::Result;
-use faer::{Mat, MatRef};
+use super::convert::{Batch, map_batch_with, matrices, to_array};
+use super::error::{invalid_input, to_exception};
+use crate::error::{Error, Result};
+use crate::linalg::{OrthogonalLog, SkewExp};
 
-fn square_map<'py>(
+/// Up to this size one matrix is computed where it stands, in buffers that the thread keeps.
+const SMALL: usize = 128;
+
+/// Up to this size it takes less than some ten microseconds, and the interpreter is not left for it.
+const TINY: usize = 24;
+
+/// A function of a square matrix with its buffers.
+trait Kernel: Sized + Send + 'static {
+    const NAME: &'static str;
+    fn kept() -> &'static LocalKey<RefCell<Option<Kept<Self>>>>;
+    fn make(m: usize) -> Self;
+    fn apply(&mut self, out: MatMut<'_, f64>, a: MatRef<'_, f64>) -> Result<()>;
+}
+
+/// The buffers of the last size.
+struct Kept<K> {
+    m: usize,
+    kernel: K,
+    out: Vec<f64>,
+}
+
+thread_local! {
+    static EXP: RefCell<Option<Kept<SkewExp>>> = const { RefCell::new(None) };
+    static LOG: RefCell<Option<Kept<OrthogonalLog>>> = const { RefCell::new(None) };
+}
+
+impl Kernel for SkewExp {
+    const NAME: &'static str = "A";
+    fn kept() -> &'static LocalKey<RefCell<Option<Kept<Self>>>> {
+        &EXP
+    }
+    fn make(m: usize) -> Self {
+        SkewExp::new(m)
+    }
+    fn apply(&mut self, out: MatMut<'_, f64>, a: MatRef<'_, f64>) -> Result<()> {
+        self.checked_into(out, a)
+    }
+}
+
+impl Kernel for OrthogonalLog {
+    const NAME: &'static str = "Q";
+    fn kept() -> &'static LocalKey<RefCell<Option<Kept<Self>>>> {
+        &LOG
+    }
+    fn make(m: usize) -> Self {
+        OrthogonalLog::new(m)
+    }
+    fn apply(&mut self, out: MatMut<'_, f64>, a: MatRef<'_, f64>) -> Result<()> {
+        self.checked_into(out, a)
+    }
+}
+
+fn square_map<'py, K: Kernel>(
     py: Python<'py>,
     object: &Bound<'py, PyAny>,
-    name: &'static str,
     num_threads: Option<i64>,
-    function: impl Fn(MatRef<'_, f64>) -> Result<Mat<f64>> + Sync + Send + 'static,
-) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+) -> PyResult<Bound<'py, PyAny>> {
+    if let Ok(array) = object.cast::<PyArray2<f64>>()
+        && let &[m, cols] = array.shape()
+        && m == cols
+        && (1..=SMALL).contains(&m)
+        && array.data().is_aligned()
+        && array.is_c_contiguous()
+        && let Ok(entries) = array.to_vec()
+    {
+        Call::new(py, num_threads, 0.0)?;
+        return small::<K>(py, &entries, m);
+    }
+    batch::<K>(py, object, num_threads)
+}
+
+/// One small matrix.
+fn small<'py, K: Kernel>(
+    py: Python<'py>,
+    entries: &[f64],
+    m: usize,
+) -> PyResult<Bound<'py, PyAny>> {
+    K::kept().with_borrow_mut(|slot| {
+        if slot.as_ref().is_none_or(|kept| kept.m != m) {
+            *slot = None;
+        }
+        let Kept { kernel, out, .. } = slot.get_or_insert_with(|| Kept {
+            m,
+            kernel: K::make(m),
+            out: vec![0.0; m * m],
+        });
+        let mut work = || {
+            kernel.apply(
+                MatMut::from_row_major_slice_mut(out, m, m),
+                MatRef::from_row_major_slice(entries, m, m),
+            )
+        };
+        let mut result = if m <= TINY { work() } else { py.detach(work) };
+        if result.is_ok() && !out.iter().all(|x| x.is_finite()) {
+            result = Err(Error::Overflow { quantity: "result" });
+        }
+        result.map_err(|error| to_exception(py, &error, ""))?;
+        let view = ArrayView2::from_shape((m, m), out.as_slice());
+        let view = view.map_err(|error| invalid_input(py, error.to_string()))?;
+        Ok(view.to_pyarray(py).into_any())
+    })
+}
+
+fn batch<'py, K: Kernel>(
+    py: Python<'py>,
+    object: &Bound<'py, PyAny>,
+    num_threads: Option<i64>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let name = K::NAME;
     let [batch] = matrices([(object, name)])?;
     let (rows, cols) = (batch.rows, batch.cols);
     let call = Call::new(
@@ -30,11 +137,19 @@ fn square_map<'py>(
         let message = format!("{name}: expected shape {expected}, found (..., {rows}, {cols})");
         return Err(invalid_input(py, message));
     }
-    let one = move |[batch]: [&Batch; 1], i: usize, out: &mut [f64], _: crate::Interrupt<'_>| {
-        write(function(batch.get(i))?.as_ref(), out);
-        Ok(())
+    let one = move |kernel: &mut K,
+                    [batch]: [&Batch; 1],
+                    i: usize,
+                    out: &mut [f64],
+                    _: crate::Interrupt<'_>| {
+        kernel.apply(
+            MatMut::from_row_major_slice_mut(out, rows, rows),
+            batch.get(i),
+        )
     };
-    to_array(py, map_batch(py, &call, [batch], rows * cols, one)?, &shape)
+    let make = move || K::make(rows);
+    let entries = map_batch_with(py, &call, [batch], rows * cols, make, one)?;
+    Ok(to_array(py, entries, &shape)?.into_any())
 }
 
 /// Exponential of a skew-symmetric matrix: a rotation, orthogonal to round-off.
@@ -58,7 +173,7 @@ fn square_map<'py>(
 ///
 /// Notes
 /// -----
-/// Closed forms for ``m <= 3``; even and odd Taylor parts in ``A^2`` with squaring for moderate norms, the real
+/// Closed forms for ``m <= 3``; even and odd polynomials in ``A^2`` with squaring for moderate norms, the real
 /// Schur form of Ward and Gray (1978) for large ones.
 ///
 /// Examples
@@ -74,8 +189,8 @@ pub fn skew_exp<'py>(
     py: Python<'py>,
     A: &Bound<'py, PyAny>,
     num_threads: Option<i64>,
-) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-    square_map(py, A, "A", num_threads, crate::linalg::skew_exp)
+) -> PyResult<Bound<'py, PyAny>> {
+    square_map::<SkewExp>(py, A, num_threads)
 }
 
 /// Principal skew logarithm of a rotation: real, skew, all angles below pi.
@@ -102,8 +217,8 @@ pub fn skew_exp<'py>(
 ///
 /// Notes
 /// -----
-/// Closed forms for ``m <= 3``; above, the symmetric eigenproblem of ``(Q + Q^T) / 2``, the skew Schur form inside of
-/// each group of equal cosines, and one Newton correction.
+/// Closed forms for ``m <= 3``; above, the skew Schur form of ``(Q - Q^T) / 2``, or the symmetric eigenproblem of
+/// ``(Q + Q^T) / 2`` and the skew Schur form inside of each group of equal cosines, and one Newton correction.
 ///
 /// Examples
 /// --------
@@ -118,6 +233,6 @@ pub fn orthogonal_log<'py>(
     py: Python<'py>,
     Q: &Bound<'py, PyAny>,
     num_threads: Option<i64>,
-) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-    square_map(py, Q, "Q", num_threads, crate::linalg::orthogonal_log)
+) -> PyResult<Bound<'py, PyAny>> {
+    square_map::<OrthogonalLog>(py, Q, num_threads)
 }
