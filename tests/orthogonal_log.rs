@@ -488,3 +488,23 @@ fn log_refuses_bad_input() {
         "{error:?}"
     );
 }
+
+/// Both sides of the switch to the series: the two ways agree, and small rotations are right relative to their size.
+#[test]
+fn small_rotations_are_right_relative_to_their_size() {
+    let mut rng = Rng::new(77);
+    let mut worst = Worst::new("log(exp A) against A, relative to m");
+    for m in [4, 5, 6, 12, 30, 50, 100] {
+        for size in [0.05, 0.033, 0.031, 0.01, 1e-4, 1e-8, 1e-12, 1e-100, 1e-300] {
+            let a = random_skew(m, size, &mut rng);
+            let found = orthogonal_log(skew_exp(a.as_ref()).unwrap().as_ref()).unwrap();
+            let error = distance(&(found * Scale(1.0 / size)), &(&a * Scale(1.0 / size)));
+            // The basis of planes (angles above 0.03) leaves an absolute error.
+            let allowed = if size > 0.03 { 1.0 / size } else { 1.0 };
+            worst.see(error / (m as f64 * allowed), || {
+                format!("m = {m}, size {size}")
+            });
+        }
+    }
+    worst.assert_at_most(1e-15);
+}

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | 1, 2 | 0; the angle of a plane rotation |
 //! | 3 | the unit quaternion, largest component first, and `2 atan2(|v|, w)` |
+//! | all angles below 0.03 | series of the inverse hyperbolic sine of `(Q - Q^T)/2`: relative accuracy for the smallest rotation |
 //! | to 128, sines of the angles apart | Schur form of the skew part `(Q - Q^T)/2`, cosines from `V^T Q V`; one Newton correction in that basis |
 //! | any other | symmetric eigenproblem of `(Q + Q^T)/2`; inside each group of equal cosines the Schur form of the skew part; the same correction |
 //!
@@ -41,6 +42,12 @@ const SINES: usize = 128;
 /// is singular there, so the correction leaves them alone.
 const NEAR_TWO_PI: f64 = 1e-4;
 
+/// `m - tr Q` below which the series is used: no angle is above the square root of this.
+const NEAR_IDENTITY: f64 = 1e-3;
+
+/// `asinh(x) / x` in `x^2`, up to the degree that is exact for `|x|^2 <= NEAR_IDENTITY`.
+const ASINH: [f64; 5] = [1.0, -1.0 / 6.0, 3.0 / 40.0, -5.0 / 112.0, 35.0 / 1152.0];
+
 /// Principal logarithm of a rotation: the skew `L` with `e^L = Q` and all angles below pi.
 ///
 /// ```math
@@ -51,7 +58,8 @@ const NEAR_TWO_PI: f64 = 1e-4;
 /// * `q` - orthogonal of determinant +1, shape `(m, m)`, `|Q^T Q - I|_F <= ORTHOGONALITY_TOLERANCE`
 /// # Accuracy
 /// Backward error `|e^L - Q|_F` at most 1e-13 at `m = 50`, repeated and clustered angles, angles of
-/// `pi - 1e-10` and permutations included. Asserted in `tests/orthogonal_log.rs`.
+/// `pi - 1e-10` and permutations included; error relative to `|L|` a few `m eps` where all angles are below 0.03. Asserted
+/// in `tests/orthogonal_log.rs` and, against 60 digits, in `tests/python/test_accuracy.py`.
 /// # Errors
 /// `Shape`, `NonFinite`, `NotOrthonormal`; `OutsideLogDomain` for determinant -1 or an angle that is pi to
 /// working precision (closer than `4 m eps`).
@@ -236,6 +244,10 @@ impl General {
     fn log_into(&mut self, out: MatMut<'_, f64>, q: MatRef<'_, f64>) -> Result<()> {
         let m = q.nrows();
         self.skew.set_skew_part(1.0, q);
+        if (0..m).map(|i| 1.0 - q[(i, i)]).sum::<f64>() < NEAR_IDENTITY {
+            self.by_series(out);
+            return Ok(());
+        }
         if m > SINES || !self.planes_by_sines(q)? {
             self.planes_by_cosines(q)?;
             self.turn(q);
@@ -243,6 +255,30 @@ impl General {
         self.correct();
         self.assemble(out);
         Ok(())
+    }
+
+    /// `L = asinh(K)` of the skew part `K = sinh(L)`: relative to the size of `L`, where a basis of planes would leave an
+    /// error of `eps`.
+    fn by_series(&mut self, out: MatMut<'_, f64>) {
+        let square = &mut self.turned;
+        square.set_product(Accum::Replace, 1.0, self.skew.view(), self.skew.view());
+        square.reflect_product(Symmetry::Symmetric);
+        let (mut sum, mut next) = (&mut self.work, &mut self.basis);
+        let [lower @ .., last] = ASINH;
+        for (target, source) in sum.lanes_mut().iter_mut().zip(square.lanes()) {
+            *target = source.map(|x| last * x);
+        }
+        let [first @ .., constant] = lower;
+        sum.add_to_diagonal(constant);
+        for coefficient in first.into_iter().rev() {
+            next.set_product(Accum::Replace, 1.0, square.view(), sum.view());
+            next.reflect_product(Symmetry::Symmetric);
+            next.add_to_diagonal(coefficient);
+            std::mem::swap(&mut sum, &mut next);
+        }
+        next.set_product(Accum::Replace, 1.0, self.skew.view(), sum.view());
+        next.reflect(Symmetry::Skew);
+        next.write(out);
     }
 
     /// `turned = B^T Q B`.
