@@ -1,7 +1,7 @@
 //! Eight numbers at a time, one curve parameter each: arithmetic and elementary functions without branches.
 //!
 //! The loops over the eight lanes are left to the compiler, which turns them into vector instructions when the caller
-//! runs inside of [`vectorised`]. No fused multiply-add is used, so every processor gives the same bits.
+//! runs inside of [`vectorised`](super::simd::vectorised). No fused multiply-add is used, so every processor gives the same bits.
 //!
 //! # Source
 //! Polynomials and the splitting of pi/2: Sun's fdlibm (`k_sin.c`, `k_cos.c`, `s_atan.c`, `e_rem_pio2.c`), in a form
@@ -11,14 +11,6 @@ use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 /// How many lanes: one AVX-512 register, two of AVX2, four of SSE2 or NEON.
 pub(crate) const LANES: usize = 8;
-
-/// Runs `work` compiled for the widest vector instructions that this processor has.
-///
-/// Everything that is to profit must be inlined into `work`.
-#[inline(always)]
-pub(crate) fn vectorised<R>(work: impl FnOnce() -> R) -> R {
-    pulp::Arch::new().dispatch(work)
-}
 
 /// Eight numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]

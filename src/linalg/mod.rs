@@ -13,6 +13,7 @@ pub(crate) mod lanes;
 pub mod lyapunov;
 pub mod orthogonal_log;
 pub mod product;
+pub(crate) mod simd;
 pub mod skew_exp;
 pub mod skew_schur;
 mod square;

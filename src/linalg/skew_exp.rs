@@ -22,8 +22,9 @@ use std::f64::consts::FRAC_1_SQRT_2;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 
+use super::simd::vectorised;
 use super::skew_schur::SkewSchur;
-use super::square::{LANES, Square, Symmetry, vectorised};
+use super::square::{LANES, Square, Symmetry};
 use super::structure::{
     SAFE_SQUARES, check_finite, check_range, check_shape, check_square, norm, skew_defect,
 };

@@ -14,7 +14,8 @@ use faer::{Accum, Mat, MatMut, MatRef, Par};
 
 use super::bidiagonal::diagonalise;
 use super::decomp::Svd;
-use super::square::{LANES, Square, vectorised};
+use super::simd::vectorised;
+use super::square::{LANES, Square};
 use crate::error::{Error, Result};
 
 /// Matrices with no entry above or all below are scaled first, by a power of two.

@@ -8,17 +8,13 @@ use faer::prelude::*;
 use faer::{Accum, MatMut, MatRef, Par};
 use triangular::BlockStructure::{Rectangular, TriangularLower};
 
+use super::simd::vectorised;
+
 /// Sizes are padded to a multiple of this, the edge of a tile.
 pub(crate) const LANES: usize = 8;
 
 /// From this size on, half of a symmetric product and its reflection cost less than the whole product.
 const TRIANGULAR: usize = 80;
-
-/// Runs a loop compiled for the vector unit that this processor has.
-#[inline(always)]
-pub(crate) fn vectorised<R>(work: impl FnOnce() -> R) -> R {
-    pulp::Arch::new().dispatch(work)
-}
 
 /// `m x m` in columns of padded length; the padding stays zero.
 pub(crate) struct Square {

@@ -91,30 +91,30 @@ fn small<'py, K: Kernel>(
     entries: &[f64],
     m: usize,
 ) -> PyResult<Bound<'py, PyAny>> {
-    K::kept().with_borrow_mut(|slot| {
-        if slot.as_ref().is_none_or(|kept| kept.m != m) {
-            *slot = None;
-        }
-        let Kept { kernel, out, .. } = slot.get_or_insert_with(|| Kept {
-            m,
-            kernel: K::make(m),
-            out: vec![0.0; m * m],
-        });
-        let mut work = || {
-            kernel.apply(
-                MatMut::from_row_major_slice_mut(out, m, m),
-                MatRef::from_row_major_slice(entries, m, m),
-            )
-        };
-        let mut result = if m <= TINY { work() } else { py.detach(work) };
-        if result.is_ok() && !out.iter().all(|x| x.is_finite()) {
-            result = Err(Error::Overflow { quantity: "result" });
-        }
-        result.map_err(|error| to_exception(py, &error, ""))?;
-        let view = ArrayView2::from_shape((m, m), out.as_slice());
-        let view = view.map_err(|error| invalid_input(py, error.to_string()))?;
-        Ok(view.to_pyarray(py).into_any())
-    })
+    // Taken out while in use: making the result may run any Python code, this function included.
+    let kept = K::kept().take().filter(|kept| kept.m == m);
+    let mut kept = kept.unwrap_or_else(|| Kept {
+        m,
+        kernel: K::make(m),
+        out: vec![0.0; m * m],
+    });
+    let Kept { kernel, out, .. } = &mut kept;
+    let mut work = || {
+        kernel.apply(
+            MatMut::from_row_major_slice_mut(out, m, m),
+            MatRef::from_row_major_slice(entries, m, m),
+        )
+    };
+    let mut result = if m <= TINY { work() } else { py.detach(work) };
+    if result.is_ok() && !out.iter().all(|x| x.is_finite()) {
+        result = Err(Error::Overflow { quantity: "result" });
+    }
+    result.map_err(|error| to_exception(py, &error, ""))?;
+    let view = ArrayView2::from_shape((m, m), out.as_slice());
+    let view = view.map_err(|error| invalid_input(py, error.to_string()))?;
+    let array = view.to_pyarray(py).into_any();
+    K::kept().set(Some(kept));
+    Ok(array)
 }
 
 fn batch<'py, K: Kernel>(
