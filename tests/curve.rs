@@ -108,7 +108,7 @@ fn control_points_are_retractions_of_a_third_of_the_velocities() {
         let curve = data.curve();
         let inner1 = retract(&data.s0, &(&data.v0 * Scale(1.0 / 3.0)));
         let inner2 = retract(&data.s1, &(&data.v1 * Scale(-1.0 / 3.0)));
-        let [p0, p1, p2, p3] = curve.control_points();
+        let [p0, p1, p2, p3] = &curve.control_points();
         for (found, expected) in [(p0, &data.s0), (p1, &inner1), (p2, &inner2), (p3, &data.s1)] {
             assert_close(
                 found,
@@ -126,7 +126,7 @@ fn from_control_points_is_from_boundary() {
     let mut worst = Worst::new("from_control_points - from_boundary");
     for size in SIZES {
         let curve = Boundary::random(size, 1.0, 1.5, &mut rng).curve();
-        let again = through(curve.control_points());
+        let again = through(&curve.control_points());
         for t in TIMES {
             worst.see(
                 distance(&curve.point(t).unwrap(), &again.point(t).unwrap()),
@@ -200,7 +200,7 @@ fn equals_the_papers_algorithm_with_n_by_n_matrices() {
             for t in TIMES {
                 let error = distance(
                     &curve.point(t).unwrap(),
-                    &paper_curve(curve.control_points(), t),
+                    &paper_curve(&curve.control_points(), t),
                 );
                 worst.see(error, || format!("{size:?}, distance {distance_}, t = {t}"));
             }
@@ -455,8 +455,7 @@ fn bad_boundary_data_are_refused() {
 fn bad_control_points_are_refused() {
     let points = Boundary::random((4, 2), 1.0, 1.0, &mut Rng::new(53))
         .curve()
-        .control_points()
-        .clone();
+        .control_points();
     let with = |replacement: Mat<f64>| {
         let [a, b, _, d] = points.each_ref().map(|p| p.as_ref());
         GeometricCubic::from_control_points([a, b, replacement.as_ref(), d]).err()

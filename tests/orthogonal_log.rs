@@ -52,7 +52,7 @@ fn log_of_random_angles() {
 fn log_of_identity_is_exactly_zero() {
     for m in 1..=60 {
         let log = orthogonal_log(identity(m).as_ref()).unwrap();
-        assert_eq!(log, Mat::zeros(m, m), "m = {m}");
+        assert_eq!(log, Mat::<f64>::zeros(m, m), "m = {m}");
     }
 }
 

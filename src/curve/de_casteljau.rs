@@ -19,7 +19,7 @@
 use faer::prelude::*;
 use faer::{Mat, MatMut, MatRef};
 
-use super::span::Span;
+use super::span::{self, Span};
 use super::{Curve, check_parameter};
 use crate::error::{Error, Result};
 use crate::linalg::jet::Jet;
@@ -65,7 +65,8 @@ const LANE_COLUMNS: usize = 64;
 /// ```
 #[derive(Debug, Clone)]
 pub struct GeometricPolynomial {
-    control_points: Vec<Mat<f64>>,
+    /// The control points in the coordinates of the frame.
+    points: Vec<Mat<f64>>,
     /// Orthonormal basis of the span of the control points, where that is smaller than `R^n`.
     frame: Option<Mat<f64>>,
     /// The quasi-geodesics between consecutive control points, in the coordinates of the frame.
@@ -95,23 +96,20 @@ impl GeometricPolynomial {
         let low: Vec<_> = points.iter().map(|point| span.down(*point)).collect();
         let legs = low
             .windows(2)
-            .map(|pair| QuasiGeodesic::between(pair[0].as_ref(), pair[1].as_ref()));
-        Self::of_legs(
-            points.iter().map(|&point| point.to_owned()).collect(),
-            span,
-            legs.collect::<Result<_>>()?,
-        )
+            .map(|pair| QuasiGeodesic::between(pair[0].as_ref(), pair[1].as_ref()))
+            .collect::<Result<_>>()?;
+        Self::of_legs(low, span, legs)
     }
 
-    /// From legs that are known already, in the coordinates of the span.
+    /// From control points and legs in the coordinates of the span.
     pub(super) fn of_legs(
-        control_points: Vec<Mat<f64>>,
+        points: Vec<Mat<f64>>,
         span: Span,
         legs: Vec<QuasiGeodesic>,
     ) -> Result<Self> {
         let lane_legs = legs.iter().map(LaneLeg::new).collect::<Result<_>>()?;
         let curve = GeometricPolynomial {
-            control_points,
+            points,
             frame: span.into_basis(),
             legs,
             lane_legs,
@@ -120,9 +118,9 @@ impl GeometricPolynomial {
         Ok(curve)
     }
 
-    /// The control points, each of shape `(n, k)`.
-    pub fn control_points(&self) -> &[Mat<f64>] {
-        &self.control_points
+    /// The control points, each of shape `(n, k)`; lifted from the frame, so as given to round-off.
+    pub fn control_points(&self) -> Vec<Mat<f64>> {
+        span::lifted(self.frame.as_ref(), &self.points)
     }
 
     /// One less than the number of control points.
@@ -200,11 +198,11 @@ impl Curve for GeometricPolynomial {
     type Workspace = Workspace;
 
     fn n(&self) -> usize {
-        self.control_points[0].nrows()
+        span::rows(self.frame.as_ref(), &self.points)
     }
 
     fn k(&self) -> usize {
-        self.control_points[0].ncols()
+        self.points[0].ncols()
     }
 
     fn frame(&self) -> Option<MatRef<'_, f64>> {

@@ -6,7 +6,7 @@
 
 use faer::{Mat, MatRef};
 
-use super::span::Span;
+use super::span::{self, Span};
 use super::{Curve, check_parameter};
 use crate::error::{Error, Result};
 use crate::linalg::jet::Jet;
@@ -28,7 +28,8 @@ use crate::manifold::{Geodesic, normal_frame};
 /// the unique shortest one, and the curve is smooth.
 #[derive(Debug, Clone)]
 pub struct GeodesicPolynomial {
-    control_points: Vec<Mat<f64>>,
+    /// The control points in the coordinates of the frame.
+    points: Vec<Mat<f64>>,
     frame: Option<Mat<f64>>,
     legs: Vec<Geodesic>,
     reduced: Stiefel,
@@ -68,16 +69,16 @@ impl GeodesicPolynomial {
             })
         };
         Ok(GeodesicPolynomial {
-            control_points: points.iter().map(|&point| point.to_owned()).collect(),
             legs: low.windows(2).enumerate().map(leg).collect::<Result<_>>()?,
             reduced: Stiefel::new(low[0].nrows(), manifold.k())?,
+            points: low,
             frame: span.into_basis(),
         })
     }
 
-    /// The control points, each of shape `(n, k)`.
-    pub fn control_points(&self) -> &[Mat<f64>] {
-        &self.control_points
+    /// The control points, each of shape `(n, k)`; lifted from the frame, so as given to round-off.
+    pub fn control_points(&self) -> Vec<Mat<f64>> {
+        span::lifted(self.frame.as_ref(), &self.points)
     }
 
     /// One less than the number of control points.
@@ -90,7 +91,7 @@ impl Curve for GeodesicPolynomial {
     type Workspace = Workspace;
 
     fn n(&self) -> usize {
-        self.control_points[0].nrows()
+        span::rows(self.frame.as_ref(), &self.points)
     }
 
     fn k(&self) -> usize {

@@ -69,26 +69,18 @@ impl GeometricCubic {
         manifold.check_point("S1", s1, POINT_TOLERANCE)?;
         manifold.check_tangent("V1", s1, v1, TANGENT_TOLERANCE)?;
         let span = Span::of(&[s0, v0, s1, v1]);
-        let first = QuasiGeodesic::from_velocity(
-            span.down(s0).as_ref(),
-            (span.down(v0) * Scale(1.0 / 3.0)).as_ref(),
-        )?;
-        let last = QuasiGeodesic::from_velocity(
-            span.down(s1).as_ref(),
-            (span.down(v1) * Scale(-1.0 / 3.0)).as_ref(),
-        )?;
+        let [low0, low1] = [s0, s1].map(|s| span.down(s));
+        let third = |v: MatRef<'_, f64>, factor: f64| span.down(v) * Scale(factor / 3.0);
+        let first = QuasiGeodesic::from_velocity(low0.as_ref(), third(v0, 1.0).as_ref())?;
+        let last = QuasiGeodesic::from_velocity(low1.as_ref(), third(v1, -1.0).as_ref())?;
         let inner = [first.point(1.0)?, last.point(1.0)?];
         check_principal("V0", &first, &inner[0])?;
         check_principal("V1", &last, &inner[1])?;
         let middle = QuasiGeodesic::between(inner[0].as_ref(), inner[1].as_ref())?;
-        let control_points = vec![
-            s0.to_owned(),
-            span.up(&inner[0]),
-            span.up(&inner[1]),
-            s1.to_owned(),
-        ];
+        let [inner0, inner1] = inner;
+        let points = vec![low0, inner0, inner1, low1];
         let legs = vec![first, middle, last.reversed()?];
-        GeometricPolynomial::of_legs(control_points, span, legs).map(GeometricCubic)
+        GeometricPolynomial::of_legs(points, span, legs).map(GeometricCubic)
     }
 
     /// The curve with the given control points, each of shape `(n, k)`.
@@ -100,11 +92,11 @@ impl GeometricCubic {
         GeometricPolynomial::new(&points).map(GeometricCubic)
     }
 
-    /// The four control points, each of shape `(n, k)`.
-    pub fn control_points(&self) -> &[Mat<f64>; 4] {
-        match self.0.control_points().first_chunk() {
-            Some(points) => points,
-            None => unreachable!("a cubic has four"),
+    /// The four control points, each of shape `(n, k)`; lifted from the frame, so as given to round-off.
+    pub fn control_points(&self) -> [Mat<f64>; 4] {
+        match <[Mat<f64>; 4]>::try_from(self.0.control_points()) {
+            Ok(points) => points,
+            Err(_) => unreachable!("a cubic has four"),
         }
     }
 }

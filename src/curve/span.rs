@@ -34,12 +34,18 @@ impl Span {
             .map_or_else(|| a.to_owned(), |e| e.transpose() * a)
     }
 
-    /// The matrix with the given coordinates.
-    pub(crate) fn up(&self, a: &Mat<f64>) -> Mat<f64> {
-        self.basis.as_ref().map_or_else(|| a.clone(), |e| e * a)
-    }
-
     pub(crate) fn into_basis(self) -> Option<Mat<f64>> {
         self.basis
     }
+}
+
+/// The matrices with the given coordinates in a frame, or themselves where there is none.
+pub(crate) fn lifted(frame: Option<&Mat<f64>>, points: &[Mat<f64>]) -> Vec<Mat<f64>> {
+    let lift = |point: &Mat<f64>| frame.map_or_else(|| point.clone(), |frame| frame * point);
+    points.iter().map(lift).collect()
+}
+
+/// Rows of what [`lifted`] gives.
+pub(crate) fn rows(frame: Option<&Mat<f64>>, points: &[Mat<f64>]) -> usize {
+    frame.unwrap_or(&points[0]).nrows()
 }

@@ -48,10 +48,17 @@ impl Pieces {
         }
     }
 
-    fn control_points(&self) -> &[Mat<f64>] {
+    fn control_points(&self) -> Vec<Mat<f64>> {
         match self {
             Pieces::QuasiGeodesic(curve) => curve.control_points(),
             Pieces::Geodesic(curve) => curve.control_points(),
+        }
+    }
+
+    fn degree(&self) -> usize {
+        match self {
+            Pieces::QuasiGeodesic(curve) => curve.degree(),
+            Pieces::Geodesic(curve) => curve.degree(),
         }
     }
 }
@@ -129,7 +136,7 @@ impl PyGeometricPolynomial {
     /// One less than the number of control points.
     #[getter]
     fn degree(&self) -> usize {
-        self.0.control_points().len() - 1
+        self.0.degree()
     }
 }
 
@@ -261,7 +268,7 @@ impl PyGeometricCubic {
     #[staticmethod]
     fn from_control_points(py: Python<'_>, P: &Bound<'_, PyAny>) -> PyResult<Py<Self>> {
         let curve = polynomial(py, P, QUASI_GEODESIC)?;
-        let found = curve.control_points().len();
+        let found = curve.degree() + 1;
         if found == 4 {
             return Py::new(py, Self::wrap(curve));
         }
