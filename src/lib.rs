@@ -14,10 +14,13 @@
 //! * symplectic integrators from discretization maps, in charts of `St(3,1)` and `St(3,2)`: [`chart`].
 //!
 //! The geometry of the manifold, for the whole alpha family of metrics with the canonical and the Euclidean one:
-//! [`Retraction`]s with their inverses, [`ParallelTransport`] along geodesics, curvature, Riemannian gradients and Hessians.
+//! exponential, logarithm and [`Geodesic`]s, [`Retraction`]s with their inverses, [`ParallelTransport`], curvature,
+//! Riemannian gradients and Hessians. De Casteljau curves of any degree: [`GeometricPolynomial`], [`GeodesicPolynomial`].
 //!
 //! Below these are the exponential and logarithm of rotations ([`skew_exp()`], [`orthogonal_log()`]), the manifold
 //! ([`Stiefel`]), and a damped Newton solver ([`newton`]).
+//!
+//! Which algorithm each kernel uses, how accurate and how fast it is: [`guide`].
 //!
 //! Matrices are [`faer`]'s, states of a chart [`nalgebra`]'s. Input is checked once, at the public entry; every
 //! failure is an [`Error`] with the measured number. No code of the crate is `unsafe`.
@@ -28,6 +31,7 @@
 pub mod chart;
 pub mod curve;
 pub mod error;
+pub mod guide;
 pub mod interrupt;
 pub mod linalg;
 pub mod manifold;

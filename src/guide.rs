@@ -1,0 +1,10 @@
+//! Pages beside the reference; the same files are in the folder `docs` of the repository.
+
+#[doc = include_str!("../docs/algorithms.md")]
+pub mod algorithms {}
+
+#[doc = include_str!("../docs/accuracy.md")]
+pub mod accuracy {}
+
+#[doc = include_str!("../docs/benchmarks.md")]
+pub mod benchmarks {}
