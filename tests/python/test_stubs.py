@@ -69,7 +69,9 @@ def test_public_members_are_documented(name):
     assert listed or inspect.getdoc(DOCUMENTED[name]), f"{name} has no docstring"
 
 
-@pytest.mark.parametrize("name", ["Chart", "GeometricCubic", "GeometricPolynomial", "QuasiGeodesic", "Stiefel", "orthogonal_log", "skew_exp"])
+@pytest.mark.parametrize(
+    "name", ["Chart", "GeometricCubic", "GeometricPolynomial", "QuasiGeodesic", "Stiefel", "orthogonal_log", "skew_exp"]
+)
 def test_entry_points_have_an_example(name):
     assert doctest.DocTestParser().get_examples(getattr(stiefel_rs, name).__doc__), f"{name} has no example"
 
@@ -83,7 +85,9 @@ def test_examples_run(name):
     assert results.attempted > 0
 
 
-@pytest.mark.parametrize("name", ["Chart", "GeometricCubic", "GeometricPolynomial", "QuasiGeodesic", "Stiefel", "orthogonal_log", "skew_exp"])
+@pytest.mark.parametrize(
+    "name", ["Chart", "GeometricCubic", "GeometricPolynomial", "QuasiGeodesic", "Stiefel", "orthogonal_log", "skew_exp"]
+)
 def test_signatures_can_be_read(name):
     value = getattr(stiefel_rs, name)
     members = [value] if not inspect.isclass(value) else [m for n, m in vars(value).items() if not n.startswith("_")]
