@@ -20,7 +20,7 @@ use faer::prelude::*;
 use faer::{Mat, MatMut, MatRef};
 
 use super::span::{self, Span};
-use super::{Curve, check_parameter};
+use super::{Curve, branch, check_parameter};
 use crate::error::{Error, Result};
 use crate::linalg::jet::Jet;
 use crate::linalg::lane_matrix::LaneMatrix;
@@ -31,7 +31,6 @@ use crate::manifold::lane_join::{LaneJoin, Margin};
 use crate::manifold::lane_leg::{LaneLeg, LaneLegWork};
 use crate::manifold::quasi_geodesic::{EndpointProblem, Evaluation};
 use crate::manifold::quasi_geodesic_jet::MovingQuasiGeodesic;
-use crate::manifold::stiefel::{POINT_TOLERANCE, Stiefel};
 
 /// Further outside of `[0, 1]` the weights of the two ends cancel: the careful route.
 const LANE_RANGE: f64 = 2.0;
@@ -81,19 +80,7 @@ impl GeometricPolynomial {
     /// `Shape`, `NonFinite`, `NotOrthonormal`; `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents` where two
     /// consecutive points cannot be joined; `BranchJump` where intermediate points cannot.
     pub fn new(points: &[MatRef<'_, f64>]) -> Result<Self> {
-        if points.len() < 2 {
-            return Err(Error::Shape {
-                name: "control points",
-                expected: "(degree + 1, n, k) with degree >= 1".to_owned(),
-                found: format!("{} points", points.len()),
-            });
-        }
-        let manifold = Stiefel::of("control points", points[0])?;
-        for point in points {
-            manifold.check_point("control points", *point, POINT_TOLERANCE)?;
-        }
-        let span = Span::of(points);
-        let low: Vec<_> = points.iter().map(|point| span.down(*point)).collect();
+        let (_, span, low) = span::control_points(points)?;
         let legs = low
             .windows(2)
             .map(|pair| QuasiGeodesic::between(pair[0].as_ref(), pair[1].as_ref()))
@@ -114,7 +101,10 @@ impl GeometricPolynomial {
             legs,
             lane_legs,
         };
-        super::branch::check(&curve)?;
+        if !branch::is_short(curve.largest_leg_speed(), curve.degree()) {
+            let mut work = curve.workspace();
+            branch::check(|t| curve.margins(t, &mut work))?;
+        }
         Ok(curve)
     }
 
@@ -129,7 +119,7 @@ impl GeometricPolynomial {
     }
 
     /// How near the intermediate points of eight parameters in `[0, 1]` come to a change of branch.
-    pub(super) fn margins(&self, t: Lanes, work: &mut Workspace) -> Lanes {
+    fn margins(&self, t: Lanes, work: &mut Workspace) -> Lanes {
         vectorised(
             #[inline(always)]
             || self.lane_points(t, &mut work.lanes),
@@ -138,7 +128,7 @@ impl GeometricPolynomial {
     }
 
     /// A bound of the spectral norm of the velocity along all legs.
-    pub(super) fn largest_leg_speed(&self) -> f64 {
+    fn largest_leg_speed(&self) -> f64 {
         let speeds = self.lane_legs.iter().map(LaneLeg::speed_bound);
         speeds.fold(0.0, f64::max)
     }

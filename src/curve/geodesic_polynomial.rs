@@ -6,15 +6,14 @@
 
 use faer::{Mat, MatRef};
 
-use super::span::{self, Span};
+use super::span;
 use super::{Curve, check_parameter};
 use crate::error::{Error, Result};
 use crate::linalg::jet::Jet;
 use crate::linalg::product::mul_into;
 use crate::manifold::exponential::Flow;
 use crate::manifold::geodesic_jet::MovingGeodesic;
-use crate::manifold::stiefel::{POINT_TOLERANCE, Stiefel};
-use crate::manifold::{Geodesic, normal_frame};
+use crate::manifold::{Geodesic, Stiefel, normal_frame};
 
 /// A Bezier curve on `[0, 1]` whose pieces are the shortest geodesics of the canonical metric.
 ///
@@ -42,19 +41,7 @@ impl GeodesicPolynomial {
     /// `Shape`, `NonFinite`, `NotOrthonormal`; `BeyondInjectivity` where two consecutive points are too far apart, and
     /// those of [`Stiefel::log`].
     pub fn new(points: &[MatRef<'_, f64>]) -> Result<Self> {
-        if points.len() < 2 {
-            return Err(Error::Shape {
-                name: "control points",
-                expected: "(degree + 1, n, k) with degree >= 1".to_owned(),
-                found: format!("{} points", points.len()),
-            });
-        }
-        let manifold = Stiefel::of("control points", points[0])?;
-        for point in points {
-            manifold.check_point("control points", *point, POINT_TOLERANCE)?;
-        }
-        let span = Span::of(points);
-        let low: Vec<_> = points.iter().map(|point| span.down(*point)).collect();
+        let (manifold, span, low) = span::control_points(points)?;
         let bound = manifold.injectivity_bound();
         let leg = |(index, pair): (usize, &[Mat<f64>])| {
             let leg = Geodesic::between(pair[0].as_ref(), pair[1].as_ref())?;

@@ -3,7 +3,9 @@
 
 use faer::{Mat, MatRef};
 
+use crate::error::{Error, Result};
 use crate::linalg::decomp::thin_q;
+use crate::manifold::stiefel::{POINT_TOLERANCE, Stiefel};
 
 /// An orthonormal basis of the span of a few `n x k` matrices, where that is smaller than `R^n`.
 pub(crate) struct Span {
@@ -37,6 +39,28 @@ impl Span {
     pub(crate) fn into_basis(self) -> Option<Mat<f64>> {
         self.basis
     }
+}
+
+/// The manifold of control points, their span, and their coordinates in it.
+///
+/// # Errors
+/// `Shape` for fewer than two, `NonFinite`, `NotOrthonormal`.
+pub(super) fn control_points(points: &[MatRef<'_, f64>]) -> Result<(Stiefel, Span, Vec<Mat<f64>>)> {
+    const NAME: &str = "control points";
+    if points.len() < 2 {
+        return Err(Error::Shape {
+            name: NAME,
+            expected: "(degree + 1, n, k) with degree >= 1".to_owned(),
+            found: format!("{} points", points.len()),
+        });
+    }
+    let manifold = Stiefel::of(NAME, points[0])?;
+    for point in points {
+        manifold.check_point(NAME, *point, POINT_TOLERANCE)?;
+    }
+    let span = Span::of(points);
+    let low = points.iter().map(|point| span.down(*point)).collect();
+    Ok((manifold, span, low))
 }
 
 /// The matrices with the given coordinates in a frame, or themselves where there is none.
