@@ -11,6 +11,10 @@ const MAX_STEPS: usize = 60;
 /// Within this distance of the identity one more step is exact to round-off (the convergence is quadratic).
 const ALMOST: f64 = 1e-8;
 
+/// A solution so large that its round-off is more than this part of `F` comes of an eigenvalue on the imaginary axis, from
+/// which the iteration got away by round-off alone.
+const MEANINGFUL: f64 = 1e-6;
+
 /// Scaling speeds up the first steps and spoils the last ones.
 const UNSCALED: f64 = 0.1;
 
@@ -35,6 +39,9 @@ pub fn solve_symmetric(m: MatRef<'_, f64>, f: MatRef<'_, f64>) -> Option<Mat<f64
     let product = m * &first;
     let residual = f - &product - product.transpose();
     let round_off = f64::EPSILON * m.nrows() as f64 * norm(m) * norm(first.as_ref());
+    if round_off > MEANINGFUL * norm(f) {
+        return None;
+    }
     if norm(residual.as_ref()) <= round_off {
         return Some(first);
     }
