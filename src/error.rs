@@ -88,9 +88,9 @@ pub enum Error {
         /// The offending rotation angle in radians.
         angle: f64,
     },
-    /// Two points that no unique shortest quasi-geodesic joins.
+    /// Two points that no unique shortest curve joins.
     #[error(
-        "no unique quasi-geodesic joins the points: principal angle {angle:.17} (pi to working precision)"
+        "no unique shortest curve joins the points: an angle of {angle:.17} (pi to working precision)"
     )]
     NoJoiningCurve {
         /// The offending principal angle in radians.

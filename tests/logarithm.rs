@@ -410,3 +410,48 @@ fn an_interrupt_stops_a_far_logarithm() {
     let result = manifold.log_interruptible(s0.as_ref(), s1.as_ref(), Interrupt::new(&question));
     assert!(matches!(result, Err(Error::Interrupted { .. })));
 }
+
+/// Found: where the normal part was round-off, its frame was not orthogonal to the point, which the residual of the report
+/// did not see.
+#[test]
+fn points_that_span_the_same_subspace() {
+    let mut rng = Rng::new(41);
+    let mut worst = Worst::new("|exp(S0, log) - S1|, relative to k");
+    for (n, k) in [(4, 2), (6, 3), (8, 4), (10, 3), (100, 5)] {
+        let manifold = Stiefel::new(n, k).unwrap();
+        for i in 0..400 {
+            let s0 = random_point(n, k, &mut rng);
+            let turn =
+                skew_exp(random_skew(k, if i % 2 == 0 { 0.0 } else { 1.5 }, &mut rng).as_ref());
+            let s1 = &s0 * turn.unwrap();
+            let velocity = manifold.log(s0.as_ref(), s1.as_ref()).unwrap();
+            let end = manifold.exp(s0.as_ref(), velocity.as_ref()).unwrap();
+            worst.see(distance(&end, &s1) / k as f64, || format!("({n}, {k})"));
+        }
+    }
+    worst.assert_at_most(1e-14);
+}
+
+/// Found: decided by round-off, a geodesic of length 1.41 pi came back for opposite points, which are at most pi apart.
+#[test]
+fn points_with_a_rotation_by_pi_between_them_are_refused() {
+    let mut rng = Rng::new(42);
+    for (n, k) in [(4, 2), (6, 3), (10, 3), (8, 4)] {
+        let manifold = Stiefel::new(n, k).unwrap();
+        for _ in 0..100 {
+            let s0 = random_point(n, k, &mut rng);
+            let opposite = -&s0;
+            let mut turned = s0.clone();
+            negate_column(&mut turned, 0);
+            for s1 in [&opposite, &turned] {
+                match manifold.log_with_report(s0.as_ref(), s1.as_ref()) {
+                    Err(Error::NoJoiningCurve { angle } | Error::OutsideLogDomain { angle }) => {
+                        assert_within((angle - PI).abs(), 1e-6, "angle")
+                    }
+                    Err(Error::NoConvergence { .. }) => {}
+                    other => panic!("({n}, {k}): {other:?}"),
+                }
+            }
+        }
+    }
+}

@@ -1,14 +1,15 @@
 //! Whether a de Casteljau curve stays on one branch: intermediate points never an angle of pi apart.
 //!
 //! The margin of a stage (`1 + cos` of its largest angles, see [`Margin`](crate::manifold::lane_join::Margin)) touches
-//! zero where the principal quasi-geodesic jumps to another branch. It is sampled on a grid, and each local minimum
-//! that is small is followed, eight parameters at a time, until it is a zero or clearly is not.
+//! zero where the principal quasi-geodesic jumps to another branch. It is sampled on a grid that is finer near the ends,
+//! where the first and last stages turn fastest, and each local minimum that is small is followed, eight parameters at a
+//! time, until it is a zero or clearly is not.
 
 use crate::error::{Error, Result};
 use crate::linalg::lanes::{LANES, Lanes};
 
-/// Intervals of the first grid: an angle turns by a small part of pi in one.
-const GRID: usize = 32;
+/// Intervals of the first grid for each degree: an angle turns by a small part of pi in one.
+const GRID: usize = 16;
 
 /// Minima above this on the grid (angles below about 115 degrees) do not fall to zero between its points.
 const SMALL: f64 = 0.6;
@@ -17,30 +18,68 @@ const SMALL: f64 = 0.6;
 const ZERO: f64 = 1e-10;
 
 /// Each round makes an interval about four times shorter.
-const ROUNDS: usize = 16;
+const ROUNDS: usize = 18;
+
+/// Rounds in which every local minimum is followed; below, the function has one.
+const SPLITS: usize = 4;
 
 /// Rotations this far from the identity have angles below 145 degrees.
 const FAR: f64 = 1.9;
 
 /// Error `BranchJump` where `margins`, the least margins of all stages at eight parameters, touch zero inside of `[0, 1]`.
-pub(super) fn check(mut margins: impl FnMut(Lanes) -> Lanes) -> Result<()> {
-    let (mut grid, step) = ([0.0; GRID + LANES], 1.0 / GRID as f64);
-    for first in (0..=GRID).step_by(LANES) {
-        let t = |l: usize| ((first + l) as f64 * step).min(1.0);
-        let values = margins(Lanes(std::array::from_fn(t)));
-        grid[first..first + LANES].copy_from_slice(&values.0);
+pub(super) fn check(degree: usize, mut margins: impl FnMut(Lanes) -> Lanes) -> Result<()> {
+    let intervals = GRID * degree;
+    let place = |i: usize| 0.5 - 0.5 * (std::f64::consts::PI * i as f64 / intervals as f64).cos();
+    let t: Vec<f64> = (0..=intervals).map(place).collect();
+    let mut values = Vec::with_capacity(intervals + LANES);
+    for block in t.chunks(LANES) {
+        let mut lanes = Lanes::splat(block[0]);
+        lanes.0[..block.len()].copy_from_slice(block);
+        values.extend_from_slice(&margins(lanes).0[..block.len()]);
     }
-    for i in 0..=GRID {
-        let (before, after) = (i.saturating_sub(1), (i + 1).min(GRID));
-        let lowest = grid[i] <= grid[before] && grid[i] <= grid[after];
-        if lowest && grid[i] < SMALL {
-            let (t, least) = minimum(&mut margins, before as f64 * step, after as f64 * step);
-            if least < ZERO {
-                return Err(Error::BranchJump { t });
-            }
-        }
+    for (low, high) in dips(&t, &values) {
+        follow(&mut margins, low, high, 0)?;
     }
     Ok(())
+}
+
+/// The intervals around the small local minima of sampled values.
+fn dips<'a>(t: &'a [f64], values: &'a [f64]) -> impl Iterator<Item = (f64, f64)> + 'a {
+    let last = t.len() - 1;
+    (0..t.len()).filter_map(move |i| {
+        let (before, after) = (i.saturating_sub(1), (i + 1).min(last));
+        let lowest = values[i] <= values[before] && values[i] <= values[after];
+        (lowest && values[i] < SMALL).then(|| (t[before], t[after]))
+    })
+}
+
+/// Error `BranchJump` where the margin falls to zero between two parameters.
+fn follow(
+    margins: &mut impl FnMut(Lanes) -> Lanes,
+    low: f64,
+    high: f64,
+    round: usize,
+) -> Result<()> {
+    let width = (high - low) / (LANES - 1) as f64;
+    let t: [f64; LANES] = std::array::from_fn(|l| low + l as f64 * width);
+    let values = margins(Lanes(t)).0;
+    let mut best = 0;
+    for l in 1..LANES {
+        if values[l] < values[best] {
+            best = l;
+        }
+    }
+    if values[best] < ZERO {
+        return Err(Error::BranchJump { t: t[best] });
+    }
+    if round == ROUNDS {
+        return Ok(());
+    }
+    if round < SPLITS {
+        return dips(&t, &values).try_for_each(|(low, high)| follow(margins, low, high, round + 1));
+    }
+    let (low, high) = (t[best.saturating_sub(1)], t[(best + 1).min(LANES - 1)]);
+    follow(margins, low, high, round + 1)
 }
 
 /// Whether legs of at most this speed (spectral norm) are so short that no stage can come near an angle of pi.
@@ -59,23 +98,4 @@ pub(super) fn is_short(leg_speed: f64, degree: usize) -> bool {
         distance = 2.0 * ((0.5 * distance).asin() + (0.5 * from_identity).asin());
     }
     true
-}
-
-/// The smallest margin between two parameters, and where it is.
-fn minimum(margins: &mut impl FnMut(Lanes) -> Lanes, mut low: f64, mut high: f64) -> (f64, f64) {
-    let (mut place, mut least) = (low, f64::INFINITY);
-    for _ in 0..ROUNDS {
-        let width = (high - low) / (LANES - 1) as f64;
-        let t: [f64; LANES] = std::array::from_fn(|l| low + l as f64 * width);
-        for (t, margin) in t.into_iter().zip(margins(Lanes(t)).0) {
-            if margin < least {
-                (place, least) = (t, margin);
-            }
-        }
-        if least < ZERO {
-            break;
-        }
-        (low, high) = ((place - width).max(low), (place + width).min(high));
-    }
-    (place, least)
 }

@@ -50,7 +50,7 @@ const LANE_COLUMNS: usize = 64;
 /// `[0, 1]` are refused (`BranchJump`). Outside of `[0, 1]` every point is that of the principal branches.
 ///
 /// # Accuracy
-/// Orthonormality defect at most `16 eps k degree` in `[0, 1]`, asserted in `tests/de_casteljau.rs`.
+/// Orthonormality defect at most `32 eps k degree` in `[0, 1]`, asserted in `tests/de_casteljau.rs`.
 ///
 /// # Examples
 /// ```
@@ -103,7 +103,7 @@ impl GeometricPolynomial {
         };
         if !branch::is_short(curve.largest_leg_speed(), curve.degree()) {
             let mut work = curve.workspace();
-            branch::check(|t| curve.margins(t, &mut work))?;
+            branch::check(curve.degree(), |t| curve.margins(t, &mut work))?;
         }
         Ok(curve)
     }

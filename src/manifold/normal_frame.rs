@@ -12,6 +12,9 @@ const WELL_CONDITIONED: f64 = 0.05;
 /// Below this ratio two passes do not mend it either, and Householder reflections take over.
 const ILL_CONDITIONED: f64 = 1e-8;
 
+/// Normal parts below this get their frame from reflections, which keep it orthogonal to the point whatever it is.
+const ROUND_OFF: f64 = 1e-12;
+
 /// How many normal directions a curve from a point of `St(n, k)` needs at most: `min(k, n - k)`.
 pub(crate) fn normal_rank(n: usize, k: usize) -> usize {
     k.min(n - k)
@@ -38,7 +41,8 @@ pub(crate) fn normal_frame(s: MatRef<'_, f64>, normal: MatRef<'_, f64>) -> Mat<f
     } else {
         1.0
     };
-    if p == k && scale.is_finite() {
+    // What is round-off itself has no direction: its projections lose their size again and again.
+    if p == k && scale.is_finite() && largest > ROUND_OFF {
         let mut q = Mat::from_fn(n, k, |i, j| scale * normal[(i, j)]);
         if orthonormalise(s, &mut q) {
             return q;

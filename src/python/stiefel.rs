@@ -348,7 +348,8 @@ impl PyStiefel {
         )
     }
 
-    /// Canonical inner product ``tr V^T (I - S S^T / 2) W`` of tangent vectors at ``S``, shape (...).
+    /// Inner product of tangent vectors at ``S`` in the manifold's metric, shape (...); canonical:
+    /// ``tr V^T (I - S S^T / 2) W``.
     fn inner<'py>(
         &self,
         py: Python<'py>,
@@ -371,7 +372,7 @@ impl PyStiefel {
         values.get_item((pyo3::types::PyEllipsis::get(py), 0))
     }
 
-    /// Canonical norm of a tangent vector at ``S``, shape (...).
+    /// Norm of a tangent vector at ``S`` in the manifold's metric, shape (...).
     fn norm<'py>(
         &self,
         py: Python<'py>,

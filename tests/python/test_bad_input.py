@@ -15,7 +15,9 @@ from hypothesis import strategies as st
 from stiefel_rs import (
     Chart,
     ConvergenceError,
+    Geodesic,
     GeometricCubic,
+    GeometricPolynomial,
     InvalidInputError,
     OutsideDomainError,
     QuasiGeodesic,
@@ -68,6 +70,16 @@ CALLS = {
     "from_velocity": (lambda a, b: QuasiGeodesic.from_velocity(a, b)(0.5), [("S", S), ("V", V)]),
     "GeometricCubic": (lambda *x: GeometricCubic(*x)(0.5), [("S0", S), ("V0", V), ("S1", S1), ("V1", V1)]),
     "from_control_points": (lambda P: GeometricCubic.from_control_points(P)(0.5), [("P", np.stack([S, S1, S, S]))]),
+    "exp": (M.exp, [("S", S), ("V", V)]),
+    "log": (M.log, [("S0", S), ("S1", S2)]),
+    "dist": (M.dist, [("S0", S), ("S1", S2)]),
+    "Geodesic": (lambda a, b: Geodesic(a, b)(0.5), [("S0", S), ("S1", S2)]),
+    "Geodesic.from_velocity": (lambda a, b: Geodesic.from_velocity(a, b)(0.5), [("S", S), ("V", V)]),
+    "GeometricPolynomial": (lambda P: GeometricPolynomial(P)(0.5), [("P", np.stack([S, S2, S]))]),
+    "GeometricPolynomial.geodesic": (
+        lambda P: GeometricPolynomial(P, pieces="geodesic")(0.5),
+        [("P", np.stack([S, S2, S]))],
+    ),
     "curve": (QuasiGeodesic.from_velocity(S, V), [("t", np.array([0.0, 1.0]))]),
     "jerk": (lambda t: GeometricCubic(S, V, S, V).jerk(t), [("t", np.array([0.0, 1.0]))]),
     "embed": (SPHERE.embed, [("q", Z0[:2])]),
@@ -126,13 +138,47 @@ def wrong_shapes(x, name):
     if name == "t":
         return []
     if name == "P":
-        return [x[0], x[:3], x[None], x[:, :0], x[..., :0], np.swapaxes(x, 1, 2), np.zeros(())]
+        return [x[0], x[:1], x[None], x[:, :0], x[..., :0], np.swapaxes(x, 1, 2), np.zeros(())]
     shapes = [np.zeros(()), x[..., :-1], np.concatenate([x, x], axis=-1), np.zeros((*x.shape[:-1], 0))]
     if x.ndim == 2:
         shapes += [x[0], x[:-1], x[:, :0], x[:0, :0], np.zeros((0, 7, 9))]
     if x.ndim == 2 and x.shape[0] != x.shape[1]:
         shapes += [x.T]
     return shapes + [np.zeros((0, 9))] * (x.ndim == 1)
+
+
+@pytest.mark.parametrize("points", [2, 3, 5])
+def test_a_cubic_has_four_control_points(points):
+    with pytest.raises(InvalidInputError, match=f"4 control points, found {points}"):
+        GeometricCubic.from_control_points([S] * points)
+
+
+@pytest.mark.parametrize("pieces", ["", "Geodesic", "line"])
+def test_unknown_pieces(pieces):
+    with pytest.raises(InvalidInputError, match="pieces: expected"):
+        GeometricPolynomial([S, S1], pieces=pieces)
+
+
+def test_control_points_beyond_the_injectivity_radius_say_how_far():
+    far = M.exp(S, 3.0 / M.norm(S, V) * V)
+    with pytest.raises(OutsideDomainError, match="injectivity radius") as caught:
+        GeometricPolynomial([S, far], pieces="geodesic")
+    assert caught.value.angle > 0.89 * np.pi
+
+
+@pytest.mark.parametrize("seed", [416, 511])
+def test_a_curve_that_would_jump_is_refused_with_the_parameter(seed):
+    # Found: jumps of 0.03 and 0.06 at t = 0.985 and t = 0.022, between the points of a coarser grid.
+    rng, manifold = np.random.default_rng(seed), Stiefel(5, 2)
+    degree = int(rng.integers(4, 13))
+    points = [manifold.random_point(rng)]
+    for _ in range(degree):
+        step = manifold.random_tangent(points[-1], rng)
+        length = rng.uniform(2.3, 3.1) / np.linalg.norm(step, 2)
+        points.append(manifold.retract(points[-1], step * length))
+    with pytest.raises(OutsideDomainError, match="no smooth curve: at t = ") as caught:
+        GeometricPolynomial(points)
+    assert caught.value.angle == np.pi
 
 
 @pytest.mark.parametrize(("call", "i"), ARGUMENTS)

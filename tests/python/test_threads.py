@@ -242,7 +242,7 @@ import os, numpy as np
 from pathlib import Path
 from stiefel_rs import GeometricCubic
 S, V = np.eye(4, 2), np.array([[0, -1], [1, 0], [2, 0], [0, -1.0]])
-curve, t = GeometricCubic(S, 0.3 * V, S, 0.2 * V), np.linspace(0, 1, 500)
+curve, t = GeometricCubic(S, 0.3 * V, S, 0.2 * V), np.linspace(0, 1, 10000)
 for _ in range(300):
     curve(t, num_threads=1)
 ticks = [sum(map(int, (task / "stat").read_text().rsplit(")")[1].split()[11:13]))
