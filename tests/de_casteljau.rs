@@ -286,7 +286,7 @@ fn long_walks_of_high_degree_do_not_jump_near_their_ends() {
     let near = |i: i32| 0.06 * f64::from(i) / 800.0;
     let t: Vec<f64> = (0..=800).map(near).collect();
     let back: Vec<f64> = t.iter().map(|t| 1.0 - t).collect();
-    let (mut made, mut refused) = (0, 0);
+    let mut made = 0;
     for i in 0..80 {
         let mut points = vec![random_point(5, 2, &mut rng)];
         for _ in 0..4 + i % 6 {
@@ -296,7 +296,6 @@ fn long_walks_of_high_degree_do_not_jump_near_their_ends() {
             points.push(retract(&from, &(velocity * Scale(length))));
         }
         let Ok(curve) = polynomial(&points) else {
-            refused += 1;
             continue;
         };
         made += 1;
@@ -318,8 +317,7 @@ fn long_walks_of_high_degree_do_not_jump_near_their_ends() {
             }
         }
     }
-    println!("{made} made, {refused} refused");
-    assert!(made >= 20 && refused >= 3, "{made} made, {refused} refused");
+    assert!(made >= 20, "{made} made");
 }
 
 /// Up to the largest size of the lanes.
