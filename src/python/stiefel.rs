@@ -13,6 +13,9 @@ use crate::interrupt::Interrupt;
 use crate::manifold::stiefel::{POINT_TOLERANCE, TANGENT_TOLERANCE};
 use crate::manifold::{Metric, Stiefel};
 
+/// Operations that the time of the smallest problem is worth, a few microseconds of set-up.
+const SMALLEST: f64 = 1e4;
+
 pub(super) type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 
 /// The Stiefel manifold St(n, k) of n x k matrices with orthonormal columns.
@@ -79,7 +82,7 @@ impl PyStiefel {
         let call = Call::new(
             py,
             None,
-            batches[0].len() as f64 * (500.0 + 30.0 * n * k * k) * weight(&batches),
+            batches[0].len() as f64 * (SMALLEST + 30.0 * n * k * k) * weight(&batches),
         )?;
         let shape: Vec<usize> = batches[0].shape.iter().chain(core).copied().collect();
         let this = self.clone();
