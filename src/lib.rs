@@ -29,6 +29,7 @@
 #![deny(missing_docs)]
 
 pub mod chart;
+pub mod cubic;
 pub mod curve;
 pub mod error;
 pub mod guide;

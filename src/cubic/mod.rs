@@ -1,0 +1,20 @@
+//! Riemannian cubics on any `St(n, k)`, without charts.
+//!
+//! `St(n,k) = SO(n)/SO(n-k)`, `so(n) = m + h` with `h` the lower right block of size `n - k`. A curve `S` is the first
+//! `k` columns of a frame `g` that moves without turning in itself, `g' = g x` with `x` in `m`, and `x` determines
+//! velocity, covariant acceleration and covariant jerk:
+//!
+//! ```math
+//! S' = g x,\qquad D_t S' = g x',\qquad D_t D_t S' = g\,(x'' + \tfrac12 [x, x']_m),\qquad
+//! x''' = [x'', x]_m - [[x, x']_h, x]
+//! ```
+//!
+//! (`g v` stands for its first `k` columns.) The last equation is that of Riemannian cubics,
+//! `D_t^3 S' + R(D_t S', S') S' = 0`.
+//!
+//! # Source
+//! Crouch, Silva Leite (1995), "The dynamic interpolation problem: on Riemannian manifolds, Lie groups, and symmetric
+//! spaces", J. Dynamical and Control Systems 1, 177-202; Noakes, Heinzinger, Paden (1989), "Cubic splines on curved
+//! spaces", IMA J. Math. Control Inform. 6, 465-473.
+
+pub(crate) mod initial;
