@@ -41,6 +41,7 @@ pub mod newton;
 mod python;
 pub mod report;
 
+pub use cubic::RiemannianCubic;
 pub use curve::{Curve, GeodesicPolynomial, GeometricCubic, GeometricPolynomial, Quantity};
 pub use error::{Error, Result};
 pub use interrupt::Interrupt;

@@ -8,7 +8,7 @@ use crate::manifold::{Stiefel, covariant};
 use crate::report::{SolverReport, StopReason};
 
 /// Points per panel: exact for polynomials of degree 23.
-const POINTS: usize = 12;
+pub(crate) const POINTS: usize = 12;
 
 /// Relative change between two refinements at which the integral counts as found.
 const TOLERANCE: f64 = 1e-12;
@@ -76,7 +76,7 @@ pub(super) fn squared_acceleration<C: Curve>(curve: &C, interrupt: Interrupt<'_>
 }
 
 /// Nodes and weights on `[-1, 1]`: roots of the Legendre polynomial by Newton's method.
-fn gauss_legendre() -> ([f64; POINTS], [f64; POINTS]) {
+pub(crate) fn gauss_legendre() -> ([f64; POINTS], [f64; POINTS]) {
     let (mut nodes, mut weights) = ([0.0; POINTS], [0.0; POINTS]);
     for i in 0..POINTS {
         let mut x = (std::f64::consts::PI * (i as f64 + 0.75) / (POINTS as f64 + 0.5)).cos();

@@ -4,7 +4,7 @@
 //! for a whole block of parameters. Blocks have a fixed size, so results do not depend on the number of threads.
 
 mod branch;
-mod cost;
+pub(crate) mod cost;
 pub mod de_casteljau;
 mod geodesic;
 pub mod geodesic_polynomial;

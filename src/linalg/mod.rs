@@ -5,6 +5,7 @@
 
 mod bidiagonal;
 pub mod decomp;
+pub(crate) mod dual;
 pub mod exponential_action;
 pub mod jet;
 pub(crate) mod jet_exp;

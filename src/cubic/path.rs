@@ -1,0 +1,320 @@
+//! A Riemannian cubic as a piecewise Taylor polynomial, in the coordinates of its span.
+
+use faer::Mat;
+
+use super::initial::{Horizontal, InitialData};
+use super::reduced::{Blocks, Fixed, Series, Sized, block};
+use super::taylor::{Accuracy, March};
+use crate::curve::cost::{POINTS, gauss_legendre};
+use crate::error::{Error, Result};
+use crate::interrupt::Interrupt;
+use crate::linalg::dual::Number;
+
+/// Frame and derivatives of a cubic at one time, blocks column by column.
+#[derive(Debug, Clone)]
+pub(crate) struct State {
+    pub(crate) time: f64,
+    /// The first `k` columns of the frame, shape `(r, k)`.
+    pub(crate) s: Vec<f64>,
+    /// The others, shape `(r, m)`.
+    pub(crate) e: Vec<f64>,
+    /// `omega, omega', omega''`, shape `(k, k)`.
+    pub(crate) omega: [Vec<f64>; 3],
+    /// `b, b', b''`, shape `(m, k)`.
+    pub(crate) b: [Vec<f64>; 3],
+}
+
+impl State {
+    /// At time 0, from initial data: `x'' = j - [v, a]_m / 2`.
+    pub(crate) fn of_data(data: &InitialData) -> Self {
+        let k = data.velocity.omega.nrows();
+        let entries = |a: &Mat<f64>| a.col_iter().flat_map(|c| c.iter().copied()).collect();
+        let (v, a, j) = (&data.velocity, &data.acceleration, &data.jerk);
+        let bracket = v.bracket(a);
+        let half = faer::Scale(0.5);
+        let second = Horizontal {
+            omega: &j.omega - &bracket.omega * half,
+            normal: &j.normal - &bracket.normal * half,
+        };
+        let g: Vec<f64> = entries(&data.g);
+        let (s, e) = g.split_at(data.g.nrows() * k);
+        State {
+            time: 0.0,
+            s: s.to_vec(),
+            e: e.to_vec(),
+            omega: [&v.omega, &a.omega, &second.omega].map(entries),
+            b: [&v.normal, &a.normal, &second.normal].map(entries),
+        }
+    }
+
+    /// Writes the state where a march starts from.
+    pub(crate) fn load<T: Number>(&self, series: &mut Series<T>) {
+        let copy = |to: &mut [T], from: &[f64]| {
+            for (to, from) in to.iter_mut().zip(from) {
+                *to = T::constant(*from);
+            }
+        };
+        copy(&mut series.s, &self.s);
+        copy(&mut series.e, &self.e);
+        for i in 0..3 {
+            copy(&mut series.omega[i], &self.omega[i]);
+            copy(&mut series.b[i], &self.b[i]);
+        }
+    }
+
+    /// The state that a march has reached.
+    fn store(&mut self, series: &Series<f64>, time: f64) {
+        let copy = |to: &mut [f64], from: &[f64]| to.copy_from_slice(&from[..to.len()]);
+        self.time = time;
+        copy(&mut self.s, &series.s);
+        copy(&mut self.e, &series.e);
+        for i in 0..3 {
+            copy(&mut self.omega[i], &series.omega[i]);
+            copy(&mut self.b[i], &series.b[i]);
+        }
+    }
+
+    /// The same curve with the parameter `shift + scale t`.
+    fn reparametrise(&mut self, scale: f64, shift: f64) {
+        self.time = shift + scale * self.time;
+        for i in 0..3 {
+            let factor = scale.powi(-(i as i32) - 1);
+            for entry in self.omega[i].iter_mut().chain(&mut self.b[i]) {
+                *entry *= factor;
+            }
+        }
+    }
+}
+
+/// One Taylor polynomial: where it is used, and the point it is expanded at.
+#[derive(Debug, Clone, Copy)]
+struct Piece {
+    lower: f64,
+    upper: f64,
+    center: f64,
+}
+
+/// The pieces in the order of time, and the states at both ends.
+#[derive(Debug, Clone)]
+pub(crate) struct Path {
+    blocks: Sized,
+    accuracy: Accuracy,
+    pieces: Vec<Piece>,
+    /// Coefficients of the point, `(order + 1) r k` a piece.
+    points: Vec<f64>,
+    /// Coefficients of `x`, `(order + 1) k r` a piece: order by order, `omega` before `b`.
+    vectors: Vec<f64>,
+    first: State,
+    last: State,
+}
+
+impl Path {
+    /// No pieces yet: the curve at the time of its state.
+    pub(crate) fn at(state: State, k: usize, accuracy: Accuracy) -> Self {
+        let r = state.s.len() / k;
+        Path {
+            blocks: Sized { m: r - k, k },
+            accuracy,
+            pieces: Vec::new(),
+            points: Vec::new(),
+            vectors: Vec::new(),
+            first: state.clone(),
+            last: state,
+        }
+    }
+
+    /// Rows of a point in the coordinates of the span.
+    pub(crate) fn r(&self) -> usize {
+        self.blocks.m + self.blocks.k
+    }
+
+    /// The interval that the pieces cover.
+    pub(crate) fn covered(&self) -> (f64, f64) {
+        (self.first.time, self.last.time)
+    }
+
+    /// Adds pieces at an end until they reach `t`.
+    ///
+    /// # Errors
+    /// `NoConvergence` (too many steps), `Overflow`, `Interrupted`.
+    pub(crate) fn extend_to(&mut self, t: f64, interrupt: Interrupt<'_>) -> Result<()> {
+        if t >= self.first.time && t <= self.last.time {
+            return Ok(());
+        }
+        let Sized { m, k } = self.blocks;
+        match (m, k) {
+            (1, 1) => self.march(Fixed::<1, 1>, t, interrupt),
+            (2, 1) => self.march(Fixed::<2, 1>, t, interrupt),
+            (3, 1) => self.march(Fixed::<3, 1>, t, interrupt),
+            (1, 2) => self.march(Fixed::<1, 2>, t, interrupt),
+            (2, 2) => self.march(Fixed::<2, 2>, t, interrupt),
+            (3, 2) => self.march(Fixed::<3, 2>, t, interrupt),
+            _ => self.march(self.blocks, t, interrupt),
+        }
+    }
+
+    fn march(&mut self, blocks: impl Blocks, t: f64, interrupt: Interrupt<'_>) -> Result<()> {
+        let forward = t > self.last.time;
+        let mut march = March::new(blocks, self.accuracy);
+        let from = if forward { &self.last } else { &self.first };
+        from.load(&mut march.series);
+        march.time = from.time;
+        let Path {
+            pieces,
+            points,
+            vectors,
+            ..
+        } = self;
+        let (pieces_before, size) = (pieces.len(), self.accuracy.order + 1);
+        let (k2, mk, rk) = (
+            blocks.k() * blocks.k(),
+            blocks.m() * blocks.k(),
+            blocks.k() * (blocks.m() + blocks.k()),
+        );
+        let outcome = march.run(t, interrupt, |series, start, length| {
+            if points.try_reserve(size * rk).is_err() || vectors.try_reserve(size * rk).is_err() {
+                return Err(Error::InvalidArgument {
+                    name: "t",
+                    requirement: "near enough for the curve to fit in memory",
+                    found: t,
+                });
+            }
+            let end = start + length;
+            pieces.push(Piece {
+                lower: start.min(end),
+                upper: start.max(end),
+                center: start,
+            });
+            points.extend_from_slice(&series.s[..size * rk]);
+            for j in 0..size {
+                vectors.extend_from_slice(&series.omega[0][block(j, k2)]);
+                vectors.extend_from_slice(&series.b[0][block(j, mk)]);
+            }
+            Ok(())
+        });
+        if let Err(error) = outcome {
+            pieces.truncate(pieces_before);
+            points.truncate(pieces_before * size * rk);
+            vectors.truncate(pieces_before * size * rk);
+            return Err(error);
+        }
+        if forward {
+            pieces.last_mut().expect("a step was made").upper = t;
+            self.last.store(&march.series, t);
+        } else {
+            // Steps backwards were added last first, behind what was there.
+            pieces.last_mut().expect("a step was made").lower = t;
+            self.first.store(&march.series, t);
+            self.sort();
+        }
+        Ok(())
+    }
+
+    /// Puts the pieces into the order of time.
+    fn sort(&mut self) {
+        let stride = (self.accuracy.order + 1) * self.r() * self.blocks.k;
+        let mut order: Vec<usize> = (0..self.pieces.len()).collect();
+        order.sort_by(|&i, &j| self.pieces[i].lower.total_cmp(&self.pieces[j].lower));
+        let gather = |from: &[f64]| -> Vec<f64> {
+            let pieces = order.iter().flat_map(|&i| &from[block(i, stride)]);
+            pieces.copied().collect()
+        };
+        (self.points, self.vectors) = (gather(&self.points), gather(&self.vectors));
+        self.pieces = order.iter().map(|&i| self.pieces[i]).collect();
+    }
+
+    /// Which piece a time lies in; the nearest one for a time outside.
+    fn find(&self, t: f64) -> usize {
+        let after = self.pieces.partition_point(|piece| piece.upper < t);
+        after.min(self.pieces.len() - 1)
+    }
+
+    /// Taylor coefficients of the point at `t`, up to the order of `out.len() - 1`, each `(r, k)` column by column.
+    #[inline(always)]
+    pub(crate) fn points_into(&self, t: f64, out: &mut [&mut [f64]]) {
+        let piece = self.find(t);
+        let size = self.r() * self.blocks.k;
+        let stride = (self.accuracy.order + 1) * size;
+        shift_into(
+            &self.points[block(piece, stride)],
+            size,
+            t - self.pieces[piece].center,
+            out,
+        );
+    }
+
+    /// `int |D_t S'|^2 dt` over an interval that the pieces cover.
+    pub(crate) fn cost(&self, lower: f64, upper: f64) -> f64 {
+        let (k2, mk) = (self.blocks.k * self.blocks.k, self.blocks.m * self.blocks.k);
+        let (size, (nodes, weights)) = (k2 + mk, gauss_legendre());
+        let stride = (self.accuracy.order + 1) * size;
+        let (mut x, mut rate) = (vec![0.0; size], vec![0.0; size]);
+        let mut sum = 0.0;
+        for (i, piece) in self.pieces.iter().enumerate() {
+            let (from, to) = (piece.lower.max(lower), piece.upper.min(upper));
+            if from >= to {
+                continue;
+            }
+            let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
+            for q in 0..POINTS {
+                let t = middle + half * nodes[q] - piece.center;
+                let coefficients = &self.vectors[block(i, stride)];
+                shift_into(coefficients, size, t, &mut [&mut x, &mut rate]);
+                let (omega, b) = rate.split_at(k2);
+                let square = |a: &[f64]| a.iter().map(|a| a * a).sum::<f64>();
+                sum += half * weights[q] * (0.5 * square(omega) + square(b));
+            }
+        }
+        sum
+    }
+
+    /// The same curve with the parameter `shift + scale t`, `scale` not zero.
+    pub(crate) fn reparametrised(&self, scale: f64, shift: f64) -> Self {
+        let mut out = self.clone();
+        let size = self.r() * self.blocks.k;
+        for coefficients in [&mut out.points, &mut out.vectors] {
+            // `x` is a velocity: one power more.
+            for (j, entries) in coefficients.chunks_exact_mut(size).enumerate() {
+                let factor = scale.powi(-((j % (self.accuracy.order + 1)) as i32));
+                entries.iter_mut().for_each(|entry| *entry *= factor);
+            }
+        }
+        out.vectors.iter_mut().for_each(|entry| *entry /= scale);
+        for piece in &mut out.pieces {
+            let ends = [piece.lower, piece.upper].map(|t| shift + scale * t);
+            (piece.lower, piece.upper) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
+            piece.center = shift + scale * piece.center;
+        }
+        out.first.reparametrise(scale, shift);
+        out.last.reparametrise(scale, shift);
+        if scale < 0.0 {
+            std::mem::swap(&mut out.first, &mut out.last);
+            out.sort();
+        }
+        out
+    }
+
+    /// The state at the start of what is covered.
+    pub(crate) fn first(&self) -> &State {
+        &self.first
+    }
+}
+
+/// Taylor coefficients at `t` of a polynomial with blocks of `size` entries, up to the order of `out.len() - 1`.
+#[inline(always)]
+fn shift_into(coefficients: &[f64], size: usize, t: f64, out: &mut [&mut [f64]]) {
+    for sum in out.iter_mut() {
+        sum.fill(0.0);
+    }
+    for c in coefficients.chunks_exact(size).rev() {
+        for i in (1..out.len()).rev() {
+            let (lower, upper) = out.split_at_mut(i);
+            for (sum, below) in upper[0].iter_mut().zip(lower[i - 1].iter()) {
+                *sum = *sum * t + *below;
+            }
+        }
+        for (sum, c) in out[0].iter_mut().zip(c) {
+            *sum = *sum * t + *c;
+        }
+    }
+}

@@ -1,0 +1,191 @@
+//! The Taylor method for Riemannian cubics: steps of high order, their length from the decay of the coefficients.
+//!
+//! # Source
+//! Jorba, Zou (2005), "A software package for the numerical integration of ODEs by means of high-order Taylor methods",
+//! Experimental Mathematics 14, 99-117: order (3-9), step length (3-8).
+
+use super::reduced::{Blocks, Series, block};
+use crate::error::{Error, Result};
+use crate::interrupt::Interrupt;
+use crate::linalg::dual::Number;
+use crate::linalg::simd::vectorised;
+use crate::report::{SolverReport, StopReason};
+
+/// Steps at the most.
+pub(crate) const MAX_STEPS: usize = 100_000;
+
+const SOLVER: &str = "Taylor integration";
+
+/// How accurate a step is, and with how many terms.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Accuracy {
+    /// The last terms, relative to the state.
+    pub(crate) truncation: f64,
+    pub(crate) order: usize,
+}
+
+impl Accuracy {
+    /// Round-off: what is left out is below a tenth of it.
+    pub(crate) const FULL: Accuracy = Accuracy {
+        truncation: 1e-17,
+        order: 20,
+    };
+
+    /// The order that reaches a tolerance for the least work, `1 - ln(tolerance) / 2`.
+    pub(crate) fn of_tolerance(tolerance: f64) -> Self {
+        let truncation = tolerance.max(Self::FULL.truncation);
+        let order = (1.0 - 0.5 * truncation.ln()).ceil() as usize;
+        Accuracy {
+            truncation,
+            order: order.clamp(4, Self::FULL.order),
+        }
+    }
+}
+
+/// A state on its way along the flow. The coefficients of order 0 of the series are the state.
+#[derive(Debug, Clone)]
+pub(crate) struct March<T, B> {
+    pub(crate) blocks: B,
+    pub(crate) series: Series<T>,
+    pub(crate) accuracy: Accuracy,
+    pub(crate) time: f64,
+    pub(crate) steps: usize,
+}
+
+impl<T: Number, B: Blocks> March<T, B> {
+    /// A march at time 0, its state all zero.
+    pub(crate) fn new(blocks: B, accuracy: Accuracy) -> Self {
+        March {
+            blocks,
+            series: Series::zeros(blocks, accuracy.order),
+            accuracy,
+            time: 0.0,
+            steps: 0,
+        }
+    }
+
+    /// Goes on to `t_end`; `visit` sees every step: series, start and signed length.
+    ///
+    /// # Errors
+    /// `NoConvergence` (too many steps; the residual is the time that was left), `Overflow`, `Interrupted`, and those of
+    /// `visit`.
+    pub(crate) fn run(
+        &mut self,
+        t_end: f64,
+        interrupt: Interrupt<'_>,
+        mut visit: impl FnMut(&Series<T>, f64, f64) -> Result<()>,
+    ) -> Result<()> {
+        while self.time != t_end {
+            if self.steps % 64 == 63 {
+                interrupt.check(SOLVER)?;
+            }
+            let ahead = t_end - self.time;
+            let length = vectorised(
+                #[inline(always)]
+                || {
+                    self.series.expand(self.blocks, self.accuracy.order);
+                    self.step_length()
+                },
+            );
+            self.check_step(ahead, length)?;
+            let last = ahead.abs() <= length;
+            let step = if last { ahead } else { length.copysign(ahead) };
+            visit(&self.series, self.time, step)?;
+            vectorised(
+                #[inline(always)]
+                || self.advance(step),
+            );
+            self.time = if last { t_end } else { self.time + step };
+            self.steps += 1;
+        }
+        Ok(())
+    }
+
+    /// Gives up after too many steps, and as soon as the steps are so short that there would be.
+    fn check_step(&self, ahead: f64, length: f64) -> Result<()> {
+        if length.is_nan() {
+            return Err(Error::Overflow {
+                quantity: "Riemannian cubic",
+            });
+        }
+        if self.steps < MAX_STEPS && ahead.abs() < MAX_STEPS as f64 * length {
+            return Ok(());
+        }
+        let report = SolverReport {
+            converged: false,
+            iterations: self.steps,
+            residual: ahead.abs(),
+            tolerance: 0.0,
+            reason: StopReason::MaxIterations,
+        };
+        Err(Error::NoConvergence {
+            solver: SOLVER,
+            report,
+        })
+    }
+
+    /// The step at which the last two terms fall below the truncation; NaN where they are not finite.
+    ///
+    /// Terms of `x''` count relative to the cube of the rate `max(|x|, |x'|^(1/2), |x''|^(1/3))`, those of the point
+    /// relative to 1.
+    #[inline(always)]
+    fn step_length(&self) -> f64 {
+        let (m, k) = (self.blocks.m(), self.blocks.k());
+        let largest = |series: &[T], j: usize, size: usize| {
+            let entries = &series[block(j, size)];
+            entries.iter().fold(0.0_f64, |largest, entry| {
+                let entry = entry.value().abs();
+                // A NaN stays.
+                if entry <= largest { largest } else { entry }
+            })
+        };
+        let horizontal = |derivative: usize, j: usize| {
+            let omega = largest(&self.series.omega[derivative], j, k * k);
+            let b = largest(&self.series.b[derivative], j, m * k);
+            if b <= omega { omega } else { b }
+        };
+        let rate = horizontal(0, 0)
+            .max(horizontal(1, 0).sqrt())
+            .max(horizontal(2, 0).cbrt());
+        let scale = rate * rate * rate;
+        let limit = |j: usize| {
+            let point = largest(&self.series.s, j, (m + k) * k);
+            let relative = horizontal(2, j) / if scale > 0.0 { scale } else { 1.0 };
+            let size = if relative <= point { point } else { relative };
+            (self.accuracy.truncation / size).powf(1.0 / j as f64)
+        };
+        let (a, b) = (limit(self.accuracy.order - 1), limit(self.accuracy.order));
+        // Infinite where all terms vanish: a curve that stands still.
+        if a <= b { a } else { b }
+    }
+
+    /// Moves the state by `step` along the series.
+    #[inline(always)]
+    fn advance(&mut self, step: f64) {
+        let (m, k, order) = (self.blocks.m(), self.blocks.k(), self.accuracy.order);
+        let r = m + k;
+        move_start(&mut self.series.s, r * k, order, step);
+        move_start(&mut self.series.e, r * m, order, step);
+        for series in &mut self.series.omega {
+            move_start(series, k * k, order, step);
+        }
+        for series in &mut self.series.b {
+            move_start(series, m * k, order, step);
+        }
+    }
+}
+
+/// Replaces the coefficient of order 0 by the value at `t`, and spoils that of the highest order.
+#[inline(always)]
+fn move_start<T: Number>(series: &mut [T], size: usize, order: usize, t: f64) {
+    if size == 0 {
+        return;
+    }
+    let (lower, top) = series[..size * (order + 1)].split_at_mut(size * order);
+    for coefficient in lower.chunks_exact(size).rev() {
+        for (sum, c) in top.iter_mut().zip(coefficient) {
+            *sum = *sum * t + *c;
+        }
+    }
+    lower[..size].copy_from_slice(top);
+}
