@@ -105,14 +105,25 @@ impl RiemannianCubic {
         let accuracy = Accuracy::of_tolerance(options.tolerance);
         let mut path = Path::at(State::of_data(&data), s.ncols(), accuracy);
         path.extend_to(options.t_end, options.interrupt)?;
-        Ok(RiemannianCubic {
-            n: s.nrows(),
-            k: s.ncols(),
-            frame: data.frame,
+        Ok(Self::of_path(s.nrows(), s.ncols(), data.frame, path, None))
+    }
+
+    /// A path in the coordinates of a frame, and how it was found.
+    pub(super) fn of_path(
+        n: usize,
+        k: usize,
+        frame: Option<Mat<f64>>,
+        path: Path,
+        report: Option<SolverReport>,
+    ) -> Self {
+        RiemannianCubic {
+            n,
+            k,
+            frame,
             span: path.covered(),
             path,
-            report: None,
-        })
+            report,
+        }
     }
 
     /// How the boundary value problem was solved, for a curve that comes from one.
