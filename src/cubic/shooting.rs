@@ -81,7 +81,7 @@ impl<'a, B: Blocks> Shooting<'a, B> {
 
     /// Number of unknowns: `2d`.
     pub(super) fn unknowns(blocks: B) -> usize {
-        let (m, k) = (blocks.m(), blocks.k());
+        let (m, k) = (blocks.normals(), blocks.k());
         k * (k - 1) + 2 * m * k
     }
 
@@ -267,8 +267,8 @@ fn evaluate<T: Number, B: Blocks>(
     y: &[T],
     interrupt: Interrupt<'_>,
 ) -> Result<Residual<T>> {
-    let (m, k) = (march.blocks.m(), march.blocks.k());
-    let r = m + k;
+    let (m, k) = (march.blocks.normals(), march.blocks.k());
+    let (r, rows, normals) = (m + k, march.blocks.r::<T>(), march.blocks.m::<T>());
     start(march, target, y);
     march.run(1.0, interrupt, |_, _, _| Ok(()))?;
     let series = &march.series;
@@ -285,7 +285,7 @@ fn evaluate<T: Number, B: Blocks>(
     };
     for (which, of) in target.end.iter().enumerate() {
         let upper: Vec<T> = (0..k * k)
-            .map(|i| component(&series.s[r * (i % k)..][..r], &of[r * (i / k)..][..r]))
+            .map(|i| component(&series.s[rows * (i % k)..][..r], &of[r * (i / k)..][..r]))
             .collect();
         for col in 0..k {
             for row in 0..k {
@@ -305,10 +305,10 @@ fn evaluate<T: Number, B: Blocks>(
         }
         for col in 0..k {
             for row in 0..m {
-                let lower = component(&series.e[r * row..][..r], &of[r * col..][..r]);
+                let lower = component(&series.e[rows * row..][..r], &of[r * col..][..r]);
                 let equation = match which {
                     0 => lower,
-                    _ => lower - series.b[0][row + m * col],
+                    _ => lower - series.b[0][row + normals * col],
                 };
                 square += equation.value().powi(2);
                 equations.push(equation);
@@ -329,24 +329,27 @@ fn evaluate<T: Number, B: Blocks>(
 
 /// Puts a march at the start: the identity, the given velocity, `(x', x'') = y`.
 fn start<T: Number, B: Blocks>(march: &mut March<T, B>, target: &Target, y: &[T]) {
-    let (m, k) = (march.blocks.m(), march.blocks.k());
-    let r = m + k;
+    let (m, k) = (march.blocks.normals(), march.blocks.k());
+    let (r, rows, normals) = (m + k, march.blocks.r::<T>(), march.blocks.m::<T>());
     (march.time, march.steps) = (0.0, 0);
     let series = &mut march.series;
+    series.s[..rows * k].fill(T::ZERO);
+    series.e[..rows * march.blocks.m::<T>()].fill(T::ZERO);
     for col in 0..r {
-        for row in 0..r {
-            let entry = T::constant(f64::from(u8::from(row == col)));
-            match col.checked_sub(k) {
-                None => series.s[row + r * col] = entry,
-                Some(col) => series.e[row + r * col] = entry,
-            }
+        let one = T::constant(1.0);
+        match col.checked_sub(k) {
+            None => series.s[col + rows * col] = one,
+            Some(normal) => series.e[col + rows * normal] = one,
         }
     }
     for (to, from) in series.omega[0].iter_mut().zip(&target.velocity[0]) {
         *to = T::constant(*from);
     }
-    for (to, from) in series.b[0].iter_mut().zip(&target.velocity[1]) {
-        *to = T::constant(*from);
+    for col in 0..k {
+        let from = &target.velocity[1][m * col..][..m];
+        for (to, from) in series.b[0][normals * col..].iter_mut().zip(from) {
+            *to = T::constant(*from);
+        }
     }
     let mut entries = y.iter();
     for derivative in 1..3 {
@@ -359,8 +362,11 @@ fn start<T: Number, B: Blocks>(march: &mut March<T, B>, target: &Target, y: &[T]
                 omega[col + k * row] = -entry;
             }
         }
-        for (to, from) in series.b[derivative][..m * k].iter_mut().zip(&mut entries) {
-            *to = *from;
+        for col in 0..k {
+            let to = &mut series.b[derivative][normals * col..][..m];
+            for (to, from) in to.iter_mut().zip(&mut entries) {
+                *to = *from;
+            }
         }
     }
 }
