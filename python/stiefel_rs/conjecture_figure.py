@@ -49,7 +49,7 @@ def figure(study: Study) -> Figure:
                 ax.set_xlabel("steps N")
             if column == 0:
                 ax.set_ylabel(f"{problem}: mean Frobenius error")
-    new.legend(*new.axes[1].get_legend_handles_labels(), loc="lower center", ncols=3, frameon=False)
+    new.legend(*new.axes[1].get_legend_handles_labels(), loc="lower center", ncols=3, frameon=False, handlelength=3.2)
     return new
 
 

@@ -23,8 +23,12 @@ type Owned = Py<PyArrayDyn<f64>>;
 ///
 /// Attributes
 /// ----------
-/// point, velocity, acceleration, jerk : ndarray, shape T + (3, k)
-///     The curve, its velocity, its covariant acceleration and its covariant jerk.
+/// point : ndarray, shape T + (3, k)
+/// velocity : ndarray, shape T + (3, k)
+/// acceleration : ndarray, shape T + (3, k)
+///     Covariant.
+/// jerk : ndarray, shape T + (3, k)
+///     Covariant.
 /// energy : ndarray, shape T
 ///     The Hamiltonian.
 /// momentum : ndarray, shape T + (3,)
