@@ -107,6 +107,8 @@ fn turns_to_the_middle(x: f64, y: f64) -> usize {
 
 /// The state after the rotation `P^turns` of space, by the cotangent lift of the change of coordinates.
 ///
+/// Coordinates are those of [`super::rotation`]: `(theta, phi)` on the sphere, `(theta, phi, psi)` for frames.
+///
 /// # Errors
 /// `OutsideChart`, `Overflow` where the state comes to lie on a pole.
 pub fn transition<const X: usize, const Z: usize>(

@@ -129,7 +129,7 @@ def test_trajectory_across_charts(chart):
     data = (S, V, A, -A)
     exact = chart.reference_across(*data, np.linspace(0, 1, 61))
     path = chart.integrate_across(*data, 60, map="exponential_midpoint", order=8)
-    assert len(path.transitions) >= 3
+    assert len(path.transitions) >= 1
     assert path.point.shape == (61, 3, chart.k) and path.states.shape == (61, 4 * chart.d)
     for key in KEYS:
         # 17 stages a step, the highest derivative grows to 40.
