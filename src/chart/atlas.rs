@@ -34,8 +34,8 @@ use super::{Chart, check_reached};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 
-/// A state with a smaller `sin(theta)` moves to another chart. Well below `sqrt(2/3)`, where it arrives: a curve does not
-/// change to and fro.
+/// A state with a smaller `sin(theta)` moves to another chart. Well below `sqrt(2/3)`, where it arrives: a curve does
+/// not change to and fro.
 pub const MARGIN: f64 = 0.5;
 
 /// A state in one of the three charts.

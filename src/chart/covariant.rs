@@ -68,7 +68,7 @@ impl CovariantData {
         })
     }
 
-    /// The same data after the rotation that maps the first axis to the second, that to the third, applied `turns` times.
+    /// The same data after `turns` rotations that map the first axis to the second and that to the third.
     pub(super) fn turned(&self, turns: usize) -> Self {
         let turn =
             |m: &Mat<f64>| Mat::from_fn(3, m.ncols(), |i, j| m[((i + 3 - turns % 3) % 3, j)]);

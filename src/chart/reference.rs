@@ -57,8 +57,8 @@ pub fn reference<const X: usize, const Z: usize>(
 /// # Accuracy
 /// As [`reference`]; 1e-12 against 40-digit data turned across the poles (`tests/atlas.rs`).
 /// # Errors
-/// `NonFinite`, `NoConvergence`, `Overflow`, `InvalidArgument` (memory), `Interrupted`; `OutsideChart` only where a curve
-/// is so fast that it meets a pole within a step.
+/// `NonFinite`, `NoConvergence`, `Overflow`, `InvalidArgument` (memory), `Interrupted`; `OutsideChart` only
+/// where a curve is so fast that it meets a pole within a step.
 pub fn reference_across<const X: usize, const Z: usize>(
     chart: &impl Chart<X, Z>,
     start: &AtlasState<Z>,

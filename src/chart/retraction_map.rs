@@ -1,7 +1,7 @@
 //! Discretization maps from retractions of the manifold itself: exponential, Cayley transform, quasi-geodesics.
 //!
-//! A retraction `rho(q, u)` of the manifold, written in the chart, lifts to its tangent bundle: with `x = (q, qdot)` and
-//! `v = (dq, dqdot)`,
+//! A retraction `rho(q, u)` of the manifold, written in the chart, lifts to its tangent bundle: with
+//! `x = (q, qdot)` and `v = (dq, dqdot)`,
 //!
 //! ```math
 //! \hat\rho(x, v) = \bigl(\rho(q, dq),\ D_q\rho\,\dot q + D_u\rho\, d\dot q\bigr),\qquad

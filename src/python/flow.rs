@@ -113,7 +113,7 @@ impl PyChart {
     /// ==========================  =========================================================================  =====
     /// "initial_point"             ``(x, x + v)``                                                             1
     /// "midpoint"                  ``(x - v/2, x + v/2)``                                                     2
-    /// "exponential"               ``(x, rho(x, v))``, ``rho`` the Riemannian exponential, lifted to velocities   1
+    /// "exponential"               ``(x, rho(x, v))``, ``rho`` the Riemannian exponential, lifted             1
     /// "exponential_midpoint"      ``(rho(x, -v/2), rho(x, v/2))``                                            2
     /// "cayley"                    with the Cayley retraction                                                 1
     /// "cayley_midpoint"           the same                                                                   2
@@ -290,7 +290,8 @@ impl PyChart {
     /// Notes
     /// -----
     /// Damped Newton iteration on the initial momenta; the Jacobian is the exact derivative of the discrete flow.
-    #[pyo3(signature = (q0, qdot0, q1, qdot1, steps, map="midpoint", *, t_end=1.0, tol=1e-12, max_iterations=50, guess=None, order=None))]
+    #[pyo3(signature = (q0, qdot0, q1, qdot1, steps, map="midpoint", *, t_end=1.0, tol=1e-12, max_iterations=50,
+        guess=None, order=None))]
     #[allow(clippy::too_many_arguments)]
     fn shoot<'py>(
         &self,

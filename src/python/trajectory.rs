@@ -14,7 +14,7 @@ use crate::chart::{
     AtlasState, Chart, CovariantData, DiscretizationMap, Frame, Sphere, integrate_across,
     reference_across,
 };
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 
 type Owned = Py<PyArrayDyn<f64>>;
@@ -94,6 +94,16 @@ impl Rows {
             out.rotations
                 .extend_from_slice(state.rotation().transpose().as_slice());
             out.turns.push(state.turns);
+        }
+        if !out
+            .energy
+            .iter()
+            .chain(&out.momentum)
+            .all(|x| x.is_finite())
+        {
+            return Err(Error::Overflow {
+                quantity: "energy or momentum",
+            });
         }
         Ok(out)
     }
@@ -255,8 +265,8 @@ impl PyChart {
 
     /// The discrete trajectory across charts: as `integrate`, with no pole in the way.
     ///
-    /// A state with ``sin(theta) < 1/2`` moves before its next step to another chart by a cyclic permutation of the axes,
-    /// an isometry, and its cotangent lift: the method stays symplectic.
+    /// A state with ``sin(theta) < 1/2`` moves before its next step to another chart by a cyclic permutation of the
+    /// axes, an isometry, and its cotangent lift: the method stays symplectic.
     ///
     /// Parameters
     /// ----------
@@ -266,8 +276,8 @@ impl PyChart {
     ///     Equal steps over ``[0, t_end]``, at least 1.
     /// t_end : float, default 1.0
     /// map, order
-    ///     As for `integrate`. The trajectory of a map from a retraction does not depend on the charts; the maps linear in
-    ///     coordinates are another method in each chart, of the same order.
+    ///     As for `integrate`. The trajectory of a map from a retraction does not depend on the charts; the maps
+    ///     linear in coordinates are another method in each chart, of the same order.
     ///
     /// Returns
     /// -------

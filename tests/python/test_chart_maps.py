@@ -189,6 +189,8 @@ def test_bad_input(chart, z0):
         chart.discretize(z0, z0)
     with pytest.raises((stiefel_rs.ConvergenceError, OutsideDomainError, InvalidInputError)):
         chart.integrate_across(S, V, A, 1e200 * J, 3)
+    with pytest.raises(stiefel_rs.StiefelError):
+        chart.reference_across(S, V, 1e200 * A, J, 0.0)
     for huge in (1e8, 1e300):
         with pytest.raises(stiefel_rs.StiefelError):
             chart.reference_across(S, huge * V, A, J, 1e9)
