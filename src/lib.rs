@@ -11,7 +11,7 @@
 //! Riemannian cubics, the critical curves of the squared covariant acceleration:
 //!
 //! * the adjusted de Casteljau algorithm, on any `St(n, k)`: [`GeometricCubic`], built from [`QuasiGeodesic`]s;
-//! * symplectic integrators from discretization maps, in charts of `St(3,1)` and `St(3,2)`: [`chart`].
+//! * symplectic integrators from discretization maps, in charts of `St(3,1)` and `St(3,2)` and across them: [`chart`].
 //!
 //! The geometry of the manifold, for the whole alpha family of metrics with the canonical and the Euclidean one:
 //! exponential, logarithm and [`Geodesic`]s, [`Retraction`]s with their inverses, [`ParallelTransport`], curvature,

@@ -7,6 +7,7 @@ arXiv 2404.19407 in charts of St(3,1) and St(3,2).
 from . import _core
 from ._core import (
     Chart,
+    ChartTrajectory,
     Curve,
     Geodesic,
     GeometricCubic,
@@ -25,6 +26,7 @@ __version__ = _core.__VERSION__
 
 __all__ = [
     "Chart",
+    "ChartTrajectory",
     "ConvergenceError",
     "Curve",
     "Geodesic",

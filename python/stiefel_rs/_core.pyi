@@ -5,12 +5,23 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import disjoint_base
 
 _Array = NDArray[np.float64]
-_Map = Literal["initial_point", "midpoint"]
+_Map = Literal[
+    "initial_point",
+    "midpoint",
+    "exponential",
+    "exponential_midpoint",
+    "cayley",
+    "cayley_midpoint",
+    "quasi_geodesic",
+    "quasi_geodesic_midpoint",
+]
+_Order = Literal[1, 2, 4, 6, 8]
 _Retraction = Literal["quasi_geodesic", "qr", "polar", "cayley"]
 
 __all__ = [
     "__VERSION__",
     "Chart",
+    "ChartTrajectory",
     "Curve",
     "Geodesic",
     "GeometricCubic",
@@ -166,6 +177,27 @@ class ShootingResult:
     def report(self) -> SolverReport: ...
 
 @final
+class ChartTrajectory:
+    @property
+    def point(self) -> _Array: ...
+    @property
+    def velocity(self) -> _Array: ...
+    @property
+    def acceleration(self) -> _Array: ...
+    @property
+    def jerk(self) -> _Array: ...
+    @property
+    def energy(self) -> _Array: ...
+    @property
+    def momentum(self) -> _Array: ...
+    @property
+    def states(self) -> _Array: ...
+    @property
+    def rotations(self) -> _Array: ...
+    @property
+    def transitions(self) -> list[int]: ...
+
+@final
 class Chart:
     @staticmethod
     def sphere() -> Chart: ...
@@ -185,8 +217,34 @@ class Chart:
     def hamiltonian(self, z: ArrayLike) -> _Array: ...
     def gradient(self, z: ArrayLike) -> _Array: ...
     def hessian(self, z: ArrayLike) -> _Array: ...
-    def integrate(self, z0: ArrayLike, steps: int, t_end: float = 1.0, map: _Map = "initial_point") -> _Array: ...
+    def state(self, S: ArrayLike, V: ArrayLike, A: ArrayLike, J: ArrayLike) -> _Array: ...
+    def covariant(self, z: ArrayLike) -> tuple[_Array, _Array, _Array, _Array]: ...
+    def discretize(self, x: ArrayLike, v: ArrayLike, map: _Map = "initial_point") -> _Array: ...
+    def integrate(
+        self,
+        z0: ArrayLike,
+        steps: int,
+        t_end: float = 1.0,
+        map: _Map = "initial_point",
+        *,
+        order: _Order | None = None,
+    ) -> _Array: ...
+    def integrate_across(
+        self,
+        S: ArrayLike,
+        V: ArrayLike,
+        A: ArrayLike,
+        J: ArrayLike,
+        steps: int,
+        t_end: float = 1.0,
+        map: _Map = "midpoint",
+        *,
+        order: _Order | None = None,
+    ) -> ChartTrajectory: ...
     def reference(self, z0: ArrayLike, t: ArrayLike) -> _Array: ...
+    def reference_across(
+        self, S: ArrayLike, V: ArrayLike, A: ArrayLike, J: ArrayLike, t: ArrayLike
+    ) -> ChartTrajectory: ...
     def shoot(
         self,
         q0: ArrayLike,
@@ -200,4 +258,5 @@ class Chart:
         tol: float = 1e-12,
         max_iterations: int = 50,
         guess: tuple[ArrayLike, ArrayLike] | None = None,
+        order: _Order | None = None,
     ) -> ShootingResult: ...

@@ -4,7 +4,9 @@ mod call;
 mod chart;
 mod convert;
 mod curve;
+mod discretization;
 mod error;
+mod flow;
 mod geodesic;
 mod geometry;
 mod linalg;
@@ -13,6 +15,7 @@ mod retraction;
 mod shooting;
 mod state;
 mod stiefel;
+mod trajectory;
 
 use pyo3::prelude::*;
 
@@ -37,6 +40,8 @@ pub mod _core {
     use super::shooting::PyShootingResult;
     #[pymodule_export]
     use super::stiefel::PyStiefel;
+    #[pymodule_export]
+    use super::trajectory::PyChartTrajectory;
 
     #[pymodule_export]
     const __VERSION__: &str = env!("CARGO_PKG_VERSION");
