@@ -323,8 +323,11 @@ fn gram<T: Number>(out: &mut [T], a: &[T], b: &[T], [m, k]: [usize; 2]) {
         for col in (0..whole).step_by(4) {
             gram_entries::<T, 4>(out, a, b, [m, k], row, col);
         }
-        for col in whole..k {
-            gram_entries::<T, 1>(out, a, b, [m, k], row, col);
+        match k - whole {
+            3 => gram_entries::<T, 3>(out, a, b, [m, k], row, whole),
+            2 => gram_entries::<T, 2>(out, a, b, [m, k], row, whole),
+            1 => gram_entries::<T, 1>(out, a, b, [m, k], row, whole),
+            _ => {}
         }
     }
 }

@@ -176,8 +176,11 @@ fn tiles<'a, T: Number, const TRANSPOSED: bool, const W: usize, const C: usize>(
     for col in (0..whole).step_by(C) {
         columns::<T, TRANSPOSED, W, C>(out, pairs.clone(), shape, col);
     }
-    for col in whole..cols {
-        columns::<T, TRANSPOSED, W, 1>(out, pairs.clone(), shape, col);
+    match cols - whole {
+        3 => columns::<T, TRANSPOSED, W, 3>(out, pairs, shape, whole),
+        2 => columns::<T, TRANSPOSED, W, 2>(out, pairs, shape, whole),
+        1 => columns::<T, TRANSPOSED, W, 1>(out, pairs, shape, whole),
+        _ => {}
     }
 }
 
