@@ -7,6 +7,7 @@ arXiv 2404.19407 in charts of St(3,1) and St(3,2).
 from . import _core
 from ._core import (
     Chart,
+    CubicTrajectory,
     Curve,
     Geodesic,
     GeometricCubic,
@@ -16,6 +17,7 @@ from ._core import (
     ShootingResult,
     SolverReport,
     Stiefel,
+    integrate_cubic,
     orthogonal_log,
     skew_exp,
 )
@@ -26,6 +28,7 @@ __version__ = _core.__VERSION__
 __all__ = [
     "Chart",
     "ConvergenceError",
+    "CubicTrajectory",
     "Curve",
     "Geodesic",
     "GeometricCubic",
@@ -39,6 +42,7 @@ __all__ = [
     "Stiefel",
     "StiefelError",
     "__version__",
+    "integrate_cubic",
     "orthogonal_log",
     "skew_exp",
 ]

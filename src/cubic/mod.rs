@@ -17,4 +17,12 @@
 //! spaces", J. Dynamical and Control Systems 1, 177-202; Noakes, Heinzinger, Paden (1989), "Cubic splines on curved
 //! spaces", IMA J. Math. Control Inform. 6, 465-473.
 
+mod composition;
+mod frame_flow;
 pub(crate) mod initial;
+mod space_flow;
+mod split_state;
+mod splitting;
+
+pub use composition::SplittingOrder;
+pub use splitting::{CubicTrajectory, SplittingOptions, integrate_cubic};
