@@ -158,7 +158,7 @@ fn higher_orders_pay_at_equal_work() {
         let exact = end(&data, 100, SplittingOrder::Eight, 1.0);
         let errors =
             ORDERS.map(|order| difference(&end(&data, 120 / order.stages(), order, 1.0), &exact));
-        println!("{shape:?}: {errors:.1e?} for 120 exponentials");
+        println!("{shape:?}: {errors:?} for 120 exponentials");
         for pair in errors.windows(2) {
             assert!(pair[1] < 0.2 * pair[0], "{shape:?}: {errors:?}");
         }

@@ -10,14 +10,15 @@
 //! and most order conditions of general splittings are void: a symmetric composition has order 4 after 3 conditions
 //! (general: 4), 6 after 5 (general: 10), 8 after 9 (general: 28). With this relation the enveloping algebra has
 //! the words without `BBA` as its basis (`BBA = 2 BAB - ABB` rewrites every other one), and the conditions are that the
-//! product of exponentials agrees with `e^{h(A + B)}` word by word. Newton's method in 40 digits gave the coefficients;
+//! product of exponentials agrees with `e^{h(A + B)}` word by word. Newton's method in 50 digits gave the coefficients;
 //! where there are more coefficients than conditions, those that are left minimise the first words that disagree.
 //!
 //! # Error constants
 //! `C = error (s / h)^p`, the error at `t = 1` at equal work: `s` counts the flows of `A`, the expensive ones. Geometric
 //! mean over random cubics on St(3,1), St(3,2), St(5,2), St(6,3) and O(4), with velocity, acceleration and jerk of norm
-//! 5 to 8 in the generators. What counts is the ratio within an order; the error of the last row is the least certain,
-//! by a factor of 3, as it is near round-off wherever the others are in their asymptotic regime.
+//! 5 to 8, from `python -m benchmarks.compositions`, which also checks the order conditions of every row to round-off.
+//! What counts is the ratio within an order. The last row is the least certain, by a factor of 3: its error is near
+//! round-off wherever those of the others are in their asymptotic regime.
 //!
 //! | order | composition | flows of A | C |
 //! |---|---|---|---|
