@@ -1,6 +1,8 @@
-"""Error constants of splittings of Riemannian cubics, and their order conditions: ``python -m benchmarks.compositions``.
+"""Error constants of splittings of Riemannian cubics, and their order conditions.
 
-Behind the table in the documentation of ``SplittingOrder``. An independent implementation of the flows (exponentials of
+``python -m benchmarks.compositions`` prints the table in the documentation of ``SplittingOrder``.
+
+An independent implementation of the flows (exponentials of
 block matrices by SciPy) runs every composition on the same random cubics; ``C`` is the error at ``t = 1`` times
 ``(flows of A per unit of time) ** order``, the error at equal work.
 """

@@ -24,7 +24,7 @@ use crate::linalg::simd::vectorised;
 const LONGEST: f64 = 0.75;
 
 /// Radians of one flow: a bound for the number of polynomials, far beyond every step that resolves a curve.
-const LARGEST: f64 = 1e4;
+const LARGEST: f64 = 100.0;
 
 /// What is left out of a sum, relative to its first term.
 const NEGLIGIBLE: f64 = 1.4e-17;
@@ -209,7 +209,7 @@ impl SplitState for FrameState {
         if angle > LARGEST {
             return Err(Error::InvalidArgument {
                 name: "steps",
-                requirement: "so many that a step turns by less than 1e4 radians at once",
+                requirement: "so many that no exponential turns by more than 100 radians",
                 found: angle,
             });
         }

@@ -173,8 +173,8 @@ impl CubicTrajectory {
 /// [`SplittingOrder`]; energy without drift. Orthonormality, spatial momentum and constraint to round-off that does
 /// not grow with the number of steps.
 /// # Errors
-/// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `InvalidArgument` (`steps`, or a step that turns by more than
-/// 1e4 radians), `Overflow`, `Interrupted`.
+/// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `InvalidArgument` (`steps`, or an exponential by more than
+/// 100 radians where `n > 3`), `Overflow`, `Interrupted`.
 /// # Source
 /// See the module page.
 pub fn integrate_cubic(

@@ -102,8 +102,8 @@ impl PyCubicTrajectory {
 /// Raises
 /// ------
 /// InvalidInputError
-///     Shape, not finite, not orthonormal, not tangent, ``steps < 1``, unknown order, a step that turns by more than
-///     1e4 radians, a result too large for a number.
+///     Shape, not finite, not orthonormal, not tangent, ``steps < 1``, unknown order, an exponential by more
+///     than 100 radians where ``n > 3``, a result too large for a number.
 ///
 /// Notes
 /// -----
