@@ -107,15 +107,21 @@ fn spatial_momentum([s, v, a, j]: &Data) -> Mat<f64> {
     (&bracket + &off * &bracket * &off) * Scale(0.5) - j
 }
 
-/// Least-squares slope of `log error` against `log h`, over the errors that are neither large nor round-off.
+/// Least-squares slope of `log error` against `log h`, over small errors that are not yet round-off: with large ones the
+/// next order shows, as the compositions have made the leading term small.
 fn measured_order(data: &Data, exact: &Data, order: SplittingOrder) -> (f64, usize) {
     let scale = size(exact);
+    let window = if order == SplittingOrder::Two {
+        1e-8..1e-4
+    } else {
+        2e-13..2e-9
+    };
     let points: Vec<(f64, f64)> = (0..80)
         .map(|i| (3.0 * 1.2_f64.powi(i)) as usize)
         .take_while(|steps| *steps <= 3000)
         .filter_map(|steps| {
             let error = difference(&end(data, steps, order, 1.0), exact) / scale;
-            (1e-11..1e-6)
+            window
                 .contains(&error)
                 .then(|| (-(steps as f64).ln(), error.ln()))
         })
@@ -180,8 +186,8 @@ fn read_state(value: &Value) -> Data {
 fn reference_values_are_met() {
     let text = include_str!("data/cubics.json");
     let curves: Value = serde_json::from_str(text).unwrap();
-    for curve in curves.as_array().unwrap() {
-        let name = curve["name"].as_str().unwrap();
+    for (index, curve) in curves.as_array().unwrap().iter().enumerate() {
+        let name = format!("curve {index} on St({}, {})", curve["n"], curve["k"]);
         let data = read_state(&curve["initial"]);
         for (t, exact) in curve["at"].as_object().unwrap() {
             let exact = read_state(exact);
@@ -272,6 +278,14 @@ fn energy_is_that_of_the_state_and_does_not_drift() {
         println!(
             "{shape:?}: energy {expected:.2}, error {early:.1e} in the first quarter, {late:.1e} in the last"
         );
+        // On other shapes these data speed up, and the error of a step with them.
+        if shape.0 == 3 || shape.0 == shape.1 {
+            assert_within(
+                late,
+                3.0 * early,
+                &format!("{shape:?}: drift of the energy"),
+            );
+        }
     }
 }
 

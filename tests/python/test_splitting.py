@@ -25,7 +25,7 @@ def data(n, k, seed=0, speed=1.0):
     return S, *(V * speed / max(M.norm(S, V), EPS) for V in tangents)
 
 
-@pytest.mark.parametrize("curve", CUBICS, ids=[curve["name"] for curve in CUBICS])
+@pytest.mark.parametrize("curve", CUBICS, ids=lambda curve: f"St{curve['n']}_{curve['k']}")
 def test_reference_values_are_met(curve):
     initial = [np.array(curve["initial"][name]) for name in NAMES]
     trajectory = integrate_cubic(*initial, 80, order=8)
