@@ -11,7 +11,12 @@ import itertools
 from functools import cache
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import expm
+
+Matrix = NDArray[np.float64]
+State = tuple[Matrix, Matrix, Matrix, Matrix]
+Coefficients = tuple[list[float], list[float]]
 
 # Seeds and sizes of the problems: n, k, seed, norm of velocity, acceleration and jerk.
 PROBLEMS = [(3, 1, 1, 5.0), (3, 2, 2, 8.0), (5, 2, 3, 6.0), (6, 3, 4, 6.0), (4, 4, 5, 6.0)]
@@ -21,17 +26,17 @@ WORK = {2: (600, 1000), 4: (240, 400), 6: (120, 180), 8: (84, 108)}
 LONG = (300, 420)  # for 15 and more flows a step
 
 
-def palindrome(half, length):
+def palindrome(half: list[float], length: int) -> list[float]:
     """The palindrome of a given length with the given first half."""
     return [half[min(i, length - 1 - i)] for i in range(length)]
 
 
-def of_flows(flows, a, b):
+def of_flows(flows: int, a: list[float], b: list[float]) -> Coefficients:
     """First halves of the coefficients of A and B."""
     return palindrome(a, flows), palindrome(b, flows + 1)
 
 
-def of_strang(weights, flows):
+def of_strang(weights: list[float], flows: int) -> Coefficients:
     """A symmetric composition of Strang splittings."""
     weights = [*weights, 1 - 2 * sum(weights)]
     a = palindrome(weights, flows)
@@ -41,7 +46,7 @@ def of_strang(weights, flows):
 FRACTAL = 1 / (4 - 4 ** (1 / 3))
 
 # fmt: off
-COMPOSITIONS = {
+COMPOSITIONS: dict[str, tuple[int, list[float], list[float]]] = {
     "Strang (used)": (2, *of_strang([], 1)),
     "Yoshida; Forest and Ruth": (4, *of_strang([1 / (2 - 2 ** (1 / 3))], 3)),
     "Suzuki, fractal": (4, *of_strang([FRACTAL, FRACTAL], 5)),
@@ -97,15 +102,15 @@ COMPOSITIONS = {
 # fmt: on
 
 
-def problem(n, k, seed, norm):
+def problem(n: int, k: int, seed: int, norm: float) -> State:
     """A random state ``(g, x, p, mu)``."""
     rng = np.random.default_rng(seed)
 
-    def horizontal():
+    def horizontal() -> Matrix:
         x = rng.normal(size=(n, n))
         x = x - x.T
         x[k:, k:] = 0
-        return x * (norm * np.sqrt(2) / np.linalg.norm(x))
+        return np.asarray(x * (norm * np.sqrt(2) / np.linalg.norm(x)))
 
     g = np.linalg.qr(rng.normal(size=(n, n)))[0]
     x, p, j = horizontal(), horizontal(), horizontal()
@@ -114,7 +119,7 @@ def problem(n, k, seed, norm):
     return g, x, p, mu - j
 
 
-def rotate(h, state, k):
+def rotate(h: float, state: State, k: int) -> State:
     """The flow of ``<mu, x>``: the integral is a block of the exponential of ``[[x, mu], [0, x]]``."""
     g, x, p, mu = state
     n = len(x)
@@ -126,7 +131,7 @@ def rotate(h, state, k):
     return g @ turn, x, p - impulse, (mu - mu.T) / 2
 
 
-def integrate(a, b, state, k, steps):
+def integrate(a: list[float], b: list[float], state: State, k: int, steps: int) -> State:
     """``steps`` equal steps over [0, 1]."""
     h = 1.0 / steps
     for _ in range(steps):
@@ -138,23 +143,23 @@ def integrate(a, b, state, k, steps):
     return state
 
 
-def distance(first, second):
+def distance(first: State, second: State) -> float:
     """Euclidean distance of two states."""
-    return np.sqrt(sum(np.linalg.norm(x - y) ** 2 for x, y in zip(first, second, strict=True)))
+    return float(np.sqrt(sum(np.linalg.norm(x - y) ** 2 for x, y in zip(first, second, strict=True))))
 
 
 @cache
-def times(word, letter, degree):
+def times(word: str, letter: str, degree: int) -> tuple[tuple[str, int], ...]:
     """``word * letter`` in words without ``BBA`` up to a degree, as pairs (word, coefficient)."""
     if len(word) >= degree:
         return ()
     if letter == "B" or not word.endswith("BB"):
         return ((word + letter, 1),)
-    out = {}
+    out: dict[str, int] = {}
     for tail, factor in (("BAB", 2), ("ABB", -1)):
         terms = {word[:-2]: factor}
         for next_letter in tail:
-            new = {}
+            new: dict[str, int] = {}
             for w, c in terms.items():
                 for v, d in times(w, next_letter, degree):
                     new[v] = new.get(v, 0) + c * d
@@ -164,11 +169,11 @@ def times(word, letter, degree):
     return tuple((w, c) for w, c in out.items() if c)
 
 
-def exponential(element, letters, degree):
+def exponential(element: dict[str, float], letters: dict[str, float], degree: int) -> dict[str, float]:
     """``element * exp(letters)``, letters a dict of coefficients."""
     total, term = dict(element), dict(element)
     for j in range(1, degree + 1):
-        new = {}
+        new: dict[str, float] = {}
         for w, c in term.items():
             for letter, factor in letters.items():
                 for v, d in times(w, letter, degree):
@@ -179,7 +184,7 @@ def exponential(element, letters, degree):
     return total
 
 
-def defect(a, b, degree):
+def defect(a: list[float], b: list[float], degree: int) -> float:
     """The largest coefficient, up to a degree, of the composition minus ``exp(A + B)``."""
     product = {"": 1.0}
     for i in range(len(a)):
@@ -190,7 +195,7 @@ def defect(a, b, degree):
     return max(abs(product.get(w, 0.0) - exact.get(w, 0.0)) for w in {*product, *exact})
 
 
-def main():
+def main() -> None:
     """Print the table."""
     _, a, b = COMPOSITIONS["twelve flows (used)"]
     states = [(problem(*args), args[1]) for args in PROBLEMS]

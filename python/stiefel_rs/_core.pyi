@@ -11,6 +11,7 @@ _Retraction = Literal["quasi_geodesic", "qr", "polar", "cayley"]
 __all__ = [
     "__VERSION__",
     "Chart",
+    "CubicTrajectory",
     "Curve",
     "Geodesic",
     "GeometricCubic",
@@ -20,6 +21,7 @@ __all__ = [
     "ShootingResult",
     "SolverReport",
     "Stiefel",
+    "integrate_cubic",
     "num_threads",
     "orthogonal_log",
     "simd_features",

@@ -19,8 +19,12 @@ type Array = Py<PyArrayDyn<f64>>;
 /// ----------
 /// t : ndarray, shape (steps + 1,)
 ///     Times.
-/// point, velocity, acceleration, jerk : ndarray, shape (steps + 1, n, k)
-///     Points, velocities, covariant accelerations and covariant jerks.
+/// point : ndarray, shape (steps + 1, n, k)
+/// velocity : ndarray, shape (steps + 1, n, k)
+/// acceleration : ndarray, shape (steps + 1, n, k)
+///     Covariant.
+/// jerk : ndarray, shape (steps + 1, n, k)
+///     Covariant.
 /// energy : ndarray, shape (steps + 1,)
 ///     The Hamiltonian ``|A|^2 / 2 - <J, V>`` in the canonical metric.
 /// momentum_drift : float
