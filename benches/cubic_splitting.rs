@@ -1,4 +1,5 @@
-//! The explicit splitting of Riemannian cubics: one step by each order and shape, beside a step of the chart integrator.
+//! The explicit splitting of Riemannian cubics: one step by each order and shape, beside a step of the chart
+//! integrator.
 
 #[path = "../tests/common/mod.rs"]
 mod common;

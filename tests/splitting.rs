@@ -107,8 +107,9 @@ fn spatial_momentum([s, v, a, j]: &Data) -> Mat<f64> {
     (&bracket + &off * &bracket * &off) * Scale(0.5) - j
 }
 
-/// Least-squares slope of `log error` against `log h`, over small errors that are not yet round-off: with large ones the
-/// next order shows, as the compositions have made the leading term small. Fast curves spread the errors over many steps.
+/// Least-squares slope of `log error` against `log h`, over small errors that are not yet round-off: with large ones
+/// the next order shows, as the compositions have made the leading term small. Fast curves spread the errors over many
+/// steps.
 fn measured_order(data: &Data, exact: &Data, order: SplittingOrder) -> (f64, usize) {
     let scale = size(exact);
     let window = match order {

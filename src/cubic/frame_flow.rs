@@ -4,13 +4,14 @@
 //!
 //! ```math
 //! g^T \leftarrow g^T + \sum_{j \ge 1} \frac{(-Z)^j}{j!} g^T,\qquad
-//! F = \sum_{j \ge 0} \frac{(-\mathrm{ad}_Z)^j}{(j + 1)!} \mu,\qquad p \leftarrow p - h F_m,\qquad \mu \leftarrow \mu - [Z, F]
+//! F = \sum_{j \ge 0} \frac{(-\mathrm{ad}_Z)^j}{(j + 1)!} \mu,\qquad p \leftarrow p - h F_m,\qquad
+//! \mu \leftarrow \mu - [Z, F]
 //! ```
 //!
 //! A commutator of skew matrices is one product, `[Z, Y] = Z Y - (Z Y)^T`, and both sums take their products with `Z`
 //! together. The degree follows from a bound of `|Z|_2` before the first product; a rotation by more than
-//! [`LONGEST`] is made of shorter ones. Cost of one term: a product `(r, r) x (r, 2r)` where `Z` has a zero block of size
-//! `r - k`; 8 to 14 terms at the usual steps.
+//! [`LONGEST`] is made of shorter ones. Cost of one term: a product `(r, r) x (r, 2r)` where `Z` has a zero block of
+//! size `r - k`; 8 to 14 terms at the usual steps.
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};

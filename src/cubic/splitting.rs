@@ -6,14 +6,14 @@
 //! g' = g x,\qquad x' = p,\qquad p' = -\mu_m,\qquad \mu' = [\mu, x],\qquad \mu_h = [x, p]_h
 //! ```
 //!
-//! with `p` the covariant acceleration and `mu_m = -(j - [x, p]_m / 2)` for the covariant jerk `j`. Both parts of `H` have
-//! exact flows (one exponential; a sum), and a symmetric composition of them is a step: symplectic, reversible,
+//! with `p` the covariant acceleration and `mu_m = -(j - [x, p]_m / 2)` for the covariant jerk `j`. Both parts of `H`
+//! have exact flows (one exponential; a sum), and a symmetric composition of them is a step: symplectic, reversible,
 //! explicit. The flows keep `g` orthogonal, the spatial momentum `g mu g^T` and the constraint in `mu_h`; so do the
-//! steps, up to round-off. Every flow adds small increments in compensated sums, so the round-off of these three grows with
-//! the time covered and not with the number of steps. Nothing is projected back.
+//! steps, up to round-off. Every flow adds small increments in compensated sums, so the round-off of these three grows
+//! with the time covered and not with the number of steps. Nothing is projected back.
 //!
-//! Cost: per exponential, closed forms for `n = 3`, else 8 to 14 products `(r, r) x (r, 2r)` with `r = min(n, 4k)`; the rows
-//! of `n` enter with one orthonormal basis at the start and one product at the end.
+//! Cost: per exponential, closed forms for `n = 3`, else 8 to 14 products `(r, r) x (r, 2r)` with `r = min(n, 4k)`; the
+//! rows of `n` enter with one orthonormal basis at the start and one product at the end.
 //!
 //! # Source
 //! Splitting: Hairer, Lubich, Wanner (2006), "Geometric Numerical Integration", sections II.5 and VIII.5 (compensated
