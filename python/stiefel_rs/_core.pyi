@@ -195,6 +195,7 @@ def integrate_cubic(
     t_end: float = 1.0,
     order: int = 6,
 ) -> CubicTrajectory: ...
+
 @final
 class Chart:
     @staticmethod
