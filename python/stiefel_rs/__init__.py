@@ -8,6 +8,7 @@ from . import _core
 from ._core import (
     Chart,
     ChartTrajectory,
+    CubicTrajectory,
     Curve,
     Geodesic,
     GeometricCubic,
@@ -17,6 +18,7 @@ from ._core import (
     ShootingResult,
     SolverReport,
     Stiefel,
+    integrate_cubic,
     orthogonal_log,
     skew_exp,
 )
@@ -28,6 +30,7 @@ __all__ = [
     "Chart",
     "ChartTrajectory",
     "ConvergenceError",
+    "CubicTrajectory",
     "Curve",
     "Geodesic",
     "GeometricCubic",
@@ -41,6 +44,7 @@ __all__ = [
     "Stiefel",
     "StiefelError",
     "__version__",
+    "integrate_cubic",
     "orthogonal_log",
     "skew_exp",
 ]

@@ -22,6 +22,7 @@ __all__ = [
     "__VERSION__",
     "Chart",
     "ChartTrajectory",
+    "CubicTrajectory",
     "Curve",
     "Geodesic",
     "GeometricCubic",
@@ -31,6 +32,7 @@ __all__ = [
     "ShootingResult",
     "SolverReport",
     "Stiefel",
+    "integrate_cubic",
     "num_threads",
     "orthogonal_log",
     "simd_features",
@@ -196,6 +198,35 @@ class ChartTrajectory:
     def rotations(self) -> _Array: ...
     @property
     def transitions(self) -> list[int]: ...
+
+@final
+class CubicTrajectory:
+    @property
+    def t(self) -> _Array: ...
+    @property
+    def point(self) -> _Array: ...
+    @property
+    def velocity(self) -> _Array: ...
+    @property
+    def acceleration(self) -> _Array: ...
+    @property
+    def jerk(self) -> _Array: ...
+    @property
+    def energy(self) -> _Array: ...
+    @property
+    def momentum_drift(self) -> float: ...
+    @property
+    def constraint_drift(self) -> float: ...
+
+def integrate_cubic(
+    S: ArrayLike,
+    V: ArrayLike,
+    A: ArrayLike,
+    J: ArrayLike,
+    steps: int,
+    t_end: float = 1.0,
+    order: int = 6,
+) -> CubicTrajectory: ...
 
 @final
 class Chart:

@@ -18,13 +18,20 @@
 //! spaces", IMA J. Math. Control Inform. 6, 465-473.
 
 mod boundary;
+mod composition;
+mod frame_flow;
 mod guess;
-pub(crate) mod initial;
+mod initial;
 mod path;
 mod reduced;
 pub mod riemannian_cubic;
 mod shooting;
+mod space_flow;
+mod split_state;
+mod splitting;
 mod taylor;
 
 pub use boundary::BoundaryOptions;
+pub use composition::SplittingOrder;
 pub use riemannian_cubic::{IntegrationOptions, RiemannianCubic};
+pub use splitting::{CubicTrajectory, SplittingOptions, integrate_cubic};

@@ -89,6 +89,12 @@ pub struct Samples {
 }
 
 impl Samples {
+    /// From the entries of all values, each column by column.
+    pub(crate) fn from_entries(n: usize, k: usize, entries: Vec<f64>) -> Self {
+        debug_assert_eq!(entries.len() % (n * k), 0);
+        Samples { n, k, entries }
+    }
+
     fn zeros(n: usize, k: usize, len: usize) -> Self {
         Samples {
             n,

@@ -3,6 +3,7 @@
 mod call;
 mod chart;
 mod convert;
+mod cubic_trajectory;
 mod curve;
 mod discretization;
 mod error;
@@ -26,6 +27,8 @@ pub mod _core {
     use super::call::{num_threads, simd_features};
     #[pymodule_export]
     use super::chart::PyChart;
+    #[pymodule_export]
+    use super::cubic_trajectory::{PyCubicTrajectory, integrate_cubic};
     #[pymodule_export]
     use super::curve::{PyCurve, PyQuasiGeodesic};
     #[pymodule_export]
