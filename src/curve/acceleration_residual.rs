@@ -1,0 +1,247 @@
+//! The acceleration of a geometric polynomial as a vector whose squared norm is the cost, and its derivative with respect
+//! to the inner control points.
+
+use faer::prelude::*;
+use faer::{Mat, MatMut, MatRef};
+
+use super::Curve;
+use super::collocation::Collocation;
+use super::de_casteljau::{GeometricPolynomial, Workspace};
+use crate::error::Result;
+use crate::interrupt::Interrupt;
+use crate::linalg::decomp::thin_q;
+use crate::linalg::jet::Jet;
+use crate::linalg::product::{axpy, mul_add, mul_into};
+use crate::manifold::QuasiGeodesic;
+
+/// Step of the central differences: the error of second order, 1e-10, meets that of round-off, which the second derivative
+/// makes a thousand times larger.
+const DIFFERENCE_STEP: f64 = 2e-5;
+
+/// `|(I - FACTOR S S^T) A|_F` is the canonical norm of a tangent vector `A`.
+const FACTOR: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
+
+/// One unknown: an inner control point turns in the plane of two columns of its frame.
+#[derive(Clone, Copy)]
+struct Turn {
+    point: usize,
+    /// Below `k` another column of the point, else one of its complement.
+    other: usize,
+    column: usize,
+}
+
+/// A polynomial whose control points may move but for the first and the last two, which hold the boundary data.
+pub(super) struct AccelerationResidual {
+    curve: GeometricPolynomial,
+    work: Workspace,
+    scratch: Option<Jet>,
+    grid: Collocation,
+    turns: Vec<Turn>,
+    /// By control point: orthogonal, shape `(r, r)`, whose last columns span what the point does not.
+    frames: Vec<Mat<f64>>,
+    values: Vec<f64>,
+    first: Vec<f64>,
+    second: Vec<f64>,
+    small: [Mat<f64>; 2],
+    tall: Mat<f64>,
+}
+
+impl AccelerationResidual {
+    /// Of a curve in the coordinates of its frame, with `nodes` nodes.
+    pub(super) fn new(curve: GeometricPolynomial, nodes: usize) -> Self {
+        let (r, k, degree) = (curve.n(), curve.k(), curve.degree());
+        let turns_of = |point| {
+            (0..k).flat_map(move |column| {
+                (column + 1..r).map(move |other| Turn {
+                    point,
+                    other,
+                    column,
+                })
+            })
+        };
+        let turns = (2..degree.saturating_sub(1)).flat_map(turns_of).collect();
+        let size = r * k * nodes;
+        AccelerationResidual {
+            work: curve.workspace(),
+            scratch: None,
+            grid: Collocation::new(nodes),
+            turns,
+            frames: curve.reduced_points().iter().map(complete).collect(),
+            values: vec![0.0; size],
+            first: vec![0.0; size],
+            second: vec![0.0; size],
+            small: std::array::from_fn(|_| Mat::zeros(k, k)),
+            tall: Mat::zeros(r, k),
+            curve,
+        }
+    }
+
+    pub(super) fn into_curve(self) -> GeometricPolynomial {
+        self.curve
+    }
+
+    /// Number of equations.
+    pub(super) fn len(&self) -> usize {
+        self.values.len()
+    }
+
+    /// Number of unknowns.
+    pub(super) fn unknowns(&self) -> usize {
+        self.turns.len()
+    }
+
+    /// Norm of the residual of a curve that rests, by round-off: nothing below it can be told from zero.
+    pub(super) fn noise(&self) -> f64 {
+        let points = self.grid.len() as f64;
+        f64::EPSILON * points * points * (self.len() as f64 / points).sqrt()
+    }
+
+    /// What the nodes do not resolve of the curve of the latest residual.
+    pub(super) fn unresolved(&self) -> f64 {
+        self.grid.unresolved(&self.values)
+    }
+
+    /// The covariant accelerations at the nodes, times the roots of the weights, so that the squared norm is the cost.
+    ///
+    /// # Errors
+    /// Where the curve does not exist at a node.
+    pub(super) fn residual_into(&mut self, out: &mut [f64]) -> Result<()> {
+        let (r, k) = (self.curve.n(), self.curve.k());
+        let columns = k * self.grid.len();
+        let values = MatMut::from_column_major_slice_mut(&mut self.values, r, columns);
+        let (nodes, work, scratch) = (&self.grid.nodes, &mut self.work, &mut self.scratch);
+        self.curve.positions_into(nodes, work, scratch, values)?;
+        self.grid
+            .derivatives_into(&self.values, &mut self.first, &mut self.second);
+        for (i, out) in out.chunks_mut(r * k).enumerate() {
+            let part = i * r * k..(i + 1) * r * k;
+            let view = |x| MatRef::from_column_major_slice(x, r, k);
+            let s = view(&self.values[part.clone()]);
+            let v = view(&self.first[part.clone()]);
+            self.tall.copy_from(view(&self.second[part]));
+            let mut out = MatMut::from_column_major_slice_mut(out, r, k);
+            add_christoffel(&mut self.tall, s, v, &mut self.small);
+            let root = self.grid.weights[i].sqrt();
+            mul_into(&mut self.small[0], 1.0, s.transpose(), &self.tall);
+            mul_into(out.rb_mut(), -root * FACTOR, s, &self.small[0]);
+            axpy(out, root, &self.tall);
+        }
+        Ok(())
+    }
+
+    /// The derivative with respect to all turns, by central differences, one column for each.
+    ///
+    /// # Errors
+    /// Where a curve does not exist; `Interrupted`.
+    pub(super) fn jacobian_into(
+        &mut self,
+        out: &mut Mat<f64>,
+        interrupt: Interrupt<'_>,
+    ) -> Result<()> {
+        let mut ends = [vec![0.0; self.len()], vec![0.0; self.len()]];
+        for l in 0..self.turns.len() {
+            interrupt.check(super::minimal_cost::SOLVER)?;
+            let turn = self.turns[l];
+            let centre = self.curve.reduced_points()[turn.point].clone();
+            for (end, angle) in ends.iter_mut().zip([DIFFERENCE_STEP, -DIFFERENCE_STEP]) {
+                self.curve
+                    .replace_point(turn.point, &self.turned(turn, angle))?;
+                let found = self.residual_into(end);
+                self.curve.replace_point(turn.point, &centre)?;
+                found?;
+            }
+            for (i, (ahead, behind)) in ends[0].iter().zip(&ends[1]).enumerate() {
+                out[(i, l)] = (ahead - behind) / (2.0 * DIFFERENCE_STEP);
+            }
+        }
+        Ok(())
+    }
+
+    /// The control point of a turn, turned: the quasi-geodesic in that direction is a rotation of one plane.
+    fn turned(&self, turn: Turn, angle: f64) -> Mat<f64> {
+        let (point, frame) = self.point_and_frame(turn.point);
+        let (sin, cos) = angle.sin_cos();
+        let mut out = point.clone();
+        for i in 0..point.nrows() {
+            let (x, y) = (point[(i, turn.column)], frame[(i, turn.other)]);
+            out[(i, turn.column)] = cos * x + sin * y;
+            if turn.other < point.ncols() {
+                out[(i, turn.other)] = cos * y - sin * x;
+            }
+        }
+        out
+    }
+
+    fn point_and_frame(&self, i: usize) -> (&Mat<f64>, &Mat<f64>) {
+        (&self.curve.reduced_points()[i], &self.frames[i])
+    }
+
+    /// The inner control points, retracted along `scale` times a step in the coordinates of the turns.
+    ///
+    /// # Errors
+    /// Where a step is too large for a floating-point number.
+    pub(super) fn moved(&self, step: &[f64], scale: f64) -> Result<Vec<Mat<f64>>> {
+        let degree = self.curve.degree();
+        let mut velocities: Vec<Mat<f64>> = (2..degree - 1)
+            .map(|i| Mat::zeros(self.curve.reduced_points()[i].nrows(), self.curve.k()))
+            .collect();
+        for (turn, x) in self.turns.iter().zip(step) {
+            let (point, frame) = self.point_and_frame(turn.point);
+            let velocity = &mut velocities[turn.point - 2];
+            for i in 0..point.nrows() {
+                velocity[(i, turn.column)] += scale * x * frame[(i, turn.other)];
+                if turn.other < point.ncols() {
+                    velocity[(i, turn.other)] -= scale * x * point[(i, turn.column)];
+                }
+            }
+        }
+        let retract = |(i, velocity): (usize, &Mat<f64>)| {
+            let (point, _) = self.point_and_frame(i + 2);
+            QuasiGeodesic::from_velocity(point.as_ref(), velocity.as_ref())?.point(1.0)
+        };
+        velocities.iter().enumerate().map(retract).collect()
+    }
+
+    /// The inner control points.
+    pub(super) fn inner(&self) -> Vec<Mat<f64>> {
+        let points = self.curve.reduced_points();
+        points[2..points.len() - 2].to_vec()
+    }
+
+    /// Other inner control points.
+    ///
+    /// # Errors
+    /// Where they cannot be joined.
+    pub(super) fn set_inner(&mut self, points: &[Mat<f64>]) -> Result<()> {
+        for (i, point) in points.iter().enumerate() {
+            self.curve.replace_point(i + 2, point)?;
+            self.frames[i + 2] = complete(point);
+        }
+        Ok(())
+    }
+}
+
+/// `a += Gamma(V, V)` at `s`, canonical metric: `V (V^T S) + S (V^T V - V^T S S^T V)`.
+fn add_christoffel(
+    a: &mut Mat<f64>,
+    s: MatRef<'_, f64>,
+    v: MatRef<'_, f64>,
+    small: &mut [Mat<f64>; 2],
+) {
+    let [along, normal] = small;
+    mul_into(&mut *along, 1.0, s.transpose(), v);
+    mul_into(&mut *normal, 1.0, v.transpose(), v);
+    mul_add(&mut *normal, -1.0, along.transpose(), &*along);
+    mul_add(&mut *a, 1.0, v, along.transpose());
+    mul_add(a, 1.0, s, &*normal);
+}
+
+/// An orthogonal matrix whose first columns are the point.
+fn complete(point: &Mat<f64>) -> Mat<f64> {
+    let (r, k) = point.shape();
+    let spanning = Mat::from_fn(r, k + r, |i, j| match j.checked_sub(k) {
+        None => point[(i, j)],
+        Some(column) => f64::from(u8::from(i == column)),
+    });
+    thin_q(spanning.as_ref())
+}

@@ -1,0 +1,292 @@
+//! Geometric polynomials of minimal cost: inner control points chosen for the least squared acceleration.
+//!
+//! End points and end velocities fix the first and the last two control points; the others are free, `degree - 3` points.
+//! Riemannian cubics are the critical curves of the cost, so the polynomial of least cost is the Ritz approximation of the
+//! cubic with the same boundary data, and its distance to it falls by about a factor of ten with every degree.
+//!
+//! The cost is a sum of squares, of the accelerations at Gauss-Legendre nodes, and in the plane the accelerations are linear in
+//! the control points: the Gauss-Newton method needs three to five steps.
+
+use faer::{Mat, MatRef};
+
+use super::Curve;
+use super::acceleration_residual::AccelerationResidual;
+use super::de_casteljau::GeometricPolynomial;
+use super::end_legs::{check_boundary, outer_leg};
+use super::span::Span;
+use crate::error::{Error, Result};
+use crate::interrupt::Interrupt;
+use crate::linalg::decomp::{solve_upper, thin_qr};
+use crate::linalg::structure::norm;
+use crate::manifold::{QuasiGeodesic, Stiefel};
+use crate::report::{SolverReport, StopReason};
+
+pub(super) const SOLVER: &str = "control points of minimal cost";
+
+/// Part of the acceleration, relative to all of it, that moves of the control points may still lower: the cost is minimal to
+/// the square of that.
+const TOLERANCE: f64 = 1e-6;
+
+/// Three to five are usual.
+const MAX_STEPS: usize = 50;
+
+/// Halvings of a step before the direction is given up.
+const MAX_HALVINGS: i32 = 20;
+
+/// A step is accepted if it lowers the cost by this share of what the linear model predicts.
+const SUFFICIENT_DECREASE: f64 = 1e-4;
+
+/// Numbers of nodes, each tried where the one before does not resolve the curve.
+const NODES: [usize; 4] = [16, 32, 64, 128];
+
+/// Highest Legendre coefficients of a curve that counts as resolved.
+const RESOLVED: f64 = 1e-10;
+
+/// Above, the minimum differs from the cubic by round-off.
+const MAX_DEGREE: usize = 10;
+
+/// Unknowns at the most: a gigabyte of derivatives.
+const MAX_UNKNOWNS: usize = 2000;
+
+impl GeometricPolynomial {
+    /// The curve of the given degree, 3 to 10, of least cost among those with end points `s0, s1` and end velocities
+    /// `v0, v1`, all of shape `(n, k)`.
+    ///
+    /// ```math
+    /// \min_{P_2, \dots, P_{m-2}} \int_0^1 |D_t \gamma'|^2\, dt
+    /// ```
+    ///
+    /// A local minimum, found from the control points of the geometric cubic with its degree elevated. Degree 3 has no free
+    /// point and is the geometric cubic itself.
+    ///
+    /// See [`GeometricPolynomial::minimal_cost_interruptible`] for a report.
+    ///
+    /// # Accuracy
+    /// The cost is the minimum to `1e-12` relative, asserted in `tests/minimal_cost.rs`; end points and end velocities are met
+    /// to round-off.
+    /// # Errors
+    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `InvalidArgument` where the degree is none of 3 to 10, an end
+    /// velocity is too long to be met, or more than 2000 numbers are free; `NoJoiningCurve`, `OutsideLogDomain`,
+    /// `DifferentComponents` where control points cannot be joined, `BranchJump` where intermediate points cannot;
+    /// `NoConvergence`.
+    /// # Source
+    /// arXiv 2404.19407 suggests "an alternative choice of control points". Dennis, Schnabel (1996), "Numerical Methods for
+    /// Unconstrained Optimization and Nonlinear Equations", ch. 10 (the Gauss-Newton method and when it has converged).
+    pub fn minimal_cost(
+        s0: MatRef<'_, f64>,
+        v0: MatRef<'_, f64>,
+        s1: MatRef<'_, f64>,
+        v1: MatRef<'_, f64>,
+        degree: usize,
+    ) -> Result<Self> {
+        Self::minimal_cost_interruptible(s0, v0, s1, v1, degree, Interrupt::NEVER)
+            .map(|(curve, _)| curve)
+    }
+
+    /// [`GeometricPolynomial::minimal_cost`] that can be stopped, with a report.
+    ///
+    /// The residual of the report is the norm of the part of the acceleration that moves of the control points change to first
+    /// order; it is at most `1e-6` of the root of the cost.
+    ///
+    /// # Errors
+    /// As [`GeometricPolynomial::minimal_cost`], and `Interrupted`.
+    pub fn minimal_cost_interruptible(
+        s0: MatRef<'_, f64>,
+        v0: MatRef<'_, f64>,
+        s1: MatRef<'_, f64>,
+        v1: MatRef<'_, f64>,
+        degree: usize,
+        interrupt: Interrupt<'_>,
+    ) -> Result<(Self, SolverReport)> {
+        check_boundary([("S0", s0), ("V0", v0), ("S1", s1), ("V1", v1)])?;
+        let span = Span::of(&[s0, v0, s1, v1]);
+        let [s0, v0, s1, v1] = [s0, v0, s1, v1].map(|a| span.down(a));
+        check_size(degree, &Stiefel::of("S0", s0.as_ref())?)?;
+        let start = elevated_cubic(&s0, &v0, &s1, &v1, degree)?;
+        let (curve, report) = minimise(start, interrupt)?;
+        let curve = curve.lifted_by(span);
+        curve.check_branch()?;
+        Ok((curve, report))
+    }
+}
+
+/// Error `InvalidArgument` unless the degree is one, and the unknowns fit into memory.
+fn check_size(degree: usize, reduced: &Stiefel) -> Result<()> {
+    if !(3..=MAX_DEGREE).contains(&degree) {
+        return Err(Error::InvalidArgument {
+            name: "degree",
+            requirement: "from 3 to 10",
+            found: degree as f64,
+        });
+    }
+    let unknowns = (degree - 3) * reduced.dim();
+    if unknowns > MAX_UNKNOWNS {
+        return Err(Error::InvalidArgument {
+            name: "free numbers, (degree - 3) times the dimension of St(min(n, 4k), k)",
+            requirement: "at most 2000",
+            found: unknowns as f64,
+        });
+    }
+    Ok(())
+}
+
+/// The polynomial whose inner control points are those of the geometric cubic, its degree elevated with quasi-geodesics for
+/// the straight lines of the plane; the outer legs are exact.
+fn elevated_cubic(
+    s0: &Mat<f64>,
+    v0: &Mat<f64>,
+    s1: &Mat<f64>,
+    v1: &Mat<f64>,
+    degree: usize,
+) -> Result<GeometricPolynomial> {
+    let back = -v1;
+    let (first, p1) = outer_leg("V0", s0, v0, degree)?;
+    let (last, p_last) = outer_leg("V1", s1, &back, degree)?;
+    let third = |s: &Mat<f64>, v: &Mat<f64>| {
+        let third = v * faer::Scale(1.0 / 3.0);
+        QuasiGeodesic::from_velocity(s.as_ref(), third.as_ref())?.point(1.0)
+    };
+    let mut points = vec![s0.clone(), third(s0, v0)?, third(s1, &back)?, s1.clone()];
+    for current in 3..degree {
+        points = elevated(&points, current)?;
+    }
+    points[1] = p1;
+    points[degree - 1] = p_last;
+    let mut legs = vec![first];
+    for i in 1..degree - 1 {
+        legs.push(QuasiGeodesic::between(
+            points[i].as_ref(),
+            points[i + 1].as_ref(),
+        )?);
+    }
+    legs.push(last.reversed()?);
+    GeometricPolynomial::unchecked(points, None, legs)
+}
+
+/// Control points of the next degree: `P_i` moves by `i / (degree + 1)` of the way back to `P_{i-1}`.
+fn elevated(points: &[Mat<f64>], degree: usize) -> Result<Vec<Mat<f64>>> {
+    let mut out = vec![points[0].clone()];
+    for i in 1..=degree {
+        let back = QuasiGeodesic::between(points[i].as_ref(), points[i - 1].as_ref())?;
+        out.push(back.point(i as f64 / (degree + 1) as f64)?);
+    }
+    out.push(points[degree].clone());
+    Ok(out)
+}
+
+/// The Gauss-Newton method, with more nodes until they resolve the curve.
+fn minimise(
+    mut curve: GeometricPolynomial,
+    interrupt: Interrupt<'_>,
+) -> Result<(GeometricPolynomial, SolverReport)> {
+    let mut steps = 0;
+    let mut unresolved = f64::NAN;
+    for nodes in NODES {
+        let mut problem = AccelerationResidual::new(curve, nodes);
+        let report = gauss_newton(&mut problem, steps, interrupt)?;
+        unresolved = problem.unresolved();
+        curve = problem.into_curve();
+        if unresolved <= RESOLVED {
+            return Ok((curve, report));
+        }
+        steps = report.iterations;
+    }
+    Err(failed(steps, unresolved, RESOLVED, StopReason::Stagnated))
+}
+
+/// Lowers the cost from the current control points until it is stationary; `taken` steps count already.
+fn gauss_newton(
+    problem: &mut AccelerationResidual,
+    taken: usize,
+    interrupt: Interrupt<'_>,
+) -> Result<SolverReport> {
+    let noise = problem.noise();
+    let mut residual = vec![0.0; problem.len()];
+    let mut trial = residual.clone();
+    let mut jacobian = Mat::zeros(problem.len(), problem.unknowns());
+    problem.residual_into(&mut residual)?;
+    for iterations in taken.. {
+        let size = length(&residual);
+        let tolerance = TOLERANCE * size + noise;
+        let report = |residual| SolverReport {
+            converged: true,
+            iterations,
+            residual,
+            tolerance,
+            reason: StopReason::Converged,
+        };
+        if problem.unknowns() == 0 || size <= noise {
+            return Ok(report(0.0));
+        }
+        problem.jacobian_into(&mut jacobian, interrupt)?;
+        let (q, r) = thin_qr(jacobian.as_ref());
+        let right = MatRef::from_column_major_slice(&residual, residual.len(), 1);
+        let mut step = q.transpose() * right;
+        let slope = step.norm_l2();
+        if slope <= tolerance {
+            return Ok(report(slope));
+        }
+        if iterations >= MAX_STEPS {
+            return Err(failed(
+                iterations,
+                slope,
+                tolerance,
+                StopReason::MaxIterations,
+            ));
+        }
+        solve_upper(r.as_ref(), step.as_mut());
+        let step: Vec<f64> = (0..step.nrows()).map(|i| -step[(i, 0)]).collect();
+        if !length(&step).is_finite() {
+            let reason = StopReason::SingularJacobian;
+            return Err(failed(iterations, slope, tolerance, reason));
+        }
+        if !descend(problem, &step, &residual, slope, &mut trial)? {
+            return Err(failed(iterations, slope, tolerance, StopReason::Stagnated));
+        }
+        std::mem::swap(&mut residual, &mut trial);
+    }
+    unreachable!("the steps are bounded")
+}
+
+/// Moves along the step, halved until the cost falls enough, and leaves the new residual in `trial`; whether it falls.
+fn descend(
+    problem: &mut AccelerationResidual,
+    step: &[f64],
+    residual: &[f64],
+    slope: f64,
+    trial: &mut [f64],
+) -> Result<bool> {
+    let cost = length(residual).powi(2);
+    let centre = problem.inner();
+    for halving in 0..=MAX_HALVINGS {
+        let scale = 0.5_f64.powi(halving);
+        let enough = cost - 2.0 * SUFFICIENT_DECREASE * scale * slope * slope;
+        // A step to points that no curve joins counts as one that does not lower the cost.
+        let there = problem.moved(step, scale);
+        let found = there
+            .and_then(|points| problem.set_inner(&points))
+            .and_then(|()| problem.residual_into(trial));
+        if found.is_ok() && length(trial).powi(2) <= enough {
+            return Ok(true);
+        }
+        problem.set_inner(&centre)?;
+    }
+    Ok(false)
+}
+
+fn length(x: &[f64]) -> f64 {
+    norm(MatRef::from_column_major_slice(x, x.len(), 1))
+}
+
+fn failed(iterations: usize, residual: f64, tolerance: f64, reason: StopReason) -> Error {
+    Error::NoConvergence {
+        solver: SOLVER,
+        report: SolverReport {
+            converged: false,
+            iterations,
+            residual,
+            tolerance,
+            reason,
+        },
+    }
+}
