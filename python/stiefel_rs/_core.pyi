@@ -141,6 +141,16 @@ class GeometricPolynomial(Curve):
     def control_points(self) -> _Array: ...
     @property
     def degree(self) -> int: ...
+    @property
+    def report(self) -> SolverReport | None: ...
+    @staticmethod
+    def minimal_cost(
+        S0: ArrayLike, V0: ArrayLike, S1: ArrayLike, V1: ArrayLike, *, degree: int = 5
+    ) -> GeometricPolynomial: ...
+    @staticmethod
+    def quintic(
+        S0: ArrayLike, V0: ArrayLike, A0: ArrayLike, S1: ArrayLike, V1: ArrayLike, A1: ArrayLike
+    ) -> GeometricPolynomial: ...
 
 @final
 class Geodesic(Curve):

@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from tqdm import tqdm  # type: ignore[import-untyped]
 
-from . import __version__, _core, paper, report
+from . import __version__, _core, control_points, paper, report
 from .errors import StiefelError
 
 EXIT_FAILURE: Final = 1
@@ -19,7 +19,7 @@ EXIT_INTERRUPTED: Final = 130
 MAX_STEPS: Final = 1_000_000
 REPETITIONS: Final = 7
 QUICK_REPETITIONS: Final = 3
-FIGURES: Final = 6
+FIGURES: Final = 7
 
 
 def _steps(text: str) -> tuple[int, ...]:
@@ -92,6 +92,8 @@ def reproduce(folder: Path, steps: tuple[int, ...], repetitions: int) -> int:
                 progress()
         results = report.Results(rows, paper.measure_times(steps, repetitions, progress))
         written = {"tables": len(report.write_all(tables, results))}
+        alternatives = control_points.measure()
+        written["tables"] += len(control_points.write_tables(tables, alternatives))
         try:
             # Here, since matplotlib is optional and slow to import.
             from . import plotting  # noqa: PLC0415
@@ -99,6 +101,7 @@ def reproduce(folder: Path, steps: tuple[int, ...], repetitions: int) -> int:
             missing = error
         else:
             written["figures"] = len(plotting.write_all(figures, rows, progress))
+            written["figures"] += len(control_points.write_figure(figures, alternatives, progress))
     for line in report.headline(results):
         print(line)
     for name, count in written.items():
