@@ -162,7 +162,15 @@ class Geodesic(Curve):
 
 @final
 class GeometricCubic(GeometricPolynomial):
-    def __new__(cls, S0: ArrayLike, V0: ArrayLike, S1: ArrayLike, V1: ArrayLike) -> GeometricCubic: ...
+    def __new__(
+        cls,
+        S0: ArrayLike,
+        V0: ArrayLike,
+        S1: ArrayLike,
+        V1: ArrayLike,
+        *,
+        pieces: Literal["quasi_geodesic", "geodesic"] = "quasi_geodesic",
+    ) -> GeometricCubic: ...
     @staticmethod
     def from_control_points(P: ArrayLike) -> GeometricCubic: ...
 

@@ -18,7 +18,7 @@ import numpy as np
 from tabulate import tabulate  # type: ignore[import-untyped]
 
 from . import paper
-from ._core import Curve, GeometricCubic, GeometricPolynomial, Stiefel
+from ._core import Curve, GeometricCubic, GeometricPolynomial
 from .paper import EXPERIMENTS, Array, Experiment
 from .report import write_csv
 
@@ -72,14 +72,13 @@ def boundary_problem(experiment: Experiment) -> Problem:
     t = np.unique(np.concatenate([grid, quadrature]))
     z = chart.reference(paper.initial_state(experiment), t)
     states, at_nodes = z[np.searchsorted(t, grid)], z[np.searchsorted(t, quadrature)]
-    # p_qdot is the covariant acceleration as a covector, and that block of the Hessian the inverse of the metric.
-    squares = [p @ _inverse_metric(experiment, state) @ p for state in at_nodes for p in [state[3 * d :]]]
+    squares = [state[3 * d :] @ _acceleration(experiment, state) for state in at_nodes]
     ends = []
     accelerations = []
     for state in (states[0], states[-1]):
-        q, qdot, p_qdot = state[:d], state[d : 2 * d], state[3 * d :]
+        q, qdot = state[:d], state[d : 2 * d]
         ends += [chart.embed(q), chart.embed_velocity(q, qdot)]
-        accelerations.append(chart.embed_velocity(q, _inverse_metric(experiment, state) @ p_qdot))
+        accelerations.append(chart.embed_velocity(q, _acceleration(experiment, state)))
     return Problem(
         experiment,
         (ends[0], ends[1], ends[2], ends[3]),
@@ -89,9 +88,10 @@ def boundary_problem(experiment: Experiment) -> Problem:
     )
 
 
-def _inverse_metric(experiment: Experiment, state: Array) -> Array:
+def _acceleration(experiment: Experiment, state: Array) -> Array:
+    """Chart components of the covariant acceleration, whose covector is ``p_qdot``: that block of H is the inverse metric."""
     d = experiment.chart.d
-    return np.asarray(experiment.chart.hessian(state)[3 * d :, 3 * d :])
+    return np.asarray(experiment.chart.hessian(state)[3 * d :, 3 * d :] @ state[3 * d :])
 
 
 def build(problem: Problem, method: str) -> Curve:
@@ -100,9 +100,7 @@ def build(problem: Problem, method: str) -> Curve:
     if method == "gcp":
         return GeometricCubic(s0, v0, s1, v1)
     if method == "geodesic_cubic":
-        manifold = Stiefel(3, problem.experiment.chart.k)
-        control_points = [s0, manifold.exp(s0, v0 / 3), manifold.exp(s1, -v1 / 3), s1]
-        return GeometricPolynomial(np.stack(control_points), pieces="geodesic")
+        return GeometricCubic(s0, v0, s1, v1, pieces="geodesic")
     if method == "quintic":
         a0, a1 = problem.accelerations
         return GeometricPolynomial.quintic(s0, v0, a0, s1, v1, a1)

@@ -14,9 +14,27 @@ use crate::linalg::jet::Jet;
 use crate::linalg::product::{axpy, mul_add, mul_into};
 use crate::manifold::QuasiGeodesic;
 
-/// Step of the central differences: the error of second order, 1e-10, meets that of round-off, which the second derivative
-/// makes a thousand times larger.
-const DIFFERENCE_STEP: f64 = 2e-5;
+/// How derivatives are taken. Round-off of the points is some thousand times larger in the second derivative, at the ends,
+/// where the weights are small: the steps make it as large as the error of the differences.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Differences {
+    /// Half the work, right to about 1e-6: for steps that are not the last.
+    Forward,
+    /// Right to about 1e-8.
+    Central,
+}
+
+impl Differences {
+    fn step(self) -> f64 {
+        match self {
+            Differences::Forward => 5e-7,
+            Differences::Central => 2e-5,
+        }
+    }
+}
+
+/// A point has an error of some units of round-off.
+const POINT_ROUND_OFF: f64 = 16.0 * f64::EPSILON;
 
 /// `|(I - FACTOR S S^T) A|_F` is the canonical norm of a tangent vector `A`.
 const FACTOR: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
@@ -93,7 +111,7 @@ impl AccelerationResidual {
     /// Norm of the residual of a curve that rests, by round-off: nothing below it can be told from zero.
     pub(super) fn noise(&self) -> f64 {
         let points = self.grid.len() as f64;
-        f64::EPSILON * points * points * (self.len() as f64 / points).sqrt()
+        POINT_ROUND_OFF * points * points * (self.len() as f64 / points).sqrt()
     }
 
     /// What the nodes do not resolve of the curve of the latest residual.
@@ -129,47 +147,54 @@ impl AccelerationResidual {
         Ok(())
     }
 
-    /// The derivative with respect to all turns, by central differences, one column for each.
+    /// The derivative of `residual`, that of the present control points, with respect to all turns, one column for each.
     ///
     /// # Errors
     /// Where a curve does not exist; `Interrupted`.
     pub(super) fn jacobian_into(
         &mut self,
         out: &mut Mat<f64>,
+        residual: &[f64],
+        differences: Differences,
         interrupt: Interrupt<'_>,
     ) -> Result<()> {
-        let mut ends = [vec![0.0; self.len()], vec![0.0; self.len()]];
+        let step = differences.step();
+        let (mut ahead, mut behind) = (vec![0.0; self.len()], residual.to_vec());
+        let width = match differences {
+            Differences::Forward => step,
+            Differences::Central => 2.0 * step,
+        };
+        let centre = self.curve.clone();
         for l in 0..self.turns.len() {
             interrupt.check(super::minimal_cost::SOLVER)?;
             let turn = self.turns[l];
-            let centre = self.curve.reduced_points()[turn.point].clone();
-            for (end, angle) in ends.iter_mut().zip([DIFFERENCE_STEP, -DIFFERENCE_STEP]) {
-                self.curve
-                    .replace_point(turn.point, &self.turned(turn, angle))?;
-                let found = self.residual_into(end);
-                self.curve.replace_point(turn.point, &centre)?;
-                found?;
-            }
-            for (i, (ahead, behind)) in ends[0].iter().zip(&ends[1]).enumerate() {
-                out[(i, l)] = (ahead - behind) / (2.0 * DIFFERENCE_STEP);
+            let found = self.turned_residual_into(&mut ahead, &centre, turn, step);
+            let found = match differences {
+                Differences::Forward => found,
+                Differences::Central => found
+                    .and_then(|()| self.turned_residual_into(&mut behind, &centre, turn, -step)),
+            };
+            self.curve.restore_point(turn.point, &centre);
+            found?;
+            for i in 0..ahead.len() {
+                out[(i, l)] = (ahead[i] - behind[i]) / width;
             }
         }
         Ok(())
     }
 
-    /// The control point of a turn, turned: the quasi-geodesic in that direction is a rotation of one plane.
-    fn turned(&self, turn: Turn, angle: f64) -> Mat<f64> {
-        let (point, frame) = self.point_and_frame(turn.point);
-        let (sin, cos) = angle.sin_cos();
-        let mut out = point.clone();
-        for i in 0..point.nrows() {
-            let (x, y) = (point[(i, turn.column)], frame[(i, turn.other)]);
-            out[(i, turn.column)] = cos * x + sin * y;
-            if turn.other < point.ncols() {
-                out[(i, turn.other)] = cos * y - sin * x;
-            }
-        }
-        out
+    /// The residual of the curve `centre` after one turn; the curve stays there.
+    fn turned_residual_into(
+        &mut self,
+        out: &mut [f64],
+        centre: &GeometricPolynomial,
+        turn: Turn,
+        angle: f64,
+    ) -> Result<()> {
+        let point = &centre.reduced_points()[turn.point];
+        let turned = turned(point, &self.frames[turn.point], turn, angle);
+        self.curve.replace_point(turn.point, &turned)?;
+        self.residual_into(out)
     }
 
     fn point_and_frame(&self, i: usize) -> (&Mat<f64>, &Mat<f64>) {
@@ -219,6 +244,20 @@ impl AccelerationResidual {
         }
         Ok(())
     }
+}
+
+/// The control point of a turn, turned: the quasi-geodesic in that direction is a rotation of one plane.
+fn turned(point: &Mat<f64>, frame: &Mat<f64>, turn: Turn, angle: f64) -> Mat<f64> {
+    let (sin, cos) = angle.sin_cos();
+    let mut out = point.clone();
+    for i in 0..point.nrows() {
+        let (x, y) = (point[(i, turn.column)], frame[(i, turn.other)]);
+        out[(i, turn.column)] = cos * x + sin * y;
+        if turn.other < point.ncols() {
+            out[(i, turn.other)] = cos * y - sin * x;
+        }
+    }
+    out
 }
 
 /// `a += Gamma(V, V)` at `s`, canonical metric: `V (V^T S) + S (V^T V - V^T S S^T V)`.

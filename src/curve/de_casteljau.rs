@@ -134,6 +134,13 @@ impl GeometricPolynomial {
         Ok(())
     }
 
+    /// Takes an inner control point, and the two legs that end in it, from a curve that has the others in common.
+    pub(super) fn restore_point(&mut self, i: usize, from: &Self) {
+        self.points[i].copy_from(&from.points[i]);
+        self.legs[i - 1..=i].clone_from_slice(&from.legs[i - 1..=i]);
+        self.lane_legs[i - 1..=i].clone_from_slice(&from.lane_legs[i - 1..=i]);
+    }
+
     /// The curve of the same coordinates in a span.
     pub(super) fn lifted_by(self, span: Span) -> Self {
         let frame = span.into_basis();

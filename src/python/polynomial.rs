@@ -27,6 +27,10 @@ impl Operations for GeodesicPolynomial {
     fn operations(&self, quantity: Quantity) -> f64 {
         let joins = 0.5 * (self.degree() * self.degree()) as f64;
         match quantity {
+            // Rotations, whose geodesics are in closed form.
+            Quantity::Derivative(0) if self.n() == self.k() + 1 => {
+                joins * (30.0 + 30.0 * cube(self.n()))
+            }
             Quantity::Derivative(0) => joins * (2e4 + 2e3 * cube(self.k())),
             // A linear system of the dimension of the reduced manifold for each stage.
             _ => joins * (1e5 + 1e4 * cube(self.k()) * cube(self.k())),
@@ -284,6 +288,18 @@ impl PyGeometricPolynomial {
 const QUASI_GEODESIC: &str = "quasi_geodesic";
 const GEODESIC: &str = "geodesic";
 
+fn is_geodesic(py: Python<'_>, pieces: &str) -> PyResult<bool> {
+    match pieces {
+        QUASI_GEODESIC => Ok(false),
+        GEODESIC => Ok(true),
+        _ => {
+            let message =
+                format!("pieces: expected '{QUASI_GEODESIC}' or '{GEODESIC}', found {pieces:?}");
+            Err(invalid_input(py, message))
+        }
+    }
+}
+
 /// Rough operations of a construction: the span, and the branch at some tens of parameters.
 fn construction((n, k): (usize, usize), degree: usize) -> f64 {
     let (n, k, degree) = (n as f64, k as f64, degree as f64);
@@ -304,15 +320,7 @@ fn search((n, k): (usize, usize), degree: usize) -> f64 {
 /// The curve with control points `P`, shape (degree + 1, n, k).
 #[allow(non_snake_case)]
 fn polynomial(py: Python<'_>, P: &Bound<'_, PyAny>, pieces: &str) -> PyResult<Pieces> {
-    let geodesic = match pieces {
-        QUASI_GEODESIC => false,
-        GEODESIC => true,
-        _ => {
-            let message =
-                format!("pieces: expected '{QUASI_GEODESIC}' or '{GEODESIC}', found {pieces:?}");
-            return Err(invalid_input(py, message));
-        }
-    };
+    let geodesic = is_geodesic(py, pieces)?;
     let array = float_array(P, "P")?;
     let shape = array.shape().to_vec();
     let [points, n, k] = shape[..] else {
@@ -345,6 +353,10 @@ fn polynomial(py: Python<'_>, P: &Bound<'_, PyAny>, pieces: &str) -> PyResult<Pi
 ///     Initial point and velocity.
 /// S1, V1 : array_like, shape (n, k)
 ///     Final point and velocity, at ``t = 1``.
+/// pieces : "quasi_geodesic" or "geodesic", default "quasi_geodesic"
+///     Geodesics (canonical metric) come much nearer to the Riemannian cubic for ``k > 1``, where they differ from
+///     quasi-geodesics, and take a logarithm for every stage of every point; not for ``k = n - 1``, where they are in
+///     closed form as well.
 ///
 /// Raises
 /// ------
@@ -381,13 +393,16 @@ pub struct PyGeometricCubic;
 #[allow(non_snake_case)]
 impl PyGeometricCubic {
     #[new]
+    #[pyo3(signature = (S0, V0, S1, V1, *, pieces="quasi_geodesic"))]
     fn new(
         py: Python<'_>,
         S0: &Bound<'_, PyAny>,
         V0: &Bound<'_, PyAny>,
         S1: &Bound<'_, PyAny>,
         V1: &Bound<'_, PyAny>,
+        pieces: &str,
     ) -> PyResult<PyClassInitializer<Self>> {
+        let geodesic = is_geodesic(py, pieces)?;
         let (s0, v0, s1, v1) = (
             matrix(S0, "S0")?,
             matrix(V0, "V0")?,
@@ -396,9 +411,15 @@ impl PyGeometricCubic {
         );
         let call = Call::new(py, None, construction(s0.shape(), 3))?;
         let curve = call.run(py, move |_| {
-            GeometricCubic::from_boundary(s0.as_ref(), v0.as_ref(), s1.as_ref(), v1.as_ref())
+            let [s0, v0, s1, v1] = [&s0, &v0, &s1, &v1].map(|a| a.as_ref());
+            Ok(if geodesic {
+                Pieces::Geodesic(Arc::new(GeodesicPolynomial::from_boundary(s0, v0, s1, v1)?))
+            } else {
+                let curve = GeometricCubic::from_boundary(s0, v0, s1, v1)?;
+                Pieces::QuasiGeodesic(Arc::new(curve.into()))
+            })
         })?;
-        Ok(Self::wrap(Pieces::QuasiGeodesic(Arc::new(curve.into()))))
+        Ok(Self::wrap(curve))
     }
 
     /// The geometric cubic with control points ``P``, shape (4, n, k).
