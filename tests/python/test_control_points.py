@@ -1,6 +1,7 @@
 """The comparison of control points: the exact cubic's cost and accelerations, and what the rows and the text say."""
 
 import csv
+import itertools
 
 import numpy as np
 import pytest
@@ -56,7 +57,7 @@ def test_rows_hold_the_papers_errors_and_falling_costs(rows):
         assert list(own) == list(control_points.LABELS)
         assert own["gcp"].error == pytest.approx(error, rel=1e-4)
         least = [own["gcp"], *(own[f"minimal_cost_{m}"] for m in control_points.DEGREES)]
-        for before, after in zip(least[:-1], least[1:], strict=True):
+        for before, after in itertools.pairwise(least):
             assert after.error < before.error / 5
             # No curve costs less than the cubic; costs are right to 1e-12.
             assert -1e-11 < after.excess < before.excess

@@ -173,5 +173,5 @@ def test_cubic_of_unknown_pieces():
 
 def test_cubic_of_geodesics_refuses_velocities_beyond_the_injectivity_radius():
     fast = V * (9.0 / M.norm(S, V))
-    with pytest.raises(InvalidInputError, match="V0: must be shorter than three times .* found 9"):
+    with pytest.raises(InvalidInputError, match=r"V0: must be shorter than three times .* found 9"):
         GeometricCubic(S, fast, S1, 0 * S1, pieces="geodesic")

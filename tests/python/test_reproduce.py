@@ -121,7 +121,16 @@ def test_timing_table(quick):
 
 def test_summary_goes_through_the_claims(quick):
     text = (quick[0] / "tables" / "summary.md").read_text(encoding="utf-8")
-    for heading in ("## 1, 2.", "## 3.", "## 4.", "## 5.", "## 6.", "## 7.", "## Independent recomputation", "## Other control"):
+    for heading in (
+        "## 1, 2.",
+        "## 3.",
+        "## 4.",
+        "## 5.",
+        "## 6.",
+        "## 7.",
+        "## Independent recomputation",
+        "## Other control",
+    ):
         assert heading in text
     assert "nan" not in text.lower()
     assert "1.0757e-04 = 0.01076 %" in text and "4.5209e-03 = 0.4521 %" in text
