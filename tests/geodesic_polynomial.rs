@@ -215,6 +215,7 @@ fn by_definition(points: &[Mat<f64>], t: f64) -> Mat<f64> {
 fn every_route_is_the_algorithm_by_its_definition() {
     let mut rng = Rng::new(8);
     let mut worst = Worst::new("polynomial against its definition");
+    let mut ends = Worst::new("last control point, through rotations");
     for size in [(3, 2), (2, 1), (4, 3), (7, 6), (5, 4), (4, 2), (5, 3)] {
         for (degree, step) in [(2, 1.0), (3, 0.7), (3, 1e-7), (5, 0.4), (1, 1.0)] {
             let points = walk(size, degree, step, &mut rng);
@@ -225,13 +226,21 @@ fn every_route_is_the_algorithm_by_its_definition() {
                 .unwrap();
             for (found, &t) in samples.iter().zip(&t) {
                 let error = distance(&found.to_owned(), &by_definition(&points, t));
-                worst.see(error, || {
+                worst.see(error / (size.0 * degree) as f64, || {
                     format!("{size:?}, degree {degree}, step {step}, t = {t}")
+                });
+            }
+            if size.0 == size.1 + 1 {
+                let error = distance(&samples.get(10).to_owned(), &points[degree]);
+                ends.see(error / (size.0 * degree) as f64, || {
+                    format!("{size:?}, degree {degree}, step {step}")
                 });
             }
         }
     }
-    worst.assert_at_most(1e-13);
+    // A stage of the definition solves for a logarithm, to some n eps; stages add up. Rotations need no solution.
+    worst.assert_at_most(64.0 * EPS);
+    ends.assert_at_most(16.0 * EPS);
 }
 
 #[test]
