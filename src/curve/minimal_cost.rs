@@ -66,7 +66,7 @@ impl GeometricPolynomial {
     ///
     /// The mean distance to the Riemannian cubic with the same data is that of the geometric cubic divided by 39, 217, 2450 and
     /// 65000 in degrees 4 to 7 on the sphere with the data of arXiv 2404.19407, by 11, 133, 1420 and 15000 on its St(3,2); over
-    /// 200 random problems on each of five shapes (distance up to 1.5, speeds up to 2) by 5, 18 to 33, and 150 to 210 in degrees
+    /// 200 random problems on each of five shapes (distance up to 1.5, speeds up to 2) by 5, 18 to 33, and 150 to 220 in degrees
     /// 4, 5 and 6 in the geometric mean. The whole table is in [`crate::guide::algorithms`].
     ///
     /// # Accuracy
