@@ -40,12 +40,13 @@ def write(folder: Path, rows: list[Row]) -> list[Path]:
     """Write the figure, one column of panels for each manifold; the paths written."""
     with plotting._style():
         figure = plotting._new_figure(7.2, 5.6)
-        grid = plotting._grid(figure, 2, 2, (0.95, 0.15, 1.05, 0.35), hspace=0.22, wspace=0.25)
+        grid = plotting._grid(figure, 2, 2, (0.95, 0.15, 1.05, 0.35), hspace=0.12, wspace=0.25)
         for column, experiment in enumerate(EXPERIMENTS):
             upper, lower = (figure.add_subplot(grid[i, column]) for i in range(2))
             _draw(experiment, rows, "error", ax=upper)
             _draw(experiment, rows, "excess", ax=lower)
             upper.set_title(experiment.title)
+            upper.tick_params(labelbottom=False)
             lower.set_xlabel("degree")
             if column == 0:
                 upper.set_ylabel("mean Frobenius error\n(dimensionless)")
