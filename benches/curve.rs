@@ -9,8 +9,8 @@ use common::{Rng, random_point, random_tangent};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use faer::Mat;
 use stiefel_rs::{
-    Curve, GeometricCubic, GeometricPolynomial, Interrupt, Quantity, QuasiGeodesic, Stiefel,
-    skew_exp,
+    Curve, GeodesicPolynomial, GeometricCubic, GeometricPolynomial, Interrupt, Quantity,
+    QuasiGeodesic, Stiefel, skew_exp,
 };
 
 const SHAPES: [(usize, usize); 4] = [(3, 1), (3, 2), (50, 5), (300, 10)];
@@ -144,6 +144,17 @@ fn control_points(c: &mut Criterion) {
                 .unwrap()
         };
         assert!(search(5).cost().unwrap() < quintic().cost().unwrap());
+        let geodesic = || GeodesicPolynomial::from_boundary(black_box(s0), v0, s1, v1).unwrap();
+        let geodesic_cubic = geodesic();
+        group.bench_function(BenchmarkId::new("512_points_geodesic_cubic", &shape), |b| {
+            let quantity = Quantity::Derivative(0);
+            b.iter(|| {
+                single.install(|| geodesic_cubic.sample(black_box(&t), quantity, Interrupt::NEVER))
+            });
+        });
+        group.bench_function(BenchmarkId::new("build_geodesic_cubic", &shape), |b| {
+            b.iter(geodesic)
+        });
         group.bench_function(BenchmarkId::new("build_cubic", &shape), |b| b.iter(cubic));
         group.bench_function(BenchmarkId::new("build_quintic", &shape), |b| {
             b.iter(quintic)

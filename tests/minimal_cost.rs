@@ -82,8 +82,8 @@ fn meets_its_boundary_data_within_few_steps() {
 
 /// What a Newton step along one direction would still lower, relative to the cost, from exact costs.
 ///
-/// Costs are right to 1e-12, so the difference of two has relative error 2e-12, and its square over a second difference of
-/// 1e-8 or more is far below the bounds; the error of the central difference itself is of order `h^4 = 1e-16`.
+/// Costs are right to 1e-12, so the difference of two has relative error 2e-12, and its square over a second difference
+/// of 1e-8 or more is far below the bounds; the error of the central difference itself is of order `h^4 = 1e-16`.
 fn decrement(points: &[Mat<f64>], index: usize, direction: &Mat<f64>) -> f64 {
     let h = 1e-4;
     let line = QuasiGeodesic::from_velocity(points[index].as_ref(), direction.as_ref()).unwrap();

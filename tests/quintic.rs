@@ -55,7 +55,8 @@ fn meets_points_velocities_and_accelerations() {
             }
         }
     }
-    // Round-off of a stage is a few eps k, stages add up; derivatives multiply by 5 and 20, and cancel digits of their parts.
+    // Round-off of a stage is a few eps k, stages add up; derivatives multiply by 5 and 20, and cancel digits of their
+    // parts.
     for (worst, bound) in worst.iter().zip([16.0, 160.0, 1600.0]) {
         worst.assert_at_most(bound * EPS);
     }

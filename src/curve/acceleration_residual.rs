@@ -1,5 +1,5 @@
-//! The acceleration of a geometric polynomial as a vector whose squared norm is the cost, and its derivative with respect
-//! to the inner control points.
+//! The acceleration of a geometric polynomial as a vector whose squared norm is the cost, and its derivative with
+//! respect to the inner control points.
 
 use faer::prelude::*;
 use faer::{Mat, MatMut, MatRef};
@@ -14,8 +14,8 @@ use crate::linalg::jet::Jet;
 use crate::linalg::product::{axpy, mul_add, mul_into};
 use crate::manifold::QuasiGeodesic;
 
-/// How derivatives are taken. Round-off of the points is some thousand times larger in the second derivative, at the ends,
-/// where the weights are small: the steps make it as large as the error of the differences.
+/// How derivatives are taken. Round-off of the points is some thousand times larger in the second derivative, at the
+/// ends, where the weights are small: the steps make it as large as the error of the differences.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Differences {
     /// Half the work, right to about 1e-6: for steps that are not the last.
@@ -147,7 +147,8 @@ impl AccelerationResidual {
         Ok(())
     }
 
-    /// The derivative of `residual`, that of the present control points, with respect to all turns, one column for each.
+    /// The derivative of `residual`, that of the present control points, with respect to all turns, one column for
+    /// each.
     ///
     /// # Errors
     /// Where a curve does not exist; `Interrupted`.

@@ -1,7 +1,8 @@
 //! Derivatives and integrals of a curve from its points at Gauss-Legendre nodes.
 //!
-//! A smooth curve on `[0, 1]` is its interpolation polynomial to round-off once the nodes are enough; differentiating that
-//! costs a product with a constant matrix, where exact derivatives of a de Casteljau curve cost a hundred times its points.
+//! A smooth curve on `[0, 1]` is its interpolation polynomial to round-off once the nodes are enough; differentiating
+//! that costs a product with a constant matrix, where exact derivatives of a de Casteljau curve cost a hundred times
+//! its points.
 //!
 //! # Source
 //! Wang, Xiang (2012), "On the convergence rates of Legendre approximation", Math. Comp. 81, 861-877

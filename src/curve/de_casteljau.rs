@@ -35,8 +35,8 @@ use crate::manifold::quasi_geodesic_jet::MovingQuasiGeodesic;
 /// Further outside of `[0, 1]` the weights of the two ends cancel: the careful route.
 const LANE_RANGE: f64 = 2.0;
 
-/// Above this the blocked factorisations of a single matrix are faster than eight at once (measured: 1.6 times slower at
-/// k = 40, 1.4 times faster at k = 100).
+/// Above this the blocked factorisations of a single matrix are faster than eight at once (measured: 1.6 times slower
+/// at k = 40, 1.4 times faster at k = 100).
 const LANE_COLUMNS: usize = 64;
 
 /// A geometric polynomial: the curve of de Casteljau's algorithm on `[0, 1]` with quasi-geodesics as pieces.

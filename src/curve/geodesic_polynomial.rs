@@ -23,13 +23,13 @@ use crate::manifold::{Geodesic, QuasiGeodesic, Stiefel, normal_frame};
 ///
 /// Beside [`GeometricPolynomial`](super::GeometricPolynomial), whose pieces are quasi-geodesics in closed form, every
 /// point solves `degree (degree - 1) / 2` logarithms, and derivatives a linear system of the dimension of the manifold
-/// (at most `St((degree + 1) k, k)`) for each. But for `k = n - 1`: `St(n, n-1)` with the canonical metric is the group of
-/// rotations, by completing a point to a rotation, where geodesics are quasi-geodesics, and so is the work.
+/// (at most `St((degree + 1) k, k)`) for each. But for `k = n - 1`: `St(n, n-1)` with the canonical metric is the group
+/// of rotations, by completing a point to a rotation, where geodesics are quasi-geodesics, and so is the work.
 ///
-/// The cubic with given end points and end velocities ([`GeodesicPolynomial::from_boundary`]) is nearer to the Riemannian
-/// cubic than that of quasi-geodesics: 149 times on St(3,2) with the data of arXiv 2404.19407, and in the geometric mean over
-/// 200 random problems (distance up to 1.5, speeds up to 2) 34 times on St(3,2), 17 on St(4,2), 18 on St(6,3), 11 on
-/// St(10,3), at the least 1.2 times. On spheres and rotation groups the two are the same.
+/// The cubic with given end points and end velocities ([`GeodesicPolynomial::from_boundary`]) is nearer to the
+/// Riemannian cubic than that of quasi-geodesics: 149 times on St(3,2) with the data of arXiv 2404.19407, and in the
+/// geometric mean over 200 random problems (distance up to 1.5, speeds up to 2) 34 times on St(3,2), 17 on St(4,2), 18
+/// on St(6,3), 11 on St(10,3), at the least 1.2 times. On spheres and rotation groups the two are the same.
 ///
 /// # Domain
 /// Consecutive control points must be closer than the known bound of the injectivity radius
@@ -83,13 +83,13 @@ impl GeodesicPolynomial {
         })
     }
 
-    /// The cubic with end points `s0, s1` and end velocities `v0, v1`, all of shape `(n, k)`: its inner control points are
-    /// `exp(s0, v0 / 3)` and `exp(s1, -v1 / 3)`.
+    /// The cubic with end points `s0, s1` and end velocities `v0, v1`, all of shape `(n, k)`: its inner control points
+    /// are `exp(s0, v0 / 3)` and `exp(s1, -v1 / 3)`.
     ///
     /// # Errors
-    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `InvalidArgument` where a third of an end velocity is not shorter
-    /// than the bound of the injectivity radius; `BeyondInjectivity` where the inner control points are too far apart, and
-    /// those of [`Stiefel::log`].
+    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `InvalidArgument` where a third of an end velocity is not
+    /// shorter than the bound of the injectivity radius; `BeyondInjectivity` where the inner control points are too far
+    /// apart, and those of [`Stiefel::log`].
     pub fn from_boundary(
         s0: MatRef<'_, f64>,
         v0: MatRef<'_, f64>,

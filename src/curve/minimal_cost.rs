@@ -1,11 +1,13 @@
 //! Geometric polynomials of minimal cost: inner control points chosen for the least squared acceleration.
 //!
-//! End points and end velocities fix the first and the last two control points; the others are free, `degree - 3` points.
-//! Riemannian cubics are the critical curves of the cost, so the polynomial of least cost is the Ritz approximation of the
-//! cubic with the same boundary data, and its distance to it falls by about a factor of ten with every degree.
+//! End points and end velocities fix the first and the last two control points; the others are free, `degree - 3`
+//! points. Riemannian cubics are the critical curves of the cost, so the polynomial of least cost is the Ritz
+//! approximation of the cubic with the same boundary data, and its distance to it falls by about a factor of ten with
+//! every degree.
 //!
-//! The cost is a sum of squares, of the accelerations at Gauss-Legendre nodes, and in the plane the accelerations are linear in
-//! the control points: the Gauss-Newton method needs few steps, two on the sphere of the paper and three on its St(3,2).
+//! The cost is a sum of squares, of the accelerations at Gauss-Legendre nodes, and in the plane the accelerations are
+//! linear in the control points: the Gauss-Newton method needs few steps, two on the sphere of the paper and three on
+//! its St(3,2).
 
 use faer::{Mat, MatRef};
 
@@ -23,8 +25,8 @@ use crate::report::{SolverReport, StopReason};
 
 pub(super) const SOLVER: &str = "control points of minimal cost";
 
-/// Part of the acceleration, relative to all of it, that moves of the control points may still lower: the cost is minimal to
-/// the square of that.
+/// Part of the acceleration, relative to all of it, that moves of the control points may still lower: the cost is
+/// minimal to the square of that.
 const TOLERANCE: f64 = 1e-6;
 
 /// Up to six are usual, more where the curve turns by a right angle and more.
@@ -59,27 +61,29 @@ impl GeometricPolynomial {
     /// \min_{P_2, \dots, P_{m-2}} \int_0^1 |D_t \gamma'|^2\, dt
     /// ```
     ///
-    /// A local minimum, found from the control points of the geometric cubic with its degree elevated. Degree 3 has no free
-    /// point and is the geometric cubic itself.
+    /// A local minimum, found from the control points of the geometric cubic with its degree elevated. Degree 3 has no
+    /// free point and is the geometric cubic itself.
     ///
     /// See [`GeometricPolynomial::minimal_cost_interruptible`] for a report.
     ///
-    /// The mean distance to the Riemannian cubic with the same data is that of the geometric cubic divided by 39, 217, 2450 and
-    /// 65000 in degrees 4 to 7 on the sphere with the data of arXiv 2404.19407, by 11, 133, 1420 and 15000 on its St(3,2); over
-    /// 200 random problems on each of five shapes (distance up to 1.5, speeds up to 2) by 5, 18 to 33, and 150 to 220 in degrees
-    /// 4, 5 and 6 in the geometric mean. The whole table is in [`crate::guide::algorithms`].
+    /// The mean distance to the Riemannian cubic with the same data is that of the geometric cubic divided by 39, 217,
+    /// 2450 and 65000 in degrees 4 to 7 on the sphere with the data of arXiv 2404.19407, by 11, 133, 1420 and 15000 on
+    /// its St(3,2); over 200 random problems on each of five shapes (distance up to 1.5, speeds up to 2) by 5, 18 to
+    /// 33, and 150 to 220 in degrees 4, 5 and 6 in the geometric mean. The whole table is in
+    /// [`crate::guide::algorithms`].
     ///
     /// # Accuracy
-    /// The cost is the minimum to `1e-12` relative, asserted in `tests/minimal_cost.rs`; end points and end velocities are met
-    /// to round-off.
+    /// The cost is the minimum to `1e-12` relative, asserted in `tests/minimal_cost.rs`; end points and end velocities
+    /// are met to round-off.
     /// # Errors
-    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `InvalidArgument` where the degree is none of 3 to 10, an end
-    /// velocity is too long to be met, or more than 2000 numbers are free; `NoJoiningCurve`, `OutsideLogDomain`,
+    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `InvalidArgument` where the degree is none of 3 to 10, an
+    /// end velocity is too long to be met, or more than 2000 numbers are free; `NoJoiningCurve`, `OutsideLogDomain`,
     /// `DifferentComponents` where control points cannot be joined, `BranchJump` where intermediate points cannot;
     /// `NoConvergence`.
     /// # Source
-    /// arXiv 2404.19407 suggests "an alternative choice of control points". Dennis, Schnabel (1996), "Numerical Methods for
-    /// Unconstrained Optimization and Nonlinear Equations", ch. 10 (the Gauss-Newton method and when it has converged).
+    /// arXiv 2404.19407 suggests "an alternative choice of control points". Dennis, Schnabel (1996), "Numerical Methods
+    /// for Unconstrained Optimization and Nonlinear Equations", ch. 10 (the Gauss-Newton method and when it has
+    /// converged).
     pub fn minimal_cost(
         s0: MatRef<'_, f64>,
         v0: MatRef<'_, f64>,
@@ -93,8 +97,8 @@ impl GeometricPolynomial {
 
     /// [`GeometricPolynomial::minimal_cost`] that can be stopped, with a report.
     ///
-    /// The residual of the report is the norm of the part of the acceleration that moves of the control points change to first
-    /// order; it is at most `1e-6` of the root of the cost.
+    /// The residual of the report is the norm of the part of the acceleration that moves of the control points change
+    /// to first order; it is at most `1e-6` of the root of the cost.
     ///
     /// # Errors
     /// As [`GeometricPolynomial::minimal_cost`], and `Interrupted`.
@@ -138,8 +142,8 @@ fn check_size(degree: usize, reduced: &Stiefel) -> Result<()> {
     Ok(())
 }
 
-/// The polynomial whose inner control points are those of the geometric cubic, its degree elevated with quasi-geodesics for
-/// the straight lines of the plane; the outer legs are exact.
+/// The polynomial whose inner control points are those of the geometric cubic, its degree elevated with quasi-geodesics
+/// for the straight lines of the plane; the outer legs are exact.
 fn elevated_cubic(
     s0: &Mat<f64>,
     v0: &Mat<f64>,
@@ -209,7 +213,8 @@ fn minimise(
     Err(failed(steps, unresolved, at_end, StopReason::Stagnated))
 }
 
-/// Lowers the cost from the present control points, those of `residual`, until it is stationary; `taken` steps count already.
+/// Lowers the cost from the present control points, those of `residual`, until it is stationary; `taken` steps count
+/// already.
 fn gauss_newton(
     problem: &mut AccelerationResidual,
     mut residual: Vec<f64>,
@@ -260,8 +265,8 @@ fn gauss_newton(
     }
 }
 
-/// The last step, whose gain is below round-off of the cost: it is at hand, and makes the control points right to some more
-/// digits. Not taken where the cost, of root `size`, rises.
+/// The last step, whose gain is below round-off of the cost: it is at hand, and makes the control points right to some
+/// more digits. Not taken where the cost, of root `size`, rises.
 fn polish(
     problem: &mut AccelerationResidual,
     step: &[f64],

@@ -1,18 +1,19 @@
 //! The geometric polynomial of degree five with given end points, end velocities and end accelerations, in closed form.
 //!
 //! # Derivation
-//! Let the first leg of a geometric polynomial of degree `m` start at `S` with velocity `u`, and let the second leg start at
-//! `P_1` with velocity `w`. Stage `j` of de Casteljau's algorithm is `R_x(t l(x, y))` of two curves of stage `j - 1`, with
-//! the retraction `R` and its inverse `l`. At `t = 0` these have `x' = (j - 1) u` and `y' = (j - 1) w`, so the second
-//! derivatives of consecutive stages differ by `2 (j - 1) (D_x l[u] + D_y l[w])` and that of the first leg, and
+//! Let the first leg of a geometric polynomial of degree `m` start at `S` with velocity `u`, and let the second leg
+//! start at `P_1` with velocity `w`. Stage `j` of de Casteljau's algorithm is `R_x(t l(x, y))` of two curves of stage
+//! `j - 1`, with the retraction `R` and its inverse `l`. At `t = 0` these have `x' = (j - 1) u` and `y' = (j - 1) w`,
+//! so the second derivatives of consecutive stages differ by `2 (j - 1) (D_x l[u] + D_y l[w])` and that of the first
+//! leg, and
 //!
 //! ```math
 //! \gamma''(0) = m \beta''(0) + m (m - 1)\, (D_x l\,[u] + D_y l\,[w]),\qquad \beta(t) = R_S(t u).
 //! ```
 //!
-//! Where the second leg goes on along the first one, `w = beta'(1) = D R_u [u]`, the curve is `beta(m t)`, hence
-//! `D_x l [u] + D_y l [beta'(1)] = beta''(0)`. A quasi-geodesic with velocity `V = K + S Omega` has covariant acceleration
-//! `K Omega`. So the covariant acceleration at `t = 0` is `A`, and the velocity `V = m u`, where
+//! Where the second leg goes on along the first one, `w = beta'(1) = D R_u [u]`, the curve is `beta(m t)`, hence `D_x l
+//! [u] + D_y l [beta'(1)] = beta''(0)`. A quasi-geodesic with velocity `V = K + S Omega` has covariant acceleration `K
+//! Omega`. So the covariant acceleration at `t = 0` is `A`, and the velocity `V = m u`, where
 //!
 //! ```math
 //! w = D R_{V/m} \Big[ \frac{V}{m} + \frac{A - K \Omega}{m (m - 1)} \Big].
@@ -50,14 +51,15 @@ impl GeometricPolynomial {
     /// continuous acceleration.
     ///
     /// # Accuracy
-    /// Ends, end velocities and end accelerations are met to `1e-12` relative to the data, asserted in `tests/quintic.rs`.
+    /// Ends, end velocities and end accelerations are met to `1e-12` relative to the data, asserted in
+    /// `tests/quintic.rs`.
     /// # Errors
-    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `InvalidArgument` where an end velocity or an end acceleration
-    /// is too long to be met; `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents` where the inner control points
-    /// cannot be joined, `BranchJump` where intermediate points cannot.
+    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `InvalidArgument` where an end velocity or an end
+    /// acceleration is too long to be met; `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents` where the inner
+    /// control points cannot be joined, `BranchJump` where intermediate points cannot.
     /// # Source
-    /// The formula was worked out for this crate (module page); on rotation groups, where pieces are geodesics, it is that of
-    /// Popiel, Noakes (2007), "Bezier curves and C2 interpolation in Riemannian manifolds".
+    /// The formula was worked out for this crate (module page); on rotation groups, where pieces are geodesics, it is
+    /// that of Popiel, Noakes (2007), "Bezier curves and C2 interpolation in Riemannian manifolds".
     ///
     /// # Examples
     /// ```
