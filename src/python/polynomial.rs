@@ -88,8 +88,9 @@ impl Pieces {
 ///     interval, where the curve would jump; with geodesics, consecutive points that are not within the injectivity
 ///     radius. Carries ``angle``, or the distance.
 ///
-/// Notes ----- Krakowski, Machado, Silva Leite, Batista (2017); with geodesics Park, Ravani (1995). Work is done in
-/// ``min(n, (degree + 1) k)`` dimensions.
+/// Notes
+/// -----
+/// Krakowski, Machado, Silva Leite, Batista (2017); with geodesics Park, Ravani (1995). Work is done in ``min(n, (degree + 1) k)`` dimensions.
 ///
 /// Examples
 /// --------
@@ -181,8 +182,10 @@ impl PyGeometricPolynomial {
     /// ConvergenceError
     ///     The search found no minimum; carries ``report``.
     ///
-    /// Notes ----- Gauss-Newton iteration on the inner control points, from those of the geometric cubic. It is a local
-    /// minimum: other starting points may lead to other curves.
+    /// Notes
+    /// -----
+    /// Gauss-Newton iteration on the inner control points, from those of the geometric cubic. It is a local minimum:
+    /// other starting points may lead to other curves.
     ///
     /// Examples
     /// --------
@@ -228,12 +231,18 @@ impl PyGeometricPolynomial {
     /// S1, V1, A1 : array_like, shape (n, k)
     ///     The same at ``t = 1``.
     ///
-    /// Raises ------ InvalidInputError     Shape, not finite, not orthonormal, not tangent (with the measured defect);
-    /// an end velocity or acceleration too     long to be met. OutsideDomainError     Inner control points that cannot
-    /// be joined, or a curve that would jump; carries ``angle``.
+    /// Raises
+    /// ------
+    /// InvalidInputError
+    ///     Shape, not finite, not orthonormal, not tangent (with the measured defect); an end velocity or acceleration
+    ///     too long to be met.
+    /// OutsideDomainError
+    ///     Inner control points that cannot be joined, or a curve that would jump; carries ``angle``.
     ///
-    /// Notes ----- Meets its data to round-off. With the accelerations of a Riemannian cubic it is near that cubic;
-    /// curves that share an end acceleration join with continuous acceleration.
+    /// Notes
+    /// -----
+    /// Meets its data to round-off. With the accelerations of a Riemannian cubic it is near that cubic; curves that
+    /// share an end acceleration join with continuous acceleration.
     ///
     /// Examples
     /// --------
