@@ -112,8 +112,9 @@ impl EndLegs {
         let u = v * Scale(1.0 / degree);
         let bend = (a - normal * omega) * Scale(1.0 / (degree * (degree - 1.0)));
         let turned = &u + bend;
-        // Written so that NaN, from lengths that overflow, is refused as well.
-        if !(norm(turned.as_ref()) <= LONG) {
+        // NaN where lengths overflow.
+        let length = norm(turned.as_ref());
+        if length.is_nan() || length > LONG {
             return Err(refusal());
         }
         // The derivative needs three matrices' span only, which may be a small part of that of all data.
