@@ -154,6 +154,16 @@ class GeometricPolynomial(Curve):
     def control_points(self) -> _Array: ...
     @property
     def degree(self) -> int: ...
+    @property
+    def report(self) -> SolverReport | None: ...
+    @staticmethod
+    def minimal_cost(
+        S0: ArrayLike, V0: ArrayLike, S1: ArrayLike, V1: ArrayLike, *, degree: int = 5
+    ) -> GeometricPolynomial: ...
+    @staticmethod
+    def quintic(
+        S0: ArrayLike, V0: ArrayLike, A0: ArrayLike, S1: ArrayLike, V1: ArrayLike, A1: ArrayLike
+    ) -> GeometricPolynomial: ...
 
 @final
 class Geodesic(Curve):
@@ -165,7 +175,15 @@ class Geodesic(Curve):
 
 @final
 class GeometricCubic(GeometricPolynomial):
-    def __new__(cls, S0: ArrayLike, V0: ArrayLike, S1: ArrayLike, V1: ArrayLike) -> GeometricCubic: ...
+    def __new__(
+        cls,
+        S0: ArrayLike,
+        V0: ArrayLike,
+        S1: ArrayLike,
+        V1: ArrayLike,
+        *,
+        pieces: Literal["quasi_geodesic", "geodesic"] = "quasi_geodesic",
+    ) -> GeometricCubic: ...
     @staticmethod
     def from_control_points(P: ArrayLike) -> GeometricCubic: ...
 
