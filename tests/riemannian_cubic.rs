@@ -17,11 +17,15 @@ fn references() -> Vec<Reference> {
     let text = include_str!("data/cubics.json");
     let all: serde_json::Value = serde_json::from_str(text).unwrap();
     let read = |entry: &serde_json::Value, value: &serde_json::Value| -> [Mat<f64>; 4] {
-        let (n, k) = (entry["n"].as_u64().unwrap() as usize, entry["k"].as_u64().unwrap() as usize);
+        let (n, k) = (
+            entry["n"].as_u64().unwrap() as usize,
+            entry["k"].as_u64().unwrap() as usize,
+        );
         ["point", "velocity", "acceleration", "jerk"].map(|key| {
             Mat::from_fn(n, k, |i, j| {
                 let x = &value[key][i][j];
-                x.as_f64().unwrap_or_else(|| x.as_str().unwrap().parse().unwrap())
+                x.as_f64()
+                    .unwrap_or_else(|| x.as_str().unwrap().parse().unwrap())
             })
         })
     };

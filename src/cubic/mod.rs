@@ -17,6 +17,8 @@
 //! spaces", J. Dynamical and Control Systems 1, 177-202; Noakes, Heinzinger, Paden (1989), "Cubic splines on curved
 //! spaces", IMA J. Math. Control Inform. 6, 465-473.
 
+mod clock;
+mod conserved;
 pub(crate) mod initial;
 mod path;
 mod reduced;

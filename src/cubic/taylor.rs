@@ -76,9 +76,7 @@ impl<T: Number, B: Blocks> March<T, B> {
         mut visit: impl FnMut(&Series<T>, f64, f64) -> Result<()>,
     ) -> Result<()> {
         while self.time != t_end {
-            if self.steps % 64 == 63 {
-                interrupt.check(SOLVER)?;
-            }
+            interrupt.check(SOLVER)?;
             let ahead = t_end - self.time;
             let length = vectorised(
                 #[inline(always)]
@@ -111,17 +109,7 @@ impl<T: Number, B: Blocks> March<T, B> {
         if self.steps < MAX_STEPS && ahead.abs() < MAX_STEPS as f64 * length {
             return Ok(());
         }
-        let report = SolverReport {
-            converged: false,
-            iterations: self.steps,
-            residual: ahead.abs(),
-            tolerance: 0.0,
-            reason: StopReason::MaxIterations,
-        };
-        Err(Error::NoConvergence {
-            solver: SOLVER,
-            report,
-        })
+        Err(too_many_steps(self.steps, ahead.abs()))
     }
 
     /// The step at which the last two terms fall below the truncation; NaN where they are not finite.
@@ -172,6 +160,21 @@ impl<T: Number, B: Blocks> March<T, B> {
         for series in &mut self.series.b {
             move_start(series, m * k, order, step);
         }
+    }
+}
+
+/// The error after some steps with some time left.
+pub(crate) fn too_many_steps(steps: usize, left: f64) -> Error {
+    let report = SolverReport {
+        converged: false,
+        iterations: steps,
+        residual: left,
+        tolerance: 0.0,
+        reason: StopReason::MaxIterations,
+    };
+    Error::NoConvergence {
+        solver: SOLVER,
+        report,
     }
 }
 
