@@ -13,6 +13,8 @@
 //! * the adjusted de Casteljau algorithm, on any `St(n, k)`: [`GeometricCubic`], built from [`QuasiGeodesic`]s;
 //! * symplectic integrators from discretization maps, in charts of `St(3,1)` and `St(3,2)`: [`chart`].
 //!
+//! Riemannian cubics themselves, on any `St(n, k)` and to round-off, from initial or from boundary data: [`RiemannianCubic`].
+//!
 //! The geometry of the manifold, for the whole alpha family of metrics with the canonical and the Euclidean one:
 //! exponential, logarithm and [`Geodesic`]s, [`Retraction`]s with their inverses, [`ParallelTransport`], curvature,
 //! Riemannian gradients and Hessians. De Casteljau curves of any degree: [`GeometricPolynomial`], [`GeodesicPolynomial`].

@@ -17,14 +17,18 @@
 //! spaces", J. Dynamical and Control Systems 1, 177-202; Noakes, Heinzinger, Paden (1989), "Cubic splines on curved
 //! spaces", IMA J. Math. Control Inform. 6, 465-473.
 
+mod boundary;
 mod clock;
 mod conserved;
+mod guess;
 pub(crate) mod initial;
 mod path;
 mod reduced;
 pub mod riemannian_cubic;
+mod shooting;
 mod taylor;
 
+pub use boundary::BoundaryOptions;
 pub use riemannian_cubic::{IntegrationOptions, RiemannianCubic};
 
 #[cfg(test)]

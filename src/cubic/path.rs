@@ -266,6 +266,10 @@ impl Path {
         sum
     }
 
+    pub(crate) fn accuracy(&self) -> Accuracy {
+        self.accuracy
+    }
+
     /// How many pieces.
     pub(crate) fn len(&self) -> usize {
         self.pieces.len()

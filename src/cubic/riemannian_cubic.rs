@@ -7,7 +7,7 @@ use faer::{Mat, MatMut, MatRef, Scale};
 use super::clock::Clock;
 use super::initial::{Horizontal, InitialData};
 use super::path::{Path, State};
-use super::taylor::{Accuracy, MAX_STEPS};
+use super::taylor::Accuracy;
 use crate::curve::{
     Curve, Quantity, Samples, check_parameter, sample_blocks, sample_coordinate_blocks,
 };
@@ -150,6 +150,18 @@ impl RiemannianCubic {
         self.report.as_ref()
     }
 
+    /// The same curve, said to come from a boundary value problem.
+    #[cfg(feature = "python")]
+    pub(crate) fn with_report(mut self, report: Option<SolverReport>) -> Self {
+        self.report = report;
+        self
+    }
+
+    /// What a step of the integration leaves out, relative to the state.
+    pub fn tolerance(&self) -> f64 {
+        self.path.accuracy().truncation
+    }
+
     /// How many Taylor polynomials the curve consists of: the steps of its integration.
     pub fn steps(&self) -> usize {
         self.path.len()
@@ -215,8 +227,12 @@ impl RiemannianCubic {
     }
 
     /// About how many steps it takes to reach all of some times.
+    #[cfg(feature = "python")]
     pub(crate) fn steps_beyond(&self, t: &[f64]) -> f64 {
         let (lower, upper) = range(t);
+        if lower > upper {
+            return 0.0;
+        }
         let (start, end) = self.path.covered();
         let outside = [lower, upper].map(|t| {
             let t = self.clock.path_time(t);
@@ -225,7 +241,7 @@ impl RiemannianCubic {
         let ratio = outside[0].max(outside[1]) / (end - start);
         // Speeds grow with the square of time.
         let steps = self.steps() as f64 * ratio * (1.0 + ratio) * (1.0 + ratio);
-        steps.min(MAX_STEPS as f64)
+        steps.min(super::taylor::MAX_STEPS as f64)
     }
 }
 

@@ -106,7 +106,9 @@ impl<T: Number, B: Blocks> March<T, B> {
                 quantity: "Riemannian cubic",
             });
         }
-        if self.steps < MAX_STEPS && ahead.abs() < MAX_STEPS as f64 * length {
+        let left = MAX_STEPS.saturating_sub(self.steps);
+        // The last step may be shorter than what is allowed, and infinitely long where nothing moves.
+        if left > 0 && ahead.abs() <= left as f64 * length {
             return Ok(());
         }
         Err(too_many_steps(self.steps, ahead.abs()))

@@ -7,6 +7,7 @@ mod bidiagonal;
 pub mod decomp;
 pub(crate) mod dual;
 pub mod exponential_action;
+pub(crate) mod gmres;
 pub mod jet;
 pub(crate) mod jet_exp;
 pub(crate) mod lane_matrix;

@@ -12,7 +12,6 @@
 
 mod adjoint;
 mod descent;
-mod krylov;
 mod shooting;
 
 use std::f64::consts::PI;

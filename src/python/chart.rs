@@ -55,7 +55,7 @@ fn discretization_map(py: Python<'_>, name: &str) -> PyResult<LinearMap> {
     }
 }
 
-fn count(py: Python<'_>, name: &str, value: i64, least: i64) -> PyResult<usize> {
+pub(super) fn count(py: Python<'_>, name: &str, value: i64, least: i64) -> PyResult<usize> {
     match usize::try_from(value) {
         Ok(count) if value >= least => Ok(count),
         _ => Err(invalid_input(

@@ -20,11 +20,11 @@
 use faer::{Mat, MatRef};
 
 use super::adjoint::{Adjoint, frobenius};
-use super::krylov::{Gmres, norm};
 use super::shooting::{read_block, write_block};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::decomp::{Svd, thin_q};
+use crate::linalg::gmres::{Gmres, norm};
 use crate::linalg::product::{determinant_sign, mul_into};
 use crate::linalg::{OrthogonalLog, SkewExp};
 

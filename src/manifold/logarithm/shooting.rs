@@ -16,9 +16,9 @@
 use faer::{Mat, MatRef};
 
 use super::adjoint::{Adjoint, bracket, frobenius};
-use super::krylov::Gmres;
 use crate::error::Result;
 use crate::linalg::SkewExp;
+use crate::linalg::gmres::Gmres;
 use crate::linalg::product::{mul_add, mul_into};
 
 /// The tightest and the loosest tolerance of a step, relative to the size of `Delta`.

@@ -8,7 +8,7 @@ const MAX_DIRECTIONS: usize = 40;
 /// # Source
 /// Saad, Schultz (1986), "GMRES: a generalized minimal residual algorithm for solving nonsymmetric linear systems",
 /// SIAM J. Sci. Stat. Comput. 7, 856-869.
-pub(super) struct Gmres {
+pub(crate) struct Gmres {
     basis: Vec<Vec<f64>>,
     /// Columns of the triangular factor.
     columns: Vec<Vec<f64>>,
@@ -18,7 +18,7 @@ pub(super) struct Gmres {
 }
 
 impl Gmres {
-    pub(super) fn new(size: usize) -> Self {
+    pub(crate) fn new(size: usize) -> Self {
         Gmres {
             basis: Vec::new(),
             columns: Vec::new(),
@@ -31,7 +31,7 @@ impl Gmres {
     /// Solves `A x = b` from `x = 0` until the residual is `tolerance |b|`; `b` comes in `x`.
     ///
     /// Stops after `MAX_DIRECTIONS` products with the best `x` so far: the caller measures what a step is worth.
-    pub(super) fn solve(
+    pub(crate) fn solve(
         &mut self,
         x: &mut [f64],
         tolerance: f64,
@@ -132,6 +132,6 @@ impl Gmres {
     }
 }
 
-pub(super) fn norm(x: &[f64]) -> f64 {
+pub(crate) fn norm(x: &[f64]) -> f64 {
     x.iter().map(|x| x * x).sum::<f64>().sqrt()
 }

@@ -1,0 +1,125 @@
+//! Where shooting starts: the cubic of flat space, carried over by the quasi-geodesic between the end points.
+//!
+//! ```math
+//! a_0 = 6 \Delta - 4 V_0 - 2\,PT(V_1),\qquad j_0 = -12 \Delta + 6 V_0 + 6\,PT(V_1)
+//! ```
+//!
+//! with `Delta` the initial velocity of the quasi-geodesic and `PT(V) = e^{-X} V e^{-Omega}`. Exact in flat space.
+
+use faer::{Mat, MatRef, Scale};
+
+use super::initial::Horizontal;
+use crate::error::{Error, Result};
+use crate::linalg::SkewExp;
+use crate::manifold::QuasiGeodesic;
+use crate::manifold::quasi_geodesic::EndpointProblem;
+
+/// How far the end point is moved, along a tangent vector of unit length, where no quasi-geodesic leads to it.
+const DETOUR: f64 = 0.05;
+
+/// Displacement and end velocity as tangent vectors at the start, in `m`.
+pub(super) struct FlatData {
+    pub(super) displacement: Horizontal,
+    pub(super) end_velocity: Horizontal,
+}
+
+impl FlatData {
+    /// For an end `(s1, v1)` in coordinates in which the start is the first `k` columns of the identity.
+    ///
+    /// # Errors
+    /// `DifferentComponents`; `NoJoiningCurve`, `OutsideLogDomain` where even a detour finds no quasi-geodesic.
+    pub(super) fn new(s1: MatRef<'_, f64>, v1: MatRef<'_, f64>) -> Result<Self> {
+        let start = identity_columns(s1.nrows(), s1.ncols());
+        let first = match Self::join(start.as_ref(), s1, v1) {
+            Err(error @ (Error::NoJoiningCurve { .. } | Error::OutsideLogDomain { .. })) => error,
+            other => return other,
+        };
+        // The cut locus has no interior: points beside it can be joined.
+        for attempt in 0..8_u32 {
+            let end = detour(s1, v1, attempt)?;
+            if let Ok(data) = Self::join(start.as_ref(), end.as_ref(), v1) {
+                return Ok(data);
+            }
+        }
+        Err(first)
+    }
+
+    fn join(s0: MatRef<'_, f64>, s1: MatRef<'_, f64>, v1: MatRef<'_, f64>) -> Result<Self> {
+        let (r, k) = s1.shape();
+        let mut curve = QuasiGeodesic::zeros(r, k);
+        curve.join(s0, s1, &mut EndpointProblem::new(r, k))?;
+        let identity = Mat::identity(r, r);
+        let horizontal = |v: &Mat<f64>| Horizontal::of_tangent(identity.as_ref(), v.as_ref());
+        Ok(FlatData {
+            displacement: horizontal(&curve.initial_velocity()),
+            end_velocity: horizontal(&carry_back(&curve, v1)?),
+        })
+    }
+
+    /// `x'` and `x''` at the start, from the velocity there.
+    pub(super) fn start(&self, velocity: &Horizontal) -> [Horizontal; 2] {
+        let part = |pick: fn(&Horizontal) -> &Mat<f64>| {
+            let [delta, v0, v1] =
+                [&self.displacement, velocity, &self.end_velocity].map(|v| pick(v));
+            [
+                delta * Scale(6.0) - v0 * Scale(4.0) - v1 * Scale(2.0),
+                delta * Scale(-12.0) + v0 * Scale(6.0) + v1 * Scale(6.0),
+            ]
+        };
+        let [[omega_a, omega_j], [normal_a, normal_j]] = [part(|v| &v.omega), part(|v| &v.normal)];
+        let acceleration = Horizontal {
+            omega: omega_a,
+            normal: normal_a,
+        };
+        let jerk = Horizontal {
+            omega: omega_j,
+            normal: normal_j,
+        };
+        // j = x'' + [x, x']_m / 2.
+        let bracket = velocity.bracket(&acceleration);
+        let second = Horizontal {
+            omega: &jerk.omega - bracket.omega * Scale(0.5),
+            normal: &jerk.normal - bracket.normal * Scale(0.5),
+        };
+        [acceleration, second]
+    }
+}
+
+/// The first `k` columns of the identity of size `r`.
+pub(super) fn identity_columns(r: usize, k: usize) -> Mat<f64> {
+    Mat::from_fn(r, k, |i, j| f64::from(u8::from(i == j)))
+}
+
+/// `e^{-X} V e^{-Omega}` for a vector at the end of a quasi-geodesic.
+fn carry_back(curve: &QuasiGeodesic, v: MatRef<'_, f64>) -> Result<Mat<f64>> {
+    let k = v.ncols();
+    let mut components = curve.frame().transpose() * v;
+    for i in 0..k {
+        let (sin, cos) = curve.angles()[i].sin_cos();
+        for j in 0..k {
+            let (along, across) = (components[(i, j)], components[(k + i, j)]);
+            components[(i, j)] = (cos - 1.0) * along + sin * across;
+            components[(k + i, j)] = (cos - 1.0) * across - sin * along;
+        }
+    }
+    let turned = v + curve.frame() * components;
+    let mut turn = Mat::zeros(k, k);
+    SkewExp::new(k).exp_into(turn.as_mut(), curve.omega(), -1.0)?;
+    Ok(turned * turn)
+}
+
+/// A point beside `s`: first along the velocity there, then along other directions.
+fn detour(s: MatRef<'_, f64>, v: MatRef<'_, f64>, attempt: u32) -> Result<Mat<f64>> {
+    let (r, k) = s.shape();
+    let direction = Mat::from_fn(r, k, |i, j| {
+        let along = if attempt == 0 { v[(i, j)] } else { 0.0 };
+        along + 1e-3 * ((1 + attempt) as f64 * (1.0 + i as f64 + 3.0 * j as f64)).sin()
+    });
+    let normal = &direction - s * (s.transpose() * &direction);
+    let inner = s.transpose() * &direction;
+    let tangent = normal + s * (&inner - inner.transpose()) * Scale(0.5);
+    let size = tangent.norm_l2();
+    let scale = if size > 0.0 { DETOUR / size } else { 0.0 };
+    QuasiGeodesic::from_velocity(s, (tangent * Scale(scale)).as_ref())
+        .map(|curve| crate::curve::Curve::point(&curve, 1.0))?
+}
