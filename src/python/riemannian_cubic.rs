@@ -312,7 +312,7 @@ impl PyRiemannianCubic {
     fn __repr__(&self) -> String {
         let (start, end) = Curve::t_span(&*self.0);
         let (n, k, steps) = (self.0.n(), self.0.k(), self.0.steps());
-        format!("<RiemannianCubic on St({n}, {k}), t_span ({start}, {end}), {steps} steps>")
+        format!("<RiemannianCubic on St({n}, {k}), t_span ({start:?}, {end:?}), {steps} steps>")
     }
 }
 

@@ -70,7 +70,17 @@ def test_public_members_are_documented(name):
 
 
 @pytest.mark.parametrize(
-    "name", ["Chart", "GeometricCubic", "GeometricPolynomial", "QuasiGeodesic", "Stiefel", "orthogonal_log", "skew_exp"]
+    "name",
+    [
+        "Chart",
+        "GeometricCubic",
+        "GeometricPolynomial",
+        "QuasiGeodesic",
+        "RiemannianCubic",
+        "Stiefel",
+        "orthogonal_log",
+        "skew_exp",
+    ],
 )
 def test_entry_points_have_an_example(name):
     assert doctest.DocTestParser().get_examples(getattr(stiefel_rs, name).__doc__), f"{name} has no example"
@@ -86,7 +96,17 @@ def test_examples_run(name):
 
 
 @pytest.mark.parametrize(
-    "name", ["Chart", "GeometricCubic", "GeometricPolynomial", "QuasiGeodesic", "Stiefel", "orthogonal_log", "skew_exp"]
+    "name",
+    [
+        "Chart",
+        "GeometricCubic",
+        "GeometricPolynomial",
+        "QuasiGeodesic",
+        "RiemannianCubic",
+        "Stiefel",
+        "orthogonal_log",
+        "skew_exp",
+    ],
 )
 def test_signatures_can_be_read(name):
     value = getattr(stiefel_rs, name)
