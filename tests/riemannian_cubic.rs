@@ -422,20 +422,33 @@ fn both_components_of_the_orthogonal_group() {
 }
 
 /// On the circle the angle is a cubic polynomial of time.
+///
+/// With one of its coefficients alone, only every second or third Taylor coefficient does not vanish.
 #[test]
 fn the_circle_in_closed_form() {
+    let data = [
+        [0.7, -1.3, 2.9],
+        [1.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0],
+        [0.0, 0.0, 1.0],
+        [0.0, 0.0, 1e-3],
+        [1e-9, 0.0, 1.0],
+    ];
     for (n, k) in [(2, 1), (2, 2)] {
         let s = Mat::<f64>::identity(n, k);
         let turn = Mat::from_fn(n, n, |i, j| [[0.0, -1.0], [1.0, 0.0]][i][j]);
         let along = |x: f64| (&turn * &s) * Scale(x);
-        let state = [s.clone(), along(0.7), along(-1.3), along(2.9)];
-        let curve = from_state(&state, &until(2.0));
-        for t in [0.0, 0.9, 2.0, 3.0] {
-            let angle = t * (0.7 + t * (-1.3 / 2.0 + t * 2.9 / 6.0));
-            let (sin, cos) = angle.sin_cos();
-            let expected = Mat::from_fn(n, n, |i, j| [[cos, -sin], [sin, cos]][i][j]) * &s;
-            let bound = 20.0 * EPS * (1.0 + angle.abs());
-            assert_close(&curve.point(t).unwrap(), &expected, bound, "circle");
+        for [v, a, j] in data {
+            let state = [s.clone(), along(v), along(a), along(j)];
+            let curve = from_state(&state, &until(2.0));
+            for t in [0.0, 0.9, 2.0, 3.0_f64] {
+                let angle = t * (v + t * (a / 2.0 + t * j / 6.0));
+                let (sin, cos) = angle.sin_cos();
+                let expected = Mat::from_fn(n, n, |i, j| [[cos, -sin], [sin, cos]][i][j]) * &s;
+                let bound = 20.0 * EPS * (1.0 + angle.abs());
+                let what = format!("V {v:e}, A {a:e}, J {j:e} at {t}");
+                assert_close(&curve.point(t).unwrap(), &expected, bound, &what);
+            }
         }
     }
     let one = Mat::<f64>::identity(1, 1);

@@ -114,7 +114,9 @@ impl<T: Number, B: Blocks> March<T, B> {
         Err(too_many_steps(self.steps, ahead.abs()))
     }
 
-    /// The step at which the last two terms fall below the truncation; NaN where they are not finite.
+    /// The step at which the last three terms fall below the truncation; NaN where they are not finite.
+    ///
+    /// Three, since two of three vanish where all but the jerk vanish at the start: there time enters as its cube.
     ///
     /// Terms of `x''` count relative to the cube of the rate `max(|x|, |x'|^(1/2), |x''|^(1/3))`, those of the point
     /// relative to 1.
@@ -144,9 +146,17 @@ impl<T: Number, B: Blocks> March<T, B> {
             let size = if relative <= point { point } else { relative };
             (self.accuracy.truncation / size).powf(1.0 / j as f64)
         };
-        let (a, b) = (limit(self.accuracy.order - 1), limit(self.accuracy.order));
-        // Infinite where all terms vanish: a curve that stands still.
-        if a <= b { a } else { b }
+        // Infinite where all terms vanish: a curve that stands still. A NaN stays.
+        let order = self.accuracy.order;
+        (order - 2..=order)
+            .map(limit)
+            .fold(f64::INFINITY, |least, x| {
+                if least <= x || least.is_nan() {
+                    least
+                } else {
+                    x
+                }
+            })
     }
 
     /// Moves the state by `step` along the series.

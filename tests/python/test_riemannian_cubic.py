@@ -1,4 +1,4 @@
-"""Riemannian cubics from initial data: contract, reference data, an independent integration, threads, Ctrl-C, bad input."""
+"""Riemannian cubics from initial data: contract, reference data, SciPy, threads, Ctrl-C, bad input."""
 
 import copy
 import itertools
@@ -47,7 +47,8 @@ def random_state(n, k, seed, norms=(1.0, 1.0, 1.0)):
     M = Stiefel(n, k)
     S = M.random_point(rng)
     vectors = [M.random_tangent(S, rng) for _ in norms]
-    return S, *[V * (norm / max(M.norm(S, V), 1e-300)) for V, norm in zip(vectors, norms, strict=True)]
+    # St(1, 1) has no tangent vector but zero.
+    return S, *[V * (norm / (M.norm(S, V) or 1.0)) for V, norm in zip(vectors, norms, strict=True)]
 
 
 def state_at(curve, t):
@@ -67,9 +68,10 @@ def curve(state):
 def test_forty_digit_data():
     for entry in DATA:
         curve = RiemannianCubic.from_initial(*numbers(entry["initial"]))
+        name = f"St({entry['n']}, {entry['k']})"
         for t, expected in entry["at"].items():
             for found, exact in zip(state_at(curve, float(t)), numbers(expected), strict=True):
-                assert_close(found, exact, 1e-13 * max(1.0, np.abs(exact).max()), f"St({entry['n']}, {entry['k']}) at {t}")
+                assert_close(found, exact, 1e-13 * max(1.0, np.abs(exact).max()), f"{name} at {t}")
 
 
 def m_part(X, k):
@@ -360,24 +362,40 @@ def test_bad_matrices(i):
         replaced(state[i] + 1e-3 * state[0])
 
 
-SCALES = st.sampled_from([0.0, 1e-320, 1e-300, 1e-160, 1e-8, 1.0, 30.0, 1e5, 1e150, 1e300])
+SCALES = st.sampled_from([0.0, 1e-320, 1e-300, 1e-160, 1e-8, 1.0, 1e3, 1e150, 1e300])
+TIMES = st.sampled_from([0.0, 1e-320, 1e-300, 1e-8, -1.0, 1.0, -3.0, 3.0, 1e150, 1e300])
 SIZES = st.integers(1, 6).flatmap(lambda n: st.tuples(st.just(n), st.integers(1, n)))
 
 
 @settings(max_examples=150, deadline=None)
-@given(size=SIZES, seed=st.integers(0, 2**32 - 1), scales=st.tuples(SCALES, SCALES, SCALES), t_end=SCALES, sign=st.booleans())
-def test_any_data_give_a_curve_or_a_typed_error(size, seed, scales, t_end, sign):
-    start = time.perf_counter()
+@given(size=SIZES, seed=st.integers(0, 2**32 - 1), scales=st.tuples(SCALES, SCALES, SCALES), t_end=TIMES)
+def test_any_data_give_a_curve_or_a_typed_error(size, seed, scales, t_end):
+    start, steps = time.perf_counter(), 0
     try:
-        curve = RiemannianCubic.from_initial(*random_state(*size, seed, scales), t_end=-t_end if sign else t_end)
-        S, a, b = curve(curve.t_span), *curve.t_span
+        curve = RiemannianCubic.from_initial(*random_state(*size, seed, scales), t_end=t_end)
+        steps = curve.steps
+        S = curve(curve.t_span)
         defect = np.abs(np.swapaxes(S, -1, -2) @ S - np.eye(size[1])).max()
-        assert defect < 1e-12 + 8 * EPS * curve.steps, f"orthonormality {defect:.2e}"
-        values = [curve.energy, curve.cost(), *curve.initial, curve.momentum, curve.jerk([a, b])]
+        assert defect < 1e-13 + 8 * EPS * steps, f"orthonormality {defect:.2e}"
+        values = [curve.energy, curve.cost(), *curve.initial, curve.momentum, curve.jerk(curve.t_span)]
         assert all(np.all(np.isfinite(x)) for x in values)
+    except ConvergenceError as error:
+        steps = error.report.iterations
     except StiefelError:
         pass
-    assert time.perf_counter() - start < 5.0, "a call that takes long"
+    # Time goes into steps, of at most 0.05 ms on an idle machine.
+    assert time.perf_counter() - start < 1.0 + 1e-3 * steps, f"{steps} steps"
+
+
+@pytest.mark.parametrize("scales", [(0, 0, 1), (0, 1, 0), (1, 0, 0), (0, 0, 1e-5), (0, 1e-5, 1), (1e-9, 0, 1)])
+@pytest.mark.parametrize(("n", "k"), [(2, 1), (3, 1), (3, 2), (5, 2), (4, 4)])
+def test_series_with_missing_orders(n, k, scales):
+    # Where one vector alone does not vanish, only every second or third Taylor coefficient at the start is not zero.
+    curve = RiemannianCubic.from_initial(*random_state(n, k, 4, scales), t_end=3.0)
+    again = RiemannianCubic.from_initial(*state_at(curve, 0.7), t_end=2.3)
+    assert_close(again([0.0, 1.0, 2.3]), curve([0.7, 1.7, 3.0]), 2e-13, "from another start")
+    S = curve(np.linspace(0, 3, 40))
+    assert_close(np.swapaxes(S, -1, -2) @ S, np.eye(k), 8 * EPS * (curve.steps + n), "orthonormality")
 
 
 @settings(max_examples=60, deadline=None)
@@ -396,7 +414,13 @@ def test_sixteen_threads_share_a_curve():
     grids = [np.linspace(0, 1, 20), np.linspace(-1, 2, 2000)]
 
     def work(_):
-        return [curve(grids[0], 2), curve(grids[1]), curve.jerk(grids[0]), curve.restricted(-1, 3).cost(), *curve.initial]
+        return [
+            curve(grids[0], 2),
+            curve(grids[1]),
+            curve.jerk(grids[0]),
+            curve.restricted(-1, 3).cost(),
+            *curve.initial,
+        ]
 
     expected = work(0)
     with ThreadPoolExecutor(16) as pool:
