@@ -74,12 +74,19 @@ fn mapped(state: &[Mat<f64>; 4], f: impl Fn(&Mat<f64>) -> Mat<f64>) -> [Mat<f64>
     state.each_ref().map(f)
 }
 
-/// The largest distance of two states, relative to their size where that is above 1.
+/// The largest distance of two states, relative to the derivatives that a vector is computed from.
+///
+/// Acceleration and jerk come from ambient derivatives, at least as large as the second and third power of the speed.
 fn state_distance(a: &[Mat<f64>; 4], b: &[Mat<f64>; 4]) -> f64 {
-    let one = |(a, b): (&Mat<f64>, &Mat<f64>)| distance(a, b) / frobenius(b.as_ref()).max(1.0);
+    let speed = frobenius(b[1].as_ref()).max(1.0);
+    let one = |i: usize| {
+        let size = frobenius(b[i].as_ref()).max(speed.powi(i as i32));
+        distance(&a[i], &b[i]) / size
+    };
     // Not `f64::max`: it drops NaN.
-    let all = a.iter().zip(b).map(one);
-    all.fold(0.0, |worst, x| if x <= worst { worst } else { x })
+    (0..4)
+        .map(one)
+        .fold(0.0, |worst, x| if x <= worst { worst } else { x })
 }
 
 /// Central difference of order 6 of a matrix function.
@@ -121,8 +128,8 @@ fn equation_of_riemannian_cubics_holds() {
             worst.see(defect, || format!("St({n},{k}) at {t}"));
         }
     }
-    // Truncation h^6/140 of seventh derivatives up to a few hundred, and 100 eps/h of round-off in the jerk.
-    worst.assert_at_most(5e-11);
+    // Truncation h^6/140 of seventh derivatives up to a few hundred, and 40 eps/h of round-off in the jerk.
+    worst.assert_at_most(2e-12);
 }
 
 #[test]
@@ -154,9 +161,9 @@ fn energy_and_momentum_are_conserved() {
             momenta.see(defect, || format!("St({n},{k}) at {t}"));
         }
     }
-    // A few eps a step and entry, some tens of steps, up to 400 entries.
-    energies.assert_at_most(1e-13);
-    momenta.assert_at_most(1e-13);
+    // 100 eps: about one a step, and the round-off of the derivatives that it is computed from.
+    energies.assert_at_most(100.0 * EPS);
+    momenta.assert_at_most(100.0 * EPS);
 }
 
 #[test]
@@ -172,7 +179,7 @@ fn long_curves_stay_orthonormal() {
         }
         println!("{} steps", curve.steps());
         // Round-off of each step adds up; it does not grow.
-        worst.assert_at_most(4.0 * EPS * curve.steps() as f64);
+        worst.assert_at_most(0.5 * EPS * curve.steps() as f64);
     }
 }
 

@@ -53,7 +53,8 @@ impl Clock {
     /// # Errors
     /// `InvalidArgument` where the ratio of the lengths is no normal number.
     pub(super) fn reparametrised(&self, from: (f64, f64), to: (f64, f64)) -> Result<Self> {
-        let rate = self.rate * ((from.1 - from.0) / (to.1 - to.0));
+        // In this order: the length in the time of the path is a moderate number.
+        let rate = self.rate * (from.1 - from.0) / (to.1 - to.0);
         if !rate.is_normal() {
             return Err(Error::InvalidArgument {
                 name: "end",
