@@ -15,6 +15,8 @@
 //!
 //! Riemannian cubics on any `St(n, k)`, without charts, by explicit symplectic splittings: [`cubic::integrate_cubic`].
 //!
+//! Riemannian cubics themselves, on any `St(n, k)` and to round-off, from initial or from boundary data: [`RiemannianCubic`].
+//!
 //! The geometry of the manifold, for the whole alpha family of metrics with the canonical and the Euclidean one:
 //! exponential, logarithm and [`Geodesic`]s, [`Retraction`]s with their inverses, [`ParallelTransport`], curvature,
 //! Riemannian gradients and Hessians. De Casteljau curves of any degree: [`GeometricPolynomial`], [`GeodesicPolynomial`].

@@ -1,7 +1,7 @@
 """Smooth curves on Stiefel manifolds.
 
-Quasi-geodesics, geometric cubics (adjusted de Casteljau), and the symplectic integrators and shooting of
-arXiv 2404.19407 in charts of St(3,1) and St(3,2).
+Quasi-geodesics, geometric cubics (adjusted de Casteljau), Riemannian cubics on any St(n, k), and the symplectic
+integrators and shooting of arXiv 2404.19407 in charts of St(3,1) and St(3,2).
 """
 
 from . import _core
@@ -15,6 +15,7 @@ from ._core import (
     GeometricPolynomial,
     LogReport,
     QuasiGeodesic,
+    RiemannianCubic,
     ShootingResult,
     SolverReport,
     Stiefel,
@@ -39,6 +40,7 @@ __all__ = [
     "LogReport",
     "OutsideDomainError",
     "QuasiGeodesic",
+    "RiemannianCubic",
     "ShootingResult",
     "SolverReport",
     "Stiefel",

@@ -2,7 +2,7 @@ from typing import Final, Literal, final, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from typing_extensions import disjoint_base
+from typing_extensions import Never, disjoint_base
 
 _Array = NDArray[np.float64]
 _Map = Literal[
@@ -29,6 +29,7 @@ __all__ = [
     "GeometricPolynomial",
     "LogReport",
     "QuasiGeodesic",
+    "RiemannianCubic",
     "ShootingResult",
     "SolverReport",
     "Stiefel",
@@ -186,6 +187,39 @@ class GeometricCubic(GeometricPolynomial):
     ) -> GeometricCubic: ...
     @staticmethod
     def from_control_points(P: ArrayLike) -> GeometricCubic: ...
+
+@final
+class RiemannianCubic(Curve):
+    def __new__(cls, *_args: object, **_kwargs: object) -> Never: ...
+    @staticmethod
+    def from_initial(
+        S: ArrayLike, V: ArrayLike, A: ArrayLike, J: ArrayLike, t_end: float = 1.0, *, tol: float = 1e-17
+    ) -> RiemannianCubic: ...
+    @staticmethod
+    def from_boundary(
+        S0: ArrayLike,
+        V0: ArrayLike,
+        S1: ArrayLike,
+        V1: ArrayLike,
+        *,
+        tol: float = 1e-12,
+        max_iterations: int = 50,
+    ) -> RiemannianCubic: ...
+    def __copy__(self) -> RiemannianCubic: ...
+    def __deepcopy__(self, _memo: object) -> RiemannianCubic: ...
+    @property
+    def report(self) -> SolverReport | None: ...
+    @property
+    def initial(self) -> tuple[_Array, _Array, _Array, _Array]: ...
+    @property
+    def energy(self) -> float: ...
+    @property
+    def momentum(self) -> _Array: ...
+    @property
+    def steps(self) -> int: ...
+    def restricted(self, start: float, end: float) -> RiemannianCubic: ...
+    def reparametrised(self, start: float, end: float) -> RiemannianCubic: ...
+    def reversed(self) -> RiemannianCubic: ...
 
 @final
 class ShootingResult:

@@ -51,6 +51,13 @@ impl RiemannianCubic {
         v1: MatRef<'_, f64>,
         options: &BoundaryOptions<'_>,
     ) -> Result<Self> {
+        if !(options.tolerance >= 0.0 && options.tolerance.is_finite()) {
+            return Err(Error::InvalidArgument {
+                name: "tolerance",
+                requirement: "finite and not negative",
+                found: options.tolerance,
+            });
+        }
         let problem = Problem::new(s0, v0, s1, v1)?;
         let mut y = problem.flat_start()?;
         let report = problem.shoot(&mut y, options)?;

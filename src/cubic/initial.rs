@@ -1,11 +1,12 @@
 //! Initial data of a Riemannian cubic, in the coordinates of a frame of their span.
 
-use faer::{Mat, MatRef};
+use faer::{Mat, MatRef, Scale};
 
 use crate::curve::span::Span;
 use crate::error::Result;
 use crate::linalg::decomp::thin_q;
 use crate::linalg::product::mul_into;
+use crate::linalg::structure::norm;
 use crate::manifold::stiefel::{POINT_TOLERANCE, Stiefel, TANGENT_TOLERANCE};
 
 /// A vector of `m`: `[[omega, -normal^T], [normal, 0]]` with `omega` skew, shape `(k, k)`, and `normal`, shape `(r - k, k)`.
@@ -52,23 +53,68 @@ impl InitialData {
         a: MatRef<'_, f64>,
         j: MatRef<'_, f64>,
     ) -> Result<Self> {
-        let manifold = Stiefel::of("S", s)?;
-        manifold.check_point("S", s, POINT_TOLERANCE)?;
-        for (name, vector) in [("V", v), ("A", a), ("J", j)] {
-            manifold.check_tangent(name, s, vector, TANGENT_TOLERANCE)?;
-        }
-        let span = Span::of(&[s, v, a, j]);
+        check(s, [v, a, j])?;
+        Ok(Self::of_checked([s, v, a, j]))
+    }
+
+    /// The same data per unit of their natural time, and how many of these units a unit of time has.
+    ///
+    /// The rate is a power of two near `max(|V|, |A|^(1/2), |J|^(1/3))`, so nothing is rounded, and nothing but what is negligible
+    /// beside the rest underflows.
+    ///
+    /// # Errors
+    /// As [`InitialData::new`].
+    pub(crate) fn in_natural_time(
+        s: MatRef<'_, f64>,
+        v: MatRef<'_, f64>,
+        a: MatRef<'_, f64>,
+        j: MatRef<'_, f64>,
+    ) -> Result<(Self, f64)> {
+        check(s, [v, a, j])?;
+        let rate = norm(v).max(norm(a).sqrt()).max(norm(j).cbrt());
+        let rate = match rate {
+            0.0 => 1.0,
+            _ => rate
+                .log2()
+                .round()
+                .clamp(-LARGEST_POWER, LARGEST_POWER)
+                .exp2(),
+        };
+        let unit = 1.0 / rate;
+        let slower = |a: &Mat<f64>| a * Scale(unit);
+        let velocity = slower(&v.to_owned());
+        let acceleration = slower(&slower(&a.to_owned()));
+        let jerk = slower(&slower(&slower(&j.to_owned())));
+        let data = [s, velocity.as_ref(), acceleration.as_ref(), jerk.as_ref()];
+        Ok((Self::of_checked(data), rate))
+    }
+
+    fn of_checked(data: [MatRef<'_, f64>; 4]) -> Self {
+        let [s, v, a, j] = data;
+        let span = Span::of(&data);
         let g = complete(span.down(s).as_ref());
         let horizontal = |vector| Horizontal::of_tangent(g.as_ref(), span.down(vector).as_ref());
         let (velocity, acceleration, jerk) = (horizontal(v), horizontal(a), horizontal(j));
-        Ok(InitialData {
+        InitialData {
             frame: span.into_basis(),
             g,
             velocity,
             acceleration,
             jerk,
-        })
+        }
     }
+}
+
+/// The rate of natural time and its inverse stay normal numbers.
+const LARGEST_POWER: f64 = 1022.0;
+
+fn check(s: MatRef<'_, f64>, vectors: [MatRef<'_, f64>; 3]) -> Result<()> {
+    let manifold = Stiefel::of("S", s)?;
+    manifold.check_point("S", s, POINT_TOLERANCE)?;
+    for (name, vector) in ["V", "A", "J"].into_iter().zip(vectors) {
+        manifold.check_tangent(name, s, vector, TANGENT_TOLERANCE)?;
+    }
+    Ok(())
 }
 
 /// An orthogonal matrix whose first columns are those of `s`, shape `(r, k)`, orthonormalised where they are not.

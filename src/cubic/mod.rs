@@ -18,7 +18,9 @@
 //! spaces", IMA J. Math. Control Inform. 6, 465-473.
 
 mod boundary;
+mod clock;
 mod composition;
+mod conserved;
 mod frame_flow;
 mod guess;
 mod initial;

@@ -4,11 +4,16 @@ use faer::Mat;
 
 use super::initial::{Horizontal, InitialData};
 use super::reduced::{Blocks, Fixed, Series, Sized, block};
-use super::taylor::{Accuracy, March};
+use super::taylor::{Accuracy, March, too_many_steps};
 use crate::curve::cost::{POINTS, gauss_legendre};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::interrupt::Interrupt;
-use crate::linalg::dual::Number;
+
+/// Coefficients of a path at the most: a gigabyte.
+const MAX_COEFFICIENTS: usize = 1 << 27;
+
+/// Times of a path are known to this share of the largest.
+const SLACK: f64 = 8.0 * f64::EPSILON;
 
 /// Frame and derivatives of a cubic at one time, blocks column by column.
 #[derive(Debug, Clone)]
@@ -69,17 +74,6 @@ impl State {
         for i in 0..3 {
             copy_columns(&mut self.omega[i], k, &series.omega[i], k, k);
             copy_columns(&mut self.b[i], m, &series.b[i], normals, k);
-        }
-    }
-
-    /// The same curve with the parameter `shift + scale t`.
-    fn reparametrise(&mut self, scale: f64, shift: f64) {
-        self.time = shift + scale * self.time;
-        for i in 0..3 {
-            let factor = scale.powi(-(i as i32) - 1);
-            for entry in self.omega[i].iter_mut().chain(&mut self.b[i]) {
-                *entry *= factor;
-            }
         }
     }
 }
@@ -144,12 +138,19 @@ impl Path {
         (self.first.time, self.last.time)
     }
 
+    /// Whether the pieces reach a time, or miss it by round-off only.
+    pub(crate) fn covers(&self, t: f64) -> bool {
+        let (start, end) = self.covered();
+        let slack = SLACK * start.abs().max(end.abs());
+        t >= start - slack && t <= end + slack
+    }
+
     /// Adds pieces at an end until they reach `t`.
     ///
     /// # Errors
-    /// `NoConvergence` (too many steps), `Overflow`, `Interrupted`.
+    /// `NoConvergence` (too many steps for their number or for memory), `Overflow`, `Interrupted`.
     pub(crate) fn extend_to(&mut self, t: f64, interrupt: Interrupt<'_>) -> Result<()> {
-        if t >= self.first.time && t <= self.last.time {
+        if self.covers(t) {
             return Ok(());
         }
         let Sized { m, k } = self.blocks;
@@ -180,13 +181,8 @@ impl Path {
         let (k, m, normals) = (blocks.k(), blocks.normals(), blocks.m::<f64>());
         let (k2, rk, vector) = (k * k, blocks.r::<f64>() * k, k * (k + m));
         let outcome = march.run(t, interrupt, |series, start, length| {
-            if points.try_reserve(size * rk).is_err() || vectors.try_reserve(size * vector).is_err()
-            {
-                return Err(Error::InvalidArgument {
-                    name: "t",
-                    requirement: "near enough for the curve to fit in memory",
-                    found: t,
-                });
+            if points.len() + vectors.len() + 2 * size * rk > MAX_COEFFICIENTS {
+                return Err(too_many_steps(pieces.len(), (t - start).abs()));
             }
             let end = start + length;
             pieces.push(Piece {
@@ -283,35 +279,18 @@ impl Path {
         sum
     }
 
-    /// The same curve with the parameter `shift + scale t`, `scale` not zero.
-    pub(crate) fn reparametrised(&self, scale: f64, shift: f64) -> Self {
-        let mut out = self.clone();
-        let sizes = [self.rows() * self.blocks.k, self.r() * self.blocks.k];
-        for (coefficients, size) in [&mut out.points, &mut out.vectors].into_iter().zip(sizes) {
-            // `x` is a velocity: one power more.
-            for (j, entries) in coefficients.chunks_exact_mut(size).enumerate() {
-                let factor = scale.powi(-((j % (self.accuracy.order + 1)) as i32));
-                entries.iter_mut().for_each(|entry| *entry *= factor);
-            }
-        }
-        out.vectors.iter_mut().for_each(|entry| *entry /= scale);
-        for piece in &mut out.pieces {
-            let ends = [piece.lower, piece.upper].map(|t| shift + scale * t);
-            (piece.lower, piece.upper) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
-            piece.center = shift + scale * piece.center;
-        }
-        out.first.reparametrise(scale, shift);
-        out.last.reparametrise(scale, shift);
-        if scale < 0.0 {
-            std::mem::swap(&mut out.first, &mut out.last);
-            out.sort();
-        }
-        out
+    pub(crate) fn accuracy(&self) -> Accuracy {
+        self.accuracy
     }
 
-    /// The state at the start of what is covered.
-    pub(crate) fn first(&self) -> &State {
-        &self.first
+    /// How many pieces.
+    pub(crate) fn len(&self) -> usize {
+        self.pieces.len()
+    }
+
+    /// The states at both ends of what is covered.
+    pub(crate) fn ends(&self) -> [&State; 2] {
+        [&self.first, &self.last]
     }
 }
 

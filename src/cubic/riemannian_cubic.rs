@@ -1,11 +1,16 @@
 //! The Riemannian cubic as a curve: from initial data, evaluated from stored Taylor polynomials.
 
+use std::sync::Arc;
+
 use faer::{Mat, MatMut, MatRef, Scale};
 
+use super::clock::Clock;
 use super::initial::{Horizontal, InitialData};
 use super::path::{Path, State};
 use super::taylor::Accuracy;
-use crate::curve::{Curve, check_parameter};
+use crate::curve::{
+    Curve, Quantity, Samples, check_parameter, sample_blocks, sample_coordinate_blocks,
+};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::jet::{Jet, ORDER};
@@ -44,7 +49,8 @@ impl Default for IntegrationOptions<'_> {
 ///
 /// Stored as a piecewise Taylor polynomial of order 20 in the `min(n, 4k)` dimensions that its initial data span, so that a
 /// point costs `20 r k` multiplications and its share of one product to lift. Outside of
-/// [`t_span`](Curve::t_span) the curve is integrated on when it is asked for a point there.
+/// [`t_span`](Curve::t_span) the curve is integrated on when it is asked for points there, once for each call;
+/// [`RiemannianCubic::restricted`] keeps what was integrated.
 ///
 /// # Accuracy
 /// Positions at most `1e-14` from the exact solution for curves of the size of the paper's (asserted in
@@ -66,8 +72,9 @@ impl Default for IntegrationOptions<'_> {
 pub struct RiemannianCubic {
     n: usize,
     k: usize,
-    frame: Option<Mat<f64>>,
-    path: Path,
+    frame: Option<Arc<Mat<f64>>>,
+    pub(super) path: Arc<Path>,
+    pub(super) clock: Clock,
     span: (f64, f64),
     report: Option<SolverReport>,
 }
@@ -101,14 +108,25 @@ impl RiemannianCubic {
                 found: options.tolerance,
             });
         }
-        let data = InitialData::new(s, v, a, j)?;
+        let (data, rate) = InitialData::in_natural_time(s, v, a, j)?;
+        check_size(s.ncols(), &data)?;
         let accuracy = Accuracy::of_tolerance(options.tolerance);
+        let clock = Clock::new(rate);
         let mut path = Path::at(State::of_data(&data), s.ncols(), accuracy);
-        path.extend_to(options.t_end, options.interrupt)?;
-        Ok(Self::of_path(s.nrows(), s.ncols(), data.frame, path, None))
+        // Never of length zero, however short: there is a piece.
+        let smallest = f64::MIN_POSITIVE.copysign(options.t_end);
+        let end = match clock.path_time(options.t_end) {
+            end if end.abs() < f64::MIN_POSITIVE => smallest,
+            end => end,
+        };
+        extend(&mut path, clock, end, options.interrupt)?;
+        let mut curve = Self::of_path(s.nrows(), s.ncols(), data.frame, path, None);
+        curve.clock = clock;
+        curve.span = (options.t_end.min(0.0), options.t_end.max(0.0));
+        Ok(curve)
     }
 
-    /// A path in the coordinates of a frame, and how it was found.
+    /// A path in the coordinates of a frame, in the time of the curve, and how it was found.
     pub(super) fn of_path(
         n: usize,
         k: usize,
@@ -119,9 +137,10 @@ impl RiemannianCubic {
         RiemannianCubic {
             n,
             k,
-            frame,
+            frame: frame.map(Arc::new),
             span: path.covered(),
-            path,
+            path: Arc::new(path),
+            clock: Clock::new(1.0),
             report,
         }
     }
@@ -131,15 +150,32 @@ impl RiemannianCubic {
         self.report.as_ref()
     }
 
+    /// The same curve, said to come from a boundary value problem.
+    #[cfg(feature = "python")]
+    pub(crate) fn with_report(mut self, report: Option<SolverReport>) -> Self {
+        self.report = report;
+        self
+    }
+
+    /// What a step of the integration leaves out, relative to the state.
+    pub fn tolerance(&self) -> f64 {
+        self.path.accuracy().truncation
+    }
+
+    /// How many Taylor polynomials the curve consists of: the steps of its integration.
+    pub fn steps(&self) -> usize {
+        self.path.len()
+    }
+
     /// The same curve, made for another interval: a part of it, or more.
     ///
     /// # Errors
-    /// `NonFinite`, `InvalidArgument` (`start >= end`), and where the curve cannot be integrated on.
+    /// `NonFinite`, `InvalidArgument` (`start >= end`), and where the curve cannot be integrated on: as
+    /// [`RiemannianCubic::from_initial`].
     pub fn restricted(&self, start: f64, end: f64, interrupt: Interrupt<'_>) -> Result<Self> {
         check_interval(start, end)?;
-        let mut out = self.clone();
-        out.path.extend_to(start, interrupt)?;
-        out.path.extend_to(end, interrupt)?;
+        let longer = self.continued(start, end, interrupt)?;
+        let mut out = longer.unwrap_or_else(|| self.clone());
         out.span = (start, end);
         Ok(out)
     }
@@ -147,74 +183,102 @@ impl RiemannianCubic {
     /// The same points at other times: the interval of the curve becomes `[start, end]`.
     ///
     /// # Errors
-    /// `NonFinite`, `InvalidArgument` (`start >= end`).
+    /// `NonFinite`, `InvalidArgument` (`start >= end`, an interval so short or long that speeds are no normal numbers).
     pub fn reparametrised(&self, start: f64, end: f64) -> Result<Self> {
         check_interval(start, end)?;
-        let scale = (end - start) / (self.span.1 - self.span.0);
-        Ok(self.mapped(scale, start - scale * self.span.0, (start, end)))
+        Ok(RiemannianCubic {
+            clock: self.clock.reparametrised(self.span, (start, end))?,
+            span: (start, end),
+            ..self.clone()
+        })
     }
 
     /// The curve run backwards over the same interval.
     pub fn reversed(&self) -> Self {
-        self.mapped(-1.0, self.span.0 + self.span.1, self.span)
-    }
-
-    fn mapped(&self, scale: f64, shift: f64, span: (f64, f64)) -> Self {
         RiemannianCubic {
-            n: self.n,
-            k: self.k,
-            frame: self.frame.clone(),
-            path: self.path.reparametrised(scale, shift),
-            span,
-            report: self.report,
+            clock: self.clock.reversed(self.span),
+            ..self.clone()
         }
     }
 
-    /// The conserved energy.
-    ///
-    /// ```math
-    /// H = \tfrac12 |D_t S'|^2 - \langle x'', x \rangle
-    ///   = \tfrac12 |D_t S'|^2 - \langle D_t D_t S', S' \rangle
-    /// ```
-    pub fn energy(&self) -> f64 {
-        let [x, a, second] = self.vectors();
-        0.5 * a.inner(&a) - second.inner(&x)
+    /// The curve integrated on until it reaches two times; none where it does.
+    fn continued(&self, lower: f64, upper: f64, interrupt: Interrupt<'_>) -> Result<Option<Self>> {
+        let moments = [lower, upper].map(|t| self.clock.path_time(t));
+        if moments.iter().all(|t| self.path.covers(*t)) {
+            return Ok(None);
+        }
+        let mut path = Path::clone(&self.path);
+        for t in moments {
+            extend(&mut path, self.clock, t, interrupt)?;
+        }
+        Ok(Some(RiemannianCubic {
+            path: Arc::new(path),
+            ..self.clone()
+        }))
     }
 
-    /// The conserved spatial momentum `g mu g^T`, skew, shape `(n, n)`.
-    ///
-    /// ```math
-    /// \mu = -x'' + [x, x']_h
-    /// ```
-    pub fn momentum(&self) -> Mat<f64> {
-        let (r, k) = (self.path.r(), self.k);
-        let [x, a, second] = self.vectors();
-        let turning = &a.normal * x.normal.transpose() - &x.normal * a.normal.transpose();
-        let mu = Mat::from_fn(r, r, |i, j| match (i < k, j < k) {
-            (true, true) => -second.omega[(i, j)],
-            (false, true) => -second.normal[(i - k, j)],
-            (true, false) => second.normal[(j - k, i)],
-            (false, false) => turning[(i - k, j - k)],
-        });
-        let start = self.path.first();
-        let g = Mat::from_fn(r, r, |i, j| match j.checked_sub(k) {
-            None => start.s[i + r * j],
-            Some(j) => start.e[i + r * j],
-        });
-        let g = self.frame.as_ref().map_or(g.clone(), |frame| frame * &g);
-        &g * mu * g.transpose()
+    /// The curve integrated on until it reaches all of some times; none where it does, or where one is not finite.
+    fn reaching(&self, t: &[f64], interrupt: Interrupt<'_>) -> Result<Option<Self>> {
+        let (lower, upper) = range(t);
+        if t.is_empty() || !t.iter().all(|t| t.is_finite()) {
+            return Ok(None);
+        }
+        self.continued(lower, upper, interrupt)
     }
 
-    /// `x, x', x''` at the start of the path.
-    fn vectors(&self) -> [Horizontal; 3] {
-        let (k, m) = (self.k, self.path.r() - self.k);
-        let start = self.path.first();
-        std::array::from_fn(|i| Horizontal {
-            omega: Mat::from_fn(k, k, |row, col| start.omega[i][row + k * col]),
-            normal: Mat::from_fn(m, k, |row, col| start.b[i][row + m * col]),
-        })
+    /// About how many steps it takes to reach all of some times.
+    #[cfg(feature = "python")]
+    pub(crate) fn steps_beyond(&self, t: &[f64]) -> f64 {
+        let (lower, upper) = range(t);
+        if lower > upper {
+            return 0.0;
+        }
+        let (start, end) = self.path.covered();
+        let outside = [lower, upper].map(|t| {
+            let t = self.clock.path_time(t);
+            (start - t).max(t - end).max(0.0)
+        });
+        let ratio = outside[0].max(outside[1]) / (end - start);
+        // Speeds grow with the square of time.
+        let steps = self.steps() as f64 * ratio * (1.0 + ratio) * (1.0 + ratio);
+        steps.min(super::taylor::MAX_STEPS as f64)
     }
 }
+
+/// The least and the largest.
+fn range(t: &[f64]) -> (f64, f64) {
+    let start = (f64::INFINITY, f64::NEG_INFINITY);
+    t.iter()
+        .fold(start, |(low, high), t| (low.min(*t), high.max(*t)))
+}
+
+/// [`Path::extend_to`]; the time that was left is told in the time of the curve.
+fn extend(path: &mut Path, clock: Clock, t: f64, interrupt: Interrupt<'_>) -> Result<()> {
+    path.extend_to(t, interrupt).map_err(|error| match error {
+        Error::NoConvergence { solver, mut report } => {
+            report.residual = clock.curve_length(report.residual);
+            Error::NoConvergence { solver, report }
+        }
+        other => other,
+    })
+}
+
+/// Error where the coefficients of one step would not fit into memory.
+fn check_size(k: usize, data: &InitialData) -> Result<()> {
+    let (r, k) = (data.g.nrows() as f64, k as f64);
+    let numbers = (Accuracy::FULL.order + 1) as f64 * (r * r + 3.0 * r * k + 2.0 * k * k);
+    if numbers <= LARGEST_STEP {
+        return Ok(());
+    }
+    Err(Error::InvalidArgument {
+        name: "k",
+        requirement: "small enough for the Taylor coefficients of a step to fit in memory",
+        found: k,
+    })
+}
+
+/// Coefficients of one step at the most: two gigabytes.
+const LARGEST_STEP: f64 = 268_435_456.0;
 
 /// Error unless `start < end`, both finite.
 fn check_interval(start: f64, end: f64) -> Result<()> {
@@ -246,7 +310,7 @@ impl Curve for RiemannianCubic {
     }
 
     fn frame(&self) -> Option<MatRef<'_, f64>> {
-        self.frame.as_ref().map(|frame| frame.as_ref())
+        self.frame.as_ref().map(|frame| frame.as_ref().as_ref())
     }
 
     fn workspace(&self) -> Workspace {
@@ -269,11 +333,15 @@ impl Curve for RiemannianCubic {
             beyond,
             coefficients,
         } = work;
-        let path = reaching(&self.path, t, beyond)?;
+        let moment = self.clock.path_time(t);
+        let path = reaching(self, moment, beyond)?;
         let mut targets: [&mut [f64]; ORDER + 1] =
             coefficients.each_mut().map(|c| c.as_mut_slice());
-        path.points_into(t, &mut targets[..=order]);
-        for (target, source) in out.c.iter_mut().zip(&targets[..=order]) {
+        path.points_into(moment, &mut targets[..=order]);
+        for (j, (target, source)) in out.c.iter_mut().zip(&mut targets[..=order]).enumerate() {
+            for entry in source.iter_mut() {
+                *entry = self.clock.derivative(*entry, j);
+            }
             let (r, k) = target.shape();
             let rows = source.len() / k;
             let all = MatRef::from_column_major_slice(source, rows, k);
@@ -299,7 +367,8 @@ impl Curve for RiemannianCubic {
             || {
                 for (i, &t) in t.iter().enumerate() {
                     check_parameter(t)?;
-                    reaching(&self.path, t, beyond)?.points_into(t, &mut [point]);
+                    let t = self.clock.path_time(t);
+                    reaching(self, t, beyond)?.points_into(t, &mut [point]);
                     for j in 0..k {
                         for l in 0..r {
                             out[(l, i * k + j)] = point[l + rows * j];
@@ -311,8 +380,29 @@ impl Curve for RiemannianCubic {
         )
     }
 
+    fn sample(&self, t: &[f64], quantity: Quantity, interrupt: Interrupt<'_>) -> Result<Samples> {
+        let longer = self.reaching(t, interrupt)?;
+        sample_blocks(longer.as_ref().unwrap_or(self), t, quantity, interrupt)
+    }
+
+    fn sample_coordinates(
+        &self,
+        t: &[f64],
+        quantity: Quantity,
+        interrupt: Interrupt<'_>,
+    ) -> Result<Mat<f64>> {
+        let longer = self.reaching(t, interrupt)?;
+        sample_coordinate_blocks(longer.as_ref().unwrap_or(self), t, quantity, interrupt)
+    }
+
     fn cost_interruptible(&self, _: Interrupt<'_>) -> Result<f64> {
-        let cost = self.path.cost(self.span.0, self.span.1);
+        let ends = [self.span.0, self.span.1].map(|t| self.clock.path_time(t));
+        let [from, to] = match self.clock.is_forward() {
+            true => ends,
+            false => [ends[1], ends[0]],
+        };
+        // The square of a second derivative, over a length of time.
+        let cost = self.clock.derivative(self.path.cost(from, to), 3).abs();
         if cost.is_finite() {
             return Ok(cost);
         }
@@ -320,14 +410,17 @@ impl Curve for RiemannianCubic {
     }
 }
 
-/// The path, or, for times outside of what it covers, a copy that is integrated on.
-fn reaching<'a>(path: &'a Path, t: f64, beyond: &'a mut Option<Path>) -> Result<&'a Path> {
-    let (start, end) = path.covered();
-    if t >= start && t <= end {
-        return Ok(path);
+/// The path of a curve, or, for times outside of what it covers, a copy that is integrated on.
+fn reaching<'a>(
+    curve: &'a RiemannianCubic,
+    moment: f64,
+    beyond: &'a mut Option<Path>,
+) -> Result<&'a Path> {
+    if curve.path.covers(moment) {
+        return Ok(&curve.path);
     }
-    let longer = beyond.get_or_insert_with(|| path.clone());
-    longer.extend_to(t, Interrupt::NEVER)?;
+    let longer = beyond.get_or_insert_with(|| Path::clone(&curve.path));
+    extend(longer, curve.clock, moment, Interrupt::NEVER)?;
     Ok(longer)
 }
 

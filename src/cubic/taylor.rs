@@ -76,9 +76,7 @@ impl<T: Number, B: Blocks> March<T, B> {
         mut visit: impl FnMut(&Series<T>, f64, f64) -> Result<()>,
     ) -> Result<()> {
         while self.time != t_end {
-            if self.steps % 64 == 63 {
-                interrupt.check(SOLVER)?;
-            }
+            interrupt.check(SOLVER)?;
             let ahead = t_end - self.time;
             let length = vectorised(
                 #[inline(always)]
@@ -108,23 +106,17 @@ impl<T: Number, B: Blocks> March<T, B> {
                 quantity: "Riemannian cubic",
             });
         }
-        if self.steps < MAX_STEPS && ahead.abs() < MAX_STEPS as f64 * length {
+        let left = MAX_STEPS.saturating_sub(self.steps);
+        // The last step may be shorter than what is allowed, and infinitely long where nothing moves.
+        if left > 0 && ahead.abs() <= left as f64 * length {
             return Ok(());
         }
-        let report = SolverReport {
-            converged: false,
-            iterations: self.steps,
-            residual: ahead.abs(),
-            tolerance: 0.0,
-            reason: StopReason::MaxIterations,
-        };
-        Err(Error::NoConvergence {
-            solver: SOLVER,
-            report,
-        })
+        Err(too_many_steps(self.steps, ahead.abs()))
     }
 
-    /// The step at which the last two terms fall below the truncation; NaN where they are not finite.
+    /// The step at which the last three terms fall below the truncation; NaN where they are not finite.
+    ///
+    /// Three, since two of three vanish where all but the jerk vanish at the start: there time enters as its cube.
     ///
     /// Terms of `x''` count relative to the cube of the rate `max(|x|, |x'|^(1/2), |x''|^(1/3))`, those of the point
     /// relative to 1.
@@ -154,9 +146,17 @@ impl<T: Number, B: Blocks> March<T, B> {
             let size = if relative <= point { point } else { relative };
             (self.accuracy.truncation / size).powf(1.0 / j as f64)
         };
-        let (a, b) = (limit(self.accuracy.order - 1), limit(self.accuracy.order));
-        // Infinite where all terms vanish: a curve that stands still.
-        if a <= b { a } else { b }
+        // Infinite where all terms vanish: a curve that stands still. A NaN stays.
+        let order = self.accuracy.order;
+        (order - 2..=order)
+            .map(limit)
+            .fold(f64::INFINITY, |least, x| {
+                if least <= x || least.is_nan() {
+                    least
+                } else {
+                    x
+                }
+            })
     }
 
     /// Moves the state by `step` along the series.
@@ -172,6 +172,21 @@ impl<T: Number, B: Blocks> March<T, B> {
         for series in &mut self.series.b {
             move_start(series, m * k, order, step);
         }
+    }
+}
+
+/// The error after some steps with some time left.
+pub(crate) fn too_many_steps(steps: usize, left: f64) -> Error {
+    let report = SolverReport {
+        converged: false,
+        iterations: steps,
+        residual: left,
+        tolerance: 0.0,
+        reason: StopReason::MaxIterations,
+    };
+    Error::NoConvergence {
+        solver: SOLVER,
+        report,
     }
 }
 

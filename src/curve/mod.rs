@@ -248,10 +248,7 @@ pub trait Curve: Sync {
     /// `NonFinite` (index of the parameter), `InvalidArgument` (derivative order), `Interrupted`, and where the
     /// curve does not exist at some parameter.
     fn sample(&self, t: &[f64], quantity: Quantity, interrupt: Interrupt<'_>) -> Result<Samples> {
-        let mut out = Samples::zeros(self.n(), self.k(), t.len());
-        let (entries, n) = (&mut out.entries, self.n());
-        for_blocks(self, t, quantity, interrupt, entries, n, read_lifted)?;
-        Ok(out)
+        sample_blocks(self, t, quantity, interrupt)
     }
 
     /// The coordinates in the frame of one quantity at many parameters, side by side, shape `(r, k len)`; in parallel.
@@ -266,19 +263,7 @@ pub trait Curve: Sync {
         quantity: Quantity,
         interrupt: Interrupt<'_>,
     ) -> Result<Mat<f64>> {
-        let rows = self.frame().map_or(self.n(), |frame| frame.ncols());
-        let mut entries = vec![0.0; rows * self.k() * t.len()];
-        for_blocks(
-            self,
-            t,
-            quantity,
-            interrupt,
-            &mut entries,
-            rows,
-            read_checked,
-        )?;
-        let all = MatRef::from_column_major_slice(&entries, rows, self.k() * t.len());
-        Ok(all.to_owned())
+        sample_coordinate_blocks(self, t, quantity, interrupt)
     }
 
     /// Squared-acceleration cost over [`Curve::t_span`].
@@ -309,6 +294,34 @@ pub trait Curve: Sync {
     {
         cost::squared_acceleration(self, interrupt)
     }
+}
+
+/// [`Curve::sample`] by evaluation at every parameter.
+pub(crate) fn sample_blocks<C: Curve + ?Sized>(
+    curve: &C,
+    t: &[f64],
+    quantity: Quantity,
+    interrupt: Interrupt<'_>,
+) -> Result<Samples> {
+    let n = curve.n();
+    let mut out = Samples::zeros(n, curve.k(), t.len());
+    let entries = &mut out.entries;
+    for_blocks(curve, t, quantity, interrupt, entries, n, read_lifted)?;
+    Ok(out)
+}
+
+/// [`Curve::sample_coordinates`] by evaluation at every parameter.
+pub(crate) fn sample_coordinate_blocks<C: Curve + ?Sized>(
+    curve: &C,
+    t: &[f64],
+    quantity: Quantity,
+    interrupt: Interrupt<'_>,
+) -> Result<Mat<f64>> {
+    let rows = curve.frame().map_or(curve.n(), |frame| frame.ncols());
+    let mut out = vec![0.0; rows * curve.k() * t.len()];
+    for_blocks(curve, t, quantity, interrupt, &mut out, rows, read_checked)?;
+    let all = MatRef::from_column_major_slice(&out, rows, curve.k() * t.len());
+    Ok(all.to_owned())
 }
 
 /// Values from coordinates: `out = frame * coordinates`, rows in parallel.

@@ -1,10 +1,11 @@
 //! Running the core without the interpreter lock, on a chosen number of threads, stoppable by Ctrl-C.
 
 use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
+use std::thread::ThreadId;
+use std::time::{Duration, Instant};
 
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
@@ -90,7 +91,59 @@ impl Call {
         if self.is_long() {
             return py.detach(|| run_watched(pool, work));
         }
-        Ok(py.detach(|| run_in(pool.as_deref(), || work(Interrupt::NEVER))))
+        let watch = Watch::new();
+        let question = || watch.stops();
+        let result = py.detach(|| run_in(pool.as_deref(), || work(Interrupt::new(&question))));
+        match watch.signal.into_inner() {
+            Ok(Some(signal)) => Err(signal),
+            _ => Ok(result),
+        }
+    }
+}
+
+/// Looks for Ctrl-C now and then from inside of a call that runs where it stands, should it take longer than estimated.
+struct Watch {
+    caller: ThreadId,
+    start: Instant,
+    questions: AtomicU32,
+    /// Milliseconds after the start at which to look next.
+    next: AtomicU64,
+    signal: Mutex<Option<PyErr>>,
+}
+
+/// Questions between two looks at the clock, which would cost as much as a short piece of work.
+const QUESTIONS: u32 = 64;
+
+impl Watch {
+    fn new() -> Self {
+        Watch {
+            caller: std::thread::current().id(),
+            start: Instant::now(),
+            questions: AtomicU32::new(1),
+            next: AtomicU64::new(POLL.as_millis() as u64),
+            signal: Mutex::new(None),
+        }
+    }
+
+    /// Whether a signal was raised. Only the thread that called can find one.
+    fn stops(&self) -> bool {
+        let asked = self.questions.fetch_add(1, Ordering::Relaxed);
+        if !asked.is_multiple_of(QUESTIONS) || std::thread::current().id() != self.caller {
+            return false;
+        }
+        let now = self.start.elapsed().as_millis() as u64;
+        if now < self.next.load(Ordering::Relaxed) {
+            return false;
+        }
+        let period = POLL.as_millis() as u64;
+        self.next.store(now + period, Ordering::Relaxed);
+        match Python::attach(|py| py.check_signals()) {
+            Ok(()) => false,
+            Err(signal) => {
+                *self.signal.lock().unwrap_or_else(PoisonError::into_inner) = Some(signal);
+                true
+            }
+        }
     }
 }
 

@@ -18,6 +18,11 @@ use crate::manifold::QuasiGeodesic;
 /// Rough operations per parameter, without the lift: what decides whether a call is long.
 pub(super) trait Operations {
     fn operations(&self, quantity: Quantity) -> f64;
+
+    /// Rough operations once for all parameters, before the first is evaluated.
+    fn preparation(&self, _: &[f64]) -> f64 {
+        0.0
+    }
 }
 
 impl Operations for QuasiGeodesic {
@@ -36,6 +41,7 @@ pub(super) trait AnyCurve: Send + Sync {
     fn t_span(&self) -> (f64, f64);
     fn frame(&self) -> Option<MatRef<'_, f64>>;
     fn operations(&self, quantity: Quantity) -> f64;
+    fn preparation(&self, t: &[f64]) -> f64;
     fn sample(&self, t: &[f64], quantity: Quantity, interrupt: Interrupt<'_>) -> Result<Samples>;
     fn sample_coordinates(
         &self,
@@ -62,6 +68,10 @@ impl<C: Curve + Operations + Send> AnyCurve for C {
     fn operations(&self, quantity: Quantity) -> f64 {
         let (n, k) = (self.n() as f64, self.k() as f64);
         Operations::operations(self, quantity) + 8.0 * n * k * k
+    }
+
+    fn preparation(&self, t: &[f64]) -> f64 {
+        Operations::preparation(self, t)
     }
 
     fn sample(&self, t: &[f64], quantity: Quantity, interrupt: Interrupt<'_>) -> Result<Samples> {
@@ -108,11 +118,13 @@ impl PyCurve {
         if num_threads.is_none()
             && operations < IN_PLACE
             && let Ok(t) = t.cast_exact::<PyFloat>()
+            && self.inner.preparation(&[t.value()]) < IN_PLACE
         {
             return self.sample_one(py, t.value(), quantity);
         }
         let (mut shape, t) = parameters(t, "t")?;
-        let call = Call::new(py, num_threads, t.len() as f64 * operations)?;
+        let operations = t.len() as f64 * operations + self.inner.preparation(&t);
+        let call = Call::new(py, num_threads, operations)?;
         if let Some(frame) = self.inner.frame()
             && frame.nrows() * self.inner.shape().1 * t.len() > LARGE
             && frame.nrows() > TALL * frame.ncols()

@@ -13,6 +13,7 @@ mod geometry;
 mod linalg;
 mod polynomial;
 mod retraction;
+mod riemannian_cubic;
 mod shooting;
 mod state;
 mod stiefel;
@@ -39,6 +40,8 @@ pub mod _core {
     use super::linalg::{orthogonal_log, skew_exp};
     #[pymodule_export]
     use super::polynomial::{PyGeometricCubic, PyGeometricPolynomial};
+    #[pymodule_export]
+    use super::riemannian_cubic::PyRiemannianCubic;
     #[pymodule_export]
     use super::shooting::PyShootingResult;
     #[pymodule_export]

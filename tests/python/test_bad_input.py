@@ -21,6 +21,7 @@ from stiefel_rs import (
     InvalidInputError,
     OutsideDomainError,
     QuasiGeodesic,
+    RiemannianCubic,
     Stiefel,
     StiefelError,
     orthogonal_log,
@@ -70,6 +71,14 @@ CALLS = {
     "from_velocity": (lambda a, b: QuasiGeodesic.from_velocity(a, b)(0.5), [("S", S), ("V", V)]),
     "GeometricCubic": (lambda *x: GeometricCubic(*x)(0.5), [("S0", S), ("V0", V), ("S1", S1), ("V1", V1)]),
     "from_control_points": (lambda P: GeometricCubic.from_control_points(P)(0.5), [("P", np.stack([S, S1, S, S]))]),
+    "from_initial": (
+        lambda *x: RiemannianCubic.from_initial(*x)(0.5),
+        [("S", S), ("V", V), ("A", V2), ("J", V)],
+    ),
+    "from_boundary": (
+        lambda *x: RiemannianCubic.from_boundary(*x)(0.5),
+        [("S0", S), ("V0", V), ("S1", S2), ("V1", S2 @ [[0, -1], [1, 0]])],
+    ),
     "exp": (M.exp, [("S", S), ("V", V)]),
     "log": (M.log, [("S0", S), ("S1", S2)]),
     "dist": (M.dist, [("S0", S), ("S1", S2)]),

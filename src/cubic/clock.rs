@@ -1,0 +1,80 @@
+//! The time of a curve as an affine function of the time in which its path is stored.
+//!
+//! A path is computed in the natural time of its data, where velocity, acceleration and jerk are at most about one: neither the
+//! slowest nor the fastest data underflow or overflow there. Changes of the parameter cost nothing and lose nothing.
+
+use crate::error::{Error, Result};
+
+/// `path time = path + rate (t - curve)`.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Clock {
+    rate: f64,
+    /// A moment of the curve, and the same one of the path.
+    curve: f64,
+    path: f64,
+}
+
+impl Clock {
+    /// Both times start together; a unit of the curve is `rate` units of the path.
+    pub(super) fn new(rate: f64) -> Self {
+        Clock {
+            rate,
+            curve: 0.0,
+            path: 0.0,
+        }
+    }
+
+    /// The time of the path, finite for every finite `t`.
+    #[inline(always)]
+    pub(super) fn path_time(&self, t: f64) -> f64 {
+        (self.path + self.rate * (t - self.curve)).clamp(f64::MIN, f64::MAX)
+    }
+
+    /// Whether both run in the same direction.
+    pub(super) fn is_forward(&self) -> bool {
+        self.rate > 0.0
+    }
+
+    /// A derivative of the given order with respect to the time of the curve.
+    ///
+    /// Factor by factor: a power of the rate may overflow where its product with a small number does not.
+    #[inline(always)]
+    pub(super) fn derivative(&self, value: f64, order: usize) -> f64 {
+        (0..order).fold(value, |value, _| value * self.rate)
+    }
+
+    /// A length of time of the path in that of the curve.
+    pub(super) fn curve_length(&self, length: f64) -> f64 {
+        (length / self.rate.abs()).min(f64::MAX)
+    }
+
+    /// The clock by which `from` becomes `to`, intervals of the curve's time.
+    ///
+    /// # Errors
+    /// `InvalidArgument` where the ratio of the lengths is no normal number.
+    pub(super) fn reparametrised(&self, from: (f64, f64), to: (f64, f64)) -> Result<Self> {
+        // In this order: the length in the time of the path is a moderate number.
+        let rate = self.rate * (from.1 - from.0) / (to.1 - to.0);
+        if !rate.is_normal() {
+            return Err(Error::InvalidArgument {
+                name: "end",
+                requirement: "such that speeds on the new interval are normal numbers",
+                found: to.1,
+            });
+        }
+        Ok(Clock {
+            rate,
+            curve: to.0,
+            path: self.path_time(from.0),
+        })
+    }
+
+    /// The clock of the curve run backwards over the same interval.
+    pub(super) fn reversed(&self, span: (f64, f64)) -> Self {
+        Clock {
+            rate: -self.rate,
+            curve: span.0,
+            path: self.path_time(span.1),
+        }
+    }
+}

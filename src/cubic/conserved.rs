@@ -1,0 +1,138 @@
+//! What a Riemannian cubic starts with, and what stays the same along it.
+
+use faer::Mat;
+
+use super::initial::Horizontal;
+use super::path::State;
+use super::riemannian_cubic::RiemannianCubic;
+use crate::curve::Curve;
+use crate::error::{Error, Result};
+use crate::linalg::structure::check_range;
+
+/// Rows up to which the momentum is handed out: an `(n, n)` matrix of two gigabytes.
+const LARGEST_MOMENTUM: usize = 1 << 14;
+
+impl RiemannianCubic {
+    /// Point, velocity, covariant acceleration and covariant jerk at the start of [`t_span`](Curve::t_span), shape `(n, k)`.
+    ///
+    /// # Accuracy
+    /// Round-off of each of them where the path starts or ends there; else that of [`Curve::jerk`].
+    /// # Errors
+    /// `Overflow`.
+    pub fn initial(&self) -> Result<[Mat<f64>; 4]> {
+        let start = self.t_span().0;
+        let moment = self.clock.path_time(start);
+        let ends = self.path.ends();
+        let Some(state) = ends.into_iter().find(|state| state.time == moment) else {
+            return Ok([
+                self.point(start)?,
+                self.derivative(start, 1)?,
+                self.acceleration(start)?,
+                self.jerk(start)?,
+            ]);
+        };
+        let (r, k) = (self.path.r(), self.k());
+        let [x, a, second] = self.vectors(state);
+        let bracket = x.bracket(&a);
+        let half = faer::Scale(0.5);
+        let jerk = Horizontal {
+            omega: second.omega + bracket.omega * half,
+            normal: second.normal + bracket.normal * half,
+        };
+        let s = Mat::from_fn(r, k, |i, j| state.s[i + r * j]);
+        let e = Mat::from_fn(r, r - k, |i, j| state.e[i + r * j]);
+        let tangent = |x: &Horizontal, order: usize| {
+            let v = &s * &x.omega + &e * &x.normal;
+            self.lifted(self.in_curve_time(v, order))
+        };
+        let data = [
+            self.lifted(s.clone()),
+            tangent(&x, 1),
+            tangent(&a, 2),
+            tangent(&jerk, 3),
+        ];
+        for matrix in &data {
+            check_range("initial data", matrix.as_ref())?;
+        }
+        Ok(data)
+    }
+
+    /// The conserved energy.
+    ///
+    /// ```math
+    /// H = \tfrac12 |D_t S'|^2 - \langle D_t D_t S', S' \rangle
+    /// ```
+    ///
+    /// # Errors
+    /// `Overflow`.
+    pub fn energy(&self) -> Result<f64> {
+        // <[x, x'], x> = 0: the jerk's other part does not count.
+        let [x, a, second] = self.vectors(self.path.ends()[0]);
+        let energy = 0.5 * a.inner(&a) - second.inner(&x);
+        let energy = self.clock.derivative(energy, 4);
+        if energy.is_finite() {
+            return Ok(energy);
+        }
+        Err(Error::Overflow { quantity: "energy" })
+    }
+
+    /// The conserved spatial momentum `g mu g^T`, skew, shape `(n, n)`.
+    ///
+    /// ```math
+    /// \mu = -x'' + [x, x']_h
+    /// ```
+    ///
+    /// # Errors
+    /// `InvalidArgument` where `n > 16384`: the matrix would be too large; `Overflow`.
+    pub fn momentum(&self) -> Result<Mat<f64>> {
+        let n = self.n();
+        if n > LARGEST_MOMENTUM {
+            return Err(Error::InvalidArgument {
+                name: "n",
+                requirement: "at most 16384 for an (n, n) matrix",
+                found: n as f64,
+            });
+        }
+        let (r, k) = (self.path.r(), self.k());
+        let start = self.path.ends()[0];
+        let [x, a, second] = self.vectors(start);
+        let turning = &a.normal * x.normal.transpose() - &x.normal * a.normal.transpose();
+        let mu = Mat::from_fn(r, r, |i, j| match (i < k, j < k) {
+            (true, true) => -second.omega[(i, j)],
+            (false, true) => -second.normal[(i - k, j)],
+            (true, false) => second.normal[(j - k, i)],
+            (false, false) => turning[(i - k, j - k)],
+        });
+        let g = self.lifted(Mat::from_fn(r, r, |i, j| match j.checked_sub(k) {
+            None => start.s[i + r * j],
+            Some(j) => start.e[i + r * j],
+        }));
+        let momentum = &g * self.in_curve_time(mu, 3) * g.transpose();
+        check_range("momentum", momentum.as_ref())?;
+        Ok(momentum)
+    }
+
+    /// A derivative by the time of the path as one by the time of the curve.
+    fn in_curve_time(&self, mut a: Mat<f64>, order: usize) -> Mat<f64> {
+        for entry in a.col_iter_mut().flat_map(|column| column.iter_mut()) {
+            *entry = self.clock.derivative(*entry, order);
+        }
+        a
+    }
+
+    fn lifted(&self, a: Mat<f64>) -> Mat<f64> {
+        match self.frame() {
+            Some(frame) => frame * a,
+            None => a,
+        }
+    }
+
+    /// `x, x', x''` by the time of the path.
+    fn vectors(&self, state: &State) -> [Horizontal; 3] {
+        let (k, m) = (self.k(), self.path.r() - self.k());
+        std::array::from_fn(|i| Horizontal {
+            omega: Mat::from_fn(k, k, |row, col| state.omega[i][row + k * col]),
+            normal: Mat::from_fn(m, k, |row, col| state.b[i][row + m * col]),
+        })
+    }
+}

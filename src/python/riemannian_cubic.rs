@@ -1,0 +1,358 @@
+//! Riemannian cubics of the binding.
+
+use std::sync::Arc;
+
+use faer::Mat;
+use numpy::PyArrayDyn;
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+
+use super::call::Call;
+use super::chart::count;
+use super::convert::{matrix, to_array, write};
+use super::curve::{AnyCurve, Operations, PyCurve, cube};
+use super::error::{PySolverReport, to_exception};
+use crate::cubic::{BoundaryOptions, IntegrationOptions, RiemannianCubic};
+use crate::curve::{Curve, Quantity};
+use crate::linalg::structure::norm;
+
+type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
+type Four<'py> = (Array<'py>, Array<'py>, Array<'py>, Array<'py>);
+
+impl Operations for RiemannianCubic {
+    fn operations(&self, quantity: Quantity) -> f64 {
+        let (r, k) = (self.n().min(4 * self.k()) as f64, self.k() as f64);
+        match quantity {
+            Quantity::Derivative(order) => 40.0 * (1 + order) as f64 * r * k,
+            _ => 160.0 * r * k + 40.0 * r * k * k + 20.0 * cube(self.k()),
+        }
+    }
+
+    fn preparation(&self, t: &[f64]) -> f64 {
+        self.steps_beyond(t) * step((self.n(), self.k()))
+    }
+}
+
+/// Rough operations of one step: products in the Cauchy sums of 20 orders.
+fn step((n, k): (usize, usize)) -> f64 {
+    let (r, k) = (n.min(4 * k) as f64, k as f64);
+    420.0 * r * k * (r + 4.0 * k)
+}
+
+/// Rough operations of the factorisation that reduces the dimension.
+fn reduction((n, k): (usize, usize)) -> f64 {
+    let (r, k) = (n.min(4 * k) as f64, k as f64);
+    1e4 + 16.0 * n as f64 * k * r
+}
+
+/// Rough operations of an integration: a step for every unit of the length that the curve would have in flat space.
+fn integration([s, v, a, j]: [&Mat<f64>; 4], t_end: f64) -> f64 {
+    let t = t_end.abs();
+    let [v, a, j] = [v, a, j].map(|x| norm(x.as_ref()));
+    let length = t * (v + t * (a / 2.0 + t * j / 6.0));
+    reduction(s.shape()) + step(s.shape()) * (1.0 + length.min(1e5))
+}
+
+/// Rough operations of ten Newton steps, each with a derivative in all directions.
+fn shooting([s0, v0, _, v1]: [&Mat<f64>; 4]) -> f64 {
+    let (n, k) = s0.shape();
+    let unknowns = 2.0 * n.min(4 * k) as f64 * k as f64;
+    let steps = 4.0 + norm(v0.as_ref()) + norm(v1.as_ref());
+    reduction((n, k)) + 10.0 * unknowns * step((n, k)) * steps.min(1e5)
+}
+
+/// Riemannian cubic: a critical curve of the integral of the squared covariant acceleration.
+///
+/// Made by :meth:`from_initial` or :meth:`from_boundary`; it cannot be constructed directly.
+///
+/// Notes
+/// -----
+/// Solves ``D_t^3 S' + R(D_t S', S') S' = 0`` (canonical metric) on any St(n, k), without charts, by a Taylor method of order
+/// 20 in ``min(n, 4 k)`` dimensions, to round-off. Outside of ``t_span`` the curve is integrated on, for each call anew:
+/// :meth:`restricted` gives a curve that keeps it.
+///
+/// Noakes, Heinzinger, Paden (1989); Crouch, Silva Leite (1995).
+///
+/// Examples
+/// --------
+/// >>> import numpy as np
+/// >>> from stiefel_rs import RiemannianCubic
+/// >>> S, V, A, J = np.eye(3)[:, :1], np.eye(3)[:, 1:2], 2 * np.eye(3)[:, 2:], np.zeros((3, 1))
+/// >>> curve = RiemannianCubic.from_initial(S, V, A, J)
+/// >>> curve(np.linspace(0, 1, 5)).shape
+/// (5, 3, 1)
+/// >>> bool(np.allclose(curve.acceleration(0.0), A))
+/// True
+/// >>> other = RiemannianCubic.from_boundary(S, V, curve(1.0), curve.velocity(1.0))
+/// >>> bool(np.allclose(other(0.5), curve(0.5))), other.report.converged
+/// (True, True)
+#[pyclass(name = "RiemannianCubic", module = "stiefel_rs", extends = PyCurve, frozen)]
+pub struct PyRiemannianCubic(Arc<RiemannianCubic>);
+
+#[pymethods]
+#[allow(non_snake_case)]
+impl PyRiemannianCubic {
+    #[new]
+    #[pyo3(signature = (*_args, **_kwargs))]
+    fn new(
+        _args: &Bound<'_, PyTuple>,
+        _kwargs: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<PyClassInitializer<Self>> {
+        Err(PyTypeError::new_err(
+            "RiemannianCubic is made by RiemannianCubic.from_initial(S, V, A, J) or \
+             RiemannianCubic.from_boundary(S0, V0, S1, V1)",
+        ))
+    }
+
+    /// The Riemannian cubic with given initial data.
+    ///
+    /// Parameters
+    /// ----------
+    /// S, V, A, J : array_like, shape (n, k)
+    ///     Point, velocity, covariant acceleration and covariant jerk at ``t = 0``.
+    /// t_end : float, default 1.0
+    ///     The curve is made for the times between 0 and this one, which may be negative.
+    /// tol : float, default 1e-17
+    ///     What a step leaves out, relative to the state, between 1e-17 (round-off) and 0.1.
+    ///
+    /// Raises
+    /// ------
+    /// InvalidInputError
+    ///     Shape, not finite, not orthonormal, not tangent (with the measured defect), ``t_end`` zero, ``tol`` out of range.
+    /// ConvergenceError
+    ///     More steps than 100000, or than fit into a gigabyte: ``t_end`` is too large for the speed. Carries ``report``; its
+    ///     residual is the time that was left.
+    #[staticmethod]
+    #[pyo3(signature = (S, V, A, J, t_end=1.0, *, tol=1e-17))]
+    fn from_initial(
+        py: Python<'_>,
+        S: &Bound<'_, PyAny>,
+        V: &Bound<'_, PyAny>,
+        A: &Bound<'_, PyAny>,
+        J: &Bound<'_, PyAny>,
+        t_end: f64,
+        tol: f64,
+    ) -> PyResult<Py<Self>> {
+        let data = Data::read([(S, "S"), (V, "V"), (A, "A"), (J, "J")])?;
+        Self::wrapped(py, data.integrate(py, t_end, tol)?)
+    }
+
+    /// A Riemannian cubic on ``[0, 1]`` with given end points and end velocities.
+    ///
+    /// Parameters
+    /// ----------
+    /// S0, V0 : array_like, shape (n, k)
+    ///     Initial point and velocity.
+    /// S1, V1 : array_like, shape (n, k)
+    ///     Final point and velocity.
+    /// tol : float, default 1e-12
+    ///     The largest distance of the end point and end velocity from ``S1`` and ``V1``, Frobenius norm of both together.
+    /// max_iterations : int, default 50
+    ///     Newton steps.
+    ///
+    /// Raises
+    /// ------
+    /// InvalidInputError
+    ///     Shape, not finite, not orthonormal, not tangent (with the measured defect), ``tol`` negative or not finite,
+    ///     ``max_iterations`` negative.
+    /// OutsideDomainError
+    ///     Points in different components of O(n); carries ``angle``.
+    /// ConvergenceError
+    ///     Newton's method does not reach ``tol``; carries ``report``.
+    ///
+    /// Notes
+    /// -----
+    /// Cubics with given ends are stationary, not unique: this one is found by Newton's method, with exact derivatives of the
+    /// flow, from the cubic of flat space. Compare solutions by :meth:`Curve.cost`.
+    #[staticmethod]
+    #[pyo3(signature = (S0, V0, S1, V1, *, tol=1e-12, max_iterations=50))]
+    fn from_boundary(
+        py: Python<'_>,
+        S0: &Bound<'_, PyAny>,
+        V0: &Bound<'_, PyAny>,
+        S1: &Bound<'_, PyAny>,
+        V1: &Bound<'_, PyAny>,
+        tol: f64,
+        max_iterations: i64,
+    ) -> PyResult<Py<Self>> {
+        let Data(ends) = Data::read([(S0, "S0"), (V0, "V0"), (S1, "S1"), (V1, "V1")])?;
+        let max_iterations = count(py, "max_iterations", max_iterations, 0)?;
+        let call = Call::new(py, None, shooting(ends.each_ref()))?;
+        let curve = call.run(py, move |interrupt| {
+            let [s0, v0, s1, v1] = ends.each_ref().map(|x| x.as_ref());
+            let options = BoundaryOptions {
+                tolerance: tol,
+                max_iterations,
+                interrupt,
+            };
+            RiemannianCubic::from_boundary(s0, v0, s1, v1, &options)
+        })?;
+        Self::wrapped(py, curve)
+    }
+
+    /// For pickle: a curve from its initial data at ``start``.
+    #[staticmethod]
+    fn _restored(
+        py: Python<'_>,
+        initial: [Bound<'_, PyAny>; 4],
+        start: f64,
+        end: f64,
+        tol: f64,
+        report: Option<PyRef<'_, PySolverReport>>,
+    ) -> PyResult<Py<Self>> {
+        let [s, v, a, j] = &initial;
+        let data = Data::read([(s, "S"), (v, "V"), (a, "A"), (j, "J")])?;
+        let curve = data.integrate(py, end - start, tol)?;
+        let curve = curve
+            .reparametrised(start, end)
+            .map_err(|error| to_exception(py, &error, ""))?;
+        Self::wrapped(py, curve.with_report(report.map(|report| report.0)))
+    }
+
+    /// For pickle.
+    fn __reduce__<'py>(
+        slf: &Bound<'py, Self>,
+        py: Python<'py>,
+    ) -> PyResult<(
+        Bound<'py, PyAny>,
+        (Four<'py>, f64, f64, f64, Option<PySolverReport>),
+    )> {
+        let this = slf.get();
+        let (start, end) = Curve::t_span(&*this.0);
+        let state = (
+            this.initial(py)?,
+            start,
+            end,
+            this.0.tolerance(),
+            this.report(),
+        );
+        Ok((slf.get_type().getattr("_restored")?, state))
+    }
+
+    /// Curves do not change: a copy is the curve itself.
+    fn __copy__(slf: Py<Self>) -> Py<Self> {
+        slf
+    }
+
+    fn __deepcopy__(slf: Py<Self>, _memo: &Bound<'_, PyAny>) -> Py<Self> {
+        slf
+    }
+
+    /// How the boundary value problem was solved; None for a curve from initial data.
+    #[getter]
+    fn report(&self) -> Option<PySolverReport> {
+        self.0.report().copied().map(PySolverReport)
+    }
+
+    /// Point, velocity, covariant acceleration and covariant jerk at the start of ``t_span``: four arrays of shape (n, k).
+    #[getter]
+    fn initial<'py>(&self, py: Python<'py>) -> PyResult<Four<'py>> {
+        let curve = Arc::clone(&self.0);
+        let call = Call::new(py, None, reduction((self.0.n(), self.0.k())))?;
+        let [s, v, a, j] = call.run(py, move |_| curve.initial())?;
+        let array = |x: Mat<f64>| array(py, &x);
+        Ok((array(s)?, array(v)?, array(a)?, array(j)?))
+    }
+
+    /// The conserved energy ``|D_t S'|^2 / 2 - <D_t D_t S', S'>``.
+    #[getter]
+    fn energy(&self, py: Python<'_>) -> PyResult<f64> {
+        let energy = self.0.energy();
+        energy.map_err(|error| to_exception(py, &error, ""))
+    }
+
+    /// The conserved spatial momentum, a skew matrix of shape (n, n); for ``n`` up to 16384.
+    #[getter]
+    fn momentum<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
+        let n = self.0.n() as f64;
+        let call = Call::new(py, None, 2.0 * n * n * n.min(4.0 * self.0.k() as f64))?;
+        let curve = Arc::clone(&self.0);
+        let momentum = call.run(py, move |_| curve.momentum())?;
+        array(py, &momentum)
+    }
+
+    /// Number of Taylor polynomials that the curve consists of: the steps of its integration.
+    #[getter]
+    fn steps(&self) -> usize {
+        self.0.steps()
+    }
+
+    /// The same curve made for ``[start, end]``: a part of ``t_span``, or more.
+    ///
+    /// Raises
+    /// ------
+    /// InvalidInputError
+    ///     ``start >= end``, not finite.
+    /// ConvergenceError
+    ///     The curve cannot be integrated on so far; carries ``report``.
+    fn restricted(&self, py: Python<'_>, start: f64, end: f64) -> PyResult<Py<Self>> {
+        let curve = Arc::clone(&self.0);
+        let call = Call::new(py, None, Operations::preparation(&*self.0, &[start, end]))?;
+        let work = move |interrupt: crate::Interrupt<'_>| curve.restricted(start, end, interrupt);
+        Self::wrapped(py, call.run(py, work)?)
+    }
+
+    /// The same points at other times: ``t_span`` becomes ``[start, end]``.
+    ///
+    /// Raises
+    /// ------
+    /// InvalidInputError
+    ///     ``start >= end``, not finite, or so near or far that speeds leave the range of numbers.
+    fn reparametrised(&self, py: Python<'_>, start: f64, end: f64) -> PyResult<Py<Self>> {
+        let curve = self.0.reparametrised(start, end);
+        Self::wrapped(py, curve.map_err(|error| to_exception(py, &error, ""))?)
+    }
+
+    /// The curve run backwards over the same interval.
+    fn reversed(&self, py: Python<'_>) -> PyResult<Py<Self>> {
+        Self::wrapped(py, self.0.reversed())
+    }
+
+    fn __repr__(&self) -> String {
+        let (start, end) = Curve::t_span(&*self.0);
+        let (n, k, steps) = (self.0.n(), self.0.k(), self.0.steps());
+        format!("<RiemannianCubic on St({n}, {k}), t_span ({start:?}, {end:?}), {steps} steps>")
+    }
+}
+
+impl PyRiemannianCubic {
+    fn wrapped(py: Python<'_>, curve: RiemannianCubic) -> PyResult<Py<Self>> {
+        let curve = Arc::new(curve);
+        let base = PyCurve::of(Arc::clone(&curve) as Arc<dyn AnyCurve>);
+        let class = PyClassInitializer::from(base).add_subclass(PyRiemannianCubic(curve));
+        Py::new(py, class)
+    }
+}
+
+/// Point, velocity, acceleration and jerk.
+struct Data([Mat<f64>; 4]);
+
+impl Data {
+    fn read([s, v, a, j]: [(&Bound<'_, PyAny>, &'static str); 4]) -> PyResult<Self> {
+        let read = |(object, name)| matrix(object, name);
+        Ok(Data([read(s)?, read(v)?, read(a)?, read(j)?]))
+    }
+
+    fn integrate(self, py: Python<'_>, t_end: f64, tolerance: f64) -> PyResult<RiemannianCubic> {
+        let Data(data) = self;
+        let call = Call::new(py, None, integration(data.each_ref(), t_end))?;
+        call.run(py, move |interrupt| {
+            let [s, v, a, j] = data.each_ref().map(|x| x.as_ref());
+            let options = IntegrationOptions {
+                t_end,
+                tolerance,
+                interrupt,
+            };
+            RiemannianCubic::from_initial(s, v, a, j, &options)
+        })
+    }
+}
+
+/// A new array with the entries of a matrix.
+fn array<'py>(py: Python<'py>, x: &Mat<f64>) -> PyResult<Array<'py>> {
+    let (n, k) = x.shape();
+    let mut entries = vec![0.0; n * k];
+    write(x.as_ref(), &mut entries);
+    to_array(py, entries, &[n, k])
+}

@@ -1,0 +1,322 @@
+"""Riemannian cubics from boundary data: what they meet, the paper's problems, reports, threads, Ctrl-C, bad input."""
+
+import json
+import pickle
+import signal
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from stiefel_rs import (
+    ConvergenceError,
+    GeometricCubic,
+    InvalidInputError,
+    OutsideDomainError,
+    RiemannianCubic,
+    SolverReport,
+    Stiefel,
+    StiefelError,
+)
+from stiefel_rs.paper import EXPERIMENTS, initial_state
+
+EPS = np.finfo(float).eps
+DATA = json.loads((Path(__file__).parents[1] / "data" / "cubics.json").read_text())
+STATE = ["point", "velocity", "acceleration", "jerk"]
+# That of the solver; the defect measured here has other norms and its own round-off.
+TOL = 1e-12
+
+
+def assert_close(measured, exact, bound, what):
+    error = np.max(np.abs(np.asarray(measured) - exact), initial=0.0)
+    assert error <= bound, f"{what}: error {error:.3e} exceeds {bound:.3e}"
+
+
+def numbers(entry):
+    return [np.array([[float(x) for x in row] for row in entry[name]]) for name in STATE]
+
+
+def random_boundary(n, k, rng, distance=1.0, speed=1.0):
+    M = Stiefel(n, k)
+
+    def tangent(S, length):
+        V = M.random_tangent(S, rng)
+        return V * (length / (M.norm(S, V) or 1.0))
+
+    S0 = M.random_point(rng)
+    S1 = M.retract(S0, tangent(S0, distance))
+    return S0, tangent(S0, speed), S1, tangent(S1, speed)
+
+
+def assert_meets(curve, ends, what=""):
+    S0, V0, S1, V1 = ends
+    defect = np.sqrt(np.sum((curve(1.0) - S1) ** 2) + np.sum((curve.velocity(1.0) - V1) ** 2))
+    assert defect <= 2 * TOL, f"{what}: the end is off by {defect:.2e}"
+    bound = 50 * curve.n * EPS * (1 + np.abs(V0).max())
+    assert_close(curve(0.0), S0, bound, f"{what}: start")
+    assert_close(curve.velocity(0.0), V0, bound, f"{what}: velocity at the start")
+
+
+def test_boundary_data_are_met(boundary):
+    curve = RiemannianCubic.from_boundary(*boundary)
+    assert curve.t_span == (0.0, 1.0)
+    assert_meets(curve, boundary)
+    report = curve.report
+    assert isinstance(report, SolverReport)
+    assert report.converged
+    assert report.reason == "converged"
+    assert report.residual <= report.tolerance == TOL
+    # Quadratic convergence from a start that is right in flat space.
+    assert report.iterations <= 6
+    # The same curve as an initial value problem.
+    again = RiemannianCubic.from_initial(*curve.initial)
+    t = np.linspace(0, 1, 5)
+    assert_close(again(t), curve(t), 100 * curve.n * EPS, "from its own initial data")
+
+
+def test_forty_digit_data():
+    for entry in DATA:
+        start, end = numbers(entry["initial"]), numbers(entry["at"]["1.0"])
+        curve = RiemannianCubic.from_boundary(*start[:2], *end[:2])
+        middle = numbers(entry["at"]["0.5"])
+        name = f"St({entry['n']}, {entry['k']})"
+        assert_meets(curve, (*start[:2], *end[:2]), name)
+        # Errors at the end come back magnified by the inverse derivative of the flow.
+        assert_close(curve.initial[2], start[2], 1e-11 * (1 + np.abs(start[2]).max()), f"{name}: acceleration")
+        assert_close(curve.initial[3], start[3], 1e-10 * (1 + np.abs(start[3]).max()), f"{name}: jerk")
+        assert_close(curve(0.5), middle[0], 1e-11, f"{name}: middle")
+
+
+@pytest.mark.parametrize("experiment", EXPERIMENTS, ids=lambda e: e.name)
+def test_the_papers_problems(experiment):
+    chart, d = experiment.chart, experiment.chart.d
+    z0 = initial_state(experiment)
+    t = np.linspace(0, 1, 11)
+    z = chart.reference(z0, t)
+    q, qdot = z[:, :d], z[:, d : 2 * d]
+    S, V = chart.embed(q), chart.embed_velocity(q, qdot)
+    curve = RiemannianCubic.from_boundary(S[0], V[0], S[-1], V[-1])
+    assert_close(curve(t), S, 2e-12, "the chart's reference")
+    assert_close(curve.velocity(t), V, 1e-11, "velocities of the chart's reference")
+    # Shooting in the chart meets the same ends with an error of second order in between.
+    errors = []
+    for steps in [20, 40, 80]:
+        shot = chart.shoot(q[0], qdot[0], q[-1], qdot[-1], steps, "midpoint").trajectory
+        exact = curve(np.linspace(0, 1, steps + 1))
+        errors.append(np.linalg.norm(chart.embed(shot[:, :d]) - exact, axis=(-2, -1)).mean())
+    orders = np.log2(np.divide(errors[:-1], errors[1:]))
+    assert np.all(np.abs(orders - 2) < 0.1), f"errors {errors}, orders {orders}"
+
+
+def test_it_costs_less_than_de_casteljau(boundary):
+    exact, close = RiemannianCubic.from_boundary(*boundary), GeometricCubic(*boundary)
+    assert exact.cost() <= close.cost() * (1 + 1e-12)
+
+
+def test_run_backwards(boundary):
+    S0, V0, S1, V1 = boundary
+    curve, back = RiemannianCubic.from_boundary(*boundary), RiemannianCubic.from_boundary(S1, -V1, S0, -V0)
+    t = np.linspace(0, 1, 7)
+    assert_close(back(t), curve.reversed()(t), 1e-10, "boundary data exchanged")
+
+
+def test_isometries(manifold, boundary, rng):
+    g = np.linalg.qr(rng.standard_normal((manifold.n, manifold.n)))[0]
+    q = np.linalg.qr(rng.standard_normal((manifold.k, manifold.k)))[0]
+    curve = RiemannianCubic.from_boundary(*boundary)
+    moved = RiemannianCubic.from_boundary(*(g @ x @ q for x in boundary))
+    t = np.linspace(0, 1, 5)
+    assert_close(moved(t), g @ curve(t) @ q, 1e-10, "moved by isometries")
+
+
+def test_special_cases(manifold, rng):
+    S = manifold.random_point(rng)
+    zero = np.zeros_like(S)
+    still = RiemannianCubic.from_boundary(S, zero, S, zero)
+    assert_close(still([0.0, 0.5, 1.0]), S, 1e-12, "nothing to do")
+    assert still.cost() < 1e-20
+    V = manifold.random_tangent(S, rng)
+    V = V / manifold.norm(S, V)
+    end, there = manifold.exp(S, V), manifold.transport(S, V, V)
+    straight = RiemannianCubic.from_boundary(S, V, end, there)
+    assert straight.cost() < 1e-20, "a geodesic is a cubic without cost"
+
+
+def test_pickles_keep_the_report(boundary):
+    curve = RiemannianCubic.from_boundary(*boundary)
+    again = pickle.loads(pickle.dumps(curve))
+    assert again.report.residual == curve.report.residual
+    assert again.report.iterations == curve.report.iterations
+    t = np.linspace(0, 1, 5)
+    assert_close(again(t), curve(t), 100 * curve.n * EPS, "pickled")
+
+
+def test_errors_of_the_iteration():
+    ends = random_boundary(4, 2, np.random.default_rng(1), 2.0, 2.0)
+    with pytest.raises(ConvergenceError) as caught:
+        RiemannianCubic.from_boundary(*ends, max_iterations=1)
+    report = caught.value.report
+    assert not report.converged
+    assert report.iterations == 1
+    assert report.reason == "max_iterations"
+    assert report.residual > report.tolerance == TOL
+    # Nothing reaches zero: a report, not an endless loop.
+    with pytest.raises(ConvergenceError) as caught:
+        RiemannianCubic.from_boundary(*ends, tol=0.0)
+    assert caught.value.report.residual < 1e-12
+    loose = RiemannianCubic.from_boundary(*ends, tol=1e-3)
+    assert 0 < loose.report.residual <= 1e-3
+    assert loose.report.tolerance == 1e-3
+
+
+@pytest.mark.parametrize("tol", [-1e-12, np.nan, np.inf])
+def test_bad_tolerances(tol, boundary):
+    with pytest.raises(InvalidInputError, match="tolerance"):
+        RiemannianCubic.from_boundary(*boundary, tol=tol)
+
+
+def test_bad_iterations(boundary):
+    with pytest.raises(InvalidInputError, match="max_iterations: must be at least 0"):
+        RiemannianCubic.from_boundary(*boundary, max_iterations=-1)
+    with pytest.raises(TypeError):
+        RiemannianCubic.from_boundary(*boundary, max_iterations=1.5)
+
+
+@pytest.mark.parametrize("i", range(4))
+def test_bad_matrices(i):
+    ends = list(random_boundary(5, 2, np.random.default_rng(2)))
+    name = ["S0", "V0", "S1", "V1"][i]
+
+    def replaced(value):
+        values = ends.copy()
+        values[i] = value
+        return RiemannianCubic.from_boundary(*values)
+
+    for bad in [np.nan, np.inf]:
+        value = ends[i].copy()
+        value[-1, -1] = bad
+        with pytest.raises(InvalidInputError, match=f"{name}: .*not finite"):
+            replaced(value)
+    for value in [ends[i][:-1], ends[i][:, :1], ends[i][None], ends[i][0], np.zeros((0, 0)), np.zeros((5, 0)), 1.0]:
+        with pytest.raises(InvalidInputError):
+            replaced(value)
+    for value in [ends[i].astype(complex), ends[i].astype(str), None, "text", object()]:
+        with pytest.raises(TypeError):
+            replaced(value)
+    point = ends[i - i % 2]
+    with pytest.raises(InvalidInputError, match=rf"{name}: .* exceeds"):
+        replaced(ends[i] + 1e-3 * point)
+
+
+def test_different_components():
+    zero = np.zeros((3, 3))
+    with pytest.raises(OutsideDomainError, match="components") as caught:
+        RiemannianCubic.from_boundary(np.eye(3), zero, np.diag([1.0, 1.0, -1.0]), zero)
+    assert caught.value.angle == np.pi
+
+
+def test_antipodal_points():
+    # No quasi-geodesic is the shortest between them; cubics join them all the same.
+    S0, V = np.eye(3)[:, :1], np.eye(3)[:, 1:2]
+    ends = (S0, V, -S0, V)
+    try:
+        assert_meets(RiemannianCubic.from_boundary(*ends), ends, "antipodal")
+    except (ConvergenceError, OutsideDomainError) as error:
+        assert str(error)
+
+
+SIZES = st.sampled_from([(3, 1), (3, 2), (4, 2), (5, 2), (6, 3), (3, 3), (2, 1)])
+
+
+@settings(max_examples=100, deadline=None)
+@given(size=SIZES, seed=st.integers(0, 2**32 - 1), distance=st.floats(0.0, 1.5), speed=st.floats(0.0, 1.5))
+def test_close_and_slow_problems_all_converge(size, seed, distance, speed):
+    ends = random_boundary(*size, np.random.default_rng(seed), distance, speed)
+    curve = RiemannianCubic.from_boundary(*ends)
+    assert_meets(curve, ends, f"St{size}")
+    assert curve.report.iterations <= 12
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    size=SIZES,
+    seed=st.integers(0, 2**32 - 1),
+    speeds=st.tuples(*[st.sampled_from([0.0, 1e-300, 1e-160, 1.0, 30.0, 1e4, 1e150, 1e300])] * 2),
+)
+def test_any_data_give_a_curve_or_a_typed_error(size, seed, speeds):
+    S0, V0, S1, V1 = random_boundary(*size, np.random.default_rng(seed), 2.0, 1.0)
+    start = time.perf_counter()
+    try:
+        curve = RiemannianCubic.from_boundary(S0, speeds[0] * V0, S1, speeds[1] * V1)
+        assert np.all(np.isfinite(curve.velocity([0.0, 0.5, 1.0])))
+        assert curve.report.residual <= TOL
+    except StiefelError:
+        pass
+    assert time.perf_counter() - start < 10.0, "a solve that takes long"
+
+
+def test_a_hundred_thousand_solves_in_threads():
+    rng = np.random.default_rng(3)
+    problems = [random_boundary(3, 1, rng, rng.uniform(0, 2), rng.uniform(0, 2)) for _ in range(200)]
+    expected = [RiemannianCubic.from_boundary(*ends).initial[3] for ends in problems]
+    for ends in problems:
+        assert_meets(RiemannianCubic.from_boundary(*ends), ends)
+
+    def work(i):
+        return np.array_equal(RiemannianCubic.from_boundary(*problems[i % 200]).initial[3], expected[i % 200])
+
+    start = time.perf_counter()
+    with ThreadPoolExecutor(4) as pool:
+        wrong = sum(not same for same in pool.map(work, range(100_000), chunksize=1000))
+    elapsed = time.perf_counter() - start
+    assert wrong == 0, f"{wrong} of 100000 differ"
+    assert elapsed < 300.0, f"100000 solves took {elapsed:.0f} s"
+
+
+SETUP = """
+import time
+import numpy as np
+from stiefel_rs import RiemannianCubic, Stiefel
+rng = np.random.default_rng(0)
+M = Stiefel(120, 30)
+S0 = M.random_point(rng)
+V0 = M.random_tangent(S0, rng)
+S1 = M.retract(S0, 0.2 * V0)
+V1 = M.random_tangent(S1, rng)
+small = Stiefel(3, 2)
+P0 = small.random_point(rng)
+P1 = small.retract(P0, small.random_tangent(P0, rng))
+W0, W1 = small.random_tangent(P0, rng), small.random_tangent(P1, rng)
+print("ready", flush=True)
+try:
+    {call}
+except KeyboardInterrupt:
+    print("interrupted", time.time(), flush=True)
+else:
+    print("finished", time.time(), flush=True)
+"""
+LONG_CALLS = {
+    "large": "RiemannianCubic.from_boundary(S0, V0, S1, V1)",
+    "small": "[RiemannianCubic.from_boundary(P0, W0, P1, W1) for _ in range(10**7)]",
+}
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="SIGINT cannot be sent to one process")
+@pytest.mark.parametrize("name", LONG_CALLS)
+def test_ctrl_c(name, spawn):
+    process = spawn("-c", SETUP.format(call=LONG_CALLS[name]), stdout=subprocess.PIPE)
+    assert process.stdout.readline() == "ready\n"
+    time.sleep(0.5)
+    assert process.poll() is None, "the call was to take much longer"
+    sent = time.time()
+    process.send_signal(signal.SIGINT)
+    said, _ = process.communicate(timeout=4.0)
+    said, stopped = said.split()
+    assert said == "interrupted", f"the call {said}"
+    assert float(stopped) - sent < 1.0, f"KeyboardInterrupt came {float(stopped) - sent:.2f} s after the signal"
