@@ -31,6 +31,15 @@ impl Accuracy {
         order: 20,
     };
 
+    /// The more accurate of two.
+    pub(crate) fn finer(self, other: Self) -> Self {
+        if other.truncation < self.truncation {
+            other
+        } else {
+            self
+        }
+    }
+
     /// The order that reaches a tolerance for the least work, `1 - ln(tolerance) / 2`.
     pub(crate) fn of_tolerance(tolerance: f64) -> Self {
         let truncation = tolerance.max(Self::FULL.truncation);
