@@ -8,7 +8,8 @@ use std::hint::black_box;
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use nalgebra::SVector;
 use stiefel_rs::chart::{
-    Chart, Frame, LinearMap, ShootingOptions, Sphere, integrate, integrate_with_tangent, reference,
+    Chart, Composition, DiscretizationMap, Frame, LinearMap, RetractionMap, ShootingOptions,
+    SpaceRetraction, Sphere, integrate, integrate_composed, integrate_with_tangent, reference,
     shoot,
 };
 use stiefel_rs::{Curve, GeometricCubic, Interrupt, Quantity};
@@ -93,14 +94,52 @@ fn one_step<const X: usize, const Z: usize>(
     group.finish();
 }
 
+/// What a step costs with the map of a retraction instead of the one linear in coordinates, and with composition.
+fn other_steps<const X: usize, const Z: usize>(
+    c: &mut Criterion,
+    name: &str,
+    chart: &impl Chart<X, Z>,
+    z0: &SVector<f64, Z>,
+) where
+    RetractionMap: DiscretizationMap<X>,
+{
+    let mut group = c.benchmark_group(format!("step_by_map_{name}"));
+    let linear = LinearMap::MIDPOINT;
+    group.bench_function("midpoint", |b| {
+        b.iter(|| integrate(chart, &linear, black_box(z0), 1, 0.01, Interrupt::NEVER));
+    });
+    for order in [4, 6, 8] {
+        let composition = Composition::new(2, order).unwrap();
+        group.bench_function(BenchmarkId::new("midpoint_order", order), |b| {
+            b.iter(|| {
+                let never = Interrupt::NEVER;
+                integrate_composed(chart, &linear, &composition, black_box(z0), 1, 0.01, never)
+            });
+        });
+    }
+    for (retraction, method) in [
+        (SpaceRetraction::Exponential, "exponential_midpoint"),
+        (SpaceRetraction::Cayley, "cayley_midpoint"),
+        (SpaceRetraction::QuasiGeodesic, "quasi_geodesic_midpoint"),
+    ] {
+        let map = RetractionMap::midpoint(retraction);
+        group.bench_function(method, |b| {
+            b.iter(|| integrate(chart, &map, black_box(z0), 1, 0.01, Interrupt::NEVER));
+        });
+    }
+    group.finish();
+}
+
 fn sphere(c: &mut Criterion) {
     one_curve(c, "sphere", &Sphere, &paper::sphere());
     one_step(c, "sphere", &Sphere, &paper::sphere());
+    other_steps(c, "sphere", &Sphere, &paper::sphere());
 }
 
 fn frame(c: &mut Criterion) {
     one_curve(c, "stiefel_3_2", &Frame, &paper::frame());
     one_step(c, "stiefel_3_2", &Frame, &paper::frame());
+    other_steps(c, "stiefel_3_2", &Frame, &paper::frame());
 }
 
 criterion_group!(benches, sphere, frame);

@@ -8,7 +8,10 @@ use std::hint::black_box;
 use common::{Rng, random_point, random_tangent};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use faer::Mat;
-use stiefel_rs::{Curve, GeometricCubic, Interrupt, Quantity, QuasiGeodesic, Stiefel, skew_exp};
+use stiefel_rs::{
+    Curve, GeodesicPolynomial, GeometricCubic, GeometricPolynomial, Interrupt, Quantity,
+    QuasiGeodesic, Stiefel, skew_exp,
+};
 
 const SHAPES: [(usize, usize); 4] = [(3, 1), (3, 2), (50, 5), (300, 10)];
 
@@ -114,5 +117,70 @@ fn construction(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, quasi_geodesic, geometric_cubic, construction);
+/// Other control points with the same boundary data, beside the geometric cubic: construction, and a block of points.
+fn control_points(c: &mut Criterion) {
+    let mut group = c.benchmark_group("control_points");
+    let single = rayon::ThreadPoolBuilder::new()
+        .num_threads(1)
+        .build()
+        .unwrap();
+    let t: Vec<f64> = (0..512).map(|i| f64::from(i) / 511.0).collect();
+    for (n, k) in [(3, 1), (3, 2), (4, 2), (6, 3), (10, 3)] {
+        let shape = format!("St({n},{k})");
+        let (s0, v0, s1) = pair(n, k);
+        let v1 = random_tangent(&s1, 1.0, &mut Rng::new(7));
+        let [s0, v0, s1, v1] = [&s0, &v0, &s1, &v1].map(|a| a.as_ref());
+        let cubic = || GeometricCubic::from_boundary(black_box(s0), v0, s1, v1).unwrap();
+        let search = |m| GeometricPolynomial::minimal_cost(black_box(s0), v0, s1, v1, m).unwrap();
+        let curves: [(String, GeometricPolynomial); 4] = [
+            ("cubic".to_owned(), cubic().into()),
+            ("minimal_cost_4".to_owned(), search(4)),
+            ("minimal_cost_5".to_owned(), search(5)),
+            ("minimal_cost_6".to_owned(), search(6)),
+        ];
+        let [a0, a1] = [0.0, 1.0].map(|x| curves[3].1.acceleration(x).unwrap());
+        let quintic = || {
+            GeometricPolynomial::quintic(black_box(s0), v0, a0.as_ref(), s1, v1, a1.as_ref())
+                .unwrap()
+        };
+        assert!(search(5).cost().unwrap() < quintic().cost().unwrap());
+        let geodesic = || GeodesicPolynomial::from_boundary(black_box(s0), v0, s1, v1).unwrap();
+        let geodesic_cubic = geodesic();
+        group.bench_function(BenchmarkId::new("512_points_geodesic_cubic", &shape), |b| {
+            let quantity = Quantity::Derivative(0);
+            b.iter(|| {
+                single.install(|| geodesic_cubic.sample(black_box(&t), quantity, Interrupt::NEVER))
+            });
+        });
+        group.bench_function(BenchmarkId::new("build_geodesic_cubic", &shape), |b| {
+            b.iter(geodesic)
+        });
+        group.bench_function(BenchmarkId::new("build_cubic", &shape), |b| b.iter(cubic));
+        group.bench_function(BenchmarkId::new("build_quintic", &shape), |b| {
+            b.iter(quintic)
+        });
+        for m in [4, 5, 6] {
+            let name = format!("build_minimal_cost_{m}");
+            group.bench_function(BenchmarkId::new(name, &shape), |b| b.iter(|| search(m)));
+        }
+        for (name, curve) in &curves {
+            let name = format!("512_points_{name}");
+            group.bench_function(BenchmarkId::new(name, &shape), |b| {
+                let quantity = Quantity::Derivative(0);
+                b.iter(|| {
+                    single.install(|| curve.sample(black_box(&t), quantity, Interrupt::NEVER))
+                });
+            });
+        }
+    }
+    group.finish();
+}
+
+criterion_group!(
+    benches,
+    quasi_geodesic,
+    geometric_cubic,
+    construction,
+    control_points
+);
 criterion_main!(benches);

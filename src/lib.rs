@@ -11,7 +11,9 @@
 //! Riemannian cubics, the critical curves of the squared covariant acceleration:
 //!
 //! * the adjusted de Casteljau algorithm, on any `St(n, k)`: [`GeometricCubic`], built from [`QuasiGeodesic`]s;
-//! * symplectic integrators from discretization maps, in charts of `St(3,1)` and `St(3,2)`: [`chart`].
+//! * symplectic integrators from discretization maps, in charts of `St(3,1)` and `St(3,2)` and across them: [`chart`].
+//!
+//! Riemannian cubics on any `St(n, k)`, without charts, by explicit symplectic splittings: [`cubic::integrate_cubic`].
 //!
 //! Riemannian cubics themselves, on any `St(n, k)` and to round-off, from initial or from boundary data: [`RiemannianCubic`].
 //!

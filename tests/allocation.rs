@@ -6,6 +6,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use common::*;
+use stiefel_rs::cubic::{SplittingOptions, integrate_cubic};
 use stiefel_rs::{Curve, GeometricCubic, Interrupt, Quantity, QuasiGeodesic};
 
 struct Counting;
@@ -50,6 +51,20 @@ fn random_curves(n: usize, k: usize, rng: &mut Rng) -> (GeometricCubic, QuasiGeo
     )
 }
 
+/// Blocks that a trajectory takes.
+fn blocks_for_steps(n: usize, k: usize, steps: usize) -> usize {
+    let mut rng = Rng::new(2);
+    let s = random_point(n, k, &mut rng);
+    let [v, a, j] = [(); 3].map(|()| random_tangent(&s, 1.0, &mut rng));
+    let options = SplittingOptions::default();
+    let before = BLOCKS.load(Ordering::Relaxed);
+    let [s, v, a, j] = [&s, &v, &a, &j].map(|m| m.as_ref());
+    let trajectory = integrate_cubic(s, v, a, j, steps, &options).unwrap();
+    let after = BLOCKS.load(Ordering::Relaxed);
+    assert_eq!(trajectory.steps(), steps);
+    after - before
+}
+
 /// One test, so that nothing else runs while it counts; one thread, so that work is split the same way each time.
 #[test]
 fn sampling_does_not_allocate_per_parameter() {
@@ -80,9 +95,18 @@ fn sampling_does_not_allocate_per_parameter() {
             }
         }
     }
+    for (n, k) in [(3, 1), (3, 2), (4, 2), (10, 3), (20, 2), (50, 5)] {
+        let [few, many] = [20, 400].map(|steps| blocks_for_steps(n, k, steps));
+        println!("({n}, {k}): {few} blocks for 20 steps, {many} for 400");
+        if many > few {
+            failures.push(format!(
+                "steps ({n}, {k}): {few} blocks for 20, {many} for 400"
+            ));
+        }
+    }
     assert!(
         failures.is_empty(),
-        "more than twice the blocks for 4 or 50 times the points:\n{}",
+        "more than twice the blocks for 4 or 50 times the points, or more blocks for more steps:\n{}",
         failures.join("\n")
     );
 }

@@ -6,7 +6,9 @@ use std::f64::consts::PI;
 
 use common::*;
 use faer::{Mat, Scale};
-use stiefel_rs::{Curve, Error, Geodesic, GeodesicPolynomial, GeometricPolynomial, Stiefel};
+use stiefel_rs::{
+    Curve, Error, Geodesic, GeodesicPolynomial, GeometricPolynomial, Interrupt, Quantity, Stiefel,
+};
 
 /// Control points, each a geodesic step of the given length from the one before.
 fn walk((n, k): (usize, usize), degree: usize, step: f64, rng: &mut Rng) -> Vec<Mat<f64>> {
@@ -193,4 +195,90 @@ fn far_control_points_are_refused_with_their_distance() {
         polynomial(&[a, b]),
         Err(Error::DifferentComponents { .. })
     ));
+}
+
+/// De Casteljau's algorithm by its definition, with the geodesics of the manifold in every stage.
+fn by_definition(points: &[Mat<f64>], t: f64) -> Mat<f64> {
+    let mut stage = points.to_vec();
+    while stage.len() > 1 {
+        let step = |pair: &[Mat<f64>]| {
+            let piece = Geodesic::between(pair[0].as_ref(), pair[1].as_ref()).unwrap();
+            piece.point(t).unwrap()
+        };
+        stage = stage.windows(2).map(step).collect();
+    }
+    stage.remove(0)
+}
+
+/// `St(n, n-1)` takes the route through rotations, the other shapes do not.
+#[test]
+fn every_route_is_the_algorithm_by_its_definition() {
+    let mut rng = Rng::new(8);
+    let mut worst = Worst::new("polynomial against its definition");
+    let mut ends = Worst::new("last control point, through rotations");
+    for size in [(3, 2), (2, 1), (4, 3), (7, 6), (5, 4), (4, 2), (5, 3)] {
+        for (degree, step) in [(2, 1.0), (3, 0.7), (3, 1e-7), (5, 0.4), (1, 1.0)] {
+            let points = walk(size, degree, step, &mut rng);
+            let curve = polynomial(&points).unwrap();
+            let t: Vec<f64> = (0..11).map(|i| f64::from(i) / 10.0).collect();
+            let samples = curve
+                .sample(&t, Quantity::Derivative(0), Interrupt::NEVER)
+                .unwrap();
+            for (found, &t) in samples.iter().zip(&t) {
+                let error = distance(&found.to_owned(), &by_definition(&points, t));
+                worst.see(error / (size.0 * degree) as f64, || {
+                    format!("{size:?}, degree {degree}, step {step}, t = {t}")
+                });
+            }
+            if size.0 == size.1 + 1 {
+                let error = distance(&samples.get(10).to_owned(), &points[degree]);
+                ends.see(error / (size.0 * degree) as f64, || {
+                    format!("{size:?}, degree {degree}, step {step}")
+                });
+            }
+        }
+    }
+    // A stage of the definition solves for a logarithm, to some n eps; stages add up. Rotations need no solution.
+    worst.assert_at_most(64.0 * EPS);
+    ends.assert_at_most(16.0 * EPS);
+}
+
+#[test]
+fn the_cubic_from_boundary_data_meets_them() {
+    let mut rng = Rng::new(9);
+    let mut worst = ["points", "velocities"].map(Worst::new);
+    for size in SHAPES {
+        for speed in [0.0, 1e-8, 1.0, 3.0] {
+            let Boundary { s0, v0, s1, v1 } = Boundary::random(size, 0.5, speed, &mut rng);
+            let [a, b, c, d] = [&s0, &v0, &s1, &v1].map(|x| x.as_ref());
+            let curve = GeodesicPolynomial::from_boundary(a, b, c, d).unwrap();
+            for (t, s, v) in [(0.0, &s0, &v0), (1.0, &s1, &v1)] {
+                let place = || format!("{size:?}, speed {speed}, t = {t}");
+                worst[0].see(distance(&curve.point(t).unwrap(), s), place);
+                worst[1].see(distance(&curve.derivative(t, 1).unwrap(), v), place);
+            }
+        }
+    }
+    worst[0].assert_at_most(1e-13);
+    worst[1].assert_at_most(1e-12);
+}
+
+#[test]
+fn end_velocities_beyond_the_injectivity_radius_are_refused() {
+    let mut rng = Rng::new(10);
+    for size in [(3, 2), (4, 2), (3, 1), (3, 3)] {
+        for speed in [9.6, 1e3, 1e200] {
+            let Boundary { s0, v0, s1, v1 } = Boundary::random(size, 0.5, 1.0, &mut rng);
+            let v1 = v1 * Scale(speed);
+            let [a, b, c, d] = [&s0, &v0, &s1, &v1].map(|x| x.as_ref());
+            match GeodesicPolynomial::from_boundary(a, b, c, d) {
+                Err(Error::InvalidArgument {
+                    name: "V1", found, ..
+                }) => {
+                    assert_within((found / speed - 1.0).abs(), 1e-12, "speed");
+                }
+                other => panic!("{size:?}, speed {speed:e}: {other:?}"),
+            }
+        }
+    }
 }

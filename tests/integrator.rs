@@ -11,14 +11,20 @@ use curved_map::Curved;
 use nalgebra::{SMatrix, SVector};
 use stiefel_rs::chart::discretization::cotangent_lift;
 use stiefel_rs::chart::{
-    Chart, DiscretizationMap, Frame, LinearMap, Sphere, integrate, integrate_with_tangent,
-    reference,
+    Chart, DiscretizationMap, Frame, LinearMap, RetractionMap, SpaceRetraction, Sphere, integrate,
+    integrate_with_tangent, reference,
 };
 use stiefel_rs::{Error, Interrupt};
 
 const SPHERE_STATE: [f64; 8] = [1.1, 0.4, 0.3, -0.2, 0.7, -0.5, 0.9, 0.35];
 const FRAME_STATE: [f64; 12] = [
     1.2, 0.4, -0.8, 0.3, -0.2, 0.5, 0.7, -0.5, 0.2, 0.9, 0.35, -0.6,
+];
+
+const RETRACTIONS: [SpaceRetraction; 3] = [
+    SpaceRetraction::Exponential,
+    SpaceRetraction::Cayley,
+    SpaceRetraction::QuasiGeodesic,
 ];
 
 /// `J^T Omega J - Omega`, largest entry.
@@ -78,6 +84,16 @@ fn steps_are_symplectic_with_exact_tangents() {
     );
     check_step(&Frame, &LinearMap::MIDPOINT, &f, "frame, mid-point");
     check_step(&Frame, &Curved(0.3), &f, "frame, a user's map");
+    for retraction in RETRACTIONS {
+        let maps = [
+            RetractionMap::initial_point(retraction),
+            RetractionMap::midpoint(retraction),
+        ];
+        for map in maps {
+            check_step(&Sphere, &map, &s, &format!("sphere, {map:?}"));
+            check_step(&Frame, &map, &f, &format!("frame, {map:?}"));
+        }
+    }
 }
 
 #[test]
@@ -166,6 +182,11 @@ fn a_step_is_the_cotangent_lift_of_the_hamiltonian_vector() {
     check(&LinearMap::INITIAL_POINT, "initial point");
     check(&LinearMap::MIDPOINT, "mid-point");
     check(&Curved(0.3), "a user's map");
+    for retraction in RETRACTIONS {
+        let name = format!("{retraction:?}");
+        check(&RetractionMap::initial_point(retraction), &name);
+        check(&RetractionMap::midpoint(retraction), &name);
+    }
 }
 
 /// Fitted slope of log error against log h over five halvings, least squares.
@@ -188,13 +209,23 @@ fn order<const X: usize, const Z: usize>(
 #[test]
 fn measured_orders_are_one_and_two() {
     let (s, f) = (paper::sphere(), paper::frame());
-    let orders = [
+    let mut orders = vec![
         (order(&Sphere, &LinearMap::INITIAL_POINT, &s), 1.0),
         (order(&Frame, &LinearMap::INITIAL_POINT, &f), 1.0),
         (order(&Sphere, &LinearMap::MIDPOINT, &s), 2.0),
         (order(&Frame, &LinearMap::MIDPOINT, &f), 2.0),
         (order(&Frame, &Curved(0.3), &f), 1.0),
     ];
+    for retraction in RETRACTIONS {
+        let (first, second) = (
+            RetractionMap::initial_point(retraction),
+            RetractionMap::midpoint(retraction),
+        );
+        orders.push((order(&Sphere, &first, &s), 1.0));
+        orders.push((order(&Frame, &first, &f), 1.0));
+        orders.push((order(&Sphere, &second, &s), 2.0));
+        orders.push((order(&Frame, &second, &f), 2.0));
+    }
     for (measured, expected) in orders {
         assert!(
             (measured - expected).abs() < 0.2,

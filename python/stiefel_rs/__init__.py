@@ -7,6 +7,8 @@ integrators and shooting of arXiv 2404.19407 in charts of St(3,1) and St(3,2).
 from . import _core
 from ._core import (
     Chart,
+    ChartTrajectory,
+    CubicTrajectory,
     Curve,
     Geodesic,
     GeometricCubic,
@@ -17,6 +19,7 @@ from ._core import (
     ShootingResult,
     SolverReport,
     Stiefel,
+    integrate_cubic,
     orthogonal_log,
     skew_exp,
 )
@@ -26,7 +29,9 @@ __version__ = _core.__VERSION__
 
 __all__ = [
     "Chart",
+    "ChartTrajectory",
     "ConvergenceError",
+    "CubicTrajectory",
     "Curve",
     "Geodesic",
     "GeometricCubic",
@@ -41,6 +46,7 @@ __all__ = [
     "Stiefel",
     "StiefelError",
     "__version__",
+    "integrate_cubic",
     "orthogonal_log",
     "skew_exp",
 ]

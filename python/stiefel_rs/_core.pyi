@@ -5,12 +5,24 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import Never, disjoint_base
 
 _Array = NDArray[np.float64]
-_Map = Literal["initial_point", "midpoint"]
+_Map = Literal[
+    "initial_point",
+    "midpoint",
+    "exponential",
+    "exponential_midpoint",
+    "cayley",
+    "cayley_midpoint",
+    "quasi_geodesic",
+    "quasi_geodesic_midpoint",
+]
+_Order = Literal[1, 2, 4, 6, 8]
 _Retraction = Literal["quasi_geodesic", "qr", "polar", "cayley"]
 
 __all__ = [
     "__VERSION__",
     "Chart",
+    "ChartTrajectory",
+    "CubicTrajectory",
     "Curve",
     "Geodesic",
     "GeometricCubic",
@@ -21,6 +33,7 @@ __all__ = [
     "ShootingResult",
     "SolverReport",
     "Stiefel",
+    "integrate_cubic",
     "num_threads",
     "orthogonal_log",
     "simd_features",
@@ -142,6 +155,16 @@ class GeometricPolynomial(Curve):
     def control_points(self) -> _Array: ...
     @property
     def degree(self) -> int: ...
+    @property
+    def report(self) -> SolverReport | None: ...
+    @staticmethod
+    def minimal_cost(
+        S0: ArrayLike, V0: ArrayLike, S1: ArrayLike, V1: ArrayLike, *, degree: int = 5
+    ) -> GeometricPolynomial: ...
+    @staticmethod
+    def quintic(
+        S0: ArrayLike, V0: ArrayLike, A0: ArrayLike, S1: ArrayLike, V1: ArrayLike, A1: ArrayLike
+    ) -> GeometricPolynomial: ...
 
 @final
 class Geodesic(Curve):
@@ -153,7 +176,15 @@ class Geodesic(Curve):
 
 @final
 class GeometricCubic(GeometricPolynomial):
-    def __new__(cls, S0: ArrayLike, V0: ArrayLike, S1: ArrayLike, V1: ArrayLike) -> GeometricCubic: ...
+    def __new__(
+        cls,
+        S0: ArrayLike,
+        V0: ArrayLike,
+        S1: ArrayLike,
+        V1: ArrayLike,
+        *,
+        pieces: Literal["quasi_geodesic", "geodesic"] = "quasi_geodesic",
+    ) -> GeometricCubic: ...
     @staticmethod
     def from_control_points(P: ArrayLike) -> GeometricCubic: ...
 
@@ -200,6 +231,56 @@ class ShootingResult:
     def report(self) -> SolverReport: ...
 
 @final
+class ChartTrajectory:
+    @property
+    def point(self) -> _Array: ...
+    @property
+    def velocity(self) -> _Array: ...
+    @property
+    def acceleration(self) -> _Array: ...
+    @property
+    def jerk(self) -> _Array: ...
+    @property
+    def energy(self) -> _Array: ...
+    @property
+    def momentum(self) -> _Array: ...
+    @property
+    def states(self) -> _Array: ...
+    @property
+    def rotations(self) -> _Array: ...
+    @property
+    def transitions(self) -> list[int]: ...
+
+@final
+class CubicTrajectory:
+    @property
+    def t(self) -> _Array: ...
+    @property
+    def point(self) -> _Array: ...
+    @property
+    def velocity(self) -> _Array: ...
+    @property
+    def acceleration(self) -> _Array: ...
+    @property
+    def jerk(self) -> _Array: ...
+    @property
+    def energy(self) -> _Array: ...
+    @property
+    def momentum_drift(self) -> float: ...
+    @property
+    def constraint_drift(self) -> float: ...
+
+def integrate_cubic(
+    S: ArrayLike,
+    V: ArrayLike,
+    A: ArrayLike,
+    J: ArrayLike,
+    steps: int,
+    t_end: float = 1.0,
+    order: int = 6,
+) -> CubicTrajectory: ...
+
+@final
 class Chart:
     @staticmethod
     def sphere() -> Chart: ...
@@ -219,8 +300,34 @@ class Chart:
     def hamiltonian(self, z: ArrayLike) -> _Array: ...
     def gradient(self, z: ArrayLike) -> _Array: ...
     def hessian(self, z: ArrayLike) -> _Array: ...
-    def integrate(self, z0: ArrayLike, steps: int, t_end: float = 1.0, map: _Map = "initial_point") -> _Array: ...
+    def state(self, S: ArrayLike, V: ArrayLike, A: ArrayLike, J: ArrayLike) -> _Array: ...
+    def covariant(self, z: ArrayLike) -> tuple[_Array, _Array, _Array, _Array]: ...
+    def discretize(self, x: ArrayLike, v: ArrayLike, map: _Map = "initial_point") -> _Array: ...
+    def integrate(
+        self,
+        z0: ArrayLike,
+        steps: int,
+        t_end: float = 1.0,
+        map: _Map = "initial_point",
+        *,
+        order: _Order | None = None,
+    ) -> _Array: ...
+    def integrate_across(
+        self,
+        S: ArrayLike,
+        V: ArrayLike,
+        A: ArrayLike,
+        J: ArrayLike,
+        steps: int,
+        t_end: float = 1.0,
+        map: _Map = "midpoint",
+        *,
+        order: _Order | None = None,
+    ) -> ChartTrajectory: ...
     def reference(self, z0: ArrayLike, t: ArrayLike) -> _Array: ...
+    def reference_across(
+        self, S: ArrayLike, V: ArrayLike, A: ArrayLike, J: ArrayLike, t: ArrayLike
+    ) -> ChartTrajectory: ...
     def shoot(
         self,
         q0: ArrayLike,
@@ -234,4 +341,5 @@ class Chart:
         tol: float = 1e-12,
         max_iterations: int = 50,
         guess: tuple[ArrayLike, ArrayLike] | None = None,
+        order: _Order | None = None,
     ) -> ShootingResult: ...

@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from tqdm import tqdm  # type: ignore[import-untyped]
 
-from . import __version__, _core, paper, report
+from . import __version__, _core, conjecture, control_points, paper, report
 from .errors import StiefelError
 
 EXIT_FAILURE: Final = 1
@@ -19,7 +19,7 @@ EXIT_INTERRUPTED: Final = 130
 MAX_STEPS: Final = 1_000_000
 REPETITIONS: Final = 7
 QUICK_REPETITIONS: Final = 3
-FIGURES: Final = 6
+FIGURES: Final = 7
 
 
 def _steps(text: str) -> tuple[int, ...]:
@@ -67,7 +67,7 @@ def info() -> int:
     return 0
 
 
-def reproduce(folder: Path, steps: tuple[int, ...], repetitions: int) -> int:
+def reproduce(folder: Path, steps: tuple[int, ...], repetitions: int, curves: int) -> int:
     """Write the tables, then the figures, and print where they are.
 
     Raises
@@ -91,14 +91,19 @@ def reproduce(folder: Path, steps: tuple[int, ...], repetitions: int) -> int:
                 rows[experiment.name].append(paper.mean_errors(experiment, n))
                 progress()
         results = report.Results(rows, paper.measure_times(steps, repetitions, progress))
-        written = {"tables": len(report.write_all(tables, results))}
+        study = conjecture.measure(curves)
+        written = {"tables": len(report.write_all(tables, results)) + len(conjecture.write_all(tables, study))}
+        alternatives = control_points.measure()
+        written["tables"] += len(control_points.write_tables(tables, alternatives))
         try:
             # Here, since matplotlib is optional and slow to import.
-            from . import plotting  # noqa: PLC0415
+            from . import conjecture_figure, plotting  # noqa: PLC0415
         except ImportError as error:
             missing = error
         else:
             written["figures"] = len(plotting.write_all(figures, rows, progress))
+            written["figures"] += len(conjecture_figure.write(figures, study))
+            written["figures"] += len(control_points.write_figure(figures, alternatives, progress))
     for line in report.headline(results):
         print(line)
     for name, count in written.items():
@@ -117,7 +122,9 @@ def main(argv: list[str] | None = None) -> int:
         return info()
     steps = arguments.steps or (paper.QUICK_STEPS if arguments.quick else paper.DEFAULT_STEPS)
     try:
-        return reproduce(arguments.out, steps, QUICK_REPETITIONS if arguments.quick else REPETITIONS)
+        if arguments.quick:
+            return reproduce(arguments.out, steps, QUICK_REPETITIONS, conjecture.QUICK_RANDOM_CURVES)
+        return reproduce(arguments.out, steps, REPETITIONS, conjecture.RANDOM_CURVES)
     except KeyboardInterrupt:
         print("stiefel-rs: interrupted", file=sys.stderr)
         return EXIT_INTERRUPTED

@@ -37,6 +37,38 @@ pub trait DiscretizationMap<const X: usize>: Sync {
         v: &SVector<f64, X>,
         lambda: &[SVector<f64, X>; 2],
     ) -> Blocks<X>;
+
+    /// All of these at once; worth writing where they share work.
+    fn expansion(
+        &self,
+        x: &SVector<f64, X>,
+        v: &SVector<f64, X>,
+        lambda: &[SVector<f64, X>; 2],
+    ) -> Expansion<X> {
+        Expansion {
+            points: self.map(x, v),
+            jacobian: self.jacobian(x, v),
+            second_derivative: self.second_derivative(x, v, lambda),
+        }
+    }
+
+    /// Order of the method: 2 for a symmetric map, one with `R_d(x, -v) = (R_2(x, v), R_1(x, v))`, else 1.
+    ///
+    /// A map that is symmetric and does not say so can still be composed, only with its adjoint, which it is itself.
+    fn order(&self) -> usize {
+        1
+    }
+}
+
+/// A discretization map at one point with its derivatives.
+#[derive(Debug, Clone)]
+pub struct Expansion<const X: usize> {
+    /// As [`DiscretizationMap::map`].
+    pub points: [SVector<f64, X>; 2],
+    /// As [`DiscretizationMap::jacobian`].
+    pub jacobian: Blocks<X>,
+    /// As [`DiscretizationMap::second_derivative`].
+    pub second_derivative: Blocks<X>,
 }
 
 /// The linear maps `R_d(x, v) = (x - a v, x + (1 - a) v)`.
@@ -72,6 +104,10 @@ impl<const X: usize> DiscretizationMap<X> for LinearMap {
         _: &[SVector<f64, X>; 2],
     ) -> Blocks<X> {
         [[SMatrix::zeros(); 2]; 2]
+    }
+
+    fn order(&self) -> usize {
+        if self.back == 0.5 { 2 } else { 1 }
     }
 }
 

@@ -16,7 +16,8 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::discretization::DiscretizationMap;
+use super::composition::{Adjoint, Composition, Stage};
+use super::discretization::{Blocks, DiscretizationMap, Expansion};
 use super::elimination::solve_in_place;
 use super::{Chart, check_reached};
 use crate::error::{Error, Result};
@@ -45,7 +46,7 @@ const STEPS_PER_CHECK: usize = 256;
 /// # Arguments
 /// * `z0` - state `(q, qdot, p_q, p_qdot)`; `steps >= 1`; `t_end` finite, negative to run backwards
 /// # Accuracy
-/// Every step is solved to round-off; orders 1 and 2 for the initial-point and the mid-point map (measured in
+/// Every step is solved to round-off; orders 1 and 2 for the initial-point and the mid-point maps (measured in
 /// `tests/integrator.rs`).
 /// # Errors
 /// `NonFinite`, `InvalidArgument`, `OutsideChart` (a state left `0 < theta < pi`), `NoConvergence` (a step too
@@ -60,37 +61,57 @@ pub fn integrate<const X: usize, const Z: usize>(
     t_end: f64,
     interrupt: Interrupt<'_>,
 ) -> Result<Vec<SVector<f64, Z>>> {
-    check_arguments(chart, z0, steps, t_end)?;
-    let mut out = Vec::new();
-    if out.try_reserve_exact(steps.saturating_add(1)).is_err() {
-        let requirement = "few enough for the trajectory to fit in memory";
-        return Err(Error::InvalidArgument {
-            name: "steps",
-            requirement,
-            found: steps as f64,
-        });
+    let composition = Composition::default();
+    integrate_composed(chart, map, &composition, z0, steps, t_end, interrupt)
+}
+
+/// As [`integrate`], each step by a composition: order 4, 6 or 8.
+///
+/// # Accuracy
+/// Orders measured in `tests/composition.rs`.
+/// # Errors
+/// As [`integrate`].
+pub fn integrate_composed<const X: usize, const Z: usize>(
+    chart: &impl Chart<X, Z>,
+    map: &impl DiscretizationMap<X>,
+    composition: &Composition,
+    z0: &SVector<f64, Z>,
+    steps: usize,
+    t_end: f64,
+    interrupt: Interrupt<'_>,
+) -> Result<Vec<SVector<f64, Z>>> {
+    let h = check_arguments(chart, z0, steps, t_end)?;
+    let mut out = trajectory_buffer(steps)?;
+    let mut z = *z0;
+    out.push(z);
+    for step in 0..steps {
+        check_interrupt(interrupt, step)?;
+        z = advance(chart, map, composition, &z, h, None)?;
+        out.push(z);
     }
-    out.push(*z0);
-    march(chart, map, z0, steps, t_end, interrupt, |solved, _| {
-        out.push(solved.end);
-        Ok(())
-    })?;
     Ok(out)
 }
 
-/// The last state of [`integrate`].
+/// The last state of [`integrate_composed`].
 ///
 /// # Errors
 /// As [`integrate`].
 pub fn last_state<const X: usize, const Z: usize>(
     chart: &impl Chart<X, Z>,
     map: &impl DiscretizationMap<X>,
+    composition: &Composition,
     z0: &SVector<f64, Z>,
     steps: usize,
     t_end: f64,
     interrupt: Interrupt<'_>,
 ) -> Result<SVector<f64, Z>> {
-    march(chart, map, z0, steps, t_end, interrupt, |_, _| Ok(()))
+    let h = check_arguments(chart, z0, steps, t_end)?;
+    let mut z = *z0;
+    for step in 0..steps {
+        check_interrupt(interrupt, step)?;
+        z = advance(chart, map, composition, &z, h, None)?;
+    }
+    Ok(z)
 }
 
 /// The last state of [`integrate`] and its exact derivative with respect to `z0`, shape `(4d, 4d)`.
@@ -105,39 +126,90 @@ pub fn integrate_with_tangent<const X: usize, const Z: usize>(
     t_end: f64,
     interrupt: Interrupt<'_>,
 ) -> Result<(SVector<f64, Z>, SMatrix<f64, Z, Z>)> {
-    let mut tangent = SMatrix::<f64, Z, Z>::identity();
-    let end = march(chart, map, z0, steps, t_end, interrupt, |solved, h| {
-        tangent = solved.tangent(chart, map, h)? * tangent;
-        Ok(())
-    })?;
-    Ok((end, tangent))
+    let composition = Composition::default();
+    integrate_composed_with_tangent(chart, map, &composition, z0, steps, t_end, interrupt)
 }
 
-/// Takes the steps one by one and shows each, with its length; returns the last state.
-fn march<const X: usize, const Z: usize>(
+/// The last state of [`integrate_composed`] and its exact derivative with respect to `z0`, shape `(4d, 4d)`.
+///
+/// # Errors
+/// As [`integrate`].
+pub fn integrate_composed_with_tangent<const X: usize, const Z: usize>(
     chart: &impl Chart<X, Z>,
     map: &impl DiscretizationMap<X>,
+    composition: &Composition,
     z0: &SVector<f64, Z>,
     steps: usize,
     t_end: f64,
     interrupt: Interrupt<'_>,
-    mut visit: impl FnMut(&Step<X, Z>, f64) -> Result<()>,
-) -> Result<SVector<f64, Z>> {
+) -> Result<(SVector<f64, Z>, SMatrix<f64, Z, Z>)> {
     let h = check_arguments(chart, z0, steps, t_end)?;
-    let mut z = *z0;
+    let (mut z, mut tangent) = (*z0, SMatrix::<f64, Z, Z>::identity());
     for step in 0..steps {
-        if step % STEPS_PER_CHECK == 0 {
-            interrupt.check("chart integrator")?;
-        }
-        let solved = solve_step(chart, map, &z, h)?;
-        check_reached(chart, &solved.end)?;
-        visit(&solved, h)?;
-        z = solved.end;
+        check_interrupt(interrupt, step)?;
+        z = advance(chart, map, composition, &z, h, Some(&mut tangent))?;
+    }
+    Ok((z, tangent))
+}
+
+/// One step of length `h`, all stages of the composition; multiplies the tangent by that of the step.
+pub(super) fn advance<const X: usize, const Z: usize>(
+    chart: &impl Chart<X, Z>,
+    map: &impl DiscretizationMap<X>,
+    composition: &Composition,
+    z: &SVector<f64, Z>,
+    h: f64,
+    mut tangent: Option<&mut SMatrix<f64, Z, Z>>,
+) -> Result<SVector<f64, Z>> {
+    let mut z = *z;
+    for stage in composition.stages() {
+        let product = tangent.as_deref_mut();
+        z = match stage {
+            Stage::Method(part) => advance_stage(chart, map, &z, part * h, product)?,
+            Stage::Adjoint(part) => advance_stage(chart, &Adjoint(map), &z, part * h, product)?,
+        };
     }
     Ok(z)
 }
 
-fn check_arguments<const X: usize, const Z: usize>(
+fn advance_stage<const X: usize, const Z: usize>(
+    chart: &impl Chart<X, Z>,
+    map: &impl DiscretizationMap<X>,
+    z: &SVector<f64, Z>,
+    h: f64,
+    tangent: Option<&mut SMatrix<f64, Z, Z>>,
+) -> Result<SVector<f64, Z>> {
+    let solved = solve_step(chart, map, z, h)?;
+    check_reached(chart, &solved.end)?;
+    if let Some(product) = tangent {
+        *product = solved.tangent(chart, map, h)? * *product;
+    }
+    Ok(solved.end)
+}
+
+/// Room for the states of a trajectory.
+pub(super) fn trajectory_buffer<T>(steps: usize) -> Result<Vec<T>> {
+    let mut out = Vec::new();
+    if out.try_reserve_exact(steps.saturating_add(1)).is_err() {
+        let requirement = "few enough for the trajectory to fit in memory";
+        return Err(Error::InvalidArgument {
+            name: "steps",
+            requirement,
+            found: steps as f64,
+        });
+    }
+    Ok(out)
+}
+
+pub(super) fn check_interrupt(interrupt: Interrupt<'_>, step: usize) -> Result<()> {
+    if step.is_multiple_of(STEPS_PER_CHECK) {
+        interrupt.check("chart integrator")?;
+    }
+    Ok(())
+}
+
+/// Checks the arguments of an integration; the length of a step.
+pub(super) fn check_arguments<const X: usize, const Z: usize>(
     chart: &impl Chart<X, Z>,
     z0: &SVector<f64, Z>,
     steps: usize,
@@ -165,14 +237,15 @@ struct Step<const X: usize, const Z: usize> {
 /// The linearised equations of a step in `(dx, dp)`, with the end momentum eliminated.
 struct Linearised<const X: usize, const Z: usize> {
     system: SMatrix<f64, Z, Z>,
-    /// `v` and its derivative.
-    v: SVector<f64, X>,
+    /// The derivative of `v`.
     dv: SMatrix<f64, X, Z>,
     /// The equation for the end momentum: `R_2x^T dp_1 + end_rows (dx, dp) = ...`.
     end_rows: SMatrix<f64, X, Z>,
     /// `R_2v^T R_2x^{-T}`.
     elimination: SMatrix<f64, X, X>,
-    jacobian: super::discretization::Blocks<X>,
+    /// The two points of the map.
+    points: [SVector<f64, X>; 2],
+    jacobian: Blocks<X>,
     gradient: SVector<f64, Z>,
 }
 
@@ -189,9 +262,13 @@ impl<const X: usize, const Z: usize> Linearised<X, Z> {
         let v = gradient.fixed_rows::<X>(X) * h;
         let dv = hessian.fixed_rows::<X>(X) * h;
         let minus_dpdot = hessian.fixed_rows::<X>(0) * h;
-        let jacobian = map.jacobian(&x, &v);
+        let Expansion {
+            points,
+            jacobian,
+            second_derivative,
+        } = map.expansion(&x, &v, lambda);
         let [[r1x, r1v], [r2x, r2v]] = &jacobian;
-        let [[cxx, cxv], [cvx, cvv]] = map.second_derivative(&x, &v, lambda);
+        let [[cxx, cxv], [cvx, cvv]] = second_derivative;
         let mut end_rows = cxv * dv + minus_dpdot;
         add_columns(&mut end_rows, 0, &cxx);
         let mut elimination = *r2v;
@@ -209,10 +286,10 @@ impl<const X: usize, const Z: usize> Linearised<X, Z> {
         system.fixed_rows_mut::<X>(X).copy_from(&bottom);
         Some(Linearised {
             system,
-            v,
             dv,
             end_rows,
             elimination,
+            points,
             jacobian,
             gradient,
         })
@@ -244,9 +321,8 @@ fn solve_step<const X: usize, const Z: usize>(
             return failed(StopReason::SingularJacobian);
         };
         let [[r1x, r1v], [r2x, r2v]] = &linear.jacobian;
-        let x = middle.fixed_rows::<X>(0).into_owned();
         let p = middle.fixed_rows::<X>(X).into_owned();
-        let start = map.map(&x, &linear.v)[0] - x0;
+        let start = linear.points[0] - x0;
         let rate =
             r2x.transpose() * p1 - r1x.transpose() * p0 + linear.gradient.fixed_rows::<X>(0) * h;
         let momentum = r2v.transpose() * p1 - r1v.transpose() * p0 - p;

@@ -7,19 +7,32 @@
 //! # Source
 //! arXiv 2404.19407, sections on `St(3,1)` and `St(3,2)`; Crouch, Silva Leite (1995) for the equations.
 
+pub mod atlas;
+pub mod composition;
+pub mod covariant;
 pub mod discretization;
 mod elimination;
 mod frame;
 pub mod integrator;
+pub mod jet;
 pub mod reference;
+mod retraction_map;
+pub mod rotation;
 pub mod series;
 pub mod shooting;
 mod sphere;
+mod tangent_lift;
 
+pub use atlas::{AtlasState, integrate_across};
+pub use composition::Composition;
+pub use covariant::{CovariantData, covariant_from_state, state_from_covariant};
 pub use discretization::{DiscretizationMap, LinearMap};
 pub use frame::Frame;
-pub use integrator::{integrate, integrate_with_tangent};
-pub use reference::reference;
+pub use integrator::{
+    integrate, integrate_composed, integrate_composed_with_tangent, integrate_with_tangent,
+};
+pub use reference::{reference, reference_across};
+pub use retraction_map::{RetractionMap, SpaceRetraction};
 pub use shooting::{Shooting, ShootingOptions, shoot};
 pub use sphere::Sphere;
 

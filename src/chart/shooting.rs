@@ -3,9 +3,10 @@
 use faer::MatMut;
 use nalgebra::SVector;
 
+use super::Chart;
+use super::composition::Composition;
 use super::discretization::DiscretizationMap;
-use super::integrator::last_state;
-use super::{Chart, integrate, integrate_with_tangent};
+use super::integrator::{integrate_composed, integrate_composed_with_tangent, last_state};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::newton::{self, NewtonOptions, Problem};
@@ -16,6 +17,8 @@ use crate::report::SolverReport;
 pub struct ShootingOptions<'a, const X: usize> {
     /// Time interval `[0, t_end]`.
     pub t_end: f64,
+    /// How a step is put together; one step of the method itself unless said otherwise.
+    pub composition: Composition,
     /// When Newton's method stops.
     pub newton: NewtonOptions<'a>,
     /// Initial momenta to start from; `None` for those of the cubic polynomial in coordinates with the same ends.
@@ -26,6 +29,7 @@ impl<const X: usize> Default for ShootingOptions<'_, X> {
     fn default() -> Self {
         ShootingOptions {
             t_end: 1.0,
+            composition: Composition::default(),
             newton: NewtonOptions::default(),
             guess: None,
         }
@@ -67,11 +71,13 @@ pub fn shoot<const X: usize, const Z: usize>(
         None => cubic_guess(chart, x0, x1, options.t_end)?,
     };
     let (t_end, interrupt) = (options.t_end, options.newton.interrupt);
+    let composition = options.composition;
     let mut unknowns = momenta.as_slice().to_vec();
     let z0 = SVector::from_fn(|i, _| if i < X { x0[i] } else { 0.0 });
     let mut problem = EndPoint {
         chart,
         map,
+        composition,
         z0,
         x1,
         steps,
@@ -87,7 +93,15 @@ pub fn shoot<const X: usize, const Z: usize>(
     }
     let momenta = SVector::from_column_slice(&unknowns);
     problem.z0.as_mut_slice()[X..].copy_from_slice(&unknowns);
-    let trajectory = integrate(chart, map, &problem.z0, steps, t_end, interrupt)?;
+    let trajectory = integrate_composed(
+        chart,
+        map,
+        &composition,
+        &problem.z0,
+        steps,
+        t_end,
+        interrupt,
+    )?;
     Ok(Shooting {
         trajectory,
         momenta,
@@ -148,6 +162,7 @@ fn cubic_guess<const X: usize, const Z: usize>(
 struct EndPoint<'a, C, R, const X: usize, const Z: usize> {
     chart: &'a C,
     map: &'a R,
+    composition: Composition,
     /// The initial state; its momenta are overwritten.
     z0: SVector<f64, Z>,
     x1: &'a SVector<f64, X>,
@@ -175,6 +190,7 @@ where
         let EndPoint {
             chart,
             map,
+            ref composition,
             ref z0,
             x1,
             steps,
@@ -182,10 +198,17 @@ where
             interrupt,
         } = *self;
         let end = match jacobian {
-            None => last_state(chart, map, z0, steps, t_end, interrupt)?,
+            None => last_state(chart, map, composition, z0, steps, t_end, interrupt)?,
             Some(mut jacobian) => {
-                let (end, tangent) =
-                    integrate_with_tangent(chart, map, z0, steps, t_end, interrupt)?;
+                let (end, tangent) = integrate_composed_with_tangent(
+                    chart,
+                    map,
+                    composition,
+                    z0,
+                    steps,
+                    t_end,
+                    interrupt,
+                )?;
                 for j in 0..X {
                     for i in 0..X {
                         jacobian[(i, j)] = tangent[(i, X + j)];

@@ -133,21 +133,21 @@ impl Problem {
     fn shoot(&self, y: &mut [f64], options: &BoundaryOptions<'_>) -> Result<SolverReport> {
         let (m, k) = (self.g.nrows() - self.k, self.k);
         match (m, k) {
-            (1, 1) => self.shoot_in(Fixed::<1, 1>, y, options),
-            (2, 1) => self.shoot_in(Fixed::<2, 1>, y, options),
-            (3, 1) => self.shoot_in(Fixed::<3, 1>, y, options),
-            (1, 2) => self.shoot_in(Fixed::<1, 2>, y, options),
-            _ => self.shoot_in(Sized { m, k }, y, options),
+            (1, 1) => self.shoot_in::<_, 2>(Fixed::<1, 1>, y, options),
+            (2, 1) => self.shoot_in::<_, 4>(Fixed::<2, 1>, y, options),
+            (3, 1) => self.shoot_in::<_, 6>(Fixed::<3, 1>, y, options),
+            (1, 2) => self.shoot_in::<_, 6>(Fixed::<1, 2>, y, options),
+            _ => self.shoot_in::<_, 8>(Sized { m, k }, y, options),
         }
     }
 
-    fn shoot_in<B: Blocks>(
+    fn shoot_in<B: Blocks, const N: usize>(
         &self,
         blocks: B,
         y: &mut [f64],
         options: &BoundaryOptions<'_>,
     ) -> Result<SolverReport> {
-        Shooting::new(blocks, &self.target, options.interrupt).solve(
+        Shooting::<B, N>::new(blocks, &self.target, options.interrupt).solve(
             y,
             options.tolerance,
             options.max_iterations,

@@ -19,80 +19,21 @@
 
 mod boundary;
 mod clock;
+mod composition;
 mod conserved;
+mod frame_flow;
 mod guess;
-pub(crate) mod initial;
+mod initial;
 mod path;
 mod reduced;
 pub mod riemannian_cubic;
 mod shooting;
+mod space_flow;
+mod split_state;
+mod splitting;
 mod taylor;
 
 pub use boundary::BoundaryOptions;
+pub use composition::SplittingOrder;
 pub use riemannian_cubic::{IntegrationOptions, RiemannianCubic};
-
-#[cfg(test)]
-mod speed {
-    use super::reduced::{Blocks, Fixed, Sized};
-    use super::taylor::*;
-    use crate::linalg::dual::*;
-
-    fn time<T: Number, B: Blocks>(blocks: B, name: &str, seed: impl Fn(usize, f64) -> T) {
-        let (m, k) = (blocks.m(), blocks.k());
-        let r = m + k;
-        let mut march = March::<T, B>::new(blocks, Accuracy::FULL);
-        let start = |march: &mut March<T, B>| {
-            march.time = 0.0;
-            march.steps = 0;
-            for i in 0..k {
-                for l in 0..r {
-                    march.series.s[l + r * i] = T::constant(if i == l { 1.0 } else { 0.0 });
-                }
-            }
-            for i in 0..m {
-                for l in 0..r {
-                    march.series.e[l + r * i] = T::constant(if i + k == l { 1.0 } else { 0.0 });
-                }
-            }
-            for d in 0..3 {
-                march.series.omega[d][..k * k].fill(T::ZERO);
-                let c = [1.0, 2.0, 3.0][d] / ((m * k) as f64).sqrt();
-                for i in 0..m * k {
-                    march.series.b[d][i] = seed(i, c * (i as f64 * 0.7 + d as f64).cos());
-                }
-            }
-        };
-        let mut best = f64::INFINITY;
-        for _ in 0..200 {
-            let t = std::time::Instant::now();
-            start(&mut march);
-            march
-                .run(1.0, crate::Interrupt::NEVER, |_, _, _| Ok(()))
-                .unwrap();
-            best = best.min(t.elapsed().as_secs_f64());
-        }
-        println!(
-            "{name} ({m},{k}): {:.2} us, {} steps",
-            best * 1e6,
-            march.steps
-        );
-    }
-
-    #[test]
-    fn speed() {
-        time::<f64, _>(Fixed::<2, 1>, "fixed f64", |_, x| x);
-        time::<f64, _>(Sized { m: 2, k: 1 }, "sized f64", |_, x| x);
-        time::<Dual<4>, _>(Fixed::<2, 1>, "fixed dual4", |_, x| Dual::constant(x));
-        time::<f64, _>(Fixed::<1, 2>, "fixed f64", |_, x| x);
-        time::<Dual<8>, _>(Fixed::<1, 2>, "fixed dual8", |_, x| Dual::constant(x));
-        time::<Dual<6>, _>(Fixed::<1, 2>, "fixed dual6", |_, x| Dual::constant(x));
-        time::<f64, _>(Sized { m: 7, k: 3 }, "sized f64", |_, x| x);
-        time::<Dual<8>, _>(Sized { m: 7, k: 3 }, "sized dual8", |_, x| {
-            Dual::constant(x)
-        });
-        time::<f64, _>(Sized { m: 15, k: 5 }, "sized f64", |_, x| x);
-        time::<Dual<1>, _>(Sized { m: 15, k: 5 }, "sized dual1", |_, x| {
-            Dual::constant(x)
-        });
-    }
-}
+pub use splitting::{CubicTrajectory, SplittingOptions, integrate_cubic};

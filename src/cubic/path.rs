@@ -8,7 +8,6 @@ use super::taylor::{Accuracy, March, too_many_steps};
 use crate::curve::cost::{POINTS, gauss_legendre};
 use crate::error::Result;
 use crate::interrupt::Interrupt;
-use crate::linalg::dual::Number;
 
 /// Coefficients of a path at the most: a gigabyte.
 const MAX_COEFFICIENTS: usize = 1 << 27;
@@ -54,30 +53,36 @@ impl State {
     }
 
     /// Writes the state where a march starts from.
-    pub(crate) fn load<T: Number>(&self, series: &mut Series<T>) {
-        let copy = |to: &mut [T], from: &[f64]| {
-            for (to, from) in to.iter_mut().zip(from) {
-                *to = T::constant(*from);
-            }
-        };
-        copy(&mut series.s, &self.s);
-        copy(&mut series.e, &self.e);
+    fn load(&self, blocks: impl Blocks, series: &mut Series<f64>) {
+        let (k, m) = (blocks.k(), blocks.normals());
+        let (rows, normals) = (blocks.r::<f64>(), blocks.m::<f64>());
+        copy_columns(&mut series.s, rows, &self.s, m + k, k);
+        copy_columns(&mut series.e, rows, &self.e, m + k, m);
         for i in 0..3 {
-            copy(&mut series.omega[i], &self.omega[i]);
-            copy(&mut series.b[i], &self.b[i]);
+            copy_columns(&mut series.omega[i], k, &self.omega[i], k, k);
+            copy_columns(&mut series.b[i], normals, &self.b[i], m, k);
         }
     }
 
     /// The state that a march has reached.
-    fn store(&mut self, series: &Series<f64>, time: f64) {
-        let copy = |to: &mut [f64], from: &[f64]| to.copy_from_slice(&from[..to.len()]);
+    fn store(&mut self, blocks: impl Blocks, series: &Series<f64>, time: f64) {
+        let (k, m) = (blocks.k(), blocks.normals());
+        let (rows, normals) = (blocks.r::<f64>(), blocks.m::<f64>());
         self.time = time;
-        copy(&mut self.s, &series.s);
-        copy(&mut self.e, &series.e);
+        copy_columns(&mut self.s, m + k, &series.s, rows, k);
+        copy_columns(&mut self.e, m + k, &series.e, rows, m);
         for i in 0..3 {
-            copy(&mut self.omega[i], &series.omega[i]);
-            copy(&mut self.b[i], &series.b[i]);
+            copy_columns(&mut self.omega[i], k, &series.omega[i], k, k);
+            copy_columns(&mut self.b[i], m, &series.b[i], normals, k);
         }
+    }
+}
+
+/// Copies `cols` columns between blocks of different numbers of rows, as many rows as both have.
+fn copy_columns(to: &mut [f64], to_rows: usize, from: &[f64], from_rows: usize, cols: usize) {
+    let rows = to_rows.min(from_rows);
+    for col in 0..cols {
+        to[to_rows * col..][..rows].copy_from_slice(&from[from_rows * col..][..rows]);
     }
 }
 
@@ -95,9 +100,9 @@ pub(crate) struct Path {
     blocks: Sized,
     accuracy: Accuracy,
     pieces: Vec<Piece>,
-    /// Coefficients of the point, `(order + 1) r k` a piece.
+    /// Coefficients of the point, `(order + 1) rows k` a piece.
     points: Vec<f64>,
-    /// Coefficients of `x`, `(order + 1) k r` a piece: order by order, `omega` before `b`.
+    /// Coefficients of `x`, `(order + 1) k (k + m)` a piece: order by order, `omega` before `b`.
     vectors: Vec<f64>,
     first: State,
     last: State,
@@ -121,6 +126,11 @@ impl Path {
     /// Rows of a point in the coordinates of the span.
     pub(crate) fn r(&self) -> usize {
         self.blocks.m + self.blocks.k
+    }
+
+    /// Rows of a stored point: those of a point and zeros that fill up.
+    pub(crate) fn rows(&self) -> usize {
+        self.blocks.r::<f64>()
     }
 
     /// The interval that the pieces cover.
@@ -159,7 +169,7 @@ impl Path {
         let forward = t > self.last.time;
         let mut march = March::new(blocks, self.accuracy);
         let from = if forward { &self.last } else { &self.first };
-        from.load(&mut march.series);
+        from.load(blocks, &mut march.series);
         march.time = from.time;
         let Path {
             pieces,
@@ -168,13 +178,10 @@ impl Path {
             ..
         } = self;
         let (pieces_before, size) = (pieces.len(), self.accuracy.order + 1);
-        let (k2, mk, rk) = (
-            blocks.k() * blocks.k(),
-            blocks.m() * blocks.k(),
-            blocks.k() * (blocks.m() + blocks.k()),
-        );
+        let (k, m, normals) = (blocks.k(), blocks.normals(), blocks.m::<f64>());
+        let (k2, rk, vector) = (k * k, blocks.r::<f64>() * k, k * (k + m));
         let outcome = march.run(t, interrupt, |series, start, length| {
-            if points.len() + vectors.len() + 2 * size * rk > MAX_COEFFICIENTS {
+            if points.len() + vectors.len() + size * (rk + vector) > MAX_COEFFICIENTS {
                 return Err(too_many_steps(pieces.len(), (t - start).abs()));
             }
             let end = start + length;
@@ -186,23 +193,26 @@ impl Path {
             points.extend_from_slice(&series.s[..size * rk]);
             for j in 0..size {
                 vectors.extend_from_slice(&series.omega[0][block(j, k2)]);
-                vectors.extend_from_slice(&series.b[0][block(j, mk)]);
+                let b = &series.b[0][block(j, normals * k)];
+                for col in 0..k {
+                    vectors.extend_from_slice(&b[normals * col..][..m]);
+                }
             }
             Ok(())
         });
         if let Err(error) = outcome {
             pieces.truncate(pieces_before);
             points.truncate(pieces_before * size * rk);
-            vectors.truncate(pieces_before * size * rk);
+            vectors.truncate(pieces_before * size * vector);
             return Err(error);
         }
         if forward {
             pieces.last_mut().expect("a step was made").upper = t;
-            self.last.store(&march.series, t);
+            self.last.store(blocks, &march.series, t);
         } else {
             // Steps backwards were added last first, behind what was there.
             pieces.last_mut().expect("a step was made").lower = t;
-            self.first.store(&march.series, t);
+            self.first.store(blocks, &march.series, t);
             self.sort();
         }
         Ok(())
@@ -210,14 +220,17 @@ impl Path {
 
     /// Puts the pieces into the order of time.
     fn sort(&mut self) {
-        let stride = (self.accuracy.order + 1) * self.r() * self.blocks.k;
+        let order_of = self.accuracy.order + 1;
         let mut order: Vec<usize> = (0..self.pieces.len()).collect();
         order.sort_by(|&i, &j| self.pieces[i].lower.total_cmp(&self.pieces[j].lower));
-        let gather = |from: &[f64]| -> Vec<f64> {
+        let gather = |from: &[f64], size: usize| -> Vec<f64> {
+            let stride = order_of * size;
             let pieces = order.iter().flat_map(|&i| &from[block(i, stride)]);
             pieces.copied().collect()
         };
-        (self.points, self.vectors) = (gather(&self.points), gather(&self.vectors));
+        let k = self.blocks.k;
+        self.points = gather(&self.points, self.rows() * k);
+        self.vectors = gather(&self.vectors, self.r() * k);
         self.pieces = order.iter().map(|&i| self.pieces[i]).collect();
     }
 
@@ -227,11 +240,11 @@ impl Path {
         after.min(self.pieces.len() - 1)
     }
 
-    /// Taylor coefficients of the point at `t`, up to the order of `out.len() - 1`, each `(r, k)` column by column.
+    /// Taylor coefficients of the point at `t`, up to the order of `out.len() - 1`, each `(rows, k)` column by column.
     #[inline(always)]
     pub(crate) fn points_into(&self, t: f64, out: &mut [&mut [f64]]) {
         let piece = self.find(t);
-        let size = self.r() * self.blocks.k;
+        let size = self.rows() * self.blocks.k;
         let stride = (self.accuracy.order + 1) * size;
         shift_into(
             &self.points[block(piece, stride)],
@@ -244,7 +257,7 @@ impl Path {
     /// `int |D_t S'|^2 dt` over an interval that the pieces cover.
     pub(crate) fn cost(&self, lower: f64, upper: f64) -> f64 {
         let (k2, mk) = (self.blocks.k * self.blocks.k, self.blocks.m * self.blocks.k);
-        let (size, (nodes, weights)) = (k2 + mk, gauss_legendre());
+        let (size, (nodes, weights)) = (k2 + mk, gauss_legendre(POINTS));
         let stride = (self.accuracy.order + 1) * size;
         let (mut x, mut rate) = (vec![0.0; size], vec![0.0; size]);
         let mut sum = 0.0;

@@ -4,52 +4,87 @@
 //!
 //! ```math
 //! \begin{aligned}
-//! s' &= s\,\omega + e\,b, & \omega''' &= (\omega''\omega - b''^T b) - (\omega''\omega - b''^T b)^T,\\
-//! e' &= -s\,b^T, & b''' &= b''\omega - b\,\omega'' + b\,(b'^T b) - b'\,(b^T b),
+//! s' &= s\,\omega + e\,b, & e' &= -s\,b^T,\\
+//! \omega'' &= \kappa - (n - n^T), & \kappa' &= \omega''\omega - (\omega''\omega)^T,\\
+//! b''' &= b''\omega + b\,(n - \omega'') - b'\,p, & n &= b'^T b,\quad p = b^T b,\quad p' = n + n^T,
 //! \end{aligned}
 //! ```
 //!
 //! products of blocks of at most `r x k`: no commutator of `r x r` matrices is formed. A coefficient of order `j + 1`
-//! takes `j + 1` products of each kind, `O(r k (r + k))` each.
+//! takes `j + 1` products of each kind, `k (4 m k + r k + 2 r m)` multiplications together.
 
 use crate::linalg::dual::Number;
 
-/// Sizes of the blocks: `omega` is `(k, k)`, `b` is `(m, k)` with `m = r - k`.
+/// Sizes of the blocks: `omega` is `(k, k)`, `b` is `(m, k)`, `s` is `(r, k)`, `e` is `(r, m)`.
+///
+/// Rows of zeros at the end of `b`, `s` and `e` and columns of zeros of `e` do no harm: they fill up vector registers.
 pub(crate) trait Blocks: Copy + Send + Sync {
-    fn m(self) -> usize;
+    /// The compiler knows the sizes and unrolls the loops over them.
+    const UNROLLED: bool;
+
     fn k(self) -> usize;
+
+    /// Rows of `b` with those that fill up.
+    fn m<T: Number>(self) -> usize;
+
+    /// Rows of `s` and `e` with those that fill up.
+    fn r<T: Number>(self) -> usize;
+
+    /// Rows of `b`.
+    fn normals(self) -> usize;
 }
 
-/// Sizes known to the compiler, which unrolls the loops over them.
+/// Sizes known to the compiler.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Fixed<const M: usize, const K: usize>;
 
 impl<const M: usize, const K: usize> Blocks for Fixed<M, K> {
-    #[inline(always)]
-    fn m(self) -> usize {
-        M
-    }
+    const UNROLLED: bool = true;
+
     #[inline(always)]
     fn k(self) -> usize {
         K
+    }
+    #[inline(always)]
+    fn m<T: Number>(self) -> usize {
+        M
+    }
+    #[inline(always)]
+    fn r<T: Number>(self) -> usize {
+        (M + K).next_multiple_of(T::WIDTH)
+    }
+    #[inline(always)]
+    fn normals(self) -> usize {
+        M
     }
 }
 
 /// Any sizes.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sized {
+    /// Rows of `b`.
     pub(crate) m: usize,
     pub(crate) k: usize,
 }
 
 impl Blocks for Sized {
-    #[inline(always)]
-    fn m(self) -> usize {
-        self.m
-    }
+    const UNROLLED: bool = false;
+
     #[inline(always)]
     fn k(self) -> usize {
         self.k
+    }
+    #[inline(always)]
+    fn m<T: Number>(self) -> usize {
+        self.m.next_multiple_of(T::WIDTH)
+    }
+    #[inline(always)]
+    fn r<T: Number>(self) -> usize {
+        (self.m + self.k).next_multiple_of(T::WIDTH)
+    }
+    #[inline(always)]
+    fn normals(self) -> usize {
+        self.m
     }
 }
 
@@ -63,9 +98,11 @@ pub(crate) struct Series<T> {
     /// Of `b, b', b''`.
     pub(crate) b: [Vec<T>; 3],
     /// Of `b^T b`.
-    bb: Vec<T>,
+    p: Vec<T>,
     /// Of `b'^T b`.
-    db: Vec<T>,
+    n: Vec<T>,
+    /// Of `n - omega''`.
+    q: Vec<T>,
     square: Vec<T>,
     tall: Vec<T>,
     frame: Vec<T>,
@@ -74,16 +111,16 @@ pub(crate) struct Series<T> {
 impl<T: Number> Series<T> {
     /// Zero coefficients up to the given order.
     pub(crate) fn zeros(blocks: impl Blocks, order: usize) -> Self {
-        let (m, k) = (blocks.m(), blocks.k());
-        let r = m + k;
+        let (r, m, k) = (blocks.r::<T>(), blocks.m::<T>(), blocks.k());
         let series = |block: usize| vec![T::ZERO; block * (order + 1)];
         Series {
             s: series(r * k),
             e: series(r * m),
             omega: [series(k * k), series(k * k), series(k * k)],
             b: [series(m * k), series(m * k), series(m * k)],
-            bb: series(k * k),
-            db: series(k * k),
+            p: series(k * k),
+            n: series(k * k),
+            q: series(k * k),
             square: vec![T::ZERO; k * k],
             tall: vec![T::ZERO; m * k],
             frame: vec![T::ZERO; r * m.max(k)],
@@ -93,6 +130,10 @@ impl<T: Number> Series<T> {
     /// Coefficients of orders `1..=order` from those of order 0.
     #[inline(always)]
     pub(crate) fn expand(&mut self, blocks: impl Blocks, order: usize) {
+        let (m, k) = (blocks.m::<T>(), blocks.k());
+        let b = &self.b[0][..m * k];
+        gram(&mut self.p[..k * k], b, b, [m, k]);
+        gram(&mut self.n[..k * k], &self.b[1][..m * k], b, [m, k]);
         for j in 0..order {
             self.extend(blocks, j);
         }
@@ -100,81 +141,75 @@ impl<T: Number> Series<T> {
 
     /// The coefficients of order `j + 1` from those up to order `j`.
     #[inline(always)]
-    fn extend(&mut self, blocks: impl Blocks, j: usize) {
-        let (m, k) = (blocks.m(), blocks.k());
-        let r = m + k;
+    fn extend<B: Blocks>(&mut self, blocks: B, j: usize) {
+        let (r, m, k) = (blocks.r::<T>(), blocks.m::<T>(), blocks.k());
         let [omega, omega1, omega2] = &mut self.omega;
         let [b, b1, b2] = &mut self.b;
-        let (square, tall, frame) = (
-            &mut self.square[..k * k],
-            &mut self.tall[..m * k],
-            &mut self.frame,
-        );
         let next = 1.0 / (j + 1) as f64;
         let (wide, narrow) = (up_to(j, m * k), up_to(j, k * k));
 
-        gram(
-            &mut self.bb[block(j, k * k)],
-            &b[wide.clone()],
-            &b[wide.clone()],
-            m,
-            k,
-        );
-        gram(
-            &mut self.db[block(j, k * k)],
-            &b1[wide.clone()],
-            &b[wide.clone()],
-            m,
-            k,
-        );
-
-        gram(square, &b2[wide.clone()], &b[wide.clone()], m, k);
-        for entry in square.iter_mut() {
-            *entry = -*entry;
-        }
-        product(
-            square,
-            &omega2[narrow.clone()],
-            &omega[narrow.clone()],
-            [k, k, k],
-        );
-        let target = &mut omega2[block(j + 1, k * k)];
+        let n = &self.n[block(j, k * k)];
+        let p = &mut self.p[block(j + 1, k * k)];
+        let q = &mut self.q[block(j, k * k)];
         for col in 0..k {
             for row in 0..k {
-                target[row + k * col] = (square[row + k * col] - square[col + k * row]) * next;
+                let (i, transposed) = (row + k * col, col + k * row);
+                p[i] = (n[i] + n[transposed]) * next;
+                q[i] = n[i] - omega2[block(j, k * k)][i];
             }
         }
 
+        let tall = &mut self.tall[..m * k];
         tall.fill(T::ZERO);
-        product(tall, &b[wide.clone()], &omega2[narrow.clone()], [m, k, k]);
-        product(tall, &b1[wide.clone()], &self.bb[narrow.clone()], [m, k, k]);
+        product::<T, B>(tall, &b1[wide.clone()], &self.p[narrow.clone()], [m, k, k]);
         for entry in tall.iter_mut() {
             *entry = -*entry;
         }
-        product(tall, &b2[wide.clone()], &omega[narrow.clone()], [m, k, k]);
-        product(tall, &b[wide.clone()], &self.db[narrow.clone()], [m, k, k]);
+        product::<T, B>(tall, &b[wide.clone()], &self.q[narrow.clone()], [m, k, k]);
+        if k > 1 {
+            product::<T, B>(tall, &b2[wide.clone()], &omega[narrow.clone()], [m, k, k]);
+        }
         write_scaled(&mut b2[block(j + 1, m * k)], tall, next);
 
-        let points = up_to(j, r * k);
-        let point = &mut frame[..r * k];
+        let point = &mut self.frame[..r * k];
         point.fill(T::ZERO);
-        product(
-            point,
-            &self.s[points.clone()],
-            &omega[narrow.clone()],
-            [r, k, k],
-        );
-        product(point, &self.e[up_to(j, r * m)], &b[wide.clone()], [r, m, k]);
+        let points = up_to(j, r * k);
+        if k > 1 {
+            product::<T, B>(
+                point,
+                &self.s[points.clone()],
+                &omega[narrow.clone()],
+                [r, k, k],
+            );
+        }
+        product::<T, B>(point, &self.e[up_to(j, r * m)], &b[wide.clone()], [r, m, k]);
         write_scaled(&mut self.s[block(j + 1, r * k)], point, next);
-        let normals = &mut frame[..r * m];
+        let normals = &mut self.frame[..r * m];
         normals.fill(T::ZERO);
-        product_transposed(normals, &self.s[points], &b[wide], [r, k, m]);
+        product_transposed::<T, B>(normals, &self.s[points], &b[wide.clone()], [r, k, m]);
         write_scaled(&mut self.e[block(j + 1, r * m)], normals, -next);
 
-        integrate(omega, omega1, j, k * k, next);
-        integrate(omega1, omega2, j, k * k, next);
         integrate(b, b1, j, m * k, next);
         integrate(b1, b2, j, m * k, next);
+        // The factors of the next n are known by now.
+        let next_wide = up_to(j + 1, m * k);
+        let n = &mut self.n[block(j + 1, k * k)];
+        gram(n, &b1[next_wide.clone()], &b[next_wide], [m, k]);
+        if k > 1 {
+            let square = &mut self.square[..k * k];
+            square.fill(T::ZERO);
+            product::<T, B>(square, &omega2[narrow.clone()], &omega[narrow], [k, k, k]);
+            integrate(omega, omega1, j, k * k, next);
+            integrate(omega1, omega2, j, k * k, next);
+            let target = &mut omega2[block(j + 1, k * k)];
+            for col in 0..k {
+                for row in 0..k {
+                    let (i, transposed) = (row + k * col, col + k * row);
+                    let turning = (square[i] - square[transposed]) * next;
+                    target[i] = turning - (n[i] - n[transposed]);
+                }
+            }
+        }
     }
 }
 
@@ -209,35 +244,69 @@ fn integrate<T: Number>(f: &mut [T], derivative: &[T], j: usize, size: usize, ne
 
 /// `out += sum_i a_i b_{j-i}` with factors of shapes `(rows, inner)` and `(inner, cols)`.
 #[inline(always)]
-fn product<T: Number>(out: &mut [T], a: &[T], b: &[T], [rows, inner, cols]: [usize; 3]) {
+fn product<T: Number, B: Blocks>(out: &mut [T], a: &[T], b: &[T], shape: [usize; 3]) {
+    convolve::<T, B, false>(out, a, b, shape);
+}
+
+/// `out += sum_i a_i b_{j-i}^T` with factors of shapes `(rows, inner)` and `(cols, inner)`.
+#[inline(always)]
+fn product_transposed<T: Number, B: Blocks>(out: &mut [T], a: &[T], b: &[T], shape: [usize; 3]) {
+    convolve::<T, B, true>(out, a, b, shape);
+}
+
+/// Sums that fit into registers.
+const FEW: usize = 16;
+
+/// `out += sum_i a_i b_{j-i}`, the second factors transposed or not.
+#[inline(always)]
+fn convolve<T: Number, B: Blocks, const TRANSPOSED: bool>(
+    out: &mut [T],
+    a: &[T],
+    b: &[T],
+    shape: [usize; 3],
+) {
+    let [rows, inner, cols] = shape;
     if rows * inner * cols == 0 {
         return;
     }
     let pairs = a
         .chunks_exact(rows * inner)
         .zip(b.chunks_exact(inner * cols).rev());
-    for (a, b) in pairs {
-        for (out, b) in out.chunks_exact_mut(rows).zip(b.chunks_exact(inner)) {
-            for (a, b) in a.chunks_exact(rows).zip(b) {
-                axpy(out, *b, a);
-            }
+    if !B::UNROLLED && rows.is_multiple_of(T::WIDTH) {
+        return T::accumulate::<TRANSPOSED>(out, pairs, shape);
+    }
+    if B::UNROLLED && rows * cols <= FEW {
+        let mut sums = [T::ZERO; FEW];
+        for (a, b) in pairs {
+            add_product::<T, TRANSPOSED>(&mut sums[..rows * cols], a, b, shape);
+        }
+        for (out, sum) in out.iter_mut().zip(&sums[..rows * cols]) {
+            *out += *sum;
+        }
+    } else {
+        for (a, b) in pairs {
+            add_product::<T, TRANSPOSED>(out, a, b, shape);
         }
     }
 }
 
-/// `out += sum_i a_i b_{j-i}^T` with factors of shapes `(rows, inner)` and `(cols, inner)`.
+/// `out += a b`, the second factor transposed or not.
 #[inline(always)]
-fn product_transposed<T: Number>(out: &mut [T], a: &[T], b: &[T], [rows, inner, cols]: [usize; 3]) {
-    if rows * inner * cols == 0 {
-        return;
-    }
-    let pairs = a
-        .chunks_exact(rows * inner)
-        .zip(b.chunks_exact(cols * inner).rev());
-    for (a, b) in pairs {
-        for (a, b) in a.chunks_exact(rows).zip(b.chunks_exact(cols)) {
-            for (out, b) in out.chunks_exact_mut(rows).zip(b) {
-                axpy(out, *b, a);
+fn add_product<T: Number, const TRANSPOSED: bool>(
+    out: &mut [T],
+    a: &[T],
+    b: &[T],
+    [rows, inner, cols]: [usize; 3],
+) {
+    for (col, out) in out.chunks_exact_mut(rows).enumerate() {
+        for (l, a) in a.chunks_exact(rows).enumerate() {
+            let factor = if TRANSPOSED {
+                b[col + cols * l]
+            } else {
+                b[l + inner * col]
+            };
+            for (out, a) in out.iter_mut().zip(a) {
+                *out += *a * factor;
             }
         }
     }
@@ -245,46 +314,54 @@ fn product_transposed<T: Number>(out: &mut [T], a: &[T], b: &[T], [rows, inner, 
 
 /// `out = sum_i a_i^T b_{j-i}` with factors of shape `(m, k)`.
 #[inline(always)]
-fn gram<T: Number>(out: &mut [T], a: &[T], b: &[T], m: usize, k: usize) {
-    out.fill(T::ZERO);
-    if m * k == 0 {
-        return;
+fn gram<T: Number>(out: &mut [T], a: &[T], b: &[T], [m, k]: [usize; 2]) {
+    if m == 0 {
+        return out.fill(T::ZERO);
     }
+    for row in 0..k {
+        let whole = k - k % 4;
+        for col in (0..whole).step_by(4) {
+            gram_entries::<T, 4>(out, a, b, [m, k], row, col);
+        }
+        match k - whole {
+            3 => gram_entries::<T, 3>(out, a, b, [m, k], row, whole),
+            2 => gram_entries::<T, 2>(out, a, b, [m, k], row, whole),
+            1 => gram_entries::<T, 1>(out, a, b, [m, k], row, whole),
+            _ => {}
+        }
+    }
+}
+
+/// Entries `(row, col)` to `(row, col + C)` of [`gram`], their sums in registers.
+#[inline(always)]
+fn gram_entries<T: Number, const C: usize>(
+    out: &mut [T],
+    a: &[T],
+    b: &[T],
+    [m, k]: [usize; 2],
+    row: usize,
+    col: usize,
+) {
+    const WIDTH: usize = 4;
+    let mut sums = [[T::ZERO; WIDTH]; C];
     for (a, b) in a.chunks_exact(m * k).zip(b.chunks_exact(m * k).rev()) {
-        for (out, b) in out.chunks_exact_mut(k).zip(b.chunks_exact(m)) {
-            for (out, a) in out.iter_mut().zip(a.chunks_exact(m)) {
-                *out += dot(a, b);
+        let a = &a[m * row..][..m];
+        let b: [&[T]; C] = std::array::from_fn(|c| &b[m * (col + c)..][..m]);
+        let heads = m - m % WIDTH;
+        for first in (0..heads).step_by(WIDTH) {
+            for c in 0..C {
+                for i in 0..WIDTH {
+                    sums[c][i] += a[first + i] * b[c][first + i];
+                }
+            }
+        }
+        for i in heads..m {
+            for c in 0..C {
+                sums[c][i - heads] += a[i] * b[c][i];
             }
         }
     }
-}
-
-#[inline(always)]
-fn axpy<T: Number>(out: &mut [T], factor: T, a: &[T]) {
-    for (out, a) in out.iter_mut().zip(a) {
-        *out += *a * factor;
+    for (c, sums) in sums.iter().enumerate() {
+        out[row + k * (col + c)] = (sums[0] + sums[1]) + (sums[2] + sums[3]);
     }
-}
-
-/// Four sums at once, which vector instructions can add.
-#[inline(always)]
-fn dot<T: Number>(a: &[T], b: &[T]) -> T {
-    const WIDTH: usize = 4;
-    let (heads_a, heads_b) = (a.chunks_exact(WIDTH), b.chunks_exact(WIDTH));
-    let (rest_a, rest_b) = (heads_a.remainder(), heads_b.remainder());
-    let mut sums = [T::ZERO; WIDTH];
-    for (a, b) in heads_a.zip(heads_b) {
-        for i in 0..WIDTH {
-            sums[i] += a[i] * b[i];
-        }
-    }
-    let mut sum = if a.len() < WIDTH {
-        T::ZERO
-    } else {
-        (sums[0] + sums[1]) + (sums[2] + sums[3])
-    };
-    for (a, b) in rest_a.iter().zip(rest_b) {
-        sum += *a * *b;
-    }
-    sum
 }

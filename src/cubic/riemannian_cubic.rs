@@ -314,7 +314,7 @@ impl Curve for RiemannianCubic {
     }
 
     fn workspace(&self) -> Workspace {
-        let size = self.path.r() * self.k;
+        let size = self.path.rows() * self.k;
         Workspace {
             beyond: None,
             coefficients: std::array::from_fn(|_| vec![0.0; size]),
@@ -343,7 +343,9 @@ impl Curve for RiemannianCubic {
                 *entry = self.clock.derivative(*entry, j);
             }
             let (r, k) = target.shape();
-            target.copy_from(MatRef::from_column_major_slice(source, r, k));
+            let rows = source.len() / k;
+            let all = MatRef::from_column_major_slice(source, rows, k);
+            target.copy_from(all.subrows(0, r));
         }
         Ok(())
     }
@@ -359,7 +361,7 @@ impl Curve for RiemannianCubic {
             beyond,
             coefficients: [point, ..],
         } = work;
-        let (r, k) = (self.path.r(), self.k);
+        let (r, rows, k) = (self.path.r(), self.path.rows(), self.k);
         vectorised(
             #[inline(always)]
             || {
@@ -369,7 +371,7 @@ impl Curve for RiemannianCubic {
                     reaching(self, t, beyond)?.points_into(t, &mut [point]);
                     for j in 0..k {
                         for l in 0..r {
-                            out[(l, i * k + j)] = point[l + r * j];
+                            out[(l, i * k + j)] = point[l + rows * j];
                         }
                     }
                 }

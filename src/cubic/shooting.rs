@@ -7,8 +7,12 @@
 //! ```
 //!
 //! with the horizontal part `hor(Y) = (skew(Y_1), Y_2)` of the upper and the lower block. Their exact derivatives come from the
-//! Taylor recurrence on [dual numbers](crate::linalg::dual): a Jacobian for few unknowns, products with it inside of the
-//! minimal residual method for many.
+//! Taylor recurrence on [dual numbers](crate::linalg::dual). Few unknowns take Newton's method. More take Broyden's, which starts
+//! from one Jacobian of low order, or from that of flat space where even one costs too much; where its steps do not
+//! help, a Newton step from products with the derivative inside of the minimal residual method does.
+//!
+//! # Source
+//! Kelley (1995), "Iterative Methods for Linear and Nonlinear Equations", chapter 7 (the storage of Broyden's updates).
 
 use faer::Mat;
 
@@ -23,11 +27,23 @@ use crate::report::{SolverReport, StopReason};
 
 pub(super) const SOLVER: &str = "shooting for a Riemannian cubic";
 
-/// Unknowns up to which the whole Jacobian is formed.
-const DENSE: usize = 24;
+/// Unknowns up to which every step has a Jacobian of its own.
+const FEW: usize = 6;
 
-/// Directions that one pass of dual numbers carries.
-const DIRECTIONS: usize = 8;
+/// Unknowns up to which there is a Jacobian at all.
+const DENSE: usize = 64;
+
+/// What Broyden's method starts from is integrated to this.
+const ROUGH: f64 = 1e-3;
+
+/// A step of Broyden's method that leaves more than this share of the residual is not taken.
+const USELESS: f64 = 0.9;
+
+/// Where a step leaves more than this share of the residual, another Jacobian is worth its price.
+const SLOW: f64 = 0.1;
+
+/// Updates kept.
+const MAX_UPDATES: usize = 30;
 
 /// A step is accepted if it lowers the residual by this share of what the linear model predicts.
 const SUFFICIENT_DECREASE: f64 = 1e-4;
@@ -37,6 +53,9 @@ const MAX_HALVINGS: i32 = 8;
 
 /// Residuals are integrated to this share of the square of the residual before: what Newton's method can gain.
 const ACCURACY_SHARE: f64 = 1e-4;
+
+/// The same for Broyden's method, which gains less in a step.
+const LINEAR_SHARE: f64 = 1e-4;
 
 /// Linear equations of many unknowns are solved to this share of the residual, or to the residual if that is less.
 const FORCING: f64 = 0.1;
@@ -50,12 +69,12 @@ pub(super) struct Target {
     pub(super) end: [Vec<f64>; 2],
 }
 
-/// The boundary value problem for blocks of one size.
-pub(super) struct Shooting<'a, B> {
+/// The boundary value problem for blocks of one size; a pass of dual numbers carries `N` directions.
+pub(super) struct Shooting<'a, B, const N: usize> {
     blocks: B,
     target: &'a Target,
     plain: March<f64, B>,
-    several: Option<March<Dual<DIRECTIONS>, B>>,
+    several: Option<March<Dual<N>, B>>,
     single: Option<March<Dual<1>, B>>,
     interrupt: Interrupt<'a>,
 }
@@ -67,7 +86,7 @@ struct Residual<T> {
     distance: f64,
 }
 
-impl<'a, B: Blocks> Shooting<'a, B> {
+impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
     pub(super) fn new(blocks: B, target: &'a Target, interrupt: Interrupt<'a>) -> Self {
         Shooting {
             blocks,
@@ -81,7 +100,7 @@ impl<'a, B: Blocks> Shooting<'a, B> {
 
     /// Number of unknowns: `2d`.
     pub(super) fn unknowns(blocks: B) -> usize {
-        let (m, k) = (blocks.m(), blocks.k());
+        let (m, k) = (blocks.normals(), blocks.k());
         k * (k - 1) + 2 * m * k
     }
 
@@ -96,55 +115,106 @@ impl<'a, B: Blocks> Shooting<'a, B> {
         max_iterations: usize,
     ) -> Result<SolverReport> {
         let mut accuracy = Accuracy::of_tolerance(ACCURACY_SHARE);
-        let mut distance = self.residual(y, accuracy)?.distance;
+        let mut found = self.residual(y, accuracy)?;
+        let mut updates = Updates::default();
         let mut iterations = 0;
         let reason = loop {
-            if distance <= tolerance {
+            if found.distance <= tolerance {
                 if accuracy.truncation <= Accuracy::FULL.truncation {
                     break StopReason::Converged;
                 }
                 accuracy = Accuracy::FULL;
-                distance = self.residual(y, accuracy)?.distance;
+                found = self.residual(y, accuracy)?;
                 continue;
             }
             if iterations == max_iterations {
                 break StopReason::MaxIterations;
             }
-            accuracy = Accuracy::of_tolerance(ACCURACY_SHARE * distance * distance);
-            let Some(step) = self.newton_step(y, accuracy, distance)? else {
+            iterations += 1;
+            if std::env::var("DBG").is_ok() {
+                eprintln!(
+                    "{iterations} {:.3e} updates {}",
+                    found.distance,
+                    updates.steps.len()
+                );
+            }
+            if y.len() > FEW {
+                accuracy = Accuracy::of_tolerance(LINEAR_SHARE * found.distance);
+                if let Some(nearer) = self.broyden_step(y, &found, accuracy, &mut updates)? {
+                    found = nearer;
+                    continue;
+                }
+                updates.clear();
+            }
+            accuracy = Accuracy::of_tolerance(ACCURACY_SHARE * found.distance * found.distance);
+            let Some(step) = self.newton_step(y, accuracy, found.distance)? else {
                 break StopReason::SingularJacobian;
             };
-            let Some((accepted, nearer)) = self.descend(y, &step, accuracy, distance)? else {
+            let Some((accepted, nearer)) = self.descend(y, &step, accuracy, found.distance)? else {
                 break StopReason::Stagnated;
             };
             y.copy_from_slice(&accepted);
-            distance = nearer;
-            iterations += 1;
+            found = nearer;
         };
         Ok(SolverReport {
             converged: reason == StopReason::Converged,
             iterations,
-            residual: distance,
+            residual: found.distance,
             tolerance,
             reason,
         })
     }
 
-    /// The first of the halved steps that brings the end nearer, and how near.
+    /// A step of Broyden's method, taken if it is good; none where it is not.
+    fn broyden_step(
+        &mut self,
+        y: &mut [f64],
+        found: &Residual<f64>,
+        accuracy: Accuracy,
+        updates: &mut Updates,
+    ) -> Result<Option<Residual<f64>>> {
+        if updates.steps.len() == MAX_UPDATES {
+            updates.clear();
+        }
+        if updates.steps.is_empty() && y.len() <= DENSE {
+            let (jacobian, _) = self.jacobian(y, Accuracy::of_tolerance(ROUGH))?;
+            updates.jacobian = Some(jacobian);
+        }
+        let Some(step) = updates.step(&found.equations) else {
+            return Ok(None);
+        };
+        let trial: Vec<f64> = y.iter().zip(&step).map(|(y, s)| y + s).collect();
+        let nearer = match self.residual(&trial, accuracy) {
+            Ok(nearer) => nearer,
+            Err(error @ Error::Interrupted { .. }) => return Err(error),
+            Err(_) => return Ok(None),
+        };
+        if nearer.distance > USELESS * found.distance {
+            return Ok(None);
+        }
+        y.copy_from_slice(&trial);
+        updates.steps.push(step);
+        if y.len() <= DENSE && nearer.distance > SLOW * found.distance {
+            updates.clear();
+        }
+        Ok(Some(nearer))
+    }
+
+    /// The first of the halved steps that brings the end nearer, and what is left.
     fn descend(
         &mut self,
         y: &[f64],
         step: &[f64],
         accuracy: Accuracy,
         distance: f64,
-    ) -> Result<Option<(Vec<f64>, f64)>> {
+    ) -> Result<Option<(Vec<f64>, Residual<f64>)>> {
         for halving in 0..MAX_HALVINGS {
             self.interrupt.check(SOLVER)?;
             let damping = 0.5_f64.powi(halving);
             let trial: Vec<f64> = y.iter().zip(step).map(|(y, s)| y - damping * s).collect();
             match self.residual(&trial, accuracy) {
                 Ok(found) if found.distance <= (1.0 - SUFFICIENT_DECREASE * damping) * distance => {
-                    return Ok(Some((trial, found.distance)));
+                    return Ok(Some((trial, found)));
                 }
                 Err(error @ Error::Interrupted { .. }) => return Err(error),
                 Ok(_) | Err(_) => {}
@@ -185,9 +255,9 @@ impl<'a, B: Blocks> Shooting<'a, B> {
         march.accuracy = accuracy;
         let mut jacobian = Mat::zeros(y.len(), y.len());
         let mut equations = Vec::new();
-        for first in (0..y.len()).step_by(DIRECTIONS) {
-            let mut unknown: Vec<Dual<DIRECTIONS>> = y.iter().map(|y| Dual::constant(*y)).collect();
-            let last = (first + DIRECTIONS).min(y.len());
+        for first in (0..y.len()).step_by(N) {
+            let mut unknown: Vec<Dual<N>> = y.iter().map(|y| Dual::constant(*y)).collect();
+            let last = (first + N).min(y.len());
             for direction in first..last {
                 unknown[direction].slope[direction - first] = 1.0;
             }
@@ -249,6 +319,42 @@ impl<'a, B: Blocks> Shooting<'a, B> {
     }
 }
 
+/// The steps of Broyden's method, and what it started from.
+#[derive(Default)]
+struct Updates {
+    /// Of flat space where there is none.
+    jacobian: Option<Mat<f64>>,
+    steps: Vec<Vec<f64>>,
+}
+
+impl Updates {
+    fn clear(&mut self) {
+        self.jacobian = None;
+        self.steps.clear();
+    }
+
+    /// The next step: the inverse of the start, corrected by all steps so far; none where that is singular.
+    fn step(&self, equations: &[f64]) -> Option<Vec<f64>> {
+        let mut step = match &self.jacobian {
+            Some(jacobian) => solve_square(jacobian.as_ref(), equations)?,
+            None => flat_inverse(equations),
+        };
+        step.iter_mut().for_each(|s| *s = -*s);
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        for pair in self.steps.windows(2) {
+            let factor = dot(&pair[0], &step) / dot(&pair[0], &pair[0]);
+            for (s, next) in step.iter_mut().zip(&pair[1]) {
+                *s += factor * next;
+            }
+        }
+        if let Some(last) = self.steps.last() {
+            let factor = 1.0 - dot(last, &step) / dot(last, last);
+            step.iter_mut().for_each(|s| *s /= factor);
+        }
+        step.iter().all(|s| s.is_finite()).then_some(step)
+    }
+}
+
 /// The changes of `(x', x'')` that move the end of a curve of flat space by minus the given equations:
 /// `a = -6 s + 2 v`, `x'' = 12 s - 6 v`.
 fn flat_inverse(equations: &[f64]) -> Vec<f64> {
@@ -267,8 +373,8 @@ fn evaluate<T: Number, B: Blocks>(
     y: &[T],
     interrupt: Interrupt<'_>,
 ) -> Result<Residual<T>> {
-    let (m, k) = (march.blocks.m(), march.blocks.k());
-    let r = m + k;
+    let (m, k) = (march.blocks.normals(), march.blocks.k());
+    let (r, rows, normals) = (m + k, march.blocks.r::<T>(), march.blocks.m::<T>());
     start(march, target, y);
     march.run(1.0, interrupt, |_, _, _| Ok(()))?;
     let series = &march.series;
@@ -285,7 +391,7 @@ fn evaluate<T: Number, B: Blocks>(
     };
     for (which, of) in target.end.iter().enumerate() {
         let upper: Vec<T> = (0..k * k)
-            .map(|i| component(&series.s[r * (i % k)..][..r], &of[r * (i / k)..][..r]))
+            .map(|i| component(&series.s[rows * (i % k)..][..r], &of[r * (i / k)..][..r]))
             .collect();
         for col in 0..k {
             for row in 0..k {
@@ -305,10 +411,10 @@ fn evaluate<T: Number, B: Blocks>(
         }
         for col in 0..k {
             for row in 0..m {
-                let lower = component(&series.e[r * row..][..r], &of[r * col..][..r]);
+                let lower = component(&series.e[rows * row..][..r], &of[r * col..][..r]);
                 let equation = match which {
                     0 => lower,
-                    _ => lower - series.b[0][row + m * col],
+                    _ => lower - series.b[0][row + normals * col],
                 };
                 square += equation.value().powi(2);
                 equations.push(equation);
@@ -329,24 +435,27 @@ fn evaluate<T: Number, B: Blocks>(
 
 /// Puts a march at the start: the identity, the given velocity, `(x', x'') = y`.
 fn start<T: Number, B: Blocks>(march: &mut March<T, B>, target: &Target, y: &[T]) {
-    let (m, k) = (march.blocks.m(), march.blocks.k());
-    let r = m + k;
+    let (m, k) = (march.blocks.normals(), march.blocks.k());
+    let (r, rows, normals) = (m + k, march.blocks.r::<T>(), march.blocks.m::<T>());
     (march.time, march.steps) = (0.0, 0);
     let series = &mut march.series;
+    series.s[..rows * k].fill(T::ZERO);
+    series.e[..rows * march.blocks.m::<T>()].fill(T::ZERO);
     for col in 0..r {
-        for row in 0..r {
-            let entry = T::constant(f64::from(u8::from(row == col)));
-            match col.checked_sub(k) {
-                None => series.s[row + r * col] = entry,
-                Some(col) => series.e[row + r * col] = entry,
-            }
+        let one = T::constant(1.0);
+        match col.checked_sub(k) {
+            None => series.s[col + rows * col] = one,
+            Some(normal) => series.e[col + rows * normal] = one,
         }
     }
     for (to, from) in series.omega[0].iter_mut().zip(&target.velocity[0]) {
         *to = T::constant(*from);
     }
-    for (to, from) in series.b[0].iter_mut().zip(&target.velocity[1]) {
-        *to = T::constant(*from);
+    for col in 0..k {
+        let from = &target.velocity[1][m * col..][..m];
+        for (to, from) in series.b[0][normals * col..].iter_mut().zip(from) {
+            *to = T::constant(*from);
+        }
     }
     let mut entries = y.iter();
     for derivative in 1..3 {
@@ -359,8 +468,11 @@ fn start<T: Number, B: Blocks>(march: &mut March<T, B>, target: &Target, y: &[T]
                 omega[col + k * row] = -entry;
             }
         }
-        for (to, from) in series.b[derivative][..m * k].iter_mut().zip(&mut entries) {
-            *to = *from;
+        for col in 0..k {
+            let to = &mut series.b[derivative][normals * col..][..m];
+            for (to, from) in to.iter_mut().zip(&mut entries) {
+                *to = *from;
+            }
         }
     }
 }

@@ -122,7 +122,7 @@ impl<T: Number, B: Blocks> March<T, B> {
     /// relative to 1.
     #[inline(always)]
     fn step_length(&self) -> f64 {
-        let (m, k) = (self.blocks.m(), self.blocks.k());
+        let (r, m, k) = (self.blocks.r::<T>(), self.blocks.m::<T>(), self.blocks.k());
         let largest = |series: &[T], j: usize, size: usize| {
             let entries = &series[block(j, size)];
             entries.iter().fold(0.0_f64, |largest, entry| {
@@ -141,7 +141,7 @@ impl<T: Number, B: Blocks> March<T, B> {
             .max(horizontal(2, 0).cbrt());
         let scale = rate * rate * rate;
         let limit = |j: usize| {
-            let point = largest(&self.series.s, j, (m + k) * k);
+            let point = largest(&self.series.s, j, r * k);
             let relative = horizontal(2, j) / if scale > 0.0 { scale } else { 1.0 };
             let size = if relative <= point { point } else { relative };
             (self.accuracy.truncation / size).powf(1.0 / j as f64)
@@ -162,8 +162,8 @@ impl<T: Number, B: Blocks> March<T, B> {
     /// Moves the state by `step` along the series.
     #[inline(always)]
     fn advance(&mut self, step: f64) {
-        let (m, k, order) = (self.blocks.m(), self.blocks.k(), self.accuracy.order);
-        let r = m + k;
+        let (r, m, k) = (self.blocks.r::<T>(), self.blocks.m::<T>(), self.blocks.k());
+        let order = self.accuracy.order;
         move_start(&mut self.series.s, r * k, order, step);
         move_start(&mut self.series.e, r * m, order, step);
         for series in &mut self.series.omega {

@@ -36,7 +36,7 @@ pub(super) fn squared_acceleration<C: Curve>(curve: &C, interrupt: Interrupt<'_>
     let (start, end) = curve.t_span();
     // Positions have norm sqrt(k), so accelerations below that over the squared interval are noise as well.
     let still = curve.k() as f64 / (end - start).abs().powi(3);
-    let (nodes, weights) = gauss_legendre();
+    let (nodes, weights) = gauss_legendre(POINTS);
     let (mut previous, mut change, mut tolerance) = (f64::NAN, f64::INFINITY, 0.0);
     for doubling in 0..=MAX_DOUBLINGS {
         let panels = 1_usize << doubling;
@@ -75,23 +75,22 @@ pub(super) fn squared_acceleration<C: Curve>(curve: &C, interrupt: Interrupt<'_>
     })
 }
 
-/// Nodes and weights on `[-1, 1]`: roots of the Legendre polynomial by Newton's method.
-pub(crate) fn gauss_legendre() -> ([f64; POINTS], [f64; POINTS]) {
-    let (mut nodes, mut weights) = ([0.0; POINTS], [0.0; POINTS]);
-    for i in 0..POINTS {
-        let mut x = (std::f64::consts::PI * (i as f64 + 0.75) / (POINTS as f64 + 0.5)).cos();
+/// Nodes, in decreasing order, and weights on `[-1, 1]`: roots of the Legendre polynomial by Newton's method.
+pub(crate) fn gauss_legendre(points: usize) -> (Vec<f64>, Vec<f64>) {
+    let n = points as f64;
+    let node = |i: usize| {
+        let mut x = (std::f64::consts::PI * (i as f64 + 0.75) / (n + 0.5)).cos();
         let mut slope = 1.0;
         for _ in 0..8 {
             let (mut p, mut q) = (1.0, 0.0);
-            for j in 1..=POINTS {
+            for j in 1..=points {
                 let j = j as f64;
                 (p, q) = (((2.0 * j - 1.0) * x * p - (j - 1.0) * q) / j, p);
             }
-            slope = POINTS as f64 * (x * p - q) / (x * x - 1.0);
+            slope = n * (x * p - q) / (x * x - 1.0);
             x -= p / slope;
         }
-        nodes[i] = x;
-        weights[i] = 2.0 / ((1.0 - x * x) * slope * slope);
-    }
-    (nodes, weights)
+        (x, 2.0 / ((1.0 - x * x) * slope * slope))
+    };
+    (0..points).map(node).unzip()
 }

@@ -35,8 +35,8 @@ use crate::manifold::quasi_geodesic_jet::MovingQuasiGeodesic;
 /// Further outside of `[0, 1]` the weights of the two ends cancel: the careful route.
 const LANE_RANGE: f64 = 2.0;
 
-/// Above this the blocked factorisations of a single matrix are faster than eight at once (measured: 1.6 times slower at
-/// k = 40, 1.4 times faster at k = 100).
+/// Above this the blocked factorisations of a single matrix are faster than eight at once (measured: 1.6 times slower
+/// at k = 40, 1.4 times faster at k = 100).
 const LANE_COLUMNS: usize = 64;
 
 /// A geometric polynomial: the curve of de Casteljau's algorithm on `[0, 1]` with quasi-geodesics as pieces.
@@ -94,18 +94,62 @@ impl GeometricPolynomial {
         span: Span,
         legs: Vec<QuasiGeodesic>,
     ) -> Result<Self> {
+        let curve = Self::unchecked(points, span.into_basis(), legs)?;
+        curve.check_branch()?;
+        Ok(curve)
+    }
+
+    /// From control points and legs in the coordinates of a frame; it may jump.
+    pub(super) fn unchecked(
+        points: Vec<Mat<f64>>,
+        frame: Option<Mat<f64>>,
+        legs: Vec<QuasiGeodesic>,
+    ) -> Result<Self> {
         let lane_legs = legs.iter().map(LaneLeg::new).collect::<Result<_>>()?;
-        let curve = GeometricPolynomial {
+        Ok(GeometricPolynomial {
             points,
-            frame: span.into_basis(),
+            frame,
             legs,
             lane_legs,
-        };
-        if !branch::is_short(curve.largest_leg_speed(), curve.degree()) {
-            let mut work = curve.workspace();
-            branch::check(curve.degree(), |t| curve.margins(t, &mut work))?;
+        })
+    }
+
+    /// Error `BranchJump` where the curve jumps inside of `[0, 1]`.
+    pub(super) fn check_branch(&self) -> Result<()> {
+        if branch::is_short(self.largest_leg_speed(), self.degree()) {
+            return Ok(());
         }
-        Ok(curve)
+        let mut work = self.workspace();
+        branch::check(self.degree(), |t| self.margins(t, &mut work))
+    }
+
+    /// Another inner control point, in the coordinates of the frame, and the two legs that end in it; it may jump.
+    pub(super) fn replace_point(&mut self, i: usize, point: &Mat<f64>) -> Result<()> {
+        self.points[i].copy_from(point);
+        for leg in [i - 1, i] {
+            let [from, to] = [leg, leg + 1].map(|j| self.points[j].as_ref());
+            self.legs[leg] = QuasiGeodesic::between(from, to)?;
+            self.lane_legs[leg] = LaneLeg::new(&self.legs[leg])?;
+        }
+        Ok(())
+    }
+
+    /// Takes an inner control point, and the two legs that end in it, from a curve that has the others in common.
+    pub(super) fn restore_point(&mut self, i: usize, from: &Self) {
+        self.points[i].copy_from(&from.points[i]);
+        self.legs[i - 1..=i].clone_from_slice(&from.legs[i - 1..=i]);
+        self.lane_legs[i - 1..=i].clone_from_slice(&from.lane_legs[i - 1..=i]);
+    }
+
+    /// The curve of the same coordinates in a span.
+    pub(super) fn lifted_by(self, span: Span) -> Self {
+        let frame = span.into_basis();
+        GeometricPolynomial { frame, ..self }
+    }
+
+    /// The control points in the coordinates of the frame.
+    pub(super) fn reduced_points(&self) -> &[Mat<f64>] {
+        &self.points
     }
 
     /// The control points, each of shape `(n, k)`; lifted from the frame, so as given to round-off.

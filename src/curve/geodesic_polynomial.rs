@@ -4,22 +4,32 @@
 //! Park, Ravani (1995), "Bezier curves on Riemannian manifolds and Lie groups with kinematics applications"; Popiel,
 //! Noakes (2007), "Bezier curves and C2 interpolation in Riemannian manifolds".
 
-use faer::{Mat, MatRef};
+use faer::prelude::*;
+use faer::{Mat, MatMut, MatRef, Scale};
 
+use super::de_casteljau;
+use super::end_legs::check_boundary;
 use super::span;
-use super::{Curve, check_parameter};
+use super::{Curve, GeometricPolynomial, check_parameter};
 use crate::error::{Error, Result};
+use crate::linalg::decomp::thin_q;
 use crate::linalg::jet::Jet;
-use crate::linalg::product::mul_into;
+use crate::linalg::product::{determinant_sign, mul_into};
 use crate::manifold::exponential::Flow;
 use crate::manifold::geodesic_jet::MovingGeodesic;
-use crate::manifold::{Geodesic, Stiefel, normal_frame};
+use crate::manifold::{Geodesic, QuasiGeodesic, Stiefel, normal_frame};
 
 /// A Bezier curve on `[0, 1]` whose pieces are the shortest geodesics of the canonical metric.
 ///
 /// Beside [`GeometricPolynomial`](super::GeometricPolynomial), whose pieces are quasi-geodesics in closed form, every
 /// point solves `degree (degree - 1) / 2` logarithms, and derivatives a linear system of the dimension of the manifold
-/// (at most `St((degree + 1) k, k)`) for each.
+/// (at most `St((degree + 1) k, k)`) for each. But for `k = n - 1`: `St(n, n-1)` with the canonical metric is the group
+/// of rotations, by completing a point to a rotation, where geodesics are quasi-geodesics, and so is the work.
+///
+/// The cubic with given end points and end velocities ([`GeodesicPolynomial::from_boundary`]) is nearer to the
+/// Riemannian cubic than that of quasi-geodesics: 149 times on St(3,2) with the data of arXiv 2404.19407, and in the
+/// geometric mean over 200 random problems (distance up to 1.5, speeds up to 2) 34 times on St(3,2), 17 on St(4,2), 18
+/// on St(6,3), 11 on St(10,3), at the least 1.2 times. On spheres and rotation groups the two are the same.
 ///
 /// # Domain
 /// Consecutive control points must be closer than the known bound of the injectivity radius
@@ -32,6 +42,8 @@ pub struct GeodesicPolynomial {
     frame: Option<Mat<f64>>,
     legs: Vec<Geodesic>,
     reduced: Stiefel,
+    /// The curve of rotations whose first columns are this one, for `k = n - 1`.
+    rotations: Option<GeometricPolynomial>,
 }
 
 impl GeodesicPolynomial {
@@ -55,12 +67,50 @@ impl GeodesicPolynomial {
                 bound,
             })
         };
+        let legs = low.windows(2).enumerate().map(leg).collect::<Result<_>>()?;
+        let reduced = Stiefel::new(low[0].nrows(), manifold.k())?;
+        // Within the injectivity radius the principal logarithms are those of the shortest geodesics.
+        let rotations = match reduced.n() - reduced.k() {
+            1 => Some(polynomial_of_rotations(&low)?),
+            _ => None,
+        };
         Ok(GeodesicPolynomial {
-            legs: low.windows(2).enumerate().map(leg).collect::<Result<_>>()?,
-            reduced: Stiefel::new(low[0].nrows(), manifold.k())?,
+            legs,
+            reduced,
             points: low,
             frame: span.into_basis(),
+            rotations,
         })
+    }
+
+    /// The cubic with end points `s0, s1` and end velocities `v0, v1`, all of shape `(n, k)`: its inner control points
+    /// are `exp(s0, v0 / 3)` and `exp(s1, -v1 / 3)`.
+    ///
+    /// # Errors
+    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `InvalidArgument` where a third of an end velocity is not
+    /// shorter than the bound of the injectivity radius; `BeyondInjectivity` where the inner control points are too far
+    /// apart, and those of [`Stiefel::log`].
+    pub fn from_boundary(
+        s0: MatRef<'_, f64>,
+        v0: MatRef<'_, f64>,
+        s1: MatRef<'_, f64>,
+        v1: MatRef<'_, f64>,
+    ) -> Result<Self> {
+        let manifold = check_boundary([("S0", s0), ("V0", v0), ("S1", s1), ("V1", v1)])?;
+        let inner = |name, s: MatRef<'_, f64>, v: MatRef<'_, f64>, part: f64| {
+            let speed = manifold.norm(s, v)?;
+            if speed < 3.0 * manifold.injectivity_bound() {
+                return manifold.exp(s, (v * Scale(part)).as_ref());
+            }
+            Err(Error::InvalidArgument {
+                name,
+                requirement: "shorter than three times the bound of the injectivity radius",
+                found: speed,
+            })
+        };
+        let first = inner("V0", s0, v0, 1.0 / 3.0)?;
+        let second = inner("V1", s1, v1, -1.0 / 3.0)?;
+        Self::new(&[s0, first.as_ref(), second.as_ref(), s1])
     }
 
     /// The control points, each of shape `(n, k)`; lifted from the frame, so as given to round-off.
@@ -72,6 +122,33 @@ impl GeodesicPolynomial {
     pub fn degree(&self) -> usize {
         self.legs.len()
     }
+}
+
+/// The polynomial through the rotations whose first columns are the given points, of shape `(k + 1, k)`.
+fn polynomial_of_rotations(points: &[Mat<f64>]) -> Result<GeometricPolynomial> {
+    let rotations: Vec<_> = points.iter().map(completed).collect();
+    let legs = rotations
+        .windows(2)
+        .map(|pair| QuasiGeodesic::between(pair[0].as_ref(), pair[1].as_ref()))
+        .collect::<Result<_>>()?;
+    GeometricPolynomial::unchecked(rotations, None, legs)
+}
+
+/// The rotation whose first columns are the point, of shape `(k + 1, k)`.
+fn completed(point: &Mat<f64>) -> Mat<f64> {
+    let (n, k) = point.shape();
+    let spanning = Mat::from_fn(n, k + n, |i, j| match j.checked_sub(k) {
+        None => point[(i, j)],
+        Some(column) => f64::from(u8::from(i == column)),
+    });
+    let mut out = thin_q(spanning.as_ref());
+    out.as_mut().subcols_mut(0, k).copy_from(point);
+    if determinant_sign(out.clone().as_mut()) < 0.0 {
+        for i in 0..n {
+            out[(i, k)] = -out[(i, k)];
+        }
+    }
+    out
 }
 
 impl Curve for GeodesicPolynomial {
@@ -97,6 +174,11 @@ impl Curve for GeodesicPolynomial {
             flow: Flow::new(&self.legs[0]),
             coordinates: Jet::zeros(k + normal_frame::normal_rank(r, k), k),
             moving: None,
+            rotations: self.rotations.as_ref().map(|curve| RotationWork {
+                work: curve.workspace(),
+                jet: None,
+                positions: Mat::new(),
+            }),
         }
     }
 
@@ -108,6 +190,9 @@ impl Curve for GeodesicPolynomial {
         out: &mut Jet,
     ) -> Result<()> {
         check_parameter(t)?;
+        if let (Some(curve), Some(work)) = (&self.rotations, &mut work.rotations) {
+            return work.coordinates_into(curve, t, order, out);
+        }
         for (i, leg) in self.legs.iter().enumerate() {
             work.put(i, leg, t, order)?;
         }
@@ -119,6 +204,26 @@ impl Curve for GeodesicPolynomial {
         out.copy_from(&work.stages[0], order);
         Ok(())
     }
+
+    fn positions_into(
+        &self,
+        t: &[f64],
+        work: &mut Workspace,
+        scratch: &mut Option<Jet>,
+        mut out: MatMut<'_, f64>,
+    ) -> Result<()> {
+        if let (Some(curve), Some(work)) = (&self.rotations, &mut work.rotations) {
+            return work.positions_into(curve, t, scratch, out);
+        }
+        let (rows, k) = (out.nrows(), self.k());
+        let jet = scratch.get_or_insert_with(|| Jet::zeros(rows, k));
+        for (i, &t) in t.iter().enumerate() {
+            self.coordinates_into(t, 0, work, jet)?;
+            let mut target = out.rb_mut().subcols_mut(i * k, k);
+            target.copy_from(jet.c[0].as_ref());
+        }
+        Ok(())
+    }
 }
 
 /// Buffers for evaluating geodesic polynomials of one shape and degree.
@@ -128,6 +233,52 @@ pub struct Workspace {
     flow: Flow,
     coordinates: Jet,
     moving: Option<Box<MovingGeodesic>>,
+    rotations: Option<RotationWork>,
+}
+
+/// Buffers for a curve of rotations, of which all columns but the last are wanted.
+struct RotationWork {
+    work: de_casteljau::Workspace,
+    jet: Option<Jet>,
+    positions: Mat<f64>,
+}
+
+impl RotationWork {
+    fn coordinates_into(
+        &mut self,
+        curve: &GeometricPolynomial,
+        t: f64,
+        order: usize,
+        out: &mut Jet,
+    ) -> Result<()> {
+        let n = curve.n();
+        let jet = self.jet.get_or_insert_with(|| Jet::zeros(n, n));
+        curve.coordinates_into(t, order, &mut self.work, jet)?;
+        for j in 0..=order {
+            out.c[j].copy_from(jet.c[j].as_ref().subcols(0, n - 1));
+        }
+        Ok(())
+    }
+
+    fn positions_into(
+        &mut self,
+        curve: &GeometricPolynomial,
+        t: &[f64],
+        scratch: &mut Option<Jet>,
+        mut out: MatMut<'_, f64>,
+    ) -> Result<()> {
+        let n = curve.n();
+        if self.positions.ncols() < n * t.len() {
+            self.positions = Mat::zeros(n, n * t.len());
+        }
+        let mut positions = self.positions.as_mut().subcols_mut(0, n * t.len());
+        curve.positions_into(t, &mut self.work, scratch, positions.rb_mut())?;
+        for i in 0..t.len() {
+            let mut target = out.rb_mut().subcols_mut(i * (n - 1), n - 1);
+            target.copy_from(positions.rb().subcols(i * n, n - 1));
+        }
+        Ok(())
+    }
 }
 
 impl Workspace {

@@ -4,19 +4,15 @@
 //! Krakowski, Machado, Silva Leite, Batista (2017); arXiv 2404.19407, section on the adjusted algorithm (its
 //! `X_0 .. X_5`, `Omega_0 .. Omega_5` are the six quasi-geodesics of the three stages).
 
-use faer::{Mat, MatMut, MatRef, Scale};
+use faer::{Mat, MatMut, MatRef};
 
 use super::Curve;
 use super::de_casteljau::{GeometricPolynomial, Workspace};
+use super::end_legs::{check_boundary, outer_leg};
 use super::span::Span;
 use crate::error::{Error, Result};
 use crate::linalg::jet::Jet;
 use crate::manifold::QuasiGeodesic;
-use crate::manifold::stiefel::{POINT_TOLERANCE, Stiefel, TANGENT_TOLERANCE};
-
-/// Two quasi-geodesics between the same points have the same velocity, to round-off times the conditioning of the
-/// logarithm, or velocities that are about a turn apart.
-const SAME_BRANCH: f64 = 1e-3;
 
 /// A geometric cubic: the curve of the adjusted de Casteljau algorithm on `[0, 1]`.
 ///
@@ -63,21 +59,12 @@ impl GeometricCubic {
         s1: MatRef<'_, f64>,
         v1: MatRef<'_, f64>,
     ) -> Result<Self> {
-        let manifold = Stiefel::of("S0", s0)?;
-        manifold.check_point("S0", s0, POINT_TOLERANCE)?;
-        manifold.check_tangent("V0", s0, v0, TANGENT_TOLERANCE)?;
-        manifold.check_point("S1", s1, POINT_TOLERANCE)?;
-        manifold.check_tangent("V1", s1, v1, TANGENT_TOLERANCE)?;
+        check_boundary([("S0", s0), ("V0", v0), ("S1", s1), ("V1", v1)])?;
         let span = Span::of(&[s0, v0, s1, v1]);
         let [low0, low1] = [s0, s1].map(|s| span.down(s));
-        let third = |v: MatRef<'_, f64>, factor: f64| span.down(v) * Scale(factor / 3.0);
-        let first = QuasiGeodesic::from_velocity(low0.as_ref(), third(v0, 1.0).as_ref())?;
-        let last = QuasiGeodesic::from_velocity(low1.as_ref(), third(v1, -1.0).as_ref())?;
-        let inner = [first.point(1.0)?, last.point(1.0)?];
-        check_principal("V0", &first, &inner[0])?;
-        check_principal("V1", &last, &inner[1])?;
-        let middle = QuasiGeodesic::between(inner[0].as_ref(), inner[1].as_ref())?;
-        let [inner0, inner1] = inner;
+        let (first, inner0) = outer_leg("V0", &low0, &span.down(v0), 3)?;
+        let (last, inner1) = outer_leg("V1", &low1, &-span.down(v1), 3)?;
+        let middle = QuasiGeodesic::between(inner0.as_ref(), inner1.as_ref())?;
         let points = vec![low0, inner0, inner1, low1];
         let legs = vec![first, middle, last.reversed()?];
         GeometricPolynomial::of_legs(points, span, legs).map(GeometricCubic)
@@ -99,25 +86,6 @@ impl GeometricCubic {
             Err(_) => unreachable!("a cubic has four"),
         }
     }
-}
-
-/// Error `InvalidArgument` unless a leg, which ends at `end`, is the principal quasi-geodesic between its ends.
-fn check_principal(name: &'static str, leg: &QuasiGeodesic, end: &Mat<f64>) -> Result<()> {
-    let principal = QuasiGeodesic::between(leg.point(0.0)?.as_ref(), end.as_ref())?;
-    let velocity = leg.initial_velocity();
-    let (size, gap) = (
-        velocity.norm_l2(),
-        (&velocity - principal.initial_velocity()).norm_l2(),
-    );
-    if gap <= SAME_BRANCH * size.max(1.0) {
-        return Ok(());
-    }
-    let requirement = "short enough for its third to be the velocity of a principal quasi-geodesic";
-    Err(Error::InvalidArgument {
-        name,
-        requirement,
-        found: 3.0 * size,
-    })
 }
 
 /// The same curve, as one of any degree.

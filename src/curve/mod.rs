@@ -3,13 +3,18 @@
 //! A curve lives in the span of a few columns (its frame); points are computed there and lifted by one product
 //! for a whole block of parameters. Blocks have a fixed size, so results do not depend on the number of threads.
 
+mod acceleration_residual;
 mod branch;
+mod collocation;
 pub(crate) mod cost;
 pub mod de_casteljau;
+mod end_legs;
 mod geodesic;
 pub mod geodesic_polynomial;
 pub mod geometric_cubic;
+pub mod minimal_cost;
 mod quasi_geodesic;
+pub mod quintic;
 pub(crate) mod span;
 
 pub use de_casteljau::GeometricPolynomial;
@@ -89,6 +94,12 @@ pub struct Samples {
 }
 
 impl Samples {
+    /// From the entries of all values, each column by column.
+    pub(crate) fn from_entries(n: usize, k: usize, entries: Vec<f64>) -> Self {
+        debug_assert_eq!(entries.len() % (n * k), 0);
+        Samples { n, k, entries }
+    }
+
     fn zeros(n: usize, k: usize, len: usize) -> Self {
         Samples {
             n,

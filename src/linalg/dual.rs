@@ -19,6 +19,16 @@ pub(crate) trait Number:
 {
     const ZERO: Self;
 
+    /// Numbers that vector instructions take at once: columns of blocks are padded to a multiple of it.
+    const WIDTH: usize;
+
+    /// [`tiles`] of the size that registers hold.
+    fn accumulate<'a, const TRANSPOSED: bool>(
+        out: &mut [Self],
+        pairs: impl Iterator<Item = (&'a [Self], &'a [Self])> + Clone,
+        shape: [usize; 3],
+    );
+
     /// A constant.
     fn constant(x: f64) -> Self;
 
@@ -28,6 +38,16 @@ pub(crate) trait Number:
 
 impl Number for f64 {
     const ZERO: f64 = 0.0;
+    const WIDTH: usize = 4;
+
+    #[inline(always)]
+    fn accumulate<'a, const TRANSPOSED: bool>(
+        out: &mut [Self],
+        pairs: impl Iterator<Item = (&'a [Self], &'a [Self])> + Clone,
+        shape: [usize; 3],
+    ) {
+        tiles::<Self, TRANSPOSED, 4, 4>(out, pairs, shape);
+    }
 
     #[inline(always)]
     fn constant(x: f64) -> f64 {
@@ -64,6 +84,16 @@ impl<const N: usize> Number for Dual<N> {
         value: 0.0,
         slope: [0.0; N],
     };
+    const WIDTH: usize = 1;
+
+    #[inline(always)]
+    fn accumulate<'a, const TRANSPOSED: bool>(
+        out: &mut [Self],
+        pairs: impl Iterator<Item = (&'a [Self], &'a [Self])> + Clone,
+        shape: [usize; 3],
+    ) {
+        tiles::<Self, TRANSPOSED, 1, 2>(out, pairs, shape);
+    }
 
     #[inline(always)]
     fn constant(value: f64) -> Self {
@@ -128,5 +158,77 @@ impl<const N: usize> Mul for Dual<N> {
             out.slope[i] = self.slope[i] * other.value + self.value * other.slope[i];
         }
         out
+    }
+}
+
+/// `out += a b` for all pairs of factors of shapes `(rows, inner)` and `(inner, cols)`, or `out += a b^T` with `b` of shape
+/// `(cols, inner)`, column by column.
+///
+/// Sums of `W` rows and `C` columns stay in registers for all pairs; `rows` is a multiple of `W`.
+#[inline(always)]
+fn tiles<'a, T: Number, const TRANSPOSED: bool, const W: usize, const C: usize>(
+    out: &mut [T],
+    pairs: impl Iterator<Item = (&'a [T], &'a [T])> + Clone,
+    shape: [usize; 3],
+) {
+    let cols = shape[2];
+    let whole = cols - cols % C;
+    for col in (0..whole).step_by(C) {
+        columns::<T, TRANSPOSED, W, C>(out, pairs.clone(), shape, col);
+    }
+    match cols - whole {
+        3 => columns::<T, TRANSPOSED, W, 3>(out, pairs, shape, whole),
+        2 => columns::<T, TRANSPOSED, W, 2>(out, pairs, shape, whole),
+        1 => columns::<T, TRANSPOSED, W, 1>(out, pairs, shape, whole),
+        _ => {}
+    }
+}
+
+/// Columns `col..col + C` of [`tiles`].
+#[inline(always)]
+fn columns<'a, T: Number, const TRANSPOSED: bool, const W: usize, const C: usize>(
+    out: &mut [T],
+    pairs: impl Iterator<Item = (&'a [T], &'a [T])> + Clone,
+    [rows, inner, cols]: [usize; 3],
+    col: usize,
+) {
+    for row in (0..rows).step_by(W) {
+        let mut sums = [[T::ZERO; W]; C];
+        for (a, b) in pairs.clone() {
+            if TRANSPOSED {
+                for (a, b) in a.chunks_exact(rows).zip(b.chunks_exact(cols)) {
+                    add_outer(&mut sums, entries(a, row), entries(b, col));
+                }
+            } else {
+                let b: [&[T]; C] = std::array::from_fn(|c| &b[inner * (col + c)..][..inner]);
+                for (l, a) in a.chunks_exact(rows).enumerate().take(inner) {
+                    add_outer(&mut sums, entries(a, row), b.map(|b| b[l]));
+                }
+            }
+        }
+        for (c, sums) in sums.iter().enumerate() {
+            let target = &mut out[rows * (col + c) + row..][..W];
+            for (target, sum) in target.iter_mut().zip(sums) {
+                *target += *sum;
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn entries<T: Copy, const N: usize>(a: &[T], first: usize) -> [T; N] {
+    a[first..][..N].try_into().expect("N entries")
+}
+
+#[inline(always)]
+fn add_outer<T: Number, const W: usize, const C: usize>(
+    sums: &mut [[T; W]; C],
+    a: [T; W],
+    b: [T; C],
+) {
+    for c in 0..C {
+        for w in 0..W {
+            sums[c][w] += a[w] * b[c];
+        }
     }
 }

@@ -13,6 +13,7 @@ pub(crate) mod normal_frame;
 pub mod quasi_geodesic;
 pub(crate) mod quasi_geodesic_jet;
 pub mod retraction;
+pub(crate) mod retraction_differential;
 pub mod stiefel;
 pub mod transport;
 

@@ -5,15 +5,14 @@ use pyo3::prelude::*;
 use pyo3::types::{PyEllipsis, PySlice, PyTuple};
 
 use super::call::Call;
-use super::convert::{Batch, map_batch, parameters, to_array, tuple, vectors, write};
+use super::convert::{Batch, map_batch, to_array, vectors, write};
 use super::error::invalid_input;
-use super::shooting::{PyShootingResult, Shot};
-use super::state::{Kind, check_finite, state, write_states};
-use crate::chart::{Chart, Frame, LinearMap, Sphere, integrate, reference};
+use super::state::{Kind, check_finite, state};
+use crate::chart::{Chart, Frame, Sphere, covariant_from_state};
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 
-type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
+pub type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 
 /// A chart of the paper: ``Chart.sphere()`` for St(3,1), ``Chart.frame()`` for St(3,2).
 ///
@@ -44,18 +43,8 @@ type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub struct PyChart(Kind);
 
-fn discretization_map(py: Python<'_>, name: &str) -> PyResult<LinearMap> {
-    match name {
-        "initial_point" => Ok(LinearMap::INITIAL_POINT),
-        "midpoint" => Ok(LinearMap::MIDPOINT),
-        _ => Err(invalid_input(
-            py,
-            format!("map: must be 'initial_point' or 'midpoint', found '{name}'"),
-        )),
-    }
-}
-
-pub(super) fn count(py: Python<'_>, name: &str, value: i64, least: i64) -> PyResult<usize> {
+/// An integer argument of at least `least`.
+pub fn count(py: Python<'_>, name: &str, value: i64, least: i64) -> PyResult<usize> {
     match usize::try_from(value) {
         Ok(count) if value >= least => Ok(count),
         _ => Err(invalid_input(
@@ -89,6 +78,14 @@ fn evaluate<const X: usize, const Z: usize>(
             );
         }
         Query::Derivatives => out.copy_from_slice(chart.derivatives(&state(rows[0])).as_slice()),
+        Query::Covariant => {
+            let data = covariant_from_state(chart, &state(rows[0]))?;
+            let parts = [&data.point, &data.velocity, &data.acceleration, &data.jerk];
+            let size = out.len() / parts.len();
+            for (part, target) in parts.into_iter().zip(out.chunks_mut(size)) {
+                write(part.as_ref(), target);
+            }
+        }
         Query::Hamiltonian => out[0] = chart.hamiltonian(&state(rows[0])),
         Query::Gradient => out.copy_from_slice(chart.gradient(&state(rows[0])).as_slice()),
         Query::Hessian => out.copy_from_slice(chart.hessian(&state(rows[0])).as_slice()),
@@ -102,6 +99,7 @@ enum Query {
     EmbedVelocity,
     Momenta,
     Derivatives,
+    Covariant,
     Hamiltonian,
     Gradient,
     Hessian,
@@ -117,22 +115,21 @@ impl Query {
 }
 
 impl PyChart {
-    fn dimension(&self) -> usize {
-        match self.0 {
-            Kind::Sphere => 2,
-            Kind::Frame => 3,
-        }
+    /// Which chart.
+    pub(super) fn kind(&self) -> Kind {
+        self.0
+    }
+
+    pub(super) fn dimension(&self) -> usize {
+        self.0.dimension()
     }
 
     fn columns(&self) -> usize {
-        match self.0 {
-            Kind::Sphere => 1,
-            Kind::Frame => 2,
-        }
+        self.0.columns()
     }
 
     /// Reads batches of vectors of the given length.
-    fn read<const N: usize>(
+    pub(super) fn read<const N: usize>(
         &self,
         objects: [(&Bound<'_, PyAny>, &'static str); N],
         length: usize,
@@ -150,7 +147,7 @@ impl PyChart {
     }
 
     /// A pair of momenta `(p_q, p_qdot)`, joined.
-    fn read_guess(&self, pair: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+    pub(super) fn read_guess(&self, pair: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
         let momenta = pair.try_iter()?.collect::<PyResult<Vec<_>>>()?;
         if let [p_q, p_qdot] = &momenta[..] {
             let [p_q, p_qdot] = self.read([(p_q, "guess"), (p_qdot, "guess")], self.dimension())?;
@@ -202,38 +199,24 @@ impl PyChart {
         self.query(py, query, [(z, "z")], 4 * self.dimension(), core)
     }
 
-    /// Maps every initial state to `states` states.
-    fn flow<'py>(
+    /// Point, velocity, covariant acceleration and covariant jerk of states.
+    pub(super) fn covariant_parts<'py>(
         &self,
         py: Python<'py>,
-        z0: &Bound<'py, PyAny>,
-        states: &[usize],
-        operations: f64,
-        member: impl Fn(Kind, &[f64], &mut [f64], Interrupt<'_>) -> Result<()> + Sync + Send + 'static,
-    ) -> PyResult<Array<'py>> {
-        let width = 4 * self.dimension();
-        let batches = self.read([(z0, "z0")], width)?;
-        let len = states
-            .iter()
-            .fold(1_usize, |product, count| product.saturating_mul(*count));
-        let call = Call::new(py, None, operations * batches[0].len() as f64)?;
-        let shape: Vec<usize> = batches[0]
-            .shape
-            .iter()
-            .chain(states)
-            .chain(&[width])
-            .copied()
-            .collect();
-        let kind = self.0;
-        let wrapped =
-            move |[batch]: [&Batch; 1], i: usize, out: &mut [f64], interrupt: Interrupt<'_>| {
-                member(kind, batch.row(i), out, interrupt)
-            };
-        to_array(
-            py,
-            map_batch(py, &call, batches, len.saturating_mul(width), wrapped)?,
-            &shape,
-        )
+        z: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyTuple>> {
+        let columns = self.columns();
+        let joined = self.state_query(py, Query::Covariant, z, &[4, 3 * columns])?;
+        let parts = split(py, &joined, 4)?;
+        let reshape = |part: Bound<'py, PyAny>| {
+            let shape: Vec<usize> = part.getattr("shape")?.extract()?;
+            let lead = &shape[..shape.len() - 1];
+            part.call_method1(
+                "reshape",
+                (PyTuple::new(py, [lead, &[3, columns]].concat())?,),
+            )
+        };
+        PyTuple::new(py, parts.iter().map(reshape).collect::<PyResult<Vec<_>>>()?)
     }
 }
 
@@ -372,188 +355,6 @@ impl PyChart {
     fn hessian<'py>(&self, py: Python<'py>, z: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
         let width = 4 * self.dimension();
         self.state_query(py, Query::Hessian, z, &[width, width])
-    }
-
-    /// The symplectic one-step method of a discretization map.
-    ///
-    /// Parameters
-    /// ----------
-    /// z0 : array_like, shape (..., 4 d)
-    ///     Initial state.
-    /// steps : int
-    ///     Equal steps over ``[0, t_end]``, at least 1.
-    /// t_end : float, default 1.0
-    /// map : {"initial_point", "midpoint"}
-    ///     Order 1 or 2.
-    ///
-    /// Returns
-    /// -------
-    /// ndarray, shape (..., steps + 1, 4 d)
-    ///
-    /// Raises
-    /// ------
-    /// InvalidInputError
-    ///     Not finite, ``steps < 1``, unknown map.
-    /// OutsideDomainError
-    ///     The trajectory leaves the chart; carries ``angle``.
-    /// ConvergenceError
-    ///     A step is too large for its implicit equations; carries ``report``.
-    ///
-    /// Notes
-    /// -----
-    /// arXiv 2404.19407, from the cotangent lift of the discretization map (Barbero-Linan, Martin de Diego 2023).
-    #[pyo3(signature = (z0, steps, t_end=1.0, map="initial_point"))]
-    fn integrate<'py>(
-        &self,
-        py: Python<'py>,
-        z0: &Bound<'py, PyAny>,
-        steps: i64,
-        t_end: f64,
-        map: &str,
-    ) -> PyResult<Array<'py>> {
-        let map = discretization_map(py, map)?;
-        let steps = count(py, "steps", steps, 1)?;
-        self.flow(
-            py,
-            z0,
-            &[steps.saturating_add(1)],
-            1e4 * steps as f64,
-            move |kind, row, out, interrupt| {
-                match kind {
-                    Kind::Sphere => write_states(
-                        &integrate(&Sphere, &map, &state(row), steps, t_end, interrupt)?,
-                        out,
-                    ),
-                    Kind::Frame => write_states(
-                        &integrate(&Frame, &map, &state(row), steps, t_end, interrupt)?,
-                        out,
-                    ),
-                }
-                Ok(())
-            },
-        )
-    }
-
-    /// The exact flow: states at the times ``t``, from ``z0`` at time 0.
-    ///
-    /// Parameters
-    /// ----------
-    /// z0 : array_like, shape (..., 4 d)
-    /// t : array_like, shape T
-    ///     Finite times in any order.
-    ///
-    /// Returns
-    /// -------
-    /// ndarray, shape (...,) + T + (4 d,)
-    ///     Error at most 1e-13 for curves of the size of the paper's.
-    ///
-    /// Raises
-    /// ------
-    /// OutsideDomainError
-    ///     The curve leaves the chart; carries ``angle``.
-    /// ConvergenceError
-    ///     Too many steps; carries ``report``.
-    ///
-    /// Notes
-    /// -----
-    /// Taylor method of order 26 with variable steps (Jorba, Zou 2005).
-    fn reference<'py>(
-        &self,
-        py: Python<'py>,
-        z0: &Bound<'py, PyAny>,
-        t: &Bound<'py, PyAny>,
-    ) -> PyResult<Array<'py>> {
-        let (shape, t) = parameters(t, "t")?;
-        // How many steps it takes shows only on the way: always watched.
-        self.flow(
-            py,
-            z0,
-            &shape,
-            f64::INFINITY,
-            move |kind, row, out, interrupt| {
-                match kind {
-                    Kind::Sphere => {
-                        write_states(&reference(&Sphere, &state(row), &t, interrupt)?, out)
-                    }
-                    Kind::Frame => {
-                        write_states(&reference(&Frame, &state(row), &t, interrupt)?, out)
-                    }
-                }
-                Ok(())
-            },
-        )
-    }
-
-    /// Shooting: the discrete trajectory with given ends.
-    ///
-    /// Parameters
-    /// ----------
-    /// q0, qdot0, q1, qdot1 : array_like, shape (d,)
-    ///     Coordinates and velocities at time 0 and ``t_end``. Angles are not wrapped: give the branch that is meant.
-    /// steps : int
-    ///     At least 1.
-    /// map : {"initial_point", "midpoint"}
-    /// t_end : float, default 1.0
-    /// tol : float, default 1e-12
-    ///     Euclidean norm of the end's defect.
-    /// max_iterations : int, default 50
-    ///     Newton steps.
-    /// guess : pair of array_like, each of shape (d,), optional
-    ///     Initial momenta ``(p_q, p_qdot)`` to start from.
-    ///
-    /// Returns
-    /// -------
-    /// ShootingResult
-    ///
-    /// Raises
-    /// ------
-    /// InvalidInputError
-    ///     Wrong shapes, not finite, ``steps < 1``, unknown map, ``tol`` negative or not finite, ``t_end = 0``.
-    /// OutsideDomainError
-    ///     An end, or the trajectory that the iteration starts from, is outside of the chart; carries ``angle``.
-    /// ConvergenceError
-    ///     No trajectory found; carries ``report``. One step has none in general: the end point of a single step does
-    ///     not depend on all of the momenta.
-    ///
-    /// Notes
-    /// -----
-    /// Damped Newton iteration on the initial momenta; the Jacobian is the exact derivative of the discrete flow.
-    #[pyo3(signature = (q0, qdot0, q1, qdot1, steps, map="midpoint", *, t_end=1.0, tol=1e-12, max_iterations=50, guess=None))]
-    #[allow(clippy::too_many_arguments)]
-    fn shoot<'py>(
-        &self,
-        py: Python<'py>,
-        q0: &Bound<'py, PyAny>,
-        qdot0: &Bound<'py, PyAny>,
-        q1: &Bound<'py, PyAny>,
-        qdot1: &Bound<'py, PyAny>,
-        steps: i64,
-        map: &str,
-        t_end: f64,
-        tol: f64,
-        max_iterations: i64,
-        guess: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<PyShootingResult> {
-        let objects = [(q0, "q0"), (qdot0, "qdot0"), (q1, "q1"), (qdot1, "qdot1")];
-        let ends = self.read(objects, self.dimension())?;
-        if !ends[0].shape.is_empty() {
-            let found = tuple(&[&ends[0].shape[..], &[ends[0].rows]].concat());
-            return Err(invalid_input(
-                py,
-                format!("q0: expected shape ({},), found {found}", self.dimension()),
-            ));
-        }
-        let guess = guess.map(|pair| self.read_guess(pair)).transpose()?;
-        let arguments = Shot {
-            ends: ends.each_ref().map(|end| end.row(0).to_vec()),
-            steps: count(py, "steps", steps, 1)?,
-            map: discretization_map(py, map)?,
-            t_end,
-            tol,
-            max_iterations: count(py, "max_iterations", max_iterations, 0)?,
-            guess,
-        };
-        arguments.solve(py, self.0)
     }
 }
 

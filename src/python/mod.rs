@@ -3,8 +3,11 @@
 mod call;
 mod chart;
 mod convert;
+mod cubic_trajectory;
 mod curve;
+mod discretization;
 mod error;
+mod flow;
 mod geodesic;
 mod geometry;
 mod linalg;
@@ -14,6 +17,7 @@ mod riemannian_cubic;
 mod shooting;
 mod state;
 mod stiefel;
+mod trajectory;
 
 use pyo3::prelude::*;
 
@@ -24,6 +28,8 @@ pub mod _core {
     use super::call::{num_threads, simd_features};
     #[pymodule_export]
     use super::chart::PyChart;
+    #[pymodule_export]
+    use super::cubic_trajectory::{PyCubicTrajectory, integrate_cubic};
     #[pymodule_export]
     use super::curve::{PyCurve, PyQuasiGeodesic};
     #[pymodule_export]
@@ -40,6 +46,8 @@ pub mod _core {
     use super::shooting::PyShootingResult;
     #[pymodule_export]
     use super::stiefel::PyStiefel;
+    #[pymodule_export]
+    use super::trajectory::PyChartTrajectory;
 
     #[pymodule_export]
     const __VERSION__: &str = env!("CARGO_PKG_VERSION");

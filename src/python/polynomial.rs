@@ -9,8 +9,9 @@ use pyo3::prelude::*;
 use super::call::Call;
 use super::convert::{float_array, matrix, to_array, tuple, write};
 use super::curve::{AnyCurve, Operations, PyCurve, cube};
-use super::error::invalid_input;
+use super::error::{PySolverReport, invalid_input};
 use crate::curve::{Curve, GeodesicPolynomial, GeometricCubic, GeometricPolynomial, Quantity};
+use crate::report::SolverReport;
 
 impl Operations for GeometricPolynomial {
     fn operations(&self, quantity: Quantity) -> f64 {
@@ -26,6 +27,10 @@ impl Operations for GeodesicPolynomial {
     fn operations(&self, quantity: Quantity) -> f64 {
         let joins = 0.5 * (self.degree() * self.degree()) as f64;
         match quantity {
+            // Rotations, whose geodesics are in closed form.
+            Quantity::Derivative(0) if self.n() == self.k() + 1 => {
+                joins * (30.0 + 30.0 * cube(self.n()))
+            }
             Quantity::Derivative(0) => joins * (2e4 + 2e3 * cube(self.k())),
             // A linear system of the dimension of the reduced manifold for each stage.
             _ => joins * (1e5 + 1e4 * cube(self.k()) * cube(self.k())),
@@ -97,7 +102,10 @@ impl Pieces {
 /// >>> bool(np.allclose(curve(1.0), np.eye(3)[:, 2:]))
 /// True
 #[pyclass(name = "GeometricPolynomial", module = "stiefel_rs", extends = PyCurve, subclass, frozen)]
-pub struct PyGeometricPolynomial(Pieces);
+pub struct PyGeometricPolynomial {
+    pieces: Pieces,
+    report: Option<SolverReport>,
+}
 
 #[pymethods]
 #[allow(non_snake_case)]
@@ -115,7 +123,7 @@ impl PyGeometricPolynomial {
     /// What the curve is made of: "quasi_geodesic" or "geodesic".
     #[getter]
     fn pieces(&self) -> &'static str {
-        match self.0 {
+        match self.pieces {
             Pieces::QuasiGeodesic(_) => QUASI_GEODESIC,
             Pieces::Geodesic(_) => GEODESIC,
         }
@@ -124,7 +132,7 @@ impl PyGeometricPolynomial {
     /// The control points, shape (degree + 1, n, k).
     #[getter]
     fn control_points<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let points = self.0.control_points();
+        let points = self.pieces.control_points();
         let (n, k) = points[0].shape();
         let mut entries = vec![0.0; points.len() * n * k];
         for (point, target) in points.iter().zip(entries.chunks_mut(n * k)) {
@@ -136,19 +144,161 @@ impl PyGeometricPolynomial {
     /// One less than the number of control points.
     #[getter]
     fn degree(&self) -> usize {
-        self.0.degree()
+        self.pieces.degree()
+    }
+
+    /// How the search for control points of minimal cost ended; None for curves that were not searched.
+    ///
+    /// Its residual is the norm of the part of the acceleration that moves of the control points change to first order.
+    #[getter]
+    fn report(&self) -> Option<PySolverReport> {
+        self.report.map(PySolverReport)
+    }
+
+    /// The curve of a given degree with given end points and end velocities whose cost is least.
+    ///
+    /// Parameters
+    /// ----------
+    /// S0, V0 : array_like, shape (n, k)
+    ///     Initial point and velocity.
+    /// S1, V1 : array_like, shape (n, k)
+    ///     Final point and velocity, at ``t = 1``.
+    /// degree : int, default 5
+    ///     From 3 (the geometric cubic, nothing is free) to 10. Higher degrees come closer to the Riemannian cubic, by
+    ///     about a factor of ten each, and take longer to build and to evaluate.
+    ///
+    /// Returns
+    /// -------
+    /// GeometricPolynomial
+    ///     ``cost()`` is a local minimum, to 1e-12 relative; ``report`` says how the search ended.
+    ///
+    /// Raises
+    /// ------
+    /// InvalidInputError
+    ///     Shape, not finite, not orthonormal, not tangent (with the measured defect); a degree out of range; an end
+    ///     velocity too long to be met; more than 2000 free numbers.
+    /// OutsideDomainError
+    ///     Control points that cannot be joined, or a curve that would jump; carries ``angle``.
+    /// ConvergenceError
+    ///     The search found no minimum; carries ``report``.
+    ///
+    /// Notes
+    /// -----
+    /// Gauss-Newton iteration on the inner control points, from those of the geometric cubic. It is a local minimum:
+    /// other starting points may lead to other curves.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import numpy as np
+    /// >>> from stiefel_rs import GeometricCubic, GeometricPolynomial
+    /// >>> S0, V0 = np.eye(3)[:, :1], np.eye(3)[:, 1:2]
+    /// >>> S1, V1 = np.eye(3)[:, 1:2], np.eye(3)[:, 2:]
+    /// >>> cubic = GeometricCubic(S0, V0, S1, V1)
+    /// >>> better = GeometricPolynomial.minimal_cost(S0, V0, S1, V1, degree=6)
+    /// >>> bool(better.cost() < cubic.cost())
+    /// True
+    #[staticmethod]
+    #[pyo3(signature = (S0, V0, S1, V1, *, degree=5))]
+    fn minimal_cost(
+        py: Python<'_>,
+        S0: &Bound<'_, PyAny>,
+        V0: &Bound<'_, PyAny>,
+        S1: &Bound<'_, PyAny>,
+        V1: &Bound<'_, PyAny>,
+        degree: i64,
+    ) -> PyResult<Py<Self>> {
+        let (s0, v0) = (matrix(S0, "S0")?, matrix(V0, "V0")?);
+        let (s1, v1) = (matrix(S1, "S1")?, matrix(V1, "V1")?);
+        let Ok(count) = usize::try_from(degree) else {
+            let message = format!("degree: must be from 3 to 10, found {degree}");
+            return Err(invalid_input(py, message));
+        };
+        let call = Call::new(py, None, search(s0.shape(), count))?;
+        let (curve, report) = call.run(py, move |interrupt| {
+            let (s0, v0, s1, v1) = (s0.as_ref(), v0.as_ref(), s1.as_ref(), v1.as_ref());
+            GeometricPolynomial::minimal_cost_interruptible(s0, v0, s1, v1, count, interrupt)
+        })?;
+        let curve = Pieces::QuasiGeodesic(Arc::new(curve));
+        Py::new(py, Self::searched(curve, Some(report)))
+    }
+
+    /// The curve of degree five with given end points, end velocities and covariant end accelerations, in closed form.
+    ///
+    /// Parameters
+    /// ----------
+    /// S0, V0, A0 : array_like, shape (n, k)
+    ///     Initial point, velocity and covariant acceleration.
+    /// S1, V1, A1 : array_like, shape (n, k)
+    ///     The same at ``t = 1``.
+    ///
+    /// Raises
+    /// ------
+    /// InvalidInputError
+    ///     Shape, not finite, not orthonormal, not tangent (with the measured defect); an end velocity or acceleration
+    ///     too long to be met.
+    /// OutsideDomainError
+    ///     Inner control points that cannot be joined, or a curve that would jump; carries ``angle``.
+    ///
+    /// Notes
+    /// -----
+    /// Meets its data to round-off. With the accelerations of a Riemannian cubic it is near that cubic; curves that
+    /// share an end acceleration join with continuous acceleration.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import numpy as np
+    /// >>> from stiefel_rs import GeometricPolynomial
+    /// >>> S0, V0, A0 = np.eye(3)[:, :1], np.eye(3)[:, 1:2], np.eye(3)[:, 2:]
+    /// >>> S1, V1, A1 = np.eye(3)[:, 1:2], np.eye(3)[:, 2:], np.zeros((3, 1))
+    /// >>> curve = GeometricPolynomial.quintic(S0, V0, A0, S1, V1, A1)
+    /// >>> bool(np.allclose(curve.acceleration(0.0), A0))
+    /// True
+    #[staticmethod]
+    fn quintic(
+        py: Python<'_>,
+        S0: &Bound<'_, PyAny>,
+        V0: &Bound<'_, PyAny>,
+        A0: &Bound<'_, PyAny>,
+        S1: &Bound<'_, PyAny>,
+        V1: &Bound<'_, PyAny>,
+        A1: &Bound<'_, PyAny>,
+    ) -> PyResult<Py<Self>> {
+        let (s0, v0, a0) = (matrix(S0, "S0")?, matrix(V0, "V0")?, matrix(A0, "A0")?);
+        let (s1, v1, a1) = (matrix(S1, "S1")?, matrix(V1, "V1")?, matrix(A1, "A1")?);
+        let call = Call::new(py, None, construction(s0.shape(), 5))?;
+        let curve = call.run(py, move |_| {
+            let [s0, v0, a0, s1, v1, a1] = [&s0, &v0, &a0, &s1, &v1, &a1].map(|a| a.as_ref());
+            GeometricPolynomial::quintic(s0, v0, a0, s1, v1, a1)
+        })?;
+        Py::new(py, Self::wrap(Pieces::QuasiGeodesic(Arc::new(curve))))
     }
 }
 
 impl PyGeometricPolynomial {
     fn wrap(pieces: Pieces) -> PyClassInitializer<Self> {
+        Self::searched(pieces, None)
+    }
+
+    fn searched(pieces: Pieces, report: Option<SolverReport>) -> PyClassInitializer<Self> {
         let base = PyCurve::of(pieces.curve());
-        PyClassInitializer::from(base).add_subclass(PyGeometricPolynomial(pieces))
+        PyClassInitializer::from(base).add_subclass(PyGeometricPolynomial { pieces, report })
     }
 }
 
 const QUASI_GEODESIC: &str = "quasi_geodesic";
 const GEODESIC: &str = "geodesic";
+
+fn is_geodesic(py: Python<'_>, pieces: &str) -> PyResult<bool> {
+    match pieces {
+        QUASI_GEODESIC => Ok(false),
+        GEODESIC => Ok(true),
+        _ => {
+            let message =
+                format!("pieces: expected '{QUASI_GEODESIC}' or '{GEODESIC}', found {pieces:?}");
+            Err(invalid_input(py, message))
+        }
+    }
+}
 
 /// Rough operations of a construction: the span, and the branch at some tens of parameters.
 fn construction((n, k): (usize, usize), degree: usize) -> f64 {
@@ -157,18 +307,20 @@ fn construction((n, k): (usize, usize), degree: usize) -> f64 {
     1e4 + 4.0 * n * columns * columns.min(n) + 1e3 * degree * degree * (1.0 + k * k * k)
 }
 
+/// Rough operations of a search for control points: derivatives by differences, and their factorisation, some times.
+fn search((n, k): (usize, usize), degree: usize) -> f64 {
+    let (n, k, degree) = (n as f64, k as f64, degree as f64);
+    let rows = n.min(4.0 * k);
+    let unknowns = (degree - 3.0).max(0.0) * rows * k;
+    let differences = 16.0 * unknowns * degree * degree * (100.0 + 50.0 * k * k * k);
+    let factorisation = 64.0 * rows * k * unknowns * unknowns;
+    1e4 + 4.0 * n * rows * rows + 5.0 * (differences + factorisation)
+}
+
 /// The curve with control points `P`, shape (degree + 1, n, k).
 #[allow(non_snake_case)]
 fn polynomial(py: Python<'_>, P: &Bound<'_, PyAny>, pieces: &str) -> PyResult<Pieces> {
-    let geodesic = match pieces {
-        QUASI_GEODESIC => false,
-        GEODESIC => true,
-        _ => {
-            let message =
-                format!("pieces: expected '{QUASI_GEODESIC}' or '{GEODESIC}', found {pieces:?}");
-            return Err(invalid_input(py, message));
-        }
-    };
+    let geodesic = is_geodesic(py, pieces)?;
     let array = float_array(P, "P")?;
     let shape = array.shape().to_vec();
     let [points, n, k] = shape[..] else {
@@ -201,6 +353,10 @@ fn polynomial(py: Python<'_>, P: &Bound<'_, PyAny>, pieces: &str) -> PyResult<Pi
 ///     Initial point and velocity.
 /// S1, V1 : array_like, shape (n, k)
 ///     Final point and velocity, at ``t = 1``.
+/// pieces : "quasi_geodesic" or "geodesic", default "quasi_geodesic"
+///     Geodesics (canonical metric) come much nearer to the Riemannian cubic for ``k > 1``, where they differ from
+///     quasi-geodesics, and take a logarithm for every stage of every point; not for ``k = n - 1``, where they are in
+///     closed form as well.
 ///
 /// Raises
 /// ------
@@ -237,13 +393,16 @@ pub struct PyGeometricCubic;
 #[allow(non_snake_case)]
 impl PyGeometricCubic {
     #[new]
+    #[pyo3(signature = (S0, V0, S1, V1, *, pieces="quasi_geodesic"))]
     fn new(
         py: Python<'_>,
         S0: &Bound<'_, PyAny>,
         V0: &Bound<'_, PyAny>,
         S1: &Bound<'_, PyAny>,
         V1: &Bound<'_, PyAny>,
+        pieces: &str,
     ) -> PyResult<PyClassInitializer<Self>> {
+        let geodesic = is_geodesic(py, pieces)?;
         let (s0, v0, s1, v1) = (
             matrix(S0, "S0")?,
             matrix(V0, "V0")?,
@@ -252,9 +411,15 @@ impl PyGeometricCubic {
         );
         let call = Call::new(py, None, construction(s0.shape(), 3))?;
         let curve = call.run(py, move |_| {
-            GeometricCubic::from_boundary(s0.as_ref(), v0.as_ref(), s1.as_ref(), v1.as_ref())
+            let [s0, v0, s1, v1] = [&s0, &v0, &s1, &v1].map(|a| a.as_ref());
+            Ok(if geodesic {
+                Pieces::Geodesic(Arc::new(GeodesicPolynomial::from_boundary(s0, v0, s1, v1)?))
+            } else {
+                let curve = GeometricCubic::from_boundary(s0, v0, s1, v1)?;
+                Pieces::QuasiGeodesic(Arc::new(curve.into()))
+            })
         })?;
-        Ok(Self::wrap(Pieces::QuasiGeodesic(Arc::new(curve.into()))))
+        Ok(Self::wrap(curve))
     }
 
     /// The geometric cubic with control points ``P``, shape (4, n, k).

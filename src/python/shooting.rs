@@ -5,9 +5,10 @@ use pyo3::prelude::*;
 
 use super::call::Call;
 use super::convert::to_array;
+use super::discretization::NamedMap;
 use super::error::PySolverReport;
 use super::state::{Kind, check_finite, state, write_states};
-use crate::chart::{Chart, Frame, LinearMap, ShootingOptions, Sphere, shoot};
+use crate::chart::{Chart, Composition, DiscretizationMap, Frame, ShootingOptions, Sphere, shoot};
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::newton::NewtonOptions;
@@ -52,7 +53,8 @@ impl PyShootingResult {
 pub struct Shot {
     pub ends: [Vec<f64>; 4],
     pub steps: usize,
-    pub map: LinearMap,
+    pub map: NamedMap,
+    pub composition: Composition,
     pub t_end: f64,
     pub tol: f64,
     pub max_iterations: usize,
@@ -86,7 +88,10 @@ impl Shot {
         &self,
         chart: &impl Chart<X, Z>,
         interrupt: Interrupt<'_>,
-    ) -> Result<Found> {
+    ) -> Result<Found>
+    where
+        NamedMap: DiscretizationMap<X>,
+    {
         for (name, q) in [("q0", &self.ends[0]), ("q1", &self.ends[2])] {
             chart.check(name, q)?;
         }
@@ -106,6 +111,7 @@ impl Shot {
         let guess = self.guess.as_ref().map(|guess| state::<X>(guess));
         let options = ShootingOptions {
             t_end: self.t_end,
+            composition: self.composition,
             newton,
             guess,
         };

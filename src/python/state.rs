@@ -11,6 +11,24 @@ pub enum Kind {
     Frame,
 }
 
+impl Kind {
+    /// Dimension of the manifold.
+    pub fn dimension(self) -> usize {
+        match self {
+            Kind::Sphere => 2,
+            Kind::Frame => 3,
+        }
+    }
+
+    /// Columns of a point.
+    pub fn columns(self) -> usize {
+        match self {
+            Kind::Sphere => 1,
+            Kind::Frame => 2,
+        }
+    }
+}
+
 /// A state from its numbers.
 pub fn state<const N: usize>(row: &[f64]) -> SVector<f64, N> {
     SVector::from_column_slice(row)

@@ -1,0 +1,283 @@
+"""Other control points for the de Casteljau curve: how near they come to the Riemannian cubic, and at what cost.
+
+The paper suggests "an alternative choice of control points" for its geometric cubic. Measured here on its two boundary
+problems: inner control points of least cost in degrees 4 to 7, the quintic with the cubic's end accelerations, and
+geodesics in place of quasi-geodesics. All have the end points and end velocities of the cubic.
+"""
+
+from __future__ import annotations
+
+import itertools
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from tabulate import tabulate  # type: ignore[import-untyped]
+
+from . import paper
+from ._core import Curve, GeometricCubic, GeometricPolynomial
+from .paper import EXPERIMENTS, Array, Experiment
+from .report import write_csv
+
+DEGREES: Final = (4, 5, 6, 7)
+LABELS: Final = {
+    "gcp": "GCP",
+    "geodesic_cubic": "cubic with geodesics",
+    "quintic": "quintic, exact end accelerations",
+    **{f"minimal_cost_{m}": "minimal cost" for m in DEGREES},
+}
+STEPS: Final = 100
+REPETITIONS: Final = 5
+BUILDS: Final = 20
+POINTS: Final = 1000
+NODES: Final = 40
+HEADER: Final = ["manifold", "method", "degree", "free_numbers", "mean_error", "gcp_error_ratio", "cost", "cost_excess"]
+
+
+@dataclass(frozen=True)
+class Problem:
+    """The boundary problem of one experiment and its exact solution.
+
+    Attributes
+    ----------
+    ends : tuple of ndarray
+        ``S0, V0, S1, V1``.
+    accelerations : tuple of ndarray
+        Covariant accelerations of the cubic at both ends.
+    points : ndarray, shape (STEPS + 1, 3, k)
+        The cubic on the grid.
+    cost : float
+        Its cost.
+    """
+
+    experiment: Experiment
+    ends: tuple[Array, Array, Array, Array]
+    accelerations: tuple[Array, Array]
+    points: Array
+    cost: float
+
+
+def boundary_problem(experiment: Experiment) -> Problem:
+    """Boundary data, points and cost of the exact cubic, from the Taylor reference in the chart.
+
+    A chart-free solution of the boundary problem with an error of 1e-12 can take the place of the reference: only the
+    fields of `Problem` are used.
+    """
+    chart, d = experiment.chart, experiment.chart.d
+    nodes, weights = np.polynomial.legendre.leggauss(NODES)
+    grid, quadrature = paper.time_grid(STEPS), (1 + nodes) / 2
+    t = np.unique(np.concatenate([grid, quadrature]))
+    z = chart.reference(paper.initial_state(experiment), t)
+    states, at_nodes = z[np.searchsorted(t, grid)], z[np.searchsorted(t, quadrature)]
+    squares = [state[3 * d :] @ _acceleration(experiment, state) for state in at_nodes]
+    ends = []
+    accelerations = []
+    for state in (states[0], states[-1]):
+        q, qdot = state[:d], state[d : 2 * d]
+        ends += [chart.embed(q), chart.embed_velocity(q, qdot)]
+        accelerations.append(chart.embed_velocity(q, _acceleration(experiment, state)))
+    return Problem(
+        experiment,
+        (ends[0], ends[1], ends[2], ends[3]),
+        (accelerations[0], accelerations[1]),
+        paper.points(experiment, states),
+        float(weights @ squares) / 2,
+    )
+
+
+def _acceleration(experiment: Experiment, state: Array) -> Array:
+    """Chart components of the covariant acceleration: its covector is ``p_qdot``, and H has the inverse metric."""
+    d = experiment.chart.d
+    return np.asarray(experiment.chart.hessian(state)[3 * d :, 3 * d :] @ state[3 * d :])
+
+
+def build(problem: Problem, method: str) -> Curve:
+    """Build the curve of one of the methods of `LABELS` for the boundary data of the problem."""
+    s0, v0, s1, v1 = problem.ends
+    if method == "gcp":
+        return GeometricCubic(s0, v0, s1, v1)
+    if method == "geodesic_cubic":
+        return GeometricCubic(s0, v0, s1, v1, pieces="geodesic")
+    if method == "quintic":
+        a0, a1 = problem.accelerations
+        return GeometricPolynomial.quintic(s0, v0, a0, s1, v1, a1)
+    return GeometricPolynomial.minimal_cost(s0, v0, s1, v1, degree=degree(method))
+
+
+def degree(method: str) -> int:
+    """Degree of the curve of a method."""
+    fixed = {"gcp": 3, "geodesic_cubic": 3, "quintic": 5}
+    return fixed[method] if method in fixed else int(method.rsplit("_", 1)[1])
+
+
+@dataclass(frozen=True)
+class Row:
+    """One method on one problem.
+
+    Attributes
+    ----------
+    free : int
+        Free numbers that the method chooses.
+    error : float
+        Mean Frobenius distance to the exact cubic over the ``STEPS + 1`` grid points.
+    cost, excess : float
+        The cost, and its relative excess over that of the exact cubic.
+    build_seconds, point_seconds : float
+        Shortest times of the construction, and of a point of `POINTS` at once on one thread.
+    """
+
+    experiment: Experiment
+    method: str
+    free: int
+    error: float
+    cost: float
+    excess: float
+    build_seconds: float
+    point_seconds: float
+
+
+def measure() -> list[Row]:
+    """All methods on both problems; times interleaved, so that a machine that slows down slows all alike."""
+    problems = [boundary_problem(e) for e in EXPERIMENTS]
+    cases = [(p, m) for p in problems for m in LABELS]
+    builds: dict[tuple[str, str], list[float]] = {(p.experiment.name, m): [] for p, m in cases}
+    samples: dict[tuple[str, str], list[float]] = {key: [] for key in builds}
+    t = np.linspace(0.0, 1.0, POINTS)
+    for round_number in range(REPETITIONS + 1):
+        for problem, method in cases:
+            begin = time.perf_counter()
+            for _ in range(BUILDS):
+                curve = build(problem, method)
+            middle = time.perf_counter()
+            curve(t, num_threads=1)
+            if round_number:
+                key = (problem.experiment.name, method)
+                builds[key].append((middle - begin) / BUILDS)
+                samples[key].append((time.perf_counter() - middle) / POINTS)
+    rows = []
+    for problem, method in cases:
+        curve, e = build(problem, method), problem.experiment
+        free = (degree(method) - 3) * e.chart.d if method.startswith("minimal_cost") else 0
+        error = float(paper.distances(curve(paper.time_grid(STEPS)), problem.points).mean())
+        cost, key = curve.cost(), (e.name, method)
+        excess = cost / problem.cost - 1
+        times = (min(builds[key]), min(samples[key]))
+        rows.append(Row(e, method, free, error, cost, excess, *times))
+    return rows
+
+
+def _of(rows: list[Row], experiment: Experiment, method: str) -> Row:
+    return next(r for r in rows if (r.experiment.name, r.method) == (experiment.name, method))
+
+
+def _table(rows: list[Row]) -> str:
+    cells = []
+    for r in rows:
+        gcp = _of(rows, r.experiment, "gcp")
+        numbers = [f"{r.error:.4e}", f"{gcp.error / r.error:.3g}", f"{r.cost:.10f}", f"{r.excess:.1e}"]
+        times = [f"{1e6 * r.build_seconds:.3g} us", f"{1e9 * r.point_seconds:.3g} ns"]
+        cells.append([r.experiment.title, LABELS[r.method], degree(r.method), r.free, *numbers, *times])
+    header = [
+        "manifold",
+        "control points",
+        "degree",
+        "free numbers",
+        f"mean error, N = {STEPS}",
+        "GCP's / this",
+        "cost J",
+        "excess over the exact cubic",
+        "time to build",
+        f"a point of {POINTS}",
+    ]
+    align = ["left", "left", *["right"] * 8]
+    return str(tabulate(cells, header, tablefmt="pipe", disable_numparse=True, colalign=align))
+
+
+def _between(values: list[float]) -> str:
+    return f"{min(values):.3g} to {max(values):.3g}"
+
+
+def _gains(rows: list[Row]) -> str:
+    lines = []
+    for e in EXPERIMENTS:
+        methods = ["gcp", *(f"minimal_cost_{m}" for m in DEGREES)]
+        errors = [_of(rows, e, m).error for m in methods]
+        falls = [a / b for a, b in itertools.pairwise(errors)]
+        quintic, geodesic = _of(rows, e, "quintic"), _of(rows, e, "geodesic_cubic")
+        least = _of(rows, e, "minimal_cost_5")
+        verb = "lower" if geodesic.error < errors[0] else "raise"
+        change = max(geodesic.error / errors[0], errors[0] / geodesic.error)
+        pieces = (
+            f"{verb} it by a factor of {change:.3g}" if change > 1.0001 else "change nothing: they are the same curves"
+        )
+        lines.append(
+            f"- {e.title}: with each further degree the mean error of the curve of minimal cost falls by a factor of "
+            f"{_between(falls)}, from {errors[0]:.2e} to {errors[-1]:.2e}. The quintic with exact end accelerations "
+            f"has {errors[0] / quintic.error:.3g} times less error than GCP, the one of minimal cost "
+            f"{errors[0] / least.error:.3g} times. Geodesics in place of quasi-geodesics {pieces}."
+        )
+    return "\n".join(lines)
+
+
+def _times(rows: list[Row]) -> str:
+    lines = []
+    for e in EXPERIMENTS:
+        gcp = _of(rows, e, "gcp")
+        for method, name in (
+            ("geodesic_cubic", "the cubic of geodesics"),
+            ("minimal_cost_5", "least cost in degree 5"),
+        ):
+            row = _of(rows, e, method)
+            build, point = row.build_seconds / gcp.build_seconds, row.point_seconds / gcp.point_seconds
+            lines.append(
+                f"- {e.title}, {name}: {build:.3g} times the time of GCP to build, {point:.3g} times for a point."
+            )
+    return "\n".join(lines)
+
+
+def section(rows: list[Row]) -> str:
+    """Text of the section of ``summary.md``."""
+    return f"""## Other control points
+
+The paper suggests an alternative choice of control points. Curves with the same end points and end velocities as GCP:
+inner control points chosen for the least cost `J = int |D_t S'|^2 dt` in degrees {DEGREES[0]} to {DEGREES[-1]}; the
+quintic whose end accelerations are those of the exact cubic, in closed form; and the cubic of geodesics in place of
+quasi-geodesics.
+
+{_table(rows)}
+
+{_gains(rows)}
+
+{_times(rows)}
+
+The curves of minimal cost and the cubic of geodesics know nothing of the exact cubic; the quintic needs its end
+accelerations. On the sphere geodesics are quasi-geodesics; on St(3,2), the rotations, they have a closed form too.
+Where the exact cubic itself can be had, it is the better curve: what the others offer is a curve in closed form.
+
+Times are the shortest of {REPETITIONS} rounds that alternate between all methods, one thread.
+"""
+
+
+def write_tables(folder: Path, rows: list[Row]) -> list[Path]:
+    """Write ``control_points.csv`` and append the section to ``summary.md``, which must exist; the path written."""
+    cells = []
+    for r in rows:
+        ratio = _of(rows, r.experiment, "gcp").error / r.error
+        cells.append(
+            (r.experiment.name, r.method, degree(r.method), r.free, r.error, ratio, r.cost, r.excess),
+        )
+    with (folder / "summary.md").open("a", encoding="utf-8") as file:
+        file.write("\n" + section(rows))
+    return [write_csv(folder / "control_points.csv", HEADER, cells)]
+
+
+def write_figure(folder: Path, rows: list[Row], progress: Callable[[], None]) -> list[Path]:
+    """Write ``control_points.png`` and ``.pdf``; needs matplotlib."""
+    from . import control_points_figure  # noqa: PLC0415
+
+    paths = control_points_figure.write(folder, rows)
+    progress()
+    return paths

@@ -1,0 +1,55 @@
+"""The figure of `control_points`: mean error and cost against the degree. Imports matplotlib."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Final
+
+from matplotlib.axes import Axes
+
+from . import plotting
+from .control_points import DEGREES, Row
+from .paper import EXPERIMENTS, Experiment
+
+# Below, the excess is round-off of the two costs.
+SMALLEST_EXCESS: Final = 1e-11
+STYLES: Final[dict[str, dict[str, Any]]] = {
+    "minimal cost": {"color": "#0072B2", "linestyle": "-", "marker": "o"},
+    "quintic, exact end accelerations": {"color": "#009E73", "linestyle": "", "marker": "D"},
+    "cubic with geodesics": {"color": "#CC79A7", "linestyle": "", "marker": "v"},
+}
+
+
+def _draw(experiment: Experiment, rows: list[Row], quantity: str, *, ax: Axes) -> None:
+    by_method = {r.method: getattr(r, quantity) for r in rows if r.experiment.name == experiment.name}
+    series = {
+        "minimal cost": [(3, by_method["gcp"])] + [(m, by_method[f"minimal_cost_{m}"]) for m in DEGREES],
+        "quintic, exact end accelerations": [(5, by_method["quintic"])],
+        "cubic with geodesics": [(3, by_method["geodesic_cubic"])],
+    }
+    for label, pairs in series.items():
+        shown = [(m, y) for m, y in pairs if y > SMALLEST_EXCESS]
+        ax.semilogy(*zip(*shown, strict=True), label=label, markerfacecolor="white", **STYLES[label])
+    ax.set_xticks([3, *DEGREES], ["3\n(GCP)", *map(str, DEGREES)])
+    ax.set_xlim(2.7, DEGREES[-1] + 0.3)
+    plotting._log_axis(ax.yaxis)
+    ax.grid(**plotting.GRID)
+
+
+def write(folder: Path, rows: list[Row]) -> list[Path]:
+    """Write the figure, one column of panels for each manifold; the paths written."""
+    with plotting._style():
+        figure = plotting._new_figure(7.2, 5.6)
+        grid = plotting._grid(figure, 2, 2, (0.95, 0.15, 1.05, 0.35), hspace=0.12, wspace=0.25)
+        for column, experiment in enumerate(EXPERIMENTS):
+            upper, lower = (figure.add_subplot(grid[i, column]) for i in range(2))
+            _draw(experiment, rows, "error", ax=upper)
+            _draw(experiment, rows, "excess", ax=lower)
+            upper.set_title(experiment.title)
+            upper.tick_params(labelbottom=False)
+            lower.set_xlabel("degree")
+            if column == 0:
+                upper.set_ylabel("mean Frobenius error\n(dimensionless)")
+                lower.set_ylabel("relative excess of the cost\nover the exact cubic")
+        figure.legend(*upper.get_legend_handles_labels(), loc="lower center", ncols=3, frameon=False)
+        return plotting.save(figure, folder, "control_points")

@@ -1,0 +1,53 @@
+//! What a splitting asks of a state, and sums that remember what rounding took from them.
+
+use crate::error::Result;
+
+/// The state `(g, x, p, mu)` of a cubic with the exact flows of the two parts of its Hamiltonian.
+///
+/// ```math
+/// H_A = \langle \mu, x \rangle:\quad g \leftarrow g\, e^{hx},\quad
+/// p \leftarrow p - \Bigl(\int_0^h e^{-sx} \mu\, e^{sx} ds\Bigr)_m,\quad \mu \leftarrow e^{-hx} \mu\, e^{hx};\qquad
+/// H_B = \tfrac12 |p|^2:\quad x \leftarrow x + h p
+/// ```
+pub(super) trait SplitState {
+    /// The flow of `H_A`.
+    ///
+    /// # Errors
+    /// `InvalidArgument` where it turns too far, `Overflow`.
+    fn rotate(&mut self, h: f64) -> Result<()>;
+
+    /// The flow of `H_B`.
+    fn drift(&mut self, h: f64);
+
+    /// Point, velocity, covariant acceleration and covariant jerk, each of shape `(r, k)`, column by column.
+    fn observe(&mut self, out: [&mut [f64]; 4]);
+
+    /// `H = <mu, x> + |p|^2 / 2`, in the inner product `tr(A^T B) / 2` of `so(r)`.
+    fn energy(&self) -> f64;
+
+    /// `|g mu g^T - M|` for the start's `M = g mu g^T`, in the norm of that inner product.
+    fn momentum_defect(&mut self) -> f64;
+
+    /// `|mu_h - [x, p]_h|`, in the same norm.
+    fn constraint_defect(&mut self) -> f64;
+}
+
+/// `sum += increment`, where `low` carries what did not fit (Kahan's compensated sum).
+///
+/// Every flow adds an increment of the size of the step, known to its own relative round-off; so the errors of many
+/// steps grow with the time that they cover, and not with their number.
+#[inline(always)]
+pub(super) fn add(sum: &mut f64, low: &mut f64, increment: f64) {
+    let small = increment + *low;
+    let total = *sum + small;
+    *low = small - (total - *sum);
+    *sum = total;
+}
+
+/// [`add`], entry by entry, of `factor` times the increments.
+#[inline(always)]
+pub(super) fn add_all(sum: &mut [f64], low: &mut [f64], factor: f64, increments: &[f64]) {
+    for ((sum, low), increment) in sum.iter_mut().zip(low).zip(increments) {
+        add(sum, low, factor * increment);
+    }
+}

@@ -1,0 +1,72 @@
+//! The legs of a geometric polynomial that its end velocities determine.
+
+use faer::{Mat, MatRef, Scale};
+
+use super::Curve;
+use crate::error::{Error, Result};
+
+use crate::manifold::QuasiGeodesic;
+use crate::manifold::stiefel::{POINT_TOLERANCE, Stiefel, TANGENT_TOLERANCE};
+
+/// Two quasi-geodesics between the same points have the same velocity, to round-off times the conditioning of the
+/// logarithm, or velocities that are about a turn apart.
+const SAME_BRANCH: f64 = 1e-3;
+
+/// The manifold of two points with a tangent vector each: `S0, V0, S1, V1` with their names.
+///
+/// # Errors
+/// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`.
+pub(super) fn check_boundary(data: [(&'static str, MatRef<'_, f64>); 4]) -> Result<Stiefel> {
+    let manifold = Stiefel::of(data[0].0, data[0].1)?;
+    for [(point, s), (vector, v)] in [[data[0], data[1]], [data[2], data[3]]] {
+        manifold.check_point(point, s, POINT_TOLERANCE)?;
+        manifold.check_tangent(vector, s, v, TANGENT_TOLERANCE)?;
+    }
+    Ok(manifold)
+}
+
+/// The first leg of a polynomial that starts in `s` with velocity `v`, and where it ends.
+///
+/// # Errors
+/// `InvalidArgument` where the leg is not the principal quasi-geodesic between its ends.
+pub(super) fn outer_leg(
+    name: &'static str,
+    s: &Mat<f64>,
+    v: &Mat<f64>,
+    degree: usize,
+) -> Result<(QuasiGeodesic, Mat<f64>)> {
+    let part = v * Scale(1.0 / degree as f64);
+    let leg = QuasiGeodesic::from_velocity(s.as_ref(), part.as_ref())?;
+    let end = leg.point(1.0)?;
+    let requirement = match degree {
+        3 => "short enough for its third to be the velocity of a principal quasi-geodesic",
+        _ => {
+            "short enough for its share in the first leg to be the velocity of a principal quasi-geodesic"
+        }
+    };
+    check_principal(&leg, &end, |size| Error::InvalidArgument {
+        name,
+        requirement,
+        found: degree as f64 * size,
+    })?;
+    Ok((leg, end))
+}
+
+/// `refusal` of the leg's speed unless the leg, which ends at `end`, is the principal quasi-geodesic between its ends.
+///
+/// The later stages of de Casteljau's algorithm join points by principal quasi-geodesics: from any other leg they jump.
+pub(super) fn check_principal(
+    leg: &QuasiGeodesic,
+    end: &Mat<f64>,
+    refusal: impl FnOnce(f64) -> Error,
+) -> Result<()> {
+    let principal = QuasiGeodesic::between(leg.point(0.0)?.as_ref(), end.as_ref())?;
+    let velocity = leg.initial_velocity();
+    let size = velocity.norm_l2();
+    let gap = (&velocity - principal.initial_velocity()).norm_l2();
+    if gap <= SAME_BRANCH * size.max(1.0) {
+        Ok(())
+    } else {
+        Err(refusal(size))
+    }
+}

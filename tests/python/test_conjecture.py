@@ -1,0 +1,92 @@
+"""The study of the paper's conjecture: its numbers are those of the methods, its verdict follows from them."""
+
+import numpy as np
+import pytest
+
+from stiefel_rs import Stiefel, conjecture, paper
+from stiefel_rs.conjecture import Comparison
+
+
+@pytest.fixture(scope="module")
+def study():
+    return conjecture.measure(3)
+
+
+def test_closeness_is_the_distance_to_the_exponential(study):
+    found = {(c.manifold, c.retraction): c for c in study.closeness}
+    # Cayley on the sphere: the angle 2 atan(t / 2), short by t^3 / 12.
+    cayley = found["sphere", "Cayley"]
+    t = conjecture.LENGTHS[0]
+    np.testing.assert_allclose(cayley.distance, 2 * np.sin((t - 2 * np.arctan(t / 2)) / 2), rtol=1e-12)
+    for name, e in ((e.name, e) for e in paper.EXPERIMENTS):
+        assert found[name, "exponential"].distance == 0
+        for retraction in conjecture.retractions(e):
+            expected = {"Cayley": 3, "exponential": None}.get(retraction, 2)
+            exponent = found[name, retraction].exponent
+            assert exponent is None if expected is None else abs(exponent - expected) < 0.1
+
+
+def test_the_papers_maps_have_the_papers_errors(study):
+    for e in study.errors:
+        if e.curve == "paper" and e.retraction == conjecture.COORDINATES:
+            experiment = next(x for x in paper.EXPERIMENTS if x.name == e.manifold)
+            method = f"{conjecture.MAPS[e.retraction][e.order - 1]}_{e.problem.lower()}"
+            # Printed to five digits.
+            index = paper.METHODS.index(method)
+            np.testing.assert_allclose(e.error, experiment.independent[e.steps][index], rtol=1e-4)
+
+
+def test_errors_of_another_retraction_are_those_of_its_method(study):
+    experiment = paper.STIEFEL_3_2
+    z0 = paper.initial_state(experiment)
+    exact = paper.points(experiment, paper.reference(experiment, 20))
+    found = experiment.chart.integrate(z0, 20, map="cayley_midpoint")
+    mean = np.linalg.norm(paper.points(experiment, found) - exact, axis=(1, 2)).mean()
+    error = next(
+        e.error
+        for e in study.errors
+        if (e.manifold, e.curve, e.problem, e.order, e.steps, e.retraction)
+        == ("stiefel_3_2", "paper", "IVP", 2, 20, "Cayley")
+    )
+    np.testing.assert_allclose(error, mean, rtol=1e-12)
+
+
+def test_random_curves_are_within_their_bounds():
+    for e in paper.EXPERIMENTS:
+        M = Stiefel(3, e.chart.k)
+        for z, _ in zip(conjecture.random_states(e), range(20), strict=False):
+            S, V, A, J = e.chart.covariant(z)
+            lengths = [float(M.norm(S, X)) for X in (V, A, J)]
+            assert all(0 < length < bound for length, bound in zip(lengths, (1.0, 3.0, 3.0), strict=True))
+
+
+def test_comparisons_cover_every_pair(study):
+    found = conjecture.comparisons(study)
+    assert len(found) == 2 * 2 * 2 * (3 + 6)
+    for c in found:
+        assert c.cases == (len(conjecture.STEPS) if c.curves == "paper" else 3)
+        assert 0 <= c.wins <= c.cases and c.ratio > 0
+        assert (c.ratio < 1 or c.wins < c.cases) and (c.ratio > 1 or c.wins > 0)
+
+
+def row(ratio, wins, cases=4):
+    return Comparison("sphere", "paper", "IVP", 2, "exponential", "Cayley", wins, cases, ratio)
+
+
+def test_the_verdict_follows_the_numbers():
+    assert "holds in every case" in conjecture.verdict([row(0.5, 4), row(0.9, 4)])
+    mixed = conjecture.verdict([row(0.5, 4), row(0.9, 3), row(1.2, 0)])
+    assert "without exceptions the conjecture is false; as a tendency it holds" in mixed
+    assert "wrong for exponential against Cayley on sphere, paper (error 1.20 times as large)" in mixed
+    assert "2 of 3 rows" in mixed and "in 7 of 12 single cases" in mixed
+    against = conjecture.verdict([row(1.5, 0), row(1.1, 1)])
+    assert "false, as a rule and as a tendency" in against
+
+
+def test_files(study, tmp_path):
+    (tmp_path / "summary.md").write_text("before\n", encoding="utf-8")
+    (path,) = conjecture.write_all(tmp_path, study)
+    lines = path.read_text(encoding="utf-8").splitlines()
+    assert len(lines) == 1 + len(study.errors)
+    text = (tmp_path / "summary.md").read_text(encoding="utf-8")
+    assert text.startswith("before\n") and "Verdict" in text and "nan" not in text.lower()

@@ -1,0 +1,88 @@
+"""The comparison of control points: the exact cubic's cost and accelerations, and what the rows and the text say."""
+
+import csv
+import itertools
+
+import numpy as np
+import pytest
+
+from stiefel_rs import Stiefel, control_points, paper
+
+
+@pytest.fixture(scope="module")
+def rows():
+    return control_points.measure()
+
+
+@pytest.mark.parametrize("experiment", paper.EXPERIMENTS, ids=lambda e: e.name)
+def test_accelerations_and_cost_are_those_of_the_reference(experiment):
+    problem = control_points.boundary_problem(experiment)
+    chart, d, h = experiment.chart, experiment.chart.d, 1e-3
+    z = chart.reference(paper.initial_state(experiment), h * np.arange(1001))
+    points = chart.embed(z[:, :d])
+    velocity = chart.embed_velocity(z[:, :d], z[:, d : 2 * d])
+    # Ambient accelerations by central differences of the exact velocity, order 4.
+    second = (8 * (velocity[3:-1] - velocity[1:-3]) - (velocity[4:] - velocity[:-4])) / (12 * h)
+    s, v = points[2:-2], velocity[2:-2]
+    st, vt = np.swapaxes(s, 1, 2), np.swapaxes(v, 1, 2)
+    acceleration = second + v @ (vt @ s) + s @ (vt @ v - vt @ s @ (st @ v))
+    squares = Stiefel(3, chart.k).norm(s, acceleration) ** 2
+    # Rule of Simpson over the inner part, and a linear law at the two ends that are left out, 2 h each.
+    inner = (squares[0] + squares[-1] + 4 * squares[1:-1:2].sum() + 2 * squares[2:-2:2].sum()) * h / 3
+    ends = 2 * h * (2 * squares[[0, -1]] - squares[[1, -2]]).sum()
+    # h^2 of the linear law and h^4 of the rest.
+    assert problem.cost == pytest.approx(inner + ends, rel=2e-5)
+    first, last = problem.accelerations
+    # Two steps off: the accelerations change by 2 h times the jerk.
+    np.testing.assert_allclose(acceleration[0], first, atol=5e-3)
+    np.testing.assert_allclose(acceleration[-1], last, atol=5e-3)
+    for point, tangent in ((problem.ends[0], first), (problem.ends[2], last)):
+        Stiefel(3, chart.k).check_tangent(point, tangent)
+
+
+def test_every_method_meets_the_boundary_data():
+    for experiment in paper.EXPERIMENTS:
+        problem = control_points.boundary_problem(experiment)
+        for method in control_points.LABELS:
+            curve = control_points.build(problem, method)
+            data = [f(t) for t in (0.0, 1.0) for f in (curve, curve.velocity)]
+            for found, expected in zip(data, problem.ends, strict=True):
+                np.testing.assert_allclose(found, expected, atol=1e-12, err_msg=method)
+            assert curve.degree == control_points.degree(method)
+
+
+def test_rows_hold_the_papers_errors_and_falling_costs(rows):
+    for experiment, error in zip(paper.EXPERIMENTS, (1.0757e-4, 4.5209e-3), strict=True):
+        own = {r.method: r for r in rows if r.experiment is experiment}
+        assert list(own) == list(control_points.LABELS)
+        assert own["gcp"].error == pytest.approx(error, rel=1e-4)
+        least = [own["gcp"], *(own[f"minimal_cost_{m}"] for m in control_points.DEGREES)]
+        for before, after in itertools.pairwise(least):
+            assert after.error < before.error / 5
+            # No curve costs less than the cubic; costs are right to 1e-12.
+            assert -1e-11 < after.excess < before.excess
+        assert own["quintic"].error < own["gcp"].error / 20
+        assert [r.free for r in least] == [experiment.chart.d * i for i in range(5)]
+        assert all(r.build_seconds > 0 and r.point_seconds > 0 for r in rows)
+
+
+def test_tables_and_section(rows, tmp_path):
+    (tmp_path / "summary.md").write_text("# Before\n", encoding="utf-8")
+    (path,) = control_points.write_tables(tmp_path, rows)
+    with path.open(newline="", encoding="utf-8") as file:
+        header, *cells = csv.reader(file)
+    assert header == control_points.HEADER and len(cells) == len(rows)
+    assert [float(c[4]) for c in cells] == [r.error for r in rows]
+    text = (tmp_path / "summary.md").read_text(encoding="utf-8")
+    assert text.startswith("# Before\n\n## Other control points")
+    assert text.count("| minimal cost") == 2 * len(control_points.DEGREES)
+    for r in rows:
+        assert f"{r.error:.4e}" in text
+
+
+def test_figure(rows, tmp_path):
+    pytest.importorskip("matplotlib")
+    done = []
+    paths = control_points.write_figure(tmp_path, rows, lambda: done.append(1))
+    assert [p.name for p in paths] == ["control_points.png", "control_points.pdf"]
+    assert all(p.stat().st_size > 5000 for p in paths) and done == [1]

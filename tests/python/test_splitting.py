@@ -1,0 +1,144 @@
+"""integrate_cubic: reference values, shapes, invariants, errors, interrupt."""
+
+import json
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import stiefel_rs
+from stiefel_rs import InvalidInputError, Stiefel, integrate_cubic
+
+EPS = np.finfo(float).eps
+CUBICS = json.loads((Path(__file__).parents[1] / "data" / "cubics.json").read_text())
+NAMES = ("point", "velocity", "acceleration", "jerk")
+
+
+def data(n, k, seed=0, speed=1.0):
+    rng = np.random.default_rng(seed)
+    M = Stiefel(n, k)
+    S = M.random_point(rng)
+    tangents = [M.random_tangent(S, rng) for _ in range(3)]
+    return S, *(V * speed / max(M.norm(S, V), EPS) for V in tangents)
+
+
+@pytest.mark.parametrize("curve", CUBICS, ids=lambda curve: f"St{curve['n']}_{curve['k']}")
+def test_reference_values_are_met(curve):
+    initial = [np.array(curve["initial"][name]) for name in NAMES]
+    trajectory = integrate_cubic(*initial, 80, order=8)
+    for t, exact in curve["at"].items():
+        i = round(80 * float(t))
+        assert trajectory.t[i] == float(t)
+        for name in NAMES:
+            values = np.array(exact[name])
+            error = np.max(np.abs(getattr(trajectory, name)[i] - values))
+            assert error <= 1e-12 * max(1.0, np.max(np.abs(values))), (name, t, error)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (2, 1), (3, 1), (3, 2), (4, 2), (5, 5), (20, 2)])
+@pytest.mark.parametrize("order", [2, 4, 6, 8])
+def test_shapes_and_invariants(shape, order):
+    S, V, A, J = data(*shape)
+    trajectory = integrate_cubic(S, V, A, J, 30, 2.0, order)
+    n, k = shape
+    for name in NAMES:
+        values = getattr(trajectory, name)
+        assert values.shape == (31, n, k) and values.dtype == np.float64
+    for name, start in zip(NAMES, (S, V, A, J), strict=True):
+        assert np.max(np.abs(getattr(trajectory, name)[0] - start)) <= 16 * n * EPS
+    assert trajectory.t.shape == trajectory.energy.shape == (31,)
+    assert trajectory.t[-1] == 2.0
+    gram = np.swapaxes(trajectory.point, 1, 2) @ trajectory.point
+    assert np.max(np.abs(gram - np.eye(k))) <= 16 * n * EPS
+    assert 0.0 <= trajectory.momentum_drift <= 200 * n * EPS
+    assert 0.0 <= trajectory.constraint_drift <= 1000 * n * EPS
+    assert repr(trajectory) == f"<CubicTrajectory of shape (31, {n}, {k})>"
+
+
+def test_default_order_is_six():
+    arguments = data(5, 2)
+    default = integrate_cubic(*arguments, 7).point
+    assert np.array_equal(default, integrate_cubic(*arguments, 7, order=6).point)
+
+
+def test_arguments_of_any_layout():
+    S, V, A, J = data(6, 3)
+    expected = integrate_cubic(S, V, A, J, 5).point
+    padded = np.zeros((12, 6))
+    padded[::2, ::2] = V
+    layouts = (np.asfortranarray(S), padded[::2, ::2], A[::-1].copy()[::-1], J.tolist())
+    assert np.array_equal(integrate_cubic(*layouts, 5).point, expected)
+    integers = [np.array(x) for x in ([[1], [0], [0]], [[0], [1], [0]], [[0], [0], [1]], [[0], [0], [0]])]
+    assert integrate_cubic(*integers, 5).point.shape == (6, 3, 1)
+
+
+def test_long_and_short_calls_give_the_same_bits():
+    arguments = data(4, 2)
+    long = integrate_cubic(*arguments, 20_000, t_end=20.0)
+    short = integrate_cubic(*arguments, 20, t_end=0.02)
+    assert np.allclose(long.point[20], short.point[20], rtol=0, atol=1e-14)
+    assert np.array_equal(long.point, integrate_cubic(*arguments, 20_000, t_end=20.0).point)
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        ({"steps": 0}, "steps"),
+        ({"steps": -3}, "steps"),
+        ({"steps": 2**62}, "steps"),
+        ({"order": 5}, "order"),
+        ({"order": 0}, "order"),
+        ({"t_end": np.nan}, "t_end"),
+        ({"t_end": np.inf}, "t_end"),
+    ],
+)
+def test_bad_scalars(change, text):
+    S, V, A, J = data(4, 2)
+    with pytest.raises(InvalidInputError, match=text):
+        integrate_cubic(**{"S": S, "V": V, "A": A, "J": J, "steps": 5, **change})
+
+
+@pytest.mark.parametrize("index", range(4))
+def test_bad_arrays(index):
+    arguments = list(data(4, 2))
+    good = arguments[index]
+    for wrong in (good * np.nan, good[:3], np.stack([good, good]), good[:, 0], 1.5 * arguments[0]):
+        arguments[index] = wrong
+        with pytest.raises(InvalidInputError, match=NAMES_OF_ARGUMENTS[index]):
+            integrate_cubic(*arguments, 5)
+    arguments[index] = good + 0j
+    with pytest.raises(TypeError):
+        integrate_cubic(*arguments, 5)
+
+
+NAMES_OF_ARGUMENTS = "SVAJ"
+
+
+def test_huge_values_raise_or_are_right():
+    for shape in [(3, 1), (4, 2)]:
+        for speed, t_end in [(1e200, 1.0), (1.0, 1e300), (1e8, 1e8)]:
+            try:
+                trajectory = integrate_cubic(*data(*shape, speed=speed), 3, t_end=t_end)
+            except stiefel_rs.StiefelError:
+                continue
+            assert np.all(np.isfinite(trajectory.jerk))
+
+
+def test_it_stops_at_ctrl_c(spawn):
+    code = (
+        "import numpy as np; from stiefel_rs import Stiefel, integrate_cubic\n"
+        "M = Stiefel(400, 40); S = M.random_point(0); V = M.random_tangent(S, 1)\n"
+        "print('ready', flush=True)\n"
+        "integrate_cubic(S, V, V, V, 2_000, order=8)\n"
+    )
+    child = spawn("-c", code, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    assert child.stdout.readline().strip() == "ready"
+    time.sleep(1.0)
+    start = time.monotonic()
+    child.send_signal(signal.SIGINT)
+    _, errors = child.communicate(timeout=20)
+    assert time.monotonic() - start < 5.0
+    assert "KeyboardInterrupt" in errors
