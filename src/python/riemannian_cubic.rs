@@ -20,6 +20,9 @@ use crate::linalg::structure::norm;
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 type Four<'py> = (Array<'py>, Array<'py>, Array<'py>, Array<'py>);
 
+/// Initial data, both ends of the interval, tolerance and report.
+type Pickled<'py> = (Four<'py>, f64, f64, f64, Option<PySolverReport>);
+
 impl Operations for RiemannianCubic {
     fn operations(&self, quantity: Quantity) -> f64 {
         let (r, k) = (self.n().min(4 * self.k()) as f64, self.k() as f64);
@@ -214,10 +217,7 @@ impl PyRiemannianCubic {
     fn __reduce__<'py>(
         slf: &Bound<'py, Self>,
         py: Python<'py>,
-    ) -> PyResult<(
-        Bound<'py, PyAny>,
-        (Four<'py>, f64, f64, f64, Option<PySolverReport>),
-    )> {
+    ) -> PyResult<(Bound<'py, PyAny>, Pickled<'py>)> {
         let this = slf.get();
         let (start, end) = Curve::t_span(&*this.0);
         let state = (
