@@ -181,7 +181,7 @@ impl Path {
         let (k, m, normals) = (blocks.k(), blocks.normals(), blocks.m::<f64>());
         let (k2, rk, vector) = (k * k, blocks.r::<f64>() * k, k * (k + m));
         let outcome = march.run(t, interrupt, |series, start, length| {
-            if points.len() + vectors.len() + size * (rk + vector) > MAX_COEFFICIENTS {
+            if points.len() + vectors.len() + 2 * size * rk > MAX_COEFFICIENTS {
                 return Err(too_many_steps(pieces.len(), (t - start).abs()));
             }
             let end = start + length;

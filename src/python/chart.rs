@@ -44,7 +44,7 @@ pub type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 pub struct PyChart(Kind);
 
 /// An integer argument of at least `least`.
-pub fn count(py: Python<'_>, name: &str, value: i64, least: i64) -> PyResult<usize> {
+pub(super) fn count(py: Python<'_>, name: &str, value: i64, least: i64) -> PyResult<usize> {
     match usize::try_from(value) {
         Ok(count) if value >= least => Ok(count),
         _ => Err(invalid_input(
