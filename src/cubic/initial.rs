@@ -8,7 +8,8 @@ use crate::linalg::product::mul_into;
 use crate::linalg::structure::norm;
 use crate::manifold::stiefel::{POINT_TOLERANCE, Stiefel, TANGENT_TOLERANCE};
 
-/// A vector of `m`: `[[omega, -normal^T], [normal, 0]]` with `omega` skew, shape `(k, k)`, and `normal`, shape `(r - k, k)`.
+/// A vector of `m`: `[[omega, -normal^T], [normal, 0]]` with `omega` skew, shape `(k, k)`, and `normal`, of shape
+/// `(r - k, k)`.
 #[derive(Debug, Clone)]
 pub(crate) struct Horizontal {
     pub(crate) omega: Mat<f64>,
@@ -58,8 +59,8 @@ impl InitialData {
 
     /// The same data per unit of their natural time, and how many of these units a unit of time has.
     ///
-    /// The rate is a power of two near `max(|V|, |A|^(1/2), |J|^(1/3))`, so nothing is rounded, and nothing but what is negligible
-    /// beside the rest underflows.
+    /// The rate is a power of two near `max(|V|, |A|^(1/2), |J|^(1/3))`, so nothing is rounded, and nothing but what is
+    /// negligible beside the rest underflows.
     ///
     /// # Errors
     /// As [`InitialData::new`].

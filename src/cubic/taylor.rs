@@ -76,7 +76,7 @@ impl<T: Number, B: Blocks> March<T, B> {
     /// Goes on to `t_end`; `visit` sees every step: series, start and signed length.
     ///
     /// # Errors
-    /// `NoConvergence` (too many steps; the residual is the time that was left), `Overflow`, `Interrupted`, and those of
+    /// `NoConvergence` (too many steps; the residual is the time that was left), `Overflow`, `Interrupted`, those of
     /// `visit`.
     pub(crate) fn run(
         &mut self,
