@@ -52,7 +52,7 @@ impl FlatData {
         let horizontal = |v: &Mat<f64>| Horizontal::of_tangent(identity.as_ref(), v.as_ref());
         Ok(FlatData {
             displacement: horizontal(&curve.initial_velocity()),
-            end_velocity: horizontal(&carry_back(&curve, v1)?),
+            end_velocity: horizontal(&carry(&curve, v1, -1.0)?),
         })
     }
 
@@ -90,21 +90,21 @@ pub(super) fn identity_columns(r: usize, k: usize) -> Mat<f64> {
     Mat::from_fn(r, k, |i, j| f64::from(u8::from(i == j)))
 }
 
-/// `e^{-X} V e^{-Omega}` for a vector at the end of a quasi-geodesic.
-fn carry_back(curve: &QuasiGeodesic, v: MatRef<'_, f64>) -> Result<Mat<f64>> {
+/// `e^{tX} V e^{t Omega}` for the factors of a quasi-geodesic: a vector at its point `s` carried on by `t`.
+pub(super) fn carry(curve: &QuasiGeodesic, v: MatRef<'_, f64>, t: f64) -> Result<Mat<f64>> {
     let k = v.ncols();
     let mut components = curve.frame().transpose() * v;
     for i in 0..k {
-        let (sin, cos) = curve.angles()[i].sin_cos();
+        let (sin, cos) = (t * curve.angles()[i]).sin_cos();
         for j in 0..k {
             let (along, across) = (components[(i, j)], components[(k + i, j)]);
-            components[(i, j)] = (cos - 1.0) * along + sin * across;
-            components[(k + i, j)] = (cos - 1.0) * across - sin * along;
+            components[(i, j)] = (cos - 1.0) * along - sin * across;
+            components[(k + i, j)] = (cos - 1.0) * across + sin * along;
         }
     }
     let turned = v + curve.frame() * components;
     let mut turn = Mat::zeros(k, k);
-    SkewExp::new(k).exp_into(turn.as_mut(), curve.omega(), -1.0)?;
+    SkewExp::new(k).exp_into(turn.as_mut(), curve.omega(), t)?;
     Ok(turned * turn)
 }
 

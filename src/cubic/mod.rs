@@ -18,15 +18,20 @@
 //! spaces", IMA J. Math. Control Inform. 6, 465-473.
 
 mod boundary;
+mod continuation;
+mod end_map;
 mod guess;
+mod homotopy;
 pub(crate) mod initial;
 mod path;
+mod problem;
+mod random;
 mod reduced;
 pub mod riemannian_cubic;
 mod shooting;
 mod taylor;
 
-pub use boundary::BoundaryOptions;
+pub use boundary::{BoundaryOptions, BoundaryReport, BoundaryStrategy};
 pub use riemannian_cubic::{IntegrationOptions, RiemannianCubic};
 
 #[cfg(test)]

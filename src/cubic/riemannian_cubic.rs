@@ -2,6 +2,7 @@
 
 use faer::{Mat, MatMut, MatRef, Scale};
 
+use super::boundary::BoundaryReport;
 use super::initial::{Horizontal, InitialData};
 use super::path::{Path, State};
 use super::taylor::Accuracy;
@@ -69,7 +70,7 @@ pub struct RiemannianCubic {
     frame: Option<Mat<f64>>,
     path: Path,
     span: (f64, f64),
-    report: Option<SolverReport>,
+    report: Option<BoundaryReport>,
 }
 
 impl RiemannianCubic {
@@ -114,7 +115,7 @@ impl RiemannianCubic {
         k: usize,
         frame: Option<Mat<f64>>,
         path: Path,
-        report: Option<SolverReport>,
+        report: Option<BoundaryReport>,
     ) -> Self {
         RiemannianCubic {
             n,
@@ -128,6 +129,11 @@ impl RiemannianCubic {
 
     /// How the boundary value problem was solved, for a curve that comes from one.
     pub fn report(&self) -> Option<&SolverReport> {
+        self.report.as_ref().map(|report| &report.solver)
+    }
+
+    /// The same with the way on which the solution was found.
+    pub fn boundary_report(&self) -> Option<&BoundaryReport> {
         self.report.as_ref()
     }
 

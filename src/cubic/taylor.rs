@@ -50,6 +50,7 @@ pub(crate) struct March<T, B> {
     pub(crate) accuracy: Accuracy,
     pub(crate) time: f64,
     pub(crate) steps: usize,
+    pub(crate) max_steps: usize,
 }
 
 impl<T: Number, B: Blocks> March<T, B> {
@@ -61,6 +62,7 @@ impl<T: Number, B: Blocks> March<T, B> {
             accuracy,
             time: 0.0,
             steps: 0,
+            max_steps: MAX_STEPS,
         }
     }
 
@@ -108,7 +110,7 @@ impl<T: Number, B: Blocks> March<T, B> {
                 quantity: "Riemannian cubic",
             });
         }
-        if self.steps < MAX_STEPS && ahead.abs() < MAX_STEPS as f64 * length {
+        if self.steps < self.max_steps && ahead.abs() < self.max_steps as f64 * length {
             return Ok(());
         }
         let report = SolverReport {
