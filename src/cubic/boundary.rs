@@ -7,7 +7,7 @@ use faer::{Mat, MatRef};
 use super::continuation::{Next, Tracer, norm};
 use super::end_map::EndMap;
 use super::homotopy::Homotopy;
-use super::problem::Problem;
+use super::problem::{Problem, unpack};
 use super::random::Random;
 use super::riemannian_cubic::RiemannianCubic;
 use super::shooting::SOLVER;
@@ -22,11 +22,14 @@ const DIRECT_STEPS: usize = 12;
 /// Newton steps from where a continuation arrives.
 const POLISH_STEPS: usize = 8;
 
-/// Curves with random initial data that continuation sets out from.
-const RESTARTS: u32 = 24;
+/// Families with random detours that are tried.
+const DETOURS: u32 = 32;
 
 /// How far the random initial data are from those of flat space, relative to their size; one after the other.
 const SPREADS: [f64; 4] = [0.3, 0.6, 1.0, 1.5];
+
+/// Shares of displacement and speeds that detours set out with, one after the other.
+const SHARES: [f64; 4] = [0.5, 0.3, 0.7, 0.2];
 
 /// Integration of the curves that continuation sets out from.
 const ACCURACY: f64 = 1e-9;
@@ -88,6 +91,8 @@ pub enum BoundaryStrategy {
     Direct,
     /// Continuation from the curve that stands still, displacement and velocities growing.
     Growing,
+    /// The same with velocities that make a detour.
+    Detour,
     /// Continuation from a curve with other end data: that of the first start, or of random initial data.
     Moving,
 }
@@ -98,6 +103,7 @@ impl BoundaryStrategy {
         match self {
             BoundaryStrategy::Direct => "direct",
             BoundaryStrategy::Growing => "growing",
+            BoundaryStrategy::Detour => "detour",
             BoundaryStrategy::Moving => "moving",
         }
     }
@@ -245,19 +251,59 @@ impl<'a> Solver<'a> {
             }
         }
         let mut random = Random::new(0);
-        for restart in 0..RESTARTS {
+        for attempt in 0..DETOURS {
             if self.map.exhausted() {
                 break;
             }
-            let from = match restart {
-                0 => start.clone(),
-                _ => self.scattered(&start, restart, &mut random),
-            };
-            if let Some(y) = self.moved(&from, size)? {
-                return Ok(Some((y, self.report(BoundaryStrategy::Moving))));
+            if let Some((homotopy, from)) = self.detour(&start, attempt, &mut random)?
+                && let Some(y) = self.follow_to_first(&homotopy, &from, size)?
+            {
+                return Ok(Some((y, self.report(BoundaryStrategy::Detour))));
+            }
+            if attempt % 4 == 3 {
+                let from = self.scattered(&start, attempt / 4, &mut random);
+                if let Some(y) = self.moved(&from, size)? {
+                    return Ok(Some((y, self.report(BoundaryStrategy::Moving))));
+                }
             }
         }
         Ok(None)
+    }
+
+    /// A family from easier data, in part as far apart and as fast, on with a random detour, and its known solution.
+    pub(super) fn detour(
+        &mut self,
+        start: &[f64],
+        attempt: u32,
+        random: &mut Random,
+    ) -> Result<Option<(Homotopy, Vec<f64>)>> {
+        let Ok(growing) = Homotopy::growing(self.problem) else {
+            return Ok(None);
+        };
+        let share = SHARES[attempt as usize % SHARES.len()];
+        self.map.set_target(&growing.target(share)?);
+        let mut y: Vec<f64> = start.iter().map(|y| share * y).collect();
+        match self.map.solve(&mut y, ACCURACY, DIRECT_STEPS) {
+            Ok(report) => {
+                self.newton_steps += report.iterations;
+                if !report.converged {
+                    return Ok(None);
+                }
+            }
+            Err(error @ Error::Interrupted { .. }) => return Err(error),
+            Err(_) => return Ok(None),
+        }
+        let spread = SPREADS[attempt as usize % SPREADS.len()];
+        let unknowns = self.problem.unknowns() as f64;
+        let size = spread * (1.0 + 0.5 * self.speeds()) / (0.5 * unknowns).sqrt();
+        let entries: Vec<f64> = start.iter().map(|_| size * random.normal()).collect();
+        let detour = unpack(&entries, self.problem.blocks());
+        Ok(growing.around(share, detour).ok().map(|homotopy| (homotopy, y)))
+    }
+
+    /// Initial and end speed together.
+    fn speeds(&self) -> f64 {
+        self.problem.velocity.inner(&self.problem.velocity).sqrt() + self.problem.end[1].norm_l2()
     }
 
     /// Newton from `y`, in place; whether it converges.
@@ -275,8 +321,7 @@ impl<'a> Solver<'a> {
     /// Initial data around those of a start.
     pub(super) fn scattered(&self, start: &[f64], attempt: u32, random: &mut Random) -> Vec<f64> {
         let spread = SPREADS[attempt as usize % SPREADS.len()];
-        let speeds = norm(&self.problem.target.velocity[1]) + self.problem.end[1].norm_l2();
-        let size = norm(start).max(1.0 + speeds) / (start.len().max(1) as f64).sqrt();
+        let size = norm(start).max(1.0 + self.speeds()) / (start.len().max(1) as f64).sqrt();
         start
             .iter()
             .map(|y| y + spread * size * random.normal())
@@ -301,6 +346,7 @@ impl<'a> Solver<'a> {
         Ok(Homotopy::moving(self.problem, end).ok())
     }
 
+    /// The first solution of the problem on the way along a family.
     fn follow_to_first(
         &mut self,
         homotopy: &Homotopy,

@@ -34,11 +34,14 @@ const CONTRACTION: f64 = 0.5;
 /// The cosine of the angle by which the tangent may turn in a step.
 const MAX_TURN: f64 = 0.8;
 
+/// A curve of solutions is left where an entry of the scaled `y` exceeds this.
+const FAR: f64 = 8.0;
+
 /// Integrations on the way leave out this share of the state.
-const ACCURACY: f64 = 1e-9;
+const ACCURACY: f64 = 1e-7;
 
 /// Half the distance of the parameters at which the data are differenced. The difference only steers.
-const DIFFERENCE: f64 = 1e-5;
+const DIFFERENCE: f64 = 1e-3;
 
 /// Whether the curve of solutions is followed further.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -91,6 +94,7 @@ impl<'a> Tracer<'a> {
         mut arrive: impl FnMut(&mut dyn EndMap, &[f64]) -> Result<Next>,
     ) -> Result<()> {
         let [mut step, longest, shortest] = STEP;
+        let range = self.homotopy.range();
         let Some(mut from) = self.first(start)? else {
             return Ok(());
         };
@@ -112,6 +116,10 @@ impl<'a> Tracer<'a> {
                 }
             }
             from = to;
+            let (lambda, y) = from.place.split_last().expect("there is lambda");
+            if !range.contains(lambda) || y.iter().any(|x| x.abs() > FAR) {
+                break;
+            }
             if corrections <= 2 {
                 step = (2.0 * step).min(longest);
             }

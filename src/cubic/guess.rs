@@ -56,6 +56,35 @@ impl FlatData {
         })
     }
 
+    /// The same with a full turn more, forwards or backwards, in one of the principal directions.
+    ///
+    /// # Errors
+    /// Those of [`FlatData::new`], without detours.
+    pub(super) fn turned(s1: MatRef<'_, f64>, v1: MatRef<'_, f64>) -> Result<Vec<Self>> {
+        let (r, k) = s1.shape();
+        let start = identity_columns(r, k);
+        let mut curve = QuasiGeodesic::zeros(r, k);
+        curve.join(start.as_ref(), s1, &mut EndpointProblem::new(r, k))?;
+        let flat = Self::join(start.as_ref(), s1, v1)?;
+        let identity = Mat::identity(r, r);
+        let mut all = Vec::new();
+        for i in (0..k).filter(|&i| curve.angles()[i] > 0.0) {
+            for turn in [-std::f64::consts::TAU, std::f64::consts::TAU] {
+                let (q, w) = (curve.frame().col(k + i), curve.right().row(i));
+                let tangent = Mat::from_fn(r, k, |row, col| turn * q[row] * w[col]);
+                let extra = Horizontal::of_tangent(identity.as_ref(), tangent.as_ref());
+                all.push(FlatData {
+                    displacement: Horizontal {
+                        omega: &flat.displacement.omega + extra.omega,
+                        normal: &flat.displacement.normal + extra.normal,
+                    },
+                    end_velocity: flat.end_velocity.clone(),
+                });
+            }
+        }
+        Ok(all)
+    }
+
     /// `x'` and `x''` at the start, from the velocity there.
     pub(super) fn start(&self, velocity: &Horizontal) -> [Horizontal; 2] {
         let part = |pick: fn(&Horizontal) -> &Mat<f64>| {

@@ -28,10 +28,12 @@ mod problem;
 mod random;
 mod reduced;
 pub mod riemannian_cubic;
+mod search;
 mod shooting;
 mod taylor;
 
 pub use boundary::{BoundaryOptions, BoundaryReport, BoundaryStrategy};
+pub use search::SearchOptions;
 pub use riemannian_cubic::{IntegrationOptions, RiemannianCubic};
 
 #[cfg(test)]
