@@ -34,6 +34,12 @@ const SHARES: [f64; 4] = [0.5, 0.3, 0.7, 0.2];
 /// Integration of the curves that continuation sets out from.
 const ACCURACY: f64 = 1e-9;
 
+/// Below this, Newton's method is on its way.
+const NEAR: f64 = 0.1;
+
+/// Random initial data that Newton's method starts from.
+const RESTARTS: u32 = 48;
+
 /// Below this, a residual that does not fall any more has met round-off.
 const ROUND_OFF: f64 = 1e-9;
 
@@ -91,7 +97,9 @@ pub enum BoundaryStrategy {
     Direct,
     /// Continuation from the curve that stands still, displacement and velocities growing.
     Growing,
-    /// The same with velocities that make a detour.
+    /// Newton's method from random initial data around the first start.
+    Restart,
+    /// Continuation from easier data, with velocities that make a detour.
     Detour,
     /// Continuation from a curve with other end data: that of the first start, or of random initial data.
     Moving,
@@ -103,6 +111,7 @@ impl BoundaryStrategy {
         match self {
             BoundaryStrategy::Direct => "direct",
             BoundaryStrategy::Growing => "growing",
+            BoundaryStrategy::Restart => "restart",
             BoundaryStrategy::Detour => "detour",
             BoundaryStrategy::Moving => "moving",
         }
@@ -229,18 +238,12 @@ impl<'a> Solver<'a> {
     /// A solution; none where all strategies fail.
     fn solve(&mut self, start: Vec<f64>) -> Result<Option<Solution>> {
         let mut y = start.clone();
-        let direct = self.newton(&mut y, self.options.max_iterations.min(DIRECT_STEPS));
-        let hopeless = match direct {
-            Ok(true) => return Ok(Some((y, self.report(BoundaryStrategy::Direct)))),
-            Ok(false) => {
-                let (distance, reason) = self.nearest;
-                let limited = self.options.max_iterations <= DIRECT_STEPS;
-                (limited && reason == StopReason::MaxIterations) || distance < ROUND_OFF
-            }
-            // The start cannot be integrated.
-            Err(error) => return Err(error),
-        };
-        if hopeless {
+        if self.direct(&mut y)? {
+            return Ok(Some((y, self.report(BoundaryStrategy::Direct))));
+        }
+        let limited = self.options.max_iterations <= DIRECT_STEPS;
+        let (distance, reason) = self.nearest;
+        if (limited && reason == StopReason::MaxIterations) || distance < ROUND_OFF {
             return Ok(None);
         }
         let size = norm(&start);
@@ -251,6 +254,15 @@ impl<'a> Solver<'a> {
             }
         }
         let mut random = Random::new(0);
+        for attempt in 0..RESTARTS {
+            if self.map.exhausted() {
+                return Ok(None);
+            }
+            let mut y = self.scattered(&start, attempt, &mut random);
+            if self.restarted(&mut y)? {
+                return Ok(Some((y, self.report(BoundaryStrategy::Restart))));
+            }
+        }
         for attempt in 0..DETOURS {
             if self.map.exhausted() {
                 break;
@@ -268,6 +280,30 @@ impl<'a> Solver<'a> {
             }
         }
         Ok(None)
+    }
+
+    /// Newton from the first start; longer than from others where it is on its way.
+    fn direct(&mut self, y: &mut [f64]) -> Result<bool> {
+        let most = self.options.max_iterations;
+        let first = most.min(DIRECT_STEPS);
+        if self.newton(y, first)? {
+            return Ok(true);
+        }
+        let (distance, reason) = self.nearest;
+        if reason != StopReason::MaxIterations || first == most || distance > NEAR {
+            return Ok(false);
+        }
+        self.starts -= 1;
+        self.newton(y, most - first)
+    }
+
+    /// Newton from random initial data, in place; a curve that cannot be integrated is no solution.
+    fn restarted(&mut self, y: &mut [f64]) -> Result<bool> {
+        match self.newton(y, self.options.max_iterations.min(DIRECT_STEPS)) {
+            Err(error @ Error::Interrupted { .. }) => Err(error),
+            Err(_) => Ok(false),
+            converged => converged,
+        }
     }
 
     /// A family from easier data, in part as far apart and as fast, on with a random detour, and its known solution.
@@ -298,7 +334,10 @@ impl<'a> Solver<'a> {
         let size = spread * (1.0 + 0.5 * self.speeds()) / (0.5 * unknowns).sqrt();
         let entries: Vec<f64> = start.iter().map(|_| size * random.normal()).collect();
         let detour = unpack(&entries, self.problem.blocks());
-        Ok(growing.around(share, detour).ok().map(|homotopy| (homotopy, y)))
+        Ok(growing
+            .around(share, detour)
+            .ok()
+            .map(|homotopy| (homotopy, y)))
     }
 
     /// Initial and end speed together.

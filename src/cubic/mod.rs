@@ -19,6 +19,7 @@
 
 mod boundary;
 mod continuation;
+mod derivative;
 mod end_map;
 mod guess;
 mod homotopy;
@@ -31,10 +32,12 @@ pub mod riemannian_cubic;
 mod search;
 mod shooting;
 mod taylor;
+mod variation;
 
 pub use boundary::{BoundaryOptions, BoundaryReport, BoundaryStrategy};
-pub use search::SearchOptions;
+pub use derivative::{BoundaryDerivative, BoundaryVariation, CostGradient, InitialVariation};
 pub use riemannian_cubic::{IntegrationOptions, RiemannianCubic};
+pub use search::SearchOptions;
 
 #[cfg(test)]
 mod speed {

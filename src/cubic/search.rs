@@ -127,18 +127,39 @@ fn search(
     let size = norm(start);
     if let Ok(homotopy) = Homotopy::growing(problem) {
         let rest = vec![0.0; start.len()];
-        follow(solver, &homotopy, &rest, size, BoundaryStrategy::Growing, found)?;
+        follow(
+            solver,
+            &homotopy,
+            &rest,
+            size,
+            BoundaryStrategy::Growing,
+            found,
+        )?;
     }
     for attempt in 0..options.starts {
         if solver.map.exhausted() {
             break;
         }
         if let Some((homotopy, from)) = solver.detour(start, attempt, &mut random)? {
-            follow(solver, &homotopy, &from, size, BoundaryStrategy::Detour, found)?;
+            follow(
+                solver,
+                &homotopy,
+                &from,
+                size,
+                BoundaryStrategy::Detour,
+                found,
+            )?;
         }
         let from = solver.scattered(start, attempt, &mut random);
         if let Some(homotopy) = solver.family_from(&from)? {
-            follow(solver, &homotopy, &from, size, BoundaryStrategy::Moving, found)?;
+            follow(
+                solver,
+                &homotopy,
+                &from,
+                size,
+                BoundaryStrategy::Moving,
+                found,
+            )?;
         }
     }
     Ok(())
