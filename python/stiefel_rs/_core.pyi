@@ -195,6 +195,7 @@ class RiemannianCubic(Curve):
     def from_initial(
         S: ArrayLike, V: ArrayLike, A: ArrayLike, J: ArrayLike, t_end: float = 1.0, *, tol: float = 1e-17
     ) -> RiemannianCubic: ...
+    @overload
     @staticmethod
     def from_boundary(
         S0: ArrayLike,
@@ -204,7 +205,22 @@ class RiemannianCubic(Curve):
         *,
         tol: float = 1e-12,
         max_iterations: int = 50,
+        guess: tuple[ArrayLike, ArrayLike] | None = None,
+        all_found: Literal[False] = False,
     ) -> RiemannianCubic: ...
+    @overload
+    @staticmethod
+    def from_boundary(
+        S0: ArrayLike,
+        V0: ArrayLike,
+        S1: ArrayLike,
+        V1: ArrayLike,
+        *,
+        tol: float = 1e-12,
+        max_iterations: int = 50,
+        guess: tuple[ArrayLike, ArrayLike] | None = None,
+        all_found: Literal[True],
+    ) -> list[RiemannianCubic]: ...
     def __copy__(self) -> RiemannianCubic: ...
     def __deepcopy__(self, _memo: object) -> RiemannianCubic: ...
     @property
@@ -220,6 +236,13 @@ class RiemannianCubic(Curve):
     def restricted(self, start: float, end: float) -> RiemannianCubic: ...
     def reparametrised(self, start: float, end: float) -> RiemannianCubic: ...
     def reversed(self) -> RiemannianCubic: ...
+    def initial_variation(
+        self, dS0: ArrayLike, dV0: ArrayLike, dS1: ArrayLike, dV1: ArrayLike
+    ) -> tuple[_Array, _Array, _Array, _Array]: ...
+    def point_variation(
+        self, t: ArrayLike, dS0: ArrayLike, dV0: ArrayLike, dS1: ArrayLike, dV1: ArrayLike
+    ) -> _Array: ...
+    def cost_gradient(self) -> tuple[_Array, _Array, _Array, _Array]: ...
 
 @final
 class ShootingResult:

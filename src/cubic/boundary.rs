@@ -1,49 +1,165 @@
-//! Riemannian cubics from boundary data.
+//! Riemannian cubics from boundary data: Newton from a start, then continuation from problems that are easier.
+
+use std::fmt;
 
 use faer::{Mat, MatRef};
 
-use super::guess::FlatData;
-use super::initial::{Horizontal, complete};
-use super::path::{Path, State};
-use super::reduced::{Blocks, Fixed, Sized};
+use super::continuation::{Next, Tracer, norm};
+use super::end_map::EndMap;
+use super::homotopy::Homotopy;
+use super::problem::{Problem, unpack};
+use super::random::Random;
 use super::riemannian_cubic::RiemannianCubic;
-use super::shooting::{SOLVER, Shooting, Target};
+use super::shooting::SOLVER;
 use super::taylor::Accuracy;
-use crate::curve::span::Span;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
-use crate::manifold::stiefel::{POINT_TOLERANCE, Stiefel, TANGENT_TOLERANCE};
-use crate::report::SolverReport;
+use crate::report::{SolverReport, StopReason};
+
+/// Newton steps after which a start counts as bad; good ones take at most 6.
+const DIRECT_STEPS: usize = 12;
+
+/// Newton steps from where a continuation arrives.
+const POLISH_STEPS: usize = 8;
+
+/// Families with random detours that are tried.
+const DETOURS: u32 = 32;
+
+/// How far the random initial data are from those of flat space, relative to their size; one after the other.
+const SPREADS: [f64; 4] = [0.3, 0.6, 1.0, 1.5];
+
+/// Shares of displacement and speeds that detours set out with, one after the other.
+const SHARES: [f64; 4] = [0.5, 0.3, 0.7, 0.2];
+
+/// Integration of the curves that continuation sets out from.
+const ACCURACY: f64 = 1e-9;
+
+/// Below this, Newton's method is on its way.
+const NEAR: f64 = 0.1;
+
+/// Random initial data that Newton's method starts from.
+const RESTARTS: u32 = 48;
+
+/// Below this, a residual that does not fall any more has met round-off.
+const ROUND_OFF: f64 = 1e-9;
 
 /// How a boundary value problem is solved.
 #[derive(Clone, Copy)]
 pub struct BoundaryOptions<'a> {
-    /// Converged once `(|S(1) - S1|^2 + |V(1) - V1|^2)^(1/2)` is at most this.
+    /// Converged once `(|S(1) - S1|^2 + |V(1) - V1|^2)^(1/2)` is at most this; between 1e-15 and 0.1.
     pub tolerance: f64,
-    /// Newton steps at the most, for one start.
+    /// Newton steps at the most from the first start, and from any other; at least 1.
     pub max_iterations: usize,
+    /// Covariant acceleration and covariant jerk at `S0` to start from, shape `(n, k)` each; by default those of the cubic of
+    /// flat space. Parts outside of the span of the boundary data, where no solution has any, are left out.
+    pub guess: Option<(MatRef<'a, f64>, MatRef<'a, f64>)>,
     /// Asked before every step.
     pub interrupt: Interrupt<'a>,
 }
 
 impl Default for BoundaryOptions<'_> {
-    /// Residual `1e-12`, at most 50 steps.
+    /// Residual `1e-12`, at most 50 steps, the start of flat space.
     fn default() -> Self {
         BoundaryOptions {
             tolerance: 1e-12,
             max_iterations: 50,
+            guess: None,
             interrupt: Interrupt::NEVER,
         }
+    }
+}
+
+impl BoundaryOptions<'_> {
+    pub(super) fn check(&self) -> Result<()> {
+        if !(1e-15..=0.1).contains(&self.tolerance) {
+            return Err(Error::InvalidArgument {
+                name: "tolerance",
+                requirement: "between 1e-15 and 0.1",
+                found: self.tolerance,
+            });
+        }
+        if self.max_iterations == 0 {
+            return Err(Error::InvalidArgument {
+                name: "max_iterations",
+                requirement: "at least 1",
+                found: 0.0,
+            });
+        }
+        Ok(())
+    }
+}
+
+/// The way on which the solution of a boundary value problem was found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum BoundaryStrategy {
+    /// Newton's method from the first start: the cubic of flat space or the guess.
+    Direct,
+    /// Continuation from the curve that stands still, displacement and velocities growing.
+    Growing,
+    /// Newton's method from random initial data around the first start.
+    Restart,
+    /// Continuation from easier data, with velocities that make a detour.
+    Detour,
+    /// Continuation from a curve with other end data: that of the first start, or of random initial data.
+    Moving,
+}
+
+impl BoundaryStrategy {
+    /// The strategy as a word.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            BoundaryStrategy::Direct => "direct",
+            BoundaryStrategy::Growing => "growing",
+            BoundaryStrategy::Restart => "restart",
+            BoundaryStrategy::Detour => "detour",
+            BoundaryStrategy::Moving => "moving",
+        }
+    }
+}
+
+/// How the solution of a boundary value problem was found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BoundaryReport {
+    /// Of the whole solution: its iterations count every Newton step, corrections of continuations among them.
+    pub solver: SolverReport,
+    /// What led to the solution; where none was found, what was tried last.
+    pub strategy: BoundaryStrategy,
+    /// Steps of continuations, all together.
+    pub continuation_steps: usize,
+    /// Starts that were tried, the one that led to the solution among them.
+    pub starts: usize,
+}
+
+impl fmt::Display for BoundaryReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{}: {}, {} starts, {} steps of continuation",
+            self.strategy.as_str(),
+            self.solver,
+            self.starts,
+            self.continuation_steps
+        )
     }
 }
 
 impl RiemannianCubic {
     /// A Riemannian cubic on `[0, 1]` with end points `s0, s1` and end velocities `v0, v1`, all of shape `(n, k)`.
     ///
-    /// Cubics with given ends are stationary, not unique. This one is found by Newton's method from the cubic of flat space.
+    /// Cubics with given ends are stationary, not unique. Newton's method starts from the cubic of flat space (or from the
+    /// guess); where that fails, the solution is followed along families of boundary data that begin with a known one.
+    /// [`boundary_report`](Self::boundary_report) says how it was found, [`cost`](crate::Curve::cost) what it costs, and
+    /// [`all_from_boundary`](Self::all_from_boundary) looks for others.
+    ///
+    /// # Accuracy
+    /// The end is met to the tolerance. Of 1000 random problems on each of `St(3,1), St(3,2), St(4,2), St(5,2), St(6,3),
+    /// St(10,3)` with distance up to 2 and speeds up to 2 all are solved from the first start, in at most 6 steps; for distance
+    /// up to 3 and speeds up to 6 see `tests/boundary.rs`.
     ///
     /// # Errors
-    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`, `InvalidArgument`, `DifferentComponents`, `NoConvergence`, `Interrupted`.
+    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`, `InvalidArgument`, `DifferentComponents`, `NoConvergence` (also
+    /// for velocities so large that integration takes too many steps), `Overflow`, `Interrupted`.
     pub fn from_boundary(
         s0: MatRef<'_, f64>,
         v0: MatRef<'_, f64>,
@@ -51,150 +167,290 @@ impl RiemannianCubic {
         v1: MatRef<'_, f64>,
         options: &BoundaryOptions<'_>,
     ) -> Result<Self> {
-        if !(options.tolerance >= 0.0 && options.tolerance.is_finite()) {
-            return Err(Error::InvalidArgument {
-                name: "tolerance",
-                requirement: "finite and not negative",
-                found: options.tolerance,
-            });
-        }
+        options.check()?;
         let problem = Problem::new(s0, v0, s1, v1)?;
-        let mut y = problem.flat_start()?;
-        let report = problem.shoot(&mut y, options)?;
-        if !report.converged {
+        let start = first_start(&problem, s0, options)?;
+        let mut solver = Solver::new(&problem, options);
+        let Some((y, report)) = solver.solve(start)? else {
             return Err(Error::NoConvergence {
                 solver: SOLVER,
-                report,
+                report: solver.report(BoundaryStrategy::Moving).solver,
             });
-        }
-        problem.curve(&y, report, options.interrupt)
-    }
-}
-
-/// Boundary data in coordinates in which the start is the first columns of the identity.
-struct Problem {
-    n: usize,
-    k: usize,
-    /// Orthonormal basis of the span of the data, where that is smaller than `R^n`.
-    frame: Option<Mat<f64>>,
-    /// Orthogonal, its first columns the start.
-    g: Mat<f64>,
-    velocity: Horizontal,
-    /// End point and end velocity.
-    end: [Mat<f64>; 2],
-    target: Target,
-}
-
-impl Problem {
-    fn new(
-        s0: MatRef<'_, f64>,
-        v0: MatRef<'_, f64>,
-        s1: MatRef<'_, f64>,
-        v1: MatRef<'_, f64>,
-    ) -> Result<Self> {
-        let manifold = Stiefel::of("S0", s0)?;
-        manifold.check_point("S0", s0, POINT_TOLERANCE)?;
-        manifold.check_point("S1", s1, POINT_TOLERANCE)?;
-        manifold.check_tangent("V0", s0, v0, TANGENT_TOLERANCE)?;
-        manifold.check_tangent("V1", s1, v1, TANGENT_TOLERANCE)?;
-        let span = Span::of(&[s0, v0, s1, v1]);
-        let g = complete(span.down(s0).as_ref());
-        let velocity = Horizontal::of_tangent(g.as_ref(), span.down(v0).as_ref());
-        let end = [s1, v1].map(|a| g.transpose() * span.down(a));
-        let target = Target {
-            velocity: [entries(&velocity.omega), entries(&velocity.normal)],
-            end: [entries(&end[0]), entries(&end[1])],
         };
-        Ok(Problem {
-            n: s0.nrows(),
-            k: s0.ncols(),
-            frame: span.into_basis(),
-            g,
-            velocity,
-            end,
-            target,
-        })
-    }
-
-    /// `(x', x'')` of the cubic of flat space.
-    fn flat_start(&self) -> Result<Vec<f64>> {
-        let flat = FlatData::new(self.end[0].as_ref(), self.end[1].as_ref())?;
-        let [a, second] = flat.start(&self.velocity);
-        let mut y = Vec::new();
-        for vector in [a, second] {
-            for col in 0..self.k {
-                y.extend((0..col).map(|row| vector.omega[(row, col)]));
-            }
-            y.extend(entries(&vector.normal));
-        }
-        Ok(y)
-    }
-
-    fn shoot(&self, y: &mut [f64], options: &BoundaryOptions<'_>) -> Result<SolverReport> {
-        let (m, k) = (self.g.nrows() - self.k, self.k);
-        match (m, k) {
-            (1, 1) => self.shoot_in::<_, 2>(Fixed::<1, 1>, y, options),
-            (2, 1) => self.shoot_in::<_, 4>(Fixed::<2, 1>, y, options),
-            (3, 1) => self.shoot_in::<_, 6>(Fixed::<3, 1>, y, options),
-            (1, 2) => self.shoot_in::<_, 6>(Fixed::<1, 2>, y, options),
-            _ => self.shoot_in::<_, 8>(Sized { m, k }, y, options),
-        }
-    }
-
-    fn shoot_in<B: Blocks, const N: usize>(
-        &self,
-        blocks: B,
-        y: &mut [f64],
-        options: &BoundaryOptions<'_>,
-    ) -> Result<SolverReport> {
-        Shooting::<B, N>::new(blocks, &self.target, options.interrupt).solve(
-            y,
-            options.tolerance,
-            options.max_iterations,
-        )
-    }
-
-    /// The curve from `y = (x', x'')`.
-    fn curve(
-        self,
-        y: &[f64],
-        report: SolverReport,
-        interrupt: Interrupt<'_>,
-    ) -> Result<RiemannianCubic> {
-        let (r, k) = (self.g.nrows(), self.k);
-        let vector = |y: &[f64]| {
-            let (upper, lower) = y.split_at(k * (k - 1) / 2);
-            let omega = Mat::from_fn(k, k, |i, j| match i.cmp(&j) {
-                std::cmp::Ordering::Less => upper[j * (j - 1) / 2 + i],
-                std::cmp::Ordering::Equal => 0.0,
-                std::cmp::Ordering::Greater => -upper[i * (i - 1) / 2 + j],
-            });
-            [entries(&omega), lower.to_vec()]
-        };
-        let (first, second) = y.split_at(y.len() / 2);
-        let ([omega1, b1], [omega2, b2]) = (vector(first), vector(second));
-        let [omega, b] = self.target.velocity;
-        let g = entries(&self.g);
-        let (s, e) = g.split_at(r * k);
-        let state = State {
-            time: 0.0,
-            s: s.to_vec(),
-            e: e.to_vec(),
-            omega: [omega, omega1, omega2],
-            b: [b, b1, b2],
-        };
-        let mut path = Path::at(state, k, Accuracy::FULL);
-        path.extend_to(1.0, interrupt)?;
-        Ok(RiemannianCubic::of_path(
-            self.n,
-            k,
-            self.frame,
+        drop(solver);
+        let path = problem.path(&y, options.interrupt)?;
+        Ok(Self::of_path(
+            problem.n,
+            problem.k,
+            problem.frame,
             path,
             Some(report),
         ))
     }
 }
 
-fn entries(a: &Mat<f64>) -> Vec<f64> {
-    a.col_iter().flat_map(|c| c.iter().copied()).collect()
+/// `(x', x'')` to start from: those of the guess or of flat space.
+pub(super) fn first_start(
+    problem: &Problem,
+    s0: MatRef<'_, f64>,
+    options: &BoundaryOptions<'_>,
+) -> Result<Vec<f64>> {
+    if let Some((a, j)) = options.guess {
+        return problem.start_from(s0, a, j);
+    }
+    match problem.flat_start() {
+        // Continuation will look for another way there.
+        Err(Error::NoJoiningCurve { .. } | Error::OutsideLogDomain { .. }) => {
+            Ok(vec![0.0; problem.unknowns()])
+        }
+        other => other,
+    }
+}
+
+/// Tries one strategy after the other, and keeps account.
+pub(super) struct Solver<'a> {
+    problem: &'a Problem,
+    options: &'a BoundaryOptions<'a>,
+    pub(super) map: Box<dyn EndMap + 'a>,
+    newton_steps: usize,
+    continuation_steps: usize,
+    starts: usize,
+    /// The nearest end so far that was not near enough, and why it was left.
+    nearest: (f64, StopReason),
+}
+
+/// `(x', x'')` of a solution and how it was found.
+pub(super) type Solution = (Vec<f64>, BoundaryReport);
+
+impl<'a> Solver<'a> {
+    pub(super) fn new(problem: &'a Problem, options: &'a BoundaryOptions<'a>) -> Self {
+        Solver {
+            problem,
+            options,
+            map: problem.end_map(options.interrupt),
+            newton_steps: 0,
+            continuation_steps: 0,
+            starts: 0,
+            nearest: (f64::INFINITY, StopReason::Stagnated),
+        }
+    }
+
+    /// A solution; none where all strategies fail.
+    fn solve(&mut self, start: Vec<f64>) -> Result<Option<Solution>> {
+        let mut y = start.clone();
+        if self.direct(&mut y)? {
+            return Ok(Some((y, self.report(BoundaryStrategy::Direct))));
+        }
+        let limited = self.options.max_iterations <= DIRECT_STEPS;
+        let (distance, reason) = self.nearest;
+        if (limited && reason == StopReason::MaxIterations) || distance < ROUND_OFF {
+            return Ok(None);
+        }
+        let size = norm(&start);
+        if let Ok(homotopy) = Homotopy::growing(self.problem) {
+            let rest = vec![0.0; start.len()];
+            if let Some(y) = self.follow_to_first(&homotopy, &rest, size)? {
+                return Ok(Some((y, self.report(BoundaryStrategy::Growing))));
+            }
+        }
+        let mut random = Random::new(0);
+        for attempt in 0..RESTARTS {
+            if self.map.exhausted() {
+                return Ok(None);
+            }
+            let mut y = self.scattered(&start, attempt, &mut random);
+            if self.restarted(&mut y)? {
+                return Ok(Some((y, self.report(BoundaryStrategy::Restart))));
+            }
+        }
+        for attempt in 0..DETOURS {
+            if self.map.exhausted() {
+                break;
+            }
+            if let Some((homotopy, from)) = self.detour(&start, attempt, &mut random)?
+                && let Some(y) = self.follow_to_first(&homotopy, &from, size)?
+            {
+                return Ok(Some((y, self.report(BoundaryStrategy::Detour))));
+            }
+            if attempt % 4 == 3 {
+                let from = self.scattered(&start, attempt / 4, &mut random);
+                if let Some(y) = self.moved(&from, size)? {
+                    return Ok(Some((y, self.report(BoundaryStrategy::Moving))));
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    /// Newton from the first start; longer than from others where it is on its way.
+    fn direct(&mut self, y: &mut [f64]) -> Result<bool> {
+        let most = self.options.max_iterations;
+        let first = most.min(DIRECT_STEPS);
+        if self.newton(y, first)? {
+            return Ok(true);
+        }
+        let (distance, reason) = self.nearest;
+        if reason != StopReason::MaxIterations || first == most || distance > NEAR {
+            return Ok(false);
+        }
+        self.starts -= 1;
+        self.newton(y, most - first)
+    }
+
+    /// Newton from random initial data, in place; a curve that cannot be integrated is no solution.
+    fn restarted(&mut self, y: &mut [f64]) -> Result<bool> {
+        match self.newton(y, self.options.max_iterations.min(DIRECT_STEPS)) {
+            Err(error @ Error::Interrupted { .. }) => Err(error),
+            Err(_) => Ok(false),
+            converged => converged,
+        }
+    }
+
+    /// A family from easier data, in part as far apart and as fast, on with a random detour, and its known solution.
+    pub(super) fn detour(
+        &mut self,
+        start: &[f64],
+        attempt: u32,
+        random: &mut Random,
+    ) -> Result<Option<(Homotopy, Vec<f64>)>> {
+        let Ok(growing) = Homotopy::growing(self.problem) else {
+            return Ok(None);
+        };
+        let share = SHARES[attempt as usize % SHARES.len()];
+        self.map.set_target(&growing.target(share)?);
+        let mut y: Vec<f64> = start.iter().map(|y| share * y).collect();
+        match self.map.solve(&mut y, ACCURACY, DIRECT_STEPS) {
+            Ok(report) => {
+                self.newton_steps += report.iterations;
+                if !report.converged {
+                    return Ok(None);
+                }
+            }
+            Err(error @ Error::Interrupted { .. }) => return Err(error),
+            Err(_) => return Ok(None),
+        }
+        let spread = SPREADS[attempt as usize % SPREADS.len()];
+        let unknowns = self.problem.unknowns() as f64;
+        let size = spread * (1.0 + 0.5 * self.speeds()) / (0.5 * unknowns).sqrt();
+        let entries: Vec<f64> = start.iter().map(|_| size * random.normal()).collect();
+        let detour = unpack(&entries, self.problem.blocks());
+        Ok(growing
+            .around(share, detour)
+            .ok()
+            .map(|homotopy| (homotopy, y)))
+    }
+
+    /// Initial and end speed together.
+    fn speeds(&self) -> f64 {
+        self.problem.velocity.inner(&self.problem.velocity).sqrt() + self.problem.end[1].norm_l2()
+    }
+
+    /// Newton from `y`, in place; whether it converges.
+    pub(super) fn newton(&mut self, y: &mut [f64], max_iterations: usize) -> Result<bool> {
+        self.starts += 1;
+        self.map.set_target(&self.problem.target);
+        let report = self.map.solve(y, self.options.tolerance, max_iterations)?;
+        self.newton_steps += report.iterations;
+        if report.converged || report.residual < self.nearest.0 {
+            self.nearest = (report.residual, report.reason);
+        }
+        Ok(report.converged)
+    }
+
+    /// Initial data around those of a start.
+    pub(super) fn scattered(&self, start: &[f64], attempt: u32, random: &mut Random) -> Vec<f64> {
+        let spread = SPREADS[attempt as usize % SPREADS.len()];
+        let size = norm(start).max(1.0 + self.speeds()) / (start.len().max(1) as f64).sqrt();
+        start
+            .iter()
+            .map(|y| y + spread * size * random.normal())
+            .collect()
+    }
+
+    /// The solution that continuation from the curve with the given initial data finds.
+    fn moved(&mut self, from: &[f64], size: f64) -> Result<Option<Vec<f64>>> {
+        match self.family_from(from)? {
+            Some(homotopy) => self.follow_to_first(&homotopy, from, size),
+            None => Ok(None),
+        }
+    }
+
+    /// The family from the end of a curve to the wanted one; none where there is none.
+    pub(super) fn family_from(&mut self, from: &[f64]) -> Result<Option<Homotopy>> {
+        let end: [Mat<f64>; 2] = match self.map.end(from, Accuracy::of_tolerance(ACCURACY)) {
+            Ok(end) => end,
+            Err(error @ Error::Interrupted { .. }) => return Err(error),
+            Err(_) => return Ok(None),
+        };
+        Ok(Homotopy::moving(self.problem, end).ok())
+    }
+
+    /// The first solution of the problem on the way along a family.
+    fn follow_to_first(
+        &mut self,
+        homotopy: &Homotopy,
+        from: &[f64],
+        size: f64,
+    ) -> Result<Option<Vec<f64>>> {
+        let mut found = None;
+        self.follow(homotopy, from, size, |y| {
+            found = Some(y.to_vec());
+            Next::Stop
+        })?;
+        Ok(found)
+    }
+
+    /// Follows the solutions of a family; `see` decides at every solution of the problem whether to go on.
+    pub(super) fn follow(
+        &mut self,
+        homotopy: &Homotopy,
+        from: &[f64],
+        size: f64,
+        mut see: impl FnMut(&[f64]) -> Next,
+    ) -> Result<()> {
+        self.starts += 1;
+        let (tolerance, target) = (self.options.tolerance, &self.problem.target);
+        let most = self.options.max_iterations.min(POLISH_STEPS);
+        let (mut newton_steps, mut nearest) = (0, self.nearest);
+        let mut tracer = Tracer::new(self.map.as_mut(), homotopy, size);
+        let outcome = tracer.run(from, |map, near| {
+            map.set_target(target);
+            let mut y = near.to_vec();
+            let report = match map.solve(&mut y, tolerance, most) {
+                Ok(report) => report,
+                Err(error @ Error::Interrupted { .. }) => return Err(error),
+                Err(_) => return Ok(Next::Refine),
+            };
+            newton_steps += report.iterations;
+            if report.converged || report.residual < nearest.0 {
+                nearest = (report.residual, report.reason);
+            }
+            Ok(if report.converged {
+                see(&y)
+            } else {
+                Next::Refine
+            })
+        });
+        self.newton_steps += newton_steps + tracer.corrections;
+        self.continuation_steps += tracer.steps;
+        self.nearest = nearest;
+        outcome
+    }
+
+    /// The account so far.
+    pub(super) fn report(&self, strategy: BoundaryStrategy) -> BoundaryReport {
+        let (residual, reason) = self.nearest;
+        BoundaryReport {
+            solver: SolverReport {
+                converged: reason == StopReason::Converged,
+                iterations: self.newton_steps,
+                residual,
+                tolerance: self.options.tolerance,
+                reason,
+            },
+            strategy,
+            continuation_steps: self.continuation_steps,
+            starts: self.starts,
+        }
+    }
 }

@@ -52,8 +52,37 @@ impl FlatData {
         let horizontal = |v: &Mat<f64>| Horizontal::of_tangent(identity.as_ref(), v.as_ref());
         Ok(FlatData {
             displacement: horizontal(&curve.initial_velocity()),
-            end_velocity: horizontal(&carry_back(&curve, v1)?),
+            end_velocity: horizontal(&carry(&curve, v1, -1.0)?),
         })
+    }
+
+    /// The same with a full turn more, forwards or backwards, in one of the principal directions.
+    ///
+    /// # Errors
+    /// Those of [`FlatData::new`], without detours.
+    pub(super) fn turned(s1: MatRef<'_, f64>, v1: MatRef<'_, f64>) -> Result<Vec<Self>> {
+        let (r, k) = s1.shape();
+        let start = identity_columns(r, k);
+        let mut curve = QuasiGeodesic::zeros(r, k);
+        curve.join(start.as_ref(), s1, &mut EndpointProblem::new(r, k))?;
+        let flat = Self::join(start.as_ref(), s1, v1)?;
+        let identity = Mat::identity(r, r);
+        let mut all = Vec::new();
+        for i in (0..k).filter(|&i| curve.angles()[i] > 0.0) {
+            for turn in [-std::f64::consts::TAU, std::f64::consts::TAU] {
+                let (q, w) = (curve.frame().col(k + i), curve.right().row(i));
+                let tangent = Mat::from_fn(r, k, |row, col| turn * q[row] * w[col]);
+                let extra = Horizontal::of_tangent(identity.as_ref(), tangent.as_ref());
+                all.push(FlatData {
+                    displacement: Horizontal {
+                        omega: &flat.displacement.omega + extra.omega,
+                        normal: &flat.displacement.normal + extra.normal,
+                    },
+                    end_velocity: flat.end_velocity.clone(),
+                });
+            }
+        }
+        Ok(all)
     }
 
     /// `x'` and `x''` at the start, from the velocity there.
@@ -90,21 +119,21 @@ pub(super) fn identity_columns(r: usize, k: usize) -> Mat<f64> {
     Mat::from_fn(r, k, |i, j| f64::from(u8::from(i == j)))
 }
 
-/// `e^{-X} V e^{-Omega}` for a vector at the end of a quasi-geodesic.
-fn carry_back(curve: &QuasiGeodesic, v: MatRef<'_, f64>) -> Result<Mat<f64>> {
+/// `e^{tX} V e^{t Omega}` for the factors of a quasi-geodesic: a vector at its point `s` carried on by `t`.
+pub(super) fn carry(curve: &QuasiGeodesic, v: MatRef<'_, f64>, t: f64) -> Result<Mat<f64>> {
     let k = v.ncols();
     let mut components = curve.frame().transpose() * v;
     for i in 0..k {
-        let (sin, cos) = curve.angles()[i].sin_cos();
+        let (sin, cos) = (t * curve.angles()[i]).sin_cos();
         for j in 0..k {
             let (along, across) = (components[(i, j)], components[(k + i, j)]);
-            components[(i, j)] = (cos - 1.0) * along + sin * across;
-            components[(k + i, j)] = (cos - 1.0) * across - sin * along;
+            components[(i, j)] = (cos - 1.0) * along - sin * across;
+            components[(k + i, j)] = (cos - 1.0) * across + sin * along;
         }
     }
     let turned = v + curve.frame() * components;
     let mut turn = Mat::zeros(k, k);
-    SkewExp::new(k).exp_into(turn.as_mut(), curve.omega(), -1.0)?;
+    SkewExp::new(k).exp_into(turn.as_mut(), curve.omega(), t)?;
     Ok(turned * turn)
 }
 

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use faer::{Mat, MatMut, MatRef, Scale};
 
+use super::boundary::BoundaryReport;
 use super::clock::Clock;
 use super::initial::{Horizontal, InitialData};
 use super::path::{Path, State};
@@ -77,6 +78,7 @@ pub struct RiemannianCubic {
     pub(super) clock: Clock,
     span: (f64, f64),
     report: Option<SolverReport>,
+    boundary_report: Option<BoundaryReport>,
 }
 
 impl RiemannianCubic {
@@ -132,7 +134,7 @@ impl RiemannianCubic {
         k: usize,
         frame: Option<Mat<f64>>,
         path: Path,
-        report: Option<SolverReport>,
+        report: Option<BoundaryReport>,
     ) -> Self {
         RiemannianCubic {
             n,
@@ -141,13 +143,19 @@ impl RiemannianCubic {
             span: path.covered(),
             path: Arc::new(path),
             clock: Clock::new(1.0),
-            report,
+            report: report.map(|report| report.solver),
+            boundary_report: report,
         }
     }
 
     /// How the boundary value problem was solved, for a curve that comes from one.
     pub fn report(&self) -> Option<&SolverReport> {
         self.report.as_ref()
+    }
+
+    /// The same with the way on which the solution was found.
+    pub fn boundary_report(&self) -> Option<&BoundaryReport> {
+        self.boundary_report.as_ref()
     }
 
     /// The same curve, said to come from a boundary value problem.

@@ -63,6 +63,12 @@ const LINEAR_SHARE: f64 = 1e-4;
 /// Linear equations of many unknowns are solved to this share of the residual, or to the residual if that is less.
 const FORCING: f64 = 0.1;
 
+/// Work of a step on dual numbers, in steps on plain numbers.
+pub(super) const DUAL_WORK: f64 = 4.0;
+
+/// Taylor steps that one integration may take: curves that need more are too fast to be shot.
+const MAX_STEPS: usize = 4_000;
+
 /// Boundary data in coordinates in which the start is the identity, blocks column by column.
 #[derive(Debug, Clone)]
 pub(super) struct Target {
@@ -74,37 +80,42 @@ pub(super) struct Target {
 
 /// The boundary value problem for blocks of one size; a pass of dual numbers carries `N` directions.
 pub(super) struct Shooting<'a, B, const N: usize> {
-    blocks: B,
-    target: &'a Target,
-    plain: March<f64, B>,
+    pub(super) blocks: B,
+    pub(super) target: Target,
+    /// Integration work so far, in units of [`work_of_step`].
+    pub(super) work: f64,
+    /// No further step is begun beyond this much work.
+    pub(super) work_limit: f64,
+    pub(super) plain: March<f64, B>,
     several: Option<March<Dual<N>, B>>,
     single: Option<March<Dual<1>, B>>,
     interrupt: Interrupt<'a>,
 }
 
 /// Equations and how far the end is off.
-struct Residual<T> {
-    equations: Vec<T>,
+pub(super) struct Residual<T> {
+    pub(super) equations: Vec<T>,
     /// `(|S(1) - S1|^2 + |V(1) - V1|^2)^(1/2)`.
-    distance: f64,
+    pub(super) distance: f64,
 }
 
 impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
-    pub(super) fn new(blocks: B, target: &'a Target, interrupt: Interrupt<'a>) -> Self {
+    pub(super) fn new(
+        blocks: B,
+        target: &Target,
+        work_limit: f64,
+        interrupt: Interrupt<'a>,
+    ) -> Self {
         Shooting {
             blocks,
-            target,
+            target: target.clone(),
+            work: 0.0,
+            work_limit,
             plain: March::new(blocks, Accuracy::FULL),
             several: None,
             single: None,
             interrupt,
         }
-    }
-
-    /// Number of unknowns: `2d`.
-    pub(super) fn unknowns(blocks: B) -> usize {
-        let (m, k) = (blocks.normals(), blocks.k());
-        k * (k - 1) + 2 * m * k
     }
 
     /// Damped Newton from `y = (x', x'')`, in place.
@@ -130,7 +141,7 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
                 found = self.residual(y, accuracy)?;
                 continue;
             }
-            if iterations == max_iterations {
+            if iterations == max_iterations || self.work > self.work_limit {
                 break StopReason::MaxIterations;
             }
             iterations += 1;
@@ -221,9 +232,11 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
         Ok(None)
     }
 
-    fn residual(&mut self, y: &[f64], accuracy: Accuracy) -> Result<Residual<f64>> {
+    pub(super) fn residual(&mut self, y: &[f64], accuracy: Accuracy) -> Result<Residual<f64>> {
         self.plain.accuracy = accuracy;
-        evaluate(&mut self.plain, self.target, y, self.interrupt)
+        let found = evaluate(&mut self.plain, &self.target, y, self.interrupt);
+        self.work += work_of_step(self.blocks) * self.plain.steps as f64;
+        found
     }
 
     /// `DF(y)^{-1} F(y)`; none where the derivative is singular.
@@ -255,7 +268,8 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
             for direction in first..last {
                 unknown[direction].slope[direction - first] = 1.0;
             }
-            let found = evaluate(march, self.target, &unknown, self.interrupt)?;
+            let found = evaluate(march, &self.target, &unknown, self.interrupt)?;
+            self.work += DUAL_WORK * work_of_step(self.blocks) * march.steps as f64;
             for (row, equation) in found.equations.iter().enumerate() {
                 for column in first..last {
                     jacobian[(row, column)] = equation.slope[column - first];
@@ -273,7 +287,7 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
             .single
             .get_or_insert_with(|| March::new(self.blocks, Accuracy::FULL));
         march.accuracy = Accuracy::of_tolerance(ACCURACY_SHARE * forcing);
-        let (target, interrupt) = (self.target, self.interrupt);
+        let (target, interrupt) = (&self.target, self.interrupt);
         let mut failure = None;
         let mut apply = |direction: &[f64], image: &mut [f64]| {
             let slopes = flat_inverse(direction);
@@ -341,6 +355,12 @@ impl Updates {
         }
         step.iter().all(|s| s.is_finite()).then_some(step)
     }
+}
+
+/// Products of numbers for one order of one Taylor step, about `r k (2 r + k)`: the unit in which work is counted.
+pub(super) fn work_of_step(blocks: impl Blocks) -> f64 {
+    let (m, k) = (blocks.normals() as f64, blocks.k() as f64);
+    (m + k) * k * (2.0 * m + 3.0 * k)
 }
 
 /// The changes of `(x', x'')` that move the end of a curve of flat space by minus the given equations:
@@ -425,7 +445,7 @@ fn evaluate<T: Number, B: Blocks>(
 fn start<T: Number, B: Blocks>(march: &mut March<T, B>, target: &Target, y: &[T]) {
     let (m, k) = (march.blocks.normals(), march.blocks.k());
     let (r, rows, normals) = (m + k, march.blocks.r::<T>(), march.blocks.m::<T>());
-    (march.time, march.steps) = (0.0, 0);
+    (march.time, march.steps, march.max_steps) = (0.0, 0, MAX_STEPS);
     let series = &mut march.series;
     series.s[..rows * k].fill(T::ZERO);
     series.e[..rows * march.blocks.m::<T>()].fill(T::ZERO);

@@ -59,6 +59,7 @@ pub(crate) struct March<T, B> {
     pub(crate) accuracy: Accuracy,
     pub(crate) time: f64,
     pub(crate) steps: usize,
+    pub(crate) max_steps: usize,
 }
 
 impl<T: Number, B: Blocks> March<T, B> {
@@ -70,6 +71,7 @@ impl<T: Number, B: Blocks> March<T, B> {
             accuracy,
             time: 0.0,
             steps: 0,
+            max_steps: MAX_STEPS,
         }
     }
 
@@ -115,7 +117,7 @@ impl<T: Number, B: Blocks> March<T, B> {
                 quantity: "Riemannian cubic",
             });
         }
-        let left = MAX_STEPS.saturating_sub(self.steps);
+        let left = self.max_steps.saturating_sub(self.steps);
         // The last step may be shorter than what is allowed, and infinitely long where nothing moves.
         if left > 0 && ahead.abs() <= left as f64 * length {
             return Ok(());

@@ -18,6 +18,7 @@ mod shooting;
 mod state;
 mod stiefel;
 mod trajectory;
+mod variation;
 
 use pyo3::prelude::*;
 

@@ -6,19 +6,19 @@ use faer::Mat;
 use numpy::PyArrayDyn;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
+use pyo3::types::{PyDict, PyList, PyTuple};
 
 use super::call::Call;
 use super::chart::count;
 use super::convert::{matrix, to_array, write};
 use super::curve::{AnyCurve, Operations, PyCurve, cube};
 use super::error::{PySolverReport, to_exception};
-use crate::cubic::{BoundaryOptions, IntegrationOptions, RiemannianCubic};
+use crate::cubic::{BoundaryOptions, IntegrationOptions, RiemannianCubic, SearchOptions};
 use crate::curve::{Curve, Quantity};
 use crate::linalg::structure::norm;
 
-type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
-type Four<'py> = (Array<'py>, Array<'py>, Array<'py>, Array<'py>);
+pub(super) type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
+pub(super) type Four<'py> = (Array<'py>, Array<'py>, Array<'py>, Array<'py>);
 
 /// Initial data, both ends of the interval, tolerance and report.
 type Pickled<'py> = (Four<'py>, f64, f64, f64, Option<PySolverReport>);
@@ -58,7 +58,7 @@ fn integration([s, v, a, j]: [&Mat<f64>; 4], t_end: f64) -> f64 {
 }
 
 /// Rough operations of ten Newton steps, each with a derivative in all directions.
-fn shooting([s0, v0, _, v1]: [&Mat<f64>; 4]) -> f64 {
+pub(super) fn shooting([s0, v0, _, v1]: [&Mat<f64>; 4]) -> f64 {
     let (n, k) = s0.shape();
     let unknowns = 2.0 * n.min(4 * k) as f64 * k as f64;
     let steps = 4.0 + norm(v0.as_ref()) + norm(v1.as_ref());
@@ -91,7 +91,7 @@ fn shooting([s0, v0, _, v1]: [&Mat<f64>; 4]) -> f64 {
 /// >>> bool(np.allclose(other(0.5), curve(0.5))), other.report.converged
 /// (True, True)
 #[pyclass(name = "RiemannianCubic", module = "stiefel_rs", extends = PyCurve, frozen)]
-pub struct PyRiemannianCubic(Arc<RiemannianCubic>);
+pub struct PyRiemannianCubic(pub(super) Arc<RiemannianCubic>);
 
 #[pymethods]
 #[allow(non_snake_case)]
@@ -154,7 +154,19 @@ impl PyRiemannianCubic {
     ///     The largest distance of the end point and end velocity from ``S1`` and ``V1``, Frobenius norm of both
     ///     together.
     /// max_iterations : int, default 50
-    ///     Newton steps.
+    ///     Newton steps at the most from the first start, and from any other.
+    /// guess : tuple (A, J), optional
+    ///     Covariant acceleration and covariant jerk at ``S0`` to start from, shape (n, k) each; by default those of the
+    ///     cubic of flat space.
+    /// all_found : bool, default False
+    ///     Look for more solutions, from several starts and along families of easier data, and return all that were
+    ///     found.
+    ///
+    /// Returns
+    /// -------
+    /// RiemannianCubic, or list of RiemannianCubic
+    ///     With ``all_found`` a list, the cheapest first (:meth:`Curve.cost`). There may be others: on the sphere there
+    ///     are infinitely many.
     ///
     /// Raises
     /// ------
@@ -169,9 +181,11 @@ impl PyRiemannianCubic {
     /// Notes
     /// -----
     /// Cubics with given ends are stationary, not unique: this one is found by Newton's method, with exact derivatives
-    /// of the flow, from the cubic of flat space. Compare solutions by :meth:`Curve.cost`.
+    /// of the flow, from the cubic of flat space; where that fails, along families of easier boundary data. Compare
+    /// solutions by :meth:`Curve.cost`.
     #[staticmethod]
-    #[pyo3(signature = (S0, V0, S1, V1, *, tol=1e-12, max_iterations=50))]
+    #[pyo3(signature = (S0, V0, S1, V1, *, tol=1e-12, max_iterations=50, guess=None, all_found=false))]
+    #[allow(clippy::too_many_arguments)]
     fn from_boundary(
         py: Python<'_>,
         S0: &Bound<'_, PyAny>,
@@ -180,20 +194,43 @@ impl PyRiemannianCubic {
         V1: &Bound<'_, PyAny>,
         tol: f64,
         max_iterations: i64,
-    ) -> PyResult<Py<Self>> {
+        guess: Option<(Bound<'_, PyAny>, Bound<'_, PyAny>)>,
+        all_found: bool,
+    ) -> PyResult<Py<PyAny>> {
         let Data(ends) = Data::read([(S0, "S0"), (V0, "V0"), (S1, "S1"), (V1, "V1")])?;
-        let max_iterations = count(py, "max_iterations", max_iterations, 0)?;
+        let guess = match &guess {
+            Some((a, j)) => Some([matrix(a, "A")?, matrix(j, "J")?]),
+            None => None,
+        };
+        let max_iterations = count(py, "max_iterations", max_iterations, 1)?;
         let call = Call::new(py, None, shooting(ends.each_ref()))?;
-        let curve = call.run(py, move |interrupt| {
+        let curves = call.run(py, move |interrupt| {
             let [s0, v0, s1, v1] = ends.each_ref().map(|x| x.as_ref());
-            let options = BoundaryOptions {
+            let boundary = BoundaryOptions {
                 tolerance: tol,
                 max_iterations,
+                guess: guess.as_ref().map(|[a, j]| (a.as_ref(), j.as_ref())),
                 interrupt,
             };
-            RiemannianCubic::from_boundary(s0, v0, s1, v1, &options)
+            if all_found {
+                let options = SearchOptions {
+                    boundary,
+                    ..SearchOptions::default()
+                };
+                return RiemannianCubic::all_from_boundary(s0, v0, s1, v1, &options);
+            }
+            Ok(vec![RiemannianCubic::from_boundary(
+                s0, v0, s1, v1, &boundary,
+            )?])
         })?;
-        Self::wrapped(py, curve)
+        let mut curves = curves
+            .into_iter()
+            .map(|curve| Self::wrapped(py, curve))
+            .collect::<PyResult<Vec<_>>>()?;
+        if all_found {
+            return Ok(PyList::new(py, curves)?.into_any().unbind());
+        }
+        Ok(curves.swap_remove(0).into_any())
     }
 
     /// For pickle: a curve from its initial data at ``start``.
@@ -328,10 +365,10 @@ impl PyRiemannianCubic {
 }
 
 /// Point, velocity, acceleration and jerk.
-struct Data([Mat<f64>; 4]);
+pub(super) struct Data(pub(super) [Mat<f64>; 4]);
 
 impl Data {
-    fn read([s, v, a, j]: [(&Bound<'_, PyAny>, &'static str); 4]) -> PyResult<Self> {
+    pub(super) fn read([s, v, a, j]: [(&Bound<'_, PyAny>, &'static str); 4]) -> PyResult<Self> {
         let read = |(object, name)| matrix(object, name);
         Ok(Data([read(s)?, read(v)?, read(a)?, read(j)?]))
     }
@@ -352,7 +389,7 @@ impl Data {
 }
 
 /// A new array with the entries of a matrix.
-fn array<'py>(py: Python<'py>, x: &Mat<f64>) -> PyResult<Array<'py>> {
+pub(super) fn array<'py>(py: Python<'py>, x: &Mat<f64>) -> PyResult<Array<'py>> {
     let (n, k) = x.shape();
     let mut entries = vec![0.0; n * k];
     write(x.as_ref(), &mut entries);

@@ -1,0 +1,98 @@
+//! The map from initial `(x', x'')` to the end of the curve, as the solvers of boundary value problems see it: sizes of
+//! blocks hidden, work counted.
+
+use faer::Mat;
+
+use super::reduced::{Blocks, Sized};
+use super::shooting::{DUAL_WORK, Shooting, Target, work_of_step};
+use super::taylor::Accuracy;
+use crate::error::Result;
+use crate::report::SolverReport;
+
+/// How much work a boundary value problem may take before it is given up.
+pub(super) struct WorkLimit {
+    /// For small problems: about a second, in units of [`work_of_step`].
+    least: f64,
+    /// For large ones: that many Jacobians of a curve of ten steps.
+    jacobians: f64,
+}
+
+/// Hard problems of the sizes of `tests/boundary.rs` take at most a tenth of it.
+pub(super) const MAX_WORK: WorkLimit = WorkLimit {
+    least: 2e7,
+    jacobians: 100.0,
+};
+
+impl WorkLimit {
+    pub(super) fn limit(&self, blocks: Sized, unknowns: usize) -> f64 {
+        let jacobian = 10.0 * DUAL_WORK * work_of_step(blocks) * (unknowns as f64 / 8.0).ceil();
+        self.least.max(self.jacobians * jacobian)
+    }
+}
+
+/// What Newton's method and continuation need to know of a boundary value problem.
+pub(super) trait EndMap {
+    /// Other boundary data from now on.
+    fn set_target(&mut self, target: &Target);
+
+    /// Damped Newton from `y`, in place.
+    fn solve(
+        &mut self,
+        y: &mut [f64],
+        tolerance: f64,
+        max_iterations: usize,
+    ) -> Result<SolverReport>;
+
+    /// The equations at `y` and how far the end is off.
+    fn equations(&mut self, y: &[f64], accuracy: Accuracy) -> Result<(Vec<f64>, f64)>;
+
+    /// The derivative of the equations, shape `(2d, 2d)`, and the equations.
+    fn derivative(&mut self, y: &[f64], accuracy: Accuracy) -> Result<(Mat<f64>, Vec<f64>)>;
+
+    /// Point and velocity that the curve of `y` reaches, shape `(r, k)`.
+    fn end(&mut self, y: &[f64], accuracy: Accuracy) -> Result<[Mat<f64>; 2]>;
+
+    /// Whether the work that a problem may take is done.
+    fn exhausted(&self) -> bool;
+}
+
+impl<B: Blocks, const N: usize> EndMap for Shooting<'_, B, N> {
+    fn set_target(&mut self, target: &Target) {
+        self.target.clone_from(target);
+    }
+
+    fn solve(
+        &mut self,
+        y: &mut [f64],
+        tolerance: f64,
+        max_iterations: usize,
+    ) -> Result<SolverReport> {
+        Shooting::solve(self, y, tolerance, max_iterations)
+    }
+
+    fn equations(&mut self, y: &[f64], accuracy: Accuracy) -> Result<(Vec<f64>, f64)> {
+        let found = self.residual(y, accuracy)?;
+        Ok((found.equations, found.distance))
+    }
+
+    fn derivative(&mut self, y: &[f64], accuracy: Accuracy) -> Result<(Mat<f64>, Vec<f64>)> {
+        self.jacobian(y, accuracy)
+    }
+
+    fn end(&mut self, y: &[f64], accuracy: Accuracy) -> Result<[Mat<f64>; 2]> {
+        self.residual(y, accuracy)?;
+        let (m, k) = (self.blocks.normals(), self.blocks.k());
+        let (rows, normals) = (self.blocks.r::<f64>(), self.blocks.m::<f64>());
+        let (r, series) = (m + k, &self.plain.series);
+        let s = Mat::from_fn(r, k, |i, j| series.s[i + rows * j]);
+        let e = Mat::from_fn(r, m, |i, j| series.e[i + rows * j]);
+        let omega = Mat::from_fn(k, k, |i, j| series.omega[0][i + k * j]);
+        let b = Mat::from_fn(m, k, |i, j| series.b[0][i + normals * j]);
+        let v = &s * omega + e * b;
+        Ok([s, v])
+    }
+
+    fn exhausted(&self) -> bool {
+        self.work > self.work_limit
+    }
+}

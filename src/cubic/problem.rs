@@ -1,0 +1,224 @@
+//! Boundary data in coordinates in which the start is the first columns of the identity, and the way back from them.
+
+use faer::{Mat, MatRef};
+
+use super::end_map::{EndMap, MAX_WORK};
+use super::guess::FlatData;
+use super::initial::{Horizontal, complete};
+use super::path::{Path, State};
+use super::reduced::{Fixed, Sized};
+use super::shooting::{Shooting, Target};
+use super::taylor::Accuracy;
+use crate::curve::span::Span;
+use crate::error::Result;
+use crate::interrupt::Interrupt;
+use crate::manifold::stiefel::{POINT_TOLERANCE, Stiefel, TANGENT_TOLERANCE};
+
+/// A boundary value problem, reduced to the span of its data.
+#[derive(Debug, Clone)]
+pub(super) struct Problem {
+    pub(super) n: usize,
+    pub(super) k: usize,
+    /// Orthonormal basis of the span of the data, where that is smaller than `R^n`.
+    pub(super) frame: Option<Mat<f64>>,
+    /// Orthogonal, its first columns the start.
+    pub(super) g: Mat<f64>,
+    pub(super) velocity: Horizontal,
+    /// End point and end velocity.
+    pub(super) end: [Mat<f64>; 2],
+    pub(super) target: Target,
+}
+
+impl Problem {
+    /// # Errors
+    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`.
+    pub(super) fn new(
+        s0: MatRef<'_, f64>,
+        v0: MatRef<'_, f64>,
+        s1: MatRef<'_, f64>,
+        v1: MatRef<'_, f64>,
+    ) -> Result<Self> {
+        let manifold = Stiefel::of("S0", s0)?;
+        manifold.check_point("S0", s0, POINT_TOLERANCE)?;
+        manifold.check_point("S1", s1, POINT_TOLERANCE)?;
+        manifold.check_tangent("V0", s0, v0, TANGENT_TOLERANCE)?;
+        manifold.check_tangent("V1", s1, v1, TANGENT_TOLERANCE)?;
+        let span = Span::of(&[s0, v0, s1, v1]);
+        let g = complete(span.down(s0).as_ref());
+        let velocity = Horizontal::of_tangent(g.as_ref(), span.down(v0).as_ref());
+        let end = [s1, v1].map(|a| g.transpose() * span.down(a));
+        let target = Target::new(&velocity, &end);
+        Ok(Problem {
+            n: s0.nrows(),
+            k: s0.ncols(),
+            frame: span.into_basis(),
+            g,
+            velocity,
+            end,
+            target,
+        })
+    }
+
+    /// Sizes of the blocks.
+    pub(super) fn blocks(&self) -> Sized {
+        Sized {
+            m: self.g.nrows() - self.k,
+            k: self.k,
+        }
+    }
+
+    /// Number of unknowns, `2d`.
+    pub(super) fn unknowns(&self) -> usize {
+        let Sized { m, k } = self.blocks();
+        k * (k - 1) + 2 * m * k
+    }
+
+    /// `(x', x'')` of the cubic of flat space.
+    ///
+    /// # Errors
+    /// Those of [`FlatData::new`].
+    pub(super) fn flat_start(&self) -> Result<Vec<f64>> {
+        let flat = FlatData::new(self.end[0].as_ref(), self.end[1].as_ref())?;
+        Ok(self.start_of(&flat))
+    }
+
+    /// `(x', x'')` of the cubic of flat space with the given displacement and end velocity.
+    pub(super) fn start_of(&self, flat: &FlatData) -> Vec<f64> {
+        pack(&flat.start(&self.velocity))
+    }
+
+    /// `(x', x'')` from covariant acceleration and jerk at the start, shape `(n, k)`; parts outside of the span of the data
+    /// are left out.
+    ///
+    /// # Errors
+    /// `Shape`, `NonFinite`, `NotTangent`.
+    pub(super) fn start_from(
+        &self,
+        s0: MatRef<'_, f64>,
+        a: MatRef<'_, f64>,
+        j: MatRef<'_, f64>,
+    ) -> Result<Vec<f64>> {
+        let manifold = Stiefel::of("S0", s0)?;
+        let horizontal = |name, v: MatRef<'_, f64>| {
+            manifold.check_tangent(name, s0, v, TANGENT_TOLERANCE)?;
+            let low = self
+                .frame
+                .as_ref()
+                .map_or(v.to_owned(), |e| e.transpose() * v);
+            Result::Ok(Horizontal::of_tangent(self.g.as_ref(), low.as_ref()))
+        };
+        let (a, j) = (horizontal("A", a)?, horizontal("J", j)?);
+        let bracket = self.velocity.bracket(&a);
+        let half = faer::Scale(0.5);
+        let second = Horizontal {
+            omega: &j.omega - bracket.omega * half,
+            normal: &j.normal - bracket.normal * half,
+        };
+        Ok(pack(&[a, second]))
+    }
+
+    /// The map from `(x', x'')` to the end, as a solver.
+    pub(super) fn end_map<'a>(&self, interrupt: Interrupt<'a>) -> Box<dyn EndMap + 'a> {
+        let Sized { m, k } = self.blocks();
+        let limit = MAX_WORK.limit(self.blocks(), self.unknowns());
+        let target = &self.target;
+        match (m, k) {
+            (1, 1) => Box::new(Shooting::<_, 2>::new(
+                Fixed::<1, 1>,
+                target,
+                limit,
+                interrupt,
+            )),
+            (2, 1) => Box::new(Shooting::<_, 4>::new(
+                Fixed::<2, 1>,
+                target,
+                limit,
+                interrupt,
+            )),
+            (3, 1) => Box::new(Shooting::<_, 6>::new(
+                Fixed::<3, 1>,
+                target,
+                limit,
+                interrupt,
+            )),
+            (1, 2) => Box::new(Shooting::<_, 6>::new(
+                Fixed::<1, 2>,
+                target,
+                limit,
+                interrupt,
+            )),
+            _ => Box::new(Shooting::<_, 8>::new(
+                Sized { m, k },
+                target,
+                limit,
+                interrupt,
+            )),
+        }
+    }
+
+    /// The curve from `y = (x', x'')`, in the coordinates of the span.
+    ///
+    /// # Errors
+    /// `NoConvergence`, `Overflow`, `Interrupted`.
+    pub(super) fn path(&self, y: &[f64], interrupt: Interrupt<'_>) -> Result<Path> {
+        let (r, k) = (self.g.nrows(), self.k);
+        let [a, second] = unpack(y, self.blocks());
+        let g = entries(&self.g);
+        let (s, e) = g.split_at(r * k);
+        let vectors = [&self.velocity, &a, &second];
+        let state = State {
+            time: 0.0,
+            s: s.to_vec(),
+            e: e.to_vec(),
+            omega: vectors.map(|v| entries(&v.omega)),
+            b: vectors.map(|v| entries(&v.normal)),
+        };
+        let mut path = Path::at(state, k, Accuracy::FULL);
+        path.extend_to(1.0, interrupt)?;
+        Ok(path)
+    }
+}
+
+impl Target {
+    /// For an initial velocity, and an end point and end velocity of shape `(r, k)`.
+    pub(super) fn new(velocity: &Horizontal, end: &[Mat<f64>; 2]) -> Self {
+        Target {
+            velocity: [entries(&velocity.omega), entries(&velocity.normal)],
+            end: [entries(&end[0]), entries(&end[1])],
+        }
+    }
+}
+
+/// The independent entries of vectors of `m`, one vector after the other: above the diagonal of `omega`, then `normal`.
+pub(super) fn pack(vectors: &[Horizontal]) -> Vec<f64> {
+    let mut y = Vec::new();
+    for vector in vectors {
+        for col in 0..vector.omega.ncols() {
+            y.extend((0..col).map(|row| vector.omega[(row, col)]));
+        }
+        y.extend(entries(&vector.normal));
+    }
+    y
+}
+
+/// The inverse of [`pack`] for two vectors.
+pub(super) fn unpack(y: &[f64], blocks: Sized) -> [Horizontal; 2] {
+    let Sized { m, k } = blocks;
+    let (first, second) = y.split_at(y.len() / 2);
+    [first, second].map(|y| {
+        let (upper, lower) = y.split_at(k * (k - 1) / 2);
+        Horizontal {
+            omega: Mat::from_fn(k, k, |i, j| match i.cmp(&j) {
+                std::cmp::Ordering::Less => upper[j * (j - 1) / 2 + i],
+                std::cmp::Ordering::Equal => 0.0,
+                std::cmp::Ordering::Greater => -upper[i * (i - 1) / 2 + j],
+            }),
+            normal: Mat::from_fn(m, k, |i, j| lower[i + m * j]),
+        }
+    })
+}
+
+/// Entries column by column.
+pub(super) fn entries(a: &Mat<f64>) -> Vec<f64> {
+    a.col_iter().flat_map(|c| c.iter().copied()).collect()
+}

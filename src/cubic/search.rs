@@ -1,0 +1,201 @@
+//! Several Riemannian cubics with the same boundary data.
+
+use faer::MatRef;
+
+use super::boundary::{BoundaryOptions, BoundaryStrategy, Solution, Solver, first_start};
+use super::continuation::{Next, norm};
+use super::guess::FlatData;
+use super::homotopy::Homotopy;
+use super::problem::Problem;
+use super::random::Random;
+use super::riemannian_cubic::RiemannianCubic;
+use super::shooting::SOLVER;
+use crate::curve::Curve;
+use crate::error::{Error, Result};
+
+/// How solutions of a boundary value problem are looked for.
+#[derive(Clone, Copy)]
+pub struct SearchOptions<'a> {
+    /// How each of them is solved for.
+    pub boundary: BoundaryOptions<'a>,
+    /// Random starts of Newton's method, and as many random families that are followed.
+    pub starts: u32,
+    /// Of the random numbers: the same seed finds the same solutions.
+    pub seed: u64,
+    /// Solutions whose `(x', x'')` at the start differ by at most this, relative to `1 + |(x', x'')|`, count as one; in
+    /// `[1e-10, 1]`.
+    pub distinct: f64,
+}
+
+impl Default for SearchOptions<'_> {
+    /// 8 starts; relative difference `1e-6`.
+    fn default() -> Self {
+        SearchOptions {
+            boundary: BoundaryOptions::default(),
+            starts: 8,
+            seed: 0,
+            distinct: 1e-6,
+        }
+    }
+}
+
+impl RiemannianCubic {
+    /// Riemannian cubics with the same boundary data, those that several starts find, the cheapest first.
+    ///
+    /// The starts are that of [`from_boundary`](Self::from_boundary), flat cubics along quasi-geodesics that make a full turn
+    /// more in one principal direction, and random initial data around these; families of easier data are followed through
+    /// every solution they pass. There may be others: on the sphere there are infinitely many.
+    ///
+    /// # Errors
+    /// Those of [`from_boundary`](Self::from_boundary); `NoConvergence` where none is found.
+    pub fn all_from_boundary(
+        s0: MatRef<'_, f64>,
+        v0: MatRef<'_, f64>,
+        s1: MatRef<'_, f64>,
+        v1: MatRef<'_, f64>,
+        options: &SearchOptions<'_>,
+    ) -> Result<Vec<Self>> {
+        options.boundary.check()?;
+        if !(1e-10..=1.0).contains(&options.distinct) {
+            return Err(Error::InvalidArgument {
+                name: "distinct",
+                requirement: "between 1e-10 and 1",
+                found: options.distinct,
+            });
+        }
+        let problem = Problem::new(s0, v0, s1, v1)?;
+        let start = first_start(&problem, s0, &options.boundary)?;
+        let mut solver = Solver::new(&problem, &options.boundary);
+        let mut found = Found {
+            solutions: Vec::new(),
+            distinct: options.distinct,
+        };
+        search(&problem, &mut solver, &start, options, &mut found)?;
+        if found.solutions.is_empty() {
+            let report = solver.report(BoundaryStrategy::Moving).solver;
+            return Err(Error::NoConvergence {
+                solver: SOLVER,
+                report,
+            });
+        }
+        let mut ranked = Vec::new();
+        for (y, report) in found.solutions {
+            let path = problem.path(&y, options.boundary.interrupt)?;
+            let frame = problem.frame.clone();
+            let curve = Self::of_path(problem.n, problem.k, frame, path, Some(report));
+            ranked.push((curve.cost()?, curve));
+        }
+        ranked.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+        Ok(ranked.into_iter().map(|(_, curve)| curve).collect())
+    }
+}
+
+/// Distinct solutions so far.
+struct Found {
+    solutions: Vec<Solution>,
+    distinct: f64,
+}
+
+impl Found {
+    fn add(&mut self, (y, report): Solution) {
+        let near = |(other, _): &Solution| {
+            let difference: Vec<f64> = y.iter().zip(other).map(|(a, b)| a - b).collect();
+            norm(&difference) <= self.distinct * (1.0 + norm(&y))
+        };
+        if !self.solutions.iter().any(near) {
+            self.solutions.push((y, report));
+        }
+    }
+}
+
+fn search(
+    problem: &Problem,
+    solver: &mut Solver<'_>,
+    start: &[f64],
+    options: &SearchOptions<'_>,
+    found: &mut Found,
+) -> Result<()> {
+    let mut random = Random::new(options.seed);
+    let mut starts = vec![start.to_vec()];
+    if let Ok(turned) = FlatData::turned(problem.end[0].as_ref(), problem.end[1].as_ref()) {
+        starts.extend(turned.iter().map(|flat| problem.start_of(flat)));
+    }
+    starts.extend((0..options.starts).map(|i| solver.scattered(start, i, &mut random)));
+    for y in starts {
+        newton(solver, y, options, found)?;
+    }
+    let size = norm(start);
+    if let Ok(homotopy) = Homotopy::growing(problem) {
+        let rest = vec![0.0; start.len()];
+        follow(
+            solver,
+            &homotopy,
+            &rest,
+            size,
+            BoundaryStrategy::Growing,
+            found,
+        )?;
+    }
+    for attempt in 0..options.starts {
+        if solver.map.exhausted() {
+            break;
+        }
+        if let Some((homotopy, from)) = solver.detour(start, attempt, &mut random)? {
+            follow(
+                solver,
+                &homotopy,
+                &from,
+                size,
+                BoundaryStrategy::Detour,
+                found,
+            )?;
+        }
+        let from = solver.scattered(start, attempt, &mut random);
+        if let Some(homotopy) = solver.family_from(&from)? {
+            follow(
+                solver,
+                &homotopy,
+                &from,
+                size,
+                BoundaryStrategy::Moving,
+                found,
+            )?;
+        }
+    }
+    Ok(())
+}
+
+/// The solution that Newton's method finds, if any.
+fn newton(
+    solver: &mut Solver<'_>,
+    mut y: Vec<f64>,
+    options: &SearchOptions<'_>,
+    found: &mut Found,
+) -> Result<()> {
+    match solver.newton(&mut y, options.boundary.max_iterations) {
+        Ok(true) => found.add((y, solver.report(BoundaryStrategy::Direct))),
+        Err(error @ Error::Interrupted { .. }) => return Err(error),
+        Ok(false) | Err(_) => {}
+    }
+    Ok(())
+}
+
+/// All solutions that a family passes.
+fn follow(
+    solver: &mut Solver<'_>,
+    homotopy: &Homotopy,
+    from: &[f64],
+    size: f64,
+    strategy: BoundaryStrategy,
+    found: &mut Found,
+) -> Result<()> {
+    let mut passed = Vec::new();
+    solver.follow(homotopy, from, size, |y| {
+        passed.push(y.to_vec());
+        Next::Continue
+    })?;
+    for y in passed {
+        found.add((y, solver.report(strategy)));
+    }
+    Ok(())
+}

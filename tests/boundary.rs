@@ -1,0 +1,567 @@
+//! Riemannian cubics from boundary data: success rates, symmetries, bad data, several solutions, derivatives.
+
+mod common;
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
+
+use common::{
+    Rng, distance, frobenius, identity, random_orthogonal, random_point, random_rotation,
+    random_tangent,
+};
+use faer::{Mat, MatRef, Scale, mat};
+use stiefel_rs::cubic::{
+    BoundaryOptions, BoundaryStrategy, BoundaryVariation, IntegrationOptions, SearchOptions,
+};
+use stiefel_rs::{Curve, Error, Interrupt, Result, RiemannianCubic, Stiefel, StopReason};
+
+const SHAPES: [(usize, usize); 6] = [(3, 1), (3, 2), (4, 2), (5, 2), (6, 3), (10, 3)];
+
+/// End points and end velocities.
+struct Data {
+    s0: Mat<f64>,
+    v0: Mat<f64>,
+    s1: Mat<f64>,
+    v1: Mat<f64>,
+}
+
+impl Data {
+    /// Distance and speeds uniform up to the given ones.
+    fn random(shape: (usize, usize), farthest: f64, fastest: f64, rng: &mut Rng) -> Self {
+        let s0 = random_point(shape.0, shape.1, rng);
+        let v0 = random_tangent(&s0, rng.between(0.0, fastest), rng);
+        let way = random_tangent(&s0, rng.between(0.0, farthest), rng);
+        let manifold = Stiefel::new(shape.0, shape.1).unwrap();
+        let s1 = manifold.exp(s0.as_ref(), way.as_ref()).unwrap();
+        let v1 = random_tangent(&s1, rng.between(0.0, fastest), rng);
+        Data { s0, v0, s1, v1 }
+    }
+
+    fn map(&self, f: impl Fn(&Mat<f64>) -> Mat<f64>) -> Self {
+        Data {
+            s0: f(&self.s0),
+            v0: f(&self.v0),
+            s1: f(&self.s1),
+            v1: f(&self.v1),
+        }
+    }
+
+    fn solve_with(&self, options: &BoundaryOptions<'_>) -> Result<RiemannianCubic> {
+        RiemannianCubic::from_boundary(
+            self.s0.as_ref(),
+            self.v0.as_ref(),
+            self.s1.as_ref(),
+            self.v1.as_ref(),
+            options,
+        )
+    }
+
+    fn solve(&self) -> Result<RiemannianCubic> {
+        self.solve_with(&BoundaryOptions::default())
+    }
+
+    /// How far a curve is from meeting the data.
+    fn defect(&self, curve: &RiemannianCubic) -> f64 {
+        distance(&curve.point(0.0).unwrap(), &self.s0)
+            .max(distance(&curve.point(1.0).unwrap(), &self.s1))
+            .max(distance(&curve.derivative(0.0, 1).unwrap(), &self.v0))
+            .max(distance(&curve.derivative(1.0, 1).unwrap(), &self.v1))
+    }
+}
+
+/// Solution, evaluation of it and orthonormality of the data: 1e-12 for the residual, the rest for round-off.
+const END: f64 = 2e-12;
+
+#[test]
+fn moderate_data_are_solved_from_the_flat_start() {
+    for shape in SHAPES {
+        let mut rng = Rng::new(11);
+        for _ in 0..if shape.0 > 5 { 10 } else { 60 } {
+            let data = Data::random(shape, 2.0, 2.0, &mut rng);
+            let curve = data.solve().unwrap_or_else(|e| panic!("{shape:?}: {e}"));
+            let report = curve.boundary_report().unwrap();
+            assert_eq!(report.strategy, BoundaryStrategy::Direct, "{report}");
+            assert!(report.solver.converged && report.solver.residual <= 1e-12);
+            assert!(report.solver.iterations <= 8, "{shape:?}: {report}");
+            common::assert_within(data.defect(&curve), END, &format!("{shape:?}"));
+        }
+    }
+}
+
+#[test]
+fn far_and_fast_data_are_solved() {
+    for (shape, count) in [((3, 1), 100), ((3, 2), 100), ((4, 2), 40)] {
+        let mut rng = Rng::new(12);
+        let mut failures = Vec::new();
+        for _ in 0..count {
+            let data = Data::random(shape, 3.0, 6.0, &mut rng);
+            match data.solve() {
+                Ok(curve) => common::assert_within(data.defect(&curve), END, &format!("{shape:?}")),
+                Err(Error::NoConvergence { report, .. }) => failures.push(report),
+                Err(error) => panic!("{shape:?}: {error}"),
+            }
+        }
+        println!("{shape:?}: {} of {count} fail {failures:?}", failures.len());
+        // One in a hundred.
+        assert!(100 * failures.len() <= count, "{shape:?}: {failures:?}");
+    }
+}
+
+#[test]
+fn the_equation_is_satisfied() {
+    // D_t^3 S' + R(D_t S', S') S' = 0, as constancy of energy and momentum along the curve.
+    let mut rng = Rng::new(13);
+    for shape in [(3, 1), (4, 2), (5, 3), (9, 2)] {
+        let curve = Data::random(shape, 2.0, 2.0, &mut rng).solve().unwrap();
+        let options = IntegrationOptions::default();
+        let state = |t: f64| {
+            let (s, v) = (curve.point(t).unwrap(), curve.derivative(t, 1).unwrap());
+            let (a, j) = (curve.acceleration(t).unwrap(), curve.jerk(t).unwrap());
+            RiemannianCubic::from_initial(s.as_ref(), v.as_ref(), a.as_ref(), j.as_ref(), &options)
+                .unwrap()
+        };
+        let size = 1.0 + frobenius(curve.momentum().as_ref());
+        for t in [0.3, 0.8] {
+            let later = state(t);
+            let drift = distance(&later.momentum(), &curve.momentum());
+            common::assert_within(drift, 1e-11 * size, &format!("{shape:?} momentum"));
+            common::assert_within(
+                (later.energy() - curve.energy()).abs(),
+                1e-10 * size * size,
+                "energy",
+            );
+        }
+    }
+}
+
+#[test]
+fn symmetries_carry_solutions_to_solutions() {
+    let mut rng = Rng::new(14);
+    for shape in [(3, 1), (3, 2), (5, 2), (6, 3), (4, 4)] {
+        let data = Data::random(shape, 1.5, 1.5, &mut rng);
+        let curve = data.solve().unwrap();
+        let (q, p) = (
+            random_orthogonal(shape.0, &mut rng),
+            random_orthogonal(shape.1, &mut rng),
+        );
+        let turned = data.map(|x| &q * x * &p).solve().unwrap();
+        let backwards = Data {
+            s0: data.s1.clone(),
+            v0: -&data.v1,
+            s1: data.s0.clone(),
+            v1: -&data.v0,
+        };
+        let back = backwards.solve().unwrap();
+        // The residual times the growth of an error over the interval.
+        for t in [0.0, 0.25, 0.6, 1.0] {
+            let point = curve.point(t).unwrap();
+            common::assert_close(
+                &turned.point(t).unwrap(),
+                &(&q * &point * &p),
+                1e-10,
+                "O(n) and O(k)",
+            );
+            common::assert_close(
+                &back.point(1.0 - t).unwrap(),
+                &point,
+                1e-10,
+                "time reversal",
+            );
+        }
+    }
+}
+
+#[test]
+fn the_reduction_loses_nothing() {
+    let mut rng = Rng::new(15);
+    let small = Data::random((8, 2), 1.5, 1.5, &mut rng);
+    let frame = random_point(30, 8, &mut rng);
+    let large = small.map(|x| &frame * x);
+    let (small, large) = (small.solve().unwrap(), large.solve().unwrap());
+    for t in [0.2, 0.7] {
+        let lifted = &frame * small.point(t).unwrap();
+        common::assert_close(&large.point(t).unwrap(), &lifted, 1e-11, "reduction");
+    }
+}
+
+/// Initial and end states of the forty-digit data.
+fn references() -> Vec<(String, [Mat<f64>; 4], [Mat<f64>; 4])> {
+    let all: serde_json::Value = serde_json::from_str(include_str!("data/cubics.json")).unwrap();
+    let read = |entry: &serde_json::Value, value: &serde_json::Value| {
+        let size = |key: &str| entry[key].as_u64().unwrap() as usize;
+        ["point", "velocity", "acceleration", "jerk"].map(|key| {
+            Mat::from_fn(size("n"), size("k"), |i, j| {
+                let x = &value[key][i][j];
+                x.as_f64()
+                    .unwrap_or_else(|| x.as_str().unwrap().parse().unwrap())
+            })
+        })
+    };
+    let entries = all.as_array().unwrap().iter();
+    entries
+        .map(|e| {
+            let name = e["name"].as_str().unwrap_or_default().to_owned();
+            (name, read(e, &e["initial"]), read(e, &e["at"]["1.0"]))
+        })
+        .collect()
+}
+
+#[test]
+fn the_papers_problems_give_their_initial_data() {
+    for (name, first, last) in references() {
+        if !name.starts_with("paper") {
+            continue;
+        }
+        let [s0, v0, a, j] = first;
+        let [s1, v1, ..] = last;
+        let curve = Data { s0, v0, s1, v1 }.solve().unwrap();
+        common::assert_close(&curve.acceleration(0.0).unwrap(), &a, 1e-11, &name);
+        common::assert_close(&curve.jerk(0.0).unwrap(), &j, 1e-11, &name);
+        println!("{name}: {}", curve.boundary_report().unwrap());
+    }
+}
+
+#[test]
+fn a_guess_chooses_the_solution() {
+    for (name, first, last) in references() {
+        let [s0, v0, a, j] = first;
+        let [s1, v1, ..] = last;
+        let data = Data { s0, v0, s1, v1 };
+        let options = BoundaryOptions {
+            guess: Some((a.as_ref(), j.as_ref())),
+            ..Default::default()
+        };
+        let curve = data.solve_with(&options).unwrap();
+        let report = curve.boundary_report().unwrap();
+        assert_eq!(report.strategy, BoundaryStrategy::Direct);
+        assert!(report.solver.iterations <= 2, "{name}: {report}");
+        // The residual times the inverse of the derivative of the end.
+        common::assert_close(&curve.acceleration(0.0).unwrap(), &a, 1e-9, &name);
+    }
+}
+
+#[test]
+fn equal_points_and_no_velocities_give_the_constant_curve() {
+    let mut rng = Rng::new(16);
+    for (n, k) in [(3, 1), (4, 2), (3, 3), (20, 2), (1, 1)] {
+        let s = random_point(n, k, &mut rng);
+        let zero = Mat::zeros(n, k);
+        let data = Data {
+            s0: s.clone(),
+            v0: zero.clone(),
+            s1: s.clone(),
+            v1: zero,
+        };
+        let curve = data.solve().unwrap();
+        common::assert_close(&curve.point(0.4).unwrap(), &s, 1e-14, "constant");
+        assert!(curve.cost().unwrap() < 1e-25);
+    }
+}
+
+#[test]
+fn points_without_a_quasi_geodesic_are_joined() {
+    let mut rng = Rng::new(17);
+    // Antipodal points; a relative rotation by pi.
+    let pole = random_point(3, 1, &mut rng);
+    let half_turn = {
+        let s = random_point(4, 2, &mut rng);
+        let minus = -&s;
+        (s, minus)
+    };
+    for (s0, s1) in [(pole.clone(), -&pole), half_turn] {
+        let (v0, v1) = (
+            random_tangent(&s0, 1.0, &mut rng),
+            random_tangent(&s1, 1.0, &mut rng),
+        );
+        let data = Data { s0, v0, s1, v1 };
+        let curve = data.solve().unwrap();
+        common::assert_within(data.defect(&curve), END, "antipodal");
+    }
+}
+
+#[test]
+fn components_of_the_orthogonal_group_are_not_joined() {
+    let mut rng = Rng::new(18);
+    let s0 = random_rotation(3, &mut rng);
+    let mirror = mat![[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]];
+    let zero = Mat::zeros(3, 3);
+    let data = Data {
+        s1: &s0 * mirror,
+        s0,
+        v0: zero.clone(),
+        v1: zero,
+    };
+    assert!(matches!(
+        data.solve(),
+        Err(Error::DifferentComponents { n: 3 })
+    ));
+}
+
+#[test]
+fn huge_velocities_end_soon() {
+    let mut rng = Rng::new(19);
+    for shape in [(3, 1), (4, 2)] {
+        for speed in [1e2, 1e3, 1e6, 1e150, 1e300] {
+            let mut data = Data::random(shape, 1.0, 1.0, &mut rng);
+            data.v0 = random_tangent(&data.s0, speed, &mut rng);
+            let clock = Instant::now();
+            let outcome = data.solve();
+            let seconds = clock.elapsed().as_secs_f64();
+            println!(
+                "{shape:?} speed {speed:e}: {seconds:.2} s {:?}",
+                outcome.as_ref().err()
+            );
+            match outcome {
+                Ok(curve) => common::assert_within(data.defect(&curve), END * speed, "fast curve"),
+                Err(Error::NoConvergence { .. } | Error::Overflow { .. }) => {}
+                Err(error) => panic!("{shape:?} {speed:e}: {error}"),
+            }
+            // Machines differ, and tests run side by side.
+            assert!(seconds < 30.0, "{shape:?} {speed:e}: {seconds} s");
+        }
+    }
+}
+
+#[test]
+fn bad_options_and_data_are_errors() {
+    let mut rng = Rng::new(20);
+    let data = Data::random((4, 2), 1.0, 1.0, &mut rng);
+    for tolerance in [0.0, -1.0, f64::NAN, 1.0] {
+        let options = BoundaryOptions {
+            tolerance,
+            ..Default::default()
+        };
+        let error = data.solve_with(&options).unwrap_err();
+        assert!(
+            matches!(
+                error,
+                Error::InvalidArgument {
+                    name: "tolerance",
+                    ..
+                }
+            ),
+            "{error}"
+        );
+    }
+    let none = BoundaryOptions {
+        max_iterations: 0,
+        ..Default::default()
+    };
+    let error = data.solve_with(&none).unwrap_err();
+    assert!(matches!(
+        error,
+        Error::InvalidArgument {
+            name: "max_iterations",
+            ..
+        }
+    ));
+    let one = BoundaryOptions {
+        max_iterations: 1,
+        ..Default::default()
+    };
+    match data.solve_with(&one) {
+        Err(Error::NoConvergence { report, .. }) => {
+            assert_eq!(
+                (report.reason, report.iterations),
+                (StopReason::MaxIterations, 1)
+            );
+            assert!(!report.converged && report.residual > report.tolerance);
+        }
+        other => panic!("{other:?}"),
+    }
+    let normal = (data.s0.clone(), Mat::<f64>::zeros(4, 2));
+    let guessed = BoundaryOptions {
+        guess: Some((normal.0.as_ref(), normal.1.as_ref())),
+        ..Default::default()
+    };
+    assert!(matches!(
+        data.solve_with(&guessed),
+        Err(Error::NotTangent { name: "A", .. })
+    ));
+    let mut broken = data.map(Mat::clone);
+    broken.v1[(0, 0)] = f64::NAN;
+    assert!(matches!(broken.solve(), Err(Error::NonFinite { .. })));
+}
+
+#[test]
+fn an_interrupt_stops_a_solve() {
+    let mut rng = Rng::new(21);
+    let data = Data::random((4, 2), 2.0, 2.0, &mut rng);
+    let asked = AtomicUsize::new(0);
+    let question = || asked.fetch_add(1, Ordering::Relaxed) >= 2;
+    let options = BoundaryOptions {
+        interrupt: Interrupt::new(&question),
+        ..Default::default()
+    };
+    assert!(matches!(
+        data.solve_with(&options),
+        Err(Error::Interrupted { .. })
+    ));
+}
+
+#[test]
+fn several_solutions_are_distinct_and_ranked() {
+    let mut rng = Rng::new(22);
+    let options = SearchOptions {
+        starts: 4,
+        ..Default::default()
+    };
+    let data = Data::random((3, 1), 1.5, 1.0, &mut rng);
+    let search = || {
+        let [s0, v0, s1, v1] = [&data.s0, &data.v0, &data.s1, &data.v1].map(|x| x.as_ref());
+        RiemannianCubic::all_from_boundary(s0, v0, s1, v1, &options).unwrap()
+    };
+    let all = search();
+    println!("{} solutions", all.len());
+    assert!(
+        all.len() >= 3,
+        "full turns around the sphere: {}",
+        all.len()
+    );
+    let costs: Vec<f64> = all.iter().map(|c| c.cost().unwrap()).collect();
+    assert!(costs.is_sorted(), "{costs:?}");
+    assert!(costs[0] <= data.solve().unwrap().cost().unwrap() * (1.0 + 1e-9));
+    for (i, curve) in all.iter().enumerate() {
+        common::assert_within(data.defect(curve), END, "one of several");
+        for other in &all[..i] {
+            let apart = distance(&curve.jerk(0.0).unwrap(), &other.jerk(0.0).unwrap())
+                + distance(
+                    &curve.acceleration(0.0).unwrap(),
+                    &other.acceleration(0.0).unwrap(),
+                );
+            assert!(apart > 1e-7, "{apart:e}");
+        }
+    }
+    let again = search();
+    assert_eq!(again.len(), all.len(), "the same seed");
+    for (a, b) in all.iter().zip(&again) {
+        assert_eq!(a.point(0.5).unwrap(), b.point(0.5).unwrap());
+    }
+}
+
+/// Data along a smooth family: rotated frames and velocities that follow, exactly on the constraints.
+struct Family {
+    data: Data,
+    turns: [Mat<f64>; 2],
+    rates: [Mat<f64>; 2],
+}
+
+impl Family {
+    fn random(shape: (usize, usize), rng: &mut Rng) -> Self {
+        let data = Data::random(shape, 1.5, 1.5, rng);
+        let skew = |rng: &mut Rng| {
+            let a = common::gaussian(shape.0, shape.0, rng);
+            (&a - a.transpose()) * Scale(0.3)
+        };
+        let turns = [skew(rng), skew(rng)];
+        let rates = [
+            random_tangent(&data.s0, 1.0, rng),
+            random_tangent(&data.s1, 1.0, rng),
+        ];
+        Family { data, turns, rates }
+    }
+
+    /// `S(h) = e^{hA} S`, `V(h) = e^{hA} (V + h W)`.
+    fn at(&self, h: f64) -> Data {
+        let [a, b] = self
+            .turns
+            .each_ref()
+            .map(|a| stiefel_rs::skew_exp((a * Scale(h)).as_ref()).unwrap());
+        Data {
+            s0: &a * &self.data.s0,
+            v0: &a * (&self.data.v0 + &self.rates[0] * Scale(h)),
+            s1: &b * &self.data.s1,
+            v1: &b * (&self.data.v1 + &self.rates[1] * Scale(h)),
+        }
+    }
+
+    /// `dS0, dV0, dS1, dV1` at `h = 0`.
+    fn rate(&self) -> [Mat<f64>; 4] {
+        let [a, b] = &self.turns;
+        [
+            a * &self.data.s0,
+            a * &self.data.v0 + &self.rates[0],
+            b * &self.data.s1,
+            b * &self.data.v1 + &self.rates[1],
+        ]
+    }
+}
+
+/// Central difference with one step of Richardson extrapolation, error `O(h^4)`.
+fn richardson(f: impl Fn(f64) -> Mat<f64>) -> Mat<f64> {
+    let h = 2e-3;
+    let central = |h: f64| (f(h) - f(-h)) * Scale(0.5 / h);
+    (central(0.5 * h) * Scale(4.0) - central(h)) * Scale(1.0 / 3.0)
+}
+
+fn variation(rates: &[Mat<f64>; 4]) -> BoundaryVariation<'_> {
+    let [s0, v0, s1, v1] = rates.each_ref().map(|x| -> MatRef<'_, f64> { x.as_ref() });
+    BoundaryVariation { s0, v0, s1, v1 }
+}
+
+#[test]
+fn derivatives_agree_with_differences() {
+    // (12, 2) and (7, 1) have rows outside of the span of the data.
+    for shape in [(3, 1), (7, 1), (3, 2), (4, 2), (5, 3), (3, 3), (12, 2)] {
+        let mut rng = Rng::new(23);
+        let family = Family::random(shape, &mut rng);
+        let curve = family.data.solve().unwrap();
+        let derivative = curve.boundary_derivative(Interrupt::NEVER).unwrap();
+        let rates = family.rate();
+        let found = derivative.initial(&variation(&rates)).unwrap();
+        let solve = |h: f64| family.at(h).solve().unwrap();
+        let checks = [
+            (
+                "A",
+                found.acceleration,
+                richardson(|h| solve(h).acceleration(0.0).unwrap()),
+            ),
+            ("J", found.jerk, richardson(|h| solve(h).jerk(0.0).unwrap())),
+        ];
+        for (name, found, expected) in checks {
+            let error = distance(&found, &expected) / (1.0 + frobenius(expected.as_ref()));
+            println!("{shape:?} {name}: {error:.1e}");
+            // h^4 and 1e-12 / h.
+            common::assert_within(error, 1e-7, &format!("{shape:?} {name}"));
+        }
+        let times = [0.0, 0.7, 0.3, 1.0];
+        let points = derivative
+            .points(&curve, &variation(&rates), &times, Interrupt::NEVER)
+            .unwrap();
+        for (t, found) in times.into_iter().zip(points) {
+            let expected = richardson(|h| solve(h).point(t).unwrap());
+            common::assert_close(&found, &expected, 1e-7, &format!("{shape:?} point at {t}"));
+        }
+        let expected = richardson(|h| Mat::full(1, 1, solve(h).cost().unwrap()))[(0, 0)];
+        let error = (derivative.cost(&variation(&rates)).unwrap() - expected).abs();
+        common::assert_within(
+            error / (1.0 + expected.abs()),
+            1e-7,
+            &format!("{shape:?} cost"),
+        );
+    }
+}
+
+#[test]
+fn variations_that_break_a_constraint_are_errors() {
+    let mut rng = Rng::new(24);
+    let family = Family::random((4, 2), &mut rng);
+    let derivative = family
+        .data
+        .solve()
+        .unwrap()
+        .boundary_derivative(Interrupt::NEVER)
+        .unwrap();
+    let mut rates = family.rate();
+    rates[3] += &family.data.s1;
+    let error = derivative.initial(&variation(&rates)).unwrap_err();
+    assert!(
+        matches!(error, Error::NotTangent { name: "dV1", .. }),
+        "{error}"
+    );
+    rates[3] = identity(3);
+    assert!(matches!(
+        derivative.cost(&variation(&rates)),
+        Err(Error::Shape { .. })
+    ));
+}
