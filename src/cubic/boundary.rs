@@ -9,6 +9,7 @@ use super::end_map::EndMap;
 use super::homotopy::Homotopy;
 use super::problem::{Problem, unpack};
 use super::random::Random;
+use super::relaxation::Chain;
 use super::riemannian_cubic::RiemannianCubic;
 use super::shooting::SOLVER;
 use super::taylor::Accuracy;
@@ -22,8 +23,8 @@ const DIRECT_STEPS: usize = 12;
 /// Newton steps from where a continuation arrives.
 const POLISH_STEPS: usize = 8;
 
-/// Families with random detours that are tried.
-const DETOURS: u32 = 32;
+/// Random attempts of each kind.
+const ATTEMPTS: u32 = 16;
 
 /// How far the random initial data are from those of flat space, relative to their size; one after the other.
 const SPREADS: [f64; 4] = [0.3, 0.6, 1.0, 1.5];
@@ -37,8 +38,8 @@ const ACCURACY: f64 = 1e-9;
 /// Below this, Newton's method is on its way.
 const NEAR: f64 = 0.1;
 
-/// Random initial data that Newton's method starts from.
-const RESTARTS: u32 = 48;
+/// How far the nodes of a chain are moved at random, for each attempt before.
+const CHAIN_SPREAD: f64 = 0.15;
 
 /// Below this, a residual that does not fall any more has met round-off.
 const ROUND_OFF: f64 = 1e-9;
@@ -97,6 +98,8 @@ pub enum BoundaryStrategy {
     Direct,
     /// Continuation from the curve that stands still, displacement and velocities growing.
     Growing,
+    /// Newton's method or continuation from a chain of points, relaxed to low cost.
+    Relaxation,
     /// Newton's method from random initial data around the first start.
     Restart,
     /// Continuation from easier data, with velocities that make a detour.
@@ -111,6 +114,7 @@ impl BoundaryStrategy {
         match self {
             BoundaryStrategy::Direct => "direct",
             BoundaryStrategy::Growing => "growing",
+            BoundaryStrategy::Relaxation => "relaxation",
             BoundaryStrategy::Restart => "restart",
             BoundaryStrategy::Detour => "detour",
             BoundaryStrategy::Moving => "moving",
@@ -254,18 +258,16 @@ impl<'a> Solver<'a> {
             }
         }
         let mut random = Random::new(0);
-        for attempt in 0..RESTARTS {
+        for attempt in 0..ATTEMPTS {
             if self.map.exhausted() {
-                return Ok(None);
+                break;
+            }
+            if let Some(found) = self.relaxed(attempt, size, &mut random)? {
+                return Ok(Some(found));
             }
             let mut y = self.scattered(&start, attempt, &mut random);
             if self.restarted(&mut y)? {
                 return Ok(Some((y, self.report(BoundaryStrategy::Restart))));
-            }
-        }
-        for attempt in 0..DETOURS {
-            if self.map.exhausted() {
-                break;
             }
             if let Some((homotopy, from)) = self.detour(&start, attempt, &mut random)?
                 && let Some(y) = self.follow_to_first(&homotopy, &from, size)?
@@ -295,6 +297,29 @@ impl<'a> Solver<'a> {
         }
         self.starts -= 1;
         self.newton(y, most - first)
+    }
+
+    /// From a chain of low cost: Newton, or continuation from where its initial data lead.
+    fn relaxed(
+        &mut self,
+        attempt: u32,
+        size: f64,
+        random: &mut Random,
+    ) -> Result<Option<Solution>> {
+        let spread = CHAIN_SPREAD * f64::from(attempt);
+        let Ok(mut chain) = Chain::new(self.problem, spread, random) else {
+            return Ok(None);
+        };
+        chain.relax(self.options.interrupt)?;
+        let Ok(start) = chain.start() else {
+            return Ok(None);
+        };
+        let mut y = start.clone();
+        if self.restarted(&mut y)? {
+            return Ok(Some((y, self.report(BoundaryStrategy::Relaxation))));
+        }
+        let found = self.moved(&start, size)?;
+        Ok(found.map(|y| (y, self.report(BoundaryStrategy::Relaxation))))
     }
 
     /// Newton from random initial data, in place; a curve that cannot be integrated is no solution.

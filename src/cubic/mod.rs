@@ -32,6 +32,7 @@ mod path;
 mod problem;
 mod random;
 mod reduced;
+mod relaxation;
 pub mod riemannian_cubic;
 mod search;
 mod shooting;

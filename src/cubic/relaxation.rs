@@ -1,0 +1,332 @@
+//! Curves of low cost from boundary data: a chain of points with velocities, relaxed until its cost falls no further.
+//!
+//! Between neighbours `(S, V)` and `(S', V')`, a time `h` apart, the cost of the cubic of flat space is a sum of squares,
+//!
+//! ```math
+//! \int |D_t S'|^2 dt \approx \frac1h |W - V|^2 + \frac{12}{h} \Bigl| \frac{\Delta}{h} - \frac{V + W}{2} \Bigr|^2
+//! ```
+//!
+//! with the displacement `Delta` along the quasi-geodesic and `W` the velocity `V'` carried back by it. The sum over the chain is
+//! bounded below, so the Levenberg-Marquardt method on its nodes comes to a curve near a Riemannian cubic from almost
+//! anywhere.
+//!
+//! # Source
+//! Levenberg (1944), Quart. Appl. Math. 2, 164-168; Marquardt (1963), SIAM J. Appl. Math. 11, 431-441. The discrete cost is our own.
+
+use faer::{Mat, Scale};
+
+use super::guess::{FlatData, carry};
+use super::initial::Horizontal;
+use super::problem::{Problem, pack, unpack};
+use super::random::Random;
+use super::reduced::Sized;
+use super::shooting::SOLVER;
+use crate::curve::{Curve, GeometricCubic};
+use crate::error::{Error, Result};
+use crate::interrupt::Interrupt;
+use crate::linalg::decomp::{solve_square, thin_q};
+use crate::manifold::QuasiGeodesic;
+use crate::manifold::quasi_geodesic::EndpointProblem;
+
+/// Legs of the chain.
+const LEGS: usize = 12;
+
+/// Steps of the method at the most.
+const MAX_STEPS: usize = 40;
+
+/// The cost has come to rest where a step lowers it by less than this share.
+const AT_REST: f64 = 1e-4;
+
+/// The first damping relative to the mean diagonal, its factors after failure and success, and the largest.
+const DAMPING: f64 = 1e-3;
+const RAISE: f64 = 8.0;
+const LOWER: f64 = 0.2;
+const MAX_DAMPING: f64 = 1e6;
+
+/// Differences of the residuals of a leg.
+const DIFFERENCE: f64 = 1e-6;
+
+/// A point of the chain: an orthogonal frame whose first columns are the point, and the velocity in it.
+#[derive(Clone)]
+struct Node {
+    frame: Mat<f64>,
+    velocity: Mat<f64>,
+}
+
+impl Node {
+    /// With the other columns of the frame as near as possible to those of `like`.
+    fn new(point: &Mat<f64>, velocity: Mat<f64>, like: &Mat<f64>) -> Self {
+        let (r, k) = point.shape();
+        let columns = Mat::from_fn(
+            r,
+            r,
+            |i, j| if j < k { point[(i, j)] } else { like[(i, j)] },
+        );
+        Node {
+            frame: thin_q(columns.as_ref()),
+            velocity,
+        }
+    }
+
+    fn point(&self) -> Mat<f64> {
+        let k = self.velocity.ncols();
+        self.frame.as_ref().subcols(0, k).to_owned()
+    }
+
+    /// Moved along tangent vectors with the packed coordinates `change`: the point by the first, the velocity by the second.
+    fn moved(&self, change: &[f64]) -> Result<Self> {
+        let [along, faster] = unpack(change, self.blocks()).map(|x| self.tangent(&x));
+        let curve = QuasiGeodesic::from_velocity(self.point().as_ref(), along.as_ref())?;
+        let velocity = &self.velocity + faster;
+        Ok(Self::new(
+            &curve.point(1.0)?,
+            carry(&curve, velocity.as_ref(), 1.0)?,
+            &self.frame,
+        ))
+    }
+
+    fn blocks(&self) -> Sized {
+        let (r, k) = self.velocity.shape();
+        Sized { m: r - k, k }
+    }
+
+    fn tangent(&self, x: &Horizontal) -> Mat<f64> {
+        let k = x.omega.nrows();
+        let (point, others) = self.frame.as_ref().split_at_col(k);
+        point * &x.omega + others * &x.normal
+    }
+}
+
+/// The packed residual of a leg, `2d` numbers, and its displacement and carried velocity.
+fn leg(from: &Node, to: &Node, problem: &mut EndpointProblem) -> Result<[Horizontal; 3]> {
+    let (r, k) = from.velocity.shape();
+    let mut curve = QuasiGeodesic::zeros(r, k);
+    curve.join(from.point().as_ref(), to.point().as_ref(), problem)?;
+    let back = carry(&curve, to.velocity.as_ref(), -1.0)?;
+    let horizontal = |v: &Mat<f64>| Horizontal::of_tangent(from.frame.as_ref(), v.as_ref());
+    Ok([
+        horizontal(&curve.initial_velocity()),
+        horizontal(&from.velocity),
+        horizontal(&back),
+    ])
+}
+
+fn residual(from: &Node, to: &Node, problem: &mut EndpointProblem) -> Result<Vec<f64>> {
+    let step = 1.0 / LEGS as f64;
+    let [delta, v, w] = leg(from, to, problem)?.map(|x| pack(&[x]));
+    let turn = v.iter().zip(&w).map(|(v, w)| (w - v) / step.sqrt());
+    let lag = delta
+        .iter()
+        .zip(v.iter().zip(&w))
+        .map(|(delta, (v, w))| 12.0_f64.sqrt() * (delta / step - 0.5 * (v + w)) / step.sqrt());
+    Ok(turn.chain(lag).collect())
+}
+
+/// A chain of nodes whose ends are given.
+pub(super) struct Chain {
+    nodes: Vec<Node>,
+    cost: f64,
+    endpoints: EndpointProblem,
+}
+
+impl Chain {
+    /// Along the adjusted de Casteljau curve, or the quasi-geodesic where there is none, each node moved at random by about
+    /// `spread`.
+    ///
+    /// # Errors
+    /// Where there is neither, or neighbours cannot be joined.
+    pub(super) fn new(problem: &Problem, spread: f64, random: &mut Random) -> Result<Self> {
+        let (r, k) = problem.end[0].shape();
+        let identity: Mat<f64> = Mat::identity(r, r);
+        let v0 = Mat::from_fn(r, k, |i, j| match i.checked_sub(k) {
+            None => problem.velocity.omega[(i, j)],
+            Some(i) => problem.velocity.normal[(i, j)],
+        });
+        let start = identity.as_ref().subcols(0, k);
+        let [s1, v1] = problem.end.each_ref().map(|x| x.as_ref());
+        let at = match GeometricCubic::from_boundary(start, v0.as_ref(), s1, v1) {
+            Ok(curve) => sample(&curve)?,
+            Err(_) => sample(&QuasiGeodesic::between(start, s1)?)?,
+        };
+        let mut nodes = vec![Node::new(&start.to_owned(), v0.clone(), &identity)];
+        let unknowns = problem.unknowns();
+        for (i, (point, velocity)) in at.into_iter().enumerate() {
+            let like = nodes[i].frame.clone();
+            let node = Node::new(&point, velocity, &like);
+            let size = spread / (0.5 * unknowns as f64).sqrt();
+            let change: Vec<f64> = (0..unknowns)
+                .map(|j| {
+                    if j < unknowns / 2 {
+                        size * random.normal()
+                    } else {
+                        0.0
+                    }
+                })
+                .collect();
+            nodes.push(node.moved(&change)?);
+        }
+        let like = nodes[LEGS - 1].frame.clone();
+        nodes.push(Node::new(&s1.to_owned(), v1.to_owned(), &like));
+        let mut endpoints = EndpointProblem::new(r, k);
+        let cost = cost(&nodes, &mut endpoints)?;
+        Ok(Chain {
+            nodes,
+            cost,
+            endpoints,
+        })
+    }
+
+    /// Lowers the cost until it rests.
+    ///
+    /// # Errors
+    /// `Interrupted`.
+    pub(super) fn relax(&mut self, interrupt: Interrupt<'_>) -> Result<()> {
+        let mut damping = DAMPING;
+        for _ in 0..MAX_STEPS {
+            interrupt.check(SOLVER)?;
+            let Ok((matrix, gradient)) = self.normal_equations() else {
+                return Ok(());
+            };
+            let before = self.cost;
+            while !self.step(&matrix, &gradient, damping) {
+                damping *= RAISE;
+                if damping > MAX_DAMPING {
+                    return Ok(());
+                }
+            }
+            damping *= LOWER;
+            if before - self.cost <= AT_REST * before {
+                return Ok(());
+            }
+        }
+        Ok(())
+    }
+
+    /// `J^T J` and `J^T r` over the nodes between the ends.
+    fn normal_equations(&mut self) -> Result<(Mat<f64>, Vec<f64>)> {
+        let size = self.unknowns();
+        let inner = LEGS - 1;
+        let mut matrix = Mat::zeros(inner * size, inner * size);
+        let mut gradient = vec![0.0; inner * size];
+        for i in 0..LEGS {
+            let (from, to) = (self.nodes[i].clone(), self.nodes[i + 1].clone());
+            let base = residual(&from, &to, &mut self.endpoints)?;
+            let mut jacobian = Mat::zeros(base.len(), 2 * size);
+            for side in 0..2 {
+                if i + side == 0 || i + side == LEGS {
+                    continue;
+                }
+                for unknown in 0..size {
+                    let mut change = vec![0.0; size];
+                    change[unknown] = DIFFERENCE;
+                    let beside = if side == 0 {
+                        residual(&from.moved(&change)?, &to, &mut self.endpoints)?
+                    } else {
+                        residual(&from, &to.moved(&change)?, &mut self.endpoints)?
+                    };
+                    for (row, (b, a)) in beside.iter().zip(&base).enumerate() {
+                        jacobian[(row, side * size + unknown)] = (b - a) / DIFFERENCE;
+                    }
+                }
+            }
+            let square = jacobian.transpose() * &jacobian;
+            let right = jacobian.transpose() * Mat::from_fn(base.len(), 1, |row, _| base[row]);
+            let place = |column: usize| {
+                let node = i + column / size;
+                (node > 0 && node < LEGS).then(|| (node - 1) * size + column % size)
+            };
+            for column in 0..2 * size {
+                let Some(to) = place(column) else { continue };
+                gradient[to] += right[(column, 0)];
+                for row in 0..2 * size {
+                    if let Some(from) = place(row) {
+                        matrix[(from, to)] += square[(row, column)];
+                    }
+                }
+            }
+        }
+        Ok((matrix, gradient))
+    }
+
+    /// Tries a step; whether it lowers the cost.
+    fn step(&mut self, matrix: &Mat<f64>, gradient: &[f64], damping: f64) -> bool {
+        let (size, count) = (self.unknowns(), gradient.len());
+        let mean = (0..count).map(|i| matrix[(i, i)]).sum::<f64>() / count as f64;
+        let mut damped = matrix.clone();
+        for i in 0..count {
+            damped[(i, i)] += damping * (matrix[(i, i)] + 1e-3 * mean);
+        }
+        let Some(change) = solve_square(damped.as_ref(), gradient) else {
+            return false;
+        };
+        let mut nodes = self.nodes.clone();
+        for i in 1..LEGS {
+            let change: Vec<f64> = change[(i - 1) * size..i * size]
+                .iter()
+                .map(|x| -x)
+                .collect();
+            match self.nodes[i].moved(&change) {
+                Ok(moved) => nodes[i] = moved,
+                Err(_) => return false,
+            }
+        }
+        match cost(&nodes, &mut self.endpoints) {
+            Ok(cost) if cost < self.cost => {
+                (self.nodes, self.cost) = (nodes, cost);
+                true
+            }
+            _ => false,
+        }
+    }
+
+    /// Of one node.
+    fn unknowns(&self) -> usize {
+        let Sized { m, k } = self.nodes[0].blocks();
+        k * (k - 1) + 2 * m * k
+    }
+
+    /// `(x', x'')` at the start, from the first leg.
+    ///
+    /// # Errors
+    /// Where it cannot be joined.
+    pub(super) fn start(&mut self) -> Result<Vec<f64>> {
+        let step = 1.0 / LEGS as f64;
+        let [displacement, velocity, end_velocity] =
+            leg(&self.nodes[0], &self.nodes[1], &mut self.endpoints)?;
+        // The leg in a time of 1: velocities shrink by the step.
+        let scaled = |x: &Horizontal, factor: f64| Horizontal {
+            omega: &x.omega * Scale(factor),
+            normal: &x.normal * Scale(factor),
+        };
+        let flat = FlatData {
+            displacement,
+            end_velocity: scaled(&end_velocity, step),
+        };
+        let [a, second] = flat.start(&scaled(&velocity, step));
+        Ok(pack(&[
+            scaled(&a, step.powi(-2)),
+            scaled(&second, step.powi(-3)),
+        ]))
+    }
+}
+
+/// Points and velocities of a curve between its ends.
+fn sample(curve: &impl Curve) -> Result<Vec<(Mat<f64>, Mat<f64>)>> {
+    let times = (1..LEGS).map(|i| i as f64 / LEGS as f64);
+    times
+        .map(|t| Ok((curve.point(t)?, curve.derivative(t, 1)?)))
+        .collect()
+}
+
+/// The cost of a chain.
+fn cost(nodes: &[Node], endpoints: &mut EndpointProblem) -> Result<f64> {
+    let mut sum = 0.0;
+    for pair in nodes.windows(2) {
+        let residual = residual(&pair[0], &pair[1], endpoints)?;
+        sum += residual.iter().map(|r| r * r).sum::<f64>();
+    }
+    if sum.is_finite() {
+        return Ok(sum);
+    }
+    Err(Error::Overflow { quantity: "cost" })
+}
