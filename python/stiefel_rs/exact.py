@@ -15,8 +15,9 @@ import numpy as np
 from tabulate import tabulate  # type: ignore[import-untyped]
 
 from . import control_points, paper
-from ._core import RiemannianCubic, SolverReport, Stiefel, integrate_cubic
+from ._core import RiemannianCubic, Stiefel, integrate_cubic
 from .paper import EXPERIMENTS, SPLITTING_ORDERS, Array, ErrorRow, Experiment, Map
+from .report import LABELS as ERROR_LABELS
 from .report import Results, write_csv
 
 COARSE_STEPS: Final = 10
@@ -70,15 +71,16 @@ class Agreement:
 
     Attributes
     ----------
-    report : SolverReport
-        That of the shooting.
+    iterations, residual : int, float
+        Those of the shooting.
     point : float
         Of the points, at ``FINE_STEPS + 1`` times.
     acceleration, jerk : float
         Of the initial covariant acceleration and jerk, which the boundary problem leaves unknown.
     """
 
-    report: SolverReport
+    iterations: int
+    residual: float
     point: float
     acceleration: float
     jerk: float
@@ -135,8 +137,11 @@ def _agreement(experiment: Experiment, start: Array, cubic: RiemannianCubic) -> 
     exact = paper.points(experiment, experiment.chart.reference(start, grid))
     own, known = cubic.initial, experiment.chart.covariant(start)
     acceleration, jerk = (float(np.linalg.norm(own[i] - known[i])) for i in (2, 3))
-    assert cubic.report is not None  # Only a curve from initial data has none.
-    return Agreement(cubic.report, float(paper.distances(cubic(grid), exact).max()), acceleration, jerk)
+    point = float(paper.distances(cubic(grid), exact).max())
+    report = cubic.report
+    if report is None:
+        raise ValueError("a curve from initial data has no boundary problem")
+    return Agreement(report.iterations, report.residual, point, acceleration, jerk)
 
 
 def compare(experiment: Experiment) -> Comparison:
@@ -182,12 +187,7 @@ def _errors(results: Results) -> str:
             cells.append([e.title, str(r.steps), *(f"{r.errors[m]:.1e}" for m in methods)])
         slopes = [paper.slope(rows, m) for m in methods]
         cells.append([e.title, "order", *("-" if s is None else f"{s:.2f}" for s in slopes)])
-    return _table(["manifold", "N", *(control_points_label(m) for m in methods)], cells, 1)
-
-
-def control_points_label(method: str) -> str:
-    """Label of a method of the error tables."""
-    return LABELS.get(method, "exact cubic BVP")
+    return _table(["manifold", "N", *(ERROR_LABELS[m] for m in methods)], cells, 1)
 
 
 def _agreements(found: list[Comparison]) -> str:
@@ -195,8 +195,8 @@ def _agreements(found: list[Comparison]) -> str:
     for c in found:
         a = c.agreement
         distances = (f"{x:.1e}" for x in (a.point, a.acceleration, a.jerk))
-        cells.append([c.experiment.title, str(a.report.iterations), f"{a.report.residual:.1e}", *distances])
-    header = ["manifold", "Newton steps", "residual", "points", "initial acceleration", "initial jerk"]
+        cells.append([c.experiment.title, str(a.iterations), f"{a.residual:.1e}", *distances])
+    header = ["manifold", "iterations", "residual", "points", "initial acceleration", "initial jerk"]
     return _table(header, cells, 1)
 
 
@@ -223,18 +223,18 @@ def _given_away(found: list[Comparison]) -> str:
     for c in found:
         gcp, geodesic = c.of("gcp"), c.of("geodesic_cubic")
         if abs(geodesic.excess - gcp.excess) <= SAME_EXCESS * abs(gcp.excess):
-            pieces = "geodesic pieces give away the same"
+            pieces = "with geodesic pieces it is the same"
         else:
-            pieces = f"geodesic pieces give away {percent(geodesic.excess)}"
+            pieces = f"with geodesic pieces it is {percent(geodesic.excess)}"
         sums = [
             f"{percent(c.of('initial_point_bvp', n).excess)} (initial-point) and "
             f"{percent(c.of('midpoint_bvp', n).excess)} (mid-point) at N = {n}"
             for n in COST_STEPS
         ]
         lines.append(
-            f"- {c.experiment.title}: the de Casteljau curve GCP gives away {percent(gcp.excess)} of the least cost; "
-            f"{pieces}. The sums of the shooting methods are off by {', '.join(sums)}; the trapezoidal rule alone by "
-            f"{' and '.join(percent(c.of('exact_sum', n).excess) for n in COST_STEPS)}."
+            f"- {c.experiment.title}: the de Casteljau curve GCP gives away {percent(gcp.excess)} of the cost of the "
+            f"exact cubic; {pieces}. The sums of the shooting methods differ from that cost by {', '.join(sums)}; the "
+            f"sum along the exact cubic by {' and '.join(percent(c.of('exact_sum', n).excess) for n in COST_STEPS)}."
         )
     return "\n".join(lines)
 
@@ -267,7 +267,7 @@ and J is the integral. The others are points with momenta, and J is the trapezoi
 
 Only curves with the same ends can be compared by their costs: GCP, geodesic pieces, the BVP methods and the exact
 cubic. An IVP method ends elsewhere, by its error. A sum is no integral along a curve, so nothing keeps it above the
-least cost; "by the sum" shows what the rule alone adds.
+cost of the exact cubic; the row "by the sum" shows what the trapezoidal rule alone adds.
 """
 
 

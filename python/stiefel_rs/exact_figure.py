@@ -77,8 +77,8 @@ def draw_costs(comparison: Comparison, *, ax: Axes) -> None:
     plotting._log_axis(ax.xaxis)
     ax.set_xticks([1e-6, 1e-4, 1e-2, 1, 100])
     ax.set_yticks(range(len(BARS)), [LABELS[m].replace(", ", "\n") for m in reversed(BARS)])
-    ax.set_xlabel("excess of the cost over that of the exact cubic (%)")
-    ax.set_title(f"cost given away; exact cubic: J = {comparison.of('exact').cost:.6f}")
+    ax.set_xlabel(f"excess of J over that of the exact cubic (%); for N = {COARSE_STEPS}, J is a sum over the points")
+    ax.set_title(f"cost J given away; exact cubic: J = {comparison.of('exact').cost:.6f}")
 
 
 def figure(comparison: Comparison) -> Figure:
@@ -86,14 +86,16 @@ def figure(comparison: Comparison) -> Figure:
     experiment = comparison.experiment
     trajectories = plotting.Trajectories(experiment)
     columns = trajectories.columns
-    new = plotting._new_figure(7.2, 9.2)
-    grid = plotting._grid(new, 3, columns, (1.5, 0.2, 1.2, 0.35), height_ratios=[1.35, 0.75, 1.0], hspace=0.42)
+    new = plotting._new_figure(7.2, 8.8)
+    grid = plotting._grid(new, 3, columns, (1.5, 0.2, 1.2, 0.3), height_ratios=[1.2, 0.75, 1.0], hspace=0.48)
     for column in range(columns):
         sphere = new.add_subplot(grid[0, column], projection="3d", computed_zorder=False)
         cell = sphere.get_position()  # A sphere has no tick labels: it can use the margin as well.
-        sphere.set_position((column / columns, cell.y0, 1 / columns, cell.height))
+        sphere.set_position((column / columns, cell.y0 - 0.03, 1 / columns, cell.height + 0.03))
         trajectories.draw_column(column, SHOWN, ax=sphere)
-        sphere.set_title(experiment.title if columns == 1 else f"{experiment.title}, column {column + 1}")
+        # Left of the centre: the label of the axis that points up is there.
+        title = experiment.title if columns == 1 else f"{experiment.title}, column {column + 1}"
+        new.text((column + 0.06) / columns, 0.975, title, va="top")
     draw_costs(comparison, ax=new.add_subplot(grid[1, :]))
     draw_distance(experiment, ax=new.add_subplot(grid[2, :]))
     handles = [Line2D([], [], label=LABELS[m], **STYLES[m]) for m in LABELS]

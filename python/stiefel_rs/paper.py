@@ -39,6 +39,7 @@ SLOPE_FLOOR: Final = 1e-14
 DEFAULT_STEPS: Final = (5, 10, 20, 50, 100, 200, 500, 1000)
 QUICK_STEPS: Final = (5, 10, 20, 50, 100)
 FLOW_STEPS: Final = (10, 100)
+WARM_UP_STEPS: Final = 5
 
 
 @dataclass(frozen=True)
@@ -264,7 +265,8 @@ def measure_times(steps: Iterable[int], repetitions: int, progress: Callable[[],
     """Time all methods on both manifolds, interleaved.
 
     Each repetition runs every manifold, ``N`` and method once, so that a machine that slows down slows all alike;
-    a first round is thrown away. The time is that of the points in ``R^{3 x k}`` from the data of the problem, one
+    a first round is thrown away. A short call of the same method goes before each: else a quick method is timed with
+    the caches that the slow one before it left, and order in the list decides. The time is that of the points in ``R^{3 x k}`` from the data of the problem, one
     thread.
 
     Parameters
@@ -280,6 +282,7 @@ def measure_times(steps: Iterable[int], repetitions: int, progress: Callable[[],
     samples: dict[tuple[str, int, str], list[float]] = {(e.name, n, m): [] for e, n, m in cases}
     for round_number in range(repetitions + 1):
         for e, n, m in cases:
+            solve(e, m, min(n, WARM_UP_STEPS), *ends[e.name])
             begin = time.perf_counter()
             solve(e, m, n, *ends[e.name])
             if round_number:
