@@ -190,7 +190,7 @@ class GeometricCubic(GeometricPolynomial):
 
 @final
 class RiemannianCubic(Curve):
-    def __new__(cls, *_args: object, **_kwargs: object) -> Never: ...
+    def __new__(cls, *_args: object, **_kwargs: object) -> RiemannianCubic: ...
     @staticmethod
     def from_initial(
         S: ArrayLike, V: ArrayLike, A: ArrayLike, J: ArrayLike, t_end: float = 1.0, *, tol: float = 1e-17

@@ -115,7 +115,7 @@ def trapezoid(values: Array) -> float:
 
 
 def _discrete(experiment: Experiment, start: Array, end: Array, steps: int) -> Iterator[tuple[str, Array, Array]]:
-    """Method, points and ``|D_t S'|^2`` of each discrete trajectory with ``steps`` steps."""
+    """Yield method, points and ``|D_t S'|^2`` of each discrete trajectory with ``steps`` steps."""
     chart, d = experiment.chart, experiment.chart.d
     states = {"exact_sum": chart.reference(start, paper.time_grid(steps))}
     maps: tuple[Map, ...] = paper.MAPS
@@ -213,7 +213,7 @@ def _costs(found: list[Comparison]) -> str:
     for c in found:
         for row in c.costs:
             size = "-" if row.steps is None else str(row.steps)
-            numbers = [size, f"{row.error:.2e}", f"{row.cost:.8f}", percent(row.excess)]
+            numbers = [size, f"{row.error:.2e}" if row.error else "0", f"{row.cost:.8f}", percent(row.excess)]
             cells.append([c.experiment.title, LABELS[row.method], *numbers])
     return _table(["manifold", "curve", "N", "mean error", "cost J", "excess over the exact cubic"], cells, 2)
 
@@ -249,9 +249,10 @@ chart, whose own error is up to 1e-13; their times are in section 5:
 
 {_errors(results)}
 
-Orders are fitted where the mean error is above {paper.SLOPE_FLOOR:g}; below, it is round-off. A Riemannian cubic with
-given ends is stationary for the cost, and more than one can exist. The one found by shooting, beside the paper's curve
-(largest Frobenius distances; the initial acceleration and jerk are unknowns of the boundary problem):
+Orders are fitted where the mean error is above {paper.SLOPE_FLOOR:g}; below, round-off shows in it.
+
+A Riemannian cubic with given ends is stationary for the cost, and more than one can exist. The one found by shooting,
+beside the paper's curve (largest Frobenius distances; the initial acceleration and jerk are unknowns of the boundary problem):
 
 {_agreements(found)}
 

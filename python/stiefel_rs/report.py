@@ -217,8 +217,8 @@ of this implementation on this machine in this run; they change from run to run.
 and the call from Python are most of the time of GCP. GCP and the BVP methods solve the same
 problem (end points and end velocities), so GCP against BVP is the comparison of like with like; an IVP method is given
 the initial acceleration and jerk, which in a boundary value problem are the unknowns. The reference is a Taylor method
-of order 26 in the chart. The splittings and the exact cubic use no chart; the exact cubic is found by shooting, anew for
-every curve.
+of order 26 in the chart. The splittings and the exact cubic use no chart; the exact cubic is found by shooting, anew
+for every curve.
 """
 
 
