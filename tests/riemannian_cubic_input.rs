@@ -77,7 +77,7 @@ fn assert_finite(curve: &RiemannianCubic, what: &str) {
 
 #[test]
 fn extreme_speeds_and_times() {
-    let scales = [0.0, 1e-300, 1e-160, 1e-5, 1.0, 1e3, 1e150, 1e300];
+    let scales = [0.0, 1e-300, 1e-160, 1e-6, 1.0, 30.0, 1e150, 1e300];
     for shape in SHAPES {
         for i in 0..scales.len().pow(2) {
             let v = scales[i % scales.len()];

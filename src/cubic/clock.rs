@@ -1,7 +1,8 @@
 //! The time of a curve as an affine function of the time in which its path is stored.
 //!
-//! A path is computed in the natural time of its data, where velocity, acceleration and jerk are at most about one: neither the
-//! slowest nor the fastest data underflow or overflow there. Changes of the parameter cost nothing and lose nothing.
+//! A path is computed in the natural time of its data, where velocity, acceleration and jerk are at most about one:
+//! neither the slowest nor the fastest data underflow or overflow there. Changes of the parameter cost nothing and lose
+//! nothing.
 
 use crate::error::{Error, Result};
 

@@ -13,7 +13,8 @@ use crate::linalg::structure::check_range;
 const LARGEST_MOMENTUM: usize = 1 << 14;
 
 impl RiemannianCubic {
-    /// Point, velocity, covariant acceleration and covariant jerk at the start of [`t_span`](Curve::t_span), shape `(n, k)`.
+    /// Point, velocity, covariant acceleration and covariant jerk at the start of [`t_span`](Curve::t_span), each of
+    /// shape `(n, k)`.
     ///
     /// # Accuracy
     /// Round-off of each of them where the path starts or ends there; else that of [`Curve::jerk`].

@@ -4,12 +4,12 @@ use faer::{Mat, MatRef, Scale};
 
 use crate::curve::span::Span;
 use crate::error::Result;
-use crate::linalg::decomp::thin_q;
 use crate::linalg::product::mul_into;
 use crate::linalg::structure::norm;
 use crate::manifold::stiefel::{POINT_TOLERANCE, Stiefel, TANGENT_TOLERANCE};
 
-/// A vector of `m`: `[[omega, -normal^T], [normal, 0]]` with `omega` skew, shape `(k, k)`, and `normal`, shape `(r - k, k)`.
+/// A vector of `m`: `[[omega, -normal^T], [normal, 0]]` with `omega` skew, shape `(k, k)`, and `normal`, of shape
+/// `(r - k, k)`.
 #[derive(Debug, Clone)]
 pub(crate) struct Horizontal {
     pub(crate) omega: Mat<f64>,
@@ -59,8 +59,8 @@ impl InitialData {
 
     /// The same data per unit of their natural time, and how many of these units a unit of time has.
     ///
-    /// The rate is a power of two near `max(|V|, |A|^(1/2), |J|^(1/3))`, so nothing is rounded, and nothing but what is negligible
-    /// beside the rest underflows.
+    /// The rate is a power of two near `max(|V|, |A|^(1/2), |J|^(1/3))`, so nothing is rounded, and nothing but what is
+    /// negligible beside the rest underflows.
     ///
     /// # Errors
     /// As [`InitialData::new`].
@@ -118,11 +118,54 @@ fn check(s: MatRef<'_, f64>, vectors: [MatRef<'_, f64>; 3]) -> Result<()> {
 }
 
 /// An orthogonal matrix whose first columns are those of `s`, shape `(r, k)`, orthonormalised where they are not.
+///
+/// By Householder reflections, written out: `r` is at most `4k`, and often three.
 pub(crate) fn complete(s: MatRef<'_, f64>) -> Mat<f64> {
     let (r, k) = s.shape();
-    let spanning = Mat::from_fn(r, k + r, |i, j| match j.checked_sub(k) {
-        None => s[(i, j)],
-        Some(column) => f64::from(u8::from(i == column)),
-    });
-    thin_q(spanning.as_ref())
+    let mut rest = s.to_owned();
+    let mut g = Mat::<f64>::identity(r, r);
+    let mut reflections = Mat::<f64>::zeros(r, k);
+    let mut signs = vec![1.0; k];
+    for j in 0..k {
+        let length = (j..r).map(|i| rest[(i, j)].powi(2)).sum::<f64>().sqrt();
+        // Away from cancellation; the column becomes `-sign length` times a unit vector.
+        let sign = if rest[(j, j)] < 0.0 { -1.0 } else { 1.0 };
+        signs[j] = -sign;
+        for i in j..r {
+            reflections[(i, j)] = rest[(i, j)];
+        }
+        reflections[(j, j)] += sign * length;
+        for col in j..k {
+            reflect(&reflections, j, &mut rest, col);
+        }
+    }
+    for j in (0..k).rev() {
+        for col in j..r {
+            reflect(&reflections, j, &mut g, col);
+        }
+    }
+    for j in 0..k {
+        for i in 0..r {
+            g[(i, j)] *= signs[j];
+        }
+    }
+    g
+}
+
+/// Reflects a column of `a` at the hyperplane orthogonal to column `j` of `reflections`, which is zero above the diagonal.
+fn reflect(reflections: &Mat<f64>, j: usize, a: &mut Mat<f64>, col: usize) {
+    let r = a.nrows();
+    let (mut product, mut square) = (0.0, 0.0);
+    for i in j..r {
+        product += reflections[(i, j)] * a[(i, col)];
+        square += reflections[(i, j)].powi(2);
+    }
+    let factor = if square > 0.0 {
+        2.0 * product / square
+    } else {
+        0.0
+    };
+    for i in j..r {
+        a[(i, col)] -= factor * reflections[(i, j)];
+    }
 }

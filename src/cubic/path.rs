@@ -12,6 +12,9 @@ use crate::interrupt::Interrupt;
 /// Coefficients of a path at the most: a gigabyte.
 const MAX_COEFFICIENTS: usize = 1 << 27;
 
+/// Pieces that there is room for from the start.
+const USUAL_STEPS: usize = 6;
+
 /// Times of a path are known to this share of the largest.
 const SLACK: f64 = 8.0 * f64::EPSILON;
 
@@ -180,6 +183,9 @@ impl Path {
         let (pieces_before, size) = (pieces.len(), self.accuracy.order + 1);
         let (k, m, normals) = (blocks.k(), blocks.normals(), blocks.m::<f64>());
         let (k2, rk, vector) = (k * k, blocks.r::<f64>() * k, k * (k + m));
+        pieces.reserve(USUAL_STEPS);
+        points.reserve(USUAL_STEPS * size * rk);
+        vectors.reserve(USUAL_STEPS * size * vector);
         let outcome = march.run(t, interrupt, |series, start, length| {
             if points.len() + vectors.len() + 2 * size * rk > MAX_COEFFICIENTS {
                 return Err(too_many_steps(pieces.len(), (t - start).abs()));

@@ -254,7 +254,7 @@ fn product_transposed<T: Number, B: Blocks>(out: &mut [T], a: &[T], b: &[T], sha
     convolve::<T, B, true>(out, a, b, shape);
 }
 
-/// Sums that fit into registers.
+/// The most that is kept in registers.
 const FEW: usize = 16;
 
 /// `out += sum_i a_i b_{j-i}`, the second factors transposed or not.
@@ -272,10 +272,11 @@ fn convolve<T: Number, B: Blocks, const TRANSPOSED: bool>(
     let pairs = a
         .chunks_exact(rows * inner)
         .zip(b.chunks_exact(inner * cols).rev());
-    if !B::UNROLLED && rows.is_multiple_of(T::WIDTH) {
+    let few = B::UNROLLED && rows * cols <= T::REGISTERS;
+    if !few && rows.is_multiple_of(T::WIDTH) {
         return T::accumulate::<TRANSPOSED>(out, pairs, shape);
     }
-    if B::UNROLLED && rows * cols <= FEW {
+    if few {
         let mut sums = [T::ZERO; FEW];
         for (a, b) in pairs {
             add_product::<T, TRANSPOSED>(&mut sums[..rows * cols], a, b, shape);

@@ -47,8 +47,8 @@ impl Default for IntegrationOptions<'_> {
 /// D_t^3 S' + R(D_t S', S')\,S' = 0,\qquad J = \int |D_t S'|^2\, dt
 /// ```
 ///
-/// Stored as a piecewise Taylor polynomial of order 20 in the `min(n, 4k)` dimensions that its initial data span, so that a
-/// point costs `20 r k` multiplications and its share of one product to lift. Outside of
+/// Stored as a piecewise Taylor polynomial of order 20 in the `min(n, 4k)` dimensions that its initial data span, so
+/// that a point costs `20 r k` multiplications and its share of one product to lift. Outside of
 /// [`t_span`](Curve::t_span) the curve is integrated on when it is asked for points there, once for each call;
 /// [`RiemannianCubic::restricted`] keeps what was integrated.
 ///
@@ -83,8 +83,8 @@ impl RiemannianCubic {
     /// From point, velocity, covariant acceleration and covariant jerk at time 0, all of shape `(n, k)`.
     ///
     /// # Errors
-    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`, `InvalidArgument` (`t_end` zero, tolerance); `NoConvergence` (more
-    /// than 1e5 steps: too long or too fast), `Overflow`, `Interrupted`.
+    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`, `InvalidArgument` (`t_end` zero, tolerance);
+    /// `NoConvergence` (more than 1e5 steps: too long or too fast), `Overflow`, `Interrupted`.
     pub fn from_initial(
         s: MatRef<'_, f64>,
         v: MatRef<'_, f64>,

@@ -51,8 +51,11 @@ const SUFFICIENT_DECREASE: f64 = 1e-4;
 /// Halvings of a step before the direction is given up.
 const MAX_HALVINGS: i32 = 8;
 
-/// Residuals are integrated to this share of the square of the residual before: what Newton's method can gain.
+/// Residuals are integrated to this share of what the next step can leave.
 const ACCURACY_SHARE: f64 = 1e-4;
+
+/// Jacobians are integrated to this share of the residual: what they leave of it is of second order, as in Newton's method.
+const JACOBIAN_SHARE: f64 = 1e-2;
 
 /// The same for Broyden's method, which gains less in a step.
 const LINEAR_SHARE: f64 = 1e-4;
@@ -131,13 +134,6 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
                 break StopReason::MaxIterations;
             }
             iterations += 1;
-            if std::env::var("DBG").is_ok() {
-                eprintln!(
-                    "{iterations} {:.3e} updates {}",
-                    found.distance,
-                    updates.steps.len()
-                );
-            }
             if y.len() > FEW {
                 accuracy = Accuracy::of_tolerance(LINEAR_SHARE * found.distance);
                 if let Some(nearer) = self.broyden_step(y, &found, accuracy, &mut updates)? {
@@ -146,10 +142,12 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
                 }
                 updates.clear();
             }
-            accuracy = Accuracy::of_tolerance(ACCURACY_SHARE * found.distance * found.distance);
-            let Some(step) = self.newton_step(y, accuracy, found.distance)? else {
+            let Some(step) = self.newton_step(y, &found)? else {
                 break StopReason::SingularJacobian;
             };
+            // The next residual decides about the step after it: what Newton's method can gain twice.
+            let next = found.distance.powi(4);
+            accuracy = accuracy.finer(Accuracy::of_tolerance(ACCURACY_SHARE * next.min(1.0)));
             let Some((accepted, nearer)) = self.descend(y, &step, accuracy, found.distance)? else {
                 break StopReason::Stagnated;
             };
@@ -229,18 +227,14 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
     }
 
     /// `DF(y)^{-1} F(y)`; none where the derivative is singular.
-    fn newton_step(
-        &mut self,
-        y: &[f64],
-        accuracy: Accuracy,
-        distance: f64,
-    ) -> Result<Option<Vec<f64>>> {
+    fn newton_step(&mut self, y: &[f64], found: &Residual<f64>) -> Result<Option<Vec<f64>>> {
         self.interrupt.check(SOLVER)?;
-        if y.len() > DENSE {
-            return self.krylov_step(y, accuracy, distance);
+        if y.len() > FEW {
+            return self.krylov_step(y, found);
         }
-        let (jacobian, equations) = self.jacobian(y, accuracy)?;
-        Ok(solve_square(jacobian.as_ref(), &equations))
+        let accuracy = Accuracy::of_tolerance(JACOBIAN_SHARE * found.distance.min(1.0));
+        let (jacobian, _) = self.jacobian(y, accuracy)?;
+        Ok(solve_square(jacobian.as_ref(), &found.equations))
     }
 
     /// The derivative of the equations, shape `(2d, 2d)`, and the equations.
@@ -273,14 +267,8 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
     }
 
     /// The Newton step from products with the derivative, the unknowns measured by what they do in flat space.
-    fn krylov_step(
-        &mut self,
-        y: &[f64],
-        accuracy: Accuracy,
-        distance: f64,
-    ) -> Result<Option<Vec<f64>>> {
-        let equations = self.residual(y, accuracy)?.equations;
-        let forcing = distance.min(FORCING);
+    fn krylov_step(&mut self, y: &[f64], found: &Residual<f64>) -> Result<Option<Vec<f64>>> {
+        let forcing = found.distance.min(FORCING);
         let march = self
             .single
             .get_or_insert_with(|| March::new(self.blocks, Accuracy::FULL));
@@ -309,7 +297,7 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
                 }
             }
         };
-        let mut step = equations;
+        let mut step = found.equations.clone();
         Gmres::new(y.len()).solve(&mut step, forcing, &mut apply);
         if let Some(error) = failure {
             return Err(error);

@@ -31,6 +31,15 @@ impl Accuracy {
         order: 20,
     };
 
+    /// The more accurate of two.
+    pub(crate) fn finer(self, other: Self) -> Self {
+        if other.truncation < self.truncation {
+            other
+        } else {
+            self
+        }
+    }
+
     /// The order that reaches a tolerance for the least work, `1 - ln(tolerance) / 2`.
     pub(crate) fn of_tolerance(tolerance: f64) -> Self {
         let truncation = tolerance.max(Self::FULL.truncation);
@@ -67,7 +76,7 @@ impl<T: Number, B: Blocks> March<T, B> {
     /// Goes on to `t_end`; `visit` sees every step: series, start and signed length.
     ///
     /// # Errors
-    /// `NoConvergence` (too many steps; the residual is the time that was left), `Overflow`, `Interrupted`, and those of
+    /// `NoConvergence` (too many steps; the residual is the time that was left), `Overflow`, `Interrupted`, those of
     /// `visit`.
     pub(crate) fn run(
         &mut self,

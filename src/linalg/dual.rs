@@ -22,6 +22,9 @@ pub(crate) trait Number:
     /// Numbers that vector instructions take at once: columns of blocks are padded to a multiple of it.
     const WIDTH: usize;
 
+    /// Sums that fit into registers together with the factors.
+    const REGISTERS: usize;
+
     /// [`tiles`] of the size that registers hold.
     fn accumulate<'a, const TRANSPOSED: bool>(
         out: &mut [Self],
@@ -39,6 +42,7 @@ pub(crate) trait Number:
 impl Number for f64 {
     const ZERO: f64 = 0.0;
     const WIDTH: usize = 4;
+    const REGISTERS: usize = 16;
 
     #[inline(always)]
     fn accumulate<'a, const TRANSPOSED: bool>(
@@ -85,6 +89,7 @@ impl<const N: usize> Number for Dual<N> {
         slope: [0.0; N],
     };
     const WIDTH: usize = 1;
+    const REGISTERS: usize = 3;
 
     #[inline(always)]
     fn accumulate<'a, const TRANSPOSED: bool>(

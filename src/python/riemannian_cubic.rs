@@ -20,6 +20,9 @@ use crate::linalg::structure::norm;
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 type Four<'py> = (Array<'py>, Array<'py>, Array<'py>, Array<'py>);
 
+/// Initial data, both ends of the interval, tolerance and report.
+type Pickled<'py> = (Four<'py>, f64, f64, f64, Option<PySolverReport>);
+
 impl Operations for RiemannianCubic {
     fn operations(&self, quantity: Quantity) -> f64 {
         let (r, k) = (self.n().min(4 * self.k()) as f64, self.k() as f64);
@@ -68,9 +71,9 @@ fn shooting([s0, v0, _, v1]: [&Mat<f64>; 4]) -> f64 {
 ///
 /// Notes
 /// -----
-/// Solves ``D_t^3 S' + R(D_t S', S') S' = 0`` (canonical metric) on any St(n, k), without charts, by a Taylor method of order
-/// 20 in ``min(n, 4 k)`` dimensions, to round-off. Outside of ``t_span`` the curve is integrated on, for each call anew:
-/// :meth:`restricted` gives a curve that keeps it.
+/// Solves ``D_t^3 S' + R(D_t S', S') S' = 0`` (canonical metric) on any St(n, k), without charts, by a Taylor method of
+/// order 20 in ``min(n, 4 k)`` dimensions, to round-off. Outside of ``t_span`` the curve is integrated on, for each
+/// call anew: :meth:`restricted` gives a curve that keeps it.
 ///
 /// Noakes, Heinzinger, Paden (1989); Crouch, Silva Leite (1995).
 ///
@@ -119,10 +122,11 @@ impl PyRiemannianCubic {
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     Shape, not finite, not orthonormal, not tangent (with the measured defect), ``t_end`` zero, ``tol`` out of range.
+    ///     Shape, not finite, not orthonormal, not tangent (with the measured defect), ``t_end`` zero, ``tol`` out of
+    ///     range.
     /// ConvergenceError
-    ///     More steps than 100000, or than fit into a gigabyte: ``t_end`` is too large for the speed. Carries ``report``; its
-    ///     residual is the time that was left.
+    ///     More steps than 100000, or than fit into a gigabyte: ``t_end`` is too large for the speed. Carries
+    ///     ``report``; its residual is the time that was left.
     #[staticmethod]
     #[pyo3(signature = (S, V, A, J, t_end=1.0, *, tol=1e-17))]
     fn from_initial(
@@ -147,7 +151,8 @@ impl PyRiemannianCubic {
     /// S1, V1 : array_like, shape (n, k)
     ///     Final point and velocity.
     /// tol : float, default 1e-12
-    ///     The largest distance of the end point and end velocity from ``S1`` and ``V1``, Frobenius norm of both together.
+    ///     The largest distance of the end point and end velocity from ``S1`` and ``V1``, Frobenius norm of both
+    ///     together.
     /// max_iterations : int, default 50
     ///     Newton steps.
     ///
@@ -163,8 +168,8 @@ impl PyRiemannianCubic {
     ///
     /// Notes
     /// -----
-    /// Cubics with given ends are stationary, not unique: this one is found by Newton's method, with exact derivatives of the
-    /// flow, from the cubic of flat space. Compare solutions by :meth:`Curve.cost`.
+    /// Cubics with given ends are stationary, not unique: this one is found by Newton's method, with exact derivatives
+    /// of the flow, from the cubic of flat space. Compare solutions by :meth:`Curve.cost`.
     #[staticmethod]
     #[pyo3(signature = (S0, V0, S1, V1, *, tol=1e-12, max_iterations=50))]
     fn from_boundary(
@@ -214,10 +219,7 @@ impl PyRiemannianCubic {
     fn __reduce__<'py>(
         slf: &Bound<'py, Self>,
         py: Python<'py>,
-    ) -> PyResult<(
-        Bound<'py, PyAny>,
-        (Four<'py>, f64, f64, f64, Option<PySolverReport>),
-    )> {
+    ) -> PyResult<(Bound<'py, PyAny>, Pickled<'py>)> {
         let this = slf.get();
         let (start, end) = Curve::t_span(&*this.0);
         let state = (
@@ -245,7 +247,7 @@ impl PyRiemannianCubic {
         self.0.report().copied().map(PySolverReport)
     }
 
-    /// Point, velocity, covariant acceleration and covariant jerk at the start of ``t_span``: four arrays of shape (n, k).
+    /// Point, velocity, covariant acceleration and covariant jerk at the start of ``t_span``, each of shape (n, k).
     #[getter]
     fn initial<'py>(&self, py: Python<'py>) -> PyResult<Four<'py>> {
         let curve = Arc::clone(&self.0);

@@ -467,7 +467,7 @@ LONG_CALLS = {
     "beyond": "curve(60.0)",
     "beyond_array": "curve.jerk(np.linspace(0, 60, 200))",
     "restricted": "curve.restricted(-60, 60)",
-    "sphere": "[sphere(9e4) for _ in range(1000)]",
+    "sphere": "[sphere(3e4) for _ in range(1000)]",
     "many_points": "[curve.jerk(np.linspace(0, 1, 20_000)) for _ in range(100)]",
     "pickle": "[RiemannianCubic._restored(curve.initial, 0.0, 100.0, 1e-17, None) for _ in range(1000)]",
 }

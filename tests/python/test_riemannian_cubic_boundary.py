@@ -72,8 +72,8 @@ def test_boundary_data_are_met(boundary):
     assert report.converged
     assert report.reason == "converged"
     assert report.residual <= report.tolerance == TOL
-    # Quadratic convergence from a start that is right in flat space.
-    assert report.iterations <= 6
+    # Steps of Newton's or, for many unknowns, of Broyden's method from a start that is right in flat space.
+    assert report.iterations <= 20
     # The same curve as an initial value problem.
     again = RiemannianCubic.from_initial(*curve.initial)
     t = np.linspace(0, 1, 5)
@@ -240,7 +240,7 @@ def test_close_and_slow_problems_all_converge(size, seed, distance, speed):
     ends = random_boundary(*size, np.random.default_rng(seed), distance, speed)
     curve = RiemannianCubic.from_boundary(*ends)
     assert_meets(curve, ends, f"St{size}")
-    assert curve.report.iterations <= 12
+    assert curve.report.iterations <= 20
 
 
 @settings(max_examples=40, deadline=None)
