@@ -2,7 +2,7 @@ from typing import Final, Literal, final, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from typing_extensions import Never, disjoint_base
+from typing_extensions import disjoint_base
 
 _Array = NDArray[np.float64]
 _Map = Literal[

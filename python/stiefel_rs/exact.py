@@ -252,7 +252,8 @@ chart, whose own error is up to 1e-13; their times are in section 5:
 Orders are fitted where the mean error is above {paper.SLOPE_FLOOR:g}; below, round-off shows in it.
 
 A Riemannian cubic with given ends is stationary for the cost, and more than one can exist. The one found by shooting,
-beside the paper's curve (largest Frobenius distances; the initial acceleration and jerk are unknowns of the boundary problem):
+beside the paper's curve (largest Frobenius distances; the initial acceleration and jerk are unknowns of the boundary
+problem):
 
 {_agreements(found)}
 
