@@ -2,7 +2,7 @@ from typing import Final, Literal, final, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from typing_extensions import Never, disjoint_base
+from typing_extensions import disjoint_base
 
 _Array = NDArray[np.float64]
 _Map = Literal[
@@ -190,7 +190,7 @@ class GeometricCubic(GeometricPolynomial):
 
 @final
 class RiemannianCubic(Curve):
-    def __new__(cls, *_args: object, **_kwargs: object) -> Never: ...
+    def __new__(cls, *_args: object, **_kwargs: object) -> RiemannianCubic: ...
     @staticmethod
     def from_initial(
         S: ArrayLike, V: ArrayLike, A: ArrayLike, J: ArrayLike, t_end: float = 1.0, *, tol: float = 1e-17

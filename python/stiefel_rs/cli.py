@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from tqdm import tqdm  # type: ignore[import-untyped]
 
-from . import __version__, _core, conjecture, control_points, paper, report
+from . import __version__, _core, conjecture, control_points, exact, paper, report
 from .errors import StiefelError
 
 EXIT_FAILURE: Final = 1
@@ -19,7 +19,7 @@ EXIT_INTERRUPTED: Final = 130
 MAX_STEPS: Final = 1_000_000
 REPETITIONS: Final = 7
 QUICK_REPETITIONS: Final = 3
-FIGURES: Final = 7
+FIGURES: Final = 9
 
 
 def _steps(text: str) -> tuple[int, ...]:
@@ -93,15 +93,18 @@ def reproduce(folder: Path, steps: tuple[int, ...], repetitions: int, curves: in
         results = report.Results(rows, paper.measure_times(steps, repetitions, progress))
         study = conjecture.measure(curves)
         written = {"tables": len(report.write_all(tables, results)) + len(conjecture.write_all(tables, study))}
+        costs = exact.measure()
+        written["tables"] += len(exact.write_tables(tables, costs, results))
         alternatives = control_points.measure()
         written["tables"] += len(control_points.write_tables(tables, alternatives))
         try:
             # Here, since matplotlib is optional and slow to import.
-            from . import conjecture_figure, plotting  # noqa: PLC0415
+            from . import conjecture_figure, exact_figure, plotting  # noqa: PLC0415
         except ImportError as error:
             missing = error
         else:
             written["figures"] = len(plotting.write_all(figures, rows, progress))
+            written["figures"] += len(exact_figure.write(figures, costs, progress))
             written["figures"] += len(conjecture_figure.write(figures, study))
             written["figures"] += len(control_points.write_figure(figures, alternatives, progress))
     for line in report.headline(results):

@@ -33,7 +33,6 @@ STEPS: Final = 100
 REPETITIONS: Final = 5
 BUILDS: Final = 20
 POINTS: Final = 1000
-NODES: Final = 40
 HEADER: Final = ["manifold", "method", "degree", "free_numbers", "mean_error", "gcp_error_ratio", "cost", "cost_excess"]
 
 
@@ -61,37 +60,16 @@ class Problem:
 
 
 def boundary_problem(experiment: Experiment) -> Problem:
-    """Boundary data, points and cost of the exact cubic, from the Taylor reference in the chart.
-
-    A chart-free solution of the boundary problem with an error of 1e-12 can take the place of the reference: only the
-    fields of `Problem` are used.
-    """
-    chart, d = experiment.chart, experiment.chart.d
-    nodes, weights = np.polynomial.legendre.leggauss(NODES)
-    grid, quadrature = paper.time_grid(STEPS), (1 + nodes) / 2
-    t = np.unique(np.concatenate([grid, quadrature]))
-    z = chart.reference(paper.initial_state(experiment), t)
-    states, at_nodes = z[np.searchsorted(t, grid)], z[np.searchsorted(t, quadrature)]
-    squares = [state[3 * d :] @ _acceleration(experiment, state) for state in at_nodes]
-    ends = []
-    accelerations = []
-    for state in (states[0], states[-1]):
-        q, qdot = state[:d], state[d : 2 * d]
-        ends += [chart.embed(q), chart.embed_velocity(q, qdot)]
-        accelerations.append(chart.embed_velocity(q, _acceleration(experiment, state)))
+    """Boundary data of one experiment, and the exact cubic from them alone: its points, accelerations and cost."""
+    start, end = paper.reference(experiment, 1)
+    cubic = paper.exact_cubic(experiment, start, end)
     return Problem(
         experiment,
-        (ends[0], ends[1], ends[2], ends[3]),
-        (accelerations[0], accelerations[1]),
-        paper.points(experiment, states),
-        float(weights @ squares) / 2,
+        paper.boundary_data(experiment, start, end),
+        (cubic.acceleration(0.0), cubic.acceleration(1.0)),
+        cubic(paper.time_grid(STEPS)),
+        cubic.cost(),
     )
-
-
-def _acceleration(experiment: Experiment, state: Array) -> Array:
-    """Chart components of the covariant acceleration: its covector is ``p_qdot``, and H has the inverse metric."""
-    d = experiment.chart.d
-    return np.asarray(experiment.chart.hessian(state)[3 * d :, 3 * d :] @ state[3 * d :])
 
 
 def build(problem: Problem, method: str) -> Curve:

@@ -19,7 +19,7 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ._core import Chart, GeometricCubic
+from ._core import Chart, GeometricCubic, RiemannianCubic, integrate_cubic
 from .errors import ConvergenceError, OutsideDomainError
 
 Array = NDArray[np.float64]
@@ -27,10 +27,19 @@ Map = Literal["initial_point", "midpoint"]
 
 MAPS: Final[tuple[Map, ...]] = ("initial_point", "midpoint")
 METHODS: Final = ("gcp", "initial_point_ivp", "initial_point_bvp", "midpoint_ivp", "midpoint_bvp")
-TIMED_METHODS: Final = ("gcp", "reference", *METHODS[1:])
+# Without charts: splittings of the initial value problem, and the exact cubic with the boundary data of GCP.
+SPLITTING_ORDERS: Final = {"splitting_2": 2, "splitting_4": 4, "splitting_6": 6}
+CHART_FREE_METHODS: Final = (*SPLITTING_ORDERS, "exact_bvp")
+ALL_METHODS: Final = (*METHODS, *CHART_FREE_METHODS)
+TIMED_METHODS: Final = ("gcp", "reference", *ALL_METHODS[1:])
+# The residual that shooting for the exact cubic stops at. Newton squares it: one more step is at round-off.
+BOUNDARY_TOLERANCE: Final = 1e-13
+# Below, round-off of a mean error (a few 1e-16) shows in the slope of its logarithm.
+SLOPE_FLOOR: Final = 1e-14
 DEFAULT_STEPS: Final = (5, 10, 20, 50, 100, 200, 500, 1000)
 QUICK_STEPS: Final = (5, 10, 20, 50, 100)
 FLOW_STEPS: Final = (10, 100)
+WARM_UP_STEPS: Final = 5
 
 
 @dataclass(frozen=True)
@@ -123,11 +132,21 @@ def points(experiment: Experiment, z: Array) -> Array:
     return experiment.chart.embed(z[..., : experiment.chart.d])
 
 
-def geometric_cubic(experiment: Experiment, start: Array, end: Array) -> GeometricCubic:
-    """GCP with the end points and end velocities of two states, each of shape ``(4 d,)``."""
+def boundary_data(experiment: Experiment, start: Array, end: Array) -> tuple[Array, Array, Array, Array]:
+    """End points and end velocities ``S0, V0, S1, V1`` of two states, each of shape ``(4 d,)``."""
     chart, d = experiment.chart, experiment.chart.d
     data = [(chart.embed(z[:d]), chart.embed_velocity(z[:d], z[d : 2 * d])) for z in (start, end)]
-    return GeometricCubic(*data[0], *data[1])
+    return (*data[0], *data[1])
+
+
+def geometric_cubic(experiment: Experiment, start: Array, end: Array) -> GeometricCubic:
+    """GCP with the end points and end velocities of two states, each of shape ``(4 d,)``."""
+    return GeometricCubic(*boundary_data(experiment, start, end))
+
+
+def exact_cubic(experiment: Experiment, start: Array, end: Array) -> RiemannianCubic:
+    """Riemannian cubic with the end points and end velocities of two states, found without a chart."""
+    return RiemannianCubic.from_boundary(*boundary_data(experiment, start, end), tol=BOUNDARY_TOLERANCE)
 
 
 def solve(experiment: Experiment, method: str, steps: int, start: Array, end: Array) -> Array:
@@ -141,8 +160,9 @@ def solve(experiment: Experiment, method: str, steps: int, start: Array, end: Ar
     steps : int
         Number ``N`` of steps.
     start, end : ndarray, shape (4 d,)
-        States of the reference at ``t = 0`` and ``t = 1``. The initial value problems use the whole of `start`;
-        GCP and the boundary value problems use positions and velocities of both.
+        States of the reference at ``t = 0`` and ``t = 1``. The initial value problems use the whole of `start`
+        (the splittings as covariant acceleration and jerk); GCP and the boundary value problems use positions and
+        velocities of both.
 
     Returns
     -------
@@ -157,6 +177,10 @@ def solve(experiment: Experiment, method: str, steps: int, start: Array, end: Ar
     if method == "gcp":
         # One thread, as the integrators have: the times of all methods stay comparable.
         return geometric_cubic(experiment, start, end)(time_grid(steps), num_threads=1)
+    if method == "exact_bvp":
+        return exact_cubic(experiment, start, end)(time_grid(steps), num_threads=1)
+    if method in SPLITTING_ORDERS:
+        return integrate_cubic(*chart.covariant(start), steps, order=SPLITTING_ORDERS[method]).point
     if method == "reference":
         return points(experiment, chart.reference(start, time_grid(steps)))
     step_map: Map = "initial_point" if method.startswith("initial_point") else "midpoint"
@@ -185,16 +209,19 @@ class ErrorRow:
 
 
 def mean_errors(experiment: Experiment, steps: int) -> ErrorRow:
-    """Mean errors of all `METHODS` for one ``N``."""
+    """Mean errors of `ALL_METHODS` for one ``N``."""
     exact = reference(experiment, steps)
     curve = points(experiment, exact)
-    found = {m: solve(experiment, m, steps, exact[0], exact[-1]) for m in METHODS}
+    found = {m: solve(experiment, m, steps, exact[0], exact[-1]) for m in ALL_METHODS}
     return ErrorRow(steps, {m: float(distances(s, curve).mean()) for m, s in found.items()})
 
 
 def slope(rows: Iterable[ErrorRow], method: str) -> float | None:
-    """Least-squares slope of log error against log ``h``; None for fewer than two ``N``."""
-    pairs = [(math.log(r.h), math.log(r.errors[method])) for r in rows]
+    """Least-squares slope of log error against log ``h``; None for fewer than two ``N``.
+
+    An ``N`` whose error is below `SLOPE_FLOOR` does not count.
+    """
+    pairs = [(math.log(r.h), math.log(r.errors[method])) for r in rows if r.errors[method] > SLOPE_FLOOR]
     if len(pairs) < 2:
         return None
     x, y = np.array(pairs).T
@@ -238,8 +265,9 @@ def measure_times(steps: Iterable[int], repetitions: int, progress: Callable[[],
     """Time all methods on both manifolds, interleaved.
 
     Each repetition runs every manifold, ``N`` and method once, so that a machine that slows down slows all alike;
-    a first round is thrown away. The time is that of the points in ``R^{3 x k}`` from the data of the problem, one
-    thread.
+    a first round is thrown away. A short call of the same method goes before each: else a quick method is timed with
+    the caches that the slow one before it left, and order in the list decides. The time is that of the points in
+    ``R^{3 x k}`` from the data of the problem, one thread.
 
     Parameters
     ----------
@@ -254,6 +282,7 @@ def measure_times(steps: Iterable[int], repetitions: int, progress: Callable[[],
     samples: dict[tuple[str, int, str], list[float]] = {(e.name, n, m): [] for e, n, m in cases}
     for round_number in range(repetitions + 1):
         for e, n, m in cases:
+            solve(e, m, min(n, WARM_UP_STEPS), *ends[e.name])
             begin = time.perf_counter()
             solve(e, m, n, *ends[e.name])
             if round_number:

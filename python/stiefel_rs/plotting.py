@@ -7,7 +7,7 @@ own line style and marker too, so that the figures can be read without colour.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final
@@ -23,7 +23,7 @@ from matplotlib.ticker import FuncFormatter, NullLocator
 from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
 
 from . import paper
-from .paper import EXPERIMENTS, MAPS, METHODS, SPHERE, STIEFEL_3_2, Array, ErrorRow, Experiment
+from .paper import ALL_METHODS, EXPERIMENTS, MAPS, METHODS, SPHERE, STIEFEL_3_2, Array, ErrorRow, Experiment
 from .report import LABELS, MAP_LABELS
 
 TRAJECTORY_STEPS: Final = 10
@@ -34,6 +34,10 @@ STYLES: Final[dict[str, dict[str, Any]]] = {
     "initial_point_bvp": {"color": "#0072B2", "linestyle": "-", "marker": "D"},
     "midpoint_ivp": {"color": "#009E73", "linestyle": (0, (1, 1.2)), "marker": "^"},
     "midpoint_bvp": {"color": "#CC79A7", "linestyle": (0, (6, 1.5)), "marker": "v"},
+    "splitting_2": {"color": "#56B4E9", "linestyle": "-", "marker": "<"},
+    "splitting_4": {"color": "#56B4E9", "linestyle": (0, (4, 2)), "marker": ">"},
+    "splitting_6": {"color": "#56B4E9", "linestyle": (0, (1, 1.2)), "marker": "p"},
+    "exact_bvp": {"color": "#000000", "linestyle": "-", "marker": "x"},
 }
 TIME_LABEL: Final = "time t (dimensionless)"
 FONT_SIZE: Final = 10
@@ -99,7 +103,7 @@ def save(figure: Figure, folder: Path, name: str) -> list[Path]:
 def draw_error(experiment: Experiment, rows: list[ErrorRow], *, ax: Axes) -> None:
     """Draw mean error against the step, log-log, fitted slopes in the legend entries."""
     h = [r.h for r in rows]
-    for method in METHODS:
+    for method in ALL_METHODS:
         order = paper.slope(rows, method)
         label = LABELS[method] if order is None else f"{LABELS[method]}, slope {order:.2f}"
         ax.loglog(h, [r.errors[method] for r in rows], label=label, markerfacecolor="white", **STYLES[method])
@@ -118,7 +122,7 @@ def draw_error(experiment: Experiment, rows: list[ErrorRow], *, ax: Axes) -> Non
 
 def error_figure(experiment: Experiment, rows: list[ErrorRow]) -> Figure:
     """Log-log figure of the mean errors of one experiment."""
-    figure = _new_figure(7.2, 3.9)
+    figure = _new_figure(7.2, 5.2)
     grid = _grid(figure, 1, 1, (0.8, 2.3, 0.6, 0.35))
     ax = figure.add_subplot(grid[0, 0])
     draw_error(experiment, rows, ax=ax)
@@ -188,7 +192,9 @@ class Trajectories:
         style = STYLES[method] | ({"marker": ""} if method == "gcp" else {"markerfacecolor": "white"})
         ax.plot(*values, label=label, **(style | options))
 
-    def draw_column(self, column: int, *, ax: Axes3D) -> None:
+    def draw_column(
+        self, column: int, methods: Iterable[str] = ("gcp", "initial_point_ivp", "midpoint_bvp"), *, ax: Axes3D
+    ) -> None:
         """Draw one column of the curves on a sphere, with the start and the end of the reference marked."""
         reference = self.reference[:, :, column]
         middle = reference.mean(axis=0)
@@ -196,7 +202,7 @@ class Trajectories:
         view /= np.linalg.norm(view)
         draw_sphere(view, ax=ax)
         ax.plot(*reference.T, zorder=3, **STYLES["reference"])
-        for method in ("gcp", "initial_point_ivp", "midpoint_bvp"):
+        for method in methods:
             curve = self.curves[method][:, :, column]
             self._plot(method, ax, *curve.T, zorder=4, linewidth=1.2, markersize=3.5)
         side = np.cross(view, reference[-1] - reference[0])

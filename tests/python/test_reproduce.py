@@ -17,9 +17,10 @@ from stiefel_rs import cli, paper
 
 METHODS = ["gcp", "initial_point_ivp", "initial_point_bvp", "midpoint_ivp", "midpoint_bvp"]
 ORDERS = [0, 1, 1, 2, 2]
+CHART_FREE = ["splitting_2", "splitting_4", "splitting_6", "exact_bvp"]
 EXPERIMENTS = {e.name: e for e in paper.EXPERIMENTS}
 FIGURES = ["trajectory_sphere", "trajectory_stiefel_3_2", "error_sphere", "error_stiefel_3_2", "energy", "momentum"]
-FIGURES += ["conjecture", "control_points"]
+FIGURES += ["conjecture", "control_points", "exact_sphere", "exact_stiefel_3_2"]
 # Mean Frobenius errors by N, in the order of METHODS: independent recomputation in NumPy and mpmath.
 INDEPENDENT = {
     "sphere": {
@@ -82,7 +83,7 @@ def test_figures_are_png_and_pdf(quick, name):
 @pytest.mark.parametrize("name", EXPERIMENTS)
 def test_error_table(quick, name):
     header, rows = read(quick[0] / "tables" / f"{name}.csv")
-    assert header == ["N", "h", *METHODS]
+    assert header == ["N", "h", *METHODS, *CHART_FREE]
     assert [int(row[0]) for row in rows] == [5, 10, 20, 50, 100]
     table = np.array(rows, dtype=float)
     np.testing.assert_array_equal(table[:, 1], 1 / table[:, 0])
@@ -90,9 +91,14 @@ def test_error_table(quick, name):
     for row in table:
         if row[0] in INDEPENDENT[name]:
             # Four significant digits: half a unit of the fifth printed digit, and its rounding.
-            np.testing.assert_allclose(row[2:], INDEPENDENT[name][row[0]], rtol=1e-4)
-    slopes = [np.polyfit(np.log(table[:, 1]), np.log(column), 1)[0] for column in table[:, 2:].T]
+            np.testing.assert_allclose(row[2:7], INDEPENDENT[name][row[0]], rtol=1e-4)
+    slopes = [np.polyfit(np.log(table[:, 1]), np.log(column), 1)[0] for column in table[:, 2:7].T]
     np.testing.assert_allclose(slopes, ORDERS, atol=0.1)
+    # The two largest steps: order 6 is at round-off at the third.
+    orders = np.log2(table[0, 7:10] / table[1, 7:10])
+    np.testing.assert_allclose(orders, [2, 4, 6], atol=0.2)
+    # The error of the reference, 1e-13.
+    assert table[:, 10].max() < 1e-13
 
 
 def test_numbers_of_the_summary_are_those_of_the_independent_table():
@@ -113,7 +119,9 @@ def test_markdown_and_latex_hold_the_same_numbers(quick, name):
 def test_timing_table(quick):
     header, rows = read(quick[0] / "tables" / "timing.csv")
     assert header == ["manifold", "method", "N", "seconds_per_curve", "ratio_to_gcp"]
-    assert {(row[0], row[1]) for row in rows} == {(e, m) for e in EXPERIMENTS for m in [*METHODS, "reference"]}
+    assert {(row[0], row[1]) for row in rows} == {
+        (e, m) for e in EXPERIMENTS for m in [*METHODS, *CHART_FREE, "reference"]
+    }
     assert {int(row[2]) for row in rows} == {5, 10, 20, 50, 100}
     assert all(float(row[3]) > 0 for row in rows)
     assert all(float(row[4]) == 1.0 for row in rows if row[1] == "gcp")
@@ -122,7 +130,13 @@ def test_timing_table(quick):
 def test_summary_goes_through_the_claims(quick):
     text = (quick[0] / "tables" / "summary.md").read_text(encoding="utf-8")
     claims = ("## 1, 2.", "## 3.", "## 4.", "## 5.", "## 6.", "## 7.")
-    for heading in (*claims, "## Independent recomputation", "## The conjecture", "## Other control"):
+    for heading in (
+        *claims,
+        "## Independent recomputation",
+        "## The conjecture",
+        "## The exact cubic",
+        "## Other control",
+    ):
         assert heading in text
     assert "nan" not in text.lower()
     assert "1.0757e-04 = 0.01076 %" in text and "4.5209e-03 = 0.4521 %" in text

@@ -1,0 +1,113 @@
+"""The exact cubic beside the paper's three curves: where they run, what they cost, how far they are off.
+
+Importing this module imports matplotlib.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from . import control_points, paper, plotting
+from .exact import COARSE_STEPS, Comparison, percent
+from .paper import Array, Experiment
+
+SHOWN: Final = ("gcp", "initial_point_bvp", "midpoint_bvp")
+LABELS: Final = {
+    "exact_bvp": "exact cubic",
+    "gcp": "GCP",
+    "geodesic_cubic": "GCP, geodesic pieces",
+    "initial_point_bvp": f"initial-point BVP, N = {COARSE_STEPS}",
+    "midpoint_bvp": f"mid-point BVP, N = {COARSE_STEPS}",
+}
+STYLES: Final[dict[str, dict[str, Any]]] = {
+    "exact_bvp": plotting.STYLES["reference"],
+    "gcp": plotting.STYLES["gcp"] | {"marker": ""},
+    "geodesic_cubic": {"color": "#56B4E9", "linestyle": (0, (6, 1.5, 1, 1.5)), "marker": ""},
+    "initial_point_bvp": plotting.STYLES["initial_point_bvp"] | {"markerfacecolor": "white"},
+    "midpoint_bvp": plotting.STYLES["midpoint_bvp"] | {"markerfacecolor": "white"},
+}
+BARS: Final = ("initial_point_bvp", "midpoint_bvp", "gcp", "geodesic_cubic")
+
+
+def _curves(experiment: Experiment) -> dict[str, tuple[Array, Array]]:
+    """Points of each curve and of the exact cubic at the same times; those of the exact cubic beside the reference."""
+    problem = control_points.boundary_problem(experiment)
+    start, end = paper.reference(experiment, 1)
+    exact = paper.exact_cubic(experiment, start, end)
+    fine, coarse = (paper.time_grid(n) for n in (plotting.FINE_STEPS, COARSE_STEPS))
+    found = {"exact_bvp": (exact(fine), paper.points(experiment, experiment.chart.reference(start, fine)))}
+    for method in ("gcp", "geodesic_cubic"):
+        found[method] = (control_points.build(problem, method)(fine), exact(fine))
+    for method in ("initial_point_bvp", "midpoint_bvp"):
+        found[method] = (paper.solve(experiment, method, COARSE_STEPS, start, end), exact(coarse))
+    return found
+
+
+def draw_distance(experiment: Experiment, *, ax: Axes) -> None:
+    """Draw the distances to the exact cubic against time, and of the exact cubic to the reference in the chart."""
+    for method, (points, exact) in _curves(experiment).items():
+        distance = paper.distances(points, exact)[1:-1]
+        t = paper.time_grid(len(points) - 1)[1:-1]
+        # Zero has no place on the axis: equal to the last bit is drawn as half a unit of the last digit.
+        ax.semilogy(t, np.maximum(distance, np.finfo(float).eps / 2), **STYLES[method])
+    plotting._log_axis(ax.yaxis)
+    ax.set(xlabel=plotting.TIME_LABEL, xlim=(0, 1.01), ylabel="Frobenius distance\nto the exact cubic")
+    ax.set_title("distance to the exact cubic; black: the exact cubic to the reference in the chart")
+    ax.grid(**plotting.GRID)
+
+
+def draw_costs(comparison: Comparison, *, ax: Axes) -> None:
+    """Draw the excess of the cost of each curve as a bar from the left, with its numbers at the end."""
+    for place, method in enumerate(reversed(BARS)):
+        row = comparison.of(method, COARSE_STEPS if method.endswith("bvp") else None)
+        excess = 100 * abs(row.excess)
+        ax.barh(place, excess, height=0.55, color=STYLES[method]["color"])
+        sign = "" if row.excess >= 0 else "−"  # noqa: RUF001
+        text = f" J = {row.cost:.6f}, {sign}{percent(abs(row.excess))}"
+        ax.text(excess, place, text, va="center", fontsize=plotting.FONT_SIZE - 1)
+    ax.set_xscale("log")
+    ax.set_xlim(1e-6, 1e5)
+    plotting._log_axis(ax.xaxis)
+    ax.set_xticks([1e-6, 1e-4, 1e-2, 1, 100])
+    ax.set_yticks(range(len(BARS)), [LABELS[m].replace(", ", "\n") for m in reversed(BARS)])
+    ax.set_xlabel(f"excess of J over that of the exact cubic (%); for N = {COARSE_STEPS}, J is a sum over the points")
+    ax.set_title(f"cost J given away; exact cubic: J = {comparison.of('exact').cost:.6f}")
+
+
+def figure(comparison: Comparison) -> Figure:
+    """Columns of the curves on spheres, then costs, then distance against time."""
+    experiment = comparison.experiment
+    trajectories = plotting.Trajectories(experiment)
+    columns = trajectories.columns
+    new = plotting._new_figure(7.2, 8.8)
+    grid = plotting._grid(new, 3, columns, (1.5, 0.2, 1.2, 0.3), height_ratios=[1.2, 0.75, 1.0], hspace=0.48)
+    for column in range(columns):
+        sphere = new.add_subplot(grid[0, column], projection="3d", computed_zorder=False)
+        cell = sphere.get_position()  # A sphere has no tick labels: it can use the margin as well.
+        sphere.set_position((column / columns, cell.y0 - 0.03, 1 / columns, cell.height + 0.03))
+        trajectories.draw_column(column, SHOWN, ax=sphere)
+        # Left of the centre: the label of the axis that points up is there.
+        title = experiment.title if columns == 1 else f"{experiment.title}, column {column + 1}"
+        new.text((column + 0.06) / columns, 0.975, title, va="top")
+    draw_costs(comparison, ax=new.add_subplot(grid[1, :]))
+    draw_distance(experiment, ax=new.add_subplot(grid[2, :]))
+    handles = [Line2D([], [], label=LABELS[m], **STYLES[m]) for m in LABELS]
+    new.legend(handles=handles, loc="lower center", ncols=3, frameon=False, handlelength=3.2)
+    return new
+
+
+def write(folder: Path, found: list[Comparison], progress: Callable[[], None]) -> list[Path]:
+    """Write ``exact_<manifold>.png`` and ``.pdf`` into `folder`, which must exist; the paths written."""
+    paths = []
+    for comparison in found:
+        with plotting._style():
+            paths += plotting.save(figure(comparison), folder, f"exact_{comparison.experiment.name}")
+        progress()
+    return paths

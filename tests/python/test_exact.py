@@ -1,0 +1,139 @@
+"""The exact cubic beside the paper's curves: agreement of chart and chart-free solutions, costs, tables and text."""
+
+import csv
+
+import numpy as np
+import pytest
+
+from stiefel_rs import RiemannianCubic, Stiefel, exact, integrate_cubic, paper
+from stiefel_rs.report import Results
+
+# Of chart and chart-free solutions: ten times the error of the reference in the chart.
+AGREEMENT = 1e-12
+experiments = pytest.mark.parametrize("experiment", paper.EXPERIMENTS, ids=lambda e: e.name)
+
+
+@pytest.fixture(scope="module")
+def found():
+    return exact.measure()
+
+
+def assert_states_agree(experiment, z, covariant, what):
+    """Compare points and covariant derivatives on the manifold, and the states that a chart gives them."""
+    for name, own, known in zip("SVAJ", covariant, experiment.chart.covariant(z), strict=True):
+        np.testing.assert_allclose(own, known, rtol=0, atol=AGREEMENT, err_msg=f"{what}, {name}")
+    # A state holds the coordinates' angles, which are right up to whole turns.
+    back = np.array([experiment.chart.state(*data) for data in zip(*covariant, strict=True)])
+    d = experiment.chart.d
+    difference = back - z
+    difference[..., :d] -= 2 * np.pi * np.round(difference[..., :d] / (2 * np.pi))
+    np.testing.assert_allclose(difference, 0, atol=AGREEMENT, err_msg=f"{what}, state")
+
+
+@experiments
+def test_initial_data_go_from_the_chart_and_back(experiment):
+    z = paper.reference(experiment, 20)
+    assert_states_agree(experiment, z, experiment.chart.covariant(z), "round trip")
+
+
+@experiments
+def test_chart_free_solutions_are_those_of_the_chart(experiment):
+    z, t = paper.reference(experiment, 100), paper.time_grid(100)
+    initial = experiment.chart.covariant(z[0])
+    cubics = {
+        "initial": RiemannianCubic.from_initial(*initial),
+        "boundary": RiemannianCubic.from_boundary(*paper.boundary_data(experiment, z[0], z[-1]), tol=1e-13),
+    }
+    for name, c in cubics.items():
+        assert_states_agree(experiment, z, (c(t), c.velocity(t), c.acceleration(t), c.jerk(t)), name)
+    for order in (6, 8):
+        found = integrate_cubic(*initial, 100, order=order)
+        covariant = (found.point, found.velocity, found.acceleration, found.jerk)
+        assert_states_agree(experiment, z, covariant, f"splitting of order {order}")
+
+
+def test_the_boundary_problem_finds_the_papers_curve(found):
+    for c in found:
+        assert max(c.agreement.point, c.agreement.acceleration, c.agreement.jerk) < AGREEMENT
+        assert c.agreement.residual <= paper.BOUNDARY_TOLERANCE and c.agreement.iterations <= 5
+
+
+@experiments
+def test_cost_of_the_exact_cubic_is_that_of_the_reference(experiment):
+    nodes, weights = np.polynomial.legendre.leggauss(40)
+    z = experiment.chart.reference(paper.initial_state(experiment), np.concatenate([[0.0], (1 + nodes) / 2]))[1:]
+    start, end = paper.reference(experiment, 1)
+    cubic = paper.exact_cubic(experiment, start, end)
+    squares = exact.squared_acceleration(experiment, z)
+    # 1e-13 of the reference, times the 2 of a square.
+    assert cubic.cost() == pytest.approx(float(weights @ squares) / 2, rel=1e-12)
+    accelerations = cubic.acceleration((1 + nodes) / 2)
+    norms = Stiefel(3, experiment.chart.k).norm(cubic((1 + nodes) / 2), accelerations)
+    np.testing.assert_allclose(squares, norms**2, rtol=1e-11)
+
+
+def test_trapezoid():
+    t = paper.time_grid(7)
+    assert exact.trapezoid(3 * t + 1) == pytest.approx(2.5, rel=1e-15)
+    # h^2 / 12 times the second derivative.
+    assert exact.trapezoid(t**2) == pytest.approx(1 / 3 + 1 / (6 * 49), rel=1e-14)
+
+
+def test_costs(found):
+    for c in found:
+        gcp = c.of("gcp")
+        assert gcp.excess > 0 and gcp.error > 1e-5
+        for n in exact.COST_STEPS:
+            # The error of order 6 at N = 10.
+            assert c.of("splitting_6", n).cost == pytest.approx(c.of("exact_sum", n).cost, rel=1e-11)
+    sphere, frame = found
+    assert sphere.of("geodesic_cubic").excess == pytest.approx(sphere.of("gcp").excess, rel=exact.SAME_EXCESS)
+    assert 0 < frame.of("geodesic_cubic").excess < frame.of("gcp").excess / 1000
+    # A relative excess of 8.2494e-3 and 5.758e-6: cost of the Taylor reference in the chart, by Gauss quadrature.
+    assert frame.of("gcp").excess == pytest.approx(8.2494e-3, rel=1e-4)
+    assert sphere.of("gcp").excess == pytest.approx(5.758e-6, rel=1e-3)
+
+
+@experiments
+def test_sums_of_discrete_trajectories_have_the_order_of_their_method(experiment):
+    start, end = paper.reference(experiment, 1)
+    least = paper.exact_cubic(experiment, start, end).cost()
+    errors = {}
+    for steps in (200, 400, 800):
+        for name, _, squares in exact._discrete(experiment, start, end, steps):
+            errors.setdefault(name, []).append(abs(exact.trapezoid(squares) - least))
+    for name, found in errors.items():
+        expected = 1 if name.startswith("initial_point") else 2
+        np.testing.assert_allclose(np.log2(np.divide(found[:-1], found[1:])), expected, atol=0.2, err_msg=name)
+
+
+def test_tables_and_section(found, tmp_path):
+    (tmp_path / "summary.md").write_text("# Before\n", encoding="utf-8")
+    rows = {e.name: [paper.mean_errors(e, n) for n in (5, 10)] for e in paper.EXPERIMENTS}
+    (path,) = exact.write_tables(tmp_path, found, Results(rows, []))
+    with path.open(newline="", encoding="utf-8") as file:
+        header, *table = csv.reader(file)
+    assert header == exact.HEADER
+    assert len(table) == 2 * (3 + 8 * len(exact.COST_STEPS))
+    assert all(repr(float(cell)) == cell for row in table for cell in row[3:])
+    text = (tmp_path / "summary.md").read_text(encoding="utf-8")
+    assert text.startswith("# Before\n\n## The exact cubic")
+    assert text.count("is the paper's curve") == 2 and "nan" not in text.lower()
+    for c in found:
+        assert exact.percent(c.of("gcp").excess) in text
+
+
+def test_another_curve_is_called_so(found):
+    far = exact.Agreement(3, 1e-15, 1e-3, 1.0, 1.0)
+    changed = [exact.Comparison(c.experiment, far, c.costs) for c in found]
+    assert exact._same(changed).count("another curve than the paper's") == 2
+
+
+def test_slopes_leave_round_off_out():
+    def slope(*errors):
+        rows = [paper.ErrorRow(n, {"m": x}) for n, x in zip((5, 10, 20), errors, strict=True)]
+        return paper.slope(rows, "m")
+
+    assert slope(1e-10, 1e-12, 3e-16) == pytest.approx(np.log2(100))
+    assert slope(1e-10, 1e-15, 3e-16) is None
+    assert slope(3e-16, 0.0, 0.0) is None
