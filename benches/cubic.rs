@@ -9,7 +9,7 @@ use common::*;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use faer::Mat;
 use stiefel_rs::cubic::{BoundaryOptions, IntegrationOptions};
-use stiefel_rs::{Curve, RiemannianCubic};
+use stiefel_rs::{Curve, Interrupt, Quantity, RiemannianCubic};
 
 const SHAPES: [(usize, usize); 5] = [(3, 1), (3, 2), (10, 3), (50, 5), (1000, 5)];
 
@@ -60,7 +60,9 @@ fn initial(c: &mut Criterion) {
     let state = ["point", "velocity", "acceleration", "jerk"].map(|x| matrix(&entry["initial"][x]));
     let end = matrix(&entry["at"]["1.0"]["point"]);
     assert!(distance(&from_initial(&state).point(1.0).unwrap(), &end) < 10.0 * EPS);
-    group.bench_function("paper_sphere", |b| b.iter(|| from_initial(black_box(&state))));
+    group.bench_function("paper_sphere", |b| {
+        b.iter(|| from_initial(black_box(&state)))
+    });
     for shape in SHAPES {
         let state = random_state(shape);
         let [again, ..] = from_initial(&state).initial().unwrap();
@@ -73,10 +75,24 @@ fn initial(c: &mut Criterion) {
 fn points(c: &mut Criterion) {
     let mut group = c.benchmark_group("cubic_points");
     group.throughput(Throughput::Elements(POINTS as u64));
-    let t: Vec<f64> = (0..POINTS).map(|i| i as f64 / (POINTS - 1) as f64).collect();
+    let single = rayon::ThreadPoolBuilder::new()
+        .num_threads(1)
+        .build()
+        .unwrap();
+    let t: Vec<f64> = (0..POINTS)
+        .map(|i| i as f64 / (POINTS - 1) as f64)
+        .collect();
     for shape in SHAPES {
         let curve = from_initial(&random_state(shape));
-        group.bench_function(id(shape), |b| b.iter(|| curve.points(black_box(&t)).unwrap()));
+        group.bench_function(id(shape), |b| {
+            b.iter(|| {
+                single
+                    .install(|| {
+                        curve.sample(black_box(&t), Quantity::Derivative(0), Interrupt::NEVER)
+                    })
+                    .unwrap()
+            })
+        });
     }
     group.finish();
 }
