@@ -8,7 +8,7 @@ OUT ?= out
 INSTALLED := $(VENV)/.installed
 SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md $(shell find src python -name '*.rs' -o -name '*.py' -o -name '*.pyi')
 
-.PHONY: help reproduce test test-rust test-python lint bench benchmark accuracy doc clean
+.PHONY: help reproduce test test-rust test-python lint bench benchmark boundary accuracy doc clean
 
 help: ## Show this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | sort | expand -t 16
@@ -46,8 +46,11 @@ lint: $(BIN)/python ## Formatting and lints of both languages
 bench: ## Criterion benchmarks, quick profile
 	cargo bench --locked -- --quick
 
-benchmark: $(INSTALLED) ## Beside SciPy, geomstats, morphomatics, pymanopt, into docs/benchmarks.md; ARGS="--quick --only log"
+benchmark: $(INSTALLED) ## Beside SciPy, heyoka, geomstats, morphomatics, pymanopt, into docs/benchmarks.md; ARGS="--only cubic"
 	$(BIN)/python -m benchmarks $(ARGS)
+
+boundary: $(INSTALLED) ## 12000 random boundary problems of Riemannian cubics, into docs/boundary_problems.md
+	RAYON_NUM_THREADS=1 $(BIN)/python -m benchmarks.boundary_problems $(ARGS)
 
 accuracy: $(INSTALLED) ## Errors against 50 digits, into docs/accuracy.md
 	$(BIN)/python -m benchmarks.accuracy

@@ -1,22 +1,24 @@
-"""`python -m benchmarks`: this project beside SciPy, geomstats, morphomatics and pymanopt, as one Markdown page."""
+"""`python -m benchmarks`: this project beside SciPy, heyoka, geomstats, morphomatics and pymanopt, as a page."""
 
 from __future__ import annotations
 
 import argparse
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from dataclasses import replace
 from pathlib import Path
 
 from tqdm import tqdm  # type: ignore[import-untyped]
 
+from benchmarks.comparison import THREADS, Row
 from benchmarks.environment import ROOT, UnavailableError, load, machine, python_of
 from benchmarks.measure import FULL, QUICK, Effort, Outcome, Pool, run_row
-from benchmarks.rows import THREADS, Row, all_rows
-from benchmarks.table import report
+from benchmarks.page import WHOLE, Page
+from benchmarks.rows import all_rows
+from benchmarks.table import lines_of
 
-PEERS = ("scipy", "geomstats", "morphomatics", "pymanopt")
+PEERS = ("scipy", "heyoka", "geomstats", "morphomatics", "pymanopt")
 
 
 def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
@@ -27,22 +29,28 @@ def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument(
         "--clock", choices=("wall", "cpu"), default="wall", help="cpu on a machine that others use at the same time"
     )
-    parser.add_argument("--only", action="append", default=[], metavar="TEXT", help="rows whose name contains TEXT")
+    parser.add_argument(
+        "--only",
+        action="append",
+        default=[],
+        metavar="TEXT",
+        help="rows whose name contains TEXT; the page keeps its other rows",
+    )
     parser.add_argument("--peers", nargs="*", choices=PEERS, default=PEERS, help="libraries to run beside this one")
     parser.add_argument("--venvs", type=Path, default=ROOT / ".venv-bench", help="where their environments are")
     parser.add_argument("--list", action="store_true", help="print the names of the rows and stop")
     return parser.parse_args(arguments)
 
 
-def make_pool(peers: Sequence[str], venvs: Path) -> Pool:
-    """A pool of processes; installs what is missing."""
+def make_pool(peers: Sequence[str], needed: Set[str], venvs: Path) -> Pool:
+    """A pool of processes; installs what is needed and missing."""
     ours = Path(sys.executable)
     starters: dict[str, tuple[Path, str, int] | str] = {
         "stiefel_rs": (ours, "stiefel_rs", 1),
         "stiefel_rs_threads": (ours, "stiefel_rs", THREADS),
     }
     for peer in tqdm(PEERS, desc="installing", unit="library", leave=False):
-        if peer not in peers:
+        if peer not in peers or peer not in needed:
             starters[peer] = "not asked for"
             continue
         try:
@@ -82,6 +90,19 @@ def facts_of(pool: Pool, started: float) -> dict[str, str]:
     return facts
 
 
+def page_of(
+    outcomes: Sequence[Outcome], facts: dict[str, str], failures: dict[str, str], options: argparse.Namespace
+) -> Page:
+    """The page of a run; one of some rows brings the page that is there up to date."""
+    lines = [line.cells() for outcome in outcomes for line in lines_of(outcome)]
+    if not options.only:
+        return Page({WHOLE: facts}, lines, failures)
+    page = Page({f"rows with {', '.join(f'`{text}`' for text in options.only)}": facts}, lines, failures)
+    if not options.out.is_file():
+        return page
+    return Page.parse(options.out.read_text()).updated(page, [row.title for row in all_rows()])
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line."""
     options = parse(arguments)
@@ -92,13 +113,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
     facts, started = machine(), time.time()
     if options.clock == "cpu":
         facts["clock"] = "the processor's, of each process; the wall's where two threads are timed"
-    pool = make_pool(options.peers, options.venvs)
+    pool = make_pool(options.peers, {rival.peer for row in rows for rival in row.rivals}, options.venvs)
     try:
         outcomes = run(rows, pool, replace(QUICK if options.quick else FULL, clock=options.clock))
         facts |= facts_of(pool, started)
     finally:
         pool.close()
-    page = report(outcomes, facts, pool.failed)
+    page = page_of(outcomes, facts, pool.failed, options).text()
     options.out.parent.mkdir(parents=True, exist_ok=True)
     options.out.write_text(page)
     print(f"\n{page}\nwritten to {options.out}")

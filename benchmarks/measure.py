@@ -10,8 +10,8 @@ from statistics import median
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.comparison import Rival, Row
 from benchmarks.environment import UnavailableError
-from benchmarks.rows import Rival, Row
 from benchmarks.workers import LostError, Worker
 
 # A busy machine takes time from everybody: a task whose processor time exceeds its wall time by this used threads.
@@ -38,12 +38,14 @@ QUICK = Effort(seconds=0.15, least=2, most=15)
 
 @dataclass
 class Figure:
-    """Times of one participant for one unit of work, in seconds."""
+    """Times of one participant for one unit of work, in seconds; of its preparation; error of its result, if known."""
 
     wall: list[float] = field(default_factory=list)
     cpu: list[float] = field(default_factory=list)
     elapsed: float = 0.0
     clock: str = "wall"
+    setup: float = 0.0
+    error: float | None = None
 
     @property
     def times(self) -> list[float]:
@@ -142,11 +144,16 @@ def run_row(row: Row, pool: Pool, effort: Effort) -> Outcome:
     with tempfile.TemporaryDirectory() as folder:
         ours, reference, digest = _prepare(pool, row.ours, f"{row.name}:ours", Path(folder) / "ours.npy")
         outcome.ours = ours
+        exact = None
+        if row.exact:
+            _, exact, _ = _prepare(pool, row.ours, f"{row.name}:exact", Path(folder) / "exact.npy")
+            _tell_error(ours, reference, exact)
         for i, rival in enumerate(row.rivals):
             name = f"{row.name}:{rival.task}"
             figure, result, other = _prepare(pool, rival.peer, name, Path(folder) / f"{i}.npy")
             if isinstance(figure, Figure) and reference is not None and result is not None:
                 _agree(rival, reference, result, identical=other == digest)
+            _tell_error(figure, result, exact)
             outcome.rivals[rival] = figure
     _sample(outcome, pool, effort)
     for bound in row.bounds:
@@ -165,7 +172,16 @@ def _prepare(pool: Pool, peer: str, name: str, path: Path) -> tuple[Figure | str
         if isinstance(error, LostError):
             pool.lose(peer)
         return str(error), None, ""
-    return Figure(), np.load(path), answer["sha256"]
+    return Figure(setup=answer["setup"]), np.load(path), answer["sha256"]
+
+
+def _tell_error(figure: Figure | str, result: NDArray[np.float64] | None, exact: NDArray[np.float64] | None) -> None:
+    if isinstance(figure, Figure) and result is not None and exact is not None:
+        figure.error = _distance(exact, result)
+
+
+def _distance(expected: NDArray[np.float64], found: NDArray[np.float64]) -> float:
+    return float(np.linalg.norm(expected - found) / np.linalg.norm(expected))
 
 
 def _agree(rival: Rival, ours: NDArray[np.float64], theirs: NDArray[np.float64], *, identical: bool) -> None:
@@ -175,7 +191,7 @@ def _agree(rival: Rival, ours: NDArray[np.float64], theirs: NDArray[np.float64],
     if rival.agree is None:
         return
     expected = ours if rival.pick is None else ours[rival.pick]
-    distance = float(np.linalg.norm(expected - theirs) / np.linalg.norm(expected))
+    distance = _distance(expected, theirs)
     if not distance <= rival.agree:
         raise AssertionError(f"{rival.label}: relative distance of results {distance:.1e}, above {rival.agree:.0e}")
 

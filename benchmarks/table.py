@@ -1,26 +1,11 @@
-"""The report: one line for each comparison, with what is to be reached and whether it is."""
+"""Lines of the report: one for each comparison, with what is to be reached and whether it is."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from tabulate import tabulate  # type: ignore[import-untyped]
-
+from benchmarks.comparison import Rival
 from benchmarks.measure import SINGLE, Figure, Outcome
-from benchmarks.rows import Rival
-
-HEADERS = ("work", "ours", "other", "its figure", "ratio", "reach", "reached")
-
-PREAMBLE = """# Benchmarks
-
-Written by `make benchmark`; `benchmarks/` holds the harness, each library's pinned versions, and the methods that were
-written for comparison. Every library runs in a process and a virtual environment of its own, on the same seeded inputs,
-with one thread each (rows that say otherwise excepted). Before timing, results are compared. Samples are taken in turn,
-so that a slow moment of the machine meets everybody.
-
-Figures are the shortest time of all samples, with the median in brackets; for one call, or for one point or problem of
-a call on many. Ratios are of the shortest times, the other's over ours: above 1, ours is faster.
-"""
 
 
 @dataclass(frozen=True)
@@ -52,7 +37,7 @@ def seconds(value: float) -> str:
 def lines_of(outcome: Outcome) -> list[Line]:
     """Lines of one row: its own target, its rivals, its bounds."""
     ours = _figure(outcome.ours)
-    work = outcome.row.work + ("" if outcome.row.unit == "call" else f", a {outcome.row.unit}")
+    work = outcome.row.title
     lines = [_own(work, ours, outcome)] if outcome.row.seconds is not None or not outcome.row.rivals else []
     lines += [_against(work, ours, outcome, rival) for rival in outcome.row.rivals]
     for bound in outcome.row.bounds:
@@ -98,22 +83,6 @@ def _figure(figure: Figure | str) -> str:
     if isinstance(figure, str):
         return f"skipped: {figure}"
     threads = f", on {figure.threads:.1f} threads" if figure.threads > SINGLE else ""
-    return f"{seconds(figure.best)} ({seconds(figure.median)}){threads}"
-
-
-def report(outcomes: list[Outcome], facts: dict[str, str], failures: dict[str, str]) -> str:
-    """The page."""
-    lines = [line for outcome in outcomes for line in lines_of(outcome)]
-    judged = [line.reached for line in lines if line.reached is not None]
-    parts = [
-        PREAMBLE,
-        tabulate(facts.items(), headers=("", "this run"), tablefmt="github"),
-        f"\nReached: {sum(judged)} of the {len(judged)} targets that could be judged.\n",
-        *(f"`{peer}` skipped: {reason}\n" for peer, reason in failures.items()),
-        tabulate([_escaped(line) for line in lines], headers=HEADERS, tablefmt="github", disable_numparse=True),
-    ]
-    return "\n".join(parts) + "\n"
-
-
-def _escaped(line: Line) -> tuple[str, ...]:
-    return tuple(cell.replace("|", "\\|").replace("\n", " ") for cell in line.cells())
+    setup = f", after {seconds(figure.setup)} of compilation" if figure.setup else ""
+    error = f", error {figure.error:.1g}" if figure.error is not None else ""
+    return f"{seconds(figure.best)} ({seconds(figure.median)}){threads}{error}{setup}"

@@ -12,8 +12,9 @@ from typing import Any
 
 from benchmarks.environment import ROOT, UnavailableError, child_environment
 
-# The first answer waits for imports; every other for one call, compilation included.
-ANSWER_SECONDS = 180.0
+# The first answer waits for imports; every other for one call, compilation included: heyoka's takes minutes on a busy
+# machine.
+ANSWER_SECONDS = 600.0
 
 
 class LostError(UnavailableError):

@@ -8,13 +8,15 @@ from functools import partial
 import numpy as np
 import scipy.linalg
 
-from benchmarks import problems
-from benchmarks.methods import casteljau
+from benchmarks import cubic_problems, problems
+from benchmarks.methods import casteljau, cubics
 from benchmarks.methods.stiefel_log import cayley_log, rotation_log, stiefel_log
 from benchmarks.protocol import Task, Tasks, serve
 
 # A loop over all problems of a batch would take minutes for the slow functions; the time is that of one problem.
 LOOP = {"skew_exp": 1000, "orthogonal_log": 100}
+# Relative residual; the error of position and velocity in the middle is then 5e-12.
+COLLOCATION = 1e-8
 
 
 def exp_task(m: int) -> Task:
@@ -93,9 +95,44 @@ def log_task(n: int, k: int, distance: str) -> Task:
     return Task(lambda: stiefel_log(S0, S1))
 
 
+def cubic_task() -> Task:
+    """The paper's initial value problem on the sphere by DOP853."""
+    start = np.concatenate([each[:, 0] for each in cubic_problems.paper("sphere").initial])
+    run = partial(cubics.solve, cubics.sphere_field_scalar, start, tol=cubics.FINEST)
+    return Task(run, result=lambda: run()[:6].reshape(2, 3, 1))
+
+
+def shooting_task(name: str) -> Task:
+    """A boundary problem by DOP853 and `scipy.optimize.root`."""
+    shape = cubic_problems.RANDOM[0]
+    b = cubic_problems.paper(name).boundary if name in cubic_problems.PAPER else cubic_problems.random_boundary(*shape)
+    shooting = cubics.SphereShooting(b) if name == "sphere" else cubics.GroupShooting(b)
+    return Task(shooting.solve, result=lambda: shooting.at(shooting.solve(), 0.5))
+
+
+def collocation_task() -> Task:
+    """The paper's boundary problem on the sphere by `solve_bvp`."""
+    b = cubic_problems.paper("sphere").boundary
+    return Task(
+        lambda: cubics.sphere_collocation(b, COLLOCATION), result=lambda: cubics.sphere_collocation(b, COLLOCATION)(0.5)
+    )
+
+
+def cubic_parts_task(n: int, k: int) -> Task:
+    """What a tall boundary problem costs before and after it is solved: the QR of its data, the lift of a point."""
+    b = cubic_problems.random_boundary(n, k)
+    S = cubic_problems.reduced(b).S1
+    return Task(lambda: cubic_problems.basis(b) @ S)
+
+
 def tasks() -> Tasks:
     """All of them by name."""
     found: dict[str, Callable[[], Task]] = {"curve_single/3,1:thin": single_task, "curve_tall:gemm": tall_gemm_task}
+    found["cubic_initial/sphere:dop853"] = cubic_task
+    found["cubic_boundary/sphere:bvp"] = collocation_task
+    found["cubic_boundary/1000,5:qr_lift"] = partial(cubic_parts_task, 1000, 5)
+    for name in ("sphere", "frame", "10,3"):
+        found[f"cubic_boundary/{name}:shooting"] = partial(shooting_task, name)
     for m in problems.SMALL_EXP + problems.LARGE:
         found[f"skew_exp/{m}:expm"] = partial(exp_task, m)
     for m in problems.LARGE:

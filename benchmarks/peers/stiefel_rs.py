@@ -7,15 +7,19 @@ import re
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from benchmarks import problems
+from benchmarks import cubic_problems, problems
 from benchmarks.methods import extended
 from benchmarks.protocol import Measures, Task, Tasks, serve
-from stiefel_rs import GeometricCubic, Stiefel, orthogonal_log, skew_exp
+from stiefel_rs import GeometricCubic, RiemannianCubic, Stiefel, orthogonal_log, skew_exp
 
+# Checkers of types see no static methods in a class whose constructor never returns.
+Cubics: Any = RiemannianCubic
 LOOP = 1000
+RANDOM_CUBICS = tuple(f"{n},{k}" for n, k in cubic_problems.RANDOM)
 
 
 def exp_task(m: int) -> Task:
@@ -86,6 +90,46 @@ def retraction_task(n: int, k: int, kind: str) -> Task:
     return Task(lambda: M.project(S0 + V))
 
 
+def initial_task() -> Task:
+    """The paper's initial value problem on the sphere."""
+    data = cubic_problems.paper("sphere").initial
+    return Task(lambda: Cubics.from_initial(*data), result=lambda: state(Cubics.from_initial(*data), 1.0))
+
+
+def initial_points_task() -> Task:
+    """1000 points of that curve."""
+    curve = Cubics.from_initial(*cubic_problems.paper("sphere").initial)
+    t = problems.parameters(1000)
+    return Task(lambda: curve(t), units=len(t))
+
+
+def state(curve: RiemannianCubic, t: float) -> problems.Array:
+    """Position and velocity at a time."""
+    return np.stack([curve(t), curve.velocity(t)])
+
+
+def boundary_task(name: str) -> Task:
+    """A boundary value problem, good to 1e-12."""
+    b = boundary(name)
+    ends = b.S0, b.V0, b.S1, b.V1
+    return Task(lambda: Cubics.from_boundary(*ends), result=lambda: state(Cubics.from_boundary(*ends), 0.5))
+
+
+def boundary(name: str) -> problems.Boundary:
+    """Its data."""
+    if name in cubic_problems.PAPER:
+        return cubic_problems.paper(name).boundary
+    if name == "reduced":
+        return cubic_problems.reduced(cubic_problems.random_boundary(*cubic_problems.RANDOM[-1]))
+    return cubic_problems.random_boundary(*map(int, name.split(",")))
+
+
+def exact_task(name: str, where: str) -> Task:
+    """Position and velocity that 40 digits gave."""
+    exact = np.stack(getattr(cubic_problems.paper(name), where)[:2])
+    return Task(lambda: exact)
+
+
 def _method(M: Stiefel, name: str) -> Callable[..., object]:
     method: Callable[..., object] | None = getattr(M, name, None)
     if method is None:
@@ -147,6 +191,13 @@ def tasks() -> Tasks:
         "curve_tall:ours": tall_task,
         "curve_tall_start:ours": tall_start_task,
     }
+    found["cubic_initial/sphere:ours"] = initial_task
+    found["cubic_initial/sphere:exact"] = partial(exact_task, "sphere", "end")
+    found["cubic_points/sphere:ours"] = initial_points_task
+    for name in (*cubic_problems.PAPER, "reduced", *RANDOM_CUBICS):
+        found[f"cubic_boundary/{name}:ours"] = partial(boundary_task, name)
+    for name in cubic_problems.PAPER:
+        found[f"cubic_boundary/{name}:exact"] = partial(exact_task, name, "middle")
     for m in problems.SMALL_EXP + problems.LARGE:
         found[f"skew_exp/{m}:ours"] = partial(exp_task, m)
     for m in problems.SMALL_LOG + problems.LARGE:
@@ -177,9 +228,25 @@ def log_backward_error(m: int) -> float:
     return extended.backward_error(orthogonal_log(Q), Q)
 
 
+def initial_error() -> float:
+    """Error at t = 1 of the position, which has norm 1."""
+    cubic = cubic_problems.paper("sphere")
+    return float(np.linalg.norm(Cubics.from_initial(*cubic.initial)(1.0) - cubic.end[0]))
+
+
+def boundary_residual(name: str) -> float:
+    """Distance of position and velocity at t = 1 from what they should be."""
+    b = boundary(name)
+    curve = Cubics.from_boundary(b.S0, b.V0, b.S1, b.V1)
+    return float(np.linalg.norm(state(curve, 1.0) - np.stack([b.S1, b.V1])))
+
+
 def measures() -> Measures:
     """Numbers that are not times."""
     found: Measures = {"curve_tall:memory": tall_memory}
+    found["cubic_initial/sphere:error"] = initial_error
+    for name in RANDOM_CUBICS:
+        found[f"cubic_boundary/{name}:residual"] = partial(boundary_residual, name)
     for m in problems.LARGE:
         found[f"skew_exp/{m}:defect"] = partial(exp_defect, m)
         found[f"orthogonal_log/{m}:backward"] = partial(log_backward_error, m)

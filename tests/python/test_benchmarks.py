@@ -7,14 +7,17 @@ import mpmath
 import numpy as np
 import pytest
 
-from benchmarks import problems
+from benchmarks import boundary_problems, cubic_problems, problems
+from benchmarks.comparison import Rival, Row
 from benchmarks.environment import ROOT
 from benchmarks.measure import Figure, Outcome
-from benchmarks.methods import casteljau, extended
+from benchmarks.methods import casteljau, cubics, extended
 from benchmarks.methods.stiefel_log import cayley_log, rotation_log, stiefel_log, symmetric_exp
-from benchmarks.rows import Rival, Row, all_rows
+from benchmarks.page import HEADERS, WHOLE, Page
+from benchmarks.peers import stiefel_rs as ours
+from benchmarks.rows import all_rows
 from benchmarks.table import lines_of
-from stiefel_rs import GeometricCubic, orthogonal_log, skew_exp
+from stiefel_rs import GeometricCubic, RiemannianCubic, SolverReport, orthogonal_log, skew_exp
 
 EPS = np.finfo(float).eps
 
@@ -36,6 +39,52 @@ def test_a_run_without_other_libraries(tmp_path):
 def test_names_are_unique():
     names = [row.name for row in all_rows()]
     assert len(names) == len(set(names))
+    # A run of some rows finds their lines in the page by these.
+    titles = [row.title for row in all_rows()]
+    assert len(titles) == len(set(titles))
+
+
+def test_our_process_has_all_tasks_and_measures():
+    rows = all_rows()
+    assert {f"{row.name}:ours" for row in rows} <= set(ours.tasks())
+    assert {f"{row.name}:exact" for row in rows if row.exact} <= set(ours.tasks())
+    assert {bound.measure for row in rows for bound in row.bounds} <= set(ours.measures())
+
+
+def line(work, figure, reached=""):
+    return (work, figure, "", "", "", "", reached)
+
+
+def test_a_page_is_read_as_it_was_written():
+    facts = {WHOLE: {"processor": "a | b", "`scipy`": "1"}, "rows with `x`": {"`heyoka`": "2"}}
+    lines = [line("first", "1 us", "yes"), line("second, |x|", "2 us", "**no**"), line("third", "3 us")]
+    page = Page(facts, lines, {"geomstats": "does not install: no"})
+    assert Page.parse(page.text()) == page
+    assert "Reached: 1 of the 2 targets" in page.text()
+    assert len(lines[0]) == len(HEADERS)
+
+
+def test_the_committed_page_is_read_as_it_was_written():
+    text = (ROOT / "docs" / "benchmarks.md").read_text()
+    assert Page.parse(text).text() == text
+
+
+def test_a_run_of_some_rows_keeps_the_others():
+    old = Page({WHOLE: {"date": "1"}}, [line("first", "1"), line("gone", "2"), line("third", "3")], {"scipy": "old"})
+    new = Page({"some": {"date": "2", "`scipy`": "1"}}, [line("third", "4"), line("second", "5")], {"heyoka": "none"})
+    page = old.updated(new, ["first", "second", "third"])
+    assert page.lines == [line("first", "1"), line("second", "5"), line("third", "4")]
+    assert page.facts == {**old.facts, **new.facts}
+    # SciPy was there this time.
+    assert page.failures == {"heyoka": "none"}
+
+
+def test_errors_and_compilation_are_told():
+    row = Row("name", "work", (rival := Rival("a", "task", "other"),), exact=True)
+    figures = Figure([1.0], [1.0], error=2e-16), {rival: Figure([2.0], [2.0], setup=3.0, error=1e-13)}
+    cells = lines_of(Outcome(row, *figures, {}))[0].cells()
+    assert cells[1] == "1 s (1 s), error 2e-16"
+    assert cells[3] == "2 s (2 s), error 1e-13, after 3 s of compilation"
 
 
 @pytest.mark.parametrize(
@@ -97,3 +146,62 @@ def test_logarithm_of_the_comparison(n, k, distance):
     S0, S1, V = problems.log_problem(n, k, distance)
     # At 0.9 pi the iteration contracts slowly: it stops at 1e-12 with ten times that to go.
     assert np.linalg.norm(stiefel_log(S0, S1) - V) < 1e-10
+
+
+def test_equation_on_the_sphere():
+    cubic = cubic_problems.paper("sphere")
+    y = np.concatenate([each[:, 0] for each in cubic.initial])
+    assert np.abs(cubics.sphere_field(0, y) - cubics.sphere_field_scalar(0, y)).max() < 10 * EPS
+    end = cubics.solve(cubics.sphere_field_scalar, y, tol=cubics.FINEST).reshape(4, 3, 1)
+    # The method's own tolerance; acceleration and jerk are no larger than 2.
+    assert np.abs(end - np.stack(cubic.end)).max() < 1e-11
+
+
+@pytest.mark.parametrize("name", cubic_problems.PAPER)
+def test_shooting_of_the_comparison(name):
+    cubic = cubic_problems.paper(name)
+    solvers = [cubics.GroupShooting(cubic.boundary)]
+    if name == "sphere":
+        solvers.append(cubics.SphereShooting(cubic.boundary))
+    for solver in solvers:
+        found = solver.at(solver.solve(), 0.5)
+        assert np.abs(found - np.stack(cubic.middle[:2])).max() < 1e-11
+
+
+def test_collocation_of_the_comparison():
+    cubic = cubic_problems.paper("sphere")
+    found = cubics.sphere_collocation(cubic.boundary, 1e-8)(0.5)
+    assert np.abs(found - np.stack(cubic.middle[:2])).max() < 1e-10
+
+
+def test_reduced_data_give_the_same_curve():
+    b = cubic_problems.random_boundary(30, 3)
+    small = cubic_problems.reduced(b)
+    assert small.S0.shape == (12, 3)
+    curve, inner = (RiemannianCubic.from_boundary(each.S0, each.V0, each.S1, each.V1) for each in (b, small))
+    # Both meet their ends to 1e-12.
+    assert np.abs(curve(0.5) - cubic_problems.basis(b) @ inner(0.5)).max() < 1e-11
+
+
+def test_random_boundary_problems_are_counted():
+    easy = boundary_problems.FAMILIES[0]
+    tally = boundary_problems.solve_all(4, 2, easy, 5)
+    assert len(tally.reports) == len(tally.seconds) == len(tally.defects) == 5
+    assert tally.reaches(easy)
+    assert max(tally.defects) < 2e-12
+    missed = SolverReport(True, 13, 1e-13, 1e-12, "converged")
+    for report in (missed, SolverReport(True, 3, 2e-12, 1e-12, "converged")):
+        tally.reports[0] = report
+        assert not tally.reaches(easy)
+    tally.reports[0] = missed
+    assert tally.reaches(boundary_problems.FAMILIES[1])
+    del tally.reports[0]
+    assert not tally.reaches(boundary_problems.FAMILIES[1])
+
+
+def test_the_page_of_random_boundary_problems(tmp_path):
+    page = tmp_path / "page.md"
+    boundary_problems.main(["--count", "1", "--out", str(page)])
+    text = page.read_text()
+    assert all(f"| St({n},{k})" in text for n, k in boundary_problems.SHAPES)
+    assert "at most 12 Newton steps" in text

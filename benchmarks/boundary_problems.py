@@ -1,0 +1,171 @@
+"""Random boundary problems of Riemannian cubics: how many are solved, how exactly, in how many steps.
+
+``python -m benchmarks.boundary_problems`` writes ``docs/boundary_problems.md``; ``--count 100`` is a look.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from tabulate import tabulate  # type: ignore[import-untyped]
+from tqdm import tqdm  # type: ignore[import-untyped]
+
+from benchmarks.environment import ROOT, load, machine
+from benchmarks.problems import Array
+from stiefel_rs import ConvergenceError, RiemannianCubic, SolverReport, Stiefel, StiefelError
+
+# Checkers of types see no static methods in a class whose constructor never returns.
+Cubics: Any = RiemannianCubic
+SHAPES = ((3, 1), (3, 2), (4, 2), (5, 2), (6, 3), (10, 3))
+COUNT = 1000
+RESIDUAL = 1e-12
+HEADERS = (
+    "manifold", "solved", "largest residual", "largest defect", "Newton steps, mean", "most", "time, median", "longest",
+    "not solved", "reached",
+)  # fmt: skip
+
+PREAMBLE = """# Random boundary problems
+
+Written by `make boundary`. Each line is {count} problems for `RiemannianCubic.from_boundary`: a uniformly distributed
+point, a geodesic of uniformly distributed length from it to the other, velocities of uniformly distributed length at
+both, in the canonical metric; seeded, on one thread. The residual is the solver's own, of position and velocity at the
+end; the defect is the same, measured on the points of the curve. Times are those of a call from Python.
+"""
+
+
+@dataclass(frozen=True)
+class Family:
+    """Boundary problems up to a distance and a speed, and what is to be reached on them."""
+
+    distance: float
+    speed: float
+    share: float
+    steps: int | None
+
+    @property
+    def title(self) -> str:
+        """Its heading, with what is to be reached."""
+        steps = f", at most {self.steps} Newton steps" if self.steps is not None else ""
+        share = "all" if self.share == 1 else f"at least {self.share:.0%}"
+        return (
+            f"Distance up to {self.distance:g}, speeds up to {self.speed:g}; to be reached: {share} solved, "
+            f"residual {RESIDUAL:g}{steps}"
+        )
+
+
+FAMILIES = (Family(2.0, 2.0, 1.0, 12), Family(3.0, 6.0, 0.99, None))
+
+
+@dataclass(frozen=True)
+class Tally:
+    """What came of the problems of one family on one manifold; the lists are of those that were solved."""
+
+    count: int
+    reports: list[SolverReport]
+    defects: list[float]
+    seconds: list[float]
+    failures: Counter[str]
+
+    def reaches(self, family: Family) -> bool:
+        """Whether everything that is to be reached is."""
+        return (
+            len(self.reports) >= family.share * self.count
+            and all(report.residual <= RESIDUAL for report in self.reports)
+            and (family.steps is None or all(report.iterations <= family.steps for report in self.reports))
+        )
+
+    def cells(self, family: Family) -> tuple[str, ...]:
+        """Its line of the table, without the manifold."""
+        verdict = "yes" if self.reaches(family) else "**no**"
+        failures = ", ".join(f"{count} {reason}" for reason, count in self.failures.most_common())
+        if not self.reports:
+            return "0 %", *("" for _ in range(6)), failures, verdict
+        steps = [report.iterations for report in self.reports]
+        return (
+            f"{100 * len(self.reports) / self.count:.4g} %",
+            f"{max(report.residual for report in self.reports):.1e}",
+            f"{max(self.defects):.1e}",
+            f"{np.mean(steps):.2f}",
+            str(max(steps)),
+            f"{1e6 * np.median(self.seconds):.0f} us",
+            f"{1e3 * max(self.seconds):.2f} ms",
+            failures,
+            verdict,
+        )
+
+
+def problem(M: Stiefel, family: Family, rng: np.random.Generator) -> tuple[Array, Array, Array, Array]:
+    """One problem: S0, V0, S1, V1."""
+
+    def tangent(S: Array, most: float) -> Array:
+        V = M.random_tangent(S, rng)
+        return np.asarray(V * (rng.uniform(0.0, most) / M.norm(S, V)))
+
+    S0 = M.random_point(rng)
+    S1 = M.exp(S0, tangent(S0, family.distance))
+    return S0, tangent(S0, family.speed), S1, tangent(S1, family.speed)
+
+
+def solve_all(n: int, k: int, family: Family, count: int) -> Tally:
+    """All problems of a family on St(n, k)."""
+    M, rng = Stiefel(n, k), np.random.default_rng([20240419, n, k, int(family.speed)])
+    tally = Tally(count, [], [], [], Counter())
+    for _ in range(count):
+        ends = problem(M, family, rng)
+        start = time.perf_counter()
+        try:
+            curve = Cubics.from_boundary(*ends)
+        except ConvergenceError as error:
+            tally.failures[error.report.reason if error.report is not None else "ConvergenceError"] += 1
+            continue
+        except StiefelError as error:
+            tally.failures[type(error).__name__] += 1
+            continue
+        tally.seconds.append(time.perf_counter() - start)
+        report = curve.report
+        assert report is not None
+        tally.reports.append(report)
+        gaps = [curve(1.0) - ends[2], curve.velocity(1.0) - ends[3]]
+        tally.defects.append(float(np.linalg.norm(gaps)))
+    return tally
+
+
+def page(count: int) -> str:
+    """The page."""
+    facts = machine() | {"date": time.strftime("%Y-%m-%d", time.gmtime())}
+    parts = [PREAMBLE.format(count=count)]
+    started = time.time()
+    progress = tqdm(total=len(FAMILIES) * len(SHAPES), unit="line")
+    for family in FAMILIES:
+        lines = []
+        for n, k in SHAPES:
+            lines.append((f"St({n},{k})", *solve_all(n, k, family, count).cells(family)))
+            progress.update()
+        table = tabulate(lines, headers=HEADERS, tablefmt="github", disable_numparse=True)
+        parts.append(f"## {family.title}\n\n{table}\n")
+    progress.close()
+    facts |= {"processes that wanted to run, at the end": load(), "duration": f"{time.time() - started:.0f} s"}
+    parts.append("## The run\n\n" + tabulate(facts.items(), headers=("", "this run"), tablefmt="github"))
+    return "\n".join(parts) + "\n"
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.boundary_problems", description=__doc__)
+    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "boundary_problems.md", help="page to write")
+    parser.add_argument("--count", type=int, default=COUNT, help="problems of each line")
+    options = parser.parse_args(arguments)
+    text = page(options.count)
+    options.out.write_text(text)
+    print(f"\n{text}\nwritten to {options.out}")
+
+
+if __name__ == "__main__":
+    main()
