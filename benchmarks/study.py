@@ -19,6 +19,7 @@ from benchmarks import study_text as text
 from benchmarks import study_work as work
 from benchmarks.environment import ROOT, machine
 from benchmarks.study_cases import cases
+from benchmarks.study_equations import STRAIGHT_LINE
 from stiefel_rs import plotting
 
 PAGE = Path(__file__).with_name("study_page.md")
@@ -78,6 +79,7 @@ def run(extent: Extent, folder: Path) -> str:
         f"{facts['processes that wanted to run, at the start']}.",
         rounds=extent.rounds,
         reference=text.references(chosen, {case.name: case.error(work.taylor(case.data, 1.0)(1.0)) for case in chosen}),
+        straight_line=STRAIGHT_LINE,
         compilation=text.compilation(solves),
         accurate=work.ACCURATE,
         work=text.work_table(solves),
