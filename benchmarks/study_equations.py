@@ -111,7 +111,7 @@ def heyoka(system: FirstOrder, y0: Array, tol: float) -> Callable[[], Array]:
         (v, f if isinstance(f, hy.expression) else hy.expression(float(f)))
         for v, f in zip(variables, right, strict=True)
     ]
-    # Straight-line code is faster, but that of many variables takes minutes to compile.
+    # Straight-line code runs faster and compiles longer.
     integrator = hy.taylor_adaptive(pairs, y0.tolist(), tol=tol, compact_mode=system.size > STRAIGHT_LINE)
 
     def solve() -> Array:
