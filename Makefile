@@ -8,7 +8,7 @@ OUT ?= out
 INSTALLED := $(VENV)/.installed
 SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md $(shell find src python -name '*.rs' -o -name '*.py' -o -name '*.pyi')
 
-.PHONY: help reproduce test test-rust test-python lint bench benchmark boundary accuracy doc clean
+.PHONY: help reproduce test test-rust test-python lint bench benchmark boundary accuracy study doc clean
 
 help: ## Show this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | sort | expand -t 16
@@ -54,6 +54,10 @@ boundary: $(INSTALLED) ## 12000 random boundary problems of Riemannian cubics, i
 
 accuracy: $(INSTALLED) ## Errors against 50 digits, into docs/accuracy.md
 	$(BIN)/python -m benchmarks.accuracy
+
+study: $(INSTALLED) ## Integrators of cubics compared, into docs/integrators.md and docs/figures
+	-$(BIN)/python -m pip install --quiet --disable-pip-version-check 'heyoka>=7,<8'
+	RAYON_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m benchmarks.study
 
 doc: ## Rust documentation, with rendered mathematics
 	cargo doc --locked --no-deps

@@ -8,3 +8,6 @@ pub mod accuracy {}
 
 #[doc = include_str!("../docs/benchmarks.md")]
 pub mod benchmarks {}
+
+#[doc = include_str!("../docs/integrators.md")]
+pub mod integrators {}

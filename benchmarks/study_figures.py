@@ -1,0 +1,140 @@
+"""The figures of the study: logarithmic axes, colours of Okabe and Ito, a marker for each method."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Final, Literal
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from benchmarks.study_long import Drift, Energy
+from benchmarks.study_work import Cost, Solve
+from stiefel_rs import plotting
+
+ORANGE, SKY, GREEN, YELLOW, BLUE, RED, PINK, BLACK = (
+    "#E69F00", "#56B4E9", "#009E73", "#C4B000", "#0072B2", "#D55E00", "#CC79A7", "#000000",
+)  # fmt: skip
+DASHED: Final = (0, (4, 2))
+DOTTED: Final = (0, (1, 1.3))
+STYLES: Final[dict[str, dict[str, Any]]] = {
+    "Taylor": {"color": BLACK, "marker": "*", "markersize": 8},
+    "splitting, order 2": {"color": SKY, "marker": "o"},
+    "splitting, order 4": {"color": BLUE, "marker": "s"},
+    "splitting, order 6": {"color": GREEN, "marker": "D"},
+    "splitting, order 8": {"color": PINK, "marker": "^"},
+    "chart, initial point": {"color": ORANGE, "marker": "o", "linestyle": DASHED},
+    "chart, midpoint": {"color": RED, "marker": "s", "linestyle": DASHED},
+    "chart, exponential midpoint": {"color": YELLOW, "marker": "v", "linestyle": DASHED},
+    "chart, Cayley midpoint": {"color": GREEN, "marker": "P", "linestyle": DASHED},
+    "chart, midpoint, order 4": {"color": BLUE, "marker": "D", "linestyle": DASHED},
+    "chart, midpoint, order 6": {"color": PINK, "marker": "^", "linestyle": DASHED},
+    "SciPy DOP853": {"color": BLACK, "marker": "x", "linestyle": DOTTED},
+    "heyoka": {"color": RED, "marker": "P", "linestyle": DOTTED},
+}
+SIZE_STYLES: Final = (STYLES["Taylor"], *(STYLES[f"splitting, order {order}"] for order in (4, 6, 8)))
+# Errors below this are round-off, and zero has no logarithm.
+FLOOR: Final = 1e-17
+
+
+def _panel(ax: Axes, title: str, x: str, y: str, scale: Literal["log", "linear"] = "log") -> None:
+    ax.set_xscale(scale)
+    ax.set_yscale("log")
+    plotting._log_axis(ax.yaxis)
+    if scale == "log":
+        plotting._log_axis(ax.xaxis)
+    ax.grid(**plotting.GRID)
+    ax.set_title(title)
+    ax.set_xlabel(x)
+    ax.set_ylabel(y)
+
+
+def _draw(ax: Axes, name: str, x: Sequence[float], y: Sequence[float], **style: Any) -> None:
+    ax.plot(x, np.maximum(y, FLOOR), label=name, markerfacecolor="white", **style)
+
+
+def _legend(figure: Figure, columns: int) -> None:
+    entries: dict[str, Artist] = {}
+    for ax in figure.axes:
+        handles, labels = ax.get_legend_handles_labels()
+        for handle, label in zip(handles, labels, strict=True):
+            entries.setdefault(label, handle)
+    handles = list(entries.values())
+    figure.legend(handles, list(entries), loc="lower center", ncols=columns, frameon=False, handlelength=3.2)
+
+
+def work(solves: list[Solve]) -> Figure:
+    """Error at the end against the time of a solve, one panel for each curve."""
+    figure = plotting._new_figure(8.4, 8.2)
+    names = list(dict.fromkeys(solve.case for solve in solves))
+    grid = plotting._grid(figure, 2, 2, (0.8, 0.15, 1.75, 0.35), hspace=0.32, wspace=0.2)
+    for i, name in enumerate(names):
+        ax = figure.add_subplot(grid[i // 2, i % 2])
+        _panel(ax, name, "seconds for one solve", "error at t = 1" if i % 2 == 0 else "")
+        for method, style in STYLES.items():
+            found = [solve for solve in solves if (solve.case, solve.method) == (name, method)]
+            if found:
+                _draw(ax, method, [s.best for s in found], [s.error for s in found], **style)
+    _legend(figure, 3)
+    return figure
+
+
+def energy(energies: list[Energy]) -> Figure:
+    """Relative energy error against time, semilogarithmic, one panel for each curve."""
+    figure = plotting._new_figure(9.6, 4.8)
+    grid = plotting._grid(figure, 1, 3, (0.8, 0.15, 1.5, 0.35), wspace=0.28)
+    for i, curve in enumerate(dict.fromkeys(e.curve for e in energies)):
+        ax = figure.add_subplot(grid[0, i])
+        _panel(ax, curve, "time t", "relative energy error" if i == 0 else "", "linear")
+        for e in energies:
+            if e.curve == curve and not e.refused:
+                _draw(ax, e.method, list(e.t), list(e.error), markevery=7, **STYLES[e.method])
+    _legend(figure, 3)
+    return figure
+
+
+def drift(drifts: list[Drift]) -> Figure:
+    """Drift of the three invariants against the number of steps."""
+    figure = plotting._new_figure(8.4, 3.9)
+    grid = plotting._grid(figure, 1, 3, (0.8, 0.15, 0.95, 0.35), wspace=0.3)
+    sizes = list(dict.fromkeys((d.n, d.k) for d in drifts))
+    for i, name in enumerate(("momentum", "constraint", "orthonormality")):
+        ax = figure.add_subplot(grid[0, i])
+        _panel(ax, name, "steps", "drift" if i == 0 else "")
+        for (n, k), style in zip(sizes, SIZE_STYLES, strict=False):
+            found = [d for d in drifts if (d.n, d.k) == (n, k)]
+            values = [getattr(d, name) for d in found]
+            # What is zero has no place on the axis.
+            _draw(ax, f"St({n},{k})", [d.steps for d in found], [value or math.nan for value in values], **style)
+        ax.set_ylim(1e-17, 1e-12)
+    _legend(figure, 4)
+    return figure
+
+
+def cost(costs: list[Cost]) -> Figure:
+    """Time of one step, one place for each size."""
+    figure = plotting._new_figure(8.4, 5.0)
+    ax = figure.add_subplot(plotting._grid(figure, 1, 1, (0.8, 0.15, 1.5, 0.15))[0, 0])
+    ax.set_yscale("log")
+    plotting._log_axis(ax.yaxis)
+    ax.grid(**plotting.GRID)
+    ax.set_ylabel("seconds for one step")
+    places = list(range(len(costs)))
+    ax.set_xticks(places, [f"St({c.n},{c.k})\nr = {c.rows}" for c in costs], fontsize=plotting.FONT_SIZE - 2)
+    for method in costs[0].step:
+        _draw(ax, method, places, [c.step[method] for c in costs], **STYLES[method])
+    _legend(figure, 3)
+    return figure
+
+
+def write(folder: Path, figures: dict[str, Figure]) -> list[Path]:
+    """Write SVG files into `folder`, without dates in them; the paths written."""
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = [folder / f"integrators_{name}.svg" for name in figures]
+    for path, figure in zip(paths, figures.values(), strict=True):
+        figure.savefig(path, metadata={"Date": None})
+    return paths
