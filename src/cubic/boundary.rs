@@ -9,7 +9,7 @@ use super::end_map::EndMap;
 use super::homotopy::Homotopy;
 use super::problem::{Problem, unpack};
 use super::random::Random;
-use super::relaxation::Chain;
+use super::relaxation::{Chain, LEGS, slowed};
 use super::riemannian_cubic::RiemannianCubic;
 use super::shooting::SOLVER;
 use super::taylor::Accuracy;
@@ -37,6 +37,9 @@ const ACCURACY: f64 = 1e-9;
 
 /// Below this, Newton's method is on its way.
 const NEAR: f64 = 0.1;
+
+/// Unknowns up to which chains are relaxed: it takes as many differences of every node.
+const CHAIN_UNKNOWNS: usize = 64;
 
 /// How far the nodes of a chain are moved at random, for each attempt before.
 const CHAIN_SPREAD: f64 = 0.15;
@@ -104,7 +107,7 @@ pub enum BoundaryStrategy {
     Restart,
     /// Continuation from easier data, with velocities that make a detour.
     Detour,
-    /// Continuation from a curve with other end data: that of the first start, or of random initial data.
+    /// Continuation from a curve with other end data: that of a guess, or of random initial data.
     Moving,
 }
 
@@ -251,6 +254,11 @@ impl<'a> Solver<'a> {
             return Ok(None);
         }
         let size = norm(&start);
+        if self.options.guess.is_some()
+            && let Some(y) = self.moved(&start, size)?
+        {
+            return Ok(Some((y, self.report(BoundaryStrategy::Moving))));
+        }
         if let Ok(homotopy) = Homotopy::growing(self.problem) {
             let rest = vec![0.0; start.len()];
             if let Some(y) = self.follow_to_first(&homotopy, &rest, size)? {
@@ -269,16 +277,11 @@ impl<'a> Solver<'a> {
             if self.restarted(&mut y)? {
                 return Ok(Some((y, self.report(BoundaryStrategy::Restart))));
             }
-            if let Some((homotopy, from)) = self.detour(&start, attempt, &mut random)?
+            if attempt % 2 == 1
+                && let Some((homotopy, from)) = self.detour(&start, attempt, &mut random)?
                 && let Some(y) = self.follow_to_first(&homotopy, &from, size)?
             {
                 return Ok(Some((y, self.report(BoundaryStrategy::Detour))));
-            }
-            if attempt % 4 == 3 {
-                let from = self.scattered(&start, attempt / 4, &mut random);
-                if let Some(y) = self.moved(&from, size)? {
-                    return Ok(Some((y, self.report(BoundaryStrategy::Moving))));
-                }
             }
         }
         Ok(None)
@@ -299,7 +302,7 @@ impl<'a> Solver<'a> {
         self.newton(y, most - first)
     }
 
-    /// From a chain of low cost: Newton, or continuation from where its initial data lead.
+    /// From a chain of low cost: Newton for longer and longer parts of it, then for the whole.
     fn relaxed(
         &mut self,
         attempt: u32,
@@ -307,19 +310,41 @@ impl<'a> Solver<'a> {
         random: &mut Random,
     ) -> Result<Option<Solution>> {
         let spread = CHAIN_SPREAD * f64::from(attempt);
+        if self.problem.unknowns() > CHAIN_UNKNOWNS {
+            return Ok(None);
+        }
         let Ok(mut chain) = Chain::new(self.problem, spread, random) else {
             return Ok(None);
         };
         chain.relax(self.options.interrupt)?;
-        let Ok(start) = chain.start() else {
+        let Ok(mut y) = chain.start() else {
             return Ok(None);
         };
-        let mut y = start.clone();
+        for count in 1..LEGS {
+            self.map.set_target(&chain.part(self.problem, count));
+            if !self.approximate(&mut y)? {
+                return Ok(None);
+            }
+            y = slowed(&y, (count + 1) as f64 / count as f64);
+        }
+        let near = y.clone();
         if self.restarted(&mut y)? {
             return Ok(Some((y, self.report(BoundaryStrategy::Relaxation))));
         }
-        let found = self.moved(&start, size)?;
+        let found = self.moved(&near, size)?;
         Ok(found.map(|y| (y, self.report(BoundaryStrategy::Relaxation))))
+    }
+
+    /// Newton from `y` for the data that are set, in place; whether it comes near.
+    fn approximate(&mut self, y: &mut [f64]) -> Result<bool> {
+        match self.map.solve(y, ACCURACY, DIRECT_STEPS) {
+            Ok(report) => {
+                self.newton_steps += report.iterations;
+                Ok(report.converged)
+            }
+            Err(error @ Error::Interrupted { .. }) => Err(error),
+            Err(_) => Ok(false),
+        }
     }
 
     /// Newton from random initial data, in place; a curve that cannot be integrated is no solution.
@@ -344,15 +369,8 @@ impl<'a> Solver<'a> {
         let share = SHARES[attempt as usize % SHARES.len()];
         self.map.set_target(&growing.target(share)?);
         let mut y: Vec<f64> = start.iter().map(|y| share * y).collect();
-        match self.map.solve(&mut y, ACCURACY, DIRECT_STEPS) {
-            Ok(report) => {
-                self.newton_steps += report.iterations;
-                if !report.converged {
-                    return Ok(None);
-                }
-            }
-            Err(error @ Error::Interrupted { .. }) => return Err(error),
-            Err(_) => return Ok(None),
+        if !self.approximate(&mut y)? {
+            return Ok(None);
         }
         let spread = SPREADS[attempt as usize % SPREADS.len()];
         let unknowns = self.problem.unknowns() as f64;

@@ -20,28 +20,32 @@ use super::initial::Horizontal;
 use super::problem::{Problem, pack, unpack};
 use super::random::Random;
 use super::reduced::Sized;
-use super::shooting::SOLVER;
+use super::shooting::{SOLVER, Target};
 use crate::curve::{Curve, GeometricCubic};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
-use crate::linalg::decomp::{solve_square, thin_q};
+use crate::linalg::decomp::thin_q;
+use crate::linalg::tridiagonal::BlockTridiagonal;
 use crate::manifold::QuasiGeodesic;
 use crate::manifold::quasi_geodesic::EndpointProblem;
 
 /// Legs of the chain.
-const LEGS: usize = 12;
+pub(super) const LEGS: usize = 16;
 
 /// Steps of the method at the most.
 const MAX_STEPS: usize = 40;
 
 /// The cost has come to rest where a step lowers it by less than this share.
-const AT_REST: f64 = 1e-4;
+const AT_REST: f64 = 1e-5;
 
 /// The first damping relative to the mean diagonal, its factors after failure and success, and the largest.
 const DAMPING: f64 = 1e-3;
 const RAISE: f64 = 8.0;
 const LOWER: f64 = 0.2;
 const MAX_DAMPING: f64 = 1e6;
+
+/// Share of the mean diagonal by which small entries are damped.
+const FLOOR: f64 = 1e-3;
 
 /// Differences of the residuals of a leg.
 const DIFFERENCE: f64 = 1e-6;
@@ -203,10 +207,10 @@ impl Chain {
     }
 
     /// `J^T J` and `J^T r` over the nodes between the ends.
-    fn normal_equations(&mut self) -> Result<(Mat<f64>, Vec<f64>)> {
+    fn normal_equations(&mut self) -> Result<(BlockTridiagonal, Vec<f64>)> {
         let size = self.unknowns();
         let inner = LEGS - 1;
-        let mut matrix = Mat::zeros(inner * size, inner * size);
+        let mut matrix = BlockTridiagonal::zeros(inner, size);
         let mut gradient = vec![0.0; inner * size];
         for i in 0..LEGS {
             let (from, to) = (self.nodes[i].clone(), self.nodes[i + 1].clone());
@@ -231,16 +235,22 @@ impl Chain {
             }
             let square = jacobian.transpose() * &jacobian;
             let right = jacobian.transpose() * Mat::from_fn(base.len(), 1, |row, _| base[row]);
-            let place = |column: usize| {
-                let node = i + column / size;
-                (node > 0 && node < LEGS).then(|| (node - 1) * size + column % size)
-            };
-            for column in 0..2 * size {
-                let Some(to) = place(column) else { continue };
-                gradient[to] += right[(column, 0)];
-                for row in 0..2 * size {
-                    if let Some(from) = place(row) {
-                        matrix[(from, to)] += square[(row, column)];
+            let block =
+                |row: usize, column: usize| square.submatrix(row * size, column * size, size, size);
+            if i > 0 {
+                matrix.diagonal[i - 1] += block(0, 0);
+            }
+            if i + 1 < LEGS {
+                matrix.diagonal[i] += block(1, 1);
+            }
+            if i > 0 && i + 1 < LEGS {
+                matrix.above[i - 1] += block(0, 1);
+            }
+            for side in 0..2 {
+                if i + side > 0 && i + side < LEGS {
+                    for unknown in 0..size {
+                        gradient[(i + side - 1) * size + unknown] +=
+                            right[(side * size + unknown, 0)];
                     }
                 }
             }
@@ -249,14 +259,17 @@ impl Chain {
     }
 
     /// Tries a step; whether it lowers the cost.
-    fn step(&mut self, matrix: &Mat<f64>, gradient: &[f64], damping: f64) -> bool {
+    fn step(&mut self, matrix: &BlockTridiagonal, gradient: &[f64], damping: f64) -> bool {
         let (size, count) = (self.unknowns(), gradient.len());
-        let mean = (0..count).map(|i| matrix[(i, i)]).sum::<f64>() / count as f64;
+        let entries = |block: &Mat<f64>| (0..size).map(|i| block[(i, i)]).sum::<f64>();
+        let mean = matrix.diagonal.iter().map(entries).sum::<f64>() / count as f64;
         let mut damped = matrix.clone();
-        for i in 0..count {
-            damped[(i, i)] += damping * (matrix[(i, i)] + 1e-3 * mean);
+        for block in &mut damped.diagonal {
+            for i in 0..size {
+                block[(i, i)] += damping * (block[(i, i)] + FLOOR * mean);
+            }
         }
-        let Some(change) = solve_square(damped.as_ref(), gradient) else {
+        let Some(change) = damped.solve(gradient) else {
             return false;
         };
         let mut nodes = self.nodes.clone();
@@ -285,28 +298,47 @@ impl Chain {
         k * (k - 1) + 2 * m * k
     }
 
-    /// `(x', x'')` at the start, from the first leg.
+    /// `(x', x'')` at the start of the first leg, in a parameter that is 1 at its end.
     ///
     /// # Errors
     /// Where it cannot be joined.
     pub(super) fn start(&mut self) -> Result<Vec<f64>> {
-        let step = 1.0 / LEGS as f64;
         let [displacement, velocity, end_velocity] =
             leg(&self.nodes[0], &self.nodes[1], &mut self.endpoints)?;
-        // The leg in a time of 1: velocities shrink by the step.
-        let scaled = |x: &Horizontal, factor: f64| Horizontal {
-            omega: &x.omega * Scale(factor),
-            normal: &x.normal * Scale(factor),
-        };
+        let step = Self::share(1);
         let flat = FlatData {
             displacement,
             end_velocity: scaled(&end_velocity, step),
         };
-        let [a, second] = flat.start(&scaled(&velocity, step));
-        Ok(pack(&[
-            scaled(&a, step.powi(-2)),
-            scaled(&second, step.powi(-3)),
-        ]))
+        Ok(pack(&flat.start(&scaled(&velocity, step))))
+    }
+
+    /// The part of the chain up to a node, as boundary data in a parameter that is 1 there.
+    ///
+    /// Parts of a curve of least cost have no conjugate ends: their problems lead to the whole without a fold.
+    pub(super) fn part(&self, problem: &Problem, count: usize) -> Target {
+        let (share, node) = (Self::share(count), &self.nodes[count]);
+        let end = [node.point(), &node.velocity * Scale(share)];
+        Target::new(&scaled(&problem.velocity, share), &end)
+    }
+
+    /// Of the parameter, up to a node.
+    fn share(count: usize) -> f64 {
+        count as f64 / LEGS as f64
+    }
+}
+
+/// `(x', x'')` in a parameter that runs `ratio` times as slowly.
+pub(super) fn slowed(y: &[f64], ratio: f64) -> Vec<f64> {
+    let (a, second) = y.split_at(y.len() / 2);
+    let a = a.iter().map(|a| a * ratio.powi(2));
+    a.chain(second.iter().map(|x| x * ratio.powi(3))).collect()
+}
+
+fn scaled(x: &Horizontal, factor: f64) -> Horizontal {
+    Horizontal {
+        omega: &x.omega * Scale(factor),
+        normal: &x.normal * Scale(factor),
     }
 }
 

@@ -282,3 +282,11 @@ pub fn solve_square(a: MatRef<'_, f64>, b: &[f64]) -> Option<Vec<f64>> {
     let solution: Vec<f64> = (0..b.len()).map(|i| solution[(i, 0)]).collect();
     solution.iter().all(|x| x.is_finite()).then_some(solution)
 }
+
+/// Solution of a square system with several right-hand sides; `None` where the matrix is singular.
+pub fn solve_square_many(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Option<Mat<f64>> {
+    let solution = a.partial_piv_lu().solve(b);
+    let finite = |c: faer::ColRef<'_, f64>| c.iter().all(|x| x.is_finite());
+    let all = solution.col_iter().all(finite);
+    all.then_some(solution)
+}
