@@ -62,7 +62,8 @@ class Energy:
     def growth(self) -> float:
         """Largest error of the last tenth over that of the first."""
         tenth = max(1, len(self.error) // 10)
-        return float(self.error[-tenth:].max() / self.error[:tenth].max())
+        # An error of zero counts as one of round-off.
+        return float(self.error[-tenth:].max() / max(self.error[:tenth].max(), np.finfo(float).eps))
 
 
 def _energy(curve: str, method: str, t_end: float, run: Callable[[], CubicTrajectory | ChartTrajectory]) -> Energy:

@@ -23,6 +23,7 @@ from stiefel_rs import (
     SolverReport,
     Stiefel,
     StiefelError,
+    skew_exp,
 )
 from stiefel_rs.paper import EXPERIMENTS, initial_state
 
@@ -72,8 +73,9 @@ def test_boundary_data_are_met(boundary):
     assert report.converged
     assert report.reason == "converged"
     assert report.residual <= report.tolerance == TOL
-    # Steps of Newton's or, for many unknowns, of Broyden's method from a start that is right in flat space.
-    assert report.iterations <= 20
+    # Steps of Newton's or, for many unknowns, of Broyden's method, without any Jacobian for more than 64.
+    unknowns = 2 * Stiefel(min(curve.n, 4 * curve.k), curve.k).dim
+    assert report.iterations <= (12 if unknowns <= 64 else 30)
     # The same curve as an initial value problem.
     again = RiemannianCubic.from_initial(*curve.initial)
     t = np.linspace(0, 1, 5)
@@ -166,24 +168,20 @@ def test_errors_of_the_iteration():
     assert report.iterations == 1
     assert report.reason == "max_iterations"
     assert report.residual > report.tolerance == TOL
-    # Nothing reaches zero: a report, not an endless loop.
-    with pytest.raises(ConvergenceError) as caught:
-        RiemannianCubic.from_boundary(*ends, tol=0.0)
-    assert caught.value.report.residual < 1e-12
     loose = RiemannianCubic.from_boundary(*ends, tol=1e-3)
     assert 0 < loose.report.residual <= 1e-3
     assert loose.report.tolerance == 1e-3
 
 
-@pytest.mark.parametrize("tol", [-1e-12, np.nan, np.inf])
+@pytest.mark.parametrize("tol", [-1e-12, 0.0, 1e-16, 0.5, np.nan, np.inf])
 def test_bad_tolerances(tol, boundary):
     with pytest.raises(InvalidInputError, match="tolerance"):
         RiemannianCubic.from_boundary(*boundary, tol=tol)
 
 
 def test_bad_iterations(boundary):
-    with pytest.raises(InvalidInputError, match="max_iterations: must be at least 0"):
-        RiemannianCubic.from_boundary(*boundary, max_iterations=-1)
+    with pytest.raises(InvalidInputError, match="max_iterations: must be at least 1"):
+        RiemannianCubic.from_boundary(*boundary, max_iterations=0)
     with pytest.raises(TypeError):
         RiemannianCubic.from_boundary(*boundary, max_iterations=1.5)
 
@@ -320,3 +318,62 @@ def test_ctrl_c(name, spawn):
     said, stopped = said.split()
     assert said == "interrupted", f"the call {said}"
     assert float(stopped) - sent < 1.0, f"KeyboardInterrupt came {float(stopped) - sent:.2f} s after the signal"
+
+
+def test_guess_and_all_found():
+    """A guess is started from; several solutions come ranked by cost, the usual one among them."""
+    sphere = Stiefel(3, 1)
+    S0, S1 = np.eye(3)[:, :1], np.eye(3)[:, 1:2]
+    V0, V1 = 4 * np.eye(3)[:, 2:], 4 * np.eye(3)[:, 2:]
+    curve = RiemannianCubic.from_boundary(S0, V0, S1, V1)
+    again = RiemannianCubic.from_boundary(S0, V0, S1, V1, guess=curve.initial[2:])
+    assert again.report.iterations <= min(3, curve.report.iterations)
+    found = RiemannianCubic.from_boundary(S0, V0, S1, V1, all_found=True)
+    assert len(found) > 1
+    costs = [one.cost() for one in found]
+    assert costs == sorted(costs)
+    assert min(abs(cost / curve.cost() - 1) for cost in costs) < 1e-9
+    for one in found:
+        assert_meets(one, (S0, V0, S1, V1))
+        assert sphere.norm(one(0.5), one.velocity(0.5)) > 0
+    with pytest.raises(InvalidInputError, match="A"):
+        RiemannianCubic.from_boundary(S0, V0, S1, V1, guess=(S0, V0))
+
+
+def family(shape, rng):
+    """Boundary data as functions of one parameter: everything turned and stretched by exponentials."""
+    n, k = shape
+    S0, V0, S1, V1 = random_boundary(n, k, rng, 1.0, 1.5)
+    skews = [a - a.T for a in 0.2 * rng.standard_normal((2, n, n))]
+
+    def data(e):
+        turned = []
+        for S, V, A in ((S0, V0, skews[0]), (S1, V1, skews[1])):
+            Q = skew_exp(e * A)
+            turned += [Q @ S, (1 + e) * Q @ V]
+        return turned
+
+    derivative = [skews[0] @ S0, V0 + skews[0] @ V0, skews[1] @ S1, V1 + skews[1] @ V1]
+    return data, derivative
+
+
+@pytest.mark.parametrize("shape", [(3, 1), (3, 2), (5, 2), (6, 3), (12, 2)], ids=str)
+def test_derivatives_agree_with_differences(shape):
+    """Exact derivatives of the solution; central differences of order 4 with their error of about 1e-8."""
+    data, derivative = family(shape, np.random.default_rng(7))
+    curve = RiemannianCubic.from_boundary(*data(0.0))
+    h = 2e-3
+    t = np.linspace(0, 1, 4)
+
+    def difference(f):
+        values = [np.asarray(f(RiemannianCubic.from_boundary(*data(x * h)))) for x in (-2, -1, 1, 2)]
+        return (values[0] - 8 * values[1] + 8 * values[2] - values[3]) / (12 * h)
+
+    for i, exact in enumerate(curve.initial_variation(*derivative)):
+        error = np.abs(exact - difference(lambda one, i=i: one.initial[i])).max()
+        assert error < 1e-6 * max(1, np.abs(exact).max()), f"initial datum {i}: {error:.2e}"
+    error = np.abs(curve.point_variation(t, *derivative) - difference(lambda one: one(t))).max()
+    assert error < 1e-7, f"points: {error:.2e}"
+    change = sum((g * d).sum() for g, d in zip(curve.cost_gradient(), derivative, strict=True))
+    error = abs(change - difference(lambda one: one.cost()))
+    assert error < 1e-6 * max(1, abs(change)), f"cost: {error:.2e}"
