@@ -9,7 +9,7 @@ use super::end_map::EndMap;
 use super::homotopy::Homotopy;
 use super::problem::{Problem, unpack};
 use super::random::Random;
-use super::relaxation::{Chain, LEGS, slowed};
+use super::relaxation::{Chain, slowed};
 use super::riemannian_cubic::RiemannianCubic;
 use super::shooting::SOLVER;
 use super::taylor::Accuracy;
@@ -41,8 +41,11 @@ const NEAR: f64 = 0.1;
 /// Unknowns up to which chains are relaxed: it takes as many differences of every node.
 const CHAIN_UNKNOWNS: usize = 64;
 
-/// How far the nodes of a chain are moved at random, for each attempt before.
-const CHAIN_SPREAD: f64 = 0.15;
+/// How far the nodes of a chain are moved at random, more and more.
+const CHAIN_SPREAD: f64 = 0.5;
+
+/// Legs of chains, one after the other.
+const CHAIN_LEGS: [usize; 3] = [16, 40, 100];
 
 /// Below this, a residual that does not fall any more has met round-off.
 const ROUND_OFF: f64 = 1e-9;
@@ -309,18 +312,20 @@ impl<'a> Solver<'a> {
         size: f64,
         random: &mut Random,
     ) -> Result<Option<Solution>> {
-        let spread = CHAIN_SPREAD * f64::from(attempt);
+        // A finer chain is nearer to its cubic; a moved one may relax to another.
+        let fineness = attempt as usize % CHAIN_LEGS.len();
+        let spread = CHAIN_SPREAD * f64::from(attempt / CHAIN_LEGS.len() as u32);
         if self.problem.unknowns() > CHAIN_UNKNOWNS {
             return Ok(None);
         }
-        let Ok(mut chain) = Chain::new(self.problem, spread, random) else {
+        let Ok(mut chain) = Chain::new(self.problem, CHAIN_LEGS[fineness], spread, random) else {
             return Ok(None);
         };
         chain.relax(self.options.interrupt)?;
         let Ok(mut y) = chain.start() else {
             return Ok(None);
         };
-        for count in 1..LEGS {
+        for count in 1..chain.legs() {
             self.map.set_target(&chain.part(self.problem, count));
             if !self.approximate(&mut y)? {
                 return Ok(None);

@@ -29,9 +29,6 @@ use crate::linalg::tridiagonal::BlockTridiagonal;
 use crate::manifold::QuasiGeodesic;
 use crate::manifold::quasi_geodesic::EndpointProblem;
 
-/// Legs of the chain.
-pub(super) const LEGS: usize = 16;
-
 /// Steps of the method at the most.
 const MAX_STEPS: usize = 40;
 
@@ -101,7 +98,7 @@ impl Node {
     }
 }
 
-/// The packed residual of a leg, `2d` numbers, and its displacement and carried velocity.
+/// Displacement, velocity and carried end velocity of a leg, in the frame of its start.
 fn leg(from: &Node, to: &Node, problem: &mut EndpointProblem) -> Result<[Horizontal; 3]> {
     let (r, k) = from.velocity.shape();
     let mut curve = QuasiGeodesic::zeros(r, k);
@@ -115,8 +112,8 @@ fn leg(from: &Node, to: &Node, problem: &mut EndpointProblem) -> Result<[Horizon
     ])
 }
 
-fn residual(from: &Node, to: &Node, problem: &mut EndpointProblem) -> Result<Vec<f64>> {
-    let step = 1.0 / LEGS as f64;
+/// The residual of a leg that takes the time `step`, packed: `2d` numbers, the sum of their squares the cost.
+fn residual(from: &Node, to: &Node, step: f64, problem: &mut EndpointProblem) -> Result<Vec<f64>> {
     let [delta, v, w] = leg(from, to, problem)?.map(|x| pack(&[x]));
     let turn = v.iter().zip(&w).map(|(v, w)| (w - v) / step.sqrt());
     let lag = delta
@@ -139,7 +136,12 @@ impl Chain {
     ///
     /// # Errors
     /// Where there is neither, or neighbours cannot be joined.
-    pub(super) fn new(problem: &Problem, spread: f64, random: &mut Random) -> Result<Self> {
+    pub(super) fn new(
+        problem: &Problem,
+        legs: usize,
+        spread: f64,
+        random: &mut Random,
+    ) -> Result<Self> {
         let (r, k) = problem.end[0].shape();
         let identity: Mat<f64> = Mat::identity(r, r);
         let v0 = Mat::from_fn(r, k, |i, j| match i.checked_sub(k) {
@@ -149,8 +151,8 @@ impl Chain {
         let start = identity.as_ref().subcols(0, k);
         let [s1, v1] = problem.end.each_ref().map(|x| x.as_ref());
         let at = match GeometricCubic::from_boundary(start, v0.as_ref(), s1, v1) {
-            Ok(curve) => sample(&curve)?,
-            Err(_) => sample(&QuasiGeodesic::between(start, s1)?)?,
+            Ok(curve) => sample(&curve, legs)?,
+            Err(_) => sample(&QuasiGeodesic::between(start, s1)?, legs)?,
         };
         let mut nodes = vec![Node::new(&start.to_owned(), v0.clone(), &identity)];
         let unknowns = problem.unknowns();
@@ -169,7 +171,7 @@ impl Chain {
                 .collect();
             nodes.push(node.moved(&change)?);
         }
-        let like = nodes[LEGS - 1].frame.clone();
+        let like = nodes[legs - 1].frame.clone();
         nodes.push(Node::new(&s1.to_owned(), v1.to_owned(), &like));
         let mut endpoints = EndpointProblem::new(r, k);
         let cost = cost(&nodes, &mut endpoints)?;
@@ -208,25 +210,25 @@ impl Chain {
 
     /// `J^T J` and `J^T r` over the nodes between the ends.
     fn normal_equations(&mut self) -> Result<(BlockTridiagonal, Vec<f64>)> {
-        let size = self.unknowns();
-        let inner = LEGS - 1;
+        let (size, legs) = (self.unknowns(), self.legs());
+        let (inner, step) = (legs - 1, self.share(1));
         let mut matrix = BlockTridiagonal::zeros(inner, size);
         let mut gradient = vec![0.0; inner * size];
-        for i in 0..LEGS {
+        for i in 0..legs {
             let (from, to) = (self.nodes[i].clone(), self.nodes[i + 1].clone());
-            let base = residual(&from, &to, &mut self.endpoints)?;
+            let base = residual(&from, &to, step, &mut self.endpoints)?;
             let mut jacobian = Mat::zeros(base.len(), 2 * size);
             for side in 0..2 {
-                if i + side == 0 || i + side == LEGS {
+                if i + side == 0 || i + side == legs {
                     continue;
                 }
                 for unknown in 0..size {
                     let mut change = vec![0.0; size];
                     change[unknown] = DIFFERENCE;
                     let beside = if side == 0 {
-                        residual(&from.moved(&change)?, &to, &mut self.endpoints)?
+                        residual(&from.moved(&change)?, &to, step, &mut self.endpoints)?
                     } else {
-                        residual(&from, &to.moved(&change)?, &mut self.endpoints)?
+                        residual(&from, &to.moved(&change)?, step, &mut self.endpoints)?
                     };
                     for (row, (b, a)) in beside.iter().zip(&base).enumerate() {
                         jacobian[(row, side * size + unknown)] = (b - a) / DIFFERENCE;
@@ -240,14 +242,14 @@ impl Chain {
             if i > 0 {
                 matrix.diagonal[i - 1] += block(0, 0);
             }
-            if i + 1 < LEGS {
+            if i + 1 < legs {
                 matrix.diagonal[i] += block(1, 1);
             }
-            if i > 0 && i + 1 < LEGS {
+            if i > 0 && i + 1 < legs {
                 matrix.above[i - 1] += block(0, 1);
             }
             for side in 0..2 {
-                if i + side > 0 && i + side < LEGS {
+                if i + side > 0 && i + side < legs {
                     for unknown in 0..size {
                         gradient[(i + side - 1) * size + unknown] +=
                             right[(side * size + unknown, 0)];
@@ -273,7 +275,7 @@ impl Chain {
             return false;
         };
         let mut nodes = self.nodes.clone();
-        for i in 1..LEGS {
+        for i in 1..self.legs() {
             let change: Vec<f64> = change[(i - 1) * size..i * size]
                 .iter()
                 .map(|x| -x)
@@ -298,6 +300,11 @@ impl Chain {
         k * (k - 1) + 2 * m * k
     }
 
+    /// Number of legs.
+    pub(super) fn legs(&self) -> usize {
+        self.nodes.len() - 1
+    }
+
     /// `(x', x'')` at the start of the first leg, in a parameter that is 1 at its end.
     ///
     /// # Errors
@@ -305,7 +312,7 @@ impl Chain {
     pub(super) fn start(&mut self) -> Result<Vec<f64>> {
         let [displacement, velocity, end_velocity] =
             leg(&self.nodes[0], &self.nodes[1], &mut self.endpoints)?;
-        let step = Self::share(1);
+        let step = self.share(1);
         let flat = FlatData {
             displacement,
             end_velocity: scaled(&end_velocity, step),
@@ -317,14 +324,14 @@ impl Chain {
     ///
     /// Parts of a curve of least cost have no conjugate ends: their problems lead to the whole without a fold.
     pub(super) fn part(&self, problem: &Problem, count: usize) -> Target {
-        let (share, node) = (Self::share(count), &self.nodes[count]);
+        let (share, node) = (self.share(count), &self.nodes[count]);
         let end = [node.point(), &node.velocity * Scale(share)];
         Target::new(&scaled(&problem.velocity, share), &end)
     }
 
     /// Of the parameter, up to a node.
-    fn share(count: usize) -> f64 {
-        count as f64 / LEGS as f64
+    fn share(&self, count: usize) -> f64 {
+        count as f64 / self.legs() as f64
     }
 }
 
@@ -343,8 +350,8 @@ fn scaled(x: &Horizontal, factor: f64) -> Horizontal {
 }
 
 /// Points and velocities of a curve between its ends.
-fn sample(curve: &impl Curve) -> Result<Vec<(Mat<f64>, Mat<f64>)>> {
-    let times = (1..LEGS).map(|i| i as f64 / LEGS as f64);
+fn sample(curve: &impl Curve, legs: usize) -> Result<Vec<(Mat<f64>, Mat<f64>)>> {
+    let times = (1..legs).map(|i| i as f64 / legs as f64);
     times
         .map(|t| Ok((curve.point(t)?, curve.derivative(t, 1)?)))
         .collect()
@@ -352,9 +359,10 @@ fn sample(curve: &impl Curve) -> Result<Vec<(Mat<f64>, Mat<f64>)>> {
 
 /// The cost of a chain.
 fn cost(nodes: &[Node], endpoints: &mut EndpointProblem) -> Result<f64> {
+    let step = 1.0 / (nodes.len() - 1) as f64;
     let mut sum = 0.0;
     for pair in nodes.windows(2) {
-        let residual = residual(&pair[0], &pair[1], endpoints)?;
+        let residual = residual(&pair[0], &pair[1], step, endpoints)?;
         sum += residual.iter().map(|r| r * r).sum::<f64>();
     }
     if sum.is_finite() {
