@@ -45,7 +45,7 @@ const CHAIN_UNKNOWNS: usize = 64;
 const CHAIN_SPREAD: f64 = 0.5;
 
 /// Legs of chains, one after the other.
-const CHAIN_LEGS: [usize; 3] = [16, 40, 100];
+const CHAIN_LEGS: [usize; 2] = [16, 40];
 
 /// Below this, a residual that does not fall any more has met round-off.
 const ROUND_OFF: f64 = 1e-9;
