@@ -96,13 +96,6 @@ impl<'a, B: Blocks> Shooting<'a, B> {
         }
     }
 
-    /// Number of unknowns: `2d`.
-    #[allow(dead_code)]
-    pub(super) fn unknowns(blocks: B) -> usize {
-        let (m, k) = (blocks.m(), blocks.k());
-        k * (k - 1) + 2 * m * k
-    }
-
     /// Damped Newton from `y = (x', x'')`, in place.
     ///
     /// # Errors
