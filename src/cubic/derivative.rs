@@ -187,7 +187,13 @@ impl BoundaryDerivative {
             check_parameter(t)?;
         }
         let after: Vec<f64> = times.iter().map(|t| t - self.span.0).collect();
-        let inside = vary(&self.data, 0, &[parts.inside.clone()], &after, interrupt)?;
+        let inside = vary(
+            &self.data,
+            0,
+            std::slice::from_ref(&parts.inside),
+            &after,
+            interrupt,
+        )?;
         let outside = match self.data.frame {
             Some(_) => {
                 let rows = unit_variations(blocks_of(&self.data), 1);

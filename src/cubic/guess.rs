@@ -88,8 +88,7 @@ impl FlatData {
     /// `x'` and `x''` at the start, from the velocity there.
     pub(super) fn start(&self, velocity: &Horizontal) -> [Horizontal; 2] {
         let part = |pick: fn(&Horizontal) -> &Mat<f64>| {
-            let [delta, v0, v1] =
-                [&self.displacement, velocity, &self.end_velocity].map(|v| pick(v));
+            let [delta, v0, v1] = [&self.displacement, velocity, &self.end_velocity].map(pick);
             [
                 delta * Scale(6.0) - v0 * Scale(4.0) - v1 * Scale(2.0),
                 delta * Scale(-12.0) + v0 * Scale(6.0) + v1 * Scale(6.0),

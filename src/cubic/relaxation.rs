@@ -6,7 +6,7 @@
 //! \int |D_t S'|^2 dt \approx \frac1h |W - V|^2 + \frac{12}{h} \Bigl| \frac{\Delta}{h} - \frac{V + W}{2} \Bigr|^2
 //! ```
 //!
-//! with the displacement `Delta` along the quasi-geodesic and `W` the velocity `V'` carried back by it. The sum over the chain is
+//! with the displacement `Delta` along the quasi-geodesic and `W` the velocity `V'` in a frame that moves along it. The sum over the chain is
 //! bounded below, so the Levenberg-Marquardt method on its nodes comes to a curve near a Riemannian cubic from almost
 //! anywhere.
 //!
@@ -15,7 +15,7 @@
 
 use faer::{Mat, Scale};
 
-use super::guess::{FlatData, carry};
+use super::guess::carry;
 use super::initial::Horizontal;
 use super::problem::{Problem, pack, unpack};
 use super::random::Random;
@@ -24,16 +24,17 @@ use super::shooting::{SOLVER, Target};
 use crate::curve::{Curve, GeometricCubic};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
+use crate::linalg::SkewExp;
 use crate::linalg::decomp::thin_q;
 use crate::linalg::tridiagonal::BlockTridiagonal;
 use crate::manifold::QuasiGeodesic;
 use crate::manifold::quasi_geodesic::EndpointProblem;
 
 /// Steps of the method at the most.
-const MAX_STEPS: usize = 40;
+const MAX_STEPS: usize = 60;
 
 /// The cost has come to rest where a step lowers it by less than this share.
-const AT_REST: f64 = 1e-5;
+const AT_REST: f64 = 1e-7;
 
 /// The first damping relative to the mean diagonal, its factors after failure and success, and the largest.
 const DAMPING: f64 = 1e-3;
@@ -98,23 +99,34 @@ impl Node {
     }
 }
 
-/// Displacement, velocity and carried end velocity of a leg, in the frame of its start.
-fn leg(from: &Node, to: &Node, problem: &mut EndpointProblem) -> Result<[Horizontal; 3]> {
+/// Mean velocity, initial velocity and end velocity of a leg, packed, in a frame that moves along its quasi-geodesic without
+/// turning in itself.
+///
+/// In the frame `e^{tX} g\, diag(e^{t Omega}, I)` the velocity of the quasi-geodesic is `(omega, b e^{t Omega})`; the mean of its
+/// ends stands for the mean.
+fn leg(from: &Node, to: &Node, problem: &mut EndpointProblem) -> Result<[Vec<f64>; 3]> {
     let (r, k) = from.velocity.shape();
     let mut curve = QuasiGeodesic::zeros(r, k);
     curve.join(from.point().as_ref(), to.point().as_ref(), problem)?;
-    let back = carry(&curve, to.velocity.as_ref(), -1.0)?;
+    let mut turn = Mat::zeros(k, k);
+    SkewExp::new(k).exp_into(turn.as_mut(), curve.omega(), 1.0)?;
     let horizontal = |v: &Mat<f64>| Horizontal::of_tangent(from.frame.as_ref(), v.as_ref());
-    Ok([
-        horizontal(&curve.initial_velocity()),
-        horizontal(&from.velocity),
-        horizontal(&back),
-    ])
+    let delta = horizontal(&curve.initial_velocity());
+    let end = horizontal(&carry(&curve, to.velocity.as_ref(), -1.0)?);
+    let mean = Horizontal {
+        normal: (&delta.normal * &turn + &delta.normal) * Scale(0.5),
+        omega: delta.omega,
+    };
+    let carried = Horizontal {
+        omega: turn.transpose() * &end.omega * &turn,
+        normal: &end.normal * &turn,
+    };
+    Ok([mean, horizontal(&from.velocity), carried].map(|x| pack(&[x])))
 }
 
 /// The residual of a leg that takes the time `step`, packed: `2d` numbers, the sum of their squares the cost.
 fn residual(from: &Node, to: &Node, step: f64, problem: &mut EndpointProblem) -> Result<Vec<f64>> {
-    let [delta, v, w] = leg(from, to, problem)?.map(|x| pack(&[x]));
+    let [delta, v, w] = leg(from, to, problem)?;
     let turn = v.iter().zip(&w).map(|(v, w)| (w - v) / step.sqrt());
     let lag = delta
         .iter()
@@ -310,14 +322,12 @@ impl Chain {
     /// # Errors
     /// Where it cannot be joined.
     pub(super) fn start(&mut self) -> Result<Vec<f64>> {
-        let [displacement, velocity, end_velocity] =
-            leg(&self.nodes[0], &self.nodes[1], &mut self.endpoints)?;
+        let [delta, v, w] = leg(&self.nodes[0], &self.nodes[1], &mut self.endpoints)?;
         let step = self.share(1);
-        let flat = FlatData {
-            displacement,
-            end_velocity: scaled(&end_velocity, step),
-        };
-        Ok(pack(&flat.start(&scaled(&velocity, step))))
+        let entries = || delta.iter().zip(v.iter().zip(&w));
+        let a = entries().map(|(delta, (v, w))| 6.0 * delta - step * (4.0 * v + 2.0 * w));
+        let second = entries().map(|(delta, (v, w))| -12.0 * delta + step * 6.0 * (v + w));
+        Ok(a.chain(second).collect())
     }
 
     /// The part of the chain up to a node, as boundary data in a parameter that is 1 there.
