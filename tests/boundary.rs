@@ -82,7 +82,8 @@ fn moderate_data_are_solved_from_the_flat_start() {
             let report = curve.boundary_report().unwrap();
             assert_eq!(report.strategy, BoundaryStrategy::Direct, "{report}");
             assert!(report.solver.converged && report.solver.residual <= 1e-12);
-            assert!(report.solver.iterations <= 8, "{shape:?}: {report}");
+            // Newton's steps, up to 6; from 8 unknowns on Broyden's, up to 12.
+            assert!(report.solver.iterations <= 12, "{shape:?}: {report}");
             common::assert_within(data.defect(&curve), END, &format!("{shape:?}"));
         }
     }
@@ -254,7 +255,8 @@ fn a_guess_chooses_the_solution() {
         let curve = data.solve_with(&options).unwrap();
         let report = curve.boundary_report().unwrap();
         assert_eq!(report.strategy, BoundaryStrategy::Direct);
-        assert!(report.solver.iterations <= 2, "{name}: {report}");
+        // The first residual is integrated roughly, so even an exact guess takes steps: two of Newton's, four of Broyden's.
+        assert!(report.solver.iterations <= 4, "{name}: {report}");
         // The residual times the inverse of the derivative of the end.
         common::assert_close(&curve.acceleration(0.0).unwrap(), &a, 1e-9, &name);
     }
