@@ -52,10 +52,10 @@ pub fn reference<const X: usize, const Z: usize>(
     Ok(states.into_iter().map(|state| state.z).collect())
 }
 
-/// As [`reference`], across charts: between two Taylor steps a state close to a pole changes its chart.
+/// As [`reference()`], across charts: between two Taylor steps a state close to a pole changes its chart.
 ///
 /// # Accuracy
-/// As [`reference`]; 1e-12 against 40-digit data turned across the poles (`tests/atlas.rs`).
+/// As [`reference()`]; 1e-12 against 40-digit data turned across the poles (`tests/atlas.rs`).
 /// # Errors
 /// `NonFinite`, `NoConvergence`, `Overflow`, `InvalidArgument` (memory), `Interrupted`; `OutsideChart` only
 /// where a curve is so fast that it meets a pole within a step.

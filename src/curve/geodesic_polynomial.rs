@@ -21,7 +21,7 @@ use crate::manifold::{Geodesic, QuasiGeodesic, Stiefel, normal_frame};
 
 /// A Bezier curve on `[0, 1]` whose pieces are the shortest geodesics of the canonical metric.
 ///
-/// Beside [`GeometricPolynomial`](super::GeometricPolynomial), whose pieces are quasi-geodesics in closed form, every
+/// Beside [`GeometricPolynomial`], whose pieces are quasi-geodesics in closed form, every
 /// point solves `degree (degree - 1) / 2` logarithms, and derivatives a linear system of the dimension of the manifold
 /// (at most `St((degree + 1) k, k)`) for each. But for `k = n - 1`: `St(n, n-1)` with the canonical metric is the group
 /// of rotations, by completing a point to a rotation, where geodesics are quasi-geodesics, and so is the work.
