@@ -4,7 +4,7 @@ use std::fmt;
 
 use faer::{Mat, MatRef};
 
-use super::continuation::{Next, Tracer, norm};
+use super::continuation::{MAX_STEPS, Next, Tracer, norm};
 use super::end_map::EndMap;
 use super::homotopy::Homotopy;
 use super::problem::{Problem, unpack};
@@ -19,6 +19,9 @@ use crate::report::{SolverReport, StopReason};
 
 /// Newton steps after which a start counts as bad; good ones take at most 6.
 const DIRECT_STEPS: usize = 12;
+
+/// Steps of the first continuation: where it takes more it has met a fold.
+const FIRST_STEPS: usize = 40;
 
 /// Newton steps from where a continuation arrives.
 const POLISH_STEPS: usize = 8;
@@ -264,7 +267,7 @@ impl<'a> Solver<'a> {
         }
         if let Ok(homotopy) = Homotopy::growing(self.problem) {
             let rest = vec![0.0; start.len()];
-            if let Some(y) = self.follow_to_first(&homotopy, &rest, size)? {
+            if let Some(y) = self.follow_to_first(&homotopy, &rest, size, FIRST_STEPS)? {
                 return Ok(Some((y, self.report(BoundaryStrategy::Growing))));
             }
         }
@@ -282,7 +285,7 @@ impl<'a> Solver<'a> {
             }
             if attempt % 2 == 1
                 && let Some((homotopy, from)) = self.detour(&start, attempt, &mut random)?
-                && let Some(y) = self.follow_to_first(&homotopy, &from, size)?
+                && let Some(y) = self.follow_to_first(&homotopy, &from, size, MAX_STEPS)?
             {
                 return Ok(Some((y, self.report(BoundaryStrategy::Detour))));
             }
@@ -418,7 +421,7 @@ impl<'a> Solver<'a> {
     /// The solution that continuation from the curve with the given initial data finds.
     fn moved(&mut self, from: &[f64], size: f64) -> Result<Option<Vec<f64>>> {
         match self.family_from(from)? {
-            Some(homotopy) => self.follow_to_first(&homotopy, from, size),
+            Some(homotopy) => self.follow_to_first(&homotopy, from, size, MAX_STEPS),
             None => Ok(None),
         }
     }
@@ -439,9 +442,10 @@ impl<'a> Solver<'a> {
         homotopy: &Homotopy,
         from: &[f64],
         size: f64,
+        max_steps: usize,
     ) -> Result<Option<Vec<f64>>> {
         let mut found = None;
-        self.follow(homotopy, from, size, |y| {
+        self.follow(homotopy, from, size, max_steps, |y| {
             found = Some(y.to_vec());
             Next::Stop
         })?;
@@ -454,13 +458,14 @@ impl<'a> Solver<'a> {
         homotopy: &Homotopy,
         from: &[f64],
         size: f64,
+        max_steps: usize,
         mut see: impl FnMut(&[f64]) -> Next,
     ) -> Result<()> {
         self.starts += 1;
         let (tolerance, target) = (self.options.tolerance, &self.problem.target);
         let most = self.options.max_iterations.min(POLISH_STEPS);
         let (mut newton_steps, mut nearest) = (0, self.nearest);
-        let mut tracer = Tracer::new(self.map.as_mut(), homotopy, size);
+        let mut tracer = Tracer::new(self.map.as_mut(), homotopy, size, max_steps);
         let outcome = tracer.run(from, |map, near| {
             map.set_target(target);
             let mut y = near.to_vec();

@@ -3,7 +3,7 @@
 use faer::MatRef;
 
 use super::boundary::{BoundaryOptions, BoundaryStrategy, Solution, Solver, first_start};
-use super::continuation::{Next, norm};
+use super::continuation::{MAX_STEPS, Next, norm};
 use super::guess::FlatData;
 use super::homotopy::Homotopy;
 use super::problem::Problem;
@@ -190,7 +190,7 @@ fn follow(
     found: &mut Found,
 ) -> Result<()> {
     let mut passed = Vec::new();
-    solver.follow(homotopy, from, size, |y| {
+    solver.follow(homotopy, from, size, MAX_STEPS, |y| {
         passed.push(y.to_vec());
         Next::Continue
     })?;
