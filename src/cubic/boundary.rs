@@ -24,7 +24,7 @@ const DIRECT_STEPS: usize = 12;
 const FIRST_STEPS: usize = 40;
 
 /// Newton steps from where a continuation arrives.
-const POLISH_STEPS: usize = 8;
+const POLISH_STEPS: usize = 16;
 
 /// Random attempts of each kind.
 const ATTEMPTS: u32 = 16;
@@ -251,7 +251,7 @@ impl<'a> Solver<'a> {
     /// A solution; none where all strategies fail.
     fn solve(&mut self, start: Vec<f64>) -> Result<Option<Solution>> {
         let mut y = start.clone();
-        if self.direct(&mut y)? {
+        if self.persistent(&mut y)? {
             return Ok(Some((y, self.report(BoundaryStrategy::Direct))));
         }
         let limited = self.options.max_iterations <= DIRECT_STEPS;
@@ -293,19 +293,17 @@ impl<'a> Solver<'a> {
         Ok(None)
     }
 
-    /// Newton from the first start; longer than from others where it is on its way.
-    fn direct(&mut self, y: &mut [f64]) -> Result<bool> {
+    /// Newton from a start, in place; longer where it is on its way.
+    fn persistent(&mut self, y: &mut [f64]) -> Result<bool> {
         let most = self.options.max_iterations;
         let first = most.min(DIRECT_STEPS);
-        if self.newton(y, first)? {
-            return Ok(true);
+        self.starts += 1;
+        let report = self.newton(y, first)?;
+        let on_its_way = report.reason == StopReason::MaxIterations && report.residual < NEAR;
+        if report.converged || first == most || !on_its_way {
+            return Ok(report.converged);
         }
-        let (distance, reason) = self.nearest;
-        if reason != StopReason::MaxIterations || first == most || distance > NEAR {
-            return Ok(false);
-        }
-        self.starts -= 1;
-        self.newton(y, most - first)
+        Ok(self.newton(y, most - first)?.converged)
     }
 
     /// From a chain of low cost: Newton for longer and longer parts of it, then for the whole.
@@ -356,8 +354,8 @@ impl<'a> Solver<'a> {
     }
 
     /// Newton from random initial data, in place; a curve that cannot be integrated is no solution.
-    fn restarted(&mut self, y: &mut [f64]) -> Result<bool> {
-        match self.newton(y, self.options.max_iterations.min(DIRECT_STEPS)) {
+    pub(super) fn restarted(&mut self, y: &mut [f64]) -> Result<bool> {
+        match self.persistent(y) {
             Err(error @ Error::Interrupted { .. }) => Err(error),
             Err(_) => Ok(false),
             converged => converged,
@@ -396,16 +394,15 @@ impl<'a> Solver<'a> {
         self.problem.velocity.inner(&self.problem.velocity).sqrt() + self.problem.end[1].norm_l2()
     }
 
-    /// Newton from `y`, in place; whether it converges.
-    pub(super) fn newton(&mut self, y: &mut [f64], max_iterations: usize) -> Result<bool> {
-        self.starts += 1;
+    /// Newton from `y` for the problem itself, in place.
+    pub(super) fn newton(&mut self, y: &mut [f64], max_iterations: usize) -> Result<SolverReport> {
         self.map.set_target(&self.problem.target);
         let report = self.map.solve(y, self.options.tolerance, max_iterations)?;
         self.newton_steps += report.iterations;
         if report.converged || report.residual < self.nearest.0 {
             self.nearest = (report.residual, report.reason);
         }
-        Ok(report.converged)
+        Ok(report)
     }
 
     /// Initial data around those of a start.

@@ -121,8 +121,10 @@ fn search(
         starts.extend(turned.iter().map(|flat| problem.start_of(flat)));
     }
     starts.extend((0..options.starts).map(|i| solver.scattered(start, i, &mut random)));
-    for y in starts {
-        newton(solver, y, options, found)?;
+    for mut y in starts {
+        if solver.restarted(&mut y)? {
+            found.add((y, solver.report(BoundaryStrategy::Direct)));
+        }
     }
     let size = norm(start);
     if let Ok(homotopy) = Homotopy::growing(problem) {
@@ -161,21 +163,6 @@ fn search(
                 found,
             )?;
         }
-    }
-    Ok(())
-}
-
-/// The solution that Newton's method finds, if any.
-fn newton(
-    solver: &mut Solver<'_>,
-    mut y: Vec<f64>,
-    options: &SearchOptions<'_>,
-    found: &mut Found,
-) -> Result<()> {
-    match solver.newton(&mut y, options.boundary.max_iterations) {
-        Ok(true) => found.add((y, solver.report(BoundaryStrategy::Direct))),
-        Err(error @ Error::Interrupted { .. }) => return Err(error),
-        Ok(false) | Err(_) => {}
     }
     Ok(())
 }
