@@ -4,7 +4,7 @@ use std::fmt;
 
 use faer::{Mat, MatRef};
 
-use super::continuation::{Next, Tracer, norm};
+use super::continuation::{MAX_STEPS, Next, Tracer, norm};
 use super::end_map::EndMap;
 use super::homotopy::Homotopy;
 use super::problem::{Problem, unpack};
@@ -20,8 +20,11 @@ use crate::report::{SolverReport, StopReason};
 /// Newton steps after which a start counts as bad; good ones take at most 6.
 const DIRECT_STEPS: usize = 12;
 
+/// Steps of the first continuation: where it takes more it has met a fold.
+const FIRST_STEPS: usize = 40;
+
 /// Newton steps from where a continuation arrives.
-const POLISH_STEPS: usize = 8;
+const POLISH_STEPS: usize = 16;
 
 /// Random attempts of each kind.
 const ATTEMPTS: u32 = 16;
@@ -248,7 +251,7 @@ impl<'a> Solver<'a> {
     /// A solution; none where all strategies fail.
     fn solve(&mut self, start: Vec<f64>) -> Result<Option<Solution>> {
         let mut y = start.clone();
-        if self.direct(&mut y)? {
+        if self.persistent(&mut y)? {
             return Ok(Some((y, self.report(BoundaryStrategy::Direct))));
         }
         let limited = self.options.max_iterations <= DIRECT_STEPS;
@@ -264,7 +267,7 @@ impl<'a> Solver<'a> {
         }
         if let Ok(homotopy) = Homotopy::growing(self.problem) {
             let rest = vec![0.0; start.len()];
-            if let Some(y) = self.follow_to_first(&homotopy, &rest, size)? {
+            if let Some(y) = self.follow_to_first(&homotopy, &rest, size, FIRST_STEPS)? {
                 return Ok(Some((y, self.report(BoundaryStrategy::Growing))));
             }
         }
@@ -282,7 +285,7 @@ impl<'a> Solver<'a> {
             }
             if attempt % 2 == 1
                 && let Some((homotopy, from)) = self.detour(&start, attempt, &mut random)?
-                && let Some(y) = self.follow_to_first(&homotopy, &from, size)?
+                && let Some(y) = self.follow_to_first(&homotopy, &from, size, MAX_STEPS)?
             {
                 return Ok(Some((y, self.report(BoundaryStrategy::Detour))));
             }
@@ -290,19 +293,17 @@ impl<'a> Solver<'a> {
         Ok(None)
     }
 
-    /// Newton from the first start; longer than from others where it is on its way.
-    fn direct(&mut self, y: &mut [f64]) -> Result<bool> {
+    /// Newton from a start, in place; longer where it is on its way.
+    fn persistent(&mut self, y: &mut [f64]) -> Result<bool> {
         let most = self.options.max_iterations;
         let first = most.min(DIRECT_STEPS);
-        if self.newton(y, first)? {
-            return Ok(true);
+        self.starts += 1;
+        let report = self.newton(y, first)?;
+        let on_its_way = report.reason == StopReason::MaxIterations && report.residual < NEAR;
+        if report.converged || first == most || !on_its_way {
+            return Ok(report.converged);
         }
-        let (distance, reason) = self.nearest;
-        if reason != StopReason::MaxIterations || first == most || distance > NEAR {
-            return Ok(false);
-        }
-        self.starts -= 1;
-        self.newton(y, most - first)
+        Ok(self.newton(y, most - first)?.converged)
     }
 
     /// From a chain of low cost: Newton for longer and longer parts of it, then for the whole.
@@ -353,8 +354,8 @@ impl<'a> Solver<'a> {
     }
 
     /// Newton from random initial data, in place; a curve that cannot be integrated is no solution.
-    fn restarted(&mut self, y: &mut [f64]) -> Result<bool> {
-        match self.newton(y, self.options.max_iterations.min(DIRECT_STEPS)) {
+    pub(super) fn restarted(&mut self, y: &mut [f64]) -> Result<bool> {
+        match self.persistent(y) {
             Err(error @ Error::Interrupted { .. }) => Err(error),
             Err(_) => Ok(false),
             converged => converged,
@@ -393,16 +394,15 @@ impl<'a> Solver<'a> {
         self.problem.velocity.inner(&self.problem.velocity).sqrt() + self.problem.end[1].norm_l2()
     }
 
-    /// Newton from `y`, in place; whether it converges.
-    pub(super) fn newton(&mut self, y: &mut [f64], max_iterations: usize) -> Result<bool> {
-        self.starts += 1;
+    /// Newton from `y` for the problem itself, in place.
+    pub(super) fn newton(&mut self, y: &mut [f64], max_iterations: usize) -> Result<SolverReport> {
         self.map.set_target(&self.problem.target);
         let report = self.map.solve(y, self.options.tolerance, max_iterations)?;
         self.newton_steps += report.iterations;
         if report.converged || report.residual < self.nearest.0 {
             self.nearest = (report.residual, report.reason);
         }
-        Ok(report.converged)
+        Ok(report)
     }
 
     /// Initial data around those of a start.
@@ -418,7 +418,7 @@ impl<'a> Solver<'a> {
     /// The solution that continuation from the curve with the given initial data finds.
     fn moved(&mut self, from: &[f64], size: f64) -> Result<Option<Vec<f64>>> {
         match self.family_from(from)? {
-            Some(homotopy) => self.follow_to_first(&homotopy, from, size),
+            Some(homotopy) => self.follow_to_first(&homotopy, from, size, MAX_STEPS),
             None => Ok(None),
         }
     }
@@ -439,9 +439,10 @@ impl<'a> Solver<'a> {
         homotopy: &Homotopy,
         from: &[f64],
         size: f64,
+        max_steps: usize,
     ) -> Result<Option<Vec<f64>>> {
         let mut found = None;
-        self.follow(homotopy, from, size, |y| {
+        self.follow(homotopy, from, size, max_steps, |y| {
             found = Some(y.to_vec());
             Next::Stop
         })?;
@@ -454,13 +455,14 @@ impl<'a> Solver<'a> {
         homotopy: &Homotopy,
         from: &[f64],
         size: f64,
+        max_steps: usize,
         mut see: impl FnMut(&[f64]) -> Next,
     ) -> Result<()> {
         self.starts += 1;
         let (tolerance, target) = (self.options.tolerance, &self.problem.target);
         let most = self.options.max_iterations.min(POLISH_STEPS);
         let (mut newton_steps, mut nearest) = (0, self.nearest);
-        let mut tracer = Tracer::new(self.map.as_mut(), homotopy, size);
+        let mut tracer = Tracer::new(self.map.as_mut(), homotopy, size, max_steps);
         let outcome = tracer.run(from, |map, near| {
             map.set_target(target);
             let mut y = near.to_vec();

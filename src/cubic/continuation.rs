@@ -17,7 +17,7 @@ use crate::error::{Error, Result};
 use crate::linalg::decomp::solve_square;
 
 /// Steps along the curve at the most.
-const MAX_STEPS: usize = 150;
+pub(super) const MAX_STEPS: usize = 150;
 
 /// The first step, the longest and the shortest, in units in which `lambda` and the scaled `y` change by 1.
 const STEP: [f64; 3] = [0.1, 0.4, 1e-4];
@@ -70,16 +70,23 @@ pub(super) struct Tracer<'a> {
     pub(super) corrections: usize,
     /// Steps along the curve so far.
     pub(super) steps: usize,
+    max_steps: usize,
 }
 
 impl<'a> Tracer<'a> {
-    pub(super) fn new(map: &'a mut dyn EndMap, homotopy: &'a Homotopy, scale: f64) -> Self {
+    pub(super) fn new(
+        map: &'a mut dyn EndMap,
+        homotopy: &'a Homotopy,
+        scale: f64,
+        max_steps: usize,
+    ) -> Self {
         Tracer {
             map,
             homotopy,
             scale: scale.max(1.0),
             corrections: 0,
             steps: 0,
+            max_steps,
         }
     }
 
@@ -98,7 +105,7 @@ impl<'a> Tracer<'a> {
         let Some(mut from) = self.first(start)? else {
             return Ok(());
         };
-        while self.steps < MAX_STEPS && step >= shortest && !self.map.exhausted() {
+        while self.steps < self.max_steps && step >= shortest && !self.map.exhausted() {
             self.steps += 1;
             let Some((to, corrections)) = self.advance(&from, step)? else {
                 step *= 0.4;

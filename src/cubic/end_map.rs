@@ -20,7 +20,7 @@ pub(super) struct WorkLimit {
 /// Hard problems of the sizes of `tests/boundary.rs` take at most a tenth of it.
 pub(super) const MAX_WORK: WorkLimit = WorkLimit {
     least: 2e7,
-    jacobians: 100.0,
+    jacobians: 400.0,
 };
 
 impl WorkLimit {

@@ -3,7 +3,7 @@
 use faer::MatRef;
 
 use super::boundary::{BoundaryOptions, BoundaryStrategy, Solution, Solver, first_start};
-use super::continuation::{Next, norm};
+use super::continuation::{MAX_STEPS, Next, norm};
 use super::guess::FlatData;
 use super::homotopy::Homotopy;
 use super::problem::Problem;
@@ -121,8 +121,10 @@ fn search(
         starts.extend(turned.iter().map(|flat| problem.start_of(flat)));
     }
     starts.extend((0..options.starts).map(|i| solver.scattered(start, i, &mut random)));
-    for y in starts {
-        newton(solver, y, options, found)?;
+    for mut y in starts {
+        if solver.restarted(&mut y)? {
+            found.add((y, solver.report(BoundaryStrategy::Direct)));
+        }
     }
     let size = norm(start);
     if let Ok(homotopy) = Homotopy::growing(problem) {
@@ -165,21 +167,6 @@ fn search(
     Ok(())
 }
 
-/// The solution that Newton's method finds, if any.
-fn newton(
-    solver: &mut Solver<'_>,
-    mut y: Vec<f64>,
-    options: &SearchOptions<'_>,
-    found: &mut Found,
-) -> Result<()> {
-    match solver.newton(&mut y, options.boundary.max_iterations) {
-        Ok(true) => found.add((y, solver.report(BoundaryStrategy::Direct))),
-        Err(error @ Error::Interrupted { .. }) => return Err(error),
-        Ok(false) | Err(_) => {}
-    }
-    Ok(())
-}
-
 /// All solutions that a family passes.
 fn follow(
     solver: &mut Solver<'_>,
@@ -190,7 +177,7 @@ fn follow(
     found: &mut Found,
 ) -> Result<()> {
     let mut passed = Vec::new();
-    solver.follow(homotopy, from, size, |y| {
+    solver.follow(homotopy, from, size, MAX_STEPS, |y| {
         passed.push(y.to_vec());
         Next::Continue
     })?;

@@ -66,6 +66,9 @@ const FORCING: f64 = 0.1;
 /// Work of a step on dual numbers, in steps on plain numbers.
 pub(super) const DUAL_WORK: f64 = 4.0;
 
+/// The same with one direction.
+const SINGLE_WORK: f64 = 2.0;
+
 /// Taylor steps that one integration may take: curves that need more are too fast to be shot.
 const MAX_STEPS: usize = 4_000;
 
@@ -288,8 +291,9 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
             .get_or_insert_with(|| March::new(self.blocks, Accuracy::FULL));
         march.accuracy = Accuracy::of_tolerance(ACCURACY_SHARE * forcing);
         let (target, interrupt) = (&self.target, self.interrupt);
-        let mut failure = None;
+        let (mut failure, mut products) = (None, 0.0);
         let mut apply = |direction: &[f64], image: &mut [f64]| {
+            products += 1.0;
             let slopes = flat_inverse(direction);
             let unknown: Vec<Dual<1>> = y
                 .iter()
@@ -313,6 +317,7 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
         };
         let mut step = found.equations.clone();
         Gmres::new(y.len()).solve(&mut step, forcing, &mut apply);
+        self.work += products * SINGLE_WORK * work_of_step(self.blocks) * self.plain.steps as f64;
         if let Some(error) = failure {
             return Err(error);
         }
