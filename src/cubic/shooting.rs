@@ -271,8 +271,9 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
             for direction in first..last {
                 unknown[direction].slope[direction - first] = 1.0;
             }
-            let found = evaluate(march, &self.target, &unknown, self.interrupt)?;
+            let outcome = evaluate(march, &self.target, &unknown, self.interrupt);
             self.work += DUAL_WORK * work_of_step(self.blocks) * march.steps as f64;
+            let found = outcome?;
             for (row, equation) in found.equations.iter().enumerate() {
                 for column in first..last {
                     jacobian[(row, column)] = equation.slope[column - first];
@@ -291,9 +292,8 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
             .get_or_insert_with(|| March::new(self.blocks, Accuracy::FULL));
         march.accuracy = Accuracy::of_tolerance(ACCURACY_SHARE * forcing);
         let (target, interrupt) = (&self.target, self.interrupt);
-        let (mut failure, mut products) = (None, 0.0);
+        let (mut failure, mut steps) = (None, 0);
         let mut apply = |direction: &[f64], image: &mut [f64]| {
-            products += 1.0;
             let slopes = flat_inverse(direction);
             let unknown: Vec<Dual<1>> = y
                 .iter()
@@ -303,7 +303,9 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
                     slope: [*s],
                 })
                 .collect();
-            match evaluate(march, target, &unknown, interrupt) {
+            let outcome = evaluate(march, target, &unknown, interrupt);
+            steps += march.steps;
+            match outcome {
                 Ok(found) => {
                     for (image, equation) in image.iter_mut().zip(&found.equations) {
                         *image = equation.slope[0];
@@ -317,7 +319,7 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
         };
         let mut step = found.equations.clone();
         Gmres::new(y.len()).solve(&mut step, forcing, &mut apply);
-        self.work += products * SINGLE_WORK * work_of_step(self.blocks) * self.plain.steps as f64;
+        self.work += SINGLE_WORK * work_of_step(self.blocks) * steps as f64;
         if let Some(error) = failure {
             return Err(error);
         }
