@@ -34,14 +34,9 @@ impl RiemannianCubic {
         };
         let (r, k) = (self.path.r(), self.k());
         let [x, a, second] = self.vectors(state);
-        let bracket = x.bracket(&a);
-        let half = faer::Scale(0.5);
-        let jerk = Horizontal {
-            omega: second.omega + bracket.omega * half,
-            normal: second.normal + bracket.normal * half,
-        };
-        let s = Mat::from_fn(r, k, |i, j| state.s[i + r * j]);
-        let e = Mat::from_fn(r, r - k, |i, j| state.e[i + r * j]);
+        let jerk = second.plus_bracket(0.5, &x, &a);
+        let s = Mat::from_fn(r, k, |i, j| state.s()[i + r * j]);
+        let e = Mat::from_fn(r, r - k, |i, j| state.e()[i + r * j]);
         let tangent = |x: &Horizontal, order: usize| {
             let v = &s * &x.omega + &e * &x.normal;
             self.lifted(self.in_curve_time(v, order))
@@ -105,8 +100,8 @@ impl RiemannianCubic {
             (false, false) => turning[(i - k, j - k)],
         });
         let g = self.lifted(Mat::from_fn(r, r, |i, j| match j.checked_sub(k) {
-            None => start.s[i + r * j],
-            Some(j) => start.e[i + r * j],
+            None => start.s()[i + r * j],
+            Some(j) => start.e()[i + r * j],
         }));
         let momentum = &g * self.in_curve_time(mu, 3) * g.transpose();
         check_range("momentum", momentum.as_ref())?;
@@ -132,8 +127,8 @@ impl RiemannianCubic {
     fn vectors(&self, state: &State) -> [Horizontal; 3] {
         let (k, m) = (self.k(), self.path.r() - self.k());
         std::array::from_fn(|i| Horizontal {
-            omega: Mat::from_fn(k, k, |row, col| state.omega[i][row + k * col]),
-            normal: Mat::from_fn(m, k, |row, col| state.b[i][row + m * col]),
+            omega: Mat::from_fn(k, k, |row, col| state.omega(i)[row + k * col]),
+            normal: Mat::from_fn(m, k, |row, col| state.b(i)[row + m * col]),
         })
     }
 }

@@ -84,10 +84,10 @@ impl<B: Blocks, const N: usize> EndMap for Shooting<'_, B, N> {
         let (m, k) = (self.blocks.normals(), self.blocks.k());
         let (rows, normals) = (self.blocks.r::<f64>(), self.blocks.m::<f64>());
         let (r, series) = (m + k, &self.plain.series);
-        let s = Mat::from_fn(r, k, |i, j| series.s[i + rows * j]);
-        let e = Mat::from_fn(r, m, |i, j| series.e[i + rows * j]);
-        let omega = Mat::from_fn(k, k, |i, j| series.omega[0][i + k * j]);
-        let b = Mat::from_fn(m, k, |i, j| series.b[0][i + normals * j]);
+        let s = Mat::from_fn(r, k, |i, j| series.s()[i + rows * j]);
+        let e = Mat::from_fn(r, m, |i, j| series.e()[i + rows * j]);
+        let omega = Mat::from_fn(k, k, |i, j| series.omega(0)[i + k * j]);
+        let b = Mat::from_fn(m, k, |i, j| series.b(0)[i + normals * j]);
         let v = &s * omega + e * b;
         Ok([s, v])
     }

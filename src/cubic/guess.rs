@@ -104,11 +104,7 @@ impl FlatData {
             normal: normal_j,
         };
         // j = x'' + [x, x']_m / 2.
-        let bracket = velocity.bracket(&acceleration);
-        let second = Horizontal {
-            omega: &jerk.omega - bracket.omega * Scale(0.5),
-            normal: &jerk.normal - bracket.normal * Scale(0.5),
-        };
+        let second = jerk.plus_bracket(-0.5, velocity, &acceleration);
         [acceleration, second]
     }
 }

@@ -1,10 +1,11 @@
 //! Initial data of a Riemannian cubic, in the coordinates of a frame of their span.
 
-use faer::{Mat, MatRef, Scale};
+use faer::reborrow::{Reborrow, ReborrowMut};
+use faer::{ColMut, ColRef, Mat, MatRef};
 
-use crate::curve::span::Span;
 use crate::error::Result;
-use crate::linalg::product::mul_into;
+use crate::linalg::decomp::thin_q;
+use crate::linalg::product::{mul_add, mul_into};
 use crate::linalg::structure::norm;
 use crate::manifold::stiefel::{POINT_TOLERANCE, Stiefel, TANGENT_TOLERANCE};
 
@@ -22,9 +23,53 @@ impl Horizontal {
         let (r, k) = v.shape();
         let mut all = Mat::zeros(r, k);
         mul_into(&mut all, 1.0, g.transpose(), v);
-        let omega = Mat::from_fn(k, k, |i, j| 0.5 * (all[(i, j)] - all[(j, i)]));
-        let normal = all.as_ref().subrows(k, r - k).to_owned();
-        Horizontal { omega, normal }
+        Self::of_coordinates(all.as_ref())
+    }
+
+    /// The vector of `m` whose tangent vector at the first columns of the identity is `v`, of shape `(r, k)`.
+    fn of_coordinates(v: MatRef<'_, f64>) -> Self {
+        let (r, k) = v.shape();
+        Horizontal {
+            omega: Mat::from_fn(k, k, |i, j| 0.5 * (v[(i, j)] - v[(j, i)])),
+            normal: v.subrows(k, r - k).to_owned(),
+        }
+    }
+
+    /// `<a, b> = tr(omega_a^T omega_b) / 2 + tr(b_a^T b_b)`.
+    pub(crate) fn inner(&self, other: &Self) -> f64 {
+        let product = |a: &Mat<f64>, b: &Mat<f64>| {
+            a.col_iter()
+                .zip(b.col_iter())
+                .map(|(a, b)| a.transpose() * b)
+                .sum::<f64>()
+        };
+        0.5 * product(&self.omega, &other.omega) + product(&self.normal, &other.normal)
+    }
+
+    /// `[a, b]_m`.
+    pub(crate) fn bracket(&self, other: &Self) -> Self {
+        let (m, k) = self.normal.shape();
+        let zero = Horizontal {
+            omega: Mat::zeros(k, k),
+            normal: Mat::zeros(m, k),
+        };
+        zero.plus_bracket(1.0, self, other)
+    }
+
+    /// `c + factor [a, b]_m`.
+    pub(crate) fn plus_bracket(mut self, factor: f64, a: &Self, b: &Self) -> Self {
+        let k = a.omega.nrows();
+        let mut square = Mat::zeros(k, k);
+        mul_into(&mut square, factor, &a.omega, &b.omega);
+        mul_add(&mut square, -factor, a.normal.transpose(), &b.normal);
+        for j in 0..k {
+            for i in 0..k {
+                self.omega[(i, j)] += square[(i, j)] - square[(j, i)];
+            }
+        }
+        mul_add(&mut self.normal, factor, &a.normal, &b.omega);
+        mul_add(&mut self.normal, -factor, &b.normal, &a.omega);
+        self
     }
 }
 
@@ -54,7 +99,7 @@ impl InitialData {
         j: MatRef<'_, f64>,
     ) -> Result<Self> {
         check(s, [v, a, j])?;
-        Ok(Self::of_checked([s, v, a, j]))
+        Ok(Self::of_checked([s, v, a, j], 1.0))
     }
 
     /// The same data per unit of their natural time, and how many of these units a unit of time has.
@@ -80,28 +125,43 @@ impl InitialData {
                 .clamp(-LARGEST_POWER, LARGEST_POWER)
                 .exp2(),
         };
-        let unit = 1.0 / rate;
-        let slower = |a: &Mat<f64>| a * Scale(unit);
-        let velocity = slower(&v.to_owned());
-        let acceleration = slower(&slower(&a.to_owned()));
-        let jerk = slower(&slower(&slower(&j.to_owned())));
-        let data = [s, velocity.as_ref(), acceleration.as_ref(), jerk.as_ref()];
-        Ok((Self::of_checked(data), rate))
+        Ok((Self::of_checked([s, v, a, j], 1.0 / rate), rate))
     }
 
-    fn of_checked(data: [MatRef<'_, f64>; 4]) -> Self {
-        let [s, v, a, j] = data;
-        let span = Span::of(&data);
-        let g = complete(span.down(s).as_ref());
-        let horizontal = |vector| Horizontal::of_tangent(g.as_ref(), span.down(vector).as_ref());
-        let (velocity, acceleration, jerk) = (horizontal(v), horizontal(a), horizontal(j));
-        InitialData {
-            frame: span.into_basis(),
-            g,
-            velocity,
-            acceleration,
-            jerk,
+    /// Per unit of a time that is `unit` of the given one, a power of two.
+    fn of_checked(data: [MatRef<'_, f64>; 4], unit: f64) -> Self {
+        let (n, k) = data[0].shape();
+        let mut low = Mat::zeros(n, 4 * k);
+        for (order, matrix) in data.into_iter().enumerate() {
+            for j in 0..k {
+                for i in 0..n {
+                    // One factor after the other: their product may underflow.
+                    low[(i, order * k + j)] = (0..order).fold(matrix[(i, j)], |x, _| x * unit);
+                }
+            }
         }
+        let frame = (n > 4 * k).then(|| thin_q(low.as_ref()));
+        if let Some(frame) = &frame {
+            low = frame.transpose() * low;
+        }
+        let (s, vectors) = low.as_ref().split_at_col(k);
+        let g = complete(s);
+        let mut all = Mat::zeros(low.nrows(), 3 * k);
+        mul_into(&mut all, 1.0, g.transpose(), vectors);
+        let horizontal = |i: usize| Horizontal::of_coordinates(all.as_ref().subcols(i * k, k));
+        InitialData {
+            frame,
+            velocity: horizontal(0),
+            acceleration: horizontal(1),
+            jerk: horizontal(2),
+            g,
+        }
+    }
+
+    /// `x'' = j - [v, a]_m / 2`.
+    pub(crate) fn second(&self) -> Horizontal {
+        let jerk = self.jerk.clone();
+        jerk.plus_bracket(-0.5, &self.velocity, &self.acceleration)
     }
 }
 
@@ -122,50 +182,49 @@ fn check(s: MatRef<'_, f64>, vectors: [MatRef<'_, f64>; 3]) -> Result<()> {
 /// By Householder reflections, written out: `r` is at most `4k`, and often three.
 pub(crate) fn complete(s: MatRef<'_, f64>) -> Mat<f64> {
     let (r, k) = s.shape();
-    let mut rest = s.to_owned();
     let mut g = Mat::<f64>::identity(r, r);
-    let mut reflections = Mat::<f64>::zeros(r, k);
-    let mut signs = vec![1.0; k];
+    let mut reflections = s.to_owned();
     for j in 0..k {
-        let length = (j..r).map(|i| rest[(i, j)].powi(2)).sum::<f64>().sqrt();
-        // Away from cancellation; the column becomes `-sign length` times a unit vector.
-        let sign = if rest[(j, j)] < 0.0 { -1.0 } else { 1.0 };
-        signs[j] = -sign;
-        for i in j..r {
-            reflections[(i, j)] = rest[(i, j)];
-        }
-        reflections[(j, j)] += sign * length;
-        for col in j..k {
-            reflect(&reflections, j, &mut rest, col);
+        let length = (j..r).map(|i| reflections[(i, j)].powi(2)).sum::<f64>();
+        // Away from cancellation; the column becomes minus that sign times its length times a unit vector.
+        reflections[(j, j)] += sign(reflections[(j, j)]) * length.sqrt();
+        for col in j + 1..k {
+            let (column, mut rest) = reflections.as_mut().split_at_col_mut(j + 1);
+            reflect(column.rb().col(j), j, rest.rb_mut().col_mut(col - j - 1));
         }
     }
     for j in (0..k).rev() {
         for col in j..r {
-            reflect(&reflections, j, &mut g, col);
+            reflect(reflections.col(j), j, g.col_mut(col));
         }
     }
     for j in 0..k {
+        let sign = -sign(reflections[(j, j)]);
         for i in 0..r {
-            g[(i, j)] *= signs[j];
+            g[(i, j)] *= sign;
         }
     }
     g
 }
 
-/// Reflects a column of `a` at the hyperplane orthogonal to column `j` of `reflections`, which is zero above the diagonal.
-fn reflect(reflections: &Mat<f64>, j: usize, a: &mut Mat<f64>, col: usize) {
+fn sign(x: f64) -> f64 {
+    if x < 0.0 { -1.0 } else { 1.0 }
+}
+
+/// Reflects a vector at the hyperplane orthogonal to another, which counts from entry `first` on.
+fn reflect(normal: ColRef<'_, f64>, first: usize, mut a: ColMut<'_, f64>) {
     let r = a.nrows();
     let (mut product, mut square) = (0.0, 0.0);
-    for i in j..r {
-        product += reflections[(i, j)] * a[(i, col)];
-        square += reflections[(i, j)].powi(2);
+    for i in first..r {
+        product += normal[i] * a[i];
+        square += normal[i].powi(2);
     }
     let factor = if square > 0.0 {
         2.0 * product / square
     } else {
         0.0
     };
-    for i in j..r {
-        a[(i, col)] -= factor * reflections[(i, j)];
+    for i in first..r {
+        a[i] -= factor * normal[i];
     }
 }

@@ -25,6 +25,7 @@ mod continuation;
 mod derivative;
 mod end_map;
 mod frame_flow;
+mod fused;
 mod guess;
 mod homotopy;
 mod initial;

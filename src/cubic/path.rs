@@ -22,48 +22,75 @@ const SLACK: f64 = 8.0 * f64::EPSILON;
 #[derive(Debug, Clone)]
 pub(crate) struct State {
     pub(crate) time: f64,
-    /// The first `k` columns of the frame, shape `(r, k)`.
-    pub(crate) s: Vec<f64>,
-    /// The others, shape `(r, m)`.
-    pub(crate) e: Vec<f64>,
-    /// `omega, omega', omega''`, shape `(k, k)`.
-    pub(crate) omega: [Vec<f64>; 3],
-    /// `b, b', b''`, shape `(m, k)`.
-    pub(crate) b: [Vec<f64>; 3],
+    blocks: Sized,
+    /// `s, e`, then `omega` and `b`, `omega'` and `b'`, `omega''` and `b''`.
+    entries: Vec<f64>,
 }
 
 impl State {
-    /// At time 0, from initial data: `x'' = j - [v, a]_m / 2`.
-    pub(crate) fn of_data(data: &InitialData) -> Self {
-        let k = data.velocity.omega.nrows();
-        let entries = |a: &Mat<f64>| a.col_iter().flat_map(|c| c.iter().copied()).collect();
-        let (v, a, j) = (&data.velocity, &data.acceleration, &data.jerk);
-        let bracket = v.bracket(a);
-        let half = faer::Scale(0.5);
-        let second = Horizontal {
-            omega: &j.omega - &bracket.omega * half,
-            normal: &j.normal - &bracket.normal * half,
-        };
-        let g: Vec<f64> = entries(&data.g);
-        let (s, e) = g.split_at(data.g.nrows() * k);
+    /// At time 0, from an orthogonal frame of shape `(r, r)` and `x, x', x''`.
+    pub(crate) fn new(g: &Mat<f64>, derivatives: [&Horizontal; 3]) -> Self {
+        let (m, k) = derivatives[0].normal.shape();
+        let r = m + k;
+        let mut entries = Vec::with_capacity(r * (r + 3 * k));
+        let matrices = derivatives.iter().flat_map(|x| [&x.omega, &x.normal]);
+        for matrix in std::iter::once(g).chain(matrices) {
+            for column in matrix.col_iter() {
+                entries.extend(column.iter());
+            }
+        }
         State {
             time: 0.0,
-            s: s.to_vec(),
-            e: e.to_vec(),
-            omega: [&v.omega, &a.omega, &second.omega].map(entries),
-            b: [&v.normal, &a.normal, &second.normal].map(entries),
+            blocks: Sized { m, k },
+            entries,
         }
+    }
+
+    /// At time 0, from initial data: `x'' = j - [v, a]_m / 2`.
+    pub(crate) fn of_data(data: &InitialData) -> Self {
+        let (v, a) = (&data.velocity, &data.acceleration);
+        Self::new(&data.g, [v, a, &data.second()])
+    }
+
+    /// The first `k` columns of the frame, shape `(r, k)`.
+    pub(crate) fn s(&self) -> &[f64] {
+        let Sized { m, k } = self.blocks;
+        &self.entries[..(m + k) * k]
+    }
+
+    /// The others, shape `(r, m)`.
+    pub(crate) fn e(&self) -> &[f64] {
+        let Sized { m, k } = self.blocks;
+        &self.entries[(m + k) * k..][..(m + k) * m]
+    }
+
+    /// `omega` or a derivative, shape `(k, k)`.
+    pub(crate) fn omega(&self, derivative: usize) -> &[f64] {
+        &self.entries[self.vector(derivative)..][..self.blocks.k * self.blocks.k]
+    }
+
+    /// `b` or a derivative, shape `(m, k)`.
+    pub(crate) fn b(&self, derivative: usize) -> &[f64] {
+        let Sized { m, k } = self.blocks;
+        &self.entries[self.vector(derivative) + k * k..][..m * k]
+    }
+
+    /// Where `x` or a derivative begins.
+    fn vector(&self, derivative: usize) -> usize {
+        let r = self.blocks.m + self.blocks.k;
+        r * (r + derivative * self.blocks.k)
     }
 
     /// Writes the state where a march starts from.
     fn load(&self, blocks: impl Blocks, series: &mut Series<f64>) {
         let (k, m) = (blocks.k(), blocks.normals());
         let (rows, normals) = (blocks.r::<f64>(), blocks.m::<f64>());
-        copy_columns(&mut series.s, rows, &self.s, m + k, k);
-        copy_columns(&mut series.e, rows, &self.e, m + k, m);
+        let parts = series.parts();
+        copy_columns(parts.s, rows, self.s(), m + k, k);
+        copy_columns(parts.e, rows, self.e(), m + k, m);
         for i in 0..3 {
-            copy_columns(&mut series.omega[i], k, &self.omega[i], k, k);
-            copy_columns(&mut series.b[i], normals, &self.b[i], m, k);
+            copy_columns(parts.omega[i], k, self.omega(i), k, k);
+            copy_columns(parts.b[i], normals, self.b(i), m, k);
         }
     }
 
@@ -72,11 +99,15 @@ impl State {
         let (k, m) = (blocks.k(), blocks.normals());
         let (rows, normals) = (blocks.r::<f64>(), blocks.m::<f64>());
         self.time = time;
-        copy_columns(&mut self.s, m + k, &series.s, rows, k);
-        copy_columns(&mut self.e, m + k, &series.e, rows, m);
-        for i in 0..3 {
-            copy_columns(&mut self.omega[i], k, &series.omega[i], k, k);
-            copy_columns(&mut self.b[i], m, &series.b[i], normals, k);
+        let (r, size) = (m + k, (m + k) * k);
+        let (frame, vectors) = self.entries.split_at_mut(r * r);
+        let (s, e) = frame.split_at_mut(size);
+        copy_columns(s, r, series.s(), rows, k);
+        copy_columns(e, r, series.e(), rows, m);
+        for (i, vector) in vectors.chunks_exact_mut(size).enumerate() {
+            let (omega, b) = vector.split_at_mut(k * k);
+            copy_columns(omega, k, series.omega(i), k, k);
+            copy_columns(b, m, series.b(i), normals, k);
         }
     }
 }
@@ -113,10 +144,9 @@ pub(crate) struct Path {
 
 impl Path {
     /// No pieces yet: the curve at the time of its state.
-    pub(crate) fn at(state: State, k: usize, accuracy: Accuracy) -> Self {
-        let r = state.s.len() / k;
+    pub(crate) fn at(state: State, accuracy: Accuracy) -> Self {
         Path {
-            blocks: Sized { m: r - k, k },
+            blocks: state.blocks,
             accuracy,
             pieces: Vec::new(),
             points: Vec::new(),
@@ -196,10 +226,10 @@ impl Path {
                 upper: start.max(end),
                 center: start,
             });
-            points.extend_from_slice(&series.s[..size * rk]);
+            points.extend_from_slice(&series.s()[..size * rk]);
             for j in 0..size {
-                vectors.extend_from_slice(&series.omega[0][block(j, k2)]);
-                let b = &series.b[0][block(j, normals * k)];
+                vectors.extend_from_slice(&series.omega(0)[block(j, k2)]);
+                let b = &series.b(0)[block(j, normals * k)];
                 for col in 0..k {
                     vectors.extend_from_slice(&b[normals * col..][..m]);
                 }

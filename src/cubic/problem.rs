@@ -108,12 +108,7 @@ impl Problem {
             Result::Ok(Horizontal::of_tangent(self.g.as_ref(), low.as_ref()))
         };
         let (a, j) = (horizontal("A", a)?, horizontal("J", j)?);
-        let bracket = self.velocity.bracket(&a);
-        let half = faer::Scale(0.5);
-        let second = Horizontal {
-            omega: &j.omega - bracket.omega * half,
-            normal: &j.normal - bracket.normal * half,
-        };
+        let second = j.plus_bracket(-0.5, &self.velocity, &a);
         Ok(pack(&[a, second]))
     }
 
@@ -161,19 +156,9 @@ impl Problem {
     /// # Errors
     /// `NoConvergence`, `Overflow`, `Interrupted`.
     pub(super) fn path(&self, y: &[f64], interrupt: Interrupt<'_>) -> Result<Path> {
-        let (r, k) = (self.g.nrows(), self.k);
         let [a, second] = unpack(y, self.blocks());
-        let g = entries(&self.g);
-        let (s, e) = g.split_at(r * k);
-        let vectors = [&self.velocity, &a, &second];
-        let state = State {
-            time: 0.0,
-            s: s.to_vec(),
-            e: e.to_vec(),
-            omega: vectors.map(|v| entries(&v.omega)),
-            b: vectors.map(|v| entries(&v.normal)),
-        };
-        let mut path = Path::at(state, k, Accuracy::FULL);
+        let state = State::new(&self.g, [&self.velocity, &a, &second]);
+        let mut path = Path::at(state, Accuracy::FULL);
         path.extend_to(1.0, interrupt)?;
         Ok(path)
     }

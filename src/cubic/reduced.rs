@@ -13,6 +13,7 @@
 //! products of blocks of at most `r x k`: no commutator of `r x r` matrices is formed. A coefficient of order `j + 1`
 //! takes `j + 1` products of each kind, `k (4 m k + r k + 2 r m)` multiplications together.
 
+use super::fused;
 use crate::linalg::dual::Number;
 
 /// Sizes of the blocks: `omega` is `(k, k)`, `b` is `(m, k)`, `s` is `(r, k)`, `e` is `(r, m)`.
@@ -91,54 +92,147 @@ impl Blocks for Sized {
 /// Taylor coefficients of `(s, e)` and of `x, x', x''`; blocks of one quantity one after the other, column by column.
 #[derive(Debug, Clone)]
 pub(crate) struct Series<T> {
-    pub(crate) s: Vec<T>,
-    pub(crate) e: Vec<T>,
+    /// All quantities one after the other, in the order of [`Parts`]: one allocation.
+    entries: Vec<T>,
+    lengths: [usize; PARTS],
+}
+
+const PARTS: usize = 16;
+
+/// The quantities of a [`Series`].
+pub(crate) struct Parts<'a, T> {
+    pub(crate) s: &'a mut [T],
+    pub(crate) e: &'a mut [T],
     /// Of `omega, omega', omega''`.
-    pub(crate) omega: [Vec<T>; 3],
+    pub(crate) omega: [&'a mut [T]; 3],
     /// Of `b, b', b''`.
-    pub(crate) b: [Vec<T>; 3],
+    pub(crate) b: [&'a mut [T]; 3],
     /// Of `b^T b`.
-    p: Vec<T>,
+    pub(super) p: &'a mut [T],
     /// Of `b'^T b`.
-    n: Vec<T>,
+    pub(super) n: &'a mut [T],
     /// Of `n - omega''`.
-    q: Vec<T>,
-    square: Vec<T>,
-    tall: Vec<T>,
-    frame: Vec<T>,
+    pub(super) q: &'a mut [T],
+    /// Of `b` and `omega`, from the highest order down, where [`fused`] wants them.
+    pub(super) b_down: &'a mut [T],
+    pub(super) omega_down: &'a mut [T],
+    square: &'a mut [T],
+    tall: &'a mut [T],
+    frame: &'a mut [T],
 }
 
 impl<T: Number> Series<T> {
     /// Zero coefficients up to the given order.
     pub(crate) fn zeros(blocks: impl Blocks, order: usize) -> Self {
         let (r, m, k) = (blocks.r::<T>(), blocks.m::<T>(), blocks.k());
-        let series = |block: usize| vec![T::ZERO; block * (order + 1)];
+        let series = |block: usize| block * (order + 1);
+        let (square, tall) = (series(k * k), series(m * k));
+        let fused = fused::fits::<T, _>(blocks);
+        let lengths = [
+            series(r * k),
+            series(r * m),
+            square,
+            square,
+            square,
+            tall,
+            tall,
+            tall,
+            square,
+            square,
+            square,
+            if fused { tall } else { 0 },
+            if fused { square } else { 0 },
+            k * k,
+            m * k,
+            r * m.max(k),
+        ];
         Series {
-            s: series(r * k),
-            e: series(r * m),
-            omega: [series(k * k), series(k * k), series(k * k)],
-            b: [series(m * k), series(m * k), series(m * k)],
-            p: series(k * k),
-            n: series(k * k),
-            q: series(k * k),
-            square: vec![T::ZERO; k * k],
-            tall: vec![T::ZERO; m * k],
-            frame: vec![T::ZERO; r * m.max(k)],
+            entries: vec![T::ZERO; lengths.iter().sum()],
+            lengths,
         }
+    }
+
+    #[inline(always)]
+    pub(crate) fn parts(&mut self) -> Parts<'_, T> {
+        let mut rest = self.entries.as_mut_slice();
+        let [
+            s,
+            e,
+            o0,
+            o1,
+            o2,
+            b0,
+            b1,
+            b2,
+            p,
+            n,
+            q,
+            b_down,
+            omega_down,
+            square,
+            tall,
+            frame,
+        ] = self
+            .lengths
+            .map(|length| rest.split_off_mut(..length).expect("lengths add up"));
+        Parts {
+            s,
+            e,
+            omega: [o0, o1, o2],
+            b: [b0, b1, b2],
+            p,
+            n,
+            q,
+            b_down,
+            omega_down,
+            square,
+            tall,
+            frame,
+        }
+    }
+
+    pub(crate) fn s(&self) -> &[T] {
+        self.part(0)
+    }
+
+    pub(crate) fn e(&self) -> &[T] {
+        self.part(1)
+    }
+
+    /// Of `omega` or a derivative.
+    pub(crate) fn omega(&self, derivative: usize) -> &[T] {
+        self.part(2 + derivative)
+    }
+
+    /// Of `b` or a derivative.
+    pub(crate) fn b(&self, derivative: usize) -> &[T] {
+        self.part(5 + derivative)
+    }
+
+    #[inline(always)]
+    fn part(&self, which: usize) -> &[T] {
+        let start = self.lengths[..which].iter().sum();
+        &self.entries[start..][..self.lengths[which]]
     }
 
     /// Coefficients of orders `1..=order` from those of order 0.
     #[inline(always)]
     pub(crate) fn expand(&mut self, blocks: impl Blocks, order: usize) {
         let (m, k) = (blocks.m::<T>(), blocks.k());
-        let b = &self.b[0][..m * k];
-        gram(&mut self.p[..k * k], b, b, [m, k]);
-        gram(&mut self.n[..k * k], &self.b[1][..m * k], b, [m, k]);
+        let mut parts = self.parts();
+        if fused::fits::<T, _>(blocks) {
+            return fused::expand(&mut parts, blocks, order);
+        }
+        let b = &parts.b[0][..m * k];
+        gram(&mut parts.p[..k * k], b, b, [m, k]);
+        gram(&mut parts.n[..k * k], &parts.b[1][..m * k], b, [m, k]);
         for j in 0..order {
-            self.extend(blocks, j);
+            parts.extend(blocks, j);
         }
     }
+}
 
+impl<T: Number> Parts<'_, T> {
     /// The coefficients of order `j + 1` from those up to order `j`.
     #[inline(always)]
     fn extend<B: Blocks>(&mut self, blocks: B, j: usize) {
@@ -226,7 +320,7 @@ fn up_to(j: usize, size: usize) -> std::ops::Range<usize> {
 }
 
 #[inline(always)]
-fn write_scaled<T: Number>(out: &mut [T], a: &[T], factor: f64) {
+pub(super) fn write_scaled<T: Number>(out: &mut [T], a: &[T], factor: f64) {
     for (out, a) in out.iter_mut().zip(a) {
         *out = *a * factor;
     }
@@ -234,7 +328,13 @@ fn write_scaled<T: Number>(out: &mut [T], a: &[T], factor: f64) {
 
 /// The coefficient of order `j + 1` of a function from that of its derivative of order `j`.
 #[inline(always)]
-fn integrate<T: Number>(f: &mut [T], derivative: &[T], j: usize, size: usize, next: f64) {
+pub(super) fn integrate<T: Number>(
+    f: &mut [T],
+    derivative: &[T],
+    j: usize,
+    size: usize,
+    next: f64,
+) {
     write_scaled(
         &mut f[block(j + 1, size)],
         &derivative[block(j, size)],
@@ -293,7 +393,7 @@ fn convolve<T: Number, B: Blocks, const TRANSPOSED: bool>(
 
 /// `out += a b`, the second factor transposed or not.
 #[inline(always)]
-fn add_product<T: Number, const TRANSPOSED: bool>(
+pub(super) fn add_product<T: Number, const TRANSPOSED: bool>(
     out: &mut [T],
     a: &[T],
     b: &[T],

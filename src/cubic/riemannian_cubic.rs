@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use faer::{Mat, MatMut, MatRef, Scale};
+use faer::{Mat, MatMut, MatRef};
 
 use super::boundary::BoundaryReport;
 use super::clock::Clock;
-use super::initial::{Horizontal, InitialData};
+use super::initial::InitialData;
 use super::path::{Path, State};
 use super::taylor::Accuracy;
 use crate::curve::{
@@ -15,7 +15,6 @@ use crate::curve::{
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::jet::{Jet, ORDER};
-use crate::linalg::product::mul_into;
 use crate::linalg::simd::vectorised;
 use crate::linalg::structure::check_finite_scalar;
 use crate::report::SolverReport;
@@ -114,7 +113,7 @@ impl RiemannianCubic {
         check_size(s.ncols(), &data)?;
         let accuracy = Accuracy::of_tolerance(options.tolerance);
         let clock = Clock::new(rate);
-        let mut path = Path::at(State::of_data(&data), s.ncols(), accuracy);
+        let mut path = Path::at(State::of_data(&data), accuracy);
         // Never of length zero, however short: there is a piece.
         let smallest = f64::MIN_POSITIVE.copysign(options.t_end);
         let end = match clock.path_time(options.t_end) {
@@ -437,33 +436,4 @@ pub struct Workspace {
     /// The path continued beyond its ends, as far as it was asked for.
     beyond: Option<Path>,
     coefficients: [Vec<f64>; ORDER + 1],
-}
-
-impl Horizontal {
-    /// `<a, b> = tr(omega_a^T omega_b) / 2 + tr(b_a^T b_b)`.
-    pub(crate) fn inner(&self, other: &Self) -> f64 {
-        let product = |a: &Mat<f64>, b: &Mat<f64>| {
-            a.col_iter()
-                .zip(b.col_iter())
-                .map(|(a, b)| a.transpose() * b)
-                .sum::<f64>()
-        };
-        0.5 * product(&self.omega, &other.omega) + product(&self.normal, &other.normal)
-    }
-
-    /// `[a, b]_m`.
-    pub(crate) fn bracket(&self, other: &Self) -> Self {
-        let (a, b) = (self, other);
-        let (k, m) = (a.omega.nrows(), a.normal.nrows());
-        let mut square = Mat::zeros(k, k);
-        mul_into(&mut square, 1.0, &a.omega, &b.omega);
-        square -= a.normal.transpose() * &b.normal;
-        let mut normal = Mat::zeros(m, k);
-        mul_into(&mut normal, 1.0, &a.normal, &b.omega);
-        normal -= &b.normal * &a.omega;
-        Horizontal {
-            omega: &square - square.transpose() * Scale(1.0),
-            normal,
-        }
-    }
 }

@@ -406,30 +406,30 @@ fn evaluate<T: Number, B: Blocks>(
     };
     for (which, of) in target.end.iter().enumerate() {
         let upper: Vec<T> = (0..k * k)
-            .map(|i| component(&series.s[rows * (i % k)..][..r], &of[r * (i / k)..][..r]))
+            .map(|i| component(&series.s()[rows * (i % k)..][..r], &of[r * (i / k)..][..r]))
             .collect();
         for col in 0..k {
             for row in 0..k {
                 let expected = match which {
                     0 => f64::from(u8::from(row == col)),
-                    _ => series.omega[0][row + k * col].value(),
+                    _ => series.omega(0)[row + k * col].value(),
                 };
                 square += (upper[row + k * col].value() - expected).powi(2);
                 if row < col {
                     let skew = (upper[row + k * col] - upper[col + k * row]) * half;
                     equations.push(match which {
                         0 => skew,
-                        _ => skew - series.omega[0][row + k * col],
+                        _ => skew - series.omega(0)[row + k * col],
                     });
                 }
             }
         }
         for col in 0..k {
             for row in 0..m {
-                let lower = component(&series.e[rows * row..][..r], &of[r * col..][..r]);
+                let lower = component(&series.e()[rows * row..][..r], &of[r * col..][..r]);
                 let equation = match which {
                     0 => lower,
-                    _ => lower - series.b[0][row + normals * col],
+                    _ => lower - series.b(0)[row + normals * col],
                 };
                 square += equation.value().powi(2);
                 equations.push(equation);
@@ -453,7 +453,7 @@ fn start<T: Number, B: Blocks>(march: &mut March<T, B>, target: &Target, y: &[T]
     let (m, k) = (march.blocks.normals(), march.blocks.k());
     let (r, rows, normals) = (m + k, march.blocks.r::<T>(), march.blocks.m::<T>());
     (march.time, march.steps, march.max_steps) = (0.0, 0, MAX_STEPS);
-    let series = &mut march.series;
+    let series = march.series.parts();
     series.s[..rows * k].fill(T::ZERO);
     series.e[..rows * march.blocks.m::<T>()].fill(T::ZERO);
     for col in 0..r {
@@ -474,7 +474,7 @@ fn start<T: Number, B: Blocks>(march: &mut March<T, B>, target: &Target, y: &[T]
     }
     let mut entries = y.iter();
     for derivative in 1..3 {
-        let omega = &mut series.omega[derivative];
+        let omega = &mut *series.omega[derivative];
         for col in 0..k {
             omega[col + k * col] = T::ZERO;
             for row in 0..col {

@@ -143,8 +143,8 @@ impl<T: Number, B: Blocks> March<T, B> {
             })
         };
         let horizontal = |derivative: usize, j: usize| {
-            let omega = largest(&self.series.omega[derivative], j, k * k);
-            let b = largest(&self.series.b[derivative], j, m * k);
+            let omega = largest(self.series.omega(derivative), j, k * k);
+            let b = largest(self.series.b(derivative), j, m * k);
             if b <= omega { omega } else { b }
         };
         let rate = horizontal(0, 0)
@@ -152,7 +152,7 @@ impl<T: Number, B: Blocks> March<T, B> {
             .max(horizontal(2, 0).cbrt());
         let scale = rate * rate * rate;
         let limit = |j: usize| {
-            let point = largest(&self.series.s, j, r * k);
+            let point = largest(self.series.s(), j, r * k);
             let relative = horizontal(2, j) / if scale > 0.0 { scale } else { 1.0 };
             let size = if relative <= point { point } else { relative };
             (self.accuracy.truncation / size).powf(1.0 / j as f64)
@@ -175,12 +175,13 @@ impl<T: Number, B: Blocks> March<T, B> {
     fn advance(&mut self, step: f64) {
         let (r, m, k) = (self.blocks.r::<T>(), self.blocks.m::<T>(), self.blocks.k());
         let order = self.accuracy.order;
-        move_start(&mut self.series.s, r * k, order, step);
-        move_start(&mut self.series.e, r * m, order, step);
-        for series in &mut self.series.omega {
+        let parts = self.series.parts();
+        move_start(parts.s, r * k, order, step);
+        move_start(parts.e, r * m, order, step);
+        for series in parts.omega {
             move_start(series, k * k, order, step);
         }
-        for series in &mut self.series.b {
+        for series in parts.b {
             move_start(series, m * k, order, step);
         }
     }
@@ -208,10 +209,25 @@ fn move_start<T: Number>(series: &mut [T], size: usize, order: usize, t: f64) {
         return;
     }
     let (lower, top) = series[..size * (order + 1)].split_at_mut(size * order);
-    for coefficient in lower.chunks_exact(size).rev() {
-        for (sum, c) in top.iter_mut().zip(coefficient) {
+    if size <= T::REGISTERS {
+        let mut sums = [T::ZERO; FEW];
+        sums[..size].copy_from_slice(top);
+        horner(&mut sums[..size], lower, t);
+        return lower[..size].copy_from_slice(&sums[..size]);
+    }
+    horner(top, lower, t);
+    lower[..size].copy_from_slice(top);
+}
+
+/// The most that is kept in registers.
+const FEW: usize = 16;
+
+/// From the coefficients of the highest order to the value at `t`, in place.
+#[inline(always)]
+fn horner<T: Number>(sums: &mut [T], lower: &[T], t: f64) {
+    for coefficient in lower.chunks_exact(sums.len()).rev() {
+        for (sum, c) in sums.iter_mut().zip(coefficient) {
             *sum = *sum * t + *c;
         }
     }
-    lower[..size].copy_from_slice(top);
 }

@@ -75,22 +75,22 @@ impl Slopes {
         let velocity = |i: usize, j: usize| {
             let mut sum = Varied::ZERO;
             for l in 0..k {
-                sum += series.s[i + r * l] * series.omega[0][l + k * j];
+                sum += series.s()[i + r * l] * series.omega(0)[l + k * j];
             }
             for l in 0..m {
-                sum += series.e[i + r * l] * series.b[0][l + m * j];
+                sum += series.e()[i + r * l] * series.b(0)[l + m * j];
             }
             sum
         };
         for direction in 0..count {
-            let point = |i: usize, j: usize| series.s[i + r * j].slope[direction];
+            let point = |i: usize, j: usize| series.s()[i + r * j].slope[direction];
             self.points.push(Mat::from_fn(r, k, point));
             let rate = |i: usize, j: usize| velocity(i, j).slope[direction];
             self.velocities.push(Mat::from_fn(r, k, rate));
         }
         self.frame = Mat::from_fn(r, r, |i, j| match j.checked_sub(k) {
-            None => series.s[i + r * j].value,
-            Some(j) => series.e[i + r * j].value,
+            None => series.s()[i + r * j].value,
+            Some(j) => series.e()[i + r * j].value,
         });
     }
 }
@@ -100,13 +100,8 @@ fn start(march: &mut March<Varied, Sized>, data: &InitialData, directions: &[[Ho
     let Sized { m, k } = march.blocks;
     let r = m + k;
     (march.time, march.steps) = (0.0, 0);
-    let bracket = data.velocity.bracket(&data.acceleration);
-    let half = faer::Scale(0.5);
-    let second = Horizontal {
-        omega: &data.jerk.omega - bracket.omega * half,
-        normal: &data.jerk.normal - bracket.normal * half,
-    };
-    let series = &mut march.series;
+    let second = data.second();
+    let series = march.series.parts();
     for j in 0..r {
         for i in 0..r {
             let entry = Varied::constant(f64::from(u8::from(i == j)));

@@ -7,6 +7,11 @@ use faer::{Accum, MatMut, MatRef, Par};
 /// Below this number of multiplications plain loops beat the set-up of the blocked product.
 const SMALL: usize = 6 * 6 * 6;
 
+/// Whether plain loops multiply an `m x l` by an `l x n` matrix.
+pub fn is_small(m: usize, l: usize, n: usize) -> bool {
+    m * l * n <= SMALL
+}
+
 /// A matrix or a view of one, to be read.
 pub trait Readable: AsMatRef<T = f64, Rows = usize, Cols = usize> {}
 impl<M: AsMatRef<T = f64, Rows = usize, Cols = usize>> Readable for M {}
@@ -48,7 +53,7 @@ fn accumulate(
 ) {
     debug_assert_eq!(a.ncols(), b.nrows());
     debug_assert_eq!((dst.nrows(), dst.ncols()), (a.nrows(), b.ncols()));
-    if a.nrows() * a.ncols() * b.ncols() > SMALL {
+    if !is_small(a.nrows(), a.ncols(), b.ncols()) {
         return matmul(dst, beta, a, b, alpha, Par::Seq);
     }
     let mut dst = dst;

@@ -5,6 +5,7 @@ use faer::{Accum, Mat, MatRef, Par};
 use triangular::BlockStructure::{Rectangular, TriangularLower};
 
 use crate::error::{Error, Result};
+use crate::linalg::product::{is_small, mul_into};
 
 /// Sums of squares in this range have lost nothing to overflow or to denormals.
 pub(crate) const SAFE_SQUARES: std::ops::Range<f64> = 1e-280..1e280;
@@ -81,17 +82,21 @@ pub fn distance(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> f64 {
 pub fn orthonormality_defect(y: MatRef<'_, f64>) -> f64 {
     let k = y.ncols();
     let mut gram = Mat::zeros(k, k);
-    triangular::matmul(
-        gram.as_mut(),
-        TriangularLower,
-        Accum::Replace,
-        y.transpose(),
-        Rectangular,
-        y,
-        Rectangular,
-        1.0,
-        Par::Seq,
-    );
+    if is_small(k, y.nrows(), k) {
+        mul_into(&mut gram, 1.0, y.transpose(), y);
+    } else {
+        triangular::matmul(
+            gram.as_mut(),
+            TriangularLower,
+            Accum::Replace,
+            y.transpose(),
+            Rectangular,
+            y,
+            Rectangular,
+            1.0,
+            Par::Seq,
+        );
+    }
     let (mut diagonal, mut below) = (0.0, 0.0);
     for j in 0..k {
         let d: f64 = gram[(j, j)] - 1.0;

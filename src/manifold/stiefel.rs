@@ -5,6 +5,7 @@ use faer::{Mat, MatRef};
 use super::metric::Metric;
 use crate::error::{Error, Result};
 use crate::linalg::decomp::polar_factor;
+use crate::linalg::product::mul_into;
 use crate::linalg::skew_exp::check_skew;
 use crate::linalg::structure::{
     check_finite, check_shape, frobenius_inner, norm, orthonormality_defect, skew_defect,
@@ -131,7 +132,9 @@ impl Stiefel {
     ) -> Result<()> {
         self.check_matrices([("S", s), (name, v)])?;
         let tolerance = tolerance * norm(v).max(1.0);
-        let defect = skew_defect((s.transpose() * v).as_ref());
+        let mut product = Mat::zeros(self.k, self.k);
+        mul_into(&mut product, 1.0, s.transpose(), v);
+        let defect = skew_defect(product.as_ref());
         if defect <= tolerance {
             Ok(())
         } else {
