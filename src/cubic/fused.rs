@@ -43,9 +43,12 @@ fn extend<T: Number>(parts: &mut Parts<'_, T>, blocks: impl Blocks, order: usize
     let [omega, omega1, omega2] = &mut parts.omega;
     let [b, b1, b2] = &mut parts.b;
 
-    integrate(b, b1, j, mk, next);
-    integrate(b1, b2, j, mk, next);
-    parts.b_down[block(order - j - 1, mk)].copy_from_slice(&b[block(j + 1, mk)]);
+    // Not read back from where it was written: that would wait for the stores.
+    let vector = scaled(&b1[block(j, mk)], next);
+    b[block(j + 1, mk)].copy_from_slice(&vector[..mk]);
+    parts.b_down[block(order - j - 1, mk)].copy_from_slice(&vector[..mk]);
+    let rate = scaled(&b2[block(j, mk)], next);
+    b1[block(j + 1, mk)].copy_from_slice(&rate[..mk]);
     let n = &parts.n[block(j, k2)];
     for col in 0..k {
         for row in 0..k {
@@ -82,7 +85,7 @@ fn extend<T: Number>(parts: &mut Parts<'_, T>, blocks: impl Blocks, order: usize
             add_product::<T, false>(&mut square[..k2], omega2, omega, [k, k, k]);
         }
     }
-    add_gram(&mut gram, &b1[block(j + 1, mk)], &b[..mk], [m, k]);
+    add_gram(&mut gram, &rate[..mk], &b[..mk], [m, k]);
 
     for (to, (plus, minus)) in b2[block(j + 1, mk)].iter_mut().zip(plus.iter().zip(&minus)) {
         *to = (*plus - *minus) * next;
@@ -104,6 +107,13 @@ fn extend<T: Number>(parts: &mut Parts<'_, T>, blocks: impl Blocks, order: usize
             }
         }
     }
+}
+
+#[inline(always)]
+fn scaled<T: Number>(a: &[T], factor: f64) -> [T; FEW] {
+    let mut out = [T::ZERO; FEW];
+    write_scaled(&mut out, a, factor);
+    out
 }
 
 /// Adds the products of entries that [`fold_gram`] adds to `a^T b`, for `a` and `b` of shape `(m, k)`.

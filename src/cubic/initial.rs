@@ -1,8 +1,9 @@
 //! Initial data of a Riemannian cubic, in the coordinates of a frame of their span.
 
 use faer::reborrow::{Reborrow, ReborrowMut};
-use faer::{ColMut, ColRef, Mat, MatRef};
+use faer::{ColMut, ColRef, Mat, MatMut, MatRef};
 
+use super::reduced::Sized;
 use crate::error::Result;
 use crate::linalg::decomp::thin_q;
 use crate::linalg::product::{mul_add, mul_into};
@@ -23,15 +24,9 @@ impl Horizontal {
         let (r, k) = v.shape();
         let mut all = Mat::zeros(r, k);
         mul_into(&mut all, 1.0, g.transpose(), v);
-        Self::of_coordinates(all.as_ref())
-    }
-
-    /// The vector of `m` whose tangent vector at the first columns of the identity is `v`, of shape `(r, k)`.
-    fn of_coordinates(v: MatRef<'_, f64>) -> Self {
-        let (r, k) = v.shape();
         Horizontal {
-            omega: Mat::from_fn(k, k, |i, j| 0.5 * (v[(i, j)] - v[(j, i)])),
-            normal: v.subrows(k, r - k).to_owned(),
+            omega: Mat::from_fn(k, k, |i, j| 0.5 * (all[(i, j)] - all[(j, i)])),
+            normal: all.as_ref().subrows(k, r - k).to_owned(),
         }
     }
 
@@ -58,19 +53,35 @@ impl Horizontal {
 
     /// `c + factor [a, b]_m`.
     pub(crate) fn plus_bracket(mut self, factor: f64, a: &Self, b: &Self) -> Self {
-        let k = a.omega.nrows();
-        let mut square = Mat::zeros(k, k);
-        mul_into(&mut square, factor, &a.omega, &b.omega);
-        mul_add(&mut square, -factor, a.normal.transpose(), &b.normal);
-        for j in 0..k {
-            for i in 0..k {
-                self.omega[(i, j)] += square[(i, j)] - square[(j, i)];
-            }
-        }
-        mul_add(&mut self.normal, factor, &a.normal, &b.omega);
-        mul_add(&mut self.normal, -factor, &b.normal, &a.omega);
+        let c = [self.omega.as_mut(), self.normal.as_mut()];
+        add_bracket(c, factor, a.blocks(), b.blocks());
         self
     }
+
+    fn blocks(&self) -> [MatRef<'_, f64>; 2] {
+        [self.omega.as_ref(), self.normal.as_ref()]
+    }
+}
+
+/// `c += factor [a, b]_m`, each as `omega` and `normal`.
+pub(crate) fn add_bracket(
+    [mut omega, mut normal]: [MatMut<'_, f64>; 2],
+    factor: f64,
+    [a, a_normal]: [MatRef<'_, f64>; 2],
+    [b, b_normal]: [MatRef<'_, f64>; 2],
+) {
+    let k = a.nrows();
+    let mut square = vec![0.0; k * k];
+    let mut square = MatMut::from_column_major_slice_mut(&mut square, k, k);
+    mul_into(square.rb_mut(), factor, a, b);
+    mul_add(square.rb_mut(), -factor, a_normal.transpose(), b_normal);
+    for j in 0..k {
+        for i in 0..k {
+            omega[(i, j)] += square[(i, j)] - square[(j, i)];
+        }
+    }
+    mul_add(normal.rb_mut(), factor, a_normal, b);
+    mul_add(normal, -factor, b_normal, a);
 }
 
 /// Point, velocity, covariant acceleration and covariant jerk of a curve.
@@ -99,10 +110,43 @@ impl InitialData {
         j: MatRef<'_, f64>,
     ) -> Result<Self> {
         check(s, [v, a, j])?;
-        Ok(Self::of_checked([s, v, a, j], 1.0))
+        let data = Coordinates::of_checked([s, v, a, j], 1.0);
+        let (r, k) = (data.blocks.m + data.blocks.k, data.blocks.k);
+        let (g, vectors) = data.entries.split_at(r * r);
+        let horizontal = |i: usize| {
+            let (omega, normal) = vectors[i * r * k..][..r * k].split_at(k * k);
+            Horizontal {
+                omega: MatRef::from_column_major_slice(omega, k, k).to_owned(),
+                normal: MatRef::from_column_major_slice(normal, r - k, k).to_owned(),
+            }
+        };
+        Ok(InitialData {
+            velocity: horizontal(0),
+            acceleration: horizontal(1),
+            jerk: horizontal(2),
+            g: MatRef::from_column_major_slice(g, r, r).to_owned(),
+            frame: data.frame,
+        })
     }
 
-    /// The same data per unit of their natural time, and how many of these units a unit of time has.
+    /// `x'' = j - [v, a]_m / 2`.
+    pub(crate) fn second(&self) -> Horizontal {
+        let jerk = self.jerk.clone();
+        jerk.plus_bracket(-0.5, &self.velocity, &self.acceleration)
+    }
+}
+
+/// Initial data in the coordinates of their frame, in one piece.
+pub(crate) struct Coordinates {
+    /// As in [`InitialData`].
+    pub(crate) frame: Option<Mat<f64>>,
+    pub(crate) blocks: Sized,
+    /// `g`, then `omega` and `normal` of velocity, acceleration and jerk, column by column.
+    pub(crate) entries: Vec<f64>,
+}
+
+impl Coordinates {
+    /// The data per unit of their natural time, and how many of these units a unit of time has.
     ///
     /// The rate is a power of two near `max(|V|, |A|^(1/2), |J|^(1/3))`, so nothing is rounded, and nothing but what is
     /// negligible beside the rest underflows.
@@ -131,37 +175,51 @@ impl InitialData {
     /// Per unit of a time that is `unit` of the given one, a power of two.
     fn of_checked(data: [MatRef<'_, f64>; 4], unit: f64) -> Self {
         let (n, k) = data[0].shape();
-        let mut low = Mat::zeros(n, 4 * k);
+        let mut low = Vec::with_capacity(4 * n * k);
         for (order, matrix) in data.into_iter().enumerate() {
-            for j in 0..k {
-                for i in 0..n {
-                    // One factor after the other: their product may underflow.
-                    low[(i, order * k + j)] = (0..order).fold(matrix[(i, j)], |x, _| x * unit);
-                }
+            for column in matrix.col_iter() {
+                // One factor after the other: their product may underflow.
+                low.extend(column.iter().map(|x| (0..order).fold(*x, |x, _| x * unit)));
             }
         }
-        let frame = (n > 4 * k).then(|| thin_q(low.as_ref()));
-        if let Some(frame) = &frame {
-            low = frame.transpose() * low;
+        let all = MatRef::from_column_major_slice(&low, n, 4 * k);
+        if n <= 4 * k {
+            return Self::in_frame(None, all, k);
         }
-        let (s, vectors) = low.as_ref().split_at_col(k);
-        let g = complete(s);
-        let mut all = Mat::zeros(low.nrows(), 3 * k);
-        mul_into(&mut all, 1.0, g.transpose(), vectors);
-        let horizontal = |i: usize| Horizontal::of_coordinates(all.as_ref().subcols(i * k, k));
-        InitialData {
-            frame,
-            velocity: horizontal(0),
-            acceleration: horizontal(1),
-            jerk: horizontal(2),
-            g,
-        }
+        let frame = thin_q(all);
+        let low = frame.transpose() * all;
+        Self::in_frame(Some(frame), low.as_ref(), k)
     }
 
-    /// `x'' = j - [v, a]_m / 2`.
-    pub(crate) fn second(&self) -> Horizontal {
-        let jerk = self.jerk.clone();
-        jerk.plus_bracket(-0.5, &self.velocity, &self.acceleration)
+    /// From point, velocity, acceleration and jerk side by side, in the coordinates of a frame, shape `(r, 4k)`.
+    fn in_frame(frame: Option<Mat<f64>>, all: MatRef<'_, f64>, k: usize) -> Self {
+        let r = all.nrows();
+        let mut entries = vec![0.0; r * (r + 3 * k)];
+        let (g, to) = entries.split_at_mut(r * r);
+        let (s, vectors) = all.split_at_col(k);
+        complete_into(MatMut::from_column_major_slice_mut(g, r, r), s);
+        let g = MatRef::from_column_major_slice(g, r, r);
+        let mut components = vec![0.0; 3 * r * k];
+        let out = MatMut::from_column_major_slice_mut(&mut components, r, 3 * k);
+        mul_into(out, 1.0, g.transpose(), vectors);
+        for (to, from) in to
+            .chunks_exact_mut(r * k)
+            .zip(components.chunks_exact(r * k))
+        {
+            let (omega, normal) = to.split_at_mut(k * k);
+            for j in 0..k {
+                for i in 0..k {
+                    omega[i + k * j] = 0.5 * (from[i + r * j] - from[j + r * i]);
+                }
+                normal[(r - k) * j..][..r - k].copy_from_slice(&from[r * j + k..][..r - k]);
+            }
+        }
+        let blocks = Sized { m: r - k, k };
+        Coordinates {
+            frame,
+            blocks,
+            entries,
+        }
     }
 }
 
@@ -181,21 +239,32 @@ fn check(s: MatRef<'_, f64>, vectors: [MatRef<'_, f64>; 3]) -> Result<()> {
 ///
 /// By Householder reflections, written out: `r` is at most `4k`, and often three.
 pub(crate) fn complete(s: MatRef<'_, f64>) -> Mat<f64> {
+    let mut g = Mat::zeros(s.nrows(), s.nrows());
+    complete_into(g.as_mut(), s);
+    g
+}
+
+/// [`complete`] into zeros.
+fn complete_into(mut g: MatMut<'_, f64>, s: MatRef<'_, f64>) {
     let (r, k) = s.shape();
-    let mut g = Mat::<f64>::identity(r, r);
-    let mut reflections = s.to_owned();
+    g.rb_mut().diagonal_mut().fill(1.0);
+    let mut reflections: Vec<f64> = s
+        .col_iter()
+        .flat_map(|column| column.iter().copied())
+        .collect();
+    let mut reflections = MatMut::from_column_major_slice_mut(&mut reflections, r, k);
     for j in 0..k {
         let length = (j..r).map(|i| reflections[(i, j)].powi(2)).sum::<f64>();
         // Away from cancellation; the column becomes minus that sign times its length times a unit vector.
         reflections[(j, j)] += sign(reflections[(j, j)]) * length.sqrt();
         for col in j + 1..k {
-            let (column, mut rest) = reflections.as_mut().split_at_col_mut(j + 1);
+            let (column, mut rest) = reflections.rb_mut().split_at_col_mut(j + 1);
             reflect(column.rb().col(j), j, rest.rb_mut().col_mut(col - j - 1));
         }
     }
     for j in (0..k).rev() {
         for col in j..r {
-            reflect(reflections.col(j), j, g.col_mut(col));
+            reflect(reflections.rb().col(j), j, g.rb_mut().col_mut(col));
         }
     }
     for j in 0..k {
@@ -204,7 +273,6 @@ pub(crate) fn complete(s: MatRef<'_, f64>) -> Mat<f64> {
             g[(i, j)] *= sign;
         }
     }
-    g
 }
 
 fn sign(x: f64) -> f64 {

@@ -1,8 +1,8 @@
 //! A Riemannian cubic as a piecewise Taylor polynomial, in the coordinates of its span.
 
-use faer::Mat;
+use faer::{Mat, MatMut, MatRef};
 
-use super::initial::{Horizontal, InitialData};
+use super::initial::{Horizontal, add_bracket};
 use super::reduced::{Blocks, Fixed, Series, Sized, block};
 use super::taylor::{Accuracy, March, too_many_steps};
 use crate::curve::cost::{POINTS, gauss_legendre};
@@ -47,9 +47,30 @@ impl State {
     }
 
     /// At time 0, from initial data: `x'' = j - [v, a]_m / 2`.
-    pub(crate) fn of_data(data: &InitialData) -> Self {
-        let (v, a) = (&data.velocity, &data.acceleration);
-        Self::new(&data.g, [v, a, &data.second()])
+    pub(crate) fn of_coordinates(blocks: Sized, mut entries: Vec<f64>) -> Self {
+        let Sized { m, k } = blocks;
+        let r = m + k;
+        let (_, vectors) = entries.split_at_mut(r * r);
+        let (known, last) = vectors.split_at_mut(2 * r * k);
+        let (x, a) = known.split_at(r * k);
+        let [x, a] = [x, a].map(|x| {
+            let (omega, normal) = x.split_at(k * k);
+            [
+                MatRef::from_column_major_slice(omega, k, k),
+                MatRef::from_column_major_slice(normal, m, k),
+            ]
+        });
+        let (omega, normal) = last.split_at_mut(k * k);
+        let second = [
+            MatMut::from_column_major_slice_mut(omega, k, k),
+            MatMut::from_column_major_slice_mut(normal, m, k),
+        ];
+        add_bracket(second, -0.5, x, a);
+        State {
+            time: 0.0,
+            blocks,
+            entries,
+        }
     }
 
     /// The first `k` columns of the frame, shape `(r, k)`.

@@ -6,8 +6,9 @@ use faer::{Mat, MatMut, MatRef};
 
 use super::boundary::BoundaryReport;
 use super::clock::Clock;
-use super::initial::InitialData;
+use super::initial::Coordinates;
 use super::path::{Path, State};
+use super::reduced::Sized;
 use super::taylor::Accuracy;
 use crate::curve::{
     Curve, Quantity, Samples, check_parameter, sample_blocks, sample_coordinate_blocks,
@@ -109,11 +110,11 @@ impl RiemannianCubic {
                 found: options.tolerance,
             });
         }
-        let (data, rate) = InitialData::in_natural_time(s, v, a, j)?;
-        check_size(s.ncols(), &data)?;
+        let (data, rate) = Coordinates::in_natural_time(s, v, a, j)?;
+        check_size(data.blocks)?;
         let accuracy = Accuracy::of_tolerance(options.tolerance);
         let clock = Clock::new(rate);
-        let mut path = Path::at(State::of_data(&data), accuracy);
+        let mut path = Path::at(State::of_coordinates(data.blocks, data.entries), accuracy);
         // Never of length zero, however short: there is a piece.
         let smallest = f64::MIN_POSITIVE.copysign(options.t_end);
         let end = match clock.path_time(options.t_end) {
@@ -271,8 +272,8 @@ fn extend(path: &mut Path, clock: Clock, t: f64, interrupt: Interrupt<'_>) -> Re
 }
 
 /// Error where the coefficients of one step would not fit into memory.
-fn check_size(k: usize, data: &InitialData) -> Result<()> {
-    let (r, k) = (data.g.nrows() as f64, k as f64);
+fn check_size(Sized { m, k }: Sized) -> Result<()> {
+    let (r, k) = ((m + k) as f64, k as f64);
     let numbers = (Accuracy::FULL.order + 1) as f64 * (r * r + 3.0 * r * k + 2.0 * k * k);
     if numbers <= LARGEST_STEP {
         return Ok(());

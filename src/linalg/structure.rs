@@ -1,7 +1,8 @@
 //! Norms, defects and the checks of input that every public entry makes once.
 
 use faer::linalg::matmul::triangular;
-use faer::{Accum, Mat, MatRef, Par};
+use faer::reborrow::ReborrowMut;
+use faer::{Accum, Mat, MatMut, MatRef, Par};
 use triangular::BlockStructure::{Rectangular, TriangularLower};
 
 use crate::error::{Error, Result};
@@ -81,12 +82,13 @@ pub fn distance(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> f64 {
 /// `|Y^T Y - I|_F`: how far the columns of `y` are from orthonormal.
 pub fn orthonormality_defect(y: MatRef<'_, f64>) -> f64 {
     let k = y.ncols();
-    let mut gram = Mat::zeros(k, k);
+    let mut gram = vec![0.0; k * k];
+    let mut gram = MatMut::from_column_major_slice_mut(&mut gram, k, k);
     if is_small(k, y.nrows(), k) {
-        mul_into(&mut gram, 1.0, y.transpose(), y);
+        mul_into(gram.rb_mut(), 1.0, y.transpose(), y);
     } else {
         triangular::matmul(
-            gram.as_mut(),
+            gram.rb_mut(),
             TriangularLower,
             Accum::Replace,
             y.transpose(),

@@ -1,6 +1,7 @@
 //! `St(n, k)` with a metric: membership, projections, and the paper's parametrisation.
 
-use faer::{Mat, MatRef};
+use faer::reborrow::{Reborrow, ReborrowMut};
+use faer::{Mat, MatMut, MatRef};
 
 use super::metric::Metric;
 use crate::error::{Error, Result};
@@ -132,9 +133,10 @@ impl Stiefel {
     ) -> Result<()> {
         self.check_matrices([("S", s), (name, v)])?;
         let tolerance = tolerance * norm(v).max(1.0);
-        let mut product = Mat::zeros(self.k, self.k);
-        mul_into(&mut product, 1.0, s.transpose(), v);
-        let defect = skew_defect(product.as_ref());
+        let mut product = vec![0.0; self.k * self.k];
+        let mut product = MatMut::from_column_major_slice_mut(&mut product, self.k, self.k);
+        mul_into(product.rb_mut(), 1.0, s.transpose(), v);
+        let defect = skew_defect(product.rb());
         if defect <= tolerance {
             Ok(())
         } else {
