@@ -61,17 +61,19 @@ fn extend<T: Number>(parts: &mut Parts<'_, T>, blocks: impl Blocks, order: usize
     let zero = [T::ZERO; FEW];
     let (mut plus, mut minus, mut point, mut normals) = (zero, zero, zero, zero);
     let (mut square, mut gram) = (zero, zero);
-    let (first, above) = (order - j, order - j - 1);
+    // From order j, and from order j + 1, down to order 0.
+    let down = |size: usize| (order - j) * size..(order + 1) * size;
+    let above = (order - j - 1) * mk..(order + 1) * mk;
     let points = parts.s.chunks_exact(rk).zip(parts.e.chunks_exact(rm));
     let up = b[..].chunks_exact(mk).zip(b1[..].chunks_exact(mk));
     let turns = b2[..].chunks_exact(mk).zip(omega2[..].chunks_exact(k2));
-    let squares = parts.p[first * k2..]
+    let squares = parts.p[down(k2)]
         .chunks_exact(k2)
-        .zip(parts.q[first * k2..].chunks_exact(k2));
-    let wide = parts.b_down[first * mk..]
+        .zip(parts.q[down(k2)].chunks_exact(k2));
+    let wide = parts.b_down[down(mk)]
         .chunks_exact(mk)
-        .zip(parts.b_down[above * mk..].chunks_exact(mk));
-    let narrow = parts.omega_down[first * k2..].chunks_exact(k2);
+        .zip(parts.b_down[above].chunks_exact(mk));
+    let narrow = parts.omega_down[down(k2)].chunks_exact(k2);
     let all = points.zip(up).zip(turns).zip(squares).zip(wide).zip(narrow);
     for ((((((s, e), (b, b1)), (b2, omega2)), (p, q)), (b_down, b_above)), omega) in all {
         add_product::<T, false>(&mut minus[..mk], b1, p, [m, k, k]);
