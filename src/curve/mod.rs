@@ -100,12 +100,9 @@ impl Samples {
         Samples { n, k, entries }
     }
 
-    fn zeros(n: usize, k: usize, len: usize) -> Self {
-        Samples {
-            n,
-            k,
-            entries: vec![0.0; n * k * len],
-        }
+    fn zeros(n: usize, k: usize, len: usize) -> Result<Self> {
+        let entries = zeros(n * k, len)?;
+        Ok(Samples { n, k, entries })
     }
 
     /// How many parameters.
@@ -304,7 +301,7 @@ pub(crate) fn sample_blocks<C: Curve + ?Sized>(
     interrupt: Interrupt<'_>,
 ) -> Result<Samples> {
     let n = curve.n();
-    let mut out = Samples::zeros(n, curve.k(), t.len());
+    let mut out = Samples::zeros(n, curve.k(), t.len())?;
     let entries = &mut out.entries;
     for_blocks(curve, t, quantity, interrupt, entries, n, read_lifted)?;
     Ok(out)
@@ -318,10 +315,26 @@ pub(crate) fn sample_coordinate_blocks<C: Curve + ?Sized>(
     interrupt: Interrupt<'_>,
 ) -> Result<Mat<f64>> {
     let rows = curve.frame().map_or(curve.n(), |frame| frame.ncols());
-    let mut out = vec![0.0; rows * curve.k() * t.len()];
+    let mut out = zeros(rows * curve.k(), t.len())?;
     for_blocks(curve, t, quantity, interrupt, &mut out, rows, read_checked)?;
     let all = MatRef::from_column_major_slice(&out, rows, curve.k() * t.len());
     Ok(all.to_owned())
+}
+
+/// Zeros for values of `size` entries at `len` parameters, where there is memory for them.
+fn zeros(size: usize, len: usize) -> Result<Vec<f64>> {
+    let mut out = Vec::new();
+    match size.checked_mul(len) {
+        Some(total) if out.try_reserve_exact(total).is_ok() => {
+            out.resize(total, 0.0);
+            Ok(out)
+        }
+        _ => Err(Error::InvalidArgument {
+            name: "t",
+            requirement: "few enough parameters for the values to fit in memory",
+            found: len as f64,
+        }),
+    }
 }
 
 /// Values from coordinates: `out = frame * coordinates`, rows in parallel.
