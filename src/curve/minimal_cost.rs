@@ -64,6 +64,11 @@ impl GeometricPolynomial {
     /// A local minimum, found from the control points of the geometric cubic with its degree elevated. Degree 3 has no
     /// free point and is the geometric cubic itself.
     ///
+    /// The search may take longer than the exact cubic does, [`RiemannianCubic::from_boundary`], whose points are quick
+    /// too: this is for where a curve in closed form is wanted.
+    ///
+    /// [`RiemannianCubic::from_boundary`]: crate::cubic::RiemannianCubic::from_boundary
+    ///
     /// See [`GeometricPolynomial::minimal_cost_interruptible`] for a report.
     ///
     /// The mean distance to the Riemannian cubic with the same data is that of the geometric cubic divided by 39, 217,
