@@ -16,8 +16,8 @@ from benchmarks.table import seconds as duration
 ROUND_OFF = 1e-13
 LEVEL = 1.1
 PEERS = ("heyoka", "SciPy DOP853")
-# Its largest speed stands for that of the curve. A method has left it whose own differs by more than this share, or whose
-# energy error is as large as the energy.
+# Its largest speed stands for that of the curve. A method has left it whose own differs by more than this share, or
+# whose energy error is larger than the energy.
 REFERENCE_METHOD = "splitting, order 8"
 SAME_SPEED = 0.1
 
