@@ -70,8 +70,6 @@ fn extend<T: Number>(parts: &mut Parts<'_, T>, blocks: impl Blocks, order: usize
         .zip(parts.b_down[above * mk..].chunks_exact(mk));
     let narrow = parts.omega_down[first * k2..].chunks_exact(k2);
     let all = points.zip(up).zip(turns).zip(squares).zip(wide).zip(narrow);
-    // The buffers may be made for a higher order than this one: what follows is left from an expansion before.
-    let all = all.take(j + 1);
     for ((((((s, e), (b, b1)), (b2, omega2)), (p, q)), (b_down, b_above)), omega) in all {
         add_product::<T, false>(&mut minus[..mk], b1, p, [m, k, k]);
         add_product::<T, false>(&mut plus[..mk], b, q, [m, k, k]);
