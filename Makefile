@@ -8,7 +8,7 @@ OUT ?= out
 INSTALLED := $(VENV)/.installed
 SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md $(shell find src python -name '*.rs' -o -name '*.py' -o -name '*.pyi')
 
-.PHONY: help reproduce test test-rust test-python lint bench benchmark boundary accuracy study doc clean
+.PHONY: help reproduce test test-rust test-python lint bench benchmark boundary control-points accuracy study doc clean
 
 help: ## Show this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | sort | expand -t 16
@@ -51,6 +51,9 @@ benchmark: $(INSTALLED) ## Beside SciPy, heyoka, geomstats, morphomatics, pymano
 
 boundary: $(INSTALLED) ## 12000 random boundary problems of Riemannian cubics, into docs/boundary_problems.md
 	RAYON_NUM_THREADS=1 $(BIN)/python -m benchmarks.boundary_problems $(ARGS)
+
+control-points: $(INSTALLED) ## Other control points on 1000 random boundary problems, into docs/control_points.md
+	RAYON_NUM_THREADS=1 $(BIN)/python -m benchmarks.control_points $(ARGS)
 
 accuracy: $(INSTALLED) ## Errors against 50 digits, into docs/accuracy.md
 	$(BIN)/python -m benchmarks.accuracy

@@ -72,7 +72,7 @@ def run(extent: Extent, folder: Path) -> str:
                 "cost": figures.cost(costs),
             },
         )
-    speeds = {e.curve: e.speeds for e in energies if e.method == "splitting, order 8"}
+    speeds = {e.curve: e.speeds for e in energies if e.method == text.REFERENCE_METHOD}
     reached = speeds.pop(long.GROWING)[1]
     return PAGE.read_text().format(
         machine=f"{_versions()}; {facts['processor']}, {facts['system']}; processes that wanted to run: "
@@ -87,6 +87,7 @@ def run(extent: Extent, folder: Path) -> str:
         slow=min(slow for slow, _ in speeds.values()),
         fast=max(fast for _, fast in speeds.values()),
         reached=reached,
+        same_speed=f"{text.SAME_SPEED:.0%}",
         accelerations=" or ".join(map(str, long.ACCELERATIONS)),
         bounded_time=extent.bounded_time,
         growing_time=extent.growing_time,

@@ -33,6 +33,7 @@ STYLES: Final[dict[str, dict[str, Any]]] = {
     "chart, Cayley midpoint": {"color": GREEN, "marker": "P", "linestyle": DASHED},
     "chart, midpoint, order 4": {"color": BLUE, "marker": "D", "linestyle": DASHED},
     "chart, midpoint, order 6": {"color": PINK, "marker": "^", "linestyle": DASHED},
+    "chart, midpoint, order 8": {"color": SKY, "marker": "h", "linestyle": DASHED},
     "SciPy DOP853": {"color": BLACK, "marker": "x", "linestyle": DOTTED},
     "heyoka": {"color": RED, "marker": "P", "linestyle": DOTTED},
 }
@@ -116,7 +117,7 @@ def drift(drifts: list[Drift]) -> Figure:
 
 
 def cost(costs: list[Cost]) -> Figure:
-    """Time of one step, one place for each size."""
+    """Time of one step, one place for each size, in the order of the list."""
     figure = plotting._new_figure(8.4, 5.0)
     ax = figure.add_subplot(plotting._grid(figure, 1, 1, (0.8, 0.15, 1.5, 0.15))[0, 0])
     ax.set_yscale("log")

@@ -15,7 +15,7 @@ from stiefel_rs import Chart, ChartTrajectory, CubicTrajectory, StiefelError, in
 
 STEP = 0.05
 ACCELERATIONS = (0.2, 0.5)
-GROWING = "random, growing speed"
+GROWING = "St(3,2), random"
 # Points of a curve in the figure; each is the largest error in its share of the time.
 SHARES = 50
 DRIFT_STEPS = (100, 1_000, 10_000, 100_000)
@@ -28,6 +28,8 @@ CHART_METHODS: dict[str, tuple[Map, Order]] = {
     "chart, exponential midpoint": ("exponential_midpoint", 2),
     "chart, Cayley midpoint": ("cayley_midpoint", 2),
     "chart, midpoint, order 4": ("midpoint", 4),
+    "chart, midpoint, order 6": ("midpoint", 6),
+    "chart, midpoint, order 8": ("midpoint", 8),
 }
 
 
@@ -39,7 +41,7 @@ def bounded(acceleration: float) -> Data:
 
 def bounded_name(acceleration: float) -> str:
     """Name of such a curve."""
-    return f"bounded speed, acceleration {acceleration}"
+    return f"sphere, acceleration {acceleration}"
 
 
 def growing() -> Data:

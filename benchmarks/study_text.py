@@ -16,6 +16,10 @@ from benchmarks.table import seconds as duration
 ROUND_OFF = 1e-13
 LEVEL = 1.1
 PEERS = ("heyoka", "SciPy DOP853")
+# Its largest speed stands for that of the curve. A method has left it whose own differs by more than this share, or
+# whose energy error is larger than the energy.
+REFERENCE_METHOD = "splitting, order 8"
+SAME_SPEED = 0.1
 
 
 def table(rows: Sequence[Sequence[object]], headers: Sequence[str]) -> str:
@@ -91,13 +95,17 @@ def work_text(solves: list[Solve]) -> str:
 
 def energy_table(energies: list[Energy]) -> str:
     """Energy errors of all methods."""
+    exact = {e.curve: e.speeds[1] for e in energies if e.method == REFERENCE_METHOD}
     rows = [
         (e.curve, e.method, "stopped", "", "", e.refused)
         if e.refused
-        else (e.curve, e.method, f"{e.error.max():.1e}", f"{e.growth:.2g}", f"{e.speeds[1]:.4g}", "")
+        else (
+            e.curve, e.method, f"{e.error.max():.1e}", f"{e.growth:.2g}", f"{e.speeds[1]:.4g}",
+            "left the curve" if abs(e.speeds[1] / exact[e.curve] - 1) > SAME_SPEED or e.error.max() > 1 else "",
+        )
         for e in energies
-    ]
-    return table(rows, ("curve", "method", "largest error", "growth", "largest speed", "why it stopped"))
+    ]  # fmt: skip
+    return table(rows, ("curve", "method", "largest error", "growth", "largest speed", "what became of it"))
 
 
 def energy_text(energies: list[Energy]) -> str:

@@ -35,13 +35,14 @@ CHART_METHODS: dict[str, tuple[Map, Order, tuple[int, ...]]] = {
     "chart, exponential midpoint": ("exponential_midpoint", 2, (10, 30, 100, 300)),
     "chart, midpoint, order 4": ("midpoint", 4, (5, 10, 30, 100)),
     "chart, midpoint, order 6": ("midpoint", 6, (5, 10, 20, 40)),
+    "chart, midpoint, order 8": ("midpoint", 8, (3, 5, 10, 20)),
 }
 PEER_TOLERANCES = (1e-3, 1e-5, 1e-7, 1e-9, 1e-11, 1e-13)
 HEYOKA_TOLERANCES = (1e-4, 1e-8, 1e-12, 1e-16)
 # Methods are compared by what it takes them to get below this error.
 ACCURATE = 1e-10
 COST_SIZES = (
-    (3, 1), (3, 2), (4, 2), (5, 2), (6, 3), (10, 3), (20, 5), (50, 5), (300, 10), (1000, 5), (1000, 20),
+    (3, 1), (3, 2), (4, 2), (5, 2), (6, 3), (10, 3), (20, 5), (50, 5), (1000, 5), (300, 10), (1000, 20),
 )  # fmt: skip
 
 # Two lengths, whose difference leaves the cost of starting out.
@@ -193,5 +194,5 @@ def _step_times(n: int, k: int, rounds: int) -> Cost:
 
 
 def costs(sizes: tuple[tuple[int, int], ...], rounds: int) -> list[Cost]:
-    """Times of one step at all sizes."""
-    return [_step_times(n, k, rounds) for n, k in sizes]
+    """Times of one step at all sizes, by the rows in the span of the data, which the work grows with."""
+    return sorted((_step_times(n, k, rounds) for n, k in sizes), key=lambda cost: (cost.rows, cost.n))

@@ -9,5 +9,8 @@ pub mod accuracy {}
 #[doc = include_str!("../docs/benchmarks.md")]
 pub mod benchmarks {}
 
+#[doc = include_str!("../docs/control_points.md")]
+pub mod control_points {}
+
 #[doc = include_str!("../docs/integrators.md")]
 pub mod integrators {}

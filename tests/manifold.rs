@@ -42,6 +42,22 @@ fn sizes_outside_of_one_to_n_are_refused() {
     }
 }
 
+/// Products of both signs overflow to infinities that have no sum: the defect is infinite, and not NaN.
+#[test]
+fn defects_of_huge_matrices_are_infinite() {
+    let signs = [[1.0, 1.0], [-1.0, 1.0], [1.0, 1.0], [1.0, -1.0]];
+    for scale in [1e160, 1e200, 1e308] {
+        let y = Mat::from_fn(4, 2, |i, j| scale * signs[i][j]);
+        match Stiefel::new(4, 2)
+            .unwrap()
+            .check_point("y", y.as_ref(), 1e-9)
+        {
+            Err(Error::NotOrthonormal { defect, .. }) => assert_eq!(defect, f64::INFINITY),
+            other => panic!("{scale:e}: {other:?}"),
+        }
+    }
+}
+
 #[test]
 fn dimension_counts_a_basis_of_the_tangent_space() {
     for (n, k) in SIZES {

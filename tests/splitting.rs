@@ -1,23 +1,19 @@
-//! The explicit symplectic splitting: orders, reference values, invariants, symmetry, equivariance, bad input.
+//! The explicit symplectic splitting: orders, reference values, invariants, symmetry, equivariance.
 
 mod common;
 #[path = "common/paper.rs"]
 mod paper;
+#[path = "common/splitting.rs"]
+mod trajectories;
 
 use common::*;
 use faer::{Mat, Scale};
 use nalgebra::{SMatrix, SVector};
 use serde_json::Value;
 use stiefel_rs::chart::{Chart, Sphere, reference};
-use stiefel_rs::cubic::{CubicTrajectory, SplittingOptions, SplittingOrder, integrate_cubic};
-use stiefel_rs::{Curve, Error, Geodesic, Interrupt};
-
-const ORDERS: [SplittingOrder; 4] = [
-    SplittingOrder::Two,
-    SplittingOrder::Four,
-    SplittingOrder::Six,
-    SplittingOrder::Eight,
-];
+use stiefel_rs::cubic::SplittingOrder;
+use stiefel_rs::{Curve, Geodesic, Interrupt};
+use trajectories::*;
 
 /// The sphere, three dimensions, the general flow at fixed and at variable size, `n = k`, a tall shape.
 const SHAPES: [(usize, usize); 9] = [
@@ -32,66 +28,8 @@ const SHAPES: [(usize, usize); 9] = [
     (20, 2),
 ];
 
-/// Point, velocity, acceleration, jerk.
-type Data = [Mat<f64>; 4];
-
-fn options(order: SplittingOrder, t_end: f64) -> SplittingOptions<'static> {
-    SplittingOptions {
-        t_end,
-        order,
-        interrupt: Interrupt::NEVER,
-    }
-}
-
-fn try_integrate(
-    data: &Data,
-    steps: usize,
-    order: SplittingOrder,
-    t_end: f64,
-) -> Result<CubicTrajectory, Error> {
-    let [s, v, a, j] = data.each_ref().map(Mat::as_ref);
-    integrate_cubic(s, v, a, j, steps, &options(order, t_end))
-}
-
-fn integrate(data: &Data, steps: usize, order: SplittingOrder, t_end: f64) -> CubicTrajectory {
-    try_integrate(data, steps, order, t_end)
-        .unwrap_or_else(|e| panic!("{:?}: {e}", data[0].shape()))
-}
-
-/// The state of a trajectory at one step.
-fn state(trajectory: &CubicTrajectory, i: usize) -> Data {
-    [
-        trajectory.points(),
-        trajectory.velocities(),
-        trajectory.accelerations(),
-        trajectory.jerks(),
-    ]
-    .map(|samples| samples.unwrap().get(i).to_owned())
-}
-
-fn end(data: &Data, steps: usize, order: SplittingOrder, t_end: f64) -> Data {
-    state(&integrate(data, steps, order, t_end), steps)
-}
-
-fn random_data((n, k): (usize, usize), speed: f64, seed: u64) -> Data {
-    let mut rng = Rng::new(seed);
-    let s = random_point(n, k, &mut rng);
-    let mut tangent = || random_tangent(&s, speed, &mut rng);
-    let (v, a, j) = (tangent(), tangent(), tangent());
-    [s, v, a, j]
-}
-
-fn difference(a: &Data, b: &Data) -> f64 {
-    let squares = a.iter().zip(b).map(|(a, b)| distance(a, b).powi(2));
-    squares.sum::<f64>().sqrt()
-}
-
 fn mapped(data: &Data, f: impl Fn(&Mat<f64>) -> Mat<f64>) -> Data {
     data.each_ref().map(f)
-}
-
-fn size(data: &Data) -> f64 {
-    data.iter().map(|m| frobenius(m.as_ref())).sum()
 }
 
 /// `V S^T - S V^T - S (S^T V) S^T`: the generator `g v g^T` of a tangent vector.
@@ -507,103 +445,4 @@ fn steps_are_symplectic() {
         println!("{order:?}: {defect:.1e}");
         assert_within(defect, 1e-9, &format!("{order:?}"));
     }
-}
-
-#[test]
-fn bad_input_is_refused() {
-    let data = random_data((4, 2), 1.0, 22);
-    let six = SplittingOrder::Six;
-    let argument = |result: Result<CubicTrajectory, Error>| match result {
-        Err(Error::InvalidArgument { name, .. }) => name,
-        other => panic!("{other:?}"),
-    };
-    assert_eq!(argument(try_integrate(&data, 0, six, 1.0)), "steps");
-    assert_eq!(
-        argument(try_integrate(&data, usize::MAX, six, 1.0)),
-        "steps"
-    );
-    assert_eq!(
-        argument(try_integrate(&data, usize::MAX / 64, six, 1.0)),
-        "steps"
-    );
-    for t_end in [f64::NAN, f64::INFINITY] {
-        let result = try_integrate(&data, 3, six, t_end);
-        assert!(matches!(
-            result,
-            Err(Error::NonFinite { name: "t_end", .. })
-        ));
-    }
-    for i in 0..4 {
-        let mut wrong = data.clone();
-        wrong[i][(0, 0)] = f64::NAN;
-        assert!(matches!(
-            try_integrate(&wrong, 3, six, 1.0),
-            Err(Error::NonFinite { .. })
-        ));
-        let mut wrong = data.clone();
-        wrong[i] = Mat::zeros(5, 2);
-        assert!(matches!(
-            try_integrate(&wrong, 3, six, 1.0),
-            Err(Error::Shape { .. } | Error::NotOrthonormal { .. })
-        ));
-        let mut wrong = data.clone();
-        wrong[i] = &data[0] * Scale(1.5);
-        let result = try_integrate(&wrong, 3, six, 1.0);
-        assert!(matches!(
-            result,
-            Err(Error::NotOrthonormal { .. } | Error::NotTangent { .. })
-        ));
-    }
-    for order in [-2, 0, 1, 3, 5, 7, 10] {
-        let refused = SplittingOrder::try_from(order);
-        assert!(matches!(
-            refused,
-            Err(Error::InvalidArgument { name: "order", .. })
-        ));
-    }
-    for order in ORDERS {
-        assert_eq!(SplittingOrder::try_from(order.number() as i64), Ok(order));
-    }
-}
-
-/// A right answer or an error, never NaN and no endless loop.
-#[test]
-fn huge_data_and_times_are_refused_or_right() {
-    for shape in [(3, 1), (3, 2), (4, 2), (1, 1), (20, 2)] {
-        for (speed, t_end) in [
-            (1e8, 1.0),
-            (1e160, 1.0),
-            (1e300, 1.0),
-            (1.0, 1e6),
-            (1.0, 1e200),
-            (1.0, 1e308),
-        ] {
-            let data = random_data(shape, speed, 23);
-            for order in ORDERS {
-                match try_integrate(&data, 4, order, t_end) {
-                    Ok(trajectory) => {
-                        let state = state(&trajectory, 4);
-                        assert!(size(&state).is_finite(), "{shape:?} {speed:e} {t_end:e}");
-                        let defect = orthonormality(&state[0]);
-                        assert_within(defect, 1e-9, &format!("{shape:?} {speed:e} {t_end:e}"));
-                    }
-                    Err(Error::Overflow { .. } | Error::InvalidArgument { .. }) => {}
-                    Err(other) => panic!("{shape:?} {speed:e} {t_end:e}: {other}"),
-                }
-            }
-        }
-    }
-}
-
-#[test]
-fn it_can_be_stopped() {
-    let data = random_data((4, 2), 1.0, 24);
-    let [s, v, a, j] = data.each_ref().map(Mat::as_ref);
-    let question = || true;
-    let options = SplittingOptions {
-        interrupt: Interrupt::new(&question),
-        ..SplittingOptions::default()
-    };
-    let result = integrate_cubic(s, v, a, j, 10, &options);
-    assert!(matches!(result, Err(Error::Interrupted { .. })));
 }

@@ -1,8 +1,9 @@
-"""Other control points for the de Casteljau curve: how near they come to the Riemannian cubic, and at what cost.
+"""Other control points for the de Casteljau curve: how near they come to the Riemannian cubic, what they cost to build.
 
 The paper suggests "an alternative choice of control points" for its geometric cubic. Measured here on its two boundary
 problems: inner control points of least cost in degrees 4 to 7, the quintic with the cubic's end accelerations, and
-geodesics in place of quasi-geodesics. All have the end points and end velocities of the cubic.
+geodesics in place of quasi-geodesics. All have the end points and end velocities of the cubic. It has a row of its
+own: a curve that only comes near it has to be quicker, or to be wanted in closed form.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ import numpy as np
 from tabulate import tabulate  # type: ignore[import-untyped]
 
 from . import paper
-from ._core import Curve, GeometricCubic, GeometricPolynomial
+from ._core import Curve, GeometricCubic, GeometricPolynomial, RiemannianCubic
 from .paper import EXPERIMENTS, Array, Experiment
 from .report import write_csv
 
@@ -28,7 +29,9 @@ LABELS: Final = {
     "geodesic_cubic": "cubic with geodesics",
     "quintic": "quintic, exact end accelerations",
     **{f"minimal_cost_{m}": "minimal cost" for m in DEGREES},
+    "exact": "none: the exact cubic",
 }
+POLYNOMIALS: Final = tuple(m for m in LABELS if m != "exact")
 STEPS: Final = 100
 REPETITIONS: Final = 5
 BUILDS: Final = 20
@@ -75,6 +78,8 @@ def boundary_problem(experiment: Experiment) -> Problem:
 def build(problem: Problem, method: str) -> Curve:
     """Build the curve of one of the methods of `LABELS` for the boundary data of the problem."""
     s0, v0, s1, v1 = problem.ends
+    if method == "exact":
+        return RiemannianCubic.from_boundary(s0, v0, s1, v1, tol=paper.BOUNDARY_TOLERANCE)
     if method == "gcp":
         return GeometricCubic(s0, v0, s1, v1)
     if method == "geodesic_cubic":
@@ -86,7 +91,7 @@ def build(problem: Problem, method: str) -> Curve:
 
 
 def degree(method: str) -> int:
-    """Degree of the curve of a method."""
+    """Degree of the curve of one of `POLYNOMIALS`."""
     fixed = {"gcp": 3, "geodesic_cubic": 3, "quintic": 5}
     return fixed[method] if method in fixed else int(method.rsplit("_", 1)[1])
 
@@ -100,7 +105,7 @@ class Row:
     free : int
         Free numbers that the method chooses.
     error : float
-        Mean Frobenius distance to the exact cubic over the ``STEPS + 1`` grid points.
+        Mean Frobenius distance to the exact cubic over the ``STEPS + 1`` grid points; zero for that curve itself.
     cost, excess : float
         The cost, and its relative excess over that of the exact cubic.
     build_seconds, point_seconds : float
@@ -154,10 +159,14 @@ def _of(rows: list[Row], experiment: Experiment, method: str) -> Row:
 def _table(rows: list[Row]) -> str:
     cells = []
     for r in rows:
-        gcp = _of(rows, r.experiment, "gcp")
-        numbers = [f"{r.error:.4e}", f"{gcp.error / r.error:.3g}", f"{r.cost:.10f}", f"{r.excess:.1e}"]
         times = [f"{1e6 * r.build_seconds:.3g} us", f"{1e9 * r.point_seconds:.3g} ns"]
-        cells.append([r.experiment.title, LABELS[r.method], degree(r.method), r.free, *numbers, *times])
+        if r.method == "exact":
+            numbers = ["-", "-", "0", "-", f"{r.cost:.10f}", "0"]
+        else:
+            ratio = _of(rows, r.experiment, "gcp").error / r.error
+            sizes = [str(degree(r.method)), str(r.free)]
+            numbers = [*sizes, f"{r.error:.4e}", f"{ratio:.3g}", f"{r.cost:.10f}", f"{r.excess:.1e}"]
+        cells.append([r.experiment.title, LABELS[r.method], *numbers, *times])
     header = [
         "manifold",
         "control points",
@@ -207,12 +216,31 @@ def _times(rows: list[Row]) -> str:
         for method, name in (
             ("geodesic_cubic", "the cubic of geodesics"),
             ("minimal_cost_5", "least cost in degree 5"),
+            ("exact", "the exact cubic"),
         ):
             row = _of(rows, e, method)
             build, point = row.build_seconds / gcp.build_seconds, row.point_seconds / gcp.point_seconds
             lines.append(
                 f"- {e.title}, {name}: {build:.3g} times the time of GCP to build, {point:.3g} times for a point."
             )
+    return "\n".join(lines)
+
+
+def _slower(rows: list[Row]) -> str:
+    """Which curves of minimal cost take longer than the exact cubic."""
+
+    def listed(degrees: list[str]) -> str:
+        return f"degree {', '.join(degrees)}" if degrees else "no degree"
+
+    lines = []
+    for e in EXPERIMENTS:
+        exact = _of(rows, e, "exact")
+        least = [(m, _of(rows, e, f"minimal_cost_{m}")) for m in DEGREES]
+        build = listed([str(m) for m, r in least if r.build_seconds > exact.build_seconds])
+        point = listed([str(m) for m, r in least if r.point_seconds > exact.point_seconds])
+        lines.append(
+            f"- {e.title}: minimal cost took longer than the exact cubic to build in {build}, for a point in {point}."
+        )
     return "\n".join(lines)
 
 
@@ -231,9 +259,13 @@ quasi-geodesics.
 
 {_times(rows)}
 
+{_slower(rows)}
+
 The curves of minimal cost and the cubic of geodesics know nothing of the exact cubic; the quintic needs its end
-accelerations. On the sphere geodesics are quasi-geodesics; on St(3,2), the rotations, they have a closed form too.
-Where the exact cubic itself can be had, it is the better curve: what the others offer is a curve in closed form.
+accelerations. On the sphere geodesics are quasi-geodesics: `pieces="geodesic"` gives the same curve, but by a logarithm
+for every stage of every point. On St(3,2), the rotations, geodesics have a closed form too. A polynomial of minimal
+cost may take longer to build than the exact cubic. Where that can be had, it is the better curve: what the others offer
+is a curve in closed form.
 
 Times are the shortest of {REPETITIONS} rounds that alternate between all methods, one thread.
 """
@@ -243,10 +275,10 @@ def write_tables(folder: Path, rows: list[Row]) -> list[Path]:
     """Write ``control_points.csv`` and append the section to ``summary.md``, which must exist; the path written."""
     cells = []
     for r in rows:
-        ratio = _of(rows, r.experiment, "gcp").error / r.error
-        cells.append(
-            (r.experiment.name, r.method, degree(r.method), r.free, r.error, ratio, r.cost, r.excess),
-        )
+        polynomial = r.method != "exact"
+        size = (degree(r.method), r.free) if polynomial else ("", "")
+        ratio = _of(rows, r.experiment, "gcp").error / r.error if polynomial else ""
+        cells.append((r.experiment.name, r.method, *size, r.error, ratio, r.cost, r.excess))
     with (folder / "summary.md").open("a", encoding="utf-8") as file:
         file.write("\n" + section(rows))
     return [write_csv(folder / "control_points.csv", HEADER, cells)]

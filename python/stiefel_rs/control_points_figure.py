@@ -11,8 +11,8 @@ from . import plotting
 from .control_points import DEGREES, Row
 from .paper import EXPERIMENTS, Experiment
 
-# Below, the excess is round-off of the two costs.
-SMALLEST_EXCESS: Final = 1e-11
+# Costs are right to 1e-12, relative: a smaller excess is round-off, and is drawn here with a note.
+SMALLEST_EXCESS: Final = 1e-12
 STYLES: Final[dict[str, dict[str, Any]]] = {
     "minimal cost": {"color": "#0072B2", "linestyle": "-", "marker": "o"},
     "quintic, exact end accelerations": {"color": "#009E73", "linestyle": "", "marker": "D"},
@@ -28,8 +28,15 @@ def _draw(experiment: Experiment, rows: list[Row], quantity: str, *, ax: Axes) -
         "cubic with geodesics": [(3, by_method["geodesic_cubic"])],
     }
     for label, pairs in series.items():
-        shown = [(m, y) for m, y in pairs if y > SMALLEST_EXCESS]
-        ax.semilogy(*zip(*shown, strict=True), label=label, markerfacecolor="white", **STYLES[label])
+        places, values = zip(*pairs, strict=True)
+        shown = [max(y, SMALLEST_EXCESS) for y in values]
+        ax.semilogy(places, shown, label=label, markerfacecolor="white", **STYLES[label])
+        for m, y in pairs:
+            if y < SMALLEST_EXCESS:
+                note = f"round-off, below {plotting._power_of_ten(SMALLEST_EXCESS, 0)}"
+                offset: dict[str, Any] = {"xytext": (-9, 0), "textcoords": "offset points"}
+                offset |= {"ha": "right", "va": "center"}
+                ax.annotate(note, (m, SMALLEST_EXCESS), fontsize=plotting.FONT_SIZE - 2, **offset)
     ax.set_xticks([3, *DEGREES], ["3\n(GCP)", *map(str, DEGREES)])
     ax.set_xlim(2.7, DEGREES[-1] + 0.3)
     plotting._log_axis(ax.yaxis)

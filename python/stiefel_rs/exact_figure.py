@@ -50,9 +50,14 @@ def _curves(experiment: Experiment) -> dict[str, tuple[Array, Array]]:
     return found
 
 
-def draw_distance(experiment: Experiment, *, ax: Axes) -> None:
+def _farthest(curves: dict[str, tuple[Array, Array]], column: int) -> float:
+    """Largest distance on one sphere between the curves that are shown there and the exact cubic."""
+    return max(float(np.linalg.norm((a - b)[:, :, column], axis=1).max()) for a, b in (curves[m] for m in SHOWN))
+
+
+def draw_distance(curves: dict[str, tuple[Array, Array]], *, ax: Axes) -> None:
     """Draw the distances to the exact cubic against time, and of the exact cubic to the reference in the chart."""
-    for method, (points, exact) in _curves(experiment).items():
+    for method, (points, exact) in curves.items():
         distance = paper.distances(points, exact)[1:-1]
         t = paper.time_grid(len(points) - 1)[1:-1]
         # Zero has no place on the axis: equal to the last bit is drawn as half a unit of the last digit.
@@ -84,6 +89,7 @@ def draw_costs(comparison: Comparison, *, ax: Axes) -> None:
 def figure(comparison: Comparison) -> Figure:
     """Columns of the curves on spheres, then costs, then distance against time."""
     experiment = comparison.experiment
+    curves = _curves(experiment)
     trajectories = plotting.Trajectories(experiment)
     columns = trajectories.columns
     new = plotting._new_figure(7.2, 8.8)
@@ -96,8 +102,11 @@ def figure(comparison: Comparison) -> Figure:
         # Left of the centre: the label of the axis that points up is there.
         title = experiment.title if columns == 1 else f"{experiment.title}, column {column + 1}"
         new.text((column + 0.06) / columns, 0.975, title, va="top")
+        # Less than the marks are wide: the spheres cannot show it.
+        note = f"all curves within {_farthest(curves, column):.1g} radii of the exact cubic"
+        new.text((column + 0.5) / columns, cell.y0 - 0.038, note, ha="center", fontsize=plotting.FONT_SIZE - 1)
     draw_costs(comparison, ax=new.add_subplot(grid[1, :]))
-    draw_distance(experiment, ax=new.add_subplot(grid[2, :]))
+    draw_distance(curves, ax=new.add_subplot(grid[2, :]))
     handles = [Line2D([], [], label=LABELS[m], **STYLES[m]) for m in LABELS]
     new.legend(handles=handles, loc="lower center", ncols=3, frameon=False, handlelength=3.2)
     return new

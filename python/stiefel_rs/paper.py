@@ -28,7 +28,7 @@ Map = Literal["initial_point", "midpoint"]
 MAPS: Final[tuple[Map, ...]] = ("initial_point", "midpoint")
 METHODS: Final = ("gcp", "initial_point_ivp", "initial_point_bvp", "midpoint_ivp", "midpoint_bvp")
 # Without charts: splittings of the initial value problem, and the exact cubic with the boundary data of GCP.
-SPLITTING_ORDERS: Final = {"splitting_2": 2, "splitting_4": 4, "splitting_6": 6}
+SPLITTING_ORDERS: Final = {f"splitting_{order}": order for order in (2, 4, 6, 8)}
 CHART_FREE_METHODS: Final = (*SPLITTING_ORDERS, "exact_bvp")
 ALL_METHODS: Final = (*METHODS, *CHART_FREE_METHODS)
 TIMED_METHODS: Final = ("gcp", "reference", *ALL_METHODS[1:])

@@ -37,6 +37,7 @@ STYLES: Final[dict[str, dict[str, Any]]] = {
     "splitting_2": {"color": "#56B4E9", "linestyle": "-", "marker": "<"},
     "splitting_4": {"color": "#56B4E9", "linestyle": (0, (4, 2)), "marker": ">"},
     "splitting_6": {"color": "#56B4E9", "linestyle": (0, (1, 1.2)), "marker": "p"},
+    "splitting_8": {"color": "#56B4E9", "linestyle": "-.", "marker": "h"},
     "exact_bvp": {"color": "#000000", "linestyle": "-", "marker": "x"},
 }
 TIME_LABEL: Final = "time t (dimensionless)"

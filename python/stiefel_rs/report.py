@@ -26,6 +26,7 @@ LABELS: Final = {
     "splitting_2": "splitting 2 IVP",
     "splitting_4": "splitting 4 IVP",
     "splitting_6": "splitting 6 IVP",
+    "splitting_8": "splitting 8 IVP",
     "exact_bvp": "exact cubic BVP",
 }
 MAP_LABELS: Final = {"initial_point": "initial-point", "midpoint": "mid-point"}

@@ -17,7 +17,7 @@ use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::report::{SolverReport, StopReason};
 
-/// Newton steps after which a start counts as bad; good ones take at most 6.
+/// Steps after which a start counts as bad; from good ones Newton's method takes at most 6, Broyden's up to 12.
 const DIRECT_STEPS: usize = 12;
 
 /// Steps of the first continuation: where it takes more it has met a fold.

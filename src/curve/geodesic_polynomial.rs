@@ -28,8 +28,9 @@ use crate::manifold::{Geodesic, QuasiGeodesic, Stiefel, normal_frame};
 ///
 /// The cubic with given end points and end velocities ([`GeodesicPolynomial::from_boundary`]) is nearer to the
 /// Riemannian cubic than that of quasi-geodesics: 149 times on St(3,2) with the data of arXiv 2404.19407, and in the
-/// geometric mean over 200 random problems (distance up to 1.5, speeds up to 2) 34 times on St(3,2), 17 on St(4,2), 18
-/// on St(6,3), 11 on St(10,3), at the least 1.2 times. On spheres and rotation groups the two are the same.
+/// geometric mean over 200 random problems (distance up to 1.5, speeds up to 2) 44 times on St(3,2), 16 on St(4,2), 17
+/// on St(6,3), 12 on St(10,3) ([`crate::guide::control_points`]). On spheres and rotation groups the two are the same,
+/// and on spheres this one takes the longer way to the same points: [`GeometricPolynomial`] is the one to take there.
 ///
 /// # Domain
 /// Consecutive control points must be closer than the known bound of the injectivity radius

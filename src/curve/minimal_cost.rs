@@ -64,13 +64,18 @@ impl GeometricPolynomial {
     /// A local minimum, found from the control points of the geometric cubic with its degree elevated. Degree 3 has no
     /// free point and is the geometric cubic itself.
     ///
+    /// The search may take longer than the exact cubic does, [`RiemannianCubic::from_boundary`], whose points are quick
+    /// too: this is for where a curve in closed form is wanted.
+    ///
+    /// [`RiemannianCubic::from_boundary`]: crate::cubic::RiemannianCubic::from_boundary
+    ///
     /// See [`GeometricPolynomial::minimal_cost_interruptible`] for a report.
     ///
     /// The mean distance to the Riemannian cubic with the same data is that of the geometric cubic divided by 39, 217,
     /// 2450 and 65000 in degrees 4 to 7 on the sphere with the data of arXiv 2404.19407, by 11, 133, 1420 and 15000 on
-    /// its St(3,2); over 200 random problems on each of five shapes (distance up to 1.5, speeds up to 2) by 5, 18 to
-    /// 33, and 150 to 220 in degrees 4, 5 and 6 in the geometric mean. The whole table is in
-    /// [`crate::guide::algorithms`].
+    /// its St(3,2); over 200 random problems on each of five shapes (distance up to 1.5, speeds up to 2) by 5 to 6, 18
+    /// to 32, 160 to 220, and 900 to 1900 in degrees 4 to 7 in the geometric mean. The whole table is in
+    /// [`crate::guide::control_points`].
     ///
     /// # Accuracy
     /// The cost is the minimum to `1e-12` relative, asserted in `tests/minimal_cost.rs`; end points and end velocities

@@ -79,7 +79,7 @@ pub fn distance(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> f64 {
     sum.sqrt()
 }
 
-/// `|Y^T Y - I|_F`: how far the columns of `y` are from orthonormal.
+/// `|Y^T Y - I|_F`: how far the columns of `y` are from orthonormal; infinite where that overflows.
 pub fn orthonormality_defect(y: MatRef<'_, f64>) -> f64 {
     let k = y.ncols();
     let mut gram = vec![0.0; k * k];
@@ -107,7 +107,13 @@ pub fn orthonormality_defect(y: MatRef<'_, f64>) -> f64 {
             below += gram[(i, j)] * gram[(i, j)];
         }
     }
-    (diagonal + 2.0 * below).sqrt()
+    let defect = (diagonal + 2.0 * below).sqrt();
+    // Products that overflow with both signs have no sum.
+    if defect.is_nan() {
+        f64::INFINITY
+    } else {
+        defect
+    }
 }
 
 /// `|A + A^T|_F / 2`: how far a square matrix is from skew-symmetric.

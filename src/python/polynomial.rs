@@ -187,6 +187,9 @@ impl PyGeometricPolynomial {
     /// Gauss-Newton iteration on the inner control points, from those of the geometric cubic. It is a local minimum:
     /// other starting points may lead to other curves.
     ///
+    /// The search may take longer than the exact cubic does, ``RiemannianCubic.from_boundary``, whose points are quick
+    /// too: this is for where a curve in closed form is wanted.
+    ///
     /// Examples
     /// --------
     /// >>> import numpy as np
@@ -356,7 +359,7 @@ fn polynomial(py: Python<'_>, P: &Bound<'_, PyAny>, pieces: &str) -> PyResult<Pi
 /// pieces : "quasi_geodesic" or "geodesic", default "quasi_geodesic"
 ///     Geodesics (canonical metric) come much nearer to the Riemannian cubic for ``k > 1``, where they differ from
 ///     quasi-geodesics, and take a logarithm for every stage of every point; not for ``k = n - 1``, where they are in
-///     closed form as well.
+///     closed form as well. For ``k = 1`` the curve is the same, and a point takes many times as long.
 ///
 /// Raises
 /// ------

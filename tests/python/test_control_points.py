@@ -48,7 +48,8 @@ def test_every_method_meets_the_boundary_data():
             data = [f(t) for t in (0.0, 1.0) for f in (curve, curve.velocity)]
             for found, expected in zip(data, problem.ends, strict=True):
                 np.testing.assert_allclose(found, expected, atol=1e-12, err_msg=method)
-            assert curve.degree == control_points.degree(method)
+            if method in control_points.POLYNOMIALS:
+                assert curve.degree == control_points.degree(method)
 
 
 def test_rows_hold_the_papers_errors_and_falling_costs(rows):
@@ -63,6 +64,7 @@ def test_rows_hold_the_papers_errors_and_falling_costs(rows):
             assert -1e-11 < after.excess < before.excess
         assert own["quintic"].error < own["gcp"].error / 20
         assert [r.free for r in least] == [experiment.chart.d * i for i in range(5)]
+        assert own["exact"].error == 0 and own["exact"].excess == 0
         assert all(r.build_seconds > 0 and r.point_seconds > 0 for r in rows)
 
 
@@ -76,8 +78,32 @@ def test_tables_and_section(rows, tmp_path):
     text = (tmp_path / "summary.md").read_text(encoding="utf-8")
     assert text.startswith("# Before\n\n## Other control points")
     assert text.count("| minimal cost") == 2 * len(control_points.DEGREES)
+    assert text.count("| none: the exact cubic") == 2
     for r in rows:
-        assert f"{r.error:.4e}" in text
+        assert r.method == "exact" or f"{r.error:.4e}" in text
+
+
+def test_slower_than_the_exact_cubic_is_said_by_degree():
+    def row(experiment, method, build, point):
+        return control_points.Row(experiment, method, 0, 0.0, 1.0, 0.0, build, point)
+
+    rows = [row(e, "exact", 3.0, 1.0) for e in paper.EXPERIMENTS]
+    rows += [row(e, f"minimal_cost_{m}", m - 2.0, 1.0) for e in paper.EXPERIMENTS for m in control_points.DEGREES]
+    for line in control_points._slower(rows).splitlines():
+        assert line.endswith("longer than the exact cubic to build in degree 6, 7, for a point in no degree.")
+
+
+def test_figure_shows_every_row_and_names_round_off(rows):
+    figure = pytest.importorskip("matplotlib.figure")
+    drawn = pytest.importorskip("stiefel_rs.control_points_figure")
+    smallest = drawn.SMALLEST_EXCESS
+    for experiment in paper.EXPERIMENTS:
+        ax = figure.Figure().add_subplot()
+        drawn._draw(experiment, rows, "excess", ax=ax)
+        own = [r for r in rows if r.experiment is experiment and r.method != "exact"]
+        values = [y for line in ax.lines for y in line.get_ydata()]
+        assert sorted(values) == sorted(max(r.excess, smallest) for r in own)
+        assert len(ax.texts) == sum(r.excess < smallest for r in own)
 
 
 def test_figure(rows, tmp_path):

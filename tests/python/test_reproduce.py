@@ -17,7 +17,7 @@ from stiefel_rs import cli, paper
 
 METHODS = ["gcp", "initial_point_ivp", "initial_point_bvp", "midpoint_ivp", "midpoint_bvp"]
 ORDERS = [0, 1, 1, 2, 2]
-CHART_FREE = ["splitting_2", "splitting_4", "splitting_6", "exact_bvp"]
+CHART_FREE = ["splitting_2", "splitting_4", "splitting_6", "splitting_8", "exact_bvp"]
 EXPERIMENTS = {e.name: e for e in paper.EXPERIMENTS}
 FIGURES = ["trajectory_sphere", "trajectory_stiefel_3_2", "error_sphere", "error_stiefel_3_2", "energy", "momentum"]
 FIGURES += ["conjecture", "control_points", "exact_sphere", "exact_stiefel_3_2"]

@@ -116,9 +116,17 @@ def test_the_papers_problems(experiment):
     assert np.all(np.abs(orders - 2) < 0.1), f"errors {errors}, orders {orders}"
 
 
-def test_it_costs_less_than_de_casteljau(boundary):
-    exact, close = RiemannianCubic.from_boundary(*boundary), GeometricCubic(*boundary)
-    assert exact.cost() <= close.cost() * (1 + 1e-12)
+@pytest.mark.parametrize("size", [(3, 1), (3, 2), (5, 2), (6, 3)])
+def test_it_costs_less_than_de_casteljau(size):
+    # Cubics are stationary, not minimal: this holds for data as moderate as these.
+    for seed in range(25):
+        rng = np.random.default_rng([seed, *size])
+        S0, V0, S1, V1 = random_boundary(*size, rng, rng.uniform(0.0, 2.0))
+        ends = (S0, rng.uniform(0.0, 2.0) * V0, S1, rng.uniform(0.0, 2.0) * V1)
+        exact, close = RiemannianCubic.from_boundary(*ends), GeometricCubic(*ends)
+        # Costs are right to 1e-12.
+        ratio = exact.cost() / close.cost()
+        assert ratio <= 1 + 2e-12, f"seed {seed}: {ratio - 1:.2e} above"
 
 
 def test_run_backwards(boundary):
@@ -254,8 +262,8 @@ def test_any_data_give_a_curve_or_a_typed_error(size, seed, speeds):
         curve = RiemannianCubic.from_boundary(S0, speeds[0] * V0, S1, speeds[1] * V1)
         assert np.all(np.isfinite(curve.velocity([0.0, 0.5, 1.0])))
         assert curve.report.residual <= TOL
-    except StiefelError:
-        pass
+    except StiefelError as error:
+        assert max(speeds) > 1.0, f"moderate data refused: {error}"
     assert time.perf_counter() - start < 10.0, "a solve that takes long"
 
 

@@ -6,9 +6,9 @@ import pytest
 from benchmarks import study
 from benchmarks.study_cases import cases, random_data
 from benchmarks.study_equations import FirstOrder, dop853
-from benchmarks.study_long import bounded, energies
-from benchmarks.study_text import slope
-from benchmarks.study_work import Solve, fastest_below, solves
+from benchmarks.study_long import Energy, bounded, energies
+from benchmarks.study_text import energy_table, slope
+from benchmarks.study_work import COST_SIZES, Solve, costs, fastest_below, solves
 from stiefel_rs import RiemannianCubic, Stiefel
 
 EPS = np.finfo(float).eps
@@ -58,10 +58,31 @@ def test_speed_of_the_bounded_curve_stays_bounded():
 
 
 def test_energy_error_of_splittings_is_level_where_the_speed_is_bounded():
-    found = [e for e in energies(100.0, 5.0) if "bounded" in e.curve and e.method == "splitting, order 4"]
+    found = [e for e in energies(100.0, 5.0) if "sphere" in e.curve and e.method == "splitting, order 4"]
     assert len(found) == 2
     for e in found:
         assert 1e-12 < e.error.max() < 1e-7 and e.growth < 2, (e.curve, e.error.max(), e.growth)
+
+
+def test_methods_that_leave_the_curve_are_named():
+    def made(method, speed, error=1e-3):
+        return Energy("c", method, np.ones(1), np.full(1, error), (1.0, speed))
+
+    found = [
+        made("splitting, order 8", 1.6),
+        made("near", 1.65),
+        made("far", 5e3),
+        made("slow", 1.1),
+        made("e", 1.6, 2),
+    ]
+    lines = energy_table(found).splitlines()[2:]
+    assert ["left the curve" in line for line in lines] == [False, False, True, True, True]
+
+
+def test_sizes_stand_in_the_order_of_their_rows():
+    rows = [cost.rows for cost in costs(((5, 2), (3, 1), (4, 1), (9, 1)), 1)]
+    assert rows == [3, 4, 4, 5]
+    assert [min(n, 4 * k) for n, k in COST_SIZES] == sorted(min(n, 4 * k) for n, k in COST_SIZES)
 
 
 def test_fastest_is_chosen_among_the_accurate():
@@ -84,5 +105,5 @@ def test_short_run_writes_page_and_figures(tmp_path, capsys):
     assert figures == [f"integrators_{name}.svg" for name in ("cost", "drift", "energy", "work")]
     for name in figures:
         assert f"(figures/{name})" in page
-        assert 1_000 < (tmp_path / "figures" / name).stat().st_size < 150_000
+        assert 1_000 < (tmp_path / "figures" / name).stat().st_size < 200_000
     assert "splitting, order 8" in page and "{" not in page and "nan" not in page

@@ -1,0 +1,113 @@
+"""Functions and curves of the module with good arguments, for tests that replace one argument by another."""
+
+import numpy as np
+import pytest
+
+from stiefel_rs import (
+    Chart,
+    Geodesic,
+    GeometricCubic,
+    GeometricPolynomial,
+    QuasiGeodesic,
+    RiemannianCubic,
+    Stiefel,
+    orthogonal_log,
+    skew_exp,
+)
+
+M = Stiefel(4, 2)
+SPHERE = Chart.sphere()
+# Entries are multiples of 1/2: exact in every float and, times two, in integers.
+S = np.eye(4, 2)
+S1 = np.array([[0, 0], [0, 1], [1, 0], [0, 0.0]])
+V = np.array([[0, -1], [1, 0], [2, 0], [0, -1.0]])
+V1 = np.array([[1, 0], [0, 0], [0, 0], [0, 1.0]])
+S2 = np.array([[1, 1], [-1, 1], [1, 1], [1, -1]]) / 2
+V2 = np.array([[0, 1], [-1, 0], [0, 1], [3, 0.0]])
+Z0 = np.array([1, 2, 1, 0, 0, 1, 0, 1.0])
+SKEW = np.array([[0, -2, 1], [2, 0, 0], [-1, 0, 0.0]])
+
+# name -> (function of its array arguments, [(argument, good value)]).
+CALLS = {
+    "skew_exp": (skew_exp, [("A", SKEW)]),
+    "orthogonal_log": (orthogonal_log, [("Q", np.roll(np.eye(3), 1, axis=0))]),
+    "check_point": (M.check_point, [("S", S)]),
+    "check_tangent": (M.check_tangent, [("S", S), ("V", V)]),
+    "random_tangent": (lambda S: M.random_tangent(S, 1), [("S", S)]),
+    "project": (M.project, [("Y", S + V)]),
+    "project_tangent": (M.project_tangent, [("S", S), ("Z", S + V)]),
+    "inner": (M.inner, [("S", S), ("V", V), ("W", V1 * 0)]),
+    "norm": (M.norm, [("S", S), ("V", V)]),
+    "decompose": (M.decompose, [("S", S), ("V", V)]),
+    "compose": (M.compose, [("S", S), ("X", np.zeros((4, 4))), ("Omega", np.zeros((2, 2)))]),
+    "retract": (M.retract, [("S", S), ("V", V)]),
+    "inverse_retract": (M.inverse_retract, [("S0", S), ("S1", S1)]),
+    "retract_qr": (lambda S, V: M.retract(S, V, "qr"), [("S", S), ("V", V)]),
+    "retract_polar": (lambda S, V: M.retract(S, V, "polar"), [("S", S), ("V", V)]),
+    "retract_cayley": (lambda S, V: M.retract(S, V, "cayley"), [("S", S), ("V", V)]),
+    "inverse_qr": (lambda a, b: M.inverse_retract(a, b, "qr"), [("S0", S), ("S1", S2)]),
+    "inverse_polar": (lambda a, b: M.inverse_retract(a, b, "polar"), [("S0", S), ("S1", S2)]),
+    "inverse_cayley": (lambda a, b: M.inverse_retract(a, b, "cayley"), [("S0", S), ("S1", S2)]),
+    "transport": (M.transport, [("S", S), ("V", V), ("W", V2)]),
+    "curvature": (M.curvature, [("S", S), ("U", V), ("V", V2), ("W", V)]),
+    "sectional_curvature": (M.sectional_curvature, [("S", S), ("U", V), ("V", V2)]),
+    "gradient_of": (M.euclidean_to_riemannian_gradient, [("S", S), ("G", V + S)]),
+    "hessian_of": (M.euclidean_to_riemannian_hessian, [("S", S), ("G", V + S), ("H", S), ("V", V)]),
+    "QuasiGeodesic": (lambda a, b: QuasiGeodesic(a, b)(0.5), [("S0", S), ("S1", S1)]),
+    "from_velocity": (lambda a, b: QuasiGeodesic.from_velocity(a, b)(0.5), [("S", S), ("V", V)]),
+    "GeometricCubic": (lambda *x: GeometricCubic(*x)(0.5), [("S0", S), ("V0", V), ("S1", S1), ("V1", V1)]),
+    "from_control_points": (lambda P: GeometricCubic.from_control_points(P)(0.5), [("P", np.stack([S, S1, S, S]))]),
+    "from_initial": (
+        lambda *x: RiemannianCubic.from_initial(*x)(0.5),
+        [("S", S), ("V", V), ("A", V2), ("J", V)],
+    ),
+    "from_boundary": (
+        lambda *x: RiemannianCubic.from_boundary(*x)(0.5),
+        [("S0", S), ("V0", V), ("S1", S2), ("V1", S2 @ [[0, -1], [1, 0]])],
+    ),
+    "exp": (M.exp, [("S", S), ("V", V)]),
+    "log": (M.log, [("S0", S), ("S1", S2)]),
+    "dist": (M.dist, [("S0", S), ("S1", S2)]),
+    "Geodesic": (lambda a, b: Geodesic(a, b)(0.5), [("S0", S), ("S1", S2)]),
+    "Geodesic.from_velocity": (lambda a, b: Geodesic.from_velocity(a, b)(0.5), [("S", S), ("V", V)]),
+    "GeometricPolynomial": (lambda P: GeometricPolynomial(P)(0.5), [("P", np.stack([S, S2, S]))]),
+    "GeometricPolynomial.geodesic": (
+        lambda P: GeometricPolynomial(P, pieces="geodesic")(0.5),
+        [("P", np.stack([S, S2, S]))],
+    ),
+    "curve": (QuasiGeodesic.from_velocity(S, V), [("t", np.array([0.0, 1.0]))]),
+    "jerk": (lambda t: GeometricCubic(S, V, S, V).jerk(t), [("t", np.array([0.0, 1.0]))]),
+    "embed": (SPHERE.embed, [("q", Z0[:2])]),
+    "embed_velocity": (SPHERE.embed_velocity, [("q", Z0[:2]), ("qdot", Z0[2:4])]),
+    "momenta": (SPHERE.momenta, [("q", Z0[:2]), ("qdot", Z0[2:4]), ("qddot", Z0[4:6]), ("qdddot", Z0[6:])]),
+    "derivatives": (SPHERE.derivatives, [("z", Z0)]),
+    "hamiltonian": (SPHERE.hamiltonian, [("z", Z0)]),
+    "gradient": (SPHERE.gradient, [("z", Z0)]),
+    "hessian": (SPHERE.hessian, [("z", Z0)]),
+    "integrate": (lambda z: SPHERE.integrate(z, 3, 0.1), [("z0", Z0)]),
+    "reference": (SPHERE.reference, [("z0", Z0), ("t", np.array([0.0, 0.25]))]),
+    "shoot": (
+        lambda *x: SPHERE.shoot(*x, 4).trajectory,
+        [("q0", Z0[:2]), ("qdot0", Z0[2:4]), ("q1", Z0[:2]), ("qdot1", Z0[2:4])],
+    ),
+    "guess": (
+        lambda p, m: SPHERE.shoot(Z0[:2], Z0[2:4], Z0[:2], Z0[2:4], 4, guess=(p, m)).trajectory,
+        [("guess", np.zeros(2)), ("guess", np.zeros(2))],
+    ),
+}
+ARGUMENTS = [
+    pytest.param(call, i, id=f"{call}-{arg}{i}") for call, (_, args) in CALLS.items() for i, (arg, _) in enumerate(args)
+]
+
+
+def replaced(call, i, value):
+    function, args = CALLS[call]
+    return function(*[value if j == i else good for j, (_, good) in enumerate(args)])
+
+
+def good(call, i):
+    return CALLS[call][1][i][1]
+
+
+def flat(result):
+    return [np.asarray(x) for x in (result if isinstance(result, tuple) else (result,)) if x is not None]

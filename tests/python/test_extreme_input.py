@@ -1,0 +1,141 @@
+"""Finite input of any size: a finite result or a typed error, never a NaN, a panic, or a loop without end."""
+
+import subprocess
+import sys
+import warnings
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from public_calls import ARGUMENTS, CALLS, S1, SPHERE, V1, Z0, S, V, flat, good, replaced
+
+from stiefel_rs import GeometricCubic, InvalidInputError, QuasiGeodesic, StiefelError, skew_exp
+
+
+def finite_or_typed(call):
+    """A finite result without a warning, or one of the exceptions of the contract."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        try:
+            result = call()
+        except (StiefelError, TypeError, ValueError) as error:
+            assert "nan" not in str(error).lower().replace("found nan", ""), f"a NaN in the message: {error}"
+            return
+    for x in flat(result):
+        assert np.isfinite(x).all(), f"finite input, result {x}"
+
+
+EXTREME = [5e-324, 1e-310, 1e-160, 1e100, 1e155, 1e200, 1e308]
+
+
+# The reference takes its 100 000 steps before it gives up, a minute each; far parameters have a test of their own.
+QUICK = [a for a in ARGUMENTS if a.values[0] not in ("reference", "jerk")]
+
+
+@pytest.mark.parametrize(("call", "i"), QUICK)
+@pytest.mark.parametrize("scale", EXTREME)
+def test_extreme_scales(call, i, scale):
+    # |entries| stay below 1.8e308: the input is finite.
+    value = good(call, i)
+    largest = max(1.0, np.abs(value).max())
+    finite_or_typed(lambda: replaced(call, i, value * (scale / largest)))
+    finite_or_typed(lambda: replaced(call, i, np.full_like(value, scale)))
+
+
+@pytest.mark.parametrize("t_end", [1e3, 1e100, 1e308, -1e308])
+@pytest.mark.parametrize("name", ["initial_point", "midpoint"])
+def test_huge_times(t_end, name):
+    finite_or_typed(lambda: SPHERE.integrate(Z0, 3, t_end, name))
+    finite_or_typed(lambda: SPHERE.shoot(*Z0.reshape(4, 2)[[0, 1, 0, 1]], 3, name, t_end=t_end).trajectory)
+
+
+@pytest.mark.parametrize("scale", EXTREME)
+@pytest.mark.parametrize("nu", [0, 1, 2, 3])
+def test_extreme_curves(scale, nu):
+    finite_or_typed(lambda: QuasiGeodesic.from_velocity(S, V * (scale / 2))([0.0, 0.5, 1.0], nu))
+    finite_or_typed(lambda: QuasiGeodesic(S, S1)([scale, -scale], nu))
+    finite_or_typed(lambda: GeometricCubic(S, V * (scale / 2), S1, V1)([0.0, 0.5, 1.0], nu))
+
+
+@pytest.mark.parametrize("method", ["curve({t}, 0)", "curve({t}, 1)", "curve({t}, 3)", "curve.jerk({t})"])
+@pytest.mark.parametrize("t", [1e16, 1e155, 1e200, 1e308])
+def test_far_parameters_return(t, method):
+    # A process of its own: a loop without end in compiled code cannot be stopped from inside.
+    code = f"""
+import numpy as np
+from stiefel_rs import GeometricCubic, StiefelError
+S, V = np.eye(4, 2), np.array([[0, -1], [1, 0], [2, 0], [0, -1.0]])
+curve = GeometricCubic(S, V, S, V)
+try:
+    print(bool(np.isfinite({method.format(t=t)}).all()))
+except StiefelError:
+    print(True)
+"""
+    try:
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=5, check=False)
+    except subprocess.TimeoutExpired:
+        pytest.fail(f"{method.format(t=t)} does not return")
+    assert done.stdout == "True\n", f"{method.format(t=t)}: {done.stdout}{done.stderr[-300:]}"
+
+
+@pytest.mark.parametrize("scale", EXTREME)
+def test_extreme_costs(scale):
+    curve = QuasiGeodesic.from_velocity(S, V * (scale / 2))
+    finite_or_typed(curve.cost)
+    if scale >= 1e155:
+        with pytest.raises(StiefelError):
+            curve.cost()
+            pytest.fail(f"the cost is beyond 1e308, returned {curve.cost()}")
+
+
+@pytest.mark.parametrize("m", [2, 3, 4, 5, 9])
+@pytest.mark.parametrize("scale", EXTREME)
+def test_exponential_of_extreme_matrices_is_a_rotation(m, scale, rng):
+    A = rng.standard_normal((m, m))
+    A -= A.T
+    A = A / np.abs(A).max()
+    if scale > 1 and np.linalg.norm(A, 2) > np.finfo(float).max / scale:
+        with pytest.raises(InvalidInputError, match="too large"):  # an angle is no number any more
+            skew_exp(A * scale)
+        return
+    R = skew_exp(A * scale)
+    defect = np.linalg.norm(R.T @ R - np.eye(m))
+    assert defect <= m * 1e-15, f"orthogonality defect {defect:.3e} at entries of {scale}"
+
+
+numbers = st.one_of(
+    st.floats(allow_nan=False, allow_infinity=False),
+    st.sampled_from([0.0, -0.0, 1.0, -1.0, np.pi, np.pi / 2, 1e-16, 1e16]),
+    st.floats(-4, 4),
+)
+
+
+@pytest.mark.parametrize(
+    "call", [c for c in CALLS if c not in ("random_tangent", "reference", "shoot", "guess", "jerk")]
+)
+@given(data=st.data())
+@settings(deadline=None, max_examples=60)
+def test_any_finite_input_gives_a_finite_result_or_a_typed_error(call, data):
+    function, args = CALLS[call]
+    values = []
+    for _, value in args:
+        noise = np.array(data.draw(st.lists(numbers, min_size=value.size, max_size=value.size))).reshape(value.shape)
+        second = np.arange(value.size).reshape(value.shape) == 1
+        # Good values, good values with one entry replaced, and noise.
+        values.append(data.draw(st.sampled_from([value, np.where(second, noise, value), noise])))
+    finite_or_typed(lambda: function(*values))
+
+
+@given(
+    st.lists(numbers, min_size=16, max_size=16),
+    st.lists(numbers, min_size=4, max_size=4),
+    st.sampled_from(["initial_point", "midpoint"]),
+    st.sampled_from([1.0, -1.0, 1e-8, 10.0]),
+)
+@settings(deadline=None, max_examples=100)
+def test_shooting_at_anything(entries, guess, name, t_end):
+    for points in [entries[:8], np.mod(entries[8:], 3.0)]:
+        ends = np.array(points).reshape(4, 2)
+        finite_or_typed(lambda ends=ends: SPHERE.shoot(*ends, 4, name, t_end=t_end).trajectory)
+        finite_or_typed(lambda ends=ends: SPHERE.shoot(*ends, 4, name, guess=(guess[:2], guess[2:])).trajectory)
