@@ -43,9 +43,12 @@ fn extend<T: Number>(parts: &mut Parts<'_, T>, blocks: impl Blocks, order: usize
     let [omega, omega1, omega2] = &mut parts.omega;
     let [b, b1, b2] = &mut parts.b;
 
-    integrate(b, b1, j, mk, next);
-    integrate(b1, b2, j, mk, next);
-    parts.b_down[block(order - j - 1, mk)].copy_from_slice(&b[block(j + 1, mk)]);
+    // Not read back from where it was written: that would wait for the stores.
+    let vector = scaled(&b1[block(j, mk)], next);
+    b[block(j + 1, mk)].copy_from_slice(&vector[..mk]);
+    parts.b_down[block(order - j - 1, mk)].copy_from_slice(&vector[..mk]);
+    let rate = scaled(&b2[block(j, mk)], next);
+    b1[block(j + 1, mk)].copy_from_slice(&rate[..mk]);
     let n = &parts.n[block(j, k2)];
     for col in 0..k {
         for row in 0..k {
@@ -58,17 +61,19 @@ fn extend<T: Number>(parts: &mut Parts<'_, T>, blocks: impl Blocks, order: usize
     let zero = [T::ZERO; FEW];
     let (mut plus, mut minus, mut point, mut normals) = (zero, zero, zero, zero);
     let (mut square, mut gram) = (zero, zero);
-    let (first, above) = (order - j, order - j - 1);
+    // From order j, and from order j + 1, down to order 0.
+    let down = |size: usize| (order - j) * size..(order + 1) * size;
+    let above = (order - j - 1) * mk..(order + 1) * mk;
     let points = parts.s.chunks_exact(rk).zip(parts.e.chunks_exact(rm));
     let up = b[..].chunks_exact(mk).zip(b1[..].chunks_exact(mk));
     let turns = b2[..].chunks_exact(mk).zip(omega2[..].chunks_exact(k2));
-    let squares = parts.p[first * k2..]
+    let squares = parts.p[down(k2)]
         .chunks_exact(k2)
-        .zip(parts.q[first * k2..].chunks_exact(k2));
-    let wide = parts.b_down[first * mk..]
+        .zip(parts.q[down(k2)].chunks_exact(k2));
+    let wide = parts.b_down[down(mk)]
         .chunks_exact(mk)
-        .zip(parts.b_down[above * mk..].chunks_exact(mk));
-    let narrow = parts.omega_down[first * k2..].chunks_exact(k2);
+        .zip(parts.b_down[above].chunks_exact(mk));
+    let narrow = parts.omega_down[down(k2)].chunks_exact(k2);
     let all = points.zip(up).zip(turns).zip(squares).zip(wide).zip(narrow);
     for ((((((s, e), (b, b1)), (b2, omega2)), (p, q)), (b_down, b_above)), omega) in all {
         add_product::<T, false>(&mut minus[..mk], b1, p, [m, k, k]);
@@ -82,7 +87,7 @@ fn extend<T: Number>(parts: &mut Parts<'_, T>, blocks: impl Blocks, order: usize
             add_product::<T, false>(&mut square[..k2], omega2, omega, [k, k, k]);
         }
     }
-    add_gram(&mut gram, &b1[block(j + 1, mk)], &b[..mk], [m, k]);
+    add_gram(&mut gram, &rate[..mk], &b[..mk], [m, k]);
 
     for (to, (plus, minus)) in b2[block(j + 1, mk)].iter_mut().zip(plus.iter().zip(&minus)) {
         *to = (*plus - *minus) * next;
@@ -104,6 +109,13 @@ fn extend<T: Number>(parts: &mut Parts<'_, T>, blocks: impl Blocks, order: usize
             }
         }
     }
+}
+
+#[inline(always)]
+fn scaled<T: Number>(a: &[T], factor: f64) -> [T; FEW] {
+    let mut out = [T::ZERO; FEW];
+    write_scaled(&mut out, a, factor);
+    out
 }
 
 /// Adds the products of entries that [`fold_gram`] adds to `a^T b`, for `a` and `b` of shape `(m, k)`.
