@@ -208,10 +208,9 @@ impl SplitState for FrameState {
             });
         }
         if angle > LARGEST {
-            return Err(Error::InvalidArgument {
-                name: "steps",
-                requirement: "so many that no exponential turns by more than 100 radians",
-                found: angle,
+            return Err(Error::TooFewSteps {
+                angle,
+                largest: LARGEST,
             });
         }
         let pieces = (angle / LONGEST).ceil().max(1.0);

@@ -24,6 +24,7 @@ mod conserved;
 mod continuation;
 mod derivative;
 mod end_map;
+mod end_response;
 mod frame_flow;
 mod fused;
 mod guess;
