@@ -412,14 +412,6 @@ fn at_rest_it_stays() {
             );
         }
     }
-    // No time: every state is the first.
-    let data = random_data((5, 2), 1.0, 21);
-    let found = end(&data, 3, SplittingOrder::Six, 0.0);
-    assert_within(
-        difference(&found, &data),
-        40.0 * EPS * size(&data),
-        "t_end = 0",
-    );
 }
 
 /// Chart coordinates of a state on the sphere, by components in the frame of the chart.
@@ -526,6 +518,11 @@ fn bad_input_is_refused() {
         argument(try_integrate(&data, usize::MAX / 64, six, 1.0)),
         "steps"
     );
+    assert_eq!(argument(try_integrate(&data, 3, six, 0.0)), "t_end");
+    assert!(matches!(
+        try_integrate(&data, 3, six, 1e4),
+        Err(Error::TooFewSteps { angle, largest: 100.0 }) if angle > 100.0
+    ));
     for t_end in [f64::NAN, f64::INFINITY] {
         let result = try_integrate(&data, 3, six, t_end);
         assert!(matches!(
@@ -587,7 +584,7 @@ fn huge_data_and_times_are_refused_or_right() {
                         let defect = orthonormality(&state[0]);
                         assert_within(defect, 1e-9, &format!("{shape:?} {speed:e} {t_end:e}"));
                     }
-                    Err(Error::Overflow { .. } | Error::InvalidArgument { .. }) => {}
+                    Err(Error::Overflow { .. } | Error::TooFewSteps { .. }) => {}
                     Err(other) => panic!("{shape:?} {speed:e} {t_end:e}: {other}"),
                 }
             }

@@ -41,6 +41,8 @@ mod shooting;
 mod space_flow;
 mod split_state;
 mod splitting;
+#[cfg(feature = "python")]
+mod stored;
 mod taylor;
 mod variation;
 
@@ -50,3 +52,5 @@ pub use derivative::{BoundaryDerivative, BoundaryVariation, CostGradient, Initia
 pub use riemannian_cubic::{IntegrationOptions, RiemannianCubic};
 pub use search::SearchOptions;
 pub use splitting::{CubicTrajectory, SplittingOptions, integrate_cubic};
+#[cfg(feature = "python")]
+pub(crate) use stored::Stored;
