@@ -199,10 +199,11 @@ impl SpanResponse {
                 *x += step;
             }
             rest = difference(&right, &product(&solution)?);
-            if !(norm(&solution) <= SUSPECT * norm(&right)) {
+            let size = norm(&solution);
+            if !size.is_finite() || size > SUSPECT * norm(&right) {
                 return Ok(None);
             }
-            if norm(&rest) <= RESIDUAL * (norm(&right) + norm(&solution)) {
+            if norm(&rest) <= RESIDUAL * (norm(&right) + size) {
                 return Ok(Some(unmeasured(&solution, t)));
             }
         }

@@ -14,6 +14,9 @@ use crate::curve::Samples;
 
 type Array = Py<PyArrayDyn<f64>>;
 
+/// Arrays in the order of the attributes, and both drifts.
+type Pickled = ([Array; 6], f64, f64);
+
 /// A discrete trajectory of a Riemannian cubic. Its arrays are read-only.
 ///
 /// Attributes
@@ -125,9 +128,7 @@ impl PyCubicTrajectory {
         })
     }
     /// For pickle.
-    fn __reduce__<'py>(
-        slf: &Bound<'py, Self>,
-    ) -> PyResult<(Bound<'py, PyAny>, ([Array; 6], f64, f64))> {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Pickled)> {
         let (py, this) = (slf.py(), slf.get());
         let arrays = [
             &this.t,
