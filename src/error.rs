@@ -28,7 +28,7 @@ pub enum Error {
         index: usize,
     },
     /// A scalar argument is out of its range.
-    #[error("{name}: must be {requirement}, found {found}")]
+    #[error("{name}: must be {requirement}, found {}", short(*found))]
     InvalidArgument {
         /// Which argument.
         name: &'static str,
@@ -36,6 +36,16 @@ pub enum Error {
         requirement: &'static str,
         /// Its value.
         found: f64,
+    },
+    /// Steps so long that one of them would turn too far.
+    #[error(
+        "steps: too few, one exponential would turn by {angle:.6e} radians, must be at most {largest}"
+    )]
+    TooFewSteps {
+        /// The angle of one exponential, in radians.
+        angle: f64,
+        /// What is allowed.
+        largest: f64,
     },
     /// The columns are not orthonormal: `|S^T S - I|_F` exceeds the tolerance.
     #[error(
@@ -152,9 +162,22 @@ pub enum Error {
         /// Up to here they count as dependent.
         tolerance: f64,
     },
+    /// Ends of a curve that are conjugate along it: the solution of the boundary value problem does not depend smoothly
+    /// on its data.
+    #[error(
+        "the ends are conjugate along the curve: how the end depends on the initial data has smallest singular value \
+         {smallest:.3e} against the largest {largest:.3e}, in the units of flat space"
+    )]
+    ConjugateEnds {
+        /// The smallest singular value.
+        smallest: f64,
+        /// The largest singular value.
+        largest: f64,
+    },
     /// A chart coordinate outside of the chart.
     #[error(
-        "outside of the chart: {coordinate} = {value} is not in the open interval ({lower}, {upper})"
+        "outside of the chart: {coordinate} = {} is not in the open interval ({lower}, {upper})",
+        short(*value)
     )]
     OutsideChart {
         /// The name of the coordinate.
@@ -192,6 +215,18 @@ pub enum Error {
         /// Which computation.
         solver: &'static str,
     },
+}
+
+/// A number in few characters: whole numbers exactly, others to the last digit, very large and very small ones with a
+/// power of ten.
+fn short(x: f64) -> String {
+    const EXACT: f64 = 9_007_199_254_740_992.0;
+    let plain = 1e-4..=EXACT;
+    if x == 0.0 || !x.is_finite() || plain.contains(&x.abs()) {
+        format!("{x}")
+    } else {
+        format!("{x:e}")
+    }
 }
 
 impl Error {

@@ -530,7 +530,9 @@ fn derivatives_agree_with_differences() {
         let curve = family.data.solve().unwrap();
         let derivative = curve.boundary_derivative(Interrupt::NEVER).unwrap();
         let rates = family.rate();
-        let found = derivative.initial(&variation(&rates)).unwrap();
+        let found = derivative
+            .initial(&variation(&rates), Interrupt::NEVER)
+            .unwrap();
         let solve = |h: f64| family.at(h).solve().unwrap();
         let checks = [
             (
@@ -576,7 +578,9 @@ fn variations_that_break_a_constraint_are_errors() {
         .unwrap();
     let mut rates = family.rate();
     rates[3] += &family.data.s1;
-    let error = derivative.initial(&variation(&rates)).unwrap_err();
+    let error = derivative
+        .initial(&variation(&rates), Interrupt::NEVER)
+        .unwrap_err();
     assert!(
         matches!(error, Error::NotTangent { name: "dV1", .. }),
         "{error}"

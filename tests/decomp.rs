@@ -7,8 +7,8 @@ use faer::{Mat, Scale, mat};
 use stiefel_rs::Error;
 use stiefel_rs::linalg::SkewSchur;
 use stiefel_rs::linalg::decomp::{
-    Svd, SymmetricEigen, polar_factor, smallest_real_part, solve_lower, solve_matrix, solve_upper,
-    spectral_norm, thin_q, thin_qr,
+    Svd, SymmetricEigen, polar_factor, singular_range, smallest_real_part, solve_lower,
+    solve_matrix, solve_square, solve_upper, spectral_norm, thin_q, thin_qr,
 };
 
 // ------------------------------------------------------------- skew Schur form
@@ -437,4 +437,37 @@ fn solves_with_square_and_triangular_matrices() {
         assert_close(&(&upper * &x), &b, 1e-14 * m as f64, "U X = B");
     }
     assert!(solve_matrix(Mat::zeros(3, 3).as_ref(), identity(3).as_ref()).is_none());
+    assert!(solve_square(Mat::zeros(3, 3).as_ref(), &[1.0; 3]).is_none());
+    let a = mat![[2.0, 1.0], [0.0, 4.0]];
+    assert_eq!(solve_square(a.as_ref(), &[4.0, 8.0]), Some(vec![1.0, 2.0]));
+}
+
+#[test]
+fn singular_range_is_that_of_the_factors() {
+    let mut rng = Rng::new(40);
+    for (m, scale) in [(1, 1.0), (3, 1e-200), (7, 1.0), (12, 1e200)] {
+        let (u, v) = (
+            random_orthogonal(m, &mut rng),
+            random_orthogonal(m, &mut rng),
+        );
+        let values = Mat::from_fn(m, m, |i, j| {
+            if i == j {
+                scale * 0.5_f64.powi(i as i32)
+            } else {
+                0.0
+            }
+        });
+        let found = singular_range((u * values * v).as_ref()).unwrap();
+        let expected = [0.5_f64.powi(m as i32 - 1), 1.0];
+        for (found, expected) in found.into_iter().zip(expected) {
+            let defect = (found / scale - expected).abs();
+            assert_within(defect, 10.0 * m as f64 * f64::EPSILON, "singular value");
+        }
+    }
+    assert_eq!(singular_range(Mat::zeros(2, 2).as_ref()), Ok([0.0; 2]));
+    let nan = mat![[f64::NAN]];
+    assert!(matches!(
+        singular_range(nan.as_ref()),
+        Err(Error::Overflow { .. })
+    ));
 }

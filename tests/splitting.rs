@@ -350,14 +350,6 @@ fn at_rest_it_stays() {
             );
         }
     }
-    // No time: every state is the first.
-    let data = random_data((5, 2), 1.0, 21);
-    let found = end(&data, 3, SplittingOrder::Six, 0.0);
-    assert_within(
-        difference(&found, &data),
-        40.0 * EPS * size(&data),
-        "t_end = 0",
-    );
 }
 
 /// Chart coordinates of a state on the sphere, by components in the frame of the chart.

@@ -27,6 +27,14 @@ fn bad_input_is_refused() {
         argument(try_integrate(&data, usize::MAX / 64, six, 1.0)),
         "steps"
     );
+    assert_eq!(argument(try_integrate(&data, 3, six, 0.0)), "t_end");
+    for shape in [(4, 2), (3, 1), (3, 2)] {
+        let data = random_data(shape, 1.0, 22);
+        assert!(matches!(
+            try_integrate(&data, 3, six, 1e4),
+            Err(Error::TooFewSteps { angle, largest: 100.0 }) if angle > 100.0
+        ));
+    }
     for t_end in [f64::NAN, f64::INFINITY] {
         let result = try_integrate(&data, 3, six, t_end);
         assert!(matches!(
@@ -88,7 +96,7 @@ fn huge_data_and_times_are_refused_or_right() {
                         let defect = orthonormality(&state[0]);
                         assert_within(defect, 1e-9, &format!("{shape:?} {speed:e} {t_end:e}"));
                     }
-                    Err(Error::Overflow { .. } | Error::InvalidArgument { .. }) => {}
+                    Err(Error::Overflow { .. } | Error::TooFewSteps { .. }) => {}
                     Err(other) => panic!("{shape:?} {speed:e} {t_end:e}: {other}"),
                 }
             }

@@ -1,3 +1,4 @@
+from collections.abc import Iterable
 from typing import Final, Literal, final, overload
 
 import numpy as np
@@ -157,6 +158,8 @@ class GeometricPolynomial(Curve):
     def degree(self) -> int: ...
     @property
     def report(self) -> SolverReport | None: ...
+    def __copy__(self) -> GeometricPolynomial: ...
+    def __deepcopy__(self, _memo: object) -> GeometricPolynomial: ...
     @staticmethod
     def minimal_cost(
         S0: ArrayLike, V0: ArrayLike, S1: ArrayLike, V1: ArrayLike, *, degree: int = 5
@@ -205,7 +208,7 @@ class RiemannianCubic(Curve):
         *,
         tol: float = 1e-12,
         max_iterations: int = 50,
-        guess: tuple[ArrayLike, ArrayLike] | None = None,
+        guess: Iterable[ArrayLike] | None = None,
         all_found: Literal[False] = False,
     ) -> RiemannianCubic: ...
     @overload
@@ -218,7 +221,7 @@ class RiemannianCubic(Curve):
         *,
         tol: float = 1e-12,
         max_iterations: int = 50,
-        guess: tuple[ArrayLike, ArrayLike] | None = None,
+        guess: Iterable[ArrayLike] | None = None,
         all_found: Literal[True],
     ) -> list[RiemannianCubic]: ...
     def __copy__(self) -> RiemannianCubic: ...
@@ -292,6 +295,8 @@ class CubicTrajectory:
     def momentum_drift(self) -> float: ...
     @property
     def constraint_drift(self) -> float: ...
+    def __copy__(self) -> CubicTrajectory: ...
+    def __deepcopy__(self, _memo: object) -> CubicTrajectory: ...
 
 def integrate_cubic(
     S: ArrayLike,

@@ -9,10 +9,10 @@ use crate::error::{Error, Result};
 /// `path time = path + rate (t - curve)`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Clock {
-    rate: f64,
+    pub(super) rate: f64,
     /// A moment of the curve, and the same one of the path.
-    curve: f64,
-    path: f64,
+    pub(super) curve: f64,
+    pub(super) path: f64,
 }
 
 impl Clock {

@@ -12,15 +12,15 @@
 
 use faer::{Mat, MatRef, Scale};
 
+use super::end_response::{
+    Response, SpanResponse, blocks_of, outer_response, row_matrix, row_variations,
+};
 use super::initial::{Horizontal, InitialData};
-use super::problem::{pack, unpack};
-use super::reduced::Sized;
 use super::riemannian_cubic::RiemannianCubic;
-use super::variation::{Slopes, vary};
+use super::variation::vary;
 use crate::curve::{Curve, check_parameter};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
-use crate::linalg::decomp::solve_square;
 use crate::linalg::structure::{check_finite, norm};
 use crate::manifold::stiefel::{Stiefel, TANGENT_TOLERANCE};
 
@@ -77,12 +77,10 @@ pub struct BoundaryDerivative {
     ends: [[Mat<f64>; 4]; 2],
     span: (f64, f64),
     data: InitialData,
-    /// Derivatives of the end in the frame of the span: with respect to `x`, and to `(x', x'')`.
-    inner: [Mat<f64>; 2],
+    /// How the end answers in the frame of the span.
+    inner: SpanResponse,
     /// The same for a row outside of the span.
-    outer: Option<[Mat<f64>; 2]>,
-    /// Frame at the end, in the coordinates of the frame at the start.
-    turn: Mat<f64>,
+    outer: Option<Response>,
 }
 
 impl RiemannianCubic {
@@ -95,45 +93,54 @@ impl RiemannianCubic {
     /// `Overflow`, `NoConvergence` and `Interrupted` of the integration of the derivative.
     pub fn boundary_derivative(&self, interrupt: Interrupt<'_>) -> Result<BoundaryDerivative> {
         let span = self.t_span();
-        let at = |t: f64| -> Result<[Mat<f64>; 4]> {
-            Ok([
-                self.point(t)?,
-                self.derivative(t, 1)?,
-                self.acceleration(t)?,
-                self.jerk(t)?,
-            ])
-        };
-        let ends = [at(span.0)?, at(span.1)?];
+        let ends = [self.state(span.0)?, self.state(span.1)?];
         let data = {
             let [s, v, a, j] = ends[0].each_ref().map(|x| x.as_ref());
             InitialData::new(s, v, a, j)?
         };
         let duration = span.1 - span.0;
-        let blocks = blocks_of(&data);
-        let inside = vary(
-            &data,
-            0,
-            &unit_variations(blocks, 0),
-            &[duration],
-            interrupt,
-        )?;
-        let inside = inside.into_iter().next().expect("one time");
+        let inner = SpanResponse::new(&data, duration, interrupt)?;
         let outer = match data.frame {
             Some(_) => {
-                let rows = unit_variations(blocks, 1);
-                let outside = vary(&data, 1, &rows, &[duration], interrupt)?;
-                Some(split(&row_matrix(&outside[0]), 1, 2))
+                let rows = row_variations(blocks_of(&data));
+                let slopes = vary::<8>(&data, 1, &rows, &[duration], interrupt)?;
+                Some(outer_response(&slopes[0], duration)?)
             }
             None => None,
         };
         Ok(BoundaryDerivative {
             span,
-            inner: split(&horizontal_matrix(&inside), 1, 2),
-            turn: inside.frame,
+            inner,
             outer,
             ends,
             data,
         })
+    }
+
+    /// The gradient of the cost `J` with respect to the boundary data, from the curve at both ends.
+    ///
+    /// ```math
+    /// \delta J = 2 \bigl[ \langle D_t S', D\,\delta V \rangle - \langle D_t D_t S', \delta S \rangle \bigr]_0^1,\qquad
+    /// D\,\delta V = dV + \Gamma(V, dS)
+    /// ```
+    ///
+    /// By the first variation of `J` at a critical curve: no equation has to be solved, and it exists at conjugate ends too.
+    ///
+    /// # Errors
+    /// `Overflow` where a derivative at an end is too large for a number.
+    pub fn cost_gradient(&self) -> Result<CostGradient> {
+        let span = self.t_span();
+        Ok(cost_gradient(&[self.state(span.0)?, self.state(span.1)?]))
+    }
+
+    /// Point, velocity, covariant acceleration and covariant jerk at a time.
+    fn state(&self, t: f64) -> Result<[Mat<f64>; 4]> {
+        Ok([
+            self.point(t)?,
+            self.derivative(t, 1)?,
+            self.acceleration(t)?,
+            self.jerk(t)?,
+        ])
     }
 }
 
@@ -141,10 +148,15 @@ impl BoundaryDerivative {
     /// The variation of the initial data of the curve.
     ///
     /// # Errors
-    /// `Shape`, `NonFinite`, `NotTangent` (the variation breaks a constraint); `Decomposition` where the ends are conjugate:
-    /// the solution does not depend smoothly on the data.
-    pub fn initial(&self, variation: &BoundaryVariation<'_>) -> Result<InitialVariation> {
-        let parts = self.parts(variation)?;
+    /// `Shape`, `NonFinite`, `NotTangent` (the variation breaks a constraint); `ConjugateEnds` where the solution does not
+    /// depend smoothly on the data; `Overflow`, `NoConvergence` and `Interrupted` of products with the derivative, by
+    /// which equations with more than 64 unknowns are solved.
+    pub fn initial(
+        &self,
+        variation: &BoundaryVariation<'_>,
+        interrupt: Interrupt<'_>,
+    ) -> Result<InitialVariation> {
+        let parts = self.parts(variation, interrupt)?;
         let [a, second] = &parts.inside[1..] else {
             unreachable!("three vectors");
         };
@@ -182,12 +194,12 @@ impl BoundaryDerivative {
         times: &[f64],
         interrupt: Interrupt<'_>,
     ) -> Result<Vec<Mat<f64>>> {
-        let parts = self.parts(variation)?;
         for &t in times {
             check_parameter(t)?;
         }
+        let parts = self.parts(variation, interrupt)?;
         let after: Vec<f64> = times.iter().map(|t| t - self.span.0).collect();
-        let inside = vary(
+        let inside = vary::<1>(
             &self.data,
             0,
             std::slice::from_ref(&parts.inside),
@@ -196,8 +208,8 @@ impl BoundaryDerivative {
         )?;
         let outside = match self.data.frame {
             Some(_) => {
-                let rows = unit_variations(blocks_of(&self.data), 1);
-                Some(vary(&self.data, 1, &rows, &after, interrupt)?)
+                let rows = row_variations(blocks_of(&self.data));
+                Some(vary::<8>(&self.data, 1, &rows, &after, interrupt)?)
             }
             None => None,
         };
@@ -235,21 +247,13 @@ impl BoundaryDerivative {
             + product(&gradient.v1, variation.v1))
     }
 
-    /// The gradient of the cost `J` with respect to the boundary data.
-    ///
-    /// ```math
-    /// \delta J = 2 \bigl[ \langle D_t S', D\,\delta V \rangle - \langle D_t D_t S', \delta S \rangle \bigr]_0^1,\qquad
-    /// D\,\delta V = dV + \Gamma(V, dS)
-    /// ```
-    ///
-    /// By the first variation of `J` at a critical curve: no equation has to be solved, and it exists at conjugate ends too.
+    /// The gradient of the cost `J`: [`RiemannianCubic::cost_gradient`].
     pub fn cost_gradient(&self) -> CostGradient {
-        let [[s0, v0], [s1, v1]] = [(-2.0, &self.ends[0]), (2.0, &self.ends[1])].map(end_gradient);
-        CostGradient { s0, v0, s1, v1 }
+        cost_gradient(&self.ends)
     }
 
     /// Variations of `x, x', x''` with the start held fixed, after the rotation of everything.
-    fn parts(&self, variation: &BoundaryVariation<'_>) -> Result<Parts> {
+    fn parts(&self, variation: &BoundaryVariation<'_>, interrupt: Interrupt<'_>) -> Result<Parts> {
         self.check(variation)?;
         let rest = |d: MatRef<'_, f64>, of: &Mat<f64>| d.to_owned() - self.turned(variation, of);
         let [[_, v0, ..], [s1, v1, ..]] = &self.ends;
@@ -261,14 +265,9 @@ impl BoundaryDerivative {
         let x = Horizontal::of_tangent(identity.as_ref(), self.down(&dv0).as_ref());
         let wanted = ends.each_ref().map(|d| {
             let low = self.down(d);
-            Horizontal::of_tangent(self.turn.as_ref(), low.as_ref())
+            Horizontal::of_tangent(self.inner.turn.as_ref(), low.as_ref())
         });
-        let right = difference(
-            &pack(&wanted),
-            &(&self.inner[0] * column(&pack(std::slice::from_ref(&x)))),
-        );
-        let y = solve(&self.inner[1], &right)?;
-        let [a, second] = unpack(&y, blocks_of(&self.data));
+        let [a, second] = self.inner.solve(&self.data, &x, &wanted, interrupt)?;
         Ok(Parts {
             inside: [x, a, second],
             outside: self.outside(&dv0, &ends)?,
@@ -279,7 +278,7 @@ impl BoundaryDerivative {
     fn outside(&self, dv0: &Mat<f64>, ends: &[Mat<f64>; 2]) -> Result<[Mat<f64>; 3]> {
         let (n, k) = dv0.shape();
         let mut out = std::array::from_fn(|_| Mat::zeros(n, k));
-        let (Some(frame), Some([known, unknown])) = (&self.data.frame, &self.outer) else {
+        let (Some(frame), Some(response)) = (&self.data.frame, &self.outer) else {
             return Ok(out);
         };
         let off = |d: &Mat<f64>| {
@@ -291,8 +290,7 @@ impl BoundaryDerivative {
         for row in 0..n {
             let entry = |a: &Mat<f64>| (0..k).map(|j| a[(row, j)]).collect::<Vec<_>>();
             let wanted = [entry(&s1), entry(&v1)].concat();
-            let right = difference(&wanted, &(known * column(&entry(&x))));
-            let y = solve(unknown, &right)?;
+            let y = response.solve(&entry(&x), &wanted)?;
             for j in 0..k {
                 out[1][(row, j)] = y[j];
                 out[2][(row, j)] = y[k + j];
@@ -367,82 +365,6 @@ struct Parts {
     outside: [Mat<f64>; 3],
 }
 
-fn blocks_of(data: &InitialData) -> Sized {
-    let k = data.velocity.omega.nrows();
-    Sized {
-        m: data.g.nrows() - k,
-        k,
-    }
-}
-
-/// Variations of `(x, x', x'')` by one entry each: all of the span, or those of `extra` rows beside it.
-fn unit_variations(blocks: Sized, extra: usize) -> Vec<[Horizontal; 3]> {
-    let Sized { m, k } = blocks;
-    let zero = || Horizontal {
-        omega: Mat::zeros(k, k),
-        normal: Mat::zeros(m + extra, k),
-    };
-    let mut all = Vec::new();
-    for level in 0..3 {
-        let mut push = |change: &dyn Fn(&mut Horizontal)| {
-            let mut unit = [zero(), zero(), zero()];
-            change(&mut unit[level]);
-            all.push(unit);
-        };
-        if extra > 0 {
-            for col in 0..k {
-                push(&|x| x.normal[(m, col)] = 1.0);
-            }
-            continue;
-        }
-        for col in 0..k {
-            for row in 0..col {
-                push(&|x| {
-                    x.omega[(row, col)] = 1.0;
-                    x.omega[(col, row)] = -1.0;
-                });
-            }
-        }
-        for col in 0..k {
-            for row in 0..m {
-                push(&|x| x.normal[(row, col)] = 1.0);
-            }
-        }
-    }
-    all
-}
-
-/// Horizontal parts of the variations of the end, one column for each direction.
-fn horizontal_matrix(slopes: &Slopes) -> Mat<f64> {
-    let columns: Vec<Vec<f64>> = slopes
-        .points
-        .iter()
-        .zip(&slopes.velocities)
-        .map(|(s, v)| {
-            pack(&[s, v].map(|d| Horizontal::of_tangent(slopes.frame.as_ref(), d.as_ref())))
-        })
-        .collect();
-    let rows = columns.first().map_or(0, Vec::len);
-    Mat::from_fn(rows, columns.len(), |i, j| columns[j][i])
-}
-
-/// Last rows of the variations of point and velocity, one column for each direction.
-fn row_matrix(slopes: &Slopes) -> Mat<f64> {
-    let (last, k) = (slopes.points[0].nrows() - 1, slopes.points[0].ncols());
-    Mat::from_fn(2 * k, slopes.points.len(), |i, j| match i.checked_sub(k) {
-        None => slopes.points[j][(last, i)],
-        Some(i) => slopes.velocities[j][(last, i)],
-    })
-}
-
-/// The columns in two parts, in proportion.
-fn split(matrix: &Mat<f64>, first: usize, second: usize) -> [Mat<f64>; 2] {
-    let (left, right) = matrix
-        .as_ref()
-        .split_at_col(matrix.ncols() * first / (first + second));
-    [left.to_owned(), right.to_owned()]
-}
-
 fn check_shape(name: &'static str, s: &Mat<f64>, d: MatRef<'_, f64>) -> Result<()> {
     if s.shape() == d.shape() {
         return Ok(());
@@ -454,21 +376,10 @@ fn check_shape(name: &'static str, s: &Mat<f64>, d: MatRef<'_, f64>) -> Result<(
     })
 }
 
-fn column(entries: &[f64]) -> Mat<f64> {
-    Mat::from_fn(entries.len(), 1, |i, _| entries[i])
-}
-
-fn difference(a: &[f64], b: &Mat<f64>) -> Vec<f64> {
-    a.iter().enumerate().map(|(i, a)| a - b[(i, 0)]).collect()
-}
-
-fn solve(matrix: &Mat<f64>, right: &[f64]) -> Result<Vec<f64>> {
-    if right.is_empty() {
-        return Ok(Vec::new());
-    }
-    solve_square(matrix.as_ref(), right).ok_or(Error::Decomposition {
-        kind: "derivative of the boundary value problem (its ends are conjugate) as a linear system",
-    })
+/// From point, velocity, covariant acceleration and covariant jerk at both ends.
+fn cost_gradient([start, end]: &[[Mat<f64>; 4]; 2]) -> CostGradient {
+    let [[s0, v0], [s1, v1]] = [(-2.0, start), (2.0, end)].map(end_gradient);
+    CostGradient { s0, v0, s1, v1 }
 }
 
 /// `sign * 2` times the gradients of `<a, dV + Gamma(V, dS)> - <j, dS>` with respect to `dS` and `dV`.

@@ -17,15 +17,12 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
 
 use super::initial::{Horizontal, InitialData};
-use super::split_state::{SplitState, add_all};
-use crate::error::{Error, Result};
+use super::split_state::{SplitState, add_all, check_turn};
+use crate::error::Result;
 use crate::linalg::simd::vectorised;
 
 /// Radians of one Taylor polynomial. Cancellation in the sums costs a factor of about `e^{2 LONGEST}`.
 const LONGEST: f64 = 0.75;
-
-/// Radians of one flow: a bound for the number of polynomials, far beyond every step that resolves a curve.
-const LARGEST: f64 = 100.0;
 
 /// What is left out of a sum, relative to its first term.
 const NEGLIGIBLE: f64 = 1.4e-17;
@@ -202,18 +199,7 @@ impl FrameState {
 impl SplitState for FrameState {
     fn rotate(&mut self, h: f64) -> Result<()> {
         let angle = h.abs() * self.turning_rate();
-        if !angle.is_finite() {
-            return Err(Error::Overflow {
-                quantity: "rotation of a step",
-            });
-        }
-        if angle > LARGEST {
-            return Err(Error::InvalidArgument {
-                name: "steps",
-                requirement: "so many that no exponential turns by more than 100 radians",
-                found: angle,
-            });
-        }
+        check_turn(angle)?;
         let pieces = (angle / LONGEST).ceil().max(1.0);
         let part = angle / pieces;
         let enough = self.limits.iter().position(|limit| part <= *limit);

@@ -19,6 +19,13 @@ pub(crate) struct Horizontal {
 }
 
 impl Horizontal {
+    pub(crate) fn zeros(blocks: Sized) -> Self {
+        Horizontal {
+            omega: Mat::zeros(blocks.k, blocks.k),
+            normal: Mat::zeros(blocks.m, blocks.k),
+        }
+    }
+
     /// The vector of `m` whose tangent vector at the first `k` columns of `g` is `v`; shapes `(r, r)` and `(r, k)`.
     pub(crate) fn of_tangent(g: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Self {
         let (r, k) = v.shape();

@@ -24,6 +24,7 @@ mod conserved;
 mod continuation;
 mod derivative;
 mod end_map;
+mod end_response;
 mod frame_flow;
 mod fused;
 mod guess;
@@ -40,6 +41,8 @@ mod shooting;
 mod space_flow;
 mod split_state;
 mod splitting;
+#[cfg(feature = "python")]
+mod stored;
 mod taylor;
 mod variation;
 
@@ -49,3 +52,5 @@ pub use derivative::{BoundaryDerivative, BoundaryVariation, CostGradient, Initia
 pub use riemannian_cubic::{IntegrationOptions, RiemannianCubic};
 pub use search::SearchOptions;
 pub use splitting::{CubicTrajectory, SplittingOptions, integrate_cubic};
+#[cfg(feature = "python")]
+pub(crate) use stored::Stored;

@@ -22,9 +22,9 @@ const SLACK: f64 = 8.0 * f64::EPSILON;
 #[derive(Debug, Clone)]
 pub(crate) struct State {
     pub(crate) time: f64,
-    blocks: Sized,
+    pub(super) blocks: Sized,
     /// `s, e`, then `omega` and `b`, `omega'` and `b'`, `omega''` and `b''`.
-    entries: Vec<f64>,
+    pub(super) entries: Vec<f64>,
 }
 
 impl State {
@@ -143,24 +143,24 @@ fn copy_columns(to: &mut [f64], to_rows: usize, from: &[f64], from_rows: usize, 
 
 /// One Taylor polynomial: where it is used, and the point it is expanded at.
 #[derive(Debug, Clone, Copy)]
-struct Piece {
-    lower: f64,
-    upper: f64,
-    center: f64,
+pub(super) struct Piece {
+    pub(super) lower: f64,
+    pub(super) upper: f64,
+    pub(super) center: f64,
 }
 
 /// The pieces in the order of time, and the states at both ends.
 #[derive(Debug, Clone)]
 pub(crate) struct Path {
-    blocks: Sized,
-    accuracy: Accuracy,
-    pieces: Vec<Piece>,
+    pub(super) blocks: Sized,
+    pub(super) accuracy: Accuracy,
+    pub(super) pieces: Vec<Piece>,
     /// Coefficients of the point, `(order + 1) rows k` a piece.
-    points: Vec<f64>,
+    pub(super) points: Vec<f64>,
     /// Coefficients of `x`, `(order + 1) k (k + m)` a piece: order by order, `omega` before `b`.
-    vectors: Vec<f64>,
-    first: State,
-    last: State,
+    pub(super) vectors: Vec<f64>,
+    pub(super) first: State,
+    pub(super) last: State,
 }
 
 impl Path {

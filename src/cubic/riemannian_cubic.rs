@@ -25,7 +25,8 @@ use crate::report::SolverReport;
 pub struct IntegrationOptions<'a> {
     /// The curve is made for the times between 0 and this one, which may be negative.
     pub t_end: f64,
-    /// What a step of the Taylor method leaves out, relative to the state, in `[1e-17, 0.1]`.
+    /// What a step of the Taylor method leaves out, relative to the state, in `[1e-17, 0.1]`. Points are orthonormal to it
+    /// too, and no better.
     pub tolerance: f64,
     /// Asked every few steps.
     pub interrupt: Interrupt<'a>,
@@ -71,14 +72,14 @@ impl Default for IntegrationOptions<'_> {
 /// ```
 #[derive(Debug, Clone)]
 pub struct RiemannianCubic {
-    n: usize,
-    k: usize,
-    frame: Option<Arc<Mat<f64>>>,
+    pub(super) n: usize,
+    pub(super) k: usize,
+    pub(super) frame: Option<Arc<Mat<f64>>>,
     pub(super) path: Arc<Path>,
     pub(super) clock: Clock,
-    span: (f64, f64),
-    report: Option<SolverReport>,
-    boundary_report: Option<BoundaryReport>,
+    pub(super) span: (f64, f64),
+    pub(super) report: Option<SolverReport>,
+    pub(super) boundary_report: Option<BoundaryReport>,
 }
 
 impl RiemannianCubic {
@@ -94,14 +95,7 @@ impl RiemannianCubic {
         j: MatRef<'_, f64>,
         options: &IntegrationOptions<'_>,
     ) -> Result<Self> {
-        check_finite_scalar("t_end", options.t_end)?;
-        if options.t_end == 0.0 {
-            return Err(Error::InvalidArgument {
-                name: "t_end",
-                requirement: "not zero",
-                found: 0.0,
-            });
-        }
+        check_duration(options.t_end)?;
         let range = Accuracy::FULL.truncation..=0.1;
         if !range.contains(&options.tolerance) {
             return Err(Error::InvalidArgument {
@@ -287,6 +281,19 @@ fn check_size(Sized { m, k }: Sized) -> Result<()> {
 
 /// Coefficients of one step at the most: two gigabytes.
 const LARGEST_STEP: f64 = 268_435_456.0;
+
+/// Error where a time to integrate to is zero or not finite.
+pub(super) fn check_duration(t_end: f64) -> Result<()> {
+    check_finite_scalar("t_end", t_end)?;
+    if t_end != 0.0 {
+        return Ok(());
+    }
+    Err(Error::InvalidArgument {
+        name: "t_end",
+        requirement: "not zero",
+        found: 0.0,
+    })
+}
 
 /// Error unless `start < end`, both finite.
 fn check_interval(start: f64, end: f64) -> Result<()> {

@@ -4,8 +4,8 @@
 //! (that of `h`, the rotation of the last two basis vectors) for `k = 1`.
 
 use super::initial::{Horizontal, InitialData};
-use super::split_state::{SplitState, add};
-use crate::error::{Error, Result};
+use super::split_state::{SplitState, add, check_turn};
+use crate::error::Result;
 
 type Vector = [f64; 3];
 
@@ -99,11 +99,7 @@ impl SplitState for SpaceState {
     fn rotate(&mut self, h: f64) -> Result<()> {
         let x = self.x.value.map(|x| h * x);
         let square = dot(x, x);
-        if !square.is_finite() {
-            return Err(Error::Overflow {
-                quantity: "rotation of a step",
-            });
-        }
+        check_turn(square.sqrt())?;
         let [sine, versine, rest] = rotation_functions(square);
         // e^{-X} - I = -sine X + versine X^2, and the mean of e^{-sX} over [0, 1] likewise.
         let turned = |v: Vector, odd: f64, even: f64| -> Vector {

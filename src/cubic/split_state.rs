@@ -1,6 +1,6 @@
 //! What a splitting asks of a state, and sums that remember what rounding took from them.
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 
 /// The state `(g, x, p, mu)` of a cubic with the exact flows of the two parts of its Hamiltonian.
 ///
@@ -13,7 +13,7 @@ pub(super) trait SplitState {
     /// The flow of `H_A`.
     ///
     /// # Errors
-    /// `InvalidArgument` where it turns too far, `Overflow`.
+    /// `TooFewSteps` where it turns too far, `Overflow`.
     fn rotate(&mut self, h: f64) -> Result<()>;
 
     /// The flow of `H_B`.
@@ -30,6 +30,26 @@ pub(super) trait SplitState {
 
     /// `|mu_h - [x, p]_h|`, in the same norm.
     fn constraint_defect(&mut self) -> f64;
+}
+
+/// Radians by which one exponential may turn: beyond, a step says little about the curve.
+const LARGEST_TURN: f64 = 100.0;
+
+/// Error where an exponential turns too far.
+#[inline(always)]
+pub(super) fn check_turn(angle: f64) -> Result<()> {
+    if angle <= LARGEST_TURN {
+        return Ok(());
+    }
+    if angle.is_finite() {
+        return Err(Error::TooFewSteps {
+            angle,
+            largest: LARGEST_TURN,
+        });
+    }
+    Err(Error::Overflow {
+        quantity: "rotation of a step",
+    })
 }
 
 /// `sum += increment`, where `low` carries what did not fit (Kahan's compensated sum).

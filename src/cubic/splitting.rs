@@ -25,12 +25,13 @@ use faer::{Mat, MatMut, MatRef};
 use super::composition::SplittingOrder;
 use super::frame_flow::FrameState;
 use super::initial::InitialData;
+use super::riemannian_cubic::check_duration;
 use super::space_flow::SpaceState;
 use super::split_state::SplitState;
 use crate::curve::{Samples, lift_into};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
-use crate::linalg::structure::{check_finite_scalar, check_range};
+use crate::linalg::structure::check_range;
 
 /// Flows of small states between two questions whether to stop.
 const FLOWS_PER_CHECK: usize = 1024;
@@ -43,7 +44,7 @@ const TRAJECTORY: &str = "trajectory of a cubic";
 /// How [`integrate_cubic`] takes its steps.
 #[derive(Clone, Copy)]
 pub struct SplittingOptions<'a> {
-    /// End of the time interval, finite; negative to run backwards, 0 to stay.
+    /// End of the time interval, finite and not zero; negative to run backwards.
     pub t_end: f64,
     /// Order of the composition.
     pub order: SplittingOrder,
@@ -173,8 +174,8 @@ impl CubicTrajectory {
 /// [`SplittingOrder`]; energy without drift. Orthonormality, spatial momentum and constraint to round-off that does
 /// not grow with the number of steps.
 /// # Errors
-/// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `InvalidArgument` (`steps`, or an exponential by more than
-/// 100 radians where `n > 3`), `Overflow`, `Interrupted`.
+/// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `InvalidArgument` (`steps`, `t_end` zero), `TooFewSteps` (an
+/// exponential by more than 100 radians where `n > 3`), `Overflow`, `Interrupted`.
 /// # Source
 /// See the module page.
 pub fn integrate_cubic(
@@ -185,7 +186,7 @@ pub fn integrate_cubic(
     steps: usize,
     options: &SplittingOptions<'_>,
 ) -> Result<CubicTrajectory> {
-    check_finite_scalar("t_end", options.t_end)?;
+    check_duration(options.t_end)?;
     if steps == 0 {
         return Err(Error::InvalidArgument {
             name: "steps",

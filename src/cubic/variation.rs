@@ -9,11 +9,6 @@ use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::linalg::dual::{Dual, Number};
 
-/// Directions that one pass carries.
-const DIRECTIONS: usize = 8;
-
-type Varied = Dual<DIRECTIONS>;
-
 /// Variations at one time, in coordinates in which the frame at the start is the identity; shape `(r, k)`, one for each
 /// direction.
 pub(super) struct Slopes {
@@ -24,13 +19,14 @@ pub(super) struct Slopes {
 }
 
 /// Variations of the curve with the given initial data at each of several times after the start, the start held fixed.
+/// A pass carries `N` directions.
 ///
 /// # Arguments
 /// * `extra` - rows beside the span, in which the curve stays zero
 /// * `directions` - variations of `(x, x', x'')`; the normal parts have `extra` rows more than those of the data
 /// # Errors
 /// `NoConvergence`, `Overflow`, `Interrupted`.
-pub(super) fn vary(
+pub(super) fn vary<const N: usize>(
     data: &InitialData,
     extra: usize,
     directions: &[[Horizontal; 3]],
@@ -49,10 +45,10 @@ pub(super) fn vary(
         velocities: Vec::new(),
         frame: Mat::zeros(r, r),
     });
-    let mut march = March::<Varied, Sized>::new(blocks, Accuracy::FULL);
+    let mut march = March::<Dual<N>, Sized>::new(blocks, Accuracy::FULL);
     // A curve without freedom still has a frame.
     let passes = directions
-        .chunks(DIRECTIONS)
+        .chunks(N)
         .chain(directions.is_empty().then_some(&[][..]));
     for pass in passes {
         start(&mut march, data, pass);
@@ -69,11 +65,11 @@ pub(super) fn vary(
 }
 
 impl Slopes {
-    fn read(&mut self, march: &March<Varied, Sized>, count: usize) {
+    fn read<const N: usize>(&mut self, march: &March<Dual<N>, Sized>, count: usize) {
         let Sized { m, k } = march.blocks;
         let (r, series) = (m + k, &march.series);
         let velocity = |i: usize, j: usize| {
-            let mut sum = Varied::ZERO;
+            let mut sum = Dual::<N>::ZERO;
             for l in 0..k {
                 sum += series.s()[i + r * l] * series.omega(0)[l + k * j];
             }
@@ -96,7 +92,11 @@ impl Slopes {
 }
 
 /// Puts a march at the start of a curve: frame the identity, derivatives with their variations.
-fn start(march: &mut March<Varied, Sized>, data: &InitialData, directions: &[[Horizontal; 3]]) {
+fn start<const N: usize>(
+    march: &mut March<Dual<N>, Sized>,
+    data: &InitialData,
+    directions: &[[Horizontal; 3]],
+) {
     let Sized { m, k } = march.blocks;
     let r = m + k;
     (march.time, march.steps) = (0.0, 0);
@@ -104,7 +104,7 @@ fn start(march: &mut March<Varied, Sized>, data: &InitialData, directions: &[[Ho
     let series = march.series.parts();
     for j in 0..r {
         for i in 0..r {
-            let entry = Varied::constant(f64::from(u8::from(i == j)));
+            let entry = Dual::<N>::constant(f64::from(u8::from(i == j)));
             match j.checked_sub(k) {
                 None => series.s[i + r * j] = entry,
                 Some(j) => series.e[i + r * j] = entry,
@@ -117,7 +117,7 @@ fn start(march: &mut March<Varied, Sized>, data: &InitialData, directions: &[[Ho
         .enumerate()
     {
         let varied = |value: f64, pick: &dyn Fn(&Horizontal) -> f64| {
-            let mut entry = Varied::constant(value);
+            let mut entry = Dual::<N>::constant(value);
             for (slope, direction) in entry.slope.iter_mut().zip(directions) {
                 *slope = pick(&direction[level]);
             }

@@ -232,16 +232,24 @@ pub fn polar_factor(name: &'static str, a: MatRef<'_, f64>) -> Result<Mat<f64>> 
 /// # Errors
 /// `Overflow` where an entry is not finite; `Decomposition`.
 pub fn spectral_norm(a: MatRef<'_, f64>) -> Result<f64> {
+    singular_range(a).map(|[_, largest]| largest)
+}
+
+/// Smallest and largest singular value, 0 for an empty matrix. Entries of extreme size are scaled in a copy.
+///
+/// # Errors
+/// `Overflow` where an entry is not finite; `Decomposition`.
+pub fn singular_range(a: MatRef<'_, f64>) -> Result<[f64; 2]> {
     check_range("matrix to factor", a)?;
     let largest = a.norm_max();
     if largest == 0.0 || a.nrows() == 0 || a.ncols() == 0 {
-        return Ok(0.0);
+        return Ok([0.0; 2]);
     }
     let scaled = Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] / largest);
     let values = scaled.singular_values().map_err(|_| Error::Decomposition {
         kind: "singular value decomposition",
     })?;
-    Ok(values[0] * largest)
+    Ok([values[values.len() - 1] * largest, values[0] * largest])
 }
 
 /// Smallest real part of an eigenvalue of a square matrix.
@@ -274,19 +282,8 @@ pub fn solve_upper(u: MatRef<'_, f64>, b: MatMut<'_, f64>) {
     triangular_solve::solve_upper_triangular_in_place(u, b, Par::Seq);
 }
 
-/// Solution of a square system by LU with partial pivoting; `None` where the matrix is singular.
+/// [`solve_matrix`] for one right-hand side.
 pub fn solve_square(a: MatRef<'_, f64>, b: &[f64]) -> Option<Vec<f64>> {
-    let solution = a
-        .partial_piv_lu()
-        .solve(MatRef::from_column_major_slice(b, b.len(), 1));
-    let solution: Vec<f64> = (0..b.len()).map(|i| solution[(i, 0)]).collect();
-    solution.iter().all(|x| x.is_finite()).then_some(solution)
-}
-
-/// Solution of a square system with several right-hand sides; `None` where the matrix is singular.
-pub fn solve_square_many(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Option<Mat<f64>> {
-    let solution = a.partial_piv_lu().solve(b);
-    let finite = |c: faer::ColRef<'_, f64>| c.iter().all(|x| x.is_finite());
-    let all = solution.col_iter().all(finite);
-    all.then_some(solution)
+    let solution = solve_matrix(a, MatRef::from_column_major_slice(b, b.len(), 1))?;
+    Some((0..b.len()).map(|i| solution[(i, 0)]).collect())
 }

@@ -5,7 +5,7 @@
 
 use faer::Mat;
 
-use super::decomp::solve_square_many;
+use super::decomp::solve_matrix;
 
 /// A symmetric block tridiagonal matrix of square blocks of one size.
 #[derive(Debug, Clone)]
@@ -38,9 +38,9 @@ impl BlockTridiagonal {
                 pivot -= below * share;
                 value -= below * before;
             }
-            values.push(solve_square_many(pivot.as_ref(), value.as_ref())?);
+            values.push(solve_matrix(pivot.as_ref(), value.as_ref())?);
             if let Some(above) = self.above.get(i) {
-                shares.push(solve_square_many(pivot.as_ref(), above.as_ref())?);
+                shares.push(solve_matrix(pivot.as_ref(), above.as_ref())?);
             }
         }
         for i in (1..values.len()).rev() {

@@ -107,8 +107,11 @@ impl Stiefel {
     ) -> Result<()> {
         check_shape(name, s, self.n, self.k)?;
         check_finite(name, s)?;
-        let defect = orthonormality_defect(s);
-        // Not `defect > tolerance`: finite entries can overflow in S^T S, and then the defect is NaN or infinite.
+        // Finite entries can overflow in S^T S, to infinities that cancel.
+        let defect = match orthonormality_defect(s) {
+            defect if defect.is_nan() => f64::INFINITY,
+            defect => defect,
+        };
         if defect <= tolerance {
             Ok(())
         } else {

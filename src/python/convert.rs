@@ -2,10 +2,10 @@
 
 use faer::{Mat, MatRef};
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
-use pyo3::exceptions::{PyMemoryError, PyTypeError};
+use pyo3::exceptions::{PyMemoryError, PyOverflowError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use pyo3::types::PyTuple;
+use pyo3::types::{PyDict, PyTuple};
 use rayon::prelude::*;
 
 use super::call::Call;
@@ -168,20 +168,52 @@ pub fn vectors<const N: usize>(
 
 /// One matrix, shape `(rows, cols)`.
 pub fn matrix(object: &Bound<'_, PyAny>, name: &'static str) -> PyResult<Mat<f64>> {
-    let [batch] = matrices([(object, name)])?;
-    if batch.shape.is_empty() {
-        return Ok(batch.get(0).to_owned());
+    let array = float_array(object, name)?;
+    if let [rows, cols] = *array.shape() {
+        return Ok(MatRef::from_row_major_slice(&entries_of(&array), rows, cols).to_owned());
     }
-    let found: Vec<usize> = batch
-        .shape
-        .iter()
-        .chain(&[batch.rows, batch.cols])
-        .copied()
-        .collect();
+    let found = tuple(array.shape());
     Err(invalid_input(
         object.py(),
-        format!("{name}: expected shape (n, k), found {}", tuple(&found)),
+        format!("{name}: expected shape (n, k), found {found}"),
     ))
+}
+
+/// Two matrices from any pair: a tuple, a list, an array of shape (2, n, k).
+pub fn matrix_pair(
+    object: &Bound<'_, PyAny>,
+    name: &'static str,
+    parts: [&'static str; 2],
+) -> PyResult<[Mat<f64>; 2]> {
+    let items = object.try_iter()?.take(3).collect::<PyResult<Vec<_>>>()?;
+    let [first, second] = &items[..] else {
+        let (expected, count) = (parts.join(", "), items.len());
+        let found = if count == 3 {
+            "more".to_owned()
+        } else {
+            count.to_string()
+        };
+        let message = format!("{name}: expected two items ({expected}), found {found}");
+        return Err(invalid_input(object.py(), message));
+    };
+    Ok([matrix(first, parts[0])?, matrix(second, parts[1])?])
+}
+
+/// A whole number of any size; what is too large for the core counts as its largest number.
+pub fn whole(object: &Bound<'_, PyAny>) -> PyResult<i64> {
+    match object.extract::<i64>() {
+        Err(error) if error.is_instance_of::<PyOverflowError>(object.py()) => {
+            Ok(if object.lt(0)? { i64::MIN } else { i64::MAX })
+        }
+        other => other,
+    }
+}
+
+/// Makes an array read-only: results belong to frozen objects.
+pub fn freeze<'py>(array: &Bound<'py, PyAny>) -> PyResult<()> {
+    let write = PyDict::new(array.py());
+    write.set_item("write", false)?;
+    array.call_method("setflags", (), Some(&write)).map(drop)
 }
 
 /// Parameters of any shape: the shape and the values.

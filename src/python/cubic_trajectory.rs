@@ -4,7 +4,8 @@ use numpy::{PyArray1, PyArrayDyn, PyArrayMethods};
 use pyo3::prelude::*;
 
 use super::call::Call;
-use super::convert::{matrix, to_array};
+use super::chart::count;
+use super::convert::{freeze, matrix, parameters, to_array, tuple, whole};
 use super::error::{invalid_input, to_exception};
 use crate::cubic::{
     CubicTrajectory, SplittingOptions, SplittingOrder, integrate_cubic as integrate,
@@ -13,7 +14,10 @@ use crate::curve::Samples;
 
 type Array = Py<PyArrayDyn<f64>>;
 
-/// A discrete trajectory of a Riemannian cubic.
+/// Arrays in the order of the attributes, and both drifts.
+type Pickled = ([Array; 6], f64, f64);
+
+/// A discrete trajectory of a Riemannian cubic. Its arrays are read-only.
 ///
 /// Attributes
 /// ----------
@@ -77,6 +81,74 @@ impl PyCubicTrajectory {
     fn constraint_drift(&self) -> f64 {
         self.constraint_drift
     }
+    /// For pickle: a trajectory from its arrays.
+    #[staticmethod]
+    fn _restored(
+        py: Python<'_>,
+        arrays: [Bound<'_, PyAny>; 6],
+        momentum_drift: f64,
+        constraint_drift: f64,
+    ) -> PyResult<Self> {
+        const NAMES: [&str; 6] = ["t", "point", "velocity", "acceleration", "jerk", "energy"];
+        let mut parts = Vec::with_capacity(NAMES.len());
+        let mut common: Vec<usize> = Vec::new();
+        for (i, (array, name)) in arrays.iter().zip(NAMES).enumerate() {
+            let (shape, entries) = parameters(array, name)?;
+            if i == 1 {
+                common.clone_from(&shape);
+            }
+            let scalar = i == 0 || i == NAMES.len() - 1;
+            let expected = if scalar { 1 } else { 3 };
+            let fits = scalar || shape == common;
+            if shape.len() != expected || !fits || !entries.iter().all(|x| x.is_finite()) {
+                let message = format!("{name}: no part of a trajectory, shape {}", tuple(&shape));
+                return Err(invalid_input(py, message));
+            }
+            parts.push((shape, entries));
+        }
+        if [0, 5].iter().any(|i| parts[*i].0[0] != common[0]) {
+            let message = format!("t, energy: expected shape ({},)", common[0]);
+            return Err(invalid_input(py, message));
+        }
+        let mut parts = parts.into_iter().map(|(shape, entries)| {
+            let array = to_array(py, entries, &shape)?;
+            freeze(&array)?;
+            PyResult::Ok(array.unbind())
+        });
+        let mut next = || parts.next().expect("as many as names");
+        Ok(PyCubicTrajectory {
+            t: next()?,
+            point: next()?,
+            velocity: next()?,
+            acceleration: next()?,
+            jerk: next()?,
+            energy: next()?,
+            momentum_drift,
+            constraint_drift,
+        })
+    }
+    /// For pickle.
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Pickled)> {
+        let (py, this) = (slf.py(), slf.get());
+        let arrays = [
+            &this.t,
+            &this.point,
+            &this.velocity,
+            &this.acceleration,
+            &this.jerk,
+            &this.energy,
+        ];
+        let arrays = arrays.map(|array| array.clone_ref(py));
+        let state = (arrays, this.momentum_drift, this.constraint_drift);
+        Ok((slf.get_type().getattr("_restored")?, state))
+    }
+    /// Trajectories do not change: a copy is the trajectory itself.
+    fn __copy__(slf: Py<Self>) -> Py<Self> {
+        slf
+    }
+    fn __deepcopy__(slf: Py<Self>, _memo: &Bound<'_, PyAny>) -> Py<Self> {
+        slf
+    }
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let shape = self.point.bind(py).getattr("shape")?;
         Ok(format!("<CubicTrajectory of shape {shape}>"))
@@ -95,7 +167,7 @@ impl PyCubicTrajectory {
 /// steps : int
 ///     Equal steps over ``[0, t_end]``, at least 1.
 /// t_end : float, default 1.0
-///     Negative to run backwards.
+///     Negative to run backwards, not zero.
 /// order : {2, 4, 6, 8}, default 6
 ///     Order of the method: 1, 4, 5 or 12 exponentials per step.
 ///
@@ -106,8 +178,8 @@ impl PyCubicTrajectory {
 /// Raises
 /// ------
 /// InvalidInputError
-///     Shape, not finite, not orthonormal, not tangent, ``steps < 1``, unknown order, an exponential by more
-///     than 100 radians where ``n > 3``, a result too large for a number.
+///     Shape, not finite, not orthonormal, not tangent, ``steps < 1``, ``t_end`` zero, unknown order, an exponential by
+///     more than 100 radians where ``n > 3``, a result too large for a number.
 ///
 /// Notes
 /// -----
@@ -136,9 +208,9 @@ pub fn integrate_cubic(
     V: &Bound<'_, PyAny>,
     A: &Bound<'_, PyAny>,
     J: &Bound<'_, PyAny>,
-    steps: i64,
+    #[pyo3(from_py_with = whole)] steps: i64,
     t_end: f64,
-    order: i64,
+    #[pyo3(from_py_with = whole)] order: i64,
 ) -> PyResult<PyCubicTrajectory> {
     let data = [
         matrix(S, "S")?,
@@ -147,12 +219,7 @@ pub fn integrate_cubic(
         matrix(J, "J")?,
     ];
     let order = SplittingOrder::try_from(order).map_err(|error| to_exception(py, &error, ""))?;
-    let Ok(steps) = usize::try_from(steps) else {
-        return Err(invalid_input(
-            py,
-            format!("steps: must be at least 1, found {steps}"),
-        ));
-    };
+    let steps = count(py, "steps", steps, 1)?;
     let (n, k) = data[0].shape();
     let call = Call::new(
         py,
@@ -195,18 +262,24 @@ fn wrapped(
     // Stored column by column; the transposed view has the documented shape and copies nothing.
     let array = |samples: Samples| -> PyResult<Array> {
         let stored = PyArray1::from_vec(py, samples.into_entries()).reshape([states, k, n])?;
+        freeze(&stored)?;
         let view = stored.call_method1("swapaxes", (-1, -2))?;
         Ok(view.cast_into::<PyArrayDyn<f64>>()?.unbind())
     };
     let [point, velocity, acceleration, jerk] = samples;
+    let frozen = |entries: Vec<f64>| -> PyResult<Array> {
+        let array = to_array(py, entries, &[states])?;
+        freeze(&array)?;
+        Ok(array.unbind())
+    };
     let times = (0..states).map(|i| trajectory.time(i)).collect();
     Ok(PyCubicTrajectory {
-        t: to_array(py, times, &[states])?.unbind(),
+        t: frozen(times)?,
         point: array(point)?,
         velocity: array(velocity)?,
         acceleration: array(acceleration)?,
         jerk: array(jerk)?,
-        energy: to_array(py, trajectory.energy().to_vec(), &[states])?.unbind(),
+        energy: frozen(trajectory.energy().to_vec())?,
         momentum_drift: trajectory.momentum_drift(),
         constraint_drift: trajectory.constraint_drift(),
     })

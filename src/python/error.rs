@@ -117,7 +117,23 @@ pub fn invalid_input(py: Python<'_>, message: String) -> PyErr {
 
 /// The exception for an error; `place` says which member of a batch it was, or is empty.
 pub fn to_exception(py: Python<'_>, error: &Error, place: &str) -> PyErr {
-    let message = format!("{error}{place}");
+    let message = match error {
+        // What the options of the core call a tolerance is an argument `tol` in Python.
+        Error::InvalidArgument {
+            name: "tolerance",
+            requirement,
+            found,
+        } => {
+            let (name, requirement, found) = ("tol", *requirement, *found);
+            let renamed = Error::InvalidArgument {
+                name,
+                requirement,
+                found,
+            };
+            format!("{renamed}{place}")
+        }
+        _ => format!("{error}{place}"),
+    };
     match error {
         Error::OutsideLogDomain { .. }
         | Error::NoJoiningCurve { .. }
@@ -125,6 +141,7 @@ pub fn to_exception(py: Python<'_>, error: &Error, place: &str) -> PyErr {
         | Error::BeyondInjectivity { .. }
         | Error::DifferentComponents { .. }
         | Error::OutsideRetractionDomain { .. }
+        | Error::ConjugateEnds { .. }
         | Error::OutsideChart { .. } => build(
             py,
             &OUTSIDE_DOMAIN,

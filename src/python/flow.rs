@@ -4,7 +4,7 @@ use pyo3::prelude::*;
 
 use super::call::Call;
 use super::chart::{Array, PyChart, count};
-use super::convert::{Batch, map_batch, parameters, to_array, tuple};
+use super::convert::{Batch, map_batch, parameters, to_array, tuple, whole};
 use super::discretization::NamedMap;
 use super::error::invalid_input;
 use super::shooting::{PyShootingResult, Shot};
@@ -158,7 +158,7 @@ impl PyChart {
         &self,
         py: Python<'py>,
         z0: &Bound<'py, PyAny>,
-        steps: i64,
+        #[pyo3(from_py_with = whole)] steps: i64,
         t_end: f64,
         map: &str,
         order: Option<i64>,
@@ -300,11 +300,11 @@ impl PyChart {
         qdot0: &Bound<'py, PyAny>,
         q1: &Bound<'py, PyAny>,
         qdot1: &Bound<'py, PyAny>,
-        steps: i64,
+        #[pyo3(from_py_with = whole)] steps: i64,
         map: &str,
         t_end: f64,
         tol: f64,
-        max_iterations: i64,
+        #[pyo3(from_py_with = whole)] max_iterations: i64,
         guess: Option<&Bound<'py, PyAny>>,
         order: Option<i64>,
     ) -> PyResult<PyShootingResult> {

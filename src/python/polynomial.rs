@@ -5,11 +5,13 @@ use std::sync::Arc;
 use faer::{Mat, MatRef};
 use numpy::{PyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
 
 use super::call::Call;
 use super::convert::{float_array, matrix, to_array, tuple, write};
 use super::curve::{AnyCurve, Operations, PyCurve, cube};
 use super::error::{PySolverReport, invalid_input};
+use super::riemannian_cubic::array;
 use crate::curve::{Curve, GeodesicPolynomial, GeometricCubic, GeometricPolynomial, Quantity};
 use crate::report::SolverReport;
 
@@ -105,6 +107,29 @@ impl Pieces {
 pub struct PyGeometricPolynomial {
     pieces: Pieces,
     report: Option<SolverReport>,
+    origin: Origin,
+}
+
+/// How a polynomial was made, and from which matrices: what is pickled, since the same data give the same curve to the
+/// last bit.
+struct Origin {
+    by: Constructor,
+    data: Vec<Mat<f64>>,
+}
+
+#[derive(Clone, Copy)]
+enum Constructor {
+    ControlPoints,
+    Boundary,
+    Quintic,
+    MinimalCost { degree: usize },
+}
+
+impl Origin {
+    fn new<const N: usize>(by: Constructor, data: [&Mat<f64>; N]) -> Self {
+        let data = data.into_iter().cloned().collect();
+        Origin { by, data }
+    }
 }
 
 #[pymethods]
@@ -117,7 +142,8 @@ impl PyGeometricPolynomial {
         P: &Bound<'_, PyAny>,
         pieces: &str,
     ) -> PyResult<PyClassInitializer<Self>> {
-        Ok(Self::wrap(polynomial(py, P, pieces)?))
+        let (curve, origin) = polynomial(py, P, pieces)?;
+        Ok(Self::wrap(curve, origin))
     }
 
     /// What the curve is made of: "quasi_geodesic" or "geodesic".
@@ -216,13 +242,17 @@ impl PyGeometricPolynomial {
             let message = format!("degree: must be from 3 to 10, found {degree}");
             return Err(invalid_input(py, message));
         };
+        let origin = Origin::new(
+            Constructor::MinimalCost { degree: count },
+            [&s0, &v0, &s1, &v1],
+        );
         let call = Call::new(py, None, search(s0.shape(), count))?;
         let (curve, report) = call.run(py, move |interrupt| {
             let (s0, v0, s1, v1) = (s0.as_ref(), v0.as_ref(), s1.as_ref(), v1.as_ref());
             GeometricPolynomial::minimal_cost_interruptible(s0, v0, s1, v1, count, interrupt)
         })?;
         let curve = Pieces::QuasiGeodesic(Arc::new(curve));
-        Py::new(py, Self::searched(curve, Some(report)))
+        Py::new(py, Self::searched(curve, Some(report), origin))
     }
 
     /// The curve of degree five with given end points, end velocities and covariant end accelerations, in closed form.
@@ -268,23 +298,82 @@ impl PyGeometricPolynomial {
     ) -> PyResult<Py<Self>> {
         let (s0, v0, a0) = (matrix(S0, "S0")?, matrix(V0, "V0")?, matrix(A0, "A0")?);
         let (s1, v1, a1) = (matrix(S1, "S1")?, matrix(V1, "V1")?, matrix(A1, "A1")?);
+        let origin = Origin::new(Constructor::Quintic, [&s0, &v0, &a0, &s1, &v1, &a1]);
         let call = Call::new(py, None, construction(s0.shape(), 5))?;
         let curve = call.run(py, move |_| {
             let [s0, v0, a0, s1, v1, a1] = [&s0, &v0, &a0, &s1, &v1, &a1].map(|a| a.as_ref());
             GeometricPolynomial::quintic(s0, v0, a0, s1, v1, a1)
         })?;
-        Py::new(py, Self::wrap(Pieces::QuasiGeodesic(Arc::new(curve))))
+        let curve = Pieces::QuasiGeodesic(Arc::new(curve));
+        Py::new(py, Self::wrap(curve, origin))
+    }
+
+    /// For pickle: the constructor and its data.
+    fn __reduce__<'py>(
+        slf: &Bound<'py, Self>,
+    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let (py, this, class) = (slf.py(), slf.get(), slf.get_type());
+        let data = this
+            .origin
+            .data
+            .iter()
+            .map(|matrix| array(py, matrix))
+            .collect::<PyResult<Vec<_>>>()?;
+        let by = this.origin.by;
+        let keywords = PyDict::new(py);
+        let build = match by {
+            Constructor::Quintic => class.getattr("quintic")?,
+            Constructor::MinimalCost { degree } => {
+                keywords.set_item("degree", degree)?;
+                class.getattr("minimal_cost")?
+            }
+            Constructor::ControlPoints if slf.is_instance_of::<PyGeometricCubic>() => {
+                class.getattr("from_control_points")?
+            }
+            Constructor::ControlPoints | Constructor::Boundary => {
+                keywords.set_item("pieces", this.pieces())?;
+                class.into_any()
+            }
+        };
+        // `functools.partial` carries the keywords through pickling.
+        let partial = py.import("functools")?.getattr("partial")?;
+        let build = partial.call((build,), Some(&keywords))?;
+        let arguments = match by {
+            Constructor::ControlPoints => {
+                let stacked = py.import("numpy")?.call_method1("stack", (data,))?;
+                PyTuple::new(py, [stacked])?
+            }
+            _ => PyTuple::new(py, data)?,
+        };
+        Ok((build, arguments))
+    }
+
+    /// Curves do not change: a copy is the curve itself.
+    fn __copy__(slf: Py<Self>) -> Py<Self> {
+        slf
+    }
+
+    fn __deepcopy__(slf: Py<Self>, _memo: &Bound<'_, PyAny>) -> Py<Self> {
+        slf
     }
 }
 
 impl PyGeometricPolynomial {
-    fn wrap(pieces: Pieces) -> PyClassInitializer<Self> {
-        Self::searched(pieces, None)
+    fn wrap(pieces: Pieces, origin: Origin) -> PyClassInitializer<Self> {
+        Self::searched(pieces, None, origin)
     }
 
-    fn searched(pieces: Pieces, report: Option<SolverReport>) -> PyClassInitializer<Self> {
+    fn searched(
+        pieces: Pieces,
+        report: Option<SolverReport>,
+        origin: Origin,
+    ) -> PyClassInitializer<Self> {
         let base = PyCurve::of(pieces.curve());
-        PyClassInitializer::from(base).add_subclass(PyGeometricPolynomial { pieces, report })
+        PyClassInitializer::from(base).add_subclass(PyGeometricPolynomial {
+            pieces,
+            report,
+            origin,
+        })
     }
 }
 
@@ -322,29 +411,31 @@ fn search((n, k): (usize, usize), degree: usize) -> f64 {
 
 /// The curve with control points `P`, shape (degree + 1, n, k).
 #[allow(non_snake_case)]
-fn polynomial(py: Python<'_>, P: &Bound<'_, PyAny>, pieces: &str) -> PyResult<Pieces> {
+fn polynomial(py: Python<'_>, P: &Bound<'_, PyAny>, pieces: &str) -> PyResult<(Pieces, Origin)> {
     let geodesic = is_geodesic(py, pieces)?;
     let array = float_array(P, "P")?;
     let shape = array.shape().to_vec();
-    let [points, n, k] = shape[..] else {
+    let [count, n, k] = shape[..] else {
         let found = tuple(&shape);
         let message = format!("P: expected shape (degree + 1, n, k), found {found}");
         return Err(invalid_input(py, message));
     };
     let entries: Vec<f64> = array.as_array().iter().copied().collect();
-    let call = Call::new(py, None, construction((n, k), points.saturating_sub(1)))?;
+    let point = |i: usize| {
+        let entries = &entries[i * n * k..(i + 1) * n * k];
+        MatRef::from_row_major_slice(entries, n, k).to_owned()
+    };
+    let points: Vec<Mat<f64>> = (0..count).map(point).collect();
+    let call = Call::new(py, None, construction((n, k), count.saturating_sub(1)))?;
     call.run(py, move |_| {
-        let points: Vec<_> = (0..points)
-            .map(|i| {
-                let entries = &entries[i * n * k..(i + 1) * n * k];
-                MatRef::from_row_major_slice(entries, n, k)
-            })
-            .collect();
-        Ok(if geodesic {
-            Pieces::Geodesic(Arc::new(GeodesicPolynomial::new(&points)?))
+        let curve = if geodesic {
+            Pieces::Geodesic(Arc::new(GeodesicPolynomial::try_from(&points[..])?))
         } else {
-            Pieces::QuasiGeodesic(Arc::new(GeometricPolynomial::new(&points)?))
-        })
+            let views: Vec<_> = points.iter().map(|point| point.as_ref()).collect();
+            Pieces::QuasiGeodesic(Arc::new(GeometricPolynomial::new(&views)?))
+        };
+        let (by, data) = (Constructor::ControlPoints, points);
+        Ok((curve, Origin { by, data }))
     })
 }
 
@@ -412,6 +503,7 @@ impl PyGeometricCubic {
             matrix(S1, "S1")?,
             matrix(V1, "V1")?,
         );
+        let origin = Origin::new(Constructor::Boundary, [&s0, &v0, &s1, &v1]);
         let call = Call::new(py, None, construction(s0.shape(), 3))?;
         let curve = call.run(py, move |_| {
             let [s0, v0, s1, v1] = [&s0, &v0, &s1, &v1].map(|a| a.as_ref());
@@ -422,7 +514,7 @@ impl PyGeometricCubic {
                 Pieces::QuasiGeodesic(Arc::new(curve.into()))
             })
         })?;
-        Ok(Self::wrap(curve))
+        Ok(Self::wrap(curve, origin))
     }
 
     /// The geometric cubic with control points ``P``, shape (4, n, k).
@@ -435,10 +527,10 @@ impl PyGeometricCubic {
     ///     Consecutive points that cannot be joined; carries ``angle``.
     #[staticmethod]
     fn from_control_points(py: Python<'_>, P: &Bound<'_, PyAny>) -> PyResult<Py<Self>> {
-        let curve = polynomial(py, P, QUASI_GEODESIC)?;
+        let (curve, origin) = polynomial(py, P, QUASI_GEODESIC)?;
         let found = curve.degree() + 1;
         if found == 4 {
-            return Py::new(py, Self::wrap(curve));
+            return Py::new(py, Self::wrap(curve, origin));
         }
         let message = format!("P: expected 4 control points, found {found}");
         Err(invalid_input(py, message))
@@ -446,7 +538,7 @@ impl PyGeometricCubic {
 }
 
 impl PyGeometricCubic {
-    fn wrap(pieces: Pieces) -> PyClassInitializer<Self> {
-        PyGeometricPolynomial::wrap(pieces).add_subclass(PyGeometricCubic)
+    fn wrap(pieces: Pieces, origin: Origin) -> PyClassInitializer<Self> {
+        PyGeometricPolynomial::wrap(pieces, origin).add_subclass(PyGeometricCubic)
     }
 }

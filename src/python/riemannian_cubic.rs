@@ -10,18 +10,24 @@ use pyo3::types::{PyDict, PyList, PyTuple};
 
 use super::call::Call;
 use super::chart::count;
-use super::convert::{matrix, to_array, write};
+use super::convert::{matrix, matrix_pair, parameters, to_array, whole, write};
 use super::curve::{AnyCurve, Operations, PyCurve, cube};
 use super::error::{PySolverReport, to_exception};
-use crate::cubic::{BoundaryOptions, IntegrationOptions, RiemannianCubic, SearchOptions};
+use crate::cubic::{BoundaryOptions, IntegrationOptions, RiemannianCubic, SearchOptions, Stored};
 use crate::curve::{Curve, Quantity};
 use crate::linalg::structure::norm;
 
 pub(super) type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 pub(super) type Four<'py> = (Array<'py>, Array<'py>, Array<'py>, Array<'py>);
 
-/// Initial data, both ends of the interval, tolerance and report.
-type Pickled<'py> = (Four<'py>, f64, f64, f64, Option<PySolverReport>);
+/// Sizes, tolerance, frame, pieces, coefficients of points and vectors, states at the ends; clock and interval; report.
+type Pickled<'py> = (
+    ([usize; 3], f64),
+    Option<Array<'py>>,
+    [Array<'py>; 4],
+    ([f64; 3], [f64; 2]),
+    Option<PySolverReport>,
+);
 
 impl Operations for RiemannianCubic {
     fn operations(&self, quantity: Quantity) -> f64 {
@@ -117,7 +123,8 @@ impl PyRiemannianCubic {
     /// t_end : float, default 1.0
     ///     The curve is made for the times between 0 and this one, which may be negative.
     /// tol : float, default 1e-17
-    ///     What a step leaves out, relative to the state, between 1e-17 (round-off) and 0.1.
+    ///     What a step leaves out, relative to the state, between 1e-17 (round-off) and 0.1. Points are orthonormal to
+    ///     about ``tol`` too, and no better.
     ///
     /// Raises
     /// ------
@@ -155,7 +162,7 @@ impl PyRiemannianCubic {
     ///     together.
     /// max_iterations : int, default 50
     ///     Newton steps at the most from the first start, and from any other.
-    /// guess : tuple (A, J), optional
+    /// guess : pair (A, J) of array_like, optional
     ///     Covariant acceleration and covariant jerk at ``S0`` to start from, shape (n, k) each; by default those of the
     ///     cubic of flat space.
     /// all_found : bool, default False
@@ -171,12 +178,13 @@ impl PyRiemannianCubic {
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     Shape, not finite, not orthonormal, not tangent (with the measured defect), ``tol`` negative or not finite,
-    ///     ``max_iterations`` negative.
+    ///     Shape, not finite, not orthonormal, not tangent (with the measured defect), ``tol`` not between 1e-15 and 0.1,
+    ///     ``max_iterations`` less than 1.
     /// OutsideDomainError
     ///     Points in different components of O(n); carries ``angle``.
     /// ConvergenceError
-    ///     Newton's method does not reach ``tol``; carries ``report``.
+    ///     No solution to ``tol`` is found, or the curve takes more Taylor steps than are allowed: the data, or a guess,
+    ///     are too fast. Carries ``report``; its residual is what the end is off, or the time that was left.
     ///
     /// Notes
     /// -----
@@ -193,15 +201,14 @@ impl PyRiemannianCubic {
         S1: &Bound<'_, PyAny>,
         V1: &Bound<'_, PyAny>,
         tol: f64,
-        max_iterations: i64,
-        guess: Option<(Bound<'_, PyAny>, Bound<'_, PyAny>)>,
+        #[pyo3(from_py_with = whole)] max_iterations: i64,
+        guess: Option<&Bound<'_, PyAny>>,
         all_found: bool,
     ) -> PyResult<Py<PyAny>> {
         let Data(ends) = Data::read([(S0, "S0"), (V0, "V0"), (S1, "S1"), (V1, "V1")])?;
-        let guess = match &guess {
-            Some((a, j)) => Some([matrix(a, "A")?, matrix(j, "J")?]),
-            None => None,
-        };
+        let guess = guess
+            .map(|pair| matrix_pair(pair, "guess", ["A", "J"]))
+            .transpose()?;
         let max_iterations = count(py, "max_iterations", max_iterations, 1)?;
         let call = Call::new(py, None, shooting(ends.each_ref()))?;
         let curves = call.run(py, move |interrupt| {
@@ -233,37 +240,62 @@ impl PyRiemannianCubic {
         Ok(curves.swap_remove(0).into_any())
     }
 
-    /// For pickle: a curve from its initial data at ``start``.
+    /// For pickle: the curve of stored numbers.
     #[staticmethod]
     fn _restored(
         py: Python<'_>,
-        initial: [Bound<'_, PyAny>; 4],
-        start: f64,
-        end: f64,
-        tol: f64,
+        sizes: ([i64; 3], f64),
+        frame: Option<Bound<'_, PyAny>>,
+        numbers: [Bound<'_, PyAny>; 4],
+        times: ([f64; 3], [f64; 2]),
         report: Option<PyRef<'_, PySolverReport>>,
     ) -> PyResult<Py<Self>> {
-        let [s, v, a, j] = &initial;
-        let data = Data::read([(s, "S"), (v, "V"), (a, "A"), (j, "J")])?;
-        let curve = data.integrate(py, end - start, tol)?;
-        let curve = curve
-            .reparametrised(start, end)
-            .map_err(|error| to_exception(py, &error, ""))?;
+        let frame = frame.map(|frame| matrix(&frame, "frame")).transpose()?;
+        let read = |i: usize, name| parameters(&numbers[i], name).map(|(_, entries)| entries);
+        let pieces = read(0, "pieces")?;
+        let ends = read(3, "ends")?;
+        let (first, last) = ends.split_at(ends.len() / 2);
+        let stored = Stored {
+            // A negative one fits no array.
+            sizes: sizes
+                .0
+                .map(|size| usize::try_from(size).unwrap_or(usize::MAX)),
+            tolerance: sizes.1,
+            frame,
+            pieces: pieces.chunks_exact(3).map(|x| [x[0], x[1], x[2]]).collect(),
+            points: read(1, "points")?,
+            vectors: read(2, "vectors")?,
+            ends: [first.to_vec(), last.to_vec()],
+            clock: times.0,
+            span: times.1,
+        };
+        let curve =
+            RiemannianCubic::of_stored(stored).map_err(|error| to_exception(py, &error, ""))?;
         Self::wrapped(py, curve.with_report(report.map(|report| report.0)))
     }
 
-    /// For pickle.
+    /// For pickle: all numbers of the curve, so that it comes back the same to the last bit.
     fn __reduce__<'py>(
         slf: &Bound<'py, Self>,
         py: Python<'py>,
     ) -> PyResult<(Bound<'py, PyAny>, Pickled<'py>)> {
         let this = slf.get();
-        let (start, end) = Curve::t_span(&*this.0);
+        let stored = this.0.stored();
+        let flat = |entries: Vec<f64>| {
+            let size = entries.len();
+            to_array(py, entries, &[size])
+        };
+        let numbers = [
+            flat(stored.pieces.concat())?,
+            flat(stored.points)?,
+            flat(stored.vectors)?,
+            flat(stored.ends.concat())?,
+        ];
         let state = (
-            this.initial(py)?,
-            start,
-            end,
-            this.0.tolerance(),
+            (stored.sizes, stored.tolerance),
+            stored.frame.map(|frame| array(py, &frame)).transpose()?,
+            numbers,
+            (stored.clock, stored.span),
             this.report(),
         );
         Ok((slf.get_type().getattr("_restored")?, state))

@@ -7,7 +7,7 @@ use pyo3::types::PyTuple;
 
 use super::call::Call;
 use super::chart::{PyChart, count};
-use super::convert::{matrix, parameters, to_array, write};
+use super::convert::{matrix, parameters, to_array, whole, write};
 use super::discretization::NamedMap;
 use super::state::Kind;
 use crate::chart::{
@@ -310,7 +310,7 @@ impl PyChart {
         V: &Bound<'py, PyAny>,
         A: &Bound<'py, PyAny>,
         J: &Bound<'py, PyAny>,
-        steps: i64,
+        #[pyo3(from_py_with = whole)] steps: i64,
         t_end: f64,
         map: &str,
         order: Option<i64>,

@@ -46,8 +46,9 @@ impl PyRiemannianCubic {
     /// ------
     /// InvalidInputError
     ///     Shape, not finite, a variation that leaves the constraints (with the measured defect).
-    /// StiefelError
-    ///     The ends are conjugate: the solution does not depend smoothly on them.
+    /// OutsideDomainError
+    ///     The ends are conjugate along the curve, to 1e-11: the solution does not depend smoothly on them. ``angle`` is
+    ///     None.
     ///
     /// Notes
     /// -----
@@ -66,7 +67,7 @@ impl PyRiemannianCubic {
         let found = call(py, &self.0)?.run(py, move |interrupt| {
             curve
                 .boundary_derivative(interrupt)?
-                .initial(&variation(&data))
+                .initial(&variation(&data), interrupt)
         })?;
         let array = |x: &Mat<f64>| array(py, x);
         Ok((
@@ -93,7 +94,7 @@ impl PyRiemannianCubic {
     ///
     /// Raises
     /// ------
-    /// InvalidInputError, StiefelError
+    /// InvalidInputError, OutsideDomainError
     ///     As :meth:`initial_variation`.
     fn point_variation<'py>(
         &self,
@@ -135,9 +136,9 @@ impl PyRiemannianCubic {
     /// By the first variation of the cost at a critical curve: no equation has to be solved.
     fn cost_gradient<'py>(&self, py: Python<'py>) -> PyResult<Four<'py>> {
         let curve = Arc::clone(&self.0);
-        let found = call(py, &self.0)?.run(py, move |interrupt| {
-            Ok(curve.boundary_derivative(interrupt)?.cost_gradient())
-        })?;
+        let (n, k) = (self.0.n() as f64, self.0.k() as f64);
+        let operations = 1e4 + 1e3 * n * k * k;
+        let found = Call::new(py, None, operations)?.run(py, move |_| curve.cost_gradient())?;
         let array = |x: &Mat<f64>| array(py, x);
         Ok((
             array(&found.s0)?,

@@ -167,6 +167,43 @@ def test_pickles_keep_the_report(boundary):
     assert_close(again(t), curve(t), 100 * curve.n * EPS, "pickled")
 
 
+def test_guesses_are_any_pair(boundary):
+    curve = RiemannianCubic.from_boundary(*boundary)
+    _, _, A, J = curve.initial
+    known = RiemannianCubic.from_boundary(*boundary, guess=(A, J))
+    for guess in ([A, J], np.stack([A, J]), iter([A, J])):
+        found = RiemannianCubic.from_boundary(*boundary, guess=guess, all_found=np.False_)
+        assert found.report.iterations == known.report.iterations
+        assert np.array_equal(found(0.5), known(0.5))
+    for wrong in ((A,), (A, J, J), np.stack([A, J, J]), ()):
+        with pytest.raises(InvalidInputError, match="guess: expected two items"):
+            RiemannianCubic.from_boundary(*boundary, guess=wrong)
+    with pytest.raises(TypeError):
+        RiemannianCubic.from_boundary(*boundary, guess=3)
+
+
+def test_numbers_of_any_size(boundary):
+    curve = RiemannianCubic.from_boundary(*boundary, max_iterations=2**63)
+    assert curve.report.converged
+    with pytest.raises(InvalidInputError, match="max_iterations: must be at least 1"):
+        RiemannianCubic.from_boundary(*boundary, max_iterations=-(2**70))
+    with pytest.raises(TypeError):
+        RiemannianCubic.from_boundary(*boundary, max_iterations=2.0)
+
+
+def test_conjugate_ends_are_told():
+    # At rest at both ends of a half great circle: a family of solutions.
+    e = np.eye(3)
+    zero = np.zeros((3, 1))
+    curve = RiemannianCubic.from_initial(e[:, :1], zero, 6 * np.pi * e[:, 1:2], -12 * np.pi * e[:, 1:2])
+    aside = (zero, zero, e[:, 2:], zero)
+    for call in (lambda: curve.initial_variation(*aside), lambda: curve.point_variation(0.5, *aside)):
+        with pytest.raises(OutsideDomainError, match="conjugate") as caught:
+            call()
+        assert caught.value.angle is None
+    assert np.isfinite(curve.cost_gradient()).all()
+
+
 def test_errors_of_the_iteration():
     ends = random_boundary(4, 2, np.random.default_rng(1), 2.0, 2.0)
     with pytest.raises(ConvergenceError) as caught:
@@ -183,7 +220,7 @@ def test_errors_of_the_iteration():
 
 @pytest.mark.parametrize("tol", [-1e-12, 0.0, 1e-16, 0.5, np.nan, np.inf])
 def test_bad_tolerances(tol, boundary):
-    with pytest.raises(InvalidInputError, match="tolerance"):
+    with pytest.raises(InvalidInputError, match=r"^tol: must be between 1e-15 and 0\.1"):
         RiemannianCubic.from_boundary(*boundary, tol=tol)
 
 
