@@ -57,6 +57,9 @@ const ROUND_OFF: f64 = 1e-9;
 /// Round-off at the end of a fast curve, relative to its length.
 const ROUND_OFF_SHARE: f64 = 32.0 * f64::EPSILON;
 
+/// Costs of curves are known to a percent.
+const SLACK: f64 = 1.01;
+
 /// Chains that are relaxed where other solutions are dearer than a known curve.
 const CHAINS: u32 = 4;
 
@@ -330,7 +333,7 @@ impl<'a> Solver<'a> {
                 continue;
             };
             bound = bound.min(start.cost);
-            if best.0 <= bound {
+            if best.0 <= SLACK * bound {
                 break;
             }
             let mut y = start.y;
@@ -344,7 +347,7 @@ impl<'a> Solver<'a> {
         let unknown = bound.is_infinite();
         let chains = if unknown { 1 } else { CHAINS };
         for attempt in 0..chains {
-            if (best.0 <= bound && !unknown) || self.map.exhausted() {
+            if (best.0 <= SLACK * bound && !unknown) || self.map.exhausted() {
                 break;
             }
             if let Some((y, report)) = self.relaxed(attempt, size, &mut random)? {
@@ -496,7 +499,7 @@ impl<'a> Solver<'a> {
     }
 
     /// The solution that continuation from the curve with the given initial data finds.
-    fn moved(&mut self, from: &[f64], size: f64) -> Result<Option<Vec<f64>>> {
+    pub(super) fn moved(&mut self, from: &[f64], size: f64) -> Result<Option<Vec<f64>>> {
         match self.family_from(from)? {
             Some(homotopy) => self.follow_to_first(&homotopy, from, size, MAX_STEPS),
             None => Ok(None),

@@ -7,12 +7,16 @@ use faer::Mat;
 
 use super::initial::Horizontal;
 use super::problem::{Problem, pack};
+use crate::curve::cost::rough_squared_acceleration;
 use crate::curve::{Curve, GeodesicPolynomial, GeometricCubic, GeometricPolynomial};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 
 /// Unknowns up to which polynomials of least cost are looked for.
 const MINIMAL_COST_UNKNOWNS: usize = 64;
+
+/// Nodes of the quadrature of costs.
+const NODES: usize = 32;
 
 /// A family of curves that has one for most boundary data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -27,11 +31,12 @@ pub(super) enum CurveFamily {
 
 impl CurveFamily {
     /// From the cheapest to compute on.
-    pub(super) const ALL: [CurveFamily; 5] = [
+    pub(super) const ALL: [CurveFamily; 6] = [
         CurveFamily::Geometric,
         CurveFamily::Geodesic,
         CurveFamily::MinimalCost(4),
         CurveFamily::MinimalCost(5),
+        CurveFamily::MinimalCost(6),
         CurveFamily::MinimalCost(7),
     ];
 
@@ -79,6 +84,7 @@ impl CurveFamily {
 pub(super) struct CurveStart {
     /// `(x', x'')` at the start.
     pub(super) y: Vec<f64>,
+    /// To about a percent.
     pub(super) cost: f64,
 }
 
@@ -92,7 +98,7 @@ impl CurveStart {
         let second = horizontal(curve.jerk(0.0)?).plus_bracket(-0.5, &problem.velocity, &a);
         Ok(CurveStart {
             y: pack(&[a, second]),
-            cost: curve.cost()?,
+            cost: rough_squared_acceleration(curve, NODES)?,
         })
     }
 }

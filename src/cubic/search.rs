@@ -132,15 +132,20 @@ fn search(
             found.add((y, solver.report(BoundaryStrategy::Direct)));
         }
     }
+    let size = norm(start);
     for family in CurveFamily::ALL {
-        if let Some(curve) = family.start(problem, options.boundary.interrupt)? {
-            let mut y = curve.y;
-            if solver.restarted(&mut y)? {
-                found.add((y, solver.report(BoundaryStrategy::Polynomial)));
-            }
+        let Some(curve) = family.start(problem, options.boundary.interrupt)? else {
+            continue;
+        };
+        let mut y = curve.y.clone();
+        let solution = match solver.restarted(&mut y)? {
+            true => Some(y),
+            false => solver.moved(&curve.y, norm(&curve.y))?,
+        };
+        if let Some(y) = solution {
+            found.add((y, solver.report(BoundaryStrategy::Polynomial)));
         }
     }
-    let size = norm(start);
     for attempt in 0..options.starts {
         if solver.map.exhausted() {
             break;
