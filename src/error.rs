@@ -209,6 +209,23 @@ pub enum Error {
         /// How far it got, and why it stopped.
         report: SolverReport,
     },
+    /// An integration takes more steps than it may: the curve is too long or too fast.
+    #[error(
+        "{solver}: too long or too fast, more than {limit} steps; {} taken, {:.3e} of the parameter left, which would take \
+         about {forecast:.3e} more",
+        .report.iterations,
+        .report.residual
+    )]
+    TooManySteps {
+        /// Which integration.
+        solver: &'static str,
+        /// Steps at the most.
+        limit: usize,
+        /// Steps that the rest would take, from the length of the last one.
+        forecast: f64,
+        /// Steps taken, and as residual the part of the parameter that was left.
+        report: SolverReport,
+    },
     /// The caller asked a running computation to stop.
     #[error("{solver}: interrupted")]
     Interrupted {

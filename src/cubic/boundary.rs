@@ -5,6 +5,7 @@ use std::fmt;
 use faer::{Mat, MatRef};
 
 use super::continuation::{MAX_STEPS, Next, Tracer, norm};
+use super::curve_start::CurveFamily;
 use super::end_map::EndMap;
 use super::homotopy::Homotopy;
 use super::problem::{Problem, unpack};
@@ -53,12 +54,26 @@ const CHAIN_LEGS: [usize; 2] = [16, 40];
 /// Below this, a residual that does not fall any more has met round-off.
 const ROUND_OFF: f64 = 1e-9;
 
+/// Round-off at the end of a fast curve, relative to its length.
+const ROUND_OFF_SHARE: f64 = 32.0 * f64::EPSILON;
+
+/// Costs of curves are known to a percent.
+const SLACK: f64 = 1.01;
+
+/// Chains that are relaxed where other solutions are dearer than a known curve.
+const CHAINS: u32 = 4;
+
 /// How a boundary value problem is solved.
 #[derive(Clone, Copy)]
 pub struct BoundaryOptions<'a> {
-    /// Converged once `(|S(1) - S1|^2 + |V(1) - V1|^2)^(1/2)` is at most this; between 1e-15 and 0.1.
+    /// Converged once `(|S(1) - S1|^2 + |V(1) - V1|^2 / u^2)^(1/2)` is at most this; between 1e-15 and 0.1.
+    ///
+    /// The unit `u` is 1 where both end speeds are at most 10 (Frobenius norm), else it is the larger of them: a round-off
+    /// of `eps |V|` in the angle along a curve of that speed is one of `eps |V|^2` in the velocity. Below
+    /// `32 eps` times the larger speed, about `1e-12` for speeds of 140, that bound stands for the tolerance, also in the report.
     pub tolerance: f64,
-    /// Newton steps at the most from the first start, and from any other; at least 1.
+    /// Newton steps at the most from the first start, and from any other; at least 1. With 12 or fewer a first start that
+    /// runs out of them ends the search: nothing but Newton's method from there is wanted.
     pub max_iterations: usize,
     /// Covariant acceleration and covariant jerk at `S0` to start from, shape `(n, k)` each; by default those of the cubic of
     /// flat space. Parts outside of the span of the boundary data, where no solution has any, are left out.
@@ -109,6 +124,8 @@ pub enum BoundaryStrategy {
     Growing,
     /// Newton's method or continuation from a chain of points, relaxed to low cost.
     Relaxation,
+    /// Newton's method from acceleration and jerk of a geometric or geodesic polynomial with the same data.
+    Polynomial,
     /// Newton's method from random initial data around the first start.
     Restart,
     /// Continuation from easier data, with velocities that make a detour.
@@ -124,6 +141,7 @@ impl BoundaryStrategy {
             BoundaryStrategy::Direct => "direct",
             BoundaryStrategy::Growing => "growing",
             BoundaryStrategy::Relaxation => "relaxation",
+            BoundaryStrategy::Polynomial => "polynomial",
             BoundaryStrategy::Restart => "restart",
             BoundaryStrategy::Detour => "detour",
             BoundaryStrategy::Moving => "moving",
@@ -162,9 +180,14 @@ impl RiemannianCubic {
     ///
     /// Cubics with given ends are stationary, not unique. Newton's method starts from the cubic of flat space (or from the
     /// guess). Where that fails, the solution is followed along a family of boundary data that grows from nothing, and then
-    /// looked for near a chain of points of least cost, part by part.
+    /// looked for near a chain of points of least cost, part by part. Beyond distance 2 or speed 2 (and without a guess), a
+    /// solution that is dearer than the adjusted de Casteljau curve is given up for a cheaper one, where starts from such
+    /// curves and from chains find one.
     /// [`boundary_report`](Self::boundary_report) says how it was found, [`cost`](crate::Curve::cost) what it costs, and
     /// [`all_from_boundary`](Self::all_from_boundary) looks for others.
+    ///
+    /// Points and velocities that are only nearly orthonormal and tangent, as rounded decimals are (defects up to 1e-9), stand
+    /// for the nearest exact ones.
     ///
     /// # Accuracy
     /// The end is met to the tolerance. For distance up to 2 and speeds up to 2 the first start is enough, for distance up to 3
@@ -172,7 +195,7 @@ impl RiemannianCubic {
     ///
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`, `InvalidArgument`, `DifferentComponents`, `NoConvergence` (also
-    /// for velocities so large that integration takes too many steps), `Overflow`, `Interrupted`.
+    /// for velocities so large that no curve can be integrated: the residual is infinite then), `Interrupted`.
     pub fn from_boundary(
         s0: MatRef<'_, f64>,
         v0: MatRef<'_, f64>,
@@ -184,12 +207,16 @@ impl RiemannianCubic {
         let problem = Problem::new(s0, v0, s1, v1)?;
         let start = first_start(&problem, s0, options)?;
         let mut solver = Solver::new(&problem, options);
-        let Some((y, report)) = solver.solve(start)? else {
+        let Some(mut found) = solver.solve(start)? else {
             return Err(Error::NoConvergence {
                 solver: SOLVER,
                 report: solver.report(BoundaryStrategy::Moving).solver,
             });
         };
+        if options.guess.is_none() && !problem.is_moderate() {
+            found = solver.cheaper(found)?;
+        }
+        let (y, report) = found;
         drop(solver);
         let path = problem.path(&y, options.interrupt)?;
         Ok(Self::of_path(
@@ -224,6 +251,8 @@ pub(super) fn first_start(
 pub(super) struct Solver<'a> {
     problem: &'a Problem,
     options: &'a BoundaryOptions<'a>,
+    /// That of the options, or what round-off allows.
+    tolerance: f64,
     pub(super) map: Box<dyn EndMap + 'a>,
     newton_steps: usize,
     continuation_steps: usize,
@@ -244,14 +273,15 @@ impl<'a> Solver<'a> {
             newton_steps: 0,
             continuation_steps: 0,
             starts: 0,
-            nearest: (f64::INFINITY, StopReason::Stagnated),
+            tolerance: options.tolerance.max(ROUND_OFF_SHARE * problem.speed()),
+            nearest: (f64::INFINITY, StopReason::Diverged),
         }
     }
 
     /// A solution; none where all strategies fail.
     fn solve(&mut self, start: Vec<f64>) -> Result<Option<Solution>> {
         let mut y = start.clone();
-        if self.persistent(&mut y)? {
+        if self.restarted(&mut y)? {
             return Ok(Some((y, self.report(BoundaryStrategy::Direct))));
         }
         let limited = self.options.max_iterations <= DIRECT_STEPS;
@@ -293,6 +323,58 @@ impl<'a> Solver<'a> {
         Ok(None)
     }
 
+    /// A cheaper solution, where curves of the data or a relaxed chain show that there is one; else the same.
+    fn cheaper(&mut self, first: Solution) -> Result<Solution> {
+        let mut best = (self.cost(&first.0)?, first);
+        // What the cheapest solution costs at the most.
+        let mut bound = f64::INFINITY;
+        for family in CurveFamily::QUICK {
+            let Some(start) = family.start(self.problem, self.options.interrupt)? else {
+                continue;
+            };
+            bound = bound.min(start.cost);
+            if best.0 <= SLACK * bound {
+                break;
+            }
+            let mut y = start.y;
+            if self.restarted(&mut y)? {
+                self.keep_cheaper(&mut best, y, BoundaryStrategy::Polynomial)?;
+            }
+        }
+        let mut random = Random::new(0);
+        let size = norm(&best.1.0);
+        // A chain tells as well as a curve what is cheap, where there is no curve.
+        let unknown = bound.is_infinite();
+        let chains = if unknown { 1 } else { CHAINS };
+        for attempt in 0..chains {
+            if (best.0 <= SLACK * bound && !unknown) || self.map.exhausted() {
+                break;
+            }
+            if let Some((y, report)) = self.relaxed(attempt, size, &mut random)? {
+                self.keep_cheaper(&mut best, y, report.strategy)?;
+            }
+        }
+        Ok(best.1)
+    }
+
+    fn keep_cheaper(
+        &self,
+        best: &mut (f64, Solution),
+        y: Vec<f64>,
+        strategy: BoundaryStrategy,
+    ) -> Result<()> {
+        let cost = self.cost(&y)?;
+        if cost < best.0 {
+            *best = (cost, (y, self.report(strategy)));
+        }
+        Ok(())
+    }
+
+    /// Of the curve from `y`.
+    fn cost(&self, y: &[f64]) -> Result<f64> {
+        Ok(self.problem.path(y, self.options.interrupt)?.cost(0.0, 1.0))
+    }
+
     /// Newton from a start, in place; longer where it is on its way.
     fn persistent(&mut self, y: &mut [f64]) -> Result<bool> {
         let most = self.options.max_iterations;
@@ -307,7 +389,7 @@ impl<'a> Solver<'a> {
     }
 
     /// From a chain of low cost: Newton for longer and longer parts of it, then for the whole.
-    fn relaxed(
+    pub(super) fn relaxed(
         &mut self,
         attempt: u32,
         size: f64,
@@ -323,6 +405,7 @@ impl<'a> Solver<'a> {
             return Ok(None);
         };
         chain.relax(self.options.interrupt)?;
+        self.map.count(chain.work());
         let Ok(mut y) = chain.start() else {
             return Ok(None);
         };
@@ -353,7 +436,7 @@ impl<'a> Solver<'a> {
         }
     }
 
-    /// Newton from random initial data, in place; a curve that cannot be integrated is no solution.
+    /// Newton from a start, in place; a curve that cannot be integrated is no solution.
     pub(super) fn restarted(&mut self, y: &mut [f64]) -> Result<bool> {
         match self.persistent(y) {
             Err(error @ Error::Interrupted { .. }) => Err(error),
@@ -397,7 +480,7 @@ impl<'a> Solver<'a> {
     /// Newton from `y` for the problem itself, in place.
     pub(super) fn newton(&mut self, y: &mut [f64], max_iterations: usize) -> Result<SolverReport> {
         self.map.set_target(&self.problem.target);
-        let report = self.map.solve(y, self.options.tolerance, max_iterations)?;
+        let report = self.map.solve(y, self.tolerance, max_iterations)?;
         self.newton_steps += report.iterations;
         if report.converged || report.residual < self.nearest.0 {
             self.nearest = (report.residual, report.reason);
@@ -416,7 +499,7 @@ impl<'a> Solver<'a> {
     }
 
     /// The solution that continuation from the curve with the given initial data finds.
-    fn moved(&mut self, from: &[f64], size: f64) -> Result<Option<Vec<f64>>> {
+    pub(super) fn moved(&mut self, from: &[f64], size: f64) -> Result<Option<Vec<f64>>> {
         match self.family_from(from)? {
             Some(homotopy) => self.follow_to_first(&homotopy, from, size, MAX_STEPS),
             None => Ok(None),
@@ -459,7 +542,7 @@ impl<'a> Solver<'a> {
         mut see: impl FnMut(&[f64]) -> Next,
     ) -> Result<()> {
         self.starts += 1;
-        let (tolerance, target) = (self.options.tolerance, &self.problem.target);
+        let (tolerance, target) = (self.tolerance, &self.problem.target);
         let most = self.options.max_iterations.min(POLISH_STEPS);
         let (mut newton_steps, mut nearest) = (0, self.nearest);
         let mut tracer = Tracer::new(self.map.as_mut(), homotopy, size, max_steps);
@@ -495,7 +578,7 @@ impl<'a> Solver<'a> {
                 converged: reason == StopReason::Converged,
                 iterations: self.newton_steps,
                 residual,
-                tolerance: self.options.tolerance,
+                tolerance: self.tolerance,
                 reason,
             },
             strategy,

@@ -52,6 +52,12 @@ pub(super) trait EndMap {
     /// Point and velocity that the curve of `y` reaches, shape `(r, k)`.
     fn end(&mut self, y: &[f64], accuracy: Accuracy) -> Result<[Mat<f64>; 2]>;
 
+    /// Counts work that was done elsewhere.
+    fn count(&mut self, work: f64);
+
+    /// As many times the work may be done from now on.
+    fn allow(&mut self, times: f64);
+
     /// Whether the work that a problem may take is done.
     fn exhausted(&self) -> bool;
 }
@@ -90,6 +96,14 @@ impl<B: Blocks, const N: usize> EndMap for Shooting<'_, B, N> {
         let b = Mat::from_fn(m, k, |i, j| series.b(0)[i + normals * j]);
         let v = &s * omega + e * b;
         Ok([s, v])
+    }
+
+    fn count(&mut self, work: f64) {
+        self.work += work;
+    }
+
+    fn allow(&mut self, times: f64) {
+        self.work_limit *= times;
     }
 
     fn exhausted(&self) -> bool {

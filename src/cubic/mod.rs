@@ -22,6 +22,7 @@ mod clock;
 mod composition;
 mod conserved;
 mod continuation;
+mod curve_start;
 mod derivative;
 mod end_map;
 mod end_response;

@@ -202,7 +202,7 @@ impl Path {
     /// Adds pieces at an end until they reach `t`.
     ///
     /// # Errors
-    /// `NoConvergence` (too many steps for their number or for memory), `Overflow`, `Interrupted`.
+    /// `TooManySteps` (for their number or for memory), `Overflow`, `Interrupted`.
     pub(crate) fn extend_to(&mut self, t: f64, interrupt: Interrupt<'_>) -> Result<()> {
         if self.covers(t) {
             return Ok(());
@@ -239,7 +239,12 @@ impl Path {
         vectors.reserve(USUAL_STEPS * size * vector);
         let outcome = march.run(t, interrupt, |series, start, length| {
             if points.len() + vectors.len() + 2 * size * rk > MAX_COEFFICIENTS {
-                return Err(too_many_steps(pieces.len(), (t - start).abs()));
+                return Err(too_many_steps(
+                    pieces.len(),
+                    pieces.len(),
+                    (t - start).abs(),
+                    length.abs(),
+                ));
             }
             let end = start + length;
             pieces.push(Piece {

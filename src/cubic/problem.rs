@@ -1,9 +1,9 @@
 //! Boundary data in coordinates in which the start is the first columns of the identity, and the way back from them.
 
-use faer::{Mat, MatRef};
+use faer::{Mat, MatRef, Scale};
 
 use super::end_map::{EndMap, MAX_WORK};
-use super::guess::FlatData;
+use super::guess::{FlatData, identity_columns};
 use super::initial::{Horizontal, complete};
 use super::path::{Path, State};
 use super::reduced::{Fixed, Sized};
@@ -46,7 +46,7 @@ impl Problem {
         let span = Span::of(&[s0, v0, s1, v1]);
         let g = complete(span.down(s0).as_ref());
         let velocity = Horizontal::of_tangent(g.as_ref(), span.down(v0).as_ref());
-        let end = [s1, v1].map(|a| g.transpose() * span.down(a));
+        let end = corrected([s1, v1].map(|a| g.transpose() * span.down(a)));
         let target = Target::new(&velocity, &end);
         Ok(Problem {
             n: s0.nrows(),
@@ -57,6 +57,30 @@ impl Problem {
             end,
             target,
         })
+    }
+
+    /// Point and velocity at the start, shape `(r, k)`: the first columns of the identity, and the tangent vector there.
+    pub(super) fn initial(&self) -> [Mat<f64>; 2] {
+        let (r, k) = self.end[0].shape();
+        let velocity = Mat::from_fn(r, k, |i, j| match i.checked_sub(k) {
+            None => self.velocity.omega[(i, j)],
+            Some(i) => self.velocity.normal[(i, j)],
+        });
+        [identity_columns(r, k), velocity]
+    }
+
+    /// The larger of the end speeds, in the Frobenius norm.
+    pub(super) fn speed(&self) -> f64 {
+        self.target.speed
+    }
+
+    /// Whether the points are surely no farther apart than 2 and the speeds are at most 2, or little more: there the flat
+    /// start leads to the cubic near it.
+    pub(super) fn is_moderate(&self) -> bool {
+        let spread = (self.k.min(2) as f64).sqrt();
+        let [start, _] = self.initial();
+        let chord = (&self.end[0] - start).norm_l2();
+        chord <= MODERATE_CHORD * spread && self.speed() <= MODERATE_SPEED * spread
     }
 
     /// Sizes of the blocks.
@@ -154,7 +178,7 @@ impl Problem {
     /// The curve from `y = (x', x'')`, in the coordinates of the span.
     ///
     /// # Errors
-    /// `NoConvergence`, `Overflow`, `Interrupted`.
+    /// `TooManySteps`, `Overflow`, `Interrupted`.
     pub(super) fn path(&self, y: &[f64], interrupt: Interrupt<'_>) -> Result<Path> {
         let [a, second] = unpack(y, self.blocks());
         let state = State::new(&self.g, [&self.velocity, &a, &second]);
@@ -164,12 +188,41 @@ impl Problem {
     }
 }
 
+/// The chord of an arc of 2 on the unit circle; points of several columns are up to the root of 2 farther apart in the Frobenius norm.
+const MODERATE_CHORD: f64 = 1.683;
+
+const MODERATE_SPEED: f64 = 2.0;
+
+/// Speeds up to here are met absolutely, larger ones relative to them.
+pub(super) const ABSOLUTE_SPEED: f64 = 10.0;
+
+/// The point of the manifold and the tangent vector at it that are near to data that pass for such: rounded decimals, say.
+fn corrected([s, v]: [Mat<f64>; 2]) -> [Mat<f64>; 2] {
+    let k = s.ncols();
+    let gram = s.transpose() * &s;
+    // A step of Newton's method for the polar factor: it squares the defect, which is below the tolerance of points.
+    let factor = Mat::from_fn(k, k, |i, j| {
+        1.5 * f64::from(u8::from(i == j)) - 0.5 * gram[(i, j)]
+    });
+    let s = s * factor;
+    let inner = s.transpose() * &v;
+    let v = v - &s * (&inner + inner.transpose()) * Scale(0.5);
+    [s, v]
+}
+
 impl Target {
     /// For an initial velocity, and an end point and end velocity of shape `(r, k)`.
     pub(super) fn new(velocity: &Horizontal, end: &[Mat<f64>; 2]) -> Self {
+        let speed = velocity
+            .omega
+            .norm_l2()
+            .hypot(velocity.normal.norm_l2())
+            .max(end[1].norm_l2());
         Target {
             velocity: [entries(&velocity.omega), entries(&velocity.normal)],
             end: [entries(&end[0]), entries(&end[1])],
+            speed,
+            velocity_unit: if speed > ABSOLUTE_SPEED { speed } else { 1.0 },
         }
     }
 }

@@ -48,6 +48,9 @@ const FLOOR: f64 = 1e-3;
 /// Differences of the residuals of a leg.
 const DIFFERENCE: f64 = 1e-6;
 
+/// Work of a leg of small matrices: a few microseconds.
+const LEG_WORK: f64 = 100.0;
+
 /// A point of the chain: an orthogonal frame whose first columns are the point, and the velocity in it.
 #[derive(Clone)]
 struct Node {
@@ -140,6 +143,8 @@ pub(super) struct Chain {
     nodes: Vec<Node>,
     cost: f64,
     endpoints: EndpointProblem,
+    /// Legs that were evaluated so far.
+    evaluated: usize,
 }
 
 impl Chain {
@@ -156,11 +161,8 @@ impl Chain {
     ) -> Result<Self> {
         let (r, k) = problem.end[0].shape();
         let identity: Mat<f64> = Mat::identity(r, r);
-        let v0 = Mat::from_fn(r, k, |i, j| match i.checked_sub(k) {
-            None => problem.velocity.omega[(i, j)],
-            Some(i) => problem.velocity.normal[(i, j)],
-        });
-        let start = identity.as_ref().subcols(0, k);
+        let [start, v0] = problem.initial();
+        let start = start.as_ref();
         let [s1, v1] = problem.end.each_ref().map(|x| x.as_ref());
         let at = match GeometricCubic::from_boundary(start, v0.as_ref(), s1, v1) {
             Ok(curve) => sample(&curve, legs)?,
@@ -191,6 +193,7 @@ impl Chain {
             nodes,
             cost,
             endpoints,
+            evaluated: legs,
         })
     }
 
@@ -228,6 +231,7 @@ impl Chain {
         let mut gradient = vec![0.0; inner * size];
         for i in 0..legs {
             let (from, to) = (self.nodes[i].clone(), self.nodes[i + 1].clone());
+            self.evaluated += 1 + 2 * size;
             let base = residual(&from, &to, step, &mut self.endpoints)?;
             let mut jacobian = Mat::zeros(base.len(), 2 * size);
             for side in 0..2 {
@@ -297,6 +301,7 @@ impl Chain {
                 Err(_) => return false,
             }
         }
+        self.evaluated += self.legs();
         match cost(&nodes, &mut self.endpoints) {
             Ok(cost) if cost < self.cost => {
                 (self.nodes, self.cost) = (nodes, cost);
@@ -310,6 +315,13 @@ impl Chain {
     fn unknowns(&self) -> usize {
         let Sized { m, k } = self.nodes[0].blocks();
         k * (k - 1) + 2 * m * k
+    }
+
+    /// What all legs that were evaluated took, in the unit of the work of integrations.
+    pub(super) fn work(&self) -> f64 {
+        let Sized { m, k } = self.nodes[0].blocks();
+        let r = (m + k) as f64;
+        self.evaluated as f64 * (LEG_WORK + r.powi(3))
     }
 
     /// Number of legs.

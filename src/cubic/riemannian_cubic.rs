@@ -87,7 +87,7 @@ impl RiemannianCubic {
     ///
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`, `InvalidArgument` (`t_end` zero, tolerance);
-    /// `NoConvergence` (more than 1e5 steps: too long or too fast), `Overflow`, `Interrupted`.
+    /// `TooManySteps` (more than 1e5 steps: too long or too fast), `Overflow`, `Interrupted`.
     pub fn from_initial(
         s: MatRef<'_, f64>,
         v: MatRef<'_, f64>,
@@ -257,9 +257,19 @@ fn range(t: &[f64]) -> (f64, f64) {
 /// [`Path::extend_to`]; the time that was left is told in the time of the curve.
 fn extend(path: &mut Path, clock: Clock, t: f64, interrupt: Interrupt<'_>) -> Result<()> {
     path.extend_to(t, interrupt).map_err(|error| match error {
-        Error::NoConvergence { solver, mut report } => {
+        Error::TooManySteps {
+            solver,
+            limit,
+            forecast,
+            mut report,
+        } => {
             report.residual = clock.curve_length(report.residual);
-            Error::NoConvergence { solver, report }
+            Error::TooManySteps {
+                solver,
+                limit,
+                forecast,
+                report,
+            }
         }
         other => other,
     })

@@ -4,6 +4,7 @@ use faer::MatRef;
 
 use super::boundary::{BoundaryOptions, BoundaryStrategy, Solution, Solver, first_start};
 use super::continuation::{MAX_STEPS, Next, norm};
+use super::curve_start::CurveFamily;
 use super::guess::FlatData;
 use super::homotopy::Homotopy;
 use super::problem::Problem;
@@ -13,12 +14,15 @@ use super::shooting::SOLVER;
 use crate::curve::Curve;
 use crate::error::{Error, Result};
 
+/// Work that a search may take, in that of one solution.
+const SEARCH_WORK: f64 = 4.0;
+
 /// How solutions of a boundary value problem are looked for.
 #[derive(Clone, Copy)]
 pub struct SearchOptions<'a> {
     /// How each of them is solved for.
     pub boundary: BoundaryOptions<'a>,
-    /// Random starts of Newton's method, and as many random families that are followed.
+    /// Random starts of Newton's method, and as many relaxed chains and random families that are followed.
     pub starts: u32,
     /// Of the random numbers: the same seed finds the same solutions.
     pub seed: u64,
@@ -43,7 +47,8 @@ impl RiemannianCubic {
     /// Riemannian cubics with the same boundary data, those that several starts find, the cheapest first.
     ///
     /// The starts are that of [`from_boundary`](Self::from_boundary), flat cubics along quasi-geodesics that make a full turn
-    /// more in one principal direction, and random initial data around these; families of easier data are followed through
+    /// more in one principal direction, geometric and geodesic polynomials with the same data, those of least cost among them,
+    /// chains of points relaxed to low cost, and random initial data; families of easier data are followed through
     /// every solution they pass. There may be others: on the sphere there are infinitely many.
     ///
     /// # Errors
@@ -66,6 +71,7 @@ impl RiemannianCubic {
         let problem = Problem::new(s0, v0, s1, v1)?;
         let start = first_start(&problem, s0, &options.boundary)?;
         let mut solver = Solver::new(&problem, &options.boundary);
+        solver.map.allow(SEARCH_WORK);
         let mut found = Found {
             solutions: Vec::new(),
             distinct: options.distinct,
@@ -127,6 +133,27 @@ fn search(
         }
     }
     let size = norm(start);
+    for family in CurveFamily::ALL {
+        let Some(curve) = family.start(problem, options.boundary.interrupt)? else {
+            continue;
+        };
+        let mut y = curve.y.clone();
+        let solution = match solver.restarted(&mut y)? {
+            true => Some(y),
+            false => solver.moved(&curve.y, norm(&curve.y))?,
+        };
+        if let Some(y) = solution {
+            found.add((y, solver.report(BoundaryStrategy::Polynomial)));
+        }
+    }
+    for attempt in 0..options.starts {
+        if solver.map.exhausted() {
+            break;
+        }
+        if let Some(solution) = solver.relaxed(attempt, size, &mut random)? {
+            found.add(solution);
+        }
+    }
     if let Ok(homotopy) = Homotopy::growing(problem) {
         let rest = vec![0.0; start.len()];
         follow(

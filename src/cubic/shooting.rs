@@ -79,6 +79,10 @@ pub(super) struct Target {
     pub(super) velocity: [Vec<f64>; 2],
     /// End point and end velocity, shape `(r, k)`.
     pub(super) end: [Vec<f64>; 2],
+    /// The larger of the end speeds, in the Frobenius norm.
+    pub(super) speed: f64,
+    /// Velocities at the end are compared in this unit: round-off in them grows with the speed.
+    pub(super) velocity_unit: f64,
 }
 
 /// The boundary value problem for blocks of one size; a pass of dual numbers carries `N` directions.
@@ -98,7 +102,7 @@ pub(super) struct Shooting<'a, B, const N: usize> {
 /// Equations and how far the end is off.
 pub(super) struct Residual<T> {
     pub(super) equations: Vec<T>,
-    /// `(|S(1) - S1|^2 + |V(1) - V1|^2)^(1/2)`.
+    /// `(|S(1) - S1|^2 + |V(1) - V1|^2 / u^2)^(1/2)` with the unit `u` of velocities.
     pub(super) distance: f64,
 }
 
@@ -405,6 +409,7 @@ fn evaluate<T: Number, B: Blocks>(
         sum
     };
     for (which, of) in target.end.iter().enumerate() {
+        let unit = [1.0, target.velocity_unit][which];
         let upper: Vec<T> = (0..k * k)
             .map(|i| component(&series.s()[rows * (i % k)..][..r], &of[r * (i / k)..][..r]))
             .collect();
@@ -414,7 +419,7 @@ fn evaluate<T: Number, B: Blocks>(
                     0 => f64::from(u8::from(row == col)),
                     _ => series.omega(0)[row + k * col].value(),
                 };
-                square += (upper[row + k * col].value() - expected).powi(2);
+                square += ((upper[row + k * col].value() - expected) / unit).powi(2);
                 if row < col {
                     let skew = (upper[row + k * col] - upper[col + k * row]) * half;
                     equations.push(match which {
@@ -431,7 +436,7 @@ fn evaluate<T: Number, B: Blocks>(
                     0 => lower,
                     _ => lower - series.b(0)[row + normals * col],
                 };
-                square += equation.value().powi(2);
+                square += (equation.value() / unit).powi(2);
                 equations.push(equation);
             }
         }

@@ -78,8 +78,7 @@ impl<T: Number, B: Blocks> March<T, B> {
     /// Goes on to `t_end`; `visit` sees every step: series, start and signed length.
     ///
     /// # Errors
-    /// `NoConvergence` (too many steps; the residual is the time that was left), `Overflow`, `Interrupted`, those of
-    /// `visit`.
+    /// `TooManySteps`, `Overflow`, `Interrupted`, those of `visit`.
     pub(crate) fn run(
         &mut self,
         t_end: f64,
@@ -122,7 +121,12 @@ impl<T: Number, B: Blocks> March<T, B> {
         if left > 0 && ahead.abs() <= left as f64 * length {
             return Ok(());
         }
-        Err(too_many_steps(self.steps, ahead.abs()))
+        Err(too_many_steps(
+            self.max_steps,
+            self.steps,
+            ahead.abs(),
+            length,
+        ))
     }
 
     /// The step at which the last three terms fall below the truncation; NaN where they are not finite.
@@ -187,8 +191,8 @@ impl<T: Number, B: Blocks> March<T, B> {
     }
 }
 
-/// The error after some steps with some time left.
-pub(crate) fn too_many_steps(steps: usize, left: f64) -> Error {
+/// The error after some steps with some time left, when the next step has a length.
+pub(crate) fn too_many_steps(limit: usize, steps: usize, left: f64, length: f64) -> Error {
     let report = SolverReport {
         converged: false,
         iterations: steps,
@@ -196,8 +200,11 @@ pub(crate) fn too_many_steps(steps: usize, left: f64) -> Error {
         tolerance: 0.0,
         reason: StopReason::MaxIterations,
     };
-    Error::NoConvergence {
+    Error::TooManySteps {
         solver: SOLVER,
+        limit,
+        // A length of zero: more than can be counted.
+        forecast: (left / length).min(f64::MAX).ceil(),
         report,
     }
 }

@@ -24,15 +24,7 @@ pub(super) fn squared_acceleration<C: Curve>(curve: &C, interrupt: Interrupt<'_>
     let r = curve.frame().map_or(curve.n(), |frame| frame.ncols());
     let manifold = Stiefel::new(r.max(curve.k()), curve.k())?;
     let (mut work, mut jet) = (curve.workspace(), Jet::zeros(r, curve.k()));
-    let mut integrand = |t: f64| -> Result<[f64; 2]> {
-        curve.coordinates_into(t, 2, &mut work, &mut jet)?;
-        let second = &jet.c[2] * faer::Scale(2.0);
-        let a = covariant::acceleration(jet.c[0].as_ref(), jet.c[1].as_ref(), second.as_ref());
-        Ok([
-            manifold.norm(jet.c[0].as_ref(), a.as_ref())?.powi(2),
-            second.squared_norm_l2(),
-        ])
-    };
+    let mut integrand = |t: f64| squares(curve, &manifold, t, &mut work, &mut jet);
     let (start, end) = curve.t_span();
     // Positions have norm sqrt(k), so accelerations below that over the squared interval are noise as well.
     let still = curve.k() as f64 / (end - start).abs().powi(3);
@@ -73,6 +65,37 @@ pub(super) fn squared_acceleration<C: Curve>(curve: &C, interrupt: Interrupt<'_>
         solver: "cost quadrature",
         report,
     })
+}
+
+/// The squares of the covariant and of the ambient acceleration at a parameter.
+fn squares<C: Curve + ?Sized>(
+    curve: &C,
+    manifold: &Stiefel,
+    t: f64,
+    work: &mut C::Workspace,
+    jet: &mut Jet,
+) -> Result<[f64; 2]> {
+    curve.coordinates_into(t, 2, work, jet)?;
+    let second = &jet.c[2] * faer::Scale(2.0);
+    let a = covariant::acceleration(jet.c[0].as_ref(), jet.c[1].as_ref(), second.as_ref());
+    Ok([
+        manifold.norm(jet.c[0].as_ref(), a.as_ref())?.powi(2),
+        second.squared_norm_l2(),
+    ])
+}
+
+/// The cost of a curve on `[0, 1]` from one Gauss-Legendre rule: good enough to compare.
+pub(crate) fn rough_squared_acceleration<C: Curve>(curve: &C, points: usize) -> Result<f64> {
+    let r = curve.frame().map_or(curve.n(), |frame| frame.ncols());
+    let manifold = Stiefel::new(r.max(curve.k()), curve.k())?;
+    let (mut work, mut jet) = (curve.workspace(), Jet::zeros(r, curve.k()));
+    let (nodes, weights) = gauss_legendre(points);
+    let mut sum = 0.0;
+    for (x, w) in nodes.iter().zip(&weights) {
+        let [covariant, _] = squares(curve, &manifold, 0.5 + 0.5 * x, &mut work, &mut jet)?;
+        sum += 0.5 * w * covariant;
+    }
+    Ok(sum)
 }
 
 /// Nodes, in decreasing order, and weights on `[-1, 1]`: roots of the Legendre polynomial by Newton's method.

@@ -148,7 +148,7 @@ pub fn to_exception(py: Python<'_>, error: &Error, place: &str) -> PyErr {
             "OutsideDomainError",
             (message, error.angle()),
         ),
-        Error::NoConvergence { report, .. } => build(
+        Error::NoConvergence { report, .. } | Error::TooManySteps { report, .. } => build(
             py,
             &CONVERGENCE,
             "ConvergenceError",

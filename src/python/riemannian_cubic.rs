@@ -156,12 +156,15 @@ impl PyRiemannianCubic {
     /// S0, V0 : array_like, shape (n, k)
     ///     Initial point and velocity.
     /// S1, V1 : array_like, shape (n, k)
-    ///     Final point and velocity.
+    ///     Final point and velocity. Data with defects up to 1e-9, rounded decimals for example, stand for the nearest exact
+    ///     ones.
     /// tol : float, default 1e-12
     ///     The largest distance of the end point and end velocity from ``S1`` and ``V1``, Frobenius norm of both
-    ///     together.
+    ///     together. Where an end speed exceeds 10 the velocity counts relative to the larger end speed; ``32 eps`` times that
+    ///     speed, about 1e-12 for 140, is the least tolerance (``report.tolerance``).
     /// max_iterations : int, default 50
-    ///     Newton steps at the most from the first start, and from any other.
+    ///     Newton steps at the most from the first start, and from any other. With 12 or fewer a first start that runs out of
+    ///     them ends the search.
     /// guess : pair (A, J) of array_like, optional
     ///     Covariant acceleration and covariant jerk at ``S0`` to start from, shape (n, k) each; by default those of the
     ///     cubic of flat space.
@@ -189,8 +192,9 @@ impl PyRiemannianCubic {
     /// Notes
     /// -----
     /// Cubics with given ends are stationary, not unique: this one is found by Newton's method, with exact derivatives
-    /// of the flow, from the cubic of flat space; where that fails, along families of easier boundary data. Compare
-    /// solutions by :meth:`Curve.cost`.
+    /// of the flow, from the cubic of flat space; where that fails, along families of easier boundary data. Beyond distance
+    /// 2 or speed 2, without a guess, a solution dearer than the adjusted de Casteljau curve is given up for a cheaper one
+    /// where one is found. Compare solutions by :meth:`Curve.cost`.
     #[staticmethod]
     #[pyo3(signature = (S0, V0, S1, V1, *, tol=1e-12, max_iterations=50, guess=None, all_found=false))]
     #[allow(clippy::too_many_arguments)]
