@@ -92,7 +92,7 @@ impl RiemannianCubic {
     /// solution.
     ///
     /// # Errors
-    /// `Overflow`, `NoConvergence` and `Interrupted` of the integration of the derivative.
+    /// `Overflow`, `TooManySteps` and `Interrupted` of the integration of the derivative.
     pub fn boundary_derivative(&self, interrupt: Interrupt<'_>) -> Result<BoundaryDerivative> {
         let span = self.t_span();
         let at = |t: f64| -> Result<[Mat<f64>; 4]> {
