@@ -90,7 +90,7 @@ impl RiemannianCubic {
     /// solution.
     ///
     /// # Errors
-    /// `Overflow`, `NoConvergence` and `Interrupted` of the integration of the derivative.
+    /// `Overflow`, `TooManySteps` and `Interrupted` of the integration of the derivative.
     pub fn boundary_derivative(&self, interrupt: Interrupt<'_>) -> Result<BoundaryDerivative> {
         let span = self.t_span();
         let ends = [self.state(span.0)?, self.state(span.1)?];

@@ -188,7 +188,8 @@ impl Problem {
     }
 }
 
-/// The chord of an arc of 2 on the unit circle; points of several columns are up to the root of 2 farther apart in the Frobenius norm.
+/// The chord of an arc of 2 on the unit circle; points of several columns are up to the root of 2 farther apart in the
+/// Frobenius norm.
 const MODERATE_CHORD: f64 = 1.683;
 
 const MODERATE_SPEED: f64 = 2.0;

@@ -25,7 +25,7 @@ pub(super) struct Slopes {
 /// * `extra` - rows beside the span, in which the curve stays zero
 /// * `directions` - variations of `(x, x', x'')`; the normal parts have `extra` rows more than those of the data
 /// # Errors
-/// `NoConvergence`, `Overflow`, `Interrupted`.
+/// `TooManySteps`, `Overflow`, `Interrupted`.
 pub(super) fn vary<const N: usize>(
     data: &InitialData,
     extra: usize,
