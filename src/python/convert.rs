@@ -293,8 +293,9 @@ pub fn map_batch_with<W, const N: usize>(
             "cannot hold {len} results of {size} numbers"
         )));
     };
-    out.resize(total, 0.0);
     let (failure, out) = call.run_any(py, move |interrupt| {
+        // Filled where it can be interrupted: the first touch of gigabytes takes seconds.
+        out.resize(total, 0.0);
         let views = batches.each_ref();
         let one = |work: &mut W, i: usize, target: &mut [f64]| {
             let mut result = interrupt
