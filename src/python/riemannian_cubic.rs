@@ -63,12 +63,12 @@ fn integration([s, v, a, j]: [&Mat<f64>; 4], t_end: f64) -> f64 {
     reduction(s.shape()) + step(s.shape()) * (1.0 + length.min(1e5))
 }
 
-/// Rough operations of ten Newton steps, each with a derivative in all directions.
+/// Rough operations of four Newton steps, each with a derivative in all directions.
 pub(super) fn shooting([s0, v0, _, v1]: [&Mat<f64>; 4]) -> f64 {
     let (n, k) = s0.shape();
-    let unknowns = 2.0 * n.min(4 * k) as f64 * k as f64;
+    let unknowns = (2 * n.min(4 * k) - k - 1) as f64 * k as f64;
     let steps = 4.0 + norm(v0.as_ref()) + norm(v1.as_ref());
-    reduction((n, k)) + 10.0 * unknowns * step((n, k)) * steps.min(1e5)
+    reduction((n, k)) + 4.0 * (1.0 + unknowns) * step((n, k)) * steps.min(1e5)
 }
 
 /// Riemannian cubic: a critical curve of the integral of the squared covariant acceleration.
