@@ -393,7 +393,7 @@ impl Curve for RiemannianCubic {
                 for (i, &t) in t.iter().enumerate() {
                     check_parameter(t)?;
                     let t = self.clock.path_time(t);
-                    reaching(self, t, beyond)?.points_into(t, &mut [point]);
+                    reaching(self, t, beyond)?.point_into(t, point);
                     for j in 0..k {
                         for l in 0..r {
                             out[(l, i * k + j)] = point[l + rows * j];
