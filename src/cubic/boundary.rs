@@ -71,7 +71,8 @@ pub struct BoundaryOptions<'a> {
     ///
     /// The unit `u` is 1 where both end speeds are at most 10 (Frobenius norm), else it is the larger of them: a round-off
     /// of `eps |V|` in the angle along a curve of that speed is one of `eps |V|^2` in the velocity. Below
-    /// `32 eps` times the larger speed, about `1e-12` for speeds of 140, that bound stands for the tolerance, also in the report.
+    /// `32 eps` times the larger speed, about `1e-12` for speeds of 140 and never more than `1e-9`, that bound stands for the
+    /// tolerance, also in the report.
     pub tolerance: f64,
     /// Newton steps at the most from the first start, and from any other; at least 1. With 12 or fewer a first start that
     /// runs out of them ends the search: nothing but Newton's method from there is wanted.
@@ -274,7 +275,10 @@ impl<'a> Solver<'a> {
             newton_steps: 0,
             continuation_steps: 0,
             starts: 0,
-            tolerance: options.tolerance.max(ROUND_OFF_SHARE * problem.speed()),
+            // Not beyond what counts as round-off: faster curves are not met to any digits.
+            tolerance: options
+                .tolerance
+                .max((ROUND_OFF_SHARE * problem.speed()).min(ROUND_OFF)),
             nearest: (f64::INFINITY, StopReason::Diverged),
         }
     }

@@ -161,7 +161,7 @@ impl PyRiemannianCubic {
     /// tol : float, default 1e-12
     ///     The largest distance of the end point and end velocity from ``S1`` and ``V1``, Frobenius norm of both
     ///     together. Where an end speed exceeds 10 the velocity counts relative to the larger end speed; ``32 eps`` times that
-    ///     speed, about 1e-12 for 140, is the least tolerance (``report.tolerance``).
+    ///     speed, about 1e-12 for 140 and never more than 1e-9, is the least tolerance (``report.tolerance``).
     /// max_iterations : int, default 50
     ///     Newton steps at the most from the first start, and from any other. With 12 or fewer a first start that runs out of
     ///     them ends the search.
