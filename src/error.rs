@@ -226,6 +226,14 @@ pub enum Error {
         /// Steps taken, and as residual the part of the parameter that was left.
         report: SolverReport,
     },
+    /// Something is wrong at one knot of a spline, or between it and the next one.
+    #[error("knot {knot}: {source}")]
+    AtKnot {
+        /// Its index.
+        knot: usize,
+        /// What is wrong.
+        source: Box<Error>,
+    },
     /// The caller asked a running computation to stop.
     #[error("{solver}: interrupted")]
     Interrupted {
@@ -247,9 +255,21 @@ fn short(x: f64) -> String {
 }
 
 impl Error {
+    /// The same at a knot.
+    pub(crate) fn at_knot(self, knot: usize) -> Self {
+        match self {
+            error @ Error::Interrupted { .. } => error,
+            error => Error::AtKnot {
+                knot,
+                source: Box::new(error),
+            },
+        }
+    }
+
     /// The angle that leaves a domain, in radians, where the error is about one.
     pub fn angle(&self) -> Option<f64> {
         match self {
+            Error::AtKnot { source, .. } => source.angle(),
             Error::OutsideLogDomain { angle } | Error::NoJoiningCurve { angle } => Some(*angle),
             Error::DifferentComponents { .. } | Error::BranchJump { .. } => {
                 Some(std::f64::consts::PI)

@@ -44,6 +44,7 @@ pub mod newton;
 #[cfg(feature = "python")]
 mod python;
 pub mod report;
+pub mod spline;
 
 pub use cubic::RiemannianCubic;
 pub use curve::{Curve, GeodesicPolynomial, GeometricCubic, GeometricPolynomial, Quantity};

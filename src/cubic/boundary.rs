@@ -1,6 +1,7 @@
 //! Riemannian cubics from boundary data: Newton from a start; then continuation from easier problems, chains of low cost.
 
 use std::fmt;
+use std::sync::Arc;
 
 use faer::{Mat, MatRef};
 
@@ -223,7 +224,7 @@ impl RiemannianCubic {
         Ok(Self::of_path(
             problem.n,
             problem.k,
-            problem.frame,
+            problem.frame.map(Arc::new),
             path,
             Some(report),
         ))

@@ -18,9 +18,9 @@ use crate::manifold::quasi_geodesic::EndpointProblem;
 const DETOUR: f64 = 0.05;
 
 /// Displacement and end velocity as tangent vectors at the start, in `m`.
-pub(super) struct FlatData {
-    pub(super) displacement: Horizontal,
-    pub(super) end_velocity: Horizontal,
+pub(crate) struct FlatData {
+    pub(crate) displacement: Horizontal,
+    pub(crate) end_velocity: Horizontal,
 }
 
 impl FlatData {
@@ -28,7 +28,7 @@ impl FlatData {
     ///
     /// # Errors
     /// `DifferentComponents`; `NoJoiningCurve`, `OutsideLogDomain` where even a detour finds no quasi-geodesic.
-    pub(super) fn new(s1: MatRef<'_, f64>, v1: MatRef<'_, f64>) -> Result<Self> {
+    pub(crate) fn new(s1: MatRef<'_, f64>, v1: MatRef<'_, f64>) -> Result<Self> {
         let start = identity_columns(s1.nrows(), s1.ncols());
         let first = match Self::join(start.as_ref(), s1, v1) {
             Err(error @ (Error::NoJoiningCurve { .. } | Error::OutsideLogDomain { .. })) => error,
@@ -60,7 +60,7 @@ impl FlatData {
     ///
     /// # Errors
     /// Those of [`FlatData::new`], without detours.
-    pub(super) fn turned(s1: MatRef<'_, f64>, v1: MatRef<'_, f64>) -> Result<Vec<Self>> {
+    pub(crate) fn turned(s1: MatRef<'_, f64>, v1: MatRef<'_, f64>) -> Result<Vec<Self>> {
         let (r, k) = s1.shape();
         let start = identity_columns(r, k);
         let mut curve = QuasiGeodesic::zeros(r, k);
@@ -86,7 +86,7 @@ impl FlatData {
     }
 
     /// `x'` and `x''` at the start, from the velocity there.
-    pub(super) fn start(&self, velocity: &Horizontal) -> [Horizontal; 2] {
+    pub(crate) fn start(&self, velocity: &Horizontal) -> [Horizontal; 2] {
         let part = |pick: fn(&Horizontal) -> &Mat<f64>| {
             let [delta, v0, v1] = [&self.displacement, velocity, &self.end_velocity].map(pick);
             [
@@ -110,12 +110,12 @@ impl FlatData {
 }
 
 /// The first `k` columns of the identity of size `r`.
-pub(super) fn identity_columns(r: usize, k: usize) -> Mat<f64> {
+pub(crate) fn identity_columns(r: usize, k: usize) -> Mat<f64> {
     Mat::from_fn(r, k, |i, j| f64::from(u8::from(i == j)))
 }
 
 /// `e^{tX} V e^{t Omega}` for the factors of a quasi-geodesic: a vector at its point `s` carried on by `t`.
-pub(super) fn carry(curve: &QuasiGeodesic, v: MatRef<'_, f64>, t: f64) -> Result<Mat<f64>> {
+pub(crate) fn carry(curve: &QuasiGeodesic, v: MatRef<'_, f64>, t: f64) -> Result<Mat<f64>> {
     let k = v.ncols();
     let mut components = curve.frame().transpose() * v;
     for i in 0..k {

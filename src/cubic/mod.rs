@@ -28,13 +28,14 @@ mod end_map;
 mod end_response;
 mod frame_flow;
 mod fused;
-mod guess;
+pub(crate) mod guess;
 mod homotopy;
-mod initial;
-mod path;
-mod problem;
+pub(crate) mod initial;
+pub(crate) mod leg;
+pub(crate) mod path;
+pub(crate) mod problem;
 mod random;
-mod reduced;
+pub(crate) mod reduced;
 mod relaxation;
 pub mod riemannian_cubic;
 mod search;
@@ -44,7 +45,7 @@ mod split_state;
 mod splitting;
 #[cfg(feature = "python")]
 mod stored;
-mod taylor;
+pub(crate) mod taylor;
 mod variation;
 
 pub use boundary::{BoundaryOptions, BoundaryReport, BoundaryStrategy};

@@ -229,7 +229,7 @@ impl Target {
 }
 
 /// The independent entries of vectors of `m`, one vector after the other: above the diagonal of `omega`, then `normal`.
-pub(super) fn pack(vectors: &[Horizontal]) -> Vec<f64> {
+pub(crate) fn pack(vectors: &[Horizontal]) -> Vec<f64> {
     let mut y = Vec::new();
     for vector in vectors {
         for col in 0..vector.omega.ncols() {
@@ -241,7 +241,7 @@ pub(super) fn pack(vectors: &[Horizontal]) -> Vec<f64> {
 }
 
 /// The inverse of [`pack`] for two vectors.
-pub(super) fn unpack(y: &[f64], blocks: Sized) -> [Horizontal; 2] {
+pub(crate) fn unpack(y: &[f64], blocks: Sized) -> [Horizontal; 2] {
     let Sized { m, k } = blocks;
     let (first, second) = y.split_at(y.len() / 2);
     [first, second].map(|y| {
@@ -258,6 +258,6 @@ pub(super) fn unpack(y: &[f64], blocks: Sized) -> [Horizontal; 2] {
 }
 
 /// Entries column by column.
-pub(super) fn entries(a: &Mat<f64>) -> Vec<f64> {
+pub(crate) fn entries(a: &Mat<f64>) -> Vec<f64> {
     a.col_iter().flat_map(|c| c.iter().copied()).collect()
 }

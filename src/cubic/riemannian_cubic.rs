@@ -116,24 +116,24 @@ impl RiemannianCubic {
             end => end,
         };
         extend(&mut path, clock, end, options.interrupt)?;
-        let mut curve = Self::of_path(s.nrows(), s.ncols(), data.frame, path, None);
+        let mut curve = Self::of_path(s.nrows(), s.ncols(), data.frame.map(Arc::new), path, None);
         curve.clock = clock;
         curve.span = (options.t_end.min(0.0), options.t_end.max(0.0));
         Ok(curve)
     }
 
     /// A path in the coordinates of a frame, in the time of the curve, and how it was found.
-    pub(super) fn of_path(
+    pub(crate) fn of_path(
         n: usize,
         k: usize,
-        frame: Option<Mat<f64>>,
+        frame: Option<Arc<Mat<f64>>>,
         path: Path,
         report: Option<BoundaryReport>,
     ) -> Self {
         RiemannianCubic {
             n,
             k,
-            frame: frame.map(Arc::new),
+            frame,
             span: path.covered(),
             path: Arc::new(path),
             clock: Clock::new(1.0),

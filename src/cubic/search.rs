@@ -1,5 +1,7 @@
 //! Several Riemannian cubics with the same boundary data.
 
+use std::sync::Arc;
+
 use faer::MatRef;
 
 use super::boundary::{BoundaryOptions, BoundaryStrategy, Solution, Solver, first_start};
@@ -88,7 +90,13 @@ impl RiemannianCubic {
         for (y, report) in found.solutions {
             let path = problem.path(&y, options.boundary.interrupt)?;
             let frame = problem.frame.clone();
-            let curve = Self::of_path(problem.n, problem.k, frame, path, Some(report));
+            let curve = Self::of_path(
+                problem.n,
+                problem.k,
+                frame.map(Arc::new),
+                path,
+                Some(report),
+            );
             ranked.push((curve.cost()?, curve));
         }
         ranked.sort_by(|(a, _), (b, _)| a.total_cmp(b));

@@ -70,7 +70,7 @@ pub(super) const DUAL_WORK: f64 = 4.0;
 const SINGLE_WORK: f64 = 2.0;
 
 /// Taylor steps that one integration may take: curves that need more are too fast to be shot.
-const MAX_STEPS: usize = 4_000;
+pub(super) const MAX_STEPS: usize = 4_000;
 
 /// Boundary data in coordinates in which the start is the identity, blocks column by column.
 #[derive(Debug, Clone)]

@@ -134,7 +134,12 @@ pub fn to_exception(py: Python<'_>, error: &Error, place: &str) -> PyErr {
         }
         _ => format!("{error}{place}"),
     };
-    match error {
+    // The class is that of what is wrong, wherever it is.
+    let mut cause = error;
+    while let Error::AtKnot { source, .. } = cause {
+        cause = source;
+    }
+    match cause {
         Error::OutsideLogDomain { .. }
         | Error::NoJoiningCurve { .. }
         | Error::BranchJump { .. }

@@ -1,0 +1,52 @@
+//! What a spline does at its ends.
+
+use faer::Mat;
+
+/// End conditions of a spline.
+#[derive(Debug, Clone)]
+pub enum EndConditions {
+    /// No covariant acceleration at both ends: the curve of least cost through the points.
+    Natural,
+    /// One condition at each end.
+    Each(Box<[EndCondition; 2]>),
+    /// The last point is the first one; velocity and covariant acceleration agree there.
+    Periodic,
+}
+
+/// The condition at one end: a tangent vector at the end point, shape `(n, k)`.
+#[derive(Debug, Clone)]
+pub enum EndCondition {
+    /// The velocity.
+    Velocity(Mat<f64>),
+    /// The covariant acceleration.
+    Acceleration(Mat<f64>),
+}
+
+impl EndCondition {
+    pub(super) fn vector(&self) -> &Mat<f64> {
+        match self {
+            EndCondition::Velocity(v) | EndCondition::Acceleration(v) => v,
+        }
+    }
+}
+
+/// The same in coordinates of the end knots.
+pub(super) enum Ends {
+    Open([End; 2]),
+    Periodic,
+}
+
+/// What is given at an end: the velocity, which is that of the start, or the independent entries of the acceleration.
+pub(super) enum End {
+    Velocity,
+    Acceleration(Vec<f64>),
+}
+
+impl End {
+    pub(super) fn acceleration(&self) -> Option<&[f64]> {
+        match self {
+            End::Acceleration(a) => Some(a),
+            End::Velocity => None,
+        }
+    }
+}

@@ -1,0 +1,43 @@
+//! Knots: times in order, a point at each.
+
+use faer::MatRef;
+
+use crate::error::{Error, Result};
+use crate::manifold::Stiefel;
+use crate::manifold::stiefel::POINT_TOLERANCE;
+
+/// The manifold of the points.
+///
+/// # Errors
+/// `Shape` (fewer than two knots, numbers that do not match, points of different shapes), `NonFinite`, `InvalidArgument` (times
+/// not increasing), `NotOrthonormal`; wrapped in `AtKnot` where they are about one knot.
+pub(super) fn check(t: &[f64], points: &[MatRef<'_, f64>]) -> Result<Stiefel> {
+    if t.len() < 2 || t.len() != points.len() {
+        return Err(Error::Shape {
+            name: "t",
+            expected: format!("at least two, one for each of the {} points", points.len()),
+            found: format!("{} times", t.len()),
+        });
+    }
+    if let Some(index) = t.iter().position(|t| !t.is_finite()) {
+        return Err(Error::NonFinite { name: "t", index });
+    }
+    let manifold = Stiefel::of("S", points[0])?;
+    for (knot, point) in points.iter().enumerate() {
+        manifold
+            .check_point("S", *point, POINT_TOLERANCE)
+            .map_err(|error| error.at_knot(knot))?;
+    }
+    for (knot, pair) in t.windows(2).enumerate() {
+        let length = pair[1] - pair[0];
+        if !(length > 0.0 && length.is_finite()) {
+            let error = Error::InvalidArgument {
+                name: "t",
+                requirement: "greater than the time before it",
+                found: pair[1],
+            };
+            return Err(error.at_knot(knot + 1));
+        }
+    }
+    Ok(manifold)
+}

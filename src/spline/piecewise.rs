@@ -1,0 +1,192 @@
+//! A curve made of pieces that follow one another.
+
+use faer::MatRef;
+use rayon::prelude::*;
+
+use crate::curve::{Curve, Quantity, Samples, check_parameter};
+use crate::error::{Error, Result};
+use crate::interrupt::Interrupt;
+use crate::linalg::jet::Jet;
+use crate::linalg::product::mul_into;
+
+/// Curves on `[0, 1]`, one after the other, each run through between two knots.
+#[derive(Debug, Clone)]
+pub struct Piecewise<C> {
+    knots: Vec<f64>,
+    pieces: Vec<C>,
+    outside: Outside,
+}
+
+/// What a curve does outside of its interval.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outside {
+    /// Times there are errors.
+    Refused,
+    /// The first and the last piece go on.
+    Continued,
+}
+
+impl<C: Curve> Piecewise<C> {
+    /// One piece more is a knot more; the caller has checked the knots.
+    pub(super) fn new(knots: Vec<f64>, pieces: Vec<C>) -> Self {
+        debug_assert_eq!(knots.len(), pieces.len() + 1);
+        Piecewise {
+            knots,
+            pieces,
+            outside: Outside::Refused,
+        }
+    }
+
+    /// The same curve with another behaviour outside of its interval.
+    pub fn with_outside(self, outside: Outside) -> Self {
+        Piecewise { outside, ..self }
+    }
+
+    /// The times between which the pieces run.
+    pub fn knots(&self) -> &[f64] {
+        &self.knots
+    }
+
+    /// The pieces, each on `[0, 1]`.
+    pub fn pieces(&self) -> &[C] {
+        &self.pieces
+    }
+
+    /// The piece at a time, the later one at a knot between two.
+    fn find(&self, t: f64) -> Result<usize> {
+        check_parameter(t)?;
+        let (first, last) = Curve::t_span(self);
+        if self.outside == Outside::Refused && !(first..=last).contains(&t) {
+            return Err(Error::InvalidArgument {
+                name: "t",
+                requirement: "between the first and the last knot (or ask for extrapolation)",
+                found: t,
+            });
+        }
+        let after = self.knots.partition_point(|knot| *knot <= t);
+        Ok(after.clamp(1, self.pieces.len()) - 1)
+    }
+
+    fn length(&self, piece: usize) -> f64 {
+        self.knots[piece + 1] - self.knots[piece]
+    }
+
+    fn local(&self, piece: usize, t: f64) -> f64 {
+        (t - self.knots[piece]) / self.length(piece)
+    }
+
+    /// Maximal runs of parameters in one piece: piece, first parameter, one beyond the last.
+    fn runs(&self, t: &[f64]) -> Result<Vec<(usize, usize, usize)>> {
+        let mut runs: Vec<(usize, usize, usize)> = Vec::new();
+        for (i, &t) in t.iter().enumerate() {
+            let piece = match self.find(t) {
+                Err(Error::NonFinite { name, .. }) => {
+                    return Err(Error::NonFinite { name, index: i });
+                }
+                other => other?,
+            };
+            match runs.last_mut() {
+                Some(run) if run.0 == piece => run.2 = i + 1,
+                _ => runs.push((piece, i, i + 1)),
+            }
+        }
+        Ok(runs)
+    }
+}
+
+/// Derivatives with respect to time that a quantity has.
+fn order(quantity: Quantity) -> i32 {
+    match quantity {
+        Quantity::Derivative(order) => order as i32,
+        Quantity::Acceleration => 2,
+        Quantity::Jerk => 3,
+    }
+}
+
+/// The piece that was read last, and its buffers.
+pub struct Workspace<W> {
+    last: Option<(usize, W, Jet)>,
+}
+
+impl<C: Curve> Curve for Piecewise<C> {
+    type Workspace = Workspace<C::Workspace>;
+
+    fn n(&self) -> usize {
+        self.pieces[0].n()
+    }
+
+    fn k(&self) -> usize {
+        self.pieces[0].k()
+    }
+
+    fn t_span(&self) -> (f64, f64) {
+        (self.knots[0], self.knots[self.pieces.len()])
+    }
+
+    fn frame(&self) -> Option<MatRef<'_, f64>> {
+        None
+    }
+
+    fn workspace(&self) -> Self::Workspace {
+        Workspace { last: None }
+    }
+
+    fn coordinates_into(
+        &self,
+        t: f64,
+        order: usize,
+        work: &mut Self::Workspace,
+        out: &mut Jet,
+    ) -> Result<()> {
+        let which = self.find(t)?;
+        let (piece, k) = (&self.pieces[which], self.k());
+        if work.last.as_ref().is_none_or(|(last, ..)| *last != which) {
+            let rows = piece.frame().map_or(self.n(), |frame| frame.ncols());
+            work.last = Some((which, piece.workspace(), Jet::zeros(rows, k)));
+        }
+        let (_, inner, jet) = work.last.as_mut().expect("set above");
+        piece.coordinates_into(self.local(which, t), order, inner, jet)?;
+        let rate = 1.0 / self.length(which);
+        for (j, (to, from)) in out.c.iter_mut().zip(&jet.c).take(order + 1).enumerate() {
+            let factor = rate.powi(j as i32);
+            match piece.frame() {
+                Some(frame) => mul_into(to, factor, frame, from),
+                None => {
+                    faer::zip!(to, from).for_each(|faer::unzip!(to, from)| *to = factor * *from)
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn sample(&self, t: &[f64], quantity: Quantity, interrupt: Interrupt<'_>) -> Result<Samples> {
+        let runs = self.runs(t)?;
+        let parts: Vec<Vec<f64>> = runs
+            .par_iter()
+            .map(|&(piece, from, to)| {
+                let local: Vec<f64> = t[from..to].iter().map(|t| self.local(piece, *t)).collect();
+                let found = self.pieces[piece].sample(&local, quantity, interrupt)?;
+                let mut values = found.into_entries();
+                let order = order(quantity);
+                if order > 0 {
+                    let factor = self.length(piece).powi(-order);
+                    values.iter_mut().for_each(|value| *value *= factor);
+                }
+                Ok(values)
+            })
+            .collect::<Result<_>>()?;
+        Ok(Samples::from_entries(self.n(), self.k(), parts.concat()))
+    }
+
+    fn cost_interruptible(&self, interrupt: Interrupt<'_>) -> Result<f64> {
+        let mut sum = 0.0;
+        for (i, piece) in self.pieces.iter().enumerate() {
+            // The square of a second derivative, over a length of time.
+            sum += piece.cost_interruptible(interrupt)? * self.length(i).powi(-3);
+        }
+        if sum.is_finite() {
+            return Ok(sum);
+        }
+        Err(Error::Overflow { quantity: "cost" })
+    }
+}
