@@ -1,80 +1,25 @@
-//! Riemannian cubics from boundary data: success rates, symmetries, bad data, several solutions, derivatives.
+//! Riemannian cubics from boundary data: success rates, symmetries, bad data, several solutions.
 
 mod common;
+#[path = "common/boundary.rs"]
+mod data;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use common::{
-    Rng, distance, frobenius, identity, random_orthogonal, random_point, random_rotation,
-    random_tangent,
+    Rng, distance, frobenius, random_orthogonal, random_point, random_rotation, random_tangent,
 };
-use faer::{Mat, MatRef, Scale, mat};
-use stiefel_rs::cubic::{
-    BoundaryOptions, BoundaryStrategy, BoundaryVariation, IntegrationOptions, SearchOptions,
-};
+use data::*;
+use faer::{Mat, mat};
+use stiefel_rs::cubic::{BoundaryOptions, BoundaryStrategy, IntegrationOptions, SearchOptions};
 use stiefel_rs::curve::Samples;
 use stiefel_rs::{
     Curve, Error, Geodesic, GeodesicPolynomial, GeometricCubic, GeometricPolynomial, Interrupt,
-    Quantity, Result, RiemannianCubic, Stiefel, StopReason,
+    Quantity, Result, RiemannianCubic, StopReason,
 };
 
 const SHAPES: [(usize, usize); 6] = [(3, 1), (3, 2), (4, 2), (5, 2), (6, 3), (10, 3)];
-
-/// End points and end velocities.
-struct Data {
-    s0: Mat<f64>,
-    v0: Mat<f64>,
-    s1: Mat<f64>,
-    v1: Mat<f64>,
-}
-
-impl Data {
-    /// Distance and speeds uniform up to the given ones.
-    fn random(shape: (usize, usize), farthest: f64, fastest: f64, rng: &mut Rng) -> Self {
-        let s0 = random_point(shape.0, shape.1, rng);
-        let v0 = random_tangent(&s0, rng.between(0.0, fastest), rng);
-        let way = random_tangent(&s0, rng.between(0.0, farthest), rng);
-        let manifold = Stiefel::new(shape.0, shape.1).unwrap();
-        let s1 = manifold.exp(s0.as_ref(), way.as_ref()).unwrap();
-        let v1 = random_tangent(&s1, rng.between(0.0, fastest), rng);
-        Data { s0, v0, s1, v1 }
-    }
-
-    fn map(&self, f: impl Fn(&Mat<f64>) -> Mat<f64>) -> Self {
-        Data {
-            s0: f(&self.s0),
-            v0: f(&self.v0),
-            s1: f(&self.s1),
-            v1: f(&self.v1),
-        }
-    }
-
-    fn solve_with(&self, options: &BoundaryOptions<'_>) -> Result<RiemannianCubic> {
-        RiemannianCubic::from_boundary(
-            self.s0.as_ref(),
-            self.v0.as_ref(),
-            self.s1.as_ref(),
-            self.v1.as_ref(),
-            options,
-        )
-    }
-
-    fn solve(&self) -> Result<RiemannianCubic> {
-        self.solve_with(&BoundaryOptions::default())
-    }
-
-    /// How far a curve is from meeting the data.
-    fn defect(&self, curve: &RiemannianCubic) -> f64 {
-        distance(&curve.point(0.0).unwrap(), &self.s0)
-            .max(distance(&curve.point(1.0).unwrap(), &self.s1))
-            .max(distance(&curve.derivative(0.0, 1).unwrap(), &self.v0))
-            .max(distance(&curve.derivative(1.0, 1).unwrap(), &self.v1))
-    }
-}
-
-/// Solution, evaluation of it and orthonormality of the data: 1e-12 for the residual, the rest for round-off.
-const END: f64 = 2e-12;
 
 #[test]
 fn moderate_data_are_solved_from_the_flat_start() {
@@ -627,135 +572,4 @@ fn several_solutions_are_distinct_and_ranked() {
     for (a, b) in all.iter().zip(&again) {
         assert_eq!(a.point(0.5).unwrap(), b.point(0.5).unwrap());
     }
-}
-
-/// Data along a smooth family: rotated frames and velocities that follow, exactly on the constraints.
-struct Family {
-    data: Data,
-    turns: [Mat<f64>; 2],
-    rates: [Mat<f64>; 2],
-}
-
-impl Family {
-    fn random(shape: (usize, usize), rng: &mut Rng) -> Self {
-        let data = Data::random(shape, 1.5, 1.5, rng);
-        let skew = |rng: &mut Rng| {
-            let a = common::gaussian(shape.0, shape.0, rng);
-            (&a - a.transpose()) * Scale(0.3)
-        };
-        let turns = [skew(rng), skew(rng)];
-        let rates = [
-            random_tangent(&data.s0, 1.0, rng),
-            random_tangent(&data.s1, 1.0, rng),
-        ];
-        Family { data, turns, rates }
-    }
-
-    /// `S(h) = e^{hA} S`, `V(h) = e^{hA} (V + h W)`.
-    fn at(&self, h: f64) -> Data {
-        let [a, b] = self
-            .turns
-            .each_ref()
-            .map(|a| stiefel_rs::skew_exp((a * Scale(h)).as_ref()).unwrap());
-        Data {
-            s0: &a * &self.data.s0,
-            v0: &a * (&self.data.v0 + &self.rates[0] * Scale(h)),
-            s1: &b * &self.data.s1,
-            v1: &b * (&self.data.v1 + &self.rates[1] * Scale(h)),
-        }
-    }
-
-    /// `dS0, dV0, dS1, dV1` at `h = 0`.
-    fn rate(&self) -> [Mat<f64>; 4] {
-        let [a, b] = &self.turns;
-        [
-            a * &self.data.s0,
-            a * &self.data.v0 + &self.rates[0],
-            b * &self.data.s1,
-            b * &self.data.v1 + &self.rates[1],
-        ]
-    }
-}
-
-/// Central difference with one step of Richardson extrapolation, error `O(h^4)`.
-fn richardson(f: impl Fn(f64) -> Mat<f64>) -> Mat<f64> {
-    let h = 2e-3;
-    let central = |h: f64| (f(h) - f(-h)) * Scale(0.5 / h);
-    (central(0.5 * h) * Scale(4.0) - central(h)) * Scale(1.0 / 3.0)
-}
-
-fn variation(rates: &[Mat<f64>; 4]) -> BoundaryVariation<'_> {
-    let [s0, v0, s1, v1] = rates.each_ref().map(|x| -> MatRef<'_, f64> { x.as_ref() });
-    BoundaryVariation { s0, v0, s1, v1 }
-}
-
-#[test]
-fn derivatives_agree_with_differences() {
-    // (12, 2) and (7, 1) have rows outside of the span of the data.
-    for shape in [(3, 1), (7, 1), (3, 2), (4, 2), (5, 3), (3, 3), (12, 2)] {
-        let mut rng = Rng::new(23);
-        let family = Family::random(shape, &mut rng);
-        let curve = family.data.solve().unwrap();
-        let derivative = curve.boundary_derivative(Interrupt::NEVER).unwrap();
-        let rates = family.rate();
-        let found = derivative
-            .initial(&variation(&rates), Interrupt::NEVER)
-            .unwrap();
-        let solve = |h: f64| family.at(h).solve().unwrap();
-        let checks = [
-            (
-                "A",
-                found.acceleration,
-                richardson(|h| solve(h).acceleration(0.0).unwrap()),
-            ),
-            ("J", found.jerk, richardson(|h| solve(h).jerk(0.0).unwrap())),
-        ];
-        for (name, found, expected) in checks {
-            let error = distance(&found, &expected) / (1.0 + frobenius(expected.as_ref()));
-            println!("{shape:?} {name}: {error:.1e}");
-            // h^4 and 1e-12 / h.
-            common::assert_within(error, 1e-7, &format!("{shape:?} {name}"));
-        }
-        let times = [0.0, 0.7, 0.3, 1.0];
-        let points = derivative
-            .points(&curve, &variation(&rates), &times, Interrupt::NEVER)
-            .unwrap();
-        for (t, found) in times.into_iter().zip(points) {
-            let expected = richardson(|h| solve(h).point(t).unwrap());
-            common::assert_close(&found, &expected, 1e-7, &format!("{shape:?} point at {t}"));
-        }
-        let expected = richardson(|h| Mat::full(1, 1, solve(h).cost().unwrap()))[(0, 0)];
-        let error = (derivative.cost(&variation(&rates)).unwrap() - expected).abs();
-        common::assert_within(
-            error / (1.0 + expected.abs()),
-            1e-7,
-            &format!("{shape:?} cost"),
-        );
-    }
-}
-
-#[test]
-fn variations_that_break_a_constraint_are_errors() {
-    let mut rng = Rng::new(24);
-    let family = Family::random((4, 2), &mut rng);
-    let derivative = family
-        .data
-        .solve()
-        .unwrap()
-        .boundary_derivative(Interrupt::NEVER)
-        .unwrap();
-    let mut rates = family.rate();
-    rates[3] += &family.data.s1;
-    let error = derivative
-        .initial(&variation(&rates), Interrupt::NEVER)
-        .unwrap_err();
-    assert!(
-        matches!(error, Error::NotTangent { name: "dV1", .. }),
-        "{error}"
-    );
-    rates[3] = identity(3);
-    assert!(matches!(
-        derivative.cost(&variation(&rates)),
-        Err(Error::Shape { .. })
-    ));
 }

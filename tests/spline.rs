@@ -11,7 +11,8 @@ use stiefel_rs::spline::{
 };
 use stiefel_rs::{Curve, Error, RiemannianCubic, SolverReport, Stiefel};
 
-const SHAPES: [(usize, usize); 8] = [
+const SHAPES: [(usize, usize); 9] = [
+    (1, 1),
     (2, 1),
     (3, 1),
     (5, 1),

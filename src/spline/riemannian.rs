@@ -165,7 +165,8 @@ impl Reduced {
             .iter()
             .map(|frame| frame.as_ref().subcols(0, k).to_owned())
             .collect();
-        let columns = if r == k { k - 1 } else { k };
+        // One column has no other one: St(1, 1) stays what it is, two points.
+        let columns = if r == k && k > 1 { k - 1 } else { k };
         Reduced {
             n,
             k,

@@ -1,0 +1,63 @@
+//! Random boundary data of Riemannian cubics.
+#![allow(dead_code)] // each binary uses a part
+
+use faer::Mat;
+use stiefel_rs::cubic::BoundaryOptions;
+use stiefel_rs::{Curve, Result, RiemannianCubic, Stiefel};
+
+use crate::common::{Rng, distance, random_point, random_tangent};
+
+/// End points and end velocities.
+pub struct Data {
+    pub s0: Mat<f64>,
+    pub v0: Mat<f64>,
+    pub s1: Mat<f64>,
+    pub v1: Mat<f64>,
+}
+
+impl Data {
+    /// Distance and speeds uniform up to the given ones.
+    pub fn random(shape: (usize, usize), farthest: f64, fastest: f64, rng: &mut Rng) -> Self {
+        let s0 = random_point(shape.0, shape.1, rng);
+        let v0 = random_tangent(&s0, rng.between(0.0, fastest), rng);
+        let way = random_tangent(&s0, rng.between(0.0, farthest), rng);
+        let manifold = Stiefel::new(shape.0, shape.1).unwrap();
+        let s1 = manifold.exp(s0.as_ref(), way.as_ref()).unwrap();
+        let v1 = random_tangent(&s1, rng.between(0.0, fastest), rng);
+        Data { s0, v0, s1, v1 }
+    }
+
+    pub fn map(&self, f: impl Fn(&Mat<f64>) -> Mat<f64>) -> Self {
+        Data {
+            s0: f(&self.s0),
+            v0: f(&self.v0),
+            s1: f(&self.s1),
+            v1: f(&self.v1),
+        }
+    }
+
+    pub fn solve_with(&self, options: &BoundaryOptions<'_>) -> Result<RiemannianCubic> {
+        RiemannianCubic::from_boundary(
+            self.s0.as_ref(),
+            self.v0.as_ref(),
+            self.s1.as_ref(),
+            self.v1.as_ref(),
+            options,
+        )
+    }
+
+    pub fn solve(&self) -> Result<RiemannianCubic> {
+        self.solve_with(&BoundaryOptions::default())
+    }
+
+    /// How far a curve is from meeting the data.
+    pub fn defect(&self, curve: &RiemannianCubic) -> f64 {
+        distance(&curve.point(0.0).unwrap(), &self.s0)
+            .max(distance(&curve.point(1.0).unwrap(), &self.s1))
+            .max(distance(&curve.derivative(0.0, 1).unwrap(), &self.v0))
+            .max(distance(&curve.derivative(1.0, 1).unwrap(), &self.v1))
+    }
+}
+
+/// Solution, evaluation of it and orthonormality of the data: 1e-12 for the residual, the rest for round-off.
+pub const END: f64 = 2e-12;
