@@ -10,6 +10,8 @@ mod knots;
 pub mod piecewise;
 mod riemannian;
 mod start;
+#[cfg(any(feature = "python", feature = "serde"))]
+mod stored;
 
 pub use ends::{EndCondition, EndConditions};
 pub use hermite::{cubic_hermite, geometric_hermite};
