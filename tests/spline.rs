@@ -386,6 +386,8 @@ fn bad_knots_are_named() {
         solve(&t, &points, &natural),
         Err(Error::AtKnot { knot: 1, source }) if matches!(*source, Error::NoJoiningCurve { .. })
     ));
+    let said = solve(&t, &points, &natural).unwrap_err().to_string();
+    assert!(said.starts_with("knots 1 and 2: "), "{said}");
     // Components of O(n).
     let (t, mut points) = walk((3, 3), 4, 0.5, 14);
     points[3] = &points[3] * Scale(-1.0);

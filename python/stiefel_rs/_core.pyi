@@ -298,7 +298,7 @@ class CubicSpline(PiecewiseCurve):
         *,
         extrapolate: bool = False,
         tol: float = 1e-12,
-        max_iterations: int = 50,
+        max_iterations: int = 200,
         num_threads: int | None = None,
     ) -> CubicSpline: ...
     @property

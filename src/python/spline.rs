@@ -280,7 +280,7 @@ impl PyPiecewiseCurve {
 const POINTS: &str = "S";
 const REPORT: &str = "report";
 const VELOCITIES: &str = "V";
-const KIND: &str = "pieces";
+const PIECES: &str = "pieces";
 
 /// How far the points of a spline may be from its pieces, which are solved for to a tolerance.
 const STORED_TOLERANCE: f64 = 1e-6;
@@ -468,7 +468,7 @@ impl PyCubicHermite {
         let mut fields = base.stored(py)?;
         put(py, &mut fields, VELOCITIES, &slf.get().velocities)?;
         let form = form_of(py, Self::KIND, fields)?;
-        form.set_item(KIND, base.kind())?;
+        form.set_item(PIECES, base.kind())?;
         Ok(form)
     }
 
@@ -483,7 +483,7 @@ impl PyCubicHermite {
     pub(super) const KIND: &str = "CubicHermite";
 
     pub(super) fn restored(py: Python<'_>, mut form: Form) -> PyResult<Py<PyAny>> {
-        let kind = Kind::read(py, &form.word(py, KIND)?)?;
+        let kind = Kind::read(py, &form.word(py, PIECES)?)?;
         let (restored, velocities) = form.read(py, |fields| {
             let velocities = fields.take(VELOCITIES)?;
             let restored = Restored::of(fields, kind)?;
@@ -522,8 +522,8 @@ impl PyCubicHermite {
 /// tol : float, default 1e-12
 ///     The largest distance by which a piece may miss its knot, and jump of the covariant acceleration, in the time of
 ///     the piece.
-/// max_iterations : int, default 50
-///     Newton steps at the most.
+/// max_iterations : int, default 200
+///     Steps at the most, of fixed-point iteration and of Newton's method together.
 /// num_threads : int, optional
 ///     Threads; by default those of the global pool.
 ///
@@ -546,7 +546,7 @@ impl PyCubicHermite {
 /// Notes
 /// -----
 /// Stationary for the integral of the squared covariant acceleration among the curves through the points with these ends:
-/// what a cubic spline is in flat space. Solved by Newton's method for all pieces at once, in time linear in their number.
+/// what a cubic spline is in flat space. Solved for all pieces at once, in time linear in their number.
 ///
 /// Noakes, Heinzinger, Paden (1989); Crouch, Silva Leite (1995).
 ///
@@ -570,10 +570,10 @@ pub struct PyCubicSpline {
 impl PyCubicSpline {
     #[new]
     #[pyo3(signature = (
-        t, S, bc_type=BcType::default(), kind="riemannian", *, extrapolate=false, tol=1e-12, max_iterations=50,
+        t, S, bc_type=BcType::default(), kind="riemannian", *, extrapolate=false, tol=1e-12, max_iterations=200,
         num_threads=None
     ), text_signature = "(t, S, bc_type='natural', kind='riemannian', *, extrapolate=False, tol=1e-12, \
-        max_iterations=50, num_threads=None)")]
+        max_iterations=200, num_threads=None)")]
     #[allow(clippy::too_many_arguments)]
     fn new(
         py: Python<'_>,
@@ -615,7 +615,7 @@ impl PyCubicSpline {
     fn _stored<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
         let (py, base) = (slf.py(), slf.as_super().get());
         let form = form_of(py, Self::KIND, base.stored(py)?)?;
-        form.set_item(KIND, base.kind())?;
+        form.set_item(PIECES, base.kind())?;
         store_ends(slf.get().bc_type.bind(py), &form)?;
         Ok(form)
     }
@@ -631,7 +631,7 @@ impl PyCubicSpline {
     pub(super) const KIND: &str = "CubicSpline";
 
     pub(super) fn restored(py: Python<'_>, mut form: Form) -> PyResult<Py<PyAny>> {
-        let kind = Kind::read(py, &form.word(py, KIND)?)?;
+        let kind = Kind::read(py, &form.word(py, PIECES)?)?;
         let ends = restore_ends(py, &mut form)?;
         let Restored {
             cubics,

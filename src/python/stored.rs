@@ -15,7 +15,7 @@ use super::riemannian_cubic::PyRiemannianCubic;
 use super::spline::{PyCubicHermite, PyCubicSpline};
 use crate::cubic::RiemannianCubic;
 use crate::curve::{GeometricCubic, GeometricPolynomial};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::manifold::{Geodesic, QuasiGeodesic};
 use crate::stored::{Array, FORMAT, Fields, Stored, VERSION, check_header, refusal};
 
@@ -114,18 +114,12 @@ impl Form {
         py: Python<'_>,
         take: impl FnOnce(&mut Fields) -> Result<T> + Send,
     ) -> PyResult<T> {
-        let Form {
-            words, mut fields, ..
-        } = self;
+        let Form { words, fields, .. } = self;
         if let Some(name) = words.keys().next() {
             return Err(refused(py, &format!("'{name}' is no part of such a curve")));
         }
-        let result = py.detach(|| {
-            let taken = take(&mut fields)?;
-            fields.end()?;
-            Ok(taken)
-        });
-        result.map_err(|error: Error| to_exception(py, &error, ""))
+        let result = py.detach(|| fields.read(take));
+        result.map_err(|error| to_exception(py, &error, ""))
     }
 
     /// The curve of its numbers, where the core knows how to read it.

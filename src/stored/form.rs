@@ -43,10 +43,7 @@ fn restored<C: Stored>(form: Form) -> Result<C, Error> {
         let (expected, found) = (C::KIND, form.kind);
         return Err(refusal(format!("a '{found}', not a '{expected}'")));
     }
-    let mut fields = Fields(form.arrays);
-    let curve = C::restore(&mut fields)?;
-    fields.end()?;
-    Ok(curve)
+    Fields(form.arrays).read(C::restore)
 }
 
 macro_rules! stored_by_serde {

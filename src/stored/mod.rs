@@ -241,10 +241,18 @@ impl Fields {
         Ok(reports)
     }
 
-    /// Error where arrays are left that nobody has asked for.
-    pub(crate) fn end(&self) -> Result<()> {
+    /// What `take` makes of all the arrays.
+    ///
+    /// # Errors
+    /// `Stored`, with what is wrong, also where arrays are left that nobody has asked for.
+    pub(crate) fn read<T>(mut self, take: impl FnOnce(&mut Self) -> Result<T>) -> Result<T> {
+        let taken = take(&mut self).map_err(|error| match error {
+            error @ Error::Stored { .. } => error,
+            // Numbers that make no curve: no smooth one, no rotation.
+            error => refusal(error.to_string()),
+        })?;
         match self.0.keys().next() {
-            None => Ok(()),
+            None => Ok(taken),
             Some(name) => Err(refusal(format!("'{name}' is no part of such a curve"))),
         }
     }
