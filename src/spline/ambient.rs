@@ -3,16 +3,20 @@
 //! Work and memory are linear in the number of rows.
 
 use faer::{Mat, MatRef, Scale};
+use rayon::prelude::*;
 
-use super::chain::{Chain, Way};
+use super::chain::{Chain, Movable, Way, links, square};
 use crate::cubic::guess::carry;
+use crate::cubic::initial::Coordinates;
 use crate::cubic::leg::arrival;
+use crate::cubic::path::State;
 use crate::cubic::problem::entries;
 use crate::cubic::taylor::Accuracy;
+use crate::curve::Curve;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::linalg::structure::distance;
-use crate::manifold::QuasiGeodesic;
+use crate::manifold::{QuasiGeodesic, Stiefel};
 
 /// Knots and the quasi-geodesics between them.
 pub(super) struct Ambient<'a> {
@@ -26,13 +30,13 @@ impl<'a> Ambient<'a> {
     pub(super) fn new(
         points: Vec<Mat<f64>>,
         curves: Vec<QuasiGeodesic>,
-        lengths: &[f64],
+        lengths: Vec<f64>,
         interrupt: Interrupt<'a>,
     ) -> Self {
         Ambient {
             points,
             curves,
-            lengths: lengths.to_vec(),
+            lengths,
             interrupt,
         }
     }
@@ -93,6 +97,46 @@ impl Chain for Ambient<'_> {
             write(&tangent(next, end.as_ref()), values);
         }
         Ok(distance(end[0].as_ref(), next))
+    }
+
+    fn state(&self, leg: usize, start: &[f64]) -> (Option<Mat<f64>>, State) {
+        let size = self.size();
+        let [v, a, j] = [0, 1, 2].map(|i| self.matrix(&start[size * i..][..size]));
+        let data = Coordinates::of_checked([self.points[leg].as_ref(), v, a, j], 1.0);
+        (data.frame, State::of_coordinates(data.blocks, data.entries))
+    }
+}
+
+impl Movable for Ambient<'_> {
+    fn moved(&self, shifts: &[f64]) -> Result<Self> {
+        let points = shifts
+            .par_chunks_exact(self.size())
+            .zip(&self.points)
+            .enumerate()
+            .map(|(knot, (shift, point))| {
+                let curve = QuasiGeodesic::from_velocity(point.as_ref(), self.matrix(shift));
+                let point = curve.and_then(|curve| curve.point(1.0));
+                point.map_err(|error| error.at_knot(knot))
+            })
+            .collect::<Result<Vec<_>>>()?;
+        let curves = links(&points)?;
+        Ok(Ambient::new(
+            points,
+            curves,
+            self.lengths.clone(),
+            self.interrupt,
+        ))
+    }
+
+    fn towards(&self, knot: usize, point: &Mat<f64>) -> Result<Vec<f64>> {
+        let (n, k) = point.shape();
+        let v = Stiefel::new(n, k)?.log(self.points[knot].as_ref(), point.as_ref())?;
+        Ok(entries(&v))
+    }
+
+    fn square(&self, knot: usize, v: &[f64]) -> f64 {
+        let inner = self.points[knot].transpose() * self.matrix(v);
+        square(v) - 0.5 * inner.squared_norm_l2()
     }
 }
 

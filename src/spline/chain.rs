@@ -1,13 +1,20 @@
 //! Knots in a row with a cubic between neighbours: what the solvers of splines ask of it, and the unknowns.
 
+use std::sync::Arc;
+
 use faer::Mat;
 use rayon::prelude::*;
 
+use crate::cubic::RiemannianCubic;
+use crate::cubic::path::{Path, State};
 use crate::cubic::taylor::Accuracy;
 use crate::error::Result;
+use crate::interrupt::Interrupt;
+use crate::manifold::QuasiGeodesic;
+use crate::manifold::quasi_geodesic::EndpointProblem;
 
 /// Legs that one task of the pool integrates.
-const LEGS: usize = 8;
+pub(super) const LEGS: usize = 8;
 
 /// Which way a vector is carried along a leg.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -79,6 +86,85 @@ pub(super) trait Chain: Sync {
     fn derivative_work(&self) -> f64 {
         f64::INFINITY
     }
+
+    /// The cubic of a leg at its start: a basis of what it spans, where that is not everything, and frame and vectors in it.
+    fn state(&self, leg: usize, start: &[f64]) -> (Option<Mat<f64>>, State);
+}
+
+/// A chain whose knots are unknown too.
+pub(super) trait Movable: Chain + Sized {
+    /// Every knot moved along its tangent vector by a retraction, with vectors carried along.
+    ///
+    /// # Errors
+    /// Where neighbours cannot be joined any more.
+    fn moved(&self, shifts: &[f64]) -> Result<Self>;
+
+    /// The tangent vector at a knot along which the geodesic to another point leaves it.
+    ///
+    /// # Errors
+    /// Where there is none.
+    fn towards(&self, knot: usize, point: &Mat<f64>) -> Result<Vec<f64>>;
+
+    /// The square of the norm of a tangent vector.
+    fn square(&self, knot: usize, v: &[f64]) -> f64;
+}
+
+/// Quasi-geodesics between neighbours.
+///
+/// # Errors
+/// `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents`, in `AtKnot` of the first of the two.
+pub(super) fn links(points: &[Mat<f64>]) -> Result<Vec<QuasiGeodesic>> {
+    let (n, k) = points[0].shape();
+    points
+        .par_windows(2)
+        .enumerate()
+        .with_min_len(LEGS)
+        .map_init(
+            || EndpointProblem::new(n, k),
+            |problem, (knot, pair)| {
+                let mut curve = QuasiGeodesic::zeros(n, k);
+                curve
+                    .join(pair[0].as_ref(), pair[1].as_ref(), problem)
+                    .map_err(|error| error.at_knot(knot))?;
+                Ok(curve)
+            },
+        )
+        .collect()
+}
+
+/// The legs of a motion as curves, each on `[0, 1]`.
+///
+/// # Errors
+/// Where a leg cannot be integrated; `Interrupted`.
+pub(super) fn pieces<C: Chain>(
+    chain: &C,
+    motion: &Motion,
+    space: &Space,
+    interrupt: Interrupt<'_>,
+) -> Result<Vec<RiemannianCubic>> {
+    let piece = |leg: usize| {
+        let (frame, state) = chain.state(leg, &motion.start(leg, chain.lengths()[leg]));
+        let frame = match (&space.basis, frame) {
+            (Some(basis), Some(frame)) => Some(Arc::new(basis.as_ref() * frame)),
+            (Some(basis), None) => Some(Arc::clone(basis)),
+            (None, frame) => frame.map(Arc::new),
+        };
+        let mut path = Path::at(state, Accuracy::FULL);
+        path.extend_to(1.0, interrupt)?;
+        Ok(RiemannianCubic::of_path(
+            space.n, space.k, frame, path, None,
+        ))
+    };
+    let legs = (0..chain.lengths().len()).into_par_iter();
+    legs.with_min_len(LEGS).map(piece).collect()
+}
+
+/// Where the points are.
+pub(super) struct Space {
+    pub(super) n: usize,
+    pub(super) k: usize,
+    /// Orthonormal basis of the span of all points, where that is smaller than `R^n`.
+    pub(super) basis: Option<Arc<Mat<f64>>>,
 }
 
 /// The unknowns: velocities at the knots, per unit of time; acceleration and third vector at the start of each leg, in the time
