@@ -19,7 +19,8 @@ fn smooth(t: &[f64], data: &[Mat<f64>], weights: Option<&[f64]>, lambda: f64) ->
         lambda: Some(lambda),
         ..SmoothingOptions::default()
     };
-    smoothing_spline(t, &views(data), weights, &options).unwrap()
+    let found = smoothing_spline(t, &views(data), weights, &options);
+    found.unwrap_or_else(|error| panic!("{:?} {lambda}: {error}", data[0].shape()))
 }
 
 /// Noisy points beside a geodesic, at unequal times.

@@ -10,11 +10,12 @@ use crate::cubic::path::{Path, State};
 use crate::cubic::taylor::Accuracy;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
+use crate::linalg::lanes::LANES;
 use crate::manifold::QuasiGeodesic;
 use crate::manifold::quasi_geodesic::EndpointProblem;
 
-/// Legs that one task of the pool integrates.
-pub(super) const LEGS: usize = 8;
+/// Legs that one task of the pool integrates, abreast where that is faster.
+pub(super) const LEGS: usize = LANES;
 
 /// Which way a vector is carried along a leg.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -51,21 +52,21 @@ pub(super) trait Chain: Sync {
         out: &mut [f64],
     ) -> Result<()>;
 
-    /// The cubic of a leg from its velocity, acceleration and third vector, in the time of the leg: distance from the next knot
-    /// as a tangent vector there, then as many of velocity, acceleration and third vector as there is room for.
-    ///
-    /// Returns `|S(1) - S_1|`.
+    /// The cubics of a few legs in a row, from velocity, acceleration and third vector, in the time of the leg: for each the
+    /// distance from the next knot as a tangent vector there, then as many of velocity, acceleration and third vector as there
+    /// is room for; and `|S(1) - S_1|` into `distances`.
     ///
     /// # Errors
-    /// Where the cubic cannot be integrated; `Interrupted`.
+    /// Where a cubic cannot be integrated, in `AtKnot`; `Interrupted`.
     fn arrive_into(
         &self,
         worker: &mut Self::Worker,
-        leg: usize,
-        start: &[f64],
+        first: usize,
+        starts: &[Vec<f64>],
         accuracy: Accuracy,
         values: &mut [f64],
-    ) -> Result<f64>;
+        distances: &mut [f64],
+    ) -> Result<()>;
 
     /// The derivative of distance, velocity and acceleration at the end of a leg with respect to its start, shape
     /// `(3 size, 3 size)`; none where that is not at hand.
@@ -93,11 +94,11 @@ pub(super) trait Chain: Sync {
 
 /// A chain whose knots are unknown too.
 pub(super) trait Movable: Chain + Sized {
-    /// Every knot moved along its tangent vector by a retraction, with vectors carried along.
+    /// Every knot moved along its tangent vector by a retraction, with the vectors of a motion carried along.
     ///
     /// # Errors
     /// Where neighbours cannot be joined any more.
-    fn moved(&self, shifts: &[f64]) -> Result<Self>;
+    fn moved(&self, shifts: &[f64], motion: &mut Motion) -> Result<Self>;
 
     /// The tangent vector at a knot along which the geodesic to another point leaves it.
     ///
@@ -245,29 +246,42 @@ impl Arrivals {
         let (size, lengths) = (chain.size(), chain.lengths());
         let mut values = vec![0.0; size * vectors * lengths.len()];
         let mut back = vec![0.0; size * 2 * lengths.len()];
-        let one = |worker: &mut C::Worker, (leg, (values, back)): Leg<'_>| -> Result<f64> {
-            let (h, end) = (lengths[leg], motion.velocity(leg + 1));
-            let distance =
-                chain.arrive_into(worker, leg, &motion.start(leg, h), accuracy, values)?;
-            for (w, v) in values[size..2 * size].iter_mut().zip(end) {
-                *w -= h * v;
+        let some = |worker: &mut C::Worker, (group, (values, back)): Group<'_>| -> Result<f64> {
+            let first = group * LEGS;
+            let count = back.len() / (2 * size);
+            let starts: Vec<Vec<f64>> = (first..first + count)
+                .map(|leg| motion.start(leg, lengths[leg]))
+                .collect();
+            let mut distances = [0.0; LEGS];
+            let distances = &mut distances[..count];
+            chain.arrive_into(worker, first, &starts, accuracy, values, distances)?;
+            let mut miss = 0.0_f64;
+            let each = values
+                .chunks_exact_mut(size * vectors)
+                .zip(back.chunks_exact_mut(2 * size));
+            for (i, (values, back)) in each.enumerate() {
+                let leg = first + i;
+                let end = motion.velocity(leg + 1);
+                for (w, v) in values[size..2 * size].iter_mut().zip(end) {
+                    *w -= lengths[leg] * v;
+                }
+                for (back, v) in back.chunks_exact_mut(size).zip(values.chunks_exact(size)) {
+                    chain.carry_into(worker, leg, Way::Back, v, back)?;
+                }
+                miss = miss.max(distances[i].hypot(square(&values[size..2 * size]).sqrt()));
             }
-            for (back, v) in back.chunks_exact_mut(size).zip(values.chunks_exact(size)) {
-                chain.carry_into(worker, leg, Way::Back, v, back)?;
-            }
-            Ok(distance.hypot(square(&values[size..2 * size]).sqrt()))
+            Ok(miss)
         };
-        let legs = values
-            .par_chunks_exact_mut(size * vectors)
-            .zip(back.par_chunks_exact_mut(2 * size))
-            .enumerate()
-            .with_min_len(LEGS);
-        let found: Vec<Result<f64>> = legs
-            .map_init(|| chain.worker(), |worker, leg| one(worker, leg))
+        let groups = values
+            .par_chunks_mut(size * vectors * LEGS)
+            .zip(back.par_chunks_mut(2 * size * LEGS))
+            .enumerate();
+        let found: Vec<Result<f64>> = groups
+            .map_init(|| chain.worker(), |worker, group| some(worker, group))
             .collect();
         let mut miss = 0.0_f64;
-        for (leg, found) in found.into_iter().enumerate() {
-            miss = miss.max(found.map_err(|error| error.at_knot(leg))?);
+        for found in found {
+            miss = miss.max(found?);
         }
         Ok(Arrivals {
             size,
@@ -328,7 +342,8 @@ impl Arrivals {
     }
 }
 
-type Leg<'a> = (usize, (&'a mut [f64], &'a mut [f64]));
+/// Legs in a row: which, values and what is carried back.
+type Group<'a> = (usize, (&'a mut [f64], &'a mut [f64]));
 
 pub(super) fn square(a: &[f64]) -> f64 {
     a.iter().map(|a| a * a).sum()

@@ -331,8 +331,8 @@ impl<'d, C: Movable> Fit<'d, C> {
     /// Moves the knots, with the velocities there, and changes the motion.
     fn advance(&mut self, increment: &[f64]) -> Result<()> {
         let (shifts, change) = increment.split_at(self.chain.size() * self.stiffness.len());
-        self.chain = self.chain.moved(shifts)?;
         self.motion.add(1.0, change);
+        self.chain = self.chain.moved(shifts, &mut self.motion)?;
         Ok(())
     }
 }

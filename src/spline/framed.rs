@@ -3,7 +3,7 @@
 use faer::{Mat, MatRef, Scale};
 use rayon::prelude::*;
 
-use super::chain::{Chain, LEGS, Movable, Way, links, square};
+use super::chain::{Chain, LEGS, Motion, Movable, Way, links, square};
 use crate::cubic::guess::turned;
 use crate::cubic::initial::Horizontal;
 use crate::cubic::leg::{Leg, leg};
@@ -16,7 +16,11 @@ use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::linalg::SkewExp;
 use crate::linalg::decomp::thin_q;
+use crate::linalg::lanes::LANES;
 use crate::manifold::{QuasiGeodesic, Stiefel};
+
+/// Legs from which on it is faster to integrate eight abreast.
+const WORTHWHILE: usize = 3;
 
 /// Knots with frames, shape `(r, r)`, the point as first columns.
 pub(super) struct Framed<'a> {
@@ -202,13 +206,39 @@ impl<'a> Chain for Framed<'a> {
     fn arrive_into(
         &self,
         worker: &mut Worker<'a>,
-        leg: usize,
-        start: &[f64],
+        first: usize,
+        starts: &[Vec<f64>],
         accuracy: Accuracy,
         values: &mut [f64],
-    ) -> Result<f64> {
-        let next = &self.links[leg].next;
-        worker.leg.arrive_into(start, next, accuracy, values)
+        distances: &mut [f64],
+    ) -> Result<()> {
+        let size = values.len() / starts.len();
+        if starts.len() >= WORTHWHILE {
+            // The last one stands in for those that are not there.
+            let at = |lane: usize| lane.min(starts.len() - 1);
+            let next = std::array::from_fn(|lane| self.links[first + at(lane)].next.as_slice());
+            let padded = std::array::from_fn(|lane| starts[at(lane)].clone());
+            let mut all = vec![0.0; size * LANES];
+            let found = worker
+                .leg
+                .arrive_abreast_into(&padded, next, accuracy, &mut all);
+            match found {
+                Ok(found) => {
+                    distances.copy_from_slice(&found[..starts.len()]);
+                    values.copy_from_slice(&all[..values.len()]);
+                    return Ok(());
+                }
+                Err(error) if error.is_interrupted() => return Err(error),
+                // Which of them it is comes out below.
+                Err(_) => {}
+            }
+        }
+        for (i, (start, values)) in starts.iter().zip(values.chunks_exact_mut(size)).enumerate() {
+            let next = &self.links[first + i].next;
+            let found = worker.leg.arrive_into(start, next, accuracy, values);
+            distances[i] = found.map_err(|error| error.at_knot(first + i))?;
+        }
+        Ok(())
     }
 
     fn derivative(
@@ -239,7 +269,8 @@ impl<'a> Chain for Framed<'a> {
 }
 
 impl Movable for Framed<'_> {
-    fn moved(&self, shifts: &[f64]) -> Result<Self> {
+    /// Frames are carried along, so coordinates stay what they are.
+    fn moved(&self, shifts: &[f64], _: &mut Motion) -> Result<Self> {
         let frames = shifts
             .par_chunks_exact(self.size())
             .enumerate()
