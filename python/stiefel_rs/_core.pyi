@@ -38,8 +38,10 @@ __all__ = [
     "QuasiGeodesic",
     "RiemannianCubic",
     "ShootingResult",
+    "SmoothingSpline",
     "SolverReport",
     "Stiefel",
+    "_restored",
     "integrate_cubic",
     "num_threads",
     "orthogonal_log",
@@ -303,6 +305,27 @@ class CubicSpline(PiecewiseCurve):
     ) -> CubicSpline: ...
     @property
     def bc_type(self) -> _BcType: ...
+
+@final
+class SmoothingSpline(PiecewiseCurve):
+    def __new__(
+        cls,
+        t: ArrayLike,
+        S: ArrayLike,
+        weights: ArrayLike | None = None,
+        lam: float | None = None,
+        *,
+        extrapolate: bool = False,
+        tol: float = 1e-11,
+        max_iterations: int = 200,
+        num_threads: int | None = None,
+    ) -> SmoothingSpline: ...
+    @property
+    def lam(self) -> float: ...
+    @property
+    def misfit(self) -> float: ...
+    @property
+    def degrees_of_freedom(self) -> float: ...
 
 @final
 class ShootingResult:

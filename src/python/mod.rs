@@ -16,6 +16,7 @@ mod polynomial;
 mod retraction;
 mod riemannian_cubic;
 mod shooting;
+mod smoothing;
 mod spline;
 mod spline_stored;
 mod state;
@@ -49,6 +50,8 @@ pub mod _core {
     use super::riemannian_cubic::PyRiemannianCubic;
     #[pymodule_export]
     use super::shooting::PyShootingResult;
+    #[pymodule_export]
+    use super::smoothing::PySmoothingSpline;
     #[pymodule_export]
     use super::spline::{PyCubicHermite, PyCubicSpline, PyPiecewiseCurve};
     #[pymodule_export]

@@ -133,7 +133,7 @@ impl Data {
     }
 
     /// Rough operations of a spline: as many for every leg, after a factorisation that reduces the dimension.
-    fn joints(&self) -> f64 {
+    pub(super) fn joints(&self) -> f64 {
         let (n, columns) = (
             self.points.rows as f64,
             (self.points.len() * self.points.cols) as f64,

@@ -12,6 +12,7 @@ use super::error::to_exception;
 use super::geodesic::PyGeodesic;
 use super::polynomial::PyGeometricPolynomial;
 use super::riemannian_cubic::PyRiemannianCubic;
+use super::smoothing::PySmoothingSpline;
 use super::spline::{PyCubicHermite, PyCubicSpline};
 use crate::cubic::RiemannianCubic;
 use crate::curve::{GeometricCubic, GeometricPolynomial};
@@ -154,6 +155,7 @@ pub fn _restored(form: &Bound<'_, PyDict>) -> PyResult<Py<PyAny>> {
         RiemannianCubic::KIND => PyRiemannianCubic::restored(py, form),
         PyCubicHermite::KIND => PyCubicHermite::restored(py, form),
         PyCubicSpline::KIND => PyCubicSpline::restored(py, form),
+        PySmoothingSpline::KIND => PySmoothingSpline::restored(py, form),
         kind => Err(refused(py, &format!("of an unknown kind, '{kind}'"))),
     }
 }

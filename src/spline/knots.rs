@@ -12,15 +12,9 @@ use crate::manifold::stiefel::POINT_TOLERANCE;
 /// `Shape` (fewer than two knots, numbers that do not match, points of different shapes), `NonFinite`, `InvalidArgument` (times
 /// not increasing), `NotOrthonormal`; wrapped in `AtKnot` where they are about one knot.
 pub(super) fn check(t: &[f64], points: &[MatRef<'_, f64>]) -> Result<Stiefel> {
-    let manifold = check_data(t, points)?;
-    match t.windows(2).position(|pair| pair[0] == pair[1]) {
-        Some(knot) => Err(not_increasing(
-            knot + 1,
-            t[knot + 1],
-            "greater than the time before it",
-        )),
-        None => Ok(manifold),
-    }
+    let manifold = check_points(t, points)?;
+    check_order(t, |length| length > 0.0, "greater than the time before it")?;
+    Ok(manifold)
 }
 
 /// [`check`] for times that may repeat; two of them are different.
@@ -28,6 +22,17 @@ pub(super) fn check(t: &[f64], points: &[MatRef<'_, f64>]) -> Result<Stiefel> {
 /// # Errors
 /// As [`check`].
 pub(super) fn check_data(t: &[f64], points: &[MatRef<'_, f64>]) -> Result<Stiefel> {
+    let manifold = check_points(t, points)?;
+    check_order(t, |length| length >= 0.0, "at least the time before it")?;
+    let last = t.len() - 1;
+    if t[0] == t[last] {
+        return Err(not_increasing(last, t[0], "different from the first time"));
+    }
+    Ok(manifold)
+}
+
+/// Numbers and finiteness of the times, and all about the points.
+fn check_points(t: &[f64], points: &[MatRef<'_, f64>]) -> Result<Stiefel> {
     if t.len() < 2 || t.len() != points.len() {
         return Err(Error::Shape {
             name: "t",
@@ -44,24 +49,18 @@ pub(super) fn check_data(t: &[f64], points: &[MatRef<'_, f64>]) -> Result<Stiefe
             .check_point("S", *point, POINT_TOLERANCE)
             .map_err(|error| error.at_knot(knot))?;
     }
+    Ok(manifold)
+}
+
+/// Error at the first knot whose distance from the one before it is not as it must be.
+fn check_order(t: &[f64], is_right: impl Fn(f64) -> bool, requirement: &'static str) -> Result<()> {
     for (knot, pair) in t.windows(2).enumerate() {
         let length = pair[1] - pair[0];
-        if !(length >= 0.0 && length.is_finite()) {
-            return Err(not_increasing(
-                knot + 1,
-                pair[1],
-                "at least the time before it",
-            ));
+        if !(is_right(length) && length.is_finite()) {
+            return Err(not_increasing(knot + 1, pair[1], requirement));
         }
     }
-    if t[0] == t[t.len() - 1] {
-        return Err(not_increasing(
-            t.len() - 1,
-            t[0],
-            "different from the first time",
-        ));
-    }
-    Ok(manifold)
+    Ok(())
 }
 
 fn not_increasing(knot: usize, found: f64, requirement: &'static str) -> Error {

@@ -12,6 +12,7 @@ from stiefel_rs import (
     GeometricPolynomial,
     QuasiGeodesic,
     RiemannianCubic,
+    SmoothingSpline,
     Stiefel,
     orthogonal_log,
     skew_exp,
@@ -77,6 +78,10 @@ CALLS = {
         [("t", T), ("S", np.stack([S, S2, S])), ("V", np.stack([V1 * 0, V1 * 0, V]) / 2)],
     ),
     "CubicSpline": (lambda *x: CubicSpline(*x)(0.5), [("t", T), ("S", np.stack([S, S2, S]))]),
+    "SmoothingSpline": (
+        lambda *x: SmoothingSpline(*x, np.array([1.0, 2.0, 0.5]), 0.5)(0.5),
+        [("t", T), ("S", np.stack([S, S2, S]))],
+    ),
     "bc_type": (
         lambda A: CubicSpline(T, np.stack([S, S2, S]), ((2, A), "natural"))(0.5),
         [("bc_type", V / 2)],

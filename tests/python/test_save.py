@@ -18,6 +18,7 @@ from stiefel_rs import (
     InvalidInputError,
     QuasiGeodesic,
     RiemannianCubic,
+    SmoothingSpline,
     Stiefel,
 )
 
@@ -51,6 +52,7 @@ CURVES = {
     "clamped": lambda t, S, V: CubicSpline(t, S, "clamped", extrapolate=True),
     "periodic": lambda t, S, V: CubicSpline(*closed(t, S), "periodic"),
     "mixed": lambda t, S, V: CubicSpline(t, S, ((2, V[0]), "clamped")),
+    "smoothing": lambda t, S, V: SmoothingSpline(t, S, lam=0.1),
     "velocities": lambda t, S, V: CubicSpline(t, S, ((1, V[0]), (1, V[-1]))),
 }
 

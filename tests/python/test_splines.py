@@ -5,7 +5,7 @@ import pickle
 
 import numpy as np
 import pytest
-from scipy.interpolate import CubicHermiteSpline
+from scipy.interpolate import CubicHermiteSpline, make_smoothing_spline
 from scipy.interpolate import CubicSpline as Flat
 
 from stiefel_rs import (
@@ -17,6 +17,7 @@ from stiefel_rs import (
     OutsideDomainError,
     PiecewiseCurve,
     RiemannianCubic,
+    SmoothingSpline,
     Stiefel,
 )
 
@@ -455,3 +456,60 @@ def test_splines_are_bit_identical_for_any_number_of_threads(num_threads):
         one, other = make(num_threads=num_threads), make()
         for nu in range(4):
             assert np.array_equal(one(fine, nu, num_threads=num_threads), other(fine, nu))
+
+
+@pytest.mark.parametrize("lam", [1e-3, 0.1, 10.0])
+def test_smoothing_on_the_circle_is_flat(lam):
+    weights = np.array([1.0, 2.0, 0.5, 1.0, 3.0, 1.0])
+    flat = make_smoothing_spline(T, ANGLES, weights, lam)
+    curve = SmoothingSpline(T, circle(ANGLES), weights, lam)
+    t = np.linspace(T[0], T[-1], 101)
+    assert np.abs(curve(t) - circle(flat(t))).max() < 1e-9
+    assert np.abs(curve.velocity(t) - turning(flat(t), flat.derivative()(t))).max() < 1e-8
+    assert abs(curve.misfit - np.sum(weights * (flat(T) - ANGLES) ** 2)) < 1e-9
+    assert curve.lam == lam
+    assert 2 <= curve.degrees_of_freedom <= len(T)
+    assert curve.report.converged
+    assert np.abs(curve.points - circle(flat(T))).max() < 1e-9
+
+
+def test_smoothing_splines_lie_between_the_data_and_a_geodesic():
+    t, S = walk(4, 2, 8, 0.3)
+    through = SmoothingSpline(t, S, lam=0)
+    assert np.abs(through([t[0], 0.5 * (t[0] + t[-1])]) - CubicSpline(t, S)([t[0], 0.5 * (t[0] + t[-1])])).max() < 1e-9
+    costs = [SmoothingSpline(t, S, lam=lam) for lam in (1e-4, 1e-2, 1.0)]
+    assert sorted((curve.cost() for curve in costs), reverse=True) == [curve.cost() for curve in costs]
+    assert sorted(curve.misfit for curve in costs) == [curve.misfit for curve in costs]
+    found = SmoothingSpline(t, S)
+    assert found.lam > 0
+    # A weight for each of repeated data counts as often.
+    twice = SmoothingSpline(np.repeat(t, 2), np.repeat(S, 2, axis=0), lam=0.2)
+    heavy = SmoothingSpline(t, S, np.full(8, 2.0), 0.2)
+    assert np.array_equal(twice.t, t)
+    assert np.abs(twice.points - heavy.points).max() < 1e-9
+    with pytest.raises(InvalidInputError, match="t: must be between"):
+        heavy(t[-1] + 1)
+    assert SmoothingSpline(t, S, lam=0.2, extrapolate=True)(t[-1] + 1).shape == (4, 2)
+
+
+def test_bad_arguments_of_smoothing_splines():
+    t, S = walk(3, 2, 5, 0.3)
+    for lam in (-1.0, np.nan, np.inf):
+        with pytest.raises(InvalidInputError, match="lam: must be"):
+            SmoothingSpline(t, S, lam=lam)
+    for weights, match in (
+        (np.ones(4), "weights: expected shape one for each of the 5 points"),
+        (np.ones((5, 1)), r"weights: expected shape \(N,\)"),
+        ([1, 1, np.nan, 1, 1], "weights: entry 2 is not finite"),
+        ([1, 1, 0, 1, 1], "weights: must be positive"),
+        ([1, 1, -1, 1, 1], "knot 2: weights: must be positive"),
+    ):
+        with pytest.raises(InvalidInputError, match=match):
+            SmoothingSpline(t, S, weights)
+    with pytest.raises(InvalidInputError, match="t: "):
+        SmoothingSpline(t[::-1], S)
+    with pytest.raises(TypeError, match="datetimes are not numbers"):
+        SmoothingSpline(np.arange(5).astype("M8[s]"), S)
+    for tol in (0.0, np.nan):
+        with pytest.raises(InvalidInputError, match="tol: must be between"):
+            SmoothingSpline(t, S, tol=tol)

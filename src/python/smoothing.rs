@@ -1,0 +1,227 @@
+//! Smoothing splines of the binding.
+
+use std::sync::Arc;
+
+use faer::MatRef;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use super::call::Call;
+use super::chart::count;
+use super::convert::{Batch, parameters, tuple, whole, write};
+use super::error::{invalid_input, to_exception};
+use super::spline::{Cubics, Data, Kind, PyPiecewiseCurve, check_tolerance, outside};
+use super::spline_stored::Restored;
+use super::stored::{Form, form_of};
+use crate::curve::{Curve, Quantity};
+use crate::error::Error;
+use crate::spline::{SmoothingOptions, smoothing_spline};
+use crate::stored::refusal;
+
+/// Spline near points rather than through them: closeness to data against cost.
+///
+/// Makes ``sum_i weights[i] d(S(t[i]), S[i])^2 + lam J`` stationary, with the Riemannian distance ``d`` and the integral ``J`` of the
+/// squared covariant acceleration.
+///
+/// Parameters
+/// ----------
+/// t : array_like, shape (N,)
+///     Times in order; they may repeat.
+/// S : array_like, shape (N, n, k)
+///     Data: points with orthonormal columns.
+/// weights : array_like, shape (N,), optional
+///     Positive; all 1 by default.
+/// lam : float, optional
+///     Weight of the cost, 0 or more, in units of squared distance times the cube of a time; 0 is the natural spline through the
+///     data. By default the one that generalised cross-validation finds.
+/// extrapolate : bool, default False
+///     Whether the first and the last piece go on outside of ``[t[0], t[-1]]``; by default times there are errors.
+/// tol : float, default 1e-11
+///     The largest distance by which a piece may miss its knot, jump of the covariant acceleration, and lack of balance at a
+///     knot, in the time of the piece.
+/// max_iterations : int, default 200
+///     Steps at the most.
+/// num_threads : int, optional
+///     Threads; by default those of the global pool.
+///
+/// Attributes
+/// ----------
+/// lam : float
+///     The weight of the cost, given or found.
+/// misfit : float
+///     ``sum_i weights[i] d(S(t[i]), S[i])^2``.
+/// degrees_of_freedom : float
+///     How many data the curve could follow, between 2 and their number: the trace of the influence matrix of the smoothing
+///     spline in flat space.
+///
+/// Raises
+/// ------
+/// InvalidInputError
+///     Shapes or numbers that do not match, not finite, times that fall, weights that are not positive, not orthonormal (with the
+///     measured defect). Names the knot, counted by distinct times, and carries it as ``knot``.
+/// OutsideDomainError
+///     Neighbours that no curve joins; carries ``knot``, the first of the two, and ``angle``.
+/// ConvergenceError
+///     No spline is found; carries ``report``.
+/// TypeError
+///     Complex numbers, dates and durations.
+///
+/// See Also
+/// --------
+/// CubicSpline : through the points.
+///
+/// Notes
+/// -----
+/// ``t`` are the distinct times, ``points`` the points of the curve there.
+///
+/// Reinsch (1967) in flat space; Samir, Absil, Srivastava, Klassen (2012) on manifolds; Craven, Wahba (1979) for
+/// cross-validation.
+///
+/// Examples
+/// --------
+/// >>> import numpy as np
+/// >>> from stiefel_rs import SmoothingSpline
+/// >>> t = np.linspace(0, 1, 20)
+/// >>> angle = t**2 + 0.01 * np.random.default_rng(0).standard_normal(20)
+/// >>> curve = SmoothingSpline(t, np.stack([np.cos(angle), np.sin(angle)], axis=-1)[..., None])
+/// >>> bool(abs(np.arctan2(*curve(0.5)[::-1, 0]) - 0.25) < 0.01), curve.degrees_of_freedom < 10
+/// (True, True)
+#[pyclass(name = "SmoothingSpline", module = "stiefel_rs", extends = PyPiecewiseCurve, frozen)]
+pub struct PySmoothingSpline {
+    lambda: f64,
+    misfit: f64,
+    degrees_of_freedom: f64,
+}
+
+/// The name of its three numbers in the stored form.
+const SMOOTHING: &str = "smoothing";
+
+#[pymethods]
+#[allow(non_snake_case)]
+impl PySmoothingSpline {
+    #[new]
+    #[pyo3(signature = (
+        t, S, weights=None, lam=None, *, extrapolate=false, tol=1e-11, max_iterations=200, num_threads=None
+    ))]
+    #[allow(clippy::too_many_arguments)]
+    fn new(
+        py: Python<'_>,
+        t: &Bound<'_, PyAny>,
+        S: &Bound<'_, PyAny>,
+        weights: Option<&Bound<'_, PyAny>>,
+        lam: Option<f64>,
+        extrapolate: bool,
+        tol: f64,
+        #[pyo3(from_py_with = whole)] max_iterations: i64,
+        num_threads: Option<i64>,
+    ) -> PyResult<PyClassInitializer<Self>> {
+        check_tolerance(py, tol)?;
+        let max_iterations = count(py, "max_iterations", max_iterations, 1)?;
+        let data = Data::read(t, S)?;
+        let weights = weights.map(read_weights).transpose()?;
+        let call = Call::new(py, num_threads, data.joints())?;
+        let outside = outside(extrapolate);
+        let (fitted, curve, points) = call.run(py, move |interrupt| {
+            let options = SmoothingOptions {
+                lambda: lam,
+                tolerance: tol,
+                max_iterations,
+                interrupt,
+            };
+            let views = data.points.views();
+            let fitted = smoothing_spline(&data.t, &views, weights.as_deref(), &options)?;
+            let curve = fitted.curve.clone().with_outside(outside);
+            let points = curve.sample(curve.knots(), Quantity::Derivative(0), interrupt)?;
+            let points = batch(points.iter());
+            Ok((fitted, curve, points))
+        })?;
+        let data = Data {
+            t: curve.knots().to_vec(),
+            points,
+        };
+        let cubics = Cubics::Riemannian(Arc::new(curve));
+        let base = PyPiecewiseCurve::wrap(py, cubics, &data, Some(fitted.report))?;
+        Ok(base.add_subclass(PySmoothingSpline {
+            lambda: fitted.lambda,
+            misfit: fitted.misfit,
+            degrees_of_freedom: fitted.degrees_of_freedom,
+        }))
+    }
+
+    #[getter]
+    fn lam(&self) -> f64 {
+        self.lambda
+    }
+
+    #[getter]
+    fn misfit(&self) -> f64 {
+        self.misfit
+    }
+
+    #[getter]
+    fn degrees_of_freedom(&self) -> f64 {
+        self.degrees_of_freedom
+    }
+
+    /// For files and pickles: all numbers of the curve.
+    fn _stored<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
+        let (py, this) = (slf.py(), slf.get());
+        let mut fields = slf.as_super().get().stored(py)?;
+        let numbers = vec![this.lambda, this.misfit, this.degrees_of_freedom];
+        fields.put_flat(SMOOTHING, numbers);
+        form_of(py, Self::KIND, fields)
+    }
+}
+
+impl PySmoothingSpline {
+    pub(super) const KIND: &str = "SmoothingSpline";
+
+    pub(super) fn restored(py: Python<'_>, form: Form) -> PyResult<Py<PyAny>> {
+        let (restored, [lambda, misfit, degrees_of_freedom]) = form.read(py, |fields| {
+            let numbers = fields.take(SMOOTHING)?.entries;
+            let found = numbers.len();
+            let numbers = <[f64; 3]>::try_from(numbers)
+                .map_err(|_| refusal(format!("{SMOOTHING}: expected 3 numbers, found {found}")))?;
+            Ok((Restored::of(fields, Kind::Riemannian)?, numbers))
+        })?;
+        let Restored {
+            cubics,
+            data,
+            report,
+        } = restored;
+        let base = PyPiecewiseCurve::wrap(py, cubics, &data, report)?;
+        let curve = base.add_subclass(PySmoothingSpline {
+            lambda,
+            misfit,
+            degrees_of_freedom,
+        });
+        Ok(Py::new(py, curve)?.into_any())
+    }
+}
+
+fn read_weights(object: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+    let py = object.py();
+    let (shape, weights) = parameters(object, "weights")?;
+    if let Some(index) = weights.iter().position(|weight| !weight.is_finite()) {
+        let name = "weights";
+        return Err(to_exception(py, &Error::NonFinite { name, index }, ""));
+    }
+    if shape.len() == 1 {
+        return Ok(weights);
+    }
+    let message = format!("weights: expected shape (N,), found {}", tuple(&shape));
+    Err(invalid_input(py, message))
+}
+
+/// Matrices one after the other, one or more.
+fn batch<'a>(matrices: impl Iterator<Item = MatRef<'a, f64>>) -> Batch {
+    let (mut entries, mut shape) = (Vec::new(), [0; 3]);
+    for matrix in matrices {
+        let (rows, cols) = matrix.shape();
+        let start = entries.len();
+        entries.resize(start + rows * cols, 0.0);
+        write(matrix, &mut entries[start..]);
+        shape = [shape[0] + 1, rows, cols];
+    }
+    Batch::of(shape, entries)
+}
