@@ -8,12 +8,15 @@ from . import _core
 from ._core import (
     Chart,
     ChartTrajectory,
+    CubicHermite,
+    CubicSpline,
     CubicTrajectory,
     Curve,
     Geodesic,
     GeometricCubic,
     GeometricPolynomial,
     LogReport,
+    PiecewiseCurve,
     QuasiGeodesic,
     RiemannianCubic,
     ShootingResult,
@@ -24,6 +27,7 @@ from ._core import (
     skew_exp,
 )
 from .errors import ConvergenceError, InvalidInputError, OutsideDomainError, StiefelError
+from .storage import load
 
 __version__ = _core.__VERSION__
 
@@ -31,6 +35,8 @@ __all__ = [
     "Chart",
     "ChartTrajectory",
     "ConvergenceError",
+    "CubicHermite",
+    "CubicSpline",
     "CubicTrajectory",
     "Curve",
     "Geodesic",
@@ -39,6 +45,7 @@ __all__ = [
     "InvalidInputError",
     "LogReport",
     "OutsideDomainError",
+    "PiecewiseCurve",
     "QuasiGeodesic",
     "RiemannianCubic",
     "ShootingResult",
@@ -47,6 +54,7 @@ __all__ = [
     "StiefelError",
     "__version__",
     "integrate_cubic",
+    "load",
     "orthogonal_log",
     "skew_exp",
 ]

@@ -61,6 +61,17 @@ pub struct Batch {
 }
 
 impl Batch {
+    /// Matrices one after the other, of shape `(count, rows, cols)`.
+    pub fn of([count, rows, cols]: [usize; 3], entries: Vec<f64>) -> Self {
+        debug_assert_eq!(entries.len(), count * rows * cols);
+        Batch {
+            shape: vec![count],
+            rows,
+            cols,
+            entries,
+        }
+    }
+
     /// How many matrices.
     pub fn len(&self) -> usize {
         self.shape.iter().product()
@@ -74,6 +85,16 @@ impl Batch {
             self.rows,
             self.cols,
         )
+    }
+
+    /// All matrices.
+    pub fn views(&self) -> Vec<MatRef<'_, f64>> {
+        (0..self.len()).map(|i| self.get(i)).collect()
+    }
+
+    /// All entries, matrix after matrix, row by row.
+    pub fn entries(&self) -> &[f64] {
+        &self.entries
     }
 
     /// The `i`-th member as a slice.
@@ -176,6 +197,19 @@ pub fn matrix(object: &Bound<'_, PyAny>, name: &'static str) -> PyResult<Mat<f64
     Err(invalid_input(
         object.py(),
         format!("{name}: expected shape (n, k), found {found}"),
+    ))
+}
+
+/// Matrices one after the other, shape `(count, rows, cols)`, which `expected` says in words.
+pub fn stack(object: &Bound<'_, PyAny>, name: &'static str, expected: &str) -> PyResult<Batch> {
+    let array = float_array(object, name)?;
+    if let [count, rows, cols] = *array.shape() {
+        return Ok(Batch::of([count, rows, cols], entries_of(&array)));
+    }
+    let found = tuple(array.shape());
+    Err(invalid_input(
+        object.py(),
+        format!("{name}: expected shape {expected}, found {found}"),
     ))
 }
 

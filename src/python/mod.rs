@@ -10,13 +10,16 @@ mod error;
 mod flow;
 mod geodesic;
 mod geometry;
+mod knots;
 mod linalg;
 mod polynomial;
 mod retraction;
 mod riemannian_cubic;
 mod shooting;
+mod spline;
 mod state;
 mod stiefel;
+mod stored;
 mod trajectory;
 mod variation;
 
@@ -46,7 +49,11 @@ pub mod _core {
     #[pymodule_export]
     use super::shooting::PyShootingResult;
     #[pymodule_export]
+    use super::spline::{PyCubicHermite, PyCubicSpline, PyPiecewiseCurve};
+    #[pymodule_export]
     use super::stiefel::PyStiefel;
+    #[pymodule_export]
+    use super::stored::_restored;
     #[pymodule_export]
     use super::trajectory::PyChartTrajectory;
 

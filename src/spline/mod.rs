@@ -20,6 +20,8 @@ pub mod piecewise;
 mod riemannian;
 mod smoothing;
 mod solve;
+#[cfg(any(feature = "python", feature = "serde"))]
+mod stored;
 mod tridiagonal;
 mod validation;
 
