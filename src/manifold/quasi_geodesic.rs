@@ -74,21 +74,42 @@ impl QuasiGeodesic {
         manifold.check_point("S", s, POINT_TOLERANCE)?;
         manifold.check_tangent("V", s, v, TANGENT_TOLERANCE)?;
         let (n, k) = (manifold.n(), manifold.k());
-        let (normal, omega) = manifold.split(s, v)?;
-        let mut svd = Svd::new(n, k);
-        svd.compute(normal.as_ref())?;
         let mut out = Self::zeros(n, k);
+        out.leave(s, v, &mut Departure::new(n, k))?;
+        Ok(out)
+    }
+
+    /// Sets this curve to the one from `s` with initial velocity `v`, in buffers that exist already.
+    ///
+    /// # Errors
+    /// `Overflow`, `Decomposition`.
+    pub(crate) fn leave(
+        &mut self,
+        s: MatRef<'_, f64>,
+        v: MatRef<'_, f64>,
+        work: &mut Departure,
+    ) -> Result<()> {
+        let k = self.k();
+        work.split(s, v);
+        work.svd.compute(work.normal.as_ref())?;
+        let svd = &work.svd;
         let floor = NEGLIGIBLE * crate::linalg::structure::norm(v);
-        out.right.copy_from(svd.v().transpose());
-        mul_into(out.frame.as_mut().subcols_mut(0, k), 1.0, s, svd.v());
+        self.right.copy_from(svd.v().transpose());
+        mul_into(self.frame.as_mut().subcols_mut(0, k), 1.0, s, svd.v());
+        self.frame.as_mut().subcols_mut(k, k).fill(0.0);
+        self.angles.fill(0.0);
         for i in 0..k {
             if svd.s(i) > floor {
-                out.angles[i] = svd.s(i);
-                out.frame.as_mut().col_mut(k + i).copy_from(svd.u().col(i));
+                self.angles[i] = svd.s(i);
+                self.frame.as_mut().col_mut(k + i).copy_from(svd.u().col(i));
             }
         }
-        out.omega = omega;
-        Ok(out)
+        for j in 0..k {
+            for i in 0..k {
+                self.omega[(i, j)] = 0.5 * (work.along[(i, j)] - work.along[(j, i)]);
+            }
+        }
+        Ok(())
     }
 
     /// The principal quasi-geodesic with `beta(0) = s0`, `beta(1) = s1`.
@@ -302,6 +323,34 @@ impl QuasiGeodesic {
     /// The frame `[S W, Q]`, shape `(n, 2k)`.
     pub(crate) fn frame(&self) -> MatRef<'_, f64> {
         self.frame.as_ref()
+    }
+}
+
+/// Buffers for quasi-geodesics from a velocity, of one shape.
+pub(crate) struct Departure {
+    svd: Svd,
+    normal: Mat<f64>,
+    along: Mat<f64>,
+    again: Mat<f64>,
+}
+
+impl Departure {
+    pub(crate) fn new(n: usize, k: usize) -> Self {
+        Departure {
+            svd: Svd::new(n, k),
+            normal: Mat::zeros(n, k),
+            along: Mat::zeros(k, k),
+            again: Mat::zeros(k, k),
+        }
+    }
+
+    /// `V = K + S (S^T V)`; twice, for once leaves a part along `S` of size `eps |V|`.
+    fn split(&mut self, s: MatRef<'_, f64>, v: MatRef<'_, f64>) {
+        mul_into(&mut self.along, 1.0, s.transpose(), v);
+        self.normal.copy_from(v);
+        mul_add(&mut self.normal, -1.0, s, &self.along);
+        mul_into(&mut self.again, 1.0, s.transpose(), &self.normal);
+        mul_add(&mut self.normal, -1.0, s, &self.again);
     }
 }
 

@@ -1,9 +1,14 @@
 //! Splines: curves through many points.
 //!
 //! * [`Piecewise`] Riemannian cubics with continuous covariant acceleration: [`cubic_spline`];
+//! * [`Piecewise`] geometric cubics with the same smoothness, for speed: [`geometric_spline`];
 //! * once differentiable curves through points with given velocities: [`cubic_hermite`], [`geometric_hermite`].
 
+mod bends;
+mod chain;
 mod ends;
+mod flat;
+mod geometric;
 mod hermite;
 mod joints;
 mod knots;
@@ -12,6 +17,7 @@ mod riemannian;
 mod start;
 
 pub use ends::{EndCondition, EndConditions};
+pub use geometric::geometric_spline;
 pub use hermite::{cubic_hermite, geometric_hermite};
 pub use piecewise::{Outside, Piecewise};
 pub use riemannian::{SplineOptions, cubic_spline};
