@@ -36,6 +36,11 @@ impl Span {
             .map_or_else(|| a.to_owned(), |e| e.transpose() * a)
     }
 
+    /// The matrix with the given coordinates.
+    pub(crate) fn lift(&self, a: MatRef<'_, f64>) -> Mat<f64> {
+        self.basis.as_ref().map_or_else(|| a.to_owned(), |e| e * a)
+    }
+
     pub(crate) fn into_basis(self) -> Option<Mat<f64>> {
         self.basis
     }

@@ -14,6 +14,7 @@ use super::stiefel::{POINT_TOLERANCE, Stiefel, TANGENT_TOLERANCE};
 use crate::error::{Error, Result};
 use crate::linalg::decomp::Svd;
 use crate::linalg::jet::{Jet, ORDER};
+use crate::linalg::one_sided_jacobi::orthogonalise_few;
 use crate::linalg::product::{determinant_sign, mul_add, mul_into};
 use crate::linalg::{OrthogonalLog, SkewExp};
 
@@ -91,17 +92,19 @@ impl QuasiGeodesic {
     ) -> Result<()> {
         let k = self.k();
         work.split(s, v);
-        work.svd.compute(work.normal.as_ref())?;
-        let svd = &work.svd;
+        work.factor()?;
         let floor = NEGLIGIBLE * crate::linalg::structure::norm(v);
-        self.right.copy_from(svd.v().transpose());
-        mul_into(self.frame.as_mut().subcols_mut(0, k), 1.0, s, svd.v());
+        self.right.copy_from(work.w.transpose());
+        mul_into(self.frame.as_mut().subcols_mut(0, k), 1.0, s, &work.w);
         self.frame.as_mut().subcols_mut(k, k).fill(0.0);
         self.angles.fill(0.0);
         for i in 0..k {
-            if svd.s(i) > floor {
-                self.angles[i] = svd.s(i);
-                self.frame.as_mut().col_mut(k + i).copy_from(svd.u().col(i));
+            let angle = crate::linalg::structure::norm(work.normal.as_ref().subcols(i, 1));
+            if angle > floor {
+                self.angles[i] = angle;
+                for row in 0..self.frame.nrows() {
+                    self.frame[(row, k + i)] = work.normal[(row, i)] / angle;
+                }
             }
         }
         for j in 0..k {
@@ -328,8 +331,10 @@ impl QuasiGeodesic {
 
 /// Buffers for quasi-geodesics from a velocity, of one shape.
 pub(crate) struct Departure {
-    svd: Svd,
+    svd: Option<Box<Svd>>,
+    /// `K`, then `K W`.
     normal: Mat<f64>,
+    w: Mat<f64>,
     along: Mat<f64>,
     again: Mat<f64>,
 }
@@ -337,8 +342,9 @@ pub(crate) struct Departure {
 impl Departure {
     pub(crate) fn new(n: usize, k: usize) -> Self {
         Departure {
-            svd: Svd::new(n, k),
+            svd: None,
             normal: Mat::zeros(n, k),
+            w: Mat::zeros(k, k),
             along: Mat::zeros(k, k),
             again: Mat::zeros(k, k),
         }
@@ -351,6 +357,23 @@ impl Departure {
         mul_add(&mut self.normal, -1.0, s, &self.along);
         mul_into(&mut self.again, 1.0, s.transpose(), &self.normal);
         mul_add(&mut self.normal, -1.0, s, &self.again);
+    }
+
+    /// `K W = Q Sigma`.
+    fn factor(&mut self) -> Result<()> {
+        if orthogonalise_few(&mut self.normal, &mut self.w) {
+            return Ok(());
+        }
+        let (n, k) = self.normal.shape();
+        let svd = self.svd.get_or_insert_with(|| Box::new(Svd::new(n, k)));
+        svd.compute(self.normal.as_ref())?;
+        self.w.copy_from(svd.v());
+        for j in 0..k {
+            for i in 0..n {
+                self.normal[(i, j)] = svd.s(j) * svd.u()[(i, j)];
+            }
+        }
+        Ok(())
     }
 }
 

@@ -28,9 +28,6 @@ const CONTROL_POINTS: &str = "control points of a spline";
 /// A leg longer than this, in its largest principal angle or turn, is not the principal quasi-geodesic between its ends.
 const LONGEST: f64 = std::f64::consts::PI;
 
-/// An end of a piece: its point and its velocity in the time of the piece.
-pub(super) type PieceEnd<'a> = (MatRef<'a, f64>, MatRef<'a, f64>);
-
 /// Buffers for pieces of one shape.
 pub(super) struct Bends {
     ends: [OuterLeg; 2],
@@ -51,30 +48,34 @@ impl Bends {
         }
     }
 
-    /// The bends at both ends of the geometric cubic with the given ends, in the time of the piece.
+    /// The bends at both ends of the geometric cubic between two points, in the time of the piece.
+    ///
+    /// # Arguments
+    /// * `velocities` - at the ends, per unit of a time in which the piece takes `length`
     ///
     /// # Errors
     /// `NoJoiningCurve`, `OutsideLogDomain` where the control points cannot be joined, `OutsideLogDomain` where an outer leg is
     /// too long; `Overflow`, `Decomposition`.
     pub(super) fn compute(
         &mut self,
-        start: PieceEnd<'_>,
-        end: PieceEnd<'_>,
+        points: [MatRef<'_, f64>; 2],
+        velocities: [MatRef<'_, f64>; 2],
+        length: f64,
         out: [MatMut<'_, f64>; 2],
     ) -> Result<()> {
         let [first, last] = &mut self.ends;
-        first.leave(start, 1.0 / 3.0)?;
-        last.leave(end, -1.0 / 3.0)?;
+        first.leave(points[0], velocities[0], length / 3.0)?;
+        last.leave(points[1], velocities[1], -length / 3.0)?;
         self.middle
             .join(first.end.as_ref(), last.end.as_ref(), &mut self.problem)?;
         self.carrier.set(&self.middle)?;
         self.velocity.copy_from(self.middle.initial_velocity());
         let [at_start, at_end] = out;
-        first.bend(start.0, self.velocity.as_ref(), at_start)?;
+        first.bend(points[0], self.velocity.as_ref(), at_start)?;
         let (velocity, way) = (self.velocity.as_mut(), Direction::Forward);
         self.carrier.carry(&self.middle, velocity, way);
         scale(&mut self.velocity, -1.0);
-        last.bend(end.0, self.velocity.as_ref(), at_end)
+        last.bend(points[1], self.velocity.as_ref(), at_end)
     }
 }
 
@@ -101,7 +102,7 @@ impl OuterLeg {
         }
     }
 
-    fn leave(&mut self, (s, v): PieceEnd<'_>, share: f64) -> Result<()> {
+    fn leave(&mut self, s: MatRef<'_, f64>, v: MatRef<'_, f64>, share: f64) -> Result<()> {
         self.velocity.fill(0.0);
         axpy(&mut self.velocity, share, v);
         self.curve

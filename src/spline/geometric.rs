@@ -1,6 +1,6 @@
 //! The geometric spline: pieces of de Casteljau's algorithm, twice continuously differentiable.
 
-use faer::{Mat, MatRef, Scale};
+use faer::{MatRef, Scale};
 use rayon::prelude::*;
 
 use super::bends::{Bends, add_quasi_geodesic_acceleration};
@@ -9,21 +9,24 @@ use super::ends::{EndCondition, EndConditions, check_ends};
 use super::flat::{FlatSystem, has_velocity, matrix, matrix_mut};
 use super::knots;
 use super::piecewise::Piecewise;
+use super::reduced_knots::ReducedKnots;
 use super::riemannian::SplineOptions;
 use crate::anderson::Anderson;
 use crate::curve::GeometricCubic;
-use crate::curve::span::Span;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::gmres::{Gmres, norm};
 use crate::linalg::product::axpy;
-use crate::linalg::structure::symmetric_part;
 use crate::report::{SolverReport, StopReason};
 
 const SOLVER: &str = "geometric spline";
 
 /// Steps that a mixed one is made of.
 const DEPTH: usize = 5;
+
+/// Legs in a group at least, and groups at most: each has its buffers.
+const GROUP: usize = 16;
+const MAX_GROUPS: usize = 64;
 
 /// Mixing goes on as long as so many steps lower the residual to a half.
 const PATIENCE: usize = 4;
@@ -82,12 +85,12 @@ pub fn geometric_spline(
 
 /// The equations, in the coordinates of the span of the data and in units of the mean length of a leg.
 struct Problem<'a> {
-    basis: Option<Mat<f64>>,
-    points: Vec<Mat<f64>>,
-    lengths: Vec<f64>,
+    knots: ReducedKnots,
     ends: EndConditions,
     chain: Chain,
     flat: FlatSystem,
+    /// One for each group of legs.
+    work: Vec<Bends>,
     shape: (usize, usize),
     interrupt: Interrupt<'a>,
 }
@@ -109,46 +112,24 @@ impl<'a> Problem<'a> {
         ends: &EndConditions,
         interrupt: Interrupt<'a>,
     ) -> Result<Self> {
-        let mut spanning: Vec<MatRef<'_, f64>> = points.to_vec();
-        if let EndConditions::Each(each) = ends {
-            spanning.extend(each.iter().map(|end| end.vector().as_ref()));
-        }
-        let span = Span::of(&spanning);
-        let mut low: Vec<Mat<f64>> = points
-            .iter()
-            .map(|point| orthonormalised(&span.down(*point)))
-            .collect();
-        if matches!(ends, EndConditions::Periodic) {
-            low[points.len() - 1] = low[0].clone();
-        }
-        let unit = (t[t.len() - 1] - t[0]) / (t.len() - 1) as f64;
-        let lengths: Vec<f64> = t
-            .windows(2)
-            .map(|pair| (pair[1] - pair[0]) / unit)
-            .collect();
-        let ends = match ends {
-            EndConditions::Each(each) => {
-                let last = &low[points.len() - 1];
-                let [first, second] = [(&each[0], &low[0]), (&each[1], last)].map(|(end, s)| {
-                    let down = |v: &Mat<f64>| tangent_part(s, span.down(v.as_ref()));
-                    match end {
-                        EndCondition::Velocity(v) => EndCondition::Velocity(down(v) * Scale(unit)),
-                        EndCondition::Acceleration(a) => {
-                            EndCondition::Acceleration(down(a) * Scale(unit * unit))
-                        }
-                    }
-                });
-                EndConditions::Each(Box::new([first, second]))
-            }
-            other => other.clone(),
+        let vectors: Vec<MatRef<'_, f64>> = match ends {
+            EndConditions::Each(each) => each.iter().map(|end| end.vector().as_ref()).collect(),
+            _ => Vec::new(),
         };
+        let mut knots = ReducedKnots::new(t, points, &vectors);
+        if matches!(ends, EndConditions::Periodic) {
+            knots.close();
+        }
+        let ends = reduced_ends(&knots, ends);
+        let (n, k) = knots.shape();
+        let legs = knots.lengths.len();
+        let groups = legs.div_ceil(group(legs));
         Ok(Problem {
-            shape: low[0].shape(),
-            chain: Chain::new(&low)?,
-            flat: FlatSystem::new(&lengths, &ends),
-            basis: span.into_basis(),
-            points: low,
-            lengths,
+            shape: (n, k),
+            work: (0..groups).map(|_| Bends::new(n, k)).collect(),
+            chain: Chain::new(&knots.points)?,
+            flat: FlatSystem::new(&knots.lengths, &ends),
+            knots,
             ends,
             interrupt,
         })
@@ -286,7 +267,7 @@ impl<'a> Problem<'a> {
         for knot in 0..count {
             let jump = self.jump(knot, velocities, &bends);
             let legs = self.legs_at(knot).into_iter().flatten();
-            let h = legs.fold(f64::INFINITY, |h, leg| h.min(self.lengths[leg]));
+            let h = legs.fold(f64::INFINITY, |h, leg| h.min(self.knots.lengths[leg]));
             let length = h * h * norm(&jump);
             size = if length <= size { size } else { length };
             total += length * length;
@@ -301,35 +282,45 @@ impl<'a> Problem<'a> {
     }
 
     /// Bends at the start and at the end of every leg, in the time of the leg.
-    fn bends(&self, velocities: &[f64]) -> Result<Vec<f64>> {
-        let (n, k) = self.shape;
-        let size = n * k;
-        let mut all = vec![0.0; 2 * size * self.lengths.len()];
-        let new = || (Bends::new(n, k), vec![0.0; 2 * size]);
-        let outcome: Vec<Result<()>> = all
-            .par_chunks_mut(2 * size)
+    fn bends(&mut self, velocities: &[f64]) -> Result<Vec<f64>> {
+        let (legs, size) = (self.knots.lengths.len(), self.shape.0 * self.shape.1);
+        let group = group(legs);
+        let mut all = vec![0.0; 2 * size * legs];
+        let mut work = std::mem::take(&mut self.work);
+        let failures: Vec<Option<Error>> = all
+            .par_chunks_mut(2 * size * group)
+            .zip(&mut work)
             .enumerate()
-            .map_init(new, |(work, scaled), (leg, out)| {
-                self.interrupt.check(SOLVER)?;
-                let h = self.lengths[leg];
-                let knots = [leg, leg + 1];
-                for (to, knot) in scaled.chunks_mut(size).zip(knots) {
-                    for (to, v) in to.iter_mut().zip(self.velocity(velocities, knot)) {
-                        *to = h * v;
-                    }
-                }
-                let [v0, v1] =
-                    [0, 1].map(|i| matrix(&scaled[i * size..(i + 1) * size], self.shape));
-                let [s0, s1] = knots.map(|knot| self.points[knot].as_ref());
-                let (first, last) = out.split_at_mut(size);
-                let out = [first, last].map(|out| matrix_mut(out, self.shape));
-                work.compute((s0, v0), (s1, v1), out)
+            .map(|(which, (all, work))| {
+                let mut legs = all.chunks_mut(2 * size).enumerate();
+                legs.find_map(|(i, out)| {
+                    let leg = which * group + i;
+                    let outcome = self.bends_of_leg(leg, velocities, work, out);
+                    outcome.err().map(|error| error.at_knot(leg))
+                })
             })
             .collect();
-        for (leg, outcome) in outcome.into_iter().enumerate() {
-            outcome.map_err(|error| error.at_knot(leg))?;
+        self.work = work;
+        match failures.into_iter().flatten().next() {
+            Some(error) => Err(error),
+            None => Ok(all),
         }
-        Ok(all)
+    }
+
+    fn bends_of_leg(
+        &self,
+        leg: usize,
+        velocities: &[f64],
+        work: &mut Bends,
+        out: &mut [f64],
+    ) -> Result<()> {
+        self.interrupt.check(SOLVER)?;
+        let ends = [leg, leg + 1];
+        let points = ends.map(|knot| self.knots.points[knot].as_ref());
+        let velocities = ends.map(|knot| matrix(self.velocity(velocities, knot), self.shape));
+        let (first, last) = out.split_at_mut(out.len() / 2);
+        let out = [first, last].map(|out| matrix_mut(out, self.shape));
+        work.compute(points, velocities, self.knots.lengths[leg], out)
     }
 
     /// The velocity of a knot among those of the knots that have one.
@@ -341,7 +332,7 @@ impl<'a> Problem<'a> {
 
     /// The leg before a knot and the leg after it.
     fn legs_at(&self, knot: usize) -> [Option<usize>; 2] {
-        let legs = self.lengths.len();
+        let legs = self.knots.lengths.len();
         let before = match (knot, &self.ends) {
             (0, EndConditions::Periodic) => Some(legs - 1),
             _ => knot.checked_sub(1),
@@ -353,14 +344,14 @@ impl<'a> Problem<'a> {
     fn jump(&self, knot: usize, velocities: &[f64], bends: &[f64]) -> Vec<f64> {
         let size = self.shape.0 * self.shape.1;
         let mut jump = vec![0.0; size];
-        if has_velocity(&self.ends, knot, self.lengths.len()) {
+        if has_velocity(&self.ends, knot, self.knots.lengths.len()) {
             return jump;
         }
         let [before, after] = self.legs_at(knot);
         for (leg, side, sign) in [(before, 1, 1.0), (after, 0, -1.0)] {
             let Some(leg) = leg else { continue };
             let bend = &bends[(2 * leg + side) * size..][..size];
-            let factor = sign / (self.lengths[leg] * self.lengths[leg]);
+            let factor = sign / (self.knots.lengths[leg] * self.knots.lengths[leg]);
             for (to, bend) in jump.iter_mut().zip(bend) {
                 *to += factor * bend;
             }
@@ -371,7 +362,7 @@ impl<'a> Problem<'a> {
             _ => return jump,
         };
         let velocity = matrix(self.velocity(velocities, knot), self.shape);
-        let point = self.points[knot].as_ref();
+        let point = self.knots.points[knot].as_ref();
         let mut at = matrix_mut(&mut jump, self.shape);
         add_quasi_geodesic_acceleration(at.as_mut(), sign, point, velocity);
         if let EndConditions::Each(each) = &self.ends {
@@ -382,18 +373,14 @@ impl<'a> Problem<'a> {
     }
 
     fn pieces(&self, velocities: &[f64]) -> Result<Vec<GeometricCubic>> {
-        let lift = |a: MatRef<'_, f64>| match &self.basis {
-            Some(basis) => basis * a,
-            None => a.to_owned(),
-        };
-        let pieces: Vec<Result<GeometricCubic>> = (0..self.lengths.len())
+        let pieces: Vec<Result<GeometricCubic>> = (0..self.knots.lengths.len())
             .into_par_iter()
             .map(|leg| {
                 self.interrupt.check(SOLVER)?;
-                let h = Scale(self.lengths[leg]);
+                let (h, ends) = (Scale(self.knots.lengths[leg]), [leg, leg + 1]);
                 let velocity = |knot| matrix(self.velocity(velocities, knot), self.shape) * h;
-                let [v0, v1] = [leg, leg + 1].map(|knot| lift(velocity(knot).as_ref()));
-                let [s0, s1] = [leg, leg + 1].map(|knot| lift(self.points[knot].as_ref()));
+                let [v0, v1] = ends.map(|knot| self.knots.lift(velocity(knot).as_ref()));
+                let [s0, s1] = ends.map(|knot| self.knots.lift(self.knots.points[knot].as_ref()));
                 GeometricCubic::from_boundary(s0.as_ref(), v0.as_ref(), s1.as_ref(), v1.as_ref())
             })
             .collect();
@@ -405,16 +392,26 @@ impl<'a> Problem<'a> {
     }
 }
 
-/// A point that is orthonormal to `1e-9` made so to round-off.
-fn orthonormalised(s: &Mat<f64>) -> Mat<f64> {
-    let gram = s.transpose() * s;
-    s * Scale(1.5) - s * gram * Scale(0.5)
+/// End conditions in the coordinates and in the time of the knots.
+fn reduced_ends(knots: &ReducedKnots, ends: &EndConditions) -> EndConditions {
+    let EndConditions::Each(each) = ends else {
+        return ends.clone();
+    };
+    let (last, unit) = (knots.points.len() - 1, knots.unit);
+    let reduced = |knot: usize, end: &EndCondition| match end {
+        EndCondition::Velocity(v) => {
+            EndCondition::Velocity(knots.down(knot, v.as_ref()) * Scale(unit))
+        }
+        EndCondition::Acceleration(a) => {
+            EndCondition::Acceleration(knots.down(knot, a.as_ref()) * Scale(unit * unit))
+        }
+    };
+    EndConditions::Each(Box::new([reduced(0, &each[0]), reduced(last, &each[1])]))
 }
 
-/// A vector at `s` that is tangent to `1e-9` made so to round-off.
-fn tangent_part(s: &Mat<f64>, v: Mat<f64>) -> Mat<f64> {
-    let along = s.transpose() * &v;
-    v - s * symmetric_part(along.as_ref())
+/// Legs that are computed one after the other: the same for any number of threads.
+fn group(legs: usize) -> usize {
+    legs.div_ceil(MAX_GROUPS).max(GROUP)
 }
 
 fn plus(a: &[f64], share: f64, b: &[f64]) -> Vec<f64> {

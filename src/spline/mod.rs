@@ -2,7 +2,8 @@
 //!
 //! * [`Piecewise`] Riemannian cubics with continuous covariant acceleration: [`cubic_spline`];
 //! * [`Piecewise`] geometric cubics with the same smoothness, for speed: [`geometric_spline`];
-//! * once differentiable curves through points with given velocities: [`cubic_hermite`], [`geometric_hermite`].
+//! * once differentiable curves through points with given velocities: [`cubic_hermite`], [`geometric_hermite`];
+//! * velocities where only points are known: [`estimate_velocities`].
 
 mod bends;
 mod chain;
@@ -13,11 +14,14 @@ mod hermite;
 mod joints;
 mod knots;
 pub mod piecewise;
+mod reduced_knots;
 mod riemannian;
 mod start;
+mod velocities;
 
 pub use ends::{EndCondition, EndConditions};
 pub use geometric::geometric_spline;
 pub use hermite::{cubic_hermite, geometric_hermite};
 pub use piecewise::{Outside, Piecewise};
 pub use riemannian::{SplineOptions, cubic_spline};
+pub use velocities::{VelocityEstimate, estimate_closed_velocities, estimate_velocities};
