@@ -45,7 +45,7 @@ const SOLVER: &str = "derivative bounds";
 /// The largest sectional curvature of the canonical metric.
 const CURVATURE: f64 = 1.25;
 
-/// Bounds are at most this much above the largest sample.
+/// Bounds are at most this much above the largest sample (see [`limits`]).
 const GAP: f64 = 1e-3;
 
 /// Room for round-off of the samples, relative to the largest of a kind and to what round-off of a point makes.
@@ -90,12 +90,7 @@ pub(super) fn enclosed(
     let (mut bounds, mut count) = (largest, 1);
     while let Some((a, b)) = waiting.pop() {
         interrupt.check(SOLVER)?;
-        // The time scale of the curve turns derivatives into numbers that can be compared with round-off.
-        let width = b.t - a.t;
-        let limit: [f64; 3] = std::array::from_fn(|i| {
-            let noise = ROUND_OFF * (high - low).recip().powi(i as i32 + 1);
-            largest[i] * (1.0 + GAP) + noise
-        });
+        let limit = limits(largest, high - low);
         let found = sampler.interval_bounds(&a, &b, width)?;
         if let Some(found) = found
             && found
@@ -125,6 +120,18 @@ pub(super) fn enclosed(
         acceleration: bounds[1],
         jerk: bounds[2],
         guarantee: Guarantee::Enclosure,
+    })
+}
+
+/// The largest bounds that are good enough, after the norms of samples on an interval of the given length.
+///
+/// A derivative may be zero all along where those of lower order are not: they count with that length as their unit of time.
+fn limits(norms: [f64; 3], length: f64) -> [f64; 3] {
+    let rate = length.recip();
+    let mut scale = 0.0;
+    std::array::from_fn(|i| {
+        scale = norms[i] + scale * rate;
+        norms[i] + GAP * scale + ROUND_OFF * rate.powi(i as i32 + 1)
     })
 }
 

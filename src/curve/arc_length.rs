@@ -76,12 +76,49 @@ struct Panel {
 struct Rule {
     nodes: Vec<f64>,
     weights: Vec<f64>,
+    /// What the polynomial through the values at the nodes is at the end of the panel, and mirrored at its start.
+    continuation: Vec<f64>,
 }
 
 impl Rule {
     fn new() -> Self {
         let (nodes, weights) = gauss_legendre(POINTS);
-        Rule { nodes, weights }
+        let share = |i: usize| {
+            let others = (0..POINTS).filter(|j| *j != i);
+            others.fold(1.0, |product, j| {
+                product * (1.0 - nodes[j]) / (nodes[i] - nodes[j])
+            })
+        };
+        Rule {
+            continuation: (0..POINTS).map(share).collect(),
+            nodes,
+            weights,
+        }
+    }
+
+    /// The integral, and how far off it may be because of a corner between an end and the node beside it.
+    ///
+    /// No node sees such a corner. But the polynomial through the nodes misses the value at the end by twice the slope times the
+    /// distance of the corner from the end, and the integral by the slope times the square of that distance.
+    fn guarded(
+        &self,
+        a: f64,
+        b: f64,
+        mut integrand: impl FnMut(f64) -> Result<f64>,
+    ) -> Result<[f64; 2]> {
+        let ends = [integrand(a)?, integrand(b)?];
+        let (mut at_start, mut at_end, mut place) = (0.0, 0.0, 0);
+        let integral = self.integral(a, b, |t| {
+            let value = integrand(t)?;
+            at_end += self.continuation[place] * value;
+            at_start += self.continuation[POINTS - 1 - place] * value;
+            place += 1;
+            Ok(value)
+        })?;
+        let miss = (at_start - ends[0]).abs().max((at_end - ends[1]).abs());
+        // The outermost node is this share of the panel away from its end.
+        let gap = 0.5 * (1.0 - self.nodes[0].abs());
+        Ok([integral, 0.5 * miss * gap * (b - a)])
     }
 
     fn integral(
@@ -186,9 +223,9 @@ impl<'a, C: Curve> ArcLength<'a, C> {
         while let Some((a, b, length, halvings)) = waiting.pop() {
             self.interrupt.check(SOLVER)?;
             let middle = 0.5 * (a + b);
-            let mut half = |a, b| self.rule.integral(a, b, |t| speed.at(t));
-            let [left, right] = [half(a, middle)?, half(middle, b)?];
-            let change = (left + right - length).abs();
+            let mut half = |a, b| self.rule.guarded(a, b, |t| speed.at(t));
+            let [[left, left_miss], [right, right_miss]] = [half(a, middle)?, half(middle, b)?];
+            let change = (left + right - length).abs().max(left_miss).max(right_miss);
             let allowed = TOLERANCE * whole.max(self.total).max(left + right) + noise * (b - a);
             if change <= allowed || middle <= a || middle >= b {
                 self.accept(a, middle, left);

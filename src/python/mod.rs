@@ -12,6 +12,7 @@ mod geodesic;
 mod geometry;
 mod knots;
 mod linalg;
+mod measure;
 mod polynomial;
 mod retraction;
 mod riemannian_cubic;
@@ -21,6 +22,7 @@ mod state;
 mod stiefel;
 mod trajectory;
 mod variation;
+mod velocities;
 
 use pyo3::prelude::*;
 
@@ -42,6 +44,8 @@ pub mod _core {
     #[pymodule_export]
     use super::linalg::{orthogonal_log, skew_exp};
     #[pymodule_export]
+    use super::measure::PyDerivativeBounds;
+    #[pymodule_export]
     use super::polynomial::{PyGeometricCubic, PyGeometricPolynomial};
     #[pymodule_export]
     use super::riemannian_cubic::PyRiemannianCubic;
@@ -53,6 +57,8 @@ pub mod _core {
     use super::stiefel::PyStiefel;
     #[pymodule_export]
     use super::trajectory::PyChartTrajectory;
+    #[pymodule_export]
+    use super::velocities::estimate_velocities;
 
     #[pymodule_export]
     const __VERSION__: &str = env!("CARGO_PKG_VERSION");
