@@ -56,7 +56,7 @@ fn cubics_have_bounds_that_hold_and_are_tight() {
     for shape in [(1, 1), (2, 1), (3, 1), (3, 2), (3, 3), (6, 3), (20, 2)] {
         for (sizes, t_end) in [
             ([1.0, 2.0, 3.0], 1.0),
-            ([3.0, 4.0, 20.0], 2.0),
+            ([2.0, 3.0, 10.0], 1.5),
             ([0.0, 1.0, 0.0], 1.0),
             ([1.0, 1.0, 1.0], -1.5),
             ([0.0, 0.0, 5.0], 0.01),
@@ -67,7 +67,7 @@ fn cubics_have_bounds_that_hold_and_are_tight() {
             let bounds = found.unwrap_or_else(|error| panic!("{name}: {error}"));
             let name = format!("{name}: {bounds:?}");
             assert_eq!(bounds.guarantee, Guarantee::Enclosure);
-            let samples = dense(&curve, 2000);
+            let samples = dense(&curve, 500);
             let mut scale = 0.0;
             for (i, (bound, sample)) in array(&bounds).into_iter().zip(samples).enumerate() {
                 let noise = 1e-11 * t_end.abs().powi(-(i as i32 + 1));
@@ -97,11 +97,12 @@ fn on_the_circle_a_cubic_has_the_derivatives_of_its_angle() {
     };
     let curve = RiemannianCubic::from_initial(s, v, a, j, &options).unwrap();
     let bounds = array(&curve.derivative_bounds().unwrap());
+    let mut scale = 0.0;
     for (bound, exact) in bounds.into_iter().zip([3.0, 4.0, 2.0]) {
-        assert!(
-            (1.0 - 1e-12..=1.0 + GAP).contains(&(bound / exact)),
-            "{bound} {exact}"
-        );
+        // Derivatives of lower order, in the length of the interval as unit of time.
+        scale = exact + 0.5 * scale;
+        assert!(bound >= exact * (1.0 - 1e-12), "{bound} {exact}");
+        assert_within(bound, exact + GAP * scale, "circle");
     }
 }
 
@@ -112,7 +113,7 @@ fn samples_find_the_largest_norms_of_other_curves() {
             let curve = Boundary::random(shape, 1.0, 1.5, &mut Rng::new(seed)).curve();
             let bounds = curve.derivative_bounds().unwrap();
             assert_eq!(bounds.guarantee, Guarantee::Sampling);
-            for (bound, sample) in array(&bounds).into_iter().zip(dense(&curve, 5000)) {
+            for (bound, sample) in array(&bounds).into_iter().zip(dense(&curve, 2000)) {
                 let name = format!("{shape:?} {seed}");
                 // Derivatives of third order are known to about 1e-11.
                 assert_within(sample, bound * (1.0 + 1e-9), &name);
@@ -142,7 +143,7 @@ fn pieces_are_bounded_one_by_one_in_the_time_of_the_curve() {
     let (curve, _) = cubic_spline(&t, &views, &EndConditions::Natural, &options).unwrap();
     let bounds = curve.derivative_bounds().unwrap();
     assert_eq!(bounds.guarantee, Guarantee::Enclosure);
-    for (bound, sample) in array(&bounds).into_iter().zip(dense(&curve, 5000)) {
+    for (bound, sample) in array(&bounds).into_iter().zip(dense(&curve, 2000)) {
         assert_within(sample, bound * (1.0 + 1e-12), "spline");
         assert_within(bound, sample * (1.0 + 3.0 * GAP), "spline");
     }

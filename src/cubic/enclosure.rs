@@ -87,10 +87,13 @@ pub(super) fn enclosed(
             *largest = largest.max(*x).max(y);
         }
     }
+    if low == high {
+        waiting.clear();
+    }
     let (mut bounds, mut count) = (largest, 1);
     while let Some((a, b)) = waiting.pop() {
         interrupt.check(SOLVER)?;
-        let limit = limits(largest, high - low);
+        let (limit, width) = (limits(largest, high - low), b.t - a.t);
         let found = sampler.interval_bounds(&a, &b, width)?;
         if let Some(found) = found
             && found
