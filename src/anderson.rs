@@ -11,8 +11,8 @@ const DEPENDENT: f64 = 1e-8;
 /// x_{j+1} = x_j + f_j - (\Delta X + \Delta F)\, \gamma,\qquad \gamma = \arg\min |f_j - \Delta F \gamma|
 /// ```
 ///
-/// with the latest differences of iterates and of steps as columns of `Delta X` and `Delta F`. On linear problems it is as good
-/// as the minimal residual method of as many directions as differences are kept.
+/// with the latest differences of iterates and of steps as columns of `Delta X` and `Delta F`. On linear problems it is
+/// as good as the minimal residual method of as many directions as differences are kept.
 ///
 /// # Source
 /// Walker, Ni (2011), "Anderson acceleration for fixed-point iterations", SIAM J. Numer. Anal. 49, 1715-1735.

@@ -56,7 +56,8 @@ fn quasi_geodesics_have_length_speed_times_time() {
 
 #[test]
 fn a_curve_that_turns_back_is_as_long_as_both_ways() {
-    // The angle 3 t - 6 t^2 + 4 t^3 - 1/2 on [0, 1] has a double zero of its speed; -t + 2 t^2 on the way there and back turns.
+    // The angle 3 t - 6 t^2 + 4 t^3 - 1/2 on [0, 1] has a double zero of its speed; -t + 2 t^2 on the way there and
+    // back turns.
     let rest = circle(&[0.0, 1.0], &[3.0, 3.0]);
     // Angle u -> 3u - 6u^2 + 4u^3, derivative 3 (1 - 2u)^2 >= 0.
     assert_within(

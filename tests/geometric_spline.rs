@@ -26,7 +26,8 @@ const SHAPES: [(usize, usize); 11] = [
 /// Points that are met, and velocities that agree, by construction: round-off of the pieces, `1e-14`, over short legs.
 const MET: f64 = 1e-12;
 
-/// Accelerations agree to `1e-12 / h^2`, legs of 1/2 and more; round-off of the second derivative of a piece is `1e-13 / h^2`.
+/// Accelerations agree to `1e-12 / h^2`, legs of 1/2 and more; round-off of the second derivative of a piece is `1e-13
+/// / h^2`.
 const SMOOTH: f64 = 1e-11;
 
 fn views(points: &[Mat<f64>]) -> Vec<MatRef<'_, f64>> {

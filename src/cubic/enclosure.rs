@@ -7,28 +7,30 @@
 //! \bigl| |J|' \bigr| \le |D_t J| = |R(A, V) V| \le \tfrac54 |A| |V|^2
 //! ```
 //!
-//! since sectional curvatures of the canonical metric lie between 0 and 5/4. The curvature tensor is constant on the Lie algebra,
-//! where the covariant derivative is half of a bracket, and `|[x, y]| <= sqrt 2 |x| |y|` in the norm of the metric; so
+//! since sectional curvatures of the canonical metric lie between 0 and 5/4. The curvature tensor is constant on the
+//! Lie algebra, where the covariant derivative is half of a bracket, and `|[x, y]| <= sqrt 2 |x| |y|` in the norm of
+//! the metric; so
 //!
 //! ```math
 //! |D_t^2 J| \le q = \tfrac54 \bigl( |J| |V|^2 + |A|^2 |V| + \sqrt2\, |A| |V|^3 \bigr)
 //! ```
 //!
-//! Carried along the curve, `V` differs from `V_0 + tau A_0` by at most `tau^2 / 2` times the largest `|J|`, and so on. From both
-//! ends of an interval of width `w` to its middle, with the largest norms `v, a, j` on it and the samples at its ends,
+//! Carried along the curve, `V` differs from `V_0 + tau A_0` by at most `tau^2 / 2` times the largest `|J|`, and so on.
+//! From both ends of an interval of width `w` to its middle, with the largest norms `v, a, j` on it and the samples at
+//! its ends,
 //!
 //! ```math
 //! v \le \max |V_0 + \tau A_0| + \tfrac{w^2}{8} j,\qquad a \le \max |A_0 + \tau J_0| + \tfrac{5 w^2}{32} a v^2,\qquad
 //! j \le \max |J_0 - \tau R(A_0, V_0) V_0| + \tfrac{w^2}{8} q
 //! ```
 //!
-//! Numbers for which the right-hand sides are smaller than the left-hand ones are bounds: on the way from an end the norms
-//! would have to pass them first. Intervals whose bounds are too far above the largest sample are halved.
+//! Numbers for which the right-hand sides are smaller than the left-hand ones are bounds: on the way from an end the
+//! norms would have to pass them first. Intervals whose bounds are too far above the largest sample are halved.
 //!
 //! # Source
 //! The bound of curvature: Zimmermann, Stoye (2024), "High curvature means low rank: on the sectional curvature of
-//! Grassmann and Stiefel manifolds and the underlying matrix trace inequalities", arXiv 2403.01879. The bound of brackets:
-//! Bottcher, Wenzel (2008), "The Frobenius norm and the commutator", Linear Algebra Appl. 429, 1864-1885.
+//! Grassmann and Stiefel manifolds and the underlying matrix trace inequalities", arXiv 2403.01879. The bound of
+//! brackets: Bottcher, Wenzel (2008), "The Frobenius norm and the commutator", Linear Algebra Appl. 429, 1864-1885.
 
 use faer::{Mat, MatRef, Scale};
 
@@ -128,7 +130,8 @@ pub(super) fn enclosed(
 
 /// The largest bounds that are good enough, after the norms of samples on an interval of the given length.
 ///
-/// A derivative may be zero all along where those of lower order are not: they count with that length as their unit of time.
+/// A derivative may be zero all along where those of lower order are not: they count with that length as their unit of
+/// time.
 fn limits(norms: [f64; 3], length: f64) -> [f64; 3] {
     let rate = length.recip();
     let mut scale = 0.0;

@@ -18,8 +18,8 @@ const TOLERANCE: f64 = 1e-13;
 /// The velocity is known to this much of a radian over the interval: a curve of less length does not move.
 const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
 
-/// A panel is halved so often at the most. Where the speed vanishes it has a corner, and each halving takes three quarters of the
-/// error away.
+/// A panel is halved so often at the most. Where the speed vanishes it has a corner, and each halving takes three
+/// quarters of the error away.
 const MAX_HALVINGS: usize = 40;
 
 /// Panels at the most.
@@ -37,8 +37,8 @@ const MAX_STEPS: usize = 120;
 /// s(t) = \int_{t_0}^{t} |S'(\tau)|\, d\tau
 /// ```
 ///
-/// in the canonical metric. Gauss-Legendre quadrature on panels that are halved until both halves together agree with the whole;
-/// panels end at the breakpoints of the curve.
+/// in the canonical metric. Gauss-Legendre quadrature on panels that are halved until both halves together agree with
+/// the whole; panels end at the breakpoints of the curve.
 ///
 /// # Accuracy
 /// Lengths and inverses relative to 1e-12 of the total, or to round-off of the velocity where that is more.
@@ -98,8 +98,8 @@ impl Rule {
 
     /// The integral, and how far off it may be because of a corner between an end and the node beside it.
     ///
-    /// No node sees such a corner. But the polynomial through the nodes misses the value at the end by twice the slope times the
-    /// distance of the corner from the end, and the integral by the slope times the square of that distance.
+    /// No node sees such a corner. But the polynomial through the nodes misses the value at the end by twice the slope
+    /// times the distance of the corner from the end, and the integral by the slope times the square of that distance.
     fn guarded(
         &self,
         a: f64,

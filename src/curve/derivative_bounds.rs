@@ -21,11 +21,12 @@ const CANDIDATES: usize = 3;
 /// What is known of the numbers in [`DerivativeBounds`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Guarantee {
-    /// The norms are nowhere larger (but for round-off), and the numbers are at most 1e-3 of themselves above the largest norms;
-    /// where derivatives of lower order are larger, in the length of the interval as unit of time, 1e-3 of those.
+    /// The norms are nowhere larger (but for round-off), and the numbers are at most 1e-3 of themselves above the
+    /// largest norms; where derivatives of lower order are larger, in the length of the interval as unit of time, 1e-3
+    /// of those.
     Enclosure,
-    /// The largest norms of a dense sample, refined around the largest: nowhere above the truth, but a peak that is narrower
-    /// than a 32nd of a piece can be missed.
+    /// The largest norms of a dense sample, refined around the largest: nowhere above the truth, but a peak that is
+    /// narrower than a 32nd of a piece can be missed.
     Sampling,
 }
 

@@ -78,8 +78,8 @@ pub(super) fn check_principal(
     }
 }
 
-/// Whether the angles alone say that a leg is the principal one: with `S_0^T S_1 = W cos(Sigma) W^T e^Omega`, cosines that are
-/// positive make that the polar decomposition, and `Omega` the logarithm of its rotation.
+/// Whether the angles alone say that a leg is the principal one: with `S_0^T S_1 = W cos(Sigma) W^T e^Omega`, cosines
+/// that are positive make that the polar decomposition, and `Omega` the logarithm of its rotation.
 fn is_surely_principal(leg: &QuasiGeodesic) -> bool {
     let largest = leg.angles().iter().fold(0.0, |a: f64, b| a.max(*b));
     // The spectral norm of a skew matrix is at most its Frobenius norm over the root of two.

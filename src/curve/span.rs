@@ -29,6 +29,11 @@ impl Span {
         }
     }
 
+    /// All of `R^n`.
+    pub(crate) fn whole() -> Self {
+        Span { basis: None }
+    }
+
     /// Coordinates of a matrix of the span.
     pub(crate) fn down(&self, a: MatRef<'_, f64>) -> Mat<f64> {
         self.basis

@@ -1,5 +1,5 @@
-//! Singular value decompositions of a few columns by plane rotations: faster than the general method, and accurate to the last
-//! digit of each singular value.
+//! Singular value decompositions of a few columns by plane rotations: faster than the general method, and accurate to
+//! the last digit of each singular value.
 //!
 //! # Source
 //! Golub, Van Loan (2013), "Matrix Computations", 4th ed., sec. 8.6.3 (Hestenes' method).
@@ -15,7 +15,8 @@ const SAFE: std::ops::Range<f64> = 1e-100..1e100;
 /// Four are usual.
 const MAX_SWEEPS: usize = 30;
 
-/// `A W = Q diag(s)`: replaces `a` by `A W`, with orthogonal columns of decreasing length, and `w` by the orthogonal `W`.
+/// `A W = Q diag(s)`: replaces `a` by `A W`, with orthogonal columns of decreasing length, and `w` by the orthogonal
+/// `W`.
 ///
 /// False where that is not for this method (many columns, entries of extreme size), `a` then being as before; or, after
 /// `MAX_SWEEPS`, where it did not settle.

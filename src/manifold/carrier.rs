@@ -24,8 +24,8 @@ pub(crate) enum Direction {
 /// F = [S W, Q]
 /// ```
 ///
-/// An isometry of the tangent spaces at both ends that takes the velocity of the curve along. It also takes the start itself to
-/// the end. Cost `O(n k^2)`.
+/// An isometry of the tangent spaces at both ends that takes the velocity of the curve along. It also takes the start
+/// itself to the end. Cost `O(n k^2)`.
 pub(crate) struct Carrier {
     exp: SkewExp,
     /// `e^{Omega}`.

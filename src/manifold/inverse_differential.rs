@@ -19,8 +19,8 @@ const COMMUTING: usize = 2;
 
 /// The inverse of the derivative of `R(u) = e^X S e^Omega` at `u = K + S Omega`, in buffers made once for a shape.
 ///
-/// The argument is a tangent vector at `R(u)` carried back to `S`, `Z = e^{-X} U e^{-Omega} = L + S Psi`. With the singular
-/// value decomposition `K = Q Sigma W^T`, the derivative `K' + S Omega'` of the velocity satisfies
+/// The argument is a tangent vector at `R(u)` carried back to `S`, `Z = e^{-X} U e^{-Omega} = L + S Psi`. With the
+/// singular value decomposition `K = Q Sigma W^T`, the derivative `K' + S Omega'` of the velocity satisfies
 ///
 /// ```math
 /// L = \Bigl( \frac{\sinh \mathrm{ad}_X}{\mathrm{ad}_X} X' \Bigr) S,\qquad
@@ -28,9 +28,9 @@ const COMMUTING: usize = 2;
 ///     + \frac{e^{\mathrm{ad}_\Omega} - 1}{\mathrm{ad}_\Omega}\, \Omega'
 /// ```
 ///
-/// Between two principal planes `ad_X` turns the part of `X'` that commutes with them by the difference of their angles, the
-/// part that anticommutes by the sum; against the rest of the space it turns by the angle itself. So the first equation is
-/// solved entry by entry, and the second in the planes of `Omega`. Cost `O(n k^2)`.
+/// Between two principal planes `ad_X` turns the part of `X'` that commutes with them by the difference of their
+/// angles, the part that anticommutes by the sum; against the rest of the space it turns by the angle itself. So the
+/// first equation is solved entry by entry, and the second in the planes of `Omega`. Cost `O(n k^2)`.
 ///
 /// Singular where two angles add up to pi, or two angles of `Omega` to two pi: the result has large entries there.
 pub(crate) struct InverseDifferential {

@@ -28,9 +28,9 @@ const EVALUATIONS: f64 = 1e3;
 /// jerk : float
 ///     Of the covariant jerk.
 /// guarantee : str
-///     ``"enclosure"``: the norms are nowhere larger (but for round-off), and the numbers at most 1e-3 of themselves above
-///     the largest norms (where lower derivatives are larger, in the length of a piece as unit of time, 1e-3 of those).
-///     ``"sampling"``: the largest norms of a dense sample, refined around the largest.
+///     ``"enclosure"``: the norms are nowhere larger (but for round-off), and the numbers at most 1e-3 of themselves
+///     above the largest norms (where lower derivatives are larger, in the length of a piece as unit of time, 1e-3 of
+///     those). ``"sampling"``: the largest norms of a dense sample, refined around the largest.
 #[pyclass(name = "DerivativeBounds", module = "stiefel_rs", frozen)]
 pub struct PyDerivativeBounds {
     bounds: DerivativeBounds,

@@ -1,16 +1,21 @@
 //! Covariant accelerations at the ends of a geometric cubic, in closed form.
 //!
-//! Near its start the curve is `e^{t X_5(t)} e^{t X_3(t)} e^{t X_0} S_0 e^{t \Omega_0} e^{t \Omega_3(t)} e^{t \Omega_5(t)}`. All three
-//! generators begin as those of the first leg; that of the second stage changes at the rate at which its end leaves the first
-//! leg's continuation, that of the third stage at twice that rate. With the velocities `U` of the first leg where it starts,
-//! `W` of the middle leg where it starts, and `u -> R(u)` the retraction at `S_0`,
+//! Near its start the curve is
+//!
+//! ```math
+//! e^{t X_5(t)} e^{t X_3(t)} e^{t X_0} S_0 e^{t \Omega_0} e^{t \Omega_3(t)} e^{t \Omega_5(t)}
+//! ```
+//!
+//! All three generators begin as those of the first leg; that of the second stage changes at the rate at which its end
+//! leaves the first leg's continuation, that of the third stage at twice that rate. With the velocities `U` of the
+//! first leg and `W` of the middle leg where they start, and `u -> R(u)` the retraction at `S_0`,
 //!
 //! ```math
 //! D_t \gamma'(0) = K \Omega + 6\, (D R_U)^{-1} \bigl[ W - e^{X_0} U e^{\Omega_0} \bigr],\qquad \gamma'(0) = 3 U = K + S_0 \Omega
 //! ```
 //!
-//! In flat space that is `6 (P_0 - 2 P_1 + P_2)`. The first term is the acceleration of the quasi-geodesic with the same
-//! velocity: it is the same on both sides of a knot, so only the second one (the bend) counts there.
+//! In flat space that is `6 (P_0 - 2 P_1 + P_2)`. The first term is the acceleration of the quasi-geodesic with the
+//! same velocity: it is the same on both sides of a knot, so only the second one (the bend) counts there.
 
 use faer::{Mat, MatMut, MatRef};
 
@@ -25,7 +30,7 @@ use crate::manifold::quasi_geodesic::{Departure, EndpointProblem};
 /// What an `Overflow` is about.
 const CONTROL_POINTS: &str = "control points of a spline";
 
-/// A leg longer than this, in its largest principal angle or turn, is not the principal quasi-geodesic between its ends.
+/// A leg whose largest principal angle is this is not the principal quasi-geodesic between its ends.
 const LONGEST: f64 = std::f64::consts::PI;
 
 /// Buffers for pieces of one shape.
@@ -54,8 +59,8 @@ impl Bends {
     /// * `velocities` - at the ends, per unit of a time in which the piece takes `length`
     ///
     /// # Errors
-    /// `NoJoiningCurve`, `OutsideLogDomain` where the control points cannot be joined, `OutsideLogDomain` where an outer leg is
-    /// too long; `Overflow`, `Decomposition`.
+    /// `NoJoiningCurve`, `OutsideLogDomain` where the control points cannot be joined, `OutsideLogDomain` where an
+    /// outer leg is too long; `Overflow`, `Decomposition`.
     pub(super) fn compute(
         &mut self,
         points: [MatRef<'_, f64>; 2],

@@ -5,8 +5,9 @@
 //!     = 6 \Bigl( \frac{\Delta_-}{h_-^2} + \frac{\Delta_+}{h_+^2} \Bigr)
 //! ```
 //!
-//! Displacements are those of the quasi-geodesics between neighbours, which also carry vectors from knot to knot. Carried to one
-//! knot, the equations are a tridiagonal matrix of numbers, so elimination is that of Thomas with vectors on the right.
+//! Displacements are those of the quasi-geodesics between neighbours, which also carry vectors from knot to knot.
+//! Carried to one knot, the equations are a tridiagonal matrix of numbers, so elimination is that of Thomas with
+//! vectors on the right.
 
 use faer::{MatMut, MatRef};
 
@@ -15,8 +16,8 @@ use super::ends::{EndCondition, EndConditions};
 use crate::linalg::product::axpy;
 use crate::manifold::carrier::Direction;
 
-/// A closed spline is unrolled by so many knots beyond both ends. What the ends do decays by at least a half per knot, by
-/// `2 - sqrt 3` for equal legs: `1e-13` and `1e-25`.
+/// A closed spline is unrolled by so many knots beyond both ends. What the ends do decays by at least a half per knot,
+/// by `2 - sqrt 3` for equal legs: `1e-13` and `1e-25`.
 const OVERLAP: usize = 44;
 
 /// The matrix, eliminated.

@@ -46,9 +46,9 @@ const MAX_HALVINGS: i32 = 10;
 /// The spline of geometric cubics through points: velocity and covariant acceleration are continuous.
 ///
 /// Each piece is the curve of the adjusted de Casteljau algorithm with the velocities at its knots
-/// ([`GeometricCubic::from_boundary`]); the velocities are those for which the accelerations of the two pieces at every knot
-/// agree. It is close to the spline of Riemannian cubics (`cubic_spline`), cheaper to find and cheaper to evaluate. On the
-/// circle `St(2, 1)` both are the cubic spline of the angle.
+/// ([`GeometricCubic::from_boundary`]); the velocities are those for which the accelerations of the two pieces at every
+/// knot agree. It is close to the spline of Riemannian cubics (`cubic_spline`), cheaper to find and cheaper to
+/// evaluate. On the circle `St(2, 1)` both are the cubic spline of the angle.
 ///
 /// # Arguments
 /// * `t` - times, increasing; `points` - one at each, shape `(n, k)`
@@ -56,13 +56,14 @@ const MAX_HALVINGS: i32 = 10;
 /// Covariant accelerations at a knot differ by at most `options.tolerance` in the time of the shorter leg.
 /// # Method
 /// Accelerations at the ends of a piece in closed form; the tridiagonal system of flat space, in tangent spaces, as a
-/// preconditioner of a fixed-point iteration with Anderson mixing, and of Newton's method with minimal residuals where that
-/// stalls. Time is linear in the number of knots and in `n`. Legs are computed in parallel; results are bit-identical for any
-/// number of threads.
+/// preconditioner of a fixed-point iteration with Anderson mixing, and of Newton's method with minimal residuals where
+/// that stalls. Time is linear in the number of knots and in `n`. Legs are computed in parallel; results are
+/// bit-identical for any number of threads.
 /// # Errors
-/// `Shape`, `NonFinite`, `InvalidArgument` (times, ends that do not close); in `AtKnot` `NotOrthonormal`, `NoJoiningCurve`,
-/// `OutsideLogDomain` and `DifferentComponents` (no curve starts from there to the next point), `NotTangent`, and those of
-/// [`GeometricCubic::from_boundary`] where a piece is too far or too fast; `NoConvergence`, `Interrupted`.
+/// `Shape`, `NonFinite`, `InvalidArgument` (times, ends that do not close); in `AtKnot` `NotOrthonormal`,
+/// `NoJoiningCurve`, `OutsideLogDomain` and `DifferentComponents` (no curve starts from there to the next point),
+/// `NotTangent`, and those of [`GeometricCubic::from_boundary`] where a piece is too far or too fast; `NoConvergence`,
+/// `Interrupted`.
 pub fn geometric_spline(
     t: &[f64],
     points: &[MatRef<'_, f64>],
@@ -166,8 +167,8 @@ impl<'a> Problem<'a> {
         Ok((velocities, report))
     }
 
-    /// Fixed-point iteration with Anderson mixing, until it converges or stalls; leaves the best velocities and returns the
-    /// number of steps.
+    /// Fixed-point iteration with Anderson mixing, until it converges or stalls; leaves the best velocities and returns
+    /// the number of steps.
     fn mix(
         &mut self,
         best: &mut Vec<f64>,

@@ -1,9 +1,13 @@
-//! Knots in the coordinates of the span of their data, orthonormal to round-off, in units of the mean length of a leg.
+//! Knots in the coordinates of the span of their data (where it is small), orthonormal to round-off, in units of the mean
+//! length of a leg.
 
 use faer::{Mat, MatRef};
 
 use crate::curve::span::Span;
 use crate::linalg::structure::symmetric_part;
+
+/// The factorisation that reduces the dimension takes time quadratic in the number of knots: for so many it pays.
+const FEW: usize = 64;
 
 /// Points and lengths of legs.
 pub(super) struct ReducedKnots {
@@ -17,7 +21,13 @@ pub(super) struct ReducedKnots {
 impl ReducedKnots {
     /// Of checked knots; `vectors` are in the span as well.
     pub(super) fn new(t: &[f64], points: &[MatRef<'_, f64>], vectors: &[MatRef<'_, f64>]) -> Self {
-        let span = Span::of(&[points, vectors].concat());
+        let all = [points, vectors].concat();
+        let (n, k) = points[0].shape();
+        let span = if all.len() <= FEW && 2 * k * all.len() <= n {
+            Span::of(&all)
+        } else {
+            Span::whole()
+        };
         let points = points
             .iter()
             .map(|point| orthonormalised(&span.down(*point)))

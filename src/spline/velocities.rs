@@ -8,14 +8,14 @@ use super::flat::{FlatSystem, matrix};
 use super::knots;
 use super::reduced_knots::{ReducedKnots, tangent_part};
 use crate::error::Result;
-use crate::linalg::structure::norm;
+use crate::linalg::structure::{check_range, norm};
 use crate::manifold::carrier::Direction;
 
 /// How velocities are estimated.
 ///
-/// The formulas are those of flat space, in tangent spaces: displacements are the velocities of the quasi-geodesics between
-/// neighbouring points, whose rotations carry vectors from knot to knot. On the circle `St(2, 1)` that is exactly the formula for
-/// the angle. With slopes `m = displacement / h`:
+/// The formulas are those of flat space, in tangent spaces: displacements are the velocities of the quasi-geodesics
+/// between neighbouring points, whose rotations carry vectors from knot to knot. On the circle `St(2, 1)` that is
+/// exactly the formula for the angle. With slopes `m = displacement / h`:
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum VelocityEstimate {
     /// The parabola through three neighbours; at an end, the one through the last three.
@@ -24,11 +24,11 @@ pub enum VelocityEstimate {
     /// v_i = \frac{h_+ m_- + h_- m_+}{h_- + h_+}
     /// ```
     ///
-    /// For equal times it is that of Catmull and Rom, half of the displacement between the neighbours. Local: a point moves the
-    /// velocities of its neighbours only. For smooth data its error is of second order.
+    /// For equal times it is that of Catmull and Rom, half of the displacement between the neighbours. Local: a point
+    /// moves the velocities of its neighbours only. For smooth data its error is of second order.
     CatmullRom,
-    /// A mean of the slopes on both sides, each weighted by how little the slopes change on its side: no overshoot beside jumps
-    /// and at rest.
+    /// A mean of the slopes on both sides, each weighted by how little the slopes change on its side: no overshoot
+    /// beside jumps and at rest.
     ///
     /// ```math
     /// v_i = \frac{w_{i+1} m_- + w_{i-1} m_+}{w_{i-1} + w_{i+1}},\qquad
@@ -39,21 +39,21 @@ pub enum VelocityEstimate {
     ///
     /// Source: Akima (1970), J. ACM 17, 589-602, with the weights of MATLAB's and SciPy's "makima".
     Akima,
-    /// The velocities of the natural cubic spline (of the closed one for closed data), in tangent spaces. Inside, the error is of
-    /// third order on spheres, of second order elsewhere, since quasi-geodesics are no geodesics there.
+    /// The velocities of the natural cubic spline (of the closed one for closed data), in tangent spaces. Inside, the
+    /// error is of third order on spheres, of second order elsewhere, since quasi-geodesics are no geodesics there.
     Natural,
 }
 
 /// Velocities at all knots, tangent vectors per unit of time, each of shape `(n, k)`.
 ///
-/// With [`cubic_hermite`](super::cubic_hermite) or [`geometric_hermite`](super::geometric_hermite) they give a curve through the
-/// points.
+/// With [`cubic_hermite`](super::cubic_hermite) or [`geometric_hermite`](super::geometric_hermite) they give a curve
+/// through the points.
 ///
 /// # Arguments
 /// * `t` - times, increasing, two or more; `points` - one at each, shape `(n, k)`
 /// # Errors
-/// `Shape`, `NonFinite`, `InvalidArgument` (times); in `AtKnot` `NotOrthonormal`, and `NoJoiningCurve`, `OutsideLogDomain`,
-/// `DifferentComponents` (no quasi-geodesic leads from there to the next point).
+/// `Shape`, `NonFinite`, `InvalidArgument` (times), `Overflow`; in `AtKnot` `NotOrthonormal`, and `NoJoiningCurve`,
+/// `OutsideLogDomain`, `DifferentComponents` (no quasi-geodesic leads from there to the next point).
 ///
 /// # Examples
 /// ```
@@ -102,22 +102,21 @@ fn estimated(
     let chain = Chain::new(&knots.points)?;
     let mut velocities = match estimate {
         VelocityEstimate::Natural => natural(&knots, chain, ends),
-        local => {
-            let mut slopes = Slopes::new(&knots, chain, ends);
-            match local {
-                VelocityEstimate::Akima => slopes.akima(),
-                _ => slopes.parabolas(),
-            }
-        }
+        VelocityEstimate::CatmullRom => Slopes::new(&knots, chain, ends).parabolas(),
+        VelocityEstimate::Akima => Slopes::new(&knots, chain, ends).akima(),
     };
     if matches!(ends, EndConditions::Periodic) {
         velocities.push(velocities[0].clone());
     }
     let rate = Scale(1.0 / knots.unit);
     let lifted = points.iter().zip(&velocities);
-    Ok(lifted
-        .map(|(point, v)| tangent_part(*point, knots.lift(v.as_ref()) * rate))
-        .collect())
+    lifted
+        .map(|(point, v)| {
+            let v = tangent_part(*point, knots.lift(v.as_ref()) * rate);
+            check_range("velocities", v.as_ref())?;
+            Ok(v)
+        })
+        .collect()
 }
 
 fn natural(knots: &ReducedKnots, mut chain: Chain, ends: &EndConditions) -> Vec<Mat<f64>> {
