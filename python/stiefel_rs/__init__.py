@@ -29,6 +29,7 @@ from ._core import (
     skew_exp,
 )
 from .errors import ConvergenceError, InvalidInputError, OutsideDomainError, StiefelError
+from .storage import load
 
 __version__ = _core.__VERSION__
 
@@ -57,6 +58,7 @@ __all__ = [
     "__version__",
     "estimate_velocities",
     "integrate_cubic",
+    "load",
     "orthogonal_log",
     "skew_exp",
 ]

@@ -17,6 +17,8 @@ pub mod piecewise;
 mod reduced_knots;
 mod riemannian;
 mod start;
+#[cfg(any(feature = "python", feature = "serde"))]
+mod stored;
 mod velocities;
 
 pub use ends::{EndCondition, EndConditions};
