@@ -540,7 +540,7 @@ impl PyCubicHermite {
 ///     covariant acceleration, tangent vectors of shape (n, k).
 /// kind : "riemannian" or "geometric", default "riemannian"
 ///     Pieces are Riemannian cubics: the curve of least cost. Or geometric cubics (adjusted de Casteljau): close to it, and
-///     quicker to find and to evaluate.
+///     quicker to find.
 /// extrapolate : bool, default False
 ///     Whether the first and the last piece go on outside of ``[t[0], t[-1]]``; by default times there are errors.
 /// tol : float, default 1e-12
