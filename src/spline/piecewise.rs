@@ -3,7 +3,7 @@
 use faer::MatRef;
 use rayon::prelude::*;
 
-use crate::curve::{Curve, Quantity, Samples, check_parameter};
+use crate::curve::{Curve, DerivativeBounds, Quantity, Samples, check_parameter};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::jet::Jet;
@@ -128,6 +128,10 @@ impl<C: Curve> Curve for Piecewise<C> {
         (self.knots[0], self.knots[self.pieces.len()])
     }
 
+    fn breakpoints(&self) -> Vec<f64> {
+        self.knots.clone()
+    }
+
     fn frame(&self) -> Option<MatRef<'_, f64>> {
         None
     }
@@ -193,5 +197,21 @@ impl<C: Curve> Curve for Piecewise<C> {
             return Ok(sum);
         }
         Err(Error::Overflow { quantity: "cost" })
+    }
+
+    fn derivative_bounds_interruptible(
+        &self,
+        interrupt: Interrupt<'_>,
+    ) -> Result<DerivativeBounds> {
+        let of_piece = |piece: usize| {
+            let bounds = self.pieces[piece].derivative_bounds_interruptible(interrupt)?;
+            bounds.slowed(self.length(piece))
+        };
+        let all: Vec<DerivativeBounds> = (0..self.pieces.len())
+            .into_par_iter()
+            .map(of_piece)
+            .collect::<Result<_>>()?;
+        let first = all[0];
+        Ok(all.into_iter().fold(first, DerivativeBounds::max))
     }
 }

@@ -6,7 +6,7 @@ use faer::{Mat, MatRef, Scale};
 
 use super::ambient::Ambient;
 use super::chain::{Motion, Space, links, pieces};
-use super::ends::{End, EndCondition, EndConditions, Ends};
+use super::ends::{End, EndCondition, EndConditions, Ends, check_ends};
 use super::framed::{Framed, coordinates};
 use super::iteration::Outcome;
 use super::knots::{Lengths, is_small};
@@ -18,9 +18,7 @@ use crate::cubic::problem::entries;
 use crate::curve::span::Span;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
-use crate::linalg::structure::distance;
-use crate::manifold::stiefel::{POINT_TOLERANCE, TANGENT_TOLERANCE};
-use crate::manifold::{QuasiGeodesic, Stiefel};
+use crate::manifold::QuasiGeodesic;
 use crate::report::{SolverReport, StopReason};
 
 const SOLVER: &str = "spline of Riemannian cubics";
@@ -82,38 +80,6 @@ pub fn cubic_spline(
         solver: SOLVER,
         report,
     })
-}
-
-fn check_ends(manifold: &Stiefel, points: &[MatRef<'_, f64>], ends: &EndConditions) -> Result<()> {
-    let last = points.len() - 1;
-    match ends {
-        EndConditions::Natural => Ok(()),
-        EndConditions::Periodic => {
-            let gap = distance(points[0], points[last]);
-            if gap <= POINT_TOLERANCE {
-                return Ok(());
-            }
-            let error = Error::InvalidArgument {
-                name: "S",
-                requirement: "the first point again (the ends are periodic), this far from it",
-                found: gap,
-            };
-            Err(error.at_knot(last))
-        }
-        EndConditions::Each(each) => {
-            for (knot, end) in [(0, &each[0]), (last, &each[1])] {
-                manifold
-                    .check_tangent(
-                        "bc_type",
-                        points[knot],
-                        end.vector().as_ref(),
-                        TANGENT_TOLERANCE,
-                    )
-                    .map_err(|error| error.at_knot(knot))?;
-            }
-            Ok(())
-        }
-    }
 }
 
 /// The problem in the coordinates of the span of its data.

@@ -13,6 +13,7 @@ from stiefel_rs import (
     QuasiGeodesic,
     RiemannianCubic,
     Stiefel,
+    estimate_velocities,
     orthogonal_log,
     skew_exp,
 )
@@ -77,6 +78,11 @@ CALLS = {
         [("t", T), ("S", np.stack([S, S2, S])), ("V", np.stack([V1 * 0, V1 * 0, V]) / 2)],
     ),
     "CubicSpline": (lambda *x: CubicSpline(*x)(0.5), [("t", T), ("S", np.stack([S, S2, S]))]),
+    "CubicSpline.geometric": (
+        lambda *x: CubicSpline(*x, kind="geometric")(0.5),
+        [("t", T), ("S", np.stack([S, S2, S]))],
+    ),
+    "estimate_velocities": (estimate_velocities, [("t", T), ("S", np.stack([S, S2, S]))]),
     "bc_type": (
         lambda A: CubicSpline(T, np.stack([S, S2, S]), ((2, A), "natural"))(0.5),
         [("bc_type", V / 2)],
