@@ -46,7 +46,7 @@ lint: $(BIN)/python ## Formatting and lints of both languages
 bench: ## Criterion benchmarks, quick profile
 	cargo bench --locked -- --quick
 
-benchmark: $(INSTALLED) ## Beside SciPy, heyoka, geomstats, morphomatics, pymanopt, into docs/benchmarks.md; ARGS="--only cubic"
+benchmark: $(INSTALLED) ## Beside SciPy, heyoka, geomstats, InterpolatePy and others, into docs/benchmarks.md; ARGS="--only cubic"
 	$(BIN)/python -m benchmarks $(ARGS)
 
 boundary: $(INSTALLED) ## 12000 random boundary problems of Riemannian cubics, into docs/boundary_problems.md
