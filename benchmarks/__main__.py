@@ -1,4 +1,4 @@
-"""`python -m benchmarks`: this project beside SciPy, heyoka, geomstats, morphomatics, pymanopt and others, as a page."""
+"""`python -m benchmarks`: this project beside SciPy, heyoka, geomstats, InterpolatePy and others, as a page."""
 
 from __future__ import annotations
 

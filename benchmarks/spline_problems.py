@@ -63,7 +63,7 @@ def rotations(q: Array) -> Array:
 
 
 def walk(n: int, k: int, count: int) -> Knots:
-    """Points of St(n, k) each at canonical distance 0.5 from the one before, in a direction of its own; times 0, 1, .."""
+    """Points of St(n, k), each at canonical distance 0.5 from the one before, in a direction of its own; a second apart."""
     points = [point(n, k, 14)]
     for i in range(count - 1):
         points.append(np.linalg.qr(geodesic_end(points[-1], tangent(points[-1], 0.5, 15 + i)))[0])
@@ -73,11 +73,11 @@ def walk(n: int, k: int, count: int) -> Knots:
 
 
 def factors(n: int, k: int, t: Array) -> tuple[Array, Array]:
-    """Orthogonal factors, and their derivatives, of `Y0 + t Y1 + t^2 Y2 + t^3 Y3`: the curve of the paper's section 5.2.
+    """Orthogonal factors of `Y0 + t Y1 + t^2 Y2 + t^3 Y3`, and their derivatives: the curve of the paper's section 5.2.
 
-    Zimmermann (2020), "Hermite interpolation and data processing errors on Riemannian matrix manifolds"; entries uniform
-    in [0, 1], [0, 1/2], [0, 1/2] and [0, 1/5]. The derivative is that of a QR factorisation whose `R` has a positive
-    diagonal: `Q L + (I - Q Q^T) Y' R^{-1}`, `L` skew with the lower triangle of `Q^T Y' R^{-1}`.
+    Zimmermann (2020), "Hermite interpolation and data processing errors on Riemannian matrix manifolds"; the entries
+    are uniform in [0, 1], [0, 1/2], [0, 1/2] and [0, 1/5]. The derivative is that of a QR factorisation whose `R` has
+    a positive diagonal: `Q L + (I - Q Q^T) Y' R^{-1}`, `L` skew with the lower triangle of `Q^T Y' R^{-1}`.
     """
     rng = np.random.default_rng([20240419, 16, n, k])
     coefficients = [scale * rng.random((n, k)) for scale in (1.0, 0.5, 0.5, 0.2)]

@@ -1,10 +1,10 @@
-"""Hermite interpolation on St(n, k) in tangent spaces, with SciPy's linear algebra: points and velocities in, a C1 curve out.
+"""Hermite interpolation on St(n, k) in tangent spaces: points and velocities in, a C1 curve out; NumPy and SciPy.
 
-Zimmermann (2020), "Hermite interpolation and data processing errors on Riemannian matrix manifolds", SIAM J. Sci. Comput.
-42, A2593-A2619, section 3.2: between two knots the curve is `Exp_q(c(t))`, where `q` is the later knot and `c` the cubic
-of its tangent space from `Log_q(p)` to 0 with the velocities `d Log_q(V_p)` and `V_q`; the first of these is a central
+Zimmermann (2020), "Hermite interpolation and data processing errors on Riemannian matrix manifolds", SIAM J. Sci.
+Comput. 42, A2593-A2619: between two knots the curve is `Exp_q(c(t))`, where `q` is the later knot and `c` the cubic of
+its tangent space from `Log_q(p)` to 0 with the velocities `d Log_q(V_p)` and `V_q`; the first of these is a central
 difference with step 1e-4 (eq. 25). The paper's code is a collection of scripts; this is the same method, with the
-logarithm of `stiefel_log`, and on a test function of the same kind.
+logarithm of `stiefel_log`.
 """
 
 from __future__ import annotations
