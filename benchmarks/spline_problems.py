@@ -63,7 +63,7 @@ def rotations(q: Array) -> Array:
 
 
 def walk(n: int, k: int, count: int) -> Knots:
-    """Points of St(n, k), each at canonical distance 0.5 from the one before, in a direction of its own; a second apart."""
+    """Points of St(n, k), each at canonical distance 0.5 from the one before; times 0, 1 and on."""
     points = [point(n, k, 14)]
     for i in range(count - 1):
         points.append(np.linalg.qr(geodesic_end(points[-1], tangent(points[-1], 0.5, 15 + i)))[0])
