@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from figures import BLACK, BLUE, ORANGE, VERMILION, command_line, new_figure, save
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, RotationSpline, Slerp
 
+from figures import BLACK, BLUE, ORANGE, VERMILION, command_line, new_figure, save
 from stiefel_rs import CubicSpline
 
 Array = NDArray[np.float64]

@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from figures import BLACK, BLUE, GREEN, ORANGE, PURPLE, VERMILION, command_line, new_figure, save
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
+from figures import BLACK, BLUE, GREEN, ORANGE, PURPLE, VERMILION, command_line, new_figure, save
 from stiefel_rs import CubicSpline, Geodesic, Stiefel
 
 Array = NDArray[np.float64]
@@ -67,6 +67,7 @@ def main(out: Path, *, quick: bool = False) -> dict[str, Any]:
         "rows": len(X),
         "cost": tour.cost(),
         "smallest_turn_of_geodesics": min(turns),
+        "largest_turn_of_geodesics": max(turns),
         "velocity_jump_of_spline": float(np.max(jumps)),
         "orthonormality_defect": float(np.abs(np.swapaxes(tour(dense), 1, 2) @ tour(dense) - np.eye(2)).max()),
         "best_separation_time": float(dense[separation.argmax()]),

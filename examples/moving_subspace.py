@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from figures import BLACK, BLUE, ORANGE, SKY, VERMILION, command_line, new_figure, save
 from numpy.typing import NDArray
 
+from figures import BLACK, BLUE, ORANGE, SKY, VERMILION, command_line, new_figure, save
 from stiefel_rs import SmoothingSpline, Stiefel, skew_exp
 
 Array = NDArray[np.float64]

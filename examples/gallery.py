@@ -1,0 +1,81 @@
+"""All examples: their figures, and docs/gallery.md with their numbers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import attitude
+import grand_tour
+import moving_subspace
+import reduced_order_model
+from figures import FIGURES
+
+PAGE = FIGURES.parent.parent / "gallery.md"
+EXAMPLES = {
+    "attitude": attitude.main,
+    "reduced_order_model": reduced_order_model.main,
+    "moving_subspace": moving_subspace.main,
+    "grand_tour": grand_tour.main,
+}
+
+TEXT = """\
+# Gallery
+
+Written by `make gallery`, which runs the scripts of [examples/](../examples), each of them less than 150 lines. One alone:
+`python examples/attitude.py --out attitude.png`, from an environment that has the package, SciPy and matplotlib.
+
+## A satellite turns through keyframes
+
+![Left: azimuth and elevation of the body's first axis along three curves through seven keyframes. Right: lengths of
+angular velocity and angular acceleration](figures/gallery/attitude.png)
+
+[attitude.py](../examples/attitude.py) joins seven orientations in 50 s by `CubicSpline`, as points of St(3,3), by
+SciPy's `RotationSpline`, and by slerp. The natural Riemannian spline is stationary for the integral of the squared
+angular acceleration, which is the torque that a round body needs: {cost:.2f}e-3 rad²/s³, where `RotationSpline` takes
+{cost_rotation_spline:.2f}e-3 ({more:.0f} % more). Both have a continuous angular acceleration; that of the natural spline ends at zero.
+The largest is {largest_acceleration:.1f} degrees/s², of `RotationSpline` {largest_acceleration_rotation_spline:.1f}. The two are up to {farthest_apart:.1f} degrees apart. Slerp's
+angular velocity jumps, at one keyframe by {jump_of_slerp_velocity:.1f} degrees/s, which no finite torque does.
+
+## A reduced model of a heated ring
+
+![{rom_alt}](figures/gallery/reduced_order_model.png)
+
+{rom}
+
+## A plane that moves
+
+![Left: three entries of the basis of the plane, with noise, smoothed, and true. Right: angle to the true
+plane](figures/gallery/moving_subspace.png)
+
+[moving_subspace.py](../examples/moving_subspace.py) has 24 noisy sensors whose signals stay near a plane that turns by
+{turned:.0f} degrees within a minute. Windows of one second give it as their two largest principal components, with an error
+of {rms_one_window:.1f} degrees (root of the mean square). Longer windows are less noisy and lag behind; the best length, which is known
+here since the truth is, is {best_length} s, with {rms_best_length:.1f} degrees. `SmoothingSpline` through the bases of the short windows,
+points of St(24,2) turned in their planes to be near to each other, has {rms_smoothed:.1f} degrees; it found its lambda
+by generalised cross-validation from the data alone.
+
+## A grand tour of the penguins
+
+![Eight pictures of the penguins along the tour, and the share of the variance that is between the
+species](figures/gallery/grand_tour.png)
+
+[grand_tour.py](../examples/grand_tour.py) looks at the six measurements (bill length and depth, flipper length, mass,
+two isotope ratios) of {rows} penguins, from the [data of the palmerpenguins package](../examples/data/README.md) (CC0),
+through two-dimensional projections: points of St(6,2). Along shortest curves between seven random ones the motion
+turns abruptly, by {smallest_turn_of_geodesics:.1f} to {largest_turn_of_geodesics:.1f} of a speed of 1; the spline through the same seven moves on smoothly. At
+t = {best_separation_time:.1f} the picture separates the species best: {best_separation:.0%} of its variance is between them.
+"""
+
+
+def page(numbers: dict[str, dict[str, Any]]) -> str:
+    """The text with its numbers."""
+    values = {name: value for each in numbers.values() for name, value in each.items()}
+    costs = numbers["attitude"]["cost"], numbers["attitude"]["cost_rotation_spline"]
+    more = 100 * (costs[1] / costs[0] - 1)
+    values |= {"cost": 1e3 * costs[0], "cost_rotation_spline": 1e3 * costs[1], "more": more}
+    values |= reduced_order_model.words(numbers["reduced_order_model"])
+    return TEXT.format(**values)
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page({name: main(FIGURES / f"{name}.png") for name, main in EXAMPLES.items()}), encoding="utf-8")
