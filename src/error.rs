@@ -227,7 +227,7 @@ pub enum Error {
         report: SolverReport,
     },
     /// Something is wrong at one knot of a spline, or between it and the next one.
-    #[error("knot {knot}: {source}")]
+    #[error("{}: {source}", place(*knot, source))]
     AtKnot {
         /// Its index.
         knot: usize,
@@ -251,6 +251,21 @@ fn short(x: f64) -> String {
         format!("{x}")
     } else {
         format!("{x:e}")
+    }
+}
+
+/// The knot that an error is about, or the two that could not be joined.
+fn place(knot: usize, error: &Error) -> String {
+    match error {
+        Error::OutsideLogDomain { .. }
+        | Error::NoJoiningCurve { .. }
+        | Error::BranchJump { .. }
+        | Error::DifferentComponents { .. }
+        | Error::ConjugateEnds { .. }
+        | Error::Decomposition { .. }
+        | Error::NoConvergence { .. }
+        | Error::TooManySteps { .. } => format!("knots {knot} and {}", knot + 1),
+        _ => format!("knot {knot}"),
     }
 }
 

@@ -17,18 +17,23 @@ _Map = Literal[
     "quasi_geodesic_midpoint",
 ]
 _Order = Literal[1, 2, 4, 6, 8]
+_End = Literal["natural", "clamped"] | tuple[Literal[1, 2], ArrayLike]
+_BcType = Literal["natural", "clamped", "periodic"] | tuple[_End, _End]
 _Retraction = Literal["quasi_geodesic", "qr", "polar", "cayley"]
 
 __all__ = [
     "__VERSION__",
     "Chart",
     "ChartTrajectory",
+    "CubicHermite",
+    "CubicSpline",
     "CubicTrajectory",
     "Curve",
     "Geodesic",
     "GeometricCubic",
     "GeometricPolynomial",
     "LogReport",
+    "PiecewiseCurve",
     "QuasiGeodesic",
     "RiemannianCubic",
     "ShootingResult",
@@ -246,6 +251,55 @@ class RiemannianCubic(Curve):
         self, t: ArrayLike, dS0: ArrayLike, dV0: ArrayLike, dS1: ArrayLike, dV1: ArrayLike
     ) -> _Array: ...
     def cost_gradient(self) -> tuple[_Array, _Array, _Array, _Array]: ...
+
+@disjoint_base
+class PiecewiseCurve(Curve):
+    @property
+    def t(self) -> _Array: ...
+    @property
+    def points(self) -> _Array: ...
+    @property
+    def kind(self) -> str: ...
+    @property
+    def extrapolate(self) -> bool: ...
+    @property
+    def report(self) -> SolverReport | None: ...
+    @property
+    def pieces(self) -> list[RiemannianCubic] | list[GeometricCubic]: ...
+    def __copy__(self) -> PiecewiseCurve: ...
+    def __deepcopy__(self, _memo: object) -> PiecewiseCurve: ...
+
+@final
+class CubicHermite(PiecewiseCurve):
+    def __new__(
+        cls,
+        t: ArrayLike,
+        S: ArrayLike,
+        V: ArrayLike,
+        kind: Literal["riemannian", "geometric"] = "riemannian",
+        *,
+        extrapolate: bool = False,
+        num_threads: int | None = None,
+    ) -> CubicHermite: ...
+    @property
+    def velocities(self) -> _Array: ...
+
+@final
+class CubicSpline(PiecewiseCurve):
+    def __new__(
+        cls,
+        t: ArrayLike,
+        S: ArrayLike,
+        bc_type: _BcType = "natural",
+        kind: Literal["riemannian"] = "riemannian",
+        *,
+        extrapolate: bool = False,
+        tol: float = 1e-12,
+        max_iterations: int = 50,
+        num_threads: int | None = None,
+    ) -> CubicSpline: ...
+    @property
+    def bc_type(self) -> _BcType: ...
 
 @final
 class ShootingResult:

@@ -9,7 +9,15 @@ if TYPE_CHECKING:
 
 
 class StiefelError(Exception):
-    """Base class of the package's exceptions."""
+    """Base class of the package's exceptions.
+
+    Attributes
+    ----------
+    knot : int or None
+        Index of the knot of a spline that the error is about: the first one, where it is about two neighbours.
+    """
+
+    knot: int | None = None
 
 
 class InvalidInputError(StiefelError, ValueError):

@@ -76,6 +76,16 @@ impl Batch {
         )
     }
 
+    /// All matrices.
+    pub fn views(&self) -> Vec<MatRef<'_, f64>> {
+        (0..self.len()).map(|i| self.get(i)).collect()
+    }
+
+    /// All entries, matrix after matrix, row by row.
+    pub fn entries(&self) -> &[f64] {
+        &self.entries
+    }
+
     /// The `i`-th member as a slice.
     pub fn row(&self, i: usize) -> &[f64] {
         let size = self.rows * self.cols;
@@ -176,6 +186,24 @@ pub fn matrix(object: &Bound<'_, PyAny>, name: &'static str) -> PyResult<Mat<f64
     Err(invalid_input(
         object.py(),
         format!("{name}: expected shape (n, k), found {found}"),
+    ))
+}
+
+/// Matrices one after the other, shape `(count, rows, cols)`, which `expected` says in words.
+pub fn stack(object: &Bound<'_, PyAny>, name: &'static str, expected: &str) -> PyResult<Batch> {
+    let array = float_array(object, name)?;
+    if let [count, rows, cols] = *array.shape() {
+        return Ok(Batch {
+            shape: vec![count],
+            rows,
+            cols,
+            entries: entries_of(&array),
+        });
+    }
+    let found = tuple(array.shape());
+    Err(invalid_input(
+        object.py(),
+        format!("{name}: expected shape {expected}, found {found}"),
     ))
 }
 

@@ -117,6 +117,22 @@ pub fn invalid_input(py: Python<'_>, message: String) -> PyErr {
 
 /// The exception for an error; `place` says which member of a batch it was, or is empty.
 pub fn to_exception(py: Python<'_>, error: &Error, place: &str) -> PyErr {
+    let exception = exception_of(py, error, place);
+    if let Error::AtKnot { knot, .. } = error {
+        return at_knot(py, exception, *knot);
+    }
+    exception
+}
+
+/// The exception with the knot that it is about.
+pub fn at_knot(py: Python<'_>, exception: PyErr, knot: usize) -> PyErr {
+    match exception.value(py).setattr("knot", knot) {
+        Ok(()) => exception,
+        Err(error) => error,
+    }
+}
+
+fn exception_of(py: Python<'_>, error: &Error, place: &str) -> PyErr {
     let message = match error {
         // What the options of the core call a tolerance is an argument `tol` in Python.
         Error::InvalidArgument {

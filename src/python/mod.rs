@@ -10,11 +10,13 @@ mod error;
 mod flow;
 mod geodesic;
 mod geometry;
+mod knots;
 mod linalg;
 mod polynomial;
 mod retraction;
 mod riemannian_cubic;
 mod shooting;
+mod spline;
 mod state;
 mod stiefel;
 mod trajectory;
@@ -45,6 +47,8 @@ pub mod _core {
     use super::riemannian_cubic::PyRiemannianCubic;
     #[pymodule_export]
     use super::shooting::PyShootingResult;
+    #[pymodule_export]
+    use super::spline::{PyCubicHermite, PyCubicSpline, PyPiecewiseCurve};
     #[pymodule_export]
     use super::stiefel::PyStiefel;
     #[pymodule_export]

@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use faer::{Mat, MatRef};
-use numpy::{PyArrayDyn, PyUntypedArrayMethods};
+use faer::Mat;
+use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
 use super::call::Call;
-use super::convert::{float_array, matrix, to_array, tuple, write};
+use super::convert::{matrix, stack, to_array, write};
 use super::curve::{AnyCurve, Operations, PyCurve, cube};
 use super::error::{PySolverReport, invalid_input};
 use super::riemannian_cubic::array;
@@ -17,11 +17,21 @@ use crate::report::SolverReport;
 
 impl Operations for GeometricPolynomial {
     fn operations(&self, quantity: Quantity) -> f64 {
-        let joins = 0.5 * (self.degree() * self.degree()) as f64;
-        match quantity {
-            Quantity::Derivative(0) => joins * (30.0 + 30.0 * cube(self.k())),
-            _ => joins * (5e3 + 5e3 * cube(self.k())),
-        }
+        polynomial_operations(self.k(), self.degree(), quantity)
+    }
+}
+
+fn polynomial_operations(k: usize, degree: usize, quantity: Quantity) -> f64 {
+    let joins = 0.5 * (degree * degree) as f64;
+    match quantity {
+        Quantity::Derivative(0) => joins * (30.0 + 30.0 * cube(k)),
+        _ => joins * (5e3 + 5e3 * cube(k)),
+    }
+}
+
+impl Operations for GeometricCubic {
+    fn operations(&self, quantity: Quantity) -> f64 {
+        polynomial_operations(self.k(), 3, quantity)
     }
 }
 
@@ -393,7 +403,7 @@ fn is_geodesic(py: Python<'_>, pieces: &str) -> PyResult<bool> {
 }
 
 /// Rough operations of a construction: the span, and the branch at some tens of parameters.
-fn construction((n, k): (usize, usize), degree: usize) -> f64 {
+pub(super) fn construction((n, k): (usize, usize), degree: usize) -> f64 {
     let (n, k, degree) = (n as f64, k as f64, degree as f64);
     let columns = (degree + 1.0) * k;
     1e4 + 4.0 * n * columns * columns.min(n) + 1e3 * degree * degree * (1.0 + k * k * k)
@@ -413,20 +423,10 @@ fn search((n, k): (usize, usize), degree: usize) -> f64 {
 #[allow(non_snake_case)]
 fn polynomial(py: Python<'_>, P: &Bound<'_, PyAny>, pieces: &str) -> PyResult<(Pieces, Origin)> {
     let geodesic = is_geodesic(py, pieces)?;
-    let array = float_array(P, "P")?;
-    let shape = array.shape().to_vec();
-    let [count, n, k] = shape[..] else {
-        let found = tuple(&shape);
-        let message = format!("P: expected shape (degree + 1, n, k), found {found}");
-        return Err(invalid_input(py, message));
-    };
-    let entries: Vec<f64> = array.as_array().iter().copied().collect();
-    let point = |i: usize| {
-        let entries = &entries[i * n * k..(i + 1) * n * k];
-        MatRef::from_row_major_slice(entries, n, k).to_owned()
-    };
-    let points: Vec<Mat<f64>> = (0..count).map(point).collect();
-    let call = Call::new(py, None, construction((n, k), count.saturating_sub(1)))?;
+    let batch = stack(P, "P", "(degree + 1, n, k)")?;
+    let points: Vec<Mat<f64>> = batch.views().iter().map(|point| point.to_owned()).collect();
+    let (shape, degree) = ((batch.rows, batch.cols), points.len().saturating_sub(1));
+    let call = Call::new(py, None, construction(shape, degree))?;
     call.run(py, move |_| {
         let curve = if geodesic {
             Pieces::Geodesic(Arc::new(GeodesicPolynomial::try_from(&points[..])?))
@@ -538,6 +538,14 @@ impl PyGeometricCubic {
 }
 
 impl PyGeometricCubic {
+    /// A piece of a spline.
+    pub(super) fn of_piece(py: Python<'_>, curve: GeometricCubic) -> PyResult<Py<Self>> {
+        let data = curve.control_points().to_vec();
+        let curve = Pieces::QuasiGeodesic(Arc::new(curve.into()));
+        let by = Constructor::ControlPoints;
+        Py::new(py, Self::wrap(curve, Origin { by, data }))
+    }
+
     fn wrap(pieces: Pieces, origin: Origin) -> PyClassInitializer<Self> {
         PyGeometricPolynomial::wrap(pieces, origin).add_subclass(PyGeometricCubic)
     }

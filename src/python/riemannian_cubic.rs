@@ -392,7 +392,7 @@ impl PyRiemannianCubic {
 }
 
 impl PyRiemannianCubic {
-    fn wrapped(py: Python<'_>, curve: RiemannianCubic) -> PyResult<Py<Self>> {
+    pub(super) fn wrapped(py: Python<'_>, curve: RiemannianCubic) -> PyResult<Py<Self>> {
         let curve = Arc::new(curve);
         let base = PyCurve::of(Arc::clone(&curve) as Arc<dyn AnyCurve>);
         let class = PyClassInitializer::from(base).add_subclass(PyRiemannianCubic(curve));

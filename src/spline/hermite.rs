@@ -67,8 +67,29 @@ fn pieces<C: crate::curve::Curve + Send>(
             let h = t[i + 1] - t[i];
             let [v0, v1] = [velocities[i], velocities[i + 1]].map(|v| v * Scale(h));
             piece(points[i], v0.as_ref(), points[i + 1], v1.as_ref())
-                .map_err(|error| error.at_knot(i))
+                .map_err(|error| placed(error, i))
         })
-        .collect::<Result<Vec<C>>>()?;
+        .collect::<Vec<Result<C>>>();
+    // The error is that of the first leg that has one, on any number of threads.
+    let pieces = pieces.into_iter().collect::<Result<_>>()?;
     Ok(Piecewise::new(t.to_vec(), pieces))
+}
+
+/// An error of a leg at the knot that it is about.
+fn placed(error: Error, leg: usize) -> Error {
+    match error {
+        Error::InvalidArgument {
+            name: end @ ("V0" | "V1"),
+            requirement,
+            found,
+        } => {
+            let error = Error::InvalidArgument {
+                name: "V, times the length of its leg",
+                requirement,
+                found,
+            };
+            error.at_knot(leg + usize::from(end == "V1"))
+        }
+        error => error.at_knot(leg),
+    }
 }

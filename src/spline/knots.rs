@@ -20,7 +20,7 @@ pub(super) fn check(t: &[f64], points: &[MatRef<'_, f64>]) -> Result<Stiefel> {
         });
     }
     if let Some(index) = t.iter().position(|t| !t.is_finite()) {
-        return Err(Error::NonFinite { name: "t", index });
+        return Err(Error::NonFinite { name: "t", index }.at_knot(index));
     }
     let manifold = Stiefel::of("S", points[0])?;
     for (knot, point) in points.iter().enumerate() {

@@ -42,6 +42,11 @@ impl<C: Curve> Piecewise<C> {
         Piecewise { outside, ..self }
     }
 
+    /// What the curve does outside of its interval.
+    pub fn outside(&self) -> Outside {
+        self.outside
+    }
+
     /// The times between which the pieces run.
     pub fn knots(&self) -> &[f64] {
         &self.knots

@@ -5,6 +5,8 @@ import pytest
 
 from stiefel_rs import (
     Chart,
+    CubicHermite,
+    CubicSpline,
     Geodesic,
     GeometricCubic,
     GeometricPolynomial,
@@ -25,6 +27,7 @@ V1 = np.array([[1, 0], [0, 0], [0, 0], [0, 1.0]])
 S2 = np.array([[1, 1], [-1, 1], [1, 1], [1, -1]]) / 2
 V2 = np.array([[0, 1], [-1, 0], [0, 1], [3, 0.0]])
 Z0 = np.array([1, 2, 1, 0, 0, 1, 0, 1.0])
+T = np.array([0.0, 1.0, 2.0])
 SKEW = np.array([[0, -2, 1], [2, 0, 0], [-1, 0, 0.0]])
 
 # name -> (function of its array arguments, [(argument, good value)]).
@@ -64,6 +67,19 @@ CALLS = {
     "from_boundary": (
         lambda *x: RiemannianCubic.from_boundary(*x)(0.5),
         [("S0", S), ("V0", V), ("S1", S2), ("V1", S2 @ [[0, -1], [1, 0]])],
+    ),
+    "CubicHermite": (
+        lambda *x: CubicHermite(*x)(0.5),
+        [("t", T), ("S", np.stack([S, S2, S])), ("V", np.stack([V1 * 0, V1 * 0, V]) / 2)],
+    ),
+    "CubicHermite.geometric": (
+        lambda *x: CubicHermite(*x, "geometric")(0.5),
+        [("t", T), ("S", np.stack([S, S2, S])), ("V", np.stack([V1 * 0, V1 * 0, V]) / 2)],
+    ),
+    "CubicSpline": (lambda *x: CubicSpline(*x)(0.5), [("t", T), ("S", np.stack([S, S2, S]))]),
+    "bc_type": (
+        lambda A: CubicSpline(T, np.stack([S, S2, S]), ((2, A), "natural"))(0.5),
+        [("bc_type", V / 2)],
     ),
     "exp": (M.exp, [("S", S), ("V", V)]),
     "log": (M.log, [("S0", S), ("S1", S2)]),

@@ -73,6 +73,8 @@ def test_public_members_are_documented(name):
     "name",
     [
         "Chart",
+        "CubicHermite",
+        "CubicSpline",
         "GeometricCubic",
         "GeometricPolynomial",
         "QuasiGeodesic",
@@ -100,6 +102,8 @@ def test_examples_run(name):
     "name",
     [
         "Chart",
+        "CubicHermite",
+        "CubicSpline",
         "GeometricCubic",
         "GeometricPolynomial",
         "QuasiGeodesic",

@@ -22,7 +22,7 @@ PATIENCE = 4.0
 SETUP = """
 import time
 import numpy as np
-from stiefel_rs import Chart, GeometricCubic, QuasiGeodesic, Stiefel, orthogonal_log, skew_exp
+from stiefel_rs import Chart, CubicHermite, CubicSpline, GeometricCubic, Stiefel, orthogonal_log, skew_exp
 chart = Chart.sphere()
 # A geodesic along the equator: it never leaves the chart.
 z0 = np.array([np.pi / 2, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0])
@@ -39,6 +39,8 @@ far = Stiefel(60, 50)
 F0 = far.random_point(0)
 G0 = far.random_tangent(F0, 1)
 rng = np.random.default_rng(0)
+grid = np.arange(200_000.0)
+R0 = np.linalg.qr(rng.standard_normal((200_000, 4, 2)))[0]
 def skew(m, scale):
     A = rng.standard_normal((m, m))
     return scale * (A - A.T)
@@ -66,6 +68,9 @@ LONG_CALLS = {
     "skew_exp_batch": "skew_exp(np.tile(skew(300, 10.0), (600, 1, 1)))",
     "skew_exp_one": "skew_exp(skew(1500, 100.0))",
     "transport_far": "far.transport(F0, 4e3 * G0, G0)",
+    "spline": "CubicSpline(np.arange(3000.0), far.random_point(0, 3000))",
+    "hermite": "CubicHermite(grid, R0, 0 * R0)",
+    "hermite_one_thread": "CubicHermite(grid, R0, 0 * R0, num_threads=1)",
     "log_batch": "orthogonal_log(np.tile(skew_exp(skew(300, 0.1)), (600, 1, 1)))",
 }
 

@@ -1,0 +1,223 @@
+//! Times and end conditions of splines, as SciPy's users write them.
+
+use faer::Mat;
+use numpy::{PyArrayDyn, PyUntypedArray, PyUntypedArrayMethods};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
+use pyo3::types::PyTuple;
+
+use super::convert::{freeze, matrix, parameters, tuple, whole};
+use super::error::{at_knot, invalid_input};
+use super::riemannian_cubic::array;
+use crate::spline::{EndCondition, EndConditions};
+
+static ASARRAY: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
+
+/// Times from anything array-like, shape (N,).
+///
+/// # Errors
+/// `TypeError` for what is no number (for dates, with how to convert them), `InvalidInputError` for another shape and for whole
+/// numbers that no float is.
+pub(super) fn times(object: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+    let py = object.py();
+    if object.cast::<PyArrayDyn<f64>>().is_err() {
+        check_numbers(object)?;
+    }
+    let (shape, times) = parameters(object, "t")?;
+    if shape.len() != 1 {
+        let message = format!("t: expected shape (N,), found {}", tuple(&shape));
+        return Err(invalid_input(py, message));
+    }
+    Ok(times)
+}
+
+/// Error for dates and durations, and for whole numbers that would be rounded.
+fn check_numbers(object: &Bound<'_, PyAny>) -> PyResult<()> {
+    let py = object.py();
+    let array = ASARRAY
+        .import(py, "numpy", "asarray")?
+        .call1((object,))?
+        .cast_into::<PyUntypedArray>()?;
+    let kind: char = array.dtype().getattr("kind")?.extract()?;
+    let found = match kind {
+        'M' => "datetimes",
+        'm' => "durations",
+        'O' => match dates(&array)? {
+            Some(found) => found,
+            None => return Ok(()),
+        },
+        'i' | 'u' => return check_exact(array.as_any()),
+        _ => return Ok(()),
+    };
+    let advice = match (found, kind) {
+        ("datetimes", 'M') => "(t - t[0]) / np.timedelta64(1, 's')",
+        ("datetimes", _) => "[(time - t[0]).total_seconds() for time in t]",
+        (_, 'm') => "t / np.timedelta64(1, 's')",
+        _ => "[time.total_seconds() for time in t]",
+    };
+    Err(PyTypeError::new_err(format!(
+        "t: {found} are not numbers; give seconds: {advice}"
+    )))
+}
+
+/// What an array of objects holds, if dates or durations.
+fn dates(array: &Bound<'_, PyUntypedArray>) -> PyResult<Option<&'static str>> {
+    if array.len() == 0 {
+        return Ok(None);
+    }
+    let datetime = array.py().import("datetime")?;
+    let first = array.call_method1("item", (0,))?;
+    Ok(if first.is_instance(&datetime.getattr("date")?)? {
+        Some("datetimes")
+    } else if first.is_instance(&datetime.getattr("timedelta")?)? {
+        Some("durations")
+    } else {
+        None
+    })
+}
+
+/// Error where a whole number is not a float, like a time stamp in nanoseconds.
+fn check_exact(array: &Bound<'_, PyAny>) -> PyResult<()> {
+    let exact = array.call_method0("ravel")?.call_method0("tolist")?;
+    let rounded = array.call_method1("astype", ("float64",))?;
+    let rounded = rounded.call_method0("ravel")?.call_method0("tolist")?;
+    // Python compares whole numbers with floats exactly.
+    if exact.eq(&rounded)? {
+        return Ok(());
+    }
+    for (knot, pair) in exact.try_iter()?.zip(rounded.try_iter()?).enumerate() {
+        let (exact, rounded) = (pair.0?, pair.1?);
+        if !exact.eq(rounded)? {
+            let message = format!(
+                "t: entry {knot}, {exact}, is not a floating-point number; give differences: t - t[0]"
+            );
+            return Err(at_knot(
+                array.py(),
+                invalid_input(array.py(), message),
+                knot,
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// End conditions as they are given, and what they mean.
+pub(super) struct Ends {
+    /// A word, or a pair of words and pairs of an order and an array.
+    pub(super) given: Py<PyAny>,
+    pub(super) conditions: EndConditions,
+}
+
+const NATURAL: &str = "natural";
+const CLAMPED: &str = "clamped";
+const PERIODIC: &str = "periodic";
+
+/// The argument `bc_type`: a word or anything else, which is then a pair.
+#[derive(FromPyObject)]
+pub(super) enum BcType<'py> {
+    Word(String),
+    Pair(Bound<'py, PyAny>),
+}
+
+impl Default for BcType<'_> {
+    fn default() -> Self {
+        BcType::Word(NATURAL.to_owned())
+    }
+}
+
+impl BcType<'_> {
+    /// What it means for points of a shape.
+    pub(super) fn read(&self, py: Python<'_>, shape: (usize, usize)) -> PyResult<Ends> {
+        match self {
+            BcType::Word(word) => {
+                let conditions = conditions_of(py, word, shape)?;
+                let given = word.into_pyobject(py)?.into_any().unbind();
+                Ok(Ends { given, conditions })
+            }
+            BcType::Pair(items) => {
+                let items = pair(items, "two end conditions")?;
+                let [first, last] = items.each_ref().map(|item| end(item, shape));
+                let ((first, first_given), (last, last_given)) = (first?, last?);
+                let given = PyTuple::new(py, [first_given, last_given])?;
+                Ok(Ends {
+                    given: given.into_any().unbind(),
+                    conditions: EndConditions::Each(Box::new([first, last])),
+                })
+            }
+        }
+    }
+}
+
+/// The conditions of a word that is said of both ends.
+fn conditions_of(py: Python<'_>, word: &str, shape: (usize, usize)) -> PyResult<EndConditions> {
+    match word {
+        NATURAL => Ok(EndConditions::Natural),
+        PERIODIC => Ok(EndConditions::Periodic),
+        _ => {
+            let expected = "'natural', 'clamped', 'periodic' or a pair";
+            let end = condition_of(word, shape).ok_or_else(|| unknown(py, word, expected))?;
+            Ok(EndConditions::Each(Box::new([end.clone(), end])))
+        }
+    }
+}
+
+/// The condition at one end, and how it is said.
+fn end<'py>(
+    object: &Bound<'py, PyAny>,
+    shape: (usize, usize),
+) -> PyResult<(EndCondition, Bound<'py, PyAny>)> {
+    let py = object.py();
+    if let Ok(word) = object.extract::<String>() {
+        let condition = condition_of(&word, shape)
+            .ok_or_else(|| unknown(py, &word, "'natural', 'clamped' or a pair for one end"))?;
+        return Ok((condition, word.into_pyobject(py)?.into_any()));
+    }
+    let [order, vector] = pair(object, "an order and a tangent vector")?;
+    let order = whole(&order)?;
+    let vector = matrix(&vector, "bc_type")?;
+    let stored = array(py, &vector)?;
+    freeze(&stored)?;
+    let given = (order, stored).into_pyobject(py)?.into_any();
+    let condition = match order {
+        1 => EndCondition::Velocity(vector),
+        2 => EndCondition::Acceleration(vector),
+        _ => {
+            let message = format!(
+                "bc_type: the order of an end condition must be 1 (velocity) or 2 (covariant acceleration), found {order}"
+            );
+            return Err(invalid_input(py, message));
+        }
+    };
+    Ok((condition, given))
+}
+
+/// The condition of a word.
+fn condition_of(word: &str, (n, k): (usize, usize)) -> Option<EndCondition> {
+    match word {
+        NATURAL => Some(EndCondition::Acceleration(Mat::zeros(n, k))),
+        CLAMPED => Some(EndCondition::Velocity(Mat::zeros(n, k))),
+        _ => None,
+    }
+}
+
+fn unknown(py: Python<'_>, word: &str, expected: &str) -> PyErr {
+    invalid_input(py, format!("bc_type: expected {expected}, found '{word}'"))
+}
+
+/// The two items of any pair.
+fn pair<'py>(object: &Bound<'py, PyAny>, expected: &str) -> PyResult<[Bound<'py, PyAny>; 2]> {
+    let Ok(items) = object.try_iter() else {
+        let found = object.get_type();
+        return Err(PyTypeError::new_err(format!(
+            "bc_type: expected a pair ({expected}), found {}",
+            found.name()?
+        )));
+    };
+    let items = items.take(3).collect::<PyResult<Vec<_>>>()?;
+    let found = items.len();
+    <[Bound<'py, PyAny>; 2]>::try_from(items).map_err(|_| {
+        let message = format!("bc_type: expected a pair ({expected}), found {found} items");
+        invalid_input(object.py(), message)
+    })
+}

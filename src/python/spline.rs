@@ -1,0 +1,502 @@
+//! Splines of the binding: curves through many points.
+
+use std::sync::Arc;
+
+use faer::Mat;
+use numpy::PyArrayDyn;
+use pyo3::prelude::*;
+use pyo3::types::PyList;
+
+use super::call::Call;
+use super::chart::count;
+use super::convert::{Batch, freeze, stack, to_array, whole};
+use super::curve::{AnyCurve, Operations, PyCurve};
+use super::error::{PySolverReport, invalid_input, to_exception};
+use super::knots::{BcType, Ends, times};
+use super::polynomial::{PyGeometricCubic, construction};
+use super::riemannian_cubic::{PyRiemannianCubic, shooting};
+use crate::cubic::{BoundaryOptions, RiemannianCubic};
+use crate::curve::{Curve, GeometricCubic, Quantity};
+use crate::error::Error;
+use crate::report::SolverReport;
+use crate::spline::{
+    Outside, Piecewise, SplineOptions, cubic_hermite, cubic_spline, geometric_hermite,
+};
+
+type Array = Py<PyArrayDyn<f64>>;
+
+impl<C: Curve + Operations> Operations for Piecewise<C> {
+    fn operations(&self, quantity: Quantity) -> f64 {
+        self.pieces()[0].operations(quantity)
+    }
+
+    fn preparation(&self, t: &[f64]) -> f64 {
+        let (knots, last) = (self.knots(), self.pieces().len() - 1);
+        let ends = [(0, f64::min as fn(f64, f64) -> f64), (last, f64::max)];
+        let beyond = ends.map(|(piece, farther)| {
+            let length = knots[piece + 1] - knots[piece];
+            let local = |t: &f64| (t - knots[piece]) / length;
+            let farthest = t.iter().map(local).reduce(farther).unwrap_or(0.0);
+            self.pieces()[piece].preparation(&[farthest])
+        });
+        beyond[0] + beyond[1]
+    }
+}
+
+/// The pieces of a spline.
+#[derive(Clone)]
+pub(super) enum Cubics {
+    Riemannian(Arc<Piecewise<RiemannianCubic>>),
+    Geometric(Arc<Piecewise<GeometricCubic>>),
+}
+
+pub(super) const RIEMANNIAN: &str = "riemannian";
+pub(super) const GEOMETRIC: &str = "geometric";
+
+impl Cubics {
+    fn curve(&self) -> Arc<dyn AnyCurve> {
+        match self {
+            Cubics::Riemannian(curve) => Arc::clone(curve) as Arc<dyn AnyCurve>,
+            Cubics::Geometric(curve) => Arc::clone(curve) as Arc<dyn AnyCurve>,
+        }
+    }
+
+    fn knots(&self) -> &[f64] {
+        match self {
+            Cubics::Riemannian(curve) => curve.knots(),
+            Cubics::Geometric(curve) => curve.knots(),
+        }
+    }
+
+    fn outside(&self) -> Outside {
+        match self {
+            Cubics::Riemannian(curve) => curve.outside(),
+            Cubics::Geometric(curve) => curve.outside(),
+        }
+    }
+}
+
+/// What a kind of spline is made of.
+#[derive(Clone, Copy)]
+pub(super) enum Kind {
+    Riemannian,
+    Geometric,
+}
+
+impl Kind {
+    pub(super) fn read(py: Python<'_>, kind: &str) -> PyResult<Self> {
+        match kind {
+            RIEMANNIAN => Ok(Kind::Riemannian),
+            GEOMETRIC => Ok(Kind::Geometric),
+            _ => {
+                let message =
+                    format!("kind: expected '{RIEMANNIAN}' or '{GEOMETRIC}', found {kind:?}");
+                Err(invalid_input(py, message))
+            }
+        }
+    }
+}
+
+/// Times and points of a spline.
+pub(super) struct Data {
+    pub(super) t: Vec<f64>,
+    pub(super) points: Batch,
+}
+
+impl Data {
+    pub(super) fn read(t: &Bound<'_, PyAny>, points: &Bound<'_, PyAny>) -> PyResult<Self> {
+        Ok(Data {
+            t: times(t)?,
+            points: stack(points, "S", "(N, n, k)")?,
+        })
+    }
+
+    pub(super) fn shape(&self) -> (usize, usize) {
+        (self.points.rows, self.points.cols)
+    }
+
+    /// Rough operations of a boundary value problem for every leg, with the given velocities.
+    fn legs(&self, kind: Kind, velocities: &Batch) -> f64 {
+        let one = match kind {
+            Kind::Riemannian => {
+                let [s, v] = [&self.points, velocities].map(|batch| match batch.len() {
+                    0 => Mat::zeros(1, 1),
+                    _ => batch.get(0).to_owned(),
+                });
+                shooting([&s, &v, &s, &v])
+            }
+            Kind::Geometric => construction(self.shape(), 3),
+        };
+        one * self.points.len() as f64
+    }
+
+    /// Rough operations of a spline: as many for every leg, after a factorisation that reduces the dimension.
+    fn joints(&self) -> f64 {
+        let (n, columns) = (
+            self.points.rows as f64,
+            (self.points.len() * self.points.cols) as f64,
+        );
+        self.legs(Kind::Riemannian, &self.points) + 4.0 * n * columns * columns.min(n)
+    }
+}
+
+/// Error where a tolerance is out of its range.
+pub(super) fn check_tolerance(py: Python<'_>, tol: f64) -> PyResult<()> {
+    if (1e-15..=0.1).contains(&tol) {
+        return Ok(());
+    }
+    let error = Error::InvalidArgument {
+        name: "tol",
+        requirement: "between 1e-15 and 0.1",
+        found: tol,
+    };
+    Err(to_exception(py, &error, ""))
+}
+
+pub(super) fn outside(extrapolate: bool) -> Outside {
+    if extrapolate {
+        Outside::Continued
+    } else {
+        Outside::Refused
+    }
+}
+
+/// A curve through points, made of cubics that follow one another.
+///
+/// Made by :class:`CubicSpline` and :class:`CubicHermite`.
+///
+/// Attributes
+/// ----------
+/// t : ndarray, shape (N,)
+///     The times between which the pieces run; read-only.
+/// points : ndarray, shape (N, n, k)
+///     The points at these times, as given; read-only.
+/// kind : str
+///     ``"riemannian"`` or ``"geometric"``: what the pieces are.
+/// extrapolate : bool
+///     Whether the first and the last piece go on outside of ``t_span``.
+/// report : SolverReport or None
+///     How the spline was solved for; None where nothing had to be solved for all pieces together.
+/// pieces : list of RiemannianCubic or GeometricCubic
+///     The ``N - 1`` pieces, each on ``[0, 1]``.
+#[pyclass(name = "PiecewiseCurve", module = "stiefel_rs", extends = PyCurve, subclass, frozen)]
+pub struct PyPiecewiseCurve {
+    cubics: Cubics,
+    t: Array,
+    points: Array,
+    report: Option<SolverReport>,
+}
+
+#[pymethods]
+impl PyPiecewiseCurve {
+    #[getter]
+    fn t(&self, py: Python<'_>) -> Array {
+        self.t.clone_ref(py)
+    }
+
+    #[getter]
+    fn points(&self, py: Python<'_>) -> Array {
+        self.points.clone_ref(py)
+    }
+
+    #[getter]
+    fn kind(&self) -> &'static str {
+        match self.cubics {
+            Cubics::Riemannian(_) => RIEMANNIAN,
+            Cubics::Geometric(_) => GEOMETRIC,
+        }
+    }
+
+    #[getter]
+    fn extrapolate(&self) -> bool {
+        self.cubics.outside() == Outside::Continued
+    }
+
+    #[getter]
+    fn report(&self) -> Option<PySolverReport> {
+        self.report.map(PySolverReport)
+    }
+
+    #[getter]
+    fn pieces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
+        let list = PyList::empty(py);
+        match &self.cubics {
+            Cubics::Riemannian(curve) => {
+                for piece in curve.pieces() {
+                    list.append(PyRiemannianCubic::wrapped(py, piece.clone())?)?;
+                }
+            }
+            Cubics::Geometric(curve) => {
+                for piece in curve.pieces() {
+                    list.append(PyGeometricCubic::of_piece(py, piece.clone())?)?;
+                }
+            }
+        }
+        Ok(list)
+    }
+
+    /// Curves do not change: a copy is the curve itself.
+    fn __copy__(slf: Py<Self>) -> Py<Self> {
+        slf
+    }
+
+    fn __deepcopy__(slf: Py<Self>, _memo: &Bound<'_, PyAny>) -> Py<Self> {
+        slf
+    }
+
+    fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
+        let this = slf.get();
+        let (name, knots) = (slf.get_type().name()?, this.cubics.knots());
+        let (n, k) = this.cubics.curve().shape();
+        let (count, first, last) = (knots.len(), knots[0], knots[knots.len() - 1]);
+        Ok(format!(
+            "<{name} on St({n}, {k}), {count} knots, t_span ({first:?}, {last:?})>"
+        ))
+    }
+}
+
+impl PyPiecewiseCurve {
+    pub(super) fn wrap(
+        py: Python<'_>,
+        cubics: Cubics,
+        data: &Data,
+        report: Option<SolverReport>,
+    ) -> PyResult<PyClassInitializer<Self>> {
+        let this = PyPiecewiseCurve {
+            t: frozen(py, &data.t, &[data.t.len()])?,
+            points: frozen_batch(py, &data.points)?,
+            report,
+            cubics,
+        };
+        Ok(PyClassInitializer::from(PyCurve::of(this.cubics.curve())).add_subclass(this))
+    }
+}
+
+/// A read-only array with the given entries.
+fn frozen(py: Python<'_>, entries: &[f64], shape: &[usize]) -> PyResult<Array> {
+    let array = to_array(py, entries.to_vec(), shape)?;
+    freeze(&array)?;
+    Ok(array.unbind())
+}
+
+pub(super) fn frozen_batch(py: Python<'_>, batch: &Batch) -> PyResult<Array> {
+    frozen(py, batch.entries(), &[batch.len(), batch.rows, batch.cols])
+}
+
+/// Curve through points with given velocities, once continuously differentiable.
+///
+/// Parameters
+/// ----------
+/// t : array_like, shape (N,)
+///     Times, increasing, two or more.
+/// S : array_like, shape (N, n, k)
+///     Points with orthonormal columns.
+/// V : array_like, shape (N, n, k)
+///     Tangent vectors at the points: velocities per unit of ``t``.
+/// kind : "riemannian" or "geometric", default "riemannian"
+///     Pieces are Riemannian cubics, or geometric cubics (adjusted de Casteljau), which are quicker to make.
+/// extrapolate : bool, default False
+///     Whether the first and the last piece go on outside of ``[t[0], t[-1]]``; by default times there are errors.
+/// num_threads : int, optional
+///     Threads; by default those of the global pool.
+///
+/// Raises
+/// ------
+/// InvalidInputError
+///     Shapes or numbers of knots that do not match, not finite, times that do not increase, not orthonormal, not tangent
+///     (with the measured defect). Names the knot, and carries it as ``knot``.
+/// OutsideDomainError
+///     Neighbours that no curve joins; carries ``knot``, the first of the two, and ``angle``.
+/// ConvergenceError
+///     No Riemannian cubic is found between two neighbours; carries ``knot`` and ``report``.
+/// TypeError
+///     Complex numbers, dates and durations.
+///
+/// See Also
+/// --------
+/// CubicSpline : from points alone, twice continuously differentiable.
+///
+/// Notes
+/// -----
+/// Pieces are made independently of each other, in parallel.
+///
+/// Examples
+/// --------
+/// >>> import numpy as np
+/// >>> from stiefel_rs import CubicHermite
+/// >>> t = np.array([0.0, 1.0, 3.0])
+/// >>> S = np.array([[[np.cos(a)], [np.sin(a)]] for a in t / 4])
+/// >>> V = np.array([[[-np.sin(a)], [np.cos(a)]] for a in t / 4]) / 4
+/// >>> curve = CubicHermite(t, S, V)
+/// >>> bool(np.allclose(curve(2.0).ravel(), [np.cos(0.5), np.sin(0.5)]))
+/// True
+#[pyclass(name = "CubicHermite", module = "stiefel_rs", extends = PyPiecewiseCurve, frozen)]
+pub struct PyCubicHermite {
+    velocities: Array,
+}
+
+#[pymethods]
+#[allow(non_snake_case)]
+impl PyCubicHermite {
+    #[new]
+    #[pyo3(signature = (t, S, V, kind="riemannian", *, extrapolate=false, num_threads=None))]
+    #[allow(clippy::too_many_arguments)]
+    fn new(
+        py: Python<'_>,
+        t: &Bound<'_, PyAny>,
+        S: &Bound<'_, PyAny>,
+        V: &Bound<'_, PyAny>,
+        kind: &str,
+        extrapolate: bool,
+        num_threads: Option<i64>,
+    ) -> PyResult<PyClassInitializer<Self>> {
+        let kind = Kind::read(py, kind)?;
+        let data = Data::read(t, S)?;
+        let velocities = stack(V, "V", "(N, n, k)")?;
+        let call = Call::new(py, num_threads, data.legs(kind, &velocities))?;
+        let outside = outside(extrapolate);
+        let (cubics, data, velocities) = call.run(py, move |interrupt| {
+            let (points, vectors) = (data.points.views(), velocities.views());
+            let cubics = match kind {
+                Kind::Riemannian => {
+                    let options = BoundaryOptions {
+                        interrupt,
+                        ..BoundaryOptions::default()
+                    };
+                    let curve = cubic_hermite(&data.t, &points, &vectors, &options)?;
+                    Cubics::Riemannian(Arc::new(curve.with_outside(outside)))
+                }
+                Kind::Geometric => {
+                    let curve = geometric_hermite(&data.t, &points, &vectors)?;
+                    Cubics::Geometric(Arc::new(curve.with_outside(outside)))
+                }
+            };
+            Ok((cubics, data, velocities))
+        })?;
+        let base = PyPiecewiseCurve::wrap(py, cubics, &data, None)?;
+        let velocities = frozen_batch(py, &velocities)?;
+        Ok(base.add_subclass(PyCubicHermite { velocities }))
+    }
+
+    /// The velocities at the knots, as given, shape (N, n, k); read-only.
+    #[getter]
+    fn velocities(&self, py: Python<'_>) -> Array {
+        self.velocities.clone_ref(py)
+    }
+}
+
+/// Spline of Riemannian cubics through points: velocity and covariant acceleration are continuous.
+///
+/// Parameters
+/// ----------
+/// t : array_like, shape (N,)
+///     Times, increasing, two or more.
+/// S : array_like, shape (N, n, k)
+///     Points with orthonormal columns.
+/// bc_type : str or pair, default "natural"
+///     What holds at the ends: ``"natural"``, no covariant acceleration; ``"clamped"``, no velocity; ``"periodic"``, the
+///     last point is the first one and velocity and covariant acceleration agree there. Or a pair of conditions for the
+///     first and the last point: each ``"natural"``, ``"clamped"``, ``(1, V)`` with a velocity or ``(2, A)`` with a
+///     covariant acceleration, tangent vectors of shape (n, k).
+/// kind : "riemannian", default "riemannian"
+///     What the pieces are.
+/// extrapolate : bool, default False
+///     Whether the first and the last piece go on outside of ``[t[0], t[-1]]``; by default times there are errors.
+/// tol : float, default 1e-12
+///     The largest distance by which a piece may miss its knot, and jump of the covariant acceleration, in the time of
+///     the piece.
+/// max_iterations : int, default 50
+///     Newton steps at the most.
+/// num_threads : int, optional
+///     Threads; by default those of the global pool.
+///
+/// Raises
+/// ------
+/// InvalidInputError
+///     Shapes or numbers of knots that do not match, not finite, times that do not increase, not orthonormal, not tangent
+///     (with the measured defect), ends that do not close. Names the knot, and carries it as ``knot``.
+/// OutsideDomainError
+///     Neighbours that no curve joins, or no unique shortest one; carries ``knot``, the first of the two, and ``angle``.
+/// ConvergenceError
+///     No spline is found; carries ``report``.
+/// TypeError
+///     Complex numbers, dates and durations.
+///
+/// See Also
+/// --------
+/// CubicHermite : through points with given velocities.
+///
+/// Notes
+/// -----
+/// Stationary for the integral of the squared covariant acceleration among the curves through the points with these ends:
+/// what a cubic spline is in flat space. Solved by Newton's method for all pieces at once, in time linear in their number.
+///
+/// Noakes, Heinzinger, Paden (1989); Crouch, Silva Leite (1995).
+///
+/// Examples
+/// --------
+/// >>> import numpy as np
+/// >>> from stiefel_rs import CubicSpline
+/// >>> from scipy.interpolate import CubicSpline as Flat
+/// >>> t, angle = np.arange(5.0), np.array([0.0, 0.4, 1.0, 0.7, 0.2])
+/// >>> curve = CubicSpline(t, np.stack([np.cos(angle), np.sin(angle)], axis=-1)[..., None])
+/// >>> flat = Flat(t, angle, bc_type="natural")
+/// >>> bool(np.allclose(curve(2.5).ravel(), [np.cos(flat(2.5)), np.sin(flat(2.5))]))
+/// True
+#[pyclass(name = "CubicSpline", module = "stiefel_rs", extends = PyPiecewiseCurve, frozen)]
+pub struct PyCubicSpline {
+    bc_type: Py<PyAny>,
+}
+
+#[pymethods]
+#[allow(non_snake_case)]
+impl PyCubicSpline {
+    #[new]
+    #[pyo3(signature = (
+        t, S, bc_type=BcType::default(), kind="riemannian", *, extrapolate=false, tol=1e-12, max_iterations=50,
+        num_threads=None
+    ), text_signature = "(t, S, bc_type='natural', kind='riemannian', *, extrapolate=False, tol=1e-12, \
+        max_iterations=50, num_threads=None)")]
+    #[allow(clippy::too_many_arguments)]
+    fn new(
+        py: Python<'_>,
+        t: &Bound<'_, PyAny>,
+        S: &Bound<'_, PyAny>,
+        bc_type: BcType<'_>,
+        kind: &str,
+        extrapolate: bool,
+        tol: f64,
+        #[pyo3(from_py_with = whole)] max_iterations: i64,
+        num_threads: Option<i64>,
+    ) -> PyResult<PyClassInitializer<Self>> {
+        if let Kind::Geometric = Kind::read(py, kind)? {
+            let message = format!("kind: expected '{RIEMANNIAN}', found {kind:?}");
+            return Err(invalid_input(py, message));
+        }
+        check_tolerance(py, tol)?;
+        let max_iterations = count(py, "max_iterations", max_iterations, 1)?;
+        let data = Data::read(t, S)?;
+        let Ends { given, conditions } = bc_type.read(py, data.shape())?;
+        let call = Call::new(py, num_threads, data.joints())?;
+        let outside = outside(extrapolate);
+        let (cubics, data, report) = call.run(py, move |interrupt| {
+            let options = SplineOptions {
+                tolerance: tol,
+                max_iterations,
+                interrupt,
+            };
+            let (curve, report) =
+                cubic_spline(&data.t, &data.points.views(), &conditions, &options)?;
+            let curve = curve.with_outside(outside);
+            Ok((Cubics::Riemannian(Arc::new(curve)), data, report))
+        })?;
+        let base = PyPiecewiseCurve::wrap(py, cubics, &data, Some(report))?;
+        Ok(base.add_subclass(PyCubicSpline { bc_type: given }))
+    }
+
+    /// The end conditions, as given: a word, or a pair; arrays are read-only.
+    #[getter]
+    fn bc_type(&self, py: Python<'_>) -> Py<PyAny> {
+        self.bc_type.clone_ref(py)
+    }
+}
