@@ -1,4 +1,4 @@
-"""What the figures of the examples have in common."""
+"""What the examples have in common: figures, the command line, bases of one subspace."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib
+import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 FIGURES = Path(__file__).resolve().parent.parent / "docs" / "figures" / "gallery"
 # Okabe and Ito: they differ for colour-blind readers too.
@@ -18,6 +20,12 @@ BLACK, ORANGE, SKY, GREEN, BLUE, VERMILION, PURPLE = (
     "#000000", "#E69F00", "#56B4E9", "#009E73", "#0072B2", "#D55E00", "#CC79A7",
 )  # fmt: skip
 DPI = 120
+
+
+def nearest_turn(U: NDArray[np.float64], W: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The orthogonal `R` for which the basis `U R` is nearest to the basis `W`; of many pairs as well."""
+    left, _, right = np.linalg.svd(np.swapaxes(U, -1, -2) @ W)
+    return np.asarray(left @ right)
 
 
 def new_figure(width: float = 10.0, height: float = 4.6) -> Figure:

@@ -15,7 +15,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from figures import BLACK, BLUE, GREEN, ORANGE, PURPLE, VERMILION, command_line, new_figure, save
+from figures import BLACK, BLUE, GREEN, ORANGE, PURPLE, VERMILION, command_line, nearest_turn, new_figure, save
 from stiefel_rs import CubicSpline, Geodesic, Stiefel
 
 Array = NDArray[np.float64]
@@ -42,7 +42,7 @@ def frames(count: int) -> tuple[Array, Array]:
     found = [M.random_point(rng=SEED)]
     for i in range(1, count):
         new = M.random_point(rng=SEED + i)
-        found.append(new @ M.project(new.T @ found[-1]))
+        found.append(new @ nearest_turn(new, found[-1]))
     steps = [M.dist(a, b) for a, b in pairwise(found)]
     return np.concatenate([[0.0], np.cumsum(steps)]), np.stack(found)
 

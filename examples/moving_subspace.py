@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from figures import BLACK, BLUE, ORANGE, SKY, VERMILION, command_line, new_figure, save
+from figures import BLACK, BLUE, ORANGE, SKY, VERMILION, command_line, nearest_turn, new_figure, save
 from stiefel_rs import SmoothingSpline, Stiefel, skew_exp
 
 Array = NDArray[np.float64]
@@ -41,12 +41,11 @@ def measurements(t: Array, U: Array, rng: np.random.Generator) -> Array:
 
 def planes(windows: Array, length: int) -> Array:
     """Principal planes of so many windows around each; bases turned to be near to those before."""
-    M = Stiefel(SENSORS, DIMENSION)
     found: list[Array] = []
     for i in range(len(windows)):
         near = windows[max(0, i - length // 2) : i + length // 2 + 1].reshape(-1, SENSORS)
         U = np.linalg.svd(near, full_matrices=False)[2][:DIMENSION].T
-        found.append(U @ M.project(U.T @ found[-1]) if found else U)
+        found.append(U @ nearest_turn(U, found[-1]) if found else U)
     return np.stack(found)
 
 
@@ -80,15 +79,10 @@ def main(out: Path, *, quick: bool = False) -> dict[str, Any]:
         "turned": float(angles(exact[:1], exact[-1:])[0]),
     }
     dense = np.linspace(*curve.t_span, 401)
-    entries = (exact @ align(exact, curve(middle)), found[1] @ align(found[1], curve(middle)), curve(dense))
+    near = curve(middle)
+    entries = (exact @ nearest_turn(exact, near), found[1] @ nearest_turn(found[1], near), curve(dense))
     draw(out, (middle, dense), entries, [errors[1], errors[best], smoothed], numbers)
     return numbers
-
-
-def align(U: Array, W: Array) -> Array:
-    """Rotations that turn the bases U to be as near as can be to the bases W of the same planes."""
-    left, _, right = np.linalg.svd(np.swapaxes(U, -1, -2) @ W)
-    return np.asarray(left @ right)
 
 
 def draw(out: Path, times: tuple[Array, Array], entries: Any, errors: list[Array], numbers: dict[str, Any]) -> None:
