@@ -281,6 +281,10 @@ impl Error {
         }
     }
 
+    pub(crate) fn is_interrupted(&self) -> bool {
+        matches!(self, Error::Interrupted { .. })
+    }
+
     /// The angle that leaves a domain, in radians, where the error is about one.
     pub fn angle(&self) -> Option<f64> {
         match self {

@@ -117,19 +117,24 @@ pub(crate) fn identity_columns(r: usize, k: usize) -> Mat<f64> {
 /// `e^{tX} V e^{t Omega}` for the factors of a quasi-geodesic: a vector at its point `s` carried on by `t`.
 pub(crate) fn carry(curve: &QuasiGeodesic, v: MatRef<'_, f64>, t: f64) -> Result<Mat<f64>> {
     let k = v.ncols();
-    let mut components = curve.frame().transpose() * v;
+    let mut turn = Mat::zeros(k, k);
+    SkewExp::new(k).exp_into(turn.as_mut(), curve.omega(), t)?;
+    Ok(turned(curve, v, t) * turn)
+}
+
+/// `e^{tX} A` for the factor of a quasi-geodesic.
+pub(crate) fn turned(curve: &QuasiGeodesic, a: MatRef<'_, f64>, t: f64) -> Mat<f64> {
+    let k = curve.k();
+    let mut components = curve.frame().transpose() * a;
     for i in 0..k {
         let (sin, cos) = (t * curve.angles()[i]).sin_cos();
-        for j in 0..k {
+        for j in 0..a.ncols() {
             let (along, across) = (components[(i, j)], components[(k + i, j)]);
             components[(i, j)] = (cos - 1.0) * along - sin * across;
             components[(k + i, j)] = (cos - 1.0) * across + sin * along;
         }
     }
-    let turned = v + curve.frame() * components;
-    let mut turn = Mat::zeros(k, k);
-    SkewExp::new(k).exp_into(turn.as_mut(), curve.omega(), t)?;
-    Ok(turned * turn)
+    a + curve.frame() * components
 }
 
 /// A point beside `s`: first along the velocity there, then along other directions.

@@ -180,7 +180,7 @@ impl Coordinates {
     }
 
     /// Per unit of a time that is `unit` of the given one, a power of two.
-    fn of_checked(data: [MatRef<'_, f64>; 4], unit: f64) -> Self {
+    pub(crate) fn of_checked(data: [MatRef<'_, f64>; 4], unit: f64) -> Self {
         let (n, k) = data[0].shape();
         let mut low = Vec::with_capacity(4 * n * k);
         for (order, matrix) in data.into_iter().enumerate() {

@@ -6,10 +6,12 @@
 //! \mathrm{hor}(M I_k),\qquad \mathrm{hor}(M x),\qquad \mathrm{hor}(M x')\qquad\text{at } t = 1
 //! ```
 //!
-//! are the distance from the knot, and velocity and covariant acceleration there.
+//! are the distance from the knot, and velocity and covariant acceleration there; `hor(M x'')` is the third vector.
 
-use faer::Mat;
+use faer::{Mat, MatRef};
 
+use super::initial::{Coordinates, Horizontal};
+use super::path::State;
 use super::reduced::{Blocks, Fixed, Sized};
 use super::shooting::MAX_STEPS;
 use super::taylor::{Accuracy, March};
@@ -17,26 +19,25 @@ use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::dual::{Dual, Number};
 
-/// What a leg comes to.
-pub(crate) struct Arrival {
-    /// Distance from the next knot, velocity and covariant acceleration: `3d` numbers.
-    pub(crate) values: Vec<f64>,
-    /// `|S(1) - S_1|`.
-    pub(crate) distance: f64,
-}
-
 /// Legs of splines of one shape; sizes of blocks hidden.
-pub(crate) trait Leg {
-    /// From `start = (x, x', x'')`, `3d` numbers, to a knot with the frame `next`, shape `(r, r)`, column by column.
+pub(crate) trait Leg: Send {
+    /// From `start = (x, x', x'')`, `3d` numbers, to a knot with the frame `next`, shape `(r, r)`, column by column: distance,
+    /// then as many of velocity, acceleration and third vector as there is room for. Returns `|S(1) - S_1|`.
     ///
     /// # Errors
     /// Where the cubic cannot be integrated; `Interrupted`.
-    fn arrival(&mut self, start: &[f64], next: &[f64], accuracy: Accuracy) -> Result<Arrival>;
+    fn arrive_into(
+        &mut self,
+        start: &[f64],
+        next: &[f64],
+        accuracy: Accuracy,
+        values: &mut [f64],
+    ) -> Result<f64>;
 
-    /// The derivative of the values with respect to the start, shape `(3d, 3d)`.
+    /// The derivative of distance, velocity and acceleration with respect to the start, shape `(3d, 3d)`.
     ///
     /// # Errors
-    /// As [`Leg::arrival`].
+    /// As [`Leg::arrive_into`].
     fn derivative(&mut self, start: &[f64], next: &[f64], accuracy: Accuracy) -> Result<Mat<f64>>;
 }
 
@@ -47,6 +48,8 @@ pub(crate) fn leg<'a>(blocks: Sized, interrupt: Interrupt<'a>) -> Box<dyn Leg + 
         (2, 1) => Box::new(Marches::<_, 6>::new(Fixed::<2, 1>, interrupt)),
         (3, 1) => Box::new(Marches::<_, 9>::new(Fixed::<3, 1>, interrupt)),
         (1, 2) => Box::new(Marches::<_, 9>::new(Fixed::<1, 2>, interrupt)),
+        (2, 2) => Box::new(Marches::<_, 8>::new(Fixed::<2, 2>, interrupt)),
+        (3, 2) => Box::new(Marches::<_, 8>::new(Fixed::<3, 2>, interrupt)),
         _ => Box::new(Marches::<_, 8>::new(blocks, interrupt)),
     }
 }
@@ -54,7 +57,8 @@ pub(crate) fn leg<'a>(blocks: Sized, interrupt: Interrupt<'a>) -> Box<dyn Leg + 
 /// A pass of dual numbers carries `N` directions.
 struct Marches<'a, B, const N: usize> {
     plain: March<f64, B>,
-    several: March<Dual<N>, B>,
+    several: Option<March<Dual<N>, B>>,
+    scratch: Vec<f64>,
     interrupt: Interrupt<'a>,
 }
 
@@ -62,30 +66,56 @@ impl<'a, B: Blocks, const N: usize> Marches<'a, B, N> {
     fn new(blocks: B, interrupt: Interrupt<'a>) -> Self {
         Marches {
             plain: March::new(blocks, Accuracy::FULL),
-            several: March::new(blocks, Accuracy::FULL),
+            several: None,
+            scratch: Vec::new(),
             interrupt,
         }
     }
 }
 
 impl<B: Blocks, const N: usize> Leg for Marches<'_, B, N> {
-    fn arrival(&mut self, start: &[f64], next: &[f64], accuracy: Accuracy) -> Result<Arrival> {
+    fn arrive_into(
+        &mut self,
+        start: &[f64],
+        next: &[f64],
+        accuracy: Accuracy,
+        values: &mut [f64],
+    ) -> Result<f64> {
         self.plain.accuracy = accuracy;
-        let (values, distance) = evaluate(&mut self.plain, start, next, self.interrupt)?;
-        Ok(Arrival { values, distance })
+        evaluate(
+            &mut self.plain,
+            start,
+            next,
+            self.interrupt,
+            &mut self.scratch,
+            values,
+        )
     }
 
     fn derivative(&mut self, start: &[f64], next: &[f64], accuracy: Accuracy) -> Result<Mat<f64>> {
-        self.several.accuracy = accuracy;
+        let blocks = self.plain.blocks;
+        let several = self
+            .several
+            .get_or_insert_with(|| March::new(blocks, Accuracy::FULL));
+        several.accuracy = accuracy;
         let count = start.len();
         let mut derivative = Mat::zeros(count, count);
+        let mut values = vec![Dual::constant(0.0); count];
+        let mut scratch = Vec::new();
         for first in (0..count).step_by(N) {
             let last = (first + N).min(count);
             let mut varied: Vec<Dual<N>> = start.iter().map(|x| Dual::constant(*x)).collect();
             for direction in first..last {
                 varied[direction].slope[direction - first] = 1.0;
             }
-            let (values, _) = evaluate(&mut self.several, &varied, next, self.interrupt)?;
+            evaluate(
+                several,
+                &varied,
+                next,
+                self.interrupt,
+                &mut scratch,
+                &mut values,
+            )?;
             for (row, value) in values.iter().enumerate() {
                 for column in first..last {
                     derivative[(row, column)] = value.slope[column - first];
@@ -101,14 +131,18 @@ fn evaluate<T: Number, B: Blocks>(
     start: &[T],
     next: &[f64],
     interrupt: Interrupt<'_>,
-) -> Result<(Vec<T>, f64)> {
+    scratch: &mut Vec<T>,
+    values: &mut [T],
+) -> Result<f64> {
     let (m, k) = (march.blocks.normals(), march.blocks.k());
     let (r, rows, normals) = (m + k, march.blocks.r::<T>(), march.blocks.m::<T>());
     put(march, start);
     march.run(1.0, interrupt, |_, _, _| Ok(()))?;
     let series = &march.series;
+    let d = start.len() / 3;
+    scratch.resize(r * (r + k), T::ZERO);
+    let (turn, moved) = scratch.split_at_mut(r * r);
     // Rows of the transposed frame of the next knot times the frame that was reached.
-    let mut turn = vec![T::ZERO; r * r];
     for col in 0..r {
         let column = match col.checked_sub(k) {
             None => &series.s()[rows * col..][..r],
@@ -129,11 +163,10 @@ fn evaluate<T: Number, B: Blocks>(
             square += (turn[row + r * col].value() - expected).powi(2);
         }
     }
-    let mut values = Vec::with_capacity(start.len());
-    push_horizontal(&mut values, &turn[..r * k], [m, k]);
-    for derivative in 0..2 {
+    let (first, rest) = values.split_at_mut(d);
+    write_horizontal(first, &turn[..r * k], [m, k]);
+    for (derivative, values) in rest.chunks_exact_mut(d).enumerate() {
         let (omega, b) = (series.omega(derivative), series.b(derivative));
-        let mut moved = vec![T::ZERO; r * k];
         for col in 0..k {
             for row in 0..r {
                 let mut sum = T::ZERO;
@@ -146,11 +179,11 @@ fn evaluate<T: Number, B: Blocks>(
                 moved[row + r * col] = sum;
             }
         }
-        push_horizontal(&mut values, &moved, [m, k]);
+        write_horizontal(values, moved, [m, k]);
     }
     let distance = square.sqrt();
     if distance.is_finite() && values.iter().all(|x| x.value().is_finite()) {
-        return Ok((values, distance));
+        return Ok(distance);
     }
     Err(Error::Overflow {
         quantity: "end of a leg",
@@ -158,15 +191,21 @@ fn evaluate<T: Number, B: Blocks>(
 }
 
 /// The independent entries of the horizontal part of an `(r, k)` block: above the diagonal of `omega`, then `normal`.
-fn push_horizontal<T: Number>(values: &mut Vec<T>, block: &[T], [m, k]: [usize; 2]) {
+fn write_horizontal<T: Number>(values: &mut [T], block: &[T], [m, k]: [usize; 2]) {
     let r = m + k;
+    let mut values = values.iter_mut();
+    let mut write = |x: T| {
+        if let Some(value) = values.next() {
+            *value = x;
+        }
+    };
     for col in 0..k {
         for row in 0..col {
-            values.push((block[row + r * col] + -block[col + r * row]) * 0.5);
+            write((block[row + r * col] + -block[col + r * row]) * 0.5);
         }
     }
     for col in 0..k {
-        values.extend_from_slice(&block[r * col + k..][..m]);
+        block[r * col + k..][..m].iter().for_each(|x| write(*x));
     }
 }
 
@@ -202,4 +241,47 @@ fn put<T: Number, B: Blocks>(march: &mut March<T, B>, start: &[T]) {
             }
         }
     }
+}
+
+/// Point, velocity, covariant acceleration and covariant jerk at time 1 of the cubic with the given ones at time 0, all of shape
+/// `(n, k)`; computed in the span of the data.
+///
+/// # Errors
+/// Where the cubic cannot be integrated; `Interrupted`.
+pub(crate) fn arrival(
+    s: MatRef<'_, f64>,
+    [v, a, j]: [MatRef<'_, f64>; 3],
+    accuracy: Accuracy,
+    interrupt: Interrupt<'_>,
+) -> Result<[Mat<f64>; 4]> {
+    let Coordinates {
+        frame,
+        blocks,
+        entries,
+    } = Coordinates::of_checked([s, v, a, j], 1.0);
+    let mut state = State::of_coordinates(blocks, entries);
+    let mut march = March::new(blocks, accuracy);
+    state.load(blocks, &mut march.series);
+    march.run(1.0, interrupt, |_, _, _| Ok(()))?;
+    state.store(blocks, &march.series, 1.0);
+    let Sized { m, k } = blocks;
+    let point = MatRef::from_column_major_slice(state.s(), m + k, k);
+    let normals = MatRef::from_column_major_slice(state.e(), m + k, m);
+    let horizontal = |derivative: usize| Horizontal {
+        omega: MatRef::from_column_major_slice(state.omega(derivative), k, k).to_owned(),
+        normal: MatRef::from_column_major_slice(state.b(derivative), m, k).to_owned(),
+    };
+    let [x, first, second] = [0, 1, 2].map(horizontal);
+    let jerk = second.plus_bracket(0.5, &x, &first);
+    let tangent = |x: &Horizontal| point * &x.omega + normals * &x.normal;
+    let all = [
+        point.to_owned(),
+        tangent(&x),
+        tangent(&first),
+        tangent(&jerk),
+    ];
+    Ok(all.map(|low| match &frame {
+        Some(frame) => frame * low,
+        None => low,
+    }))
 }

@@ -103,7 +103,7 @@ impl State {
     }
 
     /// Writes the state where a march starts from.
-    fn load(&self, blocks: impl Blocks, series: &mut Series<f64>) {
+    pub(super) fn load(&self, blocks: impl Blocks, series: &mut Series<f64>) {
         let (k, m) = (blocks.k(), blocks.normals());
         let (rows, normals) = (blocks.r::<f64>(), blocks.m::<f64>());
         let parts = series.parts();
@@ -116,7 +116,7 @@ impl State {
     }
 
     /// The state that a march has reached.
-    fn store(&mut self, blocks: impl Blocks, series: &Series<f64>, time: f64) {
+    pub(super) fn store(&mut self, blocks: impl Blocks, series: &Series<f64>, time: f64) {
         let (k, m) = (blocks.k(), blocks.normals());
         let (rows, normals) = (blocks.r::<f64>(), blocks.m::<f64>());
         self.time = time;

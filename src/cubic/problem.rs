@@ -240,12 +240,12 @@ pub(crate) fn pack(vectors: &[Horizontal]) -> Vec<f64> {
     y
 }
 
-/// The inverse of [`pack`] for two vectors.
-pub(crate) fn unpack(y: &[f64], blocks: Sized) -> [Horizontal; 2] {
+/// The inverse of [`pack`].
+pub(crate) fn unpack<const N: usize>(y: &[f64], blocks: Sized) -> [Horizontal; N] {
     let Sized { m, k } = blocks;
-    let (first, second) = y.split_at(y.len() / 2);
-    [first, second].map(|y| {
-        let (upper, lower) = y.split_at(k * (k - 1) / 2);
+    let size = y.len() / N;
+    std::array::from_fn(|i| {
+        let (upper, lower) = y[size * i..][..size].split_at(k * (k - 1) / 2);
         Horizontal {
             omega: Mat::from_fn(k, k, |i, j| match i.cmp(&j) {
                 std::cmp::Ordering::Less => upper[j * (j - 1) / 2 + i],

@@ -36,17 +36,24 @@ pub(super) enum Ends {
     Periodic,
 }
 
-/// What is given at an end: the velocity, which is that of the start, or the independent entries of the acceleration.
+/// What is given at an end, in coordinates.
 pub(super) enum End {
-    Velocity,
+    Velocity(Vec<f64>),
     Acceleration(Vec<f64>),
 }
 
 impl End {
+    pub(super) fn velocity(&self) -> Option<&[f64]> {
+        match self {
+            End::Velocity(v) => Some(v),
+            End::Acceleration(_) => None,
+        }
+    }
+
     pub(super) fn acceleration(&self) -> Option<&[f64]> {
         match self {
             End::Acceleration(a) => Some(a),
-            End::Velocity => None,
+            End::Velocity(_) => None,
         }
     }
 }

@@ -3,13 +3,21 @@
 //! * [`Piecewise`] Riemannian cubics with continuous covariant acceleration: [`cubic_spline`];
 //! * once differentiable curves through points with given velocities: [`cubic_hermite`], [`geometric_hermite`].
 
+mod ambient;
+mod chain;
+mod continuation;
 mod ends;
+mod framed;
 mod hermite;
+mod interpolation;
+mod iteration;
 mod joints;
 mod knots;
+mod mixing;
 pub mod piecewise;
 mod riemannian;
-mod start;
+mod solve;
+mod tridiagonal;
 
 pub use ends::{EndCondition, EndConditions};
 pub use hermite::{cubic_hermite, geometric_hermite};

@@ -1,0 +1,249 @@
+//! Knots in a row with a cubic between neighbours: what the solvers of splines ask of it, and the unknowns.
+
+use faer::Mat;
+use rayon::prelude::*;
+
+use crate::cubic::taylor::Accuracy;
+use crate::error::Result;
+
+/// Legs that one task of the pool integrates.
+const LEGS: usize = 8;
+
+/// Which way a vector is carried along a leg.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Way {
+    Forward,
+    Back,
+}
+
+/// Knots, and quasi-geodesics between neighbours that carry vectors from knot to knot.
+///
+/// A tangent vector at a knot is [`size`](Chain::size) numbers, an isometry up to a factor of each of them.
+pub(super) trait Chain: Sync {
+    /// What a thread needs to integrate a leg.
+    type Worker;
+
+    /// Numbers of a tangent vector.
+    fn size(&self) -> usize;
+
+    /// Of the legs, in units of time.
+    fn lengths(&self) -> &[f64];
+
+    fn worker(&self) -> Self::Worker;
+
+    /// The velocity with which the quasi-geodesic of a leg leaves its first knot, in the time of the leg.
+    fn displacement_into(&self, leg: usize, out: &mut [f64]);
+
+    /// A vector at one end of a leg, carried to the other end.
+    fn carry_into(
+        &self,
+        worker: &mut Self::Worker,
+        leg: usize,
+        way: Way,
+        v: &[f64],
+        out: &mut [f64],
+    ) -> Result<()>;
+
+    /// The cubic of a leg from its velocity, acceleration and third vector, in the time of the leg: distance from the next knot
+    /// as a tangent vector there, then as many of velocity, acceleration and third vector as there is room for.
+    ///
+    /// Returns `|S(1) - S_1|`.
+    ///
+    /// # Errors
+    /// Where the cubic cannot be integrated; `Interrupted`.
+    fn arrive_into(
+        &self,
+        worker: &mut Self::Worker,
+        leg: usize,
+        start: &[f64],
+        accuracy: Accuracy,
+        values: &mut [f64],
+    ) -> Result<f64>;
+
+    /// The derivative of distance, velocity and acceleration at the end of a leg with respect to its start, shape
+    /// `(3 size, 3 size)`; none where that is not at hand.
+    ///
+    /// # Errors
+    /// As [`Chain::arrive_into`].
+    fn derivative(
+        &self,
+        _worker: &mut Self::Worker,
+        _leg: usize,
+        _start: &[f64],
+        _accuracy: Accuracy,
+    ) -> Result<Option<Mat<f64>>> {
+        Ok(None)
+    }
+
+    /// How many residuals take as long as [`Chain::derivative`], where there is one.
+    fn derivative_work(&self) -> f64 {
+        f64::INFINITY
+    }
+}
+
+/// The unknowns: velocities at the knots, per unit of time; acceleration and third vector at the start of each leg, in the time
+/// of the leg.
+#[derive(Debug, Clone)]
+pub(super) struct Motion {
+    size: usize,
+    knots: usize,
+    /// Velocities, then bends.
+    pub(super) entries: Vec<f64>,
+}
+
+impl Motion {
+    /// Standing still.
+    pub(super) fn zeros(size: usize, knots: usize) -> Self {
+        Motion {
+            size,
+            knots,
+            entries: vec![0.0; size * (3 * knots - 2)],
+        }
+    }
+
+    pub(super) fn velocity(&self, knot: usize) -> &[f64] {
+        &self.entries[self.size * knot..][..self.size]
+    }
+
+    pub(super) fn velocity_mut(&mut self, knot: usize) -> &mut [f64] {
+        &mut self.entries[self.size * knot..][..self.size]
+    }
+
+    /// Acceleration and third vector at the start of a leg.
+    pub(super) fn bend(&self, leg: usize) -> &[f64] {
+        &self.entries[self.size * (self.knots + 2 * leg)..][..2 * self.size]
+    }
+
+    pub(super) fn bend_mut(&mut self, leg: usize) -> &mut [f64] {
+        &mut self.entries[self.size * (self.knots + 2 * leg)..][..2 * self.size]
+    }
+
+    /// Velocity, acceleration and third vector at the start of a leg of length `h`, in the time of the leg.
+    pub(super) fn start(&self, leg: usize, h: f64) -> Vec<f64> {
+        let velocity = self.velocity(leg).iter().map(|v| h * v);
+        velocity.chain(self.bend(leg).iter().copied()).collect()
+    }
+
+    pub(super) fn add(&mut self, share: f64, step: &[f64]) {
+        for (entry, step) in self.entries.iter_mut().zip(step) {
+            *entry += share * step;
+        }
+    }
+}
+
+/// Where the legs arrive.
+#[derive(Debug)]
+pub(super) struct Arrivals {
+    /// Of a vector.
+    size: usize,
+    /// Vectors of a leg: distance, velocity that is too much, acceleration, and the third vector where it is asked for.
+    vectors: usize,
+    values: Vec<f64>,
+    /// Distance and lag of each leg, carried back to its start.
+    back: Vec<f64>,
+    /// Root of the squares of distance and lag, the largest of a leg.
+    pub(super) miss: f64,
+}
+
+impl Arrivals {
+    /// Every leg of a motion, in parallel; the same for any number of threads.
+    ///
+    /// # Errors
+    /// That of the first leg which cannot be integrated, in `AtKnot`.
+    pub(super) fn of<C: Chain>(
+        chain: &C,
+        motion: &Motion,
+        vectors: usize,
+        accuracy: Accuracy,
+    ) -> Result<Self> {
+        let (size, lengths) = (chain.size(), chain.lengths());
+        let mut values = vec![0.0; size * vectors * lengths.len()];
+        let mut back = vec![0.0; size * 2 * lengths.len()];
+        let one = |worker: &mut C::Worker, (leg, (values, back)): Leg<'_>| -> Result<f64> {
+            let (h, end) = (lengths[leg], motion.velocity(leg + 1));
+            let distance =
+                chain.arrive_into(worker, leg, &motion.start(leg, h), accuracy, values)?;
+            for (w, v) in values[size..2 * size].iter_mut().zip(end) {
+                *w -= h * v;
+            }
+            for (back, v) in back.chunks_exact_mut(size).zip(values.chunks_exact(size)) {
+                chain.carry_into(worker, leg, Way::Back, v, back)?;
+            }
+            Ok(distance.hypot(square(&values[size..2 * size]).sqrt()))
+        };
+        let legs = values
+            .par_chunks_exact_mut(size * vectors)
+            .zip(back.par_chunks_exact_mut(2 * size))
+            .enumerate()
+            .with_min_len(LEGS);
+        let found: Vec<Result<f64>> = legs
+            .map_init(|| chain.worker(), |worker, leg| one(worker, leg))
+            .collect();
+        let mut miss = 0.0_f64;
+        for (leg, found) in found.into_iter().enumerate() {
+            miss = miss.max(found.map_err(|error| error.at_knot(leg))?);
+        }
+        Ok(Arrivals {
+            size,
+            vectors,
+            values,
+            back,
+            miss,
+        })
+    }
+
+    /// What flat space would give, for legs without acceleration.
+    ///
+    /// # Errors
+    /// Those of carrying.
+    pub(super) fn flat<C: Chain>(chain: &C, motion: &Motion, vectors: usize) -> Result<Self> {
+        let (size, lengths) = (chain.size(), chain.lengths());
+        let mut worker = chain.worker();
+        let mut values = vec![0.0; size * vectors * lengths.len()];
+        let mut back = vec![0.0; size * 2 * lengths.len()];
+        let (mut displacement, mut carried) = (vec![0.0; size], vec![0.0; size]);
+        for (leg, &h) in lengths.iter().enumerate() {
+            let (velocity, end) = (motion.velocity(leg), motion.velocity(leg + 1));
+            chain.displacement_into(leg, &mut displacement);
+            chain.carry_into(&mut worker, leg, Way::Back, end, &mut carried)?;
+            let back = &mut back[2 * size * leg..][..2 * size];
+            let (distance, lag) = back.split_at_mut(size);
+            for i in 0..size {
+                distance[i] = h * velocity[i] - displacement[i];
+                lag[i] = h * (velocity[i] - carried[i]);
+            }
+            let values = &mut values[size * vectors * leg..];
+            for (back, value) in back.chunks_exact(size).zip(values.chunks_exact_mut(size)) {
+                chain.carry_into(&mut worker, leg, Way::Forward, back, value)?;
+            }
+        }
+        Ok(Arrivals {
+            size,
+            vectors,
+            values,
+            back,
+            miss: f64::INFINITY,
+        })
+    }
+
+    /// One of the vectors at the end of a leg.
+    pub(super) fn vector(&self, leg: usize, which: usize) -> &[f64] {
+        &self.values[self.size * (self.vectors * leg + which)..][..self.size]
+    }
+
+    /// The distance from the next knot, carried back to the start of the leg.
+    pub(super) fn distance_back(&self, leg: usize) -> &[f64] {
+        &self.back[2 * self.size * leg..][..self.size]
+    }
+
+    /// The velocity that is too much, carried back to the start of the leg.
+    pub(super) fn lag_back(&self, leg: usize) -> &[f64] {
+        &self.back[self.size * (2 * leg + 1)..][..self.size]
+    }
+}
+
+type Leg<'a> = (usize, (&'a mut [f64], &'a mut [f64]));
+
+pub(super) fn square(a: &[f64]) -> f64 {
+    a.iter().map(|a| a * a).sum()
+}

@@ -1,0 +1,267 @@
+//! The equations of a spline through given points, and the step that would solve them in flat space.
+//!
+//! A leg of length `h` from `(h v_j, x', x'')` must meet the next knot with the velocity `h v_{j+1}`; at a knot the covariant
+//! accelerations of both legs must agree. Where space is flat along a leg and `r, w` are its distance and lag, carried back to
+//! its start, `p = -r - h dv_j` and `q = -w + h (dv_{j+1} - dv_j)` give
+//!
+//! ```math
+//! dx' = 6 p - 2 q,\qquad dx'' = 6 q - 12 p
+//! ```
+//!
+//! and what is left is the tridiagonal system of cubic splines, for the changes of the velocities:
+//!
+//! ```math
+//! \frac{2}{h_-} dv_{j-1} + \Bigl(\frac{4}{h_-} + \frac{4}{h_+}\Bigr) dv_j + \frac{2}{h_+} dv_{j+1}
+//!     = -[x'] - \frac{6 r_- - 4 w_-}{h_-^2} - \frac{6 r_+ - 2 w_+}{h_+^2}
+//! ```
+//!
+//! with vectors carried from knot to knot along the quasi-geodesics, and `[x']` the jump of the acceleration.
+
+use super::chain::{Arrivals, Chain, Motion, Way, square};
+use super::ends::Ends;
+use super::tridiagonal::{Row, Shape, Tridiagonal};
+use crate::cubic::taylor::Accuracy;
+use crate::error::{Error, Result};
+
+/// Vectors that an arrival has here: distance, velocity and acceleration.
+pub(super) const VECTORS: usize = 3;
+
+/// The equations of one chain.
+pub(super) struct Interpolation<'c, C> {
+    pub(super) chain: &'c C,
+    pub(super) ends: &'c Ends,
+    system: Tridiagonal<1>,
+}
+
+/// What is left of the equations.
+pub(super) struct Residual {
+    pub(super) arrivals: Arrivals,
+    /// Of the covariant acceleration at the knots, per unit of time squared: before less after, at an end less the wanted one.
+    pub(super) jumps: Vec<f64>,
+    /// The largest miss of a leg or jump at a knot, in the time of the shorter leg there.
+    pub(super) size: f64,
+}
+
+impl<'c, C: Chain> Interpolation<'c, C> {
+    pub(super) fn new(chain: &'c C, ends: &'c Ends) -> Result<Self> {
+        let rows: Vec<Row<1>> = (0..knots(chain, ends))
+            .map(|knot| row(chain, ends, knot))
+            .collect();
+        let shape = match ends {
+            Ends::Open(_) => Shape::Open,
+            Ends::Periodic => Shape::Closed,
+        };
+        let system = Tridiagonal::new(&rows, shape).ok_or(Error::Overflow {
+            quantity: "system of a spline",
+        })?;
+        Ok(Interpolation {
+            chain,
+            ends,
+            system,
+        })
+    }
+
+    /// The spline of flat space.
+    ///
+    /// # Errors
+    /// Those of carrying.
+    pub(super) fn start(&self) -> Result<Motion> {
+        let knots = self.chain.lengths().len() + 1;
+        let mut motion = Motion::zeros(self.chain.size(), knots);
+        if let Ends::Open(ends) = self.ends {
+            for (knot, end) in [(0, &ends[0]), (knots - 1, &ends[1])] {
+                if let Some(v) = end.velocity() {
+                    motion.velocity_mut(knot).copy_from_slice(v);
+                }
+            }
+        }
+        let arrivals = Arrivals::flat(self.chain, &motion, VECTORS)?;
+        let step = self.flat_step(&self.residual_of(&motion, arrivals))?;
+        motion.add(1.0, &step);
+        Ok(motion)
+    }
+
+    /// # Errors
+    /// Where a leg cannot be integrated; `Interrupted`.
+    pub(super) fn residual(&self, motion: &Motion, accuracy: Accuracy) -> Result<Residual> {
+        let arrivals = Arrivals::of(self.chain, motion, VECTORS, accuracy)?;
+        Ok(self.residual_of(motion, arrivals))
+    }
+
+    fn residual_of(&self, motion: &Motion, arrivals: Arrivals) -> Residual {
+        let (d, count) = (self.chain.size(), knots(self.chain, self.ends));
+        let mut jumps = vec![0.0; d * count];
+        let mut size = arrivals.miss;
+        for (knot, jump) in jumps.chunks_exact_mut(d).enumerate() {
+            self.jump_into(knot, motion, &arrivals, jump);
+            let jump = self.shortest(knot).powi(2) * square(jump).sqrt();
+            // A NaN stays.
+            size = if jump <= size { size } else { jump };
+        }
+        Residual {
+            arrivals,
+            jumps,
+            size,
+        }
+    }
+
+    /// Root of the sum of squares of all equations, in the time of the legs.
+    pub(super) fn total(&self, found: &Residual) -> f64 {
+        let d = self.chain.size();
+        let legs = (0..self.chain.lengths().len()).map(|leg| {
+            square(found.arrivals.vector(leg, 0)) + square(found.arrivals.vector(leg, 1))
+        });
+        let jumps = found.jumps.chunks_exact(d).enumerate();
+        let jumps = jumps.map(|(knot, jump)| self.shortest(knot).powi(4) * square(jump));
+        (legs.sum::<f64>() + jumps.sum::<f64>()).sqrt()
+    }
+
+    /// Length of the shorter leg at a knot.
+    fn shortest(&self, knot: usize) -> f64 {
+        let legs = self.legs_at(knot).into_iter().flatten();
+        legs.fold(f64::INFINITY, |h, leg| h.min(self.chain.lengths()[leg]))
+    }
+
+    /// The leg before a knot and the leg after it.
+    pub(super) fn legs_at(&self, knot: usize) -> [Option<usize>; 2] {
+        legs_at(self.chain, self.ends, knot)
+    }
+
+    fn jump_into(&self, knot: usize, motion: &Motion, arrivals: &Arrivals, jump: &mut [f64]) {
+        let (d, [before, after]) = (self.chain.size(), self.legs_at(knot));
+        if let Some((end, sign)) = end_at(self.ends, [before, after]) {
+            let Some(wanted) = end.acceleration() else {
+                // The velocity is given, and never changes.
+                return;
+            };
+            for (jump, wanted) in jump.iter_mut().zip(wanted) {
+                *jump = sign * wanted;
+            }
+        }
+        let rate = |leg: usize| self.chain.lengths()[leg].powi(-2);
+        if let Some(leg) = before {
+            for (jump, a) in jump.iter_mut().zip(arrivals.vector(leg, 2)) {
+                *jump += rate(leg) * a;
+            }
+        }
+        if let Some(leg) = after {
+            for (jump, a) in jump.iter_mut().zip(&motion.bend(leg)[..d]) {
+                *jump -= rate(leg) * a;
+            }
+        }
+    }
+
+    /// The change of all unknowns that would solve the equations in flat space.
+    ///
+    /// # Errors
+    /// Those of carrying.
+    pub(super) fn flat_step(&self, found: &Residual) -> Result<Vec<f64>> {
+        let (d, lengths) = (self.chain.size(), self.chain.lengths());
+        let mut worker = self.chain.worker();
+        let mut right: Vec<f64> = found.jumps.iter().map(|jump| -jump).collect();
+        for (knot, right) in right.chunks_exact_mut(d).enumerate() {
+            let [before, after] = self.legs_at(knot);
+            if is_fixed(self.ends, [before, after]) {
+                continue;
+            }
+            if let Some(leg) = before {
+                let (r, w) = (found.arrivals.vector(leg, 0), found.arrivals.vector(leg, 1));
+                add(right, -6.0 * lengths[leg].powi(-2), r);
+                add(right, 4.0 * lengths[leg].powi(-2), w);
+            }
+            if let Some(leg) = after {
+                add(
+                    right,
+                    -6.0 * lengths[leg].powi(-2),
+                    found.arrivals.distance_back(leg),
+                );
+                add(
+                    right,
+                    2.0 * lengths[leg].powi(-2),
+                    found.arrivals.lag_back(leg),
+                );
+            }
+        }
+        self.system.solve(self.chain, &mut worker, &mut right)?;
+        if matches!(self.ends, Ends::Periodic) {
+            right.extend_from_within(..d);
+        }
+        let mut step = Motion::zeros(d, lengths.len() + 1);
+        step.entries[..right.len()].copy_from_slice(&right);
+        let mut carried = vec![0.0; d];
+        for (leg, &h) in lengths.iter().enumerate() {
+            let next = &right[d * (leg + 1)..][..d];
+            self.chain
+                .carry_into(&mut worker, leg, Way::Back, next, &mut carried)?;
+            let (r, w) = (
+                found.arrivals.distance_back(leg),
+                found.arrivals.lag_back(leg),
+            );
+            let (first, second) = step.bend_mut(leg).split_at_mut(d);
+            for i in 0..d {
+                let from = h * right[d * leg + i];
+                let p = -r[i] - from;
+                let q = -w[i] + h * carried[i] - from;
+                first[i] = 6.0 * p - 2.0 * q;
+                second[i] = 6.0 * q - 12.0 * p;
+            }
+        }
+        Ok(step.entries)
+    }
+}
+
+/// Knots with a velocity of their own: the last one of a closed curve is the first.
+pub(super) fn knots<C: Chain>(chain: &C, ends: &Ends) -> usize {
+    chain.lengths().len() + usize::from(!matches!(ends, Ends::Periodic))
+}
+
+pub(super) fn legs_at<C: Chain>(chain: &C, ends: &Ends, knot: usize) -> [Option<usize>; 2] {
+    let legs = chain.lengths().len();
+    let before = match (knot, ends) {
+        (0, Ends::Periodic) => Some(legs - 1),
+        (0, _) => None,
+        _ => Some(knot - 1),
+    };
+    [before, (knot < legs).then_some(knot)]
+}
+
+/// The condition at a knot that is an end, and the sign of its acceleration in a jump.
+fn end_at(ends: &Ends, legs: [Option<usize>; 2]) -> Option<(&super::ends::End, f64)> {
+    let Ends::Open(ends) = ends else {
+        return None;
+    };
+    match legs {
+        [None, _] => Some((&ends[0], 1.0)),
+        [_, None] => Some((&ends[1], -1.0)),
+        _ => None,
+    }
+}
+
+/// Whether the velocity is given.
+pub(super) fn is_fixed(ends: &Ends, legs: [Option<usize>; 2]) -> bool {
+    end_at(ends, legs).is_some_and(|(end, _)| end.acceleration().is_none())
+}
+
+fn row<C: Chain>(chain: &C, ends: &Ends, knot: usize) -> Row<1> {
+    let [before, after] = legs_at(chain, ends, knot);
+    let mut row = Row::ZERO;
+    if is_fixed(ends, [before, after]) {
+        row.diagonal = [[1.0]];
+        return row;
+    }
+    if let Some(leg) = before {
+        row.below[0][0] = 2.0 / chain.lengths()[leg];
+        row.diagonal[0][0] += 4.0 / chain.lengths()[leg];
+    }
+    if let Some(leg) = after {
+        row.above[0][0] = 2.0 / chain.lengths()[leg];
+        row.diagonal[0][0] += 4.0 / chain.lengths()[leg];
+    }
+    row
+}
+
+fn add(to: &mut [f64], factor: f64, from: &[f64]) {
+    for (to, from) in to.iter_mut().zip(from) {
+        *to += factor * from;
+    }
+}

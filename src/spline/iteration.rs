@@ -1,0 +1,198 @@
+//! Solving the equations of a spline: steps of flat space, which cost next to nothing, and where they converge slowly steps of
+//! the linearised equations, kept for as long as they do well. Both with Anderson mixing.
+
+use super::chain::{Chain, Motion};
+use super::interpolation::{Interpolation, Residual};
+use super::joints::Linearised;
+use super::mixing::Mixing;
+use crate::cubic::taylor::Accuracy;
+use crate::error::Result;
+use crate::report::StopReason;
+
+/// Residuals are integrated to this share of the one before: a step seldom leaves less than a two-hundredth.
+const ACCURACY_SHARE: f64 = 5e-6;
+
+/// Steps of the linear equations usually needed once they are set up.
+const LINEAR_STEPS: f64 = 5.0;
+
+/// Linear equations are set up anew where a step leaves more than this share.
+const SLOW: f64 = 0.2;
+
+/// Steps of flat space in a row that may leave more than half of the least residual so far.
+const PATIENCE: usize = 4;
+
+/// A step of new linear equations is shortened until the residual falls by this share of what they predict.
+const SUFFICIENT_DECREASE: f64 = 1e-4;
+
+/// Halvings of a step before it is given up.
+const MAX_HALVINGS: i32 = 8;
+
+/// How an iteration ended.
+#[derive(Debug)]
+pub(super) struct Outcome {
+    pub(super) reason: StopReason,
+    pub(super) iterations: usize,
+    pub(super) residual: f64,
+}
+
+/// A motion on its way.
+pub(super) struct Iteration<'p, 'c, C> {
+    problem: &'p Interpolation<'c, C>,
+    motion: Motion,
+    found: Residual,
+    accuracy: Accuracy,
+    linear: Option<Linearised>,
+    mixing: Mixing,
+    /// What the last step left of the residual.
+    rate: f64,
+    failures: usize,
+}
+
+impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
+    /// # Errors
+    /// Where the start cannot be integrated; `Interrupted`.
+    fn new(problem: &'p Interpolation<'c, C>, motion: Motion) -> Result<Self> {
+        let accuracy = Accuracy::of_tolerance(ACCURACY_SHARE);
+        let found = problem.residual(&motion, accuracy)?;
+        Ok(Iteration {
+            problem,
+            found,
+            motion,
+            accuracy,
+            linear: None,
+            mixing: Mixing::default(),
+            rate: 0.0,
+            failures: 0,
+        })
+    }
+
+    /// Solves the equations from a motion, which becomes the last that was accepted.
+    ///
+    /// # Errors
+    /// Where the start cannot be integrated; `Interrupted`.
+    pub(super) fn solve(
+        problem: &'p Interpolation<'c, C>,
+        motion: &mut Motion,
+        tolerance: f64,
+        max_iterations: usize,
+    ) -> Result<Outcome> {
+        let mut this = Self::new(problem, motion.clone())?;
+        let mut iterations = 0;
+        let reason = loop {
+            if this.found.size <= tolerance {
+                if this.accuracy.truncation <= Accuracy::FULL.truncation {
+                    break StopReason::Converged;
+                }
+                this.accuracy = Accuracy::FULL;
+                this.found = problem.residual(&this.motion, this.accuracy)?;
+                continue;
+            }
+            if iterations == max_iterations {
+                break StopReason::MaxIterations;
+            }
+            iterations += 1;
+            if let Some(reason) = this.advance(tolerance)? {
+                break reason;
+            }
+        };
+        *motion = this.motion;
+        Ok(Outcome {
+            reason,
+            iterations,
+            residual: this.found.size,
+        })
+    }
+
+    /// One step; a reason where none is left.
+    fn advance(&mut self, tolerance: f64) -> Result<Option<StopReason>> {
+        if self.needs_linear(tolerance) && !self.linearise()? {
+            return Ok(Some(StopReason::SingularJacobian));
+        }
+        let fresh = self.linear.is_some() && self.mixing.is_empty();
+        let step = match &self.linear {
+            Some(linear) => self.problem.linear_step(linear, &self.found),
+            None => self.problem.flat_step(&self.found)?,
+        };
+        let increment = self.mixing.increment(step);
+        let next = self.found.size.powi(if fresh { 2 } else { 1 }).min(1.0);
+        let accuracy = Accuracy::of_tolerance(ACCURACY_SHARE * next);
+        self.accuracy = self.accuracy.finer(accuracy);
+        if fresh {
+            return self.descend(&increment);
+        }
+        match self.tried(1.0, &increment)? {
+            Some((motion, found)) if self.is_acceptable(&found) => self.accept(motion, found),
+            // Once more from here, with new linear equations.
+            _ if self.problem.chain.derivative_work().is_finite() => self.rate = f64::INFINITY,
+            _ => return Ok(Some(StopReason::Stagnated)),
+        }
+        Ok(None)
+    }
+
+    /// Whether it is time to set up the linear equations.
+    fn needs_linear(&self, tolerance: f64) -> bool {
+        if self.linear.is_some() {
+            return self.rate > SLOW;
+        }
+        let work = self.problem.chain.derivative_work();
+        if !work.is_finite() || self.mixing.is_empty() {
+            return false;
+        }
+        let left = (tolerance / self.found.size).ln() / self.rate.min(0.9).ln();
+        self.rate > 1.0 || left > work + LINEAR_STEPS
+    }
+
+    fn linearise(&mut self) -> Result<bool> {
+        self.linear = self.problem.linearised(&self.motion, &self.found)?;
+        self.mixing = Mixing::default();
+        Ok(self.linear.is_some())
+    }
+
+    /// Steps of flat space may go up for a while where there is nothing else.
+    fn is_acceptable(&mut self, found: &Residual) -> bool {
+        if self.linear.is_some() || self.problem.chain.derivative_work().is_finite() {
+            return found.size < self.found.size;
+        }
+        if found.size > 0.5 * self.found.size {
+            self.failures += 1;
+        } else {
+            self.failures = 0;
+        }
+        self.failures < PATIENCE
+    }
+
+    fn accept(&mut self, motion: Motion, found: Residual) {
+        self.rate = found.size / self.found.size;
+        (self.motion, self.found) = (motion, found);
+    }
+
+    /// None where the motion cannot be integrated.
+    fn tried(&self, share: f64, increment: &[f64]) -> Result<Option<(Motion, Residual)>> {
+        let mut motion = self.motion.clone();
+        motion.add(share, increment);
+        match self.problem.residual(&motion, self.accuracy) {
+            Err(error) if error.is_interrupted() => Err(error),
+            Ok(found) if found.size.is_finite() => Ok(Some((motion, found))),
+            Ok(_) | Err(_) => Ok(None),
+        }
+    }
+
+    /// A Newton step, shortened until it leads down.
+    fn descend(&mut self, step: &[f64]) -> Result<Option<StopReason>> {
+        let total = self.problem.total(&self.found);
+        for halving in 0..MAX_HALVINGS {
+            let share = 0.5_f64.powi(halving);
+            let wanted = (1.0 - SUFFICIENT_DECREASE * share) * total;
+            if let Some((motion, found)) = self.tried(share, step)?
+                && self.problem.total(&found) <= wanted
+            {
+                self.accept(motion, found);
+                if halving > 0 {
+                    self.rate = f64::INFINITY;
+                }
+                return Ok(None);
+            }
+        }
+        Ok(Some(StopReason::Stagnated))
+    }
+}

@@ -1,0 +1,224 @@
+//! Block tridiagonal systems whose blocks are numbers times isometries between the tangent spaces of neighbours.
+//!
+//! Carried to one tangent space along the chain, the blocks are numbers: the Thomas algorithm needs no matrix larger than the
+//! few fields at a knot. A closed chain, along which carrying once around is not the identity, is unrolled: what knots far away
+//! contribute decays by at least one half from knot to knot where the diagonal is twice the sum of its neighbours.
+//!
+//! # Source
+//! Golub, Van Loan (2013), "Matrix Computations", 4th ed., sec. 4.5.1; de Boor (2001), "A Practical Guide to Splines", ch. IV,
+//! for the system of cubic splines.
+
+use super::chain::{Chain, Way};
+use crate::error::Result;
+
+/// Knots by which a closed chain is unrolled at both ends: round-off, since what they contribute decays as `(2 - 3^(1/2))^j`
+/// for equal legs.
+const UNROLLED: usize = 28;
+
+/// Numbers of a block, by fields of a knot.
+pub(super) type Block<const C: usize> = [[f64; C]; C];
+
+/// One block row: blocks for the knot before, the knot itself and the knot after.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Row<const C: usize> {
+    pub(super) below: Block<C>,
+    pub(super) diagonal: Block<C>,
+    pub(super) above: Block<C>,
+}
+
+impl<const C: usize> Row<C> {
+    pub(super) const ZERO: Row<C> = Row {
+        below: [[0.0; C]; C],
+        diagonal: [[0.0; C]; C],
+        above: [[0.0; C]; C],
+    };
+}
+
+/// Whether the last knot is the first one again.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Shape {
+    Open,
+    Closed,
+}
+
+/// A factorised system.
+#[derive(Debug, Clone)]
+pub(super) struct Tridiagonal<const C: usize> {
+    shape: Shape,
+    rows: usize,
+    /// Rows in the order of elimination: which knot.
+    order: Vec<usize>,
+    /// In that order: inverse pivot, and inverse pivot times the block above.
+    steps: Vec<(Block<C>, Block<C>)>,
+    below: Vec<Block<C>>,
+}
+
+impl<const C: usize> Tridiagonal<C> {
+    /// For as many rows as there are knots with unknowns; a closed chain has as many as legs. `None` where a pivot is singular.
+    pub(super) fn new(rows: &[Row<C>], shape: Shape) -> Option<Self> {
+        let count = rows.len();
+        let order: Vec<usize> = match shape {
+            Shape::Open => (0..count).collect(),
+            Shape::Closed => {
+                let first = count * UNROLLED.div_ceil(count) - UNROLLED;
+                (first..first + count + 2 * UNROLLED)
+                    .map(|i| i % count)
+                    .collect()
+            }
+        };
+        let mut steps: Vec<(Block<C>, Block<C>)> = Vec::with_capacity(order.len());
+        for &knot in &order {
+            let mut pivot = rows[knot].diagonal;
+            if let Some((_, share)) = steps.last() {
+                let change = product(&rows[knot].below, share);
+                for (pivot, change) in pivot.iter_mut().flatten().zip(change.iter().flatten()) {
+                    *pivot -= change;
+                }
+            }
+            let inverse = inverse(pivot)?;
+            steps.push((inverse, product(&inverse, &rows[knot].above)));
+        }
+        Some(Tridiagonal {
+            shape,
+            rows: count,
+            order,
+            steps,
+            below: rows.iter().map(|row| row.below).collect(),
+        })
+    }
+
+    /// Solution for right-hand sides of `C` vectors a knot, in place.
+    ///
+    /// # Errors
+    /// Those of carrying.
+    pub(super) fn solve<T: Chain>(
+        &self,
+        chain: &T,
+        worker: &mut T::Worker,
+        right: &mut Vec<f64>,
+    ) -> Result<()> {
+        let size = C * chain.size();
+        let mut carried = vec![0.0; size];
+        let mut all = vec![0.0; size * self.order.len()];
+        for (i, &knot) in self.order.iter().enumerate() {
+            let (before, at) = all.split_at_mut(size * i);
+            let at = &mut at[..size];
+            at.copy_from_slice(&right[size * knot..][..size]);
+            if i > 0 {
+                let leg = self.leg_before(knot);
+                self.carry(
+                    chain,
+                    worker,
+                    leg,
+                    Way::Forward,
+                    &before[size * (i - 1)..],
+                    &mut carried,
+                )?;
+                subtract_product::<C>(&self.below[knot], &carried, at);
+            }
+            multiply::<C>(&self.steps[i].0, at);
+        }
+        for i in (0..self.order.len() - 1).rev() {
+            let (at, after) = all.split_at_mut(size * (i + 1));
+            let leg = self.order[i];
+            self.carry(chain, worker, leg, Way::Back, &after[..size], &mut carried)?;
+            subtract_product::<C>(&self.steps[i].1, &carried, &mut at[size * i..]);
+        }
+        let first = match self.shape {
+            Shape::Open => 0,
+            Shape::Closed => UNROLLED,
+        };
+        for (&knot, value) in self.order[first..]
+            .iter()
+            .zip(all[size * first..].chunks_exact(size))
+            .take(self.rows)
+        {
+            right[size * knot..][..size].copy_from_slice(value);
+        }
+        Ok(())
+    }
+
+    fn leg_before(&self, knot: usize) -> usize {
+        (knot + self.rows - 1) % self.rows
+    }
+
+    fn carry<T: Chain>(
+        &self,
+        chain: &T,
+        worker: &mut T::Worker,
+        leg: usize,
+        way: Way,
+        from: &[f64],
+        to: &mut [f64],
+    ) -> Result<()> {
+        let size = chain.size();
+        for (from, to) in from.chunks_exact(size).zip(to.chunks_exact_mut(size)) {
+            chain.carry_into(worker, leg, way, from, to)?;
+        }
+        Ok(())
+    }
+}
+
+fn product<const C: usize>(a: &Block<C>, b: &Block<C>) -> Block<C> {
+    let mut out = [[0.0; C]; C];
+    for (out, a) in out.iter_mut().zip(a) {
+        for (a, b) in a.iter().zip(b) {
+            for (out, b) in out.iter_mut().zip(b) {
+                *out += a * b;
+            }
+        }
+    }
+    out
+}
+
+/// By Gauss-Jordan elimination with row pivoting.
+fn inverse<const C: usize>(mut a: Block<C>) -> Option<Block<C>> {
+    let mut out = [[0.0; C]; C];
+    for (i, row) in out.iter_mut().enumerate() {
+        row[i] = 1.0;
+    }
+    for col in 0..C {
+        let pivot = (col..C).max_by(|&i, &j| a[i][col].abs().total_cmp(&a[j][col].abs()))?;
+        a.swap(col, pivot);
+        out.swap(col, pivot);
+        let factor = 1.0 / a[col][col];
+        if !factor.is_finite() {
+            return None;
+        }
+        for j in 0..C {
+            a[col][j] *= factor;
+            out[col][j] *= factor;
+        }
+        for row in (0..C).filter(|&row| row != col) {
+            let factor = a[row][col];
+            for j in 0..C {
+                a[row][j] -= factor * a[col][j];
+                out[row][j] -= factor * out[col][j];
+            }
+        }
+    }
+    Some(out)
+}
+
+/// `at -= block times the fields of from`.
+fn subtract_product<const C: usize>(block: &Block<C>, from: &[f64], at: &mut [f64]) {
+    let size = from.len() / C;
+    for (row, at) in block.iter().zip(at.chunks_exact_mut(size)) {
+        for (factor, from) in row.iter().zip(from.chunks_exact(size)) {
+            for (at, from) in at.iter_mut().zip(from) {
+                *at -= factor * from;
+            }
+        }
+    }
+}
+
+/// `at = block times the fields of at`.
+fn multiply<const C: usize>(block: &Block<C>, at: &mut [f64]) {
+    let size = at.len() / C;
+    for i in 0..size {
+        let old: [f64; C] = std::array::from_fn(|field| at[field * size + i]);
+        for (field, row) in block.iter().enumerate() {
+            at[field * size + i] = row.iter().zip(old).map(|(factor, x)| factor * x).sum();
+        }
+    }
+}
