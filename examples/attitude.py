@@ -84,20 +84,22 @@ def draw(out: Path, t: Array, curves: tuple[Any, Any], keyframes: Array, numbers
         left.plot(*sky(path), label=name, **style)
     left.plot(*sky(keyframes), "o", color=ORANGE, markeredgecolor=BLACK, label="keyframes", zorder=5)
     left.set(xlabel="azimuth of the body's first axis (degrees)", ylabel="its elevation (degrees)")
-    left.legend(loc="upper right")
+    left.legend(loc="upper left")
     upper = figure.add_subplot(grid[0, 1])
     lower = figure.add_subplot(grid[1, 1], sharex=upper)
     costs = (numbers["cost"], numbers["cost_rotation_spline"])
     for i, (name, style) in enumerate(CURVES.items()):
         upper.plot(t, np.degrees(np.linalg.norm(rates[0][i], axis=1)), **style)
         if i < 2:
-            label = f"{name}: cost {1e3 * costs[i]:.2f}"
+            label = f"{name}, {1e3 * costs[i]:.2f}"
             lower.plot(t, np.degrees(np.linalg.norm(rates[1][i], axis=1)), label=label, **style)
     upper.set(ylabel="angular velocity\n(degrees/s)")
     upper.tick_params(labelbottom=False)
-    lower.set(xlabel="time (s)", ylabel="angular acceleration\n(degrees/s²)", ylim=(0, None))
-    lower.set_title("cost: integral of its square, 10⁻³ rad²/s³; that of slerp is infinite", fontsize=9)
-    lower.legend(loc="upper center", ncols=1)
+    lower.set(xlabel="time (s)", ylabel="angular acceleration\n(degrees/s²)", ylim=(0, 2.1))
+    lower.set_title(
+        "in the legend the cost, the integral of its square in 10⁻³ rad²/s³; that of slerp is infinite", fontsize=9
+    )
+    lower.legend(loc="upper center", ncols=2)
     for ax in (upper, lower):
         for time in TIMES:
             ax.axvline(time, color=ORANGE, linewidth=0.8, alpha=0.7)

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from textwrap import fill
 from typing import Any
+
+import reduced_order_model
 
 import attitude
 import grand_tour
 import moving_subspace
-import reduced_order_model
 from figures import FIGURES
 
+WIDTH = 120
 PAGE = FIGURES.parent.parent / "gallery.md"
 EXAMPLES = {
     "attitude": attitude.main,
@@ -21,8 +24,8 @@ EXAMPLES = {
 TEXT = """\
 # Gallery
 
-Written by `make gallery`, which runs the scripts of [examples/](../examples), each of them less than 150 lines. One alone:
-`python examples/attitude.py --out attitude.png`, from an environment that has the package, SciPy and matplotlib.
+Written by `make gallery`, which runs the scripts of [examples/](../examples), each of them shorter than 150 lines. One
+alone: `python examples/attitude.py --out attitude.png`, with the package, SciPy and matplotlib installed.
 
 ## A satellite turns through keyframes
 
@@ -30,13 +33,14 @@ Written by `make gallery`, which runs the scripts of [examples/](../examples), e
 angular velocity and angular acceleration](figures/gallery/attitude.png)
 
 [attitude.py](../examples/attitude.py) joins seven orientations in 50 s by `CubicSpline`, as points of St(3,3), by
-SciPy's `RotationSpline`, and by slerp. The natural Riemannian spline is stationary for the integral of the squared
-angular acceleration, which is the torque that a round body needs: {cost:.2f}e-3 rad²/s³, where `RotationSpline` takes
-{cost_rotation_spline:.2f}e-3 ({more:.0f} % more). Both have a continuous angular acceleration; that of the natural spline ends at zero.
-The largest is {largest_acceleration:.1f} degrees/s², of `RotationSpline` {largest_acceleration_rotation_spline:.1f}. The two are up to {farthest_apart:.1f} degrees apart. Slerp's
-angular velocity jumps, at one keyframe by {jump_of_slerp_velocity:.1f} degrees/s, which no finite torque does.
+SciPy's `RotationSpline`, and by slerp. The natural Riemannian spline makes the integral of the squared angular
+acceleration stationary: the torque that a round body needs. It takes {cost:.2f}e-3 rad²/s³, `RotationSpline`
+{cost_rotation_spline:.2f}e-3, {more:.0f} % more. The angular acceleration of both is continuous; that of the natural
+spline is zero at the ends. Its largest is {largest_acceleration:.2f} degrees/s², of `RotationSpline`
+{largest_acceleration_rotation_spline:.2f}. The two are up to {farthest_apart:.1f} degrees apart. Slerp's angular
+velocity jumps, at one keyframe by {jump_of_slerp_velocity:.1f} degrees/s, which no finite torque does.
 
-## A reduced model of a heated ring
+## A reduced model
 
 ![{rom_alt}](figures/gallery/reduced_order_model.png)
 
@@ -44,15 +48,15 @@ angular velocity jumps, at one keyframe by {jump_of_slerp_velocity:.1f} degrees/
 
 ## A plane that moves
 
-![Left: three entries of the basis of the plane, with noise, smoothed, and true. Right: angle to the true
+![Left: three entries of a basis of the plane: of noisy windows, smoothed, and true. Right: angle to the true
 plane](figures/gallery/moving_subspace.png)
 
-[moving_subspace.py](../examples/moving_subspace.py) has 24 noisy sensors whose signals stay near a plane that turns by
-{turned:.0f} degrees within a minute. Windows of one second give it as their two largest principal components, with an error
-of {rms_one_window:.1f} degrees (root of the mean square). Longer windows are less noisy and lag behind; the best length, which is known
-here since the truth is, is {best_length} s, with {rms_best_length:.1f} degrees. `SmoothingSpline` through the bases of the short windows,
-points of St(24,2) turned in their planes to be near to each other, has {rms_smoothed:.1f} degrees; it found its lambda
-by generalised cross-validation from the data alone.
+[moving_subspace.py](../examples/moving_subspace.py) has 24 noisy sensors whose signals stay near a plane that turns,
+by {turned:.0f} degrees in a minute. Windows of one second give it as their two largest principal components, with an
+error of {rms_one_window:.1f} degrees (root of the mean square). Longer windows are less noisy and lag behind; the
+length that is best, known here since the truth is, is {best_length} s, with {rms_best_length:.1f} degrees.
+`SmoothingSpline` through the bases of the short windows, points of St(24,2) turned in their planes to be near to each
+other, has {rms_smoothed:.1f} degrees, with a lambda that generalised cross-validation found from the data alone.
 
 ## A grand tour of the penguins
 
@@ -60,11 +64,21 @@ by generalised cross-validation from the data alone.
 species](figures/gallery/grand_tour.png)
 
 [grand_tour.py](../examples/grand_tour.py) looks at the six measurements (bill length and depth, flipper length, mass,
-two isotope ratios) of {rows} penguins, from the [data of the palmerpenguins package](../examples/data/README.md) (CC0),
-through two-dimensional projections: points of St(6,2). Along shortest curves between seven random ones the motion
-turns abruptly, by {smallest_turn_of_geodesics:.1f} to {largest_turn_of_geodesics:.1f} of a speed of 1; the spline through the same seven moves on smoothly. At
-t = {best_separation_time:.1f} the picture separates the species best: {best_separation:.0%} of its variance is between them.
+two isotope ratios) of {rows} penguins, from the [data of the palmerpenguins package](../examples/data/README.md)
+(CC0), through two-dimensional projections: points of St(6,2). Along shortest curves between seven random ones, at
+speed 1, the velocity turns abruptly by {smallest_turn_of_geodesics:.1f} to {largest_turn_of_geodesics:.1f}; the spline
+through the same seven moves on smoothly. At t = {best_separation_time:.1f} the picture separates the species best:
+{best_separation:.0%} of its variance is between them.
 """
+
+
+def wrapped(text: str) -> str:
+    """Paragraphs in lines of the usual width; headings and tables stay."""
+    paragraphs = (
+        part if part.startswith(("#", "|")) else fill(part, WIDTH, break_long_words=False, break_on_hyphens=False)
+        for part in text.strip().split("\n\n")
+    )
+    return "\n\n".join(paragraphs) + "\n"
 
 
 def page(numbers: dict[str, dict[str, Any]]) -> str:
@@ -74,7 +88,7 @@ def page(numbers: dict[str, dict[str, Any]]) -> str:
     more = 100 * (costs[1] / costs[0] - 1)
     values |= {"cost": 1e3 * costs[0], "cost_rotation_spline": 1e3 * costs[1], "more": more}
     values |= reduced_order_model.words(numbers["reduced_order_model"])
-    return TEXT.format(**values)
+    return wrapped(TEXT.format(**values))
 
 
 if __name__ == "__main__":

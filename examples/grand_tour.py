@@ -89,11 +89,11 @@ def picture(ax: Axes, P: Array, data: tuple[Array, list[str]]) -> None:
     Y, labels = data[0] @ P, np.array(data[1])
     for name, (colour, marker) in SPECIES.items():
         ax.scatter(*Y[labels == name].T, s=7, c=colour, marker=marker, alpha=0.6, linewidths=0, label=name)
-    for row, name in zip(3.2 * P, NAMES, strict=True):
+    for row, name in zip(2.8 * P, NAMES, strict=True):
         ax.plot([0, row[0]], [0, row[1]], color=BLACK, linewidth=0.8)
-        if np.hypot(*row) > 1.4:
-            ax.text(*(1.18 * row), name, ha="center", va="center", fontsize=7)
-    ax.set(xlim=(-4.9, 4.9), ylim=(-4.9, 4.9), aspect="equal", xticks=[], yticks=[])
+        if np.hypot(*row) > 1.2:
+            ax.text(*row * (1 + 0.45 / np.hypot(*row)), name, ha="center", va="center", fontsize=7)
+    ax.set(xlim=(-3.9, 3.9), ylim=(-3.9, 3.9), aspect="equal", xticks=[], yticks=[])
     ax.grid(visible=False)
 
 
@@ -112,7 +112,9 @@ def draw(out: Path, tour: CubicSpline, data: tuple[Array, list[str]], times: Arr
     lower.plot(times, np.interp(times, *shares), "o", color=BLUE, markerfacecolor="white", label="pictures above")
     for i, time in enumerate(tour.t):
         lower.axvline(time, color=VERMILION, linewidth=0.9, linestyle="--", label=None if i else "random projections")
-    lower.set(xlabel="time t (canonical distance along shortest curves)", ylabel="share", ylim=(0, 1))
+    lower.set(
+        xlabel="time t (canonical distance along shortest curves)", ylabel="share", ylim=(0, 1.2), yticks=[0, 0.5, 1]
+    )
     lower.legend(loc="upper center", ncols=3)
     save(figure, out)
 
