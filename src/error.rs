@@ -234,6 +234,12 @@ pub enum Error {
         /// What is wrong.
         source: Box<Error>,
     },
+    /// A stored curve that is damaged, foreign, of another version or inconsistent.
+    #[error("stored curve: {problem}")]
+    Stored {
+        /// What is wrong with it.
+        problem: String,
+    },
     /// The caller asked a running computation to stop.
     #[error("{solver}: interrupted")]
     Interrupted {

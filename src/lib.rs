@@ -45,6 +45,8 @@ pub mod newton;
 mod python;
 pub mod report;
 pub mod spline;
+#[cfg(any(feature = "python", feature = "serde"))]
+mod stored;
 
 pub use cubic::RiemannianCubic;
 pub use curve::{Curve, GeodesicPolynomial, GeometricCubic, GeometricPolynomial, Quantity};

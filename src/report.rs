@@ -21,16 +21,18 @@ pub enum StopReason {
 }
 
 impl StopReason {
+    /// All reasons; new ones are added at the end, since stored curves count them.
+    pub(crate) const ALL: [StopReason; 5] = [
+        StopReason::Converged,
+        StopReason::MaxIterations,
+        StopReason::Stagnated,
+        StopReason::Diverged,
+        StopReason::SingularJacobian,
+    ];
+
     /// The reason of a word, the inverse of [`StopReason::as_str`].
     pub fn from_word(word: &str) -> Option<Self> {
-        let all = [
-            StopReason::Converged,
-            StopReason::MaxIterations,
-            StopReason::Stagnated,
-            StopReason::Diverged,
-            StopReason::SingularJacobian,
-        ];
-        all.into_iter().find(|reason| reason.as_str() == word)
+        Self::ALL.into_iter().find(|reason| reason.as_str() == word)
     }
 
     /// The reason as a word, the same in Rust and Python.

@@ -27,6 +27,7 @@ from ._core import (
     skew_exp,
 )
 from .errors import ConvergenceError, InvalidInputError, OutsideDomainError, StiefelError
+from .storage import load
 
 __version__ = _core.__VERSION__
 
@@ -53,6 +54,7 @@ __all__ = [
     "StiefelError",
     "__version__",
     "integrate_cubic",
+    "load",
     "orthogonal_log",
     "skew_exp",
 ]

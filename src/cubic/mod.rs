@@ -43,7 +43,7 @@ mod shooting;
 mod space_flow;
 mod split_state;
 mod splitting;
-#[cfg(feature = "python")]
+#[cfg(any(feature = "python", feature = "serde"))]
 mod stored;
 pub(crate) mod taylor;
 mod variation;
@@ -54,5 +54,3 @@ pub use derivative::{BoundaryDerivative, BoundaryVariation, CostGradient, Initia
 pub use riemannian_cubic::{IntegrationOptions, RiemannianCubic};
 pub use search::SearchOptions;
 pub use splitting::{CubicTrajectory, SplittingOptions, integrate_cubic};
-#[cfg(feature = "python")]
-pub(crate) use stored::Stored;

@@ -152,13 +152,6 @@ impl RiemannianCubic {
         self.boundary_report.as_ref()
     }
 
-    /// The same curve, said to come from a boundary value problem.
-    #[cfg(feature = "python")]
-    pub(crate) fn with_report(mut self, report: Option<SolverReport>) -> Self {
-        self.report = report;
-        self
-    }
-
     /// What a step of the integration leaves out, relative to the state.
     pub fn tolerance(&self) -> f64 {
         self.path.accuracy().truncation

@@ -1,4 +1,4 @@
-//! The numbers that a Riemannian cubic consists of: to store it, and to have the very same curve back.
+//! The numbers that Riemannian cubics consist of: to store them, and to have the very same curves back.
 
 use std::sync::Arc;
 
@@ -9,205 +9,231 @@ use super::path::{Path, Piece, State};
 use super::reduced::{Blocks, Sized};
 use super::riemannian_cubic::RiemannianCubic;
 use super::taylor::Accuracy;
-use crate::error::{Error, Result};
-use crate::linalg::structure::{check_finite, check_finite_scalar};
+use crate::error::Result;
+use crate::stored::{Fields, Parts, Stored, StoredPiece, extend, only, product, refusal};
 
-const NAME: &str = "stored curve";
+impl Stored for RiemannianCubic {
+    const KIND: &'static str = "RiemannianCubic";
 
-/// A Riemannian cubic without its report.
-pub(crate) struct Stored {
-    /// `n`, `k`, and the dimension of the span less `k`.
-    pub(crate) sizes: [usize; 3],
-    pub(crate) tolerance: f64,
-    /// Basis of the span, shape `(n, r)`; none where that is all of `R^n`.
-    pub(crate) frame: Option<Mat<f64>>,
-    /// Beginning, end and center of every piece.
-    pub(crate) pieces: Vec<[f64; 3]>,
-    /// Coefficients of the point, piece by piece.
-    pub(crate) points: Vec<f64>,
-    /// Coefficients of `x`.
-    pub(crate) vectors: Vec<f64>,
-    /// Time, frame, `x`, `x'` and `x''` at both ends.
-    pub(crate) ends: [Vec<f64>; 2],
-    /// Rate, a moment of the curve, and the same one of the path.
-    pub(crate) clock: [f64; 3],
-    pub(crate) span: [f64; 2],
+    fn store(&self, fields: &mut Fields) {
+        Self::store_all(std::slice::from_ref(self), fields);
+    }
+
+    fn restore(fields: &mut Fields) -> Result<Self> {
+        only(Self::restore_all(fields)?)
+    }
 }
 
-impl RiemannianCubic {
-    /// The numbers of the curve.
-    pub(crate) fn stored(&self) -> Stored {
-        let path = &self.path;
+impl StoredPiece for RiemannianCubic {
+    const SPLINE: &'static str = "spline of RiemannianCubic";
+
+    fn store_all(curves: &[Self], fields: &mut Fields) {
+        let first = curves.first();
+        fields.put_whole("shape", first.map_or([0, 0], |first| [first.n, first.k]));
+        let paths = || curves.iter().map(|curve| &*curve.path);
+        let flat = |numbers: &dyn Fn(&Self) -> Vec<f64>| curves.iter().flat_map(numbers).collect();
+        fields.put_whole("ranks", paths().map(|path| path.blocks.m + path.blocks.k));
+        fields.put_whole("steps", paths().map(|path| path.pieces.len()));
+        fields.put_flat("tolerances", flat(&|curve| vec![curve.tolerance()]));
+        fields.put_flat(
+            "clocks",
+            flat(&|curve| vec![curve.clock.rate, curve.clock.curve, curve.clock.path]),
+        );
+        fields.put_flat("spans", flat(&|curve| vec![curve.span.0, curve.span.1]));
+        let interval = |piece: &Piece| [piece.lower, piece.upper, piece.center];
+        let intervals = paths().flat_map(|path| path.pieces.iter().flat_map(interval));
+        fields.put_flat("intervals", intervals.collect());
+        fields.put_flat("points", flat(&|curve| curve.path.points.clone()));
+        fields.put_flat("vectors", flat(&|curve| curve.path.vectors.clone()));
         let end = |state: &State| [&[state.time][..], &state.entries].concat();
-        let piece = |piece: &Piece| [piece.lower, piece.upper, piece.center];
-        Stored {
-            sizes: [self.n, self.k, path.blocks.m],
-            tolerance: self.tolerance(),
-            frame: self.frame.as_deref().cloned(),
-            pieces: path.pieces.iter().map(piece).collect(),
-            points: path.points.clone(),
-            vectors: path.vectors.clone(),
-            ends: [end(&path.first), end(&path.last)],
-            clock: [self.clock.rate, self.clock.curve, self.clock.path],
-            span: [self.span.0, self.span.1],
-        }
+        fields.put_flat(
+            "ends",
+            flat(&|curve| [end(&curve.path.first), end(&curve.path.last)].concat()),
+        );
+        fields.put_reports("reports", curves.iter().map(|curve| curve.report));
+        store_frames(curves, fields);
     }
 
-    /// The curve of the numbers, the same to the last bit.
-    ///
-    /// # Errors
-    /// `Shape`, `NonFinite`, `InvalidArgument` (a tolerance out of range, times out of order).
-    pub(crate) fn of_stored(stored: Stored) -> Result<Self> {
-        let [n, k, _] = stored.sizes;
-        let clock = stored.clock()?;
-        let span = stored.span()?;
-        let frame = stored.frame()?.map(Arc::new);
-        Ok(RiemannianCubic {
-            n,
-            k,
-            frame,
-            path: Arc::new(stored.path()?),
-            clock,
-            span,
-            report: None,
-            boundary_report: None,
-        })
+    fn restore_all(fields: &mut Fields) -> Result<Vec<Self>> {
+        let [n, k] = fields.some_whole("shape")?;
+        let steps = fields.whole("steps")?;
+        let count = steps.len();
+        let ranks = fields.whole_each("ranks", count)?;
+        let frames = restore_frames(n, count, fields)?;
+        let reports = fields.reports("reports", count)?;
+        let names = ["tolerances", "clocks", "spans"];
+        let [mut tolerances, mut clocks, mut spans] = parts(names, fields)?;
+        let names = ["intervals", "points", "vectors", "ends"];
+        let mut numbers = Numbers(parts(names, fields)?);
+        let mut curves = Vec::with_capacity(count);
+        for (i, (frame, report)) in frames.into_iter().zip(reports).enumerate() {
+            let rows = frame.as_ref().map_or(n, |frame| frame.ncols());
+            let blocks = blocks(n, k, ranks[i], rows)?;
+            let [tolerance] = tolerances.some()?;
+            let (clock, span) = (clock(clocks.some()?)?, span(spans.some()?)?);
+            let path = Arc::new(numbers.path(blocks, steps[i], tolerance)?);
+            curves.push(RiemannianCubic {
+                n,
+                k,
+                frame,
+                path,
+                clock,
+                span,
+                report,
+                boundary_report: None,
+            });
+        }
+        for rest in [tolerances, clocks, spans].into_iter().chain(numbers.0) {
+            rest.end()?;
+        }
+        Ok(curves)
     }
 }
 
-impl Stored {
-    /// Sizes of the blocks, after a check of those of the curve.
-    fn blocks(&self) -> Result<Sized> {
-        let [n, k, m] = self.sizes;
-        let rows = match &self.frame {
-            Some(frame) if frame.nrows() == n => frame.ncols(),
-            Some(frame) => return Err(size_error("frame", n, frame.nrows())),
-            None => n,
-        };
-        match k.checked_add(m) {
-            Some(r) if k >= 1 && r <= n && r == rows => Ok(Sized { m, k }),
-            _ => Err(size_error("span", k.saturating_add(m), rows)),
-        }
-    }
+fn parts<const N: usize>(names: [&'static str; N], fields: &mut Fields) -> Result<[Parts; N]> {
+    let parts = names
+        .into_iter()
+        .map(|name| fields.parts(name))
+        .collect::<Result<Vec<_>>>()?;
+    Ok(<[Parts; N]>::try_from(parts).unwrap_or_else(|_| unreachable!("as many as names")))
+}
 
-    fn frame(&self) -> Result<Option<Mat<f64>>> {
-        if let Some(frame) = &self.frame {
-            check_finite(NAME, frame.as_ref())?;
-        }
-        Ok(self.frame.clone())
+/// Bases of spans, each once, and for every curve which of them is its own, counted from 1; 0 where it has none.
+fn store_frames(curves: &[RiemannianCubic], fields: &mut Fields) {
+    let mut distinct: Vec<&Arc<Mat<f64>>> = Vec::new();
+    let mut own = Vec::with_capacity(curves.len());
+    for curve in curves {
+        // Pieces of a spline share their basis, if any two do, with those before them.
+        own.push(match &curve.frame {
+            None => 0,
+            Some(frame) => {
+                if !distinct.last().is_some_and(|last| Arc::ptr_eq(last, frame)) {
+                    distinct.push(frame);
+                }
+                distinct.len()
+            }
+        });
     }
-
-    fn clock(&self) -> Result<Clock> {
-        let [rate, curve, path] = self.clock;
-        check_finite_scalar(NAME, curve)?;
-        check_finite_scalar(NAME, path)?;
-        if !rate.is_normal() {
-            return Err(invalid("of a rate that is a normal number", rate));
-        }
-        Ok(Clock { rate, curve, path })
+    let mut entries = Vec::new();
+    for frame in &distinct {
+        extend(&mut entries, frame.as_ref().as_ref());
     }
+    fields.put_whole("frame_of", own);
+    fields.put_whole("frame_ranks", distinct.iter().map(|frame| frame.ncols()));
+    fields.put_flat("frames", entries);
+}
 
-    fn span(&self) -> Result<(f64, f64)> {
-        let [start, end] = self.span;
-        check_finite_scalar(NAME, start)?;
-        check_finite_scalar(NAME, end)?;
-        if start < end && (end - start).is_finite() {
-            return Ok((start, end));
-        }
-        Err(invalid("over an interval that ends after its start", end))
+fn restore_frames(
+    n: usize,
+    count: usize,
+    fields: &mut Fields,
+) -> Result<Vec<Option<Arc<Mat<f64>>>>> {
+    let ranks = fields.whole("frame_ranks")?;
+    let mut entries = fields.parts("frames")?;
+    let frames = ranks
+        .into_iter()
+        .map(|rank| Ok(Arc::new(entries.matrix(n, rank)?)))
+        .collect::<Result<Vec<_>>>()?;
+    entries.end()?;
+    let own = fields.whole_each("frame_of", count)?;
+    own.into_iter()
+        .map(|own| match own.checked_sub(1).map(|own| frames.get(own)) {
+            None => Ok(None),
+            Some(Some(frame)) => Ok(Some(Arc::clone(frame))),
+            Some(None) => Err(refusal(format!("frame_of: there is no basis {own}"))),
+        })
+        .collect()
+}
+
+/// Sizes of the blocks, after a check of those of the curve.
+fn blocks(n: usize, k: usize, rank: usize, rows: usize) -> Result<Sized> {
+    if k >= 1 && k <= rank && rank <= n && rank == rows {
+        return Ok(Sized { m: rank - k, k });
     }
+    Err(refusal(format!(
+        "a point of shape ({n}, {k}) in {rank} dimensions, of which {rows} are there"
+    )))
+}
 
-    fn path(self) -> Result<Path> {
-        let blocks = self.blocks()?;
+fn clock([rate, curve, path]: [f64; 3]) -> Result<Clock> {
+    if rate.is_normal() {
+        return Ok(Clock { rate, curve, path });
+    }
+    Err(refusal(format!("clocks: {rate} is no rate")))
+}
+
+fn span([start, end]: [f64; 2]) -> Result<(f64, f64)> {
+    if start < end && (end - start).is_finite() {
+        return Ok((start, end));
+    }
+    Err(refusal(format!("spans: from {start} to {end}")))
+}
+
+/// Intervals, coefficients of points and vectors, and ends of paths that follow one another.
+struct Numbers([Parts; 4]);
+
+impl Numbers {
+    fn path(&mut self, blocks: Sized, count: usize, tolerance: f64) -> Result<Path> {
         let range = Accuracy::FULL.truncation..=0.1;
-        if !range.contains(&self.tolerance) {
-            return Err(invalid(
-                "of a tolerance between 1e-17 and 0.1",
-                self.tolerance,
-            ));
+        if !range.contains(&tolerance) {
+            return Err(refusal(format!("tolerances: {tolerance} is out of range")));
         }
-        let accuracy = Accuracy::of_tolerance(self.tolerance);
-        check_pieces(&self.pieces)?;
-        let Sized { m, k } = blocks;
-        let (r, count) = (m + k, self.pieces.len());
-        let orders = count.checked_mul(accuracy.order + 1);
-        let product = |a: usize, b: usize| orders?.checked_mul(a)?.checked_mul(b);
-        check_entries("points", &self.points, product(blocks.r::<f64>(), k))?;
-        check_entries("vectors", &self.vectors, product(r, k))?;
-        let [first, last] = self.ends;
-        let state = |numbers: Vec<f64>| -> Result<State> {
-            let size = r
-                .checked_mul(r.saturating_add(k.saturating_mul(3)))
-                .and_then(|size| size.checked_add(1));
-            check_entries("ends", &numbers, size)?;
+        let accuracy = Accuracy::of_tolerance(tolerance);
+        let [intervals, points, vectors, ends] = &mut self.0;
+        let pieces = pieces(intervals.next(product(&[3, count]))?)?;
+        let (r, k) = (blocks.m + blocks.k, blocks.k);
+        let rows = blocks.r::<f64>();
+        let coefficients = |rows| product(&[count, accuracy.order + 1, rows, k]);
+        let points = points.next(coefficients(rows))?.to_vec();
+        let vectors = vectors.next(coefficients(r))?.to_vec();
+        let size = product(&[3, k])
+            .and_then(|columns| columns.checked_add(r))
+            .and_then(|columns| product(&[r, columns]));
+        let mut state = || -> Result<State> {
+            let [time] = ends.some()?;
+            let entries = ends.next(size)?.to_vec();
             Ok(State {
-                time: numbers[0],
+                time,
                 blocks,
-                entries: numbers[1..].to_vec(),
+                entries,
             })
         };
-        let (first, last) = (state(first)?, state(last)?);
+        let (first, last) = (state()?, state()?);
         if first.time > last.time {
-            return Err(invalid("of times in order", last.time));
+            let (first, last) = (first.time, last.time);
+            return Err(refusal(format!(
+                "ends: times out of order, {first} and {last}"
+            )));
         }
-        let piece = |[lower, upper, center]: [f64; 3]| Piece {
-            lower,
-            upper,
-            center,
-        };
         Ok(Path {
             blocks,
             accuracy,
-            pieces: self.pieces.into_iter().map(piece).collect(),
-            points: self.points,
-            vectors: self.vectors,
+            pieces,
+            points,
+            vectors,
             first,
             last,
         })
     }
 }
 
-/// Error unless there is a piece, all times are finite, and the pieces follow one another.
-fn check_pieces(pieces: &[[f64; 3]]) -> Result<()> {
-    if pieces.is_empty() {
-        return Err(size_error("pieces", 1, 0));
+/// Error unless there is a piece and the pieces follow one another.
+fn pieces(intervals: &[f64]) -> Result<Vec<Piece>> {
+    if intervals.is_empty() {
+        return Err(refusal("steps: a curve without any".to_owned()));
     }
-    for (i, piece) in pieces.iter().enumerate() {
-        for time in piece {
-            check_finite_scalar(NAME, *time)?;
+    let mut before = intervals[0];
+    let piece = |numbers: &[f64]| {
+        let (lower, upper, center) = (numbers[0], numbers[1], numbers[2]);
+        if lower > upper || before > upper {
+            return Err(refusal(format!("intervals: times out of order at {upper}")));
         }
-        let before = i.checked_sub(1).map_or(piece[0], |i| pieces[i][1]);
-        if piece[0] > piece[1] || before > piece[1] {
-            return Err(invalid("of times in order", piece[1]));
-        }
-    }
-    Ok(())
-}
-
-/// Error unless there are as many entries as that, all finite.
-fn check_entries(what: &str, entries: &[f64], expected: Option<usize>) -> Result<()> {
-    let expected = expected.unwrap_or(usize::MAX);
-    if entries.len() != expected {
-        return Err(size_error(what, expected, entries.len()));
-    }
-    match entries.iter().position(|x| !x.is_finite()) {
-        None => Ok(()),
-        Some(index) => Err(Error::NonFinite { name: NAME, index }),
-    }
-}
-
-fn size_error(what: &str, expected: usize, found: usize) -> Error {
-    Error::Shape {
-        name: NAME,
-        expected: format!("({expected},) of its {what}"),
-        found: format!("({found},)"),
-    }
-}
-
-fn invalid(requirement: &'static str, found: f64) -> Error {
-    Error::InvalidArgument {
-        name: NAME,
-        requirement,
-        found,
-    }
+        before = upper;
+        Ok(Piece {
+            lower,
+            upper,
+            center,
+        })
+    };
+    intervals.chunks_exact(3).map(piece).collect()
 }

@@ -157,6 +157,12 @@ impl GeometricPolynomial {
         span::lifted(self.frame.as_ref(), &self.points)
     }
 
+    /// The quasi-geodesics between consecutive control points, in the coordinates of the frame.
+    #[cfg(any(feature = "python", feature = "serde"))]
+    pub(super) fn legs(&self) -> &[QuasiGeodesic] {
+        &self.legs
+    }
+
     /// One less than the number of control points.
     pub fn degree(&self) -> usize {
         self.legs.len()

@@ -54,8 +54,14 @@ impl GeodesicPolynomial {
     /// `Shape`, `NonFinite`, `NotOrthonormal`; `BeyondInjectivity` where two consecutive points are too far apart, and
     /// those of [`Stiefel::log`].
     pub fn new(points: &[MatRef<'_, f64>]) -> Result<Self> {
-        let (manifold, span, low) = span::control_points(points)?;
-        let bound = manifold.injectivity_bound();
+        let (_, span, low) = span::control_points(points)?;
+        Self::of_reduced(low, span.into_basis())
+    }
+
+    /// From two or more control points in the coordinates of a frame.
+    pub(super) fn of_reduced(low: Vec<Mat<f64>>, frame: Option<Mat<f64>>) -> Result<Self> {
+        let k = low[0].ncols();
+        let bound = Stiefel::new(span::rows(frame.as_ref(), &low), k)?.injectivity_bound();
         let leg = |(index, pair): (usize, &[Mat<f64>])| {
             let leg = Geodesic::between(pair[0].as_ref(), pair[1].as_ref())?;
             let distance = leg.length();
@@ -69,7 +75,7 @@ impl GeodesicPolynomial {
             })
         };
         let legs = low.windows(2).enumerate().map(leg).collect::<Result<_>>()?;
-        let reduced = Stiefel::new(low[0].nrows(), manifold.k())?;
+        let reduced = Stiefel::new(low[0].nrows(), k)?;
         // Within the injectivity radius the principal logarithms are those of the shortest geodesics.
         let rotations = match reduced.n() - reduced.k() {
             1 => Some(polynomial_of_rotations(&low)?),
@@ -79,7 +85,7 @@ impl GeodesicPolynomial {
             legs,
             reduced,
             points: low,
-            frame: span.into_basis(),
+            frame,
             rotations,
         })
     }
@@ -112,6 +118,12 @@ impl GeodesicPolynomial {
         let first = inner("V0", s0, v0, 1.0 / 3.0)?;
         let second = inner("V1", s1, v1, -1.0 / 3.0)?;
         Self::new(&[s0, first.as_ref(), second.as_ref(), s1])
+    }
+
+    /// The control points in the coordinates of the frame.
+    #[cfg(feature = "python")]
+    pub(super) fn reduced_points(&self) -> &[Mat<f64>] {
+        &self.points
     }
 
     /// The control points, each of shape `(n, k)`; lifted from the frame, so as given to round-off.

@@ -79,6 +79,18 @@ impl GeometricCubic {
         GeometricPolynomial::new(&points).map(GeometricCubic)
     }
 
+    #[cfg(any(feature = "python", feature = "serde"))]
+    pub(super) fn as_polynomial(&self) -> &GeometricPolynomial {
+        &self.0
+    }
+
+    /// A polynomial of degree three.
+    #[cfg(any(feature = "python", feature = "serde"))]
+    pub(super) fn of_polynomial(curve: GeometricPolynomial) -> Self {
+        debug_assert_eq!(curve.degree(), 3);
+        GeometricCubic(curve)
+    }
+
     /// The four control points, each of shape `(n, k)`; lifted from the frame, so as given to round-off.
     pub fn control_points(&self) -> [Mat<f64>; 4] {
         match <[Mat<f64>; 4]>::try_from(self.0.control_points()) {

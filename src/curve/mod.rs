@@ -16,6 +16,8 @@ pub mod minimal_cost;
 mod quasi_geodesic;
 pub mod quintic;
 pub(crate) mod span;
+#[cfg(any(feature = "python", feature = "serde"))]
+mod stored;
 
 pub use de_casteljau::GeometricPolynomial;
 pub use geodesic_polynomial::GeodesicPolynomial;

@@ -47,13 +47,13 @@ const GEODESIC: &str = "geodesic";
 #[derive(Debug, Clone)]
 pub struct Geodesic {
     /// `[S, Q]`, shape `(n, k + p)`.
-    frame: Mat<f64>,
+    pub(super) frame: Mat<f64>,
     /// `[[2 w A, -B^T], [B, 0]]`.
-    generator: Mat<f64>,
+    pub(super) generator: Mat<f64>,
     /// `(1 - 2 w) A`, where it is not zero.
-    turning: Option<Mat<f64>>,
-    metric: Metric,
-    k: usize,
+    pub(super) turning: Option<Mat<f64>>,
+    pub(super) metric: Metric,
+    pub(super) k: usize,
 }
 
 impl Stiefel {

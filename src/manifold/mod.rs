@@ -15,6 +15,8 @@ pub(crate) mod quasi_geodesic_jet;
 pub mod retraction;
 pub(crate) mod retraction_differential;
 pub mod stiefel;
+#[cfg(any(feature = "python", feature = "serde"))]
+pub(crate) mod stored;
 pub mod transport;
 
 pub use exponential::Geodesic;

@@ -54,12 +54,12 @@ const MAX_SWEEPS: usize = 30;
 #[derive(Debug, Clone)]
 pub struct QuasiGeodesic {
     /// `[S W, Q]`, shape `(n, 2k)`; a direction of angle 0 has a zero column in `Q`.
-    frame: Mat<f64>,
+    pub(super) frame: Mat<f64>,
     /// The diagonal of `Sigma`.
-    angles: Vec<f64>,
+    pub(super) angles: Vec<f64>,
     /// `W^T`.
-    right: Mat<f64>,
-    omega: Mat<f64>,
+    pub(super) right: Mat<f64>,
+    pub(super) omega: Mat<f64>,
 }
 
 impl QuasiGeodesic {

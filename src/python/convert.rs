@@ -61,6 +61,17 @@ pub struct Batch {
 }
 
 impl Batch {
+    /// Matrices one after the other, of shape `(count, rows, cols)`.
+    pub fn of([count, rows, cols]: [usize; 3], entries: Vec<f64>) -> Self {
+        debug_assert_eq!(entries.len(), count * rows * cols);
+        Batch {
+            shape: vec![count],
+            rows,
+            cols,
+            entries,
+        }
+    }
+
     /// How many matrices.
     pub fn len(&self) -> usize {
         self.shape.iter().product()
@@ -193,12 +204,7 @@ pub fn matrix(object: &Bound<'_, PyAny>, name: &'static str) -> PyResult<Mat<f64
 pub fn stack(object: &Bound<'_, PyAny>, name: &'static str, expected: &str) -> PyResult<Batch> {
     let array = float_array(object, name)?;
     if let [count, rows, cols] = *array.shape() {
-        return Ok(Batch {
-            shape: vec![count],
-            rows,
-            cols,
-            entries: entries_of(&array),
-        });
+        return Ok(Batch::of([count, rows, cols], entries_of(&array)));
     }
     let found = tuple(array.shape());
     Err(invalid_input(

@@ -5,15 +5,17 @@ use std::sync::Arc;
 use faer::{Mat, MatMut, MatRef};
 use numpy::{PyArray1, PyArray2, PyArrayDyn, PyArrayMethods};
 use pyo3::prelude::*;
-use pyo3::types::PyFloat;
+use pyo3::types::{PyDict, PyFloat};
 
 use super::call::Call;
 use super::convert::{matrix, parameters, write};
 use super::error::{invalid_input, to_exception};
+use super::stored::{Form, form};
 use crate::curve::{Curve, Quantity, Samples, lift_into};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::manifold::QuasiGeodesic;
+use crate::stored::Stored;
 
 /// Rough operations per parameter, without the lift: what decides whether a call is long.
 pub(super) trait Operations {
@@ -316,6 +318,30 @@ impl PyCurve {
         call.run(py, move |interrupt| curve.cost(interrupt))
     }
 
+    /// Write the curve to a file, all its numbers, so that :func:`load` gives back the same curve to the last bit.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : str or os.PathLike
+    ///     Name of the file, usually one that ends in ``.npz``. A file that is there is replaced, once the new one is written.
+    ///
+    /// Notes
+    /// -----
+    /// An archive of plain arrays (``numpy.load`` reads it, with no pickle inside), with the version of its form.
+    fn save(slf: &Bound<'_, Self>, path: &Bound<'_, PyAny>) -> PyResult<()> {
+        let storage = slf.py().import("stiefel_rs.storage")?;
+        let form = slf.call_method0("_stored")?;
+        storage.call_method1("write", (form, path)).map(drop)
+    }
+
+    /// For pickle: the stored form.
+    fn __reduce__<'py>(
+        slf: &Bound<'py, Self>,
+    ) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyAny>,))> {
+        let build = slf.py().import("stiefel_rs._core")?.getattr("_restored")?;
+        Ok((build, (slf.call_method0("_stored")?,)))
+    }
+
     fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
         let (n, k) = slf.get().inner.shape();
         Ok(format!("<{} on St({n}, {k})>", slf.get_type().name()?))
@@ -348,7 +374,7 @@ impl PyCurve {
 /// >>> curve(0.5).round(6).ravel().tolist()
 /// [0.707107, 0.707107]
 #[pyclass(name = "QuasiGeodesic", module = "stiefel_rs", extends = PyCurve, frozen)]
-pub struct PyQuasiGeodesic;
+pub struct PyQuasiGeodesic(Arc<QuasiGeodesic>);
 
 #[pymethods]
 #[allow(non_snake_case)]
@@ -383,11 +409,22 @@ impl PyQuasiGeodesic {
             Self::wrap(curve.map_err(|error| to_exception(py, &error, ""))?)?,
         )
     }
+
+    /// For files and pickles: all numbers of the curve.
+    fn _stored<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        form(py, QuasiGeodesic::KIND, &*self.0)
+    }
 }
 
 impl PyQuasiGeodesic {
+    pub(super) fn restored(py: Python<'_>, form: Form) -> PyResult<Py<PyAny>> {
+        let curve = Self::wrap(form.curve(py)?)?;
+        Ok(Py::new(py, curve)?.into_any())
+    }
+
     fn wrap(curve: QuasiGeodesic) -> PyResult<PyClassInitializer<Self>> {
-        let base = PyCurve::of(Arc::new(curve));
-        Ok(PyClassInitializer::from(base).add_subclass(PyQuasiGeodesic))
+        let curve = Arc::new(curve);
+        let base = PyCurve::of(Arc::clone(&curve) as Arc<dyn AnyCurve>);
+        Ok(PyClassInitializer::from(base).add_subclass(PyQuasiGeodesic(curve)))
     }
 }

@@ -4,17 +4,19 @@ use std::sync::Arc;
 
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyFloat, PyInt, PyTuple};
+use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyTuple};
 
 use super::call::Call;
 use super::convert::{Batch, map_batch, matrices, matrix, to_array, write};
 use super::curve::{AnyCurve, Operations, PyCurve, cube};
 use super::error::to_exception;
 use super::stiefel::{PyStiefel, read_metric};
+use super::stored::{Form, form};
 use crate::curve::Quantity;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::manifold::{Geodesic, LogReport, Metric, Stiefel};
+use crate::stored::Stored;
 
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 
@@ -394,6 +396,11 @@ impl PyGeodesic {
     fn length(&self) -> f64 {
         self.0.length()
     }
+
+    /// For files and pickles: all numbers of the curve.
+    fn _stored<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        form(py, Geodesic::KIND, &*self.0)
+    }
 }
 
 impl Operations for Geodesic {
@@ -403,6 +410,11 @@ impl Operations for Geodesic {
 }
 
 impl PyGeodesic {
+    pub(super) fn restored(py: Python<'_>, form: Form) -> PyResult<Py<PyAny>> {
+        let curve = Self::wrap(py, Ok(form.curve(py)?))?;
+        Ok(Py::new(py, curve)?.into_any())
+    }
+
     fn wrap(py: Python<'_>, curve: Result<Geodesic>) -> PyResult<PyClassInitializer<Self>> {
         let curve = curve.map_err(|error| to_exception(py, &error, ""))?;
         let curve = Arc::new(curve);

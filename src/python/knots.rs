@@ -5,11 +5,12 @@ use numpy::{PyArrayDyn, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use pyo3::types::PyTuple;
+use pyo3::types::{PyDict, PyString, PyTuple};
 
 use super::convert::{freeze, matrix, parameters, tuple, whole};
 use super::error::{at_knot, invalid_input};
 use super::riemannian_cubic::array;
+use super::stored::Form;
 use crate::spline::{EndCondition, EndConditions};
 
 static ASARRAY: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
@@ -176,6 +177,11 @@ fn end<'py>(
     let [order, vector] = pair(object, "an order and a tangent vector")?;
     let order = whole(&order)?;
     let vector = matrix(&vector, "bc_type")?;
+    if vector.shape() != shape {
+        let [expected, found] = [shape, vector.shape()].map(|(n, k)| tuple(&[n, k]));
+        let message = format!("bc_type: expected shape {expected}, found {found}");
+        return Err(invalid_input(py, message));
+    }
     let stored = array(py, &vector)?;
     freeze(&stored)?;
     let given = (order, stored).into_pyobject(py)?.into_any();
@@ -220,4 +226,58 @@ fn pair<'py>(object: &Bound<'py, PyAny>, expected: &str) -> PyResult<[Bound<'py,
         let message = format!("bc_type: expected a pair ({expected}), found {found} items");
         invalid_input(object.py(), message)
     })
+}
+
+/// The names of the conditions at the ends in a stored form, and of their vectors.
+const BC_TYPE: &str = "bc_type";
+const ENDS: [(&str, &str); 2] = [
+    ("bc_first", "bc_first_vector"),
+    ("bc_last", "bc_last_vector"),
+];
+
+/// What is said of both ends where each has its own condition.
+const EACH: &str = "each";
+
+/// Words for what is given at an end, by the order of the derivative.
+const GIVEN: [&str; 2] = ["velocity", "acceleration"];
+
+/// Writes end conditions, as [`Ends`] gives them back, into a stored form.
+pub(super) fn store_ends(given: &Bound<'_, PyAny>, form: &Bound<'_, PyDict>) -> PyResult<()> {
+    if given.is_instance_of::<PyString>() {
+        return form.set_item(BC_TYPE, given);
+    }
+    form.set_item(BC_TYPE, EACH)?;
+    for ((name, vector_name), end) in ENDS.into_iter().zip(given.try_iter()?) {
+        let end = end?;
+        if end.is_instance_of::<PyString>() {
+            form.set_item(name, end)?;
+        } else {
+            let (order, vector): (usize, Bound<'_, PyAny>) = end.extract()?;
+            form.set_item(name, GIVEN[order - 1])?;
+            form.set_item(vector_name, vector)?;
+        }
+    }
+    Ok(())
+}
+
+/// Reads them again.
+pub(super) fn restore_ends<'py>(py: Python<'py>, form: &mut Form) -> PyResult<BcType<'py>> {
+    let word = form.word(py, BC_TYPE)?;
+    if word != EACH {
+        return Ok(BcType::Word(word));
+    }
+    let mut ends = Vec::with_capacity(2);
+    for (name, vector_name) in ENDS {
+        let word = form.word(py, name)?;
+        ends.push(
+            match GIVEN.iter().zip(1..).find(|(given, _)| word == **given) {
+                None => word.into_pyobject(py)?.into_any(),
+                Some((_, order)) => {
+                    let vector = form.array(py, vector_name)?;
+                    (order, vector).into_pyobject(py)?.into_any()
+                }
+            },
+        );
+    }
+    Ok(BcType::Pair(PyTuple::new(py, ends)?.into_any()))
 }

@@ -19,6 +19,7 @@ mod shooting;
 mod spline;
 mod state;
 mod stiefel;
+mod stored;
 mod trajectory;
 mod variation;
 
@@ -51,6 +52,8 @@ pub mod _core {
     use super::spline::{PyCubicHermite, PyCubicSpline, PyPiecewiseCurve};
     #[pymodule_export]
     use super::stiefel::PyStiefel;
+    #[pymodule_export]
+    use super::stored::_restored;
     #[pymodule_export]
     use super::trajectory::PyChartTrajectory;
 

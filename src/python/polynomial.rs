@@ -5,15 +5,16 @@ use std::sync::Arc;
 use faer::Mat;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
+use pyo3::types::PyDict;
 
 use super::call::Call;
 use super::convert::{matrix, stack, to_array, write};
 use super::curve::{AnyCurve, Operations, PyCurve, cube};
 use super::error::{PySolverReport, invalid_input};
-use super::riemannian_cubic::array;
+use super::stored::{Form, form_of};
 use crate::curve::{Curve, GeodesicPolynomial, GeometricCubic, GeometricPolynomial, Quantity};
 use crate::report::SolverReport;
+use crate::stored::{Fields, Stored, refusal};
 
 impl Operations for GeometricPolynomial {
     fn operations(&self, quantity: Quantity) -> f64 {
@@ -117,29 +118,6 @@ impl Pieces {
 pub struct PyGeometricPolynomial {
     pieces: Pieces,
     report: Option<SolverReport>,
-    origin: Origin,
-}
-
-/// How a polynomial was made, and from which matrices: what is pickled, since the same data give the same curve to the
-/// last bit.
-struct Origin {
-    by: Constructor,
-    data: Vec<Mat<f64>>,
-}
-
-#[derive(Clone, Copy)]
-enum Constructor {
-    ControlPoints,
-    Boundary,
-    Quintic,
-    MinimalCost { degree: usize },
-}
-
-impl Origin {
-    fn new<const N: usize>(by: Constructor, data: [&Mat<f64>; N]) -> Self {
-        let data = data.into_iter().cloned().collect();
-        Origin { by, data }
-    }
 }
 
 #[pymethods]
@@ -152,8 +130,8 @@ impl PyGeometricPolynomial {
         P: &Bound<'_, PyAny>,
         pieces: &str,
     ) -> PyResult<PyClassInitializer<Self>> {
-        let (curve, origin) = polynomial(py, P, pieces)?;
-        Ok(Self::wrap(curve, origin))
+        let curve = polynomial(py, P, pieces)?;
+        Ok(Self::wrap(curve))
     }
 
     /// What the curve is made of: "quasi_geodesic" or "geodesic".
@@ -252,17 +230,13 @@ impl PyGeometricPolynomial {
             let message = format!("degree: must be from 3 to 10, found {degree}");
             return Err(invalid_input(py, message));
         };
-        let origin = Origin::new(
-            Constructor::MinimalCost { degree: count },
-            [&s0, &v0, &s1, &v1],
-        );
         let call = Call::new(py, None, search(s0.shape(), count))?;
         let (curve, report) = call.run(py, move |interrupt| {
             let (s0, v0, s1, v1) = (s0.as_ref(), v0.as_ref(), s1.as_ref(), v1.as_ref());
             GeometricPolynomial::minimal_cost_interruptible(s0, v0, s1, v1, count, interrupt)
         })?;
         let curve = Pieces::QuasiGeodesic(Arc::new(curve));
-        Py::new(py, Self::searched(curve, Some(report), origin))
+        Py::new(py, Self::searched(curve, Some(report)))
     }
 
     /// The curve of degree five with given end points, end velocities and covariant end accelerations, in closed form.
@@ -308,54 +282,31 @@ impl PyGeometricPolynomial {
     ) -> PyResult<Py<Self>> {
         let (s0, v0, a0) = (matrix(S0, "S0")?, matrix(V0, "V0")?, matrix(A0, "A0")?);
         let (s1, v1, a1) = (matrix(S1, "S1")?, matrix(V1, "V1")?, matrix(A1, "A1")?);
-        let origin = Origin::new(Constructor::Quintic, [&s0, &v0, &a0, &s1, &v1, &a1]);
         let call = Call::new(py, None, construction(s0.shape(), 5))?;
         let curve = call.run(py, move |_| {
             let [s0, v0, a0, s1, v1, a1] = [&s0, &v0, &a0, &s1, &v1, &a1].map(|a| a.as_ref());
             GeometricPolynomial::quintic(s0, v0, a0, s1, v1, a1)
         })?;
         let curve = Pieces::QuasiGeodesic(Arc::new(curve));
-        Py::new(py, Self::wrap(curve, origin))
+        Py::new(py, Self::wrap(curve))
     }
 
-    /// For pickle: the constructor and its data.
-    fn __reduce__<'py>(
-        slf: &Bound<'py, Self>,
-    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
-        let (py, this, class) = (slf.py(), slf.get(), slf.get_type());
-        let data = this
-            .origin
-            .data
-            .iter()
-            .map(|matrix| array(py, matrix))
-            .collect::<PyResult<Vec<_>>>()?;
-        let by = this.origin.by;
-        let keywords = PyDict::new(py);
-        let build = match by {
-            Constructor::Quintic => class.getattr("quintic")?,
-            Constructor::MinimalCost { degree } => {
-                keywords.set_item("degree", degree)?;
-                class.getattr("minimal_cost")?
-            }
-            Constructor::ControlPoints if slf.is_instance_of::<PyGeometricCubic>() => {
-                class.getattr("from_control_points")?
-            }
-            Constructor::ControlPoints | Constructor::Boundary => {
-                keywords.set_item("pieces", this.pieces())?;
-                class.into_any()
-            }
+    /// For files and pickles: all numbers of the curve.
+    fn _stored<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
+        let (py, this) = (slf.py(), slf.get());
+        let kind = match slf.is_instance_of::<PyGeometricCubic>() {
+            true => GeometricCubic::KIND,
+            false => GeometricPolynomial::KIND,
         };
-        // `functools.partial` carries the keywords through pickling.
-        let partial = py.import("functools")?.getattr("partial")?;
-        let build = partial.call((build,), Some(&keywords))?;
-        let arguments = match by {
-            Constructor::ControlPoints => {
-                let stacked = py.import("numpy")?.call_method1("stack", (data,))?;
-                PyTuple::new(py, [stacked])?
-            }
-            _ => PyTuple::new(py, data)?,
-        };
-        Ok((build, arguments))
+        let mut fields = Fields::default();
+        match &this.pieces {
+            Pieces::QuasiGeodesic(curve) => curve.store(&mut fields),
+            Pieces::Geodesic(curve) => curve.store(&mut fields),
+        }
+        fields.put_reports("report", [this.report]);
+        let form = form_of(py, kind, fields)?;
+        form.set_item(PIECES, this.pieces())?;
+        Ok(form)
     }
 
     /// Curves do not change: a copy is the curve itself.
@@ -369,23 +320,45 @@ impl PyGeometricPolynomial {
 }
 
 impl PyGeometricPolynomial {
-    fn wrap(pieces: Pieces, origin: Origin) -> PyClassInitializer<Self> {
-        Self::searched(pieces, None, origin)
+    fn wrap(pieces: Pieces) -> PyClassInitializer<Self> {
+        Self::searched(pieces, None)
     }
 
-    fn searched(
-        pieces: Pieces,
-        report: Option<SolverReport>,
-        origin: Origin,
-    ) -> PyClassInitializer<Self> {
+    fn searched(pieces: Pieces, report: Option<SolverReport>) -> PyClassInitializer<Self> {
         let base = PyCurve::of(pieces.curve());
-        PyClassInitializer::from(base).add_subclass(PyGeometricPolynomial {
-            pieces,
-            report,
-            origin,
-        })
+        PyClassInitializer::from(base).add_subclass(PyGeometricPolynomial { pieces, report })
+    }
+
+    /// The curve of its stored numbers.
+    pub(super) fn restored(py: Python<'_>, mut form: Form) -> PyResult<Py<PyAny>> {
+        let geodesic = is_geodesic(py, &form.word(py, PIECES)?)?;
+        let cubic = form.kind == GeometricCubic::KIND;
+        let (pieces, report) = form.read(py, |fields| {
+            let [report] = fields.reports("report", 1)?[..] else {
+                unreachable!("one was asked for")
+            };
+            let pieces = if geodesic {
+                Pieces::Geodesic(Arc::new(GeodesicPolynomial::restore(fields)?))
+            } else {
+                Pieces::QuasiGeodesic(Arc::new(GeometricPolynomial::restore(fields)?))
+            };
+            match pieces.degree() {
+                degree if cubic && degree != 3 => {
+                    Err(refusal(format!("a cubic of degree {degree}")))
+                }
+                _ => Ok((pieces, report)),
+            }
+        })?;
+        let curve = Self::searched(pieces, report);
+        if cubic {
+            return Ok(Py::new(py, curve.add_subclass(PyGeometricCubic))?.into_any());
+        }
+        Ok(Py::new(py, curve)?.into_any())
     }
 }
+
+/// The name of what a curve is made of in its stored form.
+const PIECES: &str = "pieces";
 
 const QUASI_GEODESIC: &str = "quasi_geodesic";
 const GEODESIC: &str = "geodesic";
@@ -421,21 +394,18 @@ fn search((n, k): (usize, usize), degree: usize) -> f64 {
 
 /// The curve with control points `P`, shape (degree + 1, n, k).
 #[allow(non_snake_case)]
-fn polynomial(py: Python<'_>, P: &Bound<'_, PyAny>, pieces: &str) -> PyResult<(Pieces, Origin)> {
+fn polynomial(py: Python<'_>, P: &Bound<'_, PyAny>, pieces: &str) -> PyResult<Pieces> {
     let geodesic = is_geodesic(py, pieces)?;
     let batch = stack(P, "P", "(degree + 1, n, k)")?;
-    let points: Vec<Mat<f64>> = batch.views().iter().map(|point| point.to_owned()).collect();
-    let (shape, degree) = ((batch.rows, batch.cols), points.len().saturating_sub(1));
+    let (shape, degree) = ((batch.rows, batch.cols), batch.len().saturating_sub(1));
     let call = Call::new(py, None, construction(shape, degree))?;
     call.run(py, move |_| {
-        let curve = if geodesic {
-            Pieces::Geodesic(Arc::new(GeodesicPolynomial::try_from(&points[..])?))
+        let points = batch.views();
+        Ok(if geodesic {
+            Pieces::Geodesic(Arc::new(GeodesicPolynomial::new(&points)?))
         } else {
-            let views: Vec<_> = points.iter().map(|point| point.as_ref()).collect();
-            Pieces::QuasiGeodesic(Arc::new(GeometricPolynomial::new(&views)?))
-        };
-        let (by, data) = (Constructor::ControlPoints, points);
-        Ok((curve, Origin { by, data }))
+            Pieces::QuasiGeodesic(Arc::new(GeometricPolynomial::new(&points)?))
+        })
     })
 }
 
@@ -503,7 +473,6 @@ impl PyGeometricCubic {
             matrix(S1, "S1")?,
             matrix(V1, "V1")?,
         );
-        let origin = Origin::new(Constructor::Boundary, [&s0, &v0, &s1, &v1]);
         let call = Call::new(py, None, construction(s0.shape(), 3))?;
         let curve = call.run(py, move |_| {
             let [s0, v0, s1, v1] = [&s0, &v0, &s1, &v1].map(|a| a.as_ref());
@@ -514,7 +483,7 @@ impl PyGeometricCubic {
                 Pieces::QuasiGeodesic(Arc::new(curve.into()))
             })
         })?;
-        Ok(Self::wrap(curve, origin))
+        Ok(Self::wrap(curve))
     }
 
     /// The geometric cubic with control points ``P``, shape (4, n, k).
@@ -527,10 +496,10 @@ impl PyGeometricCubic {
     ///     Consecutive points that cannot be joined; carries ``angle``.
     #[staticmethod]
     fn from_control_points(py: Python<'_>, P: &Bound<'_, PyAny>) -> PyResult<Py<Self>> {
-        let (curve, origin) = polynomial(py, P, QUASI_GEODESIC)?;
+        let curve = polynomial(py, P, QUASI_GEODESIC)?;
         let found = curve.degree() + 1;
         if found == 4 {
-            return Py::new(py, Self::wrap(curve, origin));
+            return Py::new(py, Self::wrap(curve));
         }
         let message = format!("P: expected 4 control points, found {found}");
         Err(invalid_input(py, message))
@@ -540,13 +509,11 @@ impl PyGeometricCubic {
 impl PyGeometricCubic {
     /// A piece of a spline.
     pub(super) fn of_piece(py: Python<'_>, curve: GeometricCubic) -> PyResult<Py<Self>> {
-        let data = curve.control_points().to_vec();
         let curve = Pieces::QuasiGeodesic(Arc::new(curve.into()));
-        let by = Constructor::ControlPoints;
-        Py::new(py, Self::wrap(curve, Origin { by, data }))
+        Py::new(py, Self::wrap(curve))
     }
 
-    fn wrap(pieces: Pieces, origin: Origin) -> PyClassInitializer<Self> {
-        PyGeometricPolynomial::wrap(pieces, origin).add_subclass(PyGeometricCubic)
+    fn wrap(pieces: Pieces) -> PyClassInitializer<Self> {
+        PyGeometricPolynomial::wrap(pieces).add_subclass(PyGeometricCubic)
     }
 }

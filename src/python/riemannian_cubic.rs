@@ -10,24 +10,17 @@ use pyo3::types::{PyDict, PyList, PyTuple};
 
 use super::call::Call;
 use super::chart::count;
-use super::convert::{matrix, matrix_pair, parameters, to_array, whole, write};
+use super::convert::{matrix, matrix_pair, to_array, whole, write};
 use super::curve::{AnyCurve, Operations, PyCurve, cube};
 use super::error::{PySolverReport, to_exception};
-use crate::cubic::{BoundaryOptions, IntegrationOptions, RiemannianCubic, SearchOptions, Stored};
+use super::stored::{Form, form};
+use crate::cubic::{BoundaryOptions, IntegrationOptions, RiemannianCubic, SearchOptions};
 use crate::curve::{Curve, Quantity};
 use crate::linalg::structure::norm;
+use crate::stored::Stored;
 
 pub(super) type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 pub(super) type Four<'py> = (Array<'py>, Array<'py>, Array<'py>, Array<'py>);
-
-/// Sizes, tolerance, frame, pieces, coefficients of points and vectors, states at the ends; clock and interval; report.
-type Pickled<'py> = (
-    ([usize; 3], f64),
-    Option<Array<'py>>,
-    [Array<'py>; 4],
-    ([f64; 3], [f64; 2]),
-    Option<PySolverReport>,
-);
 
 impl Operations for RiemannianCubic {
     fn operations(&self, quantity: Quantity) -> f64 {
@@ -244,65 +237,9 @@ impl PyRiemannianCubic {
         Ok(curves.swap_remove(0).into_any())
     }
 
-    /// For pickle: the curve of stored numbers.
-    #[staticmethod]
-    fn _restored(
-        py: Python<'_>,
-        sizes: ([i64; 3], f64),
-        frame: Option<Bound<'_, PyAny>>,
-        numbers: [Bound<'_, PyAny>; 4],
-        times: ([f64; 3], [f64; 2]),
-        report: Option<PyRef<'_, PySolverReport>>,
-    ) -> PyResult<Py<Self>> {
-        let frame = frame.map(|frame| matrix(&frame, "frame")).transpose()?;
-        let read = |i: usize, name| parameters(&numbers[i], name).map(|(_, entries)| entries);
-        let pieces = read(0, "pieces")?;
-        let ends = read(3, "ends")?;
-        let (first, last) = ends.split_at(ends.len() / 2);
-        let stored = Stored {
-            // A negative one fits no array.
-            sizes: sizes
-                .0
-                .map(|size| usize::try_from(size).unwrap_or(usize::MAX)),
-            tolerance: sizes.1,
-            frame,
-            pieces: pieces.chunks_exact(3).map(|x| [x[0], x[1], x[2]]).collect(),
-            points: read(1, "points")?,
-            vectors: read(2, "vectors")?,
-            ends: [first.to_vec(), last.to_vec()],
-            clock: times.0,
-            span: times.1,
-        };
-        let curve =
-            RiemannianCubic::of_stored(stored).map_err(|error| to_exception(py, &error, ""))?;
-        Self::wrapped(py, curve.with_report(report.map(|report| report.0)))
-    }
-
-    /// For pickle: all numbers of the curve, so that it comes back the same to the last bit.
-    fn __reduce__<'py>(
-        slf: &Bound<'py, Self>,
-        py: Python<'py>,
-    ) -> PyResult<(Bound<'py, PyAny>, Pickled<'py>)> {
-        let this = slf.get();
-        let stored = this.0.stored();
-        let flat = |entries: Vec<f64>| {
-            let size = entries.len();
-            to_array(py, entries, &[size])
-        };
-        let numbers = [
-            flat(stored.pieces.concat())?,
-            flat(stored.points)?,
-            flat(stored.vectors)?,
-            flat(stored.ends.concat())?,
-        ];
-        let state = (
-            (stored.sizes, stored.tolerance),
-            stored.frame.map(|frame| array(py, &frame)).transpose()?,
-            numbers,
-            (stored.clock, stored.span),
-            this.report(),
-        );
-        Ok((slf.get_type().getattr("_restored")?, state))
+    /// For files and pickles: all numbers of the curve, so that it comes back the same to the last bit.
+    fn _stored<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        form(py, RiemannianCubic::KIND, &*self.0)
     }
 
     /// Curves do not change: a copy is the curve itself.
@@ -392,6 +329,10 @@ impl PyRiemannianCubic {
 }
 
 impl PyRiemannianCubic {
+    pub(super) fn restored(py: Python<'_>, form: Form) -> PyResult<Py<PyAny>> {
+        Ok(Self::wrapped(py, form.curve(py)?)?.into_any())
+    }
+
     pub(super) fn wrapped(py: Python<'_>, curve: RiemannianCubic) -> PyResult<Py<Self>> {
         let curve = Arc::new(curve);
         let base = PyCurve::of(Arc::clone(&curve) as Arc<dyn AnyCurve>);

@@ -3,25 +3,29 @@
 use std::sync::Arc;
 
 use faer::Mat;
-use numpy::PyArrayDyn;
+use numpy::{PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
-use pyo3::types::PyList;
+use pyo3::types::{PyDict, PyList};
 
 use super::call::Call;
 use super::chart::count;
 use super::convert::{Batch, freeze, stack, to_array, whole};
 use super::curve::{AnyCurve, Operations, PyCurve};
 use super::error::{PySolverReport, invalid_input, to_exception};
-use super::knots::{BcType, Ends, times};
+use super::knots::{BcType, Ends, restore_ends, store_ends, times};
 use super::polynomial::{PyGeometricCubic, construction};
 use super::riemannian_cubic::{PyRiemannianCubic, shooting};
+use super::stored::{Form, form_of};
 use crate::cubic::{BoundaryOptions, RiemannianCubic};
 use crate::curve::{Curve, GeometricCubic, Quantity};
-use crate::error::Error;
+use crate::error::{Error, Result};
+use crate::interrupt::Interrupt;
+use crate::linalg::structure::distance;
 use crate::report::SolverReport;
 use crate::spline::{
     Outside, Piecewise, SplineOptions, cubic_hermite, cubic_spline, geometric_hermite,
 };
+use crate::stored::{self, Fields, Stored, refusal};
 
 type Array = Py<PyArrayDyn<f64>>;
 
@@ -272,6 +276,86 @@ impl PyPiecewiseCurve {
     }
 }
 
+/// The names of a spline's own numbers and words in its stored form.
+const POINTS: &str = "S";
+const REPORT: &str = "report";
+const VELOCITIES: &str = "V";
+const KIND: &str = "pieces";
+
+/// How far the points of a spline may be from its pieces, which are solved for to a tolerance.
+const STORED_TOLERANCE: f64 = 1e-6;
+
+impl PyPiecewiseCurve {
+    /// The stored form without what is the subclass's own.
+    fn stored(&self, py: Python<'_>) -> PyResult<Fields> {
+        let mut fields = Fields::default();
+        match &self.cubics {
+            Cubics::Riemannian(curve) => curve.store(&mut fields),
+            Cubics::Geometric(curve) => curve.store(&mut fields),
+        }
+        put(py, &mut fields, POINTS, &self.points)?;
+        fields.put_reports(REPORT, [self.report]);
+        Ok(fields)
+    }
+}
+
+/// Stores an array.
+fn put(py: Python<'_>, fields: &mut Fields, name: &str, array: &Array) -> PyResult<()> {
+    let array = array.bind(py).readonly();
+    let entries = array.as_array().iter().copied().collect();
+    fields.put(name, array.shape(), entries);
+    Ok(())
+}
+
+/// What a spline is made of, from its stored numbers.
+struct Restored {
+    cubics: Cubics,
+    data: Data,
+    report: Option<SolverReport>,
+}
+
+impl Restored {
+    fn of(fields: &mut Fields, kind: Kind) -> Result<Self> {
+        let report = fields.reports(REPORT, 1)?[0];
+        let points = fields.take(POINTS)?;
+        let cubics = match kind {
+            Kind::Riemannian => Cubics::Riemannian(Arc::new(Stored::restore(fields)?)),
+            Kind::Geometric => Cubics::Geometric(Arc::new(Stored::restore(fields)?)),
+        };
+        let t = cubics.knots().to_vec();
+        let points = Self::batch(&cubics, POINTS, points)?;
+        let tolerance = report.map_or(0.0, |report| 10.0 * report.tolerance);
+        let curve = cubics.curve();
+        let found = curve.sample(&t, Quantity::Derivative(0), Interrupt::NEVER)?;
+        for (knot, point) in found.iter().enumerate() {
+            let gap = distance(point, points.get(knot));
+            if gap > STORED_TOLERANCE.max(tolerance) {
+                let problem = format!("knot {knot}: the curve is {gap:.3e} away from the point");
+                return Err(refusal(problem));
+            }
+        }
+        let data = Data { t, points };
+        Ok(Restored {
+            cubics,
+            data,
+            report,
+        })
+    }
+
+    /// An array of one matrix for each knot.
+    fn batch(cubics: &Cubics, name: &str, array: stored::Array) -> Result<Batch> {
+        let (n, k) = cubics.curve().shape();
+        let expected = [cubics.knots().len(), n, k];
+        if array.shape == expected {
+            return Ok(Batch::of(expected, array.entries));
+        }
+        let found = array.shape;
+        Err(refusal(format!(
+            "{name}: expected shape {expected:?}, found {found:?}"
+        )))
+    }
+}
+
 /// A read-only array with the given entries.
 fn frozen(py: Python<'_>, entries: &[f64], shape: &[usize]) -> PyResult<Array> {
     let array = to_array(py, entries.to_vec(), shape)?;
@@ -378,10 +462,43 @@ impl PyCubicHermite {
         Ok(base.add_subclass(PyCubicHermite { velocities }))
     }
 
+    /// For files and pickles: all numbers of the curve.
+    fn _stored<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
+        let (py, base) = (slf.py(), slf.as_super().get());
+        let mut fields = base.stored(py)?;
+        put(py, &mut fields, VELOCITIES, &slf.get().velocities)?;
+        let form = form_of(py, Self::KIND, fields)?;
+        form.set_item(KIND, base.kind())?;
+        Ok(form)
+    }
+
     /// The velocities at the knots, as given, shape (N, n, k); read-only.
     #[getter]
     fn velocities(&self, py: Python<'_>) -> Array {
         self.velocities.clone_ref(py)
+    }
+}
+
+impl PyCubicHermite {
+    pub(super) const KIND: &str = "CubicHermite";
+
+    pub(super) fn restored(py: Python<'_>, mut form: Form) -> PyResult<Py<PyAny>> {
+        let kind = Kind::read(py, &form.word(py, KIND)?)?;
+        let (restored, velocities) = form.read(py, |fields| {
+            let velocities = fields.take(VELOCITIES)?;
+            let restored = Restored::of(fields, kind)?;
+            let velocities = Restored::batch(&restored.cubics, VELOCITIES, velocities)?;
+            Ok((restored, velocities))
+        })?;
+        let Restored {
+            cubics,
+            data,
+            report,
+        } = restored;
+        let base = PyPiecewiseCurve::wrap(py, cubics, &data, report)?;
+        let velocities = frozen_batch(py, &velocities)?;
+        let curve = base.add_subclass(PyCubicHermite { velocities });
+        Ok(Py::new(py, curve)?.into_any())
     }
 }
 
@@ -494,9 +611,36 @@ impl PyCubicSpline {
         Ok(base.add_subclass(PyCubicSpline { bc_type: given }))
     }
 
+    /// For files and pickles: all numbers of the curve.
+    fn _stored<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
+        let (py, base) = (slf.py(), slf.as_super().get());
+        let form = form_of(py, Self::KIND, base.stored(py)?)?;
+        form.set_item(KIND, base.kind())?;
+        store_ends(slf.get().bc_type.bind(py), &form)?;
+        Ok(form)
+    }
+
     /// The end conditions, as given: a word, or a pair; arrays are read-only.
     #[getter]
     fn bc_type(&self, py: Python<'_>) -> Py<PyAny> {
         self.bc_type.clone_ref(py)
+    }
+}
+
+impl PyCubicSpline {
+    pub(super) const KIND: &str = "CubicSpline";
+
+    pub(super) fn restored(py: Python<'_>, mut form: Form) -> PyResult<Py<PyAny>> {
+        let kind = Kind::read(py, &form.word(py, KIND)?)?;
+        let ends = restore_ends(py, &mut form)?;
+        let Restored {
+            cubics,
+            data,
+            report,
+        } = form.read(py, |fields| Restored::of(fields, kind))?;
+        let base = PyPiecewiseCurve::wrap(py, cubics, &data, report)?;
+        let bc_type = ends.read(py, data.shape())?.given;
+        let curve = base.add_subclass(PyCubicSpline { bc_type });
+        Ok(Py::new(py, curve)?.into_any())
     }
 }

@@ -17,6 +17,8 @@ mod mixing;
 pub mod piecewise;
 mod riemannian;
 mod solve;
+#[cfg(any(feature = "python", feature = "serde"))]
+mod stored;
 mod tridiagonal;
 
 pub use ends::{EndCondition, EndConditions};

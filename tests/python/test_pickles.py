@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 
 from stiefel_rs import (
+    Geodesic,
     GeometricCubic,
     GeometricPolynomial,
     InvalidInputError,
+    QuasiGeodesic,
     RiemannianCubic,
     Stiefel,
-    StiefelError,
     integrate_cubic,
 )
 
@@ -84,53 +85,73 @@ def test_curves_that_are_no_initial_data_to_round_off():
     assert np.array_equal(again(t), fast(t))
 
 
-def tampered():
-    curve = RiemannianCubic.from_initial(*data(9, 2))
-    _, (sizes, frame, numbers, times, report) = curve.__reduce__()
+def tampered(curve):
+    """Stored forms with one thing wrong."""
+    (form,) = curve.__reduce__()[1]
+    arrays = {name: value for name, value in form.items() if isinstance(value, np.ndarray)}
 
-    def with_numbers(i, change):
-        changed = [np.array(x) for x in numbers]
-        changed[i] = change(changed[i])
-        return sizes, frame, changed, times, report
-
-    def infinite(x):
-        x[len(x) // 2] = np.inf
-        return x
-
-    shape, tolerance = sizes
-    for i in range(4):
-        yield with_numbers(i, lambda x: x[:-1] if len(x) % 3 == 0 else x[:-3])
-        yield with_numbers(i, lambda x: x[:0])
-        yield with_numbers(i, infinite)
-        yield with_numbers(i, lambda x: np.concatenate([x, x]))
-    yield with_numbers(0, lambda x: x[::-1])
-    for j in range(3):
-        for size in (-1, 0, 2**62, shape[j] + 1):
-            wrong = list(shape)
-            wrong[j] = size
-            yield (wrong, tolerance), frame, numbers, times, report
-    for wrong in (np.nan, 0.0, -1.0, 0.5):
-        yield (shape, wrong), frame, numbers, times, report
-    for wrong in (None, frame[:, :-1], frame[:-1], np.full_like(frame, np.nan)):
-        yield sizes, wrong, numbers, times, report
-    clock, span = times
-    for wrong in ([np.nan, 0, 0], [0.0, 0, 0], [1.0, np.inf, 0], [1.0, 0, -np.inf]):
-        yield sizes, frame, numbers, (wrong, span), report
-    for wrong in ([1.0, 0.0], [0.0, np.nan], [0.0, 0.0], [-1e308, 1e308]):
-        yield sizes, frame, numbers, (clock, wrong), report
+    for name in form:
+        yield {key: value for key, value in form.items() if key != name}
+    for name, array in arrays.items():
+        flat = array.ravel()
+        for wrong in (np.append(flat, 1.0), flat[:-1], flat[:0], np.full_like(array, np.nan)):
+            if wrong.size != flat.size or wrong.size:
+                yield {**form, name: wrong}
+    for name in ("shape", "ranks", "steps", "frame_of", "frame_ranks"):
+        for wrong in (-1.0, 0.5, 2.0**62, 1e300, arrays[name][-1] + 1):
+            changed = arrays[name].copy()
+            changed[-1] = wrong
+            yield {**form, name: changed}
+    for wrong in (0.0, -1.0, 0.5):
+        yield {**form, "tolerances": np.array([wrong])}
+    for wrong in ([1.0, 0.0], [0.0, 0.0], [-1e308, 1e308]):
+        yield {**form, "spans": np.array(wrong)}
+    yield {**form, "clocks": np.array([0.0, 0.0, 0.0])}
+    yield {**form, "intervals": arrays["intervals"][::-1]}
+    yield {**form, "reports": np.array([9.0, 0.0, 0.0, 0.0])}
+    yield {**form, "reports": np.array([1.0, 0.5, 0.0, 0.0])}
+    yield {**form, "more": np.zeros(3)}
+    yield {**form, "more": "word"}
+    yield {**form, "format": "another"}
+    for wrong in (0, 2, -1, 10**30, "1", 1.5):
+        yield {**form, "version": wrong}
+    for wrong in ("QuasiGeodesic", "GeometricCubic", "CubicSpline", "Curve", ""):
+        yield {**form, "kind": wrong}
 
 
 def test_tampered_pickles_are_refused():
-    build = RiemannianCubic.from_initial(*data(9, 2)).__reduce__()[0]
+    # More dimensions than four for each column: there is a basis.
+    curve = RiemannianCubic.from_initial(*data(9, 2), 3.0)
+    build, (form,) = curve.__reduce__()
+    assert np.array_equal(build(form)(0.3), curve(0.3))
     count = 0
-    for arguments in tampered():
+    for wrong in tampered(curve):
         count += 1
-        with pytest.raises(StiefelError):
-            build(*arguments)
-    assert count == 16 + 1 + 12 + 4 + 4 + 8
-    sizes, frame, numbers, times, report = RiemannianCubic.from_initial(*data(9, 2)).__reduce__()[1]
+        with pytest.raises(InvalidInputError, match="stored curve: "):
+            build(wrong)
+            pytest.fail(f"{ {name: value for name, value in wrong.items() if value is not form.get(name)} } was taken")
+    assert count > 100
+    for wrong in (form["points"] + 0j, None, object(), form["points"].astype(str)):
+        with pytest.raises(TypeError):
+            build({**form, "points": wrong})
     with pytest.raises(TypeError):
-        build(sizes, frame, [x + 0j for x in numbers], times, report)
+        build(None)
+
+
+def test_lines_and_geodesics():
+    S, V, W, _ = data(9, 2)
+    for original in (
+        QuasiGeodesic.from_velocity(S, V),
+        QuasiGeodesic(S, Stiefel(9, 2).exp(S, W)),
+        Geodesic.from_velocity(S, V),
+        Geodesic.from_velocity(S, V, metric="euclidean"),
+    ):
+        again = pickle.loads(pickle.dumps(original))
+        assert type(again) is type(original)
+        for nu in range(4):
+            assert np.array_equal(again([-2, 0.3, 5], nu), original([-2, 0.3, 5], nu))
+        assert getattr(again, "length", None) == getattr(original, "length", None)
+        assert np.array_equal(copy.deepcopy(original)(0.3), original(0.3))
 
 
 POLYNOMIALS = {

@@ -1,0 +1,160 @@
+//! The numbers that de Casteljau curves consist of.
+
+use faer::{Mat, MatRef};
+
+use super::{Curve, GeometricCubic, GeometricPolynomial};
+use crate::error::Result;
+use crate::manifold::stored::{Legs, check_shape, store_legs};
+use crate::stored::{Fields, Stored, StoredPiece, extend, only, refusal};
+
+impl Stored for GeometricPolynomial {
+    const KIND: &'static str = "GeometricPolynomial";
+
+    fn store(&self, fields: &mut Fields) {
+        store_polynomials(&[self], fields);
+    }
+
+    fn restore(fields: &mut Fields) -> Result<Self> {
+        only(restore_polynomials(fields)?)
+    }
+}
+
+impl Stored for GeometricCubic {
+    const KIND: &'static str = "GeometricCubic";
+
+    fn store(&self, fields: &mut Fields) {
+        Self::store_all(std::slice::from_ref(self), fields);
+    }
+
+    fn restore(fields: &mut Fields) -> Result<Self> {
+        only(Self::restore_all(fields)?)
+    }
+}
+
+impl StoredPiece for GeometricCubic {
+    const SPLINE: &'static str = "spline of GeometricCubic";
+
+    fn store_all(pieces: &[Self], fields: &mut Fields) {
+        let polynomials: Vec<_> = pieces.iter().map(GeometricCubic::as_polynomial).collect();
+        store_polynomials(&polynomials, fields);
+    }
+
+    fn restore_all(fields: &mut Fields) -> Result<Vec<Self>> {
+        let polynomials = restore_polynomials(fields)?;
+        polynomials
+            .into_iter()
+            .map(|curve| match curve.degree() {
+                3 => Ok(GeometricCubic::of_polynomial(curve)),
+                degree => Err(refusal(format!("a cubic of degree {degree}"))),
+            })
+            .collect()
+    }
+}
+
+fn store_polynomials(curves: &[&GeometricPolynomial], fields: &mut Fields) {
+    let points: Vec<_> = curves
+        .iter()
+        .map(|curve| (curve.frame(), curve.reduced_points()))
+        .collect();
+    let shape = curves
+        .first()
+        .map_or([0, 0], |curve| [curve.n(), curve.k()]);
+    store_control_points(shape, &points, fields);
+    store_legs(curves.iter().flat_map(|curve| curve.legs()), fields);
+}
+
+fn restore_polynomials(fields: &mut Fields) -> Result<Vec<GeometricPolynomial>> {
+    let points = restore_control_points(fields)?;
+    let mut legs = Legs::of(fields)?;
+    let mut curves = Vec::with_capacity(points.len());
+    for (frame, points) in points {
+        let (r, k) = points[0].shape();
+        let own = (1..points.len())
+            .map(|_| legs.next(r, k))
+            .collect::<Result<_>>()?;
+        let curve = GeometricPolynomial::unchecked(points, frame, own)?;
+        curve.check_branch()?;
+        curves.push(curve);
+    }
+    legs.end()?;
+    Ok(curves)
+}
+
+/// Frames and control points in their coordinates.
+fn store_control_points(
+    shape: [usize; 2],
+    curves: &[(Option<MatRef<'_, f64>>, &[Mat<f64>])],
+    fields: &mut Fields,
+) {
+    let (mut frames, mut points) = (Vec::new(), Vec::new());
+    for (frame, own) in curves {
+        if let Some(frame) = frame {
+            extend(&mut frames, *frame);
+        }
+        for point in *own {
+            extend(&mut points, point.as_ref());
+        }
+    }
+    let framed = curves.iter().map(|(frame, _)| usize::from(frame.is_some()));
+    fields.put_whole("shape", shape);
+    fields.put_whole("degrees", curves.iter().map(|(_, points)| points.len() - 1));
+    fields.put_whole("ranks", curves.iter().map(|(_, points)| points[0].nrows()));
+    fields.put_whole("framed", framed);
+    fields.put_flat("frames", frames);
+    fields.put_flat("control_points", points);
+}
+
+type ControlPoints = (Option<Mat<f64>>, Vec<Mat<f64>>);
+
+fn restore_control_points(fields: &mut Fields) -> Result<Vec<ControlPoints>> {
+    let [n, k] = fields.some_whole("shape")?;
+    let degrees = fields.whole("degrees")?;
+    let ranks = fields.whole_each("ranks", degrees.len())?;
+    let framed = fields.whole_each("framed", degrees.len())?;
+    let mut frames = fields.parts("frames")?;
+    let mut points = fields.parts("control_points")?;
+    let mut curves = Vec::with_capacity(degrees.len());
+    for ((degree, rank), framed) in degrees.into_iter().zip(ranks).zip(framed) {
+        check_shape(rank, k)?;
+        let frame = match framed {
+            1 if rank <= n => Some(frames.matrix(n, rank)?),
+            0 if rank == n => None,
+            _ => {
+                return Err(refusal(format!(
+                    "{rank} dimensions of {n} (framed: {framed})"
+                )));
+            }
+        };
+        if degree == 0 {
+            return Err(refusal("degrees: a curve of degree 0".to_owned()));
+        }
+        let own = (0..=degree)
+            .map(|_| points.matrix(rank, k))
+            .collect::<Result<_>>()?;
+        curves.push((frame, own));
+    }
+    frames.end()?;
+    points.end()?;
+    Ok(curves)
+}
+
+#[cfg(feature = "python")]
+impl Stored for super::GeodesicPolynomial {
+    const KIND: &'static str = "GeodesicPolynomial";
+
+    fn store(&self, fields: &mut Fields) {
+        let curve = (self.frame(), self.reduced_points());
+        store_control_points([self.n(), self.k()], &[curve], fields);
+    }
+
+    /// Its geodesics are those between the control points, found again.
+    fn restore(fields: &mut Fields) -> Result<Self> {
+        let (frame, points) = only(restore_control_points(fields)?)?;
+        let reduced = crate::manifold::Stiefel::new(points[0].nrows(), points[0].ncols())?;
+        for point in &points {
+            let tolerance = crate::manifold::stiefel::POINT_TOLERANCE;
+            reduced.check_point("control_points", point.as_ref(), tolerance)?;
+        }
+        Self::of_reduced(points, frame)
+    }
+}

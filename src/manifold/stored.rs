@@ -1,0 +1,174 @@
+//! The numbers that quasi-geodesics and geodesics consist of.
+
+use faer::Mat;
+
+use super::{Geodesic, Metric, QuasiGeodesic};
+use crate::error::Result;
+use crate::linalg::structure::{norm, skew_defect};
+use crate::manifold::normal_frame::normal_rank;
+use crate::manifold::stiefel::TANGENT_TOLERANCE;
+use crate::stored::{Fields, Parts, Stored, extend, refusal};
+
+impl Stored for QuasiGeodesic {
+    const KIND: &'static str = "QuasiGeodesic";
+
+    fn store(&self, fields: &mut Fields) {
+        fields.put_whole("shape", [self.n(), self.k()]);
+        store_legs([self], fields);
+    }
+
+    fn restore(fields: &mut Fields) -> Result<Self> {
+        let [n, k] = fields.some_whole("shape")?;
+        check_shape(n, k)?;
+        let mut legs = Legs::of(fields)?;
+        let curve = legs.next(n, k)?;
+        legs.end()?;
+        Ok(curve)
+    }
+}
+
+/// Error unless it is the shape of a point.
+pub(crate) fn check_shape(n: usize, k: usize) -> Result<()> {
+    if 1 <= k && k <= n {
+        return Ok(());
+    }
+    Err(refusal(format!("shape: ({n}, {k}) is that of no point")))
+}
+
+/// The numbers of quasi-geodesics, one after the other.
+pub(crate) fn store_legs<'a>(
+    legs: impl IntoIterator<Item = &'a QuasiGeodesic>,
+    fields: &mut Fields,
+) {
+    let mut numbers: [Vec<f64>; 4] = Default::default();
+    for leg in legs {
+        let [frames, angles, rights, turns] = &mut numbers;
+        extend(frames, leg.frame());
+        angles.extend(leg.angles());
+        extend(rights, leg.right());
+        extend(turns, leg.omega());
+    }
+    for (name, numbers) in NAMES.into_iter().zip(numbers) {
+        fields.put_flat(name, numbers);
+    }
+}
+
+const NAMES: [&str; 4] = ["leg_frames", "leg_angles", "leg_rights", "leg_omegas"];
+
+/// Quasi-geodesics that are read one after the other.
+pub(crate) struct Legs {
+    frames: Parts,
+    angles: Parts,
+    rights: Parts,
+    omegas: Parts,
+}
+
+impl Legs {
+    /// # Errors
+    /// `Stored` where the numbers are missing.
+    pub(crate) fn of(fields: &mut Fields) -> Result<Self> {
+        Ok(Legs {
+            frames: fields.parts(NAMES[0])?,
+            angles: fields.parts(NAMES[1])?,
+            rights: fields.parts(NAMES[2])?,
+            omegas: fields.parts(NAMES[3])?,
+        })
+    }
+
+    /// # Errors
+    /// `Stored` where there are too few numbers, or `Omega` is not skew-symmetric.
+    pub(crate) fn next(&mut self, n: usize, k: usize) -> Result<QuasiGeodesic> {
+        let columns = k.saturating_mul(2);
+        let frame = self.frames.matrix(n, columns)?;
+        let angles = self.angles.next(Some(k))?.to_vec();
+        let right = self.rights.matrix(k, k)?;
+        let omega = self.omegas.matrix(k, k)?;
+        check_skew(NAMES[3], &omega)?;
+        Ok(QuasiGeodesic {
+            frame,
+            angles,
+            right,
+            omega,
+        })
+    }
+
+    /// # Errors
+    /// `Stored` where numbers are left.
+    pub(crate) fn end(self) -> Result<()> {
+        for rest in [self.frames, self.angles, self.rights, self.omegas] {
+            rest.end()?;
+        }
+        Ok(())
+    }
+}
+
+impl Stored for Geodesic {
+    const KIND: &'static str = "Geodesic";
+
+    fn store(&self, fields: &mut Fields) {
+        let columns = self.frame.ncols();
+        fields.put_whole("shape", [self.frame.nrows(), self.k, columns]);
+        fields.put_flat("metric", vec![self.metric.alpha()]);
+        let matrices = [
+            Some(&self.frame),
+            Some(&self.generator),
+            self.turning.as_ref(),
+        ];
+        for (name, matrix) in MATRICES.into_iter().zip(matrices) {
+            let mut entries = Vec::new();
+            if let Some(matrix) = matrix {
+                extend(&mut entries, matrix.as_ref());
+            }
+            fields.put_flat(name, entries);
+        }
+    }
+
+    fn restore(fields: &mut Fields) -> Result<Self> {
+        let [n, k, columns] = fields.some_whole("shape")?;
+        check_shape(n, k)?;
+        if columns != k + normal_rank(n, k) {
+            return Err(refusal(format!("shape: {columns} columns for k = {k}")));
+        }
+        let mut metric = fields.parts("metric")?;
+        let [alpha] = metric.some()?;
+        metric.end()?;
+        let metric = Metric::new(alpha)?;
+        let sizes = [(n, columns), (columns, columns), (k, k)];
+        let mut matrices = [None, None, None];
+        for ((name, (rows, cols)), matrix) in MATRICES.into_iter().zip(sizes).zip(&mut matrices) {
+            let mut entries = fields.parts(name)?;
+            // Where twice the weight is one, nothing turns.
+            if name != TURNING || 2.0 * metric.weight() != 1.0 {
+                *matrix = Some(entries.matrix(rows, cols)?);
+            }
+            entries.end()?;
+        }
+        let [Some(frame), Some(generator), turning] = matrices else {
+            unreachable!("both are read")
+        };
+        for skew in [Some(&generator), turning.as_ref()].into_iter().flatten() {
+            check_skew("generator", skew)?;
+        }
+        Ok(Geodesic {
+            frame,
+            generator,
+            turning,
+            metric,
+            k,
+        })
+    }
+}
+
+const TURNING: &str = "turning";
+const MATRICES: [&str; 3] = ["frame", "generator", TURNING];
+
+/// Error unless a matrix is skew-symmetric.
+fn check_skew(name: &str, a: &Mat<f64>) -> Result<()> {
+    let defect = skew_defect(a.as_ref());
+    if defect <= TANGENT_TOLERANCE * norm(a.as_ref()) {
+        return Ok(());
+    }
+    Err(refusal(format!(
+        "{name}: not skew-symmetric, by {defect:.3e}"
+    )))
+}

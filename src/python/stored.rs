@@ -1,0 +1,165 @@
+//! Stored curves as dictionaries of arrays: what files and pickles hold.
+
+use std::collections::BTreeMap;
+
+use numpy::{PyArrayDyn, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyString};
+
+use super::convert::{float_array, to_array};
+use super::curve::PyQuasiGeodesic;
+use super::error::to_exception;
+use super::geodesic::PyGeodesic;
+use super::polynomial::PyGeometricPolynomial;
+use super::riemannian_cubic::PyRiemannianCubic;
+use super::spline::{PyCubicHermite, PyCubicSpline};
+use crate::cubic::RiemannianCubic;
+use crate::curve::{GeometricCubic, GeometricPolynomial};
+use crate::error::{Error, Result};
+use crate::manifold::{Geodesic, QuasiGeodesic};
+use crate::stored::{Array, FORMAT, Fields, Stored, VERSION, check_header, refusal};
+
+const WORDS: [&str; 2] = ["format", "kind"];
+const VERSION_KEY: &str = "version";
+
+/// The stored form of a curve.
+pub(super) fn form<'py>(
+    py: Python<'py>,
+    kind: &str,
+    curve: &impl Stored,
+) -> PyResult<Bound<'py, PyDict>> {
+    let mut fields = Fields::default();
+    curve.store(&mut fields);
+    form_of(py, kind, fields)
+}
+
+/// The stored form of a curve of the given numbers.
+pub(super) fn form_of<'py>(
+    py: Python<'py>,
+    kind: &str,
+    fields: Fields,
+) -> PyResult<Bound<'py, PyDict>> {
+    let form = PyDict::new(py);
+    for (key, word) in WORDS.into_iter().zip([FORMAT, kind]) {
+        form.set_item(key, word)?;
+    }
+    form.set_item(VERSION_KEY, VERSION)?;
+    for (name, Array { shape, entries }) in fields.0 {
+        form.set_item(name, to_array(py, entries, &shape)?)?;
+    }
+    Ok(form)
+}
+
+/// A stored form that is read.
+pub(super) struct Form {
+    pub(super) kind: String,
+    words: BTreeMap<String, String>,
+    fields: Fields,
+}
+
+impl Form {
+    /// # Errors
+    /// `InvalidInputError` where it is not of this format and version; `TypeError` where something is neither a word nor an
+    /// array.
+    fn of(form: &Bound<'_, PyDict>) -> PyResult<Self> {
+        let py = form.py();
+        let mut words: BTreeMap<String, String> = BTreeMap::new();
+        let mut fields = Fields::default();
+        let mut version = None;
+        for (name, value) in form {
+            let name: String = name.extract()?;
+            if name == VERSION_KEY {
+                version = value.extract::<u64>().ok();
+            } else if value.is_instance_of::<PyString>() {
+                words.insert(name, value.extract()?);
+            } else {
+                let array = float_array(&value, &name)?;
+                fields
+                    .0
+                    .insert(name, read(&array.as_array(), array.shape()));
+            }
+        }
+        let [format, kind] = WORDS.map(|name| words.remove(name));
+        let (Some(format), Some(version), Some(kind)) = (format, version, kind) else {
+            return Err(refused(py, "does not say its format, version and kind"));
+        };
+        check_header(&format, version).map_err(|error| to_exception(py, &error, ""))?;
+        Ok(Form {
+            kind,
+            words,
+            fields,
+        })
+    }
+
+    /// Takes a word out.
+    pub(super) fn word(&mut self, py: Python<'_>, name: &str) -> PyResult<String> {
+        let word = self.words.remove(name);
+        word.ok_or_else(|| refused(py, &format!("has no word '{name}'")))
+    }
+
+    /// Takes an array out.
+    pub(super) fn array<'py>(
+        &mut self,
+        py: Python<'py>,
+        name: &str,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let array = self.fields.take(name);
+        let Array { shape, entries } = array.map_err(|error| to_exception(py, &error, ""))?;
+        to_array(py, entries, &shape)
+    }
+
+    /// What `take` makes of the numbers, of which it leaves none.
+    pub(super) fn read<T: Send>(
+        self,
+        py: Python<'_>,
+        take: impl FnOnce(&mut Fields) -> Result<T> + Send,
+    ) -> PyResult<T> {
+        let Form {
+            words, mut fields, ..
+        } = self;
+        if let Some(name) = words.keys().next() {
+            return Err(refused(py, &format!("'{name}' is no part of such a curve")));
+        }
+        let result = py.detach(|| {
+            let taken = take(&mut fields)?;
+            fields.end()?;
+            Ok(taken)
+        });
+        result.map_err(|error: Error| to_exception(py, &error, ""))
+    }
+
+    /// The curve of its numbers, where the core knows how to read it.
+    pub(super) fn curve<C: Stored + Send>(self, py: Python<'_>) -> PyResult<C> {
+        self.read(py, C::restore)
+    }
+}
+
+fn read(array: &numpy::ndarray::ArrayViewD<'_, f64>, shape: &[usize]) -> Array {
+    Array {
+        shape: shape.to_vec(),
+        entries: array.iter().copied().collect(),
+    }
+}
+
+/// `InvalidInputError` for a stored form that is none.
+pub(super) fn refused(py: Python<'_>, problem: &str) -> PyErr {
+    to_exception(py, &refusal(problem.to_owned()), "")
+}
+
+/// The curve of a stored form: for files and pickles.
+#[pyfunction]
+pub fn _restored(form: &Bound<'_, PyDict>) -> PyResult<Py<PyAny>> {
+    let py = form.py();
+    let form = Form::of(form)?;
+    match form.kind.as_str() {
+        QuasiGeodesic::KIND => PyQuasiGeodesic::restored(py, form),
+        Geodesic::KIND => PyGeodesic::restored(py, form),
+        GeometricPolynomial::KIND | GeometricCubic::KIND => {
+            PyGeometricPolynomial::restored(py, form)
+        }
+        RiemannianCubic::KIND => PyRiemannianCubic::restored(py, form),
+        PyCubicHermite::KIND => PyCubicHermite::restored(py, form),
+        PyCubicSpline::KIND => PyCubicSpline::restored(py, form),
+        kind => Err(refused(py, &format!("of an unknown kind, '{kind}'"))),
+    }
+}

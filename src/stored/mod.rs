@@ -1,0 +1,345 @@
+//! Curves as named arrays of numbers: what files, pickles and serde hold.
+//!
+//! Every number that a curve consists of is stored, so that it comes back the same to the last bit. On the way back all of
+//! them are checked: names, counts, finiteness, and the ranges of those that mean something by themselves.
+
+#[cfg(feature = "serde")]
+mod form;
+
+use std::collections::BTreeMap;
+
+use crate::error::{Error, Result};
+use crate::report::{SolverReport, StopReason};
+
+/// What says that something is a stored curve of this crate.
+pub(crate) const FORMAT: &str = "stiefel_rs curve";
+
+/// The version of the form that is written, and the only one that is read.
+pub(crate) const VERSION: u64 = 1;
+
+/// Whole numbers up to here are floating-point numbers.
+const LARGEST_WHOLE: f64 = 9_007_199_254_740_992.0;
+
+/// An array: its shape, and its entries with the last index running first.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
+pub(crate) struct Array {
+    pub(crate) shape: Vec<usize>,
+    pub(crate) entries: Vec<f64>,
+}
+
+/// Named arrays.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Fields(pub(crate) BTreeMap<String, Array>);
+
+/// A curve that can be stored.
+pub(crate) trait Stored: Sized {
+    /// Its name in the stored form.
+    const KIND: &'static str;
+
+    /// Writes all numbers of the curve.
+    fn store(&self, fields: &mut Fields);
+
+    /// The curve of the numbers, which are taken out of the fields.
+    ///
+    /// # Errors
+    /// `Stored`, and where the numbers do not make a curve.
+    fn restore(fields: &mut Fields) -> Result<Self>;
+}
+
+/// A curve of which many are stored together, in arrays that are as few as for one.
+pub(crate) trait StoredPiece: Sized {
+    /// As [`Stored::KIND`], for a spline of such pieces.
+    const SPLINE: &'static str;
+
+    fn store_all(pieces: &[Self], fields: &mut Fields);
+
+    /// # Errors
+    /// As [`Stored::restore`].
+    fn restore_all(fields: &mut Fields) -> Result<Vec<Self>>;
+}
+
+/// The only one of the pieces.
+///
+/// # Errors
+/// `Stored` where there are none or more.
+pub(crate) fn only<C>(pieces: Vec<C>) -> Result<C> {
+    let found = pieces.len();
+    match <[C; 1]>::try_from(pieces) {
+        Ok([piece]) => Ok(piece),
+        Err(_) => Err(refusal(format!("expected one curve, found {found}"))),
+    }
+}
+
+/// The error of a stored form that is none.
+pub(crate) fn refusal(problem: String) -> Error {
+    Error::Stored { problem }
+}
+
+/// Error unless format, version and kind of a stored form are the ones that are read.
+pub(crate) fn check_header(format: &str, version: u64) -> Result<()> {
+    if format != FORMAT {
+        return Err(refusal(format!("of the format '{format}', not '{FORMAT}'")));
+    }
+    if version > VERSION {
+        let problem = format!(
+            "written by a newer version of the package, form {version}; this one reads {VERSION}"
+        );
+        return Err(refusal(problem));
+    }
+    if version < VERSION {
+        return Err(refusal(format!(
+            "of the form {version}; this package reads {VERSION}"
+        )));
+    }
+    Ok(())
+}
+
+/// A product of counts, none where it is too large for any array.
+pub(crate) fn product(factors: &[usize]) -> Option<usize> {
+    factors.iter().try_fold(1, |a: usize, b| a.checked_mul(*b))
+}
+
+impl Fields {
+    /// An array of any shape.
+    pub(crate) fn put(&mut self, name: &str, shape: &[usize], entries: Vec<f64>) {
+        debug_assert_eq!(product(shape), Some(entries.len()));
+        let shape = shape.to_vec();
+        let before = self.0.insert(name.to_owned(), Array { shape, entries });
+        debug_assert!(before.is_none(), "{name} is stored twice");
+    }
+
+    /// Numbers one after the other.
+    pub(crate) fn put_flat(&mut self, name: &str, entries: Vec<f64>) {
+        self.put(name, &[entries.len()], entries);
+    }
+
+    /// Whole numbers, stored as floating-point ones.
+    pub(crate) fn put_whole(&mut self, name: &str, numbers: impl IntoIterator<Item = usize>) {
+        self.put_flat(name, numbers.into_iter().map(|x| x as f64).collect());
+    }
+
+    /// Reports, four numbers each: the reason counted from 1, iterations, residual and tolerance; zeros where there is none.
+    pub(crate) fn put_reports(
+        &mut self,
+        name: &str,
+        reports: impl IntoIterator<Item = Option<SolverReport>>,
+    ) {
+        let row = |report: Option<SolverReport>| match report {
+            None => [0.0; 4],
+            Some(report) => {
+                let reasons = StopReason::ALL.iter();
+                let index = reasons
+                    .take_while(|reason| **reason != report.reason)
+                    .count();
+                let iterations = report.iterations as f64;
+                [
+                    index as f64 + 1.0,
+                    iterations,
+                    report.residual,
+                    report.tolerance,
+                ]
+            }
+        };
+        self.put_flat(name, reports.into_iter().flat_map(row).collect());
+    }
+
+    /// Takes an array out.
+    ///
+    /// # Errors
+    /// `Stored` where there is none, where its shape is not that of its entries, or where one is not finite.
+    pub(crate) fn take(&mut self, name: &str) -> Result<Array> {
+        let Some(array) = self.0.remove(name) else {
+            return Err(refusal(format!("has no array '{name}'")));
+        };
+        let found = array.entries.len();
+        if product(&array.shape) != Some(found) {
+            let shape = array.shape;
+            return Err(refusal(format!(
+                "{name}: {found} entries do not make the shape {shape:?}"
+            )));
+        }
+        match array.entries.iter().position(|x| !x.is_finite()) {
+            None => Ok(array),
+            Some(index) => Err(refusal(format!("{name}: entry {index} is not finite"))),
+        }
+    }
+
+    /// Takes out numbers that are read one part after the other.
+    ///
+    /// # Errors
+    /// As [`Fields::take`].
+    pub(crate) fn parts(&mut self, name: &'static str) -> Result<Parts> {
+        let entries = self.take(name)?.entries;
+        let next = 0;
+        Ok(Parts {
+            name,
+            entries,
+            next,
+        })
+    }
+
+    /// Takes out whole numbers.
+    ///
+    /// # Errors
+    /// As [`Fields::take`], and `Stored` where one is not whole or negative.
+    pub(crate) fn whole(&mut self, name: &str) -> Result<Vec<usize>> {
+        let whole = |x: f64| match x {
+            x if (0.0..=LARGEST_WHOLE).contains(&x) && x.fract() == 0.0 => Ok(x as usize),
+            x => Err(refusal(format!("{name}: {x} is no count"))),
+        };
+        self.take(name)?.entries.into_iter().map(whole).collect()
+    }
+
+    /// Takes out so many whole numbers.
+    ///
+    /// # Errors
+    /// As [`Fields::whole`], and `Stored` for another number of them.
+    pub(crate) fn some_whole<const N: usize>(&mut self, name: &str) -> Result<[usize; N]> {
+        let numbers = self.whole(name)?;
+        let found = numbers.len();
+        <[usize; N]>::try_from(numbers)
+            .map_err(|_| refusal(format!("{name}: expected {N} numbers, found {found}")))
+    }
+
+    /// Takes out so many whole numbers, one for each curve.
+    ///
+    /// # Errors
+    /// As [`Fields::some_whole`].
+    pub(crate) fn whole_each(&mut self, name: &str, count: usize) -> Result<Vec<usize>> {
+        let numbers = self.whole(name)?;
+        let found = numbers.len();
+        if found == count {
+            return Ok(numbers);
+        }
+        Err(refusal(format!(
+            "{name}: expected {count} numbers, found {found}"
+        )))
+    }
+
+    /// Takes out reports.
+    ///
+    /// # Errors
+    /// As [`Fields::take`], and `Stored` for another number of them or unknown reasons.
+    pub(crate) fn reports(
+        &mut self,
+        name: &'static str,
+        count: usize,
+    ) -> Result<Vec<Option<SolverReport>>> {
+        let mut parts = self.parts(name)?;
+        let reports = (0..count)
+            .map(|_| {
+                let [reason, iterations, residual, tolerance] = parts.some()?;
+                report_of(reason, iterations, residual, tolerance)
+            })
+            .collect::<Result<_>>()?;
+        parts.end()?;
+        Ok(reports)
+    }
+
+    /// Error where arrays are left that nobody has asked for.
+    pub(crate) fn end(&self) -> Result<()> {
+        match self.0.keys().next() {
+            None => Ok(()),
+            Some(name) => Err(refusal(format!("'{name}' is no part of such a curve"))),
+        }
+    }
+}
+
+fn report_of(
+    reason: f64,
+    iterations: f64,
+    residual: f64,
+    tolerance: f64,
+) -> Result<Option<SolverReport>> {
+    if reason == 0.0 {
+        return Ok(None);
+    }
+    let known = StopReason::ALL
+        .iter()
+        .zip(1..)
+        .find(|(_, index)| f64::from(*index) == reason);
+    let Some((&reason, _)) = known else {
+        return Err(refusal(format!("{reason} is no reason to stop")));
+    };
+    if !(0.0..=LARGEST_WHOLE).contains(&iterations) || iterations.fract() != 0.0 {
+        return Err(refusal(format!("{iterations} is no number of iterations")));
+    }
+    Ok(Some(SolverReport {
+        converged: reason == StopReason::Converged,
+        iterations: iterations as usize,
+        residual,
+        tolerance,
+        reason,
+    }))
+}
+
+/// Numbers that are read one part after the other.
+pub(crate) struct Parts {
+    name: &'static str,
+    entries: Vec<f64>,
+    next: usize,
+}
+
+impl Parts {
+    /// The next so many numbers; `count` is none where it is too large for any array.
+    ///
+    /// # Errors
+    /// `Stored` where there are fewer.
+    pub(crate) fn next(&mut self, count: Option<usize>) -> Result<&[f64]> {
+        let start = self.next;
+        match count.and_then(|count| start.checked_add(count)) {
+            Some(end) if end <= self.entries.len() => {
+                self.next = end;
+                Ok(&self.entries[start..end])
+            }
+            _ => Err(refusal(format!(
+                "{}: too few numbers, {}",
+                self.name,
+                self.entries.len()
+            ))),
+        }
+    }
+
+    /// The next `N` numbers.
+    ///
+    /// # Errors
+    /// As [`Parts::next`].
+    pub(crate) fn some<const N: usize>(&mut self) -> Result<[f64; N]> {
+        let mut out = [0.0; N];
+        out.copy_from_slice(self.next(Some(N))?);
+        Ok(out)
+    }
+
+    /// The next matrix, column by column.
+    ///
+    /// # Errors
+    /// As [`Parts::next`].
+    pub(crate) fn matrix(&mut self, rows: usize, cols: usize) -> Result<faer::Mat<f64>> {
+        let entries = self.next(product(&[rows, cols]))?;
+        Ok(faer::MatRef::from_column_major_slice(entries, rows, cols).to_owned())
+    }
+
+    /// Error where numbers are left.
+    ///
+    /// # Errors
+    /// `Stored`.
+    pub(crate) fn end(self) -> Result<()> {
+        let left = self.entries.len() - self.next;
+        if left == 0 {
+            return Ok(());
+        }
+        Err(refusal(format!("{}: {left} numbers too many", self.name)))
+    }
+}
+
+/// Appends the entries of a matrix, column by column.
+pub(crate) fn extend(out: &mut Vec<f64>, matrix: faer::MatRef<'_, f64>) {
+    for column in matrix.col_iter() {
+        out.extend(column.iter());
+    }
+}

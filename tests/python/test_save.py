@@ -1,0 +1,273 @@
+"""Curves in files: the very same curve comes back, and damaged or foreign files are refused by name."""
+
+import os
+import pickle
+import zipfile
+
+import numpy as np
+import pytest
+
+import stiefel_rs
+from stiefel_rs import (
+    CubicHermite,
+    CubicSpline,
+    Curve,
+    Geodesic,
+    GeometricCubic,
+    GeometricPolynomial,
+    InvalidInputError,
+    QuasiGeodesic,
+    RiemannianCubic,
+    Stiefel,
+)
+
+
+def walk(n, k, count, seed=0):
+    manifold, rng = Stiefel(n, k), np.random.default_rng(seed + n + 100 * k)
+    points = [manifold.random_point(rng)]
+    for _ in range(count - 1):
+        V = manifold.random_tangent(points[-1], rng)
+        points.append(manifold.exp(points[-1], 0.5 * V / manifold.norm(points[-1], V)))
+    t, S = np.cumsum(rng.uniform(0.5, 1.5, count)), np.stack(points)
+    return t, S, 0.3 * manifold.random_tangent(S, rng)
+
+
+def closed(t, S):
+    return np.append(t, t[-1] + 1), np.concatenate([S, S[:1]])
+
+
+CURVES = {
+    "line": lambda t, S, V: QuasiGeodesic(S[0], S[1]),
+    "geodesic": lambda t, S, V: Geodesic(S[0], S[1]),
+    "geometric cubic": lambda t, S, V: GeometricCubic(S[0], V[0], S[1], V[1]),
+    "cubic of geodesics": lambda t, S, V: GeometricCubic(S[0], V[0], S[1], V[1], pieces="geodesic"),
+    "polynomial": lambda t, S, V: GeometricPolynomial(S[:3]),
+    "minimal cost": lambda t, S, V: GeometricPolynomial.minimal_cost(S[0], V[0], S[1], V[1], degree=4),
+    "initial": lambda t, S, V: RiemannianCubic.from_initial(S[0], V[0], V[0], 0 * V[0], 2.0).reversed(),
+    "boundary": lambda t, S, V: RiemannianCubic.from_boundary(S[0], V[0], S[1], V[1]),
+    "hermite": CubicHermite,
+    "geometric hermite": lambda t, S, V: CubicHermite(t, S, V, "geometric", extrapolate=True),
+    "natural": lambda t, S, V: CubicSpline(t, S),
+    "clamped": lambda t, S, V: CubicSpline(t, S, "clamped", extrapolate=True),
+    "periodic": lambda t, S, V: CubicSpline(*closed(t, S), "periodic"),
+    "mixed": lambda t, S, V: CubicSpline(t, S, ((2, V[0]), "clamped")),
+    "velocities": lambda t, S, V: CubicSpline(t, S, ((1, V[0]), (1, V[-1]))),
+}
+
+
+def public(curve):
+    """The attributes of a curve, as bytes and text."""
+    found = {}
+    for name in dir(curve):
+        if name.startswith("_") or callable(getattr(curve, name)) or name == "pieces":
+            continue
+        value = getattr(curve, name)
+        found[name] = repr(value) if not isinstance(value, np.ndarray) else (value.shape, value.tobytes())
+    return found
+
+
+def assert_same(again, original):
+    assert type(again) is type(original)
+    assert public(again) == public(original)
+    start, end = original.t_span
+    shares = np.linspace(-0.2, 1.2, 15) if getattr(original, "extrapolate", False) else np.linspace(0, 1, 15)
+    t = np.clip(start + (end - start) * shares, start - 0.2 * (end - start), None)
+    t[shares == 1] = end
+    for nu in range(4):
+        assert np.array_equal(again(t, nu), original(t, nu))
+    assert again.cost() == original.cost()
+    if isinstance(original, stiefel_rs.PiecewiseCurve):
+        for found, expected in zip(again.pieces, original.pieces, strict=True):
+            assert_same(found, expected)
+
+
+@pytest.mark.parametrize("size", [(3, 1), (3, 2), (4, 4), (20, 2)])
+@pytest.mark.parametrize("name", CURVES)
+def test_the_same_curve_comes_back(name, size, tmp_path):
+    original = CURVES[name](*walk(*size, 4))
+    path = tmp_path / "curve of any name"
+    original.save(path)
+    again = stiefel_rs.load(path)
+    assert isinstance(again, Curve)
+    assert_same(again, original)
+    assert_same(pickle.loads(pickle.dumps(original)), original)
+    # Saved again, the same bytes: nothing is lost on the way.
+    second = tmp_path / "second.npz"
+    again.save(str(second))
+    with np.load(path) as first, np.load(second) as other:
+        assert first.files == other.files
+        for key in first.files:
+            assert np.array_equal(first[key], other[key])
+    assert sorted(os.listdir(tmp_path)) == ["curve of any name", "second.npz"]
+
+
+def test_the_file_is_one_of_plain_arrays(tmp_path):
+    t, S, V = walk(3, 2, 4)
+    path = tmp_path / "spline.npz"
+    CubicSpline(t, S, ((1, V[0]), "natural")).save(path)
+    with np.load(path, allow_pickle=False) as file:
+        assert file["format"] == "stiefel_rs curve"
+        assert file["version"] == 1
+        assert file["kind"] == "CubicSpline"
+        assert np.array_equal(file["t"], t)
+        assert np.array_equal(file["S"], S)
+        assert file["bc_first"] == "velocity"
+        assert np.array_equal(file["bc_first_vector"], V[0])
+        assert file["bc_last"] == "natural"
+
+
+def test_a_file_is_replaced_only_by_a_whole_one(tmp_path):
+    t, S, V = walk(3, 2, 4)
+    path = tmp_path / "curve.npz"
+    QuasiGeodesic(S[0], S[1]).save(path)
+    CubicHermite(t, S, V).save(path)
+    assert isinstance(stiefel_rs.load(path), CubicHermite)
+    with pytest.raises(OSError):
+        QuasiGeodesic(S[0], S[1]).save(tmp_path)
+    with pytest.raises(OSError):
+        QuasiGeodesic(S[0], S[1]).save(tmp_path / "no" / "folder.npz")
+    with pytest.raises(TypeError):
+        QuasiGeodesic(S[0], S[1]).save(7)
+    assert os.listdir(tmp_path) == ["curve.npz"]
+
+
+def refused(path, match):
+    with pytest.raises(InvalidInputError, match=match) as caught:
+        stiefel_rs.load(path)
+    assert str(path) in str(caught.value)
+
+
+def test_files_that_cannot_be_read_are_errors_of_the_system(tmp_path):
+    with pytest.raises(FileNotFoundError):
+        stiefel_rs.load(tmp_path / "nothing")
+    with pytest.raises(OSError):
+        stiefel_rs.load(tmp_path)
+    with pytest.raises(TypeError):
+        stiefel_rs.load(None)
+
+
+def test_foreign_files_are_refused(tmp_path):
+    path = tmp_path / "foreign"
+    for content in (
+        b"",
+        b"P",
+        b"PK",
+        b"text",
+        b"\x93NUMPY",
+        os.urandom(1000),
+        pickle.dumps(list(CURVES)),
+        b"PK" + bytes(100),
+    ):
+        path.write_bytes(content)
+        refused(path, ": .")
+    with open(path, "wb") as file:
+        np.save(file, np.zeros(3))
+    refused(path, "no archive of arrays")
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("readme.txt", "hello")
+    refused(path, ": .")
+    for arrays in (
+        {},
+        {"t": np.zeros(3)},
+        {"format": "another", "version": 1, "kind": "CubicSpline"},
+        {"format": "stiefel_rs curve", "version": 1, "kind": "Spline"},
+        {"format": "stiefel_rs curve", "version": 1},
+        {"format": "stiefel_rs curve", "version": 1, "kind": "CubicSpline"},
+        {"format": "stiefel_rs curve", "version": 1, "kind": 7},
+        {"format": "stiefel_rs curve", "version": 1.0, "kind": "CubicSpline"},
+        {"format": np.array(["stiefel_rs curve"] * 2), "version": 1, "kind": "CubicSpline"},
+    ):
+        with open(path, "wb") as file:
+            np.savez(file, **arrays)
+        refused(path, "stored curve: |expected real numbers")
+    with open(path, "wb") as file:
+        np.savez(file, format=np.array({"a": 1}, object))
+    refused(path, "pickle")
+
+
+def test_newer_files_say_so(tmp_path):
+    t, S, _ = walk(3, 2, 4)
+    path = tmp_path / "newer.npz"
+    CubicSpline(t, S).save(path)
+    with np.load(path) as file:
+        arrays = dict(file)
+    for version, match in ((2, r"written by a newer version of the package, form 2; this one reads 1"), (0, "form 0")):
+        with open(path, "wb") as file:
+            np.savez(file, **{**arrays, "version": version})
+        refused(path, match)
+
+
+@pytest.mark.parametrize("name", ["line", "geometric cubic", "boundary", "hermite", "mixed"])
+def test_truncated_files_are_refused(name, tmp_path):
+    original = CURVES[name](*walk(3, 2, 3))
+    path = tmp_path / "cut.npz"
+    original.save(path)
+    whole = path.read_bytes()
+    for size in np.unique(np.linspace(0, len(whole) - 1, 120).astype(int)):
+        path.write_bytes(whole[:size])
+        refused(path, ": .")
+
+
+@pytest.mark.parametrize("name", ["geometric cubic", "boundary", "mixed"])
+def test_damaged_files_are_refused_or_the_same(name, tmp_path):
+    original = CURVES[name](*walk(3, 2, 3))
+    path = tmp_path / "damaged.npz"
+    original.save(path)
+    whole = path.read_bytes()
+    rng, count = np.random.default_rng(0), 0
+    for place in rng.choice(len(whole), 300, replace=False):
+        damaged = bytearray(whole)
+        damaged[place] ^= 1 << int(rng.integers(8))
+        path.write_bytes(damaged)
+        try:
+            again = stiefel_rs.load(path)
+        except InvalidInputError as error:
+            assert str(path) in str(error)
+            count += 1
+        else:
+            # A date of an entry, for example.
+            assert_same(again, original)
+    assert count > 100
+
+
+INCONSISTENT = {
+    "t": lambda x: x[::-1],
+    "S": lambda x: x[::-1],
+    "extrapolate": lambda x: x + 2,
+    "report": lambda x: x + 7,
+    "bc_type": lambda x: np.array("not-a-knot"),
+    "pieces": lambda x: np.array("cubic"),
+    "bc_first": lambda x: np.array("periodic"),
+    "bc_first_vector": lambda x: x[:2],
+}
+
+
+@pytest.mark.parametrize("name", INCONSISTENT)
+def test_inconsistent_splines_are_refused(name, tmp_path):
+    t, S, V = walk(3, 2, 4)
+    path = tmp_path / "inconsistent.npz"
+    CubicSpline(t, S, ((1, V[0]), "natural")).save(path)
+    with np.load(path) as file:
+        arrays = dict(file)
+    with open(path, "wb") as file:
+        np.savez(file, **{**arrays, name: INCONSISTENT[name](arrays[name])})
+    refused(path, ": .")
+    for changed in (arrays[name][..., None][:0], np.full(3, np.nan), np.array("word")):
+        with open(path, "wb") as file:
+            np.savez(file, **{**arrays, name: changed})
+        refused(path, ": .")
+
+
+def test_pieces_of_different_splines_are_refused(tmp_path):
+    t, S, V = walk(3, 2, 4)
+    path = tmp_path / "mixed.npz"
+    CubicSpline(t, S).save(path)
+    with np.load(path) as file:
+        arrays = dict(file)
+    CubicHermite(t, S, V, "geometric").save(path)
+    with np.load(path) as file:
+        other = dict(file)
+    for mixed in ({**arrays, "kind": "CubicHermite"}, {**other, "kind": "CubicSpline"}, {**arrays, **other}):
+        with open(path, "wb") as file:
+            np.savez(file, **mixed)
+        refused(path, "stored curve: ")
