@@ -5,11 +5,10 @@ from __future__ import annotations
 from textwrap import fill
 from typing import Any
 
-import reduced_order_model
-
 import attitude
 import grand_tour
 import moving_subspace
+import reduced_order_model
 from figures import FIGURES
 
 WIDTH = 120

@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from figures import BLACK, BLUE, ORANGE, SKY, VERMILION, command_line, new_figure, save
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline as ScipySpline
 from scipy.linalg import solve_banded
 
+from figures import BLACK, BLUE, ORANGE, SKY, VERMILION, command_line, new_figure, save
 from stiefel_rs import CubicSpline, Stiefel
 
 Array = NDArray[np.float64]
