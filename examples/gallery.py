@@ -50,8 +50,8 @@ velocity jumps, at one keyframe by {jump_of_slerp_velocity:.1f} degrees/s, which
 ![Left: three entries of a basis of the plane: of noisy windows, smoothed, and true. Right: angle to the true
 plane](figures/gallery/moving_subspace.png)
 
-[moving_subspace.py](../examples/moving_subspace.py) has 24 noisy sensors whose signals stay near a plane that turns,
-by {turned:.0f} degrees in a minute. Windows of one second give it as their two largest principal components, with an
+[moving_subspace.py](../examples/moving_subspace.py) has 24 noisy sensors whose signals stay near a plane that turns, by
+up to {turned:.0f} degrees in a minute. Windows of one second give it as their two largest principal components, with an
 error of {rms_one_window:.1f} degrees (root of the mean square). Longer windows are less noisy and lag behind; the
 length that is best, known here since the truth is, is {best_length} s, with {rms_best_length:.1f} degrees.
 `SmoothingSpline` through the bases of the short windows, points of St(24,2) turned in their planes to be near to each

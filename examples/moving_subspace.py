@@ -20,9 +20,9 @@ SEED = 7
 SENSORS, DIMENSION = 24, 2
 DURATION = 60.0
 RATE = 25
-NOISE = 0.8
+NOISE = 0.2
 WINDOW = 1.0
-LONGER = (1, 3, 5, 7, 9, 13)
+LONGER = (1, 3, 5, 7, 9, 13, 17)
 
 
 def truth(t: Array, rng: np.random.Generator) -> Array:
@@ -30,7 +30,7 @@ def truth(t: Array, rng: np.random.Generator) -> Array:
     S = Stiefel(SENSORS, DIMENSION).random_point(rng=rng)
     A, B = (W - W.T for W in rng.standard_normal((2, SENSORS, SENSORS)) / SENSORS)
     x = (t / DURATION)[:, None, None]
-    return skew_exp(np.sin(2 * np.pi * x) * A) @ (skew_exp(3 * x * x * B) @ S)
+    return skew_exp(4 * np.sin(2 * np.pi * x) * A) @ (skew_exp(3 * x * x * B) @ S)
 
 
 def measurements(t: Array, U: Array, rng: np.random.Generator) -> Array:
@@ -59,7 +59,7 @@ def angles(U: Array, W: Array) -> Array:
 def main(out: Path, *, quick: bool = False) -> dict[str, Any]:
     """Follow a moving plane from noisy windows of data."""
     rng = np.random.default_rng(SEED)
-    duration = DURATION / 4 if quick else DURATION
+    duration = DURATION / 2 if quick else DURATION
     t = (np.arange(int(duration * RATE)) + 0.5) / RATE
     windows = measurements(t, truth(t, rng), rng).reshape(-1, int(WINDOW * RATE), SENSORS)
     middle = (np.arange(len(windows)) + 0.5) * WINDOW
@@ -76,7 +76,7 @@ def main(out: Path, *, quick: bool = False) -> dict[str, Any]:
         "best_length": best,
         "rms_best_length": rms[best],
         "rms_smoothed": float(np.sqrt(np.mean(smoothed**2))),
-        "turned": float(angles(exact[:1], exact[-1:])[0]),
+        "turned": float(angles(exact[:1], exact).max()),
     }
     dense = np.linspace(*curve.t_span, 401)
     near = curve(middle)
@@ -98,7 +98,8 @@ def draw(out: Path, times: tuple[Array, Array], entries: Any, errors: list[Array
         left.plot(middle, exact[:, sensor, 0], "--", color=BLACK, linewidth=1, label=None if i else "truth")
         left.plot(dense, smooth[:, sensor, 0], color=colour, label=f"sensor {sensor}: windows, spline")
     left.set(xlabel="time (s)", ylabel="entry of the plane's first basis vector")
-    left.legend(loc="best")
+    left.legend(loc="upper center", ncols=2)
+    left.set_ylim(top=1.35 * np.abs(exact[:, shown, 0]).max())
     labels = (
         f"windows of {WINDOW:g} s: rms {numbers['rms_one_window']:.1f}°",
         f"best longer windows, {numbers['best_length']} s: rms {numbers['rms_best_length']:.1f}°",
@@ -107,8 +108,9 @@ def draw(out: Path, times: tuple[Array, Array], entries: Any, errors: list[Array
     styles = ({"color": SKY, "linestyle": ":"}, {"color": VERMILION, "linestyle": "--"}, {"color": BLUE})
     for error, label, style in zip(errors, labels, styles, strict=True):
         right.plot(middle, error, label=label, **style)
-    right.set(xlabel="time (s)", ylabel="angle to the true plane (degrees)", ylim=(0, None))
-    right.legend(loc="best")
+    top = 1.3 * max(error.max() for error in errors)
+    right.set(xlabel="time (s)", ylabel="angle to the true plane (degrees)", ylim=(0, top))
+    right.legend(loc="upper center")
     save(figure, out)
 
 
