@@ -121,7 +121,8 @@ def read(path: Path) -> Arrays:
         It is no archive of plain arrays.
     """
     try:
-        with np.load(path, allow_pickle=False) as archive:
+        # NumPy leaves a file open that it cannot read, unless the file is its caller's.
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
             if isinstance(archive, np.ndarray):
                 raise InvalidInputError(f"{path}: one array, where an .npz archive of t and S is needed")
             return {name: archive[name] for name in archive.files}
