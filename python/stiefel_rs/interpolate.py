@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 import sys
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final
 
@@ -122,14 +123,13 @@ def read(path: Path) -> Arrays:
     """
     try:
         # NumPy leaves a file open that it cannot read, unless the file is its caller's.
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
-            if isinstance(archive, np.ndarray):
-                raise InvalidInputError(f"{path}: one array, where an .npz archive of t and S is needed")
-            return {name: archive[name] for name in archive.files}
-    except InvalidInputError:
-        raise
+        with path.open("rb") as file:
+            archive = np.load(file, allow_pickle=False)
+            if not isinstance(archive, np.ndarray):
+                return {name: archive[name] for name in archive.files}
     except (ValueError, EOFError, zipfile.BadZipFile) as error:
         raise InvalidInputError(f"{path}: not an .npz archive of plain arrays ({error})") from error
+    raise InvalidInputError(f"{path}: one array, where an .npz archive of t and S is needed")
 
 
 def _array(arrays: Arrays, name: str, why: str) -> NDArray[Any]:
@@ -186,23 +186,35 @@ def _sample_times(arguments: argparse.Namespace, curve: Curve) -> Array | None:
     return at
 
 
+@contextmanager
+def _naming(path: Path) -> Iterator[None]:
+    """Name the file that was asked for where it cannot be written, not one that was to become it."""
+    try:
+        yield
+    except OSError as error:
+        raise OSError(error.errno, error.strerror or str(error), str(path)) from error
+
+
 def _write(arguments: argparse.Namespace) -> list[str]:
     arrays = read(arguments.input)
     curve = build(arrays, arguments.kind, arguments.bc_type, arguments.lam)
     t = _sample_times(arguments, curve)
     # Before anything is written: a time outside of the curve is an error.
     samples = None if t is None else evaluate(curve, t)
-    curve.save(arguments.out)
+    with _naming(arguments.out):
+        curve.save(arguments.out)
     lines = [describe(curve, arguments.kind, len(arrays["t"])), f"curve: {arguments.out}"]
     if samples is not None:
         path = arguments.samples or arguments.out.with_name(f"{arguments.out.stem}_samples.npz")
-        np.savez(path, **samples)
+        with _naming(path):
+            np.savez(path, **samples)
         lines.append(f"samples: {path}, {len(samples['t'])} times")
     if arguments.plot is not None:
         # Here, since matplotlib is optional and slow to import.
         from . import interpolate_figure  # noqa: PLC0415
 
-        interpolate_figure.write(arguments.plot, curve, arrays["t"], arrays["S"])
+        with _naming(arguments.plot):
+            interpolate_figure.write(arguments.plot, curve, arrays["t"], arrays["S"])
         lines.append(f"plot: {arguments.plot}")
     return lines
 
@@ -213,15 +225,14 @@ def run(arguments: argparse.Namespace) -> int:
         for line in _write(arguments):
             print(line)
     except OSError as error:
-        return _fail([f"{error.filename or arguments.out}: {error.strerror or error}"])
+        return _fail(f"{error.filename}: {error.strerror}")
     except ImportError as error:
-        return _fail([f"no figure ({error}): pip install stiefel-rs[plot]"])
+        return _fail(f"no figure ({error}): pip install stiefel-rs[plot]")
     except (StiefelError, ValueError, TypeError) as error:
-        return _fail([str(error)])
+        return _fail(str(error))
     return 0
 
 
-def _fail(lines: Sequence[str]) -> int:
-    for line in lines:
-        print(f"stiefel-rs: {line}", file=sys.stderr)
+def _fail(message: str) -> int:
+    print(f"stiefel-rs: {message}", file=sys.stderr)
     return 1

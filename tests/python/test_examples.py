@@ -61,7 +61,7 @@ def test_attitude(run):
 def test_reduced_order_model(run):
     found = run("reduced_order_model")["five"]
     spline = found["spline on St(2000,6)"]
-    # Measured with nine positions: 1.56 and 1.40.
+    # Measured: 1.52 and 1.40.
     assert found["entries interpolated"] > 1.4 * spline
     assert found["the same, made orthonormal"] > 1.25 * spline
     assert found["modes of the nearest position"] > 10 * spline
