@@ -7,6 +7,7 @@ import sys
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from benchmarks.spline_problems import Knots, evaluations
 from stiefel_rs import CubicHermite, CubicSpline, Stiefel
 
 MEBIBYTE = 2**20
+Kind = Literal["riemannian", "geometric"]
 
 
 def frames(knots: Knots) -> Array:
@@ -27,7 +29,7 @@ def frames(knots: Knots) -> Array:
     return np.ascontiguousarray(knots.S[:, :, :2])
 
 
-def setup_task(count: int, *, kind: str = "riemannian", columns: int = 2) -> Task:
+def setup_task(count: int, *, kind: Kind = "riemannian", columns: int = 2) -> Task:
     """The natural spline through keyframes; its points are what is compared."""
     knots = spline_problems.keyframes(count)
     S = knots.S if columns == 3 else frames(knots)
@@ -58,20 +60,26 @@ def points_task(*, columns: int = 2) -> Task:
     return Task(lambda: curve(t), units=len(t), result=lambda: curve(t)[..., :2])
 
 
-def hermite_task(kind: str) -> Task:
-    """Hermite interpolant of the known curve."""
+def samples() -> tuple[Array, Array, Array]:
+    """Times, points and velocities of the known curve."""
     knots = spline_problems.sampled()
+    assert knots.V is not None
+    return knots.t, knots.S, knots.V
+
+
+def hermite_task(kind: Kind) -> Task:
+    """Hermite interpolant of the known curve."""
+    t, S, V = samples()
 
     def run() -> CubicHermite:
-        return CubicHermite(knots.t, knots.S, knots.V, kind=kind)
+        return CubicHermite(t, S, V, kind=kind)
 
     return Task(run, result=lambda: run()(spline_problems.checks()))
 
 
-def hermite_point_task(kind: str) -> Task:
+def hermite_point_task(kind: Kind) -> Task:
     """One point of it."""
-    knots = spline_problems.sampled()
-    curve = CubicHermite(knots.t, knots.S, knots.V, kind=kind)
+    curve = CubicHermite(*samples(), kind=kind)
     return Task(lambda: curve(0.3), result=lambda: curve(spline_problems.checks()))
 
 
@@ -84,12 +92,11 @@ def exact_task() -> Task:
 
 def hermite_error() -> float:
     """Largest error of the Hermite interpolant over that of the tangent-space method."""
-    knots, t = spline_problems.sampled(), spline_problems.checks()
-    assert knots.V is not None
+    knots, t = samples(), spline_problems.checks()
     n, k, _ = spline_problems.SAMPLED
     exact = spline_problems.factors(n, k, t)[0]
-    tangent = TangentHermite(knots.t, knots.S, knots.V)
-    ours = CubicHermite(knots.t, knots.S, knots.V)(t) - exact
+    tangent = TangentHermite(*knots)
+    ours = CubicHermite(*knots)(t) - exact
     theirs = np.stack([tangent(float(x)) for x in t]) - exact
     return float(np.linalg.norm(ours, axis=(1, 2)).max() / np.linalg.norm(theirs, axis=(1, 2)).max())
 

@@ -8,7 +8,7 @@ import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Literal, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,12 +19,12 @@ from .errors import InvalidInputError, StiefelError
 
 Array = NDArray[np.float64]
 Arrays = dict[str, NDArray[Any]]
-HERMITE: Final = {"hermite": "riemannian", "geometric-hermite": "geometric"}
-SPLINES: Final = ("riemannian", "geometric")
+Kind = Literal["riemannian", "geometric"]
+HERMITE: Final[dict[str, Kind]] = {"hermite": "riemannian", "geometric-hermite": "geometric"}
+SPLINES: Final[dict[str, Kind]] = {"riemannian": "riemannian", "geometric": "geometric"}
 SMOOTHING: Final = "smoothing"
 KINDS: Final = (*SPLINES, *HERMITE, SMOOTHING)
 BC_TYPES: Final = ("natural", "clamped", "periodic", "velocities")
-USED: Final = {"riemannian": "t, S", "geometric": "t, S", "hermite": "t, S, V", "geometric-hermite": "t, S, V"}
 MAX_SAMPLES: Final = 10_000_000
 
 DESCRIPTION: Final = """\
@@ -159,8 +159,9 @@ def build(arrays: Arrays, kind: str, bc_type: str | None = None, lam: float | No
         V = _array(arrays, "V", f"--bc-type {bc_type}")
         if V.ndim != 3 or len(V) < 2:
             raise InvalidInputError(f"V: shape (N, n, k) expected, found {V.shape}")
-        return CubicSpline(t, S, bc_type=((1, V[0]), (1, V[-1])), kind=kind)
-    return CubicSpline(t, S, bc_type=bc_type or "natural", kind=kind)
+        return CubicSpline(t, S, bc_type=((1, V[0]), (1, V[-1])), kind=SPLINES[kind])
+    ends = cast(Literal["natural", "clamped", "periodic"], bc_type or "natural")
+    return CubicSpline(t, S, bc_type=ends, kind=SPLINES[kind])
 
 
 def evaluate(curve: Curve, t: Array) -> Arrays:
@@ -207,7 +208,7 @@ def _write(arguments: argparse.Namespace) -> list[str]:
     if samples is not None:
         path = arguments.samples or arguments.out.with_name(f"{arguments.out.stem}_samples.npz")
         with _naming(path):
-            np.savez(path, **samples)
+            np.savez(path, **cast(Any, samples))
         lines.append(f"samples: {path}, {len(samples['t'])} times")
     if arguments.plot is not None:
         # Here, since matplotlib is optional and slow to import.
