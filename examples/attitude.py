@@ -91,15 +91,13 @@ def draw(out: Path, t: Array, curves: tuple[Any, Any], keyframes: Array, numbers
     for i, (name, style) in enumerate(CURVES.items()):
         upper.plot(t, np.degrees(np.linalg.norm(rates[0][i], axis=1)), **style)
         if i < 2:
-            label = f"{name}, {1e3 * costs[i]:.2f}"
+            label = f"{name}: {1e3 * costs[i]:.2f}"
             lower.plot(t, np.degrees(np.linalg.norm(rates[1][i], axis=1)), label=label, **style)
     upper.set(ylabel="angular velocity\n(degrees/s)")
     upper.tick_params(labelbottom=False)
-    lower.set(xlabel="time (s)", ylabel="angular acceleration\n(degrees/s²)", ylim=(0, 2.1))
-    lower.set_title(
-        "in the legend the cost, the integral of its square in 10⁻³ rad²/s³; that of slerp is infinite", fontsize=9
-    )
-    lower.legend(loc="upper center", ncols=2)
+    lower.set(xlabel="time (s)", ylabel="angular acceleration\n(degrees/s²)", ylim=(0, 2.3))
+    lower.set_title("in the legend: cost, the integral of its square, in 10⁻³ rad²/s³", fontsize=9)
+    lower.legend(loc="upper center")
     for ax in (upper, lower):
         for time in TIMES:
             ax.axvline(time, color=ORANGE, linewidth=0.8, alpha=0.7)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 from collections.abc import Callable
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
+from PIL import Image
 
 FIGURES = Path(__file__).resolve().parent.parent / "docs" / "figures" / "gallery"
 # Okabe and Ito: they differ for colour-blind readers too.
@@ -41,9 +43,11 @@ def new_figure(width: float = 10.0, height: float = 4.6) -> Figure:
 
 
 def save(figure: Figure, out: Path) -> None:
-    """Write the figure with few colours: a third of the bytes."""
+    """Write the figure with a palette of 96 colours: a third of the bytes."""
     out.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(out, dpi=DPI, metadata={"Software": None})
+    memory = BytesIO()
+    figure.savefig(memory, dpi=DPI, format="png", metadata={"Software": None})
+    Image.open(memory).convert("RGB").quantize(96, dither=Image.Dither.NONE).save(out, format="png", optimize=True)
 
 
 def command_line(main: Callable[..., dict[str, Any]], name: str) -> None:

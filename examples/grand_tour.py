@@ -89,10 +89,15 @@ def picture(ax: Axes, P: Array, data: tuple[Array, list[str]]) -> None:
     Y, labels = data[0] @ P, np.array(data[1])
     for name, (colour, marker) in SPECIES.items():
         ax.scatter(*Y[labels == name].T, s=7, c=colour, marker=marker, alpha=0.6, linewidths=0, label=name)
-    for row, name in zip(2.8 * P, NAMES, strict=True):
-        ax.plot([0, row[0]], [0, row[1]], color=BLACK, linewidth=0.8)
-        if np.hypot(*row) > 1.2:
-            ax.text(*row * (1 + 0.45 / np.hypot(*row)), name, ha="center", va="center", fontsize=7)
+    named: list[Array] = []
+    for i in np.argsort(-np.linalg.norm(P, axis=1)):
+        end = 2.8 * P[i]
+        ax.plot([0, end[0]], [0, end[1]], color=BLACK, linewidth=0.8)
+        place = end * (1 + 0.45 / np.hypot(*end))
+        # Longest first; a name that would lie on another is left out.
+        if np.hypot(*end) > 1.2 and all(abs(place - other)[1] > 0.45 or abs(place - other)[0] > 1.5 for other in named):
+            ax.text(*place, NAMES[i], ha="center", va="center", fontsize=7)
+            named.append(place)
     ax.set(xlim=(-3.9, 3.9), ylim=(-3.9, 3.9), aspect="equal", xticks=[], yticks=[])
     ax.grid(visible=False)
 
@@ -101,7 +106,7 @@ def draw(out: Path, tour: CubicSpline, data: tuple[Array, list[str]], times: Arr
     """Projections along the tour; below them, how well each separates the species."""
     columns = len(times) // 2
     figure = new_figure(10.0, 7.2)
-    grid = figure.add_gridspec(3, columns, height_ratios=[1, 1, 0.55])
+    grid = figure.add_gridspec(3, columns, height_ratios=[1, 1, 0.5])
     for i, time in enumerate(times):
         ax = figure.add_subplot(grid[i // columns, i % columns])
         picture(ax, tour(time), data)

@@ -55,15 +55,16 @@ def draw_norms(curve: Curve, t: Array, knots: Array, *, axes: tuple[Axes, Axes])
     """Draw the lengths of velocity and covariant acceleration in the canonical metric against time."""
     M, S = Stiefel(curve.n, curve.k), curve(t)
     for ax, vectors, label, colour in (
-        (axes[0], curve.velocity(t), "speed", COLOURS[0]),
-        (axes[1], curve.acceleration(t), "covariant\nacceleration", COLOURS[1]),
+        (axes[0], curve.velocity(t), "velocity", COLOURS[0]),
+        (axes[1], curve.acceleration(t), "covariant acceleration", COLOURS[1]),
     ):
         ax.plot(t, M.norm(S, vectors), color=colour)
-        ax.set_ylabel(f"{label} (canonical norm)")
+        ax.set_ylabel(label)
         ax.set_ylim(bottom=0)
         if len(knots) <= 100:
             ax.plot(knots, np.zeros(len(knots)), "|", color="#555555", markersize=9, clip_on=False)
         ax.grid(**plotting.GRID)
+    axes[0].set_title("lengths in the canonical metric")
     axes[0].tick_params(labelbottom=False)
     axes[1].set_xlabel("time t (units of the input; bars: its points)")
 
@@ -71,19 +72,19 @@ def draw_norms(curve: Curve, t: Array, knots: Array, *, axes: tuple[Axes, Axes])
 def figure(curve: Curve, t: Array, S: Array) -> Figure:
     """Paths of the columns where they can be drawn (n of 2 and 3), and the lengths of velocity and acceleration."""
     times = np.unique(np.concatenate([np.linspace(*curve.t_span, SAMPLES), np.asarray(t, dtype=np.float64)]))
-    paths = curve.n in (2, 3)
+    paths, spherical = curve.n in (2, 3), curve.n == 3
     made = plotting._new_figure(9.0 if paths else 6.4, 4.4)
-    margins = (0.2, 0.2, 0.6, 0.3) if paths else (0.9, 0.2, 0.6, 0.3)
+    margins = (0.2 if spherical else 0.8, 0.2, 0.6, 0.4)
     grid = plotting._grid(made, 2, 2 if paths else 1, margins, hspace=0.12, wspace=0.32)
     if paths:
         points, knots = curve(times), np.asarray(S, dtype=np.float64)
-        if curve.n == 3:
+        if spherical:
             left = made.add_subplot(grid[:, 0], projection="3d", computed_zorder=False)
             draw_sphere(points, knots, ax=left)
         else:
             left = made.add_subplot(grid[:, 0])
             draw_circle(points, knots, ax=left)
-        left.legend(loc="lower left", frameon=False)
+        left.legend(loc="lower left" if spherical else "center", frameon=False)
     upper = made.add_subplot(grid[0, -1])
     lower = made.add_subplot(grid[1, -1], sharex=upper)
     draw_norms(curve, times, np.asarray(t, dtype=np.float64), axes=(upper, lower))
