@@ -8,6 +8,8 @@
 //!
 //! are the distance from the knot, and velocity and covariant acceleration there; `hor(M x'')` is the third vector.
 
+use std::ops::Mul;
+
 use faer::{Mat, MatRef};
 
 use super::initial::{Coordinates, Horizontal};
@@ -18,6 +20,7 @@ use super::taylor::{Accuracy, March};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::dual::{Dual, Number};
+use crate::linalg::lanes::{LANES, Lanes};
 
 /// Legs of splines of one shape; sizes of blocks hidden.
 pub(crate) trait Leg: Send {
@@ -33,6 +36,19 @@ pub(crate) trait Leg: Send {
         accuracy: Accuracy,
         values: &mut [f64],
     ) -> Result<f64>;
+
+    /// The same for as many legs as there are lanes, which takes as long as for two of them: a start, a frame and values for each.
+    /// The steps of all are as short as the shortest.
+    ///
+    /// # Errors
+    /// As [`Leg::arrive_into`], where one of the legs cannot be integrated.
+    fn arrive_abreast_into(
+        &mut self,
+        start: &[Vec<f64>; LANES],
+        next: [&[f64]; LANES],
+        accuracy: Accuracy,
+        values: &mut [f64],
+    ) -> Result<[f64; LANES]>;
 
     /// The derivative of distance, velocity and acceleration with respect to the start, shape `(3d, 3d)`.
     ///
@@ -57,6 +73,7 @@ pub(crate) fn leg<'a>(blocks: Sized, interrupt: Interrupt<'a>) -> Box<dyn Leg + 
 /// A pass of dual numbers carries `N` directions.
 struct Marches<'a, B, const N: usize> {
     plain: March<f64, B>,
+    abreast: Option<March<Lanes, B>>,
     several: Option<March<Dual<N>, B>>,
     scratch: Vec<f64>,
     interrupt: Interrupt<'a>,
@@ -66,6 +83,7 @@ impl<'a, B: Blocks, const N: usize> Marches<'a, B, N> {
     fn new(blocks: B, interrupt: Interrupt<'a>) -> Self {
         Marches {
             plain: March::new(blocks, Accuracy::FULL),
+            abreast: None,
             several: None,
             scratch: Vec::new(),
             interrupt,
@@ -82,14 +100,57 @@ impl<B: Blocks, const N: usize> Leg for Marches<'_, B, N> {
         values: &mut [f64],
     ) -> Result<f64> {
         self.plain.accuracy = accuracy;
+        let scratch = &mut self.scratch;
         evaluate(
             &mut self.plain,
             start,
             next,
             self.interrupt,
-            &mut self.scratch,
+            scratch,
             values,
-        )
+        )?;
+        let sizes = [self.plain.blocks.normals(), self.plain.blocks.k()];
+        finite(off_identity(scratch, sizes), values)
+    }
+
+    fn arrive_abreast_into(
+        &mut self,
+        start: &[Vec<f64>; LANES],
+        next: [&[f64]; LANES],
+        accuracy: Accuracy,
+        values: &mut [f64],
+    ) -> Result<[f64; LANES]> {
+        let blocks = self.plain.blocks;
+        let march = self
+            .abreast
+            .get_or_insert_with(|| March::new(blocks, Accuracy::FULL));
+        march.accuracy = accuracy;
+        let together = |size: usize, of: &dyn Fn(usize, usize) -> f64| -> Vec<Lanes> {
+            let lanes = |i: usize| Lanes(std::array::from_fn(|lane| of(lane, i)));
+            (0..size).map(lanes).collect()
+        };
+        let starts = together(start[0].len(), &|lane, i| start[lane][i]);
+        let frames = together(next[0].len(), &|lane, i| next[lane][i]);
+        let size = values.len() / LANES;
+        let (mut all, mut scratch) = (vec![Lanes::ZERO; size], Vec::new());
+        evaluate(
+            march,
+            &starts,
+            &frames,
+            self.interrupt,
+            &mut scratch,
+            &mut all,
+        )?;
+        let mut distances = [0.0; LANES];
+        for (lane, values) in values.chunks_exact_mut(size).enumerate() {
+            for (value, all) in values.iter_mut().zip(&all) {
+                *value = all.0[lane];
+            }
+            let turn: Vec<f64> = scratch.iter().map(|x| x.0[lane]).collect();
+            let sizes = [blocks.normals(), blocks.k()];
+            distances[lane] = finite(off_identity(&turn, sizes), values)?;
+        }
+        Ok(distances)
     }
 
     fn derivative(&mut self, start: &[f64], next: &[f64], accuracy: Accuracy) -> Result<Mat<f64>> {
@@ -126,14 +187,15 @@ impl<B: Blocks, const N: usize> Leg for Marches<'_, B, N> {
     }
 }
 
-fn evaluate<T: Number, B: Blocks>(
+/// Leaves the frame that was reached, in that of the next knot, in front in `scratch`.
+fn evaluate<T: Number + Mul<M, Output = T>, M: Copy, B: Blocks>(
     march: &mut March<T, B>,
     start: &[T],
-    next: &[f64],
+    next: &[M],
     interrupt: Interrupt<'_>,
     scratch: &mut Vec<T>,
     values: &mut [T],
-) -> Result<f64> {
+) -> Result<()> {
     let (m, k) = (march.blocks.normals(), march.blocks.k());
     let (r, rows, normals) = (m + k, march.blocks.r::<T>(), march.blocks.m::<T>());
     put(march, start);
@@ -156,13 +218,6 @@ fn evaluate<T: Number, B: Blocks>(
             turn[row + r * col] = sum;
         }
     }
-    let mut square = 0.0;
-    for col in 0..k {
-        for row in 0..r {
-            let expected = f64::from(u8::from(row == col));
-            square += (turn[row + r * col].value() - expected).powi(2);
-        }
-    }
     let (first, rest) = values.split_at_mut(d);
     write_horizontal(first, &turn[..r * k], [m, k]);
     for (derivative, values) in rest.chunks_exact_mut(d).enumerate() {
@@ -181,8 +236,24 @@ fn evaluate<T: Number, B: Blocks>(
         }
         write_horizontal(values, moved, [m, k]);
     }
-    let distance = square.sqrt();
-    if distance.is_finite() && values.iter().all(|x| x.value().is_finite()) {
+    Ok(())
+}
+
+/// How far the first columns are from those of the identity, in norm.
+fn off_identity(turn: &[f64], [m, k]: [usize; 2]) -> f64 {
+    let r = m + k;
+    let mut square = 0.0;
+    for col in 0..k {
+        for row in 0..r {
+            let expected = f64::from(u8::from(row == col));
+            square += (turn[row + r * col] - expected).powi(2);
+        }
+    }
+    square.sqrt()
+}
+
+fn finite(distance: f64, values: &[f64]) -> Result<f64> {
+    if distance.is_finite() && values.iter().all(|x| x.is_finite()) {
         return Ok(distance);
     }
     Err(Error::Overflow {

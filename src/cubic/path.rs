@@ -209,6 +209,8 @@ impl Path {
         }
         let Sized { m, k } = self.blocks;
         match (m, k) {
+            (0, 2) => self.march(Fixed::<0, 2>, t, interrupt),
+            (0, 3) => self.march(Fixed::<0, 3>, t, interrupt),
             (1, 1) => self.march(Fixed::<1, 1>, t, interrupt),
             (2, 1) => self.march(Fixed::<2, 1>, t, interrupt),
             (3, 1) => self.march(Fixed::<3, 1>, t, interrupt),

@@ -4,6 +4,8 @@
 
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 
+use super::lanes::Lanes;
+
 /// What a polynomial kernel computes with.
 pub(crate) trait Number:
     Copy
@@ -35,7 +37,7 @@ pub(crate) trait Number:
     /// A constant.
     fn constant(x: f64) -> Self;
 
-    /// The number without its derivatives.
+    /// The number without its derivatives, or something as large.
     fn value(self) -> f64;
 }
 
@@ -111,6 +113,36 @@ impl<const N: usize> Number for Dual<N> {
     #[inline(always)]
     fn value(self) -> f64 {
         self.value
+    }
+}
+
+/// Eight numbers, each on its own: the steps of all are as short as the shortest.
+impl Number for Lanes {
+    const ZERO: Self = Lanes::ZERO;
+    const WIDTH: usize = 1;
+    const REGISTERS: usize = 4;
+
+    #[inline(always)]
+    fn accumulate<'a, const TRANSPOSED: bool>(
+        out: &mut [Self],
+        pairs: impl Iterator<Item = (&'a [Self], &'a [Self])> + Clone,
+        shape: [usize; 3],
+    ) {
+        tiles::<Self, TRANSPOSED, 1, 2>(out, pairs, shape);
+    }
+
+    #[inline(always)]
+    fn constant(x: f64) -> Self {
+        Lanes::splat(x)
+    }
+
+    /// The largest of the absolute values; NaN where there is one.
+    #[inline(always)]
+    fn value(self) -> f64 {
+        self.0.iter().fold(0.0, |largest, x| {
+            let x = x.abs();
+            if x <= largest { largest } else { x }
+        })
     }
 }
 

@@ -3,16 +3,20 @@
 //! Work and memory are linear in the number of rows.
 
 use faer::{Mat, MatRef, Scale};
+use rayon::prelude::*;
 
-use super::chain::{Chain, Way};
+use super::chain::{Chain, Motion, Movable, Way, links, square};
 use crate::cubic::guess::carry;
+use crate::cubic::initial::Coordinates;
 use crate::cubic::leg::arrival;
+use crate::cubic::path::State;
 use crate::cubic::problem::entries;
 use crate::cubic::taylor::Accuracy;
+use crate::curve::Curve;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::linalg::structure::distance;
-use crate::manifold::QuasiGeodesic;
+use crate::manifold::{QuasiGeodesic, Stiefel};
 
 /// Knots and the quasi-geodesics between them.
 pub(super) struct Ambient<'a> {
@@ -26,15 +30,33 @@ impl<'a> Ambient<'a> {
     pub(super) fn new(
         points: Vec<Mat<f64>>,
         curves: Vec<QuasiGeodesic>,
-        lengths: &[f64],
+        lengths: Vec<f64>,
         interrupt: Interrupt<'a>,
     ) -> Self {
         Ambient {
             points,
             curves,
-            lengths: lengths.to_vec(),
+            lengths,
             interrupt,
         }
+    }
+
+    /// One leg; returns `|S(1) - S_1|`.
+    fn arrive(
+        &self,
+        leg: usize,
+        start: &[f64],
+        accuracy: Accuracy,
+        values: &mut [f64],
+    ) -> Result<f64> {
+        let size = self.size();
+        let vectors = [0, 1, 2].map(|i| self.matrix(&start[size * i..][..size]));
+        let end = arrival(self.points[leg].as_ref(), vectors, accuracy, self.interrupt)?;
+        let next = self.points[leg + 1].as_ref();
+        for (end, values) in end.iter().zip(values.chunks_exact_mut(size)) {
+            write(&tangent(next, end.as_ref()), values);
+        }
+        Ok(distance(end[0].as_ref(), next))
     }
 
     fn matrix<'b>(&self, v: &'b [f64]) -> MatRef<'b, f64> {
@@ -80,19 +102,75 @@ impl Chain for Ambient<'_> {
     fn arrive_into(
         &self,
         (): &mut (),
-        leg: usize,
-        start: &[f64],
+        first: usize,
+        starts: &[Vec<f64>],
         accuracy: Accuracy,
         values: &mut [f64],
-    ) -> Result<f64> {
-        let size = self.size();
-        let vectors = [0, 1, 2].map(|i| self.matrix(&start[size * i..][..size]));
-        let end = arrival(self.points[leg].as_ref(), vectors, accuracy, self.interrupt)?;
-        let next = self.points[leg + 1].as_ref();
-        for (end, values) in end.iter().zip(values.chunks_exact_mut(size)) {
-            write(&tangent(next, end.as_ref()), values);
+        distances: &mut [f64],
+    ) -> Result<()> {
+        let each = values.chunks_exact_mut(values.len() / starts.len());
+        for (i, (start, values)) in starts.iter().zip(each).enumerate() {
+            let arrived = self.arrive(first + i, start, accuracy, values);
+            distances[i] = arrived.map_err(|error| error.at_knot(first + i))?;
         }
-        Ok(distance(end[0].as_ref(), next))
+        Ok(())
+    }
+
+    fn state(&self, leg: usize, start: &[f64]) -> (Option<Mat<f64>>, State) {
+        let size = self.size();
+        let [v, a, j] = [0, 1, 2].map(|i| self.matrix(&start[size * i..][..size]));
+        let data = Coordinates::of_checked([self.points[leg].as_ref(), v, a, j], 1.0);
+        (data.frame, State::of_coordinates(data.blocks, data.entries))
+    }
+}
+
+impl Movable for Ambient<'_> {
+    /// Vectors may come from points nearby: their tangential parts count.
+    fn moved(&self, shifts: &[f64], motion: &mut Motion) -> Result<Self> {
+        let size = self.size();
+        let moves = shifts
+            .par_chunks_exact(size)
+            .zip(&self.points)
+            .enumerate()
+            .map(|(knot, (shift, point))| {
+                let shift = tangent(point.as_ref(), self.matrix(shift));
+                let curve = QuasiGeodesic::from_velocity(point.as_ref(), shift.as_ref());
+                curve.map_err(|error| error.at_knot(knot))
+            })
+            .collect::<Result<Vec<_>>>()?;
+        let carried = |knot: usize, v: &mut [f64]| -> Result<()> {
+            for v in v.chunks_exact_mut(size) {
+                let along = tangent(self.points[knot].as_ref(), self.matrix(v));
+                write(&carry(&moves[knot], along.as_ref(), 1.0)?, v);
+            }
+            Ok(())
+        };
+        for knot in 0..self.points.len() {
+            carried(knot, motion.velocity_mut(knot))?;
+            if knot < self.lengths.len() {
+                carried(knot, motion.bend_mut(knot))?;
+            }
+        }
+        let points = moves.iter().map(|curve| curve.point(1.0));
+        let points = points.collect::<Result<Vec<_>>>()?;
+        let curves = links(&points)?;
+        Ok(Ambient::new(
+            points,
+            curves,
+            self.lengths.clone(),
+            self.interrupt,
+        ))
+    }
+
+    fn towards(&self, knot: usize, point: &Mat<f64>) -> Result<Vec<f64>> {
+        let (n, k) = point.shape();
+        let v = Stiefel::new(n, k)?.log(self.points[knot].as_ref(), point.as_ref())?;
+        Ok(entries(&v))
+    }
+
+    fn square(&self, knot: usize, v: &[f64]) -> f64 {
+        let inner = self.points[knot].transpose() * self.matrix(v);
+        square(v) - 0.5 * inner.squared_norm_l2()
     }
 }
 

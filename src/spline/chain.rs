@@ -1,13 +1,21 @@
 //! Knots in a row with a cubic between neighbours: what the solvers of splines ask of it, and the unknowns.
 
+use std::sync::Arc;
+
 use faer::Mat;
 use rayon::prelude::*;
 
+use crate::cubic::RiemannianCubic;
+use crate::cubic::path::{Path, State};
 use crate::cubic::taylor::Accuracy;
 use crate::error::Result;
+use crate::interrupt::Interrupt;
+use crate::linalg::lanes::LANES;
+use crate::manifold::QuasiGeodesic;
+use crate::manifold::quasi_geodesic::EndpointProblem;
 
-/// Legs that one task of the pool integrates.
-const LEGS: usize = 8;
+/// Legs that one task of the pool integrates, abreast where that is faster.
+pub(super) const LEGS: usize = LANES;
 
 /// Which way a vector is carried along a leg.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,21 +52,21 @@ pub(super) trait Chain: Sync {
         out: &mut [f64],
     ) -> Result<()>;
 
-    /// The cubic of a leg from its velocity, acceleration and third vector, in the time of the leg: distance from the next knot
-    /// as a tangent vector there, then as many of velocity, acceleration and third vector as there is room for.
-    ///
-    /// Returns `|S(1) - S_1|`.
+    /// The cubics of a few legs in a row, from velocity, acceleration and third vector, in the time of the leg: for each the
+    /// distance from the next knot as a tangent vector there, then as many of velocity, acceleration and third vector as there
+    /// is room for; and `|S(1) - S_1|` into `distances`.
     ///
     /// # Errors
-    /// Where the cubic cannot be integrated; `Interrupted`.
+    /// Where a cubic cannot be integrated, in `AtKnot`; `Interrupted`.
     fn arrive_into(
         &self,
         worker: &mut Self::Worker,
-        leg: usize,
-        start: &[f64],
+        first: usize,
+        starts: &[Vec<f64>],
         accuracy: Accuracy,
         values: &mut [f64],
-    ) -> Result<f64>;
+        distances: &mut [f64],
+    ) -> Result<()>;
 
     /// The derivative of distance, velocity and acceleration at the end of a leg with respect to its start, shape
     /// `(3 size, 3 size)`; none where that is not at hand.
@@ -79,6 +87,85 @@ pub(super) trait Chain: Sync {
     fn derivative_work(&self) -> f64 {
         f64::INFINITY
     }
+
+    /// The cubic of a leg at its start: a basis of what it spans, where that is not everything, and frame and vectors in it.
+    fn state(&self, leg: usize, start: &[f64]) -> (Option<Mat<f64>>, State);
+}
+
+/// A chain whose knots are unknown too.
+pub(super) trait Movable: Chain + Sized {
+    /// Every knot moved along its tangent vector by a retraction, with the vectors of a motion carried along.
+    ///
+    /// # Errors
+    /// Where neighbours cannot be joined any more.
+    fn moved(&self, shifts: &[f64], motion: &mut Motion) -> Result<Self>;
+
+    /// The tangent vector at a knot along which the geodesic to another point leaves it.
+    ///
+    /// # Errors
+    /// Where there is none.
+    fn towards(&self, knot: usize, point: &Mat<f64>) -> Result<Vec<f64>>;
+
+    /// The square of the norm of a tangent vector.
+    fn square(&self, knot: usize, v: &[f64]) -> f64;
+}
+
+/// Quasi-geodesics between neighbours.
+///
+/// # Errors
+/// `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents`, in `AtKnot` of the first of the two.
+pub(super) fn links(points: &[Mat<f64>]) -> Result<Vec<QuasiGeodesic>> {
+    let (n, k) = points[0].shape();
+    points
+        .par_windows(2)
+        .enumerate()
+        .with_min_len(LEGS)
+        .map_init(
+            || EndpointProblem::new(n, k),
+            |problem, (knot, pair)| {
+                let mut curve = QuasiGeodesic::zeros(n, k);
+                curve
+                    .join(pair[0].as_ref(), pair[1].as_ref(), problem)
+                    .map_err(|error| error.at_knot(knot))?;
+                Ok(curve)
+            },
+        )
+        .collect()
+}
+
+/// The legs of a motion as curves, each on `[0, 1]`.
+///
+/// # Errors
+/// Where a leg cannot be integrated; `Interrupted`.
+pub(super) fn pieces<C: Chain>(
+    chain: &C,
+    motion: &Motion,
+    space: &Space,
+    interrupt: Interrupt<'_>,
+) -> Result<Vec<RiemannianCubic>> {
+    let piece = |leg: usize| {
+        let (frame, state) = chain.state(leg, &motion.start(leg, chain.lengths()[leg]));
+        let frame = match (&space.basis, frame) {
+            (Some(basis), Some(frame)) => Some(Arc::new(basis.as_ref() * frame)),
+            (Some(basis), None) => Some(Arc::clone(basis)),
+            (None, frame) => frame.map(Arc::new),
+        };
+        let mut path = Path::at(state, Accuracy::FULL);
+        path.extend_to(1.0, interrupt)?;
+        Ok(RiemannianCubic::of_path(
+            space.n, space.k, frame, path, None,
+        ))
+    };
+    let legs = (0..chain.lengths().len()).into_par_iter();
+    legs.with_min_len(LEGS).map(piece).collect()
+}
+
+/// Where the points are.
+pub(super) struct Space {
+    pub(super) n: usize,
+    pub(super) k: usize,
+    /// Orthonormal basis of the span of all points, where that is smaller than `R^n`.
+    pub(super) basis: Option<Arc<Mat<f64>>>,
 }
 
 /// The unknowns: velocities at the knots, per unit of time; acceleration and third vector at the start of each leg, in the time
@@ -159,29 +246,42 @@ impl Arrivals {
         let (size, lengths) = (chain.size(), chain.lengths());
         let mut values = vec![0.0; size * vectors * lengths.len()];
         let mut back = vec![0.0; size * 2 * lengths.len()];
-        let one = |worker: &mut C::Worker, (leg, (values, back)): Leg<'_>| -> Result<f64> {
-            let (h, end) = (lengths[leg], motion.velocity(leg + 1));
-            let distance =
-                chain.arrive_into(worker, leg, &motion.start(leg, h), accuracy, values)?;
-            for (w, v) in values[size..2 * size].iter_mut().zip(end) {
-                *w -= h * v;
+        let some = |worker: &mut C::Worker, (group, (values, back)): Group<'_>| -> Result<f64> {
+            let first = group * LEGS;
+            let count = back.len() / (2 * size);
+            let starts: Vec<Vec<f64>> = (first..first + count)
+                .map(|leg| motion.start(leg, lengths[leg]))
+                .collect();
+            let mut distances = [0.0; LEGS];
+            let distances = &mut distances[..count];
+            chain.arrive_into(worker, first, &starts, accuracy, values, distances)?;
+            let mut miss = 0.0_f64;
+            let each = values
+                .chunks_exact_mut(size * vectors)
+                .zip(back.chunks_exact_mut(2 * size));
+            for (i, (values, back)) in each.enumerate() {
+                let leg = first + i;
+                let end = motion.velocity(leg + 1);
+                for (w, v) in values[size..2 * size].iter_mut().zip(end) {
+                    *w -= lengths[leg] * v;
+                }
+                for (back, v) in back.chunks_exact_mut(size).zip(values.chunks_exact(size)) {
+                    chain.carry_into(worker, leg, Way::Back, v, back)?;
+                }
+                miss = miss.max(distances[i].hypot(square(&values[size..2 * size]).sqrt()));
             }
-            for (back, v) in back.chunks_exact_mut(size).zip(values.chunks_exact(size)) {
-                chain.carry_into(worker, leg, Way::Back, v, back)?;
-            }
-            Ok(distance.hypot(square(&values[size..2 * size]).sqrt()))
+            Ok(miss)
         };
-        let legs = values
-            .par_chunks_exact_mut(size * vectors)
-            .zip(back.par_chunks_exact_mut(2 * size))
-            .enumerate()
-            .with_min_len(LEGS);
-        let found: Vec<Result<f64>> = legs
-            .map_init(|| chain.worker(), |worker, leg| one(worker, leg))
+        let groups = values
+            .par_chunks_mut(size * vectors * LEGS)
+            .zip(back.par_chunks_mut(2 * size * LEGS))
+            .enumerate();
+        let found: Vec<Result<f64>> = groups
+            .map_init(|| chain.worker(), |worker, group| some(worker, group))
             .collect();
         let mut miss = 0.0_f64;
-        for (leg, found) in found.into_iter().enumerate() {
-            miss = miss.max(found.map_err(|error| error.at_knot(leg))?);
+        for found in found {
+            miss = miss.max(found?);
         }
         Ok(Arrivals {
             size,
@@ -242,7 +342,8 @@ impl Arrivals {
     }
 }
 
-type Leg<'a> = (usize, (&'a mut [f64], &'a mut [f64]));
+/// Legs in a row: which, values and what is carried back.
+type Group<'a> = (usize, (&'a mut [f64], &'a mut [f64]));
 
 pub(super) fn square(a: &[f64]) -> f64 {
     a.iter().map(|a| a * a).sum()

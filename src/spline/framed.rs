@@ -1,24 +1,33 @@
 //! A chain of few dimensions: every knot has an orthogonal frame, and vectors are coordinates in it.
 
 use faer::{Mat, MatRef, Scale};
+use rayon::prelude::*;
 
-use super::chain::{Chain, Way};
+use super::chain::{Chain, LEGS, Motion, Movable, Way, links, square};
 use crate::cubic::guess::turned;
 use crate::cubic::initial::Horizontal;
 use crate::cubic::leg::{Leg, leg};
-use crate::cubic::problem::{entries, pack};
+use crate::cubic::path::State;
+use crate::cubic::problem::{entries, pack, unpack};
 use crate::cubic::reduced::Sized;
 use crate::cubic::taylor::Accuracy;
+use crate::curve::Curve;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::linalg::SkewExp;
-use crate::manifold::QuasiGeodesic;
+use crate::linalg::decomp::thin_q;
+use crate::linalg::lanes::LANES;
+use crate::manifold::{QuasiGeodesic, Stiefel};
+
+/// Legs from which on it is faster to integrate eight abreast.
+const WORTHWHILE: usize = 3;
 
 /// Knots with frames, shape `(r, r)`, the point as first columns.
 pub(super) struct Framed<'a> {
     blocks: Sized,
     /// Of the points: one more than that of the blocks where `St(r, r)` is solved as `St(r, r - 1)`.
     columns: usize,
+    frames: Vec<Mat<f64>>,
     lengths: Vec<f64>,
     links: Vec<Link>,
     interrupt: Interrupt<'a>,
@@ -72,25 +81,63 @@ impl<'a> Framed<'a> {
     /// # Errors
     /// Those of an exponential.
     pub(super) fn new(
-        blocks: Sized,
         curves: &[QuasiGeodesic],
-        frames: &[Mat<f64>],
-        lengths: &[f64],
+        frames: Vec<Mat<f64>>,
+        lengths: Vec<f64>,
         share: f64,
         interrupt: Interrupt<'a>,
     ) -> Result<Self> {
+        let (r, columns) = (frames[0].nrows(), curves[0].k());
+        let blocks = blocks([r, columns]);
         let links = curves
-            .iter()
-            .zip(frames.windows(2))
+            .par_iter()
+            .zip(frames.par_windows(2))
+            .with_min_len(LEGS)
             .map(|(curve, ends)| Link::new(curve, [&ends[0], &ends[1]], share, blocks))
             .collect::<Result<_>>()?;
         Ok(Framed {
             blocks,
-            columns: curves[0].k(),
-            lengths: lengths.to_vec(),
+            columns,
+            frames,
+            lengths,
             links,
             interrupt,
         })
+    }
+
+    fn point(&self, knot: usize) -> MatRef<'_, f64> {
+        self.frames[knot].as_ref().subcols(0, self.columns)
+    }
+
+    /// The tangent vector with the given coordinates.
+    fn tangent(&self, knot: usize, v: &[f64]) -> Mat<f64> {
+        let r = self.frames[knot].nrows();
+        let mut vector = vec![0.0; r * self.columns];
+        write_vector(&mut vector, v, [r, self.blocks.k]);
+        &self.frames[knot] * MatRef::from_column_major_slice(&vector, r, self.columns)
+    }
+
+    /// The frame of a knot that is moved along a tangent vector.
+    fn moved_frame(&self, knot: usize, shift: &[f64]) -> Result<Mat<f64>> {
+        let k = self.columns;
+        let tangent = self.tangent(knot, shift);
+        let curve = QuasiGeodesic::from_velocity(self.point(knot), tangent.as_ref())?;
+        let mut frame = turned(&curve, self.frames[knot].as_ref(), 1.0);
+        let point = curve.point(1.0)?;
+        frame.as_mut().subcols_mut(0, k).copy_from(point);
+        // Against round-off of many moves.
+        Ok(thin_q(frame.as_ref()))
+    }
+}
+
+/// Sizes of the blocks of a problem with points of shape `(r, k)`: `St(r, r)` is solved as `St(r, r - 1)`, to which each of its
+/// components is isometric, since the other columns determine the last one. One column has no other one: `St(1, 1)` stays what
+/// it is, two points.
+pub(super) fn blocks([r, k]: [usize; 2]) -> Sized {
+    let columns = if r == k && k > 1 { k - 1 } else { k };
+    Sized {
+        m: r - columns,
+        k: columns,
     }
 }
 
@@ -159,13 +206,39 @@ impl<'a> Chain for Framed<'a> {
     fn arrive_into(
         &self,
         worker: &mut Worker<'a>,
-        leg: usize,
-        start: &[f64],
+        first: usize,
+        starts: &[Vec<f64>],
         accuracy: Accuracy,
         values: &mut [f64],
-    ) -> Result<f64> {
-        let next = &self.links[leg].next;
-        worker.leg.arrive_into(start, next, accuracy, values)
+        distances: &mut [f64],
+    ) -> Result<()> {
+        let size = values.len() / starts.len();
+        if starts.len() >= WORTHWHILE {
+            // The last one stands in for those that are not there.
+            let at = |lane: usize| lane.min(starts.len() - 1);
+            let next = std::array::from_fn(|lane| self.links[first + at(lane)].next.as_slice());
+            let padded = std::array::from_fn(|lane| starts[at(lane)].clone());
+            let mut all = vec![0.0; size * LANES];
+            let found = worker
+                .leg
+                .arrive_abreast_into(&padded, next, accuracy, &mut all);
+            match found {
+                Ok(found) => {
+                    distances.copy_from_slice(&found[..starts.len()]);
+                    values.copy_from_slice(&all[..values.len()]);
+                    return Ok(());
+                }
+                Err(error) if error.is_interrupted() => return Err(error),
+                // Which of them it is comes out below.
+                Err(_) => {}
+            }
+        }
+        for (i, (start, values)) in starts.iter().zip(values.chunks_exact_mut(size)).enumerate() {
+            let next = &self.links[first + i].next;
+            let found = worker.leg.arrive_into(start, next, accuracy, values);
+            distances[i] = found.map_err(|error| error.at_knot(first + i))?;
+        }
+        Ok(())
     }
 
     fn derivative(
@@ -179,9 +252,48 @@ impl<'a> Chain for Framed<'a> {
         worker.leg.derivative(start, next, accuracy).map(Some)
     }
 
+    fn state(&self, leg: usize, start: &[f64]) -> (Option<Mat<f64>>, State) {
+        let vectors = unpack::<3>(start, self.blocks);
+        let vectors = if self.blocks.k < self.columns {
+            vectors.map(|x| full(&x))
+        } else {
+            vectors
+        };
+        (None, State::new(&self.frames[leg], vectors.each_ref()))
+    }
+
     fn derivative_work(&self) -> f64 {
         // Dual numbers take half a residual for a direction; small matrices take the rest.
         3.0 + 1.5 * self.size() as f64
+    }
+}
+
+impl Movable for Framed<'_> {
+    /// Frames are carried along, so coordinates stay what they are.
+    fn moved(&self, shifts: &[f64], _: &mut Motion) -> Result<Self> {
+        let frames = shifts
+            .par_chunks_exact(self.size())
+            .enumerate()
+            .with_min_len(LEGS)
+            .map(|(knot, shift)| {
+                self.moved_frame(knot, shift)
+                    .map_err(|error| error.at_knot(knot))
+            })
+            .collect::<Result<Vec<_>>>()?;
+        let point = |frame: &Mat<f64>| frame.as_ref().subcols(0, self.columns).to_owned();
+        let points: Vec<Mat<f64>> = frames.iter().map(point).collect();
+        let curves = links(&points)?;
+        Framed::new(&curves, frames, self.lengths.clone(), 1.0, self.interrupt)
+    }
+
+    fn towards(&self, knot: usize, point: &Mat<f64>) -> Result<Vec<f64>> {
+        let (r, k) = point.shape();
+        let v = Stiefel::new(r, k)?.log(self.point(knot), point.as_ref())?;
+        Ok(coordinates(self.frames[knot].as_ref(), v.as_ref()))
+    }
+
+    fn square(&self, _: usize, v: &[f64]) -> f64 {
+        square(v)
     }
 }
 
@@ -237,6 +349,22 @@ fn read_vector(vector: &[f64], out: &mut [f64], [r, k]: [usize; 2]) {
 }
 
 /// Coordinates of a tangent vector at the first columns of a frame.
-pub(super) fn coordinates(frame: MatRef<'_, f64>, v: MatRef<'_, f64>, blocks: Sized) -> Vec<f64> {
-    pack(&[Horizontal::of_tangent(frame, v.subcols(0, blocks.k))])
+pub(super) fn coordinates(frame: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Vec<f64> {
+    let columns = blocks([v.nrows(), v.ncols()]).k;
+    pack(&[Horizontal::of_tangent(frame, v.subcols(0, columns))])
+}
+
+/// The vector of `St(r, r)` that is a given one of `St(r, r - 1)`.
+fn full(x: &Horizontal) -> Horizontal {
+    let k = x.omega.nrows();
+    let omega = Mat::from_fn(k + 1, k + 1, |i, j| match (i < k, j < k) {
+        (true, true) => x.omega[(i, j)],
+        (false, true) => x.normal[(0, j)],
+        (true, false) => -x.normal[(0, i)],
+        (false, false) => 0.0,
+    });
+    Horizontal {
+        omega,
+        normal: Mat::zeros(0, k + 1),
+    }
 }

@@ -1,6 +1,6 @@
 //! Knots: times in order, a point at each.
 
-use faer::MatRef;
+use faer::{Mat, MatRef};
 
 use crate::error::{Error, Result};
 use crate::manifold::Stiefel;
@@ -12,6 +12,22 @@ use crate::manifold::stiefel::POINT_TOLERANCE;
 /// `Shape` (fewer than two knots, numbers that do not match, points of different shapes), `NonFinite`, `InvalidArgument` (times
 /// not increasing), `NotOrthonormal`; wrapped in `AtKnot` where they are about one knot.
 pub(super) fn check(t: &[f64], points: &[MatRef<'_, f64>]) -> Result<Stiefel> {
+    let manifold = check_data(t, points)?;
+    match t.windows(2).position(|pair| pair[0] == pair[1]) {
+        Some(knot) => Err(not_increasing(
+            knot + 1,
+            t[knot + 1],
+            "greater than the time before it",
+        )),
+        None => Ok(manifold),
+    }
+}
+
+/// [`check`] for times that may repeat; two of them are different.
+///
+/// # Errors
+/// As [`check`].
+pub(super) fn check_data(t: &[f64], points: &[MatRef<'_, f64>]) -> Result<Stiefel> {
     if t.len() < 2 || t.len() != points.len() {
         return Err(Error::Shape {
             name: "t",
@@ -30,14 +46,54 @@ pub(super) fn check(t: &[f64], points: &[MatRef<'_, f64>]) -> Result<Stiefel> {
     }
     for (knot, pair) in t.windows(2).enumerate() {
         let length = pair[1] - pair[0];
-        if !(length > 0.0 && length.is_finite()) {
-            let error = Error::InvalidArgument {
-                name: "t",
-                requirement: "greater than the time before it",
-                found: pair[1],
-            };
-            return Err(error.at_knot(knot + 1));
+        if !(length >= 0.0 && length.is_finite()) {
+            return Err(not_increasing(
+                knot + 1,
+                pair[1],
+                "at least the time before it",
+            ));
         }
     }
+    if t[0] == t[t.len() - 1] {
+        return Err(not_increasing(
+            t.len() - 1,
+            t[0],
+            "different from the first time",
+        ));
+    }
     Ok(manifold)
+}
+
+fn not_increasing(knot: usize, found: f64, requirement: &'static str) -> Error {
+    let error = Error::InvalidArgument {
+        name: "t",
+        requirement,
+        found,
+    };
+    error.at_knot(knot)
+}
+
+/// Lengths of legs in units of their mean: neither large nor small.
+pub(super) struct Lengths {
+    pub(super) legs: Vec<f64>,
+    pub(super) mean: f64,
+}
+
+impl Lengths {
+    pub(super) fn of(t: &[f64]) -> Self {
+        let legs = t.len() - 1;
+        let mean = t[legs] / legs as f64 - t[0] / legs as f64;
+        Lengths {
+            legs: t
+                .windows(2)
+                .map(|pair| (pair[1] - pair[0]) / mean)
+                .collect(),
+            mean,
+        }
+    }
+}
+
+/// Whether a leg spans everything: then vectors are best written in frames.
+pub(super) fn is_small(points: &[Mat<f64>]) -> bool {
+    points[0].nrows() <= 4 * points[0].ncols()
 }

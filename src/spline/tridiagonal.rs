@@ -70,10 +70,7 @@ impl<const C: usize> Tridiagonal<C> {
         for &knot in &order {
             let mut pivot = rows[knot].diagonal;
             if let Some((_, share)) = steps.last() {
-                let change = product(&rows[knot].below, share);
-                for (pivot, change) in pivot.iter_mut().flatten().zip(change.iter().flatten()) {
-                    *pivot -= change;
-                }
+                subtract(&mut pivot, &product(&rows[knot].below, share));
             }
             let inverse = inverse(pivot)?;
             steps.push((inverse, product(&inverse, &rows[knot].above)));
@@ -156,6 +153,48 @@ impl<const C: usize> Tridiagonal<C> {
             chain.carry_into(worker, leg, way, from, to)?;
         }
         Ok(())
+    }
+}
+
+/// The diagonal blocks of the inverse of the matrix of numbers, by elimination from both ends: `(D + E - A)^{-1}` with the pivots
+/// `D` and `E` of both. `None` where one is singular.
+pub(super) fn diagonal_of_inverse<const C: usize>(rows: &[Row<C>]) -> Option<Vec<Block<C>>> {
+    let pivots = |order: &mut dyn Iterator<Item = usize>, forward: bool| -> Option<Vec<Block<C>>> {
+        let mut out = vec![[[0.0; C]; C]; rows.len()];
+        let mut before: Option<usize> = None;
+        for i in order {
+            let mut pivot = rows[i].diagonal;
+            if let Some(before) = before {
+                let (towards, back) = if forward {
+                    (&rows[i].below, &rows[before].above)
+                } else {
+                    (&rows[i].above, &rows[before].below)
+                };
+                let share = product(&inverse(out[before])?, back);
+                subtract(&mut pivot, &product(towards, &share));
+            }
+            out[i] = pivot;
+            before = Some(i);
+        }
+        Some(out)
+    };
+    let down = pivots(&mut (0..rows.len()), true)?;
+    let up = pivots(&mut (0..rows.len()).rev(), false)?;
+    (0..rows.len())
+        .map(|i| {
+            let mut sum = down[i];
+            for (sum, up) in sum.iter_mut().flatten().zip(up[i].iter().flatten()) {
+                *sum += up;
+            }
+            subtract(&mut sum, &rows[i].diagonal);
+            inverse(sum)
+        })
+        .collect()
+}
+
+fn subtract<const C: usize>(a: &mut Block<C>, b: &Block<C>) {
+    for (a, b) in a.iter_mut().flatten().zip(b.iter().flatten()) {
+        *a -= b;
     }
 }
 

@@ -1,0 +1,345 @@
+//! The equations of a smoothing spline, whose knots are unknown too, and the step that would solve them in flat space.
+//!
+//! With `r, w` the distance and lag of a leg of length `h`, carried back to its start, and `p, v` the changes of position and
+//! velocity of its knots, likewise, flat space gives
+//!
+//! ```math
+//! dx' = 6 P - 2 Q,\quad dx'' = 6 Q - 12 P,\qquad
+//! P = -r + p_{j+1} - p_j - h v_j,\quad Q = -w + h (v_{j+1} - v_j)
+//! ```
+//!
+//! The jumps of acceleration and jerk at the knots, with what the data pull, are then a block tridiagonal system for `(p, v)`
+//! with blocks of two by two numbers.
+
+use faer::Mat;
+use rayon::prelude::*;
+
+use super::chain::{Arrivals, Motion, Movable, Way, square};
+use super::iteration::Outcome;
+use super::mixing::Mixing;
+use super::tridiagonal::{Row, Shape, Tridiagonal};
+use crate::cubic::taylor::Accuracy;
+use crate::error::{Error, Result};
+use crate::report::StopReason;
+
+/// Vectors that an arrival has here: distance, velocity, acceleration and the third vector.
+const VECTORS: usize = 4;
+
+/// Residuals are integrated to this share of the one before.
+const ACCURACY_SHARE: f64 = 2e-5;
+
+/// Steps in a row that may leave more than half of the least residual so far.
+const PATIENCE: usize = 8;
+
+/// Data, sorted by knots.
+pub(super) struct Data {
+    points: Vec<Mat<f64>>,
+    knots: Vec<usize>,
+    pub(super) weights: Vec<f64>,
+}
+
+impl Data {
+    pub(super) fn new(points: Vec<Mat<f64>>, knots: Vec<usize>, weights: Vec<f64>) -> Self {
+        Data {
+            points,
+            knots,
+            weights,
+        }
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.points.len()
+    }
+
+    /// Which knot each belongs to.
+    pub(super) fn knots(&self) -> &[usize] {
+        &self.knots
+    }
+
+    /// The sum of the weights at each knot.
+    pub(super) fn weight_of_knots(&self) -> Vec<f64> {
+        let count = self.knots.last().map_or(0, |last| last + 1);
+        let mut sums = vec![0.0; count];
+        for (&knot, weight) in self.knots.iter().zip(&self.weights) {
+            sums[knot] += weight;
+        }
+        sums
+    }
+
+    /// The tangent vectors from the knots of a chain to the data, one after the other.
+    ///
+    /// # Errors
+    /// In `AtKnot`, where there is none.
+    pub(super) fn displacements<C: Movable>(&self, chain: &C) -> Result<Vec<Vec<f64>>> {
+        self.points
+            .par_iter()
+            .zip(&self.knots)
+            .map(|(point, &knot)| {
+                let found = chain.towards(knot, point);
+                found.map_err(|error| error.at_knot(knot))
+            })
+            .collect()
+    }
+}
+
+/// Rows for `(p, v)` of a smoothing spline in flat space, for weights over `lambda` at the knots.
+pub(super) fn rows(lengths: &[f64], pulls: &[f64]) -> Vec<Row<2>> {
+    let mut rows = vec![Row::ZERO; lengths.len() + 1];
+    for (row, pull) in rows.iter_mut().zip(pulls) {
+        row.diagonal[0][0] = *pull;
+    }
+    for (leg, h) in lengths.iter().enumerate() {
+        let [r1, r2, r3] = [1, 2, 3].map(|power| h.powi(-power));
+        let before = &mut rows[leg];
+        add(
+            &mut before.diagonal,
+            [[12.0 * r3, 6.0 * r2], [6.0 * r2, 4.0 * r1]],
+        );
+        before.above = [[-12.0 * r3, 6.0 * r2], [-6.0 * r2, 2.0 * r1]];
+        let after = &mut rows[leg + 1];
+        add(
+            &mut after.diagonal,
+            [[12.0 * r3, -6.0 * r2], [-6.0 * r2, 4.0 * r1]],
+        );
+        after.below = [[-12.0 * r3, -6.0 * r2], [6.0 * r2, 2.0 * r1]];
+    }
+    rows
+}
+
+fn add(block: &mut [[f64; 2]; 2], more: [[f64; 2]; 2]) {
+    for (entry, more) in block.iter_mut().flatten().zip(more.iter().flatten()) {
+        *entry += more;
+    }
+}
+
+/// A smoothing spline on its way.
+pub(super) struct Fit<'d, C> {
+    chain: C,
+    motion: Motion,
+    data: &'d Data,
+    lambda: f64,
+    /// Diagonal entries of the positions: from forces to distances.
+    stiffness: Vec<f64>,
+    system: Tridiagonal<2>,
+    misfit: f64,
+}
+
+/// What is left of the equations.
+struct Balance {
+    arrivals: Arrivals,
+    /// At each knot: jump of the jerk less the pull of the data, jump of the acceleration, in units of the mean leg.
+    forces: Vec<f64>,
+    size: f64,
+    misfit: f64,
+}
+
+impl<'d, C: Movable> Fit<'d, C> {
+    /// The smoothing spline of flat space, for a chain through data.
+    ///
+    /// # Errors
+    /// Where the knots cannot be moved there.
+    pub(super) fn new(chain: C, data: &'d Data, lambda: f64) -> Result<Self> {
+        let pulls: Vec<f64> = data.weight_of_knots().iter().map(|w| w / lambda).collect();
+        let rows = rows(chain.lengths(), &pulls);
+        let system = Tridiagonal::new(&rows, Shape::Open).ok_or(Error::InvalidArgument {
+            name: "lam",
+            requirement: "neither so small nor so large that numbers run out",
+            found: lambda,
+        })?;
+        let motion = Motion::zeros(chain.size(), pulls.len());
+        let mut fit = Fit {
+            chain,
+            motion,
+            data,
+            lambda,
+            stiffness: rows.iter().map(|row| row.diagonal[0][0]).collect(),
+            system,
+            misfit: 0.0,
+        };
+        let arrivals = Arrivals::flat(&fit.chain, &fit.motion, VECTORS)?;
+        let start = fit.balance_of(arrivals)?;
+        let step = fit.step(&start)?;
+        fit.advance(&step)?;
+        Ok(fit)
+    }
+
+    pub(super) fn chain(&self) -> &C {
+        &self.chain
+    }
+
+    pub(super) fn motion(&self) -> &Motion {
+        &self.motion
+    }
+
+    /// `sum w d^2`, where the last balance was struck.
+    pub(super) fn misfit(&self) -> f64 {
+        self.misfit
+    }
+
+    /// By the fixed-point iteration of the step of flat space, with Anderson mixing.
+    ///
+    /// # Errors
+    /// Where legs cannot be integrated, knots cannot be joined, or data are too far; `Interrupted`.
+    pub(super) fn solve(&mut self, tolerance: f64, max_iterations: usize) -> Result<Outcome> {
+        let mut accuracy = Accuracy::of_tolerance(ACCURACY_SHARE);
+        let mut found = self.balance(accuracy)?;
+        let (mut mixing, mut iterations) = (Mixing::default(), 0);
+        let (mut least, mut failures) = (found.size, 0);
+        let reason = loop {
+            if found.size <= tolerance {
+                if accuracy.truncation <= Accuracy::FULL.truncation {
+                    break StopReason::Converged;
+                }
+                accuracy = Accuracy::FULL;
+                found = self.balance(accuracy)?;
+                continue;
+            }
+            if iterations == max_iterations {
+                break StopReason::MaxIterations;
+            }
+            if failures == PATIENCE {
+                break StopReason::Stagnated;
+            }
+            iterations += 1;
+            let increment = mixing.increment(self.step(&found)?);
+            self.advance(&increment)?;
+            let share = ACCURACY_SHARE * found.size.min(1.0);
+            accuracy = accuracy.finer(Accuracy::of_tolerance(share));
+            found = self.balance(accuracy)?;
+            failures = if found.size > 0.5 * least {
+                failures + 1
+            } else {
+                0
+            };
+            least = least.min(found.size);
+        };
+        self.misfit = found.misfit;
+        Ok(Outcome {
+            reason,
+            iterations,
+            residual: found.size,
+        })
+    }
+
+    fn balance(&self, accuracy: Accuracy) -> Result<Balance> {
+        self.balance_of(Arrivals::of(&self.chain, &self.motion, VECTORS, accuracy)?)
+    }
+
+    fn balance_of(&self, arrivals: Arrivals) -> Result<Balance> {
+        let (d, lengths) = (self.chain.size(), self.chain.lengths());
+        let mut forces = vec![0.0; 2 * d * self.stiffness.len()];
+        let mut misfit = 0.0;
+        let displacements = self.data.displacements(&self.chain)?;
+        for ((&knot, weight), away) in self
+            .data
+            .knots
+            .iter()
+            .zip(&self.data.weights)
+            .zip(&displacements)
+        {
+            misfit += weight * self.chain.square(knot, away);
+            add_scaled(&mut forces[2 * d * knot..], -weight / self.lambda, away);
+        }
+        for (leg, h) in lengths.iter().enumerate() {
+            let [r2, r3] = [2, 3].map(|power| h.powi(-power));
+            let [first, third] = [&self.motion.bend(leg)[..d], &self.motion.bend(leg)[d..]];
+            let (before, after) = forces[2 * d * leg..].split_at_mut(2 * d);
+            add_scaled(before, r3, third);
+            add_scaled(&mut before[d..], -r2, first);
+            add_scaled(after, -r3, arrivals.vector(leg, 3));
+            add_scaled(&mut after[d..], r2, arrivals.vector(leg, 2));
+        }
+        let mut size = arrivals.miss;
+        for (knot, force) in forces.chunks_exact(2 * d).enumerate() {
+            let h = self.shortest(knot);
+            let off = square(&force[..d]).sqrt() / self.stiffness[knot];
+            let jump = h * h * square(&force[d..]).sqrt();
+            // A NaN stays.
+            for part in [off, jump] {
+                size = if part <= size { size } else { part };
+            }
+        }
+        Ok(Balance {
+            arrivals,
+            forces,
+            size,
+            misfit,
+        })
+    }
+
+    /// Length of the shorter leg at a knot.
+    fn shortest(&self, knot: usize) -> f64 {
+        let lengths = self.chain.lengths();
+        let from = knot.saturating_sub(1);
+        lengths[from..(knot + 1).min(lengths.len())]
+            .iter()
+            .fold(f64::INFINITY, |h, x| h.min(*x))
+    }
+
+    /// Changes of the positions, then of the motion, that would solve the equations in flat space.
+    fn step(&self, found: &Balance) -> Result<Vec<f64>> {
+        let (d, lengths) = (self.chain.size(), self.chain.lengths());
+        let mut worker = self.chain.worker();
+        let mut right: Vec<f64> = found.forces.iter().map(|force| -force).collect();
+        for (leg, h) in lengths.iter().enumerate() {
+            let [r2, r3] = [2, 3].map(|power| h.powi(-power));
+            let (before, after) = right[2 * d * leg..].split_at_mut(2 * d);
+            let (r, w) = (
+                found.arrivals.distance_back(leg),
+                found.arrivals.lag_back(leg),
+            );
+            add_scaled(before, -12.0 * r3, r);
+            add_scaled(before, 6.0 * r3, w);
+            add_scaled(&mut before[d..], -6.0 * r2, r);
+            add_scaled(&mut before[d..], 2.0 * r2, w);
+            let (r, w) = (found.arrivals.vector(leg, 0), found.arrivals.vector(leg, 1));
+            add_scaled(after, 12.0 * r3, r);
+            add_scaled(after, -6.0 * r3, w);
+            add_scaled(&mut after[d..], -6.0 * r2, r);
+            add_scaled(&mut after[d..], 4.0 * r2, w);
+        }
+        self.system.solve(&self.chain, &mut worker, &mut right)?;
+        let mut motion = Motion::zeros(d, lengths.len() + 1);
+        let mut step = Vec::with_capacity(right.len() / 2 + motion.entries.len());
+        for (knot, change) in right.chunks_exact(2 * d).enumerate() {
+            step.extend_from_slice(&change[..d]);
+            motion.velocity_mut(knot).copy_from_slice(&change[d..]);
+        }
+        let mut next = vec![0.0; 2 * d];
+        for (leg, h) in lengths.iter().enumerate() {
+            let (from, to) = right[2 * d * leg..].split_at(2 * d);
+            for (to, next) in to.chunks_exact(d).zip(next.chunks_exact_mut(d)) {
+                self.chain
+                    .carry_into(&mut worker, leg, Way::Back, to, next)?;
+            }
+            let (r, w) = (
+                found.arrivals.distance_back(leg),
+                found.arrivals.lag_back(leg),
+            );
+            let (first, second) = motion.bend_mut(leg).split_at_mut(d);
+            for i in 0..d {
+                let p = -r[i] + next[i] - from[i] - h * from[d + i];
+                let q = -w[i] + h * (next[d + i] - from[d + i]);
+                first[i] = 6.0 * p - 2.0 * q;
+                second[i] = 6.0 * q - 12.0 * p;
+            }
+        }
+        step.extend(motion.entries);
+        Ok(step)
+    }
+
+    /// Moves the knots, with the velocities there, and changes the motion.
+    fn advance(&mut self, increment: &[f64]) -> Result<()> {
+        let (shifts, change) = increment.split_at(self.chain.size() * self.stiffness.len());
+        self.motion.add(1.0, change);
+        self.chain = self.chain.moved(shifts, &mut self.motion)?;
+        Ok(())
+    }
+}
+
+/// The leading entries.
+fn add_scaled(to: &mut [f64], factor: f64, from: &[f64]) {
+    for (to, from) in to.iter_mut().zip(from) {
+        *to += factor * from;
+    }
+}

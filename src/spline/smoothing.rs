@@ -1,0 +1,287 @@
+//! Smoothing splines: curves that balance closeness to data against their cost.
+//!
+//! ```math
+//! \min_S \sum_i w_i\, d(S(t_i), Y_i)^2 + \lambda \int |D_t S'|^2\, dt
+//! ```
+//!
+//! Between knots the curve is a Riemannian cubic, velocity and covariant acceleration are continuous, and the covariant jerk
+//! jumps where there are data:
+//!
+//! ```math
+//! D_t^2 S'(t_i^+) - D_t^2 S'(t_i^-) = \frac1\lambda \sum_{j : t_j = t_i} w_j \log_{S(t_i)} Y_j
+//! ```
+//!
+//! # Source
+//! Reinsch (1967), "Smoothing by spline functions", Numer. Math. 10, 177-183, in flat space; the equations on a manifold are the
+//! first variation of the sum (Samir, Absil, Srivastava, Klassen (2012), Found. Comput. Math. 12, 49-73). Generalised
+//! cross-validation: Craven, Wahba (1979), Numer. Math. 31, 377-403.
+
+use std::sync::Arc;
+
+use faer::{Mat, MatRef};
+
+use super::EndConditions;
+use super::ambient::Ambient;
+use super::chain::{Movable, Space, links, pieces};
+use super::fit::{Data, Fit};
+use super::framed::Framed;
+use super::iteration::Outcome;
+use super::knots::{self, Lengths, is_small};
+use super::piecewise::Piecewise;
+use super::riemannian::{SplineOptions, cubic_spline};
+use super::validation::Validation;
+use crate::cubic::RiemannianCubic;
+use crate::cubic::initial::complete;
+use crate::curve::span::Span;
+use crate::error::{Error, Result};
+use crate::interrupt::Interrupt;
+use crate::manifold::Stiefel;
+use crate::report::{SolverReport, StopReason};
+
+const SOLVER: &str = "smoothing spline";
+
+/// How a smoothing spline is made.
+#[derive(Clone, Copy)]
+pub struct SmoothingOptions<'a> {
+    /// `lambda`, in units of squared distance times the cube of a time; by generalised cross-validation where it is not given.
+    pub lambda: Option<f64>,
+    /// Converged once no leg misses its knot, no acceleration jumps and no knot is out of balance by more than this, in the
+    /// time of a leg.
+    pub tolerance: f64,
+    /// Steps at the most.
+    pub max_iterations: usize,
+    /// Asked before every leg of every step.
+    pub interrupt: Interrupt<'a>,
+}
+
+impl Default for SmoothingOptions<'_> {
+    /// Cross-validation, `1e-11`, at most 200 steps.
+    fn default() -> Self {
+        SmoothingOptions {
+            lambda: None,
+            tolerance: 1e-11,
+            max_iterations: 200,
+            interrupt: Interrupt::NEVER,
+        }
+    }
+}
+
+/// A smoothing spline and what it was made of.
+#[derive(Debug, Clone)]
+pub struct SmoothingSpline {
+    /// The curve.
+    pub curve: Piecewise<RiemannianCubic>,
+    /// The weight of the cost, given or found.
+    pub lambda: f64,
+    /// `sum_i w_i d(S(t_i), Y_i)^2`.
+    pub misfit: f64,
+    /// Trace of the influence matrix, of the spline in flat space: data that the curve could follow, between 2 and their number.
+    pub degrees_of_freedom: f64,
+    /// How the equations were solved.
+    pub report: SolverReport,
+}
+
+/// The smoothing spline of data.
+///
+/// Generalised cross-validation takes the `lambda` that minimises
+///
+/// ```math
+/// \frac{N \sum_i w_i |r_i|^2}{(N - \mathrm{tr} A)^2}
+/// ```
+///
+/// with residuals `r` and influence matrix `A` of the smoothing spline in flat space to which the data are unrolled along
+/// quasi-geodesics between neighbours; on the circle that is exact.
+///
+/// # Arguments
+/// * `t` - times in order, which may repeat; `data` - a point for each, shape `(n, k)`
+/// * `weights` - one for each, positive; all 1 where there are none
+/// # Errors
+/// `Shape`, `NonFinite`, `InvalidArgument` (times that fall, weights, `lambda`); in `AtKnot` (number of the distinct time)
+/// `NotOrthonormal`, those of joining neighbours, `LogNotFound` and the like where a datum is too far from the curve;
+/// `NoConvergence`, `Interrupted`.
+pub fn smoothing_spline(
+    t: &[f64],
+    data: &[MatRef<'_, f64>],
+    weights: Option<&[f64]>,
+    options: &SmoothingOptions<'_>,
+) -> Result<SmoothingSpline> {
+    let manifold = check(t, data, weights, options.lambda)?;
+    let grouped = Grouped::new(t, weights);
+    // On St(1, 1) nothing moves.
+    if options.lambda == Some(0.0) || manifold.dim() == 0 {
+        return interpolated(&manifold, data, &grouped, options);
+    }
+    let span = Span::of(data);
+    let low: Vec<Mat<f64>> = data.iter().map(|point| span.down(*point)).collect();
+    let points: Vec<Mat<f64>> = grouped.first.iter().map(|&i| low[i].clone()).collect();
+    let lengths = Lengths::of(&grouped.t);
+    let unit = lengths.mean.powi(3);
+    let curves = links(&points)?;
+    let data = Data::new(low, grouped.knots.clone(), grouped.weights.clone());
+    let given = options.lambda.map(|lambda| lambda / unit);
+    let space = Space {
+        n: manifold.n(),
+        k: manifold.k(),
+        basis: span.into_basis().map(Arc::new),
+    };
+    let solved = if is_small(&points) {
+        let frames = points
+            .iter()
+            .map(|point| complete(point.as_ref()))
+            .collect();
+        let chain = Framed::new(&curves, frames, lengths.legs, 1.0, options.interrupt)?;
+        solve(chain, &data, given, &space, options)?
+    } else {
+        let chain = Ambient::new(points, curves, lengths.legs, options.interrupt);
+        solve(chain, &data, given, &space, options)?
+    };
+    let report = solved.outcome.report(options.tolerance);
+    if !report.converged {
+        return Err(Error::NoConvergence {
+            solver: SOLVER,
+            report,
+        });
+    }
+    Ok(SmoothingSpline {
+        curve: Piecewise::new(grouped.t, solved.pieces),
+        lambda: options.lambda.unwrap_or(solved.lambda * unit),
+        misfit: solved.misfit,
+        degrees_of_freedom: solved.degrees_of_freedom,
+        report,
+    })
+}
+
+fn check(
+    t: &[f64],
+    data: &[MatRef<'_, f64>],
+    weights: Option<&[f64]>,
+    lambda: Option<f64>,
+) -> Result<Stiefel> {
+    let manifold = knots::check_data(t, data)?;
+    if let Some(weights) = weights {
+        if weights.len() != t.len() {
+            return Err(Error::Shape {
+                name: "weights",
+                expected: format!("one for each of the {} points", t.len()),
+                found: format!("{} weights", weights.len()),
+            });
+        }
+        if let Some((i, found)) = weights
+            .iter()
+            .enumerate()
+            .find(|(_, w)| !(**w > 0.0 && w.is_finite()))
+        {
+            let error = Error::InvalidArgument {
+                name: "weights",
+                requirement: "positive and finite",
+                found: *found,
+            };
+            return Err(error.at_knot(i));
+        }
+    }
+    match lambda {
+        Some(found) if !(found >= 0.0 && found.is_finite()) => Err(Error::InvalidArgument {
+            name: "lam",
+            requirement: "finite and not negative",
+            found,
+        }),
+        _ => Ok(manifold),
+    }
+}
+
+/// Data by their distinct times.
+struct Grouped {
+    /// The distinct times.
+    t: Vec<f64>,
+    /// The first datum of each.
+    first: Vec<usize>,
+    /// Which distinct time each datum has.
+    knots: Vec<usize>,
+    weights: Vec<f64>,
+}
+
+impl Grouped {
+    fn new(t: &[f64], weights: Option<&[f64]>) -> Self {
+        let mut grouped = Grouped {
+            t: Vec::new(),
+            first: Vec::new(),
+            knots: Vec::new(),
+            weights: weights.map_or_else(|| vec![1.0; t.len()], <[f64]>::to_vec),
+        };
+        for (i, &t) in t.iter().enumerate() {
+            if grouped.t.last() != Some(&t) {
+                grouped.t.push(t);
+                grouped.first.push(i);
+            }
+            grouped.knots.push(grouped.t.len() - 1);
+        }
+        grouped
+    }
+}
+
+/// Without weight of the cost: the natural spline through the data.
+fn interpolated(
+    manifold: &Stiefel,
+    data: &[MatRef<'_, f64>],
+    grouped: &Grouped,
+    options: &SmoothingOptions<'_>,
+) -> Result<SmoothingSpline> {
+    if grouped.t.len() < data.len() && manifold.dim() > 0 {
+        return Err(Error::InvalidArgument {
+            name: "lam",
+            requirement: "positive where times repeat",
+            found: 0.0,
+        });
+    }
+    let points: Vec<MatRef<'_, f64>> = grouped.first.iter().map(|&i| data[i]).collect();
+    let spline = SplineOptions {
+        tolerance: options.tolerance,
+        max_iterations: options.max_iterations,
+        interrupt: options.interrupt,
+    };
+    let (curve, report) = cubic_spline(&grouped.t, &points, &EndConditions::Natural, &spline)?;
+    Ok(SmoothingSpline {
+        curve,
+        lambda: options.lambda.unwrap_or(0.0),
+        misfit: 0.0,
+        degrees_of_freedom: points.len() as f64,
+        report,
+    })
+}
+
+struct Solved {
+    pieces: Vec<RiemannianCubic>,
+    outcome: Outcome,
+    /// In units of the mean leg.
+    lambda: f64,
+    misfit: f64,
+    degrees_of_freedom: f64,
+}
+
+fn solve<C: Movable>(
+    chain: C,
+    data: &Data,
+    lambda: Option<f64>,
+    space: &Space,
+    options: &SmoothingOptions<'_>,
+) -> Result<Solved> {
+    let validation = Validation::new(&chain, data)?;
+    let lambda = match lambda {
+        Some(lambda) => lambda,
+        None => validation.best()?,
+    };
+    let degrees_of_freedom = validation.degrees_of_freedom(lambda)?;
+    let mut fit = Fit::new(chain, data, lambda)?;
+    let outcome = fit.solve(options.tolerance, options.max_iterations)?;
+    let pieces = match outcome.reason {
+        StopReason::Converged => pieces(fit.chain(), fit.motion(), space, options.interrupt)?,
+        _ => Vec::new(),
+    };
+    Ok(Solved {
+        pieces,
+        outcome,
+        lambda,
+        misfit: fit.misfit(),
+        degrees_of_freedom,
+    })
+}

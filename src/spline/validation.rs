@@ -1,0 +1,153 @@
+//! Generalised cross-validation of smoothing splines in flat space, to which the data are unrolled.
+
+use super::chain::{Movable, Way};
+use super::fit::{Data, rows};
+use super::tridiagonal::{Shape, Tridiagonal, diagonal_of_inverse};
+use crate::error::{Error, Result};
+
+/// Values of `lambda` for each factor of ten on the first look.
+const PER_DECADE: f64 = 2.0;
+
+/// Golden-section steps around the best of them: to a relative `1e-4`.
+const REFINEMENTS: usize = 24;
+
+/// The problem in flat space.
+pub(super) struct Validation<'c, 'd, C> {
+    chain: &'c C,
+    data: &'d Data,
+    /// From the first datum of each knot to the others there, and to itself.
+    displacements: Vec<Vec<f64>>,
+    weights: Vec<f64>,
+}
+
+impl<'c, 'd, C: Movable> Validation<'c, 'd, C> {
+    /// For a chain through the first datum of each knot.
+    ///
+    /// # Errors
+    /// Where data at a knot are too far apart.
+    pub(super) fn new(chain: &'c C, data: &'d Data) -> Result<Self> {
+        Ok(Validation {
+            chain,
+            data,
+            displacements: data.displacements(chain)?,
+            weights: data.weight_of_knots(),
+        })
+    }
+
+    fn pulls(&self, lambda: f64) -> Vec<f64> {
+        self.weights.iter().map(|weight| weight / lambda).collect()
+    }
+
+    /// Trace of the influence matrix.
+    ///
+    /// # Errors
+    /// `InvalidArgument` (`lambda` of extreme size).
+    pub(super) fn degrees_of_freedom(&self, lambda: f64) -> Result<f64> {
+        let pulls = self.pulls(lambda);
+        let diagonal = diagonal_of_inverse(&rows(self.chain.lengths(), &pulls));
+        let diagonal = diagonal.ok_or_else(|| extreme(lambda))?;
+        Ok(diagonal
+            .iter()
+            .zip(&pulls)
+            .map(|(block, pull)| block[0][0] * pull)
+            .sum())
+    }
+
+    /// `N` times the weighted squares of the residuals, over the square of `N` less the degrees of freedom.
+    fn score(&self, lambda: f64) -> Result<f64> {
+        let (d, count) = (self.chain.size(), self.data.len() as f64);
+        let pulls = self.pulls(lambda);
+        let system = Tridiagonal::new(&rows(self.chain.lengths(), &pulls), Shape::Open);
+        let system = system.ok_or_else(|| extreme(lambda))?;
+        let mut right = vec![0.0; 2 * d * pulls.len()];
+        let mut displacement = vec![0.0; d];
+        let mut worker = self.chain.worker();
+        let mut ahead = vec![0.0; d];
+        for (leg, h) in self.chain.lengths().iter().enumerate() {
+            let [r2, r3] = [2, 3].map(|power| h.powi(-power));
+            self.chain.displacement_into(leg, &mut displacement);
+            self.chain
+                .carry_into(&mut worker, leg, Way::Forward, &displacement, &mut ahead)?;
+            let (before, after) = right[2 * d * leg..].split_at_mut(2 * d);
+            for i in 0..d {
+                before[i] += 12.0 * r3 * displacement[i];
+                before[d + i] += 6.0 * r2 * displacement[i];
+                after[i] -= 12.0 * r3 * ahead[i];
+                after[d + i] += 6.0 * r2 * ahead[i];
+            }
+        }
+        let each = || {
+            self.data
+                .knots()
+                .iter()
+                .zip(&self.data.weights)
+                .zip(&self.displacements)
+        };
+        for ((&knot, weight), away) in each() {
+            for (right, away) in right[2 * d * knot..].iter_mut().zip(away) {
+                *right += weight / lambda * away;
+            }
+        }
+        system.solve(self.chain, &mut worker, &mut right)?;
+        let mut squares = 0.0;
+        for ((&knot, weight), away) in each() {
+            let moved = &right[2 * d * knot..][..d];
+            let rest: Vec<f64> = moved.iter().zip(away).map(|(p, e)| p - e).collect();
+            squares += weight * self.chain.square(knot, &rest);
+        }
+        let left = count - self.degrees_of_freedom(lambda)?;
+        Ok(count * squares / (left * left))
+    }
+
+    /// The `lambda` of the least score, in units of the mean leg.
+    ///
+    /// Sought between where every datum is followed and where the curve is a straight line, both to a part in a million.
+    ///
+    /// # Errors
+    /// Those of carrying.
+    pub(super) fn best(&self) -> Result<f64> {
+        let count = self.weights.len() as f64;
+        let mean = self.weights.iter().sum::<f64>() / count;
+        let (low, high) = (mean.log10() - 4.0, mean.log10() + 4.0 * count.log10() + 4.0);
+        let values = ((high - low) * PER_DECADE).ceil() as usize;
+        let step = (high - low) / values as f64;
+        let mut best = (f64::INFINITY, low);
+        for i in 0..=values {
+            let exponent = low + step * i as f64;
+            let score = self.score(10.0_f64.powf(exponent))?;
+            if score < best.0 {
+                best = (score, exponent);
+            }
+        }
+        let exponent = self.refined([best.1 - step, best.1 + step])?;
+        Ok(10.0_f64.powf(exponent))
+    }
+
+    /// Golden-section search between two exponents.
+    fn refined(&self, [mut low, mut high]: [f64; 2]) -> Result<f64> {
+        let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
+        let score = |exponent: f64| self.score(10.0_f64.powf(exponent));
+        let (mut left, mut right) = (high - golden * (high - low), low + golden * (high - low));
+        let (mut at_left, mut at_right) = (score(left)?, score(right)?);
+        for _ in 0..REFINEMENTS {
+            if at_left < at_right {
+                (high, right, at_right) = (right, left, at_left);
+                left = high - golden * (high - low);
+                at_left = score(left)?;
+            } else {
+                (low, left, at_left) = (left, right, at_right);
+                right = low + golden * (high - low);
+                at_right = score(right)?;
+            }
+        }
+        Ok(0.5 * (low + high))
+    }
+}
+
+fn extreme(lambda: f64) -> Error {
+    Error::InvalidArgument {
+        name: "lam",
+        requirement: "neither so small nor so large that numbers run out",
+        found: lambda,
+    }
+}
