@@ -22,6 +22,7 @@ def _keyframes(count: int) -> Row:
         f"natural `CubicSpline`, {count} keyframes on SO(3), as St(3,2)",
         (
             Rival("interpolatepy", "interpolatepy", "InterpolatePy, the same problem", agree=MEETS),
+            Rival("stiefel_rs", "loose", "the same with tol=1e-8, as InterpolatePy", agree=MEETS, best_of=False),
             Rival("stiefel_rs", "rotations", "the same as St(3,3)", agree=1e-9, best_of=False),
             Rival("stiefel_rs", "geometric", '`kind="geometric"`, another curve', agree=None, best_of=False),
             Rival("scipy", "rotation_spline", "SciPy RotationSpline, another curve", agree=None, best_of=False),

@@ -29,13 +29,13 @@ def frames(knots: Knots) -> Array:
     return np.ascontiguousarray(knots.S[:, :, :2])
 
 
-def setup_task(count: int, *, kind: Kind = "riemannian", columns: int = 2) -> Task:
+def setup_task(count: int, *, kind: Kind = "riemannian", columns: int = 2, tol: float = 1e-12) -> Task:
     """The natural spline through keyframes; its points are what is compared."""
     knots = spline_problems.keyframes(count)
     S = knots.S if columns == 3 else frames(knots)
 
     def run() -> CubicSpline:
-        return CubicSpline(knots.t, S, kind=kind)
+        return CubicSpline(knots.t, S, kind=kind, tol=tol)
 
     return Task(run, result=lambda: run()(evaluations(knots.t))[..., :2], note=lambda: character(run()))
 
@@ -151,6 +151,7 @@ def tasks() -> Tasks:
     }
     for count in spline_problems.KEYFRAMES:
         found[f"spline_setup/{count}:ours"] = partial(setup_task, count)
+        found[f"spline_setup/{count}:loose"] = partial(setup_task, count, tol=1e-8)
         found[f"spline_setup/{count}:rotations"] = partial(setup_task, count, columns=3)
         found[f"spline_setup/{count}:geometric"] = partial(setup_task, count, kind="geometric")
     for part, task in (("setup", hermite_task), ("point", hermite_point_task)):

@@ -1,6 +1,7 @@
 """The examples run, and their numbers say what the gallery says."""
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -44,6 +45,15 @@ def test_examples_are_short(name):
 def test_committed_figures_are_small(name):
     size = (ROOT / "docs" / "figures" / "gallery" / f"{name}.png").stat().st_size
     assert size < 150_000, f"{size} bytes"
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/gallery.md"])
+def test_pages_link_to_files(page):
+    text = (ROOT / page).read_text(encoding="utf-8")
+    targets = [target.split("#")[0] for target in re.findall(r"\]\(([^)\s]+)\)", text) if "://" not in target]
+    missing = [target for target in targets if not ((ROOT / page).parent / target).exists()]
+    assert targets
+    assert not missing
 
 
 def test_attitude(run):
