@@ -38,11 +38,13 @@ impl<C: Curve + Operations> Operations for Piecewise<C> {
 
     fn preparation(&self, t: &[f64]) -> f64 {
         let (knots, last) = (self.knots(), self.pieces().len() - 1);
-        let ends = [(0, f64::min as fn(f64, f64) -> f64), (last, f64::max)];
-        let beyond = ends.map(|(piece, farther)| {
+        // Of a piece at an end what is beyond that end; times on its other side are other pieces'.
+        let farther: [fn(f64, f64) -> f64; 2] = [f64::min, f64::max];
+        let ends = [(0, farther[0], 0.0), (last, farther[1], 1.0)];
+        let beyond = ends.map(|(piece, farther, end)| {
             let length = knots[piece + 1] - knots[piece];
             let local = |t: &f64| (t - knots[piece]) / length;
-            let farthest = t.iter().map(local).reduce(farther).unwrap_or(0.0);
+            let farthest = t.iter().map(local).fold(end, farther);
             self.pieces()[piece].preparation(&[farthest])
         });
         beyond[0] + beyond[1]

@@ -99,6 +99,9 @@ impl<C: Curve> Piecewise<C> {
     }
 }
 
+/// Entries of a result from which it is worth to share it out: waking threads takes as long as some thousand entries.
+const SHARED: usize = 1 << 14;
+
 /// Derivatives with respect to time that a quantity has.
 fn order(quantity: Quantity) -> i32 {
     match quantity {
@@ -170,20 +173,22 @@ impl<C: Curve> Curve for Piecewise<C> {
 
     fn sample(&self, t: &[f64], quantity: Quantity, interrupt: Interrupt<'_>) -> Result<Samples> {
         let runs = self.runs(t)?;
-        let parts: Vec<Vec<f64>> = runs
-            .par_iter()
-            .map(|&(piece, from, to)| {
-                let local: Vec<f64> = t[from..to].iter().map(|t| self.local(piece, *t)).collect();
-                let found = self.pieces[piece].sample(&local, quantity, interrupt)?;
-                let mut values = found.into_entries();
-                let order = order(quantity);
-                if order > 0 {
-                    let factor = self.length(piece).powi(-order);
-                    values.iter_mut().for_each(|value| *value *= factor);
-                }
-                Ok(values)
-            })
-            .collect::<Result<_>>()?;
+        let part = |&(piece, from, to): &(usize, usize, usize)| {
+            let local: Vec<f64> = t[from..to].iter().map(|t| self.local(piece, *t)).collect();
+            let found = self.pieces[piece].sample(&local, quantity, interrupt)?;
+            let mut values = found.into_entries();
+            let order = order(quantity);
+            if order > 0 {
+                let factor = self.length(piece).powi(-order);
+                values.iter_mut().for_each(|value| *value *= factor);
+            }
+            Ok(values)
+        };
+        let parts: Vec<Vec<f64>> = if t.len() * self.n() * self.k() < SHARED {
+            runs.iter().map(part).collect::<Result<_>>()?
+        } else {
+            runs.par_iter().map(part).collect::<Result<_>>()?
+        };
         Ok(Samples::from_entries(self.n(), self.k(), parts.concat()))
     }
 

@@ -455,3 +455,14 @@ def test_splines_are_bit_identical_for_any_number_of_threads(num_threads):
         one, other = make(num_threads=num_threads), make()
         for nu in range(4):
             assert np.array_equal(one(fine, nu, num_threads=num_threads), other(fine, nu))
+
+
+@pytest.mark.parametrize(
+    "curve", [CubicSpline(T, circle(ANGLES)), CubicHermite(T, circle(ANGLES), turning(ANGLES, ANGLES))]
+)
+def test_few_times_and_many_give_the_same_bits(curve):
+    # Many are shared out among threads, few are not.
+    t = np.linspace(*curve.t_span, 20_001)
+    for many, one in ((curve(t), curve), (curve.acceleration(t), curve.acceleration)):
+        assert np.array_equal(many[::500], one(t[::500]))
+        assert np.array_equal(many[7777], one(t[7777]))
