@@ -24,6 +24,9 @@
 //! Below these are the exponential and logarithm of rotations ([`skew_exp()`], [`orthogonal_log()`]), the manifold
 //! ([`Stiefel`]), and a damped Newton solver ([`newton`]).
 //!
+//! Curves through many points: [`spline`]. With the feature `serde` curves are serialised, all their numbers, in a form with
+//! a version that is checked on the way back.
+//!
 //! Which algorithm each kernel uses, how accurate and how fast it is: [`guide`].
 //!
 //! Matrices are [`faer`]'s, states of a chart [`nalgebra`]'s. Input is checked once, at the public entry; every

@@ -18,6 +18,7 @@ mod retraction;
 mod riemannian_cubic;
 mod shooting;
 mod spline;
+mod spline_stored;
 mod state;
 mod stiefel;
 mod stored;

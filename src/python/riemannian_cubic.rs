@@ -59,7 +59,8 @@ fn integration([s, v, a, j]: [&Mat<f64>; 4], t_end: f64) -> f64 {
 /// Rough operations of four Newton steps, each with a derivative in all directions.
 pub(super) fn shooting([s0, v0, _, v1]: [&Mat<f64>; 4]) -> f64 {
     let (n, k) = s0.shape();
-    let unknowns = (2 * n.min(4 * k) - k - 1) as f64 * k as f64;
+    // Shapes are not checked yet: there may be no dimension left.
+    let unknowns = (2.0 * n.min(4 * k) as f64 - k as f64 - 1.0).max(0.0) * k as f64;
     let steps = 4.0 + norm(v0.as_ref()) + norm(v1.as_ref());
     reduction((n, k)) + 4.0 * (1.0 + unknowns) * step((n, k)) * steps.min(1e5)
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use faer::Mat;
-use numpy::{PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
+use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
@@ -15,21 +15,19 @@ use super::error::{PySolverReport, invalid_input, to_exception};
 use super::knots::{BcType, Ends, restore_ends, store_ends, times};
 use super::polynomial::{PyGeometricCubic, construction};
 use super::riemannian_cubic::{PyRiemannianCubic, shooting};
+use super::spline_stored::{PIECES, Restored, VELOCITIES, put};
 use super::stored::{Form, form_of};
 use super::velocities::{Velocities, rows};
 use crate::cubic::{BoundaryOptions, RiemannianCubic};
 use crate::curve::{Curve, GeometricCubic, Quantity};
-use crate::error::{Error, Result};
-use crate::interrupt::Interrupt;
-use crate::linalg::structure::distance;
+use crate::error::Error;
 use crate::report::SolverReport;
 use crate::spline::{
     Outside, Piecewise, SplineOptions, VelocityEstimate, cubic_hermite, cubic_spline,
     geometric_hermite, geometric_spline,
 };
-use crate::stored::{self, Fields, Stored, refusal};
 
-type Array = Py<PyArrayDyn<f64>>;
+pub(super) type Array = Py<PyArrayDyn<f64>>;
 
 impl<C: Curve + Operations> Operations for Piecewise<C> {
     fn operations(&self, quantity: Quantity) -> f64 {
@@ -62,14 +60,14 @@ pub(super) const RIEMANNIAN: &str = "riemannian";
 pub(super) const GEOMETRIC: &str = "geometric";
 
 impl Cubics {
-    fn curve(&self) -> Arc<dyn AnyCurve> {
+    pub(super) fn curve(&self) -> Arc<dyn AnyCurve> {
         match self {
             Cubics::Riemannian(curve) => Arc::clone(curve) as Arc<dyn AnyCurve>,
             Cubics::Geometric(curve) => Arc::clone(curve) as Arc<dyn AnyCurve>,
         }
     }
 
-    fn knots(&self) -> &[f64] {
+    pub(super) fn knots(&self) -> &[f64] {
         match self {
             Cubics::Riemannian(curve) => curve.knots(),
             Cubics::Geometric(curve) => curve.knots(),
@@ -206,10 +204,10 @@ pub(super) fn outside(extrapolate: bool) -> Outside {
 ///     The ``N - 1`` pieces, each on ``[0, 1]``.
 #[pyclass(name = "PiecewiseCurve", module = "stiefel_rs", extends = PyCurve, subclass, frozen)]
 pub struct PyPiecewiseCurve {
-    cubics: Cubics,
+    pub(super) cubics: Cubics,
     t: Array,
-    points: Array,
-    report: Option<SolverReport>,
+    pub(super) points: Array,
+    pub(super) report: Option<SolverReport>,
 }
 
 #[pymethods]
@@ -294,86 +292,6 @@ impl PyPiecewiseCurve {
             cubics,
         };
         Ok(PyClassInitializer::from(PyCurve::of(this.cubics.curve())).add_subclass(this))
-    }
-}
-
-/// The names of a spline's own numbers and words in its stored form.
-const POINTS: &str = "S";
-const REPORT: &str = "report";
-const VELOCITIES: &str = "V";
-const PIECES: &str = "pieces";
-
-/// How far the points of a spline may be from its pieces, which are solved for to a tolerance.
-const STORED_TOLERANCE: f64 = 1e-6;
-
-impl PyPiecewiseCurve {
-    /// The stored form without what is the subclass's own.
-    fn stored(&self, py: Python<'_>) -> PyResult<Fields> {
-        let mut fields = Fields::default();
-        match &self.cubics {
-            Cubics::Riemannian(curve) => curve.store(&mut fields),
-            Cubics::Geometric(curve) => curve.store(&mut fields),
-        }
-        put(py, &mut fields, POINTS, &self.points)?;
-        fields.put_reports(REPORT, [self.report]);
-        Ok(fields)
-    }
-}
-
-/// Stores an array.
-fn put(py: Python<'_>, fields: &mut Fields, name: &str, array: &Array) -> PyResult<()> {
-    let array = array.bind(py).readonly();
-    let entries = array.as_array().iter().copied().collect();
-    fields.put(name, array.shape(), entries);
-    Ok(())
-}
-
-/// What a spline is made of, from its stored numbers.
-struct Restored {
-    cubics: Cubics,
-    data: Data,
-    report: Option<SolverReport>,
-}
-
-impl Restored {
-    fn of(fields: &mut Fields, kind: Kind) -> Result<Self> {
-        let report = fields.reports(REPORT, 1)?[0];
-        let points = fields.take(POINTS)?;
-        let cubics = match kind {
-            Kind::Riemannian => Cubics::Riemannian(Arc::new(Stored::restore(fields)?)),
-            Kind::Geometric => Cubics::Geometric(Arc::new(Stored::restore(fields)?)),
-        };
-        let t = cubics.knots().to_vec();
-        let points = Self::batch(&cubics, POINTS, points)?;
-        let tolerance = report.map_or(0.0, |report| 10.0 * report.tolerance);
-        let curve = cubics.curve();
-        let found = curve.sample(&t, Quantity::Derivative(0), Interrupt::NEVER)?;
-        for (knot, point) in found.iter().enumerate() {
-            let gap = distance(point, points.get(knot));
-            if gap > STORED_TOLERANCE.max(tolerance) {
-                let problem = format!("knot {knot}: the curve is {gap:.3e} away from the point");
-                return Err(refusal(problem));
-            }
-        }
-        let data = Data { t, points };
-        Ok(Restored {
-            cubics,
-            data,
-            report,
-        })
-    }
-
-    /// An array of one matrix for each knot.
-    fn batch(cubics: &Cubics, name: &str, array: stored::Array) -> Result<Batch> {
-        let (n, k) = cubics.curve().shape();
-        let expected = [cubics.knots().len(), n, k];
-        if array.shape == expected {
-            return Ok(Batch::of(expected, array.entries));
-        }
-        let found = array.shape;
-        Err(refusal(format!(
-            "{name}: expected shape {expected:?}, found {found:?}"
-        )))
     }
 }
 

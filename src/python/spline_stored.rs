@@ -1,0 +1,95 @@
+//! Splines as stored numbers: what their classes add to the pieces, and checks that both belong together.
+
+use std::sync::Arc;
+
+use numpy::{PyArrayMethods, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+
+use super::convert::Batch;
+use super::spline::{Array, Cubics, Data, Kind, PyPiecewiseCurve};
+use crate::curve::Quantity;
+use crate::error::Result;
+use crate::interrupt::Interrupt;
+use crate::linalg::structure::distance;
+use crate::report::SolverReport;
+use crate::stored::{self, Fields, Stored, refusal};
+
+/// The names of a spline's own numbers and words in its stored form.
+const POINTS: &str = "S";
+const REPORT: &str = "report";
+pub(super) const VELOCITIES: &str = "V";
+pub(super) const PIECES: &str = "pieces";
+
+/// How far the points of a spline may be from its pieces, which are solved for to a tolerance.
+const STORED_TOLERANCE: f64 = 1e-6;
+
+impl PyPiecewiseCurve {
+    /// The stored form without what is the subclass's own.
+    pub(super) fn stored(&self, py: Python<'_>) -> PyResult<Fields> {
+        let mut fields = Fields::default();
+        match &self.cubics {
+            Cubics::Riemannian(curve) => curve.store(&mut fields),
+            Cubics::Geometric(curve) => curve.store(&mut fields),
+        }
+        put(py, &mut fields, POINTS, &self.points)?;
+        fields.put_reports(REPORT, [self.report]);
+        Ok(fields)
+    }
+}
+
+/// Stores an array.
+pub(super) fn put(py: Python<'_>, fields: &mut Fields, name: &str, array: &Array) -> PyResult<()> {
+    let array = array.bind(py).readonly();
+    let entries = array.as_array().iter().copied().collect();
+    fields.put(name, array.shape(), entries);
+    Ok(())
+}
+
+/// What a spline is made of, from its stored numbers.
+pub(super) struct Restored {
+    pub(super) cubics: Cubics,
+    pub(super) data: Data,
+    pub(super) report: Option<SolverReport>,
+}
+
+impl Restored {
+    pub(super) fn of(fields: &mut Fields, kind: Kind) -> Result<Self> {
+        let report = fields.reports(REPORT, 1)?[0];
+        let points = fields.take(POINTS)?;
+        let cubics = match kind {
+            Kind::Riemannian => Cubics::Riemannian(Arc::new(Stored::restore(fields)?)),
+            Kind::Geometric => Cubics::Geometric(Arc::new(Stored::restore(fields)?)),
+        };
+        let t = cubics.knots().to_vec();
+        let points = Self::batch(&cubics, POINTS, points)?;
+        let tolerance = report.map_or(0.0, |report| 10.0 * report.tolerance);
+        let curve = cubics.curve();
+        let found = curve.sample(&t, Quantity::Derivative(0), Interrupt::NEVER)?;
+        for (knot, point) in found.iter().enumerate() {
+            let gap = distance(point, points.get(knot));
+            if gap > STORED_TOLERANCE.max(tolerance) {
+                let problem = format!("knot {knot}: the curve is {gap:.3e} away from the point");
+                return Err(refusal(problem));
+            }
+        }
+        let data = Data { t, points };
+        Ok(Restored {
+            cubics,
+            data,
+            report,
+        })
+    }
+
+    /// An array of one matrix for each knot.
+    pub(super) fn batch(cubics: &Cubics, name: &str, array: stored::Array) -> Result<Batch> {
+        let (n, k) = cubics.curve().shape();
+        let expected = [cubics.knots().len(), n, k];
+        if array.shape == expected {
+            return Ok(Batch::of(expected, array.entries));
+        }
+        let found = array.shape;
+        Err(refusal(format!(
+            "{name}: expected shape {expected:?}, found {found:?}"
+        )))
+    }
+}
