@@ -46,6 +46,10 @@ impl Span {
         self.basis.as_ref().map_or_else(|| a.to_owned(), |e| e * a)
     }
 
+    pub(crate) fn basis(&self) -> Option<MatRef<'_, f64>> {
+        self.basis.as_ref().map(Mat::as_ref)
+    }
+
     pub(crate) fn into_basis(self) -> Option<Mat<f64>> {
         self.basis
     }

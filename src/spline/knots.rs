@@ -1,6 +1,6 @@
 //! Knots: times in order, a point at each.
 
-use faer::{Mat, MatRef};
+use faer::MatRef;
 
 use crate::error::{Error, Result};
 use crate::manifold::Stiefel;
@@ -71,29 +71,4 @@ fn not_increasing(knot: usize, found: f64, requirement: &'static str) -> Error {
         found,
     };
     error.at_knot(knot)
-}
-
-/// Lengths of legs in units of their mean: neither large nor small.
-pub(super) struct Lengths {
-    pub(super) legs: Vec<f64>,
-    pub(super) mean: f64,
-}
-
-impl Lengths {
-    pub(super) fn of(t: &[f64]) -> Self {
-        let legs = t.len() - 1;
-        let mean = t[legs] / legs as f64 - t[0] / legs as f64;
-        Lengths {
-            legs: t
-                .windows(2)
-                .map(|pair| (pair[1] - pair[0]) / mean)
-                .collect(),
-            mean,
-        }
-    }
-}
-
-/// Whether a leg spans everything: then vectors are best written in frames.
-pub(super) fn is_small(points: &[Mat<f64>]) -> bool {
-    points[0].nrows() <= 4 * points[0].ncols()
 }

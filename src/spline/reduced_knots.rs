@@ -1,13 +1,19 @@
 //! Knots in the coordinates of the span of their data (where it is small), orthonormal to round-off, in units of the mean
 //! length of a leg.
 
+use std::sync::Arc;
+
 use faer::{Mat, MatRef};
 
+use super::chain::Space;
 use crate::curve::span::Span;
 use crate::linalg::structure::symmetric_part;
 
 /// The factorisation that reduces the dimension takes time quadratic in the number of knots: for so many it pays.
 const FEW: usize = 64;
+
+/// Rows of small frames.
+const SMALL: usize = 12;
 
 /// Points and lengths of legs.
 pub(super) struct ReducedKnots {
@@ -51,6 +57,28 @@ impl ReducedKnots {
     /// A vector that is tangent at a knot to `1e-9`, in the coordinates of the span and tangent to round-off.
     pub(super) fn down(&self, knot: usize, v: MatRef<'_, f64>) -> Mat<f64> {
         tangent_part(self.points[knot].as_ref(), self.span.down(v))
+    }
+
+    /// A point near the manifold in the coordinates of the span, orthonormal to round-off.
+    pub(super) fn point(&self, s: MatRef<'_, f64>) -> Mat<f64> {
+        orthonormalised(&self.span.down(s))
+    }
+
+    /// Whether frames of the whole span are small matrices, or a leg spans all of it.
+    pub(super) fn is_small(&self) -> bool {
+        let (r, k) = self.shape();
+        r <= SMALL.max(4 * k)
+    }
+
+    /// Where the points are.
+    pub(super) fn space(&self) -> Space {
+        let (n, k) = self.shape();
+        let basis = self.span.basis().map(|basis| Arc::new(basis.to_owned()));
+        Space {
+            n: basis.as_ref().map_or(n, |basis| basis.nrows()),
+            k,
+            basis,
+        }
     }
 
     /// The matrix with the given coordinates.
