@@ -14,14 +14,15 @@ use crate::spline::{
     VelocityEstimate, estimate_closed_velocities, estimate_velocities as estimated,
 };
 
-/// The estimate of a word.
-fn read_method(py: Python<'_>, method: &str) -> PyResult<VelocityEstimate> {
+/// The estimate of a word, the argument `name`.
+fn read_method(py: Python<'_>, name: &str, method: &str) -> PyResult<VelocityEstimate> {
     match method {
         "catmull-rom" => Ok(VelocityEstimate::CatmullRom),
         "akima" => Ok(VelocityEstimate::Akima),
         "natural" => Ok(VelocityEstimate::Natural),
         _ => {
-            let message = format!("expected 'catmull-rom', 'akima' or 'natural', found {method:?}");
+            let expected = "'catmull-rom', 'akima' or 'natural'";
+            let message = format!("{name}: expected {expected}, found {method:?}");
             Err(invalid_input(py, message))
         }
     }
@@ -36,7 +37,7 @@ pub(super) enum Velocities {
 impl Velocities {
     pub(super) fn read(object: &Bound<'_, PyAny>) -> PyResult<Self> {
         if let Ok(word) = object.cast::<PyString>() {
-            let method = read_method(object.py(), word.to_str()?);
+            let method = read_method(object.py(), "V", word.to_str()?);
             return method.map(Velocities::Estimated);
         }
         Ok(Velocities::Given(stack(object, "V", "(N, n, k)")?))
@@ -121,7 +122,7 @@ pub fn estimate_velocities<'py>(
     closed: bool,
     num_threads: Option<i64>,
 ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-    let estimate = read_method(py, method)?;
+    let estimate = read_method(py, "method", method)?;
     let data = Data::read(t, S)?;
     let (n, k) = data.shape();
     let call = Call::new(py, num_threads, data.links())?;
