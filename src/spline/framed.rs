@@ -111,7 +111,7 @@ impl<'a> Framed<'a> {
     }
 
     /// The tangent vector with the given coordinates.
-    fn tangent(&self, knot: usize, v: &[f64]) -> Mat<f64> {
+    pub(super) fn tangent(&self, knot: usize, v: &[f64]) -> Mat<f64> {
         let r = self.frames[knot].nrows();
         let mut vector = vec![0.0; r * self.columns];
         write_vector(&mut vector, v, [r, self.blocks.k]);

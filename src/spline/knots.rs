@@ -12,15 +12,12 @@ use crate::manifold::stiefel::POINT_TOLERANCE;
 /// `Shape` (fewer than two knots, numbers that do not match, points of different shapes), `NonFinite`, `InvalidArgument` (times
 /// not increasing), `NotOrthonormal`; wrapped in `AtKnot` where they are about one knot.
 pub(super) fn check(t: &[f64], points: &[MatRef<'_, f64>]) -> Result<Stiefel> {
-    let manifold = check_data(t, points)?;
-    match t.windows(2).position(|pair| pair[0] == pair[1]) {
-        Some(knot) => Err(not_increasing(
-            knot + 1,
-            t[knot + 1],
-            "greater than the time before it",
-        )),
-        None => Ok(manifold),
-    }
+    check_in_order(
+        t,
+        points,
+        |step| step > 0.0,
+        "greater than the time before it",
+    )
 }
 
 /// [`check`] for times that may repeat; two of them are different.
@@ -28,6 +25,19 @@ pub(super) fn check(t: &[f64], points: &[MatRef<'_, f64>]) -> Result<Stiefel> {
 /// # Errors
 /// As [`check`].
 pub(super) fn check_data(t: &[f64], points: &[MatRef<'_, f64>]) -> Result<Stiefel> {
+    let manifold = check_in_order(t, points, |step| step >= 0.0, "at least the time before it")?;
+    if t[0] == t[t.len() - 1] {
+        return Err(wrong_time(t, t.len() - 1, "different from the first time"));
+    }
+    Ok(manifold)
+}
+
+fn check_in_order(
+    t: &[f64],
+    points: &[MatRef<'_, f64>],
+    allowed: impl Fn(f64) -> bool,
+    requirement: &'static str,
+) -> Result<Stiefel> {
     if t.len() < 2 || t.len() != points.len() {
         return Err(Error::Shape {
             name: "t",
@@ -36,7 +46,7 @@ pub(super) fn check_data(t: &[f64], points: &[MatRef<'_, f64>]) -> Result<Stiefe
         });
     }
     if let Some(index) = t.iter().position(|t| !t.is_finite()) {
-        return Err(Error::NonFinite { name: "t", index }.at_knot(index));
+        return Err(Error::NonFinite { name: "t", index });
     }
     let manifold = Stiefel::of("S", points[0])?;
     for (knot, point) in points.iter().enumerate() {
@@ -45,30 +55,19 @@ pub(super) fn check_data(t: &[f64], points: &[MatRef<'_, f64>]) -> Result<Stiefe
             .map_err(|error| error.at_knot(knot))?;
     }
     for (knot, pair) in t.windows(2).enumerate() {
-        let length = pair[1] - pair[0];
-        if !(length >= 0.0 && length.is_finite()) {
-            return Err(not_increasing(
-                knot + 1,
-                pair[1],
-                "at least the time before it",
-            ));
+        let step = pair[1] - pair[0];
+        if !(allowed(step) && step.is_finite()) {
+            return Err(wrong_time(t, knot + 1, requirement));
         }
-    }
-    if t[0] == t[t.len() - 1] {
-        return Err(not_increasing(
-            t.len() - 1,
-            t[0],
-            "different from the first time",
-        ));
     }
     Ok(manifold)
 }
 
-fn not_increasing(knot: usize, found: f64, requirement: &'static str) -> Error {
+fn wrong_time(t: &[f64], knot: usize, requirement: &'static str) -> Error {
     let error = Error::InvalidArgument {
         name: "t",
         requirement,
-        found,
+        found: t[knot],
     };
     error.at_knot(knot)
 }

@@ -24,6 +24,7 @@ mod links;
 mod mixing;
 pub mod piecewise;
 mod reduced_knots;
+mod relaxation;
 mod riemannian;
 mod smoothing;
 mod solve;

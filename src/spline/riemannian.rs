@@ -9,6 +9,7 @@ use super::framed::{Framed, coordinates};
 use super::iteration::Outcome;
 use super::piecewise::Piecewise;
 use super::reduced_knots::ReducedKnots;
+use super::relaxation::Knots;
 use super::{knots, solve};
 use crate::cubic::RiemannianCubic;
 use crate::cubic::initial::complete;
@@ -144,7 +145,17 @@ impl<'e> Problem<'e> {
             let pieces = pieces(&chain_at(1.0)?, &motion, &space, options.interrupt)?;
             return Ok((pieces, Outcome::nothing_to_do()));
         }
-        let (motion, outcome) = solve::in_frames(&chain_at, &ends, options)?;
+        let relaxed = |chain: &Framed<'_>, start: &Motion| {
+            let velocity = |knot: usize| chain.tangent(knot, start.velocity(knot));
+            let velocities: Vec<Mat<f64>> = (0..frames.len()).map(velocity).collect();
+            let knots = Knots {
+                knots: &self.knots,
+                frames: &frames,
+                curves,
+            };
+            knots.relaxed(&velocities, &ends, options.interrupt)
+        };
+        let (motion, outcome) = solve::in_frames(&chain_at, &relaxed, &ends, options)?;
         if outcome.reason != StopReason::Converged {
             return Ok((Vec::new(), outcome));
         }
