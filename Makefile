@@ -8,7 +8,7 @@ OUT ?= out
 INSTALLED := $(VENV)/.installed
 SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md $(shell find src python -name '*.rs' -o -name '*.py' -o -name '*.pyi')
 
-.PHONY: help reproduce test test-rust test-python lint bench benchmark boundary control-points accuracy study doc clean
+.PHONY: help reproduce test test-rust test-python lint bench benchmark gallery boundary control-points accuracy study doc clean
 
 help: ## Show this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | sort | expand -t 16
@@ -40,14 +40,17 @@ lint: $(BIN)/python ## Formatting and lints of both languages
 	cargo clippy --locked --all-targets -- -D warnings
 	cargo clippy --locked --lib --features python -- -D warnings
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'ruff>=0.9,<1'
-	$(BIN)/ruff check python tests/python benchmarks
-	$(BIN)/ruff format --check python tests/python benchmarks
+	$(BIN)/ruff check python tests/python benchmarks examples
+	$(BIN)/ruff format --check python tests/python benchmarks examples
 
 bench: ## Criterion benchmarks, quick profile
 	cargo bench --locked -- --quick
 
-benchmark: $(INSTALLED) ## Beside SciPy, heyoka, geomstats, morphomatics, pymanopt, into docs/benchmarks.md; ARGS="--only cubic"
+benchmark: $(INSTALLED) ## Beside SciPy, heyoka, geomstats, InterpolatePy and others, into docs/benchmarks.md; ARGS="--only cubic"
 	$(BIN)/python -m benchmarks $(ARGS)
+
+gallery: $(INSTALLED) ## The examples, with their figures and numbers, into docs/gallery.md and docs/figures/gallery
+	$(BIN)/python examples/gallery.py
 
 boundary: $(INSTALLED) ## 12000 random boundary problems of Riemannian cubics, into docs/boundary_problems.md
 	RAYON_NUM_THREADS=1 $(BIN)/python -m benchmarks.boundary_problems $(ARGS)

@@ -1,4 +1,4 @@
-"""`python -m benchmarks`: this project beside SciPy, heyoka, geomstats, morphomatics and pymanopt, as a page."""
+"""`python -m benchmarks`: this project beside SciPy, heyoka, geomstats, InterpolatePy and others, as a page."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from benchmarks.page import WHOLE, Page
 from benchmarks.rows import all_rows
 from benchmarks.table import lines_of
 
-PEERS = ("scipy", "heyoka", "geomstats", "morphomatics", "pymanopt")
+PEERS = ("scipy", "heyoka", "geomstats", "morphomatics", "pymanopt", "interpolatepy")
 
 
 def parse(arguments: Sequence[str] | None) -> argparse.Namespace:

@@ -44,11 +44,11 @@ class Rival:
 
 @dataclass(frozen=True)
 class Bound:
-    """A number that is not a time, and its bound."""
+    """A number that is not a time, and its bound; None where it is only told."""
 
     measure: str
     label: str
-    bound: float
+    bound: float | None = None
 
 
 @dataclass(frozen=True)

@@ -38,7 +38,7 @@ QUICK = Effort(seconds=0.15, least=2, most=15)
 
 @dataclass
 class Figure:
-    """Times of one participant for one unit of work, in seconds; of its preparation; error of its result, if known."""
+    """Times of one participant for one unit of work, in seconds; of its preparation; what is known of its result."""
 
     wall: list[float] = field(default_factory=list)
     cpu: list[float] = field(default_factory=list)
@@ -46,6 +46,7 @@ class Figure:
     clock: str = "wall"
     setup: float = 0.0
     error: float | None = None
+    note: str = ""
 
     @property
     def times(self) -> list[float]:
@@ -172,7 +173,7 @@ def _prepare(pool: Pool, peer: str, name: str, path: Path) -> tuple[Figure | str
         if isinstance(error, LostError):
             pool.lose(peer)
         return str(error), None, ""
-    return Figure(setup=answer["setup"]), np.load(path), answer["sha256"]
+    return Figure(setup=answer["setup"], note=answer["note"]), np.load(path), answer["sha256"]
 
 
 def _tell_error(figure: Figure | str, result: NDArray[np.float64] | None, exact: NDArray[np.float64] | None) -> None:

@@ -23,8 +23,9 @@ so that a slow moment of the machine meets everybody.
 
 Figures are the shortest time of all samples, with the median in brackets; for one call, or for one point or problem of
 a call on many. Ratios are of the shortest times, the other's over ours: above 1, ours is faster. Errors are relative,
-against 40 digits. Compilation is no part of a figure; for heyoka its time is told. Rows that were measured again by
-themselves (`ARGS="--only TEXT"`) have a column of their own in the first table.
+against 40 digits, or, of interpolants, against the curve that was sampled. Costs are integrals of the squared covariant
+acceleration, jumps those of that acceleration at the knots. Compilation is no part of a figure; for heyoka its time is
+told. Rows that were measured again by themselves (`ARGS="--only TEXT"`) have a column of their own in the first table.
 """
 
 

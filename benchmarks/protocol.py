@@ -43,12 +43,15 @@ class Task:
         Array to compare instead of what `run` returns.
     setup : float
         Seconds of compilation that went before; told beside the figure, no part of it.
+    note : callable or None
+        What else is to be told of the result, in words.
     """
 
     run: Callable[[], Any]
     units: int = 1
     result: Callable[[], Any] | None = None
     setup: float = 0.0
+    note: Callable[[], str] | None = None
 
 
 Tasks = dict[str, Callable[[], Task]]
@@ -86,7 +89,8 @@ class Server:
         if "save" in request:
             np.save(request["save"], result)
         digest = hashlib.sha256(result.tobytes()).hexdigest()
-        return {"seconds": once, "shape": result.shape, "sha256": digest, "setup": task.setup}
+        note = "" if task.note is None else task.note()
+        return {"seconds": once, "shape": result.shape, "sha256": digest, "setup": task.setup, "note": note}
 
     def sample(self, request: dict[str, Any]) -> dict[str, Any]:
         """Seconds by the wall and by this process's clock, for one unit of work."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from benchmarks import cubic_rows, problems
+from benchmarks import cubic_rows, problems, spline_rows
 from benchmarks.comparison import THREADS, Bound, Rival, Row
 
 US = 1e-6
@@ -150,4 +150,5 @@ def _riemannian() -> list[Row]:
 
 def all_rows() -> list[Row]:
     """Every row of the table."""
-    return _exponentials() + _logarithms() + _curves() + _batches() + _riemannian() + cubic_rows.cubics()
+    curves = _curves() + _batches() + _riemannian()
+    return _exponentials() + _logarithms() + curves + cubic_rows.cubics() + spline_rows.splines()

@@ -43,6 +43,9 @@ def lines_of(outcome: Outcome) -> list[Line]:
     for bound in outcome.row.bounds:
         value = outcome.numbers[bound.measure]
         found = f"{value:.3g}" if isinstance(value, float) else f"skipped: {value}"
+        if bound.bound is None:
+            lines.append(Line(work, found, bound.label, ""))
+            continue
         reached = value <= bound.bound if isinstance(value, float) else None
         lines.append(Line(work, found, bound.label, "", "", f"<= {bound.bound:.3g}", reached))
     return lines
@@ -85,4 +88,5 @@ def _figure(figure: Figure | str) -> str:
     threads = f", on {figure.threads:.1f} threads" if figure.threads > SINGLE else ""
     setup = f", after {seconds(figure.setup)} of compilation" if figure.setup else ""
     error = f", error {figure.error:.1g}" if figure.error is not None else ""
-    return f"{seconds(figure.best)} ({seconds(figure.median)}){threads}{error}{setup}"
+    note = f", {figure.note}" if figure.note else ""
+    return f"{seconds(figure.best)} ({seconds(figure.median)}){threads}{error}{setup}{note}"

@@ -35,6 +35,7 @@
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
+mod anderson;
 pub mod chart;
 pub mod cubic;
 pub mod curve;

@@ -7,9 +7,11 @@ from functools import partial
 
 import numpy as np
 import scipy.linalg
+from scipy.spatial.transform import Rotation, RotationSpline
 
-from benchmarks import cubic_problems, problems
-from benchmarks.methods import casteljau, cubics
+from benchmarks import cubic_problems, problems, spline_problems
+from benchmarks.methods import casteljau, cubics, rotation_spline
+from benchmarks.methods.hermite import TangentHermite
 from benchmarks.methods.stiefel_log import cayley_log, rotation_log, stiefel_log
 from benchmarks.protocol import Task, Tasks, serve
 
@@ -125,6 +127,43 @@ def cubic_parts_task(n: int, k: int) -> Task:
     return Task(lambda: cubic_problems.basis(b) @ S)
 
 
+def keyframes(count: int) -> tuple[problems.Array, Rotation]:
+    """Times and rotations to join; SciPy's quaternions have the scalar last."""
+    knots = spline_problems.keyframes(count)
+    assert knots.quaternions is not None
+    return knots.t, Rotation.from_quat(np.roll(knots.quaternions, -1, axis=1))
+
+
+def rotation_spline_task(count: int) -> Task:
+    """`RotationSpline` through keyframes."""
+    t, rotations = keyframes(count)
+
+    def note() -> str:
+        spline = RotationSpline(t, rotations)
+        return f"cost {rotation_spline.cost(spline, t):.6g}, jump {rotation_spline.jump(spline, t):.1g}"
+
+    return Task(lambda: RotationSpline(t, rotations), result=lambda: np.zeros(0), note=note)
+
+
+def rotation_points_task() -> Task:
+    """Points of that."""
+    t, rotations = keyframes(spline_problems.EVALUATED)
+    spline, times = RotationSpline(t, rotations), spline_problems.evaluations(t)
+    return Task(lambda: spline(times), units=len(times), result=lambda: spline(times).as_matrix()[..., :2])
+
+
+def tangent_hermite(*, points: bool) -> Task:
+    """Zimmermann's Hermite interpolation of the known curve: its preparation, or one point."""
+    knots, t = spline_problems.sampled(), spline_problems.checks()
+    assert knots.V is not None
+    make = partial(TangentHermite, knots.t, knots.S, knots.V)
+    curve = make()
+    return Task(
+        partial(curve, 0.3) if points else make,
+        result=lambda: np.stack([curve(float(x)) for x in t]),
+    )
+
+
 def tasks() -> Tasks:
     """All of them by name."""
     found: dict[str, Callable[[], Task]] = {"curve_single/3,1:thin": single_task, "curve_tall:gemm": tall_gemm_task}
@@ -133,6 +172,11 @@ def tasks() -> Tasks:
     found["cubic_boundary/1000,5:qr_lift"] = partial(cubic_parts_task, 1000, 5)
     for name in ("sphere", "frame", "10,3"):
         found[f"cubic_boundary/{name}:shooting"] = partial(shooting_task, name)
+    for count in spline_problems.KEYFRAMES:
+        found[f"spline_setup/{count}:rotation_spline"] = partial(rotation_spline_task, count)
+    found["spline_points:rotation_spline"] = rotation_points_task
+    found["spline_hermite/setup:tangent"] = partial(tangent_hermite, points=False)
+    found["spline_hermite/point:tangent"] = partial(tangent_hermite, points=True)
     for m in problems.SMALL_EXP + problems.LARGE:
         found[f"skew_exp/{m}:expm"] = partial(exp_task, m)
     for m in problems.LARGE:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import re
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -11,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks import cubic_problems, problems
+from benchmarks import cubic_problems, problems, spline_tasks
+from benchmarks.memory import resident
 from benchmarks.methods import extended
 from benchmarks.protocol import Measures, Task, Tasks, serve
 from stiefel_rs import GeometricCubic, RiemannianCubic, Stiefel, orthogonal_log, skew_exp
@@ -163,19 +163,12 @@ def batch(work: str) -> tuple[Callable[..., object], tuple[problems.Array, ...]]
 
 def tall_memory() -> float:
     """Peak resident memory of the curve on St(10^6, 4) and its points, over the size of input and output."""
-    before = _resident("VmRSS")
+    before = resident("VmRSS")
     b = problems.boundary(*problems.TALL)
     Path("/proc/self/clear_refs").write_text("5")
     points = GeometricCubic(b.S0, b.V0, b.S1, b.V1)(problems.parameters(problems.TALL_POINTS))
     inputs = sum(each.nbytes for each in (b.S0, b.V0, b.S1, b.V1))
-    return (_resident("VmHWM") - before) / (inputs + points.nbytes)
-
-
-def _resident(key: str) -> int:
-    """Bytes, from the kernel's account of this process."""
-    found = re.search(rf"{key}:\s*(\d+) kB", Path("/proc/self/status").read_text())
-    assert found is not None
-    return 1024 * int(found[1])
+    return (resident("VmHWM") - before) / (inputs + points.nbytes)
 
 
 BATCHES = (
@@ -214,7 +207,7 @@ def tasks() -> Tasks:
             found[f"retract_{kind}/{n},{k}:ours"] = partial(retraction_task, n, k, kind)
         for distance in problems.DISTANCES:
             found[f"log/{n},{k}/{distance}:ours"] = partial(riemannian_log_task, n, k, distance)
-    return found
+    return found | spline_tasks.tasks()
 
 
 def exp_defect(m: int) -> float:
@@ -250,7 +243,7 @@ def measures() -> Measures:
     for m in problems.LARGE:
         found[f"skew_exp/{m}:defect"] = partial(exp_defect, m)
         found[f"orthogonal_log/{m}:backward"] = partial(log_backward_error, m)
-    return found
+    return found | spline_tasks.measures()
 
 
 if __name__ == "__main__":

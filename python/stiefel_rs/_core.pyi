@@ -20,6 +20,7 @@ _Map = Literal[
 _Order = Literal[1, 2, 4, 6, 8]
 _End = Literal["natural", "clamped"] | tuple[Literal[1, 2], ArrayLike]
 _BcType = Literal["natural", "clamped", "periodic"] | tuple[_End, _End]
+_Velocities = Literal["catmull-rom", "akima", "natural"]
 _Retraction = Literal["quasi_geodesic", "qr", "polar", "cayley"]
 
 __all__ = [
@@ -30,6 +31,7 @@ __all__ = [
     "CubicSpline",
     "CubicTrajectory",
     "Curve",
+    "DerivativeBounds",
     "Geodesic",
     "GeometricCubic",
     "GeometricPolynomial",
@@ -42,6 +44,7 @@ __all__ = [
     "SolverReport",
     "Stiefel",
     "_restored",
+    "estimate_velocities",
     "integrate_cubic",
     "num_threads",
     "orthogonal_log",
@@ -147,7 +150,24 @@ class Curve:
     def acceleration(self, t: ArrayLike, *, num_threads: int | None = None) -> _Array: ...
     def jerk(self, t: ArrayLike, *, num_threads: int | None = None) -> _Array: ...
     def cost(self) -> float: ...
+    def arc_length(self, t0: float | None = None, t1: float | None = None) -> float: ...
+    def resample(self, count: int, *, num_threads: int | None = None) -> _Array: ...
+    def derivative_bounds(self) -> DerivativeBounds: ...
     def save(self, path: str | PathLike[str]) -> None: ...
+
+@final
+class DerivativeBounds:
+    def __new__(
+        cls, velocity: float, acceleration: float, jerk: float, guarantee: Literal["enclosure", "sampling"]
+    ) -> DerivativeBounds: ...
+    @property
+    def velocity(self) -> float: ...
+    @property
+    def acceleration(self) -> float: ...
+    @property
+    def jerk(self) -> float: ...
+    @property
+    def guarantee(self) -> str: ...
 
 @final
 class QuasiGeodesic(Curve):
@@ -280,7 +300,7 @@ class CubicHermite(PiecewiseCurve):
         cls,
         t: ArrayLike,
         S: ArrayLike,
-        V: ArrayLike,
+        V: ArrayLike | _Velocities,
         kind: Literal["riemannian", "geometric"] = "riemannian",
         *,
         extrapolate: bool = False,
@@ -296,7 +316,7 @@ class CubicSpline(PiecewiseCurve):
         t: ArrayLike,
         S: ArrayLike,
         bc_type: _BcType = "natural",
-        kind: Literal["riemannian"] = "riemannian",
+        kind: Literal["riemannian", "geometric"] = "riemannian",
         *,
         extrapolate: bool = False,
         tol: float = 1e-12,
@@ -378,6 +398,14 @@ class CubicTrajectory:
     def __copy__(self) -> CubicTrajectory: ...
     def __deepcopy__(self, _memo: object) -> CubicTrajectory: ...
 
+def estimate_velocities(
+    t: ArrayLike,
+    S: ArrayLike,
+    method: _Velocities = "catmull-rom",
+    *,
+    closed: bool = False,
+    num_threads: int | None = None,
+) -> _Array: ...
 def integrate_cubic(
     S: ArrayLike,
     V: ArrayLike,

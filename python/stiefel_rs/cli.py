@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from tqdm import tqdm  # type: ignore[import-untyped]
 
-from . import __version__, _core, conjecture, control_points, exact, paper, report
+from . import __version__, _core, conjecture, control_points, exact, interpolate, paper, report
 from .errors import StiefelError
 
 EXIT_FAILURE: Final = 1
@@ -48,6 +48,7 @@ def parser() -> argparse.ArgumentParser:
     )
     quick = ",".join(map(str, paper.QUICK_STEPS))
     reproduce.add_argument("--quick", action="store_true", help=f"steps {quick} and fewer repetitions of the timing")
+    interpolate.add_parser(commands)
     commands.add_parser("info", help="versions, threads and CPU features")
     return top
 
@@ -118,22 +119,32 @@ def reproduce(folder: Path, steps: tuple[int, ...], repetitions: int, curves: in
     return 0
 
 
-def main(argv: list[str] | None = None) -> int:
-    """Run the command line `argv` (default: that of the process) and return its exit code."""
-    arguments = parser().parse_args(argv)
-    if arguments.command == "info":
-        return info()
+def _reproduce(arguments: argparse.Namespace) -> int:
     steps = arguments.steps or (paper.QUICK_STEPS if arguments.quick else paper.DEFAULT_STEPS)
     try:
         if arguments.quick:
             return reproduce(arguments.out, steps, QUICK_REPETITIONS, conjecture.QUICK_RANDOM_CURVES)
         return reproduce(arguments.out, steps, REPETITIONS, conjecture.RANDOM_CURVES)
-    except KeyboardInterrupt:
-        print("stiefel-rs: interrupted", file=sys.stderr)
-        return EXIT_INTERRUPTED
     except OSError as error:
         print(f"stiefel-rs: cannot write to {arguments.out}: {error.strerror or error}", file=sys.stderr)
         return EXIT_FAILURE
     except StiefelError as error:
         print(f"stiefel-rs: {error}", file=sys.stderr)
         return EXIT_FAILURE
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run the command line `argv` (default: that of the process) and return its exit code."""
+    arguments = parser().parse_args(argv)
+    try:
+        match arguments.command:
+            case "info":
+                return info()
+            case "interpolate":
+                arguments.check(arguments)
+                return interpolate.run(arguments)
+            case _:
+                return _reproduce(arguments)
+    except KeyboardInterrupt:
+        print("stiefel-rs: interrupted", file=sys.stderr)
+        return EXIT_INTERRUPTED

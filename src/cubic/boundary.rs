@@ -411,7 +411,7 @@ impl<'a> Solver<'a> {
         };
         chain.relax(self.options.interrupt)?;
         self.map.count(chain.work());
-        let Ok(mut y) = chain.start() else {
+        let Ok(mut y) = chain.start(0) else {
             return Ok(None);
         };
         for count in 1..chain.legs() {

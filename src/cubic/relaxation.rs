@@ -15,17 +15,15 @@
 
 use faer::{Mat, Scale};
 
-use super::guess::carry;
 use super::initial::Horizontal;
-use super::problem::{Problem, pack, unpack};
+use super::node::{Node, leg, residual};
+use super::problem::Problem;
 use super::random::Random;
 use super::reduced::Sized;
 use super::shooting::{SOLVER, Target};
 use crate::curve::{Curve, GeometricCubic};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
-use crate::linalg::SkewExp;
-use crate::linalg::decomp::thin_q;
 use crate::linalg::tridiagonal::BlockTridiagonal;
 use crate::manifold::QuasiGeodesic;
 use crate::manifold::quasi_geodesic::EndpointProblem;
@@ -51,96 +49,21 @@ const DIFFERENCE: f64 = 1e-6;
 /// Work of a leg of small matrices: a few microseconds.
 const LEG_WORK: f64 = 100.0;
 
-/// A point of the chain: an orthogonal frame whose first columns are the point, and the velocity in it.
-#[derive(Clone)]
-struct Node {
-    frame: Mat<f64>,
-    velocity: Mat<f64>,
+/// What of a node is given.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Held {
+    Nothing,
+    Point,
+    /// Point and velocity.
+    All,
 }
 
-impl Node {
-    /// With the other columns of the frame as near as possible to those of `like`.
-    fn new(point: &Mat<f64>, velocity: Mat<f64>, like: &Mat<f64>) -> Self {
-        let (r, k) = point.shape();
-        let columns = Mat::from_fn(
-            r,
-            r,
-            |i, j| if j < k { point[(i, j)] } else { like[(i, j)] },
-        );
-        Node {
-            frame: thin_q(columns.as_ref()),
-            velocity,
-        }
-    }
-
-    fn point(&self) -> Mat<f64> {
-        let k = self.velocity.ncols();
-        self.frame.as_ref().subcols(0, k).to_owned()
-    }
-
-    /// Moved along tangent vectors with the packed coordinates `change`: the point by the first, the velocity by the second.
-    fn moved(&self, change: &[f64]) -> Result<Self> {
-        let [along, faster] = unpack(change, self.blocks()).map(|x| self.tangent(&x));
-        let curve = QuasiGeodesic::from_velocity(self.point().as_ref(), along.as_ref())?;
-        let velocity = &self.velocity + faster;
-        Ok(Self::new(
-            &curve.point(1.0)?,
-            carry(&curve, velocity.as_ref(), 1.0)?,
-            &self.frame,
-        ))
-    }
-
-    fn blocks(&self) -> Sized {
-        let (r, k) = self.velocity.shape();
-        Sized { m: r - k, k }
-    }
-
-    fn tangent(&self, x: &Horizontal) -> Mat<f64> {
-        let k = x.omega.nrows();
-        let (point, others) = self.frame.as_ref().split_at_col(k);
-        point * &x.omega + others * &x.normal
-    }
-}
-
-/// Mean velocity, initial velocity and end velocity of a leg, packed, in a frame that moves along its quasi-geodesic without
-/// turning in itself.
-///
-/// In the frame `e^{tX} g\, diag(e^{t Omega}, I)` the velocity of the quasi-geodesic is `(omega, b e^{t Omega})`; the mean of its
-/// ends stands for the mean.
-fn leg(from: &Node, to: &Node, problem: &mut EndpointProblem) -> Result<[Vec<f64>; 3]> {
-    let (r, k) = from.velocity.shape();
-    let mut curve = QuasiGeodesic::zeros(r, k);
-    curve.join(from.point().as_ref(), to.point().as_ref(), problem)?;
-    let mut turn = Mat::zeros(k, k);
-    SkewExp::new(k).exp_into(turn.as_mut(), curve.omega(), 1.0)?;
-    let horizontal = |v: &Mat<f64>| Horizontal::of_tangent(from.frame.as_ref(), v.as_ref());
-    let delta = horizontal(&curve.initial_velocity());
-    let end = horizontal(&carry(&curve, to.velocity.as_ref(), -1.0)?);
-    let mean = Horizontal {
-        normal: (&delta.normal * &turn + &delta.normal) * Scale(0.5),
-        omega: delta.omega,
-    };
-    let carried = Horizontal {
-        omega: turn.transpose() * &end.omega * &turn,
-        normal: &end.normal * &turn,
-    };
-    Ok([mean, horizontal(&from.velocity), carried].map(|x| pack(&[x])))
-}
-
-/// The residual of a leg that takes the time `step`, packed: `2d` numbers, the sum of their squares the cost.
-fn residual(from: &Node, to: &Node, step: f64, problem: &mut EndpointProblem) -> Result<Vec<f64>> {
-    let [delta, v, w] = leg(from, to, problem)?;
-    let turn = v.iter().zip(&w).map(|(v, w)| (w - v) / step.sqrt());
-    let lag = delta
-        .iter()
-        .zip(v.iter().zip(&w))
-        .map(|(delta, (v, w))| 12.0_f64.sqrt() * (delta / step - 0.5 * (v + w)) / step.sqrt());
-    Ok(turn.chain(lag).collect())
-}
-
-/// A chain of nodes whose ends are given.
-pub(super) struct Chain {
+/// A chain of nodes, some of them given.
+pub(crate) struct Chain {
     nodes: Vec<Node>,
+    held: Vec<Held>,
+    /// Times that the legs take.
+    steps: Vec<f64>,
     cost: f64,
     endpoints: EndpointProblem,
     /// Legs that were evaluated so far.
@@ -148,6 +71,28 @@ pub(super) struct Chain {
 }
 
 impl Chain {
+    /// Of given nodes, and legs that take the given times.
+    ///
+    /// # Errors
+    /// Where neighbours cannot be joined.
+    pub(crate) fn of(nodes: Vec<Node>, held: Vec<Held>, steps: Vec<f64>) -> Result<Self> {
+        let (r, k) = nodes[0].velocity.shape();
+        let mut endpoints = EndpointProblem::new(r, k);
+        let cost = cost(&nodes, &steps, &mut endpoints)?;
+        Ok(Chain {
+            evaluated: steps.len(),
+            nodes,
+            held,
+            steps,
+            cost,
+            endpoints,
+        })
+    }
+
+    pub(crate) fn nodes(&self) -> &[Node] {
+        &self.nodes
+    }
+
     /// Along the adjusted de Casteljau curve, or the quasi-geodesic where there is none, each node moved at random by about
     /// `spread`.
     ///
@@ -159,7 +104,7 @@ impl Chain {
         spread: f64,
         random: &mut Random,
     ) -> Result<Self> {
-        let (r, k) = problem.end[0].shape();
+        let r = problem.end[0].nrows();
         let identity: Mat<f64> = Mat::identity(r, r);
         let [start, v0] = problem.initial();
         let start = start.as_ref();
@@ -171,7 +116,7 @@ impl Chain {
         let mut nodes = vec![Node::new(&start.to_owned(), v0.clone(), &identity)];
         let unknowns = problem.unknowns();
         for (i, (point, velocity)) in at.into_iter().enumerate() {
-            let like = nodes[i].frame.clone();
+            let like = nodes[i].frame().clone();
             let node = Node::new(&point, velocity, &like);
             let size = spread / (0.5 * unknowns as f64).sqrt();
             let change: Vec<f64> = (0..unknowns)
@@ -185,23 +130,18 @@ impl Chain {
                 .collect();
             nodes.push(node.moved(&change)?);
         }
-        let like = nodes[legs - 1].frame.clone();
+        let like = nodes[legs - 1].frame().clone();
         nodes.push(Node::new(&s1.to_owned(), v1.to_owned(), &like));
-        let mut endpoints = EndpointProblem::new(r, k);
-        let cost = cost(&nodes, &mut endpoints)?;
-        Ok(Chain {
-            nodes,
-            cost,
-            endpoints,
-            evaluated: legs,
-        })
+        let mut held = vec![Held::Nothing; legs + 1];
+        (held[0], held[legs]) = (Held::All, Held::All);
+        Self::of(nodes, held, vec![1.0 / legs as f64; legs])
     }
 
     /// Lowers the cost until it rests.
     ///
     /// # Errors
     /// `Interrupted`.
-    pub(super) fn relax(&mut self, interrupt: Interrupt<'_>) -> Result<()> {
+    pub(crate) fn relax(&mut self, interrupt: Interrupt<'_>) -> Result<()> {
         let mut damping = DAMPING;
         for _ in 0..MAX_STEPS {
             interrupt.check(SOLVER)?;
@@ -223,57 +163,64 @@ impl Chain {
         Ok(())
     }
 
-    /// `J^T J` and `J^T r` over the nodes between the ends.
+    /// `J^T J` and `J^T r` over all nodes; where something is given, that of an unknown that has come to rest.
     fn normal_equations(&mut self) -> Result<(BlockTridiagonal, Vec<f64>)> {
         let (size, legs) = (self.unknowns(), self.legs());
-        let (inner, step) = (legs - 1, self.share(1));
-        let mut matrix = BlockTridiagonal::zeros(inner, size);
-        let mut gradient = vec![0.0; inner * size];
+        let mut matrix = BlockTridiagonal::zeros(legs + 1, size);
+        let mut gradient = vec![0.0; (legs + 1) * size];
         for i in 0..legs {
-            let (from, to) = (self.nodes[i].clone(), self.nodes[i + 1].clone());
-            self.evaluated += 1 + 2 * size;
-            let base = residual(&from, &to, step, &mut self.endpoints)?;
-            let mut jacobian = Mat::zeros(base.len(), 2 * size);
-            for side in 0..2 {
-                if i + side == 0 || i + side == legs {
-                    continue;
-                }
-                for unknown in 0..size {
-                    let mut change = vec![0.0; size];
-                    change[unknown] = DIFFERENCE;
-                    let beside = if side == 0 {
-                        residual(&from.moved(&change)?, &to, step, &mut self.endpoints)?
-                    } else {
-                        residual(&from, &to.moved(&change)?, step, &mut self.endpoints)?
-                    };
-                    for (row, (b, a)) in beside.iter().zip(&base).enumerate() {
-                        jacobian[(row, side * size + unknown)] = (b - a) / DIFFERENCE;
-                    }
-                }
-            }
+            let (jacobian, base) = self.jacobian(i)?;
             let square = jacobian.transpose() * &jacobian;
             let right = jacobian.transpose() * Mat::from_fn(base.len(), 1, |row, _| base[row]);
             let block =
                 |row: usize, column: usize| square.submatrix(row * size, column * size, size, size);
-            if i > 0 {
-                matrix.diagonal[i - 1] += block(0, 0);
+            matrix.diagonal[i] += block(0, 0);
+            matrix.diagonal[i + 1] += block(1, 1);
+            matrix.above[i] += block(0, 1);
+            for unknown in 0..2 * size {
+                gradient[i * size + unknown] += right[(unknown, 0)];
             }
-            if i + 1 < legs {
-                matrix.diagonal[i] += block(1, 1);
-            }
-            if i > 0 && i + 1 < legs {
-                matrix.above[i - 1] += block(0, 1);
-            }
-            for side in 0..2 {
-                if i + side > 0 && i + side < legs {
-                    for unknown in 0..size {
-                        gradient[(i + side - 1) * size + unknown] +=
-                            right[(side * size + unknown, 0)];
-                    }
-                }
+        }
+        for node in 0..=legs {
+            for unknown in self.given(node) {
+                matrix.diagonal[node][(unknown, unknown)] = 1.0;
             }
         }
         Ok((matrix, gradient))
+    }
+
+    /// Unknowns of a node that are given: its point comes first.
+    fn given(&self, node: usize) -> std::ops::Range<usize> {
+        let size = self.unknowns();
+        match self.held[node] {
+            Held::Nothing => 0..0,
+            Held::Point => 0..size / 2,
+            Held::All => 0..size,
+        }
+    }
+
+    /// Derivative of the residual of a leg with respect to what is not given at its ends, and the residual.
+    fn jacobian(&mut self, i: usize) -> Result<(Mat<f64>, Vec<f64>)> {
+        let (size, step) = (self.unknowns(), self.steps[i]);
+        let (from, to) = (self.nodes[i].clone(), self.nodes[i + 1].clone());
+        self.evaluated += 1 + 2 * size;
+        let base = residual(&from, &to, step, &mut self.endpoints)?;
+        let mut jacobian = Mat::zeros(base.len(), 2 * size);
+        for side in 0..2 {
+            for unknown in self.given(i + side).end..size {
+                let mut change = vec![0.0; size];
+                change[unknown] = DIFFERENCE;
+                let beside = if side == 0 {
+                    residual(&from.moved(&change)?, &to, step, &mut self.endpoints)?
+                } else {
+                    residual(&from, &to.moved(&change)?, step, &mut self.endpoints)?
+                };
+                for (row, (b, a)) in beside.iter().zip(&base).enumerate() {
+                    jacobian[(row, side * size + unknown)] = (b - a) / DIFFERENCE;
+                }
+            }
+        }
+        Ok((jacobian, base))
     }
 
     /// Tries a step; whether it lowers the cost.
@@ -291,18 +238,19 @@ impl Chain {
             return false;
         };
         let mut nodes = self.nodes.clone();
-        for i in 1..self.legs() {
-            let change: Vec<f64> = change[(i - 1) * size..i * size]
-                .iter()
-                .map(|x| -x)
-                .collect();
+        for i in 0..nodes.len() {
+            if self.held[i] == Held::All {
+                continue;
+            }
+            let mut change: Vec<f64> = change[i * size..][..size].iter().map(|x| -x).collect();
+            change[self.given(i)].fill(0.0);
             match self.nodes[i].moved(&change) {
                 Ok(moved) => nodes[i] = moved,
                 Err(_) => return false,
             }
         }
         self.evaluated += self.legs();
-        match cost(&nodes, &mut self.endpoints) {
+        match cost(&nodes, &self.steps, &mut self.endpoints) {
             Ok(cost) if cost < self.cost => {
                 (self.nodes, self.cost) = (nodes, cost);
                 true
@@ -329,13 +277,13 @@ impl Chain {
         self.nodes.len() - 1
     }
 
-    /// `(x', x'')` at the start of the first leg, in a parameter that is 1 at its end.
+    /// `(x', x'')` at the start of a leg, in a parameter that runs from 0 to 1 on it.
     ///
     /// # Errors
     /// Where it cannot be joined.
-    pub(super) fn start(&mut self) -> Result<Vec<f64>> {
-        let [delta, v, w] = leg(&self.nodes[0], &self.nodes[1], &mut self.endpoints)?;
-        let step = self.share(1);
+    pub(crate) fn start(&mut self, i: usize) -> Result<Vec<f64>> {
+        let [delta, v, w] = leg(&self.nodes[i], &self.nodes[i + 1], &mut self.endpoints)?;
+        let step = self.steps[i];
         let entries = || delta.iter().zip(v.iter().zip(&w));
         let a = entries().map(|(delta, (v, w))| 6.0 * delta - step * (4.0 * v + 2.0 * w));
         let second = entries().map(|(delta, (v, w))| -12.0 * delta + step * 6.0 * (v + w));
@@ -380,11 +328,10 @@ fn sample(curve: &impl Curve, legs: usize) -> Result<Vec<(Mat<f64>, Mat<f64>)>> 
 }
 
 /// The cost of a chain.
-fn cost(nodes: &[Node], endpoints: &mut EndpointProblem) -> Result<f64> {
-    let step = 1.0 / (nodes.len() - 1) as f64;
+fn cost(nodes: &[Node], steps: &[f64], endpoints: &mut EndpointProblem) -> Result<f64> {
     let mut sum = 0.0;
-    for pair in nodes.windows(2) {
-        let residual = residual(&pair[0], &pair[1], step, endpoints)?;
+    for (pair, step) in nodes.windows(2).zip(steps) {
+        let residual = residual(&pair[0], &pair[1], *step, endpoints)?;
         sum += residual.iter().map(|r| r * r).sum::<f64>();
     }
     if sum.is_finite() {

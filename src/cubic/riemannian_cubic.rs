@@ -6,12 +6,14 @@ use faer::{Mat, MatMut, MatRef};
 
 use super::boundary::BoundaryReport;
 use super::clock::Clock;
+use super::enclosure;
 use super::initial::Coordinates;
 use super::path::{Path, State};
 use super::reduced::Sized;
 use super::taylor::Accuracy;
 use crate::curve::{
-    Curve, Quantity, Samples, check_parameter, sample_blocks, sample_coordinate_blocks,
+    Curve, DerivativeBounds, Quantity, Samples, check_parameter, sample_blocks,
+    sample_coordinate_blocks,
 };
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
@@ -329,6 +331,13 @@ impl Curve for RiemannianCubic {
 
     fn frame(&self) -> Option<MatRef<'_, f64>> {
         self.frame.as_ref().map(|frame| frame.as_ref().as_ref())
+    }
+
+    fn derivative_bounds_interruptible(
+        &self,
+        interrupt: Interrupt<'_>,
+    ) -> Result<DerivativeBounds> {
+        enclosure::enclosed(self, interrupt)
     }
 
     fn workspace(&self) -> Workspace {

@@ -12,6 +12,10 @@ use crate::manifold::stiefel::{POINT_TOLERANCE, Stiefel, TANGENT_TOLERANCE};
 /// logarithm, or velocities that are about a turn apart.
 const SAME_BRANCH: f64 = 1e-3;
 
+/// Principal angles and turns up to these are far from a quarter and from a half of a turn.
+const SURE_ANGLE: f64 = 1.5;
+const SURE_TURN: f64 = 4.2;
+
 /// The manifold of two points with a tangent vector each: `S0, V0, S1, V1` with their names.
 ///
 /// # Errors
@@ -60,6 +64,9 @@ pub(super) fn check_principal(
     end: &Mat<f64>,
     refusal: impl FnOnce(f64) -> Error,
 ) -> Result<()> {
+    if is_surely_principal(leg) {
+        return Ok(());
+    }
     let principal = QuasiGeodesic::between(leg.point(0.0)?.as_ref(), end.as_ref())?;
     let velocity = leg.initial_velocity();
     let size = velocity.norm_l2();
@@ -69,4 +76,12 @@ pub(super) fn check_principal(
     } else {
         Err(refusal(size))
     }
+}
+
+/// Whether the angles alone say that a leg is the principal one: with `S_0^T S_1 = W cos(Sigma) W^T e^Omega`, cosines
+/// that are positive make that the polar decomposition, and `Omega` the logarithm of its rotation.
+fn is_surely_principal(leg: &QuasiGeodesic) -> bool {
+    let largest = leg.angles().iter().fold(0.0, |a: f64, b| a.max(*b));
+    // The spectral norm of a skew matrix is at most its Frobenius norm over the root of two.
+    largest <= SURE_ANGLE && leg.omega().norm_l2() <= SURE_TURN
 }

@@ -4,10 +4,12 @@
 //! for a whole block of parameters. Blocks have a fixed size, so results do not depend on the number of threads.
 
 mod acceleration_residual;
+pub mod arc_length;
 mod branch;
 mod collocation;
 pub(crate) mod cost;
 pub mod de_casteljau;
+pub mod derivative_bounds;
 mod end_legs;
 mod geodesic;
 pub mod geodesic_polynomial;
@@ -19,7 +21,9 @@ pub(crate) mod span;
 #[cfg(any(feature = "python", feature = "serde"))]
 mod stored;
 
+pub use arc_length::ArcLength;
 pub use de_casteljau::GeometricPolynomial;
+pub use derivative_bounds::{DerivativeBounds, Guarantee};
 pub use geodesic_polynomial::GeodesicPolynomial;
 pub use geometric_cubic::GeometricCubic;
 
@@ -153,6 +157,12 @@ pub trait Curve: Sync {
     /// The interval that the curve is made for.
     fn t_span(&self) -> (f64, f64) {
         (0.0, 1.0)
+    }
+
+    /// Where the curve may be less smooth, increasing: the ends of its interval, and the knots between them.
+    fn breakpoints(&self) -> Vec<f64> {
+        let (start, end) = self.t_span();
+        vec![start.min(end), start.max(end)]
     }
 
     /// Columns that span the curve, shape `(n, r)`; `None` where coordinates are the entries themselves.
@@ -292,6 +302,41 @@ pub trait Curve: Sync {
         Self: Sized,
     {
         cost::squared_acceleration(self, interrupt)
+    }
+
+    /// Length from `t0` to `t1 >= t0` in the canonical metric; [`ArcLength`] has its inverse too.
+    ///
+    /// # Accuracy
+    /// Relative 1e-12, or round-off of the velocity where that is more.
+    /// # Errors
+    /// `NonFinite`, `InvalidArgument`, `NoConvergence`, `Overflow`, and where the curve does not exist.
+    fn arc_length(&self, t0: f64, t1: f64) -> Result<f64>
+    where
+        Self: Sized,
+    {
+        Ok(ArcLength::between(self, t0, t1, Interrupt::NEVER)?.total())
+    }
+
+    /// The largest norms of velocity, covariant acceleration and covariant jerk over [`Curve::t_span`].
+    ///
+    /// By dense sampling of each smooth piece, and refinement around the largest values ([`Guarantee::Sampling`]); a
+    /// Riemannian cubic has true bounds ([`Guarantee::Enclosure`]).
+    ///
+    /// # Errors
+    /// `Overflow`, and where the curve does not exist.
+    fn derivative_bounds(&self) -> Result<DerivativeBounds> {
+        self.derivative_bounds_interruptible(Interrupt::NEVER)
+    }
+
+    /// [`Curve::derivative_bounds`] that can be stopped.
+    ///
+    /// # Errors
+    /// As [`Curve::derivative_bounds`], and `Interrupted`.
+    fn derivative_bounds_interruptible(
+        &self,
+        interrupt: Interrupt<'_>,
+    ) -> Result<DerivativeBounds> {
+        derivative_bounds::sampled(self, interrupt)
     }
 }
 

@@ -29,11 +29,25 @@ impl Span {
         }
     }
 
+    /// All of `R^n`.
+    pub(crate) fn whole() -> Self {
+        Span { basis: None }
+    }
+
     /// Coordinates of a matrix of the span.
     pub(crate) fn down(&self, a: MatRef<'_, f64>) -> Mat<f64> {
         self.basis
             .as_ref()
             .map_or_else(|| a.to_owned(), |e| e.transpose() * a)
+    }
+
+    /// The matrix with the given coordinates.
+    pub(crate) fn lift(&self, a: MatRef<'_, f64>) -> Mat<f64> {
+        self.basis.as_ref().map_or_else(|| a.to_owned(), |e| e * a)
+    }
+
+    pub(crate) fn basis(&self) -> Option<MatRef<'_, f64>> {
+        self.basis.as_ref().map(Mat::as_ref)
     }
 
     pub(crate) fn into_basis(self) -> Option<Mat<f64>> {

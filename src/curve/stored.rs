@@ -80,12 +80,11 @@ fn restore_polynomials(fields: &mut Fields) -> Result<Vec<GeometricPolynomial>> 
     Ok(curves)
 }
 
+/// A frame and control points in its coordinates.
+type Coordinates<'a> = (Option<MatRef<'a, f64>>, &'a [Mat<f64>]);
+
 /// Frames and control points in their coordinates.
-fn store_control_points(
-    shape: [usize; 2],
-    curves: &[(Option<MatRef<'_, f64>>, &[Mat<f64>])],
-    fields: &mut Fields,
-) {
+fn store_control_points(shape: [usize; 2], curves: &[Coordinates<'_>], fields: &mut Fields) {
     let (mut frames, mut points) = (Vec::new(), Vec::new());
     for (frame, own) in curves {
         if let Some(frame) = frame {

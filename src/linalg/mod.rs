@@ -14,6 +14,7 @@ pub(crate) mod jet_exp;
 pub(crate) mod lane_matrix;
 pub(crate) mod lanes;
 pub mod lyapunov;
+pub(crate) mod one_sided_jacobi;
 pub mod orthogonal_log;
 pub mod product;
 pub(crate) mod simd;

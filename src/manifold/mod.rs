@@ -1,10 +1,12 @@
 //! The Stiefel manifold `St(n, k)`: points, tangent vectors, and the maps between them.
 
+pub(crate) mod carrier;
 pub mod covariant;
 pub mod curvature;
 pub mod exponential;
 pub(crate) mod geodesic_jet;
 pub mod gradient;
+pub(crate) mod inverse_differential;
 pub(crate) mod lane_join;
 pub(crate) mod lane_leg;
 pub mod logarithm;

@@ -14,6 +14,7 @@ use super::stiefel::{POINT_TOLERANCE, Stiefel, TANGENT_TOLERANCE};
 use crate::error::{Error, Result};
 use crate::linalg::decomp::Svd;
 use crate::linalg::jet::{Jet, ORDER};
+use crate::linalg::one_sided_jacobi::orthogonalise_few;
 use crate::linalg::product::{determinant_sign, mul_add, mul_into};
 use crate::linalg::{OrthogonalLog, SkewExp};
 
@@ -74,21 +75,44 @@ impl QuasiGeodesic {
         manifold.check_point("S", s, POINT_TOLERANCE)?;
         manifold.check_tangent("V", s, v, TANGENT_TOLERANCE)?;
         let (n, k) = (manifold.n(), manifold.k());
-        let (normal, omega) = manifold.split(s, v)?;
-        let mut svd = Svd::new(n, k);
-        svd.compute(normal.as_ref())?;
         let mut out = Self::zeros(n, k);
+        out.leave(s, v, &mut Departure::new(n, k))?;
+        Ok(out)
+    }
+
+    /// Sets this curve to the one from `s` with initial velocity `v`, in buffers that exist already.
+    ///
+    /// # Errors
+    /// `Overflow`, `Decomposition`.
+    pub(crate) fn leave(
+        &mut self,
+        s: MatRef<'_, f64>,
+        v: MatRef<'_, f64>,
+        work: &mut Departure,
+    ) -> Result<()> {
+        let k = self.k();
+        work.split(s, v);
+        work.factor()?;
         let floor = NEGLIGIBLE * crate::linalg::structure::norm(v);
-        out.right.copy_from(svd.v().transpose());
-        mul_into(out.frame.as_mut().subcols_mut(0, k), 1.0, s, svd.v());
+        self.right.copy_from(work.w.transpose());
+        mul_into(self.frame.as_mut().subcols_mut(0, k), 1.0, s, &work.w);
+        self.frame.as_mut().subcols_mut(k, k).fill(0.0);
+        self.angles.fill(0.0);
         for i in 0..k {
-            if svd.s(i) > floor {
-                out.angles[i] = svd.s(i);
-                out.frame.as_mut().col_mut(k + i).copy_from(svd.u().col(i));
+            let angle = crate::linalg::structure::norm(work.normal.as_ref().subcols(i, 1));
+            if angle > floor {
+                self.angles[i] = angle;
+                for row in 0..self.frame.nrows() {
+                    self.frame[(row, k + i)] = work.normal[(row, i)] / angle;
+                }
             }
         }
-        out.omega = omega;
-        Ok(out)
+        for j in 0..k {
+            for i in 0..k {
+                self.omega[(i, j)] = 0.5 * (work.along[(i, j)] - work.along[(j, i)]);
+            }
+        }
+        Ok(())
     }
 
     /// The principal quasi-geodesic with `beta(0) = s0`, `beta(1) = s1`.
@@ -302,6 +326,54 @@ impl QuasiGeodesic {
     /// The frame `[S W, Q]`, shape `(n, 2k)`.
     pub(crate) fn frame(&self) -> MatRef<'_, f64> {
         self.frame.as_ref()
+    }
+}
+
+/// Buffers for quasi-geodesics from a velocity, of one shape.
+pub(crate) struct Departure {
+    svd: Option<Box<Svd>>,
+    /// `K`, then `K W`.
+    normal: Mat<f64>,
+    w: Mat<f64>,
+    along: Mat<f64>,
+    again: Mat<f64>,
+}
+
+impl Departure {
+    pub(crate) fn new(n: usize, k: usize) -> Self {
+        Departure {
+            svd: None,
+            normal: Mat::zeros(n, k),
+            w: Mat::zeros(k, k),
+            along: Mat::zeros(k, k),
+            again: Mat::zeros(k, k),
+        }
+    }
+
+    /// `V = K + S (S^T V)`; twice, for once leaves a part along `S` of size `eps |V|`.
+    fn split(&mut self, s: MatRef<'_, f64>, v: MatRef<'_, f64>) {
+        mul_into(&mut self.along, 1.0, s.transpose(), v);
+        self.normal.copy_from(v);
+        mul_add(&mut self.normal, -1.0, s, &self.along);
+        mul_into(&mut self.again, 1.0, s.transpose(), &self.normal);
+        mul_add(&mut self.normal, -1.0, s, &self.again);
+    }
+
+    /// `K W = Q Sigma`.
+    fn factor(&mut self) -> Result<()> {
+        if orthogonalise_few(&mut self.normal, &mut self.w) {
+            return Ok(());
+        }
+        let (n, k) = self.normal.shape();
+        let svd = self.svd.get_or_insert_with(|| Box::new(Svd::new(n, k)));
+        svd.compute(self.normal.as_ref())?;
+        self.w.copy_from(svd.v());
+        for j in 0..k {
+            for i in 0..n {
+                self.normal[(i, j)] = svd.s(j) * svd.u()[(i, j)];
+            }
+        }
+        Ok(())
     }
 }
 

@@ -11,7 +11,7 @@ use super::call::Call;
 use super::convert::{matrix, parameters, write};
 use super::error::{invalid_input, to_exception};
 use super::stored::{Form, form};
-use crate::curve::{Curve, Quantity, Samples, lift_into};
+use crate::curve::{ArcLength, Curve, DerivativeBounds, Quantity, Samples, lift_into};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::manifold::QuasiGeodesic;
@@ -52,6 +52,9 @@ pub(super) trait AnyCurve: Send + Sync {
         interrupt: Interrupt<'_>,
     ) -> Result<Mat<f64>>;
     fn cost(&self, interrupt: Interrupt<'_>) -> Result<f64>;
+    fn arc_length(&self, t0: f64, t1: f64, interrupt: Interrupt<'_>) -> Result<f64>;
+    fn resample(&self, count: usize, interrupt: Interrupt<'_>) -> Result<Vec<f64>>;
+    fn derivative_bounds(&self, interrupt: Interrupt<'_>) -> Result<DerivativeBounds>;
 }
 
 impl<C: Curve + Operations + Send> AnyCurve for C {
@@ -92,6 +95,18 @@ impl<C: Curve + Operations + Send> AnyCurve for C {
     fn cost(&self, interrupt: Interrupt<'_>) -> Result<f64> {
         self.cost_interruptible(interrupt)
     }
+
+    fn arc_length(&self, t0: f64, t1: f64, interrupt: Interrupt<'_>) -> Result<f64> {
+        Ok(ArcLength::between(self, t0, t1, interrupt)?.total())
+    }
+
+    fn resample(&self, count: usize, interrupt: Interrupt<'_>) -> Result<Vec<f64>> {
+        ArcLength::of(self, interrupt)?.equal(count)
+    }
+
+    fn derivative_bounds(&self, interrupt: Interrupt<'_>) -> Result<DerivativeBounds> {
+        self.derivative_bounds_interruptible(interrupt)
+    }
 }
 
 /// A smooth curve on St(n, k).
@@ -101,7 +116,7 @@ impl<C: Curve + Operations + Send> AnyCurve for C {
 /// bit-identical for any number of threads.
 #[pyclass(name = "Curve", module = "stiefel_rs", subclass, frozen)]
 pub struct PyCurve {
-    inner: Arc<dyn AnyCurve>,
+    pub(super) inner: Arc<dyn AnyCurve>,
 }
 
 impl PyCurve {

@@ -12,6 +12,7 @@ mod geodesic;
 mod geometry;
 mod knots;
 mod linalg;
+mod measure;
 mod polynomial;
 mod retraction;
 mod riemannian_cubic;
@@ -24,6 +25,7 @@ mod stiefel;
 mod stored;
 mod trajectory;
 mod variation;
+mod velocities;
 
 use pyo3::prelude::*;
 
@@ -45,6 +47,8 @@ pub mod _core {
     #[pymodule_export]
     use super::linalg::{orthogonal_log, skew_exp};
     #[pymodule_export]
+    use super::measure::PyDerivativeBounds;
+    #[pymodule_export]
     use super::polynomial::{PyGeometricCubic, PyGeometricPolynomial};
     #[pymodule_export]
     use super::riemannian_cubic::PyRiemannianCubic;
@@ -60,6 +64,8 @@ pub mod _core {
     use super::stored::_restored;
     #[pymodule_export]
     use super::trajectory::PyChartTrajectory;
+    #[pymodule_export]
+    use super::velocities::estimate_velocities;
 
     #[pymodule_export]
     const __VERSION__: &str = env!("CARGO_PKG_VERSION");

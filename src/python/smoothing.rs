@@ -119,7 +119,7 @@ impl PySmoothingSpline {
         let max_iterations = count(py, "max_iterations", max_iterations, 1)?;
         let data = Data::read(t, S)?;
         let weights = weights.map(read_weights).transpose()?;
-        let call = Call::new(py, num_threads, data.joints())?;
+        let call = Call::new(py, num_threads, data.joints(Kind::Riemannian))?;
         let outside = outside(extrapolate);
         let (fitted, curve, points) = call.run(py, move |interrupt| {
             let options = SmoothingOptions {

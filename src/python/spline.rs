@@ -17,12 +17,14 @@ use super::polynomial::{PyGeometricCubic, construction};
 use super::riemannian_cubic::{PyRiemannianCubic, shooting};
 use super::spline_stored::{PIECES, Restored, VELOCITIES, put};
 use super::stored::{Form, form_of};
+use super::velocities::{Velocities, rows};
 use crate::cubic::{BoundaryOptions, RiemannianCubic};
 use crate::curve::{Curve, GeometricCubic, Quantity};
 use crate::error::Error;
 use crate::report::SolverReport;
 use crate::spline::{
-    Outside, Piecewise, SplineOptions, cubic_hermite, cubic_spline, geometric_hermite,
+    Outside, Piecewise, SplineOptions, VelocityEstimate, cubic_hermite, cubic_spline,
+    geometric_hermite, geometric_spline,
 };
 
 pub(super) type Array = Py<PyArrayDyn<f64>>;
@@ -34,11 +36,13 @@ impl<C: Curve + Operations> Operations for Piecewise<C> {
 
     fn preparation(&self, t: &[f64]) -> f64 {
         let (knots, last) = (self.knots(), self.pieces().len() - 1);
-        let ends = [(0, f64::min as fn(f64, f64) -> f64), (last, f64::max)];
-        let beyond = ends.map(|(piece, farther)| {
+        // Of a piece at an end what is beyond that end; times on its other side are other pieces'.
+        let farther: [fn(f64, f64) -> f64; 2] = [f64::min, f64::max];
+        let ends = [(0, farther[0], 0.0), (last, farther[1], 1.0)];
+        let beyond = ends.map(|(piece, farther, end)| {
             let length = knots[piece + 1] - knots[piece];
             let local = |t: &f64| (t - knots[piece]) / length;
-            let farthest = t.iter().map(local).reduce(farther).unwrap_or(0.0);
+            let farthest = t.iter().map(local).fold(end, farther);
             self.pieces()[piece].preparation(&[farthest])
         });
         beyond[0] + beyond[1]
@@ -118,10 +122,15 @@ impl Data {
     }
 
     /// Rough operations of a boundary value problem for every leg, with the given velocities.
-    fn legs(&self, kind: Kind, velocities: &Batch) -> f64 {
+    fn legs(&self, kind: Kind, velocities: &Velocities) -> f64 {
         let one = match kind {
             Kind::Riemannian => {
-                let [s, v] = [&self.points, velocities].map(|batch| match batch.len() {
+                let vectors = match velocities {
+                    Velocities::Given(vectors) => vectors,
+                    // Vectors of the size of points are as good as any.
+                    Velocities::Estimated(_) => &self.points,
+                };
+                let [s, v] = [&self.points, vectors].map(|batch| match batch.len() {
                     0 => Mat::zeros(1, 1),
                     _ => batch.get(0).to_owned(),
                 });
@@ -133,12 +142,24 @@ impl Data {
     }
 
     /// Rough operations of a spline: as many for every leg, after a factorisation that reduces the dimension.
-    pub(super) fn joints(&self) -> f64 {
+    pub(super) fn joints(&self, kind: Kind) -> f64 {
+        let any = Velocities::Estimated(VelocityEstimate::Natural);
+        self.legs(kind, &any) + self.reduction()
+    }
+
+    /// Rough operations of quasi-geodesics between all neighbours.
+    pub(super) fn links(&self) -> f64 {
+        let (n, k) = self.shape();
+        construction((n, k), 1) * self.points.len() as f64 + self.reduction()
+    }
+
+    /// Rough operations of the factorisation that reduces the dimension.
+    fn reduction(&self) -> f64 {
         let (n, columns) = (
             self.points.rows as f64,
             (self.points.len() * self.points.cols) as f64,
         );
-        self.legs(Kind::Riemannian, &self.points) + 4.0 * n * columns * columns.min(n)
+        4.0 * n * columns * columns.min(n)
     }
 }
 
@@ -293,8 +314,9 @@ pub(super) fn frozen_batch(py: Python<'_>, batch: &Batch) -> PyResult<Array> {
 ///     Times, increasing, two or more.
 /// S : array_like, shape (N, n, k)
 ///     Points with orthonormal columns.
-/// V : array_like, shape (N, n, k)
-///     Tangent vectors at the points: velocities per unit of ``t``.
+/// V : array_like, shape (N, n, k), or str
+///     Tangent vectors at the points: velocities per unit of ``t``. Or the name of a method of
+///     :func:`estimate_velocities`: ``"catmull-rom"``, ``"akima"`` or ``"natural"``.
 /// kind : "riemannian" or "geometric", default "riemannian"
 ///     Pieces are Riemannian cubics, or geometric cubics (adjusted de Casteljau), which are quicker to make.
 /// extrapolate : bool, default False
@@ -354,11 +376,13 @@ impl PyCubicHermite {
     ) -> PyResult<PyClassInitializer<Self>> {
         let kind = Kind::read(py, kind)?;
         let data = Data::read(t, S)?;
-        let velocities = stack(V, "V", "(N, n, k)")?;
+        let velocities = Velocities::read(V)?;
         let call = Call::new(py, num_threads, data.legs(kind, &velocities))?;
         let outside = outside(extrapolate);
         let (cubics, data, velocities) = call.run(py, move |interrupt| {
-            let (points, vectors) = (data.points.views(), velocities.views());
+            let points = data.points.views();
+            let given = velocities.vectors(&data.t, &points)?;
+            let vectors: Vec<_> = given.iter().map(Mat::as_ref).collect();
             let cubics = match kind {
                 Kind::Riemannian => {
                     let options = BoundaryOptions {
@@ -373,10 +397,11 @@ impl PyCubicHermite {
                     Cubics::Geometric(Arc::new(curve.with_outside(outside)))
                 }
             };
-            Ok((cubics, data, velocities))
+            Ok((cubics, data, given))
         })?;
         let base = PyPiecewiseCurve::wrap(py, cubics, &data, None)?;
-        let velocities = frozen_batch(py, &velocities)?;
+        let (n, k) = data.shape();
+        let velocities = frozen(py, &rows(&velocities, n * k), &[velocities.len(), n, k])?;
         Ok(base.add_subclass(PyCubicHermite { velocities }))
     }
 
@@ -390,7 +415,7 @@ impl PyCubicHermite {
         Ok(form)
     }
 
-    /// The velocities at the knots, as given, shape (N, n, k); read-only.
+    /// The velocities at the knots, as given or as estimated, shape (N, n, k); read-only.
     #[getter]
     fn velocities(&self, py: Python<'_>) -> Array {
         self.velocities.clone_ref(py)
@@ -420,7 +445,7 @@ impl PyCubicHermite {
     }
 }
 
-/// Spline of Riemannian cubics through points: velocity and covariant acceleration are continuous.
+/// Spline of cubics through points: velocity and covariant acceleration are continuous.
 ///
 /// Parameters
 /// ----------
@@ -433,15 +458,16 @@ impl PyCubicHermite {
 ///     last point is the first one and velocity and covariant acceleration agree there. Or a pair of conditions for the
 ///     first and the last point: each ``"natural"``, ``"clamped"``, ``(1, V)`` with a velocity or ``(2, A)`` with a
 ///     covariant acceleration, tangent vectors of shape (n, k).
-/// kind : "riemannian", default "riemannian"
-///     What the pieces are.
+/// kind : "riemannian" or "geometric", default "riemannian"
+///     Pieces are Riemannian cubics: the curve of least cost. Or geometric cubics (adjusted de Casteljau): close to it, and
+///     quicker to find.
 /// extrapolate : bool, default False
 ///     Whether the first and the last piece go on outside of ``[t[0], t[-1]]``; by default times there are errors.
 /// tol : float, default 1e-12
 ///     The largest distance by which a piece may miss its knot, and jump of the covariant acceleration, in the time of
 ///     the piece.
 /// max_iterations : int, default 200
-///     Steps at the most, of fixed-point iteration and of Newton's method together.
+///     Steps at the most.
 /// num_threads : int, optional
 ///     Threads; by default those of the global pool.
 ///
@@ -463,8 +489,9 @@ impl PyCubicHermite {
 ///
 /// Notes
 /// -----
-/// Stationary for the integral of the squared covariant acceleration among the curves through the points with these ends:
-/// what a cubic spline is in flat space. Solved for all pieces at once, in time linear in their number.
+/// With Riemannian pieces: stationary for the integral of the squared covariant acceleration among the curves through
+/// the points with these ends, what a cubic spline is in flat space. Solved for all pieces at once, in time linear in
+/// their number.
 ///
 /// Noakes, Heinzinger, Paden (1989); Crouch, Silva Leite (1995).
 ///
@@ -504,15 +531,12 @@ impl PyCubicSpline {
         #[pyo3(from_py_with = whole)] max_iterations: i64,
         num_threads: Option<i64>,
     ) -> PyResult<PyClassInitializer<Self>> {
-        if let Kind::Geometric = Kind::read(py, kind)? {
-            let message = format!("kind: expected '{RIEMANNIAN}', found {kind:?}");
-            return Err(invalid_input(py, message));
-        }
+        let kind = Kind::read(py, kind)?;
         check_tolerance(py, tol)?;
         let max_iterations = count(py, "max_iterations", max_iterations, 1)?;
         let data = Data::read(t, S)?;
         let Ends { given, conditions } = bc_type.read(py, data.shape())?;
-        let call = Call::new(py, num_threads, data.joints())?;
+        let call = Call::new(py, num_threads, data.joints(kind))?;
         let outside = outside(extrapolate);
         let (cubics, data, report) = call.run(py, move |interrupt| {
             let options = SplineOptions {
@@ -520,10 +544,21 @@ impl PyCubicSpline {
                 max_iterations,
                 interrupt,
             };
-            let (curve, report) =
-                cubic_spline(&data.t, &data.points.views(), &conditions, &options)?;
-            let curve = curve.with_outside(outside);
-            Ok((Cubics::Riemannian(Arc::new(curve)), data, report))
+            let points = data.points.views();
+            let (cubics, report) = match kind {
+                Kind::Riemannian => {
+                    let (curve, report) = cubic_spline(&data.t, &points, &conditions, &options)?;
+                    let curve = curve.with_outside(outside);
+                    (Cubics::Riemannian(Arc::new(curve)), report)
+                }
+                Kind::Geometric => {
+                    let (curve, report) =
+                        geometric_spline(&data.t, &points, &conditions, &options)?;
+                    let curve = curve.with_outside(outside);
+                    (Cubics::Geometric(Arc::new(curve)), report)
+                }
+            };
+            Ok((cubics, data, report))
         })?;
         let base = PyPiecewiseCurve::wrap(py, cubics, &data, Some(report))?;
         Ok(base.add_subclass(PyCubicSpline { bc_type: given }))

@@ -2,10 +2,10 @@
 //!
 //! Work and memory are linear in the number of rows.
 
-use faer::{Mat, MatRef, Scale};
+use faer::{Mat, MatMut, MatRef, Scale};
 use rayon::prelude::*;
 
-use super::chain::{Chain, Motion, Movable, Way, links, square};
+use super::chain::{Chain, Motion, Movable, links, square};
 use crate::cubic::guess::carry;
 use crate::cubic::initial::Coordinates;
 use crate::cubic::leg::arrival;
@@ -16,6 +16,7 @@ use crate::curve::Curve;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::linalg::structure::distance;
+use crate::manifold::carrier::{Carrier, Direction};
 use crate::manifold::{QuasiGeodesic, Stiefel};
 
 /// Knots and the quasi-geodesics between them.
@@ -66,7 +67,7 @@ impl<'a> Ambient<'a> {
 }
 
 impl Chain for Ambient<'_> {
-    type Worker = ();
+    type Worker = Carrier;
 
     fn size(&self) -> usize {
         self.points[0].nrows() * self.points[0].ncols()
@@ -76,7 +77,10 @@ impl Chain for Ambient<'_> {
         &self.lengths
     }
 
-    fn worker(&self) {}
+    fn worker(&self) -> Carrier {
+        let (n, k) = self.points[0].shape();
+        Carrier::new(n, k)
+    }
 
     fn displacement_into(&self, leg: usize, out: &mut [f64]) {
         out.copy_from_slice(&entries(&self.curves[leg].initial_velocity()));
@@ -84,24 +88,23 @@ impl Chain for Ambient<'_> {
 
     fn carry_into(
         &self,
-        (): &mut (),
+        carrier: &mut Carrier,
         leg: usize,
-        way: Way,
+        way: Direction,
         v: &[f64],
         out: &mut [f64],
     ) -> Result<()> {
-        let t = match way {
-            Way::Forward => 1.0,
-            Way::Back => -1.0,
-        };
-        let carried = carry(&self.curves[leg], self.matrix(v), t)?;
-        write(&carried, out);
+        let (n, k) = self.points[0].shape();
+        out.copy_from_slice(v);
+        carrier.set(&self.curves[leg])?;
+        let out = MatMut::from_column_major_slice_mut(out, n, k);
+        carrier.carry(&self.curves[leg], out, way);
         Ok(())
     }
 
     fn arrive_into(
         &self,
-        (): &mut (),
+        _: &mut Carrier,
         first: usize,
         starts: &[Vec<f64>],
         accuracy: Accuracy,

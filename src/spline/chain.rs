@@ -12,17 +12,11 @@ use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::linalg::lanes::LANES;
 use crate::manifold::QuasiGeodesic;
+use crate::manifold::carrier::Direction;
 use crate::manifold::quasi_geodesic::EndpointProblem;
 
 /// Legs that one task of the pool integrates, abreast where that is faster.
 pub(super) const LEGS: usize = LANES;
-
-/// Which way a vector is carried along a leg.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Way {
-    Forward,
-    Back,
-}
 
 /// Knots, and quasi-geodesics between neighbours that carry vectors from knot to knot.
 ///
@@ -47,7 +41,7 @@ pub(super) trait Chain: Sync {
         &self,
         worker: &mut Self::Worker,
         leg: usize,
-        way: Way,
+        way: Direction,
         v: &[f64],
         out: &mut [f64],
     ) -> Result<()>;
@@ -266,7 +260,7 @@ impl Arrivals {
                     *w -= lengths[leg] * v;
                 }
                 for (back, v) in back.chunks_exact_mut(size).zip(values.chunks_exact(size)) {
-                    chain.carry_into(worker, leg, Way::Back, v, back)?;
+                    chain.carry_into(worker, leg, Direction::Backward, v, back)?;
                 }
                 miss = miss.max(distances[i].hypot(square(&values[size..2 * size]).sqrt()));
             }
@@ -305,7 +299,7 @@ impl Arrivals {
         for (leg, &h) in lengths.iter().enumerate() {
             let (velocity, end) = (motion.velocity(leg), motion.velocity(leg + 1));
             chain.displacement_into(leg, &mut displacement);
-            chain.carry_into(&mut worker, leg, Way::Back, end, &mut carried)?;
+            chain.carry_into(&mut worker, leg, Direction::Backward, end, &mut carried)?;
             let back = &mut back[2 * size * leg..][..2 * size];
             let (distance, lag) = back.split_at_mut(size);
             for i in 0..size {
@@ -314,7 +308,7 @@ impl Arrivals {
             }
             let values = &mut values[size * vectors * leg..];
             for (back, value) in back.chunks_exact(size).zip(values.chunks_exact_mut(size)) {
-                chain.carry_into(&mut worker, leg, Way::Forward, back, value)?;
+                chain.carry_into(&mut worker, leg, Direction::Forward, back, value)?;
             }
         }
         Ok(Arrivals {

@@ -1,6 +1,11 @@
 //! What a spline does at its ends.
 
-use faer::Mat;
+use faer::{Mat, MatRef};
+
+use crate::error::{Error, Result};
+use crate::linalg::structure::distance;
+use crate::manifold::Stiefel;
+use crate::manifold::stiefel::{POINT_TOLERANCE, TANGENT_TOLERANCE};
 
 /// End conditions of a spline.
 #[derive(Debug, Clone)]
@@ -54,6 +59,46 @@ impl End {
         match self {
             End::Acceleration(a) => Some(a),
             End::Velocity(_) => None,
+        }
+    }
+}
+
+/// Checks that end vectors are tangent, and that a closed spline closes.
+///
+/// # Errors
+/// `Shape`, `NonFinite`, `NotTangent`, `InvalidArgument`, in `AtKnot`.
+pub(super) fn check_ends(
+    manifold: &Stiefel,
+    points: &[MatRef<'_, f64>],
+    ends: &EndConditions,
+) -> Result<()> {
+    let last = points.len() - 1;
+    match ends {
+        EndConditions::Natural => Ok(()),
+        EndConditions::Periodic => {
+            let gap = distance(points[0], points[last]);
+            if gap <= POINT_TOLERANCE {
+                return Ok(());
+            }
+            let error = Error::InvalidArgument {
+                name: "S",
+                requirement: "the first point again (the ends are periodic), this far from it",
+                found: gap,
+            };
+            Err(error.at_knot(last))
+        }
+        EndConditions::Each(each) => {
+            for (knot, end) in [(0, &each[0]), (last, &each[1])] {
+                manifold
+                    .check_tangent(
+                        "bc_type",
+                        points[knot],
+                        end.vector().as_ref(),
+                        TANGENT_TOLERANCE,
+                    )
+                    .map_err(|error| error.at_knot(knot))?;
+            }
+            Ok(())
         }
     }
 }

@@ -14,12 +14,13 @@
 use faer::Mat;
 use rayon::prelude::*;
 
-use super::chain::{Arrivals, Motion, Movable, Way, square};
+use super::chain::{Arrivals, Motion, Movable, square};
 use super::iteration::Outcome;
 use super::mixing::Mixing;
 use super::tridiagonal::{Row, Shape, Tridiagonal};
 use crate::cubic::taylor::Accuracy;
 use crate::error::{Error, Result};
+use crate::manifold::carrier::Direction;
 use crate::report::StopReason;
 
 /// Vectors that an arrival has here: distance, velocity, acceleration and the third vector.
@@ -310,7 +311,7 @@ impl<'d, C: Movable> Fit<'d, C> {
             let (from, to) = right[2 * d * leg..].split_at(2 * d);
             for (to, next) in to.chunks_exact(d).zip(next.chunks_exact_mut(d)) {
                 self.chain
-                    .carry_into(&mut worker, leg, Way::Back, to, next)?;
+                    .carry_into(&mut worker, leg, Direction::Backward, to, next)?;
             }
             let (r, w) = (
                 found.arrivals.distance_back(leg),

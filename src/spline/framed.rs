@@ -3,7 +3,7 @@
 use faer::{Mat, MatRef, Scale};
 use rayon::prelude::*;
 
-use super::chain::{Chain, LEGS, Motion, Movable, Way, links, square};
+use super::chain::{Chain, LEGS, Motion, Movable, links, square};
 use crate::cubic::guess::turned;
 use crate::cubic::initial::Horizontal;
 use crate::cubic::leg::{Leg, leg};
@@ -17,6 +17,7 @@ use crate::interrupt::Interrupt;
 use crate::linalg::SkewExp;
 use crate::linalg::decomp::thin_q;
 use crate::linalg::lanes::LANES;
+use crate::manifold::carrier::Direction;
 use crate::manifold::{QuasiGeodesic, Stiefel};
 
 /// Legs from which on it is faster to integrate eight abreast.
@@ -110,7 +111,7 @@ impl<'a> Framed<'a> {
     }
 
     /// The tangent vector with the given coordinates.
-    fn tangent(&self, knot: usize, v: &[f64]) -> Mat<f64> {
+    pub(super) fn tangent(&self, knot: usize, v: &[f64]) -> Mat<f64> {
         let r = self.frames[knot].nrows();
         let mut vector = vec![0.0; r * self.columns];
         write_vector(&mut vector, v, [r, self.blocks.k]);
@@ -175,7 +176,7 @@ impl<'a> Chain for Framed<'a> {
         &self,
         worker: &mut Worker<'a>,
         leg: usize,
-        way: Way,
+        way: Direction,
         v: &[f64],
         out: &mut [f64],
     ) -> Result<()> {
@@ -183,7 +184,7 @@ impl<'a> Chain for Framed<'a> {
         let (r, columns, link) = (m + k, self.columns, &self.links[leg]);
         let (vector, moved) = worker.scratch.split_at_mut(r * columns);
         write_vector(vector, v, [r, k]);
-        let transposed = way == Way::Back;
+        let transposed = way == Direction::Backward;
         // left v, then (left v) right; transposed factors on the way back.
         for col in 0..columns {
             for row in 0..r {

@@ -17,11 +17,12 @@
 //!
 //! with vectors carried from knot to knot along the quasi-geodesics, and `[x']` the jump of the acceleration.
 
-use super::chain::{Arrivals, Chain, Motion, Way, square};
+use super::chain::{Arrivals, Chain, Motion, square};
 use super::ends::Ends;
 use super::tridiagonal::{Row, Shape, Tridiagonal};
 use crate::cubic::taylor::Accuracy;
 use crate::error::{Error, Result};
+use crate::manifold::carrier::Direction;
 
 /// Vectors that an arrival has here: distance, velocity and acceleration.
 pub(super) const VECTORS: usize = 3;
@@ -192,7 +193,7 @@ impl<'c, C: Chain> Interpolation<'c, C> {
         for (leg, &h) in lengths.iter().enumerate() {
             let next = &right[d * (leg + 1)..][..d];
             self.chain
-                .carry_into(&mut worker, leg, Way::Back, next, &mut carried)?;
+                .carry_into(&mut worker, leg, Direction::Backward, next, &mut carried)?;
             let (r, w) = (
                 found.arrivals.distance_back(leg),
                 found.arrivals.lag_back(leg),

@@ -1,6 +1,6 @@
 //! Knots: times in order, a point at each.
 
-use faer::{Mat, MatRef};
+use faer::MatRef;
 
 use crate::error::{Error, Result};
 use crate::manifold::Stiefel;
@@ -12,9 +12,12 @@ use crate::manifold::stiefel::POINT_TOLERANCE;
 /// `Shape` (fewer than two knots, numbers that do not match, points of different shapes), `NonFinite`, `InvalidArgument` (times
 /// not increasing), `NotOrthonormal`; wrapped in `AtKnot` where they are about one knot.
 pub(super) fn check(t: &[f64], points: &[MatRef<'_, f64>]) -> Result<Stiefel> {
-    let manifold = check_points(t, points)?;
-    check_order(t, |length| length > 0.0, "greater than the time before it")?;
-    Ok(manifold)
+    check_in_order(
+        t,
+        points,
+        |step| step > 0.0,
+        "greater than the time before it",
+    )
 }
 
 /// [`check`] for times that may repeat; two of them are different.
@@ -22,17 +25,19 @@ pub(super) fn check(t: &[f64], points: &[MatRef<'_, f64>]) -> Result<Stiefel> {
 /// # Errors
 /// As [`check`].
 pub(super) fn check_data(t: &[f64], points: &[MatRef<'_, f64>]) -> Result<Stiefel> {
-    let manifold = check_points(t, points)?;
-    check_order(t, |length| length >= 0.0, "at least the time before it")?;
-    let last = t.len() - 1;
-    if t[0] == t[last] {
-        return Err(not_increasing(last, t[0], "different from the first time"));
+    let manifold = check_in_order(t, points, |step| step >= 0.0, "at least the time before it")?;
+    if t[0] == t[t.len() - 1] {
+        return Err(wrong_time(t, t.len() - 1, "different from the first time"));
     }
     Ok(manifold)
 }
 
-/// Numbers and finiteness of the times, and all about the points.
-fn check_points(t: &[f64], points: &[MatRef<'_, f64>]) -> Result<Stiefel> {
+fn check_in_order(
+    t: &[f64],
+    points: &[MatRef<'_, f64>],
+    allowed: impl Fn(f64) -> bool,
+    requirement: &'static str,
+) -> Result<Stiefel> {
     if t.len() < 2 || t.len() != points.len() {
         return Err(Error::Shape {
             name: "t",
@@ -49,50 +54,20 @@ fn check_points(t: &[f64], points: &[MatRef<'_, f64>]) -> Result<Stiefel> {
             .check_point("S", *point, POINT_TOLERANCE)
             .map_err(|error| error.at_knot(knot))?;
     }
+    for (knot, pair) in t.windows(2).enumerate() {
+        let step = pair[1] - pair[0];
+        if !(allowed(step) && step.is_finite()) {
+            return Err(wrong_time(t, knot + 1, requirement));
+        }
+    }
     Ok(manifold)
 }
 
-/// Error at the first knot whose distance from the one before it is not as it must be.
-fn check_order(t: &[f64], is_right: impl Fn(f64) -> bool, requirement: &'static str) -> Result<()> {
-    for (knot, pair) in t.windows(2).enumerate() {
-        let length = pair[1] - pair[0];
-        if !(is_right(length) && length.is_finite()) {
-            return Err(not_increasing(knot + 1, pair[1], requirement));
-        }
-    }
-    Ok(())
-}
-
-fn not_increasing(knot: usize, found: f64, requirement: &'static str) -> Error {
+fn wrong_time(t: &[f64], knot: usize, requirement: &'static str) -> Error {
     let error = Error::InvalidArgument {
         name: "t",
         requirement,
-        found,
+        found: t[knot],
     };
     error.at_knot(knot)
-}
-
-/// Lengths of legs in units of their mean: neither large nor small.
-pub(super) struct Lengths {
-    pub(super) legs: Vec<f64>,
-    pub(super) mean: f64,
-}
-
-impl Lengths {
-    pub(super) fn of(t: &[f64]) -> Self {
-        let legs = t.len() - 1;
-        let mean = t[legs] / legs as f64 - t[0] / legs as f64;
-        Lengths {
-            legs: t
-                .windows(2)
-                .map(|pair| (pair[1] - pair[0]) / mean)
-                .collect(),
-            mean,
-        }
-    }
-}
-
-/// Whether a leg spans everything: then vectors are best written in frames.
-pub(super) fn is_small(points: &[Mat<f64>]) -> bool {
-    points[0].nrows() <= 4 * points[0].ncols()
 }

@@ -1,22 +1,30 @@
 //! Splines: curves through many points.
 //!
 //! * [`Piecewise`] Riemannian cubics with continuous covariant acceleration: [`cubic_spline`];
+//! * [`Piecewise`] geometric cubics with the same smoothness, quicker to find: [`geometric_spline`];
 //! * the balance of closeness to data and cost: [`smoothing_spline`];
-//! * once differentiable curves through points with given velocities: [`cubic_hermite`], [`geometric_hermite`].
+//! * once differentiable curves through points with given velocities: [`cubic_hermite`], [`geometric_hermite`];
+//! * velocities where only points are known: [`estimate_velocities`].
 
 mod ambient;
+mod bends;
 mod chain;
 mod continuation;
 mod ends;
 mod fit;
+mod flat;
 mod framed;
+mod geometric;
 mod hermite;
 mod interpolation;
 mod iteration;
 mod joints;
 mod knots;
+mod links;
 mod mixing;
 pub mod piecewise;
+mod reduced_knots;
+mod relaxation;
 mod riemannian;
 mod smoothing;
 mod solve;
@@ -24,9 +32,12 @@ mod solve;
 mod stored;
 mod tridiagonal;
 mod validation;
+mod velocities;
 
 pub use ends::{EndCondition, EndConditions};
+pub use geometric::geometric_spline;
 pub use hermite::{cubic_hermite, geometric_hermite};
 pub use piecewise::{Outside, Piecewise};
 pub use riemannian::{SplineOptions, cubic_spline};
 pub use smoothing::{SmoothingOptions, SmoothingSpline, smoothing_spline};
+pub use velocities::{VelocityEstimate, estimate_closed_velocities, estimate_velocities};

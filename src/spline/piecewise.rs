@@ -3,7 +3,7 @@
 use faer::MatRef;
 use rayon::prelude::*;
 
-use crate::curve::{Curve, Quantity, Samples, check_parameter};
+use crate::curve::{Curve, DerivativeBounds, Quantity, Samples, check_parameter};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::jet::Jet;
@@ -99,6 +99,9 @@ impl<C: Curve> Piecewise<C> {
     }
 }
 
+/// Entries of a result from which it is worth to share it out: waking threads takes as long as some thousand entries.
+const SHARED: usize = 1 << 14;
+
 /// Derivatives with respect to time that a quantity has.
 fn order(quantity: Quantity) -> i32 {
     match quantity {
@@ -126,6 +129,10 @@ impl<C: Curve> Curve for Piecewise<C> {
 
     fn t_span(&self) -> (f64, f64) {
         (self.knots[0], self.knots[self.pieces.len()])
+    }
+
+    fn breakpoints(&self) -> Vec<f64> {
+        self.knots.clone()
     }
 
     fn frame(&self) -> Option<MatRef<'_, f64>> {
@@ -166,20 +173,22 @@ impl<C: Curve> Curve for Piecewise<C> {
 
     fn sample(&self, t: &[f64], quantity: Quantity, interrupt: Interrupt<'_>) -> Result<Samples> {
         let runs = self.runs(t)?;
-        let parts: Vec<Vec<f64>> = runs
-            .par_iter()
-            .map(|&(piece, from, to)| {
-                let local: Vec<f64> = t[from..to].iter().map(|t| self.local(piece, *t)).collect();
-                let found = self.pieces[piece].sample(&local, quantity, interrupt)?;
-                let mut values = found.into_entries();
-                let order = order(quantity);
-                if order > 0 {
-                    let factor = self.length(piece).powi(-order);
-                    values.iter_mut().for_each(|value| *value *= factor);
-                }
-                Ok(values)
-            })
-            .collect::<Result<_>>()?;
+        let part = |&(piece, from, to): &(usize, usize, usize)| {
+            let local: Vec<f64> = t[from..to].iter().map(|t| self.local(piece, *t)).collect();
+            let found = self.pieces[piece].sample(&local, quantity, interrupt)?;
+            let mut values = found.into_entries();
+            let order = order(quantity);
+            if order > 0 {
+                let factor = self.length(piece).powi(-order);
+                values.iter_mut().for_each(|value| *value *= factor);
+            }
+            Ok(values)
+        };
+        let parts: Vec<Vec<f64>> = if t.len() * self.n() * self.k() < SHARED {
+            runs.iter().map(part).collect::<Result<_>>()?
+        } else {
+            runs.par_iter().map(part).collect::<Result<_>>()?
+        };
         Ok(Samples::from_entries(self.n(), self.k(), parts.concat()))
     }
 
@@ -193,5 +202,21 @@ impl<C: Curve> Curve for Piecewise<C> {
             return Ok(sum);
         }
         Err(Error::Overflow { quantity: "cost" })
+    }
+
+    fn derivative_bounds_interruptible(
+        &self,
+        interrupt: Interrupt<'_>,
+    ) -> Result<DerivativeBounds> {
+        let of_piece = |piece: usize| {
+            let bounds = self.pieces[piece].derivative_bounds_interruptible(interrupt)?;
+            bounds.slowed(self.length(piece))
+        };
+        let all: Vec<DerivativeBounds> = (0..self.pieces.len())
+            .into_par_iter()
+            .map(of_piece)
+            .collect::<Result<_>>()?;
+        let first = all[0];
+        Ok(all.into_iter().fold(first, DerivativeBounds::max))
     }
 }

@@ -1,26 +1,22 @@
 //! The spline of Riemannian cubics: twice continuously differentiable, of least cost through its points.
 
-use std::sync::Arc;
-
 use faer::{Mat, MatRef, Scale};
 
 use super::ambient::Ambient;
-use super::chain::{Motion, Space, links, pieces};
-use super::ends::{End, EndCondition, EndConditions, Ends};
+use super::chain::{Motion, links, pieces};
+use super::ends::{End, EndCondition, EndConditions, Ends, check_ends};
 use super::framed::{Framed, coordinates};
 use super::iteration::Outcome;
-use super::knots::{Lengths, is_small};
 use super::piecewise::Piecewise;
+use super::reduced_knots::ReducedKnots;
+use super::relaxation::Knots;
 use super::{knots, solve};
 use crate::cubic::RiemannianCubic;
 use crate::cubic::initial::complete;
 use crate::cubic::problem::entries;
-use crate::curve::span::Span;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
-use crate::linalg::structure::distance;
-use crate::manifold::stiefel::{POINT_TOLERANCE, TANGENT_TOLERANCE};
-use crate::manifold::{QuasiGeodesic, Stiefel};
+use crate::manifold::QuasiGeodesic;
 use crate::report::{SolverReport, StopReason};
 
 const SOLVER: &str = "spline of Riemannian cubics";
@@ -66,13 +62,12 @@ pub fn cubic_spline(
 ) -> Result<(Piecewise<RiemannianCubic>, SolverReport)> {
     let manifold = knots::check(t, points)?;
     check_ends(&manifold, points, ends)?;
-    let reduced = Reduced::new(points, ends);
-    let curves = links(&reduced.points)?;
-    let lengths = Lengths::of(t);
-    let (pieces, outcome) = if is_small(&reduced.points) {
-        reduced.solve_in_frames(&curves, lengths, options)?
+    let problem = Problem::new(t, points, ends);
+    let curves = links(&problem.knots.points)?;
+    let (pieces, outcome) = if problem.knots.is_small() {
+        problem.solve_in_frames(&curves, options)?
     } else {
-        reduced.solve_in_ambient(curves, lengths, options)?
+        problem.solve_in_ambient(curves, options)?
     };
     let report = outcome.report(options.tolerance);
     if report.converged {
@@ -84,89 +79,46 @@ pub fn cubic_spline(
     })
 }
 
-fn check_ends(manifold: &Stiefel, points: &[MatRef<'_, f64>], ends: &EndConditions) -> Result<()> {
-    let last = points.len() - 1;
-    match ends {
-        EndConditions::Natural => Ok(()),
-        EndConditions::Periodic => {
-            let gap = distance(points[0], points[last]);
-            if gap <= POINT_TOLERANCE {
-                return Ok(());
-            }
-            let error = Error::InvalidArgument {
-                name: "S",
-                requirement: "the first point again (the ends are periodic), this far from it",
-                found: gap,
-            };
-            Err(error.at_knot(last))
-        }
-        EndConditions::Each(each) => {
-            for (knot, end) in [(0, &each[0]), (last, &each[1])] {
-                manifold
-                    .check_tangent(
-                        "bc_type",
-                        points[knot],
-                        end.vector().as_ref(),
-                        TANGENT_TOLERANCE,
-                    )
-                    .map_err(|error| error.at_knot(knot))?;
-            }
-            Ok(())
-        }
-    }
-}
-
-/// The problem in the coordinates of the span of its data.
-struct Reduced {
-    space: Space,
-    points: Vec<Mat<f64>>,
-    ends: EndConditions,
+/// Knots and ends in the coordinates of their span.
+struct Problem<'e> {
+    knots: ReducedKnots,
+    ends: &'e EndConditions,
 }
 
 type Solved = (Vec<RiemannianCubic>, Outcome);
 
-impl Reduced {
-    fn new(points: &[MatRef<'_, f64>], ends: &EndConditions) -> Self {
-        let (n, k) = points[0].shape();
-        let mut spanning: Vec<MatRef<'_, f64>> = points.to_vec();
-        if let EndConditions::Each(each) = ends {
-            spanning.extend(each.iter().map(|end| end.vector().as_ref()));
-        }
-        let span = Span::of(&spanning);
-        let down = |vector: &Mat<f64>| span.down(vector.as_ref());
-        let ends = match ends {
-            EndConditions::Each(each) => {
-                EndConditions::Each(Box::new(each.each_ref().map(|end| match end {
-                    EndCondition::Velocity(v) => EndCondition::Velocity(down(v)),
-                    EndCondition::Acceleration(a) => EndCondition::Acceleration(down(a)),
-                })))
-            }
-            other => other.clone(),
+impl<'e> Problem<'e> {
+    fn new(t: &[f64], points: &[MatRef<'_, f64>], ends: &'e EndConditions) -> Self {
+        let vectors: Vec<MatRef<'_, f64>> = match ends {
+            EndConditions::Each(each) => each.iter().map(|end| end.vector().as_ref()).collect(),
+            _ => Vec::new(),
         };
-        let mut points: Vec<Mat<f64>> = points.iter().map(|point| span.down(*point)).collect();
-        close(&mut points, &ends);
-        let basis = span.into_basis().map(Arc::new);
-        Reduced {
-            space: Space { n, k, basis },
-            points,
-            ends,
+        let mut knots = ReducedKnots::new(t, points, &vectors);
+        if matches!(ends, EndConditions::Periodic) {
+            knots.close();
         }
+        Problem { knots, ends }
     }
 
     /// Velocity, or acceleration, at an end in units of the mean leg.
-    fn ends_with(&self, mean: f64, coordinates: impl Fn(usize, &Mat<f64>) -> Vec<f64>) -> Ends {
-        let last = self.points.len() - 1;
-        let end = |knot: usize, end: &EndCondition| match end {
-            EndCondition::Velocity(v) => End::Velocity(coordinates(knot, &(v * Scale(mean)))),
-            EndCondition::Acceleration(a) => {
+    fn ends_with(&self, coordinates: impl Fn(usize, &Mat<f64>) -> Vec<f64>) -> Ends {
+        let (last, unit) = (self.knots.points.len() - 1, self.knots.unit);
+        let end = |knot: usize, end: &EndCondition| {
+            let vector = self.knots.down(knot, end.vector().as_ref());
+            match end {
+                EndCondition::Velocity(_) => {
+                    End::Velocity(coordinates(knot, &(vector * Scale(unit))))
+                }
                 // One factor after the other: their product may overflow.
-                let a = a * Scale(mean) * Scale(mean);
-                End::Acceleration(coordinates(knot, &a))
+                EndCondition::Acceleration(_) => {
+                    End::Acceleration(coordinates(knot, &(vector * Scale(unit) * Scale(unit))))
+                }
             }
         };
-        match &self.ends {
+        match self.ends {
             EndConditions::Natural => {
-                let zero = Mat::zeros(self.points[0].nrows(), self.points[0].ncols());
+                let (r, k) = self.knots.shape();
+                let zero = Mat::zeros(r, k);
                 Ends::Open([0, last].map(|knot| End::Acceleration(coordinates(knot, &zero))))
             }
             EndConditions::Each(each) => Ends::Open([end(0, &each[0]), end(last, &each[1])]),
@@ -177,55 +129,53 @@ impl Reduced {
     fn solve_in_frames(
         &self,
         curves: &[QuasiGeodesic],
-        lengths: Lengths,
         options: &SplineOptions<'_>,
     ) -> Result<Solved> {
-        let mut frames: Vec<Mat<f64>> = self.points.iter().map(|p| complete(p.as_ref())).collect();
-        close(&mut frames, &self.ends);
-        let ends = self.ends_with(lengths.mean, |knot, v| {
-            coordinates(frames[knot].as_ref(), v.as_ref())
-        });
+        let complete = |point: &Mat<f64>| complete(point.as_ref());
+        let frames: Vec<Mat<f64>> = self.knots.points.iter().map(complete).collect();
+        let ends = self.ends_with(|knot, v| coordinates(frames[knot].as_ref(), v.as_ref()));
         let chain_at = |share: f64| {
-            let (frames, legs) = (frames.clone(), lengths.legs.clone());
-            Framed::new(curves, frames, legs, share, options.interrupt)
+            let (frames, lengths) = (frames.clone(), self.knots.lengths.clone());
+            Framed::new(curves, frames, lengths, share, options.interrupt)
         };
+        let space = self.knots.space();
         if frames[0].nrows() == 1 {
             // Nothing moves.
-            let motion = Motion::zeros(0, self.points.len());
-            let pieces = pieces(&chain_at(1.0)?, &motion, &self.space, options.interrupt)?;
+            let motion = Motion::zeros(0, frames.len());
+            let pieces = pieces(&chain_at(1.0)?, &motion, &space, options.interrupt)?;
             return Ok((pieces, Outcome::nothing_to_do()));
         }
-        let (motion, outcome) = solve::in_frames(&chain_at, &ends, options)?;
+        let relaxed = |chain: &Framed<'_>, start: &Motion| {
+            let velocity = |knot: usize| chain.tangent(knot, start.velocity(knot));
+            let velocities: Vec<Mat<f64>> = (0..frames.len()).map(velocity).collect();
+            let knots = Knots {
+                knots: &self.knots,
+                frames: &frames,
+                curves,
+            };
+            knots.relaxed(&velocities, &ends, options.interrupt)
+        };
+        let (motion, outcome) = solve::in_frames(&chain_at, &relaxed, &ends, options)?;
         if outcome.reason != StopReason::Converged {
             return Ok((Vec::new(), outcome));
         }
-        let chain = chain_at(1.0)?;
-        let pieces = pieces(&chain, &motion, &self.space, options.interrupt)?;
+        let pieces = pieces(&chain_at(1.0)?, &motion, &space, options.interrupt)?;
         Ok((pieces, outcome))
     }
 
     fn solve_in_ambient(
         &self,
         curves: Vec<QuasiGeodesic>,
-        lengths: Lengths,
         options: &SplineOptions<'_>,
     ) -> Result<Solved> {
-        let ends = self.ends_with(lengths.mean, |_, v| entries(v));
-        let points = self.points.clone();
-        let chain = Ambient::new(points, curves, lengths.legs, options.interrupt);
+        let ends = self.ends_with(|_, v| entries(v));
+        let (points, lengths) = (self.knots.points.clone(), self.knots.lengths.clone());
+        let chain = Ambient::new(points, curves, lengths, options.interrupt);
         let (motion, outcome) = solve::in_ambient(&chain, &ends, options)?;
         if outcome.reason != StopReason::Converged {
             return Ok((Vec::new(), outcome));
         }
-        let pieces = pieces(&chain, &motion, &self.space, options.interrupt)?;
+        let pieces = pieces(&chain, &motion, &self.knots.space(), options.interrupt)?;
         Ok((pieces, outcome))
-    }
-}
-
-/// The last is the first, to the last bit, where the curve closes.
-fn close(knots: &mut [Mat<f64>], ends: &EndConditions) {
-    if matches!(ends, EndConditions::Periodic) {
-        let first = knots[0].clone();
-        knots[knots.len() - 1] = first;
     }
 }

@@ -16,9 +16,7 @@
 //! first variation of the sum (Samir, Absil, Srivastava, Klassen (2012), Found. Comput. Math. 12, 49-73). Generalised
 //! cross-validation: Craven, Wahba (1979), Numer. Math. 31, 377-403.
 
-use std::sync::Arc;
-
-use faer::{Mat, MatRef};
+use faer::MatRef;
 
 use super::EndConditions;
 use super::ambient::Ambient;
@@ -26,13 +24,13 @@ use super::chain::{Movable, Space, links, pieces};
 use super::fit::{Data, Fit};
 use super::framed::Framed;
 use super::iteration::Outcome;
-use super::knots::{self, Lengths, is_small};
+use super::knots;
 use super::piecewise::Piecewise;
+use super::reduced_knots::ReducedKnots;
 use super::riemannian::{SplineOptions, cubic_spline};
 use super::validation::Validation;
 use crate::cubic::RiemannianCubic;
 use crate::cubic::initial::complete;
-use crate::curve::span::Span;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::manifold::Stiefel;
@@ -111,28 +109,23 @@ pub fn smoothing_spline(
     if options.lambda == Some(0.0) || manifold.dim() == 0 {
         return interpolated(&manifold, data, &grouped, options);
     }
-    let span = Span::of(data);
-    let low: Vec<Mat<f64>> = data.iter().map(|point| span.down(*point)).collect();
-    let points: Vec<Mat<f64>> = grouped.first.iter().map(|&i| low[i].clone()).collect();
-    let lengths = Lengths::of(&grouped.t);
-    let unit = lengths.mean.powi(3);
-    let curves = links(&points)?;
+    let firsts: Vec<MatRef<'_, f64>> = grouped.first.iter().map(|&i| data[i]).collect();
+    let knots = ReducedKnots::new(&grouped.t, &firsts, data);
+    let (space, unit) = (knots.space(), knots.unit.powi(3));
+    let curves = links(&knots.points)?;
+    let low = data.iter().map(|point| knots.point(*point)).collect();
     let data = Data::new(low, grouped.knots.clone(), grouped.weights.clone());
     let given = options.lambda.map(|lambda| lambda / unit);
-    let space = Space {
-        n: manifold.n(),
-        k: manifold.k(),
-        basis: span.into_basis().map(Arc::new),
-    };
-    let solved = if is_small(&points) {
+    let (points, lengths) = (knots.points.clone(), knots.lengths.clone());
+    let solved = if knots.is_small() {
         let frames = points
             .iter()
             .map(|point| complete(point.as_ref()))
             .collect();
-        let chain = Framed::new(&curves, frames, lengths.legs, 1.0, options.interrupt)?;
+        let chain = Framed::new(&curves, frames, lengths, 1.0, options.interrupt)?;
         solve(chain, &data, given, &space, options)?
     } else {
-        let chain = Ambient::new(points, curves, lengths.legs, options.interrupt);
+        let chain = Ambient::new(points, curves, lengths, options.interrupt);
         solve(chain, &data, given, &space, options)?
     };
     let report = solved.outcome.report(options.tolerance);

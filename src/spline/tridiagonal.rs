@@ -8,8 +8,9 @@
 //! Golub, Van Loan (2013), "Matrix Computations", 4th ed., sec. 4.5.1; de Boor (2001), "A Practical Guide to Splines", ch. IV,
 //! for the system of cubic splines.
 
-use super::chain::{Chain, Way};
+use super::chain::Chain;
 use crate::error::Result;
+use crate::manifold::carrier::Direction;
 
 /// Knots by which a closed chain is unrolled at both ends: round-off, since what they contribute decays as `(2 - 3^(1/2))^j`
 /// for equal legs.
@@ -107,7 +108,7 @@ impl<const C: usize> Tridiagonal<C> {
                     chain,
                     worker,
                     leg,
-                    Way::Forward,
+                    Direction::Forward,
                     &before[size * (i - 1)..],
                     &mut carried,
                 )?;
@@ -118,7 +119,14 @@ impl<const C: usize> Tridiagonal<C> {
         for i in (0..self.order.len() - 1).rev() {
             let (at, after) = all.split_at_mut(size * (i + 1));
             let leg = self.order[i];
-            self.carry(chain, worker, leg, Way::Back, &after[..size], &mut carried)?;
+            self.carry(
+                chain,
+                worker,
+                leg,
+                Direction::Backward,
+                &after[..size],
+                &mut carried,
+            )?;
             subtract_product::<C>(&self.steps[i].1, &carried, &mut at[size * i..]);
         }
         let first = match self.shape {
@@ -144,7 +152,7 @@ impl<const C: usize> Tridiagonal<C> {
         chain: &T,
         worker: &mut T::Worker,
         leg: usize,
-        way: Way,
+        way: Direction,
         from: &[f64],
         to: &mut [f64],
     ) -> Result<()> {

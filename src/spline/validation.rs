@@ -1,9 +1,10 @@
 //! Generalised cross-validation of smoothing splines in flat space, to which the data are unrolled.
 
-use super::chain::{Movable, Way};
+use super::chain::Movable;
 use super::fit::{Data, rows};
 use super::tridiagonal::{Shape, Tridiagonal, diagonal_of_inverse};
 use crate::error::{Error, Result};
+use crate::manifold::carrier::Direction;
 
 /// Values of `lambda` for each factor of ten on the first look.
 const PER_DECADE: f64 = 2.0;
@@ -66,8 +67,13 @@ impl<'c, 'd, C: Movable> Validation<'c, 'd, C> {
         for (leg, h) in self.chain.lengths().iter().enumerate() {
             let [r2, r3] = [2, 3].map(|power| h.powi(-power));
             self.chain.displacement_into(leg, &mut displacement);
-            self.chain
-                .carry_into(&mut worker, leg, Way::Forward, &displacement, &mut ahead)?;
+            self.chain.carry_into(
+                &mut worker,
+                leg,
+                Direction::Forward,
+                &displacement,
+                &mut ahead,
+            )?;
             let (before, after) = right[2 * d * leg..].split_at_mut(2 * d);
             for i in 0..d {
                 before[i] += 12.0 * r3 * displacement[i];

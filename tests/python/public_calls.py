@@ -14,6 +14,7 @@ from stiefel_rs import (
     RiemannianCubic,
     SmoothingSpline,
     Stiefel,
+    estimate_velocities,
     orthogonal_log,
     skew_exp,
 )
@@ -82,6 +83,11 @@ CALLS = {
         lambda *x: SmoothingSpline(*x, np.array([1.0, 2.0, 0.5]), 0.5)(0.5),
         [("t", T), ("S", np.stack([S, S2, S]))],
     ),
+    "CubicSpline.geometric": (
+        lambda *x: CubicSpline(*x, kind="geometric")(0.5),
+        [("t", T), ("S", np.stack([S, S2, S]))],
+    ),
+    "estimate_velocities": (estimate_velocities, [("t", T), ("S", np.stack([S, S2, S]))]),
     "bc_type": (
         lambda A: CubicSpline(T, np.stack([S, S2, S]), ((2, A), "natural"))(0.5),
         [("bc_type", V / 2)],

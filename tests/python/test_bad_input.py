@@ -63,10 +63,15 @@ def test_wrong_shapes(call, i):
         assert name in str(caught.value) or "shape" in str(caught.value), str(caught.value)
 
 
+# Velocities may be the name of a method to estimate them.
+TAKES_WORDS = {("CubicHermite", 2), ("CubicHermite.geometric", 2)}
+
+
 @pytest.mark.parametrize(("call", "i"), ARGUMENTS)
 def test_not_real_numbers(call, i):
     value = good(call, i)
-    for bad in [value.astype(complex), value.astype(str), value.astype(object), None, "text", {}, object()]:
+    words = [] if (call, i) in TAKES_WORDS else ["text"]
+    for bad in [value.astype(complex), value.astype(str), value.astype(object), None, *words, {}, object()]:
         with pytest.raises(TypeError):
             replaced(call, i, bad)
             pytest.fail(f"{call}: {bad!r} was taken")

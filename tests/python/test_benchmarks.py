@@ -6,18 +6,20 @@ import sys
 import mpmath
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation, RotationSpline
 
-from benchmarks import boundary_problems, cubic_problems, problems
-from benchmarks.comparison import Rival, Row
+from benchmarks import boundary_problems, cubic_problems, problems, spline_problems, spline_tasks
+from benchmarks.comparison import Bound, Rival, Row
 from benchmarks.environment import ROOT
 from benchmarks.measure import Figure, Outcome
-from benchmarks.methods import casteljau, cubics, extended
+from benchmarks.methods import casteljau, cubics, extended, rotation_spline
+from benchmarks.methods.hermite import TangentHermite, stiefel_exp
 from benchmarks.methods.stiefel_log import cayley_log, rotation_log, stiefel_log, symmetric_exp
 from benchmarks.page import HEADERS, WHOLE, Page
 from benchmarks.peers import stiefel_rs as ours
 from benchmarks.rows import all_rows
 from benchmarks.table import lines_of
-from stiefel_rs import GeometricCubic, RiemannianCubic, SolverReport, orthogonal_log, skew_exp
+from stiefel_rs import CubicSpline, GeometricCubic, RiemannianCubic, SolverReport, Stiefel, orthogonal_log, skew_exp
 
 EPS = np.finfo(float).eps
 
@@ -97,6 +99,16 @@ def test_the_target_ahead_of_the_best_is_judged_on_the_best(ours, ahead, reached
     figures = {slow: Figure([80.0], [80.0]), best: Figure([8.0], [8.0])}
     lines = lines_of(Outcome(row, Figure([ours], [ours]), figures, {}))
     assert [line.reached for line in lines] == reached
+
+
+def test_notes_and_numbers_without_a_bound_are_told():
+    row = Row("name", "work", bounds=(Bound("size", "peak memory in MiB"),))
+    lines = lines_of(Outcome(row, Figure([1.0], [1.0], note="cost 2, jump 3e-14"), {}, {"size": 12.0}))
+    assert [line.cells()[1:3] for line in lines] == [
+        ("1 s (1 s), cost 2, jump 3e-14", ""),
+        ("12", "peak memory in MiB"),
+    ]
+    assert all(line.reached is None for line in lines)
 
 
 @extended_precision
@@ -181,6 +193,61 @@ def test_reduced_data_give_the_same_curve():
     curve, inner = (RiemannianCubic.from_boundary(each.S0, each.V0, each.S1, each.V1) for each in (b, small))
     # Both meet their ends to 1e-12.
     assert np.abs(curve(0.5) - cubic_problems.basis(b) @ inner(0.5)).max() < 1e-11
+
+
+def test_keyframes_of_the_comparison():
+    knots = spline_problems.keyframes(20)
+    assert np.abs(Rotation.from_quat(knots.quaternions, scalar_first=True).as_matrix() - knots.S).max() < 10 * EPS
+    turns = Rotation.from_matrix(knots.S[1:] @ np.swapaxes(knots.S[:-1], 1, 2)).magnitude()
+    assert turns.min() > 0.3 - 1e-9
+    assert turns.max() < 1.2 + 1e-9
+    assert np.diff(knots.t).min() >= 0.5
+
+
+def test_walk_of_the_comparison():
+    knots, M = spline_problems.walk(6, 2, 5), Stiefel(6, 2)
+    M.check_point(knots.S)
+    assert [M.dist(*pair) for pair in zip(knots.S[:-1], knots.S[1:], strict=True)] == pytest.approx(
+        [0.5] * 4, abs=1e-12
+    )
+
+
+def test_known_curve_of_the_comparison():
+    t, h = np.linspace(-1, 1, 5), 1e-3
+    S, V = spline_problems.factors(5, 2, t)
+    Stiefel(5, 2).check_tangent(S, V)
+    at = {i: spline_problems.factors(5, 2, t + i * h)[0] for i in (-2, -1, 1, 2)}
+    # Fourth order: derivatives of order five are some hundreds here.
+    assert np.abs((8 * (at[1] - at[-1]) - (at[2] - at[-2])) / (12 * h) - V).max() < 1e-9
+
+
+def test_hermite_interpolation_of_the_comparison():
+    knots, h = spline_problems.sampled(), 1e-5
+    curve = TangentHermite(knots.t, knots.S, knots.V)
+    assert np.abs(np.stack([curve(float(t)) for t in knots.t]) - knots.S).max() < 1e-10
+    # One-sided differences of second order, where two legs meet: the curve is once differentiable.
+    for side in (h, -h):
+        t = float(knots.t[3])
+        slope = (4 * curve(t + side) - curve(t + 2 * side) - 3 * curve(t)) / (2 * side)
+        assert np.abs(slope - knots.V[3]).max() < 1e-6
+    S, V = knots.S[0], knots.V[0]
+    assert np.abs(stiefel_exp(S, V) - Stiefel(5, 2).exp(S, V)).max() < 100 * EPS
+
+
+def test_character_of_splines_of_the_comparison():
+    knots = spline_problems.keyframes(6)
+    spline = RotationSpline(knots.t, Rotation.from_matrix(knots.S))
+    fine = np.linspace(knots.t[0], knots.t[-1], 20001)
+    coarse_cost = np.trapezoid(np.sum(spline(fine, 2) ** 2, axis=1), fine)
+    assert rotation_spline.cost(spline, knots.t) == pytest.approx(coarse_cost, rel=1e-5)
+    assert rotation_spline.jump(spline, knots.t) < 1e-8
+    curve = CubicSpline(knots.t, knots.S)
+    assert spline_tasks.jump(curve) < 1e-10
+    # The natural spline is stationary, and near to it the cheapest.
+    assert curve.cost() < rotation_spline.cost(spline, knots.t)
+    # A curve that is not the spline has jumps that are found.
+    bent = CubicSpline(knots.t[:2], knots.S[:2]).acceleration(knots.t[1]) - curve.acceleration(knots.t[1])
+    assert np.linalg.norm(bent) > 1e-3
 
 
 def test_random_boundary_problems_are_counted():

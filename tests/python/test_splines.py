@@ -513,3 +513,14 @@ def test_bad_arguments_of_smoothing_splines():
     for tol in (0.0, np.nan):
         with pytest.raises(InvalidInputError, match="tol: must be between"):
             SmoothingSpline(t, S, tol=tol)
+
+
+@pytest.mark.parametrize(
+    "curve", [CubicSpline(T, circle(ANGLES)), CubicHermite(T, circle(ANGLES), turning(ANGLES, ANGLES))]
+)
+def test_few_times_and_many_give_the_same_bits(curve):
+    # Many are shared out among threads, few are not.
+    t = np.linspace(*curve.t_span, 20_001)
+    for many, one in ((curve(t), curve), (curve.acceleration(t), curve.acceleration)):
+        assert np.array_equal(many[::500], one(t[::500]))
+        assert np.array_equal(many[7777], one(t[7777]))

@@ -1,0 +1,73 @@
+"""InterpolatePy: natural Riemannian cubics on SO(3) by multiple shooting, its compiled part where the wheel has one."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+from interpolatepy import HAS_CPP
+from interpolatepy.quaternion import Quaternion, ShootingQuaternionInterpolation
+
+from benchmarks import spline_problems
+from benchmarks.problems import Array
+from benchmarks.protocol import Task, Tasks, serve
+from benchmarks.spline_problems import Knots, rotations
+
+
+def points(spline: ShootingQuaternionInterpolation) -> Array:
+    """Its points at the times of the comparison, as frames of St(3, 2)."""
+    _, values = spline.generate_trajectory(spline_problems.EVALUATIONS)
+    return rotations(np.array([[q.w, q.x, q.y, q.z] for q in values]))[..., :2]
+
+
+def jump(spline: ShootingQuaternionInterpolation, knots: Knots) -> float:
+    """Largest jump of the angular acceleration at a knot."""
+    inner = knots.t[1:-1]
+    sides = [
+        np.array([spline.evaluate_acceleration(float(t)) for t in times])
+        for times in (inner, np.nextafter(inner, -np.inf))
+    ]
+    return float(np.linalg.norm(sides[0] - sides[1], axis=1).max())
+
+
+def make(knots: Knots) -> ShootingQuaternionInterpolation:
+    """The spline, from quaternions as the library wants them."""
+    assert knots.quaternions is not None
+    return ShootingQuaternionInterpolation(knots.t, [Quaternion(*map(float, q)) for q in knots.quaternions])
+
+
+def setup_task(count: int) -> Task:
+    """The natural spline through keyframes."""
+    knots = spline_problems.keyframes(count)
+    assert knots.quaternions is not None
+    quaternions = [Quaternion(*map(float, q)) for q in knots.quaternions]
+
+    def run() -> ShootingQuaternionInterpolation:
+        return ShootingQuaternionInterpolation(knots.t, quaternions)
+
+    def note() -> str:
+        spline = run()
+        compiled = "compiled" if HAS_CPP else "in Python"
+        return f"{compiled}, cost {spline.acceleration_energy:.6g}, jump {jump(spline, knots):.1g}"
+
+    return Task(run, result=lambda: points(run()), note=note)
+
+
+def points_task() -> Task:
+    """Points of the spline through the keyframes, by the library's own call for many of them."""
+    spline = make(spline_problems.keyframes(spline_problems.EVALUATED))
+    count = spline_problems.EVALUATIONS
+    return Task(lambda: spline.generate_trajectory(count), units=count, result=lambda: points(spline))
+
+
+def tasks() -> Tasks:
+    """All of them by name."""
+    found: Tasks = {
+        f"spline_setup/{count}:interpolatepy": partial(setup_task, count) for count in spline_problems.KEYFRAMES
+    }
+    found["spline_points:interpolatepy"] = points_task
+    return found
+
+
+if __name__ == "__main__":
+    serve(tasks(), packages=("interpolatepy", "numpy", "scipy"))

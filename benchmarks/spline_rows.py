@@ -1,0 +1,80 @@
+"""Rows of the splines."""
+
+from __future__ import annotations
+
+from benchmarks import spline_problems
+from benchmarks.comparison import Bound, Rival, Row
+
+JUMP = 1e-10
+# InterpolatePy stops when orientations and derivatives at the knots meet to 1e-8.
+MEETS = 1e-7
+
+
+def splines() -> list[Row]:
+    """Set-up and evaluation through keyframes, Hermite interpolation, and what is large."""
+    return [*(_keyframes(count) for count in spline_problems.KEYFRAMES), _points(), *_hermite(), *_large()]
+
+
+def _keyframes(count: int) -> Row:
+    name = f"spline_setup/{count}"
+    return Row(
+        name,
+        f"natural `CubicSpline`, {count} keyframes on SO(3), as St(3,2)",
+        (
+            Rival("interpolatepy", "interpolatepy", "InterpolatePy, the same problem", agree=MEETS),
+            Rival("stiefel_rs", "loose", "the same with tol=1e-8, as InterpolatePy", agree=MEETS, best_of=False),
+            Rival("stiefel_rs", "rotations", "the same as St(3,3)", agree=1e-9, best_of=False),
+            Rival("stiefel_rs", "geometric", '`kind="geometric"`, another curve', agree=None, best_of=False),
+            Rival("scipy", "rotation_spline", "SciPy RotationSpline, another curve", agree=None, best_of=False),
+        ),
+        ahead=10,
+        bounds=(Bound(f"{name}:jump", "jump of the covariant acceleration", JUMP),),
+    )
+
+
+def _points() -> Row:
+    return Row(
+        "spline_points",
+        f"{spline_problems.EVALUATIONS} points of the spline through {spline_problems.EVALUATED} keyframes",
+        (
+            Rival("interpolatepy", "interpolatepy", "InterpolatePy", agree=MEETS),
+            Rival("stiefel_rs", "rotations", "the same as St(3,3)", agree=1e-9, best_of=False),
+            Rival("scipy", "rotation_spline", "SciPy RotationSpline, another curve", agree=None, best_of=False),
+        ),
+        unit="point",
+        ahead=20,
+    )
+
+
+def _hermite() -> list[Row]:
+    n, k, count = spline_problems.SAMPLED
+    data = f"St({n},{k}), {count} knots of a known curve"
+    # Each method has a curve of its own: the error says which is nearer to the one that was sampled.
+    rivals = (
+        Rival("scipy", "tangent", "Zimmermann's method, SciPy", agree=None),
+        Rival("stiefel_rs", "geometric", '`kind="geometric"`', agree=None, best_of=False),
+    )
+    ratio = Bound("spline_hermite/setup:error", "error over that of Zimmermann's method", 1.0)
+    return [
+        Row("spline_hermite/setup", f"`CubicHermite`, {data}", rivals, ahead=100, bounds=(ratio,), exact=True),
+        Row("spline_hermite/point", f"one point of that, {data}", rivals, ahead=100, exact=True),
+    ]
+
+
+def _large() -> list[Row]:
+    n, k, count = spline_problems.TALL
+    rows = []
+    for name, work, limit in (
+        ("spline_large/long", f"natural `CubicSpline`, {spline_problems.LONG} knots, St(3,2)", 1.0),
+        ("spline_large/tall", f"natural `CubicSpline`, {count} knots, St({n},{k})", 2.0),
+    ):
+        threads = Rival(
+            "stiefel_rs_threads", "ours", "2 threads, bit-identical", agree=None, identical=True, best_of=False
+        )
+        # Linear: twice the knots take at most twice the memory, and a tenth for the noise of such measurements.
+        bounds = (
+            Bound(f"{name}:peak", "peak memory in MiB"),
+            Bound(f"{name}:growth", "peak memory with twice the knots, over that", 2.2),
+        )
+        rows.append(Row(name, work, (threads,), seconds=limit, bounds=bounds))
+    return rows

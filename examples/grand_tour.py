@@ -1,0 +1,128 @@
+"""A grand tour of the Palmer penguins: a smooth path of two-dimensional projections of six measurements.
+
+Each projection is a point of St(6, 2). Joining random ones by shortest curves, as grand tours do, the picture stops and
+turns at each of them; the spline through the same projections moves on smoothly.
+"""
+
+from __future__ import annotations
+
+import csv
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from figures import BLACK, BLUE, GREEN, ORANGE, PURPLE, VERMILION, command_line, nearest_turn, new_figure, save
+from stiefel_rs import CubicSpline, Geodesic, Stiefel
+
+Array = NDArray[np.float64]
+# Gorman, Williams, Fraser (2014), PLoS ONE 9(3): e90081, the palmerpenguins package; CC0. See data/README.md.
+DATA = Path(__file__).resolve().parent / "data" / "penguins.csv"
+NAMES = ("bill length", "bill depth", "flipper", "mass", "δ¹⁵N", "δ¹³C")
+SPECIES = {"Adelie": (ORANGE, "o"), "Chinstrap": (PURPLE, "^"), "Gentoo": (GREEN, "s")}
+SEED = 11
+FRAMES = 7
+PANELS = 8
+
+
+def penguins() -> tuple[Array, list[str]]:
+    """Measurements, each with mean 0 and variance 1, shape (330, 6), and species."""
+    with DATA.open(newline="", encoding="utf-8") as file:
+        rows = list(csv.reader(file))[1:]
+    values = np.array([[float(x) for x in row[1:]] for row in rows])
+    return (values - values.mean(axis=0)) / values.std(axis=0), [row[0] for row in rows]
+
+
+def frames(count: int) -> tuple[Array, Array]:
+    """Random projections, each turned in its plane to be as near as can be to the one before; times by distance."""
+    M = Stiefel(6, 2)
+    found = [M.random_point(rng=SEED)]
+    for i in range(1, count):
+        new = M.random_point(rng=SEED + i)
+        found.append(new @ nearest_turn(new, found[-1]))
+    steps = [M.dist(a, b) for a, b in pairwise(found)]
+    return np.concatenate([[0.0], np.cumsum(steps)]), np.stack(found)
+
+
+def main(out: Path, *, quick: bool = False) -> dict[str, Any]:
+    """Join random projections of six measurements by a spline, and by shortest curves."""
+    X, species = penguins()
+    t, S = frames(4 if quick else FRAMES)
+    M = Stiefel(6, 2)
+    tour = CubicSpline(t, S)
+    pieces = [Geodesic(a, b) for a, b in pairwise(S)]
+    h = np.diff(t)
+    turns = [
+        float(M.norm(b, (q.velocity(0.0) / hq) - (p.velocity(1.0) / hp)))
+        for b, p, q, hp, hq in zip(S[1:-1], pieces[:-1], pieces[1:], h[:-1], h[1:], strict=True)
+    ]
+    inner = t[1:-1]
+    jumps = M.norm(tour(inner), tour.velocity(inner) - tour.velocity(np.nextafter(inner, -np.inf)))
+    dense = np.linspace(*tour.t_span, 401)
+    separation = np.array([spread(X @ P, species) for P in tour(dense)])
+    numbers = {
+        "rows": len(X),
+        "cost": tour.cost(),
+        "smallest_turn_of_geodesics": min(turns),
+        "largest_turn_of_geodesics": max(turns),
+        "velocity_jump_of_spline": float(np.max(jumps)),
+        "orthonormality_defect": float(np.abs(np.swapaxes(tour(dense), 1, 2) @ tour(dense) - np.eye(2)).max()),
+        "best_separation_time": float(dense[separation.argmax()]),
+        "best_separation": float(separation.max()),
+    }
+    draw(out, tour, (X, species), np.linspace(*tour.t_span, 4 if quick else PANELS), (dense, separation))
+    return numbers
+
+
+def spread(Y: Array, species: list[str]) -> float:
+    """Share of the variance of a picture that is between the species."""
+    labels = np.array(species)
+    between = sum(np.sum(labels == s) * np.sum(Y[labels == s].mean(axis=0) ** 2) for s in SPECIES)
+    return float(between / np.sum(Y**2))
+
+
+def picture(ax: Axes, P: Array, data: tuple[Array, list[str]]) -> None:
+    """The penguins in one projection, and the axes of the measurements in it."""
+    Y, labels = data[0] @ P, np.array(data[1])
+    for name, (colour, marker) in SPECIES.items():
+        ax.scatter(*Y[labels == name].T, s=7, c=colour, marker=marker, alpha=0.6, linewidths=0, label=name)
+    named: list[Array] = []
+    for i in np.argsort(-np.linalg.norm(P, axis=1)):
+        end = 2.8 * P[i]
+        ax.plot([0, end[0]], [0, end[1]], color=BLACK, linewidth=0.8)
+        place = end * (1 + 0.45 / np.hypot(*end))
+        # Longest first; a name that would lie on another is left out.
+        if np.hypot(*end) > 1.2 and all(abs(place - other)[1] > 0.45 or abs(place - other)[0] > 1.5 for other in named):
+            ax.text(*place, NAMES[i], ha="center", va="center", fontsize=7)
+            named.append(place)
+    ax.set(xlim=(-3.9, 3.9), ylim=(-3.9, 3.9), aspect="equal", xticks=[], yticks=[])
+    ax.grid(visible=False)
+
+
+def draw(out: Path, tour: CubicSpline, data: tuple[Array, list[str]], times: Array, shares: Any) -> None:
+    """Projections along the tour; below them, how well each separates the species."""
+    columns = len(times) // 2
+    figure = new_figure(10.0, 7.2)
+    grid = figure.add_gridspec(3, columns, height_ratios=[1, 1, 0.5])
+    for i, time in enumerate(times):
+        ax = figure.add_subplot(grid[i // columns, i % columns])
+        picture(ax, tour(time), data)
+        ax.set_title(f"t = {time:.1f}")
+    figure.legend(*ax.get_legend_handles_labels(), loc="outside upper center", ncols=3, markerscale=2)
+    lower = figure.add_subplot(grid[2, :])
+    lower.plot(*shares, color=BLUE, label="share of the variance that is between species")
+    lower.plot(times, np.interp(times, *shares), "o", color=BLUE, markerfacecolor="white", label="pictures above")
+    for i, time in enumerate(tour.t):
+        lower.axvline(time, color=VERMILION, linewidth=0.9, linestyle="--", label=None if i else "random projections")
+    lower.set(
+        xlabel="time t (canonical distance along shortest curves)", ylabel="share", ylim=(0, 1.2), yticks=[0, 0.5, 1]
+    )
+    lower.legend(loc="upper center", ncols=3)
+    save(figure, out)
+
+
+if __name__ == "__main__":
+    command_line(main, "grand_tour")

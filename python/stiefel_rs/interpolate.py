@@ -1,0 +1,239 @@
+"""``stiefel-rs interpolate``: points from a file, a curve into another."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Final, Literal, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _core
+from ._core import CubicHermite, CubicSpline, Curve
+from .errors import InvalidInputError, StiefelError
+
+Array = NDArray[np.float64]
+Arrays = dict[str, NDArray[Any]]
+Kind = Literal["riemannian", "geometric"]
+HERMITE: Final[dict[str, Kind]] = {"hermite": "riemannian", "geometric-hermite": "geometric"}
+SPLINES: Final[dict[str, Kind]] = {"riemannian": "riemannian", "geometric": "geometric"}
+SMOOTHING: Final = "smoothing"
+KINDS: Final = (*SPLINES, *HERMITE, SMOOTHING)
+BC_TYPES: Final = ("natural", "clamped", "periodic", "velocities")
+MAX_SAMPLES: Final = 10_000_000
+
+DESCRIPTION: Final = """\
+Join the points of INPUT.npz by a curve and save it.
+
+INPUT.npz holds the arrays
+  t        (N,)        times, increasing
+  S        (N, n, k)   points: matrices with orthonormal columns
+  V        (N, n, k)   velocities at the points: for the Hermite kinds; the first and last for --bc-type velocities
+  weights  (N,)        for --kind smoothing, if wanted
+
+Kinds
+  riemannian         spline of Riemannian cubics, C2: least cost through the points
+  geometric          spline of de Casteljau curves, C2: near to it, and quicker
+  hermite            Riemannian cubics with the given velocities, C1
+  geometric-hermite  de Casteljau curves with the given velocities, C1
+  smoothing          passes by the points: least misfit plus lambda times cost
+
+OUTPUT.npz is what Python's stiefel_rs.load reads. With --num or --at the curve is evaluated too, into a second file of
+plain arrays: t (T,), S (T, n, k), and the velocity V and the covariant acceleration A of the same shape.
+"""
+
+
+def _npz(text: str) -> Path:
+    path = Path(text)
+    if path.suffix != ".npz":
+        raise argparse.ArgumentTypeError(f"{text!r} does not end in .npz")
+    return path
+
+
+def _times(text: str) -> Array:
+    try:
+        return np.array([float(part) for part in text.split(",")])
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a comma-separated list of numbers") from None
+
+
+def _count(text: str) -> int:
+    if text.isascii() and text.isdigit() and 2 <= int(text) <= MAX_SAMPLES:
+        return int(text)
+    raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 2 to {MAX_SAMPLES}")
+
+
+def _lam(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = -1.0
+    if not 0 <= value < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number of zero or more")
+    return value
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command to the subparsers of another."""
+    parser: argparse.ArgumentParser = commands.add_parser(
+        "interpolate",
+        help="a curve through the points of a file",
+        description=DESCRIPTION,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("input", type=Path, metavar="INPUT.npz", help="file with the arrays t and S")
+    parser.add_argument("--kind", choices=KINDS, default=KINDS[0], help=f"default: {KINDS[0]}")
+    parser.add_argument("--out", type=_npz, required=True, metavar="OUTPUT.npz", help="where the curve goes")
+    parser.add_argument("--bc-type", choices=BC_TYPES, help="ends of a spline (default: natural)")
+    parser.add_argument("--lam", type=_lam, help="lambda of --kind smoothing (default: by cross-validation)")
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument("--num", type=_count, metavar="T", help="evaluate at T equidistant times, both ends included")
+    where.add_argument("--at", type=_times, metavar="T,T,...", help="evaluate at these times")
+    parser.add_argument(
+        "--samples", type=_npz, metavar="SAMPLES.npz", help="where that goes (default: OUTPUT_samples.npz)"
+    )
+    parser.add_argument("--plot", type=Path, metavar="FILE", help="figure of the curve (.png, .pdf, .svg)")
+    parser.set_defaults(check=lambda arguments: _check(parser, arguments))
+
+
+def _check(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> None:
+    """Refuse options that would be without effect."""
+    if arguments.bc_type is not None and arguments.kind not in SPLINES:
+        parser.error(f"--bc-type goes with --kind {' or '.join(SPLINES)}, not {arguments.kind}")
+    if arguments.lam is not None and arguments.kind != SMOOTHING:
+        parser.error(f"--lam goes with --kind {SMOOTHING}, not {arguments.kind}")
+    if arguments.samples is not None and arguments.num is None and arguments.at is None:
+        parser.error("--samples needs --num or --at")
+
+
+def read(path: Path) -> Arrays:
+    """Arrays of a file.
+
+    Raises
+    ------
+    OSError
+        The file cannot be read.
+    InvalidInputError
+        It is no archive of plain arrays.
+    """
+    try:
+        # NumPy leaves a file open that it cannot read, unless the file is its caller's.
+        with path.open("rb") as file:
+            archive = np.load(file, allow_pickle=False)
+            if not isinstance(archive, np.ndarray):
+                return {name: archive[name] for name in archive.files}
+    except (ValueError, EOFError, zipfile.BadZipFile) as error:
+        raise InvalidInputError(f"{path}: not an .npz archive of plain arrays ({error})") from error
+    raise InvalidInputError(f"{path}: one array, where an .npz archive of t and S is needed")
+
+
+def _array(arrays: Arrays, name: str, why: str) -> NDArray[Any]:
+    if name not in arrays:
+        found = ", ".join(arrays) or "none"
+        raise InvalidInputError(f"no array {name!r}, which {why} needs; the file has: {found}")
+    return arrays[name]
+
+
+def build(arrays: Arrays, kind: str, bc_type: str | None = None, lam: float | None = None) -> Curve:
+    """Curve of the given kind through the points.
+
+    Raises
+    ------
+    InvalidInputError
+        An array is missing, or wrong.
+    OutsideDomainError, ConvergenceError
+        There is no such curve, or it was not found.
+    """
+    why = f"--kind {kind}"
+    t, S = _array(arrays, "t", why), _array(arrays, "S", why)
+    if kind in HERMITE:
+        return CubicHermite(t, S, _array(arrays, "V", why), kind=HERMITE[kind])
+    if kind == SMOOTHING:
+        return _core.SmoothingSpline(t, S, weights=arrays.get("weights"), lam=lam)
+    if bc_type == "velocities":
+        V = _array(arrays, "V", f"--bc-type {bc_type}")
+        if V.ndim != 3 or len(V) < 2:
+            raise InvalidInputError(f"V: shape (N, n, k) expected, found {V.shape}")
+        return CubicSpline(t, S, bc_type=((1, V[0]), (1, V[-1])), kind=SPLINES[kind])
+    ends = cast(Literal["natural", "clamped", "periodic"], bc_type or "natural")
+    return CubicSpline(t, S, bc_type=ends, kind=SPLINES[kind])
+
+
+def evaluate(curve: Curve, t: Array) -> Arrays:
+    """Return times, points, velocities and covariant accelerations."""
+    return {"t": t, "S": curve(t), "V": curve.velocity(t), "A": curve.acceleration(t)}
+
+
+def describe(curve: Curve, kind: str, knots: int) -> str:
+    """Say what was found, in a line."""
+    parts = [f"St({curve.n},{curve.k}), {knots} points, {kind}: cost {curve.cost():.6g}"]
+    report = getattr(curve, "report", None)
+    if report is not None and hasattr(report, "iterations"):
+        parts.append(f"{report.iterations} iterations")
+    if kind == SMOOTHING:
+        parts.append(f"lambda {curve.lam:.3g}")  # type: ignore[attr-defined]
+    return ", ".join(parts)
+
+
+def _sample_times(arguments: argparse.Namespace, curve: Curve) -> Array | None:
+    if arguments.num is not None:
+        return np.linspace(*curve.t_span, arguments.num)
+    at: Array | None = arguments.at
+    return at
+
+
+@contextmanager
+def _naming(path: Path) -> Iterator[None]:
+    """Name the file that was asked for where it cannot be written, not one that was to become it."""
+    try:
+        yield
+    except OSError as error:
+        raise OSError(error.errno, error.strerror or str(error), str(path)) from error
+
+
+def _write(arguments: argparse.Namespace) -> list[str]:
+    arrays = read(arguments.input)
+    curve = build(arrays, arguments.kind, arguments.bc_type, arguments.lam)
+    t = _sample_times(arguments, curve)
+    # Before anything is written: a time outside of the curve is an error.
+    samples = None if t is None else evaluate(curve, t)
+    with _naming(arguments.out):
+        curve.save(arguments.out)
+    lines = [describe(curve, arguments.kind, len(arrays["t"])), f"curve: {arguments.out}"]
+    if samples is not None:
+        path = arguments.samples or arguments.out.with_name(f"{arguments.out.stem}_samples.npz")
+        with _naming(path):
+            np.savez(path, **cast(Any, samples))
+        lines.append(f"samples: {path}, {len(samples['t'])} times")
+    if arguments.plot is not None:
+        # Here, since matplotlib is optional and slow to import.
+        from . import interpolate_figure  # noqa: PLC0415
+
+        with _naming(arguments.plot):
+            interpolate_figure.write(arguments.plot, curve, arrays["t"], arrays["S"])
+        lines.append(f"plot: {arguments.plot}")
+    return lines
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Do what the command line says and return the exit code."""
+    try:
+        for line in _write(arguments):
+            print(line)
+    except OSError as error:
+        return _fail(f"{error.filename}: {error.strerror}")
+    except ImportError as error:
+        return _fail(f"no figure ({error}): pip install stiefel-rs[plot]")
+    except (StiefelError, ValueError, TypeError) as error:
+        return _fail(str(error))
+    return 0
+
+
+def _fail(message: str) -> int:
+    print(f"stiefel-rs: {message}", file=sys.stderr)
+    return 1

@@ -1,0 +1,97 @@
+"""Figure of a curve through points: where its columns run, how fast, and how its velocity changes.
+
+Importing this module imports matplotlib.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
+from numpy.typing import NDArray
+
+from . import plotting
+from ._core import Curve, Stiefel
+
+Array = NDArray[np.float64]
+COLOURS: Final = ("#0072B2", "#D55E00", "#009E73")
+DASHES: Final[tuple[Any, ...]] = ("-", (0, (5, 1.5)), (0, (1, 1)))
+SAMPLES: Final = 1001
+DPI: Final = 150
+VIEW: Final = np.array([2.0, 1.2, 1.0]) / np.linalg.norm([2.0, 1.2, 1.0])
+
+
+def _style(column: int) -> dict[str, Any]:
+    return {"color": COLOURS[column % 3], "linestyle": DASHES[column % 3], "label": f"column {column + 1}"}
+
+
+def draw_circle(points: Array, knots: Array, *, ax: Axes) -> None:
+    """Draw columns in the plane, each on a circle of its own so that they do not hide each other."""
+    for column in range(points.shape[2]):
+        radius = 1 + 0.08 * column
+        ax.plot(*(radius * points[:, :, column].T), **_style(column))
+        ax.plot(*(radius * knots[:, :, column].T), "o", color=COLOURS[column % 3], markerfacecolor="white")
+    ax.set(xlabel="first entry", ylabel="second entry", aspect="equal")
+    ax.grid(**plotting.GRID)
+
+
+def draw_sphere(points: Array, knots: Array, *, ax: Axes3D) -> None:
+    """Draw columns on the unit sphere; what is on its far side is paler."""
+    plotting.draw_sphere(VIEW, ax=ax)
+    for column in range(points.shape[2]):
+        path = points[:, :, column]
+        front = (path @ VIEW > 0)[:, None]
+        style = _style(column)
+        ax.plot(*np.where(front, path, np.nan).T, zorder=4, **style)
+        ax.plot(*np.where(front, np.nan, path).T, zorder=3, alpha=0.35, **(style | {"label": None}))
+        ax.plot(*knots[:, :, column].T, "o", color=style["color"], markerfacecolor="white", markersize=4, zorder=5)
+
+
+def draw_norms(curve: Curve, t: Array, knots: Array, *, axes: tuple[Axes, Axes]) -> None:
+    """Draw the lengths of velocity and covariant acceleration in the canonical metric against time."""
+    M, S = Stiefel(curve.n, curve.k), curve(t)
+    for ax, vectors, label, colour in (
+        (axes[0], curve.velocity(t), "velocity", COLOURS[0]),
+        (axes[1], curve.acceleration(t), "covariant acceleration", COLOURS[1]),
+    ):
+        ax.plot(t, M.norm(S, vectors), color=colour)
+        ax.set_ylabel(label)
+        ax.set_ylim(bottom=0)
+        if len(knots) <= 100:
+            ax.plot(knots, np.zeros(len(knots)), "|", color="#555555", markersize=9, clip_on=False)
+        ax.grid(**plotting.GRID)
+    axes[0].set_title("lengths in the canonical metric")
+    axes[0].tick_params(labelbottom=False)
+    axes[1].set_xlabel("time t (units of the input; bars: its points)")
+
+
+def figure(curve: Curve, t: Array, S: Array) -> Figure:
+    """Paths of the columns where they can be drawn (n of 2 and 3), and the lengths of velocity and acceleration."""
+    times = np.unique(np.concatenate([np.linspace(*curve.t_span, SAMPLES), np.asarray(t, dtype=np.float64)]))
+    paths, spherical = curve.n in (2, 3), curve.n == 3
+    made = plotting._new_figure(9.0 if paths else 6.4, 4.4)
+    margins = (0.2 if spherical else 0.8, 0.2, 0.6, 0.4)
+    grid = plotting._grid(made, 2, 2 if paths else 1, margins, hspace=0.12, wspace=0.32)
+    if paths:
+        points, knots = curve(times), np.asarray(S, dtype=np.float64)
+        if spherical:
+            left = made.add_subplot(grid[:, 0], projection="3d", computed_zorder=False)
+            draw_sphere(points, knots, ax=left)
+        else:
+            left = made.add_subplot(grid[:, 0])
+            draw_circle(points, knots, ax=left)
+        left.legend(loc="lower left" if spherical else "center", frameon=False)
+    upper = made.add_subplot(grid[0, -1])
+    lower = made.add_subplot(grid[1, -1], sharex=upper)
+    draw_norms(curve, times, np.asarray(t, dtype=np.float64), axes=(upper, lower))
+    return made
+
+
+def write(path: Path, curve: Curve, t: Array, S: Array) -> None:
+    """Write the figure, in the format that the end of the file's name says."""
+    with plotting._style():
+        figure(curve, t, S).savefig(path, dpi=DPI)

@@ -1,0 +1,198 @@
+//! The largest velocity, covariant acceleration and covariant jerk of a curve.
+
+use super::{Curve, Quantity};
+use crate::error::{Error, Result};
+use crate::interrupt::Interrupt;
+use crate::linalg::jet::Jet;
+use crate::manifold::Stiefel;
+
+/// Samples of one smooth piece.
+const SAMPLES: usize = 33;
+
+/// Samples of the two intervals beside a largest one, again and again.
+const FINER: usize = 17;
+
+/// Each round leaves an eighth of the interval: after five the maximum of a smooth function is known to `1e-10`.
+const ROUNDS: usize = 5;
+
+/// Local maxima that are looked at closely.
+const CANDIDATES: usize = 3;
+
+/// What is known of the numbers in [`DerivativeBounds`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Guarantee {
+    /// The norms are nowhere larger (but for round-off), and the numbers are at most 1e-3 of themselves above the
+    /// largest norms; where derivatives of lower order are larger, in the length of the interval as unit of time, 1e-3
+    /// of those.
+    Enclosure,
+    /// The largest norms of a dense sample, refined around the largest: nowhere above the truth, but a peak that is
+    /// narrower than a 32nd of a piece can be missed.
+    Sampling,
+}
+
+/// The largest norms of velocity, covariant acceleration and covariant jerk on an interval, canonical metric.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DerivativeBounds {
+    /// Of `|S'|`.
+    pub velocity: f64,
+    /// Of `|D_t S'|`.
+    pub acceleration: f64,
+    /// Of `|D_t D_t S'|`.
+    pub jerk: f64,
+    /// What is known of the three.
+    pub guarantee: Guarantee,
+}
+
+impl DerivativeBounds {
+    /// The larger of both, with the weaker guarantee.
+    pub(crate) fn max(self, other: Self) -> Self {
+        let guarantee = match (self.guarantee, other.guarantee) {
+            (Guarantee::Enclosure, Guarantee::Enclosure) => Guarantee::Enclosure,
+            _ => Guarantee::Sampling,
+        };
+        DerivativeBounds {
+            velocity: self.velocity.max(other.velocity),
+            acceleration: self.acceleration.max(other.acceleration),
+            jerk: self.jerk.max(other.jerk),
+            guarantee,
+        }
+    }
+
+    /// Those of the same curve run through in `length` times the time.
+    pub(crate) fn slowed(self, length: f64) -> Result<Self> {
+        let rate = 1.0 / length;
+        let out = DerivativeBounds {
+            velocity: self.velocity * rate,
+            acceleration: self.acceleration * rate * rate,
+            jerk: self.jerk * rate * rate * rate,
+            guarantee: self.guarantee,
+        };
+        if out.velocity.is_finite() && out.acceleration.is_finite() && out.jerk.is_finite() {
+            return Ok(out);
+        }
+        Err(Error::Overflow {
+            quantity: "derivative bounds",
+        })
+    }
+}
+
+/// Norms of velocity, covariant acceleration and covariant jerk of a curve, in buffers made once.
+pub(crate) struct Norms<'a, C: Curve + ?Sized> {
+    curve: &'a C,
+    manifold: Stiefel,
+    work: C::Workspace,
+    jet: Jet,
+    rows: usize,
+}
+
+impl<'a, C: Curve + ?Sized> Norms<'a, C> {
+    pub(crate) fn new(curve: &'a C) -> Result<Self> {
+        let rows = curve.frame().map_or(curve.n(), |frame| frame.ncols());
+        Ok(Norms {
+            curve,
+            manifold: Stiefel::new(rows.max(curve.k()), curve.k())?,
+            work: curve.workspace(),
+            jet: Jet::zeros(rows, curve.k()),
+            rows,
+        })
+    }
+
+    pub(crate) fn at(&mut self, t: f64) -> Result<[f64; 3]> {
+        let Norms { curve, jet, .. } = self;
+        curve.coordinates_into(t, 3, &mut self.work, jet)?;
+        let mut value = faer::Mat::zeros(self.rows, curve.k());
+        let mut norm = |quantity: Quantity| {
+            quantity.read_into(jet, value.as_mut());
+            self.manifold.norm(jet.c[0].as_ref(), value.as_ref())
+        };
+        Ok([
+            norm(Quantity::Derivative(1))?,
+            norm(Quantity::Acceleration)?,
+            norm(Quantity::Jerk)?,
+        ])
+    }
+}
+
+/// By sampling each smooth piece of the curve.
+pub(super) fn sampled<C: Curve + ?Sized>(
+    curve: &C,
+    interrupt: Interrupt<'_>,
+) -> Result<DerivativeBounds> {
+    let mut norms = Norms::new(curve)?;
+    let mut largest = [0.0_f64; 3];
+    for pair in curve.breakpoints().windows(2) {
+        let samples = sample(&mut norms, pair[0], pair[1], SAMPLES, interrupt)?;
+        for which in 0..3 {
+            for (low, high) in peaks(&samples, which) {
+                let peak = refined(&mut norms, low, high, which, interrupt)?;
+                largest[which] = largest[which].max(peak);
+            }
+        }
+    }
+    Ok(DerivativeBounds {
+        velocity: largest[0],
+        acceleration: largest[1],
+        jerk: largest[2],
+        guarantee: Guarantee::Sampling,
+    })
+}
+
+type Sample = (f64, [f64; 3]);
+
+fn sample<C: Curve + ?Sized>(
+    norms: &mut Norms<'_, C>,
+    low: f64,
+    high: f64,
+    count: usize,
+    interrupt: Interrupt<'_>,
+) -> Result<Vec<Sample>> {
+    interrupt.check("derivative bounds")?;
+    (0..count)
+        .map(|i| {
+            let share = i as f64 / (count - 1) as f64;
+            let t = (low + share * (high - low)).clamp(low, high);
+            Ok((t, norms.at(t)?))
+        })
+        .collect()
+}
+
+/// The intervals beside the largest local maxima of one norm.
+fn peaks(samples: &[Sample], which: usize) -> Vec<(f64, f64)> {
+    let value = |i: usize| samples[i].1[which];
+    let last = samples.len() - 1;
+    let mut tops: Vec<usize> = (0..=last)
+        .filter(|&i| {
+            (i == 0 || value(i) >= value(i - 1)) && (i == last || value(i) >= value(i + 1))
+        })
+        .collect();
+    tops.sort_by(|a, b| value(*b).total_cmp(&value(*a)));
+    tops.truncate(CANDIDATES);
+    tops.into_iter()
+        .map(|i| (samples[i.saturating_sub(1)].0, samples[(i + 1).min(last)].0))
+        .collect()
+}
+
+/// The largest value between two parameters.
+fn refined<C: Curve + ?Sized>(
+    norms: &mut Norms<'_, C>,
+    low: f64,
+    high: f64,
+    which: usize,
+    interrupt: Interrupt<'_>,
+) -> Result<f64> {
+    let (mut low, mut high, mut largest) = (low, high, 0.0_f64);
+    for _ in 0..ROUNDS {
+        let samples = sample(norms, low, high, FINER, interrupt)?;
+        let top = (0..FINER).fold(0, |top, i| {
+            if samples[i].1[which] > samples[top].1[which] {
+                i
+            } else {
+                top
+            }
+        });
+        largest = largest.max(samples[top].1[which]);
+        low = samples[top.saturating_sub(1)].0;
+        high = samples[(top + 1).min(FINER - 1)].0;
+    }
+    Ok(largest)
+}

@@ -1,0 +1,90 @@
+//! Vectors carried along a quasi-geodesic by its own rotations.
+
+use faer::prelude::*;
+use faer::{Mat, MatMut, MatRef};
+
+use super::QuasiGeodesic;
+use crate::error::Result;
+use crate::linalg::SkewExp;
+use crate::linalg::product::{mul_add, mul_into};
+
+/// Which way along a curve.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Direction {
+    /// From its start to its end.
+    Forward,
+    /// From its end to its start.
+    Backward,
+}
+
+/// `V -> e^{X} V e^{Omega}` and back, for the factors of one quasi-geodesic, in buffers made once for a shape.
+///
+/// ```math
+/// e^{X} V = V + F \begin{pmatrix} \cos\Sigma - I & -\sin\Sigma \\ \sin\Sigma & \cos\Sigma - I \end{pmatrix} F^T V,\qquad
+/// F = [S W, Q]
+/// ```
+///
+/// An isometry of the tangent spaces at both ends that takes the velocity of the curve along. It also takes the start
+/// itself to the end. Cost `O(n k^2)`.
+pub(crate) struct Carrier {
+    exp: SkewExp,
+    /// `e^{Omega}`.
+    turn: Mat<f64>,
+    /// `cos - 1` and `sin` of the angles.
+    planes: Vec<[f64; 2]>,
+    components: Mat<f64>,
+    moved: Mat<f64>,
+}
+
+impl Carrier {
+    pub(crate) fn new(n: usize, k: usize) -> Self {
+        Carrier {
+            exp: SkewExp::new(k),
+            turn: Mat::zeros(k, k),
+            planes: vec![[0.0; 2]; k],
+            components: Mat::zeros(2 * k, k),
+            moved: Mat::zeros(n, k),
+        }
+    }
+
+    /// The factors of a curve, for [`Carrier::carry`].
+    ///
+    /// # Errors
+    /// `Overflow`, `Decomposition`.
+    pub(crate) fn set(&mut self, curve: &QuasiGeodesic) -> Result<()> {
+        for (plane, angle) in self.planes.iter_mut().zip(curve.angles()) {
+            let half = (0.5 * angle).sin();
+            *plane = [-2.0 * half * half, angle.sin()];
+        }
+        self.exp.exp_into(self.turn.as_mut(), curve.omega(), 1.0)
+    }
+
+    /// Carries `v`, shape `(n, k)`, along the curve that was set last.
+    pub(crate) fn carry(&mut self, curve: &QuasiGeodesic, v: MatMut<'_, f64>, way: Direction) {
+        let mut v = v;
+        self.turn_planes(curve, v.rb(), way);
+        mul_add(v.rb_mut(), 1.0, curve.frame(), &self.components);
+        self.moved.copy_from(v.rb());
+        match way {
+            Direction::Forward => mul_into(v, 1.0, &self.moved, &self.turn),
+            Direction::Backward => mul_into(v, 1.0, &self.moved, self.turn.transpose()),
+        }
+    }
+
+    /// What `e^{X} - I` makes of the components of `v` in the frame.
+    fn turn_planes(&mut self, curve: &QuasiGeodesic, v: MatRef<'_, f64>, way: Direction) {
+        let k = v.ncols();
+        mul_into(&mut self.components, 1.0, curve.frame().transpose(), v);
+        for (i, &[cos, sin]) in self.planes.iter().enumerate() {
+            let sin = match way {
+                Direction::Forward => sin,
+                Direction::Backward => -sin,
+            };
+            for j in 0..k {
+                let (along, across) = (self.components[(i, j)], self.components[(k + i, j)]);
+                self.components[(i, j)] = cos * along - sin * across;
+                self.components[(k + i, j)] = cos * across + sin * along;
+            }
+        }
+    }
+}

@@ -1,0 +1,140 @@
+//! Velocities from points, in Python.
+
+use faer::{Mat, MatRef};
+use numpy::PyArrayDyn;
+use pyo3::prelude::*;
+use pyo3::types::PyString;
+
+use super::call::Call;
+use super::convert::{Batch, stack, to_array, write};
+use super::error::invalid_input;
+use super::spline::Data;
+use crate::error::Result;
+use crate::spline::{
+    VelocityEstimate, estimate_closed_velocities, estimate_velocities as estimated,
+};
+
+/// The estimate of a word, the argument `name`.
+fn read_method(py: Python<'_>, name: &str, method: &str) -> PyResult<VelocityEstimate> {
+    match method {
+        "catmull-rom" => Ok(VelocityEstimate::CatmullRom),
+        "akima" => Ok(VelocityEstimate::Akima),
+        "natural" => Ok(VelocityEstimate::Natural),
+        _ => {
+            let expected = "'catmull-rom', 'akima' or 'natural'";
+            let message = format!("{name}: expected {expected}, found {method:?}");
+            Err(invalid_input(py, message))
+        }
+    }
+}
+
+/// Velocities at knots: given, or to be estimated.
+pub(super) enum Velocities {
+    Given(Batch),
+    Estimated(VelocityEstimate),
+}
+
+impl Velocities {
+    pub(super) fn read(object: &Bound<'_, PyAny>) -> PyResult<Self> {
+        if let Ok(word) = object.cast::<PyString>() {
+            let method = read_method(object.py(), "V", word.to_str()?);
+            return method.map(Velocities::Estimated);
+        }
+        Ok(Velocities::Given(stack(object, "V", "(N, n, k)")?))
+    }
+
+    /// The vectors, each of shape `(n, k)`.
+    pub(super) fn vectors(&self, t: &[f64], points: &[MatRef<'_, f64>]) -> Result<Vec<Mat<f64>>> {
+        match self {
+            Velocities::Given(batch) => Ok(batch.views().iter().map(|v| v.to_owned()).collect()),
+            Velocities::Estimated(estimate) => estimated(t, points, *estimate),
+        }
+    }
+}
+
+/// The entries of matrices of one shape, each row by row.
+pub(super) fn rows(matrices: &[Mat<f64>], size: usize) -> Vec<f64> {
+    let mut entries = vec![0.0; matrices.len() * size];
+    for (matrix, out) in matrices.iter().zip(entries.chunks_mut(size)) {
+        write(matrix.as_ref(), out);
+    }
+    entries
+}
+
+/// Velocities of a smooth curve at its knots, from the points alone.
+///
+/// Parameters
+/// ----------
+/// t : array_like, shape (N,)
+///     Times, increasing, two or more.
+/// S : array_like, shape (N, n, k)
+///     Points with orthonormal columns.
+/// method : "catmull-rom", "akima" or "natural", default "catmull-rom"
+///     ``"catmull-rom"``, the parabola through three neighbours. ``"akima"``, a mean of the slopes on both sides that
+///     does not overshoot beside jumps and at rest (weights of SciPy's ``method="makima"``). ``"natural"``, the
+///     velocities of the natural cubic spline in tangent spaces.
+/// closed : bool, default False
+///     Whether the curve is closed: the last point is the first one, and so is its velocity.
+/// num_threads : int, optional
+///     Threads; by default those of the global pool.
+///
+/// Returns
+/// -------
+/// ndarray, shape (N, n, k)
+///     Tangent vectors at the points, per unit of ``t``.
+///
+/// Raises
+/// ------
+/// InvalidInputError
+///     Shapes or numbers of knots that do not match, not finite, times that do not increase, not orthonormal (with the
+///     measured defect), ends that do not close; carries ``knot``.
+/// OutsideDomainError
+///     Neighbours that no quasi-geodesic joins; carries ``knot``, the first of the two, and ``angle``.
+/// TypeError
+///     Complex numbers, dates and durations.
+///
+/// See Also
+/// --------
+/// CubicHermite : the curve through points with velocities; takes the name of a method for them.
+///
+/// Notes
+/// -----
+/// The formulas of flat space in tangent spaces; quasi-geodesics between neighbours carry vectors from knot to knot. On
+/// the circle exactly those for the angle.
+///
+/// Examples
+/// --------
+/// >>> import numpy as np
+/// >>> from stiefel_rs import estimate_velocities
+/// >>> t = np.array([0.0, 1.0, 3.0])
+/// >>> S = np.array([[[np.cos(a)], [np.sin(a)]] for a in t / 4])
+/// >>> V = estimate_velocities(t, S, "akima")
+/// >>> bool(np.allclose(V[0].ravel(), [0, 1 / 4]))
+/// True
+#[pyfunction]
+#[pyo3(signature = (t, S, method="catmull-rom", *, closed=false, num_threads=None))]
+#[allow(non_snake_case)]
+pub fn estimate_velocities<'py>(
+    py: Python<'py>,
+    t: &Bound<'py, PyAny>,
+    S: &Bound<'py, PyAny>,
+    method: &str,
+    closed: bool,
+    num_threads: Option<i64>,
+) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    let estimate = read_method(py, "method", method)?;
+    let data = Data::read(t, S)?;
+    let (n, k) = data.shape();
+    let call = Call::new(py, num_threads, data.links())?;
+    let entries = call.run(py, move |_| {
+        let points = data.points.views();
+        let velocities = if closed {
+            estimate_closed_velocities(&data.t, &points, estimate)?
+        } else {
+            estimated(&data.t, &points, estimate)?
+        };
+        Ok(rows(&velocities, n * k))
+    })?;
+    let count = entries.len() / (n * k);
+    to_array(py, entries, &[count, n, k])
+}

@@ -1,0 +1,156 @@
+//! Covariant accelerations at the ends of a geometric cubic, in closed form.
+//!
+//! Near its start the curve is
+//!
+//! ```math
+//! e^{t X_5(t)} e^{t X_3(t)} e^{t X_0} S_0 e^{t \Omega_0} e^{t \Omega_3(t)} e^{t \Omega_5(t)}
+//! ```
+//!
+//! All three generators begin as those of the first leg; that of the second stage changes at the rate at which its end
+//! leaves the first leg's continuation, that of the third stage at twice that rate. With the velocities `U` of the
+//! first leg and `W` of the middle leg where they start, and `u -> R(u)` the retraction at `S_0`,
+//!
+//! ```math
+//! D_t \gamma'(0) = K \Omega + 6\, (D R_U)^{-1} \bigl[ W - e^{X_0} U e^{\Omega_0} \bigr],\qquad \gamma'(0) = 3 U = K + S_0 \Omega
+//! ```
+//!
+//! In flat space that is `6 (P_0 - 2 P_1 + P_2)`. The first term is the acceleration of the quasi-geodesic with the
+//! same velocity: it is the same on both sides of a knot, so only the second one (the bend) counts there.
+
+use faer::{Mat, MatMut, MatRef};
+
+use crate::error::{Error, Result};
+use crate::linalg::product::{axpy, mul_add, mul_into, scale};
+use crate::linalg::structure::check_range;
+use crate::manifold::QuasiGeodesic;
+use crate::manifold::carrier::{Carrier, Direction};
+use crate::manifold::inverse_differential::InverseDifferential;
+use crate::manifold::quasi_geodesic::{Departure, EndpointProblem};
+
+/// What an `Overflow` is about.
+const CONTROL_POINTS: &str = "control points of a spline";
+
+/// A leg whose largest principal angle is this is not the principal quasi-geodesic between its ends.
+const LONGEST: f64 = std::f64::consts::PI;
+
+/// Buffers for pieces of one shape.
+pub(super) struct Bends {
+    ends: [OuterLeg; 2],
+    middle: QuasiGeodesic,
+    carrier: Carrier,
+    problem: EndpointProblem,
+    velocity: Mat<f64>,
+}
+
+impl Bends {
+    pub(super) fn new(n: usize, k: usize) -> Self {
+        Bends {
+            ends: [OuterLeg::new(n, k), OuterLeg::new(n, k)],
+            middle: QuasiGeodesic::zeros(n, k),
+            carrier: Carrier::new(n, k),
+            problem: EndpointProblem::new(n, k),
+            velocity: Mat::zeros(n, k),
+        }
+    }
+
+    /// The bends at both ends of the geometric cubic between two points, in the time of the piece.
+    ///
+    /// # Arguments
+    /// * `velocities` - at the ends, per unit of a time in which the piece takes `length`
+    ///
+    /// # Errors
+    /// `NoJoiningCurve`, `OutsideLogDomain` where the control points cannot be joined, `OutsideLogDomain` where an
+    /// outer leg is too long; `Overflow`, `Decomposition`.
+    pub(super) fn compute(
+        &mut self,
+        points: [MatRef<'_, f64>; 2],
+        velocities: [MatRef<'_, f64>; 2],
+        length: f64,
+        out: [MatMut<'_, f64>; 2],
+    ) -> Result<()> {
+        let [first, last] = &mut self.ends;
+        first.leave(points[0], velocities[0], length / 3.0)?;
+        last.leave(points[1], velocities[1], -length / 3.0)?;
+        self.middle
+            .join(first.end.as_ref(), last.end.as_ref(), &mut self.problem)?;
+        self.carrier.set(&self.middle)?;
+        self.velocity.copy_from(self.middle.initial_velocity());
+        let [at_start, at_end] = out;
+        first.bend(points[0], self.velocity.as_ref(), at_start)?;
+        let (velocity, way) = (self.velocity.as_mut(), Direction::Forward);
+        self.carrier.carry(&self.middle, velocity, way);
+        scale(&mut self.velocity, -1.0);
+        last.bend(points[1], self.velocity.as_ref(), at_end)
+    }
+}
+
+/// The leg between an end and the inner control point beside it, away from the end.
+struct OuterLeg {
+    curve: QuasiGeodesic,
+    departure: Departure,
+    carrier: Carrier,
+    inverse: InverseDifferential,
+    velocity: Mat<f64>,
+    /// The inner control point.
+    end: Mat<f64>,
+}
+
+impl OuterLeg {
+    fn new(n: usize, k: usize) -> Self {
+        OuterLeg {
+            curve: QuasiGeodesic::zeros(n, k),
+            departure: Departure::new(n, k),
+            carrier: Carrier::new(n, k),
+            inverse: InverseDifferential::new(n, k),
+            velocity: Mat::zeros(n, k),
+            end: Mat::zeros(n, k),
+        }
+    }
+
+    fn leave(&mut self, s: MatRef<'_, f64>, v: MatRef<'_, f64>, share: f64) -> Result<()> {
+        self.velocity.fill(0.0);
+        axpy(&mut self.velocity, share, v);
+        self.curve
+            .leave(s, self.velocity.as_ref(), &mut self.departure)?;
+        let angle = self.curve.angles().iter().fold(0.0, |a: f64, b| a.max(*b));
+        if angle >= LONGEST {
+            return Err(Error::OutsideLogDomain { angle });
+        }
+        self.carrier.set(&self.curve)?;
+        self.end.copy_from(s);
+        let way = Direction::Forward;
+        self.carrier.carry(&self.curve, self.end.as_mut(), way);
+        check_range(CONTROL_POINTS, self.end.as_ref())
+    }
+
+    /// The bend at `s` from the velocity of the middle leg away from the inner control point.
+    fn bend(
+        &mut self,
+        s: MatRef<'_, f64>,
+        onward: MatRef<'_, f64>,
+        out: MatMut<'_, f64>,
+    ) -> Result<()> {
+        let mut out = out;
+        out.copy_from(onward);
+        let way = Direction::Backward;
+        self.carrier.carry(&self.curve, out.as_mut(), way);
+        axpy(out.as_mut(), -1.0, &self.velocity);
+        self.inverse.apply(&self.curve, s, out.as_mut())?;
+        scale(out, 6.0);
+        Ok(())
+    }
+}
+
+/// `out += factor K Omega`: the covariant acceleration of the quasi-geodesic with velocity `v = K + s Omega` at `s`.
+pub(super) fn add_quasi_geodesic_acceleration(
+    out: MatMut<'_, f64>,
+    factor: f64,
+    s: MatRef<'_, f64>,
+    v: MatRef<'_, f64>,
+) {
+    let k = s.ncols();
+    let (mut omega, mut normal) = (Mat::zeros(k, k), v.to_owned());
+    mul_into(&mut omega, 1.0, s.transpose(), v);
+    mul_add(&mut normal, -1.0, s, &omega);
+    mul_add(out, factor, &normal, &omega);
+}

@@ -1,0 +1,420 @@
+//! The geometric spline: pieces of de Casteljau's algorithm, twice continuously differentiable.
+
+use faer::{MatRef, Scale};
+use rayon::prelude::*;
+
+use super::bends::{Bends, add_quasi_geodesic_acceleration};
+use super::ends::{EndCondition, EndConditions, check_ends};
+use super::flat::{FlatSystem, has_velocity, matrix, matrix_mut};
+use super::knots;
+use super::links::Links;
+use super::piecewise::Piecewise;
+use super::reduced_knots::ReducedKnots;
+use super::riemannian::SplineOptions;
+use crate::anderson::Anderson;
+use crate::curve::GeometricCubic;
+use crate::error::{Error, Result};
+use crate::interrupt::Interrupt;
+use crate::linalg::gmres::{Gmres, norm};
+use crate::linalg::product::axpy;
+use crate::report::{SolverReport, StopReason};
+
+const SOLVER: &str = "geometric spline";
+
+/// Steps that a mixed one is made of.
+const DEPTH: usize = 5;
+
+/// Legs in a group at least, and groups at most: each has its buffers.
+const GROUP: usize = 16;
+const MAX_GROUPS: usize = 64;
+
+/// Mixing goes on as long as so many steps lower the residual to a half.
+const PATIENCE: usize = 4;
+
+/// Difference quotients in the direction of a step of length one.
+const DIFFERENCE: f64 = 1e-7;
+
+/// Newton's equations are solved to this share of the residual.
+const FORCING: f64 = 1e-3;
+
+/// A Newton step is accepted if it lowers the residual by this share of what the linear model predicts.
+const SUFFICIENT_DECREASE: f64 = 1e-4;
+
+/// Halvings of a step before it is given up.
+const MAX_HALVINGS: i32 = 10;
+
+/// The spline of geometric cubics through points: velocity and covariant acceleration are continuous.
+///
+/// Each piece is the curve of the adjusted de Casteljau algorithm with the velocities at its knots
+/// ([`GeometricCubic::from_boundary`]); the velocities are those for which the accelerations of the two pieces at every
+/// knot agree. It is close to the spline of Riemannian cubics (`cubic_spline`), and cheaper to find (bench
+/// `geometric_spline`). On the circle `St(2, 1)` both are the cubic spline of the angle.
+///
+/// # Arguments
+/// * `t` - times, increasing; `points` - one at each, shape `(n, k)`
+/// # Accuracy
+/// Covariant accelerations at a knot differ by at most `options.tolerance` in the time of the shorter leg.
+/// # Method
+/// Accelerations at the ends of a piece in closed form; the tridiagonal system of flat space, in tangent spaces, as a
+/// preconditioner of a fixed-point iteration with Anderson mixing, and of Newton's method with minimal residuals where
+/// that stalls. Time is linear in the number of knots and in `n`. Legs are computed in parallel; results are
+/// bit-identical for any number of threads.
+/// # Errors
+/// `Shape`, `NonFinite`, `InvalidArgument` (times, ends that do not close); in `AtKnot` `NotOrthonormal`,
+/// `NoJoiningCurve`, `OutsideLogDomain` and `DifferentComponents` (no curve starts from there to the next point),
+/// `NotTangent`, and those of [`GeometricCubic::from_boundary`] where a piece is too far or too fast; `NoConvergence`,
+/// `Interrupted`.
+pub fn geometric_spline(
+    t: &[f64],
+    points: &[MatRef<'_, f64>],
+    ends: &EndConditions,
+    options: &SplineOptions<'_>,
+) -> Result<(Piecewise<GeometricCubic>, SolverReport)> {
+    let manifold = knots::check(t, points)?;
+    check_ends(&manifold, points, ends)?;
+    let mut problem = Problem::new(t, points, ends, options.interrupt)?;
+    let (velocities, report) = problem.solve(options.tolerance, options.max_iterations)?;
+    if !report.converged {
+        return Err(Error::NoConvergence {
+            solver: SOLVER,
+            report,
+        });
+    }
+    let pieces = problem.pieces(&velocities)?;
+    Ok((Piecewise::new(t.to_vec(), pieces), report))
+}
+
+/// The equations, in the coordinates of the span of the data and in units of the mean length of a leg.
+struct Problem<'a> {
+    knots: ReducedKnots,
+    ends: EndConditions,
+    chain: Links,
+    flat: FlatSystem,
+    /// One for each group of legs.
+    work: Vec<Bends>,
+    shape: (usize, usize),
+    interrupt: Interrupt<'a>,
+}
+
+/// The equations at some velocities.
+struct Residual {
+    /// What a step of the fixed-point iteration would add to the velocities.
+    step: Vec<f64>,
+    /// The largest jump of an acceleration in the time of the shorter leg, Frobenius norm.
+    size: f64,
+    /// Root of the sum of squares.
+    total: f64,
+}
+
+impl<'a> Problem<'a> {
+    fn new(
+        t: &[f64],
+        points: &[MatRef<'_, f64>],
+        ends: &EndConditions,
+        interrupt: Interrupt<'a>,
+    ) -> Result<Self> {
+        let vectors: Vec<MatRef<'_, f64>> = match ends {
+            EndConditions::Each(each) => each.iter().map(|end| end.vector().as_ref()).collect(),
+            _ => Vec::new(),
+        };
+        let mut knots = ReducedKnots::new(t, points, &vectors);
+        if matches!(ends, EndConditions::Periodic) {
+            knots.close();
+        }
+        let ends = reduced_ends(&knots, ends);
+        let (n, k) = knots.shape();
+        let legs = knots.lengths.len();
+        let groups = legs.div_ceil(group(legs));
+        Ok(Problem {
+            shape: (n, k),
+            work: (0..groups).map(|_| Bends::new(n, k)).collect(),
+            chain: Links::new(&knots.points)?,
+            flat: FlatSystem::new(&knots.lengths, &ends),
+            knots,
+            ends,
+            interrupt,
+        })
+    }
+
+    /// Velocities at the knots that have one of their own.
+    fn solve(&mut self, tolerance: f64, max_iterations: usize) -> Result<(Vec<f64>, SolverReport)> {
+        let mut velocities = self.flat.right_side(&self.chain, self.shape, &self.ends);
+        self.flat
+            .solve(&mut self.chain, self.shape, &mut velocities);
+        let mut found = self.residual(&velocities)?;
+        let mut iterations = self.mix(&mut velocities, &mut found, tolerance, max_iterations)?;
+        let reason = loop {
+            if found.size <= tolerance {
+                break StopReason::Converged;
+            }
+            if iterations >= max_iterations {
+                break StopReason::MaxIterations;
+            }
+            iterations += 1;
+            let step = self.newton_step(&velocities, &found)?;
+            let Some(better) = self.descend(&velocities, &step, found.total)? else {
+                break StopReason::Stagnated;
+            };
+            (velocities, found) = better;
+        };
+        let report = SolverReport {
+            converged: reason == StopReason::Converged,
+            iterations,
+            residual: found.size,
+            tolerance,
+            reason,
+        };
+        Ok((velocities, report))
+    }
+
+    /// Fixed-point iteration with Anderson mixing, until it converges or stalls; leaves the best velocities and returns
+    /// the number of steps.
+    fn mix(
+        &mut self,
+        best: &mut Vec<f64>,
+        found: &mut Residual,
+        tolerance: f64,
+        max_iterations: usize,
+    ) -> Result<usize> {
+        let mut anderson = Anderson::new(DEPTH);
+        let mut next = anderson.next(best, &found.step);
+        // Residuals after 0, PATIENCE, 2 PATIENCE .. steps fall to a half each time, or the iteration stalls.
+        let mut mark = found.size;
+        for iteration in 0..max_iterations {
+            if found.size <= tolerance {
+                return Ok(iteration);
+            }
+            if iteration > 0 && iteration % PATIENCE == 0 {
+                if found.size > 0.5 * mark {
+                    return Ok(iteration);
+                }
+                mark = found.size;
+            }
+            let Some(here) = self.try_residual(&next)? else {
+                return Ok(iteration);
+            };
+            let following = anderson.next(&next, &here.step);
+            if here.size < found.size {
+                (*best, *found) = (next, here);
+            }
+            next = following;
+        }
+        Ok(max_iterations)
+    }
+
+    /// [`Problem::residual`]; none where a piece does not exist.
+    fn try_residual(&mut self, velocities: &[f64]) -> Result<Option<Residual>> {
+        match self.residual(velocities) {
+            Ok(found) => Ok(found.total.is_finite().then_some(found)),
+            Err(error @ Error::Interrupted { .. }) => Err(error),
+            Err(_) => Ok(None),
+        }
+    }
+
+    /// The Newton step by the minimal residual method, with derivatives by difference quotients.
+    fn newton_step(&mut self, velocities: &[f64], found: &Residual) -> Result<Vec<f64>> {
+        let mut step = found.step.clone();
+        let width = DIFFERENCE * norm(velocities).max(1.0);
+        let mut failure = None;
+        Gmres::new(step.len()).solve(&mut step, FORCING, |direction, image| {
+            if failure.is_some() {
+                return image.fill(0.0);
+            }
+            let moved = plus(velocities, width, direction);
+            match self.residual(&moved) {
+                Ok(there) => {
+                    for (to, (there, here)) in
+                        image.iter_mut().zip(there.step.iter().zip(&found.step))
+                    {
+                        *to = (here - there) / width;
+                    }
+                }
+                Err(error) => {
+                    image.fill(0.0);
+                    failure = Some(error);
+                }
+            }
+        });
+        match failure {
+            Some(error @ Error::Interrupted { .. }) => Err(error),
+            // The step so far is worth what it is worth.
+            _ => Ok(step),
+        }
+    }
+
+    fn descend(
+        &mut self,
+        velocities: &[f64],
+        step: &[f64],
+        total: f64,
+    ) -> Result<Option<(Vec<f64>, Residual)>> {
+        for halving in 0..MAX_HALVINGS {
+            let share = 0.5_f64.powi(halving);
+            let trial = plus(velocities, share, step);
+            if let Some(found) = self.try_residual(&trial)?
+                && found.total <= (1.0 - SUFFICIENT_DECREASE * share) * total
+            {
+                return Ok(Some((trial, found)));
+            }
+        }
+        Ok(None)
+    }
+
+    fn residual(&mut self, velocities: &[f64]) -> Result<Residual> {
+        let bends = self.bends(velocities)?;
+        let (mut size, mut total) = (0.0_f64, 0.0);
+        let count = self.flat.unknown_knots();
+        let mut step = Vec::with_capacity(velocities.len());
+        for knot in 0..count {
+            let jump = self.jump(knot, velocities, &bends);
+            let legs = self.legs_at(knot).into_iter().flatten();
+            let h = legs.fold(f64::INFINITY, |h, leg| h.min(self.knots.lengths[leg]));
+            let length = h * h * norm(&jump);
+            size = if length <= size { size } else { length };
+            total += length * length;
+            step.extend(jump.iter().map(|x| -x));
+        }
+        self.flat.solve(&mut self.chain, self.shape, &mut step);
+        Ok(Residual {
+            step,
+            size,
+            total: total.sqrt(),
+        })
+    }
+
+    /// Bends at the start and at the end of every leg, in the time of the leg.
+    fn bends(&mut self, velocities: &[f64]) -> Result<Vec<f64>> {
+        let (legs, size) = (self.knots.lengths.len(), self.shape.0 * self.shape.1);
+        let group = group(legs);
+        let mut all = vec![0.0; 2 * size * legs];
+        let mut work = std::mem::take(&mut self.work);
+        let failures: Vec<Option<Error>> = all
+            .par_chunks_mut(2 * size * group)
+            .zip(&mut work)
+            .enumerate()
+            .map(|(which, (all, work))| {
+                let mut legs = all.chunks_mut(2 * size).enumerate();
+                legs.find_map(|(i, out)| {
+                    let leg = which * group + i;
+                    let outcome = self.bends_of_leg(leg, velocities, work, out);
+                    outcome.err().map(|error| error.at_knot(leg))
+                })
+            })
+            .collect();
+        self.work = work;
+        match failures.into_iter().flatten().next() {
+            Some(error) => Err(error),
+            None => Ok(all),
+        }
+    }
+
+    fn bends_of_leg(
+        &self,
+        leg: usize,
+        velocities: &[f64],
+        work: &mut Bends,
+        out: &mut [f64],
+    ) -> Result<()> {
+        self.interrupt.check(SOLVER)?;
+        let ends = [leg, leg + 1];
+        let points = ends.map(|knot| self.knots.points[knot].as_ref());
+        let velocities = ends.map(|knot| matrix(self.velocity(velocities, knot), self.shape));
+        let (first, last) = out.split_at_mut(out.len() / 2);
+        let out = [first, last].map(|out| matrix_mut(out, self.shape));
+        work.compute(points, velocities, self.knots.lengths[leg], out)
+    }
+
+    /// The velocity of a knot among those of the knots that have one.
+    fn velocity<'v>(&self, velocities: &'v [f64], knot: usize) -> &'v [f64] {
+        let size = self.shape.0 * self.shape.1;
+        let knot = knot % self.flat.unknown_knots();
+        &velocities[knot * size..(knot + 1) * size]
+    }
+
+    /// The leg before a knot and the leg after it.
+    fn legs_at(&self, knot: usize) -> [Option<usize>; 2] {
+        let legs = self.knots.lengths.len();
+        let before = match (knot, &self.ends) {
+            (0, EndConditions::Periodic) => Some(legs - 1),
+            _ => knot.checked_sub(1),
+        };
+        [before, (knot < legs).then_some(knot)]
+    }
+
+    /// The acceleration before a knot less the one after it; at an end, less the wanted one.
+    fn jump(&self, knot: usize, velocities: &[f64], bends: &[f64]) -> Vec<f64> {
+        let size = self.shape.0 * self.shape.1;
+        let mut jump = vec![0.0; size];
+        if has_velocity(&self.ends, knot, self.knots.lengths.len()) {
+            return jump;
+        }
+        let [before, after] = self.legs_at(knot);
+        for (leg, side, sign) in [(before, 1, 1.0), (after, 0, -1.0)] {
+            let Some(leg) = leg else { continue };
+            let bend = &bends[(2 * leg + side) * size..][..size];
+            let factor = sign / (self.knots.lengths[leg] * self.knots.lengths[leg]);
+            for (to, bend) in jump.iter_mut().zip(bend) {
+                *to += factor * bend;
+            }
+        }
+        let sign = match [before, after] {
+            [None, _] => -1.0,
+            [_, None] => 1.0,
+            _ => return jump,
+        };
+        let velocity = matrix(self.velocity(velocities, knot), self.shape);
+        let point = self.knots.points[knot].as_ref();
+        let mut at = matrix_mut(&mut jump, self.shape);
+        add_quasi_geodesic_acceleration(at.as_mut(), sign, point, velocity);
+        if let EndConditions::Each(each) = &self.ends {
+            let wanted = each[usize::from(knot > 0)].vector();
+            axpy(at, -sign, wanted);
+        }
+        jump
+    }
+
+    fn pieces(&self, velocities: &[f64]) -> Result<Vec<GeometricCubic>> {
+        let pieces: Vec<Result<GeometricCubic>> = (0..self.knots.lengths.len())
+            .into_par_iter()
+            .map(|leg| {
+                self.interrupt.check(SOLVER)?;
+                let (h, ends) = (Scale(self.knots.lengths[leg]), [leg, leg + 1]);
+                let velocity = |knot| matrix(self.velocity(velocities, knot), self.shape) * h;
+                let [v0, v1] = ends.map(|knot| self.knots.lift(velocity(knot).as_ref()));
+                let [s0, s1] = ends.map(|knot| self.knots.lift(self.knots.points[knot].as_ref()));
+                GeometricCubic::from_boundary(s0.as_ref(), v0.as_ref(), s1.as_ref(), v1.as_ref())
+            })
+            .collect();
+        pieces
+            .into_iter()
+            .enumerate()
+            .map(|(leg, piece)| piece.map_err(|error| error.at_knot(leg)))
+            .collect()
+    }
+}
+
+/// End conditions in the coordinates and in the time of the knots.
+fn reduced_ends(knots: &ReducedKnots, ends: &EndConditions) -> EndConditions {
+    let EndConditions::Each(each) = ends else {
+        return ends.clone();
+    };
+    let (last, unit) = (knots.points.len() - 1, knots.unit);
+    let reduced = |knot: usize, end: &EndCondition| match end {
+        EndCondition::Velocity(v) => {
+            EndCondition::Velocity(knots.down(knot, v.as_ref()) * Scale(unit))
+        }
+        EndCondition::Acceleration(a) => {
+            EndCondition::Acceleration(knots.down(knot, a.as_ref()) * Scale(unit * unit))
+        }
+    };
+    EndConditions::Each(Box::new([reduced(0, &each[0]), reduced(last, &each[1])]))
+}
+
+/// Legs that are computed one after the other: the same for any number of threads.
+fn group(legs: usize) -> usize {
+    legs.div_ceil(MAX_GROUPS).max(GROUP)
+}
+
+fn plus(a: &[f64], share: f64, b: &[f64]) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| a + share * b).collect()
+}

@@ -1,0 +1,81 @@
+//! Quasi-geodesics between neighbouring knots, which carry vectors from knot to knot.
+
+use faer::{Mat, MatMut, MatRef};
+use rayon::prelude::*;
+
+use crate::error::Result;
+use crate::manifold::QuasiGeodesic;
+use crate::manifold::carrier::{Carrier, Direction};
+use crate::manifold::quasi_geodesic::EndpointProblem;
+
+/// One quasi-geodesic after the other.
+pub(super) struct Links {
+    links: Vec<Link>,
+}
+
+struct Link {
+    curve: QuasiGeodesic,
+    carrier: Carrier,
+    /// Velocity at the start and at the end.
+    displacements: [Mat<f64>; 2],
+}
+
+impl Link {
+    fn new(
+        s0: MatRef<'_, f64>,
+        s1: MatRef<'_, f64>,
+        problem: &mut EndpointProblem,
+    ) -> Result<Self> {
+        let (n, k) = s0.shape();
+        let mut curve = QuasiGeodesic::zeros(n, k);
+        curve.join(s0, s1, problem)?;
+        let mut carrier = Carrier::new(n, k);
+        carrier.set(&curve)?;
+        let first = curve.initial_velocity();
+        let mut last = first.clone();
+        carrier.carry(&curve, last.as_mut(), Direction::Forward);
+        Ok(Link {
+            curve,
+            carrier,
+            displacements: [first, last],
+        })
+    }
+}
+
+impl Links {
+    /// # Errors
+    /// `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents`, in `AtKnot` of the first of the two points.
+    pub(super) fn new(points: &[Mat<f64>]) -> Result<Self> {
+        let (n, k) = points[0].shape();
+        let links: Vec<Result<Link>> = points
+            .par_windows(2)
+            .map_init(
+                || EndpointProblem::new(n, k),
+                |problem, pair| Link::new(pair[0].as_ref(), pair[1].as_ref(), problem),
+            )
+            .collect();
+        // One after the other: the first error is the one that is reported, for any number of threads.
+        let links = links
+            .into_iter()
+            .enumerate()
+            .map(|(knot, link)| link.map_err(|error| error.at_knot(knot)))
+            .collect::<Result<_>>()?;
+        Ok(Links { links })
+    }
+
+    /// The velocity of a link where it starts.
+    pub(super) fn first(&self, link: usize) -> &Mat<f64> {
+        &self.links[link].displacements[0]
+    }
+
+    /// The velocity of a link where it ends.
+    pub(super) fn last(&self, link: usize) -> &Mat<f64> {
+        &self.links[link].displacements[1]
+    }
+
+    /// Carries a vector at one end of a link to the other.
+    pub(super) fn carry(&mut self, link: usize, v: MatMut<'_, f64>, way: Direction) {
+        let Link { curve, carrier, .. } = &mut self.links[link];
+        carrier.carry(curve, v, way);
+    }
+}

@@ -1,0 +1,304 @@
+//! Velocities at knots from the points alone.
+
+use faer::{Mat, MatRef, Scale};
+
+use super::ends::{EndConditions, check_ends};
+use super::flat::{FlatSystem, matrix};
+use super::knots;
+use super::links::Links;
+use super::reduced_knots::{ReducedKnots, tangent_part};
+use crate::error::Result;
+use crate::linalg::structure::{check_range, norm};
+use crate::manifold::carrier::Direction;
+
+/// How velocities are estimated.
+///
+/// The formulas are those of flat space, in tangent spaces: displacements are the velocities of the quasi-geodesics
+/// between neighbouring points, whose rotations carry vectors from knot to knot. On the circle `St(2, 1)` that is
+/// exactly the formula for the angle. With slopes `m = displacement / h`:
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum VelocityEstimate {
+    /// The parabola through three neighbours; at an end, the one through the last three.
+    ///
+    /// ```math
+    /// v_i = \frac{h_+ m_- + h_- m_+}{h_- + h_+}
+    /// ```
+    ///
+    /// For equal times it is that of Catmull and Rom, half of the displacement between the neighbours. Local: a point
+    /// moves the velocities of its neighbours only. For smooth data its error is of second order.
+    CatmullRom,
+    /// A mean of the slopes on both sides, each weighted by how little the slopes change on its side: no overshoot
+    /// beside jumps and at rest.
+    ///
+    /// ```math
+    /// v_i = \frac{w_{i+1} m_- + w_{i-1} m_+}{w_{i-1} + w_{i+1}},\qquad
+    /// w_j = |m_+ - m_-| + \tfrac12 |m_+ + m_-| \text{ at knot } j
+    /// ```
+    ///
+    /// with norms of the canonical metric, and slopes continued linearly beyond the ends.
+    ///
+    /// Source: Akima (1970), J. ACM 17, 589-602, with the weights of MATLAB's and SciPy's "makima".
+    Akima,
+    /// The velocities of the natural cubic spline (of the closed one for closed data), in tangent spaces. Inside, the
+    /// error is of third order on spheres, of second order elsewhere, since quasi-geodesics are no geodesics there.
+    Natural,
+}
+
+/// Velocities at all knots, tangent vectors per unit of time, each of shape `(n, k)`.
+///
+/// With [`cubic_hermite`](super::cubic_hermite) or [`geometric_hermite`](super::geometric_hermite) they give a curve
+/// through the points.
+///
+/// # Arguments
+/// * `t` - times, increasing, two or more; `points` - one at each, shape `(n, k)`
+/// # Errors
+/// `Shape`, `NonFinite`, `InvalidArgument` (times), `Overflow`; in `AtKnot` `NotOrthonormal`, and `NoJoiningCurve`,
+/// `OutsideLogDomain`, `DifferentComponents` (no quasi-geodesic leads from there to the next point).
+///
+/// # Examples
+/// ```
+/// use faer::{Mat, MatRef};
+/// use stiefel_rs::spline::{VelocityEstimate, estimate_velocities};
+/// // A circle at constant speed 1/2.
+/// let t = [0.0, 1.0, 3.0, 4.0];
+/// let points = t.map(|t: f64| Mat::from_fn(2, 1, |i, _| [(0.5 * t).cos(), (0.5 * t).sin()][i]));
+/// let views: Vec<MatRef<'_, f64>> = points.iter().map(Mat::as_ref).collect();
+/// let v = estimate_velocities(&t, &views, VelocityEstimate::CatmullRom)?;
+/// assert!((v[0][(1, 0)] - 0.5).abs() < 1e-15);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
+pub fn estimate_velocities(
+    t: &[f64],
+    points: &[MatRef<'_, f64>],
+    estimate: VelocityEstimate,
+) -> Result<Vec<Mat<f64>>> {
+    estimated(t, points, estimate, &EndConditions::Natural)
+}
+
+/// As [`estimate_velocities`], of a closed curve: the last point is the first one, and so is its velocity.
+///
+/// # Errors
+/// As [`estimate_velocities`], and `InvalidArgument` in `AtKnot` where the last point is not the first one.
+pub fn estimate_closed_velocities(
+    t: &[f64],
+    points: &[MatRef<'_, f64>],
+    estimate: VelocityEstimate,
+) -> Result<Vec<Mat<f64>>> {
+    estimated(t, points, estimate, &EndConditions::Periodic)
+}
+
+fn estimated(
+    t: &[f64],
+    points: &[MatRef<'_, f64>],
+    estimate: VelocityEstimate,
+    ends: &EndConditions,
+) -> Result<Vec<Mat<f64>>> {
+    let manifold = knots::check(t, points)?;
+    check_ends(&manifold, points, ends)?;
+    let mut knots = ReducedKnots::new(t, points, &[]);
+    if matches!(ends, EndConditions::Periodic) {
+        knots.close();
+    }
+    let chain = Links::new(&knots.points)?;
+    let mut velocities = match estimate {
+        VelocityEstimate::Natural => natural(&knots, chain, ends),
+        VelocityEstimate::CatmullRom => Slopes::new(&knots, chain, ends).parabolas(),
+        VelocityEstimate::Akima => Slopes::new(&knots, chain, ends).akima(),
+    };
+    if matches!(ends, EndConditions::Periodic) {
+        velocities.push(velocities[0].clone());
+    }
+    let rate = Scale(1.0 / knots.unit);
+    let lifted = points.iter().zip(&velocities);
+    lifted
+        .map(|(point, v)| {
+            let v = tangent_part(*point, knots.lift(v.as_ref()) * rate);
+            check_range("velocities", v.as_ref())?;
+            Ok(v)
+        })
+        .collect()
+}
+
+fn natural(knots: &ReducedKnots, mut chain: Links, ends: &EndConditions) -> Vec<Mat<f64>> {
+    let shape = knots.shape();
+    let flat = FlatSystem::new(&knots.lengths, ends);
+    let mut all = flat.right_side(&chain, shape, ends);
+    flat.solve(&mut chain, shape, &mut all);
+    all.chunks(shape.0 * shape.1)
+        .map(|entries| matrix(entries, shape).to_owned())
+        .collect()
+}
+
+/// The slopes on both sides of every knot.
+struct Slopes<'a> {
+    lengths: &'a [f64],
+    points: &'a [Mat<f64>],
+    chain: Links,
+    closed: bool,
+}
+
+impl<'a> Slopes<'a> {
+    fn new(knots: &'a ReducedKnots, chain: Links, ends: &EndConditions) -> Self {
+        Slopes {
+            lengths: &knots.lengths,
+            points: &knots.points,
+            chain,
+            closed: matches!(ends, EndConditions::Periodic),
+        }
+    }
+
+    fn legs(&self) -> usize {
+        self.lengths.len()
+    }
+
+    /// Knots with a velocity of their own.
+    fn knots(&self) -> usize {
+        self.legs() + usize::from(!self.closed)
+    }
+
+    /// The leg before a knot and the leg after it.
+    fn legs_at(&self, knot: usize) -> [Option<usize>; 2] {
+        let before = match knot {
+            0 if self.closed => Some(self.legs() - 1),
+            _ => knot.checked_sub(1),
+        };
+        [before, (knot < self.legs()).then_some(knot)]
+    }
+
+    /// The slope of a leg where it ends.
+    fn last(&self, leg: usize) -> Mat<f64> {
+        self.chain.last(leg) * Scale(1.0 / self.lengths[leg])
+    }
+
+    /// The slope of a leg where it starts.
+    fn first(&self, leg: usize) -> Mat<f64> {
+        self.chain.first(leg) * Scale(1.0 / self.lengths[leg])
+    }
+
+    /// Parabolas through three points.
+    fn parabolas(&mut self) -> Vec<Mat<f64>> {
+        let inner = |slopes: &Self, knot| match slopes.legs_at(knot) {
+            [Some(before), Some(after)] => {
+                let (h0, h1) = (slopes.lengths[before], slopes.lengths[after]);
+                let [m0, m1] = [slopes.last(before), slopes.first(after)];
+                Some(m0 * Scale(h1 / (h0 + h1)) + m1 * Scale(h0 / (h0 + h1)))
+            }
+            _ => None,
+        };
+        let mut velocities: Vec<Mat<f64>> = (0..self.knots())
+            .map(|knot| inner(self, knot).unwrap_or_else(|| Mat::zeros(0, 0)))
+            .collect();
+        if self.closed {
+            return velocities;
+        }
+        // On a parabola the slope between two points is the mean of the velocities there.
+        let last = self.legs();
+        let (first_slope, last_slope) = (self.first(0), self.last(last - 1));
+        if last == 1 {
+            return vec![first_slope, last_slope];
+        }
+        let before = self.carried(0, &velocities[1], Direction::Backward);
+        velocities[0] = first_slope * Scale(2.0) - before;
+        let after = self.carried(last - 1, &velocities[last - 1], Direction::Forward);
+        velocities[last] = last_slope * Scale(2.0) - after;
+        velocities
+    }
+
+    fn carried(&mut self, link: usize, v: &Mat<f64>, way: Direction) -> Mat<f64> {
+        let mut carried = v.clone();
+        self.chain.carry(link, carried.as_mut(), way);
+        carried
+    }
+
+    fn akima(&mut self) -> Vec<Mat<f64>> {
+        let (legs, closed) = (self.legs(), self.closed);
+        if legs == 1 {
+            let both = vec![self.first(0), self.last(0)];
+            return both.into_iter().take(self.knots()).collect();
+        }
+        let weights = self.weights();
+        let weight = |knot: usize, step: usize| {
+            // The weights of an open curve start one knot before the first.
+            let place = knot + step;
+            if closed {
+                weights[(place + legs - 1) % legs]
+            } else {
+                weights[place]
+            }
+        };
+        (0..self.knots())
+            .map(|knot| {
+                let [before, after] = self.slopes_at(knot);
+                let [w0, w1] = [weight(knot, 0), weight(knot, 2)];
+                let sum = w0 + w1;
+                // No weight at all: four slopes that are zero.
+                let share = if sum > 0.0 { w0 / sum } else { 0.5 };
+                &before + (&after - &before) * Scale(share)
+            })
+            .collect()
+    }
+
+    /// The slopes before and after a knot; continued linearly beyond the ends, of two legs or more.
+    fn slopes_at(&mut self, knot: usize) -> [Mat<f64>; 2] {
+        match self.legs_at(knot) {
+            [Some(before), Some(after)] => [self.last(before), self.first(after)],
+            [None, _] => {
+                let (near, next) = (self.first(0), self.first(1));
+                let far = self.carried(0, &next, Direction::Backward);
+                [&near * Scale(2.0) - far, near]
+            }
+            [Some(leg), None] => {
+                let (near, next) = (self.last(leg), self.last(leg - 1));
+                let far = self.carried(leg, &next, Direction::Forward);
+                let beyond = &near * Scale(2.0) - far;
+                [near, beyond]
+            }
+        }
+    }
+
+    /// `w_j` at the knots; for an open curve from one knot before the first to one beyond the last.
+    fn weights(&self) -> Vec<f64> {
+        let inner = |knot: usize| match self.legs_at(knot) {
+            [Some(before), Some(after)] => {
+                self.weight(knot, &self.last(before), &self.first(after))
+            }
+            _ => 0.0,
+        };
+        if self.closed {
+            return (0..self.legs()).map(inner).collect();
+        }
+        let legs = self.legs();
+        let mut weights = vec![0.0; legs + 3];
+        for knot in 1..legs {
+            weights[knot + 1] = inner(knot);
+        }
+        // Slopes `a, b` at the knot beside an end continue to `2 a - b` and `3 a - 2 b`.
+        for (knot, a, b, places) in [
+            (1, self.last(0), self.first(1), [1, 0]),
+            (
+                legs - 1,
+                self.first(legs - 1),
+                self.last(legs - 2),
+                [legs + 1, legs + 2],
+            ),
+        ] {
+            let once = &a * Scale(2.0) - &b;
+            let twice = &a * Scale(3.0) - &b * Scale(2.0);
+            weights[places[0]] = self.weight(knot, &once, &a);
+            weights[places[1]] = self.weight(knot, &twice, &once);
+        }
+        weights
+    }
+
+    /// `|b - a| + |b + a| / 2` at a knot.
+    fn weight(&self, knot: usize, a: &Mat<f64>, b: &Mat<f64>) -> f64 {
+        let point = self.points[knot].as_ref();
+        canonical_norm(point, &(b - a)) + 0.5 * canonical_norm(point, &(b + a))
+    }
+}
+
+/// `sqrt(|V|^2 - |S^T V|^2 / 2)`.
+fn canonical_norm(s: MatRef<'_, f64>, v: &Mat<f64>) -> f64 {
+    let (full, along) = (norm(v.as_ref()), norm((s.transpose() * v).as_ref()));
+    (full * full - 0.5 * along * along).max(0.0).sqrt()
+}
