@@ -1,5 +1,9 @@
 //! Solving the equations of a spline: steps of flat space, which cost next to nothing, and where they converge slowly steps of
-//! the linearised equations, kept for as long as they do well. Both with Anderson mixing.
+//! the linearised equations, kept for as long as they do well. Both with Anderson mixing. Where there are no derivatives, Newton
+//! steps by GMRES with differences, for which the step of flat space is the preconditioner.
+//!
+//! # Source
+//! Knoll, Keyes (2004), "Jacobian-free Newton-Krylov methods", J. Comput. Phys. 193, 357-397, sec. 2 and 3, for the last.
 
 use super::chain::{Chain, Motion};
 use super::interpolation::{Interpolation, Residual};
@@ -7,6 +11,7 @@ use super::joints::Linearised;
 use super::mixing::Mixing;
 use crate::cubic::taylor::Accuracy;
 use crate::error::Result;
+use crate::linalg::gmres::{Gmres, norm};
 use crate::report::StopReason;
 
 /// Residuals are integrated to this share of the one before: a step seldom leaves less than a two-hundredth.
@@ -18,8 +23,17 @@ const LINEAR_STEPS: f64 = 5.0;
 /// Linear equations are set up anew where a step leaves more than this share.
 const SLOW: f64 = 0.2;
 
-/// Steps of flat space in a row that may leave more than half of the least residual so far.
-const PATIENCE: usize = 4;
+/// Steps of flat space in a row that may leave more than half of the least residual so far, where there is little else.
+const PATIENCE: usize = 8;
+
+/// Differences of the equations, relative to the motion.
+const DIFFERENCE: f64 = 1e-7;
+
+/// Residuals that are subtracted are integrated to this share of themselves.
+const DIFFERENCE_ACCURACY: f64 = 1e-11;
+
+/// A step by GMRES leaves this share of the linear equations.
+const KRYLOV_SHARE: f64 = 1e-2;
 
 /// A step of new linear equations is shortened until the residual falls by this share of what they predict.
 const SUFFICIENT_DECREASE: f64 = 1e-4;
@@ -35,16 +49,25 @@ pub(super) struct Outcome {
     pub(super) residual: f64,
 }
 
+/// What the next step is made of.
+enum Method {
+    Flat,
+    Linear(Linearised),
+    Krylov,
+}
+
 /// A motion on its way.
 pub(super) struct Iteration<'p, 'c, C> {
     problem: &'p Interpolation<'c, C>,
     motion: Motion,
     found: Residual,
     accuracy: Accuracy,
-    linear: Option<Linearised>,
+    method: Method,
     mixing: Mixing,
     /// What the last step left of the residual.
     rate: f64,
+    /// The least residual so far when it was last halved, and steps since.
+    least: f64,
     failures: usize,
 }
 
@@ -56,10 +79,11 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
         let found = problem.residual(&motion, accuracy)?;
         Ok(Iteration {
             problem,
+            least: found.size,
             found,
             motion,
             accuracy,
-            linear: None,
+            method: Method::Flat,
             mixing: Mixing::default(),
             rate: 0.0,
             failures: 0,
@@ -108,57 +132,110 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
         if self.needs_linear(tolerance) && !self.linearise()? {
             return Ok(Some(StopReason::SingularJacobian));
         }
-        let fresh = self.linear.is_some() && self.mixing.is_empty();
-        let step = match &self.linear {
-            Some(linear) => self.problem.linear_step(linear, &self.found),
-            None => self.problem.flat_step(&self.found)?,
+        let step = match &self.method {
+            Method::Flat => self.problem.flat_step(&self.found)?,
+            Method::Linear(linear) => self.problem.linear_step(linear, &self.found),
+            Method::Krylov => match self.krylov_step() {
+                Err(error) if error.is_interrupted() => return Err(error),
+                Err(_) => return Ok(Some(StopReason::Stagnated)),
+                Ok(step) => step,
+            },
         };
-        let increment = self.mixing.increment(step);
-        let next = self.found.size.powi(if fresh { 2 } else { 1 }).min(1.0);
+        let newton = match self.method {
+            Method::Flat => false,
+            Method::Linear(_) => self.mixing.is_empty(),
+            Method::Krylov => true,
+        };
+        let next = self.found.size.powi(if newton { 2 } else { 1 }).min(1.0);
         let accuracy = Accuracy::of_tolerance(ACCURACY_SHARE * next);
         self.accuracy = self.accuracy.finer(accuracy);
-        if fresh {
+        if let Method::Krylov = self.method {
+            return self.descend(&step);
+        }
+        let increment = self.mixing.increment(step);
+        if newton {
             return self.descend(&increment);
         }
         match self.tried(1.0, &increment)? {
             Some((motion, found)) if self.is_acceptable(&found) => self.accept(motion, found),
             // Once more from here, with new linear equations.
-            _ if self.problem.chain.derivative_work().is_finite() => self.rate = f64::INFINITY,
-            _ => return Ok(Some(StopReason::Stagnated)),
+            _ if self.has_derivatives() => self.rate = f64::INFINITY,
+            _ => self.method = Method::Krylov,
         }
         Ok(None)
     }
 
+    fn has_derivatives(&self) -> bool {
+        self.problem.chain.derivative_work().is_finite()
+    }
+
     /// Whether it is time to set up the linear equations.
     fn needs_linear(&self, tolerance: f64) -> bool {
-        if self.linear.is_some() {
-            return self.rate > SLOW;
+        match self.method {
+            Method::Linear(_) => self.rate > SLOW,
+            Method::Krylov => false,
+            Method::Flat if !self.has_derivatives() || self.mixing.is_empty() => false,
+            Method::Flat => {
+                let work = self.problem.chain.derivative_work();
+                let left = (tolerance / self.found.size).ln() / self.rate.min(0.9).ln();
+                self.rate > 1.0 || left > work + LINEAR_STEPS
+            }
         }
-        let work = self.problem.chain.derivative_work();
-        if !work.is_finite() || self.mixing.is_empty() {
-            return false;
-        }
-        let left = (tolerance / self.found.size).ln() / self.rate.min(0.9).ln();
-        self.rate > 1.0 || left > work + LINEAR_STEPS
     }
 
     fn linearise(&mut self) -> Result<bool> {
-        self.linear = self.problem.linearised(&self.motion, &self.found)?;
+        let linear = self.problem.linearised(&self.motion, &self.found)?;
         self.mixing = Mixing::default();
-        Ok(self.linear.is_some())
+        self.method = linear.map_or(Method::Flat, Method::Linear);
+        Ok(matches!(self.method, Method::Linear(_)))
     }
 
-    /// Steps of flat space may go up for a while where there is nothing else.
+    /// A step of flat space may go up for a while where there are no derivatives.
     fn is_acceptable(&mut self, found: &Residual) -> bool {
-        if self.linear.is_some() || self.problem.chain.derivative_work().is_finite() {
+        if self.has_derivatives() {
             return found.size < self.found.size;
         }
-        if found.size > 0.5 * self.found.size {
+        if found.size > 0.5 * self.least {
             self.failures += 1;
         } else {
-            self.failures = 0;
+            (self.least, self.failures) = (found.size, 0);
         }
         self.failures < PATIENCE
+    }
+
+    /// The Newton step: the flat step `g` has the same zeros as the equations, and a derivative near minus the identity.
+    fn krylov_step(&mut self) -> Result<Vec<f64>> {
+        let accuracy = DIFFERENCE_ACCURACY * self.found.size.min(1.0);
+        self.accuracy = self.accuracy.finer(Accuracy::of_tolerance(accuracy));
+        self.found = self.problem.residual(&self.motion, self.accuracy)?;
+        let here = self.problem.flat_step(&self.found)?;
+        let size = norm(&self.motion.entries).max(1.0);
+        let mut failure = None;
+        let mut step = here.clone();
+        Gmres::new(step.len()).solve(&mut step, KRYLOV_SHARE, |v, out| {
+            let share = DIFFERENCE * size / norm(v);
+            let mut beside = self.motion.clone();
+            beside.add(share, v);
+            let there = self
+                .problem
+                .residual(&beside, self.accuracy)
+                .and_then(|found| self.problem.flat_step(&found));
+            match there {
+                Ok(there) => {
+                    for ((out, here), there) in out.iter_mut().zip(&here).zip(there) {
+                        *out = (here - there) / share;
+                    }
+                }
+                Err(error) => {
+                    out.copy_from_slice(v);
+                    failure = Some(error);
+                }
+            }
+        });
+        match failure {
+            Some(error) => Err(error),
+            None => Ok(step),
+        }
     }
 
     fn accept(&mut self, motion: Motion, found: Residual) {
