@@ -18,6 +18,9 @@ use crate::manifold::quasi_geodesic::EndpointProblem;
 /// Legs that one task of the pool integrates, abreast where that is faster.
 pub(super) const LEGS: usize = LANES;
 
+/// Items that are not worth the pool.
+const FEW: usize = 16;
+
 /// Knots, and quasi-geodesics between neighbours that carry vectors from knot to knot.
 ///
 /// A tangent vector at a knot is [`size`](Chain::size) numbers, an isometry up to a factor of each of them.
@@ -110,21 +113,17 @@ pub(super) trait Movable: Chain + Sized {
 /// `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents`, in `AtKnot` of the first of the two.
 pub(super) fn links(points: &[Mat<f64>]) -> Result<Vec<QuasiGeodesic>> {
     let (n, k) = points[0].shape();
-    points
-        .par_windows(2)
-        .enumerate()
-        .with_min_len(LEGS)
-        .map_init(
-            || EndpointProblem::new(n, k),
-            |problem, (knot, pair)| {
-                let mut curve = QuasiGeodesic::zeros(n, k);
-                curve
-                    .join(pair[0].as_ref(), pair[1].as_ref(), problem)
-                    .map_err(|error| error.at_knot(knot))?;
-                Ok(curve)
-            },
-        )
-        .collect()
+    for_each(
+        points.len() - 1,
+        || EndpointProblem::new(n, k),
+        |problem, knot| {
+            let mut curve = QuasiGeodesic::zeros(n, k);
+            curve
+                .join(points[knot].as_ref(), points[knot + 1].as_ref(), problem)
+                .map_err(|error| error.at_knot(knot))?;
+            Ok(curve)
+        },
+    )
 }
 
 /// The legs of a motion as curves, each on `[0, 1]`.
@@ -137,7 +136,7 @@ pub(super) fn pieces<C: Chain>(
     space: &Space,
     interrupt: Interrupt<'_>,
 ) -> Result<Vec<RiemannianCubic>> {
-    let piece = |leg: usize| {
+    let piece = |(): &mut (), leg: usize| {
         let (frame, state) = chain.state(leg, &motion.start(leg, chain.lengths()[leg]));
         let frame = match (&space.basis, frame) {
             (Some(basis), Some(frame)) => Some(Arc::new(basis.as_ref() * frame)),
@@ -150,8 +149,7 @@ pub(super) fn pieces<C: Chain>(
             space.n, space.k, frame, path, None,
         ))
     };
-    let legs = (0..chain.lengths().len()).into_par_iter();
-    legs.with_min_len(LEGS).map(piece).collect()
+    for_each(chain.lengths().len(), || (), piece)
 }
 
 /// Where the points are.
@@ -160,6 +158,25 @@ pub(super) struct Space {
     pub(super) k: usize,
     /// Orthonormal basis of the span of all points, where that is smaller than `R^n`.
     pub(super) basis: Option<Arc<Mat<f64>>>,
+}
+
+/// One value for each of a number of items, in parallel where there are more than a few: the pool takes longer to wake than they.
+/// The same for any number of threads.
+pub(super) fn for_each<W, T: Send>(
+    count: usize,
+    worker: impl Fn() -> W + Sync + Send,
+    one: impl Fn(&mut W, usize) -> Result<T> + Sync + Send,
+) -> Result<Vec<T>> {
+    if count <= FEW {
+        let mut worker = worker();
+        return (0..count).map(|i| one(&mut worker, i)).collect();
+    }
+    let all: Vec<Result<T>> = (0..count)
+        .into_par_iter()
+        .with_min_len(LEGS)
+        .map_init(worker, one)
+        .collect();
+    all.into_iter().collect()
 }
 
 /// The unknowns: velocities at the knots, per unit of time; acceleration and third vector at the start of each leg, in the time
@@ -266,16 +283,27 @@ impl Arrivals {
             }
             Ok(miss)
         };
-        let groups = values
-            .par_chunks_mut(size * vectors * LEGS)
-            .zip(back.par_chunks_mut(2 * size * LEGS))
-            .enumerate();
-        let found: Vec<Result<f64>> = groups
-            .map_init(|| chain.worker(), |worker, group| some(worker, group))
-            .collect();
         let mut miss = 0.0_f64;
-        for found in found {
-            miss = miss.max(found?);
+        if lengths.len() <= FEW {
+            let mut worker = chain.worker();
+            let groups = values
+                .chunks_mut(size * vectors * LEGS)
+                .zip(back.chunks_mut(2 * size * LEGS))
+                .enumerate();
+            for group in groups {
+                miss = miss.max(some(&mut worker, group)?);
+            }
+        } else {
+            let groups = values
+                .par_chunks_mut(size * vectors * LEGS)
+                .zip(back.par_chunks_mut(2 * size * LEGS))
+                .enumerate();
+            let found: Vec<Result<f64>> = groups
+                .map_init(|| chain.worker(), |worker, group| some(worker, group))
+                .collect();
+            for found in found {
+                miss = miss.max(found?);
+            }
         }
         Ok(Arrivals {
             size,

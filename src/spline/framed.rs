@@ -1,9 +1,8 @@
 //! A chain of few dimensions: every knot has an orthogonal frame, and vectors are coordinates in it.
 
 use faer::{Mat, MatRef, Scale};
-use rayon::prelude::*;
 
-use super::chain::{Chain, LEGS, Motion, Movable, links, square};
+use super::chain::{Chain, Motion, Movable, for_each, links, square};
 use crate::cubic::guess::turned;
 use crate::cubic::initial::Horizontal;
 use crate::cubic::leg::{Leg, leg};
@@ -90,12 +89,18 @@ impl<'a> Framed<'a> {
     ) -> Result<Self> {
         let (r, columns) = (frames[0].nrows(), curves[0].k());
         let blocks = blocks([r, columns]);
-        let links = curves
-            .par_iter()
-            .zip(frames.par_windows(2))
-            .with_min_len(LEGS)
-            .map(|(curve, ends)| Link::new(curve, [&ends[0], &ends[1]], share, blocks))
-            .collect::<Result<_>>()?;
+        let links = for_each(
+            curves.len(),
+            || (),
+            |(), leg| {
+                Link::new(
+                    &curves[leg],
+                    [&frames[leg], &frames[leg + 1]],
+                    share,
+                    blocks,
+                )
+            },
+        )?;
         Ok(Framed {
             blocks,
             columns,
@@ -272,15 +277,15 @@ impl<'a> Chain for Framed<'a> {
 impl Movable for Framed<'_> {
     /// Frames are carried along, so coordinates stay what they are.
     fn moved(&self, shifts: &[f64], _: &mut Motion) -> Result<Self> {
-        let frames = shifts
-            .par_chunks_exact(self.size())
-            .enumerate()
-            .with_min_len(LEGS)
-            .map(|(knot, shift)| {
-                self.moved_frame(knot, shift)
-                    .map_err(|error| error.at_knot(knot))
-            })
-            .collect::<Result<Vec<_>>>()?;
+        let shift = |knot: usize| &shifts[self.size() * knot..][..self.size()];
+        let frames = for_each(
+            self.frames.len(),
+            || (),
+            |(), knot| {
+                let moved = self.moved_frame(knot, shift(knot));
+                moved.map_err(|error| error.at_knot(knot))
+            },
+        )?;
         let point = |frame: &Mat<f64>| frame.as_ref().subcols(0, self.columns).to_owned();
         let points: Vec<Mat<f64>> = frames.iter().map(point).collect();
         let curves = links(&points)?;

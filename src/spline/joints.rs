@@ -4,9 +4,8 @@
 //! velocities, cyclic for a closed curve, so a step takes time linear in the number of knots.
 
 use faer::{Mat, Scale};
-use rayon::prelude::*;
 
-use super::chain::{Chain, Motion};
+use super::chain::{Chain, Motion, for_each};
 use super::ends::Ends;
 use super::interpolation::{Interpolation, Residual, is_fixed, knots};
 use crate::cubic::taylor::Accuracy;
@@ -44,19 +43,18 @@ impl<C: Chain> Interpolation<'_, C> {
         found: &Residual,
     ) -> Result<Option<Linearised>> {
         let accuracy = Accuracy::of_tolerance(DERIVATIVE_SHARE * found.size.min(1.0));
-        let legs = (0..self.chain.lengths().len()).into_par_iter();
-        let legs: Result<Option<Vec<LinearLeg>>> = legs
-            .map_init(
-                || self.chain.worker(),
-                |worker, leg| {
-                    let h = self.chain.lengths()[leg];
-                    let start = motion.start(leg, h);
-                    let derivative = self.chain.derivative(worker, leg, &start, accuracy)?;
-                    Ok(derivative.and_then(|derivative| LinearLeg::new(&derivative, h)))
-                },
-            )
-            .collect();
-        let Some(legs) = legs? else {
+        let legs = for_each(
+            self.chain.lengths().len(),
+            || self.chain.worker(),
+            |worker, leg| {
+                let h = self.chain.lengths()[leg];
+                let start = motion.start(leg, h);
+                let derivative = self.chain.derivative(worker, leg, &start, accuracy)?;
+                Ok(derivative.and_then(|derivative| LinearLeg::new(&derivative, h)))
+            },
+        );
+        let legs: Option<Vec<LinearLeg>> = legs?.into_iter().collect();
+        let Some(legs) = legs else {
             return Ok(None);
         };
         let rows = self.rows(&legs);

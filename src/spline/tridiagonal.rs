@@ -93,7 +93,7 @@ impl<const C: usize> Tridiagonal<C> {
         &self,
         chain: &T,
         worker: &mut T::Worker,
-        right: &mut Vec<f64>,
+        right: &mut [f64],
     ) -> Result<()> {
         let size = C * chain.size();
         let mut carried = vec![0.0; size];
