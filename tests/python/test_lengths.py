@@ -1,6 +1,7 @@
 """Arc length, constant speed, bounds of derivatives."""
 
 import copy
+import itertools
 import pickle
 
 import numpy as np
@@ -58,9 +59,7 @@ def test_lengths_are_integrals_of_the_speed(name):
     curve = CURVES[name]
     start, end = curve.t_span
     knots = getattr(curve, "t", [start, end])
-    pieces = [
-        quad(lambda t: speed(curve, t), a, b, epsabs=1e-10)[0] for a, b in zip(knots[:-1], knots[1:], strict=True)
-    ]
+    pieces = [quad(lambda t: speed(curve, t), a, b, epsabs=1e-10)[0] for a, b in itertools.pairwise(knots)]
     assert abs(curve.arc_length() - sum(pieces)) < 1e-9
     middle = start + 0.3 * (end - start)
     assert abs(curve.arc_length(start, middle) + curve.arc_length(middle) - curve.arc_length()) < 1e-12
@@ -73,7 +72,7 @@ def test_resampled_curves_have_constant_speed(name):
     t = curve.resample(25)
     assert t.shape == (25,)
     assert (t[0], t[-1]) == curve.t_span
-    steps = [curve.arc_length(a, b) for a, b in zip(t[:-1], t[1:], strict=True)]
+    steps = [curve.arc_length(a, b) for a, b in itertools.pairwise(t)]
     assert np.abs(np.array(steps) - curve.arc_length() / 24).max() < 2e-12 * curve.arc_length()
     assert np.array_equal(t, curve.resample(25, num_threads=1))
 
