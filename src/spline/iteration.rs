@@ -52,7 +52,7 @@ pub(super) struct Outcome {
 /// What the next step is made of.
 enum Method {
     Flat,
-    Linear(Linearised),
+    Linear(Box<Linearised>),
     Krylov,
 }
 
@@ -186,7 +186,7 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
     fn linearise(&mut self) -> Result<bool> {
         let linear = self.problem.linearised(&self.motion, &self.found)?;
         self.mixing = Mixing::default();
-        self.method = linear.map_or(Method::Flat, Method::Linear);
+        self.method = linear.map_or(Method::Flat, |linear| Method::Linear(Box::new(linear)));
         Ok(matches!(self.method, Method::Linear(_)))
     }
 
