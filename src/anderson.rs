@@ -18,7 +18,7 @@ const DEPENDENT: f64 = 1e-8;
 /// Walker, Ni (2011), "Anderson acceleration for fixed-point iterations", SIAM J. Numer. Anal. 49, 1715-1735.
 pub(crate) struct Anderson {
     depth: usize,
-    /// The latest iterate and its step.
+    /// The latest increment of the iterate, and the step before it.
     last: Option<(Vec<f64>, Vec<f64>)>,
     /// Differences `(Delta x, Delta f)`, newest first.
     differences: VecDeque<(Vec<f64>, Vec<f64>)>,
@@ -34,23 +34,27 @@ impl Anderson {
         }
     }
 
-    /// The iterate after `x`, whose step is `f`.
-    pub(crate) fn next(&mut self, x: &[f64], f: &[f64]) -> Vec<f64> {
-        if let Some((old_x, old_f)) = self.last.take() {
-            let less = |new: &[f64], old: &[f64]| new.iter().zip(old).map(|(a, b)| a - b).collect();
-            self.differences
-                .push_front((less(x, &old_x), less(f, &old_f)));
+    /// Whether there was no step yet.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.last.is_none()
+    }
+
+    /// The increment of the iterate after its step `f` was found: the iterate itself may be a point of a manifold.
+    pub(crate) fn increment(&mut self, f: Vec<f64>) -> Vec<f64> {
+        if let Some((moved, before)) = self.last.take() {
+            let change = f.iter().zip(before).map(|(f, before)| f - before);
+            self.differences.push_front((moved, change.collect()));
             self.differences.truncate(self.depth);
         }
-        self.last = Some((x.to_vec(), f.to_vec()));
-        let mut next: Vec<f64> = x.iter().zip(f).map(|(x, f)| x + f).collect();
-        let shares = self.shares(f);
+        let mut increment = f.clone();
+        let shares = self.shares(&f);
         for ((dx, df), share) in self.differences.iter().zip(shares) {
-            for ((to, dx), df) in next.iter_mut().zip(dx).zip(df) {
+            for ((to, dx), df) in increment.iter_mut().zip(dx).zip(df) {
                 *to -= share * (dx + df);
             }
         }
-        next
+        self.last = Some((increment.clone(), f));
+        increment
     }
 
     /// The least-squares solution `gamma`, by modified Gram-Schmidt; dependent directions get nothing.
@@ -130,7 +134,8 @@ mod tests {
         let mut x = vec![0.0; 3];
         let mut anderson = Anderson::new(5);
         for _ in 0..5 {
-            x = anderson.next(&x, &step(&x));
+            let increment = anderson.increment(step(&x));
+            x = x.iter().zip(increment).map(|(x, dx)| x + dx).collect();
         }
         let plain = (0..5).fold(vec![0.0; 3], |x, _| {
             x.iter().zip(step(&x)).map(|(x, f)| x + f).collect()
@@ -141,12 +146,11 @@ mod tests {
     }
 
     #[test]
-    fn repeated_iterates_do_no_harm() {
+    fn repeated_steps_do_no_harm() {
         let mut anderson = Anderson::new(3);
-        let x = vec![1.0, 2.0];
         for _ in 0..4 {
-            let next = anderson.next(&x, &[0.5, 0.5]);
-            assert_eq!(next, [1.5, 2.5]);
+            let increment = anderson.increment(vec![0.5, 0.5]);
+            assert_eq!(increment, [0.5, 0.5]);
         }
     }
 }

@@ -16,8 +16,8 @@ use rayon::prelude::*;
 
 use super::chain::{Arrivals, Motion, Movable, square};
 use super::iteration::Outcome;
-use super::mixing::Mixing;
 use super::tridiagonal::{Row, Shape, Tridiagonal};
+use crate::anderson::Anderson;
 use crate::cubic::taylor::Accuracy;
 use crate::error::{Error, Result};
 use crate::manifold::carrier::Direction;
@@ -25,6 +25,9 @@ use crate::report::StopReason;
 
 /// Vectors that an arrival has here: distance, velocity, acceleration and the third vector.
 const VECTORS: usize = 4;
+
+/// Past steps that are mixed in.
+const DEPTH: usize = 6;
 
 /// Residuals are integrated to this share of the one before.
 const ACCURACY_SHARE: f64 = 2e-5;
@@ -184,7 +187,7 @@ impl<'d, C: Movable> Fit<'d, C> {
     pub(super) fn solve(&mut self, tolerance: f64, max_iterations: usize) -> Result<Outcome> {
         let mut accuracy = Accuracy::of_tolerance(ACCURACY_SHARE);
         let mut found = self.balance(accuracy)?;
-        let (mut mixing, mut iterations) = (Mixing::default(), 0);
+        let (mut mixing, mut iterations) = (Anderson::new(DEPTH), 0);
         let (mut least, mut failures) = (found.size, 0);
         let reason = loop {
             if found.size <= tolerance {

@@ -177,7 +177,8 @@ impl<'a> Problem<'a> {
         max_iterations: usize,
     ) -> Result<usize> {
         let mut anderson = Anderson::new(DEPTH);
-        let mut next = anderson.next(best, &found.step);
+        let moved = |x: &[f64], dx: Vec<f64>| x.iter().zip(dx).map(|(x, dx)| x + dx).collect();
+        let mut next: Vec<f64> = moved(best, anderson.increment(found.step.clone()));
         // Residuals after 0, PATIENCE, 2 PATIENCE .. steps fall to a half each time, or the iteration stalls.
         let mut mark = found.size;
         for iteration in 0..max_iterations {
@@ -193,7 +194,7 @@ impl<'a> Problem<'a> {
             let Some(here) = self.try_residual(&next)? else {
                 return Ok(iteration);
             };
-            let following = anderson.next(&next, &here.step);
+            let following = moved(&next, anderson.increment(here.step.clone()));
             if here.size < found.size {
                 (*best, *found) = (next, here);
             }

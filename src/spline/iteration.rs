@@ -8,11 +8,14 @@
 use super::chain::{Chain, Motion};
 use super::interpolation::{Interpolation, Residual};
 use super::joints::Linearised;
-use super::mixing::Mixing;
+use crate::anderson::Anderson;
 use crate::cubic::taylor::Accuracy;
 use crate::error::Result;
 use crate::linalg::gmres::{Gmres, norm};
 use crate::report::StopReason;
+
+/// Past steps that are mixed in.
+const DEPTH: usize = 6;
 
 /// Residuals are integrated to this share of the one before: a step seldom leaves less than a two-hundredth.
 const ACCURACY_SHARE: f64 = 5e-6;
@@ -63,7 +66,7 @@ pub(super) struct Iteration<'p, 'c, C> {
     found: Residual,
     accuracy: Accuracy,
     method: Method,
-    mixing: Mixing,
+    mixing: Anderson,
     /// What the last step left of the residual.
     rate: f64,
     /// The least residual so far when it was last halved, and steps since.
@@ -84,7 +87,7 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
             motion,
             accuracy,
             method: Method::Flat,
-            mixing: Mixing::default(),
+            mixing: Anderson::new(DEPTH),
             rate: 0.0,
             failures: 0,
         })
@@ -185,7 +188,7 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
 
     fn linearise(&mut self) -> Result<bool> {
         let linear = self.problem.linearised(&self.motion, &self.found)?;
-        self.mixing = Mixing::default();
+        self.mixing = Anderson::new(DEPTH);
         self.method = linear.map_or(Method::Flat, |linear| Method::Linear(Box::new(linear)));
         Ok(matches!(self.method, Method::Linear(_)))
     }

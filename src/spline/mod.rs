@@ -21,7 +21,6 @@ mod iteration;
 mod joints;
 mod knots;
 mod links;
-mod mixing;
 pub mod piecewise;
 mod reduced_knots;
 mod relaxation;
