@@ -1,13 +1,16 @@
 //! Geometric splines: smoothness at knots, end conditions, the circle, symmetries, closed curves, far data, bad input.
 
 mod common;
+#[path = "common/knots.rs"]
+mod knots;
 
 use common::{Rng, assert_within, distance, random_point, random_rotation, random_tangent};
-use faer::{Mat, MatRef, Scale, mat};
+use faer::{Mat, Scale, mat};
+use knots::{views, walk};
 use stiefel_rs::spline::{
     EndCondition, EndConditions, Piecewise, SplineOptions, cubic_spline, geometric_spline,
 };
-use stiefel_rs::{Curve, Error, GeometricCubic, Interrupt, Quantity, SolverReport, Stiefel};
+use stiefel_rs::{Curve, Error, GeometricCubic, Interrupt, Quantity, SolverReport};
 
 const SHAPES: [(usize, usize); 11] = [
     (1, 1),
@@ -30,31 +33,12 @@ const MET: f64 = 1e-12;
 /// / h^2`.
 const SMOOTH: f64 = 1e-11;
 
-fn views(points: &[Mat<f64>]) -> Vec<MatRef<'_, f64>> {
-    points.iter().map(Mat::as_ref).collect()
-}
-
 fn spline(
     t: &[f64],
     points: &[Mat<f64>],
     ends: &EndConditions,
 ) -> (Piecewise<GeometricCubic>, SolverReport) {
     geometric_spline(t, &views(points), ends, &SplineOptions::default()).unwrap()
-}
-
-/// Points that wander, `step` apart, at unequal times.
-fn walk(shape: (usize, usize), count: usize, step: f64, seed: u64) -> (Vec<f64>, Vec<Mat<f64>>) {
-    let mut rng = Rng::new(seed);
-    let manifold = Stiefel::new(shape.0, shape.1).unwrap();
-    let mut points = vec![random_point(shape.0, shape.1, &mut rng)];
-    let mut t = vec![0.5];
-    for i in 1..count {
-        let v = random_tangent(&points[i - 1], step, &mut rng);
-        let next = manifold.exp(points[i - 1].as_ref(), v.as_ref()).unwrap();
-        points.push(manifold.project(next.as_ref()).unwrap());
-        t.push(t[i - 1] + rng.between(0.5, 1.5));
-    }
-    (t, points)
 }
 
 /// The largest difference at the knots of what the pieces on both sides have there, in the time of the curve.

@@ -1,18 +1,17 @@
 //! Smoothing splines: flat space, first variation, limits, symmetries, repeated data, cross-validation, bad input.
 
 mod common;
+#[path = "common/knots.rs"]
+mod knots;
 
 use common::{Rng, assert_within, distance, random_point, random_rotation, random_tangent};
 use faer::linalg::solvers::Solve;
-use faer::{Mat, MatRef, Scale};
+use faer::{Mat, Scale};
+use knots::views;
 use stiefel_rs::spline::{
     EndConditions, SmoothingOptions, SmoothingSpline, SplineOptions, cubic_spline, smoothing_spline,
 };
 use stiefel_rs::{Curve, Error, Stiefel};
-
-fn views(points: &[Mat<f64>]) -> Vec<MatRef<'_, f64>> {
-    points.iter().map(Mat::as_ref).collect()
-}
 
 fn smooth(t: &[f64], data: &[Mat<f64>], weights: Option<&[f64]>, lambda: f64) -> SmoothingSpline {
     let options = SmoothingOptions {

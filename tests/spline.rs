@@ -1,15 +1,20 @@
 //! Splines: exactness, smoothness at knots, end conditions, symmetries, closed curves, bad input.
 
 mod common;
+#[path = "common/knots.rs"]
+mod knots;
+
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use common::{Rng, assert_within, distance, random_point, random_rotation, random_tangent};
-use faer::{Mat, MatRef, Scale};
+use faer::{Mat, Scale};
+use knots::{views, walk};
 use stiefel_rs::cubic::{BoundaryOptions, IntegrationOptions};
 use stiefel_rs::spline::{
     EndCondition, EndConditions, Outside, Piecewise, SplineOptions, cubic_hermite, cubic_spline,
     geometric_hermite,
 };
-use stiefel_rs::{Curve, Error, RiemannianCubic, SolverReport, Stiefel};
+use stiefel_rs::{Curve, Error, Interrupt, RiemannianCubic, SolverReport};
 
 const SHAPES: [(usize, usize); 9] = [
     (1, 1),
@@ -29,30 +34,12 @@ const MET: f64 = 1e-11;
 /// Covariant acceleration at the knots of unequal legs, `1e-12 / h^2`.
 const SMOOTH: f64 = 1e-10;
 
-fn views(points: &[Mat<f64>]) -> Vec<MatRef<'_, f64>> {
-    points.iter().map(Mat::as_ref).collect()
-}
-
 fn spline(
     t: &[f64],
     points: &[Mat<f64>],
     ends: &EndConditions,
 ) -> (Piecewise<RiemannianCubic>, SolverReport) {
     cubic_spline(t, &views(points), ends, &SplineOptions::default()).unwrap()
-}
-
-/// Points that wander, `step` apart, at unequal times.
-fn walk(shape: (usize, usize), count: usize, step: f64, seed: u64) -> (Vec<f64>, Vec<Mat<f64>>) {
-    let mut rng = Rng::new(seed);
-    let manifold = Stiefel::new(shape.0, shape.1).unwrap();
-    let mut points = vec![random_point(shape.0, shape.1, &mut rng)];
-    let mut t = vec![0.5];
-    for i in 1..count {
-        let v = random_tangent(&points[i - 1], step, &mut rng);
-        points.push(manifold.exp(points[i - 1].as_ref(), v.as_ref()).unwrap());
-        t.push(t[i - 1] + rng.between(0.5, 1.5));
-    }
-    (t, points)
 }
 
 fn jump(
@@ -395,6 +382,20 @@ fn bad_knots_are_named() {
         solve(&t, &points, &natural),
         Err(Error::AtKnot { knot: 2, source }) if matches!(*source, Error::DifferentComponents { n: 3 })
     ));
+    // A tolerance that nothing meets.
+    for tolerance in [0.0, 1e-16, 1.0, f64::NAN] {
+        let options = SplineOptions {
+            tolerance,
+            ..SplineOptions::default()
+        };
+        assert!(matches!(
+            cubic_spline(&t[..2], &views(&points[..2]), &natural, &options),
+            Err(Error::InvalidArgument {
+                name: "tolerance",
+                ..
+            })
+        ));
+    }
     // Ends that do not close, ends that are not tangent.
     assert!(matches!(
         solve(&t[..3], &points[..3], &EndConditions::Periodic),
@@ -433,6 +434,30 @@ fn knots_far_apart_are_joined() {
             // Of accelerations of up to 50.
             assert_within(jump(&curve, acceleration), 10.0 * SMOOTH, &name);
         }
+    }
+}
+
+#[test]
+fn work_is_linear_in_the_number_of_knots() {
+    // Every integration asks whether to stop, once for each of its steps.
+    let work = |shape, count| {
+        let (t, points) = walk(shape, count, 0.6, 24);
+        let asked = AtomicUsize::new(0);
+        let question = || {
+            asked.fetch_add(1, Ordering::Relaxed);
+            false
+        };
+        let options = SplineOptions {
+            interrupt: Interrupt::new(&question),
+            ..SplineOptions::default()
+        };
+        cubic_spline(&t, &views(&points), &EndConditions::Natural, &options).unwrap();
+        asked.into_inner() as f64 / count as f64
+    };
+    for shape in [(3, 2), (30, 2)] {
+        let (few, many) = (work(shape, 40), work(shape, 640));
+        // The worst of more legs takes a few more steps of the iteration.
+        assert!(many < 1.6 * few, "{shape:?}: {few} a knot, {many} a knot");
     }
 }
 

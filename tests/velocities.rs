@@ -1,9 +1,12 @@
 //! Velocities from points: formulas of flat space on the circle, exact cases, symmetries, orders, bad input.
 
 mod common;
+#[path = "common/knots.rs"]
+mod knots;
 
 use common::{Rng, assert_within, distance, random_point, random_rotation, random_tangent};
-use faer::{Mat, MatRef, Scale, mat};
+use faer::{Mat, Scale, mat};
+use knots::{views, walk};
 use stiefel_rs::spline::{
     VelocityEstimate, estimate_closed_velocities, estimate_velocities, geometric_hermite,
 };
@@ -29,23 +32,6 @@ const SHAPES: [(usize, usize); 9] = [
 
 /// Angles of size 4 and slopes of size 10, tens of operations.
 const ROUND_OFF: f64 = 400.0 * f64::EPSILON;
-
-fn views(points: &[Mat<f64>]) -> Vec<MatRef<'_, f64>> {
-    points.iter().map(Mat::as_ref).collect()
-}
-
-fn walk(shape: (usize, usize), count: usize, step: f64, seed: u64) -> (Vec<f64>, Vec<Mat<f64>>) {
-    let mut rng = Rng::new(seed);
-    let manifold = Stiefel::new(shape.0, shape.1).unwrap();
-    let mut points = vec![random_point(shape.0, shape.1, &mut rng)];
-    let mut t = vec![0.5];
-    for i in 1..count {
-        let v = random_tangent(&points[i - 1], step, &mut rng);
-        points.push(manifold.exp(points[i - 1].as_ref(), v.as_ref()).unwrap());
-        t.push(t[i - 1] + rng.between(0.5, 1.5));
-    }
-    (t, points)
-}
 
 fn on_circle(angle: f64) -> Mat<f64> {
     mat![[angle.cos()], [angle.sin()]]

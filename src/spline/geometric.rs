@@ -60,7 +60,7 @@ const MAX_HALVINGS: i32 = 10;
 /// that stalls. Time is linear in the number of knots and in `n`. Legs are computed in parallel; results are
 /// bit-identical for any number of threads.
 /// # Errors
-/// `Shape`, `NonFinite`, `InvalidArgument` (times, ends that do not close); in `AtKnot` `NotOrthonormal`,
+/// `Shape`, `NonFinite`, `InvalidArgument` (tolerance, times, ends that do not close); in `AtKnot` `NotOrthonormal`,
 /// `NoJoiningCurve`, `OutsideLogDomain` and `DifferentComponents` (no curve starts from there to the next point),
 /// `NotTangent`, and those of [`GeometricCubic::from_boundary`] where a piece is too far or too fast; `NoConvergence`,
 /// `Interrupted`.
@@ -70,6 +70,7 @@ pub fn geometric_spline(
     ends: &EndConditions,
     options: &SplineOptions<'_>,
 ) -> Result<(Piecewise<GeometricCubic>, SolverReport)> {
+    knots::check_tolerance(options.tolerance)?;
     let manifold = knots::check(t, points)?;
     check_ends(&manifold, points, ends)?;
     let mut problem = Problem::new(t, points, ends, options.interrupt)?;

@@ -71,3 +71,18 @@ fn wrong_time(t: &[f64], knot: usize, requirement: &'static str) -> Error {
     };
     error.at_knot(knot)
 }
+
+/// Checks that there is a chance to meet a tolerance, and that meeting it means something.
+///
+/// # Errors
+/// `InvalidArgument`.
+pub(super) fn check_tolerance(found: f64) -> Result<()> {
+    if (1e-15..=0.1).contains(&found) {
+        return Ok(());
+    }
+    Err(Error::InvalidArgument {
+        name: "tolerance",
+        requirement: "between 1e-15 and 0.1",
+        found,
+    })
+}

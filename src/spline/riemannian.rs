@@ -51,7 +51,7 @@ impl Default for SplineOptions<'_> {
 /// # Arguments
 /// * `t` - times, increasing; `points` - one at each, shape `(n, k)`
 /// # Errors
-/// `Shape`, `NonFinite`, `InvalidArgument` (times, ends that do not close); in `AtKnot` `NotOrthonormal`, `NoJoiningCurve`,
+/// `Shape`, `NonFinite`, `InvalidArgument` (tolerance, times, ends that do not close); in `AtKnot` `NotOrthonormal`, `NoJoiningCurve`,
 /// `OutsideLogDomain` and `DifferentComponents` (no curve starts from there to the next point), `NotTangent`; `NoConvergence`,
 /// `Interrupted`.
 pub fn cubic_spline(
@@ -60,6 +60,7 @@ pub fn cubic_spline(
     ends: &EndConditions,
     options: &SplineOptions<'_>,
 ) -> Result<(Piecewise<RiemannianCubic>, SolverReport)> {
+    knots::check_tolerance(options.tolerance)?;
     let manifold = knots::check(t, points)?;
     check_ends(&manifold, points, ends)?;
     let problem = Problem::new(t, points, ends);

@@ -103,6 +103,7 @@ pub fn smoothing_spline(
     weights: Option<&[f64]>,
     options: &SmoothingOptions<'_>,
 ) -> Result<SmoothingSpline> {
+    knots::check_tolerance(options.tolerance)?;
     let manifold = check(t, data, weights, options.lambda)?;
     let grouped = Grouped::new(t, weights);
     // On St(1, 1) nothing moves.

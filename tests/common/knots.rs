@@ -1,0 +1,32 @@
+//! Knots of splines.
+#![allow(dead_code)] // each binary uses a part
+
+use faer::{Mat, MatRef};
+use stiefel_rs::Stiefel;
+
+use crate::common::{Rng, random_point, random_tangent};
+
+/// Points that wander, `step` apart, at unequal times.
+pub fn walk(
+    shape: (usize, usize),
+    count: usize,
+    step: f64,
+    seed: u64,
+) -> (Vec<f64>, Vec<Mat<f64>>) {
+    let mut rng = Rng::new(seed);
+    let manifold = Stiefel::new(shape.0, shape.1).unwrap();
+    let mut points = vec![random_point(shape.0, shape.1, &mut rng)];
+    let mut t = vec![0.5];
+    for i in 1..count {
+        let v = random_tangent(&points[i - 1], step, &mut rng);
+        let next = manifold.exp(points[i - 1].as_ref(), v.as_ref()).unwrap();
+        // Against round-off of many steps.
+        points.push(manifold.project(next.as_ref()).unwrap());
+        t.push(t[i - 1] + rng.between(0.5, 1.5));
+    }
+    (t, points)
+}
+
+pub fn views(points: &[Mat<f64>]) -> Vec<MatRef<'_, f64>> {
+    points.iter().map(Mat::as_ref).collect()
+}
