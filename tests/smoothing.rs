@@ -317,3 +317,48 @@ fn bad_data_are_named() {
         Err(Error::InvalidArgument { name: "lam", .. })
     ));
 }
+
+#[test]
+fn cross_validation_of_many_data_and_of_unequal_times() {
+    // On unit steps the largest lambda that are tried are beyond what numbers bear.
+    let mut rng = Rng::new(11);
+    for count in [500, 2000] {
+        let angle = |i: usize| (6.0 * i as f64 / count as f64).sin();
+        let y: Vec<f64> = (0..count)
+            .map(|i| angle(i) + rng.between(-0.2, 0.2))
+            .collect();
+        let t: Vec<f64> = (0..count).map(|i| i as f64).collect();
+        let points = circle(&y);
+        let found =
+            smoothing_spline(&t, &views(&points), None, &SmoothingOptions::default()).unwrap();
+        let worst = (0..count)
+            .map(|i| distance(&found.curve.point(t[i]).unwrap(), &circle(&[angle(i)])[0]))
+            .fold(0.0, f64::max);
+        assert!(worst < 0.1, "{count}: {worst}");
+    }
+}
+
+#[test]
+fn what_cannot_be_solved_is_said() {
+    // Two close times and a heavy cost: a straight line misses by 0.068; anything far above it is no minimum.
+    let t = [0.0, 1e-4, 1.0, 2.0, 3.0];
+    let data = circle(&[0.0, 0.2, 0.5, 1.1, 1.2]);
+    for lambda in [1.0, 1e2, 1e4, 1e6, 1e10] {
+        let options = SmoothingOptions {
+            lambda: Some(lambda),
+            ..SmoothingOptions::default()
+        };
+        match smoothing_spline(&t, &views(&data), None, &options) {
+            Ok(found) => {
+                let objective = found.misfit + lambda * found.curve.cost().unwrap();
+                // Of accelerations 1e-6 is round-off where times are 1e-4 apart, of the cost its square.
+                assert!(
+                    objective <= 0.0681 + 1e-12 * lambda,
+                    "{lambda}: {objective}"
+                );
+            }
+            Err(Error::NoConvergence { report, .. }) => assert!(!report.converged),
+            Err(other) => panic!("{lambda}: {other}"),
+        }
+    }
+}

@@ -109,6 +109,18 @@ def _check(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> No
         parser.error(f"--lam goes with --kind {SMOOTHING}, not {arguments.kind}")
     if arguments.samples is not None and arguments.num is None and arguments.at is None:
         parser.error("--samples needs --num or --at")
+    files = [("INPUT.npz", arguments.input), ("--out", arguments.out), ("--plot", arguments.plot)]
+    if arguments.num is not None or arguments.at is not None:
+        files.append(("--samples", _samples_path(arguments)))
+    named: dict[Path, str] = {}
+    for name, path in files:
+        if path is not None and (other := named.setdefault(path.resolve(), name)) != name:
+            parser.error(f"{other} and {name} are the same file: {path}")
+
+
+def _samples_path(arguments: argparse.Namespace) -> Path:
+    path: Path = arguments.samples or arguments.out.with_name(f"{arguments.out.stem}_samples.npz")
+    return path
 
 
 def read(path: Path) -> Arrays:
@@ -206,7 +218,7 @@ def _write(arguments: argparse.Namespace) -> list[str]:
         curve.save(arguments.out)
     lines = [describe(curve, arguments.kind, len(arrays["t"])), f"curve: {arguments.out}"]
     if samples is not None:
-        path = arguments.samples or arguments.out.with_name(f"{arguments.out.stem}_samples.npz")
+        path = _samples_path(arguments)
         with _naming(path):
             np.savez(path, **cast(Any, samples))
         lines.append(f"samples: {path}, {len(samples['t'])} times")

@@ -306,12 +306,20 @@ impl<'a, C: Curve> ArcLength<'a, C> {
     /// For a curve that does not move, equal steps of the parameter.
     ///
     /// # Errors
-    /// `InvalidArgument` for fewer than two; `Interrupted`.
+    /// `InvalidArgument` for fewer than two, or more than fit in memory; `Interrupted`.
     pub fn equal(&self, count: usize) -> Result<Vec<f64>> {
         if count < 2 {
             return Err(Error::InvalidArgument {
                 name: "count",
                 requirement: "at least 2",
+                found: count as f64,
+            });
+        }
+        // Lengths, parameters, and the parts that these are put together from.
+        if Vec::<[f64; 3]>::new().try_reserve_exact(count).is_err() {
+            return Err(Error::InvalidArgument {
+                name: "count",
+                requirement: "few enough points for them to fit in memory",
                 found: count as f64,
             });
         }

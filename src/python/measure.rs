@@ -189,8 +189,9 @@ impl PyCurve {
 
     /// The largest norms of velocity, covariant acceleration and covariant jerk over ``t_span``, canonical metric.
     ///
-    /// True bounds for Riemannian cubics and their splines, within 1e-3 of the largest norms; of a dense and refined
-    /// sample for other curves. See :class:`DerivativeBounds`.
+    /// True bounds for Riemannian cubics and their splines, within 1e-3 of the largest norms, or of those of lower order
+    /// where these are larger in the length of the interval as unit of time; of a dense and refined sample for other
+    /// curves. See :class:`DerivativeBounds`.
     ///
     /// Raises
     /// ------

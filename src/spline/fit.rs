@@ -32,6 +32,9 @@ const DEPTH: usize = 6;
 /// Residuals are integrated to this share of the one before.
 const ACCURACY_SHARE: f64 = 2e-5;
 
+/// Where the equations are met but for soft ones, knots may still be this far from their place.
+const IN_PLACE: f64 = 1e-7;
+
 /// Steps in a row that may leave more than half of the least residual so far.
 const PATIENCE: usize = 8;
 
@@ -190,13 +193,20 @@ impl<'d, C: Movable> Fit<'d, C> {
         let (mut mixing, mut iterations) = (Anderson::new(DEPTH), 0);
         let (mut least, mut failures) = (found.size, 0);
         let reason = loop {
+            let mut step = None;
             if found.size <= tolerance {
-                if accuracy.truncation <= Accuracy::FULL.truncation {
+                if accuracy.truncation > Accuracy::FULL.truncation {
+                    accuracy = Accuracy::FULL;
+                    found = self.balance(accuracy)?;
+                    continue;
+                }
+                // Weak pulls are nothing beside stiff legs: what they would still move says more.
+                let left = self.step(&found)?;
+                if self.largest_move(&left) <= IN_PLACE {
                     break StopReason::Converged;
                 }
-                accuracy = Accuracy::FULL;
-                found = self.balance(accuracy)?;
-                continue;
+                failures += 1;
+                step = Some(left);
             }
             if iterations == max_iterations {
                 break StopReason::MaxIterations;
@@ -205,7 +215,11 @@ impl<'d, C: Movable> Fit<'d, C> {
                 break StopReason::Stagnated;
             }
             iterations += 1;
-            let increment = mixing.increment(self.step(&found)?);
+            let step = match step {
+                Some(step) => step,
+                None => self.step(&found)?,
+            };
+            let increment = mixing.increment(step);
             self.advance(&increment)?;
             let share = ACCURACY_SHARE * found.size.min(1.0);
             accuracy = accuracy.finer(Accuracy::of_tolerance(share));
@@ -223,6 +237,15 @@ impl<'d, C: Movable> Fit<'d, C> {
             iterations,
             residual: found.size,
         })
+    }
+
+    /// Of the positions in a step.
+    fn largest_move(&self, step: &[f64]) -> f64 {
+        let positions = step.chunks_exact(self.chain.size());
+        let moves = positions.take(self.stiffness.len()).map(square);
+        // A NaN stays.
+        let largest = moves.fold(0.0, |largest, x| if x <= largest { largest } else { x });
+        largest.sqrt()
     }
 
     fn balance(&self, accuracy: Accuracy) -> Result<Balance> {

@@ -9,7 +9,7 @@ use super::flat::{FlatSystem, has_velocity, matrix, matrix_mut};
 use super::knots;
 use super::links::Links;
 use super::piecewise::Piecewise;
-use super::reduced_knots::ReducedKnots;
+use super::reduced_knots::{ReducedKnots, tangent_part};
 use super::riemannian::SplineOptions;
 use crate::anderson::Anderson;
 use crate::curve::GeometricCubic;
@@ -382,7 +382,12 @@ impl<'a> Problem<'a> {
                 self.interrupt.check(SOLVER)?;
                 let (h, ends) = (Scale(self.knots.lengths[leg]), [leg, leg + 1]);
                 let velocity = |knot| matrix(self.velocity(velocities, knot), self.shape) * h;
-                let [v0, v1] = ends.map(|knot| self.knots.lift(velocity(knot).as_ref()));
+                // Velocities are solved for: they are tangent to the tolerance of the solver, and made so to round-off.
+                let [v0, v1] = ends.map(|knot| {
+                    let point = self.knots.points[knot].as_ref();
+                    self.knots
+                        .lift(tangent_part(point, velocity(knot)).as_ref())
+                });
                 let [s0, s1] = ends.map(|knot| self.knots.lift(self.knots.points[knot].as_ref()));
                 GeometricCubic::from_boundary(s0.as_ref(), v0.as_ref(), s1.as_ref(), v1.as_ref())
             })

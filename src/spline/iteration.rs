@@ -257,14 +257,22 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
         }
     }
 
+    /// What a Newton step has to lower: what its linear equations were solved in.
+    fn merit(&self, found: &Residual) -> Result<f64> {
+        match self.method {
+            Method::Krylov => Ok(norm(&self.problem.flat_step(found)?)),
+            _ => Ok(self.problem.total(found)),
+        }
+    }
+
     /// A Newton step, shortened until it leads down.
     fn descend(&mut self, step: &[f64]) -> Result<Option<StopReason>> {
-        let total = self.problem.total(&self.found);
+        let merit = self.merit(&self.found)?;
         for halving in 0..MAX_HALVINGS {
             let share = 0.5_f64.powi(halving);
-            let wanted = (1.0 - SUFFICIENT_DECREASE * share) * total;
+            let wanted = (1.0 - SUFFICIENT_DECREASE * share) * merit;
             if let Some((motion, found)) = self.tried(share, step)?
-                && self.problem.total(&found) <= wanted
+                && self.merit(&found)? <= wanted
             {
                 self.accept(motion, found);
                 if halving > 0 {

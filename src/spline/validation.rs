@@ -47,11 +47,13 @@ impl<'c, 'd, C: Movable> Validation<'c, 'd, C> {
         let pulls = self.pulls(lambda);
         let diagonal = diagonal_of_inverse(&rows(self.chain.lengths(), &pulls));
         let diagonal = diagonal.ok_or_else(|| extreme(lambda))?;
-        Ok(diagonal
+        let trace: f64 = diagonal
             .iter()
             .zip(&pulls)
             .map(|(block, pull)| block[0][0] * pull)
-            .sum())
+            .sum();
+        // Nearly straight splines leave only round-off beside the two of a straight line.
+        Ok(trace.clamp(2.0, self.weights.len() as f64))
     }
 
     /// `N` times the weighted squares of the residuals, over the square of `N` less the degrees of freedom.
@@ -105,6 +107,18 @@ impl<'c, 'd, C: Movable> Validation<'c, 'd, C> {
         Ok(count * squares / (left * left))
     }
 
+    /// The score at a power of ten; infinite where numbers run out.
+    ///
+    /// # Errors
+    /// Those of carrying.
+    fn score_at(&self, exponent: f64) -> Result<f64> {
+        match self.score(10.0_f64.powf(exponent)) {
+            Ok(score) if score.is_finite() => Ok(score),
+            Ok(_) | Err(Error::InvalidArgument { .. }) => Ok(f64::INFINITY),
+            Err(error) => Err(error),
+        }
+    }
+
     /// The `lambda` of the least score, in units of the mean leg.
     ///
     /// Sought between where every datum is followed and where the curve is a straight line, both to a part in a million.
@@ -120,10 +134,17 @@ impl<'c, 'd, C: Movable> Validation<'c, 'd, C> {
         let mut best = (f64::INFINITY, low);
         for i in 0..=values {
             let exponent = low + step * i as f64;
-            let score = self.score(10.0_f64.powf(exponent))?;
+            let score = self.score_at(exponent)?;
             if score < best.0 {
                 best = (score, exponent);
             }
+        }
+        if best.0 == f64::INFINITY {
+            return Err(Error::InvalidArgument {
+                name: "t",
+                requirement: "less unequal for cross-validation, or lam given; longest over mean time between knots",
+                found: self.chain.lengths().iter().fold(0.0, |h, x| h.max(*x)),
+            });
         }
         let exponent = self.refined([best.1 - step, best.1 + step])?;
         Ok(10.0_f64.powf(exponent))
@@ -132,7 +153,7 @@ impl<'c, 'd, C: Movable> Validation<'c, 'd, C> {
     /// Golden-section search between two exponents.
     fn refined(&self, [mut low, mut high]: [f64; 2]) -> Result<f64> {
         let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
-        let score = |exponent: f64| self.score(10.0_f64.powf(exponent));
+        let score = |exponent: f64| self.score_at(exponent);
         let (mut left, mut right) = (high - golden * (high - low), low + golden * (high - low));
         let (mut at_left, mut at_right) = (score(left)?, score(right)?);
         for _ in 0..REFINEMENTS {

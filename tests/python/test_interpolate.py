@@ -229,6 +229,19 @@ def test_usage(files, capsys, options, message):
     assert message in capsys.readouterr().err
 
 
+def test_no_file_is_written_over_another(files, capsys):
+    before = (files / "in.npz").read_bytes()
+    for arguments, message in [
+        (["--out", str(files / "in.npz")], "INPUT.npz and --out are the same file"),
+        (["--num", "5", "--samples", str(files / "out.npz")], "--out and --samples are the same file"),
+        (["--plot", str(files / "in.npz")], "INPUT.npz and --plot are the same file"),
+    ]:
+        with pytest.raises(SystemExit):
+            run(files, *arguments)
+        assert message in capsys.readouterr().err
+    assert (files / "in.npz").read_bytes() == before
+
+
 def test_help(capsys):
     with pytest.raises(SystemExit) as exit_code:
         cli.main(["interpolate", "--help"])

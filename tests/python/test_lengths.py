@@ -122,3 +122,9 @@ def test_bad_input():
         curve.resample(2.5)
     with pytest.raises(InvalidInputError, match="extrapolation"):
         CURVES["spline"].arc_length(0.0, 5.0)
+
+
+def test_more_points_than_fit_in_memory_are_refused():
+    curve = QuasiGeodesic([[1.0], [0.0]], [[0.0], [1.0]])
+    with pytest.raises(InvalidInputError, match="count: must be few enough points"):
+        curve.resample(10**15)
