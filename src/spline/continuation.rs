@@ -49,7 +49,7 @@ pub(super) fn solve<'a>(
             Some(known) => known.predicted(before.as_ref(), share),
         };
         let goal = if last { tolerance } else { ON_THE_WAY };
-        let left = STEPS.min(max_iterations - iterations);
+        let left = STEPS.min(max_iterations.saturating_sub(iterations));
         let outcome = match Iteration::solve(&problem, &mut motion, goal, left) {
             Err(error) if error.is_interrupted() => return Err(error),
             other => other.ok(),
