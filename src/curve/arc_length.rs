@@ -187,6 +187,10 @@ impl<'a, C: Curve> ArcLength<'a, C> {
                 found: end,
             });
         }
+        // Where there is no curve, the error is about the given time.
+        for t in [start, end] {
+            curve.point(t)?;
+        }
         let mut length = ArcLength {
             curve,
             rule: Rule::new(),

@@ -216,6 +216,12 @@ impl Motion {
         &mut self.entries[self.size * (self.knots + 2 * leg)..][..2 * self.size]
     }
 
+    /// The largest entry of an acceleration or a third vector.
+    pub(super) fn largest_bend(&self) -> f64 {
+        let bends = &self.entries[self.size * self.knots..];
+        bends.iter().fold(0.0, |largest, x| largest.max(x.abs()))
+    }
+
     /// Velocity, acceleration and third vector at the start of a leg of length `h`, in the time of the leg.
     pub(super) fn start(&self, leg: usize, h: f64) -> Vec<f64> {
         let velocity = self.velocity(leg).iter().map(|v| h * v);

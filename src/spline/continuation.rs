@@ -58,6 +58,7 @@ pub(super) fn solve<'a>(
             .as_ref()
             .map_or(1, |outcome| outcome.iterations.max(1));
         let residual = outcome.as_ref().map_or(f64::INFINITY, |o| o.residual);
+        let reached = outcome.as_ref().map_or(tolerance, |o| o.tolerance);
         let solved = outcome.is_some_and(|o| o.reason == StopReason::Converged);
         let gave_up = step < SMALLEST_STEP || iterations >= max_iterations;
         if (solved && last) || (!solved && gave_up) {
@@ -72,6 +73,7 @@ pub(super) fn solve<'a>(
                     reason,
                     iterations,
                     residual,
+                    tolerance: reached,
                 },
             ));
         }

@@ -236,6 +236,7 @@ impl<'d, C: Movable> Fit<'d, C> {
             reason,
             iterations,
             residual: found.size,
+            tolerance,
         })
     }
 

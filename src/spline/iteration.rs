@@ -44,12 +44,17 @@ const SUFFICIENT_DECREASE: f64 = 1e-4;
 /// Halvings of a step before it is given up.
 const MAX_HALVINGS: i32 = 8;
 
+/// Residuals are known to this share of the largest acceleration or third vector of a leg, in its own time.
+const ROUND_OFF: f64 = 16.0 * f64::EPSILON;
+
 /// How an iteration ended.
 #[derive(Debug)]
 pub(super) struct Outcome {
     pub(super) reason: StopReason,
     pub(super) iterations: usize,
     pub(super) residual: f64,
+    /// What was asked for, or round-off where that is more.
+    pub(super) tolerance: f64,
 }
 
 /// What the next step is made of.
@@ -106,7 +111,8 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
         let mut this = Self::new(problem, motion.clone())?;
         let mut iterations = 0;
         let reason = loop {
-            if this.found.size <= tolerance {
+            let goal = this.goal(tolerance);
+            if this.found.size <= goal {
                 if this.accuracy.truncation <= Accuracy::FULL.truncation {
                     break StopReason::Converged;
                 }
@@ -118,16 +124,22 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
                 break StopReason::MaxIterations;
             }
             iterations += 1;
-            if let Some(reason) = this.advance(tolerance)? {
+            if let Some(reason) = this.advance(goal)? {
                 break reason;
             }
         };
-        *motion = this.motion;
-        Ok(Outcome {
+        let outcome = Outcome {
             reason,
             iterations,
             residual: this.found.size,
-        })
+            tolerance: this.goal(tolerance),
+        };
+        *motion = this.motion;
+        Ok(outcome)
+    }
+
+    fn goal(&self, tolerance: f64) -> f64 {
+        tolerance.max(ROUND_OFF * self.motion.largest_bend())
     }
 
     /// One step; a reason where none is left.

@@ -38,11 +38,18 @@ fn check_in_order(
     allowed: impl Fn(f64) -> bool,
     requirement: &'static str,
 ) -> Result<Stiefel> {
-    if t.len() < 2 || t.len() != points.len() {
+    if t.len() != points.len() {
         return Err(Error::Shape {
             name: "t",
-            expected: format!("at least two, one for each of the {} points", points.len()),
+            expected: format!("one time for each of the {} points", points.len()),
             found: format!("{} times", t.len()),
+        });
+    }
+    if t.len() < 2 {
+        return Err(Error::Shape {
+            name: "t",
+            expected: "at least two times with a point each".to_owned(),
+            found: t.len().to_string(),
         });
     }
     if let Some(index) = t.iter().position(|t| !t.is_finite()) {

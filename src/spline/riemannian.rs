@@ -70,7 +70,7 @@ pub fn cubic_spline(
     } else {
         problem.solve_in_ambient(curves, options)?
     };
-    let report = outcome.report(options.tolerance);
+    let report = outcome.report();
     if report.converged {
         return Ok((Piecewise::new(t.to_vec(), pieces), report));
     }

@@ -129,7 +129,7 @@ pub fn smoothing_spline(
         let chain = Ambient::new(points, curves, lengths, options.interrupt);
         solve(chain, &data, given, &space, options)?
     };
-    let report = solved.outcome.report(options.tolerance);
+    let report = solved.outcome.report();
     if !report.converged {
         return Err(Error::NoConvergence {
             solver: SOLVER,

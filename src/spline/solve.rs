@@ -17,15 +17,16 @@ impl Outcome {
             reason: StopReason::Converged,
             iterations: 0,
             residual: 0.0,
+            tolerance: 0.0,
         }
     }
 
-    pub(super) fn report(&self, tolerance: f64) -> SolverReport {
+    pub(super) fn report(&self) -> SolverReport {
         SolverReport {
             converged: self.reason == StopReason::Converged,
             iterations: self.iterations,
             residual: self.residual,
-            tolerance,
+            tolerance: self.tolerance,
             reason: self.reason,
         }
     }
