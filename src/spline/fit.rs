@@ -20,6 +20,7 @@ use super::tridiagonal::{Row, Shape, Tridiagonal};
 use crate::anderson::Anderson;
 use crate::cubic::taylor::Accuracy;
 use crate::error::{Error, Result};
+use crate::linalg::gmres::{Gmres, norm};
 use crate::manifold::carrier::Direction;
 use crate::report::StopReason;
 
@@ -31,6 +32,19 @@ const DEPTH: usize = 6;
 
 /// Residuals are integrated to this share of the one before.
 const ACCURACY_SHARE: f64 = 2e-5;
+
+/// Differences of the equations, relative to the motion, and what is left out of an integration there.
+const DIFFERENCE: f64 = 1e-7;
+const DIFFERENCE_ACCURACY: f64 = 1e-13;
+
+/// A step by GMRES leaves this share of the linear equations.
+const KRYLOV_SHARE: f64 = 1e-2;
+
+/// A Newton step is shortened until what is left falls by this share of what it predicts.
+const SUFFICIENT_DECREASE: f64 = 1e-4;
+
+/// Halvings of a step before it is given up.
+const MAX_HALVINGS: i32 = 8;
 
 /// Where the equations are met but for soft ones, knots may still be this far from their place.
 const IN_PLACE: f64 = 1e-7;
@@ -119,10 +133,28 @@ fn add(block: &mut [[f64; 2]; 2], more: [[f64; 2]; 2]) {
     }
 }
 
-/// A smoothing spline on its way.
-pub(super) struct Fit<'d, C> {
+/// A chain and a motion along it.
+struct State<C> {
     chain: C,
     motion: Motion,
+}
+
+impl<C: Movable> State<C> {
+    /// Knots moved, with the velocities there, and the motion changed, by a share of a step.
+    fn advanced(&self, share: f64, step: &[f64]) -> Result<Self> {
+        let count = self.chain.size() * (self.chain.lengths().len() + 1);
+        let (shifts, change) = step.split_at(count);
+        let shifts: Vec<f64> = shifts.iter().map(|x| share * x).collect();
+        let mut motion = self.motion.clone();
+        motion.add(share, change);
+        let chain = self.chain.moved(&shifts, &mut motion)?;
+        Ok(State { chain, motion })
+    }
+}
+
+/// A smoothing spline on its way.
+pub(super) struct Fit<'d, C> {
+    state: State<C>,
     data: &'d Data,
     lambda: f64,
     /// Diagonal entries of the positions: from forces to distances.
@@ -155,27 +187,26 @@ impl<'d, C: Movable> Fit<'d, C> {
         })?;
         let motion = Motion::zeros(chain.size(), pulls.len());
         let mut fit = Fit {
-            chain,
-            motion,
+            state: State { chain, motion },
             data,
             lambda,
             stiffness: rows.iter().map(|row| row.diagonal[0][0]).collect(),
             system,
             misfit: 0.0,
         };
-        let arrivals = Arrivals::flat(&fit.chain, &fit.motion, VECTORS)?;
-        let start = fit.balance_of(arrivals)?;
-        let step = fit.step(&start)?;
-        fit.advance(&step)?;
+        let arrivals = Arrivals::flat(&fit.state.chain, &fit.state.motion, VECTORS)?;
+        let start = fit.balance_of(&fit.state, arrivals)?;
+        let step = fit.step(&fit.state, &start)?;
+        fit.state = fit.state.advanced(1.0, &step)?;
         Ok(fit)
     }
 
     pub(super) fn chain(&self) -> &C {
-        &self.chain
+        &self.state.chain
     }
 
     pub(super) fn motion(&self) -> &Motion {
-        &self.motion
+        &self.state.motion
     }
 
     /// `sum w d^2`, where the last balance was struck.
@@ -183,53 +214,52 @@ impl<'d, C: Movable> Fit<'d, C> {
         self.misfit
     }
 
-    /// By the fixed-point iteration of the step of flat space, with Anderson mixing.
+    /// By the fixed-point iteration of the step of flat space, with Anderson mixing; where that stalls, by Newton's method.
     ///
     /// # Errors
-    /// Where legs cannot be integrated, knots cannot be joined, or data are too far; `Interrupted`.
+    /// Where the start cannot be integrated; `Interrupted`.
     pub(super) fn solve(&mut self, tolerance: f64, max_iterations: usize) -> Result<Outcome> {
         let mut accuracy = Accuracy::of_tolerance(ACCURACY_SHARE);
-        let mut found = self.balance(accuracy)?;
-        let (mut mixing, mut iterations) = (Anderson::new(DEPTH), 0);
+        let mut found = self.balance(&self.state, accuracy)?;
+        let (mut mixing, mut newton, mut iterations) = (Anderson::new(DEPTH), false, 0);
         let (mut least, mut failures) = (found.size, 0);
         let reason = loop {
-            let mut step = None;
-            if found.size <= tolerance {
-                if accuracy.truncation > Accuracy::FULL.truncation {
-                    accuracy = Accuracy::FULL;
-                    found = self.balance(accuracy)?;
-                    continue;
-                }
-                // Weak pulls are nothing beside stiff legs: what they would still move says more.
-                let left = self.step(&found)?;
-                if self.largest_move(&left) <= IN_PLACE {
-                    break StopReason::Converged;
-                }
-                failures += 1;
-                step = Some(left);
+            if found.size <= tolerance && accuracy.truncation > Accuracy::FULL.truncation {
+                accuracy = Accuracy::FULL;
+                found = self.balance(&self.state, accuracy)?;
+                continue;
+            }
+            let step = self.step(&self.state, &found)?;
+            // Weak pulls are nothing beside stiff legs: what they would still move says more.
+            if found.size <= tolerance && self.largest_move(&step) <= IN_PLACE {
+                break StopReason::Converged;
             }
             if iterations == max_iterations {
                 break StopReason::MaxIterations;
             }
-            if failures == PATIENCE {
-                break StopReason::Stagnated;
-            }
             iterations += 1;
-            let step = match step {
-                Some(step) => step,
-                None => self.step(&found)?,
-            };
-            let increment = mixing.increment(step);
-            self.advance(&increment)?;
             let share = ACCURACY_SHARE * found.size.min(1.0);
             accuracy = accuracy.finer(Accuracy::of_tolerance(share));
-            found = self.balance(accuracy)?;
-            failures = if found.size > 0.5 * least {
-                failures + 1
-            } else {
-                0
-            };
-            least = least.min(found.size);
+            if newton {
+                accuracy = accuracy.finer(Accuracy::of_tolerance(DIFFERENCE_ACCURACY));
+                match self.descended(accuracy, &step)? {
+                    Some((state, nearer)) => (self.state, found) = (state, nearer),
+                    None => break StopReason::Stagnated,
+                }
+                continue;
+            }
+            match self.tried(accuracy, 1.0, &mixing.increment(step))? {
+                Some((state, next)) if failures < PATIENCE => {
+                    (self.state, found) = (state, next);
+                    failures = if found.size > 0.5 * least {
+                        failures + 1
+                    } else {
+                        0
+                    };
+                    least = least.min(found.size);
+                }
+                _ => newton = true,
+            }
         };
         self.misfit = found.misfit;
         Ok(Outcome {
@@ -240,24 +270,94 @@ impl<'d, C: Movable> Fit<'d, C> {
         })
     }
 
+    /// None where the state cannot be integrated, or its knots not be joined.
+    fn tried(
+        &self,
+        accuracy: Accuracy,
+        share: f64,
+        step: &[f64],
+    ) -> Result<Option<(State<C>, Balance)>> {
+        let moved = self.state.advanced(share, step);
+        let found = moved.and_then(|state| {
+            let found = self.balance(&state, accuracy)?;
+            Ok((state, found))
+        });
+        match found {
+            Err(error) if error.is_interrupted() => Err(error),
+            Ok((state, found)) if found.size.is_finite() => Ok(Some((state, found))),
+            Ok(_) | Err(_) => Ok(None),
+        }
+    }
+
+    /// After a Newton step from where the flat step is `here`, shortened until the flat step is shorter.
+    fn descended(&self, accuracy: Accuracy, here: &[f64]) -> Result<Option<(State<C>, Balance)>> {
+        let Some(step) = self.newton_step(accuracy, here)? else {
+            return Ok(None);
+        };
+        let size = norm(here);
+        for halving in 0..MAX_HALVINGS {
+            let share = 0.5_f64.powi(halving);
+            if let Some((state, found)) = self.tried(accuracy, share, &step)?
+                && norm(&self.step(&state, &found)?) <= (1.0 - SUFFICIENT_DECREASE * share) * size
+            {
+                return Ok(Some((state, found)));
+            }
+        }
+        Ok(None)
+    }
+
+    /// By GMRES with differences: the flat step has a derivative near minus the identity. None where a difference cannot be
+    /// taken.
+    fn newton_step(&self, accuracy: Accuracy, here: &[f64]) -> Result<Option<Vec<f64>>> {
+        let found = self.balance(&self.state, accuracy)?;
+        let base = self.step(&self.state, &found)?;
+        let size = norm(&self.state.motion.entries).max(1.0);
+        let mut failure = None;
+        let mut step = here.to_vec();
+        Gmres::new(step.len()).solve(&mut step, KRYLOV_SHARE, |v, out| {
+            let share = DIFFERENCE * size / norm(v);
+            let there = self.state.advanced(share, v).and_then(|state| {
+                let found = self.balance(&state, accuracy)?;
+                self.step(&state, &found)
+            });
+            match there {
+                Ok(there) => {
+                    for ((out, base), there) in out.iter_mut().zip(&base).zip(there) {
+                        *out = (base - there) / share;
+                    }
+                }
+                Err(error) => {
+                    out.copy_from_slice(v);
+                    failure = Some(error);
+                }
+            }
+        });
+        match failure {
+            Some(error) if error.is_interrupted() => Err(error),
+            Some(_) => Ok(None),
+            None => Ok(Some(step)),
+        }
+    }
+
     /// Of the positions in a step.
     fn largest_move(&self, step: &[f64]) -> f64 {
-        let positions = step.chunks_exact(self.chain.size());
+        let positions = step.chunks_exact(self.state.chain.size());
         let moves = positions.take(self.stiffness.len()).map(square);
         // A NaN stays.
         let largest = moves.fold(0.0, |largest, x| if x <= largest { largest } else { x });
         largest.sqrt()
     }
 
-    fn balance(&self, accuracy: Accuracy) -> Result<Balance> {
-        self.balance_of(Arrivals::of(&self.chain, &self.motion, VECTORS, accuracy)?)
+    fn balance(&self, state: &State<C>, accuracy: Accuracy) -> Result<Balance> {
+        let arrivals = Arrivals::of(&state.chain, &state.motion, VECTORS, accuracy)?;
+        self.balance_of(state, arrivals)
     }
 
-    fn balance_of(&self, arrivals: Arrivals) -> Result<Balance> {
-        let (d, lengths) = (self.chain.size(), self.chain.lengths());
+    fn balance_of(&self, state: &State<C>, arrivals: Arrivals) -> Result<Balance> {
+        let (d, lengths) = (state.chain.size(), state.chain.lengths());
         let mut forces = vec![0.0; 2 * d * self.stiffness.len()];
         let mut misfit = 0.0;
-        let displacements = self.data.displacements(&self.chain)?;
+        let displacements = self.data.displacements(&state.chain)?;
         for ((&knot, weight), away) in self
             .data
             .knots
@@ -265,12 +365,12 @@ impl<'d, C: Movable> Fit<'d, C> {
             .zip(&self.data.weights)
             .zip(&displacements)
         {
-            misfit += weight * self.chain.square(knot, away);
+            misfit += weight * state.chain.square(knot, away);
             add_scaled(&mut forces[2 * d * knot..], -weight / self.lambda, away);
         }
         for (leg, h) in lengths.iter().enumerate() {
             let [r2, r3] = [2, 3].map(|power| h.powi(-power));
-            let [first, third] = [&self.motion.bend(leg)[..d], &self.motion.bend(leg)[d..]];
+            let [first, third] = [&state.motion.bend(leg)[..d], &state.motion.bend(leg)[d..]];
             let (before, after) = forces[2 * d * leg..].split_at_mut(2 * d);
             add_scaled(before, r3, third);
             add_scaled(&mut before[d..], -r2, first);
@@ -297,7 +397,7 @@ impl<'d, C: Movable> Fit<'d, C> {
 
     /// Length of the shorter leg at a knot.
     fn shortest(&self, knot: usize) -> f64 {
-        let lengths = self.chain.lengths();
+        let lengths = self.state.chain.lengths();
         let from = knot.saturating_sub(1);
         lengths[from..(knot + 1).min(lengths.len())]
             .iter()
@@ -305,9 +405,9 @@ impl<'d, C: Movable> Fit<'d, C> {
     }
 
     /// Changes of the positions, then of the motion, that would solve the equations in flat space.
-    fn step(&self, found: &Balance) -> Result<Vec<f64>> {
-        let (d, lengths) = (self.chain.size(), self.chain.lengths());
-        let mut worker = self.chain.worker();
+    fn step(&self, state: &State<C>, found: &Balance) -> Result<Vec<f64>> {
+        let (d, lengths) = (state.chain.size(), state.chain.lengths());
+        let mut worker = state.chain.worker();
         let mut right: Vec<f64> = found.forces.iter().map(|force| -force).collect();
         for (leg, h) in lengths.iter().enumerate() {
             let [r2, r3] = [2, 3].map(|power| h.powi(-power));
@@ -326,7 +426,7 @@ impl<'d, C: Movable> Fit<'d, C> {
             add_scaled(&mut after[d..], -6.0 * r2, r);
             add_scaled(&mut after[d..], 4.0 * r2, w);
         }
-        self.system.solve(&self.chain, &mut worker, &mut right)?;
+        self.system.solve(&state.chain, &mut worker, &mut right)?;
         let mut motion = Motion::zeros(d, lengths.len() + 1);
         let mut step = Vec::with_capacity(right.len() / 2 + motion.entries.len());
         for (knot, change) in right.chunks_exact(2 * d).enumerate() {
@@ -337,7 +437,8 @@ impl<'d, C: Movable> Fit<'d, C> {
         for (leg, h) in lengths.iter().enumerate() {
             let (from, to) = right[2 * d * leg..].split_at(2 * d);
             for (to, next) in to.chunks_exact(d).zip(next.chunks_exact_mut(d)) {
-                self.chain
+                state
+                    .chain
                     .carry_into(&mut worker, leg, Direction::Backward, to, next)?;
             }
             let (r, w) = (
@@ -354,14 +455,6 @@ impl<'d, C: Movable> Fit<'d, C> {
         }
         step.extend(motion.entries);
         Ok(step)
-    }
-
-    /// Moves the knots, with the velocities there, and changes the motion.
-    fn advance(&mut self, increment: &[f64]) -> Result<()> {
-        let (shifts, change) = increment.split_at(self.chain.size() * self.stiffness.len());
-        self.motion.add(1.0, change);
-        self.chain = self.chain.moved(shifts, &mut self.motion)?;
-        Ok(())
     }
 }
 
