@@ -242,7 +242,7 @@ def test_bad_times_name_the_knot():
                 make(t=wrong)
             assert caught.value.knot == 2
         for wrong in (t[:-1], np.append(t, 9), [], t[:1]):
-            with pytest.raises(InvalidInputError, match="one for each of the 4 points"):
+            with pytest.raises(InvalidInputError, match="one time for each of the 4 points"):
                 make(t=wrong)
         for wrong in (t[None], t[:, None], 1.0):
             with pytest.raises(InvalidInputError, match=r"t: expected shape \(N,\)"):
