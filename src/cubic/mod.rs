@@ -38,6 +38,7 @@ pub(crate) mod path;
 pub(crate) mod problem;
 mod random;
 pub(crate) mod reduced;
+mod rotation;
 pub(crate) mod relaxation;
 pub mod riemannian_cubic;
 mod search;

@@ -13,7 +13,7 @@
 //! products of blocks of at most `r x k`: no commutator of `r x r` matrices is formed. A coefficient of order `j + 1`
 //! takes `j + 1` products of each kind, `k (4 m k + r k + 2 r m)` multiplications together.
 
-use super::fused;
+use super::{fused, rotation};
 use crate::linalg::dual::Number;
 
 /// Sizes of the blocks: `omega` is `(k, k)`, `b` is `(m, k)`, `s` is `(r, k)`, `e` is `(r, m)`.
@@ -220,6 +220,9 @@ impl<T: Number> Series<T> {
     pub(crate) fn expand(&mut self, blocks: impl Blocks, order: usize) {
         let (m, k) = (blocks.m::<T>(), blocks.k());
         let mut parts = self.parts();
+        if rotation::fits(blocks) {
+            return rotation::expand(&mut parts, blocks, order);
+        }
         if fused::fits::<T, _>(blocks) {
             return fused::expand(&mut parts, blocks, order);
         }

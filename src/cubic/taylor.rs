@@ -137,41 +137,34 @@ impl<T: Number, B: Blocks> March<T, B> {
     /// relative to 1.
     #[inline(always)]
     fn step_length(&self) -> f64 {
-        let (r, m, k) = (self.blocks.r::<T>(), self.blocks.m::<T>(), self.blocks.k());
-        let largest = |series: &[T], j: usize, size: usize| {
-            let entries = &series[block(j, size)];
-            entries.iter().fold(0.0_f64, |largest, entry| {
-                let entry = entry.value().abs();
-                // A NaN stays.
-                if entry <= largest { largest } else { entry }
-            })
-        };
-        let horizontal = |derivative: usize, j: usize| {
-            let omega = largest(self.series.omega(derivative), j, k * k);
-            let b = largest(self.series.b(derivative), j, m * k);
-            if b <= omega { omega } else { b }
-        };
-        let rate = horizontal(0, 0)
-            .max(horizontal(1, 0).sqrt())
-            .max(horizontal(2, 0).cbrt());
+        let (r, k) = (self.blocks.r::<T>(), self.blocks.k());
+        let rate = self
+            .largest(0, 0)
+            .max(self.largest(1, 0).sqrt())
+            .max(self.largest(2, 0).cbrt());
         let scale = rate * rate * rate;
-        let limit = |j: usize| {
-            let point = largest(self.series.s(), j, r * k);
-            let relative = horizontal(2, j) / if scale > 0.0 { scale } else { 1.0 };
-            let size = if relative <= point { point } else { relative };
-            (self.accuracy.truncation / size).powf(1.0 / j as f64)
-        };
-        // Infinite where all terms vanish: a curve that stands still. A NaN stays.
         let order = self.accuracy.order;
-        (order - 2..=order)
-            .map(limit)
-            .fold(f64::INFINITY, |least, x| {
-                if least <= x || least.is_nan() {
-                    least
-                } else {
-                    x
-                }
-            })
+        // Infinite where all terms vanish: a curve that stands still. A NaN stays.
+        let mut least = f64::INFINITY;
+        for j in order - 2..=order {
+            let point = largest_of(&self.series.s()[block(j, r * k)]);
+            let relative = self.largest(2, j) / if scale > 0.0 { scale } else { 1.0 };
+            let size = if relative <= point { point } else { relative };
+            let limit = (self.accuracy.truncation / size).powf(1.0 / j as f64);
+            if !(least <= limit || least.is_nan()) {
+                least = limit;
+            }
+        }
+        least
+    }
+
+    /// The largest entry of a coefficient of `x` or a derivative. A NaN stays.
+    #[inline(always)]
+    fn largest(&self, derivative: usize, j: usize) -> f64 {
+        let (m, k) = (self.blocks.m::<T>(), self.blocks.k());
+        let omega = largest_of(&self.series.omega(derivative)[block(j, k * k)]);
+        let b = largest_of(&self.series.b(derivative)[block(j, m * k)]);
+        if b <= omega { omega } else { b }
     }
 
     /// Moves the state by `step` along the series.
@@ -189,6 +182,19 @@ impl<T: Number, B: Blocks> March<T, B> {
             move_start(series, m * k, order, step);
         }
     }
+}
+
+/// The largest absolute value. A NaN stays.
+#[inline(always)]
+fn largest_of<T: Number>(entries: &[T]) -> f64 {
+    let mut largest = 0.0_f64;
+    for entry in entries {
+        let entry = entry.value().abs();
+        if entry > largest || entry.is_nan() {
+            largest = entry;
+        }
+    }
+    largest
 }
 
 /// The error after some steps with some time left, when the next step has a length.

@@ -2,7 +2,7 @@
 //!
 //! A kernel that only adds and multiplies computes exact directional derivatives when it runs on these.
 
-use std::ops::{Add, AddAssign, Mul, Neg, Sub};
+use std::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
 
 use super::lanes::Lanes;
 
@@ -17,6 +17,7 @@ pub(crate) trait Number:
     + Mul<Output = Self>
     + Mul<f64, Output = Self>
     + AddAssign
+    + SubAssign
     + 'static
 {
     const ZERO: Self;
@@ -158,6 +159,13 @@ impl<const N: usize> AddAssign for Dual<N> {
     #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;
+    }
+}
+
+impl<const N: usize> SubAssign for Dual<N> {
+    #[inline(always)]
+    fn sub_assign(&mut self, other: Self) {
+        *self = *self - other;
     }
 }
 

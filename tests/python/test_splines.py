@@ -265,7 +265,7 @@ def test_bad_points_name_the_knot():
         for wrong in (S[0], S[None], 1.0, S[:, :, :0]):
             with pytest.raises(InvalidInputError, match="shape"):
                 make(S=wrong)
-    with pytest.raises(InvalidInputError, match="one for each"):
+    with pytest.raises(InvalidInputError, match="one time for each"):
         CubicSpline(t, S[:3])
 
 
