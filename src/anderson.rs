@@ -2,8 +2,9 @@
 
 use std::collections::VecDeque;
 
-/// A direction of which less than this is left after those before it have been taken off is no direction.
-const DEPENDENT: f64 = 1e-8;
+/// A direction of whose square less than this is left after those before it have been taken off is no direction: products are
+/// known to round-off.
+const DEPENDENT: f64 = 1e-13;
 
 /// The accelerated iteration for `f(x) = 0`, where `f` is the step of a fixed-point iteration `x -> x + f(x)`.
 ///
@@ -20,8 +21,16 @@ pub(crate) struct Anderson {
     depth: usize,
     /// The latest increment of the iterate, and the step before it.
     last: Option<(Vec<f64>, Vec<f64>)>,
-    /// Differences `(Delta x, Delta f)`, newest first.
-    differences: VecDeque<(Vec<f64>, Vec<f64>)>,
+    /// Newest first.
+    differences: VecDeque<Difference>,
+}
+
+/// Differences of iterates and of steps.
+struct Difference {
+    dx: Vec<f64>,
+    df: Vec<f64>,
+    /// Of `df` with itself and with those of the older differences, newest first.
+    products: Vec<f64>,
 }
 
 impl Anderson {
@@ -41,14 +50,18 @@ impl Anderson {
 
     /// The increment of the iterate after its step `f` was found: the iterate itself may be a point of a manifold.
     pub(crate) fn increment(&mut self, f: Vec<f64>) -> Vec<f64> {
-        if let Some((moved, before)) = self.last.take() {
-            let change = f.iter().zip(before).map(|(f, before)| f - before);
-            self.differences.push_front((moved, change.collect()));
-            self.differences.truncate(self.depth);
+        if let Some((dx, mut df)) = self.last.take() {
+            for (before, f) in df.iter_mut().zip(&f) {
+                *before = f - *before;
+            }
+            self.differences.truncate(self.depth - 1);
+            let older = self.differences.iter().map(|older| dot(&df, &older.df));
+            let products = std::iter::once(dot(&df, &df)).chain(older).collect();
+            self.differences.push_front(Difference { dx, df, products });
         }
         let mut increment = f.clone();
-        let shares = self.shares(&f);
-        for ((dx, df), share) in self.differences.iter().zip(shares) {
+        for (difference, share) in self.differences.iter().zip(self.shares(&f)) {
+            let Difference { dx, df, .. } = difference;
             for ((to, dx), df) in increment.iter_mut().zip(dx).zip(df) {
                 *to -= share * (dx + df);
             }
@@ -57,50 +70,51 @@ impl Anderson {
         increment
     }
 
-    /// The least-squares solution `gamma`, by modified Gram-Schmidt; dependent directions get nothing.
+    /// The least-squares solution `gamma` from the products of the differences, kept from step to step, by a Cholesky
+    /// factorisation; dependent directions get nothing. Steps need a few digits of it.
     fn shares(&self, f: &[f64]) -> Vec<f64> {
         let count = self.differences.len();
-        let mut basis: Vec<Vec<f64>> = Vec::with_capacity(count);
-        let mut upper = vec![vec![0.0; count]; count];
-        let (mut rest, mut projections) = (f.to_vec(), vec![0.0; count]);
-        for (j, (_, df)) in self.differences.iter().enumerate() {
-            let (mut direction, before) = (df.clone(), dot(df, df).sqrt());
-            for (i, earlier) in basis.iter().enumerate() {
-                upper[i][j] = take_off(&mut direction, earlier);
+        let mut lower = vec![vec![0.0; count]; count];
+        let mut shares = vec![0.0; count];
+        for i in 0..count {
+            let square = self.differences[i].products[0];
+            for j in 0..=i {
+                let known: f64 = (0..j).map(|l| lower[i][l] * lower[j][l]).sum();
+                let rest = self.differences[j].products[i - j] - known;
+                lower[i][j] = match i == j {
+                    true if rest > DEPENDENT * square => rest.sqrt(),
+                    false if lower[j][j] > 0.0 => rest / lower[j][j],
+                    _ => 0.0,
+                };
             }
-            let length = dot(&direction, &direction).sqrt();
-            if length > DEPENDENT * before {
-                direction.iter_mut().for_each(|entry| *entry /= length);
-                upper[j][j] = length;
-                projections[j] = take_off(&mut rest, &direction);
-            } else {
-                direction.fill(0.0);
+            if lower[i][i] > 0.0 {
+                let known: f64 = (0..i).map(|l| lower[i][l] * shares[l]).sum();
+                shares[i] = (dot(f, &self.differences[i].df) - known) / lower[i][i];
             }
-            basis.push(direction);
         }
-        for j in (0..count).rev() {
-            let sum: f64 = (j + 1..count).map(|l| upper[j][l] * projections[l]).sum();
-            projections[j] = if upper[j][j] > 0.0 {
-                (projections[j] - sum) / upper[j][j]
-            } else {
-                0.0
-            };
+        for i in (0..count).rev() {
+            if lower[i][i] > 0.0 {
+                let known: f64 = (i + 1..count).map(|l| lower[l][i] * shares[l]).sum();
+                shares[i] = (shares[i] - known) / lower[i][i];
+            }
         }
-        projections
+        shares
     }
 }
 
-/// Takes the part along a unit vector off; returns its length.
-fn take_off(vector: &mut [f64], unit: &[f64]) -> f64 {
-    let part = dot(vector, unit);
-    for (entry, unit) in vector.iter_mut().zip(unit) {
-        *entry -= part * unit;
-    }
-    part
-}
-
+/// In partial sums, which do not wait for each other.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+    const SUMS: usize = 8;
+    let mut sums = [0.0; SUMS];
+    let (a, b) = (a.chunks_exact(SUMS), b.chunks_exact(SUMS));
+    let rest = a.remainder().iter().zip(b.remainder());
+    let rest: f64 = rest.map(|(a, b)| a * b).sum();
+    for (a, b) in a.zip(b) {
+        for ((sum, a), b) in sums.iter_mut().zip(a).zip(b) {
+            *sum += a * b;
+        }
+    }
+    sums.iter().sum::<f64>() + rest
 }
 
 #[cfg(test)]

@@ -21,6 +21,11 @@ pub(super) const LEGS: usize = LANES;
 /// Items that are not worth the pool.
 const FEW: usize = 16;
 
+/// Whether the pool would take longer to wake than to work, or is one thread.
+fn is_alone(count: usize) -> bool {
+    count <= FEW || rayon::current_num_threads() == 1
+}
+
 /// Knots, and quasi-geodesics between neighbours that carry vectors from knot to knot.
 ///
 /// A tangent vector at a knot is [`size`](Chain::size) numbers, an isometry up to a factor of each of them.
@@ -167,7 +172,7 @@ pub(super) fn for_each<W, T: Send>(
     worker: impl Fn() -> W + Sync + Send,
     one: impl Fn(&mut W, usize) -> Result<T> + Sync + Send,
 ) -> Result<Vec<T>> {
-    if count <= FEW {
+    if is_alone(count) {
         let mut worker = worker();
         return (0..count).map(|i| one(&mut worker, i)).collect();
     }
@@ -290,7 +295,7 @@ impl Arrivals {
             Ok(miss)
         };
         let mut miss = 0.0_f64;
-        if lengths.len() <= FEW {
+        if is_alone(lengths.len()) {
             let mut worker = chain.worker();
             let groups = values
                 .chunks_mut(size * vectors * LEGS)
