@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use faer::reborrow::ReborrowMut;
 use faer::{Mat, MatMut, MatRef};
 
 use super::boundary::BoundaryReport;
@@ -397,8 +398,10 @@ impl Curve for RiemannianCubic {
                     let t = self.clock.path_time(t);
                     reaching(self, t, beyond)?.point_into(t, point);
                     for j in 0..k {
-                        for l in 0..r {
-                            out[(l, i * k + j)] = point[l + rows * j];
+                        let (to, from) = (out.rb_mut().col_mut(i * k + j), &point[rows * j..][..r]);
+                        match to.try_as_col_major_mut() {
+                            Some(to) => to.as_slice_mut().copy_from_slice(from),
+                            None => (0..r).for_each(|l| out[(l, i * k + j)] = from[l]),
                         }
                     }
                 }
