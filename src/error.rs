@@ -49,7 +49,7 @@ pub enum Error {
     },
     /// The columns are not orthonormal: `|S^T S - I|_F` exceeds the tolerance.
     #[error(
-        "{name}: columns are not orthonormal, |S^T S - I| = {defect:.3e} exceeds {tolerance:.3e}"
+        "{name}: columns are not orthonormal, |S^T S - I| = {defect:.3e} exceeds {tolerance:.3e} (the nearest point of the manifold is its projection)"
     )]
     NotOrthonormal {
         /// Which argument.
@@ -234,6 +234,13 @@ pub enum Error {
         /// What is wrong.
         source: Box<Error>,
     },
+    /// Not the points of a piece, but control points between them that were made from the velocities, cannot be joined: the
+    /// piece is too far or too fast for the construction.
+    #[error("control points between them: {source}")]
+    ControlPoints {
+        /// What is wrong.
+        source: Box<Error>,
+    },
     /// A stored curve that is damaged, foreign, of another version or inconsistent.
     #[error("stored curve: {problem}")]
     Stored {
@@ -263,7 +270,8 @@ fn short(x: f64) -> String {
 /// The knot that an error is about, or the two that could not be joined.
 fn place(knot: usize, error: &Error) -> String {
     match error {
-        Error::OutsideLogDomain { .. }
+        Error::ControlPoints { .. }
+        | Error::OutsideLogDomain { .. }
         | Error::NoJoiningCurve { .. }
         | Error::BranchJump { .. }
         | Error::DifferentComponents { .. }
@@ -287,6 +295,16 @@ impl Error {
         }
     }
 
+    /// The same of control points.
+    pub(crate) fn of_control_points(self) -> Self {
+        match self {
+            error @ Error::Interrupted { .. } => error,
+            error => Error::ControlPoints {
+                source: Box::new(error),
+            },
+        }
+    }
+
     pub(crate) fn is_interrupted(&self) -> bool {
         matches!(self, Error::Interrupted { .. })
     }
@@ -294,7 +312,7 @@ impl Error {
     /// The angle that leaves a domain, in radians, where the error is about one.
     pub fn angle(&self) -> Option<f64> {
         match self {
-            Error::AtKnot { source, .. } => source.angle(),
+            Error::AtKnot { source, .. } | Error::ControlPoints { source } => source.angle(),
             Error::OutsideLogDomain { angle } | Error::NoJoiningCurve { angle } => Some(*angle),
             Error::DifferentComponents { .. } | Error::BranchJump { .. } => {
                 Some(std::f64::consts::PI)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import os
 import uuid
+import zipfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -81,6 +82,10 @@ def _read(content: bytes) -> dict[str, Any]:
     """Read the arrays of an archive; words and numbers as such."""
     if content[:2] != b"PK":
         raise InvalidInputError("no archive of arrays (.npz)")
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        # As they are written. A small compressed file may be larger than memory.
+        if any(member.compress_type != zipfile.ZIP_STORED for member in archive.infolist()):
+            raise InvalidInputError("compressed arrays, which this package does not write")
     with np.load(io.BytesIO(content), allow_pickle=False) as archive:
         arrays = {key: archive[key] for key in archive.files}
     return {key: array if array.ndim else array.item() for key, array in arrays.items()}

@@ -41,7 +41,7 @@ const MAX_STEPS: usize = 120;
 /// the whole; panels end at the breakpoints of the curve.
 ///
 /// # Accuracy
-/// Lengths and inverses relative to 1e-12 of the total, or to round-off of the velocity where that is more.
+/// Lengths and inverses relative to 1e-12 of the total, or to round-off of the velocity or of the parameter where that is more.
 ///
 /// # Examples
 /// ```
@@ -96,7 +96,8 @@ impl Rule {
         }
     }
 
-    /// The integral, and how far off it may be because of a corner between an end and the node beside it.
+    /// The integral, how far off it may be because of a corner between an end and the node beside it, and by how much the
+    /// integrand varies.
     ///
     /// No node sees such a corner. But the polynomial through the nodes misses the value at the end by twice the slope
     /// times the distance of the corner from the end, and the integral by the slope times the square of that distance.
@@ -105,20 +106,22 @@ impl Rule {
         a: f64,
         b: f64,
         mut integrand: impl FnMut(f64) -> Result<f64>,
-    ) -> Result<[f64; 2]> {
+    ) -> Result<[f64; 3]> {
         let ends = [integrand(a)?, integrand(b)?];
+        let (mut least, mut most) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
         let (mut at_start, mut at_end, mut place) = (0.0, 0.0, 0);
         let integral = self.integral(a, b, |t| {
             let value = integrand(t)?;
             at_end += self.continuation[place] * value;
             at_start += self.continuation[POINTS - 1 - place] * value;
             place += 1;
+            (least, most) = (least.min(value), most.max(value));
             Ok(value)
         })?;
         let miss = (at_start - ends[0]).abs().max((at_end - ends[1]).abs());
         // The outermost node is this share of the panel away from its end.
         let gap = 0.5 * (1.0 - self.nodes[0].abs());
-        Ok([integral, 0.5 * miss * gap * (b - a)])
+        Ok([integral, 0.5 * miss * gap * (b - a), most - least])
     }
 
     fn integral(
@@ -228,9 +231,15 @@ impl<'a, C: Curve> ArcLength<'a, C> {
             self.interrupt.check(SOLVER)?;
             let middle = 0.5 * (a + b);
             let mut half = |a, b| self.rule.guarded(a, b, |t| speed.at(t));
-            let [[left, left_miss], [right, right_miss]] = [half(a, middle)?, half(middle, b)?];
+            let [left_half, right_half] = [half(a, middle)?, half(middle, b)?];
+            let ([left, left_miss, left_change], [right, right_miss, right_change]) =
+                (left_half, right_half);
             let change = (left + right - length).abs().max(left_miss).max(right_miss);
-            let allowed = TOLERANCE * whole.max(self.total).max(left + right) + noise * (b - a);
+            // Far from zero the nodes are where the spacing of numbers allows.
+            let spacing = f64::EPSILON * a.abs().max(b.abs());
+            let allowed = TOLERANCE * whole.max(self.total).max(left + right)
+                + noise * (b - a)
+                + spacing * (left_change + right_change);
             if change <= allowed || middle <= a || middle >= b {
                 self.accept(a, middle, left);
                 self.accept(middle, b, right);

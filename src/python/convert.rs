@@ -41,8 +41,13 @@ pub fn float_array<'py>(
             .import(py, "numpy", "can_cast")?
             .call1((&dtype, float64, "same_kind"))?;
     if !castable.extract::<bool>()? {
+        let kind: char = dtype.getattr("kind")?.extract()?;
+        let advice = match kind {
+            'O' => "; numbers among objects become real ones by astype(float)",
+            _ => "",
+        };
         return Err(PyTypeError::new_err(format!(
-            "{name}: expected real numbers, found an array of dtype {dtype}"
+            "{name}: expected real numbers, found an array of dtype {dtype}{advice}"
         )));
     }
     // Contiguous and aligned: a view may have strides that are no multiple of an entry's size.

@@ -59,8 +59,7 @@ impl Bends {
     /// * `velocities` - at the ends, per unit of a time in which the piece takes `length`
     ///
     /// # Errors
-    /// `NoJoiningCurve`, `OutsideLogDomain` where the control points cannot be joined, `OutsideLogDomain` where an
-    /// outer leg is too long; `Overflow`, `Decomposition`.
+    /// `ControlPoints` where they cannot be joined, or an outer leg is too long; `Overflow`, `Decomposition`.
     pub(super) fn compute(
         &mut self,
         points: [MatRef<'_, f64>; 2],
@@ -69,10 +68,14 @@ impl Bends {
         out: [MatMut<'_, f64>; 2],
     ) -> Result<()> {
         let [first, last] = &mut self.ends;
-        first.leave(points[0], velocities[0], length / 3.0)?;
-        last.leave(points[1], velocities[1], -length / 3.0)?;
-        self.middle
-            .join(first.end.as_ref(), last.end.as_ref(), &mut self.problem)?;
+        first
+            .leave(points[0], velocities[0], length / 3.0)
+            .and_then(|()| last.leave(points[1], velocities[1], -length / 3.0))
+            .and_then(|()| {
+                let [from, to] = [&first.end, &last.end].map(|end| end.as_ref());
+                self.middle.join(from, to, &mut self.problem)
+            })
+            .map_err(Error::of_control_points)?;
         self.carrier.set(&self.middle)?;
         self.velocity.copy_from(self.middle.initial_velocity());
         let [at_start, at_end] = out;

@@ -109,6 +109,15 @@ def test_bounds_can_be_kept():
         DerivativeBounds(1.0, 1.0, 1.0, "perhaps")
 
 
+@pytest.mark.parametrize("kind", ["riemannian", "geometric"])
+def test_times_far_from_zero(kind):
+    # Seconds since 1970, 2.4e-7 of them apart: lengths are known to that times the change of the speed.
+    t, S = np.array([0.0, 1.0, 1.5, 3.0, 4.0]), points(5)
+    near, far = CubicSpline(t, S, kind=kind), CubicSpline(t + 2.0**30, S, kind=kind)
+    assert abs(far.arc_length() - near.arc_length()) < 1e-5
+    assert np.abs(far.resample(9) - near.resample(9)).max() < 1e-5
+
+
 def test_bad_input():
     curve = CURVES["geometric"]
     with pytest.raises(InvalidInputError):

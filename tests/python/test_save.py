@@ -187,6 +187,15 @@ def test_foreign_files_are_refused(tmp_path):
     refused(path, "pickle")
 
 
+def test_compressed_files_are_refused_before_they_are_expanded(tmp_path):
+    path = tmp_path / "curve.npz"
+    QuasiGeodesic([[1.0], [0.0]], [[0.0], [1.0]]).save(path)
+    with np.load(path) as archive:
+        np.savez_compressed(path, **archive)
+    with pytest.raises(InvalidInputError, match="compressed arrays"):
+        stiefel_rs.load(path)
+
+
 def test_newer_files_say_so(tmp_path):
     t, S, _ = walk(3, 2, 4)
     path = tmp_path / "newer.npz"

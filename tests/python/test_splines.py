@@ -269,6 +269,14 @@ def test_bad_points_name_the_knot():
         CubicSpline(t, S[:3])
 
 
+def test_numbers_among_objects_are_told_how_to_convert():
+    t, S = walk(3, 2, 4, 0.3)
+    with pytest.raises(TypeError, match=r"t: .* dtype object; .*astype\(float\)"):
+        CubicSpline(t.astype(object), S)
+    with pytest.raises(TypeError, match=r"S: .* dtype object; .*astype\(float\)"):
+        CubicSpline(t, S.astype(object))
+
+
 def test_bad_velocities_name_the_knot():
     t, S = walk(3, 2, 4, 0.3)
     V = velocities(S)
