@@ -6,9 +6,9 @@
 
 use super::chain::Motion;
 use super::ends::{End, Ends};
-use super::framed::Framed;
 use super::interpolation::Interpolation;
 use super::iteration::{Iteration, Outcome};
+use super::joined::Joined;
 use crate::error::Result;
 use crate::report::StopReason;
 
@@ -29,8 +29,8 @@ const STEPS: usize = 25;
 ///
 /// # Errors
 /// `Interrupted`, those of the chains.
-pub(super) fn solve<'a>(
-    chain_at: &dyn Fn(f64) -> Result<Framed<'a>>,
+pub(super) fn solve(
+    knots: &Joined<'_>,
     ends: &Ends,
     tolerance: f64,
     max_iterations: usize,
@@ -42,7 +42,7 @@ pub(super) fn solve<'a>(
         let from = known.as_ref().map_or(0.0, |known| known.share);
         let share = (from + step).min(1.0);
         let last = share == 1.0;
-        let (chain, scaled) = (chain_at(share)?, ends.scaled(share));
+        let (chain, scaled) = (knots.chain(share)?, ends.scaled(share));
         let problem = Interpolation::new(&chain, &scaled)?;
         let mut motion = match &known {
             None => problem.start()?,

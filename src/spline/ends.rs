@@ -42,6 +42,7 @@ pub(super) enum Ends {
 }
 
 /// What is given at an end, in coordinates.
+#[derive(Clone)]
 pub(super) enum End {
     Velocity(Vec<f64>),
     Acceleration(Vec<f64>),

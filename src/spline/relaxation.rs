@@ -7,40 +7,32 @@ use faer::{Mat, Scale};
 
 use super::chain::Motion;
 use super::ends::{End, Ends};
-use super::framed::coordinates;
-use super::reduced_knots::ReducedKnots;
+use super::framed::{Framed, coordinates};
+use super::joined::Joined;
 use crate::cubic::node::Node;
 use crate::cubic::problem::unpack;
 use crate::cubic::relaxation::{Chain, Held};
 use crate::curve::{Curve, GeometricCubic};
 use crate::error::Result;
-use crate::interrupt::Interrupt;
-use crate::manifold::QuasiGeodesic;
 
 /// Legs of the chain for one of the spline: each a third of a radian for knots as far apart as they can be.
 const LEGS: usize = 8;
 
-/// Knots with frames, shape `(r, r)`, and the quasi-geodesics between them.
-pub(super) struct Knots<'a> {
-    pub(super) knots: &'a ReducedKnots,
-    pub(super) frames: &'a [Mat<f64>],
-    pub(super) curves: &'a [QuasiGeodesic],
-}
-
-impl Knots<'_> {
-    /// The motion along the relaxed chain, from velocities at the knots.
+impl Joined<'_> {
+    /// The motion along the relaxed chain, from the velocities of a motion of `chain`.
     ///
     /// # Errors
     /// `Interrupted`, where neighbours in the chain cannot be joined.
     pub(super) fn relaxed(
         &self,
-        velocities: &[Mat<f64>],
+        chain: &Framed<'_>,
+        start: &Motion,
         ends: &Ends,
-        interrupt: Interrupt<'_>,
     ) -> Result<Motion> {
-        let mut chain = self.chain(velocities, ends)?;
-        chain.relax(interrupt)?;
-        let lengths = &self.knots.lengths;
+        let velocity = |knot: usize| chain.tangent(knot, start.velocity(knot));
+        let velocities: Vec<Mat<f64>> = (0..self.frames.len()).map(velocity).collect();
+        let mut chain = self.nodes(&velocities, ends)?;
+        chain.relax(self.interrupt)?;
         let size = coordinates(self.frames[0].as_ref(), velocities[0].as_ref()).len();
         let mut motion = Motion::zeros(size, self.frames.len());
         for (knot, frame) in self.frames.iter().enumerate() {
@@ -49,7 +41,7 @@ impl Knots<'_> {
             motion
                 .velocity_mut(knot)
                 .copy_from_slice(&in_frame(&node.velocity));
-            if knot == lengths.len() {
+            if knot == self.len() {
                 break;
             }
             let bends = unpack::<2>(&chain.start(LEGS * knot)?, node.blocks());
@@ -62,14 +54,14 @@ impl Knots<'_> {
         Ok(motion)
     }
 
-    fn chain(&self, velocities: &[Mat<f64>], ends: &Ends) -> Result<Chain> {
+    fn nodes(&self, velocities: &[Mat<f64>], ends: &Ends) -> Result<Chain> {
         let last = self.frames.len() - 1;
         let given = |knot: usize| match (ends, knot) {
             (Ends::Open([End::Velocity(_), _]), 0) => Held::All,
             (Ends::Open([_, End::Velocity(_)]), knot) if knot == last => Held::All,
             _ => Held::Point,
         };
-        let points = &self.knots.points;
+        let points = &self.points;
         let mut nodes = vec![Node::new(
             &points[0],
             velocities[0].clone(),
@@ -77,7 +69,7 @@ impl Knots<'_> {
         )];
         let mut held = vec![given(0)];
         let mut steps = Vec::new();
-        for (leg, &h) in self.knots.lengths.iter().enumerate() {
+        for (leg, &h) in self.lengths.iter().enumerate() {
             let [v0, v1] = [leg, leg + 1].map(|knot| &velocities[knot] * Scale(h));
             let (s0, s1) = (points[leg].as_ref(), points[leg + 1].as_ref());
             let between = match GeometricCubic::from_boundary(s0, v0.as_ref(), s1, v1.as_ref()) {

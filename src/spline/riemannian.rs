@@ -5,11 +5,11 @@ use faer::{Mat, MatRef, Scale};
 use super::ambient::Ambient;
 use super::chain::{Motion, links, pieces};
 use super::ends::{End, EndCondition, EndConditions, Ends, check_ends};
-use super::framed::{Framed, coordinates};
+use super::framed::coordinates;
 use super::iteration::Outcome;
+use super::joined::Joined;
 use super::piecewise::Piecewise;
 use super::reduced_knots::ReducedKnots;
-use super::relaxation::Knots;
 use super::{knots, solve};
 use crate::cubic::RiemannianCubic;
 use crate::cubic::initial::complete;
@@ -66,7 +66,7 @@ pub fn cubic_spline(
     let problem = Problem::new(t, points, ends);
     let curves = links(&problem.knots.points)?;
     let (pieces, outcome) = if problem.knots.is_small() {
-        problem.solve_in_frames(&curves, options)?
+        problem.solve_in_frames(curves, options)?
     } else {
         problem.solve_in_ambient(curves, options)?
     };
@@ -129,38 +129,24 @@ impl<'e> Problem<'e> {
 
     fn solve_in_frames(
         &self,
-        curves: &[QuasiGeodesic],
+        curves: Vec<QuasiGeodesic>,
         options: &SplineOptions<'_>,
     ) -> Result<Solved> {
         let complete = |point: &Mat<f64>| complete(point.as_ref());
         let frames: Vec<Mat<f64>> = self.knots.points.iter().map(complete).collect();
         let ends = self.ends_with(|knot, v| coordinates(frames[knot].as_ref(), v.as_ref()));
-        let chain_at = |share: f64| {
-            let (frames, lengths) = (frames.clone(), self.knots.lengths.clone());
-            Framed::new(curves, frames, lengths, share, options.interrupt)
-        };
-        let space = self.knots.space();
-        if frames[0].nrows() == 1 {
+        let knots = Joined::new(&self.knots, frames, curves, options.interrupt);
+        let (motion, outcome) = if self.knots.shape().0 == 1 {
             // Nothing moves.
-            let motion = Motion::zeros(0, frames.len());
-            let pieces = pieces(&chain_at(1.0)?, &motion, &space, options.interrupt)?;
-            return Ok((pieces, Outcome::nothing_to_do()));
-        }
-        let relaxed = |chain: &Framed<'_>, start: &Motion| {
-            let velocity = |knot: usize| chain.tangent(knot, start.velocity(knot));
-            let velocities: Vec<Mat<f64>> = (0..frames.len()).map(velocity).collect();
-            let knots = Knots {
-                knots: &self.knots,
-                frames: &frames,
-                curves,
-            };
-            knots.relaxed(&velocities, &ends, options.interrupt)
+            (Motion::zeros(0, knots.len() + 1), Outcome::nothing_to_do())
+        } else {
+            solve::in_frames(&knots, &ends, options)?
         };
-        let (motion, outcome) = solve::in_frames(&chain_at, &relaxed, &ends, options)?;
         if outcome.reason != StopReason::Converged {
             return Ok((Vec::new(), outcome));
         }
-        let pieces = pieces(&chain_at(1.0)?, &motion, &space, options.interrupt)?;
+        let (chain, space) = (knots.chain(1.0)?, self.knots.space());
+        let pieces = pieces(&chain, &motion, &space, options.interrupt)?;
         Ok((pieces, outcome))
     }
 

@@ -1,12 +1,14 @@
-//! From the flat spline to the spline: at once, from a relaxed chain of nodes, or along a family of easier splines.
+//! From the flat spline to the spline: at once, from parts of it, from a relaxed chain of nodes, or along a family of easier
+//! splines.
 
 use super::ambient::Ambient;
 use super::chain::Motion;
 use super::continuation;
 use super::ends::Ends;
-use super::framed::Framed;
 use super::interpolation::Interpolation;
 use super::iteration::{Iteration, Outcome};
+use super::joined::Joined;
+use super::parts;
 use super::riemannian::SplineOptions;
 use crate::error::Result;
 use crate::report::{SolverReport, StopReason};
@@ -36,37 +38,53 @@ impl Outcome {
     }
 }
 
-/// A chain of few dimensions, given as a family; `relaxed` makes a better start of one.
+/// How the whole is started.
+#[derive(Clone, Copy)]
+enum Start {
+    /// From the flat spline.
+    Flat,
+    /// From parts that are solved by themselves.
+    Parts,
+    /// From a relaxed chain of nodes.
+    Relaxed,
+}
+
+/// A chain of few dimensions.
 ///
 /// # Errors
 /// `Interrupted`, those of the chains.
-pub(super) fn in_frames<'a>(
-    chain_at: &dyn Fn(f64) -> Result<Framed<'a>>,
-    relaxed: &dyn Fn(&Framed<'a>, &Motion) -> Result<Motion>,
+pub(super) fn in_frames(
+    knots: &Joined<'_>,
     ends: &Ends,
     options: &SplineOptions<'_>,
 ) -> Result<(Motion, Outcome)> {
-    let chain = chain_at(1.0)?;
+    let chain = knots.chain(1.0)?;
     let problem = Interpolation::new(&chain, ends)?;
     let (tolerance, most) = (options.tolerance, options.max_iterations);
-    let start = problem.start()?;
+    let flat = problem.start()?;
     let mut iterations = 0;
-    let closed = matches!(ends, Ends::Periodic);
-    for attempt in 0..if closed { 1 } else { 2 } {
-        let motion = match attempt {
-            0 => Ok(start.clone()),
-            _ => relaxed(&chain, &start),
+    for start in [Start::Flat, Start::Parts, Start::Relaxed] {
+        let motion = match start {
+            Start::Flat => Ok(Some(flat.clone())),
+            Start::Parts if parts::exist(knots.len(), ends) => parts::solve(knots, ends, options),
+            Start::Relaxed if matches!(ends, Ends::Open(_)) => {
+                knots.relaxed(&chain, &flat, ends).map(Some)
+            }
+            _ => Ok(None),
         };
-        let solved = motion.and_then(|mut motion| {
+        let solved = motion.and_then(|motion| {
+            let Some(mut motion) = motion else {
+                return Ok(None);
+            };
             let left = most - iterations;
             let outcome = Iteration::solve(&problem, &mut motion, tolerance, left)?;
-            Ok((motion, outcome))
+            Ok(Some((motion, outcome)))
         });
         match solved {
             Err(error) if error.is_interrupted() => return Err(error),
             // A start that is too fast to be integrated is left to what follows.
-            Err(_) => {}
-            Ok((motion, mut outcome)) => {
+            Err(_) | Ok(None) => {}
+            Ok(Some((motion, mut outcome))) => {
                 outcome.iterations += iterations;
                 if outcome.is_final(options) {
                     return Ok((motion, outcome));
@@ -75,7 +93,7 @@ pub(super) fn in_frames<'a>(
             }
         }
     }
-    let (motion, mut outcome) = continuation::solve(chain_at, ends, tolerance, most - iterations)?;
+    let (motion, mut outcome) = continuation::solve(knots, ends, tolerance, most - iterations)?;
     outcome.iterations += iterations;
     Ok((motion, outcome))
 }

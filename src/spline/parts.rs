@@ -1,0 +1,123 @@
+//! Long chains: parts of them by themselves, as starts of the whole.
+//!
+//! What happens at a knot reaches the `j`-th one from it by a factor of about `(2 - sqrt(3))^j`, as for splines of flat space.
+//! So a few legs around a part make it what it is in the whole, and a part whose legs are hard to solve does not hold up others.
+
+use rayon::prelude::*;
+
+use super::chain::{Chain, Motion};
+use super::ends::{End, Ends};
+use super::joined::Joined;
+use super::riemannian::SplineOptions;
+use super::solve;
+use crate::error::Result;
+use crate::report::StopReason;
+
+/// Legs of a part.
+const CENTRAL: usize = 24;
+
+/// Legs that are solved with it on either side: what is beyond them counts by 3e-5.
+const MARGIN: usize = 8;
+
+/// Whether there is more than one part, or a part that is no closed chain.
+pub(super) fn exist(legs: usize, ends: &Ends) -> bool {
+    matches!(ends, Ends::Periodic) || legs > CENTRAL + 2 * MARGIN
+}
+
+/// The motion of the parts; none where one of them is not solved.
+///
+/// # Errors
+/// `Interrupted`, those of the chains.
+pub(super) fn solve(
+    knots: &Joined<'_>,
+    ends: &Ends,
+    options: &SplineOptions<'_>,
+) -> Result<Option<Motion>> {
+    let legs = knots.len();
+    let parts: Vec<Part> = (0..legs)
+        .step_by(CENTRAL)
+        .map(|first| Part::new(first, legs, ends))
+        .collect();
+    let size = knots.chain(1.0)?.size();
+    let solved: Vec<Option<Motion>> = parts
+        .par_iter()
+        .map(|part| part.solve(knots, ends, size, options))
+        .collect::<Result<_>>()?;
+    let mut whole = Motion::zeros(size, legs + 1);
+    for (part, motion) in parts.iter().zip(solved) {
+        let Some(motion) = motion else {
+            return Ok(None);
+        };
+        part.write(&motion, &mut whole);
+    }
+    if let Ends::Periodic = ends {
+        let first = whole.velocity(0).to_vec();
+        whole.velocity_mut(legs).copy_from_slice(&first);
+    }
+    Ok(Some(whole))
+}
+
+/// Legs in a row, and legs on either side.
+struct Part {
+    first: usize,
+    count: usize,
+    before: usize,
+    after: usize,
+    /// Legs of the whole chain.
+    legs: usize,
+}
+
+impl Part {
+    fn new(first: usize, legs: usize, ends: &Ends) -> Self {
+        let count = CENTRAL.min(legs - first);
+        let [before, after] = match ends {
+            Ends::Periodic => [MARGIN; 2],
+            Ends::Open(_) => [first, legs - first - count].map(|there| there.min(MARGIN)),
+        };
+        Part {
+            first,
+            count,
+            before,
+            after,
+            legs,
+        }
+    }
+
+    fn solve(
+        &self,
+        knots: &Joined<'_>,
+        ends: &Ends,
+        size: usize,
+        options: &SplineOptions<'_>,
+    ) -> Result<Option<Motion>> {
+        let free = || End::Acceleration(vec![0.0; size]);
+        let (begins, stops) = (
+            self.first == self.before,
+            self.first + self.count + self.after == self.legs,
+        );
+        let ends = match ends {
+            Ends::Periodic => [free(), free()],
+            Ends::Open([first, last]) => [
+                if begins { first.clone() } else { free() },
+                if stops { last.clone() } else { free() },
+            ],
+        };
+        let around = self.before + self.count + self.after;
+        let start = (self.first + self.legs * self.before - self.before) % self.legs;
+        let part = knots.part(start, around);
+        let (motion, outcome) = solve::in_frames(&part, &Ends::Open(ends), options)?;
+        Ok((outcome.reason == StopReason::Converged).then_some(motion))
+    }
+
+    fn write(&self, from: &Motion, to: &mut Motion) {
+        for i in 0..self.count {
+            let (here, there) = (self.before + i, self.first + i);
+            to.velocity_mut(there).copy_from_slice(from.velocity(here));
+            to.bend_mut(there).copy_from_slice(from.bend(here));
+        }
+        if self.first + self.count == self.legs {
+            let last = from.velocity(self.before + self.count);
+            to.velocity_mut(self.legs).copy_from_slice(last);
+        }
+    }
+}
