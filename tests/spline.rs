@@ -439,6 +439,32 @@ fn knots_far_apart_are_joined() {
 }
 
 #[test]
+fn hard_legs_do_not_hold_up_a_long_chain() {
+    // Steps from flat space do not reach the whole: some legs of many are hard. Solved in parts, closed chains too.
+    let closed = |mut points: Vec<Mat<f64>>| {
+        let last = points.len() - 1;
+        points[last] = points[0].clone();
+        points
+    };
+    for (shape, step) in [((3, 3), 1.4), ((3, 1), 1.2), ((4, 2), 1.4)] {
+        let (t, points) = walk(shape, 90, step, 31);
+        for (ends, points) in [
+            (EndConditions::Natural, points.clone()),
+            (EndConditions::Periodic, closed(points)),
+        ] {
+            let (curve, report) = spline(&t, &points, &ends);
+            let name = format!("{shape:?} {step} {ends:?}: {report}");
+            for (t, point) in t.iter().zip(&points) {
+                assert_within(distance(&curve.point(*t).unwrap(), point), MET, &name);
+            }
+            assert_within(jump(&curve, velocity), SMOOTH, &name);
+            // Of accelerations of up to 50.
+            assert_within(jump(&curve, acceleration), 10.0 * SMOOTH, &name);
+        }
+    }
+}
+
+#[test]
 fn work_is_linear_in_the_number_of_knots() {
     // Every integration asks whether to stop, once for each of its steps.
     let work = |shape, count| {

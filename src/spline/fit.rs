@@ -14,7 +14,7 @@
 use faer::Mat;
 use rayon::prelude::*;
 
-use super::chain::{Arrivals, Motion, Movable, square};
+use super::chain::{Arrivals, Chain, Motion, Movable, square};
 use super::iteration::Outcome;
 use super::tridiagonal::{Row, Shape, Tridiagonal};
 use crate::anderson::Anderson;
@@ -48,6 +48,12 @@ const MAX_HALVINGS: i32 = 8;
 
 /// Where the equations are met but for soft ones, knots may still be this far from their place.
 const IN_PLACE: f64 = 1e-7;
+
+/// What a step would still take off the objective, as a share of it, or of what all data out of place by [`IN_PLACE`] are worth.
+const NO_GAIN: f64 = 1e-3;
+
+/// A system of flat space whose solutions are further off says little of motions at constant speed.
+const BELIEVED: f64 = 0.1;
 
 /// Steps in a row that may leave more than half of the least residual so far.
 const PATIENCE: usize = 8;
@@ -133,6 +139,39 @@ fn add(block: &mut [[f64; 2]; 2], more: [[f64; 2]; 2]) {
     }
 }
 
+/// Round-off of stiff legs is more than the pulls of the data, or the other way around.
+pub(super) fn extreme(lambda: f64) -> Error {
+    Error::InvalidArgument {
+        name: "lam",
+        requirement: "neither so small nor so large, beside the cubes of the steps of time, that the data are lost in round-off",
+        found: lambda,
+    }
+}
+
+/// How far the system of flat space misses a motion at constant speed, that only the pulls hold in its place.
+fn lost<C: Chain>(chain: &C, system: &Tridiagonal<2>, pulls: &[f64]) -> Result<f64> {
+    let d = chain.size();
+    let whole: f64 = chain.lengths().iter().sum();
+    let (mut worker, mut place) = (chain.worker(), 1.0);
+    let mut direction = vec![1.0; d];
+    let (mut exact, mut right) = (Vec::new(), Vec::new());
+    for (knot, pull) in pulls.iter().enumerate() {
+        exact.extend(direction.iter().map(|x| place * x));
+        exact.extend(direction.iter().map(|x| x / whole));
+        right.extend(direction.iter().map(|x| pull * place * x));
+        right.extend(std::iter::repeat_n(0.0, d));
+        if let Some(h) = chain.lengths().get(knot) {
+            let here = direction.clone();
+            chain.carry_into(&mut worker, knot, Direction::Forward, &here, &mut direction)?;
+            place += h / whole;
+        }
+    }
+    system.solve(chain, &mut worker, &mut right)?;
+    let misses = exact.iter().zip(&right).map(|(x, y)| (x - y).abs());
+    // A NaN stays.
+    Ok(misses.fold(0.0, |most, x| if x <= most { most } else { x }))
+}
+
 /// A chain and a motion along it.
 struct State<C> {
     chain: C,
@@ -160,6 +199,8 @@ pub(super) struct Fit<'d, C> {
     /// Diagonal entries of the positions: from forces to distances.
     stiffness: Vec<f64>,
     system: Tridiagonal<2>,
+    /// Whether round-off of stiff legs leaves the pulls alone.
+    believed: bool,
     misfit: f64,
 }
 
@@ -180,11 +221,8 @@ impl<'d, C: Movable> Fit<'d, C> {
     pub(super) fn new(chain: C, data: &'d Data, lambda: f64) -> Result<Self> {
         let pulls: Vec<f64> = data.weight_of_knots().iter().map(|w| w / lambda).collect();
         let rows = rows(chain.lengths(), &pulls);
-        let system = Tridiagonal::new(&rows, Shape::Open).ok_or(Error::InvalidArgument {
-            name: "lam",
-            requirement: "neither so small nor so large that numbers run out",
-            found: lambda,
-        })?;
+        let system = Tridiagonal::new(&rows, Shape::Open).ok_or_else(|| extreme(lambda))?;
+        let believed = lost(&chain, &system, &pulls)? <= BELIEVED;
         let motion = Motion::zeros(chain.size(), pulls.len());
         let mut fit = Fit {
             state: State { chain, motion },
@@ -192,6 +230,7 @@ impl<'d, C: Movable> Fit<'d, C> {
             lambda,
             stiffness: rows.iter().map(|row| row.diagonal[0][0]).collect(),
             system,
+            believed,
             misfit: 0.0,
         };
         let arrivals = Arrivals::flat(&fit.state.chain, &fit.state.motion, VECTORS)?;
@@ -230,8 +269,11 @@ impl<'d, C: Movable> Fit<'d, C> {
                 continue;
             }
             let step = self.step(&self.state, &found)?;
-            // Weak pulls are nothing beside stiff legs: what they would still move says more.
-            if found.size <= tolerance && self.largest_move(&step) <= IN_PLACE {
+            // Weak pulls are nothing beside stiff legs: what they would still move and gain says more.
+            if found.size <= tolerance
+                && self.largest_move(&step) <= IN_PLACE
+                && self.gain(&step, &found)? <= NO_GAIN * self.worth(&found)
+            {
                 break StopReason::Converged;
             }
             if iterations == max_iterations {
@@ -348,6 +390,63 @@ impl<'d, C: Movable> Fit<'d, C> {
         largest.sqrt()
     }
 
+    /// What a step takes off the objective of flat space, or what motions at constant speed do, where pulls are lost in round-off.
+    fn gain(&self, step: &[f64], found: &Balance) -> Result<f64> {
+        let d = self.state.chain.size();
+        let (positions, change) = step.split_at(d * self.stiffness.len());
+        let forces = found.forces.chunks_exact(2 * d);
+        let changes = positions.chunks_exact(d).zip(change.chunks_exact(d));
+        let products = forces
+            .zip(changes)
+            .map(|(force, (shift, change))| dot(&force[..d], shift) + dot(&force[d..], change));
+        let gain = self.lambda * products.sum::<f64>().abs();
+        match self.believed {
+            true => Ok(gain),
+            false => Ok(gain.max(self.gain_of_straight_motions()?)),
+        }
+    }
+
+    /// What moving all knots by vectors that are carried along, and by such vectors times the time, takes off the misfit.
+    fn gain_of_straight_motions(&self) -> Result<f64> {
+        let State { chain, .. } = &self.state;
+        let (d, mut worker) = (chain.size(), chain.worker());
+        let displacements = self.data.displacements(chain)?;
+        let mut pulls = vec![0.0; 2 * d];
+        let (mut sums, mut time, mut here) = ([0.0; 3], 0.0, 0);
+        let all = self.data.knots.iter().zip(&self.data.weights);
+        for ((&knot, weight), away) in all.zip(&displacements) {
+            for leg in here..knot {
+                let before = pulls.clone();
+                for (from, to) in before.chunks_exact(d).zip(pulls.chunks_exact_mut(d)) {
+                    chain.carry_into(&mut worker, leg, Direction::Forward, from, to)?;
+                }
+                time += chain.lengths()[leg];
+            }
+            here = knot;
+            add_scaled(&mut pulls, *weight, away);
+            add_scaled(&mut pulls[d..], weight * time, away);
+            for (power, sum) in sums.iter_mut().enumerate() {
+                *sum += weight * time.powi(power as i32);
+            }
+        }
+        let (constant, linear) = pulls.split_at(d);
+        let whole = sums[2] * square(constant) - 2.0 * sums[1] * dot(constant, linear)
+            + sums[0] * square(linear);
+        Ok(whole / (sums[0] * sums[2] - sums[1] * sums[1]))
+    }
+
+    /// The objective, where accelerations are linear along legs as in flat space; no less than what is not seen of it.
+    fn worth(&self, found: &Balance) -> f64 {
+        let (d, motion) = (self.state.chain.size(), &self.state.motion);
+        let legs = self.state.chain.lengths().iter().enumerate();
+        let costs = legs.map(|(leg, h)| {
+            let (first, third) = motion.bend(leg).split_at(d);
+            h.powi(-3) * (square(first) + dot(first, third) + square(third) / 3.0)
+        });
+        let unseen = self.data.weights.iter().sum::<f64>() * IN_PLACE * IN_PLACE / NO_GAIN;
+        (found.misfit + self.lambda * costs.sum::<f64>()).max(unseen)
+    }
+
     fn balance(&self, state: &State<C>, accuracy: Accuracy) -> Result<Balance> {
         let arrivals = Arrivals::of(&state.chain, &state.motion, VECTORS, accuracy)?;
         self.balance_of(state, arrivals)
@@ -456,6 +555,10 @@ impl<'d, C: Movable> Fit<'d, C> {
         step.extend(motion.entries);
         Ok(step)
     }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// The leading entries.

@@ -124,11 +124,25 @@ pub fn smoothing_spline(
             .map(|point| complete(point.as_ref()))
             .collect();
         let chain = Framed::new(&curves, frames, lengths, 1.0, options.interrupt)?;
-        solve(chain, &data, given, &space, options)?
+        solve(chain, &data, given, &space, options)
     } else {
         let chain = Ambient::new(points, curves, lengths, options.interrupt);
-        solve(chain, &data, given, &space, options)?
+        solve(chain, &data, given, &space, options)
     };
+    // In the caller's units.
+    let solved = solved.map_err(|error| match (error, options.lambda) {
+        (
+            Error::InvalidArgument {
+                name, requirement, ..
+            },
+            Some(found),
+        ) => Error::InvalidArgument {
+            name,
+            requirement,
+            found,
+        },
+        (error, _) => error,
+    })?;
     let report = solved.outcome.report();
     if !report.converged {
         return Err(Error::NoConvergence {

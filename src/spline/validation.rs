@@ -1,7 +1,7 @@
 //! Generalised cross-validation of smoothing splines in flat space, to which the data are unrolled.
 
 use super::chain::Movable;
-use super::fit::{Data, rows};
+use super::fit::{Data, extreme, rows};
 use super::tridiagonal::{Shape, Tridiagonal, diagonal_of_inverse};
 use crate::error::{Error, Result};
 use crate::manifold::carrier::Direction;
@@ -168,13 +168,5 @@ impl<'c, 'd, C: Movable> Validation<'c, 'd, C> {
             }
         }
         Ok(0.5 * (low + high))
-    }
-}
-
-fn extreme(lambda: f64) -> Error {
-    Error::InvalidArgument {
-        name: "lam",
-        requirement: "neither so small nor so large that numbers run out",
-        found: lambda,
     }
 }
