@@ -481,6 +481,17 @@ def test_smoothing_on_the_circle_is_flat(lam):
     assert np.abs(curve.points - circle(flat(T))).max() < 1e-9
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_cross_validation_on_the_circle_is_scipys(seed):
+    rng = np.random.default_rng(seed)
+    t = np.sort(rng.uniform(0.0, 5.0, 40))
+    angles = np.sin(t) + rng.normal(0.0, 0.1, len(t))
+    curve, flat = SmoothingSpline(t, circle(angles)), make_smoothing_spline(t, angles)
+    fine = np.linspace(t[0], t[-1], 101)
+    # Both look for the lowest of a flat score.
+    assert np.abs(curve(fine) - circle(flat(fine))).max() < 1e-4
+
+
 def test_smoothing_splines_lie_between_the_data_and_a_geodesic():
     t, S = walk(4, 2, 8, 0.3)
     through = SmoothingSpline(t, S, lam=0)
