@@ -100,11 +100,11 @@ def reproduce(folder: Path, steps: tuple[int, ...], repetitions: int, curves: in
         written["tables"] += len(control_points.write_tables(tables, alternatives))
         try:
             # Here, since matplotlib is optional and slow to import.
-            from . import conjecture_figure, exact_figure, plotting  # noqa: PLC0415
+            from . import conjecture_figure, exact_figure, paper_figures  # noqa: PLC0415
         except ImportError as error:
             missing = error
         else:
-            written["figures"] = len(plotting.write_all(figures, rows, progress))
+            written["figures"] = len(paper_figures.write_all(figures, rows, progress))
             written["figures"] += len(exact_figure.write(figures, costs, progress))
             written["figures"] += len(conjecture_figure.write(figures, study))
             written["figures"] += len(control_points.write_figure(figures, alternatives, progress))
