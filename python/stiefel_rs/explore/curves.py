@@ -36,7 +36,7 @@ class Kind:
 KINDS: Final = {
     kind.name: kind
     for kind in (
-        Kind("sphere", "sphere St(3,1)", 1, ("along", "across"), 7.0, 1.6, ((1.0, 2.0), (1.0, 2.0))),
+        Kind("sphere", "sphere St(3,1)", 1, ("along", "across"), 7.0, 1.6, ((-1.0, 3.0), (-1.0, -3.0))),
         Kind(
             "frame",
             "frames St(3,2)",
@@ -44,7 +44,7 @@ KINDS: Final = {
             ("about axis 1", "about axis 2", "about axis 3"),
             6.0,
             1.2,
-            ((1.5, 0.0, 1.5), (0.0, 1.5, 0.75)),
+            ((0.0, 1.5, 1.5), (-1.5, 1.5, -1.5)),
         ),
     )
 }

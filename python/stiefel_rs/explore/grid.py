@@ -20,7 +20,7 @@ AXES: Final[dict[str, tuple[Array, ...]]] = {
     "sphere": (np.linspace(-3, 3, 7), np.linspace(-3, 3, 7)),
     "frame": (np.linspace(-1.5, 1.5, 3), np.linspace(-1.5, 1.5, 3), np.linspace(-1.5, 1.5, 5)),
 }
-SAMPLES: Final = 25
+SAMPLES: Final = {"sphere": 33, "frame": 25}
 UNIT: Final = 32767
 PROFILES: Final = 5
 
@@ -44,12 +44,13 @@ def _whole(values: Array) -> np.ndarray[Any, np.dtype[np.int16]]:
     return np.round(UNIT * values).astype(np.int16)
 
 
-def build(name: str, progress: Callable[[], None]) -> dict[str, Any]:
+def build(name: str, progress: Callable[[], object]) -> dict[str, Any]:
     """Compute the grid of one kind; `progress` is called after each node."""
-    kind, t = KINDS[name], np.linspace(0, 1, SAMPLES)
+    kind, samples = KINDS[name], SAMPLES[name]
+    t = np.linspace(0, 1, samples)
     count = size(kind)
-    points = np.zeros((count, 2, SAMPLES, 3 * kind.k), dtype=np.int16)
-    profiles = np.zeros((count, PROFILES, SAMPLES), dtype=np.int16)
+    points = np.zeros((count, 2, samples, 3 * kind.k), dtype=np.int16)
+    profiles = np.zeros((count, PROFILES, samples), dtype=np.int16)
     scales, costs = np.zeros((count, PROFILES), dtype=np.float64), np.zeros((count, 2), dtype=np.float64)
     errors: dict[int, dict[str, str]] = {}
     for node, (v0, v1) in enumerate(nodes(kind)):
@@ -57,7 +58,7 @@ def build(name: str, progress: Callable[[], None]) -> dict[str, Any]:
         rows: list[Array | None] = []
         for i, (curve, sampled) in enumerate(found.items()):
             if isinstance(sampled, Sampled):
-                points[node, i] = _whole(sampled.points.reshape(SAMPLES, -1))
+                points[node, i] = _whole(sampled.points.reshape(samples, -1))
                 costs[node, i] = sampled.cost
                 rows += [sampled.speed, sampled.acceleration]
             else:
@@ -71,7 +72,7 @@ def build(name: str, progress: Callable[[], None]) -> dict[str, Any]:
     start, end = ends(kind, kind.angle)
     return {
         "axes": [axis.tolist() for axis in AXES[name]],
-        "samples": SAMPLES,
+        "samples": samples,
         "start": described(start),
         "end": described(end),
         "points": _text(points),

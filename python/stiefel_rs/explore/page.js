@@ -5,7 +5,7 @@
   const $ = (id) => document.getElementById(id);
   const SVG = "http" + "://www.w3.org/2000/svg";
   // Half of the picture's width and height in radii of the sphere.
-  const HALF = { x: 1.6, y: 1.6 * 0.92 };
+  const HALF = { x: 1.42, y: 1.42 * 0.9 };
   const CURVES = ["gcp", "cubic"];
   const COLOURS = { gcp: "#D55E00", cubic: "#000000", near: "#B4B4B4", far: "#E9E9E9", edge: "#666666", distance: "#0072B2" };
   const DASHES = { gcp: "6px,4px", cubic: "solid" };
@@ -148,7 +148,7 @@
   }
 
   const line = (flat, color, width, more = {}) => ({
-    ...flat, type: "scatter", mode: "lines", line: { color, width, ...(more.dash ? { dash: more.dash } : {}) },
+    ...flat, type: "scatter", mode: "lines", line: { color, width, simplify: false, ...(more.dash ? { dash: more.dash } : {}) },
     opacity: more.opacity ?? 1, name: more.name ?? "", hoverinfo: "skip", showlegend: false, connectgaps: false,
   });
 
@@ -175,7 +175,7 @@
 
   // Arrows: drawn at a fraction of their length, with handles at their tips.
 
-  const scale = () => 1.25 / kind().limit;
+  const scale = () => (grid ? 0.8 / Math.max(...grid.axes.flat()) : 1.1 / kind().limit);
 
   function velocity(end, j) {
     const { basis } = shown[ENDS[end]];
@@ -202,21 +202,28 @@
         const side = `${ENDS[end]}${dot(point, view.front) < 0 ? " far" : ""}`;
         const held = drag && drag.end === end && drag.column === j ? " dragged" : "";
         parts.push(element("line", { x1, y1, x2, y2, class: `arrow ${side}` }));
-        parts.push(element("circle", { cx: x1, cy: y1, r: 0.03, class: `tip ${side}` }));
-        parts.push(element("circle", { cx: x2, cy: y2, r: 0.062, class: `handle ${side}${held}`, "data-end": end, "data-column": j }));
+        parts.push(element("circle", { cx: x1, cy: y1, r: 0.024, class: `tip ${side}` }));
+        parts.push(element("circle", { cx: x2, cy: y2, r: 0.056, class: `handle ${side}${held}`, "data-end": end, "data-column": j }));
         parts.push(head(x1, y1, x2, y2, side));
-        const label = element("text", { x: x1 + 0.06, y: y1 + 0.12, class: `name ${side}` });
-        label.textContent = kind().k > 1 ? `${ENDS[end]}, column ${j + 1}` : ENDS[end];
+        const name = kind().k > 1 ? `${ENDS[end]}, column ${j + 1}` : ENDS[end];
+        const label = element("text", { ...beside(x1, y1, x2, y2, 0.04 * name.length), class: `name ${side}` });
+        label.textContent = name;
         parts.push(label);
       }
     }
     $("overlay").replaceChildren(...parts);
   }
 
+  /** Place of a name: behind the arrow, where it hides neither the arrow nor its handle, and inside of the picture. */
+  function beside(x1, y1, x2, y2, width) {
+    const left = (x2 > x1 && x1 - width > -HALF.x) || x1 + width > HALF.x;
+    return { x: x1 + (left ? -0.05 : 0.05), y: y1 + (y2 > y1 ? -0.05 : 0.1), "text-anchor": left ? "end" : "start" };
+  }
+
   function head(x1, y1, x2, y2, side) {
     const length = Math.hypot(x2 - x1, y2 - y1);
     const [u, v] = length > 1e-9 ? [(x2 - x1) / length, (y2 - y1) / length] : [0, 0];
-    const at = (along, across) => `${x2 + 0.05 * (along * u - across * v)},${y2 + 0.05 * (along * v + across * u)}`;
+    const at = (along, across) => `${x2 + 0.04 * (along * u - across * v)},${y2 + 0.04 * (along * v + across * u)}`;
     return element("polygon", { points: [at(0.6, 0), at(-1, 0.75), at(-1, -0.75)].join(" "), class: `tip ${side}` });
   }
 
@@ -299,15 +306,15 @@
   function chart(id, title, traces, color = null) {
     const series = traces.filter(([, y]) => y).map(([name, y]) => ({
       x: shown.t, y, type: "scatter", mode: "lines", name, hoverinfo: "skip", showlegend: false,
-      line: { color: color ?? COLOURS[name], width: 2.2, dash: DASHES[name] ?? "solid" },
+      line: { color: color ?? COLOURS[name], width: 2.2, dash: DASHES[name] ?? "solid", simplify: false },
     }));
     const axis = { gridcolor: "#E4E4E4", zeroline: false, fixedrange: true, linecolor: "#999999", showline: true, ticks: "outside", tickcolor: "#999999" };
     Plotly.react(id, series, {
-      margin: { l: 58, r: 8, t: 24, b: 34 }, paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
+      margin: { l: 62, r: 10, t: 26, b: id === "distance" ? 46 : 26 }, paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
       font: { family: "system-ui, DejaVu Sans, sans-serif", size: 12, color: "#333333" },
       title: { text: title, x: 0, xanchor: "left", y: 1, yanchor: "top", pad: { t: 3 }, font: { size: 13 } },
       xaxis: { ...axis, range: [0, 1], dtick: 0.25, title: { text: id === "distance" ? "time t" : "", standoff: 4 } },
-      yaxis: { ...axis, rangemode: "tozero", nticks: 5, exponentformat: "power", tickformat: id === "distance" ? ".1e" : "" },
+      yaxis: { ...axis, rangemode: "tozero", nticks: 5, exponentformat: "power" },
     }, PLOT);
   }
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
+from collections.abc import Callable
 from importlib.resources import files
 from typing import Any, Final
 
 from .curves import KINDS
-from .grid import AXES, build, size
+from .grid import AXES, SAMPLES, build, size
 
 PARTS: Final = files(__package__)
 
@@ -82,17 +83,19 @@ def spacing(name: str) -> str:
         f"{parameter}: {axis[0]:g} to {axis[-1]:g} in steps of {axis[1] - axis[0]:g}"
         for parameter, axis in zip(KINDS[name].parameters, AXES[name], strict=True)
     ]
-    return f"Computed before, on a grid of {size(KINDS[name])} pairs of velocities ({'; '.join(parts)})."
+    count = f"at {SAMPLES[name]} times each, for {size(KINDS[name])} pairs of velocities"
+    return f"Computed before, {count}: {'; '.join(parts)}. Velocities snap to these."
 
 
-def _assemble(config: dict[str, Any], grid: dict[str, Any] | None, note: str, connect: str) -> str:
+def _assemble(config: dict[str, Any], make_grid: Callable[[], dict[str, Any] | None], note: str, connect: str) -> str:
+    # First, since the grid takes long, which would be in vain without plotly.
     programs = {"plotly": _script(plotly_js()), "program": _script(_part("page.js"))}
     texts = {
         "policy": policy(list(programs.values()), connect),
         "style": _part("page.css"),
         "note": note,
         "config": _data(config),
-        "grid": _data(grid),
+        "grid": _data(make_grid()),
         **programs,
     }
     pieces = _part("page.html").split("@@")
@@ -103,10 +106,10 @@ def _assemble(config: dict[str, Any], grid: dict[str, Any] | None, note: str, co
 def served(name: str) -> str:
     """Page that asks its server for curves; it shows `name` first."""
     config = {"mode": "served", "kind": name, "kinds": _described()}
-    return _assemble(config, None, "Computed by stiefel_rs as you drag.", "'self'")
+    return _assemble(config, lambda: None, "Computed by stiefel_rs as you drag.", "'self'")
 
 
-def static(name: str, progress: Any) -> str:
+def static(name: str, progress: Callable[[], object]) -> str:
     """Page with a grid of curves of one kind; `progress` is called after each node."""
     config = {"mode": "static", "kind": name, "kinds": {name: _described()[name]}}
-    return _assemble(config, build(name, progress), spacing(name), "'none'")
+    return _assemble(config, lambda: build(name, progress), spacing(name), "'none'")
