@@ -314,7 +314,7 @@
       font: { family: "system-ui, DejaVu Sans, sans-serif", size: 12, color: "#333333" },
       title: { text: title, x: 0, xanchor: "left", y: 1, yanchor: "top", pad: { t: 3 }, font: { size: 13 } },
       xaxis: { ...axis, range: [0, 1], dtick: 0.25, title: { text: id === "distance" ? "time t" : "", standoff: 4 } },
-      yaxis: { ...axis, rangemode: "tozero", nticks: 5, exponentformat: "power" },
+      yaxis: { ...axis, rangemode: "tozero", nticks: 5, exponentformat: "power", showticklabels: series.length > 0 },
     }, PLOT);
   }
 
