@@ -1,7 +1,9 @@
 """`stiefel_rs.plotting`: what is drawn, by the data of the artists."""
 
+import re
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +17,8 @@ from matplotlib.colors import to_hex  # noqa: E402
 from matplotlib.figure import Figure  # noqa: E402
 
 from stiefel_rs.plotting import _sphere  # noqa: E402
+
+GUIDE = Path(__file__).parents[2] / "docs" / "plotting.md"
 
 
 def knots(n, k, count=5):
@@ -436,3 +440,13 @@ def test_example_of_plot_runs(tmp_path, monkeypatch):
     test = doctest.DocTestParser().get_doctest(plotting.plot.__doc__, {}, "plot", None, 0)
     results = doctest.DocTestRunner().run(test)
     assert (results.failed, results.attempted > 3) == (0, True)
+
+
+def test_the_guide_makes_its_figure(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (block,) = re.findall(r"```python\n(.*?)```", GUIDE.read_text(encoding="utf-8"), flags=re.DOTALL)
+    exec(compile(block, str(GUIDE), "exec"), {})
+    assert (tmp_path / "plotting.png").read_bytes().startswith(b"\x89PNG")
+    named = set(re.findall(r"^\| (`.*?`) \|", GUIDE.read_text(encoding="utf-8"), flags=re.MULTILINE))
+    found = {name for row in named for name in re.findall(r"`(\w+)`", row)} | {"fitted_order"}
+    assert found == set(plotting.__all__)

@@ -112,6 +112,8 @@ def _lay_out(ax: Axes3D, found: Samples, length: float) -> None:
     ax.set_proj_type("ortho")
     ax.view_init(elev=18.0, azim=-80.0)
     ax.set_axis_off()
+    # Axes are square: in a flat row their background would hide what is above and below.
+    ax.patch.set_visible(False)
     ends: dict[int, Any] = {0: found.t[0], len(found.t) // 2: found.t[len(found.t) // 2], len(found.t) - 1: found.t[-1]}
     for place, t in ends.items():
         text = f"{time_label(found.timed)} = {t:.3g}"

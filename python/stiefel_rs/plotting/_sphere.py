@@ -108,6 +108,7 @@ def _draw_grid(ax: Axes3D) -> None:
     ax.set(xlim=(-1, 1), ylim=(-1, 1), zlim=(-1, 1))
     ax.set_box_aspect((1, 1, 1), zoom=1.35)
     ax.set_axis_off()
+    ax.patch.set_visible(False)
 
 
 def _with_sphere(ax: Any, paths: Array, view: ArrayLike | None) -> Axes3D:
