@@ -61,10 +61,10 @@ def write(path: Path, kind: str) -> None:
 
 def _serve(kind: str, port: int, open_browser: bool) -> None:
     with Server(kind, port) as server:
-        print(f"{server.url}\nCtrl-C ends it", flush=True)
-        if open_browser:
-            webbrowser.open(server.url)
         try:
+            print(f"{server.url}\nCtrl-C ends it", flush=True)
+            if open_browser:
+                webbrowser.open(server.url)
             server.serve_forever()
         except KeyboardInterrupt:
             print("stopped")
