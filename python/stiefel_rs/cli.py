@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from tqdm import tqdm  # type: ignore[import-untyped]
 
-from . import __version__, _core, conjecture, control_points, exact, interpolate, paper, report
+from . import __version__, _core, conjecture, control_points, exact, explore, interpolate, paper, report
 from .errors import StiefelError
 
 EXIT_FAILURE: Final = 1
@@ -49,6 +49,7 @@ def parser() -> argparse.ArgumentParser:
     quick = ",".join(map(str, paper.QUICK_STEPS))
     reproduce.add_argument("--quick", action="store_true", help=f"steps {quick} and fewer repetitions of the timing")
     interpolate.add_parser(commands)
+    explore.add_parser(commands)
     commands.add_parser("info", help="versions, threads and CPU features")
     return top
 
@@ -100,11 +101,11 @@ def reproduce(folder: Path, steps: tuple[int, ...], repetitions: int, curves: in
         written["tables"] += len(control_points.write_tables(tables, alternatives))
         try:
             # Here, since matplotlib is optional and slow to import.
-            from . import conjecture_figure, exact_figure, plotting  # noqa: PLC0415
+            from . import conjecture_figure, exact_figure, paper_figures  # noqa: PLC0415
         except ImportError as error:
             missing = error
         else:
-            written["figures"] = len(plotting.write_all(figures, rows, progress))
+            written["figures"] = len(paper_figures.write_all(figures, rows, progress))
             written["figures"] += len(exact_figure.write(figures, costs, progress))
             written["figures"] += len(conjecture_figure.write(figures, study))
             written["figures"] += len(control_points.write_figure(figures, alternatives, progress))
@@ -143,6 +144,9 @@ def main(argv: list[str] | None = None) -> int:
             case "interpolate":
                 arguments.check(arguments)
                 return interpolate.run(arguments)
+            case "explore":
+                arguments.check(arguments)
+                return explore.run(arguments)
             case _:
                 return _reproduce(arguments)
     except KeyboardInterrupt:

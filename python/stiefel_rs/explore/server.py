@@ -1,0 +1,217 @@
+"""A server of this machine alone: the page, and curves for it.
+
+It listens on 127.0.0.1. A request needs the random token that is in the page's address, and a Host and an Origin that
+are its own, so that other pages of the browser, and other users of the machine, get nothing.
+"""
+
+from __future__ import annotations
+
+import json
+import secrets
+import sys
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from socketserver import TCPServer
+from typing import Any, Final
+from urllib.parse import parse_qs, urlsplit
+
+import numpy as np
+
+from ..errors import InvalidInputError, StiefelError
+from . import page
+from .curves import KINDS, Sampled, compute, described, distance, ends, message
+
+ADDRESS: Final = "127.0.0.1"
+MAX_BODY: Final = 4096
+# Seconds that a client may be silent.
+TIMEOUT: Final = 20
+SAMPLES: Final = 101
+FIELDS: Final = {"kind", "angle", "v0", "v1"}
+HEADERS: Final = {
+    "Cache-Control": "no-store",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+    "Cross-Origin-Resource-Policy": "same-origin",
+}
+
+
+def _refuse(constant: str) -> float:
+    raise InvalidInputError(f"{constant} is no number of JSON")
+
+
+def parse(body: bytes) -> dict[str, Any]:
+    """Read what the page sends.
+
+    Raises
+    ------
+    InvalidInputError
+        It is no JSON, or not the fields that are wanted.
+    """
+    try:
+        found = json.loads(body.decode("utf-8"), parse_constant=_refuse)
+    except (UnicodeDecodeError, json.JSONDecodeError, RecursionError, ValueError) as error:
+        raise InvalidInputError(f"not JSON: {error}") from None
+    if not isinstance(found, dict) or set(found) != FIELDS:
+        raise InvalidInputError(f"an object with {', '.join(sorted(FIELDS))} expected")
+    if not isinstance(found["kind"], str) or found["kind"] not in KINDS:
+        raise InvalidInputError(f"kind: {' or '.join(KINDS)} expected")
+    _check_number(found["angle"], "angle")
+    for name in ("v0", "v1"):
+        if not isinstance(found[name], list):
+            raise InvalidInputError(f"{name}: a list of numbers expected")
+        for value in found[name]:
+            _check_number(value, name)
+    return found
+
+
+def _check_number(value: Any, name: str) -> None:
+    # True is an int, and an int may be too large for a float.
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= sys.float_info.max:
+        raise InvalidInputError(f"{name}: finite numbers expected")
+
+
+def answer(request: dict[str, Any]) -> dict[str, Any]:
+    """Curves for a request, as the page wants them.
+
+    Raises
+    ------
+    InvalidInputError
+        The angle or the velocities are not such.
+    """
+    kind, t = KINDS[request["kind"]], np.linspace(0, 1, SAMPLES)
+    angle = float(request["angle"])
+    found = compute(kind, angle, request["v0"], request["v1"], t)
+    start, end = ends(kind, angle)
+    apart = distance(found)
+    curves: dict[str, Any] = {}
+    for name, sampled in found.items():
+        if isinstance(sampled, Sampled):
+            curves[name] = {
+                "points": sampled.points.reshape(SAMPLES, -1).tolist(),
+                "speed": sampled.speed.tolist(),
+                "acceleration": sampled.acceleration.tolist(),
+                "cost": sampled.cost,
+            }
+        else:
+            curves[name] = {"error": message(sampled)}
+    return {
+        "t": t.tolist(),
+        "start": described(start),
+        "end": described(end),
+        "curves": curves,
+        "distance": None if apart is None else apart.tolist(),
+    }
+
+
+class _Handler(BaseHTTPRequestHandler):
+    server: Server
+    protocol_version = "HTTP/1.1"
+    server_version = "stiefel-rs"
+    sys_version = ""
+    timeout = TIMEOUT
+
+    def log_message(self, format: str, *args: Any) -> None:
+        """Keep quiet: addresses have the token in them."""
+
+    def _send(self, status: HTTPStatus, body: bytes, kind: str) -> None:
+        if status >= HTTPStatus.BAD_REQUEST:
+            # What was not read of the request would be taken for the next one.
+            self.close_connection = True
+        self.send_response(status)
+        for name, value in HEADERS.items():
+            self.send_header(name, value)
+        if self.close_connection:
+            self.send_header("Connection", "close")
+        self.send_header("Content-Type", f"{kind}; charset=utf-8")
+        self.send_header("Content-Length", str(len(body)))
+        self.end_headers()
+        if self.command != "HEAD":
+            self.wfile.write(body)
+
+    def _fail(self, status: HTTPStatus, text: str) -> None:
+        self._send(status, json.dumps({"error": text}).encode(), "application/json")
+
+    def _admitted(self, token: str) -> bool:
+        """Whether host, origin and token are right; if not, that was said."""
+        own = {f"{name}:{self.server.server_port}" for name in (ADDRESS, "localhost")}
+        origin = self.headers.get("Origin")
+        if self.headers.get("Host") not in own:
+            self._fail(HTTPStatus.FORBIDDEN, "wrong host")
+        elif origin is not None and origin not in {f"http://{name}" for name in own}:
+            self._fail(HTTPStatus.FORBIDDEN, "wrong origin")
+        elif not secrets.compare_digest(token.encode("utf-8", "replace"), self.server.token.encode()):
+            self._fail(HTTPStatus.FORBIDDEN, "wrong token: use the address that stiefel-rs explore printed")
+        else:
+            return True
+        return False
+
+    def do_GET(self) -> None:
+        """Send the page."""
+        parts = urlsplit(self.path)
+        if not self._admitted(parse_qs(parts.query).get("token", [""])[0]):
+            return
+        if parts.path != "/":
+            self._fail(HTTPStatus.NOT_FOUND, "no such page")
+            return
+        self._send(HTTPStatus.OK, self.server.page, "text/html")
+
+    do_HEAD = do_GET  # noqa: N815
+
+    def do_POST(self) -> None:
+        """Send the curves for the velocities of the request."""
+        if not self._admitted(self.headers.get("X-Token", "")):
+            return
+        if self.path != "/curves":
+            self._fail(HTTPStatus.NOT_FOUND, "no such address")
+            return
+        if self.headers.get("Content-Type", "").partition(";")[0].strip().lower() != "application/json":
+            self._fail(HTTPStatus.UNSUPPORTED_MEDIA_TYPE, "application/json expected")
+            return
+        length = self.headers.get("Content-Length", "")
+        if not (length.isascii() and length.isdigit()) or "Transfer-Encoding" in self.headers:
+            self._fail(HTTPStatus.LENGTH_REQUIRED, "Content-Length expected")
+            return
+        if len(length) > len(str(MAX_BODY)) or int(length) > MAX_BODY:
+            self._fail(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, f"at most {MAX_BODY} bytes expected")
+            return
+        try:
+            found = answer(parse(self.rfile.read(int(length))))
+        except StiefelError as error:
+            self._fail(HTTPStatus.BAD_REQUEST, message(error))
+            return
+        self._send(HTTPStatus.OK, json.dumps(found, allow_nan=False).encode(), "application/json")
+
+
+class Server(ThreadingHTTPServer):
+    """The server; `url` is the address of its page, token included.
+
+    Raises
+    ------
+    OSError
+        The port cannot be used.
+    ImportError
+        plotly is not installed.
+    """
+
+    daemon_threads = True
+
+    def __init__(self, kind: str, port: int = 0) -> None:
+        self.token = secrets.token_urlsafe(24)
+        self.page = page.served(kind).encode()
+        super().__init__((ADDRESS, port), _Handler)
+
+    @property
+    def url(self) -> str:
+        """Address of the page."""
+        return f"http://{ADDRESS}:{self.server_port}/?token={self.token}"
+
+    def server_bind(self) -> None:
+        """Bind without asking for the machine's name, which may wait for a name server."""
+        TCPServer.server_bind(self)
+        self.server_name, self.server_port = ADDRESS, int(self.server_address[1])
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Keep quiet about browsers that close their connections, and about nothing else."""
+        if not isinstance(sys.exc_info()[1], OSError):
+            super().handle_error(request, client_address)

@@ -1,0 +1,432 @@
+"""`stiefel-rs explore`: its curves, its grid, its page, its server, its command."""
+
+import base64
+import http.client
+import json
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+from explore_problem import library, running
+
+from stiefel_rs import InvalidInputError, OutsideDomainError, Stiefel, cli
+from stiefel_rs.explore import curves, grid, page, server
+from stiefel_rs.explore.curves import KINDS, Sampled
+
+pytest.importorskip("plotly")
+
+GOOD = {"kind": "sphere", "angle": 1.5, "v0": [1, 2], "v1": [1, -2.5]}
+
+
+# The problem.
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("angle", [0.1, 1.2, np.pi])
+def test_ends_are_points_with_bases_of_their_tangent_spaces(kind, angle):
+    M = Stiefel(3, KINDS[kind].k)
+    both = curves.ends(KINDS[kind], angle)
+    for end in both:
+        M.check_point(end.point, atol=1e-15)
+        for V in end.basis:
+            M.check_tangent(end.point, V, atol=1e-15)
+        gram = np.array([[M.inner(end.point, V, W) for W in end.basis] for V in end.basis])
+        assert np.linalg.matrix_rank(gram) == M.dim
+    relative = both[1].point @ both[0].point.T
+    if kind == "sphere":
+        assert np.trace(relative) == pytest.approx(np.cos(angle), abs=1e-15)
+
+
+def test_ends_of_frames_are_turned_by_the_angle():
+    a, b = (np.column_stack([e.point, np.cross(*e.point.T)]) for e in curves.ends(KINDS["frame"], 0.7))
+    assert np.arccos((np.trace(b @ a.T) - 1) / 2) == pytest.approx(0.7, abs=1e-14)
+
+
+def test_velocities_of_frames_are_angular_velocities_of_the_body():
+    start, _ = curves.ends(KINDS["frame"], 1.0)
+    first, second = start.point.T
+    third = np.cross(first, second)
+    V = np.tensordot([0.3, -0.4, 0.5], start.basis, 1)
+    w = 0.3 * first - 0.4 * second + 0.5 * third
+    assert np.allclose(V, np.cross(w, start.point.T).T, atol=1e-15)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_compute_gives_what_the_library_gives(kind):
+    t, rng = np.linspace(0, 1, 7), np.random.default_rng(3)
+    v0, v1 = rng.uniform(-2, 2, (2, len(KINDS[kind].parameters)))
+    found = curves.compute(KINDS[kind], 1.1, v0, v1, t)
+    *both, M = library(kind, 1.1, v0, v1)
+    for name, curve in zip(("gcp", "cubic"), both, strict=True):
+        assert np.array_equal(found[name].points, curve(t))
+        assert np.array_equal(found[name].speed, M.norm(curve(t), curve.velocity(t)))
+        assert np.array_equal(found[name].acceleration, M.norm(curve(t), curve.acceleration(t)))
+        assert found[name].cost == curve.cost()
+    assert np.array_equal(curves.distance(found), np.linalg.norm(both[0](t) - both[1](t), axis=(1, 2)))
+
+
+def test_a_missing_curve_is_its_error():
+    found = curves.compute(KINDS["sphere"], np.pi, [0, 0], [0, 0], np.linspace(0, 1, 3))
+    assert isinstance(found["gcp"], OutsideDomainError)
+    assert found["gcp"].angle == pytest.approx(np.pi)
+    assert isinstance(found["cubic"], Sampled)
+    fast = curves.compute(KINDS["sphere"], 1.0, [15, 15], [0, 0], np.linspace(0, 1, 3))
+    assert isinstance(fast["gcp"], InvalidInputError)
+    assert curves.distance(fast) is None
+
+
+@pytest.mark.parametrize(
+    ("angle", "v0", "message"),
+    [
+        (0.0, [0, 0], "angle: from 0"),
+        (3.2, [0, 0], "angle: from 0"),
+        (np.nan, [0, 0], "angle: from 0"),
+        (1.0, [0, 0, 0], "v0: 2 numbers expected"),
+        (1.0, [0, np.inf], "v0: not finite"),
+        (1.0, [0, 21], "v0: at most 20 expected, found 21"),
+        (1.0, ["x", 0], "v0: numbers expected"),
+        (1.0, [[1], 0], "v0: numbers expected"),
+    ],
+)
+def test_bad_velocities(angle, v0, message):
+    with pytest.raises(InvalidInputError, match=re.escape(message)):
+        curves.compute(KINDS["sphere"], angle, v0, [0, 0], np.linspace(0, 1, 3))
+
+
+# The grid.
+
+
+@pytest.fixture
+def small(monkeypatch):
+    """Grids of a few nodes: the whole ones take tens of seconds."""
+    axes = {"sphere": (np.array([-2.0, 1.0]), np.array([-3.0, 0.0, 3.0]))}
+    axes["frame"] = (np.array([0.0, 1.0]), np.array([0.5, 1.5]), np.array([-1.0, 1.0]))
+    monkeypatch.setattr(grid, "AXES", axes)
+    monkeypatch.setattr(page, "AXES", axes)
+
+
+def decoded(text, dtype, shape):
+    return np.frombuffer(base64.b64decode(text), dtype).reshape(shape)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_grid_holds_what_the_library_gives(small, kind):
+    done = []
+    made = grid.build(kind, lambda: done.append(1))
+    count, m, size = grid.size(KINDS[kind]), made["samples"], 3 * KINDS[kind].k
+    assert len(done) == count == {"sphere": 36, "frame": 64}[kind]
+    json.dumps(made, allow_nan=False)
+    points = decoded(made["points"], "<i2", (count, 2, m, size)) / grid.UNIT
+    scales = decoded(made["scales"], "<f8", (count, 5))
+    profiles = decoded(made["profiles"], "<i2", (count, 5, m)) / grid.UNIT * scales[:, :, None]
+    costs = decoded(made["costs"], "<f8", (count, 2))
+    t = np.linspace(0, 1, m)
+    for node, (v0, v1) in enumerate(grid.nodes(KINDS[kind])):
+        *both, M = library(kind, KINDS[kind].angle, v0, v1)
+        # Half of a unit, and the round-off of the division.
+        half = 0.5000001 / grid.UNIT
+        for i, curve in enumerate(both):
+            S = curve(t)
+            assert np.abs(points[node, i] - S.reshape(m, size)).max() <= half
+            lengths = M.norm(S, curve.velocity(t)), M.norm(S, curve.acceleration(t))
+            for j, values in enumerate(lengths):
+                assert np.abs(profiles[node, 2 * i + j] - values).max() <= half * values.max()
+            assert costs[node, i] == curve.cost()
+        apart = np.linalg.norm(both[0](t) - both[1](t), axis=(1, 2))
+        assert np.abs(profiles[node, 4] - apart).max() <= half * apart.max()
+    assert made["errors"] == {}
+
+
+def test_grid_keeps_errors(monkeypatch):
+    monkeypatch.setattr(grid, "AXES", {"sphere": (np.array([0.0, 15.0]), np.array([0.0]))})
+    made = grid.build("sphere", lambda: None)
+    assert set(made["errors"]) == {1, 2, 3}
+    assert made["errors"][2]["gcp"].startswith("InvalidInputError: ")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_static_pages_stay_below_eight_megabytes(kind):
+    count, m, size = grid.size(KINDS[kind]), grid.SAMPLES[kind], 3 * KINDS[kind].k
+    bytes_of_grid = 4 / 3 * count * (2 * 2 * m * size + 2 * 5 * m + 8 * 5 + 8 * 2)
+    assert len(page.served(kind)) + bytes_of_grid < 8_000_000
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_first_velocities_are_nodes(kind):
+    for v in KINDS[kind].velocities:
+        for value, axis in zip(v, grid.AXES[kind], strict=True):
+            assert value in axis
+
+
+# The page.
+
+
+@pytest.fixture(params=["served", "static"])
+def text(request, small):
+    return page.served("sphere") if request.param == "served" else page.static("sphere", lambda: None)
+
+
+def test_the_page_names_no_other_address(text):
+    own = text.replace(page._script(page.plotly_js()), "")
+    assert len(own) < len(text)
+    assert not re.findall(r"(?:https?|wss?):?//[\w.]|\bsrc\s*=|@import|url\(|import\(", own)
+    assert re.findall(r'href="([^"]*)"', own) == ["data:,"]
+
+
+def test_the_browser_is_told_to_fetch_nothing(text):
+    found = re.search(r'http-equiv="Content-Security-Policy" content="([^"]*)"', text)[1]
+    rules = dict(rule.split(" ", 1) for rule in found.split("; "))
+    assert rules["default-src"] == "'none'"
+    assert rules["connect-src"] == ("'none'" if '"mode":"static"' in text else "'self'")
+    programs = re.findall(r"<script>(.*?)</script>", text, flags=re.DOTALL)
+    assert rules["script-src"].split() == [page._hash(program) for program in programs]
+
+
+def test_the_static_page_says_its_spacing(small):
+    assert "-3 to 3 in steps of 3" in page.static("sphere", lambda: None)
+
+
+def test_data_cannot_end_its_element():
+    assert "<" not in page._data("</script><!--")
+    assert "</script" not in page._script("a</script>b<!--c")
+
+
+# The server.
+
+
+@pytest.fixture(scope="module")
+def served():
+    with running() as made:
+        yield made
+
+
+def ask(served, method="POST", path="/curves", body=None, **changed):
+    """Status and content of an answer; `changed` headers, None leaves one out."""
+    headers = {"Host": f"127.0.0.1:{served.server_port}", "X-Token": served.token, "Content-Type": "application/json"}
+    headers |= {name.replace("_", "-"): value for name, value in changed.items()}
+    connection = http.client.HTTPConnection("127.0.0.1", served.server_port, timeout=20)
+    connection.putrequest(method, path, skip_host=True, skip_accept_encoding=True)
+    data = b"" if body is None else body if isinstance(body, bytes) else json.dumps(body).encode()
+    if method == "POST" and "Content-Length" not in headers:
+        headers["Content-Length"] = str(len(data))
+    for name, value in headers.items():
+        if value is not None:
+            connection.putheader(name, value)
+    connection.endheaders(data or None)
+    response = connection.getresponse()
+    content = response.read()
+    connection.close()
+    if response.getheader("Content-Type").startswith("application/json"):
+        content = json.loads(content)
+    return response.status, content, response
+
+
+def test_curves_of_the_server_are_those_of_the_library(served):
+    for request in (GOOD, {"kind": "frame", "angle": 0.8, "v0": [1, 0, 2], "v1": [0, -1, 1.5]}):
+        status, found, _ = ask(served, body=request)
+        assert status == 200
+        *both, M = library(*request.values())
+        t = np.array(found["t"])
+        for name, curve in zip(("gcp", "cubic"), both, strict=True):
+            assert np.array_equal(np.array(found["curves"][name]["points"]).reshape(-1, 3, curve.k), curve(t))
+            assert found["curves"][name]["cost"] == curve.cost()
+            assert np.array_equal(found["curves"][name]["speed"], M.norm(curve(t), curve.velocity(t)))
+        assert np.array_equal(found["distance"], np.linalg.norm(both[0](t) - both[1](t), axis=(1, 2)))
+
+
+def test_the_page_needs_the_token(served):
+    status, content, response = ask(served, "GET", f"/?token={served.token}", X_Token=None)
+    assert status == 200
+    assert content.decode() == page.served("sphere")
+    assert response.getheader("Cache-Control") == "no-store"
+    assert response.getheader("Referrer-Policy") == "no-referrer"
+    for path in ("/", "/?token=", f"/?token={served.token}x", f"/?token={served.token[:-1]}", "/?token=%ff%F0%9F"):
+        status, content, _ = ask(served, "GET", path)
+        assert status == 403, path
+        assert content == {"error": "wrong token: use the address that stiefel-rs explore printed"}
+
+
+@pytest.mark.parametrize("token", [None, "", "x", "\u00e9"])
+def test_curves_need_the_token(served, token):
+    assert ask(served, body=GOOD, X_Token=token)[0] == 403
+
+
+def test_token_is_long_random_and_compared_in_constant_time(served, monkeypatch):
+    with server.Server("sphere") as other:
+        assert other.token != served.token
+    assert len(served.token) >= 32
+    seen, compare = [], server.secrets.compare_digest
+    monkeypatch.setattr(server.secrets, "compare_digest", lambda a, b: seen.append((a, b)) or compare(a, b))
+    ask(served, body=GOOD, X_Token="wrong")
+    assert seen == [(b"wrong", served.token.encode())]
+
+
+@pytest.mark.parametrize("host", [None, "", "evil.example", "evil.example:80", "127.0.0.1", "127.0.0.1:1"])
+def test_other_hosts_are_refused(served, host):
+    """A name of somebody else that leads to this machine (DNS rebinding) is not this server's."""
+    for method, path in (("GET", f"/?token={served.token}"), ("POST", "/curves")):
+        status, content, _ = ask(served, method, path, body=GOOD if method == "POST" else None, Host=host)
+        assert (status, content) == (403, {"error": "wrong host"})
+
+
+def test_other_origins_are_refused(served):
+    assert ask(served, body=GOOD, Origin="http://evil.example")[0] == 403
+    assert ask(served, body=GOOD, Origin="null")[0] == 403
+    assert ask(served, body=GOOD, Origin=f"http://localhost:{served.server_port}")[0] == 200
+
+
+def test_only_this_machine_is_listened_to(served):
+    assert served.server_address[0] == "127.0.0.1"
+
+
+@pytest.mark.parametrize(
+    ("body", "message"),
+    [
+        (b"", "not JSON"),
+        (b"{", "not JSON"),
+        (b"\xff\xfe", "not JSON"),
+        (b"[" * 4000, "not JSON"),
+        (b"[]", "an object with angle, kind, v0, v1 expected"),
+        (GOOD | {"more": 1}, "an object with"),
+        ({"kind": "sphere"}, "an object with"),
+        (GOOD | {"kind": "torus"}, "kind: sphere or frame expected"),
+        (GOOD | {"kind": ["sphere"]}, "kind: sphere or frame expected"),
+        (GOOD | {"angle": "1"}, "angle: finite numbers expected"),
+        (GOOD | {"angle": True}, "angle: finite numbers expected"),
+        (GOOD | {"angle": -1}, "angle: from 0 (excluded) to pi expected, found -1"),
+        (GOOD | {"v0": 1}, "v0: a list of numbers expected"),
+        (GOOD | {"v0": [1, None]}, "v0: finite numbers expected"),
+        (GOOD | {"v0": [1, [2]]}, "v0: finite numbers expected"),
+        (GOOD | {"v0": [1, 2, 3]}, "v0: 2 numbers expected"),
+        (GOOD | {"v1": [1, 1e3]}, "v1: at most 20 expected, found 1000"),
+        (GOOD | {"v1": [1, 10**400]}, "v1: finite numbers expected"),
+        (GOOD | {"v1": [float("nan"), 0]}, "NaN is no number of JSON"),
+        (GOOD | {"v1": [float("-inf"), 0]}, "-Infinity is no number of JSON"),
+        (json.dumps(GOOD).replace("-2.5", "1e999").encode(), "v1: finite numbers expected"),
+    ],
+)
+def test_bad_requests(served, body, message):
+    status, content, _ = ask(served, body=body)
+    assert status == 400
+    assert content["error"].startswith("InvalidInputError: ")
+    assert message in content["error"]
+
+
+def test_large_requests_are_not_read(served):
+    body = json.dumps(GOOD).encode() + b" " * server.MAX_BODY
+    for length in (str(len(body)), "9" * 5000):
+        status, content, response = ask(served, body=body, Content_Length=length)
+        assert (status, content) == (413, {"error": "at most 4096 bytes expected"})
+        assert response.getheader("Connection") == "close"
+
+
+@pytest.mark.parametrize(
+    ("changed", "status"),
+    [
+        ({"Content_Length": None}, 411),
+        ({"Content_Length": "-1"}, 411),
+        ({"Content_Length": "ten"}, 411),
+        ({"Transfer_Encoding": "chunked"}, 411),
+        ({"Content_Type": "text/plain"}, 415),
+        ({"Content_Type": None}, 415),
+        ({"path": "/other"}, 404),
+        ({"method": "PUT"}, 501),
+    ],
+)
+def test_unusual_requests(served, changed, status):
+    connection_broken = (http.client.RemoteDisconnected, ConnectionResetError)
+    try:
+        found = ask(served, **({"body": GOOD} | changed))
+    except connection_broken:
+        pytest.fail("no answer")
+    assert found[0] == status
+
+
+def test_a_page_that_is_not_there(served):
+    assert ask(served, "GET", f"/favicon.ico?token={served.token}")[0] == 404
+
+
+def test_curves_that_do_not_exist_come_as_text(served):
+    """Points that are opposite to each other; and velocities that are too long for the geometric cubic."""
+    status, content, _ = ask(served, body=GOOD | {"angle": np.pi, "v0": [0, 0], "v1": [0, 0]})
+    assert status == 200
+    assert content["curves"]["gcp"]["error"].startswith("OutsideDomainError: no unique shortest curve joins the points")
+    assert content["distance"] is None
+    status, content, _ = ask(served, body=GOOD | {"v0": [9, 9]})
+    assert status == 200
+    assert content["curves"]["gcp"]["error"].startswith("InvalidInputError: ")
+
+
+def test_many_at_once(served):
+    found = []
+    threads = [threading.Thread(target=lambda: found.append(ask(served, body=GOOD)[:2])) for _ in range(16)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(found) == 16
+    assert all(answer == found[0] for answer in found)
+    assert found[0][0] == 200
+
+
+# The command.
+
+
+def test_ctrl_c_ends_the_server(spawn):
+    process = spawn("-m", "stiefel_rs", "explore", "--no-browser", stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    url = process.stdout.readline().strip()
+    assert re.fullmatch(r"http://127\.0\.0\.1:\d+/\?token=[\w-]{32,}", url)
+    process.stdout.readline()
+    begin = time.monotonic()
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=20)
+    assert time.monotonic() - begin < 2
+    assert (process.returncode, out, err) == (0, "stopped\n", "")
+
+
+def test_static_writes_a_page(small, tmp_path, capsys, monkeypatch):
+    assert cli.main(["explore", "--kind", "frame", "--out", str(tmp_path / "page.html")]) == 0
+    assert capsys.readouterr().out == f"page: {tmp_path / 'page.html'}\n"
+    assert (tmp_path / "page.html").read_text(encoding="utf-8") == page.static("frame", lambda: None)
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["explore", "--static"]) == 0
+    assert (tmp_path / "explore.html").stat().st_size > 3_000_000
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--static", "--port", "0"], "go with a server"),
+        (["--out", "x.html", "--no-browser"], "go with a server"),
+        (["--port", "70000"], "not a port"),
+        (["--port", "-1"], "not a port"),
+        (["--kind", "torus"], "invalid choice"),
+    ],
+)
+def test_usage(arguments, message, capsys):
+    with pytest.raises(SystemExit) as left:
+        cli.main(["explore", *arguments])
+    assert left.value.code == 2
+    assert message in capsys.readouterr().err
+
+
+def test_what_cannot_be_done_is_said(small, served, tmp_path, capsys):
+    assert cli.main(["explore", "--out", str(tmp_path / "none" / "page.html")]) == 1
+    assert "page.html: No such file" in capsys.readouterr().err
+    assert cli.main(["explore", "--no-browser", "--port", str(served.server_port)]) == 1
+    assert "in use" in capsys.readouterr().err
+
+
+def test_without_plotly():
+    code = "import sys; sys.modules['plotly'] = None; from stiefel_rs.cli import main; sys.exit(main())"
+    for options in (["--no-browser"], ["--out", "/dev/null"]):
+        done = subprocess.run(
+            [sys.executable, "-c", code, "explore", *options], capture_output=True, text=True, timeout=120, check=False
+        )
+        assert done.returncode == 1
+        assert "pip install stiefel-rs[explore]" in done.stderr
