@@ -35,6 +35,7 @@ KATEX_URL = f"https://registry.npmjs.org/katex/-/katex-{KATEX}.tgz"
 CACHE = ROOT / "target" / "website"
 
 MATHS = re.compile(r'<(span|div) class="arithmatex">(.*?)</\1>', re.DOTALL)
+HELP = re.compile(r"<!-- help ?(\w*) -->")
 # What a browser fetches by itself when it shows a page.
 FETCHED = re.compile(r'<(?:script|img|iframe|source)\b[^>]*\bsrc="(https?:|//)|<link\b[^>]*\brel="stylesheet"[^>]*//')
 
@@ -51,7 +52,9 @@ def on_files(files: Files, *, config: MkDocsConfig) -> Files:
 
 
 def on_page_markdown(markdown: str, *, page: Page, **_: Any) -> str:
-    """Links of the gallery to the scripts lead to their pages."""
+    """Links of the gallery to the scripts lead to their pages; the command tells its own options."""
+    if page.file.src_uri == "reference/command_line.md":
+        return HELP.sub(lambda found: help_of(found[1]), markdown)
     if page.file.src_uri != "gallery.md":
         return markdown
     markdown = markdown.replace("](../examples/data/README.md)", "](examples/data.md)")
@@ -64,6 +67,14 @@ def on_post_page(output: str, *, page: Page, **_: Any) -> str:
     if fetched := FETCHED.search(output):
         raise PluginError(f"{page.file.src_uri}: the page loads {fetched[0]}...")
     return MATHS.sub(lambda found: formula(found[2], page.file.src_uri), output)
+
+
+def help_of(command: str) -> str:
+    """What a command says about itself, as a block of text."""
+    arguments = [sys.executable, "-m", "stiefel_rs", *command.split(), "--help"]
+    wide = os.environ | {"COLUMNS": "100", "NO_COLOR": "1"}
+    text = subprocess.run(arguments, capture_output=True, text=True, timeout=60, check=True, env=wide).stdout
+    return f"```text\n{text}```"
 
 
 def katex() -> Path:
