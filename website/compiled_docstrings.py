@@ -13,6 +13,11 @@ import stiefel_rs
 import stiefel_rs._core as compiled
 
 ROLE = re.compile(r":(?:meth|func|class):`([^`]+)`")
+NO_BREAK = "\u00a0"
+SHAPE = re.compile(r"(ndarray|array_like), ((?:each of )?shape)")
+TYPED = re.compile(r"^(?P<name>\w+(?:, \w+)*) : (?P<kind>.+?)(?P<rest>, optional|, default .*|)$", flags=re.MULTILINE)
+SEE_ALSO = re.compile(r"^See Also\n-+\n(?:\S.*\n?)+", flags=re.MULTILINE)
+SEEN = re.compile(r"^(\w+) : ", flags=re.MULTILINE)
 TABLE = re.compile(
     r"^(?P<rule>=+(?: +=+)+)\n(?P<head>.+\n)(?P=rule)\n(?P<rows>(?:.+\n)*?)(?P=rule)\n?", flags=re.MULTILINE
 )
@@ -25,6 +30,7 @@ class CompiledDocstrings(griffe.Extension):
         """Replace what griffe made of the compiled module by its stubs, completed."""
         if pkg.name != "stiefel_rs":
             return
+        _translate(pkg)
         for name, found in list(_stubs(pkg, loader).members.items()):
             if name not in stiefel_rs.__all__:
                 continue
@@ -35,6 +41,17 @@ class CompiledDocstrings(griffe.Extension):
             # In place of the alias: compiled objects say that they belong to the package.
             pkg.del_member(name)
             pkg.set_member(name, found)
+
+
+def _translate(found: griffe.Module | griffe.Class) -> None:
+    """Texts of what is written in Python."""
+    for member in found.members.values():
+        if isinstance(member, griffe.Alias) or member.name == "_core":
+            continue
+        if member.docstring:
+            member.docstring.value = markdown(member.docstring.value, found.name)
+        if isinstance(member, griffe.Module | griffe.Class):
+            _translate(member)
 
 
 def _stubs(pkg: griffe.Module, loader: griffe.GriffeLoader) -> griffe.Module:
@@ -101,8 +118,10 @@ def _docstring(found: griffe.Object, runtime: object) -> griffe.Docstring | None
 
 
 def markdown(text: str, owner: str) -> str:
-    """Tables and roles of reStructuredText as Markdown has them, in a docstring of that class."""
+    """What reStructuredText says in a docstring of that class, as Markdown says it."""
     text = TABLE.sub(_table, text)
+    text = SHAPE.sub(rf"\1,{NO_BREAK}\2", TYPED.sub(_as_text, text))
+    text = SEE_ALSO.sub(lambda section: SEEN.sub(r"[`\1`][stiefel_rs.\1]: ", section[0]), text)
     return ROLE.sub(lambda role: f"[`{role[1]}`][{_path(role[1], owner)}]", text)
 
 
@@ -121,6 +140,18 @@ def _table(found: re.Match[str]) -> str:
             rows[-1] = [f"{above} {below}".strip() for above, below in zip(rows[-1], line, strict=True)]
     head, *body = (f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in row)} |" for row in rows)
     return "\n".join([head, "|---" * len(starts) + "|", *body]) + "\n"
+
+
+def _as_text(line: re.Match[str]) -> str:
+    """A type that is a sentence rather than an expression: griffe keeps what it cannot compile as it is written."""
+    kind = line["kind"]
+    if kind.startswith("{"):
+        # griffe would take the first of the choices for the default.
+        *choices, last = kind.strip("{}").split(", ")
+        kind = f"{', '.join(choices)}{NO_BREAK}or {last}"
+    elif '"' in kind:
+        kind = kind.replace(" ", NO_BREAK, 1)
+    return f"{line['name']} : {kind}{line['rest']}"
 
 
 def _path(name: str, owner: str) -> str:
