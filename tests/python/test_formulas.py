@@ -331,7 +331,7 @@ def test_frame_form_of_cubics(data):
     assert np.allclose(curve.momentum, g @ mu @ g.T, atol=1e-13)
     third = parts(bracket(ddx, x), k)[0] - bracket(parts(bracket(x, dx), k)[1], x)
     # The blocks of the recurrence.
-    (w, b), (dw, db), (ddw, ddb) = ((y[:k, :k], y[k:, :k]) for y in (x, dx, ddx))
+    (w, b), (_, db), (ddw, ddb) = ((y[:k, :k], y[k:, :k]) for y in (x, dx, ddx))
     n, p = db.T @ b, b.T @ b
     dn = ddb.T @ b + db.T @ db
     assert np.allclose(third[k:, :k], ddb @ w + b @ (n - ddw) - db @ p, atol=1e-13)
@@ -459,7 +459,7 @@ def test_charts(chart, hamiltonian, rng):
     assert np.isclose(chart.hamiltonian(z), hamiltonian(z))
     # The momenta are those of the covariant data.
     M = Stiefel(3, chart.k)
-    S, V, A, J = chart.covariant(z)
+    S, _, A, J = chart.covariant(z)
     fields = [chart.embed_velocity(q, e) for e in np.eye(d)]
     assert np.allclose(r, [M.inner(S, field, A) for field in fields])
     free = np.concatenate([q, qdot, np.zeros(d), r])
