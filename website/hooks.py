@@ -35,6 +35,8 @@ KATEX_URL = f"https://registry.npmjs.org/katex/-/katex-{KATEX}.tgz"
 CACHE = ROOT / "target" / "website"
 
 MATHS = re.compile(r'<(span|div) class="arithmatex">(.*?)</\1>', re.DOTALL)
+ROW = re.compile(r"^\|.*\|$", flags=re.MULTILINE)
+CODE = re.compile(r"`[^`]+`")
 HELP = re.compile(r"<!-- help ?(\w*) -->")
 # What a browser fetches by itself when it shows a page.
 FETCHED = re.compile(r'<(?:script|img|iframe|source)\b[^>]*\bsrc="(https?:|//)|<link\b[^>]*\brel="stylesheet"[^>]*//')
@@ -52,7 +54,9 @@ def on_files(files: Files, *, config: MkDocsConfig) -> Files:
 
 
 def on_page_markdown(markdown: str, *, page: Page, **_: Any) -> str:
-    """Links of the gallery to the scripts lead to their pages; the command tells its own options."""
+    """Bars in tables; links of the gallery to the scripts lead to their pages; the command tells its own options."""
+    # Forges want bars in the code of tables escaped, Python-Markdown shows the escapes.
+    markdown = ROW.sub(lambda row: CODE.sub(lambda code: code[0].replace(r"\|", "|"), row[0]), markdown)
     if page.file.src_uri == "reference/command_line.md":
         return HELP.sub(lambda found: help_of(found[1]), markdown)
     if page.file.src_uri != "gallery.md":
