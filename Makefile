@@ -6,9 +6,10 @@ VENV := .venv
 BIN := $(VENV)/bin
 OUT ?= out
 INSTALLED := $(VENV)/.installed
+DOCS_INSTALLED := $(VENV)/.docs-installed
 SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md $(shell find src python -name '*.rs' -o -name '*.py' -o -name '*.pyi')
 
-.PHONY: help reproduce test test-rust test-python lint bench benchmark gallery boundary control-points accuracy study doc clean
+.PHONY: help reproduce test test-rust test-python lint bench benchmark gallery boundary control-points accuracy study doc docs clean
 
 help: ## Show this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | sort | expand -t 16
@@ -40,8 +41,8 @@ lint: $(BIN)/python ## Formatting and lints of both languages
 	cargo clippy --locked --all-targets -- -D warnings
 	cargo clippy --locked --lib --features python -- -D warnings
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'ruff>=0.9,<1'
-	$(BIN)/ruff check python tests/python benchmarks examples
-	$(BIN)/ruff format --check python tests/python benchmarks examples
+	$(BIN)/ruff check python tests/python benchmarks examples website
+	$(BIN)/ruff format --check python tests/python benchmarks examples website
 
 bench: ## Criterion benchmarks, quick profile
 	cargo bench --locked -- --quick
@@ -68,5 +69,12 @@ study: $(INSTALLED) ## Integrators of cubics compared, into docs/integrators.md 
 doc: ## Rust documentation, with rendered mathematics
 	cargo doc --locked --no-deps
 
+$(DOCS_INSTALLED): $(INSTALLED)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check '.[docs]'
+	@touch $@
+
+docs: $(DOCS_INSTALLED) ## The documentation site, into site/; runs the examples of the gallery unless they are as they were
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict
+
 clean: ## Remove everything that make has made
-	rm -rf $(VENV) .venv-bench $(OUT) target
+	rm -rf $(VENV) .venv-bench $(OUT) site target

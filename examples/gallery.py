@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import argparse
+from pathlib import Path
 from textwrap import fill
 from typing import Any
 
@@ -12,7 +14,7 @@ import reduced_order_model
 from figures import FIGURES
 
 WIDTH = 120
-PAGE = FIGURES.parent.parent / "gallery.md"
+DOCS = FIGURES.parent.parent
 EXAMPLES = {
     "attitude": attitude.main,
     "reduced_order_model": reduced_order_model.main,
@@ -116,5 +118,14 @@ def page(numbers: dict[str, dict[str, Any]]) -> str:
     return wrapped(TEXT.format(**values))
 
 
+def write(folder: Path) -> None:
+    """Run all examples; their page and their figures go into the folder."""
+    figures = folder / FIGURES.relative_to(DOCS)
+    text = page({name: main(figures / f"{name}.png") for name, main in EXAMPLES.items()})
+    (folder / "gallery.md").write_text(text, encoding="utf-8")
+
+
 if __name__ == "__main__":
-    PAGE.write_text(page({name: main(FIGURES / f"{name}.png") for name, main in EXAMPLES.items()}), encoding="utf-8")
+    parser = argparse.ArgumentParser(description="Run all examples: the page and the figures of the gallery.")
+    parser.add_argument("--out", type=Path, default=DOCS, help="folder for gallery.md and figures/")
+    write(parser.parse_args().out)

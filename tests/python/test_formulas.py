@@ -1,0 +1,513 @@
+"""The formulas of docs/mathematics.md, written down in NumPy and SciPy, against what the package computes."""
+
+import numpy as np
+import pytest
+from scipy.linalg import block_diag, expm, logm, lu, polar, sqrtm, svd
+from scipy.optimize import minimize_scalar
+from scipy.special import jv
+
+from stiefel_rs import (
+    Chart,
+    Geodesic,
+    GeometricCubic,
+    GeometricPolynomial,
+    QuasiGeodesic,
+    RiemannianCubic,
+    SmoothingSpline,
+    Stiefel,
+    estimate_velocities,
+    integrate_cubic,
+    skew_exp,
+)
+
+SHAPES = [(3, 1), (3, 2), (5, 2), (6, 3), (4, 4)]
+METRICS = ["canonical", "euclidean", 1.5]
+
+
+@pytest.fixture(params=SHAPES, ids=str)
+def data(request, rng):
+    """A point, three tangent vectors of length about 0.6 at it, and the manifold."""
+    M = Stiefel(*request.param)
+    S = M.random_point(rng)
+    vectors = (M.random_tangent(S, rng) for _ in range(3))
+    return M, S, *(V * (0.6 / M.norm(S, V)) for V in vectors)
+
+
+def skew(A):
+    return (A - A.T) / 2
+
+
+def bracket(A, B):
+    return A @ B - B @ A
+
+
+def split(S, V):
+    """The parts `Omega` and `K` of a tangent vector, and the generator `X`."""
+    Omega = S.T @ V
+    K = V - S @ Omega
+    return Omega, K, K @ S.T - S @ K.T
+
+
+def christoffel(S, V, W):
+    P = np.eye(len(S)) - S @ S.T
+    return (V @ W.T + W @ V.T) @ S / 2 + S @ (V.T @ P @ W + W.T @ P @ V) / 2
+
+
+def function_of_ad(coefficients, X, Y):
+    """`sum_j c_j ad_X^j Y`."""
+    total = np.zeros_like(Y)
+    for c in coefficients:
+        total, Y = total + c * Y, bracket(X, Y)
+    return total
+
+
+def differential(S, u, z, h=1e-5):
+    """`D R_u[z]` of the quasi-geodesic retraction, by central differences."""
+
+    def image(tau):
+        Omega, _, X = split(S, u + tau * z)
+        return expm(X) @ S @ expm(Omega)
+
+    return (8 * (image(h) - image(-h)) - (image(2 * h) - image(-2 * h))) / (12 * h)
+
+
+def weight(M):
+    return 1 / (2 * (M.alpha + 1))
+
+
+def normal_basis(S, *vectors):
+    """An orthonormal basis of the normal parts of tangent vectors."""
+    K = np.hstack([split(S, V)[1] for V in vectors])
+    U, s, _ = svd(K, full_matrices=False)
+    return U[:, s > 1e-12]
+
+
+def generator(w, A, B):
+    return np.block([[2 * w * A, -B.T], [B, np.zeros((len(B), len(B)))]])
+
+
+def test_metric(data):
+    M, S, V, W, _ = data
+    for metric in METRICS:
+        N = Stiefel(M.n, M.k, metric=metric)
+        a = N.alpha
+        form = np.trace(V.T @ (np.eye(M.n) - (2 * a + 1) / (2 * (a + 1)) * S @ S.T) @ W)
+        assert np.isclose(N.inner(S, V, W), form)
+        Omega, K, _ = split(S, V)
+        assert np.isclose(N.norm(S, V) ** 2, np.sum(K**2) + weight(N) * np.sum(Omega**2))
+
+
+@pytest.mark.parametrize("metric", METRICS)
+def test_geodesic(metric, data):
+    M, S, V, _, _ = data
+    w = weight(Stiefel(M.n, M.k, metric=metric))
+    Q, A = normal_basis(S, V), S.T @ V
+    E = expm(0.7 * generator(w, A, Q.T @ V))[:, : M.k]
+    expected = np.hstack([S, Q]) @ E @ expm(0.7 * (1 - 2 * w) * A)
+    assert np.allclose(Geodesic.from_velocity(S, V, metric=metric)(0.7), expected, atol=1e-13)
+
+
+@pytest.mark.parametrize("metric", METRICS)
+def test_transport(metric, data):
+    M, S, V, W, _ = data
+    N = Stiefel(M.n, M.k, metric=metric)
+    w, Q, Omega = weight(N), normal_basis(S, V), S.T @ V
+    B, C, D = Q.T @ V, S.T @ W, Q.T @ W
+    rest = W - S @ C - Q @ D
+
+    def operator(C, D):
+        return (0.5 - 2 * w) * bracket(Omega, C) + (B.T @ D - D.T @ B) / 2, w * (D @ Omega - B @ C)
+
+    # The exponential of the operator by its series.
+    term, total = (C, D), (C, D)
+    for j in range(1, 40):
+        term = tuple(part / j for part in operator(*term))
+        total = tuple(a + b for a, b in zip(total, term, strict=True))
+    E = expm(generator(w, Omega, B))
+    expected = np.hstack([S, Q]) @ E @ np.vstack(total) @ expm((1 - 2 * w) * Omega) + rest @ expm((1 - w) * Omega)
+    assert np.allclose(N.transport(S, V, W), expected, atol=1e-13)
+
+
+@pytest.mark.parametrize("metric", METRICS)
+def test_curvature(metric, data):
+    M, S, U, V, W = data
+    N = Stiefel(M.n, M.k, metric=metric)
+    k, w, Q = M.k, weight(N), normal_basis(S, U, V, W)
+    # Pairs (A, B), one above the other.
+    x, y, z = (np.hstack([S, Q]).T @ T for T in (U, V, W))
+
+    def connection(x, z):
+        A, B, C, D = x[:k], x[k:], z[:k], z[k:]
+        return np.vstack([(bracket(A, C) - B.T @ D + D.T @ B) / 2, w * B @ C - (1 - w) * D @ A])
+
+    A, B, C, D = x[:k], x[k:], y[:k], y[k:]
+    in_m = np.vstack([bracket(A, C) - B.T @ D + D.T @ B, B @ C - D @ A])
+    in_h = D @ B.T - B @ D.T
+    turned = np.vstack([np.zeros((k, k)), in_h @ z[k:]])
+    R = connection(x, connection(y, z)) - connection(y, connection(x, z)) - connection(in_m, z) - turned
+    assert np.allclose(N.curvature(S, U, V, W), np.hstack([S, Q]) @ R, atol=1e-13)
+    area = N.norm(S, U) ** 2 * N.norm(S, V) ** 2 - N.inner(S, U, V) ** 2
+    if area > 1e-3:
+        sectional = N.inner(S, N.curvature(S, U, V, V), U) / area
+        assert np.isclose(N.sectional_curvature(S, U, V), sectional)
+
+
+@pytest.mark.parametrize("metric", METRICS)
+def test_gradient_and_hessian(metric, data, rng):
+    M, S, V, _, _ = data
+    N = Stiefel(M.n, M.k, metric=metric)
+    w, (G, H) = weight(N), rng.standard_normal((2, M.n, M.k))
+    P, (A, B, _) = np.eye(M.n) - S @ S.T, split(S, V)
+    Y, normal = (S.T @ G + G.T @ S) / 2, P @ G
+    gradient = normal + S @ skew(S.T @ G) / w
+    inner = skew(S.T @ H) - (A @ Y + Y @ A) / 2 + (1 - w) * skew(B.T @ normal)
+    hessian = P @ H - B @ Y - (1 - w) * normal @ A + S @ inner / w
+    assert np.allclose(N.euclidean_to_riemannian_gradient(S, G), gradient, atol=1e-13)
+    assert np.allclose(N.euclidean_to_riemannian_hessian(S, G, H, V), hessian, atol=1e-13)
+
+
+def test_retractions_and_their_inverses(data):
+    M, S, V, _, _ = data
+    Omega, K, _ = split(S, V)
+    half = np.eye(M.n) - S @ S.T / 2
+    W = half @ V @ S.T - S @ V.T @ half
+    N = np.eye(M.k) - Omega / 2 + K.T @ K / 4
+    cayley = (2 * S + K) @ np.linalg.inv(N) - S
+    assert np.allclose(W @ S, V)
+    assert np.allclose(cayley, np.linalg.solve(np.eye(M.n) - W / 2, (np.eye(M.n) + W / 2) @ S))
+    assert np.allclose(M.retract(S, V, "cayley"), cayley, atol=1e-14)
+    assert np.allclose(N, 2 * np.linalg.inv(np.eye(M.k) + S.T @ cayley))
+    assert np.allclose((np.eye(M.n) - S @ S.T) @ cayley @ N, K)
+    nearest = (S + V) @ np.linalg.inv(sqrtm(np.eye(M.k) + V.T @ V))
+    assert np.allclose(M.retract(S, V, "polar"), nearest, atol=1e-13)
+
+    # The matrix sign iteration, without its scaling.
+    A, G = S.T @ nearest, 2 * np.eye(M.k)
+    for _ in range(30):
+        inverse = np.linalg.inv(A)
+        A, G = (A + inverse) / 2, (G + inverse @ G @ inverse.T) / 2
+    assert np.allclose(nearest @ (G / 2) - S, M.inverse_retract(S, nearest, "polar"), atol=1e-12)
+
+    # The triangular equation, by elimination without exchanges.
+    S1 = M.retract(S, V, "qr")
+    exchange, L, U = lu(S.T @ S1)
+    if np.allclose(exchange, np.eye(M.k)):
+        F = np.linalg.solve(L, np.linalg.solve(L, 2 * np.eye(M.k)).T).T
+        R = np.linalg.solve(U, (np.triu(F, 1) + np.diag(np.diag(F)) / 2) @ L.T)
+        assert np.allclose(S1 @ R - S, M.inverse_retract(S, S1, "qr"), atol=1e-12)
+
+
+def test_quasi_geodesic(data):
+    M, S, V, _, _ = data
+    Omega, K, X = split(S, V)
+    t = 0.6
+    curve = QuasiGeodesic.from_velocity(S, V)
+    expected = expm(t * X) @ S @ expm(t * Omega)
+    Q, s, Wt = svd(K, full_matrices=False)
+    thin = (S @ Wt.T * np.cos(t * s) + Q * np.sin(t * s)) @ Wt @ expm(t * Omega)
+    assert np.allclose(curve(t), expected, atol=1e-13)
+    assert np.allclose(thin, expected, atol=1e-13)
+    F = np.hstack([S @ Wt.T, Q])
+    C, D = np.diag(np.cos(s)) - np.eye(M.k), np.diag(np.sin(s))
+    assert np.allclose(V + F @ np.block([[C, -D], [D, C]]) @ F.T @ V, expm(X) @ V)
+    # Covariant acceleration: by Christoffel symbols, and in closed form.
+    assert np.allclose(curve.acceleration(0), curve(0, 2) + christoffel(S, V, V), atol=1e-12)
+    assert np.allclose(curve.acceleration(0), K @ Omega, atol=1e-12)
+
+
+def test_quasi_geodesic_between_two_points(data):
+    M, S0, V, _, _ = data
+    S1 = M.retract(S0, V)
+    U, c, Zt = svd(S0.T @ S1)
+    R, P = polar(S0.T @ S1, side="left")
+    Omega = np.real(logm(U @ Zt))
+    normal = (np.eye(M.n) - S0 @ S0.T) @ S1 @ Zt.T
+    theta = np.arctan2(np.linalg.norm(normal, axis=0), c)
+    K = normal / np.maximum(np.linalg.norm(normal, axis=0), 1e-300) * theta @ U.T
+    assert np.allclose(M.inverse_retract(S0, S1), K + S0 @ Omega, atol=1e-7)
+
+    t, (cosines, basis) = 0.3, np.linalg.eigh(P)
+    angles = np.arccos(np.clip(cosines, -1, 1))
+    b = np.where(angles < 1e-6, t, np.sin(t * angles) / np.where(angles < 1e-6, 1, np.sin(angles)))
+    a = np.cos(t * angles) - cosines * b
+    Rt = expm(t * np.real(logm(R)))
+    beta = (S0 @ (basis * a) @ basis.T + S1 @ R.T @ (basis * b) @ basis.T) @ Rt
+    assert np.allclose(QuasiGeodesic(S0, S1)(t), beta, atol=1e-7)
+
+
+def test_derivative_of_the_inverse_retraction(data):
+    _, S, u, z, _ = data
+    Omega, _, X = split(S, u)
+    dOmega, _, dX = split(S, z)
+    carried = expm(-X) @ differential(S, u, z) @ expm(-Omega)
+    j = np.arange(24)
+    factorial = np.cumprod(np.r_[1.0, j[1:]])
+    # sinh x / x, (1 - cosh x) / x and (e^x - 1) / x.
+    sinh = np.where(j % 2 == 0, 1 / (factorial * (j + 1)), 0)
+    cosh = np.where(j % 2 == 1, -1 / (factorial * (j + 1)), 0)
+    exp = 1 / (factorial * (j + 1))
+    L = function_of_ad(sinh, X, dX) @ S
+    Psi = S.T @ function_of_ad(cosh, X, dX) @ S + function_of_ad(exp, Omega, dOmega)
+    assert np.allclose(carried, L + S @ Psi, atol=1e-9)
+
+
+def test_acceleration_at_the_start_of_a_geometric_cubic(data):
+    M, S0, V0, V, V1 = data
+    S1 = M.retract(S0, V)
+    V1 = M.project_tangent(S1, V1)
+    curve = GeometricCubic(S0, V0, S1, V1)
+    P = curve.control_points
+    U, W = V0 / 3, M.inverse_retract(P[1], P[2])
+    Omega, _, X = split(S0, U)
+    assert np.allclose(P[1], M.retract(S0, V0 / 3), atol=1e-13)
+    assert np.allclose(P[2], M.retract(S1, -V1 / 3), atol=1e-13)
+    bend = W - expm(X) @ U @ expm(Omega)
+    Omega, K, _ = split(S0, V0)
+    # With D R_U on both sides.
+    assert np.allclose(differential(S0, U, curve.acceleration(0) - K @ Omega), 6 * bend, atol=1e-8)
+
+
+def test_second_leg_of_the_quintic(data):
+    M, S0, V, A, T = data
+    S1 = M.retract(S0, T)
+    V1, A1 = (M.project_tangent(S1, Y) for Y in (V, A))
+    P = GeometricPolynomial.quintic(S0, V, A, S1, V1, A1).control_points
+    Omega, K, _ = split(S0, V)
+    m = 5
+    w = differential(S0, V / m, V / m + (A - K @ Omega) / (m * (m - 1)))
+    assert np.allclose(M.inverse_retract(P[1], P[2]), w, atol=1e-9)
+
+
+def frame(S):
+    """An orthogonal matrix whose first columns are those of `S`."""
+    U, _, _ = svd(S)
+    return np.hstack([S, U[:, S.shape[1] :]])
+
+
+def parts(x, k):
+    """The parts of a skew matrix in m and in h."""
+    h = block_diag(np.zeros((k, k)), x[k:, k:])
+    return x - h, h
+
+
+def horizontal(g, V):
+    """The matrix in m with `V` as the first columns of `g v`."""
+    n, k = V.shape
+    Y = g.T @ V
+    v = np.zeros((n, n))
+    v[:, :k], v[:k, k:] = Y, -Y[k:].T
+    return v
+
+
+def initial(data):
+    M, S, V, A, J = data
+    g = frame(S)
+    x, dx, j = (horizontal(g, T) for T in (V, A, J))
+    return M, g, x, dx, j - parts(bracket(x, dx), M.k)[0] / 2
+
+
+def test_equation_of_cubics(data):
+    M, S, V, A, J = data
+    curve = RiemannianCubic.from_initial(S, V, A, J)
+    t, h = 0.4, 1e-3
+    S, V, A = curve(t), curve.velocity(t), curve.acceleration(t)
+
+    def derivative(f):
+        return (8 * (f(t + h) - f(t - h)) - (f(t + 2 * h) - f(t - 2 * h))) / (12 * h)
+
+    for function, expected in ((curve.velocity, A), (curve.acceleration, curve.jerk(t))):
+        assert np.allclose(derivative(function) + christoffel(S, V, function(t)), expected, atol=1e-9)
+    third = derivative(curve.jerk) + christoffel(S, V, curve.jerk(t))
+    assert np.allclose(third, -M.curvature(S, A, V, V), atol=1e-9)
+    H = M.norm(S, A) ** 2 / 2 - M.inner(S, curve.jerk(t), V)
+    assert np.isclose(curve.energy, H, atol=1e-12)
+
+
+def test_frame_form_of_cubics(data):
+    M, g, x, dx, ddx = initial(data)
+    curve = RiemannianCubic.from_initial(*data[1:])
+    k = M.k
+    mu = -ddx + parts(bracket(x, dx), k)[1]
+    assert np.allclose(curve.momentum, g @ mu @ g.T, atol=1e-13)
+    third = parts(bracket(ddx, x), k)[0] - bracket(parts(bracket(x, dx), k)[1], x)
+    # The blocks of the recurrence.
+    (w, b), (_, db), (ddw, ddb) = ((y[:k, :k], y[k:, :k]) for y in (x, dx, ddx))
+    n, p = db.T @ b, b.T @ b
+    dn = ddb.T @ b + db.T @ db
+    assert np.allclose(third[k:, :k], ddb @ w + b @ (n - ddw) - db @ p, atol=1e-13)
+    assert np.allclose(third[:k, :k], ddw @ w - (ddw @ w).T - (dn - dn.T), atol=1e-13)
+    if M.n - k <= 1:
+        assert np.allclose(third, ddx @ x - x @ ddx, atol=1e-13)
+
+
+def test_strang_step(data):
+    M, g, x, p, ddx = initial(data)
+    h = 0.1
+    mu = -ddx + parts(bracket(x, p), M.k)[1]
+    x = x + h / 2 * p
+    Z = h * x
+    exp = (-1.0) ** np.arange(20) / np.cumprod(np.r_[1.0, np.arange(2, 21)])
+    F = function_of_ad(exp, Z, mu)
+    nodes, weights = np.polynomial.legendre.leggauss(12)
+    integral = sum(
+        w * h / 2 * expm(-s * x) @ mu @ expm(s * x) for s, w in zip((nodes + 1) * h / 2, weights, strict=True)
+    )
+    assert np.allclose(h * F, integral, atol=1e-14)
+    assert np.allclose(mu - bracket(Z, F), expm(-Z) @ mu @ expm(Z), atol=1e-14)
+    g, p = g @ expm(Z), p - parts(h * F, M.k)[0]
+    x = x + h / 2 * p
+    step = integrate_cubic(*data[1:], 1, t_end=h, order=2)
+    assert np.allclose(step.point[-1], g[:, : M.k], atol=1e-14)
+    assert np.allclose(step.velocity[-1], (g @ x)[:, : M.k], atol=1e-14)
+    assert np.allclose(step.acceleration[-1], (g @ p)[:, : M.k], atol=1e-13)
+
+
+def test_cost_of_a_cubic_of_flat_space(rng):
+    h, (D, V, W) = 0.7, rng.standard_normal((3, 4))
+    # s = V t + a t^2 / 2 + j t^3 / 6 ends in D with velocity W.
+    a, j = 6 * D / h**2 - (4 * V + 2 * W) / h, -12 * D / h**3 + 6 * (V + W) / h**2
+    cost = h * np.sum(a**2 + a * j * h + (j * h) ** 2 / 3)
+    assert np.isclose(cost, np.sum((W - V) ** 2) / h + 12 / h * np.sum((D / h - (V + W) / 2) ** 2))
+
+
+def on_circle(angle):
+    return np.stack([np.cos(angle), np.sin(angle)], axis=-1)[..., None]
+
+
+@pytest.mark.parametrize("method", ["catmull-rom", "akima", "natural"])
+def test_velocities(method):
+    t, angle = np.array([0, 0.4, 1.1, 1.5, 2.4, 3.0]), np.array([0, 0.3, 0.9, 1.0, 0.4, 0.1])
+    V = estimate_velocities(t, on_circle(angle), method)
+    v = V[:, 1, 0] * np.cos(angle) - V[:, 0, 0] * np.sin(angle)
+    h = np.diff(t)
+    m = np.diff(angle) / h
+    if method == "catmull-rom":
+        assert np.allclose(v[1:-1], (h[1:] * m[:-1] + h[:-1] * m[1:]) / (h[:-1] + h[1:]))
+    elif method == "akima":
+        w = np.r_[np.nan, abs(m[1:] - m[:-1]) + abs(m[1:] + m[:-1]) / 2, np.nan]
+        i = np.arange(2, 4)
+        assert np.allclose(v[i], (w[i + 1] * m[i - 1] + w[i - 1] * m[i]) / (w[i - 1] + w[i + 1]))
+    else:
+        left = (2 * v[:-2] + 4 * v[1:-1]) / h[:-1] + (4 * v[1:-1] + 2 * v[2:]) / h[1:]
+        assert np.allclose(left, 6 * (m[:-1] / h[:-1] + m[1:] / h[1:]))
+
+
+def test_smoothing_spline(rng):
+    M, lam = Stiefel(4, 2), 0.01
+    t = np.array([0.0, 0.5, 1.2, 2.0])
+    S = M.random_point(rng)
+    Y = np.stack([M.retract(S, 0.3 * M.random_tangent(S, rng)) for _ in t])
+    weights = np.array([1.0, 2.0, 0.5, 1.0])
+    spline = SmoothingSpline(t, Y, weights, lam)
+    h = np.diff(t)
+    for i in (1, 2):
+        jump = spline.pieces[i].jerk(0.0) / h[i] ** 3 - spline.pieces[i - 1].jerk(1.0) / h[i - 1] ** 3
+        assert np.allclose(jump, weights[i] / lam * M.log(spline.points[i], Y[i]), atol=1e-7)
+    assert np.isclose(spline.misfit, np.sum(weights * M.dist(spline.points, Y) ** 2))
+
+
+def test_generalised_cross_validation(rng):
+    N = 20
+    t = np.linspace(0, 3, N) + rng.uniform(0, 0.1, N)
+    angle = np.sin(t) + 0.05 * rng.standard_normal(N)
+    spline = SmoothingSpline(t, on_circle(angle))
+    # Reinsch: the cost of the natural spline through y is y^T K y.
+    h = np.diff(t)
+    Q, R = np.zeros((N, N - 2)), np.zeros((N - 2, N - 2))
+    for j in range(N - 2):
+        Q[j : j + 3, j] = 1 / h[j], -1 / h[j] - 1 / h[j + 1], 1 / h[j + 1]
+        R[j, j] = (h[j] + h[j + 1]) / 3
+        if j:
+            R[j, j - 1] = R[j - 1, j] = h[j] / 6
+    K = Q @ np.linalg.solve(R, Q.T)
+
+    def influence(lam):
+        return np.linalg.inv(np.eye(N) + lam * K)
+
+    def score(log):
+        A = influence(np.exp(log))
+        return N * np.sum((angle - A @ angle) ** 2) / (N - np.trace(A)) ** 2
+
+    assert np.isclose(spline.degrees_of_freedom, np.trace(influence(spline.lam)), rtol=1e-6)
+    best = minimize_scalar(score, bounds=(np.log(spline.lam) - 2, np.log(spline.lam) + 2), method="bounded")
+    assert score(np.log(spline.lam)) <= best.fun * (1 + 1e-6)
+
+
+def sphere_hamiltonian(z):
+    th, _, dth, dph, p_th, p_ph, q_th, q_ph = z
+    s, c = np.sin(th), np.cos(th)
+    free = p_th * dth + p_ph * dph + q_th**2 / 2 + q_ph**2 / (2 * s**2)
+    return free + s * c * dph**2 * q_th - 2 * c / s * dth * dph * q_ph
+
+
+def frame_hamiltonian(z):
+    (th, _, _), (dth, dph, dps), p, (q_th, q_ph, q_ps) = z.reshape(4, 3)
+    s, c = np.sin(th), np.cos(th)
+    free = p @ z[3:6] + q_th**2 / 2 + (q_ph**2 - 2 * c * q_ph * q_ps + q_ps**2) / (2 * s**2)
+    turn = s * dph * dps * q_th + dth * dph * (c / s * q_ph - q_ps / s) + dth * dps * (c / s * q_ps - q_ph / s)
+    return free - turn
+
+
+CHARTS = [(Chart.sphere(), sphere_hamiltonian), (Chart.frame(), frame_hamiltonian)]
+
+
+@pytest.mark.parametrize(("chart", "hamiltonian"), CHARTS, ids=["sphere", "frame"])
+def test_charts(chart, hamiltonian, rng):
+    d = chart.d
+    z = rng.uniform(0.5, 1.0, 4 * d)
+    q, qdot, p, r = z.reshape(4, d)
+    assert np.isclose(chart.hamiltonian(z), hamiltonian(z))
+    # The momenta are those of the covariant data.
+    M = Stiefel(3, chart.k)
+    S, _, A, J = chart.covariant(z)
+    fields = [chart.embed_velocity(q, e) for e in np.eye(d)]
+    assert np.allclose(r, [M.inner(S, field, A) for field in fields])
+    free = np.concatenate([q, qdot, np.zeros(d), r])
+    gamma = -chart.gradient(free)[d : 2 * d] / 2
+    assert np.allclose(p, gamma - [M.inner(S, field, J) for field in fields])
+    # Momentum of the rotations of space.
+    start, end = (momentum(M, chart.covariant(state)) for state in (z, chart.reference(z, [0.0, 0.3])[-1]))
+    assert np.allclose(start, end, atol=1e-11)
+
+
+def momentum(M, covariant):
+    S, V, A, J = covariant
+    found = []
+    for e in np.eye(3):
+        xi, dxi = np.cross(e, S, axis=0), np.cross(e, V, axis=0)
+        if S.ndim == 2:
+            xi, dxi = (np.stack([np.cross(e, column) for column in Y.T], axis=1) for Y in (S, V))
+        found.append(M.inner(S, A, dxi + christoffel(S, V, xi)) - M.inner(S, J, xi))
+    return found
+
+
+@pytest.mark.parametrize(("chart", "_hamiltonian"), CHARTS, ids=["sphere", "frame"])
+def test_discretization_maps(chart, _hamiltonian, rng):
+    half, h = 2 * chart.d, 0.01
+    z0 = rng.uniform(0.5, 1.0, 2 * half)
+    z1 = chart.integrate(z0, 1, t_end=h, map="initial_point")[-1]
+    at = chart.gradient(np.concatenate([z0[:half], z1[half:]]))
+    assert np.allclose(z1, z0 + h * np.concatenate([at[half:], -at[:half]]), atol=1e-12)
+    z1 = chart.integrate(z0, 1, t_end=h, map="midpoint")[-1]
+    at = chart.gradient((z0 + z1) / 2)
+    assert np.allclose(z1, z0 + h * np.concatenate([at[half:], -at[:half]]), atol=1e-12)
+
+
+def test_rotations(rng):
+    omega = rng.standard_normal(3)
+    angle = np.linalg.norm(omega)
+    u = omega / angle
+    hat = np.array([[0, -u[2], u[1]], [u[2], 0, -u[0]], [-u[1], u[0], 0]])
+    R = np.cos(angle) * np.eye(3) + np.sin(angle) * hat + (1 - np.cos(angle)) * np.outer(u, u)
+    assert np.allclose(skew_exp(angle * hat), R, atol=1e-15)
+
+
+def test_chebyshev_series_of_the_action(rng):
+    L, v = 3 * skew(rng.standard_normal((6, 6))), rng.standard_normal(6)
+    rho = np.linalg.norm(L, 2)
+    before, phi = v, L @ v / rho
+    total = jv(0, rho) * v
+    for j in range(1, 60):
+        total = total + 2 * jv(j, rho) * phi
+        before, phi = phi, 2 / rho * L @ phi + before
+    assert np.allclose(total, expm(L) @ v, atol=1e-13)
