@@ -15,11 +15,12 @@ from numpy.typing import ArrayLike, NDArray
 from stiefel_rs.errors import InvalidInputError
 
 Batch: TypeAlias = ArrayLike | da.Array
+Loaded: TypeAlias = NDArray[np.float64] | da.Array
 Chunks: TypeAlias = tuple[tuple[int, ...], ...]
 
 
-def load(name: str, array: Batch, core: int) -> da.Array:
-    """Take an array with at least `core` axes as a dask array of float64.
+def load(name: str, array: Batch, core: int) -> Loaded:
+    """Take an array with at least `core` axes as one of float64.
 
     What is in memory is checked for numbers that are not finite; what is not, by the tasks.
 
@@ -30,17 +31,17 @@ def load(name: str, array: Batch, core: int) -> da.Array:
     TypeError
         Not real numbers.
     """
-    lazy = array if isinstance(array, da.Array) else _in_memory(name, array)
-    if not np.can_cast(lazy.dtype, np.float64, "same_kind"):
-        raise TypeError(f"{name}: expected real numbers, found an array of dtype {lazy.dtype}")
-    if lazy.ndim < core:
-        raise InvalidInputError(f"{name}: expected at least {core} axes, found shape {lazy.shape}")
-    if any(math.isnan(size) for size in lazy.shape):
+    given = array if isinstance(array, da.Array) else _in_memory(name, array)
+    if not np.can_cast(given.dtype, np.float64, "same_kind"):
+        raise TypeError(f"{name}: expected real numbers, found an array of dtype {given.dtype}")
+    if given.ndim < core:
+        raise InvalidInputError(f"{name}: expected at least {core} axes, found shape {given.shape}")
+    if any(math.isnan(size) for size in given.shape):
         raise InvalidInputError(f"{name}: sizes of its blocks are unknown, compute_chunk_sizes() finds them")
-    return lazy.astype(np.float64)
+    return given.astype(np.float64)
 
 
-def _in_memory(name: str, array: ArrayLike) -> da.Array:
+def _in_memory(name: str, array: ArrayLike) -> NDArray[Any]:
     try:
         dense = np.asarray(array)
     except ValueError as error:
@@ -48,10 +49,10 @@ def _in_memory(name: str, array: ArrayLike) -> da.Array:
     if np.can_cast(dense.dtype, np.float64, "same_kind") and not np.isfinite(dense).all():
         index = tuple(int(i) for i in np.argwhere(~np.isfinite(dense))[0])
         raise InvalidInputError(f"{name}: the entry at {index} is not finite")
-    return da.from_array(dense, chunks=-1)
+    return dense
 
 
-def require_core(name: str, array: da.Array, core: tuple[int | None, ...]) -> None:
+def require_core(name: str, array: Loaded, core: tuple[int | None, ...]) -> None:
     """Raise unless the last axes have these sizes; `None` is any."""
     found = array.shape[array.ndim - len(core) :]
     if any(size is not None and size != at for size, at in zip(core, found, strict=True)):
@@ -59,7 +60,7 @@ def require_core(name: str, array: da.Array, core: tuple[int | None, ...]) -> No
         raise InvalidInputError(f"{name}: expected shape (..., {expected}), found {array.shape}")
 
 
-def leading_chunks(arrays: Mapping[str, tuple[da.Array, int]], chunk: int | None, default: int) -> Chunks:
+def leading_chunks(arrays: Mapping[str, tuple[Loaded, int]], chunk: int | None, default: int) -> Chunks:
     """Blocks of the leading axes that the arrays broadcast to.
 
     With `chunk`, a block has at most that many members: last axes are kept whole first. Without, those of the first
@@ -73,7 +74,7 @@ def leading_chunks(arrays: Mapping[str, tuple[da.Array, int]], chunk: int | None
         raise InvalidInputError(f"leading axes do not broadcast: {told}") from error
     if chunk is None:
         for array, core in arrays.values():
-            lead = array.chunks[: array.ndim - core]
+            lead = array.chunks[: array.ndim - core] if isinstance(array, da.Array) else ()
             if array.shape[: array.ndim - core] == shape and any(len(blocks) > 1 for blocks in lead):
                 return tuple(lead)
     return _cut(shape, default if chunk is None else positive("chunk", chunk))
@@ -98,15 +99,17 @@ def positive(name: str, number: int) -> int:
     return int(number)
 
 
-def align(array: da.Array, core: int, chunks: Chunks) -> da.Array:
+def align(array: Loaded, core: int, chunks: Chunks) -> da.Array:
     """Broadcast the leading axes and cut them; the last `core` axes are in one block."""
     inner = array.shape[array.ndim - core :]
-    shape = tuple(sum(blocks) for blocks in chunks)
+    shape = tuple(sum(blocks) for blocks in chunks) + inner
     whole = (*chunks, *((size,) for size in inner))
-    if array.shape == shape + inner:
-        return array.rechunk(whole)
-    # Axes that are stretched are one block of size 1 until then.
-    return da.broadcast_to(array, shape + inner, chunks=_stretchable(array, whole)).rechunk(whole)
+    if not isinstance(array, da.Array):
+        array = da.from_array(array, chunks=whole if array.shape == shape else -1)
+    if array.shape != shape:
+        # Axes that are stretched are one block of size 1 until then.
+        array = da.broadcast_to(array, shape, chunks=_stretchable(array, whole))
+    return array.rechunk(whole)
 
 
 def _stretchable(array: da.Array, chunks: Chunks) -> Chunks:

@@ -158,7 +158,7 @@ def _square(function: str, name: str, array: Batch) -> da.Array:
     return _map(function_block, {name: lazy}, [("value", (m, m))], {"name": function})["value"]
 
 
-def _map(task: Any, arrays: dict[str, da.Array], layout: Layout, settings: dict[str, Any]) -> da.Array:
+def _map(task: Any, arrays: dict[str, _blocks.Loaded], layout: Layout, settings: dict[str, Any]) -> da.Array:
     chunks = _blocks.leading_chunks({name: (array, 2) for name, array in arrays.items()}, None, _DEFAULT_CHUNK)
     types = {"converged": np.bool_, "iterations": np.int64, "certainly_shortest": np.bool_}
     dtype = np.dtype([(field, types.get(field, np.float64), shape) for field, shape in layout])

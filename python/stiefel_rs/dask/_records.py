@@ -13,8 +13,8 @@ import stiefel_rs
 from stiefel_rs._core import SolverReport
 from stiefel_rs.errors import ConvergenceError, InvalidInputError, OutsideDomainError, StiefelError
 
-# Longer than every text of the package; what is longer is cut.
-MESSAGE = 400
+# Bytes: longer than every text of the package; what is longer is cut.
+MESSAGE = 300
 SOLVER = ("converged", "iterations", "residual")
 FAILURE = ("code", "message")
 
@@ -37,7 +37,7 @@ def record(fields: Sequence[str], arrays: dict[str, tuple[int, ...]]) -> np.dtyp
         "iterations": np.int64,
         "residual": np.float64,
         "code": np.int8,
-        "message": f"U{MESSAGE}",
+        "message": f"S{MESSAGE}",
     }
     return np.dtype([(name, np.float64, arrays[name]) if name in arrays else (name, plain[name]) for name in fields])
 
@@ -82,7 +82,7 @@ def mark(records: NDArray[Any], index: tuple[int, ...], error: StiefelError) -> 
         iterations=-1 if report is None else report.iterations,
         residual=np.nan if report is None else report.residual,
         code=_code(error),
-        message=str(error)[:MESSAGE],
+        message=str(error).encode("ascii", "replace")[:MESSAGE],
     )
 
 

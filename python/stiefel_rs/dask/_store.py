@@ -42,6 +42,7 @@ def writing(path: str, work: _blocks.Work, records: da.Array, resume: bool, keyw
     """Begin the store, or find what it lacks; return what solves and writes that."""
     if not resume and _something_at(path):
         raise InvalidInputError(f"{path}: there is something already; resume=True goes on with a sweep")
+    _require_regular(records.chunks)
     manifest = _manifest(work, records, _digest(work, keywords))
     if _something_at(path):
         missing = _missing(path, manifest, keywords)
@@ -87,6 +88,13 @@ def from_zarr(store: str | os.PathLike[str], *, check: bool = True) -> dict[str,
     if check:
         _verify(path, marks, manifest, {})
     return {name: da.from_array(group[name], chunks=group[name].chunks) for name in manifest["fields"]}
+
+
+def _require_regular(chunks: _blocks.Chunks) -> None:
+    """Raise unless blocks are equal, up to a shorter last one: two tasks must not write to one chunk of Zarr."""
+    for axis, widths in enumerate(chunks):
+        if len(set(widths[:-1])) > 1 or (len(widths) > 1 and widths[-1] > widths[0]):
+            raise InvalidInputError(f"axis {axis} has blocks of sizes {widths}, Zarr needs equal ones: give chunk=")
 
 
 def _manifest(work: _blocks.Work, records: da.Array, inputs: str) -> dict[str, Any]:
@@ -138,7 +146,7 @@ def _begin(path: str, records: da.Array, manifest: dict[str, Any]) -> None:
             name,
             shape=(*records.shape, *core),
             chunks=tuple(max(1, max(widths, default=1)) for widths in records.chunks) + tuple(core),
-            dtype=str if dtype.startswith("<U") else dtype,
+            dtype=str if np.dtype(dtype).kind == "S" else dtype,
         )
     blocks = records.numblocks
     group.create_array(_DONE, shape=blocks, chunks=(1,) * len(blocks), dtype="uint64")
@@ -244,7 +252,7 @@ def write_block(records: NDArray[Any], path: str, block: tuple[int, ...], start:
     names = records.dtype.names or ()
     for name in names:
         field = records[name]
-        group[name][region] = field.astype(object) if field.dtype.kind == "U" else field
+        group[name][region] = np.char.decode(field, "ascii").astype(object) if field.dtype.kind == "S" else field
     group[_DONE][tuple(block)] = np.uint64(_checksum([records[name] for name in names]))
     return int(records.size)
 

@@ -52,7 +52,8 @@ class Sweep(Mapping[str, da.Array]):
     def __getitem__(self, field: str) -> da.Array:
         if field not in (self._work.dtype.names or ()):
             raise KeyError(field)
-        return self.records[field]
+        values = self.records[field]
+        return values.astype(f"U{values.dtype.itemsize}") if values.dtype.kind == "S" else values
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._work.dtype.names or ())
