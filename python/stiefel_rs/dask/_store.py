@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import json
 import math
 import os
+import uuid
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -52,8 +54,10 @@ def writing(path: str, work: _blocks.Work, records: da.Array, resume: bool, keyw
     blocks = records.to_delayed()
     write = dask.delayed(write_block, pure=False)
     starts = [np.cumsum((0, *widths))[:-1].tolist() for widths in records.chunks]
+    run = uuid.uuid4().hex
     counts = [
-        write(blocks[block], path, block, [axis[i] for axis, i in zip(starts, block, strict=True)]) for block in missing
+        write(blocks[block], path, run, block, [axis[i] for axis, i in zip(starts, block, strict=True)])
+        for block in missing
     ]
     return dask.delayed(count, pure=False)(counts)
 
@@ -245,16 +249,24 @@ def _intact(group: zarr.Group, fields: Mapping[str, Any], place: tuple[tuple[int
     return _checksum(found) == mark
 
 
-def write_block(records: NDArray[Any], path: str, block: tuple[int, ...], start: Sequence[int]) -> int:
+def write_block(records: NDArray[Any], path: str, run: str, block: tuple[int, ...], start: Sequence[int]) -> int:
     """Write the records of a block, then its checksum; returns how many there are."""
-    group = zarr.open_group(path, mode="r+")
-    region = tuple(slice(a, a + size) for a, size in zip(start, records.shape, strict=True))
     names = records.dtype.names or ()
+    arrays = _opened(path, run, names)
+    region = tuple(slice(a, a + size) for a, size in zip(start, records.shape, strict=True))
     for name in names:
         field = records[name]
-        group[name][region] = np.char.decode(field, "ascii").astype(object) if field.dtype.kind == "S" else field
-    group[_DONE][tuple(block)] = np.uint64(_checksum([records[name] for name in names]))
+        arrays[name][region] = np.char.decode(field, "ascii").astype(object) if field.dtype.kind == "S" else field
+    arrays[_DONE][tuple(block)] = np.uint64(_checksum([records[name] for name in names]))
     return int(records.size)
+
+
+# Opening all arrays takes as long as writing a block. The run is part of the key: there may be another store at the
+# same place by then.
+@functools.lru_cache(maxsize=4)
+def _opened(path: str, run: str, names: tuple[str, ...]) -> dict[str, zarr.Array]:
+    group = zarr.open_group(path, mode="r+")
+    return {name: group[name] for name in (*names, _DONE)}
 
 
 def count(counts: Sequence[int]) -> int:
