@@ -5,6 +5,7 @@ import importlib
 import json
 import os
 import pickle
+import re
 import shutil
 import signal
 import subprocess
@@ -650,6 +651,15 @@ def test_the_package_does_not_need_dask():
 def test_examples_run(module):
     failed, _ = doctest.testmod(importlib.import_module(f"stiefel_rs.dask.{module}"))
     assert failed == 0
+
+
+def test_first_example_of_the_guide_runs():
+    guide = (Path(__file__).parents[2] / "docs" / "dask.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"```python\n(.*?)```", guide, flags=re.DOTALL)
+    exec(compile(blocks[0], "dask.md", "exec"), names := {})
+    assert (names["code"] == 0).mean() > 0.9
+    for block in blocks[1:]:
+        compile(block, "dask.md", "exec")
 
 
 def test_public_names_are_documented():
