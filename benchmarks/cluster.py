@@ -168,7 +168,7 @@ def pages(cases: Sequence[Case], sample: int, long: int) -> Iterator[str]:
         return "\n".join([*parts, "## The run\n", tabulate(facts.items(), ["", "this run"], tablefmt="github"), ""])
 
     with (
-        distributed.LocalCluster(n_workers=WORKERS, threads_per_worker=1, dashboard_address=None) as cluster,
+        distributed.LocalCluster(n_workers=WORKERS, threads_per_worker=1, dashboard_address=":0") as cluster,
         distributed.Client(cluster) as client,
     ):
         for case in cases:

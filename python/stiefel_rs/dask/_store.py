@@ -10,6 +10,7 @@ import os
 import uuid
 from collections.abc import Mapping, Sequence
 from typing import Any
+from urllib.request import url2pathname
 
 import dask
 import dask.array as da
@@ -62,6 +63,15 @@ def writing(path: str, work: _blocks.Work, records: da.Array, resume: bool, keyw
     return dask.delayed(count, pure=False)(counts)
 
 
+def address(store: str | os.PathLike[str]) -> str:
+    """Return the address as workers have to know it, in whatever folder they run."""
+    path = os.fsdecode(store)
+    if path.startswith("file://"):
+        # fsspec's files do not make folders.
+        path = url2pathname(path.removeprefix("file://"))
+    return path if "://" in path else os.path.abspath(path)
+
+
 def from_zarr(store: str | os.PathLike[str], *, check: bool = True) -> dict[str, da.Array]:
     """Fields of a sweep that ``to_zarr`` has written, as dask arrays.
 
@@ -82,7 +92,7 @@ def from_zarr(store: str | os.PathLike[str], *, check: bool = True) -> dict[str,
     InvalidInputError
         Nothing there, no sweep of this package, of a newer version, not complete, or damaged; names the store.
     """
-    path = os.fsdecode(store)
+    path = address(store)
     group, manifest = _open(path)
     marks = _marks(path, group, manifest)
     if open_blocks := int((marks == 0).sum()):

@@ -119,7 +119,7 @@ class Sweep(Mapping[str, da.Array]):
         Inputs are computed twice: for their checksum, which is in the store from the beginning, and to solve. Those
         that take long to compute, or are random without a seed, should be persisted or stored first.
         """
-        path = os.fsdecode(store)
+        path = _store.address(store)
         writing = _store.writing(path, self._work, self.records, resume, keywords)
         if not compute:
             return writing
