@@ -9,7 +9,7 @@ INSTALLED := $(VENV)/.installed
 DOCS_INSTALLED := $(VENV)/.docs-installed
 SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md $(shell find src python -name '*.rs' -o -name '*.py' -o -name '*.pyi')
 
-.PHONY: help reproduce test test-rust test-python lint bench benchmark gallery boundary control-points accuracy study doc docs clean
+.PHONY: help reproduce test test-rust test-python lint bench benchmark gallery boundary control-points accuracy study doc docs wheels licences clean
 
 help: ## Show this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | sort | expand -t 16
@@ -41,8 +41,11 @@ lint: $(BIN)/python ## Formatting and lints of both languages
 	cargo clippy --locked --all-targets -- -D warnings
 	cargo clippy --locked --lib --features python -- -D warnings
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'ruff>=0.9,<1'
-	$(BIN)/ruff check python tests/python benchmarks examples website
-	$(BIN)/ruff format --check python tests/python benchmarks examples website
+	$(BIN)/ruff check python tests/python benchmarks examples tools website
+	$(BIN)/ruff format --check python tests/python benchmarks examples tools website
+
+licences: ## Licences and sources of all crates against deny.toml
+	$(PYTHON) tools/licences.py
 
 bench: ## Criterion benchmarks, quick profile
 	cargo bench --locked -- --quick
@@ -76,5 +79,12 @@ $(DOCS_INSTALLED): $(INSTALLED)
 docs: $(DOCS_INSTALLED) ## The documentation site, into site/; runs the examples of the gallery unless they are as they were
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict
 
+wheels: $(BIN)/python ## Source distribution, and a wheel that is built from it, into dist/; both checked
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'maturin>=1.9.4,<2' 'twine>=6.1'
+	rm -rf dist
+	$(BIN)/maturin build --release --locked --sdist --out dist
+	$(BIN)/twine check --strict dist/*
+	$(BIN)/python tools/contents.py dist/*
+
 clean: ## Remove everything that make has made
-	rm -rf $(VENV) .venv-bench $(OUT) site target
+	rm -rf $(VENV) .venv-bench $(OUT) dist site target
