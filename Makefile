@@ -9,7 +9,7 @@ INSTALLED := $(VENV)/.installed
 DOCS_INSTALLED := $(VENV)/.docs-installed
 SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md $(shell find src python -name '*.rs' -o -name '*.py' -o -name '*.pyi')
 
-.PHONY: help reproduce test test-rust test-python lint bench benchmark gallery boundary control-points accuracy study doc docs wheels licences clean
+.PHONY: help reproduce test test-rust test-python test-minimal lint bench benchmark gallery boundary control-points accuracy study doc docs wheels licences clean
 
 help: ## Show this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | sort | expand -t 16
@@ -35,6 +35,11 @@ test-python: $(INSTALLED) ## The Python tests, types and stubs
 	$(BIN)/python -m pytest
 	$(BIN)/python -m mypy
 	$(BIN)/python -m mypy.stubtest stiefel_rs._core
+
+MINIMAL_TESTS := $(addprefix tests/python/test_, readme.py curves.py stiefel.py splines.py velocities.py save.py interpolate.py threads.py)
+
+test-minimal: ## Tests for the oldest packages, with those that are installed: pip install -c tests/python/minimal.txt
+	$(PYTHON) -m pytest $(MINIMAL_TESTS)
 
 lint: $(BIN)/python ## Formatting and lints of both languages
 	cargo fmt --check

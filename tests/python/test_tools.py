@@ -4,7 +4,8 @@ import re
 
 import pytest
 
-from tools import contents, licences
+import stiefel_rs
+from tools import contents, licences, version
 
 # What belongs into a distribution is what git knows.
 needs_git = pytest.mark.skipif(not (contents.ROOT / ".git").exists(), reason="not a checkout of git")
@@ -97,3 +98,19 @@ def test_source_distribution_needs_its_files_and_no_others():
     assert contents.source_problems(full - {"stiefel_rs-0.1.0/Cargo.lock"}) == ["missing: Cargo.lock"]
     foreign = "python/stiefel_rs/_core.abi3.so"
     assert contents.source_problems(full | {f"stiefel_rs-0.1.0/{foreign}"}) == [f"not of the distribution: {foreign}"]
+
+
+def test_version_of_a_tag(monkeypatch, tmp_path):
+    monkeypatch.setattr(version, "ROOT", tmp_path)
+    (tmp_path / "Cargo.toml").write_text('[package]\nname = "a"\nversion = "1.2.3"\nrust-version = "1.89"\n')
+    (tmp_path / "CITATION.cff").write_text("cff-version: 1.2.0\nversion: 1.2.3\n")
+    changes = tmp_path / "CHANGELOG.md"
+    changes.write_text("## [Unreleased]\n\n## [1.2.3] - 2027-01-31\n\n## [1.2.2] - 2026-12-01\n")
+    assert version.problems_of("v1.2.3") == []
+    assert version.problems_of("v1.2.4") == ["tag: 1.2.4, not 1.2.3"]
+    changes.write_text("## [1.2.3] - unreleased\n")
+    assert version.problems_of("v1.2.3") == ["CHANGELOG.md: none, not 1.2.3"]
+
+
+def test_crate_and_citation_have_the_same_version():
+    assert all(line.startswith("CHANGELOG.md") for line in version.problems_of(f"v{stiefel_rs.__version__}"))
