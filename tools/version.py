@@ -1,4 +1,4 @@
-"""Check that a tag is the version of the crate, and that the changelog and the citation have it: ``version.py v1.2.3``."""
+"""Check that a tag is the version of the crate, of the changelog and of the citation: ``version.py v1.2.3``."""
 
 import re
 import sys
