@@ -66,3 +66,8 @@ pub use report::{SolverReport, StopReason};
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;
+
+/// And that of the guide.
+#[cfg(doctest)]
+#[doc = include_str!("../docs/guides/rust.md")]
+struct RustGuide;

@@ -15,9 +15,12 @@ class StiefelError(Exception):
     ----------
     knot : int or None
         Index of the knot of a spline that the error is about: the first one, where it is about two neighbours.
+    problem : tuple of int or None
+        Index of the problem of a sweep (`stiefel_rs.dask`) that the error is about.
     """
 
     knot: int | None = None
+    problem: tuple[int, ...] | None = None
 
 
 class InvalidInputError(StiefelError, ValueError):

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
+use pyo3::types::{PyDict, PyTuple};
 
 use super::call::Call;
 use super::convert::{to_array, whole};
@@ -210,6 +210,41 @@ impl PyCurve {
         let call = Call::new(py, None, operations)?;
         let bounds = call.run(py, move |interrupt| curve.derivative_bounds(interrupt))?;
         Ok(PyDerivativeBounds { bounds })
+    }
+
+    /// Draw the curve, as ``stiefel_rs.plotting.plot`` does; needs matplotlib (extra ``plot``).
+    ///
+    /// Parameters
+    /// ----------
+    /// ax : matplotlib.axes.Axes, optional
+    ///     Where to draw; a figure of its own if not given.
+    /// num : int, optional
+    ///     Number of points.
+    /// **style
+    ///     Passed on to the lines.
+    ///
+    /// Returns
+    /// -------
+    /// matplotlib.axes.Axes
+    ///     Where it was drawn.
+    ///
+    /// Raises
+    /// ------
+    /// ImportError
+    ///     There is no matplotlib.
+    #[pyo3(signature = (*, ax=None, num=200, **style), text_signature = "($self, *, ax=None, num=200, **style)")]
+    fn plot<'py>(
+        slf: &Bound<'py, Self>,
+        ax: Option<Bound<'py, PyAny>>,
+        num: i64,
+        style: Option<Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let py = slf.py();
+        let options = style.unwrap_or_else(|| PyDict::new(py));
+        options.set_item("ax", ax)?;
+        options.set_item("num", num)?;
+        let plotting = py.import("stiefel_rs.plotting")?;
+        plotting.call_method("plot", (slf,), Some(&options))
     }
 }
 

@@ -48,6 +48,18 @@ def de_casteljau(P, t):
     return P[0]
 
 
+@pytest.mark.parametrize("shape", [(3, 2), (4, 3), (5, 4), (4, 2), (5, 2)])
+def test_quasi_geodesics_from_the_first_columns_of_the_identity(shape):
+    # Where n = k + 1 the normal part of a velocity is a single row: its columns depend on each other to the last bit.
+    manifold, rng = Stiefel(*shape), np.random.default_rng(7)
+    S = np.eye(shape[0])[:, : shape[1]]
+    for _ in range(200):
+        V = manifold.project_tangent(S, rng.standard_normal(shape))
+        exact = quasi_geodesic_derivative(S, V, 1.0, 0)
+        assert_close(QuasiGeodesic.from_velocity(S, V)(1.0), exact, 1e-13, f"{V}")
+        assert_close(manifold.retract(S, V), exact, 1e-13, f"{V}")
+
+
 def christoffel(S, V, W):
     P = np.eye(len(S)) - S @ S.T
     return (V @ W.T + W @ V.T) @ S / 2 + S @ (V.T @ P @ W + W.T @ P @ V) / 2

@@ -14,4 +14,4 @@ def test_readme_example_runs():
 
 def test_readme_is_short():
     lines = README.read_text(encoding="utf-8").count("\n")
-    assert lines < 220, f"{lines} lines"
+    assert lines < 150, f"{lines} lines"

@@ -1,0 +1,25 @@
+"""Batches on a cluster: boundary problems, splines and maps of the manifold over `dask.array`. Needs the extra `dask`.
+
+Nothing runs before it is computed. Tasks are pure functions of arrays, on one thread each; results are those of the
+package in one process, to the last bit. `docs/dask.md` is the guide.
+"""
+
+from ._boundary import solve_boundary
+from ._evaluate import evaluate
+from ._maps import Stiefel, orthogonal_log, skew_exp
+from ._records import Outcome
+from ._splines import splines
+from ._store import from_zarr
+from ._sweep import Sweep
+
+__all__ = [
+    "Outcome",
+    "Stiefel",
+    "Sweep",
+    "evaluate",
+    "from_zarr",
+    "orthogonal_log",
+    "skew_exp",
+    "solve_boundary",
+    "splines",
+]

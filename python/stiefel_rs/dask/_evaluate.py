@@ -1,0 +1,116 @@
+"""Positions and derivatives of many cubics at the same times."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import dask.array as da
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+import stiefel_rs
+from stiefel_rs.errors import InvalidInputError, StiefelError
+
+from . import _blocks, _records
+from ._blocks import Batch
+from ._boundary import Kind, member
+from ._errors import of_problem
+from ._sweep import checked_times
+
+What = Literal["point", "velocity", "acceleration", "jerk"]
+_DEFAULT_CHUNK = 2500
+
+
+def evaluate(
+    t: ArrayLike,
+    S: Batch,
+    V: Batch,
+    A: Batch,
+    J: Batch,
+    *,
+    what: What = "point",
+    kind: Kind = "riemannian",
+    t_end: float = 1.0,
+    chunk: int | None = None,
+) -> da.Array:
+    """Evaluate a cubic for each member of a batch. Nothing runs before it is computed.
+
+    Parameters
+    ----------
+    t : array_like, shape T
+        Times, the same for all members.
+    S, V, A, J : dask array or array_like, shape (..., n, k)
+        Riemannian cubics: point, velocity, covariant acceleration and covariant jerk at ``t = 0``, as the fields of
+        :func:`solve_boundary`. Geometric cubics: ``S0, V0, S1, V1``, the ends.
+    what : "point", "velocity", "acceleration" or "jerk", default "point"
+        The last two covariant.
+    kind : "riemannian" or "geometric", default "riemannian"
+        ``RiemannianCubic.from_initial`` or ``GeometricCubic``.
+    t_end : float, default 1.0
+        End of the interval of Riemannian cubics.
+    chunk : int, optional
+        Members per task, as for :func:`solve_boundary`; by default 2500.
+
+    Returns
+    -------
+    dask array, shape (...) + T + (n, k)
+
+    Raises
+    ------
+    InvalidInputError
+        Shapes that do not match, an entry in memory that is not finite, an option out of its range.
+    TypeError
+        Not real numbers.
+
+    Examples
+    --------
+    >>> from stiefel_rs import Stiefel
+    >>> from stiefel_rs.dask import evaluate
+    >>> M = Stiefel(3, 1)
+    >>> S = M.random_point(rng=1, size=100)
+    >>> V, A, J = (M.random_tangent(S, rng=i) for i in (2, 3, 4))
+    >>> evaluate([0.0, 0.5, 1.0], S, V, A, J, chunk=50)
+    dask.array<getitem, shape=(100, 3, 3, 1), dtype=float64, chunksize=(50, 3, 3, 1), chunktype=numpy.ndarray>
+    """
+    member("what", what, What)
+    member("kind", kind, Kind)
+    if kind == "geometric" and t_end != 1:
+        raise InvalidInputError(f"t_end: geometric cubics end at 1, found {t_end}")
+    at = checked_times(t)
+    data = {name: _blocks.load(name, array, 2) for name, array in {"S": S, "V": V, "A": A, "J": J}.items()}
+    n, k = (int(size) for size in data["S"].shape[-2:])
+    stiefel_rs.Stiefel(n, k)
+    for name, array in data.items():
+        _blocks.require_core(name, array, (n, k))
+    dtype = np.dtype([("value", np.float64, (*at.shape, n, k))])
+    chunks = _blocks.leading_chunks({name: (array, 2) for name, array in data.items()}, chunk, _DEFAULT_CHUNK)
+    arrays = [_blocks.align(array, 2, chunks) for array in data.values()]
+    settings = {"t": at, "what": what, "kind": kind, "t_end": float(t_end), "version": stiefel_rs.__version__}
+    return _blocks.Work(evaluate_block, arrays, [2] * 4, dtype, settings).records()["value"]
+
+
+def evaluate_block(
+    *data: NDArray[np.float64],
+    origin: tuple[int, ...],
+    dtype: np.dtype[Any],
+    t: NDArray[np.float64],
+    what: What,
+    kind: Kind,
+    t_end: float,
+    version: str,
+) -> NDArray[Any]:
+    """Evaluate the cubics of one block."""
+    _records.require_version(version)
+    shape = data[0].shape[:-2]
+    records = np.zeros(shape, dtype)
+    # Checkers of types see no static methods in a class whose constructor never returns.
+    cubics: Any = stiefel_rs.RiemannianCubic
+    for index in np.ndindex(shape):
+        given = [array[index] for array in data]
+        try:
+            curve = cubics.from_initial(*given, t_end) if kind == "riemannian" else stiefel_rs.GeometricCubic(*given)
+            value = curve(t, num_threads=1) if what == "point" else getattr(curve, what)(t, num_threads=1)
+        except StiefelError as error:
+            raise of_problem(error, tuple(a + i for a, i in zip(origin, index, strict=True))) from None
+        records["value"][index] = value
+    return records

@@ -1,0 +1,100 @@
+"""What is known of a problem once its task has run: one record each, numbers and words side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import stiefel_rs
+from stiefel_rs._core import SolverReport
+from stiefel_rs.errors import ConvergenceError, InvalidInputError, OutsideDomainError, StiefelError
+
+# Bytes: longer than every text of the package; what is longer is cut.
+MESSAGE = 300
+SOLVER = ("converged", "iterations", "residual")
+FAILURE = ("code", "message")
+
+
+class Outcome(IntEnum):
+    """How a problem of a sweep ended: the values of its field ``code``."""
+
+    SOLVED = 0
+    INVALID_INPUT = 1
+    OUTSIDE_DOMAIN = 2
+    NO_CONVERGENCE = 3
+    OTHER = 4
+
+
+def record(fields: Sequence[str], arrays: dict[str, tuple[int, ...]]) -> np.dtype[Any]:
+    """Type of a record with these fields; shapes of those that are arrays of numbers."""
+    plain: dict[str, Any] = {
+        "cost": np.float64,
+        "converged": np.bool_,
+        "iterations": np.int64,
+        "residual": np.float64,
+        "code": np.int8,
+        "message": f"S{MESSAGE}",
+    }
+    return np.dtype([(name, np.float64, arrays[name]) if name in arrays else (name, plain[name]) for name in fields])
+
+
+def choose(fields: Sequence[str] | None, known: Sequence[str], default: Sequence[str]) -> tuple[str, ...]:
+    """Return the fields that are asked for, in their usual order; raise where one is unknown."""
+    if fields is None:
+        return tuple(default)
+    asked = {fields} if isinstance(fields, str) else set(fields)
+    if unknown := asked - set(known):
+        raise InvalidInputError(f"fields: {sorted(unknown)} not among {tuple(known)}")
+    if not asked:
+        raise InvalidInputError(f"fields: expected at least one of {tuple(known)}")
+    return tuple(name for name in known if name in asked)
+
+
+def store_report(records: NDArray[Any], index: tuple[int, ...], report: SolverReport | None) -> None:
+    """Set the fields of the solver; a closed form has no steps and nothing to converge."""
+    values = {"converged": True, "iterations": 0, "residual": 0.0}
+    if report is not None:
+        values = {name: getattr(report, name) for name in SOLVER}
+    store(records, index, **values)
+
+
+def store(records: NDArray[Any], index: tuple[int, ...], **values: Any) -> None:
+    """Set those of the fields that the records have."""
+    for name, value in values.items():
+        if name in (records.dtype.names or ()):
+            records[name][index] = value
+
+
+def mark(records: NDArray[Any], index: tuple[int, ...], error: StiefelError) -> None:
+    """Set the record of a problem that failed: numbers are NaN, and code and text say why."""
+    for name in records.dtype.names or ():
+        if records.dtype[name].base == np.float64:
+            records[name][index] = np.nan
+    report = getattr(error, "report", None)
+    store(
+        records,
+        index,
+        converged=False,
+        iterations=-1 if report is None else report.iterations,
+        residual=np.nan if report is None else report.residual,
+        code=_code(error),
+        message=str(error).encode("ascii", "replace")[:MESSAGE],
+    )
+
+
+def _code(error: StiefelError) -> Outcome:
+    if isinstance(error, InvalidInputError):
+        return Outcome.INVALID_INPUT
+    if isinstance(error, OutsideDomainError):
+        return Outcome.OUTSIDE_DOMAIN
+    return Outcome.NO_CONVERGENCE if isinstance(error, ConvergenceError) else Outcome.OTHER
+
+
+def require_version(expected: str) -> None:
+    """Raise where this process has another version of the package than the one that made the graph."""
+    if stiefel_rs.__version__ != expected:
+        raise RuntimeError(f"this worker has stiefel_rs {stiefel_rs.__version__}, the client {expected}")

@@ -1,0 +1,161 @@
+"""Sweeps of splines: many curves, each through many points."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+import stiefel_rs
+from stiefel_rs.errors import InvalidInputError, StiefelError
+
+from . import _blocks, _records
+from ._blocks import Batch
+from ._boundary import Kind, OnError, member
+from ._errors import of_problem
+from ._sweep import Sweep, checked_times
+
+Velocities = Literal["catmull-rom", "akima", "natural"]
+Ends = Literal["natural", "clamped", "periodic"]
+
+DEFAULT_CHUNK = {"riemannian": 50, "geometric": 50}
+_FIELDS = ("velocities", "cost", *_records.SOLVER, *_records.FAILURE)
+
+
+def splines(
+    t: Batch,
+    S: Batch,
+    V: Batch | Velocities | None = None,
+    *,
+    bc_type: Ends = "natural",
+    kind: Kind = "riemannian",
+    at: ArrayLike | None = None,
+    fields: Sequence[str] | None = None,
+    on_error: OnError = "raise",
+    chunk: int | None = None,
+    tol: float | None = None,
+    max_iterations: int | None = None,
+) -> Sweep:
+    """Splines through the points of each member of a batch. Nothing runs before it is computed.
+
+    Parameters
+    ----------
+    t : dask array or array_like, shape (..., N)
+        Times of the knots, increasing; leading axes broadcast against those of `S`.
+    S : dask array or array_like, shape (..., N, n, k)
+        Points.
+    V : dask array or array_like, shape (..., N, n, k), or str, optional
+        Velocities at the points, or the name of an estimate: a ``CubicHermite``. By default a ``CubicSpline``.
+    bc_type : "natural", "clamped" or "periodic", default "natural"
+        As for ``CubicSpline``; not with `V`.
+    kind : "riemannian" or "geometric", default "riemannian"
+        What the pieces are.
+    at : array_like, shape T, optional
+        Times of the field ``points``, the same for all members, inside of the knots.
+    fields, on_error, chunk
+        As for :func:`solve_boundary`; by default 50 splines per task.
+    tol, max_iterations
+        As for ``CubicSpline``; not with `V`.
+
+    Returns
+    -------
+    Sweep
+        ``velocities`` : shape (..., N, n, k), at the knots; with them, ``splines(t, S, velocities)`` are the same
+        curves up to the tolerance, without the search. ``points`` : shape (...) + T + (n, k), only with `at`.
+        ``cost``, ``converged``, ``iterations``, ``residual``, ``code``, ``message`` : as of :func:`solve_boundary`;
+        with `V` nothing iterates over all pieces, and they say True, 0, 0.
+
+    Raises
+    ------
+    InvalidInputError
+        Shapes that do not match, an entry in memory that is not finite, an option out of its range.
+    TypeError
+        Not real numbers.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from stiefel_rs import Stiefel
+    >>> from stiefel_rs.dask import splines
+    >>> S = Stiefel(3, 1).random_point(rng=1, size=(10, 4))
+    >>> splines([0.0, 1.0, 2.0, 3.0], S, at=[0.5, 2.5])["points"].compute().shape
+    (10, 2, 3, 1)
+    """
+    member("kind", kind, Kind)
+    member("on_error", on_error, OnError)
+    member("bc_type", bc_type, Ends)
+    knots, points = _blocks.load("t", t, 1), _blocks.load("S", S, 3)
+    count, n, k = (int(size) for size in points.shape[-3:])
+    stiefel_rs.Stiefel(n, k)
+    _blocks.require_core("t", knots, (count,))
+    loaded = {"t": (knots, 1), "S": (points, 3)}
+    options: dict[str, Any] = {
+        name: value for name, value in (("tol", tol), ("max_iterations", max_iterations)) if value is not None
+    }
+    method = "spline" if V is None else "hermite"
+    if isinstance(V, str):
+        member("V", V, Velocities)
+        method = V
+    elif V is not None:
+        loaded["V"] = (_blocks.load("V", V, 3), 3)
+        _blocks.require_core("V", loaded["V"][0], (count, n, k))
+    if V is None:
+        options["bc_type"] = bc_type
+    elif options or bc_type != "natural":
+        raise InvalidInputError("V: with velocities there is no bc_type, tol or max_iterations")
+    when = None if at is None else checked_times(at)
+    known = _FIELDS if when is None else (*_FIELDS, "points")
+    shapes = {"velocities": (count, n, k), "points": () if when is None else (*when.shape, n, k)}
+    default = known if kind == "riemannian" else tuple(name for name in known if name != "cost")
+    dtype = _records.record(_records.choose(fields, known, default), shapes)
+    chunks = _blocks.leading_chunks(loaded, chunk, DEFAULT_CHUNK[kind])
+    arrays = [_blocks.align(array, core, chunks) for array, core in loaded.values()]
+    settings: dict[str, Any] = {"kind": kind, "at": when, "on_error": on_error, "method": method, "options": options}
+    settings["version"] = stiefel_rs.__version__
+    return Sweep(_blocks.Work(spline_block, arrays, [core for _, core in loaded.values()], dtype, settings))
+
+
+def spline_block(
+    *data: NDArray[np.float64],
+    origin: tuple[int, ...],
+    dtype: np.dtype[Any],
+    kind: Kind,
+    at: NDArray[np.float64] | None,
+    on_error: OnError,
+    method: str,
+    options: dict[str, Any],
+    version: str,
+) -> NDArray[Any]:
+    """Splines of one block, one after the other."""
+    _records.require_version(version)
+    shape = data[0].shape[:-1]
+    records = np.zeros(shape, dtype)
+    for index in np.ndindex(shape):
+        try:
+            curve = _curve([array[index] for array in data], kind, method, options)
+            _fill(records, index, curve, at)
+        except StiefelError as error:
+            if on_error == "raise":
+                raise of_problem(error, tuple(a + i for a, i in zip(origin, index, strict=True))) from None
+            _records.mark(records, index, error)
+    return records
+
+
+def _curve(data: list[NDArray[np.float64]], kind: Kind, method: Any, options: dict[str, Any]) -> Any:
+    t, S, *rest = data
+    if method == "spline":
+        return stiefel_rs.CubicSpline(t, S, kind=kind, num_threads=1, **options)
+    return stiefel_rs.CubicHermite(t, S, rest[0] if rest else method, kind, num_threads=1)
+
+
+def _fill(records: NDArray[Any], index: tuple[int, ...], curve: Any, at: NDArray[np.float64] | None) -> None:
+    wanted = records.dtype.names or ()
+    if "velocities" in wanted:
+        records["velocities"][index] = curve.velocity(curve.t, num_threads=1)
+    if "cost" in wanted:
+        records["cost"][index] = curve.cost()
+    if "points" in wanted:
+        records["points"][index] = curve(at, num_threads=1)
+    _records.store_report(records, index, curve.report)
