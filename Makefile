@@ -9,7 +9,7 @@ INSTALLED := $(VENV)/.installed
 DOCS_INSTALLED := $(VENV)/.docs-installed
 SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md $(shell find src python -name '*.rs' -o -name '*.py' -o -name '*.pyi')
 
-.PHONY: help reproduce test test-rust test-python lint bench benchmark gallery boundary control-points accuracy study doc docs clean
+.PHONY: help reproduce test test-rust test-python test-minimal lint bench benchmark gallery boundary control-points accuracy study doc docs wheels licences clean
 
 help: ## Show this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | sort | expand -t 16
@@ -36,13 +36,21 @@ test-python: $(INSTALLED) ## The Python tests, types and stubs
 	$(BIN)/python -m mypy
 	$(BIN)/python -m mypy.stubtest stiefel_rs._core
 
+MINIMAL_TESTS := $(addprefix tests/python/test_, readme.py curves.py stiefel.py splines.py velocities.py save.py interpolate.py threads.py)
+
+test-minimal: ## Tests for the oldest packages, with those that are installed: pip install -c tests/python/minimal.txt
+	$(PYTHON) -m pytest $(MINIMAL_TESTS)
+
 lint: $(BIN)/python ## Formatting and lints of both languages
 	cargo fmt --check
 	cargo clippy --locked --all-targets -- -D warnings
 	cargo clippy --locked --lib --features python -- -D warnings
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'ruff>=0.9,<1'
-	$(BIN)/ruff check python tests/python benchmarks examples website
-	$(BIN)/ruff format --check python tests/python benchmarks examples website
+	$(BIN)/ruff check python tests/python benchmarks examples tools website
+	$(BIN)/ruff format --check python tests/python benchmarks examples tools website
+
+licences: ## Licences and sources of all crates against deny.toml
+	$(PYTHON) tools/licences.py
 
 bench: ## Criterion benchmarks, quick profile
 	cargo bench --locked -- --quick
@@ -76,5 +84,12 @@ $(DOCS_INSTALLED): $(INSTALLED)
 docs: $(DOCS_INSTALLED) ## The documentation site, into site/; runs the examples of the gallery unless they are as they were
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict
 
+wheels: $(BIN)/python ## Source distribution, and a wheel that is built from it, into dist/; both checked
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'maturin>=1.9.4,<2' 'twine>=6.1'
+	rm -rf dist
+	$(BIN)/maturin build --release --locked --sdist --out dist
+	$(BIN)/twine check --strict dist/*
+	$(BIN)/python tools/contents.py dist/*
+
 clean: ## Remove everything that make has made
-	rm -rf $(VENV) .venv-bench $(OUT) site target
+	rm -rf $(VENV) .venv-bench $(OUT) dist site target
