@@ -106,6 +106,7 @@ def run(seed):
         {body}
     return case.Case(case.random.Random(seed))
 worker.case.run = run
+worker.PATIENCE = 3.0
 worker.work(int(sys.argv[1]), float(sys.argv[2]), float(sys.argv[3]), int(sys.argv[4]))
 """
     true = command.subprocess.Popen

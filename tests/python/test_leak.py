@@ -15,7 +15,7 @@ SOLVES = {"spline": 300, "exact_cubic": 1000}
 def test_memory_of_many_solves_is_flat(name, solves):
     found = leak.watch(leak.WORK[name][0], solves)
     grown = leak.growth(found)
-    # Seen is what keeps 0.4 kB in each of 3000 solves, 4 kB in each of 300. A point of St(4, 2) with its object is 0.2 kB.
+    # Seen is what keeps 0.4 kB in each of 3000 solves, or 4 kB in each of 300.
     assert grown <= 1e6, f"memory grew by {grown / 1e6:.1f} MB: {found}"
 
 
