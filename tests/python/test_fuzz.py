@@ -39,7 +39,8 @@ def test_every_public_name_is_drawn(name):
     if not issubclass(thing, Exception) and name not in RESULTS | {"Chart", "RiemannianCubic"}:
         assert name in names, f"the constructor of {name} is not drawn"
     methods = [x for x in vars(thing) if not x.startswith("_") and callable(getattr(thing, x))]
-    missing = [x for x in methods if f"{name}.{x}" not in names]
+    # Figures take matplotlib's arguments, and have tests of their own.
+    missing = [x for x in methods if f"{name}.{x}" not in names and x != "plot"]
     assert not missing, f"methods of {name} that are not drawn: {missing}"
 
 
