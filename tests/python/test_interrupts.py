@@ -67,7 +67,7 @@ LONG_CALLS = {
     "all_found": "RiemannianCubic.from_boundary(S0, 20 * V0, S1, 0 * V0, all_found=True)",
     "minimal_cost": "[GeometricPolynomial.minimal_cost(S0, V0, S1, 0 * V0) for _ in itertools.count()]",
     "integrate_cubic": "integrate_cubic(S0, V0, 0 * V0, V0, 1_000_000)",
-    "variation": "cubic.point_variation(np.linspace(0, 1, 1_000_000), V0, V0, 0 * V0, 0 * V0)",
+    "variation": "cubic.point_variation(np.linspace(0, 1, 1_000_000), 0 * V0, V0, 0 * V0, 0 * V0)",
     "save": "[curve.save(path) for _ in itertools.count()]",
     "load": "[load(path) for _ in itertools.count()]",
     "pickle": "[pickle.loads(pickle.dumps(curve)) for _ in itertools.count()]",
