@@ -1,0 +1,90 @@
+"""Sixteen threads share one curve of each class, with calls of every kind at once: results are those of one thread."""
+
+import copy
+import pickle
+from concurrent.futures import ThreadPoolExecutor
+from threading import Barrier
+
+import numpy as np
+import pytest
+from test_save import CURVES, walk
+
+import stiefel_rs
+from stiefel_rs import RiemannianCubic, StiefelError
+
+THREADS, ROUNDS = 16, 2
+
+
+def bits(value):
+    """Everything in a result, as bytes and text."""
+    if isinstance(value, np.ndarray):
+        return value.shape, value.tobytes()
+    if isinstance(value, (tuple, list)):
+        return [bits(x) for x in value]
+    return repr(value)
+
+
+def calls(curve, folder):
+    """Calls of one curve by name; each gives the same bits whenever it is made."""
+    start, end = curve.t_span
+    few, many = np.linspace(start, end, 5), np.linspace(start, end, 300)
+
+    def there_and_back(i):
+        path = folder / f"curve{i}.npz"
+        curve.save(path)
+        return stiefel_rs.load(path)(few)
+
+    made = {
+        "few": lambda i: [curve(few, nu) for nu in range(4)],
+        "many": lambda i: curve(many, 1, num_threads=2),
+        "derivatives": lambda i: [curve.velocity(few), curve.acceleration(few), curve.jerk(few)],
+        "numbers": lambda i: [curve.cost(), curve.arc_length(), curve.derivative_bounds()],
+        "resample": lambda i: curve.resample(7),
+        "copies": lambda i: [copy.deepcopy(curve)(few), pickle.loads(pickle.dumps(curve))(few), repr(curve)],
+        "file": there_and_back,
+        "attributes": lambda i: [
+            repr(getattr(curve, x)) for x in dir(curve) if not x.startswith("_") and x != "pieces"
+        ],
+        "error": lambda i: refused(curve),
+    }
+    if isinstance(curve, RiemannianCubic):
+        made["other cubics"] = lambda i: [curve.reversed()(start), curve.restricted(start, end)(few)]
+    return made
+
+
+def refused(curve):
+    with pytest.raises(StiefelError) as caught:
+        curve(np.nan)
+    return str(caught.value)
+
+
+def plain(name, result):
+    # Bound methods have an address in their text.
+    return [x for x in result if " object at 0x" not in x] if name == "attributes" else bits(result)
+
+
+@pytest.mark.parametrize("name", CURVES)
+def test_sixteen_threads_share_a_curve(name, tmp_path):
+    curve = CURVES[name](*walk(4, 2, 4))
+    made = calls(curve, tmp_path)
+    # A curve of its own: what is made on first use is made by the threads, all at once.
+    other = CURVES[name](*walk(4, 2, 4))
+    expected = {key: plain(key, call(99)) for key, call in calls(other, tmp_path).items()}
+    gate = Barrier(THREADS)
+
+    def work(i):
+        names = list(made)
+        np.random.default_rng(i).shuffle(names)
+        gate.wait(timeout=60)
+        return [(key, plain(key, made[key](i))) for _ in range(ROUNDS) for key in names]
+
+    with ThreadPoolExecutor(THREADS) as pool:
+        for found in pool.map(work, range(THREADS)):
+            for key, result in found:
+                assert result == expected[key], f"{key} differs between threads"
+
+
+def test_every_class_of_curve_is_shared():
+    classes = {type(make(*walk(4, 2, 4))) for make in CURVES.values()}
+    public = {x for x in vars(stiefel_rs).values() if isinstance(x, type) and issubclass(x, stiefel_rs.Curve)}
+    assert classes == public - {stiefel_rs.Curve, stiefel_rs.PiecewiseCurve}
