@@ -9,7 +9,7 @@ INSTALLED := $(VENV)/.installed
 DOCS_INSTALLED := $(VENV)/.docs-installed
 SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md $(shell find src python -name '*.rs' -o -name '*.py' -o -name '*.pyi')
 
-.PHONY: help reproduce test test-rust test-python test-minimal lint bench benchmark gallery boundary control-points accuracy study doc docs wheels licences clean
+.PHONY: help reproduce test test-rust test-python test-minimal lint licences fuzz leak bench benchmark gallery boundary control-points accuracy study doc docs wheels clean
 
 help: ## Show this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | sort | expand -t 16
@@ -46,11 +46,17 @@ lint: $(BIN)/python ## Formatting and lints of both languages
 	cargo clippy --locked --all-targets -- -D warnings
 	cargo clippy --locked --lib --features python -- -D warnings
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'ruff>=0.9,<1'
-	$(BIN)/ruff check python tests/python benchmarks examples tools website
-	$(BIN)/ruff format --check python tests/python benchmarks examples tools website
+	$(BIN)/ruff check python tests benchmarks examples tools website
+	$(BIN)/ruff format --check python tests benchmarks examples tools website
 
 licences: ## Licences and sources of all crates against deny.toml
 	$(PYTHON) tools/licences.py
+
+fuzz: $(INSTALLED) ## Random calls of every Python entry point for ten minutes; ARGS="--minutes 1 --seed 7"
+	$(BIN)/python -m tests.fuzz $(ARGS)
+
+leak: $(INSTALLED) ## Memory during 10^6 solves of each kind; ARGS="--solves 100000"
+	$(BIN)/python -m benchmarks.leak $(ARGS)
 
 bench: ## Criterion benchmarks, quick profile
 	cargo bench --locked -- --quick

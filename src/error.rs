@@ -6,6 +6,17 @@
 use crate::report::SolverReport;
 
 /// What can go wrong, with the measured numbers.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::{Error, QuasiGeodesic};
+/// // Through a point of the sphere and its antipode there are many great circles.
+/// let (x, y) = (mat![[1.0], [0.0], [0.0]], mat![[-1.0], [0.0], [0.0]]);
+/// let error = QuasiGeodesic::between(x.as_ref(), y.as_ref()).unwrap_err();
+/// assert!(matches!(error, Error::NoJoiningCurve { .. }));
+/// assert_eq!(error.angle(), Some(std::f64::consts::PI));
+/// ```
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {

@@ -6,6 +6,21 @@
 use crate::error::{Error, Result};
 
 /// A question that long loops ask; `true` means stop.
+///
+/// # Examples
+/// ```
+/// use std::sync::atomic::{AtomicBool, Ordering};
+/// use faer::mat;
+/// use stiefel_rs::{Curve, Error, Interrupt, Quantity, QuasiGeodesic};
+/// let curve = QuasiGeodesic::from_velocity(mat![[1.0], [0.0]].as_ref(), mat![[0.0], [1.0]].as_ref())?;
+/// let stop = AtomicBool::new(false);
+/// let question = || stop.load(Ordering::Relaxed);
+/// let sample = || curve.sample(&[0.0, 0.5, 1.0], Quantity::Derivative(0), Interrupt::new(&question));
+/// assert_eq!(sample()?.len(), 3);
+/// stop.store(true, Ordering::Relaxed);
+/// assert!(matches!(sample(), Err(Error::Interrupted { .. })));
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 #[derive(Clone, Copy, Default)]
 pub struct Interrupt<'a> {
     question: Option<&'a (dyn Fn() -> bool + Sync)>,

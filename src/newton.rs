@@ -17,6 +17,32 @@ const SUFFICIENT_DECREASE: f64 = 1e-4;
 const MAX_HALVINGS: i32 = 30;
 
 /// A square system of equations `F(x) = 0`.
+///
+/// # Examples
+/// ```
+/// use faer::{MatMut, mat};
+/// use stiefel_rs::Result;
+/// use stiefel_rs::newton::{NewtonOptions, Problem, solve};
+/// /// Where the circle of radius 5 meets the line `y = x - 1`.
+/// struct Meeting;
+/// impl Problem for Meeting {
+///     fn dim(&self) -> usize {
+///         2
+///     }
+///     fn evaluate(&mut self, x: &[f64], residual: &mut [f64], jacobian: Option<MatMut<'_, f64>>) -> Result<()> {
+///         residual.copy_from_slice(&[x[0] * x[0] + x[1] * x[1] - 25.0, x[0] - x[1] - 1.0]);
+///         if let Some(mut jacobian) = jacobian {
+///             jacobian.copy_from(mat![[2.0 * x[0], 2.0 * x[1]], [1.0, -1.0]]);
+///         }
+///         Ok(())
+///     }
+/// }
+/// let mut x = [5.0, 5.0];
+/// let report = solve(&mut Meeting, &mut x, &NewtonOptions::default())?;
+/// assert!(report.converged);
+/// assert!((x[0] - 4.0).hypot(x[1] - 3.0) < 1e-12);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 pub trait Problem {
     /// Number of unknowns and of equations.
     fn dim(&self) -> usize;
@@ -34,6 +60,35 @@ pub trait Problem {
 }
 
 /// When to stop.
+///
+/// # Examples
+/// ```
+/// use faer::MatMut;
+/// use stiefel_rs::newton::{NewtonOptions, Problem, solve};
+/// use stiefel_rs::{Result, StopReason};
+/// /// `x^2 = 2`.
+/// struct Root;
+/// impl Problem for Root {
+/// #    fn dim(&self) -> usize {
+/// #        1
+/// #    }
+///     // ...
+/// #    fn evaluate(&mut self, x: &[f64], residual: &mut [f64], jacobian: Option<MatMut<'_, f64>>) -> Result<()> {
+/// #        residual[0] = x[0] * x[0] - 2.0;
+/// #        if let Some(mut jacobian) = jacobian {
+/// #            jacobian[(0, 0)] = 2.0 * x[0];
+/// #        }
+/// #        Ok(())
+/// #    }
+/// }
+/// let mut x = [1.0];
+/// let one = NewtonOptions { max_iterations: 1, ..Default::default() };
+/// assert_eq!(solve(&mut Root, &mut x, &one)?.reason, StopReason::MaxIterations);
+/// assert_eq!(x, [1.5]);
+/// assert!(solve(&mut Root, &mut x, &NewtonOptions::default())?.converged);
+/// assert!((x[0] - 2.0_f64.sqrt()).abs() < 1e-12);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 #[derive(Clone, Copy)]
 pub struct NewtonOptions<'a> {
     /// Converged once the Euclidean norm of the residual is at most this.

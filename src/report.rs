@@ -5,6 +5,20 @@
 use std::fmt;
 
 /// Why an iteration stopped.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::cubic::BoundaryOptions;
+/// use stiefel_rs::{Error, RiemannianCubic, StopReason};
+/// let (s0, v0) = (mat![[1.0], [0.0], [0.0]], mat![[0.0], [1.0], [0.0]]);
+/// let (s1, v1) = (mat![[0.0], [1.0], [0.0]], mat![[0.0], [0.0], [2.0]]);
+/// let options = BoundaryOptions { max_iterations: 1, ..Default::default() };
+/// match RiemannianCubic::from_boundary(s0.as_ref(), v0.as_ref(), s1.as_ref(), v1.as_ref(), &options) {
+///     Err(Error::NoConvergence { report, .. }) => assert_eq!(report.reason, StopReason::MaxIterations),
+///     _ => panic!("one Newton step is not enough"),
+/// }
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum StopReason {
@@ -48,6 +62,21 @@ impl StopReason {
 }
 
 /// How an iteration ended.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::cubic::BoundaryOptions;
+/// use stiefel_rs::{RiemannianCubic, StopReason};
+/// let (s0, v0) = (mat![[1.0], [0.0], [0.0]], mat![[0.0], [1.0], [0.0]]);
+/// let (s1, v1) = (mat![[0.0], [1.0], [0.0]], mat![[0.0], [0.0], [2.0]]);
+/// let [s0, v0, s1, v1] = [&s0, &v0, &s1, &v1].map(|a| a.as_ref());
+/// let curve = RiemannianCubic::from_boundary(s0, v0, s1, v1, &BoundaryOptions::default())?;
+/// let report = curve.report().expect("it comes from a boundary value problem");
+/// assert!(report.converged && report.reason == StopReason::Converged);
+/// assert!(report.residual <= report.tolerance && report.iterations < 10);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SolverReport {
     /// Whether `residual <= tolerance`.

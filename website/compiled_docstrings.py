@@ -18,6 +18,8 @@ SHAPE = re.compile(r"(ndarray|array_like), ((?:each of )?shape)")
 TYPED = re.compile(r"^(?P<name>\w+(?:, \w+)*) : (?P<kind>.+?)(?P<rest>, optional|, default .*|)$", flags=re.MULTILINE)
 SEE_ALSO = re.compile(r"^See Also\n-+\n(?:\S.*\n?)+", flags=re.MULTILINE)
 SEEN = re.compile(r"^(\w+) : ", flags=re.MULTILINE)
+# Public names of the subpackages, as griffe finds them: not all can be imported where the site is built.
+EXPORTS: dict[str, set[str]] = {}
 TABLE = re.compile(
     r"^(?P<rule>=+(?: +=+)+)\n(?P<head>.+\n)(?P=rule)\n(?P<rows>(?:.+\n)*?)(?P=rule)\n?", flags=re.MULTILINE
 )
@@ -30,6 +32,8 @@ class CompiledDocstrings(griffe.Extension):
         """Replace what griffe made of the compiled module by its stubs, completed."""
         if pkg.name != "stiefel_rs":
             return
+        for name, module in pkg.modules.items():
+            EXPORTS[name] = {str(export) for export in module.exports or ()}
         _translate(pkg)
         for name, found in list(_stubs(pkg, loader).members.items()):
             if name not in stiefel_rs.__all__:
@@ -49,7 +53,8 @@ def _translate(found: griffe.Module | griffe.Class) -> None:
         if isinstance(member, griffe.Alias) or member.name == "_core":
             continue
         if member.docstring:
-            member.docstring.value = markdown(member.docstring.value, found.name)
+            public = [part for part in found.path.split(".")[1:] if not part.startswith("_")]
+            member.docstring.value = markdown(member.docstring.value, ".".join(public))
         if isinstance(member, griffe.Module | griffe.Class):
             _translate(member)
 
@@ -155,7 +160,12 @@ def _as_text(line: re.Match[str]) -> str:
 
 
 def _path(name: str, owner: str) -> str:
-    """The full name of what a role names: something public, or a method of the class."""
+    """The full name of what a role names: something public, of a subpackage first, or a method of the class."""
+    if name.startswith("stiefel_rs."):
+        return name
+    package = owner.partition(".")[0]
+    if name.partition(".")[0] in EXPORTS.get(package, ()):
+        return f"stiefel_rs.{package}.{name}"
     if name in stiefel_rs.__all__ or "." in name:
         return f"stiefel_rs.{name}"
     return f"stiefel_rs.{owner}.{name}"

@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from tqdm import tqdm  # type: ignore[import-untyped]
 
-from . import __version__, _core, conjecture, control_points, exact, explore, interpolate, paper, report
+from . import __version__, _core, conjecture, control_points, exact, explore, interpolate, manifest, paper, report
 from .errors import StiefelError
 
 EXIT_FAILURE: Final = 1
@@ -70,7 +70,7 @@ def info() -> int:
 
 
 def reproduce(folder: Path, steps: tuple[int, ...], repetitions: int, curves: int) -> int:
-    """Write the tables, then the figures, and print where they are.
+    """Write the tables, then the figures, then the manifest of both, and print where they are.
 
     Raises
     ------
@@ -80,6 +80,8 @@ def reproduce(folder: Path, steps: tuple[int, ...], repetitions: int, curves: in
     tables, figures = folder / "tables", folder / "figures"
     for path in (tables, figures):
         path.mkdir(parents=True, exist_ok=True)
+    # That of an earlier run would speak of files that are about to be replaced.
+    (folder / manifest.NAME).unlink(missing_ok=True)
     total = len(steps) * len(paper.EXPERIMENTS) + repetitions + 1 + FIGURES
     with tqdm(total=total, disable=not sys.stderr.isatty(), desc="reproduce", leave=False) as bar:
 
@@ -94,26 +96,29 @@ def reproduce(folder: Path, steps: tuple[int, ...], repetitions: int, curves: in
                 progress()
         results = report.Results(rows, paper.measure_times(steps, repetitions, progress))
         study = conjecture.measure(curves)
-        written = {"tables": len(report.write_all(tables, results)) + len(conjecture.write_all(tables, study))}
+        written = {"tables": report.write_all(tables, results) + conjecture.write_all(tables, study)}
         costs = exact.measure()
-        written["tables"] += len(exact.write_tables(tables, costs, results))
+        written["tables"] += exact.write_tables(tables, costs, results)
         alternatives = control_points.measure()
-        written["tables"] += len(control_points.write_tables(tables, alternatives))
+        written["tables"] += control_points.write_tables(tables, alternatives)
         try:
             # Here, since matplotlib is optional and slow to import.
             from . import conjecture_figure, exact_figure, paper_figures  # noqa: PLC0415
         except ImportError as error:
             missing = error
         else:
-            written["figures"] = len(paper_figures.write_all(figures, rows, progress))
-            written["figures"] += len(exact_figure.write(figures, costs, progress))
-            written["figures"] += len(conjecture_figure.write(figures, study))
-            written["figures"] += len(control_points.write_figure(figures, alternatives, progress))
+            written["figures"] = paper_figures.write_all(figures, rows, progress)
+            written["figures"] += exact_figure.write(figures, costs, progress)
+            written["figures"] += conjecture_figure.write(figures, study)
+            written["figures"] += control_points.write_figure(figures, alternatives, progress)
+    settings = {"steps": list(steps), "repetitions": repetitions, "curves": curves}
+    record = manifest.write(folder, [path for paths in written.values() for path in paths], settings)
     for line in report.headline(results):
         print(line)
-    for name, count in written.items():
-        print(f"{name}: {count} files in {folder / name}")
+    for name, paths in written.items():
+        print(f"{name}: {len(paths)} files in {folder / name}")
     print(f"summary: {tables / 'summary.md'}")
+    print(f"manifest: {record}")
     if "figures" not in written:
         print(f"stiefel-rs: no figures ({missing}): pip install stiefel-rs[plot]", file=sys.stderr)
         return EXIT_FAILURE

@@ -39,6 +39,23 @@ use crate::interrupt::Interrupt;
 pub const MARGIN: f64 = 0.5;
 
 /// A state in one of the three charts.
+///
+/// # Examples
+/// ```
+/// use faer::{Mat, mat};
+/// use stiefel_rs::chart::{AtlasState, CovariantData, Sphere};
+/// // The pole of the chart, which has no coordinates there.
+/// let data = CovariantData {
+///     point: mat![[0.0], [0.0], [1.0]],
+///     velocity: mat![[1.0], [0.0], [0.0]],
+///     acceleration: Mat::zeros(3, 1),
+///     jerk: Mat::zeros(3, 1),
+/// };
+/// let state = AtlasState::<8>::from_covariant(&Sphere, &data)?;
+/// assert_eq!(state.turns, 1);
+/// assert!((state.covariant(&Sphere)?.point - data.point).norm_l2() < 1e-14);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AtlasState<const Z: usize> {
     /// The state is that of `P^turns S`: 0, 1 or 2.

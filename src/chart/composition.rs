@@ -59,6 +59,24 @@ const ORDER_8: [f64; 17] = [
 ];
 
 /// How one step is put together from steps of fractional length.
+///
+/// # Examples
+/// ```
+/// use stiefel_rs::chart::Composition;
+/// use stiefel_rs::chart::composition::Stage;
+/// let composition = Composition::new(2, 4)?;
+/// let fractions: Vec<f64> = composition
+///     .stages()
+///     .map(|stage| match stage {
+///         Stage::Method(fraction) | Stage::Adjoint(fraction) => fraction,
+///     })
+///     .collect();
+/// // Five parts of one step; their cubes cancel, which leaves an error of order 4.
+/// assert_eq!(fractions.len(), 5);
+/// assert!((fractions.iter().sum::<f64>() - 1.0).abs() < 1e-14);
+/// assert!(fractions.iter().map(|fraction| fraction.powi(3)).sum::<f64>().abs() < 1e-14);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Composition {
     fractions: &'static [f64],
@@ -74,6 +92,16 @@ enum Base {
 }
 
 /// A part of a step: the method or its adjoint, and the fraction of the step's length.
+///
+/// # Examples
+/// ```
+/// use stiefel_rs::chart::Composition;
+/// use stiefel_rs::chart::composition::Stage;
+/// // Order 2 from order 1: half of the step by the adjoint, half by the method.
+/// let stages: Vec<Stage> = Composition::new(1, 2)?.stages().collect();
+/// assert_eq!(stages, [Stage::Adjoint(0.5), Stage::Method(0.5)]);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Stage {
     /// The method of the discretization map.
@@ -137,6 +165,17 @@ impl Composition {
 }
 
 /// The adjoint map `R_d^*(x, v) = (R_2(x, -v), R_1(x, -v))`; its step is the inverse of the step backwards.
+///
+/// # Examples
+/// ```
+/// use nalgebra::SVector;
+/// use stiefel_rs::chart::composition::Adjoint;
+/// use stiefel_rs::chart::{DiscretizationMap, LinearMap};
+/// let (x, v) = (SVector::from([1.0, 2.0, 3.0, 4.0]), SVector::from([0.5, 0.0, -1.0, 0.25]));
+/// // That of the initial-point map is the end-point map; the mid-point map is its own.
+/// assert_eq!(Adjoint(&LinearMap::INITIAL_POINT).map(&x, &v), [x - v, x]);
+/// assert_eq!(Adjoint(&LinearMap::MIDPOINT).map(&x, &v), LinearMap::MIDPOINT.map(&x, &v));
+/// ```
 #[derive(Debug, Clone, Copy)]
 pub struct Adjoint<'a, M>(pub &'a M);
 

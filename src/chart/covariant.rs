@@ -21,6 +21,25 @@ use crate::manifold::covariant::christoffel;
 use crate::manifold::stiefel::{POINT_TOLERANCE, Stiefel, TANGENT_TOLERANCE};
 
 /// Point, velocity, covariant acceleration and covariant jerk of a curve at one time, each of shape `(3, k)`.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::Interrupt;
+/// use stiefel_rs::chart::{CovariantData, Sphere, covariant_from_state, reference, state_from_covariant};
+/// let start = CovariantData {
+///     point: mat![[1.0], [0.0], [0.0]],
+///     velocity: mat![[0.0], [1.0], [0.0]],
+///     acceleration: mat![[0.0], [0.0], [2.0]],
+///     jerk: mat![[0.0], [3.0], [0.0]],
+/// };
+/// let state = state_from_covariant(&Sphere, &start)?;
+/// let later = covariant_from_state(&Sphere, &reference(&Sphere, &state, &[0.5], Interrupt::NEVER)?[0])?;
+/// for (before, after) in start.spatial_momentum().iter().zip(later.spatial_momentum()) {
+///     assert!((before - after).abs() < 1e-12);
+/// }
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct CovariantData {
     /// The point `S`.

@@ -22,6 +22,21 @@ use super::elimination::solve_in_place;
 pub type Blocks<const X: usize> = [[SMatrix<f64, X, X>; 2]; 2];
 
 /// A discretization map on `R^X`. A new instance gets its symplectic integrator and its shooting for free.
+///
+/// # Examples
+/// ```
+/// use nalgebra::{SMatrix, SVector};
+/// use stiefel_rs::chart::{DiscretizationMap, LinearMap, RetractionMap, SpaceRetraction};
+/// /// `R_d(x, 0) = (x, x)`, and `D_v (R_2 - R_1)(x, 0) = I`.
+/// fn check(map: &impl DiscretizationMap<4>) {
+///     let (x, zero) = (SVector::from([1.0, 2.0, 3.0, 4.0]), SVector::zeros());
+///     let ([first, second], [[_, back], [_, forth]]) = (map.map(&x, &zero), map.jacobian(&x, &zero));
+///     assert!((first - x).norm() + (second - x).norm() < 1e-14);
+///     assert!((forth - back - SMatrix::identity()).norm() < 1e-13);
+/// }
+/// check(&LinearMap::INITIAL_POINT);
+/// check(&RetractionMap::midpoint(SpaceRetraction::Exponential));
+/// ```
 pub trait DiscretizationMap<const X: usize>: Sync {
     /// `(R_1(x, v), R_2(x, v))`.
     fn map(&self, x: &SVector<f64, X>, v: &SVector<f64, X>) -> [SVector<f64, X>; 2];
@@ -61,6 +76,18 @@ pub trait DiscretizationMap<const X: usize>: Sync {
 }
 
 /// A discretization map at one point with its derivatives.
+///
+/// # Examples
+/// ```
+/// use nalgebra::SVector;
+/// use stiefel_rs::chart::{DiscretizationMap, LinearMap};
+/// let (x, v) = (SVector::from([1.0, 2.0, 3.0, 4.0]), SVector::from([0.5, 0.0, -1.0, 0.25]));
+/// let expansion = LinearMap::MIDPOINT.expansion(&x, &v, &[x, v]);
+/// assert_eq!(expansion.points, [x - v * 0.5, x + v * 0.5]);
+/// // D_v of both points is a multiple of the identity: -1/2 and 1/2.
+/// assert!((expansion.jacobian[0][1] + expansion.jacobian[1][1]).norm() == 0.0);
+/// assert!(expansion.second_derivative.iter().flatten().all(|block| block.norm() == 0.0));
+/// ```
 #[derive(Debug, Clone)]
 pub struct Expansion<const X: usize> {
     /// As [`DiscretizationMap::map`].
@@ -72,6 +99,23 @@ pub struct Expansion<const X: usize> {
 }
 
 /// The linear maps `R_d(x, v) = (x - a v, x + (1 - a) v)`.
+///
+/// # Examples
+/// ```
+/// use nalgebra::SVector;
+/// use stiefel_rs::Interrupt;
+/// use stiefel_rs::chart::{LinearMap, Sphere, integrate, reference};
+/// let z0 = SVector::<f64, 8>::from([1.2, 0.0, 0.5, 1.0, 0.3, -0.2, 0.4, 0.6]);
+/// let exact = reference(&Sphere, &z0, &[1.0], Interrupt::NEVER)?[0];
+/// let error = |map: LinearMap, steps| -> stiefel_rs::Result<f64> {
+///     Ok((integrate(&Sphere, &map, &z0, steps, 1.0, Interrupt::NEVER)?[steps] - exact).norm())
+/// };
+/// // Half the step: half of the error of order 1, a quarter of that of order 2.
+/// let ratio = |map| -> stiefel_rs::Result<f64> { Ok(error(map, 100)? / error(map, 200)?) };
+/// assert!((ratio(LinearMap::INITIAL_POINT)? - 2.0).abs() < 0.1);
+/// assert!((ratio(LinearMap::MIDPOINT)? - 4.0).abs() < 0.1);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinearMap {
     back: f64,

@@ -22,6 +22,19 @@ use super::{Chart, Term};
 ///
 /// It follows from the metric and its Christoffel symbols. The paper writes it in a longer form that divides by
 /// `cos(theta)`; this one is singular at the chart's own poles only.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::chart::{Chart, Frame};
+/// let q = [std::f64::consts::FRAC_PI_2, 0.0, 0.0];
+/// let s = Frame.embed(&q)?;
+/// assert!((&s - mat![[1.0, 0.0], [0.0, 0.0], [0.0, -1.0]]).norm_l2() < 1e-14);
+/// // To turn psi is to turn the second column about the first.
+/// let v = Frame.embed_velocity(&q, &[0.0, 0.0, 1.0])?;
+/// assert!((v - mat![[0.0, 0.0], [0.0, 1.0], [0.0, 0.0]]).norm_l2() < 1e-14);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Frame;
 

@@ -7,6 +7,17 @@ use super::series::{Scalar, Series};
 /// A function of `N` variables at a point: value, gradient, Hessian and third derivatives.
 ///
 /// Third derivatives are kept for indices in increasing order; read them with [`Jet::third`].
+///
+/// # Examples
+/// ```
+/// use stiefel_rs::chart::jet::Jet;
+/// // x y^2 at (3, 5).
+/// let (x, y) = (Jet::<2>::variable(3.0, 0, 1.0), Jet::variable(5.0, 1, 1.0));
+/// let f = x * y * y;
+/// assert_eq!((f.value(), f.first(0), f.first(1)), (75.0, 25.0, 30.0));
+/// assert_eq!((f.second(0, 1), f.second(1, 1)), (10.0, 6.0));
+/// assert_eq!((f.third(0, 1, 1), f.third(1, 1, 1)), (2.0, 0.0));
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Jet<const N: usize> {
     value: f64,
@@ -64,6 +75,18 @@ impl<const N: usize> Jet<N> {
 }
 
 /// Scalars that a function of one variable can be applied to, given its derivatives.
+///
+/// # Examples
+/// ```
+/// use stiefel_rs::chart::jet::{Analytic, Jet};
+/// fn exp<T: Analytic>(x: T) -> T {
+///     x.compose([x.number().exp(); 4])
+/// }
+/// assert_eq!(exp(0.0), 1.0);
+/// // All derivatives of e^{2x} at 0.
+/// let f = exp(Jet::<1>::variable(0.0, 0, 2.0));
+/// assert_eq!([f.value(), f.first(0), f.second(0, 0), f.third(0, 0, 0)], [1.0, 2.0, 4.0, 8.0]);
+/// ```
 pub trait Analytic: Scalar {
     /// The number without its derivatives.
     fn number(&self) -> f64;

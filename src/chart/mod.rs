@@ -44,6 +44,17 @@ use elimination::solve_in_place;
 use series::{Scalar, Series};
 
 /// One term `f(theta) * product of state components` of a Hamiltonian.
+///
+/// # Examples
+/// ```
+/// use nalgebra::SVector;
+/// use stiefel_rs::chart::{Chart, Sphere, Term};
+/// let z = SVector::<f64, 8>::from([1.2, 0.0, 0.5, 1.0, 0.3, -0.2, 0.4, 0.6]);
+/// let (sin, cos) = z[0].sin_cos();
+/// let value = |term: Term<f64>| term.factors.iter().map(|&i| z[i]).product::<f64>() * term.coefficient[0];
+/// let sum: f64 = Sphere.terms(sin, cos).into_iter().map(value).sum();
+/// assert!((sum - Sphere.hamiltonian(&z)).abs() < 1e-14);
+/// ```
 pub struct Term<T> {
     /// `f(theta)`, `f'(theta)`, `f''(theta)`.
     pub coefficient: [T; 3],
@@ -70,6 +81,20 @@ impl<T: Scalar> Term<T> {
 }
 
 /// A chart of dimension `d` with `X = 2d` and `Z = 4d`.
+///
+/// # Examples
+/// ```
+/// use nalgebra::SVector;
+/// use stiefel_rs::chart::{Chart, Sphere};
+/// // Momenta from the derivatives of a curve, and back.
+/// let derivatives = [[1.2, 0.0], [0.5, 1.0], [0.3, -0.2], [0.4, 0.6]];
+/// let [q, qdot, qddot, qdddot] = derivatives.each_ref().map(|d| d.as_slice());
+/// let momenta = Sphere.momenta(q, qdot, qddot, qdddot)?;
+/// let z = SVector::from_fn(|i, _| if i < 4 { derivatives[i / 2][i % 2] } else { momenta[i - 4] });
+/// let back = Sphere.derivatives(&z);
+/// assert!((back - SVector::from_fn(|i, _| derivatives[i / 2][i % 2])).norm() < 1e-14);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 pub trait Chart<const X: usize, const Z: usize>: Sync {
     /// Columns of a point.
     const K: usize;

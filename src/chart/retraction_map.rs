@@ -24,6 +24,19 @@ use super::series::Series;
 use super::tangent_lift::TangentLift;
 
 /// A retraction of `St(3,1)` and `St(3,2)` that commutes with the rotations of space.
+///
+/// # Examples
+/// ```
+/// use nalgebra::SVector;
+/// use stiefel_rs::chart::{DiscretizationMap, RetractionMap, SpaceRetraction};
+/// // Along the equator by 1: to the longitude 1, or by the Cayley transform to 2 atan(1/2).
+/// let x = SVector::from([std::f64::consts::FRAC_PI_2, 0.0, 0.0, 0.0]);
+/// let v = SVector::from([0.0, 1.0, 0.0, 0.0]);
+/// let longitude = |retraction| RetractionMap::initial_point(retraction).map(&x, &v)[1][1];
+/// assert!((longitude(SpaceRetraction::Exponential) - 1.0).abs() < 1e-14);
+/// assert!((longitude(SpaceRetraction::QuasiGeodesic) - 1.0).abs() < 1e-14);
+/// assert!((longitude(SpaceRetraction::Cayley) - 2.0 * 0.5_f64.atan()).abs() < 1e-14);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum SpaceRetraction {
     /// The Riemannian exponential of the canonical metric.
@@ -35,6 +48,22 @@ pub enum SpaceRetraction {
 }
 
 /// The discretization map `R_d(x, v) = (rho(x, -a v), rho(x, (1 - a) v))` of a retraction, lifted to velocities.
+///
+/// # Examples
+/// ```
+/// use nalgebra::SVector;
+/// use stiefel_rs::Interrupt;
+/// use stiefel_rs::chart::{RetractionMap, SpaceRetraction, Sphere, covariant_from_state, integrate};
+/// let z0 = SVector::<f64, 8>::from([1.2, 0.0, 0.5, 1.0, 0.3, -0.2, 0.4, 0.6]);
+/// let map = RetractionMap::midpoint(SpaceRetraction::Exponential);
+/// let z1 = integrate(&Sphere, &map, &z0, 10, 1.0, Interrupt::NEVER)?[10];
+/// // Long steps, and yet all three components of the spatial momentum are conserved.
+/// let momentum = |z| covariant_from_state(&Sphere, z).map(|data| data.spatial_momentum());
+/// for (before, after) in momentum(&z0)?.iter().zip(momentum(&z1)?) {
+///     assert!((before - after).abs() < 1e-12);
+/// }
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RetractionMap {
     retraction: SpaceRetraction,

@@ -3,6 +3,17 @@
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// What the terms of a Hamiltonian are evaluated on: numbers, or series.
+///
+/// # Examples
+/// ```
+/// use stiefel_rs::chart::series::{Scalar, Series};
+/// fn cube<T: Scalar>(x: T) -> T {
+///     x * x * x
+/// }
+/// assert_eq!(cube(2.0), 8.0);
+/// // (2 + t)^3, by the binomial theorem.
+/// assert_eq!(cube(Series::new([2.0, 1.0, 0.0, 0.0])).coefficients(), &[8.0, 12.0, 6.0, 1.0]);
+/// ```
 pub trait Scalar:
     Copy
     + From<f64>
@@ -17,6 +28,17 @@ pub trait Scalar:
 impl Scalar for f64 {}
 
 /// `c_0 + c_1 t + ... + c_{N-1} t^{N-1}`; operations work on the first `active` coefficients only.
+///
+/// # Examples
+/// ```
+/// use stiefel_rs::chart::series::Series;
+/// let t = Series::<8>::new([0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+/// let (sin, cos) = t.sin_cos();
+/// assert_eq!(sin.coefficients()[3], -1.0 / 6.0);
+/// // cos^2 + sin^2 = 1 holds coefficient by coefficient.
+/// let one = sin * sin + cos * cos - Series::from(1.0);
+/// assert!(one.coefficients().iter().all(|c| c.abs() < 1e-14));
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Series<const N: usize> {
     coefficients: [f64; N],

@@ -13,6 +13,24 @@ use crate::newton::{self, NewtonOptions, Problem};
 use crate::report::SolverReport;
 
 /// How to shoot.
+///
+/// # Examples
+/// ```
+/// use nalgebra::SVector;
+/// use stiefel_rs::chart::{Composition, LinearMap, ShootingOptions, Sphere, shoot};
+/// // From rest to rest along the equator by 1: p = (-jerk, acceleration) = (12, 6) in longitude.
+/// let x0 = SVector::from([std::f64::consts::FRAC_PI_2, 0.0, 0.0, 0.0]);
+/// let x1 = SVector::from([std::f64::consts::FRAC_PI_2, 1.0, 0.0, 0.0]);
+/// let error = |composition| -> stiefel_rs::Result<f64> {
+///     let options = ShootingOptions { composition, ..Default::default() };
+///     let found = shoot(&Sphere, &LinearMap::MIDPOINT, &x0, &x1, 10, &options)?;
+///     Ok((found.momenta - SVector::from([0.0, 12.0, 0.0, 6.0])).norm())
+/// };
+/// // The method of order 4 is exact on a cubic polynomial.
+/// assert!(error(Composition::default())? > 1e-2);
+/// assert!(error(Composition::new(2, 4)?)? < 1e-10);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 #[derive(Clone, Copy)]
 pub struct ShootingOptions<'a, const X: usize> {
     /// Time interval `[0, t_end]`.
@@ -37,6 +55,19 @@ impl<const X: usize> Default for ShootingOptions<'_, X> {
 }
 
 /// A discrete trajectory that meets its boundary data.
+///
+/// # Examples
+/// ```
+/// use nalgebra::SVector;
+/// use stiefel_rs::chart::{LinearMap, ShootingOptions, Sphere, shoot};
+/// let x0 = SVector::from([1.2, 0.0, 0.5, 1.0]);
+/// let x1 = SVector::from([1.5, 0.9, 0.0, 0.4]);
+/// let found = shoot(&Sphere, &LinearMap::MIDPOINT, &x0, &x1, 20, &ShootingOptions::default())?;
+/// assert!(found.report.converged);
+/// assert_eq!(found.trajectory.len(), 21);
+/// assert!((found.trajectory[20].fixed_rows::<4>(0) - x1).norm() < 1e-11);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Shooting<const X: usize, const Z: usize> {
     /// The states, `steps + 1` of them.

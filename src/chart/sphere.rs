@@ -12,6 +12,20 @@ use super::{Chart, Term};
 /// H = p_\theta\dot\theta + p_\phi\dot\phi + \tfrac12 p_{\dot\theta}^2 + \frac{p_{\dot\phi}^2}{2\sin^2\theta}
 ///   + \sin\theta\cos\theta\,\dot\phi^2 p_{\dot\theta} - 2\cot\theta\,\dot\theta\dot\phi\,p_{\dot\phi}
 /// ```
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use nalgebra::SVector;
+/// use stiefel_rs::chart::{Chart, Sphere};
+/// let point = Sphere.embed(&[std::f64::consts::FRAC_PI_2, 0.0])?;
+/// assert!((point - mat![[1.0], [0.0], [0.0]]).norm_l2() < 1e-14);
+/// // With zero momenta the state moves along a great circle: theta'' = sin(theta) cos(theta) phi'^2.
+/// let z = SVector::<f64, 8>::from([1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
+/// let free = Sphere.derivatives(&z);
+/// assert!((free[4] - 1.0_f64.sin() * 1.0_f64.cos()).abs() < 1e-14);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Sphere;
 

@@ -65,6 +65,25 @@ const SLACK: f64 = 1.01;
 const CHAINS: u32 = 4;
 
 /// How a boundary value problem is solved.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::cubic::{BoundaryOptions, RiemannianCubic};
+/// use stiefel_rs::Curve;
+/// let (s0, v0) = (mat![[1.0], [0.0], [0.0]], mat![[0.0], [1.0], [0.0]]);
+/// let (s1, v1) = (mat![[0.0], [1.0], [0.0]], mat![[0.0], [0.0], [2.0]]);
+/// let [s0, v0, s1, v1] = [&s0, &v0, &s1, &v1].map(|a| a.as_ref());
+/// let first = RiemannianCubic::from_boundary(s0, v0, s1, v1, &BoundaryOptions::default())?;
+/// assert!((first.point(1.0)? - s1).norm_l2() < 1e-12);
+/// // From a solution there is less to do.
+/// let (a, j) = (first.acceleration(0.0)?, first.jerk(0.0)?);
+/// let options = BoundaryOptions { guess: Some((a.as_ref(), j.as_ref())), ..Default::default() };
+/// let again = RiemannianCubic::from_boundary(s0, v0, s1, v1, &options)?;
+/// let iterations = |curve: &RiemannianCubic| curve.report().map(|report| report.iterations);
+/// assert!(iterations(&again) < iterations(&first));
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 #[derive(Clone, Copy)]
 pub struct BoundaryOptions<'a> {
     /// Converged once `(|S(1) - S1|^2 + |V(1) - V1|^2 / u^2)^(1/2)` is at most this; between 1e-15 and 0.1.
@@ -117,6 +136,20 @@ impl BoundaryOptions<'_> {
 }
 
 /// The way on which the solution of a boundary value problem was found.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::cubic::{BoundaryOptions, BoundaryStrategy, RiemannianCubic};
+/// // Ends so near that Newton's method needs no help.
+/// let (s0, v0) = (mat![[1.0], [0.0], [0.0]], mat![[0.0], [1.0], [0.0]]);
+/// let (s1, v1) = (mat![[0.0], [1.0], [0.0]], mat![[0.0], [0.0], [2.0]]);
+/// let [s0, v0, s1, v1] = [&s0, &v0, &s1, &v1].map(|a| a.as_ref());
+/// let curve = RiemannianCubic::from_boundary(s0, v0, s1, v1, &BoundaryOptions::default())?;
+/// let report = curve.boundary_report().expect("it comes from a boundary value problem");
+/// assert_eq!(report.strategy, BoundaryStrategy::Direct);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum BoundaryStrategy {
@@ -152,6 +185,21 @@ impl BoundaryStrategy {
 }
 
 /// How the solution of a boundary value problem was found.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::cubic::{BoundaryOptions, RiemannianCubic};
+/// // Nearly to the other side of the sphere, with speed across the way: Newton's method needs help.
+/// let (s0, v0) = (mat![[1.0], [0.0], [0.0]], mat![[0.0], [0.0], [4.0]]);
+/// let (s1, v1) = (mat![[-0.96], [0.28], [0.0]], mat![[0.0], [0.0], [4.0]]);
+/// let [s0, v0, s1, v1] = [&s0, &v0, &s1, &v1].map(|a| a.as_ref());
+/// let curve = RiemannianCubic::from_boundary(s0, v0, s1, v1, &BoundaryOptions::default())?;
+/// let report = curve.boundary_report().expect("it comes from a boundary value problem");
+/// assert!(report.starts > 1);
+/// assert!(report.solver.converged && report.solver.residual <= 1e-12);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoundaryReport {
     /// Of the whole solution: its iterations count every Newton step, corrections of continuations among them.

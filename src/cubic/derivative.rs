@@ -31,6 +31,24 @@ use crate::manifold::stiefel::{Stiefel, TANGENT_TOLERANCE};
 /// ```math
 /// S^T dS + dS^T S = 0,\qquad S^T dV + dV^T S + dS^T V + V^T dS = 0
 /// ```
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::cubic::{BoundaryOptions, BoundaryVariation, RiemannianCubic};
+/// use stiefel_rs::{Curve, Interrupt};
+/// // From rest to rest along a circle: the cost is 12 angle^2.
+/// let (sin, cos) = 1.0_f64.sin_cos();
+/// let (s0, s1, rest) = (mat![[1.0], [0.0]], mat![[cos], [sin]], mat![[0.0], [0.0]]);
+/// let (s0, s1, rest) = (s0.as_ref(), s1.as_ref(), rest.as_ref());
+/// let curve = RiemannianCubic::from_boundary(s0, rest, s1, rest, &BoundaryOptions::default())?;
+/// // The end moves on, at unit speed.
+/// let onwards = mat![[-sin], [cos]];
+/// let variation = BoundaryVariation { s0: rest, v0: rest, s1: onwards.as_ref(), v1: rest };
+/// let derivative = curve.boundary_derivative(Interrupt::NEVER)?;
+/// assert!((derivative.cost(&variation)? - 24.0).abs() < 1e-10);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy)]
 pub struct BoundaryVariation<'a> {
     /// Of the start.
@@ -44,6 +62,24 @@ pub struct BoundaryVariation<'a> {
 }
 
 /// Ambient derivatives of point, velocity, covariant acceleration and covariant jerk at the start, shape `(n, k)` each.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::cubic::{BoundaryOptions, BoundaryVariation, RiemannianCubic};
+/// use stiefel_rs::Interrupt;
+/// // From rest to rest along a circle: acceleration 6 angle, jerk -12 angle at the start.
+/// let (sin, cos) = 1.0_f64.sin_cos();
+/// let (s0, s1, rest) = (mat![[1.0], [0.0]], mat![[cos], [sin]], mat![[0.0], [0.0]]);
+/// let (s0, s1, rest) = (s0.as_ref(), s1.as_ref(), rest.as_ref());
+/// let curve = RiemannianCubic::from_boundary(s0, rest, s1, rest, &BoundaryOptions::default())?;
+/// let onwards = mat![[-sin], [cos]];
+/// let variation = BoundaryVariation { s0: rest, v0: rest, s1: onwards.as_ref(), v1: rest };
+/// let initial = curve.boundary_derivative(Interrupt::NEVER)?.initial(&variation, Interrupt::NEVER)?;
+/// assert!((initial.acceleration - mat![[0.0], [6.0]]).norm_l2() < 1e-11);
+/// assert!((initial.jerk - mat![[0.0], [-12.0]]).norm_l2() < 1e-11);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct InitialVariation {
     /// Of the point: that of the data.
@@ -58,6 +94,21 @@ pub struct InitialVariation {
 
 /// Gradient of the cost `J` with respect to boundary data, as ambient matrices of shape `(n, k)`:
 /// `dJ = sum tr(G^T d)` for every [variation](BoundaryVariation).
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::cubic::{BoundaryOptions, RiemannianCubic};
+/// // From rest to rest along a circle: the cost is 12 angle^2, its derivative 24 angle.
+/// let (sin, cos) = 1.0_f64.sin_cos();
+/// let (s0, s1, rest) = (mat![[1.0], [0.0]], mat![[cos], [sin]], mat![[0.0], [0.0]]);
+/// let (s0, s1, rest) = (s0.as_ref(), s1.as_ref(), rest.as_ref());
+/// let curve = RiemannianCubic::from_boundary(s0, rest, s1, rest, &BoundaryOptions::default())?;
+/// let gradient = curve.cost_gradient()?;
+/// let slope = (gradient.s1.transpose() * mat![[-sin], [cos]])[(0, 0)];
+/// assert!((slope - 24.0).abs() < 1e-10);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct CostGradient {
     /// With respect to the start.
@@ -71,6 +122,25 @@ pub struct CostGradient {
 }
 
 /// How a Riemannian cubic depends on its boundary data, near a solution.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::cubic::{BoundaryOptions, BoundaryVariation, RiemannianCubic};
+/// use stiefel_rs::Interrupt;
+/// // From rest to rest along a circle, by the angle 3 t^2 - 2 t^3.
+/// let (sin, cos) = 1.0_f64.sin_cos();
+/// let (s0, s1, rest) = (mat![[1.0], [0.0]], mat![[cos], [sin]], mat![[0.0], [0.0]]);
+/// let (s0, s1, rest) = (s0.as_ref(), s1.as_ref(), rest.as_ref());
+/// let curve = RiemannianCubic::from_boundary(s0, rest, s1, rest, &BoundaryOptions::default())?;
+/// let derivative = curve.boundary_derivative(Interrupt::NEVER)?;
+/// // Where the end moves on at unit speed, the middle does at half of it.
+/// let onwards = mat![[-sin], [cos]];
+/// let variation = BoundaryVariation { s0: rest, v0: rest, s1: onwards.as_ref(), v1: rest };
+/// let middle = &derivative.points(&curve, &variation, &[0.5], Interrupt::NEVER)?[0];
+/// assert!((middle.norm_l2() - 0.5).abs() < 1e-12);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct BoundaryDerivative {
     /// `(S, V, A, J)` at the start and at the end, shape `(n, k)`.

@@ -24,6 +24,23 @@ use crate::linalg::structure::check_finite_scalar;
 use crate::report::SolverReport;
 
 /// How an initial value problem is solved.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::cubic::{IntegrationOptions, RiemannianCubic};
+/// use stiefel_rs::Curve;
+/// let (s, v) = (mat![[1.0], [0.0], [0.0]], mat![[0.0], [1.0], [0.0]]);
+/// let (a, j) = (mat![[0.0], [0.0], [2.0]], mat![[0.0], [3.0], [0.0]]);
+/// let [s, v, a, j] = [&s, &v, &a, &j].map(|a| a.as_ref());
+/// let full = IntegrationOptions { t_end: 2.0, ..Default::default() };
+/// let exact = RiemannianCubic::from_initial(s, v, a, j, &full)?;
+/// assert_eq!(exact.t_span(), (0.0, 2.0));
+/// let rough = RiemannianCubic::from_initial(s, v, a, j, &IntegrationOptions { tolerance: 1e-6, ..full })?;
+/// let error = (rough.point(2.0)? - exact.point(2.0)?).norm_l2();
+/// assert!(1e-12 < error && error < 1e-6);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 #[derive(Clone, Copy)]
 pub struct IntegrationOptions<'a> {
     /// The curve is made for the times between 0 and this one, which may be negative.
@@ -455,6 +472,25 @@ fn reaching<'a>(
 }
 
 /// Buffers for evaluating Riemannian cubics of one shape.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::cubic::riemannian_cubic::{IntegrationOptions, RiemannianCubic, Workspace};
+/// use stiefel_rs::Curve;
+/// use stiefel_rs::linalg::jet::Jet;
+/// // On a circle: the angle is t + t^2 + t^3.
+/// let (s, v) = (mat![[1.0], [0.0]], mat![[0.0], [1.0]]);
+/// let (a, j) = (mat![[0.0], [2.0]], mat![[0.0], [6.0]]);
+/// let [s, v, a, j] = [&s, &v, &a, &j].map(|a| a.as_ref());
+/// let curve = RiemannianCubic::from_initial(s, v, a, j, &IntegrationOptions::default())?;
+/// let (mut work, mut jet): (Workspace, Jet) = (curve.workspace(), Jet::zeros(2, 1));
+/// for t in [0.0, 0.5, 1.0] {
+///     curve.coordinates_into(t, 1, &mut work, &mut jet)?;
+///     assert!((jet.c[1].norm_l2() - (1.0 + 2.0 * t + 3.0 * t * t)).abs() < 1e-13);
+/// }
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 pub struct Workspace {
     /// The path continued beyond its ends, as far as it was asked for.
     beyond: Option<Path>,

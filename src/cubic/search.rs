@@ -20,6 +20,23 @@ use crate::error::{Error, Result};
 const SEARCH_WORK: f64 = 4.0;
 
 /// How solutions of a boundary value problem are looked for.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::cubic::{RiemannianCubic, SearchOptions};
+/// use stiefel_rs::Curve;
+/// // A quarter of a circle from rest to rest; the other way round it is three quarters.
+/// let (s0, s1, rest) = (mat![[1.0], [0.0]], mat![[0.0], [1.0]], mat![[0.0], [0.0]]);
+/// let options = SearchOptions { starts: 2, seed: 1, ..Default::default() };
+/// let found = RiemannianCubic::all_from_boundary(
+///     s0.as_ref(), rest.as_ref(), s1.as_ref(), rest.as_ref(), &options,
+/// )?;
+/// // The cost is 12 angle^2, the cheapest comes first.
+/// assert!((found[0].cost()? / (12.0 * std::f64::consts::FRAC_PI_2.powi(2)) - 1.0).abs() < 1e-10);
+/// assert!((found[1].cost()? / found[0].cost()? - 9.0).abs() < 1e-9);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 #[derive(Clone, Copy)]
 pub struct SearchOptions<'a> {
     /// How each of them is solved for.

@@ -42,6 +42,22 @@ const LARGE: usize = 48;
 const TRAJECTORY: &str = "trajectory of a cubic";
 
 /// How [`integrate_cubic`] takes its steps.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::cubic::{SplittingOptions, SplittingOrder, integrate_cubic};
+/// let (s, v) = (mat![[1.0], [0.0], [0.0]], mat![[0.0], [1.0], [0.0]]);
+/// let (a, j) = (mat![[0.0], [0.0], [2.0]], mat![[0.0], [3.0], [0.0]]);
+/// let options = SplittingOptions { order: SplittingOrder::Eight, ..Default::default() };
+/// let there = integrate_cubic(s.as_ref(), v.as_ref(), a.as_ref(), j.as_ref(), 10, &options)?;
+/// // The method is reversible: the same steps lead back.
+/// let [y, w, b, i] = [there.points()?, there.velocities()?, there.accelerations()?, there.jerks()?];
+/// let [y, w, b, i] = [y.get(10), w.get(10), b.get(10), i.get(10)];
+/// let back = integrate_cubic(y, w, b, i, 10, &SplittingOptions { t_end: -1.0, ..options })?;
+/// assert!((back.points()?.get(10) - s).norm_l2() < 1e-13);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 #[derive(Clone, Copy)]
 pub struct SplittingOptions<'a> {
     /// End of the time interval, finite and not zero; negative to run backwards.
@@ -63,6 +79,21 @@ impl Default for SplittingOptions<'_> {
 }
 
 /// The discrete trajectory of a Riemannian cubic, `steps + 1` states, kept by coordinates in the span of its data.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::cubic::{SplittingOptions, integrate_cubic};
+/// let (s, v) = (mat![[1.0], [0.0], [0.0]], mat![[0.0], [1.0], [0.0]]);
+/// let (a, j) = (mat![[0.0], [0.0], [2.0]], mat![[0.0], [3.0], [0.0]]);
+/// let [s, v, a, j] = [&s, &v, &a, &j].map(|a| a.as_ref());
+/// let trajectory = integrate_cubic(s, v, a, j, 50, &SplittingOptions::default())?;
+/// assert_eq!((trajectory.points()?.len(), trajectory.time(25)), (51, 0.5));
+/// // |A|^2 / 2 - <J, V>, kept up to the error of the method; momentum up to round-off.
+/// assert!(trajectory.energy().iter().all(|energy| (energy + 1.0).abs() < 1e-8));
+/// assert!(trajectory.momentum_drift() < 1e-13);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct CubicTrajectory {
     /// Orthonormal basis of the span, shape `(n, r)`; none where coordinates are entries.

@@ -301,6 +301,24 @@ impl Curve for GeometricPolynomial {
 }
 
 /// Buffers for evaluating geometric polynomials of one shape and degree.
+///
+/// # Examples
+/// ```
+/// use faer::{Mat, mat};
+/// use stiefel_rs::curve::de_casteljau::Workspace;
+/// use stiefel_rs::linalg::jet::Jet;
+/// use stiefel_rs::{Curve, GeometricPolynomial};
+/// let points: [Mat<f64>; 3] = [0.0_f64, 0.4, 1.0].map(|a| mat![[a.cos()], [a.sin()]]);
+/// let curve = GeometricPolynomial::try_from(&points[..])?;
+/// let (mut work, mut jet): (Workspace, Jet) = (curve.workspace(), Jet::zeros(2, 1));
+/// for t in [0.0, 0.5, 1.0_f64] {
+///     curve.coordinates_into(t, 1, &mut work, &mut jet)?;
+///     // On the circle the angle is the polynomial with the control points 0, 0.4, 1.
+///     let speed = 0.8 * (1.0 - t) + 1.2 * t;
+///     assert!((jet.c[1].norm_l2() - speed).abs() < 1e-14);
+/// }
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 pub struct Workspace {
     lanes: LaneWork,
     careful: Option<Box<Careful>>,

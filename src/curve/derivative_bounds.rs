@@ -19,6 +19,22 @@ const ROUNDS: usize = 5;
 const CANDIDATES: usize = 3;
 
 /// What is known of the numbers in [`DerivativeBounds`].
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::cubic::BoundaryOptions;
+/// use stiefel_rs::curve::{Curve, GeometricCubic, Guarantee};
+/// use stiefel_rs::RiemannianCubic;
+/// let (s0, v0) = (mat![[1.0], [0.0], [0.0]], mat![[0.0], [1.0], [0.0]]);
+/// let (s1, v1) = (mat![[0.0], [1.0], [0.0]], mat![[0.0], [0.0], [2.0]]);
+/// let [s0, v0, s1, v1] = [&s0, &v0, &s1, &v1].map(|a| a.as_ref());
+/// let geometric = GeometricCubic::from_boundary(s0, v0, s1, v1)?;
+/// assert_eq!(geometric.derivative_bounds()?.guarantee, Guarantee::Sampling);
+/// let cubic = RiemannianCubic::from_boundary(s0, v0, s1, v1, &BoundaryOptions::default())?;
+/// assert_eq!(cubic.derivative_bounds()?.guarantee, Guarantee::Enclosure);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Guarantee {
     /// The norms are nowhere larger (but for round-off), and the numbers are at most 1e-3 of themselves above the
@@ -31,6 +47,21 @@ pub enum Guarantee {
 }
 
 /// The largest norms of velocity, covariant acceleration and covariant jerk on an interval, canonical metric.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::{Curve, GeometricCubic};
+/// // From rest to rest along a circle, by the angle 3 t^2 - 2 t^3.
+/// let (s0, s1) = (mat![[1.0], [0.0]], mat![[1.0_f64.cos()], [1.0_f64.sin()]]);
+/// let rest = mat![[0.0], [0.0]];
+/// let curve = GeometricCubic::from_boundary(s0.as_ref(), rest.as_ref(), s1.as_ref(), rest.as_ref())?;
+/// let bounds = curve.derivative_bounds()?;
+/// assert!((bounds.velocity - 1.5).abs() < 1e-10);
+/// assert!((bounds.acceleration - 6.0).abs() < 1e-10);
+/// assert!((bounds.jerk - 12.0).abs() < 1e-10);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DerivativeBounds {
     /// Of `|S'|`.

@@ -36,6 +36,21 @@ use crate::manifold::{Geodesic, QuasiGeodesic, Stiefel, normal_frame};
 /// Consecutive control points must be closer than the known bound of the injectivity radius
 /// ([`Stiefel::injectivity_bound`]): then so are all intermediate points, by the triangle inequality, every geodesic is
 /// the unique shortest one, and the curve is smooth.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::{Curve, GeodesicPolynomial};
+/// let s0 = mat![[1.0, 0.0], [0.0, 1.0], [0.0, 0.0], [0.0, 0.0]];
+/// let s1 = mat![[0.8, 0.0], [0.0, 0.6], [0.6, 0.0], [0.0, 0.8]];
+/// let v0 = mat![[0.0, -0.5], [0.5, 0.0], [1.0, 0.0], [0.0, 0.3]];
+/// let v1 = mat![[0.6, 0.0], [0.0, 0.0], [-0.8, 0.0], [0.0, 0.0]];
+/// let curve = GeodesicPolynomial::from_boundary(s0.as_ref(), v0.as_ref(), s1.as_ref(), v1.as_ref())?;
+/// assert!((curve.point(1.0)? - s1).norm_l2() < 1e-13);
+/// assert!((curve.derivative(0.0, 1)? - v0).norm_l2() < 1e-13);
+/// assert!((curve.derivative(1.0, 1)? - v1).norm_l2() < 1e-13);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct GeodesicPolynomial {
     /// The control points in the coordinates of the frame.
@@ -240,6 +255,24 @@ impl Curve for GeodesicPolynomial {
 }
 
 /// Buffers for evaluating geodesic polynomials of one shape and degree.
+///
+/// # Examples
+/// ```
+/// use faer::{Mat, mat};
+/// use stiefel_rs::curve::geodesic_polynomial::Workspace;
+/// use stiefel_rs::linalg::jet::Jet;
+/// use stiefel_rs::{Curve, GeodesicPolynomial};
+/// let points: [Mat<f64>; 3] = [0.0_f64, 0.4, 1.0].map(|a| mat![[a.cos()], [a.sin()]]);
+/// let curve = GeodesicPolynomial::try_from(&points[..])?;
+/// let (mut work, mut jet): (Workspace, Jet) = (curve.workspace(), Jet::zeros(2, 1));
+/// for t in [0.0, 0.5, 1.0_f64] {
+///     curve.coordinates_into(t, 0, &mut work, &mut jet)?;
+///     // On the circle it is the polynomial of the angle, with the control points 0, 0.4, 1.
+///     let angle = 0.8 * t * (1.0 - t) + t * t;
+///     assert!((&jet.c[0] - mat![[angle.cos()], [angle.sin()]]).norm_l2() < 1e-14);
+/// }
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 pub struct Workspace {
     stages: Vec<Jet>,
     next: Jet,

@@ -48,6 +48,18 @@ const LIFT_ROWS: usize = 512;
 const HUGE: f64 = 1e300;
 
 /// What to sample along a curve.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::{Curve, Interrupt, Quantity, QuasiGeodesic};
+/// // A great circle at speed 2: it accelerates towards the centre, and not at all along the sphere.
+/// let circle = QuasiGeodesic::from_velocity(mat![[1.0], [0.0]].as_ref(), mat![[0.0], [2.0]].as_ref())?;
+/// let at = |quantity| circle.sample(&[0.0], quantity, Interrupt::NEVER);
+/// assert!((at(Quantity::Derivative(2))?.get(0) - mat![[-4.0], [0.0]]).norm_l2() < 1e-14);
+/// assert!(at(Quantity::Acceleration)?.get(0).norm_l2() < 1e-14);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
     /// The ambient derivative of this order, 0 (position) to 3.
@@ -92,6 +104,20 @@ impl Quantity {
 }
 
 /// Values of a curve at many parameters.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::{Curve, Interrupt, Quantity, QuasiGeodesic};
+/// let circle = QuasiGeodesic::from_velocity(mat![[1.0], [0.0]].as_ref(), mat![[0.0], [1.0]].as_ref())?;
+/// let t = [0.0, 0.1, 0.2, 0.3];
+/// let points = circle.sample(&t, Quantity::Derivative(0), Interrupt::NEVER)?;
+/// assert_eq!((points.len(), points.get(2).shape()), (4, (2, 1)));
+/// for (t, point) in t.iter().zip(points.iter()) {
+///     assert!((point - mat![[t.cos()], [t.sin()]]).norm_l2() < 1e-14);
+/// }
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Samples {
     n: usize,
@@ -144,6 +170,41 @@ impl Samples {
 /// A smooth curve on `St(n, k)`.
 ///
 /// An implementation gives its coordinates in a frame; everything else follows.
+///
+/// # Examples
+/// ```
+/// use faer::{MatRef, mat};
+/// use stiefel_rs::linalg::jet::Jet;
+/// use stiefel_rs::{Curve, Result};
+/// /// The circle `(cos t, sin t)`.
+/// struct Circle;
+/// impl Curve for Circle {
+///     type Workspace = ();
+///     fn n(&self) -> usize {
+///         2
+///     }
+///     fn k(&self) -> usize {
+///         1
+///     }
+///     fn frame(&self) -> Option<MatRef<'_, f64>> {
+///         None
+///     }
+///     fn workspace(&self) {}
+///     fn coordinates_into(&self, t: f64, order: usize, _: &mut (), out: &mut Jet) -> Result<()> {
+///         // Taylor coefficients: derivatives over factorials.
+///         let ((sin, cos), factorials) = (t.sin_cos(), [1.0, 1.0, 2.0, 6.0]);
+///         let derivatives = [[cos, sin], [-sin, cos], [-cos, -sin], [sin, -cos]];
+///         for j in 0..=order {
+///             let [x, y] = derivatives[j];
+///             out.c[j].copy_from(mat![[x / factorials[j]], [y / factorials[j]]]);
+///         }
+///         Ok(())
+///     }
+/// }
+/// assert!((Circle.arc_length(0.0, 2.0)? - 2.0).abs() < 1e-14);
+/// assert!(Circle.acceleration(0.3)?.norm_l2() < 1e-14 && Circle.cost()? < 1e-28);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 pub trait Curve: Sync {
     /// Buffers for evaluation, one per thread.
     type Workspace: Send;

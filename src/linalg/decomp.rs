@@ -19,6 +19,20 @@ const SAFE: std::ops::Range<f64> = 1e-120..1e120;
 /// Singular value decomposition `A = U diag(s) V^T` in buffers made once for a largest size.
 ///
 /// Singular values are sorted in decreasing order. `U` has `min(rows, cols)` columns, `V` is square.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::linalg::decomp::Svd;
+/// let a = mat![[3.0, 0.0], [4.0, 5.0]];
+/// let mut svd = Svd::new(2, 2);
+/// svd.compute(a.as_ref())?;
+/// // The product of the singular values is the determinant, the sum of their squares the squared norm.
+/// assert!((svd.s(0) * svd.s(1) - 15.0).abs() < 1e-13);
+/// assert!((svd.s(0).powi(2) + svd.s(1).powi(2) - 50.0).abs() < 1e-13);
+/// assert!((&a * svd.v().col(0) - svd.u().col(0) * svd.s(0)).norm_l2() < 1e-14);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 pub struct Svd {
     u: Mat<f64>,
     s: Diag<f64>,
@@ -116,6 +130,18 @@ impl Svd {
 }
 
 /// Symmetric eigenproblem `A = W diag(lambda) W^T` in buffers made once for a size, eigenvalues increasing.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::linalg::decomp::SymmetricEigen;
+/// let a = mat![[2.0, 1.0], [1.0, 2.0]];
+/// let mut eigen = SymmetricEigen::new(2);
+/// eigen.compute(a.as_ref())?;
+/// assert!((eigen.value(0) - 1.0).abs() < 1e-14 && (eigen.value(1) - 3.0).abs() < 1e-14);
+/// assert!((&a * eigen.vectors().col(1) - eigen.vectors().col(1) * 3.0).norm_l2() < 1e-14);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 pub struct SymmetricEigen {
     values: Diag<f64>,
     vectors: Mat<f64>,

@@ -14,6 +14,23 @@ pub const ORDER: usize = 3;
 pub type ScalarJet = [f64; ORDER + 1];
 
 /// A matrix Taylor polynomial; operations take the order up to which they work.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::linalg::jet::Jet;
+/// // The exponential e^{tA}, by its Taylor coefficients A^j / j!.
+/// let a = mat![[0.0, -1.0], [1.0, 0.0]];
+/// let (mut forward, mut product) = (Jet::zeros(2, 2), Jet::zeros(2, 2));
+/// forward.set_scalar(1.0, 3);
+/// for j in 1..=3 {
+///     forward.c[j] = &a * &forward.c[j - 1] * faer::Scale(1.0 / j as f64);
+/// }
+/// // A is skew, so e^{tA} is orthogonal: all coefficients of the product but the first vanish.
+/// product.set_product_tn(&forward, &forward, 3);
+/// assert_eq!(product.c[0], mat![[1.0, 0.0], [0.0, 1.0]]);
+/// assert!(product.c[1..].iter().all(|c| c.norm_l2() < 1e-14));
+/// ```
 pub struct Jet {
     /// Coefficients `A_0 ..= A_3`.
     pub c: [Mat<f64>; ORDER + 1],

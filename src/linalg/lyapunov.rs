@@ -92,6 +92,18 @@ fn average(x: &Mat<f64>, y: &Mat<f64>, c: f64) -> Mat<f64> {
 ///
 /// since `L (U R) + (U R)^T L^T = F` and `U R L^{-T}` is upper triangular. For positive definite `F` the diagonal of `R` has
 /// the signs of the pivots. A small pivot is the equation's own ill-conditioning: a leading block of `M` is near singular.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::linalg::lyapunov::TriangularSolver;
+/// let m = mat![[2.0, 1.0], [0.5, 3.0]];
+/// let f = mat![[4.0, 1.0], [1.0, 6.0]];
+/// let solver = TriangularSolver::new(m.as_ref(), 0.0).expect("leading minors are positive");
+/// let r = solver.solve(f.as_ref());
+/// assert_eq!(r[(1, 0)], 0.0);
+/// assert!((&m * &r + r.transpose() * m.transpose() - f).norm_l2() < 1e-14);
+/// ```
 pub struct TriangularSolver<'m> {
     m: MatRef<'m, f64>,
     lower: Mat<f64>,

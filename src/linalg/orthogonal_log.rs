@@ -75,6 +75,19 @@ pub fn orthogonal_log(q: MatRef<'_, f64>) -> Result<Mat<f64>> {
 }
 
 /// Buffers for logarithms of one size: no allocation per call.
+///
+/// # Examples
+/// ```
+/// use faer::{Mat, mat};
+/// use stiefel_rs::linalg::OrthogonalLog;
+/// let (mut log, mut out) = (OrthogonalLog::new(2), Mat::zeros(2, 2));
+/// for angle in [0.0_f64, 1.0, -3.0] {
+///     let rotation = mat![[angle.cos(), -angle.sin()], [angle.sin(), angle.cos()]];
+///     log.checked_into(out.as_mut(), rotation.as_ref())?;
+///     assert!((out[(1, 0)] - angle).abs() < 1e-14);
+/// }
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 pub struct OrthogonalLog {
     m: usize,
     general: Option<Box<General>>,

@@ -13,10 +13,42 @@ pub fn is_small(m: usize, l: usize, n: usize) -> bool {
 }
 
 /// A matrix or a view of one, to be read.
+///
+/// # Examples
+/// ```
+/// use faer::{Mat, mat};
+/// use stiefel_rs::linalg::product::{Readable, mul_into};
+/// /// The Gram matrix of two columns.
+/// fn gram(a: impl Readable) -> Mat<f64> {
+///     let (a, mut out) = (a.as_mat_ref(), Mat::zeros(2, 2));
+///     mul_into(&mut out, 1.0, a.transpose(), a);
+///     out
+/// }
+/// let a = mat![[1.0, 2.0], [3.0, 4.0]];
+/// // A matrix and a view, with rows and columns exchanged.
+/// assert_eq!(gram(&a), mat![[10.0, 14.0], [14.0, 20.0]]);
+/// assert_eq!(gram(a.transpose()), mat![[5.0, 11.0], [11.0, 25.0]]);
+/// ```
 pub trait Readable: AsMatRef<T = f64, Rows = usize, Cols = usize> {}
 impl<M: AsMatRef<T = f64, Rows = usize, Cols = usize>> Readable for M {}
 
 /// A matrix or a view of one, to be written.
+///
+/// # Examples
+/// ```
+/// use faer::{Mat, mat};
+/// use stiefel_rs::linalg::product::{Writable, mul_into};
+/// /// `e_1 e_1^T`, twice.
+/// fn fill(out: impl Writable) {
+///     mul_into(out, 2.0, mat![[1.0], [0.0]], mat![[1.0, 0.0]]);
+/// }
+/// // A matrix, and a block of one.
+/// let (mut small, mut large) = (Mat::zeros(2, 2), Mat::<f64>::identity(3, 3));
+/// fill(&mut small);
+/// fill(large.as_mut().submatrix_mut(1, 1, 2, 2));
+/// assert_eq!(small, mat![[2.0, 0.0], [0.0, 0.0]]);
+/// assert_eq!(large, mat![[1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 0.0]]);
+/// ```
 pub trait Writable: AsMatMut<T = f64, Rows = usize, Cols = usize> {}
 impl<M: AsMatMut<T = f64, Rows = usize, Cols = usize>> Writable for M {}
 

@@ -122,6 +122,19 @@ pub(crate) fn check_skew(name: &'static str, a: MatRef<'_, f64>) -> Result<()> {
 }
 
 /// Buffers for exponentials of one size: no allocation per call once each branch was taken.
+///
+/// # Examples
+/// ```
+/// use faer::{Mat, mat};
+/// use stiefel_rs::linalg::SkewExp;
+/// let a = mat![[0.0, -1.0], [1.0, 0.0]];
+/// let (mut exp, mut out) = (SkewExp::new(2), Mat::zeros(2, 2));
+/// for t in [0.0_f64, 1.0, 100.0] {
+///     exp.exp_into(out.as_mut(), a.as_ref(), t)?;
+///     assert!((&out - mat![[t.cos(), -t.sin()], [t.sin(), t.cos()]]).norm_l2() < 1e-14);
+/// }
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 pub struct SkewExp {
     m: usize,
     a: Square,

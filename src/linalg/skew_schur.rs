@@ -28,6 +28,19 @@ const DIRECT: usize = 40;
 ///
 /// Columns `2i` and `2i + 1` of `V` span the plane of `theta_i >= 0`; for odd sizes the last column is a null
 /// vector. Cost about `10/3 m^3` operations. The backward error is a small multiple of `m eps |A|`.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::linalg::SkewSchur;
+/// // Turns about the axis (1, 2, 2) at the rate 3.
+/// let a = mat![[0.0, -2.0, 2.0], [2.0, 0.0, -1.0], [-2.0, 1.0, 0.0]];
+/// let mut schur = SkewSchur::new(3);
+/// schur.compute(a.as_ref())?;
+/// assert!((schur.angles()[0] - 3.0).abs() < 1e-14);
+/// assert!((&a * schur.basis().col(2)).norm_l2() < 1e-14);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 pub struct SkewSchur {
     m: usize,
     size: usize,

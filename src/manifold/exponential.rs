@@ -228,6 +228,24 @@ impl Geodesic {
 }
 
 /// Buffers for evaluating geodesics of one shape and metric.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::linalg::jet::Jet;
+/// use stiefel_rs::manifold::exponential::Flow;
+/// use stiefel_rs::{Curve, Geodesic};
+/// let curve = Geodesic::from_velocity(mat![[1.0], [0.0], [0.0]].as_ref(), mat![[0.0], [3.0], [4.0]].as_ref())?;
+/// let frame = curve.frame().expect("a geodesic has one");
+/// let (mut work, mut jet): (Flow, Jet) = (curve.workspace(), Jet::zeros(frame.ncols(), 1));
+/// for t in [0.0, 0.2, 0.4] {
+///     curve.coordinates_into(t, 1, &mut work, &mut jet)?;
+///     // The first entry of the point is cos(5 t); its speed is always 5.
+///     assert!(((frame * &jet.c[0])[(0, 0)] - (5.0 * t).cos()).abs() < 1e-14);
+///     assert!(((frame * &jet.c[1]).norm_l2() - 5.0).abs() < 1e-14);
+/// }
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 pub struct Flow {
     exp: SkewExp,
     rotation: Mat<f64>,

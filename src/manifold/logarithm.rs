@@ -61,6 +61,21 @@ const NOT_UNIQUE: f64 = 1e-7;
 const SOLVER: &str = "Riemannian logarithm";
 
 /// How a logarithm was found, and what is known of it.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::Stiefel;
+/// let s0 = mat![[1.0, 0.0], [0.0, 1.0], [0.0, 0.0], [0.0, 0.0]];
+/// let s1 = mat![[0.8, 0.0], [0.0, 0.6], [0.6, 0.0], [0.0, 0.8]];
+/// let manifold = Stiefel::new(4, 2)?;
+/// let (v, report) = manifold.log_with_report(s0.as_ref(), s1.as_ref())?;
+/// // Two turns out of the columns, by the principal angles.
+/// assert!((report.length - 0.8_f64.acos().hypot(0.6_f64.acos())).abs() < 1e-13);
+/// assert!((report.length - manifold.norm(s0.as_ref(), v.as_ref())?).abs() < 1e-13);
+/// assert!(report.converged && report.certainly_shortest);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LogReport {
     /// Whether the residual is at the level of round-off. A logarithm that is returned always has converged.

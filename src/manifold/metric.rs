@@ -16,6 +16,20 @@ use crate::error::{Error, Result};
 /// # Source
 /// Hueper, Markina, Silva Leite (2021), "A Lagrangian approach to extremal curves on Stiefel manifolds", J. Geometric
 /// Mechanics 13, 55-72.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::{Metric, Stiefel};
+/// // A turn within the columns: the Euclidean metric counts its squared norm, the canonical one half of it.
+/// let s = mat![[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]];
+/// let v = mat![[0.0, -1.0], [1.0, 0.0], [0.0, 0.0]];
+/// let canonical = Stiefel::new(3, 2)?;
+/// let euclidean = canonical.with_metric(Metric::EUCLIDEAN);
+/// assert!((canonical.norm(s.as_ref(), v.as_ref())? - 1.0).abs() < 1e-14);
+/// assert!((euclidean.norm(s.as_ref(), v.as_ref())? - 2.0_f64.sqrt()).abs() < 1e-14);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Metric {
     alpha: f64,

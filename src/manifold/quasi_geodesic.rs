@@ -393,6 +393,25 @@ impl Evaluation {
 }
 
 /// Taylor coefficients of `W^T e^{t Omega}`.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::linalg::jet::Jet;
+/// use stiefel_rs::manifold::quasi_geodesic::Turning;
+/// use stiefel_rs::{Curve, QuasiGeodesic};
+/// let s = mat![[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]];
+/// let v = mat![[0.0, -1.0], [1.0, 0.0], [2.0, 0.0]];
+/// let curve = QuasiGeodesic::from_velocity(s.as_ref(), v.as_ref())?;
+/// let frame = curve.frame().expect("a quasi-geodesic has one");
+/// let (mut work, mut jet): (Turning, Jet) = (curve.workspace(), Jet::zeros(frame.ncols(), 2));
+/// for t in [0.0, 0.5, 1.0] {
+///     curve.coordinates_into(t, 1, &mut work, &mut jet)?;
+///     // The speed is constant: |V|^2 = |K|^2 + |Omega|^2 in the Euclidean norm.
+///     assert!(((frame * &jet.c[1]).norm_l2() - 6.0_f64.sqrt()).abs() < 1e-14);
+/// }
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 pub struct Turning {
     exp: SkewExp,
     turn: Mat<f64>,

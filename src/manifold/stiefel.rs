@@ -31,6 +31,19 @@ pub const TANGENT_TOLERANCE: f64 = 1e-9;
 ///
 /// # Source
 /// Edelman, Arias, Smith (1998), section 2.4.1 (canonical metric).
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::Stiefel;
+/// let manifold = Stiefel::new(3, 2)?;
+/// assert_eq!(manifold.dim(), 3);
+/// let s = manifold.project(mat![[1.0, 0.1], [0.2, 1.0], [0.0, 0.3]].as_ref())?;
+/// assert!((s.transpose() * &s - mat![[1.0, 0.0], [0.0, 1.0]]).norm_l2() < 1e-14);
+/// let v = manifold.project_tangent(s.as_ref(), mat![[0.0, 1.0], [0.0, 0.0], [1.0, 0.0]].as_ref())?;
+/// manifold.check_tangent("v", s.as_ref(), v.as_ref(), 1e-14)?;
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Stiefel {
     n: usize,

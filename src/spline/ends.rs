@@ -8,6 +8,22 @@ use crate::manifold::Stiefel;
 use crate::manifold::stiefel::{POINT_TOLERANCE, TANGENT_TOLERANCE};
 
 /// End conditions of a spline.
+///
+/// # Examples
+/// ```
+/// use faer::{MatRef, mat};
+/// use stiefel_rs::spline::{EndConditions, SplineOptions, cubic_spline};
+/// use stiefel_rs::Curve;
+/// // On the circle it is the spline of the angle.
+/// let points = [0.0_f64, 1.0, 0.0].map(|a| mat![[a.cos()], [a.sin()]]);
+/// let views: Vec<MatRef<'_, f64>> = points.iter().map(|point| point.as_ref()).collect();
+/// let t = [0.0, 1.0, 2.0];
+/// let (natural, _) = cubic_spline(&t, &views, &EndConditions::Natural, &SplineOptions::default())?;
+/// assert!(natural.acceleration(0.0)?.norm_l2() < 1e-10);
+/// let (closed, _) = cubic_spline(&t, &views, &EndConditions::Periodic, &SplineOptions::default())?;
+/// assert!((closed.acceleration(0.0)? - closed.acceleration(2.0)?).norm_l2() < 1e-10);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub enum EndConditions {
     /// No covariant acceleration at both ends: the curve of least cost through the points.
@@ -19,6 +35,22 @@ pub enum EndConditions {
 }
 
 /// The condition at one end: a tangent vector at the end point, shape `(n, k)`.
+///
+/// # Examples
+/// ```
+/// use faer::{MatRef, mat};
+/// use stiefel_rs::spline::{EndCondition, EndConditions, SplineOptions, cubic_spline};
+/// use stiefel_rs::Curve;
+/// // On the circle, points at the angles t^3: with the right ends the spline is that cubic.
+/// let points = [0.0_f64, 0.125, 1.0].map(|a| mat![[a.cos()], [a.sin()]]);
+/// let views: Vec<MatRef<'_, f64>> = points.iter().map(|point| point.as_ref()).collect();
+/// let at_rest = EndCondition::Velocity(mat![[0.0], [0.0]]);
+/// let speeding_up = EndCondition::Acceleration(mat![[-6.0 * 1.0_f64.sin()], [6.0 * 1.0_f64.cos()]]);
+/// let ends = EndConditions::Each(Box::new([at_rest, speeding_up]));
+/// let (curve, _) = cubic_spline(&[0.0, 0.5, 1.0], &views, &ends, &SplineOptions::default())?;
+/// assert!((curve.point(0.8)?[(1, 0)] - 0.512_f64.sin()).abs() < 1e-12);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub enum EndCondition {
     /// The velocity.

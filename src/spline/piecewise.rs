@@ -10,6 +10,22 @@ use crate::linalg::jet::Jet;
 use crate::linalg::product::mul_into;
 
 /// Curves on `[0, 1]`, one after the other, each run through between two knots.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::Curve;
+/// use stiefel_rs::spline::geometric_hermite;
+/// // On the circle, at rest at every knot: by the angle 3 t^2 - 2 t^3, and back.
+/// let points = [0.0_f64, 1.0, 0.0].map(|a| mat![[a.cos()], [a.sin()]]);
+/// let rest = mat![[0.0], [0.0]];
+/// let views = points.each_ref().map(|point| point.as_ref());
+/// let curve = geometric_hermite(&[0.0, 1.0, 3.0], &views, &[rest.as_ref(); 3])?;
+/// assert_eq!((curve.pieces().len(), curve.t_span()), (2, (0.0, 3.0)));
+/// // The cost of a piece, 12, over the cube of its length.
+/// assert!((curve.cost()? - (12.0 + 12.0 / 8.0)).abs() < 1e-10);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Piecewise<C> {
     knots: Vec<f64>,
@@ -18,6 +34,23 @@ pub struct Piecewise<C> {
 }
 
 /// What a curve does outside of its interval.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::Curve;
+/// use stiefel_rs::spline::{Outside, geometric_hermite};
+/// // On the circle at unit speed.
+/// let point = |a: f64| mat![[a.cos()], [a.sin()]];
+/// let velocity = |a: f64| mat![[-a.sin()], [a.cos()]];
+/// let (s, v) = ([point(0.0), point(1.0)], [velocity(0.0), velocity(1.0)]);
+/// let (s, v) = (s.each_ref().map(|s| s.as_ref()), v.each_ref().map(|v| v.as_ref()));
+/// let curve = geometric_hermite(&[0.0, 1.0], &s, &v)?;
+/// assert!(curve.point(1.5).is_err());
+/// let longer = curve.with_outside(Outside::Continued);
+/// assert!((longer.point(1.5)? - point(1.5)).norm_l2() < 1e-13);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outside {
     /// Times there are errors.
@@ -112,6 +145,24 @@ fn order(quantity: Quantity) -> i32 {
 }
 
 /// The piece that was read last, and its buffers.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::curve::{Curve, de_casteljau};
+/// use stiefel_rs::linalg::jet::Jet;
+/// use stiefel_rs::spline::{geometric_hermite, piecewise::Workspace};
+/// // On the circle, from rest to rest: the angle is 3 t^2 - 2 t^3.
+/// let points = [0.0_f64, 1.0].map(|a| mat![[a.cos()], [a.sin()]]);
+/// let rest = mat![[0.0], [0.0]];
+/// let views = points.each_ref().map(|point| point.as_ref());
+/// let curve = geometric_hermite(&[0.0, 1.0], &views, &[rest.as_ref(); 2])?;
+/// let mut work: Workspace<de_casteljau::Workspace> = curve.workspace();
+/// let mut jet = Jet::zeros(2, 1);
+/// curve.coordinates_into(0.5, 1, &mut work, &mut jet)?;
+/// assert!((jet.c[1].norm_l2() - 1.5).abs() < 1e-14);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 pub struct Workspace<W> {
     last: Option<(usize, W, Jet)>,
 }

@@ -22,6 +22,20 @@ use crate::report::{SolverReport, StopReason};
 const SOLVER: &str = "spline of Riemannian cubics";
 
 /// How a spline is solved for.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::Curve;
+/// use stiefel_rs::spline::{EndConditions, SplineOptions, cubic_spline};
+/// let points = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.6, 0.8]].map(|[x, y, z]| mat![[x], [y], [z]]);
+/// let views = points.each_ref().map(|point| point.as_ref());
+/// let options = SplineOptions { tolerance: 1e-10, ..Default::default() };
+/// let (curve, report) = cubic_spline(&[0.0, 1.0, 2.0], &views, &EndConditions::Natural, &options)?;
+/// assert!(report.converged && report.residual <= 1e-10);
+/// assert!((curve.point(1.0)? - &points[1]).norm_l2() < 1e-10);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 #[derive(Clone, Copy)]
 pub struct SplineOptions<'a> {
     /// Converged once no leg misses its knot, and no covariant acceleration jumps, by more than this, in the time of a leg.

@@ -39,6 +39,21 @@ use crate::report::{SolverReport, StopReason};
 const SOLVER: &str = "smoothing spline";
 
 /// How a smoothing spline is made.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::spline::{SmoothingOptions, smoothing_spline};
+/// let points = [0.0_f64, 0.5, 0.3, 0.9].map(|a| mat![[a.cos()], [a.sin()]]);
+/// let (t, views) = ([0.0, 1.0, 2.0, 3.0], points.each_ref().map(|point| point.as_ref()));
+/// let with = |lambda| SmoothingOptions { lambda: Some(lambda), ..Default::default() };
+/// // Nothing but the data counts: the spline through them.
+/// assert!(smoothing_spline(&t, &views, None, &with(0.0))?.misfit < 1e-20);
+/// // Nothing but the cost counts: the line of regression of the angle, here 0.25 t + 0.05.
+/// let line = smoothing_spline(&t, &views, None, &with(1e6))?;
+/// assert!((line.misfit - 0.115).abs() < 1e-6);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 #[derive(Clone, Copy)]
 pub struct SmoothingOptions<'a> {
     /// `lambda`, in units of squared distance times the cube of a time; by generalised cross-validation where it is not given.
@@ -65,6 +80,21 @@ impl Default for SmoothingOptions<'_> {
 }
 
 /// A smoothing spline and what it was made of.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::Curve;
+/// use stiefel_rs::spline::{SmoothingOptions, smoothing_spline};
+/// let points = [0.0_f64, 0.5, 0.3, 0.9].map(|a| mat![[a.cos()], [a.sin()]]);
+/// let (t, views) = ([0.0, 1.0, 2.0, 3.0], points.each_ref().map(|point| point.as_ref()));
+/// let with = |lambda| SmoothingOptions { lambda: Some(lambda), ..Default::default() };
+/// let close = smoothing_spline(&t, &views, None, &with(0.01))?;
+/// let smooth = smoothing_spline(&t, &views, None, &with(1.0))?;
+/// assert!(close.misfit < smooth.misfit && smooth.curve.cost()? < close.curve.cost()?);
+/// assert!(2.0 < smooth.degrees_of_freedom && smooth.degrees_of_freedom < close.degrees_of_freedom);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct SmoothingSpline {
     /// The curve.

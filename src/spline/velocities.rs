@@ -16,6 +16,21 @@ use crate::manifold::carrier::Direction;
 /// The formulas are those of flat space, in tangent spaces: displacements are the velocities of the quasi-geodesics
 /// between neighbouring points, whose rotations carry vectors from knot to knot. On the circle `St(2, 1)` that is
 /// exactly the formula for the angle. With slopes `m = displacement / h`:
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::spline::{VelocityEstimate, estimate_velocities};
+/// // On the circle, a jump between two rests.
+/// let points = [0.0_f64, 0.0, 0.0, 1.0, 1.0, 1.0].map(|a| mat![[a.cos()], [a.sin()]]);
+/// let (t, views) = ([0.0, 1.0, 2.0, 3.0, 4.0, 5.0], points.each_ref().map(|point| point.as_ref()));
+/// // The parabola takes half of the slope of the jump, which undershoots before it; Akima's mean stays at rest.
+/// let parabolas = estimate_velocities(&t, &views, VelocityEstimate::CatmullRom)?;
+/// assert!((parabolas[2].norm_l2() - 0.5).abs() < 1e-14);
+/// let akima = estimate_velocities(&t, &views, VelocityEstimate::Akima)?;
+/// assert!(akima[2].norm_l2() < 1e-14);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum VelocityEstimate {
     /// The parabola through three neighbours; at an end, the one through the last three.

@@ -42,7 +42,11 @@ def missing_modules(source):
     return {top for top in tops if importlib.util.find_spec(top) is None}
 
 
-@pytest.mark.parametrize("page", [page for page in PAGES if python_blocks(page)])
+# Its scheduler is somebody's; tests/python/test_dask.py does the same on a cluster of its own.
+ELSEWHERE = {"dask.md"}
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if page not in ELSEWHERE and python_blocks(page)])
 def test_python_blocks_run(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     mpl.use("Agg")

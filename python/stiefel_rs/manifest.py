@@ -1,0 +1,102 @@
+"""What a run of ``stiefel-rs reproduce`` was made with, and the digests of what it wrote: ``manifest.json``."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import platform
+import re
+from collections.abc import Iterable, Sequence
+from importlib import metadata
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from . import __version__, _core, conjecture
+
+NAME: Final = "manifest.json"
+FORMAT: Final = 1
+# Wall clock times, and the summaries that quote them: other numbers in each run.
+MEASURED: Final = frozenset({"timing.csv", "summary.md"})
+
+
+def _version(package: str) -> str | None:
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
+        return None
+
+
+def processor() -> str:
+    """Name of the processor, as the system gives it."""
+    try:
+        found = re.search(r"^model name\s*:\s*(.+)$", Path("/proc/cpuinfo").read_text(encoding="utf-8"), re.MULTILINE)
+    except OSError:
+        found = None
+    return found[1].strip() if found else platform.processor() or platform.machine()
+
+
+def digest(path: Path) -> str:
+    """SHA-256 of a file, in hexadecimal."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def environment() -> dict[str, Any]:
+    """Versions, processor and threads of this process."""
+    return {
+        "versions": {
+            "stiefel-rs": __version__,
+            "python": platform.python_version(),
+            "numpy": np.__version__,
+            "matplotlib": _version("matplotlib"),
+        },
+        "platform": platform.platform(),
+        "processor": {"name": processor(), "count": os.cpu_count(), "simd": list(_core.simd_features())},
+        "threads": _core.num_threads(),
+    }
+
+
+def _digests(folder: Path, paths: Iterable[Path]) -> dict[str, str]:
+    return {path.relative_to(folder).as_posix(): digest(path) for path in sorted(paths)}
+
+
+def build(folder: Path, written: Iterable[Path], settings: dict[str, Any]) -> dict[str, Any]:
+    """Build the manifest of the files `written` below `folder`.
+
+    Parameters
+    ----------
+    folder : Path
+        Output folder of the run; names in the manifest are relative to it.
+    written : iterable of Path
+        The files, each of them there; one that is named twice counts once.
+    settings : dict
+        What the run was asked for, as far as it decides about its numbers.
+
+    Returns
+    -------
+    dict
+        ``tables``, the same for each run with the same settings and versions on the same processor; ``measured``, that
+        hold wall clock times; ``figures``; and under ``run`` what they were made with.
+    """
+    kinds: dict[str, set[Path]] = {"tables": set(), "measured": set(), "figures": set()}
+    for path in written:
+        figure = path.suffix in (".png", ".pdf")
+        kinds["measured" if path.name in MEASURED else "figures" if figure else "tables"].add(path)
+    made = {"settings": {"seed": conjecture.SEED, **settings}, **environment()}
+    return {"format": FORMAT, "run": made, **{kind: _digests(folder, paths) for kind, paths in kinds.items()}}
+
+
+def write(folder: Path, written: Sequence[Path], settings: dict[str, Any]) -> Path:
+    """Write ``manifest.json`` into `folder`; its path.
+
+    Raises
+    ------
+    OSError
+        A file cannot be read or written.
+    """
+    path = folder / NAME
+    text = json.dumps(build(folder, written, settings), indent=2, ensure_ascii=False)
+    path.write_text(text + "\n", encoding="utf-8")
+    return path

@@ -1,0 +1,1 @@
+"""Tests of the package; the Python ones are collected by pytest, those of the crate by cargo."""

@@ -1,0 +1,53 @@
+"""Runs cases one after the other and says which before each: `python -m tests.fuzz.worker FIRST SECONDS LIMIT`.
+
+A line `begin SEED` comes before each case, `found SEED TEXT` after one that went wrong. What stops the process, a
+signal or the watchdog, so leaves the seed behind.
+"""
+
+import faulthandler
+import json
+import signal
+import sys
+import time
+
+import numpy as np
+
+from . import case
+
+SLOW = 1.0
+# By how much the clock may run ahead of this process on a busy machine.
+PATIENCE = 60.0
+
+
+def watch(limit):
+    """End the process after `limit` seconds of the processor, or a longer time by the clock; never for 0."""
+    if hasattr(signal, "setitimer"):
+        signal.setitimer(signal.ITIMER_PROF, limit)
+    if limit:
+        faulthandler.dump_traceback_later(PATIENCE * limit, exit=True)
+    else:
+        faulthandler.cancel_dump_traceback_later()
+
+
+def work(first, seconds, limit, last):
+    np.seterr(all="ignore")
+    if hasattr(signal, "SIGPROF"):
+        faulthandler.register(signal.SIGPROF, chain=True)
+    end = time.monotonic() + seconds
+    seed = first
+    while time.monotonic() < end and seed < last:
+        print("begin", seed, flush=True)
+        watch(limit)
+        start = time.process_time()
+        made = case.run(seed)
+        for finding in made.found:
+            print("found", seed, json.dumps(str(finding)), flush=True)
+        if (took := time.process_time() - start) > SLOW:
+            print("slow", seed, json.dumps(f"{took:.1f} s: {made.trace[-1][:300]}"), flush=True)
+        seed += 1
+    watch(0.0)
+    print("done", seed, flush=True)
+
+
+if __name__ == "__main__":
+    work(int(sys.argv[1]), float(sys.argv[2]), float(sys.argv[3]), int(sys.argv[4]))
