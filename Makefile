@@ -29,7 +29,7 @@ reproduce: $(INSTALLED) ## Write the paper's tables and figures into out/
 test: test-rust test-python ## All tests of both languages
 
 test-rust: ## Unit, integration and documentation tests of the crate
-	cargo test --locked
+	cargo test --locked --features serde
 
 test-python: $(INSTALLED) ## The Python tests, types and stubs
 	$(BIN)/python -m pytest
@@ -43,7 +43,7 @@ test-minimal: ## Tests for the oldest packages, with those that are installed: p
 
 lint: $(BIN)/python ## Formatting and lints of both languages
 	cargo fmt --check
-	cargo clippy --locked --all-targets -- -D warnings
+	cargo clippy --locked --all-targets --features serde -- -D warnings
 	cargo clippy --locked --lib --features python -- -D warnings
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'ruff>=0.9,<1'
 	$(BIN)/ruff check python tests benchmarks examples tools website
