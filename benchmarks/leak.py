@@ -132,14 +132,15 @@ WORK: Final[dict[str, tuple[Callable[[int], None], float]]] = {
 }
 
 
-def watch(work: Callable[[int], None], solves: int) -> list[int]:
-    """Resident memory in bytes after each tenth of the solves."""
+def watch(work: Callable[[int], None], solves: int, tell: Callable[[int], None] = lambda value: None) -> list[int]:
+    """Resident memory in bytes after each tenth of the solves; `tell` hears of each value at once."""
     found = []
     for part in range(PARTS):
         for i in range(part * solves // PARTS, (part + 1) * solves // PARTS):
             work(i % PROBLEMS)
         gc.collect()
         found.append(resident("VmRSS"))
+        tell(found[-1])
     return found
 
 
@@ -153,11 +154,10 @@ def single(name: str, solves: int) -> int:
     work, part = WORK[name]
     count = max(PARTS, round(part * solves))
     start = time.perf_counter()
-    found = watch(work, count)
+    print(f"| {name} | {count}", end="", flush=True)
+    found = watch(work, count, lambda value: print(f" | {value / MB:.1f}", end="", flush=True))
     grown = growth(found)
-    values = " | ".join(f"{value / MB:.1f}" for value in found)
-    seconds = time.perf_counter() - start
-    print(f"| {name} | {count} | {values} | {grown / MB:+.1f} | {seconds:.0f} |", flush=True)
+    print(f" | {grown / MB:+.1f} | {time.perf_counter() - start:.0f} |", flush=True)
     return 1 if grown > LIMIT else 0
 
 

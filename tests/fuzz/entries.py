@@ -458,7 +458,7 @@ def shoot(d):
     data = [d.near(c.d, 0.1), d.small(c.d), d.near(c.d, 0.1), d.small(c.d)]
     guess = {"guess": lambda: d.of([None, (np.zeros(c.d), np.zeros(c.d)), 3, (), (np.zeros(c.d),), "ab"])}
     numbers = {"tol": lambda: d.number([1e-12, 1e-8]), "max_iterations": lambda: d.integer([0, 1, 50])}
-    # Steps are work that was asked for, and shooting stores none of them: any number of them is taken.
+    # Steps are work that was asked for: shooting takes any number, since it stores one trajectory at the end.
     return c.shoot, [*data, d.of([0, -1, 1, 4, 10])], {**stepping(d), **some(d, {**numbers, **guess})}
 
 
