@@ -6,8 +6,10 @@ signal or the watchdog, so leaves the seed behind.
 
 import faulthandler
 import json
+import os
 import signal
 import sys
+import tempfile
 import time
 
 import numpy as np
@@ -50,4 +52,9 @@ def work(first, seconds, limit, last):
 
 
 if __name__ == "__main__":
-    work(int(sys.argv[1]), float(sys.argv[2]), float(sys.argv[3]), int(sys.argv[4]))
+    # Curves are saved under any name, in a folder that goes away.
+    with tempfile.TemporaryDirectory() as folder:
+        here = os.getcwd()
+        os.chdir(folder)
+        work(int(sys.argv[1]), float(sys.argv[2]), float(sys.argv[3]), int(sys.argv[4]))
+        os.chdir(here)
