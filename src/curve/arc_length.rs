@@ -251,7 +251,10 @@ impl<'a, C: Curve> ArcLength<'a, C> {
             waiting.push((middle, b, right, halvings + 1));
             waiting.push((a, middle, left, halvings + 1));
         }
-        Ok(())
+        if self.total.is_finite() {
+            return Ok(());
+        }
+        Err(Error::Overflow { quantity: "length" })
     }
 
     fn accept(&mut self, start: f64, end: f64, length: f64) {
