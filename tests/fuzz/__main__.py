@@ -30,7 +30,7 @@ def command(arguments):
 
 def one(seed):
     made = case.Case(random.Random(seed), lambda line: print(line, flush=True))
-    made.run()
+    case.elsewhere(made)
     print("outcome:", made.outcome)
     for finding in made.found:
         print("FOUND", finding)

@@ -1,7 +1,9 @@
 """One case: a call, or a curve and a few calls of it, made of one integer."""
 
 import dataclasses
+import os
 import random
+import tempfile
 import warnings
 
 import numpy as np
@@ -151,4 +153,15 @@ class Case:
 
 def run(seed):
     """The case of `seed`."""
-    return Case(random.Random(seed)).run()
+    return elsewhere(Case(random.Random(seed)))
+
+
+def elsewhere(made):
+    """Run a case in a folder of its own: some of the words that are given for paths are good names of files."""
+    home = os.getcwd()
+    with tempfile.TemporaryDirectory() as folder:
+        os.chdir(folder)
+        try:
+            return made.run()
+        finally:
+            os.chdir(home)

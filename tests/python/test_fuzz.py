@@ -52,6 +52,16 @@ def test_a_case_is_made_of_its_seed():
         assert first.outcome == second.outcome
 
 
+def test_no_case_leaves_a_file(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    curve = stiefel_rs.QuasiGeodesic(np.eye(2, 1), np.eye(2, 1)[::-1])
+    made = case.Case(random.Random(0))
+    made.run = lambda: made.call("save", curve.save, ["text"], {})
+    case.elsewhere(made)
+    assert made.outcome == "result"
+    assert not list(tmp_path.iterdir())
+
+
 class Panic(BaseException):
     pass
 
