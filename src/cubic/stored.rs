@@ -10,7 +10,8 @@ use super::reduced::{Blocks, Sized};
 use super::riemannian_cubic::RiemannianCubic;
 use super::taylor::Accuracy;
 use crate::error::Result;
-use crate::stored::{Fields, Parts, Stored, StoredPiece, extend, only, product, refusal};
+use crate::interrupt::Interrupt;
+use crate::stored::{Fields, Parts, READER, Stored, StoredPiece, extend, only, product, refusal};
 
 impl Stored for RiemannianCubic {
     const KIND: &'static str = "RiemannianCubic";
@@ -19,8 +20,8 @@ impl Stored for RiemannianCubic {
         Self::store_all(std::slice::from_ref(self), fields);
     }
 
-    fn restore(fields: &mut Fields) -> Result<Self> {
-        only(Self::restore_all(fields)?)
+    fn restore(fields: &mut Fields, interrupt: Interrupt<'_>) -> Result<Self> {
+        only(Self::restore_all(fields, interrupt)?)
     }
 }
 
@@ -54,7 +55,7 @@ impl StoredPiece for RiemannianCubic {
         store_frames(curves, fields);
     }
 
-    fn restore_all(fields: &mut Fields) -> Result<Vec<Self>> {
+    fn restore_all(fields: &mut Fields, interrupt: Interrupt<'_>) -> Result<Vec<Self>> {
         let [n, k] = fields.some_whole("shape")?;
         let steps = fields.whole("steps")?;
         let count = steps.len();
@@ -67,6 +68,7 @@ impl StoredPiece for RiemannianCubic {
         let mut numbers = Numbers(parts(names, fields)?);
         let mut curves = Vec::with_capacity(count);
         for (i, (frame, report)) in frames.into_iter().zip(reports).enumerate() {
+            interrupt.check(READER)?;
             let rows = frame.as_ref().map_or(n, |frame| frame.ncols());
             let blocks = blocks(n, k, ranks[i], rows)?;
             let [tolerance] = tolerances.some()?;

@@ -4,8 +4,9 @@ use faer::{Mat, MatRef};
 
 use super::{Curve, GeometricCubic, GeometricPolynomial};
 use crate::error::Result;
+use crate::interrupt::Interrupt;
 use crate::manifold::stored::{Legs, check_shape, store_legs};
-use crate::stored::{Fields, Stored, StoredPiece, extend, only, refusal};
+use crate::stored::{Fields, READER, Stored, StoredPiece, extend, only, refusal};
 
 impl Stored for GeometricPolynomial {
     const KIND: &'static str = "GeometricPolynomial";
@@ -14,8 +15,8 @@ impl Stored for GeometricPolynomial {
         store_polynomials(&[self], fields);
     }
 
-    fn restore(fields: &mut Fields) -> Result<Self> {
-        only(restore_polynomials(fields)?)
+    fn restore(fields: &mut Fields, interrupt: Interrupt<'_>) -> Result<Self> {
+        only(restore_polynomials(fields, interrupt)?)
     }
 }
 
@@ -26,8 +27,8 @@ impl Stored for GeometricCubic {
         Self::store_all(std::slice::from_ref(self), fields);
     }
 
-    fn restore(fields: &mut Fields) -> Result<Self> {
-        only(Self::restore_all(fields)?)
+    fn restore(fields: &mut Fields, interrupt: Interrupt<'_>) -> Result<Self> {
+        only(Self::restore_all(fields, interrupt)?)
     }
 }
 
@@ -39,8 +40,8 @@ impl StoredPiece for GeometricCubic {
         store_polynomials(&polynomials, fields);
     }
 
-    fn restore_all(fields: &mut Fields) -> Result<Vec<Self>> {
-        let polynomials = restore_polynomials(fields)?;
+    fn restore_all(fields: &mut Fields, interrupt: Interrupt<'_>) -> Result<Vec<Self>> {
+        let polynomials = restore_polynomials(fields, interrupt)?;
         polynomials
             .into_iter()
             .map(|curve| match curve.degree() {
@@ -63,11 +64,15 @@ fn store_polynomials(curves: &[&GeometricPolynomial], fields: &mut Fields) {
     store_legs(curves.iter().flat_map(|curve| curve.legs()), fields);
 }
 
-fn restore_polynomials(fields: &mut Fields) -> Result<Vec<GeometricPolynomial>> {
+fn restore_polynomials(
+    fields: &mut Fields,
+    interrupt: Interrupt<'_>,
+) -> Result<Vec<GeometricPolynomial>> {
     let points = restore_control_points(fields)?;
     let mut legs = Legs::of(fields)?;
     let mut curves = Vec::with_capacity(points.len());
     for (frame, points) in points {
+        interrupt.check(READER)?;
         let (r, k) = points[0].shape();
         let own = (1..points.len())
             .map(|_| legs.next(r, k))
@@ -147,7 +152,7 @@ impl Stored for super::GeodesicPolynomial {
     }
 
     /// Its geodesics are those between the control points, found again.
-    fn restore(fields: &mut Fields) -> Result<Self> {
+    fn restore(fields: &mut Fields, _: Interrupt<'_>) -> Result<Self> {
         let (frame, points) = only(restore_control_points(fields)?)?;
         let reduced = crate::manifold::Stiefel::new(points[0].nrows(), points[0].ncols())?;
         for point in &points {

@@ -4,6 +4,7 @@ use faer::Mat;
 
 use super::{Geodesic, Metric, QuasiGeodesic};
 use crate::error::Result;
+use crate::interrupt::Interrupt;
 use crate::linalg::structure::{norm, skew_defect};
 use crate::manifold::normal_frame::normal_rank;
 use crate::manifold::stiefel::TANGENT_TOLERANCE;
@@ -17,7 +18,7 @@ impl Stored for QuasiGeodesic {
         store_legs([self], fields);
     }
 
-    fn restore(fields: &mut Fields) -> Result<Self> {
+    fn restore(fields: &mut Fields, _: Interrupt<'_>) -> Result<Self> {
         let [n, k] = fields.some_whole("shape")?;
         check_shape(n, k)?;
         let mut legs = Legs::of(fields)?;
@@ -123,7 +124,7 @@ impl Stored for Geodesic {
         }
     }
 
-    fn restore(fields: &mut Fields) -> Result<Self> {
+    fn restore(fields: &mut Fields, _: Interrupt<'_>) -> Result<Self> {
         let [n, k, columns] = fields.some_whole("shape")?;
         check_shape(n, k)?;
         if columns != k + normal_rank(n, k) {

@@ -333,14 +333,14 @@ impl PyGeometricPolynomial {
     pub(super) fn restored(py: Python<'_>, mut form: Form) -> PyResult<Py<PyAny>> {
         let geodesic = is_geodesic(py, &form.word(py, PIECES)?)?;
         let cubic = form.kind == GeometricCubic::KIND;
-        let (pieces, report) = form.read(py, |fields| {
+        let (pieces, report) = form.read(py, move |fields, interrupt| {
             let [report] = fields.reports("report", 1)?[..] else {
                 unreachable!("one was asked for")
             };
             let pieces = if geodesic {
-                Pieces::Geodesic(Arc::new(GeodesicPolynomial::restore(fields)?))
+                Pieces::Geodesic(Arc::new(GeodesicPolynomial::restore(fields, interrupt)?))
             } else {
-                Pieces::QuasiGeodesic(Arc::new(GeometricPolynomial::restore(fields)?))
+                Pieces::QuasiGeodesic(Arc::new(GeometricPolynomial::restore(fields, interrupt)?))
             };
             match pieces.degree() {
                 degree if cubic && degree != 3 => {

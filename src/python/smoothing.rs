@@ -177,13 +177,15 @@ impl PySmoothingSpline {
     pub(super) const KIND: &str = "SmoothingSpline";
 
     pub(super) fn restored(py: Python<'_>, form: Form) -> PyResult<Py<PyAny>> {
-        let (restored, [lambda, misfit, degrees_of_freedom]) = form.read(py, |fields| {
-            let numbers = fields.take(SMOOTHING)?.entries;
-            let found = numbers.len();
-            let numbers = <[f64; 3]>::try_from(numbers)
-                .map_err(|_| refusal(format!("{SMOOTHING}: expected 3 numbers, found {found}")))?;
-            Ok((Restored::of(fields, Kind::Riemannian)?, numbers))
-        })?;
+        let (restored, [lambda, misfit, degrees_of_freedom]) =
+            form.read(py, |fields, interrupt| {
+                let numbers = fields.take(SMOOTHING)?.entries;
+                let found = numbers.len();
+                let numbers = <[f64; 3]>::try_from(numbers).map_err(|_| {
+                    refusal(format!("{SMOOTHING}: expected 3 numbers, found {found}"))
+                })?;
+                Ok((Restored::of(fields, Kind::Riemannian, interrupt)?, numbers))
+            })?;
         let Restored {
             cubics,
             data,

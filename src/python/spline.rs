@@ -427,9 +427,9 @@ impl PyCubicHermite {
 
     pub(super) fn restored(py: Python<'_>, mut form: Form) -> PyResult<Py<PyAny>> {
         let kind = Kind::read(py, &form.word(py, PIECES)?)?;
-        let (restored, velocities) = form.read(py, |fields| {
+        let (restored, velocities) = form.read(py, move |fields, interrupt| {
             let velocities = fields.take(VELOCITIES)?;
-            let restored = Restored::of(fields, kind)?;
+            let restored = Restored::of(fields, kind, interrupt)?;
             let velocities = Restored::batch(&restored.cubics, VELOCITIES, velocities)?;
             Ok((restored, velocities))
         })?;
@@ -590,7 +590,9 @@ impl PyCubicSpline {
             cubics,
             data,
             report,
-        } = form.read(py, |fields| Restored::of(fields, kind))?;
+        } = form.read(py, move |fields, interrupt| {
+            Restored::of(fields, kind, interrupt)
+        })?;
         let base = PyPiecewiseCurve::wrap(py, cubics, &data, report)?;
         let bc_type = ends.read(py, data.shape())?.given;
         let curve = base.add_subclass(PyCubicSpline { bc_type });

@@ -53,18 +53,18 @@ pub(super) struct Restored {
 }
 
 impl Restored {
-    pub(super) fn of(fields: &mut Fields, kind: Kind) -> Result<Self> {
+    pub(super) fn of(fields: &mut Fields, kind: Kind, interrupt: Interrupt<'_>) -> Result<Self> {
         let report = fields.reports(REPORT, 1)?[0];
         let points = fields.take(POINTS)?;
         let cubics = match kind {
-            Kind::Riemannian => Cubics::Riemannian(Arc::new(Stored::restore(fields)?)),
-            Kind::Geometric => Cubics::Geometric(Arc::new(Stored::restore(fields)?)),
+            Kind::Riemannian => Cubics::Riemannian(Arc::new(Stored::restore(fields, interrupt)?)),
+            Kind::Geometric => Cubics::Geometric(Arc::new(Stored::restore(fields, interrupt)?)),
         };
         let t = cubics.knots().to_vec();
         let points = Self::batch(&cubics, POINTS, points)?;
         let tolerance = report.map_or(0.0, |report| 10.0 * report.tolerance);
         let curve = cubics.curve();
-        let found = curve.sample(&t, Quantity::Derivative(0), Interrupt::NEVER)?;
+        let found = curve.sample(&t, Quantity::Derivative(0), interrupt)?;
         for (knot, point) in found.iter().enumerate() {
             let gap = distance(point, points.get(knot));
             if gap > STORED_TOLERANCE.max(tolerance) {

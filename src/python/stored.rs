@@ -6,6 +6,7 @@ use numpy::{PyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 
+use super::call::Call;
 use super::convert::{float_array, to_array};
 use super::curve::PyQuasiGeodesic;
 use super::error::to_exception;
@@ -17,10 +18,14 @@ use super::spline::{PyCubicHermite, PyCubicSpline};
 use crate::cubic::RiemannianCubic;
 use crate::curve::{GeometricCubic, GeometricPolynomial};
 use crate::error::Result;
+use crate::interrupt::Interrupt;
 use crate::manifold::{Geodesic, QuasiGeodesic};
 use crate::stored::{Array, FORMAT, Fields, Stored, VERSION, check_header, refusal};
 
 const WORDS: [&str; 2] = ["format", "kind"];
+/// Rough operations to read and check one number of a curve.
+const ONE_NUMBER: f64 = 30.0;
+
 const VERSION_KEY: &str = "version";
 
 /// The stored form of a curve.
@@ -110,21 +115,24 @@ impl Form {
     }
 
     /// What `take` makes of the numbers, of which it leaves none.
-    pub(super) fn read<T: Send>(
+    pub(super) fn read<T: Send + 'static>(
         self,
         py: Python<'_>,
-        take: impl FnOnce(&mut Fields) -> Result<T> + Send,
+        take: impl FnOnce(&mut Fields, Interrupt<'_>) -> Result<T> + Send + 'static,
     ) -> PyResult<T> {
         let Form { words, fields, .. } = self;
         if let Some(name) = words.keys().next() {
             return Err(refused(py, &format!("'{name}' is no part of such a curve")));
         }
-        let result = py.detach(|| fields.read(take));
-        result.map_err(|error| to_exception(py, &error, ""))
+        let numbers: usize = fields.0.values().map(|array| array.entries.len()).sum();
+        let call = Call::new(py, None, ONE_NUMBER * numbers as f64)?;
+        call.run(py, move |interrupt| {
+            fields.read(|fields| take(fields, interrupt))
+        })
     }
 
     /// The curve of its numbers, where the core knows how to read it.
-    pub(super) fn curve<C: Stored + Send>(self, py: Python<'_>) -> PyResult<C> {
+    pub(super) fn curve<C: Stored + Send + 'static>(self, py: Python<'_>) -> PyResult<C> {
         self.read(py, C::restore)
     }
 }

@@ -3,6 +3,7 @@
 use super::piecewise::{Outside, Piecewise};
 use crate::curve::Curve;
 use crate::error::Result;
+use crate::interrupt::Interrupt;
 use crate::stored::{Fields, Stored, StoredPiece, refusal};
 
 /// How far the interval of a piece may be from `[0, 1]`.
@@ -18,14 +19,14 @@ impl<C: Curve + StoredPiece> Stored for Piecewise<C> {
         fields.put_whole("extrapolate", [continued]);
     }
 
-    fn restore(fields: &mut Fields) -> Result<Self> {
+    fn restore(fields: &mut Fields, interrupt: Interrupt<'_>) -> Result<Self> {
         let knots = fields.take("t")?.entries;
         let outside = match fields.some_whole("extrapolate")? {
             [0] => Outside::Refused,
             [1] => Outside::Continued,
             [other] => return Err(refusal(format!("extrapolate: {other} is neither 0 nor 1"))),
         };
-        let pieces = C::restore_all(fields)?;
+        let pieces = C::restore_all(fields, interrupt)?;
         check_knots(&knots, pieces.len())?;
         for (i, piece) in pieces.iter().enumerate() {
             let (start, end) = piece.t_span();

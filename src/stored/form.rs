@@ -9,6 +9,7 @@ use super::{Array, FORMAT, Fields, Stored, VERSION, check_header, refusal};
 use crate::cubic::RiemannianCubic;
 use crate::curve::{GeometricCubic, GeometricPolynomial};
 use crate::error::Error;
+use crate::interrupt::Interrupt;
 use crate::manifold::{Geodesic, QuasiGeodesic};
 use crate::spline::Piecewise;
 
@@ -43,7 +44,7 @@ fn restored<C: Stored>(form: Form) -> Result<C, Error> {
         let (expected, found) = (C::KIND, form.kind);
         return Err(refusal(format!("a '{found}', not a '{expected}'")));
     }
-    Fields(form.arrays).read(C::restore)
+    Fields(form.arrays).read(|fields| C::restore(fields, Interrupt::NEVER))
 }
 
 macro_rules! stored_by_serde {

@@ -9,6 +9,7 @@ mod form;
 use std::collections::BTreeMap;
 
 use crate::error::{Error, Result};
+use crate::interrupt::Interrupt;
 use crate::report::{SolverReport, StopReason};
 
 /// What says that something is a stored curve of this crate.
@@ -16,6 +17,9 @@ pub(crate) const FORMAT: &str = "stiefel_rs curve";
 
 /// The version of the form that is written, and the only one that is read.
 pub(crate) const VERSION: u64 = 1;
+
+/// What is interrupted where many curves are read.
+pub(crate) const READER: &str = "reading of a stored curve";
 
 /// Whole numbers up to here are floating-point numbers.
 const LARGEST_WHOLE: f64 = 9_007_199_254_740_992.0;
@@ -47,8 +51,8 @@ pub(crate) trait Stored: Sized {
     /// The curve of the numbers, which are taken out of the fields.
     ///
     /// # Errors
-    /// `Stored`, and where the numbers do not make a curve.
-    fn restore(fields: &mut Fields) -> Result<Self>;
+    /// `Stored`, where the numbers do not make a curve, and `Interrupted`.
+    fn restore(fields: &mut Fields, interrupt: Interrupt<'_>) -> Result<Self>;
 }
 
 /// A curve of which many are stored together, in arrays that are as few as for one.
@@ -60,7 +64,7 @@ pub(crate) trait StoredPiece: Sized {
 
     /// # Errors
     /// As [`Stored::restore`].
-    fn restore_all(fields: &mut Fields) -> Result<Vec<Self>>;
+    fn restore_all(fields: &mut Fields, interrupt: Interrupt<'_>) -> Result<Vec<Self>>;
 }
 
 /// The only one of the pieces.
@@ -244,10 +248,10 @@ impl Fields {
     /// What `take` makes of all the arrays.
     ///
     /// # Errors
-    /// `Stored`, with what is wrong, also where arrays are left that nobody has asked for.
+    /// `Stored`, with what is wrong, also where arrays are left that nobody has asked for; `Interrupted`.
     pub(crate) fn read<T>(mut self, take: impl FnOnce(&mut Self) -> Result<T>) -> Result<T> {
         let taken = take(&mut self).map_err(|error| match error {
-            error @ Error::Stored { .. } => error,
+            error @ (Error::Stored { .. } | Error::Interrupted { .. }) => error,
             // Numbers that make no curve: no smooth one, no rotation.
             error => refusal(error.to_string()),
         })?;
