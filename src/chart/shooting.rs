@@ -6,7 +6,9 @@ use nalgebra::SVector;
 use super::Chart;
 use super::composition::Composition;
 use super::discretization::DiscretizationMap;
-use super::integrator::{integrate_composed, integrate_composed_with_tangent, last_state};
+use super::integrator::{
+    integrate_composed, integrate_composed_with_tangent, last_state, trajectory_buffer,
+};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::newton::{self, NewtonOptions, Problem};
@@ -97,6 +99,8 @@ pub fn shoot<const X: usize, const Z: usize>(
     chart.check("x0", x0.as_slice())?;
     chart.check("x1", x1.as_slice())?;
     check_options(options)?;
+    // Before the first of many flows, not after the last.
+    drop(trajectory_buffer::<SVector<f64, Z>>(steps)?);
     let momenta = match options.guess {
         Some(guess) => guess,
         None => cubic_guess(chart, x0, x1, options.t_end)?,
