@@ -22,10 +22,10 @@ const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
 /// quarters of the error away.
 const MAX_HALVINGS: usize = 40;
 
-/// Panels at the most.
+/// Panels between two breakpoints at the most.
 const MAX_PANELS: usize = 1 << 16;
 
-/// Lengths that one thread inverts together.
+/// Intervals, or lengths to invert, that one thread does together.
 const BLOCK: usize = 64;
 
 /// Steps of the inversion in one panel at the most; bisection alone needs 53.
@@ -70,6 +70,14 @@ struct Panel {
     /// Length before it.
     before: f64,
     length: f64,
+}
+
+/// What the length of a panel may miss.
+struct Allowed {
+    /// In any panel.
+    whole: f64,
+    /// In a panel of length one of the parameter.
+    noise: f64,
 }
 
 /// A quadrature rule.
@@ -209,16 +217,13 @@ impl<'a, C: Curve> ArcLength<'a, C> {
     }
 
     fn build(&mut self, start: f64, ends: &[f64]) -> Result<()> {
-        let mut speed = Speed::new(self.curve)?;
-        let mut waiting = Vec::new();
-        let mut from = start;
-        for &to in ends {
-            let length = self.rule.integral(from, to, |t| speed.at(t))?;
-            waiting.push((from, to, length, 0));
-            from = to;
-        }
+        let starts = std::iter::once(start).chain(ends.iter().copied());
+        let intervals: Vec<[f64; 2]> = starts.zip(ends).map(|(from, to)| [from, *to]).collect();
+        let lengths = self.in_blocks(&intervals, |[from, to], speed| {
+            self.rule.integral(*from, *to, |t| speed.at(t))
+        })?;
         // A first estimate of the whole tells what a panel may miss.
-        let whole = waiting.iter().map(|(_, _, length, _)| length).sum::<f64>();
+        let whole: f64 = lengths.iter().sum();
         if !whole.is_finite() {
             return Err(Error::Overflow { quantity: "length" });
         }
@@ -226,7 +231,57 @@ impl<'a, C: Curve> ArcLength<'a, C> {
             Some(end) if *end > start => ROUND_OFF / (end - start),
             _ => 0.0,
         };
-        waiting.reverse();
+        let allowed = Allowed {
+            whole: TOLERANCE * whole,
+            noise,
+        };
+        let estimates: Vec<_> = intervals.into_iter().zip(lengths).collect();
+        let panels = self.in_blocks(&estimates, |([from, to], length), speed| {
+            self.panels_of(*from, *to, *length, &allowed, speed)
+        })?;
+        for [start, end, length] in panels.into_iter().flatten() {
+            self.accept(start, end, length);
+        }
+        if self.total.is_finite() {
+            return Ok(());
+        }
+        Err(Error::Overflow { quantity: "length" })
+    }
+
+    /// What `work` makes of each item, blocks of them on one thread each.
+    fn in_blocks<T: Sync, R: Send>(
+        &self,
+        items: &[T],
+        work: impl Fn(&T, &mut Speed<'_, C>) -> Result<R> + Sync,
+    ) -> Result<Vec<R>> {
+        let block = |items: &[T]| -> Result<Vec<R>> {
+            let mut speed = Speed::new(self.curve)?;
+            items
+                .iter()
+                .map(|item| {
+                    self.interrupt.check(SOLVER)?;
+                    work(item, &mut speed)
+                })
+                .collect()
+        };
+        if items.len() <= BLOCK {
+            return block(items);
+        }
+        let parts: Vec<Vec<R>> = items.par_chunks(BLOCK).map(block).collect::<Result<_>>()?;
+        Ok(parts.into_iter().flatten().collect())
+    }
+
+    /// Start, end and length of the panels of an interval of about the given length.
+    fn panels_of(
+        &self,
+        from: f64,
+        to: f64,
+        length: f64,
+        allowed: &Allowed,
+        speed: &mut Speed<'_, C>,
+    ) -> Result<Vec<[f64; 3]>> {
+        let mut panels = Vec::new();
+        let mut waiting = vec![(from, to, length, 0)];
         while let Some((a, b, length, halvings)) = waiting.pop() {
             self.interrupt.check(SOLVER)?;
             let middle = 0.5 * (a + b);
@@ -237,24 +292,20 @@ impl<'a, C: Curve> ArcLength<'a, C> {
             let change = (left + right - length).abs().max(left_miss).max(right_miss);
             // Far from zero the nodes are where the spacing of numbers allows.
             let spacing = f64::EPSILON * a.abs().max(b.abs());
-            let allowed = TOLERANCE * whole.max(self.total).max(left + right)
-                + noise * (b - a)
+            let allowed = allowed.whole.max(TOLERANCE * (left + right))
+                + allowed.noise * (b - a)
                 + spacing * (left_change + right_change);
             if change <= allowed || middle <= a || middle >= b {
-                self.accept(a, middle, left);
-                self.accept(middle, b, right);
+                panels.extend([[a, middle, left], [middle, b, right]]);
                 continue;
             }
-            if halvings == MAX_HALVINGS || self.panels.len() + waiting.len() >= MAX_PANELS {
+            if halvings == MAX_HALVINGS || panels.len() + waiting.len() >= MAX_PANELS {
                 return Err(not_converged(halvings, change, allowed));
             }
             waiting.push((middle, b, right, halvings + 1));
             waiting.push((a, middle, left, halvings + 1));
         }
-        if self.total.is_finite() {
-            return Ok(());
-        }
-        Err(Error::Overflow { quantity: "length" })
+        Ok(panels)
     }
 
     fn accept(&mut self, start: f64, end: f64, length: f64) {
@@ -303,18 +354,7 @@ impl<'a, C: Curve> ArcLength<'a, C> {
                 });
             }
         }
-        let parts: Vec<Vec<f64>> = lengths
-            .par_chunks(BLOCK)
-            .map(|block| {
-                self.interrupt.check(SOLVER)?;
-                let mut speed = Speed::new(self.curve)?;
-                block
-                    .iter()
-                    .map(|length| self.invert(*length, &mut speed))
-                    .collect()
-            })
-            .collect::<Result<_>>()?;
-        Ok(parts.concat())
+        self.in_blocks(lengths, |length, speed| self.invert(*length, speed))
     }
 
     /// Parameters of `count` points at equal lengths, the first and the last one at the ends of the interval.

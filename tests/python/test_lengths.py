@@ -109,6 +109,16 @@ def test_bounds_can_be_kept():
         DerivativeBounds(1.0, 1.0, 1.0, "perhaps")
 
 
+def test_lengths_of_more_pieces_than_panels_of_one():
+    # Each piece of a great circle is two panels: 80000.
+    t = 0.01 * np.arange(40_001)
+    S = np.stack([np.cos(t), np.sin(t)], -1)[..., None]
+    V = np.stack([-np.sin(t), np.cos(t)], -1)[..., None]
+    curve = CubicHermite(t, S, V)
+    assert abs(curve.arc_length() - 400.0) < 1e-12 * 400.0
+    assert np.abs(curve.resample(5) - np.linspace(0.0, 400.0, 5)).max() < 1e-9
+
+
 @pytest.mark.parametrize("kind", ["riemannian", "geometric"])
 def test_times_far_from_zero(kind):
     # Seconds since 1970, 2.4e-7 of them apart: lengths are known to that times the change of the speed.
