@@ -13,7 +13,7 @@
 use faer::{Mat, MatRef, Scale};
 
 use super::end_response::{
-    Response, SpanResponse, blocks_of, outer_response, row_matrix, row_variations,
+    Response, SpanResponse, VARIATION, blocks_of, outer_response, row_matrix, row_variations,
 };
 use super::initial::{Horizontal, InitialData};
 use super::riemannian_cubic::RiemannianCubic;
@@ -21,7 +21,7 @@ use super::variation::vary;
 use crate::curve::{Curve, check_parameter};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
-use crate::linalg::structure::{check_finite, norm};
+use crate::linalg::structure::{check_finite, check_range, norm};
 use crate::manifold::stiefel::{Stiefel, TANGENT_TOLERANCE};
 
 /// A variation of boundary data: ambient derivatives of `S0, V0, S1, V1` along a family of data, all of shape `(n, k)`.
@@ -243,11 +243,16 @@ impl BoundaryDerivative {
         let [x_rows, a_rows, second_rows] = &parts.outside;
         let jerk_rows = second_rows
             + (x_rows * &data.acceleration.omega - a_rows * &data.velocity.omega) * half;
+        let acceleration = self.turned(variation, &self.ends[0][2]) + self.up(a) + a_rows;
+        let jerk = self.turned(variation, &self.ends[0][3]) + self.up(&jerk) + jerk_rows;
+        for result in [&acceleration, &jerk] {
+            check_range(VARIATION, result.as_ref())?;
+        }
         Ok(InitialVariation {
             point: variation.s0.to_owned(),
             velocity: variation.v0.to_owned(),
-            acceleration: self.turned(variation, &self.ends[0][2]) + self.up(a) + a_rows,
-            jerk: self.turned(variation, &self.ends[0][3]) + self.up(&jerk) + jerk_rows,
+            acceleration,
+            jerk,
         })
     }
 
@@ -295,6 +300,7 @@ impl BoundaryDerivative {
                     total += rows * block.transpose();
                 }
             }
+            check_range(VARIATION, total.as_ref())?;
             out.push(total);
         }
         Ok(out)
@@ -303,7 +309,7 @@ impl BoundaryDerivative {
     /// The variation of the cost `J`.
     ///
     /// # Errors
-    /// `Shape`, `NonFinite`, `NotTangent`.
+    /// `Shape`, `NonFinite`, `NotTangent`, `Overflow`.
     pub fn cost(&self, variation: &BoundaryVariation<'_>) -> Result<f64> {
         self.check(variation)?;
         let gradient = self.cost_gradient();
@@ -311,10 +317,16 @@ impl BoundaryDerivative {
             let columns = a.col_iter().zip(b.col_iter());
             columns.map(|(a, b)| a.transpose() * b).sum::<f64>()
         };
-        Ok(product(&gradient.s0, variation.s0)
+        let total = product(&gradient.s0, variation.s0)
             + product(&gradient.v0, variation.v0)
             + product(&gradient.s1, variation.s1)
-            + product(&gradient.v1, variation.v1))
+            + product(&gradient.v1, variation.v1);
+        if total.is_finite() {
+            return Ok(total);
+        }
+        Err(Error::Overflow {
+            quantity: VARIATION,
+        })
     }
 
     /// The gradient of the cost `J`: [`RiemannianCubic::cost_gradient`].

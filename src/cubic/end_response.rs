@@ -39,6 +39,9 @@ const RESIDUAL: f64 = 1e-13;
 /// A solution that is so many times its right-hand side is left to the matrix, which shows whether the ends are conjugate.
 const SUSPECT: f64 = 1e4;
 
+/// What an `Overflow` is about.
+pub(super) const VARIATION: &str = "variation of a Riemannian cubic";
+
 /// The equations of one block of coordinates, as a matrix.
 #[derive(Debug, Clone)]
 pub(super) struct Response {
@@ -78,7 +81,7 @@ impl Response {
     /// The `(x', x'')` that, with the variation of `x`, move the end as wanted.
     ///
     /// # Errors
-    /// `ConjugateEnds`.
+    /// `ConjugateEnds`, `Overflow`.
     pub(super) fn solve(&self, x: &[f64], wanted: &[f64]) -> Result<Vec<f64>> {
         if wanted.is_empty() {
             return Ok(Vec::new());
@@ -88,6 +91,11 @@ impl Response {
             for (j, x) in x.iter().enumerate() {
                 *right -= self.known[(i, j)] * x;
             }
+        }
+        if !right.iter().all(|entry| entry.is_finite()) {
+            return Err(Error::Overflow {
+                quantity: VARIATION,
+            });
         }
         let [smallest, largest] = self.singular;
         let solution = if smallest > CONJUGATE * largest {

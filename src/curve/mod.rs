@@ -71,7 +71,8 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    fn order(self) -> usize {
+    /// Derivatives with respect to the parameter that it has.
+    pub(crate) fn order(self) -> usize {
         match self {
             Quantity::Derivative(order) => order,
             Quantity::Acceleration => 2,

@@ -135,13 +135,26 @@ impl<C: Curve> Piecewise<C> {
 /// Entries of a result from which it is worth to share it out: waking threads takes as long as some thousand entries.
 const SHARED: usize = 1 << 14;
 
-/// Derivatives with respect to time that a quantity has.
-fn order(quantity: Quantity) -> i32 {
-    match quantity {
-        Quantity::Derivative(order) => order as i32,
-        Quantity::Acceleration => 2,
-        Quantity::Jerk => 3,
+/// Derivatives of a piece on `[0, 1]` become those of one that takes `length`.
+fn slow_down(values: &mut [f64], length: f64, order: usize) -> Result<()> {
+    if order == 0 {
+        return Ok(());
     }
+    let factor = length.powi(-(order as i32));
+    if factor.is_normal() {
+        values.iter_mut().for_each(|value| *value *= factor);
+    } else {
+        // One division after the other: what is zero stays so, and the power may overflow where the result does not.
+        for value in values.iter_mut() {
+            *value = (0..order).fold(*value, |value, _| value / length);
+        }
+    }
+    if values.iter().all(|value| value.is_finite()) {
+        return Ok(());
+    }
+    Err(Error::Overflow {
+        quantity: "derivative of a spline",
+    })
 }
 
 /// The piece that was read last, and its buffers.
@@ -228,11 +241,7 @@ impl<C: Curve> Curve for Piecewise<C> {
             let local: Vec<f64> = t[from..to].iter().map(|t| self.local(piece, *t)).collect();
             let found = self.pieces[piece].sample(&local, quantity, interrupt)?;
             let mut values = found.into_entries();
-            let order = order(quantity);
-            if order > 0 {
-                let factor = self.length(piece).powi(-order);
-                values.iter_mut().for_each(|value| *value *= factor);
-            }
+            slow_down(&mut values, self.length(piece), quantity.order())?;
             Ok(values)
         };
         let parts: Vec<Vec<f64>> = if t.len() * self.n() * self.k() < SHARED {

@@ -180,9 +180,17 @@ pub fn smoothing_spline(
             report,
         });
     }
+    let lambda = options.lambda.unwrap_or(solved.lambda * unit);
+    if options.lambda.is_none() && !lambda.is_normal() {
+        return Err(Error::InvalidArgument {
+            name: "t",
+            requirement: "in a unit of time in which the lambda that is chosen is neither zero nor infinite",
+            found: knots.unit,
+        });
+    }
     Ok(SmoothingSpline {
         curve: Piecewise::new(grouped.t, solved.pieces),
-        lambda: options.lambda.unwrap_or(solved.lambda * unit),
+        lambda,
         misfit: solved.misfit,
         degrees_of_freedom: solved.degrees_of_freedom,
         report,

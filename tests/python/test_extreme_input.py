@@ -10,7 +10,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from public_calls import ARGUMENTS, CALLS, S1, SPHERE, V1, Z0, S, V, flat, good, replaced
 
-from stiefel_rs import GeometricCubic, InvalidInputError, QuasiGeodesic, StiefelError, skew_exp
+from stiefel_rs import (
+    CubicHermite,
+    GeometricCubic,
+    InvalidInputError,
+    QuasiGeodesic,
+    RiemannianCubic,
+    SmoothingSpline,
+    StiefelError,
+    skew_exp,
+)
 
 
 def finite_or_typed(call):
@@ -48,6 +57,48 @@ def test_extreme_scales(call, i, scale):
 def test_huge_times(t_end, name):
     finite_or_typed(lambda: SPHERE.integrate(Z0, 3, t_end, name))
     finite_or_typed(lambda: SPHERE.shoot(*Z0.reshape(4, 2)[[0, 1, 0, 1]], 3, name, t_end=t_end).trajectory)
+
+
+def circle(angles):
+    return np.stack([np.cos(angles), np.sin(angles)], axis=-1)[..., None]
+
+
+@pytest.mark.parametrize("unit", [1e-310, 1e-160, 1e-105, 1e100, 1e300])
+@pytest.mark.parametrize("kind", ["riemannian", "geometric"])
+def test_derivatives_of_splines_in_any_unit_of_time(kind, unit):
+    t = np.array([0.0, 1.0, 2.5]) * unit
+    curve = CubicHermite(t, circle(np.array([0.0, 0.5, 0.5])), np.zeros((3, 2, 1)), kind)
+    for nu in (1, 2, 3):
+        finite_or_typed(lambda nu=nu: curve([0.5 * unit, unit, 2.0 * unit], nu))
+    # At rest, in whatever unit.
+    assert not curve(2.0 * unit, 2).any()
+    with np.errstate(over="ignore"):
+        expected = CubicHermite(t / unit, curve.points, np.zeros((3, 2, 1)), kind)(0.5, 1) / unit
+    if np.isfinite(expected).all():
+        assert np.abs(curve(0.5 * unit, 1) / expected - 1.0).max() < 1e-12
+    else:
+        with pytest.raises(InvalidInputError, match="derivative of a spline: .*too large"):
+            curve(0.5 * unit, 1)
+
+
+@pytest.mark.parametrize("unit", [1e-160, 1e300])
+def test_a_chosen_lambda_that_is_no_number(unit):
+    angles = np.array([0.0, 0.5, 0.4, 0.9, 1.1, 1.0])
+    assert SmoothingSpline(np.arange(6.0), circle(angles)).lam > 0.0
+    with pytest.raises(InvalidInputError, match="t: must be in a unit of time"):
+        SmoothingSpline(np.arange(6.0) * unit, circle(angles))
+    # One that is given need not be one in other units.
+    assert SmoothingSpline(np.arange(6.0) * unit, circle(angles), lam=0.0).lam == 0.0
+
+
+def test_variations_too_large_for_a_number():
+    curve = RiemannianCubic.from_boundary(S, V, S1, V1)
+    zero = 0.0 * V
+    finite_or_typed(lambda: curve.point_variation(3.0, zero, zero, zero, 1e300 * V1))
+    with pytest.raises(InvalidInputError, match="variation of a Riemannian cubic: .*too large"):
+        curve.point_variation(3.0, zero, 8e307 * V, zero, zero)
+    for size in (1e290, 1e300, 1e306, 8e307):
+        finite_or_typed(lambda size=size: curve.initial_variation(zero, size * V, zero, size * V1))
 
 
 @pytest.mark.parametrize("scale", EXTREME)
