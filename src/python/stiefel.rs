@@ -124,9 +124,8 @@ impl PyStiefel {
         rng: Option<&Bound<'py, PyAny>>,
         size: &[usize],
     ) -> PyResult<Bound<'py, PyAny>> {
-        let generator = py
-            .import("numpy.random")?
-            .call_method1("default_rng", (rng,))?;
+        let random = py.import("numpy.random")?;
+        let generator = random.call_method1("default_rng", (rng,))?;
         let shape: Vec<usize> = size
             .iter()
             .chain(&[self.0.n(), self.0.k()])
@@ -300,6 +299,13 @@ impl PyStiefel {
     }
 
     /// Normally distributed tangent vectors at ``S``: standard normal matrices, projected. Shape of ``S``.
+    ///
+    /// Parameters
+    /// ----------
+    /// S : array_like, shape (..., n, k)
+    ///     Points.
+    /// rng : numpy.random.Generator or seed, optional
+    ///     May be the seed of ``S`` itself.
     #[pyo3(signature = (S, rng=None))]
     fn random_tangent<'py>(
         &self,
@@ -310,7 +316,11 @@ impl PyStiefel {
         let [points] = matrices([(S, "S")])?;
         self.core_shape(&points, "S", py)?;
         let normal = self.normal(py, rng, &points.shape)?;
-        self.project_tangent(py, S, &normal)
+        // Backwards: in their order the numbers of the seed that a point comes from have no tangent part there.
+        let backwards = py
+            .import("numpy")?
+            .call_method1("flip", (normal, (-2, -1)))?;
+        self.project_tangent(py, S, &backwards)
     }
 
     /// Nearest point in the Frobenius norm: the polar factor of ``Y``, shape (..., n, k).

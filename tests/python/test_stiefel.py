@@ -247,6 +247,14 @@ def test_random_tangents_are_tangent_and_centred(manifold):
     assert_close(mean, manifold.dim, 5 * np.sqrt(2 * manifold.dim / 4000), "mean squared length")
 
 
+def test_the_seed_of_a_point_may_be_that_of_a_tangent_vector(manifold):
+    for seed in range(20):
+        S = manifold.random_point(seed)
+        V = manifold.random_tangent(S, seed)
+        assert np.linalg.norm(V) > 1e-3 or manifold.dim == 0, f"no direction from seed {seed}"
+        assert np.array_equal(V, manifold.random_tangent(S, np.random.default_rng(seed)))
+
+
 def test_everything_is_equivariant_under_left_rotations(manifold, points, rng):
     S, V, W = points
     g = np.linalg.qr(rng.standard_normal((manifold.n, manifold.n)))[0]
