@@ -240,16 +240,24 @@ impl MovingQuasiGeodesic {
             Parity::Even => (&mut self.cosine, 0),
             Parity::Odd => (&mut self.sine, 1),
         };
-        let product = &mut self.work[1];
-        target.set_scalar(1.0, order);
-        for j in (1..=series_terms(largest)).rev() {
-            product.set_product(target, &self.argument, order);
-            product.rescale(
-                -1.0 / ((2 * j + offset - 1) * (2 * j + offset)) as f64,
-                order,
-            );
-            product.add_identity(1.0);
-            std::mem::swap(target, product);
+        let factors = (1..=series_terms(largest))
+            .rev()
+            .map(|j| -1.0 / ((2 * j + offset - 1) * (2 * j + offset)) as f64);
+        match self.argument.c[0].ncols() {
+            1 => small_series::<1>(&self.argument, factors, target, order),
+            2 => small_series::<2>(&self.argument, factors, target, order),
+            3 => small_series::<3>(&self.argument, factors, target, order),
+            4 => small_series::<4>(&self.argument, factors, target, order),
+            _ => {
+                let product = &mut self.work[1];
+                target.set_scalar(1.0, order);
+                for factor in factors {
+                    product.set_product(target, &self.argument, order);
+                    product.rescale(factor, order);
+                    product.add_identity(1.0);
+                    std::mem::swap(target, product);
+                }
+            }
         }
         Ok(())
     }
@@ -319,6 +327,53 @@ impl MovingQuasiGeodesic {
 enum Parity {
     Even,
     Odd,
+}
+
+/// `I + f_1 W (I + f_2 W (I + ...))` of the factors from the last to the first, without a matrix in memory.
+fn small_series<const K: usize>(
+    argument: &Jet,
+    factors: impl Iterator<Item = f64>,
+    target: &mut Jet,
+    order: usize,
+) {
+    let zero = [[[0.0; K]; K]; ORDER + 1];
+    let (mut w, mut sum) = (zero, zero);
+    for m in 0..=order {
+        for j in 0..K {
+            for i in 0..K {
+                w[m][j][i] = argument.c[m][(i, j)];
+            }
+        }
+    }
+    for i in 0..K {
+        sum[0][i][i] = 1.0;
+    }
+    for factor in factors {
+        let mut product = zero;
+        for m in 0..=order {
+            for part in 0..=m {
+                for j in 0..K {
+                    for l in 0..K {
+                        let entry = factor * w[m - part][j][l];
+                        for i in 0..K {
+                            product[m][j][i] += sum[part][l][i] * entry;
+                        }
+                    }
+                }
+            }
+        }
+        for i in 0..K {
+            product[0][i][i] += 1.0;
+        }
+        sum = product;
+    }
+    for m in 0..=order {
+        for j in 0..K {
+            for i in 0..K {
+                target.c[m][(i, j)] = sum[m][j][i];
+            }
+        }
+    }
 }
 
 /// Terms of `cos sqrt(w)` for arguments up to `w`, with its derivatives up to the third (the factor `j^3`).
