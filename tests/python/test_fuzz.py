@@ -17,7 +17,7 @@ RESULTS = {"ChartTrajectory", "CubicTrajectory", "ShootingResult", "Curve", "Pie
 
 
 def test_random_calls():
-    found, count, _ = command.search(FIRST, CASES, SECONDS, 10.0, report=lambda text: None)
+    found, count, _ = command.search(FIRST, CASES, SECONDS, command.LIMIT, report=lambda text: None)
     assert count >= 20, f"{count} cases in {SECONDS} s"
     again = [f"python -m tests.fuzz --case {seed}: {text}" for seed, text in found]
     assert not found, "\n".join(again)
