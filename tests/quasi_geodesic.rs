@@ -148,7 +148,7 @@ fn of_zero_velocity_is_constant() {
             for nu in 1..=3 {
                 assert_eq!(
                     curve.derivative(t, nu).unwrap(),
-                    Mat::zeros(n, k),
+                    Mat::<f64>::zeros(n, k),
                     "({n}, {k}), t = {t}, nu = {nu}"
                 );
             }
