@@ -49,6 +49,7 @@ def on_files(files: Files, *, config: MkDocsConfig) -> Files:
         files.append(File.generated(config, f"katex/{path.relative_to(dist).as_posix()}", abs_src_path=str(path)))
     files.append(File.generated(config, "site.css", abs_src_path=str(HERE / "site.css")))
     add_gallery(files, config)
+    add_plotting(files, config)
     add_examples(files, config)
     return files
 
@@ -131,6 +132,22 @@ def add_gallery(files: Files, config: MkDocsConfig) -> None:
         if old := files.get_file_from_path(name):
             files.remove(old)
         files.append(File.generated(config, name, abs_src_path=str(path)))
+
+
+def add_plotting(files: Files, config: MkDocsConfig) -> None:
+    """Run the script of the page about figures; its figure replaces that of docs/."""
+    page = (ROOT / "docs" / "plotting.md").read_text(encoding="utf-8")
+    scripts = re.findall(r"^```python\n(.*?)^```", page, flags=re.DOTALL | re.MULTILINE)
+    with tempfile.TemporaryDirectory() as folder:
+        command = [sys.executable, "-c", scripts[0]]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False, cwd=folder)
+        if done.returncode:
+            raise PluginError(f"plotting.md: its script failed:\n{done.stderr}")
+        drawn = (Path(folder) / "plotting.png").read_bytes()
+    name = "figures/plotting.png"
+    if old := files.get_file_from_path(name):
+        files.remove(old)
+    files.append(File.generated(config, name, content=drawn))
 
 
 def fingerprint() -> str:

@@ -120,7 +120,7 @@ def reproduce(folder: Path, steps: tuple[int, ...], repetitions: int, curves: in
     print(f"summary: {tables / 'summary.md'}")
     print(f"manifest: {record}")
     if "figures" not in written:
-        print(f"stiefel-rs: no figures ({missing}): pip install stiefel-rs[plot]", file=sys.stderr)
+        print(f"stiefel-rs: no figures ({missing}): pip install 'stiefel-rs[plot]'", file=sys.stderr)
         return EXIT_FAILURE
     return 0
 

@@ -37,7 +37,7 @@ INPUT.npz holds the arrays
   weights  (N,)        for --kind smoothing, if wanted
 
 Kinds
-  riemannian         spline of Riemannian cubics, C2: least cost through the points
+  riemannian         spline of Riemannian cubics, C2: stationary cost through the points
   geometric          spline of de Casteljau curves, C2: near to it, and quicker
   hermite            Riemannian cubics with the given velocities, C1
   geometric-hermite  de Casteljau curves with the given velocities, C1
@@ -240,7 +240,7 @@ def run(arguments: argparse.Namespace) -> int:
     except OSError as error:
         return _fail(f"{error.filename}: {error.strerror}")
     except ImportError as error:
-        return _fail(f"no figure ({error}): pip install stiefel-rs[plot]")
+        return _fail(f"no figure ({error}): pip install 'stiefel-rs[plot]'")
     except (StiefelError, ValueError, TypeError) as error:
         return _fail(str(error))
     return 0

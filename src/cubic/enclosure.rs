@@ -28,7 +28,7 @@
 //! norms would have to pass them first. Intervals whose bounds are too far above the largest sample are halved.
 //!
 //! # Source
-//! The bound of curvature: Zimmermann, Stoye (2024), "High curvature means low rank: on the sectional curvature of
+//! The bound of curvature: Zimmermann, Stoye (2025), "High curvature means low rank: on the sectional curvature of
 //! Grassmann and Stiefel manifolds and the underlying matrix trace inequalities", arXiv 2403.01879. The bound of
 //! brackets: Bottcher, Wenzel (2008), "The Frobenius norm and the commutator", Linear Algebra Appl. 429, 1864-1885.
 

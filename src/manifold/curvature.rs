@@ -140,7 +140,7 @@ impl Stiefel {
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `LinearlyDependent` where that area is below 1.5e-8; `Overflow`.
     /// # Source
-    /// The bound: Zimmermann, Stoye (2024), "High curvature means low rank", arXiv 2403.01879.
+    /// The bound: Zimmermann, Stoye (2025), "High curvature means low rank", arXiv 2403.01879.
     pub fn sectional_curvature(
         &self,
         s: MatRef<'_, f64>,

@@ -459,7 +459,7 @@ impl PyCubicHermite {
 ///     first and the last point: each ``"natural"``, ``"clamped"``, ``(1, V)`` with a velocity or ``(2, A)`` with a
 ///     covariant acceleration, tangent vectors of shape (n, k).
 /// kind : "riemannian" or "geometric", default "riemannian"
-///     Pieces are Riemannian cubics: the curve of least cost. Or geometric cubics (adjusted de Casteljau): close to it, and
+///     Pieces are Riemannian cubics: stationary cost. Or geometric cubics (adjusted de Casteljau): close to it, and
 ///     quicker to find.
 /// extrapolate : bool, default False
 ///     Whether the first and the last piece go on outside of ``[t[0], t[-1]]``; by default times there are errors.

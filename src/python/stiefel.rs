@@ -229,7 +229,7 @@ impl PyStiefel {
         (build, (manifold.n(), manifold.k())).into_pyobject(py)
     }
 
-    /// Raise unless every member of ``S`` is a point: ``|S^T S - I| <= atol`` (Frobenius).
+    /// Raise unless every member of ``S`` is a point: ``|S^T S - I| <= atol`` (Frobenius), by default 1e-9.
     ///
     /// Raises
     /// ------
@@ -271,6 +271,7 @@ impl PyStiefel {
     /// Parameters
     /// ----------
     /// rng : numpy.random.Generator or seed, optional
+    ///     What `numpy.random.default_rng` takes.
     /// size : int or tuple of int, optional
     ///     Leading axes; a single point by default.
     #[pyo3(signature = (rng=None, size=None))]

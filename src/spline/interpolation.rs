@@ -15,7 +15,7 @@
 //!     = -[x'] - \frac{6 r_- - 4 w_-}{h_-^2} - \frac{6 r_+ - 2 w_+}{h_+^2}
 //! ```
 //!
-//! with vectors carried from knot to knot along the quasi-geodesics, and `[x']` the jump of the acceleration.
+//! with vectors carried from knot to knot along the quasi-geodesics, and `[x']` the acceleration before the knot minus that after it.
 
 use super::chain::{Arrivals, Chain, Motion, square};
 use super::ends::Ends;

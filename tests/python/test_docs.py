@@ -42,11 +42,27 @@ def missing_modules(source):
     return {top for top in tops if importlib.util.find_spec(top) is None}
 
 
-# Its scheduler is somebody's; tests/python/test_dask.py does the same on a cluster of its own.
-ELSEWHERE = {"dask.md"}
+@pytest.fixture
+def client():
+    """A cluster in place of the one that a page is connected to."""
+    distributed = pytest.importorskip("distributed")
+    with distributed.Client(n_workers=2, threads_per_worker=1, dashboard_address=None) as client:
+        yield client
 
 
-@pytest.mark.parametrize("page", [page for page in PAGES if page not in ELSEWHERE and python_blocks(page)])
+@pytest.mark.skipif(missing_modules("import zarr") != set(), reason="no zarr")
+def test_python_blocks_about_clusters_run(client, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    names = {"client": client}
+    for line, source in python_blocks("dask.md"):
+        # That scheduler is somebody's.
+        if "tcp://HOST" not in source:
+            exec(compile("\n" * line + source, str(DOCS / "dask.md"), "exec"), names)
+    assert (tmp_path / "sweep.zarr").is_dir()
+    assert (tmp_path / "again.zarr").is_dir()
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if page != "dask.md" and python_blocks(page)])
 def test_python_blocks_run(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     mpl.use("Agg")

@@ -429,4 +429,4 @@ def test_without_plotly():
             [sys.executable, "-c", code, "explore", *options], capture_output=True, text=True, timeout=120, check=False
         )
         assert done.returncode == 1
-        assert "pip install stiefel-rs[explore]" in done.stderr
+        assert "pip install 'stiefel-rs[explore]'" in done.stderr

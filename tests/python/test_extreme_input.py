@@ -77,7 +77,7 @@ def test_derivatives_of_splines_in_any_unit_of_time(kind, unit):
     if np.isfinite(expected).all():
         assert np.abs(curve(0.5 * unit, 1) / expected - 1.0).max() < 1e-12
     else:
-        with pytest.raises(InvalidInputError, match="derivative of a spline: .*too large"):
+        with pytest.raises(InvalidInputError, match=r"derivative of a spline: .*too large"):
             curve(0.5 * unit, 1)
 
 
@@ -95,7 +95,7 @@ def test_variations_too_large_for_a_number():
     curve = RiemannianCubic.from_boundary(S, V, S1, V1)
     zero = 0.0 * V
     finite_or_typed(lambda: curve.point_variation(3.0, zero, zero, zero, 1e300 * V1))
-    with pytest.raises(InvalidInputError, match="variation of a Riemannian cubic: .*too large"):
+    with pytest.raises(InvalidInputError, match=r"variation of a Riemannian cubic: .*too large"):
         curve.point_variation(3.0, zero, 8e307 * V, zero, zero)
     for size in (1e290, 1e300, 1e306, 8e307):
         finite_or_typed(lambda size=size: curve.initial_variation(zero, size * V, zero, size * V1))

@@ -202,7 +202,7 @@ def test_without_matplotlib(files):
         [sys.executable, "-c", WITHOUT_MATPLOTLIB, *command], capture_output=True, text=True, timeout=60, check=False
     )
     assert found.returncode == 1
-    assert "pip install stiefel-rs[plot]" in found.stderr
+    assert "pip install 'stiefel-rs[plot]'" in found.stderr
     # The curve is there all the same.
     assert stiefel_rs.load(files / "out.npz").n == 3
 

@@ -430,7 +430,7 @@ def test_without_matplotlib():
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False)
     assert done.returncode == 1
     assert "ImportError: stiefel_rs.plotting needs matplotlib" in done.stderr
-    assert "pip install stiefel-rs[plot]" in done.stderr
+    assert "pip install 'stiefel-rs[plot]'" in done.stderr
 
 
 def test_example_of_plot_runs(tmp_path, monkeypatch):

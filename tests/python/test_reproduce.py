@@ -189,7 +189,7 @@ def test_folder_that_is_a_file(tmp_path):
 def test_without_matplotlib_the_tables_are_written(tmp_path):
     done = run("reproduce", "--steps", "5,10", "--out", tmp_path, code=WITHOUT_MATPLOTLIB)
     assert done.returncode == 1
-    assert done.stderr.count("\n") == 1 and "pip install stiefel-rs[plot]" in done.stderr
+    assert done.stderr.count("\n") == 1 and "pip install 'stiefel-rs[plot]'" in done.stderr
     assert (tmp_path / "tables" / "summary.md").stat().st_size > 0
     assert len(read(tmp_path / "tables" / "sphere.csv")[1]) == 2
 

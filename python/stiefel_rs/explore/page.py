@@ -27,7 +27,7 @@ def plotly_js() -> str:
         # Here, since plotly is optional and slow to import.
         from plotly.offline import get_plotlyjs  # noqa: PLC0415
     except ImportError as missing:
-        raise ImportError(f"the page needs plotly ({missing}): pip install stiefel-rs[explore]") from missing
+        raise ImportError(f"the page needs plotly ({missing}): pip install 'stiefel-rs[explore]'") from missing
     return str(get_plotlyjs())
 
 

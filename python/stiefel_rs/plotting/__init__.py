@@ -26,7 +26,7 @@ from __future__ import annotations
 try:
     import matplotlib as _matplotlib  # noqa: F401
 except ImportError as missing:
-    raise ImportError(f"stiefel_rs.plotting needs matplotlib ({missing}): pip install stiefel-rs[plot]") from missing
+    raise ImportError(f"stiefel_rs.plotting needs matplotlib ({missing}): pip install 'stiefel-rs[plot]'") from missing
 
 from ._body import body_frame
 from ._conserved import energy, momentum
