@@ -166,8 +166,8 @@ def test_one_problem_and_none(ends, tmp_path, count):
 def test_fields_computed_together_share_their_tasks(ends, monkeypatch):
     calls = []
     curve = _boundary._curve
-    monkeypatch.setattr(_boundary, "_curve", lambda *data: calls.append(1) or curve(*data))
     sweep = batches.solve_boundary(*ends, kind="geometric", chunk=9)
+    monkeypatch.setattr(_boundary, "_curve", lambda *data: calls.append(1) or curve(*data))
     dask.compute(dict(sweep), scheduler="synchronous")
     assert len(calls) == COUNT
     kept = sweep.persist(scheduler="synchronous")
@@ -642,6 +642,41 @@ def test_bad_shapes_types_and_values_are_found_early(ends):
     ]:
         with pytest.raises(error, match=text):
             call()
+
+
+def test_bad_options_are_found_early_whatever_happens_to_errors(ends):
+    S0, V0 = ends[:2]
+    knots = np.stack([np.arange(40.0), np.arange(40.0) + 0.5])
+    pair = np.stack([S0, S0])
+
+    def solve(**options):
+        batches.solve_boundary(*ends, on_error="mark", **options)
+
+    def splines(t=knots, **options):
+        batches.splines(t, pair, on_error="mark", **options)
+
+    for call, error, text in [
+        (lambda: solve(tol=-1.0), InvalidInputError, "tol: .*found -1"),
+        (lambda: solve(tol=np.nan), InvalidInputError, "tol"),
+        (lambda: solve(tol="a"), TypeError, "tol"),
+        (lambda: solve(max_iterations=0), InvalidInputError, "max_iterations: .*found 0"),
+        (lambda: solve(max_iterations=1.5), TypeError, "max_iterations"),
+        (lambda: solve(kind="geometric", pieces="x"), InvalidInputError, "pieces"),
+        (lambda: solve(kind="geometric", pieces=3), TypeError, "pieces"),
+        (lambda: solve(fields=3), TypeError, "fields: expected names, found 3"),
+        (lambda: splines(tol=2.0), InvalidInputError, "tol: .*found 2"),
+        (lambda: splines(max_iterations="a"), TypeError, "max_iterations"),
+        (lambda: splines(at=[5.0, 39.25]), InvalidInputError, r"at: 39.25 is outside of the knots, .* 0.5 to 39.0"),
+        (lambda: splines(at=[0.25]), InvalidInputError, "at: 0.25 is outside"),
+        (lambda: batches.splines([0.0], S0[:, None]), InvalidInputError, "t: .*two times"),
+        (lambda: batches.evaluate(T, *ends, t_end=0.0), InvalidInputError, "t_end"),
+        (lambda: batches.evaluate(T, *ends, t_end=np.nan), InvalidInputError, "t_end"),
+        (lambda: batches.Stiefel(5, 2).retract(S0, V0, kind="x"), InvalidInputError, "kind"),
+        (lambda: batches.Stiefel(5, 2).inverse_retract(S0, S0, kind="x"), InvalidInputError, "kind"),
+    ]:
+        with pytest.raises(error, match=text):
+            call()
+    splines(at=[0.5, 39.0])
 
 
 def test_values_that_are_not_in_memory_are_found_by_their_task(client, ends):

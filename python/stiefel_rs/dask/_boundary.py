@@ -50,7 +50,7 @@ def solve_boundary(
     kind : "riemannian" or "geometric", default "riemannian"
         ``RiemannianCubic.from_boundary`` or ``GeometricCubic``.
     t : array_like, shape T, optional
-        Times in ``[0, 1]`` of the field ``points``.
+        Times of the field ``points``; cubics go on beyond ``[0, 1]``.
     fields : sequence of str, optional
         What to compute; by default everything, but for geometric cubics not ``cost``, which takes far longer than the
         curve.
@@ -116,6 +116,7 @@ def solve_boundary(
     shapes = {**dict.fromkeys(_INITIAL, (n, k)), "points": () if at is None else (*at.shape, n, k)}
     dtype = _records.record(_records.choose(fields, known, default), shapes)
     options = _options(kind, tol, max_iterations, pieces)
+    _try_options(kind, options, (n, k))
     chunks = _blocks.leading_chunks({name: (array, 2) for name, array in ends.items()}, chunk, DEFAULT_CHUNK[kind])
     arrays = [_blocks.align(array, 2, chunks) for array in ends.values()]
     settings = {"kind": kind, "t": at, "on_error": on_error, "options": options, "version": stiefel_rs.__version__}
@@ -130,6 +131,12 @@ def _options(kind: Kind, tol: float | None, max_iterations: int | None, pieces: 
     if foreign := set(options) - set(allowed):
         raise InvalidInputError(f"{', '.join(sorted(foreign))}: no option of {kind} cubics")
     return options
+
+
+def _try_options(kind: Kind, options: dict[str, Any], shape: tuple[int, int]) -> None:
+    """Make a curve that stands still: it raises where an option is wrong, whatever the data."""
+    S, rest = np.eye(*shape), np.zeros(shape)
+    _curve([S, rest, S, rest], kind, options)
 
 
 def member(name: str, value: object, literal: Any) -> None:

@@ -82,11 +82,21 @@ def evaluate(
     stiefel_rs.Stiefel(n, k)
     for name, array in data.items():
         _blocks.require_core(name, array, (n, k))
+    if kind == "riemannian":
+        _try_interval(t_end, (n, k))
     dtype = np.dtype([("value", np.float64, (*at.shape, n, k))])
     chunks = _blocks.leading_chunks({name: (array, 2) for name, array in data.items()}, chunk, _DEFAULT_CHUNK)
     arrays = [_blocks.align(array, 2, chunks) for array in data.values()]
     settings = {"t": at, "what": what, "kind": kind, "t_end": float(t_end), "version": stiefel_rs.__version__}
     return _blocks.Work(evaluate_block, arrays, [2] * 4, dtype, settings).records()["value"]
+
+
+def _try_interval(t_end: float, shape: tuple[int, int]) -> None:
+    """Make a curve that stands still: it raises where there is no such interval."""
+    rest = np.zeros(shape)
+    # Checkers of types see no static methods in a class whose constructor never returns.
+    cubics: Any = stiefel_rs.RiemannianCubic
+    cubics.from_initial(np.eye(*shape), rest, rest, rest, t_end)
 
 
 def evaluate_block(

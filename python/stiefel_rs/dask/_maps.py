@@ -14,6 +14,7 @@ from stiefel_rs.errors import StiefelError
 
 from . import _blocks
 from ._blocks import Batch
+from ._boundary import member
 from ._errors import of_batch
 from ._records import require_version
 
@@ -100,10 +101,12 @@ class Stiefel:
 
     def retract(self, S: Batch, V: Batch, kind: Retraction = "quasi_geodesic") -> da.Array:
         """Retractions of tangent vectors, shape (..., n, k)."""
+        member("kind", kind, Retraction)
         return self._vectors("retract", {"kind": kind}, S=S, V=V)
 
     def inverse_retract(self, S0: Batch, S1: Batch, kind: Retraction = "quasi_geodesic") -> da.Array:
         """Tangent vectors at `S0` whose retractions are `S1`, shape (..., n, k)."""
+        member("kind", kind, Retraction)
         return self._vectors("inverse_retract", {"kind": kind}, S0=S0, S1=S1)
 
     def transport(self, S: Batch, V: Batch, W: Batch) -> da.Array:

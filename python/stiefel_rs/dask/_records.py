@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from enum import IntEnum
 from typing import Any
 
@@ -46,6 +46,8 @@ def choose(fields: Sequence[str] | None, known: Sequence[str], default: Sequence
     """Return the fields that are asked for, in their usual order; raise where one is unknown."""
     if fields is None:
         return tuple(default)
+    if not isinstance(fields, Iterable):
+        raise TypeError(f"fields: expected names, found {fields!r}")
     asked = {fields} if isinstance(fields, str) else set(fields)
     if unknown := asked - set(known):
         raise InvalidInputError(f"fields: {sorted(unknown)} not among {tuple(known)}")

@@ -105,7 +105,10 @@ def splines(
         options["bc_type"] = bc_type
     elif options or bc_type != "natural":
         raise InvalidInputError("V: with velocities there is no bc_type, tol or max_iterations")
+    _try_options(kind, method, options, (min(count, 4), n, k))
     when = None if at is None else checked_times(at)
+    if when is not None and isinstance(knots, np.ndarray):
+        _require_inside(when, knots)
     known = _FIELDS if when is None else (*_FIELDS, "points")
     shapes = {"velocities": (count, n, k), "points": () if when is None else (*when.shape, n, k)}
     default = known if kind == "riemannian" else tuple(name for name in known if name != "cost")
@@ -115,6 +118,23 @@ def splines(
     settings: dict[str, Any] = {"kind": kind, "at": when, "on_error": on_error, "method": method, "options": options}
     settings["version"] = stiefel_rs.__version__
     return Sweep(_blocks.Work(spline_block, arrays, [core for _, core in loaded.values()], dtype, settings))
+
+
+def _require_inside(at: NDArray[np.float64], knots: NDArray[np.float64]) -> None:
+    """Raise unless all times are between the knots of every member."""
+    if not at.size or not knots.size:
+        return
+    first, last = knots[..., 0].max(), knots[..., -1].min()
+    outside = at[(at < first) | (at > last)]
+    if outside.size:
+        raise InvalidInputError(f"at: {outside[0]} is outside of the knots, which run from {first} to {last}")
+
+
+def _try_options(kind: Kind, method: str, options: dict[str, Any], shape: tuple[int, int, int]) -> None:
+    """Make a spline through points that stand still: it raises where an option is wrong, whatever the data."""
+    points = np.broadcast_to(np.eye(*shape[1:]), shape)
+    data = [np.arange(float(shape[0])), points]
+    _curve([*data, 0 * points] if method == "hermite" else data, kind, method, options)
 
 
 def spline_block(
