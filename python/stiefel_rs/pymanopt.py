@@ -44,6 +44,12 @@ class StiefelManifold(Manifold):
     stiefel : Stiefel
         The manifold that does the work.
 
+    Notes
+    -----
+    `log`, `dist` and `pair_mean`, which particle swarms and the Nelder-Mead method call, look for a shortest geodesic. Between
+    random points, mostly farther apart than the injectivity radius, that search fails with a `ConvergenceError` for one or two
+    of a hundred pairs on St(4, 2) and St(5, 3) with the Euclidean metric, and for none of 300 with the canonical one.
+
     Examples
     --------
     >>> import numpy as np, pymanopt
@@ -134,7 +140,9 @@ class StiefelManifold(Manifold):
         return self.stiefel.random_point(self._rng)
 
     def random_tangent_vector(self, point: _Array) -> _Array:
-        """Random tangent vector of length 1."""
+        """Random tangent vector of length 1; zero where there is no other, on St(1, 1)."""
+        if not self.stiefel.dim:
+            return self.zero_vector(point)
         V = self.stiefel.random_tangent(point, self._rng)
         return np.asarray(V / self.norm(point, V))
 

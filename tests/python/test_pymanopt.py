@@ -249,3 +249,8 @@ def test_example_of_the_documentation():
     outcome = doctest.testmod(adapter_module)
     assert outcome.attempted > 0
     assert outcome.failed == 0
+
+
+def test_a_point_alone_has_no_direction():
+    M = StiefelManifold(1, 1, rng=0)
+    assert np.array_equal(M.random_tangent_vector(M.random_point()), [[0.0]])
