@@ -48,7 +48,7 @@ class StiefelManifold(Manifold):
     -----
     `log`, `dist` and `pair_mean`, which particle swarms and the Nelder-Mead method call, look for a shortest geodesic.
     Between random points, mostly farther apart than the injectivity radius, that search fails with a `ConvergenceError`
-    for one or two of a hundred pairs on St(4, 2) and St(5, 3) with the Euclidean metric, and for none of 300 with the
+    for about one pair in a hundred on St(4, 2) and St(5, 3) with the Euclidean metric, and for none of 300 with the
     canonical one.
 
     Examples

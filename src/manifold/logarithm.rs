@@ -6,7 +6,7 @@
 //! | `k = n`; `k = n - 1`, canonical | one logarithm of a rotation |
 //! | near points | Newton's method on the exponential, order 3: two or three steps (`shooting.rs`) |
 //! | far points | Newton's method for the shortest rotation over the fibre, then the same (`descent.rs`) |
-//! | other metrics | from the canonical solution, in one go or along the family |
+//! | other metrics | from the canonical solution, in one go or along the family; else from near points to the far one |
 //!
 //! Everything but the first and last product takes place in `k + p` dimensions, `p = min(k, n - k)`.
 
@@ -16,7 +16,7 @@ mod shooting;
 
 use std::f64::consts::PI;
 
-use faer::{Mat, MatRef};
+use faer::{Mat, MatRef, Scale};
 
 use super::metric::Metric;
 use super::normal_frame::{normal_frame, normal_rank};
@@ -25,7 +25,7 @@ use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::product::{determinant_sign, mul_add, mul_into};
 use crate::linalg::structure::orthonormality_defect;
-use crate::linalg::{OrthogonalLog, SkewSchur};
+use crate::linalg::{OrthogonalLog, SkewExp, SkewSchur};
 use crate::report::{SolverReport, StopReason};
 use descent::Descent;
 use shooting::{Outcome, Shooting};
@@ -45,7 +45,10 @@ const CLOSE_STEPS: usize = 10;
 /// Newton steps from a good start at the most: where the points are conjugate, convergence is linear.
 const MAX_STEPS: usize = 30;
 
-/// Finest step along the family of metrics.
+/// The first of the points that run to the target along the canonical geodesic.
+const FIRST_APPROACH: f64 = 0.25;
+
+/// Finest step along the family of metrics, or along the canonical geodesic.
 const FINEST: f64 = 1.0 / 64.0;
 
 /// Entries of the normal part below this are cleaned of the round-off of a first projection by a second.
@@ -259,7 +262,7 @@ impl Stiefel {
             length: angle,
             certainly_shortest: true,
         };
-        Ok((normal * faer::Scale(factor), report))
+        Ok((normal * Scale(factor), report))
     }
 
     /// What counts as converged for the coordinates of a target.
@@ -388,11 +391,15 @@ impl<'a> Search<'a> {
         }
         let generator = self.shooting.generator.clone();
         self.shooting = Shooting::new(self.target, weight);
-        self.follow(generator, weight, canonical.iterations)
+        let followed = self.follow(&generator, weight, canonical.iterations)?;
+        if followed.converged {
+            return Ok(followed);
+        }
+        self.approach(&generator, weight, followed.iterations)
     }
 
     /// Follows the geodesic along the family, from the canonical metric to the given weight.
-    fn follow(&mut self, start: Mat<f64>, weight: f64, before: usize) -> Result<Outcome> {
+    fn follow(&mut self, start: &Mat<f64>, weight: f64, before: usize) -> Result<Outcome> {
         let (mut reached, mut step, mut iterations) = (0.0, 1.0_f64, before);
         self.shooting.set_weight(0.5);
         self.shooting.start_from(start.as_ref());
@@ -420,6 +427,47 @@ impl<'a> Search<'a> {
             if reached == 1.0 || step < FINEST {
                 return Ok(Outcome {
                     converged: outcome.converged && reached == 1.0,
+                    iterations,
+                    residual: outcome.residual,
+                });
+            }
+        }
+    }
+
+    /// Follows the geodesic to points that run along the canonical one, from near ones to the target. Where the family of
+    /// metrics has a fold this way may have none.
+    fn approach(&mut self, canonical: &Mat<f64>, weight: f64, before: usize) -> Result<Outcome> {
+        let (m, k) = self.target.shape();
+        let (mut exp, mut frame) = (SkewExp::new(m), Mat::zeros(m, m));
+        let (mut reached, mut step, mut iterations) = (0.0, FIRST_APPROACH, before);
+        loop {
+            self.interrupt.check(SOLVER)?;
+            let next: f64 = reached + step;
+            let last = next >= 1.0;
+            let mut shooting = if last {
+                Shooting::new(self.target, weight)
+            } else {
+                exp.exp_into(frame.as_mut(), canonical.as_ref(), next)?;
+                Shooting::new(&frame.subcols(0, k).to_owned(), weight)
+            };
+            if reached == 0.0 {
+                shooting.start_close();
+            } else {
+                let ahead = &self.shooting.generator * Scale(next.min(1.0) / reached);
+                shooting.start_from(ahead.as_ref());
+            }
+            let contraction = if last { CONTRACTION } else { CLOSE_CONTRACTION };
+            let outcome = shooting.run(self.tolerance, contraction, MAX_STEPS)?;
+            iterations += outcome.iterations;
+            if outcome.converged {
+                self.shooting = shooting;
+                (reached, step) = (next, 2.0 * step);
+            } else {
+                step *= 0.5;
+            }
+            if reached >= 1.0 || step < FINEST {
+                return Ok(Outcome {
+                    converged: reached >= 1.0,
                     iterations,
                     residual: outcome.residual,
                 });

@@ -7,7 +7,7 @@ import pytest
 import scipy.integrate
 import scipy.linalg
 
-from stiefel_rs import InvalidInputError, OutsideDomainError, Stiefel
+from stiefel_rs import ConvergenceError, InvalidInputError, OutsideDomainError, Stiefel
 
 EPS = np.finfo(float).eps
 KINDS = ["quasi_geodesic", "qr", "polar", "cayley"]
@@ -357,3 +357,19 @@ def test_methods_are_documented(name):
     doc = inspect.getdoc(getattr(Stiefel, name))
     for section in ["Parameters", "Returns", "Raises", "Examples"]:
         assert f"{section}\n---" in doc, f"{name} has no section {section}"
+
+
+@pytest.mark.parametrize(("shape", "found"), [((4, 2), 297), ((5, 3), 298)])
+def test_random_pairs_have_a_euclidean_logarithm(shape, found):
+    # Most are beyond the injectivity radius. The way along the family of metrics alone finds 296 and 294 of 300.
+    M = Stiefel(*shape, metric="euclidean")
+    pairs = list(zip(M.random_point(1, 300), M.random_point(2, 300), strict=True))
+    count = 0
+    for S0, S1 in pairs:
+        try:
+            V = M.log(S0, S1)
+        except ConvergenceError:
+            continue
+        assert np.abs(M.exp(S0, V) - S1).max() < 1e-11
+        count += 1
+    assert count >= found
