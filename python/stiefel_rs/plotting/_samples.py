@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from numbers import Real
 from typing import Final, TypeAlias
 
 import numpy as np
@@ -15,6 +17,7 @@ Array = NDArray[np.float64]
 Trajectory: TypeAlias = CubicTrajectory | ChartTrajectory
 Drawable: TypeAlias = Curve | Trajectory | ArrayLike
 MAX_SAMPLES: Final = 1_000_000
+LARGEST: Final = float(np.finfo(np.float64).max)
 
 
 @dataclass(frozen=True)
@@ -65,6 +68,18 @@ def finite(values: ArrayLike, name: str, ndim: int) -> Array:
     if not np.isfinite(array).all():
         raise InvalidInputError(f"{name}: {np.count_nonzero(~np.isfinite(array))} entries are not finite")
     return array
+
+
+def number(value: object, name: str, wanted: str, suits: Callable[[float], bool]) -> float:
+    """Check a finite number."""
+    if isinstance(value, Real) and not isinstance(value, bool) and abs(value) <= LARGEST and suits(float(value)):
+        return float(value)
+    raise InvalidInputError(f"{name}: {wanted} expected, found {value!r}")
+
+
+def column_of(knots: Array, column: int) -> Array:
+    """One column of knots, of which there may be none."""
+    return knots[:, :, column] if len(knots) else knots
 
 
 def matching(t: ArrayLike | None, number: int) -> tuple[Array, bool]:
