@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from numbers import Real
-from typing import Final, TypeAlias
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -70,9 +70,11 @@ def finite(values: ArrayLike, name: str, ndim: int) -> Array:
     return array
 
 
-def number(value: object, name: str, wanted: str, suits: Callable[[float], bool]) -> float:
+def number(value: Any, name: str, wanted: str, suits: Callable[[float], bool]) -> float:
     """Check a finite number."""
-    if isinstance(value, Real) and not isinstance(value, bool) and abs(value) <= LARGEST and suits(float(value)):
+    real = isinstance(value, Real) and not isinstance(value, bool)
+    # Python's integers can be too large for a float.
+    if real and -LARGEST <= value <= LARGEST and suits(float(value)):
         return float(value)
     raise InvalidInputError(f"{name}: {wanted} expected, found {value!r}")
 
