@@ -1,5 +1,6 @@
 """`stiefel_rs.plotting`: what is drawn, by the data of the artists."""
 
+import io
 import re
 import subprocess
 import sys
@@ -15,6 +16,7 @@ matplotlib = pytest.importorskip("matplotlib")
 plotting = pytest.importorskip("stiefel_rs.plotting")
 from matplotlib.colors import to_hex  # noqa: E402
 from matplotlib.figure import Figure  # noqa: E402
+from mpl_toolkits.mplot3d import proj3d  # noqa: E402
 
 from stiefel_rs.plotting import _sphere  # noqa: E402
 
@@ -71,6 +73,13 @@ def marks(ax):
     """Data of the marked points; near and far halves are the same."""
     found = [(line.get_markerfacecolor(), xyz(line)) for line in tagged(ax, _sphere.KNOT_ID)]
     return found
+
+
+def extent(text):
+    """Where a text in space is seen, in pixels; by itself it knows that only while it is drawn."""
+    x, y, _ = proj3d.proj_transform(*text.get_position_3d(), text.axes.get_proj())
+    text.set_position((x, y))
+    return text.get_window_extent()
 
 
 def axes():
@@ -190,6 +199,20 @@ def test_body_frame_of_points_takes_some_of_them():
     assert np.allclose(segments[:, 1] - segments[:, 0], S[::10, :, 0])
 
 
+@pytest.mark.parametrize(("num", "size"), [(2, None), (3, None), (5, None), (30, None), (4, 2.0)])
+def test_a_row_of_triads_is_inside_of_its_figure(num, size):
+    ax = plotting.body_frame(spline(3, 2), num=num, size=size)
+    figure = ax.figure
+    figure.canvas.draw()
+    assert ax.get_window_extent().width == pytest.approx(ax.get_window_extent().height), "axes that shrink move the row"
+    ends = np.concatenate([np.array(lines._segments3d).reshape(-1, 3) for lines in ax.collections])
+    x, y, _ = proj3d.proj_transform(*ends.T, ax.get_proj())
+    inside = figure.bbox.padded(-5)
+    assert all(inside.contains(*point) for point in ax.transData.transform(np.column_stack([x, y])))
+    for box in [ax.get_legend().get_window_extent(), *map(extent, ax.texts)]:
+        assert all(figure.bbox.contains(*corner) for corner in box.get_points()), f"{box} in {figure.bbox}"
+
+
 def test_fitted_order_of_powers():
     N = np.array([10, 20, 40, 80])
     assert plotting.fitted_order(N, 3.0 / N**4) == pytest.approx(4, abs=1e-12)
@@ -222,6 +245,14 @@ def test_convergence_of_one_method_and_a_second_in_the_same_axes():
     plotting.convergence([1, 2, 4], {"second": [1, 0.25, 0.0625]}, ax=ax)
     assert ax.lines[1].get_label() == "second, order 2.00"
     assert ax.lines[0].get_color() != ax.lines[1].get_color()
+
+
+def test_errors_that_are_all_zero_are_drawn():
+    ax = plotting.convergence([1, 2], [0, 0], label="exact")
+    ax.figure.savefig(io.BytesIO())
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["exact, no order"]
+    plotting.convergence([1, 2], [1e-3, 1e-4], ax=ax)
+    assert ax.get_ylim()[1] < 1e-2, "limits do not follow"
 
 
 def test_error_is_the_distance(pair):
@@ -334,8 +365,139 @@ def test_plot_of_the_plane_puts_columns_on_circles():
     turn = np.array([[0.0, -1.0], [1.0, 0.0]])
     curve = st.QuasiGeodesic(np.eye(2), turn)
     ax = plotting.plot(curve, num=5)
-    for column, line in enumerate(ax.lines):
-        assert np.array_equal(line.get_xydata(), (1 + 0.08 * column) * curve(np.linspace(0, 1, 5))[:, :, column])
+    lines = tagged(ax, None)
+    assert len(lines) == 2
+    for column, line in enumerate(lines):
+        points = (1 + 0.08 * column) * curve(np.linspace(0, 1, 5))[:, :, column]
+        assert np.array_equal(line.get_xydata(), points)
+        start, end = tagged(ax, _sphere.KNOT_ID)[2 * column : 2 * column + 2]
+        assert np.array_equal(start.get_xydata(), points[:1])
+        assert np.array_equal(end.get_xydata(), points[-1:])
+        assert (start.get_markerfacecolor(), end.get_markerfacecolor()) == (line.get_color(), "white")
+    assert [circle.radius for circle in ax.patches] == [1, 1.08]
+    plotting.plot(curve, ax=ax)
+    assert len(ax.patches) == 2
+
+
+def test_a_short_arc_is_seen_on_its_circle():
+    angle = np.linspace(0, 0.1, 3)
+    ax = plotting.plot(np.stack([np.cos(angle), np.sin(angle)], axis=1)[:, :, None])
+    assert min(ax.get_xlim()[0], ax.get_ylim()[0]) < -1
+    assert ax.get_legend() is None
+
+
+EVERY = {
+    "sphere": (lambda **style: plotting.plot(spline(3, 1), **style)),
+    "frame": (lambda **style: plotting.plot(spline(3, 2), **style)),
+    "circle": (lambda **style: plotting.plot(np.stack([np.eye(2)] * 2), **style)),
+    "entries": (lambda **style: plotting.plot(knots(4, 2)[1], **style)),
+    "many entries": (lambda **style: plotting.plot(knots(10, 3)[1], **style)),
+    "norms": (lambda **style: plotting.norms(spline(4, 1), **style)),
+    "convergence": (lambda **style: plotting.convergence([1, 2], [1, 0.5], **style)),
+    "error": (lambda **style: plotting.error(spline(3, 1), spline(3, 1), **style)),
+    "energy": (lambda **style: plotting.energy(still(), **style)),
+    "momentum": (lambda **style: plotting.momentum(still(), **style)),
+}
+
+
+def still():
+    S = np.eye(3)[:, :1]
+    return st.integrate_cubic(S, 0 * S, 0 * S, 0 * S, 3)
+
+
+def of_curves(ax):
+    """Lines that are neither knots nor far halves."""
+    own = [line for line in ax.lines if line.get_gid() not in (_sphere.GRID_ID, _sphere.KNOT_ID)]
+    return [line for line in own if getattr(line, "near", True)]
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_styles_have_the_same_names_everywhere(name):
+    ax = EVERY[name](c="r", lw=3, ls="--", zorder=7, gid="mine", alpha=None)
+    assert of_curves(ax)
+    for line in of_curves(ax):
+        found = to_hex(line.get_color()), line.get_linewidth(), line.get_linestyle(), line.get_zorder(), line.get_gid()
+        assert found == ("#ff0000", 3, "--", 7, "mine")
+    assert all(line.get_zorder() < 4 for line in ax.lines if not getattr(line, "near", True))
+    ax.figure.savefig(io.BytesIO())
+
+
+@pytest.mark.parametrize("name", EVERY)
+@pytest.mark.parametrize(
+    ("style", "message"),
+    [
+        ({"foo": 3}, "style: .*'foo'"),
+        ({"lw": 1, "linewidth": 2}, "style: .*aliases"),
+        ({"color": "no colour"}, "style: 'no colour'"),
+    ],
+)
+def test_styles_that_no_line_has(name, style, message):
+    with pytest.raises(InvalidInputError, match=message):
+        EVERY[name](**style)
+
+
+def test_points_on_a_sphere_have_no_times():
+    with pytest.raises(InvalidInputError, match=r"style: .*'t'"):
+        spline(3, 2).plot(t=[0, 1])
+
+
+NAMES = {
+    "frame": (plotting.frame, (3, 2), ["column 1", "column 2"]),
+    "rotations": (plotting.plot, (3, 3), ["column 1", "column 2", "column 3"]),
+    "entries": (plotting.entries, (2, 2), ["S[0, 0]", "S[1, 0]", "S[0, 1]", "S[1, 1]"]),
+    "plane": (plotting.plot, (2, 2), ["column 1", "column 2"]),
+    "many": (plotting.plot, (10, 3), ["column 1", "column 2", "column 3"]),
+    "norms": (plotting.norms, (4, 2), ["velocity", "acceleration"]),
+}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_lines_say_which_they_are(name):
+    """A legend in new axes; in those of the caller labels, by which and by whose colours two curves differ."""
+    draw, (n, k), names = NAMES[name]
+    end = np.eye(n)[:, :k]
+    end[:2, :2] = [[0, -1], [1, 0]]
+    curve = st.Geodesic(np.eye(n)[:, :k], end)
+    ax = draw(curve)
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == names
+    mine = axes3d() if n == 3 else axes()
+    draw(curve, ax=mine, label="a")
+    draw(curve, ax=mine, label="b")
+    assert mine.get_legend() is None
+    labels = [f"{curve}, {one}" for curve in "ab" for one in names]
+    assert mine.get_legend_handles_labels()[1] == labels
+    drawn = of_curves(mine)
+    first, second = (
+        {(str(line.get_color()), str(line._unscaled_dash_pattern)) for line in half}
+        for half in (drawn[: len(drawn) // 2], drawn[len(drawn) // 2 :])
+    )
+    assert not first & second, f"two curves alike: {first & second}"
+
+
+def test_axes_of_a_body_have_names():
+    names = ["axis 1", "axis 2", "axis 3"]
+    for made in (plotting.body_frame(spline(3, 2)), plotting.body_frame(np.eye(3)[None], positions=[[0, 0, 0]])):
+        assert [text.get_text() for text in made.get_legend().get_texts()] == names
+    ax = plotting.body_frame(spline(3, 2), ax=axes3d())
+    assert (ax.get_legend(), ax.get_legend_handles_labels()[1]) == (None, names)
+
+
+@pytest.mark.parametrize("k", [2, 3])
+def test_the_legend_of_a_sphere_is_below_it(k):
+    left = plotting.spline(spline(3, k))[0]
+    left.figure.savefig(io.BytesIO())
+    legend = left.get_legend().get_window_extent()
+    assert legend.y0 > 0
+    for text in left.texts:
+        assert not legend.overlaps(extent(text)), text.get_text()
+    outline = next(line for line in left.lines if isinstance(line, _sphere.Outline))
+    assert legend.y1 < left.transData.transform(np.column_stack(outline.get_data()))[:, 1].min()
+
+
+def test_a_legend_hides_lines_behind_it():
+    frame = plotting.plot(spline(4, 2)).get_legend().get_frame()
+    assert frame.get_visible()
+    assert frame.get_alpha() > 0.5
 
 
 @pytest.mark.parametrize(("shape", "spherical"), [((3, 1), 1), ((3, 2), 2), ((3, 3), 3), ((4, 2), 0)])
@@ -388,6 +550,12 @@ BAD = {
     "view of four": (lambda c, t: plotting.sphere(c, view=[1, 0, 0, 0]), "view: a direction"),
     "positions": (lambda c, t: plotting.body_frame(spline(3, 2), positions=np.ones((3, 3))), "positions: shape"),
     "size": (lambda c, t: plotting.body_frame(spline(3, 2), size=0), "size: a positive number"),
+    "size of text": (lambda c, t: plotting.body_frame(spline(3, 2), size="a"), "size: a positive number .* 'a'"),
+    "two sizes": (lambda c, t: plotting.body_frame(spline(3, 2), size=[1, 2]), r"size: a positive number .* \[1, 2\]"),
+    "size nan": (lambda c, t: plotting.body_frame(spline(3, 2), size=np.nan), "size: a positive number"),
+    "size out of range": (lambda c, t: plotting.body_frame(spline(3, 2), size=10**400), "size: a positive number"),
+    "no floor": (lambda c, t: plotting.fitted_order([1, 2], [1, 1], floor=None), "floor: a number .* None"),
+    "orders": (lambda c, t: plotting.norms(c, order=np.array([1, 2])), "order: 1, 2 or None"),
     "energy": (
         lambda c, t: plotting.energy(c),
         "trajectory: a CubicTrajectory or ChartTrajectory expected, found Riem",

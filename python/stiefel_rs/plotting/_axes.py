@@ -6,7 +6,9 @@ from typing import Any, Final
 
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cbook import normalize_kwargs
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
 
 from ..errors import InvalidInputError
@@ -16,6 +18,9 @@ COLOURS: Final = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E
 DASHES: Final[tuple[Any, ...]] = ("-", (0, (5, 1.5)), (0, (1, 1)), "-.", (0, (3, 1, 1, 1, 1, 1)), (0, (8, 2)))
 GREY: Final = "#555555"
 GRID: Final[dict[str, Any]] = {"visible": True, "which": "major", "color": "#DDDDDD", "linewidth": 0.6}
+# What stands beside the lines of curves has a name, so that those can be counted.
+GRID_ID: Final = "stiefel_rs sphere grid"
+KNOT_ID: Final = "stiefel_rs knots"
 TIME_LABEL: Final = "time t"
 STEP_LABEL: Final = "step"
 
@@ -45,25 +50,46 @@ def spatial(ax: Any) -> Axes3D:
     return ax
 
 
-def banner() -> Axes3D:
-    """Make axes of three dimensions for a row: they are square, so larger than their figure."""
-    width, height = 9.0, 2.6
-    made = Figure(figsize=(width, height))
-    FigureCanvasAgg(made)
-    tall = width / height
-    return made.add_axes((0.0, 0.5 - tall / 2, 1.0, tall), projection="3d")
+def line_style(style: dict[str, Any]) -> dict[str, Any]:
+    """Style of the caller by the long names of its properties, tried on a line that nobody sees."""
+    try:
+        found = {name: value for name, value in normalize_kwargs(style, Line2D).items() if value is not None}
+        Line2D([], [], **found)
+    except (AttributeError, TypeError, ValueError) as wrong:
+        raise InvalidInputError(f"style: {wrong}") from None
+    return found
 
 
-def column_style(column: int, style: dict[str, Any]) -> dict[str, Any]:
-    """Colour, dashes and name of a column; `style` of the caller comes first."""
-    own = {"color": COLOURS[column % len(COLOURS)], "linestyle": DASHES[column % len(DASHES)]}
-    named = dict(style)
-    if style.get("label") is not None:
-        named["label"] = f"{style['label']}, column {column + 1}"
-    for short, name in (("c", "color"), ("ls", "linestyle"), ("lw", "linewidth")):
-        if short in named:
-            named[name] = named.pop(short)
-    return own | {"label": f"column {column + 1}"} | named
+def drawn(ax: Axes) -> int:
+    """Lines of curves that flat axes have already."""
+    return sum(line.get_gid() not in (GRID_ID, KNOT_ID) for line in ax.lines)
+
+
+def cycled(i: int) -> dict[str, Any]:
+    """Colour and dashes of line `i`."""
+    return {"color": COLOURS[i % len(COLOURS)], "linestyle": DASHES[i % len(DASHES)]}
+
+
+def label(style: dict[str, Any], *own: str) -> str:
+    """Label of a line: that of the caller, and what tells the line from others of the same curve."""
+    return ", ".join(str(part) for part in (style.get("label"), *own) if part)
+
+
+def column_style(column: int, style: dict[str, Any], before: int = 0) -> dict[str, Any]:
+    """Colour, dashes and name of a column after so many lines; `style` of the caller comes first."""
+    return cycled(before + column) | style | {"label": label(style, f"column {column + 1}")}
+
+
+def legend(ax: Axes, **where: Any) -> None:
+    """Make a small legend where more than one line has a name; its ground is light, so that no line crosses a word."""
+    names = ax.get_legend_handles_labels()[1]
+    if len(names) < 2:
+        return
+    place: dict[str, Any] = {"ncols": 1 if len(names) < 4 else 2}
+    if isinstance(ax, Axes3D):
+        # A sphere and its axes fill the square.
+        place = {"ncols": len(names), "loc": "upper center", "bbox_to_anchor": (0.5, 0.0)}
+    ax.legend(fontsize="small", framealpha=0.75, edgecolor=GRID["color"], **(place | where))
 
 
 def time_label(timed: bool) -> str:

@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
 from mpl_toolkits.mplot3d.art3d import Line3DCollection  # type: ignore[import-untyped]
+from mpl_toolkits.mplot3d.proj3d import proj_transform  # type: ignore[import-untyped]
 from numpy.typing import ArrayLike
 
 from .._core import Curve
 from ..errors import InvalidInputError
-from ._axes import COLOURS, GREY, banner, spatial, time_label
-from ._samples import Array, Drawable, Samples, count, finite, samples
+from ._axes import COLOURS, GREY, legend, spatial, time_label
+from ._samples import Array, Drawable, Samples, count, finite, number, samples
+
+# A figure for a row, in inches: its width, its greatest height, and margins with room for legend and times.
+WIDTH, MAX_HEIGHT = 9.0, 4.5
+SIDE, TOP, BOTTOM = 0.5, 0.45, 0.35
+# Times stand so far below their triads, in lengths of an axis.
+BELOW: Final = 1.25
 
 
 def _right_handed(points: Array) -> Array:
@@ -50,7 +59,7 @@ def body_frame(
     curve : Curve, CubicTrajectory, ChartTrajectory, or array_like of shape (T, 3, 2) or (T, 3, 3)
         Its columns are the axes of the body; on St(3,2) the third is their cross product.
     ax : Axes3D, optional
-        Axes with ``projection="3d"``; new ones by default.
+        Axes with ``projection="3d"``; by default new ones with a legend, for a row as high as its triads.
     num : int, default 11
         Triads drawn: a curve at equidistant times; of points at the most so many, spread evenly.
     positions : array_like, shape (num, 3), optional
@@ -76,20 +85,24 @@ def body_frame(
     else:
         places = np.zeros((len(triads), 3))
         places[:, 0] = np.arange(len(triads))
-    row = positions is None
-    steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
-    length = _length(steps) if size is None else size
-    if not (np.isfinite(length) and length > 0):
-        raise InvalidInputError(f"size: a positive number expected, found {length}")
-    ax = banner() if row and ax is None else spatial(ax)
+    row, new = positions is None, ax is None
+    length = _length(places) if size is None else number(size, "size", "a positive number", lambda x: x > 0)
+    ax = _square() if row and new else spatial(ax)
     _draw(ax, places, triads, length)
     if row:
         _lay_out(ax, found, length)
+    if row and new:
+        low = places - [0.0, 0.0, BELOW * length]
+        _cut(ax, np.concatenate([places, low, *(places + length * triads[:, :, i] for i in range(3))]))
+        legend(ax, loc="upper right", bbox_to_anchor=(1.0, 1.0), bbox_transform=ax.figure.transFigure)
+    elif new:
+        legend(ax)
     return ax
 
 
-def _length(steps: Array) -> float:
+def _length(places: Array) -> float:
     """Length of the axes of a triad: less than half a step between neighbours; 1 where they stand in one place."""
+    steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
     typical = float(np.median(steps)) if len(steps) else 0.0
     return 0.45 * typical if typical > 0 else 1.0
 
@@ -117,4 +130,32 @@ def _lay_out(ax: Axes3D, found: Samples, length: float) -> None:
     ends: dict[int, Any] = {0: found.t[0], len(found.t) // 2: found.t[len(found.t) // 2], len(found.t) - 1: found.t[-1]}
     for place, t in ends.items():
         text = f"{time_label(found.timed)} = {t:.3g}"
-        ax.text(place, 0.0, -1.25 * length, text, ha="center", va="top", color=GREY)
+        ax.text(place, 0.0, -BELOW * length, text, ha="center", va="top", color=GREY)
+
+
+def _square() -> Axes3D:
+    """Make the axes of a row as they must be, square; `_cut` fits their figure to what is drawn."""
+    made = Figure(figsize=(WIDTH, WIDTH))
+    FigureCanvasAgg(made)
+    return made.add_axes((0.0, 0.0, 1.0, 1.0), projection="3d")
+
+
+def _inches(ax: Axes3D, points: Array) -> Array:
+    """Where points of shape ``(N, 3)`` are in the figure, shape ``(N, 2)``."""
+    x, y, _ = proj_transform(*points.T, ax.get_proj())
+    return np.asarray(ax.transData.transform(np.column_stack([x, y])) / ax.figure.dpi)
+
+
+def _cut(ax: Axes3D, points: Array) -> None:
+    """Let points fill the width of their figure, as far as its height allows, and cut off what stays empty."""
+    aspect = tuple(np.ptp([ax.get_xlim(), ax.get_ylim(), ax.get_zlim()], axis=1))
+    ax.set_box_aspect(aspect)
+    placed = _inches(ax, points)
+    wide, high = 2 * np.abs(placed[:, 0] - WIDTH / 2).max(), np.ptp(placed[:, 1])
+    # The projection is parallel, so the picture grows with the zoom, from its middle.
+    ax.set_box_aspect(aspect, zoom=min((WIDTH - 2 * SIDE) / wide, (MAX_HEIGHT - TOP - BOTTOM) / high))
+    placed = _inches(ax, points)
+    low, high = placed[:, 1].min(), np.ptp(placed[:, 1])
+    height = high + TOP + BOTTOM
+    ax.figure.set_size_inches(WIDTH, height)
+    ax.set_position((0.0, (BOTTOM - low) / height, 1.0, WIDTH / height))

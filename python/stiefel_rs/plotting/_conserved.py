@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from .._core import ChartTrajectory, CubicTrajectory, RiemannianCubic
 from ..errors import InvalidInputError
-from ._axes import GRID, flat, time_label
+from ._axes import GRID, flat, line_style, time_label
 from ._samples import Array, Trajectory, trajectory_times
 
 
@@ -22,7 +22,7 @@ def _checked(trajectory: Trajectory) -> None:
 
 
 def _draw(ax: Any, times: tuple[Array, bool], values: Array, label: str, style: dict[str, Any]) -> Axes:
-    axes, (t, timed) = flat(ax), times
+    style, axes, (t, timed) = line_style(style), flat(ax), times
     # The first is the start itself: zero, which has no logarithm. So have exact returns to it.
     axes.plot(t[1:], np.where(values[1:] > 0, values[1:], np.nan), **style)
     axes.set(yscale="log", xlabel=time_label(timed), ylabel=label)
@@ -51,7 +51,7 @@ def energy(trajectory: Trajectory, *, ax: Axes | None = None, t: ArrayLike | Non
     Raises
     ------
     InvalidInputError
-        No trajectory, times that do not match, or axes that are not flat.
+        No trajectory, times that do not match, axes that are not flat, or a style that is not that of a line.
     """
     _checked(trajectory)
     deviation = np.abs(trajectory.energy - trajectory.energy[0])
@@ -84,7 +84,7 @@ def momentum(trajectory: Trajectory, *, ax: Axes | None = None, t: ArrayLike | N
     Raises
     ------
     InvalidInputError
-        No trajectory, times that do not match, or axes that are not flat.
+        No trajectory, times that do not match, axes that are not flat, or a style that is not that of a line.
     """
     _checked(trajectory)
     at = trajectory_times(trajectory, t)

@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 
 from .._core import Curve
 from ..errors import InvalidInputError
-from ._axes import COLOURS, DASHES, GRID, TIME_LABEL, flat
-from ._samples import Array, count, finite
+from ._axes import GRID, TIME_LABEL, cycled, drawn, flat, label, line_style
+from ._samples import Array, count, finite, number
 
 MAX_TICKS: Final = 8
 MARKERS: Final = "osD^vP"
@@ -63,9 +63,7 @@ def fitted_order(steps: ArrayLike, errors: ArrayLike, *, floor: float = ROUND_OF
     """
     N = _steps(steps)
     found = _errors(errors, N, "errors")
-    if not (np.isfinite(floor) and floor >= 0):
-        raise InvalidInputError(f"floor: a number of zero or more expected, found {floor}")
-    used = found > floor
+    used = found > number(floor, "floor", "a number of zero or more", lambda x: x >= 0)
     if np.count_nonzero(used) < 2:
         return None
     x, y = np.log(N[used]), np.log(found[used])
@@ -94,7 +92,7 @@ def convergence(
     floor : float, default 1e-14
         Errors up to here do not count for the order.
     **style
-        For the lines.
+        For the lines; a ``label`` comes before the names.
 
     Returns
     -------
@@ -103,30 +101,24 @@ def convergence(
     Raises
     ------
     InvalidInputError
-        Shapes do not match, numbers are not positive and finite, `ax` is not flat.
+        Shapes do not match, numbers are not positive and finite, `ax` is not flat, `style` is not that of a line.
     """
     N = _steps(steps)
     order = np.argsort(N)
     named = errors if isinstance(errors, Mapping) else {"": errors}
     if not named:
         raise InvalidInputError("errors: at least one method expected, found none")
-    ax, rows = flat(ax), []
+    style, ax, rows = line_style(style), flat(ax), []
     for name, values in named.items():
         found = _errors(values, N, f"errors of {name}" if name else "errors")
         rows.append((name, found, fitted_order(N, found, floor=floor)))
-    before = len(ax.lines)
-    for i, (name, found, p) in enumerate(rows, start=before):
-        own = {
-            "color": COLOURS[i % 6],
-            "linestyle": DASHES[i % 6],
-            "marker": MARKERS[i % 6],
-            "markerfacecolor": "white",
-        }
-        said = "no order" if p is None else f"order {p:.2f}"
-        label = f"{name}, {said}" if name else said
-        shown = np.where(found > 0, found, np.nan)[order]
-        ax.plot(N[order], shown, **(own | {"label": label} | style))
+    # Scales come first: limits that lines without any positive error got on linear axes are no logarithmic ones.
     ax.set(xscale="log", yscale="log", xlabel="number of steps", ylabel="error")
+    for i, (name, found, p) in enumerate(rows, start=drawn(ax)):
+        own = cycled(i) | {"marker": MARKERS[i % len(MARKERS)], "markerfacecolor": "white"}
+        said = label(style, name, "no order" if p is None else f"order {p:.2f}")
+        shown = np.where(found > 0, found, np.nan)[order]
+        ax.plot(N[order], shown, **(own | style | {"label": said}))
     if len(N) <= MAX_TICKS:
         ax.set_xticks(N[order], [f"{x:g}" for x in N[order]])
         ax.xaxis.set_minor_locator(NullLocator())
@@ -156,7 +148,8 @@ def error(curve: Curve, reference: Curve, *, ax: Axes | None = None, num: int = 
     Raises
     ------
     InvalidInputError
-        No curves, or curves on different manifolds or over different times; `ax` is not flat.
+        No curves, or curves on different manifolds or over different times; `ax` is not flat, `style` is not that of
+        a line.
     """
     for name, one in (("curve", curve), ("reference", reference)):
         if not isinstance(one, Curve):
@@ -168,7 +161,7 @@ def error(curve: Curve, reference: Curve, *, ax: Axes | None = None, num: int = 
         )
     t = np.linspace(*curve.t_span, count(num))
     distance = np.linalg.norm(curve(t) - reference(t), axis=(1, 2))
-    ax = flat(ax)
+    style, ax = line_style(style), flat(ax)
     ax.plot(t, np.where(distance > 0, distance, np.nan), **style)
     ax.set(yscale="log", xlabel=TIME_LABEL, ylabel="Frobenius distance")
     ax.grid(**GRID)

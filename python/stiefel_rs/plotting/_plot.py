@@ -26,7 +26,7 @@ def plot(curve: Drawable, *, ax: Axes | Axes3D | None = None, num: int = 200, **
     num : int, default 200
         Equidistant times at which a curve is evaluated.
     **style
-        For the lines: ``label``, ``color``, ``linewidth`` and so on.
+        For the lines: ``label``, ``color``, ``linewidth`` and so on. A legend comes with new axes.
 
     Returns
     -------
@@ -35,7 +35,8 @@ def plot(curve: Drawable, *, ax: Axes | Axes3D | None = None, num: int = 200, **
     Raises
     ------
     InvalidInputError
-        `curve` has no points, `num` is not a number from 2, `ax` has not the dimension that the picture needs.
+        `curve` has no points, `num` is not a number from 2, `ax` has not the dimension that the picture needs,
+        `style` is not that of a line.
 
     Examples
     --------

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final, TypeAlias
+from numbers import Real
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,6 +17,7 @@ Array = NDArray[np.float64]
 Trajectory: TypeAlias = CubicTrajectory | ChartTrajectory
 Drawable: TypeAlias = Curve | Trajectory | ArrayLike
 MAX_SAMPLES: Final = 1_000_000
+LARGEST: Final = float(np.finfo(np.float64).max)
 
 
 @dataclass(frozen=True)
@@ -65,6 +68,20 @@ def finite(values: ArrayLike, name: str, ndim: int) -> Array:
     if not np.isfinite(array).all():
         raise InvalidInputError(f"{name}: {np.count_nonzero(~np.isfinite(array))} entries are not finite")
     return array
+
+
+def number(value: Any, name: str, wanted: str, suits: Callable[[float], bool]) -> float:
+    """Check a finite number."""
+    real = isinstance(value, Real) and not isinstance(value, bool)
+    # Python's integers can be too large for a float.
+    if real and -LARGEST <= value <= LARGEST and suits(float(value)):
+        return float(value)
+    raise InvalidInputError(f"{name}: {wanted} expected, found {value!r}")
+
+
+def column_of(knots: Array, column: int) -> Array:
+    """One column of knots, of which there may be none."""
+    return knots[:, :, column] if len(knots) else knots
 
 
 def matching(t: ArrayLike | None, number: int) -> tuple[Array, bool]:

@@ -12,12 +12,10 @@ from mpl_toolkits.mplot3d.art3d import Line3D  # type: ignore[import-untyped]
 from numpy.typing import ArrayLike
 
 from ..errors import InvalidInputError
-from ._axes import GREY, column_style, spatial
-from ._samples import Array, Drawable, Samples, finite, samples
+from ._axes import GREY, GRID_ID, KNOT_ID, column_style, cycled, legend, line_style, spatial
+from ._samples import Array, Drawable, Samples, column_of, finite, samples
 
-GRID_ID: Final = "stiefel_rs sphere grid"
 PATH_ID: Final = "stiefel_rs path"
-KNOT_ID: Final = "stiefel_rs knots"
 NEAR_GREY, FAR_GREY = "#A8A8A8", "#E6E6E6"
 FAR_ALPHA: Final = 0.3
 DEFAULT_VIEW: Final = np.array([2.0, 1.2, 1.0]) / np.linalg.norm([2.0, 1.2, 1.0])
@@ -124,22 +122,25 @@ def _with_sphere(ax: Any, paths: Array, view: ArrayLike | None) -> Axes3D:
 
 
 def _draw_path(ax: Axes3D, path: Array, knots: Array, style: dict[str, Any]) -> None:
-    alpha = style.get("alpha", 1.0)
-    far = style | {"alpha": FAR_ALPHA * (1.0 if alpha is None else alpha), "label": None}
-    ax.add_line(HalfLine(path, near=False, zorder=2.5, gid=PATH_ID, **far))
-    ax.add_line(HalfLine(path, near=True, zorder=4, gid=PATH_ID, **style))
+    # The far half is behind all near ones, whatever the order of the caller; by its name paths are counted.
+    far = style | {"alpha": FAR_ALPHA * style.get("alpha", 1.0), "label": None, "zorder": 2.5, "gid": PATH_ID}
+    near: dict[str, Any] = {"zorder": 4, "gid": PATH_ID} | style
+    ax.add_line(HalfLine(path, near=False, **far))
+    ax.add_line(HalfLine(path, near=True, **near))
     marks = {"linestyle": "none", "marker": "o", "color": style["color"], "markerfacecolor": "white", "markersize": 5}
+    above = near["zorder"] + 1
     if len(knots):
         ax.add_line(HalfLine(knots, near=False, zorder=3, gid=KNOT_ID, alpha=FAR_ALPHA, **marks))
-        ax.add_line(HalfLine(knots, near=True, zorder=5, gid=KNOT_ID, **marks))
+        ax.add_line(HalfLine(knots, near=True, zorder=above, gid=KNOT_ID, **marks))
         return
     # Without knots the ends are marked: a full circle where the path starts, a ring where it ends.
-    ax.plot(*path[:1].T, **(marks | {"markerfacecolor": style["color"]}), zorder=5, gid=KNOT_ID)
-    ax.plot(*path[-1:].T, **marks, zorder=5, gid=KNOT_ID)
+    ax.plot(*path[:1].T, **(marks | {"markerfacecolor": style["color"]}), zorder=above, gid=KNOT_ID)
+    ax.plot(*path[-1:].T, **marks, zorder=above, gid=KNOT_ID)
 
 
-def _column(knots: Array, column: int) -> Array:
-    return knots[:, :, column] if len(knots) else knots
+def _paths(ax: Axes3D) -> int:
+    """Paths that are on a sphere already."""
+    return sum(line.get_gid() == PATH_ID and not line.near for line in ax.lines)
 
 
 def _spherical(curve: Drawable, num: int, columns: tuple[int, ...]) -> Samples:
@@ -179,13 +180,12 @@ def sphere(
     Raises
     ------
     InvalidInputError
-        `curve` is not on St(3,1), `ax` is flat, `num` is not a number from 2, `view` is no direction.
+        `curve` is not on St(3,1), `ax` is flat, `num` is not a number from 2, `view` is no direction, `style` is not
+        that of a line.
     """
-    found = _spherical(curve, num, (1,))
+    found, style = _spherical(curve, num, (1,)), line_style(style)
     ax = _with_sphere(ax, found.points, view)
-    drawn = sum(line.get_gid() == PATH_ID for line in ax.lines) // 2
-    own = column_style(drawn, style) | {"label": style.get("label")}
-    _draw_path(ax, found.points[:, :, 0], _column(found.knots, 0), own)
+    _draw_path(ax, found.points[:, :, 0], column_of(found.knots, 0), cycled(_paths(ax)) | style)
     return ax
 
 
@@ -195,7 +195,8 @@ def frame(
     """Draw the columns of a curve on St(3,2) or St(3,3), each as a path on one sphere.
 
     Parameters are those of `sphere`, arrays have shape (T, 3, 2) or (T, 3, 3). Colour and dashes say which column it
-    is, so does the label.
+    is, and a further curve goes on with the next ones; so does the label: ``label="a"`` becomes "a, column 1". A
+    legend comes with new axes, not with those of the caller.
 
     Returns
     -------
@@ -204,10 +205,15 @@ def frame(
     Raises
     ------
     InvalidInputError
-        `curve` is not on St(3,2) or St(3,3), `ax` is flat, `num` is not a number from 2, `view` is no direction.
+        `curve` is not on St(3,2) or St(3,3), `ax` is flat, `num` is not a number from 2, `view` is no direction,
+        `style` is not that of a line.
     """
-    found = _spherical(curve, num, (2, 3))
+    found, style, new = _spherical(curve, num, (2, 3)), line_style(style), ax is None
     ax = _with_sphere(ax, found.points, view)
+    before = _paths(ax)
     for column in range(found.points.shape[2]):
-        _draw_path(ax, found.points[:, :, column], _column(found.knots, column), column_style(column, style))
+        own = column_style(column, style, before)
+        _draw_path(ax, found.points[:, :, column], column_of(found.knots, column), own)
+    if new:
+        legend(ax)
     return ax

@@ -6,12 +6,29 @@ from typing import Any, Final
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.patches import Circle
 from numpy.typing import ArrayLike, NDArray
 
 from .._core import Curve, PiecewiseCurve, Stiefel
 from ..errors import InvalidInputError
-from ._axes import COLOURS, GREY, GRID, TIME_LABEL, column_style, flat, new_figure, time_label
-from ._samples import Array, Drawable, Samples, samples, times
+from ._axes import (
+    COLOURS,
+    GREY,
+    GRID,
+    GRID_ID,
+    KNOT_ID,
+    TIME_LABEL,
+    column_style,
+    cycled,
+    drawn,
+    flat,
+    label,
+    legend,
+    line_style,
+    new_figure,
+    time_label,
+)
+from ._samples import Array, Drawable, column_of, samples, times
 from ._sphere import frame, sphere
 
 # More names than this do not fit into a legend.
@@ -22,6 +39,8 @@ def entries(
     curve: Drawable, *, ax: Axes | None = None, num: int = 200, t: ArrayLike | None = None, **style: Any
 ) -> Axes:
     """Draw every entry of a curve against time, in the colour of its column; knots of splines as circles.
+
+    A further curve in the same axes has the next colours. A legend comes with new axes, not with those of the caller.
 
     Parameters
     ----------
@@ -34,7 +53,7 @@ def entries(
     t : array_like, shape (T,), optional
         Times of points; numbers from zero by default.
     **style
-        For the lines.
+        For the lines; ``label="a"`` becomes "a, S[0, 0]", or "a, column 1" where entries are too many to be named.
 
     Returns
     -------
@@ -43,45 +62,73 @@ def entries(
     Raises
     ------
     InvalidInputError
-        `curve` has no points, `num` or `t` does not suit it, `ax` is not flat.
+        `curve` has no points, `num` or `t` does not suit it, `ax` is not flat, `style` is not that of a line.
     """
-    found = samples(curve, num, t)
+    found, style, new = samples(curve, num, t), line_style(style), ax is None
     ax = flat(ax)
     _, n, k = found.points.shape
-    few = n * k <= MAX_NAMES
+    before = drawn(ax) // n
     for column in range(k):
         for row in range(n):
-            own = {"color": COLOURS[column % len(COLOURS)], "linestyle": column_style(row, {})["linestyle"]}
-            label = f"S[{row}, {column}]" if few else f"column {column + 1}" if row == 0 and k <= MAX_NAMES else None
-            if not few:
-                own |= {"linestyle": "-", "linewidth": 1.0, "alpha": max(0.25, min(1.0, 6 / n))}
-            ax.plot(found.t, found.points[:, row, column], **(own | {"label": label} | style))
-            _draw_knots(ax, found, row, column)
+            own = _entry_style(row, column, (n, k), style) | {"color": COLOURS[(before + column) % len(COLOURS)]}
+            (line,) = ax.plot(found.t, found.points[:, row, column], **(own | style | {"label": own["label"]}))
+            if len(found.knots):
+                _draw_knots(ax, found.knot_times, found.knots[:, row, column], line.get_color())
     ax.set(xlabel=time_label(found.timed), ylabel="entries")
     ax.grid(**GRID)
+    if new:
+        legend(ax)
     return ax
 
 
-def _draw_knots(ax: Axes, found: Samples, row: int, column: int) -> None:
-    if len(found.knots):
-        marks: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 4, "markerfacecolor": "white"}
-        colour = COLOURS[column % len(COLOURS)]
-        ax.plot(found.knot_times, found.knots[:, row, column], color=colour, gid="stiefel_rs knots", **marks)
+def _entry_style(row: int, column: int, shape: tuple[int, int], style: dict[str, Any]) -> dict[str, Any]:
+    """Dashes and name of an entry; many of them are thin, and only their columns have names."""
+    n, k = shape
+    if n * k <= MAX_NAMES:
+        return {"linestyle": cycled(row)["linestyle"], "label": label(style, f"S[{row}, {column}]")}
+    named = row == 0 and k <= MAX_NAMES
+    thin = {"linestyle": "-", "linewidth": 1.0, "alpha": max(0.25, min(1.0, 6 / n))}
+    return thin | {"label": label(style, f"column {column + 1}") if named else None}
+
+
+def _draw_knots(ax: Axes, t: Array, knots: Array, colour: Any) -> None:
+    marks: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 4, "markerfacecolor": "white"}
+    ax.plot(t, knots, color=colour, gid=KNOT_ID, **marks)
 
 
 def _circle(curve: Drawable, ax: Any, num: int, style: dict[str, Any]) -> Axes:
     """Columns of a curve in the plane, each on a circle of its own so that they do not hide each other."""
-    found = samples(curve, num)
+    found, style = samples(curve, num), line_style(style)
     axes = flat(ax)
-    for column in range(found.points.shape[2]):
-        radius, own = 1 + 0.08 * column, column_style(column, style)
+    before, columns = drawn(axes), found.points.shape[2]
+    for column in range(columns):
+        radius = 1 + 0.08 * column
+        own = column_style(column, style, before) if columns > 1 else cycled(before) | style
+        _draw_circle(axes, radius)
         axes.plot(*(radius * found.points[:, :, column].T), **own)
-        if len(found.knots):
-            marks = {"linestyle": "none", "marker": "o", "color": own["color"], "markerfacecolor": "white"}
-            axes.plot(*(radius * found.knots[:, :, column].T), gid="stiefel_rs knots", **marks)
+        _mark(axes, radius * found.points[:, :, column], radius * column_of(found.knots, column), own["color"])
     axes.set(xlabel="first entry", ylabel="second entry", aspect="equal")
     axes.grid(**GRID)
+    if ax is None:
+        legend(axes, loc="center")
     return axes
+
+
+def _draw_circle(ax: Axes, radius: float) -> None:
+    """Draw the circle on which a column moves, unless it is there."""
+    if not any(isinstance(patch, Circle) and patch.radius == radius for patch in ax.patches):
+        ax.add_patch(Circle((0.0, 0.0), radius, fill=False, color=GREY, linewidth=0.6, gid=GRID_ID))
+
+
+def _mark(ax: Axes, points: Array, knots: Array, colour: Any) -> None:
+    """Knots as circles; where there are none, the start full and the end as a ring, as on the sphere."""
+    full: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 5, "color": colour, "gid": KNOT_ID}
+    ring = full | {"markerfacecolor": "white"}
+    if len(knots):
+        ax.plot(*knots.T, **ring)
+    else:
+        ax.plot(*points[:1].T, **full)
+        ax.plot(*points[-1:].T, **ring)
 
 
 def path(curve: Drawable, ax: Any, num: int, style: dict[str, Any]) -> Any:
@@ -94,10 +141,7 @@ def path(curve: Drawable, ax: Any, num: int, style: dict[str, Any]) -> Any:
             return frame(curve, ax=ax, num=num, **style)
         case (2, 1) | (2, 2):
             return _circle(curve, ax, num, style)
-    drawn = entries(curve, ax=ax, num=num, **style)
-    if drawn.get_legend_handles_labels()[0]:
-        drawn.legend(frameon=False, ncols=2, fontsize="small")
-    return drawn
+    return entries(curve, ax=ax, num=num, **style)
 
 
 def _points_shape(curve: Drawable) -> tuple[int, int]:
@@ -124,7 +168,8 @@ def norms(curve: Curve, *, ax: Axes | None = None, num: int = 200, order: int | 
     order : {1, 2}, optional
         Velocity alone, or acceleration alone; both by default.
     **style
-        For the lines.
+        For the lines; ``label="a"`` becomes "a, velocity" and "a, acceleration" where both are drawn. Both have a
+        legend in new axes.
 
     Returns
     -------
@@ -133,24 +178,29 @@ def norms(curve: Curve, *, ax: Axes | None = None, num: int = 200, order: int | 
     Raises
     ------
     InvalidInputError
-        No curve, another `order`, `num` is not a number from 2, `ax` is not flat.
+        No curve, another `order`, `num` is not a number from 2, `ax` is not flat, `style` is not that of a line.
     """
     if not isinstance(curve, Curve):
         raise InvalidInputError(f"curve: a Curve expected, found {type(curve).__name__}")
-    if order not in (None, 1, 2):
+    # Arrays have no truth value, so the type comes first.
+    if order is not None and (not isinstance(order, int | np.integer) or order not in (1, 2)):
         raise InvalidInputError(f"order: 1, 2 or None expected, found {order!r}")
-    t = times(curve, num)
+    t, style, new = times(curve, num), line_style(style), ax is None
     ax = flat(ax)
+    before = drawn(ax)
     for which, name in ((1, "velocity"), (2, "acceleration")):
         if order in (None, which):
-            own = column_style(which - 1, {}) | {"label": name}
-            ax.plot(t, _lengths(curve, t, which), **(own | style))
+            said = label(style, name) if order is None else style.get("label", name)
+            own = cycled(before + which - 1) | style | {"label": said}
+            ax.plot(t, _lengths(curve, t, which), **own)
     if isinstance(curve, PiecewiseCurve) and len(curve.t) <= 100:
         bars: dict[str, Any] = {"marker": "|", "markersize": 9, "linestyle": "none", "color": GREY, "clip_on": False}
-        ax.plot(curve.t, np.zeros(len(curve.t)), gid="stiefel_rs knots", **bars)
+        ax.plot(curve.t, np.zeros(len(curve.t)), gid=KNOT_ID, **bars)
     ax.set_ylim(bottom=0)
     ax.set(xlabel=TIME_LABEL, ylabel={None: "length", 1: "velocity", 2: "acceleration"}[order])
     ax.grid(**GRID)
+    if new:
+        legend(ax)
     return ax
 
 
@@ -163,7 +213,7 @@ def spline(curve: Curve, *, ax: ArrayLike | None = None, num: int = 400) -> NDAr
         A `CubicSpline`, `CubicHermite` or `SmoothingSpline`; other curves have no knots and are drawn without.
     ax : sequence of three Axes, optional
         For the path (as `plot` wants it: three-dimensional where n = 3), velocity and acceleration. By default all are
-        made, in one figure.
+        made, in one figure, the path with a legend.
     num : int, default 400
         Equidistant times; those of the knots are added.
 
@@ -182,8 +232,8 @@ def spline(curve: Curve, *, ax: ArrayLike | None = None, num: int = 400) -> NDAr
     if axes.shape != (3,):
         raise InvalidInputError(f"ax: three axes expected, found {len(axes)}")
     left = path(curve, axes[0], num, {})
-    if left.get_legend() is None and left.get_legend_handles_labels()[0]:
-        left.legend(frameon=False, loc="lower left")
+    if ax is None:
+        legend(left, **({"loc": "center"} if curve.n == 2 else {}))
     for which in (1, 2):
         norms(curve, ax=axes[which], num=num, order=which, linestyle="-")
     return axes
