@@ -2,9 +2,11 @@
 
 import base64
 import http.client
+import itertools
 import json
 import re
 import signal
+import socket
 import subprocess
 import sys
 import threading
@@ -68,6 +70,35 @@ def test_compute_gives_what_the_library_gives(kind):
         assert np.array_equal(found[name].acceleration, M.norm(curve(t), curve.acceleration(t)))
         assert found[name].cost == curve.cost()
     assert np.array_equal(curves.distance(found), np.linalg.norm(both[0](t) - both[1](t), axis=(1, 2)))
+
+
+CORNERS = {kind: list(itertools.product((-k.limit, k.limit), repeat=2)) for kind, k in KINDS.items()}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("angle", [0.1, 1.2, np.pi])
+def test_samples_are_close_wherever_the_sliders_are(kind, angle):
+    """No chord of a column is longer than 0.05: exact cubics of the sphere have speeds up to 67."""
+    parameters = len(KINDS[kind].parameters)
+    for v0, v1 in CORNERS[kind]:
+        found = curves.find(KINDS[kind], angle, [v0] * parameters, [v1] * parameters)
+        t = curves.times(found)
+        assert len(t) <= curves.MAX_SAMPLES
+        for sampled in curves.sample(found, t).values():
+            if isinstance(sampled, Sampled):
+                assert np.linalg.norm(np.diff(sampled.points, axis=0), axis=1).max() <= 0.05
+
+
+def test_quick_curves_have_more_samples_up_to_a_bound():
+    kind = KINDS["sphere"]
+    slow = curves.find(kind, 1.0, [0, 0], [0, 0])
+    assert len(curves.times(slow)) == curves.MIN_SAMPLES
+    quick = curves.find(kind, np.pi, [7, 7], [7, 7])
+    assert 41 / 0.05 < len(curves.times(quick)) < curves.MAX_SAMPLES
+    quicker = curves.find(kind, 1.0, [curves.MAX_VELOCITY] * 2, [curves.MAX_VELOCITY, 0])
+    speed = curves.sample(quicker, np.linspace(0, 1, 2001))["cubic"].speed.max()
+    assert len(curves.times(quicker)) == min(curves.MAX_SAMPLES, np.ceil(speed / curves.CHORD) + 1)
+    assert len(curves.times({"gcp": InvalidInputError("none")})) == curves.MIN_SAMPLES
 
 
 def test_a_missing_curve_is_its_error():
@@ -349,6 +380,19 @@ def test_unusual_requests(served, changed, status):
 
 def test_a_page_that_is_not_there(served):
     assert ask(served, "GET", f"/favicon.ico?token={served.token}")[0] == 404
+
+
+@pytest.mark.parametrize("method", ["GET", "HEAD"])
+@pytest.mark.parametrize("address", ["http://[", "//[::1", "http://[x]/?token=1", "http://\u2100/"])
+def test_addresses_that_are_none(served, capfd, method, address):
+    """Whoever sends them has no token: they get an answer, and nothing is printed."""
+    with socket.create_connection(("127.0.0.1", served.server_port), timeout=20) as connection:
+        connection.sendall(f"{method} {address} HTTP/1.1\r\nHost: x\r\n\r\n".encode("utf-8"))
+        answer = b"".join(iter(lambda: connection.recv(4096), b""))
+    assert re.match(rb"HTTP/1\.1 40[03] ", answer)
+    if address == "http://[":
+        assert answer.startswith(b"HTTP/1.1 400 ")
+    assert capfd.readouterr() == ("", "")
 
 
 def test_curves_that_do_not_exist_come_as_text(served):
