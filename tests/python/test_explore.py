@@ -4,9 +4,11 @@ import base64
 import http.client
 import itertools
 import json
+import os
 import re
 import signal
 import socket
+import stat
 import subprocess
 import sys
 import threading
@@ -387,7 +389,7 @@ def test_a_page_that_is_not_there(served):
 def test_addresses_that_are_none(served, capfd, method, address):
     """Whoever sends them has no token: they get an answer, and nothing is printed."""
     with socket.create_connection(("127.0.0.1", served.server_port), timeout=20) as connection:
-        connection.sendall(f"{method} {address} HTTP/1.1\r\nHost: x\r\n\r\n".encode("utf-8"))
+        connection.sendall(f"{method} {address} HTTP/1.1\r\nHost: x\r\n\r\n".encode())
         answer = b"".join(iter(lambda: connection.recv(4096), b""))
     assert re.match(rb"HTTP/1\.1 40[03] ", answer)
     if address == "http://[":
@@ -463,7 +465,38 @@ def test_what_cannot_be_done_is_said(small, served, tmp_path, capsys):
     assert cli.main(["explore", "--out", str(tmp_path / "none" / "page.html")]) == 1
     assert "page.html: No such file" in capsys.readouterr().err
     assert cli.main(["explore", "--no-browser", "--port", str(served.server_port)]) == 1
-    assert "in use" in capsys.readouterr().err
+    assert re.fullmatch(rf"stiefel-rs: port {served.server_port}: .* in use\n", capsys.readouterr().err)
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="a file of Linux")
+def test_a_full_device_is_named_and_stays(small, capsys):
+    assert cli.main(["explore", "--out", "/dev/full"]) == 1
+    assert capsys.readouterr().err == "stiefel-rs: /dev/full: No space left on device\n"
+    assert stat.S_ISCHR(os.stat("/dev/full").st_mode)
+
+
+@pytest.mark.parametrize("old", [None, "the page of before"])
+def test_a_page_that_is_interrupted_leaves_what_was_there(small, tmp_path, monkeypatch, capsys, old):
+    path, seen = tmp_path / "page.html", []
+    if old:
+        path.write_text(old)
+
+    def interrupted(*_):
+        seen.append(len(list(tmp_path.iterdir())))
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(page, "build", interrupted)
+    assert cli.main(["explore", "--out", str(path)]) == 130
+    assert capsys.readouterr().err == "stiefel-rs: interrupted\n"
+    # The file that would have become the page was there beside it, and is not any more.
+    assert seen == [2 if old else 1]
+    assert [entry.read_text() for entry in tmp_path.iterdir()] == ([old] if old else [])
+
+
+def test_a_folder_is_no_page(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(page, "build", lambda *_: pytest.fail("worked in vain"))
+    assert cli.main(["explore", "--out", str(tmp_path)]) == 1
+    assert f"stiefel-rs: {tmp_path}: " in capsys.readouterr().err
 
 
 def test_without_plotly():
