@@ -135,6 +135,7 @@ def _reproduce(arguments: argparse.Namespace) -> int:
             return reproduce(arguments.out, steps, QUICK_REPETITIONS, conjecture.QUICK_RANDOM_CURVES)
         return reproduce(arguments.out, steps, REPETITIONS, conjecture.RANDOM_CURVES)
     except BrokenPipeError:
+        # Of what is printed, not of the folder.
         raise
     except OSError as error:
         print(f"stiefel-rs: cannot write to {arguments.out}: {error.strerror or error}", file=sys.stderr)

@@ -43,9 +43,9 @@ Kinds
   geometric-hermite  de Casteljau curves with the given velocities, C1
   smoothing          passes by the points: least misfit plus lambda times cost
 
-OUTPUT.npz is what Python's stiefel_rs.load reads. With --num or --at the curve is evaluated
-too, into a second file of plain arrays: t (T,), S (T, n, k), and the velocity V and the
-covariant acceleration A of the same shape.
+OUTPUT.npz is what Python's stiefel_rs.load reads. With --num or --at the curve is
+evaluated too, into a second file of plain arrays: t (T,), S (T, n, k), and the velocity
+V and the covariant acceleration A of the same shape.
 """
 
 

@@ -241,6 +241,20 @@ def test_a_reader_that_leaves_ends_the_command_quietly(command, unbuffered):
     assert error == ""
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="pipes break otherwise there")
+def test_a_reader_that_leaves_is_no_error_of_the_folder():
+    code = """
+import sys
+from stiefel_rs import cli
+def reproduce(*_):
+    raise BrokenPipeError(32, "Broken pipe")
+cli.reproduce = reproduce
+sys.exit(cli.main(["reproduce"]))
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False)
+    assert (done.returncode, done.stderr) == (cli.EXIT_BROKEN_PIPE, "")
+
+
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="a file of Linux")
 @pytest.mark.parametrize("unbuffered", ["", "1"])
 def test_a_full_device_is_an_error_of_the_output(unbuffered):
