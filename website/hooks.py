@@ -75,9 +75,9 @@ def on_post_page(output: str, *, page: Page, **_: Any) -> str:
 
 
 def help_of(command: str) -> str:
-    """What a command says about itself, as a block of text."""
+    """What a command says about itself, as a block of text that is not wider than the page."""
     arguments = [sys.executable, "-m", "stiefel_rs", *command.split(), "--help"]
-    wide = os.environ | {"COLUMNS": "100", "NO_COLOR": "1"}
+    wide = os.environ | {"COLUMNS": "90", "NO_COLOR": "1"}
     text = subprocess.run(arguments, capture_output=True, text=True, timeout=60, check=True, env=wide).stdout
     return f"```text\n{text}```"
 

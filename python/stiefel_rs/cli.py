@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import platform
 import sys
 from pathlib import Path
@@ -16,6 +17,8 @@ from .errors import StiefelError
 
 EXIT_FAILURE: Final = 1
 EXIT_INTERRUPTED: Final = 130
+# As a shell names a program that ended with SIGPIPE.
+EXIT_BROKEN_PIPE: Final = 141
 MAX_STEPS: Final = 1_000_000
 REPETITIONS: Final = 7
 QUICK_REPETITIONS: Final = 3
@@ -131,6 +134,9 @@ def _reproduce(arguments: argparse.Namespace) -> int:
         if arguments.quick:
             return reproduce(arguments.out, steps, QUICK_REPETITIONS, conjecture.QUICK_RANDOM_CURVES)
         return reproduce(arguments.out, steps, REPETITIONS, conjecture.RANDOM_CURVES)
+    except BrokenPipeError:
+        # Of what is printed, not of the folder.
+        raise
     except OSError as error:
         print(f"stiefel-rs: cannot write to {arguments.out}: {error.strerror or error}", file=sys.stderr)
         return EXIT_FAILURE
@@ -139,21 +145,43 @@ def _reproduce(arguments: argparse.Namespace) -> int:
         return EXIT_FAILURE
 
 
+def _run(argv: list[str] | None) -> int:
+    arguments = parser().parse_args(argv)
+    match arguments.command:
+        case "info":
+            return info()
+        case "interpolate":
+            arguments.check(arguments)
+            return interpolate.run(arguments)
+        case "explore":
+            arguments.check(arguments)
+            return explore.run(arguments)
+        case _:
+            return _reproduce(arguments)
+
+
+def _unwritten(error: OSError) -> int:
+    """Say what could not be read or written; a file has a name, the output has none."""
+    if error.filename is None:
+        # Else Python tries to write the rest of it when it ends, and fails with a traceback.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        if isinstance(error, BrokenPipeError):
+            return EXIT_BROKEN_PIPE
+    print(f"stiefel-rs: {error.filename or 'standard output'}: {error.strerror or error}", file=sys.stderr)
+    return EXIT_FAILURE
+
+
 def main(argv: list[str] | None = None) -> int:
     """Run the command line `argv` (default: that of the process) and return its exit code."""
-    arguments = parser().parse_args(argv)
     try:
-        match arguments.command:
-            case "info":
-                return info()
-            case "interpolate":
-                arguments.check(arguments)
-                return interpolate.run(arguments)
-            case "explore":
-                arguments.check(arguments)
-                return explore.run(arguments)
-            case _:
-                return _reproduce(arguments)
+        try:
+            return _run(argv)
+        finally:
+            # Here, where its failure can be told; there is no output where it was closed.
+            if sys.stdout is not None:
+                sys.stdout.flush()
     except KeyboardInterrupt:
         print("stiefel-rs: interrupted", file=sys.stderr)
         return EXIT_INTERRUPTED
+    except OSError as error:
+        return _unwritten(error)

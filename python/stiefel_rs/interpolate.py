@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import argparse
 import sys
-import zipfile
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final, Literal, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _core
+from . import _core, storage
 from ._core import CubicHermite, CubicSpline, Curve
 from .errors import InvalidInputError, StiefelError
 
@@ -26,6 +24,7 @@ SMOOTHING: Final = "smoothing"
 KINDS: Final = (*SPLINES, *HERMITE, SMOOTHING)
 BC_TYPES: Final = ("natural", "clamped", "periodic", "velocities")
 MAX_SAMPLES: Final = 10_000_000
+PICTURES: Final = (".png", ".pdf", ".svg")
 
 DESCRIPTION: Final = """\
 Join the points of INPUT.npz by a curve and save it.
@@ -33,7 +32,8 @@ Join the points of INPUT.npz by a curve and save it.
 INPUT.npz holds the arrays
   t        (N,)        times, increasing
   S        (N, n, k)   points: matrices with orthonormal columns
-  V        (N, n, k)   velocities at the points: for the Hermite kinds; the first and last for --bc-type velocities
+  V        (N, n, k)   velocities at the points: for the Hermite kinds;
+                       the first and last for --bc-type velocities
   weights  (N,)        for --kind smoothing, if wanted
 
 Kinds
@@ -43,8 +43,9 @@ Kinds
   geometric-hermite  de Casteljau curves with the given velocities, C1
   smoothing          passes by the points: least misfit plus lambda times cost
 
-OUTPUT.npz is what Python's stiefel_rs.load reads. With --num or --at the curve is evaluated too, into a second file of
-plain arrays: t (T,), S (T, n, k), and the velocity V and the covariant acceleration A of the same shape.
+OUTPUT.npz is what Python's stiefel_rs.load reads. With --num or --at the curve is
+evaluated too, into a second file of plain arrays: t (T,), S (T, n, k), and the velocity
+V and the covariant acceleration A of the same shape.
 """
 
 
@@ -52,6 +53,15 @@ def _npz(text: str) -> Path:
     path = Path(text)
     if path.suffix != ".npz":
         raise argparse.ArgumentTypeError(f"{text!r} does not end in .npz")
+    return path
+
+
+def _picture(text: str) -> Path:
+    path = Path(text)
+    if not path.suffix:
+        return path.with_name(f"{path.name.rstrip('.')}{PICTURES[0]}")
+    if path.suffix.lower() not in PICTURES:
+        raise argparse.ArgumentTypeError(f"{text!r} does not end in {', '.join(PICTURES[:-1])} or {PICTURES[-1]}")
     return path
 
 
@@ -87,7 +97,10 @@ def add_parser(commands: Any) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("input", type=Path, metavar="INPUT.npz", help="file with the arrays t and S")
-    parser.add_argument("--kind", choices=KINDS, default=KINDS[0], help=f"default: {KINDS[0]}")
+    # By a word: all of them in a row are wider than a page.
+    parser.add_argument(
+        "--kind", choices=KINDS, default=KINDS[0], metavar="KIND", help=f"one of the kinds (default: {KINDS[0]})"
+    )
     parser.add_argument("--out", type=_npz, required=True, metavar="OUTPUT.npz", help="where the curve goes")
     parser.add_argument("--bc-type", choices=BC_TYPES, help="ends of a spline (default: natural)")
     parser.add_argument("--lam", type=_lam, help="lambda of --kind smoothing (default: by cross-validation)")
@@ -97,12 +110,17 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--samples", type=_npz, metavar="SAMPLES.npz", help="where that goes (default: OUTPUT_samples.npz)"
     )
-    parser.add_argument("--plot", type=Path, metavar="FILE", help="figure of the curve (.png, .pdf, .svg)")
+    parser.add_argument(
+        "--plot",
+        type=_picture,
+        metavar="FILE",
+        help=f"figure of the curve ({', '.join(PICTURES)}; default: {PICTURES[0]})",
+    )
     parser.set_defaults(check=lambda arguments: _check(parser, arguments))
 
 
 def _check(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> None:
-    """Refuse options that would be without effect."""
+    """Refuse options that would be without effect, and files that could not be written, before any work."""
     if arguments.bc_type is not None and arguments.kind not in SPLINES:
         parser.error(f"--bc-type goes with --kind {' or '.join(SPLINES)}, not {arguments.kind}")
     if arguments.lam is not None and arguments.kind != SMOOTHING:
@@ -116,6 +134,11 @@ def _check(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> No
     for name, path in files:
         if path is not None and (other := named.setdefault(path.resolve(), name)) != name:
             parser.error(f"{other} and {name} are the same file: {path}")
+    for name, path in files[1:]:
+        if path is not None and not path.parent.is_dir():
+            parser.error(f"{name}: there is no folder {path.parent}")
+        if path is not None and path.is_dir():
+            parser.error(f"{name}: {path} is a folder")
 
 
 def _samples_path(arguments: argparse.Namespace) -> Path:
@@ -135,12 +158,16 @@ def read(path: Path) -> Arrays:
     """
     try:
         # NumPy leaves a file open that it cannot read, unless the file is its caller's.
-        with path.open("rb") as file:
+        with storage.naming(path), path.open("rb") as file:
             archive = np.load(file, allow_pickle=False)
             if not isinstance(archive, np.ndarray):
                 return {name: archive[name] for name in archive.files}
-    except (ValueError, EOFError, zipfile.BadZipFile) as error:
-        raise InvalidInputError(f"{path}: not an .npz archive of plain arrays ({error})") from error
+    except OSError:
+        raise
+    # Whatever a reader of archives makes of damaged bytes.
+    except Exception as error:
+        why = str(error) or type(error).__name__
+        raise InvalidInputError(f"{path}: not an .npz archive of plain arrays ({why})") from error
     raise InvalidInputError(f"{path}: one array, where an .npz archive of t and S is needed")
 
 
@@ -199,46 +226,40 @@ def _sample_times(arguments: argparse.Namespace, curve: Curve) -> Array | None:
     return at
 
 
-@contextmanager
-def _naming(path: Path) -> Iterator[None]:
-    """Name the file that was asked for where it cannot be written, not one that was to become it."""
-    try:
-        yield
-    except OSError as error:
-        raise OSError(error.errno, error.strerror or str(error), str(path)) from error
-
-
-def _write(arguments: argparse.Namespace) -> list[str]:
+def _write(arguments: argparse.Namespace) -> Iterator[str]:
+    """Write the files, and name each once it is there: what follows may fail."""
     arrays = read(arguments.input)
     curve = build(arrays, arguments.kind, arguments.bc_type, arguments.lam)
     t = _sample_times(arguments, curve)
     # Before anything is written: a time outside of the curve is an error.
     samples = None if t is None else evaluate(curve, t)
-    with _naming(arguments.out):
-        curve.save(arguments.out)
-    lines = [describe(curve, arguments.kind, len(arrays["t"])), f"curve: {arguments.out}"]
+    curve.save(arguments.out)
+    yield describe(curve, arguments.kind, len(arrays["t"]))
+    yield f"curve: {arguments.out}"
     if samples is not None:
         path = _samples_path(arguments)
-        with _naming(path):
-            np.savez(path, **cast(Any, samples))
-        lines.append(f"samples: {path}, {len(samples['t'])} times")
+        with storage.replacing(path) as file:
+            np.savez(file, **cast(Any, samples))
+        yield f"samples: {path}, {len(samples['t'])} times"
     if arguments.plot is not None:
         # Here, since matplotlib is optional and slow to import.
         from . import interpolate_figure  # noqa: PLC0415
 
-        with _naming(arguments.plot):
-            interpolate_figure.write(arguments.plot, curve, arrays["t"], arrays["S"])
-        lines.append(f"plot: {arguments.plot}")
-    return lines
+        interpolate_figure.write(arguments.plot, curve, arrays["t"], arrays["S"])
+        yield f"plot: {arguments.plot}"
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Do what the command line says and return the exit code."""
+    """Do what the command line says and return the exit code.
+
+    Raises
+    ------
+    OSError
+        A file cannot be read or written; without its name, what is printed cannot be.
+    """
     try:
         for line in _write(arguments):
             print(line)
-    except OSError as error:
-        return _fail(f"{error.filename}: {error.strerror}")
     except ImportError as error:
         return _fail(f"no figure ({error}): pip install 'stiefel-rs[plot]'")
     except (StiefelError, ValueError, TypeError) as error:

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
 from numpy.typing import NDArray
 
-from . import paper_figures
+from . import paper_figures, storage
 from ._core import Curve, Stiefel
 
 Array = NDArray[np.float64]
@@ -93,5 +93,5 @@ def figure(curve: Curve, t: Array, S: Array) -> Figure:
 
 def write(path: Path, curve: Curve, t: Array, S: Array) -> None:
     """Write the figure, in the format that the end of the file's name says."""
-    with paper_figures._style():
-        figure(curve, t, S).savefig(path, dpi=DPI)
+    with storage.replacing(path) as file, paper_figures._style():
+        figure(curve, t, S).savefig(file, format=path.suffix[1:].lower(), dpi=DPI)

@@ -6,8 +6,9 @@ import io
 import os
 import uuid
 import zipfile
+from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,24 +16,53 @@ from . import _core
 from .errors import InvalidInputError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
 
     from ._core import Curve
 
 __all__ = ["load"]
 
 
+@contextmanager
+def naming(path: str | os.PathLike[str]) -> Iterator[None]:
+    """Name the file that was asked for where it cannot be read or written, not one that was to become it, or none."""
+    try:
+        yield
+    except OSError as error:
+        raise OSError(error.errno, error.strerror or str(error), os.fsdecode(path)) from error
+
+
+@contextmanager
+def replacing(path: str | os.PathLike[str]) -> Iterator[IO[bytes]]:
+    """Open a file beside `path`, and put it in its place once it is whole.
+
+    Raises
+    ------
+    OSError
+        The file cannot be written, or its folder.
+    """
+    # A link stays one, and leads to the new file.
+    name = os.path.realpath(os.fsdecode(path))
+    with naming(path):
+        if os.path.exists(name) and not os.path.isfile(name):
+            # A device or a pipe must not be replaced; a folder is refused here.
+            with open(name, "wb") as file:
+                yield file
+            return
+        partial = f"{name}.{uuid.uuid4().hex}.part"
+        try:
+            with open(partial, "xb") as file:
+                yield file
+            os.replace(partial, name)
+        except BaseException:
+            Path(partial).unlink(missing_ok=True)
+            raise
+
+
 def write(form: Mapping[str, Any], path: str | os.PathLike[str]) -> None:
     """Write the stored form of a curve; a file that is there is replaced once the new one is written."""
-    path = os.fsdecode(path)
-    partial = f"{path}.{uuid.uuid4().hex}.part"
-    try:
-        with open(partial, "xb") as file:
-            np.savez(file, **form)
-        os.replace(partial, path)
-    except BaseException:
-        Path(partial).unlink(missing_ok=True)
-        raise
+    with replacing(path) as file:
+        np.savez(file, **form)
 
 
 def load(path: str | os.PathLike[str]) -> Curve:

@@ -2,9 +2,13 @@
 
 import base64
 import http.client
+import itertools
 import json
+import os
 import re
 import signal
+import socket
+import stat
 import subprocess
 import sys
 import threading
@@ -68,6 +72,35 @@ def test_compute_gives_what_the_library_gives(kind):
         assert np.array_equal(found[name].acceleration, M.norm(curve(t), curve.acceleration(t)))
         assert found[name].cost == curve.cost()
     assert np.array_equal(curves.distance(found), np.linalg.norm(both[0](t) - both[1](t), axis=(1, 2)))
+
+
+CORNERS = {kind: list(itertools.product((-k.limit, k.limit), repeat=2)) for kind, k in KINDS.items()}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("angle", [0.1, 1.2, np.pi])
+def test_samples_are_close_wherever_the_sliders_are(kind, angle):
+    """No chord of a column is longer than 0.05: exact cubics of the sphere have speeds up to 67."""
+    parameters = len(KINDS[kind].parameters)
+    for v0, v1 in CORNERS[kind]:
+        found = curves.find(KINDS[kind], angle, [v0] * parameters, [v1] * parameters)
+        t = curves.times(found)
+        assert len(t) <= curves.MAX_SAMPLES
+        for sampled in curves.sample(found, t).values():
+            if isinstance(sampled, Sampled):
+                assert np.linalg.norm(np.diff(sampled.points, axis=0), axis=1).max() <= 0.05
+
+
+def test_quick_curves_have_more_samples_up_to_a_bound():
+    kind = KINDS["sphere"]
+    slow = curves.find(kind, 1.0, [0, 0], [0, 0])
+    assert len(curves.times(slow)) == curves.MIN_SAMPLES
+    quick = curves.find(kind, np.pi, [7, 7], [7, 7])
+    assert 41 / 0.05 < len(curves.times(quick)) < curves.MAX_SAMPLES
+    quicker = curves.find(kind, 1.0, [curves.MAX_VELOCITY] * 2, [curves.MAX_VELOCITY, 0])
+    speed = curves.sample(quicker, np.linspace(0, 1, 2001))["cubic"].speed.max()
+    assert len(curves.times(quicker)) == min(curves.MAX_SAMPLES, np.ceil(speed / curves.CHORD) + 1)
+    assert len(curves.times({"gcp": InvalidInputError("none")})) == curves.MIN_SAMPLES
 
 
 def test_a_missing_curve_is_its_error():
@@ -351,6 +384,19 @@ def test_a_page_that_is_not_there(served):
     assert ask(served, "GET", f"/favicon.ico?token={served.token}")[0] == 404
 
 
+@pytest.mark.parametrize("method", ["GET", "HEAD"])
+@pytest.mark.parametrize("address", ["http://[", "//[::1", "http://[x]/?token=1", "http://\u2100/"])
+def test_addresses_that_are_none(served, capfd, method, address):
+    """Whoever sends them has no token: they get an answer, and nothing is printed."""
+    with socket.create_connection(("127.0.0.1", served.server_port), timeout=20) as connection:
+        connection.sendall(f"{method} {address} HTTP/1.1\r\nHost: x\r\n\r\n".encode())
+        answer = b"".join(iter(lambda: connection.recv(4096), b""))
+    assert re.match(rb"HTTP/1\.1 40[03] ", answer)
+    if address == "http://[":
+        assert answer.startswith(b"HTTP/1.1 400 ")
+    assert capfd.readouterr() == ("", "")
+
+
 def test_curves_that_do_not_exist_come_as_text(served):
     """Points that are opposite to each other; and velocities that are too long for the geometric cubic."""
     status, content, _ = ask(served, body=GOOD | {"angle": np.pi, "v0": [0, 0], "v1": [0, 0]})
@@ -419,7 +465,38 @@ def test_what_cannot_be_done_is_said(small, served, tmp_path, capsys):
     assert cli.main(["explore", "--out", str(tmp_path / "none" / "page.html")]) == 1
     assert "page.html: No such file" in capsys.readouterr().err
     assert cli.main(["explore", "--no-browser", "--port", str(served.server_port)]) == 1
-    assert "in use" in capsys.readouterr().err
+    assert re.fullmatch(rf"stiefel-rs: port {served.server_port}: .* in use\n", capsys.readouterr().err)
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="a file of Linux")
+def test_a_full_device_is_named_and_stays(small, capsys):
+    assert cli.main(["explore", "--out", "/dev/full"]) == 1
+    assert capsys.readouterr().err == "stiefel-rs: /dev/full: No space left on device\n"
+    assert stat.S_ISCHR(os.stat("/dev/full").st_mode)
+
+
+@pytest.mark.parametrize("old", [None, "the page of before"])
+def test_a_page_that_is_interrupted_leaves_what_was_there(small, tmp_path, monkeypatch, capsys, old):
+    path, seen = tmp_path / "page.html", []
+    if old:
+        path.write_text(old)
+
+    def interrupted(*_):
+        seen.append(len(list(tmp_path.iterdir())))
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(page, "build", interrupted)
+    assert cli.main(["explore", "--out", str(path)]) == 130
+    assert capsys.readouterr().err == "stiefel-rs: interrupted\n"
+    # The file that would have become the page was there beside it, and is not any more.
+    assert seen == [2 if old else 1]
+    assert [entry.read_text() for entry in tmp_path.iterdir()] == ([old] if old else [])
+
+
+def test_a_folder_is_no_page(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(page, "build", lambda *_: pytest.fail("worked in vain"))
+    assert cli.main(["explore", "--out", str(tmp_path)]) == 1
+    assert f"stiefel-rs: {tmp_path}: " in capsys.readouterr().err
 
 
 def test_without_plotly():

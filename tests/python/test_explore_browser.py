@@ -9,6 +9,7 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 from explore_problem import library, running
+from scipy.spatial import cKDTree
 
 from stiefel_rs import cli
 from stiefel_rs.explore import grid, page
@@ -78,33 +79,52 @@ class Shown:
             for chart in ("sphere", "speed", "acceleration", "distance")
         }
 
-    def path(self, name, k):
-        """Flat coordinates of a curve, both halves together, shape (k, T, 2)."""
-        near, far = (np.stack(self.charts["sphere"][f"{name} {side}"], axis=1) for side in ("near", "far"))
-        assert (np.isnan(near) | np.isnan(far)).all()
-        whole = np.where(np.isnan(near), far, near).reshape(k, -1, 2)
-        # A gap follows each column.
-        assert np.isnan(whole[:, -1]).all()
-        return whole[:, :-1]
+    def path(self, name, side):
+        """Flat coordinates of what is drawn of a curve on one half, shape (T, 2), gaps among them as NaN."""
+        return np.stack(self.charts["sphere"][f"{name} {side}"], axis=1)
+
+    def vertices(self, name):
+        """Flat coordinates of the points of a curve, both halves together, without gaps."""
+        whole = np.concatenate([self.path(name, side) for side in ("near", "far")])
+        return whole[~np.isnan(whole[:, 0])]
 
     def agrees(self, kind, angle, tolerance):
         """Everything is what the library gives for the velocities that the page names."""
         *both, M = library(kind, angle, *self.velocities)
-        t = self.charts["speed"]["gcp"][0]
-        a, e = 0.25, 0.35
-        right = np.array([-np.sin(a), np.cos(a), 0])
-        up = np.array([-np.sin(e) * np.cos(a), -np.sin(e) * np.sin(a), np.cos(e)])
+        t, dense = self.charts["speed"]["gcp"][0], np.linspace(0, 1, 20001)
         for name, curve in zip(("gcp", "cubic"), both, strict=True):
             assert float(self.texts[f"cost-{name}"]) == pytest.approx(curve.cost(), rel=1e-5)
             S = curve(t)
-            expected = np.moveaxis(np.stack([right @ S, up @ S], axis=-1), 1, 0)
-            assert np.allclose(self.path(name, curve.k), expected, atol=tolerance)
+            points, depths = flat(S)
+            for side, here in (("near", depths > tolerance), ("far", depths < -tolerance)):
+                assert (gaps(points[here], self.path(name, side)) <= tolerance).all()
+            # Nothing else is drawn; between samples of a grid, what the documentation promises.
+            assert gaps(self.vertices(name), flat(curve(dense))[0]).max() < 3e-4
             for chart, vectors in (("speed", curve.velocity(t)), ("acceleration", curve.acceleration(t))):
                 lengths = M.norm(S, vectors)
                 assert np.allclose(self.charts[chart][name][1], lengths, atol=tolerance * lengths.max())
         apart = np.linalg.norm(both[0](t) - both[1](t), axis=(1, 2))
         assert np.allclose(self.charts["distance"]["distance"][1], apart, atol=tolerance * max(1, apart.max()))
         assert float(self.texts["distance-max"]) == pytest.approx(apart.max(), rel=1e-4)
+
+
+def flat(S):
+    """Flat coordinates of the columns of points in the first view, and their depths, positive on the near half."""
+    a, e = 0.25, 0.35
+    right = np.array([-np.sin(a), np.cos(a), 0])
+    up = np.array([-np.sin(e) * np.cos(a), -np.sin(e) * np.sin(a), np.cos(e)])
+    front = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
+    return np.stack([(right @ S).ravel(), (up @ S).ravel()], axis=1), (front @ S).ravel()
+
+
+def gaps(points, others):
+    """Distance of each point to the nearest of others; those that are NaN are none."""
+    return cKDTree(others[~np.isnan(others[:, 0])]).query(points)[0]
+
+
+def changed(one, other, name):
+    """How far a curve is from where it was drawn before."""
+    return gaps(one.vertices(name), other.vertices(name)).max()
 
 
 def drag_handle(browser, end, column, x, y):
@@ -156,7 +176,7 @@ def test_the_served_page_in_a_browser(browser, served):
         assert np.abs(np.subtract(dragged.velocities[0], first.velocities[0])).min() > 0.2
         assert dragged.texts["cost-gcp"] != first.texts["cost-gcp"]
         assert dragged.texts["cost-cubic"] != first.texts["cost-cubic"]
-        assert np.abs(dragged.path("cubic", 1) - first.path("cubic", 1)).max() > 0.01
+        assert changed(dragged, first, "cubic") > 0.01
         dragged.agrees("sphere", kind.angle, 1e-12)
 
         press(browser, "end-1", "ARROW_RIGHT")
@@ -200,6 +220,61 @@ def test_frames_in_a_browser(browser, served):
         assert Shown(browser).velocities == first.velocities
 
 
+def longest_chord(shown, name):
+    paths = [shown.path(name, side) for side in ("near", "far")]
+    return np.nanmax([np.nanmax(np.linalg.norm(np.diff(path, axis=0), axis=1)) for path in paths if len(path) > 2])
+
+
+def assert_halves_meet(shown, name):
+    """At the rim, each piece of a half with a piece of the other."""
+    ends = {}
+    for side in ("near", "far"):
+        path = shown.path(name, side)
+        gap = np.flatnonzero(np.isnan(path[:, 0]))
+        pieces = [piece[~np.isnan(piece[:, 0])] for piece in np.split(path, gap)]
+        ends[side] = np.array([end for piece in pieces if len(piece) for end in (piece[0], piece[-1])])
+        assert len(ends[side]) > 2
+    for side, other in (("near", "far"), ("far", "near")):
+        loose = ends[side][gaps(ends[side], ends[other]) > 0]
+        # The curve's own ends alone.
+        assert len(loose) <= 2
+        meeting = ends[side][gaps(ends[side], ends[other]) == 0]
+        assert np.allclose(np.linalg.norm(meeting, axis=1), 1, atol=1e-12)
+
+
+def test_a_quick_curve_is_drawn_without_kinks_and_gaps(browser, served):
+    with opened(browser, served.url):
+        move_slider(browser, "angle", 3.14)
+        for name in ("start-0", "start-1", "end-0", "end-1"):
+            move_slider(browser, name, 7)
+        shown = Shown(browser)
+        assert shown.velocities == [[7, 7], [7, 7]]
+        # Steps of 1/100 of the time would be eight times as long as they may be.
+        assert shown.charts["speed"]["cubic"][1].max() > 40
+        assert longest_chord(shown, "cubic") <= 0.05
+        assert_halves_meet(shown, "cubic")
+
+
+@pytest.mark.parametrize("width", [320, 400, 640, 801, 900, 1240])
+def test_sliders_can_be_moved_on_screens_of_any_width(browser, served, width):
+    screen = {"width": width, "height": 800, "deviceScaleFactor": 1, "mobile": False}
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", screen)
+    try:
+        with opened(browser, served.url):
+            for kind in KINDS:
+                browser.find_element("id", f"kind-{kind}").click()
+                wait(browser)
+                lengths = [slider.size["width"] for slider in browser.find_elements("css selector", "#controls input")]
+                assert len(lengths) == 2 * len(KINDS[kind].parameters) + 1
+                assert min(lengths) >= 100
+                wide = "e => e.getBoundingClientRect().right > innerWidth + 0.5"
+                script = f"return Array.from(document.querySelectorAll('body *')).filter({wide}).map(e => e.outerHTML)"
+                assert browser.execute_script(script) == []
+                assert browser.execute_script("return document.documentElement.scrollWidth") <= width
+    finally:
+        browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
 def test_errors_are_shown_on_the_page(browser, served):
     with opened(browser, served.url):
         move_slider(browser, "angle", 3.14)
@@ -227,7 +302,7 @@ def test_turning_the_sphere_changes_the_view_alone(browser, served):
         turned = Shown(browser)
         assert turned.velocities == first.velocities
         assert turned.texts == first.texts
-        assert np.abs(turned.path("cubic", 1) - first.path("cubic", 1)).max() > 0.05
+        assert changed(turned, first, "cubic") > 0.05
 
 
 def test_the_static_page_in_a_browser(browser, static_page):
@@ -244,8 +319,12 @@ def test_the_static_page_in_a_browser(browser, static_page):
         assert dragged.velocities != first.velocities
         assert all(value in nodes for velocity in dragged.velocities for value in velocity)
         assert dragged.texts["cost-gcp"] != first.texts["cost-gcp"]
-        assert np.abs(dragged.path("cubic", 1) - first.path("cubic", 1)).max() > 0.01
+        assert changed(dragged, first, "cubic") > 0.01
         dragged.agrees("sphere", kind.angle, tolerance)
+        # Its samples are farther from each other.
+        assert len(dragged.charts["speed"]["cubic"][0]) == grid.SAMPLES["sphere"]
+        assert dragged.charts["speed"]["cubic"][1].max() / (grid.SAMPLES["sphere"] - 1) > 0.09
+        assert longest_chord(dragged, "cubic") <= 0.05
 
         press(browser, "end-0", "ARROW_RIGHT")
         slid = Shown(browser)

@@ -1,8 +1,10 @@
 """`stiefel-rs interpolate`: what it writes, and what it says where it cannot."""
 
+import errno
 import os
 import subprocess
 import sys
+import zipfile
 
 import numpy as np
 import pytest
@@ -165,6 +167,48 @@ def test_a_truncated_file(files, capsys):
         assert "cut.npz: not an .npz archive" in capsys.readouterr().err
 
 
+def marked(content, offset, value, size=1):
+    """An archive's first entry with other bytes in its local and its central header."""
+    changed = bytearray(content)
+    for start in (content.index(b"PK\x03\x04") - 2, content.index(b"PK\x01\x02")):
+        changed[start + offset : start + offset + size] = value.to_bytes(size, "little")
+    return bytes(changed)
+
+
+@pytest.mark.parametrize(
+    ("offset", "value", "message"),
+    [(8, 1, "encrypted"), (10, 99, "compression")],
+    ids=["encrypted", "unknown compression"],
+)
+def test_archives_that_cannot_be_unpacked(files, capsys, offset, value, message):
+    (files / "bad.npz").write_bytes(marked((files / "in.npz").read_bytes(), offset, value))
+    assert run(files, source="bad.npz") == 1
+    err = capsys.readouterr().err
+    assert err.startswith(f"stiefel-rs: {files / 'bad.npz'}: not an .npz archive of plain arrays (")
+    assert message in err
+    assert not (files / "out.npz").exists()
+
+
+def test_damaged_compressed_arrays(files, capsys):
+    with np.load(files / "in.npz") as data:
+        np.savez_compressed(files / "bad.npz", **data)
+    content = bytearray((files / "bad.npz").read_bytes())
+    # A block of the third type, which deflate has not.
+    with zipfile.ZipFile(files / "bad.npz") as archive:
+        first = archive.infolist()[0]
+    name, extra = (int.from_bytes(content[first.header_offset + at :][:2], "little") for at in (26, 28))
+    content[first.header_offset + 30 + name + extra] = 0x07
+    (files / "bad.npz").write_bytes(content)
+    assert run(files, source="bad.npz") == 1
+    assert "bad.npz: not an .npz archive of plain arrays (Error -3" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(not os.path.exists("/proc/self/mem"), reason="a file of Linux")
+def test_a_file_that_fails_while_it_is_read_is_named(files, capsys):
+    assert cli.main(["interpolate", "/proc/self/mem", "--out", str(files / "out.npz")]) == 1
+    assert capsys.readouterr().err == "stiefel-rs: /proc/self/mem: Input/output error\n"
+
+
 def test_objects_and_single_arrays_are_refused(files, capsys):
     np.savez(files / "objects.npz", t=np.array([object()]), S=np.eye(2))
     np.save(files / "one.npy", np.eye(2))
@@ -179,8 +223,53 @@ def test_objects_and_single_arrays_are_refused(files, capsys):
 def test_files_that_are_not_there(files, capsys):
     assert run(files, source="none.npz") == 1
     assert "none.npz: No such file" in capsys.readouterr().err
-    assert run(files, "--out", files / "no folder" / "out.npz") == 1
-    assert "out.npz: No such file" in capsys.readouterr().err
+    assert not (files / "out.npz").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--out", "no folder/out.npz"], "--out: there is no folder"),
+        (["--num", "5", "--samples", "no folder/s.npz"], "--samples: there is no folder"),
+        (["--num", "5", "--samples", "folder.npz"], "folder.npz is a folder"),
+        (["--plot", "no folder/p.png"], "--plot: there is no folder"),
+        (["--plot", "folder"], "folder.png is a folder"),
+        (["--plot", "p.doc"], "'p.doc' does not end in .png, .pdf or .svg"),
+        (["--plot", "p.npz"], "does not end in .png"),
+    ],
+)
+def test_files_that_could_not_be_written_are_refused_before_any_work(files, capsys, monkeypatch, options, message):
+    monkeypatch.chdir(files)
+    for name in ("folder.npz", "folder.png"):
+        (files / name).mkdir()
+    before = sorted(files.rglob("*"))
+    with pytest.raises(SystemExit) as exit_code:
+        run(files, *options)
+    assert exit_code.value.code == 2
+    assert message in capsys.readouterr().err
+    assert sorted(files.rglob("*")) == before
+
+
+def test_what_was_written_before_an_error_is_said(files, capsys, monkeypatch):
+    def full(*_, **__):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(interpolate.np, "savez", full)
+    monkeypatch.setattr(stiefel_rs.CubicSpline, "save", lambda curve, path: path.touch(), raising=False)
+    assert run(files, "--num", "5") == 1
+    out, err = capsys.readouterr()
+    assert out.endswith(f"curve: {files / 'out.npz'}\n")
+    assert err == f"stiefel-rs: {files / 'out_samples.npz'}: No space left on device\n"
+    assert sorted(path.name for path in files.iterdir()) == ["in.npz", "out.npz"]
+
+
+def test_the_figure_has_the_name_that_is_said(files, capsys):
+    assert run(files, "--plot", files / "plot") == 0
+    assert capsys.readouterr().out.endswith(f"plot: {files / 'plot.png'}\n")
+    assert (files / "plot.png").read_bytes().startswith(b"\x89PNG")
+    assert not (files / "plot").exists()
+    assert run(files, "--plot", files / "PLOT.PDF") == 0
+    assert (files / "PLOT.PDF").read_bytes().startswith(b"%PDF")
 
 
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="the superuser may write everywhere")
@@ -189,11 +278,6 @@ def test_a_folder_that_cannot_be_written(files, capsys):
     folder.mkdir(mode=0o500)
     assert run(files, "--out", folder / "out.npz") == 1
     assert "Permission denied" in capsys.readouterr().err
-
-
-def test_an_unknown_format_of_the_plot(files, capsys):
-    assert run(files, "--plot", files / "plot.doc") == 1
-    assert "doc" in capsys.readouterr().err
 
 
 def test_without_matplotlib(files):
@@ -234,18 +318,26 @@ def test_no_file_is_written_over_another(files, capsys):
     for arguments, message in [
         (["--out", str(files / "in.npz")], "INPUT.npz and --out are the same file"),
         (["--num", "5", "--samples", str(files / "out.npz")], "--out and --samples are the same file"),
-        (["--plot", str(files / "in.npz")], "INPUT.npz and --plot are the same file"),
     ]:
         with pytest.raises(SystemExit):
             run(files, *arguments)
         assert message in capsys.readouterr().err
     assert (files / "in.npz").read_bytes() == before
+    picture = files / "p.png"
+    picture.write_bytes(before)
+    # The name without its end is that of the same file.
+    with pytest.raises(SystemExit):
+        run(files, "--plot", files / "p", source="p.png")
+    assert "INPUT.npz and --plot are the same file" in capsys.readouterr().err
+    assert picture.read_bytes() == before
 
 
-def test_help(capsys):
+def test_help(capsys, monkeypatch):
+    # Of the page in the documentation.
+    monkeypatch.setenv("COLUMNS", "90")
     with pytest.raises(SystemExit) as exit_code:
         cli.main(["interpolate", "--help"])
     assert exit_code.value.code == 0
     text = capsys.readouterr().out
     assert all(f"  {kind} " in text for kind in interpolate.KINDS)
-    assert max(map(len, text.splitlines())) <= 120
+    assert max(map(len, text.splitlines())) <= 90

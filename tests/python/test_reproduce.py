@@ -222,6 +222,63 @@ def test_info():
     assert np.__version__ in done.stdout
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="pipes break otherwise there")
+@pytest.mark.parametrize("command", ["info", "--help"])
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_a_reader_that_leaves_ends_the_command_quietly(command, unbuffered):
+    process = subprocess.Popen(
+        [sys.executable, "-m", "stiefel_rs", command],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=os.environ | {"PYTHONUNBUFFERED": unbuffered},
+    )
+    process.stdout.close()
+    error = process.stderr.read()
+    process.stderr.close()
+    # argparse hides what fails while it prints; what fails later is not hidden.
+    assert process.wait(timeout=60) == (0 if command == "--help" and unbuffered else cli.EXIT_BROKEN_PIPE)
+    assert error == ""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="pipes break otherwise there")
+def test_a_reader_that_leaves_is_no_error_of_the_folder():
+    code = """
+import sys
+from stiefel_rs import cli
+def reproduce(*_):
+    raise BrokenPipeError(32, "Broken pipe")
+cli.reproduce = reproduce
+sys.exit(cli.main(["reproduce"]))
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False)
+    assert (done.returncode, done.stderr) == (cli.EXIT_BROKEN_PIPE, "")
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="a file of Linux")
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_a_full_device_is_an_error_of_the_output(unbuffered):
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "stiefel_rs", "info"],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            timeout=60,
+            check=False,
+            env=os.environ | {"PYTHONUNBUFFERED": unbuffered},
+        )
+    assert done.returncode == 1
+    assert done.stderr == "stiefel-rs: standard output: No space left on device\n"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a shell of POSIX")
+def test_a_closed_output_is_no_error():
+    shell = ["sh", "-c", '"$0" -m stiefel_rs info >&-', sys.executable]
+    done = subprocess.run(shell, capture_output=True, text=True, timeout=60, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 def test_version():
     done = run("--version")
     assert done.returncode == 0

@@ -2,6 +2,7 @@
 
 import os
 import pickle
+import stat
 import zipfile
 
 import numpy as np
@@ -126,11 +127,26 @@ def test_a_file_is_replaced_only_by_a_whole_one(tmp_path):
     assert isinstance(stiefel_rs.load(path), CubicHermite)
     with pytest.raises(OSError):
         QuasiGeodesic(S[0], S[1]).save(tmp_path)
-    with pytest.raises(OSError):
+    with pytest.raises(FileNotFoundError) as missing:
         QuasiGeodesic(S[0], S[1]).save(tmp_path / "no" / "folder.npz")
+    assert missing.value.filename == str(tmp_path / "no" / "folder.npz")
     with pytest.raises(TypeError):
         QuasiGeodesic(S[0], S[1]).save(7)
     assert os.listdir(tmp_path) == ["curve.npz"]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="links need rights there")
+def test_links_and_devices_stay_what_they_are(tmp_path):
+    _, S, _ = walk(3, 2, 2)
+    curve, path, link = QuasiGeodesic(S[0], S[1]), tmp_path / "curve.npz", tmp_path / "link.npz"
+    link.symlink_to(path)
+    curve.save(link)
+    assert link.is_symlink()
+    assert not path.is_symlink()
+    assert np.array_equal(stiefel_rs.load(path)(0.3), curve(0.3))
+    curve.save(os.devnull)
+    assert stat.S_ISCHR(os.stat(os.devnull).st_mode)
+    assert sorted(os.listdir(tmp_path)) == ["curve.npz", "link.npz"]
 
 
 def refused(path, match):

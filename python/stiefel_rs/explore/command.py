@@ -10,6 +10,7 @@ from typing import Any, Final
 
 from tqdm import tqdm  # type: ignore[import-untyped]
 
+from .. import storage
 from . import grid, page
 from .curves import KINDS
 from .server import Server
@@ -52,11 +53,11 @@ def _check(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> No
 
 
 def write(path: Path, kind: str) -> None:
-    """Write the page without a server."""
-    path.touch()
-    with tqdm(total=grid.size(KINDS[kind]), disable=not sys.stderr.isatty(), desc="explore", leave=False) as bar:
-        text = page.static(kind, bar.update)
-    path.write_text(text, encoding="utf-8", newline="\n")
+    """Write the page without a server; a file that is there is replaced once the new one is whole."""
+    nodes, quiet = grid.size(KINDS[kind]), not sys.stderr.isatty()
+    # Opened before the work, which would be in vain where nothing can be written.
+    with storage.replacing(path) as file, tqdm(total=nodes, disable=quiet, desc="explore", leave=False) as bar:
+        file.write(page.static(kind, bar.update).encode())
 
 
 def _serve(kind: str, port: int, open_browser: bool) -> None:
@@ -81,9 +82,6 @@ def run(arguments: argparse.Namespace) -> int:
             _serve(arguments.kind, arguments.port or 0, not arguments.no_browser)
     except ImportError as error:
         return _fail(str(error))
-    except OSError as error:
-        where = f"{error.filename}: " if error.filename else ""
-        return _fail(f"{where}{error.strerror or error}")
     return 0
 
 

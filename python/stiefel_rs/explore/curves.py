@@ -15,6 +15,10 @@ from ..errors import InvalidInputError, StiefelError
 Array = NDArray[np.float64]
 CURVES: Final[dict[str, Callable[..., Curve]]] = {"gcp": GeometricCubic, "cubic": RiemannianCubic.from_boundary}
 MAX_VELOCITY: Final = 20.0
+# Samples of a curve: as many as keep its chords below 0.05, even if it is quickest between those that are counted from.
+CHORD: Final = 0.045
+MIN_SAMPLES: Final = 101
+MAX_SAMPLES: Final = 2001
 # Axes of the start's frame as columns, and the direction about which the end is turned from it.
 START: Final = skew_exp(np.array([[0.0, 0.5, -0.35], [-0.5, 0.0, -0.3], [0.35, 0.3, 0.0]]))
 AXIS: Final = np.array([0.3, -0.35, 0.9]) / np.linalg.norm([0.3, -0.35, 0.9])
@@ -115,12 +119,16 @@ class Sampled:
     cost: float
 
 
+def _norm(curve: Curve, S: Array, V: Array) -> Array:
+    return np.asarray(Stiefel(curve.n, curve.k).norm(S, V))
+
+
 def _sample(curve: Curve, t: Array) -> Sampled:
-    M, S = Stiefel(curve.n, curve.k), curve(t)
-    return Sampled(S, M.norm(S, curve.velocity(t)), M.norm(S, curve.acceleration(t)), curve.cost())
+    S = curve(t)
+    return Sampled(S, _norm(curve, S, curve.velocity(t)), _norm(curve, S, curve.acceleration(t)), curve.cost())
 
 
-def compute(kind: Kind, angle: float, v0: Any, v1: Any, t: Array) -> dict[str, Sampled | StiefelError]:
+def find(kind: Kind, angle: float, v0: Any, v1: Any) -> dict[str, Curve | StiefelError]:
     """Both curves with the given velocities at the ends; where there is none, the error that says why.
 
     Raises
@@ -130,13 +138,34 @@ def compute(kind: Kind, angle: float, v0: Any, v1: Any, t: Array) -> dict[str, S
     """
     start, end = ends(kind, angle)
     data = (start.point, _velocity(start, v0, "v0"), end.point, _velocity(end, v1, "v1"))
-    found: dict[str, Sampled | StiefelError] = {}
+    found: dict[str, Curve | StiefelError] = {}
     for name, make in CURVES.items():
         try:
-            found[name] = _sample(make(*data), t)
+            found[name] = make(*data)
         except StiefelError as error:
             found[name] = error
     return found
+
+
+def times(found: dict[str, Curve | StiefelError]) -> Array:
+    """Equidistant times for drawing the curves, as close as the quickest of them needs.
+
+    The canonical length of a velocity is at least the speed of each column on the sphere.
+    """
+    t = np.linspace(0, 1, MIN_SAMPLES)
+    curves = [curve for curve in found.values() if not isinstance(curve, StiefelError)]
+    speed = max((_norm(curve, curve(t), curve.velocity(t)).max() for curve in curves), default=0.0)
+    return np.linspace(0, 1, int(np.clip(np.ceil(speed / CHORD) + 1, MIN_SAMPLES, MAX_SAMPLES)))
+
+
+def sample(found: dict[str, Curve | StiefelError], t: Array) -> dict[str, Sampled | StiefelError]:
+    """Both curves at the given times."""
+    return {name: curve if isinstance(curve, StiefelError) else _sample(curve, t) for name, curve in found.items()}
+
+
+def compute(kind: Kind, angle: float, v0: Any, v1: Any, t: Array) -> dict[str, Sampled | StiefelError]:
+    """`sample` of what `find` gives."""
+    return sample(find(kind, angle, v0, v1), t)
 
 
 def distance(found: dict[str, Sampled | StiefelError]) -> Array | None:

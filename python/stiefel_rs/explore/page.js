@@ -10,6 +10,8 @@
   const COLOURS = { gcp: "#D55E00", cubic: "#000000", near: "#B4B4B4", far: "#E9E9E9", edge: "#666666", distance: "#0072B2" };
   const DASHES = { gcp: "6px,4px", cubic: "solid" };
   const FAR_OPACITY = 0.28;
+  // Longest chord of a curve that is drawn, in radii of the sphere. A server sends points as close; grids are coarser.
+  const CHORD = 0.05;
   const ENDS = ["start", "end"];
   const PLOT = { displayModeBar: false, staticPlot: true, responsive: true };
   const FIRST_VIEW = { azimuth: 0.25, elevation: 0.35 };
@@ -132,19 +134,48 @@
     }),
   ];
 
-  /** Flat coordinates of paths, with gaps where they are on the other half. */
+  /** Where a chord crosses the rim, from the depths of its ends. */
+  function rim(p, q, before, depth) {
+    const crossing = p.map((x, i) => x + (before / (before - depth)) * (q[i] - x));
+    const length = Math.hypot(...crossing);
+    return crossing.map((x) => x / length);
+  }
+
+  /** Flat coordinates of what is on one half, up to the rim, with gaps for the rest. */
   function half(paths, view, near) {
     const [x, y] = [[], []];
+    const add = (point) => {
+      x.push(point && dot(point, view.right));
+      y.push(point && dot(point, view.up));
+    };
     for (const path of paths) {
-      for (const point of path) {
-        const visible = dot(point, view.front) >= 0 === near;
-        x.push(visible ? dot(point, view.right) : null);
-        y.push(visible ? dot(point, view.up) : null);
-      }
-      x.push(null);
-      y.push(null);
+      const depths = path.map((point) => dot(point, view.front));
+      path.forEach((point, i) => {
+        const here = depths[i] >= 0 === near;
+        if (i > 0 && depths[i - 1] >= 0 !== depths[i] >= 0) {
+          add(rim(path[i - 1], point, depths[i - 1], depths[i]));
+          if (!here) add(null);
+        }
+        if (here) add(point);
+      });
+      add(null);
     }
     return { x, y };
+  }
+
+  /** A path with points between its own where these are far apart: by polynomials through four of them, on the sphere. */
+  function fine(path) {
+    const longest = Math.max(...path.slice(1).map((q, i) => Math.hypot(...q.map((x, j) => x - path[i][j]))));
+    const pieces = longest > CHORD ? Math.ceil(longest / (0.8 * CHORD)) : 1;
+    if (pieces === 1 || path.length < 4) return path;
+    return Array.from({ length: (path.length - 1) * pieces + 1 }, (_, index) => {
+      const first = Math.min(Math.max(Math.floor(index / pieces) - 1, 0), path.length - 4);
+      const x = index / pieces - first;
+      const weights = [0, 1, 2, 3].map((k) => [0, 1, 2, 3].reduce((w, l) => (l === k ? w : (w * (x - l)) / (k - l)), 1));
+      const point = [0, 1, 2].map((i) => weights.reduce((sum, w, k) => sum + w * path[first + k][i], 0));
+      const length = Math.hypot(...point);
+      return point.map((z) => z / length);
+    });
   }
 
   const line = (flat, color, width, more = {}) => ({
@@ -159,7 +190,7 @@
     for (const name of ["cubic", "gcp"]) {
       const points = shown?.curves[name].points;
       if (!points) continue;
-      const paths = Array.from({ length: kind().k }, (_, j) => points.map((p) => [0, 1, 2].map((i) => p[i * kind().k + j])));
+      const paths = Array.from({ length: kind().k }, (_, j) => fine(points.map((p) => [0, 1, 2].map((i) => p[i * kind().k + j]))));
       for (const near of [false, true]) {
         const more = { dash: DASHES[name], opacity: near ? 1 : FAR_OPACITY, name: `${name} ${near ? "near" : "far"}` };
         traces.push(line(half(paths, view, near), COLOURS[name], 2.6, more));

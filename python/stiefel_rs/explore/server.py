@@ -15,17 +15,14 @@ from socketserver import TCPServer
 from typing import Any, Final
 from urllib.parse import parse_qs, urlsplit
 
-import numpy as np
-
 from ..errors import InvalidInputError, StiefelError
 from . import page
-from .curves import KINDS, Sampled, compute, described, distance, ends, message
+from .curves import KINDS, Sampled, described, distance, ends, find, message, sample, times
 
 ADDRESS: Final = "127.0.0.1"
 MAX_BODY: Final = 4096
 # Seconds that a client may be silent.
 TIMEOUT: Final = 20
-SAMPLES: Final = 101
 FIELDS: Final = {"kind", "angle", "v0", "v1"}
 HEADERS: Final = {
     "Cache-Control": "no-store",
@@ -79,16 +76,17 @@ def answer(request: dict[str, Any]) -> dict[str, Any]:
     InvalidInputError
         The angle or the velocities are not such.
     """
-    kind, t = KINDS[request["kind"]], np.linspace(0, 1, SAMPLES)
-    angle = float(request["angle"])
-    found = compute(kind, angle, request["v0"], request["v1"], t)
+    kind, angle = KINDS[request["kind"]], float(request["angle"])
+    both = find(kind, angle, request["v0"], request["v1"])
+    t = times(both)
+    found = sample(both, t)
     start, end = ends(kind, angle)
     apart = distance(found)
     curves: dict[str, Any] = {}
     for name, sampled in found.items():
         if isinstance(sampled, Sampled):
             curves[name] = {
-                "points": sampled.points.reshape(SAMPLES, -1).tolist(),
+                "points": sampled.points.reshape(len(t), -1).tolist(),
                 "speed": sampled.speed.tolist(),
                 "acceleration": sampled.acceleration.tolist(),
                 "cost": sampled.cost,
@@ -148,7 +146,11 @@ class _Handler(BaseHTTPRequestHandler):
 
     def do_GET(self) -> None:
         """Send the page."""
-        parts = urlsplit(self.path)
+        try:
+            parts = urlsplit(self.path)
+        except ValueError:
+            self._fail(HTTPStatus.BAD_REQUEST, "no address")
+            return
         if not self._admitted(parse_qs(parts.query).get("token", [""])[0]):
             return
         if parts.path != "/":
@@ -199,7 +201,10 @@ class Server(ThreadingHTTPServer):
     def __init__(self, kind: str, port: int = 0) -> None:
         self.token = secrets.token_urlsafe(24)
         self.page = page.served(kind).encode()
-        super().__init__((ADDRESS, port), _Handler)
+        try:
+            super().__init__((ADDRESS, port), _Handler)
+        except OSError as error:
+            raise OSError(error.errno, error.strerror, f"port {port}") from error
 
     @property
     def url(self) -> str:
