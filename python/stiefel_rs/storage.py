@@ -105,7 +105,7 @@ def load(path: str | os.PathLike[str]) -> Curve:
         return _core._restored(form)
     # Whatever a reader of archives or of curves makes of damaged bytes.
     except Exception as error:
-        raise InvalidInputError(f"{name}: {error or type(error).__name__}") from error
+        raise InvalidInputError(f"{name}: {str(error) or type(error).__name__}") from error
 
 
 def _read(content: bytes) -> dict[str, Any]:
