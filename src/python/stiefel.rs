@@ -235,7 +235,7 @@ impl PyStiefel {
     /// ------
     /// InvalidInputError
     ///     With the measured defect.
-    #[pyo3(signature = (S, atol=POINT_TOLERANCE))]
+    #[pyo3(signature = (S, atol=POINT_TOLERANCE), text_signature = "($self, S, atol=1e-9)")]
     fn check_point<'py>(&self, py: Python<'py>, S: &Bound<'py, PyAny>, atol: f64) -> PyResult<()> {
         let atol = Self::tolerance(py, atol)?;
         self.map(py, [(S, "S")], &[0], move |m, [s], i, _| {
@@ -250,7 +250,7 @@ impl PyStiefel {
     /// ------
     /// InvalidInputError
     ///     With the measured defect.
-    #[pyo3(signature = (S, V, atol=TANGENT_TOLERANCE))]
+    #[pyo3(signature = (S, V, atol=TANGENT_TOLERANCE), text_signature = "($self, S, V, atol=1e-9)")]
     fn check_tangent<'py>(
         &self,
         py: Python<'py>,
