@@ -105,7 +105,7 @@ def problem(M: Stiefel, family: Family, rng: np.random.Generator) -> tuple[Array
     """One problem: S0, V0, S1, V1."""
 
     def tangent(S: Array, most: float) -> Array:
-        V = M.random_tangent(S, rng)
+        V = M.project_tangent(S, rng.standard_normal(S.shape))
         return np.asarray(V * (rng.uniform(0.0, most) / M.norm(S, V)))
 
     S0 = M.random_point(rng)
