@@ -83,8 +83,9 @@ study: $(INSTALLED) ## Integrators of cubics compared, into docs/integrators.md 
 doc: ## Rust documentation, with rendered mathematics
 	cargo doc --locked --no-deps
 
+# By its name the package that is there gets its extra; by its folder it would be built once more.
 $(DOCS_INSTALLED): $(INSTALLED)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check '.[docs]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'stiefel-rs[docs]'
 	@touch $@
 
 docs: $(DOCS_INSTALLED) ## The documentation site, into site/; runs the examples of the gallery unless they are as they were
