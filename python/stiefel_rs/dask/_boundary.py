@@ -9,15 +9,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 import stiefel_rs
-from stiefel_rs.errors import InvalidInputError, StiefelError
+from stiefel_rs.errors import InvalidInputError
 
 from . import _blocks, _records
 from ._blocks import Batch
-from ._errors import of_problem
+from ._records import OnError
 from ._sweep import Sweep, checked_times
 
 Kind = Literal["riemannian", "geometric"]
-OnError = Literal["raise", "mark"]
 
 # About a second of work for one task, on St(5, 2).
 DEFAULT_CHUNK = {"riemannian": 250, "geometric": 2500}
@@ -157,17 +156,12 @@ def solve_block(
 ) -> NDArray[Any]:
     """Solve the problems of one block, one after the other."""
     _records.require_version(version)
-    shape = ends[0].shape[:-2]
-    records = np.zeros(shape, dtype)
-    for index in np.ndindex(shape):
-        try:
-            curve = _curve([end[index] for end in ends], kind, options)
-            _fill(records, index, curve, t)
-        except StiefelError as error:
-            if on_error == "raise":
-                problem = tuple(start + i for start, i in zip(origin, index, strict=True))
-                raise of_problem(error, problem) from None
-            _records.mark(records, index, error)
+    records = np.zeros(ends[0].shape[:-2], dtype)
+
+    def solve(index: tuple[int, ...]) -> None:
+        _fill(records, index, _curve([end[index] for end in ends], kind, options), t)
+
+    _records.each(records, origin, on_error, solve)
     return records
 
 

@@ -9,12 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 import stiefel_rs
-from stiefel_rs.errors import InvalidInputError, StiefelError
+from stiefel_rs.errors import InvalidInputError
 
 from . import _blocks, _records
 from ._blocks import Batch
 from ._boundary import Kind, member
-from ._errors import of_problem
 from ._sweep import checked_times
 
 What = Literal["point", "velocity", "acceleration", "jerk"]
@@ -111,16 +110,14 @@ def evaluate_block(
 ) -> NDArray[Any]:
     """Evaluate the cubics of one block."""
     _records.require_version(version)
-    shape = data[0].shape[:-2]
-    records = np.zeros(shape, dtype)
+    records = np.zeros(data[0].shape[:-2], dtype)
     # Checkers of types see no static methods in a class whose constructor never returns.
     cubics: Any = stiefel_rs.RiemannianCubic
-    for index in np.ndindex(shape):
+
+    def solve(index: tuple[int, ...]) -> None:
         given = [array[index] for array in data]
-        try:
-            curve = cubics.from_initial(*given, t_end) if kind == "riemannian" else stiefel_rs.GeometricCubic(*given)
-            value = curve(t, num_threads=1) if what == "point" else getattr(curve, what)(t, num_threads=1)
-        except StiefelError as error:
-            raise of_problem(error, tuple(a + i for a, i in zip(origin, index, strict=True))) from None
-        records["value"][index] = value
+        curve = cubics.from_initial(*given, t_end) if kind == "riemannian" else stiefel_rs.GeometricCubic(*given)
+        records["value"][index] = (curve if what == "point" else getattr(curve, what))(t, num_threads=1)
+
+    _records.each(records, origin, "raise", solve)
     return records

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from enum import IntEnum
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,10 @@ from numpy.typing import NDArray
 import stiefel_rs
 from stiefel_rs._core import SolverReport
 from stiefel_rs.errors import ConvergenceError, InvalidInputError, OutsideDomainError, StiefelError
+
+from ._errors import of_problem
+
+OnError = Literal["raise", "mark"]
 
 # Bytes: longer than every text of the package; what is longer is cut.
 MESSAGE = 300
@@ -69,6 +73,19 @@ def store(records: NDArray[Any], index: tuple[int, ...], **values: Any) -> None:
     for name, value in values.items():
         if name in (records.dtype.names or ()):
             records[name][index] = value
+
+
+def each(
+    records: NDArray[Any], origin: tuple[int, ...], on_error: OnError, solve: Callable[[tuple[int, ...]], None]
+) -> None:
+    """Solve the problems of a block one after the other; an error is raised as of its problem, or marked."""
+    for index in np.ndindex(records.shape):
+        try:
+            solve(index)
+        except StiefelError as error:
+            if on_error == "raise":
+                raise of_problem(error, tuple(a + i for a, i in zip(origin, index, strict=True))) from None
+            mark(records, index, error)
 
 
 def mark(records: NDArray[Any], index: tuple[int, ...], error: StiefelError) -> None:

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 import stiefel_rs
-from stiefel_rs.errors import InvalidInputError, StiefelError
+from stiefel_rs.errors import InvalidInputError
 
 from . import _blocks, _records
 from ._blocks import Batch
-from ._boundary import Kind, OnError, member
-from ._errors import of_problem
+from ._boundary import Kind, member
+from ._records import OnError
 from ._sweep import Sweep, checked_times
 
 Velocities = Literal["catmull-rom", "akima", "natural"]
@@ -150,16 +150,12 @@ def spline_block(
 ) -> NDArray[Any]:
     """Splines of one block, one after the other."""
     _records.require_version(version)
-    shape = data[0].shape[:-1]
-    records = np.zeros(shape, dtype)
-    for index in np.ndindex(shape):
-        try:
-            curve = _curve([array[index] for array in data], kind, method, options)
-            _fill(records, index, curve, at)
-        except StiefelError as error:
-            if on_error == "raise":
-                raise of_problem(error, tuple(a + i for a, i in zip(origin, index, strict=True))) from None
-            _records.mark(records, index, error)
+    records = np.zeros(data[0].shape[:-1], dtype)
+
+    def solve(index: tuple[int, ...]) -> None:
+        _fill(records, index, _curve([array[index] for array in data], kind, method, options), at)
+
+    _records.each(records, origin, on_error, solve)
     return records
 
 
