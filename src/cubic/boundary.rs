@@ -1,68 +1,17 @@
-//! Riemannian cubics from boundary data: Newton from a start; then continuation from easier problems, chains of low cost.
+//! Riemannian cubics from boundary data: options, how a solution was found, the entry.
 
 use std::fmt;
 use std::sync::Arc;
 
-use faer::{Mat, MatRef};
+use faer::MatRef;
 
-use super::continuation::{MAX_STEPS, Next, Tracer, norm};
-use super::curve_start::CurveFamily;
-use super::end_map::EndMap;
-use super::homotopy::Homotopy;
-use super::problem::{Problem, unpack};
-use super::random::Random;
-use super::relaxation::{Chain, slowed};
+use super::problem::Problem;
 use super::riemannian_cubic::RiemannianCubic;
 use super::shooting::SOLVER;
-use super::taylor::Accuracy;
+use super::solver::Solver;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
-use crate::report::{SolverReport, StopReason};
-
-/// Steps after which a start counts as bad; from good ones Newton's method takes at most 6, Broyden's up to 12.
-const DIRECT_STEPS: usize = 12;
-
-/// Steps of the first continuation: where it takes more it has met a fold.
-const FIRST_STEPS: usize = 40;
-
-/// Newton steps from where a continuation arrives.
-const POLISH_STEPS: usize = 16;
-
-/// Random attempts of each kind.
-const ATTEMPTS: u32 = 16;
-
-/// How far the random initial data are from those of flat space, relative to their size; one after the other.
-const SPREADS: [f64; 4] = [0.3, 0.6, 1.0, 1.5];
-
-/// Shares of displacement and speeds that detours set out with, one after the other.
-const SHARES: [f64; 4] = [0.5, 0.3, 0.7, 0.2];
-
-/// Integration of the curves that continuation sets out from.
-const ACCURACY: f64 = 1e-9;
-
-/// Below this, Newton's method is on its way.
-const NEAR: f64 = 0.1;
-
-/// Unknowns up to which chains are relaxed: it takes as many differences of every node.
-const CHAIN_UNKNOWNS: usize = 64;
-
-/// How far the nodes of a chain are moved at random, more and more.
-const CHAIN_SPREAD: f64 = 0.5;
-
-/// Legs of chains, one after the other.
-const CHAIN_LEGS: [usize; 2] = [16, 40];
-
-/// Below this, a residual that does not fall any more has met round-off.
-const ROUND_OFF: f64 = 1e-9;
-
-/// Round-off at the end of a fast curve, relative to its length.
-const ROUND_OFF_SHARE: f64 = 32.0 * f64::EPSILON;
-
-/// Costs of curves are known to a percent.
-const SLACK: f64 = 1.01;
-
-/// Chains that are relaxed where other solutions are dearer than a known curve.
-const CHAINS: u32 = 4;
+use crate::report::SolverReport;
 
 /// How a boundary value problem is solved.
 ///
@@ -159,6 +108,10 @@ pub enum BoundaryStrategy {
     Growing,
     /// Newton's method or continuation from a chain of points, relaxed to low cost.
     Relaxation,
+    /// Newton's method from the cubic of flat space along the geodesic between the end points.
+    Geodesic,
+    /// Newton's method for the reversed data, from the cubic of flat space there.
+    Reversed,
     /// Newton's method from acceleration and jerk of a geometric or geodesic polynomial with the same data.
     Polynomial,
     /// Newton's method from random initial data around the first start.
@@ -176,6 +129,8 @@ impl BoundaryStrategy {
             BoundaryStrategy::Direct => "direct",
             BoundaryStrategy::Growing => "growing",
             BoundaryStrategy::Relaxation => "relaxation",
+            BoundaryStrategy::Geodesic => "geodesic",
+            BoundaryStrategy::Reversed => "reversed",
             BoundaryStrategy::Polynomial => "polynomial",
             BoundaryStrategy::Restart => "restart",
             BoundaryStrategy::Detour => "detour",
@@ -255,18 +210,17 @@ impl RiemannianCubic {
     ) -> Result<Self> {
         options.check()?;
         let problem = Problem::new(s0, v0, s1, v1)?;
-        let start = first_start(&problem, s0, options)?;
         let mut solver = Solver::new(&problem, options);
-        let Some(mut found) = solver.solve(start)? else {
+        let found = match options.guess {
+            Some((a, j)) => solver.near(&problem.start_from(s0, a, j)?)?,
+            None => solver.of_low_cost()?,
+        };
+        let Some((y, report)) = found else {
             return Err(Error::NoConvergence {
                 solver: SOLVER,
                 report: solver.report(BoundaryStrategy::Moving).solver,
             });
         };
-        if options.guess.is_none() && !problem.is_moderate() {
-            found = solver.cheaper(found)?;
-        }
-        let (y, report) = found;
         drop(solver);
         let path = problem.path(&y, options.interrupt)?;
         Ok(Self::of_path(
@@ -276,367 +230,5 @@ impl RiemannianCubic {
             path,
             Some(report),
         ))
-    }
-}
-
-/// `(x', x'')` to start from: those of the guess or of flat space.
-pub(super) fn first_start(
-    problem: &Problem,
-    s0: MatRef<'_, f64>,
-    options: &BoundaryOptions<'_>,
-) -> Result<Vec<f64>> {
-    if let Some((a, j)) = options.guess {
-        return problem.start_from(s0, a, j);
-    }
-    match problem.flat_start() {
-        // Continuation will look for another way there.
-        Err(Error::NoJoiningCurve { .. } | Error::OutsideLogDomain { .. }) => {
-            Ok(vec![0.0; problem.unknowns()])
-        }
-        other => other,
-    }
-}
-
-/// Tries one strategy after the other, and keeps account.
-pub(super) struct Solver<'a> {
-    problem: &'a Problem,
-    options: &'a BoundaryOptions<'a>,
-    /// That of the options, or what round-off allows.
-    tolerance: f64,
-    pub(super) map: Box<dyn EndMap + 'a>,
-    newton_steps: usize,
-    continuation_steps: usize,
-    starts: usize,
-    /// The nearest end so far that was not near enough, and why it was left.
-    nearest: (f64, StopReason),
-}
-
-/// `(x', x'')` of a solution and how it was found.
-pub(super) type Solution = (Vec<f64>, BoundaryReport);
-
-impl<'a> Solver<'a> {
-    pub(super) fn new(problem: &'a Problem, options: &'a BoundaryOptions<'a>) -> Self {
-        Solver {
-            problem,
-            options,
-            map: problem.end_map(options.interrupt),
-            newton_steps: 0,
-            continuation_steps: 0,
-            starts: 0,
-            // Not beyond what counts as round-off: faster curves are not met to any digits.
-            tolerance: options
-                .tolerance
-                .max((ROUND_OFF_SHARE * problem.speed()).min(ROUND_OFF)),
-            nearest: (f64::INFINITY, StopReason::Diverged),
-        }
-    }
-
-    /// A solution; none where all strategies fail.
-    fn solve(&mut self, start: Vec<f64>) -> Result<Option<Solution>> {
-        let mut y = start.clone();
-        if self.restarted(&mut y)? {
-            return Ok(Some((y, self.report(BoundaryStrategy::Direct))));
-        }
-        let limited = self.options.max_iterations <= DIRECT_STEPS;
-        let (distance, reason) = self.nearest;
-        if (limited && reason == StopReason::MaxIterations) || distance < ROUND_OFF {
-            return Ok(None);
-        }
-        let size = norm(&start);
-        if self.options.guess.is_some()
-            && let Some(y) = self.moved(&start, size)?
-        {
-            return Ok(Some((y, self.report(BoundaryStrategy::Moving))));
-        }
-        if let Ok(homotopy) = Homotopy::growing(self.problem) {
-            let rest = vec![0.0; start.len()];
-            if let Some(y) = self.follow_to_first(&homotopy, &rest, size, FIRST_STEPS)? {
-                return Ok(Some((y, self.report(BoundaryStrategy::Growing))));
-            }
-        }
-        let mut random = Random::new(0);
-        for attempt in 0..ATTEMPTS {
-            if self.map.exhausted() {
-                break;
-            }
-            if let Some(found) = self.relaxed(attempt, size, &mut random)? {
-                return Ok(Some(found));
-            }
-            let mut y = self.scattered(&start, attempt, &mut random);
-            if self.restarted(&mut y)? {
-                return Ok(Some((y, self.report(BoundaryStrategy::Restart))));
-            }
-            if attempt % 2 == 1
-                && let Some((homotopy, from)) = self.detour(&start, attempt, &mut random)?
-                && let Some(y) = self.follow_to_first(&homotopy, &from, size, MAX_STEPS)?
-            {
-                return Ok(Some((y, self.report(BoundaryStrategy::Detour))));
-            }
-        }
-        Ok(None)
-    }
-
-    /// A cheaper solution, where curves of the data or a relaxed chain show that there is one; else the same.
-    fn cheaper(&mut self, first: Solution) -> Result<Solution> {
-        let mut best = (self.cost(&first.0)?, first);
-        // What the cheapest solution costs at the most.
-        let mut bound = f64::INFINITY;
-        for family in CurveFamily::QUICK {
-            let Some(start) = family.start(self.problem, self.options.interrupt)? else {
-                continue;
-            };
-            bound = bound.min(start.cost);
-            if best.0 <= SLACK * bound {
-                break;
-            }
-            let mut y = start.y;
-            if self.restarted(&mut y)? {
-                self.keep_cheaper(&mut best, y, BoundaryStrategy::Polynomial)?;
-            }
-        }
-        let mut random = Random::new(0);
-        let size = norm(&best.1.0);
-        // A chain tells as well as a curve what is cheap, where there is no curve.
-        let unknown = bound.is_infinite();
-        let chains = if unknown { 1 } else { CHAINS };
-        for attempt in 0..chains {
-            if (best.0 <= SLACK * bound && !unknown) || self.map.exhausted() {
-                break;
-            }
-            if let Some((y, report)) = self.relaxed(attempt, size, &mut random)? {
-                self.keep_cheaper(&mut best, y, report.strategy)?;
-            }
-        }
-        Ok(best.1)
-    }
-
-    fn keep_cheaper(
-        &self,
-        best: &mut (f64, Solution),
-        y: Vec<f64>,
-        strategy: BoundaryStrategy,
-    ) -> Result<()> {
-        let cost = self.cost(&y)?;
-        if cost < best.0 {
-            *best = (cost, (y, self.report(strategy)));
-        }
-        Ok(())
-    }
-
-    /// Of the curve from `y`.
-    fn cost(&self, y: &[f64]) -> Result<f64> {
-        Ok(self.problem.path(y, self.options.interrupt)?.cost(0.0, 1.0))
-    }
-
-    /// Newton from a start, in place; longer where it is on its way.
-    fn persistent(&mut self, y: &mut [f64]) -> Result<bool> {
-        let most = self.options.max_iterations;
-        let first = most.min(DIRECT_STEPS);
-        self.starts += 1;
-        let report = self.newton(y, first)?;
-        let on_its_way = report.reason == StopReason::MaxIterations && report.residual < NEAR;
-        if report.converged || first == most || !on_its_way {
-            return Ok(report.converged);
-        }
-        Ok(self.newton(y, most - first)?.converged)
-    }
-
-    /// From a chain of low cost: Newton for longer and longer parts of it, then for the whole.
-    pub(super) fn relaxed(
-        &mut self,
-        attempt: u32,
-        size: f64,
-        random: &mut Random,
-    ) -> Result<Option<Solution>> {
-        // A finer chain is nearer to its cubic; a moved one may relax to another.
-        let fineness = attempt as usize % CHAIN_LEGS.len();
-        let spread = CHAIN_SPREAD * f64::from(attempt / CHAIN_LEGS.len() as u32);
-        if self.problem.unknowns() > CHAIN_UNKNOWNS {
-            return Ok(None);
-        }
-        let Ok(mut chain) = Chain::new(self.problem, CHAIN_LEGS[fineness], spread, random) else {
-            return Ok(None);
-        };
-        chain.relax(self.options.interrupt)?;
-        self.map.count(chain.work());
-        let Ok(mut y) = chain.start(0) else {
-            return Ok(None);
-        };
-        for count in 1..chain.legs() {
-            self.map.set_target(&chain.part(self.problem, count));
-            if !self.approximate(&mut y)? {
-                return Ok(None);
-            }
-            y = slowed(&y, (count + 1) as f64 / count as f64);
-        }
-        let near = y.clone();
-        if self.restarted(&mut y)? {
-            return Ok(Some((y, self.report(BoundaryStrategy::Relaxation))));
-        }
-        let found = self.moved(&near, size)?;
-        Ok(found.map(|y| (y, self.report(BoundaryStrategy::Relaxation))))
-    }
-
-    /// Newton from `y` for the data that are set, in place; whether it comes near.
-    fn approximate(&mut self, y: &mut [f64]) -> Result<bool> {
-        match self.map.solve(y, ACCURACY, DIRECT_STEPS) {
-            Ok(report) => {
-                self.newton_steps += report.iterations;
-                Ok(report.converged)
-            }
-            Err(error @ Error::Interrupted { .. }) => Err(error),
-            Err(_) => Ok(false),
-        }
-    }
-
-    /// Newton from a start, in place; a curve that cannot be integrated is no solution.
-    pub(super) fn restarted(&mut self, y: &mut [f64]) -> Result<bool> {
-        match self.persistent(y) {
-            Err(error @ Error::Interrupted { .. }) => Err(error),
-            Err(_) => Ok(false),
-            converged => converged,
-        }
-    }
-
-    /// A family from easier data, in part as far apart and as fast, on with a random detour, and its known solution.
-    pub(super) fn detour(
-        &mut self,
-        start: &[f64],
-        attempt: u32,
-        random: &mut Random,
-    ) -> Result<Option<(Homotopy, Vec<f64>)>> {
-        let Ok(growing) = Homotopy::growing(self.problem) else {
-            return Ok(None);
-        };
-        let share = SHARES[attempt as usize % SHARES.len()];
-        self.map.set_target(&growing.target(share)?);
-        let mut y: Vec<f64> = start.iter().map(|y| share * y).collect();
-        if !self.approximate(&mut y)? {
-            return Ok(None);
-        }
-        let spread = SPREADS[attempt as usize % SPREADS.len()];
-        let unknowns = self.problem.unknowns() as f64;
-        let size = spread * (1.0 + 0.5 * self.speeds()) / (0.5 * unknowns).sqrt();
-        let entries: Vec<f64> = start.iter().map(|_| size * random.normal()).collect();
-        let detour = unpack(&entries, self.problem.blocks());
-        Ok(growing
-            .around(share, detour)
-            .ok()
-            .map(|homotopy| (homotopy, y)))
-    }
-
-    /// Initial and end speed together.
-    fn speeds(&self) -> f64 {
-        self.problem.velocity.inner(&self.problem.velocity).sqrt() + self.problem.end[1].norm_l2()
-    }
-
-    /// Newton from `y` for the problem itself, in place.
-    pub(super) fn newton(&mut self, y: &mut [f64], max_iterations: usize) -> Result<SolverReport> {
-        self.map.set_target(&self.problem.target);
-        let report = self.map.solve(y, self.tolerance, max_iterations)?;
-        self.newton_steps += report.iterations;
-        if report.converged || report.residual < self.nearest.0 {
-            self.nearest = (report.residual, report.reason);
-        }
-        Ok(report)
-    }
-
-    /// Initial data around those of a start.
-    pub(super) fn scattered(&self, start: &[f64], attempt: u32, random: &mut Random) -> Vec<f64> {
-        let spread = SPREADS[attempt as usize % SPREADS.len()];
-        let size = norm(start).max(1.0 + self.speeds()) / (start.len().max(1) as f64).sqrt();
-        start
-            .iter()
-            .map(|y| y + spread * size * random.normal())
-            .collect()
-    }
-
-    /// The solution that continuation from the curve with the given initial data finds.
-    pub(super) fn moved(&mut self, from: &[f64], size: f64) -> Result<Option<Vec<f64>>> {
-        match self.family_from(from)? {
-            Some(homotopy) => self.follow_to_first(&homotopy, from, size, MAX_STEPS),
-            None => Ok(None),
-        }
-    }
-
-    /// The family from the end of a curve to the wanted one; none where there is none.
-    pub(super) fn family_from(&mut self, from: &[f64]) -> Result<Option<Homotopy>> {
-        let end: [Mat<f64>; 2] = match self.map.end(from, Accuracy::of_tolerance(ACCURACY)) {
-            Ok(end) => end,
-            Err(error @ Error::Interrupted { .. }) => return Err(error),
-            Err(_) => return Ok(None),
-        };
-        Ok(Homotopy::moving(self.problem, end).ok())
-    }
-
-    /// The first solution of the problem on the way along a family.
-    fn follow_to_first(
-        &mut self,
-        homotopy: &Homotopy,
-        from: &[f64],
-        size: f64,
-        max_steps: usize,
-    ) -> Result<Option<Vec<f64>>> {
-        let mut found = None;
-        self.follow(homotopy, from, size, max_steps, |y| {
-            found = Some(y.to_vec());
-            Next::Stop
-        })?;
-        Ok(found)
-    }
-
-    /// Follows the solutions of a family; `see` decides at every solution of the problem whether to go on.
-    pub(super) fn follow(
-        &mut self,
-        homotopy: &Homotopy,
-        from: &[f64],
-        size: f64,
-        max_steps: usize,
-        mut see: impl FnMut(&[f64]) -> Next,
-    ) -> Result<()> {
-        self.starts += 1;
-        let (tolerance, target) = (self.tolerance, &self.problem.target);
-        let most = self.options.max_iterations.min(POLISH_STEPS);
-        let (mut newton_steps, mut nearest) = (0, self.nearest);
-        let mut tracer = Tracer::new(self.map.as_mut(), homotopy, size, max_steps);
-        let outcome = tracer.run(from, |map, near| {
-            map.set_target(target);
-            let mut y = near.to_vec();
-            let report = match map.solve(&mut y, tolerance, most) {
-                Ok(report) => report,
-                Err(error @ Error::Interrupted { .. }) => return Err(error),
-                Err(_) => return Ok(Next::Refine),
-            };
-            newton_steps += report.iterations;
-            if report.converged || report.residual < nearest.0 {
-                nearest = (report.residual, report.reason);
-            }
-            Ok(if report.converged {
-                see(&y)
-            } else {
-                Next::Refine
-            })
-        });
-        self.newton_steps += newton_steps + tracer.corrections;
-        self.continuation_steps += tracer.steps;
-        self.nearest = nearest;
-        outcome
-    }
-
-    /// The account so far.
-    pub(super) fn report(&self, strategy: BoundaryStrategy) -> BoundaryReport {
-        let (residual, reason) = self.nearest;
-        BoundaryReport {
-            solver: SolverReport {
-                converged: reason == StopReason::Converged,
-                iterations: self.newton_steps,
-                residual,
-                tolerance: self.tolerance,
-                reason,
-            },
-            strategy,
-            continuation_steps: self.continuation_steps,
-            starts: self.starts,
-        }
     }
 }

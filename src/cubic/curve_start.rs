@@ -47,6 +47,11 @@ impl CurveFamily {
         CurveFamily::MinimalCost(5),
     ];
 
+    /// Whether its curve is the result of a search of its own.
+    pub(super) fn is_of_least_cost(self) -> bool {
+        matches!(self, CurveFamily::MinimalCost(_))
+    }
+
     /// The start from the curve of a problem; none where the family has none.
     ///
     /// # Errors

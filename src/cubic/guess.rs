@@ -11,8 +11,8 @@ use faer::{Mat, MatRef, Scale};
 use super::initial::Horizontal;
 use crate::error::{Error, Result};
 use crate::linalg::SkewExp;
-use crate::manifold::QuasiGeodesic;
 use crate::manifold::quasi_geodesic::EndpointProblem;
+use crate::manifold::{LogReport, ParallelTransport, QuasiGeodesic, Stiefel};
 
 /// How far the end point is moved, along a tangent vector of unit length, where no quasi-geodesic leads to it.
 const DETOUR: f64 = 0.05;
@@ -42,6 +42,29 @@ impl FlatData {
             }
         }
         Err(first)
+    }
+
+    /// The same along the geodesic, with the end velocity carried back in parallel; and what is known of the geodesic.
+    ///
+    /// # Errors
+    /// Those of [`Stiefel::log`].
+    pub(crate) fn along_geodesic(
+        s1: MatRef<'_, f64>,
+        v1: MatRef<'_, f64>,
+    ) -> Result<(Self, LogReport)> {
+        let (r, k) = s1.shape();
+        let (manifold, start) = (Stiefel::new(r, k)?, identity_columns(r, k));
+        let (delta, report) = manifold.log_with_report(start.as_ref(), s1)?;
+        let forward = ParallelTransport::new(manifold, start.as_ref(), delta.as_ref())?;
+        let arriving = forward.transport(delta.as_ref())?;
+        let back = ParallelTransport::new(manifold, s1, (-arriving).as_ref())?;
+        let identity = Mat::identity(r, r);
+        let horizontal = |v: &Mat<f64>| Horizontal::of_tangent(identity.as_ref(), v.as_ref());
+        let data = FlatData {
+            displacement: horizontal(&delta),
+            end_velocity: horizontal(&back.transport(v1)?),
+        };
+        Ok((data, report))
     }
 
     fn join(s0: MatRef<'_, f64>, s1: MatRef<'_, f64>, v1: MatRef<'_, f64>) -> Result<Self> {

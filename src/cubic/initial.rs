@@ -37,6 +37,15 @@ impl Horizontal {
         }
     }
 
+    /// The tangent vector at the first columns of the identity, shape `(r, k)`.
+    pub(crate) fn tangent(&self) -> Mat<f64> {
+        let (m, k) = self.normal.shape();
+        Mat::from_fn(k + m, k, |i, j| match i.checked_sub(k) {
+            None => self.omega[(i, j)],
+            Some(i) => self.normal[(i, j)],
+        })
+    }
+
     /// `<a, b> = tr(omega_a^T omega_b) / 2 + tr(b_a^T b_b)`.
     pub(crate) fn inner(&self, other: &Self) -> f64 {
         let product = |a: &Mat<f64>, b: &Mat<f64>| {

@@ -25,7 +25,6 @@ use crate::curve::{Curve, GeometricCubic};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::tridiagonal::BlockTridiagonal;
-use crate::manifold::QuasiGeodesic;
 use crate::manifold::quasi_geodesic::EndpointProblem;
 
 /// Steps of the method at the most.
@@ -93,7 +92,8 @@ impl Chain {
         &self.nodes
     }
 
-    /// Along the adjusted de Casteljau curve, or the quasi-geodesic where there is none, each node moved at random by about
+    /// Along the adjusted de Casteljau curve, or the quasi-geodesic (to a point beside the end point that none leads to) where there
+    /// is none, each node moved at random by about
     /// `spread`.
     ///
     /// # Errors
@@ -111,7 +111,7 @@ impl Chain {
         let [s1, v1] = problem.end.each_ref().map(|x| x.as_ref());
         let at = match GeometricCubic::from_boundary(start, v0.as_ref(), s1, v1) {
             Ok(curve) => sample(&curve, legs)?,
-            Err(_) => sample(&QuasiGeodesic::between(start, s1)?, legs)?,
+            Err(_) => sample(&problem.flat_way()?, legs)?,
         };
         let mut nodes = vec![Node::new(&start.to_owned(), v0.clone(), &identity)];
         let unknowns = problem.unknowns();

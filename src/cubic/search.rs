@@ -4,15 +4,17 @@ use std::sync::Arc;
 
 use faer::MatRef;
 
-use super::boundary::{BoundaryOptions, BoundaryStrategy, Solution, Solver, first_start};
+use super::boundary::{BoundaryOptions, BoundaryStrategy};
 use super::continuation::{MAX_STEPS, Next, norm};
 use super::curve_start::CurveFamily;
 use super::guess::FlatData;
 use super::homotopy::Homotopy;
+use super::low_cost::geodesic;
 use super::problem::Problem;
 use super::random::Random;
 use super::riemannian_cubic::RiemannianCubic;
 use super::shooting::SOLVER;
+use super::solver::{Solution, Solver};
 use crate::curve::Curve;
 use crate::error::{Error, Result};
 
@@ -65,7 +67,7 @@ impl Default for SearchOptions<'_> {
 impl RiemannianCubic {
     /// Riemannian cubics with the same boundary data, those that several starts find, the cheapest first.
     ///
-    /// The starts are that of [`from_boundary`](Self::from_boundary), flat cubics along quasi-geodesics that make a full turn
+    /// The starts are those of [`from_boundary`](Self::from_boundary), flat cubics along quasi-geodesics that make a full turn
     /// more in one principal direction, geometric and geodesic polynomials with the same data, those of least cost among them,
     /// chains of points relaxed to low cost, and random initial data; families of easier data are followed through
     /// every solution they pass. There may be others: on the sphere there are infinitely many.
@@ -88,7 +90,10 @@ impl RiemannianCubic {
             });
         }
         let problem = Problem::new(s0, v0, s1, v1)?;
-        let start = first_start(&problem, s0, &options.boundary)?;
+        let start = match options.boundary.guess {
+            Some((a, j)) => problem.start_from(s0, a, j)?,
+            None => problem.flat_start(problem.flat()?.as_ref()),
+        };
         let mut solver = Solver::new(&problem, &options.boundary);
         solver.map.allow(SEARCH_WORK);
         let mut found = Found {
@@ -155,6 +160,17 @@ fn search(
     for mut y in starts {
         if solver.restarted(&mut y)? {
             found.add((y, solver.report(BoundaryStrategy::Direct)));
+        }
+    }
+    if let Some((flat, _)) = geodesic(problem)? {
+        let mut y = problem.start_of(&flat);
+        if solver.restarted(&mut y)? {
+            found.add((y, solver.report(BoundaryStrategy::Geodesic)));
+        }
+    }
+    for mut y in solver.from_the_end()? {
+        if solver.restarted(&mut y)? {
+            found.add((y, solver.report(BoundaryStrategy::Reversed)));
         }
     }
     let size = norm(start);

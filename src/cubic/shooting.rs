@@ -60,6 +60,12 @@ const JACOBIAN_SHARE: f64 = 1e-2;
 /// The same for Broyden's method, which gains less in a step.
 const LINEAR_SHARE: f64 = 1e-4;
 
+/// A residual above this is no round-off.
+pub(super) const ROUND_OFF: f64 = 1e-9;
+
+/// Digits of the start in which round-off of the end is measured: a solution is known to no more.
+const LAST_DIGITS: f64 = 16.0 * f64::EPSILON;
+
 /// Linear equations of many unknowns are solved to this share of the residual, or to the residual if that is less.
 const FORCING: f64 = 0.1;
 
@@ -71,6 +77,11 @@ const SINGLE_WORK: f64 = 2.0;
 
 /// Taylor steps that one integration may take: curves that need more are too fast to be shot.
 pub(super) const MAX_STEPS: usize = 4_000;
+
+/// Taylor steps that a curve between ends without speed may take, and those for each unit of speed: about ten times as many as solutions
+/// take. A trial that goes astray ends here, before it takes as long as all others together.
+const STEPS: f64 = 150.0;
+const STEPS_PER_SPEED: f64 = 10.0;
 
 /// Boundary data in coordinates in which the start is the identity, blocks column by column.
 #[derive(Debug, Clone)]
@@ -138,7 +149,7 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
         let mut accuracy = Accuracy::of_tolerance(ACCURACY_SHARE);
         let mut found = self.residual(y, accuracy)?;
         let mut updates = Updates::default();
-        let mut iterations = 0;
+        let (mut iterations, mut reached) = (0, tolerance);
         let reason = loop {
             if found.distance <= tolerance {
                 if accuracy.truncation <= Accuracy::FULL.truncation {
@@ -167,6 +178,10 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
             let next = found.distance.powi(4);
             accuracy = accuracy.finer(Accuracy::of_tolerance(ACCURACY_SHARE * next.min(1.0)));
             let Some((accepted, nearer)) = self.descend(y, &step, accuracy, found.distance)? else {
+                if found.distance < ROUND_OFF && found.distance <= self.noise(y, &found)? {
+                    reached = found.distance;
+                    break StopReason::Converged;
+                }
                 break StopReason::Stagnated;
             };
             y.copy_from_slice(&accepted);
@@ -176,9 +191,18 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
             converged: reason == StopReason::Converged,
             iterations,
             residual: found.distance,
-            tolerance,
+            tolerance: reached,
             reason,
         })
+    }
+
+    /// A bound of the round-off in the distance of the end: what a change of the start in its last digits does to it.
+    fn noise(&mut self, y: &[f64], found: &Residual<f64>) -> Result<f64> {
+        let digit = |i: usize| 1.0 + LAST_DIGITS * [1.0, -1.0][i % 2];
+        let beside: Vec<f64> = y.iter().enumerate().map(|(i, y)| digit(i) * y).collect();
+        let beside = self.residual(&beside, Accuracy::FULL)?;
+        let pairs = beside.equations.iter().zip(&found.equations);
+        Ok(pairs.map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt())
     }
 
     /// A step of Broyden's method, taken if it is good; none where it is not.
@@ -457,7 +481,9 @@ fn evaluate<T: Number, B: Blocks>(
 fn start<T: Number, B: Blocks>(march: &mut March<T, B>, target: &Target, y: &[T]) {
     let (m, k) = (march.blocks.normals(), march.blocks.k());
     let (r, rows, normals) = (m + k, march.blocks.r::<T>(), march.blocks.m::<T>());
-    (march.time, march.steps, march.max_steps) = (0.0, 0, MAX_STEPS);
+    let allowed = STEPS + STEPS_PER_SPEED * target.speed;
+    (march.time, march.steps) = (0.0, 0);
+    march.max_steps = (allowed as usize).min(MAX_STEPS);
     let series = march.series.parts();
     series.s[..rows * k].fill(T::ZERO);
     series.e[..rows * march.blocks.m::<T>()].fill(T::ZERO);

@@ -1,0 +1,209 @@
+//! The solution of a boundary value problem that costs least among those that several starts lead to.
+//!
+//! Near data have one cheap solution, and the cubic of flat space leads to it. Farther apart it may lead to one that costs a
+//! thousand times as much, and where it leads depends on the direction in which the curve is run. So the data are solved from
+//! both ends, along quasi-geodesic and geodesic, and from other curves that have them.
+//!
+//! Two bounds end the search. With the speed `u = |S'|` every curve of length at least `d` has, as `|D_t S'| >= |u'|`,
+//!
+//! ```math
+//! J \ge \min_{\int u \ge d} \int_0^1 u'^2\, dt = (u_1 - u_0)^2 + 12 \max\Bigl(0,\ d - \frac{u_0 + u_1}{2}\Bigr)^2,
+//! ```
+//!
+//! which the geodesic run from rest to rest attains. And the cheapest solution costs at most as much as any curve with the data.
+
+use super::boundary::BoundaryStrategy;
+use super::continuation::norm;
+use super::curve_start::CurveFamily;
+use super::guess::FlatData;
+use super::problem::Problem;
+use super::random::Random;
+use super::solver::{Solution, Solver};
+use crate::error::{Error, Result};
+
+/// Costs of curves are known to a percent.
+const SLACK: f64 = 1.01;
+
+/// Chains that are relaxed where other solutions cost more than a known curve.
+const CHAINS: u32 = 4;
+
+impl Solver<'_> {
+    /// The cheapest solution of those that are found; `None` if no strategy finds one.
+    ///
+    /// # Errors
+    /// `DifferentComponents`, `Interrupted`.
+    pub(super) fn of_low_cost(&mut self) -> Result<Option<Solution>> {
+        let problem = self.problem;
+        let flat = problem.flat()?;
+        let start = problem.flat_start(flat.as_ref());
+        let mut best = Cheapest::default();
+        self.consider(&mut best, start.clone(), BoundaryStrategy::Direct)?;
+        let near = flat.as_ref().is_some_and(|flat| problem.is_moderate(flat));
+        let settled = match best.found {
+            Some(_) => near,
+            None => self.is_out_of_steps(),
+        };
+        if settled {
+            return Ok(best.solution());
+        }
+        self.try_geodesic(&mut best)?;
+        if best.is_least() {
+            return Ok(best.solution());
+        }
+        self.try_backward(&mut best)?;
+        let mut random = Random::new(0);
+        let size = norm(&start);
+        self.try_chain(&mut best, 0, size, &mut random)?;
+        self.try_curves(&mut best)?;
+        for attempt in 1..CHAINS {
+            if best.is_low() || best.at_most.is_infinite() || self.map.exhausted() {
+                break;
+            }
+            self.try_chain(&mut best, attempt, size, &mut random)?;
+        }
+        match best.solution() {
+            None if !self.has_met_round_off() => self.anywhere(&start),
+            found => Ok(found),
+        }
+    }
+
+    /// Newton's method from a start, and whether it leads to a cheaper solution.
+    fn consider(
+        &mut self,
+        best: &mut Cheapest,
+        mut y: Vec<f64>,
+        strategy: BoundaryStrategy,
+    ) -> Result<()> {
+        if self.restarted(&mut y)? {
+            let report = self.report(strategy);
+            best.keep(self.cost(&y)?, (y, report));
+        }
+        Ok(())
+    }
+
+    /// From the cubic of flat space along the geodesic, an exact solution where both velocities are zero.
+    fn try_geodesic(&mut self, best: &mut Cheapest) -> Result<()> {
+        let Some((flat, length)) = geodesic(self.problem)? else {
+            return Ok(());
+        };
+        best.at_least = length.map_or(0.0, |length| lower_bound(self.problem, length));
+        if best.is_least() {
+            return Ok(());
+        }
+        let y = self.problem.start_of(&flat);
+        self.consider(best, y, BoundaryStrategy::Geodesic)
+    }
+
+    /// From the starts of the reversed problem.
+    fn try_backward(&mut self, best: &mut Cheapest) -> Result<()> {
+        for y in self.from_the_end()? {
+            self.consider(best, y, BoundaryStrategy::Reversed)?;
+        }
+        Ok(())
+    }
+
+    /// Starts near the solutions to which the starts of the reversed problem lead.
+    pub(super) fn from_the_end(&mut self) -> Result<Vec<Vec<f64>>> {
+        let back = self.problem.reversed();
+        let along_geodesic = geodesic(&back)?.map(|(flat, _)| flat);
+        let mut starts = Vec::new();
+        for flat in [back.flat()?, along_geodesic].into_iter().flatten() {
+            starts.extend(self.backward(&back, back.start_of(&flat))?);
+        }
+        Ok(starts)
+    }
+
+    /// From other curves with the same data.
+    fn try_curves(&mut self, best: &mut Cheapest) -> Result<()> {
+        for family in CurveFamily::QUICK {
+            if best.is_low() && family.is_of_least_cost() {
+                break;
+            }
+            let Some(start) = family.start(self.problem, self.options.interrupt)? else {
+                continue;
+            };
+            best.at_most = best.at_most.min(start.cost);
+            self.consider(best, start.y, BoundaryStrategy::Polynomial)?;
+        }
+        Ok(())
+    }
+
+    /// From a chain of low cost.
+    fn try_chain(
+        &mut self,
+        best: &mut Cheapest,
+        attempt: u32,
+        size: f64,
+        random: &mut Random,
+    ) -> Result<()> {
+        if let Some((y, report)) = self.relaxed(attempt, size, random)? {
+            best.keep(self.cost(&y)?, (y, report));
+        }
+        Ok(())
+    }
+}
+
+/// The cheapest solution so far, and bounds of the least cost.
+struct Cheapest {
+    found: Option<(f64, Solution)>,
+    at_least: f64,
+    at_most: f64,
+}
+
+impl Default for Cheapest {
+    fn default() -> Self {
+        Cheapest {
+            found: None,
+            at_least: 0.0,
+            at_most: f64::INFINITY,
+        }
+    }
+}
+
+impl Cheapest {
+    fn keep(&mut self, cost: f64, solution: Solution) {
+        if self.found.as_ref().is_none_or(|(least, _)| cost < *least) {
+            self.found = Some((cost, solution));
+        }
+    }
+
+    /// Whether no solution costs less, to a percent.
+    fn is_least(&self) -> bool {
+        self.costs_at_most(SLACK * self.at_least)
+    }
+
+    /// Whether no known curve costs less, to a percent.
+    fn is_low(&self) -> bool {
+        self.costs_at_most(SLACK * self.at_most)
+    }
+
+    fn costs_at_most(&self, bound: f64) -> bool {
+        self.found.as_ref().is_some_and(|(cost, _)| *cost <= bound)
+    }
+
+    fn solution(self) -> Option<Solution> {
+        self.found.map(|(_, solution)| solution)
+    }
+}
+
+/// Displacement and end velocity along the geodesic between the end points, and its length if it is certainly the shortest;
+/// `None` if no geodesic is found.
+pub(super) fn geodesic(problem: &Problem) -> Result<Option<(FlatData, Option<f64>)>> {
+    let [s1, v1] = problem.end.each_ref().map(|x| x.as_ref());
+    match FlatData::along_geodesic(s1, v1) {
+        Ok((flat, report)) => {
+            let length = report.certainly_shortest.then_some(report.length);
+            Ok(Some((flat, length)))
+        }
+        Err(error @ Error::Interrupted { .. }) => Err(error),
+        Err(_) => Ok(None),
+    }
+}
+
+/// The least cost of a curve of at least the given length with the end speeds of a problem.
+fn lower_bound(problem: &Problem, length: f64) -> f64 {
+    let velocity = &problem.velocity;
+    let (first, last) = (velocity.inner(velocity).sqrt(), problem.end_speed());
+    let missing = (length - 0.5 * (first + last)).max(0.0);
+    (last - first).powi(2) + 12.0 * missing.powi(2)
+}
