@@ -193,6 +193,12 @@ impl QuasiGeodesic {
         &self.frame * &rates
     }
 
+    /// The norm of its velocity in the canonical metric, the same everywhere.
+    pub(crate) fn speed(&self) -> f64 {
+        let normal: f64 = self.angles.iter().map(|angle| angle * angle).sum();
+        (normal + 0.5 * self.omega.squared_norm_l2()).sqrt()
+    }
+
     /// The same curve run backwards: `t -> beta(1 - t)`.
     ///
     /// # Errors

@@ -42,6 +42,25 @@ impl<'a> Ambient<'a> {
         }
     }
 
+    /// Quasi-geodesics between neighbours.
+    pub(super) fn curves(&self) -> &[QuasiGeodesic] {
+        &self.curves
+    }
+
+    /// The same knots, passed backwards.
+    ///
+    /// # Errors
+    /// `Decomposition`.
+    pub(super) fn reversed(&self) -> Result<Self> {
+        let curves = self.curves.iter().rev().map(QuasiGeodesic::reversed);
+        Ok(Ambient {
+            points: self.points.iter().rev().cloned().collect(),
+            curves: curves.collect::<Result<_>>()?,
+            lengths: self.lengths.iter().rev().copied().collect(),
+            interrupt: self.interrupt,
+        })
+    }
+
     /// One leg; returns `|S(1) - S_1|`.
     fn arrive(
         &self,

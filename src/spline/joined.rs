@@ -41,6 +41,21 @@ impl<'a> Joined<'a> {
         self.curves.len()
     }
 
+    /// The same knots, passed backwards.
+    ///
+    /// # Errors
+    /// `Decomposition`.
+    pub(super) fn reversed(&self) -> Result<Self> {
+        let curves = self.curves.iter().rev().map(QuasiGeodesic::reversed);
+        Ok(Joined {
+            points: self.points.iter().rev().cloned().collect(),
+            frames: self.frames.iter().rev().cloned().collect(),
+            curves: curves.collect::<Result<_>>()?,
+            lengths: self.lengths.iter().rev().copied().collect(),
+            interrupt: self.interrupt,
+        })
+    }
+
     /// The chain whose legs are the part `share` of the way between the knots.
     ///
     /// # Errors

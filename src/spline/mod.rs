@@ -22,6 +22,7 @@ mod joined;
 mod joints;
 mod knots;
 mod links;
+mod low_cost;
 mod parts;
 pub mod piecewise;
 mod reduced_knots;

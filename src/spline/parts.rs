@@ -105,7 +105,7 @@ impl Part {
         let around = self.before + self.count + self.after;
         let start = (self.first + self.legs * self.before - self.before) % self.legs;
         let part = knots.part(start, around);
-        let (motion, outcome) = solve::in_frames(&part, &Ends::Open(ends), options)?;
+        let (motion, outcome) = solve::forwards(&part, &Ends::Open(ends), options)?;
         Ok((outcome.reason == StopReason::Converged).then_some(motion))
     }
 

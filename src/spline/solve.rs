@@ -8,6 +8,7 @@ use super::ends::Ends;
 use super::interpolation::Interpolation;
 use super::iteration::{Iteration, Outcome};
 use super::joined::Joined;
+use super::low_cost::{self, Cheapest};
 use super::parts;
 use super::riemannian::SplineOptions;
 use crate::error::Result;
@@ -49,11 +50,39 @@ enum Start {
     Relaxed,
 }
 
-/// A chain of few dimensions.
+/// A chain of few dimensions; where its knots are far apart, the cheapest of several solutions.
 ///
 /// # Errors
 /// `Interrupted`, those of the chains.
 pub(super) fn in_frames(
+    knots: &Joined<'_>,
+    ends: &Ends,
+    options: &SplineOptions<'_>,
+) -> Result<(Motion, Outcome)> {
+    let first = forwards(knots, ends, options)?;
+    if !low_cost::is_far(&knots.curves) {
+        return Ok(first);
+    }
+    let chain = knots.chain(1.0)?;
+    let problem = Interpolation::new(&chain, ends)?;
+    let mut best = Cheapest::new(&chain, first, options.interrupt)?;
+    let back = knots
+        .reversed()
+        .and_then(|back| back.chain(1.0))
+        .and_then(|back| low_cost::from_the_end(&back, ends, options));
+    best.try_start(&problem, back, options)?;
+    for start in low_cost::relaxed_from(&problem, options)? {
+        let relaxed = knots.relaxed(&chain, &start, ends).map(Some);
+        best.try_start(&problem, relaxed, options)?;
+    }
+    Ok(best.into_solution())
+}
+
+/// A chain of few dimensions, from its start on.
+///
+/// # Errors
+/// `Interrupted`, those of the chains.
+pub(super) fn forwards(
     knots: &Joined<'_>,
     ends: &Ends,
     options: &SplineOptions<'_>,
@@ -98,7 +127,7 @@ pub(super) fn in_frames(
     Ok((motion, outcome))
 }
 
-/// A chain of many dimensions.
+/// A chain of many dimensions; where its knots are far apart, the cheaper of the solutions in both directions.
 ///
 /// # Errors
 /// `Interrupted`; where the start cannot be integrated.
@@ -111,5 +140,13 @@ pub(super) fn in_ambient(
     let mut motion = problem.start()?;
     let (tolerance, most) = (options.tolerance, options.max_iterations);
     let outcome = Iteration::solve(&problem, &mut motion, tolerance, most)?;
-    Ok((motion, outcome))
+    if !low_cost::is_far(chain.curves()) {
+        return Ok((motion, outcome));
+    }
+    let mut best = Cheapest::new(chain, (motion, outcome), options.interrupt)?;
+    let back = chain
+        .reversed()
+        .and_then(|back| low_cost::from_the_end(&back, ends, options));
+    best.try_start(&problem, back, options)?;
+    Ok(best.into_solution())
 }

@@ -1,0 +1,187 @@
+//! Splines through knots far apart: the cheapest of several.
+//!
+//! Where legs are long the equations have many solutions, and the iteration from the flat spline leads to one that depends on the
+//! direction in which the knots are passed. The same knots are solved backwards and from a relaxed chain as well, and the
+//! solution of least cost is the spline: so it costs little, and the same in both directions.
+
+use super::chain::{Arrivals, Chain, Motion};
+use super::ends::{End, Ends};
+use super::interpolation::Interpolation;
+use super::iteration::{Iteration, Outcome};
+use super::riemannian::SplineOptions;
+use crate::cubic::path::Path;
+use crate::cubic::taylor::Accuracy;
+use crate::error::Result;
+use crate::interrupt::Interrupt;
+use crate::manifold::QuasiGeodesic;
+use crate::report::StopReason;
+
+/// Legs longer than this are far apart. Of 60 natural splines through random knots on each of St(3,1) and St(4,2), those whose
+/// longest leg is shorter are the same in both directions, and 12 of the others are not.
+const FAR: f64 = 1.4;
+
+/// Two solutions whose costs differ by less are one: the first is kept.
+const SAME_COST: f64 = 1e-3;
+
+/// Vectors of an arrival: distance, velocity, acceleration and third vector.
+const VECTORS: usize = 4;
+
+/// Whether the longest of some legs is far.
+pub(super) fn is_far(curves: &[QuasiGeodesic]) -> bool {
+    curves.iter().any(|curve| curve.speed() > FAR)
+}
+
+/// The cheapest of some solutions, with its cost; solutions that have not converged cost infinitely much.
+pub(super) struct Cheapest {
+    motion: Motion,
+    outcome: Outcome,
+    cost: f64,
+}
+
+impl Cheapest {
+    /// # Errors
+    /// Where a leg cannot be integrated; `Interrupted`.
+    pub(super) fn new<C: Chain>(
+        chain: &C,
+        (motion, outcome): (Motion, Outcome),
+        interrupt: Interrupt<'_>,
+    ) -> Result<Self> {
+        let cost = match outcome.reason {
+            StopReason::Converged => cost(chain, &motion, interrupt)?,
+            _ => f64::INFINITY,
+        };
+        Ok(Cheapest {
+            motion,
+            outcome,
+            cost,
+        })
+    }
+
+    /// Solves from another start and keeps the cheaper solution. A start that cannot be integrated is left out.
+    ///
+    /// # Errors
+    /// `Interrupted`.
+    pub(super) fn try_start<C: Chain>(
+        &mut self,
+        problem: &Interpolation<'_, C>,
+        start: Result<Option<Motion>>,
+        options: &SplineOptions<'_>,
+    ) -> Result<()> {
+        let solved = start.and_then(|start| {
+            let Some(mut motion) = start else {
+                return Ok(None);
+            };
+            let (tolerance, most) = (options.tolerance, options.max_iterations);
+            let outcome = Iteration::solve(problem, &mut motion, tolerance, most)?;
+            Self::new(problem.chain, (motion, outcome), options.interrupt).map(Some)
+        });
+        match solved {
+            Err(error) if error.is_interrupted() => return Err(error),
+            Ok(Some(other)) if other.cost < (1.0 - SAME_COST) * self.cost => *self = other,
+            Ok(_) | Err(_) => {}
+        }
+        Ok(())
+    }
+
+    pub(super) fn into_solution(self) -> (Motion, Outcome) {
+        (self.motion, self.outcome)
+    }
+}
+
+/// The solution that the flat spline of the knots passed backwards leads to, in forward direction; `None` if it leads to none.
+///
+/// # Errors
+/// `Interrupted`, those of the chain.
+pub(super) fn from_the_end<C: Chain>(
+    back: &C,
+    ends: &Ends,
+    options: &SplineOptions<'_>,
+) -> Result<Option<Motion>> {
+    let ends = ends.reversed();
+    let problem = Interpolation::new(back, &ends)?;
+    let mut motion = problem.start()?;
+    let (tolerance, most) = (options.tolerance, options.max_iterations);
+    let outcome = Iteration::solve(&problem, &mut motion, tolerance, most)?;
+    match outcome.reason {
+        StopReason::Converged => reversed(back, &motion).map(Some),
+        _ => Ok(None),
+    }
+}
+
+/// Motions from which chains are relaxed: the flat spline, and for free ends the spline at rest there, since without such ends
+/// the iteration may lead away from what they find. None if the ends are periodic.
+///
+/// # Errors
+/// `Interrupted`, those of carrying.
+pub(super) fn relaxed_from<C: Chain>(
+    problem: &Interpolation<'_, C>,
+    options: &SplineOptions<'_>,
+) -> Result<Vec<Motion>> {
+    let Ends::Open(ends) = problem.ends else {
+        return Ok(Vec::new());
+    };
+    let mut starts = vec![problem.start()?];
+    if ends.iter().any(|end| end.acceleration().is_some()) {
+        let at_rest = || End::Velocity(vec![0.0; problem.chain.size()]);
+        let ends = Ends::Open(ends.each_ref().map(|end| match end {
+            End::Velocity(_) => end.clone(),
+            End::Acceleration(_) => at_rest(),
+        }));
+        let clamped = Interpolation::new(problem.chain, &ends)?;
+        let mut motion = clamped.start()?;
+        let (tolerance, most) = (options.tolerance, options.max_iterations);
+        match Iteration::solve(&clamped, &mut motion, tolerance, most) {
+            Err(error) if error.is_interrupted() => return Err(error),
+            // Its velocities are a start in any case.
+            Ok(_) | Err(_) => starts.push(motion),
+        }
+    }
+    Ok(starts)
+}
+
+/// A motion along the knots of a chain, passed backwards.
+fn reversed<C: Chain>(back: &C, motion: &Motion) -> Result<Motion> {
+    let (size, legs) = (back.size(), back.lengths().len());
+    let arrivals = Arrivals::of(back, motion, VECTORS, Accuracy::FULL)?;
+    let mut out = Motion::zeros(size, legs + 1);
+    for knot in 0..=legs {
+        let from = motion.velocity(legs - knot);
+        for (to, v) in out.velocity_mut(knot).iter_mut().zip(from) {
+            *to = -v;
+        }
+    }
+    for leg in 0..legs {
+        let (acceleration, third) = out.bend_mut(leg).split_at_mut(size);
+        acceleration.copy_from_slice(arrivals.vector(legs - 1 - leg, 2));
+        for (to, v) in third.iter_mut().zip(arrivals.vector(legs - 1 - leg, 3)) {
+            *to = -v;
+        }
+    }
+    Ok(out)
+}
+
+/// `int |D_t S'|^2 dt` in units of time.
+fn cost<C: Chain>(chain: &C, motion: &Motion, interrupt: Interrupt<'_>) -> Result<f64> {
+    let mut sum = 0.0;
+    for (leg, &h) in chain.lengths().iter().enumerate() {
+        let (_, state) = chain.state(leg, &motion.start(leg, h));
+        let mut path = Path::at(state, Accuracy::FULL);
+        path.extend_to(1.0, interrupt)?;
+        sum += path.cost(0.0, 1.0) / h.powi(3);
+    }
+    Ok(sum)
+}
+
+impl Ends {
+    /// The same ends, passed backwards.
+    fn reversed(&self) -> Self {
+        let reversed = |end: &End| match end {
+            End::Velocity(v) => End::Velocity(v.iter().map(|v| -v).collect()),
+            End::Acceleration(a) => End::Acceleration(a.clone()),
+        };
+        match self {
+            Ends::Periodic => Ends::Periodic,
+            Ends::Open([first, last]) => Ends::Open([reversed(last), reversed(first)]),
+        }
+    }
+}
