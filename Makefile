@@ -9,7 +9,7 @@ INSTALLED := $(VENV)/.installed
 DOCS_INSTALLED := $(VENV)/.docs-installed
 SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md $(shell find src python -name '*.rs' -o -name '*.py' -o -name '*.pyi')
 
-.PHONY: help reproduce test test-rust test-python test-minimal lint licences fuzz leak bench benchmark gallery boundary control-points accuracy study doc docs wheels clean
+.PHONY: help reproduce test test-rust test-python test-minimal lint licences fuzz leak interrupts bench benchmark gallery boundary control-points accuracy study doc docs wheels clean
 
 help: ## Show this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | sort | expand -t 16
@@ -57,6 +57,9 @@ fuzz: $(INSTALLED) ## Random calls of every Python entry point for ten minutes; 
 
 leak: $(INSTALLED) ## Memory during 10^6 solves of each kind; ARGS="--solves 100000"
 	$(BIN)/python -m benchmarks.leak $(ARGS)
+
+interrupts: $(INSTALLED) ## Seconds from Ctrl-C to the exception, call by call; ARGS="--busy 4" beside busy processes
+	$(BIN)/python -m benchmarks.interrupts $(ARGS)
 
 bench: ## Criterion benchmarks, quick profile
 	cargo bench --locked -- --quick

@@ -5,7 +5,7 @@ use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedA
 use pyo3::exceptions::{PyMemoryError, PyOverflowError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use pyo3::types::{PyDict, PyTuple};
+use pyo3::types::{PyDict, PySlice, PyTuple};
 use rayon::prelude::*;
 
 use super::call::Call;
@@ -15,10 +15,22 @@ use crate::interrupt::Interrupt;
 
 static ASARRAY: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
 static REQUIRE: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
+static EMPTY: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
 static CAN_CAST: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
 static FLOAT64: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
 static BROADCAST_TO: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
 static BROADCAST_SHAPES: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
+
+/// Numbers copied between two checks for Ctrl-C (1 MB), a fraction of a millisecond. The first touch of fresh memory is
+/// slower: on a busy virtual machine 432 MB took 4 s, and Ctrl-C with them.
+const PIECE: usize = 1 << 17;
+
+/// Loads NumPy's C interface, which otherwise happens in the first call of a function: there Ctrl-C would make it a panic.
+pub fn load_numpy(py: Python<'_>) -> PyResult<()> {
+    py.import("numpy")?;
+    PyArray1::<f64>::zeros(py, 0, false);
+    Ok(())
+}
 
 /// A float64 array from anything array-like, by same-kind casting: `TypeError` for complex numbers, text and objects.
 pub fn float_array<'py>(
@@ -26,8 +38,7 @@ pub fn float_array<'py>(
     name: &str,
 ) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
     if let Ok(array) = object.cast::<PyArrayDyn<f64>>()
-        && array.is_c_contiguous()
-        && array.data().is_aligned()
+        && is_plain(array)
     {
         return Ok(array.readonly());
     }
@@ -51,9 +62,41 @@ pub fn float_array<'py>(
         )));
     }
     // Contiguous and aligned: a view may have strides that are no multiple of an entry's size.
-    let require = REQUIRE.import(py, "numpy", "require")?;
-    let plain = require.call1((array, float64, ("C_CONTIGUOUS", "ALIGNED")))?;
+    let plain = match converted_in_pieces(&array)? {
+        Some(plain) => plain,
+        None => {
+            let require = REQUIRE.import(py, "numpy", "require")?;
+            require.call1((array, float64, ("C_CONTIGUOUS", "ALIGNED")))?
+        }
+    };
     Ok(plain.cast_into::<PyArrayDyn<f64>>()?.readonly())
+}
+
+fn is_plain(array: &Bound<'_, PyArrayDyn<f64>>) -> bool {
+    array.is_c_contiguous() && array.data().is_aligned()
+}
+
+/// A contiguous float64 copy of a large array, made in pieces of its first axis with checks for Ctrl-C in between; `None`
+/// for a small array, and for one that needs no copy.
+fn converted_in_pieces<'py>(array: &Bound<'py, PyAny>) -> PyResult<Option<Bound<'py, PyAny>>> {
+    let py = array.py();
+    if array.cast::<PyArrayDyn<f64>>().is_ok_and(is_plain) {
+        return Ok(None);
+    }
+    let shape: Vec<usize> = array.getattr("shape")?.extract()?;
+    let row: usize = shape.iter().skip(1).product();
+    let rows = (PIECE / row.max(1)).max(1);
+    if shape.first().is_none_or(|&count| count <= rows) {
+        return Ok(None);
+    }
+    let empty = EMPTY.import(py, "numpy", "empty")?;
+    let out = empty.call1((PyTuple::new(py, &shape)?,))?;
+    for start in (0..shape[0]).step_by(rows) {
+        let piece = PySlice::new(py, start as isize, (start + rows) as isize, 1);
+        out.set_item(&piece, array.get_item(&piece)?)?;
+        py.check_signals()?;
+    }
+    Ok(Some(out))
 }
 
 /// A batch of matrices (or of rows, with `cols = 1`): leading axes and entries, each matrix row by row.
@@ -154,27 +197,56 @@ fn read_batches<const N: usize>(
                 .readonly();
         }
     }
-    let mut out = arrays.into_iter().map(|array| {
+    let read = |array: &PyReadonlyArrayDyn<'_, f64>| {
         let own = &array.shape()[array.ndim() - core..];
         let (rows, cols) = (own[0], if core == 2 { own[1] } else { 1 });
-        Batch {
+        Ok(Batch {
             shape: shape.clone(),
             rows,
             cols,
-            entries: entries_of(&array),
-        }
-    });
-    Ok(std::array::from_fn(|_| match out.next() {
-        Some(batch) => batch,
-        None => unreachable!("one batch per object"),
-    }))
+            entries: entries_of(array)?,
+        })
+    };
+    let batches: Vec<_> = arrays.iter().map(read).collect::<PyResult<_>>()?;
+    match batches.try_into() {
+        Ok(batches) => Ok(batches),
+        Err(_) => unreachable!("one batch per object"),
+    }
 }
 
-/// The entries in C order.
-fn entries_of(array: &PyReadonlyArrayDyn<'_, f64>) -> Vec<f64> {
-    match array.as_slice() {
-        Ok(entries) => entries.to_vec(),
-        Err(_) => array.as_array().iter().copied().collect(),
+/// The entries in C order, copied in pieces with checks for Ctrl-C in between.
+pub fn entries_of(array: &PyReadonlyArrayDyn<'_, f64>) -> PyResult<Vec<f64>> {
+    let py = array.py();
+    if let Ok(entries) = array.as_slice() {
+        return copy(py, entries);
+    }
+    let array = array.as_array();
+    let mut out = reserved(array.len())?;
+    let mut entries = array.iter();
+    while out.len() < array.len() {
+        out.extend(entries.by_ref().take(PIECE));
+        py.check_signals()?;
+    }
+    Ok(out)
+}
+
+/// A copy, made in pieces with checks for Ctrl-C in between.
+pub fn copy(py: Python<'_>, entries: &[f64]) -> PyResult<Vec<f64>> {
+    let mut out = reserved(entries.len())?;
+    for (i, piece) in entries.chunks(PIECE).enumerate() {
+        if i > 0 {
+            py.check_signals()?;
+        }
+        out.extend_from_slice(piece);
+    }
+    Ok(out)
+}
+
+fn reserved(len: usize) -> PyResult<Vec<f64>> {
+    let mut out = Vec::new();
+    match out.try_reserve_exact(len) {
+        Ok(()) => Ok(out),
+        Err(_) => Err(PyMemoryError::new_err(format!("cannot hold {len} numbers"))),
     }
 }
 
@@ -196,7 +268,7 @@ pub fn vectors<const N: usize>(
 pub fn matrix(object: &Bound<'_, PyAny>, name: &'static str) -> PyResult<Mat<f64>> {
     let array = float_array(object, name)?;
     if let [rows, cols] = *array.shape() {
-        return Ok(MatRef::from_row_major_slice(&entries_of(&array), rows, cols).to_owned());
+        return Ok(MatRef::from_row_major_slice(&entries_of(&array)?, rows, cols).to_owned());
     }
     let found = tuple(array.shape());
     Err(invalid_input(
@@ -209,7 +281,7 @@ pub fn matrix(object: &Bound<'_, PyAny>, name: &'static str) -> PyResult<Mat<f64
 pub fn stack(object: &Bound<'_, PyAny>, name: &'static str, expected: &str) -> PyResult<Batch> {
     let array = float_array(object, name)?;
     if let [count, rows, cols] = *array.shape() {
-        return Ok(Batch::of([count, rows, cols], entries_of(&array)));
+        return Ok(Batch::of([count, rows, cols], entries_of(&array)?));
     }
     let found = tuple(array.shape());
     Err(invalid_input(
@@ -261,7 +333,7 @@ pub fn parameters(
     name: &'static str,
 ) -> PyResult<(Vec<usize>, Vec<f64>)> {
     let array = float_array(object, name)?;
-    Ok((array.shape().to_vec(), entries_of(&array)))
+    Ok((array.shape().to_vec(), entries_of(&array)?))
 }
 
 /// A new array of the given shape.

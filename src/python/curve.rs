@@ -401,8 +401,10 @@ impl PyQuasiGeodesic {
         S1: &Bound<'_, PyAny>,
     ) -> PyResult<PyClassInitializer<Self>> {
         let (s0, s1) = (matrix(S0, "S0")?, matrix(S1, "S1")?);
-        let curve = py.detach(|| QuasiGeodesic::between(s0.as_ref(), s1.as_ref()));
-        Self::wrap(curve.map_err(|error| to_exception(py, &error, ""))?)
+        let call = Call::new(py, None, one_curve(s0.shape()))?;
+        Self::wrap(call.run(py, move |_| {
+            QuasiGeodesic::between(s0.as_ref(), s1.as_ref())
+        })?)
     }
 
     /// The quasi-geodesic from the point ``S`` with initial velocity ``V``, both of shape (n, k).
@@ -418,17 +420,22 @@ impl PyQuasiGeodesic {
         V: &Bound<'_, PyAny>,
     ) -> PyResult<Py<Self>> {
         let (s, v) = (matrix(S, "S")?, matrix(V, "V")?);
-        let curve = py.detach(|| QuasiGeodesic::from_velocity(s.as_ref(), v.as_ref()));
-        Py::new(
-            py,
-            Self::wrap(curve.map_err(|error| to_exception(py, &error, ""))?)?,
-        )
+        let call = Call::new(py, None, one_curve(s.shape()))?;
+        let curve = call.run(py, move |_| {
+            QuasiGeodesic::from_velocity(s.as_ref(), v.as_ref())
+        })?;
+        Py::new(py, Self::wrap(curve)?)
     }
 
     /// For files and pickles: all numbers of the curve.
     fn _stored<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         form(py, QuasiGeodesic::KIND, &*self.0)
     }
+}
+
+/// Rough operations of a quasi-geodesic: a thin factorisation, and the exponential or the logarithm of a square matrix.
+fn one_curve((n, k): (usize, usize)) -> f64 {
+    1e4 + 8.0 * (n * k * k) as f64 + 100.0 * cube(k)
 }
 
 impl PyQuasiGeodesic {

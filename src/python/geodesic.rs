@@ -155,6 +155,14 @@ fn numbers(report: &LogReport) -> [f64; REPORT] {
     ]
 }
 
+/// Rough operations of an exponential or a logarithm, in units of what other calls count: a pair of St(1000, 50), five
+/// milliseconds, still runs in place.
+fn one_geodesic((n, k): (usize, usize)) -> f64 {
+    let (n, k) = (n as f64, k as f64);
+    let m = (2.0 * k).min(n);
+    1e5 + n * k * k + 7.0 * m * m * m
+}
+
 impl PyStiefel {
     /// Checks shapes and maps every pair of members to `size` numbers; also the shape of the batch.
     fn map_pairs(
@@ -171,10 +179,7 @@ impl PyStiefel {
         for (batch, (_, name)) in batches.iter().zip(objects) {
             self.core_shape(batch, name, py)?;
         }
-        let (n, k) = (self.0.n() as f64, self.0.k() as f64);
-        let m = (2.0 * k).min(n);
-        // In units of what other calls count: a pair of St(1000, 50), five milliseconds, still runs in place.
-        let each = 1e5 + n * k * k + 7.0 * m * m * m;
+        let each = one_geodesic((self.0.n(), self.0.k()));
         let call = Call::new(py, None, batches[0].len() as f64 * each)?;
         let shape = batches[0].shape.clone();
         let manifold = self.0;
@@ -361,10 +366,11 @@ impl PyGeodesic {
     ) -> PyResult<PyClassInitializer<Self>> {
         let metric = metric.map_or(Ok(Metric::CANONICAL), read_metric)?;
         let (s0, s1) = (matrix(S0, "S0")?, matrix(S1, "S1")?);
-        let curve = py.detach(|| {
+        let call = Call::new(py, None, one_geodesic(s0.shape()))?;
+        let curve = call.run_any(py, move |_| {
             let manifold = Stiefel::of("S0", s0.as_ref())?.with_metric(metric);
             manifold.geodesic_between(s0.as_ref(), s1.as_ref())
-        });
+        })?;
         Self::wrap(py, curve)
     }
 
@@ -384,10 +390,11 @@ impl PyGeodesic {
     ) -> PyResult<Py<Self>> {
         let metric = metric.map_or(Ok(Metric::CANONICAL), read_metric)?;
         let (s, v) = (matrix(S, "S")?, matrix(V, "V")?);
-        let curve = py.detach(|| {
+        let call = Call::new(py, None, one_geodesic(s.shape()))?;
+        let curve = call.run_any(py, move |_| {
             let manifold = Stiefel::of("S", s.as_ref())?.with_metric(metric);
             manifold.geodesic(s.as_ref(), v.as_ref())
-        });
+        })?;
         Py::new(py, Self::wrap(py, curve)?)
     }
 

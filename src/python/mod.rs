@@ -67,6 +67,11 @@ pub mod _core {
     #[pymodule_export]
     use super::velocities::estimate_velocities;
 
+    #[pymodule_init]
+    fn init(module: &super::Bound<'_, super::PyModule>) -> super::PyResult<()> {
+        super::convert::load_numpy(module.py())
+    }
+
     #[pymodule_export]
     const __VERSION__: &str = env!("CARGO_PKG_VERSION");
 }

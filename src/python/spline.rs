@@ -9,7 +9,7 @@ use pyo3::types::{PyDict, PyList};
 
 use super::call::Call;
 use super::chart::count;
-use super::convert::{Batch, freeze, stack, to_array, whole};
+use super::convert::{Batch, copy, freeze, stack, to_array, whole};
 use super::curve::{AnyCurve, Operations, PyCurve};
 use super::error::{PySolverReport, invalid_input, to_exception};
 use super::knots::{BcType, Ends, restore_ends, store_ends, times};
@@ -297,7 +297,7 @@ impl PyPiecewiseCurve {
 
 /// A read-only array with the given entries.
 fn frozen(py: Python<'_>, entries: &[f64], shape: &[usize]) -> PyResult<Array> {
-    let array = to_array(py, entries.to_vec(), shape)?;
+    let array = to_array(py, copy(py, entries)?, shape)?;
     freeze(&array)?;
     Ok(array.unbind())
 }
@@ -397,11 +397,13 @@ impl PyCubicHermite {
                     Cubics::Geometric(Arc::new(curve.with_outside(outside)))
                 }
             };
-            Ok((cubics, data, given))
+            let (n, k) = data.shape();
+            let velocities = rows(&given, n * k);
+            Ok((cubics, data, velocities))
         })?;
         let base = PyPiecewiseCurve::wrap(py, cubics, &data, None)?;
         let (n, k) = data.shape();
-        let velocities = frozen(py, &rows(&velocities, n * k), &[velocities.len(), n, k])?;
+        let velocities = frozen(py, &velocities, &[data.t.len(), n, k])?;
         Ok(base.add_subclass(PyCubicHermite { velocities }))
     }
 

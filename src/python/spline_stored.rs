@@ -5,7 +5,7 @@ use std::sync::Arc;
 use numpy::{PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
-use super::convert::Batch;
+use super::convert::{Batch, entries_of};
 use super::spline::{Array, Cubics, Data, Kind, PyPiecewiseCurve};
 use crate::curve::Quantity;
 use crate::error::Result;
@@ -40,8 +40,7 @@ impl PyPiecewiseCurve {
 /// Stores an array.
 pub(super) fn put(py: Python<'_>, fields: &mut Fields, name: &str, array: &Array) -> PyResult<()> {
     let array = array.bind(py).readonly();
-    let entries = array.as_array().iter().copied().collect();
-    fields.put(name, array.shape(), entries);
+    fields.put(name, array.shape(), entries_of(&array)?);
     Ok(())
 }
 

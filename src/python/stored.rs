@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 
 use super::call::Call;
-use super::convert::{float_array, to_array};
+use super::convert::{entries_of, float_array, to_array};
 use super::curve::PyQuasiGeodesic;
 use super::error::to_exception;
 use super::geodesic::PyGeodesic;
@@ -80,9 +80,8 @@ impl Form {
                 words.insert(name, value.extract()?);
             } else {
                 let array = float_array(&value, &name)?;
-                fields
-                    .0
-                    .insert(name, read(&array.as_array(), array.shape()));
+                let (shape, entries) = (array.shape().to_vec(), entries_of(&array)?);
+                fields.0.insert(name, Array { shape, entries });
             }
         }
         let [format, kind] = WORDS.map(|name| words.remove(name));
@@ -134,13 +133,6 @@ impl Form {
     /// The curve of its numbers, where the core knows how to read it.
     pub(super) fn curve<C: Stored + Send + 'static>(self, py: Python<'_>) -> PyResult<C> {
         self.read(py, C::restore)
-    }
-}
-
-fn read(array: &numpy::ndarray::ArrayViewD<'_, f64>, shape: &[usize]) -> Array {
-    Array {
-        shape: shape.to_vec(),
-        entries: array.iter().copied().collect(),
     }
 }
 

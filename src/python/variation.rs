@@ -6,8 +6,9 @@ use faer::Mat;
 use pyo3::prelude::*;
 
 use super::call::Call;
-use super::convert::{float_array, to_array, write};
+use super::convert::{parameters, to_array};
 use super::riemannian_cubic::{Array, Data, Four, PyRiemannianCubic, array, shooting};
+use super::velocities::rows;
 use crate::cubic::{BoundaryVariation, RiemannianCubic};
 use crate::curve::Curve;
 
@@ -106,19 +107,13 @@ impl PyRiemannianCubic {
         dV1: &Bound<'py, PyAny>,
     ) -> PyResult<Array<'py>> {
         let Data(data) = Data::read([(dS0, "dS0"), (dV0, "dV0"), (dS1, "dS1"), (dV1, "dV1")])?;
-        let times = float_array(t, "t")?;
-        let mut shape = times.as_array().shape().to_vec();
-        let times: Vec<f64> = times.as_array().iter().copied().collect();
+        let (mut shape, times) = parameters(t, "t")?;
         let curve = Arc::clone(&self.0);
-        let found = call(py, &self.0)?.run(py, move |interrupt| {
+        let entries = call(py, &self.0)?.run(py, move |interrupt| {
             let derivative = curve.boundary_derivative(interrupt)?;
-            derivative.points(&curve, &variation(&data), &times, interrupt)
+            let found = derivative.points(&curve, &variation(&data), &times, interrupt)?;
+            Ok(rows(&found, curve.n() * curve.k()))
         })?;
-        let size = self.0.n() * self.0.k();
-        let mut entries = vec![0.0; size * found.len()];
-        for (point, out) in found.iter().zip(entries.chunks_exact_mut(size)) {
-            write(point.as_ref(), out);
-        }
         shape.extend([self.0.n(), self.0.k()]);
         to_array(py, entries, &shape)
     }

@@ -9,8 +9,27 @@ import pytest
 
 from stiefel_rs import Stiefel
 
+try:
+    from hypothesis import HealthCheck, settings
+except ImportError:  # The tests of a release need pytest alone.
+    pass
+else:
+    # The same examples in every run, and no clock: neither for an example nor for making it. New examples, and the code
+    # that repeats a failure: pytest --hypothesis-profile=explore
+    CLOCKLESS = {"deadline": None, "print_blob": True, "suppress_health_check": [HealthCheck.too_slow]}
+    settings.register_profile("explore", **CLOCKLESS)
+    settings.register_profile("fixed", derandomize=True, **CLOCKLESS)
+    settings.load_profile("fixed")
+
 # k = 1 is the sphere, k = n the orthogonal group, (5, 3) has n < 2 k.
 SHAPES = [(3, 1), (4, 2), (5, 3), (6, 6), (20, 4)]
+
+
+def pytest_terminal_summary(terminalreporter, config):
+    """Print what repeats the order: quiet runs have no header."""
+    seed = config.getoption("randomly_seed", None)
+    if seed is not None:
+        terminalreporter.write_line(f"order of the tests: --randomly-seed={seed}")
 
 
 @pytest.fixture

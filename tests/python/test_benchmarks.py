@@ -6,6 +6,7 @@ import sys
 import mpmath
 import numpy as np
 import pytest
+from beside import HANGS
 from scipy.spatial.transform import Rotation, RotationSpline
 
 from benchmarks import boundary_problems, cubic_problems, problems, spline_problems, spline_tasks
@@ -31,7 +32,7 @@ extended_precision = pytest.mark.skipif(
 def test_a_run_without_other_libraries(tmp_path):
     page = tmp_path / "page.md"
     command = [sys.executable, "-m", "benchmarks", "--quick", "--only", "curve_single", "--peers", "--out", str(page)]
-    subprocess.run(command, check=True, cwd=ROOT, capture_output=True, timeout=120)
+    subprocess.run(command, check=True, cwd=ROOT, capture_output=True, timeout=HANGS)
     text = page.read_text()
     assert "`GeometricCubic`, one point, St(3,1)" in text
     assert "`scipy` skipped: not asked for" in text

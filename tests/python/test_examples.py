@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from beside import HANGS
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"
@@ -25,7 +26,7 @@ def run(tmp_path_factory):
             command = [sys.executable, str(EXAMPLES / f"{name}.py"), "--quick", "--out", str(figure)]
             # Threads of a BLAS that wait for each other on a busy machine take minutes for what one does in a second.
             single = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
-            found = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False, env=single)
+            found = subprocess.run(command, capture_output=True, text=True, timeout=HANGS, check=False, env=single)
             assert found.returncode == 0, found.stderr
             done[name] = json.loads(found.stdout), figure
         return done[name][0]

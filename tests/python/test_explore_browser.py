@@ -8,6 +8,7 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
+from beside import HANGS
 from explore_problem import library, running
 from scipy.spatial import cKDTree
 
@@ -57,7 +58,7 @@ def static_page(tmp_path_factory):
 
 
 def wait(browser):
-    deadline = time.monotonic() + 20
+    deadline = time.monotonic() + HANGS
     while browser.execute_script("return document.body && document.body.dataset.state") != "ready":
         assert time.monotonic() < deadline, "the page is not ready"
         time.sleep(0.02)

@@ -1,14 +1,17 @@
 """Finite input of any size: a finite result or a typed error, never a NaN, a panic, or a loop without end."""
 
+import itertools
 import subprocess
 import sys
 import warnings
+from functools import partial
 
 import numpy as np
 import pytest
+from beside import HANGS
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from public_calls import ARGUMENTS, CALLS, S1, SPHERE, V1, Z0, S, V, flat, good, replaced
+from public_calls import CALLS, S1, SPHERE, V1, Z0, S, V, flat, replaced
 
 from stiefel_rs import (
     CubicHermite,
@@ -23,33 +26,75 @@ from stiefel_rs import (
 
 
 def finite_or_typed(call):
-    """A finite result without a warning, or one of the exceptions of the contract."""
+    """Whether there is a result: finite, without a warning. Otherwise it is one of the exceptions of the contract."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         try:
             result = call()
         except (StiefelError, TypeError, ValueError) as error:
             assert "nan" not in str(error).lower().replace("found nan", ""), f"a NaN in the message: {error}"
-            return
+            return False
     for x in flat(result):
         assert np.isfinite(x).all(), f"finite input, result {x}"
+    return True
 
 
 EXTREME = [5e-324, 1e-310, 1e-160, 1e100, 1e155, 1e200, 1e308]
 
 
 # The reference takes its 100 000 steps before it gives up, a minute each; far parameters have a test of their own.
-QUICK = [a for a in ARGUMENTS if a.values[0] not in ("reference", "jerk")]
+QUICK = [call for call in CALLS if call not in ("reference", "jerk")]
+
+# How many of the extreme arguments have a result at least: three quarters of those that have one now. Of the others
+# none has: points whose entries are scaled are no points, and states of a chart are at its pole.
+ACCEPTED = {
+    "skew_exp": 6,
+    "check_tangent": 8,
+    "project": 4,
+    "project_tangent": 9,
+    "inner": 15,
+    "norm": 7,
+    "decompose": 8,
+    "compose": 12,
+    "retract": 8,
+    "retract_qr": 7,
+    "retract_polar": 7,
+    "retract_cayley": 4,
+    "transport": 12,
+    "curvature": 20,
+    "sectional_curvature": 13,
+    "gradient_of": 10,
+    "hessian_of": 26,
+    "from_velocity": 8,
+    "GeometricCubic": 9,
+    "from_initial": 15,
+    "from_boundary": 9,
+    "CubicHermite": 4,
+    "CubicHermite.geometric": 4,
+    "CubicSpline": 3,
+    "CubicSpline.geometric": 3,
+    "estimate_velocities": 3,
+    "bc_type": 4,
+    "exp": 7,
+    "Geodesic.from_velocity": 8,
+    "curve": 9,
+    "embed": 3,
+    "embed_velocity": 14,
+    "momenta": 27,
+    "shoot": 9,
+    "guess": 15,
+}
 
 
-@pytest.mark.parametrize(("call", "i"), QUICK)
-@pytest.mark.parametrize("scale", EXTREME)
-def test_extreme_scales(call, i, scale):
+@pytest.mark.parametrize("call", QUICK)
+def test_extreme_scales(call):
     # |entries| stay below 1.8e308: the input is finite.
-    value = good(call, i)
-    largest = max(1.0, np.abs(value).max())
-    finite_or_typed(lambda: replaced(call, i, value * (scale / largest)))
-    finite_or_typed(lambda: replaced(call, i, np.full_like(value, scale)))
+    accepted = 0
+    for (i, (_, value)), scale in itertools.product(enumerate(CALLS[call][1]), EXTREME):
+        scaled = value * (scale / max(1.0, np.abs(value).max()))
+        for changed in (scaled, np.full_like(value, scale)):
+            accepted += finite_or_typed(partial(replaced, call, i, changed))
+    assert accepted >= ACCEPTED.get(call, 0)
 
 
 @pytest.mark.parametrize("t_end", [1e3, 1e100, 1e308, -1e308])
@@ -104,9 +149,12 @@ def test_variations_too_large_for_a_number():
 @pytest.mark.parametrize("scale", EXTREME)
 @pytest.mark.parametrize("nu", [0, 1, 2, 3])
 def test_extreme_curves(scale, nu):
-    finite_or_typed(lambda: QuasiGeodesic.from_velocity(S, V * (scale / 2))([0.0, 0.5, 1.0], nu))
-    finite_or_typed(lambda: QuasiGeodesic(S, S1)([scale, -scale], nu))
-    finite_or_typed(lambda: GeometricCubic(S, V * (scale / 2), S1, V1)([0.0, 0.5, 1.0], nu))
+    for call in (
+        lambda: QuasiGeodesic.from_velocity(S, V * (scale / 2))([0.0, 0.5, 1.0], nu),
+        lambda: QuasiGeodesic(S, S1)([scale, -scale], nu),
+        lambda: GeometricCubic(S, V * (scale / 2), S1, V1)([0.0, 0.5, 1.0], nu),
+    ):
+        assert finite_or_typed(call) or scale > 1.0, "small is not too much"
 
 
 @pytest.mark.parametrize("method", ["curve({t}, 0)", "curve({t}, 1)", "curve({t}, 3)", "curve.jerk({t})"])
@@ -124,7 +172,7 @@ except StiefelError:
     print(True)
 """
     try:
-        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=5, check=False)
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=HANGS, check=False)
     except subprocess.TimeoutExpired:
         pytest.fail(f"{method.format(t=t)} does not return")
     assert done.stdout == "True\n", f"{method.format(t=t)}: {done.stdout}{done.stderr[-300:]}"
@@ -133,7 +181,7 @@ except StiefelError:
 @pytest.mark.parametrize("scale", EXTREME)
 def test_extreme_costs(scale):
     curve = QuasiGeodesic.from_velocity(S, V * (scale / 2))
-    finite_or_typed(curve.cost)
+    assert finite_or_typed(curve.cost) or scale > 1.0, "small is not too much"
     if scale >= 1e155:
         with pytest.raises(StiefelError):
             curve.cost()
@@ -169,6 +217,7 @@ numbers = st.one_of(
 @settings(deadline=None, max_examples=60)
 def test_any_finite_input_gives_a_finite_result_or_a_typed_error(call, data):
     function, args = CALLS[call]
+    assert finite_or_typed(lambda: function(*[value for _, value in args])), "good arguments are refused"
     values = []
     for _, value in args:
         noise = np.array(data.draw(st.lists(numbers, min_size=value.size, max_size=value.size))).reshape(value.shape)

@@ -156,7 +156,9 @@ def test_random_pairs_are_solved_or_refused(rng):
             V, report = M.log(S, E, full_output=True)
         except (ConvergenceError, OutsideDomainError) as error:
             if isinstance(error, ConvergenceError):
-                assert error.report.iterations >= 0
+                # It searched, and what it found misses the end.
+                assert error.report.iterations > 0
+                assert error.report.residual > 1e-11
                 assert not error.report.converged
             continue
         solved += 1

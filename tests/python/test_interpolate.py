@@ -8,6 +8,7 @@ import zipfile
 
 import numpy as np
 import pytest
+from beside import HANGS
 
 import stiefel_rs
 from stiefel_rs import CubicHermite, CubicSpline, InvalidInputError, Stiefel, cli, interpolate
@@ -283,7 +284,7 @@ def test_a_folder_that_cannot_be_written(files, capsys):
 def test_without_matplotlib(files):
     command = ["interpolate", str(files / "in.npz"), "--out", str(files / "out.npz"), "--plot", str(files / "p.png")]
     found = subprocess.run(
-        [sys.executable, "-c", WITHOUT_MATPLOTLIB, *command], capture_output=True, text=True, timeout=60, check=False
+        [sys.executable, "-c", WITHOUT_MATPLOTLIB, *command], capture_output=True, text=True, timeout=HANGS, check=False
     )
     assert found.returncode == 1
     assert "pip install 'stiefel-rs[plot]'" in found.stderr

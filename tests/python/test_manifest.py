@@ -9,6 +9,7 @@ import sys
 
 import numpy as np
 import pytest
+from beside import HANGS
 
 import stiefel_rs
 from stiefel_rs import _core, cli, manifest, paper
@@ -20,7 +21,7 @@ TABLES += [f"{name}{suffix}" for name in ("sphere", "stiefel_3_2") for suffix in
 def reproduce(folder, threads):
     words = [sys.executable, "-m", "stiefel_rs", "reproduce", "--quick", "--out", str(folder)]
     env = os.environ | {"RAYON_NUM_THREADS": threads}
-    done = subprocess.run(words, capture_output=True, text=True, timeout=300, check=False, env=env)
+    done = subprocess.run(words, capture_output=True, text=True, timeout=HANGS, check=False, env=env)
     assert done.returncode == 0, done.stderr
     return done.stdout
 

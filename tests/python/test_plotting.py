@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from beside import HANGS
 
 import stiefel_rs as st
 from stiefel_rs import InvalidInputError, Stiefel
@@ -595,7 +596,7 @@ def test_bad_arguments_leave_the_axes_alone(pair):
 
 def test_without_matplotlib():
     code = "import sys; sys.modules['matplotlib'] = None\nimport stiefel_rs\nimport stiefel_rs.plotting"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=HANGS, check=False)
     assert done.returncode == 1
     assert "ImportError: stiefel_rs.plotting needs matplotlib" in done.stderr
     assert "pip install 'stiefel-rs[plot]'" in done.stderr

@@ -12,6 +12,7 @@ import time
 
 import numpy as np
 import pytest
+from beside import HANGS
 
 from stiefel_rs import cli, paper
 
@@ -42,7 +43,7 @@ WITHOUT_MATPLOTLIB = "import sys; sys.modules['matplotlib'] = None; from stiefel
 def run(*arguments, code=None):
     start = ["-m", "stiefel_rs"] if code is None else ["-c", code]
     return subprocess.run(
-        [sys.executable, *start, *map(str, arguments)], capture_output=True, text=True, timeout=300, check=False
+        [sys.executable, *start, *map(str, arguments)], capture_output=True, text=True, timeout=HANGS, check=False
     )
 
 
@@ -209,7 +210,7 @@ def test_interrupt(tmp_path, spawn):
         assert process.poll() is None, process.communicate()
         time.sleep(0.05)
     process.send_signal(signal.SIGINT)
-    _, errors = process.communicate(timeout=60)
+    _, errors = process.communicate(timeout=HANGS)
     assert process.returncode == 130
     assert errors == "stiefel-rs: interrupted\n"
 
@@ -237,7 +238,7 @@ def test_a_reader_that_leaves_ends_the_command_quietly(command, unbuffered):
     error = process.stderr.read()
     process.stderr.close()
     # argparse hides what fails while it prints; what fails later is not hidden.
-    assert process.wait(timeout=60) == (0 if command == "--help" and unbuffered else cli.EXIT_BROKEN_PIPE)
+    assert process.wait(timeout=HANGS) == (0 if command == "--help" and unbuffered else cli.EXIT_BROKEN_PIPE)
     assert error == ""
 
 
@@ -251,7 +252,7 @@ def reproduce(*_):
 cli.reproduce = reproduce
 sys.exit(cli.main(["reproduce"]))
 """
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=HANGS, check=False)
     assert (done.returncode, done.stderr) == (cli.EXIT_BROKEN_PIPE, "")
 
 
@@ -264,7 +265,7 @@ def test_a_full_device_is_an_error_of_the_output(unbuffered):
             stdout=full,
             stderr=subprocess.PIPE,
             text=True,
-            timeout=60,
+            timeout=HANGS,
             check=False,
             env=os.environ | {"PYTHONUNBUFFERED": unbuffered},
         )
@@ -275,7 +276,7 @@ def test_a_full_device_is_an_error_of_the_output(unbuffered):
 @pytest.mark.skipif(sys.platform == "win32", reason="a shell of POSIX")
 def test_a_closed_output_is_no_error():
     shell = ["sh", "-c", '"$0" -m stiefel_rs info >&-', sys.executable]
-    done = subprocess.run(shell, capture_output=True, text=True, timeout=60, check=False)
+    done = subprocess.run(shell, capture_output=True, text=True, timeout=HANGS, check=False)
     assert (done.returncode, done.stderr) == (0, "")
 
 

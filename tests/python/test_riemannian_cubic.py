@@ -1,19 +1,17 @@
 """Riemannian cubics from initial data: contract, reference data, SciPy, threads, Ctrl-C, bad input."""
 
+import _thread
 import copy
 import itertools
 import json
 import pickle
-import signal
-import subprocess
-import sys
-import threading
-import time
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
+from beside import handled
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
@@ -322,21 +320,26 @@ def test_bad_tolerances(tol):
         RiemannianCubic.from_initial(*random_state(3, 1, 1), tol=tol)
 
 
+# Steps.
+AT_ONCE, LIMIT = 100, 100_000
+
+
 @pytest.mark.parametrize("t_end", [1e6, -1e6, 1e300])
 @pytest.mark.parametrize(("n", "k"), [(3, 1), (3, 2), (20, 4)])
 def test_too_far_is_refused_at_once(n, k, t_end):
-    start = time.perf_counter()
     state = random_state(n, k, 1)
     with pytest.raises(ConvergenceError) as caught:
         RiemannianCubic.from_initial(*state, t_end=t_end)
     assert not caught.value.report.converged
     assert 0 < caught.value.report.residual <= abs(t_end)
     assert caught.value.report.reason == "max_iterations"
+    # By a forecast of the steps, not after the 100000 that are the limit.
+    assert caught.value.report.iterations <= AT_ONCE
     curve = RiemannianCubic.from_initial(*state)
     for call in [lambda: curve(t_end), lambda: curve.jerk([0.0, t_end]), lambda: curve.restricted(-2e6, 2e6)]:
-        with pytest.raises(ConvergenceError):
+        with pytest.raises(ConvergenceError) as caught:
             call()
-    assert time.perf_counter() - start < 1.0
+        assert caught.value.report.iterations <= AT_ONCE
 
 
 @pytest.mark.parametrize("method", ["restricted", "reparametrised"])
@@ -382,21 +385,18 @@ SIZES = st.integers(1, 6).flatmap(lambda n: st.tuples(st.just(n), st.integers(1,
 @settings(max_examples=150, deadline=None)
 @given(size=SIZES, seed=st.integers(0, 2**32 - 1), scales=st.tuples(SCALES, SCALES, SCALES), t_end=TIMES)
 def test_any_data_give_a_curve_or_a_typed_error(size, seed, scales, t_end):
-    start, steps = time.perf_counter(), 0
     try:
         curve = RiemannianCubic.from_initial(*random_state(*size, seed, scales), t_end=t_end)
-        steps = curve.steps
+        assert curve.steps <= LIMIT
         S = curve(curve.t_span)
         defect = np.abs(np.swapaxes(S, -1, -2) @ S - np.eye(size[1])).max()
-        assert defect < 1e-13 + 8 * EPS * steps, f"orthonormality {defect:.2e}"
+        assert defect < 1e-13 + 8 * EPS * curve.steps, f"orthonormality {defect:.2e}"
         values = [curve.energy, curve.cost(), *curve.initial, curve.momentum, curve.jerk(curve.t_span)]
         assert all(np.all(np.isfinite(x)) for x in values)
     except ConvergenceError as error:
-        steps = error.report.iterations
-    except StiefelError:
-        pass
-    # Time goes into steps, of at most 0.05 ms on an idle machine.
-    assert time.perf_counter() - start < 1.0 + 1e-3 * steps, f"{steps} steps"
+        assert error.report.iterations <= LIMIT
+    except StiefelError as error:
+        assert max(scales) > 1.0 or abs(t_end) > 3.0 or t_end == 0.0, f"moderate data refused: {error}"
 
 
 @pytest.mark.parametrize("scales", [(0, 0, 1), (0, 1, 0), (1, 0, 0), (0, 0, 1e-5), (0, 1e-5, 1), (1e-9, 0, 1)])
@@ -449,76 +449,16 @@ def test_ten_thousand_solves_in_threads():
     def work(i):
         return np.array_equal(RiemannianCubic.from_initial(*states[i % 100])(1.0), expected[i % 100])
 
-    start = time.perf_counter()
     with ThreadPoolExecutor(8) as pool:
         assert all(pool.map(work, range(10_000), chunksize=100))
-    # About 0.2 s of work; a deadlock or a pool per call would take minutes.
-    assert time.perf_counter() - start < 20.0
 
 
-SETUP = """
-import time
-import numpy as np
-from stiefel_rs import RiemannianCubic, Stiefel
-M = Stiefel(60, 15)
-S = M.random_point(0)
-V, A, J = [M.random_tangent(S, i) for i in (1, 2, 3)]
-curve = RiemannianCubic.from_initial(S, V, A, J)
-e = np.eye(3)
-# A slow start: by the data it looks short.
-sphere = RiemannianCubic.from_initial(e[:, :1], e[:, 1:2], 0 * e[:, :1], 0 * e[:, :1])
-print("ready", flush=True)
-try:
-    {call}
-except KeyboardInterrupt:
-    print("interrupted", time.time(), flush=True)
-else:
-    print("finished", time.time(), flush=True)
-"""
-LONG_CALLS = {
-    "from_initial": "RiemannianCubic.from_initial(S, V, A, J, t_end=100.0)",
-    "beyond": "curve(60.0)",
-    "beyond_array": "curve.jerk(np.linspace(0, 60, 200))",
-    "restricted": "curve.restricted(-60, 60)",
-    "sphere": "[sphere(3e4) for _ in range(1000)]",
-    "many_points": "[curve.jerk(np.linspace(0, 1, 20_000)) for _ in range(100)]",
-}
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="SIGINT cannot be sent to one process")
-@pytest.mark.parametrize("name", LONG_CALLS)
-def test_ctrl_c(name, spawn):
-    process = spawn("-c", SETUP.format(call=LONG_CALLS[name]), stdout=subprocess.PIPE)
-    assert process.stdout.readline() == "ready\n"
-    time.sleep(0.5)
-    assert process.poll() is None, "the call was to take much longer"
-    sent = time.time()
-    process.send_signal(signal.SIGINT)
-    said, _ = process.communicate(timeout=4.0)
-    said, stopped = said.split()
-    assert said == "interrupted", f"the call {said}"
-    assert float(stopped) - sent < 1.0, f"KeyboardInterrupt came {float(stopped) - sent:.2f} s after the signal"
-
-
-def test_long_calls_release_the_interpreter_lock():
-    state = random_state(40, 10, 1)
-    ticks, running = [], threading.Event()
-
-    def tick():
-        while running.is_set():
-            ticks.append(time.perf_counter())
-            time.sleep(0.001)
-
-    running.set()
-    ticker = threading.Thread(target=tick)
-    ticker.start()
-    start = time.perf_counter()
-    RiemannianCubic.from_initial(*state, t_end=6.0)
-    end = time.perf_counter()
-    running.clear()
-    ticker.join()
-    during = sum(start + 0.1 * (end - start) < t < end - 0.1 * (end - start) for t in ticks)
-    assert during >= 5, f"{during} ticks of another thread during a call of {end - start:.3f} s"
+def test_a_call_that_looks_short_looks_for_ctrl_c():
+    """By the data it starts slowly, so it runs where it stands; steps without end follow."""
+    e = np.eye(12)
+    curve = RiemannianCubic.from_initial(e[:, :3], e[:, 3:6], 0 * e[:, :3], 0 * e[:, :3])
+    with handled() as handler:
+        assert handler.outcome(partial(_thread.interrupt_main), partial(curve, 8e3)) == "stopped"
 
 
 def test_momentum_that_does_not_fit_is_refused():

@@ -7,6 +7,7 @@ from threading import Barrier
 
 import numpy as np
 import pytest
+from beside import HANGS
 from test_save import CURVES, walk
 
 import stiefel_rs
@@ -75,7 +76,7 @@ def test_sixteen_threads_share_a_curve(name, tmp_path):
     def work(i):
         names = list(made)
         np.random.default_rng(i).shuffle(names)
-        gate.wait(timeout=60)
+        gate.wait(timeout=HANGS)
         return [(key, plain(key, made[key](i))) for _ in range(ROUNDS) for key in names]
 
     with ThreadPoolExecutor(THREADS) as pool:

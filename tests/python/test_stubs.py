@@ -7,6 +7,7 @@ import sys
 
 import numpy as np
 import pytest
+from beside import HANGS
 
 import stiefel_rs
 from stiefel_rs import _core, errors
@@ -40,7 +41,7 @@ def test_stub_agrees_with_the_module():
         [sys.executable, "-m", "mypy.stubtest", "stiefel_rs._core"],
         capture_output=True,
         text=True,
-        timeout=300,
+        timeout=HANGS,
         check=False,
     )
     assert done.returncode == 0, done.stdout + done.stderr
