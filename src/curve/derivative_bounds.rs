@@ -134,7 +134,8 @@ impl<'a, C: Curve + ?Sized> Norms<'a, C> {
         let mut value = faer::Mat::zeros(self.rows, curve.k());
         let mut norm = |quantity: Quantity| {
             quantity.read_into(jet, value.as_mut());
-            self.manifold.norm(jet.c[0].as_ref(), value.as_ref())
+            self.manifold
+                .norm_along("derivative bounds", jet.c[0].as_ref(), value.as_ref())
         };
         Ok([
             norm(Quantity::Derivative(1))?,

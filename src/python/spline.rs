@@ -431,6 +431,7 @@ impl PyCubicHermite {
             let velocities = fields.take(VELOCITIES)?;
             let restored = Restored::of(fields, kind, interrupt)?;
             let velocities = Restored::batch(&restored.cubics, VELOCITIES, velocities)?;
+            restored.check_velocities(&velocities, interrupt)?;
             Ok((restored, velocities))
         })?;
         let Restored {

@@ -10,7 +10,7 @@ use super::iteration::{Iteration, Outcome};
 use super::joined::Joined;
 use super::parts;
 use super::riemannian::SplineOptions;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::report::{SolverReport, StopReason};
 
 impl Outcome {
@@ -31,6 +31,15 @@ impl Outcome {
             tolerance: self.tolerance,
             reason: self.reason,
         }
+    }
+
+    /// The error of an iteration that has not converged, with the tolerance that was asked for, which round-off may exceed.
+    pub(super) fn failure(&self, solver: &'static str, tolerance: f64) -> Error {
+        let report = SolverReport {
+            tolerance,
+            ..self.report()
+        };
+        Error::NoConvergence { solver, report }
     }
 
     fn is_final(&self, options: &SplineOptions<'_>) -> bool {
@@ -62,7 +71,7 @@ pub(super) fn in_frames(
     let problem = Interpolation::new(&chain, ends)?;
     let (tolerance, most) = (options.tolerance, options.max_iterations);
     let flat = problem.start()?;
-    let mut iterations = 0;
+    let (mut iterations, mut least) = (0, f64::INFINITY);
     for start in [Start::Flat, Start::Parts, Start::Relaxed] {
         let motion = match start {
             Start::Flat => Ok(Some(flat.clone())),
@@ -90,10 +99,12 @@ pub(super) fn in_frames(
                     return Ok((motion, outcome));
                 }
                 iterations = outcome.iterations;
+                least = least.min(outcome.residual);
             }
         }
     }
-    let (motion, mut outcome) = continuation::solve(knots, ends, tolerance, most - iterations)?;
+    let left = most - iterations;
+    let (motion, mut outcome) = continuation::solve(knots, ends, tolerance, left, least)?;
     outcome.iterations += iterations;
     Ok((motion, outcome))
 }
