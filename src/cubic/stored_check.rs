@@ -18,9 +18,9 @@ use crate::linalg::structure::{distance, norm, orthonormality_defect};
 use crate::manifold::stored::MEMBERSHIP;
 use crate::stored::{READER, refusal};
 
-/// What a step may leave of its tolerance in points and, in the natural unit of time, in derivatives: `x''` is a sum of
-/// `order^2` times the terms of the point (the largest found was 31, in `tests/stored.rs`).
-const DERIVATIVES: f64 = 400.0;
+/// Points and, in the natural unit of time, derivatives may be off by this many tolerances for each step. The largest found was
+/// 0.31, of 756 random cubics on nine shapes with tolerances from 1e-17 to 0.1.
+const ROOM: f64 = 10.0;
 
 /// Times that two steps share are the same to this share of the largest.
 const SLACK: f64 = 8.0 * f64::EPSILON;
@@ -30,7 +30,7 @@ const SLACK: f64 = 8.0 * f64::EPSILON;
 pub(super) fn check_path(path: &Path, interrupt: Interrupt<'_>) -> Result<()> {
     let checker = Checker {
         path,
-        allowed: MEMBERSHIP.max(DERIVATIVES * path.accuracy.truncation * path.len() as f64),
+        allowed: MEMBERSHIP.max(ROOM * path.accuracy.truncation * path.len() as f64),
     };
     let mut before: Option<Mat<f64>> = None;
     for (i, piece) in path.pieces.iter().enumerate() {
@@ -76,8 +76,7 @@ impl Checker<'_> {
     fn point(&self, step: usize, t: f64) -> Result<Mat<f64>> {
         let (r, rows, k) = (self.path.r(), self.path.rows(), self.path.blocks.k);
         let (mut s, mut rate) = (vec![0.0; rows * k], vec![0.0; rows * k]);
-        self.path
-            .points_of_step(step, t, &mut [&mut s, &mut rate]);
+        self.path.points_of_step(step, t, &mut [&mut s, &mut rate]);
         let [s, rate] = [&s, &rate].map(|entries| {
             let all = MatRef::from_column_major_slice(entries, rows, k);
             all.subrows(0, r).to_owned()
@@ -126,8 +125,8 @@ impl Checker<'_> {
         let joined = pieces
             .windows(2)
             .all(|pair| close(pair[0].upper, pair[1].lower));
-        let ends = close(pieces[0].lower, first.time)
-            && close(pieces[pieces.len() - 1].upper, last.time);
+        let ends =
+            close(pieces[0].lower, first.time) && close(pieces[pieces.len() - 1].upper, last.time);
         if joined && ends {
             return Ok(());
         }

@@ -189,12 +189,7 @@ impl Stiefel {
     }
 
     /// Direction and length of the tangent part of `v`, after the check that it is all of it.
-    fn arrow(
-        &self,
-        name: &'static str,
-        s: MatRef<'_, f64>,
-        v: MatRef<'_, f64>,
-    ) -> Result<Arrow> {
+    fn arrow(&self, name: &'static str, s: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Result<Arrow> {
         self.check_tangent(name, s, v, TANGENT_TOLERANCE)?;
         // Scaled first: the products of the split must neither overflow nor vanish.
         let size = norm(v);

@@ -9,8 +9,8 @@ use crate::linalg::decomp::polar_factor;
 use crate::linalg::product::mul_into;
 use crate::linalg::skew_exp::check_skew;
 use crate::linalg::structure::{
-    check_finite, check_range, check_shape, frobenius_inner, norm, orthonormality_defect, skew_defect,
-    skew_part, symmetric_part,
+    check_finite, check_range, check_shape, frobenius_inner, norm, orthonormality_defect,
+    skew_defect, skew_part, symmetric_part,
 };
 
 /// A point may be off the manifold by this much: `|S^T S - I|_F`.

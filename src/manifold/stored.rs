@@ -74,8 +74,20 @@ pub(crate) fn check_orthonormal(name: &str, a: MatRef<'_, f64>) -> Result<()> {
 
 /// Error unless a frame `[S, Q]` keeps points orthonormal that move along `Q` with the given rates: a direction that nothing
 /// moves along does not count, and one that little moves along may be off by more.
-fn check_moving(name: &str, frame: MatRef<'_, f64>, k: usize, rates: &[f64], speed: f64) -> Result<()> {
-    let weight = |j: usize| if j < k { 1.0 } else { rates[j - k].abs().min(1.0) };
+fn check_moving(
+    name: &str,
+    frame: MatRef<'_, f64>,
+    k: usize,
+    rates: &[f64],
+    speed: f64,
+) -> Result<()> {
+    let weight = |j: usize| {
+        if j < k {
+            1.0
+        } else {
+            rates[j - k].abs().min(1.0)
+        }
+    };
     let gram = frame.transpose() * frame;
     let off = Mat::from_fn(gram.nrows(), gram.ncols(), |i, j| {
         weight(i) * weight(j) * (gram[(i, j)] - f64::from(u8::from(i == j)))
@@ -119,7 +131,9 @@ impl Legs {
         let omega = self.omegas.matrix(k, k)?;
         check_skew(NAMES[3], &omega)?;
         check_orthonormal(NAMES[2], right.as_ref())?;
-        let speed = angles.iter().fold(norm(omega.as_ref()), |sum, x| sum.hypot(*x));
+        let speed = angles
+            .iter()
+            .fold(norm(omega.as_ref()), |sum, x| sum.hypot(*x));
         check_moving(NAMES[0], frame.as_ref(), k, &angles, speed)?;
         Ok(QuasiGeodesic {
             frame,

@@ -24,6 +24,12 @@ static FLOAT64: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
 static BROADCAST_TO: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
 static BROADCAST_SHAPES: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
 
+/// The same check for readers in Python.
+#[pyfunction]
+pub fn _check_unmasked(name: &str, object: &Bound<'_, PyAny>) -> PyResult<()> {
+    check_unmasked(object, name)
+}
+
 /// Error where an array, or one in a list, has masked entries: NumPy would read the numbers under the mask.
 fn check_unmasked(object: &Bound<'_, PyAny>, name: &str) -> PyResult<()> {
     let (masked, entries) = count_masked(object)?;

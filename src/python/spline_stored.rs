@@ -93,7 +93,10 @@ impl Restored {
         let steps = self.data.t.windows(2).map(|pair| pair[1] - pair[0]);
         let shortest = steps.fold(f64::INFINITY, f64::min);
         for (knot, velocity) in found.iter().enumerate() {
-            let (stored, gap) = (velocities.get(knot), distance(velocity, velocities.get(knot)));
+            let (stored, gap) = (
+                velocities.get(knot),
+                distance(velocity, velocities.get(knot)),
+            );
             // Pieces are solved for in their own unit of time.
             let allowed = STORED_TOLERANCE * norm(stored).max(shortest.recip());
             if gap.is_nan() || gap > allowed {

@@ -137,10 +137,7 @@ impl PyStiefel {
 const TANGENT_STREAM: u32 = 0x7461_6e67;
 
 /// The generator of `numpy.random.default_rng`.
-fn generator<'py>(
-    py: Python<'py>,
-    rng: Option<&Bound<'py, PyAny>>,
-) -> PyResult<Bound<'py, PyAny>> {
+fn generator<'py>(py: Python<'py>, rng: Option<&Bound<'py, PyAny>>) -> PyResult<Bound<'py, PyAny>> {
     py.import("numpy.random")?
         .call_method1("default_rng", (rng,))
 }
