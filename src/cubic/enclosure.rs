@@ -61,8 +61,7 @@ const CURVATURE: f64 = 1.25;
 const GAP: f64 = 1e-3;
 
 /// The same beside derivatives of lower order, where that is more. With 1e-3 jerk bounds of random cubics are up to 0.6 of the
-/// largest jerk above it; with 1e-6 a cubic on a circle at speed 50, whose jerk is zero, takes 65000 intervals, with this one a
-/// tenth of them.
+/// largest jerk above it; with 1e-6 a cubic on a circle at speed 50, whose jerk is zero, takes all intervals there may be.
 const LOWER_GAP: f64 = 1e-4;
 
 /// Room for round-off of the samples, relative to the largest of a kind and to what round-off of a point makes.
@@ -71,8 +70,8 @@ const ROUND_OFF: f64 = 1e-12;
 /// Bounds are tried this much above what follows from the guess before.
 const INFLATION: f64 = 1e-5;
 
-/// Intervals at most, a second or two: at speed 5000 a cubic on a circle takes half of them.
-const MAX_INTERVALS: usize = 1 << 17;
+/// Intervals at most, a second of work.
+const MAX_INTERVALS: usize = 1 << 16;
 
 /// Rounds in which bounds of one interval settle; the first guess is 1/8 too large.
 const MAX_ROUNDS: usize = 8;

@@ -47,8 +47,7 @@ def test_masked_entries_are_refused(call, i):
     masked = np.ma.array(value, dtype=float)
     assert_same(replaced(call, i, masked), replaced(call, i, value), f"{call}, nothing masked")
     masked[(0,) * value.ndim] = np.ma.masked
-    forms = [masked, np.asfortranarray(masked)] + [list(masked)] * (value.ndim > 1)
-    for form in forms:
+    for form in [masked] + [list(masked)] * (value.ndim > 1):
         with pytest.raises(InvalidInputError, match=f"{name}: 1 of {value.size} entries is masked"):
             replaced(call, i, form)
 
