@@ -12,13 +12,14 @@ use stiefel_rs::spline::{EndConditions, SplineOptions, cubic_spline, geometric_s
 use stiefel_rs::{Curve, Interrupt, Quantity, Stiefel};
 
 /// `(n, k)` and knots.
-const PROBLEMS: [((usize, usize), usize); 6] = [
+const PROBLEMS: [((usize, usize), usize); 7] = [
     ((3, 1), 50),
     ((3, 2), 10),
     ((3, 2), 200),
     ((3, 3), 200),
     ((5, 2), 50),
     ((10, 3), 20),
+    ((20, 4), 30),
 ];
 
 /// The geometric spline alone: its cost is linear in the knots and in `n`.

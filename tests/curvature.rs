@@ -492,6 +492,34 @@ fn vectors_that_span_no_plane_are_refused_with_their_area() {
 }
 
 #[test]
+fn vectors_that_are_nothing_but_round_off() {
+    // Short enough for the check of tangent vectors, and nothing of them is tangent.
+    let mut rng = Rng::new(127);
+    for s in [
+        identity(4).subcols(0, 2).to_owned(),
+        random_point(4, 2, &mut rng),
+    ] {
+        for metric in metrics() {
+            let m = manifold(&s, metric);
+            let v = random_tangent(&s, 1.0, &mut rng);
+            let noise = &s * Scale(1e-12);
+            for (a, b, c) in [(&noise, &v, &v), (&v, &noise, &v), (&v, &v, &noise)] {
+                // Round-off of the noise.
+                assert_within(frobenius(r(m, &s, a, b, c).as_ref()), 1e-26, "nothing");
+            }
+            for (a, b) in [(&noise, &v), (&v, &noise)] {
+                match m.sectional_curvature(s.as_ref(), a.as_ref(), b.as_ref()) {
+                    Err(Error::LinearlyDependent { area, .. }) => {
+                        assert_within(area, 1e-14, "area")
+                    }
+                    other => panic!("{other:?}"),
+                }
+            }
+        }
+    }
+}
+
+#[test]
 fn bad_and_extreme_arguments() {
     let mut rng = Rng::new(126);
     let s = random_point(4, 2, &mut rng);

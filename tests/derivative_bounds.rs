@@ -9,8 +9,20 @@ use stiefel_rs::curve::{DerivativeBounds, Guarantee};
 use stiefel_rs::spline::{EndConditions, SplineOptions, cubic_spline, geometric_hermite};
 use stiefel_rs::{Curve, Interrupt, Quantity, QuasiGeodesic, RiemannianCubic, Stiefel};
 
-/// What an enclosure may be above the largest norm.
+/// What an enclosure may be above the largest norm, and, as a share of derivatives of lower order, where those are larger. A
+/// sample misses some of a maximum: less than its square step.
 const GAP: f64 = 1.01e-3;
+const LOWER_GAP: f64 = 1.01e-4;
+
+/// What bounds may be, from the largest norms on an interval of the given length.
+fn limits(norms: [f64; 3], length: f64) -> [f64; 3] {
+    let mut scale = 0.0;
+    norms.map(|norm| {
+        let lower = scale / length;
+        scale = lower.max(norm);
+        norm + (GAP * norm).max(LOWER_GAP * lower)
+    })
+}
 
 fn array(bounds: &DerivativeBounds) -> [f64; 3] {
     [bounds.velocity, bounds.acceleration, bounds.jerk]
@@ -60,6 +72,9 @@ fn cubics_have_bounds_that_hold_and_are_tight() {
             ([0.0, 1.0, 0.0], 1.0),
             ([1.0, 1.0, 1.0], -1.5),
             ([0.0, 0.0, 5.0], 0.01),
+            // Derivatives of lower order are larger, in the length of the interval.
+            ([2.0, 2.0, 0.1], 1.0),
+            ([4.0, 0.5, 0.1], 0.5),
         ] {
             let curve = cubic(shape, sizes, t_end, 1);
             let name = format!("{shape:?} {sizes:?} {t_end}");
@@ -68,14 +83,11 @@ fn cubics_have_bounds_that_hold_and_are_tight() {
             let name = format!("{name}: {bounds:?}");
             assert_eq!(bounds.guarantee, Guarantee::Enclosure);
             let samples = dense(&curve, 500);
-            let mut scale = 0.0;
+            let limits = limits(samples, t_end.abs());
             for (i, (bound, sample)) in array(&bounds).into_iter().zip(samples).enumerate() {
                 let noise = 1e-11 * t_end.abs().powi(-(i as i32 + 1));
                 assert_within(sample, bound * (1.0 + 1e-12) + noise, &name);
-                // Derivatives of lower order, in the length of the interval as unit of time.
-                scale = sample + scale / t_end.abs();
-                // The sample itself misses some of a maximum: less than its square step.
-                assert_within(bound, sample + GAP * scale + noise, &name);
+                assert_within(bound, limits[i] + noise, &name);
             }
         }
     }
@@ -97,12 +109,63 @@ fn on_the_circle_a_cubic_has_the_derivatives_of_its_angle() {
     };
     let curve = RiemannianCubic::from_initial(s, v, a, j, &options).unwrap();
     let bounds = array(&curve.derivative_bounds().unwrap());
-    let mut scale = 0.0;
-    for (bound, exact) in bounds.into_iter().zip([3.0, 4.0, 2.0]) {
-        // Derivatives of lower order, in the length of the interval as unit of time.
-        scale = exact + 0.5 * scale;
+    let exact = [3.0, 4.0, 2.0];
+    for ((bound, exact), limit) in bounds.into_iter().zip(exact).zip(limits(exact, 2.0)) {
         assert!(bound >= exact * (1.0 - 1e-12), "{bound} {exact}");
-        assert_within(bound, exact + GAP * scale, "circle");
+        assert_within(bound, limit, "circle");
+    }
+}
+
+#[test]
+fn splines_of_plane_rotations_have_bounds() {
+    // Of some pieces the acceleration is round-off that has no tangent part at all.
+    let turn = |[i, j]: [usize; 2], angle: f64| {
+        let mut out = common::identity(3);
+        let (sin, cos) = angle.sin_cos();
+        (out[(i, i)], out[(j, j)], out[(i, j)], out[(j, i)]) = (cos, cos, -sin, sin);
+        out
+    };
+    let planes = [[0, 1], [0, 2], [1, 2]];
+    let options = SplineOptions::default();
+    for k in [2, 3] {
+        for (first, second) in planes
+            .iter()
+            .flat_map(|p| planes.iter().map(move |q| (*p, *q)))
+        {
+            for (a, b) in [(0.3, 0.4), (0.5, 0.3), (1.0, -0.9), (-0.7, 1.1)] {
+                let middle = turn(first, a);
+                let points = [
+                    common::identity(3),
+                    middle.clone(),
+                    &middle * turn(second, b),
+                ];
+                let views = points.each_ref().map(|point| point.as_ref().subcols(0, k));
+                let times = [0.0, 1.0, 2.0];
+                let (curve, _) =
+                    cubic_spline(&times, &views, &EndConditions::Natural, &options).unwrap();
+                let bounds = curve.derivative_bounds();
+                let bounds =
+                    bounds.unwrap_or_else(|error| panic!("{k} {first:?} {second:?}: {error}"));
+                assert!(bounds.velocity >= 0.3, "{bounds:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn fast_geodesics_and_cubics_have_bounds() {
+    for shape in [(3, 1), (3, 2), (5, 3)] {
+        for speed in [1000.0, 5000.0] {
+            let curve = cubic(shape, [speed, 0.0, 0.0], 1.0, 3);
+            let [velocity, acceleration, jerk] = array(&curve.derivative_bounds().unwrap());
+            assert_within((velocity / speed - 1.0).abs(), GAP, "speed");
+            // No covariant derivative at all, and none of the round-off of ambient ones, 1e-16 speed^2 and more.
+            assert_within(acceleration + jerk, 1e-290, "geodesic");
+        }
+        let curve = cubic(shape, [1000.0, 1.0, 1.0], 1.0, 4);
+        let bounds = curve.derivative_bounds().unwrap();
+        // Of the order of |A| |V| after a first turn.
+        assert!((1.0..1e5).contains(&bounds.jerk), "{bounds:?}");
     }
 }
 

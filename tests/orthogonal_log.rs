@@ -49,6 +49,31 @@ fn log_of_random_angles() {
 }
 
 #[test]
+fn log_of_what_is_nearly_a_rotation_is_that_of_the_nearest() {
+    let mut rng = Rng::new(17);
+    let mut worst = Worst::new("log of the nearest rotation");
+    for m in [2, 3, 4, 5, 6, 9] {
+        for angle in [1e-3, 0.5, 2.0, 3.1] {
+            for _ in 0..20 {
+                let angles: Vec<f64> = (0..m / 2).map(|i| angle / (1.0 + 0.3 * i as f64)).collect();
+                let nearest = rotation_with_angles(&angles, m, &mut rng);
+                // A symmetric positive definite factor: the first is the polar factor of the product.
+                let noise = Mat::from_fn(m, m, |_, _| rng.normal());
+                let stretch = (&noise + noise.transpose()) * Scale(0.5);
+                let stretch = &stretch * Scale(2e-10 / frobenius(stretch.as_ref()));
+                let found = orthogonal_log((&nearest + &nearest * &stretch).as_ref()).unwrap();
+                let exact = orthogonal_log(nearest.as_ref()).unwrap();
+                worst.see(distance(&found, &exact), || {
+                    format!("m = {m}, angle {angle}")
+                });
+            }
+        }
+    }
+    // The stretch is known to 1e-16; the square of the defect is 4e-20.
+    worst.assert_at_most(3e-14);
+}
+
+#[test]
 fn log_of_identity_is_exactly_zero() {
     for m in 1..=60 {
         let log = orthogonal_log(identity(m).as_ref()).unwrap();

@@ -212,6 +212,21 @@ fn another_format_version_or_kind_is_refused() {
     }
 }
 
+/// What was taken is a curve: its points are on the manifold.
+fn on_the_manifold<C: Curve>(curve: &C, name: &str) {
+    let manifold = Stiefel::new(curve.n(), curve.k()).unwrap();
+    let (start, end) = curve.t_span();
+    for i in 0..=16 {
+        let t = start + (end - start) * f64::from(i) / 16.0;
+        // Refused where the curve would have to be integrated too far, or jumps.
+        if let Ok(point) = curve.point(t) {
+            manifold
+                .check_point("S", point.as_ref(), 1e-9)
+                .unwrap_or_else(|error| panic!("{name} at {t}: {error}"));
+        }
+    }
+}
+
 /// Every array missing, empty, longer, shorter, of another shape; every number changed for one that cannot be.
 fn tamper<C: Serialize + DeserializeOwned + Curve>(curve: &C) {
     let form = serde_json::to_value(curve).unwrap();
@@ -265,13 +280,26 @@ fn tamper<C: Serialize + DeserializeOwned + Curve>(curve: &C) {
                     }
                 });
                 if let Ok(curve) = changed {
-                    let (start, end) = curve.t_span();
-                    for t in [start, 0.5 * (start + end), end] {
-                        if let Ok(point) = curve.point(t) {
-                            assert!(point.norm_max().is_finite(), "{name} {index} {wrong}");
-                        }
-                    }
+                    on_the_manifold(&curve, &format!("{name} {index} {wrong}"));
                 }
+            }
+        }
+        // All numbers of an array wrong together.
+        let edits: [&dyn Fn(&mut [f64]); 5] = [
+            &|x| x.iter_mut().for_each(|x| *x *= 1.01),
+            &|x| x.iter_mut().for_each(|x| *x *= -1.0),
+            &|x| x.iter_mut().for_each(|x| *x += 0.01),
+            &|x| x.reverse(),
+            &|x| x.rotate_left(1.min(x.len())),
+        ];
+        for (i, edit) in edits.iter().enumerate() {
+            let changed = taken(&|form| {
+                let mut numbers: Vec<f64> = entries.iter().map(|x| x.as_f64().unwrap()).collect();
+                edit(&mut numbers);
+                form["arrays"][name]["entries"] = json!(numbers);
+            });
+            if let Ok(curve) = changed {
+                on_the_manifold(&curve, &format!("{name}, edit {i}"));
             }
         }
     }
@@ -294,4 +322,32 @@ fn tampered_curves_are_refused() {
     let quick: Piecewise<GeometricCubic> =
         geometric_hermite(&t, &views(&points), &views(&still)).unwrap();
     tamper(&quick);
+    for metric in [Metric::EUCLIDEAN, Metric::new(0.3).unwrap()] {
+        let manifold = Stiefel::new(9, 2).unwrap().with_metric(metric);
+        tamper(&manifold.geodesic(s0, v0).unwrap());
+    }
+    // In a frame.
+    let [s0, v0, s1, v1] = &ends((20, 2));
+    let (s0, v0, s1, v1) = (s0.as_ref(), v0.as_ref(), s1.as_ref(), v1.as_ref());
+    tamper(&GeometricCubic::from_boundary(s0, v0, s1, v1).unwrap());
+    tamper(&RiemannianCubic::from_boundary(s0, v0, s1, v1, &BoundaryOptions::default()).unwrap());
+}
+
+#[test]
+fn rough_and_fast_curves_come_back() {
+    let mut rng = Rng::new(21);
+    for shape in SHAPES {
+        let s = random_point(shape.0, shape.1, &mut rng);
+        for (sizes, t_end) in [
+            ([1.0, 2.0, 3.0], 1.0),
+            ([300.0, 1.0, 0.0], 1.0),
+            ([0.01, 5.0, 40.0], -2.0),
+        ] {
+            let [v, a, j] = sizes.map(|size| random_tangent(&s, size, &mut rng));
+            for tolerance in [1e-17, 1e-8, 1e-3, 0.1] {
+                let curve = cubic([&s, &v, &a, &j], t_end, tolerance);
+                assert_same(&through_json(&curve), &curve, 0.0);
+            }
+        }
+    }
 }

@@ -38,7 +38,7 @@ INPUT.npz holds the arrays
 
 Kinds
   riemannian         spline of Riemannian cubics, C2: stationary cost through the points
-  geometric          spline of de Casteljau curves, C2: near to it, and quicker
+  geometric          spline of de Casteljau curves, C2: near to it
   hermite            Riemannian cubics with the given velocities, C1
   geometric-hermite  de Casteljau curves with the given velocities, C1
   smoothing          passes by the points: least misfit plus lambda times cost

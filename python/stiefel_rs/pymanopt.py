@@ -38,6 +38,9 @@ class StiefelManifold(Manifold):
         What the solvers step with.
     rng : numpy.random.Generator or int or None
         Source of random points and tangent vectors.
+    determinant : {1, -1, None}
+        For ``k = n``, where the manifold is O(n): the component that random points lie in, by its determinant. By
+        default they lie in both.
 
     Attributes
     ----------
@@ -50,6 +53,12 @@ class StiefelManifold(Manifold):
     Between random points, mostly farther apart than the injectivity radius, that search fails with a `ConvergenceError`
     for about one pair in a hundred on St(4, 2) and St(5, 3) with the Euclidean metric, and for none of 300 with the
     canonical one.
+
+    O(n), which is the manifold for ``k = n``, has two components, of determinant 1 and -1, that no curve joins. Solvers
+    that go along curves stay in the component of their first point; random points lie in either with equal chance.
+    Particle swarms and the Nelder-Mead method start from many random points and join them, which raises an
+    `OutsideDomainError` unless all lie in one component: give ``determinant=1`` (rotations) or ``determinant=-1``, and
+    solve twice where the best point may lie in either. For ``k < n`` the manifold is connected.
 
     Examples
     --------
@@ -73,8 +82,14 @@ class StiefelManifold(Manifold):
         metric: str | float | None = None,
         retraction: Retraction = "quasi_geodesic",
         rng: np.random.Generator | int | None = None,
+        determinant: Literal[1, -1] | None = None,
     ) -> None:
         self.stiefel = Stiefel(n, k, metric=metric)
+        if determinant not in (1, -1, None):
+            raise ValueError(f"determinant: must be 1, -1 or None, found {determinant!r}")
+        if determinant is not None and n != k:
+            raise ValueError(f"determinant: points of St({n}, {k}) have none")
+        self._determinant = determinant
         if retraction not in get_args(Retraction):
             raise ValueError(f"retraction: must be one of {get_args(Retraction)}, found {retraction!r}")
         self._retraction: Retraction = retraction
@@ -137,8 +152,11 @@ class StiefelManifold(Manifold):
         return self.projection(point_b, tangent_vector_a)
 
     def random_point(self) -> _Array:
-        """Uniformly distributed point."""
-        return self.stiefel.random_point(self._rng)
+        """Uniformly distributed point, in the component of `determinant` where that was given."""
+        S = self.stiefel.random_point(self._rng)
+        if self._determinant is not None and np.linalg.det(S) * self._determinant < 0.0:
+            S[:, -1] *= -1.0
+        return S
 
     def random_tangent_vector(self, point: _Array) -> _Array:
         """Random tangent vector of length 1; zero where there is no other, on St(1, 1)."""

@@ -81,8 +81,8 @@ def load(path: str | os.PathLike[str]) -> Curve:
     Raises
     ------
     InvalidInputError
-        The file is no curve of this package, is of a newer version, or is damaged; says what is wrong, and names the
-        file.
+        The file is no curve of this package, is of a newer version, or is damaged, or its numbers make no curve (points
+        off the manifold, steps that do not join, with the measured gap); says what is wrong, and names the file.
     OSError
         The file cannot be read.
 

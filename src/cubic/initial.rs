@@ -1,7 +1,7 @@
 //! Initial data of a Riemannian cubic, in the coordinates of a frame of their span.
 
 use faer::reborrow::{Reborrow, ReborrowMut};
-use faer::{ColMut, ColRef, Mat, MatMut, MatRef};
+use faer::{ColMut, ColRef, Mat, MatMut, MatRef, Scale};
 
 use super::reduced::Sized;
 use crate::error::Result;
@@ -55,6 +55,19 @@ impl Horizontal {
                 .sum::<f64>()
         };
         0.5 * product(&self.omega, &other.omega) + product(&self.normal, &other.normal)
+    }
+
+    /// `|a|`, of vectors of any size.
+    pub(crate) fn norm(&self) -> f64 {
+        let half = std::f64::consts::FRAC_1_SQRT_2;
+        norm(self.normal.as_ref()).hypot(norm(self.omega.as_ref()) * half)
+    }
+
+    /// `a + factor b`.
+    pub(crate) fn plus(mut self, factor: f64, other: &Self) -> Self {
+        self.omega += &other.omega * Scale(factor);
+        self.normal += &other.normal * Scale(factor);
+        self
     }
 
     /// `[a, b]_m`.

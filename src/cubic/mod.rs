@@ -50,6 +50,8 @@ mod split_state;
 mod splitting;
 #[cfg(any(feature = "python", feature = "serde"))]
 mod stored;
+#[cfg(any(feature = "python", feature = "serde"))]
+mod stored_check;
 pub(crate) mod taylor;
 mod variation;
 

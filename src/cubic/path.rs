@@ -324,6 +324,26 @@ impl Path {
         }
     }
 
+    /// Taylor coefficients of `x` at `t`, up to the order of `out.len() - 1`, each `omega` before `b`, column by column.
+    pub(crate) fn vectors_into(&self, t: f64, out: &mut [&mut [f64]]) {
+        self.vectors_of_step(self.find(t), t, out);
+    }
+
+    /// The same of one piece.
+    pub(super) fn vectors_of_step(&self, piece: usize, t: f64, out: &mut [&mut [f64]]) {
+        let size = self.r() * self.blocks.k;
+        let coefficients = &self.vectors[block(piece, (self.accuracy.order + 1) * size)];
+        shift_into(coefficients, size, t - self.pieces[piece].center, out);
+    }
+
+    /// As [`Path::points_into`], of one piece.
+    #[cfg(any(feature = "python", feature = "serde"))]
+    pub(super) fn points_of_step(&self, piece: usize, t: f64, out: &mut [&mut [f64]]) {
+        let size = self.rows() * self.blocks.k;
+        let coefficients = &self.points[block(piece, (self.accuracy.order + 1) * size)];
+        shift_into(coefficients, size, t - self.pieces[piece].center, out);
+    }
+
     /// Coefficients of the piece at `t`, and the time since its center.
     #[inline(always)]
     fn piece_at(&self, t: f64) -> (&[f64], f64) {

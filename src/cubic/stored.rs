@@ -8,9 +8,11 @@ use super::clock::Clock;
 use super::path::{Path, Piece, State};
 use super::reduced::{Blocks, Sized};
 use super::riemannian_cubic::RiemannianCubic;
+use super::stored_check::check_path;
 use super::taylor::Accuracy;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
+use crate::manifold::stored::check_orthonormal;
 use crate::stored::{Fields, Parts, READER, Stored, StoredPiece, extend, only, product, refusal};
 
 impl Stored for RiemannianCubic {
@@ -74,6 +76,7 @@ impl StoredPiece for RiemannianCubic {
             let [tolerance] = tolerances.some()?;
             let (clock, span) = (clock(clocks.some()?)?, span(spans.some()?)?);
             let path = Arc::new(numbers.path(blocks, steps[i], tolerance)?);
+            check_path(&path, interrupt)?;
             curves.push(RiemannianCubic {
                 n,
                 k,
@@ -134,7 +137,11 @@ fn restore_frames(
     let mut entries = fields.parts("frames")?;
     let frames = ranks
         .into_iter()
-        .map(|rank| Ok(Arc::new(entries.matrix(n, rank)?)))
+        .map(|rank| {
+            let frame = entries.matrix(n, rank)?;
+            check_orthonormal("frames", frame.as_ref())?;
+            Ok(Arc::new(frame))
+        })
         .collect::<Result<Vec<_>>>()?;
     entries.end()?;
     let own = fields.whole_each("frame_of", count)?;

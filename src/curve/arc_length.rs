@@ -170,7 +170,7 @@ impl<'a, C: Curve> Speed<'a, C> {
         self.curve
             .coordinates_into(t, 1, &mut self.work, &mut self.jet)?;
         self.manifold
-            .norm(self.jet.c[0].as_ref(), self.jet.c[1].as_ref())
+            .norm_along("arc length", self.jet.c[0].as_ref(), self.jet.c[1].as_ref())
     }
 }
 

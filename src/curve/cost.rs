@@ -79,7 +79,9 @@ fn squares<C: Curve + ?Sized>(
     let second = &jet.c[2] * faer::Scale(2.0);
     let a = covariant::acceleration(jet.c[0].as_ref(), jet.c[1].as_ref(), second.as_ref());
     Ok([
-        manifold.norm(jet.c[0].as_ref(), a.as_ref())?.powi(2),
+        manifold
+            .norm_along("cost", jet.c[0].as_ref(), a.as_ref())?
+            .powi(2),
         second.squared_norm_l2(),
     ])
 }

@@ -38,8 +38,8 @@ const CANDIDATES: usize = 3;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Guarantee {
     /// The norms are nowhere larger (but for round-off), and the numbers are at most 1e-3 of themselves above the
-    /// largest norms; where derivatives of lower order are larger, in the length of the interval as unit of time, 1e-3
-    /// of those.
+    /// largest norms; where a derivative of lower order is more than ten times as large, in the length of the interval (of a
+    /// piece of a spline) as unit of time, 1e-4 of that.
     Enclosure,
     /// The largest norms of a dense sample, refined around the largest: nowhere above the truth, but a peak that is
     /// narrower than a 32nd of a piece can be missed.
@@ -134,7 +134,8 @@ impl<'a, C: Curve + ?Sized> Norms<'a, C> {
         let mut value = faer::Mat::zeros(self.rows, curve.k());
         let mut norm = |quantity: Quantity| {
             quantity.read_into(jet, value.as_mut());
-            self.manifold.norm(jet.c[0].as_ref(), value.as_ref())
+            self.manifold
+                .norm_along("derivative bounds", jet.c[0].as_ref(), value.as_ref())
         };
         Ok([
             norm(Quantity::Derivative(1))?,

@@ -5,7 +5,9 @@ use faer::{Mat, MatRef};
 use super::{Curve, GeometricCubic, GeometricPolynomial};
 use crate::error::Result;
 use crate::interrupt::Interrupt;
-use crate::manifold::stored::{Legs, check_shape, store_legs};
+use crate::linalg::structure::{distance, norm};
+use crate::manifold::QuasiGeodesic;
+use crate::manifold::stored::{Legs, MEMBERSHIP, check_orthonormal, check_shape, store_legs};
 use crate::stored::{Fields, READER, Stored, StoredPiece, extend, only, refusal};
 
 impl Stored for GeometricPolynomial {
@@ -74,8 +76,13 @@ fn restore_polynomials(
     for (frame, points) in points {
         interrupt.check(READER)?;
         let (r, k) = points[0].shape();
-        let own = (1..points.len())
-            .map(|_| legs.next(r, k))
+        let own = points
+            .windows(2)
+            .map(|ends| {
+                let leg = legs.next(r, k)?;
+                check_ends(&leg, ends)?;
+                Ok(leg)
+            })
             .collect::<Result<_>>()?;
         let curve = GeometricPolynomial::unchecked(points, frame, own)?;
         curve.check_branch()?;
@@ -83,6 +90,20 @@ fn restore_polynomials(
     }
     legs.end()?;
     Ok(curves)
+}
+
+/// Error unless a leg runs from one control point to the next.
+fn check_ends(leg: &QuasiGeodesic, ends: &[Mat<f64>]) -> Result<()> {
+    let speed = norm(leg.initial_velocity().as_ref());
+    for (t, end) in [0.0, 1.0].into_iter().zip(ends) {
+        let gap = distance(leg.point(t)?.as_ref(), end.as_ref());
+        // Of numbers that overflow the gap is none.
+        if gap.is_nan() || gap > MEMBERSHIP * (1.0 + speed) {
+            let problem = format!("legs: one is {gap:.3e} away from its control point");
+            return Err(refusal(problem));
+        }
+    }
+    Ok(())
 }
 
 /// A frame and control points in its coordinates.
@@ -121,7 +142,11 @@ fn restore_control_points(fields: &mut Fields) -> Result<Vec<ControlPoints>> {
     for ((degree, rank), framed) in degrees.into_iter().zip(ranks).zip(framed) {
         check_shape(rank, k)?;
         let frame = match framed {
-            1 if rank <= n => Some(frames.matrix(n, rank)?),
+            1 if rank <= n => {
+                let frame = frames.matrix(n, rank)?;
+                check_orthonormal("frames", frame.as_ref())?;
+                Some(frame)
+            }
             0 if rank == n => None,
             _ => {
                 return Err(refusal(format!(
@@ -133,7 +158,11 @@ fn restore_control_points(fields: &mut Fields) -> Result<Vec<ControlPoints>> {
             return Err(refusal("degrees: a curve of degree 0".to_owned()));
         }
         let own = (0..=degree)
-            .map(|_| points.matrix(rank, k))
+            .map(|_| {
+                let point = points.matrix(rank, k)?;
+                check_orthonormal("control_points", point.as_ref())?;
+                Ok(point)
+            })
             .collect::<Result<_>>()?;
         curves.push((frame, own));
     }
@@ -154,11 +183,6 @@ impl Stored for super::GeodesicPolynomial {
     /// Its geodesics are those between the control points, found again.
     fn restore(fields: &mut Fields, _: Interrupt<'_>) -> Result<Self> {
         let (frame, points) = only(restore_control_points(fields)?)?;
-        let reduced = crate::manifold::Stiefel::new(points[0].nrows(), points[0].ncols())?;
-        for point in &points {
-            let tolerance = crate::manifold::stiefel::POINT_TOLERANCE;
-            reduced.check_point("control_points", point.as_ref(), tolerance)?;
-        }
         Self::of_reduced(points, frame)
     }
 }

@@ -25,6 +25,15 @@ use crate::linalg::structure::{check_range, frobenius_inner, norm, skew_part};
 /// Unit vectors that span less than this leave the sectional curvature less than half of its digits.
 const SMALLEST_AREA: f64 = 1.5e-8;
 
+/// A tangent vector as its direction, a pair of length 1 (of length 0 where nothing of the vector is tangent), and its length.
+struct Arrow {
+    direction: Pair,
+    length: f64,
+    /// How much of the given matrix is tangent, in the Frobenius norm: 1 but for round-off of the matrix, which is all there is
+    /// of very short vectors.
+    share: f64,
+}
+
 /// `S A + B` as the pair of `A`, skew `(k, k)`, and `B`, `(n, k)` with `S^T B = 0`.
 struct Pair {
     a: Mat<f64>,
@@ -114,12 +123,15 @@ impl Stiefel {
         w: MatRef<'_, f64>,
     ) -> Result<Mat<f64>> {
         self.check_point("S", s, POINT_TOLERANCE)?;
-        let (x, x_length) = self.unit("U", s, u)?;
-        let (y, y_length) = self.unit("V", s, v)?;
-        let (z, z_length) = self.unit("W", s, w)?;
-        let unit = tensor(&x, &y, &z, self.metric().weight());
+        let [x, y, z] = [
+            self.arrow("U", s, u)?,
+            self.arrow("V", s, v)?,
+            self.arrow("W", s, w)?,
+        ];
+        let weight = self.metric().weight();
+        let unit = tensor(&x.direction, &y.direction, &z.direction, weight);
         // The small lengths first: a product of the large ones may overflow where the result does not.
-        let mut lengths = [x_length, y_length, z_length];
+        let mut lengths = [x.length, y.length, z.length];
         lengths.sort_by(f64::total_cmp);
         let [low, middle, high] = lengths;
         let out = (unit.b + s * unit.a) * Scale(low * high) * Scale(middle);
@@ -149,11 +161,11 @@ impl Stiefel {
     ) -> Result<f64> {
         self.check_point("S", s, POINT_TOLERANCE)?;
         let weight = self.metric().weight();
-        let (x, x_length) = self.unit("U", s, u)?;
-        let (y, y_length) = self.unit("V", s, v)?;
-        // A vector of length 0 spans nothing.
-        let mut area = 0.0;
-        if x_length > 0.0 && y_length > 0.0 {
+        let (x, y) = (self.arrow("U", s, u)?, self.arrow("V", s, v)?);
+        // A vector of which nothing but round-off is tangent spans nothing.
+        let mut area = x.share.min(y.share);
+        if area > SMALLEST_AREA {
+            let (x, y) = (x.direction, y.direction);
             let first = y.plus(-x.inner(&y, weight), &x);
             area = first.length(weight);
             if area > SMALLEST_AREA {
@@ -176,24 +188,25 @@ impl Stiefel {
         })
     }
 
-    /// The pair of a tangent vector, scaled to length 1, and its length; zero stays zero.
-    fn unit(
-        &self,
-        name: &'static str,
-        s: MatRef<'_, f64>,
-        v: MatRef<'_, f64>,
-    ) -> Result<(Pair, f64)> {
+    /// Direction and length of the tangent part of `v`, after the check that it is all of it.
+    fn arrow(&self, name: &'static str, s: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Result<Arrow> {
         self.check_tangent(name, s, v, TANGENT_TOLERANCE)?;
         // Scaled first: the products of the split must neither overflow nor vanish.
         let size = norm(v);
-        if size == 0.0 {
-            let (b, a) = self.split(s, v)?;
-            return Ok((Pair { a, b }, 0.0));
-        }
-        let scaled = Mat::from_fn(v.nrows(), v.ncols(), |i, j| v[(i, j)] / size);
+        let unit = if size > 0.0 { size } else { 1.0 };
+        let scaled = Mat::from_fn(v.nrows(), v.ncols(), |i, j| v[(i, j)] / unit);
         let (b, a) = self.split(s, scaled.as_ref())?;
+        let share = norm(b.as_ref()).hypot(norm(a.as_ref()));
         let pair = Pair { a, b };
         let length = pair.length(self.metric().weight());
-        Ok((pair.rescaled(length), length * size))
+        Ok(Arrow {
+            direction: if length > 0.0 {
+                pair.rescaled(length)
+            } else {
+                pair
+            },
+            length: length * size,
+            share,
+        })
     }
 }

@@ -9,8 +9,8 @@ use crate::linalg::decomp::polar_factor;
 use crate::linalg::product::mul_into;
 use crate::linalg::skew_exp::check_skew;
 use crate::linalg::structure::{
-    check_finite, check_shape, frobenius_inner, norm, orthonormality_defect, skew_defect,
-    skew_part, symmetric_part,
+    check_finite, check_range, check_shape, frobenius_inner, norm, orthonormality_defect,
+    skew_defect, skew_part, symmetric_part,
 };
 
 /// A point may be off the manifold by this much: `|S^T S - I|_F`.
@@ -218,6 +218,22 @@ impl Stiefel {
         } else {
             Err(Error::Overflow { quantity: "norm" })
         }
+    }
+
+    /// [`Stiefel::norm`] of a point and a vector of a curve, which no argument is: `Overflow` of the quantity where one is not
+    /// finite.
+    ///
+    /// # Errors
+    /// `Overflow`.
+    pub(crate) fn norm_along(
+        &self,
+        quantity: &'static str,
+        s: MatRef<'_, f64>,
+        v: MatRef<'_, f64>,
+    ) -> Result<f64> {
+        check_range(quantity, s)?;
+        check_range(quantity, v)?;
+        self.norm(s, v).map_err(|_| Error::Overflow { quantity })
     }
 
     /// `V = K + S Omega` with `S^T K = 0`: the pair `(K, Omega)`, shapes `(n, k)` and `(k, k)`.

@@ -1,13 +1,13 @@
 //! The numbers that quasi-geodesics and geodesics consist of.
 
-use faer::Mat;
+use faer::{Mat, MatRef, Scale};
 
 use super::{Geodesic, Metric, QuasiGeodesic};
 use crate::error::Result;
 use crate::interrupt::Interrupt;
-use crate::linalg::structure::{norm, skew_defect};
+use crate::linalg::structure::{distance, norm, orthonormality_defect, skew_defect};
 use crate::manifold::normal_frame::normal_rank;
-use crate::manifold::stiefel::TANGENT_TOLERANCE;
+use crate::manifold::stiefel::{POINT_TOLERANCE, TANGENT_TOLERANCE};
 use crate::stored::{Fields, Parts, Stored, extend, refusal};
 
 impl Stored for QuasiGeodesic {
@@ -56,6 +56,51 @@ pub(crate) fn store_legs<'a>(
 
 const NAMES: [&str; 4] = ["leg_frames", "leg_angles", "leg_rights", "leg_omegas"];
 
+/// How far stored points may be off the manifold, per unit of what moves them: ten times what a point may be off that a curve
+/// is made of, and that the curve carries along.
+pub(crate) const MEMBERSHIP: f64 = 10.0 * POINT_TOLERANCE;
+
+/// Error unless the columns of a matrix are orthonormal.
+pub(crate) fn check_orthonormal(name: &str, a: MatRef<'_, f64>) -> Result<()> {
+    let defect = orthonormality_defect(a);
+    // A NaN, of entries that overflow, is none.
+    if defect <= MEMBERSHIP {
+        return Ok(());
+    }
+    Err(refusal(format!(
+        "{name}: columns are not orthonormal, by {defect:.3e}, more than {MEMBERSHIP:.3e}"
+    )))
+}
+
+/// Error unless a frame `[S, Q]` keeps points orthonormal that move along `Q` with the given rates: a direction that nothing
+/// moves along does not count, and one that little moves along may be off by more.
+fn check_moving(
+    name: &str,
+    frame: MatRef<'_, f64>,
+    k: usize,
+    rates: &[f64],
+    speed: f64,
+) -> Result<()> {
+    let weight = |j: usize| {
+        if j < k {
+            1.0
+        } else {
+            rates[j - k].abs().min(1.0)
+        }
+    };
+    let gram = frame.transpose() * frame;
+    let off = Mat::from_fn(gram.nrows(), gram.ncols(), |i, j| {
+        weight(i) * weight(j) * (gram[(i, j)] - f64::from(u8::from(i == j)))
+    });
+    let (defect, allowed) = (norm(off.as_ref()), MEMBERSHIP * (1.0 + speed));
+    if defect <= allowed {
+        return Ok(());
+    }
+    Err(refusal(format!(
+        "{name}: columns are not orthonormal, by {defect:.3e}, more than {allowed:.3e}"
+    )))
+}
+
 /// Quasi-geodesics that are read one after the other.
 pub(crate) struct Legs {
     frames: Parts,
@@ -85,6 +130,11 @@ impl Legs {
         let right = self.rights.matrix(k, k)?;
         let omega = self.omegas.matrix(k, k)?;
         check_skew(NAMES[3], &omega)?;
+        check_orthonormal(NAMES[2], right.as_ref())?;
+        let speed = angles
+            .iter()
+            .fold(norm(omega.as_ref()), |sum, x| sum.hypot(*x));
+        check_moving(NAMES[0], frame.as_ref(), k, &angles, speed)?;
         Ok(QuasiGeodesic {
             frame,
             angles,
@@ -150,6 +200,11 @@ impl Stored for Geodesic {
         for skew in [Some(&generator), turning.as_ref()].into_iter().flatten() {
             check_skew("generator", skew)?;
         }
+        check_blocks(&generator, turning.as_ref(), k, metric)?;
+        let rates: Vec<f64> = (k..columns)
+            .map(|i| norm(generator.as_ref().submatrix(i, 0, 1, k)))
+            .collect();
+        check_moving("frame", frame.as_ref(), k, &rates, norm(generator.as_ref()))?;
         Ok(Geodesic {
             frame,
             generator,
@@ -162,6 +217,33 @@ impl Stored for Geodesic {
 
 const TURNING: &str = "turning";
 const MATRICES: [&str; 3] = ["frame", "generator", TURNING];
+
+/// Error unless the matrices of a geodesic are `[[2 w A, -B^T], [B, 0]]` and `(1 - 2 w) A`.
+fn check_blocks(
+    generator: &Mat<f64>,
+    turning: Option<&Mat<f64>>,
+    k: usize,
+    metric: Metric,
+) -> Result<()> {
+    let p = generator.nrows() - k;
+    let size = norm(generator.as_ref());
+    let rest = norm(generator.as_ref().submatrix(k, k, p, p));
+    if rest > TANGENT_TOLERANCE * size {
+        let problem = format!("generator: {rest:.3e} where there should be zeros");
+        return Err(refusal(problem));
+    }
+    let Some(turning) = turning else {
+        return Ok(());
+    };
+    let twice = 2.0 * metric.weight();
+    let a = generator.as_ref().submatrix(0, 0, k, k) * Scale((1.0 - twice) / twice);
+    let gap = distance(turning.as_ref(), a.as_ref());
+    if gap > TANGENT_TOLERANCE * norm(a.as_ref()) {
+        let problem = format!("turning: not that of the generator, by {gap:.3e}");
+        return Err(refusal(problem));
+    }
+    Ok(())
+}
 
 /// Error unless a matrix is skew-symmetric.
 fn check_skew(name: &str, a: &Mat<f64>) -> Result<()> {

@@ -5,12 +5,13 @@ use pyo3::prelude::*;
 
 use super::call::Call;
 use super::chart::count;
-use super::convert::{freeze, matrix, parameters, to_array, tuple, whole};
+use super::convert::{Batch, freeze, matrix, parameters, to_array, tuple, whole};
 use super::error::{invalid_input, to_exception};
 use crate::cubic::{
     CubicTrajectory, SplittingOptions, SplittingOrder, integrate_cubic as integrate,
 };
 use crate::curve::Samples;
+use crate::manifold::stored::check_orthonormal;
 
 type Array = Py<PyArrayDyn<f64>>;
 
@@ -109,6 +110,11 @@ impl PyCubicTrajectory {
         if [0, 5].iter().any(|i| parts[*i].0[0] != common[0]) {
             let message = format!("t, energy: expected shape ({},)", common[0]);
             return Err(invalid_input(py, message));
+        }
+        let points = Batch::of([common[0], common[1], common[2]], parts[1].1.clone());
+        for i in 0..points.len() {
+            check_orthonormal(&format!("{}: state {i}", NAMES[1]), points.get(i))
+                .map_err(|error| to_exception(py, &error, ""))?;
         }
         let mut parts = parts.into_iter().map(|(shape, entries)| {
             let array = to_array(py, entries, &shape)?;

@@ -71,7 +71,8 @@ fn square_map<'py, K: Kernel>(
     object: &Bound<'py, PyAny>,
     num_threads: Option<i64>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    if let Ok(array) = object.cast::<PyArray2<f64>>()
+    // Not of a subclass, which may mean something else by its numbers.
+    if let Ok(array) = object.cast_exact::<PyArray2<f64>>()
         && let &[m, cols] = array.shape()
         && m == cols
         && (1..=SMALL).contains(&m)

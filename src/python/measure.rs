@@ -29,8 +29,8 @@ const EVALUATIONS: f64 = 1e3;
 ///     Of the covariant jerk.
 /// guarantee : str
 ///     ``"enclosure"``: the norms are nowhere larger (but for round-off), and the numbers at most 1e-3 of themselves
-///     above the largest norms (where lower derivatives are larger, in the length of a piece as unit of time, 1e-3 of
-///     those). ``"sampling"``: the largest norms of a dense sample, refined around the largest.
+///     above the largest norms (1e-4 of a derivative of lower order where that is more than ten times as large, in the
+///     length of a piece as unit of time). ``"sampling"``: the largest norms of a dense sample, refined around the largest.
 #[pyclass(name = "DerivativeBounds", module = "stiefel_rs", frozen)]
 pub struct PyDerivativeBounds {
     bounds: DerivativeBounds,
@@ -189,9 +189,9 @@ impl PyCurve {
 
     /// The largest norms of velocity, covariant acceleration and covariant jerk over ``t_span``, canonical metric.
     ///
-    /// True bounds for Riemannian cubics and their splines, within 1e-3 of the largest norms, or of those of lower order
-    /// where these are larger in the length of the interval as unit of time; of a dense and refined sample for other
-    /// curves. See :class:`DerivativeBounds`.
+    /// True bounds for Riemannian cubics and their splines, at most 1e-3 above the largest norms, or 1e-4 of those of lower
+    /// order where these are more than ten times as large in the length of a piece as unit of time; the largest norms of
+    /// a dense and refined sample for other curves. See :class:`DerivativeBounds`.
     ///
     /// Raises
     /// ------

@@ -37,6 +37,8 @@ pub mod _core {
     #[pymodule_export]
     use super::chart::PyChart;
     #[pymodule_export]
+    use super::convert::_check_unmasked;
+    #[pymodule_export]
     use super::cubic_trajectory::{PyCubicTrajectory, integrate_cubic};
     #[pymodule_export]
     use super::curve::{PyCurve, PyQuasiGeodesic};

@@ -184,6 +184,9 @@ impl PySmoothingSpline {
                 let numbers = <[f64; 3]>::try_from(numbers).map_err(|_| {
                     refusal(format!("{SMOOTHING}: expected 3 numbers, found {found}"))
                 })?;
+                if let Some(negative) = numbers.iter().find(|x| **x < 0.0) {
+                    return Err(refusal(format!("{SMOOTHING}: {negative} is negative")));
+                }
                 Ok((Restored::of(fields, Kind::Riemannian, interrupt)?, numbers))
             })?;
         let Restored {

@@ -10,7 +10,8 @@ use super::spline::{Array, Cubics, Data, Kind, PyPiecewiseCurve};
 use crate::curve::Quantity;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
-use crate::linalg::structure::distance;
+use crate::linalg::structure::{distance, norm};
+use crate::manifold::stored::check_orthonormal;
 use crate::report::SolverReport;
 use crate::stored::{self, Fields, Stored, refusal};
 
@@ -65,6 +66,7 @@ impl Restored {
         let curve = cubics.curve();
         let found = curve.sample(&t, Quantity::Derivative(0), interrupt)?;
         for (knot, point) in found.iter().enumerate() {
+            check_orthonormal(&format!("{POINTS}: knot {knot}"), points.get(knot))?;
             let gap = distance(point, points.get(knot));
             if gap > STORED_TOLERANCE.max(tolerance) {
                 let problem = format!("knot {knot}: the curve is {gap:.3e} away from the point");
@@ -77,6 +79,31 @@ impl Restored {
             data,
             report,
         })
+    }
+
+    /// Error unless velocities are those of the curve at its knots.
+    pub(super) fn check_velocities(
+        &self,
+        velocities: &Batch,
+        interrupt: Interrupt<'_>,
+    ) -> Result<()> {
+        let curve = self.cubics.curve();
+        let found = curve.sample(&self.data.t, Quantity::Derivative(1), interrupt)?;
+        let steps = self.data.t.windows(2).map(|pair| pair[1] - pair[0]);
+        let shortest = steps.fold(f64::INFINITY, f64::min);
+        for (knot, velocity) in found.iter().enumerate() {
+            let (stored, gap) = (
+                velocities.get(knot),
+                distance(velocity, velocities.get(knot)),
+            );
+            // Pieces are solved for in their own unit of time.
+            let allowed = STORED_TOLERANCE * norm(stored).max(shortest.recip());
+            if gap.is_nan() || gap > allowed {
+                let problem = format!("knot {knot}: the velocity of the curve is {gap:.3e} away");
+                return Err(refusal(problem));
+            }
+        }
+        Ok(())
     }
 
     /// An array of one matrix for each knot.

@@ -117,22 +117,43 @@ impl PyStiefel {
         }
     }
 
-    /// Standard normal numbers of shape `size + (n, k)` from a generator or a seed.
+    /// Standard normal numbers of shape `size + (n, k)` from a generator.
     fn normal<'py>(
         &self,
-        py: Python<'py>,
-        rng: Option<&Bound<'py, PyAny>>,
+        generator: &Bound<'py, PyAny>,
         size: &[usize],
     ) -> PyResult<Bound<'py, PyAny>> {
-        let random = py.import("numpy.random")?;
-        let generator = random.call_method1("default_rng", (rng,))?;
         let shape: Vec<usize> = size
             .iter()
             .chain(&[self.0.n(), self.0.k()])
             .copied()
             .collect();
-        generator.call_method1("standard_normal", (PyTuple::new(py, shape)?,))
+        let shape = PyTuple::new(generator.py(), shape)?;
+        generator.call_method1("standard_normal", (shape,))
     }
+}
+
+/// What sets the streams of tangent vectors apart from others that the same numbers are the seed of: a number of its own.
+const TANGENT_STREAM: u32 = 0x7461_6e67;
+
+/// The generator of `numpy.random.default_rng`.
+fn generator<'py>(py: Python<'py>, rng: Option<&Bound<'py, PyAny>>) -> PyResult<Bound<'py, PyAny>> {
+    py.import("numpy.random")?
+        .call_method1("default_rng", (rng,))
+}
+
+/// A stream that 128 random bits of a generator start. Points are made of the numbers that follow in the generator itself, so
+/// that a seed, or a generator in the same state, gives tangent vectors that know nothing of the points.
+fn tangent_stream<'py>(generator: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    let py = generator.py();
+    let random = py.import("numpy.random")?;
+    let words = PyDict::new(py);
+    words.set_item("dtype", "uint32")?;
+    let bits = generator.call_method("integers", (0, 1_u64 << 32, 4), Some(&words))?;
+    let key = PyDict::new(py);
+    key.set_item("spawn_key", (TANGENT_STREAM,))?;
+    let seed = random.call_method("SeedSequence", (bits,), Some(&key))?;
+    random.call_method1("default_rng", (seed,))
 }
 
 /// "canonical", "euclidean", or the parameter of the family.
@@ -295,7 +316,7 @@ impl PyStiefel {
                     .collect::<PyResult<_>>()?
             }
         };
-        let normal = self.normal(py, rng, &size)?;
+        let normal = self.normal(&generator(py, rng)?, &size)?;
         self.project(py, &normal)
     }
 
@@ -306,7 +327,8 @@ impl PyStiefel {
     /// S : array_like, shape (..., n, k)
     ///     Points.
     /// rng : numpy.random.Generator or seed, optional
-    ///     May be the seed of ``S`` itself.
+    ///     What `numpy.random.default_rng` takes. The vectors are independent of ``S``, also where ``S`` is made with the same
+    ///     seed, or by a generator in the same state.
     #[pyo3(signature = (S, rng=None))]
     fn random_tangent<'py>(
         &self,
@@ -316,12 +338,9 @@ impl PyStiefel {
     ) -> PyResult<Array<'py>> {
         let [points] = matrices([(S, "S")])?;
         self.core_shape(&points, "S", py)?;
-        let normal = self.normal(py, rng, &points.shape)?;
-        // Backwards: in their order the numbers of the seed that a point comes from have no tangent part there.
-        let backwards = py
-            .import("numpy")?
-            .call_method1("flip", (normal, (-2, -1)))?;
-        self.project_tangent(py, S, &backwards)
+        let stream = tangent_stream(&generator(py, rng)?)?;
+        let normal = self.normal(&stream, &points.shape)?;
+        self.project_tangent(py, S, &normal)
     }
 
     /// Nearest point in the Frobenius norm: the polar factor of ``Y``, shape (..., n, k).

@@ -25,7 +25,8 @@ const ON_THE_WAY: f64 = 1e-8;
 /// Steps for each of them.
 const STEPS: usize = 25;
 
-/// The solution at share 1.
+/// The solution at share 1. Where the way there ends before, the residual is `known_residual`, of the best motion at share 1 so
+/// far: what is left of a member on the way, and its tolerance, are of another problem.
 ///
 /// # Errors
 /// `Interrupted`, those of the chains.
@@ -34,6 +35,7 @@ pub(super) fn solve(
     ends: &Ends,
     tolerance: f64,
     max_iterations: usize,
+    known_residual: f64,
 ) -> Result<(Motion, Outcome)> {
     let mut known: Option<Known> = None;
     let mut before: Option<Known> = None;
@@ -57,9 +59,13 @@ pub(super) fn solve(
         iterations += outcome
             .as_ref()
             .map_or(1, |outcome| outcome.iterations.max(1));
-        let residual = outcome.as_ref().map_or(f64::INFINITY, |o| o.residual);
-        let reached = outcome.as_ref().map_or(tolerance, |o| o.tolerance);
-        let solved = outcome.is_some_and(|o| o.reason == StopReason::Converged);
+        let solved = outcome
+            .as_ref()
+            .is_some_and(|o| o.reason == StopReason::Converged);
+        let (residual, reached) = match outcome {
+            Some(outcome) if last => (outcome.residual, outcome.tolerance),
+            _ => (known_residual, tolerance),
+        };
         let gave_up = step < SMALLEST_STEP || iterations >= max_iterations;
         if (solved && last) || (!solved && gave_up) {
             let reason = match (solved, iterations >= max_iterations) {

@@ -1,7 +1,7 @@
 //! Splines: curves through many points.
 //!
 //! * [`Piecewise`] Riemannian cubics with continuous covariant acceleration: [`cubic_spline`];
-//! * [`Piecewise`] geometric cubics with the same smoothness, quicker to find: [`geometric_spline`];
+//! * [`Piecewise`] geometric cubics with the same smoothness, by closed formulas at the knots: [`geometric_spline`];
 //! * the balance of closeness to data and cost: [`smoothing_spline`];
 //! * once differentiable curves through points with given velocities: [`cubic_hermite`], [`geometric_hermite`];
 //! * velocities where only points are known: [`estimate_velocities`].

@@ -14,7 +14,7 @@ use super::{knots, solve};
 use crate::cubic::RiemannianCubic;
 use crate::cubic::initial::complete;
 use crate::cubic::problem::entries;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::manifold::QuasiGeodesic;
 use crate::report::{SolverReport, StopReason};
@@ -88,10 +88,7 @@ pub fn cubic_spline(
     if report.converged {
         return Ok((Piecewise::new(t.to_vec(), pieces), report));
     }
-    Err(Error::NoConvergence {
-        solver: SOLVER,
-        report,
-    })
+    Err(outcome.failure(SOLVER, options.tolerance))
 }
 
 /// Knots and ends in the coordinates of their span.

@@ -11,7 +11,7 @@ use super::joined::Joined;
 use super::low_cost::{self, Cheapest};
 use super::parts;
 use super::riemannian::SplineOptions;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::report::{SolverReport, StopReason};
 
 impl Outcome {
@@ -32,6 +32,15 @@ impl Outcome {
             tolerance: self.tolerance,
             reason: self.reason,
         }
+    }
+
+    /// The error of an iteration that has not converged, with the tolerance that was asked for, which round-off may exceed.
+    pub(super) fn failure(&self, solver: &'static str, tolerance: f64) -> Error {
+        let report = SolverReport {
+            tolerance,
+            ..self.report()
+        };
+        Error::NoConvergence { solver, report }
     }
 
     fn is_final(&self, options: &SplineOptions<'_>) -> bool {
@@ -91,7 +100,7 @@ pub(super) fn forwards(
     let problem = Interpolation::new(&chain, ends)?;
     let (tolerance, most) = (options.tolerance, options.max_iterations);
     let flat = problem.start()?;
-    let mut iterations = 0;
+    let (mut iterations, mut least) = (0, f64::INFINITY);
     for start in [Start::Flat, Start::Parts, Start::Relaxed] {
         let motion = match start {
             Start::Flat => Ok(Some(flat.clone())),
@@ -119,10 +128,12 @@ pub(super) fn forwards(
                     return Ok((motion, outcome));
                 }
                 iterations = outcome.iterations;
+                least = least.min(outcome.residual);
             }
         }
     }
-    let (motion, mut outcome) = continuation::solve(knots, ends, tolerance, most - iterations)?;
+    let left = most - iterations;
+    let (motion, mut outcome) = continuation::solve(knots, ends, tolerance, left, least)?;
     outcome.iterations += iterations;
     Ok((motion, outcome))
 }

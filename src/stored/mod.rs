@@ -281,6 +281,11 @@ fn report_of(
     if !(0.0..=LARGEST_WHOLE).contains(&iterations) || iterations.fract() != 0.0 {
         return Err(refusal(format!("{iterations} is no number of iterations")));
     }
+    if residual < 0.0 || tolerance < 0.0 {
+        return Err(refusal(format!(
+            "a report of residual {residual} and tolerance {tolerance}"
+        )));
+    }
     Ok(Some(SolverReport {
         converged: reason == StopReason::Converged,
         iterations: iterations as usize,

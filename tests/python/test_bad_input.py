@@ -16,6 +16,7 @@ from stiefel_rs import (
     InvalidInputError,
     OutsideDomainError,
     QuasiGeodesic,
+    SmoothingSpline,
     Stiefel,
     StiefelError,
     orthogonal_log,
@@ -38,6 +39,28 @@ def test_not_finite(call, i, bad):
     name = CALLS[call][1][i][0]
     said = str(caught.value)
     assert re.match(f"(knot [0-9]+: )?({name}|control points):", said), f"{said} does not name {name}"
+
+
+@pytest.mark.parametrize(("call", "i"), ARGUMENTS)
+def test_masked_entries_are_refused(call, i):
+    name, value = CALLS[call][1][i][0], good(call, i)
+    masked = np.ma.array(value, dtype=float)
+    assert_same(replaced(call, i, masked), replaced(call, i, value), f"{call}, nothing masked")
+    masked[(0,) * value.ndim] = np.ma.masked
+    for form in [masked] + [list(masked)] * (value.ndim > 1):
+        with pytest.raises(InvalidInputError, match=f"{name}: 1 of {value.size} entries is masked"):
+            replaced(call, i, form)
+
+
+def test_masked_parameters_are_refused():
+    curve, t = QuasiGeodesic(S, S1), np.ma.array([0.0, 0.5, 1.0], mask=[False, True, True])
+    with pytest.raises(InvalidInputError, match="t: 2 of 3 entries are masked; fill or remove them"):
+        curve(t)
+    with pytest.raises(InvalidInputError, match="t: 1 of 1 entries is masked"):
+        curve([0.0, np.ma.masked, 1.0])
+    weights = np.ma.array([1.0, 1.0, 1.0], mask=[True, False, False])
+    with pytest.raises(InvalidInputError, match="weights: 1 of 3 entries is masked"):
+        SmoothingSpline([0.0, 1.0, 2.0], [S, S1, S], weights, lam=1.0)
 
 
 def wrong_shapes(x, name):

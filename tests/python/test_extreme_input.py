@@ -1,6 +1,7 @@
 """Finite input of any size: a finite result or a typed error, never a NaN, a panic, or a loop without end."""
 
 import itertools
+import re
 import subprocess
 import sys
 import warnings
@@ -15,6 +16,7 @@ from public_calls import CALLS, S1, SPHERE, V1, Z0, S, V, flat, replaced
 
 from stiefel_rs import (
     CubicHermite,
+    Geodesic,
     GeometricCubic,
     InvalidInputError,
     QuasiGeodesic,
@@ -186,6 +188,22 @@ def test_extreme_costs(scale):
         with pytest.raises(StiefelError):
             curve.cost()
             pytest.fail(f"the cost is beyond 1e308, returned {curve.cost()}")
+
+
+@pytest.mark.parametrize("scale", EXTREME)
+def test_measures_of_extreme_curves_blame_no_argument_that_nobody_gave(scale):
+    curves = [
+        QuasiGeodesic.from_velocity(S, V * (scale / 2)),
+        QuasiGeodesic(S, S1),
+        *(Geodesic.from_velocity(S, V * size) for size in (min(scale / 2, 1e3), 1.0)),
+        RiemannianCubic.from_initial(S, V * min(scale, 5e3), 0 * V, 0 * V),
+    ]
+    for curve in curves:
+        for measure in (curve.derivative_bounds, curve.cost, curve.arc_length):
+            try:
+                measure()
+            except StiefelError as error:
+                assert not re.match(r"[A-Z][a-z0-9]?: ", str(error)), f"{curve}: {error}"
 
 
 @pytest.mark.parametrize("m", [2, 3, 4, 5, 9])

@@ -8,9 +8,16 @@ import pytest
 
 pymanopt = pytest.importorskip("pymanopt")
 
-from pymanopt.optimizers import ConjugateGradient, SteepestDescent, TrustRegions  # noqa: E402
+from pymanopt.optimizers import (  # noqa: E402
+    ConjugateGradient,
+    NelderMead,
+    ParticleSwarm,
+    SteepestDescent,
+    TrustRegions,
+)
 from pymanopt.tools import diagnostics  # noqa: E402
 
+from stiefel_rs import OutsideDomainError  # noqa: E402
 from stiefel_rs import pymanopt as adapter_module  # noqa: E402
 from stiefel_rs.pymanopt import StiefelManifold  # noqa: E402
 
@@ -254,3 +261,34 @@ def test_example_of_the_documentation():
 def test_a_point_alone_has_no_direction():
     M = StiefelManifold(1, 1, rng=0)
     assert np.array_equal(M.random_tangent_vector(M.random_point()), [[0.0]])
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_random_points_of_one_component(sign):
+    manifold = StiefelManifold(4, 4, determinant=sign, rng=3)
+    points = [manifold.random_point() for _ in range(40)]
+    for S in points:
+        assert np.abs(S.T @ S - np.eye(4)).max() < 1e-14
+        assert np.sign(np.linalg.det(S)) == sign
+    both = {np.sign(np.linalg.det(S)) for S in map(lambda _: StiefelManifold(4, 4, rng=_).random_point(), range(40))}
+    assert both == {1.0, -1.0}
+
+
+@pytest.mark.parametrize("solver", [ParticleSwarm, NelderMead])
+def test_solvers_that_join_random_points_need_one_component(solver):
+    def run(**component):
+        manifold = StiefelManifold(3, 3, rng=1, **component)
+        cost = pymanopt.function.numpy(manifold)(lambda Q: -np.trace(Q))
+        options = {"population_size": 10} if solver is ParticleSwarm else {}
+        return solver(max_iterations=20, verbosity=0, **options).run(pymanopt.Problem(manifold, cost))
+
+    assert np.linalg.det(run(determinant=1).point) > 0.0
+    with pytest.raises(OutsideDomainError, match="different components"):
+        run()
+
+
+def test_a_determinant_is_checked():
+    with pytest.raises(ValueError, match="determinant: must be 1, -1 or None, found 2"):
+        StiefelManifold(3, 3, determinant=2)
+    with pytest.raises(ValueError, match=r"determinant: points of St\(3, 2\) have none"):
+        StiefelManifold(3, 2, determinant=1)

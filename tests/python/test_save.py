@@ -1,5 +1,6 @@
 """Curves in files: the very same curve comes back, and damaged or foreign files are refused by name."""
 
+import itertools
 import os
 import pickle
 import stat
@@ -21,6 +22,7 @@ from stiefel_rs import (
     RiemannianCubic,
     SmoothingSpline,
     Stiefel,
+    _core,
 )
 
 
@@ -255,6 +257,76 @@ def test_damaged_files_are_refused_or_the_same(name, tmp_path):
             # A date of an entry, for example.
             assert_same(again, original)
     assert count > 100
+
+
+def changed(i, x):
+    """One entry changed, by a hundredth."""
+    x = x.copy()
+    x.flat[i % x.size] += 0.01
+    return x
+
+
+EDITS = {
+    "scaled": lambda x: 1.01 * x,
+    "negated": lambda x: -x,
+    "reversed": lambda x: np.flip(x, 0),
+    "rows swapped": lambda x: np.flip(x, -2) if x.ndim > 1 else np.roll(x, 1),
+    "first": lambda x: changed(0, x),
+    "one": lambda x: changed(x.size // 2, x),
+    "last": lambda x: changed(-1, x),
+    "not finite": lambda x: np.full_like(x, np.nan),
+}
+
+
+@pytest.mark.parametrize("size", [(3, 1), (4, 4), (20, 2)])
+@pytest.mark.parametrize("name", CURVES)
+def test_edited_files_are_refused_or_curves_on_the_manifold(name, size, tmp_path):
+    original = CURVES[name](*walk(*size, 4))
+    path, manifold, count = tmp_path / "edited.npz", Stiefel(*size), 0
+    original.save(path)
+    with np.load(path) as file:
+        arrays = dict(file)
+    numbers = [key for key, x in arrays.items() if x.dtype == float and x.size]
+    for key, edit in itertools.product(numbers, EDITS):
+        with open(path, "wb") as file:
+            np.savez(file, **{**arrays, key: EDITS[edit](arrays[key])})
+        try:
+            again = stiefel_rs.load(path)
+        except InvalidInputError as error:
+            assert "stored curve: " in str(error), error
+            count += 1
+            continue
+        t = np.linspace(*again.t_span, 33)
+        manifold.check_point(again(t), atol=1e-9)
+        assert np.isfinite(again.jerk(t)).all(), f"{key}, {edit}"
+        if hasattr(again, "points"):
+            manifold.check_point(again.points, atol=1e-9)
+    # What is scaled or not finite is no curve but for what scales time.
+    assert count >= 3 * len(numbers)
+
+
+def test_points_off_the_manifold_are_refused_with_their_defect():
+    t, S, V = walk(3, 2, 4)
+    for curve, key in (
+        (GeometricCubic(S[0], V[0], S[1], V[1]), "control_points"),
+        (GeometricCubic(S[0], V[0], S[1], V[1], pieces="geodesic"), "control_points"),
+        (CubicSpline(t, S), "S: knot 0"),
+    ):
+        form = curve._stored()
+        name = key.split(":")[0]
+        form[name] = 1.01 * form[name]
+        with pytest.raises(InvalidInputError, match=rf"stored curve: {key}: columns are not orthonormal, by 2.8\d+e-2"):
+            _core._restored(form)
+
+
+def test_pickled_trajectories_are_checked():
+    _, S, V = walk(3, 2, 2)
+    trajectory = stiefel_rs.integrate_cubic(S[0], V[0], V[0], V[0], 4)
+    restore, (arrays, *drifts) = trajectory.__reduce__()
+    arrays = list(arrays)
+    arrays[1] = 1.01 * arrays[1]
+    with pytest.raises(InvalidInputError, match=r"point: state 0: columns are not orthonormal, by 2\.8"):
+        restore(arrays, *drifts)
 
 
 INCONSISTENT = {

@@ -224,6 +224,31 @@ def test_random_points_are_reproducible(manifold):
     assert np.array_equal(manifold.random_tangent(S, 5), manifold.random_tangent(S, np.random.default_rng(5)))
 
 
+@pytest.mark.parametrize("shape", [(3, 1), (3, 2), (4, 4), (6, 2)])
+@pytest.mark.parametrize("rng_of", [int, np.random.default_rng, np.random.SeedSequence, lambda seed: [seed, 5]])
+def test_random_tangent_vectors_know_nothing_of_a_point_of_their_seed(shape, rng_of):
+    (n, k), count = shape, 800
+    M = Stiefel(n, k)
+    pairs = []
+    for seed in range(count):
+        S = M.random_point(rng_of(seed))
+        pairs.append((S, M.random_tangent(S, rng_of(seed))))
+    S, V = (np.stack(x) for x in zip(*pairs, strict=True))
+    # Directions that are made of the point: its entries in other orders, and linear images of it.
+    left, right = (np.cos(1.0 + np.arange(m * m)).reshape(m, m) for m in shape)
+    images = [S[:, ::-1], S[:, ::-1, ::-1], np.roll(S, 1, axis=1), left @ S, S @ right, left @ S @ right, S**3]
+    for i, image in enumerate(images):
+        D = M.project_tangent(S, image)
+        size = np.linalg.norm(D, axis=(1, 2))
+        keep = size > 1e-6
+        if not keep.any():
+            continue
+        # Standard normal where V is independent of S: five standard deviations of the mean and of the mean square.
+        x = np.sum(V * D, axis=(1, 2))[keep] / size[keep]
+        assert_close(x.mean(), 0.0, 5 / np.sqrt(x.size), f"mean along image {i}")
+        assert_close((x**2).mean(), 1.0, 5 * np.sqrt(2 / x.size), f"variance along image {i}")
+
+
 def test_random_points_are_uniform(manifold):
     n, k, count = manifold.n, manifold.k, 4000
     S = manifold.random_point(rng=1, size=count)

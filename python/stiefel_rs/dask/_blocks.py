@@ -12,6 +12,7 @@ import dask.array as da
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from stiefel_rs._core import _check_unmasked
 from stiefel_rs.errors import InvalidInputError
 
 Batch: TypeAlias = ArrayLike | da.Array
@@ -42,6 +43,7 @@ def load(name: str, array: Batch, core: int) -> Loaded:
 
 
 def _in_memory(name: str, array: ArrayLike) -> NDArray[Any]:
+    _check_unmasked(name, array)
     try:
         dense = np.asarray(array)
     except ValueError as error:
@@ -180,4 +182,5 @@ def _unwrapped(block: Any) -> NDArray[Any]:
     # Axes that the records do not have come as lists of their blocks, of which there is one.
     while isinstance(block, list):
         (block,) = block
+    _check_unmasked("block", block)
     return np.asarray(block)

@@ -11,6 +11,7 @@ import numpy as np
 from dask.delayed import Delayed
 from numpy.typing import ArrayLike, NDArray
 
+from stiefel_rs._core import _check_unmasked
 from stiefel_rs.errors import InvalidInputError
 
 from . import _blocks, _store
@@ -18,6 +19,7 @@ from . import _blocks, _store
 
 def checked_times(t: ArrayLike) -> NDArray[np.float64]:
     """Return times as an array; raise unless they are finite real numbers."""
+    _check_unmasked("t", t)
     given = np.asarray(t)
     if not np.can_cast(given.dtype, np.float64, "same_kind"):
         raise TypeError(f"t: expected real numbers, found an array of dtype {given.dtype}")

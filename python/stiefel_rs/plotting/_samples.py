@@ -10,7 +10,7 @@ from typing import Any, Final, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._core import ChartTrajectory, CubicTrajectory, Curve, PiecewiseCurve
+from .._core import ChartTrajectory, CubicTrajectory, Curve, PiecewiseCurve, _check_unmasked
 from ..errors import InvalidInputError
 
 Array = NDArray[np.float64]
@@ -56,6 +56,7 @@ def times(curve: Curve, num: int) -> Array:
 
 def finite(values: ArrayLike, name: str, ndim: int) -> Array:
     """Check an array of numbers that has at least one entry."""
+    _check_unmasked(name, values)
     try:
         array = np.asarray(values)
         if array.dtype.kind not in "biuf":
