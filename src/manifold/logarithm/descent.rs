@@ -372,6 +372,10 @@ pub(super) fn generic_skew(p: usize) -> Vec<f64> {
 }
 
 impl Start {
+    pub(super) fn length(&self) -> f64 {
+        self.length
+    }
+
     pub(super) fn log(&self) -> MatRef<'_, f64> {
         self.log.as_ref()
     }

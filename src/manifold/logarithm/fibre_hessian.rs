@@ -15,8 +15,8 @@ use crate::error::Result;
 use crate::linalg::SkewSchur;
 use crate::linalg::decomp::SymmetricEigen;
 use crate::linalg::gmres::norm;
-use crate::linalg::product::mul_into;
 use crate::linalg::orthogonal_log::inverse_dexp;
+use crate::linalg::product::mul_into;
 use crate::linalg::skew_schur::apply_ad_function;
 
 /// Directions of a Krylov space: all of them up to `p = 9`.
@@ -25,7 +25,7 @@ const MAX_DIRECTIONS: usize = 36;
 /// The poles of `g` at sums of two angles of `2 pi` are cut off here, far below all else.
 const LOWEST: f64 = -1e3;
 
-/// What is left of an image after orthogonalisation, relative to it, when the space is invariant.
+/// What is left of an image after orthogonalisation, relative to the largest one, when the space is invariant.
 const INVARIANT: f64 = 1e-12;
 
 pub(super) struct FibreHessian {
@@ -74,17 +74,18 @@ impl FibreHessian {
         self.basis.clear();
         let mut projected = Mat::zeros(MAX_DIRECTIONS, MAX_DIRECTIONS);
         let mut next = start.to_vec();
-        let mut before = 0.0;
+        // The largest image: that of a direction without curvature is round-off itself.
+        let mut largest = 0.0_f64;
         loop {
             let length = norm(&next);
-            if length <= INVARIANT * before || self.basis.len() == MAX_DIRECTIONS {
+            if length <= INVARIANT * largest || self.basis.len() == MAX_DIRECTIONS {
                 break;
             }
             next.iter_mut().for_each(|x| *x /= length);
             self.basis.push(next.clone());
             let used = self.basis.len();
             self.apply(&mut next);
-            before = norm(&next);
+            largest = largest.max(norm(&next));
             // Twice: the basis must be orthogonal to round-off.
             for pass in 0..2 {
                 for i in 0..used {

@@ -6,7 +6,7 @@ use faer::{Mat, MatRef};
 
 use super::descent::{Descent, Start};
 use super::shooting::{Outcome, Shooting};
-use super::shortening::shortened;
+use super::shortening::Path;
 use super::{LogReport, SOLVER, not_joined};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
@@ -41,6 +41,12 @@ const LONGER: f64 = 1.0 + 1e-6;
 
 /// Another geodesic counts as shorter by more than round-off.
 const SHORTER: f64 = 1.0 - 1e-13;
+
+/// Two completions whose lengths differ by less, relative to them, are the same, or as good.
+const SAME: f64 = 1e-9;
+
+/// Corners of a path, relative to the length of a piece, at which Newton's method is tried.
+const CORNERS: [f64; 3] = [0.1, 0.02, 2e-3];
 
 /// An angle of the generator within this, times the size, of pi is pi to the accuracy of a logarithm there.
 const NOT_UNIQUE: f64 = 32.0 * f64::EPSILON;
@@ -86,6 +92,8 @@ pub(super) struct Search<'a> {
     best: Option<Found>,
     /// The shortest geodesic of the canonical metric, and its length.
     canonical: Option<(f64, Mat<f64>)>,
+    /// Lengths of the completions whose paths were shortened.
+    seen: Vec<f64>,
     last: Outcome,
 }
 
@@ -104,6 +112,7 @@ impl<'a> Search<'a> {
             shooting: Shooting::new(target, manifold.metric().weight()),
             best: None,
             canonical: None,
+            seen: Vec::new(),
             last: Outcome::NONE,
         }
     }
@@ -190,7 +199,7 @@ impl<'a> Search<'a> {
             self.iterations += steps;
             generator = self.connect(start.log())?.or(generator);
         }
-        if !canonical {
+        if !canonical && self.is_new(start.length()) {
             let along = generator.as_ref().map_or(start.log(), Mat::as_ref);
             let outcome = self.shorten(along)?;
             self.consider(outcome);
@@ -278,21 +287,37 @@ impl<'a> Search<'a> {
     /// The geodesic that the path along a canonical geodesic is shortened to.
     fn shorten(&mut self, canonical: MatRef<'_, f64>) -> Result<Outcome> {
         let weight = self.weight();
-        let Some(path) = shortened(self.target, canonical, weight, self.interrupt)? else {
-            return Ok(Outcome::NONE);
-        };
+        let mut path = Path::along(self.target, canonical, weight)?;
         self.shooting = Shooting::new(self.target, weight);
-        self.shooting.start_from(path.generator.as_ref());
-        let outcome = self.shooting.run(self.tolerance, CONTRACTION, MAX_STEPS)?;
-        if outcome.converged && self.length() <= LONGER * path.length {
-            return Ok(outcome);
+        let mut iterations = 0;
+        for corner in CORNERS {
+            let Some(start) = path.shorten(corner, self.interrupt)? else {
+                break;
+            };
+            self.shooting.start_from(start.generator.as_ref());
+            let outcome = self.shooting.run(self.tolerance, CONTRACTION, MAX_STEPS)?;
+            iterations += outcome.iterations;
+            // A longer geodesic is not the one that the path leads to, but a saddle that it has left.
+            if outcome.converged && self.length() <= LONGER * start.length {
+                return Ok(Outcome {
+                    iterations,
+                    ..outcome
+                });
+            }
+            self.shooting.start_from(start.generator.as_ref());
         }
-        self.shooting.start_from(path.generator.as_ref());
         let damped = self.shooting.run_damped(self.tolerance, DAMPED_STEPS)?;
         Ok(Outcome {
-            iterations: outcome.iterations + damped.iterations,
+            iterations: iterations + damped.iterations,
             ..damped
         })
+    }
+
+    /// Whether no start has come to a canonical geodesic of this length before.
+    fn is_new(&mut self, length: f64) -> bool {
+        let new = self.seen.iter().all(|x| (x - length).abs() > SAME * x);
+        self.seen.push(length);
+        new
     }
 
     fn weight(&self) -> f64 {

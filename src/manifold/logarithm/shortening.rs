@@ -26,11 +26,8 @@ const PIECES: usize = 4;
 /// The optimal factor for four pieces in a flat space, `2 / (1 + sin(pi / 4))`.
 const RELAXATION: f64 = 1.17;
 
-/// Sweeps at most: a flat valley takes more, and is left to the damped iteration.
-const SWEEPS: usize = 40;
-
-/// The path is straight enough for Newton's method when the corners are below this share of the length of a piece.
-const STRAIGHT: f64 = 1e-3;
+/// Sweeps at most for one call: a flat valley takes more, and is left to the damped iteration.
+const SWEEPS: usize = 20;
 
 /// Angle of the disturbance that breaks symmetries.
 const DISTURBANCE: f64 = 0.1;
@@ -45,31 +42,8 @@ pub(super) struct Shortened {
     pub(super) length: f64,
 }
 
-/// Shortens the path along a canonical generator in the metric of the given weight; `None` where its pieces are too
-/// long.
-///
-/// # Errors
-/// `Interrupted`; those of the exponential.
-pub(super) fn shortened(
-    target: &Mat<f64>,
-    canonical: MatRef<'_, f64>,
-    weight: f64,
-    interrupt: Interrupt<'_>,
-) -> Result<Option<Shortened>> {
-    let mut path = Path::along(target, canonical, weight)?;
-    for _ in 0..SWEEPS {
-        interrupt.check(SOLVER)?;
-        let Some(corner) = path.sweep()? else {
-            return Ok(None);
-        };
-        if corner <= STRAIGHT {
-            break;
-        }
-    }
-    path.result()
-}
-
-struct Path {
+/// A broken geodesic between the points, in the metric of a given weight.
+pub(super) struct Path {
     weight: f64,
     nodes: Vec<Mat<f64>>,
     exp: SkewExp,
@@ -77,7 +51,15 @@ struct Path {
 }
 
 impl Path {
-    fn along(target: &Mat<f64>, canonical: MatRef<'_, f64>, weight: f64) -> Result<Self> {
+    /// The path along a canonical generator, disturbed.
+    ///
+    /// # Errors
+    /// Those of the exponential.
+    pub(super) fn along(
+        target: &Mat<f64>,
+        canonical: MatRef<'_, f64>,
+        weight: f64,
+    ) -> Result<Self> {
         let (m, k) = target.shape();
         let mut exp = SkewExp::new(m);
         let (mut rotation, mut generic) = (Mat::zeros(m, m), Mat::zeros(m, m));
@@ -96,6 +78,27 @@ impl Path {
             exp,
             turn: SkewExp::new(k),
         })
+    }
+
+    /// Sweeps until the corners are at most `corner`, relative to the length of a piece; `None` where pieces are too
+    /// long.
+    ///
+    /// # Errors
+    /// `Interrupted`; those of the exponential.
+    pub(super) fn shorten(
+        &mut self,
+        corner: f64,
+        interrupt: Interrupt<'_>,
+    ) -> Result<Option<Shortened>> {
+        for _ in 0..SWEEPS {
+            interrupt.check(SOLVER)?;
+            match self.sweep()? {
+                Some(largest) if largest > corner => {}
+                Some(_) => break,
+                None => return Ok(None),
+            }
+        }
+        self.result()
     }
 
     /// Moves every inner node; the largest corner, relative to the piece before it.
