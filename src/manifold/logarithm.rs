@@ -6,7 +6,9 @@
 //! | `k = n`; `k = n - 1`, canonical | one logarithm of a rotation |
 //! | near points | Newton's method on the exponential, order 3: two or three steps (`shooting.rs`) |
 //! | far points | Newton's method for the shortest rotation over the fibre, then the same (`descent.rs`) |
-//! | other metrics | from the canonical solution, in one go or along the family; else from near points to the far one |
+//! | other metrics | from the canonical solution, in one go or along the family |
+//! | other metrics, not certainly shortest | from the path along the canonical solution, shortened (`shortening.rs`) |
+//! | other metrics, ends nearly conjugate | damped least squares on the exponential (`shooting/damped.rs`) |
 //!
 //! Everything but the first and last product takes place in `k + p` dimensions, `p = min(k, n - k)`.
 
@@ -99,9 +101,9 @@ impl Stiefel {
     /// ```
     ///
     /// The geodesic is the shortest one where its length is below [`Stiefel::injectivity_bound`], and for `k = 1`,
-    /// `k = n`, and (canonical metric) `k = n - 1` always; otherwise it is the one that a close start leads to, or the
-    /// shortest of those found from up to four starts, and the report says that it may not be the shortest of all (about
-    /// one of 2000 random pairs at 0.5 to 1.3 pi has a shorter one).
+    /// `k = n`, and (canonical metric) `k = n - 1` always. Otherwise it is the shortest of those found from a close start
+    /// and from up to four completions of the points to rotations, none of them a saddle over the fibre, and the report
+    /// says that it may not be the shortest of all.
     ///
     /// # Arguments
     /// * `s0`, `s1` - points, shape `(n, k)`

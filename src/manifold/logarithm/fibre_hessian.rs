@@ -72,13 +72,14 @@ impl FibreHessian {
     /// `Decomposition`.
     pub(super) fn spectrum(&mut self, start: &[f64]) -> Result<Spectrum> {
         self.basis.clear();
+        let dimension = (self.p * (self.p - 1) / 2).min(MAX_DIRECTIONS);
         let mut projected = Mat::zeros(MAX_DIRECTIONS, MAX_DIRECTIONS);
         let mut next = start.to_vec();
         // The largest image: that of a direction without curvature is round-off itself.
         let mut largest = 0.0_f64;
         loop {
             let length = norm(&next);
-            if length <= INVARIANT * largest || self.basis.len() == MAX_DIRECTIONS {
+            if length <= INVARIANT * largest || self.basis.len() == dimension {
                 break;
             }
             next.iter_mut().for_each(|x| *x /= length);
@@ -135,5 +136,13 @@ impl FibreHessian {
         mul_into(&mut self.product, 1.0, basis, &self.turned);
         mul_into(&mut self.embedded, 1.0, &self.product, basis.transpose());
         read_block(self.embedded.as_ref(), k, p, 1.0, x);
+        // Skew to the last bit: divided by a small rest, the round-off would become a direction that does not exist.
+        for j in 0..p {
+            x[j * p + j] = 0.0;
+            for i in 0..j {
+                let entry = 0.5 * (x[j * p + i] - x[i * p + j]);
+                (x[j * p + i], x[i * p + j]) = (entry, -entry);
+            }
+        }
     }
 }

@@ -48,6 +48,9 @@ const SAME: f64 = 1e-9;
 /// Corners of a path, relative to the length of a piece, at which Newton's method is tried.
 const CORNERS: [f64; 3] = [0.1, 0.02, 2e-3];
 
+/// Pieces of a path: four are short for most, the others get eight.
+const PIECES: [usize; 2] = [4, 8];
+
 /// An angle of the generator within this, times the size, of pi is pi to the accuracy of a logarithm there.
 const NOT_UNIQUE: f64 = 32.0 * f64::EPSILON;
 
@@ -212,18 +215,20 @@ impl<'a> Search<'a> {
         self.shooting = Shooting::new(self.target, 0.5);
         self.shooting.start_from(start);
         let outcome = self.shooting.run(self.tolerance, CONTRACTION, MAX_STEPS)?;
+        Ok(self.keep(outcome))
+    }
+
+    /// Keeps a canonical geodesic that was found, and returns its generator.
+    fn keep(&mut self, outcome: Outcome) -> Option<Mat<f64>> {
         self.last = outcome;
         if !outcome.converged {
-            return Ok(None);
+            return None;
         }
         let (a, b) = self.shooting.norms();
         let length = b.hypot(a * 0.5_f64.sqrt());
         let generator = self.shooting.generator.clone();
-        if self
-            .canonical
-            .as_ref()
-            .is_none_or(|(shortest, _)| length < SHORTER * shortest)
-        {
+        let shorter = |(shortest, _): &(f64, _)| length < SHORTER * shortest;
+        if self.canonical.as_ref().is_none_or(shorter) {
             self.canonical = Some((length, generator.clone()));
         }
         if self.weight() == 0.5 {
@@ -231,7 +236,7 @@ impl<'a> Search<'a> {
         } else {
             self.iterations += outcome.iterations;
         }
-        Ok(Some(generator))
+        Some(generator)
     }
 
     /// Keeps the current geodesic if it is the shortest so far.
@@ -287,24 +292,34 @@ impl<'a> Search<'a> {
     /// The geodesic that the path along a canonical geodesic is shortened to.
     fn shorten(&mut self, canonical: MatRef<'_, f64>) -> Result<Outcome> {
         let weight = self.weight();
-        let mut path = Path::along(self.target, canonical, weight)?;
         self.shooting = Shooting::new(self.target, weight);
+        self.shooting.set_weight(0.5);
+        self.shooting.start_from(canonical);
+        self.shooting.set_weight(weight);
         let mut iterations = 0;
-        for corner in CORNERS {
-            let Some(start) = path.shorten(corner, self.interrupt)? else {
-                break;
-            };
-            self.shooting.start_from(start.generator.as_ref());
-            let outcome = self.shooting.run(self.tolerance, CONTRACTION, MAX_STEPS)?;
-            iterations += outcome.iterations;
-            // A longer geodesic is not the one that the path leads to, but a saddle that it has left.
-            if outcome.converged && self.length() <= LONGER * start.length {
-                return Ok(Outcome {
-                    iterations,
-                    ..outcome
-                });
+        for pieces in PIECES {
+            let mut path = Path::along(self.target, canonical, weight, pieces)?;
+            let mut short = true;
+            for corner in CORNERS {
+                let Some(start) = path.shorten(corner, self.interrupt)? else {
+                    short = false;
+                    break;
+                };
+                self.shooting.start_from(start.generator.as_ref());
+                let outcome = self.shooting.run(self.tolerance, CONTRACTION, MAX_STEPS)?;
+                iterations += outcome.iterations;
+                // A longer geodesic is not the one that the path leads to, but a saddle that it has left.
+                if outcome.converged && self.length() <= LONGER * start.length {
+                    return Ok(Outcome {
+                        iterations,
+                        ..outcome
+                    });
+                }
+                self.shooting.start_from(start.generator.as_ref());
             }
-            self.shooting.start_from(start.generator.as_ref());
+            if short {
+                break;
+            }
         }
         let damped = self.shooting.run_damped(self.tolerance, DAMPED_STEPS)?;
         Ok(Outcome {

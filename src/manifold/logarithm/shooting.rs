@@ -83,7 +83,7 @@ impl Shooting {
         let nu = 1.0 - twice;
         let turning = if nu == 0.0 { 0 } else { k };
         let square = || Mat::zeros(m, m);
-        let size = if nu == 0.0 { p * p } else { k * k + p * k };
+        let size = if turning == 0 { p * p } else { k * k + p * k };
         Shooting {
             k,
             p,

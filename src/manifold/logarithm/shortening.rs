@@ -20,9 +20,6 @@ use crate::interrupt::Interrupt;
 use crate::linalg::SkewExp;
 use crate::linalg::product::mul_into;
 
-/// Geodesics are at most about 1.4 pi long, so that pieces are at most about 1.1.
-const PIECES: usize = 4;
-
 /// The optimal factor for four pieces in a flat space, `2 / (1 + sin(pi / 4))`.
 const RELAXATION: f64 = 1.17;
 
@@ -51,7 +48,7 @@ pub(super) struct Path {
 }
 
 impl Path {
-    /// The path along a canonical generator, disturbed.
+    /// The path of so many pieces along a canonical generator, disturbed.
     ///
     /// # Errors
     /// Those of the exponential.
@@ -59,6 +56,7 @@ impl Path {
         target: &Mat<f64>,
         canonical: MatRef<'_, f64>,
         weight: f64,
+        pieces: usize,
     ) -> Result<Self> {
         let (m, k) = target.shape();
         let mut exp = SkewExp::new(m);
@@ -67,8 +65,8 @@ impl Path {
         let mut disturbance = Mat::zeros(m, m);
         exp.exp_into(disturbance.as_mut(), generic.as_ref(), DISTURBANCE)?;
         let mut nodes = vec![Mat::from_fn(m, k, |i, j| f64::from(u8::from(i == j)))];
-        for j in 1..PIECES {
-            exp.exp_into(rotation.as_mut(), canonical, j as f64 / PIECES as f64)?;
+        for j in 1..pieces {
+            exp.exp_into(rotation.as_mut(), canonical, j as f64 / pieces as f64)?;
             nodes.push(&disturbance * rotation.as_ref().subcols(0, k));
         }
         nodes.push(target.clone());
@@ -104,7 +102,7 @@ impl Path {
     /// Moves every inner node; the largest corner, relative to the piece before it.
     fn sweep(&mut self) -> Result<Option<f64>> {
         let mut largest = 0.0_f64;
-        for i in 1..PIECES {
+        for i in 1..self.nodes.len() - 1 {
             let frame = frame(&self.nodes[i]);
             let Some((back, length)) = self.leg(&frame, &self.nodes[i - 1])? else {
                 return Ok(None);
@@ -120,9 +118,10 @@ impl Path {
     }
 
     fn result(&mut self) -> Result<Option<Shortened>> {
+        let pieces = self.nodes.len() - 1;
         let mut length = 0.0;
         let mut generator = None;
-        for i in 0..PIECES {
+        for i in 0..pieces {
             let Some((leg, piece)) = self.leg(&frame(&self.nodes[i]), &self.nodes[i + 1])? else {
                 return Ok(None);
             };
@@ -130,7 +129,7 @@ impl Path {
             generator.get_or_insert(leg);
         }
         Ok(generator.map(|leg| Shortened {
-            generator: leg * Scale(PIECES as f64),
+            generator: leg * Scale(pieces as f64),
             length,
         }))
     }

@@ -8,15 +8,15 @@ use faer::Mat;
 
 use super::{Outcome, Shooting};
 use crate::error::Result;
-use crate::linalg::decomp::solve_square;
-use crate::linalg::product::mul_into;
+use crate::linalg::decomp::Svd;
 
 /// Unknowns at most: the derivative is a full matrix. Larger problems do without this iteration.
 const MAX_UNKNOWNS: usize = 200;
 
-/// The damping of the first step, its factor from step to step, and where it ends.
+/// The damping of the first step, its factors after steps that are taken and that are not, and where it ends.
 const FIRST: f64 = 1e-2;
-const FACTOR: f64 = 10.0;
+const TAKEN: f64 = 1e-2;
+const REFUSED: f64 = 10.0;
 const LAST: f64 = 1e8;
 
 impl Shooting {
@@ -35,17 +35,17 @@ impl Shooting {
         let solvable = directions.len() <= MAX_UNKNOWNS && self.nu != 0.0;
         while solvable && residual > tolerance && iterations < max_iterations {
             iterations += 1;
-            let (normal, gradient) = self.normal_equations(&directions);
+            let (svd, rhs) = self.factored_derivative(&directions)?;
             let kept = self.generator.clone();
             loop {
-                let next = self.damped_step(&normal, &gradient, damping, &directions)?;
+                let next = self.damped_step(&svd, &rhs, damping, &directions)?;
                 if next < residual {
-                    damping = (damping / FACTOR).max(f64::EPSILON);
+                    damping = (TAKEN * damping).max(f64::MIN_POSITIVE);
                     residual = next;
                     break;
                 }
                 self.generator.copy_from(&kept);
-                damping *= FACTOR;
+                damping *= REFUSED;
                 if damping > LAST {
                     return Ok(Outcome {
                         converged: false,
@@ -69,8 +69,11 @@ impl Shooting {
         skew.chain((0..p * k).map(|i| (k * k + i, None))).collect()
     }
 
-    /// `J^T J` and `J^T Delta`.
-    fn normal_equations(&mut self, directions: &[(usize, Option<usize>)]) -> (Mat<f64>, Vec<f64>) {
+    /// `J = U diag(s) V^T` and `U^T Delta`. Not `J^T J`: a flat direction of 1e-6 would be 1e-12 there, and lost.
+    fn factored_derivative(
+        &mut self,
+        directions: &[(usize, Option<usize>)],
+    ) -> Result<(Svd, Vec<f64>)> {
         self.extract();
         self.prepare_turning();
         let size = self.unknown.len();
@@ -84,32 +87,28 @@ impl Shooting {
             }
             self.turning_operator(&x, jacobian.col_as_slice_mut(j));
         }
-        let mut normal = Mat::zeros(count, count);
-        mul_into(&mut normal, 1.0, jacobian.transpose(), &jacobian);
-        let dot = |j: usize| {
-            let column = jacobian.col_as_slice(j).iter();
-            column.zip(&self.unknown).map(|(x, y)| x * y).sum()
-        };
-        (normal, (0..count).map(dot).collect())
+        let mut svd = Svd::new(size, count);
+        svd.compute(jacobian.as_ref())?;
+        let dot = |j: usize| (0..size).map(|i| svd.u()[(i, j)] * self.unknown[i]).sum();
+        let rhs = (0..count).map(dot).collect();
+        Ok((svd, rhs))
     }
 
     /// Takes the step for a damping; the residual there.
     fn damped_step(
         &mut self,
-        normal: &Mat<f64>,
-        gradient: &[f64],
+        svd: &Svd,
+        rhs: &[f64],
         damping: f64,
         directions: &[(usize, Option<usize>)],
     ) -> Result<f64> {
-        let mut damped = normal.clone();
-        for i in 0..gradient.len() {
-            damped[(i, i)] += damping;
-        }
-        let Some(step) = solve_square(damped.as_ref(), gradient) else {
-            return Ok(f64::INFINITY);
-        };
+        let share = |j: usize| rhs[j] * svd.s(j) / (svd.s(j) * svd.s(j) + damping);
+        let shares: Vec<f64> = (0..rhs.len()).map(share).collect();
         self.unknown.fill(0.0);
-        for (&(plus, minus), entry) in directions.iter().zip(step) {
+        for (i, &(plus, minus)) in directions.iter().enumerate() {
+            let entry = (0..shares.len())
+                .map(|j| svd.v()[(i, j)] * shares[j])
+                .sum::<f64>();
             self.unknown[plus] = entry;
             if let Some(minus) = minus {
                 self.unknown[minus] = -entry;
