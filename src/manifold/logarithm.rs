@@ -6,13 +6,18 @@
 //! | `k = n`; `k = n - 1`, canonical | one logarithm of a rotation |
 //! | near points | Newton's method on the exponential, order 3: two or three steps (`shooting.rs`) |
 //! | far points | Newton's method for the shortest rotation over the fibre, then the same (`descent.rs`) |
-//! | other metrics | from the canonical solution, in one go or along the family; else from near points to the far one |
+//! | other metrics | from the canonical solution, in one go or along the family |
+//! | other metrics, not certainly shortest | from the path along the canonical solution, shortened (`shortening.rs`) |
+//! | other metrics, ends nearly conjugate | damped least squares on the exponential (`shooting/damped.rs`) |
 //!
 //! Everything but the first and last product takes place in `k + p` dimensions, `p = min(k, n - k)`.
 
 mod adjoint;
 mod descent;
+mod fibre_hessian;
+mod search;
 mod shooting;
+mod shortening;
 
 use std::f64::consts::PI;
 
@@ -23,42 +28,20 @@ use super::normal_frame::{normal_frame, normal_rank};
 use super::stiefel::{POINT_TOLERANCE, Stiefel};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
+use crate::linalg::OrthogonalLog;
 use crate::linalg::product::{determinant_sign, mul_add, mul_into};
 use crate::linalg::structure::orthonormality_defect;
-use crate::linalg::{OrthogonalLog, SkewExp, SkewSchur};
-use crate::report::{SolverReport, StopReason};
-use descent::Descent;
-use shooting::{Outcome, Shooting};
+use search::{CONTRACTION, Search, no_convergence};
+use shooting::Shooting;
 
 /// The residual that counts as converged, times the size and the round-off.
 const TOLERANCE: f64 = 32.0;
-
-/// Each step from a close start must make the residual smaller by this: otherwise the points are not close.
-const CLOSE_CONTRACTION: f64 = 0.3;
-
-/// Each step from a good start must make the residual smaller by this.
-const CONTRACTION: f64 = 0.7;
-
-/// Newton steps from a close start at the most.
-const CLOSE_STEPS: usize = 10;
-
-/// Newton steps from a good start at the most: where the points are conjugate, convergence is linear.
-const MAX_STEPS: usize = 30;
-
-/// The first of the points that run to the target along the canonical geodesic.
-const FIRST_APPROACH: f64 = 0.25;
-
-/// Finest step along the family of metrics, or along the canonical geodesic.
-const FINEST: f64 = 1.0 / 64.0;
 
 /// Entries of the normal part below this are cleaned of the round-off of a first projection by a second.
 const SHORT_NORMAL: f64 = 0.1;
 
 /// An angle whose sine is below this is pi to working precision, on the sphere.
 const ANTIPODAL: f64 = 4.0 * f64::EPSILON;
-
-/// An angle of the generator within this of pi is pi to the accuracy of a logarithm there.
-const NOT_UNIQUE: f64 = 1e-7;
 
 /// What the errors are about.
 const SOLVER: &str = "Riemannian logarithm";
@@ -118,9 +101,9 @@ impl Stiefel {
     /// ```
     ///
     /// The geodesic is the shortest one where its length is below [`Stiefel::injectivity_bound`], and for `k = 1`,
-    /// `k = n`, and (canonical metric) `k = n - 1` always; otherwise it is the one that a close start leads to, or the
-    /// shortest of those found from up to four starts, and the report says that it may not be the shortest of all (about
-    /// one of 2000 random pairs at 0.5 to 1.3 pi has a shorter one).
+    /// `k = n`, and (canonical metric) `k = n - 1` always. Otherwise it is the shortest of those found from a close start
+    /// and from up to four completions of the points to rotations, none of them a saddle over the fibre, and the report
+    /// says that it may not be the shortest of all.
     ///
     /// # Arguments
     /// * `s0`, `s1` - points, shape `(n, k)`
@@ -175,9 +158,6 @@ impl Stiefel {
         target.as_mut().subrows_mut(0, k).copy_from(&gram);
         mul_into(target.as_mut().subrows_mut(k, p), 1.0, q.transpose(), s1);
         let found = Search::new(self, &target, interrupt).run()?;
-        if self.metric() == Metric::CANONICAL && !found.report.certainly_shortest {
-            found.check_unique()?;
-        }
         let mut velocity = Mat::zeros(n, k);
         mul_into(&mut velocity, 1.0, s0, found.a());
         mul_add(&mut velocity, 1.0, &q, found.b());
@@ -273,254 +253,10 @@ impl Stiefel {
     }
 }
 
-/// A geodesic in the coordinates of the frame.
-struct Found {
-    /// `[[A, ..], [B, ..]]`.
-    generator: Mat<f64>,
-    k: usize,
-    report: LogReport,
-}
-
-impl Found {
-    fn a(&self) -> MatRef<'_, f64> {
-        self.generator.as_ref().submatrix(0, 0, self.k, self.k)
-    }
-
-    fn b(&self) -> MatRef<'_, f64> {
-        let p = self.generator.nrows() - self.k;
-        self.generator.as_ref().submatrix(self.k, 0, p, self.k)
-    }
-}
-
-impl Found {
-    /// A rotation of the frame by pi in some plane may as well be one by -pi: another geodesic of the same length.
-    fn check_unique(&self) -> Result<()> {
-        let mut schur = SkewSchur::new(self.generator.nrows());
-        schur.compute(self.generator.as_ref())?;
-        match schur.angles().first() {
-            Some(&angle) if PI - angle <= NOT_UNIQUE => Err(Error::NoJoiningCurve { angle }),
-            _ => Ok(()),
-        }
-    }
-}
-
-/// The search for a short geodesic in the coordinates of the frame.
-struct Search<'a> {
-    manifold: &'a Stiefel,
-    target: &'a Mat<f64>,
-    interrupt: Interrupt<'a>,
-    tolerance: f64,
-    iterations: usize,
-    shooting: Shooting,
-}
-
-impl<'a> Search<'a> {
-    fn new(manifold: &'a Stiefel, target: &'a Mat<f64>, interrupt: Interrupt<'a>) -> Self {
-        Search {
-            manifold,
-            target,
-            interrupt,
-            tolerance: manifold.tolerance(target),
-            iterations: 0,
-            shooting: Shooting::new(target, manifold.metric().weight()),
-        }
-    }
-
-    fn run(mut self) -> Result<Found> {
-        self.shooting.start_close();
-        let close = self
-            .shooting
-            .run(self.tolerance, CLOSE_CONTRACTION, CLOSE_STEPS)?;
-        self.iterations = close.iterations;
-        // Steps that contract from a close start lead to a short geodesic also somewhat beyond the bound; the report
-        // says that it is not certainly the shortest.
-        if close.converged {
-            let certain = self.length() < self.manifold.injectivity_bound();
-            return Ok(self.found(close.residual, certain));
-        }
-        self.far()
-    }
-
-    /// The shortest of what the completions of the target lead to; the first that is certainly shortest ends the
-    /// search.
-    fn far(&mut self) -> Result<Found> {
-        let k = self.target.ncols();
-        let p = self.target.nrows() - k;
-        let mut descent = Descent::new(k, p);
-        let before = self.iterations;
-        let mut best: Option<Found> = None;
-        let mut last = None;
-        for mut start in descent.starts(self.target).map_err(not_joined)? {
-            self.iterations = before + descent.run(&mut start, self.interrupt)?;
-            let outcome = self.connect(start.log())?;
-            self.iterations += outcome.iterations;
-            last = Some(outcome);
-            if !outcome.converged {
-                continue;
-            }
-            // One normal direction: the fibre is a point, and the frame is that of SO(n) where k = n - 1.
-            let closed = p == 1 && self.manifold.k() + 1 == self.manifold.n();
-            let certain = self.length() < self.manifold.injectivity_bound()
-                || (closed && self.manifold.metric() == Metric::CANONICAL);
-            if best
-                .as_ref()
-                .is_none_or(|best| self.length() < best.report.length)
-            {
-                best = Some(self.found(outcome.residual, certain));
-            }
-            if certain {
-                break;
-            }
-        }
-        let outcome = last.unwrap_or(Outcome {
-            converged: false,
-            iterations: 0,
-            residual: f64::INFINITY,
-        });
-        best.ok_or_else(|| no_convergence(outcome, self.tolerance))
-    }
-
-    /// From a canonical generator to a geodesic of the manifold's metric.
-    fn connect(&mut self, generator: MatRef<'_, f64>) -> Result<Outcome> {
-        let weight = self.manifold.metric().weight();
-        self.shooting = Shooting::new(self.target, 0.5);
-        self.shooting.start_from(generator);
-        let canonical = self.shooting.run(self.tolerance, CONTRACTION, MAX_STEPS)?;
-        if weight == 0.5 || !canonical.converged {
-            return Ok(canonical);
-        }
-        let generator = self.shooting.generator.clone();
-        self.shooting = Shooting::new(self.target, weight);
-        let followed = self.follow(&generator, weight, canonical.iterations)?;
-        if followed.converged {
-            return Ok(followed);
-        }
-        self.approach(&generator, weight, followed.iterations)
-    }
-
-    /// Follows the geodesic along the family, from the canonical metric to the given weight.
-    fn follow(&mut self, start: &Mat<f64>, weight: f64, before: usize) -> Result<Outcome> {
-        let (mut reached, mut step, mut iterations) = (0.0, 1.0_f64, before);
-        self.shooting.set_weight(0.5);
-        self.shooting.start_from(start.as_ref());
-        loop {
-            self.interrupt.check(SOLVER)?;
-            let kept = self.shooting.generator.clone();
-            let kept_weight = 0.5 * (2.0 * weight).powf(reached);
-            let next = (reached + step).min(1.0);
-            self.shooting.set_weight(0.5 * (2.0 * weight).powf(next));
-            let contraction = if next < 1.0 {
-                CLOSE_CONTRACTION
-            } else {
-                CONTRACTION
-            };
-            let outcome = self.shooting.run(self.tolerance, contraction, MAX_STEPS)?;
-            iterations += outcome.iterations;
-            if outcome.converged {
-                reached = next;
-                step *= 2.0;
-            } else {
-                step *= 0.5;
-                self.shooting.set_weight(kept_weight);
-                self.shooting.start_from(kept.as_ref());
-            }
-            if reached == 1.0 || step < FINEST {
-                return Ok(Outcome {
-                    converged: outcome.converged && reached == 1.0,
-                    iterations,
-                    residual: outcome.residual,
-                });
-            }
-        }
-    }
-
-    /// Follows the geodesic to points that run along the canonical one, from near ones to the target. Where the family of
-    /// metrics has a fold this way may have none.
-    fn approach(&mut self, canonical: &Mat<f64>, weight: f64, before: usize) -> Result<Outcome> {
-        let (m, k) = self.target.shape();
-        let (mut exp, mut frame) = (SkewExp::new(m), Mat::zeros(m, m));
-        let (mut reached, mut step, mut iterations) = (0.0, FIRST_APPROACH, before);
-        loop {
-            self.interrupt.check(SOLVER)?;
-            let next: f64 = reached + step;
-            let last = next >= 1.0;
-            let mut shooting = if last {
-                Shooting::new(self.target, weight)
-            } else {
-                exp.exp_into(frame.as_mut(), canonical.as_ref(), next)?;
-                Shooting::new(&frame.subcols(0, k).to_owned(), weight)
-            };
-            if reached == 0.0 {
-                shooting.start_close();
-            } else {
-                let ahead = &self.shooting.generator * Scale(next.min(1.0) / reached);
-                shooting.start_from(ahead.as_ref());
-            }
-            let contraction = if last { CONTRACTION } else { CLOSE_CONTRACTION };
-            let outcome = shooting.run(self.tolerance, contraction, MAX_STEPS)?;
-            iterations += outcome.iterations;
-            if outcome.converged {
-                self.shooting = shooting;
-                (reached, step) = (next, 2.0 * step);
-            } else {
-                step *= 0.5;
-            }
-            if reached >= 1.0 || step < FINEST {
-                return Ok(Outcome {
-                    converged: reached >= 1.0,
-                    iterations,
-                    residual: outcome.residual,
-                });
-            }
-        }
-    }
-
-    /// Length of the current geodesic.
-    fn length(&self) -> f64 {
-        let (a, b) = self.shooting.norms();
-        b.hypot(a * self.manifold.metric().weight().sqrt())
-    }
-
-    fn found(&self, residual: f64, certainly_shortest: bool) -> Found {
-        let k = self.target.ncols();
-        let twice = 2.0 * self.manifold.metric().weight();
-        let mut generator = self.shooting.generator.clone();
-        for j in 0..k {
-            for i in 0..k {
-                generator[(i, j)] /= twice;
-            }
-        }
-        Found {
-            generator,
-            k,
-            report: LogReport {
-                converged: true,
-                iterations: self.iterations,
-                residual,
-                length: self.length(),
-                certainly_shortest,
-            },
-        }
-    }
-}
-
 /// A rotation without a principal logarithm: points that no single shortest geodesic joins.
 fn not_joined(error: Error) -> Error {
     match error {
         Error::OutsideLogDomain { angle } => Error::NoJoiningCurve { angle },
         error => error,
-    }
-}
-
-fn no_convergence(outcome: Outcome, tolerance: f64) -> Error {
-    Error::NoConvergence {
-        solver: SOLVER,
-        report: SolverReport {
-            converged: false,
-            iterations: outcome.iterations,
-            residual: outcome.residual,
-            tolerance,
-            reason: StopReason::Stagnated,
-        },
     }
 }

@@ -368,8 +368,9 @@ impl PyCurve {
 /// Parameters
 /// ----------
 /// S0, S1 : array_like, shape (n, k)
-///     Points with orthonormal columns; ``beta(0) = S0``, ``beta(1) = S1``. The principal, shortest branch; almost
-///     every two points are joined.
+///     Points with orthonormal columns; ``beta(0) = S0``, ``beta(1) = S1``. The principal branch, whose normal part
+///     ``|K|`` is the shortest; another branch may be shorter in all, by a smaller ``Omega``. Almost every two points are
+///     joined.
 ///
 /// Raises
 /// ------

@@ -373,3 +373,12 @@ def test_random_pairs_have_a_euclidean_logarithm(shape, found):
         assert np.abs(M.exp(S0, V) - S1).max() < 1e-11
         count += 1
     assert count >= found
+
+
+def test_log_of_equal_principal_angles_is_the_shortest():
+    """Two equal principal angles of 3: the symmetric geodesic, of length 4.24, is a saddle."""
+    S0 = np.eye(4)[:, :2]
+    S1 = np.cos(3.0) * S0 + np.sin(3.0) * np.eye(4)[:, 2:]
+    M = Stiefel(4, 2)
+    assert abs(M.dist(S0, S1) - 3.14156) < 2e-5
+    assert abs(M.exp(S0, M.log(S0, S1)) - S1).max() < 1e-12

@@ -11,6 +11,13 @@
 //! The gradient on the fibre is `C`, the Hessian the lower right block of `g(-ad_L^2)`. A damped Newton method on a
 //! function that it lowers in every step cannot run away to another branch of the logarithm.
 //!
+//! The starts are symmetric, and so is the descent from them: where the two points have a symmetry it ends at a saddle.
+//! [`Descent::settle`] leaves it along a direction of negative curvature (for `k = 2` and two equal principal angles
+//! the symmetric geodesic is a saddle from `tan x = -x`, 2.029, on), and walks flat valleys to their bottom with
+//! the absolute values of the eigenvalues. The circle or `SO(3)` of completions of 1700 pairs (random, with equal
+//! principal angles, coordinate frames, and perturbations of these) had one minimum for 95 % of them; from the signs
+//! that are tried here the shortest was found for all.
+//!
 //! # Source
 //! The equation `C = 0` and the first completion (a symmetric block): Zimmermann (2017), "A matrix-algebraic algorithm
 //! for the Riemannian logarithm on the Stiefel manifold under the canonical metric", SIAM J. Matrix Anal. Appl. 38,
@@ -20,6 +27,7 @@
 use faer::{Mat, MatRef};
 
 use super::adjoint::{Adjoint, frobenius};
+use super::fibre_hessian::{FibreHessian, Spectrum};
 use super::shooting::{read_block, write_block};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
@@ -52,6 +60,18 @@ const MIN_STEP: f64 = 1e-4;
 /// Relative tolerance of a Newton step.
 const STEP_TOLERANCE: f64 = 1e-3;
 
+/// Steps of [`Descent::settle`] at most.
+const SETTLING: usize = 24;
+
+/// Lower eigenvalues of the second derivative are a saddle: with `-1e-6` the length differs by less than 1e-12.
+const NEGATIVE: f64 = -1e-6;
+
+/// Curvatures below this are round-off: a step along them is the gradient over this at most.
+const FLATTEST: f64 = 1e-12;
+
+/// Angle by which a completion without a logarithm is turned off its half turn.
+const OFF_HALF_TURN: f64 = 0.2;
+
 /// A completion of the target to a rotation, and its logarithm.
 pub(super) struct Start {
     rotation: Mat<f64>,
@@ -66,6 +86,7 @@ pub(super) struct Descent {
     exp: SkewExp,
     adjoint: Adjoint,
     krylov: Gmres,
+    hessian: FibreHessian,
     direction: Vec<f64>,
     gradient: Vec<f64>,
     turn: Mat<f64>,
@@ -86,6 +107,7 @@ impl Descent {
             exp: SkewExp::new(p),
             adjoint: Adjoint::new(k + p),
             krylov: Gmres::new(p * p),
+            hessian: FibreHessian::new(k, p),
             direction: vec![0.0; p * p],
             gradient: vec![0.0; p * p],
             turn: Mat::zeros(p, p),
@@ -97,21 +119,22 @@ impl Descent {
         }
     }
 
-    /// Completions of the target with a logarithm, the shortest first.
+    /// Completions of the target with a logarithm, the shortest first, and whether one of them is symmetric.
     ///
     /// The lower right block is made symmetric, with signs for its smallest directions that give determinant +1: the
     /// positive one is the closest to the identity, but for far points not always the one of the shortest logarithm.
+    /// A completion with a half turn, as between coordinate frames, is turned a little.
     ///
     /// # Errors
     /// `OutsideLogDomain` where none has a logarithm; `Decomposition`.
-    pub(super) fn starts(&mut self, target: &Mat<f64>) -> Result<Vec<Start>> {
+    pub(super) fn starts(&mut self, target: &Mat<f64>) -> Result<(Vec<Start>, bool)> {
         let (k, p) = (self.k, self.p);
         let complement = complement(target.as_ref());
         let mut svd = Svd::new(p, p);
         svd.compute(complement.as_ref().submatrix(k, 0, p, p))?;
         let mut rotation = Mat::zeros(k + p, k + p);
         rotation.as_mut().subcols_mut(0, k).copy_from(target);
-        let mut starts: Vec<Start> = Vec::new();
+        let (mut starts, mut symmetric) = (Vec::new(), false);
         let mut failure = Error::OutsideLogDomain {
             angle: std::f64::consts::PI,
         };
@@ -120,15 +143,7 @@ impl Descent {
             if parity.is_some_and(|parity| signs.count_ones() % 2 != parity) {
                 continue;
             }
-            let right = Mat::from_fn(p, p, |i, j| {
-                let sign = |l: usize| {
-                    let flipped = p - l <= TRIED_SIGNS && signs >> (p - 1 - l) & 1 == 1;
-                    if flipped { -1.0 } else { 1.0 }
-                };
-                (0..p)
-                    .map(|l| svd.v()[(i, l)] * sign(l) * svd.u()[(j, l)])
-                    .sum()
-            });
+            let right = with_signs(&svd, p, signs);
             mul_into(
                 rotation.as_mut().subcols_mut(k, p),
                 1.0,
@@ -142,18 +157,15 @@ impl Descent {
                     continue;
                 }
             }
-            let mut log = Mat::zeros(k + p, k + p);
-            match self.log.log_into(log.as_mut(), rotation.as_ref()) {
-                Ok(()) => {
-                    let length = frobenius(&log);
-                    let rotation = rotation.clone();
-                    starts.push(Start {
-                        rotation,
-                        log,
-                        length,
-                    });
+            match self.start(&rotation) {
+                Ok(start) => {
+                    starts.push(start);
+                    symmetric = true;
                 }
-                Err(error @ Error::OutsideLogDomain { .. }) => failure = error,
+                Err(error @ Error::OutsideLogDomain { .. }) => {
+                    failure = error;
+                    starts.extend(self.turned_start(&mut rotation)?);
+                }
                 Err(error) => return Err(error),
             }
         }
@@ -161,7 +173,90 @@ impl Descent {
             return Err(failure);
         }
         starts.sort_by(|a, b| a.length.total_cmp(&b.length));
-        Ok(starts)
+        Ok((starts, symmetric))
+    }
+
+    fn start(&mut self, rotation: &Mat<f64>) -> Result<Start> {
+        let mut log = Mat::zeros(rotation.nrows(), rotation.ncols());
+        self.log.log_into(log.as_mut(), rotation.as_ref())?;
+        Ok(Start {
+            rotation: rotation.clone(),
+            length: frobenius(&log),
+            log,
+        })
+    }
+
+    /// A start from a completion whose logarithm is ambiguous, turned in the fibre; `None` where that does not help.
+    fn turned_start(&mut self, rotation: &mut Mat<f64>) -> Result<Option<Start>> {
+        let (k, p) = (self.k, self.p);
+        if p == 1 {
+            return Ok(None);
+        }
+        let generic = generic_skew(p);
+        write_block(&generic, self.step.as_mut(), 0, p, 1.0);
+        self.exp
+            .exp_into(self.turn.as_mut(), self.step.as_ref(), OFF_HALF_TURN)?;
+        let free = rotation.as_ref().subcols(k, p) * &self.turn;
+        rotation.as_mut().subcols_mut(k, p).copy_from(&free);
+        match self.start(rotation) {
+            Ok(start) => Ok(Some(start)),
+            Err(Error::OutsideLogDomain { .. }) => Ok(None),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// From the end of a descent to a minimum to working precision: down valleys that are nearly flat, and off saddles.
+    ///
+    /// # Errors
+    /// `Interrupted`, `Decomposition`.
+    pub(super) fn settle(&mut self, start: &mut Start, interrupt: Interrupt<'_>) -> Result<usize> {
+        let (k, p) = (self.k, self.p);
+        if p == 1 {
+            return Ok(0);
+        }
+        let round_off = 4.0 * (k + p) as f64 * f64::EPSILON;
+        for steps in 0..SETTLING {
+            interrupt.check("Riemannian logarithm")?;
+            read_block(start.log.as_ref(), k, p, 1.0, &mut self.gradient);
+            let size = norm(&self.gradient);
+            self.hessian.set(start.log.as_ref())?;
+            if size > round_off {
+                let along = self.hessian.spectrum(&self.gradient)?;
+                self.curved_direction(&along);
+                if self.search(start, size)? {
+                    continue;
+                }
+            }
+            let around = self.hessian.spectrum(&generic_skew(p))?;
+            if around.values[0] >= NEGATIVE {
+                return Ok(steps);
+            }
+            self.direction.copy_from_slice(&around.vectors[0]);
+            if dot(&self.direction, &self.gradient) > 0.0 {
+                self.direction.iter_mut().for_each(|x| *x = -*x);
+            }
+            if !self.search(start, size)? {
+                return Ok(steps);
+            }
+        }
+        Ok(SETTLING)
+    }
+
+    /// `direction = -|H|^{-1} C`: also where `H` is indefinite it goes down.
+    fn curved_direction(&mut self, spectrum: &Spectrum) {
+        self.direction.fill(0.0);
+        for (value, vector) in spectrum.values.iter().zip(&spectrum.vectors) {
+            let step = -dot(vector, &self.gradient) / value.abs().max(FLATTEST);
+            for (to, from) in self.direction.iter_mut().zip(vector) {
+                *to += step * from;
+            }
+        }
+        self.shorten_direction();
+    }
+
+    fn shorten_direction(&mut self) {
+        let shrink = (MAX_LENGTH / norm(&self.direction)).min(1.0);
+        self.direction.iter_mut().for_each(|x| *x *= shrink);
     }
 
     /// Lowers the length over the fibre from a start; returns how many steps that took.
@@ -206,8 +301,7 @@ impl Descent {
                 *to = -from;
             }
         }
-        let shrink = (MAX_LENGTH / norm(&self.direction)).min(1.0);
-        self.direction.iter_mut().for_each(|x| *x *= shrink);
+        self.shorten_direction();
     }
 
     /// Halves the step until it lowers the length; `false` where none does.
@@ -249,14 +343,46 @@ impl Descent {
     }
 }
 
+/// The completion's lower right block made symmetric, with the signs of its smallest directions changed.
+fn with_signs(svd: &Svd, p: usize, signs: usize) -> Mat<f64> {
+    let sign = |l: usize| {
+        let flipped = p - l <= TRIED_SIGNS && signs >> (p - 1 - l) & 1 == 1;
+        if flipped { -1.0 } else { 1.0 }
+    };
+    Mat::from_fn(p, p, |i, j| {
+        (0..p)
+            .map(|l| svd.v()[(i, l)] * sign(l) * svd.u()[(j, l)])
+            .sum()
+    })
+}
+
+/// A skew matrix with a part in every direction, column by column, of norm 1.
+pub(super) fn generic_skew(p: usize) -> Vec<f64> {
+    let mut skew = vec![0.0; p * p];
+    for j in 0..p {
+        for i in j + 1..p {
+            let entry = 1.5 + (1.0 + 2.7 * i as f64 + 1.9 * j as f64 * j as f64).sin();
+            skew[j * p + i] = entry;
+            skew[i * p + j] = -entry;
+        }
+    }
+    let size = norm(&skew);
+    skew.iter_mut().for_each(|x| *x /= size);
+    skew
+}
+
 impl Start {
+    pub(super) fn length(&self) -> f64 {
+        self.length
+    }
+
     pub(super) fn log(&self) -> MatRef<'_, f64> {
         self.log.as_ref()
     }
 }
 
 /// Orthonormal columns orthogonal to those of `target`, shape `(m, m - k)`.
-fn complement(target: MatRef<'_, f64>) -> Mat<f64> {
+pub(super) fn complement(target: MatRef<'_, f64>) -> Mat<f64> {
     let (m, k) = target.shape();
     let wide = Mat::from_fn(m, m + k, |i, j| {
         if j < k {
@@ -268,6 +394,6 @@ fn complement(target: MatRef<'_, f64>) -> Mat<f64> {
     thin_q(wide.as_ref()).as_ref().subcols(k, m - k).to_owned()
 }
 
-fn dot(x: &[f64], y: &[f64]) -> f64 {
+pub(super) fn dot(x: &[f64], y: &[f64]) -> f64 {
     x.iter().zip(y).map(|(x, y)| x * y).sum()
 }

@@ -13,6 +13,8 @@
 //! exponential per step. With the terms of second order in `Delta` (canonical metric) the order of convergence is 3
 //! up to the error of `f`.
 
+mod damped;
+
 use faer::{Mat, MatRef};
 
 use super::adjoint::{Adjoint, bracket, frobenius};
@@ -63,6 +65,15 @@ pub(super) struct Outcome {
     pub(super) residual: f64,
 }
 
+impl Outcome {
+    /// Before anything was tried.
+    pub(super) const NONE: Outcome = Outcome {
+        converged: false,
+        iterations: 0,
+        residual: f64::INFINITY,
+    };
+}
+
 impl Shooting {
     /// For a target `X` of shape `(k + p, k)` with orthonormal columns, and the weight `w` of the metric.
     pub(super) fn new(target: &Mat<f64>, weight: f64) -> Self {
@@ -72,7 +83,7 @@ impl Shooting {
         let nu = 1.0 - twice;
         let turning = if nu == 0.0 { 0 } else { k };
         let square = || Mat::zeros(m, m);
-        let size = if nu == 0.0 { p * p } else { k * k + p * k };
+        let size = if turning == 0 { p * p } else { k * k + p * k };
         Shooting {
             k,
             p,
@@ -344,41 +355,52 @@ impl Shooting {
     /// H = -\nu\, \phi(-\nu\, \mathrm{ad}_A)\, \delta A,\qquad \phi(x) = \frac{1 - e^{-x}}{x}
     /// ```
     fn solve_turning(&mut self, tolerance: f64) {
-        let (k, p, nu, twice) = (self.k, self.p, self.nu, self.twice);
+        self.prepare_turning();
+        // Taken out, since the operator needs the rest; neither allocates.
+        let mut krylov = std::mem::replace(&mut self.krylov, Gmres::new(0));
+        let mut unknown = std::mem::take(&mut self.unknown);
+        krylov.solve(&mut unknown, tolerance, |x, y| self.turning_operator(x, y));
+        (self.krylov, self.unknown) = (krylov, unknown);
+    }
+
+    /// Sets `unknown` to the right-hand side `Delta`, and the buffers of the operator.
+    fn prepare_turning(&mut self) {
+        let (k, p) = (self.k, self.p);
         read_block(self.delta.as_ref(), 0, k, 1.0, &mut self.unknown[..k * k]);
         for j in 0..k {
             for i in 0..p {
                 self.unknown[k * k + j * p + i] = self.delta[(k + i, j)];
             }
         }
+        self.small[0].copy_from(self.generator.as_ref().submatrix(0, 0, k, k));
+        self.other.fill(0.0);
+    }
+
+    fn turning_operator(&mut self, x: &[f64], y: &mut [f64]) {
+        let (k, p, nu, twice) = (self.k, self.p, self.nu, self.twice);
         let [a, term, bracketed, sum] = &mut self.small;
-        a.copy_from(self.generator.as_ref().submatrix(0, 0, k, k));
-        let generator = &self.generator;
         let (other, image, rotation) = (&mut self.other, &mut self.image, &mut self.rotation);
         let (product, small_product) = (&mut self.product, &mut self.turn);
-        other.fill(0.0);
-        self.krylov.solve(&mut self.unknown, tolerance, |x, y| {
-            let (change, tall) = x.split_at(k * k);
-            write_block(change, other.as_mut(), 0, k, twice);
-            other.as_mut().submatrix_mut(k, k, p, p).fill(0.0);
-            for j in 0..k {
-                for i in 0..p {
-                    other[(k + i, j)] = tall[j * p + i];
-                    other[(j, k + i)] = -tall[j * p + i];
-                }
+        let (change, tall) = x.split_at(k * k);
+        write_block(change, other.as_mut(), 0, k, twice);
+        other.as_mut().submatrix_mut(k, k, p, p).fill(0.0);
+        for j in 0..k {
+            for i in 0..p {
+                other[(k + i, j)] = tall[j * p + i];
+                other[(j, k + i)] = -tall[j * p + i];
             }
-            dexp(generator, 1.0, other, rotation, image, product);
-            write_block(change, term.as_mut(), 0, k, 1.0);
-            dexp(a, -nu / twice, term, bracketed, sum, small_product);
-            for j in 0..k {
-                for i in 0..k {
-                    y[j * k + i] = image[(i, j)] + nu * sum[(i, j)];
-                }
-                for i in 0..p {
-                    y[k * k + j * p + i] = image[(k + i, j)];
-                }
+        }
+        dexp(&self.generator, 1.0, other, rotation, image, product);
+        write_block(change, term.as_mut(), 0, k, 1.0);
+        dexp(a, -nu / twice, term, bracketed, sum, small_product);
+        for j in 0..k {
+            for i in 0..k {
+                y[j * k + i] = image[(i, j)] + nu * sum[(i, j)];
             }
-        });
+            for i in 0..p {
+                y[k * k + j * p + i] = image[(k + i, j)];
+            }
+        }
     }
 
     /// `A += delta A`, `B += delta B`.
