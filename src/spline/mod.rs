@@ -13,6 +13,7 @@ mod continuation;
 mod ends;
 mod fit;
 mod flat;
+mod flat_smoothing;
 mod framed;
 mod geometric;
 mod hermite;

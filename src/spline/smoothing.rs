@@ -142,11 +142,16 @@ pub fn smoothing_spline(
     }
     let firsts: Vec<MatRef<'_, f64>> = grouped.first.iter().map(|&i| data[i]).collect();
     let knots = ReducedKnots::new(&grouped.t, &firsts, data);
-    let (space, unit) = (knots.space(), knots.unit.powi(3));
+    let space = knots.space();
     let curves = links(&knots.points)?;
     let low = data.iter().map(|point| knots.point(*point)).collect();
-    let data = Data::new(low, grouped.knots.clone(), grouped.weights.clone());
-    let given = options.lambda.map(|lambda| lambda / unit);
+    let heaviest = grouped.weights.iter().fold(0.0, |most: f64, w| most.max(*w));
+    let weights = grouped.weights.iter().map(|w| w / heaviest).collect();
+    let data = Data::new(low, grouped.knots.clone(), weights);
+    // One factor after the other: their product may overflow.
+    let given = options
+        .lambda
+        .map(|lambda| lambda / knots.unit / knots.unit / knots.unit / heaviest);
     let (points, lengths) = (knots.points.clone(), knots.lengths.clone());
     let solved = if knots.is_small() {
         let frames = points
@@ -154,25 +159,11 @@ pub fn smoothing_spline(
             .map(|point| complete(point.as_ref()))
             .collect();
         let chain = Framed::new(&curves, frames, lengths, 1.0, options.interrupt)?;
-        solve(chain, &data, given, &space, options)
+        solve(chain, &data, given, &space, options)?
     } else {
         let chain = Ambient::new(points, curves, lengths, options.interrupt);
-        solve(chain, &data, given, &space, options)
+        solve(chain, &data, given, &space, options)?
     };
-    // In the caller's units.
-    let solved = solved.map_err(|error| match (error, options.lambda) {
-        (
-            Error::InvalidArgument {
-                name, requirement, ..
-            },
-            Some(found),
-        ) => Error::InvalidArgument {
-            name,
-            requirement,
-            found,
-        },
-        (error, _) => error,
-    })?;
     let report = solved.outcome.report();
     if !report.converged {
         return Err(Error::NoConvergence {
@@ -180,7 +171,8 @@ pub fn smoothing_spline(
             report,
         });
     }
-    let lambda = options.lambda.unwrap_or(solved.lambda * unit);
+    let found = solved.lambda * heaviest * knots.unit * knots.unit * knots.unit;
+    let lambda = options.lambda.unwrap_or(found);
     if options.lambda.is_none() && !lambda.is_normal() {
         return Err(Error::InvalidArgument {
             name: "t",
@@ -191,7 +183,7 @@ pub fn smoothing_spline(
     Ok(SmoothingSpline {
         curve: Piecewise::new(grouped.t, solved.pieces),
         lambda,
-        misfit: solved.misfit,
+        misfit: solved.misfit * heaviest,
         degrees_of_freedom: solved.degrees_of_freedom,
         report,
     })
@@ -226,9 +218,9 @@ fn check(
         }
     }
     match lambda {
-        Some(found) if !(found >= 0.0 && found.is_finite()) => Err(Error::InvalidArgument {
+        Some(found) if found.is_nan() || found < 0.0 => Err(Error::InvalidArgument {
             name: "lam",
-            requirement: "finite and not negative",
+            requirement: "zero or more, or infinite",
             found,
         }),
         _ => Ok(manifold),
@@ -316,8 +308,9 @@ fn solve<C: Movable>(
         Some(lambda) => lambda,
         None => validation.best()?,
     };
-    let degrees_of_freedom = validation.degrees_of_freedom(lambda)?;
-    let mut fit = Fit::new(chain, data, lambda)?;
+    let flat = validation.flat(lambda)?;
+    let degrees_of_freedom = flat.degrees_of_freedom(chain.lengths())?;
+    let mut fit = Fit::new(chain, data, flat)?;
     let outcome = fit.solve(options.tolerance, options.max_iterations)?;
     let pieces = match outcome.reason {
         StopReason::Converged => pieces(fit.chain(), fit.motion(), space, options.interrupt)?,
