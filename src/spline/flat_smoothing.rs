@@ -24,6 +24,7 @@ use crate::manifold::carrier::Direction;
 const LAMBDAS: [f64; 2] = [1e-100, 1e100];
 
 /// The matrix for given times, weights and `lambda`.
+#[derive(Clone)]
 pub(super) struct FlatSmoothing {
     rows: Vec<Row<2>>,
     system: Tridiagonal<2>,

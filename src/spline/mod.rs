@@ -32,6 +32,7 @@ mod smoothing;
 mod solve;
 #[cfg(any(feature = "python", feature = "serde"))]
 mod stored;
+mod straight;
 mod tridiagonal;
 mod validation;
 mod velocities;
