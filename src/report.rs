@@ -32,16 +32,19 @@ pub enum StopReason {
     Diverged,
     /// The Jacobian has no usable inverse.
     SingularJacobian,
+    /// The equations are met, but the curve is no minimum: another one is better.
+    NotMinimal,
 }
 
 impl StopReason {
     /// All reasons; new ones are added at the end, since stored curves count them.
-    pub(crate) const ALL: [StopReason; 5] = [
+    pub(crate) const ALL: [StopReason; 6] = [
         StopReason::Converged,
         StopReason::MaxIterations,
         StopReason::Stagnated,
         StopReason::Diverged,
         StopReason::SingularJacobian,
+        StopReason::NotMinimal,
     ];
 
     /// The reason of a word, the inverse of [`StopReason::as_str`].
@@ -57,6 +60,7 @@ impl StopReason {
             StopReason::Stagnated => "stagnated",
             StopReason::Diverged => "diverged",
             StopReason::SingularJacobian => "singular_jacobian",
+            StopReason::NotMinimal => "not_minimal",
         }
     }
 }

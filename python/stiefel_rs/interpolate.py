@@ -83,7 +83,7 @@ def _lam(text: str) -> float:
         value = float(text)
     except ValueError:
         value = -1.0
-    if not 0 <= value < float("inf"):
+    if not value >= 0:
         raise argparse.ArgumentTypeError(f"{text!r} is not a number of zero or more")
     return value
 

@@ -33,7 +33,7 @@ use crate::stored::refusal;
 ///     Positive; all 1 by default.
 /// lam : float, optional
 ///     Weight of the cost, 0 or more, in units of squared distance times the cube of a time; 0 is the natural spline through the
-///     data. By default the one that generalised cross-validation finds.
+///     data, ``inf`` geodesic regression. By default the one that generalised cross-validation finds, for three points or more.
 /// extrapolate : bool, default False
 ///     Whether the first and the last piece go on outside of ``[t[0], t[-1]]``; by default times there are errors.
 /// tol : float, default 1e-11

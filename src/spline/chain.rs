@@ -238,6 +238,14 @@ impl Motion {
             *entry += share * step;
         }
     }
+
+    /// To the accelerations and third vectors alone.
+    pub(super) fn add_bends(&mut self, share: f64, step: &[f64]) {
+        let bends = &mut self.entries[self.size * self.knots..];
+        for (entry, step) in bends.iter_mut().zip(step) {
+            *entry += share * step;
+        }
+    }
 }
 
 /// Where the legs arrive.

@@ -1,27 +1,16 @@
-//! The equations of a smoothing spline, whose knots are unknown too, and the step that would solve them in flat space.
-//!
-//! With `r, w` the distance and lag of a leg of length `h`, carried back to its start, and `p, v` the changes of position and
-//! velocity of its knots, likewise, flat space gives
-//!
-//! ```math
-//! dx' = 6 P - 2 Q,\quad dx'' = 6 Q - 12 P,\qquad
-//! P = -r + p_{j+1} - p_j - h v_j,\quad Q = -w + h (v_{j+1} - v_j)
-//! ```
-//!
-//! The jumps of acceleration and jerk at the knots, with what the data pull, are then a block tridiagonal system for `(p, v)`
-//! with blocks of two by two numbers.
+//! The equations of a smoothing spline, whose knots are unknown too, and how they are solved.
 
 use faer::Mat;
 use rayon::prelude::*;
 
-use super::chain::{Arrivals, Chain, Motion, Movable, square};
+use super::chain::{Arrivals, Motion, Movable, square};
+use super::flat_smoothing::{FlatSmoothing, add_scaled};
 use super::iteration::Outcome;
-use super::tridiagonal::{Row, Shape, Tridiagonal};
 use crate::anderson::Anderson;
 use crate::cubic::taylor::Accuracy;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::linalg::gmres::{Gmres, norm};
-use crate::manifold::carrier::Direction;
+use crate::manifold::Stiefel;
 use crate::report::StopReason;
 
 /// Vectors that an arrival has here: distance, velocity, acceleration and the third vector.
@@ -46,17 +35,16 @@ const SUFFICIENT_DECREASE: f64 = 1e-4;
 /// Halvings of a step before it is given up.
 const MAX_HALVINGS: i32 = 8;
 
-/// Where the equations are met but for soft ones, knots may still be this far from their place.
-const IN_PLACE: f64 = 1e-7;
-
-/// What a step would still take off the objective, as a share of it, or of what all data out of place by [`IN_PLACE`] are worth.
-const NO_GAIN: f64 = 1e-3;
-
-/// A system of flat space whose solutions are further off says little of motions at constant speed.
-const BELIEVED: f64 = 0.1;
-
 /// Steps in a row that may leave more than half of the least residual so far.
 const PATIENCE: usize = 8;
+
+/// Newton steps in a row that may do so before they are given up: nothing that converges takes so many, and 100 unequal times
+/// with little weight of the cost went on for 121 steps and 30 s before they stagnated.
+const NEWTON_PATIENCE: usize = 12;
+
+/// Round-off of a position, in units of the 3/2-th power of the number of legs: errors of unit steps that add up to changes of
+/// velocity, and these once more. Up to a quarter of it is seen from 10 to 4000 unequal legs.
+const ROUND_OFF: f64 = 0.5 * f64::EPSILON;
 
 /// Data, sorted by knots.
 pub(super) struct Data {
@@ -76,6 +64,24 @@ impl Data {
 
     pub(super) fn len(&self) -> usize {
         self.points.len()
+    }
+
+    pub(super) fn point(&self, datum: usize) -> &Mat<f64> {
+        &self.points[datum]
+    }
+
+    /// The sum of weights times squared distances from points at the knots.
+    ///
+    /// # Errors
+    /// Those of a logarithm.
+    pub(super) fn misfit(&self, manifold: &Stiefel, points: &[Mat<f64>]) -> Result<f64> {
+        let each = self.points.par_iter().zip(&self.knots).zip(&self.weights);
+        let squares = each.map(|((point, &knot), weight)| {
+            let distance = manifold.dist(points[knot].as_ref(), point.as_ref())?;
+            Ok(weight * distance * distance)
+        });
+        // In order: the same for any number of threads.
+        Ok(squares.collect::<Result<Vec<_>>>()?.iter().sum())
     }
 
     /// Which knot each belongs to.
@@ -109,69 +115,6 @@ impl Data {
     }
 }
 
-/// Rows for `(p, v)` of a smoothing spline in flat space, for weights over `lambda` at the knots.
-pub(super) fn rows(lengths: &[f64], pulls: &[f64]) -> Vec<Row<2>> {
-    let mut rows = vec![Row::ZERO; lengths.len() + 1];
-    for (row, pull) in rows.iter_mut().zip(pulls) {
-        row.diagonal[0][0] = *pull;
-    }
-    for (leg, h) in lengths.iter().enumerate() {
-        let [r1, r2, r3] = [1, 2, 3].map(|power| h.powi(-power));
-        let before = &mut rows[leg];
-        add(
-            &mut before.diagonal,
-            [[12.0 * r3, 6.0 * r2], [6.0 * r2, 4.0 * r1]],
-        );
-        before.above = [[-12.0 * r3, 6.0 * r2], [-6.0 * r2, 2.0 * r1]];
-        let after = &mut rows[leg + 1];
-        add(
-            &mut after.diagonal,
-            [[12.0 * r3, -6.0 * r2], [-6.0 * r2, 4.0 * r1]],
-        );
-        after.below = [[-12.0 * r3, -6.0 * r2], [6.0 * r2, 2.0 * r1]];
-    }
-    rows
-}
-
-fn add(block: &mut [[f64; 2]; 2], more: [[f64; 2]; 2]) {
-    for (entry, more) in block.iter_mut().flatten().zip(more.iter().flatten()) {
-        *entry += more;
-    }
-}
-
-/// Round-off of stiff legs is more than the pulls of the data, or the other way around.
-pub(super) fn extreme(lambda: f64) -> Error {
-    Error::InvalidArgument {
-        name: "lam",
-        requirement: "neither so small nor so large, beside the cubes of the steps of time, that the data are lost in round-off",
-        found: lambda,
-    }
-}
-
-/// How far the system of flat space misses a motion at constant speed, that only the pulls hold in its place.
-fn lost<C: Chain>(chain: &C, system: &Tridiagonal<2>, pulls: &[f64]) -> Result<f64> {
-    let d = chain.size();
-    let whole: f64 = chain.lengths().iter().sum();
-    let (mut worker, mut place) = (chain.worker(), 1.0);
-    let mut direction = vec![1.0; d];
-    let (mut exact, mut right) = (Vec::new(), Vec::new());
-    for (knot, pull) in pulls.iter().enumerate() {
-        exact.extend(direction.iter().map(|x| place * x));
-        exact.extend(direction.iter().map(|x| x / whole));
-        right.extend(direction.iter().map(|x| pull * place * x));
-        right.extend(std::iter::repeat_n(0.0, d));
-        if let Some(h) = chain.lengths().get(knot) {
-            let here = direction.clone();
-            chain.carry_into(&mut worker, knot, Direction::Forward, &here, &mut direction)?;
-            place += h / whole;
-        }
-    }
-    system.solve(chain, &mut worker, &mut right)?;
-    let misses = exact.iter().zip(&right).map(|(x, y)| (x - y).abs());
-    // A NaN stays.
-    Ok(misses.fold(0.0, |most, x| if x <= most { most } else { x }))
-}
-
 /// A chain and a motion along it.
 struct State<C> {
     chain: C,
@@ -179,64 +122,45 @@ struct State<C> {
 }
 
 impl<C: Movable> State<C> {
-    /// Knots moved, with the velocities there, and the motion changed, by a share of a step.
-    fn advanced(&self, share: f64, step: &[f64]) -> Result<Self> {
-        let count = self.chain.size() * (self.chain.lengths().len() + 1);
-        let (shifts, change) = step.split_at(count);
-        let shifts: Vec<f64> = shifts.iter().map(|x| share * x).collect();
-        let mut motion = self.motion.clone();
-        motion.add(share, change);
-        let chain = self.chain.moved(&shifts, &mut motion)?;
-        Ok(State { chain, motion })
+    /// Numbers of all positions, or of all velocities.
+    fn count(&self) -> usize {
+        self.chain.size() * (self.chain.lengths().len() + 1)
     }
 }
 
 /// A smoothing spline on its way.
+///
+/// Steps are changes of the positions, the velocities and the bends, these [`stretched`](Fit::stretch).
 pub(super) struct Fit<'d, C> {
     state: State<C>,
     data: &'d Data,
-    lambda: f64,
-    /// Diagonal entries of the positions: from forces to distances.
-    stiffness: Vec<f64>,
-    system: Tridiagonal<2>,
-    /// Whether round-off of stiff legs leaves the pulls alone.
-    believed: bool,
+    flat: FlatSmoothing,
     misfit: f64,
 }
 
-/// What is left of the equations.
+/// What is left of the equations, and the step that would solve them in flat space.
 struct Balance {
-    arrivals: Arrivals,
-    /// At each knot: jump of the jerk less the pull of the data, jump of the acceleration, in units of the mean leg.
-    forces: Vec<f64>,
+    step: Vec<f64>,
     size: f64,
     misfit: f64,
 }
 
 impl<'d, C: Movable> Fit<'d, C> {
-    /// The smoothing spline of flat space, for a chain through data.
+    /// The smoothing spline of flat space, for a chain through points near the data.
     ///
     /// # Errors
     /// Where the knots cannot be moved there.
-    pub(super) fn new(chain: C, data: &'d Data, lambda: f64) -> Result<Self> {
-        let pulls: Vec<f64> = data.weight_of_knots().iter().map(|w| w / lambda).collect();
-        let rows = rows(chain.lengths(), &pulls);
-        let system = Tridiagonal::new(&rows, Shape::Open).ok_or_else(|| extreme(lambda))?;
-        let believed = lost(&chain, &system, &pulls)? <= BELIEVED;
-        let motion = Motion::zeros(chain.size(), pulls.len());
+    pub(super) fn new(chain: C, data: &'d Data, flat: FlatSmoothing) -> Result<Self> {
+        let motion = Motion::zeros(chain.size(), chain.lengths().len() + 1);
         let mut fit = Fit {
             state: State { chain, motion },
             data,
-            lambda,
-            stiffness: rows.iter().map(|row| row.diagonal[0][0]).collect(),
-            system,
-            believed,
+            flat,
             misfit: 0.0,
         };
         let arrivals = Arrivals::flat(&fit.state.chain, &fit.state.motion, VECTORS)?;
         let start = fit.balance_of(&fit.state, arrivals)?;
-        let step = fit.step(&fit.state, &start)?;
-        fit.state = fit.state.advanced(1.0, &step)?;
+        fit.state = fit.advanced(1.0, &start.step)?;
         Ok(fit)
     }
 
@@ -258,6 +182,8 @@ impl<'d, C: Movable> Fit<'d, C> {
     /// # Errors
     /// Where the start cannot be integrated; `Interrupted`.
     pub(super) fn solve(&mut self, tolerance: f64, max_iterations: usize) -> Result<Outcome> {
+        let legs = self.state.chain.lengths().len() as f64;
+        let tolerance = tolerance.max(ROUND_OFF * legs * legs.sqrt());
         let mut accuracy = Accuracy::of_tolerance(ACCURACY_SHARE);
         let mut found = self.balance(&self.state, accuracy)?;
         let (mut mixing, mut newton, mut iterations) = (Anderson::new(DEPTH), false, 0);
@@ -268,12 +194,7 @@ impl<'d, C: Movable> Fit<'d, C> {
                 found = self.balance(&self.state, accuracy)?;
                 continue;
             }
-            let step = self.step(&self.state, &found)?;
-            // Weak pulls are nothing beside stiff legs: what they would still move and gain says more.
-            if found.size <= tolerance
-                && self.largest_move(&step) <= IN_PLACE
-                && self.gain(&step, &found)? <= NO_GAIN * self.worth(&found)
-            {
+            if found.size <= tolerance {
                 break StopReason::Converged;
             }
             if iterations == max_iterations {
@@ -284,13 +205,21 @@ impl<'d, C: Movable> Fit<'d, C> {
             accuracy = accuracy.finer(Accuracy::of_tolerance(share));
             if newton {
                 accuracy = accuracy.finer(Accuracy::of_tolerance(DIFFERENCE_ACCURACY));
-                match self.descended(accuracy, &step)? {
-                    Some((state, nearer)) => (self.state, found) = (state, nearer),
-                    None => break StopReason::Stagnated,
+                match self.descended(accuracy, &found)? {
+                    Some((state, nearer)) if failures < NEWTON_PATIENCE => {
+                        (self.state, found) = (state, nearer);
+                        failures = if norm(&found.step) > 0.5 * least {
+                            failures + 1
+                        } else {
+                            0
+                        };
+                        least = least.min(norm(&found.step));
+                    }
+                    _ => break StopReason::Stagnated,
                 }
                 continue;
             }
-            match self.tried(accuracy, 1.0, &mixing.increment(step))? {
+            match self.tried(accuracy, 1.0, &mixing.increment(found.step.clone()))? {
                 Some((state, next)) if failures < PATIENCE => {
                     (self.state, found) = (state, next);
                     failures = if found.size > 0.5 * least {
@@ -300,7 +229,7 @@ impl<'d, C: Movable> Fit<'d, C> {
                     };
                     least = least.min(found.size);
                 }
-                _ => newton = true,
+                _ => (newton, least, failures) = (true, norm(&found.step), 0),
             }
         };
         self.misfit = found.misfit;
@@ -319,7 +248,7 @@ impl<'d, C: Movable> Fit<'d, C> {
         share: f64,
         step: &[f64],
     ) -> Result<Option<(State<C>, Balance)>> {
-        let moved = self.state.advanced(share, step);
+        let moved = self.advanced(share, step);
         let found = moved.and_then(|state| {
             let found = self.balance(&state, accuracy)?;
             Ok((state, found))
@@ -331,16 +260,30 @@ impl<'d, C: Movable> Fit<'d, C> {
         }
     }
 
-    /// After a Newton step from where the flat step is `here`, shortened until the flat step is shorter.
-    fn descended(&self, accuracy: Accuracy, here: &[f64]) -> Result<Option<(State<C>, Balance)>> {
-        let Some(step) = self.newton_step(accuracy, here)? else {
+    /// Knots moved, with the velocities there, and the motion changed, by a share of a step.
+    fn advanced(&self, share: f64, step: &[f64]) -> Result<State<C>> {
+        let State { chain, motion } = &self.state;
+        let (shifts, change) = step.split_at(self.state.count());
+        let shifts: Vec<f64> = shifts.iter().map(|x| share * x).collect();
+        let (velocities, bends) = change.split_at(self.state.count());
+        let stretch = self.stretch();
+        let mut motion = motion.clone();
+        motion.add(share, velocities);
+        motion.add_bends(share / stretch, bends);
+        let chain = chain.moved(&shifts, &mut motion)?;
+        Ok(State { chain, motion })
+    }
+
+    /// After a Newton step, shortened until the flat step is shorter.
+    fn descended(&self, accuracy: Accuracy, here: &Balance) -> Result<Option<(State<C>, Balance)>> {
+        let Some(step) = self.newton_step(accuracy, &here.step)? else {
             return Ok(None);
         };
-        let size = norm(here);
+        let size = norm(&here.step);
         for halving in 0..MAX_HALVINGS {
             let share = 0.5_f64.powi(halving);
             if let Some((state, found)) = self.tried(accuracy, share, &step)?
-                && norm(&self.step(&state, &found)?) <= (1.0 - SUFFICIENT_DECREASE * share) * size
+                && norm(&found.step) <= (1.0 - SUFFICIENT_DECREASE * share) * size
             {
                 return Ok(Some((state, found)));
             }
@@ -351,20 +294,18 @@ impl<'d, C: Movable> Fit<'d, C> {
     /// By GMRES with differences: the flat step has a derivative near minus the identity. None where a difference cannot be
     /// taken.
     fn newton_step(&self, accuracy: Accuracy, here: &[f64]) -> Result<Option<Vec<f64>>> {
-        let found = self.balance(&self.state, accuracy)?;
-        let base = self.step(&self.state, &found)?;
+        let base = self.balance(&self.state, accuracy)?.step;
         let size = norm(&self.state.motion.entries).max(1.0);
         let mut failure = None;
         let mut step = here.to_vec();
         Gmres::new(step.len()).solve(&mut step, KRYLOV_SHARE, |v, out| {
             let share = DIFFERENCE * size / norm(v);
-            let there = self.state.advanced(share, v).and_then(|state| {
-                let found = self.balance(&state, accuracy)?;
-                self.step(&state, &found)
-            });
+            let there = self
+                .advanced(share, v)
+                .and_then(|state| self.balance(&state, accuracy));
             match there {
                 Ok(there) => {
-                    for ((out, base), there) in out.iter_mut().zip(&base).zip(there) {
+                    for ((out, base), there) in out.iter_mut().zip(&base).zip(there.step) {
                         *out = (base - there) / share;
                     }
                 }
@@ -381,70 +322,11 @@ impl<'d, C: Movable> Fit<'d, C> {
         }
     }
 
-    /// Of the positions in a step.
-    fn largest_move(&self, step: &[f64]) -> f64 {
-        let positions = step.chunks_exact(self.state.chain.size());
-        let moves = positions.take(self.stiffness.len()).map(square);
-        // A NaN stays.
-        let largest = moves.fold(0.0, |largest, x| if x <= largest { largest } else { x });
-        largest.sqrt()
-    }
-
-    /// What a step takes off the objective of flat space, or what motions at constant speed do, where pulls are lost in round-off.
-    fn gain(&self, step: &[f64], found: &Balance) -> Result<f64> {
-        let d = self.state.chain.size();
-        let (positions, change) = step.split_at(d * self.stiffness.len());
-        let forces = found.forces.chunks_exact(2 * d);
-        let changes = positions.chunks_exact(d).zip(change.chunks_exact(d));
-        let products = forces
-            .zip(changes)
-            .map(|(force, (shift, change))| dot(&force[..d], shift) + dot(&force[d..], change));
-        let gain = self.lambda * products.sum::<f64>().abs();
-        match self.believed {
-            true => Ok(gain),
-            false => Ok(gain.max(self.gain_of_straight_motions()?)),
-        }
-    }
-
-    /// What moving all knots by vectors that are carried along, and by such vectors times the time, takes off the misfit.
-    fn gain_of_straight_motions(&self) -> Result<f64> {
-        let State { chain, .. } = &self.state;
-        let (d, mut worker) = (chain.size(), chain.worker());
-        let displacements = self.data.displacements(chain)?;
-        let mut pulls = vec![0.0; 2 * d];
-        let (mut sums, mut time, mut here) = ([0.0; 3], 0.0, 0);
-        let all = self.data.knots.iter().zip(&self.data.weights);
-        for ((&knot, weight), away) in all.zip(&displacements) {
-            for leg in here..knot {
-                let before = pulls.clone();
-                for (from, to) in before.chunks_exact(d).zip(pulls.chunks_exact_mut(d)) {
-                    chain.carry_into(&mut worker, leg, Direction::Forward, from, to)?;
-                }
-                time += chain.lengths()[leg];
-            }
-            here = knot;
-            add_scaled(&mut pulls, *weight, away);
-            add_scaled(&mut pulls[d..], weight * time, away);
-            for (power, sum) in sums.iter_mut().enumerate() {
-                *sum += weight * time.powi(power as i32);
-            }
-        }
-        let (constant, linear) = pulls.split_at(d);
-        let whole = sums[2] * square(constant) - 2.0 * sums[1] * dot(constant, linear)
-            + sums[0] * square(linear);
-        Ok(whole / (sums[0] * sums[2] - sums[1] * sums[1]))
-    }
-
-    /// The objective, where accelerations are linear along legs as in flat space; no less than what is not seen of it.
-    fn worth(&self, found: &Balance) -> f64 {
-        let (d, motion) = (self.state.chain.size(), &self.state.motion);
-        let legs = self.state.chain.lengths().iter().enumerate();
-        let costs = legs.map(|(leg, h)| {
-            let (first, third) = motion.bend(leg).split_at(d);
-            h.powi(-3) * (square(first) + dot(first, third) + square(third) / 3.0)
-        });
-        let unseen = self.data.weights.iter().sum::<f64>() * IN_PLACE * IN_PLACE / NO_GAIN;
-        (found.misfit + self.lambda * costs.sum::<f64>()).max(unseen)
+    /// By which bends are multiplied in steps: where the weight of the cost is large they are small, but so exact that the data
+    /// balance on them. Data along `N` legs bend a curve by `N^2 / lambda` of their distances from it.
+    fn stretch(&self) -> f64 {
+        let legs = self.state.chain.lengths().len() as f64;
+        (self.flat.lambda() / (legs * legs)).max(1.0)
     }
 
     fn balance(&self, state: &State<C>, accuracy: Accuracy) -> Result<Balance> {
@@ -453,10 +335,11 @@ impl<'d, C: Movable> Fit<'d, C> {
     }
 
     fn balance_of(&self, state: &State<C>, arrivals: Arrivals) -> Result<Balance> {
-        let (d, lengths) = (state.chain.size(), state.chain.lengths());
-        let mut forces = vec![0.0; 2 * d * self.stiffness.len()];
+        let State { chain, motion } = state;
+        let (d, lengths) = (chain.size(), chain.lengths());
+        let mut pulls = vec![0.0; state.count()];
         let mut misfit = 0.0;
-        let displacements = self.data.displacements(&state.chain)?;
+        let displacements = self.data.displacements(chain)?;
         for ((&knot, weight), away) in self
             .data
             .knots
@@ -464,34 +347,30 @@ impl<'d, C: Movable> Fit<'d, C> {
             .zip(&self.data.weights)
             .zip(&displacements)
         {
-            misfit += weight * state.chain.square(knot, away);
-            add_scaled(&mut forces[2 * d * knot..], -weight / self.lambda, away);
+            misfit += weight * chain.square(knot, away);
+            add_scaled(&mut pulls[d * knot..], *weight, away);
         }
+        let (mut step, change) = self.flat.step(chain, motion, &arrivals, &pulls)?;
+        let mut jumps = vec![0.0; state.count()];
         for (leg, h) in lengths.iter().enumerate() {
-            let [r2, r3] = [2, 3].map(|power| h.powi(-power));
-            let [first, third] = [&state.motion.bend(leg)[..d], &state.motion.bend(leg)[d..]];
-            let (before, after) = forces[2 * d * leg..].split_at_mut(2 * d);
-            add_scaled(before, r3, third);
-            add_scaled(&mut before[d..], -r2, first);
-            add_scaled(after, -r3, arrivals.vector(leg, 3));
-            add_scaled(&mut after[d..], r2, arrivals.vector(leg, 2));
+            let (before, after) = jumps[d * leg..].split_at_mut(d);
+            add_scaled(before, -h.powi(-2), &motion.bend(leg)[..d]);
+            add_scaled(after, h.powi(-2), arrivals.vector(leg, 2));
         }
         let mut size = arrivals.miss;
-        for (knot, force) in forces.chunks_exact(2 * d).enumerate() {
+        let each = jumps.chunks_exact(d).zip(step.chunks_exact(d)).enumerate();
+        for (knot, (jump, shift)) in each {
             let h = self.shortest(knot);
-            let off = square(&force[..d]).sqrt() / self.stiffness[knot];
-            let jump = h * h * square(&force[d..]).sqrt();
             // A NaN stays.
-            for part in [off, jump] {
+            for part in [square(shift).sqrt(), h * h * square(jump).sqrt()] {
                 size = if part <= size { size } else { part };
             }
         }
-        Ok(Balance {
-            arrivals,
-            forces,
-            size,
-            misfit,
-        })
+        let (velocities, bends) = change.entries.split_at(state.count());
+        let stretch = self.stretch();
+        step.extend(velocities);
+        step.extend(bends.iter().map(|x| stretch * x));
+        Ok(Balance { step, size, misfit })
     }
 
     /// Length of the shorter leg at a knot.
@@ -501,69 +380,5 @@ impl<'d, C: Movable> Fit<'d, C> {
         lengths[from..(knot + 1).min(lengths.len())]
             .iter()
             .fold(f64::INFINITY, |h, x| h.min(*x))
-    }
-
-    /// Changes of the positions, then of the motion, that would solve the equations in flat space.
-    fn step(&self, state: &State<C>, found: &Balance) -> Result<Vec<f64>> {
-        let (d, lengths) = (state.chain.size(), state.chain.lengths());
-        let mut worker = state.chain.worker();
-        let mut right: Vec<f64> = found.forces.iter().map(|force| -force).collect();
-        for (leg, h) in lengths.iter().enumerate() {
-            let [r2, r3] = [2, 3].map(|power| h.powi(-power));
-            let (before, after) = right[2 * d * leg..].split_at_mut(2 * d);
-            let (r, w) = (
-                found.arrivals.distance_back(leg),
-                found.arrivals.lag_back(leg),
-            );
-            add_scaled(before, -12.0 * r3, r);
-            add_scaled(before, 6.0 * r3, w);
-            add_scaled(&mut before[d..], -6.0 * r2, r);
-            add_scaled(&mut before[d..], 2.0 * r2, w);
-            let (r, w) = (found.arrivals.vector(leg, 0), found.arrivals.vector(leg, 1));
-            add_scaled(after, 12.0 * r3, r);
-            add_scaled(after, -6.0 * r3, w);
-            add_scaled(&mut after[d..], -6.0 * r2, r);
-            add_scaled(&mut after[d..], 4.0 * r2, w);
-        }
-        self.system.solve(&state.chain, &mut worker, &mut right)?;
-        let mut motion = Motion::zeros(d, lengths.len() + 1);
-        let mut step = Vec::with_capacity(right.len() / 2 + motion.entries.len());
-        for (knot, change) in right.chunks_exact(2 * d).enumerate() {
-            step.extend_from_slice(&change[..d]);
-            motion.velocity_mut(knot).copy_from_slice(&change[d..]);
-        }
-        let mut next = vec![0.0; 2 * d];
-        for (leg, h) in lengths.iter().enumerate() {
-            let (from, to) = right[2 * d * leg..].split_at(2 * d);
-            for (to, next) in to.chunks_exact(d).zip(next.chunks_exact_mut(d)) {
-                state
-                    .chain
-                    .carry_into(&mut worker, leg, Direction::Backward, to, next)?;
-            }
-            let (r, w) = (
-                found.arrivals.distance_back(leg),
-                found.arrivals.lag_back(leg),
-            );
-            let (first, second) = motion.bend_mut(leg).split_at_mut(d);
-            for i in 0..d {
-                let p = -r[i] + next[i] - from[i] - h * from[d + i];
-                let q = -w[i] + h * (next[d + i] - from[d + i]);
-                first[i] = 6.0 * p - 2.0 * q;
-                second[i] = 6.0 * q - 12.0 * p;
-            }
-        }
-        step.extend(motion.entries);
-        Ok(step)
-    }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-/// The leading entries.
-fn add_scaled(to: &mut [f64], factor: f64, from: &[f64]) {
-    for (to, from) in to.iter_mut().zip(from) {
-        *to += factor * from;
     }
 }

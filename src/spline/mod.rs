@@ -13,6 +13,7 @@ mod continuation;
 mod ends;
 mod fit;
 mod flat;
+mod flat_smoothing;
 mod framed;
 mod geometric;
 mod hermite;
@@ -32,6 +33,7 @@ mod smoothing;
 mod solve;
 #[cfg(any(feature = "python", feature = "serde"))]
 mod stored;
+mod straight;
 mod tridiagonal;
 mod validation;
 mod velocities;

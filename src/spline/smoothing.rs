@@ -16,11 +16,11 @@
 //! first variation of the sum (Samir, Absil, Srivastava, Klassen (2012), Found. Comput. Math. 12, 49-73). Generalised
 //! cross-validation: Craven, Wahba (1979), Numer. Math. 31, 377-403.
 
-use faer::MatRef;
+use faer::{Mat, MatRef};
 
 use super::EndConditions;
 use super::ambient::Ambient;
-use super::chain::{Movable, Space, links, pieces};
+use super::chain::{Movable, Space, for_each, links, pieces};
 use super::fit::{Data, Fit};
 use super::framed::Framed;
 use super::iteration::Outcome;
@@ -28,15 +28,20 @@ use super::knots;
 use super::piecewise::Piecewise;
 use super::reduced_knots::ReducedKnots;
 use super::riemannian::{SplineOptions, cubic_spline};
+use super::straight::Straight;
 use super::validation::Validation;
-use crate::cubic::RiemannianCubic;
 use crate::cubic::initial::complete;
+use crate::cubic::{IntegrationOptions, RiemannianCubic};
+use crate::curve::Curve;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::manifold::Stiefel;
 use crate::report::{SolverReport, StopReason};
 
 const SOLVER: &str = "smoothing spline";
+
+/// By this share a minimum may be worse than another curve: the square of the distances that convergence leaves, and round-off.
+const NO_WORSE: f64 = 1e-9;
 
 /// How a smoothing spline is made.
 ///
@@ -56,10 +61,11 @@ const SOLVER: &str = "smoothing spline";
 /// ```
 #[derive(Clone, Copy)]
 pub struct SmoothingOptions<'a> {
-    /// `lambda`, in units of squared distance times the cube of a time; by generalised cross-validation where it is not given.
+    /// `lambda`, in units of squared distance times the cube of a time; infinite for geodesic regression; by generalised
+    /// cross-validation where it is not given.
     pub lambda: Option<f64>,
     /// Converged once no leg misses its knot, no acceleration jumps and no knot is out of balance by more than this, in the
-    /// time of a leg.
+    /// time of a leg, or by round-off where there are thousands of legs.
     pub tolerance: f64,
     /// Steps at the most.
     pub max_iterations: usize,
@@ -120,13 +126,16 @@ pub struct SmoothingSpline {
 /// with residuals `r` and influence matrix `A` of the smoothing spline in flat space to which the data are unrolled along
 /// quasi-geodesics between neighbours; on the circle that is exact.
 ///
+/// For `lambda` from about the fourth power of the number of data on, in units of the mean step, the curve is the geodesic of
+/// regression; with an infinite one it is so to the last bit. Between two points it is the geodesic, for every `lambda`.
+///
 /// # Arguments
 /// * `t` - times in order, which may repeat; `data` - a point for each, shape `(n, k)`
 /// * `weights` - one for each, positive; all 1 where there are none
 /// # Errors
-/// `Shape`, `NonFinite`, `InvalidArgument` (times that fall, weights, `lambda`); in `AtKnot` (number of the distinct time)
+/// `Shape` (also two points without `lambda`), `NonFinite`, `InvalidArgument` (times that fall, weights, `lambda`); in `AtKnot` (number of the distinct time)
 /// `NotOrthonormal`, those of joining neighbours, `LogNotFound` and the like where a datum is too far from the curve;
-/// `NoConvergence`, `Interrupted`.
+/// `NoConvergence` (with `NotMinimal` where a geodesic near the data is better than what was found), `Interrupted`.
 pub fn smoothing_spline(
     t: &[f64],
     data: &[MatRef<'_, f64>],
@@ -137,42 +146,43 @@ pub fn smoothing_spline(
     let manifold = check(t, data, weights, options.lambda)?;
     let grouped = Grouped::new(t, weights);
     // On St(1, 1) nothing moves.
-    if options.lambda == Some(0.0) || manifold.dim() == 0 {
+    if manifold.dim() == 0 {
+        return interpolated(&manifold, data, &grouped, options);
+    }
+    if let [first, last] = data {
+        return between(&manifold, [*first, *last], grouped.t, options);
+    }
+    if options.lambda == Some(0.0) {
         return interpolated(&manifold, data, &grouped, options);
     }
     let firsts: Vec<MatRef<'_, f64>> = grouped.first.iter().map(|&i| data[i]).collect();
     let knots = ReducedKnots::new(&grouped.t, &firsts, data);
-    let (space, unit) = (knots.space(), knots.unit.powi(3));
-    let curves = links(&knots.points)?;
     let low = data.iter().map(|point| knots.point(*point)).collect();
-    let data = Data::new(low, grouped.knots.clone(), grouped.weights.clone());
-    let given = options.lambda.map(|lambda| lambda / unit);
-    let (points, lengths) = (knots.points.clone(), knots.lengths.clone());
+    let heaviest = grouped
+        .weights
+        .iter()
+        .fold(0.0, |most: f64, w| most.max(*w));
+    let weights = grouped.weights.iter().map(|w| w / heaviest).collect();
+    let data = Data::new(low, grouped.knots.clone(), weights);
+    // One factor after the other: their product may overflow.
+    let given = options
+        .lambda
+        .map(|lambda| lambda / knots.unit / knots.unit / knots.unit / heaviest);
+    let (space, interrupt) = (knots.space(), options.interrupt);
     let solved = if knots.is_small() {
-        let frames = points
-            .iter()
-            .map(|point| complete(point.as_ref()))
-            .collect();
-        let chain = Framed::new(&curves, frames, lengths, 1.0, options.interrupt)?;
-        solve(chain, &data, given, &space, options)
+        let through = |points: &[Mat<f64>]| {
+            let frames = points.iter().map(|point| complete(point.as_ref()));
+            let (curves, lengths) = (links(points)?, knots.lengths.clone());
+            Framed::new(&curves, frames.collect(), lengths, 1.0, interrupt)
+        };
+        solve(through, &knots.points, &data, given, &space, options)?
     } else {
-        let chain = Ambient::new(points, curves, lengths, options.interrupt);
-        solve(chain, &data, given, &space, options)
+        let through = |points: &[Mat<f64>]| {
+            let (curves, lengths) = (links(points)?, knots.lengths.clone());
+            Ok(Ambient::new(points.to_vec(), curves, lengths, interrupt))
+        };
+        solve(through, &knots.points, &data, given, &space, options)?
     };
-    // In the caller's units.
-    let solved = solved.map_err(|error| match (error, options.lambda) {
-        (
-            Error::InvalidArgument {
-                name, requirement, ..
-            },
-            Some(found),
-        ) => Error::InvalidArgument {
-            name,
-            requirement,
-            found,
-        },
-        (error, _) => error,
-    })?;
     let report = solved.outcome.report();
     if !report.converged {
         return Err(Error::NoConvergence {
@@ -180,7 +190,8 @@ pub fn smoothing_spline(
             report,
         });
     }
-    let lambda = options.lambda.unwrap_or(solved.lambda * unit);
+    let found = solved.lambda * heaviest * knots.unit * knots.unit * knots.unit;
+    let lambda = options.lambda.unwrap_or(found);
     if options.lambda.is_none() && !lambda.is_normal() {
         return Err(Error::InvalidArgument {
             name: "t",
@@ -191,7 +202,7 @@ pub fn smoothing_spline(
     Ok(SmoothingSpline {
         curve: Piecewise::new(grouped.t, solved.pieces),
         lambda,
-        misfit: solved.misfit,
+        misfit: solved.misfit * heaviest,
         degrees_of_freedom: solved.degrees_of_freedom,
         report,
     })
@@ -226,9 +237,9 @@ fn check(
         }
     }
     match lambda {
-        Some(found) if !(found >= 0.0 && found.is_finite()) => Err(Error::InvalidArgument {
+        Some(found) if found.is_nan() || found < 0.0 => Err(Error::InvalidArgument {
             name: "lam",
-            requirement: "finite and not negative",
+            requirement: "zero or more, or infinite",
             found,
         }),
         _ => Ok(manifold),
@@ -263,6 +274,46 @@ impl Grouped {
         }
         grouped
     }
+}
+
+/// Two points: the geodesic between them misses nothing and costs nothing.
+fn between(
+    manifold: &Stiefel,
+    data: [MatRef<'_, f64>; 2],
+    t: Vec<f64>,
+    options: &SmoothingOptions<'_>,
+) -> Result<SmoothingSpline> {
+    let Some(lambda) = options.lambda else {
+        return Err(Error::Shape {
+            name: "t",
+            expected: "three times or more, to choose lam by cross-validation, or lam given"
+                .to_owned(),
+            found: "2".to_owned(),
+        });
+    };
+    let [s0, s1] = data;
+    let found = manifold.log_interruptible(s0, s1, options.interrupt);
+    let (velocity, log) = found.map_err(|error| error.at_knot(0))?;
+    let zero = Mat::zeros(s0.nrows(), s0.ncols());
+    let integration = IntegrationOptions {
+        interrupt: options.interrupt,
+        ..IntegrationOptions::default()
+    };
+    let [v, zero] = [&velocity, &zero].map(|vector| vector.as_ref());
+    let piece = RiemannianCubic::from_initial(s0, v, zero, zero, &integration)?;
+    Ok(SmoothingSpline {
+        curve: Piecewise::new(t, vec![piece]),
+        lambda,
+        misfit: 0.0,
+        degrees_of_freedom: 2.0,
+        report: SolverReport {
+            converged: true,
+            reason: StopReason::Converged,
+            iterations: log.iterations,
+            residual: log.residual,
+            tolerance: options.tolerance.max(log.residual),
+        },
+    })
 }
 
 /// Without weight of the cost: the natural spline through the data.
@@ -304,30 +355,64 @@ struct Solved {
     degrees_of_freedom: f64,
 }
 
+/// From the points of a chain through the data, and where that leads to no minimum from those of the geodesic nearest to them.
 fn solve<C: Movable>(
-    chain: C,
+    through: impl Fn(&[Mat<f64>]) -> Result<C>,
+    points: &[Mat<f64>],
     data: &Data,
     lambda: Option<f64>,
     space: &Space,
     options: &SmoothingOptions<'_>,
 ) -> Result<Solved> {
+    let chain = through(points)?;
     let validation = Validation::new(&chain, data)?;
     let lambda = match lambda {
         Some(lambda) => lambda,
         None => validation.best()?,
     };
-    let degrees_of_freedom = validation.degrees_of_freedom(lambda)?;
-    let mut fit = Fit::new(chain, data, lambda)?;
-    let outcome = fit.solve(options.tolerance, options.max_iterations)?;
-    let pieces = match outcome.reason {
-        StopReason::Converged => pieces(fit.chain(), fit.motion(), space, options.interrupt)?,
-        _ => Vec::new(),
+    let flat = validation.flat(lambda)?;
+    let degrees_of_freedom = flat.degrees_of_freedom(chain.lengths())?;
+    let straight = Straight::nearest(chain.lengths(), data, options.interrupt)?;
+    let attempt = |chain: C| -> Result<Solved> {
+        let mut fit = Fit::new(chain, data, flat.clone())?;
+        let mut outcome = fit.solve(options.tolerance, options.max_iterations)?;
+        let mut found = Vec::new();
+        if outcome.reason == StopReason::Converged {
+            found = pieces(fit.chain(), fit.motion(), space, options.interrupt)?;
+            let objective = fit.misfit() + flat.lambda() * cost(&found, fit.chain().lengths())?;
+            let bound = straight.as_ref().map_or(f64::INFINITY, |one| one.misfit);
+            if objective > bound * (1.0 + NO_WORSE) + options.tolerance.powi(2) {
+                outcome.reason = StopReason::NotMinimal;
+            }
+        }
+        Ok(Solved {
+            pieces: found,
+            outcome,
+            lambda,
+            misfit: fit.misfit(),
+            degrees_of_freedom,
+        })
     };
-    Ok(Solved {
-        pieces,
-        outcome,
-        lambda,
-        misfit: fit.misfit(),
-        degrees_of_freedom,
-    })
+    let first = attempt(chain);
+    match (&first, &straight) {
+        (Err(error), _) if error.is_interrupted() => first,
+        (Ok(solved), _) if solved.outcome.reason == StopReason::Converged => first,
+        (_, None) => first,
+        (_, Some(straight)) => match through(&straight.points).and_then(attempt) {
+            Err(error) if error.is_interrupted() => Err(error),
+            Ok(second) if second.outcome.reason == StopReason::Converged => Ok(second),
+            // What is wrong from the data themselves says more.
+            Ok(_) | Err(_) => first,
+        },
+    }
+}
+
+/// The cost of pieces, each on `[0, 1]`, that take the given times.
+fn cost(pieces: &[RiemannianCubic], lengths: &[f64]) -> Result<f64> {
+    let each = for_each(
+        pieces.len(),
+        || (),
+        |(), leg| Ok(pieces[leg].cost()? * lengths[leg].powi(-3)),
+    )?;
+    Ok(each.iter().sum())
 }

@@ -1,8 +1,8 @@
 //! Generalised cross-validation of smoothing splines in flat space, to which the data are unrolled.
 
 use super::chain::Movable;
-use super::fit::{Data, extreme, rows};
-use super::tridiagonal::{Shape, Tridiagonal, diagonal_of_inverse};
+use super::fit::Data;
+use super::flat_smoothing::{FlatSmoothing, add_scaled};
 use crate::error::{Error, Result};
 use crate::manifold::carrier::Direction;
 
@@ -35,39 +35,23 @@ impl<'c, 'd, C: Movable> Validation<'c, 'd, C> {
         })
     }
 
-    fn pulls(&self, lambda: f64) -> Vec<f64> {
-        self.weights.iter().map(|weight| weight / lambda).collect()
-    }
-
-    /// Trace of the influence matrix.
+    /// The system of flat space.
     ///
     /// # Errors
-    /// `InvalidArgument` (`lambda` of extreme size).
-    pub(super) fn degrees_of_freedom(&self, lambda: f64) -> Result<f64> {
-        let pulls = self.pulls(lambda);
-        let diagonal = diagonal_of_inverse(&rows(self.chain.lengths(), &pulls));
-        let diagonal = diagonal.ok_or_else(|| extreme(lambda))?;
-        let trace: f64 = diagonal
-            .iter()
-            .zip(&pulls)
-            .map(|(block, pull)| block[0][0] * pull)
-            .sum();
-        // Nearly straight splines leave only round-off beside the two of a straight line.
-        Ok(trace.clamp(2.0, self.weights.len() as f64))
+    /// `InvalidArgument` (times so unequal that numbers run out).
+    pub(super) fn flat(&self, lambda: f64) -> Result<FlatSmoothing> {
+        FlatSmoothing::new(self.chain.lengths(), self.weights.clone(), lambda)
     }
 
     /// `N` times the weighted squares of the residuals, over the square of `N` less the degrees of freedom.
     fn score(&self, lambda: f64) -> Result<f64> {
         let (d, count) = (self.chain.size(), self.data.len() as f64);
-        let pulls = self.pulls(lambda);
-        let system = Tridiagonal::new(&rows(self.chain.lengths(), &pulls), Shape::Open);
-        let system = system.ok_or_else(|| extreme(lambda))?;
-        let mut right = vec![0.0; 2 * d * pulls.len()];
+        let (flat, lengths) = (self.flat(lambda)?, self.chain.lengths());
+        let mut right = vec![0.0; 2 * d * self.weights.len()];
         let mut displacement = vec![0.0; d];
         let mut worker = self.chain.worker();
         let mut ahead = vec![0.0; d];
-        for (leg, h) in self.chain.lengths().iter().enumerate() {
-            let [r2, r3] = [2, 3].map(|power| h.powi(-power));
+        for (leg, h) in lengths.iter().enumerate() {
             self.chain.displacement_into(leg, &mut displacement);
             self.chain.carry_into(
                 &mut worker,
@@ -77,11 +61,11 @@ impl<'c, 'd, C: Movable> Validation<'c, 'd, C> {
                 &mut ahead,
             )?;
             let (before, after) = right[2 * d * leg..].split_at_mut(2 * d);
-            for i in 0..d {
-                before[i] += 12.0 * r3 * displacement[i];
-                before[d + i] += 6.0 * r2 * displacement[i];
-                after[i] -= 12.0 * r3 * ahead[i];
-                after[d + i] += 6.0 * r2 * ahead[i];
+            if leg > 0 {
+                add_scaled(&mut before[d..], -1.0 / h, &displacement);
+            }
+            if leg + 1 < lengths.len() {
+                add_scaled(&mut after[d..2 * d], 1.0 / h, &ahead);
             }
         }
         let each = || {
@@ -92,18 +76,16 @@ impl<'c, 'd, C: Movable> Validation<'c, 'd, C> {
                 .zip(&self.displacements)
         };
         for ((&knot, weight), away) in each() {
-            for (right, away) in right[2 * d * knot..].iter_mut().zip(away) {
-                *right += weight / lambda * away;
-            }
+            add_scaled(&mut right[2 * d * knot..], weight * flat.pull(), away);
         }
-        system.solve(self.chain, &mut worker, &mut right)?;
+        flat.solve(self.chain, &mut worker, &mut right)?;
         let mut squares = 0.0;
         for ((&knot, weight), away) in each() {
             let moved = &right[2 * d * knot..][..d];
             let rest: Vec<f64> = moved.iter().zip(away).map(|(p, e)| p - e).collect();
             squares += weight * self.chain.square(knot, &rest);
         }
-        let left = count - self.degrees_of_freedom(lambda)?;
+        let left = count - flat.degrees_of_freedom(lengths)?;
         Ok(count * squares / (left * left))
     }
 
