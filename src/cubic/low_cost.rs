@@ -96,14 +96,14 @@ impl Solver<'_> {
 
     /// From the starts of the reversed problem.
     fn try_backward(&mut self, best: &mut Cheapest) -> Result<()> {
-        for y in self.from_the_end()? {
+        for y in self.reversed_starts()? {
             self.consider(best, y, BoundaryStrategy::Reversed)?;
         }
         Ok(())
     }
 
     /// Starts near the solutions to which the starts of the reversed problem lead.
-    pub(super) fn from_the_end(&mut self) -> Result<Vec<Vec<f64>>> {
+    pub(super) fn reversed_starts(&mut self) -> Result<Vec<Vec<f64>>> {
         let back = self.problem.reversed();
         let along_geodesic = geodesic(&back)?.map(|(flat, _)| flat);
         let mut starts = Vec::new();

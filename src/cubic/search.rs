@@ -168,7 +168,7 @@ fn search(
             found.add((y, solver.report(BoundaryStrategy::Geodesic)));
         }
     }
-    for mut y in solver.from_the_end()? {
+    for mut y in solver.reversed_starts()? {
         if solver.restarted(&mut y)? {
             found.add((y, solver.report(BoundaryStrategy::Reversed)));
         }

@@ -9,7 +9,7 @@ use super::end_map::EndMap;
 use super::homotopy::Homotopy;
 use super::problem::{Problem, unpack};
 use super::random::Random;
-use super::relaxation::{Chain, slowed};
+use super::relaxation::{CHAIN_UNKNOWNS, Chain, slowed};
 use super::shooting::ROUND_OFF;
 use super::taylor::Accuracy;
 use crate::error::{Error, Result};
@@ -38,9 +38,6 @@ const ACCURACY: f64 = 1e-9;
 
 /// Below this, Newton's method is on its way.
 const NEAR: f64 = 0.1;
-
-/// Unknowns up to which chains are relaxed: it takes as many differences of every node.
-const CHAIN_UNKNOWNS: usize = 64;
 
 /// How far the nodes of a chain are moved at random, more and more.
 const CHAIN_SPREAD: f64 = 0.5;

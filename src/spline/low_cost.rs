@@ -57,28 +57,25 @@ impl Cheapest {
         })
     }
 
-    /// Solves from another start and keeps the cheaper solution. A start that cannot be integrated is left out.
+    /// Solves from another start and keeps the cheaper solution.
     ///
     /// # Errors
     /// `Interrupted`.
     pub(super) fn try_start<C: Chain>(
         &mut self,
         problem: &Interpolation<'_, C>,
-        start: Result<Option<Motion>>,
+        start: Option<Motion>,
         options: &SplineOptions<'_>,
     ) -> Result<()> {
-        let solved = start.and_then(|start| {
-            let Some(mut motion) = start else {
-                return Ok(None);
-            };
-            let (tolerance, most) = (options.tolerance, options.max_iterations);
-            let outcome = Iteration::solve(problem, &mut motion, tolerance, most)?;
-            Self::new(problem.chain, (motion, outcome), options.interrupt).map(Some)
+        let solved = solved(problem, start, options).and_then(|solved| {
+            solved
+                .map(|solved| Self::new(problem.chain, solved, options.interrupt))
+                .transpose()
         });
-        match solved {
-            Err(error) if error.is_interrupted() => return Err(error),
-            Ok(Some(other)) if other.cost < (1.0 - SAME_COST) * self.cost => *self = other,
-            Ok(_) | Err(_) => {}
+        if let Some(other) = unless_interrupted(solved)?.flatten()
+            && other.cost < (1.0 - SAME_COST) * self.cost
+        {
+            *self = other;
         }
         Ok(())
     }
@@ -88,55 +85,71 @@ impl Cheapest {
     }
 }
 
-/// The solution that the flat spline of the knots passed backwards leads to, in forward direction; `None` if it leads to none.
-///
-/// # Errors
-/// `Interrupted`, those of the chain.
-pub(super) fn from_the_end<C: Chain>(
-    back: &C,
-    ends: &Ends,
+/// The solution that a start leads to; `None` if it leads to none.
+fn solved<C: Chain>(
+    problem: &Interpolation<'_, C>,
+    start: Option<Motion>,
     options: &SplineOptions<'_>,
-) -> Result<Option<Motion>> {
-    let ends = ends.reversed();
-    let problem = Interpolation::new(back, &ends)?;
-    let mut motion = problem.start()?;
+) -> Result<Option<(Motion, Outcome)>> {
+    let Some(mut motion) = start else {
+        return Ok(None);
+    };
     let (tolerance, most) = (options.tolerance, options.max_iterations);
-    let outcome = Iteration::solve(&problem, &mut motion, tolerance, most)?;
-    match outcome.reason {
-        StopReason::Converged => reversed(back, &motion).map(Some),
-        _ => Ok(None),
-    }
+    let outcome = Iteration::solve(problem, &mut motion, tolerance, most)?;
+    let converged = outcome.reason == StopReason::Converged;
+    Ok(converged.then_some((motion, outcome)))
 }
 
-/// Motions from which chains are relaxed: the flat spline, and for free ends the spline at rest there, since without such ends
-/// the iteration may lead away from what they find. None if the ends are periodic.
+/// The solution that a start of the knots passed backwards leads to, in forward direction; `None` if it leads to none.
 ///
 /// # Errors
-/// `Interrupted`, those of carrying.
-pub(super) fn relaxed_from<C: Chain>(
+/// `Interrupted`.
+pub(super) fn from_the_end<C: Chain>(
+    problem: &Interpolation<'_, C>,
+    start: Option<Motion>,
+    options: &SplineOptions<'_>,
+) -> Result<Option<Motion>> {
+    let found = solved(problem, start, options).and_then(|solved| {
+        solved
+            .map(|(motion, _)| reversed(problem.chain, &motion))
+            .transpose()
+    });
+    Ok(unless_interrupted(found)?.flatten())
+}
+
+/// The spline at rest at its free ends, with the knots of one that has some: where free ends let the iteration lead away, it has
+/// velocities from which a chain can be relaxed. `None` if no end is free, or nothing is found.
+///
+/// # Errors
+/// `Interrupted`.
+pub(super) fn clamped<C: Chain>(
     problem: &Interpolation<'_, C>,
     options: &SplineOptions<'_>,
-) -> Result<Vec<Motion>> {
+) -> Result<Option<Motion>> {
     let Ends::Open(ends) = problem.ends else {
-        return Ok(Vec::new());
+        return Ok(None);
     };
-    let mut starts = vec![problem.start()?];
-    if ends.iter().any(|end| end.acceleration().is_some()) {
-        let at_rest = || End::Velocity(vec![0.0; problem.chain.size()]);
-        let ends = Ends::Open(ends.each_ref().map(|end| match end {
-            End::Velocity(_) => end.clone(),
-            End::Acceleration(_) => at_rest(),
-        }));
-        let clamped = Interpolation::new(problem.chain, &ends)?;
-        let mut motion = clamped.start()?;
-        let (tolerance, most) = (options.tolerance, options.max_iterations);
-        match Iteration::solve(&clamped, &mut motion, tolerance, most) {
-            Err(error) if error.is_interrupted() => return Err(error),
-            // Its velocities are a start in any case.
-            Ok(_) | Err(_) => starts.push(motion),
-        }
+    if ends.iter().all(|end| end.acceleration().is_none()) {
+        return Ok(None);
     }
-    Ok(starts)
+    let at_rest = || End::Velocity(vec![0.0; problem.chain.size()]);
+    let ends = Ends::Open(ends.each_ref().map(|end| match end {
+        End::Velocity(_) => end.clone(),
+        End::Acceleration(_) => at_rest(),
+    }));
+    let found = Interpolation::new(problem.chain, &ends)
+        .and_then(|clamped| solved(&clamped, Some(clamped.start()?), options));
+    Ok(unless_interrupted(found)?
+        .flatten()
+        .map(|(motion, _)| motion))
+}
+
+/// `None` for a start that cannot be integrated.
+pub(super) fn unless_interrupted<T>(outcome: Result<T>) -> Result<Option<T>> {
+    match outcome {
+        Err(error) if error.is_interrupted() => Err(error),
+        other => Ok(other.ok()),
+    }
 }
 
 /// A motion along the knots of a chain, passed backwards.
@@ -174,7 +187,7 @@ fn cost<C: Chain>(chain: &C, motion: &Motion, interrupt: Interrupt<'_>) -> Resul
 
 impl Ends {
     /// The same ends, passed backwards.
-    fn reversed(&self) -> Self {
+    pub(super) fn reversed(&self) -> Self {
         let reversed = |end: &End| match end {
             End::Velocity(v) => End::Velocity(v.iter().map(|v| -v).collect()),
             End::Acceleration(a) => End::Acceleration(a.clone()),

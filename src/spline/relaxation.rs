@@ -5,13 +5,13 @@
 
 use faer::{Mat, Scale};
 
-use super::chain::Motion;
+use super::chain::{Chain as _, Motion};
 use super::ends::{End, Ends};
 use super::framed::{Framed, coordinates};
 use super::joined::Joined;
 use crate::cubic::node::Node;
 use crate::cubic::problem::unpack;
-use crate::cubic::relaxation::{Chain, Held};
+use crate::cubic::relaxation::{CHAIN_UNKNOWNS, Chain, Held};
 use crate::curve::{Curve, GeometricCubic};
 use crate::error::Result;
 
@@ -19,7 +19,7 @@ use crate::error::Result;
 const LEGS: usize = 8;
 
 impl Joined<'_> {
-    /// The motion along the relaxed chain, from the velocities of a motion of `chain`.
+    /// The motion along the relaxed chain, from the velocities of a motion of `chain`; `None` if it has too many unknowns.
     ///
     /// # Errors
     /// `Interrupted`, where neighbours in the chain cannot be joined.
@@ -28,7 +28,10 @@ impl Joined<'_> {
         chain: &Framed<'_>,
         start: &Motion,
         ends: &Ends,
-    ) -> Result<Motion> {
+    ) -> Result<Option<Motion>> {
+        if 2 * chain.size() > CHAIN_UNKNOWNS {
+            return Ok(None);
+        }
         let velocity = |knot: usize| chain.tangent(knot, start.velocity(knot));
         let velocities: Vec<Mat<f64>> = (0..self.frames.len()).map(velocity).collect();
         let mut chain = self.nodes(&velocities, ends)?;
@@ -51,7 +54,7 @@ impl Joined<'_> {
                 motion.bend_mut(knot)[(power as usize - 2) * size..][..size].copy_from_slice(&bend);
             }
         }
-        Ok(motion)
+        Ok(Some(motion))
     }
 
     fn nodes(&self, velocities: &[Mat<f64>], ends: &Ends) -> Result<Chain> {

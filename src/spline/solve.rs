@@ -5,10 +5,11 @@ use super::ambient::Ambient;
 use super::chain::Motion;
 use super::continuation;
 use super::ends::Ends;
+use super::framed::Framed;
 use super::interpolation::Interpolation;
 use super::iteration::{Iteration, Outcome};
 use super::joined::Joined;
-use super::low_cost::{self, Cheapest};
+use super::low_cost::{self, Cheapest, unless_interrupted};
 use super::parts;
 use super::riemannian::SplineOptions;
 use crate::error::{Error, Result};
@@ -75,16 +76,35 @@ pub(super) fn in_frames(
     let chain = knots.chain(1.0)?;
     let problem = Interpolation::new(&chain, ends)?;
     let mut best = Cheapest::new(&chain, first, options.interrupt)?;
-    let back = knots
-        .reversed()
-        .and_then(|back| back.chain(1.0))
-        .and_then(|back| low_cost::from_the_end(&back, ends, options));
-    best.try_start(&problem, back, options)?;
-    for start in low_cost::relaxed_from(&problem, options)? {
-        let relaxed = knots.relaxed(&chain, &start, ends).map(Some);
-        best.try_start(&problem, relaxed, options)?;
+    if matches!(ends, Ends::Open(_)) {
+        let relaxed = knots.relaxed(&chain, &problem.start()?, ends);
+        best.try_start(&problem, unless_interrupted(relaxed)?.flatten(), options)?;
+    }
+    let at_rest = relaxed_at_rest(knots, &problem, options)?;
+    best.try_start(&problem, at_rest, options)?;
+    // And backwards; what is relaxed from the flat spline is the same there.
+    let (back, ends) = (knots.reversed()?, ends.reversed());
+    let chain = back.chain(1.0)?;
+    let backwards = Interpolation::new(&chain, &ends)?;
+    let at_rest = relaxed_at_rest(&back, &backwards, options)?;
+    for start in [Some(backwards.start()?), at_rest] {
+        let found = low_cost::from_the_end(&backwards, start, options)?;
+        best.try_start(&problem, found, options)?;
     }
     Ok(best.into_solution())
+}
+
+/// A chain relaxed from the spline that is at rest at its free ends; `None` if there is none.
+fn relaxed_at_rest(
+    knots: &Joined<'_>,
+    problem: &Interpolation<'_, Framed<'_>>,
+    options: &SplineOptions<'_>,
+) -> Result<Option<Motion>> {
+    let Some(clamped) = low_cost::clamped(problem, options)? else {
+        return Ok(None);
+    };
+    let relaxed = knots.relaxed(problem.chain, &clamped, problem.ends);
+    Ok(unless_interrupted(relaxed)?.flatten())
 }
 
 /// A chain of few dimensions, from its start on.
@@ -105,9 +125,7 @@ pub(super) fn forwards(
         let motion = match start {
             Start::Flat => Ok(Some(flat.clone())),
             Start::Parts if parts::exist(knots.len(), ends) => parts::solve(knots, ends, options),
-            Start::Relaxed if matches!(ends, Ends::Open(_)) => {
-                knots.relaxed(&chain, &flat, ends).map(Some)
-            }
+            Start::Relaxed if matches!(ends, Ends::Open(_)) => knots.relaxed(&chain, &flat, ends),
             _ => Ok(None),
         };
         let solved = motion.and_then(|motion| {
@@ -155,9 +173,9 @@ pub(super) fn in_ambient(
         return Ok((motion, outcome));
     }
     let mut best = Cheapest::new(chain, (motion, outcome), options.interrupt)?;
-    let back = chain
-        .reversed()
-        .and_then(|back| low_cost::from_the_end(&back, ends, options));
-    best.try_start(&problem, back, options)?;
+    let (back, ends) = (chain.reversed()?, ends.reversed());
+    let backwards = Interpolation::new(&back, &ends)?;
+    let found = low_cost::from_the_end(&backwards, Some(backwards.start()?), options)?;
+    best.try_start(&problem, found, options)?;
     Ok(best.into_solution())
 }
