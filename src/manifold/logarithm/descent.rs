@@ -14,9 +14,9 @@
 //! The starts are symmetric, and so is the descent from them: where the two points have a symmetry it ends at a saddle.
 //! [`Descent::settle`] leaves it along a direction of negative curvature (for `k = 2` and two equal principal angles
 //! the symmetric geodesic is a saddle from `tan x = -x`, 2.029, on), and walks flat valleys to their bottom with
-//! the absolute values of the eigenvalues. The circle or `SO(3)` of completions of 1700 pairs (random, with equal
-//! principal angles, coordinate frames, and perturbations of these) had one minimum for 95 % of them; from the signs
-//! that are tried here the shortest was found for all.
+//! the absolute values of the eigenvalues. Of 500 pairs of each kind (random, with equal principal angles 2.1 to 3.1,
+//! coordinate frames, and perturbations of these by 1e-12 to 0.1) on St(4,2), St(7,2) and St(5,3), 8000 in all, a search
+//! over the whole fibre or from random starts knew a shorter geodesic for 5, by 0.2 % at most; without it for 1422.
 //!
 //! # Source
 //! The equation `C = 0` and the first completion (a symmetric block): Zimmermann (2017), "A matrix-algebraic algorithm

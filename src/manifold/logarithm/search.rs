@@ -140,7 +140,7 @@ impl<'a> Search<'a> {
     /// Length up to which a close geodesic of a metric without a known bound is not questioned.
     ///
     /// Half the shortest closed geodesics (`sqrt(2 w) pi` and `pi`), and `pi` over the root of the curvature of planes
-    /// of `A` and `B`, for large `w` about `w / 2`. Of 60 random geodesics of each of ten weights `w` from 0.03 to 40,
+    /// of `A` and `B`, for large `w` about `w / 2`. Of 60 random geodesics of each of eight weights `w` from 0.03 to 40,
     /// on St(4,2) and St(6,3), none at 0.75 to 0.95 of the least of these was longer than another one.
     fn reach(&self) -> f64 {
         match self.manifold.metric() {

@@ -143,7 +143,7 @@ impl Path {
         let outcome = shooting.run(LEG_TOLERANCE, CLOSE_CONTRACTION, CLOSE_STEPS)?;
         let (a, b) = shooting.norms();
         let length = b.hypot(a * self.weight.sqrt());
-        Ok(outcome.converged.then(|| (shooting.generator, length)))
+        Ok(outcome.converged.then_some((shooting.generator, length)))
     }
 
     /// End of the geodesic of a generator `L`: `g e^L [I; 0] e^{nu A}`.
