@@ -264,6 +264,7 @@ impl General {
         let m = q.nrows();
         self.skew.set_skew_part(1.0, q);
         if (0..m).map(|i| 1.0 - q[(i, i)]).sum::<f64>() < NEAR_IDENTITY {
+            self.skew_part_of_nearest(q);
             self.by_series(out);
             return Ok(());
         }
@@ -274,6 +275,26 @@ impl General {
         self.correct();
         self.assemble(out);
         Ok(())
+    }
+
+    /// The skew part of the nearest rotation `Q (I - (Q^T Q - I) / 2)`, of which only the rest is of second order in what `Q` is
+    /// off: the series has no correction that would find it.
+    fn skew_part_of_nearest(&mut self, q: MatRef<'_, f64>) {
+        let m = q.nrows();
+        product(self.work.view_mut(), q.transpose(), q);
+        for j in 0..m {
+            let column = self.work.col_mut(j);
+            column[j] -= 1.0;
+            column[..m].iter_mut().for_each(|x| *x *= 0.5);
+        }
+        product(self.turned.view_mut(), q, self.work.view());
+        for j in 0..m {
+            let column = self.turned.col_mut(j);
+            for i in 0..m {
+                column[i] = q[(i, j)] - column[i];
+            }
+        }
+        self.skew.set_skew_part(1.0, self.turned.view());
     }
 
     /// `L = asinh(K)` of the skew part `K = sinh(L)`: relative to the size of `L`, where a basis of planes would leave an
