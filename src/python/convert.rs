@@ -7,11 +7,12 @@ use numpy::{
 use pyo3::exceptions::{PyMemoryError, PyOverflowError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use pyo3::types::{PyDict, PyFloat, PyInt, PyList, PySlice, PyTuple};
+use pyo3::types::{PyDict, PySlice, PyTuple};
 use rayon::prelude::*;
 
 use super::call::Call;
 use super::error::{invalid_input, to_exception};
+use super::masked::check_unmasked;
 use crate::error::Error;
 use crate::interrupt::Interrupt;
 
@@ -19,8 +20,6 @@ static ASARRAY: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
 static REQUIRE: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
 static EMPTY: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
 static CAN_CAST: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
-static MASKED_ARRAY: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
-static COUNT_MASKED: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
 static FLOAT64: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
 static BROADCAST_TO: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
 static BROADCAST_SHAPES: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
@@ -34,48 +33,6 @@ pub fn load_numpy(py: Python<'_>) -> PyResult<()> {
     py.import("numpy")?;
     PyArray1::<f64>::zeros(py, 0, false);
     Ok(())
-}
-
-/// The same check for readers in Python.
-#[pyfunction]
-pub fn _check_unmasked(name: &str, object: &Bound<'_, PyAny>) -> PyResult<()> {
-    check_unmasked(object, name)
-}
-
-/// Error where an array, or one in a list, has masked entries: NumPy would read the numbers under the mask.
-fn check_unmasked(object: &Bound<'_, PyAny>, name: &str) -> PyResult<()> {
-    let (masked, entries) = count_masked(object)?;
-    if masked == 0 {
-        return Ok(());
-    }
-    let verb = if masked == 1 { "is" } else { "are" };
-    Err(invalid_input(
-        object.py(),
-        format!("{name}: {masked} of {entries} entries {verb} masked; fill or remove them"),
-    ))
-}
-
-/// Masked entries of all masked arrays in an object, and all entries of these.
-fn count_masked(object: &Bound<'_, PyAny>) -> PyResult<(usize, usize)> {
-    if object.is_exact_instance_of::<PyFloat>() || object.is_exact_instance_of::<PyInt>() {
-        return Ok((0, 0));
-    }
-    if object.is_instance_of::<PyList>() || object.is_instance_of::<PyTuple>() {
-        let mut sum = (0, 0);
-        for item in object.try_iter()? {
-            let (masked, entries) = count_masked(&item?)?;
-            sum = (sum.0 + masked, sum.1 + entries);
-        }
-        return Ok(sum);
-    }
-    let py = object.py();
-    let class = MASKED_ARRAY.import(py, "numpy.ma", "MaskedArray")?;
-    if !object.is_instance(class)? {
-        return Ok((0, 0));
-    }
-    let masked = COUNT_MASKED.import(py, "numpy.ma", "count_masked")?;
-    let masked = masked.call1((object,))?.extract()?;
-    Ok((masked, object.getattr("size")?.extract()?))
 }
 
 /// A float64 array from anything array-like, by same-kind casting: `TypeError` for complex numbers, text and objects.

@@ -12,6 +12,7 @@ mod geodesic;
 mod geometry;
 mod knots;
 mod linalg;
+mod masked;
 mod measure;
 mod polynomial;
 mod retraction;
@@ -37,8 +38,6 @@ pub mod _core {
     #[pymodule_export]
     use super::chart::PyChart;
     #[pymodule_export]
-    use super::convert::_check_unmasked;
-    #[pymodule_export]
     use super::cubic_trajectory::{PyCubicTrajectory, integrate_cubic};
     #[pymodule_export]
     use super::curve::{PyCurve, PyQuasiGeodesic};
@@ -48,6 +47,8 @@ pub mod _core {
     use super::geodesic::{PyGeodesic, PyLogReport};
     #[pymodule_export]
     use super::linalg::{orthogonal_log, skew_exp};
+    #[pymodule_export]
+    use super::masked::_check_unmasked;
     #[pymodule_export]
     use super::measure::PyDerivativeBounds;
     #[pymodule_export]
