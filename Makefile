@@ -9,7 +9,7 @@ INSTALLED := $(VENV)/.installed
 DOCS_INSTALLED := $(VENV)/.docs-installed
 SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md $(shell find src python -name '*.rs' -o -name '*.py' -o -name '*.pyi')
 
-.PHONY: help reproduce test test-rust test-python test-minimal lint licences fuzz leak interrupts bench benchmark gallery boundary control-points accuracy study doc docs wheels clean
+.PHONY: help reproduce test test-rust test-python test-minimal lint licences fuzz leak interrupts bench benchmark gallery boundary boundary-cost control-points accuracy study doc docs wheels clean
 
 help: ## Show this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | sort | expand -t 16
@@ -72,6 +72,9 @@ gallery: $(INSTALLED) ## The examples, with their figures and numbers, into docs
 
 boundary: $(INSTALLED) ## 12000 random boundary problems of Riemannian cubics, into docs/boundary_problems.md
 	RAYON_NUM_THREADS=1 $(BIN)/python -m benchmarks.boundary_problems $(ARGS)
+
+boundary-cost: $(INSTALLED) ## What solutions of 2000 boundary problems cost beside others, into docs/boundary_cost.md
+	RAYON_NUM_THREADS=1 $(BIN)/python -m benchmarks.boundary_cost $(ARGS)
 
 control-points: $(INSTALLED) ## Other control points on 1000 random boundary problems, into docs/control_points.md
 	RAYON_NUM_THREADS=1 $(BIN)/python -m benchmarks.control_points $(ARGS)

@@ -23,17 +23,27 @@ const SHAPES: [(usize, usize); 6] = [(3, 1), (3, 2), (4, 2), (5, 2), (6, 3), (10
 #[test]
 fn moderate_data_are_solved_from_the_flat_start() {
     for shape in SHAPES {
-        let mut rng = Rng::new(11);
-        for _ in 0..if shape.0 > 5 { 10 } else { 60 } {
+        let (mut rng, mut moderate) = (Rng::new(11), 0);
+        let count = if shape.0 > 5 { 10 } else { 60 };
+        for _ in 0..count {
             let data = Data::random(shape, 2.0, 2.0, &mut rng);
             let curve = data.solve().unwrap_or_else(|e| panic!("{shape:?}: {e}"));
             let report = curve.boundary_report().unwrap();
-            assert_eq!(report.strategy, BoundaryStrategy::Direct, "{report}");
             assert!(report.solver.converged && report.solver.residual <= 1e-12);
+            common::assert_within(data.defect(&curve), END, &format!("{shape:?}"));
+            // Where the quasi-geodesic is longer than the distance, a curve of the other branch may cost less.
+            if !data.is_moderate() {
+                continue;
+            }
+            moderate += 1;
+            assert_eq!(report.strategy, BoundaryStrategy::Direct, "{report}");
             // Newton's steps, up to 6; from 8 unknowns on Broyden's, up to 12.
             assert!(report.solver.iterations <= 12, "{shape:?}: {report}");
-            common::assert_within(data.defect(&curve), END, &format!("{shape:?}"));
         }
+        assert!(
+            10 * moderate >= 9 * count,
+            "{shape:?}: {moderate} of {count}"
+        );
     }
 }
 
@@ -63,8 +73,8 @@ fn far_and_fast_data_are_solved() {
         }
         println!("{shape:?}: {} of {count} fail {failures:?}", failures.len());
         if shape == (3, 1) {
-            // The sample is hard enough for the first start to fail, and for continuation from rest too.
-            for strategy in [BoundaryStrategy::Growing, BoundaryStrategy::Relaxation] {
+            // The sample is hard enough for the first start to fail or to lead to a curve that costs too much.
+            for strategy in [BoundaryStrategy::Reversed, BoundaryStrategy::Relaxation] {
                 assert!(strategies.contains(&strategy), "{strategy:?}");
             }
         }

@@ -4,30 +4,20 @@
 use faer::Mat;
 
 use super::reduced::{Blocks, Sized};
-use super::shooting::{DUAL_WORK, Shooting, Target, work_of_step};
+use super::shooting::{Shooting, Target, work_of_step};
 use super::taylor::Accuracy;
 use crate::error::Result;
 use crate::report::SolverReport;
 
-/// How much work a boundary value problem may take before it is given up.
-pub(super) struct WorkLimit {
-    /// For small problems: about two seconds, in units of [`work_of_step`].
-    least: f64,
-    /// For large ones: that many Jacobians of a curve of ten steps.
-    jacobians: f64,
-}
+/// Work that a boundary value problem may take before it is given up, in units of [`work_of_step`]: about two seconds.
+const MAX_WORK: f64 = 4e7;
 
-/// With a third of it one in forty of the hard problems of `make boundary` on `St(10, 3)` is given up, with it none.
-pub(super) const MAX_WORK: WorkLimit = WorkLimit {
-    least: 4e7,
-    jacobians: 1200.0,
-};
+/// Curves of ten Taylor steps that a large problem may take at least.
+const CURVES: f64 = 100.0;
 
-impl WorkLimit {
-    pub(super) fn limit(&self, blocks: Sized, unknowns: usize) -> f64 {
-        let jacobian = 10.0 * DUAL_WORK * work_of_step(blocks) * (unknowns as f64 / 8.0).ceil();
-        self.least.max(self.jacobians * jacobian)
-    }
+/// The limit of the work of a problem.
+pub(super) fn work_limit(blocks: Sized) -> f64 {
+    MAX_WORK.max(10.0 * CURVES * work_of_step(blocks))
 }
 
 /// What Newton's method and continuation need to know of a boundary value problem.

@@ -2,7 +2,7 @@
 
 use faer::{Mat, MatRef, Scale};
 
-use super::end_map::{EndMap, MAX_WORK};
+use super::end_map::{EndMap, work_limit};
 use super::guess::{FlatData, identity_columns};
 use super::initial::{Horizontal, complete};
 use super::path::{Path, State};
@@ -187,7 +187,7 @@ impl Problem {
     /// The map from `(x', x'')` to the end, as a solver.
     pub(super) fn end_map<'a>(&self, interrupt: Interrupt<'a>) -> Box<dyn EndMap + 'a> {
         let Sized { m, k } = self.blocks();
-        let limit = MAX_WORK.limit(self.blocks(), self.unknowns());
+        let limit = work_limit(self.blocks());
         let target = &self.target;
         match (m, k) {
             (1, 1) => Box::new(Shooting::<_, 2>::new(

@@ -70,7 +70,7 @@ const LAST_DIGITS: f64 = 16.0 * f64::EPSILON;
 const FORCING: f64 = 0.1;
 
 /// Work of a step on dual numbers, in steps on plain numbers.
-pub(super) const DUAL_WORK: f64 = 4.0;
+const DUAL_WORK: f64 = 4.0;
 
 /// The same with one direction.
 const SINGLE_WORK: f64 = 2.0;

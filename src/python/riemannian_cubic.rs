@@ -157,7 +157,7 @@ impl PyRiemannianCubic {
     ///     together. Where an end speed exceeds 10 the velocity counts relative to the larger end speed; ``32 eps`` times that
     ///     speed, about 1e-12 for 140 and never more than 1e-9, is the least tolerance (``report.tolerance``).
     /// max_iterations : int, default 50
-    ///     Newton steps at the most from the first start, and from any other. With 12 or fewer a first start that runs out of
+    ///     Newton steps from the first start, and from any other, at most. With 12 or fewer a first start that runs out of
     ///     them ends the search.
     /// guess : pair (A, J) of array_like, optional
     ///     Covariant acceleration and covariant jerk at ``S0`` to start from, shape (n, k) each; by default those of the
@@ -185,13 +185,13 @@ impl PyRiemannianCubic {
     ///
     /// Notes
     /// -----
-    /// Cubics with given ends are stationary, not unique: this one is found by Newton's method, with exact derivatives
-    /// of the flow, from the cubic of flat space; where that fails, along families of easier boundary data. Beyond distance
-    /// 2 or speed 2, without a guess, a solution dearer than the adjusted de Casteljau curve is given up for a cheaper one
-    /// where one is found. Compare solutions by :meth:`Curve.cost`.
+    /// Cubics with given ends are stationary, not unique. Newton's method, with exact derivatives of the flow, starts from the
+    /// cubic of flat space. If displacement and speeds are at most 2, its solution is returned. Otherwise (and without a
+    /// guess) it is compared with the solutions to which other starts lead: the geodesic, the reversed data, geometric and
+    /// geodesic polynomials, a chain of points relaxed to low cost. The cheapest is returned, so that running the data
+    /// backwards gives the same curve. Compare solutions by :meth:`Curve.cost`.
     ///
-    /// A problem is given up after as much work as 1200 Jacobians, or a few seconds where that is more: about 20 s on
-    /// St(9, 7), where a problem that is solved takes milliseconds. Ctrl-C ends the search at once.
+    /// A problem is given up after the work of about two seconds. Ctrl-C ends the search at once.
     #[staticmethod]
     #[pyo3(signature = (S0, V0, S1, V1, *, tol=1e-12, max_iterations=50, guess=None, all_found=false))]
     #[allow(clippy::too_many_arguments)]

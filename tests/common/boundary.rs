@@ -3,7 +3,7 @@
 
 use faer::Mat;
 use stiefel_rs::cubic::BoundaryOptions;
-use stiefel_rs::{Curve, Result, RiemannianCubic, Stiefel};
+use stiefel_rs::{Curve, QuasiGeodesic, Result, RiemannianCubic, Stiefel};
 
 use crate::common::{Rng, distance, random_point, random_tangent};
 
@@ -48,6 +48,22 @@ impl Data {
 
     pub fn solve(&self) -> Result<RiemannianCubic> {
         self.solve_with(&BoundaryOptions::default())
+    }
+
+    /// Whether the velocity of the quasi-geodesic between the end points and both end velocities are at most 2.
+    pub fn is_moderate(&self) -> bool {
+        let [n, k] = [self.s0.nrows(), self.s0.ncols()];
+        let norm = |s: &Mat<f64>, v: &Mat<f64>| {
+            let manifold = Stiefel::new(n, k).unwrap();
+            manifold.norm(s.as_ref(), v.as_ref()).unwrap()
+        };
+        let way = QuasiGeodesic::between(self.s0.as_ref(), self.s1.as_ref()).unwrap();
+        let lengths = [
+            norm(&self.s0, &way.initial_velocity()),
+            norm(&self.s0, &self.v0),
+            norm(&self.s1, &self.v1),
+        ];
+        lengths.iter().all(|length| *length <= 2.0)
     }
 
     /// How far a curve is from meeting the data.

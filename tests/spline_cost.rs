@@ -1,0 +1,75 @@
+//! Splines through knots far apart: what they cost backwards, and beside splines with other ends.
+
+mod common;
+#[path = "common/knots.rs"]
+mod data;
+
+use common::{Rng, random_point};
+use data::views;
+use faer::Mat;
+use stiefel_rs::Curve;
+use stiefel_rs::spline::{EndCondition, EndConditions, SplineOptions, cubic_spline};
+
+/// Costs of one spline differ by round-off and what the tolerance leaves.
+const SAME: f64 = 1e-6;
+
+fn knots((n, k): (usize, usize), count: usize, rng: &mut Rng) -> Vec<Mat<f64>> {
+    (0..count).map(|_| random_point(n, k, rng)).collect()
+}
+
+/// `None` if no spline is found.
+fn cost(points: &[Mat<f64>], ends: &EndConditions) -> Option<f64> {
+    let t: Vec<f64> = (0..points.len()).map(|i| i as f64).collect();
+    let (curve, _) = cubic_spline(&t, &views(points), ends, &SplineOptions::default()).ok()?;
+    Some(curve.cost().unwrap())
+}
+
+fn at_rest(points: &[Mat<f64>]) -> EndConditions {
+    let rest = Mat::zeros(points[0].nrows(), points[0].ncols());
+    let [first, last] = [rest.clone(), rest].map(EndCondition::Velocity);
+    EndConditions::Each(Box::new([first, last]))
+}
+
+#[test]
+fn splines_cost_the_same_backwards() {
+    for (shape, count) in [((3, 1), 20), ((3, 2), 5), ((4, 2), 4)] {
+        let mut rng = Rng::new(71);
+        let mut compared = 0;
+        for i in 0..count {
+            let points = knots(shape, 5, &mut rng);
+            let backwards: Vec<Mat<f64>> = points.iter().rev().cloned().collect();
+            for ends in [EndConditions::Natural, at_rest(&points)] {
+                match (cost(&points, &ends), cost(&backwards, &ends)) {
+                    (Some(there), Some(back)) => {
+                        assert!(
+                            (there - back).abs() <= SAME * there,
+                            "{shape:?}, {i}: {there} forwards, {back} backwards"
+                        );
+                        compared += 1;
+                    }
+                    (None, None) => {}
+                    other => panic!("{shape:?}, {i}: solved in one direction only: {other:?}"),
+                }
+            }
+        }
+        assert!(compared >= 2 * count - 1, "{shape:?}: {compared} solved");
+    }
+}
+
+#[test]
+fn free_ends_cost_no_more_than_ends_at_rest() {
+    for (shape, count) in [((3, 1), 30), ((3, 2), 5), ((4, 2), 3)] {
+        let mut rng = Rng::new(72);
+        for i in 0..count {
+            let points = knots(shape, 5, &mut rng);
+            let found = (
+                cost(&points, &EndConditions::Natural),
+                cost(&points, &at_rest(&points)),
+            );
+            let (Some(natural), Some(clamped)) = found else {
+                panic!("{shape:?}, {i}: {found:?}");
+            };
+            assert!(natural <= clamped, "{shape:?}, {i}: {natural} > {clamped}");
+        }
+    }
+}
