@@ -10,7 +10,7 @@ use crate::error::Result;
 use crate::report::SolverReport;
 
 /// Work that a boundary value problem may take before it is given up, in units of [`work_of_step`]: about two seconds.
-const MAX_WORK: f64 = 4e7;
+const MAX_WORK: f64 = 6e7;
 
 /// Curves of ten Taylor steps that a large problem may take at least.
 const CURVES: f64 = 100.0;
