@@ -96,6 +96,9 @@ pub struct PySmoothingSpline {
 /// The name of its three numbers in the stored form.
 const SMOOTHING: &str = "smoothing";
 
+/// What stands for an infinite `lam` there: stored numbers are finite.
+const INFINITE: f64 = -1.0;
+
 #[pymethods]
 #[allow(non_snake_case)]
 impl PySmoothingSpline {
@@ -167,7 +170,12 @@ impl PySmoothingSpline {
     fn _stored<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
         let (py, this) = (slf.py(), slf.get());
         let mut fields = slf.as_super().get().stored(py)?;
-        let numbers = vec![this.lambda, this.misfit, this.degrees_of_freedom];
+        let lambda = if this.lambda.is_infinite() {
+            INFINITE
+        } else {
+            this.lambda
+        };
+        let numbers = vec![lambda, this.misfit, this.degrees_of_freedom];
         fields.put_flat(SMOOTHING, numbers);
         form_of(py, Self::KIND, fields)
     }
@@ -196,7 +204,11 @@ impl PySmoothingSpline {
         } = restored;
         let base = PyPiecewiseCurve::wrap(py, cubics, &data, report)?;
         let curve = base.add_subclass(PySmoothingSpline {
-            lambda,
+            lambda: if lambda == INFINITE {
+                f64::INFINITY
+            } else {
+                lambda
+            },
             misfit,
             degrees_of_freedom,
         });
