@@ -44,7 +44,7 @@ const PATIENCE: usize = 8;
 const NEWTON_PATIENCE: usize = 12;
 
 /// Round-off of a position, in units of the 3/2-th power of the number of legs: errors of unit steps that add up to changes of
-/// velocity, and these once more. Up to a quarter of it is seen from 10 to 4000 unequal legs.
+/// velocity, and these once more. Up to 0.8 of it is seen from 10 to 4000 unequal legs.
 const ROUND_OFF: f64 = 0.5 * f64::EPSILON;
 
 /// Data, sorted by knots.
