@@ -96,8 +96,9 @@ pub struct PySmoothingSpline {
 /// The name of its three numbers in the stored form.
 const SMOOTHING: &str = "smoothing";
 
-/// What stands for an infinite `lam` there: stored numbers are finite.
-const INFINITE: f64 = -1.0;
+/// What stands for an infinite `lam` there: stored numbers are finite, and from `1e100` on (in units of the mean step) the curve is
+/// the same to the last bit.
+const INFINITE: f64 = f64::MAX;
 
 #[pymethods]
 #[allow(non_snake_case)]
