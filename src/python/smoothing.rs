@@ -96,6 +96,10 @@ pub struct PySmoothingSpline {
 /// The name of its three numbers in the stored form.
 const SMOOTHING: &str = "smoothing";
 
+/// What stands for an infinite `lam` there: stored numbers are finite, and from `1e100` on (in units of the mean step) the curve is
+/// the same to the last bit.
+const INFINITE: f64 = f64::MAX;
+
 #[pymethods]
 #[allow(non_snake_case)]
 impl PySmoothingSpline {
@@ -167,7 +171,12 @@ impl PySmoothingSpline {
     fn _stored<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
         let (py, this) = (slf.py(), slf.get());
         let mut fields = slf.as_super().get().stored(py)?;
-        let numbers = vec![this.lambda, this.misfit, this.degrees_of_freedom];
+        let lambda = if this.lambda.is_infinite() {
+            INFINITE
+        } else {
+            this.lambda
+        };
+        let numbers = vec![lambda, this.misfit, this.degrees_of_freedom];
         fields.put_flat(SMOOTHING, numbers);
         form_of(py, Self::KIND, fields)
     }
@@ -196,7 +205,11 @@ impl PySmoothingSpline {
         } = restored;
         let base = PyPiecewiseCurve::wrap(py, cubics, &data, report)?;
         let curve = base.add_subclass(PySmoothingSpline {
-            lambda,
+            lambda: if lambda == INFINITE {
+                f64::INFINITY
+            } else {
+                lambda
+            },
             misfit,
             degrees_of_freedom,
         });

@@ -1,10 +1,12 @@
 """Smoothing splines: geodesic regression as the limit, two points, far points, bounds of the objective."""
 
+import pickle
+
 import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from stiefel_rs import ConvergenceError, CubicSpline, InvalidInputError, SmoothingSpline, Stiefel
+from stiefel_rs import ConvergenceError, CubicSpline, InvalidInputError, SmoothingSpline, Stiefel, load
 
 LAMBDAS = (1e-3, 1.0, 1e3, 1e6, 1e9, 1e12, 1e15, np.inf)
 
@@ -61,7 +63,8 @@ def regression(t, Y):
 @pytest.mark.parametrize(("n", "k"), [(3, 1), (3, 2), (4, 2)])
 def test_much_weight_is_geodesic_regression(n, k, count):
     solved = 0
-    for seed in range(20):
+    seeds = range(20 if k == 1 or count == 10 else 8)
+    for seed in seeds:
         t, Y = noisy(n, k, count, seed)
         straight = regression(t, Y)
         misfit, cost = 0.0, np.inf
@@ -81,7 +84,7 @@ def test_much_weight_is_geodesic_regression(n, k, count):
                 # Cubics gain at most a share of about 1 / lam on the straight line.
                 assert abs(misfit - straight) < 1e-8 * straight, (seed, lam, misfit, straight)
                 assert abs(curve.degrees_of_freedom - 2.0) < 1e-8
-    assert solved == 20 * len(LAMBDAS)
+    assert solved == len(seeds) * len(LAMBDAS)
 
 
 @pytest.mark.parametrize(("n", "k"), [(3, 1), (3, 2), (4, 2), (5, 3)])
@@ -98,6 +101,15 @@ def test_two_points_give_the_geodesic(n, k):
             assert curve.cost() < 1e-24
             assert abs(curve.arc_length(1.0, 3.0) - length) < 1e-10
             assert np.abs(curve([1.0, 3.0]) - [S0, S1]).max() < 1e-10
+
+
+def test_an_infinite_weight_is_kept(tmp_path):
+    t, Y = noisy(3, 2, 10, 1)
+    curve = SmoothingSpline(t, Y, lam=np.inf)
+    curve.save(tmp_path / "curve.npz")
+    for kept in (load(tmp_path / "curve.npz"), pickle.loads(pickle.dumps(curve))):
+        assert kept.lam == np.inf
+        assert np.array_equal(kept(0.3), curve(0.3))
 
 
 def test_two_points_leave_nothing_to_cross_validate():
@@ -131,8 +143,8 @@ def bounds(t, Y, lam):
         return
 
 
-@pytest.mark.parametrize(("n", "k"), [(3, 1), (3, 2), (4, 2)])
-def test_far_points_are_fitted_or_refused(n, k):
+@pytest.mark.parametrize(("n", "k", "least"), [(3, 1, 20), (3, 2, 20), (4, 2, 14)])
+def test_far_points_are_fitted_or_refused(n, k, least):
     solved = 0
     for seed in range(8):
         t, Y = far(n, k, 6, seed)
@@ -146,5 +158,5 @@ def test_far_points_are_fitted_or_refused(n, k):
             objective = curve.misfit + lam * curve.cost()
             for bound in bounds(t, Y, lam):
                 assert objective <= bound * (1 + 1e-6), (seed, lam)
-    print(solved)
-    assert solved >= 12
+    # Of 24.
+    assert solved >= least
