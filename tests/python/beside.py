@@ -13,7 +13,7 @@ HANGS = 600
 NEVER = 1000.0
 
 
-class StoppedError(Exception):
+class StoppedError(KeyboardInterrupt):
     """The signal was handled."""
 
 

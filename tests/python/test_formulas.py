@@ -511,3 +511,18 @@ def test_chebyshev_series_of_the_action(rng):
         total = total + 2 * jv(j, rho) * phi
         before, phi = phi, 2 / rho * L @ phi + before
     assert np.allclose(total, expm(L) @ v, atol=1e-13)
+
+
+def test_least_cost_of_boundary_data():
+    M = Stiefel(4, 2)
+    S0, V0 = np.eye(4, 2), np.array([[0.0, -0.4], [0.4, 0.0], [0.3, 0.0], [0.0, -0.2]])
+    for length in (0.5, 1.5, 2.5):
+        D = np.array([[0.0, -0.3], [0.3, 0.0], [0.8, 0.1], [-0.2, 0.5]])
+        S1 = M.exp(S0, D * (length / M.norm(S0, D)))
+        rest = np.zeros((4, 2))
+        at_rest = RiemannianCubic.from_boundary(S0, rest, S1, rest).cost()
+        assert at_rest == pytest.approx(12 * length**2, rel=1e-9)
+        V1 = M.project_tangent(S1, np.ones((4, 2)))
+        u0, u1 = M.norm(S0, V0), M.norm(S1, V1)
+        least = (u1 - u0) ** 2 + 12 * max(0.0, length - (u0 + u1) / 2) ** 2
+        assert RiemannianCubic.from_boundary(S0, V0, S1, V1).cost() >= least * (1 - 1e-12)
