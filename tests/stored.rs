@@ -17,6 +17,9 @@ use stiefel_rs::{
     Stiefel,
 };
 
+/// A change of the numbers of an array.
+type Edit<'a> = &'a dyn Fn(&mut [f64]);
+
 const SHAPES: [(usize, usize); 6] = [(3, 1), (3, 2), (3, 3), (9, 2), (20, 2), (50, 3)];
 
 fn through_json<C: Serialize + DeserializeOwned>(curve: &C) -> C {
@@ -285,7 +288,7 @@ fn tamper<C: Serialize + DeserializeOwned + Curve>(curve: &C) {
             }
         }
         // All numbers of an array wrong together.
-        let edits: [&dyn Fn(&mut [f64]); 5] = [
+        let edits: [Edit<'_>; 5] = [
             &|x| x.iter_mut().for_each(|x| *x *= 1.01),
             &|x| x.iter_mut().for_each(|x| *x *= -1.0),
             &|x| x.iter_mut().for_each(|x| *x += 0.01),

@@ -109,34 +109,59 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
         tolerance: f64,
         max_iterations: usize,
     ) -> Result<Outcome> {
+        let this = Self::new(problem, motion.clone())?;
+        let (found, outcome) = this.run(tolerance, max_iterations)?;
+        *motion = found;
+        Ok(outcome)
+    }
+
+    /// Solves the equations from a motion near a solution: Newton's method from the first step on, where there are derivatives.
+    /// Steps of flat space from there may lead to another solution.
+    ///
+    /// # Errors
+    /// As [`Iteration::solve`].
+    pub(super) fn solve_near(
+        problem: &'p Interpolation<'c, C>,
+        motion: &mut Motion,
+        tolerance: f64,
+        max_iterations: usize,
+    ) -> Result<Outcome> {
         let mut this = Self::new(problem, motion.clone())?;
+        if this.has_derivatives() {
+            this.linearise()?;
+        }
+        let (found, outcome) = this.run(tolerance, max_iterations)?;
+        *motion = found;
+        Ok(outcome)
+    }
+
+    fn run(mut self, tolerance: f64, max_iterations: usize) -> Result<(Motion, Outcome)> {
         let mut iterations = 0;
         let reason = loop {
-            let goal = this.goal(tolerance);
-            if this.found.size <= goal {
-                if this.accuracy.truncation <= Accuracy::FULL.truncation {
+            let goal = self.goal(tolerance);
+            if self.found.size <= goal {
+                if self.accuracy.truncation <= Accuracy::FULL.truncation {
                     break StopReason::Converged;
                 }
-                this.accuracy = Accuracy::FULL;
-                this.found = problem.residual(&this.motion, this.accuracy)?;
+                self.accuracy = Accuracy::FULL;
+                self.found = self.problem.residual(&self.motion, self.accuracy)?;
                 continue;
             }
             if iterations == max_iterations {
                 break StopReason::MaxIterations;
             }
             iterations += 1;
-            if let Some(reason) = this.advance(goal)? {
+            if let Some(reason) = self.advance(goal)? {
                 break reason;
             }
         };
         let outcome = Outcome {
             reason,
             iterations,
-            residual: this.found.size,
-            tolerance: this.goal(tolerance),
+            residual: self.found.size,
+            tolerance: self.goal(tolerance),
         };
-        *motion = this.motion;
-        Ok(outcome)
+        Ok((self.motion, outcome))
     }
 
     fn goal(&self, tolerance: f64) -> f64 {

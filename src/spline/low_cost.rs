@@ -31,6 +31,9 @@ pub(super) fn is_far(curves: &[QuasiGeodesic]) -> bool {
     curves.iter().any(|curve| curve.speed() > FAR)
 }
 
+/// A motion that solves the equations, and how it was found.
+pub(super) type Solution = (Motion, Outcome);
+
 /// The cheapest of some solutions, with its cost; solutions that have not converged cost infinitely much.
 pub(super) struct Cheapest {
     motion: Motion,
@@ -43,7 +46,7 @@ impl Cheapest {
     /// Where a leg cannot be integrated; `Interrupted`.
     pub(super) fn new<C: Chain>(
         chain: &C,
-        (motion, outcome): (Motion, Outcome),
+        (motion, outcome): Solution,
         interrupt: Interrupt<'_>,
     ) -> Result<Self> {
         let cost = match outcome.reason {
@@ -67,12 +70,11 @@ impl Cheapest {
         start: Option<Motion>,
         options: &SplineOptions<'_>,
     ) -> Result<()> {
-        let solved = solved(problem, start, options).and_then(|solved| {
-            solved
-                .map(|solved| Self::new(problem.chain, solved, options.interrupt))
-                .transpose()
-        });
-        if let Some(other) = unless_interrupted(solved)?.flatten()
+        let Some(found) = near(problem, start, options)? else {
+            return Ok(());
+        };
+        let solved = Self::new(problem.chain, found, options.interrupt);
+        if let Some(other) = unless_interrupted(solved)?
             && other.cost < (1.0 - SAME_COST) * self.cost
         {
             *self = other;
@@ -80,41 +82,57 @@ impl Cheapest {
         Ok(())
     }
 
-    pub(super) fn into_solution(self) -> (Motion, Outcome) {
+    pub(super) fn into_solution(self) -> Solution {
         (self.motion, self.outcome)
     }
 }
 
 /// The solution that a start leads to; `None` if it leads to none.
-fn solved<C: Chain>(
-    problem: &Interpolation<'_, C>,
-    start: Option<Motion>,
-    options: &SplineOptions<'_>,
-) -> Result<Option<(Motion, Outcome)>> {
-    let Some(mut motion) = start else {
-        return Ok(None);
-    };
-    let (tolerance, most) = (options.tolerance, options.max_iterations);
-    let outcome = Iteration::solve(problem, &mut motion, tolerance, most)?;
-    let converged = outcome.reason == StopReason::Converged;
-    Ok(converged.then_some((motion, outcome)))
-}
-
-/// The solution that a start of the knots passed backwards leads to, in forward direction; `None` if it leads to none.
 ///
 /// # Errors
 /// `Interrupted`.
-pub(super) fn from_the_end<C: Chain>(
+pub(super) fn solved<C: Chain>(
     problem: &Interpolation<'_, C>,
-    start: Option<Motion>,
+    mut motion: Motion,
     options: &SplineOptions<'_>,
-) -> Result<Option<Motion>> {
-    let found = solved(problem, start, options).and_then(|solved| {
-        solved
-            .map(|(motion, _)| reversed(problem.chain, &motion))
-            .transpose()
-    });
-    Ok(unless_interrupted(found)?.flatten())
+) -> Result<Option<Solution>> {
+    let (tolerance, most) = (options.tolerance, options.max_iterations);
+    let outcome = Iteration::solve(problem, &mut motion, tolerance, most);
+    converged(motion, outcome)
+}
+
+/// The solution near a motion; `None` if there is none.
+///
+/// # Errors
+/// `Interrupted`.
+pub(super) fn near<C: Chain>(
+    problem: &Interpolation<'_, C>,
+    motion: Option<Motion>,
+    options: &SplineOptions<'_>,
+) -> Result<Option<Solution>> {
+    let Some(mut motion) = motion else {
+        return Ok(None);
+    };
+    let (tolerance, most) = (options.tolerance, options.max_iterations);
+    let outcome = Iteration::solve_near(problem, &mut motion, tolerance, most);
+    converged(motion, outcome)
+}
+
+fn converged(motion: Motion, outcome: Result<Outcome>) -> Result<Option<Solution>> {
+    let outcome = unless_interrupted(outcome)?;
+    let outcome = outcome.filter(|outcome| outcome.reason == StopReason::Converged);
+    Ok(outcome.map(|outcome| (motion, outcome)))
+}
+
+/// A solution of the knots passed backwards in forward direction.
+///
+/// # Errors
+/// `Interrupted`.
+pub(super) fn forwards<C: Chain>(back: &C, solution: Option<Solution>) -> Result<Option<Motion>> {
+    let Some((motion, _)) = solution else {
+        return Ok(None);
+    };
+    unless_interrupted(reversed(back, &motion))
 }
 
 /// The spline at rest at its free ends, with the knots of one that has some: where free ends let the iteration lead away, it has
@@ -137,11 +155,9 @@ pub(super) fn clamped<C: Chain>(
         End::Velocity(_) => end.clone(),
         End::Acceleration(_) => at_rest(),
     }));
-    let found = Interpolation::new(problem.chain, &ends)
-        .and_then(|clamped| solved(&clamped, Some(clamped.start()?), options));
-    Ok(unless_interrupted(found)?
-        .flatten()
-        .map(|(motion, _)| motion))
+    let clamped = Interpolation::new(problem.chain, &ends)?;
+    let found = solved(&clamped, clamped.start()?, options)?;
+    Ok(found.map(|(motion, _)| motion))
 }
 
 /// `None` for a start that cannot be integrated.

@@ -87,9 +87,12 @@ pub(super) fn in_frames(
     let chain = back.chain(1.0)?;
     let backwards = Interpolation::new(&chain, &ends)?;
     let at_rest = relaxed_at_rest(&back, &backwards, options)?;
-    for start in [Some(backwards.start()?), at_rest] {
-        let found = low_cost::from_the_end(&backwards, start, options)?;
-        best.try_start(&problem, found, options)?;
+    let found = [
+        low_cost::solved(&backwards, backwards.start()?, options)?,
+        low_cost::near(&backwards, at_rest, options)?,
+    ];
+    for solution in found {
+        best.try_start(&problem, low_cost::forwards(&chain, solution)?, options)?;
     }
     Ok(best.into_solution())
 }
@@ -175,7 +178,7 @@ pub(super) fn in_ambient(
     let mut best = Cheapest::new(chain, (motion, outcome), options.interrupt)?;
     let (back, ends) = (chain.reversed()?, ends.reversed());
     let backwards = Interpolation::new(&back, &ends)?;
-    let found = low_cost::from_the_end(&backwards, Some(backwards.start()?), options)?;
-    best.try_start(&problem, found, options)?;
+    let solution = low_cost::solved(&backwards, backwards.start()?, options)?;
+    best.try_start(&problem, low_cost::forwards(&back, solution)?, options)?;
     Ok(best.into_solution())
 }
