@@ -27,8 +27,8 @@ const SLACK: f64 = 1.01;
 /// Chains that are relaxed where other solutions cost more than a known curve.
 const CHAINS: u32 = 4;
 
-/// Unknowns up to which curves and a chain are tried even if no known curve costs less than the solutions from both ends: with more
-/// that takes 0.3 s on St(6,3), where the rest takes 0.03 s.
+/// Unknowns up to which all curves and a chain are tried even if no known curve costs less than the solutions so far: with more
+/// that takes 0.3 s on St(6,3), where the rest takes 0.05 s.
 const SMALL: usize = 16;
 
 impl Solver<'_> {
@@ -134,7 +134,7 @@ impl Solver<'_> {
                 continue;
             };
             best.at_most = best.at_most.min(start.cost);
-            if self.is_small() || !best.is_low() {
+            if family == CurveFamily::Geometric || self.is_small() || !best.is_low() {
                 self.consider(best, start.y, BoundaryStrategy::Polynomial)?;
             }
         }
