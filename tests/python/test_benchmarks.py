@@ -9,7 +9,7 @@ import pytest
 from beside import HANGS
 from scipy.spatial.transform import Rotation, RotationSpline
 
-from benchmarks import boundary_problems, cubic_problems, problems, spline_problems, spline_tasks
+from benchmarks import boundary_cost, boundary_problems, cubic_problems, problems, spline_problems, spline_tasks
 from benchmarks.comparison import Bound, Rival, Row
 from benchmarks.environment import ROOT
 from benchmarks.measure import Figure, Outcome
@@ -265,6 +265,17 @@ def test_random_boundary_problems_are_counted():
     assert tally.reaches(boundary_problems.FAMILIES[1])
     del tally.reports[0]
     assert not tally.reaches(boundary_problems.FAMILIES[1])
+
+
+@pytest.mark.parametrize("kind", boundary_cost.KINDS, ids=lambda kind: kind.title)
+def test_costs_of_solutions_are_compared(kind):
+    outcomes = [boundary_cost.outcome(kind, index) for index in (1, 2)]
+    assert all("reversed" in outcome.others and outcome.ratio <= boundary_cost.SLACK for outcome in outcomes)
+    assert ("geodesic" in outcomes[0].others) == (kind.speed == 0)
+    title, problems, failed, none, above, *_ = boundary_cost.line(kind, outcomes)
+    assert (title, problems, failed, none, above) == (kind.title, 2, 0, 0, 0)
+    dear = boundary_cost.Outcome((3, 1), 2.0, {"reversed": 1.0}, 0.1)
+    assert boundary_cost.line(kind, [*outcomes, dear])[4] == "1 (reversed)"
 
 
 def test_the_page_of_random_boundary_problems(tmp_path):
