@@ -1,9 +1,8 @@
 //! The equations of a smoothing spline, whose knots are unknown too, and how they are solved.
 
 use faer::Mat;
-use rayon::prelude::*;
 
-use super::chain::{Arrivals, Motion, Movable, square};
+use super::chain::{Arrivals, Motion, Movable, for_each, square};
 use super::flat_smoothing::{FlatSmoothing, add_scaled};
 use super::iteration::Outcome;
 use crate::anderson::Anderson;
@@ -76,13 +75,16 @@ impl Data {
     /// # Errors
     /// Those of a logarithm.
     pub(super) fn misfit(&self, manifold: &Stiefel, points: &[Mat<f64>]) -> Result<f64> {
-        let each = self.points.par_iter().zip(&self.knots).zip(&self.weights);
-        let squares = each.map(|((point, &knot), weight)| {
-            let distance = manifold.dist(points[knot].as_ref(), point.as_ref())?;
-            Ok(weight * distance * distance)
-        });
-        // In order: the same for any number of threads.
-        Ok(squares.collect::<Result<Vec<_>>>()?.iter().sum())
+        let squares = for_each(
+            self.len(),
+            || (),
+            |(), i| {
+                let reached = points[self.knots[i]].as_ref();
+                let distance = manifold.dist(reached, self.points[i].as_ref())?;
+                Ok(self.weights[i] * distance * distance)
+            },
+        )?;
+        Ok(squares.iter().sum())
     }
 
     /// Which knot each belongs to.
@@ -105,14 +107,15 @@ impl Data {
     /// # Errors
     /// In `AtKnot`, where there is none.
     pub(super) fn displacements<C: Movable>(&self, chain: &C) -> Result<Vec<Vec<f64>>> {
-        self.points
-            .par_iter()
-            .zip(&self.knots)
-            .map(|(point, &knot)| {
-                let found = chain.towards(knot, point);
+        for_each(
+            self.len(),
+            || (),
+            |(), i| {
+                let knot = self.knots[i];
+                let found = chain.towards(knot, &self.points[i]);
                 found.map_err(|error| error.at_knot(knot))
-            })
-            .collect()
+            },
+        )
     }
 }
 
