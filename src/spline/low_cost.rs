@@ -16,8 +16,8 @@ use crate::interrupt::Interrupt;
 use crate::manifold::QuasiGeodesic;
 use crate::report::StopReason;
 
-/// Legs longer than this are far apart. Of 60 natural splines through random knots on each of St(3,1) and St(4,2), those whose
-/// longest leg is shorter are the same in both directions, and 12 of the others are not.
+/// Legs longer than this are far apart. Of natural splines through five random knots the iteration alone leads to different costs in
+/// the two directions for 6 of 60 on St(3,1) and 6 of 40 on St(4,2); the value itself is a guess, below the 1.5 from which on that was seen.
 const FAR: f64 = 1.4;
 
 /// Two solutions whose costs differ by less are one: the first is kept.
