@@ -34,17 +34,20 @@ pub enum StopReason {
     SingularJacobian,
     /// The equations are met, but the curve is no minimum: another one is better.
     NotMinimal,
+    /// The limit of work was reached first, about two seconds; more iterations than by default raise it in proportion.
+    WorkLimit,
 }
 
 impl StopReason {
     /// All reasons; new ones are added at the end, since stored curves count them.
-    pub(crate) const ALL: [StopReason; 6] = [
+    pub(crate) const ALL: [StopReason; 7] = [
         StopReason::Converged,
         StopReason::MaxIterations,
         StopReason::Stagnated,
         StopReason::Diverged,
         StopReason::SingularJacobian,
         StopReason::NotMinimal,
+        StopReason::WorkLimit,
     ];
 
     /// The reason of a word, the inverse of [`StopReason::as_str`].
@@ -61,6 +64,7 @@ impl StopReason {
             StopReason::Diverged => "diverged",
             StopReason::SingularJacobian => "singular_jacobian",
             StopReason::NotMinimal => "not_minimal",
+            StopReason::WorkLimit => "work_limit",
         }
     }
 }

@@ -13,6 +13,9 @@ use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::report::SolverReport;
 
+/// Steps from a start by default.
+const MAX_ITERATIONS: usize = 50;
+
 /// How a boundary value problem is solved.
 ///
 /// # Examples
@@ -43,7 +46,8 @@ pub struct BoundaryOptions<'a> {
     /// tolerance, also in the report.
     pub tolerance: f64,
     /// Newton steps at the most from the first start, and from any other; at least 1. With 12 or fewer a first start that
-    /// runs out of them ends the search: nothing but Newton's method from there is wanted.
+    /// runs out of them ends the search: nothing but Newton's method from there is wanted. More than the default raise the
+    /// [limit of work](crate::StopReason::WorkLimit) in proportion.
     pub max_iterations: usize,
     /// Covariant acceleration and covariant jerk at `S0` to start from, shape `(n, k)` each; by default those of the cubic of
     /// flat space. Parts outside of the span of the boundary data, where no solution has any, are left out.
@@ -57,7 +61,7 @@ impl Default for BoundaryOptions<'_> {
     fn default() -> Self {
         BoundaryOptions {
             tolerance: 1e-12,
-            max_iterations: 50,
+            max_iterations: MAX_ITERATIONS,
             guess: None,
             interrupt: Interrupt::NEVER,
         }
@@ -65,6 +69,11 @@ impl Default for BoundaryOptions<'_> {
 }
 
 impl BoundaryOptions<'_> {
+    /// How many times the work of a problem may be done.
+    pub(super) fn allowance(&self) -> f64 {
+        (self.max_iterations as f64 / MAX_ITERATIONS as f64).max(1.0)
+    }
+
     pub(super) fn check(&self) -> Result<()> {
         if !(1e-15..=0.1).contains(&self.tolerance) {
             return Err(Error::InvalidArgument {

@@ -3,22 +3,11 @@
 
 use faer::Mat;
 
-use super::reduced::{Blocks, Sized};
-use super::shooting::{Shooting, Target, work_of_step};
+use super::reduced::Blocks;
+use super::shooting::{Shooting, Target};
 use super::taylor::Accuracy;
 use crate::error::Result;
 use crate::report::SolverReport;
-
-/// Work that a boundary value problem may take before it is given up, in units of [`work_of_step`]: about two seconds.
-const MAX_WORK: f64 = 6e7;
-
-/// Curves of ten Taylor steps that a large problem may take at least.
-const CURVES: f64 = 100.0;
-
-/// The limit of the work of a problem.
-pub(super) fn work_limit(blocks: Sized) -> f64 {
-    MAX_WORK.max(10.0 * CURVES * work_of_step(blocks))
-}
 
 /// What Newton's method and continuation need to know of a boundary value problem.
 pub(super) trait EndMap {
@@ -47,6 +36,9 @@ pub(super) trait EndMap {
 
     /// As many times the work may be done from now on.
     fn allow(&mut self, times: f64);
+
+    /// Work that may still be done.
+    fn left(&self) -> f64;
 
     /// Whether the work that a problem may take is done.
     fn exhausted(&self) -> bool;
@@ -91,14 +83,18 @@ impl<B: Blocks, const N: usize> EndMap for Shooting<'_, B, N> {
     }
 
     fn count(&mut self, work: f64) {
-        self.work += work;
+        self.work.count(work);
     }
 
     fn allow(&mut self, times: f64) {
-        self.work_limit *= times;
+        self.work.allow(times);
+    }
+
+    fn left(&self) -> f64 {
+        self.work.left()
     }
 
     fn exhausted(&self) -> bool {
-        self.work > self.work_limit
+        self.work.is_done()
     }
 }

@@ -54,6 +54,7 @@ mod stored;
 mod stored_check;
 pub(crate) mod taylor;
 mod variation;
+pub(crate) mod work;
 
 pub use boundary::{BoundaryOptions, BoundaryReport, BoundaryStrategy};
 pub use composition::SplittingOrder;

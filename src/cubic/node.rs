@@ -69,43 +69,69 @@ impl Node {
     }
 }
 
-/// Mean velocity, initial velocity and end velocity of a leg, packed, in a frame that moves along its quasi-geodesic without
-/// turning in itself.
-///
-/// In the frame `e^{tX} g\, diag(e^{t Omega}, I)` the velocity of the quasi-geodesic is `(omega, b e^{t Omega})`; the mean of its
-/// ends stands for the mean.
-pub(super) fn leg(from: &Node, to: &Node, problem: &mut EndpointProblem) -> Result<[Vec<f64>; 3]> {
-    let (r, k) = from.velocity.shape();
-    let mut curve = QuasiGeodesic::zeros(r, k);
-    curve.join(from.point().as_ref(), to.point().as_ref(), problem)?;
-    let mut turn = Mat::zeros(k, k);
-    SkewExp::new(k).exp_into(turn.as_mut(), curve.omega(), 1.0)?;
-    let horizontal = |v: &Mat<f64>| Horizontal::of_tangent(from.frame.as_ref(), v.as_ref());
-    let delta = horizontal(&curve.initial_velocity());
-    let end = horizontal(&carry(&curve, to.velocity.as_ref(), -1.0)?);
-    let mean = Horizontal {
-        normal: (&delta.normal * &turn + &delta.normal) * Scale(0.5),
-        omega: delta.omega,
-    };
-    let carried = Horizontal {
-        omega: turn.transpose() * &end.omega * &turn,
-        normal: &end.normal * &turn,
-    };
-    Ok([mean, horizontal(&from.velocity), carried].map(|x| pack(&[x])))
+/// The quasi-geodesic from node to node, and what it carries.
+pub(super) struct Link {
+    curve: QuasiGeodesic,
+    /// By which it turns in itself.
+    turn: Mat<f64>,
 }
 
-/// The residual of a leg that takes the time `step`, packed: `2d` numbers, the sum of their squares the cost.
-pub(super) fn residual(
-    from: &Node,
-    to: &Node,
-    step: f64,
-    problem: &mut EndpointProblem,
-) -> Result<Vec<f64>> {
-    let [delta, v, w] = leg(from, to, problem)?;
-    let turn = v.iter().zip(&w).map(|(v, w)| (w - v) / step.sqrt());
-    let lag = delta
-        .iter()
-        .zip(v.iter().zip(&w))
-        .map(|(delta, (v, w))| 12.0_f64.sqrt() * (delta / step - 0.5 * (v + w)) / step.sqrt());
-    Ok(turn.chain(lag).collect())
+impl Link {
+    /// # Errors
+    /// Where the nodes cannot be joined.
+    pub(super) fn new(from: &Node, to: &Node, problem: &mut EndpointProblem) -> Result<Self> {
+        let (r, k) = from.velocity.shape();
+        let mut curve = QuasiGeodesic::zeros(r, k);
+        curve.join(from.point().as_ref(), to.point().as_ref(), problem)?;
+        let mut turn = Mat::zeros(k, k);
+        SkewExp::new(k).exp_into(turn.as_mut(), curve.omega(), 1.0)?;
+        Ok(Link { curve, turn })
+    }
+
+    /// A tangent vector at the second node in a frame at the first one, packed.
+    pub(super) fn carried(&self, from: &Node, v: &Mat<f64>) -> Result<Vec<f64>> {
+        let back = carry(&self.curve, v.as_ref(), -1.0)?;
+        let back = Horizontal::of_tangent(from.frame.as_ref(), back.as_ref());
+        Ok(pack(&[Horizontal {
+            omega: self.turn.transpose() * &back.omega * &self.turn,
+            normal: &back.normal * &self.turn,
+        }]))
+    }
+
+    /// Mean velocity, initial velocity and end velocity, packed, in a frame that moves along the quasi-geodesic without turning
+    /// in itself.
+    ///
+    /// In the frame `e^{tX} g\, diag(e^{t Omega}, I)` the velocity of the quasi-geodesic is `(omega, b e^{t Omega})`; the mean of
+    /// its ends stands for the mean.
+    pub(super) fn velocities(&self, from: &Node, to: &Node) -> Result<[Vec<f64>; 3]> {
+        let horizontal = |v: &Mat<f64>| Horizontal::of_tangent(from.frame.as_ref(), v.as_ref());
+        let delta = horizontal(&self.curve.initial_velocity());
+        let mean = Horizontal {
+            normal: (&delta.normal * &self.turn + &delta.normal) * Scale(0.5),
+            omega: delta.omega,
+        };
+        let start = horizontal(&from.velocity);
+        Ok([
+            pack(&[mean]),
+            pack(&[start]),
+            self.carried(from, &to.velocity)?,
+        ])
+    }
+
+    /// The residual where it takes the time `step`, packed: `2d` numbers, the sum of their squares the cost.
+    pub(super) fn residual(&self, from: &Node, to: &Node, step: f64) -> Result<Vec<f64>> {
+        let [delta, v, w] = self.velocities(from, to)?;
+        let [turning, lagging] = weights(step);
+        let turn = v.iter().zip(&w).map(|(v, w)| turning * (w - v));
+        let lag = delta
+            .iter()
+            .zip(v.iter().zip(&w))
+            .map(|(delta, (v, w))| lagging * (2.0 * delta / step - (v + w)));
+        Ok(turn.chain(lag).collect())
+    }
+}
+
+/// Factors of `W - V` and of `2 Delta / h - (V + W)` in the residual of a leg that takes the time `step`.
+pub(super) fn weights(step: f64) -> [f64; 2] {
+    [1.0, 3.0_f64.sqrt()].map(|factor| factor / step.sqrt())
 }

@@ -2,7 +2,7 @@
 
 use faer::{Mat, MatRef, Scale};
 
-use super::end_map::{EndMap, work_limit};
+use super::end_map::EndMap;
 use super::guess::{FlatData, identity_columns};
 use super::initial::{Horizontal, complete};
 use super::path::{Path, State};
@@ -187,39 +187,13 @@ impl Problem {
     /// The map from `(x', x'')` to the end, as a solver.
     pub(super) fn end_map<'a>(&self, interrupt: Interrupt<'a>) -> Box<dyn EndMap + 'a> {
         let Sized { m, k } = self.blocks();
-        let limit = work_limit(self.blocks());
         let target = &self.target;
         match (m, k) {
-            (1, 1) => Box::new(Shooting::<_, 2>::new(
-                Fixed::<1, 1>,
-                target,
-                limit,
-                interrupt,
-            )),
-            (2, 1) => Box::new(Shooting::<_, 4>::new(
-                Fixed::<2, 1>,
-                target,
-                limit,
-                interrupt,
-            )),
-            (3, 1) => Box::new(Shooting::<_, 6>::new(
-                Fixed::<3, 1>,
-                target,
-                limit,
-                interrupt,
-            )),
-            (1, 2) => Box::new(Shooting::<_, 6>::new(
-                Fixed::<1, 2>,
-                target,
-                limit,
-                interrupt,
-            )),
-            _ => Box::new(Shooting::<_, 8>::new(
-                Sized { m, k },
-                target,
-                limit,
-                interrupt,
-            )),
+            (1, 1) => Box::new(Shooting::<_, 2>::new(Fixed::<1, 1>, target, interrupt)),
+            (2, 1) => Box::new(Shooting::<_, 4>::new(Fixed::<2, 1>, target, interrupt)),
+            (3, 1) => Box::new(Shooting::<_, 6>::new(Fixed::<3, 1>, target, interrupt)),
+            (1, 2) => Box::new(Shooting::<_, 6>::new(Fixed::<1, 2>, target, interrupt)),
+            _ => Box::new(Shooting::<_, 8>::new(Sized { m, k }, target, interrupt)),
         }
     }
 

@@ -16,11 +16,12 @@
 use faer::{Mat, Scale};
 
 use super::initial::Horizontal;
-use super::node::{Node, leg, residual};
-use super::problem::Problem;
+use super::node::{Link, Node, weights};
+use super::problem::{Problem, unpack};
 use super::random::Random;
 use super::reduced::Sized;
 use super::shooting::{SOLVER, Target};
+use super::work::work_of_join;
 use crate::curve::{Curve, GeometricCubic};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
@@ -48,9 +49,6 @@ const FLOOR: f64 = 1e-3;
 
 /// Differences of the residuals of a leg.
 const DIFFERENCE: f64 = 1e-6;
-
-/// Work of a leg of small matrices: a few microseconds.
-const LEG_WORK: f64 = 100.0;
 
 /// What of a node is given.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -141,14 +139,17 @@ impl Chain {
         Self::of(nodes, held, vec![1.0 / legs as f64; legs])
     }
 
-    /// Lowers the cost until it rests.
+    /// Lowers the cost until it rests, or more than the given work is done.
     ///
     /// # Errors
     /// `Interrupted`.
-    pub(crate) fn relax(&mut self, interrupt: Interrupt<'_>) -> Result<()> {
+    pub(crate) fn relax(&mut self, most: f64, interrupt: Interrupt<'_>) -> Result<()> {
         let mut damping = DAMPING;
         for _ in 0..MAX_STEPS {
             interrupt.check(SOLVER)?;
+            if self.work() > most {
+                return Ok(());
+            }
             let Ok((matrix, gradient)) = self.normal_equations() else {
                 return Ok(());
             };
@@ -172,8 +173,11 @@ impl Chain {
         let (size, legs) = (self.unknowns(), self.legs());
         let mut matrix = BlockTridiagonal::zeros(legs + 1, size);
         let mut gradient = vec![0.0; (legs + 1) * size];
+        let mut beside = self.beside(0)?;
         for i in 0..legs {
-            let (jacobian, base) = self.jacobian(i)?;
+            let next = self.beside(i + 1)?;
+            let (jacobian, base) = self.jacobian(i, [&beside, &next])?;
+            beside = next;
             let square = jacobian.transpose() * &jacobian;
             let right = jacobian.transpose() * Mat::from_fn(base.len(), 1, |row, _| base[row]);
             let block =
@@ -203,24 +207,55 @@ impl Chain {
         }
     }
 
-    /// Derivative of the residual of a leg with respect to what is not given at its ends, and the residual.
-    fn jacobian(&mut self, i: usize) -> Result<(Mat<f64>, Vec<f64>)> {
-        let (size, step) = (self.unknowns(), self.steps[i]);
-        let (from, to) = (self.nodes[i].clone(), self.nodes[i + 1].clone());
-        self.evaluated += 1 + 2 * size;
-        let base = residual(&from, &to, step, &mut self.endpoints)?;
-        let mut jacobian = Mat::zeros(base.len(), 2 * size);
-        for side in 0..2 {
-            for unknown in self.given(i + side).end..size {
+    /// A node with its point moved a little along each of its coordinates; none where the point is given.
+    fn beside(&mut self, node: usize) -> Result<Vec<Node>> {
+        let size = self.unknowns();
+        (self.given(node).end..size / 2)
+            .map(|unknown| {
                 let mut change = vec![0.0; size];
                 change[unknown] = DIFFERENCE;
-                let beside = if side == 0 {
-                    residual(&from.moved(&change)?, &to, step, &mut self.endpoints)?
+                self.nodes[node].moved(&change)
+            })
+            .collect()
+    }
+
+    /// Derivative of the residual of a leg with respect to what is not given at its ends, and the residual. By differences for
+    /// the points; in the velocities it is linear.
+    fn jacobian(&mut self, i: usize, beside: [&[Node]; 2]) -> Result<(Mat<f64>, Vec<f64>)> {
+        let (size, step) = (self.unknowns(), self.steps[i]);
+        let (half, [from, to]) = (size / 2, [&self.nodes[i], &self.nodes[i + 1]]);
+        let link = Link::new(from, to, &mut self.endpoints)?;
+        let base = link.residual(from, to, step)?;
+        let mut jacobian = Mat::zeros(base.len(), 2 * size);
+        for (side, moved) in beside.into_iter().enumerate() {
+            for (unknown, moved) in moved.iter().enumerate() {
+                let [from, to] = if side == 0 {
+                    [moved, to]
                 } else {
-                    residual(&from, &to.moved(&change)?, step, &mut self.endpoints)?
+                    [from, moved]
                 };
-                for (row, (b, a)) in beside.iter().zip(&base).enumerate() {
+                let there = Link::new(from, to, &mut self.endpoints)?.residual(from, to, step)?;
+                for (row, (b, a)) in there.iter().zip(&base).enumerate() {
                     jacobian[(row, side * size + unknown)] = (b - a) / DIFFERENCE;
+                }
+            }
+        }
+        self.evaluated += 1 + beside.map(<[Node]>::len).iter().sum::<usize>();
+        let [turning, lagging] = weights(step);
+        if self.held[i] != Held::All {
+            for unknown in 0..half {
+                jacobian[(unknown, half + unknown)] = -turning;
+                jacobian[(half + unknown, half + unknown)] = -lagging;
+            }
+        }
+        if self.held[i + 1] != Held::All {
+            for unknown in 0..half {
+                let mut unit = vec![0.0; half];
+                unit[unknown] = 1.0;
+                let [unit] = unpack(&unit, to.blocks());
+                for (row, w) in link.carried(from, &to.tangent(&unit))?.iter().enumerate() {
+                    jacobian[(row, size + half + unknown)] = turning * w;
+                    jacobian[(half + row, size + half + unknown)] = -lagging * w;
                 }
             }
         }
@@ -270,10 +305,8 @@ impl Chain {
     }
 
     /// What all legs that were evaluated took, in the unit of the work of integrations.
-    pub(super) fn work(&self) -> f64 {
-        let Sized { m, k } = self.nodes[0].blocks();
-        let r = (m + k) as f64;
-        self.evaluated as f64 * (LEG_WORK + r.powi(3))
+    pub(crate) fn work(&self) -> f64 {
+        self.evaluated as f64 * work_of_join(self.nodes[0].blocks())
     }
 
     /// Number of legs.
@@ -286,7 +319,8 @@ impl Chain {
     /// # Errors
     /// Where it cannot be joined.
     pub(crate) fn start(&mut self, i: usize) -> Result<Vec<f64>> {
-        let [delta, v, w] = leg(&self.nodes[i], &self.nodes[i + 1], &mut self.endpoints)?;
+        let [from, to] = [&self.nodes[i], &self.nodes[i + 1]];
+        let [delta, v, w] = Link::new(from, to, &mut self.endpoints)?.velocities(from, to)?;
         let step = self.steps[i];
         let entries = || delta.iter().zip(v.iter().zip(&w));
         let a = entries().map(|(delta, (v, w))| 6.0 * delta - step * (4.0 * v + 2.0 * w));
@@ -335,7 +369,8 @@ fn sample(curve: &impl Curve, legs: usize) -> Result<Vec<(Mat<f64>, Mat<f64>)>> 
 fn cost(nodes: &[Node], steps: &[f64], endpoints: &mut EndpointProblem) -> Result<f64> {
     let mut sum = 0.0;
     for (pair, step) in nodes.windows(2).zip(steps) {
-        let residual = residual(&pair[0], &pair[1], *step, endpoints)?;
+        let [from, to] = [&pair[0], &pair[1]];
+        let residual = Link::new(from, to, endpoints)?.residual(from, to, *step)?;
         sum += residual.iter().map(|r| r * r).sum::<f64>();
     }
     if sum.is_finite() {

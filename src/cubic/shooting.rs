@@ -18,6 +18,7 @@ use faer::Mat;
 
 use super::reduced::Blocks;
 use super::taylor::{Accuracy, March};
+use super::work::{Work, work_of_curve, work_of_step};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::decomp::solve_square;
@@ -101,10 +102,7 @@ pub(super) struct Target {
 pub(super) struct Shooting<'a, B, const N: usize> {
     pub(super) blocks: B,
     pub(super) target: Target,
-    /// Integration work so far, in units of [`work_of_step`].
-    pub(super) work: f64,
-    /// No further step is begun beyond this much work.
-    pub(super) work_limit: f64,
+    pub(super) work: Work,
     pub(super) plain: March<f64, B>,
     several: Option<March<Dual<N>, B>>,
     single: Option<March<Dual<1>, B>>,
@@ -119,17 +117,11 @@ pub(super) struct Residual<T> {
 }
 
 impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
-    pub(super) fn new(
-        blocks: B,
-        target: &Target,
-        work_limit: f64,
-        interrupt: Interrupt<'a>,
-    ) -> Self {
+    pub(super) fn new(blocks: B, target: &Target, interrupt: Interrupt<'a>) -> Self {
         Shooting {
             blocks,
             target: target.clone(),
-            work: 0.0,
-            work_limit,
+            work: Work::of_trials(work_of_curve(blocks)),
             plain: March::new(blocks, Accuracy::FULL),
             several: None,
             single: None,
@@ -160,8 +152,11 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
                 found = self.residual(y, accuracy)?;
                 continue;
             }
-            if iterations == max_iterations || self.work > self.work_limit {
+            if iterations == max_iterations {
                 break StopReason::MaxIterations;
+            }
+            if self.work.is_done() {
+                break StopReason::WorkLimit;
             }
             iterations += 1;
             if y.len() > FEW {
@@ -267,7 +262,8 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
     pub(super) fn residual(&mut self, y: &[f64], accuracy: Accuracy) -> Result<Residual<f64>> {
         self.plain.accuracy = accuracy;
         let found = evaluate(&mut self.plain, &self.target, y, self.interrupt);
-        self.work += work_of_step(self.blocks) * self.plain.steps as f64;
+        self.work
+            .count(work_of_step(self.blocks) * self.plain.steps as f64);
         found
     }
 
@@ -301,7 +297,8 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
                 unknown[direction].slope[direction - first] = 1.0;
             }
             let outcome = evaluate(march, &self.target, &unknown, self.interrupt);
-            self.work += DUAL_WORK * work_of_step(self.blocks) * march.steps as f64;
+            self.work
+                .count(DUAL_WORK * work_of_step(self.blocks) * march.steps as f64);
             let found = outcome?;
             for (row, equation) in found.equations.iter().enumerate() {
                 for column in first..last {
@@ -348,7 +345,8 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
         };
         let mut step = found.equations.clone();
         Gmres::new(y.len()).solve(&mut step, forcing, &mut apply);
-        self.work += SINGLE_WORK * work_of_step(self.blocks) * steps as f64;
+        self.work
+            .count(SINGLE_WORK * work_of_step(self.blocks) * steps as f64);
         if let Some(error) = failure {
             return Err(error);
         }
@@ -391,12 +389,6 @@ impl Updates {
         }
         step.iter().all(|s| s.is_finite()).then_some(step)
     }
-}
-
-/// Products of numbers for one order of one Taylor step, about `r k (2 r + k)`: the unit in which work is counted.
-pub(super) fn work_of_step(blocks: impl Blocks) -> f64 {
-    let (m, k) = (blocks.normals() as f64, blocks.k() as f64);
-    (m + k) * k * (2.0 * m + 3.0 * k)
 }
 
 /// The changes of `(x', x'')` that move the end of a curve of flat space by minus the given equations:

@@ -67,10 +67,12 @@ pub(super) type Solution = (Vec<f64>, BoundaryReport);
 
 impl<'a> Solver<'a> {
     pub(super) fn new(problem: &'a Problem, options: &'a BoundaryOptions<'a>) -> Self {
+        let mut map = problem.end_map(options.interrupt);
+        map.allow(options.allowance());
         Solver {
             problem,
             options,
-            map: problem.end_map(options.interrupt),
+            map,
             newton_steps: 0,
             continuation_steps: 0,
             starts: 0,
@@ -184,7 +186,7 @@ impl<'a> Solver<'a> {
         let Ok(mut chain) = Chain::new(self.problem, CHAIN_LEGS[fineness], spread, random) else {
             return Ok(None);
         };
-        chain.relax(self.options.interrupt)?;
+        chain.relax(self.map.left(), self.options.interrupt)?;
         self.map.count(chain.work());
         let Ok(mut y) = chain.start(0) else {
             return Ok(None);
@@ -352,7 +354,12 @@ impl<'a> Solver<'a> {
 
     /// The account so far.
     pub(super) fn report(&self, strategy: BoundaryStrategy) -> BoundaryReport {
-        let (residual, reason) = self.nearest;
+        let (residual, reason) = match self.nearest {
+            (residual, reason) if reason != StopReason::Converged && self.map.exhausted() => {
+                (residual, StopReason::WorkLimit)
+            }
+            nearest => nearest,
+        };
         BoundaryReport {
             solver: SolverReport {
                 converged: reason == StopReason::Converged,

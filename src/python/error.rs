@@ -21,7 +21,8 @@ use crate::report::{SolverReport, StopReason};
 /// tolerance : float
 ///     The tolerance that was asked for.
 /// reason : str
-///     ``"converged"``, ``"max_iterations"``, ``"stagnated"``, ``"diverged"``, ``"singular_jacobian"`` or ``"not_minimal"``.
+///     ``"converged"``, ``"max_iterations"``, ``"stagnated"``, ``"diverged"``, ``"singular_jacobian"``, ``"not_minimal"``
+///     or ``"work_limit"``.
 #[pyclass(name = "SolverReport", module = "stiefel_rs", frozen)]
 #[derive(Clone)]
 pub struct PySolverReport(pub SolverReport);

@@ -158,7 +158,7 @@ impl PyRiemannianCubic {
     ///     speed, about 1e-12 for 140 and never more than 1e-9, is the least tolerance (``report.tolerance``).
     /// max_iterations : int, default 50
     ///     Newton steps from the first start, and from any other, at most. With 12 or fewer a first start that runs out of
-    ///     them ends the search.
+    ///     them ends the search. More than 50 raise the limit of work, about two seconds, in proportion.
     /// guess : pair (A, J) of array_like, optional
     ///     Covariant acceleration and covariant jerk at ``S0`` to start from, shape (n, k) each; by default those of the
     ///     cubic of flat space.

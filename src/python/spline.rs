@@ -472,7 +472,7 @@ impl PyCubicHermite {
 ///     The largest distance by which a piece may miss its knot, and jump of the covariant acceleration, in the time of
 ///     the piece.
 /// max_iterations : int, default 200
-///     Steps at the most.
+///     Steps at the most. More than 200 raise the limit of work, about two seconds, in proportion.
 /// num_threads : int, optional
 ///     Threads; by default those of the global pool.
 ///

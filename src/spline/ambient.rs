@@ -5,13 +5,15 @@
 use faer::{Mat, MatMut, MatRef, Scale};
 use rayon::prelude::*;
 
-use super::chain::{Chain, Motion, Movable, links, square};
+use super::chain::{Chain, JOINS, Motion, Movable, links, square};
 use crate::cubic::guess::carry;
 use crate::cubic::initial::Coordinates;
 use crate::cubic::leg::arrival;
 use crate::cubic::path::State;
 use crate::cubic::problem::entries;
+use crate::cubic::reduced::Sized;
 use crate::cubic::taylor::Accuracy;
+use crate::cubic::work::{work_of_curve, work_of_join};
 use crate::curve::Curve;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
@@ -138,6 +140,13 @@ impl Chain for Ambient<'_> {
         Ok(())
     }
 
+    /// In an orthonormal basis of the span of the point and three vectors.
+    fn work_of_leg(&self) -> f64 {
+        let (n, k) = self.points[0].shape();
+        let r = n.min(4 * k);
+        work_of_curve(Sized { m: r - k, k }) + (n * r * r) as f64
+    }
+
     fn state(&self, leg: usize, start: &[f64]) -> (Option<Mat<f64>>, State) {
         let size = self.size();
         let [v, a, j] = [0, 1, 2].map(|i| self.matrix(&start[size * i..][..size]));
@@ -147,6 +156,12 @@ impl Chain for Ambient<'_> {
 }
 
 impl Movable for Ambient<'_> {
+    fn work_of_knot(&self) -> f64 {
+        let (n, k) = self.points[0].shape();
+        let r = n.min(2 * k);
+        JOINS * (work_of_join(Sized { m: r - k, k }) + (n * r * k) as f64)
+    }
+
     /// Vectors may come from points nearby: their tangential parts count.
     fn moved(&self, shifts: &[f64], motion: &mut Motion) -> Result<Self> {
         let size = self.size();

@@ -18,6 +18,9 @@ use crate::manifold::quasi_geodesic::EndpointProblem;
 /// Legs that one task of the pool integrates, abreast where that is faster.
 pub(super) const LEGS: usize = LANES;
 
+/// A knot that is moved is joined once; the logarithm of a datum takes about as long as five times that.
+pub(super) const JOINS: f64 = 6.0;
+
 /// Items that are not worth the pool.
 const FEW: usize = 16;
 
@@ -90,12 +93,23 @@ pub(super) trait Chain: Sync {
         f64::INFINITY
     }
 
+    /// How much work it is to find where a leg arrives.
+    fn work_of_leg(&self) -> f64;
+
+    /// How much work [`Chain::derivative`] is, where there is one.
+    fn work_of_derivative(&self) -> f64 {
+        f64::INFINITY
+    }
+
     /// The cubic of a leg at its start: a basis of what it spans, where that is not everything, and frame and vectors in it.
     fn state(&self, leg: usize, start: &[f64]) -> (Option<Mat<f64>>, State);
 }
 
 /// A chain whose knots are unknown too.
 pub(super) trait Movable: Chain + Sized {
+    /// How much work it is to move a knot, to join it to the next one, and to find the way to a datum.
+    fn work_of_knot(&self) -> f64;
+
     /// Every knot moved along its tangent vector by a retraction, with the vectors of a motion carried along.
     ///
     /// # Errors

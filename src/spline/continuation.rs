@@ -7,7 +7,7 @@
 use super::chain::Motion;
 use super::ends::{End, Ends};
 use super::interpolation::Interpolation;
-use super::iteration::{Iteration, Outcome};
+use super::iteration::{Effort, Iteration, Outcome};
 use super::joined::Joined;
 use crate::error::Result;
 use crate::report::StopReason;
@@ -33,8 +33,7 @@ const STEPS: usize = 25;
 pub(super) fn solve(
     knots: &Joined<'_>,
     ends: &Ends,
-    tolerance: f64,
-    max_iterations: usize,
+    effort: Effort<'_>,
     known_residual: f64,
 ) -> Result<(Motion, Outcome)> {
     let mut known: Option<Known> = None;
@@ -50,9 +49,14 @@ pub(super) fn solve(
             None => problem.start()?,
             Some(known) => known.predicted(before.as_ref(), share),
         };
-        let goal = if last { tolerance } else { ON_THE_WAY };
-        let left = STEPS.min(max_iterations.saturating_sub(iterations));
-        let outcome = match Iteration::solve(&problem, &mut motion, goal, left) {
+        let goal = if last { effort.tolerance } else { ON_THE_WAY };
+        let left = effort.max_iterations.saturating_sub(iterations);
+        let on_the_way = Effort {
+            tolerance: goal,
+            max_iterations: STEPS.min(left),
+            ..effort
+        };
+        let outcome = match Iteration::solve(&problem, &mut motion, on_the_way) {
             Err(error) if error.is_interrupted() => return Err(error),
             other => other.ok(),
         };
@@ -64,14 +68,16 @@ pub(super) fn solve(
             .is_some_and(|o| o.reason == StopReason::Converged);
         let (residual, reached) = match outcome {
             Some(outcome) if last => (outcome.residual, outcome.tolerance),
-            _ => (known_residual, tolerance),
+            _ => (known_residual, effort.tolerance),
         };
-        let gave_up = step < SMALLEST_STEP || iterations >= max_iterations;
+        let spent = iterations >= effort.max_iterations || effort.work.is_done();
+        let gave_up = step < SMALLEST_STEP || spent;
         if (solved && last) || (!solved && gave_up) {
-            let reason = match (solved, iterations >= max_iterations) {
-                (true, _) => StopReason::Converged,
-                (false, true) => StopReason::MaxIterations,
-                (false, false) => StopReason::Stagnated,
+            let reason = match solved {
+                true => StopReason::Converged,
+                false if effort.work.is_done() => StopReason::WorkLimit,
+                false if spent => StopReason::MaxIterations,
+                false => StopReason::Stagnated,
             };
             return Ok((
                 motion,

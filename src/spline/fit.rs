@@ -7,6 +7,7 @@ use super::flat_smoothing::{FlatSmoothing, add_scaled};
 use super::iteration::Outcome;
 use crate::anderson::Anderson;
 use crate::cubic::taylor::Accuracy;
+use crate::cubic::work::Work;
 use crate::error::Result;
 use crate::linalg::gmres::{Gmres, norm};
 use crate::manifold::Stiefel;
@@ -119,6 +120,11 @@ impl Data {
     }
 }
 
+/// How much work it is to tell what is left of the equations.
+pub(super) fn work_of_balance<C: Movable>(chain: &C) -> f64 {
+    chain.lengths().len() as f64 * (chain.work_of_leg() + chain.work_of_knot())
+}
+
 /// A chain and a motion along it.
 struct State<C> {
     chain: C,
@@ -140,6 +146,7 @@ pub(super) struct Fit<'d, C> {
     data: &'d Data,
     flat: FlatSmoothing,
     misfit: f64,
+    work: &'d Work,
 }
 
 /// What is left of the equations, and the step that would solve them in flat space.
@@ -154,9 +161,15 @@ impl<'d, C: Movable> Fit<'d, C> {
     ///
     /// # Errors
     /// Where the knots cannot be moved there.
-    pub(super) fn new(chain: C, data: &'d Data, flat: FlatSmoothing) -> Result<Self> {
+    pub(super) fn new(
+        chain: C,
+        data: &'d Data,
+        flat: FlatSmoothing,
+        work: &'d Work,
+    ) -> Result<Self> {
         let motion = Motion::zeros(chain.size(), chain.lengths().len() + 1);
         let mut fit = Fit {
+            work,
             state: State { chain, motion },
             data,
             flat,
@@ -203,6 +216,9 @@ impl<'d, C: Movable> Fit<'d, C> {
             }
             if iterations == max_iterations {
                 break StopReason::MaxIterations;
+            }
+            if self.work.is_done() {
+                break StopReason::WorkLimit;
             }
             iterations += 1;
             let share = ACCURACY_SHARE * found.size.min(1.0);
@@ -303,6 +319,9 @@ impl<'d, C: Movable> Fit<'d, C> {
         let mut failure = None;
         let mut step = here.to_vec();
         Gmres::new(step.len()).solve(&mut step, KRYLOV_SHARE, |v, out| {
+            if failure.is_some() {
+                return out.copy_from_slice(v);
+            }
             let share = DIFFERENCE * size / norm(v);
             let there = self
                 .advanced(share, v)
@@ -334,7 +353,9 @@ impl<'d, C: Movable> Fit<'d, C> {
     }
 
     fn balance(&self, state: &State<C>, accuracy: Accuracy) -> Result<Balance> {
-        let arrivals = Arrivals::of(&state.chain, &state.motion, VECTORS, accuracy)?;
+        let chain = &state.chain;
+        self.work.count(work_of_balance(chain));
+        let arrivals = Arrivals::of(chain, &state.motion, VECTORS, accuracy)?;
         self.balance_of(state, arrivals)
     }
 

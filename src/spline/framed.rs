@@ -2,7 +2,7 @@
 
 use faer::{Mat, MatRef, Scale};
 
-use super::chain::{Chain, Motion, Movable, for_each, links, square};
+use super::chain::{Chain, JOINS, Motion, Movable, for_each, links, square};
 use crate::cubic::guess::turned;
 use crate::cubic::initial::Horizontal;
 use crate::cubic::leg::{Leg, leg};
@@ -10,6 +10,7 @@ use crate::cubic::path::State;
 use crate::cubic::problem::{entries, pack, unpack};
 use crate::cubic::reduced::Sized;
 use crate::cubic::taylor::Accuracy;
+use crate::cubic::work::{work_of_curve, work_of_join};
 use crate::curve::Curve;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
@@ -268,6 +269,20 @@ impl<'a> Chain for Framed<'a> {
         (None, State::new(&self.frames[leg], vectors.each_ref()))
     }
 
+    fn work_of_leg(&self) -> f64 {
+        // Eight abreast they take half as long at the most.
+        let share = if self.links.len() < WORTHWHILE {
+            1.0
+        } else {
+            0.5
+        };
+        share * work_of_curve(self.blocks)
+    }
+
+    fn work_of_derivative(&self) -> f64 {
+        self.derivative_work() * work_of_curve(self.blocks)
+    }
+
     fn derivative_work(&self) -> f64 {
         // Dual numbers take half a residual for a direction; small matrices take the rest.
         3.0 + 1.5 * self.size() as f64
@@ -275,6 +290,10 @@ impl<'a> Chain for Framed<'a> {
 }
 
 impl Movable for Framed<'_> {
+    fn work_of_knot(&self) -> f64 {
+        JOINS * work_of_join(self.blocks)
+    }
+
     /// Frames are carried along, so coordinates stay what they are.
     fn moved(&self, shifts: &[f64], _: &mut Motion) -> Result<Self> {
         let shift = |knot: usize| &shifts[self.size() * knot..][..self.size()];

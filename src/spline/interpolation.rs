@@ -89,6 +89,11 @@ impl<'c, C: Chain> Interpolation<'c, C> {
         Ok(self.residual_of(motion, arrivals))
     }
 
+    /// How much work [`Interpolation::residual`] is.
+    pub(super) fn work_of_residual(&self) -> f64 {
+        self.chain.lengths().len() as f64 * self.chain.work_of_leg()
+    }
+
     fn residual_of(&self, motion: &Motion, arrivals: Arrivals) -> Residual {
         let (d, count) = (self.chain.size(), knots(self.chain, self.ends));
         let mut jumps = vec![0.0; d * count];

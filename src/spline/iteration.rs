@@ -8,9 +8,12 @@
 use super::chain::{Chain, Motion};
 use super::interpolation::{Interpolation, Residual};
 use super::joints::Linearised;
+use super::riemannian::SplineOptions;
 use crate::anderson::Anderson;
 use crate::cubic::taylor::Accuracy;
+use crate::cubic::work::Work;
 use crate::error::Result;
+use crate::interrupt::Interrupt;
 use crate::linalg::gmres::{Gmres, norm};
 use crate::report::StopReason;
 
@@ -58,6 +61,27 @@ pub(super) struct Outcome {
     pub(super) tolerance: f64,
 }
 
+/// How exactly, and for how long, the equations are solved.
+#[derive(Clone, Copy)]
+pub(super) struct Effort<'a> {
+    pub(super) tolerance: f64,
+    pub(super) max_iterations: usize,
+    /// Of all attempts together.
+    pub(super) work: &'a Work,
+    pub(super) interrupt: Interrupt<'a>,
+}
+
+impl<'a> Effort<'a> {
+    pub(super) fn new(options: &SplineOptions<'a>, work: &'a Work) -> Self {
+        Effort {
+            tolerance: options.tolerance,
+            max_iterations: options.max_iterations,
+            work,
+            interrupt: options.interrupt,
+        }
+    }
+}
+
 /// What the next step is made of.
 enum Method {
     Flat,
@@ -68,6 +92,7 @@ enum Method {
 /// A motion on its way.
 pub(super) struct Iteration<'p, 'c, C> {
     problem: &'p Interpolation<'c, C>,
+    work: &'p Work,
     motion: Motion,
     found: Residual,
     accuracy: Accuracy,
@@ -83,11 +108,13 @@ pub(super) struct Iteration<'p, 'c, C> {
 impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
     /// # Errors
     /// Where the start cannot be integrated; `Interrupted`.
-    fn new(problem: &'p Interpolation<'c, C>, motion: Motion) -> Result<Self> {
+    fn new(problem: &'p Interpolation<'c, C>, motion: Motion, work: &'p Work) -> Result<Self> {
         let accuracy = Accuracy::of_tolerance(ACCURACY_SHARE);
+        work.count(problem.work_of_residual());
         let found = problem.residual(&motion, accuracy)?;
         Ok(Iteration {
             problem,
+            work,
             least: found.size,
             found,
             motion,
@@ -106,11 +133,10 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
     pub(super) fn solve(
         problem: &'p Interpolation<'c, C>,
         motion: &mut Motion,
-        tolerance: f64,
-        max_iterations: usize,
+        effort: Effort<'p>,
     ) -> Result<Outcome> {
-        let this = Self::new(problem, motion.clone())?;
-        let (found, outcome) = this.run(tolerance, max_iterations)?;
+        let this = Self::new(problem, motion.clone(), effort.work)?;
+        let (found, outcome) = this.run(effort.tolerance, effort.max_iterations)?;
         *motion = found;
         Ok(outcome)
     }
@@ -123,14 +149,13 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
     pub(super) fn solve_near(
         problem: &'p Interpolation<'c, C>,
         motion: &mut Motion,
-        tolerance: f64,
-        max_iterations: usize,
+        effort: Effort<'p>,
     ) -> Result<Outcome> {
-        let mut this = Self::new(problem, motion.clone())?;
+        let mut this = Self::new(problem, motion.clone(), effort.work)?;
         if this.has_derivatives() {
             this.linearise()?;
         }
-        let (found, outcome) = this.run(tolerance, max_iterations)?;
+        let (found, outcome) = this.run(effort.tolerance, effort.max_iterations)?;
         *motion = found;
         Ok(outcome)
     }
@@ -144,11 +169,14 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
                     break StopReason::Converged;
                 }
                 self.accuracy = Accuracy::FULL;
-                self.found = self.problem.residual(&self.motion, self.accuracy)?;
+                self.found = self.residual(&self.motion)?;
                 continue;
             }
             if iterations == max_iterations {
                 break StopReason::MaxIterations;
+            }
+            if self.work.is_done() {
+                break StopReason::WorkLimit;
             }
             iterations += 1;
             if let Some(reason) = self.advance(goal)? {
@@ -162,6 +190,11 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
             tolerance: self.goal(tolerance),
         };
         Ok((self.motion, outcome))
+    }
+
+    fn residual(&self, motion: &Motion) -> Result<Residual> {
+        self.work.count(self.problem.work_of_residual());
+        self.problem.residual(motion, self.accuracy)
     }
 
     fn goal(&self, tolerance: f64) -> f64 {
@@ -225,6 +258,9 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
     }
 
     fn linearise(&mut self) -> Result<bool> {
+        let chain = self.problem.chain;
+        let legs = chain.lengths().len() as f64;
+        self.work.count(legs * chain.work_of_derivative());
         let linear = self.problem.linearised(&self.motion, &self.found)?;
         self.mixing = Anderson::new(DEPTH);
         self.method = linear.map_or(Method::Flat, |linear| Method::Linear(Box::new(linear)));
@@ -248,18 +284,20 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
     fn krylov_step(&mut self) -> Result<Vec<f64>> {
         let accuracy = DIFFERENCE_ACCURACY * self.found.size.min(1.0);
         self.accuracy = self.accuracy.finer(Accuracy::of_tolerance(accuracy));
-        self.found = self.problem.residual(&self.motion, self.accuracy)?;
+        self.found = self.residual(&self.motion)?;
         let here = self.problem.flat_step(&self.found)?;
         let size = norm(&self.motion.entries).max(1.0);
         let mut failure = None;
         let mut step = here.clone();
         Gmres::new(step.len()).solve(&mut step, KRYLOV_SHARE, |v, out| {
+            if failure.is_some() {
+                return out.copy_from_slice(v);
+            }
             let share = DIFFERENCE * size / norm(v);
             let mut beside = self.motion.clone();
             beside.add(share, v);
             let there = self
-                .problem
-                .residual(&beside, self.accuracy)
+                .residual(&beside)
                 .and_then(|found| self.problem.flat_step(&found));
             match there {
                 Ok(there) => {
@@ -288,7 +326,7 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
     fn tried(&self, share: f64, increment: &[f64]) -> Result<Option<(Motion, Residual)>> {
         let mut motion = self.motion.clone();
         motion.add(share, increment);
-        match self.problem.residual(&motion, self.accuracy) {
+        match self.residual(&motion) {
             Err(error) if error.is_interrupted() => Err(error),
             Ok(found) if found.size.is_finite() => Ok(Some((motion, found))),
             Ok(_) | Err(_) => Ok(None),

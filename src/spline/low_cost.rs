@@ -7,8 +7,7 @@
 use super::chain::{Arrivals, Chain, Motion};
 use super::ends::{End, Ends};
 use super::interpolation::Interpolation;
-use super::iteration::{Iteration, Outcome};
-use super::riemannian::SplineOptions;
+use super::iteration::{Effort, Iteration, Outcome};
 use crate::cubic::path::Path;
 use crate::cubic::taylor::Accuracy;
 use crate::error::Result;
@@ -68,12 +67,12 @@ impl Cheapest {
         &mut self,
         problem: &Interpolation<'_, C>,
         start: Option<Motion>,
-        options: &SplineOptions<'_>,
+        effort: Effort<'_>,
     ) -> Result<()> {
-        let Some(found) = near(problem, start, options)? else {
+        let Some(found) = near(problem, start, effort)? else {
             return Ok(());
         };
-        let solved = Self::new(problem.chain, found, options.interrupt);
+        let solved = Self::new(problem.chain, found, effort.interrupt);
         if let Some(other) = unless_interrupted(solved)?
             && other.cost < (1.0 - SAME_COST) * self.cost
         {
@@ -94,10 +93,9 @@ impl Cheapest {
 pub(super) fn solved<C: Chain>(
     problem: &Interpolation<'_, C>,
     mut motion: Motion,
-    options: &SplineOptions<'_>,
+    effort: Effort<'_>,
 ) -> Result<Option<Solution>> {
-    let (tolerance, most) = (options.tolerance, options.max_iterations);
-    let outcome = Iteration::solve(problem, &mut motion, tolerance, most);
+    let outcome = Iteration::solve(problem, &mut motion, effort);
     converged(motion, outcome)
 }
 
@@ -108,13 +106,12 @@ pub(super) fn solved<C: Chain>(
 pub(super) fn near<C: Chain>(
     problem: &Interpolation<'_, C>,
     motion: Option<Motion>,
-    options: &SplineOptions<'_>,
+    effort: Effort<'_>,
 ) -> Result<Option<Solution>> {
     let Some(mut motion) = motion else {
         return Ok(None);
     };
-    let (tolerance, most) = (options.tolerance, options.max_iterations);
-    let outcome = Iteration::solve_near(problem, &mut motion, tolerance, most);
+    let outcome = Iteration::solve_near(problem, &mut motion, effort);
     converged(motion, outcome)
 }
 
@@ -142,7 +139,7 @@ pub(super) fn forwards<C: Chain>(back: &C, solution: Option<Solution>) -> Result
 /// `Interrupted`.
 pub(super) fn clamped<C: Chain>(
     problem: &Interpolation<'_, C>,
-    options: &SplineOptions<'_>,
+    effort: Effort<'_>,
 ) -> Result<Option<Motion>> {
     let Ends::Open(ends) = problem.ends else {
         return Ok(None);
@@ -156,7 +153,7 @@ pub(super) fn clamped<C: Chain>(
         End::Acceleration(_) => at_rest(),
     }));
     let clamped = Interpolation::new(problem.chain, &ends)?;
-    let found = solved(&clamped, clamped.start()?, options)?;
+    let found = solved(&clamped, clamped.start()?, effort)?;
     Ok(found.map(|(motion, _)| motion))
 }
 

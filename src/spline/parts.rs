@@ -7,9 +7,10 @@ use rayon::prelude::*;
 
 use super::chain::{Chain, Motion};
 use super::ends::{End, Ends};
+use super::iteration::Effort;
 use super::joined::Joined;
-use super::riemannian::SplineOptions;
 use super::solve;
+use crate::cubic::work::Work;
 use crate::error::Result;
 use crate::report::StopReason;
 
@@ -28,23 +29,33 @@ pub(super) fn exist(legs: usize, ends: &Ends) -> bool {
 ///
 /// # Errors
 /// `Interrupted`, those of the chains.
-pub(super) fn solve(
-    knots: &Joined<'_>,
-    ends: &Ends,
-    options: &SplineOptions<'_>,
-) -> Result<Option<Motion>> {
+pub(super) fn solve(knots: &Joined<'_>, ends: &Ends, effort: Effort<'_>) -> Result<Option<Motion>> {
     let legs = knots.len();
     let parts: Vec<Part> = (0..legs)
         .step_by(CENTRAL)
         .map(|first| Part::new(first, legs, ends))
         .collect();
-    let size = knots.chain(1.0)?.size();
-    let solved: Vec<Option<Motion>> = parts
-        .par_iter()
-        .map(|part| part.solve(knots, ends, size, options))
-        .collect::<Result<_>>()?;
+    let chain = knots.chain(1.0)?;
+    let size = chain.size();
+    let (tolerance, max_iterations) = (effort.tolerance, effort.max_iterations);
+    let interrupt = effort.interrupt;
+    let solve = |part: &Part| {
+        let work = Work::of_trials(part.legs_around() as f64 * chain.work_of_leg());
+        let effort = Effort {
+            tolerance,
+            max_iterations,
+            work: &work,
+            interrupt,
+        };
+        let motion = part.solve(knots, ends, size, effort)?;
+        Ok((motion, work.done()))
+    };
+    let solved: Vec<(Option<Motion>, f64)> = parts.par_iter().map(solve).collect::<Result<_>>()?;
     let mut whole = Motion::zeros(size, legs + 1);
-    for (part, motion) in parts.iter().zip(solved) {
+    for (_, work) in &solved {
+        effort.work.count(*work);
+    }
+    for (part, (motion, _)) in parts.iter().zip(solved) {
         let Some(motion) = motion else {
             return Ok(None);
         };
@@ -83,12 +94,17 @@ impl Part {
         }
     }
 
+    /// Legs of the part and on either side.
+    fn legs_around(&self) -> usize {
+        self.before + self.count + self.after
+    }
+
     fn solve(
         &self,
         knots: &Joined<'_>,
         ends: &Ends,
         size: usize,
-        options: &SplineOptions<'_>,
+        effort: Effort<'_>,
     ) -> Result<Option<Motion>> {
         let free = || End::Acceleration(vec![0.0; size]);
         let (begins, stops) = (
@@ -102,10 +118,10 @@ impl Part {
                 if stops { last.clone() } else { free() },
             ],
         };
-        let around = self.before + self.count + self.after;
+        let around = self.legs_around();
         let start = (self.first + self.legs * self.before - self.before) % self.legs;
         let part = knots.part(start, around);
-        let (motion, outcome) = solve::forwards(&part, &Ends::Open(ends), options)?;
+        let (_, (motion, outcome)) = solve::forwards(&part, &Ends::Open(ends), effort)?;
         Ok((outcome.reason == StopReason::Converged).then_some(motion))
     }
 

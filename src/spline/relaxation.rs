@@ -12,6 +12,7 @@ use super::joined::Joined;
 use crate::cubic::node::Node;
 use crate::cubic::problem::unpack;
 use crate::cubic::relaxation::{CHAIN_UNKNOWNS, Chain, Held};
+use crate::cubic::work::Work;
 use crate::curve::{Curve, GeometricCubic};
 use crate::error::Result;
 
@@ -19,7 +20,8 @@ use crate::error::Result;
 const LEGS: usize = 8;
 
 impl Joined<'_> {
-    /// The motion along the relaxed chain, from the velocities of a motion of `chain`; `None` if it has too many unknowns.
+    /// The motion along the relaxed chain, from the velocities of a motion of `chain`; `None` if it has too many unknowns,
+    /// or the work is done.
     ///
     /// # Errors
     /// `Interrupted`, where neighbours in the chain cannot be joined.
@@ -28,14 +30,16 @@ impl Joined<'_> {
         chain: &Framed<'_>,
         start: &Motion,
         ends: &Ends,
+        work: &Work,
     ) -> Result<Option<Motion>> {
-        if 2 * chain.size() > CHAIN_UNKNOWNS {
+        if work.is_done() || 2 * chain.size() > CHAIN_UNKNOWNS {
             return Ok(None);
         }
         let velocity = |knot: usize| chain.tangent(knot, start.velocity(knot));
         let velocities: Vec<Mat<f64>> = (0..self.frames.len()).map(velocity).collect();
         let mut chain = self.nodes(&velocities, ends)?;
-        chain.relax(self.interrupt)?;
+        chain.relax(work.left(), self.interrupt)?;
+        work.count(chain.work());
         let size = coordinates(self.frames[0].as_ref(), velocities[0].as_ref()).len();
         let mut motion = Motion::zeros(size, self.frames.len());
         for (knot, frame) in self.frames.iter().enumerate() {

@@ -14,10 +14,14 @@ use super::{knots, solve};
 use crate::cubic::RiemannianCubic;
 use crate::cubic::initial::complete;
 use crate::cubic::problem::entries;
+use crate::cubic::work::Work;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::manifold::QuasiGeodesic;
 use crate::report::{SolverReport, StopReason};
+
+/// Steps by default.
+pub(super) const MAX_ITERATIONS: usize = 200;
 
 const SOLVER: &str = "spline of Riemannian cubics";
 
@@ -40,7 +44,8 @@ const SOLVER: &str = "spline of Riemannian cubics";
 pub struct SplineOptions<'a> {
     /// Converged once no leg misses its knot, and no covariant acceleration jumps, by more than this, in the time of a leg.
     pub tolerance: f64,
-    /// Steps at the most, of fixed-point iteration and of Newton's method together.
+    /// Steps at the most, of fixed-point iteration and of Newton's method together. More than the default raise the
+    /// [limit of work](crate::StopReason::WorkLimit) in proportion.
     pub max_iterations: usize,
     /// Asked before every leg of every step.
     pub interrupt: Interrupt<'a>,
@@ -51,9 +56,18 @@ impl Default for SplineOptions<'_> {
     fn default() -> Self {
         SplineOptions {
             tolerance: 1e-12,
-            max_iterations: 200,
+            max_iterations: MAX_ITERATIONS,
             interrupt: Interrupt::NEVER,
         }
+    }
+}
+
+impl SplineOptions<'_> {
+    /// Work for a spline whose every residual takes the given work.
+    pub(super) fn work(&self, residual: f64) -> Work {
+        let work = Work::of_trials(residual);
+        work.allow((self.max_iterations as f64 / MAX_ITERATIONS as f64).max(1.0));
+        work
     }
 }
 

@@ -21,13 +21,13 @@ use faer::{Mat, MatRef};
 use super::EndConditions;
 use super::ambient::Ambient;
 use super::chain::{Movable, Space, for_each, links, pieces};
-use super::fit::{Data, Fit};
+use super::fit::{Data, Fit, work_of_balance};
 use super::framed::Framed;
 use super::iteration::Outcome;
 use super::knots;
 use super::piecewise::Piecewise;
 use super::reduced_knots::ReducedKnots;
-use super::riemannian::{SplineOptions, cubic_spline};
+use super::riemannian::{MAX_ITERATIONS, SplineOptions, cubic_spline};
 use super::straight::Straight;
 use super::validation::Validation;
 use crate::cubic::initial::complete;
@@ -67,7 +67,7 @@ pub struct SmoothingOptions<'a> {
     /// Converged once no leg misses its knot, no acceleration jumps and no knot is out of balance by more than this, in the
     /// time of a leg, or by round-off where there are thousands of legs.
     pub tolerance: f64,
-    /// Steps at the most.
+    /// Steps at the most. More than the default raise the [limit of work](crate::StopReason::WorkLimit) in proportion.
     pub max_iterations: usize,
     /// Asked before every leg of every step.
     pub interrupt: Interrupt<'a>,
@@ -79,8 +79,19 @@ impl Default for SmoothingOptions<'_> {
         SmoothingOptions {
             lambda: None,
             tolerance: 1e-11,
-            max_iterations: 200,
+            max_iterations: MAX_ITERATIONS,
             interrupt: Interrupt::NEVER,
+        }
+    }
+}
+
+impl<'a> SmoothingOptions<'a> {
+    /// For the spline through the data.
+    fn spline(&self) -> SplineOptions<'a> {
+        SplineOptions {
+            tolerance: self.tolerance,
+            max_iterations: self.max_iterations,
+            interrupt: self.interrupt,
         }
     }
 }
@@ -331,12 +342,8 @@ fn interpolated(
         });
     }
     let points: Vec<MatRef<'_, f64>> = grouped.first.iter().map(|&i| data[i]).collect();
-    let spline = SplineOptions {
-        tolerance: options.tolerance,
-        max_iterations: options.max_iterations,
-        interrupt: options.interrupt,
-    };
-    let (curve, report) = cubic_spline(&grouped.t, &points, &EndConditions::Natural, &spline)?;
+    let natural = EndConditions::Natural;
+    let (curve, report) = cubic_spline(&grouped.t, &points, &natural, &options.spline())?;
     Ok(SmoothingSpline {
         curve,
         lambda: options.lambda.unwrap_or(0.0),
@@ -373,8 +380,9 @@ fn solve<C: Movable>(
     let flat = validation.flat(lambda)?;
     let degrees_of_freedom = flat.degrees_of_freedom(chain.lengths())?;
     let straight = Straight::nearest(chain.lengths(), data, options.interrupt)?;
+    let work = options.spline().work(work_of_balance(&chain));
     let attempt = |chain: C| -> Result<Solved> {
-        let mut fit = Fit::new(chain, data, flat.clone())?;
+        let mut fit = Fit::new(chain, data, flat.clone(), &work)?;
         let mut outcome = fit.solve(options.tolerance, options.max_iterations)?;
         let mut found = Vec::new();
         if outcome.reason == StopReason::Converged {
@@ -398,12 +406,15 @@ fn solve<C: Movable>(
         (Err(error), _) if error.is_interrupted() => first,
         (Ok(solved), _) if solved.outcome.reason == StopReason::Converged => first,
         (_, None) => first,
-        (_, Some(straight)) => match through(&straight.points).and_then(attempt) {
-            Err(error) if error.is_interrupted() => Err(error),
-            Ok(second) if second.outcome.reason == StopReason::Converged => Ok(second),
-            // What is wrong from the data themselves says more.
-            Ok(_) | Err(_) => first,
-        },
+        (_, Some(straight)) => {
+            work.allow(2.0);
+            match through(&straight.points).and_then(attempt) {
+                Err(error) if error.is_interrupted() => Err(error),
+                Ok(second) if second.outcome.reason == StopReason::Converged => Ok(second),
+                // What is wrong from the data themselves says more.
+                Ok(_) | Err(_) => first,
+            }
+        }
     }
 }
 

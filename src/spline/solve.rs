@@ -2,14 +2,14 @@
 //! splines.
 
 use super::ambient::Ambient;
-use super::chain::Motion;
+use super::chain::{Chain as _, Motion};
 use super::continuation;
 use super::ends::Ends;
 use super::framed::Framed;
 use super::interpolation::Interpolation;
-use super::iteration::{Iteration, Outcome};
+use super::iteration::{Effort, Iteration, Outcome};
 use super::joined::Joined;
-use super::low_cost::{self, Cheapest, unless_interrupted};
+use super::low_cost::{self, Cheapest, Solution, unless_interrupted};
 use super::parts;
 use super::riemannian::SplineOptions;
 use crate::error::{Error, Result};
@@ -44,20 +44,23 @@ impl Outcome {
         Error::NoConvergence { solver, report }
     }
 
-    fn is_final(&self, options: &SplineOptions<'_>) -> bool {
-        self.reason == StopReason::Converged || self.iterations >= options.max_iterations
+    fn is_final(&self, effort: Effort<'_>) -> bool {
+        let spent = self.iterations >= effort.max_iterations || effort.work.is_done();
+        self.reason == StopReason::Converged || spent
     }
 }
 
-/// How the whole is started.
-#[derive(Clone, Copy)]
-enum Start {
+/// How the whole is started, one after the other.
+#[derive(Clone, Copy, PartialEq, PartialOrd)]
+pub(super) enum Start {
     /// From the flat spline.
     Flat,
     /// From parts that are solved by themselves.
     Parts,
     /// From a relaxed chain of nodes.
     Relaxed,
+    /// From easier splines.
+    Continued,
 }
 
 /// A chain of few dimensions; where its knots are far apart, the cheapest of several solutions.
@@ -69,30 +72,34 @@ pub(super) fn in_frames(
     ends: &Ends,
     options: &SplineOptions<'_>,
 ) -> Result<(Motion, Outcome)> {
-    let first = forwards(knots, ends, options)?;
+    let chain = knots.chain(1.0)?;
+    let work = options.work(knots.len() as f64 * chain.work_of_leg());
+    let effort = Effort::new(options, &work);
+    let (start, first) = forwards(knots, ends, effort)?;
     if !low_cost::is_far(&knots.curves) {
         return Ok(first);
     }
-    let chain = knots.chain(1.0)?;
+    // As much for the other direction.
+    work.allow(2.0);
     let problem = Interpolation::new(&chain, ends)?;
-    let mut best = Cheapest::new(&chain, first, options.interrupt)?;
-    if matches!(ends, Ends::Open(_)) {
-        let relaxed = knots.relaxed(&chain, &problem.start()?, ends);
-        best.try_start(&problem, unless_interrupted(relaxed)?.flatten(), options)?;
+    let mut best = Cheapest::new(&chain, first, effort.interrupt)?;
+    if matches!(ends, Ends::Open(_)) && start < Start::Relaxed {
+        let relaxed = knots.relaxed(&chain, &problem.start()?, ends, &work);
+        best.try_start(&problem, unless_interrupted(relaxed)?.flatten(), effort)?;
     }
-    let at_rest = relaxed_at_rest(knots, &problem, options)?;
-    best.try_start(&problem, at_rest, options)?;
+    let at_rest = relaxed_at_rest(knots, &problem, effort)?;
+    best.try_start(&problem, at_rest, effort)?;
     // And backwards; what is relaxed from the flat spline is the same there.
     let (back, ends) = (knots.reversed()?, ends.reversed());
     let chain = back.chain(1.0)?;
     let backwards = Interpolation::new(&chain, &ends)?;
-    let at_rest = relaxed_at_rest(&back, &backwards, options)?;
+    let at_rest = relaxed_at_rest(&back, &backwards, effort)?;
     let found = [
-        low_cost::solved(&backwards, backwards.start()?, options)?,
-        low_cost::near(&backwards, at_rest, options)?,
+        low_cost::solved(&backwards, backwards.start()?, effort)?,
+        low_cost::near(&backwards, at_rest, effort)?,
     ];
     for solution in found {
-        best.try_start(&problem, low_cost::forwards(&chain, solution)?, options)?;
+        best.try_start(&problem, low_cost::forwards(&chain, solution)?, effort)?;
     }
     Ok(best.into_solution())
 }
@@ -101,42 +108,47 @@ pub(super) fn in_frames(
 fn relaxed_at_rest(
     knots: &Joined<'_>,
     problem: &Interpolation<'_, Framed<'_>>,
-    options: &SplineOptions<'_>,
+    effort: Effort<'_>,
 ) -> Result<Option<Motion>> {
-    let Some(clamped) = low_cost::clamped(problem, options)? else {
+    let Some(clamped) = low_cost::clamped(problem, effort)? else {
         return Ok(None);
     };
-    let relaxed = knots.relaxed(problem.chain, &clamped, problem.ends);
+    let relaxed = knots.relaxed(problem.chain, &clamped, problem.ends, effort.work);
     Ok(unless_interrupted(relaxed)?.flatten())
 }
 
-/// A chain of few dimensions, from its start on.
+/// A chain of few dimensions, in the direction of its times; and the last start that was tried.
 ///
 /// # Errors
 /// `Interrupted`, those of the chains.
 pub(super) fn forwards(
     knots: &Joined<'_>,
     ends: &Ends,
-    options: &SplineOptions<'_>,
-) -> Result<(Motion, Outcome)> {
+    effort: Effort<'_>,
+) -> Result<(Start, Solution)> {
     let chain = knots.chain(1.0)?;
     let problem = Interpolation::new(&chain, ends)?;
-    let (tolerance, most) = (options.tolerance, options.max_iterations);
     let flat = problem.start()?;
     let (mut iterations, mut least) = (0, f64::INFINITY);
     for start in [Start::Flat, Start::Parts, Start::Relaxed] {
         let motion = match start {
             Start::Flat => Ok(Some(flat.clone())),
-            Start::Parts if parts::exist(knots.len(), ends) => parts::solve(knots, ends, options),
-            Start::Relaxed if matches!(ends, Ends::Open(_)) => knots.relaxed(&chain, &flat, ends),
+            Start::Parts if parts::exist(knots.len(), ends) => parts::solve(knots, ends, effort),
+            Start::Relaxed if matches!(ends, Ends::Open(_)) => {
+                knots.relaxed(&chain, &flat, ends, effort.work)
+            }
             _ => Ok(None),
         };
         let solved = motion.and_then(|motion| {
             let Some(mut motion) = motion else {
                 return Ok(None);
             };
-            let left = most - iterations;
-            let outcome = Iteration::solve(&problem, &mut motion, tolerance, left)?;
+            let max_iterations = effort.max_iterations - iterations;
+            let left = Effort {
+                max_iterations,
+                ..effort
+            };
+            let outcome = Iteration::solve(&problem, &mut motion, left)?;
             Ok(Some((motion, outcome)))
         });
         match solved {
@@ -145,18 +157,22 @@ pub(super) fn forwards(
             Err(_) | Ok(None) => {}
             Ok(Some((motion, mut outcome))) => {
                 outcome.iterations += iterations;
-                if outcome.is_final(options) {
-                    return Ok((motion, outcome));
+                if outcome.is_final(effort) {
+                    return Ok((start, (motion, outcome)));
                 }
                 iterations = outcome.iterations;
                 least = least.min(outcome.residual);
             }
         }
     }
-    let left = most - iterations;
-    let (motion, mut outcome) = continuation::solve(knots, ends, tolerance, left, least)?;
+    let max_iterations = effort.max_iterations - iterations;
+    let left = Effort {
+        max_iterations,
+        ..effort
+    };
+    let (motion, mut outcome) = continuation::solve(knots, ends, left, least)?;
     outcome.iterations += iterations;
-    Ok((motion, outcome))
+    Ok((Start::Continued, (motion, outcome)))
 }
 
 /// A chain of many dimensions; where its knots are far apart, the cheaper of the solutions in both directions.
@@ -170,15 +186,17 @@ pub(super) fn in_ambient(
 ) -> Result<(Motion, Outcome)> {
     let problem = Interpolation::new(chain, ends)?;
     let mut motion = problem.start()?;
-    let (tolerance, most) = (options.tolerance, options.max_iterations);
-    let outcome = Iteration::solve(&problem, &mut motion, tolerance, most)?;
+    let work = options.work(problem.work_of_residual());
+    let effort = Effort::new(options, &work);
+    let outcome = Iteration::solve(&problem, &mut motion, effort)?;
     if !low_cost::is_far(chain.curves()) {
         return Ok((motion, outcome));
     }
-    let mut best = Cheapest::new(chain, (motion, outcome), options.interrupt)?;
+    work.allow(2.0);
+    let mut best = Cheapest::new(chain, (motion, outcome), effort.interrupt)?;
     let (back, ends) = (chain.reversed()?, ends.reversed());
     let backwards = Interpolation::new(&back, &ends)?;
-    let solution = low_cost::solved(&backwards, backwards.start()?, options)?;
-    best.try_start(&problem, low_cost::forwards(&back, solution)?, options)?;
+    let solution = low_cost::solved(&backwards, backwards.start()?, effort)?;
+    best.try_start(&problem, low_cost::forwards(&back, solution)?, effort)?;
     Ok(best.into_solution())
 }
