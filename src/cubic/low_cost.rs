@@ -19,6 +19,7 @@ use super::guess::FlatData;
 use super::problem::Problem;
 use super::random::Random;
 use super::solver::{Solution, Solver};
+use super::taylor::Accuracy;
 use crate::error::{Error, Result};
 
 /// Costs of curves are known to a percent.
@@ -31,37 +32,84 @@ const CHAINS: u32 = 4;
 /// that takes 0.3 s on St(6,3), where the rest takes 0.05 s.
 const SMALL: usize = 16;
 
-impl Solver<'_> {
+/// Share of the limit of work for each of the two ends.
+const SHARE: f64 = 0.6;
+
+impl<'a> Solver<'a> {
     /// The cheapest solution of those that are found; `None` if no strategy finds one.
     ///
     /// # Errors
     /// `DifferentComponents`, `Interrupted`.
     pub(super) fn of_low_cost(&mut self) -> Result<Option<Solution>> {
-        let problem = self.problem;
-        let flat = problem.flat()?;
-        let start = problem.flat_start(flat.as_ref());
+        let flat = self.problem.flat()?;
+        let start = self.problem.flat_start(flat.as_ref());
         let mut best = Cheapest::default();
         self.consider(&mut best, start.clone(), BoundaryStrategy::Direct)?;
-        let near = flat.as_ref().is_some_and(|flat| problem.is_moderate(flat));
+        let is_near = |flat| self.problem.is_moderate(flat);
         let settled = match best.found {
-            Some(_) => near,
+            Some(_) => flat.as_ref().is_some_and(is_near),
             None => self.is_out_of_steps(),
         };
         if settled {
             return Ok(best.solution());
         }
-        self.try_geodesic(&mut best)?;
+        self.map.allow(SHARE);
+        self.try_all(&mut best, &start)?;
         if best.is_least() {
             return Ok(best.solution());
         }
-        self.try_backward(&mut best)?;
-        let (size, mut random) = (norm(&start), Random::new(0));
+        // The same from the other end.
+        let back = self.problem.reversed();
+        let start_there = back.flat_start(back.flat()?.as_ref());
+        let mut there = self.at_other_end(&back);
+        let mut found = Cheapest::default();
+        there.consider(&mut found, start_there.clone(), BoundaryStrategy::Direct)?;
+        there.try_all(&mut found, &start_there)?;
+        let mut solution = found.solution();
+        if solution.is_none() && best.found.is_none() && !self.has_met_round_off() {
+            if let Some(found) = self.anywhere(&start)? {
+                return Ok(Some(found));
+            }
+            solution = there.anywhere(&start_there)?;
+        }
+        self.join(&there);
+        if let Some((y, _)) = solution {
+            let y = there.reversed(&y)?;
+            self.consider(&mut best, y, BoundaryStrategy::Reversed)?;
+        }
+        Ok(best.solution())
+    }
+
+    /// A solver of the reversed problem.
+    pub(super) fn at_other_end<'b>(&self, back: &'b Problem) -> Solver<'b>
+    where
+        'a: 'b,
+    {
+        let mut there = Solver::new(back, self.options);
+        there.map.allow(SHARE);
+        there
+    }
+
+    /// The start of a solution of this problem, run backwards.
+    pub(super) fn reversed(&mut self, y: &[f64]) -> Result<Vec<f64>> {
+        self.map.set_target(&self.problem.target);
+        let [.., a, second] = self.map.end(y, Accuracy::FULL)?;
+        Ok(self.problem.reversed_start(&a, &second))
+    }
+
+    /// From all other starts at this end; chains of low cost first where nothing was found.
+    fn try_all(&mut self, best: &mut Cheapest, start: &[f64]) -> Result<()> {
+        self.try_geodesic(best)?;
+        if best.is_least() {
+            return Ok(());
+        }
+        let (size, mut random) = (norm(start), Random::new(0));
         // Where ends are hard to join a chain is most likely to, and the next one to lead elsewhere.
         let alone = best.found.is_none();
         if alone {
-            self.try_chain(&mut best, 0, size, &mut random)?;
+            self.try_chain(best, 0, size, &mut random)?;
         }
-        self.try_curves(&mut best)?;
+        self.try_curves(best)?;
         for attempt in u32::from(alone)..CHAINS {
             let needed = match attempt {
                 0 => self.is_small() || !best.is_low(),
@@ -70,12 +118,9 @@ impl Solver<'_> {
             if !needed || self.map.exhausted() {
                 break;
             }
-            self.try_chain(&mut best, attempt, size, &mut random)?;
+            self.try_chain(best, attempt, size, &mut random)?;
         }
-        match best.solution() {
-            None if !self.has_met_round_off() => self.anywhere(&start),
-            found => Ok(found),
-        }
+        Ok(())
     }
 
     /// Newton's method from a start, and whether it leads to a cheaper solution.
@@ -103,25 +148,6 @@ impl Solver<'_> {
         }
         let y = self.problem.start_of(&flat);
         self.consider(best, y, BoundaryStrategy::Geodesic)
-    }
-
-    /// From the starts of the reversed problem.
-    fn try_backward(&mut self, best: &mut Cheapest) -> Result<()> {
-        for y in self.reversed_starts()? {
-            self.consider(best, y, BoundaryStrategy::Reversed)?;
-        }
-        Ok(())
-    }
-
-    /// Starts near the solutions to which the starts of the reversed problem lead.
-    pub(super) fn reversed_starts(&mut self) -> Result<Vec<Vec<f64>>> {
-        let back = self.problem.reversed();
-        let along_geodesic = geodesic(&back)?.map(|(flat, _)| flat);
-        let mut starts = Vec::new();
-        for flat in [back.flat()?, along_geodesic].into_iter().flatten() {
-            starts.extend(self.backward(&back, back.start_of(&flat))?);
-        }
-        Ok(starts)
     }
 
     /// From other curves with the same data.

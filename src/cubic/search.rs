@@ -168,11 +168,7 @@ fn search(
             found.add((y, solver.report(BoundaryStrategy::Geodesic)));
         }
     }
-    for mut y in solver.reversed_starts()? {
-        if solver.restarted(&mut y)? {
-            found.add((y, solver.report(BoundaryStrategy::Reversed)));
-        }
-    }
+    search_at_other_end(problem, solver, found)?;
     let size = norm(start);
     for family in CurveFamily::ALL {
         let Some(curve) = family.start(problem, options.boundary.interrupt)? else {
@@ -230,6 +226,28 @@ fn search(
                 BoundaryStrategy::Moving,
                 found,
             )?;
+        }
+    }
+    Ok(())
+}
+
+/// From the starts of the reversed problem.
+fn search_at_other_end(
+    problem: &Problem,
+    solver: &mut Solver<'_>,
+    found: &mut Found,
+) -> Result<()> {
+    let back = problem.reversed();
+    let along_geodesic = geodesic(&back)?.map(|(flat, _)| flat);
+    let mut there = solver.at_other_end(&back);
+    for flat in [back.flat()?, along_geodesic].into_iter().flatten() {
+        let mut y = back.start_of(&flat);
+        if !there.restarted(&mut y)? {
+            continue;
+        }
+        let mut y = there.reversed(&y)?;
+        if solver.restarted(&mut y)? {
+            found.add((y, solver.report(BoundaryStrategy::Reversed)));
         }
     }
     Ok(())

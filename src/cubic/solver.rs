@@ -141,15 +141,14 @@ impl<'a> Solver<'a> {
         Ok(None)
     }
 
-    /// `(x', x'')` of the curve that a start of the reversed problem leads to, run backwards; none where it leads nowhere.
-    pub(super) fn backward(&mut self, back: &Problem, mut y: Vec<f64>) -> Result<Option<Vec<f64>>> {
-        self.starts += 1;
-        self.map.set_target(&back.target);
-        if !self.approximate(&mut y)? {
-            return Ok(None);
+    /// Takes over what another solver of these data has to account for.
+    pub(super) fn join(&mut self, other: &Solver<'_>) {
+        self.newton_steps += other.newton_steps;
+        self.continuation_steps += other.continuation_steps;
+        self.starts += other.starts;
+        if self.nearest.1 != StopReason::Converged && other.nearest.0 < self.nearest.0 {
+            self.nearest = other.nearest;
         }
-        let [.., a, second] = self.map.end(&y, Accuracy::of_tolerance(ACCURACY))?;
-        Ok(Some(back.reversed_start(&a, &second)))
     }
 
     /// Of the curve from `y`.
