@@ -29,7 +29,7 @@ Problem = tuple[Array, Array, Array, Array]
 COUNT = 2000
 PROCESSES = 2
 # Of each kind one problem in so many is searched for all solutions, which takes a thousand times as long.
-SEARCHED = 100
+SEARCHED = 40
 SLACK = 1.01
 # Steps of Newton's method alone, without other strategies.
 NEWTON = 12

@@ -193,11 +193,11 @@ impl RiemannianCubic {
     /// A Riemannian cubic on `[0, 1]` with end points `s0, s1` and end velocities `v0, v1`, all of shape `(n, k)`.
     ///
     /// Cubics with given ends are stationary, not unique. Newton's method starts from the cubic of flat space (or from the
-    /// guess). If displacement and speeds are at most 2, its solution is returned. Otherwise, and without a guess, it is compared
-    /// with those to which other starts lead: the geodesic, the reversed data, geometric and geodesic polynomials, a chain of
-    /// points relaxed to low cost; the cheapest is returned. What is known of its cost beside that of others is in the table of
-    /// `docs/boundary_cost.md`. Where nothing of this leads to a solution, it is followed along families of easier data.
-    /// [`boundary_report`](Self::boundary_report) says how it was found, [`cost`](crate::Curve::cost) what it costs, and
+    /// guess). If displacement and speeds are at most 2, its solution is returned. Otherwise, and without a guess, it is
+    /// compared with those to which other starts lead: the geodesic, the reversed data, geometric and geodesic polynomials, a
+    /// chain of points relaxed to low cost; the cheapest is returned. What is known of its cost beside that of others is in the
+    /// table of `docs/boundary_cost.md`. Where nothing of this leads to a solution, it is followed along families of easier
+    /// data. [`boundary_report`](Self::boundary_report) says how it was found, [`cost`](crate::Curve::cost) what it costs, and
     /// [`all_from_boundary`](Self::all_from_boundary) looks for others.
     ///
     /// Points and velocities that are only nearly orthonormal and tangent, as rounded decimals are (defects up to 1e-9), stand

@@ -1,7 +1,7 @@
 //! Starts of Newton's method from curves that have the boundary data but are no Riemannian cubics.
 //!
-//! Their covariant accelerations and jerks at the start are guesses, their costs upper bounds: the cheapest Riemannian cubic costs
-//! at most as much as any curve with the same data.
+//! Their covariant accelerations and jerks at the start are guesses, their costs upper bounds: the cheapest Riemannian cubic
+//! costs at most as much as any curve with the same data.
 
 use faer::Mat;
 

@@ -101,8 +101,8 @@ impl Link {
     /// Mean velocity, initial velocity and end velocity, packed, in a frame that moves along the quasi-geodesic without turning
     /// in itself.
     ///
-    /// In the frame `e^{tX} g\, diag(e^{t Omega}, I)` the velocity of the quasi-geodesic is `(omega, b e^{t Omega})`; the mean of
-    /// its ends stands for the mean.
+    /// In the frame `e^{tX} g\, diag(e^{t Omega}, I)` the velocity of the quasi-geodesic is `(omega, b e^{t Omega})`; the mean
+    /// of its ends stands for the mean.
     pub(super) fn velocities(&self, from: &Node, to: &Node) -> Result<[Vec<f64>; 3]> {
         let horizontal = |v: &Mat<f64>| Horizontal::of_tangent(from.frame.as_ref(), v.as_ref());
         let delta = horizontal(&self.curve.initial_velocity());

@@ -211,8 +211,8 @@ impl Problem {
 }
 
 /// For none of 400 random problems up to here is a solution known that costs less than that of the flat start
-/// (`docs/boundary_cost.md`); from rest to rest 2 to 2.79 apart the flat start leads to one that costs ten times as much and more
-/// for 5 of 40 on St(3,2).
+/// (`docs/boundary_cost.md`); from rest to rest 2 to 2.79 apart the flat start leads to one that costs ten times as much and
+/// more for 5 of 40 on St(3,2).
 const MODERATE: f64 = 2.0;
 
 /// Speeds up to here are met absolutely, larger ones relative to them.

@@ -6,12 +6,13 @@
 //! \int |D_t S'|^2 dt \approx \frac1h |W - V|^2 + \frac{12}{h} \Bigl| \frac{\Delta}{h} - \frac{V + W}{2} \Bigr|^2
 //! ```
 //!
-//! with the displacement `Delta` along the quasi-geodesic and `W` the velocity `V'` in a frame that moves along it. The sum over the chain is
-//! bounded below, so the Levenberg-Marquardt method on its nodes comes to a curve near a Riemannian cubic from almost
-//! anywhere.
+//! with the displacement `Delta` along the quasi-geodesic and `W` the velocity `V'` in a frame that moves along it. The sum
+//! over the chain is bounded below, so the Levenberg-Marquardt method on its nodes comes to a curve near a Riemannian cubic
+//! from almost anywhere.
 //!
 //! # Source
-//! Levenberg (1944), Quart. Appl. Math. 2, 164-168; Marquardt (1963), SIAM J. Appl. Math. 11, 431-441. The discrete cost is our own.
+//! Levenberg (1944), Quart. Appl. Math. 2, 164-168; Marquardt (1963), SIAM J. Appl. Math. 11, 431-441. The discrete cost is our
+//! own.
 
 use faer::{Mat, Scale};
 
@@ -28,8 +29,8 @@ use crate::interrupt::Interrupt;
 use crate::linalg::tridiagonal::BlockTridiagonal;
 use crate::manifold::quasi_geodesic::EndpointProblem;
 
-/// Unknowns of a node up to which chains are relaxed: the Jacobian costs one difference per unknown and node. A spline through eight
-/// frames of St(12,6) (102 unknowns) takes 26 s with chains and 5 s without.
+/// Unknowns of a node up to which chains are relaxed: the Jacobian costs one difference per unknown and node. A spline through
+/// eight frames of St(12,6) (102 unknowns) takes 26 s with chains and 5 s without.
 pub(crate) const CHAIN_UNKNOWNS: usize = 64;
 
 /// Steps of the method at the most.
@@ -94,9 +95,8 @@ impl Chain {
         &self.nodes
     }
 
-    /// Along the adjusted de Casteljau curve, or the quasi-geodesic (to a point beside the end point that none leads to) where there
-    /// is none, each node moved at random by about
-    /// `spread`.
+    /// Along the adjusted de Casteljau curve, or the quasi-geodesic (to a point beside the end point that none leads to) where
+    /// there is none, each node moved at random by about `spread`.
     ///
     /// # Errors
     /// Where there is neither, or neighbours cannot be joined.

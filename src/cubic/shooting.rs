@@ -7,8 +7,8 @@
 //! ```
 //!
 //! with the horizontal part `hor(Y) = (skew(Y_1), Y_2)` of the upper and the lower block. Their exact derivatives come from the
-//! Taylor recurrence on [dual numbers](crate::linalg::dual). Few unknowns take Newton's method. More take Broyden's, which starts
-//! from one Jacobian of low order, or from that of flat space where even one costs too much; where its steps do not
+//! Taylor recurrence on [dual numbers](crate::linalg::dual). Few unknowns take Newton's method. More take Broyden's, which
+//! starts from one Jacobian of low order, or from that of flat space where even one costs too much; where its steps do not
 //! help, a Newton step from products with the derivative inside of the minimal residual method does.
 //!
 //! # Source
@@ -80,8 +80,8 @@ const SINGLE_WORK: f64 = 2.0;
 pub(super) const MAX_STEPS: usize = 4_000;
 
 /// Taylor steps that a curve between ends without speed may take, and those for each unit of speed: a few times as many as
-/// the solutions seen take (11 from rest to rest 2.7 apart). A trial that goes astray ends here: with 4000 steps for all, one in forty problems from rest to rest on St(10,3)
-/// and St(5,2) spends the work of a problem on its first start.
+/// the solutions seen take (11 from rest to rest 2.7 apart). A trial that goes astray ends here: with 4000 steps for all, one
+/// in forty problems from rest to rest on St(10,3) and St(5,2) spends the work of a problem on its first start.
 const STEPS: f64 = 60.0;
 const STEPS_PER_SPEED: f64 = 8.0;
 

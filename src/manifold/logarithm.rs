@@ -108,8 +108,9 @@ impl Stiefel {
     /// # Arguments
     /// * `s0`, `s1` - points, shape `(n, k)`
     /// # Accuracy
-    /// Residual at most `1e-11` (`32 (k + p) eps` in the coordinates of the frame), plus the defect of the points; at most 10 Newton steps for all of `10^4`
-    /// random pairs of each of eight shapes at distances up to `0.89 pi`. Asserted in `tests/logarithm.rs`.
+    /// Residual at most `1e-11` (`32 (k + p) eps` in the coordinates of the frame), plus the defect of the points; at most 10
+    /// Newton steps for all of `10^4` random pairs of each of eight shapes at distances up to `0.89 pi`. Asserted in
+    /// `tests/logarithm.rs`.
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`; `DifferentComponents` (`k = n`); `NoJoiningCurve` where an angle is
     /// pi to working precision, so that no geodesic is the shortest one; `NoConvergence` where none was found;

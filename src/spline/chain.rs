@@ -179,8 +179,8 @@ pub(super) struct Space {
     pub(super) basis: Option<Arc<Mat<f64>>>,
 }
 
-/// One value for each of a number of items, in parallel where there are more than a few: the pool takes longer to wake than they.
-/// The same for any number of threads.
+/// One value for each of a number of items, in parallel where there are more than a few: the pool takes longer to wake than
+/// they. The same for any number of threads.
 pub(super) fn for_each<W, T: Send>(
     count: usize,
     worker: impl Fn() -> W + Sync + Send,

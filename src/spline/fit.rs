@@ -39,8 +39,8 @@ const MAX_HALVINGS: i32 = 8;
 const PATIENCE: usize = 8;
 
 /// Newton steps in a row that may leave more than half of the shortest flat step so far. Without a limit, 100 unequal times on
-/// St(4, 2) with a weight near zero take 200 steps and 31 s before they are refused, with it 4 s; of 62 solutions for six points
-/// 2 to 2.5 apart it loses two, which took 44 and 51 steps.
+/// St(4, 2) with a weight near zero take 200 steps and 31 s before they are refused, with it 4 s; of 62 solutions for six
+/// points 2 to 2.5 apart it loses two, which took 44 and 51 steps.
 const NEWTON_PATIENCE: usize = 12;
 
 /// Round-off of a position, in units of the 3/2-th power of the number of legs: errors of unit steps that add up to changes of

@@ -15,7 +15,8 @@
 //!     = -[x'] - \frac{6 r_- - 4 w_-}{h_-^2} - \frac{6 r_+ - 2 w_+}{h_+^2}
 //! ```
 //!
-//! with vectors carried from knot to knot along the quasi-geodesics, and `[x']` the acceleration before the knot minus that after it.
+//! with vectors carried from knot to knot along the quasi-geodesics, and `[x']` the acceleration before the knot minus that
+//! after it.
 
 use super::chain::{Arrivals, Chain, Motion, square};
 use super::ends::Ends;

@@ -1,6 +1,6 @@
 //! Solving the equations of a spline: steps of flat space, which cost next to nothing, and where they converge slowly steps of
-//! the linearised equations, kept for as long as they do well. Both with Anderson mixing. Where there are no derivatives, Newton
-//! steps by GMRES with differences, for which the step of flat space is the preconditioner.
+//! the linearised equations, kept for as long as they do well. Both with Anderson mixing. Where there are no derivatives,
+//! Newton steps by GMRES with differences, for which the step of flat space is the preconditioner.
 //!
 //! # Source
 //! Knoll, Keyes (2004), "Jacobian-free Newton-Krylov methods", J. Comput. Phys. 193, 357-397, sec. 2 and 3, for the last.

@@ -1,7 +1,7 @@
 //! Splines through knots far apart: the cheapest of several.
 //!
-//! Where legs are long the equations have many solutions, and the iteration from the flat spline leads to one that depends on the
-//! direction in which the knots are passed. The same knots are solved backwards and from a relaxed chain as well, and the
+//! Where legs are long the equations have many solutions, and the iteration from the flat spline leads to one that depends on
+//! the direction in which the knots are passed. The same knots are solved backwards and from a relaxed chain as well, and the
 //! solution of least cost is the spline: so it costs little, and the same in both directions.
 
 use super::chain::{Arrivals, Chain, Motion};
@@ -15,8 +15,9 @@ use crate::interrupt::Interrupt;
 use crate::manifold::QuasiGeodesic;
 use crate::report::StopReason;
 
-/// Legs longer than this are far apart. Of natural splines through five random knots the iteration alone leads to different costs in
-/// the two directions for 6 of 60 on St(3,1) and 6 of 40 on St(4,2); the value itself is a guess, below the 1.5 from which on that was seen.
+/// Legs longer than this are far apart. Of natural splines through five random knots the iteration alone leads to different
+/// costs in the two directions for 6 of 60 on St(3,1) and 6 of 40 on St(4,2); the value itself is a guess, below the 1.5 from
+/// which on that was seen.
 const FAR: f64 = 1.4;
 
 /// Two solutions whose costs differ by less are one: the first is kept.
@@ -132,8 +133,8 @@ pub(super) fn forwards<C: Chain>(back: &C, solution: Option<Solution>) -> Result
     unless_interrupted(reversed(back, &motion))
 }
 
-/// The spline at rest at its free ends, with the knots of one that has some: where free ends let the iteration lead away, it has
-/// velocities from which a chain can be relaxed. `None` if no end is free, or nothing is found.
+/// The spline at rest at its free ends, with the knots of one that has some: where free ends let the iteration lead away, it
+/// has velocities from which a chain can be relaxed. `None` if no end is free, or nothing is found.
 ///
 /// # Errors
 /// `Interrupted`.

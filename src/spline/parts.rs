@@ -1,7 +1,8 @@
 //! Long chains: parts of them by themselves, as starts of the whole.
 //!
 //! What happens at a knot reaches the `j`-th one from it by a factor of about `(2 - sqrt(3))^j`, as for splines of flat space.
-//! So a few legs around a part make it what it is in the whole, and a part whose legs are hard to solve does not hold up others.
+//! So a few legs around a part make it what it is in the whole, and a part whose legs are hard to solve does not hold up
+//! others.
 
 use rayon::prelude::*;
 

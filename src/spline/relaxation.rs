@@ -1,7 +1,7 @@
 //! Where no step leads from the flat spline to the spline: a chain of nodes through the knots, relaxed to low cost.
 //!
-//! Its cost is bounded below, so it comes to rest near a spline from almost anywhere, and near one that costs little. The family
-//! of [`continuation`](super::continuation) may end in a fold instead.
+//! Its cost is bounded below, so it comes to rest near a spline from almost anywhere, and near one that costs little. The
+//! family of [`continuation`](super::continuation) may end in a fold instead.
 
 use faer::{Mat, Scale};
 

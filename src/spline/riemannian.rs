@@ -79,9 +79,9 @@ impl SplineOptions<'_> {
 /// # Arguments
 /// * `t` - times, increasing; `points` - one at each, shape `(n, k)`
 /// # Errors
-/// `Shape`, `NonFinite`, `InvalidArgument` (tolerance, times, ends that do not close); in `AtKnot` `NotOrthonormal`, `NoJoiningCurve`,
-/// `OutsideLogDomain` and `DifferentComponents` (no curve starts from there to the next point), `NotTangent`; `NoConvergence`,
-/// `Interrupted`.
+/// `Shape`, `NonFinite`, `InvalidArgument` (tolerance, times, ends that do not close); in `AtKnot` `NotOrthonormal`,
+/// `NoJoiningCurve`, `OutsideLogDomain` and `DifferentComponents` (no curve starts from there to the next point), `NotTangent`;
+/// `NoConvergence`, `Interrupted`.
 pub fn cubic_spline(
     t: &[f64],
     points: &[MatRef<'_, f64>],

@@ -12,8 +12,8 @@
 //! ```
 //!
 //! # Source
-//! Reinsch (1967), "Smoothing by spline functions", Numer. Math. 10, 177-183, in flat space; the equations on a manifold are the
-//! first variation of the sum (Samir, Absil, Srivastava, Klassen (2012), Found. Comput. Math. 12, 49-73). Generalised
+//! Reinsch (1967), "Smoothing by spline functions", Numer. Math. 10, 177-183, in flat space; the equations on a manifold are
+//! the first variation of the sum (Samir, Absil, Srivastava, Klassen (2012), Found. Comput. Math. 12, 49-73). Generalised
 //! cross-validation: Craven, Wahba (1979), Numer. Math. 31, 377-403.
 
 use faer::{Mat, MatRef};
@@ -120,7 +120,8 @@ pub struct SmoothingSpline {
     pub lambda: f64,
     /// `sum_i w_i d(S(t_i), Y_i)^2`.
     pub misfit: f64,
-    /// Trace of the influence matrix, of the spline in flat space: data that the curve could follow, between 2 and their number.
+    /// Trace of the influence matrix, of the spline in flat space: data that the curve could follow, between 2 and their
+    /// number.
     pub degrees_of_freedom: f64,
     /// How the equations were solved.
     pub report: SolverReport,
@@ -144,9 +145,10 @@ pub struct SmoothingSpline {
 /// * `t` - times in order, which may repeat; `data` - a point for each, shape `(n, k)`
 /// * `weights` - one for each, positive; all 1 where there are none
 /// # Errors
-/// `Shape` (also two points without `lambda`), `NonFinite`, `InvalidArgument` (times that fall, weights, `lambda`); in `AtKnot` (number of the distinct time)
-/// `NotOrthonormal`, those of joining neighbours, `LogNotFound` and the like where a datum is too far from the curve;
-/// `NoConvergence` (with `NotMinimal` where a geodesic near the data is better than what was found), `Interrupted`.
+/// `Shape` (also two points without `lambda`), `NonFinite`, `InvalidArgument` (times that fall, weights, `lambda`); in `AtKnot`
+/// (number of the distinct time) `NotOrthonormal`, those of joining neighbours, `LogNotFound` and the like where a datum is too
+/// far from the curve; `NoConvergence` (with `NotMinimal` where a geodesic near the data is better than what was found),
+/// `Interrupted`.
 pub fn smoothing_spline(
     t: &[f64],
     data: &[MatRef<'_, f64>],
