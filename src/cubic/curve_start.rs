@@ -40,12 +40,8 @@ impl CurveFamily {
         CurveFamily::MinimalCost(7),
     ];
 
-    /// Those that take less than a solution of most problems, or little more.
-    pub(super) const QUICK: [CurveFamily; 3] = [
-        CurveFamily::Geometric,
-        CurveFamily::Geodesic,
-        CurveFamily::MinimalCost(5),
-    ];
+    /// Those beside the geometric one that take little more than a solution of most problems.
+    pub(super) const QUICK: [CurveFamily; 2] = [CurveFamily::Geodesic, CurveFamily::MinimalCost(5)];
 
     /// Whether its curve is the result of a search of its own.
     pub(super) fn is_of_least_cost(self) -> bool {

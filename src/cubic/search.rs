@@ -250,6 +250,7 @@ fn search_at_other_end(
             found.add((y, solver.report(BoundaryStrategy::Reversed)));
         }
     }
+    solver.join(&there);
     Ok(())
 }
 

@@ -146,7 +146,8 @@ impl<'a> Solver<'a> {
         self.newton_steps += other.newton_steps;
         self.continuation_steps += other.continuation_steps;
         self.starts += other.starts;
-        if self.nearest.1 != StopReason::Converged && other.nearest.0 < self.nearest.0 {
+        let converged = [self.nearest, other.nearest].map(|(_, why)| why == StopReason::Converged);
+        if converged == [false, false] && other.nearest.0 < self.nearest.0 {
             self.nearest = other.nearest;
         }
     }

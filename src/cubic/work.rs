@@ -51,10 +51,6 @@ impl Work {
         self.done.set(self.done.get() + work);
     }
 
-    pub(crate) fn done(&self) -> f64 {
-        self.done.get()
-    }
-
     /// What may still be done.
     pub(crate) fn left(&self) -> f64 {
         self.limit.get() - self.done.get()

@@ -40,6 +40,7 @@ pub(super) fn solve(knots: &Joined<'_>, ends: &Ends, effort: Effort<'_>) -> Resu
     let size = chain.size();
     let (tolerance, max_iterations) = (effort.tolerance, effort.max_iterations);
     let interrupt = effort.interrupt;
+    // Each has a limit of its own: what parts take says nothing of the whole, which starts near its solution.
     let solve = |part: &Part| {
         let work = Work::of_trials(part.legs_around() as f64 * chain.work_of_leg());
         let effort = Effort {
@@ -48,15 +49,11 @@ pub(super) fn solve(knots: &Joined<'_>, ends: &Ends, effort: Effort<'_>) -> Resu
             work: &work,
             interrupt,
         };
-        let motion = part.solve(knots, ends, size, effort)?;
-        Ok((motion, work.done()))
+        part.solve(knots, ends, size, effort)
     };
-    let solved: Vec<(Option<Motion>, f64)> = parts.par_iter().map(solve).collect::<Result<_>>()?;
+    let solved: Vec<Option<Motion>> = parts.par_iter().map(solve).collect::<Result<_>>()?;
     let mut whole = Motion::zeros(size, legs + 1);
-    for (_, work) in &solved {
-        effort.work.count(*work);
-    }
-    for (part, (motion, _)) in parts.iter().zip(solved) {
+    for (part, motion) in parts.iter().zip(solved) {
         let Some(motion) = motion else {
             return Ok(None);
         };

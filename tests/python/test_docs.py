@@ -46,7 +46,7 @@ def missing_modules(source):
 def client():
     """A cluster in place of the one that a page is connected to."""
     distributed = pytest.importorskip("distributed")
-    with distributed.Client(n_workers=2, threads_per_worker=1, dashboard_address=None) as client:
+    with distributed.Client(n_workers=2, threads_per_worker=1, dashboard_address=":0") as client:
         yield client
 
 
