@@ -34,7 +34,8 @@ pub enum StopReason {
     SingularJacobian,
     /// The equations are met, but the curve is no minimum: another one is better.
     NotMinimal,
-    /// The limit of work was reached first, about two seconds; more iterations than by default raise it in proportion.
+    /// The limit of work was reached first, about a second in each direction of the data; more iterations than by default raise
+    /// it in proportion.
     WorkLimit,
 }
 

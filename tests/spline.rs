@@ -4,17 +4,15 @@ mod common;
 #[path = "common/knots.rs"]
 mod knots;
 
-use std::sync::atomic::{AtomicUsize, Ordering};
-
 use common::{Rng, assert_within, distance, random_point, random_rotation, random_tangent};
 use faer::{Mat, Scale};
-use knots::{views, walk};
+use knots::{counted_spline, views, walk};
 use stiefel_rs::cubic::{BoundaryOptions, IntegrationOptions};
 use stiefel_rs::spline::{
     EndCondition, EndConditions, Outside, Piecewise, SplineOptions, cubic_hermite, cubic_spline,
     geometric_hermite,
 };
-use stiefel_rs::{Curve, Error, Interrupt, RiemannianCubic, SolverReport};
+use stiefel_rs::{Curve, Error, RiemannianCubic, SolverReport};
 
 const SHAPES: [(usize, usize); 9] = [
     (1, 1),
@@ -466,20 +464,11 @@ fn hard_legs_do_not_hold_up_a_long_chain() {
 
 #[test]
 fn work_is_linear_in_the_number_of_knots() {
-    // Every integration asks whether to stop, once for each of its steps.
     let work = |shape, count| {
         let (t, points) = walk(shape, count, 0.6, 24);
-        let asked = AtomicUsize::new(0);
-        let question = || {
-            asked.fetch_add(1, Ordering::Relaxed);
-            false
-        };
-        let options = SplineOptions {
-            interrupt: Interrupt::new(&question),
-            ..SplineOptions::default()
-        };
-        cubic_spline(&t, &views(&points), &EndConditions::Natural, &options).unwrap();
-        asked.into_inner() as f64 / count as f64
+        let (found, asked) = counted_spline(&t, &points);
+        found.unwrap();
+        asked as f64 / count as f64
     };
     for shape in [(3, 2), (30, 2)] {
         let (few, many) = (work(shape, 40), work(shape, 640));

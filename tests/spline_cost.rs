@@ -1,16 +1,14 @@
 //! Splines through knots far apart: what they cost backwards, and beside splines with other ends.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
-
 mod common;
 #[path = "common/knots.rs"]
 mod data;
 
 use common::{Rng, random_point};
-use data::views;
+use data::{counted_spline, views};
 use faer::Mat;
 use stiefel_rs::spline::{EndCondition, EndConditions, SplineOptions, cubic_spline};
-use stiefel_rs::{Curve, Error, Interrupt, StopReason};
+use stiefel_rs::{Curve, Error, StopReason};
 
 /// Costs of one spline differ by round-off and what the tolerance leaves.
 const SAME: f64 = 1e-6;
@@ -88,23 +86,17 @@ fn what_is_not_found_is_given_up_after_a_limit_of_work() {
     const QUESTIONS: usize = 100_000;
     let points = knots((12, 4), 8, &mut Rng::new(5));
     let t: Vec<f64> = (0..8).map(f64::from).collect();
-    let asked = AtomicUsize::new(0);
-    let question = || {
-        asked.fetch_add(1, Ordering::Relaxed);
-        false
-    };
-    let options = SplineOptions {
-        interrupt: Interrupt::new(&question),
-        ..SplineOptions::default()
-    };
-    match cubic_spline(&t, &views(&points), &EndConditions::Natural, &options) {
+    let (found, asked) = counted_spline(&t, &points);
+    match found {
         Err(Error::NoConvergence { report, .. }) => {
             assert_eq!(report.reason, StopReason::WorkLimit, "{report}");
-            assert!(report.iterations < options.max_iterations, "{report}");
+            assert!(
+                report.iterations < SplineOptions::default().max_iterations,
+                "{report}"
+            );
         }
         Err(error) => panic!("{error}"),
         Ok((_, report)) => panic!("{report}"),
     }
-    let asked = asked.into_inner();
     assert!(asked <= QUESTIONS, "{asked} questions");
 }

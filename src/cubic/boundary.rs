@@ -9,6 +9,7 @@ use super::problem::Problem;
 use super::riemannian_cubic::RiemannianCubic;
 use super::shooting::SOLVER;
 use super::solver::Solver;
+use super::work::allowance;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::report::SolverReport;
@@ -71,7 +72,7 @@ impl Default for BoundaryOptions<'_> {
 impl BoundaryOptions<'_> {
     /// How many times the work of a problem may be done.
     pub(super) fn allowance(&self) -> f64 {
-        (self.max_iterations as f64 / MAX_ITERATIONS as f64).max(1.0)
+        allowance(self.max_iterations, MAX_ITERATIONS)
     }
 
     pub(super) fn check(&self) -> Result<()> {

@@ -32,11 +32,13 @@ const CHAINS: u32 = 4;
 /// Unknowns up to which a polynomial of least cost is looked for: on St(8,4), with 44, that takes a second where there is none.
 const MINIMAL_COST_UNKNOWNS: usize = 32;
 
-/// Unknowns up to which a chain is tried even where all other starts lead to one cost: of 60 hard problems on St(3,2) some cost
-/// less then, 10 % of all together; on St(6,3) none does, and it takes a third of a second.
+/// Unknowns up to which a chain is tried even where all other starts lead to one cost. With it the costs of 60 hard problems on
+/// St(3,2) added up to 1.4 % less, those of 40 on St(4,2) to 0.8 % and of 40 on St(5,2) to 1.6 % less, and those of 20 on St(6,3),
+/// where no chain is tried, were the least seen; measured before [`Solver::try_quick`] had to be led to a solution.
 const SMALL: usize = 16;
 
-/// Share of the limit of work for each of the two ends.
+/// Share of the limit of work for each of the two ends. With 0.6, 3 of 200 problems from coordinate to permuted frames are solved
+/// in one direction only.
 const SHARE: f64 = 0.9;
 
 impl<'a> Solver<'a> {

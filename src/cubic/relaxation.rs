@@ -30,7 +30,7 @@ use crate::linalg::tridiagonal::BlockTridiagonal;
 use crate::manifold::quasi_geodesic::EndpointProblem;
 
 /// Unknowns of a node up to which chains are relaxed: the Jacobian costs one difference per unknown and node. A spline through
-/// eight frames of St(12,6) (102 unknowns) takes 26 s with chains and 5 s without.
+/// eight frames of St(12,6) (102 unknowns) took 26 s with chains and 5 s without, before work was limited.
 pub(crate) const CHAIN_UNKNOWNS: usize = 64;
 
 /// Steps of the method at the most.

@@ -31,6 +31,11 @@ pub(crate) fn work_of_join(blocks: Sized) -> f64 {
     100.0 + 0.15 * r + 14.0 * k
 }
 
+/// How many times the limit more iterations than by default may take: work in proportion.
+pub(crate) fn allowance(max_iterations: usize, by_default: usize) -> f64 {
+    (max_iterations as f64 / by_default as f64).max(1.0)
+}
+
 /// Work done, and how much of it there may be.
 #[derive(Debug)]
 pub(crate) struct Work {

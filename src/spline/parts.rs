@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use super::chain::{Chain, Motion};
 use super::ends::{End, Ends};
+use super::framed::Framed;
 use super::iteration::Effort;
 use super::joined::Joined;
 use super::solve;
@@ -30,13 +31,17 @@ pub(super) fn exist(legs: usize, ends: &Ends) -> bool {
 ///
 /// # Errors
 /// `Interrupted`, those of the chains.
-pub(super) fn solve(knots: &Joined<'_>, ends: &Ends, effort: Effort<'_>) -> Result<Option<Motion>> {
+pub(super) fn solve(
+    knots: &Joined<'_>,
+    chain: &Framed<'_>,
+    ends: &Ends,
+    effort: Effort<'_>,
+) -> Result<Option<Motion>> {
     let legs = knots.len();
     let parts: Vec<Part> = (0..legs)
         .step_by(CENTRAL)
         .map(|first| Part::new(first, legs, ends))
         .collect();
-    let chain = knots.chain(1.0)?;
     let size = chain.size();
     let (tolerance, max_iterations) = (effort.tolerance, effort.max_iterations);
     let interrupt = effort.interrupt;
@@ -119,7 +124,8 @@ impl Part {
         let around = self.legs_around();
         let start = (self.first + self.legs * self.before - self.before) % self.legs;
         let part = knots.part(start, around);
-        let (_, (motion, outcome)) = solve::forwards(&part, &Ends::Open(ends), effort)?;
+        let (_, (motion, outcome)) =
+            solve::forwards(&part, &part.chain(1.0)?, &Ends::Open(ends), effort)?;
         Ok((outcome.reason == StopReason::Converged).then_some(motion))
     }
 

@@ -14,7 +14,7 @@ use super::{knots, solve};
 use crate::cubic::RiemannianCubic;
 use crate::cubic::initial::complete;
 use crate::cubic::problem::entries;
-use crate::cubic::work::Work;
+use crate::cubic::work::{Work, allowance};
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::manifold::QuasiGeodesic;
@@ -66,7 +66,7 @@ impl SplineOptions<'_> {
     /// Work for a spline whose every residual takes the given work.
     pub(super) fn work(&self, residual: f64) -> Work {
         let work = Work::of_trials(residual);
-        work.allow((self.max_iterations as f64 / MAX_ITERATIONS as f64).max(1.0));
+        work.allow(allowance(self.max_iterations, MAX_ITERATIONS));
         work
     }
 }

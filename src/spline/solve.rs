@@ -75,7 +75,7 @@ pub(super) fn in_frames(
     let chain = knots.chain(1.0)?;
     let work = options.work(knots.len() as f64 * chain.work_of_leg());
     let effort = Effort::new(options, &work);
-    let (start, first) = forwards(knots, ends, effort)?;
+    let (start, first) = forwards(knots, &chain, ends, effort)?;
     if !low_cost::is_far(&knots.curves) {
         return Ok(first);
     }
@@ -117,25 +117,27 @@ fn relaxed_at_rest(
     Ok(unless_interrupted(relaxed)?.flatten())
 }
 
-/// A chain of few dimensions, in the direction of its times; and the last start that was tried.
+/// The knots of a chain of few dimensions, in the direction of its times; and the last start that was tried.
 ///
 /// # Errors
 /// `Interrupted`, those of the chains.
 pub(super) fn forwards(
     knots: &Joined<'_>,
+    chain: &Framed<'_>,
     ends: &Ends,
     effort: Effort<'_>,
 ) -> Result<(Start, Solution)> {
-    let chain = knots.chain(1.0)?;
-    let problem = Interpolation::new(&chain, ends)?;
+    let problem = Interpolation::new(chain, ends)?;
     let flat = problem.start()?;
     let (mut iterations, mut least) = (0, f64::INFINITY);
     for start in [Start::Flat, Start::Parts, Start::Relaxed] {
         let motion = match start {
             Start::Flat => Ok(Some(flat.clone())),
-            Start::Parts if parts::exist(knots.len(), ends) => parts::solve(knots, ends, effort),
+            Start::Parts if parts::exist(knots.len(), ends) => {
+                parts::solve(knots, chain, ends, effort)
+            }
             Start::Relaxed if matches!(ends, Ends::Open(_)) => {
-                knots.relaxed(&chain, &flat, ends, effort.work)
+                knots.relaxed(chain, &flat, ends, effort.work)
             }
             _ => Ok(None),
         };

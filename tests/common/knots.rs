@@ -1,8 +1,11 @@
 //! Knots of splines.
 #![allow(dead_code)] // each binary uses a part
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use faer::{Mat, MatRef};
-use stiefel_rs::Stiefel;
+use stiefel_rs::spline::{EndConditions, Piecewise, SplineOptions, cubic_spline};
+use stiefel_rs::{Interrupt, Result, RiemannianCubic, SolverReport, Stiefel};
 
 use crate::common::{Rng, random_point, random_tangent};
 
@@ -29,4 +32,22 @@ pub fn walk(
 
 pub fn views(points: &[Mat<f64>]) -> Vec<MatRef<'_, f64>> {
     points.iter().map(Mat::as_ref).collect()
+}
+
+/// The natural spline, and how often it asked whether to stop: once for each step of an integration.
+pub fn counted_spline(
+    t: &[f64],
+    points: &[Mat<f64>],
+) -> (Result<(Piecewise<RiemannianCubic>, SolverReport)>, usize) {
+    let asked = AtomicUsize::new(0);
+    let question = || {
+        asked.fetch_add(1, Ordering::Relaxed);
+        false
+    };
+    let options = SplineOptions {
+        interrupt: Interrupt::new(&question),
+        ..SplineOptions::default()
+    };
+    let found = cubic_spline(t, &views(points), &EndConditions::Natural, &options);
+    (found, asked.into_inner())
 }
