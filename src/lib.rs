@@ -37,6 +37,9 @@
 
 mod anderson;
 pub mod chart;
+/// The engine to come: held against the present one, which it will replace.
+#[cfg(test)]
+mod collocation;
 pub mod cubic;
 pub mod curve;
 pub mod error;
@@ -48,6 +51,10 @@ pub mod newton;
 #[cfg(feature = "python")]
 mod python;
 pub mod report;
+#[cfg(test)]
+mod solve;
+#[cfg(test)]
+mod space;
 pub mod spline;
 #[cfg(any(feature = "python", feature = "serde"))]
 mod stored;

@@ -8,6 +8,8 @@ pub(crate) mod cyclic;
 pub mod decomp;
 pub(crate) mod dual;
 pub mod exponential_action;
+#[cfg(test)]
+pub(crate) mod field;
 pub(crate) mod gmres;
 pub mod jet;
 pub(crate) mod jet_exp;

@@ -1,0 +1,150 @@
+//! Gauss nodes on `[0, 1]`, and integrals of the polynomials through values at them.
+
+use crate::curve::cost::gauss_legendre;
+
+/// Integrals up to this many times.
+const TIMES: usize = 3;
+
+/// Gauss nodes, and the matrices that take values at them to values and repeated integrals from 0 of the polynomial through
+/// them.
+#[derive(Debug, Clone)]
+pub(super) struct Nodes {
+    pub(super) s: Vec<f64>,
+    pub(super) weights: Vec<f64>,
+    /// Values and one to three integrals at the nodes and, in the last row, at 1; row by row.
+    pub(super) at: [Vec<f64>; TIMES + 1],
+    /// From values at the nodes to the last two Legendre coefficients.
+    pub(super) tail: Vec<f64>,
+}
+
+impl Nodes {
+    pub(super) fn new(count: usize) -> Self {
+        let (x, weights) = gauss_legendre(count);
+        let mut nodes = Nodes {
+            s: x.iter().rev().map(|x| 0.5 + 0.5 * x).collect(),
+            weights: weights.iter().rev().map(|w| 0.5 * w).collect(),
+            at: Default::default(),
+            tail: vec![0.0; 2 * count],
+        };
+        for node in 0..count {
+            let series = nodes.lagrange(node);
+            nodes.tail[node] = series[count - 2];
+            nodes.tail[count + node] = series[count - 1];
+        }
+        let mut points = nodes.s.clone();
+        points.push(1.0);
+        nodes.at = nodes.integrals_at(&points);
+        nodes
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.s.len()
+    }
+
+    /// Values and one to three integrals at some points, a row for each.
+    pub(super) fn integrals_at(&self, points: &[f64]) -> [Vec<f64>; TIMES + 1] {
+        let count = self.len();
+        let bases: Vec<Vec<f64>> = points.iter().map(|s| legendre(count + TIMES, *s)).collect();
+        let mut out: [Vec<f64>; TIMES + 1] =
+            std::array::from_fn(|_| vec![0.0; points.len() * count]);
+        for node in 0..count {
+            let mut series = self.lagrange(node);
+            for matrix in &mut out {
+                for (row, basis) in matrix.chunks_exact_mut(count).zip(&bases) {
+                    row[node] = series.iter().zip(basis).map(|(c, p)| c * p).sum();
+                }
+                series = integral(&series);
+            }
+        }
+        out
+    }
+
+    /// Legendre coefficients of the polynomial that is one at a node and zero at the others.
+    fn lagrange(&self, node: usize) -> Vec<f64> {
+        let basis = legendre(self.len() - 1, self.s[node]);
+        let scaled = basis.iter().enumerate();
+        scaled
+            .map(|(degree, p)| (2 * degree + 1) as f64 * self.weights[node] * p)
+            .collect()
+    }
+}
+
+/// Legendre polynomials of degrees `0..=degree` on `[0, 1]`.
+pub(super) fn legendre(degree: usize, s: f64) -> Vec<f64> {
+    let x = 2.0 * s - 1.0;
+    let mut p = vec![1.0, x];
+    for j in 2..=degree {
+        let n = j as f64;
+        p.push(((2.0 * n - 1.0) * x * p[j - 1] - (n - 1.0) * p[j - 2]) / n);
+    }
+    p.truncate(degree + 1);
+    p
+}
+
+/// Legendre coefficients on `[0, 1]` of the integral from 0.
+pub(super) fn integral(series: &[f64]) -> Vec<f64> {
+    let mut out = vec![0.0; series.len() + 1];
+    for (degree, c) in series.iter().enumerate() {
+        let share = 0.5 * c / (2 * degree + 1) as f64;
+        out[degree + 1] += share;
+        // The polynomial of degree -1 that the recurrence asks for is the constant.
+        out[degree.saturating_sub(1)] += if degree == 0 { share } else { -share };
+    }
+    out
+}
+
+/// Fine nodes with the equations, and coarse nodes with their derivative.
+#[derive(Debug, Clone)]
+pub(super) struct Grid {
+    pub(super) fine: Nodes,
+    pub(super) coarse: Nodes,
+    /// From values at the fine nodes to values and integrals at the coarse ones.
+    pub(super) down: [Vec<f64>; TIMES + 1],
+    /// From values at the coarse nodes to those at the fine ones.
+    pub(super) up: Vec<f64>,
+}
+
+impl Grid {
+    pub(super) fn new(fine: usize, coarse: usize) -> Self {
+        let (fine, coarse) = (Nodes::new(fine), Nodes::new(coarse));
+        let down = fine.integrals_at(&coarse.s);
+        let [up, ..] = coarse.integrals_at(&fine.s);
+        Grid {
+            fine,
+            coarse,
+            down,
+            up,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn polynomials_are_integrated_exactly() {
+        for count in [3, 6, 12, 20] {
+            let nodes = Nodes::new(count);
+            for degree in 0..count {
+                let values: Vec<f64> = nodes.s.iter().map(|s| s.powi(degree as i32)).collect();
+                let mut points = nodes.s.clone();
+                points.push(1.0);
+                let mut factor = 1.0;
+                for times in 0..=TIMES {
+                    let rows = nodes.at[times].chunks_exact(count);
+                    for (row, s) in rows.zip(&points) {
+                        let found: f64 = row.iter().zip(&values).map(|(a, b)| a * b).sum();
+                        let exact = factor * s.powi((degree + times) as i32);
+                        let error = (found - exact).abs();
+                        assert!(
+                            error < 2e-15 * count as f64,
+                            "{count} {degree} {times}: {error:e}"
+                        );
+                    }
+                    factor /= (degree + times + 1) as f64;
+                }
+            }
+        }
+    }
+}

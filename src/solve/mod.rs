@@ -1,0 +1,3 @@
+//! Linear and nonlinear systems: knows no geometry.
+
+pub(crate) mod block_tridiagonal;

@@ -1,0 +1,133 @@
+//! `St(n, k) = SO(n)/SO(n - k)`: `h` is the lower right block, `m` the rest.
+
+use super::Homogeneous;
+use crate::linalg::dual::Number;
+use crate::linalg::field::Field;
+
+/// Frames of `k` vectors in `r` dimensions, `k < r`, sizes known when running. `k = r - 1` is the group `SO(r)`.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Frames {
+    pub(crate) r: usize,
+    pub(crate) k: usize,
+}
+
+/// The same with sizes known to the compiler.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct FixedFrames<const R: usize, const K: usize>;
+
+macro_rules! homogeneous {
+    () => {
+        #[inline(always)]
+        fn dim(self) -> usize {
+            let [r, k] = self.shape();
+            k * k.saturating_sub(1) / 2 + (r - k) * k
+        }
+
+        #[inline(always)]
+        fn isotropy_dim(self) -> usize {
+            let [r, k] = self.shape();
+            (r - k) * (r - k).saturating_sub(1) / 2
+        }
+
+        #[inline(always)]
+        fn size(self) -> usize {
+            self.shape()[0]
+        }
+
+        #[inline(always)]
+        fn each_entry(self, mut visit: impl FnMut(usize, usize, usize)) {
+            let [r, k] = self.shape();
+            // The order of `cubic::problem::pack`: the entries above the diagonal of omega, then b, column by column.
+            let mut p = 0;
+            for j in 0..k {
+                for i in 0..j {
+                    visit(p, i, j);
+                    p += 1;
+                }
+            }
+            for j in 0..k {
+                for i in k..r {
+                    visit(p, i, j);
+                    p += 1;
+                }
+            }
+        }
+
+        #[inline(always)]
+        fn each_isotropy_entry(self, mut visit: impl FnMut(usize, usize, usize)) {
+            let [r, k] = self.shape();
+            let mut p = 0;
+            for j in k..r {
+                for i in j + 1..r {
+                    visit(p, i, j);
+                    p += 1;
+                }
+            }
+        }
+
+        #[inline(always)]
+        fn turn_into<T: Number>(self, q: &[T], x: &[T], out: &mut [T]) {
+            turn::<T, false>(self.shape(), q, x, out);
+        }
+
+        #[inline(always)]
+        fn turn_back_into<T: Number>(self, q: &[T], x: &[T], out: &mut [T]) {
+            turn::<T, true>(self.shape(), q, x, out);
+        }
+
+        #[inline(always)]
+        fn isotropy_part_into<T: Field>(self, u: &[T], out: &mut [T]) {
+            let [r, k] = self.shape();
+            for i in 0..r {
+                for j in 0..r {
+                    out[i * r + j] = match (i >= k && j >= k, i == j) {
+                        (true, true) if r == k + 1 => u[i * r + j].sign(),
+                        (true, _) if r > k + 1 => u[i * r + j],
+                        (_, true) => T::constant(1.0),
+                        _ => T::ZERO,
+                    };
+                }
+            }
+        }
+    };
+}
+
+impl Frames {
+    #[inline(always)]
+    fn shape(self) -> [usize; 2] {
+        [self.r, self.k]
+    }
+}
+
+impl<const R: usize, const K: usize> FixedFrames<R, K> {
+    #[inline(always)]
+    fn shape(self) -> [usize; 2] {
+        [R, K]
+    }
+}
+
+impl Homogeneous for Frames {
+    homogeneous!();
+}
+
+impl<const R: usize, const K: usize> Homogeneous for FixedFrames<R, K> {
+    homogeneous!();
+}
+
+/// `Omega` stays, `B` becomes `q B`, or `q^T B`, with the lower right block of `q`.
+#[inline(always)]
+fn turn<T: Number, const BACK: bool>([r, k]: [usize; 2], q: &[T], x: &[T], out: &mut [T]) {
+    let (first, rows) = (k * k.saturating_sub(1) / 2, r - k);
+    out[..first].copy_from_slice(&x[..first]);
+    let columns = out[first..][..rows * k].chunks_exact_mut(rows);
+    for (out, x) in columns.zip(x[first..].chunks_exact(rows)) {
+        for (i, out) in out.iter_mut().enumerate() {
+            let mut sum = T::ZERO;
+            for (l, x) in x.iter().enumerate() {
+                let at = if BACK { [k + l, k + i] } else { [k + i, k + l] };
+                sum += q[at[0] * r + at[1]] * *x;
+            }
+            *out = sum;
+        }
+    }
+}
