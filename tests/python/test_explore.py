@@ -12,6 +12,7 @@ import stat
 import subprocess
 import sys
 import threading
+from contextlib import ExitStack
 
 import numpy as np
 import pytest
@@ -406,6 +407,13 @@ def test_curves_that_do_not_exist_come_as_text(served):
     status, content, _ = ask(served, body=GOOD | {"v0": [9, 9]})
     assert status == 200
     assert content["curves"]["gcp"]["error"].startswith("InvalidInputError: ")
+
+
+def test_connections_wait_until_they_are_accepted():
+    """More than a browser opens, while nothing is served yet."""
+    with server.Server("sphere") as waiting, ExitStack() as stack:
+        for _ in range(32):
+            stack.enter_context(socket.create_connection(waiting.server_address, timeout=HANGS))
 
 
 def test_many_at_once(served):
