@@ -184,6 +184,9 @@ impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
             share *= 0.5;
             self.advance(-share);
         }
+        // Back to where the residual is known.
+        self.advance(-share);
+        self.evaluate(grid);
         false
     }
 }

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks import boundary_problems
 from stiefel_rs import (
     ConvergenceError,
     GeometricCubic,
@@ -373,3 +374,14 @@ def test_derivatives_agree_with_differences(shape):
     change = sum((g * d).sum() for g, d in zip(curve.cost_gradient(), derivative, strict=True))
     error = abs(change - difference(lambda one: one.cost()))
     assert error < 1e-6 * max(1, abs(change)), f"cost: {error:.2e}"
+
+
+def test_hard_problems_that_no_quick_start_solves():
+    """Two of `make boundary` on St(10, 3), from both ends: with equal work for both ends they were given up."""
+    M, family = Stiefel(10, 3), boundary_problems.FAMILIES[1]
+    rng = np.random.default_rng([20240419, M.n, M.k, int(family.speed)])
+    drawn = [boundary_problems.problem(M, family, rng) for _ in range(178)]
+    for S0, V0, S1, V1 in (drawn[48], drawn[177]):
+        there = RiemannianCubic.from_boundary(S0, V0, S1, V1)
+        back = RiemannianCubic.from_boundary(S1, -V1, S0, -V0)
+        assert there.cost() == pytest.approx(back.cost(), rel=1e-9)
