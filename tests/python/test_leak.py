@@ -11,7 +11,7 @@ pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="re
 
 SOLVES = {"spline": 300, "exact_cubic": 1000}
 
-# Keeps two pages of memory that nothing before has used for each solve.
+# For each solve it keeps two pages of memory that nothing before has used.
 LEAKY = """
 import mmap
 import sys
@@ -42,7 +42,8 @@ def test_memory_of_many_solves_is_flat(name, solves):
     code, row = printed(["-m", "benchmarks.leak", "--here", name, "--solves", str(round(solves / part))])
     assert code == 0 and row[:2] == [name, str(solves)], row
     # Seen is what keeps 0.4 kB in each of 3000 solves, or 4 kB in each of 300.
-    assert float(row[-2]) <= 1.0, f"memory grew by {row[-2]} MB: {row}"
+    # Less than 1.0 as it is printed, with one digit, is less than 0.95.
+    assert float(row[-2]) < 1.0, f"memory grew by {row[-2]} MB: {row}"
 
 
 def test_a_leak_is_seen_and_fails_the_command():
