@@ -17,10 +17,14 @@ use super::path::State;
 use super::reduced::{Blocks, Fixed, Sized};
 use super::shooting::MAX_STEPS;
 use super::taylor::{Accuracy, March};
+use super::work::work_of_step;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::dual::{Dual, Number};
 use crate::linalg::lanes::{LANES, Lanes};
+
+/// Work of legs abreast, in that of one of them.
+const ABREAST_WORK: f64 = 4.0;
 
 /// Legs of splines of one shape; sizes of blocks hidden.
 pub(crate) trait Leg: Send {
@@ -55,6 +59,12 @@ pub(crate) trait Leg: Send {
     /// # Errors
     /// As [`Leg::arrive_into`].
     fn derivative(&mut self, start: &[f64], next: &[f64], accuracy: Accuracy) -> Result<Mat<f64>>;
+
+    /// Allows so many Taylor steps from now on.
+    fn allow(&mut self, steps: usize);
+
+    /// How much work the last arrival was.
+    fn work(&self) -> f64;
 }
 
 /// Legs on `St(m + k, k)`.
@@ -76,16 +86,20 @@ struct Marches<'a, B, const N: usize> {
     abreast: Option<March<Lanes, B>>,
     several: Option<March<Dual<N>, B>>,
     scratch: Vec<f64>,
+    work: f64,
     interrupt: Interrupt<'a>,
 }
 
 impl<'a, B: Blocks, const N: usize> Marches<'a, B, N> {
     fn new(blocks: B, interrupt: Interrupt<'a>) -> Self {
+        let mut plain = March::new(blocks, Accuracy::FULL);
+        plain.max_steps = MAX_STEPS;
         Marches {
-            plain: March::new(blocks, Accuracy::FULL),
+            plain,
             abreast: None,
             several: None,
             scratch: Vec::new(),
+            work: 0.0,
             interrupt,
         }
     }
@@ -101,14 +115,16 @@ impl<B: Blocks, const N: usize> Leg for Marches<'_, B, N> {
     ) -> Result<f64> {
         self.plain.accuracy = accuracy;
         let scratch = &mut self.scratch;
-        evaluate(
+        let arrived = evaluate(
             &mut self.plain,
             start,
             next,
             self.interrupt,
             scratch,
             values,
-        )?;
+        );
+        self.work = work_of_step(self.plain.blocks) * self.plain.steps as f64;
+        arrived?;
         let sizes = [self.plain.blocks.normals(), self.plain.blocks.k()];
         finite(off_identity(scratch, sizes), values)
     }
@@ -124,7 +140,7 @@ impl<B: Blocks, const N: usize> Leg for Marches<'_, B, N> {
         let march = self
             .abreast
             .get_or_insert_with(|| March::new(blocks, Accuracy::FULL));
-        march.accuracy = accuracy;
+        (march.accuracy, march.max_steps) = (accuracy, self.plain.max_steps);
         let together = |size: usize, of: &dyn Fn(usize, usize) -> f64| -> Vec<Lanes> {
             let lanes = |i: usize| Lanes(std::array::from_fn(|lane| of(lane, i)));
             (0..size).map(lanes).collect()
@@ -133,14 +149,16 @@ impl<B: Blocks, const N: usize> Leg for Marches<'_, B, N> {
         let frames = together(next[0].len(), &|lane, i| next[lane][i]);
         let size = values.len() / LANES;
         let (mut all, mut scratch) = (vec![Lanes::ZERO; size], Vec::new());
-        evaluate(
+        let arrived = evaluate(
             march,
             &starts,
             &frames,
             self.interrupt,
             &mut scratch,
             &mut all,
-        )?;
+        );
+        self.work = ABREAST_WORK * work_of_step(blocks) * march.steps as f64;
+        arrived?;
         let mut distances = [0.0; LANES];
         for (lane, values) in values.chunks_exact_mut(size).enumerate() {
             for (value, all) in values.iter_mut().zip(&all) {
@@ -158,7 +176,7 @@ impl<B: Blocks, const N: usize> Leg for Marches<'_, B, N> {
         let several = self
             .several
             .get_or_insert_with(|| March::new(blocks, Accuracy::FULL));
-        several.accuracy = accuracy;
+        (several.accuracy, several.max_steps) = (accuracy, self.plain.max_steps);
         let count = start.len();
         let mut derivative = Mat::zeros(count, count);
         let mut values = vec![Dual::constant(0.0); count];
@@ -184,6 +202,14 @@ impl<B: Blocks, const N: usize> Leg for Marches<'_, B, N> {
             }
         }
         Ok(derivative)
+    }
+
+    fn allow(&mut self, steps: usize) {
+        self.plain.max_steps = steps;
+    }
+
+    fn work(&self) -> f64 {
+        self.work
     }
 }
 
@@ -284,7 +310,7 @@ fn write_horizontal<T: Number>(values: &mut [T], block: &[T], [m, k]: [usize; 2]
 fn put<T: Number, B: Blocks>(march: &mut March<T, B>, start: &[T]) {
     let (m, k) = (march.blocks.normals(), march.blocks.k());
     let (rows, normals) = (march.blocks.r::<T>(), march.blocks.m::<T>());
-    (march.time, march.steps, march.max_steps) = (0.0, 0, MAX_STEPS);
+    (march.time, march.steps) = (0.0, 0);
     let series = march.series.parts();
     series.s[..rows * k].fill(T::ZERO);
     series.e[..rows * normals].fill(T::ZERO);

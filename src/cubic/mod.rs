@@ -43,7 +43,7 @@ pub(crate) mod relaxation;
 pub mod riemannian_cubic;
 mod rotation;
 mod search;
-mod shooting;
+pub(crate) mod shooting;
 mod solver;
 mod space_flow;
 mod split_state;

@@ -18,7 +18,7 @@ use faer::Mat;
 
 use super::reduced::Blocks;
 use super::taylor::{Accuracy, March};
-use super::work::{Work, work_of_curve, work_of_step};
+use super::work::{TRIALS, Work, work_of_curve, work_of_step};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::decomp::solve_square;
@@ -85,6 +85,11 @@ pub(super) const MAX_STEPS: usize = 4_000;
 const STEPS: f64 = 60.0;
 const STEPS_PER_SPEED: f64 = 8.0;
 
+/// Taylor steps that a curve with the given speed at one of its ends may take.
+pub(crate) fn allowed_steps(speed: f64) -> usize {
+    ((STEPS + STEPS_PER_SPEED * speed) as usize).min(MAX_STEPS)
+}
+
 /// Boundary data in coordinates in which the start is the identity, blocks column by column.
 #[derive(Debug, Clone)]
 pub(super) struct Target {
@@ -121,7 +126,7 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
         Shooting {
             blocks,
             target: target.clone(),
-            work: Work::of_trials(work_of_curve(blocks)),
+            work: Work::of_trials(TRIALS, work_of_curve(blocks)),
             plain: March::new(blocks, Accuracy::FULL),
             several: None,
             single: None,
@@ -474,9 +479,8 @@ fn evaluate<T: Number, B: Blocks>(
 fn start<T: Number, B: Blocks>(march: &mut March<T, B>, target: &Target, y: &[T]) {
     let (m, k) = (march.blocks.normals(), march.blocks.k());
     let (r, rows, normals) = (m + k, march.blocks.r::<T>(), march.blocks.m::<T>());
-    let allowed = STEPS + STEPS_PER_SPEED * target.speed;
     (march.time, march.steps) = (0.0, 0);
-    march.max_steps = (allowed as usize).min(MAX_STEPS);
+    march.max_steps = allowed_steps(target.speed);
     let series = march.series.parts();
     series.s[..rows * k].fill(T::ZERO);
     series.e[..rows * march.blocks.m::<T>()].fill(T::ZERO);

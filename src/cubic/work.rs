@@ -1,17 +1,17 @@
 //! Work that a problem may take before it is given up: counted in products of numbers, so the same on every machine.
 
-use std::cell::Cell;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::reduced::{Blocks, Sized};
 
-/// About a second or two.
-const MAX_WORK: f64 = 6e7;
+/// About a second.
+const MAX_WORK: f64 = 5.5e7;
+
+/// Trials that a large problem may take at least. With 100 a spline through bases of reduced models on St(200, 6) is lost.
+pub(crate) const TRIALS: f64 = 120.0;
 
 /// Taylor steps of a curve from one end to the other, as a rule.
 const STEPS: f64 = 10.0;
-
-/// Trials that a large problem may take at least. With 100 a spline through bases of reduced models on St(200, 6) is lost.
-const TRIALS: f64 = 120.0;
 
 /// Products of numbers for one order of one Taylor step, about `r k (2 r + k)`: the unit in which work is counted.
 pub(super) fn work_of_step(blocks: impl Blocks) -> f64 {
@@ -36,29 +36,30 @@ pub(crate) fn allowance(max_iterations: usize, by_default: usize) -> f64 {
     (max_iterations as f64 / by_default as f64).max(1.0)
 }
 
-/// Work done, and how much of it there may be.
+/// Work done, and how much of it there may be: whole numbers, whose sum is the same in any order.
 #[derive(Debug)]
 pub(crate) struct Work {
-    done: Cell<f64>,
-    limit: Cell<f64>,
+    done: AtomicU64,
+    limit: AtomicU64,
 }
 
 impl Work {
-    /// None done yet, of a problem whose every trial takes the given work.
-    pub(crate) fn of_trials(trial: f64) -> Self {
+    /// None done yet, of a problem that may take so many trials at least.
+    pub(crate) fn of_trials(trials: f64, trial: f64) -> Self {
         Work {
-            done: Cell::new(0.0),
-            limit: Cell::new(MAX_WORK.max(TRIALS * trial)),
+            done: AtomicU64::new(0),
+            limit: AtomicU64::new(MAX_WORK.max(trials * trial) as u64),
         }
     }
 
     pub(crate) fn count(&self, work: f64) {
-        self.done.set(self.done.get() + work);
+        self.done.fetch_add(work as u64, Ordering::Relaxed);
     }
 
     /// What may still be done.
     pub(crate) fn left(&self) -> f64 {
-        self.limit.get() - self.done.get()
+        let [limit, done] = [&self.limit, &self.done].map(|x| x.load(Ordering::Relaxed) as f64);
+        limit - done
     }
 
     /// Whether no further step is begun.
@@ -68,6 +69,7 @@ impl Work {
 
     /// As many times the work may be done from now on.
     pub(crate) fn allow(&self, times: f64) {
-        self.limit.set(times * self.limit.get());
+        let limit = self.limit.load(Ordering::Relaxed) as f64;
+        self.limit.store((times * limit) as u64, Ordering::Relaxed);
     }
 }

@@ -5,7 +5,7 @@
 use faer::{Mat, MatMut, MatRef, Scale};
 use rayon::prelude::*;
 
-use super::chain::{Chain, JOINS, Motion, Movable, links, square};
+use super::chain::{Chain, JOINS, Means, Motion, Movable, links, square};
 use crate::cubic::guess::carry;
 use crate::cubic::initial::Coordinates;
 use crate::cubic::leg::arrival;
@@ -128,13 +128,14 @@ impl Chain for Ambient<'_> {
         _: &mut Carrier,
         first: usize,
         starts: &[Vec<f64>],
-        accuracy: Accuracy,
+        means: &Means<'_>,
         values: &mut [f64],
         distances: &mut [f64],
     ) -> Result<()> {
         let each = values.chunks_exact_mut(values.len() / starts.len());
         for (i, (start, values)) in starts.iter().zip(each).enumerate() {
-            let arrived = self.arrive(first + i, start, accuracy, values);
+            let arrived = self.arrive(first + i, start, means.accuracy, values);
+            means.work.count(self.work_of_leg());
             distances[i] = arrived.map_err(|error| error.at_knot(first + i))?;
         }
         Ok(())

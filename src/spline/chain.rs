@@ -1,5 +1,6 @@
 //! Knots in a row with a cubic between neighbours: what the solvers of splines ask of it, and the unknowns.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use faer::Mat;
@@ -7,7 +8,9 @@ use rayon::prelude::*;
 
 use crate::cubic::RiemannianCubic;
 use crate::cubic::path::{Path, State};
+use crate::cubic::shooting::allowed_steps;
 use crate::cubic::taylor::Accuracy;
+use crate::cubic::work::Work;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::linalg::lanes::LANES;
@@ -27,6 +30,13 @@ const FEW: usize = 16;
 /// Whether the pool would take longer to wake than to work, or is one thread.
 fn is_alone(count: usize) -> bool {
     count <= FEW || rayon::current_num_threads() == 1
+}
+
+/// How exactly legs are integrated, in how many steps at most, and what counts the work.
+pub(super) struct Means<'a> {
+    pub(super) accuracy: Accuracy,
+    pub(super) steps: usize,
+    pub(super) work: &'a Work,
 }
 
 /// Knots, and quasi-geodesics between neighbours that carry vectors from knot to knot.
@@ -59,7 +69,7 @@ pub(super) trait Chain: Sync {
 
     /// The cubics of a few legs in a row, from velocity, acceleration and third vector, in the time of the leg: for each the
     /// distance from the next knot as a tangent vector there, then as many of velocity, acceleration and third vector as there
-    /// is room for; and `|S(1) - S_1|` into `distances`.
+    /// is room for; and `|S(1) - S_1|` into `distances`. Counts its work.
     ///
     /// # Errors
     /// Where a cubic cannot be integrated, in `AtKnot`; `Interrupted`.
@@ -68,7 +78,7 @@ pub(super) trait Chain: Sync {
         worker: &mut Self::Worker,
         first: usize,
         starts: &[Vec<f64>],
-        accuracy: Accuracy,
+        means: &Means<'_>,
         values: &mut [f64],
         distances: &mut [f64],
     ) -> Result<()>;
@@ -93,7 +103,7 @@ pub(super) trait Chain: Sync {
         f64::INFINITY
     }
 
-    /// How much work it is to find where a leg arrives.
+    /// How much work it is, as a rule, to find where a leg arrives.
     fn work_of_leg(&self) -> f64;
 
     /// How much work [`Chain::derivative`] is, where there is one.
@@ -226,6 +236,18 @@ impl Motion {
         &mut self.entries[self.size * knot..][..self.size]
     }
 
+    /// The largest speed at some knots, in the time of the legs beside them.
+    fn speed(&self, knots: Range<usize>, lengths: &[f64]) -> f64 {
+        let longest = |knot: usize| {
+            let beside = [knot.checked_sub(1), Some(knot)].into_iter().flatten();
+            beside
+                .filter_map(|leg| lengths.get(leg))
+                .fold(0.0_f64, |h, x| h.max(*x))
+        };
+        let speed = |knot: usize| longest(knot) * square(self.velocity(knot)).sqrt();
+        knots.map(speed).fold(0.0, f64::max)
+    }
+
     /// Acceleration and third vector at the start of a leg.
     pub(super) fn bend(&self, leg: usize) -> &[f64] {
         &self.entries[self.size * (self.knots + 2 * leg)..][..2 * self.size]
@@ -286,6 +308,7 @@ impl Arrivals {
         motion: &Motion,
         vectors: usize,
         accuracy: Accuracy,
+        work: &Work,
     ) -> Result<Self> {
         let (size, lengths) = (chain.size(), chain.lengths());
         let mut values = vec![0.0; size * vectors * lengths.len()];
@@ -298,7 +321,13 @@ impl Arrivals {
                 .collect();
             let mut distances = [0.0; LEGS];
             let distances = &mut distances[..count];
-            chain.arrive_into(worker, first, &starts, accuracy, values, distances)?;
+            let steps = allowed_steps(motion.speed(first..first + count + 1, lengths));
+            let means = Means {
+                accuracy,
+                steps,
+                work,
+            };
+            chain.arrive_into(worker, first, &starts, &means, values, distances)?;
             let mut miss = 0.0_f64;
             let each = values
                 .chunks_exact_mut(size * vectors)
@@ -316,27 +345,25 @@ impl Arrivals {
             }
             Ok(miss)
         };
-        let mut miss = 0.0_f64;
-        if is_alone(lengths.len()) {
+        let found: Vec<Result<f64>> = if is_alone(lengths.len()) {
             let mut worker = chain.worker();
             let groups = values
                 .chunks_mut(size * vectors * LEGS)
                 .zip(back.chunks_mut(2 * size * LEGS))
                 .enumerate();
-            for group in groups {
-                miss = miss.max(some(&mut worker, group)?);
-            }
+            groups.map(|group| some(&mut worker, group)).collect()
         } else {
             let groups = values
                 .par_chunks_mut(size * vectors * LEGS)
                 .zip(back.par_chunks_mut(2 * size * LEGS))
                 .enumerate();
-            let found: Vec<Result<f64>> = groups
+            groups
                 .map_init(|| chain.worker(), |worker, group| some(worker, group))
-                .collect();
-            for found in found {
-                miss = miss.max(found?);
-            }
+                .collect()
+        };
+        let mut miss = 0.0_f64;
+        for found in found {
+            miss = miss.max(found?);
         }
         Ok(Arrivals {
             size,

@@ -2,7 +2,7 @@
 
 use faer::{Mat, MatRef, Scale};
 
-use super::chain::{Chain, JOINS, Motion, Movable, for_each, links, square};
+use super::chain::{Chain, JOINS, Means, Motion, Movable, for_each, links, square};
 use crate::cubic::guess::turned;
 use crate::cubic::initial::Horizontal;
 use crate::cubic::leg::{Leg, leg};
@@ -215,11 +215,17 @@ impl<'a> Chain for Framed<'a> {
         worker: &mut Worker<'a>,
         first: usize,
         starts: &[Vec<f64>],
-        accuracy: Accuracy,
+        means: &Means<'_>,
         values: &mut [f64],
         distances: &mut [f64],
     ) -> Result<()> {
         let size = values.len() / starts.len();
+        let Means {
+            accuracy,
+            steps,
+            work,
+        } = *means;
+        worker.leg.allow(steps);
         if starts.len() >= WORTHWHILE {
             // The last one stands in for those that are not there.
             let at = |lane: usize| lane.min(starts.len() - 1);
@@ -229,6 +235,7 @@ impl<'a> Chain for Framed<'a> {
             let found = worker
                 .leg
                 .arrive_abreast_into(&padded, next, accuracy, &mut all);
+            work.count(worker.leg.work());
             match found {
                 Ok(found) => {
                     distances.copy_from_slice(&found[..starts.len()]);
@@ -243,6 +250,7 @@ impl<'a> Chain for Framed<'a> {
         for (i, (start, values)) in starts.iter().zip(values.chunks_exact_mut(size)).enumerate() {
             let next = &self.links[first + i].next;
             let found = worker.leg.arrive_into(start, next, accuracy, values);
+            work.count(worker.leg.work());
             distances[i] = found.map_err(|error| error.at_knot(first + i))?;
         }
         Ok(())

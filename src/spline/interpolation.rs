@@ -22,6 +22,7 @@ use super::chain::{Arrivals, Chain, Motion, square};
 use super::ends::Ends;
 use super::tridiagonal::{Row, Shape, Tridiagonal};
 use crate::cubic::taylor::Accuracy;
+use crate::cubic::work::Work;
 use crate::error::{Error, Result};
 use crate::manifold::carrier::Direction;
 
@@ -85,12 +86,17 @@ impl<'c, C: Chain> Interpolation<'c, C> {
 
     /// # Errors
     /// Where a leg cannot be integrated; `Interrupted`.
-    pub(super) fn residual(&self, motion: &Motion, accuracy: Accuracy) -> Result<Residual> {
-        let arrivals = Arrivals::of(self.chain, motion, VECTORS, accuracy)?;
+    pub(super) fn residual(
+        &self,
+        motion: &Motion,
+        accuracy: Accuracy,
+        work: &Work,
+    ) -> Result<Residual> {
+        let arrivals = Arrivals::of(self.chain, motion, VECTORS, accuracy, work)?;
         Ok(self.residual_of(motion, arrivals))
     }
 
-    /// How much work [`Interpolation::residual`] is.
+    /// How much work [`Interpolation::residual`] is as a rule.
     pub(super) fn work_of_residual(&self) -> f64 {
         self.chain.lengths().len() as f64 * self.chain.work_of_leg()
     }

@@ -110,8 +110,7 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
     /// Where the start cannot be integrated; `Interrupted`.
     fn new(problem: &'p Interpolation<'c, C>, motion: Motion, work: &'p Work) -> Result<Self> {
         let accuracy = Accuracy::of_tolerance(ACCURACY_SHARE);
-        work.count(problem.work_of_residual());
-        let found = problem.residual(&motion, accuracy)?;
+        let found = problem.residual(&motion, accuracy, work)?;
         Ok(Iteration {
             problem,
             work,
@@ -180,7 +179,10 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
             }
             iterations += 1;
             if let Some(reason) = self.advance(goal)? {
-                break reason;
+                break match self.work.is_done() {
+                    true => StopReason::WorkLimit,
+                    false => reason,
+                };
             }
         };
         let outcome = Outcome {
@@ -193,8 +195,7 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
     }
 
     fn residual(&self, motion: &Motion) -> Result<Residual> {
-        self.work.count(self.problem.work_of_residual());
-        self.problem.residual(motion, self.accuracy)
+        self.problem.residual(motion, self.accuracy, self.work)
     }
 
     fn goal(&self, tolerance: f64) -> f64 {
@@ -290,7 +291,7 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
         let mut failure = None;
         let mut step = here.clone();
         Gmres::new(step.len()).solve(&mut step, KRYLOV_SHARE, |v, out| {
-            if failure.is_some() {
+            if failure.is_some() || self.work.is_done() {
                 return out.copy_from_slice(v);
             }
             let share = DIFFERENCE * size / norm(v);

@@ -10,6 +10,7 @@ use super::interpolation::Interpolation;
 use super::iteration::{Effort, Iteration, Outcome};
 use crate::cubic::path::Path;
 use crate::cubic::taylor::Accuracy;
+use crate::cubic::work::Work;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::manifold::QuasiGeodesic;
@@ -126,11 +127,15 @@ fn converged(motion: Motion, outcome: Result<Outcome>) -> Result<Option<Solution
 ///
 /// # Errors
 /// `Interrupted`.
-pub(super) fn forwards<C: Chain>(back: &C, solution: Option<Solution>) -> Result<Option<Motion>> {
+pub(super) fn forwards<C: Chain>(
+    back: &C,
+    solution: Option<Solution>,
+    work: &Work,
+) -> Result<Option<Motion>> {
     let Some((motion, _)) = solution else {
         return Ok(None);
     };
-    unless_interrupted(reversed(back, &motion))
+    unless_interrupted(reversed(back, &motion, work))
 }
 
 /// The spline at rest at its free ends, with the knots of one that has some: where free ends let the iteration lead away, it
@@ -167,9 +172,9 @@ pub(super) fn unless_interrupted<T>(outcome: Result<T>) -> Result<Option<T>> {
 }
 
 /// A motion along the knots of a chain, passed backwards.
-fn reversed<C: Chain>(back: &C, motion: &Motion) -> Result<Motion> {
+fn reversed<C: Chain>(back: &C, motion: &Motion, work: &Work) -> Result<Motion> {
     let (size, legs) = (back.size(), back.lengths().len());
-    let arrivals = Arrivals::of(back, motion, VECTORS, Accuracy::FULL)?;
+    let arrivals = Arrivals::of(back, motion, VECTORS, Accuracy::FULL, work)?;
     let mut out = Motion::zeros(size, legs + 1);
     for knot in 0..=legs {
         let from = motion.velocity(legs - knot);

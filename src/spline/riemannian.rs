@@ -63,9 +63,9 @@ impl Default for SplineOptions<'_> {
 }
 
 impl SplineOptions<'_> {
-    /// Work for a spline whose every residual takes the given work.
-    pub(super) fn work(&self, residual: f64) -> Work {
-        let work = Work::of_trials(residual);
+    /// Work for a spline that may take so many trials at least.
+    pub(super) fn work(&self, trials: f64, trial: f64) -> Work {
+        let work = Work::of_trials(trials, trial);
         work.allow(allowance(self.max_iterations, MAX_ITERATIONS));
         work
     }

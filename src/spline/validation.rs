@@ -3,6 +3,7 @@
 use super::chain::Movable;
 use super::fit::Data;
 use super::flat_smoothing::{FlatSmoothing, add_scaled};
+use crate::cubic::work::Work;
 use crate::error::{Error, Result};
 use crate::manifold::carrier::Direction;
 
@@ -26,11 +27,11 @@ impl<'c, 'd, C: Movable> Validation<'c, 'd, C> {
     ///
     /// # Errors
     /// Where data at a knot are too far apart.
-    pub(super) fn new(chain: &'c C, data: &'d Data) -> Result<Self> {
+    pub(super) fn new(chain: &'c C, data: &'d Data, work: &Work) -> Result<Self> {
         Ok(Validation {
             chain,
             data,
-            displacements: data.displacements(chain)?,
+            displacements: data.displacements(chain, work)?,
             weights: data.weight_of_knots(),
         })
     }

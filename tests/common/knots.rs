@@ -34,20 +34,27 @@ pub fn views(points: &[Mat<f64>]) -> Vec<MatRef<'_, f64>> {
     points.iter().map(Mat::as_ref).collect()
 }
 
-/// The natural spline, and how often it asked whether to stop: once for each step of an integration.
-pub fn counted_spline(
-    t: &[f64],
-    points: &[Mat<f64>],
-) -> (Result<(Piecewise<RiemannianCubic>, SolverReport)>, usize) {
+/// How often a solver asked whether to stop: once for each step of an integration.
+pub fn counted<T>(solve: impl FnOnce(Interrupt<'_>) -> T) -> (T, usize) {
     let asked = AtomicUsize::new(0);
     let question = || {
         asked.fetch_add(1, Ordering::Relaxed);
         false
     };
-    let options = SplineOptions {
-        interrupt: Interrupt::new(&question),
-        ..SplineOptions::default()
-    };
-    let found = cubic_spline(t, &views(points), &EndConditions::Natural, &options);
+    let found = solve(Interrupt::new(&question));
     (found, asked.into_inner())
+}
+
+/// The natural spline, and how often it asked.
+pub fn counted_spline(
+    t: &[f64],
+    points: &[Mat<f64>],
+) -> (Result<(Piecewise<RiemannianCubic>, SolverReport)>, usize) {
+    counted(|interrupt| {
+        let options = SplineOptions {
+            interrupt,
+            ..SplineOptions::default()
+        };
+        cubic_spline(t, &views(points), &EndConditions::Natural, &options)
+    })
 }
