@@ -7,7 +7,8 @@ mod data;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use common::{
-    Rng, distance, frobenius, random_orthogonal, random_point, random_rotation, random_tangent,
+    Rng, counted, distance, frobenius, random_orthogonal, random_point, random_rotation,
+    random_tangent,
 };
 use data::*;
 use faer::{Mat, mat};
@@ -330,17 +331,6 @@ fn fast_great_circles_meet_round_off() {
             common::assert_within(velocity, 2.0 * tolerance * speed, "velocity");
         }
     }
-}
-
-/// How often a solve asks whether to stop, before each step of an integration and of Newton's method; and its result.
-fn counted<T>(solve: impl FnOnce(Interrupt<'_>) -> T) -> (usize, T) {
-    let checks = AtomicUsize::new(0);
-    let count = || {
-        checks.fetch_add(1, Ordering::Relaxed);
-        false
-    };
-    let result = solve(Interrupt::new(&count));
-    (checks.into_inner(), result)
 }
 
 #[test]

@@ -466,7 +466,7 @@ fn hard_legs_do_not_hold_up_a_long_chain() {
 fn work_is_linear_in_the_number_of_knots() {
     let work = |shape, count| {
         let (t, points) = walk(shape, count, 0.6, 24);
-        let (found, asked) = counted_spline(&t, &points);
+        let (asked, found) = counted_spline(&t, &points);
         found.unwrap();
         asked as f64 / count as f64
     };

@@ -4,8 +4,8 @@ mod common;
 #[path = "common/knots.rs"]
 mod data;
 
-use common::{Rng, random_point};
-use data::{counted, counted_spline, views};
+use common::{Rng, counted, random_point};
+use data::{counted_spline, views};
 use faer::Mat;
 use stiefel_rs::spline::{
     EndCondition, EndConditions, SmoothingOptions, SplineOptions, cubic_spline, smoothing_spline,
@@ -88,7 +88,7 @@ fn free_ends_seldom_cost_more_than_ends_at_rest() {
 fn what_is_not_found_is_given_up_after_a_limit_of_work() {
     for (shape, count, most) in [((12, 4), 8, 50_000), ((8, 4), 120, 160_000)] {
         let points = knots(shape, count, &mut Rng::new(5));
-        let (found, asked) = counted_spline(&times(count), &points);
+        let (asked, found) = counted_spline(&times(count), &points);
         let report = refusal(found, &format!("{count} knots on {shape:?}"));
         assert!(
             report.iterations < SplineOptions::default().max_iterations,
@@ -106,7 +106,7 @@ fn what_is_not_found_is_given_up_after_a_limit_of_work() {
 fn what_cannot_be_smoothed_is_given_up_after_a_limit_of_work() {
     for (shape, count, most) in [((9, 7), 60, 20_000), ((8, 4), 120, 30_000)] {
         let points = knots(shape, count, &mut Rng::new(5));
-        let (found, asked) = counted(|interrupt| {
+        let (asked, found) = counted(|interrupt| {
             let options = SmoothingOptions {
                 lambda: Some(1e-8),
                 interrupt,

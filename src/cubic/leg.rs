@@ -15,7 +15,7 @@ use faer::{Mat, MatRef};
 use super::initial::{Coordinates, Horizontal};
 use super::path::State;
 use super::reduced::{Blocks, Fixed, Sized};
-use super::shooting::MAX_STEPS;
+use super::shooting::{MAX_STEPS, allowed_steps};
 use super::taylor::{Accuracy, March};
 use super::work::work_of_step;
 use crate::error::{Error, Result};
@@ -23,7 +23,7 @@ use crate::interrupt::Interrupt;
 use crate::linalg::dual::{Dual, Number};
 use crate::linalg::lanes::{LANES, Lanes};
 
-/// Work of legs abreast, in that of one of them.
+/// Work of eight legs abreast, in that of one of them: half of what they take one after the other, at the most.
 const ABREAST_WORK: f64 = 4.0;
 
 /// Legs of splines of one shape; sizes of blocks hidden.
@@ -60,8 +60,8 @@ pub(crate) trait Leg: Send {
     /// As [`Leg::arrive_into`].
     fn derivative(&mut self, start: &[f64], next: &[f64], accuracy: Accuracy) -> Result<Mat<f64>>;
 
-    /// Allows so many Taylor steps from now on.
-    fn allow(&mut self, steps: usize);
+    /// Allows arrivals the Taylor steps of curves with the given speed at one of their ends, and no more, from now on.
+    fn allow(&mut self, speed: f64);
 
     /// How much work the last arrival was.
     fn work(&self) -> f64;
@@ -204,8 +204,8 @@ impl<B: Blocks, const N: usize> Leg for Marches<'_, B, N> {
         Ok(derivative)
     }
 
-    fn allow(&mut self, steps: usize) {
-        self.plain.max_steps = steps;
+    fn allow(&mut self, speed: f64) {
+        self.plain.max_steps = allowed_steps(speed);
     }
 
     fn work(&self) -> f64 {

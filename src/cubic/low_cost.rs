@@ -41,9 +41,9 @@ const SMALL: usize = 16;
 /// in one direction only.
 const SHARE: f64 = 0.82;
 
-/// As many times that share at the first end where no quick start leads to a solution from either. With 1.65 two of 320 hard
-/// problems on St(10,3) are lost in one direction, without it 5 of 200; with 2.4 what is not found on St(12,4) is refused after
-/// 2.6 s instead of two.
+/// As many times that share at the first end where no quick start leads to a solution from either. With 1.65 two of eight
+/// slow problems, of 320 hard ones on St(10,3), are lost in one direction, without it 5 of 200; with 2.4 what is not found on
+/// St(12,4) is refused after 2.6 s instead of two.
 const UNSOLVED: f64 = 1.75;
 
 impl<'a> Solver<'a> {

@@ -43,7 +43,7 @@ pub(crate) mod relaxation;
 pub mod riemannian_cubic;
 mod rotation;
 mod search;
-pub(crate) mod shooting;
+mod shooting;
 mod solver;
 mod space_flow;
 mod split_state;

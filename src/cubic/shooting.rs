@@ -86,7 +86,7 @@ const STEPS: f64 = 60.0;
 const STEPS_PER_SPEED: f64 = 8.0;
 
 /// Taylor steps that a curve with the given speed at one of its ends may take.
-pub(crate) fn allowed_steps(speed: f64) -> usize {
+pub(super) fn allowed_steps(speed: f64) -> usize {
     ((STEPS + STEPS_PER_SPEED * speed) as usize).min(MAX_STEPS)
 }
 

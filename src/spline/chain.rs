@@ -8,7 +8,6 @@ use rayon::prelude::*;
 
 use crate::cubic::RiemannianCubic;
 use crate::cubic::path::{Path, State};
-use crate::cubic::shooting::allowed_steps;
 use crate::cubic::taylor::Accuracy;
 use crate::cubic::work::Work;
 use crate::error::Result;
@@ -32,10 +31,10 @@ fn is_alone(count: usize) -> bool {
     count <= FEW || rayon::current_num_threads() == 1
 }
 
-/// How exactly legs are integrated, in how many steps at most, and what counts the work.
+/// How exactly legs are integrated, how fast they are at their ends, and what counts the work.
 pub(super) struct Means<'a> {
     pub(super) accuracy: Accuracy,
-    pub(super) steps: usize,
+    pub(super) speed: f64,
     pub(super) work: &'a Work,
 }
 
@@ -302,7 +301,8 @@ impl Arrivals {
     /// Every leg of a motion, in parallel; the same for any number of threads.
     ///
     /// # Errors
-    /// That of the first leg which cannot be integrated, in `AtKnot`.
+    /// That of the first leg which cannot be integrated, in `AtKnot`. The others are integrated all the same: so the work that is
+    /// counted does not depend on the threads.
     pub(super) fn of<C: Chain>(
         chain: &C,
         motion: &Motion,
@@ -321,10 +321,9 @@ impl Arrivals {
                 .collect();
             let mut distances = [0.0; LEGS];
             let distances = &mut distances[..count];
-            let steps = allowed_steps(motion.speed(first..first + count + 1, lengths));
             let means = Means {
                 accuracy,
-                steps,
+                speed: motion.speed(first..first + count + 1, lengths),
                 work,
             };
             chain.arrive_into(worker, first, &starts, &means, values, distances)?;

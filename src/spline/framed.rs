@@ -222,10 +222,10 @@ impl<'a> Chain for Framed<'a> {
         let size = values.len() / starts.len();
         let Means {
             accuracy,
-            steps,
+            speed,
             work,
         } = *means;
-        worker.leg.allow(steps);
+        worker.leg.allow(speed);
         if starts.len() >= WORTHWHILE {
             // The last one stands in for those that are not there.
             let at = |lane: usize| lane.min(starts.len() - 1);

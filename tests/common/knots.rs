@@ -1,13 +1,11 @@
 //! Knots of splines.
 #![allow(dead_code)] // each binary uses a part
 
-use std::sync::atomic::{AtomicUsize, Ordering};
-
 use faer::{Mat, MatRef};
 use stiefel_rs::spline::{EndConditions, Piecewise, SplineOptions, cubic_spline};
-use stiefel_rs::{Interrupt, Result, RiemannianCubic, SolverReport, Stiefel};
+use stiefel_rs::{Result, RiemannianCubic, SolverReport, Stiefel};
 
-use crate::common::{Rng, random_point, random_tangent};
+use crate::common::{Rng, counted, random_point, random_tangent};
 
 /// Points that wander, `step` apart, at unequal times.
 pub fn walk(
@@ -34,22 +32,11 @@ pub fn views(points: &[Mat<f64>]) -> Vec<MatRef<'_, f64>> {
     points.iter().map(Mat::as_ref).collect()
 }
 
-/// How often a solver asked whether to stop: once for each step of an integration.
-pub fn counted<T>(solve: impl FnOnce(Interrupt<'_>) -> T) -> (T, usize) {
-    let asked = AtomicUsize::new(0);
-    let question = || {
-        asked.fetch_add(1, Ordering::Relaxed);
-        false
-    };
-    let found = solve(Interrupt::new(&question));
-    (found, asked.into_inner())
-}
-
-/// The natural spline, and how often it asked.
+/// The natural spline, and how often it asked whether to stop.
 pub fn counted_spline(
     t: &[f64],
     points: &[Mat<f64>],
-) -> (Result<(Piecewise<RiemannianCubic>, SolverReport)>, usize) {
+) -> (usize, Result<(Piecewise<RiemannianCubic>, SolverReport)>) {
     counted(|interrupt| {
         let options = SplineOptions {
             interrupt,

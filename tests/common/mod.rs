@@ -2,9 +2,10 @@
 #![allow(dead_code)] // each binary uses a part
 
 use std::f64::consts::PI;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use faer::{Mat, MatRef, Scale};
-use stiefel_rs::{Curve, GeometricCubic, QuasiGeodesic, orthogonal_log, skew_exp};
+use stiefel_rs::{Curve, GeometricCubic, Interrupt, QuasiGeodesic, orthogonal_log, skew_exp};
 
 /// Unit round-off of `f64` times two.
 pub const EPS: f64 = f64::EPSILON;
@@ -352,4 +353,15 @@ pub fn spread_angles(m: usize, rng: &mut Rng) -> Vec<f64> {
 /// Every angle times a factor.
 pub fn scaled(angles: &[f64], factor: f64) -> Vec<f64> {
     angles.iter().map(|x| x * factor).collect()
+}
+
+/// How often a solve asks whether to stop, before each step of an integration and of Newton's method; and its result.
+pub fn counted<T>(solve: impl FnOnce(Interrupt<'_>) -> T) -> (usize, T) {
+    let checks = AtomicUsize::new(0);
+    let count = || {
+        checks.fetch_add(1, Ordering::Relaxed);
+        false
+    };
+    let result = solve(Interrupt::new(&count));
+    (checks.into_inner(), result)
 }
