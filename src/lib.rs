@@ -37,8 +37,6 @@
 
 mod anderson;
 pub mod chart;
-/// The engine to come: held against the present one, which it will replace.
-#[cfg(test)]
 mod collocation;
 pub mod cubic;
 pub mod curve;
@@ -51,9 +49,8 @@ pub mod newton;
 #[cfg(feature = "python")]
 mod python;
 pub mod report;
-#[cfg(test)]
+mod shooting;
 mod solve;
-#[cfg(test)]
 mod space;
 pub mod spline;
 #[cfg(any(feature = "python", feature = "serde"))]

@@ -4,6 +4,8 @@
 
 use std::fmt;
 
+use crate::error::Error;
+
 /// Why an iteration stopped.
 ///
 /// # Examples
@@ -98,6 +100,29 @@ pub struct SolverReport {
     pub tolerance: f64,
     /// Why it stopped.
     pub reason: StopReason,
+}
+
+impl SolverReport {
+    pub(crate) fn new(
+        reason: StopReason,
+        iterations: usize,
+        residual: f64,
+        tolerance: f64,
+    ) -> Self {
+        SolverReport {
+            converged: reason == StopReason::Converged,
+            iterations,
+            residual,
+            tolerance,
+            reason,
+        }
+    }
+
+    /// The error of an iteration that has not converged, with the tolerance that was asked for, which round-off may exceed.
+    pub(crate) fn failure(self, solver: &'static str, tolerance: f64) -> Error {
+        let report = SolverReport { tolerance, ..self };
+        Error::NoConvergence { solver, report }
+    }
 }
 
 impl fmt::Display for SolverReport {

@@ -79,7 +79,8 @@ fn natural_splines_interpolate_and_are_smooth() {
             for t in [t[0], t[count - 1]] {
                 assert_within(curve.acceleration(t).unwrap().norm_l2(), SMOOTH, &name);
             }
-            assert!(report.iterations <= 20, "{name}");
+            // Steps of Newton's method below 8 dimensions, sweeps from there on.
+            assert!(report.iterations <= 30, "{name}");
         }
     }
 }

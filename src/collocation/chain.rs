@@ -1,15 +1,14 @@
 //! A chain of legs between given points: all equations of all legs at once, and the step that solves them linearised.
 
+use rayon::prelude::*;
+
 use super::dense::{Dense, Expansion};
-use super::knots::{End, Ends, Knots};
+use super::knots::{End, Knots};
 use super::leg::{self, Leg};
-use super::linear_leg::LinearLeg;
-use super::linearisation::Linearisation;
-use super::nodes::{Grid, Nodes};
+use super::nodes::Nodes;
 use crate::error::Result;
 use crate::linalg::field::{Field, larger, largest};
 use crate::linalg::simd::vectorised;
-use crate::solve::block_tridiagonal::BlockTridiagonal;
 use crate::space::Homogeneous;
 
 /// Sweeps of Picard's iteration for frames along which nothing turns, and more of them for a radian.
@@ -25,24 +24,38 @@ const FRAMES_AWAY: f64 = 0.3;
 const FRAMES_NEAR: f64 = 1e-2;
 
 /// `x'''` of a leg at some times between 0 and 1, one vector after the other.
-pub(super) type ThirdDerivative<'a> = dyn Fn(usize, &[f64]) -> Result<Vec<f64>> + 'a;
+pub(crate) type ThirdDerivative<'a> = dyn Fn(usize, &[f64]) -> Result<Vec<f64>> + 'a;
+
+/// Groups that one task of the pool takes, and so many in all are not worth it.
+const TASK: usize = 8;
 
 /// Legs in a row, or groups of eight, with what is left of their equations.
 pub(super) struct Chain<'k, T, S> {
-    space: S,
-    knots: &'k Knots<'k>,
-    legs: Vec<Leg<T>>,
-    linear: Vec<LinearLeg<T>>,
-    scratch: leg::Scratch<T>,
-    linearisation: Linearisation<T>,
-    velocities: Vec<f64>,
+    pub(super) space: S,
+    pub(super) knots: &'k Knots<'k>,
+    pub(super) groups: Vec<Group<T>>,
+    /// What a thread needs.
+    pub(super) buffers: leg::Scratch<T>,
+    pub(super) velocities: Vec<f64>,
     /// Of the covariant acceleration at the knots: before less after, at an end less the wanted one.
-    jumps: Vec<f64>,
-    /// Changes of the velocities by the step.
-    step: Vec<f64>,
-    /// Root of the sum of squares of what is left of the equations, but for the frames, and the largest entry, with them.
-    pub(super) merit: f64,
+    pub(super) jumps: Vec<f64>,
+    /// The largest entry of what is left of the equations.
     pub(super) size: f64,
+}
+
+/// A leg, or eight of them, with `x'''` before the sweep.
+pub(super) struct Group<T> {
+    pub(super) leg: Leg<T>,
+    pub(super) before: Vec<T>,
+}
+
+impl<T: Field> Group<T> {
+    fn new(leg: Leg<T>) -> Self {
+        Group {
+            before: vec![T::ZERO; leg.f.len()],
+            leg,
+        }
+    }
 }
 
 impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
@@ -51,26 +64,22 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
         knots: &'k Knots<'k>,
         velocities: &[f64],
         bends: &[f64],
-        grid: &Grid,
+        nodes: &Nodes,
     ) -> Self {
         let (d, r, count) = (space.dim(), space.size(), knots.lengths.len());
         let groups = count.div_ceil(T::COUNT);
         let mut chain: Self = Chain {
             space,
             knots,
-            legs: (0..groups)
-                .map(|_| Leg::new(space, grid.fine.len()))
+            groups: (0..groups)
+                .map(|_| Group::new(Leg::new(space, nodes.len())))
                 .collect(),
-            linear: (0..groups).map(|_| LinearLeg::new(space, grid)).collect(),
-            scratch: leg::Scratch::new(space, grid.fine.len()),
-            linearisation: Linearisation::new(space, grid),
+            buffers: leg::Scratch::new(space, nodes.len()),
             velocities: velocities.to_vec(),
             jumps: Vec::new(),
-            step: Vec::new(),
-            merit: f64::INFINITY,
             size: f64::INFINITY,
         };
-        for (group, leg) in chain.legs.iter_mut().enumerate() {
+        for (group, Group { leg, .. }) in chain.groups.iter_mut().enumerate() {
             for lane in 0..T::COUNT {
                 // The last one stands in for those that are not there.
                 let i = (group * T::COUNT + lane).min(count - 1);
@@ -98,7 +107,7 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
         third_derivative: &ThirdDerivative<'_>,
     ) -> Result<()> {
         let count = self.knots.lengths.len();
-        for (group, leg) in self.legs.iter_mut().enumerate() {
+        for (group, Group { leg, .. }) in self.groups.iter_mut().enumerate() {
             for lane in 0..T::COUNT {
                 let values = third_derivative((group * T::COUNT + lane).min(count - 1), &nodes.s)?;
                 for (f, value) in leg.f.iter_mut().zip(values) {
@@ -110,98 +119,75 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
     }
 
     /// From few nodes to many.
-    pub(super) fn refine(&mut self, from: &Nodes, grid: &Grid) {
-        let (space, to) = (self.space, &grid.fine);
-        let mut points = to.s.clone();
-        points.push(1.0);
-        let [values, integral, ..] = from.integrals_at(&points);
-        let matrices = [&values[..to.len() * from.len()], &integral];
-        let mut scratch = leg::Scratch::new(space, to.len());
-        vectorised(
+    pub(super) fn refine(&mut self, from: &Nodes, to: &Nodes) {
+        let (space, between) = (self.space, from.onto(to));
+        let matrices = between.each_ref().map(Vec::as_slice);
+        let mut buffers = [self.buffers.clone(), leg::Scratch::new(space, to.len())];
+        each(
+            &mut self.groups,
+            &mut buffers,
             #[inline(always)]
-            || {
-                for leg in &mut self.legs {
-                    *leg = leg.on_nodes(space, [from, to], matrices, &mut self.scratch);
-                    leg.correct_frames(space, to, &mut scratch);
-                    leg.smooth(space, to, &mut scratch);
-                }
+            |[coarse, fine], _, group| {
+                let mut leg = group.leg.on_nodes(space, [from, to], matrices, coarse);
+                leg.correct_frames(space, to, fine);
+                leg.smooth(space, to, fine);
+                *group = Group::new(leg);
             },
         );
-        self.scratch = scratch;
-        self.linearisation = Linearisation::new(space, grid);
-        self.linear = self
-            .legs
-            .iter()
-            .map(|_| LinearLeg::new(space, grid))
-            .collect();
+        self.buffers = leg::Scratch::new(space, to.len());
     }
 
-    pub(super) fn advance(&mut self, share: f64) {
+    /// `x'''` becomes what the equations say, and the frames go with the motion; evaluates what is left of all equations.
+    pub(super) fn sweep_once(&mut self, nodes: &Nodes) {
         let space = self.space;
-        for (velocity, step) in self.velocities.iter_mut().zip(&self.step) {
-            *velocity += share * step;
+        each(
+            &mut self.groups,
+            &mut self.buffers,
+            #[inline(always)]
+            |scratch, _, Group { leg, before }| {
+                before.copy_from_slice(&leg.f);
+                leg.set_motion(space, nodes);
+                leg.smooth(space, nodes, scratch);
+                set_frames(space, leg, nodes, scratch);
+                leg.set_residual(space, nodes, scratch);
+            },
+        );
+        self.size = 0.0;
+        for Group { leg, .. } in &self.groups {
+            self.size = larger(self.size, leg.residual.size);
         }
-        vectorised(
-            #[inline(always)]
-            || {
-                for (linear, leg) in self.linear.iter().zip(&mut self.legs) {
-                    linear.advance(space, leg, share);
-                }
-            },
-        );
-    }
-
-    /// Evaluates what is left of all equations.
-    pub(super) fn evaluate(&mut self, grid: &Grid) {
-        let (space, nodes, scratch) = (self.space, &grid.fine, &mut self.scratch);
-        let smooth = nodes.len() > grid.coarse.len();
-        (self.merit, self.size) = vectorised(
-            #[inline(always)]
-            || {
-                let (mut size, mut squares) = (0.0, T::ZERO);
-                for leg in &mut self.legs {
-                    leg.set_motion(space, nodes);
-                    if smooth {
-                        leg.smooth(space, nodes, scratch);
-                    }
-                    set_frames(space, leg, nodes, scratch);
-                    leg.set_residual(space, nodes, scratch);
-                    size = larger(size, leg.largest_residual());
-                    size = larger(size, leg.largest_defect_of_frames());
-                    squares += leg.sum_of_squares(space, nodes);
-                }
-                let squares = (0..T::COUNT).map(|lane| squares.lane(lane)).sum::<f64>();
-                (squares, size)
-            },
-        );
         self.set_jumps();
         let d = self.space.dim();
         for knot in 0..self.knots.count() {
             let square = self.knots.shortest(knot).powi(2);
             for jump in &self.jumps[knot * d..][..d] {
-                self.merit += (square * jump).powi(2);
                 self.size = larger(self.size, square * jump.abs());
             }
         }
-        self.merit = self.merit.sqrt();
+    }
+
+    /// Products of a sweep.
+    pub(super) fn products_of_sweep(&self, nodes: &Nodes) -> f64 {
+        let [d, r] = [self.space.dim(), self.space.size()].map(|size| size as f64);
+        let count = nodes.len() as f64;
+        let leg = 4.0 * count * count * (d + r * r) + count * r * r * (6.0 * r + 2.0 * d);
+        self.knots.lengths.len() as f64 * leg
     }
 
     /// The largest velocity on a leg.
     pub(super) fn speed(&self) -> f64 {
-        let speeds = self.legs.iter().map(|leg| leg.speed(self.space));
+        let speeds = self.groups.iter().map(|group| group.leg.speed(self.space));
         speeds.fold(0.0, larger)
     }
 
     /// The last Legendre coefficients of the frames' derivative.
     pub(super) fn tail(&mut self, nodes: &Nodes) -> f64 {
-        let (space, scratch) = (self.space, &mut self.scratch);
+        let (space, scratch) = (self.space, &mut self.buffers);
         vectorised(
             #[inline(always)]
             || {
-                let tails = self
-                    .legs
-                    .iter_mut()
-                    .map(|leg| leg.tail(space, nodes, scratch));
+                let groups = self.groups.iter_mut();
+                let tails = groups.map(|group| group.leg.tail(space, nodes, scratch));
                 tails.fold(0.0, larger)
             },
         )
@@ -210,13 +196,13 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
     /// The polynomials of all legs.
     pub(super) fn dense(&self, nodes: &Nodes) -> Dense {
         let (space, legs) = (self.space, self.knots.lengths.len());
-        let expansion = Expansion::new(nodes);
+        let expansion = Expansion::of(nodes);
         let mut dense = Dense::new(legs, nodes.len(), space);
         vectorised(
             #[inline(always)]
             || {
-                for (group, leg) in self.legs.iter().enumerate() {
-                    dense.write(space, &expansion, group * T::COUNT, leg, legs);
+                for (i, group) in self.groups.iter().enumerate() {
+                    dense.write(space, &expansion, i * T::COUNT, &group.leg, legs);
                 }
             },
         );
@@ -225,12 +211,10 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
 
     /// The largest entry of an acceleration or a third vector.
     pub(super) fn largest_bend(&self) -> f64 {
-        let legs = self.legs.iter();
-        legs.fold(0.0, |size, leg| {
-            larger(
-                size,
-                larger(largest(&leg.acceleration), largest(&leg.third)),
-            )
+        let groups = self.groups.iter();
+        groups.fold(0.0, |size, Group { leg, .. }| {
+            let here = larger(largest(&leg.acceleration), largest(&leg.third));
+            larger(size, here)
         })
     }
 
@@ -238,7 +222,7 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
         let d = self.space.dim();
         velocities.copy_from_slice(&self.velocities);
         for (i, bend) in bends.chunks_exact_mut(2 * d).enumerate() {
-            let (leg, lane) = (&self.legs[i / T::COUNT], i % T::COUNT);
+            let (leg, lane) = (&self.groups[i / T::COUNT].leg, i % T::COUNT);
             let vectors = leg.acceleration.iter().chain(&leg.third);
             for (bend, x) in bend.iter_mut().zip(vectors) {
                 *bend = x.lane(lane);
@@ -273,99 +257,44 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
     /// Adds an acceleration of a leg, per unit of time squared.
     fn add(&self, to: &mut [f64], leg: usize, sign: f64, vector: impl Fn(&Leg<T>) -> &Vec<T>) {
         let rate = sign * self.knots.lengths[leg].powi(-2);
-        let vector = vector(&self.legs[leg / T::COUNT]);
+        let vector = vector(&self.groups[leg / T::COUNT].leg);
         for (to, x) in to.iter_mut().zip(vector) {
             *to += rate * x.lane(leg % T::COUNT);
         }
     }
+}
 
-    /// Sets up the linear equations and the step that solves them; `false` where they are singular.
-    pub(super) fn linearise(&mut self, grid: &Grid) -> bool {
-        let space = self.space;
-        let d = space.dim();
-        vectorised(
+/// Work on every item, in tasks of the pool where there are more than a few, compiled for the widest vector instructions; the
+/// same for any number of threads.
+#[inline(always)]
+pub(crate) fn each<A: Send, B: Clone + Send + Sync>(
+    items: &mut [A],
+    buffers: &mut B,
+    work: impl Fn(&mut B, usize, &mut A) + Sync,
+) {
+    if items.len() <= TASK || rayon::current_num_threads() == 1 {
+        return vectorised(
             #[inline(always)]
             || {
-                for (linear, leg) in self.linear.iter_mut().zip(&self.legs) {
-                    linear.set(space, grid, leg, &mut self.linearisation);
+                for (i, item) in items.iter_mut().enumerate() {
+                    work(buffers, i, item);
                 }
             },
         );
-        let Some(mut steps) = self.velocity_steps() else {
-            return false;
-        };
-        if steps.iter().any(|step| !step.is_finite()) {
-            return false;
-        }
-        if matches!(self.knots.ends, Ends::Periodic) {
-            steps.extend_from_within(..d);
-        }
-        let count = self.knots.lengths.len();
-        let (mut first, mut last) = (vec![T::ZERO; d], vec![T::ZERO; d]);
+    }
+    let buffers = &*buffers;
+    let tasks = items.par_chunks_mut(TASK).enumerate();
+    tasks.for_each(|(task, items)| {
+        let mut buffers = buffers.clone();
         vectorised(
             #[inline(always)]
             || {
-                for (group, (linear, leg)) in self.linear.iter_mut().zip(&self.legs).enumerate() {
-                    for lane in 0..T::COUNT {
-                        let i = (group * T::COUNT + lane).min(count - 1);
-                        let h = self.knots.lengths[i];
-                        for p in 0..d {
-                            first[p].set_lane(lane, h * steps[i * d + p]);
-                            last[p].set_lane(lane, h * steps[(i + 1) * d + p]);
-                        }
-                    }
-                    linear.set_step(space, grid, leg, [&first, &last]);
+                for (i, item) in items.iter_mut().enumerate() {
+                    work(&mut buffers, TASK * task + i, item);
                 }
             },
         );
-        self.step = steps;
-        true
-    }
-
-    /// The changes of the velocities: a block tridiagonal system.
-    fn velocity_steps(&self) -> Option<Vec<f64>> {
-        let d = self.space.dim();
-        let (count, narrow) = (self.knots.count(), 2 * d + 1);
-        let mut system = BlockTridiagonal::zeros(count, d);
-        let mut right: Vec<f64> = self.jumps.iter().map(|jump| -jump).collect();
-        for knot in 0..count {
-            let block = knot * d * d;
-            if let Some((End::Velocity(_), _)) = self.knots.end_at(knot) {
-                for p in 0..d {
-                    system.diagonal[block + p * d + p] = 1.0;
-                }
-                continue;
-            }
-            let [before, after] = self.knots.legs_at(knot);
-            if let Some(leg) = before {
-                let (h, lane) = (self.knots.lengths[leg], leg % T::COUNT);
-                let form = &self.linear[leg / T::COUNT].last_acceleration;
-                for (p, form) in form.chunks_exact(narrow).enumerate() {
-                    for q in 0..d {
-                        system.below[block + p * d + q] += form[q].lane(lane) / h;
-                        system.diagonal[block + p * d + q] += form[d + q].lane(lane) / h;
-                    }
-                    right[knot * d + p] -= form[2 * d].lane(lane) / (h * h);
-                }
-            }
-            if let Some(leg) = after {
-                let (h, lane) = (self.knots.lengths[leg], leg % T::COUNT);
-                let form = &self.linear[leg / T::COUNT].start;
-                for (p, form) in form.chunks_exact(narrow).take(d).enumerate() {
-                    for q in 0..d {
-                        system.diagonal[block + p * d + q] -= form[q].lane(lane) / h;
-                        system.above[block + p * d + q] -= form[d + q].lane(lane) / h;
-                    }
-                    right[knot * d + p] += form[2 * d].lane(lane) / (h * h);
-                }
-            }
-        }
-        match self.knots.ends {
-            Ends::Open(_) => system.solve(&mut right)?,
-            Ends::Periodic => system.solve_cyclic(&mut right)?,
-        }
-        Some(right)
-    }
+    });
 }
 
 /// Frames that go with the motion of a leg: corrected, or found anew where they are far off.

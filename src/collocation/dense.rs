@@ -1,8 +1,11 @@
 //! The polynomials of a solved leg: the curve between its knots.
 
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
 use super::leg::Leg;
 use super::nodes::{Nodes, legendre};
-use crate::linalg::field::{Field, accumulate, multiply};
+use crate::linalg::field::{Field, accumulate, multiply, transposed_multiply};
 use crate::space::Homogeneous;
 
 /// Polynomials in `s - 1/2`, coefficient by coefficient: `x` (coordinates) and the frame (row by row), leg by leg.
@@ -10,11 +13,11 @@ use crate::space::Homogeneous;
 pub(crate) struct Dense {
     /// Coefficients of a polynomial, less one.
     pub(crate) order: usize,
-    pub(crate) x: Vec<f64>,
-    pub(crate) frames: Vec<f64>,
+    x: Vec<f64>,
+    frames: Vec<f64>,
     /// `x, x', x''` at both ends, and the frame at the last one.
-    pub(crate) ends: Vec<[Vec<f64>; 3]>,
-    pub(crate) last_frames: Vec<f64>,
+    ends: Vec<f64>,
+    last_frames: Vec<f64>,
 }
 
 /// The matrices that take values at nodes to coefficients.
@@ -27,8 +30,17 @@ pub(super) struct Expansion {
     third: Vec<f64>,
 }
 
+/// Those that were asked for before, by the number of nodes.
+static EXPANSIONS: Mutex<BTreeMap<usize, Arc<Expansion>>> = Mutex::new(BTreeMap::new());
+
 impl Expansion {
-    pub(super) fn new(nodes: &Nodes) -> Self {
+    pub(super) fn of(nodes: &Nodes) -> Arc<Self> {
+        let mut known = EXPANSIONS.lock().unwrap_or_else(PoisonError::into_inner);
+        let expansion = known.entry(nodes.len());
+        Arc::clone(expansion.or_insert_with(|| Arc::new(Expansion::new(nodes))))
+    }
+
+    fn new(nodes: &Nodes) -> Self {
         let count = nodes.len();
         let order = count + 2;
         let mut analysis = vec![0.0; count * count];
@@ -85,16 +97,51 @@ fn centered_legendre(degree: usize) -> Vec<Vec<f64>> {
     all
 }
 
+/// The curves of solved legs.
+pub(crate) trait Curves: Send + Sync {
+    /// Polynomials that have those of a leg among them, and which these are.
+    fn of_leg(&self, leg: usize) -> (&Dense, usize);
+}
+
+impl Curves for Dense {
+    fn of_leg(&self, leg: usize) -> (&Dense, usize) {
+        (self, leg)
+    }
+}
+
 impl Dense {
-    pub(super) fn new(legs: usize, nodes: usize, space: impl Homogeneous) -> Self {
+    /// Room for legs with `nodes + 3` coefficients.
+    pub(crate) fn new(legs: usize, nodes: usize, space: impl Homogeneous) -> Self {
         let (d, square, order) = (space.dim(), space.size() * space.size(), nodes + 2);
         Dense {
             order,
             x: vec![0.0; legs * (order + 1) * d],
             frames: vec![0.0; legs * (order + 1) * square],
-            ends: Vec::with_capacity(legs),
+            ends: vec![0.0; legs * 6 * d],
             last_frames: vec![0.0; legs * square],
         }
+    }
+
+    /// Coefficients of `x` of a leg, for `d` coordinates.
+    pub(crate) fn x(&self, leg: usize, d: usize) -> &[f64] {
+        let size = (self.order + 1) * d;
+        &self.x[leg * size..][..size]
+    }
+
+    /// Coefficients of the frames of a leg, for `square` entries.
+    pub(crate) fn frames(&self, leg: usize, square: usize) -> &[f64] {
+        let size = (self.order + 1) * square;
+        &self.frames[leg * size..][..size]
+    }
+
+    /// `x, x', x''` at the first or the last end of a leg, for `d` coordinates.
+    pub(crate) fn end(&self, leg: usize, end: usize, d: usize) -> impl Iterator<Item = &[f64]> {
+        self.ends[(2 * leg + end) * 3 * d..][..3 * d].chunks_exact(d)
+    }
+
+    /// The frame at the last end of a leg.
+    pub(crate) fn last_frame(&self, leg: usize, square: usize) -> &[f64] {
+        &self.last_frames[leg * square..][..square]
     }
 
     /// The polynomials of a group of legs, the first of which is `first`.
@@ -139,11 +186,54 @@ impl Dense {
             copy_lane(&frames, lane, &mut self.frames[at * terms * square..]);
             let last = &leg.frames[count * square..];
             copy_lane(last, lane, &mut self.last_frames[at * square..]);
-            self.ends.push(
-                leg.x
-                    .each_ref()
-                    .map(|x| x[count * d..].iter().map(|x| x.lane(lane)).collect()),
-            );
+            let first = [&leg.velocity, &leg.acceleration, &leg.third].map(|x| &x[..]);
+            let end = leg.x.each_ref().map(|x| &x[count * d..]);
+            let vectors = first.into_iter().chain(end);
+            for (to, x) in self.ends[at * 6 * d..].chunks_exact_mut(d).zip(vectors) {
+                copy_lane(x, lane, to);
+            }
+        }
+    }
+
+    /// Taylor series of all legs: coefficients of `x` and of
+    /// frames, and `x, x', x''` at both ends.
+    #[inline(always)]
+    pub(crate) fn write_series<T: Field>(
+        &mut self,
+        space: impl Homogeneous,
+        [x, frames]: [&[T]; 2],
+        ends: &[Vec<T>; 6],
+    ) {
+        let (d, r) = (space.dim(), space.size());
+        let (square, terms) = (r * r, self.order + 1);
+        let legs = self.last_frames.len() / square;
+        let turned = |s: f64| {
+            let mut frame = vec![T::ZERO; square];
+            let mut power = 1.0;
+            for c in frames.chunks_exact(square).take(terms) {
+                for (frame, c) in frame.iter_mut().zip(c) {
+                    *frame += *c * power;
+                }
+                power *= s;
+            }
+            frame
+        };
+        let (start, end) = (turned(-0.5), turned(0.5));
+        let mut relative = vec![T::ZERO; terms * square];
+        let known = frames.chunks_exact(square);
+        for (c, out) in known.zip(relative.chunks_exact_mut(square)) {
+            transposed_multiply(r, &start, c, out);
+        }
+        let mut last = vec![T::ZERO; square];
+        transposed_multiply(r, &start, &end, &mut last);
+        for at in 0..legs {
+            let lane = at;
+            copy_lane(&x[..terms * d], lane, &mut self.x[at * terms * d..]);
+            copy_lane(&relative, lane, &mut self.frames[at * terms * square..]);
+            copy_lane(&last, lane, &mut self.last_frames[at * square..]);
+            for (to, x) in self.ends[at * 6 * d..].chunks_exact_mut(d).zip(ends) {
+                copy_lane(x, lane, to);
+            }
         }
     }
 }

@@ -25,12 +25,12 @@ pub(crate) struct Knots<'a> {
 
 impl<'a> Knots<'a> {
     /// Knots with a velocity of their own: the last one of a closed chain is the first.
-    pub(super) fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.lengths.len() + usize::from(matches!(self.ends, Ends::Open(_)))
     }
 
     /// The leg before a knot and the leg after it.
-    pub(super) fn legs_at(&self, knot: usize) -> [Option<usize>; 2] {
+    pub(crate) fn legs_at(&self, knot: usize) -> [Option<usize>; 2] {
         let legs = self.lengths.len();
         let before = match (knot, self.ends) {
             (0, Ends::Periodic) => Some(legs - 1),
@@ -41,7 +41,7 @@ impl<'a> Knots<'a> {
     }
 
     /// What is given at a knot that is an end, and the sign of its acceleration in a jump.
-    pub(super) fn end_at(&self, knot: usize) -> Option<(&'a End, f64)> {
+    pub(crate) fn end_at(&self, knot: usize) -> Option<(&'a End, f64)> {
         match self.ends {
             Ends::Open([first, _]) if knot == 0 => Some((first, 1.0)),
             Ends::Open([_, last]) if knot == self.lengths.len() => Some((last, -1.0)),
@@ -50,7 +50,7 @@ impl<'a> Knots<'a> {
     }
 
     /// Length of the shorter leg at a knot.
-    pub(super) fn shortest(&self, knot: usize) -> f64 {
+    pub(crate) fn shortest(&self, knot: usize) -> f64 {
         let legs = self.legs_at(knot).into_iter().flatten();
         legs.fold(f64::INFINITY, |h, leg| h.min(self.lengths[leg]))
     }

@@ -4,7 +4,7 @@ use super::nodes::Nodes;
 use crate::linalg::field::{
     Field, accumulate, larger, largest, multiply, multiply_transposed, transposed_multiply,
 };
-use crate::space::Homogeneous;
+use crate::space::{Homogeneous, orthonormalise};
 
 /// A leg, or eight of them, in the time in which it takes one.
 ///
@@ -43,9 +43,12 @@ pub(super) struct Residual<T> {
     pub(super) point: Vec<T>,
     /// The velocity at the end that is too much.
     pub(super) velocity: Vec<T>,
+    /// The largest entry.
+    pub(super) size: f64,
 }
 
 /// Buffers that legs share.
+#[derive(Clone)]
 pub(super) struct Scratch<T> {
     /// A matrix for each node and the end.
     rates: Vec<T>,
@@ -91,6 +94,7 @@ impl<T: Field> Leg<T> {
                 frames: zeros((nodes + 1) * square),
                 point: zeros(d),
                 velocity: zeros(d),
+                size: f64::INFINITY,
             },
             holonomy: zeros(square),
             wanted_velocity: zeros(d),
@@ -203,7 +207,7 @@ impl<T: Field> Leg<T> {
         );
     }
 
-    /// `f` becomes the right-hand side, which smooths what coarse nodes do not see.
+    /// `f` becomes the right-hand side.
     #[inline(always)]
     pub(super) fn smooth(
         &mut self,
@@ -270,37 +274,21 @@ impl<T: Field> Leg<T> {
         }
         let reached = &self.x[1][count * d..];
         space.turn_into(&self.holonomy, reached, &mut self.last_acceleration);
+        self.residual.size = self.largest_residual();
     }
 
-    /// The largest entry of what is left of the equations, but for the frames; NaN if there is one.
+    /// The largest entry of what is left of the equations; NaN if there is one.
     #[inline(always)]
-    pub(super) fn largest_residual(&self) -> f64 {
+    fn largest_residual(&self) -> f64 {
         let Residual {
-            f, point, velocity, ..
+            f,
+            frames,
+            point,
+            velocity,
+            ..
         } = &self.residual;
-        larger(larger(largest(f), largest(point)), largest(velocity))
-    }
-
-    /// The sum of squares of what is left of the equations, but for the frames; of the numbers together.
-    #[inline(always)]
-    pub(super) fn sum_of_squares(&self, space: impl Homogeneous, nodes: &Nodes) -> T {
-        let squares = |values: &[T]| {
-            let mut sum = T::ZERO;
-            for x in values {
-                sum += *x * *x;
-            }
-            sum
-        };
-        let mut sum = squares(&self.residual.point) + squares(&self.residual.velocity);
-        for (f, weight) in self
-            .residual
-            .f
-            .chunks_exact(space.dim())
-            .zip(&nodes.weights)
-        {
-            sum += squares(f) * *weight;
-        }
-        sum
+        let equations = larger(larger(largest(f), largest(point)), largest(velocity));
+        larger(equations, largest(frames))
     }
 
     /// The last two Legendre coefficients of `g'`, the largest entry: where they are round-off, so is what the polynomials leave
@@ -381,23 +369,6 @@ impl<T: Field> Leg<T> {
         accumulate(integral, count, rates, square, &mut out.frames);
         out.set_motion(space, to);
         out
-    }
-}
-
-/// Steps of [`orthonormalise`].
-const POLAR_STEPS: usize = 4;
-
-/// A few steps of the Newton-Schulz iteration `q <- q (3 - q^T q) / 2` for the polar factor.
-#[inline(always)]
-fn orthonormalise<T: Field>(r: usize, q: &mut [T], work: &mut [T]) {
-    let (gram, rest) = work.split_at_mut(r * r);
-    let product = &mut rest[..r * r];
-    for _ in 0..POLAR_STEPS {
-        transposed_multiply(r, q, q, gram);
-        multiply(r, q, gram, product);
-        for (q, product) in q.iter_mut().zip(&*product) {
-            *q = *q * 1.5 - *product * 0.5;
-        }
     }
 }
 

@@ -7,22 +7,25 @@
 //! f = [x'', x]_m - [[x, x']_h, x],\qquad g = g_0 + \int_0^s g\,x,\qquad x = x_0 + x_0' s + \tfrac12 x_0'' s^2 + \iiint f
 //! ```
 //!
-//! an equation of the second kind with a smoothing kernel: Newton's method needs its derivative on a few coarse nodes only,
-//! and what coarse nodes do not see dies out in a sweep or two of the fixed-point iteration `f <- [x'', x]_m - ...`.
-//! The polynomials are the curve: nothing is integrated afterwards.
+//! an equation of the second kind with a smoothing kernel: sweeps of the fixed-point iteration `f <- [x'', x]_m - ...`, with a step
+//! at the ends as in flat space and with Anderson mixing, take no derivative. The polynomials are the curve: nothing is integrated
+//! afterwards.
 //!
 //! # Source
-//! Atkinson (1997), "The Numerical Solution of Integral Equations of the Second Kind", sec. 6.2 (two-grid iteration for the
-//! Nystrom method); Ascher, Mattheij, Russell (1995), "Numerical Solution of Boundary Value Problems for Ordinary Differential
-//! Equations", sec. 5.6 (Gauss collocation), 7.2 (condensation).
+//! Atkinson (1997), "The Numerical Solution of Integral Equations of the Second Kind", sec. 4.1 (the Nystrom method); Walker, Ni
+//! (2011), "Anderson acceleration for fixed-point iterations", SIAM J. Numer. Anal. 49, 1715-1735.
 
 mod chain;
 mod dense;
 mod knots;
 mod leg;
-mod linear_leg;
-mod linearisation;
-mod newton;
 mod nodes;
+mod solve;
+mod sweeps;
 
-mod tests;
+#[cfg(test)]
+pub(crate) use chain::ThirdDerivative;
+pub(crate) use chain::each;
+pub(crate) use dense::{Curves, Dense};
+pub(crate) use knots::{End, Ends, Knots};
+pub(crate) use solve::{MANY, Options, Progress, solve, start_speed};

@@ -1,5 +1,8 @@
 //! Gauss nodes on `[0, 1]`, and integrals of the polynomials through values at them.
 
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
 use crate::curve::cost::gauss_legendre;
 
 /// Integrals up to this many times.
@@ -93,28 +96,23 @@ pub(super) fn integral(series: &[f64]) -> Vec<f64> {
     out
 }
 
-/// Fine nodes with the equations, and coarse nodes with their derivative.
-#[derive(Debug, Clone)]
-pub(super) struct Grid {
-    pub(super) fine: Nodes,
-    pub(super) coarse: Nodes,
-    /// From values at the fine nodes to values and integrals at the coarse ones.
-    pub(super) down: [Vec<f64>; TIMES + 1],
-    /// From values at the coarse nodes to those at the fine ones.
-    pub(super) up: Vec<f64>,
-}
+/// Nodes that were asked for before: 14 take as long as the spline through ten rotations.
+static KNOWN: Mutex<BTreeMap<usize, Arc<Nodes>>> = Mutex::new(BTreeMap::new());
 
-impl Grid {
-    pub(super) fn new(fine: usize, coarse: usize) -> Self {
-        let (fine, coarse) = (Nodes::new(fine), Nodes::new(coarse));
-        let down = fine.integrals_at(&coarse.s);
-        let [up, ..] = coarse.integrals_at(&fine.s);
-        Grid {
-            fine,
-            coarse,
-            down,
-            up,
-        }
+impl Nodes {
+    pub(super) fn of(count: usize) -> Arc<Self> {
+        let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+        let nodes = known.entry(count);
+        Arc::clone(nodes.or_insert_with(|| Arc::new(Nodes::new(count))))
+    }
+
+    /// From values at these nodes to those at others, and to integrals from 0 there and at 1.
+    pub(super) fn onto(&self, others: &Nodes) -> [Vec<f64>; 2] {
+        let mut points = others.s.clone();
+        points.push(1.0);
+        let [mut values, integrals, ..] = self.integrals_at(&points);
+        values.truncate(others.len() * self.len());
+        [values, integrals]
     }
 }
 

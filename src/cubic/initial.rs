@@ -264,7 +264,8 @@ fn check(s: MatRef<'_, f64>, vectors: [MatRef<'_, f64>; 3]) -> Result<()> {
     Ok(())
 }
 
-/// An orthogonal matrix whose first columns are those of `s`, shape `(r, k)`, orthonormalised where they are not.
+/// An orthogonal matrix whose first columns are those of `s`, shape `(r, k)`, orthonormalised where they are not; its
+/// determinant is 1 where `k < r`.
 ///
 /// By Householder reflections, written out: `r` is at most `4k`, and often three.
 pub(crate) fn complete(s: MatRef<'_, f64>) -> Mat<f64> {
@@ -296,10 +297,18 @@ fn complete_into(mut g: MatMut<'_, f64>, s: MatRef<'_, f64>) {
             reflect(reflections.rb().col(j), j, g.rb_mut().col_mut(col));
         }
     }
+    // Every reflection and every change of sign turns the orientation.
+    let mut orientation = 1.0;
     for j in 0..k {
-        let sign = -sign(reflections[(j, j)]);
+        let sign = sign(reflections[(j, j)]);
+        orientation *= sign;
         for i in 0..r {
-            g[(i, j)] *= sign;
+            g[(i, j)] *= -sign;
+        }
+    }
+    if k < r {
+        for i in 0..r {
+            g[(i, r - 1)] *= orientation;
         }
     }
 }

@@ -32,6 +32,7 @@ mod fused;
 pub(crate) mod guess;
 mod homotopy;
 pub(crate) mod initial;
+pub(crate) mod lazy_path;
 pub(crate) mod leg;
 mod low_cost;
 pub(crate) mod node;

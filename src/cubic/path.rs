@@ -73,6 +73,15 @@ impl State {
         }
     }
 
+    /// At some time, from the blocks of the frame and of `x, x', x''`.
+    pub(crate) fn of_entries(blocks: Sized, time: f64, entries: Vec<f64>) -> Self {
+        State {
+            time,
+            blocks,
+            entries,
+        }
+    }
+
     /// The first `k` columns of the frame, shape `(r, k)`.
     pub(crate) fn s(&self) -> &[f64] {
         let Sized { m, k } = self.blocks;
@@ -174,6 +183,34 @@ impl Path {
             vectors: Vec::new(),
             first: state.clone(),
             last: state,
+        }
+    }
+
+    /// One polynomial in `t - 1/2` on `[0, 1]`, between the states at its ends: coefficients of the point and of `x`, as they are
+    /// stored.
+    pub(crate) fn of_polynomial(
+        [first, last]: [State; 2],
+        order: usize,
+        points: Vec<f64>,
+        vectors: Vec<f64>,
+    ) -> Self {
+        let piece = Piece {
+            lower: 0.0,
+            upper: 1.0,
+            center: 0.5,
+        };
+        let accuracy = Accuracy {
+            order,
+            ..Accuracy::FULL
+        };
+        Path {
+            blocks: first.blocks,
+            accuracy,
+            pieces: vec![piece],
+            points,
+            vectors,
+            first,
+            last,
         }
     }
 
@@ -376,6 +413,27 @@ impl Path {
             }
         }
         sum
+    }
+
+    /// `x'''` at some times that are covered, one vector after the other, as `problem::pack` orders its entries: of a square frame
+    /// those of the frame without its last column.
+    pub(crate) fn third_derivatives(&self, times: &[f64]) -> Vec<f64> {
+        let (k, entries) = (self.blocks.k, self.r() * self.blocks.k);
+        let mut series: [Vec<f64>; 4] = std::array::from_fn(|_| vec![0.0; entries]);
+        let mut out = Vec::with_capacity(times.len() * entries);
+        for t in times {
+            let mut targets = series.each_mut().map(Vec::as_mut_slice);
+            self.vectors_into(*t, &mut targets);
+            let (omega, b) = series[3].split_at(k * k);
+            for col in 0..k {
+                // The last row of a square frame takes the place of `b`.
+                let is_last = self.blocks.m == 0 && col + 1 == k;
+                let factor = if is_last { -6.0 } else { 6.0 };
+                out.extend((0..col).map(|row| factor * omega[row + k * col]));
+            }
+            out.extend(b.iter().map(|b| 6.0 * b));
+        }
+        out
     }
 
     pub(crate) fn accuracy(&self) -> Accuracy {

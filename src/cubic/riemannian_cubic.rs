@@ -9,6 +9,7 @@ use super::boundary::BoundaryReport;
 use super::clock::Clock;
 use super::enclosure;
 use super::initial::Coordinates;
+use super::lazy_path::LazyPath;
 use super::path::{Path, State};
 use super::reduced::Sized;
 use super::taylor::Accuracy;
@@ -95,7 +96,7 @@ pub struct RiemannianCubic {
     pub(super) n: usize,
     pub(super) k: usize,
     pub(super) frame: Option<Arc<Mat<f64>>>,
-    pub(super) path: Arc<Path>,
+    pub(super) path: Arc<LazyPath>,
     pub(super) clock: Clock,
     pub(super) span: (f64, f64),
     pub(super) report: Option<SolverReport>,
@@ -150,15 +151,31 @@ impl RiemannianCubic {
         path: Path,
         report: Option<BoundaryReport>,
     ) -> Self {
+        let span = path.covered();
+        RiemannianCubic {
+            report: report.map(|report| report.solver),
+            boundary_report: report,
+            ..Self::of_leg(n, k, frame, path.into(), span)
+        }
+    }
+
+    /// The same for a path that may not have been made yet, over a span of time.
+    pub(crate) fn of_leg(
+        n: usize,
+        k: usize,
+        frame: Option<Arc<Mat<f64>>>,
+        path: LazyPath,
+        span: (f64, f64),
+    ) -> Self {
         RiemannianCubic {
             n,
             k,
             frame,
-            span: path.covered(),
+            span,
             path: Arc::new(path),
             clock: Clock::new(1.0),
-            report: report.map(|report| report.solver),
-            boundary_report: report,
+            report: None,
+            boundary_report: None,
         }
     }
 
@@ -227,7 +244,7 @@ impl RiemannianCubic {
             extend(&mut path, self.clock, t, interrupt)?;
         }
         Ok(Some(RiemannianCubic {
-            path: Arc::new(path),
+            path: Arc::new(path.into()),
             ..self.clone()
         }))
     }

@@ -37,6 +37,7 @@ impl StoredPiece for RiemannianCubic {
         let flat = |numbers: &dyn Fn(&Self) -> Vec<f64>| curves.iter().flat_map(numbers).collect();
         fields.put_whole("ranks", paths().map(|path| path.blocks.m + path.blocks.k));
         fields.put_whole("steps", paths().map(|path| path.pieces.len()));
+        fields.put_whole("orders", paths().map(|path| path.accuracy.order));
         fields.put_flat("tolerances", flat(&|curve| vec![curve.tolerance()]));
         fields.put_flat(
             "clocks",
@@ -62,6 +63,7 @@ impl StoredPiece for RiemannianCubic {
         let steps = fields.whole("steps")?;
         let count = steps.len();
         let ranks = fields.whole_each("ranks", count)?;
+        let orders = fields.whole_each("orders", count)?;
         let frames = restore_frames(n, count, fields)?;
         let reports = fields.reports("reports", count)?;
         let names = ["tolerances", "clocks", "spans"];
@@ -75,13 +77,13 @@ impl StoredPiece for RiemannianCubic {
             let blocks = blocks(n, k, ranks[i], rows)?;
             let [tolerance] = tolerances.some()?;
             let (clock, span) = (clock(clocks.some()?)?, span(spans.some()?)?);
-            let path = Arc::new(numbers.path(blocks, steps[i], tolerance)?);
+            let path = numbers.path(blocks, steps[i], orders[i], tolerance)?;
             check_path(&path, interrupt)?;
             curves.push(RiemannianCubic {
                 n,
                 k,
                 frame,
-                path,
+                path: Arc::new(path.into()),
                 clock,
                 span,
                 report,
@@ -178,16 +180,25 @@ fn span([start, end]: [f64; 2]) -> Result<(f64, f64)> {
     Err(refusal(format!("spans: from {start} to {end}")))
 }
 
+/// Of polynomials: what a curve can be extended with.
+const ORDERS: std::ops::RangeInclusive<usize> = 3..=64;
+
 /// Intervals, coefficients of points and vectors, and ends of paths that follow one another.
 struct Numbers([Parts; 4]);
 
 impl Numbers {
-    fn path(&mut self, blocks: Sized, count: usize, tolerance: f64) -> Result<Path> {
+    fn path(&mut self, blocks: Sized, count: usize, order: usize, tolerance: f64) -> Result<Path> {
         let range = Accuracy::FULL.truncation..=0.1;
         if !range.contains(&tolerance) {
             return Err(refusal(format!("tolerances: {tolerance} is out of range")));
         }
-        let accuracy = Accuracy::of_tolerance(tolerance);
+        if !ORDERS.contains(&order) {
+            return Err(refusal(format!("orders: {order} is out of range")));
+        }
+        let accuracy = Accuracy {
+            order,
+            ..Accuracy::of_tolerance(tolerance)
+        };
         let [intervals, points, vectors, ends] = &mut self.0;
         let pieces = pieces(intervals.next(product(&[3, count]))?)?;
         let (r, k) = (blocks.m + blocks.k, blocks.k);

@@ -24,6 +24,11 @@ pub(crate) fn work_of_curve(blocks: impl Blocks) -> f64 {
     STEPS * work_of_step(blocks)
 }
 
+/// The same for some products: a step takes as many for each of about 25 orders.
+pub(crate) fn of_products(products: f64) -> f64 {
+    products / 25.0
+}
+
 /// What joining two points takes, and carrying vectors there: products, and the iteration for the curve. By times on St(3,1) to
 /// St(10,3) and St(8,4).
 pub(crate) fn work_of_join(blocks: Sized) -> f64 {

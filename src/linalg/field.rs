@@ -1,6 +1,6 @@
 //! Numbers that can be divided, one or eight at a time, and small dense systems of them.
 
-use std::ops::Div;
+use std::ops::{Div, Mul};
 
 use super::dual::Number;
 use super::lanes::{LANES, Lanes};
@@ -16,6 +16,9 @@ pub(crate) trait Field: Number + Div<Output = Self> {
 
     /// 1 or -1.
     fn sign(self) -> Self;
+
+    /// The larger one of it and the absolute value of another; NaN if there is one.
+    fn larger(self, other: Self) -> Self;
 }
 
 impl Field for f64 {
@@ -34,6 +37,11 @@ impl Field for f64 {
     #[inline(always)]
     fn sign(self) -> f64 {
         1.0_f64.copysign(self)
+    }
+
+    #[inline(always)]
+    fn larger(self, other: f64) -> f64 {
+        larger(self, other.abs())
     }
 }
 
@@ -54,6 +62,14 @@ impl Field for Lanes {
     fn sign(self) -> Lanes {
         Lanes::ONE.copysign(self)
     }
+
+    #[inline(always)]
+    fn larger(mut self, other: Lanes) -> Lanes {
+        for (size, x) in self.0.iter_mut().zip(other.0) {
+            *size = larger(*size, x.abs());
+        }
+        self
+    }
 }
 
 /// The larger of two sizes; NaN if there is one.
@@ -64,10 +80,12 @@ pub(crate) fn larger(a: f64, b: f64) -> f64 {
 
 /// The largest absolute value of all numbers; NaN if there is one.
 #[inline(always)]
-pub(crate) fn largest<T: Number>(values: &[T]) -> f64 {
-    values
-        .iter()
-        .fold(0.0, |size, x| larger(size, x.value().abs()))
+pub(crate) fn largest<T: Field>(values: &[T]) -> f64 {
+    let mut size = T::ZERO;
+    for x in values {
+        size = size.larger(*x);
+    }
+    (0..T::COUNT).fold(0.0, |all, lane| larger(all, size.lane(lane)))
 }
 
 /// Factors `a = l u` in place, shape `(n, n)` row by row, without pivoting: for matrices near to the identity or to ones that
@@ -92,25 +110,21 @@ pub(crate) fn factor<T: Field>(n: usize, a: &mut [T]) {
 /// Solves `l u x = b` in place for `columns` right-hand sides, shape `(n, columns)` row by row.
 #[inline(always)]
 pub(crate) fn substitute<T: Field>(n: usize, factors: &[T], columns: usize, b: &mut [T]) {
-    for i in 1..n {
-        let (above, row) = b.split_at_mut(i * columns);
-        let row = &mut row[..columns];
-        for (share, other) in factors[i * n..][..i]
-            .iter()
-            .zip(above.chunks_exact(columns))
-        {
-            subtract(row, *share, other);
+    for i in 0..n {
+        let (above, below) = b.split_at_mut((i + 1) * columns);
+        let known = &above[i * columns..];
+        for (j, row) in below.chunks_exact_mut(columns).enumerate() {
+            subtract(row, factors[(i + 1 + j) * n + i], known);
         }
     }
     for i in (0..n).rev() {
-        let (above, below) = b.split_at_mut((i + 1) * columns);
-        let row = &mut above[i * columns..];
-        let factors = &factors[i * n..][..n];
-        for (share, other) in factors[i + 1..].iter().zip(below.chunks_exact(columns)) {
-            subtract(row, *share, other);
+        let (above, known) = b.split_at_mut(i * columns);
+        let known = &mut known[..columns];
+        for entry in &mut *known {
+            *entry = *entry * factors[i * n + i];
         }
-        for entry in row {
-            *entry = *entry * factors[i];
+        for (j, row) in above.chunks_exact_mut(columns).enumerate() {
+            subtract(row, factors[j * n + i], known);
         }
     }
 }
@@ -122,22 +136,47 @@ fn subtract<T: Field>(row: &mut [T], share: T, other: &[T]) {
     }
 }
 
-/// `out += a b` for `a` of shape `(rows, inner)`, constant, and `b` of shape `(inner, columns)`, row by row.
+/// Rows of a product that are summed abreast: one sum waits for its last addition four times as long as an addition takes.
+const ROWS: usize = 4;
+
+/// `out += a b` for `a` of shape `(rows, inner)` and `b` of shape `(inner, columns)`, row by row.
 #[inline(always)]
-pub(crate) fn accumulate<T: Number>(
-    a: &[f64],
+pub(crate) fn accumulate<A: Copy, T: Number + Mul<A, Output = T>>(
+    a: &[A],
     inner: usize,
     b: &[T],
     columns: usize,
     out: &mut [T],
 ) {
-    for (a, out) in a.chunks_exact(inner).zip(out.chunks_exact_mut(columns)) {
-        for (column, out) in out.iter_mut().enumerate() {
-            let mut sum = *out;
-            for (a, b) in a.iter().zip(b.chunks_exact(columns)) {
-                sum += b[column] * *a;
+    let mut a = a.chunks_exact(ROWS * inner);
+    let mut out = out.chunks_exact_mut(ROWS * columns);
+    for (a, out) in a.by_ref().zip(out.by_ref()) {
+        accumulate_rows::<ROWS, A, T>(a, inner, b, columns, out);
+    }
+    let rest = a.remainder().chunks_exact(inner);
+    for (a, out) in rest.zip(out.into_remainder().chunks_exact_mut(columns)) {
+        accumulate_rows::<1, A, T>(a, inner, b, columns, out);
+    }
+}
+
+#[inline(always)]
+fn accumulate_rows<const N: usize, A: Copy, T: Number + Mul<A, Output = T>>(
+    a: &[A],
+    inner: usize,
+    b: &[T],
+    columns: usize,
+    out: &mut [T],
+) {
+    let rows: [&[A]; N] = std::array::from_fn(|row| &a[row * inner..][..inner]);
+    for column in 0..columns {
+        let mut sums: [T; N] = std::array::from_fn(|row| out[row * columns + column]);
+        for (l, b) in b.chunks_exact(columns).take(inner).enumerate() {
+            for (sum, row) in sums.iter_mut().zip(rows) {
+                *sum += b[column] * row[l];
             }
-            *out = sum;
+        }
+        for (row, sum) in sums.into_iter().enumerate() {
+            out[row * columns + column] = sum;
         }
     }
 }

@@ -4,11 +4,9 @@
 //! workspaces (`SkewExp`, `OrthogonalLog`, `SkewSchur`): made once for a size, they allocate nothing after.
 
 mod bidiagonal;
-pub(crate) mod cyclic;
 pub mod decomp;
 pub(crate) mod dual;
 pub mod exponential_action;
-#[cfg(test)]
 pub(crate) mod field;
 pub(crate) mod gmres;
 pub mod jet;

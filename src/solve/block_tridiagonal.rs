@@ -27,104 +27,185 @@ impl BlockTridiagonal {
         }
     }
 
-    /// Solves the plain system in place; `None` where a block is singular.
-    pub(crate) fn solve(mut self, b: &mut [f64]) -> Option<()> {
-        let count = b.len() / self.size;
-        self.eliminate(count, b, 1)
+    /// The factors of the plain matrix; `None` where a block is singular.
+    pub(crate) fn factored(mut self) -> Option<Factors> {
+        let count = self.diagonal.len() / self.size.pow(2);
+        let inverses = self.eliminate(count)?;
+        Some(Factors {
+            size: self.size,
+            below: self.below,
+            above: self.above,
+            inverses,
+            border: None,
+        })
     }
 
-    /// Solves the cyclic system in place; `None` where a block is singular.
-    pub(crate) fn solve_cyclic(mut self, b: &mut [f64]) -> Option<()> {
-        let (d, count) = (self.size, b.len() / self.size);
+    /// The factors of the cyclic matrix; `None` where a block is singular.
+    pub(crate) fn factored_cyclic(mut self) -> Option<Factors> {
+        let d = self.size;
         let square = d * d;
-        if count == 1 {
+        let last = self.diagonal.len() / square - 1;
+        if last == 0 {
             for i in 0..square {
                 self.diagonal[i] += self.below[i] + self.above[i];
             }
-            return self.eliminate(1, b, 1);
+            return self.factored();
         }
-        let last = count - 1;
-        // The right-hand side and, beside it, the columns of the last unknown.
-        let columns = d + 1;
-        let mut sides = vec![0.0; last * d * columns];
-        for (row, side) in sides.chunks_exact_mut(columns).enumerate() {
-            side[d] = b[row];
-            let (block, within) = (row / d, row % d);
-            for j in 0..d {
-                if block == 0 {
-                    side[j] += self.below[within * d + j];
-                }
-                if block == last - 1 {
-                    side[j] += self.above[block * square + within * d + j];
-                }
-            }
+        // The columns of the last unknown, block by block.
+        let mut columns = vec![0.0; last * square];
+        for i in 0..square {
+            columns[i] += self.below[i];
+            columns[(last - 1) * square + i] += self.above[(last - 1) * square + i];
         }
         let ends = [
-            self.above[last * square..].to_vec(),
-            self.below[last * square..].to_vec(),
+            self.above.split_off(last * square),
+            self.below.split_off(last * square),
         ];
-        let mut corner = self.diagonal[last * square..].to_vec();
-        self.eliminate(last, &mut sides, columns)?;
-        // The last row: above x_0 + below x_{last - 1} + diagonal x_last = b_last.
-        let mut rest = b[last * d..].to_vec();
+        let mut corner = self.diagonal.split_off(last * square);
+        let mut factors = self.factored()?;
+        factors.substitute(&mut columns, d);
         for (block, end) in [0, last - 1].into_iter().zip(&ends) {
-            for p in 0..d {
-                for l in 0..d {
-                    let side = &sides[(block * d + l) * columns..][..columns];
-                    for q in 0..d {
-                        corner[p * d + q] -= end[p * d + l] * side[q];
+            subtract_product(d, end, &columns[block * square..][..square], d, &mut corner);
+        }
+        let corner = inverse(d, &mut corner)?;
+        factors.border = Some(Border {
+            columns,
+            ends,
+            corner,
+        });
+        Some(factors)
+    }
+
+    /// Leaves the blocks above multiplied by the inverses of the diagonal blocks, which come out.
+    fn eliminate(&mut self, count: usize) -> Option<Vec<f64>> {
+        let d = self.size;
+        let square = d * d;
+        let mut inverses = Vec::with_capacity(count * square);
+        for block in 0..count {
+            let diagonal = &mut self.diagonal[block * square..][..square];
+            if block > 0 {
+                let below = &self.below[block * square..][..square];
+                let above = &self.above[(block - 1) * square..][..square];
+                subtract_product(d, below, above, d, diagonal);
+            }
+            let inverse = inverse(d, diagonal)?;
+            let above = &mut self.above[block * square..][..square];
+            multiply_in_place(d, &inverse, above);
+            inverses.extend(inverse);
+        }
+        Some(inverses)
+    }
+}
+
+/// A block tridiagonal matrix as a product of factors.
+pub(crate) struct Factors {
+    size: usize,
+    below: Vec<f64>,
+    /// Of the factor with ones on the diagonal.
+    above: Vec<f64>,
+    /// Of the diagonal blocks.
+    inverses: Vec<f64>,
+    border: Option<Border>,
+}
+
+/// What a cyclic matrix has besides.
+struct Border {
+    /// The plain system solved for the columns of the last unknown.
+    columns: Vec<f64>,
+    /// The blocks of the last row for the first unknown and the last but one.
+    ends: [Vec<f64>; 2],
+    /// The inverse of what is left for the last unknown.
+    corner: Vec<f64>,
+}
+
+impl Factors {
+    /// Solves the system in place.
+    pub(crate) fn solve(&self, b: &mut [f64]) {
+        let d = self.size;
+        let Some(Border {
+            columns,
+            ends,
+            corner,
+        }) = &self.border
+        else {
+            return self.substitute(b, 1);
+        };
+        let (b, rest) = b.split_at_mut(b.len() - d);
+        self.substitute(b, 1);
+        for (side, end) in [&b[..d], &b[b.len() - d..]].into_iter().zip(ends) {
+            subtract_product(d, end, side, 1, rest);
+        }
+        let known = rest.to_vec();
+        rest.fill(0.0);
+        add_product(d, corner, &known, rest);
+        for (b, columns) in b.chunks_exact_mut(d).zip(columns.chunks_exact(d * d)) {
+            subtract_product(d, columns, rest, 1, b);
+        }
+    }
+
+    /// Solves the plain system for right-hand sides of some columns, row by row.
+    fn substitute(&self, b: &mut [f64], columns: usize) {
+        let d = self.size;
+        let (square, width) = (d * d, d * columns);
+        let mut here = vec![0.0; width];
+        let count = self.inverses.len() / square;
+        for block in 0..count {
+            let (before, b) = b.split_at_mut(block * width);
+            let b = &mut b[..width];
+            if block > 0 {
+                let before = &before[(block - 1) * width..];
+                let below = &self.below[block * square..][..square];
+                subtract_product(d, below, before, columns, b);
+            }
+            here.copy_from_slice(b);
+            b.fill(0.0);
+            for (row, b) in self.inverses[block * square..][..square]
+                .chunks_exact(d)
+                .zip(b.chunks_exact_mut(columns))
+            {
+                for (share, here) in row.iter().zip(here.chunks_exact(columns)) {
+                    for (b, here) in b.iter_mut().zip(here) {
+                        *b += share * here;
                     }
-                    rest[p] -= end[p * d + l] * side[d];
                 }
             }
         }
-        solve_dense(d, &mut corner, &mut rest, 1)?;
-        for (entry, side) in b.iter_mut().zip(sides.chunks_exact(columns)) {
-            let due: f64 = side.iter().zip(&rest).map(|(a, x)| a * x).sum();
-            *entry = side[d] - due;
+        for block in (1..count).rev() {
+            let (before, after) = b.split_at_mut(block * width);
+            let above = &self.above[(block - 1) * square..][..square];
+            let before = &mut before[(block - 1) * width..];
+            subtract_product(d, above, &after[..width], columns, before);
         }
-        b[last * d..].copy_from_slice(&rest);
-        Some(())
     }
+}
 
-    /// Solves the first `count` rows for right-hand sides of some columns, row by row.
-    fn eliminate(&mut self, count: usize, b: &mut [f64], columns: usize) -> Option<()> {
-        let d = self.size;
-        let (square, width) = (d * d, d + columns);
-        let mut side = vec![0.0; d * width];
-        for block in 0..count {
-            let row = block * d * columns;
-            if block > 0 {
-                let (before, here) = b.split_at_mut(row);
-                let before = &before[row - d * columns..];
-                let above = &self.above[(block - 1) * square..][..square];
-                let diagonal = &mut self.diagonal[block * square..][..square];
-                let below = &self.below[block * square..][..square];
-                subtract_product(d, below, above, d, diagonal);
-                subtract_product(d, below, before, columns, &mut here[..d * columns]);
-            }
-            for (p, side) in side.chunks_exact_mut(width).enumerate() {
-                side[..d].copy_from_slice(&self.above[block * square + p * d..][..d]);
-                side[d..].copy_from_slice(&b[row + p * columns..][..columns]);
-            }
-            solve_dense(
-                d,
-                &mut self.diagonal[block * square..][..square],
-                &mut side,
-                width,
-            )?;
-            for (p, side) in side.chunks_exact(width).enumerate() {
-                self.above[block * square + p * d..][..d].copy_from_slice(&side[..d]);
-                b[row + p * columns..][..columns].copy_from_slice(&side[d..]);
+/// The inverse of a matrix; `None` for a singular one.
+fn inverse(d: usize, a: &mut [f64]) -> Option<Vec<f64>> {
+    let mut out = vec![0.0; d * d];
+    for i in 0..d {
+        out[i * d + i] = 1.0;
+    }
+    solve_dense(d, a, &mut out, d)?;
+    Some(out)
+}
+
+/// `b <- a b` for square matrices.
+fn multiply_in_place(d: usize, a: &[f64], b: &mut [f64]) {
+    let mut product = vec![0.0; d * d];
+    for (a, out) in a.chunks_exact(d).zip(product.chunks_exact_mut(d)) {
+        for (a, b) in a.iter().zip(b.chunks_exact(d)) {
+            for (out, b) in out.iter_mut().zip(b) {
+                *out += a * b;
             }
         }
-        for block in (0..count.saturating_sub(1)).rev() {
-            let (here, after) = b.split_at_mut((block + 1) * d * columns);
-            let above = &self.above[block * square..][..square];
-            let here = &mut here[block * d * columns..];
-            subtract_product(d, above, &after[..d * columns], columns, here);
-        }
-        Some(())
+    }
+    b.copy_from_slice(&product);
+}
+
+/// `out += a b` for a vector.
+fn add_product(d: usize, a: &[f64], b: &[f64], out: &mut [f64]) {
+    for (a, out) in a.chunks_exact(d).zip(out) {
+        *out += a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     }
 }
 
@@ -242,10 +323,10 @@ mod tests {
             for cyclic in [false, true] {
                 let mut x = b.clone();
                 let solved = match cyclic {
-                    true => system(count, d).solve_cyclic(&mut x),
-                    false => system(count, d).solve(&mut x),
+                    true => system(count, d).factored_cyclic(),
+                    false => system(count, d).factored(),
                 };
-                assert!(solved.is_some());
+                solved.unwrap().solve(&mut x);
                 let left = residual(&system(count, d), cyclic, &x, &b);
                 assert!(left < 1e-13, "{count} blocks of {d}: {left:e}");
             }
@@ -254,6 +335,6 @@ mod tests {
 
     #[test]
     fn a_singular_block_is_none() {
-        assert!(BlockTridiagonal::zeros(2, 2).solve(&mut [1.0; 4]).is_none());
+        assert!(BlockTridiagonal::zeros(2, 2).factored().is_none());
     }
 }

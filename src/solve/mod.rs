@@ -1,3 +1,4 @@
 //! Linear and nonlinear systems: knows no geometry.
 
 pub(crate) mod block_tridiagonal;
+pub(crate) mod tridiagonal;

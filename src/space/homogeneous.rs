@@ -1,7 +1,7 @@
 //! What a naturally reductive space `G/H` gives to the engine: sizes, coordinates and brackets.
 
 use crate::linalg::dual::Number;
-use crate::linalg::field::Field;
+use crate::linalg::field::{Field, multiply, transposed_multiply};
 
 /// A quotient `G/H` of a group of orthogonal matrices of size `r`, its algebra split into `m` (horizontal) and `h`.
 ///
@@ -102,6 +102,115 @@ pub(crate) trait Homogeneous: Copy + Send + Sync {
         );
     }
 
+    /// `out += factor [x, y]_m`, for two skew matrices, in coordinates.
+    #[inline(always)]
+    fn add_bracket<T: Number>(self, x: &[T], y: &[T], factor: f64, out: &mut [T]) {
+        let r = self.size();
+        self.each_entry(
+            #[inline(always)]
+            |p, i, j| out[p] += skew_commutator_entry(r, x, y, [i, j]) * factor,
+        );
+    }
+
+    /// `out += factor [x, y]_h`.
+    #[inline(always)]
+    fn add_isotropy_bracket<T: Number>(self, x: &[T], y: &[T], factor: f64, out: &mut [T]) {
+        let r = self.size();
+        self.each_isotropy_entry(
+            #[inline(always)]
+            |p, i, j| out[p] += skew_commutator_entry(r, x, y, [i, j]) * factor,
+        );
+    }
+
+    /// `out -= [z, x]`, for `z` in `h` by its coordinates and the skew matrix of `x` in `m`.
+    #[inline(always)]
+    fn subtract_action<T: Number>(self, z: &[T], x: &[T], out: &mut [T]) {
+        // [z, x] = z x - (z x)^T for skew matrices, with z = z_q (E_uv - E_vu).
+        let r = self.size();
+        self.each_entry(
+            #[inline(always)]
+            |p, i, j| {
+                self.each_isotropy_entry(
+                    #[inline(always)]
+                    |q, u, v| {
+                        if i == u {
+                            out[p] -= z[q] * x[v * r + j];
+                        } else if i == v {
+                            out[p] += z[q] * x[u * r + j];
+                        }
+                        if j == u {
+                            out[p] += z[q] * x[v * r + i];
+                        } else if j == v {
+                            out[p] -= z[q] * x[u * r + i];
+                        }
+                    },
+                );
+            },
+        );
+    }
+
+    /// `Ad_u` from `m` to the whole algebra, for `u` in `G`: coordinates of `m` before those of `h`, shape `(dim + h, dim)`.
+    #[inline(always)]
+    fn adjoint_into<T: Field>(self, u: &[T], out: &mut [T]) {
+        let (d, r) = (self.dim(), self.size());
+        self.each_entry(
+            #[inline(always)]
+            |p, i, j| {
+                self.each_entry(
+                    #[inline(always)]
+                    |q, a, b| out[p * d + q] = adjoint_entry(r, u, [i, j], [a, b]),
+                );
+            },
+        );
+        self.each_isotropy_entry(
+            #[inline(always)]
+            |p, i, j| {
+                self.each_entry(
+                    #[inline(always)]
+                    |q, a, b| out[(d + p) * d + q] = adjoint_entry(r, u, [i, j], [a, b]),
+                );
+            },
+        );
+    }
+
+    /// `out += [eta_h, vector]` for every column of `eta`, coordinates of `m` before those of `h`.
+    #[inline(always)]
+    fn add_turning<T: Field>(self, vector: &[T], eta: &[T], columns: usize, out: &mut [T]) {
+        let (d, h, r) = (self.dim(), self.isotropy_dim(), self.size());
+        if h == 0 {
+            return;
+        }
+        let mut matrix = vec![T::ZERO; r * r];
+        let mut isotropy = vec![T::ZERO; h];
+        let mut turned = vec![T::ZERO; d];
+        self.matrix_into(vector, &mut matrix);
+        for column in 0..columns {
+            for (p, z) in isotropy.iter_mut().enumerate() {
+                *z = eta[(d + p) * columns + column];
+            }
+            self.act_into(&isotropy, &matrix, &mut turned);
+            for (p, x) in turned.iter().enumerate() {
+                out[p * columns + column] += *x;
+            }
+        }
+    }
+
+    /// `out = Ad_q x` for every column of `x`.
+    #[inline(always)]
+    fn turn_columns<T: Field>(self, q: &[T], x: &[T], columns: usize, out: &mut [T]) {
+        let d = self.dim();
+        let (mut column, mut turned) = (vec![T::ZERO; d], vec![T::ZERO; d]);
+        for i in 0..columns {
+            for (p, entry) in column.iter_mut().enumerate() {
+                *entry = x[p * columns + i];
+            }
+            self.turn_into(q, &column, &mut turned);
+            for (p, entry) in turned.iter().enumerate() {
+                out[p * columns + i] = *entry;
+            }
+        }
+    }
+
     /// The right-hand side of the equation of cubics, from coordinates of `x, x', x''`; `work` has room for two matrices and
     /// two vectors.
     #[inline(always)]
@@ -133,4 +242,45 @@ fn commutator_entry<T: Number>(r: usize, x: &[T], y: &[T], [i, j]: [usize; 2]) -
         sum -= y[i * r + l] * x[l * r + j];
     }
     sum
+}
+
+/// The same for skew matrices, whose diagonals are zero.
+#[inline(always)]
+pub(crate) fn skew_commutator_entry<T: Number>(
+    r: usize,
+    x: &[T],
+    y: &[T],
+    [i, j]: [usize; 2],
+) -> T {
+    let mut sum = T::ZERO;
+    for l in 0..r {
+        if l != i && l != j {
+            sum += x[i * r + l] * y[l * r + j];
+            sum -= y[i * r + l] * x[l * r + j];
+        }
+    }
+    sum
+}
+
+/// Entry `(i, j)` of `Ad_u (E_ab - E_ba)`.
+#[inline(always)]
+fn adjoint_entry<T: Field>(r: usize, u: &[T], [i, j]: [usize; 2], [a, b]: [usize; 2]) -> T {
+    u[i * r + a] * u[j * r + b] - u[i * r + b] * u[j * r + a]
+}
+
+/// Steps of [`orthonormalise`].
+const POLAR_STEPS: usize = 4;
+
+/// A few steps of the Newton-Schulz iteration `q <- q (3 - q^T q) / 2` for the polar factor.
+#[inline(always)]
+pub(crate) fn orthonormalise<T: Field>(r: usize, q: &mut [T], work: &mut [T]) {
+    let (gram, rest) = work.split_at_mut(r * r);
+    let product = &mut rest[..r * r];
+    for _ in 0..POLAR_STEPS {
+        transposed_multiply(r, q, q, gram);
+        multiply(r, q, gram, product);
+        for (q, product) in q.iter_mut().zip(&*product) {
+            *q = *q * 1.5 - *product * 0.5;
+        }
+    }
 }

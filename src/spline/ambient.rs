@@ -44,9 +44,10 @@ impl<'a> Ambient<'a> {
         }
     }
 
-    /// Quasi-geodesics between neighbours.
-    pub(super) fn curves(&self) -> &[QuasiGeodesic] {
-        &self.curves
+    /// The length of the longest quasi-geodesic between neighbours.
+    pub(super) fn longest(&self) -> f64 {
+        let lengths = self.curves.iter().map(QuasiGeodesic::speed);
+        lengths.fold(0.0, f64::max)
     }
 
     /// The same knots, passed backwards.

@@ -7,6 +7,7 @@ use faer::Mat;
 use rayon::prelude::*;
 
 use crate::cubic::RiemannianCubic;
+use crate::cubic::lazy_path::LazyPath;
 use crate::cubic::path::{Path, State};
 use crate::cubic::taylor::Accuracy;
 use crate::cubic::work::Work;
@@ -16,6 +17,7 @@ use crate::linalg::lanes::LANES;
 use crate::manifold::QuasiGeodesic;
 use crate::manifold::carrier::Direction;
 use crate::manifold::quasi_geodesic::EndpointProblem;
+use crate::solve::tridiagonal::{Isometries, Way};
 
 /// Legs that one task of the pool integrates, abreast where that is faster.
 pub(super) const LEGS: usize = LANES;
@@ -112,7 +114,41 @@ pub(super) trait Chain: Sync {
 
     /// The cubic of a leg at its start: a basis of what it spans, where that is not everything, and frame and vectors in it.
     fn state(&self, leg: usize, start: &[f64]) -> (Option<Mat<f64>>, State);
+
+    /// The cubic of a leg on `[0, 1]`: a basis of what it spans, where that is not everything, and the path in it.
+    ///
+    /// # Errors
+    /// Where it cannot be integrated; `Interrupted`.
+    fn integrated(&self, leg: usize, motion: &Motion, interrupt: Interrupt<'_>) -> Result<Piece> {
+        let (basis, state) = self.state(leg, &motion.start(leg, self.lengths()[leg]));
+        let mut path = Path::at(state, Accuracy::FULL);
+        path.extend_to(1.0, interrupt)?;
+        Ok((basis, path.into()))
+    }
 }
+
+/// The carrying of vectors along a chain.
+pub(super) struct Carrying<'c, C: Chain> {
+    pub(super) chain: &'c C,
+    pub(super) worker: &'c mut C::Worker,
+}
+
+impl<C: Chain> Isometries for Carrying<'_, C> {
+    fn size(&self) -> usize {
+        self.chain.size()
+    }
+
+    fn carry_into(&mut self, leg: usize, way: Way, from: &[f64], to: &mut [f64]) -> Result<()> {
+        let way = match way {
+            Way::Forward => Direction::Forward,
+            Way::Backward => Direction::Backward,
+        };
+        self.chain.carry_into(self.worker, leg, way, from, to)
+    }
+}
+
+/// A basis of what a curve spans, where that is not everything, and the path in it.
+pub(super) type Piece = (Option<Mat<f64>>, LazyPath);
 
 /// A chain whose knots are unknown too.
 pub(super) trait Movable: Chain + Sized {
@@ -154,30 +190,26 @@ pub(super) fn links(points: &[Mat<f64>]) -> Result<Vec<QuasiGeodesic>> {
     )
 }
 
-/// The legs of a motion as curves, each on `[0, 1]`.
+/// Legs as curves, each on `[0, 1]`.
 ///
 /// # Errors
-/// Where a leg cannot be integrated; `Interrupted`.
-pub(super) fn pieces<C: Chain>(
-    chain: &C,
-    motion: &Motion,
+/// Those of the legs.
+pub(super) fn pieces(
+    legs: usize,
     space: &Space,
-    interrupt: Interrupt<'_>,
+    piece: impl Fn(usize) -> Result<Piece> + Sync + Send,
 ) -> Result<Vec<RiemannianCubic>> {
-    let piece = |(): &mut (), leg: usize| {
-        let (frame, state) = chain.state(leg, &motion.start(leg, chain.lengths()[leg]));
+    let curve = |(): &mut (), leg: usize| {
+        let (frame, path) = piece(leg)?;
         let frame = match (&space.basis, frame) {
             (Some(basis), Some(frame)) => Some(Arc::new(basis.as_ref() * frame)),
             (Some(basis), None) => Some(Arc::clone(basis)),
             (None, frame) => frame.map(Arc::new),
         };
-        let mut path = Path::at(state, Accuracy::FULL);
-        path.extend_to(1.0, interrupt)?;
-        Ok(RiemannianCubic::of_path(
-            space.n, space.k, frame, path, None,
-        ))
+        let span = (0.0, 1.0);
+        Ok(RiemannianCubic::of_leg(space.n, space.k, frame, path, span))
     };
-    for_each(chain.lengths().len(), || (), piece)
+    for_each(legs, || (), curve)
 }
 
 /// Where the points are.

@@ -6,11 +6,11 @@
 
 use super::chain::Motion;
 use super::ends::{End, Ends};
-use super::interpolation::Interpolation;
-use super::iteration::{Effort, Iteration, Outcome};
 use super::joined::Joined;
+use super::low_cost::unless_interrupted;
+use super::solvable::{Effort, Solution, Solvable, Start};
 use crate::error::Result;
-use crate::report::StopReason;
+use crate::report::SolverReport;
 
 /// The first share, and the largest step from one to the next.
 const FIRST: f64 = 0.5;
@@ -35,7 +35,7 @@ pub(super) fn solve(
     ends: &Ends,
     effort: Effort<'_>,
     known_residual: f64,
-) -> Result<(Motion, Outcome)> {
+) -> Result<Solution> {
     let mut known: Option<Known> = None;
     let mut before: Option<Known> = None;
     let (mut step, mut iterations) = (FIRST, 0);
@@ -44,56 +44,44 @@ pub(super) fn solve(
         let share = (from + step).min(1.0);
         let last = share == 1.0;
         let (chain, scaled) = (knots.chain(share)?, ends.scaled(share));
-        let problem = Interpolation::new(&chain, &scaled)?;
-        let mut motion = match &known {
-            None => problem.start()?,
-            Some(known) => known.predicted(before.as_ref(), share),
+        let start = match &known {
+            None => Start::Flat,
+            Some(known) => Start::From(known.predicted(before.as_ref(), share)),
         };
-        let goal = if last { effort.tolerance } else { ON_THE_WAY };
         let left = effort.max_iterations.saturating_sub(iterations);
         let on_the_way = Effort {
-            tolerance: goal,
+            tolerance: if last { effort.tolerance } else { ON_THE_WAY },
             max_iterations: STEPS.min(left),
             ..effort
         };
-        let outcome = match Iteration::solve(&problem, &mut motion, on_the_way) {
-            Err(error) if error.is_interrupted() => return Err(error),
-            other => other.ok(),
+        let found = unless_interrupted(chain.solve(&scaled, start, on_the_way))?;
+        iterations += match &found {
+            Some(found) => found.report.iterations.max(1),
+            None => 1,
         };
-        iterations += outcome
-            .as_ref()
-            .map_or(1, |outcome| outcome.iterations.max(1));
-        let solved = outcome
-            .as_ref()
-            .is_some_and(|o| o.reason == StopReason::Converged);
-        let (residual, reached) = match outcome {
-            Some(outcome) if last => (outcome.residual, outcome.tolerance),
-            _ => (known_residual, effort.tolerance),
-        };
-        let spent = iterations >= effort.max_iterations || effort.work.is_done();
-        let gave_up = step < SMALLEST_STEP || spent;
-        if (solved && last) || (!solved && gave_up) {
-            let reason = match solved {
-                true => StopReason::Converged,
-                false if effort.work.is_done() => StopReason::WorkLimit,
-                false if spent => StopReason::MaxIterations,
-                false => StopReason::Stagnated,
-            };
-            return Ok((
-                motion,
-                Outcome {
-                    reason,
-                    iterations,
-                    residual,
-                    tolerance: reached,
-                },
-            ));
-        }
-        if solved {
-            before = known.replace(Known { share, motion });
-            step = (1.5 * step).min(LARGEST_STEP);
-        } else {
-            step *= 0.4;
+        match found {
+            Some(mut found) if found.report.converged => {
+                if last {
+                    found.report.iterations = iterations;
+                    return Ok(found);
+                }
+                let motion = found.motion;
+                before = known.replace(Known { share, motion });
+                step = (1.5 * step).min(LARGEST_STEP);
+            }
+            found => {
+                if step < SMALLEST_STEP || effort.is_spent(iterations) {
+                    let (residual, tolerance) = match &found {
+                        Some(found) if last => (found.report.residual, found.report.tolerance),
+                        _ => (known_residual, effort.tolerance),
+                    };
+                    let reason = effort.reason(iterations);
+                    return Ok(Solution::none(SolverReport::new(
+                        reason, iterations, residual, tolerance,
+                    )));
+                }
+                step *= 0.4;
+            }
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use faer::{Mat, MatRef};
 
+pub(super) use crate::collocation::{End, Ends};
 use crate::error::{Error, Result};
 use crate::linalg::structure::distance;
 use crate::manifold::Stiefel;
@@ -65,19 +66,6 @@ impl EndCondition {
             EndCondition::Velocity(v) | EndCondition::Acceleration(v) => v,
         }
     }
-}
-
-/// The same in coordinates of the end knots.
-pub(super) enum Ends {
-    Open([End; 2]),
-    Periodic,
-}
-
-/// What is given at an end, in coordinates.
-#[derive(Clone)]
-pub(super) enum End {
-    Velocity(Vec<f64>),
-    Acceleration(Vec<f64>),
 }
 
 impl End {

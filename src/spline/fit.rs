@@ -4,14 +4,13 @@ use faer::Mat;
 
 use super::chain::{Arrivals, Motion, Movable, for_each, square};
 use super::flat_smoothing::{FlatSmoothing, add_scaled};
-use super::iteration::Outcome;
 use crate::anderson::Anderson;
 use crate::cubic::taylor::Accuracy;
 use crate::cubic::work::Work;
 use crate::error::Result;
 use crate::linalg::gmres::{Gmres, norm};
 use crate::manifold::Stiefel;
-use crate::report::StopReason;
+use crate::report::{SolverReport, StopReason};
 
 /// Vectors that an arrival has here: distance, velocity, acceleration and the third vector.
 const VECTORS: usize = 4;
@@ -214,7 +213,7 @@ impl<'d, C: Movable> Fit<'d, C> {
     ///
     /// # Errors
     /// Where the start cannot be integrated; `Interrupted`.
-    pub(super) fn solve(&mut self, tolerance: f64, max_iterations: usize) -> Result<Outcome> {
+    pub(super) fn solve(&mut self, tolerance: f64, max_iterations: usize) -> Result<SolverReport> {
         let legs = self.state.chain.lengths().len() as f64;
         let tolerance = tolerance.max(ROUND_OFF * legs * legs.sqrt());
         let mut accuracy = Accuracy::of_tolerance(ACCURACY_SHARE);
@@ -270,12 +269,7 @@ impl<'d, C: Movable> Fit<'d, C> {
             }
         };
         self.misfit = found.misfit;
-        Ok(Outcome {
-            reason,
-            iterations,
-            residual: found.size,
-            tolerance,
-        })
+        Ok(SolverReport::new(reason, iterations, found.size, tolerance))
     }
 
     /// None where the state cannot be integrated, or its knots not be joined.

@@ -14,10 +14,11 @@
 //! Reinsch (1967), "Smoothing by spline functions", Numer. Math. 10, 177-183. Elimination without pivoting: Vanderbei (1995),
 //! "Symmetric quasidefinite matrices", SIAM J. Optim. 5, 100-113.
 
-use super::chain::{Arrivals, Chain, Motion};
-use super::tridiagonal::{Row, Shape, Tridiagonal, diagonal_of_inverse};
+use super::chain::{Arrivals, Carrying, Chain, Motion};
+
 use crate::error::{Error, Result};
 use crate::manifold::carrier::Direction;
+use crate::solve::tridiagonal::{Row, Shape, Tridiagonal, diagonal_of_inverse};
 
 /// Weight of the cost in units of the mean leg and of the largest weight, within which all that a number can tell of a curve
 /// is told: beyond `1e100` no acceleration bends the curve by round-off, below `1e-100` no datum is missed by it.
@@ -91,7 +92,7 @@ impl FlatSmoothing {
         worker: &mut C::Worker,
         right: &mut [f64],
     ) -> Result<()> {
-        self.system.solve(chain, worker, right)
+        self.system.solve(&mut Carrying { chain, worker }, right)
     }
 
     /// Changes of the positions and of the motion that would solve the equations in flat space, from where the legs arrive and

@@ -1,20 +1,22 @@
 //! A chain of few dimensions: every knot has an orthogonal frame, and vectors are coordinates in it.
 
-use faer::{Mat, MatRef, Scale};
+use std::sync::Arc;
 
-use super::chain::{Chain, JOINS, Means, Motion, Movable, for_each, links, square};
+use faer::{Mat, MatRef};
+
+use super::chain::{Chain, JOINS, Means, Motion, Movable, for_each, square};
+use super::neighbours::{Joining, Link};
 use crate::cubic::guess::turned;
 use crate::cubic::initial::Horizontal;
 use crate::cubic::leg::{Leg, leg};
 use crate::cubic::path::State;
-use crate::cubic::problem::{entries, pack, unpack};
+use crate::cubic::problem::{pack, unpack};
 use crate::cubic::reduced::Sized;
 use crate::cubic::taylor::Accuracy;
 use crate::cubic::work::{work_of_curve, work_of_join};
 use crate::curve::Curve;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
-use crate::linalg::SkewExp;
 use crate::linalg::decomp::thin_q;
 use crate::linalg::lanes::LANES;
 use crate::manifold::carrier::Direction;
@@ -28,78 +30,32 @@ pub(super) struct Framed<'a> {
     blocks: Sized,
     /// Of the points: one more than that of the blocks where `St(r, r)` is solved as `St(r, r - 1)`.
     columns: usize,
-    frames: Vec<Mat<f64>>,
+    frames: Arc<[Mat<f64>]>,
     lengths: Vec<f64>,
     links: Vec<Link>,
     interrupt: Interrupt<'a>,
 }
 
-/// What a leg knows of its ends, matrices column by column.
-struct Link {
-    /// The next knot's frame in that of the knot where the leg starts, shape `(r, r)`.
-    next: Vec<f64>,
-    /// A vector `v` is carried to `left v right`, in the frames of the two knots.
-    left: Vec<f64>,
-    right: Vec<f64>,
-    displacement: Vec<f64>,
-}
-
-impl Link {
-    /// The part `share` of the way along a quasi-geodesic between two knots. What lies there is moved on to the second knot by
-    /// an isometry from the left, so for less than the whole way the leg is shorter and everything else is as before.
-    fn new(
-        curve: &QuasiGeodesic,
-        frames: [&Mat<f64>; 2],
-        share: f64,
-        blocks: Sized,
-    ) -> Result<Self> {
-        let k = curve.k();
-        let turn = |t: f64| -> Result<Mat<f64>> {
-            let mut turn = Mat::zeros(k, k);
-            SkewExp::new(k).exp_into(turn.as_mut(), curve.omega(), t)?;
-            Ok(turn)
-        };
-        let mut end = frames[1].clone();
-        if share < 1.0 {
-            end = turned(curve, end.as_ref(), share - 1.0);
-            let point = end.as_ref().subcols(0, k) * turn(share - 1.0)?;
-            end.as_mut().subcols_mut(0, k).copy_from(point);
-        }
-        let displacement = curve.initial_velocity() * Scale(share);
-        let displacement = displacement.as_ref().subcols(0, blocks.k);
-        Ok(Link {
-            next: entries(&(frames[0].transpose() * &end)),
-            left: entries(&(end.transpose() * turned(curve, frames[0].as_ref(), share))),
-            right: entries(&turn(share)?),
-            displacement: pack(&[Horizontal::of_tangent(frames[0].as_ref(), displacement)]),
-        })
-    }
-}
-
 impl<'a> Framed<'a> {
-    /// For quasi-geodesics between knots with the given frames, each run through up to `share`.
+    /// For knots with the given frames, whose first columns are the points; each leg goes up to the part `share` of the way.
     ///
     /// # Errors
-    /// Those of an exponential.
+    /// In `AtKnot` `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents`.
     pub(super) fn new(
-        curves: &[QuasiGeodesic],
-        frames: Vec<Mat<f64>>,
+        frames: Arc<[Mat<f64>]>,
+        columns: usize,
         lengths: Vec<f64>,
         share: f64,
         interrupt: Interrupt<'a>,
     ) -> Result<Self> {
-        let (r, columns) = (frames[0].nrows(), curves[0].k());
-        let blocks = blocks([r, columns]);
+        let blocks = blocks([frames[0].nrows(), columns]);
         let links = for_each(
-            curves.len(),
-            || (),
-            |(), leg| {
-                Link::new(
-                    &curves[leg],
-                    [&frames[leg], &frames[leg + 1]],
-                    share,
-                    blocks,
-                )
+            lengths.len(),
+            || Joining::new(blocks, columns),
+            |joining, leg| {
+                let ends = [&frames[leg], &frames[leg + 1]];
+                let link = joining.link(ends, share, blocks, columns);
+                link.map_err(|error| error.at_knot(leg))
             },
         )?;
         Ok(Framed {
@@ -110,6 +66,32 @@ impl<'a> Framed<'a> {
             links,
             interrupt,
         })
+    }
+
+    /// The distance to the farthest neighbour, along the curve that joins them.
+    pub(super) fn longest(&self) -> f64 {
+        let lengths = self.links.iter().map(|link| square(&link.displacement));
+        lengths.fold(0.0, f64::max).sqrt()
+    }
+
+    /// Sizes of the space whose equations are solved.
+    pub(super) fn shape(&self) -> [usize; 2] {
+        let Sized { m, k } = self.blocks;
+        [m + k, k]
+    }
+
+    /// Columns of a point.
+    pub(super) fn columns(&self) -> usize {
+        self.columns
+    }
+
+    pub(super) fn frames(&self) -> Arc<[Mat<f64>]> {
+        Arc::clone(&self.frames)
+    }
+
+    /// The next knot's frame in that of the knot where a leg starts, leg by leg.
+    pub(super) fn targets(&self) -> impl Iterator<Item = &[f64]> {
+        self.links.iter().map(|link| link.next.as_slice())
     }
 
     fn point(&self, knot: usize) -> MatRef<'_, f64> {
@@ -186,8 +168,12 @@ impl<'a> Chain for Framed<'a> {
         v: &[f64],
         out: &mut [f64],
     ) -> Result<()> {
+        let Some([left, right]) = &self.links[leg].carrying else {
+            out.copy_from_slice(v);
+            return Ok(());
+        };
         let Sized { m, k } = self.blocks;
-        let (r, columns, link) = (m + k, self.columns, &self.links[leg]);
+        let (r, columns) = (m + k, self.columns);
         let (vector, moved) = worker.scratch.split_at_mut(r * columns);
         write_vector(vector, v, [r, k]);
         let transposed = way == Direction::Backward;
@@ -195,14 +181,14 @@ impl<'a> Chain for Framed<'a> {
         for col in 0..columns {
             for row in 0..r {
                 moved[row + r * col] = (0..r)
-                    .map(|i| at(&link.left, r, row, i, transposed) * vector[i + r * col])
+                    .map(|i| at(left, r, row, i, transposed) * vector[i + r * col])
                     .sum();
             }
         }
         for col in 0..columns {
             for row in 0..r {
                 vector[row + r * col] = (0..columns)
-                    .map(|i| moved[row + r * i] * at(&link.right, columns, i, col, transposed))
+                    .map(|i| moved[row + r * i] * at(right, columns, i, col, transposed))
                     .sum();
             }
         }
@@ -313,10 +299,8 @@ impl Movable for Framed<'_> {
                 moved.map_err(|error| error.at_knot(knot))
             },
         )?;
-        let point = |frame: &Mat<f64>| frame.as_ref().subcols(0, self.columns).to_owned();
-        let points: Vec<Mat<f64>> = frames.iter().map(point).collect();
-        let curves = links(&points)?;
-        Framed::new(&curves, frames, self.lengths.clone(), 1.0, self.interrupt)
+        let lengths = self.lengths.clone();
+        Framed::new(frames.into(), self.columns, lengths, 1.0, self.interrupt)
     }
 
     fn towards(&self, knot: usize, point: &Mat<f64>) -> Result<Vec<f64>> {

@@ -18,13 +18,13 @@
 //! with vectors carried from knot to knot along the quasi-geodesics, and `[x']` the acceleration before the knot minus that
 //! after it.
 
-use super::chain::{Arrivals, Chain, Motion, square};
+use super::chain::{Arrivals, Carrying, Chain, Motion, square};
 use super::ends::Ends;
-use super::tridiagonal::{Row, Shape, Tridiagonal};
 use crate::cubic::taylor::Accuracy;
 use crate::cubic::work::Work;
 use crate::error::{Error, Result};
 use crate::manifold::carrier::Direction;
+use crate::solve::tridiagonal::{Row, Shape, Tridiagonal};
 
 /// Vectors that an arrival has here: distance, velocity and acceleration.
 pub(super) const VECTORS: usize = 3;
@@ -94,11 +94,6 @@ impl<'c, C: Chain> Interpolation<'c, C> {
     ) -> Result<Residual> {
         let arrivals = Arrivals::of(self.chain, motion, VECTORS, accuracy, work)?;
         Ok(self.residual_of(motion, arrivals))
-    }
-
-    /// How much work [`Interpolation::residual`] is as a rule.
-    pub(super) fn work_of_residual(&self) -> f64 {
-        self.chain.lengths().len() as f64 * self.chain.work_of_leg()
     }
 
     fn residual_of(&self, motion: &Motion, arrivals: Arrivals) -> Residual {
@@ -195,7 +190,11 @@ impl<'c, C: Chain> Interpolation<'c, C> {
                 );
             }
         }
-        self.system.solve(self.chain, &mut worker, &mut right)?;
+        let mut carried = Carrying {
+            chain: self.chain,
+            worker: &mut worker,
+        };
+        self.system.solve(&mut carried, &mut right)?;
         if matches!(self.ends, Ends::Periodic) {
             right.extend_from_within(..d);
         }

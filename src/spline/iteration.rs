@@ -5,17 +5,18 @@
 //! # Source
 //! Knoll, Keyes (2004), "Jacobian-free Newton-Krylov methods", J. Comput. Phys. 193, 357-397, sec. 2 and 3, for the last.
 
+use super::ambient::Ambient;
 use super::chain::{Chain, Motion};
+use super::ends::Ends;
 use super::interpolation::{Interpolation, Residual};
 use super::joints::Linearised;
-use super::riemannian::SplineOptions;
+use super::solvable::{Effort, Solution, Solvable, Start};
 use crate::anderson::Anderson;
 use crate::cubic::taylor::Accuracy;
 use crate::cubic::work::Work;
 use crate::error::Result;
-use crate::interrupt::Interrupt;
 use crate::linalg::gmres::{Gmres, norm};
-use crate::report::StopReason;
+use crate::report::{SolverReport, StopReason};
 
 /// Past steps that are mixed in.
 const DEPTH: usize = 6;
@@ -51,33 +52,12 @@ const MAX_HALVINGS: i32 = 8;
 /// Residuals are known to this share of the largest acceleration or third vector of a leg, in its own time.
 const ROUND_OFF: f64 = 16.0 * f64::EPSILON;
 
-/// How an iteration ended.
-#[derive(Debug)]
-pub(super) struct Outcome {
-    pub(super) reason: StopReason,
-    pub(super) iterations: usize,
-    pub(super) residual: f64,
-    /// What was asked for, or round-off where that is more.
-    pub(super) tolerance: f64,
-}
-
-/// How exactly, and for how long, the equations are solved.
-#[derive(Clone, Copy)]
-pub(super) struct Effort<'a> {
-    pub(super) tolerance: f64,
-    pub(super) max_iterations: usize,
-    /// Of all attempts together.
-    pub(super) work: &'a Work,
-    pub(super) interrupt: Interrupt<'a>,
-}
-
-impl<'a> Effort<'a> {
-    pub(super) fn new(options: &SplineOptions<'a>, work: &'a Work) -> Self {
-        Effort {
-            tolerance: options.tolerance,
-            max_iterations: options.max_iterations,
-            work,
-            interrupt: options.interrupt,
+impl Solvable for Ambient<'_> {
+    fn solve(&self, ends: &Ends, start: Start, effort: Effort<'_>) -> Result<Solution> {
+        let problem = Interpolation::new(self, ends)?;
+        match start {
+            Start::Flat => Iteration::solve(&problem, problem.start()?, effort),
+            Start::From(motion) | Start::Near(motion) => Iteration::solve(&problem, motion, effort),
         }
     }
 }
@@ -125,19 +105,17 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
         })
     }
 
-    /// Solves the equations from a motion, which becomes the last that was accepted.
+    /// Solves the equations from a motion.
     ///
     /// # Errors
     /// Where the start cannot be integrated; `Interrupted`.
     pub(super) fn solve(
         problem: &'p Interpolation<'c, C>,
-        motion: &mut Motion,
+        motion: Motion,
         effort: Effort<'p>,
-    ) -> Result<Outcome> {
-        let this = Self::new(problem, motion.clone(), effort.work)?;
-        let (found, outcome) = this.run(effort.tolerance, effort.max_iterations)?;
-        *motion = found;
-        Ok(outcome)
+    ) -> Result<Solution> {
+        let this = Self::new(problem, motion, effort.work)?;
+        this.run(effort.tolerance, effort.max_iterations)
     }
 
     /// Solves the equations from a motion near a solution: Newton's method from the first step on, where there are derivatives.
@@ -147,19 +125,17 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
     /// As [`Iteration::solve`].
     pub(super) fn solve_near(
         problem: &'p Interpolation<'c, C>,
-        motion: &mut Motion,
+        motion: Motion,
         effort: Effort<'p>,
-    ) -> Result<Outcome> {
-        let mut this = Self::new(problem, motion.clone(), effort.work)?;
+    ) -> Result<Solution> {
+        let mut this = Self::new(problem, motion, effort.work)?;
         if this.has_derivatives() {
             this.linearise()?;
         }
-        let (found, outcome) = this.run(effort.tolerance, effort.max_iterations)?;
-        *motion = found;
-        Ok(outcome)
+        this.run(effort.tolerance, effort.max_iterations)
     }
 
-    fn run(mut self, tolerance: f64, max_iterations: usize) -> Result<(Motion, Outcome)> {
+    fn run(mut self, tolerance: f64, max_iterations: usize) -> Result<Solution> {
         let mut iterations = 0;
         let reason = loop {
             let goal = self.goal(tolerance);
@@ -185,13 +161,12 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
                 };
             }
         };
-        let outcome = Outcome {
-            reason,
-            iterations,
-            residual: self.found.size,
-            tolerance: self.goal(tolerance),
-        };
-        Ok((self.motion, outcome))
+        let goal = self.goal(tolerance);
+        Ok(Solution {
+            report: SolverReport::new(reason, iterations, self.found.size, goal),
+            motion: self.motion,
+            polynomials: None,
+        })
     }
 
     fn residual(&self, motion: &Motion) -> Result<Residual> {

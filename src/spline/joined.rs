@@ -1,68 +1,67 @@
-//! Knots of few dimensions with frames, and the quasi-geodesics that join them: chains and parts are made of these.
+//! Knots of few dimensions with frames: chains and parts are made of these.
 
-use faer::Mat;
+use std::sync::Arc;
+
+use faer::{Mat, MatRef};
 
 use super::framed::Framed;
 use super::reduced_knots::ReducedKnots;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
-use crate::manifold::QuasiGeodesic;
 
 /// Knots in a row.
 pub(super) struct Joined<'a> {
-    pub(super) points: Vec<Mat<f64>>,
     /// The point as first columns, shape `(r, r)`.
-    pub(super) frames: Vec<Mat<f64>>,
-    /// From each knot to the next one.
-    pub(super) curves: Vec<QuasiGeodesic>,
+    pub(super) frames: Arc<[Mat<f64>]>,
+    /// Of a point.
+    columns: usize,
     /// Of the legs, in units of time.
     pub(super) lengths: Vec<f64>,
     pub(super) interrupt: Interrupt<'a>,
 }
 
 impl<'a> Joined<'a> {
+    /// For knots and their frames.
     pub(super) fn new(
         knots: &ReducedKnots,
         frames: Vec<Mat<f64>>,
-        curves: Vec<QuasiGeodesic>,
         interrupt: Interrupt<'a>,
     ) -> Self {
         Joined {
-            points: knots.points.clone(),
-            frames,
-            curves,
+            frames: frames.into(),
+            columns: knots.shape().1,
             lengths: knots.lengths.clone(),
             interrupt,
         }
     }
 
+    /// The point of a knot.
+    pub(super) fn point(&self, knot: usize) -> MatRef<'_, f64> {
+        self.frames[knot].as_ref().subcols(0, self.columns)
+    }
+
     /// How many legs.
     pub(super) fn len(&self) -> usize {
-        self.curves.len()
+        self.lengths.len()
     }
 
     /// The same knots, passed backwards.
-    ///
-    /// # Errors
-    /// `Decomposition`.
-    pub(super) fn reversed(&self) -> Result<Self> {
-        let curves = self.curves.iter().rev().map(QuasiGeodesic::reversed);
-        Ok(Joined {
-            points: self.points.iter().rev().cloned().collect(),
+    pub(super) fn reversed(&self) -> Self {
+        Joined {
             frames: self.frames.iter().rev().cloned().collect(),
-            curves: curves.collect::<Result<_>>()?,
+            columns: self.columns,
             lengths: self.lengths.iter().rev().copied().collect(),
             interrupt: self.interrupt,
-        })
+        }
     }
 
     /// The chain whose legs are the part `share` of the way between the knots.
     ///
     /// # Errors
-    /// Those of an exponential.
+    /// In `AtKnot` `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents`.
     pub(super) fn chain(&self, share: f64) -> Result<Framed<'a>> {
-        let (frames, lengths) = (self.frames.clone(), self.lengths.clone());
-        Framed::new(&self.curves, frames, lengths, share, self.interrupt)
+        let (frames, lengths) = (Arc::clone(&self.frames), self.lengths.clone());
+        Framed::new(frames, self.columns, lengths, share, self.interrupt)
     }
 
     /// `count` legs in a row from the leg `first` on; after the last one comes the first one again.
@@ -73,14 +72,10 @@ impl<'a> Joined<'a> {
             i if i == count => leg(i - 1) + 1,
             i => leg(i),
         };
-        let knots = 0..=count;
+        let frames = (0..=count).map(|i| self.frames[knot(i)].clone());
         Joined {
-            points: knots
-                .clone()
-                .map(|i| self.points[knot(i)].clone())
-                .collect(),
-            frames: knots.map(|i| self.frames[knot(i)].clone()).collect(),
-            curves: (0..count).map(|i| self.curves[leg(i)].clone()).collect(),
+            frames: frames.collect(),
+            columns: self.columns,
             lengths: (0..count).map(|i| self.lengths[leg(i)]).collect(),
             interrupt: self.interrupt,
         }

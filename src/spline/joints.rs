@@ -3,15 +3,15 @@
 //! A Newton step solves every leg for its `(x', x'')` in terms of the two velocities. What is left is block tridiagonal in the
 //! velocities, cyclic for a closed curve, so a step takes time linear in the number of knots.
 
-use faer::{Mat, Scale};
+use faer::{Mat, MatRef, Scale};
 
 use super::chain::{Chain, Motion, for_each};
 use super::ends::Ends;
 use super::interpolation::{Interpolation, Residual, is_fixed, knots};
 use crate::cubic::taylor::Accuracy;
 use crate::error::Result;
-use crate::linalg::cyclic::{BlockFactors, BlockRows, add_product};
 use crate::linalg::decomp::solve_matrix;
+use crate::solve::block_tridiagonal::{BlockTridiagonal, Factors};
 
 /// Derivatives are integrated to this share of the residual.
 const DERIVATIVE_SHARE: f64 = 1e-2;
@@ -19,7 +19,7 @@ const DERIVATIVE_SHARE: f64 = 1e-2;
 /// The linear equations, solved for any right-hand side.
 pub(super) struct Linearised {
     legs: Vec<LinearLeg>,
-    velocities: BlockFactors,
+    velocities: Factors,
 }
 
 /// The change of a leg's `(x', x'')` is `before dv_j + after dv_{j+1}` less `inverse` times what the leg misses; that of its last
@@ -59,31 +59,36 @@ impl<C: Chain> Interpolation<'_, C> {
         };
         let rows = self.rows(&legs);
         let velocities = match self.ends {
-            Ends::Periodic => rows.factor_cyclic(),
-            Ends::Open(_) => rows.factor(),
+            Ends::Periodic => rows.factored_cyclic(),
+            Ends::Open(_) => rows.factored(),
         };
         Ok(velocities.map(|velocities| Linearised { legs, velocities }))
     }
 
     /// The system for the changes of the velocities.
-    fn rows(&self, legs: &[LinearLeg]) -> BlockRows {
+    fn rows(&self, legs: &[LinearLeg]) -> BlockTridiagonal {
         let (d, count) = (self.chain.size(), knots(self.chain, self.ends));
-        let mut rows = BlockRows::zeros(count, d);
+        let mut rows = BlockTridiagonal::zeros(count, d);
         for knot in 0..count {
             let [before, after] = self.legs_at(knot);
+            let block = knot * d * d..(knot + 1) * d * d;
             if is_fixed(self.ends, [before, after]) {
-                rows.diagonal[knot] = Mat::identity(d, d);
+                for p in 0..d {
+                    rows.diagonal[block.start + p * d + p] = 1.0;
+                }
                 continue;
             }
             if let Some(leg) = before {
                 let [first, last] = &legs[leg].arrival;
-                rows.below[knot] += first * self.rate(leg);
-                rows.diagonal[knot] += last * self.rate(leg);
+                let Scale(rate) = self.rate(leg);
+                add_rows(rate, first.as_ref(), &mut rows.below[block.clone()]);
+                add_rows(rate, last.as_ref(), &mut rows.diagonal[block.clone()]);
             }
             if let Some(leg) = after {
-                let top = |a: &Mat<f64>| a.as_ref().subrows(0, d) * self.rate(leg);
-                rows.diagonal[knot] -= top(&legs[leg].before);
-                rows.above[knot] -= top(&legs[leg].after);
+                let Scale(rate) = self.rate(leg);
+                let [here, next] = [&legs[leg].before, &legs[leg].after].map(|a| a.subrows(0, d));
+                add_rows(-rate, here, &mut rows.diagonal[block.clone()]);
+                add_rows(-rate, next, &mut rows.above[block]);
             }
         }
         rows
@@ -153,5 +158,23 @@ impl LinearLeg {
             before,
             after,
         })
+    }
+}
+
+/// `out += factor a`, row by row.
+fn add_rows(factor: f64, a: MatRef<'_, f64>, out: &mut [f64]) {
+    for (row, out) in a.row_iter().zip(out.chunks_exact_mut(a.ncols())) {
+        for (out, a) in out.iter_mut().zip(row.iter()) {
+            *out += factor * a;
+        }
+    }
+}
+
+/// `out += factor a x`.
+fn add_product(factor: f64, a: &Mat<f64>, x: &[f64], out: &mut [f64]) {
+    for (column, x) in a.col_iter().zip(x) {
+        for (out, a) in out.iter_mut().zip(column.iter()) {
+            *out += factor * a * x;
+        }
     }
 }

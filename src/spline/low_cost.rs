@@ -6,15 +6,11 @@
 
 use super::chain::{Arrivals, Chain, Motion};
 use super::ends::{End, Ends};
-use super::interpolation::Interpolation;
-use super::iteration::{Effort, Iteration, Outcome};
-use crate::cubic::path::Path;
+use super::solvable::{Effort, Solution, Solvable, Start};
 use crate::cubic::taylor::Accuracy;
 use crate::cubic::work::Work;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
-use crate::manifold::QuasiGeodesic;
-use crate::report::StopReason;
 
 /// Legs longer than this are far apart. Of natural splines through five random knots the iteration alone leads to different
 /// costs in the two directions for 6 of 60 on St(3,1) and 6 of 40 on St(4,2); the value itself is a guess, below the 1.5 from
@@ -27,55 +23,51 @@ const SAME_COST: f64 = 1e-3;
 /// Vectors of an arrival: distance, velocity, acceleration and third vector.
 const VECTORS: usize = 4;
 
-/// Whether the longest of some legs is far.
-pub(super) fn is_far(curves: &[QuasiGeodesic]) -> bool {
-    curves.iter().any(|curve| curve.speed() > FAR)
+/// Whether legs are so long that the cheapest of several solutions is worth looking for.
+pub(super) fn is_far(longest: f64) -> bool {
+    longest > FAR
 }
-
-/// A motion that solves the equations, and how it was found.
-pub(super) type Solution = (Motion, Outcome);
 
 /// The cheapest of some solutions, with its cost; solutions that have not converged cost infinitely much.
 pub(super) struct Cheapest {
-    motion: Motion,
-    outcome: Outcome,
+    solution: Solution,
     cost: f64,
 }
 
 impl Cheapest {
     /// # Errors
     /// Where a leg cannot be integrated; `Interrupted`.
-    pub(super) fn new<C: Chain>(
+    pub(super) fn new<C: Solvable>(
         chain: &C,
-        (motion, outcome): Solution,
+        solution: Solution,
         interrupt: Interrupt<'_>,
     ) -> Result<Self> {
-        let cost = match outcome.reason {
-            StopReason::Converged => cost(chain, &motion, interrupt)?,
-            _ => f64::INFINITY,
+        let cost = match solution.report.converged {
+            true => cost(chain, &solution, interrupt)?,
+            false => f64::INFINITY,
         };
-        Ok(Cheapest {
-            motion,
-            outcome,
-            cost,
-        })
+        Ok(Cheapest { solution, cost })
     }
 
-    /// Solves from another start and keeps the cheaper solution.
+    /// Solves from another start, if there is one, and keeps the cheaper solution.
     ///
     /// # Errors
     /// `Interrupted`.
-    pub(super) fn try_start<C: Chain>(
+    pub(super) fn try_start<C: Solvable>(
         &mut self,
-        problem: &Interpolation<'_, C>,
+        chain: &C,
+        ends: &Ends,
         start: Option<Motion>,
         effort: Effort<'_>,
     ) -> Result<()> {
-        let Some(found) = near(problem, start, effort)? else {
+        let Some(motion) = start else {
             return Ok(());
         };
-        let solved = Self::new(problem.chain, found, effort.interrupt);
-        if let Some(other) = unless_interrupted(solved)?
+        let Some(found) = solved(chain, ends, Start::Near(motion), effort)? else {
+            return Ok(());
+        };
+        let other = Self::new(chain, found, effort.interrupt);
+        if let Some(other) = unless_interrupted(other)?
             && other.cost < (1.0 - SAME_COST) * self.cost
         {
             *self = other;
@@ -84,7 +76,7 @@ impl Cheapest {
     }
 
     pub(super) fn into_solution(self) -> Solution {
-        (self.motion, self.outcome)
+        self.solution
     }
 }
 
@@ -92,50 +84,26 @@ impl Cheapest {
 ///
 /// # Errors
 /// `Interrupted`.
-pub(super) fn solved<C: Chain>(
-    problem: &Interpolation<'_, C>,
-    mut motion: Motion,
+pub(super) fn solved<C: Solvable>(
+    chain: &C,
+    ends: &Ends,
+    start: Start,
     effort: Effort<'_>,
 ) -> Result<Option<Solution>> {
-    let outcome = Iteration::solve(problem, &mut motion, effort);
-    converged(motion, outcome)
+    let solution = unless_interrupted(chain.solve(ends, start, effort))?;
+    Ok(solution.filter(|solution| solution.report.converged))
 }
 
-/// The solution near a motion; `None` if there is none.
-///
-/// # Errors
-/// `Interrupted`.
-pub(super) fn near<C: Chain>(
-    problem: &Interpolation<'_, C>,
-    motion: Option<Motion>,
-    effort: Effort<'_>,
-) -> Result<Option<Solution>> {
-    let Some(mut motion) = motion else {
-        return Ok(None);
-    };
-    let outcome = Iteration::solve_near(problem, &mut motion, effort);
-    converged(motion, outcome)
-}
-
-fn converged(motion: Motion, outcome: Result<Outcome>) -> Result<Option<Solution>> {
-    let outcome = unless_interrupted(outcome)?;
-    let outcome = outcome.filter(|outcome| outcome.reason == StopReason::Converged);
-    Ok(outcome.map(|outcome| (motion, outcome)))
-}
-
-/// A solution of the knots passed backwards in forward direction.
+/// A solution of the knots passed backwards in forward direction; `None` if it cannot be integrated.
 ///
 /// # Errors
 /// `Interrupted`.
 pub(super) fn forwards<C: Chain>(
     back: &C,
-    solution: Option<Solution>,
+    solution: &Solution,
     work: &Work,
 ) -> Result<Option<Motion>> {
-    let Some((motion, _)) = solution else {
-        return Ok(None);
-    };
-    unless_interrupted(reversed(back, &motion, work))
+    unless_interrupted(reversed(back, &solution.motion, work))
 }
 
 /// The spline at rest at its free ends, with the knots of one that has some: where free ends let the iteration lead away, it
@@ -143,24 +111,24 @@ pub(super) fn forwards<C: Chain>(
 ///
 /// # Errors
 /// `Interrupted`.
-pub(super) fn clamped<C: Chain>(
-    problem: &Interpolation<'_, C>,
+pub(super) fn clamped<C: Solvable>(
+    chain: &C,
+    ends: &Ends,
     effort: Effort<'_>,
 ) -> Result<Option<Motion>> {
-    let Ends::Open(ends) = problem.ends else {
+    let Ends::Open(ends) = ends else {
         return Ok(None);
     };
     if ends.iter().all(|end| end.acceleration().is_none()) {
         return Ok(None);
     }
-    let at_rest = || End::Velocity(vec![0.0; problem.chain.size()]);
+    let at_rest = || End::Velocity(vec![0.0; chain.size()]);
     let ends = Ends::Open(ends.each_ref().map(|end| match end {
         End::Velocity(_) => end.clone(),
         End::Acceleration(_) => at_rest(),
     }));
-    let clamped = Interpolation::new(problem.chain, &ends)?;
-    let found = solved(&clamped, clamped.start()?, effort)?;
-    Ok(found.map(|(motion, _)| motion))
+    let found = solved(chain, &ends, Start::Flat, effort)?;
+    Ok(found.map(|solution| solution.motion))
 }
 
 /// `None` for a start that cannot be integrated.
@@ -193,12 +161,10 @@ fn reversed<C: Chain>(back: &C, motion: &Motion, work: &Work) -> Result<Motion> 
 }
 
 /// `int |D_t S'|^2 dt` in units of time.
-fn cost<C: Chain>(chain: &C, motion: &Motion, interrupt: Interrupt<'_>) -> Result<f64> {
+fn cost<C: Solvable>(chain: &C, solution: &Solution, interrupt: Interrupt<'_>) -> Result<f64> {
     let mut sum = 0.0;
-    for (leg, &h) in chain.lengths().iter().enumerate() {
-        let (_, state) = chain.state(leg, &motion.start(leg, h));
-        let mut path = Path::at(state, Accuracy::FULL);
-        path.extend_to(1.0, interrupt)?;
+    for (leg, h) in chain.lengths().iter().enumerate() {
+        let (_, path) = chain.piece(leg, solution, interrupt)?;
         sum += path.cost(0.0, 1.0) / h.powi(3);
     }
     Ok(sum)

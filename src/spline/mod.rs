@@ -9,6 +9,7 @@
 mod ambient;
 mod bends;
 mod chain;
+mod collocated;
 mod continuation;
 mod ends;
 mod fit;
@@ -24,17 +25,18 @@ mod joints;
 mod knots;
 mod links;
 mod low_cost;
+mod neighbours;
 mod parts;
 pub mod piecewise;
 mod reduced_knots;
 mod relaxation;
 mod riemannian;
 mod smoothing;
+mod solvable;
 mod solve;
 #[cfg(any(feature = "python", feature = "serde"))]
 mod stored;
 mod straight;
-mod tridiagonal;
 mod validation;
 mod velocities;
 

@@ -9,12 +9,11 @@ use rayon::prelude::*;
 use super::chain::{Chain, Motion};
 use super::ends::{End, Ends};
 use super::framed::Framed;
-use super::iteration::Effort;
 use super::joined::Joined;
+use super::solvable::Effort;
 use super::solve;
 use crate::cubic::work::Work;
 use crate::error::Result;
-use crate::report::StopReason;
 
 /// Legs of a part.
 const CENTRAL: usize = 24;
@@ -136,9 +135,8 @@ impl Part {
         let around = self.legs_around();
         let start = (self.first + self.legs * self.before - self.before) % self.legs;
         let part = knots.part(start, around);
-        let (_, (motion, outcome)) =
-            solve::forwards(&part, &part.chain(1.0)?, &Ends::Open(ends), effort)?;
-        Ok((outcome.reason == StopReason::Converged).then_some(motion))
+        let (_, solution) = solve::forwards(&part, &part.chain(1.0)?, &Ends::Open(ends), effort)?;
+        Ok(solution.report.converged.then_some(solution.motion))
     }
 
     fn write(&self, from: &Motion, to: &mut Motion) {

@@ -7,6 +7,7 @@ use faer::{Mat, MatRef};
 
 use super::chain::Space;
 use crate::curve::span::Span;
+use crate::linalg::product::{mul_add, mul_into};
 use crate::linalg::structure::symmetric_part;
 
 /// The factorisation that reduces the dimension takes time quadratic in the number of knots: for so many it pays.
@@ -34,9 +35,10 @@ impl ReducedKnots {
         } else {
             Span::whole()
         };
+        let mut gram = Mat::zeros(k, k);
         let points = points
             .iter()
-            .map(|point| orthonormalised(&span.down(*point)))
+            .map(|point| orthonormalised(span.down(*point), &mut gram))
             .collect();
         let unit = (t[t.len() - 1] - t[0]) / (t.len() - 1) as f64;
         let lengths = t.windows(2).map(|pair| (pair[1] - pair[0]) / unit);
@@ -61,7 +63,7 @@ impl ReducedKnots {
 
     /// A point near the manifold in the coordinates of the span, orthonormal to round-off.
     pub(super) fn point(&self, s: MatRef<'_, f64>) -> Mat<f64> {
-        orthonormalised(&self.span.down(s))
+        orthonormalised(self.span.down(s), &mut Mat::zeros(s.ncols(), s.ncols()))
     }
 
     /// Whether frames of the whole span are small matrices, or a leg spans all of it.
@@ -99,7 +101,10 @@ pub(super) fn tangent_part(s: MatRef<'_, f64>, v: Mat<f64>) -> Mat<f64> {
 }
 
 /// A point that is orthonormal to `1e-9` made so to round-off: one Newton step towards its polar factor.
-fn orthonormalised(s: &Mat<f64>) -> Mat<f64> {
-    let gram = s.transpose() * s;
-    s * faer::Scale(1.5) - s * gram * faer::Scale(0.5)
+fn orthonormalised(mut s: Mat<f64>, gram: &mut Mat<f64>) -> Mat<f64> {
+    mul_into(&mut *gram, 0.5, s.transpose(), &s);
+    let before = s.clone();
+    s *= faer::Scale(1.5);
+    mul_add(&mut s, -1.0, &before, &*gram);
+    s
 }

@@ -15,6 +15,7 @@ use crate::cubic::relaxation::{CHAIN_UNKNOWNS, Chain, Held};
 use crate::cubic::work::Work;
 use crate::curve::{Curve, GeometricCubic};
 use crate::error::Result;
+use crate::manifold::QuasiGeodesic;
 
 /// Legs of the chain for one of the spline: each a third of a radian for knots as far apart as they can be.
 const LEGS: usize = 8;
@@ -68,9 +69,8 @@ impl Joined<'_> {
             (Ends::Open([_, End::Velocity(_)]), knot) if knot == last => Held::All,
             _ => Held::Point,
         };
-        let points = &self.points;
         let mut nodes = vec![Node::new(
-            &points[0],
+            &self.point(0).to_owned(),
             velocities[0].clone(),
             &self.frames[0],
         )];
@@ -78,10 +78,10 @@ impl Joined<'_> {
         let mut steps = Vec::new();
         for (leg, &h) in self.lengths.iter().enumerate() {
             let [v0, v1] = [leg, leg + 1].map(|knot| &velocities[knot] * Scale(h));
-            let (s0, s1) = (points[leg].as_ref(), points[leg + 1].as_ref());
+            let (s0, s1) = (self.point(leg), self.point(leg + 1));
             let between = match GeometricCubic::from_boundary(s0, v0.as_ref(), s1, v1.as_ref()) {
                 Ok(curve) => sample(&curve, h),
-                Err(_) => sample(&self.curves[leg], h),
+                Err(_) => sample(&QuasiGeodesic::between(s0, s1)?, h),
             };
             for (point, velocity) in between? {
                 let node = Node::new(&point, velocity, nodes[nodes.len() - 1].frame());
@@ -89,11 +89,7 @@ impl Joined<'_> {
                 held.push(Held::Nothing);
             }
             let like = nodes[nodes.len() - 1].frame();
-            nodes.push(Node::new(
-                &points[leg + 1],
-                velocities[leg + 1].clone(),
-                like,
-            ));
+            nodes.push(Node::new(&s1.to_owned(), velocities[leg + 1].clone(), like));
             held.push(given(leg + 1));
             steps.extend([h / LEGS as f64; LEGS]);
         }

@@ -3,13 +3,13 @@
 use faer::{Mat, MatRef, Scale};
 
 use super::ambient::Ambient;
-use super::chain::{Motion, links, pieces};
+use super::chain::{Space, links, pieces};
 use super::ends::{End, EndCondition, EndConditions, Ends, check_ends};
 use super::framed::coordinates;
-use super::iteration::Outcome;
 use super::joined::Joined;
 use super::piecewise::Piecewise;
 use super::reduced_knots::ReducedKnots;
+use super::solvable::{Solution, Solvable};
 use super::{knots, solve};
 use crate::cubic::RiemannianCubic;
 use crate::cubic::initial::complete;
@@ -17,7 +17,6 @@ use crate::cubic::problem::entries;
 use crate::cubic::work::{Work, allowance};
 use crate::error::Result;
 use crate::interrupt::Interrupt;
-use crate::manifold::QuasiGeodesic;
 use crate::report::{SolverReport, StopReason};
 
 /// Steps by default.
@@ -92,17 +91,15 @@ pub fn cubic_spline(
     let manifold = knots::check(t, points)?;
     check_ends(&manifold, points, ends)?;
     let problem = Problem::new(t, points, ends);
-    let curves = links(&problem.knots.points)?;
-    let (pieces, outcome) = if problem.knots.is_small() {
-        problem.solve_in_frames(curves, options)?
+    let (pieces, report) = if problem.knots.is_small() {
+        problem.solve_in_frames(options)?
     } else {
-        problem.solve_in_ambient(curves, options)?
+        problem.solve_in_ambient(options)?
     };
-    let report = outcome.report();
     if report.converged {
         return Ok((Piecewise::new(t.to_vec(), pieces), report));
     }
-    Err(outcome.failure(SOLVER, options.tolerance))
+    Err(report.failure(SOLVER, options.tolerance))
 }
 
 /// Knots and ends in the coordinates of their span.
@@ -111,7 +108,7 @@ struct Problem<'e> {
     ends: &'e EndConditions,
 }
 
-type Solved = (Vec<RiemannianCubic>, Outcome);
+type Solved = (Vec<RiemannianCubic>, SolverReport);
 
 impl<'e> Problem<'e> {
     fn new(t: &[f64], points: &[MatRef<'_, f64>], ends: &'e EndConditions) -> Self {
@@ -152,42 +149,48 @@ impl<'e> Problem<'e> {
         }
     }
 
-    fn solve_in_frames(
-        &self,
-        curves: Vec<QuasiGeodesic>,
-        options: &SplineOptions<'_>,
-    ) -> Result<Solved> {
+    fn solve_in_frames(&self, options: &SplineOptions<'_>) -> Result<Solved> {
         let complete = |point: &Mat<f64>| complete(point.as_ref());
-        let frames: Vec<Mat<f64>> = self.knots.points.iter().map(complete).collect();
-        let ends = self.ends_with(|knot, v| coordinates(frames[knot].as_ref(), v.as_ref()));
-        let knots = Joined::new(&self.knots, frames, curves, options.interrupt);
-        let (motion, outcome) = if self.knots.shape().0 == 1 {
-            // Nothing moves.
-            (Motion::zeros(0, knots.len() + 1), Outcome::nothing_to_do())
-        } else {
-            solve::in_frames(&knots, &ends, options)?
+        let (r, k) = self.knots.shape();
+        let frames: Vec<Mat<f64>> = match r == k {
+            true => self.knots.points.clone(),
+            false => self.knots.points.iter().map(complete).collect(),
         };
-        if outcome.reason != StopReason::Converged {
-            return Ok((Vec::new(), outcome));
-        }
+        let ends = self.ends_with(|knot, v| coordinates(frames[knot].as_ref(), v.as_ref()));
+        let knots = Joined::new(&self.knots, frames, options.interrupt);
         let (chain, space) = (knots.chain(1.0)?, self.knots.space());
-        let pieces = pieces(&chain, &motion, &space, options.interrupt)?;
-        Ok((pieces, outcome))
+        let solution = if self.knots.shape().0 == 1 {
+            // Nothing moves.
+            Solution::none(SolverReport::new(StopReason::Converged, 0, 0.0, 0.0))
+        } else {
+            solve::in_frames(&knots, &chain, &ends, options)?
+        };
+        finished(&chain, &solution, &space, options.interrupt)
     }
 
-    fn solve_in_ambient(
-        &self,
-        curves: Vec<QuasiGeodesic>,
-        options: &SplineOptions<'_>,
-    ) -> Result<Solved> {
+    fn solve_in_ambient(&self, options: &SplineOptions<'_>) -> Result<Solved> {
         let ends = self.ends_with(|_, v| entries(v));
         let (points, lengths) = (self.knots.points.clone(), self.knots.lengths.clone());
+        let curves = links(&points)?;
         let chain = Ambient::new(points, curves, lengths, options.interrupt);
-        let (motion, outcome) = solve::in_ambient(&chain, &ends, options)?;
-        if outcome.reason != StopReason::Converged {
-            return Ok((Vec::new(), outcome));
-        }
-        let pieces = pieces(&chain, &motion, &self.knots.space(), options.interrupt)?;
-        Ok((pieces, outcome))
+        let solution = solve::in_ambient(&chain, &ends, options)?;
+        finished(&chain, &solution, &self.knots.space(), options.interrupt)
     }
+}
+
+/// The pieces of a solution, none of one that has not converged.
+fn finished<C: Solvable>(
+    chain: &C,
+    solution: &Solution,
+    space: &Space,
+    interrupt: Interrupt<'_>,
+) -> Result<Solved> {
+    if !solution.report.converged {
+        return Ok((Vec::new(), solution.report));
+    }
+    let piece = |leg: usize| chain.piece(leg, solution, interrupt);
+    Ok((
+        pieces(chain.lengths().len(), space, piece)?,
+        solution.report,
+    ))
 }

@@ -23,7 +23,6 @@ use super::ambient::Ambient;
 use super::chain::{Movable, Space, for_each, links, pieces};
 use super::fit::{Data, Fit, work_of_balance};
 use super::framed::Framed;
-use super::iteration::Outcome;
 use super::knots;
 use super::piecewise::Piecewise;
 use super::reduced_knots::ReducedKnots;
@@ -193,8 +192,8 @@ pub fn smoothing_spline(
     let solved = if knots.is_small() {
         let through = |points: &[Mat<f64>]| {
             let frames = points.iter().map(|point| complete(point.as_ref()));
-            let (curves, lengths) = (links(points)?, knots.lengths.clone());
-            Framed::new(&curves, frames.collect(), lengths, 1.0, interrupt)
+            let (columns, lengths) = (points[0].ncols(), knots.lengths.clone());
+            Framed::new(frames.collect(), columns, lengths, 1.0, interrupt)
         };
         solve(through, &knots.points, &data, given, &space, options)?
     } else {
@@ -204,7 +203,7 @@ pub fn smoothing_spline(
         };
         solve(through, &knots.points, &data, given, &space, options)?
     };
-    let report = solved.outcome.report();
+    let report = solved.report;
     if !report.converged {
         return Err(Error::NoConvergence {
             solver: SOLVER,
@@ -365,7 +364,7 @@ fn interpolated(
 
 struct Solved {
     pieces: Vec<RiemannianCubic>,
-    outcome: Outcome,
+    report: SolverReport,
     /// In units of the mean leg.
     lambda: f64,
     misfit: f64,
@@ -393,19 +392,27 @@ fn solve<C: Movable>(
     let straight = Straight::nearest(chain.lengths(), data, options.interrupt)?;
     let attempt = |chain: C| -> Result<Solved> {
         let mut fit = Fit::new(chain, data, flat.clone(), &work)?;
-        let mut outcome = fit.solve(options.tolerance, options.max_iterations)?;
+        let mut report = fit.solve(options.tolerance, options.max_iterations)?;
         let mut found = Vec::new();
-        if outcome.reason == StopReason::Converged {
-            found = pieces(fit.chain(), fit.motion(), space, options.interrupt)?;
+        if report.converged {
+            let (chain, motion) = (fit.chain(), fit.motion());
+            found = pieces(chain.lengths().len(), space, |leg| {
+                chain.integrated(leg, motion, options.interrupt)
+            })?;
             let objective = fit.misfit() + flat.lambda() * cost(&found, fit.chain().lengths())?;
             let bound = straight.as_ref().map_or(f64::INFINITY, |one| one.misfit);
             if objective > bound * (1.0 + NO_WORSE) + options.tolerance.powi(2) {
-                outcome.reason = StopReason::NotMinimal;
+                report = SolverReport::new(
+                    StopReason::NotMinimal,
+                    report.iterations,
+                    report.residual,
+                    report.tolerance,
+                );
             }
         }
         Ok(Solved {
             pieces: found,
-            outcome,
+            report,
             lambda,
             misfit: fit.misfit(),
             degrees_of_freedom,
@@ -414,13 +421,13 @@ fn solve<C: Movable>(
     let first = attempt(chain);
     match (&first, &straight) {
         (Err(error), _) if error.is_interrupted() => first,
-        (Ok(solved), _) if solved.outcome.reason == StopReason::Converged => first,
+        (Ok(solved), _) if solved.report.converged => first,
         (_, None) => first,
         (_, Some(straight)) => {
             work.allow(BOTH_STARTS);
             match through(&straight.points).and_then(attempt) {
                 Err(error) if error.is_interrupted() => Err(error),
-                Ok(second) if second.outcome.reason == StopReason::Converged => Ok(second),
+                Ok(second) if second.report.converged => Ok(second),
                 // What is wrong from the data themselves says more.
                 Ok(_) | Err(_) => first,
             }

@@ -7,14 +7,13 @@ use super::continuation;
 use super::ends::Ends;
 use super::framed::Framed;
 use super::interpolation::Interpolation;
-use super::iteration::{Effort, Iteration, Outcome};
 use super::joined::Joined;
-use super::low_cost::{self, Cheapest, Solution, unless_interrupted};
+use super::low_cost::{self, Cheapest, unless_interrupted};
 use super::parts;
 use super::riemannian::SplineOptions;
+use super::solvable::{Effort, Solution, Solvable, Start};
 use crate::cubic::work::TRIALS;
-use crate::error::{Error, Result};
-use crate::report::{SolverReport, StopReason};
+use crate::error::Result;
 
 /// Trials that many knots may take at least. With 120, and twice the work for both directions, 120 random knots of St(9, 7) are
 /// refused after 2.7 s instead of 1.3.
@@ -24,44 +23,9 @@ pub(super) const TRIALS_IN_FRAMES: f64 = 60.0;
 /// lost; with 2 random knots are refused after 2.4 s.
 const BOTH_WAYS: f64 = 1.7;
 
-impl Outcome {
-    pub(super) fn nothing_to_do() -> Self {
-        Outcome {
-            reason: StopReason::Converged,
-            iterations: 0,
-            residual: 0.0,
-            tolerance: 0.0,
-        }
-    }
-
-    pub(super) fn report(&self) -> SolverReport {
-        SolverReport {
-            converged: self.reason == StopReason::Converged,
-            iterations: self.iterations,
-            residual: self.residual,
-            tolerance: self.tolerance,
-            reason: self.reason,
-        }
-    }
-
-    /// The error of an iteration that has not converged, with the tolerance that was asked for, which round-off may exceed.
-    pub(super) fn failure(&self, solver: &'static str, tolerance: f64) -> Error {
-        let report = SolverReport {
-            tolerance,
-            ..self.report()
-        };
-        Error::NoConvergence { solver, report }
-    }
-
-    fn is_final(&self, effort: Effort<'_>) -> bool {
-        let spent = self.iterations >= effort.max_iterations || effort.work.is_done();
-        self.reason == StopReason::Converged || spent
-    }
-}
-
 /// How the whole is started, one after the other.
 #[derive(Clone, Copy, PartialEq, PartialOrd)]
-pub(super) enum Start {
+pub(super) enum Stage {
     /// From the flat spline.
     Flat,
     /// From parts that are solved by themselves.
@@ -78,55 +42,62 @@ pub(super) enum Start {
 /// `Interrupted`, those of the chains.
 pub(super) fn in_frames(
     knots: &Joined<'_>,
+    chain: &Framed<'_>,
     ends: &Ends,
     options: &SplineOptions<'_>,
-) -> Result<(Motion, Outcome)> {
-    let chain = knots.chain(1.0)?;
+) -> Result<Solution> {
     let work = options.work(TRIALS_IN_FRAMES, knots.len() as f64 * chain.work_of_leg());
     let effort = Effort::new(options, &work);
-    let (start, first) = forwards(knots, &chain, ends, effort)?;
-    if !low_cost::is_far(&knots.curves) {
+    let (stage, first) = forwards(knots, chain, ends, effort)?;
+    if !low_cost::is_far(chain.longest()) {
         return Ok(first);
     }
     work.allow(BOTH_WAYS);
-    let problem = Interpolation::new(&chain, ends)?;
-    let mut best = Cheapest::new(&chain, first, effort.interrupt)?;
-    if matches!(ends, Ends::Open(_)) && start < Start::Relaxed {
-        let relaxed = knots.relaxed(&chain, &problem.start()?, ends, &work);
-        best.try_start(&problem, unless_interrupted(relaxed)?.flatten(), effort)?;
+    let mut best = Cheapest::new(chain, first, effort.interrupt)?;
+    if matches!(ends, Ends::Open(_)) && stage < Stage::Relaxed {
+        let relaxed = knots.relaxed(chain, &flat(chain, ends)?, ends, &work);
+        best.try_start(chain, ends, unless_interrupted(relaxed)?.flatten(), effort)?;
     }
-    let at_rest = relaxed_at_rest(knots, &problem, effort)?;
-    best.try_start(&problem, at_rest, effort)?;
+    let at_rest = relaxed_at_rest(knots, chain, ends, effort)?;
+    best.try_start(chain, ends, at_rest, effort)?;
     // And backwards; what is relaxed from the flat spline is the same there.
-    let (back, ends) = (knots.reversed()?, ends.reversed());
-    let chain = back.chain(1.0)?;
-    let backwards = Interpolation::new(&chain, &ends)?;
-    let at_rest = relaxed_at_rest(&back, &backwards, effort)?;
+    let (back, reversed) = (knots.reversed(), ends.reversed());
+    let backwards = back.chain(1.0)?;
+    let at_rest = relaxed_at_rest(&back, &backwards, &reversed, effort)?;
     let found = [
-        low_cost::solved(&backwards, backwards.start()?, effort)?,
-        low_cost::near(&backwards, at_rest, effort)?,
+        low_cost::solved(&backwards, &reversed, Start::Flat, effort)?,
+        match at_rest {
+            Some(motion) => low_cost::solved(&backwards, &reversed, Start::Near(motion), effort)?,
+            None => None,
+        },
     ];
-    for solution in found {
-        let start = low_cost::forwards(&chain, solution, &work)?;
-        best.try_start(&problem, start, effort)?;
+    for solution in found.into_iter().flatten() {
+        let motion = low_cost::forwards(&backwards, &solution, &work)?;
+        best.try_start(chain, ends, motion, effort)?;
     }
     Ok(best.into_solution())
+}
+
+/// The spline of flat space.
+fn flat(chain: &Framed<'_>, ends: &Ends) -> Result<Motion> {
+    Interpolation::new(chain, ends)?.start()
 }
 
 /// A chain relaxed from the spline that is at rest at its free ends; `None` if there is none.
 fn relaxed_at_rest(
     knots: &Joined<'_>,
-    problem: &Interpolation<'_, Framed<'_>>,
+    chain: &Framed<'_>,
+    ends: &Ends,
     effort: Effort<'_>,
 ) -> Result<Option<Motion>> {
-    let Some(clamped) = low_cost::clamped(problem, effort)? else {
+    let Some(clamped) = low_cost::clamped(chain, ends, effort)? else {
         return Ok(None);
     };
-    let relaxed = knots.relaxed(problem.chain, &clamped, problem.ends, effort.work);
+    let relaxed = knots.relaxed(chain, &clamped, ends, effort.work);
     Ok(unless_interrupted(relaxed)?.flatten())
 }
 
-/// The knots of a chain of few dimensions, in the direction of its times; and the last start that was tried.
+/// The knots of a chain of few dimensions, in the direction of its times; and the last stage that was tried.
 ///
 /// # Errors
 /// `Interrupted`, those of the chains.
@@ -135,55 +106,39 @@ pub(super) fn forwards(
     chain: &Framed<'_>,
     ends: &Ends,
     effort: Effort<'_>,
-) -> Result<(Start, Solution)> {
-    let problem = Interpolation::new(chain, ends)?;
-    let flat = problem.start()?;
+) -> Result<(Stage, Solution)> {
     let (mut iterations, mut least) = (0, f64::INFINITY);
-    for start in [Start::Flat, Start::Parts, Start::Relaxed] {
-        let motion = match start {
-            Start::Flat => Ok(Some(flat.clone())),
-            Start::Parts if parts::exist(knots.len(), ends) => {
-                parts::solve(knots, chain, ends, effort)
+    for stage in [Stage::Flat, Stage::Parts, Stage::Relaxed] {
+        let start = match stage {
+            Stage::Flat => Ok(Some(Start::Flat)),
+            Stage::Parts if parts::exist(knots.len(), ends) => {
+                parts::solve(knots, chain, ends, effort).map(|motion| motion.map(Start::From))
             }
-            Start::Relaxed if matches!(ends, Ends::Open(_)) => {
-                knots.relaxed(chain, &flat, ends, effort.work)
+            Stage::Relaxed if matches!(ends, Ends::Open(_)) => {
+                let motion = knots.relaxed(chain, &flat(chain, ends)?, ends, effort.work);
+                motion.map(|motion| motion.map(Start::From))
             }
             _ => Ok(None),
         };
-        let solved = motion.and_then(|motion| {
-            let Some(mut motion) = motion else {
-                return Ok(None);
-            };
-            let max_iterations = effort.max_iterations - iterations;
-            let left = Effort {
-                max_iterations,
-                ..effort
-            };
-            let outcome = Iteration::solve(&problem, &mut motion, left)?;
-            Ok(Some((motion, outcome)))
+        let left = effort.after(iterations);
+        let solved = start.and_then(|start| match start {
+            Some(start) => chain.solve(ends, start, left).map(Some),
+            None => Ok(None),
         });
-        match solved {
-            Err(error) if error.is_interrupted() => return Err(error),
-            // A start that is too fast to be integrated is left to what follows.
-            Err(_) | Ok(None) => {}
-            Ok(Some((motion, mut outcome))) => {
-                outcome.iterations += iterations;
-                if outcome.is_final(effort) {
-                    return Ok((start, (motion, outcome)));
-                }
-                iterations = outcome.iterations;
-                least = least.min(outcome.residual);
-            }
+        // A start that is too fast to be integrated is left to what follows.
+        let Some(mut solution) = unless_interrupted(solved)?.flatten() else {
+            continue;
+        };
+        solution.report.iterations += iterations;
+        iterations = solution.report.iterations;
+        if solution.report.converged || effort.is_spent(iterations) {
+            return Ok((stage, solution));
         }
+        least = least.min(solution.report.residual);
     }
-    let max_iterations = effort.max_iterations - iterations;
-    let left = Effort {
-        max_iterations,
-        ..effort
-    };
-    let (motion, mut outcome) = continuation::solve(knots, ends, left, least)?;
-    outcome.iterations += iterations;
-    Ok((Start::Continued, (motion, outcome)))
+    let mut solution = continuation::solve(knots, ends, effort.after(iterations), least)?;
+    solution.report.iterations += iterations;
+    Ok((Stage::Continued, solution))
 }
 
 /// A chain of many dimensions; where its knots are far apart, the cheaper of the solutions in both directions.
@@ -194,21 +149,19 @@ pub(super) fn in_ambient(
     chain: &Ambient<'_>,
     ends: &Ends,
     options: &SplineOptions<'_>,
-) -> Result<(Motion, Outcome)> {
-    let problem = Interpolation::new(chain, ends)?;
-    let mut motion = problem.start()?;
-    let work = options.work(TRIALS, problem.work_of_residual());
+) -> Result<Solution> {
+    let work = options.work(TRIALS, chain.lengths().len() as f64 * chain.work_of_leg());
     let effort = Effort::new(options, &work);
-    let outcome = Iteration::solve(&problem, &mut motion, effort)?;
-    if !low_cost::is_far(chain.curves()) {
-        return Ok((motion, outcome));
+    let first = chain.solve(ends, Start::Flat, effort)?;
+    if !low_cost::is_far(chain.longest()) {
+        return Ok(first);
     }
     work.allow(BOTH_WAYS);
-    let mut best = Cheapest::new(chain, (motion, outcome), effort.interrupt)?;
-    let (back, ends) = (chain.reversed()?, ends.reversed());
-    let backwards = Interpolation::new(&back, &ends)?;
-    let solution = low_cost::solved(&backwards, backwards.start()?, effort)?;
-    let start = low_cost::forwards(&back, solution, &work)?;
-    best.try_start(&problem, start, effort)?;
+    let mut best = Cheapest::new(chain, first, effort.interrupt)?;
+    let (back, reversed) = (chain.reversed()?, ends.reversed());
+    if let Some(solution) = low_cost::solved(&back, &reversed, Start::Flat, effort)? {
+        let motion = low_cost::forwards(&back, &solution, &work)?;
+        best.try_start(chain, ends, motion, effort)?;
+    }
     Ok(best.into_solution())
 }

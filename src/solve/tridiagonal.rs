@@ -8,27 +8,44 @@
 //! Golub, Van Loan (2013), "Matrix Computations", 4th ed., sec. 4.5.1; de Boor (2001), "A Practical Guide to Splines", ch. IV,
 //! for the system of cubic splines.
 
-use super::chain::Chain;
 use crate::error::Result;
-use crate::manifold::carrier::Direction;
+
+/// From a knot to the next one, or back.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Way {
+    Forward,
+    Backward,
+}
+
+/// The isometries between the vectors at neighbouring knots, as many numbers each.
+pub(crate) trait Isometries {
+    /// Numbers of a vector.
+    fn size(&self) -> usize;
+
+    /// `to` is `from` at the other end of the leg, one of those after the knots.
+    ///
+    /// # Errors
+    /// Where that fails.
+    fn carry_into(&mut self, leg: usize, way: Way, from: &[f64], to: &mut [f64]) -> Result<()>;
+}
 
 /// Knots by which a closed chain is unrolled at both ends: round-off, since what they contribute decays as `(2 - 3^(1/2))^j`
 /// for equal legs.
 const UNROLLED: usize = 28;
 
 /// Numbers of a block, by fields of a knot.
-pub(super) type Block<const C: usize> = [[f64; C]; C];
+pub(crate) type Block<const C: usize> = [[f64; C]; C];
 
 /// One block row: blocks for the knot before, the knot itself and the knot after.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Row<const C: usize> {
-    pub(super) below: Block<C>,
-    pub(super) diagonal: Block<C>,
-    pub(super) above: Block<C>,
+pub(crate) struct Row<const C: usize> {
+    pub(crate) below: Block<C>,
+    pub(crate) diagonal: Block<C>,
+    pub(crate) above: Block<C>,
 }
 
 impl<const C: usize> Row<C> {
-    pub(super) const ZERO: Row<C> = Row {
+    pub(crate) const ZERO: Row<C> = Row {
         below: [[0.0; C]; C],
         diagonal: [[0.0; C]; C],
         above: [[0.0; C]; C],
@@ -37,14 +54,14 @@ impl<const C: usize> Row<C> {
 
 /// Whether the last knot is the first one again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Shape {
+pub(crate) enum Shape {
     Open,
     Closed,
 }
 
 /// A factorised system.
 #[derive(Debug, Clone)]
-pub(super) struct Tridiagonal<const C: usize> {
+pub(crate) struct Tridiagonal<const C: usize> {
     shape: Shape,
     rows: usize,
     /// Rows in the order of elimination: which knot.
@@ -56,7 +73,7 @@ pub(super) struct Tridiagonal<const C: usize> {
 
 impl<const C: usize> Tridiagonal<C> {
     /// For as many rows as there are knots with unknowns; a closed chain has as many as legs. `None` where a pivot is singular.
-    pub(super) fn new(rows: &[Row<C>], shape: Shape) -> Option<Self> {
+    pub(crate) fn new(rows: &[Row<C>], shape: Shape) -> Option<Self> {
         let count = rows.len();
         let order: Vec<usize> = match shape {
             Shape::Open => (0..count).collect(),
@@ -89,13 +106,8 @@ impl<const C: usize> Tridiagonal<C> {
     ///
     /// # Errors
     /// Those of carrying.
-    pub(super) fn solve<T: Chain>(
-        &self,
-        chain: &T,
-        worker: &mut T::Worker,
-        right: &mut [f64],
-    ) -> Result<()> {
-        let size = C * chain.size();
+    pub(crate) fn solve(&self, isometries: &mut impl Isometries, right: &mut [f64]) -> Result<()> {
+        let size = C * isometries.size();
         let mut carried = vec![0.0; size];
         let mut all = vec![0.0; size * self.order.len()];
         for (i, &knot) in self.order.iter().enumerate() {
@@ -104,14 +116,8 @@ impl<const C: usize> Tridiagonal<C> {
             at.copy_from_slice(&right[size * knot..][..size]);
             if i > 0 {
                 let leg = self.leg_before(knot);
-                self.carry(
-                    chain,
-                    worker,
-                    leg,
-                    Direction::Forward,
-                    &before[size * (i - 1)..],
-                    &mut carried,
-                )?;
+                let from = &before[size * (i - 1)..];
+                self.carry(isometries, leg, Way::Forward, from, &mut carried)?;
                 subtract_product::<C>(&self.below[knot], &carried, at);
             }
             multiply::<C>(&self.steps[i].0, at);
@@ -119,14 +125,7 @@ impl<const C: usize> Tridiagonal<C> {
         for i in (0..self.order.len() - 1).rev() {
             let (at, after) = all.split_at_mut(size * (i + 1));
             let leg = self.order[i];
-            self.carry(
-                chain,
-                worker,
-                leg,
-                Direction::Backward,
-                &after[..size],
-                &mut carried,
-            )?;
+            self.carry(isometries, leg, Way::Backward, &after[..size], &mut carried)?;
             subtract_product::<C>(&self.steps[i].1, &carried, &mut at[size * i..]);
         }
         let first = match self.shape {
@@ -147,18 +146,17 @@ impl<const C: usize> Tridiagonal<C> {
         (knot + self.rows - 1) % self.rows
     }
 
-    fn carry<T: Chain>(
+    fn carry(
         &self,
-        chain: &T,
-        worker: &mut T::Worker,
+        isometries: &mut impl Isometries,
         leg: usize,
-        way: Direction,
+        way: Way,
         from: &[f64],
         to: &mut [f64],
     ) -> Result<()> {
-        let size = chain.size();
+        let size = isometries.size();
         for (from, to) in from.chunks_exact(size).zip(to.chunks_exact_mut(size)) {
-            chain.carry_into(worker, leg, way, from, to)?;
+            isometries.carry_into(leg, way, from, to)?;
         }
         Ok(())
     }
@@ -166,7 +164,7 @@ impl<const C: usize> Tridiagonal<C> {
 
 /// The diagonal blocks of the inverse of the matrix of numbers, by elimination from both ends: `(D + E - A)^{-1}` with the pivots
 /// `D` and `E` of both. `None` where one is singular.
-pub(super) fn diagonal_of_inverse<const C: usize>(rows: &[Row<C>]) -> Option<Vec<Block<C>>> {
+pub(crate) fn diagonal_of_inverse<const C: usize>(rows: &[Row<C>]) -> Option<Vec<Block<C>>> {
     let pivots = |order: &mut dyn Iterator<Item = usize>, forward: bool| -> Option<Vec<Block<C>>> {
         let mut out = vec![[[0.0; C]; C]; rows.len()];
         let mut before: Option<usize> = None;

@@ -1,19 +1,19 @@
-//! Splines and boundary values by collocation, beside the solvers that shoot.
+//! Splines by series and by collocation beside the Taylor method for initial values, and boundary values beside single shooting.
 
-use faer::{Mat, MatRef};
+use faer::{Mat, MatRef, Scale};
 
-use super::dense::Dense;
-use super::knots::{End, Ends, Knots};
-use super::newton::{Options, Outcome, Start, solve};
+use crate::collocation::{self, Curves, Dense, End, Ends, Knots, Options, ThirdDerivative};
 use crate::cubic::BoundaryOptions;
+use crate::cubic::path::{Path, State};
+use crate::cubic::reduced::Sized;
+use crate::cubic::taylor::Accuracy;
 use crate::curve::Curve;
 use crate::interrupt::Interrupt;
 use crate::linalg::field::Field;
 use crate::linalg::lanes::Lanes;
-use crate::report::StopReason;
+use crate::report::{SolverReport, StopReason};
 use crate::skew_exp;
 use crate::space::{FixedFrames, Frames, Homogeneous};
-use crate::spline::{EndCondition, EndConditions, SplineOptions, cubic_spline};
 use crate::{RiemannianCubic, Stiefel};
 
 /// Numbers between -1 and 1.
@@ -70,14 +70,6 @@ impl Walk {
         }
     }
 
-    fn times(&self) -> Vec<f64> {
-        let mut times = vec![0.0];
-        for h in &self.lengths {
-            times.push(times[times.len() - 1] + h);
-        }
-        times
-    }
-
     fn points(&self, k: usize) -> Vec<MatRef<'_, f64>> {
         self.frames
             .iter()
@@ -101,27 +93,69 @@ fn columns(a: &Mat<f64>) -> Vec<f64> {
     a.col_iter().flat_map(|c| c.iter().copied()).collect()
 }
 
-fn options<'a>(start: Start<'a>) -> Options<'a> {
+fn options<'a>(third_derivative: Option<&'a ThirdDerivative<'a>>) -> Options<'a> {
     Options {
-        start,
+        third_derivative,
         tolerance: 1e-12,
         max_iterations: 60,
-        may_go_on: &|| true,
+        may_go_on: &|_| true,
         interrupt: Interrupt::NEVER,
     }
 }
 
+/// By which equations.
+#[derive(Debug, Clone, Copy)]
+enum Method {
+    Series,
+    Collocation,
+}
+
+type Found = (SolverReport, Option<Box<dyn Curves>>);
+
+impl Method {
+    fn solve<T, S>(
+        self,
+        space: S,
+        knots: &Knots<'_>,
+        velocities: &mut [f64],
+        bends: &mut [f64],
+        options: &Options<'_>,
+    ) -> Found
+    where
+        T: Field + Send + Sync + 'static,
+        S: Homogeneous + 'static,
+    {
+        match self {
+            Method::Series => {
+                super::solve::<T, S>(space, knots, velocities, bends, options).unwrap()
+            }
+            Method::Collocation => {
+                collocation::solve::<T, S>(space, knots, velocities, bends, options).unwrap()
+            }
+        }
+    }
+}
+
 /// From rest but for given velocities at the ends: the first step leads to the solution of flat space.
-fn solved<T: Field, S: Homogeneous>(space: S, knots: &Knots<'_>) -> (Outcome, Option<Dense>) {
-    let (outcome, dense, ..) = motion::<T, S>(space, knots);
-    (outcome, dense)
+fn solved<T, S>(method: Method, space: S, knots: &Knots<'_>) -> Found
+where
+    T: Field + Send + Sync + 'static,
+    S: Homogeneous + 'static,
+{
+    let (outcome, curves, ..) = motion::<T, S>(method, space, knots);
+    (outcome, curves)
 }
 
 /// The same with velocities at the knots, and `x'` and `x''` at the start of each leg.
-fn motion<T: Field, S: Homogeneous>(
+fn motion<T, S>(
+    method: Method,
     space: S,
     knots: &Knots<'_>,
-) -> (Outcome, Option<Dense>, Vec<f64>, Vec<f64>) {
+) -> (SolverReport, Option<Box<dyn Curves>>, [Vec<f64>; 2])
+where
+    T: Field + Send + Sync + 'static,
+    S: Homogeneous + 'static,
+{
     let (d, legs) = (space.dim(), knots.lengths.len());
     let mut velocities = vec![0.0; d * (legs + 1)];
     if let Ends::Open(ends) = knots.ends {
@@ -132,26 +166,17 @@ fn motion<T: Field, S: Homogeneous>(
         }
     }
     let mut bends = vec![0.0; 2 * d * legs];
-    let found = solve::<T, S>(
-        space,
-        knots,
-        &mut velocities,
-        &mut bends,
-        &options(Start::Flat),
-    );
-    let (outcome, dense) = found.unwrap();
-    (outcome, dense, velocities, bends)
+    let options = options(None);
+    let (outcome, curves) =
+        method.solve::<T, S>(space, knots, &mut velocities, &mut bends, &options);
+    (outcome, curves, [velocities, bends])
 }
 
 /// The point of a leg at `s` between 0 and 1.
 fn point(dense: &Dense, frame: &Mat<f64>, leg: usize, s: f64, k: usize) -> Mat<f64> {
     let r = frame.nrows();
-    let stride = (dense.order + 1) * r * r;
     let mut sum = vec![0.0; r * r];
-    for coefficient in dense.frames[leg * stride..][..stride]
-        .chunks_exact(r * r)
-        .rev()
-    {
+    for coefficient in dense.frames(leg, r * r).chunks_exact(r * r).rev() {
         for (sum, c) in sum.iter_mut().zip(coefficient) {
             *sum = *sum * (s - 0.5) + c;
         }
@@ -163,7 +188,23 @@ fn distance(a: &Mat<f64>, b: &Mat<f64>) -> f64 {
     (a - b).norm_l2()
 }
 
-fn compare_spline<T: Field, S: Homogeneous>(space: S, far: f64, ends: &Ends, seed: u64) {
+fn check_spline<T, S>(space: S, far: f64, ends: &Ends, seed: u64)
+where
+    T: Field + Send + Sync + 'static,
+    S: Homogeneous + 'static,
+{
+    // Series are for few dimensions.
+    if space.dim() < 8 {
+        check_spline_by::<T, S>(Method::Series, space, far, ends, seed);
+    }
+    check_spline_by::<T, S>(Method::Collocation, space, far, ends, seed);
+}
+
+fn check_spline_by<T, S>(method: Method, space: S, far: f64, ends: &Ends, seed: u64)
+where
+    T: Field + Send + Sync + 'static,
+    S: Homogeneous + 'static,
+{
     let [r, d] = [space.size(), space.dim()];
     let k = (1..r).find(|k| Frames { r, k: *k }.dim() == d).unwrap();
     let mut walk = Walk::new(space, 9, far, &mut Numbers(seed));
@@ -175,69 +216,110 @@ fn compare_spline<T: Field, S: Homogeneous>(space: S, far: f64, ends: &Ends, see
         walk.frames.push(walk.frames[0].clone());
         walk.lengths.push(1.0);
     }
-    let (outcome, dense) = solved::<T, S>(space, &walk.knots(ends));
+    let (outcome, curves) = solved::<T, S>(method, space, &walk.knots(ends));
     assert_eq!(
         outcome.reason,
         StopReason::Converged,
         "({r}, {k}) {far}: {outcome:?}"
     );
-    assert!(outcome.iterations <= 14, "({r}, {k}) {far}: {outcome:?}");
+    // Steps of Newton's method, or sweeps.
+    let most = match method {
+        Method::Series => 14,
+        Method::Collocation => 40,
+    };
+    assert!(outcome.iterations <= most, "({r}, {k}) {far}: {outcome:?}");
     assert!(
         outcome.residual <= outcome.tolerance,
         "({r}, {k}) {far}: {outcome:?}"
     );
-    let dense = dense.unwrap();
-    let (times, points) = (walk.times(), walk.points(k));
-    let vector =
-        |knot: usize, x: &[f64]| &walk.frames[knot] * matrix(space, x).as_ref().subcols(0, k);
-    let last = walk.lengths.len();
-    let conditions = match ends {
-        Ends::Periodic => EndConditions::Periodic,
-        Ends::Open(ends) => EndConditions::Each(Box::new([(0, &ends[0]), (last, &ends[1])].map(
-            |(knot, end)| match end {
-                End::Velocity(v) => EndCondition::Velocity(vector(knot, v)),
-                End::Acceleration(a) => EndCondition::Acceleration(vector(knot, a)),
-            },
-        ))),
-    };
-    let (curve, _) = cubic_spline(&times, &points, &conditions, &SplineOptions::default()).unwrap();
-    for leg in 0..last {
-        for s in [0.0, 0.2, 0.5, 0.9, 1.0] {
-            let found = point(&dense, &walk.frames[leg], leg, s, k);
-            let t = times[leg] + s * walk.lengths[leg];
-            let error = distance(&found, &curve.point(t.min(times[last])).unwrap());
+    let curves = curves.unwrap();
+    // Every leg is the cubic that the Taylor method integrates from its start, and leads to the next frame up to an isometry.
+    let mut before: Option<[Mat<f64>; 2]> = None;
+    for leg in 0..walk.lengths.len() {
+        let (frame, h) = (&walk.frames[leg], walk.lengths[leg]);
+        let (dense, which) = curves.of_leg(leg);
+        let path = integrated(dense, which, frame, k);
+        for s in [0.2, 0.5, 0.9, 1.0] {
+            let found = point(dense, frame, which, s, k);
+            let error = distance(&found, &point_of(&path, s, [r, k]));
             assert!(
-                error < 2e-11,
+                error < 1e-12,
                 "({r}, {k}) {far}, leg {leg} at {s}: {error:e}"
             );
         }
+        let next = walk.frames[leg + 1].as_ref().subcols(0, k).to_owned();
+        let error = distance(&point(dense, frame, which, 1.0, k), &next);
+        assert!(error < 1e-12, "({r}, {k}) {far}, knot {leg}: {error:e}");
+        let last = dense.last_frame(which, r * r);
+        let last = frame * Mat::from_fn(r, r, |i, j| last[i * r + j]);
+        let at = |g: &Mat<f64>, end: usize| -> [Mat<f64>; 2] {
+            let vectors: Vec<&[f64]> = dense.end(which, end, d).collect();
+            [1, 2].map(|order| {
+                let vector = g * matrix(space, vectors[order - 1]).as_ref().subcols(0, k);
+                vector * Scale(h.powi(-(order as i32)))
+            })
+        };
+        if let Some(before) = before {
+            for (order, (a, b)) in before.iter().zip(&at(frame, 0)).enumerate() {
+                let jump = distance(a, b);
+                assert!(
+                    jump < 1e-11,
+                    "({r}, {k}) {far}, knot {leg}, order {order}: {jump:e}"
+                );
+            }
+        }
+        before = Some(at(&last, 1));
     }
+}
+
+/// A leg as the Taylor method integrates it.
+fn integrated(dense: &Dense, leg: usize, frame: &Mat<f64>, k: usize) -> Path {
+    let r = frame.nrows();
+    let space = Frames { r, k };
+    let mut entries = columns(frame);
+    for x in dense.end(leg, 0, space.dim()) {
+        let x = matrix(space, x);
+        entries.extend(columns(&x.as_ref().submatrix(0, 0, k, k).to_owned()));
+        entries.extend(columns(&x.as_ref().submatrix(k, 0, r - k, k).to_owned()));
+    }
+    let mut path = Path::at(
+        State::of_entries(Sized { m: r - k, k }, 0.0, entries),
+        Accuracy::FULL,
+    );
+    path.extend_to(1.0, Interrupt::NEVER).unwrap();
+    path
+}
+
+fn point_of(path: &Path, t: f64, [r, k]: [usize; 2]) -> Mat<f64> {
+    let mut entries = vec![0.0; path.rows() * k];
+    path.point_into(t, &mut entries);
+    Mat::from_fn(r, k, |i, j| entries[i + path.rows() * j])
 }
 
 fn each_space(compare: impl Fn(usize)) {
     (0..7).for_each(compare);
 }
 
-fn compare_splines(far: f64, ends: impl Fn(usize, &mut Numbers) -> Ends) {
+fn check_splines(far: f64, ends: impl Fn(usize, &mut Numbers) -> Ends) {
     each_space(|which| {
         let mut numbers = Numbers(which as u64 + 17);
         let mut ends = |d: usize| ends(d, &mut numbers);
         match which {
-            0 => compare_spline::<Lanes, _>(FixedFrames::<2, 1>, far, &ends(1), 1),
-            1 => compare_spline::<Lanes, _>(FixedFrames::<3, 1>, far, &ends(2), 2),
-            2 => compare_spline::<Lanes, _>(FixedFrames::<3, 2>, far, &ends(3), 3),
-            3 => compare_spline::<f64, _>(Frames { r: 4, k: 2 }, far, &ends(5), 4),
-            4 => compare_spline::<Lanes, _>(Frames { r: 5, k: 2 }, far, &ends(7), 5),
-            5 => compare_spline::<Lanes, _>(Frames { r: 4, k: 3 }, far, &ends(6), 6),
-            _ => compare_spline::<f64, _>(Frames { r: 6, k: 3 }, far, &ends(12), 7),
+            0 => check_spline::<Lanes, _>(FixedFrames::<2, 1>, far, &ends(1), 1),
+            1 => check_spline::<Lanes, _>(FixedFrames::<3, 1>, far, &ends(2), 2),
+            2 => check_spline::<Lanes, _>(FixedFrames::<3, 2>, far, &ends(3), 3),
+            3 => check_spline::<f64, _>(Frames { r: 4, k: 2 }, far, &ends(5), 4),
+            4 => check_spline::<Lanes, _>(Frames { r: 5, k: 2 }, far, &ends(7), 5),
+            5 => check_spline::<Lanes, _>(Frames { r: 4, k: 3 }, far, &ends(6), 6),
+            _ => check_spline::<f64, _>(Frames { r: 6, k: 3 }, far, &ends(12), 7),
         }
     });
 }
 
 #[test]
-fn natural_splines_are_those_of_shooting() {
+fn natural_splines_are_cubics_that_join() {
     for far in [0.3, 1.0] {
-        compare_splines(far, |d, _| {
+        check_splines(far, |d, _| {
             Ends::Open([(); 2].map(|()| End::Acceleration(vec![0.0; d])))
         });
     }
@@ -245,7 +327,7 @@ fn natural_splines_are_those_of_shooting() {
 
 #[test]
 fn ends_with_velocities_and_accelerations_are_met() {
-    compare_splines(0.7, |d, numbers| {
+    check_splines(0.7, |d, numbers| {
         Ends::Open([
             End::Velocity(numbers.vector(d, 0.8)),
             End::Acceleration(numbers.vector(d, 0.6)),
@@ -254,14 +336,16 @@ fn ends_with_velocities_and_accelerations_are_met() {
 }
 
 #[test]
-fn closed_splines_are_those_of_shooting() {
+fn closed_splines_are_cubics_that_join() {
     // Few steps of a walk do not lead far from where it began.
-    compare_splines(0.3, |_, _| Ends::Periodic);
+    check_splines(0.3, |_, _| Ends::Periodic);
 }
 
 #[test]
 fn boundary_values_are_those_of_shooting() {
-    for (r, k) in [(3, 1), (3, 2), (4, 2), (6, 3)] {
+    let methods = [Method::Series, Method::Collocation];
+    let cases = [(3, 1), (3, 2), (4, 2), (6, 3)].map(|shape| methods.map(|method| (shape, method)));
+    for ((r, k), method) in cases.into_iter().flatten() {
         let space = Frames { r, k };
         let mut numbers = Numbers(41);
         for problem in 0..10 {
@@ -269,7 +353,7 @@ fn boundary_values_are_those_of_shooting() {
             walk.lengths = vec![1.0];
             let [first, last] = [(); 2].map(|()| numbers.vector(space.dim(), 1.0));
             let ends = Ends::Open([End::Velocity(first.clone()), End::Velocity(last.clone())]);
-            let (outcome, dense) = solved::<f64, _>(space, &walk.knots(&ends));
+            let (outcome, curves) = solved::<f64, _>(method, space, &walk.knots(&ends));
             assert_eq!(
                 outcome.reason,
                 StopReason::Converged,
@@ -288,7 +372,8 @@ fn boundary_values_are_those_of_shooting() {
             )
             .unwrap();
             for s in [0.1, 0.5, 0.8] {
-                let found = point(dense.as_ref().unwrap(), &walk.frames[0], 0, s, k);
+                let (dense, which) = curves.as_ref().unwrap().of_leg(0);
+                let found = point(dense, &walk.frames[0], which, s, k);
                 let error = distance(&found, &curve.point(s).unwrap());
                 assert!(error < 2e-11, "({r}, {k}) {problem} at {s}: {error:e}");
             }
@@ -301,29 +386,38 @@ fn polynomials_stay_on_the_manifold() {
     let space = FixedFrames::<3, 2>;
     let walk = Walk::new(space, 20, 1.2, &mut Numbers(5));
     let ends = Ends::Open([(); 2].map(|()| End::Acceleration(vec![0.0; 3])));
-    let (outcome, dense) = solved::<Lanes, _>(space, &walk.knots(&ends));
-    assert_eq!(outcome.reason, StopReason::Converged);
-    let dense = dense.unwrap();
     let manifold = Stiefel::new(3, 2).unwrap();
-    for leg in 0..20 {
-        for i in 0..=20 {
-            let s = point(&dense, &walk.frames[leg], leg, i as f64 / 20.0, 2);
-            manifold.check_point("s", s.as_ref(), 1e-13).unwrap();
+    for method in [Method::Series, Method::Collocation] {
+        let (outcome, curves) = solved::<Lanes, _>(method, space, &walk.knots(&ends));
+        assert_eq!(outcome.reason, StopReason::Converged);
+        let curves = curves.unwrap();
+        for leg in 0..20 {
+            let (dense, which) = curves.of_leg(leg);
+            for i in 0..=20 {
+                let s = point(dense, &walk.frames[leg], which, i as f64 / 20.0, 2);
+                manifold.check_point("s", s.as_ref(), 1e-13).unwrap();
+            }
         }
     }
 }
 
 #[test]
 fn a_start_at_a_solution_is_kept() {
+    for method in [Method::Series, Method::Collocation] {
+        check_start(method);
+    }
+}
+
+fn check_start(method: Method) {
     let space = FixedFrames::<3, 2>;
     let walk = Walk::new(space, 9, 1.2, &mut Numbers(8));
     let ends = Ends::Open([(); 2].map(|()| End::Acceleration(vec![0.0; 3])));
     let knots = walk.knots(&ends);
-    let (first, dense, velocities, bends) = motion::<Lanes, _>(space, &knots);
-    let dense = dense.unwrap();
+    let (first, curves, [velocities, bends]) = motion::<Lanes, _>(method, space, &knots);
+    let curves = curves.unwrap();
     let third_derivative = |leg: usize, times: &[f64]| {
-        let stride = (dense.order + 1) * 3;
-        let series = &dense.x[leg * stride..][..stride];
+        let (dense, which) = curves.of_leg(leg);
+        let series = dense.x(which, 3);
         let at = |s: &f64| {
             let mut sum = [0.0; 3];
             for (power, c) in series.chunks_exact(3).enumerate().skip(3).rev() {
@@ -337,8 +431,8 @@ fn a_start_at_a_solution_is_kept() {
         Ok(times.iter().flat_map(at).collect())
     };
     let (mut v, mut b) = (velocities.clone(), bends.clone());
-    let options = options(Start::Near(&third_derivative));
-    let (outcome, _) = solve::<Lanes, _>(space, &knots, &mut v, &mut b, &options).unwrap();
+    let options = options(Some(&third_derivative));
+    let (outcome, _) = method.solve::<Lanes, _>(space, &knots, &mut v, &mut b, &options);
     assert!(
         outcome.iterations < first.iterations,
         "{outcome:?}, {first:?} from rest"

@@ -1,0 +1,306 @@
+//! A chain of legs between given points: all equations of all legs.
+
+use super::condensed_leg::{CondensedLeg, Condensing};
+use super::leg::{Leg, Scratch};
+use super::orders::{MOST, Orders};
+use super::room::Room;
+use super::solve::TERMS;
+use super::solved::Solved;
+use crate::collocation::{End, Knots, each};
+use crate::linalg::field::{Field, larger, largest};
+use crate::solve::block_tridiagonal::Factors;
+use crate::space::Homogeneous;
+
+/// Legs in a row, in groups of eight, with what is left of their equations.
+pub(super) struct Chain<'k, T, S> {
+    pub(super) space: S,
+    pub(super) knots: &'k Knots<'k>,
+    pub(super) groups: Vec<Group<'k, T>>,
+    pub(super) buffers: Buffers<T>,
+    pub(super) velocities: Vec<f64>,
+    /// Of the covariant acceleration at the knots: before less after, at an end less the wanted one.
+    pub(super) jumps: Vec<f64>,
+    /// Changes of the velocities by the step, and the system that they solve.
+    pub(super) step: Vec<f64>,
+    pub(super) factors: Option<Factors>,
+    /// Root of the sum of squares of what is left of the equations, where the last leg stands in for those that a group has less;
+    /// and the largest entry.
+    pub(super) merit: f64,
+    pub(super) size: f64,
+}
+
+/// A leg, or eight of them, with a step of its middle and the linear equations.
+pub(super) struct Group<'a, T> {
+    pub(super) leg: Leg<'a, T>,
+    pub(super) step: &'a mut [T],
+    pub(super) linear: CondensedLeg<'a, T>,
+}
+
+impl<'a, T: Field> Group<'a, T> {
+    /// How many numbers it has.
+    pub(super) fn len(space: impl Homogeneous) -> usize {
+        Leg::<T>::len(space) + 3 * space.dim() + CondensedLeg::<T>::len(space)
+    }
+
+    fn new(space: impl Homogeneous, room: &mut Room<'a, T>) -> Self {
+        Group {
+            leg: Leg::new(space, room),
+            step: room.take(3 * space.dim()),
+            linear: CondensedLeg::new(space, room),
+        }
+    }
+}
+
+/// What a thread needs.
+#[derive(Clone)]
+pub(super) struct Buffers<T> {
+    pub(super) leg: Scratch<T>,
+    pub(super) condensing: Condensing<T>,
+}
+
+impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
+    /// From velocities at the knots, per unit of time; room for all legs, and for series up to an order.
+    pub(super) fn new(
+        space: S,
+        knots: &'k Knots<'k>,
+        velocities: &[f64],
+        room: &'k mut [T],
+        order: usize,
+    ) -> Self {
+        let mut room = Room::new(room);
+        let (r, count) = (space.size(), knots.lengths.len());
+        let mut chain: Self = Chain {
+            space,
+            knots,
+            groups: (0..count.div_ceil(T::COUNT))
+                .map(|_| Group::new(space, &mut room))
+                .collect(),
+            buffers: Buffers {
+                leg: Scratch::new(space, order),
+                condensing: Condensing::new(space, TERMS),
+            },
+            velocities: velocities.to_vec(),
+            jumps: Vec::new(),
+            step: vec![0.0; velocities.len()],
+            factors: None,
+            merit: f64::INFINITY,
+            size: f64::INFINITY,
+        };
+        for (group, Group { leg, .. }) in chain.groups.iter_mut().enumerate() {
+            for lane in 0..T::COUNT {
+                let target = knots.targets[(group * T::COUNT + lane).min(count - 1)];
+                for row in 0..r {
+                    for col in 0..r {
+                        leg.target[row * r + col].set_lane(lane, target[row + r * col]);
+                    }
+                }
+            }
+        }
+        chain
+    }
+
+    /// The middles of the legs from `x'` and `x''` at their starts, in the time of the leg: by a series of an order, or with no
+    /// third derivative.
+    pub(super) fn set_middles(&mut self, bends: &[f64], order: Option<usize>) {
+        let (space, d, count) = (self.space, self.space.dim(), self.knots.lengths.len());
+        self.set_velocities();
+        each(
+            &mut self.groups,
+            &mut self.buffers.leg.series,
+            #[inline(always)]
+            |series, group, Group { leg, .. }| {
+                let middle = &mut leg.middle;
+                middle[0].copy_from_slice(leg.velocity);
+                for lane in 0..T::COUNT {
+                    let i = (group * T::COUNT + lane).min(count - 1);
+                    for p in 0..d {
+                        middle[1][p].set_lane(lane, bends[2 * i * d + p]);
+                        middle[2][p].set_lane(lane, bends[(2 * i + 1) * d + p]);
+                    }
+                }
+                match order {
+                    Some(order) => {
+                        series.set_curve(space, middle.each_ref().map(|x| &**x), order);
+                        let mut before = vec![T::ZERO; d];
+                        for (derivative, x) in middle.iter_mut().enumerate() {
+                            series.at_ends(d, order + 3, derivative, [&mut before, x]);
+                        }
+                    }
+                    None => {
+                        for p in 0..d {
+                            let [v, a, b] = [middle[0][p], middle[1][p], middle[2][p]];
+                            middle[0][p] = v + a * 0.5 + b * 0.125;
+                            middle[1][p] = a + b * 0.5;
+                        }
+                    }
+                }
+            },
+        );
+    }
+
+    /// Velocities at the ends of the legs, in their time.
+    fn set_velocities(&mut self) {
+        let (d, count) = (self.space.dim(), self.knots.lengths.len());
+        for (group, Group { leg, .. }) in self.groups.iter_mut().enumerate() {
+            for lane in 0..T::COUNT {
+                // The last one stands in for those that are not there.
+                let i = (group * T::COUNT + lane).min(count - 1);
+                let h = self.knots.lengths[i];
+                for p in 0..d {
+                    leg.velocity[p].set_lane(lane, h * self.velocities[i * d + p]);
+                    leg.last_velocity[p].set_lane(lane, h * self.velocities[(i + 1) * d + p]);
+                }
+            }
+        }
+    }
+
+    /// Follows the step, and evaluates what is left of all equations by series of the given orders.
+    pub(super) fn advance(&mut self, orders: Orders) {
+        self.follow_step();
+        self.evaluate(orders);
+    }
+
+    /// Changes the unknowns by the step.
+    pub(super) fn follow_step(&mut self) {
+        for (velocity, step) in self.velocities.iter_mut().zip(&self.step) {
+            *velocity += step;
+        }
+        self.set_velocities();
+        let d = self.space.dim();
+        for Group { leg, step, .. } in &mut self.groups {
+            for (x, step) in leg.middle.iter_mut().zip(step.chunks_exact(d)) {
+                for (x, step) in x.iter_mut().zip(step) {
+                    *x += *step;
+                }
+            }
+        }
+    }
+
+    /// Evaluates what is left of all equations by series of the given orders.
+    pub(super) fn evaluate(&mut self, orders: Orders) {
+        let (space, d) = (self.space, self.space.dim());
+        each(
+            &mut self.groups,
+            &mut self.buffers.leg,
+            #[inline(always)]
+            |scratch, _, Group { leg, .. }| {
+                leg.order = orders.of_leg(leg.speed(), leg.more);
+                leg.set_residual(space, scratch);
+                leg.more = orders.more(leg.more, leg.residual.tail);
+            },
+        );
+        (self.merit, self.size) = (0.0, 0.0);
+        for Group { leg, .. } in &self.groups {
+            self.size = larger(self.size, leg.residual.size);
+            self.merit += leg.residual.squares;
+        }
+        self.set_jumps();
+        for (knot, jump) in self.jumps.chunks_exact(d).enumerate() {
+            let square = self.knots.shortest(knot).powi(2);
+            for jump in jump {
+                self.merit += (square * jump).powi(2);
+                self.size = larger(self.size, square * jump.abs());
+            }
+        }
+        self.merit = self.merit.sqrt();
+    }
+
+    fn set_jumps(&mut self) {
+        let d = self.space.dim();
+        let mut jumps = vec![0.0; self.knots.count() * d];
+        for (knot, jump) in jumps.chunks_exact_mut(d).enumerate() {
+            match self.knots.end_at(knot) {
+                Some((End::Velocity(_), _)) => continue,
+                Some((End::Acceleration(wanted), sign)) => {
+                    for (jump, wanted) in jump.iter_mut().zip(wanted) {
+                        *jump = sign * wanted;
+                    }
+                }
+                None => {}
+            }
+            for (end, leg) in self.knots.legs_at(knot).into_iter().enumerate() {
+                let Some(leg) = leg else { continue };
+                // The last acceleration of the leg before less the first one of the leg after.
+                let (accelerations, sign) = match end {
+                    0 => (1, 1.0),
+                    _ => (0, -1.0),
+                };
+                let rate = sign * self.knots.lengths[leg].powi(-2);
+                let acceleration = &*self.leg(leg).accelerations[accelerations];
+                for (jump, x) in jump.iter_mut().zip(acceleration) {
+                    *jump += rate * x.lane(leg % T::COUNT);
+                }
+            }
+        }
+        self.jumps = jumps;
+    }
+
+    fn leg(&self, leg: usize) -> &Leg<'k, T> {
+        &self.groups[leg / T::COUNT].leg
+    }
+
+    /// Whether a series that leaves out too much has as many terms as it may have.
+    pub(super) fn is_longest(&self) -> bool {
+        let accuracy = Orders::last().accuracy;
+        let mut groups = self.groups.iter();
+        groups.any(|Group { leg, .. }| {
+            let is_accurate = leg.residual.tail <= accuracy;
+            leg.order == MOST && !is_accurate
+        })
+    }
+
+    /// The largest velocity on a leg.
+    fn speed(&self) -> f64 {
+        let speeds = self.groups.iter().map(|group| group.leg.speed());
+        speeds.fold(0.0, larger)
+    }
+
+    /// The largest entry of an acceleration or a third vector.
+    pub(super) fn largest_bend(&self) -> f64 {
+        let groups = self.groups.iter();
+        groups.fold(0.0, |size, Group { leg, .. }| {
+            let [first, last] = leg.accelerations.each_ref().map(|x| largest(x));
+            larger(size, larger(larger(first, last), largest(leg.middle[2])))
+        })
+    }
+
+    /// What the present series leave out, by their last terms.
+    pub(super) fn tail(&self) -> f64 {
+        let groups = self.groups.iter();
+        groups.fold(0.0, |tail, group| larger(tail, group.leg.residual.tail))
+    }
+
+    /// The velocities, and `x'` and `x''` at the starts of the legs.
+    pub(super) fn write(&self, velocities: &mut [f64], bends: &mut [f64]) {
+        let d = self.space.dim();
+        velocities.copy_from_slice(&self.velocities);
+        for (i, bend) in bends.chunks_exact_mut(2 * d).enumerate() {
+            let (leg, lane) = (self.leg(i), i % T::COUNT);
+            let vectors = leg.accelerations[0].iter().chain(&*leg.third);
+            for (bend, x) in bend.iter_mut().zip(vectors) {
+                *bend = x.lane(lane);
+            }
+        }
+    }
+
+    /// The curves.
+    pub(super) fn curves(&self) -> Solved<T, S> {
+        Solved::new(self.space, self.knots.lengths.len(), &self.groups)
+    }
+
+    /// Products of the equations of a chain by series of the given orders.
+    pub(super) fn products_of_series(&self, orders: Orders) -> f64 {
+        let order = orders.of_leg(self.speed(), 0);
+        let [d, r, order] = [self.space.dim(), self.space.size(), order].map(|size| size as f64);
+        let pair = 4.0 * r * d + r * r * r;
+        self.knots.lengths.len() as f64 * 0.5 * order * order * pair
+    }
+
+    /// Products of the derivative of the equations.
+    pub(super) fn products_of_derivative(&self) -> f64 {
+        let [d, r, terms] = [self.space.dim(), self.space.size(), TERMS].map(|size| size as f64);
+        let columns = 3.0 * d;
+        let series = columns * 0.5 * terms * terms * 8.0 * r * d;
+        self.knots.lengths.len() as f64 * (series + columns.powi(3))
+    }
+}

@@ -1,0 +1,192 @@
+//! The linearised equations of a leg, solved for everything but the velocities at its ends.
+
+use super::leg::{Leg, Scratch};
+use super::room::Room;
+use super::variation::Variation;
+use crate::linalg::field::{Field, accumulate, factor, substitute};
+use crate::space::Homogeneous;
+
+/// The linear equations `C dm = b + V dv` for the change of a leg's middle, where `b` is what is left of the present equations
+/// and `V dv` what changes of the velocities at the ends ask for.
+///
+/// Everything but `b` is of the state where [`CondensedLeg::linearise`] was called.
+pub(super) struct CondensedLeg<'a, T> {
+    /// `C^{-1}`, shape `(3 d, 3 d)`.
+    inverse: &'a mut [T],
+    /// Changes of `x'` at both ends, the last one turned to the next knot, by `b`, shape `(d, 3 d)`; by `dv`, shape `(d, 2 d)`;
+    /// and by the present `b`.
+    by_conditions: [&'a mut [T]; 2],
+    pub(super) by_velocities: [&'a mut [T]; 2],
+    pub(super) constants: [&'a mut [T]; 2],
+    /// `b`.
+    right: &'a mut [T],
+}
+
+/// Buffers that legs share.
+#[derive(Clone)]
+pub(super) struct Condensing<T> {
+    variation: Variation<T>,
+    conditions: Vec<T>,
+    acceleration: Vec<T>,
+}
+
+impl<T: Field> Condensing<T> {
+    pub(super) fn new(space: impl Homogeneous, terms: usize) -> Self {
+        let d = space.dim();
+        Condensing {
+            variation: Variation::new(space, terms),
+            conditions: vec![T::ZERO; 9 * d * d],
+            acceleration: vec![T::ZERO; 3 * d * d],
+        }
+    }
+}
+
+impl<'a, T: Field> CondensedLeg<'a, T> {
+    /// How many numbers it has.
+    pub(super) fn len(space: impl Homogeneous) -> usize {
+        let d = space.dim();
+        19 * d * d + 5 * d
+    }
+
+    pub(super) fn new(space: impl Homogeneous, room: &mut Room<'a, T>) -> Self {
+        let d = space.dim();
+        CondensedLeg {
+            inverse: room.take(9 * d * d),
+            by_conditions: std::array::from_fn(|_| room.take(3 * d * d)),
+            by_velocities: std::array::from_fn(|_| room.take(2 * d * d)),
+            constants: std::array::from_fn(|_| room.take(d)),
+            right: room.take(3 * d),
+        }
+    }
+
+    /// At the present state of a leg, by `terms` terms of its series.
+    #[inline(always)]
+    pub(super) fn linearise(
+        &mut self,
+        space: impl Homogeneous,
+        leg: &Leg<'_, T>,
+        terms: usize,
+        scratch: &mut Scratch<T>,
+        condensing: &mut Condensing<T>,
+    ) {
+        let (d, wide) = (space.dim(), 3 * space.dim());
+        let Condensing {
+            variation,
+            conditions,
+            acceleration,
+        } = condensing;
+        scratch.series.set_curve(space, leg.middle(), terms);
+        scratch.series.set_frames(space, terms + 3);
+        variation.set(space, &scratch.series, terms);
+        let Variation {
+            x: [first, last],
+            slope,
+            eta,
+            ..
+        } = variation;
+        // The frame that is reached turns by the part of eta in h.
+        space.add_turning(leg.last, eta, wide, last);
+        space.add_turning(leg.reached_acceleration, eta, wide, &mut slope[1]);
+        for row in 0..d {
+            for column in 0..wide {
+                let at = row * wide + column;
+                let ends = [first[at], last[at]];
+                for (i, combined) in combined(eta[at], ends).into_iter().enumerate() {
+                    conditions[(i * d + row) * wide + column] = combined;
+                }
+            }
+        }
+        factor(wide, conditions);
+        self.inverse.fill(T::ZERO);
+        for i in 0..wide {
+            self.inverse[i * wide + i] = T::constant(1.0);
+        }
+        substitute(wide, conditions, wide, self.inverse);
+        for (end, slope) in slope.iter().enumerate() {
+            let by_conditions = &mut *self.by_conditions[end];
+            acceleration.copy_from_slice(slope);
+            if end == 1 {
+                space.turn_columns(leg.holonomy, slope, wide, acceleration);
+            }
+            by_conditions.fill(T::ZERO);
+            accumulate(acceleration, wide, self.inverse, wide, by_conditions);
+            set_by_velocities(space, leg, by_conditions, self.by_velocities[end]);
+        }
+    }
+
+    /// What is left at the present state of a leg.
+    #[inline(always)]
+    pub(super) fn set_constants(&mut self, space: impl Homogeneous, leg: &Leg<'_, T>) {
+        let d = space.dim();
+        let [first, last] = &leg.residual.velocities;
+        for p in 0..d {
+            let rows = combined(leg.residual.point[p], [first[p], last[p]]);
+            for (i, row) in rows.into_iter().enumerate() {
+                self.right[i * d + p] = -row;
+            }
+        }
+        for (constant, by_conditions) in self.constants.iter_mut().zip(&self.by_conditions) {
+            constant.fill(T::ZERO);
+            accumulate(by_conditions, 3 * d, self.right, 1, constant);
+        }
+    }
+
+    /// The change of the middle for changes of the velocities at the ends; `work` has room for `4 d` numbers.
+    #[inline(always)]
+    pub(super) fn write_step(
+        &self,
+        space: impl Homogeneous,
+        leg: &Leg<'_, T>,
+        [first, last]: [&[T]; 2],
+        work: &mut [T],
+        step: &mut [T],
+    ) {
+        let d = space.dim();
+        let (right, turned) = work.split_at_mut(3 * d);
+        space.turn_back_into(leg.holonomy, last, turned);
+        for p in 0..d {
+            let rows = combined(T::ZERO, [first[p], turned[p]]);
+            for (i, row) in rows.into_iter().enumerate() {
+                right[i * d + p] = self.right[i * d + p] + row;
+            }
+        }
+        step.fill(T::ZERO);
+        accumulate(self.inverse, 3 * d, right, 1, step);
+    }
+}
+
+/// `by_conditions V`, column by column.
+#[inline(always)]
+fn set_by_velocities<T: Field>(
+    space: impl Homogeneous,
+    leg: &Leg<'_, T>,
+    by_conditions: &[T],
+    out: &mut [T],
+) {
+    let d = space.dim();
+    let (mut unit, mut turned) = (vec![T::ZERO; d], vec![T::ZERO; d]);
+    for q in 0..d {
+        unit.fill(T::ZERO);
+        unit[q] = T::constant(1.0);
+        space.turn_back_into(leg.holonomy, &unit, &mut turned);
+        let rows = by_conditions.chunks_exact(3 * d);
+        for (row, out) in rows.zip(out.chunks_exact_mut(2 * d)) {
+            let [_, first, both] = combined(T::ZERO, [unit[q], T::ZERO]);
+            out[q] = row[d + q] * first + row[2 * d + q] * both;
+            let mut sum = T::ZERO;
+            for p in 0..d {
+                let [_, last, both] = combined(T::ZERO, [T::ZERO, turned[p]]);
+                sum += row[d + p] * last;
+                sum += row[2 * d + p] * both;
+            }
+            out[d + q] = sum;
+        }
+    }
+}
+
+/// Point and velocities at the ends in combinations that are near to `x, x', x''` in the middle: where nothing turns, the first
+/// is `x + x'' / 24`, and the others are `x'` and `x''`.
+#[inline(always)]
+fn combined<T: Field>(point: T, [first, last]: [T; 2]) -> [T; 3] {
+    [point, last - first, (first + last - point * 2.0) * 6.0]
+}

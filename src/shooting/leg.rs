@@ -1,0 +1,180 @@
+//! A leg of a chain: its middle, and what is left of its equations.
+
+use super::room::Room;
+use super::series::Series;
+use crate::linalg::field::{Field, larger, largest, transposed_multiply};
+use crate::space::{Homogeneous, orthonormalise};
+
+/// A leg, or eight of them, in the time in which it takes one.
+///
+/// Frames are relative to that of the knot where the leg starts, matrices row by row; vectors at the end are coordinates in the
+/// frame that has been reached, but for `last_velocity` and the last acceleration, in the frame of the next knot.
+pub(super) struct Leg<'a, T> {
+    /// The next knot's frame.
+    pub(super) target: &'a mut [T],
+    /// `x, x', x''` in the middle.
+    pub(super) middle: [&'a mut [T]; 3],
+    /// What `x` shall be at both ends.
+    pub(super) velocity: &'a mut [T],
+    pub(super) last_velocity: &'a mut [T],
+    pub(super) residual: Residual<'a, T>,
+    /// Of its series, and the terms that have shown to be needed beyond what its speed says.
+    pub(super) order: usize,
+    pub(super) more: usize,
+    /// `x'` at both ends, `x''` at the first one, and what `x` is at the last one.
+    pub(super) accelerations: [&'a mut [T]; 2],
+    pub(super) third: &'a mut [T],
+    pub(super) last: &'a mut [T],
+    pub(super) reached_acceleration: &'a mut [T],
+    /// The isometry between the frame that was reached and that of the next knot.
+    pub(super) holonomy: &'a mut [T],
+}
+
+/// What is left of the equations of a leg.
+pub(super) struct Residual<'a, T> {
+    /// How much `x` is too large at both ends.
+    pub(super) velocities: [&'a mut [T]; 2],
+    /// How far the end is from the next knot.
+    pub(super) point: &'a mut [T],
+    /// The largest entry, and the sum of squares.
+    pub(super) size: f64,
+    pub(super) squares: f64,
+    /// What the last terms of the series contribute.
+    pub(super) tail: f64,
+}
+
+/// Buffers that legs share.
+#[derive(Clone)]
+pub(super) struct Scratch<T> {
+    pub(super) series: Series<T>,
+    reached: Vec<T>,
+    u: Vec<T>,
+    work: Vec<T>,
+    wanted: Vec<T>,
+}
+
+impl<T: Field> Scratch<T> {
+    pub(super) fn new(space: impl Homogeneous, order: usize) -> Self {
+        let square = space.size() * space.size();
+        let zeros = |count: usize| vec![T::ZERO; count];
+        Scratch {
+            series: Series::new(space, order),
+            reached: zeros(square),
+            u: zeros(square),
+            work: zeros(2 * square),
+            wanted: zeros(space.dim()),
+        }
+    }
+}
+
+impl<'a, T: Field> Leg<'a, T> {
+    /// How many numbers it has.
+    pub(super) fn len(space: impl Homogeneous) -> usize {
+        13 * space.dim() + 2 * space.size() * space.size()
+    }
+
+    pub(super) fn new(space: impl Homogeneous, room: &mut Room<'a, T>) -> Self {
+        let (d, square) = (space.dim(), space.size() * space.size());
+        Leg {
+            target: room.take(square),
+            middle: std::array::from_fn(|_| room.take(d)),
+            velocity: room.take(d),
+            last_velocity: room.take(d),
+            order: 0,
+            more: 0,
+            residual: Residual {
+                velocities: std::array::from_fn(|_| room.take(d)),
+                point: room.take(d),
+                size: f64::INFINITY,
+                squares: f64::INFINITY,
+                tail: f64::INFINITY,
+            },
+            accelerations: std::array::from_fn(|_| room.take(d)),
+            third: room.take(d),
+            last: room.take(d),
+            reached_acceleration: room.take(d),
+            holonomy: room.take(square),
+        }
+    }
+
+    /// `x, x', x''` in the middle.
+    pub(super) fn middle(&self) -> [&[T]; 3] {
+        self.middle.each_ref().map(|x| &**x)
+    }
+
+    /// What is left of the equations, by series of its order, which are left in the buffers.
+    #[inline(always)]
+    pub(super) fn set_residual(&mut self, space: impl Homogeneous, scratch: &mut Scratch<T>) {
+        let order = self.order;
+        let (d, r) = (space.dim(), space.size());
+        let square = r * r;
+        let Scratch {
+            series,
+            u,
+            reached,
+            work,
+            wanted,
+        } = scratch;
+        series.set_curve(space, self.middle(), order);
+        series.reached_into(space, order, reached);
+        // With u = target^T g at the end, and its part q in H, the end is off by the logarithm of q^T u.
+        transposed_multiply(r, self.target, reached, u);
+        space.isotropy_part_into(u, self.holonomy);
+        if space.isotropy_dim() > 0 {
+            orthonormalise(r, self.holonomy, work);
+        }
+        let relative = &mut work[..square];
+        transposed_multiply(r, self.holonomy, u, relative);
+        space.each_entry(
+            #[inline(always)]
+            |p, i, j| self.residual.point[p] = (relative[i * r + j] - relative[j * r + i]) * 0.5,
+        );
+        let [first, last] = &mut self.residual.velocities;
+        series.at_ends(d, order + 3, 0, [first, last]);
+        self.last.copy_from_slice(last);
+        space.turn_back_into(self.holonomy, self.last_velocity, wanted);
+        for p in 0..d {
+            first[p] -= self.velocity[p];
+            last[p] -= wanted[p];
+        }
+        let [first, last] = &mut self.accelerations;
+        series.at_ends(d, order + 3, 1, [first, self.reached_acceleration]);
+        space.turn_into(self.holonomy, self.reached_acceleration, last);
+        series.at_ends(d, order + 3, 2, [self.third, wanted]);
+        self.residual.tail = series.tail(space, order);
+        self.measure();
+    }
+
+    #[inline(always)]
+    fn measure(&mut self) {
+        let Residual {
+            velocities: [first, last],
+            point,
+            size,
+            squares,
+            ..
+        } = &mut self.residual;
+        let mut sum = T::ZERO;
+        for x in first.iter().chain(last.iter()).chain(point.iter()) {
+            sum += *x * *x;
+        }
+        *squares = (0..T::COUNT).map(|lane| sum.lane(lane)).sum();
+        *size = larger(larger(largest(first), largest(last)), largest(point));
+    }
+
+    /// A bound of the velocity up to the second order: `|x| + |x'| / 2 + |x''| / 8` in the middle.
+    #[inline(always)]
+    pub(super) fn speed(&self) -> f64 {
+        let mut squares = [T::ZERO; 3];
+        for (sum, vector) in squares.iter_mut().zip(&self.middle) {
+            for x in vector.iter() {
+                *sum += *x * *x;
+            }
+        }
+        let bound = |lane: usize| {
+            let [v, a, b] = squares.map(|sum| sum.lane(lane).sqrt());
+            v + 0.5 * a + 0.125 * b
+        };
+        (0..T::COUNT).map(bound).fold(0.0, larger)
+    }
+}

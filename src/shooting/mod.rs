@@ -1,0 +1,33 @@
+//! Riemannian cubics by Newton's method for all legs of a chain at once, each leg a Taylor series about its middle.
+//!
+//! On a leg, run through for `s` in `[-1/2, 1/2]`, the unknowns are `x, x', x''` at `s = 0`. The equations of cubics give their
+//! Taylor series and that of the frame, with no iteration:
+//!
+//! ```math
+//! x''' = [x'', x]_m - [[x, x']_h, x],\qquad g' = g\,x,\qquad g(0) = 1
+//! ```
+//!
+//! At both ends of a leg the velocity, and at the last one the point, are to be what the knots say; at knots accelerations are to
+//! be continuous. The derivative is that of the first few terms of the series: it costs less than the series itself, and a step
+//! with it leaves a hundredth or less of what was left. The series is the curve: nothing is integrated afterwards.
+//!
+//! # Source
+//! Ascher, Mattheij, Russell (1995), "Numerical Solution of Boundary Value Problems for Ordinary Differential Equations", sec. 4.3
+//! (multiple shooting), 7.2 (condensation); Jorba, Zou (2005), Experimental Mathematics 14, 99-117 (Taylor series).
+
+mod chain;
+mod condensed_leg;
+mod leg;
+mod newton;
+mod newton_step;
+mod orders;
+mod room;
+mod series;
+mod solve;
+mod solved;
+mod variation;
+
+#[cfg(test)]
+mod tests;
+
+pub(crate) use solve::solve;

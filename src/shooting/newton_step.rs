@@ -1,0 +1,141 @@
+//! The step of Newton's method for a chain: legs condensed to the velocities at the knots, and a block tridiagonal system for
+//! these.
+
+use super::chain::{Buffers, Chain, Group};
+use super::condensed_leg::CondensedLeg;
+use super::solve::TERMS;
+use crate::collocation::{End, Ends, each};
+use crate::linalg::field::Field;
+use crate::solve::block_tridiagonal::{BlockTridiagonal, Factors};
+use crate::space::Homogeneous;
+
+impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
+    /// Sets up the linear equations for the present state; `false` where they are singular.
+    pub(super) fn linearise(&mut self) -> bool {
+        let space = self.space;
+        each(
+            &mut self.groups,
+            &mut self.buffers,
+            #[inline(always)]
+            |Buffers {
+                 leg: scratch,
+                 condensing,
+             },
+             _,
+             Group { leg, linear, .. }| {
+                linear.linearise(space, leg, TERMS, scratch, condensing);
+            },
+        );
+        self.factors = self.velocity_system();
+        self.factors.is_some()
+    }
+
+    /// Sets the step that solves the linear equations for what is left of the present ones; `false` where it is not finite.
+    pub(super) fn set_step(&mut self) -> bool {
+        let (space, d, count) = (self.space, self.space.dim(), self.knots.lengths.len());
+        each(
+            &mut self.groups,
+            &mut (),
+            #[inline(always)]
+            |(), _, Group { leg, linear, .. }| linear.set_constants(space, leg),
+        );
+        let Some(mut steps) = self.velocity_steps() else {
+            return false;
+        };
+        if steps.iter().any(|step| !step.is_finite()) {
+            return false;
+        }
+        if matches!(self.knots.ends, Ends::Periodic) {
+            steps.extend_from_within(..d);
+        }
+        let mut buffers = [d, d, 4 * d].map(|count| vec![T::ZERO; count]);
+        each(
+            &mut self.groups,
+            &mut buffers,
+            #[inline(always)]
+            |[first, last, work], group, Group { leg, step, linear }| {
+                for lane in 0..T::COUNT {
+                    let i = (group * T::COUNT + lane).min(count - 1);
+                    let h = self.knots.lengths[i];
+                    for p in 0..d {
+                        first[p].set_lane(lane, h * steps[i * d + p]);
+                        last[p].set_lane(lane, h * steps[(i + 1) * d + p]);
+                    }
+                }
+                linear.write_step(space, leg, [first, last], work, step);
+            },
+        );
+        self.step = steps;
+        true
+    }
+
+    fn linear(&self, leg: usize) -> &CondensedLeg<'_, T> {
+        &self.groups[leg / T::COUNT].linear
+    }
+
+    /// The accelerations at the knots by the changes of the velocities: a block tridiagonal system; `None` where it is singular.
+    fn velocity_system(&self) -> Option<Factors> {
+        let (d, count) = (self.space.dim(), self.knots.count());
+        let mut system = BlockTridiagonal::zeros(count, d);
+        for knot in 0..count {
+            let block = knot * d * d;
+            if let Some((End::Velocity(_), _)) = self.knots.end_at(knot) {
+                for p in 0..d {
+                    system.diagonal[block + p * d + p] = 1.0;
+                }
+                continue;
+            }
+            let [before, after] = self.knots.legs_at(knot);
+            if let Some(leg) = before {
+                let (rate, lane) = (1.0 / self.knots.lengths[leg], leg % T::COUNT);
+                let form = &self.linear(leg).by_velocities[1];
+                for (p, form) in form.chunks_exact(2 * d).enumerate() {
+                    for q in 0..d {
+                        system.below[block + p * d + q] += form[q].lane(lane) * rate;
+                        system.diagonal[block + p * d + q] += form[d + q].lane(lane) * rate;
+                    }
+                }
+            }
+            if let Some(leg) = after {
+                let (rate, lane) = (1.0 / self.knots.lengths[leg], leg % T::COUNT);
+                let form = &self.linear(leg).by_velocities[0];
+                for (p, form) in form.chunks_exact(2 * d).enumerate() {
+                    for q in 0..d {
+                        system.diagonal[block + p * d + q] -= form[q].lane(lane) * rate;
+                        system.above[block + p * d + q] -= form[d + q].lane(lane) * rate;
+                    }
+                }
+            }
+        }
+        match self.knots.ends {
+            Ends::Open(_) => system.factored(),
+            Ends::Periodic => system.factored_cyclic(),
+        }
+    }
+
+    /// The changes of the velocities.
+    fn velocity_steps(&self) -> Option<Vec<f64>> {
+        let d = self.space.dim();
+        let mut right: Vec<f64> = self.jumps.iter().map(|jump| -jump).collect();
+        for (knot, right) in right.chunks_exact_mut(d).enumerate() {
+            if let Some((End::Velocity(_), _)) = self.knots.end_at(knot) {
+                continue;
+            }
+            let [before, after] = self.knots.legs_at(knot);
+            if let Some(leg) = before {
+                let rate = self.knots.lengths[leg].powi(-2);
+                for (right, constant) in right.iter_mut().zip(&*self.linear(leg).constants[1]) {
+                    *right -= rate * constant.lane(leg % T::COUNT);
+                }
+            }
+            if let Some(leg) = after {
+                let rate = self.knots.lengths[leg].powi(-2);
+                for (right, constant) in right.iter_mut().zip(&*self.linear(leg).constants[0]) {
+                    *right += rate * constant.lane(leg % T::COUNT);
+                }
+            }
+        }
+        self.factors.as_ref()?.solve(&mut right);
+        Some(right)
+    }
+}

@@ -1,0 +1,75 @@
+//! How many terms the series of legs have.
+
+/// Orders of series.
+#[derive(Clone, Copy)]
+pub(super) struct Orders {
+    /// Where nothing turns, and more for a radian.
+    still: f64,
+    radian: f64,
+    /// What the last terms may contribute to `x'` and to the frame's derivative.
+    pub(super) accuracy: f64,
+}
+
+/// Terms at the most.
+pub(super) const MOST: usize = 40;
+
+/// Terms that a leg gets more where the present ones leave out too much; anything from 1 to 5 takes as long.
+const MORE: usize = 3;
+
+/// Accuracies of the first and the last residuals. Of series of 300 legs with random `x, x', x''` half have that accuracy with
+/// `5 + 2.5 s` and `13 + 3.5 s` terms, where `s` is the bound of the velocity.
+const ROUGH: f64 = 1e-4;
+const FINE: f64 = 1e-12;
+
+/// A step leaves a hundredth of the residual, and a tenth of that is not to be error. With all terms from the start splines through
+/// 100 to 400 points take 1.1 to 1.3 times as long.
+const SHARE: f64 = 1e-3;
+
+impl Orders {
+    /// To begin with.
+    pub(super) fn first() -> Self {
+        Orders::of(ROUGH)
+    }
+
+    /// For the solution.
+    pub(super) fn last() -> Self {
+        Orders::of(FINE)
+    }
+
+    /// After a step that left so much.
+    pub(super) fn after(residual: f64) -> Self {
+        Orders::of((SHARE * residual).clamp(FINE, ROUGH))
+    }
+
+    fn of(accuracy: f64) -> Self {
+        let digits = -accuracy.log10();
+        Orders {
+            still: 1.0 + digits,
+            radian: 2.0 + 0.125 * digits,
+            accuracy,
+        }
+    }
+
+    /// Whether nothing more is to be expected of the residual.
+    pub(super) fn are_last(self) -> bool {
+        self.accuracy <= FINE
+    }
+
+    /// For a leg with that bound of its velocity, in its own time, which has shown to need some more.
+    pub(super) fn of_leg(self, speed: f64, more: usize) -> usize {
+        // A speed that is not finite is the largest.
+        let order = (self.still + self.radian * speed).ceil();
+        match order < MOST as f64 {
+            true => (order as usize + more).min(MOST),
+            false => MOST,
+        }
+    }
+
+    /// What a leg needs more, where it needed some more and its last terms contribute `tail`.
+    pub(super) fn more(self, more: usize, tail: f64) -> usize {
+        match tail <= self.accuracy {
+            true => more,
+            false => (more + MORE).min(MOST),
+        }
+    }
+}

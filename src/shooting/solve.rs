@@ -1,0 +1,46 @@
+//! Solving a chain: with short series first, then with as many terms as the curves need.
+
+use super::chain::{Chain, Group};
+use super::orders::{MOST, Orders};
+use crate::collocation::{Curves, Knots, Options, Progress, start_speed};
+use crate::error::Result;
+use crate::linalg::field::Field;
+use crate::report::{SolverReport, StopReason};
+use crate::space::Homogeneous;
+
+/// Terms of the series of the derivative, after the three given ones. With two, splines through 400 rotations up to 1.2 rad apart
+/// take ten steps instead of seven; six save none.
+pub(super) const TERMS: usize = 4;
+
+/// Solves the equations from velocities at the knots, per unit of time, and `x'` and `x''` at the start of each leg, in the time
+/// of the leg, which become those of the solution; the curves where it is found.
+///
+/// # Errors
+/// `Interrupted`.
+pub(crate) fn solve<T, S>(
+    space: S,
+    knots: &Knots<'_>,
+    velocities: &mut [f64],
+    bends: &mut [f64],
+    options: &Options<'_>,
+) -> Result<(SolverReport, Option<Box<dyn Curves>>)>
+where
+    T: Field + Send + Sync + 'static,
+    S: Homogeneous + 'static,
+{
+    let mut progress = Progress::new(options.tolerance);
+    let groups = knots.lengths.len().div_ceil(T::COUNT);
+    let mut room = vec![T::ZERO; groups * Group::<T>::len(space)];
+    let mut chain = Chain::<T, S>::new(space, knots, velocities, &mut room, MOST);
+    let order = options
+        .third_derivative
+        .map(|_| Orders::last().of_leg(start_speed(space, knots, velocities), 0));
+    chain.set_middles(bends, order);
+    let reason = chain.newton(&mut progress, options)?;
+    if reason != StopReason::Converged {
+        return Ok((progress.report(reason), None));
+    }
+    chain.write(velocities, bends);
+    chain.step_blindly();
+    Ok((progress.report(reason), Some(Box::new(chain.curves()))))
+}

@@ -1,0 +1,180 @@
+//! How the ends of a leg change with its middle, by the first terms of the series.
+
+use super::series::{Series, at_ends};
+use crate::linalg::field::{Field, transposed_multiply};
+use crate::space::Homogeneous;
+
+/// Gauss nodes on `[-1/2, 1/2]` and weights, for the integral over the frames.
+const NODES: [(f64, f64); 4] = [
+    (-0.430_568_155_797_026_3, 0.173_927_422_568_726_93),
+    (-0.169_990_521_792_428_13, 0.326_072_577_431_273_07),
+    (0.169_990_521_792_428_13, 0.326_072_577_431_273_07),
+    (0.430_568_155_797_026_3, 0.173_927_422_568_726_93),
+];
+
+/// Changes at the ends by those of `x, x', x''` in the middle, `3 d` columns each, row by row.
+#[derive(Clone)]
+pub(super) struct Variation<T> {
+    /// Of `x` and `x'` at the first and the last end, shape `(d, 3 d)`.
+    pub(super) x: [Vec<T>; 2],
+    pub(super) slope: [Vec<T>; 2],
+    /// Of the frame at the last end relative to that at the first, `g eta`: coordinates of `m` before those of `h`.
+    pub(super) eta: Vec<T>,
+    /// Coefficients of the change of `x` for one column, as vectors and as matrices.
+    terms: Vec<T>,
+    matrices: Vec<T>,
+    isotropy: Vec<T>,
+    /// `Ad` from the nodes to the last end, shape `(d + h, d)`.
+    adjoints: Vec<T>,
+    work: Vec<T>,
+}
+
+impl<T: Field> Variation<T> {
+    /// Room for `terms + 3` coefficients.
+    pub(super) fn new(space: impl Homogeneous, terms: usize) -> Self {
+        let (d, h, square) = (
+            space.dim(),
+            space.isotropy_dim(),
+            space.size() * space.size(),
+        );
+        let zeros = |count: usize| vec![T::ZERO; count];
+        let wide = || std::array::from_fn(|_| zeros(3 * d * d));
+        Variation {
+            x: wide(),
+            slope: wide(),
+            eta: zeros((d + h) * 3 * d),
+            terms: zeros((terms + 3) * d),
+            matrices: zeros((terms + 3) * square),
+            isotropy: zeros(2 * terms * h),
+            adjoints: zeros(NODES.len() * (d + h) * d),
+            work: zeros((3 * square).max(4 * d)),
+        }
+    }
+
+    /// By `terms` terms more than the three given ones of a series that has as many.
+    #[inline(always)]
+    pub(super) fn set(&mut self, space: impl Homogeneous, series: &Series<T>, terms: usize) {
+        let (d, h) = (space.dim(), space.isotropy_dim());
+        let wide = 3 * d;
+        self.set_adjoints(space, series, terms + 4);
+        self.eta.fill(T::ZERO);
+        for column in 0..wide {
+            self.set_terms(space, series, column, terms);
+            let (first, rest) = self.work.split_at_mut(d);
+            let (last, rest) = rest.split_at_mut(d);
+            let at_node = &mut rest[..d];
+            for (derivative, out) in [&mut self.x, &mut self.slope].into_iter().enumerate() {
+                at_ends(&self.terms, d, derivative, [first, last]);
+                for (out, ends) in out.iter_mut().zip([&*first, &*last]) {
+                    for p in 0..d {
+                        out[p * wide + column] = ends[p];
+                    }
+                }
+            }
+            let adjoints = self.adjoints.chunks_exact((d + h) * d);
+            for ((s, weight), adjoint) in NODES.into_iter().zip(adjoints) {
+                at_node.fill(T::ZERO);
+                let mut power = weight;
+                for term in self.terms.chunks_exact(d) {
+                    for (x, term) in at_node.iter_mut().zip(term) {
+                        *x += *term * power;
+                    }
+                    power *= s;
+                }
+                for (p, row) in adjoint.chunks_exact(d).enumerate() {
+                    let mut sum = self.eta[p * wide + column];
+                    for (entry, x) in row.iter().zip(&*at_node) {
+                        sum += *entry * *x;
+                    }
+                    self.eta[p * wide + column] = sum;
+                }
+            }
+        }
+    }
+
+    /// Coefficients of the change of `x` for a change of one of the three given ones.
+    #[inline(always)]
+    fn set_terms(
+        &mut self,
+        space: impl Homogeneous,
+        series: &Series<T>,
+        column: usize,
+        terms: usize,
+    ) {
+        let (d, h, square) = (
+            space.dim(),
+            space.isotropy_dim(),
+            space.size() * space.size(),
+        );
+        let known = &series.matrices;
+        self.terms[..3 * d].fill(T::ZERO);
+        self.terms[column] = T::constant(if column < 2 * d { 1.0 } else { 0.5 });
+        for k in 0..3 {
+            space.matrix_into(&self.terms[k * d..], &mut self.matrices[k * square..]);
+        }
+        let (isotropy, turning) = self.isotropy.split_at_mut(terms * h);
+        for k in 0..terms {
+            let next = &mut self.terms[(k + 3) * d..][..d];
+            next.fill(T::ZERO);
+            for i in 0..=k {
+                let factor = ((i + 2) * (i + 1)) as f64;
+                let [late, early] = [(i + 2) * square, (k - i) * square];
+                space.add_bracket(&self.matrices[late..], &known[early..], factor, next);
+                space.add_bracket(&known[late..], &self.matrices[early..], factor, next);
+            }
+            if h > 0 {
+                let (changed, turned) = (&mut isotropy[k * h..][..h], &mut turning[k * h..][..h]);
+                changed.fill(T::ZERO);
+                turned.fill(T::ZERO);
+                for i in 0..=k {
+                    let factor = (k - i + 1) as f64;
+                    let [early, late] = [i * square, (k - i + 1) * square];
+                    let (x, y) = (&self.matrices, known);
+                    space.add_isotropy_bracket(&x[early..], &y[late..], factor, changed);
+                    space.add_isotropy_bracket(&y[early..], &x[late..], factor, changed);
+                    space.add_isotropy_bracket(&y[early..], &y[late..], factor, turned);
+                }
+                for i in 0..=k {
+                    let at = (k - i) * square;
+                    space.subtract_action(&isotropy[i * h..], &known[at..], next);
+                    space.subtract_action(&turning[i * h..], &self.matrices[at..], next);
+                }
+            }
+            let factor = 1.0 / ((k + 3) * (k + 2) * (k + 1)) as f64;
+            for x in &mut *next {
+                *x = *x * factor;
+            }
+            space.matrix_into(next, &mut self.matrices[(k + 3) * square..]);
+        }
+    }
+
+    /// `Ad_{g(1/2)^{-1} g(s)}` at the nodes.
+    #[inline(always)]
+    fn set_adjoints(&mut self, space: impl Homogeneous, series: &Series<T>, count: usize) {
+        let (d, h, r) = (space.dim(), space.isotropy_dim(), space.size());
+        let square = r * r;
+        let frames = &series.frames[..count * square];
+        let (last, rest) = self.work.split_at_mut(square);
+        let (frame, turn) = rest.split_at_mut(square);
+        value_at(frames, square, 0.5, last);
+        let adjoints = self.adjoints.chunks_exact_mut((d + h) * d);
+        for ((s, _), adjoint) in NODES.into_iter().zip(adjoints) {
+            value_at(frames, square, s, frame);
+            transposed_multiply(r, last, frame, turn);
+            space.adjoint_into(turn, adjoint);
+        }
+    }
+}
+
+/// The value of polynomials with the given coefficients, vectors of a size.
+#[inline(always)]
+fn value_at<T: Field>(coefficients: &[T], size: usize, s: f64, out: &mut [T]) {
+    out[..size].fill(T::ZERO);
+    let mut power = 1.0;
+    for c in coefficients.chunks_exact(size) {
+        for (out, c) in out.iter_mut().zip(c) {
+            *out += *c * power;
+        }
+        power *= s;
+    }
+}

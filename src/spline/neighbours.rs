@@ -1,0 +1,133 @@
+//! What lies between neighbouring knots with frames: the turn of the frame, the shortest way, and how vectors are carried.
+
+use faer::{Mat, Scale};
+
+use crate::cubic::guess::turned;
+use crate::cubic::initial::Horizontal;
+use crate::cubic::problem::{entries, pack};
+use crate::cubic::reduced::Sized;
+use crate::error::{Error, Result};
+use crate::linalg::product::{determinant_sign, mul_into};
+use crate::linalg::{OrthogonalLog, SkewExp};
+use crate::manifold::QuasiGeodesic;
+use crate::manifold::quasi_geodesic::EndpointProblem;
+
+/// What a leg knows of its ends, matrices column by column.
+pub(super) struct Link {
+    /// The next knot's frame in that of the knot where the leg starts, shape `(r, r)`.
+    pub(super) next: Vec<f64>,
+    /// A vector `v` is carried to `left v right`, in the frames of the two knots; `None` where its coordinates stay what they are.
+    pub(super) carrying: Option<[Vec<f64>; 2]>,
+    pub(super) displacement: Vec<f64>,
+}
+
+/// How neighbours are joined.
+pub(super) enum Joining {
+    /// Where frames are points: by the logarithm of the turn from one to the other.
+    Group {
+        log: OrthogonalLog,
+        /// Room for the turn and its logarithm.
+        next: Mat<f64>,
+        turn: Mat<f64>,
+    },
+    /// By a quasi-geodesic.
+    Quotient(Box<EndpointProblem>),
+}
+
+impl Joining {
+    /// For points of shape `(r, columns)`, whose equations are solved in the given blocks.
+    pub(super) fn new(blocks: Sized, columns: usize) -> Self {
+        let r = blocks.m + blocks.k;
+        match blocks.m {
+            1 => Joining::Group {
+                log: OrthogonalLog::new(r),
+                next: Mat::zeros(r, r),
+                turn: Mat::zeros(r, r),
+            },
+            _ => Joining::Quotient(Box::new(EndpointProblem::new(r, columns))),
+        }
+    }
+
+    /// From one frame the part `share` of the way to another. What lies there is moved on to the second knot by an isometry from
+    /// the left, so for less than the whole way the leg is shorter and everything else is as before.
+    ///
+    /// # Errors
+    /// `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents`.
+    pub(super) fn link(
+        &mut self,
+        frames: [&Mat<f64>; 2],
+        share: f64,
+        blocks: Sized,
+        columns: usize,
+    ) -> Result<Link> {
+        match self {
+            Joining::Group { log, next, turn } => {
+                let link = in_group(frames, share, blocks, log, [next, turn]);
+                link.map_err(|error| match error {
+                    Error::OutsideLogDomain { angle } if columns < frames[0].nrows() => {
+                        Error::NoJoiningCurve { angle }
+                    }
+                    other => other,
+                })
+            }
+            Joining::Quotient(problem) => {
+                let [s0, s1] = frames.map(|frame| frame.as_ref().subcols(0, columns));
+                let mut curve = QuasiGeodesic::zeros(s0.nrows(), columns);
+                curve.join(s0, s1, problem)?;
+                along(&curve, frames, share, blocks)
+            }
+        }
+    }
+}
+
+fn in_group(
+    [from, to]: [&Mat<f64>; 2],
+    share: f64,
+    blocks: Sized,
+    log: &mut OrthogonalLog,
+    [next, turn]: [&mut Mat<f64>; 2],
+) -> Result<Link> {
+    let r = from.nrows();
+    mul_into(&mut *next, 1.0, from.transpose(), to);
+    log.log_into(turn.as_mut(), next.as_ref())
+        .map_err(
+            |error| match determinant_sign(next.clone().as_mut()) < 0.0 {
+                true => Error::DifferentComponents { n: r },
+                false => error,
+            },
+        )?;
+    if share < 1.0 {
+        SkewExp::new(r).exp_into(next.as_mut(), turn.as_ref(), share)?;
+    }
+    let k = blocks.k;
+    let above = (0..k).flat_map(|col| (0..col).map(move |row| [row, col]));
+    let entry = |[row, col]: [usize; 2]| share * turn[(row, col)];
+    Ok(Link {
+        next: entries(next),
+        carrying: None,
+        displacement: above.chain((0..k).map(|col| [k, col])).map(entry).collect(),
+    })
+}
+
+fn along(curve: &QuasiGeodesic, frames: [&Mat<f64>; 2], share: f64, blocks: Sized) -> Result<Link> {
+    let k = curve.k();
+    let turn = |t: f64| -> Result<Mat<f64>> {
+        let mut turn = Mat::zeros(k, k);
+        SkewExp::new(k).exp_into(turn.as_mut(), curve.omega(), t)?;
+        Ok(turn)
+    };
+    let mut end = frames[1].clone();
+    if share < 1.0 {
+        end = turned(curve, end.as_ref(), share - 1.0);
+        let point = end.as_ref().subcols(0, k) * turn(share - 1.0)?;
+        end.as_mut().subcols_mut(0, k).copy_from(point);
+    }
+    let displacement = curve.initial_velocity() * Scale(share);
+    let displacement = displacement.as_ref().subcols(0, blocks.k);
+    let left = entries(&(end.transpose() * turned(curve, frames[0].as_ref(), share)));
+    Ok(Link {
+        next: entries(&(frames[0].transpose() * &end)),
+        carrying: Some([left, entries(&turn(share)?)]),
+        displacement: pack(&[Horizontal::of_tangent(frames[0].as_ref(), displacement)]),
+    })
+}

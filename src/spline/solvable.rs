@@ -1,0 +1,101 @@
+//! Solving for a spline through given knots: where it starts, how long it may take, and what comes of it.
+
+use std::sync::Arc;
+
+use super::chain::{Chain, Motion, Piece};
+use super::ends::Ends;
+use super::riemannian::SplineOptions;
+use crate::cubic::lazy_path::Legs;
+use crate::cubic::work::Work;
+use crate::error::Result;
+use crate::interrupt::Interrupt;
+use crate::report::{SolverReport, StopReason};
+
+/// How exactly, and for how long, the equations are solved.
+#[derive(Clone, Copy)]
+pub(super) struct Effort<'a> {
+    pub(super) tolerance: f64,
+    pub(super) max_iterations: usize,
+    /// Of all attempts together.
+    pub(super) work: &'a Work,
+    pub(super) interrupt: Interrupt<'a>,
+}
+
+impl<'a> Effort<'a> {
+    pub(super) fn new(options: &SplineOptions<'a>, work: &'a Work) -> Self {
+        Effort {
+            tolerance: options.tolerance,
+            max_iterations: options.max_iterations,
+            work,
+            interrupt: options.interrupt,
+        }
+    }
+
+    /// What is left after so many iterations.
+    pub(super) fn after(&self, iterations: usize) -> Self {
+        Effort {
+            max_iterations: self.max_iterations.saturating_sub(iterations),
+            ..*self
+        }
+    }
+
+    /// Why a search that took so many iterations and found nothing ends.
+    pub(super) fn reason(&self, iterations: usize) -> StopReason {
+        match iterations >= self.max_iterations {
+            _ if self.work.is_done() => StopReason::WorkLimit,
+            true => StopReason::MaxIterations,
+            false => StopReason::Stagnated,
+        }
+    }
+
+    /// Whether a solver that took so many iterations is the last one.
+    pub(super) fn is_spent(&self, iterations: usize) -> bool {
+        iterations >= self.max_iterations || self.work.is_done()
+    }
+}
+
+/// Where a solver starts.
+pub(super) enum Start {
+    /// At the spline of flat space.
+    Flat,
+    /// At a motion from which steps of flat space may lead anywhere.
+    From(Motion),
+    /// Near a solution, which is not to be left.
+    Near(Motion),
+}
+
+/// What a solver has reached.
+pub(super) struct Solution {
+    pub(super) motion: Motion,
+    pub(super) report: SolverReport,
+    /// The curves between the knots, where the solver has them.
+    pub(super) polynomials: Option<Arc<Legs>>,
+}
+
+impl Solution {
+    /// None, for a reason.
+    pub(super) fn none(report: SolverReport) -> Self {
+        Solution {
+            motion: Motion::zeros(0, 1),
+            report,
+            polynomials: None,
+        }
+    }
+}
+
+/// A chain with a solver for its splines.
+pub(super) trait Solvable: Chain {
+    /// Solves the equations of a spline.
+    ///
+    /// # Errors
+    /// Where the start cannot be integrated; `Interrupted`.
+    fn solve(&self, ends: &Ends, start: Start, effort: Effort<'_>) -> Result<Solution>;
+
+    /// The curve of a leg on `[0, 1]`.
+    ///
+    /// # Errors
+    /// Where it cannot be integrated; `Interrupted`.
+    fn piece(&self, leg: usize, solution: &Solution, interrupt: Interrupt<'_>) -> Result<Piece> {
+        self.integrated(leg, &solution.motion, interrupt)
+    }
+}
