@@ -43,6 +43,7 @@ pub mod curve;
 pub mod error;
 pub mod guide;
 pub mod interrupt;
+mod legs;
 pub mod linalg;
 pub mod manifold;
 pub mod newton;

@@ -1,14 +1,12 @@
 //! A chain of legs between given points: all equations of all legs at once, and the step that solves them linearised.
 
-use rayon::prelude::*;
-
-use super::dense::{Dense, Expansion};
-use super::knots::{End, Knots};
+use super::expansion::Expansion;
 use super::leg::{self, Leg};
 use super::nodes::Nodes;
 use crate::error::Result;
+use crate::legs::{Dense, Knots, ThirdDerivative};
 use crate::linalg::field::{Field, larger, largest};
-use crate::linalg::simd::vectorised;
+use crate::linalg::simd::{each, vectorised};
 use crate::space::Homogeneous;
 
 /// Sweeps of Picard's iteration for frames along which nothing turns, and more of them for a radian.
@@ -22,12 +20,6 @@ const FRAMES_AWAY: f64 = 0.3;
 
 /// Frames are corrected until they are off by less than this.
 const FRAMES_NEAR: f64 = 1e-2;
-
-/// `x'''` of a leg at some times between 0 and 1, one vector after the other.
-pub(crate) type ThirdDerivative<'a> = dyn Fn(usize, &[f64]) -> Result<Vec<f64>> + 'a;
-
-/// Groups that one task of the pool takes, and so many in all are not worth it.
-const TASK: usize = 8;
 
 /// Legs in a row, or groups of eight, with what is left of their equations.
 pub(super) struct Chain<'k, T, S> {
@@ -66,8 +58,8 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
         bends: &[f64],
         nodes: &Nodes,
     ) -> Self {
-        let (d, r, count) = (space.dim(), space.size(), knots.lengths.len());
-        let groups = count.div_ceil(T::COUNT);
+        let (d, r) = (space.dim(), space.size());
+        let groups = knots.lengths.len().div_ceil(T::COUNT);
         let mut chain: Self = Chain {
             space,
             knots,
@@ -80,18 +72,12 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
             size: f64::INFINITY,
         };
         for (group, Group { leg, .. }) in chain.groups.iter_mut().enumerate() {
+            knots.write_targets(r, group, &mut leg.target);
+            let ends = [&mut leg.velocity, &mut leg.last_velocity].map(Vec::as_mut_slice);
+            knots.write_velocities(velocities, group, ends);
             for lane in 0..T::COUNT {
-                // The last one stands in for those that are not there.
-                let i = (group * T::COUNT + lane).min(count - 1);
-                let h = knots.lengths[i];
-                for row in 0..r {
-                    for col in 0..r {
-                        leg.target[row * r + col].set_lane(lane, knots.targets[i][row + r * col]);
-                    }
-                }
+                let i = knots.leg_in::<T>(group, lane);
                 for p in 0..d {
-                    leg.velocity[p].set_lane(lane, h * velocities[i * d + p]);
-                    leg.last_velocity[p].set_lane(lane, h * velocities[(i + 1) * d + p]);
                     leg.acceleration[p].set_lane(lane, bends[2 * i * d + p]);
                     leg.third[p].set_lane(lane, bends[(2 * i + 1) * d + p]);
                 }
@@ -106,10 +92,9 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
         nodes: &Nodes,
         third_derivative: &ThirdDerivative<'_>,
     ) -> Result<()> {
-        let count = self.knots.lengths.len();
         for (group, Group { leg, .. }) in self.groups.iter_mut().enumerate() {
             for lane in 0..T::COUNT {
-                let values = third_derivative((group * T::COUNT + lane).min(count - 1), &nodes.s)?;
+                let values = third_derivative(self.knots.leg_in::<T>(group, lane), &nodes.s)?;
                 for (f, value) in leg.f.iter_mut().zip(values) {
                     f.set_lane(lane, value);
                 }
@@ -152,17 +137,14 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
                 leg.set_residual(space, nodes, scratch);
             },
         );
-        self.size = 0.0;
-        for Group { leg, .. } in &self.groups {
+        let (d, groups) = (space.dim(), &self.groups);
+        self.jumps = self.knots.jumps(d, |leg| {
+            let leg = &groups[leg / T::COUNT].leg;
+            [&leg.acceleration, &leg.last_acceleration].map(Vec::as_slice)
+        });
+        self.size = self.knots.largest_jump(&self.jumps, d);
+        for Group { leg, .. } in groups {
             self.size = larger(self.size, leg.residual.size);
-        }
-        self.set_jumps();
-        let d = self.space.dim();
-        for knot in 0..self.knots.count() {
-            let square = self.knots.shortest(knot).powi(2);
-            for jump in &self.jumps[knot * d..][..d] {
-                self.size = larger(self.size, square * jump.abs());
-            }
         }
     }
 
@@ -195,14 +177,13 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
 
     /// The polynomials of all legs.
     pub(super) fn dense(&self, nodes: &Nodes) -> Dense {
-        let (space, legs) = (self.space, self.knots.lengths.len());
-        let expansion = Expansion::of(nodes);
-        let mut dense = Dense::new(legs, nodes.len(), space);
+        let (space, expansion) = (self.space, Expansion::of(nodes));
+        let mut dense = Dense::new(self.knots.lengths.len(), nodes.len(), space);
         vectorised(
             #[inline(always)]
             || {
-                for (i, group) in self.groups.iter().enumerate() {
-                    dense.write(space, &expansion, i * T::COUNT, &group.leg, legs);
+                for (group, Group { leg, .. }) in self.groups.iter().enumerate() {
+                    expansion.write(space, group * T::COUNT, leg, &mut dense);
                 }
             },
         );
@@ -229,72 +210,6 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
             }
         }
     }
-
-    fn set_jumps(&mut self) {
-        let d = self.space.dim();
-        let mut jumps = vec![0.0; self.knots.count() * d];
-        for (knot, jump) in jumps.chunks_exact_mut(d).enumerate() {
-            match self.knots.end_at(knot) {
-                Some((End::Velocity(_), _)) => continue,
-                Some((End::Acceleration(wanted), sign)) => {
-                    for (jump, wanted) in jump.iter_mut().zip(wanted) {
-                        *jump = sign * wanted;
-                    }
-                }
-                None => {}
-            }
-            let [before, after] = self.knots.legs_at(knot);
-            if let Some(leg) = before {
-                self.add(jump, leg, 1.0, |leg| &leg.last_acceleration);
-            }
-            if let Some(leg) = after {
-                self.add(jump, leg, -1.0, |leg| &leg.acceleration);
-            }
-        }
-        self.jumps = jumps;
-    }
-
-    /// Adds an acceleration of a leg, per unit of time squared.
-    fn add(&self, to: &mut [f64], leg: usize, sign: f64, vector: impl Fn(&Leg<T>) -> &Vec<T>) {
-        let rate = sign * self.knots.lengths[leg].powi(-2);
-        let vector = vector(&self.groups[leg / T::COUNT].leg);
-        for (to, x) in to.iter_mut().zip(vector) {
-            *to += rate * x.lane(leg % T::COUNT);
-        }
-    }
-}
-
-/// Work on every item, in tasks of the pool where there are more than a few, compiled for the widest vector instructions; the
-/// same for any number of threads.
-#[inline(always)]
-pub(crate) fn each<A: Send, B: Clone + Send + Sync>(
-    items: &mut [A],
-    buffers: &mut B,
-    work: impl Fn(&mut B, usize, &mut A) + Sync,
-) {
-    if items.len() <= TASK || rayon::current_num_threads() == 1 {
-        return vectorised(
-            #[inline(always)]
-            || {
-                for (i, item) in items.iter_mut().enumerate() {
-                    work(buffers, i, item);
-                }
-            },
-        );
-    }
-    let buffers = &*buffers;
-    let tasks = items.par_chunks_mut(TASK).enumerate();
-    tasks.for_each(|(task, items)| {
-        let mut buffers = buffers.clone();
-        vectorised(
-            #[inline(always)]
-            || {
-                for (i, item) in items.iter_mut().enumerate() {
-                    work(&mut buffers, TASK * task + i, item);
-                }
-            },
-        );
-    });
 }
 
 /// Frames that go with the motion of a leg: corrected, or found anew where they are far off.

@@ -16,16 +16,10 @@
 //! (2011), "Anderson acceleration for fixed-point iterations", SIAM J. Numer. Anal. 49, 1715-1735.
 
 mod chain;
-mod dense;
-mod knots;
+mod expansion;
 mod leg;
 mod nodes;
 mod solve;
 mod sweeps;
 
-#[cfg(test)]
-pub(crate) use chain::ThirdDerivative;
-pub(crate) use chain::each;
-pub(crate) use dense::{Curves, Dense};
-pub(crate) use knots::{End, Ends, Knots};
-pub(crate) use solve::{MANY, Options, Progress, solve, start_speed};
+pub(crate) use solve::solve;

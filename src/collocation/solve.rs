@@ -2,13 +2,11 @@
 
 use std::sync::Arc;
 
-use super::chain::{Chain, ThirdDerivative};
-use super::dense::Curves;
-use super::knots::Knots;
+use super::chain::Chain;
 use super::nodes::Nodes;
 use crate::error::Result;
-use crate::interrupt::Interrupt;
-use crate::linalg::field::{Field, larger};
+use crate::legs::{Curves, Knots, Options, Progress};
+use crate::linalg::field::Field;
 use crate::report::{SolverReport, StopReason};
 use crate::space::Homogeneous;
 
@@ -35,80 +33,6 @@ const EXACT: usize = 32;
 /// Residual from which on the fine nodes count.
 const ROUGH: f64 = 1e-3;
 
-/// Dimensions from which on sweeps come before Newton's method.
-pub(crate) const MANY: usize = 8;
-
-/// Residuals are known to this share of the largest acceleration or third vector of a leg, in its own time.
-const ROUND_OFF: f64 = 16.0 * f64::EPSILON;
-
-const SOLVER: &str = "collocation";
-
-/// Where to start, and when to stop.
-pub(crate) struct Options<'a> {
-    /// Of a start near a solution; otherwise it is left out, as in flat space.
-    pub(crate) third_derivative: Option<&'a ThirdDerivative<'a>>,
-    /// Of all equations, in the time of the legs.
-    pub(crate) tolerance: f64,
-    pub(crate) max_iterations: usize,
-    /// Asked before every iteration, which takes so many products: whether it may be begun.
-    pub(crate) may_go_on: &'a dyn Fn(f64) -> bool,
-    /// Asked before every iteration.
-    pub(crate) interrupt: Interrupt<'a>,
-}
-
-/// How far an iteration has come.
-pub(crate) struct Progress {
-    iterations: usize,
-    residual: f64,
-    goal: f64,
-}
-
-impl Progress {
-    pub(crate) fn new(tolerance: f64) -> Self {
-        Progress {
-            iterations: 0,
-            residual: f64::INFINITY,
-            goal: tolerance,
-        }
-    }
-
-    /// Takes over a residual, of a chain with the largest acceleration or third vector `bend`; what it is to come down to.
-    pub(crate) fn set(&mut self, residual: f64, bend: f64, tolerance: f64) -> f64 {
-        // None where it is not a number.
-        self.residual = if residual.is_nan() {
-            f64::INFINITY
-        } else {
-            residual
-        };
-        self.goal = tolerance.max(ROUND_OFF * bend);
-        self.goal
-    }
-
-    /// Counts one more iteration, of so many products; a reason where it may not be begun.
-    ///
-    /// # Errors
-    /// `Interrupted`.
-    pub(crate) fn step(
-        &mut self,
-        products: f64,
-        options: &Options<'_>,
-    ) -> Result<Option<StopReason>> {
-        if self.iterations >= options.max_iterations {
-            return Ok(Some(StopReason::MaxIterations));
-        }
-        if !(options.may_go_on)(products) {
-            return Ok(Some(StopReason::WorkLimit));
-        }
-        options.interrupt.check(SOLVER)?;
-        self.iterations += 1;
-        Ok(None)
-    }
-
-    pub(crate) fn report(&self, reason: StopReason) -> SolverReport {
-        SolverReport::new(reason, self.iterations, self.residual, self.goal)
-    }
-}
-
 /// Solves the equations from velocities at the knots, per unit of time, and `x'` and `x''` at the start of each leg, in the time
 /// of the leg, which become those of the solution; the polynomials where they are exact.
 ///
@@ -121,11 +45,7 @@ pub(crate) fn solve<T: Field, S: Homogeneous>(
     bends: &mut [f64],
     options: &Options<'_>,
 ) -> Result<(SolverReport, Option<Box<dyn Curves>>)> {
-    let rough = Nodes::of(nodes(
-        COARSE,
-        start_speed(space, knots, velocities),
-        MOST[0],
-    ));
+    let rough = Nodes::of(nodes(COARSE, knots.speed(space, velocities), MOST[0]));
     let mut progress = Progress::new(options.tolerance);
     let mut chain = Chain::<T, S>::new(space, knots, velocities, bends, &rough);
     if let Some(third_derivative) = options.third_derivative {
@@ -136,23 +56,6 @@ pub(crate) fn solve<T: Field, S: Homogeneous>(
         chain.write(velocities, bends);
     }
     Ok((progress.report(reason), curves))
-}
-
-/// The largest velocity at a knot, in the time of a leg, or distance of a knot from the next one.
-pub(crate) fn start_speed(space: impl Homogeneous, knots: &Knots<'_>, velocities: &[f64]) -> f64 {
-    let (d, r) = (space.dim(), space.size());
-    let norm = |v: &[f64]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
-    let speed = |knot: usize| norm(&velocities[knot * d..][..d]);
-    let mut largest = 0.0;
-    for (leg, (h, target)) in knots.lengths.iter().zip(&knots.targets).enumerate() {
-        let mut chord = target.to_vec();
-        for i in 0..r {
-            chord[i * r + i] -= 1.0;
-        }
-        largest = larger(largest, h * speed(leg).max(speed(leg + 1)));
-        largest = larger(largest, norm(&chord));
-    }
-    largest
 }
 
 /// So many nodes, or sweeps, for a leg along which the frame turns by `speed`; as many as there may be where that is not finite.

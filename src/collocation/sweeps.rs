@@ -2,11 +2,10 @@
 //! space, with Anderson mixing. A sweep takes no derivative, so it is cheap where the space has many dimensions.
 
 use super::chain::{Chain, Group};
-use super::knots::{End, Ends, Knots};
 use super::nodes::Nodes;
-use super::solve::{Options, Progress};
 use crate::anderson::Anderson;
 use crate::error::{Error, Result};
+use crate::legs::{Ends, Knots, Options, Progress};
 use crate::linalg::field::Field;
 use crate::report::StopReason;
 use crate::solve::tridiagonal::{Isometries, Row, Shape, Tridiagonal, Way};
@@ -115,13 +114,11 @@ impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
         }
         let size = bends.len() / count;
         for (group, Group { leg, before }) in self.groups.iter_mut().enumerate() {
+            let ends = [&mut leg.velocity, &mut leg.last_velocity].map(Vec::as_mut_slice);
+            self.knots.write_velocities(&self.velocities, group, ends);
             for lane in 0..T::COUNT {
-                let i = (group * T::COUNT + lane).min(count - 1);
-                let h = self.knots.lengths[i];
-                let change = &bends[i * size..][..size];
+                let change = &bends[self.knots.leg_in::<T>(group, lane) * size..][..size];
                 for p in 0..d {
-                    leg.velocity[p].set_lane(lane, h * self.velocities[i * d + p]);
-                    leg.last_velocity[p].set_lane(lane, h * self.velocities[(i + 1) * d + p]);
                     let bend = leg.acceleration[p].lane(lane) + change[p];
                     leg.acceleration[p].set_lane(lane, bend);
                     let third = leg.third[p].lane(lane) + change[d + p];
@@ -201,11 +198,4 @@ fn system(knots: &Knots<'_>) -> Result<Tridiagonal<1>> {
     Tridiagonal::new(&rows, shape).ok_or(Error::Overflow {
         quantity: "system of a spline",
     })
-}
-
-impl Knots<'_> {
-    /// Whether the velocity at a knot is given.
-    fn is_fixed(&self, knot: usize) -> bool {
-        matches!(self.end_at(knot), Some((End::Velocity(_), _)))
-    }
 }

@@ -1,5 +1,10 @@
 //! Loops compiled for the vector instructions that are found at run time.
 
+use rayon::prelude::*;
+
+/// Groups that one task of the pool takes, and so many in all are not worth it.
+const TASK: usize = 8;
+
 /// Runs `work` compiled for the widest vector instructions that this processor has.
 ///
 /// Everything that is to profit must be inlined into `work`. No fused multiply-add is formed, so a loop gives the
@@ -7,4 +12,37 @@
 #[inline(always)]
 pub(crate) fn vectorised<R>(work: impl FnOnce() -> R) -> R {
     pulp::Arch::new().dispatch(work)
+}
+
+/// Work on every item, in tasks of the pool where there are more than a few, compiled for the widest vector instructions; the
+/// same for any number of threads.
+#[inline(always)]
+pub(crate) fn each<A: Send, B: Clone + Send + Sync>(
+    items: &mut [A],
+    buffers: &mut B,
+    work: impl Fn(&mut B, usize, &mut A) + Sync,
+) {
+    if items.len() <= TASK || rayon::current_num_threads() == 1 {
+        return vectorised(
+            #[inline(always)]
+            || {
+                for (i, item) in items.iter_mut().enumerate() {
+                    work(buffers, i, item);
+                }
+            },
+        );
+    }
+    let buffers = &*buffers;
+    let tasks = items.par_chunks_mut(TASK).enumerate();
+    tasks.for_each(|(task, items)| {
+        let mut buffers = buffers.clone();
+        vectorised(
+            #[inline(always)]
+            || {
+                for (i, item) in items.iter_mut().enumerate() {
+                    work(&mut buffers, TASK * task + i, item);
+                }
+            },
+        );
+    });
 }

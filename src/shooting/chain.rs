@@ -4,10 +4,10 @@ use super::condensed_leg::{CondensedLeg, Condensing};
 use super::leg::{Leg, Scratch};
 use super::orders::{MOST, Orders};
 use super::room::Room;
-use super::solve::TERMS;
-use super::solved::Solved;
-use crate::collocation::{End, Knots, each};
+use super::variation::TERMS;
+use crate::legs::Knots;
 use crate::linalg::field::{Field, larger, largest};
+use crate::linalg::simd::each;
 use crate::solve::block_tridiagonal::Factors;
 use crate::space::Homogeneous;
 
@@ -23,9 +23,7 @@ pub(super) struct Chain<'k, T, S> {
     /// Changes of the velocities by the step, and the system that they solve.
     pub(super) step: Vec<f64>,
     pub(super) factors: Option<Factors>,
-    /// Root of the sum of squares of what is left of the equations, where the last leg stands in for those that a group has less;
-    /// and the largest entry.
-    pub(super) merit: f64,
+    /// The largest entry of what is left of the equations.
     pub(super) size: f64,
 }
 
@@ -83,18 +81,10 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
             jumps: Vec::new(),
             step: vec![0.0; velocities.len()],
             factors: None,
-            merit: f64::INFINITY,
             size: f64::INFINITY,
         };
         for (group, Group { leg, .. }) in chain.groups.iter_mut().enumerate() {
-            for lane in 0..T::COUNT {
-                let target = knots.targets[(group * T::COUNT + lane).min(count - 1)];
-                for row in 0..r {
-                    for col in 0..r {
-                        leg.target[row * r + col].set_lane(lane, target[row + r * col]);
-                    }
-                }
-            }
+            knots.write_targets(r, group, leg.target);
         }
         chain
     }
@@ -102,7 +92,7 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
     /// The middles of the legs from `x'` and `x''` at their starts, in the time of the leg: by a series of an order, or with no
     /// third derivative.
     pub(super) fn set_middles(&mut self, bends: &[f64], order: Option<usize>) {
-        let (space, d, count) = (self.space, self.space.dim(), self.knots.lengths.len());
+        let (space, knots, d) = (self.space, self.knots, self.space.dim());
         self.set_velocities();
         each(
             &mut self.groups,
@@ -112,7 +102,7 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
                 let middle = &mut leg.middle;
                 middle[0].copy_from_slice(leg.velocity);
                 for lane in 0..T::COUNT {
-                    let i = (group * T::COUNT + lane).min(count - 1);
+                    let i = knots.leg_in::<T>(group, lane);
                     for p in 0..d {
                         middle[1][p].set_lane(lane, bends[2 * i * d + p]);
                         middle[2][p].set_lane(lane, bends[(2 * i + 1) * d + p]);
@@ -140,17 +130,9 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
 
     /// Velocities at the ends of the legs, in their time.
     fn set_velocities(&mut self) {
-        let (d, count) = (self.space.dim(), self.knots.lengths.len());
         for (group, Group { leg, .. }) in self.groups.iter_mut().enumerate() {
-            for lane in 0..T::COUNT {
-                // The last one stands in for those that are not there.
-                let i = (group * T::COUNT + lane).min(count - 1);
-                let h = self.knots.lengths[i];
-                for p in 0..d {
-                    leg.velocity[p].set_lane(lane, h * self.velocities[i * d + p]);
-                    leg.last_velocity[p].set_lane(lane, h * self.velocities[(i + 1) * d + p]);
-                }
-            }
+            let ends = [&mut *leg.velocity, &mut *leg.last_velocity];
+            self.knots.write_velocities(&self.velocities, group, ends);
         }
     }
 
@@ -189,50 +171,15 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
                 leg.more = orders.more(leg.more, leg.residual.tail);
             },
         );
-        (self.merit, self.size) = (0.0, 0.0);
-        for Group { leg, .. } in &self.groups {
+        let groups = &self.groups;
+        self.jumps = self.knots.jumps(d, |leg| {
+            let accelerations = &groups[leg / T::COUNT].leg.accelerations;
+            accelerations.each_ref().map(|x| &**x)
+        });
+        self.size = self.knots.largest_jump(&self.jumps, d);
+        for Group { leg, .. } in groups {
             self.size = larger(self.size, leg.residual.size);
-            self.merit += leg.residual.squares;
         }
-        self.set_jumps();
-        for (knot, jump) in self.jumps.chunks_exact(d).enumerate() {
-            let square = self.knots.shortest(knot).powi(2);
-            for jump in jump {
-                self.merit += (square * jump).powi(2);
-                self.size = larger(self.size, square * jump.abs());
-            }
-        }
-        self.merit = self.merit.sqrt();
-    }
-
-    fn set_jumps(&mut self) {
-        let d = self.space.dim();
-        let mut jumps = vec![0.0; self.knots.count() * d];
-        for (knot, jump) in jumps.chunks_exact_mut(d).enumerate() {
-            match self.knots.end_at(knot) {
-                Some((End::Velocity(_), _)) => continue,
-                Some((End::Acceleration(wanted), sign)) => {
-                    for (jump, wanted) in jump.iter_mut().zip(wanted) {
-                        *jump = sign * wanted;
-                    }
-                }
-                None => {}
-            }
-            for (end, leg) in self.knots.legs_at(knot).into_iter().enumerate() {
-                let Some(leg) = leg else { continue };
-                // The last acceleration of the leg before less the first one of the leg after.
-                let (accelerations, sign) = match end {
-                    0 => (1, 1.0),
-                    _ => (0, -1.0),
-                };
-                let rate = sign * self.knots.lengths[leg].powi(-2);
-                let acceleration = &*self.leg(leg).accelerations[accelerations];
-                for (jump, x) in jump.iter_mut().zip(acceleration) {
-                    *jump += rate * x.lane(leg % T::COUNT);
-                }
-            }
-        }
-        self.jumps = jumps;
     }
 
     fn leg(&self, leg: usize) -> &Leg<'k, T> {
@@ -281,11 +228,6 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
                 *bend = x.lane(lane);
             }
         }
-    }
-
-    /// The curves.
-    pub(super) fn curves(&self) -> Solved<T, S> {
-        Solved::new(self.space, self.knots.lengths.len(), &self.groups)
     }
 
     /// Products of the equations of a chain by series of the given orders.

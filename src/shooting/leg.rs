@@ -36,9 +36,8 @@ pub(super) struct Residual<'a, T> {
     pub(super) velocities: [&'a mut [T]; 2],
     /// How far the end is from the next knot.
     pub(super) point: &'a mut [T],
-    /// The largest entry, and the sum of squares.
+    /// The largest entry.
     pub(super) size: f64,
-    pub(super) squares: f64,
     /// What the last terms of the series contribute.
     pub(super) tail: f64,
 }
@@ -86,7 +85,6 @@ impl<'a, T: Field> Leg<'a, T> {
                 velocities: std::array::from_fn(|_| room.take(d)),
                 point: room.take(d),
                 size: f64::INFINITY,
-                squares: f64::INFINITY,
                 tail: f64::INFINITY,
             },
             accelerations: std::array::from_fn(|_| room.take(d)),
@@ -142,23 +140,12 @@ impl<'a, T: Field> Leg<'a, T> {
         space.turn_into(self.holonomy, self.reached_acceleration, last);
         series.at_ends(d, order + 3, 2, [self.third, wanted]);
         self.residual.tail = series.tail(space, order);
-        self.measure();
-    }
-
-    #[inline(always)]
-    fn measure(&mut self) {
         let Residual {
             velocities: [first, last],
             point,
             size,
-            squares,
             ..
         } = &mut self.residual;
-        let mut sum = T::ZERO;
-        for x in first.iter().chain(last.iter()).chain(point.iter()) {
-            sum += *x * *x;
-        }
-        *squares = (0..T::COUNT).map(|lane| sum.lane(lane)).sum();
         *size = larger(larger(largest(first), largest(last)), largest(point));
     }
 

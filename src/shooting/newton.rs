@@ -2,8 +2,8 @@
 
 use super::chain::Chain;
 use super::orders::Orders;
-use crate::collocation::{Options, Progress};
 use crate::error::Result;
+use crate::legs::{Options, Progress};
 use crate::linalg::field::Field;
 use crate::report::StopReason;
 use crate::space::Homogeneous;
@@ -51,16 +51,16 @@ impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
             if !is_fast && !self.linearise() {
                 return Ok(StopReason::SingularJacobian);
             }
-            let before = self.merit;
+            let before = self.size;
             if !self.set_step() {
                 return Ok(StopReason::Stagnated);
             }
             self.advance(orders);
-            let leads_down = self.merit <= SLOW * before || self.size <= goal;
+            let leads_down = self.size <= SLOW * before || self.size <= goal;
             if !leads_down {
                 return Ok(StopReason::Stagnated);
             }
-            is_fast = self.merit <= FAST * before;
+            is_fast = self.size <= FAST * before;
             orders = Orders::after(self.size);
         }
     }

@@ -3,9 +3,10 @@
 
 use super::chain::{Buffers, Chain, Group};
 use super::condensed_leg::CondensedLeg;
-use super::solve::TERMS;
-use crate::collocation::{End, Ends, each};
+use super::variation::TERMS;
+use crate::legs::Ends;
 use crate::linalg::field::Field;
+use crate::linalg::simd::each;
 use crate::solve::block_tridiagonal::{BlockTridiagonal, Factors};
 use crate::space::Homogeneous;
 
@@ -32,7 +33,7 @@ impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
 
     /// Sets the step that solves the linear equations for what is left of the present ones; `false` where it is not finite.
     pub(super) fn set_step(&mut self) -> bool {
-        let (space, d, count) = (self.space, self.space.dim(), self.knots.lengths.len());
+        let (space, knots, d) = (self.space, self.knots, self.space.dim());
         each(
             &mut self.groups,
             &mut (),
@@ -54,14 +55,7 @@ impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
             &mut buffers,
             #[inline(always)]
             |[first, last, work], group, Group { leg, step, linear }| {
-                for lane in 0..T::COUNT {
-                    let i = (group * T::COUNT + lane).min(count - 1);
-                    let h = self.knots.lengths[i];
-                    for p in 0..d {
-                        first[p].set_lane(lane, h * steps[i * d + p]);
-                        last[p].set_lane(lane, h * steps[(i + 1) * d + p]);
-                    }
-                }
+                knots.write_velocities(&steps, group, [first, last]);
                 linear.write_step(space, leg, [first, last], work, step);
             },
         );
@@ -79,7 +73,7 @@ impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
         let mut system = BlockTridiagonal::zeros(count, d);
         for knot in 0..count {
             let block = knot * d * d;
-            if let Some((End::Velocity(_), _)) = self.knots.end_at(knot) {
+            if self.knots.is_fixed(knot) {
                 for p in 0..d {
                     system.diagonal[block + p * d + p] = 1.0;
                 }
@@ -118,7 +112,7 @@ impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
         let d = self.space.dim();
         let mut right: Vec<f64> = self.jumps.iter().map(|jump| -jump).collect();
         for (knot, right) in right.chunks_exact_mut(d).enumerate() {
-            if let Some((End::Velocity(_), _)) = self.knots.end_at(knot) {
+            if self.knots.is_fixed(knot) {
                 continue;
             }
             let [before, after] = self.knots.legs_at(knot);

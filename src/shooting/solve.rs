@@ -2,15 +2,12 @@
 
 use super::chain::{Chain, Group};
 use super::orders::{MOST, Orders};
-use crate::collocation::{Curves, Knots, Options, Progress, start_speed};
+use super::solved::Solved;
 use crate::error::Result;
+use crate::legs::{Curves, Knots, Options, Progress};
 use crate::linalg::field::Field;
 use crate::report::{SolverReport, StopReason};
 use crate::space::Homogeneous;
-
-/// Terms of the series of the derivative, after the three given ones. With two, splines through 400 rotations up to 1.2 rad apart
-/// take ten steps instead of seven; six save none.
-pub(super) const TERMS: usize = 4;
 
 /// Solves the equations from velocities at the knots, per unit of time, and `x'` and `x''` at the start of each leg, in the time
 /// of the leg, which become those of the solution; the curves where it is found.
@@ -34,7 +31,7 @@ where
     let mut chain = Chain::<T, S>::new(space, knots, velocities, &mut room, MOST);
     let order = options
         .third_derivative
-        .map(|_| Orders::last().of_leg(start_speed(space, knots, velocities), 0));
+        .map(|_| Orders::last().of_leg(knots.speed(space, velocities), 0));
     chain.set_middles(bends, order);
     let reason = chain.newton(&mut progress, options)?;
     if reason != StopReason::Converged {
@@ -42,5 +39,6 @@ where
     }
     chain.write(velocities, bends);
     chain.step_blindly();
-    Ok((progress.report(reason), Some(Box::new(chain.curves()))))
+    let curves = Solved::new(space, knots.lengths.len(), &chain.groups);
+    Ok((progress.report(reason), Some(Box::new(curves))))
 }

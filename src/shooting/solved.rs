@@ -3,9 +3,9 @@
 use std::sync::OnceLock;
 
 use super::chain::Group;
-use super::series::Series;
-use crate::collocation::{Curves, Dense};
-use crate::linalg::field::Field;
+use super::series::{Series, at_ends};
+use crate::legs::{Curves, Dense, Polynomials};
+use crate::linalg::field::{Field, transposed_multiply};
 use crate::linalg::simd::vectorised;
 use crate::space::Homogeneous;
 
@@ -54,7 +54,7 @@ impl<T: Field, S: Homogeneous> Solved<T, S> {
                 for (derivative, (first, last)) in first.iter_mut().zip(last).enumerate() {
                     series.at_ends(d, order + 3, derivative, [first, last]);
                 }
-                dense.write_series(space, [&series.x, &series.frames], &ends);
+                write_series(space, &series, &ends, &mut dense);
             },
         );
         dense
@@ -70,4 +70,33 @@ impl<T: Field + Send + Sync, S: Homogeneous> Curves for Solved<T, S> {
             .get_or_init(|| self.polynomials(first, group));
         (polynomials, leg - first)
     }
+}
+
+/// Write the series of a group of legs, and `x, x', x''` at both ends.
+#[inline(always)]
+fn write_series<T: Field>(
+    space: impl Homogeneous,
+    series: &Series<T>,
+    ends: &[Vec<T>; 6],
+    dense: &mut Dense,
+) {
+    let (d, r, terms) = (space.dim(), space.size(), dense.order + 1);
+    let square = r * r;
+    let (mut start, mut end) = (vec![T::ZERO; square], vec![T::ZERO; square]);
+    let frames = &series.frames[..terms * square];
+    at_ends(frames, square, 0, [&mut start, &mut end]);
+    let mut relative = vec![T::ZERO; terms * square];
+    let known = frames.chunks_exact(square);
+    for (c, out) in known.zip(relative.chunks_exact_mut(square)) {
+        transposed_multiply(r, &start, c, out);
+    }
+    let mut last = vec![T::ZERO; square];
+    transposed_multiply(r, &start, &end, &mut last);
+    let polynomials = Polynomials {
+        x: &series.x[..terms * d],
+        frames: &relative,
+        ends: ends.each_ref().map(|x| &x[..]),
+        last_frame: &last,
+    };
+    dense.write(0, &polynomials);
 }

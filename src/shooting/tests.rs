@@ -2,13 +2,14 @@
 
 use faer::{Mat, MatRef, Scale};
 
-use crate::collocation::{self, Curves, Dense, End, Ends, Knots, Options, ThirdDerivative};
+use crate::collocation;
 use crate::cubic::BoundaryOptions;
 use crate::cubic::path::{Path, State};
 use crate::cubic::reduced::Sized;
 use crate::cubic::taylor::Accuracy;
 use crate::curve::Curve;
 use crate::interrupt::Interrupt;
+use crate::legs::{Curves, Dense, End, Ends, Knots, Options, ThirdDerivative};
 use crate::linalg::field::Field;
 use crate::linalg::lanes::Lanes;
 use crate::report::{SolverReport, StopReason};

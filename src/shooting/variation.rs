@@ -4,6 +4,10 @@ use super::series::{Series, at_ends};
 use crate::linalg::field::{Field, transposed_multiply};
 use crate::space::Homogeneous;
 
+/// Terms of the series of the derivative, after the three given ones. With two, splines through 400 rotations up to 1.2 rad apart
+/// take ten steps instead of seven; six save none.
+pub(super) const TERMS: usize = 4;
+
 /// Gauss nodes on `[-1/2, 1/2]` and weights, for the integral over the frames.
 const NODES: [(f64, f64); 4] = [
     (-0.430_568_155_797_026_3, 0.173_927_422_568_726_93),

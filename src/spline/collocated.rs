@@ -10,7 +10,7 @@ use super::framed::Framed;
 use super::interpolation::Interpolation;
 use super::iteration::Iteration;
 use super::solvable::{Effort, Solution, Solvable, Start};
-use crate::collocation::{Curves, Dense, Knots, MANY, Options, solve, start_speed};
+use crate::collocation;
 use crate::cubic::lazy_path::{LazyPath, Legs};
 use crate::cubic::path::{Path, State};
 use crate::cubic::reduced::{Blocks, Sized};
@@ -18,6 +18,7 @@ use crate::cubic::taylor::Accuracy;
 use crate::cubic::work::of_products;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
+use crate::legs::{Curves, Dense, Knots, Options};
 use crate::linalg::field::multiply;
 use crate::linalg::lanes::Lanes;
 use crate::shooting;
@@ -26,6 +27,9 @@ use crate::space::{FixedFrames, Frames, Homogeneous};
 /// Of a start whose legs turn more, in radians, the legs are integrated from the first. With 6, of 128 splines with end velocities
 /// of 10 and more 15 cost two to four times as much and 5 are lost.
 const FAST: f64 = 3.0;
+
+/// Dimensions from which on sweeps of collocation take the place of series.
+const MANY: usize = 8;
 
 /// Third derivatives of a start are integrated to this share.
 const START_ACCURACY: f64 = 1e-6;
@@ -67,7 +71,7 @@ impl Framed<'_> {
     fn start_speed(&self, ends: &Ends, motion: &Motion) -> f64 {
         let [r, k] = self.shape();
         let velocities = &motion.entries[..self.size() * (self.lengths().len() + 1)];
-        start_speed(Frames { r, k }, &self.knots(ends), velocities)
+        self.knots(ends).speed(Frames { r, k }, velocities)
     }
 
     /// By series or collocation.
@@ -121,7 +125,7 @@ impl Framed<'_> {
         let (velocities, bends) = motion.entries.split_at_mut(knot);
         let (report, curves) = match space.dim() < MANY {
             true => shooting::solve::<Lanes, _>(space, &knots, velocities, bends, &options)?,
-            false => solve::<Lanes, _>(space, &knots, velocities, bends, &options)?,
+            false => collocation::solve::<Lanes, _>(space, &knots, velocities, bends, &options)?,
         };
         Ok(Solution {
             motion,

@@ -2,8 +2,8 @@
 
 use faer::{Mat, MatRef};
 
-pub(super) use crate::collocation::{End, Ends};
 use crate::error::{Error, Result};
+pub(super) use crate::legs::{End, Ends};
 use crate::linalg::structure::distance;
 use crate::manifold::Stiefel;
 use crate::manifold::stiefel::{POINT_TOLERANCE, TANGENT_TOLERANCE};

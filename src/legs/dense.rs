@@ -1,0 +1,104 @@
+//! The curves of solved legs: polynomials between knots.
+
+use crate::linalg::field::Field;
+use crate::space::Homogeneous;
+
+/// Polynomials in `s - 1/2`, coefficient by coefficient: `x` (coordinates) and the frame (row by row), leg by leg.
+#[derive(Debug, Clone)]
+pub(crate) struct Dense {
+    /// Coefficients of a polynomial, less one.
+    pub(crate) order: usize,
+    x: Vec<f64>,
+    frames: Vec<f64>,
+    /// `x, x', x''` at both ends, and the frame at the last one.
+    ends: Vec<f64>,
+    last_frames: Vec<f64>,
+}
+
+/// The polynomials of a leg, or of eight.
+pub(crate) struct Polynomials<'a, T> {
+    /// Coefficients in powers of `s - 1/2`: of `x`, and of the frame relative to that at the start.
+    pub(crate) x: &'a [T],
+    pub(crate) frames: &'a [T],
+    /// `x, x', x''` at the first and at the last end, and the frame at the last one.
+    pub(crate) ends: [&'a [T]; 6],
+    pub(crate) last_frame: &'a [T],
+}
+
+/// The curves of solved legs.
+pub(crate) trait Curves: Send + Sync {
+    /// Polynomials that have those of a leg among them, and which these are.
+    fn of_leg(&self, leg: usize) -> (&Dense, usize);
+}
+
+impl Curves for Dense {
+    fn of_leg(&self, leg: usize) -> (&Dense, usize) {
+        (self, leg)
+    }
+}
+
+impl Dense {
+    /// Room for legs with `nodes + 3` coefficients.
+    pub(crate) fn new(legs: usize, nodes: usize, space: impl Homogeneous) -> Self {
+        let (d, square, order) = (space.dim(), space.size() * space.size(), nodes + 2);
+        Dense {
+            order,
+            x: vec![0.0; legs * (order + 1) * d],
+            frames: vec![0.0; legs * (order + 1) * square],
+            ends: vec![0.0; legs * 6 * d],
+            last_frames: vec![0.0; legs * square],
+        }
+    }
+
+    /// Coefficients of `x` of a leg, for `d` coordinates.
+    pub(crate) fn x(&self, leg: usize, d: usize) -> &[f64] {
+        let size = (self.order + 1) * d;
+        &self.x[leg * size..][..size]
+    }
+
+    /// Coefficients of the frames of a leg, for `square` entries.
+    pub(crate) fn frames(&self, leg: usize, square: usize) -> &[f64] {
+        let size = (self.order + 1) * square;
+        &self.frames[leg * size..][..size]
+    }
+
+    /// `x, x', x''` at the first or the last end of a leg, for `d` coordinates.
+    pub(crate) fn end(&self, leg: usize, end: usize, d: usize) -> impl Iterator<Item = &[f64]> {
+        self.ends[(2 * leg + end) * 3 * d..][..3 * d].chunks_exact(d)
+    }
+
+    /// The frame at the last end of a leg.
+    pub(crate) fn last_frame(&self, leg: usize, square: usize) -> &[f64] {
+        &self.last_frames[leg * square..][..square]
+    }
+
+    /// Write the polynomials of a group of legs, the first of which is `first`.
+    #[inline(always)]
+    pub(crate) fn write<T: Field>(&mut self, first: usize, polynomials: &Polynomials<'_, T>) {
+        let Polynomials {
+            x,
+            frames,
+            ends,
+            last_frame,
+        } = polynomials;
+        let (d, legs) = (ends[0].len(), self.last_frames.len() / last_frame.len());
+        for lane in 0..T::COUNT.min(legs - first) {
+            let leg = first + lane;
+            copy_lane(x, lane, &mut self.x[leg * x.len()..]);
+            copy_lane(frames, lane, &mut self.frames[leg * frames.len()..]);
+            let last = &mut self.last_frames[leg * last_frame.len()..];
+            copy_lane(last_frame, lane, last);
+            let to = self.ends[leg * 6 * d..].chunks_exact_mut(d);
+            for (to, x) in to.zip(ends) {
+                copy_lane(x, lane, to);
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn copy_lane<T: Field>(from: &[T], lane: usize, to: &mut [f64]) {
+    for (to, from) in to.iter_mut().zip(from) {
+        *to = from.lane(lane);
+    }
+}
