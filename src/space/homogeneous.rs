@@ -54,54 +54,6 @@ pub(crate) trait Homogeneous: Copy + Send + Sync {
         );
     }
 
-    /// Coordinates of `[x, y]_m` of two skew matrices.
-    #[inline(always)]
-    fn bracket_into<T: Number>(self, x: &[T], y: &[T], out: &mut [T]) {
-        let r = self.size();
-        self.each_entry(
-            #[inline(always)]
-            |p, i, j| out[p] = commutator_entry(r, x, y, [i, j]),
-        );
-    }
-
-    /// Coordinates of `[x, y]_h` of two skew matrices.
-    #[inline(always)]
-    fn isotropy_bracket_into<T: Number>(self, x: &[T], y: &[T], out: &mut [T]) {
-        let r = self.size();
-        self.each_isotropy_entry(
-            #[inline(always)]
-            |p, i, j| out[p] = commutator_entry(r, x, y, [i, j]),
-        );
-    }
-
-    /// Coordinates of `[z, x]`, in `m`, for `z` in `h` by its coordinates and the skew matrix of `x` in `m`.
-    #[inline(always)]
-    fn act_into<T: Number>(self, z: &[T], x: &[T], out: &mut [T]) {
-        let r = self.size();
-        out[..self.dim()].fill(T::ZERO);
-        // [z, x] = z x - (z x)^T for skew matrices, with z = z_q (E_uv - E_vu).
-        self.each_entry(
-            #[inline(always)]
-            |p, i, j| {
-                self.each_isotropy_entry(
-                    #[inline(always)]
-                    |q, u, v| {
-                        if i == u {
-                            out[p] += z[q] * x[v * r + j];
-                        } else if i == v {
-                            out[p] -= z[q] * x[u * r + j];
-                        }
-                        if j == u {
-                            out[p] -= z[q] * x[v * r + i];
-                        } else if j == v {
-                            out[p] += z[q] * x[u * r + i];
-                        }
-                    },
-                );
-            },
-        );
-    }
-
     /// `out += factor [x, y]_m`, for two skew matrices, in coordinates.
     #[inline(always)]
     fn add_bracket<T: Number>(self, x: &[T], y: &[T], factor: f64, out: &mut [T]) {
@@ -188,9 +140,10 @@ pub(crate) trait Homogeneous: Copy + Send + Sync {
             for (p, z) in isotropy.iter_mut().enumerate() {
                 *z = eta[(d + p) * columns + column];
             }
-            self.act_into(&isotropy, &matrix, &mut turned);
+            turned.fill(T::ZERO);
+            self.subtract_action(&isotropy, &matrix, &mut turned);
             for (p, x) in turned.iter().enumerate() {
-                out[p * columns + column] += *x;
+                out[p * columns + column] -= *x;
             }
         }
     }
@@ -212,39 +165,27 @@ pub(crate) trait Homogeneous: Copy + Send + Sync {
     }
 
     /// The right-hand side of the equation of cubics, from coordinates of `x, x', x''`; `work` has room for two matrices and
-    /// two vectors.
+    /// a vector of `h`.
     #[inline(always)]
     fn third_derivative_into<T: Number>(self, x: [&[T]; 3], work: &mut [T], out: &mut [T]) {
-        let (square, d) = (self.size() * self.size(), self.dim());
+        let square = self.size() * self.size();
         let (matrix, rest) = work.split_at_mut(square);
         let (other, rest) = rest.split_at_mut(square);
         self.matrix_into(x[0], matrix);
         self.matrix_into(x[2], other);
-        self.bracket_into(other, matrix, out);
+        out[..self.dim()].fill(T::ZERO);
+        self.add_bracket(other, matrix, 1.0, out);
         if self.isotropy_dim() > 0 {
-            let (isotropy, turned) = rest.split_at_mut(self.isotropy_dim());
+            let isotropy = &mut rest[..self.isotropy_dim()];
+            isotropy.fill(T::ZERO);
             self.matrix_into(x[1], other);
-            self.isotropy_bracket_into(matrix, other, isotropy);
-            self.act_into(isotropy, matrix, turned);
-            for p in 0..d {
-                out[p] -= turned[p];
-            }
+            self.add_isotropy_bracket(matrix, other, 1.0, isotropy);
+            self.subtract_action(isotropy, matrix, out);
         }
     }
 }
 
-/// Entry `(i, j)` of `x y - y x`.
-#[inline(always)]
-fn commutator_entry<T: Number>(r: usize, x: &[T], y: &[T], [i, j]: [usize; 2]) -> T {
-    let mut sum = T::ZERO;
-    for l in 0..r {
-        sum += x[i * r + l] * y[l * r + j];
-        sum -= y[i * r + l] * x[l * r + j];
-    }
-    sum
-}
-
-/// The same for skew matrices, whose diagonals are zero.
+/// Entry `(i, j)` of `x y - y x` for skew matrices, whose diagonals are zero.
 #[inline(always)]
 pub(crate) fn skew_commutator_entry<T: Number>(
     r: usize,
