@@ -2,24 +2,21 @@
 
 use std::sync::Arc;
 
-use faer::Mat;
-
 use super::chain::{Chain, Motion, Piece};
 use super::ends::Ends;
 use super::framed::Framed;
 use super::interpolation::Interpolation;
 use super::iteration::Iteration;
+use super::leg_path::leg_path;
 use super::solvable::{Effort, Solution, Solvable, Start};
 use crate::collocation;
 use crate::cubic::lazy_path::{LazyPath, Legs};
-use crate::cubic::path::{Path, State};
-use crate::cubic::reduced::{Blocks, Sized};
+use crate::cubic::path::Path;
 use crate::cubic::taylor::Accuracy;
 use crate::cubic::work::of_products;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
-use crate::legs::{Curves, Dense, Knots, Options};
-use crate::linalg::field::multiply;
+use crate::legs::{Curves, Knots, Options};
 use crate::linalg::lanes::Lanes;
 use crate::shooting;
 use crate::space::{FixedFrames, Frames, Homogeneous};
@@ -46,8 +43,8 @@ impl Solvable for Framed<'_> {
             Start::From(motion) | Start::Near(motion) => motion,
         };
         if self.start_speed(ends, &motion) <= FAST {
-            let found = self.by_polynomials(ends, motion.clone(), is_flat, effort)?;
-            if found.report.converged || effort.is_spent(found.report.iterations) {
+            let found = self.by_polynomials(ends, &motion, is_flat, effort)?;
+            if found.report.converged || effort.work.is_done() {
                 return Ok(found);
             }
         }
@@ -78,15 +75,15 @@ impl Framed<'_> {
     fn by_polynomials(
         &self,
         ends: &Ends,
-        motion: Motion,
+        start: &Motion,
         is_flat: bool,
         effort: Effort<'_>,
     ) -> Result<Solution> {
         let [r, k] = self.shape();
         match (r, k) {
-            (3, 1) => self.in_space(FixedFrames::<3, 1>, ends, motion, is_flat, effort),
-            (3, 2) => self.in_space(FixedFrames::<3, 2>, ends, motion, is_flat, effort),
-            (r, k) => self.in_space(Frames { r, k }, ends, motion, is_flat, effort),
+            (3, 1) => self.in_space(FixedFrames::<3, 1>, ends, start, is_flat, effort),
+            (3, 2) => self.in_space(FixedFrames::<3, 2>, ends, start, is_flat, effort),
+            (r, k) => self.in_space(Frames { r, k }, ends, start, is_flat, effort),
         }
     }
 
@@ -102,14 +99,12 @@ impl Framed<'_> {
         &self,
         space: impl Homogeneous + 'static,
         ends: &Ends,
-        mut motion: Motion,
+        start: &Motion,
         is_flat: bool,
         effort: Effort<'_>,
     ) -> Result<Solution> {
         let knots = self.knots(ends);
-        let before = motion.clone();
-        let third_derivative =
-            |leg: usize, times: &[f64]| self.third_derivative(&before, leg, times);
+        let third_derivative = |leg: usize, times: &[f64]| self.third_derivative(start, leg, times);
         let may_go_on = |products: f64| {
             effort.work.count(of_products(products));
             !effort.work.is_done()
@@ -122,6 +117,7 @@ impl Framed<'_> {
             interrupt: effort.interrupt,
         };
         let knot = space.dim() * (self.lengths().len() + 1);
+        let mut motion = start.clone();
         let (velocities, bends) = motion.entries.split_at_mut(knot);
         let (report, curves) = match space.dim() < MANY {
             true => shooting::solve::<Lanes, _>(space, &knots, velocities, bends, &options)?,
@@ -148,75 +144,7 @@ impl Framed<'_> {
         let (frames, shape, columns) = (self.frames(), self.shape(), self.columns());
         Arc::new(move |leg| {
             let (polynomials, which) = curves.of_leg(leg);
-            path(polynomials, which, &frames[leg], shape, columns)
+            leg_path(polynomials, which, &frames[leg], shape, columns)
         })
-    }
-}
-
-/// The polynomials of a leg that starts with a frame as a curve.
-fn path(
-    polynomials: &Dense,
-    leg: usize,
-    frame: &Mat<f64>,
-    [r, k]: [usize; 2],
-    columns: usize,
-) -> Path {
-    let space = Frames { r, k };
-    let blocks = Sized {
-        m: r - columns,
-        k: columns,
-    };
-    let (square, rows) = (r * r, blocks.r::<f64>());
-    let terms = polynomials.order + 1;
-    let frame: Vec<f64> = row_by_row(frame);
-    let mut product = vec![0.0; square];
-    let mut points = vec![0.0; terms * rows * columns];
-    let turns = polynomials.frames(leg, square).chunks_exact(square);
-    for (points, turn) in points.chunks_exact_mut(rows * columns).zip(turns) {
-        multiply(r, &frame, turn, &mut product);
-        for (col, points) in points.chunks_exact_mut(rows).enumerate() {
-            for (row, point) in points.iter_mut().enumerate().take(r) {
-                *point = product[row * r + col];
-            }
-        }
-    }
-    let write = |x: &[f64], out: &mut Vec<f64>| {
-        let mut matrix = vec![0.0; square];
-        space.matrix_into(x, &mut matrix);
-        push_blocks(&matrix, [r, columns], out);
-    };
-    let mut vectors = Vec::with_capacity(terms * r * columns);
-    for x in polynomials.x(leg, space.dim()).chunks_exact(space.dim()) {
-        write(x, &mut vectors);
-    }
-    let state = |end: usize, frame: &[f64]| {
-        let mut entries: Vec<f64> = (0..square).map(|i| frame[(i % r) * r + i / r]).collect();
-        for x in polynomials.end(leg, end, space.dim()) {
-            write(x, &mut entries);
-        }
-        State::of_entries(blocks, end as f64, entries)
-    };
-    let first = state(0, &frame);
-    multiply(r, &frame, polynomials.last_frame(leg, square), &mut product);
-    Path::of_polynomial(
-        [first, state(1, &product)],
-        polynomials.order,
-        points,
-        vectors,
-    )
-}
-
-fn row_by_row(a: &Mat<f64>) -> Vec<f64> {
-    let rows = a.row_iter();
-    rows.flat_map(|row| row.iter().copied().collect::<Vec<_>>())
-        .collect()
-}
-
-/// `omega` and `b` of a skew matrix, row by row, each column by column.
-fn push_blocks(matrix: &[f64], [r, columns]: [usize; 2], out: &mut Vec<f64>) {
-    for rows in [0..columns, columns..r] {
-        for col in 0..columns {
-            out.extend(rows.clone().map(|row| matrix[row * r + col]));
-        }
     }
 }

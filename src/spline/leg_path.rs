@@ -1,0 +1,77 @@
+//! The curve of a leg in the form that cubics have: points, and the vectors of their equation.
+
+use faer::Mat;
+
+use crate::cubic::path::{Path, State};
+use crate::cubic::reduced::{Blocks, Sized};
+use crate::legs::Dense;
+use crate::linalg::field::multiply;
+use crate::space::{Frames, Homogeneous};
+
+/// The curve of a leg that starts with a frame, from its polynomials.
+pub(super) fn leg_path(
+    polynomials: &Dense,
+    leg: usize,
+    frame: &Mat<f64>,
+    [r, k]: [usize; 2],
+    columns: usize,
+) -> Path {
+    let space = Frames { r, k };
+    let blocks = Sized {
+        m: r - columns,
+        k: columns,
+    };
+    let (square, rows) = (r * r, blocks.r::<f64>());
+    let terms = polynomials.order + 1;
+    let frame: Vec<f64> = row_by_row(frame);
+    let mut product = vec![0.0; square];
+    let mut points = vec![0.0; terms * rows * columns];
+    let turns = polynomials.frames(leg, square).chunks_exact(square);
+    for (points, turn) in points.chunks_exact_mut(rows * columns).zip(turns) {
+        multiply(r, &frame, turn, &mut product);
+        for (col, points) in points.chunks_exact_mut(rows).enumerate() {
+            for (row, point) in points.iter_mut().enumerate().take(r) {
+                *point = product[row * r + col];
+            }
+        }
+    }
+    let write = |x: &[f64], out: &mut Vec<f64>| {
+        let mut matrix = vec![0.0; square];
+        space.matrix_into(x, &mut matrix);
+        push_blocks(&matrix, [r, columns], out);
+    };
+    let mut vectors = Vec::with_capacity(terms * r * columns);
+    for x in polynomials.x(leg, space.dim()).chunks_exact(space.dim()) {
+        write(x, &mut vectors);
+    }
+    let state = |end: usize, frame: &[f64]| {
+        let mut entries: Vec<f64> = (0..square).map(|i| frame[(i % r) * r + i / r]).collect();
+        for x in polynomials.end(leg, end, space.dim()) {
+            write(x, &mut entries);
+        }
+        State::of_entries(blocks, end as f64, entries)
+    };
+    let first = state(0, &frame);
+    multiply(r, &frame, polynomials.last_frame(leg, square), &mut product);
+    Path::of_polynomial(
+        [first, state(1, &product)],
+        polynomials.order,
+        points,
+        vectors,
+    )
+}
+
+fn row_by_row(a: &Mat<f64>) -> Vec<f64> {
+    let rows = a.row_iter();
+    rows.flat_map(|row| row.iter().copied().collect::<Vec<_>>())
+        .collect()
+}
+
+/// `omega` and `b` of a skew matrix, row by row, each column by column.
+fn push_blocks(matrix: &[f64], [r, columns]: [usize; 2], out: &mut Vec<f64>) {
+    for rows in [0..columns, columns..r] {
+        for col in 0..columns {
+            out.extend(rows.clone().map(|row| matrix[row * r + col]));
+        }
+    }
+}
