@@ -295,6 +295,20 @@ fn place(knot: usize, error: &Error) -> String {
 }
 
 impl Error {
+    /// `NoConvergence` with the report of a solver. Its tolerance, which round-off may have raised, is replaced by the
+    /// requested one.
+    pub(crate) fn no_convergence(
+        solver: &'static str,
+        report: SolverReport,
+        tolerance: f64,
+    ) -> Self {
+        let report = SolverReport {
+            tolerance,
+            ..report
+        };
+        Error::NoConvergence { solver, report }
+    }
+
     /// The same at a knot.
     pub(crate) fn at_knot(self, knot: usize) -> Self {
         match self {

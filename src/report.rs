@@ -4,8 +4,6 @@
 
 use std::fmt;
 
-use crate::error::Error;
-
 /// Why an iteration stopped.
 ///
 /// # Examples
@@ -116,12 +114,6 @@ impl SolverReport {
             tolerance,
             reason,
         }
-    }
-
-    /// The error of an iteration that has not converged, with the tolerance that was asked for, which round-off may exceed.
-    pub(crate) fn failure(self, solver: &'static str, tolerance: f64) -> Error {
-        let report = SolverReport { tolerance, ..self };
-        Error::NoConvergence { solver, report }
     }
 }
 

@@ -15,7 +15,7 @@ use crate::cubic::RiemannianCubic;
 use crate::cubic::initial::complete;
 use crate::cubic::problem::entries;
 use crate::cubic::work::{Work, allowance};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::report::{SolverReport, StopReason};
 
@@ -99,7 +99,7 @@ pub fn cubic_spline(
     if report.converged {
         return Ok((Piecewise::new(t.to_vec(), pieces), report));
     }
-    Err(report.failure(SOLVER, options.tolerance))
+    Err(Error::no_convergence(SOLVER, report, options.tolerance))
 }
 
 /// Knots and ends in the coordinates of their span.
