@@ -1,36 +1,30 @@
-//! A path that is made when it is asked for: of the thousands of legs of a long spline most are never read, or long after.
+//! A path that is made when it is first read: most of the thousands of legs of a long spline are never read, or much later.
 
 use std::fmt;
 use std::ops::Deref;
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, LazyLock};
 
 use super::path::Path;
 
-/// Makes the paths of some legs.
+/// Makes the path of a leg, given its index.
 pub(crate) type Legs = dyn Fn(usize) -> Path + Send + Sync;
 
-/// A path, or the leg that it is made of.
-pub(crate) struct LazyPath {
-    path: OnceLock<Path>,
-    leg: Option<(Arc<Legs>, usize)>,
-}
+/// A path, or what makes it, which is dropped once the path is made.
+pub(crate) struct LazyPath(LazyLock<Path, Box<dyn FnOnce() -> Path + Send>>);
 
 impl LazyPath {
-    /// That of a leg.
+    /// The path of a leg, not made yet.
     pub(crate) fn of_leg(legs: Arc<Legs>, leg: usize) -> Self {
-        LazyPath {
-            path: OnceLock::new(),
-            leg: Some((legs, leg)),
-        }
+        LazyPath(LazyLock::new(Box::new(move || legs(leg))))
     }
 }
 
 impl From<Path> for LazyPath {
     fn from(path: Path) -> Self {
-        LazyPath {
-            path: OnceLock::from(path),
-            leg: None,
-        }
+        let lazy = LazyPath(LazyLock::new(Box::new(|| path)));
+        // Frees the box.
+        LazyLock::force(&lazy.0);
+        lazy
     }
 }
 
@@ -38,10 +32,7 @@ impl Deref for LazyPath {
     type Target = Path;
 
     fn deref(&self) -> &Path {
-        self.path.get_or_init(|| {
-            let (legs, leg) = self.leg.as_ref().expect("a path or a leg");
-            legs(*leg)
-        })
+        &self.0
     }
 }
 
