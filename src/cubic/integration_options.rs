@@ -1,0 +1,44 @@
+//! The options of the integration of a Riemannian cubic from initial data.
+
+use super::taylor::Accuracy;
+use crate::interrupt::Interrupt;
+
+/// How an initial value problem is solved.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::cubic::{IntegrationOptions, RiemannianCubic};
+/// use stiefel_rs::Curve;
+/// let (s, v) = (mat![[1.0], [0.0], [0.0]], mat![[0.0], [1.0], [0.0]]);
+/// let (a, j) = (mat![[0.0], [0.0], [2.0]], mat![[0.0], [3.0], [0.0]]);
+/// let [s, v, a, j] = [&s, &v, &a, &j].map(|a| a.as_ref());
+/// let full = IntegrationOptions { t_end: 2.0, ..Default::default() };
+/// let exact = RiemannianCubic::from_initial(s, v, a, j, &full)?;
+/// assert_eq!(exact.t_span(), (0.0, 2.0));
+/// let rough = RiemannianCubic::from_initial(s, v, a, j, &IntegrationOptions { tolerance: 1e-6, ..full })?;
+/// let error = (rough.point(2.0)? - exact.point(2.0)?).norm_l2();
+/// assert!(1e-12 < error && error < 1e-6);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
+#[derive(Clone, Copy)]
+pub struct IntegrationOptions<'a> {
+    /// The curve is made for the times between 0 and this one, which may be negative.
+    pub t_end: f64,
+    /// What a step of the Taylor method leaves out, relative to the state, in `[1e-17, 0.1]`. Points are orthonormal to it
+    /// too, and no better.
+    pub tolerance: f64,
+    /// Asked every few steps.
+    pub interrupt: Interrupt<'a>,
+}
+
+impl Default for IntegrationOptions<'_> {
+    /// `[0, 1]`, to round-off.
+    fn default() -> Self {
+        IntegrationOptions {
+            t_end: 1.0,
+            tolerance: Accuracy::FULL.truncation,
+            interrupt: Interrupt::NEVER,
+        }
+    }
+}
