@@ -1,4 +1,4 @@
-//! A Riemannian cubic as a piecewise Taylor polynomial, in the coordinates of its span.
+//! A Riemannian cubic as a piecewise polynomial, in the coordinates of its span.
 
 use faer::{Mat, MatMut, MatRef};
 
@@ -150,7 +150,7 @@ fn copy_columns(to: &mut [f64], to_rows: usize, from: &[f64], from_rows: usize, 
     }
 }
 
-/// One Taylor polynomial: where it is used, and the point it is expanded at.
+/// One polynomial: where it is used, and the time in whose powers it is written.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Piece {
     pub(super) lower: f64,

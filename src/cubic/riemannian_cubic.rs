@@ -1,4 +1,4 @@
-//! The Riemannian cubic as a curve: from initial data, evaluated from stored Taylor polynomials.
+//! The Riemannian cubic as a curve: from initial data, evaluated from stored polynomials.
 
 use std::sync::Arc;
 
@@ -32,9 +32,12 @@ pub use super::integration_options::IntegrationOptions;
 /// D_t^3 S' + R(D_t S', S')\,S' = 0,\qquad J = \int |D_t S'|^2\, dt
 /// ```
 ///
-/// Stored as a piecewise Taylor polynomial of order 20 in the `min(n, 4k)` dimensions that its initial data span, so
-/// that a point costs `20 r k` multiplications and its share of one product to lift. Outside of
-/// [`t_span`](Curve::t_span) the curve is integrated on when it is asked for points there, once for each call;
+/// An integrated curve is stored as one Taylor polynomial for each step, of order 20 (lower with a larger tolerance), in the
+/// `r <= min(n, 4k)` dimensions that its initial data span. A piece of a spline that was solved by series or collocation is
+/// one polynomial about the middle of its leg, of an order that depends on how fast the leg turns, in the `r` dimensions
+/// that the knots span. With order `p` a point costs `p r k` multiplications and its share of one product to lift.
+///
+/// Outside of [`t_span`](Curve::t_span) the curve is integrated on when it is asked for points there, once for each call;
 /// [`RiemannianCubic::restricted`] keeps what was integrated.
 ///
 /// # Accuracy
@@ -156,7 +159,8 @@ impl RiemannianCubic {
         self.path.accuracy().truncation
     }
 
-    /// How many Taylor polynomials the curve consists of: the steps of its integration.
+    /// Number of polynomials that the curve consists of: the steps of its integration, or 1 for a piece of a spline that was
+    /// solved by series or collocation.
     pub fn steps(&self) -> usize {
         self.path.len()
     }

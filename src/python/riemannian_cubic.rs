@@ -72,8 +72,9 @@ pub(super) fn shooting([s0, v0, _, v1]: [&Mat<f64>; 4]) -> f64 {
 /// Notes
 /// -----
 /// Solves ``D_t^3 S' + R(D_t S', S') S' = 0`` (canonical metric) on any St(n, k), without charts, by a Taylor method of
-/// order 20 in ``min(n, 4 k)`` dimensions, to round-off. Outside of ``t_span`` the curve is integrated on, for each
-/// call anew: :meth:`restricted` gives a curve that keeps it.
+/// order 20 in ``min(n, 4 k)`` dimensions, to round-off. Pieces of a :class:`CubicSpline` may instead be one polynomial
+/// about the middle of the piece, of an order that depends on how fast it turns. Outside of ``t_span`` the curve is
+/// integrated on, for each call anew: :meth:`restricted` gives a curve that keeps it.
 ///
 /// Noakes, Heinzinger, Paden (1989); Crouch, Silva Leite (1995).
 ///
@@ -288,7 +289,8 @@ impl PyRiemannianCubic {
         array(py, &momentum)
     }
 
-    /// Number of Taylor polynomials that the curve consists of: the steps of its integration.
+    /// Number of polynomials that the curve consists of: the steps of its integration, or 1 for a piece of a spline that
+    /// was solved without integration.
     #[getter]
     fn steps(&self) -> usize {
         self.0.steps()
