@@ -79,8 +79,10 @@ fn natural_splines_interpolate_and_are_smooth() {
             for t in [t[0], t[count - 1]] {
                 assert_within(curve.acceleration(t).unwrap().norm_l2(), SMOOTH, &name);
             }
-            // Steps of Newton's method below 8 dimensions, sweeps from there on.
-            assert!(report.iterations <= 30, "{name}");
+            let dimensions = shape.0 * shape.1 - shape.1 * (shape.1 + 1) / 2;
+            // Steps of Newton's method below 8 dimensions, sweeps of collocation from there on.
+            let most = if dimensions < 8 { 20 } else { 30 };
+            assert!(report.iterations <= most, "{name}");
         }
     }
 }
