@@ -24,7 +24,7 @@ use crate::linalg::simd::vectorised;
 use crate::linalg::structure::check_finite_scalar;
 use crate::report::SolverReport;
 
-pub use super::integration_options::IntegrationOptions;
+use super::integration_options::IntegrationOptions;
 
 /// A Riemannian cubic: a critical curve of the squared covariant acceleration.
 ///
