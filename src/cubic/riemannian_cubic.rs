@@ -459,7 +459,8 @@ fn reaching<'a>(
 /// # Examples
 /// ```
 /// use faer::mat;
-/// use stiefel_rs::cubic::riemannian_cubic::{IntegrationOptions, RiemannianCubic, Workspace};
+/// use stiefel_rs::cubic::IntegrationOptions;
+/// use stiefel_rs::cubic::riemannian_cubic::{RiemannianCubic, Workspace};
 /// use stiefel_rs::Curve;
 /// use stiefel_rs::linalg::jet::Jet;
 /// // On a circle: the angle is t + t^2 + t^3.
