@@ -62,3 +62,17 @@ def test_a_closed_chain_of_far_frames_is_closed():
     for nu in (1, 2):
         np.testing.assert_allclose(curve(t[0], nu), curve(t[-1], nu), atol=1e-9)
     assert largest_jump(curve, t) < 1e-10
+
+
+# From 1e6 on the third derivative of the short leg changes accelerations by 1e-10 from one number to the next.
+@pytest.mark.parametrize("ratio", [1e3, 1e4])
+def test_accelerations_do_not_jump_between_uneven_legs_in_many_dimensions(ratio):
+    manifold, rng = Stiefel(5, 3), np.random.default_rng(104)
+    points = [manifold.random_point(rng)]
+    # Every leg at the same speed.
+    t = np.array([0.0, 1.0, 1.0 + 1.0 / ratio, 2.0])
+    for length in np.diff(t):
+        V = manifold.random_tangent(points[-1], rng)
+        points.append(manifold.exp(points[-1], length * V / manifold.norm(points[-1], V)))
+    curve = CubicSpline(t, np.stack(points))
+    assert largest_jump(curve, t) < 1e-10
