@@ -74,13 +74,34 @@ fn far_and_fast_data_are_solved() {
         }
         println!("{shape:?}: {} of {count} fail {failures:?}", failures.len());
         if shape == (3, 1) {
-            // The sample is hard enough for the first start to fail or to lead to a curve that costs too much.
-            for strategy in [BoundaryStrategy::Reversed, BoundaryStrategy::Relaxation] {
+            // Moderate data are among them.
+            for strategy in [BoundaryStrategy::Direct, BoundaryStrategy::Descent] {
                 assert!(strategies.contains(&strategy), "{strategy:?}");
             }
         }
         // One in a hundred.
         assert!(100 * failures.len() <= count, "{shape:?}: {failures:?}");
+    }
+}
+
+/// The curve of least cost goes round with its speed: where it would brake instead, costs were a hundred times as high.
+#[test]
+fn speeds_of_thirty_are_solved_from_both_ends() {
+    let speed = 30.0;
+    for (shape, count) in [((3, 1), 8), ((4, 1), 4), ((3, 2), 6), ((3, 3), 6)] {
+        let mut rng = Rng::new(21);
+        for _ in 0..count {
+            let mut data = Data::random(shape, 3.0, 1.0, &mut rng);
+            data.v0 = random_tangent(&data.s0, speed, &mut rng);
+            data.v1 = random_tangent(&data.s1, speed, &mut rng);
+            let there = data.solve().unwrap_or_else(|e| panic!("{shape:?}: {e}"));
+            let cost = there.cost().unwrap();
+            assert!(cost < 10.0 * speed * speed, "{shape:?}: {cost:.3e}");
+            common::assert_within(data.defect(&there), speed * END, &format!("{shape:?}"));
+            let back = data.reversed().solve().unwrap();
+            let ratio = back.cost().unwrap() / cost;
+            common::assert_within((ratio - 1.0).abs(), 1e-9, &format!("{shape:?}, reversed"));
+        }
     }
 }
 
@@ -122,13 +143,7 @@ fn symmetries_carry_solutions_to_solutions() {
             random_orthogonal(shape.1, &mut rng),
         );
         let turned = data.map(|x| &q * x * &p).solve().unwrap();
-        let backwards = Data {
-            s0: data.s1.clone(),
-            v0: -&data.v1,
-            s1: data.s0.clone(),
-            v1: -&data.v0,
-        };
-        let back = backwards.solve().unwrap();
+        let back = data.reversed().solve().unwrap();
         // The residual times the growth of an error over the interval.
         for t in [0.0, 0.25, 0.6, 1.0] {
             let point = curve.point(t).unwrap();

@@ -116,16 +116,14 @@ pub enum BoundaryStrategy {
     Direct,
     /// Continuation from the curve that stands still, displacement and velocities growing.
     Growing,
-    /// Newton's method or continuation from a chain of points, relaxed to low cost.
-    Relaxation,
+    /// Newton's method from the end of a descent to a curve of least cost.
+    Descent,
     /// Newton's method from the cubic of flat space along the geodesic between the end points.
     Geodesic,
     /// Newton's method for the reversed data, from the cubic of flat space there.
     Reversed,
     /// Newton's method from acceleration and jerk of a geometric or geodesic polynomial with the same data.
     Polynomial,
-    /// Newton's method from random initial data around the first start.
-    Restart,
     /// Continuation from easier data, with velocities that make a detour.
     Detour,
     /// Continuation from a curve with other end data: that of a guess, or of random initial data.
@@ -138,11 +136,10 @@ impl BoundaryStrategy {
         match self {
             BoundaryStrategy::Direct => "direct",
             BoundaryStrategy::Growing => "growing",
-            BoundaryStrategy::Relaxation => "relaxation",
+            BoundaryStrategy::Descent => "descent",
             BoundaryStrategy::Geodesic => "geodesic",
             BoundaryStrategy::Reversed => "reversed",
             BoundaryStrategy::Polynomial => "polynomial",
-            BoundaryStrategy::Restart => "restart",
             BoundaryStrategy::Detour => "detour",
             BoundaryStrategy::Moving => "moving",
         }
@@ -194,11 +191,11 @@ impl RiemannianCubic {
     /// A Riemannian cubic on `[0, 1]` with end points `s0, s1` and end velocities `v0, v1`, all of shape `(n, k)`.
     ///
     /// Cubics with given ends are stationary, not unique. Newton's method starts from the cubic of flat space (or from the
-    /// guess). If displacement and speeds are at most 2, its solution is returned. Otherwise, and without a guess, it is
-    /// compared with those to which other starts lead: the geodesic, the reversed data, geometric and geodesic polynomials, a
-    /// chain of points relaxed to low cost; the cheapest is returned. What is known of its cost beside that of others is in the
-    /// table of `docs/boundary_cost.md`. Where nothing of this leads to a solution, it is followed along families of easier
-    /// data. [`boundary_report`](Self::boundary_report) says how it was found, [`cost`](crate::Curve::cost) what it costs, and
+    /// guess). If displacement and speeds are at most 2, its solution is returned. Otherwise, and without a guess, a chain of
+    /// cubics descends to a curve of least cost, from a curve that rolls evenly from one velocity to the other and from the cubic of
+    /// flat space; the cheaper one is returned. What is known of its cost beside that of others is in the table of
+    /// `docs/boundary_cost.md`.
+    /// [`boundary_report`](Self::boundary_report) says how it was found, [`cost`](crate::Curve::cost) what it costs, and
     /// [`all_from_boundary`](Self::all_from_boundary) looks for others.
     ///
     /// Points and velocities that are only nearly orthonormal and tangent, as rounded decimals are (defects up to 1e-9), stand
@@ -228,7 +225,7 @@ impl RiemannianCubic {
         let Some((y, report)) = found else {
             return Err(Error::NoConvergence {
                 solver: SOLVER,
-                report: solver.report(BoundaryStrategy::Moving).solver,
+                report: solver.report(BoundaryStrategy::Descent).solver,
             });
         };
         drop(solver);

@@ -108,6 +108,41 @@ impl FlatData {
         Ok(all)
     }
 
+    /// The cubic of flat space at a time in `[0, 1]`, from its initial velocity: position and velocity.
+    pub(crate) fn at(&self, t: f64, velocity: &Horizontal) -> [Horizontal; 2] {
+        let (one, two) = (t * t, t * t * t);
+        [
+            self.combined(
+                velocity,
+                [3.0 * one - 2.0 * two, t - 2.0 * one + two, two - one],
+            ),
+            self.combined(
+                velocity,
+                [
+                    6.0 * (t - one),
+                    1.0 - 4.0 * t + 3.0 * one,
+                    3.0 * one - 2.0 * t,
+                ],
+            ),
+        ]
+    }
+
+    /// A bound of its speed: the larger of those at both ends and in the middle, where that is quadratic.
+    pub(crate) fn largest_speed(&self, velocity: &Horizontal) -> f64 {
+        let [_, middle] = self.at(0.5, velocity);
+        let speeds = [velocity, &self.end_velocity, &middle].map(Horizontal::norm);
+        speeds.into_iter().fold(0.0, f64::max)
+    }
+
+    /// A combination of displacement, initial and end velocity.
+    fn combined(&self, velocity: &Horizontal, [delta, first, last]: [f64; 3]) -> Horizontal {
+        let zero = self
+            .displacement
+            .clone()
+            .plus(delta - 1.0, &self.displacement);
+        zero.plus(first, velocity).plus(last, &self.end_velocity)
+    }
+
     /// `x'` and `x''` at the start, from the velocity there.
     pub(crate) fn start(&self, velocity: &Horizontal) -> [Horizontal; 2] {
         let part = |pick: fn(&Horizontal) -> &Mat<f64>| {

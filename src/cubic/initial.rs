@@ -46,6 +46,19 @@ impl Horizontal {
         })
     }
 
+    /// The skew matrix, shape `(r, r)`.
+    pub(crate) fn matrix(&self) -> Mat<f64> {
+        let (m, k) = self.normal.shape();
+        Mat::from_fn(k + m, k + m, |i, j| {
+            match (i.checked_sub(k), j.checked_sub(k)) {
+                (None, None) => self.omega[(i, j)],
+                (Some(i), None) => self.normal[(i, j)],
+                (None, Some(j)) => -self.normal[(j, i)],
+                _ => 0.0,
+            }
+        })
+    }
+
     /// `<a, b> = tr(omega_a^T omega_b) / 2 + tr(b_a^T b_b)`.
     pub(crate) fn inner(&self, other: &Self) -> f64 {
         let product = |a: &Mat<f64>, b: &Mat<f64>| {

@@ -1,327 +1,250 @@
 //! The solution of a boundary value problem that costs least among those that several starts lead to.
 //!
-//! Near data have one cheap solution, and the cubic of flat space leads to it. Farther apart it may lead to one that costs a
-//! thousand times as much, and where it leads depends on the direction in which the curve is run. So the data are solved from
-//! both ends, along quasi-geodesic and geodesic, and from other curves that have them.
-//!
-//! Two bounds end the search. With the speed `u = |S'|` every curve of length at least `d` has, as `|D_t S'| >= |u'|`,
-//!
-//! ```math
-//! J \ge \min_{\int u \ge d} \int_0^1 u'^2\, dt = (u_1 - u_0)^2 + 12 \max\Bigl(0,\ d - \frac{u_0 + u_1}{2}\Bigr)^2,
-//! ```
-//!
-//! which the geodesic run from rest to rest attains. And the cheapest solution costs at most as much as any curve with the
-//! data.
+//! Near data have one cheap solution, and Newton's method from the cubic of flat space leads to it. Farther apart the cost has
+//! several minima: descents start along a curve that rolls from one velocity to the other, and along the cubic of flat space; Newton's
+//! method takes the cheapest end of them to the tolerance.
+
+use std::cell::Cell;
 
 use super::boundary::BoundaryStrategy;
-use super::continuation::norm;
-use super::curve_start::CurveFamily;
-use super::guess::FlatData;
-use super::problem::Problem;
+use super::descent_start::{DescentStart, LONGEST_LEG};
 use super::random::Random;
 use super::solver::{Solution, Solver};
-use super::taylor::Accuracy;
+use super::work::of_products;
 use crate::error::{Error, Result};
+use crate::legs::Options;
+use crate::linalg::lanes::Lanes;
+use crate::report::StopReason;
+use crate::shooting::{least_cost, products_of_step};
+use crate::space::{FixedFrames, Frames};
 
-/// Costs of curves are known to a percent.
-const SLACK: f64 = 1.01;
+/// Descents end with a gradient of this size, in the time of a leg: a step or two of Newton's method are left.
+const TOLERANCE: f64 = 1e-6;
 
-/// Chains that are relaxed where other solutions cost more than a known curve.
-const CHAINS: u32 = 4;
+/// Steps of a descent at most: until one has found a solution, and after that. Of 158 problems with speeds of 30 to 100 that are
+/// solved, 36 take more than 100; with 20 in place of 30 one of 40 hard problems costs 1.2 times as much.
+const MAX_STEPS: usize = 300;
+const LATER_STEPS: usize = 30;
 
-/// Unknowns up to which a polynomial of least cost is looked for: on St(8,4), with 44, that takes a second where there is none.
-const MINIMAL_COST_UNKNOWNS: usize = 32;
+/// A descent is begun if so many steps of it may be done.
+const FEWEST_STEPS: f64 = 20.0;
 
-/// Unknowns up to which a chain is tried even where all other starts lead to one cost. With it the costs of 60 hard problems on
-/// St(3,2) added up to 1.4 % less, those of 40 on St(4,2) to 0.8 % and of 40 on St(5,2) to 1.6 % less, and those of 20 on St(6,3),
-/// where no chain is tried, were the least seen; measured before [`Solver::try_quick`] had to be led to a solution.
-const SMALL: usize = 16;
+/// Solutions that cost less by at least a percent are looked for.
+const SLACK: f64 = 0.99;
 
-/// Share of the limit of work for each of the two ends. With 0.6, 3 of 200 problems from coordinate to permuted frames are solved
-/// in one direction only.
-const SHARE: f64 = 0.82;
+/// Share of the limit of work for descents that follow one which has found a solution.
+const SHARE: f64 = 0.8;
 
-/// As many times that share at the first end where no quick start leads to a solution from either. With 1.65 two of eight
-/// slow problems, of 320 hard ones on St(10,3), are lost in one direction, without it 5 of 200; with 2.4 what is not found on
-/// St(12,4) is refused after 2.6 s instead of two.
-const UNSOLVED: f64 = 1.75;
+/// Larger of the end speeds from which on the cubic of flat space is no start beside the rolling curve: from speeds of 20 on it
+/// takes four fifths of the time, and of 100 such problems none ends lower.
+const FAST: f64 = 16.0;
 
-impl<'a> Solver<'a> {
-    /// The cheapest solution of those that are found; `None` if no strategy finds one.
+/// How far the knots of starts are moved at random, more and more.
+const SPREAD: f64 = 0.5;
+
+/// What descents start along, one after the other.
+#[derive(Clone, Copy)]
+enum Start {
+    /// The rolling curve.
+    Rolling,
+    /// The cubic of flat space. Without it 6 of 332 hard problems cost 1.05 to 1.33 times as much.
+    Flat,
+    /// The adjusted de Casteljau curve, where the rolling one is not unique. Without it, and the rolling one there, 35 of 180
+    /// problems between coordinate and permuted frames cost up to 3.3 times as much.
+    Geometric,
+    /// The rolling curve with legs half as long, where nothing else has led to a solution.
+    RollingFinely,
+}
+
+const STARTS: [Start; 4] = [
+    Start::Rolling,
+    Start::Flat,
+    Start::Geometric,
+    Start::RollingFinely,
+];
+
+/// Where a descent ends.
+struct End {
+    /// `(x', x'')` at the start of the curve.
+    y: Vec<f64>,
+    cost: f64,
+    gradient: f64,
+    is_at_rest: bool,
+}
+
+impl End {
+    /// Smaller is better: first ends at rest by their costs, then the others by their gradients.
+    fn rank(&self) -> (bool, f64) {
+        match self.is_at_rest {
+            true => (false, self.cost),
+            false => (true, self.gradient),
+        }
+    }
+}
+
+impl Solver<'_> {
+    /// The cheapest solution of those that are found; `None` if none is.
     ///
     /// # Errors
     /// `DifferentComponents`, `Interrupted`.
     pub(super) fn of_low_cost(&mut self) -> Result<Option<Solution>> {
         let flat = self.problem.flat()?;
-        let start = self.problem.flat_start(flat.as_ref());
-        let mut best = Cheapest::default();
-        self.consider(&mut best, start.clone(), BoundaryStrategy::Direct)?;
-        let is_near = |flat| self.problem.is_moderate(flat);
-        let settled = match best.found {
-            Some(_) => flat.as_ref().is_some_and(is_near),
-            None => self.is_out_of_steps(),
-        };
-        if settled {
-            return Ok(best.solution());
-        }
-        self.map.allow(SHARE);
-        let geometric = self.try_quick(&mut best)?;
-        if best.is_least() {
-            return Ok(best.solution());
-        }
-        // The same from the other end.
-        let back = self.problem.reversed();
-        let start_there = back.flat_start(back.flat()?.as_ref());
-        let mut there = self.at_other_end(&back);
-        let mut found = Cheapest::default();
-        there.consider(&mut found, start_there.clone(), BoundaryStrategy::Direct)?;
-        let geometric_there = there.try_quick(&mut found)?;
-        let mut chains = Chains::new(&start);
-        if self.problem.unknowns() <= SMALL {
-            self.try_chain(&mut best, &mut chains)?;
-        }
-        let all_solved = geometric.is_none() && geometric_there.is_none();
-        if all_solved && best.agrees_with(&found) {
-            self.join(&there);
-            return Ok(best.solution());
-        }
-        if best.found.is_none() && found.found.is_none() {
-            self.map.allow(UNSOLVED);
-        }
-        self.try_more(&mut best, &mut chains, geometric)?;
-        there.try_more(&mut found, &mut Chains::new(&start_there), geometric_there)?;
-        let mut solution = found.solution();
-        if solution.is_none() && best.found.is_none() && !self.has_met_round_off() {
-            if let Some(found) = self.anywhere(&start)? {
-                return Ok(Some(found));
+        let is_moderate = flat
+            .as_ref()
+            .is_some_and(|flat| self.problem.is_moderate(flat));
+        if is_moderate || self.has_few_steps() {
+            let mut y = self.problem.flat_start(flat.as_ref());
+            if self.restarted(&mut y)? {
+                return Ok(Some((y, self.report(BoundaryStrategy::Direct))));
             }
-            solution = there.anywhere(&start_there)?;
-        }
-        self.join(&there);
-        if let Some((y, _)) = solution {
-            let y = there.reversed(&y)?;
-            // What is left is a step or two, whatever was done before.
-            self.map.allow(2.0);
-            self.consider(&mut best, y, BoundaryStrategy::Reversed)?;
-        }
-        Ok(best.solution())
-    }
-
-    /// A solver of the reversed problem.
-    pub(super) fn at_other_end<'b>(&self, back: &'b Problem) -> Solver<'b>
-    where
-        'a: 'b,
-    {
-        let mut there = Solver::new(back, self.options);
-        there.map.allow(SHARE);
-        there
-    }
-
-    /// The start of a solution of this problem, run backwards.
-    pub(super) fn reversed(&mut self, y: &[f64]) -> Result<Vec<f64>> {
-        self.map.set_target(&self.problem.target);
-        let [.., a, second] = self.map.end(y, Accuracy::FULL)?;
-        Ok(self.problem.reversed_start(&a, &second))
-    }
-
-    /// From the geodesic and the adjusted de Casteljau curve. Returns the start of the latter where Newton's method leads nowhere
-    /// from it.
-    fn try_quick(&mut self, best: &mut Cheapest) -> Result<Option<Vec<f64>>> {
-        self.try_geodesic(best)?;
-        if best.is_least() {
-            return Ok(None);
-        }
-        let family = CurveFamily::Geometric;
-        let Some(start) = family.start(self.problem, self.options.interrupt)? else {
-            return Ok(None);
-        };
-        best.at_most = best.at_most.min(start.cost);
-        let solved = self.consider(best, start.y.clone(), BoundaryStrategy::Polynomial)?;
-        Ok((!solved).then_some(start.y))
-    }
-
-    /// From a chain of low cost, by continuation from the adjusted de Casteljau curve, from other curves, and from more chains
-    /// where a known curve costs less. Without continuation 3 of 200 hard problems are solved by curves that cost up to 2.3 times
-    /// as much.
-    fn try_more(
-        &mut self,
-        best: &mut Cheapest,
-        chains: &mut Chains,
-        geometric: Option<Vec<f64>>,
-    ) -> Result<()> {
-        if chains.tried == 0 {
-            self.try_chain(best, chains)?;
-        }
-        if let Some(from) = geometric
-            && let Some(y) = self.moved(&from, norm(&from))?
-        {
-            let report = self.report(BoundaryStrategy::Moving);
-            best.keep(self.cost(&y)?, (y, report));
-        }
-        self.try_curves(best)?;
-        while chains.tried < CHAINS {
-            if best.is_low() || best.at_most.is_infinite() || self.map.exhausted() {
-                break;
+            if self.is_out_of_steps() {
+                return Ok(None);
             }
-            self.try_chain(best, chains)?;
         }
-        Ok(())
+        self.by_descents()
     }
 
-    /// Newton's method from a start, and whether it leads to a solution.
-    fn consider(
-        &mut self,
-        best: &mut Cheapest,
-        mut y: Vec<f64>,
-        strategy: BoundaryStrategy,
-    ) -> Result<bool> {
-        let solved = self.restarted(&mut y)?;
-        if solved {
-            let report = self.report(strategy);
-            best.keep(self.cost(&y)?, (y, report));
-        }
-        Ok(solved)
-    }
-
-    /// From the cubic of flat space along the geodesic, an exact solution where both velocities are zero.
-    fn try_geodesic(&mut self, best: &mut Cheapest) -> Result<()> {
-        let Some((flat, length)) = geodesic(self.problem)? else {
-            return Ok(());
-        };
-        best.at_least = length.map_or(0.0, |length| lower_bound(self.problem, length));
-        if best.is_least() {
-            return Ok(());
-        }
-        let y = self.problem.start_of(&flat);
-        self.consider(best, y, BoundaryStrategy::Geodesic)?;
-        Ok(())
-    }
-
-    /// From other curves with the same data.
-    fn try_curves(&mut self, best: &mut Cheapest) -> Result<()> {
-        for family in CurveFamily::QUICK {
-            let is_affordable = self.problem.unknowns() <= MINIMAL_COST_UNKNOWNS;
-            if family.is_of_least_cost() && (best.is_low() || !is_affordable) {
-                break;
+    /// From the cheapest end of descents.
+    ///
+    /// # Errors
+    /// `DifferentComponents`, `Interrupted`.
+    pub(super) fn by_descents(&mut self) -> Result<Option<Solution>> {
+        let reserve = (1.0 - SHARE) * self.map.left();
+        let (mut rolls, mut ends) = (false, Vec::new());
+        for start in STARTS {
+            let known = least_cost_of(&ends);
+            let is_wanted = match start {
+                Start::Rolling => true,
+                Start::Flat => !rolls || self.problem.speed() <= FAST,
+                Start::Geometric => !rolls,
+                Start::RollingFinely => known.is_infinite(),
+            };
+            if !is_wanted {
+                continue;
             }
-            let Some(start) = family.start(self.problem, self.options.interrupt)? else {
+            let Some(curve) = self.start(start)? else {
                 continue;
             };
-            best.at_most = best.at_most.min(start.cost);
-            self.consider(best, start.y, BoundaryStrategy::Polynomial)?;
+            rolls |= matches!(start, Start::Rolling) && curve.is_unique();
+            ends.extend(match known.is_finite() {
+                false => self.descend(&curve, MAX_STEPS, known, 0.0)?,
+                true => self.descend(&curve, LATER_STEPS, SLACK * known, reserve)?,
+            });
         }
-        Ok(())
+        self.polished(ends)
     }
 
-    /// From the next chain of low cost.
-    fn try_chain(&mut self, best: &mut Cheapest, chains: &mut Chains) -> Result<()> {
-        let attempt = chains.tried;
-        chains.tried += 1;
-        if let Some((y, report)) = self.relaxed(attempt, chains.size, &mut chains.random)? {
-            best.keep(self.cost(&y)?, (y, report));
-        }
-        Ok(())
-    }
-}
-
-/// Chains of one problem, one after the other.
-struct Chains {
-    tried: u32,
-    /// Of the unknowns.
-    size: f64,
-    random: Random,
-}
-
-impl Chains {
-    fn new(start: &[f64]) -> Self {
-        Chains {
-            tried: 0,
-            size: norm(start),
-            random: Random::new(0),
-        }
-    }
-}
-
-/// The cheapest solution so far, and bounds of the least cost.
-struct Cheapest {
-    found: Option<(f64, Solution)>,
-    at_least: f64,
-    at_most: f64,
-    /// Whether two starts have led to different costs.
-    doubtful: bool,
-}
-
-impl Default for Cheapest {
-    fn default() -> Self {
-        Cheapest {
-            found: None,
-            at_least: 0.0,
-            at_most: f64::INFINITY,
-            doubtful: false,
-        }
-    }
-}
-
-impl Cheapest {
-    fn keep(&mut self, cost: f64, solution: Solution) {
-        let differs = |(least, _): &(f64, Solution)| !is_same(cost, *least);
-        self.doubtful |= self.found.as_ref().is_some_and(differs);
-        if self.found.as_ref().is_none_or(|(least, _)| cost < *least) {
-            self.found = Some((cost, solution));
-        }
-    }
-
-    /// Whether no solution costs less, to a percent.
-    fn is_least(&self) -> bool {
-        self.costs_at_most(SLACK * self.at_least)
-    }
-
-    /// Whether no known curve costs less, to a percent.
-    fn is_low(&self) -> bool {
-        self.costs_at_most(SLACK * self.at_most)
-    }
-
-    fn costs_at_most(&self, bound: f64) -> bool {
-        self.found.as_ref().is_some_and(|(cost, _)| *cost <= bound)
-    }
-
-    /// Whether starts at both ends have led to one cost, and no known curve costs less.
-    fn agrees_with(&self, other: &Self) -> bool {
-        let costs = [self, other].map(|best| best.found.as_ref().map(|(cost, _)| *cost));
-        let [Some(here), Some(there)] = costs else {
-            return false;
+    /// From the end of a descent along the cubic of flat space, its knots moved at random after the first attempt.
+    ///
+    /// # Errors
+    /// `DifferentComponents`, `Interrupted`.
+    pub(super) fn by_scattered_descent(
+        &mut self,
+        attempt: u32,
+        random: &mut Random,
+    ) -> Result<Option<Solution>> {
+        let Some(start) = self.start(Start::Flat)? else {
+            return Ok(None);
         };
-        !self.doubtful && !other.doubtful && is_same(here, there) && self.is_low()
+        let Ok(start) = start.scattered(SPREAD * f64::from(attempt), random) else {
+            return Ok(None);
+        };
+        let end = self.descend(&start, MAX_STEPS, f64::INFINITY, 0.0)?;
+        self.polished(end.into_iter().collect())
     }
 
-    fn solution(self) -> Option<Solution> {
-        self.found.map(|(_, solution)| solution)
-    }
-}
-
-/// Whether two costs are those of one solution.
-fn is_same(a: f64, b: f64) -> bool {
-    (a - b).abs() <= (SLACK - 1.0) * a.min(b)
-}
-
-/// Displacement and end velocity along the geodesic between the end points, and its length if it is certainly the shortest;
-/// `None` if no geodesic is found.
-pub(super) fn geodesic(problem: &Problem) -> Result<Option<(FlatData, Option<f64>)>> {
-    let [s1, v1] = problem.end.each_ref().map(|x| x.as_ref());
-    match FlatData::along_geodesic(s1, v1) {
-        Ok((flat, report)) => {
-            let length = report.certainly_shortest.then_some(report.length);
-            Ok(Some((flat, length)))
+    /// `None` where there is no such curve.
+    fn start(&self, start: Start) -> Result<Option<DescentStart>> {
+        let problem = self.problem;
+        let curve = match start {
+            Start::Rolling => DescentStart::rolling(problem, LONGEST_LEG),
+            Start::RollingFinely => DescentStart::rolling(problem, 0.5 * LONGEST_LEG),
+            Start::Flat => match problem.flat()? {
+                Some(flat) => DescentStart::along_flat(problem, &flat),
+                None => return Ok(None),
+            },
+            Start::Geometric => DescentStart::along_geometric(problem),
+        };
+        match curve {
+            Err(error @ Error::Interrupted { .. }) => Err(error),
+            curve => Ok(curve.ok()),
         }
-        Err(error @ Error::Interrupted { .. }) => Err(error),
-        Err(_) => Ok(None),
+    }
+
+    /// By Newton's method from the best end from which it finds a solution; of those that are not at rest only the first is tried.
+    fn polished(&mut self, mut ends: Vec<End>) -> Result<Option<Solution>> {
+        ends.sort_by(|a, b| {
+            let [(a, x), (b, y)] = [a.rank(), b.rank()];
+            a.cmp(&b).then(x.total_cmp(&y))
+        });
+        // What is left is a step or two, whatever was done before.
+        self.map.allow(2.0);
+        let mut solution = None;
+        for mut end in ends {
+            if self.restarted(&mut end.y)? {
+                solution = Some((end.y, self.report(BoundaryStrategy::Descent)));
+            }
+            if solution.is_some() || !end.is_at_rest {
+                break;
+            }
+        }
+        self.map.allow(0.5);
+        Ok(solution)
+    }
+
+    /// Where a descent ends; `None` where that would not be below a cost, and where it would go on when only so much work is left.
+    fn descend(
+        &mut self,
+        start: &DescentStart,
+        max_iterations: usize,
+        below: f64,
+        reserve: f64,
+    ) -> Result<Option<End>> {
+        let (left, work) = (self.map.left() - reserve, Cell::new(0.0));
+        let [r, k] = [self.problem.g.nrows(), self.problem.k];
+        let step = of_products(products_of_step(Frames { r, k }, start.legs()));
+        if self.problem.unknowns() == 0 {
+            return Ok(None);
+        }
+        if FEWEST_STEPS * step > left {
+            self.refuse();
+            return Ok(None);
+        }
+        let (frames, velocities) = start.frames(self.problem);
+        let may_go_on = |products: f64| {
+            work.set(work.get() + of_products(products));
+            work.get() <= left
+        };
+        let options = Options {
+            third_derivative: None,
+            tolerance: TOLERANCE,
+            max_iterations,
+            may_go_on: &may_go_on,
+            interrupt: self.options.interrupt,
+        };
+        let (report, y, cost) = match (r, k) {
+            (3, 1) => {
+                least_cost::<Lanes, _>(FixedFrames::<3, 1>, frames, velocities, below, &options)
+            }
+            (3, 2) => {
+                least_cost::<Lanes, _>(FixedFrames::<3, 2>, frames, velocities, below, &options)
+            }
+            _ => least_cost::<Lanes, _>(Frames { r, k }, frames, velocities, below, &options),
+        }?;
+        self.map.count(work.get());
+        self.account(report);
+        let is_left = report.reason == StopReason::Stagnated && below.is_finite();
+        Ok((cost.is_finite() && !is_left).then_some(End {
+            y,
+            cost,
+            gradient: report.residual,
+            is_at_rest: report.converged,
+        }))
     }
 }
 
-/// The least cost of a curve of at least the given length with the end speeds of a problem.
-fn lower_bound(problem: &Problem, length: f64) -> f64 {
-    let velocity = &problem.velocity;
-    let (first, last) = (velocity.inner(velocity).sqrt(), problem.end_speed());
-    let missing = (length - 0.5 * (first + last)).max(0.0);
-    (last - first).powi(2) + 12.0 * missing.powi(2)
+/// Of ends at rest.
+fn least_cost_of(ends: &[End]) -> f64 {
+    let at_rest = ends.iter().filter(|end| end.is_at_rest);
+    at_rest.fold(f64::INFINITY, |least, end| least.min(end.cost))
 }

@@ -24,6 +24,7 @@ mod conserved;
 mod continuation;
 mod curve_start;
 mod derivative;
+mod descent_start;
 mod enclosure;
 mod end_map;
 mod end_response;

@@ -12,7 +12,6 @@ use super::taylor::Accuracy;
 use crate::curve::span::Span;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
-use crate::manifold::QuasiGeodesic;
 use crate::manifold::stiefel::{POINT_TOLERANCE, Stiefel, TANGENT_TOLERANCE};
 
 /// A boundary value problem, reduced to the span of its data.
@@ -69,13 +68,6 @@ impl Problem {
     /// The larger of the end speeds, in the Frobenius norm.
     pub(super) fn speed(&self) -> f64 {
         self.target.speed
-    }
-
-    /// The end speed in the canonical metric.
-    pub(super) fn end_speed(&self) -> f64 {
-        let [s, v] = &self.end;
-        let along = (s.transpose() * v).squared_norm_l2();
-        (v.squared_norm_l2() - 0.5 * along).max(0.0).sqrt()
     }
 
     /// The cubic of flat space with the given displacement is near the solution: displacement and speeds are at most 2 in the
@@ -136,17 +128,6 @@ impl Problem {
             Err(Error::NoJoiningCurve { .. } | Error::OutsideLogDomain { .. }) => Ok(None),
             other => other.map(Some),
         }
-    }
-
-    /// The quasi-geodesic from the start point to the end point, or to a point beside it that a quasi-geodesic leads to.
-    ///
-    /// # Errors
-    /// Those of [`FlatData::new`].
-    pub(super) fn flat_way(&self) -> Result<QuasiGeodesic> {
-        let [s1, v1] = self.end.each_ref().map(|x| x.as_ref());
-        let flat = FlatData::new(s1, v1)?;
-        let [start, _] = self.initial();
-        QuasiGeodesic::from_velocity(start.as_ref(), flat.displacement.tangent().as_ref())
     }
 
     /// `(x', x'')` of the cubic of flat space, or of none where there is no displacement.

@@ -1,4 +1,4 @@
-//! Curves of low cost from boundary data: a chain of points with velocities, relaxed until its cost falls no further.
+//! Curves of low cost that splines start from: a chain of points with velocities, relaxed until its cost falls no further.
 //!
 //! Between neighbours `(S, V)` and `(S', V')`, a time `h` apart, the cost of the cubic of flat space is a sum of squares,
 //!
@@ -14,16 +14,13 @@
 //! Levenberg (1944), Quart. Appl. Math. 2, 164-168; Marquardt (1963), SIAM J. Appl. Math. 11, 431-441. The discrete cost is our
 //! own.
 
-use faer::{Mat, Scale};
+use faer::Mat;
 
-use super::initial::Horizontal;
 use super::node::{Link, Node, weights};
-use super::problem::{Problem, unpack};
-use super::random::Random;
+use super::problem::unpack;
 use super::reduced::Sized;
-use super::shooting::{SOLVER, Target};
+use super::shooting::SOLVER;
 use super::work::work_of_join;
-use crate::curve::{Curve, GeometricCubic};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::tridiagonal::BlockTridiagonal;
@@ -93,50 +90,6 @@ impl Chain {
 
     pub(crate) fn nodes(&self) -> &[Node] {
         &self.nodes
-    }
-
-    /// Along the adjusted de Casteljau curve, or the quasi-geodesic (to a point beside the end point that none leads to) where
-    /// there is none, each node moved at random by about `spread`.
-    ///
-    /// # Errors
-    /// Where there is neither, or neighbours cannot be joined.
-    pub(super) fn new(
-        problem: &Problem,
-        legs: usize,
-        spread: f64,
-        random: &mut Random,
-    ) -> Result<Self> {
-        let r = problem.end[0].nrows();
-        let identity: Mat<f64> = Mat::identity(r, r);
-        let [start, v0] = problem.initial();
-        let start = start.as_ref();
-        let [s1, v1] = problem.end.each_ref().map(|x| x.as_ref());
-        let at = match GeometricCubic::from_boundary(start, v0.as_ref(), s1, v1) {
-            Ok(curve) => sample(&curve, legs)?,
-            Err(_) => sample(&problem.flat_way()?, legs)?,
-        };
-        let mut nodes = vec![Node::new(&start.to_owned(), v0.clone(), &identity)];
-        let unknowns = problem.unknowns();
-        for (i, (point, velocity)) in at.into_iter().enumerate() {
-            let like = nodes[i].frame().clone();
-            let node = Node::new(&point, velocity, &like);
-            let size = spread / (0.5 * unknowns as f64).sqrt();
-            let change: Vec<f64> = (0..unknowns)
-                .map(|j| {
-                    if j < unknowns / 2 {
-                        size * random.normal()
-                    } else {
-                        0.0
-                    }
-                })
-                .collect();
-            nodes.push(node.moved(&change)?);
-        }
-        let like = nodes[legs - 1].frame().clone();
-        nodes.push(Node::new(&s1.to_owned(), v1.to_owned(), &like));
-        let mut held = vec![Held::Nothing; legs + 1];
-        (held[0], held[legs]) = (Held::All, Held::All);
-        Self::of(nodes, held, vec![1.0 / legs as f64; legs])
     }
 
     /// Lowers the cost until it rests, or more than the given work is done.
@@ -327,42 +280,6 @@ impl Chain {
         let second = entries().map(|(delta, (v, w))| -12.0 * delta + step * 6.0 * (v + w));
         Ok(a.chain(second).collect())
     }
-
-    /// The part of the chain up to a node, as boundary data in a parameter that is 1 there.
-    ///
-    /// Parts of a curve of least cost have no conjugate ends: their problems lead to the whole without a fold.
-    pub(super) fn part(&self, problem: &Problem, count: usize) -> Target {
-        let (share, node) = (self.share(count), &self.nodes[count]);
-        let end = [node.point(), &node.velocity * Scale(share)];
-        Target::new(&scaled(&problem.velocity, share), &end)
-    }
-
-    /// Of the parameter, up to a node.
-    fn share(&self, count: usize) -> f64 {
-        count as f64 / self.legs() as f64
-    }
-}
-
-/// `(x', x'')` in a parameter that runs `ratio` times as slowly.
-pub(super) fn slowed(y: &[f64], ratio: f64) -> Vec<f64> {
-    let (a, second) = y.split_at(y.len() / 2);
-    let a = a.iter().map(|a| a * ratio.powi(2));
-    a.chain(second.iter().map(|x| x * ratio.powi(3))).collect()
-}
-
-fn scaled(x: &Horizontal, factor: f64) -> Horizontal {
-    Horizontal {
-        omega: &x.omega * Scale(factor),
-        normal: &x.normal * Scale(factor),
-    }
-}
-
-/// Points and velocities of a curve between its ends.
-fn sample(curve: &impl Curve, legs: usize) -> Result<Vec<(Mat<f64>, Mat<f64>)>> {
-    let times = (1..legs).map(|i| i as f64 / legs as f64);
-    times
-        .map(|t| Ok((curve.point(t)?, curve.derivative(t, 1)?)))
-        .collect()
 }
 
 /// The cost of a chain.

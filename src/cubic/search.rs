@@ -9,12 +9,12 @@ use super::continuation::{MAX_STEPS, Next, norm};
 use super::curve_start::CurveFamily;
 use super::guess::FlatData;
 use super::homotopy::Homotopy;
-use super::low_cost::geodesic;
 use super::problem::Problem;
 use super::random::Random;
 use super::riemannian_cubic::RiemannianCubic;
 use super::shooting::SOLVER;
 use super::solver::{Solution, Solver};
+use super::taylor::Accuracy;
 use crate::curve::Curve;
 use crate::error::{Error, Result};
 
@@ -43,7 +43,7 @@ const SEARCH_WORK: f64 = 4.0;
 pub struct SearchOptions<'a> {
     /// How each of them is solved for.
     pub boundary: BoundaryOptions<'a>,
-    /// Random starts of Newton's method, and as many relaxed chains and random families that are followed.
+    /// Random starts of Newton's method, and as many descents and random families that are followed.
     pub starts: u32,
     /// Of the random numbers: the same seed finds the same solutions.
     pub seed: u64,
@@ -69,7 +69,7 @@ impl RiemannianCubic {
     ///
     /// The starts are those of [`from_boundary`](Self::from_boundary), flat cubics along quasi-geodesics that make a full turn
     /// more in one principal direction, geometric and geodesic polynomials with the same data, those of least cost among them,
-    /// chains of points relaxed to low cost, and random initial data; families of easier data are followed through
+    /// descents from knots that are moved at random, and random initial data; families of easier data are followed through
     /// every solution they pass. There may be others: on the sphere there are infinitely many.
     ///
     /// # Errors
@@ -162,11 +162,14 @@ fn search(
             found.add((y, solver.report(BoundaryStrategy::Direct)));
         }
     }
-    if let Some((flat, _)) = geodesic(problem)? {
+    if let Some(flat) = geodesic(problem)? {
         let mut y = problem.start_of(&flat);
         if solver.restarted(&mut y)? {
             found.add((y, solver.report(BoundaryStrategy::Geodesic)));
         }
+    }
+    if let Some(solution) = solver.by_descents()? {
+        found.add(solution);
     }
     search_at_other_end(problem, solver, found)?;
     let size = norm(start);
@@ -174,10 +177,10 @@ fn search(
         let Some(curve) = family.start(problem, options.boundary.interrupt)? else {
             continue;
         };
-        let mut y = curve.y.clone();
+        let mut y = curve.clone();
         let solution = match solver.restarted(&mut y)? {
             true => Some(y),
-            false => solver.moved(&curve.y, norm(&curve.y))?,
+            false => solver.moved(&curve, norm(&curve))?,
         };
         if let Some(y) = solution {
             found.add((y, solver.report(BoundaryStrategy::Polynomial)));
@@ -187,7 +190,7 @@ fn search(
         if solver.map.exhausted() {
             break;
         }
-        if let Some(solution) = solver.relaxed(attempt, size, &mut random)? {
+        if let Some(solution) = solver.by_scattered_descent(attempt, &mut random)? {
             found.add(solution);
         }
     }
@@ -231,6 +234,16 @@ fn search(
     Ok(())
 }
 
+/// Share of the limit of work for the reversed problem.
+const SHARE: f64 = 0.82;
+
+/// The start of a solution of the problem of a solver, run backwards.
+fn reversed(solver: &mut Solver<'_>, y: &[f64]) -> Result<Vec<f64>> {
+    solver.map.set_target(&solver.problem.target);
+    let [.., a, second] = solver.map.end(y, Accuracy::FULL)?;
+    Ok(solver.problem.reversed_start(&a, &second))
+}
+
 /// From the starts of the reversed problem.
 fn search_at_other_end(
     problem: &Problem,
@@ -238,14 +251,15 @@ fn search_at_other_end(
     found: &mut Found,
 ) -> Result<()> {
     let back = problem.reversed();
-    let along_geodesic = geodesic(&back)?.map(|(flat, _)| flat);
-    let mut there = solver.at_other_end(&back);
+    let along_geodesic = geodesic(&back)?;
+    let mut there = Solver::new(&back, solver.options);
+    there.map.allow(SHARE);
     for flat in [back.flat()?, along_geodesic].into_iter().flatten() {
         let mut y = back.start_of(&flat);
         if !there.restarted(&mut y)? {
             continue;
         }
-        let mut y = there.reversed(&y)?;
+        let mut y = reversed(&mut there, &y)?;
         if solver.restarted(&mut y)? {
             found.add((y, solver.report(BoundaryStrategy::Reversed)));
         }
@@ -272,4 +286,14 @@ fn follow(
         found.add((y, solver.report(strategy)));
     }
     Ok(())
+}
+
+/// Displacement and end velocity along the geodesic between the end points; `None` if no geodesic is found.
+fn geodesic(problem: &Problem) -> Result<Option<FlatData>> {
+    let [s1, v1] = problem.end.each_ref().map(|x| x.as_ref());
+    match FlatData::along_geodesic(s1, v1) {
+        Ok((flat, _)) => Ok(Some(flat)),
+        Err(error @ Error::Interrupted { .. }) => Err(error),
+        Err(_) => Ok(None),
+    }
 }

@@ -146,6 +146,8 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
     ) -> Result<SolverReport> {
         let mut accuracy = Accuracy::of_tolerance(ACCURACY_SHARE);
         let mut found = self.residual(y, accuracy)?;
+        // How accurately that is known.
+        let mut known = accuracy;
         let mut updates = Updates::default();
         let (mut iterations, mut reached) = (0, tolerance);
         let reason = loop {
@@ -153,7 +155,7 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
                 if accuracy.truncation <= Accuracy::FULL.truncation {
                     break StopReason::Converged;
                 }
-                accuracy = Accuracy::FULL;
+                (accuracy, known) = (Accuracy::FULL, Accuracy::FULL);
                 found = self.residual(y, accuracy)?;
                 continue;
             }
@@ -167,7 +169,7 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
             if y.len() > FEW {
                 accuracy = Accuracy::of_tolerance(LINEAR_SHARE * found.distance);
                 if let Some(nearer) = self.broyden_step(y, &found, accuracy, &mut updates)? {
-                    found = nearer;
+                    (found, known) = (nearer, accuracy);
                     continue;
                 }
                 updates.clear();
@@ -179,6 +181,12 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
             let next = found.distance.powi(4);
             accuracy = accuracy.finer(Accuracy::of_tolerance(ACCURACY_SHARE * next.min(1.0)));
             let Some((accepted, nearer)) = self.descend(y, &step, accuracy, found.distance)? else {
+                if known.truncation > Accuracy::FULL.truncation {
+                    // A rough residual may be small by chance.
+                    (accuracy, known) = (Accuracy::FULL, Accuracy::FULL);
+                    found = self.residual(y, accuracy)?;
+                    continue;
+                }
                 if found.distance < ROUND_OFF && found.distance <= self.noise(y, &found)? {
                     reached = found.distance;
                     break StopReason::Converged;
@@ -186,7 +194,7 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
                 break StopReason::Stagnated;
             };
             y.copy_from_slice(&accepted);
-            found = nearer;
+            (found, known) = (nearer, accuracy);
         };
         Ok(SolverReport {
             converged: reason == StopReason::Converged,

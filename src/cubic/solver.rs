@@ -1,5 +1,5 @@
 //! Strategies for boundary value problems of Riemannian cubics: Newton's method from several starts, continuation from easier
-//! problems, chains of low cost; what each of them took.
+//! problems, descents; what each of them took.
 
 use faer::Mat;
 
@@ -9,7 +9,6 @@ use super::end_map::EndMap;
 use super::homotopy::Homotopy;
 use super::problem::{Problem, unpack};
 use super::random::Random;
-use super::relaxation::{CHAIN_UNKNOWNS, Chain, slowed};
 use super::shooting::ROUND_OFF;
 use super::taylor::Accuracy;
 use crate::error::{Error, Result};
@@ -18,14 +17,8 @@ use crate::report::{SolverReport, StopReason};
 /// Steps after which a start counts as bad; from good ones Newton's method takes at most 6, Broyden's up to 12.
 const DIRECT_STEPS: usize = 12;
 
-/// Steps of the first continuation: where it takes more it has met a fold.
-const FIRST_STEPS: usize = 40;
-
 /// Newton steps from where a continuation arrives.
 const POLISH_STEPS: usize = 16;
-
-/// Random attempts of each kind.
-const ATTEMPTS: u32 = 16;
 
 /// How far the random initial data are from those of flat space, relative to their size; one after the other.
 const SPREADS: [f64; 4] = [0.3, 0.6, 1.0, 1.5];
@@ -38,12 +31,6 @@ const ACCURACY: f64 = 1e-9;
 
 /// Below this, Newton's method is on its way.
 const NEAR: f64 = 0.1;
-
-/// How far the nodes of a chain are moved at random, more and more.
-const CHAIN_SPREAD: f64 = 0.5;
-
-/// Legs of chains, one after the other.
-const CHAIN_LEGS: [usize; 2] = [16, 40];
 
 /// Round-off at the end of a fast curve, relative to its length.
 const ROUND_OFF_SHARE: f64 = 32.0 * f64::EPSILON;
@@ -96,49 +83,35 @@ impl<'a> Solver<'a> {
         if let Some(y) = self.moved(start, norm(start))? {
             return Ok(Some((y, self.report(BoundaryStrategy::Moving))));
         }
-        self.anywhere(start)
+        self.by_descents()
     }
 
     /// Whether the caller wanted no more steps than those from the first start.
     pub(super) fn is_out_of_steps(&self) -> bool {
-        let limited = self.options.max_iterations <= DIRECT_STEPS;
-        limited && self.nearest.1 == StopReason::MaxIterations
+        self.has_few_steps() && self.nearest.1 == StopReason::MaxIterations
+    }
+
+    /// Whether the caller wants no more steps than a good start takes.
+    pub(super) fn has_few_steps(&self) -> bool {
+        self.options.max_iterations <= DIRECT_STEPS
+    }
+
+    /// Says that the limit of work is the reason, where no curve was near the end.
+    pub(super) fn refuse(&mut self) {
+        if self.nearest.0.is_infinite() {
+            self.nearest.1 = StopReason::WorkLimit;
+        }
+    }
+
+    /// Counts a descent.
+    pub(super) fn account(&mut self, report: SolverReport) {
+        self.starts += 1;
+        self.newton_steps += report.iterations;
     }
 
     /// Whether a start has led to a curve that meets its end as nearly as round-off allows, and not as nearly as is wanted.
     pub(super) fn has_met_round_off(&self) -> bool {
         self.nearest.0 < ROUND_OFF
-    }
-
-    /// Some solution; none where all strategies fail.
-    pub(super) fn anywhere(&mut self, start: &[f64]) -> Result<Option<Solution>> {
-        let size = norm(start);
-        if let Ok(homotopy) = Homotopy::growing(self.problem) {
-            let rest = vec![0.0; start.len()];
-            if let Some(y) = self.follow_to_first(&homotopy, &rest, size, FIRST_STEPS)? {
-                return Ok(Some((y, self.report(BoundaryStrategy::Growing))));
-            }
-        }
-        let mut random = Random::new(0);
-        for attempt in 0..ATTEMPTS {
-            if self.map.exhausted() {
-                break;
-            }
-            if let Some(found) = self.relaxed(attempt, size, &mut random)? {
-                return Ok(Some(found));
-            }
-            let mut y = self.scattered(start, attempt, &mut random);
-            if self.restarted(&mut y)? {
-                return Ok(Some((y, self.report(BoundaryStrategy::Restart))));
-            }
-            if attempt % 2 == 1
-                && let Some((homotopy, from)) = self.detour(start, attempt, &mut random)?
-                && let Some(y) = self.follow_to_first(&homotopy, &from, size, MAX_STEPS)?
-            {
-                return Ok(Some((y, self.report(BoundaryStrategy::Detour))));
-            }
-        }
-        Ok(None)
     }
 
     /// Takes over what another solver of these data has to account for.
@@ -152,11 +125,6 @@ impl<'a> Solver<'a> {
         }
     }
 
-    /// Of the curve from `y`.
-    pub(super) fn cost(&self, y: &[f64]) -> Result<f64> {
-        Ok(self.problem.path(y, self.options.interrupt)?.cost(0.0, 1.0))
-    }
-
     /// Newton from a start, in place; longer where it is on its way.
     fn persistent(&mut self, y: &mut [f64]) -> Result<bool> {
         let most = self.options.max_iterations;
@@ -168,42 +136,6 @@ impl<'a> Solver<'a> {
             return Ok(report.converged);
         }
         Ok(self.newton(y, most - first)?.converged)
-    }
-
-    /// From a chain of low cost: Newton for longer and longer parts of it, then for the whole.
-    pub(super) fn relaxed(
-        &mut self,
-        attempt: u32,
-        size: f64,
-        random: &mut Random,
-    ) -> Result<Option<Solution>> {
-        // A finer chain is nearer to its cubic; a moved one may relax to another.
-        let fineness = attempt as usize % CHAIN_LEGS.len();
-        let spread = CHAIN_SPREAD * f64::from(attempt / CHAIN_LEGS.len() as u32);
-        if self.problem.unknowns() > CHAIN_UNKNOWNS {
-            return Ok(None);
-        }
-        let Ok(mut chain) = Chain::new(self.problem, CHAIN_LEGS[fineness], spread, random) else {
-            return Ok(None);
-        };
-        chain.relax(self.map.left(), self.options.interrupt)?;
-        self.map.count(chain.work());
-        let Ok(mut y) = chain.start(0) else {
-            return Ok(None);
-        };
-        for count in 1..chain.legs() {
-            self.map.set_target(&chain.part(self.problem, count));
-            if !self.approximate(&mut y)? {
-                return Ok(None);
-            }
-            y = slowed(&y, (count + 1) as f64 / count as f64);
-        }
-        let near = y.clone();
-        if self.restarted(&mut y)? {
-            return Ok(Some((y, self.report(BoundaryStrategy::Relaxation))));
-        }
-        let found = self.moved(&near, size)?;
-        Ok(found.map(|y| (y, self.report(BoundaryStrategy::Relaxation))))
     }
 
     /// Newton from `y` for the data that are set, in place; whether it comes near.

@@ -86,20 +86,6 @@ fn squares<C: Curve + ?Sized>(
     ])
 }
 
-/// The cost of a curve on `[0, 1]` from one Gauss-Legendre rule: good enough to compare.
-pub(crate) fn rough_squared_acceleration<C: Curve>(curve: &C, points: usize) -> Result<f64> {
-    let r = curve.frame().map_or(curve.n(), |frame| frame.ncols());
-    let manifold = Stiefel::new(r.max(curve.k()), curve.k())?;
-    let (mut work, mut jet) = (curve.workspace(), Jet::zeros(r, curve.k()));
-    let (nodes, weights) = gauss_legendre(points);
-    let mut sum = 0.0;
-    for (x, w) in nodes.iter().zip(&weights) {
-        let [covariant, _] = squares(curve, &manifold, 0.5 + 0.5 * x, &mut work, &mut jet)?;
-        sum += 0.5 * w * covariant;
-    }
-    Ok(sum)
-}
-
 /// Nodes, in decreasing order, and weights on `[-1, 1]`: roots of the Legendre polynomial by Newton's method.
 pub(crate) fn gauss_legendre(points: usize) -> (Vec<f64>, Vec<f64>) {
     let n = points as f64;

@@ -187,10 +187,9 @@ impl PyRiemannianCubic {
     /// Notes
     /// -----
     /// Cubics with given ends are stationary, not unique. Newton's method, with exact derivatives of the flow, starts from the
-    /// cubic of flat space. If displacement and speeds are at most 2, its solution is returned. Otherwise (and without a
-    /// guess) it is compared with the solutions to which other starts lead: the geodesic, the reversed data, geometric and
-    /// geodesic polynomials, a chain of points relaxed to low cost. The cheapest is returned, so that running the data
-    /// backwards gives the same curve. Compare solutions by :meth:`Curve.cost`.
+    /// cubic of flat space, or from the guess. If displacement and speeds are at most 2, its solution is returned. Otherwise (and
+    /// without a guess) a chain of cubics descends to a curve of least cost, from a curve that rolls evenly from one velocity to
+    /// the other and from the cubic of flat space; the cheaper one is returned. Compare solutions by :meth:`Curve.cost`.
     ///
     /// A problem is given up after the work of about two seconds. Ctrl-C ends the search at once.
     #[staticmethod]

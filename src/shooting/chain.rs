@@ -223,7 +223,7 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
         velocities.copy_from_slice(&self.velocities);
         for (i, bend) in bends.chunks_exact_mut(2 * d).enumerate() {
             let (leg, lane) = (self.leg(i), i % T::COUNT);
-            let vectors = leg.accelerations[0].iter().chain(&*leg.third);
+            let vectors = leg.accelerations[0].iter().chain(&*leg.thirds[0]);
             for (bend, x) in bend.iter_mut().zip(vectors) {
                 *bend = x.lane(lane);
             }

@@ -25,7 +25,7 @@ pub(super) struct CondensedLeg<'a, T> {
 /// Buffers that legs share.
 #[derive(Clone)]
 pub(super) struct Condensing<T> {
-    variation: Variation<T>,
+    variation: Variation<2, T>,
     conditions: Vec<T>,
     acceleration: Vec<T>,
 }
@@ -79,14 +79,13 @@ impl<'a, T: Field> CondensedLeg<'a, T> {
         scratch.series.set_frames(space, terms + 3);
         variation.set(space, &scratch.series, terms);
         let Variation {
-            x: [first, last],
-            slope,
+            ends: [[first, last], slope],
             eta,
             ..
         } = variation;
         // The frame that is reached turns by the part of eta in h.
-        space.add_turning(leg.last, eta, wide, last);
-        space.add_turning(leg.reached_acceleration, eta, wide, &mut slope[1]);
+        space.add_turning(leg.reached[0], eta, wide, last);
+        space.add_turning(leg.reached[1], eta, wide, &mut slope[1]);
         for row in 0..d {
             for column in 0..wide {
                 let at = row * wide + column;

@@ -7,8 +7,8 @@ use crate::space::{Homogeneous, orthonormalise};
 
 /// A leg, or eight of them, in the time in which it takes one.
 ///
-/// Frames are relative to that of the knot where the leg starts, matrices row by row; vectors at the end are coordinates in the
-/// frame that has been reached, but for `last_velocity` and the last acceleration, in the frame of the next knot.
+/// Frames are relative to that of the knot where the leg starts, matrices row by row; vectors are
+/// coordinates in the frame of the knot at that end, but for those that say otherwise.
 pub(super) struct Leg<'a, T> {
     /// The next knot's frame.
     pub(super) target: &'a mut [T],
@@ -21,11 +21,10 @@ pub(super) struct Leg<'a, T> {
     /// Of its series, and the terms that have shown to be needed beyond what its speed says.
     pub(super) order: usize,
     pub(super) more: usize,
-    /// `x'` at both ends, `x''` at the first one, and what `x` is at the last one.
+    /// `x'` and `x''` at both ends, and `x, x', x''` at the last one in the frame that has been reached.
     pub(super) accelerations: [&'a mut [T]; 2],
-    pub(super) third: &'a mut [T],
-    pub(super) last: &'a mut [T],
-    pub(super) reached_acceleration: &'a mut [T],
+    pub(super) thirds: [&'a mut [T]; 2],
+    pub(super) reached: [&'a mut [T]; 3],
     /// The isometry between the frame that was reached and that of the next knot.
     pub(super) holonomy: &'a mut [T],
 }
@@ -69,7 +68,7 @@ impl<T: Field> Scratch<T> {
 impl<'a, T: Field> Leg<'a, T> {
     /// How many numbers it has.
     pub(super) fn len(space: impl Homogeneous) -> usize {
-        13 * space.dim() + 2 * space.size() * space.size()
+        15 * space.dim() + 2 * space.size() * space.size()
     }
 
     pub(super) fn new(space: impl Homogeneous, room: &mut Room<'a, T>) -> Self {
@@ -88,9 +87,8 @@ impl<'a, T: Field> Leg<'a, T> {
                 tail: f64::INFINITY,
             },
             accelerations: std::array::from_fn(|_| room.take(d)),
-            third: room.take(d),
-            last: room.take(d),
-            reached_acceleration: room.take(d),
+            thirds: std::array::from_fn(|_| room.take(d)),
+            reached: std::array::from_fn(|_| room.take(d)),
             holonomy: room.take(square),
         }
     }
@@ -129,16 +127,18 @@ impl<'a, T: Field> Leg<'a, T> {
         );
         let [first, last] = &mut self.residual.velocities;
         series.at_ends(d, order + 3, 0, [first, last]);
-        self.last.copy_from_slice(last);
+        self.reached[0].copy_from_slice(last);
         space.turn_back_into(self.holonomy, self.last_velocity, wanted);
         for p in 0..d {
             first[p] -= self.velocity[p];
             last[p] -= wanted[p];
         }
-        let [first, last] = &mut self.accelerations;
-        series.at_ends(d, order + 3, 1, [first, self.reached_acceleration]);
-        space.turn_into(self.holonomy, self.reached_acceleration, last);
-        series.at_ends(d, order + 3, 2, [self.third, wanted]);
+        let vectors = [&mut self.accelerations, &mut self.thirds];
+        for (derivative, [first, last]) in (1..3).zip(vectors) {
+            let reached = &mut *self.reached[derivative];
+            series.at_ends(d, order + 3, derivative, [first, reached]);
+            space.turn_into(self.holonomy, reached, last);
+        }
         self.residual.tail = series.tail(space, order);
         let Residual {
             velocities: [first, last],

@@ -11,23 +11,33 @@
 //! be continuous. The derivative is that of the first few terms of the series: it costs less than the series itself, and a step
 //! with it leaves a hundredth or less of what was left. The series is the curve: nothing is integrated afterwards.
 //!
+//! With free inner knots the same legs make up one cubic: a descent lowers the cost as a function of the knots, by damped Newton steps
+//! ([`least_cost`]).
+//!
 //! # Source
 //! Ascher, Mattheij, Russell (1995), "Numerical Solution of Boundary Value Problems for Ordinary Differential Equations", sec. 4.3
 //! (multiple shooting), 7.2 (condensation); Jorba, Zou (2005), Experimental Mathematics 14, 99-117 (Taylor series).
 
 mod chain;
 mod condensed_leg;
+mod descent;
+mod free_chain;
 mod leg;
 mod newton;
 mod newton_step;
 mod orders;
 mod room;
+mod second_derivative;
 mod series;
 mod solve;
 mod solved;
+mod stiffness;
 mod variation;
 
 #[cfg(test)]
+mod descent_tests;
+#[cfg(test)]
 mod tests;
 
-pub(crate) use solve::solve;
+pub(crate) use free_chain::products_of_step;
+pub(crate) use solve::{least_cost, solve};

@@ -1,7 +1,7 @@
 //! Taylor series of a leg about its middle.
 
 use crate::linalg::field::{Field, larger, largest, transposed_multiply};
-use crate::space::{Homogeneous, skew_commutator_entry};
+use crate::space::Homogeneous;
 
 /// Coefficients of `x` and of the frame `g` in powers of `s`, the time from the middle of the leg.
 #[derive(Clone)]
@@ -71,7 +71,7 @@ impl<T: Field> Series<T> {
                     |p, i, j| {
                         let mut sum = T::ZERO;
                         for (late, early) in pairs.clone() {
-                            sum += skew_commutator_entry(space.size(), late, early, [i, j]);
+                            sum += space.commutator_entry(late, early, [i, j]);
                         }
                         next[p] = sum;
                     },

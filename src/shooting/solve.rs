@@ -1,6 +1,7 @@
 //! Solving a chain: with short series first, then with as many terms as the curves need.
 
 use super::chain::{Chain, Group};
+use super::free_chain::FreeChain;
 use super::orders::{MOST, Orders};
 use super::solved::Solved;
 use crate::error::Result;
@@ -41,4 +42,31 @@ where
     chain.step_blindly();
     let curves = Solved::new(space, knots.lengths.len(), &chain.groups);
     Ok((progress.report(reason), Some(Box::new(curves))))
+}
+
+/// The curve of least cost that a descent reaches from frames, shape `(r, r)` row by row, and velocities at knots that follow one
+/// another at equal times in `[0, 1]`, in the time of a leg: `x'` and `x''` at the start, and `int |x'|^2`.
+///
+/// The first and the last knot stay. A descent that would end at a cost above `below` may be left.
+///
+/// # Errors
+/// `Interrupted`.
+pub(crate) fn least_cost<T, S>(
+    space: S,
+    frames: Vec<f64>,
+    velocities: Vec<f64>,
+    below: f64,
+    options: &Options<'_>,
+) -> Result<(SolverReport, Vec<f64>, f64)>
+where
+    T: Field + Send + Sync,
+    S: Homogeneous,
+{
+    let legs = velocities.len() / space.dim() - 1;
+    let mut room = vec![T::ZERO; FreeChain::<T, S>::len(space, legs)];
+    let mut chain = FreeChain::<T, S>::new(space, frames, velocities, &mut room);
+    let mut progress = Progress::new(options.tolerance);
+    let reason = chain.descend(&mut progress, below, options)?;
+    let (start, cost) = chain.at_start();
+    Ok((progress.report(reason), start, cost))
 }

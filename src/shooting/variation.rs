@@ -18,10 +18,9 @@ const NODES: [(f64, f64); 4] = [
 
 /// Changes at the ends by those of `x, x', x''` in the middle, `3 d` columns each, row by row.
 #[derive(Clone)]
-pub(super) struct Variation<T> {
-    /// Of `x` and `x'` at the first and the last end, shape `(d, 3 d)`.
-    pub(super) x: [Vec<T>; 2],
-    pub(super) slope: [Vec<T>; 2],
+pub(super) struct Variation<const N: usize, T> {
+    /// Of `x` and of its derivatives at the first and the last end, shape `(d, 3 d)`.
+    pub(super) ends: [[Vec<T>; 2]; N],
     /// Of the frame at the last end relative to that at the first, `g eta`: coordinates of `m` before those of `h`.
     pub(super) eta: Vec<T>,
     /// Coefficients of the change of `x` for one column, as vectors and as matrices.
@@ -33,7 +32,7 @@ pub(super) struct Variation<T> {
     work: Vec<T>,
 }
 
-impl<T: Field> Variation<T> {
+impl<const N: usize, T: Field> Variation<N, T> {
     /// Room for `terms + 3` coefficients.
     pub(super) fn new(space: impl Homogeneous, terms: usize) -> Self {
         let (d, h, square) = (
@@ -44,8 +43,7 @@ impl<T: Field> Variation<T> {
         let zeros = |count: usize| vec![T::ZERO; count];
         let wide = || std::array::from_fn(|_| zeros(3 * d * d));
         Variation {
-            x: wide(),
-            slope: wide(),
+            ends: std::array::from_fn(|_| wide()),
             eta: zeros((d + h) * 3 * d),
             terms: zeros((terms + 3) * d),
             matrices: zeros((terms + 3) * square),
@@ -67,7 +65,7 @@ impl<T: Field> Variation<T> {
             let (first, rest) = self.work.split_at_mut(d);
             let (last, rest) = rest.split_at_mut(d);
             let at_node = &mut rest[..d];
-            for (derivative, out) in [&mut self.x, &mut self.slope].into_iter().enumerate() {
+            for (derivative, out) in self.ends.iter_mut().enumerate() {
                 at_ends(&self.terms, d, derivative, [first, last]);
                 for (out, ends) in out.iter_mut().zip([&*first, &*last]) {
                     for p in 0..d {

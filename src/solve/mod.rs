@@ -1,4 +1,5 @@
 //! Linear and nonlinear systems: knows no geometry.
 
+pub(crate) mod block_cholesky;
 pub(crate) mod block_tridiagonal;
 pub(crate) mod tridiagonal;

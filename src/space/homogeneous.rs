@@ -40,6 +40,12 @@ pub(crate) trait Homogeneous: Copy + Send + Sync {
     /// The blocks of `H` of an element `u` of `G`: an element of `H` up to the square of the distance of `u` from `H`.
     fn isotropy_part_into<T: Field>(self, u: &[T], out: &mut [T]);
 
+    /// How many entries of a row of an element of `m` may differ from zero: so many first ones.
+    fn row_len(self, row: usize) -> usize;
+
+    /// `out -= [z, x]`, for `z` in `h` by its coordinates and the skew matrix of `x` in `m`.
+    fn subtract_action<T: Number>(self, z: &[T], x: &[T], out: &mut [T]);
+
     /// The skew matrix with the given coordinates of `m`.
     #[inline(always)]
     fn matrix_into<T: Number>(self, x: &[T], out: &mut [T]) {
@@ -54,50 +60,35 @@ pub(crate) trait Homogeneous: Copy + Send + Sync {
         );
     }
 
+    /// Entry `(i, j)` of `x y - y x` for the skew matrices of two elements of `m`.
+    #[inline(always)]
+    fn commutator_entry<T: Number>(self, x: &[T], y: &[T], [i, j]: [usize; 2]) -> T {
+        let (r, inner) = (self.size(), self.row_len(i).min(self.row_len(j)));
+        let mut sum = T::ZERO;
+        for l in 0..inner {
+            if l != i && l != j {
+                sum += x[i * r + l] * y[l * r + j];
+                sum -= y[i * r + l] * x[l * r + j];
+            }
+        }
+        sum
+    }
+
     /// `out += factor [x, y]_m`, for two skew matrices, in coordinates.
     #[inline(always)]
     fn add_bracket<T: Number>(self, x: &[T], y: &[T], factor: f64, out: &mut [T]) {
-        let r = self.size();
         self.each_entry(
             #[inline(always)]
-            |p, i, j| out[p] += skew_commutator_entry(r, x, y, [i, j]) * factor,
+            |p, i, j| out[p] += self.commutator_entry(x, y, [i, j]) * factor,
         );
     }
 
     /// `out += factor [x, y]_h`.
     #[inline(always)]
     fn add_isotropy_bracket<T: Number>(self, x: &[T], y: &[T], factor: f64, out: &mut [T]) {
-        let r = self.size();
         self.each_isotropy_entry(
             #[inline(always)]
-            |p, i, j| out[p] += skew_commutator_entry(r, x, y, [i, j]) * factor,
-        );
-    }
-
-    /// `out -= [z, x]`, for `z` in `h` by its coordinates and the skew matrix of `x` in `m`.
-    #[inline(always)]
-    fn subtract_action<T: Number>(self, z: &[T], x: &[T], out: &mut [T]) {
-        // [z, x] = z x - (z x)^T for skew matrices, with z = z_q (E_uv - E_vu).
-        let r = self.size();
-        self.each_entry(
-            #[inline(always)]
-            |p, i, j| {
-                self.each_isotropy_entry(
-                    #[inline(always)]
-                    |q, u, v| {
-                        if i == u {
-                            out[p] -= z[q] * x[v * r + j];
-                        } else if i == v {
-                            out[p] += z[q] * x[u * r + j];
-                        }
-                        if j == u {
-                            out[p] += z[q] * x[v * r + i];
-                        } else if j == v {
-                            out[p] -= z[q] * x[u * r + i];
-                        }
-                    },
-                );
-            },
+            |p, i, j| out[p] += self.commutator_entry(x, y, [i, j]) * factor,
         );
     }
 
@@ -183,24 +174,6 @@ pub(crate) trait Homogeneous: Copy + Send + Sync {
             self.subtract_action(isotropy, matrix, out);
         }
     }
-}
-
-/// Entry `(i, j)` of `x y - y x` for skew matrices, whose diagonals are zero.
-#[inline(always)]
-pub(crate) fn skew_commutator_entry<T: Number>(
-    r: usize,
-    x: &[T],
-    y: &[T],
-    [i, j]: [usize; 2],
-) -> T {
-    let mut sum = T::ZERO;
-    for l in 0..r {
-        if l != i && l != j {
-            sum += x[i * r + l] * y[l * r + j];
-            sum -= y[i * r + l] * x[l * r + j];
-        }
-    }
-    sum
 }
 
 /// Entry `(i, j)` of `Ad_u (E_ab - E_ba)`.

@@ -3,5 +3,5 @@
 mod homogeneous;
 mod stiefel;
 
-pub(crate) use homogeneous::{Homogeneous, orthonormalise, skew_commutator_entry};
+pub(crate) use homogeneous::{Homogeneous, orthonormalise};
 pub(crate) use stiefel::{FixedFrames, Frames};

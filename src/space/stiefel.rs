@@ -76,6 +76,28 @@ macro_rules! homogeneous {
         }
 
         #[inline(always)]
+        fn row_len(self, row: usize) -> usize {
+            let [r, k] = self.shape();
+            if row < k { r } else { k }
+        }
+
+        #[inline(always)]
+        fn subtract_action<T: Number>(self, z: &[T], x: &[T], out: &mut [T]) {
+            // [z, x] has the lower left block `z b`.
+            let [r, k] = self.shape();
+            let b = &mut out[k * k.saturating_sub(1) / 2..];
+            self.each_isotropy_entry(
+                #[inline(always)]
+                |p, i, j| {
+                    for c in 0..k {
+                        b[c * (r - k) + i - k] -= z[p] * x[j * r + c];
+                        b[c * (r - k) + j - k] += z[p] * x[i * r + c];
+                    }
+                },
+            );
+        }
+
+        #[inline(always)]
         fn isotropy_part_into<T: Field>(self, u: &[T], out: &mut [T]) {
             let [r, k] = self.shape();
             for i in 0..r {
@@ -119,6 +141,9 @@ impl<const R: usize, const K: usize> Homogeneous for FixedFrames<R, K> {
 fn turn<T: Number, const BACK: bool>([r, k]: [usize; 2], q: &[T], x: &[T], out: &mut [T]) {
     let (first, rows) = (k * k.saturating_sub(1) / 2, r - k);
     out[..first].copy_from_slice(&x[..first]);
+    if rows == 0 {
+        return;
+    }
     let columns = out[first..][..rows * k].chunks_exact_mut(rows);
     for (out, x) in columns.zip(x[first..].chunks_exact(rows)) {
         for (i, out) in out.iter_mut().enumerate() {

@@ -27,6 +27,16 @@ impl Data {
         Data { s0, v0, s1, v1 }
     }
 
+    /// The data of the curves run backwards.
+    pub fn reversed(&self) -> Self {
+        Data {
+            s0: self.s1.clone(),
+            v0: -&self.v1,
+            s1: self.s0.clone(),
+            v1: -&self.v0,
+        }
+    }
+
     pub fn map(&self, f: impl Fn(&Mat<f64>) -> Mat<f64>) -> Self {
         Data {
             s0: f(&self.s0),

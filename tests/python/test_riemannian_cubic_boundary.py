@@ -377,7 +377,7 @@ def test_derivatives_agree_with_differences(shape):
 
 
 def test_hard_problems_that_no_quick_start_solves():
-    """Two of `make boundary` on St(10, 3), from both ends: with equal work for both ends they were given up."""
+    """Two of `make boundary` on St(10, 3), from both ends: continuation and single shooting gave them up."""
     M, family = Stiefel(10, 3), boundary_problems.FAMILIES[1]
     rng = np.random.default_rng([20240419, M.n, M.k, int(family.speed)])
     drawn = [boundary_problems.problem(M, family, rng) for _ in range(178)]

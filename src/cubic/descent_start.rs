@@ -1,0 +1,180 @@
+//! Where a descent starts: points and velocities at equal times, along a curve that need not be a cubic.
+
+use faer::{Mat, MatRef, Scale};
+
+use super::guess::{FlatData, carry, turned};
+use super::initial::{Horizontal, complete};
+use super::problem::{Problem, pack};
+use super::random::Random;
+use crate::curve::{Curve, GeometricCubic};
+use crate::error::{Error, Result};
+use crate::linalg::{orthogonal_log, skew_exp};
+use crate::manifold::QuasiGeodesic;
+use crate::manifold::quasi_geodesic::EndpointProblem;
+
+/// Legs at least: one for each lane.
+const LEGS: usize = 8;
+
+/// Legs at most, and the length of a leg at most, in radians.
+const MOST_LEGS: usize = 1024;
+pub(super) const LONGEST_LEG: f64 = 2.0;
+
+/// Points and velocities at equal times, the first and the last ones those of the problem.
+pub(super) struct DescentStart {
+    knots: Vec<[Mat<f64>; 2]>,
+    is_unique: bool,
+}
+
+impl DescentStart {
+    /// Along the cubic `c` of flat space with a displacement and end velocities: the end points of the quasi-geodesics with the
+    /// initial velocities `c(t)`.
+    ///
+    /// # Errors
+    /// Where the numbers are too large.
+    pub(super) fn along_flat(problem: &Problem, flat: &FlatData) -> Result<Self> {
+        let (start, v0) = (&problem.initial()[0], &problem.velocity);
+        let count = legs(flat.largest_speed(v0), LONGEST_LEG)?;
+        let at = |i: usize| {
+            let [c, velocity] = flat.at(i as f64 / count as f64, v0);
+            let curve = QuasiGeodesic::from_velocity(start.as_ref(), c.tangent().as_ref())?;
+            let velocity = carry(&curve, velocity.tangent().as_ref(), 1.0)?;
+            Ok([curve.point(1.0)?, velocity])
+        };
+        let knots = (0..=count).map(at).collect::<Result<_>>()?;
+        Ok(Self::new(problem, knots))
+    }
+
+    /// Along the adjusted de Casteljau curve.
+    ///
+    /// # Errors
+    /// Where there is none, or the numbers are too large.
+    pub(super) fn along_geometric(problem: &Problem) -> Result<Self> {
+        let [s1, v1] = problem.end.each_ref().map(|x| x.as_ref());
+        let [s0, v0] = problem.initial();
+        let curve = GeometricCubic::from_boundary(s0.as_ref(), v0.as_ref(), s1, v1)?;
+        let speed = curve.derivative(0.5, 1)?.norm_l2();
+        let count = legs(speed.max(problem.speed()), LONGEST_LEG)?;
+        let at = |i: usize| {
+            let t = i as f64 / count as f64;
+            Ok([curve.point(t)?, curve.derivative(t, 1)?])
+        };
+        let knots = (0..=count).map(at).collect::<Result<_>>()?;
+        Ok(Self::new(problem, knots))
+    }
+
+    /// Along the curve that rolls with a velocity changing evenly from the initial to the end velocity, in a space that turns so that
+    /// it ends where it should; with legs of a length at most. The frame where it ends is carried there along a quasi-geodesic, or
+    /// any one if that is not unique.
+    ///
+    /// # Errors
+    /// Where the numbers are too large.
+    pub(super) fn rolling(problem: &Problem, longest: f64) -> Result<Self> {
+        let [s1, v1] = problem.end.each_ref().map(|x| x.as_ref());
+        let (r, k) = s1.shape();
+        let along = frame_along(&problem.initial()[0], s1);
+        let is_unique = along.is_ok();
+        let frame = along.unwrap_or_else(|_| complete(s1));
+        let (first, last) = (
+            &problem.velocity,
+            Horizontal::of_tangent(frame.as_ref(), v1),
+        );
+        let count = legs(problem.speed(), longest)?;
+        let step = 1.0 / count as f64;
+        let velocity = |t: f64| first.clone().plus(-t, first).plus(t, &last);
+        let mut frames = vec![Mat::<f64>::identity(r, r)];
+        for i in 0..count {
+            let x = velocity(step * (i as f64 + 0.5)).matrix() * Scale(step);
+            frames.push(&frames[i] * skew_exp(x.as_ref())?);
+        }
+        let turn = orthogonal_log((frame * frames[count].transpose()).as_ref())?;
+        let at = |i: usize| {
+            let t = step * i as f64;
+            let [share, rate] = [t * t * (3.0 - 2.0 * t), 6.0 * t * (1.0 - t)];
+            let turned = skew_exp((&turn * Scale(share)).as_ref())?;
+            let point = frames[i].as_ref().subcols(0, k);
+            let velocity = &frames[i] * velocity(t).tangent() + &turn * point * Scale(rate);
+            Ok([&turned * point, turned * velocity])
+        };
+        let knots = (0..=count).map(at).collect::<Result<_>>()?;
+        Ok(DescentStart {
+            is_unique,
+            ..Self::new(problem, knots)
+        })
+    }
+
+    fn new(problem: &Problem, mut knots: Vec<[Mat<f64>; 2]>) -> Self {
+        let last = knots.len() - 1;
+        knots[0] = problem.initial();
+        knots[last].clone_from(&problem.end);
+        DescentStart {
+            knots,
+            is_unique: true,
+        }
+    }
+
+    /// The same with its inner points moved at random, by about `spread`.
+    ///
+    /// # Errors
+    /// Where the numbers are too large.
+    pub(super) fn scattered(mut self, spread: f64, random: &mut Random) -> Result<Self> {
+        let last = self.knots.len() - 1;
+        for [point, _] in &mut self.knots[1..last] {
+            let (r, k) = point.shape();
+            let any = Mat::from_fn(r, k, |_, _| random.normal());
+            let frame = complete(point.as_ref());
+            let direction = Horizontal::of_tangent(frame.as_ref(), any.as_ref());
+            let shift = &frame * direction.tangent() * Scale(spread / direction.norm().max(1.0));
+            *point = QuasiGeodesic::from_velocity(point.as_ref(), shift.as_ref())?.point(1.0)?;
+        }
+        Ok(self)
+    }
+
+    pub(super) fn legs(&self) -> usize {
+        self.knots.len() - 1
+    }
+
+    /// Whether the data say all of it, since one quasi-geodesic joins the end points.
+    pub(super) fn is_unique(&self) -> bool {
+        self.is_unique
+    }
+
+    /// Frames at the knots, shape `(r, r)` row by row, and velocities in them, in the time of a leg.
+    pub(super) fn frames(&self, problem: &Problem) -> (Vec<f64>, Vec<f64>) {
+        let r = problem.g.nrows();
+        let step = 1.0 / (self.knots.len() - 1) as f64;
+        let (mut frames, mut velocities) = (Vec::new(), Vec::new());
+        for (i, [point, velocity]) in self.knots.iter().enumerate() {
+            let frame = match i {
+                0 => Mat::identity(r, r),
+                _ => complete(point.as_ref()),
+            };
+            frames.extend((0..r * r).map(|at| frame[(at / r, at % r)]));
+            let velocity = Horizontal::of_tangent(frame.as_ref(), velocity.as_ref());
+            velocities.extend(pack(&[velocity]).iter().map(|x| step * x));
+        }
+        (frames, velocities)
+    }
+}
+
+/// The frame at an end point that the one of the start, the identity, is carried to along a quasi-geodesic.
+fn frame_along(s0: &Mat<f64>, s1: MatRef<'_, f64>) -> Result<Mat<f64>> {
+    let (r, k) = s1.shape();
+    let mut curve = QuasiGeodesic::zeros(r, k);
+    curve.join(s0.as_ref(), s1, &mut EndpointProblem::new(r, k))?;
+    let mut turn = Mat::identity(r, r);
+    turn.submatrix_mut(0, 0, k, k)
+        .copy_from(skew_exp(curve.omega())?);
+    Ok(turned(&curve, turn.as_ref(), 1.0))
+}
+
+/// A whole number of groups of eight legs of a length at most, for a curve with that speed.
+///
+/// # Errors
+/// `Overflow` where they are too many.
+fn legs(speed: f64, longest: f64) -> Result<usize> {
+    let groups = (speed / (longest * LEGS as f64)).ceil();
+    match groups <= (MOST_LEGS / LEGS) as f64 {
+        true => Ok(LEGS * (groups as usize).max(1)),
+        false => Err(Error::Overflow { quantity: "speed" }),
+    }
+}

@@ -1,0 +1,165 @@
+//! The cost as a function of the knots: its derivatives beside differences, and where descents end.
+
+use super::free_chain::FreeChain;
+use crate::interrupt::Interrupt;
+use crate::legs::{Options, Progress};
+use crate::linalg::field::Field;
+use crate::linalg::lanes::Lanes;
+use crate::report::StopReason;
+use crate::space::{FixedFrames, Frames, Homogeneous};
+
+const LEGS: usize = 5;
+
+/// Numbers between -1 and 1.
+fn numbers(count: usize, seed: u64) -> Vec<f64> {
+    let mut state = seed;
+    let mut next = || {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        ((state >> 11) as f64) / (1_u64 << 52) as f64 - 1.0
+    };
+    (0..count).map(|_| next()).collect()
+}
+
+fn room<T: Field, S: Homogeneous>(space: S) -> Vec<T> {
+    vec![T::ZERO; FreeChain::<T, S>::len(space, LEGS)]
+}
+
+/// Knots that wander, from the identity on.
+fn chain<'a, T: Field, S: Homogeneous>(space: S, room: &'a mut [T]) -> FreeChain<'a, T, S> {
+    let (d, r) = (space.dim(), space.size());
+    let mut frames: Vec<f64> = (0..LEGS + 1)
+        .flat_map(|_| (0..r * r).map(|i| f64::from(u8::from(i % (r + 1) == 0))))
+        .collect();
+    let steps = numbers(LEGS * d, 3);
+    let mut shift = vec![0.0; d];
+    for (knot, step) in steps.chunks_exact(d).enumerate() {
+        for (shift, step) in shift.iter_mut().zip(step) {
+            *shift += 0.4 * step;
+        }
+        super::free_chain::move_frame(space, &mut frames[(knot + 1) * r * r..][..r * r], &shift);
+    }
+    let velocities = numbers((LEGS + 1) * d, 5).iter().map(|v| 0.3 * v).collect();
+    FreeChain::new(space, frames, velocities, room)
+}
+
+/// Legs that meet their ends to round-off.
+fn meet<T: Field, S: Homogeneous>(chain: &mut FreeChain<'_, T, S>) {
+    for _ in 0..8 {
+        chain.evaluate();
+        chain.linearise();
+        chain.correct();
+    }
+    chain.evaluate();
+    assert!(chain.defect < 1e-13, "{:e}", chain.defect);
+}
+
+/// Cost and gradient after a move of the inner knots.
+fn moved<T: Field, S: Homogeneous>(
+    chain: &mut FreeChain<'_, T, S>,
+    direction: &[f64],
+    t: f64,
+) -> (f64, Vec<f64>) {
+    let before = chain.state.clone();
+    let step: Vec<f64> = direction.iter().map(|x| t * x).collect();
+    chain.follow(&step);
+    meet(chain);
+    chain.set_forces();
+    let found = (chain.cost, chain.gradient());
+    chain.state = before;
+    chain.set_knots();
+    found
+}
+
+fn check_derivatives<T: Field, S: Homogeneous>(space: S) {
+    let mut room = room::<T, S>(space);
+    let mut chain = chain::<T, S>(space, &mut room);
+    let d = space.dim();
+    meet(&mut chain);
+    chain.set_forces();
+    let gradient = chain.gradient();
+    let direction = numbers((LEGS - 1) * 2 * d, 11);
+    let step = 1e-4;
+    let [up, down] = [step, -step].map(|t| moved(&mut chain, &direction, t).0);
+    let slope: f64 = gradient.iter().zip(&direction).map(|(g, x)| g * x).sum();
+    let difference = (up - down) / (2.0 * step);
+    // Third derivatives of a cost of about 1, times 1e-8.
+    let error = (slope - difference).abs();
+    assert!(
+        error < 1e-6,
+        "({}, {d}): {slope} {difference}",
+        space.size()
+    );
+
+    assert_eq!(descend(&mut chain), StopReason::Converged);
+    meet(&mut chain);
+    let [exact, _] = chain.second_derivatives();
+    let product = exact.form(&direction);
+    let [up, down] = [step, -step].map(|t| moved(&mut chain, &direction, t).1);
+    let pairs = up.iter().zip(&down).zip(&direction);
+    let difference: f64 = pairs.map(|((a, b), x)| (a - b) * x).sum::<f64>() / (2.0 * step);
+    // The derivative is that of nine terms of the series.
+    let error = (product - difference).abs();
+    assert!(
+        error < 1e-2 * product.abs(),
+        "({}, {d}): {product} {difference}",
+        space.size()
+    );
+}
+
+fn descend<T: Field, S: Homogeneous>(chain: &mut FreeChain<'_, T, S>) -> StopReason {
+    let options = Options {
+        third_derivative: None,
+        tolerance: 1e-12,
+        max_iterations: 60,
+        may_go_on: &|_| true,
+        interrupt: Interrupt::NEVER,
+    };
+    chain
+        .descend(&mut Progress::new(1e-12), f64::INFINITY, &options)
+        .expect("nobody interrupts")
+}
+
+#[test]
+fn gradient_and_second_derivative_are_those_of_the_cost() {
+    check_derivatives::<Lanes, _>(FixedFrames::<3, 1>);
+    check_derivatives::<Lanes, _>(FixedFrames::<3, 2>);
+    check_derivatives::<f64, _>(Frames { r: 3, k: 3 });
+    check_derivatives::<Lanes, _>(Frames { r: 4, k: 2 });
+    check_derivatives::<f64, _>(Frames { r: 5, k: 2 });
+    check_derivatives::<Lanes, _>(Frames { r: 4, k: 4 });
+}
+
+#[test]
+fn jumps_of_the_third_vector_vanish_where_a_descent_ends() {
+    let space = Frames { r: 5, k: 2 };
+    let mut room = room::<f64, _>(space);
+    let mut chain = chain::<f64, _>(space, &mut room);
+    assert_eq!(descend(&mut chain), StopReason::Converged);
+    chain.set_forces();
+    let most = chain.gradient().iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+    assert!(most < 1e-12, "{most:e}");
+    let (_, cost) = chain.at_start();
+    meet(&mut chain);
+    let (_, again) = chain.at_start();
+    assert!((cost - again).abs() < 1e-12 * cost, "{cost} {again}");
+}
+
+#[test]
+fn the_last_lanes_of_a_group_count_once() {
+    // Five legs in a group of eight and in five of one.
+    let space = FixedFrames::<3, 2>;
+    let (mut wide, mut narrow) = (room::<Lanes, _>(space), room::<f64, _>(space));
+    let mut chains = (
+        chain::<Lanes, _>(space, &mut wide),
+        chain::<f64, _>(space, &mut narrow),
+    );
+    assert_eq!(descend(&mut chains.0), StopReason::Converged);
+    assert_eq!(descend(&mut chains.1), StopReason::Converged);
+    let ((a, cost), (b, other)) = (chains.0.at_start(), chains.1.at_start());
+    assert!((cost - other).abs() < 1e-12 * cost, "{cost} {other}");
+    for (a, b) in a.iter().zip(&b) {
+        assert!((a - b).abs() < 1e-9 * cost.sqrt(), "{a} {b}");
+    }
+}

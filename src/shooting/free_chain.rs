@@ -1,0 +1,391 @@
+//! A chain of legs whose inner knots are free: the curve of least cost between given ends.
+
+use super::leg::{Leg, Scratch};
+use super::orders::{MOST, Orders};
+use super::room::Room;
+use super::stiffness::{Stiffness, StiffnessScratch};
+use crate::linalg::field::{
+    Field, larger, largest, multiply, multiply_transposed, transposed_multiply,
+};
+use crate::linalg::simd::each;
+use crate::space::{Homogeneous, orthonormalise};
+
+/// Frames and velocities at the knots, and the middles of the legs.
+#[derive(Clone)]
+pub(super) struct State<T> {
+    /// Shape `(r, r)` each, row by row.
+    pub(super) frames: Vec<f64>,
+    /// In the time of a leg.
+    pub(super) velocities: Vec<f64>,
+    middles: Vec<T>,
+}
+
+/// Legs of one length in a row, in groups of eight.
+pub(super) struct FreeChain<'a, T, S> {
+    pub(super) space: S,
+    pub(super) legs: usize,
+    pub(super) state: State<T>,
+    pub(super) groups: Vec<Group<'a, T>>,
+    buffers: Buffers<T>,
+    /// The largest entry of what is left of the equations of the legs.
+    pub(super) defect: f64,
+    /// Of the cubics between the knots, to the second order in the defect.
+    pub(super) cost: f64,
+}
+
+/// A leg, or eight of them, with its linear equations.
+pub(super) struct Group<'a, T> {
+    pub(super) leg: Leg<'a, T>,
+    pub(super) stiffness: Stiffness<T>,
+    /// `x''_0, x'_0, x''_1, x'_1` of the cubics between the knots.
+    forces: Vec<T>,
+    cost: T,
+}
+
+#[derive(Clone)]
+struct Buffers<T> {
+    leg: Scratch<T>,
+    stiffness: StiffnessScratch<T>,
+}
+
+/// Products of a step for one leg, by times on St(3,1) to St(16,4): so many squares and cubes of the dimension.
+const SQUARES: f64 = 1000.0;
+const CUBES: f64 = 30.0;
+const TRIAL_CUBES: f64 = 10.0;
+
+/// Gauss nodes on `[-1/2, 1/2]` from the middle on, and weights.
+const NODES: [(f64, f64); 5] = [
+    (0.074_437_169_490_815_6, 0.147_762_112_357_376_4),
+    (0.216_697_697_064_623_6, 0.134_633_359_654_998_2),
+    (0.339_704_784_149_512_2, 0.109_543_181_257_991_1),
+    (0.432_531_683_344_492_3, 0.074_725_674_575_290_3),
+    (0.486_953_264_258_585_9, 0.033_335_672_154_344_1),
+];
+
+impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
+    pub(super) fn len(space: S, legs: usize) -> usize {
+        legs.div_ceil(T::COUNT) * Leg::<T>::len(space)
+    }
+
+    /// From frames and velocities at the knots.
+    pub(super) fn new(space: S, frames: Vec<f64>, velocities: Vec<f64>, room: &'a mut [T]) -> Self {
+        let mut room = Room::new(room);
+        let d = space.dim();
+        let legs = velocities.len() / d - 1;
+        let groups = legs.div_ceil(T::COUNT);
+        let mut chain = FreeChain {
+            space,
+            legs,
+            state: State {
+                frames,
+                velocities,
+                middles: vec![T::ZERO; groups * 3 * d],
+            },
+            groups: (0..groups)
+                .map(|_| Group {
+                    leg: Leg::new(space, &mut room),
+                    stiffness: Stiffness::new(space),
+                    forces: vec![T::ZERO; 4 * d],
+                    cost: T::ZERO,
+                })
+                .collect(),
+            buffers: Buffers {
+                leg: Scratch::new(space, MOST),
+                stiffness: StiffnessScratch::new(space),
+            },
+            defect: f64::INFINITY,
+            cost: f64::INFINITY,
+        };
+        chain.set_knots();
+        chain.set_flat_middles();
+        chain
+    }
+
+    fn leg_in(&self, group: usize, lane: usize) -> usize {
+        (group * T::COUNT + lane).min(self.legs - 1)
+    }
+
+    /// Targets and velocities of the legs, from the state.
+    pub(super) fn set_knots(&mut self) {
+        let (d, r) = (self.space.dim(), self.space.size());
+        let square = r * r;
+        let mut target = vec![0.0; square];
+        for group in 0..self.groups.len() {
+            for lane in 0..T::COUNT {
+                let i = self.leg_in(group, lane);
+                let frames = &self.state.frames[i * square..];
+                transposed_multiply(
+                    r,
+                    &frames[..square],
+                    &frames[square..2 * square],
+                    &mut target,
+                );
+                let leg = &mut self.groups[group].leg;
+                for (to, x) in leg.target.iter_mut().zip(&target) {
+                    to.set_lane(lane, *x);
+                }
+                let velocities = &self.state.velocities[i * d..];
+                for p in 0..d {
+                    leg.velocity[p].set_lane(lane, velocities[p]);
+                    leg.last_velocity[p].set_lane(lane, velocities[d + p]);
+                }
+            }
+        }
+    }
+
+    /// The middles of cubics of flat space.
+    fn set_flat_middles(&mut self) {
+        let (space, d, r) = (self.space, self.space.dim(), self.space.size());
+        for (Group { leg, .. }, middle) in self
+            .groups
+            .iter_mut()
+            .zip(self.state.middles.chunks_exact_mut(3 * d))
+        {
+            // u = target q^T is near to the exponential of the displacement.
+            let mut work = vec![T::ZERO; 2 * r * r];
+            space.isotropy_part_into(leg.target, leg.holonomy);
+            if space.isotropy_dim() > 0 {
+                orthonormalise(r, leg.holonomy, &mut work);
+            }
+            let u = &mut work[..r * r];
+            multiply_transposed(r, leg.target, leg.holonomy, u);
+            let mut arriving = vec![T::ZERO; d];
+            // Here q takes coordinates at the start to those at the end, backwards.
+            space.turn_into(leg.holonomy, leg.last_velocity, &mut arriving);
+            space.each_entry(|p, i, j| {
+                let delta = (u[i * r + j] - u[j * r + i]) * 0.5;
+                let (v, w) = (leg.velocity[p], arriving[p]);
+                let [a, b] = [
+                    delta * 6.0 - v * 4.0 - w * 2.0,
+                    v * 6.0 + w * 6.0 - delta * 12.0,
+                ];
+                middle[p] = v + a * 0.5 + b * 0.125;
+                middle[d + p] = a + b * 0.5;
+                middle[2 * d + p] = b;
+            });
+        }
+    }
+
+    /// Evaluates all legs.
+    pub(super) fn evaluate(&mut self) {
+        let (space, d, orders) = (self.space, self.space.dim(), Orders::last());
+        let middles = &self.state.middles;
+        each(
+            &mut self.groups,
+            &mut self.buffers.leg,
+            #[inline(always)]
+            |scratch, group, Group { leg, cost, .. }| {
+                let state = middles[group * 3 * d..][..3 * d].chunks_exact(d);
+                for (x, from) in leg.middle.iter_mut().zip(state) {
+                    x.copy_from_slice(from);
+                }
+                leg.order = orders.of_leg(leg.speed(), leg.more);
+                leg.set_residual(space, scratch);
+                leg.more = orders.more(leg.more, leg.residual.tail);
+                *cost = leg_cost(leg, &scratch.series.x[..(leg.order + 3) * d]);
+            },
+        );
+        self.defect = 0.0;
+        for Group { leg, .. } in &self.groups {
+            self.defect = larger(self.defect, leg.residual.size);
+        }
+        let lanes = (0..self.legs).map(|leg| self.groups[leg / T::COUNT].cost.lane(leg % T::COUNT));
+        self.cost = lanes.sum();
+    }
+
+    /// `x'` and `x''` at the start, and twice the cost, of the curve on `[0, 1]`.
+    pub(super) fn at_start(&self) -> (Vec<f64>, f64) {
+        let (d, rate) = (self.space.dim(), self.legs as f64);
+        let forces = &self.groups[0].forces;
+        let [third, acceleration] = [&forces[..d], &forces[d..2 * d]];
+        let first = acceleration.iter().map(|x| x.lane(0) * rate.powi(2));
+        let second = third.iter().map(|x| x.lane(0) * rate.powi(3));
+        (
+            first.chain(second).collect(),
+            2.0 * self.cost * rate.powi(3),
+        )
+    }
+
+    /// `int |x'|^2` on `[0, 1]` for a cost in the time of a leg.
+    pub(super) fn whole_cost(&self, cost: f64) -> f64 {
+        2.0 * cost * (self.legs as f64).powi(3)
+    }
+
+    /// Products of a step that is tried.
+    pub(super) fn products_of_trial(&self) -> f64 {
+        let d = self.space.dim() as f64;
+        self.legs as f64 * (0.5 * SQUARES * d.powi(2) + TRIAL_CUBES * d.powi(3))
+    }
+
+    /// The largest entry of an acceleration or a third vector.
+    pub(super) fn largest_bend(&self) -> f64 {
+        let groups = self.groups.iter();
+        groups.fold(0.0, |size, Group { leg, .. }| {
+            let [first, last] = leg.accelerations.each_ref().map(|x| largest(x));
+            larger(size, larger(larger(first, last), largest(leg.middle[2])))
+        })
+    }
+
+    /// A step that solves the equations of the legs, with the knots where they are, by the linear equations that are there.
+    pub(super) fn correct(&mut self) {
+        let z = vec![0.0; (self.legs - 1) * 2 * self.space.dim()];
+        self.step_middles(&z);
+    }
+
+    /// Sets the linear equations of the legs, and the forces.
+    pub(super) fn linearise(&mut self) {
+        let space = self.space;
+        each(
+            &mut self.groups,
+            &mut self.buffers,
+            #[inline(always)]
+            |buffers, _, group| {
+                let Group { leg, stiffness, .. } = group;
+                stiffness.set(space, leg, &mut buffers.leg, &mut buffers.stiffness);
+            },
+        );
+    }
+
+    /// Sets the forces, by the linear equations that are there.
+    pub(super) fn set_forces(&mut self) {
+        for Group {
+            leg,
+            stiffness,
+            forces,
+            ..
+        } in &mut self.groups
+        {
+            stiffness.corrected_into(self.space, leg, forces);
+        }
+    }
+
+    /// The derivative of the cost by `(p, v)` of the inner knots.
+    pub(super) fn gradient(&self) -> Vec<f64> {
+        let d = self.space.dim();
+        let mut gradient = vec![0.0; (self.legs - 1) * 2 * d];
+        for leg in 0..self.legs {
+            let (forces, lane) = (&self.groups[leg / T::COUNT].forces, leg % T::COUNT);
+            for (end, knot) in [(0, leg), (1, leg + 1)] {
+                if knot == 0 || knot == self.legs {
+                    continue;
+                }
+                let out = &mut gradient[(knot - 1) * 2 * d..][..2 * d];
+                for i in 0..2 {
+                    let sign = if end == i { 1.0 } else { -1.0 };
+                    for p in 0..d {
+                        out[i * d + p] += sign * forces[(2 * end + i) * d + p].lane(lane);
+                    }
+                }
+            }
+        }
+        gradient
+    }
+
+    /// Moves the inner knots by `(p, v)`, and the middles with them.
+    pub(super) fn follow(&mut self, step: &[f64]) {
+        let (d, r) = (self.space.dim(), self.space.size());
+        let square = r * r;
+        self.step_middles(step);
+        for (knot, step) in step.chunks_exact(2 * d).enumerate() {
+            let (p, v) = step.split_at(d);
+            let velocity = &mut self.state.velocities[(knot + 1) * d..][..d];
+            for (velocity, v) in velocity.iter_mut().zip(v) {
+                *velocity += v;
+            }
+            let frame = &mut self.state.frames[(knot + 1) * square..][..square];
+            move_frame(self.space, frame, p);
+        }
+        self.set_knots();
+    }
+
+    fn step_middles(&mut self, step: &[f64]) {
+        let d = self.space.dim();
+        let mut z = vec![T::ZERO; 4 * d];
+        let mut change = vec![T::ZERO; 3 * d];
+        let legs = self.legs;
+        for (group, state) in self.state.middles.chunks_exact_mut(3 * d).enumerate() {
+            for lane in 0..T::COUNT {
+                let leg = (group * T::COUNT + lane).min(legs - 1);
+                for (end, knot) in [leg, leg + 1].into_iter().enumerate() {
+                    for p in 0..2 * d {
+                        let value = match knot == 0 || knot == legs {
+                            true => 0.0,
+                            false => step[(knot - 1) * 2 * d + p],
+                        };
+                        z[2 * end * d + p].set_lane(lane, value);
+                    }
+                }
+            }
+            let Group { leg, stiffness, .. } = &self.groups[group];
+            stiffness.step_into(leg, &z, &mut change);
+            for (x, change) in state.iter_mut().zip(&change) {
+                *x += *change;
+            }
+        }
+    }
+}
+
+/// Products of the linear equations of a step for so many legs.
+pub(crate) fn products_of_step(space: impl Homogeneous, legs: usize) -> f64 {
+    let d = space.dim() as f64;
+    legs as f64 * (SQUARES * d.powi(2) + CUBES * d.powi(3))
+}
+
+/// Half the integral of `|x'|^2`, for a leg that meets its ends.
+#[inline(always)]
+fn leg_cost<T: Field>(leg: &Leg<'_, T>, x: &[T]) -> T {
+    let d = leg.velocity.len();
+    let mut cost = T::ZERO;
+    for (node, weight) in NODES {
+        for p in 0..d {
+            let mut parts = [T::ZERO; 2];
+            let mut power = 1.0;
+            for (k, c) in x.chunks_exact(d).enumerate().skip(1) {
+                parts[(k - 1) % 2] += c[p] * (k as f64 * power);
+                power *= node;
+            }
+            let [even, odd] = parts;
+            // (even - odd)^2 + (even + odd)^2, halved.
+            cost += (even * even + odd * odd) * weight;
+        }
+    }
+    let [first, last] = &leg.residual.velocities;
+    for p in 0..d {
+        cost += leg.accelerations[0][p] * first[p];
+        cost -= leg.reached[1][p] * last[p];
+        cost += leg.reached[2][p] * leg.residual.point[p];
+    }
+    cost
+}
+
+/// Terms of the exponential series at most: steps are at most a radian long; and the entry of a term below which the rest is left
+/// out.
+const TERMS: usize = 24;
+const SMALLEST: f64 = 1e-17;
+
+/// `frame <- frame exp(p)`.
+pub(super) fn move_frame(space: impl Homogeneous, frame: &mut [f64], p: &[f64]) {
+    let r = space.size();
+    let square = r * r;
+    let mut scratch = vec![0.0; 5 * square];
+    let (matrix, rest) = scratch.split_at_mut(square);
+    let (term, rest) = rest.split_at_mut(square);
+    let (product, rest) = rest.split_at_mut(square);
+    space.matrix_into(p, matrix);
+    term.copy_from_slice(frame);
+    for k in 1..=TERMS {
+        multiply(r, term, matrix, product);
+        let mut size = 0.0_f64;
+        for (term, product) in term.iter_mut().zip(&*product) {
+            *term = product / k as f64;
+            size = size.max(term.abs());
+        }
+        for (frame, term) in frame.iter_mut().zip(&*term) {
+            *frame += term;
+        }
+        if size < SMALLEST {
+            break;
+        }
+    }
+    orthonormalise(r, frame, rest);
+}
