@@ -105,6 +105,32 @@ fn speeds_of_thirty_are_solved_from_both_ends() {
     }
 }
 
+/// Round a circle and back to the start with the same velocity: `12 (2 pi m - v)^2` for `m` turns.
+#[test]
+fn whole_turns_are_made_as_often_as_the_speed_says() {
+    let turn = std::f64::consts::TAU;
+    for speed in [turn, turn + 1e-12, 9.0, 10.0, 12.0, 2.0 * turn, 14.0, 15.5] {
+        for n in [2, 3] {
+            let unit =
+                |row: usize, x: f64| Mat::from_fn(n, 1, |i, _| if i == row { x } else { 0.0 });
+            let (s, v) = (unit(0, 1.0), unit(1, speed));
+            let data = Data {
+                s0: s.clone(),
+                v0: v.clone(),
+                s1: s,
+                v1: v,
+            };
+            let cost = data.solve().unwrap().cost().unwrap();
+            let turns = (speed / turn).round();
+            let least = 12.0 * (turns * turn - speed).powi(2);
+            assert!(
+                cost <= 1.01 * least + 1e-12,
+                "speed {speed}: {cost:.3e}, least {least:.3e}"
+            );
+        }
+    }
+}
+
 #[test]
 fn the_equation_is_satisfied() {
     // D_t^3 S' + R(D_t S', S') S' = 0, as constancy of energy and momentum along the curve.

@@ -8,6 +8,7 @@ use super::problem::{Problem, pack};
 use super::random::Random;
 use crate::curve::{Curve, GeometricCubic};
 use crate::error::{Error, Result};
+use crate::linalg::decomp::spectral_norm;
 use crate::linalg::{orthogonal_log, skew_exp};
 use crate::manifold::QuasiGeodesic;
 use crate::manifold::quasi_geodesic::EndpointProblem;
@@ -15,9 +16,13 @@ use crate::manifold::quasi_geodesic::EndpointProblem;
 /// Legs at least: one for each lane.
 const LEGS: usize = 8;
 
-/// Legs at most, and the length of a leg at most, in radians.
+/// Legs at most, and the length of a leg at most, in radians: the guess for the middle of a leg needs less than a right angle. With
+/// 2.0 a descent along a rolling curve with speeds of 8 to 16 may be lost, and the flat one ends at up to 400 times the cost.
 const MOST_LEGS: usize = 1024;
-pub(super) const LONGEST_LEG: f64 = 2.0;
+pub(super) const LONGEST_LEG: f64 = 1.5;
+
+/// The largest rate of the share of its turn that a rolling curve has made.
+const TURN_RATE: f64 = 1.5;
 
 /// Points and velocities at equal times, the first and the last ones those of the problem.
 pub(super) struct DescentStart {
@@ -78,15 +83,24 @@ impl DescentStart {
             &problem.velocity,
             Horizontal::of_tangent(frame.as_ref(), v1),
         );
-        let count = legs(problem.speed(), longest)?;
-        let step = 1.0 / count as f64;
         let velocity = |t: f64| first.clone().plus(-t, first).plus(t, &last);
-        let mut frames = vec![Mat::<f64>::identity(r, r)];
-        for i in 0..count {
-            let x = velocity(step * (i as f64 + 0.5)).matrix() * Scale(step);
-            frames.push(&frames[i] * skew_exp(x.as_ref())?);
-        }
-        let turn = orthogonal_log((frame * frames[count].transpose()).as_ref())?;
+        let roll = |count: usize| {
+            let step = 1.0 / count as f64;
+            let mut frames = vec![Mat::<f64>::identity(r, r)];
+            for i in 0..count {
+                let x = velocity(step * (i as f64 + 0.5)).matrix() * Scale(step);
+                frames.push(&frames[i] * skew_exp(x.as_ref())?);
+            }
+            let turn = orthogonal_log((&frame * frames[count].transpose()).as_ref())?;
+            Result::Ok((frames, turn))
+        };
+        let ends = [first.matrix(), last.matrix()];
+        let [initial, end] = ends.each_ref().map(|x| spectral_norm(x.as_ref()));
+        let speed = initial?.max(end?);
+        let (_, turn) = roll(legs(speed, longest)?)?;
+        let count = legs(speed + TURN_RATE * spectral_norm(turn.as_ref())?, longest)?;
+        let (frames, turn) = roll(count)?;
+        let step = 1.0 / count as f64;
         let at = |i: usize| {
             let t = step * i as f64;
             let [share, rate] = [t * t * (3.0 - 2.0 * t), 6.0 * t * (1.0 - t)];

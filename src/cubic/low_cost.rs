@@ -39,6 +39,9 @@ const SHARE: f64 = 0.8;
 /// takes four fifths of the time, and of 100 such problems none ends lower.
 const FAST: f64 = 16.0;
 
+/// Share of the length of legs that shorter ones have.
+const SHORT: f64 = 0.6;
+
 /// How far the knots of starts are moved at random, more and more.
 const SPREAD: f64 = 0.5;
 
@@ -52,7 +55,7 @@ enum Start {
     /// The adjusted de Casteljau curve, where the rolling one is not unique. Without it, and the rolling one there, 35 of 180
     /// problems between coordinate and permuted frames cost up to 3.3 times as much.
     Geometric,
-    /// The rolling curve with legs half as long, where nothing else has led to a solution.
+    /// The rolling curve with shorter legs, where that has not led to a solution.
     RollingFinely,
 }
 
@@ -110,14 +113,14 @@ impl Solver<'_> {
     /// `DifferentComponents`, `Interrupted`.
     pub(super) fn by_descents(&mut self) -> Result<Option<Solution>> {
         let reserve = (1.0 - SHARE) * self.map.left();
-        let (mut rolls, mut ends) = (false, Vec::new());
+        let (mut rolls, mut has_rolled, mut ends) = (false, false, Vec::new());
         for start in STARTS {
             let known = least_cost_of(&ends);
             let is_wanted = match start {
                 Start::Rolling => true,
                 Start::Flat => !rolls || self.problem.speed() <= FAST,
                 Start::Geometric => !rolls,
-                Start::RollingFinely => known.is_infinite(),
+                Start::RollingFinely => !has_rolled,
             };
             if !is_wanted {
                 continue;
@@ -126,10 +129,14 @@ impl Solver<'_> {
                 continue;
             };
             rolls |= matches!(start, Start::Rolling) && curve.is_unique();
-            ends.extend(match known.is_finite() {
-                false => self.descend(&curve, MAX_STEPS, known, 0.0)?,
-                true => self.descend(&curve, LATER_STEPS, SLACK * known, reserve)?,
-            });
+            let limits = match known.is_finite() {
+                false => (MAX_STEPS, known, 0.0),
+                true => (LATER_STEPS, SLACK * known, reserve),
+            };
+            let end = self.descend(&curve, limits)?;
+            has_rolled |=
+                matches!(start, Start::Rolling) && end.as_ref().is_some_and(|end| end.is_at_rest);
+            ends.extend(end);
         }
         self.polished(ends)
     }
@@ -149,7 +156,7 @@ impl Solver<'_> {
         let Ok(start) = start.scattered(SPREAD * f64::from(attempt), random) else {
             return Ok(None);
         };
-        let end = self.descend(&start, MAX_STEPS, f64::INFINITY, 0.0)?;
+        let end = self.descend(&start, (MAX_STEPS, f64::INFINITY, 0.0))?;
         self.polished(end.into_iter().collect())
     }
 
@@ -158,7 +165,7 @@ impl Solver<'_> {
         let problem = self.problem;
         let curve = match start {
             Start::Rolling => DescentStart::rolling(problem, LONGEST_LEG),
-            Start::RollingFinely => DescentStart::rolling(problem, 0.5 * LONGEST_LEG),
+            Start::RollingFinely => DescentStart::rolling(problem, SHORT * LONGEST_LEG),
             Start::Flat => match problem.flat()? {
                 Some(flat) => DescentStart::along_flat(problem, &flat),
                 None => return Ok(None),
@@ -196,9 +203,7 @@ impl Solver<'_> {
     fn descend(
         &mut self,
         start: &DescentStart,
-        max_iterations: usize,
-        below: f64,
-        reserve: f64,
+        (max_iterations, below, reserve): (usize, f64, f64),
     ) -> Result<Option<End>> {
         let (left, work) = (self.map.left() - reserve, Cell::new(0.0));
         let [r, k] = [self.problem.g.nrows(), self.problem.k];

@@ -63,8 +63,7 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
         loop {
             // In the first pass there are no linear equations yet, and the forces are those of the legs as they are.
             self.set_forces();
-            let size = size(&self.gradient(), self.defect);
-            if size <= progress.set(size, self.largest_bend(), options.tolerance) {
+            if self.is_at_rest(progress, options) {
                 return Ok(StopReason::Converged);
             }
             if let Some(reason) = progress.step(products_of_step(self.space, self.legs), options)? {
@@ -73,11 +72,20 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
             self.linearise();
             self.meet_ends(MET);
             self.set_forces();
+            if self.is_at_rest(progress, options) {
+                return Ok(StopReason::Converged);
+            }
             match self.step_down(&mut damping, options)? {
                 Some(decrease) if !self.ends_above(below, damping, decrease) => (),
                 _ => return Ok(StopReason::Stagnated),
             }
         }
+    }
+
+    /// Whether gradient and defect are below the tolerance.
+    fn is_at_rest(&self, progress: &mut Progress, options: &Options<'_>) -> bool {
+        let size = size(&self.gradient(), self.defect);
+        size <= progress.set(size, self.largest_bend(), options.tolerance)
     }
 
     /// Corrects the legs until they meet the knots.
