@@ -21,7 +21,7 @@ const LEGS: usize = 8;
 const MOST_LEGS: usize = 1024;
 pub(super) const LONGEST_LEG: f64 = 1.5;
 
-/// The largest rate of the share of its turn that a rolling curve has made.
+/// The largest rate of the share `3 t^2 - 2 t^3` of its turn that a rolling curve has made.
 const TURN_RATE: f64 = 1.5;
 
 /// Points and velocities at equal times, the first and the last ones those of the problem.
@@ -68,8 +68,9 @@ impl DescentStart {
     }
 
     /// Along the curve that rolls with a velocity changing evenly from the initial to the end velocity, in a space that turns so that
-    /// it ends where it should; with legs of a length at most. The frame where it ends is carried there along a quasi-geodesic, or
-    /// any one if that is not unique.
+    /// it ends where it should, with legs of a length at most: the first columns of `e^{s(t) Omega} g(t)`, where
+    /// `g' = g ((1 - t) x_0 + t x_1)`, `s = 3 t^2 - 2 t^3` and `e^Omega g(1)` is the frame at the end point. That is carried there along
+    /// a quasi-geodesic, or any one if that is not unique.
     ///
     /// # Errors
     /// Where the numbers are too large.
@@ -184,7 +185,7 @@ fn frame_along(s0: &Mat<f64>, s1: MatRef<'_, f64>) -> Result<Mat<f64>> {
 /// A whole number of groups of eight legs of a length at most, for a curve with that speed.
 ///
 /// # Errors
-/// `Overflow` where they are too many.
+/// `Overflow` of the speed where they would be too many: there is no such start then.
 fn legs(speed: f64, longest: f64) -> Result<usize> {
     let groups = (speed / (longest * LEGS as f64)).ceil();
     match groups <= (MOST_LEGS / LEGS) as f64 {

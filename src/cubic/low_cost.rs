@@ -52,7 +52,7 @@ enum Start {
     Rolling,
     /// The cubic of flat space. Without it 6 of 332 hard problems cost 1.05 to 1.33 times as much.
     Flat,
-    /// The adjusted de Casteljau curve, where the rolling one is not unique. Without it, and the rolling one there, 35 of 180
+    /// The adjusted de Casteljau curve, where no unique quasi-geodesic says where the rolling one's frame ends. Without it, and the rolling one there, 35 of 180
     /// problems between coordinate and permuted frames cost up to 3.3 times as much.
     Geometric,
     /// The rolling curve with shorter legs, where that has not led to a solution.
@@ -113,13 +113,14 @@ impl Solver<'_> {
     /// `DifferentComponents`, `Interrupted`.
     pub(super) fn by_descents(&mut self) -> Result<Option<Solution>> {
         let reserve = (1.0 - SHARE) * self.map.left();
-        let (mut rolls, mut has_rolled, mut ends) = (false, false, Vec::new());
+        // Whether the data say how the rolling curve goes, and whether the descent from there has come to rest.
+        let (mut is_unique, mut has_rolled, mut ends) = (false, false, Vec::new());
         for start in STARTS {
             let known = least_cost_of(&ends);
             let is_wanted = match start {
                 Start::Rolling => true,
-                Start::Flat => !rolls || self.problem.speed() <= FAST,
-                Start::Geometric => !rolls,
+                Start::Flat => !is_unique || self.problem.speed() <= FAST,
+                Start::Geometric => !is_unique,
                 Start::RollingFinely => !has_rolled,
             };
             if !is_wanted {
@@ -128,14 +129,15 @@ impl Solver<'_> {
             let Some(curve) = self.start(start)? else {
                 continue;
             };
-            rolls |= matches!(start, Start::Rolling) && curve.is_unique();
             let limits = match known.is_finite() {
                 false => (MAX_STEPS, known, 0.0),
                 true => (LATER_STEPS, SLACK * known, reserve),
             };
             let end = self.descend(&curve, limits)?;
-            has_rolled |=
-                matches!(start, Start::Rolling) && end.as_ref().is_some_and(|end| end.is_at_rest);
+            if matches!(start, Start::Rolling) {
+                is_unique = curve.is_unique();
+                has_rolled = end.as_ref().is_some_and(|end| end.is_at_rest);
+            }
             ends.extend(end);
         }
         self.polished(ends)
@@ -205,12 +207,12 @@ impl Solver<'_> {
         start: &DescentStart,
         (max_iterations, below, reserve): (usize, f64, f64),
     ) -> Result<Option<End>> {
-        let (left, work) = (self.map.left() - reserve, Cell::new(0.0));
-        let [r, k] = [self.problem.g.nrows(), self.problem.k];
-        let step = of_products(products_of_step(Frames { r, k }, start.legs()));
         if self.problem.unknowns() == 0 {
             return Ok(None);
         }
+        let (left, work) = (self.map.left() - reserve, Cell::new(0.0));
+        let [r, k] = [self.problem.g.nrows(), self.problem.k];
+        let step = of_products(products_of_step(Frames { r, k }, start.legs()));
         if FEWEST_STEPS * step > left {
             self.refuse();
             return Ok(None);

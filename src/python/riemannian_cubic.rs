@@ -158,8 +158,9 @@ impl PyRiemannianCubic {
     ///     together. Where an end speed exceeds 10 the velocity counts relative to the larger end speed; ``32 eps`` times that
     ///     speed, about 1e-12 for 140 and never more than 1e-9, is the least tolerance (``report.tolerance``).
     /// max_iterations : int, default 50
-    ///     Newton steps from the first start, and from any other, at most. With 12 or fewer a first start that runs out of
-    ///     them ends the search. More than 50 raise the limit of work, about two seconds, in proportion.
+    ///     Newton steps from the first start, and from any other, at most; steps of descents, up to 300 of each, have the
+    ///     limit of work only. With 12 or fewer a first start that runs out of them ends the search. More than 50 raise the
+    ///     limit of work, about two seconds, in proportion.
     /// guess : pair (A, J) of array_like, optional
     ///     Covariant acceleration and covariant jerk at ``S0`` to start from, shape (n, k) each; by default those of the
     ///     cubic of flat space.
@@ -188,8 +189,12 @@ impl PyRiemannianCubic {
     /// -----
     /// Cubics with given ends are stationary, not unique. Newton's method, with exact derivatives of the flow, starts from the
     /// cubic of flat space, or from the guess. If displacement and speeds are at most 2, its solution is returned. Otherwise (and
-    /// without a guess) a chain of cubics descends to a curve of least cost, from a curve that rolls evenly from one velocity to
-    /// the other and from the cubic of flat space; the cheaper one is returned. Compare solutions by :meth:`Curve.cost`.
+    /// without a guess) a chain of cubics descends to a curve of least cost: from a curve that rolls evenly from one velocity to
+    /// the other, for end speeds up to 16 also from the cubic of flat space, and from the de Casteljau curve where more than one
+    /// quasi-geodesic joins the points. The cheapest is returned. Compare solutions by :meth:`Curve.cost`.
+    ///
+    /// Opposite points, or nearly so, with speeds of 1e-12 to 1e-4 may be refused: their solutions are nearly a whole family (seen
+    /// on St(3,1), St(4,1) and St(6,3), not on St(3,2) and St(4,2)).
     ///
     /// A problem is given up after the work of about two seconds. Ctrl-C ends the search at once.
     #[staticmethod]
