@@ -46,9 +46,10 @@ pub struct BoundaryOptions<'a> {
     /// `32 eps` times the larger speed, about `1e-12` for speeds of 140 and never more than `1e-9`, that bound stands for the
     /// tolerance, also in the report.
     pub tolerance: f64,
-    /// Newton steps at the most from the first start, and from any other; at least 1. Steps of descents, up to 300 of each, have the
-    /// limit of work only. With 12 or fewer a first start that runs out of them ends the search: nothing but Newton's method from
-    /// there is wanted. More than the default raise the [limit of work](crate::StopReason::WorkLimit) in proportion.
+    /// Newton steps at the most from the first start, and from any other; at least 1. Steps of descents, up to 300 of each,
+    /// have the limit of work only. With 12 or fewer a first start that runs out of them ends the search: nothing but Newton's
+    /// method from there is wanted. More than the default raise the [limit of work](crate::StopReason::WorkLimit) in
+    /// proportion.
     pub max_iterations: usize,
     /// Covariant acceleration and covariant jerk at `S0` to start from, shape `(n, k)` each; by default those of the cubic of
     /// flat space. Parts outside of the span of the boundary data, where no solution has any, are left out.
@@ -96,8 +97,8 @@ impl BoundaryOptions<'_> {
 
 /// The way on which the solution of a boundary value problem was found.
 ///
-/// [`from_boundary`](RiemannianCubic::from_boundary) has `Direct` and `Descent`, with a guess also `Moving`; the others are those of
-/// [`all_from_boundary`](RiemannianCubic::all_from_boundary).
+/// [`from_boundary`](RiemannianCubic::from_boundary) has `Direct` and `Descent`, with a guess also `Moving`; the others are
+/// those of [`all_from_boundary`](RiemannianCubic::all_from_boundary).
 ///
 /// # Examples
 /// ```
@@ -195,19 +196,20 @@ impl RiemannianCubic {
     ///
     /// Cubics with given ends are stationary, not unique. Newton's method starts from the cubic of flat space (or from the
     /// guess). If displacement and speeds are at most 2, its solution is returned. Otherwise, and without a guess, a chain of
-    /// cubics descends to a curve of least cost: from a curve that rolls evenly from one velocity to the other, for end speeds up to
-    /// 16 also from the cubic of flat space, and from the de Casteljau curve where more than one quasi-geodesic joins the points.
-    /// The cheapest is returned. What is known of its cost beside that of others is in the table of `docs/boundary_cost.md`.
-    /// [`boundary_report`](Self::boundary_report) says how it was found, [`cost`](crate::Curve::cost) what it costs, and
-    /// [`all_from_boundary`](Self::all_from_boundary) looks for others.
+    /// cubics descends to a curve of least cost: from a curve that rolls evenly from one velocity to the other, for end speeds
+    /// up to 16 also from the cubic of flat space, and from the de Casteljau curve where more than one quasi-geodesic joins the
+    /// points. The cheapest is returned. What is known of its cost beside that of others is in the table of
+    /// `docs/boundary_cost.md`. [`boundary_report`](Self::boundary_report) says how it was found, [`cost`](crate::Curve::cost)
+    /// what it costs, and [`all_from_boundary`](Self::all_from_boundary) looks for others.
     ///
     /// Points and velocities that are only nearly orthonormal and tangent, as rounded decimals are (defects up to 1e-9), stand
     /// for the nearest exact ones.
     ///
     /// # Accuracy
-    /// The end is met to the tolerance. Opposite points, or nearly so, with speeds of 1e-12 to 1e-4 may be refused: their solutions
-    /// are nearly a whole family (seen on St(3,1), St(4,1) and St(6,3), not on St(3,2) and St(4,2)). For distance up to 2 and speeds up to 2 the first start is enough, for distance up to 3
-    /// and speeds up to 6 more than 99 in 100 random problems are solved; both are asserted in `tests/boundary.rs`.
+    /// The end is met to the tolerance. Opposite points, or nearly so, with speeds of 1e-12 to 1e-4 may be refused: their
+    /// solutions are nearly a whole family (seen on St(3,1), St(4,1) and St(6,3), not on St(3,2) and St(4,2)). For distance up
+    /// to 2 and speeds up to 2 the first start is enough, for distance up to 3 and speeds up to 6 more than 99 in 100 random
+    /// problems are solved; both are asserted in `tests/boundary.rs`.
     ///
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`, `InvalidArgument`, `DifferentComponents`, `NoConvergence` (also

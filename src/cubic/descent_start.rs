@@ -16,8 +16,9 @@ use crate::manifold::quasi_geodesic::EndpointProblem;
 /// Legs at least: one for each lane.
 const LEGS: usize = 8;
 
-/// Legs at most, and the length of a leg at most, in radians: the guess for the middle of a leg needs less than a right angle. With
-/// 2.0 a descent along a rolling curve with speeds of 8 to 16 may be lost, and the flat one ends at up to 400 times the cost.
+/// Legs at most, and the length of a leg at most, in radians: the guess for the middle of a leg needs less than a right angle.
+/// With 2.0 a descent along a rolling curve with speeds of 8 to 16 may be lost, and the flat one ends at up to 400 times the
+/// cost.
 const MOST_LEGS: usize = 1024;
 pub(super) const LONGEST_LEG: f64 = 1.5;
 
@@ -67,8 +68,8 @@ impl DescentStart {
         Ok(Self::new(problem, knots))
     }
 
-    /// Along the curve that rolls with a velocity changing evenly from the initial to the end velocity, in a space that turns so that
-    /// it ends where it should, with legs of a length at most: the first columns of `e^{s(t) Omega} g(t)`, where
+    /// Along the curve that rolls with a velocity changing evenly from the initial to the end velocity, in a space that turns
+    /// so that it ends where it should, with legs of a length at most: the first columns of `e^{s(t) Omega} g(t)`, where
     /// `g' = g ((1 - t) x_0 + t x_1)`, `s = 3 t^2 - 2 t^3` and `e^Omega g(1)` is the frame at the end point. That is carried there along
     /// a quasi-geodesic, or any one if that is not unique.
     ///

@@ -1,8 +1,8 @@
 //! The solution of a boundary value problem that costs least among those that several starts lead to.
 //!
 //! Near data have one cheap solution, and Newton's method from the cubic of flat space leads to it. Farther apart the cost has
-//! several minima: descents start along a curve that rolls from one velocity to the other, and along the cubic of flat space; Newton's
-//! method takes the cheapest end of them to the tolerance.
+//! several minima: descents start along a curve that rolls from one velocity to the other, and along the cubic of flat space;
+//! Newton's method takes the cheapest end of them to the tolerance.
 
 use std::cell::Cell;
 
@@ -21,8 +21,8 @@ use crate::space::{FixedFrames, Frames};
 /// Descents end with a gradient of this size, in the time of a leg: a step or two of Newton's method are left.
 const TOLERANCE: f64 = 1e-6;
 
-/// Steps of a descent at most: until one has found a solution, and after that. Of 158 problems with speeds of 30 to 100 that are
-/// solved, 36 take more than 100; with 20 in place of 30 one of 40 hard problems costs 1.2 times as much.
+/// Steps of a descent at most: until one has found a solution, and after that. Of 158 problems with speeds of 30 to 100 that
+/// are solved, 36 take more than 100; with 20 in place of 30 one of 40 hard problems costs 1.2 times as much.
 const MAX_STEPS: usize = 300;
 const LATER_STEPS: usize = 30;
 
@@ -52,8 +52,8 @@ enum Start {
     Rolling,
     /// The cubic of flat space. Without it 6 of 332 hard problems cost 1.05 to 1.33 times as much.
     Flat,
-    /// The adjusted de Casteljau curve, where no unique quasi-geodesic says where the rolling one's frame ends. Without it, and the rolling one there, 35 of 180
-    /// problems between coordinate and permuted frames cost up to 3.3 times as much.
+    /// The adjusted de Casteljau curve, where no unique quasi-geodesic says where the rolling one's frame ends. Without it, and
+    /// the rolling one there, 35 of 180 problems between coordinate and permuted frames cost up to 3.3 times as much.
     Geometric,
     /// The rolling curve with shorter legs, where that has not led to a solution.
     RollingFinely,
@@ -180,7 +180,8 @@ impl Solver<'_> {
         }
     }
 
-    /// By Newton's method from the best end from which it finds a solution; of those that are not at rest only the first is tried.
+    /// By Newton's method from the best end from which it finds a solution; of those that are not at rest only the first is
+    /// tried.
     fn polished(&mut self, mut ends: Vec<End>) -> Result<Option<Solution>> {
         ends.sort_by(|a, b| {
             let [(a, x), (b, y)] = [a.rank(), b.rank()];
@@ -201,7 +202,8 @@ impl Solver<'_> {
         Ok(solution)
     }
 
-    /// Where a descent ends; `None` where that would not be below a cost, and where it would go on when only so much work is left.
+    /// Where a descent ends; `None` where that would not be below a cost, and where it would go on when only so much work is
+    /// left.
     fn descend(
         &mut self,
         start: &DescentStart,

@@ -188,13 +188,13 @@ impl PyRiemannianCubic {
     /// Notes
     /// -----
     /// Cubics with given ends are stationary, not unique. Newton's method, with exact derivatives of the flow, starts from the
-    /// cubic of flat space, or from the guess. If displacement and speeds are at most 2, its solution is returned. Otherwise (and
-    /// without a guess) a chain of cubics descends to a curve of least cost: from a curve that rolls evenly from one velocity to
-    /// the other, for end speeds up to 16 also from the cubic of flat space, and from the de Casteljau curve where more than one
-    /// quasi-geodesic joins the points. The cheapest is returned. Compare solutions by :meth:`Curve.cost`.
+    /// cubic of flat space, or from the guess. If displacement and speeds are at most 2, its solution is returned. Otherwise
+    /// (and without a guess) a chain of cubics descends to a curve of least cost: from a curve that rolls evenly from one
+    /// velocity to the other, for end speeds up to 16 also from the cubic of flat space, and from the de Casteljau curve where
+    /// more than one quasi-geodesic joins the points. The cheapest is returned. Compare solutions by :meth:`Curve.cost`.
     ///
-    /// Opposite points, or nearly so, with speeds of 1e-12 to 1e-4 may be refused: their solutions are nearly a whole family (seen
-    /// on St(3,1), St(4,1) and St(6,3), not on St(3,2) and St(4,2)).
+    /// Opposite points, or nearly so, with speeds of 1e-12 to 1e-4 may be refused: their solutions are nearly a whole family
+    /// (seen on St(3,1), St(4,1) and St(6,3), not on St(3,2) and St(4,2)).
     ///
     /// A problem is given up after the work of about two seconds. Ctrl-C ends the search at once.
     #[staticmethod]

@@ -1,8 +1,8 @@
 //! Descent of a chain with free inner knots to a curve of least cost, by damped Newton steps.
 //!
-//! Between the knots the legs are cubics, so the cost is a function of the knots alone. A step solves `(H + lambda D) s = -g` with
-//! the gradient `g`, the second derivative `H` and the one of flat space `D`, which is positive definite; `lambda` grows until `H +
-//! lambda D` is positive definite too and the cost falls. Flat cubics along any curve with the data are a start.
+//! Between the knots the legs are cubics, so the cost is a function of the knots alone. A step solves `(H + lambda D) s = -g`
+//! with the gradient `g`, the second derivative `H` and the one of flat space `D`, which is positive definite; `lambda` grows
+//! until `H + lambda D` is positive definite too and the cost falls. Flat cubics along any curve with the data are a start.
 //!
 //! # Source
 //! Nocedal, Wright (2006), "Numerical Optimization", 2nd ed., sec. 4.1, 10.3 (Levenberg-Marquardt steps).
@@ -17,8 +17,9 @@ use crate::space::Homogeneous;
 
 const SOLVER: &str = "descent of a chain of Riemannian cubics";
 
-/// The first damping, its factors after a step that fails and one that succeeds at once, and the least and the largest one. With a
-/// first one of 0.1 and a least one of 0.05 one of 80 problems with slow ends is lost: its minimum lies in a narrow valley.
+/// The first damping, its factors after a step that fails and one that succeeds at once, and the least and the largest one.
+/// With a first one of 0.1 and a least one of 0.05 one of 80 problems with slow ends is lost: its minimum lies in a narrow
+/// valley.
 const DAMPING: f64 = 0.01;
 const RAISE: f64 = 4.0;
 const LOWER: f64 = 0.25;
@@ -28,8 +29,8 @@ const MOST: f64 = 1e6;
 /// Longest displacement of a knot, in radians, and change of a velocity, in the time of a leg, by a step.
 const FARTHEST: f64 = 1.0;
 
-/// Shares of the decrease that the second derivative predicts: from the first one on a step counts as one that leads down, from the
-/// second on the damping falls.
+/// Shares of the decrease that the second derivative predicts: from the first one on a step counts as one that leads down, from
+/// the second on the damping falls.
 const DOWN: f64 = 1e-2;
 const WELL: f64 = 0.5;
 
@@ -48,7 +49,8 @@ const CORRECTIONS: usize = 4;
 const HOPELESS: f64 = 1.0;
 
 impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
-    /// Steps down to a gradient of the tolerance, or until it is clear that the cost of the curve on `[0, 1]` stays above a bound.
+    /// Steps down to a gradient of the tolerance, or until it is clear that the cost of the curve on `[0, 1]` stays above a
+    /// bound.
     ///
     /// # Errors
     /// `Interrupted`.
@@ -104,8 +106,8 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
         damping == 0.0 && self.whole_cost(self.cost - LEFT * decrease) > bound
     }
 
-    /// Takes a step that lowers the cost, with more and more damping, and returns the decrease that it promised; `None` where there
-    /// is no such step, or no more work may be done.
+    /// Takes a step that lowers the cost, with more and more damping, and returns the decrease that it promised; `None` where
+    /// there is no such step, or no more work may be done.
     ///
     /// # Errors
     /// `Interrupted`.

@@ -358,8 +358,8 @@ fn leg_cost<T: Field>(leg: &Leg<'_, T>, x: &[T]) -> T {
     cost
 }
 
-/// Terms of the exponential series at most: steps are at most a radian long; and the entry of a term below which the rest is left
-/// out.
+/// Terms of the exponential series at most: steps are at most a radian long; and the entry of a term below which the rest is
+/// left out.
 const TERMS: usize = 24;
 const SMALLEST: f64 = 1e-17;
 

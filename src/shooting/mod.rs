@@ -7,16 +7,16 @@
 //! x''' = [x'', x]_m - [[x, x']_h, x],\qquad g' = g\,x,\qquad g(0) = 1
 //! ```
 //!
-//! At both ends of a leg the velocity, and at the last one the point, are to be what the knots say; at knots accelerations are to
-//! be continuous. The derivative is that of the first few terms of the series: it costs less than the series itself, and a step
-//! with it leaves a hundredth or less of what was left. The series is the curve: nothing is integrated afterwards.
+//! At both ends of a leg the velocity, and at the last one the point, are to be what the knots say; at knots accelerations are
+//! to be continuous. The derivative is that of the first few terms of the series: it costs less than the series itself, and a
+//! step with it leaves a hundredth or less of what was left. The series is the curve: nothing is integrated afterwards.
 //!
-//! With free inner knots the same legs make up one cubic: a descent lowers the cost as a function of the knots, by damped Newton steps
-//! ([`least_cost`]).
+//! With free inner knots the same legs make up one cubic: a descent lowers the cost as a function of the knots, by damped
+//! Newton steps ([`least_cost`]).
 //!
 //! # Source
-//! Ascher, Mattheij, Russell (1995), "Numerical Solution of Boundary Value Problems for Ordinary Differential Equations", sec. 4.3
-//! (multiple shooting), 7.2 (condensation); Jorba, Zou (2005), Experimental Mathematics 14, 99-117 (Taylor series).
+//! Ascher, Mattheij, Russell (1995), "Numerical Solution of Boundary Value Problems for Ordinary Differential Equations", sec.
+//! 4.3 (multiple shooting), 7.2 (condensation); Jorba, Zou (2005), Experimental Mathematics 14, 99-117 (Taylor series).
 
 mod chain;
 mod condensed_leg;

@@ -61,8 +61,8 @@ fn add_leg(blocks: &mut SymmetricBlocks, leg: usize, entry: impl Fn(usize, usize
     }
 }
 
-/// Of the derivative of the gradient by the knots of a leg: accelerations at the first knot and third vectors at the last one count
-/// with the other sign.
+/// Of the derivative of the gradient by the knots of a leg: accelerations at the first knot and third vectors at the last one
+/// count with the other sign.
 fn exact_entry<T: Field>(group: &Group<'_, T>, lane: usize, [row, column]: [usize; 2]) -> f64 {
     let wide = 4 * group.leg.velocity.len();
     let sign = match 4 * row / wide {

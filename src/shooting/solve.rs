@@ -10,8 +10,8 @@ use crate::linalg::field::Field;
 use crate::report::{SolverReport, StopReason};
 use crate::space::Homogeneous;
 
-/// Solves the equations from velocities at the knots, per unit of time, and `x'` and `x''` at the start of each leg, in the time
-/// of the leg, which become those of the solution; the curves where it is found.
+/// Solves the equations from velocities at the knots, per unit of time, and `x'` and `x''` at the start of each leg, in the
+/// time of the leg, which become those of the solution; the curves where it is found.
 ///
 /// # Errors
 /// `Interrupted`.
@@ -44,8 +44,8 @@ where
     Ok((progress.report(reason), Some(Box::new(curves))))
 }
 
-/// The curve of least cost that a descent reaches from frames, shape `(r, r)` row by row, and velocities at knots that follow one
-/// another at equal times in `[0, 1]`, in the time of a leg: `x'` and `x''` at the start, and `int |x'|^2`.
+/// The curve of least cost that a descent reaches from frames, shape `(r, r)` row by row, and velocities at knots that follow
+/// one another at equal times in `[0, 1]`, in the time of a leg: `x'` and `x''` at the start, and `int |x'|^2`.
 ///
 /// The first and the last knot stay. A descent that would end at a cost above `below` may be left.
 ///

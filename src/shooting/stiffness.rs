@@ -5,9 +5,9 @@ use super::variation::{TERMS, Variation};
 use crate::linalg::field::{Field, accumulate, factor, multiply, substitute};
 use crate::space::Homogeneous;
 
-/// The linear equations `C dm + E z = -b` for the change `dm` of a leg's middle, where `z` holds changes `(p, v)` of the knots at
-/// both ends, a displacement and a velocity each, and `b` is what is left of the leg's own equations; and the changes
-/// of `(x'', x')` at both ends that follow from `dm` and `z`.
+/// The linear equations `C dm + E z = -b` for the change `dm` of a leg's middle, where `z` holds changes `(p, v)` of the knots
+/// at both ends, a displacement and a velocity each, and `b` is what is left of the leg's own equations; and the changes of
+/// `(x'', x')` at both ends that follow from `dm` and `z`.
 ///
 /// For cubics of the space the matrix is that of the second derivative of the cost of a leg, up to signs:
 ///

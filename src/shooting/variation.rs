@@ -4,8 +4,8 @@ use super::series::{Series, at_ends};
 use crate::linalg::field::{Field, transposed_multiply};
 use crate::space::Homogeneous;
 
-/// Terms of the series of the derivative, after the three given ones. With two, splines through 400 rotations up to 1.2 rad apart
-/// take ten steps instead of seven; six save none.
+/// Terms of the series of the derivative, after the three given ones. With two, splines through 400 rotations up to 1.2 rad
+/// apart take ten steps instead of seven; six save none.
 pub(super) const TERMS: usize = 4;
 
 /// Gauss nodes on `[-1/2, 1/2]` and weights, for the integral over the frames.
