@@ -145,10 +145,6 @@ impl DescentStart {
         Ok(self)
     }
 
-    pub(super) fn legs(&self) -> usize {
-        self.knots.len() - 1
-    }
-
     /// Whether the data say all of it, since one quasi-geodesic joins the end points.
     pub(super) fn is_unique(&self) -> bool {
         self.is_unique

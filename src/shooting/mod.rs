@@ -26,12 +26,14 @@ mod leg;
 mod newton;
 mod newton_step;
 mod orders;
+mod place;
 mod room;
 mod second_derivative;
 mod series;
 mod solve;
 mod solved;
 mod stiffness;
+mod valley;
 mod variation;
 
 #[cfg(test)]
@@ -40,4 +42,4 @@ mod descent_tests;
 mod tests;
 
 pub(crate) use free_chain::products_of_step;
-pub(crate) use solve::{least_cost, solve};
+pub(crate) use solve::{LeastCost, least_cost, solve};

@@ -44,8 +44,23 @@ where
     Ok((progress.report(reason), Some(Box::new(curves))))
 }
 
+/// Tolerances below this need a second derivative of more digits than the first few terms give.
+const FINE: f64 = 1e-9;
+
+/// Where a descent ends.
+pub(crate) struct LeastCost {
+    pub(crate) report: SolverReport,
+    /// `x'` and `x''` at the start.
+    pub(crate) start: Vec<f64>,
+    /// `int |x'|^2`.
+    pub(crate) cost: f64,
+    /// At the knots, as they are given.
+    pub(crate) frames: Vec<f64>,
+    pub(crate) velocities: Vec<f64>,
+}
+
 /// The curve of least cost that a descent reaches from frames, shape `(r, r)` row by row, and velocities at knots that follow
-/// one another at equal times in `[0, 1]`, in the time of a leg: `x'` and `x''` at the start, and `int |x'|^2`.
+/// one another at equal times in `[0, 1]`, in the time of a leg.
 ///
 /// The first and the last knot stay. A descent that would end at a cost above `below` may be left.
 ///
@@ -57,7 +72,7 @@ pub(crate) fn least_cost<T, S>(
     velocities: Vec<f64>,
     below: f64,
     options: &Options<'_>,
-) -> Result<(SolverReport, Vec<f64>, f64)>
+) -> Result<LeastCost>
 where
     T: Field + Send + Sync,
     S: Homogeneous,
@@ -65,8 +80,15 @@ where
     let legs = velocities.len() / space.dim() - 1;
     let mut room = vec![T::ZERO; FreeChain::<T, S>::len(space, legs)];
     let mut chain = FreeChain::<T, S>::new(space, frames, velocities, &mut room);
+    chain.set_fineness(options.tolerance < FINE);
     let mut progress = Progress::new(options.tolerance);
     let reason = chain.descend(&mut progress, below, options)?;
     let (start, cost) = chain.at_start();
-    Ok((progress.report(reason), start, cost))
+    Ok(LeastCost {
+        report: progress.report(reason),
+        start,
+        cost,
+        frames: chain.state.frames,
+        velocities: chain.state.velocities,
+    })
 }

@@ -1,7 +1,7 @@
 //! How the accelerations at the ends of a leg change with the knots there.
 
 use super::leg::{Leg, Scratch};
-use super::variation::{TERMS, Variation};
+use super::variation::Variation;
 use crate::linalg::field::{Field, accumulate, factor, multiply, substitute};
 use crate::space::Homogeneous;
 
@@ -27,16 +27,19 @@ pub(super) struct Stiffness<T> {
 /// Buffers that legs share.
 #[derive(Clone)]
 pub(super) struct StiffnessScratch<T> {
+    /// Of the series of the derivative, after the three given ones; there is room for so many as there were at first.
+    pub(super) terms: usize,
     variation: Variation<3, T>,
     direct: Vec<T>,
     vectors: Vec<T>,
 }
 
 impl<T: Field> StiffnessScratch<T> {
-    pub(super) fn new(space: impl Homogeneous) -> Self {
+    pub(super) fn new(space: impl Homogeneous, terms: usize) -> Self {
         let (d, square) = (space.dim(), space.size() * space.size());
         StiffnessScratch {
-            variation: Variation::new(space, TERMS),
+            terms,
+            variation: Variation::new(space, terms),
             direct: vec![T::ZERO; (d + space.isotropy_dim()) * d],
             vectors: vec![T::ZERO; (2 * square).max(7 * d)],
         }
@@ -66,11 +69,12 @@ impl<T: Field> Stiffness<T> {
     ) {
         let (d, wide) = (space.dim(), 3 * space.dim());
         let StiffnessScratch {
+            terms,
             variation,
             direct,
             vectors,
         } = own;
-        let terms = TERMS.min(leg.order);
+        let terms = (*terms).min(leg.order);
         scratch.series.set_curve(space, leg.middle(), terms);
         scratch.series.set_frames(space, terms + 3);
         variation.set(space, &scratch.series, terms);

@@ -16,6 +16,25 @@ const NODES: [(f64, f64); 4] = [
     (0.430_568_155_797_026_3, 0.173_927_422_568_726_93),
 ];
 
+/// The same where there are more terms than [`TERMS`].
+const MORE_NODES: [(f64, f64); 8] = [
+    (-0.480_144_928_248_768_1, 0.050_614_268_145_188_13),
+    (-0.398_333_238_706_813_4, 0.111_190_517_226_687_23),
+    (-0.262_766_204_958_164_5, 0.156_853_322_938_943_64),
+    (-0.091_717_321_247_824_9, 0.181_341_891_689_180_99),
+    (0.091_717_321_247_824_9, 0.181_341_891_689_180_99),
+    (0.262_766_204_958_164_5, 0.156_853_322_938_943_64),
+    (0.398_333_238_706_813_4, 0.111_190_517_226_687_23),
+    (0.480_144_928_248_768_1, 0.050_614_268_145_188_13),
+];
+
+fn nodes(terms: usize) -> &'static [(f64, f64)] {
+    match terms > TERMS {
+        true => &MORE_NODES,
+        false => &NODES,
+    }
+}
+
 /// Changes at the ends by those of `x, x', x''` in the middle, `3 d` columns each, row by row.
 #[derive(Clone)]
 pub(super) struct Variation<const N: usize, T> {
@@ -48,7 +67,7 @@ impl<const N: usize, T: Field> Variation<N, T> {
             terms: zeros((terms + 3) * d),
             matrices: zeros((terms + 3) * square),
             isotropy: zeros(2 * terms * h),
-            adjoints: zeros(NODES.len() * (d + h) * d),
+            adjoints: zeros(nodes(terms).len() * (d + h) * d),
             work: zeros((3 * square).max(4 * d)),
         }
     }
@@ -58,7 +77,8 @@ impl<const N: usize, T: Field> Variation<N, T> {
     pub(super) fn set(&mut self, space: impl Homogeneous, series: &Series<T>, terms: usize) {
         let (d, h) = (space.dim(), space.isotropy_dim());
         let wide = 3 * d;
-        self.set_adjoints(space, series, terms + 4);
+        let nodes = nodes(terms);
+        self.set_adjoints(space, series, nodes, terms + 4);
         self.eta.fill(T::ZERO);
         for column in 0..wide {
             self.set_terms(space, series, column, terms);
@@ -74,14 +94,14 @@ impl<const N: usize, T: Field> Variation<N, T> {
                 }
             }
             let adjoints = self.adjoints.chunks_exact((d + h) * d);
-            for ((s, weight), adjoint) in NODES.into_iter().zip(adjoints) {
+            for ((s, weight), adjoint) in nodes.iter().zip(adjoints) {
                 at_node.fill(T::ZERO);
-                let mut power = weight;
+                let mut power = *weight;
                 for term in self.terms.chunks_exact(d) {
                     for (x, term) in at_node.iter_mut().zip(term) {
                         *x += *term * power;
                     }
-                    power *= s;
+                    power *= *s;
                 }
                 for (p, row) in adjoint.chunks_exact(d).enumerate() {
                     let mut sum = self.eta[p * wide + column];
@@ -152,7 +172,13 @@ impl<const N: usize, T: Field> Variation<N, T> {
 
     /// `Ad_{g(1/2)^{-1} g(s)}` at the nodes.
     #[inline(always)]
-    fn set_adjoints(&mut self, space: impl Homogeneous, series: &Series<T>, count: usize) {
+    fn set_adjoints(
+        &mut self,
+        space: impl Homogeneous,
+        series: &Series<T>,
+        nodes: &[(f64, f64)],
+        count: usize,
+    ) {
         let (d, h, r) = (space.dim(), space.isotropy_dim(), space.size());
         let square = r * r;
         let frames = &series.frames[..count * square];
@@ -160,8 +186,8 @@ impl<const N: usize, T: Field> Variation<N, T> {
         let (frame, turn) = rest.split_at_mut(square);
         value_at(frames, square, 0.5, last);
         let adjoints = self.adjoints.chunks_exact_mut((d + h) * d);
-        for ((s, _), adjoint) in NODES.into_iter().zip(adjoints) {
-            value_at(frames, square, s, frame);
+        for ((s, _), adjoint) in nodes.iter().zip(adjoints) {
+            value_at(frames, square, *s, frame);
             transposed_multiply(r, last, frame, turn);
             space.adjoint_into(turn, adjoint);
         }
