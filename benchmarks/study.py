@@ -20,7 +20,7 @@ from benchmarks import study_work as work
 from benchmarks.environment import ROOT, machine
 from benchmarks.study_cases import cases
 from benchmarks.study_equations import STRAIGHT_LINE
-from stiefel_rs import paper_figures
+from stiefel_rs import figure_style
 
 PAGE = Path(__file__).with_name("study_page.md")
 
@@ -62,7 +62,7 @@ def run(extent: Extent, folder: Path) -> str:
     energies = long.energies(extent.bounded_time, extent.growing_time)
     drifts = long.drifts(extent.drift_steps)
     costs = work.costs(extent.sizes, extent.rounds)
-    with paper_figures._style():
+    with figure_style.context():
         figures.write(
             folder,
             {

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from benchmarks.study_long import Drift, Energy
 from benchmarks.study_work import Cost, Solve
-from stiefel_rs import paper_figures
+from stiefel_rs import figure_style
 
 ORANGE, SKY, GREEN, YELLOW, BLUE, RED, PINK, BLACK = (
     "#E69F00", "#56B4E9", "#009E73", "#C4B000", "#0072B2", "#D55E00", "#CC79A7", "#000000",
@@ -45,10 +45,10 @@ FLOOR: Final = 1e-17
 def _panel(ax: Axes, title: str, x: str, y: str, scale: Literal["log", "linear"] = "log") -> None:
     ax.set_xscale(scale)
     ax.set_yscale("log")
-    paper_figures._log_axis(ax.yaxis)
+    figure_style.log_axis(ax.yaxis)
     if scale == "log":
-        paper_figures._log_axis(ax.xaxis)
-    ax.grid(**paper_figures.GRID)
+        figure_style.log_axis(ax.xaxis)
+    ax.grid(**figure_style.GRID)
     ax.set_title(title)
     ax.set_xlabel(x)
     ax.set_ylabel(y)
@@ -70,9 +70,9 @@ def _legend(figure: Figure, columns: int) -> None:
 
 def work(solves: list[Solve]) -> Figure:
     """Error at the end against the time of a solve, one panel for each curve."""
-    figure = paper_figures._new_figure(8.4, 8.2)
+    figure = figure_style.new_figure(8.4, 8.2)
     names = list(dict.fromkeys(solve.case for solve in solves))
-    grid = paper_figures._grid(figure, 2, 2, (0.8, 0.15, 1.75, 0.35), hspace=0.32, wspace=0.2)
+    grid = figure_style.grid(figure, 2, 2, (0.8, 0.15, 1.75, 0.35), hspace=0.32, wspace=0.2)
     for i, name in enumerate(names):
         ax = figure.add_subplot(grid[i // 2, i % 2])
         _panel(ax, name, "seconds for one solve", "error at t = 1" if i % 2 == 0 else "")
@@ -86,8 +86,8 @@ def work(solves: list[Solve]) -> Figure:
 
 def energy(energies: list[Energy]) -> Figure:
     """Relative energy error against time, semilogarithmic, one panel for each curve."""
-    figure = paper_figures._new_figure(9.6, 4.8)
-    grid = paper_figures._grid(figure, 1, 3, (0.8, 0.15, 1.5, 0.35), wspace=0.28)
+    figure = figure_style.new_figure(9.6, 4.8)
+    grid = figure_style.grid(figure, 1, 3, (0.8, 0.15, 1.5, 0.35), wspace=0.28)
     for i, curve in enumerate(dict.fromkeys(e.curve for e in energies)):
         ax = figure.add_subplot(grid[0, i])
         _panel(ax, curve, "time t", "relative energy error" if i == 0 else "", "linear")
@@ -100,8 +100,8 @@ def energy(energies: list[Energy]) -> Figure:
 
 def drift(drifts: list[Drift]) -> Figure:
     """Drift of the three invariants against the number of steps."""
-    figure = paper_figures._new_figure(8.4, 3.9)
-    grid = paper_figures._grid(figure, 1, 3, (0.8, 0.15, 0.95, 0.35), wspace=0.3)
+    figure = figure_style.new_figure(8.4, 3.9)
+    grid = figure_style.grid(figure, 1, 3, (0.8, 0.15, 0.95, 0.35), wspace=0.3)
     sizes = list(dict.fromkeys((d.n, d.k) for d in drifts))
     for i, name in enumerate(("momentum", "constraint", "orthonormality")):
         ax = figure.add_subplot(grid[0, i])
@@ -118,14 +118,14 @@ def drift(drifts: list[Drift]) -> Figure:
 
 def cost(costs: list[Cost]) -> Figure:
     """Time of one step, one place for each size, in the order of the list."""
-    figure = paper_figures._new_figure(8.4, 5.0)
-    ax = figure.add_subplot(paper_figures._grid(figure, 1, 1, (0.8, 0.15, 1.5, 0.15))[0, 0])
+    figure = figure_style.new_figure(8.4, 5.0)
+    ax = figure.add_subplot(figure_style.grid(figure, 1, 1, (0.8, 0.15, 1.5, 0.15))[0, 0])
     ax.set_yscale("log")
-    paper_figures._log_axis(ax.yaxis)
-    ax.grid(**paper_figures.GRID)
+    figure_style.log_axis(ax.yaxis)
+    ax.grid(**figure_style.GRID)
     ax.set_ylabel("seconds for one step")
     places = list(range(len(costs)))
-    ax.set_xticks(places, [f"St({c.n},{c.k})\nr = {c.rows}" for c in costs], fontsize=paper_figures.FONT_SIZE - 2)
+    ax.set_xticks(places, [f"St({c.n},{c.k})\nr = {c.rows}" for c in costs], fontsize=figure_style.FONT_SIZE - 2)
     for method in costs[0].step:
         _draw(ax, method, places, [c.step[method] for c in costs], **STYLES[method])
     _legend(figure, 3)

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from matplotlib.figure import Figure
 
-from . import paper_figures
+from . import figure_style
 from .conjecture import COORDINATES, EXPONENTIAL, ORDERS, PROBLEMS, STEPS, Study, retractions
 from .paper import EXPERIMENTS
 
@@ -22,8 +22,8 @@ DASHES: Final = {1: (0, (4, 2)), 2: "-"}
 
 def figure(study: Study) -> Figure:
     """Mean error against ``N`` on the paper's curves: one column for each manifold, one row for each problem."""
-    new = paper_figures._new_figure(7.2, 6.0)
-    grid = paper_figures._grid(new, 2, 2, (0.8, 0.15, 1.25, 0.35), hspace=0.12, wspace=0.08)
+    new = figure_style.new_figure(7.2, 6.0)
+    grid = figure_style.grid(new, 2, 2, (0.8, 0.15, 1.25, 0.35), hspace=0.12, wspace=0.08)
     error = {
         (e.manifold, e.problem, e.order, e.steps, e.retraction): e.error for e in study.errors if e.curve == "paper"
     }
@@ -38,10 +38,10 @@ def figure(study: Study) -> Figure:
                     label = f"{name}, order {order}"
                     style = STYLES[name] | {"linestyle": DASHES[order], "markerfacecolor": "white"}
                     ax.loglog(STEPS, values, label=label, **style)
-            paper_figures._log_axis(ax.yaxis)
+            figure_style.log_axis(ax.yaxis)
             ax.set_xticks(STEPS, [str(n) for n in STEPS] if row else [])
             ax.xaxis.minorticks_off()
-            ax.grid(**paper_figures.GRID)
+            ax.grid(**figure_style.GRID)
             ax.tick_params(labelleft=column == 0)
             if row == 0:
                 ax.set_title(e.title)
@@ -55,5 +55,5 @@ def figure(study: Study) -> Figure:
 
 def write(folder: Path, study: Study) -> list[Path]:
     """Write ``conjecture.png`` and ``conjecture.pdf`` into `folder`, which must exist; the paths written."""
-    with paper_figures._style():
-        return paper_figures.save(figure(study), folder, "conjecture")
+    with figure_style.context():
+        return figure_style.save(figure(study), folder, "conjecture")

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from matplotlib.axes import Axes
 
-from . import paper_figures
+from . import figure_style
 from .control_points import DEGREES, Row
 from .paper import EXPERIMENTS, Experiment
 
@@ -33,21 +33,21 @@ def _draw(experiment: Experiment, rows: list[Row], quantity: str, *, ax: Axes) -
         ax.semilogy(places, shown, label=label, markerfacecolor="white", **STYLES[label])
         for m, y in pairs:
             if y < SMALLEST_EXCESS:
-                note = f"round-off, below {paper_figures._power_of_ten(SMALLEST_EXCESS, 0)}"
+                note = f"round-off, below {figure_style.power_of_ten(SMALLEST_EXCESS, 0)}"
                 offset: dict[str, Any] = {"xytext": (-9, 0), "textcoords": "offset points"}
                 offset |= {"ha": "right", "va": "center"}
-                ax.annotate(note, (m, SMALLEST_EXCESS), fontsize=paper_figures.FONT_SIZE - 2, **offset)
+                ax.annotate(note, (m, SMALLEST_EXCESS), fontsize=figure_style.FONT_SIZE - 2, **offset)
     ax.set_xticks([3, *DEGREES], ["3\n(GCP)", *map(str, DEGREES)])
     ax.set_xlim(2.7, DEGREES[-1] + 0.3)
-    paper_figures._log_axis(ax.yaxis)
-    ax.grid(**paper_figures.GRID)
+    figure_style.log_axis(ax.yaxis)
+    ax.grid(**figure_style.GRID)
 
 
 def write(folder: Path, rows: list[Row]) -> list[Path]:
     """Write the figure, one column of panels for each manifold; the paths written."""
-    with paper_figures._style():
-        figure = paper_figures._new_figure(7.2, 5.6)
-        grid = paper_figures._grid(figure, 2, 2, (0.95, 0.15, 1.05, 0.35), hspace=0.12, wspace=0.25)
+    with figure_style.context():
+        figure = figure_style.new_figure(7.2, 5.6)
+        grid = figure_style.grid(figure, 2, 2, (0.95, 0.15, 1.05, 0.35), hspace=0.12, wspace=0.25)
         for column, experiment in enumerate(EXPERIMENTS):
             upper, lower = (figure.add_subplot(grid[i, column]) for i in range(2))
             _draw(experiment, rows, "error", ax=upper)
@@ -59,4 +59,4 @@ def write(folder: Path, rows: list[Row]) -> list[Path]:
                 upper.set_ylabel("mean Frobenius error\n(dimensionless)")
                 lower.set_ylabel("relative excess of the cost\nover the exact cubic")
         figure.legend(*upper.get_legend_handles_labels(), loc="lower center", ncols=3, frameon=False)
-        return paper_figures.save(figure, folder, "control_points")
+        return figure_style.save(figure, folder, "control_points")

@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from . import control_points, paper, paper_figures
+from . import control_points, figure_style, paper, paper_figures
 from .exact import COARSE_STEPS, Comparison, percent
 from .paper import Array, Experiment
 
@@ -62,10 +62,10 @@ def draw_distance(curves: dict[str, tuple[Array, Array]], *, ax: Axes) -> None:
         t = paper.time_grid(len(points) - 1)[1:-1]
         # Zero has no place on the axis: equal to the last bit is drawn as half a unit of the last digit.
         ax.semilogy(t, np.maximum(distance, np.finfo(float).eps / 2), **STYLES[method])
-    paper_figures._log_axis(ax.yaxis)
+    figure_style.log_axis(ax.yaxis)
     ax.set(xlabel=paper_figures.TIME_LABEL, xlim=(0, 1.01), ylabel="Frobenius distance\nto the exact cubic")
     ax.set_title("distance to the exact cubic; black: the exact cubic to the reference in the chart")
-    ax.grid(**paper_figures.GRID)
+    ax.grid(**figure_style.GRID)
 
 
 def draw_costs(comparison: Comparison, *, ax: Axes) -> None:
@@ -76,10 +76,10 @@ def draw_costs(comparison: Comparison, *, ax: Axes) -> None:
         ax.barh(place, excess, height=0.55, color=STYLES[method]["color"])
         sign = "" if row.excess >= 0 else "−"  # noqa: RUF001
         text = f" J = {row.cost:.6f}, {sign}{percent(abs(row.excess))}"
-        ax.text(excess, place, text, va="center", fontsize=paper_figures.FONT_SIZE - 1)
+        ax.text(excess, place, text, va="center", fontsize=figure_style.FONT_SIZE - 1)
     ax.set_xscale("log")
     ax.set_xlim(1e-6, 1e5)
-    paper_figures._log_axis(ax.xaxis)
+    figure_style.log_axis(ax.xaxis)
     ax.set_xticks([1e-6, 1e-4, 1e-2, 1, 100])
     ax.set_yticks(range(len(BARS)), [LABELS[m].replace(", ", "\n") for m in reversed(BARS)])
     ax.set_xlabel(f"excess of J over that of the exact cubic (%); for N = {COARSE_STEPS}, J is a sum over the points")
@@ -92,8 +92,8 @@ def figure(comparison: Comparison) -> Figure:
     curves = _curves(experiment)
     trajectories = paper_figures.Trajectories(experiment)
     columns = trajectories.columns
-    new = paper_figures._new_figure(7.2, 8.8)
-    grid = paper_figures._grid(new, 3, columns, (1.5, 0.2, 1.2, 0.3), height_ratios=[1.2, 0.75, 1.0], hspace=0.48)
+    new = figure_style.new_figure(7.2, 8.8)
+    grid = figure_style.grid(new, 3, columns, (1.5, 0.2, 1.2, 0.3), height_ratios=[1.2, 0.75, 1.0], hspace=0.48)
     for column in range(columns):
         sphere = new.add_subplot(grid[0, column], projection="3d", computed_zorder=False)
         cell = sphere.get_position()  # A sphere has no tick labels: it can use the margin as well.
@@ -104,7 +104,7 @@ def figure(comparison: Comparison) -> Figure:
         new.text((column + 0.06) / columns, 0.975, title, va="top")
         # Less than the marks are wide: the spheres cannot show it.
         note = f"all curves within {_farthest(curves, column):.1g} radii of the exact cubic"
-        new.text((column + 0.5) / columns, cell.y0 - 0.038, note, ha="center", fontsize=paper_figures.FONT_SIZE - 1)
+        new.text((column + 0.5) / columns, cell.y0 - 0.038, note, ha="center", fontsize=figure_style.FONT_SIZE - 1)
     draw_costs(comparison, ax=new.add_subplot(grid[1, :]))
     draw_distance(curves, ax=new.add_subplot(grid[2, :]))
     handles = [Line2D([], [], label=LABELS[m], **STYLES[m]) for m in LABELS]
@@ -116,7 +116,7 @@ def write(folder: Path, found: list[Comparison], progress: Callable[[], None]) -
     """Write ``exact_<manifold>.png`` and ``.pdf`` into `folder`, which must exist; the paths written."""
     paths = []
     for comparison in found:
-        with paper_figures._style():
-            paths += paper_figures.save(figure(comparison), folder, f"exact_{comparison.experiment.name}")
+        with figure_style.context():
+            paths += figure_style.save(figure(comparison), folder, f"exact_{comparison.experiment.name}")
         progress()
     return paths

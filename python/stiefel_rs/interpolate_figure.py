@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
 from numpy.typing import NDArray
 
-from . import paper_figures, storage
+from . import figure_sphere, figure_style, storage
 from ._core import Curve, Stiefel
 
 Array = NDArray[np.float64]
@@ -36,12 +36,12 @@ def draw_circle(points: Array, knots: Array, *, ax: Axes) -> None:
         ax.plot(*(radius * points[:, :, column].T), **_style(column))
         ax.plot(*(radius * knots[:, :, column].T), "o", color=COLOURS[column % 3], markerfacecolor="white")
     ax.set(xlabel="first entry", ylabel="second entry", aspect="equal")
-    ax.grid(**paper_figures.GRID)
+    ax.grid(**figure_style.GRID)
 
 
 def draw_sphere(points: Array, knots: Array, *, ax: Axes3D) -> None:
     """Draw columns on the unit sphere; what is on its far side is paler."""
-    paper_figures.draw_sphere(VIEW, ax=ax)
+    figure_sphere.draw_sphere(VIEW, ax=ax)
     for column in range(points.shape[2]):
         path = points[:, :, column]
         front = (path @ VIEW > 0)[:, None]
@@ -63,7 +63,7 @@ def draw_norms(curve: Curve, t: Array, knots: Array, *, axes: tuple[Axes, Axes])
         ax.set_ylim(bottom=0)
         if len(knots) <= 100:
             ax.plot(knots, np.zeros(len(knots)), "|", color="#555555", markersize=9, clip_on=False)
-        ax.grid(**paper_figures.GRID)
+        ax.grid(**figure_style.GRID)
     axes[0].set_title("lengths in the canonical metric")
     axes[0].tick_params(labelbottom=False)
     axes[1].set_xlabel("time t (units of the input; bars: its points)")
@@ -73,9 +73,9 @@ def figure(curve: Curve, t: Array, S: Array) -> Figure:
     """Paths of the columns where they can be drawn (n of 2 and 3), and the lengths of velocity and acceleration."""
     times = np.unique(np.concatenate([np.linspace(*curve.t_span, SAMPLES), np.asarray(t, dtype=np.float64)]))
     paths, spherical = curve.n in (2, 3), curve.n == 3
-    made = paper_figures._new_figure(9.0 if paths else 6.4, 4.4)
+    made = figure_style.new_figure(9.0 if paths else 6.4, 4.4)
     margins = (0.2 if spherical else 0.8, 0.2, 0.6, 0.4)
-    grid = paper_figures._grid(made, 2, 2 if paths else 1, margins, hspace=0.12, wspace=0.32)
+    grid = figure_style.grid(made, 2, 2 if paths else 1, margins, hspace=0.12, wspace=0.32)
     if paths:
         points, knots = curve(times), np.asarray(S, dtype=np.float64)
         if spherical:
@@ -93,5 +93,5 @@ def figure(curve: Curve, t: Array, S: Array) -> Figure:
 
 def write(path: Path, curve: Curve, t: Array, S: Array) -> None:
     """Write the figure, in the format that the end of the file's name says."""
-    with storage.replacing(path) as file, paper_figures._style():
+    with storage.replacing(path) as file, figure_style.context():
         figure(curve, t, S).savefig(file, format=path.suffix[1:].lower(), dpi=DPI)

@@ -1,28 +1,23 @@
 """The figures of the paper's comparison.
 
-Importing this module imports matplotlib, so nothing else of the package imports it. Figures are built on
-`matplotlib.figure.Figure` directly: no pyplot, no global state. Colours are those of Okabe and Ito; each method has its
-own line style and marker too, so that the figures can be read without colour.
+Importing this module imports matplotlib. Colours are those of Okabe and Ito; each method has its own line style and
+marker too, so that the figures can be read without colour.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, Final
 
-import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.axis import Axis
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.gridspec import GridSpec
-from matplotlib.ticker import FuncFormatter, NullLocator
+from matplotlib.ticker import NullLocator
 from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
 
-from . import paper
+from . import figure_style, paper
+from .figure_sphere import draw_sphere
 from .paper import ALL_METHODS, EXPERIMENTS, MAPS, METHODS, SPHERE, STIEFEL_3_2, Array, ErrorRow, Experiment
 from .report import LABELS, MAP_LABELS
 
@@ -41,64 +36,7 @@ STYLES: Final[dict[str, dict[str, Any]]] = {
     "exact_bvp": {"color": "#000000", "linestyle": "-", "marker": "x"},
 }
 TIME_LABEL: Final = "time t (dimensionless)"
-FONT_SIZE: Final = 10
-DPI: Final = 200
-SPHERE_COLOURS: Final = ("#A8A8A8", "#E6E6E6")
-GRID: Final[dict[str, Any]] = {"visible": True, "which": "major", "color": "#DDDDDD", "linewidth": 0.6}
 FINE_STEPS: Final = 200
-
-
-@contextmanager
-def _style() -> Iterator[None]:
-    """Use matplotlib's defaults with this module's sizes, whatever the user's own settings are."""
-    with matplotlib.rc_context():
-        matplotlib.rcdefaults()
-        matplotlib.rcParams.update(
-            {
-                "font.size": FONT_SIZE,
-                "legend.fontsize": FONT_SIZE - 1,
-                "axes.titlesize": FONT_SIZE,
-                "lines.markersize": 5.5,
-                "lines.linewidth": 1.6,
-                "axes.spines.top": False,
-                "axes.spines.right": False,
-                "svg.hashsalt": "stiefel-rs",
-            }
-        )
-        yield
-
-
-def _new_figure(width: float, height: float) -> Figure:
-    # Margins are given by hand in inches: an automatic layout draws every figure three times more.
-    figure = Figure(figsize=(width, height))
-    FigureCanvasAgg(figure)
-    return figure
-
-
-def _grid(figure: Figure, rows: int, columns: int, margins: tuple[float, ...], **options: Any) -> GridSpec:
-    """Return a grid of panels inside of `margins`: left, right, bottom, top, in inches."""
-    width, height = figure.get_size_inches()
-    left, right, bottom, top = margins
-    edges = {"left": left / width, "right": 1 - right / width, "bottom": bottom / height, "top": 1 - top / height}
-    return figure.add_gridspec(rows, columns, **edges, **options)
-
-
-def _power_of_ten(value: float, _position: int) -> str:
-    return "10" + str(round(np.log10(value))).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
-
-
-def _log_axis(axis: Axis) -> None:
-    """Label the decades in plain text: quicker than mathematical text, and one font less in each PDF."""
-    axis.set_major_formatter(FuncFormatter(_power_of_ten))
-    axis.set_minor_locator(NullLocator())
-
-
-def save(figure: Figure, folder: Path, name: str) -> list[Path]:
-    """Write ``name.png`` and ``name.pdf``, without dates in them; the paths written."""
-    png, pdf = folder / f"{name}.png", folder / f"{name}.pdf"
-    figure.savefig(png, dpi=DPI)
-    figure.savefig(pdf, metadata={"CreationDate": None})
-    return [png, pdf]
 
 
 def draw_error(experiment: Experiment, rows: list[ErrorRow], *, ax: Axes) -> None:
@@ -108,9 +46,9 @@ def draw_error(experiment: Experiment, rows: list[ErrorRow], *, ax: Axes) -> Non
         order = paper.slope(rows, method)
         label = LABELS[method] if order is None else f"{LABELS[method]}, slope {order:.2f}"
         ax.loglog(h, [r.errors[method] for r in rows], label=label, markerfacecolor="white", **STYLES[method])
-    _log_axis(ax.yaxis)
+    figure_style.log_axis(ax.yaxis)
     if h[0] >= 100 * h[-1]:
-        _log_axis(ax.xaxis)
+        figure_style.log_axis(ax.xaxis)
     else:
         shown = h if len(h) <= 8 else [h[0], h[-1]]
         ax.set_xticks(shown, [f"{x:.3g}" for x in shown])
@@ -118,53 +56,17 @@ def draw_error(experiment: Experiment, rows: list[ErrorRow], *, ax: Axes) -> Non
     ax.set_xlabel("step h = 1/N (dimensionless)")
     ax.set_ylabel("mean Frobenius error (dimensionless)")
     ax.set_title(experiment.title)
-    ax.grid(**GRID)
+    ax.grid(**figure_style.GRID)
 
 
 def error_figure(experiment: Experiment, rows: list[ErrorRow]) -> Figure:
     """Log-log figure of the mean errors of one experiment."""
-    figure = _new_figure(7.2, 5.2)
-    grid = _grid(figure, 1, 1, (0.8, 2.3, 0.6, 0.35))
+    figure = figure_style.new_figure(7.2, 5.2)
+    grid = figure_style.grid(figure, 1, 1, (0.8, 2.3, 0.6, 0.35))
     ax = figure.add_subplot(grid[0, 0])
     draw_error(experiment, rows, ax=ax)
     ax.legend(loc="center left", bbox_to_anchor=(1.02, 0.5), frameon=False)
     return figure
-
-
-def _circle(centre: Array, u: Array, v: Array) -> Array:
-    angle = np.linspace(0.0, 2.0 * np.pi, 181)[:, None]
-    return np.asarray(centre + np.cos(angle) * u + np.sin(angle) * v)
-
-
-def _sphere_lines() -> Iterator[Array]:
-    """Parallels and meridians every 30 degrees, each of shape ``(181, 3)``."""
-    x, y, z = np.eye(3)
-    for latitude in np.radians(np.arange(-60, 61, 30)):
-        yield _circle(np.sin(latitude) * z, np.cos(latitude) * x, np.cos(latitude) * y)
-    for longitude in np.radians(np.arange(0, 180, 30)):
-        yield _circle(np.zeros(3), np.cos(longitude) * x + np.sin(longitude) * y, z)
-
-
-def draw_sphere(view: Array, *, ax: Axes3D) -> None:
-    """Draw the unit sphere seen from the unit direction `view`, shape ``(3,)``; the far half is lighter."""
-    for line in _sphere_lines():
-        front = (line @ view > 0)[:, None]
-        for order, (mask, colour) in enumerate(zip((~front, front), SPHERE_COLOURS[::-1], strict=True)):
-            ax.plot(*np.where(mask, line, np.nan).T, color=colour, linewidth=0.6, zorder=order)
-    u = np.cross(view, [0.0, 0.0, 1.0])
-    u /= np.linalg.norm(u)
-    ax.plot(*_circle(np.zeros(3), u, np.cross(view, u)).T, color="#555555", linewidth=0.9, zorder=2)
-    for name, axis in zip("₁₂₃", np.eye(3), strict=True):
-        side = axis if axis @ view > -0.05 else -axis
-        if abs(side @ view) < 0.8:  # An axis that points at the reader would lie on the curve.
-            ax.plot(*np.stack([side, 1.1 * side]).T, color="#555555", linewidth=0.9, zorder=2)
-            label = f"x{name}" if side is axis else f"−x{name}"  # noqa: RUF001
-            ax.text(*(1.25 * side), label, ha="center", va="center", color="#333333")
-    ax.set_proj_type("ortho")
-    ax.view_init(elev=float(np.degrees(np.arcsin(view[2]))), azim=float(np.degrees(np.arctan2(view[1], view[0]))))
-    ax.set(xlim=(-1, 1), ylim=(-1, 1), zlim=(-1, 1))
-    ax.set_box_aspect((1, 1, 1), zoom=1.42)
-    ax.set_axis_off()
 
 
 class Trajectories:
@@ -228,7 +130,7 @@ class Trajectories:
             across = 1e3 * np.sum(offset * normal[nearest], axis=1)
             self._plot(method, ax, along, across)
         ax.set(xlabel="length along the reference (radii)", ylabel="offset across it (1/1000 radius)")
-        ax.grid(**GRID)
+        ax.grid(**figure_style.GRID)
 
     def draw_distance(self, *, ax: Axes) -> None:
         """Draw the distance of each curve to the reference against time; the common end points are left out."""
@@ -239,18 +141,20 @@ class Trajectories:
             shown = slice(1, None) if method.endswith("ivp") else slice(1, -1)
             self._plot(method, ax, paper.time_grid(steps)[shown], distance[shown])
         ax.set_yscale("log")
-        _log_axis(ax.yaxis)
+        figure_style.log_axis(ax.yaxis)
         ax.set(xlabel=TIME_LABEL, ylabel="Frobenius distance\nto the reference", xlim=(0, 1.01))
-        ax.grid(**GRID)
+        ax.grid(**figure_style.GRID)
 
 
 def trajectory_figure(experiment: Experiment) -> Figure:
     """One row for each column of the curves (on the sphere, and the strip around it), then distance against time."""
     trajectories = Trajectories(experiment)
     rows = trajectories.columns + 1
-    figure = _new_figure(7.2, 3.5 * rows)
+    figure = figure_style.new_figure(7.2, 3.5 * rows)
     heights = [1.25] * (rows - 1) + [1.0]
-    grid = _grid(figure, rows, 2, (0.85, 0.15, 1.05, 0.3), height_ratios=heights, width_ratios=[1.3, 1], hspace=0.3)
+    grid = figure_style.grid(
+        figure, rows, 2, (0.85, 0.15, 1.05, 0.3), height_ratios=heights, width_ratios=[1.3, 1], hspace=0.3
+    )
     for column in range(rows - 1):
         sphere = figure.add_subplot(grid[column, 0], projection="3d", computed_zorder=False)
         cell = sphere.get_position()  # A sphere has no tick labels: it can use the margin as well.
@@ -268,8 +172,8 @@ def trajectory_figure(experiment: Experiment) -> Figure:
 
 def _flow_figure(draw: Callable[[Axes, Experiment, paper.Drift, dict[str, Any]], None], top: float) -> Figure:
     """Two panels, one for each manifold; `draw` draws one discrete flow into one panel."""
-    figure = _new_figure(7.2, 3.9)
-    grid = _grid(figure, 1, 2, (0.9, 0.2, 1.05, top), wspace=0.12)
+    figure = figure_style.new_figure(7.2, 3.9)
+    grid = figure_style.grid(figure, 1, 2, (0.9, 0.2, 1.05, top), wspace=0.12)
     left = figure.add_subplot(grid[0, 0])
     right = figure.add_subplot(grid[0, 1], sharey=left)
     right.tick_params(labelleft=False)
@@ -282,9 +186,9 @@ def _flow_figure(draw: Callable[[Axes, Experiment, paper.Drift, dict[str, Any]],
                     style["markerfacecolor"] = style["color"]
                 draw(ax, experiment, paper.drift(experiment, step_map, steps), style)
         ax.set_yscale("log")
-        _log_axis(ax.yaxis)
+        figure_style.log_axis(ax.yaxis)
         ax.set(xlabel=TIME_LABEL, title=experiment.title, xlim=(0, 1.02))
-        ax.grid(**GRID)
+        ax.grid(**figure_style.GRID)
     figure.legend(*left.get_legend_handles_labels(), loc="lower center", ncols=2, frameon=False)
     return figure
 
@@ -330,7 +234,7 @@ def write_all(folder: Path, rows: dict[str, list[ErrorRow]], progress: Callable[
     }
     paths = []
     for name, make in makers.items():
-        with _style():
-            paths += save(make(), folder, name)
+        with figure_style.context():
+            paths += figure_style.save(make(), folder, name)
         progress()
     return paths

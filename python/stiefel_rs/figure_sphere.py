@@ -1,0 +1,49 @@
+"""The unit sphere as a figure draws it: parallels, meridians, outline and axes. Importing this imports matplotlib."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+SPHERE_COLOURS: Final = ("#A8A8A8", "#E6E6E6")
+
+
+def _circle(centre: Array, u: Array, v: Array) -> Array:
+    angle = np.linspace(0.0, 2.0 * np.pi, 181)[:, None]
+    return np.asarray(centre + np.cos(angle) * u + np.sin(angle) * v)
+
+
+def _sphere_lines() -> Iterator[Array]:
+    """Parallels and meridians every 30 degrees, each of shape ``(181, 3)``."""
+    x, y, z = np.eye(3)
+    for latitude in np.radians(np.arange(-60, 61, 30)):
+        yield _circle(np.sin(latitude) * z, np.cos(latitude) * x, np.cos(latitude) * y)
+    for longitude in np.radians(np.arange(0, 180, 30)):
+        yield _circle(np.zeros(3), np.cos(longitude) * x + np.sin(longitude) * y, z)
+
+
+def draw_sphere(view: Array, *, ax: Axes3D) -> None:
+    """Draw the unit sphere seen from the unit direction `view`, shape ``(3,)``; the far half is lighter."""
+    for line in _sphere_lines():
+        front = (line @ view > 0)[:, None]
+        for order, (mask, colour) in enumerate(zip((~front, front), SPHERE_COLOURS[::-1], strict=True)):
+            ax.plot(*np.where(mask, line, np.nan).T, color=colour, linewidth=0.6, zorder=order)
+    u = np.cross(view, [0.0, 0.0, 1.0])
+    u /= np.linalg.norm(u)
+    ax.plot(*_circle(np.zeros(3), u, np.cross(view, u)).T, color="#555555", linewidth=0.9, zorder=2)
+    for name, axis in zip("₁₂₃", np.eye(3), strict=True):
+        side = axis if axis @ view > -0.05 else -axis
+        if abs(side @ view) < 0.8:  # An axis that points at the reader would lie on the curve.
+            ax.plot(*np.stack([side, 1.1 * side]).T, color="#555555", linewidth=0.9, zorder=2)
+            label = f"x{name}" if side is axis else f"−x{name}"  # noqa: RUF001
+            ax.text(*(1.25 * side), label, ha="center", va="center", color="#333333")
+    ax.set_proj_type("ortho")
+    ax.view_init(elev=float(np.degrees(np.arcsin(view[2]))), azim=float(np.degrees(np.arctan2(view[1], view[0]))))
+    ax.set(xlim=(-1, 1), ylim=(-1, 1), zlim=(-1, 1))
+    ax.set_box_aspect((1, 1, 1), zoom=1.42)
+    ax.set_axis_off()
