@@ -106,14 +106,14 @@ def reproduce(folder: Path, steps: tuple[int, ...], repetitions: int, curves: in
         written["tables"] += control_points.write_tables(tables, alternatives)
         try:
             # Here, since matplotlib is optional and slow to import.
-            from . import conjecture_figure, exact_figure, paper_figures  # noqa: PLC0415
+            from . import conjecture_figure, control_points_figure, exact_figure, paper_figures  # noqa: PLC0415
         except ImportError as error:
             missing = error
         else:
             written["figures"] = paper_figures.write_all(figures, rows, progress)
             written["figures"] += exact_figure.write(figures, costs, progress)
             written["figures"] += conjecture_figure.write(figures, study)
-            written["figures"] += control_points.write_figure(figures, alternatives, progress)
+            written["figures"] += control_points_figure.write(figures, alternatives, progress)
     settings = {"steps": list(steps), "repetitions": repetitions, "curves": curves}
     record = manifest.write(folder, [path for paths in written.values() for path in paths], settings)
     for line in report.headline(results):

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import itertools
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -282,12 +281,3 @@ def write_tables(folder: Path, rows: list[Row]) -> list[Path]:
     with (folder / "summary.md").open("a", encoding="utf-8") as file:
         file.write("\n" + section(rows))
     return [write_csv(folder / "control_points.csv", HEADER, cells)]
-
-
-def write_figure(folder: Path, rows: list[Row], progress: Callable[[], None]) -> list[Path]:
-    """Write ``control_points.png`` and ``.pdf``; needs matplotlib."""
-    from . import control_points_figure  # noqa: PLC0415
-
-    paths = control_points_figure.write(folder, rows)
-    progress()
-    return paths

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final
 
@@ -43,8 +44,8 @@ def _draw(experiment: Experiment, rows: list[Row], quantity: str, *, ax: Axes) -
     ax.grid(**figure_style.GRID)
 
 
-def write(folder: Path, rows: list[Row]) -> list[Path]:
-    """Write the figure, one column of panels for each manifold; the paths written."""
+def write(folder: Path, rows: list[Row], progress: Callable[[], None]) -> list[Path]:
+    """Write ``control_points.png`` and ``.pdf`` into `folder`, one column of panels for each manifold; their paths."""
     with figure_style.context():
         figure = figure_style.new_figure(7.2, 5.6)
         grid = figure_style.grid(figure, 2, 2, (0.95, 0.15, 1.05, 0.35), hspace=0.12, wspace=0.25)
@@ -59,4 +60,6 @@ def write(folder: Path, rows: list[Row]) -> list[Path]:
                 upper.set_ylabel("mean Frobenius error\n(dimensionless)")
                 lower.set_ylabel("relative excess of the cost\nover the exact cubic")
         figure.legend(*upper.get_legend_handles_labels(), loc="lower center", ncols=3, frameon=False)
-        return figure_style.save(figure, folder, "control_points")
+        paths = figure_style.save(figure, folder, "control_points")
+    progress()
+    return paths
