@@ -10,7 +10,7 @@ import numpy as np
 
 from benchmarks.problems import Array, point, tangent
 from stiefel_rs import Chart, integrate_cubic
-from stiefel_rs.paper import SPHERE, STIEFEL_3_2
+from stiefel_rs.reproduce.experiments import SPHERE, STIEFEL_3_2
 
 CUBICS = Path(__file__).resolve().parent.parent / "tests" / "data" / "cubics.json"
 NAMES = ("point", "velocity", "acceleration", "jerk")

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from stiefel_rs import Stiefel, conjecture, paper
-from stiefel_rs.conjecture import Comparison
+from stiefel_rs import Stiefel
+from stiefel_rs.reproduce import conjecture, experiments
+from stiefel_rs.reproduce.conjecture import Comparison
 
 
 @pytest.fixture(scope="module")
@@ -18,7 +19,7 @@ def test_closeness_is_the_distance_to_the_exponential(study):
     cayley = found["sphere", "Cayley"]
     t = conjecture.LENGTHS[0]
     np.testing.assert_allclose(cayley.distance, 2 * np.sin((t - 2 * np.arctan(t / 2)) / 2), rtol=1e-12)
-    for name, e in ((e.name, e) for e in paper.EXPERIMENTS):
+    for name, e in ((e.name, e) for e in experiments.EXPERIMENTS):
         assert found[name, "exponential"].distance == 0
         for retraction in conjecture.retractions(e):
             expected = {"Cayley": 3, "exponential": None}.get(retraction, 2)
@@ -29,19 +30,19 @@ def test_closeness_is_the_distance_to_the_exponential(study):
 def test_the_papers_maps_have_the_papers_errors(study):
     for e in study.errors:
         if e.curve == "paper" and e.retraction == conjecture.COORDINATES:
-            experiment = next(x for x in paper.EXPERIMENTS if x.name == e.manifold)
+            experiment = next(x for x in experiments.EXPERIMENTS if x.name == e.manifold)
             method = f"{conjecture.MAPS[e.retraction][e.order - 1]}_{e.problem.lower()}"
             # Printed to five digits.
-            index = paper.METHODS.index(method)
+            index = experiments.METHODS.index(method)
             np.testing.assert_allclose(e.error, experiment.independent[e.steps][index], rtol=1e-4)
 
 
 def test_errors_of_another_retraction_are_those_of_its_method(study):
-    experiment = paper.STIEFEL_3_2
-    z0 = paper.initial_state(experiment)
-    exact = paper.points(experiment, paper.reference(experiment, 20))
+    experiment = experiments.STIEFEL_3_2
+    z0 = experiments.initial_state(experiment)
+    exact = experiments.points(experiment, experiments.reference(experiment, 20))
     found = experiment.chart.integrate(z0, 20, map="cayley_midpoint")
-    mean = np.linalg.norm(paper.points(experiment, found) - exact, axis=(1, 2)).mean()
+    mean = np.linalg.norm(experiments.points(experiment, found) - exact, axis=(1, 2)).mean()
     error = next(
         e.error
         for e in study.errors
@@ -52,7 +53,7 @@ def test_errors_of_another_retraction_are_those_of_its_method(study):
 
 
 def test_random_curves_are_within_their_bounds():
-    for e in paper.EXPERIMENTS:
+    for e in experiments.EXPERIMENTS:
         M = Stiefel(3, e.chart.k)
         for z, _ in zip(conjecture.random_states(e), range(20), strict=False):
             S, V, A, J = e.chart.covariant(z)

@@ -6,7 +6,8 @@ import itertools
 import numpy as np
 import pytest
 
-from stiefel_rs import Stiefel, control_points, paper
+from stiefel_rs import Stiefel
+from stiefel_rs.reproduce import control_points, experiments
 
 
 @pytest.fixture(scope="module")
@@ -14,11 +15,11 @@ def rows():
     return control_points.measure()
 
 
-@pytest.mark.parametrize("experiment", paper.EXPERIMENTS, ids=lambda e: e.name)
+@pytest.mark.parametrize("experiment", experiments.EXPERIMENTS, ids=lambda e: e.name)
 def test_accelerations_and_cost_are_those_of_the_reference(experiment):
     problem = control_points.boundary_problem(experiment)
     chart, d, h = experiment.chart, experiment.chart.d, 1e-3
-    z = chart.reference(paper.initial_state(experiment), h * np.arange(1001))
+    z = chart.reference(experiments.initial_state(experiment), h * np.arange(1001))
     points = chart.embed(z[:, :d])
     velocity = chart.embed_velocity(z[:, :d], z[:, d : 2 * d])
     # Ambient accelerations by central differences of the exact velocity, order 4.
@@ -41,7 +42,7 @@ def test_accelerations_and_cost_are_those_of_the_reference(experiment):
 
 
 def test_every_method_meets_the_boundary_data():
-    for experiment in paper.EXPERIMENTS:
+    for experiment in experiments.EXPERIMENTS:
         problem = control_points.boundary_problem(experiment)
         for method in control_points.LABELS:
             curve = control_points.build(problem, method)
@@ -53,7 +54,7 @@ def test_every_method_meets_the_boundary_data():
 
 
 def test_rows_hold_the_papers_errors_and_falling_costs(rows):
-    for experiment, error in zip(paper.EXPERIMENTS, (1.0757e-4, 4.5209e-3), strict=True):
+    for experiment, error in zip(experiments.EXPERIMENTS, (1.0757e-4, 4.5209e-3), strict=True):
         own = {r.method: r for r in rows if r.experiment is experiment}
         assert list(own) == list(control_points.LABELS)
         assert own["gcp"].error == pytest.approx(error, rel=1e-4)
@@ -87,17 +88,17 @@ def test_slower_than_the_exact_cubic_is_said_by_degree():
     def row(experiment, method, build, point):
         return control_points.Row(experiment, method, 0, 0.0, 1.0, 0.0, build, point)
 
-    rows = [row(e, "exact", 3.0, 1.0) for e in paper.EXPERIMENTS]
-    rows += [row(e, f"minimal_cost_{m}", m - 2.0, 1.0) for e in paper.EXPERIMENTS for m in control_points.DEGREES]
+    rows = [row(e, "exact", 3.0, 1.0) for e in experiments.EXPERIMENTS]
+    rows += [row(e, f"minimal_cost_{m}", m - 2.0, 1.0) for e in experiments.EXPERIMENTS for m in control_points.DEGREES]
     for line in control_points._slower(rows).splitlines():
         assert line.endswith("longer than the exact cubic to build in degree 6, 7, for a point in no degree.")
 
 
 def test_figure_shows_every_row_and_names_round_off(rows):
     figure = pytest.importorskip("matplotlib.figure")
-    drawn = pytest.importorskip("stiefel_rs.control_points_figure")
+    drawn = pytest.importorskip("stiefel_rs.reproduce.control_points_figure")
     smallest = drawn.SMALLEST_EXCESS
-    for experiment in paper.EXPERIMENTS:
+    for experiment in experiments.EXPERIMENTS:
         ax = figure.Figure().add_subplot()
         drawn._draw(experiment, rows, "excess", ax=ax)
         own = [r for r in rows if r.experiment is experiment and r.method != "exact"]
@@ -107,7 +108,7 @@ def test_figure_shows_every_row_and_names_round_off(rows):
 
 
 def test_figure(rows, tmp_path):
-    drawn = pytest.importorskip("stiefel_rs.control_points_figure")
+    drawn = pytest.importorskip("stiefel_rs.reproduce.control_points_figure")
     done = []
     paths = drawn.write(tmp_path, rows, lambda: done.append(1))
     assert [p.name for p in paths] == ["control_points.png", "control_points.pdf"]

@@ -5,12 +5,13 @@ import csv
 import numpy as np
 import pytest
 
-from stiefel_rs import RiemannianCubic, Stiefel, exact, integrate_cubic, paper
-from stiefel_rs.report import Results
+from stiefel_rs import RiemannianCubic, Stiefel, integrate_cubic
+from stiefel_rs.reproduce import exact, experiments
+from stiefel_rs.reproduce.tables import Results
 
 # Of chart and chart-free solutions: ten times the error of the reference in the chart.
 AGREEMENT = 1e-12
-experiments = pytest.mark.parametrize("experiment", paper.EXPERIMENTS, ids=lambda e: e.name)
+each_experiment = pytest.mark.parametrize("experiment", experiments.EXPERIMENTS, ids=lambda e: e.name)
 
 
 @pytest.fixture(scope="module")
@@ -30,19 +31,19 @@ def assert_states_agree(experiment, z, covariant, what):
     np.testing.assert_allclose(difference, 0, atol=AGREEMENT, err_msg=f"{what}, state")
 
 
-@experiments
+@each_experiment
 def test_initial_data_go_from_the_chart_and_back(experiment):
-    z = paper.reference(experiment, 20)
+    z = experiments.reference(experiment, 20)
     assert_states_agree(experiment, z, experiment.chart.covariant(z), "round trip")
 
 
-@experiments
+@each_experiment
 def test_chart_free_solutions_are_those_of_the_chart(experiment):
-    z, t = paper.reference(experiment, 100), paper.time_grid(100)
+    z, t = experiments.reference(experiment, 100), experiments.time_grid(100)
     initial = experiment.chart.covariant(z[0])
     cubics = {
         "initial": RiemannianCubic.from_initial(*initial),
-        "boundary": RiemannianCubic.from_boundary(*paper.boundary_data(experiment, z[0], z[-1]), tol=1e-13),
+        "boundary": RiemannianCubic.from_boundary(*experiments.boundary_data(experiment, z[0], z[-1]), tol=1e-13),
     }
     for name, c in cubics.items():
         assert_states_agree(experiment, z, (c(t), c.velocity(t), c.acceleration(t), c.jerk(t)), name)
@@ -55,15 +56,15 @@ def test_chart_free_solutions_are_those_of_the_chart(experiment):
 def test_the_boundary_problem_finds_the_papers_curve(found):
     for c in found:
         assert max(c.agreement.point, c.agreement.acceleration, c.agreement.jerk) < AGREEMENT
-        assert c.agreement.residual <= paper.BOUNDARY_TOLERANCE and c.agreement.iterations <= 5
+        assert c.agreement.residual <= experiments.BOUNDARY_TOLERANCE and c.agreement.iterations <= 5
 
 
-@experiments
+@each_experiment
 def test_cost_of_the_exact_cubic_is_that_of_the_reference(experiment):
     nodes, weights = np.polynomial.legendre.leggauss(40)
-    z = experiment.chart.reference(paper.initial_state(experiment), np.concatenate([[0.0], (1 + nodes) / 2]))[1:]
-    start, end = paper.reference(experiment, 1)
-    cubic = paper.exact_cubic(experiment, start, end)
+    z = experiment.chart.reference(experiments.initial_state(experiment), np.concatenate([[0.0], (1 + nodes) / 2]))[1:]
+    start, end = experiments.reference(experiment, 1)
+    cubic = experiments.exact_cubic(experiment, start, end)
     squares = exact.squared_acceleration(experiment, z)
     # 1e-13 of the reference, times the 2 of a square.
     assert cubic.cost() == pytest.approx(float(weights @ squares) / 2, rel=1e-12)
@@ -73,7 +74,7 @@ def test_cost_of_the_exact_cubic_is_that_of_the_reference(experiment):
 
 
 def test_trapezoid():
-    t = paper.time_grid(7)
+    t = experiments.time_grid(7)
     assert exact.trapezoid(3 * t + 1) == pytest.approx(2.5, rel=1e-15)
     # h^2 / 12 times the second derivative.
     assert exact.trapezoid(t**2) == pytest.approx(1 / 3 + 1 / (6 * 49), rel=1e-14)
@@ -95,10 +96,10 @@ def test_costs(found):
     assert sphere.of("gcp").excess == pytest.approx(5.758e-6, rel=1e-3)
 
 
-@experiments
+@each_experiment
 def test_sums_of_discrete_trajectories_have_the_order_of_their_method(experiment):
-    start, end = paper.reference(experiment, 1)
-    least = paper.exact_cubic(experiment, start, end).cost()
+    start, end = experiments.reference(experiment, 1)
+    least = experiments.exact_cubic(experiment, start, end).cost()
     errors = {}
     for steps in (200, 400, 800):
         for name, _, squares in exact._discrete(experiment, start, end, steps):
@@ -110,7 +111,7 @@ def test_sums_of_discrete_trajectories_have_the_order_of_their_method(experiment
 
 def test_tables_and_section(found, tmp_path):
     (tmp_path / "summary.md").write_text("# Before\n", encoding="utf-8")
-    rows = {e.name: [paper.mean_errors(e, n) for n in (5, 10)] for e in paper.EXPERIMENTS}
+    rows = {e.name: [experiments.mean_errors(e, n) for n in (5, 10)] for e in experiments.EXPERIMENTS}
     (path,) = exact.write_tables(tmp_path, found, Results(rows, []))
     with path.open(newline="", encoding="utf-8") as file:
         header, *table = csv.reader(file)
@@ -132,8 +133,8 @@ def test_another_curve_is_called_so(found):
 
 def test_slopes_leave_round_off_out():
     def slope(*errors):
-        rows = [paper.ErrorRow(n, {"m": x}) for n, x in zip((5, 10, 20), errors, strict=True)]
-        return paper.slope(rows, "m")
+        rows = [experiments.ErrorRow(n, {"m": x}) for n, x in zip((5, 10, 20), errors, strict=True)]
+        return experiments.slope(rows, "m")
 
     assert slope(1e-10, 1e-12, 3e-16) == pytest.approx(np.log2(100))
     assert slope(1e-10, 1e-15, 3e-16) is None

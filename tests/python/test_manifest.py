@@ -12,7 +12,8 @@ import pytest
 from beside import HANGS
 
 import stiefel_rs
-from stiefel_rs import _core, cli, manifest, paper
+from stiefel_rs import _core, cli
+from stiefel_rs.reproduce import experiments, manifest
 
 TABLES = ["conjecture.csv", "control_points.csv", "cost.csv"]
 TABLES += [f"{name}{suffix}" for name in ("sphere", "stiefel_3_2") for suffix in (".csv", ".md", ".tex")]
@@ -101,6 +102,6 @@ def test_no_manifest_of_a_run_that_did_not_end(tmp_path, monkeypatch):
     def stop(*arguments):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(paper, "mean_errors", stop)
+    monkeypatch.setattr(experiments, "mean_errors", stop)
     assert cli.main(["reproduce", "--quick", "--out", str(tmp_path)]) == 130
     assert not (tmp_path / "manifest.json").exists()

@@ -14,12 +14,13 @@ import numpy as np
 import pytest
 from beside import HANGS
 
-from stiefel_rs import cli, paper
+from stiefel_rs import cli
+from stiefel_rs.reproduce import experiments
 
 METHODS = ["gcp", "initial_point_ivp", "initial_point_bvp", "midpoint_ivp", "midpoint_bvp"]
 ORDERS = [0, 1, 1, 2, 2]
 CHART_FREE = ["splitting_2", "splitting_4", "splitting_6", "splitting_8", "exact_bvp"]
-EXPERIMENTS = {e.name: e for e in paper.EXPERIMENTS}
+EXPERIMENTS = {e.name: e for e in experiments.EXPERIMENTS}
 FIGURES = ["trajectory_sphere", "trajectory_stiefel_3_2", "error_sphere", "error_stiefel_3_2", "energy", "momentum"]
 FIGURES += ["conjecture", "control_points", "exact_sphere", "exact_stiefel_3_2"]
 # Mean Frobenius errors by N, in the order of METHODS: independent recomputation in NumPy and mpmath.
@@ -198,7 +199,7 @@ def test_without_matplotlib_the_tables_are_written(tmp_path):
 def test_import_leaves_matplotlib_alone():
     code = "import json, sys, stiefel_rs, stiefel_rs.cli; print(json.dumps(sorted(sys.modules)))"
     modules = json.loads(run(code=code).stdout)
-    assert "stiefel_rs.paper" in modules
+    assert "stiefel_rs.reproduce.experiments" in modules
     assert not [name for name in modules if name.startswith(("matplotlib", "mpl_toolkits"))]
 
 
@@ -247,9 +248,10 @@ def test_a_reader_that_leaves_is_no_error_of_the_folder():
     code = """
 import sys
 from stiefel_rs import cli
-def reproduce(*_):
+from stiefel_rs.reproduce import command
+def write(*_):
     raise BrokenPipeError(32, "Broken pipe")
-cli.reproduce = reproduce
+command.write = write
 sys.exit(cli.main(["reproduce"]))
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=HANGS, check=False)
@@ -286,38 +288,38 @@ def test_version():
     assert re.fullmatch(r"stiefel-rs \d+\.\d+\.\d+\S*\n", done.stdout)
 
 
-@pytest.mark.parametrize("experiment", paper.EXPERIMENTS, ids=lambda e: e.name)
+@pytest.mark.parametrize("experiment", experiments.EXPERIMENTS, ids=lambda e: e.name)
 def test_spatial_momentum_is_conserved_by_the_reference(experiment):
-    momentum = paper.spatial_momentum(experiment, paper.reference(experiment, 20))
+    momentum = experiments.spatial_momentum(experiment, experiments.reference(experiment, 20))
     # The error of the reference, 1e-13, times the size of the coefficients.
     np.testing.assert_allclose(momentum, np.broadcast_to(momentum[0], momentum.shape), atol=1e-12)
 
 
-@pytest.mark.parametrize("experiment", paper.EXPERIMENTS, ids=lambda e: e.name)
+@pytest.mark.parametrize("experiment", experiments.EXPERIMENTS, ids=lambda e: e.name)
 def test_cyclic_momenta_are_conserved_by_the_discrete_flows(experiment):
-    for step_map in paper.MAPS:
-        drift = paper.drift(experiment, step_map, 50)
+    for step_map in experiments.MAPS:
+        drift = experiments.drift(experiment, step_map, 50)
         assert max(values.max() for values in drift.cyclic.values()) < 50 * np.finfo(float).eps
         assert drift.energy[0] == 0.0
 
 
 def test_covariant_convention_matches_the_coordinate_one_where_the_symbols_vanish():
     # On the equator of the sphere Gamma = 0, so the accelerations agree; the jerks differ by the derivative of Gamma.
-    momenta = paper.momenta_by_convention(paper.SPHERE)
+    momenta = experiments.momenta_by_convention(experiments.SPHERE)
     covariant, coordinate = momenta["covariant derivatives"], momenta["coordinate derivatives (used here)"]
     np.testing.assert_allclose(covariant[1], coordinate[1], atol=1e-15)
     np.testing.assert_allclose(covariant[0], [-0.1, -0.2], atol=1e-15)
 
 
 def test_overtaking_is_the_first_n_with_a_smaller_error():
-    rows = [paper.mean_errors(paper.SPHERE, n) for n in (5, 100)]
-    n = paper.overtakes(paper.SPHERE, rows, "midpoint_bvp")
-    before, at = (paper.mean_errors(paper.SPHERE, m).errors for m in (n - 1, n))
+    rows = [experiments.mean_errors(experiments.SPHERE, n) for n in (5, 100)]
+    n = experiments.overtakes(experiments.SPHERE, rows, "midpoint_bvp")
+    before, at = (experiments.mean_errors(experiments.SPHERE, m).errors for m in (n - 1, n))
     assert before["midpoint_bvp"] >= before["gcp"] and at["midpoint_bvp"] < at["gcp"]
-    assert paper.overtakes(paper.SPHERE, rows, "initial_point_ivp") is None
+    assert experiments.overtakes(experiments.SPHERE, rows, "initial_point_ivp") is None
 
 
 def test_diameter_is_the_distance_of_opposite_points():
-    for experiment in paper.EXPERIMENTS:
+    for experiment in experiments.EXPERIMENTS:
         point = experiment.chart.embed(experiment.q)
         assert math.isclose(np.linalg.norm(2 * point), experiment.diameter, rel_tol=1e-15)

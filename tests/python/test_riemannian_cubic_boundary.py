@@ -22,7 +22,7 @@ from stiefel_rs import (
     StiefelError,
     skew_exp,
 )
-from stiefel_rs.paper import EXPERIMENTS, initial_state
+from stiefel_rs.reproduce.experiments import EXPERIMENTS, initial_state
 
 EPS = np.finfo(float).eps
 DATA = json.loads((Path(__file__).parents[1] / "data" / "cubics.json").read_text())

@@ -16,10 +16,11 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
 
-from . import figure_style, paper
-from .figure_sphere import draw_sphere
-from .paper import ALL_METHODS, EXPERIMENTS, MAPS, METHODS, SPHERE, STIEFEL_3_2, Array, ErrorRow, Experiment
-from .report import LABELS, MAP_LABELS
+from .. import figure_style
+from ..figure_sphere import draw_sphere
+from . import experiments
+from .experiments import ALL_METHODS, EXPERIMENTS, MAPS, METHODS, SPHERE, STIEFEL_3_2, Array, ErrorRow, Experiment
+from .tables import LABELS, MAP_LABELS
 
 TRAJECTORY_STEPS: Final = 10
 STYLES: Final[dict[str, dict[str, Any]]] = {
@@ -43,7 +44,7 @@ def draw_error(experiment: Experiment, rows: list[ErrorRow], *, ax: Axes) -> Non
     """Draw mean error against the step, log-log, fitted slopes in the legend entries."""
     h = [r.h for r in rows]
     for method in ALL_METHODS:
-        order = paper.slope(rows, method)
+        order = experiments.slope(rows, method)
         label = LABELS[method] if order is None else f"{LABELS[method]}, slope {order:.2f}"
         ax.loglog(h, [r.errors[method] for r in rows], label=label, markerfacecolor="white", **STYLES[method])
     figure_style.log_axis(ax.yaxis)
@@ -81,12 +82,12 @@ class Trajectories:
     """
 
     def __init__(self, experiment: Experiment) -> None:
-        states, d = paper.reference(experiment, FINE_STEPS), experiment.chart.d
+        states, d = experiments.reference(experiment, FINE_STEPS), experiment.chart.d
         self.columns = experiment.chart.k
-        self.reference = paper.points(experiment, states)
+        self.reference = experiments.points(experiment, states)
         self.tangent = experiment.chart.embed_velocity(states[:, :d], states[:, d : 2 * d])
         self.curves = {
-            m: paper.solve(experiment, m, FINE_STEPS if m == "gcp" else TRAJECTORY_STEPS, states[0], states[-1])
+            m: experiments.solve(experiment, m, FINE_STEPS if m == "gcp" else TRAJECTORY_STEPS, states[0], states[-1])
             for m in METHODS
         }
 
@@ -137,9 +138,9 @@ class Trajectories:
         for method in METHODS:
             curve = self.curves[method]
             steps = len(curve) - 1
-            distance = paper.distances(curve, self.reference[:: FINE_STEPS // steps])
+            distance = experiments.distances(curve, self.reference[:: FINE_STEPS // steps])
             shown = slice(1, None) if method.endswith("ivp") else slice(1, -1)
-            self._plot(method, ax, paper.time_grid(steps)[shown], distance[shown])
+            self._plot(method, ax, experiments.time_grid(steps)[shown], distance[shown])
         ax.set_yscale("log")
         figure_style.log_axis(ax.yaxis)
         ax.set(xlabel=TIME_LABEL, ylabel="Frobenius distance\nto the reference", xlim=(0, 1.01))
@@ -170,7 +171,7 @@ def trajectory_figure(experiment: Experiment) -> Figure:
     return figure
 
 
-def _flow_figure(draw: Callable[[Axes, Experiment, paper.Drift, dict[str, Any]], None], top: float) -> Figure:
+def _flow_figure(draw: Callable[[Axes, Experiment, experiments.Drift, dict[str, Any]], None], top: float) -> Figure:
     """Two panels, one for each manifold; `draw` draws one discrete flow into one panel."""
     figure = figure_style.new_figure(7.2, 3.9)
     grid = figure_style.grid(figure, 1, 2, (0.9, 0.2, 1.05, top), wspace=0.12)
@@ -179,12 +180,12 @@ def _flow_figure(draw: Callable[[Axes, Experiment, paper.Drift, dict[str, Any]],
     right.tick_params(labelleft=False)
     for ax, experiment in zip((left, right), EXPERIMENTS, strict=True):
         for step_map in MAPS:
-            for steps, dashes in zip(paper.FLOW_STEPS, ((0, (4, 2)), "-"), strict=True):
+            for steps, dashes in zip(experiments.FLOW_STEPS, ((0, (4, 2)), "-"), strict=True):
                 style = STYLES[f"{step_map}_ivp"] | {"linestyle": dashes, "markerfacecolor": "white"}
                 style |= {"label": f"{MAP_LABELS[step_map]}, N = {steps}", "markevery": max(1, steps // 10)}
-                if steps == paper.FLOW_STEPS[-1]:
+                if steps == experiments.FLOW_STEPS[-1]:
                     style["markerfacecolor"] = style["color"]
-                draw(ax, experiment, paper.drift(experiment, step_map, steps), style)
+                draw(ax, experiment, experiments.drift(experiment, step_map, steps), style)
         ax.set_yscale("log")
         figure_style.log_axis(ax.yaxis)
         ax.set(xlabel=TIME_LABEL, title=experiment.title, xlim=(0, 1.02))
@@ -196,7 +197,7 @@ def _flow_figure(draw: Callable[[Axes, Experiment, paper.Drift, dict[str, Any]],
 def energy_figure() -> Figure:
     """Energy error along the discrete flows."""
 
-    def draw(ax: Axes, _experiment: Experiment, drift: paper.Drift, style: dict[str, Any]) -> None:
+    def draw(ax: Axes, _experiment: Experiment, drift: experiments.Drift, style: dict[str, Any]) -> None:
         ax.plot(drift.t[1:], np.abs(drift.energy[1:]), **style)
 
     figure = _flow_figure(draw, 0.3)
@@ -208,7 +209,7 @@ def momentum_figure() -> Figure:
     """Deviation of the momentum of rotations along the discrete flows."""
     largest: dict[str, dict[str, float]] = {e.title: {} for e in EXPERIMENTS}
 
-    def draw(ax: Axes, experiment: Experiment, drift: paper.Drift, style: dict[str, Any]) -> None:
+    def draw(ax: Axes, experiment: Experiment, drift: experiments.Drift, style: dict[str, Any]) -> None:
         ax.plot(drift.t[1:], drift.other[1:], **style)
         for name, values in drift.cyclic.items():
             found = largest[experiment.title]

@@ -17,10 +17,10 @@ from typing import Final
 import numpy as np
 from tabulate import tabulate  # type: ignore[import-untyped]
 
-from . import paper
-from ._core import Curve, GeometricCubic, GeometricPolynomial, RiemannianCubic
-from .paper import EXPERIMENTS, Array, Experiment
-from .report import write_csv
+from .._core import Curve, GeometricCubic, GeometricPolynomial, RiemannianCubic
+from . import experiments
+from .experiments import EXPERIMENTS, Array, Experiment
+from .tables import write_csv
 
 DEGREES: Final = (4, 5, 6, 7)
 LABELS: Final = {
@@ -63,13 +63,13 @@ class Problem:
 
 def boundary_problem(experiment: Experiment) -> Problem:
     """Boundary data of one experiment, and the exact cubic from them alone: its points, accelerations and cost."""
-    start, end = paper.reference(experiment, 1)
-    cubic = paper.exact_cubic(experiment, start, end)
+    start, end = experiments.reference(experiment, 1)
+    cubic = experiments.exact_cubic(experiment, start, end)
     return Problem(
         experiment,
-        paper.boundary_data(experiment, start, end),
+        experiments.boundary_data(experiment, start, end),
         (cubic.acceleration(0.0), cubic.acceleration(1.0)),
-        cubic(paper.time_grid(STEPS)),
+        cubic(experiments.time_grid(STEPS)),
         cubic.cost(),
     )
 
@@ -78,7 +78,7 @@ def build(problem: Problem, method: str) -> Curve:
     """Build the curve of one of the methods of `LABELS` for the boundary data of the problem."""
     s0, v0, s1, v1 = problem.ends
     if method == "exact":
-        return RiemannianCubic.from_boundary(s0, v0, s1, v1, tol=paper.BOUNDARY_TOLERANCE)
+        return RiemannianCubic.from_boundary(s0, v0, s1, v1, tol=experiments.BOUNDARY_TOLERANCE)
     if method == "gcp":
         return GeometricCubic(s0, v0, s1, v1)
     if method == "geodesic_cubic":
@@ -143,7 +143,7 @@ def measure() -> list[Row]:
     for problem, method in cases:
         curve, e = build(problem, method), problem.experiment
         free = (degree(method) - 3) * e.chart.d if method.startswith("minimal_cost") else 0
-        error = float(paper.distances(curve(paper.time_grid(STEPS)), problem.points).mean())
+        error = float(experiments.distances(curve(experiments.time_grid(STEPS)), problem.points).mean())
         cost, key = curve.cost(), (e.name, method)
         excess = cost / problem.cost - 1
         times = (min(builds[key]), min(samples[key]))

@@ -11,10 +11,10 @@ from typing import Final
 import numpy as np
 from tabulate import tabulate  # type: ignore[import-untyped]
 
-from . import paper
-from ._core import Stiefel
-from .errors import ConvergenceError, OutsideDomainError
-from .paper import ALL_METHODS, EXPERIMENTS, MAPS, METHODS, SPHERE, STIEFEL_3_2, ErrorRow, Experiment, TimingRow
+from .._core import Stiefel
+from ..errors import ConvergenceError, OutsideDomainError
+from . import experiments
+from .experiments import ALL_METHODS, EXPERIMENTS, MAPS, METHODS, SPHERE, STIEFEL_3_2, ErrorRow, Experiment, TimingRow
 
 LABELS: Final = {
     "gcp": "GCP",
@@ -83,7 +83,7 @@ def write_all(folder: Path, results: Results) -> list[Path]:
 
 
 def _slope_text(rows: list[ErrorRow], method: str) -> str:
-    value = paper.slope(rows, method)
+    value = experiments.slope(rows, method)
     return "-" if value is None else f"{value:.3f}"
 
 
@@ -104,7 +104,7 @@ def _percent(x: float) -> str:
 
 def _gcp_error() -> str:
     cells = []
-    mean = {e.name: paper.mean_errors(e, 100).errors["gcp"] for e in EXPERIMENTS}
+    mean = {e.name: experiments.mean_errors(e, 100).errors["gcp"] for e in EXPERIMENTS}
     for e in EXPERIMENTS:
         error = mean[e.name]
         measured = f"{error:.4e} = {_percent(error)}"
@@ -133,7 +133,7 @@ tried:
 def _conventions() -> str:
     cells = []
     for e in EXPERIMENTS:
-        for name, found in paper.gcp_error_by_convention(e, 100).items():
+        for name, found in experiments.gcp_error_by_convention(e, 100).items():
             if isinstance(found, str):
                 cells.append([e.title, name, found, "-", "-"])
             else:
@@ -204,9 +204,9 @@ def _cost(results: Results) -> str:
     for e in EXPERIMENTS:
         times = [f"{1e3 * seconds[e.name, 'gcp', n]:.3g} ms" for n in sizes]
         cells.append([e.title, "GCP, time of one curve", *times])
-        for m in paper.TIMED_METHODS[1:]:
+        for m in experiments.TIMED_METHODS[1:]:
             cells.append([e.title, LABELS[m], *(f"{ratio[e.name, m, n]:.3g}" for n in sizes)])
-    verdict = "\n".join(_verdict(results.timing, m) for m in paper.TIMED_METHODS[1:])
+    verdict = "\n".join(_verdict(results.timing, m) for m in experiments.TIMED_METHODS[1:])
     return f"""## 5. Relative cost: the claim that GCP is faster
 
 {_table(["manifold", "time, as a multiple of that of GCP", *(f"N = {n}" for n in sizes)], cells)}
@@ -228,7 +228,7 @@ def _overtaking(results: Results) -> str:
     for e in EXPERIMENTS:
         rows = results.rows[e.name]
         for m in METHODS[1:]:
-            n = paper.overtakes(e, rows, m)
+            n = experiments.overtakes(e, rows, m)
             last = rows[-1]
             where = f"not up to N = {last.steps}" if n is None else f"N = {n}"
             cells.append([e.title, LABELS[m], where, f"{last.errors['gcp'] / last.errors[m]:.3g}"])
@@ -249,8 +249,8 @@ def _symplectic() -> str:
     cells = []
     for e in EXPERIMENTS:
         for m in MAPS:
-            for n in paper.FLOW_STEPS:
-                d = paper.drift(e, m, n)
+            for n in experiments.FLOW_STEPS:
+                d = experiments.drift(e, m, n)
                 cyclic = ", ".join(f"p_{name}: {values.max():.1g}" for name, values in d.cyclic.items())
                 energy = f"{np.abs(d.energy).max():.4e}"
                 cells.append([e.title, MAP_LABELS[m], str(n), energy, cyclic, f"{d.other.max():.4e}"])
@@ -283,17 +283,17 @@ def _long_runs() -> str:
             row = [e.title, MAP_LABELS[m]]
             for t_end in LONG_RUN_ENDS:
                 try:
-                    energy = paper.drift(e, m, round(t_end / LONG_RUN_STEP), t_end).energy
+                    energy = experiments.drift(e, m, round(t_end / LONG_RUN_STEP), t_end).energy
                     row.append(f"{np.abs(energy).max():.4e}")
                 except OutsideDomainError:
                     row.append("leaves the chart")
                 except ConvergenceError:
                     row.append("implicit step fails")
             cells.append(row)
-        t = LONG_RUN_ENDS[-1] * paper.time_grid(300)
-        z, d = e.chart.reference(paper.initial_state(e), t), e.chart.d
+        t = LONG_RUN_ENDS[-1] * experiments.time_grid(300)
+        z, d = e.chart.reference(experiments.initial_state(e), t), e.chart.d
         velocity = e.chart.embed_velocity(z[:, :d], z[:, d : 2 * d])
-        speed = Stiefel(3, e.chart.k).norm(paper.points(e, z), velocity)
+        speed = Stiefel(3, e.chart.k).norm(experiments.points(e, z), velocity)
         shown = [(np.sin(z[t <= end, 0]).min(), speed[t <= end][-1]) for end in LONG_RUN_ENDS]
         cells.append([e.title, "smallest `sin theta` of the reference", *(f"{sine:.4f}" for sine, _ in shown)])
         cells.append([e.title, "speed of the reference at the end", *(f"{v:.2f}" for _, v in shown)])

@@ -14,9 +14,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from . import control_points, figure_style, paper, paper_figures
+from .. import figure_style
+from . import control_points, experiments, figures
 from .exact import COARSE_STEPS, Comparison, percent
-from .paper import Array, Experiment
+from .experiments import Array, Experiment
 
 SHOWN: Final = ("gcp", "initial_point_bvp", "midpoint_bvp")
 LABELS: Final = {
@@ -27,11 +28,11 @@ LABELS: Final = {
     "midpoint_bvp": f"mid-point BVP, N = {COARSE_STEPS}",
 }
 STYLES: Final[dict[str, dict[str, Any]]] = {
-    "exact_bvp": paper_figures.STYLES["reference"],
-    "gcp": paper_figures.STYLES["gcp"] | {"marker": ""},
+    "exact_bvp": figures.STYLES["reference"],
+    "gcp": figures.STYLES["gcp"] | {"marker": ""},
     "geodesic_cubic": {"color": "#56B4E9", "linestyle": (0, (6, 1.5, 1, 1.5)), "marker": ""},
-    "initial_point_bvp": paper_figures.STYLES["initial_point_bvp"] | {"markerfacecolor": "white"},
-    "midpoint_bvp": paper_figures.STYLES["midpoint_bvp"] | {"markerfacecolor": "white"},
+    "initial_point_bvp": figures.STYLES["initial_point_bvp"] | {"markerfacecolor": "white"},
+    "midpoint_bvp": figures.STYLES["midpoint_bvp"] | {"markerfacecolor": "white"},
 }
 BARS: Final = ("initial_point_bvp", "midpoint_bvp", "gcp", "geodesic_cubic")
 
@@ -39,14 +40,14 @@ BARS: Final = ("initial_point_bvp", "midpoint_bvp", "gcp", "geodesic_cubic")
 def _curves(experiment: Experiment) -> dict[str, tuple[Array, Array]]:
     """Points of each curve and of the exact cubic at the same times; those of the exact cubic beside the reference."""
     problem = control_points.boundary_problem(experiment)
-    start, end = paper.reference(experiment, 1)
-    exact = paper.exact_cubic(experiment, start, end)
-    fine, coarse = (paper.time_grid(n) for n in (paper_figures.FINE_STEPS, COARSE_STEPS))
-    found = {"exact_bvp": (exact(fine), paper.points(experiment, experiment.chart.reference(start, fine)))}
+    start, end = experiments.reference(experiment, 1)
+    exact = experiments.exact_cubic(experiment, start, end)
+    fine, coarse = (experiments.time_grid(n) for n in (figures.FINE_STEPS, COARSE_STEPS))
+    found = {"exact_bvp": (exact(fine), experiments.points(experiment, experiment.chart.reference(start, fine)))}
     for method in ("gcp", "geodesic_cubic"):
         found[method] = (control_points.build(problem, method)(fine), exact(fine))
     for method in ("initial_point_bvp", "midpoint_bvp"):
-        found[method] = (paper.solve(experiment, method, COARSE_STEPS, start, end), exact(coarse))
+        found[method] = (experiments.solve(experiment, method, COARSE_STEPS, start, end), exact(coarse))
     return found
 
 
@@ -58,12 +59,12 @@ def _farthest(curves: dict[str, tuple[Array, Array]], column: int) -> float:
 def draw_distance(curves: dict[str, tuple[Array, Array]], *, ax: Axes) -> None:
     """Draw the distances to the exact cubic against time, and of the exact cubic to the reference in the chart."""
     for method, (points, exact) in curves.items():
-        distance = paper.distances(points, exact)[1:-1]
-        t = paper.time_grid(len(points) - 1)[1:-1]
+        distance = experiments.distances(points, exact)[1:-1]
+        t = experiments.time_grid(len(points) - 1)[1:-1]
         # Zero has no place on the axis: equal to the last bit is drawn as half a unit of the last digit.
         ax.semilogy(t, np.maximum(distance, np.finfo(float).eps / 2), **STYLES[method])
     figure_style.log_axis(ax.yaxis)
-    ax.set(xlabel=paper_figures.TIME_LABEL, xlim=(0, 1.01), ylabel="Frobenius distance\nto the exact cubic")
+    ax.set(xlabel=figures.TIME_LABEL, xlim=(0, 1.01), ylabel="Frobenius distance\nto the exact cubic")
     ax.set_title("distance to the exact cubic; black: the exact cubic to the reference in the chart")
     ax.grid(**figure_style.GRID)
 
@@ -90,7 +91,7 @@ def figure(comparison: Comparison) -> Figure:
     """Columns of the curves on spheres, then costs, then distance against time."""
     experiment = comparison.experiment
     curves = _curves(experiment)
-    trajectories = paper_figures.Trajectories(experiment)
+    trajectories = figures.Trajectories(experiment)
     columns = trajectories.columns
     new = figure_style.new_figure(7.2, 8.8)
     grid = figure_style.grid(new, 3, columns, (1.5, 0.2, 1.2, 0.3), height_ratios=[1.2, 0.75, 1.0], hspace=0.48)

@@ -8,9 +8,9 @@ from typing import Any, Final
 
 from matplotlib.axes import Axes
 
-from . import figure_style
+from .. import figure_style
 from .control_points import DEGREES, Row
-from .paper import EXPERIMENTS, Experiment
+from .experiments import EXPERIMENTS, Experiment
 
 # Costs are right to 1e-12, relative: a smaller excess is round-off, and is drawn here with a note.
 SMALLEST_EXCESS: Final = 1e-12

@@ -14,7 +14,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from . import __version__, _core, conjecture
+from .. import __version__, _core
+from . import conjecture
 
 NAME: Final = "manifest.json"
 FORMAT: Final = 1

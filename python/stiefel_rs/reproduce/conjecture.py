@@ -17,13 +17,13 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from tabulate import tabulate  # type: ignore[import-untyped]
 
-from . import paper
-from ._core import Stiefel
-from .errors import ConvergenceError, OutsideDomainError
-from .paper import EXPERIMENTS, SPHERE, Array, Experiment
+from .._core import Stiefel
+from ..errors import ConvergenceError, OutsideDomainError
+from . import experiments
+from .experiments import EXPERIMENTS, SPHERE, Array, Experiment
 
 if TYPE_CHECKING:
-    from ._core import _Map
+    from .._core import _Map
 
 COORDINATES: Final = "linear in coordinates"
 EXPONENTIAL: Final = "exponential"
@@ -95,7 +95,7 @@ def measure_closeness(experiment: Experiment) -> list[Closeness]:
     """Distances to the exponential at 11 points of the paper's curve, 40 random directions each."""
     chart, d = experiment.chart, experiment.chart.d
     rng = np.random.default_rng(SEED)
-    q = np.repeat(paper.reference(experiment, 10)[:, :d], 40, axis=0)
+    q = np.repeat(experiments.reference(experiment, 10)[:, :d], 40, axis=0)
     u = rng.standard_normal(q.shape)
     u /= Stiefel(3, chart.k).norm(chart.embed(q), chart.embed_velocity(q, u))[:, None]
     rest = np.zeros_like(u)
@@ -106,7 +106,7 @@ def measure_closeness(experiment: Experiment) -> list[Closeness]:
 
     found = []
     for name in retractions(experiment):
-        mean = [float(paper.distances(ends(name, t), ends(EXPONENTIAL, t)).mean()) for t in LENGTHS]
+        mean = [float(experiments.distances(ends(name, t), ends(EXPONENTIAL, t)).mean()) for t in LENGTHS]
         exponent = None if name == EXPONENTIAL else float(np.polyfit(np.log(LENGTHS), np.log(mean), 1)[0])
         found.append(Closeness(experiment.name, name, mean[0], exponent))
     return found
@@ -115,8 +115,8 @@ def measure_closeness(experiment: Experiment) -> list[Closeness]:
 def _errors(experiment: Experiment, curve: str, z0: Array, steps: int) -> list[MeanError]:
     """Mean errors of all retractions, orders and problems on the cubic through one state."""
     chart, d = experiment.chart, experiment.chart.d
-    exact = chart.reference(z0, paper.time_grid(steps))
-    points, (start, end) = paper.points(experiment, exact), (exact[0], exact[-1])
+    exact = chart.reference(z0, experiments.time_grid(steps))
+    points, (start, end) = experiments.points(experiment, exact), (exact[0], exact[-1])
     found = []
     for name in retractions(experiment):
         for order, step_map in zip(ORDERS, MAPS[name], strict=True):
@@ -125,7 +125,7 @@ def _errors(experiment: Experiment, curve: str, z0: Array, steps: int) -> list[M
                 "BVP": chart.shoot(start[:d], start[d : 2 * d], end[:d], end[d : 2 * d], steps, step_map).trajectory,
             }
             for problem, z in discrete.items():
-                error = float(paper.distances(paper.points(experiment, z), points).mean())
+                error = float(experiments.distances(experiments.points(experiment, z), points).mean())
                 found.append(MeanError(experiment.name, curve, problem, order, steps, name, error))
     return found
 
@@ -151,14 +151,14 @@ def measure(curves: int = RANDOM_CURVES) -> Study:
     for e in EXPERIMENTS:
         closeness += measure_closeness(e)
         for steps in STEPS:
-            errors += _errors(e, "paper", paper.initial_state(e), steps)
+            errors += _errors(e, "paper", experiments.initial_state(e), steps)
         taken, tried = 0, 0
         for z0 in itertools.islice(random_states(e), 20 * curves):
             if taken == curves:
                 break
             tried += 1
             try:
-                theta = e.chart.reference(z0, paper.time_grid(RANDOM_STEPS))[:, 0]
+                theta = e.chart.reference(z0, experiments.time_grid(RANDOM_STEPS))[:, 0]
                 if np.sin(theta).min() < SMALLEST_SINE:
                     continue
                 errors += _errors(e, f"random {taken + 1}", z0, RANDOM_STEPS)

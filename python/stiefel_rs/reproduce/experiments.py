@@ -19,8 +19,8 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ._core import Chart, GeometricCubic, RiemannianCubic, integrate_cubic
-from .errors import ConvergenceError, OutsideDomainError
+from .._core import Chart, GeometricCubic, RiemannianCubic, integrate_cubic
+from ..errors import ConvergenceError, OutsideDomainError
 
 Array = NDArray[np.float64]
 Map = Literal["initial_point", "midpoint"]

@@ -7,9 +7,9 @@ from typing import Any, Final
 
 from matplotlib.figure import Figure
 
-from . import figure_style
+from .. import figure_style
 from .conjecture import COORDINATES, EXPONENTIAL, ORDERS, PROBLEMS, STEPS, Study, retractions
-from .paper import EXPERIMENTS
+from .experiments import EXPERIMENTS
 
 STYLES: Final[dict[str, dict[str, Any]]] = {
     COORDINATES: {"color": "#E69F00", "marker": "o"},

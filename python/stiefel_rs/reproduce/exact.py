@@ -14,11 +14,11 @@ from typing import Final
 import numpy as np
 from tabulate import tabulate  # type: ignore[import-untyped]
 
-from . import control_points, paper
-from ._core import RiemannianCubic, Stiefel, integrate_cubic
-from .paper import EXPERIMENTS, SPLITTING_ORDERS, Array, ErrorRow, Experiment, Map
-from .report import LABELS as ERROR_LABELS
-from .report import Results, write_csv
+from .._core import RiemannianCubic, Stiefel, integrate_cubic
+from . import control_points, experiments
+from .experiments import EXPERIMENTS, SLOPE_FLOOR, SPLITTING_ORDERS, Array, ErrorRow, Experiment, Map
+from .tables import LABELS as ERROR_LABELS
+from .tables import Results, write_csv
 
 COARSE_STEPS: Final = 10
 FINE_STEPS: Final = 100
@@ -118,15 +118,15 @@ def trapezoid(values: Array) -> float:
 def _discrete(experiment: Experiment, start: Array, end: Array, steps: int) -> Iterator[tuple[str, Array, Array]]:
     """Yield method, points and ``|D_t S'|^2`` of each discrete trajectory with ``steps`` steps."""
     chart, d = experiment.chart, experiment.chart.d
-    states = {"exact_sum": chart.reference(start, paper.time_grid(steps))}
-    maps: tuple[Map, ...] = paper.MAPS
+    states = {"exact_sum": chart.reference(start, experiments.time_grid(steps))}
+    maps: tuple[Map, ...] = experiments.MAPS
     for m in maps:
         shot = chart.shoot(start[:d], start[d : 2 * d], end[:d], end[d : 2 * d], steps, m)
         states[f"{m}_bvp"] = shot.trajectory
     for m in maps:
         states[f"{m}_ivp"] = chart.integrate(start, steps, map=m)
     for name, z in states.items():
-        yield name, paper.points(experiment, z), squared_acceleration(experiment, z)
+        yield name, experiments.points(experiment, z), squared_acceleration(experiment, z)
     manifold, initial = Stiefel(3, chart.k), chart.covariant(start)
     for name, order in SPLITTING_ORDERS.items():
         found = integrate_cubic(*initial, steps, order=order)
@@ -134,11 +134,11 @@ def _discrete(experiment: Experiment, start: Array, end: Array, steps: int) -> I
 
 
 def _agreement(experiment: Experiment, start: Array, cubic: RiemannianCubic) -> Agreement:
-    grid = paper.time_grid(FINE_STEPS)
-    exact = paper.points(experiment, experiment.chart.reference(start, grid))
+    grid = experiments.time_grid(FINE_STEPS)
+    exact = experiments.points(experiment, experiment.chart.reference(start, grid))
     own, known = cubic.initial, experiment.chart.covariant(start)
     acceleration, jerk = (float(np.linalg.norm(own[i] - known[i])) for i in (2, 3))
-    point = float(paper.distances(cubic(grid), exact).max())
+    point = float(experiments.distances(cubic(grid), exact).max())
     report = cubic.report
     if report is None:
         raise ValueError("a curve from initial data has no boundary problem")
@@ -147,20 +147,22 @@ def _agreement(experiment: Experiment, start: Array, cubic: RiemannianCubic) -> 
 
 def compare(experiment: Experiment) -> Comparison:
     """Measure one experiment."""
-    start, end = paper.reference(experiment, 1)
-    cubic = paper.exact_cubic(experiment, start, end)
+    start, end = experiments.reference(experiment, 1)
+    cubic = experiments.exact_cubic(experiment, start, end)
     least, problem = cubic.cost(), control_points.boundary_problem(experiment)
-    grid = paper.time_grid(FINE_STEPS)
+    grid = experiments.time_grid(FINE_STEPS)
     costs = [Cost("exact", None, 0.0, least, 0.0)]
     for method in ("gcp", "geodesic_cubic"):
         curve = control_points.build(problem, method)
-        error, cost = float(paper.distances(curve(grid), cubic(grid)).mean()), curve.cost()
+        error, cost = float(experiments.distances(curve(grid), cubic(grid)).mean()), curve.cost()
         costs.append(Cost(method, None, error, cost, cost / least - 1))
     for steps in COST_STEPS:
-        exact = cubic(paper.time_grid(steps))
+        exact = cubic(experiments.time_grid(steps))
         for method, points, squares in _discrete(experiment, start, end, steps):
             cost = trapezoid(squares)
-            costs.append(Cost(method, steps, float(paper.distances(points, exact).mean()), cost, cost / least - 1))
+            costs.append(
+                Cost(method, steps, float(experiments.distances(points, exact).mean()), cost, cost / least - 1)
+            )
     return Comparison(experiment, _agreement(experiment, start, cubic), costs)
 
 
@@ -180,13 +182,13 @@ def _table(header: list[str], cells: list[list[str]], left: int) -> str:
 
 
 def _errors(results: Results) -> str:
-    methods = paper.CHART_FREE_METHODS
+    methods = experiments.CHART_FREE_METHODS
     cells = []
     for e in EXPERIMENTS:
         rows: list[ErrorRow] = results.rows[e.name]
         for r in rows:
             cells.append([e.title, str(r.steps), *(f"{r.errors[m]:.1e}" for m in methods)])
-        slopes = [paper.slope(rows, m) for m in methods]
+        slopes = [experiments.slope(rows, m) for m in methods]
         cells.append([e.title, "order", *("-" if s is None else f"{s:.2f}" for s in slopes)])
     return _table(["manifold", "N", *(ERROR_LABELS[m] for m in methods)], cells, 1)
 
@@ -250,7 +252,7 @@ chart, whose own error is up to 1e-13; their times are in section 5:
 
 {_errors(results)}
 
-Orders are fitted where the mean error is above {paper.SLOPE_FLOOR:g}; below, round-off shows in it, and a dash stands
+Orders are fitted where the mean error is above {SLOPE_FLOOR:g}; below, round-off shows in it, and a dash stands
 where that leaves fewer than two N.
 
 A Riemannian cubic with given ends is stationary for the cost, and more than one can exist. The one found by shooting,
