@@ -65,7 +65,7 @@ bench: ## Criterion benchmarks, quick profile
 	cargo bench --locked -- --quick
 
 benchmark: $(INSTALLED) ## Beside SciPy, heyoka, geomstats, InterpolatePy and others, into docs/benchmarks.md; ARGS="--only cubic"
-	$(BIN)/python -m benchmarks $(ARGS)
+	$(BIN)/python -m benchmarks.compare $(ARGS)
 
 gallery: $(INSTALLED) ## The examples, with their figures and numbers, into docs/gallery.md and docs/figures/gallery
 	$(BIN)/python examples/gallery.py

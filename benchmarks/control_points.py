@@ -19,9 +19,9 @@ from tabulate import tabulate  # type: ignore[import-untyped]
 from tqdm import tqdm  # type: ignore[import-untyped]
 
 from benchmarks.boundary_problems import Cubics, Family, problem
+from benchmarks.durations import seconds
 from benchmarks.environment import ROOT, load, machine
 from benchmarks.problems import Array
-from benchmarks.table import seconds
 from stiefel_rs import Curve, GeometricCubic, GeometricPolynomial, Stiefel, StiefelError
 
 PAGE = Path(__file__).with_name("control_points_page.md")

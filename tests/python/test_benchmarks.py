@@ -9,17 +9,18 @@ import pytest
 from beside import HANGS
 from scipy.spatial.transform import Rotation, RotationSpline
 
-from benchmarks import boundary_cost, boundary_problems, cubic_problems, problems, spline_problems, spline_tasks
-from benchmarks.comparison import Bound, Rival, Row
+from benchmarks import boundary_cost, boundary_problems, problems
+from benchmarks.compare import cubic_problems, spline_problems, spline_tasks
+from benchmarks.compare.measure import Figure, Outcome
+from benchmarks.compare.methods import casteljau, cubics, extended, rotation_spline
+from benchmarks.compare.methods.hermite import TangentHermite, stiefel_exp
+from benchmarks.compare.methods.stiefel_log import cayley_log, rotation_log, stiefel_log, symmetric_exp
+from benchmarks.compare.page import HEADERS, WHOLE, Page
+from benchmarks.compare.peers import stiefel_rs as ours
+from benchmarks.compare.row import Bound, Rival, Row
+from benchmarks.compare.rows import all_rows
+from benchmarks.compare.table import lines_of
 from benchmarks.environment import ROOT
-from benchmarks.measure import Figure, Outcome
-from benchmarks.methods import casteljau, cubics, extended, rotation_spline
-from benchmarks.methods.hermite import TangentHermite, stiefel_exp
-from benchmarks.methods.stiefel_log import cayley_log, rotation_log, stiefel_log, symmetric_exp
-from benchmarks.page import HEADERS, WHOLE, Page
-from benchmarks.peers import stiefel_rs as ours
-from benchmarks.rows import all_rows
-from benchmarks.table import lines_of
 from stiefel_rs import CubicSpline, GeometricCubic, RiemannianCubic, SolverReport, Stiefel, orthogonal_log, skew_exp
 
 EPS = np.finfo(float).eps
@@ -31,7 +32,17 @@ extended_precision = pytest.mark.skipif(
 
 def test_a_run_without_other_libraries(tmp_path):
     page = tmp_path / "page.md"
-    command = [sys.executable, "-m", "benchmarks", "--quick", "--only", "curve_single", "--peers", "--out", str(page)]
+    command = [
+        sys.executable,
+        "-m",
+        "benchmarks.compare",
+        "--quick",
+        "--only",
+        "curve_single",
+        "--peers",
+        "--out",
+        str(page),
+    ]
     subprocess.run(command, check=True, cwd=ROOT, capture_output=True, timeout=HANGS)
     text = page.read_text()
     assert "`GeometricCubic`, one point, St(3,1)" in text

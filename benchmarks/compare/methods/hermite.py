@@ -14,7 +14,7 @@ from bisect import bisect_right
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.methods.stiefel_log import stiefel_log, symmetric_exp
+from benchmarks.compare.methods.stiefel_log import stiefel_log, symmetric_exp
 
 Array = NDArray[np.float64]
 STEP = 1e-4

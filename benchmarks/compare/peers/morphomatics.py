@@ -14,8 +14,8 @@ from morphomatics.geom import BezierSpline  # noqa: E402
 from morphomatics.manifold import SO3, Sphere  # noqa: E402
 
 from benchmarks import problems  # noqa: E402
-from benchmarks.methods.casteljau import control_points  # noqa: E402
-from benchmarks.protocol import Task, Tasks, serve  # noqa: E402
+from benchmarks.compare.methods.casteljau import control_points  # noqa: E402
+from benchmarks.compare.protocol import Task, Tasks, serve  # noqa: E402
 
 
 def exp_task(m: int) -> Task:

@@ -1,4 +1,4 @@
-"""SciPy, LAPACK, NumPy's GEMM, and the methods written with them in `benchmarks/methods`."""
+"""SciPy, LAPACK, NumPy's GEMM, and the methods written with them in `benchmarks/compare/methods`."""
 
 from __future__ import annotations
 
@@ -9,11 +9,12 @@ import numpy as np
 import scipy.linalg
 from scipy.spatial.transform import Rotation, RotationSpline
 
-from benchmarks import cubic_problems, problems, spline_problems
-from benchmarks.methods import casteljau, cubics, rotation_spline
-from benchmarks.methods.hermite import TangentHermite
-from benchmarks.methods.stiefel_log import cayley_log, rotation_log, stiefel_log
-from benchmarks.protocol import Task, Tasks, serve
+from benchmarks import problems
+from benchmarks.compare import cubic_problems, spline_problems
+from benchmarks.compare.methods import casteljau, cubics, rotation_spline
+from benchmarks.compare.methods.hermite import TangentHermite
+from benchmarks.compare.methods.stiefel_log import cayley_log, rotation_log, stiefel_log
+from benchmarks.compare.protocol import Task, Tasks, serve
 
 # A loop over all problems of a batch would take minutes for the slow functions; the time is that of one problem.
 LOOP = {"skew_exp": 1000, "orthogonal_log": 100}

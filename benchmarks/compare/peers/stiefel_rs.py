@@ -10,10 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks import cubic_problems, problems, spline_tasks
+from benchmarks import problems
+from benchmarks.compare import cubic_problems, spline_tasks
+from benchmarks.compare.methods import extended
+from benchmarks.compare.protocol import Measures, Task, Tasks, serve
 from benchmarks.memory import resident
-from benchmarks.methods import extended
-from benchmarks.protocol import Measures, Task, Tasks, serve
 from stiefel_rs import GeometricCubic, RiemannianCubic, Stiefel, orthogonal_log, skew_exp
 
 # Checkers of types see no static methods in a class whose constructor never returns.

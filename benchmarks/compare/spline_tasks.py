@@ -11,13 +11,13 @@ from typing import Literal
 
 import numpy as np
 
-from benchmarks import spline_problems
+from benchmarks.compare import spline_problems
+from benchmarks.compare.methods.hermite import TangentHermite
+from benchmarks.compare.protocol import Measures, Task, Tasks
+from benchmarks.compare.spline_problems import Knots, evaluations
 from benchmarks.environment import ROOT
 from benchmarks.memory import resident
-from benchmarks.methods.hermite import TangentHermite
 from benchmarks.problems import Array
-from benchmarks.protocol import Measures, Task, Tasks
-from benchmarks.spline_problems import Knots, evaluations
 from stiefel_rs import CubicHermite, CubicSpline, Stiefel
 
 MEBIBYTE = 2**20
@@ -125,7 +125,7 @@ def large_task(name: str) -> Task:
 
 def peak(name: str, factor: int = 1) -> float:
     """Memory that making a spline takes at the most, itself included, in MiB; in a process of its own."""
-    code = f"from benchmarks.spline_tasks import print_peak; print_peak({name!r}, {factor})"
+    code = f"from benchmarks.compare.spline_tasks import print_peak; print_peak({name!r}, {factor})"
     found = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True, cwd=ROOT)
     return float(found.stdout)
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from benchmarks import spline_problems
-from benchmarks.comparison import Bound, Rival, Row
+from benchmarks.compare import spline_problems
+from benchmarks.compare.row import Bound, Rival, Row
 
 JUMP = 1e-10
 # InterpolatePy stops when orientations and derivatives at the knots meet to 1e-8.

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from benchmarks import cubic_problems
-from benchmarks.comparison import Bound, Rival, Row
+from benchmarks.compare import cubic_problems
+from benchmarks.compare.row import Bound, Rival, Row
 
 MS, US = 1e-3, 1e-6
 RESIDUAL = 1e-12

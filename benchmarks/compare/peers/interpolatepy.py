@@ -8,10 +8,10 @@ import numpy as np
 from interpolatepy import HAS_CPP
 from interpolatepy.quaternion import Quaternion, ShootingQuaternionInterpolation
 
-from benchmarks import spline_problems
+from benchmarks.compare import spline_problems
+from benchmarks.compare.protocol import Task, Tasks, serve
+from benchmarks.compare.spline_problems import Knots, rotations
 from benchmarks.problems import Array
-from benchmarks.protocol import Task, Tasks, serve
-from benchmarks.spline_problems import Knots, rotations
 
 
 def points(spline: ShootingQuaternionInterpolation) -> Array:

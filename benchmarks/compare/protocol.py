@@ -2,7 +2,7 @@
 
 Requests are `{"do": "info" | "prepare" | "sample" | "measure" | "drop", "name": ...}`. `prepare` runs a task once and
 saves its result for comparison; `sample` times a few runs; `measure` returns one number. Without requests
-(`python -m benchmarks.peers.scipy --only skew_exp`) the process times all of its tasks by itself.
+(`python -m benchmarks.compare.peers.scipy --only skew_exp`) the process times all of its tasks by itself.
 """
 
 from __future__ import annotations

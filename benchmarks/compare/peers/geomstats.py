@@ -8,7 +8,7 @@ import geomstats.backend as gs
 from geomstats.geometry.stiefel import Stiefel
 
 from benchmarks import problems
-from benchmarks.protocol import Task, Tasks, serve
+from benchmarks.compare.protocol import Task, Tasks, serve
 
 
 def exp_task(n: int, k: int) -> Task:

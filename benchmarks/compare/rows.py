@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from benchmarks import cubic_rows, problems, spline_rows
-from benchmarks.comparison import THREADS, Bound, Rival, Row
+from benchmarks import problems
+from benchmarks.compare import cubic_rows, spline_rows
+from benchmarks.compare.row import THREADS, Bound, Rival, Row
 
 US = 1e-6
 # Speed-up of two threads that counts as linear.

@@ -18,7 +18,7 @@ import numpy as np
 import scipy.integrate
 import scipy.optimize
 
-from benchmarks.cubic_problems import straight_guess, tangent_basis
+from benchmarks.compare.cubic_problems import straight_guess, tangent_basis
 from benchmarks.problems import Array, Boundary
 
 # Of initial value problems: DOP853 gains nothing below it, that is round-off. Of shooting: an error of 2e-13 of the

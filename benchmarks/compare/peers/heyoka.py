@@ -10,8 +10,9 @@ from typing import Any
 import heyoka as hy
 import numpy as np
 
-from benchmarks import cubic_problems, problems
-from benchmarks.protocol import Task, Tasks, serve
+from benchmarks import problems
+from benchmarks.compare import cubic_problems
+from benchmarks.compare.protocol import Task, Tasks, serve
 
 # Newton stops there; the steps that it may take.
 RESIDUAL, STEPS = 1e-12, 20

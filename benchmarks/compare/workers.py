@@ -10,7 +10,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from benchmarks.environment import ROOT, UnavailableError, child_environment
+from benchmarks.compare.virtual_environments import UnavailableError, child_environment
+from benchmarks.environment import ROOT
 
 # The first answer waits for imports; every other for one call, compilation included: heyoka's takes minutes on a busy
 # machine.
@@ -22,12 +23,12 @@ class LostError(UnavailableError):
 
 
 class Worker:
-    """A process that runs `benchmarks.peers.<module>` and answers requests (see `protocol`)."""
+    """A process that runs `benchmarks.compare.peers.<module>` and answers requests (see `protocol`)."""
 
     def __init__(self, python: Path, module: str, rayon_threads: int = 1) -> None:
         self._messages = tempfile.TemporaryFile(mode="w+")
         self._process = subprocess.Popen(
-            [str(python), "-m", f"benchmarks.peers.{module}", "--serve"],
+            [str(python), "-m", f"benchmarks.compare.peers.{module}", "--serve"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._messages,

@@ -1,4 +1,4 @@
-"""`python -m benchmarks`: this project beside SciPy, heyoka, geomstats, InterpolatePy and others, as a page."""
+"""`python -m benchmarks.compare`: this project beside SciPy, heyoka, geomstats, InterpolatePy and others, as a page."""
 
 from __future__ import annotations
 
@@ -11,19 +11,20 @@ from pathlib import Path
 
 from tqdm import tqdm  # type: ignore[import-untyped]
 
-from benchmarks.comparison import THREADS, Row
-from benchmarks.environment import ROOT, UnavailableError, load, machine, python_of
-from benchmarks.measure import FULL, QUICK, Effort, Outcome, Pool, run_row
-from benchmarks.page import WHOLE, Page
-from benchmarks.rows import all_rows
-from benchmarks.table import lines_of
+from benchmarks.compare.measure import FULL, QUICK, Effort, Outcome, Pool, run_row
+from benchmarks.compare.page import WHOLE, Page
+from benchmarks.compare.row import THREADS, Row
+from benchmarks.compare.rows import all_rows
+from benchmarks.compare.table import lines_of
+from benchmarks.compare.virtual_environments import UnavailableError, python_of
+from benchmarks.environment import ROOT, load, machine
 
 PEERS = ("scipy", "heyoka", "geomstats", "morphomatics", "pymanopt", "interpolatepy")
 
 
 def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     """Options of the command line."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.compare", description=__doc__)
     parser.add_argument("--out", type=Path, default=ROOT / "docs" / "benchmarks.md", help="page to write")
     parser.add_argument("--quick", action="store_true", help="few samples: a look, not a measurement")
     parser.add_argument(

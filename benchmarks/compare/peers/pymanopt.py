@@ -7,7 +7,7 @@ from functools import partial
 from pymanopt.manifolds import Stiefel
 
 from benchmarks import problems
-from benchmarks.protocol import Task, Tasks, serve
+from benchmarks.compare.protocol import Task, Tasks, serve
 
 
 def exp_task(n: int, k: int) -> Task:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from benchmarks.comparison import Rival
-from benchmarks.measure import SINGLE, Figure, Outcome
+from benchmarks.compare.measure import SINGLE, Figure, Outcome
+from benchmarks.compare.row import Rival
+from benchmarks.durations import seconds
 
 
 @dataclass(frozen=True)
@@ -24,14 +25,6 @@ class Line:
         """Texts of the line."""
         verdict = {None: "", True: "yes", False: "**no**"}[self.reached]
         return self.work, self.ours, self.other, self.figure, self.ratio, self.reach, verdict
-
-
-def seconds(value: float) -> str:
-    """Three digits and a unit."""
-    for unit, scale in (("s", 1.0), ("ms", 1e-3), ("us", 1e-6)):
-        if value >= scale:
-            return f"{value / scale:.3g} {unit}"
-    return f"{value / 1e-9:.3g} ns"
 
 
 def lines_of(outcome: Outcome) -> list[Line]:

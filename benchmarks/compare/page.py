@@ -16,10 +16,10 @@ SKIPPED = re.compile(r"^`(\w+)` skipped: (.*)$", re.MULTILINE)
 
 PREAMBLE = """# Benchmarks
 
-Written by `make benchmark`; `benchmarks/` holds the harness, each library's pinned versions, and the methods that were
-written for comparison. Every library runs in a process and a virtual environment of its own, on the same seeded inputs,
-with one thread each (rows that say otherwise excepted). Before timing, results are compared. Samples are taken in turn,
-so that a slow moment of the machine meets everybody.
+Written by `make benchmark`; `benchmarks/compare/` holds the harness, each library's pinned versions, and the methods
+that were written for comparison. Every library runs in a process and a virtual environment of its own, on the same
+seeded inputs, with one thread each (rows that say otherwise excepted). Before timing, results are compared. Samples are
+taken in turn, so that a slow moment of the machine meets everybody.
 
 Figures are the shortest time of all samples, with the median in brackets; for one call, or for one point or problem of
 a call on many. Ratios are of the shortest times, the other's over ours: above 1, ours is faster. Errors are relative,

@@ -10,9 +10,9 @@ from statistics import median
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.comparison import Rival, Row
-from benchmarks.environment import UnavailableError
-from benchmarks.workers import LostError, Worker
+from benchmarks.compare.row import Rival, Row
+from benchmarks.compare.virtual_environments import UnavailableError
+from benchmarks.compare.workers import LostError, Worker
 
 # A busy machine takes time from everybody: a task whose processor time exceeds its wall time by this used threads.
 SINGLE = 1.2

@@ -1,0 +1,1 @@
+"""The project beside other libraries: `python -m benchmarks.compare`."""
