@@ -94,7 +94,7 @@ fn orders_are_those_announced() {
             let what = format!("{shape:?} {order:?}: order {slope:.3}");
             assert_within(-excess, 0.2, &what);
             // At order 8 the terms after the first outweigh it until both are round-off: `python -m
-            // benchmarks.compositions` checks the conditions themselves.
+            // benchmarks.study.compositions` checks the conditions themselves.
             if order != SplittingOrder::Eight {
                 assert_within(excess, 0.2, &what);
             }

@@ -16,8 +16,8 @@
 //! # Error constants
 //! `C = error (s / h)^p`, the error at `t = 1` at equal work: `s` counts the flows of `A`, the expensive ones.
 //! Geometric mean over random cubics on St(3,1), St(3,2), St(5,2), St(6,3) and O(4), with velocity, acceleration and
-//! jerk of norm 5 to 8, from `python -m benchmarks.compositions`, which also checks the order conditions of every row
-//! to round-off. What counts is the ratio within an order. The last row is the least certain, by a factor of 3: its
+//! jerk of norm 5 to 8, from `python -m benchmarks.study.compositions`, which also checks the order conditions of every
+//! row to round-off. What counts is the ratio within an order. The last row is the least certain, by a factor of 3: its
 //! error is near round-off wherever those of the others are in their asymptotic regime.
 //!
 //! | order | composition | flows of A | C |

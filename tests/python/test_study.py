@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from benchmarks import study
-from benchmarks.study_cases import cases, random_data
-from benchmarks.study_equations import FirstOrder, dop853
-from benchmarks.study_long import Energy, bounded, energies
-from benchmarks.study_text import energy_table, slope
-from benchmarks.study_work import COST_SIZES, Solve, costs, fastest_below, solves
+from benchmarks.study.__main__ import main
+from benchmarks.study.cases import cases, random_data
+from benchmarks.study.equations import FirstOrder, dop853
+from benchmarks.study.long_runs import Energy, bounded, energies
+from benchmarks.study.text import energy_table, slope
+from benchmarks.study.work import COST_SIZES, Solve, costs, fastest_below, solves
 from stiefel_rs import RiemannianCubic, Stiefel
 
 EPS = np.finfo(float).eps
@@ -98,7 +98,7 @@ def test_slope_of_a_power():
 
 
 def test_short_run_writes_page_and_figures(tmp_path, capsys):
-    study.main(["--quick", "--out", str(tmp_path / "page.md")])
+    main(["--quick", "--out", str(tmp_path / "page.md")])
     page = (tmp_path / "page.md").read_text()
     assert page in capsys.readouterr().out
     figures = sorted(path.name for path in (tmp_path / "figures").iterdir())

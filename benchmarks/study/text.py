@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from tabulate import tabulate  # type: ignore[import-untyped]
 
 from benchmarks.durations import seconds as duration
-from benchmarks.study_cases import REFERENCE_STEPS, Case
-from benchmarks.study_long import Drift, Energy
-from benchmarks.study_work import ACCURATE, Cost, Solve, fastest_below
+from benchmarks.study.cases import REFERENCE_STEPS, Case
+from benchmarks.study.long_runs import Drift, Energy
+from benchmarks.study.work import ACCURATE, Cost, Solve, fastest_below
 
 # Relative energy errors below this are round-off; growth up to this factor is none.
 ROUND_OFF = 1e-13

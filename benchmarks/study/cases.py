@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
+from benchmarks.environment import ROOT
 from benchmarks.problems import Array, point, tangent
 from stiefel_rs import Chart, integrate_cubic
 from stiefel_rs.reproduce.experiments import SPHERE, STIEFEL_3_2
 
-CUBICS = Path(__file__).resolve().parent.parent / "tests" / "data" / "cubics.json"
+CUBICS = ROOT / "tests" / "data" / "cubics.json"
 NAMES = ("point", "velocity", "acceleration", "jerk")
 # Of the splitting of order 8, where no digits are stored.
 REFERENCE_STEPS = 1000

@@ -9,8 +9,8 @@ from functools import partial
 import numpy as np
 
 from benchmarks.problems import Array
-from benchmarks.study_cases import Data, random_data
-from benchmarks.study_work import Map, Order
+from benchmarks.study.cases import Data, random_data
+from benchmarks.study.work import Map, Order
 from stiefel_rs import Chart, ChartTrajectory, CubicTrajectory, StiefelError, integrate_cubic
 
 STEP = 0.05

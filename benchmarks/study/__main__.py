@@ -13,16 +13,13 @@ import scipy
 from tqdm import tqdm  # type: ignore[import-untyped]
 
 import stiefel_rs
-from benchmarks import study_figures as figures
-from benchmarks import study_long as long
-from benchmarks import study_text as text
-from benchmarks import study_work as work
 from benchmarks.environment import ROOT, machine
-from benchmarks.study_cases import cases
-from benchmarks.study_equations import STRAIGHT_LINE
+from benchmarks.study import figures, long_runs, text, work
+from benchmarks.study.cases import cases
+from benchmarks.study.equations import STRAIGHT_LINE
 from stiefel_rs import figure_style
 
-PAGE = Path(__file__).with_name("study_page.md")
+PAGE = Path(__file__).with_name("page.md")
 
 
 @dataclass(frozen=True)
@@ -38,7 +35,7 @@ class Extent:
     sizes: tuple[tuple[int, int], ...]
 
 
-FULL = Extent(15, 4, True, 500.0, 100.0, long.DRIFT_STEPS, work.COST_SIZES)
+FULL = Extent(15, 4, True, 500.0, 100.0, long_runs.DRIFT_STEPS, work.COST_SIZES)
 QUICK = Extent(1, 1, False, 50.0, 10.0, (100, 1000), ((3, 1), (5, 2), (10, 3)))
 
 
@@ -59,8 +56,8 @@ def run(extent: Extent, folder: Path) -> str:
         found = work.solves(case, peers=extent.peers)
         work.interleave(found, extent.rounds)
         solves += found
-    energies = long.energies(extent.bounded_time, extent.growing_time)
-    drifts = long.drifts(extent.drift_steps)
+    energies = long_runs.energies(extent.bounded_time, extent.growing_time)
+    drifts = long_runs.drifts(extent.drift_steps)
     costs = work.costs(extent.sizes, extent.rounds)
     with figure_style.context():
         figures.write(
@@ -73,7 +70,7 @@ def run(extent: Extent, folder: Path) -> str:
             },
         )
     speeds = {e.curve: e.speeds for e in energies if e.method == text.REFERENCE_METHOD}
-    reached = speeds.pop(long.GROWING)[1]
+    reached = speeds.pop(long_runs.GROWING)[1]
     return PAGE.read_text().format(
         machine=f"{_versions()}; {facts['processor']}, {facts['system']}; processes that wanted to run: "
         f"{facts['processes that wanted to run, at the start']}.",
@@ -88,13 +85,13 @@ def run(extent: Extent, folder: Path) -> str:
         fast=max(fast for _, fast in speeds.values()),
         reached=reached,
         same_speed=f"{text.SAME_SPEED:.0%}",
-        accelerations=" or ".join(map(str, long.ACCELERATIONS)),
+        accelerations=" or ".join(map(str, long_runs.ACCELERATIONS)),
         bounded_time=extent.bounded_time,
         growing_time=extent.growing_time,
-        step=long.STEP,
+        step=long_runs.STEP,
         energy=text.energy_table(energies),
         energy_text=text.energy_text(energies),
-        drift_time=long.DRIFT_TIME,
+        drift_time=long_runs.DRIFT_TIME,
         drift=text.drift_table(drifts),
         drift_text=text.drift_text(drifts),
         cost=text.cost_table(costs),

@@ -11,10 +11,10 @@ from typing import Any, Literal
 
 import numpy as np
 
-from benchmarks import study_equations
 from benchmarks.problems import Array
-from benchmarks.study_cases import Case, Data, random_data
-from benchmarks.study_equations import FirstOrder
+from benchmarks.study import equations
+from benchmarks.study.cases import Case, Data, random_data
+from benchmarks.study.equations import FirstOrder
 from stiefel_rs import Chart, RiemannianCubic, integrate_cubic
 
 # A sample lasts at least this long: the clock is read in 1e-7 s.
@@ -133,12 +133,12 @@ def solves(case: Case, *, peers: bool) -> list[Solve]:
     system = FirstOrder(*case.shape)
     y0 = system.initial(case.data)
     for tol in PEER_TOLERANCES:
-        run = study_equations.dop853(system, y0, tol)
+        run = equations.dop853(system, y0, tol)
         found.append(Solve(case.name, "SciPy DOP853", f"rtol {tol:.0e}", run, case.error(run())))
     for tol in HEYOKA_TOLERANCES:
         start = time.process_time()
         try:
-            run = study_equations.heyoka(system, y0, tol)
+            run = equations.heyoka(system, y0, tol)
         except ImportError:
             break
         compiled = time.process_time() - start

@@ -1,6 +1,6 @@
 """Error constants of splittings of Riemannian cubics, and their order conditions.
 
-``python -m benchmarks.compositions`` prints the table in the documentation of ``SplittingOrder``.
+``python -m benchmarks.study.compositions`` prints the table in the documentation of ``SplittingOrder``.
 
 An independent implementation of the flows (exponentials of
 block matrices by SciPy) runs every composition on the same random cubics; ``C`` is the error at ``t = 1`` times

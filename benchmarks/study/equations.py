@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from benchmarks.problems import Array
-from benchmarks.study_cases import Data
+from benchmarks.study.cases import Data
 
 # Numbers, or expressions of heyoka.
 Block = NDArray[Any]

@@ -12,8 +12,8 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from benchmarks.study_long import Drift, Energy
-from benchmarks.study_work import Cost, Solve
+from benchmarks.study.long_runs import Drift, Energy
+from benchmarks.study.work import Cost, Solve
 from stiefel_rs import figure_style
 
 ORANGE, SKY, GREEN, YELLOW, BLUE, RED, PINK, BLACK = (

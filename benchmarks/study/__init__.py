@@ -1,0 +1,1 @@
+"""Integrators of Riemannian cubics, compared: `python -m benchmarks.study`."""
