@@ -4,9 +4,9 @@ import mpmath
 import numpy as np
 import pytest
 
-from benchmarks.accuracy import UNIT, ExpErrors, exp_errors, exp_reference, log_errors, log_reference
-from benchmarks.accuracy_cases import BITS, below_pi, exp_cases, log_cases, random_skew, rotation
-from benchmarks.fixed_point import FixedPoint
+from benchmarks.accuracy.cases import BITS, below_pi, exp_cases, log_cases, random_skew, rotation
+from benchmarks.accuracy.errors import UNIT, ExpErrors, exp_errors, exp_reference, log_errors, log_reference
+from benchmarks.accuracy.fixed_point import FixedPoint
 from stiefel_rs import OutsideDomainError, orthogonal_log, skew_exp
 
 EPS = np.finfo(float).eps

@@ -9,7 +9,7 @@ import mpmath
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.fixed_point import FixedPoint
+from benchmarks.accuracy.fixed_point import FixedPoint
 
 Array = NDArray[np.float64]
 

@@ -1,0 +1,114 @@
+"""Errors of computed exponentials and logarithms against exact ones, and the bounds that are promised."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from benchmarks.accuracy.cases import BITS, Array
+from benchmarks.accuracy.fixed_point import FixedPoint, Integers
+
+UNIT = 1e-15
+
+# Distance of doubles next to zero: no result is closer to anything than that.
+TINY = 5e-324
+
+
+@dataclass(frozen=True)
+class ExpErrors:
+    """Errors of an exponential; see `page.md` for what is in each."""
+
+    forward: float
+    off_diagonal: float
+    defect: float
+
+    @staticmethod
+    def bounds(A: Array) -> ExpErrors:
+        """What is promised: relative eps in A moves `e^A` by `eps |A|_2`, and no more than a few of those are lost."""
+        m, norm = len(A), float(np.linalg.norm(A, 2))
+        # Below 1e-308 doubles have an absolute spacing.
+        off_diagonal = m * UNIT * max(1.0, norm) + m * (TINY / _size(A))
+        return ExpErrors(UNIT * max(1.0, norm), off_diagonal, m * UNIT)
+
+    def above(self, bounds: ExpErrors) -> list[str]:
+        """Names of the errors that are above their bounds."""
+        return [f.name for f in fields(self) if not getattr(self, f.name) <= getattr(bounds, f.name)]
+
+
+@dataclass(frozen=True)
+class LogErrors:
+    """Errors of a logarithm; see `page.md` for what is in each."""
+
+    forward: float
+    absolute: float
+    condition: float
+    size: float
+    backward: float
+    skewness: float
+    real: bool
+
+    def bounds(self, m: int) -> LogErrors:
+        """What is promised for a matrix of this size and condition: few eps of backward error, and what comes of it."""
+        forward = m * UNIT * self.condition
+        return LogErrors(forward, forward * max(1.0, self.size), self.condition, self.size, m * UNIT, 0.0, real=True)
+
+    def above(self, bounds: LogErrors) -> list[str]:
+        """Names of the errors that are above their bounds."""
+        names = ("forward", "absolute", "backward", "skewness")
+        return [name for name in names if not getattr(self, name) <= getattr(bounds, name)]
+
+
+def _arithmetic(A: Array) -> FixedPoint:
+    """Digits for a result of the size of A's smallest column."""
+    entries = np.abs(A[A != 0])
+    return FixedPoint(BITS + max(0, -math.floor(math.log2(entries.min()))) if entries.size else BITS)
+
+
+def exp_reference(A: Array) -> tuple[FixedPoint, Integers]:
+    """Exponential of a matrix of doubles."""
+    F = _arithmetic(A)
+    return F, F.expm(F.exact(A))
+
+
+def exp_errors(R: Array, A: Array, reference: tuple[FixedPoint, Integers]) -> ExpErrors:
+    """Errors of a computed exponential."""
+    F, exact = reference
+    X = F.exact(R)
+    error = X - exact
+    off = error.copy()
+    np.fill_diagonal(off, 0)
+    defect = F.norm(F.multiply(X.T, X) - F.identity(len(A)))
+    return ExpErrors(F.norm(error) / math.sqrt(len(A)), F.norm(off) / _size(A), defect)
+
+
+def _size(A: Array) -> float:
+    """Frobenius norm, at most 1 and never 0."""
+    largest = max(float(np.abs(A).max()), TINY)
+    # Squares of the entries themselves would underflow.
+    return max(TINY, min(1.0, float(np.linalg.norm(A / largest)) * largest))
+
+
+def log_reference(Q: Array) -> tuple[FixedPoint, Integers]:
+    """Logarithm of the rotation nearest to a matrix of doubles."""
+    off = Q.copy()
+    np.fill_diagonal(off, 0)
+    F = _arithmetic(off)
+    return F, F.logm_rotation(F.exact(Q))
+
+
+def log_errors(L: Array, Q: Array, reference: tuple[FixedPoint, Integers]) -> LogErrors:
+    """Errors of a computed logarithm, of which the real part is taken."""
+    F, exact = reference
+    X = F.exact(np.real(L))
+    size = F.norm(exact)
+    error = F.norm(X - exact)
+    # Of a skew matrix: its spectral norm.
+    angle = float(np.linalg.norm(F.rounded(exact), 2))
+    # Doubles end too early to tell pi - 1e-14 from pi well; the angle itself is right to 1e-15.
+    condition = angle / math.sin(angle) if angle > 0 else 1.0
+    backward = F.norm(F.expm(X) - F.exact(Q))
+    skewness = float(np.abs(np.real(L) + np.real(L).T).max())
+    forward = error / size if size > 0 else error
+    return LogErrors(forward, error, condition, size, backward, skewness, bool(np.isrealobj(L)))
