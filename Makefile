@@ -71,13 +71,13 @@ gallery: $(INSTALLED) ## The examples, with their figures and numbers, into docs
 	$(BIN)/python examples/gallery.py
 
 boundary: $(INSTALLED) ## 12000 random boundary problems of Riemannian cubics, into docs/boundary_problems.md
-	RAYON_NUM_THREADS=1 $(BIN)/python -m benchmarks.boundary_problems $(ARGS)
+	RAYON_NUM_THREADS=1 $(BIN)/python -m benchmarks.boundary.solved $(ARGS)
 
 boundary-cost: $(INSTALLED) ## What solutions of 2000 boundary problems cost beside others, into docs/boundary_cost.md
-	RAYON_NUM_THREADS=1 $(BIN)/python -m benchmarks.boundary_cost $(ARGS)
+	RAYON_NUM_THREADS=1 $(BIN)/python -m benchmarks.boundary.cost $(ARGS)
 
 control-points: $(INSTALLED) ## Other control points on 1000 random boundary problems, into docs/control_points.md
-	RAYON_NUM_THREADS=1 $(BIN)/python -m benchmarks.control_points $(ARGS)
+	RAYON_NUM_THREADS=1 $(BIN)/python -m benchmarks.boundary.control_points $(ARGS)
 
 accuracy: $(INSTALLED) ## Errors against 50 digits, into docs/accuracy.md
 	$(BIN)/python -m benchmarks.accuracy

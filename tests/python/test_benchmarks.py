@@ -9,7 +9,9 @@ import pytest
 from beside import HANGS
 from scipy.spatial.transform import Rotation, RotationSpline
 
-from benchmarks import boundary_cost, boundary_problems, problems
+from benchmarks import problems
+from benchmarks.boundary import cost, solved
+from benchmarks.boundary.random_problems import FAMILIES
 from benchmarks.compare import cubic_problems, spline_problems, spline_tasks
 from benchmarks.compare.measure import Figure, Outcome
 from benchmarks.compare.methods import casteljau, cubics, extended, rotation_spline
@@ -263,8 +265,8 @@ def test_character_of_splines_of_the_comparison():
 
 
 def test_random_boundary_problems_are_counted():
-    easy = boundary_problems.FAMILIES[0]
-    tally = boundary_problems.solve_all(4, 2, easy, 5)
+    easy = FAMILIES[0]
+    tally = solved.solve_all(4, 2, easy, 5)
     assert len(tally.reports) == len(tally.seconds) == len(tally.defects) == 5
     assert tally.reaches(easy)
     assert max(tally.defects) < 2e-12
@@ -273,25 +275,25 @@ def test_random_boundary_problems_are_counted():
         tally.reports[0] = report
         assert not tally.reaches(easy)
     tally.reports[0] = missed
-    assert tally.reaches(boundary_problems.FAMILIES[1])
+    assert tally.reaches(FAMILIES[1])
     del tally.reports[0]
-    assert not tally.reaches(boundary_problems.FAMILIES[1])
+    assert not tally.reaches(FAMILIES[1])
 
 
-@pytest.mark.parametrize("kind", boundary_cost.KINDS, ids=lambda kind: kind.title)
+@pytest.mark.parametrize("kind", cost.KINDS, ids=lambda kind: kind.title)
 def test_costs_of_solutions_are_compared(kind):
-    outcomes = [boundary_cost.outcome(kind, index) for index in (1, 2)]
-    assert all("reversed" in outcome.others and outcome.ratio <= boundary_cost.SLACK for outcome in outcomes)
+    outcomes = [cost.outcome(kind, index) for index in (1, 2)]
+    assert all("reversed" in outcome.others and outcome.ratio <= cost.SLACK for outcome in outcomes)
     assert ("geodesic" in outcomes[0].others) == (kind.speed == 0)
-    title, problems, failed, none, above, *_ = boundary_cost.line(kind, outcomes)
+    title, problems, failed, none, above, *_ = cost.line(kind, outcomes)
     assert (title, problems, failed, none, above) == (kind.title, 2, 0, 0, 0)
-    dear = boundary_cost.Outcome((3, 1), 2.0, {"reversed": 1.0}, 0.1)
-    assert boundary_cost.line(kind, [*outcomes, dear])[4] == "1 (reversed)"
+    dear = cost.Outcome((3, 1), 2.0, {"reversed": 1.0}, 0.1)
+    assert cost.line(kind, [*outcomes, dear])[4] == "1 (reversed)"
 
 
 def test_the_page_of_random_boundary_problems(tmp_path):
     page = tmp_path / "page.md"
-    boundary_problems.main(["--count", "1", "--out", str(page)])
+    solved.main(["--count", "1", "--out", str(page)])
     text = page.read_text()
-    assert all(f"| St({n},{k})" in text for n, k in boundary_problems.SHAPES)
+    assert all(f"| St({n},{k})" in text for n, k in solved.SHAPES)
     assert "at most 12 Newton steps" in text

@@ -5,8 +5,8 @@ import itertools
 import numpy as np
 import pytest
 
-from benchmarks import control_points
-from benchmarks.control_points import BASE, DEGREES, EXACT, methods
+from benchmarks.boundary import control_points
+from benchmarks.boundary.control_points import BASE, DEGREES, EXACT, methods
 
 
 @pytest.fixture(scope="module")

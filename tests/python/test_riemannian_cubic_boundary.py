@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchmarks import boundary_problems
+from benchmarks.boundary import random_problems
 from stiefel_rs import (
     ConvergenceError,
     GeometricCubic,
@@ -378,9 +378,9 @@ def test_derivatives_agree_with_differences(shape):
 
 def test_hard_problems_that_no_quick_start_solves():
     """Two of `make boundary` on St(10, 3), from both ends: continuation and single shooting gave them up."""
-    M, family = Stiefel(10, 3), boundary_problems.FAMILIES[1]
+    M, family = Stiefel(10, 3), random_problems.FAMILIES[1]
     rng = np.random.default_rng([20240419, M.n, M.k, int(family.speed)])
-    drawn = [boundary_problems.problem(M, family, rng) for _ in range(178)]
+    drawn = [random_problems.problem(M, family, rng) for _ in range(178)]
     for S0, V0, S1, V1 in (drawn[48], drawn[177]):
         there = RiemannianCubic.from_boundary(S0, V0, S1, V1)
         back = RiemannianCubic.from_boundary(S1, -V1, S0, -V0)

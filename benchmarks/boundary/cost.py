@@ -1,6 +1,6 @@
 """What solutions of boundary problems cost beside other solutions of the same problem.
 
-``python -m benchmarks.boundary_cost`` writes ``docs/boundary_cost.md``; ``--count 50`` is a look.
+``python -m benchmarks.boundary.cost`` writes ``docs/boundary_cost.md``; ``--count 50`` is a look.
 """
 
 from __future__ import annotations
@@ -19,12 +19,11 @@ import numpy as np
 from tabulate import tabulate  # type: ignore[import-untyped]
 from tqdm import tqdm  # type: ignore[import-untyped]
 
+from benchmarks.boundary.random_problems import Cubics
 from benchmarks.environment import ROOT, machine
 from benchmarks.problems import Array
-from stiefel_rs import GeometricCubic, RiemannianCubic, Stiefel, StiefelError
+from stiefel_rs import GeometricCubic, Stiefel, StiefelError
 
-# Checkers of types see no static methods in a class whose constructor never returns.
-Cubics: Any = RiemannianCubic
 Problem = tuple[Array, Array, Array, Array]
 COUNT = 2000
 PROCESSES = 2
@@ -187,7 +186,7 @@ def page(count: int, processes: int) -> str:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.boundary_cost", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.boundary.cost", description=__doc__)
     parser.add_argument("--out", type=Path, default=ROOT / "docs" / "boundary_cost.md", help="page to write")
     parser.add_argument("--count", type=int, default=COUNT, help="problems")
     parser.add_argument("--processes", type=int, default=PROCESSES, help="at once")

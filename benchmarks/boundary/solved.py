@@ -1,6 +1,6 @@
 """Random boundary problems of Riemannian cubics: how many are solved, how exactly, in how many steps.
 
-``python -m benchmarks.boundary_problems`` writes ``docs/boundary_problems.md``; ``--count 100`` is a look.
+``python -m benchmarks.boundary.solved`` writes ``docs/boundary_problems.md``; ``--count 100`` is a look.
 """
 
 from __future__ import annotations
@@ -11,21 +11,17 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from tabulate import tabulate  # type: ignore[import-untyped]
 from tqdm import tqdm  # type: ignore[import-untyped]
 
+from benchmarks.boundary.random_problems import FAMILIES, RESIDUAL, Cubics, Family, problem
 from benchmarks.environment import ROOT, load, machine
-from benchmarks.problems import Array
-from stiefel_rs import ConvergenceError, RiemannianCubic, SolverReport, Stiefel, StiefelError
+from stiefel_rs import ConvergenceError, SolverReport, Stiefel, StiefelError
 
-# Checkers of types see no static methods in a class whose constructor never returns.
-Cubics: Any = RiemannianCubic
 SHAPES = ((3, 1), (3, 2), (4, 2), (5, 2), (6, 3), (10, 3))
 COUNT = 1000
-RESIDUAL = 1e-12
 HEADERS = (
     "manifold", "solved", "largest residual", "largest defect", "Newton steps, mean", "most", "time, median", "longest",
     "not solved", "reached",
@@ -38,29 +34,6 @@ point, a geodesic of uniformly distributed length from it to the other, velociti
 both, in the canonical metric; seeded, on one thread. The residual is the solver's own, of position and velocity at the
 end; the defect is the same, measured on the points of the curve. Times are those of a call from Python.
 """
-
-
-@dataclass(frozen=True)
-class Family:
-    """Boundary problems up to a distance and a speed, and what is to be reached on them."""
-
-    distance: float
-    speed: float
-    share: float
-    steps: int | None
-
-    @property
-    def title(self) -> str:
-        """Its heading, with what is to be reached."""
-        steps = f", at most {self.steps} Newton steps" if self.steps is not None else ""
-        share = "all" if self.share == 1 else f"at least {self.share:.0%}"
-        return (
-            f"Distance up to {self.distance:g}, speeds up to {self.speed:g}; to be reached: {share} solved, "
-            f"residual {RESIDUAL:g}{steps}"
-        )
-
-
-FAMILIES = (Family(2.0, 2.0, 1.0, 12), Family(3.0, 6.0, 0.99, None))
 
 
 @dataclass(frozen=True)
@@ -99,18 +72,6 @@ class Tally:
             failures,
             verdict,
         )
-
-
-def problem(M: Stiefel, family: Family, rng: np.random.Generator) -> tuple[Array, Array, Array, Array]:
-    """One problem: S0, V0, S1, V1."""
-
-    def tangent(S: Array, most: float) -> Array:
-        V = M.project_tangent(S, rng.standard_normal(S.shape))
-        return np.asarray(V * (rng.uniform(0.0, most) / M.norm(S, V)))
-
-    S0 = M.random_point(rng)
-    S1 = M.exp(S0, tangent(S0, family.distance))
-    return S0, tangent(S0, family.speed), S1, tangent(S1, family.speed)
 
 
 def solve_all(n: int, k: int, family: Family, count: int) -> Tally:
@@ -158,7 +119,7 @@ def page(count: int) -> str:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.boundary_problems", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.boundary.solved", description=__doc__)
     parser.add_argument("--out", type=Path, default=ROOT / "docs" / "boundary_problems.md", help="page to write")
     parser.add_argument("--count", type=int, default=COUNT, help="problems of each line")
     options = parser.parse_args(arguments)

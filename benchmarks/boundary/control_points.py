@@ -1,6 +1,6 @@
 """Other control points for de Casteljau curves on random boundary problems: distance to the exact cubic, and time.
 
-``python -m benchmarks.control_points`` writes ``docs/control_points.md``; ``--count 10`` is a look.
+``python -m benchmarks.boundary.control_points`` writes ``docs/control_points.md``; ``--count 10`` is a look.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import numpy as np
 from tabulate import tabulate  # type: ignore[import-untyped]
 from tqdm import tqdm  # type: ignore[import-untyped]
 
-from benchmarks.boundary_problems import Cubics, Family, problem
+from benchmarks.boundary.random_problems import Cubics, Family, problem
 from benchmarks.durations import seconds
 from benchmarks.environment import ROOT, load, machine
 from benchmarks.problems import Array
@@ -254,7 +254,7 @@ def page(count: int) -> str:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.control_points", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.boundary.control_points", description=__doc__)
     parser.add_argument("--out", type=Path, default=ROOT / "docs" / "control_points.md", help="page to write")
     parser.add_argument("--count", type=int, default=COUNT, help="problems of each shape")
     options = parser.parse_args(arguments)
