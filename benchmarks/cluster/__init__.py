@@ -1,0 +1,1 @@
+"""Sweeps on a local cluster of processes: `python -m benchmarks.cluster`."""
