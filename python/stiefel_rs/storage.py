@@ -12,7 +12,7 @@ from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 
-from . import _core
+from ._core import _restored
 from .errors import InvalidInputError
 
 if TYPE_CHECKING:
@@ -102,7 +102,7 @@ def load(path: str | os.PathLike[str]) -> Curve:
     content = Path(name).read_bytes()
     try:
         form = _read(content)
-        return _core._restored(form)
+        return _restored(form)
     # Whatever a reader of archives or of curves makes of damaged bytes.
     except Exception as error:
         raise InvalidInputError(f"{name}: {str(error) or type(error).__name__}") from error

@@ -34,17 +34,8 @@ extended_precision = pytest.mark.skipif(
 
 def test_a_run_without_other_libraries(tmp_path):
     page = tmp_path / "page.md"
-    command = [
-        sys.executable,
-        "-m",
-        "benchmarks.compare",
-        "--quick",
-        "--only",
-        "curve_single",
-        "--peers",
-        "--out",
-        str(page),
-    ]
+    options = ["--quick", "--only", "curve_single", "--peers", "--out", str(page)]
+    command = [sys.executable, "-m", "benchmarks.compare", *options]
     subprocess.run(command, check=True, cwd=ROOT, capture_output=True, timeout=HANGS)
     text = page.read_text()
     assert "`GeometricCubic`, one point, St(3,1)" in text
