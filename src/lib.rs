@@ -50,6 +50,8 @@ pub mod newton;
 #[cfg(feature = "python")]
 mod python;
 pub mod report;
+#[cfg(feature = "serde")]
+mod serialize;
 mod shooting;
 mod solve;
 mod space;

@@ -3,9 +3,6 @@
 //! Every number that a curve consists of is stored, so that it comes back the same to the last bit. On the way back all of
 //! them are checked: names, counts, finiteness, and the ranges of those that mean something by themselves.
 
-#[cfg(feature = "serde")]
-mod form;
-
 use std::collections::BTreeMap;
 
 use crate::error::{Error, Result};

@@ -5,13 +5,13 @@ use std::collections::BTreeMap;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::{Array, FORMAT, Fields, Stored, VERSION, check_header, refusal};
 use crate::cubic::RiemannianCubic;
 use crate::curve::{GeometricCubic, GeometricPolynomial};
 use crate::error::Error;
 use crate::interrupt::Interrupt;
 use crate::manifold::{Geodesic, QuasiGeodesic};
 use crate::spline::Piecewise;
+use crate::stored::{Array, FORMAT, Fields, Stored, VERSION, check_header, refusal};
 
 #[derive(Serialize, Deserialize)]
 struct Form {
