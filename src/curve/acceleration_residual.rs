@@ -14,6 +14,9 @@ use crate::linalg::jet::Jet;
 use crate::linalg::product::{axpy, mul_add, mul_into};
 use crate::manifold::QuasiGeodesic;
 
+/// What the errors are about.
+pub(super) const SOLVER: &str = "control points of minimal cost";
+
 /// How derivatives are taken. Round-off of the points is some thousand times larger in the second derivative, at the
 /// ends, where the weights are small: the steps make it as large as the error of the differences.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -167,7 +170,7 @@ impl AccelerationResidual {
         };
         let centre = self.curve.clone();
         for l in 0..self.turns.len() {
-            interrupt.check(super::minimal_cost::SOLVER)?;
+            interrupt.check(SOLVER)?;
             let turn = self.turns[l];
             let found = self.turned_residual_into(&mut ahead, &centre, turn, step);
             let found = match differences {

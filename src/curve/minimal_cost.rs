@@ -12,7 +12,7 @@
 use faer::{Mat, MatRef};
 
 use super::Curve;
-use super::acceleration_residual::{AccelerationResidual, Differences};
+use super::acceleration_residual::{AccelerationResidual, Differences, SOLVER};
 use super::de_casteljau::GeometricPolynomial;
 use super::end_legs::{check_boundary, outer_leg};
 use super::span::Span;
@@ -22,8 +22,6 @@ use crate::linalg::decomp::{solve_upper, thin_qr};
 use crate::linalg::structure::norm;
 use crate::manifold::{QuasiGeodesic, Stiefel};
 use crate::report::{SolverReport, StopReason};
-
-pub(super) const SOLVER: &str = "control points of minimal cost";
 
 /// Part of the acceleration, relative to all of it, that moves of the control points may still lower: the cost is
 /// minimal to the square of that.

@@ -15,9 +15,12 @@
 mod adjoint;
 mod descent;
 mod fibre_hessian;
+mod report;
 mod search;
 mod shooting;
 mod shortening;
+
+pub use report::LogReport;
 
 use std::f64::consts::PI;
 
@@ -31,7 +34,8 @@ use crate::interrupt::Interrupt;
 use crate::linalg::OrthogonalLog;
 use crate::linalg::product::{determinant_sign, mul_add, mul_into};
 use crate::linalg::structure::orthonormality_defect;
-use search::{CONTRACTION, Search, no_convergence};
+use report::{no_convergence, not_joined};
+use search::{CONTRACTION, Search};
 use shooting::Shooting;
 
 /// The residual that counts as converged, times the size and the round-off.
@@ -42,40 +46,6 @@ const SHORT_NORMAL: f64 = 0.1;
 
 /// An angle whose sine is below this is pi to working precision, on the sphere.
 const ANTIPODAL: f64 = 4.0 * f64::EPSILON;
-
-/// What the errors are about.
-const SOLVER: &str = "Riemannian logarithm";
-
-/// How a logarithm was found, and what is known of it.
-///
-/// # Examples
-/// ```
-/// use faer::mat;
-/// use stiefel_rs::Stiefel;
-/// let s0 = mat![[1.0, 0.0], [0.0, 1.0], [0.0, 0.0], [0.0, 0.0]];
-/// let s1 = mat![[0.8, 0.0], [0.0, 0.6], [0.6, 0.0], [0.0, 0.8]];
-/// let manifold = Stiefel::new(4, 2)?;
-/// let (v, report) = manifold.log_with_report(s0.as_ref(), s1.as_ref())?;
-/// // Two turns out of the columns, by the principal angles.
-/// assert!((report.length - 0.8_f64.acos().hypot(0.6_f64.acos())).abs() < 1e-13);
-/// assert!((report.length - manifold.norm(s0.as_ref(), v.as_ref())?).abs() < 1e-13);
-/// assert!(report.converged && report.certainly_shortest);
-/// # Ok::<(), stiefel_rs::Error>(())
-/// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LogReport {
-    /// Whether the residual is at the level of round-off. A logarithm that is returned always has converged.
-    pub converged: bool,
-    /// Newton steps that led to it: the first attempt from a close start, and those from the start that found it.
-    pub iterations: usize,
-    /// `|exp(S0, V) - S1|_F`.
-    pub residual: f64,
-    /// Length of the geodesic in the manifold's metric.
-    pub length: f64,
-    /// Whether the geodesic is certainly the shortest: its length is below the known bound of the injectivity radius,
-    /// or the case is one of a closed form. Otherwise it may be or not.
-    pub certainly_shortest: bool,
-}
 
 impl Stiefel {
     /// The Riemannian logarithm: the velocity at `s0` of a geodesic that arrives at `s1` at `t = 1`.
@@ -251,13 +221,5 @@ impl Stiefel {
         // A point that is off the manifold by its tolerance cannot be met more closely.
         TOLERANCE * target.nrows() as f64 * f64::EPSILON
             + 2.0 * orthonormality_defect(target.as_ref())
-    }
-}
-
-/// A rotation without a principal logarithm: points that no single shortest geodesic joins.
-fn not_joined(error: Error) -> Error {
-    match error {
-        Error::OutsideLogDomain { angle } => Error::NoJoiningCurve { angle },
-        error => error,
     }
 }

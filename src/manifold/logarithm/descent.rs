@@ -32,7 +32,7 @@ use super::shooting::{read_block, write_block};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::decomp::{Svd, thin_q};
-use crate::linalg::gmres::{Gmres, norm};
+use crate::linalg::gmres::{Gmres, dot, norm};
 use crate::linalg::product::{determinant_sign, mul_into};
 use crate::linalg::{OrthogonalLog, SkewExp};
 
@@ -392,8 +392,4 @@ pub(super) fn complement(target: MatRef<'_, f64>) -> Mat<f64> {
         }
     });
     thin_q(wide.as_ref()).as_ref().subcols(k, m - k).to_owned()
-}
-
-pub(super) fn dot(x: &[f64], y: &[f64]) -> f64 {
-    x.iter().zip(y).map(|(x, y)| x * y).sum()
 }

@@ -9,12 +9,11 @@
 
 use faer::{Mat, MatRef};
 
-use super::descent::dot;
 use super::shooting::{read_block, write_block};
 use crate::error::Result;
 use crate::linalg::SkewSchur;
 use crate::linalg::decomp::SymmetricEigen;
-use crate::linalg::gmres::norm;
+use crate::linalg::gmres::{dot, norm};
 use crate::linalg::orthogonal_log::inverse_dexp;
 use crate::linalg::product::mul_into;
 use crate::linalg::skew_schur::apply_ad_function;

@@ -5,24 +5,17 @@ use std::f64::consts::PI;
 use faer::{Mat, MatRef};
 
 use super::descent::{Descent, Start};
-use super::shooting::{Outcome, Shooting};
+use super::report::{LogReport, SOLVER, no_convergence, not_joined};
+use super::shooting::{CLOSE_CONTRACTION, CLOSE_STEPS, Outcome, Shooting};
 use super::shortening::Path;
-use super::{LogReport, SOLVER, not_joined};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::SkewSchur;
 use crate::manifold::metric::Metric;
 use crate::manifold::stiefel::Stiefel;
-use crate::report::{SolverReport, StopReason};
-
-/// Each step from a close start must make the residual smaller by this: otherwise the points are not close.
-pub(super) const CLOSE_CONTRACTION: f64 = 0.3;
 
 /// Each step from a good start must make the residual smaller by this.
 pub(super) const CONTRACTION: f64 = 0.7;
-
-/// Newton steps from a close start at most.
-pub(super) const CLOSE_STEPS: usize = 10;
 
 /// Newton steps from a good start at most: where the points are conjugate, convergence is linear.
 const MAX_STEPS: usize = 30;
@@ -371,18 +364,5 @@ impl<'a> Search<'a> {
 impl Found {
     fn is_certain(&self) -> bool {
         self.report.certainly_shortest
-    }
-}
-
-pub(super) fn no_convergence(outcome: Outcome, tolerance: f64) -> Error {
-    Error::NoConvergence {
-        solver: SOLVER,
-        report: SolverReport {
-            converged: false,
-            iterations: outcome.iterations,
-            residual: outcome.residual,
-            tolerance,
-            reason: StopReason::Stagnated,
-        },
     }
 }

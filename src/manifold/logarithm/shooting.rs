@@ -26,6 +26,12 @@ use crate::linalg::product::{mul_add, mul_into};
 /// The tightest and the loosest tolerance of a step, relative to the size of `Delta`.
 const STEP_TOLERANCE: std::ops::RangeInclusive<f64> = 1e-8..=1e-3;
 
+/// Each step from a close start must make the residual smaller by this: otherwise the points are not close.
+pub(super) const CLOSE_CONTRACTION: f64 = 0.3;
+
+/// Newton steps from a close start at most.
+pub(super) const CLOSE_STEPS: usize = 10;
+
 /// Terms of the series of `(1 - e^{-x}) / x` at the most: arguments up to 20.
 const DEXP_TERMS: usize = 80;
 

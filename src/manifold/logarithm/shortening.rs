@@ -11,10 +11,9 @@
 
 use faer::{Mat, MatRef, Scale};
 
-use super::SOLVER;
 use super::descent::{complement, generic_skew};
-use super::search::{CLOSE_CONTRACTION, CLOSE_STEPS};
-use super::shooting::{Shooting, write_block};
+use super::report::SOLVER;
+use super::shooting::{CLOSE_CONTRACTION, CLOSE_STEPS, Shooting, write_block};
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::linalg::SkewExp;

@@ -1,0 +1,61 @@
+//! How a logarithm was found, and the errors where none was.
+
+use super::shooting::Outcome;
+use crate::error::Error;
+use crate::report::{SolverReport, StopReason};
+
+/// What the errors are about.
+pub(super) const SOLVER: &str = "Riemannian logarithm";
+
+/// How a logarithm was found, and what is known of it.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::Stiefel;
+/// let s0 = mat![[1.0, 0.0], [0.0, 1.0], [0.0, 0.0], [0.0, 0.0]];
+/// let s1 = mat![[0.8, 0.0], [0.0, 0.6], [0.6, 0.0], [0.0, 0.8]];
+/// let manifold = Stiefel::new(4, 2)?;
+/// let (v, report) = manifold.log_with_report(s0.as_ref(), s1.as_ref())?;
+/// // Two turns out of the columns, by the principal angles.
+/// assert!((report.length - 0.8_f64.acos().hypot(0.6_f64.acos())).abs() < 1e-13);
+/// assert!((report.length - manifold.norm(s0.as_ref(), v.as_ref())?).abs() < 1e-13);
+/// assert!(report.converged && report.certainly_shortest);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LogReport {
+    /// Whether the residual is at the level of round-off. A logarithm that is returned always has converged.
+    pub converged: bool,
+    /// Newton steps that led to it: the first attempt from a close start, and those from the start that found it.
+    pub iterations: usize,
+    /// `|exp(S0, V) - S1|_F`.
+    pub residual: f64,
+    /// Length of the geodesic in the manifold's metric.
+    pub length: f64,
+    /// Whether the geodesic is certainly the shortest: its length is below the known bound of the injectivity radius,
+    /// or the case is one of a closed form. Otherwise it may be or not.
+    pub certainly_shortest: bool,
+}
+
+/// A rotation without a principal logarithm: points that no single shortest geodesic joins.
+pub(super) fn not_joined(error: Error) -> Error {
+    match error {
+        Error::OutsideLogDomain { angle } => Error::NoJoiningCurve { angle },
+        error => error,
+    }
+}
+
+/// No geodesic was found that arrives to the tolerance.
+pub(super) fn no_convergence(outcome: Outcome, tolerance: f64) -> Error {
+    Error::NoConvergence {
+        solver: SOLVER,
+        report: SolverReport {
+            converged: false,
+            iterations: outcome.iterations,
+            residual: outcome.residual,
+            tolerance,
+            reason: StopReason::Stagnated,
+        },
+    }
+}
