@@ -1,14 +1,9 @@
-//! Riemannian cubics from boundary data: options, how a solution was found, the entry.
+//! Boundary value problems of Riemannian cubics: options, and how a solution was found.
 
 use std::fmt;
-use std::sync::Arc;
 
 use faer::MatRef;
 
-use super::problem::Problem;
-use super::riemannian_cubic::RiemannianCubic;
-use super::shooting::SOLVER;
-use super::solver::Solver;
 use super::work::allowance;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
@@ -97,8 +92,8 @@ impl BoundaryOptions<'_> {
 
 /// The way on which the solution of a boundary value problem was found.
 ///
-/// [`from_boundary`](RiemannianCubic::from_boundary) has `Direct` and `Descent`, with a guess also `Moving`; the others are
-/// those of [`all_from_boundary`](RiemannianCubic::all_from_boundary).
+/// [`from_boundary`](crate::RiemannianCubic::from_boundary) has `Direct` and `Descent`, with a guess also `Moving`; the others are
+/// those of [`all_from_boundary`](crate::RiemannianCubic::all_from_boundary).
 ///
 /// # Examples
 /// ```
@@ -188,60 +183,5 @@ impl fmt::Display for BoundaryReport {
             self.starts,
             self.continuation_steps
         )
-    }
-}
-
-impl RiemannianCubic {
-    /// A Riemannian cubic on `[0, 1]` with end points `s0, s1` and end velocities `v0, v1`, all of shape `(n, k)`.
-    ///
-    /// Cubics with given ends are stationary, not unique. Newton's method starts from the cubic of flat space (or from the
-    /// guess). If displacement and speeds are at most 2, its solution is returned. Otherwise, and without a guess, a chain of
-    /// cubics descends to a curve of least cost: from a curve that rolls evenly from one velocity to the other, for end speeds
-    /// up to 16 also from the cubic of flat space, and from the de Casteljau curve where more than one quasi-geodesic joins the
-    /// points. The cheapest is returned. What is known of its cost beside that of others is in the table of
-    /// `docs/boundary_cost.md`. [`boundary_report`](Self::boundary_report) says how it was found, [`cost`](crate::Curve::cost)
-    /// what it costs, and [`all_from_boundary`](Self::all_from_boundary) looks for others.
-    ///
-    /// Points and velocities that are only nearly orthonormal and tangent, as rounded decimals are (defects up to 1e-9), stand
-    /// for the nearest exact ones.
-    ///
-    /// # Accuracy
-    /// The end is met to the tolerance. Opposite points, or nearly so, with speeds of 1e-12 to 1e-4 may be refused: their
-    /// solutions are nearly a whole family (seen on St(3,1), St(4,1) and St(6,3), not on St(3,2) and St(4,2)). For distance up
-    /// to 2 and speeds up to 2 the first start is enough, for distance up to 3 and speeds up to 6 more than 99 in 100 random
-    /// problems are solved; both are asserted in `tests/boundary.rs`.
-    ///
-    /// # Errors
-    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`, `InvalidArgument`, `DifferentComponents`, `NoConvergence` (also
-    /// for velocities so large that no curve can be integrated: the residual is infinite then), `Interrupted`.
-    pub fn from_boundary(
-        s0: MatRef<'_, f64>,
-        v0: MatRef<'_, f64>,
-        s1: MatRef<'_, f64>,
-        v1: MatRef<'_, f64>,
-        options: &BoundaryOptions<'_>,
-    ) -> Result<Self> {
-        options.check()?;
-        let problem = Problem::new(s0, v0, s1, v1)?;
-        let mut solver = Solver::new(&problem, options);
-        let found = match options.guess {
-            Some((a, j)) => solver.near(&problem.start_from(s0, a, j)?)?,
-            None => solver.of_low_cost()?,
-        };
-        let Some((y, report)) = found else {
-            return Err(Error::NoConvergence {
-                solver: SOLVER,
-                report: solver.report(BoundaryStrategy::Descent).solver,
-            });
-        };
-        drop(solver);
-        let path = problem.path(&y, options.interrupt)?;
-        Ok(Self::of_path(
-            problem.n,
-            problem.k,
-            problem.frame.map(Arc::new),
-            path,
-            Some(report),
-        ))
     }
 }

@@ -44,10 +44,10 @@
 
 use faer::{Mat, MatRef};
 
-use super::RiemannianCubic;
+use super::clock::Clock;
 use super::initial::Horizontal;
 use super::path::Path;
-use crate::curve::{Curve, DerivativeBounds, Guarantee};
+use crate::curve::{DerivativeBounds, Guarantee};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::report::{SolverReport, StopReason};
@@ -85,19 +85,20 @@ struct Sample {
     norms: [f64; 3],
 }
 
-/// Bounds of `|V|`, `|A|`, `|J|` over the interval of a cubic.
+/// Bounds of `|V|`, `|A|`, `|J|` of a cubic over an interval `span` of its time.
 ///
 /// # Errors
 /// `NoConvergence` where too many intervals would be needed; `Overflow`, `Interrupted`.
 pub(super) fn enclosed(
-    cubic: &RiemannianCubic,
+    path: &Path,
+    clock: Clock,
+    span: (f64, f64),
     interrupt: Interrupt<'_>,
 ) -> Result<DerivativeBounds> {
-    let (start, end) = cubic.t_span();
-    let ends = [start, end].map(|t| cubic.clock.path_time(t));
-    let bounds = in_path_time(&cubic.path, ends, interrupt)?;
+    let ends = [span.0, span.1].map(|t| clock.path_time(t));
+    let bounds = in_path_time(path, ends, interrupt)?;
     let [velocity, acceleration, jerk] =
-        [0, 1, 2].map(|i| cubic.clock.derivative(bounds[i], i + 1).abs());
+        [0, 1, 2].map(|i| clock.derivative(bounds[i], i + 1).abs());
     if !(velocity.is_finite() && acceleration.is_finite() && jerk.is_finite()) {
         return Err(Error::Overflow { quantity: SOLVER });
     }

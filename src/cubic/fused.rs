@@ -1,20 +1,14 @@
-//! The Taylor recurrence of [`super::reduced`] for small blocks of known size: all Cauchy sums of an order in one loop.
+//! The Taylor recurrence of [`super::recurrence`] for small blocks of known size: all Cauchy sums of an order in one loop.
 //!
 //! The sums stay in registers. Second factors are stored from the highest order down, so that both factors of a sum
 //! `sum_i a_i b_{j-i}` are read forwards.
 
-use super::reduced::{Blocks, Parts, add_product, block, integrate, write_scaled};
+use super::block_products::{add_product, integrate, write_scaled};
+use super::reduced::{Blocks, Parts, block};
 use crate::linalg::dual::Number;
 
 /// The most entries of a sum.
 const FEW: usize = 16;
-
-/// Whether the sums of these blocks are few enough.
-#[inline(always)]
-pub(super) fn fits<T: Number, B: Blocks>(blocks: B) -> bool {
-    let (r, m, k) = (blocks.r::<T>(), blocks.m::<T>(), blocks.k());
-    B::UNROLLED && m > 0 && r * k.max(m) <= T::REGISTERS && m * k * k <= T::REGISTERS
-}
 
 /// Coefficients of orders `1..=order` from those of order 0.
 #[inline(always)]

@@ -17,6 +17,7 @@
 //! spaces", J. Dynamical and Control Systems 1, 177-202; Noakes, Heinzinger, Paden (1989), "Cubic splines on curved
 //! spaces", IMA J. Math. Control Inform. 6, 465-473.
 
+mod block_products;
 mod boundary;
 mod clock;
 mod composition;
@@ -29,6 +30,7 @@ mod enclosure;
 mod end_map;
 mod end_response;
 mod frame_flow;
+mod from_boundary;
 mod fused;
 pub(crate) mod guess;
 mod homotopy;
@@ -41,6 +43,7 @@ pub(crate) mod node;
 pub(crate) mod path;
 pub(crate) mod problem;
 mod random;
+mod recurrence;
 pub(crate) mod reduced;
 pub(crate) mod relaxation;
 pub mod riemannian_cubic;

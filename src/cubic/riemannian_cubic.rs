@@ -338,7 +338,7 @@ impl Curve for RiemannianCubic {
         &self,
         interrupt: Interrupt<'_>,
     ) -> Result<DerivativeBounds> {
-        enclosure::enclosed(self, interrupt)
+        enclosure::enclosed(&self.path, self.clock, self.span, interrupt)
     }
 
     fn workspace(&self) -> Workspace {

@@ -1,4 +1,4 @@
-//! The Taylor recurrence of [`super::reduced`] on `SO(3)`: on `St(3, 2)`, and on `St(3, 3)`.
+//! The Taylor recurrence of [`super::recurrence`] on `SO(3)`: on `St(3, 2)`, and on `St(3, 3)`.
 //!
 //! Where `m <= 1` the terms of third degree cancel: with `x = [[omega, -b^T], [b, 0]]` and the frame `g = [s, e]`
 //!

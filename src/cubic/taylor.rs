@@ -4,6 +4,7 @@
 //! Jorba, Zou (2005), "A software package for the numerical integration of ODEs by means of high-order Taylor methods",
 //! Experimental Mathematics 14, 99-117: order (3-9), step length (3-8).
 
+use super::recurrence::expand;
 use super::reduced::{Blocks, Series, block};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
@@ -91,7 +92,7 @@ impl<T: Number, B: Blocks> March<T, B> {
             let length = vectorised(
                 #[inline(always)]
                 || {
-                    self.series.expand(self.blocks, self.accuracy.order);
+                    expand(&mut self.series, self.blocks, self.accuracy.order);
                     self.step_length()
                 },
             );
