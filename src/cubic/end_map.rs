@@ -3,8 +3,9 @@
 
 use faer::Mat;
 
+use super::end_equations::Target;
 use super::reduced::Blocks;
-use super::shooting::{Shooting, Target};
+use super::shooting::Shooting;
 use super::taylor::Accuracy;
 use crate::error::Result;
 use crate::report::SolverReport;

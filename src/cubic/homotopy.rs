@@ -15,10 +15,10 @@
 
 use faer::{Mat, MatRef, Scale};
 
+use super::end_equations::Target;
 use super::guess::{carry, identity_columns};
 use super::initial::Horizontal;
 use super::problem::Problem;
-use super::shooting::Target;
 use crate::curve::Curve;
 use crate::error::Result;
 use crate::manifold::QuasiGeodesic;

@@ -12,10 +12,10 @@ use std::ops::Mul;
 
 use faer::{Mat, MatRef};
 
+use super::end_equations::{MAX_STEPS, allowed_steps};
 use super::initial::{Coordinates, Horizontal};
 use super::path::State;
 use super::reduced::{Blocks, Fixed, Sized};
-use super::shooting::{MAX_STEPS, allowed_steps};
 use super::taylor::{Accuracy, March};
 use super::work::work_of_step;
 use crate::error::{Error, Result};

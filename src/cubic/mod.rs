@@ -19,6 +19,7 @@
 
 mod block_products;
 mod boundary;
+mod broyden;
 mod clock;
 mod composition;
 mod conserved;
@@ -27,6 +28,7 @@ mod curve_start;
 mod derivative;
 mod descent_start;
 mod enclosure;
+mod end_equations;
 mod end_map;
 mod end_response;
 mod frame_flow;

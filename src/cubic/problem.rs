@@ -2,12 +2,13 @@
 
 use faer::{Mat, MatRef, Scale};
 
+use super::end_equations::Target;
 use super::end_map::EndMap;
 use super::guess::{FlatData, identity_columns};
 use super::initial::{Horizontal, complete};
 use super::path::{Path, State};
 use super::reduced::{Fixed, Sized};
-use super::shooting::{Shooting, Target};
+use super::shooting::Shooting;
 use super::taylor::Accuracy;
 use crate::curve::span::Span;
 use crate::error::{Error, Result};

@@ -1,21 +1,14 @@
 //! Newton shooting for Riemannian cubics: from the end point and end velocity to the initial `x'` and `x''`.
 //!
-//! In coordinates in which the start is the identity, an end `(S1, V1)` gives the `2d` equations
-//!
-//! ```math
-//! \mathrm{hor}(g^T S_1) = 0,\qquad \mathrm{hor}(g^T V_1) - x = 0\qquad\text{at } t = 1
-//! ```
-//!
-//! with the horizontal part `hor(Y) = (skew(Y_1), Y_2)` of the upper and the lower block. Their exact derivatives come from the
-//! Taylor recurrence on [dual numbers](crate::linalg::dual). Few unknowns take Newton's method. More take Broyden's, which
+//! The exact derivatives of the [equations](super::end_equations) come from the Taylor recurrence on
+//! [dual numbers](crate::linalg::dual). Few unknowns take Newton's method. More take [Broyden's](super::broyden), which
 //! starts from one Jacobian of low order, or from that of flat space where even one costs too much; where its steps do not
 //! help, a Newton step from products with the derivative inside of the minimal residual method does.
-//!
-//! # Source
-//! Kelley (1995), "Iterative Methods for Linear and Nonlinear Equations", chapter 7 (the storage of Broyden's updates).
 
 use faer::Mat;
 
+use super::broyden::Updates;
+use super::end_equations::{Residual, Target, evaluate, flat_inverse};
 use super::reduced::Blocks;
 use super::taylor::{Accuracy, March};
 use super::work::{TRIALS, Work, work_of_curve, work_of_step};
@@ -76,33 +69,6 @@ const DUAL_WORK: f64 = 4.0;
 /// The same with one direction.
 const SINGLE_WORK: f64 = 2.0;
 
-/// Taylor steps that one integration may take: curves that need more are too fast to be shot.
-pub(super) const MAX_STEPS: usize = 4_000;
-
-/// Taylor steps that a curve between ends without speed may take, and those for each unit of speed: a few times as many as
-/// the solutions seen take (11 from rest to rest 2.7 apart). A trial that goes astray ends here: with 4000 steps for all, one
-/// in forty problems from rest to rest on St(10,3) and St(5,2) spends the work of a problem on its first start.
-const STEPS: f64 = 60.0;
-const STEPS_PER_SPEED: f64 = 8.0;
-
-/// Taylor steps that a curve with the given speed at one of its ends may take.
-pub(super) fn allowed_steps(speed: f64) -> usize {
-    ((STEPS + STEPS_PER_SPEED * speed) as usize).min(MAX_STEPS)
-}
-
-/// Boundary data in coordinates in which the start is the identity, blocks column by column.
-#[derive(Debug, Clone)]
-pub(super) struct Target {
-    /// `omega` and `b` of the initial velocity.
-    pub(super) velocity: [Vec<f64>; 2],
-    /// End point and end velocity, shape `(r, k)`.
-    pub(super) end: [Vec<f64>; 2],
-    /// The larger of the end speeds, in the Frobenius norm.
-    pub(super) speed: f64,
-    /// Velocities at the end are compared in this unit: round-off in them grows with the speed.
-    pub(super) velocity_unit: f64,
-}
-
 /// The boundary value problem for blocks of one size; a pass of dual numbers carries `N` directions.
 pub(super) struct Shooting<'a, B, const N: usize> {
     pub(super) blocks: B,
@@ -112,13 +78,6 @@ pub(super) struct Shooting<'a, B, const N: usize> {
     several: Option<March<Dual<N>, B>>,
     single: Option<March<Dual<1>, B>>,
     interrupt: Interrupt<'a>,
-}
-
-/// Equations and how far the end is off.
-pub(super) struct Residual<T> {
-    pub(super) equations: Vec<T>,
-    /// `(|S(1) - S1|^2 + |V(1) - V1|^2 / u^2)^(1/2)` with the unit `u` of velocities.
-    pub(super) distance: f64,
 }
 
 impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
@@ -365,165 +324,5 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
         }
         let step = flat_inverse(&step);
         Ok(step.iter().all(|s| s.is_finite()).then_some(step))
-    }
-}
-
-/// The steps of Broyden's method, and what it started from.
-#[derive(Default)]
-struct Updates {
-    /// Of flat space where there is none.
-    jacobian: Option<Mat<f64>>,
-    steps: Vec<Vec<f64>>,
-}
-
-impl Updates {
-    fn clear(&mut self) {
-        self.jacobian = None;
-        self.steps.clear();
-    }
-
-    /// The next step: the inverse of the start, corrected by all steps so far; none where that is singular.
-    fn step(&self, equations: &[f64]) -> Option<Vec<f64>> {
-        let mut step = match &self.jacobian {
-            Some(jacobian) => solve_square(jacobian.as_ref(), equations)?,
-            None => flat_inverse(equations),
-        };
-        step.iter_mut().for_each(|s| *s = -*s);
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        for pair in self.steps.windows(2) {
-            let factor = dot(&pair[0], &step) / dot(&pair[0], &pair[0]);
-            for (s, next) in step.iter_mut().zip(&pair[1]) {
-                *s += factor * next;
-            }
-        }
-        if let Some(last) = self.steps.last() {
-            let factor = 1.0 - dot(last, &step) / dot(last, last);
-            step.iter_mut().for_each(|s| *s /= factor);
-        }
-        step.iter().all(|s| s.is_finite()).then_some(step)
-    }
-}
-
-/// The changes of `(x', x'')` that move the end of a curve of flat space by minus the given equations:
-/// `a = -6 s + 2 v`, `x'' = 12 s - 6 v`.
-fn flat_inverse(equations: &[f64]) -> Vec<f64> {
-    let (points, velocities) = equations.split_at(equations.len() / 2);
-    let pairs = || points.iter().zip(velocities);
-    let accelerations = pairs().map(|(s, v)| -6.0 * s + 2.0 * v);
-    accelerations
-        .chain(pairs().map(|(s, v)| 12.0 * s - 6.0 * v))
-        .collect()
-}
-
-/// Integrates from `y = (x', x'')` and compares the end with the target.
-fn evaluate<T: Number, B: Blocks>(
-    march: &mut March<T, B>,
-    target: &Target,
-    y: &[T],
-    interrupt: Interrupt<'_>,
-) -> Result<Residual<T>> {
-    let (m, k) = (march.blocks.normals(), march.blocks.k());
-    let (r, rows, normals) = (m + k, march.blocks.r::<T>(), march.blocks.m::<T>());
-    start(march, target, y);
-    march.run(1.0, interrupt, |_, _, _| Ok(()))?;
-    let series = &march.series;
-    let half = T::constant(0.5);
-    let mut equations = Vec::with_capacity(y.len());
-    let mut square = 0.0;
-    // Components of the target in the frame at the end.
-    let component = |column: &[T], of: &[f64]| {
-        let mut sum = T::ZERO;
-        for (x, y) in column.iter().zip(of) {
-            sum += *x * *y;
-        }
-        sum
-    };
-    for (which, of) in target.end.iter().enumerate() {
-        let unit = [1.0, target.velocity_unit][which];
-        let upper: Vec<T> = (0..k * k)
-            .map(|i| component(&series.s()[rows * (i % k)..][..r], &of[r * (i / k)..][..r]))
-            .collect();
-        for col in 0..k {
-            for row in 0..k {
-                let expected = match which {
-                    0 => f64::from(u8::from(row == col)),
-                    _ => series.omega(0)[row + k * col].value(),
-                };
-                square += ((upper[row + k * col].value() - expected) / unit).powi(2);
-                if row < col {
-                    let skew = (upper[row + k * col] - upper[col + k * row]) * half;
-                    equations.push(match which {
-                        0 => skew,
-                        _ => skew - series.omega(0)[row + k * col],
-                    });
-                }
-            }
-        }
-        for col in 0..k {
-            for row in 0..m {
-                let lower = component(&series.e()[rows * row..][..r], &of[r * col..][..r]);
-                let equation = match which {
-                    0 => lower,
-                    _ => lower - series.b(0)[row + normals * col],
-                };
-                square += (equation.value() / unit).powi(2);
-                equations.push(equation);
-            }
-        }
-    }
-    let distance = square.sqrt();
-    if distance.is_finite() {
-        return Ok(Residual {
-            equations,
-            distance,
-        });
-    }
-    Err(Error::Overflow {
-        quantity: "end of the curve",
-    })
-}
-
-/// Puts a march at the start: the identity, the given velocity, `(x', x'') = y`.
-fn start<T: Number, B: Blocks>(march: &mut March<T, B>, target: &Target, y: &[T]) {
-    let (m, k) = (march.blocks.normals(), march.blocks.k());
-    let (r, rows, normals) = (m + k, march.blocks.r::<T>(), march.blocks.m::<T>());
-    (march.time, march.steps) = (0.0, 0);
-    march.max_steps = allowed_steps(target.speed);
-    let series = march.series.parts();
-    series.s[..rows * k].fill(T::ZERO);
-    series.e[..rows * march.blocks.m::<T>()].fill(T::ZERO);
-    for col in 0..r {
-        let one = T::constant(1.0);
-        match col.checked_sub(k) {
-            None => series.s[col + rows * col] = one,
-            Some(normal) => series.e[col + rows * normal] = one,
-        }
-    }
-    for (to, from) in series.omega[0].iter_mut().zip(&target.velocity[0]) {
-        *to = T::constant(*from);
-    }
-    for col in 0..k {
-        let from = &target.velocity[1][m * col..][..m];
-        for (to, from) in series.b[0][normals * col..].iter_mut().zip(from) {
-            *to = T::constant(*from);
-        }
-    }
-    let mut entries = y.iter();
-    for derivative in 1..3 {
-        let omega = &mut *series.omega[derivative];
-        for col in 0..k {
-            omega[col + k * col] = T::ZERO;
-            for row in 0..col {
-                let entry = *entries.next().expect("as many as unknowns");
-                omega[row + k * col] = entry;
-                omega[col + k * row] = -entry;
-            }
-        }
-        for col in 0..k {
-            let to = &mut series.b[derivative][normals * col..][..m];
-            for (to, from) in to.iter_mut().zip(&mut entries) {
-                *to = *from;
-            }
-        }
     }
 }

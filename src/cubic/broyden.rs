@@ -1,0 +1,45 @@
+//! Broyden's method: steps from a Jacobian that the steps so far correct.
+//!
+//! # Source
+//! Kelley (1995), "Iterative Methods for Linear and Nonlinear Equations", chapter 7 (the storage of Broyden's updates).
+
+use faer::Mat;
+
+use super::end_equations::flat_inverse;
+use crate::linalg::decomp::solve_square;
+
+/// The steps of Broyden's method, and what it started from.
+#[derive(Default)]
+pub(super) struct Updates {
+    /// Of flat space where there is none.
+    pub(super) jacobian: Option<Mat<f64>>,
+    pub(super) steps: Vec<Vec<f64>>,
+}
+
+impl Updates {
+    pub(super) fn clear(&mut self) {
+        self.jacobian = None;
+        self.steps.clear();
+    }
+
+    /// The next step: the inverse of the start, corrected by all steps so far; none where that is singular.
+    pub(super) fn step(&self, equations: &[f64]) -> Option<Vec<f64>> {
+        let mut step = match &self.jacobian {
+            Some(jacobian) => solve_square(jacobian.as_ref(), equations)?,
+            None => flat_inverse(equations),
+        };
+        step.iter_mut().for_each(|s| *s = -*s);
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        for pair in self.steps.windows(2) {
+            let factor = dot(&pair[0], &step) / dot(&pair[0], &pair[0]);
+            for (s, next) in step.iter_mut().zip(&pair[1]) {
+                *s += factor * next;
+            }
+        }
+        if let Some(last) = self.steps.last() {
+            let factor = 1.0 - dot(last, &step) / dot(last, last);
+            step.iter_mut().for_each(|s| *s /= factor);
+        }
+        step.iter().all(|s| s.is_finite()).then_some(step)
+    }
+}
