@@ -7,8 +7,7 @@
 use super::chain::Motion;
 use super::ends::{End, Ends};
 use super::joined::Joined;
-use super::low_cost::unless_interrupted;
-use super::solvable::{Effort, Solution, Solvable, Start};
+use super::solvable::{Effort, Solution, Solvable, Start, unless_interrupted};
 use crate::error::Result;
 use crate::report::SolverReport;
 

@@ -6,7 +6,7 @@
 
 use super::chain::{Arrivals, Chain, Motion};
 use super::ends::{End, Ends};
-use super::solvable::{Effort, Solution, Solvable, Start};
+use super::solvable::{Effort, Solution, Solvable, Start, unless_interrupted};
 use crate::cubic::taylor::Accuracy;
 use crate::cubic::work::Work;
 use crate::error::Result;
@@ -129,14 +129,6 @@ pub(super) fn clamped<C: Solvable>(
     }));
     let found = solved(chain, &ends, Start::Flat, effort)?;
     Ok(found.map(|solution| solution.motion))
-}
-
-/// `None` for a start that cannot be integrated.
-pub(super) fn unless_interrupted<T>(outcome: Result<T>) -> Result<Option<T>> {
-    match outcome {
-        Err(error) if error.is_interrupted() => Err(error),
-        other => Ok(other.ok()),
-    }
 }
 
 /// A motion along the knots of a chain, passed backwards.

@@ -11,7 +11,7 @@ use super::ends::{End, Ends};
 use super::framed::Framed;
 use super::joined::Joined;
 use super::solvable::Effort;
-use super::solve;
+use super::stages::{self, TRIALS_IN_FRAMES};
 use crate::cubic::work::Work;
 use crate::error::Result;
 
@@ -51,7 +51,7 @@ pub(super) fn solve(
     // Each has a limit of its own: what parts take says nothing of the whole, which starts near its solution.
     let solve = |part: &Part| {
         let work = Work::of_trials(
-            solve::TRIALS_IN_FRAMES,
+            TRIALS_IN_FRAMES,
             part.legs_around() as f64 * chain.work_of_leg(),
         );
         work.allow(SHARE);
@@ -135,7 +135,10 @@ impl Part {
         let around = self.legs_around();
         let start = (self.first + self.legs * self.before - self.before) % self.legs;
         let part = knots.part(start, around);
-        let (_, solution) = solve::forwards(&part, &part.chain(1.0)?, &Ends::Open(ends), effort)?;
+        // A part has no parts.
+        let none = || Ok(None);
+        let (chain, ends) = (part.chain(1.0)?, Ends::Open(ends));
+        let (_, solution) = stages::solve(&part, &chain, &ends, effort, none)?;
         Ok(solution.report.converged.then_some(solution.motion))
     }
 

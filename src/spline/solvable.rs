@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::chain::{Chain, Motion, Piece};
 use super::ends::Ends;
-use super::riemannian::SplineOptions;
+use super::options::SplineOptions;
 use crate::cubic::lazy_path::Legs;
 use crate::cubic::work::Work;
 use crate::error::Result;
@@ -80,6 +80,14 @@ impl Solution {
             report,
             polynomials: None,
         }
+    }
+}
+
+/// `None` for a start that cannot be integrated.
+pub(super) fn unless_interrupted<T>(outcome: Result<T>) -> Result<Option<T>> {
+    match outcome {
+        Err(error) if error.is_interrupted() => Err(error),
+        other => Ok(other.ok()),
     }
 }
 

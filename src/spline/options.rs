@@ -1,0 +1,53 @@
+//! The options of a spline.
+
+use crate::cubic::work::{Work, allowance};
+use crate::interrupt::Interrupt;
+
+/// Steps by default.
+pub(super) const MAX_ITERATIONS: usize = 200;
+
+/// How a spline is solved for.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::Curve;
+/// use stiefel_rs::spline::{EndConditions, SplineOptions, cubic_spline};
+/// let points = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.6, 0.8]].map(|[x, y, z]| mat![[x], [y], [z]]);
+/// let views = points.each_ref().map(|point| point.as_ref());
+/// let options = SplineOptions { tolerance: 1e-10, ..Default::default() };
+/// let (curve, report) = cubic_spline(&[0.0, 1.0, 2.0], &views, &EndConditions::Natural, &options)?;
+/// assert!(report.converged && report.residual <= 1e-10);
+/// assert!((curve.point(1.0)? - &points[1]).norm_l2() < 1e-10);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
+#[derive(Clone, Copy)]
+pub struct SplineOptions<'a> {
+    /// Converged once no leg misses its knot, and no covariant acceleration jumps, by more than this, in the time of a leg.
+    pub tolerance: f64,
+    /// Steps at the most, of fixed-point iteration and of Newton's method together. More than the default raise the
+    /// [limit of work](crate::StopReason::WorkLimit) in proportion.
+    pub max_iterations: usize,
+    /// Asked before every leg of every step.
+    pub interrupt: Interrupt<'a>,
+}
+
+impl Default for SplineOptions<'_> {
+    /// `1e-12`, at most 200 steps.
+    fn default() -> Self {
+        SplineOptions {
+            tolerance: 1e-12,
+            max_iterations: MAX_ITERATIONS,
+            interrupt: Interrupt::NEVER,
+        }
+    }
+}
+
+impl SplineOptions<'_> {
+    /// Work for a spline that may take so many trials at least.
+    pub(super) fn work(&self, trials: f64, trial: f64) -> Work {
+        let work = Work::of_trials(trials, trial);
+        work.allow(allowance(self.max_iterations, MAX_ITERATIONS));
+        work
+    }
+}
