@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::curve::cost::gauss_legendre;
+use crate::curve::gauss_legendre::gauss_legendre;
 
 /// Integrals up to this many times.
 const TIMES: usize = 3;

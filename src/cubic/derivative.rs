@@ -18,7 +18,8 @@ use super::end_response::{
 use super::initial::{Horizontal, InitialData};
 use super::riemannian_cubic::RiemannianCubic;
 use super::variation::vary;
-use crate::curve::{Curve, check_parameter};
+use crate::curve::Curve;
+use crate::curve::sampling::check_parameter;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::structure::{check_finite, check_range, norm};

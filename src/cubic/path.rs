@@ -5,7 +5,7 @@ use faer::{Mat, MatMut, MatRef};
 use super::initial::{Horizontal, add_bracket};
 use super::reduced::{Blocks, Fixed, Series, Sized, block};
 use super::taylor::{Accuracy, March, too_many_steps};
-use crate::curve::cost::{POINTS, gauss_legendre};
+use crate::curve::gauss_legendre::{POINTS, gauss_legendre};
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 

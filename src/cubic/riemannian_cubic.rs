@@ -13,10 +13,9 @@ use super::lazy_path::LazyPath;
 use super::path::{Path, State};
 use super::reduced::Sized;
 use super::taylor::Accuracy;
-use crate::curve::{
-    Curve, DerivativeBounds, Quantity, Samples, check_parameter, sample_blocks,
-    sample_coordinate_blocks,
-};
+use crate::curve::curve::{sample_blocks, sample_coordinate_blocks};
+use crate::curve::sampling::check_parameter;
+use crate::curve::{Curve, DerivativeBounds, Quantity, Samples};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::jet::{Jet, ORDER};

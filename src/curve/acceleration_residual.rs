@@ -4,8 +4,8 @@
 use faer::prelude::*;
 use faer::{Mat, MatMut, MatRef};
 
-use super::Curve;
 use super::collocation::Collocation;
+use super::curve::Curve;
 use super::de_casteljau::{GeometricPolynomial, Workspace};
 use crate::error::Result;
 use crate::interrupt::Interrupt;

@@ -11,7 +11,7 @@
 
 use faer::{Mat, MatMut, MatRef};
 
-use super::cost::gauss_legendre;
+use super::gauss_legendre::gauss_legendre;
 use crate::linalg::product::mul_into;
 
 /// Nodes and matrices for one number of nodes on `[0, 1]`.

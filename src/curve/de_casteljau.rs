@@ -19,8 +19,10 @@
 use faer::prelude::*;
 use faer::{Mat, MatMut, MatRef};
 
+use super::branch;
+use super::curve::Curve;
+use super::sampling::check_parameter;
 use super::span::{self, Span};
-use super::{Curve, branch, check_parameter};
 use crate::error::{Error, Result};
 use crate::linalg::jet::Jet;
 use crate::linalg::lane_matrix::LaneMatrix;

@@ -1,6 +1,6 @@
 //! The largest velocity, covariant acceleration and covariant jerk of a curve.
 
-use super::{Curve, Quantity};
+use super::quantity::Quantity;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::jet::Jet;
@@ -108,30 +108,27 @@ impl DerivativeBounds {
 }
 
 /// Norms of velocity, covariant acceleration and covariant jerk of a curve, in buffers made once.
-pub(crate) struct Norms<'a, C: Curve + ?Sized> {
-    curve: &'a C,
+struct Norms<F> {
+    /// Writes Taylor coefficients up to order 3.
+    jet_at: F,
     manifold: Stiefel,
-    work: C::Workspace,
     jet: Jet,
-    rows: usize,
 }
 
-impl<'a, C: Curve + ?Sized> Norms<'a, C> {
-    pub(crate) fn new(curve: &'a C) -> Result<Self> {
-        let rows = curve.frame().map_or(curve.n(), |frame| frame.ncols());
+impl<F: FnMut(f64, &mut Jet) -> Result<()>> Norms<F> {
+    fn new([rows, k]: [usize; 2], jet_at: F) -> Result<Self> {
         Ok(Norms {
-            curve,
-            manifold: Stiefel::new(rows.max(curve.k()), curve.k())?,
-            work: curve.workspace(),
-            jet: Jet::zeros(rows, curve.k()),
-            rows,
+            jet_at,
+            manifold: Stiefel::new(rows.max(k), k)?,
+            jet: Jet::zeros(rows, k),
         })
     }
 
-    pub(crate) fn at(&mut self, t: f64) -> Result<[f64; 3]> {
-        let Norms { curve, jet, .. } = self;
-        curve.coordinates_into(t, 3, &mut self.work, jet)?;
-        let mut value = faer::Mat::zeros(self.rows, curve.k());
+    fn at(&mut self, t: f64) -> Result<[f64; 3]> {
+        let jet = &mut self.jet;
+        (self.jet_at)(t, jet)?;
+        let (rows, k) = jet.c[0].shape();
+        let mut value = faer::Mat::zeros(rows, k);
         let mut norm = |quantity: Quantity| {
             quantity.read_into(jet, value.as_mut());
             self.manifold
@@ -145,14 +142,18 @@ impl<'a, C: Curve + ?Sized> Norms<'a, C> {
     }
 }
 
-/// By sampling each smooth piece of the curve.
-pub(super) fn sampled<C: Curve + ?Sized>(
-    curve: &C,
+/// By sampling each smooth piece of a curve, between its breakpoints.
+///
+/// Its coordinates are of shape `(rows, k)`, and `jet_at` writes their Taylor coefficients up to order 3.
+pub(super) fn sampled_bounds(
+    shape: [usize; 2],
+    breakpoints: &[f64],
+    jet_at: impl FnMut(f64, &mut Jet) -> Result<()>,
     interrupt: Interrupt<'_>,
 ) -> Result<DerivativeBounds> {
-    let mut norms = Norms::new(curve)?;
+    let mut norms = Norms::new(shape, jet_at)?;
     let mut largest = [0.0_f64; 3];
-    for pair in curve.breakpoints().windows(2) {
+    for pair in breakpoints.windows(2) {
         let samples = sample(&mut norms, pair[0], pair[1], SAMPLES, interrupt)?;
         for which in 0..3 {
             for (low, high) in peaks(&samples, which) {
@@ -171,8 +172,8 @@ pub(super) fn sampled<C: Curve + ?Sized>(
 
 type Sample = (f64, [f64; 3]);
 
-fn sample<C: Curve + ?Sized>(
-    norms: &mut Norms<'_, C>,
+fn sample<F: FnMut(f64, &mut Jet) -> Result<()>>(
+    norms: &mut Norms<F>,
     low: f64,
     high: f64,
     count: usize,
@@ -205,8 +206,8 @@ fn peaks(samples: &[Sample], which: usize) -> Vec<(f64, f64)> {
 }
 
 /// The largest value between two parameters.
-fn refined<C: Curve + ?Sized>(
-    norms: &mut Norms<'_, C>,
+fn refined<F: FnMut(f64, &mut Jet) -> Result<()>>(
+    norms: &mut Norms<F>,
     low: f64,
     high: f64,
     which: usize,

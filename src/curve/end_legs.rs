@@ -2,7 +2,7 @@
 
 use faer::{Mat, MatRef, Scale};
 
-use super::Curve;
+use super::curve::Curve;
 use crate::error::{Error, Result};
 
 use crate::manifold::QuasiGeodesic;

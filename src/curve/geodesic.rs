@@ -2,7 +2,7 @@
 
 use faer::MatRef;
 
-use super::Curve;
+use super::curve::Curve;
 use crate::error::Result;
 use crate::linalg::jet::Jet;
 use crate::manifold::Geodesic;

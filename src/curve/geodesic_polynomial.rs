@@ -7,10 +7,11 @@
 use faer::prelude::*;
 use faer::{Mat, MatMut, MatRef, Scale};
 
-use super::de_casteljau;
+use super::curve::Curve;
+use super::de_casteljau::{self, GeometricPolynomial};
 use super::end_legs::check_boundary;
+use super::sampling::check_parameter;
 use super::span;
-use super::{Curve, GeometricPolynomial, check_parameter};
 use crate::error::{Error, Result};
 use crate::linalg::decomp::thin_q;
 use crate::linalg::jet::Jet;

@@ -6,7 +6,7 @@
 
 use faer::{Mat, MatMut, MatRef};
 
-use super::Curve;
+use super::curve::Curve;
 use super::de_casteljau::{GeometricPolynomial, Workspace};
 use super::end_legs::{check_boundary, outer_leg};
 use super::span::Span;

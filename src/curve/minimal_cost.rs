@@ -11,8 +11,8 @@
 
 use faer::{Mat, MatRef};
 
-use super::Curve;
 use super::acceleration_residual::{AccelerationResidual, Differences, SOLVER};
+use super::curve::Curve;
 use super::de_casteljau::GeometricPolynomial;
 use super::end_legs::{check_boundary, outer_leg};
 use super::span::Span;

@@ -21,7 +21,7 @@
 
 use faer::{Mat, MatRef, Scale};
 
-use super::Curve;
+use super::curve::Curve;
 use super::de_casteljau::GeometricPolynomial;
 use super::end_legs::{check_boundary, check_principal, outer_leg};
 use super::span::Span;

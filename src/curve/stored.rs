@@ -2,7 +2,11 @@
 
 use faer::{Mat, MatRef};
 
-use super::{Curve, GeometricCubic, GeometricPolynomial};
+use super::curve::Curve;
+use super::de_casteljau::GeometricPolynomial;
+#[cfg(feature = "python")]
+use super::geodesic_polynomial::GeodesicPolynomial;
+use super::geometric_cubic::GeometricCubic;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::linalg::structure::{distance, norm};
@@ -172,7 +176,7 @@ fn restore_control_points(fields: &mut Fields) -> Result<Vec<ControlPoints>> {
 }
 
 #[cfg(feature = "python")]
-impl Stored for super::GeodesicPolynomial {
+impl Stored for GeodesicPolynomial {
     const KIND: &'static str = "GeodesicPolynomial";
 
     fn store(&self, fields: &mut Fields) {

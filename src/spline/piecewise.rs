@@ -3,7 +3,8 @@
 use faer::MatRef;
 use rayon::prelude::*;
 
-use crate::curve::{Curve, DerivativeBounds, Quantity, Samples, check_parameter};
+use crate::curve::sampling::check_parameter;
+use crate::curve::{Curve, DerivativeBounds, Quantity, Samples};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::jet::Jet;

@@ -1,0 +1,351 @@
+//! One protocol for evaluation, derivatives, covariant quantities, length and cost of a curve.
+
+use faer::prelude::*;
+use faer::{Mat, MatMut, MatRef};
+
+use super::cost::squared_acceleration;
+use super::derivative_bounds::{DerivativeBounds, sampled_bounds};
+use super::length::{Length, Speed};
+use super::quantity::Quantity;
+use super::sampling::{self, Request, Samples, check_parameter};
+use crate::error::{Error, Result};
+use crate::interrupt::Interrupt;
+use crate::linalg::jet::Jet;
+
+/// A smooth curve on `St(n, k)`.
+///
+/// An implementation gives its coordinates in a frame; everything else follows.
+///
+/// # Examples
+/// ```
+/// use faer::{MatRef, mat};
+/// use stiefel_rs::linalg::jet::Jet;
+/// use stiefel_rs::{Curve, Result};
+/// /// The circle `(cos t, sin t)`.
+/// struct Circle;
+/// impl Curve for Circle {
+///     type Workspace = ();
+///     fn n(&self) -> usize {
+///         2
+///     }
+///     fn k(&self) -> usize {
+///         1
+///     }
+///     fn frame(&self) -> Option<MatRef<'_, f64>> {
+///         None
+///     }
+///     fn workspace(&self) {}
+///     fn coordinates_into(&self, t: f64, order: usize, _: &mut (), out: &mut Jet) -> Result<()> {
+///         // Taylor coefficients: derivatives over factorials.
+///         let ((sin, cos), factorials) = (t.sin_cos(), [1.0, 1.0, 2.0, 6.0]);
+///         let derivatives = [[cos, sin], [-sin, cos], [-cos, -sin], [sin, -cos]];
+///         for j in 0..=order {
+///             let [x, y] = derivatives[j];
+///             out.c[j].copy_from(mat![[x / factorials[j]], [y / factorials[j]]]);
+///         }
+///         Ok(())
+///     }
+/// }
+/// assert!((Circle.arc_length(0.0, 2.0)? - 2.0).abs() < 1e-14);
+/// assert!(Circle.acceleration(0.3)?.norm_l2() < 1e-14 && Circle.cost()? < 1e-28);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
+pub trait Curve: Sync {
+    /// Buffers for evaluation, one per thread.
+    type Workspace: Send;
+
+    /// Rows of a point.
+    fn n(&self) -> usize;
+
+    /// Columns of a point.
+    fn k(&self) -> usize;
+
+    /// The interval that the curve is made for.
+    fn t_span(&self) -> (f64, f64) {
+        (0.0, 1.0)
+    }
+
+    /// Where the curve may be less smooth, increasing: the ends of its interval, and the knots between them.
+    fn breakpoints(&self) -> Vec<f64> {
+        let (start, end) = self.t_span();
+        vec![start.min(end), start.max(end)]
+    }
+
+    /// Columns that span the curve, shape `(n, r)`; `None` where coordinates are the entries themselves.
+    fn frame(&self) -> Option<MatRef<'_, f64>>;
+
+    /// Buffers for [`Curve::coordinates_into`].
+    fn workspace(&self) -> Self::Workspace;
+
+    /// Taylor coefficients in `tau` of the coordinates at `t + tau`, up to `order`, each of shape `(r, k)`.
+    ///
+    /// # Errors
+    /// Where the curve does not exist at `t`.
+    fn coordinates_into(
+        &self,
+        t: f64,
+        order: usize,
+        work: &mut Self::Workspace,
+        out: &mut Jet,
+    ) -> Result<()>;
+
+    /// Coordinates of the positions at many parameters, side by side in `out`, shape `(r, k len)`.
+    ///
+    /// By default one after the other, through `scratch`; a curve that computes many at once does better.
+    ///
+    /// # Errors
+    /// Where the curve does not exist at one of them.
+    fn positions_into(
+        &self,
+        t: &[f64],
+        work: &mut Self::Workspace,
+        scratch: &mut Option<Jet>,
+        mut out: MatMut<'_, f64>,
+    ) -> Result<()> {
+        let (rows, k) = (out.nrows(), self.k());
+        let jet = scratch.get_or_insert_with(|| Jet::zeros(rows, k));
+        for (i, &t) in t.iter().enumerate() {
+            self.coordinates_into(t, 0, work, jet)?;
+            out.rb_mut()
+                .subcols_mut(i * k, k)
+                .copy_from(jet.c[0].as_ref());
+        }
+        Ok(())
+    }
+
+    /// Position at `t`, shape `(n, k)`.
+    ///
+    /// # Errors
+    /// `NonFinite`, and where the curve does not exist at `t`.
+    fn point(&self, t: f64) -> Result<Mat<f64>> {
+        self.derivative(t, 0)
+    }
+
+    /// The ambient derivative of order `nu`, 0 to 3, at `t`; shape `(n, k)`.
+    ///
+    /// # Errors
+    /// `NonFinite`, `InvalidArgument` (`nu`), and where the curve does not exist at `t`.
+    fn derivative(&self, t: f64, nu: usize) -> Result<Mat<f64>> {
+        Ok(self
+            .sample(&[t], Quantity::Derivative(nu), Interrupt::NEVER)?
+            .get(0)
+            .to_owned())
+    }
+
+    /// Covariant acceleration `D_t S'` at `t`, shape `(n, k)`.
+    ///
+    /// # Errors
+    /// As [`Curve::derivative`].
+    fn acceleration(&self, t: f64) -> Result<Mat<f64>> {
+        Ok(self
+            .sample(&[t], Quantity::Acceleration, Interrupt::NEVER)?
+            .get(0)
+            .to_owned())
+    }
+
+    /// Covariant jerk `D_t D_t S'` at `t`, shape `(n, k)`.
+    ///
+    /// # Errors
+    /// As [`Curve::derivative`].
+    fn jerk(&self, t: f64) -> Result<Mat<f64>> {
+        Ok(self
+            .sample(&[t], Quantity::Jerk, Interrupt::NEVER)?
+            .get(0)
+            .to_owned())
+    }
+
+    /// One quantity at many parameters, in parallel.
+    ///
+    /// Runs on the current rayon pool. Results are bit-identical for any number of threads, and no memory is
+    /// allocated per parameter (positions and ambient derivatives).
+    ///
+    /// # Errors
+    /// `NonFinite` (index of the parameter), `InvalidArgument` (derivative order), `Interrupted`, and where the
+    /// curve does not exist at some parameter.
+    fn sample(&self, t: &[f64], quantity: Quantity, interrupt: Interrupt<'_>) -> Result<Samples> {
+        sample_blocks(self, t, quantity, interrupt)
+    }
+
+    /// The coordinates in the frame of one quantity at many parameters, side by side, shape `(r, k len)`; in parallel.
+    ///
+    /// [`lift_into`](super::lift_into) makes values of them: in pieces, where all of them together are large.
+    ///
+    /// # Errors
+    /// As [`Curve::sample`].
+    fn sample_coordinates(
+        &self,
+        t: &[f64],
+        quantity: Quantity,
+        interrupt: Interrupt<'_>,
+    ) -> Result<Mat<f64>> {
+        sample_coordinate_blocks(self, t, quantity, interrupt)
+    }
+
+    /// Squared-acceleration cost over [`Curve::t_span`].
+    ///
+    /// ```math
+    /// J = \int |D_t S'|^2\, dt
+    /// ```
+    ///
+    /// # Accuracy
+    /// Relative 1e-12, or round-off of the acceleration (`64 eps |S''|`) where that is more, by composite
+    /// Gauss-Legendre quadrature with as many panels as that takes.
+    /// # Errors
+    /// `NoConvergence`, `Overflow`, and where the curve does not exist.
+    fn cost(&self) -> Result<f64>
+    where
+        Self: Sized,
+    {
+        self.cost_interruptible(Interrupt::NEVER)
+    }
+
+    /// [`Curve::cost`] that can be stopped.
+    ///
+    /// # Errors
+    /// As [`Curve::cost`], and `Interrupted`.
+    fn cost_interruptible(&self, interrupt: Interrupt<'_>) -> Result<f64>
+    where
+        Self: Sized,
+    {
+        squared_acceleration(
+            coordinate_shape(self),
+            self.t_span(),
+            jets(self, 2),
+            interrupt,
+        )
+    }
+
+    /// Length from `t0` to `t1 >= t0` in the canonical metric; [`ArcLength`](super::ArcLength) has its inverse too.
+    ///
+    /// # Accuracy
+    /// Relative 1e-12, or round-off of the velocity where that is more.
+    /// # Errors
+    /// `NonFinite`, `InvalidArgument`, `NoConvergence`, `Overflow`, and where the curve does not exist.
+    fn arc_length(&self, t0: f64, t1: f64) -> Result<f64>
+    where
+        Self: Sized,
+    {
+        Ok(length_between(self, t0, t1, Interrupt::NEVER)?.total())
+    }
+
+    /// The largest norms of velocity, covariant acceleration and covariant jerk over [`Curve::t_span`].
+    ///
+    /// By dense sampling of each smooth piece, and refinement around the largest values
+    /// ([`Guarantee::Sampling`](super::Guarantee::Sampling)); a Riemannian cubic has true bounds
+    /// ([`Guarantee::Enclosure`](super::Guarantee::Enclosure)).
+    ///
+    /// # Errors
+    /// `Overflow`, and where the curve does not exist.
+    fn derivative_bounds(&self) -> Result<DerivativeBounds> {
+        self.derivative_bounds_interruptible(Interrupt::NEVER)
+    }
+
+    /// [`Curve::derivative_bounds`] that can be stopped.
+    ///
+    /// # Errors
+    /// As [`Curve::derivative_bounds`], and `Interrupted`.
+    fn derivative_bounds_interruptible(
+        &self,
+        interrupt: Interrupt<'_>,
+    ) -> Result<DerivativeBounds> {
+        sampled_bounds(
+            coordinate_shape(self),
+            &self.breakpoints(),
+            jets(self, 3),
+            interrupt,
+        )
+    }
+}
+
+/// Shape of the coordinates of a curve.
+pub(super) fn coordinate_shape<C: Curve + ?Sized>(curve: &C) -> [usize; 2] {
+    let rows = curve.frame().map_or(curve.n(), |frame| frame.ncols());
+    [rows, curve.k()]
+}
+
+/// The Taylor coefficients of the coordinates up to an order, in a workspace made once.
+pub(super) fn jets<C: Curve + ?Sized>(
+    curve: &C,
+    order: usize,
+) -> impl FnMut(f64, &mut Jet) -> Result<()> {
+    let mut work = curve.workspace();
+    move |t, out| curve.coordinates_into(t, order, &mut work, out)
+}
+
+/// The length of a curve from `start` to `end >= start`.
+///
+/// # Errors
+/// `NonFinite`, `InvalidArgument`, `NoConvergence`, `Overflow`, `Interrupted`, and where the curve does not exist.
+pub(super) fn length_between<C: Curve>(
+    curve: &C,
+    start: f64,
+    end: f64,
+    interrupt: Interrupt<'_>,
+) -> Result<Length> {
+    check_parameter(start)?;
+    check_parameter(end)?;
+    if end < start {
+        return Err(Error::InvalidArgument {
+            name: "t1",
+            requirement: "at least t0",
+            found: end,
+        });
+    }
+    // Where there is no curve, the error is about the given time.
+    for t in [start, end] {
+        curve.point(t)?;
+    }
+    let speed = || Speed::new(coordinate_shape(curve), jets(curve, 1));
+    Length::between(start, end, curve.breakpoints(), speed, interrupt)
+}
+
+/// [`Curve::sample`] by evaluation at every parameter.
+pub(crate) fn sample_blocks<C: Curve + ?Sized>(
+    curve: &C,
+    t: &[f64],
+    quantity: Quantity,
+    interrupt: Interrupt<'_>,
+) -> Result<Samples> {
+    let request = Request {
+        t,
+        order: quantity.order(),
+        interrupt,
+    };
+    let shape = [curve.n(), curve.k()];
+    sampling::values(shape, curve.frame(), request, || reader(curve, quantity))
+}
+
+/// [`Curve::sample_coordinates`] by evaluation at every parameter.
+pub(crate) fn sample_coordinate_blocks<C: Curve + ?Sized>(
+    curve: &C,
+    t: &[f64],
+    quantity: Quantity,
+    interrupt: Interrupt<'_>,
+) -> Result<Mat<f64>> {
+    let request = Request {
+        t,
+        order: quantity.order(),
+        interrupt,
+    };
+    sampling::coordinates(coordinate_shape(curve), request, || reader(curve, quantity))
+}
+
+/// Reads one quantity at every parameter of a block, side by side, in the coordinates of the frame.
+fn reader<C: Curve + ?Sized>(
+    curve: &C,
+    quantity: Quantity,
+) -> impl FnMut(&[f64], MatMut<'_, f64>) -> Result<()> {
+    let (mut work, mut jet) = (curve.workspace(), None);
+    move |t, mut out| {
+        if quantity == Quantity::Derivative(0) {
+            return curve.positions_into(t, &mut work, &mut jet, out);
+        }
+        let (rows, k) = (out.nrows(), curve.k());
+        let jet = jet.get_or_insert_with(|| Jet::zeros(rows, k));
+        for (i, &t) in t.iter().enumerate() {
+            curve.coordinates_into(t, quantity.order(), &mut work, jet)?;
+            quantity.read_into(jet, out.rb_mut().subcols_mut(i * k, k));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,369 @@
+//! The length of a curve from its speed: quadrature on panels that are halved until they are good enough.
+
+use rayon::prelude::*;
+
+use super::gauss_legendre::{POINTS, gauss_legendre};
+use crate::error::{Error, Result};
+use crate::interrupt::Interrupt;
+use crate::linalg::jet::Jet;
+use crate::manifold::Stiefel;
+use crate::report::{SolverReport, StopReason};
+
+const SOLVER: &str = "arc length quadrature";
+
+/// Error of the length of the whole curve, relative; panels get their share by their own length.
+pub(super) const TOLERANCE: f64 = 1e-13;
+
+/// The velocity is known to this much of a radian over the interval: a curve of less length does not move.
+pub(super) const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
+
+/// A panel is halved so often at the most. Where the speed vanishes it has a corner, and each halving takes three
+/// quarters of the error away.
+const MAX_HALVINGS: usize = 40;
+
+/// Panels between two breakpoints at the most.
+const MAX_PANELS: usize = 1 << 16;
+
+/// Intervals, or lengths to invert, that one thread does together.
+const BLOCK: usize = 64;
+
+/// Steps of the inversion in one panel at the most; bisection alone needs 53.
+const MAX_STEPS: usize = 120;
+
+/// The lengths of panels one after the other, from the start of an interval.
+pub(super) struct Length {
+    rule: Rule,
+    panels: Vec<Panel>,
+    total: f64,
+}
+
+/// A piece of the interval on which one application of the rule is enough.
+struct Panel {
+    start: f64,
+    end: f64,
+    /// Length before it.
+    before: f64,
+    length: f64,
+}
+
+/// What the length of a panel may miss.
+struct Allowed {
+    /// In any panel.
+    whole: f64,
+    /// In a panel of length one of the parameter.
+    noise: f64,
+}
+
+/// A quadrature rule.
+struct Rule {
+    nodes: Vec<f64>,
+    weights: Vec<f64>,
+    /// What the polynomial through the values at the nodes is at the end of the panel, and mirrored at its start.
+    continuation: Vec<f64>,
+}
+
+impl Rule {
+    fn new() -> Self {
+        let (nodes, weights) = gauss_legendre(POINTS);
+        let share = |i: usize| {
+            let others = (0..POINTS).filter(|j| *j != i);
+            others.fold(1.0, |product, j| {
+                product * (1.0 - nodes[j]) / (nodes[i] - nodes[j])
+            })
+        };
+        Rule {
+            continuation: (0..POINTS).map(share).collect(),
+            nodes,
+            weights,
+        }
+    }
+
+    /// The integral, how far off it may be because of a corner between an end and the node beside it, and by how much the
+    /// integrand varies.
+    ///
+    /// No node sees such a corner. But the polynomial through the nodes misses the value at the end by twice the slope
+    /// times the distance of the corner from the end, and the integral by the slope times the square of that distance.
+    fn guarded(
+        &self,
+        a: f64,
+        b: f64,
+        mut integrand: impl FnMut(f64) -> Result<f64>,
+    ) -> Result<[f64; 3]> {
+        let ends = [integrand(a)?, integrand(b)?];
+        let (mut least, mut most) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
+        let (mut at_start, mut at_end, mut place) = (0.0, 0.0, 0);
+        let integral = self.integral(a, b, |t| {
+            let value = integrand(t)?;
+            at_end += self.continuation[place] * value;
+            at_start += self.continuation[POINTS - 1 - place] * value;
+            place += 1;
+            (least, most) = (least.min(value), most.max(value));
+            Ok(value)
+        })?;
+        let miss = (at_start - ends[0]).abs().max((at_end - ends[1]).abs());
+        // The outermost node is this share of the panel away from its end.
+        let gap = 0.5 * (1.0 - self.nodes[0].abs());
+        Ok([integral, 0.5 * miss * gap * (b - a), most - least])
+    }
+
+    fn integral(
+        &self,
+        a: f64,
+        b: f64,
+        mut integrand: impl FnMut(f64) -> Result<f64>,
+    ) -> Result<f64> {
+        let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
+        let mut sum = 0.0;
+        for (x, w) in self.nodes.iter().zip(&self.weights) {
+            sum += w * integrand(middle + half * x)?;
+        }
+        Ok(half * sum)
+    }
+}
+
+/// The speed of a curve, in buffers made once.
+pub(super) struct Speed<F> {
+    /// Writes Taylor coefficients up to order 1.
+    jet_at: F,
+    manifold: Stiefel,
+    jet: Jet,
+}
+
+impl<F: FnMut(f64, &mut Jet) -> Result<()>> Speed<F> {
+    /// Of a curve with coordinates of shape `(rows, k)`.
+    pub(super) fn new([rows, k]: [usize; 2], jet_at: F) -> Result<Self> {
+        Ok(Speed {
+            jet_at,
+            manifold: Stiefel::new(rows.max(k), k)?,
+            jet: Jet::zeros(rows, k),
+        })
+    }
+
+    fn at(&mut self, t: f64) -> Result<f64> {
+        (self.jet_at)(t, &mut self.jet)?;
+        self.manifold
+            .norm_along("arc length", self.jet.c[0].as_ref(), self.jet.c[1].as_ref())
+    }
+}
+
+impl Length {
+    /// From `start` to `end`, with panels that end at the breakpoints between; `speed` makes the speed for one thread.
+    ///
+    /// # Errors
+    /// `NoConvergence`, `Overflow`, `Interrupted`, and where the curve does not exist.
+    pub(super) fn between<F: FnMut(f64, &mut Jet) -> Result<()>>(
+        start: f64,
+        end: f64,
+        breakpoints: Vec<f64>,
+        speed: impl Fn() -> Result<Speed<F>> + Sync,
+        interrupt: Interrupt<'_>,
+    ) -> Result<Self> {
+        let mut length = Length {
+            rule: Rule::new(),
+            panels: Vec::new(),
+            total: 0.0,
+        };
+        let inner = breakpoints.into_iter();
+        let mut ends: Vec<f64> = inner.filter(|t| start < *t && *t < end).collect();
+        ends.push(end);
+        length.build(start, &ends, speed, interrupt)?;
+        Ok(length)
+    }
+
+    fn build<F: FnMut(f64, &mut Jet) -> Result<()>>(
+        &mut self,
+        start: f64,
+        ends: &[f64],
+        speed: impl Fn() -> Result<Speed<F>> + Sync,
+        interrupt: Interrupt<'_>,
+    ) -> Result<()> {
+        let starts = std::iter::once(start).chain(ends.iter().copied());
+        let intervals: Vec<[f64; 2]> = starts.zip(ends).map(|(from, to)| [from, *to]).collect();
+        let lengths = in_blocks(&intervals, &speed, interrupt, |[from, to], speed| {
+            self.rule.integral(*from, *to, |t| speed.at(t))
+        })?;
+        // A first estimate of the whole tells what a panel may miss.
+        let whole: f64 = lengths.iter().sum();
+        if !whole.is_finite() {
+            return Err(Error::Overflow { quantity: "length" });
+        }
+        let noise = match ends.last() {
+            Some(end) if *end > start => ROUND_OFF / (end - start),
+            _ => 0.0,
+        };
+        let allowed = Allowed {
+            whole: TOLERANCE * whole,
+            noise,
+        };
+        let estimates: Vec<_> = intervals.into_iter().zip(lengths).collect();
+        let panels = in_blocks(
+            &estimates,
+            &speed,
+            interrupt,
+            |([from, to], length), speed| {
+                self.panels_of([*from, *to], *length, &allowed, speed, interrupt)
+            },
+        )?;
+        for [start, end, length] in panels.into_iter().flatten() {
+            self.accept(start, end, length);
+        }
+        if self.total.is_finite() {
+            return Ok(());
+        }
+        Err(Error::Overflow { quantity: "length" })
+    }
+
+    /// Start, end and length of the panels of an interval of about the given length.
+    fn panels_of<F: FnMut(f64, &mut Jet) -> Result<()>>(
+        &self,
+        [from, to]: [f64; 2],
+        length: f64,
+        allowed: &Allowed,
+        speed: &mut Speed<F>,
+        interrupt: Interrupt<'_>,
+    ) -> Result<Vec<[f64; 3]>> {
+        let mut panels = Vec::new();
+        let mut waiting = vec![(from, to, length, 0)];
+        while let Some((a, b, length, halvings)) = waiting.pop() {
+            interrupt.check(SOLVER)?;
+            let middle = 0.5 * (a + b);
+            let mut half = |a, b| self.rule.guarded(a, b, |t| speed.at(t));
+            let [left_half, right_half] = [half(a, middle)?, half(middle, b)?];
+            let ([left, left_miss, left_change], [right, right_miss, right_change]) =
+                (left_half, right_half);
+            let change = (left + right - length).abs().max(left_miss).max(right_miss);
+            // Far from zero the nodes are where the spacing of numbers allows.
+            let spacing = f64::EPSILON * a.abs().max(b.abs());
+            let allowed = allowed.whole.max(TOLERANCE * (left + right))
+                + allowed.noise * (b - a)
+                + spacing * (left_change + right_change);
+            if change <= allowed || middle <= a || middle >= b {
+                panels.extend([[a, middle, left], [middle, b, right]]);
+                continue;
+            }
+            if halvings == MAX_HALVINGS || panels.len() + waiting.len() >= MAX_PANELS {
+                return Err(not_converged(halvings, change, allowed));
+            }
+            waiting.push((middle, b, right, halvings + 1));
+            waiting.push((a, middle, left, halvings + 1));
+        }
+        Ok(panels)
+    }
+
+    fn accept(&mut self, start: f64, end: f64, length: f64) {
+        self.panels.push(Panel {
+            start,
+            end,
+            before: self.total,
+            length,
+        });
+        self.total += length;
+    }
+
+    /// Of the whole interval.
+    pub(super) fn total(&self) -> f64 {
+        self.total
+    }
+
+    /// Start and end.
+    pub(super) fn interval(&self) -> (f64, f64) {
+        let (first, last) = (&self.panels[0], &self.panels[self.panels.len() - 1]);
+        (first.start, last.end)
+    }
+
+    /// The parameters at which the length from the start is one of `lengths`.
+    ///
+    /// # Errors
+    /// `Interrupted`, and where the curve does not exist.
+    pub(super) fn parameters<F: FnMut(f64, &mut Jet) -> Result<()>>(
+        &self,
+        lengths: &[f64],
+        speed: impl Fn() -> Result<Speed<F>> + Sync,
+        interrupt: Interrupt<'_>,
+    ) -> Result<Vec<f64>> {
+        in_blocks(lengths, &speed, interrupt, |length, speed| {
+            self.invert(*length, speed)
+        })
+    }
+
+    /// Newton's method, kept between bounds by bisection.
+    fn invert<F: FnMut(f64, &mut Jet) -> Result<()>>(
+        &self,
+        length: f64,
+        speed: &mut Speed<F>,
+    ) -> Result<f64> {
+        let ahead = self
+            .panels
+            .partition_point(|panel| panel.before + panel.length < length);
+        let panel = &self.panels[ahead.min(self.panels.len() - 1)];
+        let wanted = length - panel.before;
+        if wanted <= 0.0 || wanted >= panel.length {
+            return Ok(if wanted <= 0.0 {
+                panel.start
+            } else {
+                panel.end
+            });
+        }
+        let (mut low, mut high) = (panel.start, panel.end);
+        let mut t = low + (high - low) * wanted / panel.length;
+        for _ in 0..MAX_STEPS {
+            let excess = self.rule.integral(panel.start, t, |t| speed.at(t))? - wanted;
+            if excess > 0.0 {
+                high = t;
+            } else {
+                low = t;
+            }
+            let newton = t - excess / speed.at(t)?;
+            let spacing = 2.0 * f64::EPSILON * t.abs().max(panel.end - panel.start);
+            if excess.abs() <= f64::EPSILON * self.total || (newton - t).abs() <= spacing {
+                break;
+            }
+            t = if low < newton && newton < high {
+                newton
+            } else {
+                0.5 * (low + high)
+            };
+            if high - low <= spacing {
+                break;
+            }
+        }
+        Ok(t)
+    }
+}
+
+/// What `work` makes of each item, blocks of them on one thread each.
+fn in_blocks<T: Sync, R: Send, F: FnMut(f64, &mut Jet) -> Result<()>>(
+    items: &[T],
+    speed: impl Fn() -> Result<Speed<F>> + Sync,
+    interrupt: Interrupt<'_>,
+    work: impl Fn(&T, &mut Speed<F>) -> Result<R> + Sync,
+) -> Result<Vec<R>> {
+    let block = |items: &[T]| -> Result<Vec<R>> {
+        let mut speed = speed()?;
+        items
+            .iter()
+            .map(|item| {
+                interrupt.check(SOLVER)?;
+                work(item, &mut speed)
+            })
+            .collect()
+    };
+    if items.len() <= BLOCK {
+        return block(items);
+    }
+    let parts: Vec<Vec<R>> = items.par_chunks(BLOCK).map(block).collect::<Result<_>>()?;
+    Ok(parts.into_iter().flatten().collect())
+}
+
+fn not_converged(iterations: usize, residual: f64, tolerance: f64) -> Error {
+    Error::NoConvergence {
+        solver: SOLVER,
+        report: SolverReport {
+            converged: false,
+            iterations,
+            residual,
+            tolerance,
+            reason: StopReason::MaxIterations,
+        },
+    }
+}
