@@ -7,15 +7,15 @@
 
 use std::f64::consts::PI;
 
-use faer::prelude::*;
-use faer::{Mat, MatMut, MatRef};
+use faer::{Mat, MatRef};
 
+use super::principal_vectors::PrincipalVectors;
 use super::stiefel::{POINT_TOLERANCE, Stiefel, TANGENT_TOLERANCE};
 use crate::error::{Error, Result};
 use crate::linalg::decomp::Svd;
 use crate::linalg::jet::{Jet, ORDER};
 use crate::linalg::one_sided_jacobi::orthogonalise_few;
-use crate::linalg::product::{determinant_sign, mul_add, mul_into};
+use crate::linalg::product::{mul_add, mul_into};
 use crate::linalg::{OrthogonalLog, SkewExp};
 
 /// A principal direction shorter than this is round-off: its angle is 0 (or pi, and then the curve is not unique).
@@ -23,12 +23,6 @@ const NEGLIGIBLE: f64 = 4.0 * f64::EPSILON;
 
 /// A principal angle is pi to working precision where its sine is below this.
 const ANTIPODAL: f64 = 32.0 * f64::EPSILON;
-
-/// Principal directions of sine below this are separated by their sines, the others by their cosines.
-const LARGE_SINE: f64 = 0.5;
-
-/// Sweeps of plane rotations that separate principal directions; three or four are usual.
-const MAX_SWEEPS: usize = 30;
 
 /// The quasi-geodesic `beta(t) = e^{tX} S e^{t Omega}`.
 ///
@@ -234,44 +228,43 @@ impl QuasiGeodesic {
         s1: MatRef<'_, f64>,
         problem: &mut EndpointProblem,
     ) -> Result<()> {
-        problem.principal_vectors(s0, s1)?;
+        let EndpointProblem { principal, log } = problem;
+        principal.compute(s0, s1)?;
         let k = self.k();
-        self.right.copy_from(problem.u.as_ref().transpose());
-        mul_into(self.frame.as_mut().subcols_mut(0, k), 1.0, s0, &problem.u);
+        self.right.copy_from(principal.u.as_ref().transpose());
+        mul_into(self.frame.as_mut().subcols_mut(0, k), 1.0, s0, &principal.u);
         self.frame.as_mut().subcols_mut(k, k).fill(0.0);
         self.angles.fill(0.0);
         if self.n() > k {
-            self.principal_angles(s0, problem)?;
+            self.principal_angles(s0, principal)?;
         }
-        problem
-            .log
-            .log_into(self.omega.as_mut(), problem.rotation.as_ref())
+        log.log_into(self.omega.as_mut(), principal.rotation.as_ref())
     }
 
     /// Angles and unit normal directions from `(I - S0 S0^T) S1 Z`, largest sine first.
     fn principal_angles(
         &mut self,
         s0: MatRef<'_, f64>,
-        problem: &mut EndpointProblem,
+        principal: &mut PrincipalVectors,
     ) -> Result<()> {
         let k = self.k();
         for i in (0..k).rev() {
             // Twice is enough: a direction that loses half of its length twice is round-off.
-            let first = problem.orthogonalise(s0, self.frame.as_ref().subcols(k, k), i);
-            let second = problem.orthogonalise(s0, self.frame.as_ref().subcols(k, k), i);
+            let first = principal.orthogonalise(s0, self.frame.as_ref().subcols(k, k), i);
+            let second = principal.orthogonalise(s0, self.frame.as_ref().subcols(k, k), i);
             let sine = if second > NEGLIGIBLE && second >= 0.5 * first {
                 second
             } else {
                 0.0
             };
-            let cosine = problem.cosines[i];
+            let cosine = principal.cosines[i];
             if cosine < 0.0 && sine <= ANTIPODAL {
                 return Err(Error::NoJoiningCurve { angle: PI - sine });
             }
             if sine > 0.0 {
                 self.angles[i] = sine.atan2(cosine);
                 for row in 0..self.n() {
-                    self.frame[(row, k + i)] = problem.normal[(row, i)] / sine;
+                    self.frame[(row, k + i)] = principal.normal[(row, i)] / sine;
                 }
             }
         }
@@ -449,151 +442,15 @@ impl Turning {
 
 /// Buffers for endpoint problems of one shape.
 pub(crate) struct EndpointProblem {
-    svd: Svd,
+    pub(super) principal: PrincipalVectors,
     log: OrthogonalLog,
-    gram: Mat<f64>,
-    normal: Mat<f64>,
-    coefficients: Vec<f64>,
-    pub(crate) cosines: Vec<f64>,
-    pub(crate) u: Mat<f64>,
-    pub(crate) z: Mat<f64>,
-    pub(crate) rotation: Mat<f64>,
 }
 
 impl EndpointProblem {
     pub(crate) fn new(n: usize, k: usize) -> Self {
         EndpointProblem {
-            svd: Svd::new(k, k),
+            principal: PrincipalVectors::new(n, k),
             log: OrthogonalLog::new(k),
-            gram: Mat::zeros(k, k),
-            normal: Mat::zeros(n, k),
-            coefficients: vec![0.0; 2 * k],
-            cosines: vec![0.0; k],
-            u: Mat::zeros(k, k),
-            z: Mat::zeros(k, k),
-            rotation: Mat::zeros(k, k),
         }
-    }
-
-    /// `S0^T S1 = U diag(c) Z^T` with `det(U Z^T) = +1`, the rotation `U Z^T`, and `normal = (I - S0 S0^T) S1 Z`;
-    /// principal angles increasing, before the sign change of the last one.
-    fn principal_vectors(&mut self, s0: MatRef<'_, f64>, s1: MatRef<'_, f64>) -> Result<()> {
-        let (n, k) = (s0.nrows(), s0.ncols());
-        mul_into(&mut self.gram, 1.0, s0.transpose(), s1);
-        self.svd.compute(self.gram.as_ref())?;
-        self.u.copy_from(self.svd.u());
-        self.z.copy_from(self.svd.v());
-        for i in 0..k {
-            self.cosines[i] = self.svd.s(i);
-        }
-        if n > k {
-            mul_into(&mut self.normal, 1.0, s1, &self.z);
-            mul_into(&mut self.gram, 1.0, s0.transpose(), &self.normal);
-            mul_add(&mut self.normal, -1.0, s0, &self.gram);
-            self.separate_small_angles()?;
-            self.sort_by_angle();
-        }
-        mul_into(&mut self.rotation, 1.0, &self.u, self.z.transpose());
-        self.gram.copy_from(&self.rotation);
-        if determinant_sign(self.gram.as_mut()) < 0.0 {
-            if n == k {
-                return Err(Error::DifferentComponents { n });
-            }
-            self.cosines[k - 1] = -self.cosines[k - 1];
-            for i in 0..k {
-                self.u[(i, k - 1)] = -self.u[(i, k - 1)];
-            }
-            mul_into(&mut self.rotation, 1.0, &self.u, self.z.transpose());
-        }
-        Ok(())
-    }
-
-    /// Makes the columns of `normal` of small sine orthogonal, by one-sided Jacobi rotations that `U` and `Z` share.
-    ///
-    /// Cosines do not tell small angles apart (all are 1 below 1e-8), so the factorisation of `S0^T S1` leaves
-    /// their principal vectors undetermined; the sines do. Where both sines are small both cosines are near 1,
-    /// and the rotation that makes the sine part diagonal keeps `U^T S0^T S1 Z` diagonal to round-off.
-    fn separate_small_angles(&mut self) -> Result<()> {
-        let k = self.cosines.len();
-        let negligible = f64::EPSILON * (self.normal.nrows() as f64).max(4.0);
-        for _ in 0..MAX_SWEEPS {
-            let mut separated = true;
-            for j in 1..k {
-                for i in 0..j {
-                    let [a, b] = [i, j].map(|l| self.normal.col(l).squared_norm_l2());
-                    let overlap = self.normal.col(i).transpose() * self.normal.col(j);
-                    let larger = a.max(b).sqrt();
-                    if larger < LARGE_SINE && overlap.abs() > negligible * larger {
-                        self.rotate(i, j, 0.5 * (b - a) / overlap);
-                        separated = false;
-                    }
-                }
-            }
-            if separated {
-                return Ok(());
-            }
-        }
-        Err(Error::Decomposition {
-            kind: "separation of small principal angles",
-        })
-    }
-
-    /// The plane rotation of columns `i` and `j` whose angle `phi <= pi/4` has `cot(2 phi) = cotangent`.
-    fn rotate(&mut self, i: usize, j: usize, cotangent: f64) {
-        let tangent = 1.0_f64.copysign(cotangent) / (cotangent.abs() + 1.0_f64.hypot(cotangent));
-        let cos = 1.0 / 1.0_f64.hypot(tangent);
-        let sin = tangent * cos;
-        for columns in [&mut self.normal, &mut self.u, &mut self.z] {
-            for row in 0..columns.nrows() {
-                let (x, y) = (columns[(row, i)], columns[(row, j)]);
-                columns[(row, i)] = cos * x - sin * y;
-                columns[(row, j)] = sin * x + cos * y;
-            }
-        }
-        let (x, y) = (self.cosines[i], self.cosines[j]);
-        self.cosines[i] = cos * cos * x + sin * sin * y;
-        self.cosines[j] = sin * sin * x + cos * cos * y;
-    }
-
-    /// Sorts the principal directions by increasing angle (insertion: they are sorted but for close ones).
-    fn sort_by_angle(&mut self) {
-        let angle =
-            |problem: &Self, i: usize| problem.normal.col(i).norm_l2().atan2(problem.cosines[i]);
-        for end in 1..self.cosines.len() {
-            let mut i = end;
-            while i > 0 && angle(self, i) < angle(self, i - 1) {
-                for columns in [&mut self.normal, &mut self.u, &mut self.z] {
-                    for row in 0..columns.nrows() {
-                        let swap = columns[(row, i)];
-                        columns[(row, i)] = columns[(row, i - 1)];
-                        columns[(row, i - 1)] = swap;
-                    }
-                }
-                self.cosines.swap(i, i - 1);
-                i -= 1;
-            }
-        }
-    }
-
-    /// Projects column `i` of `normal` off `s0` and off the directions found so far; returns its length.
-    fn orthogonalise(&mut self, s0: MatRef<'_, f64>, found: MatRef<'_, f64>, i: usize) -> f64 {
-        let k = s0.ncols();
-        let (mut column, coefficients) = (
-            self.normal.as_mut().subcols_mut(i, 1),
-            self.coefficients.as_mut_slice(),
-        );
-        let mut projection = MatMut::from_column_major_slice_mut(coefficients, 2 * k, 1);
-        mul_into(
-            projection.rb_mut().subrows_mut(0, k),
-            1.0,
-            s0.transpose(),
-            column.rb(),
-        );
-        mul_add(column.rb_mut(), -1.0, s0, projection.rb().subrows(0, k));
-        let later = found.subcols(i + 1, k - i - 1);
-        let mut overlap = projection.subrows_mut(k, k - i - 1);
-        mul_into(overlap.rb_mut(), 1.0, later.transpose(), column.rb());
-        mul_add(column.rb_mut(), -1.0, later, overlap.rb());
-        column.norm_l2()
     }
 }

@@ -99,9 +99,9 @@ impl MovingQuasiGeodesic {
         self.curve
             .join(s0.c[0].as_ref(), s1.c[0].as_ref(), &mut self.problem)?;
         self.start
-            .set_product_constant(s0, self.problem.u.as_ref(), order);
+            .set_product_constant(s0, self.problem.principal.u.as_ref(), order);
         self.end
-            .set_product_constant(s1, self.problem.z.as_ref(), order);
+            .set_product_constant(s1, self.problem.principal.z.as_ref(), order);
         self.polar(order)?;
         self.angles(order)?;
         // The interpolation in the aligned frame: `start a_t(P) + end R^T b_t(P)`.
@@ -124,7 +124,7 @@ impl MovingQuasiGeodesic {
             mul_into(
                 &mut self.work[0].c[j],
                 1.0,
-                self.problem.u.transpose(),
+                self.problem.principal.u.transpose(),
                 &self.power.value.c[j],
             );
         }
@@ -139,7 +139,7 @@ impl MovingQuasiGeodesic {
         let (p, r, c) = (
             &mut self.symmetric,
             &mut self.rotation,
-            &self.problem.cosines,
+            &self.problem.principal.cosines,
         );
         let k = c.len();
         p.set_scalar(0.0, order);
@@ -184,7 +184,7 @@ impl MovingQuasiGeodesic {
     /// `Y = Theta^2` from `cos sqrt(Y) = P`: the derivative of the cosine in the eigenbasis is the divided
     /// difference `-sinc((a+b)/2) sinc((a-b)/2) / 2`, which never vanishes below pi.
     fn angles(&mut self, order: usize) -> Result<()> {
-        let k = self.problem.cosines.len();
+        let k = self.problem.principal.cosines.len();
         self.angle_squared.set_scalar(0.0, order);
         for i in 0..k {
             self.angle_squared.c[0][(i, i)] = self.curve.angles()[i].powi(2);
@@ -264,7 +264,7 @@ impl MovingQuasiGeodesic {
 
     /// `inverse = whole^{-1}`; the constant term is diagonal.
     fn invert_whole(&mut self, order: usize) {
-        let k = self.problem.cosines.len();
+        let k = self.problem.principal.cosines.len();
         self.inverse.set_scalar(0.0, order);
         for i in 0..k {
             self.inverse.c[0][(i, i)] = 1.0 / sinc(self.curve.angles()[i]);
@@ -286,7 +286,7 @@ impl MovingQuasiGeodesic {
     /// `log R` around `Omega = log R_0`: the residual of `e^{-L} R = I` at each new order, mapped back by the
     /// inverse derivative of the exponential in the Schur basis of `Omega`.
     fn logarithm(&mut self, order: usize) -> Result<()> {
-        let k = self.problem.cosines.len();
+        let k = self.problem.principal.cosines.len();
         self.log.set_scalar(0.0, order);
         self.log.c[0].copy_from(self.curve.omega());
         if k == 1 {
@@ -301,8 +301,18 @@ impl MovingQuasiGeodesic {
             residual.fill(0.0);
             for i in 0..=j {
                 let [left, right] = &mut self.small;
-                mul_into(&mut *left, 1.0, &self.problem.u, &self.rotation.c[i]);
-                mul_into(&mut *right, 1.0, &left, self.problem.z.transpose());
+                mul_into(
+                    &mut *left,
+                    1.0,
+                    &self.problem.principal.u,
+                    &self.rotation.c[i],
+                );
+                mul_into(
+                    &mut *right,
+                    1.0,
+                    &left,
+                    self.problem.principal.z.transpose(),
+                );
                 mul_add(&mut *residual, 1.0, &self.power.value.c[j - i], &right);
             }
             let [left, right] = &mut self.small;
