@@ -14,12 +14,17 @@ mod knots;
 mod linalg;
 mod masked;
 mod measure;
+mod piecewise;
 mod polynomial;
+mod polynomial_pieces;
+mod restored;
 mod retraction;
 mod riemannian_cubic;
 mod shooting;
 mod smoothing;
 mod spline;
+mod spline_data;
+mod spline_options;
 mod spline_stored;
 mod state;
 mod stiefel;
@@ -52,7 +57,11 @@ pub mod _core {
     #[pymodule_export]
     use super::measure::PyDerivativeBounds;
     #[pymodule_export]
+    use super::piecewise::PyPiecewiseCurve;
+    #[pymodule_export]
     use super::polynomial::{PyGeometricCubic, PyGeometricPolynomial};
+    #[pymodule_export]
+    use super::restored::_restored;
     #[pymodule_export]
     use super::riemannian_cubic::PyRiemannianCubic;
     #[pymodule_export]
@@ -60,11 +69,9 @@ pub mod _core {
     #[pymodule_export]
     use super::smoothing::PySmoothingSpline;
     #[pymodule_export]
-    use super::spline::{PyCubicHermite, PyCubicSpline, PyPiecewiseCurve};
+    use super::spline::{PyCubicHermite, PyCubicSpline};
     #[pymodule_export]
     use super::stiefel::PyStiefel;
-    #[pymodule_export]
-    use super::stored::_restored;
     #[pymodule_export]
     use super::trajectory::PyChartTrajectory;
     #[pymodule_export]

@@ -2,84 +2,21 @@
 
 use std::sync::Arc;
 
-use faer::Mat;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::call::Call;
-use super::convert::{matrix, stack, to_array, write};
-use super::curve::{AnyCurve, Operations, PyCurve, cube};
+use super::convert::{matrix, to_array, write};
+use super::curve::PyCurve;
 use super::error::{PySolverReport, invalid_input};
+use super::polynomial_pieces::{
+    GEODESIC, Pieces, QUASI_GEODESIC, construction, is_geodesic, polynomial, search,
+};
 use super::stored::{Form, form_of};
-use crate::curve::{Curve, GeodesicPolynomial, GeometricCubic, GeometricPolynomial, Quantity};
+use crate::curve::{GeodesicPolynomial, GeometricCubic, GeometricPolynomial};
 use crate::report::SolverReport;
 use crate::stored::{Fields, Stored, refusal};
-
-impl Operations for GeometricPolynomial {
-    fn operations(&self, quantity: Quantity) -> f64 {
-        polynomial_operations(self.k(), self.degree(), quantity)
-    }
-}
-
-fn polynomial_operations(k: usize, degree: usize, quantity: Quantity) -> f64 {
-    let joins = 0.5 * (degree * degree) as f64;
-    match quantity {
-        Quantity::Derivative(0) => joins * (30.0 + 30.0 * cube(k)),
-        _ => joins * (5e3 + 5e3 * cube(k)),
-    }
-}
-
-impl Operations for GeometricCubic {
-    fn operations(&self, quantity: Quantity) -> f64 {
-        polynomial_operations(self.k(), 3, quantity)
-    }
-}
-
-impl Operations for GeodesicPolynomial {
-    fn operations(&self, quantity: Quantity) -> f64 {
-        let joins = 0.5 * (self.degree() * self.degree()) as f64;
-        match quantity {
-            // Rotations, whose geodesics are in closed form.
-            Quantity::Derivative(0) if self.n() == self.k() + 1 => {
-                joins * (30.0 + 30.0 * cube(self.n()))
-            }
-            Quantity::Derivative(0) => joins * (2e4 + 2e3 * cube(self.k())),
-            // A linear system of the dimension of the reduced manifold for each stage.
-            _ => joins * (1e5 + 1e4 * cube(self.k()) * cube(self.k())),
-        }
-    }
-}
-
-/// What a polynomial is made of.
-#[derive(Clone)]
-enum Pieces {
-    QuasiGeodesic(Arc<GeometricPolynomial>),
-    Geodesic(Arc<GeodesicPolynomial>),
-}
-
-impl Pieces {
-    fn curve(&self) -> Arc<dyn AnyCurve> {
-        match self {
-            Pieces::QuasiGeodesic(curve) => Arc::clone(curve) as Arc<dyn AnyCurve>,
-            Pieces::Geodesic(curve) => Arc::clone(curve) as Arc<dyn AnyCurve>,
-        }
-    }
-
-    fn control_points(&self) -> Vec<Mat<f64>> {
-        match self {
-            Pieces::QuasiGeodesic(curve) => curve.control_points(),
-            Pieces::Geodesic(curve) => curve.control_points(),
-        }
-    }
-
-    fn degree(&self) -> usize {
-        match self {
-            Pieces::QuasiGeodesic(curve) => curve.degree(),
-            Pieces::Geodesic(curve) => curve.degree(),
-        }
-    }
-}
 
 /// Geometric polynomial of any degree: de Casteljau's algorithm with quasi-geodesics or geodesics.
 ///
@@ -359,55 +296,6 @@ impl PyGeometricPolynomial {
 
 /// The name of what a curve is made of in its stored form.
 const PIECES: &str = "pieces";
-
-const QUASI_GEODESIC: &str = "quasi_geodesic";
-const GEODESIC: &str = "geodesic";
-
-fn is_geodesic(py: Python<'_>, pieces: &str) -> PyResult<bool> {
-    match pieces {
-        QUASI_GEODESIC => Ok(false),
-        GEODESIC => Ok(true),
-        _ => {
-            let message =
-                format!("pieces: expected '{QUASI_GEODESIC}' or '{GEODESIC}', found {pieces:?}");
-            Err(invalid_input(py, message))
-        }
-    }
-}
-
-/// Rough operations of a construction: the span, and the branch at some tens of parameters.
-pub(super) fn construction((n, k): (usize, usize), degree: usize) -> f64 {
-    let (n, k, degree) = (n as f64, k as f64, degree as f64);
-    let columns = (degree + 1.0) * k;
-    1e4 + 4.0 * n * columns * columns.min(n) + 1e3 * degree * degree * (1.0 + k * k * k)
-}
-
-/// Rough operations of a search for control points: derivatives by differences, and their factorisation, some times.
-fn search((n, k): (usize, usize), degree: usize) -> f64 {
-    let (n, k, degree) = (n as f64, k as f64, degree as f64);
-    let rows = n.min(4.0 * k);
-    let unknowns = (degree - 3.0).max(0.0) * rows * k;
-    let differences = 16.0 * unknowns * degree * degree * (100.0 + 50.0 * k * k * k);
-    let factorisation = 64.0 * rows * k * unknowns * unknowns;
-    1e4 + 4.0 * n * rows * rows + 5.0 * (differences + factorisation)
-}
-
-/// The curve with control points `P`, shape (degree + 1, n, k).
-#[allow(non_snake_case)]
-fn polynomial(py: Python<'_>, P: &Bound<'_, PyAny>, pieces: &str) -> PyResult<Pieces> {
-    let geodesic = is_geodesic(py, pieces)?;
-    let batch = stack(P, "P", "(degree + 1, n, k)")?;
-    let (shape, degree) = ((batch.rows, batch.cols), batch.len().saturating_sub(1));
-    let call = Call::new(py, None, construction(shape, degree))?;
-    call.run(py, move |_| {
-        let points = batch.views();
-        Ok(if geodesic {
-            Pieces::Geodesic(Arc::new(GeodesicPolynomial::new(&points)?))
-        } else {
-            Pieces::QuasiGeodesic(Arc::new(GeometricPolynomial::new(&points)?))
-        })
-    })
-}
 
 /// Geometric cubic polynomial by the adjusted de Casteljau algorithm, from boundary data.
 ///

@@ -3,308 +3,23 @@
 use std::sync::Arc;
 
 use faer::Mat;
-use numpy::PyArrayDyn;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList};
+use pyo3::types::PyDict;
 
 use super::call::Call;
 use super::chart::count;
-use super::convert::{Batch, copy, freeze, stack, to_array, whole};
-use super::curve::{AnyCurve, Operations, PyCurve};
-use super::error::{PySolverReport, invalid_input, to_exception};
-use super::knots::{BcType, Ends, restore_ends, store_ends, times};
-use super::polynomial::{PyGeometricCubic, construction};
-use super::riemannian_cubic::{PyRiemannianCubic, shooting};
+use super::convert::whole;
+use super::knots::{BcType, Ends, restore_ends, store_ends};
+use super::piecewise::{Array, Cubics, PyPiecewiseCurve, frozen, frozen_batch};
+use super::spline_data::{Data, Kind};
+use super::spline_options::{check_tolerance, outside};
 use super::spline_stored::{PIECES, Restored, VELOCITIES, put};
 use super::stored::{Form, form_of};
 use super::velocities::{Velocities, rows};
-use crate::cubic::{BoundaryOptions, RiemannianCubic};
-use crate::curve::{Curve, GeometricCubic, Quantity};
-use crate::error::Error;
-use crate::report::SolverReport;
+use crate::cubic::BoundaryOptions;
 use crate::spline::{
-    Outside, Piecewise, SplineOptions, VelocityEstimate, cubic_hermite, cubic_spline,
-    geometric_hermite, geometric_spline,
+    SplineOptions, cubic_hermite, cubic_spline, geometric_hermite, geometric_spline,
 };
-
-pub(super) type Array = Py<PyArrayDyn<f64>>;
-
-impl<C: Curve + Operations> Operations for Piecewise<C> {
-    fn operations(&self, quantity: Quantity) -> f64 {
-        self.pieces()[0].operations(quantity)
-    }
-
-    fn preparation(&self, t: &[f64]) -> f64 {
-        let (knots, last) = (self.knots(), self.pieces().len() - 1);
-        // Of a piece at an end what is beyond that end; times on its other side are other pieces'.
-        let farther: [fn(f64, f64) -> f64; 2] = [f64::min, f64::max];
-        let ends = [(0, farther[0], 0.0), (last, farther[1], 1.0)];
-        let beyond = ends.map(|(piece, farther, end)| {
-            let length = knots[piece + 1] - knots[piece];
-            let local = |t: &f64| (t - knots[piece]) / length;
-            let farthest = t.iter().map(local).fold(end, farther);
-            self.pieces()[piece].preparation(&[farthest])
-        });
-        beyond[0] + beyond[1]
-    }
-}
-
-/// The pieces of a spline.
-#[derive(Clone)]
-pub(super) enum Cubics {
-    Riemannian(Arc<Piecewise<RiemannianCubic>>),
-    Geometric(Arc<Piecewise<GeometricCubic>>),
-}
-
-pub(super) const RIEMANNIAN: &str = "riemannian";
-pub(super) const GEOMETRIC: &str = "geometric";
-
-impl Cubics {
-    pub(super) fn curve(&self) -> Arc<dyn AnyCurve> {
-        match self {
-            Cubics::Riemannian(curve) => Arc::clone(curve) as Arc<dyn AnyCurve>,
-            Cubics::Geometric(curve) => Arc::clone(curve) as Arc<dyn AnyCurve>,
-        }
-    }
-
-    pub(super) fn knots(&self) -> &[f64] {
-        match self {
-            Cubics::Riemannian(curve) => curve.knots(),
-            Cubics::Geometric(curve) => curve.knots(),
-        }
-    }
-
-    fn outside(&self) -> Outside {
-        match self {
-            Cubics::Riemannian(curve) => curve.outside(),
-            Cubics::Geometric(curve) => curve.outside(),
-        }
-    }
-}
-
-/// What a kind of spline is made of.
-#[derive(Clone, Copy)]
-pub(super) enum Kind {
-    Riemannian,
-    Geometric,
-}
-
-impl Kind {
-    pub(super) fn read(py: Python<'_>, kind: &str) -> PyResult<Self> {
-        match kind {
-            RIEMANNIAN => Ok(Kind::Riemannian),
-            GEOMETRIC => Ok(Kind::Geometric),
-            _ => {
-                let message =
-                    format!("kind: expected '{RIEMANNIAN}' or '{GEOMETRIC}', found {kind:?}");
-                Err(invalid_input(py, message))
-            }
-        }
-    }
-}
-
-/// Times and points of a spline.
-pub(super) struct Data {
-    pub(super) t: Vec<f64>,
-    pub(super) points: Batch,
-}
-
-impl Data {
-    pub(super) fn read(t: &Bound<'_, PyAny>, points: &Bound<'_, PyAny>) -> PyResult<Self> {
-        Ok(Data {
-            t: times(t)?,
-            points: stack(points, "S", "(N, n, k)")?,
-        })
-    }
-
-    pub(super) fn shape(&self) -> (usize, usize) {
-        (self.points.rows, self.points.cols)
-    }
-
-    /// Rough operations of a boundary value problem for every leg, with the given velocities.
-    fn legs(&self, kind: Kind, velocities: &Velocities) -> f64 {
-        let one = match kind {
-            Kind::Riemannian => {
-                let vectors = match velocities {
-                    Velocities::Given(vectors) => vectors,
-                    // Vectors of the size of points are as good as any.
-                    Velocities::Estimated(_) => &self.points,
-                };
-                let [s, v] = [&self.points, vectors].map(|batch| match batch.len() {
-                    0 => Mat::zeros(1, 1),
-                    _ => batch.get(0).to_owned(),
-                });
-                shooting([&s, &v, &s, &v])
-            }
-            Kind::Geometric => construction(self.shape(), 3),
-        };
-        one * self.points.len() as f64
-    }
-
-    /// Rough operations of a spline: as many for every leg, after a factorisation that reduces the dimension.
-    pub(super) fn joints(&self, kind: Kind) -> f64 {
-        let any = Velocities::Estimated(VelocityEstimate::Natural);
-        self.legs(kind, &any) + self.reduction()
-    }
-
-    /// Rough operations of quasi-geodesics between all neighbours.
-    pub(super) fn links(&self) -> f64 {
-        let (n, k) = self.shape();
-        construction((n, k), 1) * self.points.len() as f64 + self.reduction()
-    }
-
-    /// Rough operations of the factorisation that reduces the dimension.
-    fn reduction(&self) -> f64 {
-        let (n, columns) = (
-            self.points.rows as f64,
-            (self.points.len() * self.points.cols) as f64,
-        );
-        4.0 * n * columns * columns.min(n)
-    }
-}
-
-/// Error where a tolerance is out of its range.
-pub(super) fn check_tolerance(py: Python<'_>, tol: f64) -> PyResult<()> {
-    if (1e-15..=0.1).contains(&tol) {
-        return Ok(());
-    }
-    let error = Error::InvalidArgument {
-        name: "tol",
-        requirement: "between 1e-15 and 0.1",
-        found: tol,
-    };
-    Err(to_exception(py, &error, ""))
-}
-
-pub(super) fn outside(extrapolate: bool) -> Outside {
-    if extrapolate {
-        Outside::Continued
-    } else {
-        Outside::Refused
-    }
-}
-
-/// A curve through points, made of cubics that follow one another.
-///
-/// Made by :class:`CubicSpline` and :class:`CubicHermite`.
-///
-/// Attributes
-/// ----------
-/// t : ndarray, shape (N,)
-///     The times between which the pieces run; read-only.
-/// points : ndarray, shape (N, n, k)
-///     The points at these times, as given; read-only.
-/// kind : str
-///     ``"riemannian"`` or ``"geometric"``: what the pieces are.
-/// extrapolate : bool
-///     Whether the first and the last piece go on outside of ``t_span``.
-/// report : SolverReport or None
-///     How the spline was solved for; None where nothing had to be solved for all pieces together.
-/// pieces : list of RiemannianCubic or GeometricCubic
-///     The ``N - 1`` pieces, each on ``[0, 1]``.
-#[pyclass(name = "PiecewiseCurve", module = "stiefel_rs", extends = PyCurve, subclass, frozen)]
-pub struct PyPiecewiseCurve {
-    pub(super) cubics: Cubics,
-    t: Array,
-    pub(super) points: Array,
-    pub(super) report: Option<SolverReport>,
-}
-
-#[pymethods]
-impl PyPiecewiseCurve {
-    #[getter]
-    fn t(&self, py: Python<'_>) -> Array {
-        self.t.clone_ref(py)
-    }
-
-    #[getter]
-    fn points(&self, py: Python<'_>) -> Array {
-        self.points.clone_ref(py)
-    }
-
-    #[getter]
-    fn kind(&self) -> &'static str {
-        match self.cubics {
-            Cubics::Riemannian(_) => RIEMANNIAN,
-            Cubics::Geometric(_) => GEOMETRIC,
-        }
-    }
-
-    #[getter]
-    fn extrapolate(&self) -> bool {
-        self.cubics.outside() == Outside::Continued
-    }
-
-    #[getter]
-    fn report(&self) -> Option<PySolverReport> {
-        self.report.map(PySolverReport)
-    }
-
-    #[getter]
-    fn pieces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
-        let list = PyList::empty(py);
-        match &self.cubics {
-            Cubics::Riemannian(curve) => {
-                for piece in curve.pieces() {
-                    list.append(PyRiemannianCubic::wrapped(py, piece.clone())?)?;
-                }
-            }
-            Cubics::Geometric(curve) => {
-                for piece in curve.pieces() {
-                    list.append(PyGeometricCubic::of_piece(py, piece.clone())?)?;
-                }
-            }
-        }
-        Ok(list)
-    }
-
-    /// Curves do not change: a copy is the curve itself.
-    fn __copy__(slf: Py<Self>) -> Py<Self> {
-        slf
-    }
-
-    fn __deepcopy__(slf: Py<Self>, _memo: &Bound<'_, PyAny>) -> Py<Self> {
-        slf
-    }
-
-    fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
-        let this = slf.get();
-        let (name, knots) = (slf.get_type().name()?, this.cubics.knots());
-        let (n, k) = this.cubics.curve().shape();
-        let (count, first, last) = (knots.len(), knots[0], knots[knots.len() - 1]);
-        Ok(format!(
-            "<{name} on St({n}, {k}), {count} knots, t_span ({first:?}, {last:?})>"
-        ))
-    }
-}
-
-impl PyPiecewiseCurve {
-    pub(super) fn wrap(
-        py: Python<'_>,
-        cubics: Cubics,
-        data: &Data,
-        report: Option<SolverReport>,
-    ) -> PyResult<PyClassInitializer<Self>> {
-        let this = PyPiecewiseCurve {
-            t: frozen(py, &data.t, &[data.t.len()])?,
-            points: frozen_batch(py, &data.points)?,
-            report,
-            cubics,
-        };
-        Ok(PyClassInitializer::from(PyCurve::of(this.cubics.curve())).add_subclass(this))
-    }
-}
-
-/// A read-only array with the given entries.
-fn frozen(py: Python<'_>, entries: &[f64], shape: &[usize]) -> PyResult<Array> {
-    let array = to_array(py, copy(py, entries)?, shape)?;
-    freeze(&array)?;
-    Ok(array.unbind())
-}
-
-pub(super) fn frozen_batch(py: Python<'_>, batch: &Batch) -> PyResult<Array> {
-    frozen(py, batch.entries(), &[batch.len(), batch.rows, batch.cols])
-}
 
 /// Curve through points with given velocities, once continuously differentiable.
 ///
@@ -377,7 +92,11 @@ impl PyCubicHermite {
         let kind = Kind::read(py, kind)?;
         let data = Data::read(t, S)?;
         let velocities = Velocities::read(V)?;
-        let call = Call::new(py, num_threads, data.legs(kind, &velocities))?;
+        let call = Call::new(
+            py,
+            num_threads,
+            data.legs(kind, velocities.given().unwrap_or(&data.points)),
+        )?;
         let outside = outside(extrapolate);
         let (cubics, data, velocities) = call.run(py, move |interrupt| {
             let points = data.points.views();

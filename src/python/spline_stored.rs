@@ -6,7 +6,8 @@ use numpy::{PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
 use super::convert::{Batch, entries_of};
-use super::spline::{Array, Cubics, Data, Kind, PyPiecewiseCurve};
+use super::piecewise::{Array, Cubics, PyPiecewiseCurve};
+use super::spline_data::{Data, Kind};
 use crate::curve::Quantity;
 use crate::error::Result;
 use crate::interrupt::Interrupt;

@@ -8,18 +8,9 @@ use pyo3::types::{PyDict, PyString};
 
 use super::call::Call;
 use super::convert::{entries_of, float_array, to_array};
-use super::curve::PyQuasiGeodesic;
 use super::error::to_exception;
-use super::geodesic::PyGeodesic;
-use super::polynomial::PyGeometricPolynomial;
-use super::riemannian_cubic::PyRiemannianCubic;
-use super::smoothing::PySmoothingSpline;
-use super::spline::{PyCubicHermite, PyCubicSpline};
-use crate::cubic::RiemannianCubic;
-use crate::curve::{GeometricCubic, GeometricPolynomial};
 use crate::error::Result;
 use crate::interrupt::Interrupt;
-use crate::manifold::{Geodesic, QuasiGeodesic};
 use crate::stored::{Array, FORMAT, Fields, Stored, VERSION, check_header, refusal};
 
 const WORDS: [&str; 2] = ["format", "kind"];
@@ -67,7 +58,7 @@ impl Form {
     /// # Errors
     /// `InvalidInputError` where it is not of this format and version; `TypeError` where something is neither a word nor an
     /// array.
-    fn of(form: &Bound<'_, PyDict>) -> PyResult<Self> {
+    pub(super) fn of(form: &Bound<'_, PyDict>) -> PyResult<Self> {
         let py = form.py();
         let mut words: BTreeMap<String, String> = BTreeMap::new();
         let mut fields = Fields::default();
@@ -139,23 +130,4 @@ impl Form {
 /// `InvalidInputError` for a stored form that is none.
 pub(super) fn refused(py: Python<'_>, problem: &str) -> PyErr {
     to_exception(py, &refusal(problem.to_owned()), "")
-}
-
-/// The curve of a stored form: for files and pickles.
-#[pyfunction]
-pub fn _restored(form: &Bound<'_, PyDict>) -> PyResult<Py<PyAny>> {
-    let py = form.py();
-    let form = Form::of(form)?;
-    match form.kind.as_str() {
-        QuasiGeodesic::KIND => PyQuasiGeodesic::restored(py, form),
-        Geodesic::KIND => PyGeodesic::restored(py, form),
-        GeometricPolynomial::KIND | GeometricCubic::KIND => {
-            PyGeometricPolynomial::restored(py, form)
-        }
-        RiemannianCubic::KIND => PyRiemannianCubic::restored(py, form),
-        PyCubicHermite::KIND => PyCubicHermite::restored(py, form),
-        PyCubicSpline::KIND => PyCubicSpline::restored(py, form),
-        PySmoothingSpline::KIND => PySmoothingSpline::restored(py, form),
-        kind => Err(refused(py, &format!("of an unknown kind, '{kind}'"))),
-    }
 }

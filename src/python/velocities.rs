@@ -8,7 +8,7 @@ use pyo3::types::PyString;
 use super::call::Call;
 use super::convert::{Batch, stack, to_array, write};
 use super::error::invalid_input;
-use super::spline::Data;
+use super::spline_data::Data;
 use crate::error::Result;
 use crate::spline::{
     VelocityEstimate, estimate_closed_velocities, estimate_velocities as estimated,
@@ -41,6 +41,14 @@ impl Velocities {
             return method.map(Velocities::Estimated);
         }
         Ok(Velocities::Given(stack(object, "V", "(N, n, k)")?))
+    }
+
+    /// Those that are given; none where they are to be estimated.
+    pub(super) fn given(&self) -> Option<&Batch> {
+        match self {
+            Velocities::Given(batch) => Some(batch),
+            Velocities::Estimated(_) => None,
+        }
     }
 
     /// The vectors, each of shape `(n, k)`.
