@@ -41,7 +41,7 @@ use super::integration_options::IntegrationOptions;
 ///
 /// # Accuracy
 /// Positions at most `1e-14` from the exact solution for curves of the size of the paper's (asserted in
-/// `tests/riemannian_cubic.rs` against 40-digit data); the orthonormality defect is of that size too.
+/// `tests/riemannian_cubic/` against 40-digit data); the orthonormality defect is of that size too.
 ///
 /// # Examples
 /// ```

@@ -59,7 +59,7 @@ const ASINH: [f64; 5] = [1.0, -1.0 / 6.0, 3.0 / 40.0, -5.0 / 112.0, 35.0 / 1152.
 /// # Accuracy
 /// Backward error `|e^L - Q|_F` at most 1e-13 at `m = 50`, repeated and clustered angles, angles of
 /// `pi - 1e-10` and permutations included; error relative to `|L|` a few `m eps` where all angles are below 0.03. Asserted
-/// in `tests/orthogonal_log.rs` and, against 60 digits, in `tests/python/test_accuracy.py`. Of a matrix with `|Q^T Q - I|_F = d`
+/// in `tests/orthogonal_log/` and, against 60 digits, in `tests/python/test_accuracy.py`. Of a matrix with `|Q^T Q - I|_F = d`
 /// it is the logarithm of the nearest rotation, to `d^2`.
 /// # Errors
 /// `Shape`, `NonFinite`, `NotOrthonormal`; `OutsideLogDomain` for determinant -1 or an angle that is pi to

@@ -14,7 +14,7 @@
 //! # Source
 //! Kobayashi, Nomizu (1969), "Foundations of Differential Geometry" II, chapter X, theorem 2.3 and section 3 (invariant
 //! connections); the Levi-Civita map of the alpha family was worked out for this crate and is checked against the embedded
-//! Christoffel term in `tests/curvature.rs`.
+//! Christoffel term in `tests/curvature/`.
 
 use faer::{Mat, MatRef, Scale};
 
@@ -112,7 +112,7 @@ impl Stiefel {
     /// `D_t^3 S' + R(D_t S', S') S' = 0`.
     ///
     /// # Accuracy
-    /// `5e-15 k` relative to `|U| |V| |W|`, asserted in `tests/curvature.rs` for the canonical and the Euclidean metric.
+    /// `5e-15 k` relative to `|U| |V| |W|`, asserted in `tests/curvature/` for the canonical and the Euclidean metric.
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`, `Overflow`.
     pub fn curvature(
@@ -148,7 +148,7 @@ impl Stiefel {
     /// 1 on the sphere; `|[X,Y]|^2 / 4` of an orthonormal pair on the rotations; between 0 and 5/4 for the canonical metric.
     ///
     /// # Accuracy
-    /// `5e-15 k` divided by the area that unit vectors along `u` and `v` span, asserted in `tests/curvature.rs`.
+    /// `5e-15 k` divided by the area that unit vectors along `u` and `v` span, asserted in `tests/curvature/`.
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `LinearlyDependent` where that area is below 1.5e-8; `Overflow`.
     /// # Source

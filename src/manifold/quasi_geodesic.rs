@@ -34,7 +34,7 @@ const ANTIPODAL: f64 = 32.0 * f64::EPSILON;
 /// ```
 ///
 /// Defined for all `t`. Orthonormality defect at most `1e-14` for `|t Sigma|, |t Omega| <= 10`, asserted in
-/// `tests/quasi_geodesic.rs`.
+/// `tests/quasi_geodesic/`.
 ///
 /// # Examples
 /// ```

@@ -2,7 +2,7 @@
 //!
 //! A retraction maps a tangent vector `V` at `S` to a point, so that `t -> R(S, t V)` has the velocity `V` at 0. How far
 //! that curve is from the geodesic with the same velocity depends on the metric. The table gives the order `p` of
-//! `|R(S, tV) - exp(S, tV)| = O(t^p)`; `tests/retraction.rs` measures each of its entries.
+//! `|R(S, tV) - exp(S, tV)| = O(t^p)`; `tests/retraction/orders.rs` measures each of its entries.
 //!
 //! | | canonical metric | Euclidean metric | `k = 1` (sphere) | `k = n` (rotations) | inverse defined where |
 //! |---|---|---|---|---|---|
@@ -125,7 +125,7 @@ impl Retraction {
     /// The point that the tangent vector `v` at `s` leads to; shapes `(n, k)`.
     ///
     /// # Accuracy
-    /// Orthonormality defect at most `1e-14` for `|V| <= 10` (up to St(30, 12)), asserted in `tests/retraction.rs`. The
+    /// Orthonormality defect at most `1e-14` for `|V| <= 10` (up to St(30, 12)), asserted in `tests/retraction/`. The
     /// error is of the size that a change of `v` by `eps |v|` makes.
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `RankDeficient` (QR, polar) where `v` is so long that `S + V`
@@ -161,7 +161,7 @@ impl Retraction {
     /// quasi-geodesic has many; its principal one is returned.
     ///
     /// # Accuracy
-    /// `|R(S0, V) - S1| <= 1e-13` for points at distance up to 1, asserted in `tests/retraction.rs`.
+    /// `|R(S0, V) - S1| <= 1e-13` for points at distance up to 1, asserted in `tests/retraction/`.
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`; `OutsideRetractionDomain` with the measured pivot, eigenvalue, singular value
     /// or distance; those of [`QuasiGeodesic::between`].

@@ -1,0 +1,12 @@
+//! Riemannian cubics from boundary data: success rates, symmetries, bad data, several solutions.
+
+#[path = "../common/mod.rs"]
+mod common;
+#[path = "../common/boundary.rs"]
+mod data;
+
+mod bad_data;
+mod known_solutions;
+mod random_data;
+mod several_solutions;
+mod special_data;
