@@ -8,7 +8,7 @@ import warnings
 
 import numpy as np
 
-from . import entries
+from . import curves, entries
 from .draw import Draw
 from .judge import ERRORS, finite_input, not_finite
 
@@ -116,8 +116,8 @@ class Case:
             function, arguments, keywords = entries.CALLS[name](d)
             self.call(name, function, *self.twisted(arguments, keywords))
         else:
-            name = d.of(sorted(entries.CURVES))
-            function, arguments, keywords = entries.CURVES[name](d)
+            name = d.of(sorted(curves.CURVES))
+            function, arguments, keywords = curves.CURVES[name](d)
             arguments, keywords = self.twisted(arguments, keywords)
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
@@ -132,7 +132,7 @@ class Case:
         d = self.draw
         first = self.probe(curve)
         for _ in range(d.source.randrange(1, LONGEST)):
-            methods = entries.methods(curve)
+            methods = curves.methods(curve)
             name = d.of(sorted(methods))
             function, arguments, keywords = methods[name](d, curve)
             if name != "duplicate":

@@ -9,7 +9,7 @@ import pytest
 
 import stiefel_rs
 from tests.fuzz import __main__ as command
-from tests.fuzz import case, entries
+from tests.fuzz import case, curves, entries
 
 FIRST, CASES, SECONDS = 20_240_419, 400, 12.0
 # Results, which are not made by their users; they are walked through wherever they come back.
@@ -25,9 +25,9 @@ def test_random_calls():
 
 def covered():
     """Names of the entry points that the cases draw from."""
-    names = set(entries.CALLS) | set(entries.CURVES)
-    names |= {f"Curve.{name}" for name in entries.METHODS}
-    return names | {f"RiemannianCubic.{name}" for name in entries.CUBIC_METHODS}
+    names = set(entries.CALLS) | set(curves.CURVES)
+    names |= {f"Curve.{name}" for name in curves.METHODS}
+    return names | {f"RiemannianCubic.{name}" for name in curves.CUBIC_METHODS}
 
 
 @pytest.mark.parametrize("name", [x for x in stiefel_rs.__all__ if x != "__version__"])
