@@ -36,7 +36,8 @@ test-python: $(INSTALLED) ## The Python tests, types and stubs
 	$(BIN)/python -m mypy
 	$(BIN)/python -m mypy.stubtest stiefel_rs._core
 
-MINIMAL_TESTS := $(addprefix tests/python/test_, readme.py curves.py stiefel.py splines.py velocities.py save.py interpolate.py threads.py)
+MINIMAL_TESTS := $(addprefix tests/python/test_, readme.py curves.py stiefel.py splines.py spline_input.py velocities.py save.py interpolate.py \
+	threads.py)
 
 test-minimal: ## Tests for the oldest packages, with those that are installed: pip install -c tests/python/minimal.txt
 	$(PYTHON) -m pytest $(MINIMAL_TESTS)

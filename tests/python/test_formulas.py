@@ -2,22 +2,17 @@
 
 import numpy as np
 import pytest
+from formulas import bracket, christoffel, skew, split
 from scipy.linalg import block_diag, expm, logm, lu, polar, sqrtm, svd
-from scipy.optimize import minimize_scalar
-from scipy.special import jv
 
 from stiefel_rs import (
-    Chart,
     Geodesic,
     GeometricCubic,
     GeometricPolynomial,
     QuasiGeodesic,
     RiemannianCubic,
-    SmoothingSpline,
     Stiefel,
-    estimate_velocities,
     integrate_cubic,
-    skew_exp,
 )
 
 SHAPES = [(3, 1), (3, 2), (5, 2), (6, 3), (4, 4)]
@@ -31,26 +26,6 @@ def data(request, rng):
     S = M.random_point(rng)
     vectors = (M.random_tangent(S, rng) for _ in range(3))
     return M, S, *(V * (0.6 / M.norm(S, V)) for V in vectors)
-
-
-def skew(A):
-    return (A - A.T) / 2
-
-
-def bracket(A, B):
-    return A @ B - B @ A
-
-
-def split(S, V):
-    """The parts `Omega` and `K` of a tangent vector, and the generator `X`."""
-    Omega = S.T @ V
-    K = V - S @ Omega
-    return Omega, K, K @ S.T - S @ K.T
-
-
-def christoffel(S, V, W):
-    P = np.eye(len(S)) - S @ S.T
-    return (V @ W.T + W @ V.T) @ S / 2 + S @ (V.T @ P @ W + W.T @ P @ V) / 2
 
 
 def function_of_ad(coefficients, X, Y):
@@ -360,169 +335,3 @@ def test_strang_step(data):
     assert np.allclose(step.point[-1], g[:, : M.k], atol=1e-14)
     assert np.allclose(step.velocity[-1], (g @ x)[:, : M.k], atol=1e-14)
     assert np.allclose(step.acceleration[-1], (g @ p)[:, : M.k], atol=1e-13)
-
-
-def test_cost_of_a_cubic_of_flat_space(rng):
-    h, (D, V, W) = 0.7, rng.standard_normal((3, 4))
-    # s = V t + a t^2 / 2 + j t^3 / 6 ends in D with velocity W.
-    a, j = 6 * D / h**2 - (4 * V + 2 * W) / h, -12 * D / h**3 + 6 * (V + W) / h**2
-    cost = h * np.sum(a**2 + a * j * h + (j * h) ** 2 / 3)
-    assert np.isclose(cost, np.sum((W - V) ** 2) / h + 12 / h * np.sum((D / h - (V + W) / 2) ** 2))
-
-
-def on_circle(angle):
-    return np.stack([np.cos(angle), np.sin(angle)], axis=-1)[..., None]
-
-
-@pytest.mark.parametrize("method", ["catmull-rom", "akima", "natural"])
-def test_velocities(method):
-    t, angle = np.array([0, 0.4, 1.1, 1.5, 2.4, 3.0]), np.array([0, 0.3, 0.9, 1.0, 0.4, 0.1])
-    V = estimate_velocities(t, on_circle(angle), method)
-    v = V[:, 1, 0] * np.cos(angle) - V[:, 0, 0] * np.sin(angle)
-    h = np.diff(t)
-    m = np.diff(angle) / h
-    if method == "catmull-rom":
-        assert np.allclose(v[1:-1], (h[1:] * m[:-1] + h[:-1] * m[1:]) / (h[:-1] + h[1:]))
-    elif method == "akima":
-        w = np.r_[np.nan, abs(m[1:] - m[:-1]) + abs(m[1:] + m[:-1]) / 2, np.nan]
-        i = np.arange(2, 4)
-        assert np.allclose(v[i], (w[i + 1] * m[i - 1] + w[i - 1] * m[i]) / (w[i - 1] + w[i + 1]))
-    else:
-        left = (2 * v[:-2] + 4 * v[1:-1]) / h[:-1] + (4 * v[1:-1] + 2 * v[2:]) / h[1:]
-        assert np.allclose(left, 6 * (m[:-1] / h[:-1] + m[1:] / h[1:]))
-
-
-def test_smoothing_spline(rng):
-    M, lam = Stiefel(4, 2), 0.01
-    t = np.array([0.0, 0.5, 1.2, 2.0])
-    S = M.random_point(rng)
-    Y = np.stack([M.retract(S, 0.3 * M.random_tangent(S, rng)) for _ in t])
-    weights = np.array([1.0, 2.0, 0.5, 1.0])
-    spline = SmoothingSpline(t, Y, weights, lam)
-    h = np.diff(t)
-    for i in (1, 2):
-        jump = spline.pieces[i].jerk(0.0) / h[i] ** 3 - spline.pieces[i - 1].jerk(1.0) / h[i - 1] ** 3
-        assert np.allclose(jump, weights[i] / lam * M.log(spline.points[i], Y[i]), atol=1e-7)
-    assert np.isclose(spline.misfit, np.sum(weights * M.dist(spline.points, Y) ** 2))
-
-
-def test_generalised_cross_validation(rng):
-    N = 20
-    t = np.linspace(0, 3, N) + rng.uniform(0, 0.1, N)
-    angle = np.sin(t) + 0.05 * rng.standard_normal(N)
-    spline = SmoothingSpline(t, on_circle(angle))
-    # Reinsch: the cost of the natural spline through y is y^T K y.
-    h = np.diff(t)
-    Q, R = np.zeros((N, N - 2)), np.zeros((N - 2, N - 2))
-    for j in range(N - 2):
-        Q[j : j + 3, j] = 1 / h[j], -1 / h[j] - 1 / h[j + 1], 1 / h[j + 1]
-        R[j, j] = (h[j] + h[j + 1]) / 3
-        if j:
-            R[j, j - 1] = R[j - 1, j] = h[j] / 6
-    K = Q @ np.linalg.solve(R, Q.T)
-
-    def influence(lam):
-        return np.linalg.inv(np.eye(N) + lam * K)
-
-    def score(log):
-        A = influence(np.exp(log))
-        return N * np.sum((angle - A @ angle) ** 2) / (N - np.trace(A)) ** 2
-
-    assert np.isclose(spline.degrees_of_freedom, np.trace(influence(spline.lam)), rtol=1e-6)
-    best = minimize_scalar(score, bounds=(np.log(spline.lam) - 2, np.log(spline.lam) + 2), method="bounded")
-    assert score(np.log(spline.lam)) <= best.fun * (1 + 1e-6)
-
-
-def sphere_hamiltonian(z):
-    th, _, dth, dph, p_th, p_ph, q_th, q_ph = z
-    s, c = np.sin(th), np.cos(th)
-    free = p_th * dth + p_ph * dph + q_th**2 / 2 + q_ph**2 / (2 * s**2)
-    return free + s * c * dph**2 * q_th - 2 * c / s * dth * dph * q_ph
-
-
-def frame_hamiltonian(z):
-    (th, _, _), (dth, dph, dps), p, (q_th, q_ph, q_ps) = z.reshape(4, 3)
-    s, c = np.sin(th), np.cos(th)
-    free = p @ z[3:6] + q_th**2 / 2 + (q_ph**2 - 2 * c * q_ph * q_ps + q_ps**2) / (2 * s**2)
-    turn = s * dph * dps * q_th + dth * dph * (c / s * q_ph - q_ps / s) + dth * dps * (c / s * q_ps - q_ph / s)
-    return free - turn
-
-
-CHARTS = [(Chart.sphere(), sphere_hamiltonian), (Chart.frame(), frame_hamiltonian)]
-
-
-@pytest.mark.parametrize(("chart", "hamiltonian"), CHARTS, ids=["sphere", "frame"])
-def test_charts(chart, hamiltonian, rng):
-    d = chart.d
-    z = rng.uniform(0.5, 1.0, 4 * d)
-    q, qdot, p, r = z.reshape(4, d)
-    assert np.isclose(chart.hamiltonian(z), hamiltonian(z))
-    # The momenta are those of the covariant data.
-    M = Stiefel(3, chart.k)
-    S, _, A, J = chart.covariant(z)
-    fields = [chart.embed_velocity(q, e) for e in np.eye(d)]
-    assert np.allclose(r, [M.inner(S, field, A) for field in fields])
-    free = np.concatenate([q, qdot, np.zeros(d), r])
-    gamma = -chart.gradient(free)[d : 2 * d] / 2
-    assert np.allclose(p, gamma - [M.inner(S, field, J) for field in fields])
-    # Momentum of the rotations of space.
-    start, end = (momentum(M, chart.covariant(state)) for state in (z, chart.reference(z, [0.0, 0.3])[-1]))
-    assert np.allclose(start, end, atol=1e-11)
-
-
-def momentum(M, covariant):
-    S, V, A, J = covariant
-    found = []
-    for e in np.eye(3):
-        xi, dxi = np.cross(e, S, axis=0), np.cross(e, V, axis=0)
-        if S.ndim == 2:
-            xi, dxi = (np.stack([np.cross(e, column) for column in Y.T], axis=1) for Y in (S, V))
-        found.append(M.inner(S, A, dxi + christoffel(S, V, xi)) - M.inner(S, J, xi))
-    return found
-
-
-@pytest.mark.parametrize(("chart", "_hamiltonian"), CHARTS, ids=["sphere", "frame"])
-def test_discretization_maps(chart, _hamiltonian, rng):
-    half, h = 2 * chart.d, 0.01
-    z0 = rng.uniform(0.5, 1.0, 2 * half)
-    z1 = chart.integrate(z0, 1, t_end=h, map="initial_point")[-1]
-    at = chart.gradient(np.concatenate([z0[:half], z1[half:]]))
-    assert np.allclose(z1, z0 + h * np.concatenate([at[half:], -at[:half]]), atol=1e-12)
-    z1 = chart.integrate(z0, 1, t_end=h, map="midpoint")[-1]
-    at = chart.gradient((z0 + z1) / 2)
-    assert np.allclose(z1, z0 + h * np.concatenate([at[half:], -at[:half]]), atol=1e-12)
-
-
-def test_rotations(rng):
-    omega = rng.standard_normal(3)
-    angle = np.linalg.norm(omega)
-    u = omega / angle
-    hat = np.array([[0, -u[2], u[1]], [u[2], 0, -u[0]], [-u[1], u[0], 0]])
-    R = np.cos(angle) * np.eye(3) + np.sin(angle) * hat + (1 - np.cos(angle)) * np.outer(u, u)
-    assert np.allclose(skew_exp(angle * hat), R, atol=1e-15)
-
-
-def test_chebyshev_series_of_the_action(rng):
-    L, v = 3 * skew(rng.standard_normal((6, 6))), rng.standard_normal(6)
-    rho = np.linalg.norm(L, 2)
-    before, phi = v, L @ v / rho
-    total = jv(0, rho) * v
-    for j in range(1, 60):
-        total = total + 2 * jv(j, rho) * phi
-        before, phi = phi, 2 / rho * L @ phi + before
-    assert np.allclose(total, expm(L) @ v, atol=1e-13)
-
-
-def test_least_cost_of_boundary_data():
-    M = Stiefel(4, 2)
-    S0, V0 = np.eye(4, 2), np.array([[0.0, -0.4], [0.4, 0.0], [0.3, 0.0], [0.0, -0.2]])
-    for length in (0.5, 1.5, 2.5):
-        D = np.array([[0.0, -0.3], [0.3, 0.0], [0.8, 0.1], [-0.2, 0.5]])
-        S1 = M.exp(S0, D * (length / M.norm(S0, D)))
-        rest = np.zeros((4, 2))
-        at_rest = RiemannianCubic.from_boundary(S0, rest, S1, rest).cost()
-        assert at_rest == pytest.approx(12 * length**2, rel=1e-9)
-        V1 = M.project_tangent(S1, np.ones((4, 2)))
-        u0, u1 = M.norm(S0, V0), M.norm(S1, V1)
-        least = (u1 - u0) ** 2 + 12 * max(0.0, length - (u0 + u1) / 2) ** 2
-        assert RiemannianCubic.from_boundary(S0, V0, S1, V1).cost() >= least * (1 - 1e-12)

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from beside import HANGS
+from drawn import axes, axes3d, extent, knots, marks, paths, spline, tagged, xyz
 
 import stiefel_rs as st
 from stiefel_rs import InvalidInputError, Stiefel
@@ -16,25 +17,11 @@ from stiefel_rs import InvalidInputError, Stiefel
 matplotlib = pytest.importorskip("matplotlib")
 plotting = pytest.importorskip("stiefel_rs.plotting")
 from matplotlib.colors import to_hex  # noqa: E402
-from matplotlib.figure import Figure  # noqa: E402
 from mpl_toolkits.mplot3d import proj3d  # noqa: E402
 
 from stiefel_rs.plotting import _sphere  # noqa: E402
 
 GUIDE = Path(__file__).parents[2] / "docs" / "plotting.md"
-
-
-def knots(n, k, count=5):
-    M = Stiefel(n, k)
-    S = [M.random_point(1)]
-    for i in range(count - 1):
-        V = M.random_tangent(S[-1], i)
-        S.append(M.exp(S[-1], 0.5 * V / M.norm(S[-1], V)))
-    return np.arange(count) ** 1.1, np.stack(S)
-
-
-def spline(n, k):
-    return st.CubicSpline(*knots(n, k))
 
 
 @pytest.fixture
@@ -51,44 +38,6 @@ def pair():
 @pytest.fixture
 def trajectory(pair):
     return st.integrate_cubic(*pair[0].initial, 12, order=4)
-
-
-def tagged(ax, gid):
-    return [line for line in ax.lines if line.get_gid() == gid]
-
-
-def xyz(line):
-    return np.array(line.get_data_3d()).T
-
-
-def paths(ax):
-    """Data of the near halves, each of which the far half repeats."""
-    lines = tagged(ax, _sphere.PATH_ID)
-    near, far = ([xyz(line) for line in lines if line.near is which] for which in (True, False))
-    assert len(near) == len(far)
-    assert all(np.array_equal(a, b) for a, b in zip(near, far, strict=True))
-    return near
-
-
-def marks(ax):
-    """Data of the marked points; near and far halves are the same."""
-    found = [(line.get_markerfacecolor(), xyz(line)) for line in tagged(ax, _sphere.KNOT_ID)]
-    return found
-
-
-def extent(text):
-    """Where a text in space is seen, in pixels; by itself it knows that only while it is drawn."""
-    x, y, _ = proj3d.proj_transform(*text.get_position_3d(), text.axes.get_proj())
-    text.set_position((x, y))
-    return text.get_window_extent()
-
-
-def axes():
-    return Figure().add_subplot()
-
-
-def axes3d():
-    return Figure().add_subplot(projection="3d")
 
 
 def test_sphere_draws_the_curve(pair):
@@ -385,120 +334,6 @@ def test_a_short_arc_is_seen_on_its_circle():
     ax = plotting.plot(np.stack([np.cos(angle), np.sin(angle)], axis=1)[:, :, None])
     assert min(ax.get_xlim()[0], ax.get_ylim()[0]) < -1
     assert ax.get_legend() is None
-
-
-EVERY = {
-    "sphere": (lambda **style: plotting.plot(spline(3, 1), **style)),
-    "frame": (lambda **style: plotting.plot(spline(3, 2), **style)),
-    "circle": (lambda **style: plotting.plot(np.stack([np.eye(2)] * 2), **style)),
-    "entries": (lambda **style: plotting.plot(knots(4, 2)[1], **style)),
-    "many entries": (lambda **style: plotting.plot(knots(10, 3)[1], **style)),
-    "norms": (lambda **style: plotting.norms(spline(4, 1), **style)),
-    "convergence": (lambda **style: plotting.convergence([1, 2], [1, 0.5], **style)),
-    "error": (lambda **style: plotting.error(spline(3, 1), spline(3, 1), **style)),
-    "energy": (lambda **style: plotting.energy(still(), **style)),
-    "momentum": (lambda **style: plotting.momentum(still(), **style)),
-}
-
-
-def still():
-    S = np.eye(3)[:, :1]
-    return st.integrate_cubic(S, 0 * S, 0 * S, 0 * S, 3)
-
-
-def of_curves(ax):
-    """Lines that are neither knots nor far halves."""
-    own = [line for line in ax.lines if line.get_gid() not in (_sphere.GRID_ID, _sphere.KNOT_ID)]
-    return [line for line in own if getattr(line, "near", True)]
-
-
-@pytest.mark.parametrize("name", EVERY)
-def test_styles_have_the_same_names_everywhere(name):
-    ax = EVERY[name](c="r", lw=3, ls="--", zorder=7, gid="mine", alpha=None)
-    assert of_curves(ax)
-    for line in of_curves(ax):
-        found = to_hex(line.get_color()), line.get_linewidth(), line.get_linestyle(), line.get_zorder(), line.get_gid()
-        assert found == ("#ff0000", 3, "--", 7, "mine")
-    assert all(line.get_zorder() < 4 for line in ax.lines if not getattr(line, "near", True))
-    ax.figure.savefig(io.BytesIO())
-
-
-@pytest.mark.parametrize("name", EVERY)
-@pytest.mark.parametrize(
-    ("style", "message"),
-    [
-        ({"foo": 3}, "style: .*'foo'"),
-        ({"lw": 1, "linewidth": 2}, "style: .*aliases"),
-        ({"color": "no colour"}, "style: 'no colour'"),
-    ],
-)
-def test_styles_that_no_line_has(name, style, message):
-    with pytest.raises(InvalidInputError, match=message):
-        EVERY[name](**style)
-
-
-def test_points_on_a_sphere_have_no_times():
-    with pytest.raises(InvalidInputError, match=r"style: .*'t'"):
-        spline(3, 2).plot(t=[0, 1])
-
-
-NAMES = {
-    "frame": (plotting.frame, (3, 2), ["column 1", "column 2"]),
-    "rotations": (plotting.plot, (3, 3), ["column 1", "column 2", "column 3"]),
-    "entries": (plotting.entries, (2, 2), ["S[0, 0]", "S[1, 0]", "S[0, 1]", "S[1, 1]"]),
-    "plane": (plotting.plot, (2, 2), ["column 1", "column 2"]),
-    "many": (plotting.plot, (10, 3), ["column 1", "column 2", "column 3"]),
-    "norms": (plotting.norms, (4, 2), ["velocity", "acceleration"]),
-}
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_lines_say_which_they_are(name):
-    """A legend in new axes; in those of the caller labels, by which and by whose colours two curves differ."""
-    draw, (n, k), names = NAMES[name]
-    end = np.eye(n)[:, :k]
-    end[:2, :2] = [[0, -1], [1, 0]]
-    curve = st.Geodesic(np.eye(n)[:, :k], end)
-    ax = draw(curve)
-    assert [text.get_text() for text in ax.get_legend().get_texts()] == names
-    mine = axes3d() if n == 3 else axes()
-    draw(curve, ax=mine, label="a")
-    draw(curve, ax=mine, label="b")
-    assert mine.get_legend() is None
-    labels = [f"{curve}, {one}" for curve in "ab" for one in names]
-    assert mine.get_legend_handles_labels()[1] == labels
-    drawn = of_curves(mine)
-    first, second = (
-        {(str(line.get_color()), str(line._unscaled_dash_pattern)) for line in half}
-        for half in (drawn[: len(drawn) // 2], drawn[len(drawn) // 2 :])
-    )
-    assert not first & second, f"two curves alike: {first & second}"
-
-
-def test_axes_of_a_body_have_names():
-    names = ["axis 1", "axis 2", "axis 3"]
-    for made in (plotting.body_frame(spline(3, 2)), plotting.body_frame(np.eye(3)[None], positions=[[0, 0, 0]])):
-        assert [text.get_text() for text in made.get_legend().get_texts()] == names
-    ax = plotting.body_frame(spline(3, 2), ax=axes3d())
-    assert (ax.get_legend(), ax.get_legend_handles_labels()[1]) == (None, names)
-
-
-@pytest.mark.parametrize("k", [2, 3])
-def test_the_legend_of_a_sphere_is_below_it(k):
-    left = plotting.spline(spline(3, k))[0]
-    left.figure.savefig(io.BytesIO())
-    legend = left.get_legend().get_window_extent()
-    assert legend.y0 > 0
-    for text in left.texts:
-        assert not legend.overlaps(extent(text)), text.get_text()
-    outline = next(line for line in left.lines if isinstance(line, _sphere.Outline))
-    assert legend.y1 < left.transData.transform(np.column_stack(outline.get_data()))[:, 1].min()
-
-
-def test_a_legend_hides_lines_behind_it():
-    frame = plotting.plot(spline(4, 2)).get_legend().get_frame()
-    assert frame.get_visible()
-    assert frame.get_alpha() > 0.5
 
 
 @pytest.mark.parametrize(("shape", "spherical"), [((3, 1), 1), ((3, 2), 2), ((3, 3), 3), ((4, 2), 0)])
