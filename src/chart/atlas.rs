@@ -22,6 +22,7 @@
 
 use nalgebra::{SMatrix, SVector};
 
+use super::chart::{Chart, check_reached};
 use super::composition::Composition;
 use super::covariant::{CovariantData, covariant_from_state, state_from_covariant};
 use super::discretization::DiscretizationMap;
@@ -30,7 +31,6 @@ use super::integrator::{advance, check_arguments, check_interrupt, trajectory_bu
 use super::jet::Jet;
 use super::rotation::{Quaternion, angles, from_angles, product};
 use super::tangent_lift::TangentLift;
-use super::{Chart, check_reached};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 

@@ -15,7 +15,7 @@
 use faer::{Mat, MatRef};
 use nalgebra::SVector;
 
-use super::Chart;
+use super::chart::Chart;
 use crate::error::{Error, Result};
 use crate::manifold::covariant::christoffel;
 use crate::manifold::stiefel::{POINT_TOLERANCE, Stiefel, TANGENT_TOLERANCE};

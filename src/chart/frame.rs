@@ -1,7 +1,8 @@
 //! Orthonormal 2-frames in space, `St(3,2)`, by the angles `(theta, phi, psi)`.
 
+use super::chart::Chart;
 use super::series::Scalar;
-use super::{Chart, Term};
+use super::term::Term;
 
 /// The paper's chart of `St(3,2)`: `q = (theta, phi, psi)`, metric
 /// `dtheta^2 + dphi^2 + dpsi^2 + 2 cos(theta) dphi dpsi` (the canonical metric).

@@ -16,10 +16,10 @@
 
 use nalgebra::{SMatrix, SVector};
 
+use super::chart::{Chart, check_reached};
 use super::composition::{Adjoint, Composition, Stage};
 use super::discretization::{Blocks, DiscretizationMap, Expansion};
 use super::elimination::solve_in_place;
-use super::{Chart, check_reached};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::report::{SolverReport, StopReason};

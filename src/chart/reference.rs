@@ -10,8 +10,9 @@
 use nalgebra::SVector;
 
 use super::atlas::AtlasState;
+use super::chart::{Chart, check_reached};
 use super::series::Series;
-use super::{Chart, accumulate_gradient, check_reached};
+use super::term::accumulate_gradient;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::report::{SolverReport, StopReason};

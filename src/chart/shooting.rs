@@ -3,7 +3,7 @@
 use faer::MatMut;
 use nalgebra::SVector;
 
-use super::Chart;
+use super::chart::Chart;
 use super::composition::Composition;
 use super::discretization::DiscretizationMap;
 use super::integrator::{

@@ -1,7 +1,8 @@
 //! The sphere `St(3,1)` in spherical coordinates `(theta, phi)`.
 
+use super::chart::Chart;
 use super::series::Scalar;
-use super::{Chart, Term};
+use super::term::Term;
 
 /// The paper's chart of `St(3,1)`: `q = (theta, phi)`, metric `diag(1, sin^2 theta)`.
 ///

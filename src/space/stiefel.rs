@@ -1,6 +1,6 @@
 //! `St(n, k) = SO(n)/SO(n - k)`: `h` is the lower right block, `m` the rest.
 
-use super::Homogeneous;
+use super::homogeneous::Homogeneous;
 use crate::linalg::dual::Number;
 use crate::linalg::field::Field;
 

@@ -18,9 +18,9 @@
 
 use faer::{Mat, MatRef};
 
-use super::EndConditions;
 use super::ambient::Ambient;
 use super::chain::{Movable, Space, for_each, links, pieces};
+use super::ends::EndConditions;
 use super::fit::{Data, Fit, work_of_balance};
 use super::framed::Framed;
 use super::knots;
