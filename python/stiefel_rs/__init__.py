@@ -28,13 +28,16 @@ from ._core import (
     integrate_cubic,
     orthogonal_log,
     skew_exp,
+    solve_boundary,
 )
+from .boundary import BoundaryBatch
 from .errors import ConvergenceError, InvalidInputError, OutsideDomainError, StiefelError
 from .storage import load
 
 __version__ = _core.__VERSION__
 
 __all__ = [
+    "BoundaryBatch",
     "Chart",
     "ChartTrajectory",
     "ConvergenceError",
@@ -63,4 +66,5 @@ __all__ = [
     "load",
     "orthogonal_log",
     "skew_exp",
+    "solve_boundary",
 ]

@@ -6,6 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from typing_extensions import disjoint_base
 
+from .boundary import BoundaryBatch
+
 _Array = NDArray[np.float64]
 _Map = Literal[
     "initial_point",
@@ -51,6 +53,7 @@ __all__ = [
     "orthogonal_log",
     "simd_features",
     "skew_exp",
+    "solve_boundary",
 ]
 
 __VERSION__: Final[str]
@@ -401,6 +404,16 @@ class CubicTrajectory:
     def __copy__(self) -> CubicTrajectory: ...
     def __deepcopy__(self, _memo: object) -> CubicTrajectory: ...
 
+def solve_boundary(
+    S0: ArrayLike,
+    V0: ArrayLike,
+    S1: ArrayLike,
+    V1: ArrayLike,
+    *,
+    tol: float = 1e-12,
+    max_iterations: int = 50,
+    num_threads: int | None = None,
+) -> BoundaryBatch: ...
 def estimate_velocities(
     t: ArrayLike,
     S: ArrayLike,

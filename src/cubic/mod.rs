@@ -17,6 +17,7 @@
 //! spaces", J. Dynamical and Control Systems 1, 177-202; Noakes, Heinzinger, Paden (1989), "Cubic splines on curved
 //! spaces", IMA J. Math. Control Inform. 6, 465-473.
 
+mod batch;
 mod block_products;
 mod boundary;
 mod broyden;
@@ -64,6 +65,7 @@ pub(crate) mod taylor;
 mod variation;
 pub(crate) mod work;
 
+pub use batch::{BoundarySolution, solve_boundary};
 pub use boundary::{BoundaryOptions, BoundaryReport, BoundaryStrategy};
 pub use composition::SplittingOrder;
 pub use derivative::{BoundaryDerivative, BoundaryVariation, CostGradient, InitialVariation};

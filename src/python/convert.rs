@@ -2,7 +2,8 @@
 
 use faer::{Mat, MatRef};
 use numpy::{
-    PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArray, PyUntypedArrayMethods,
+    Element, PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArray,
+    PyUntypedArrayMethods,
 };
 use pyo3::exceptions::{PyMemoryError, PyOverflowError, PyTypeError};
 use pyo3::prelude::*;
@@ -346,11 +347,11 @@ pub fn parameters(
 }
 
 /// A new array of the given shape.
-pub fn to_array<'py>(
+pub fn to_array<'py, T: Element>(
     py: Python<'py>,
-    entries: Vec<f64>,
+    entries: Vec<T>,
     shape: &[usize],
-) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+) -> PyResult<Bound<'py, PyArrayDyn<T>>> {
     PyArray1::from_vec(py, entries).reshape(shape.to_vec())
 }
 

@@ -1,5 +1,6 @@
 //! The Python module `stiefel_rs._core`: names only. No mathematics lives below this point.
 
+mod boundary_batch;
 mod call;
 mod chart;
 mod convert;
@@ -38,6 +39,8 @@ use pyo3::prelude::*;
 /// Compiled part of `stiefel_rs`.
 #[pymodule(gil_used = false)]
 pub mod _core {
+    #[pymodule_export]
+    use super::boundary_batch::solve_boundary;
     #[pymodule_export]
     use super::call::{num_threads, simd_features};
     #[pymodule_export]

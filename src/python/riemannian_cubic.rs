@@ -58,11 +58,20 @@ fn integration([s, v, a, j]: [&Mat<f64>; 4], t_end: f64) -> f64 {
 
 /// Rough operations of four Newton steps, each with a derivative in all directions.
 pub(super) fn shooting([s0, v0, _, v1]: [&Mat<f64>; 4]) -> f64 {
-    let (n, k) = s0.shape();
+    let steps = 4.0 + norm(v0.as_ref()) + norm(v1.as_ref());
+    reduction(s0.shape()) + newton(s0.shape()) * steps.min(1e5)
+}
+
+/// The same for one of many problems of a shape.
+pub(super) fn shooting_each(shape: (usize, usize)) -> f64 {
+    reduction(shape) + 4.0 * newton(shape)
+}
+
+/// For one step of the integration.
+fn newton((n, k): (usize, usize)) -> f64 {
     // Shapes are not checked yet: there may be no dimension left.
     let unknowns = (2.0 * n.min(4 * k) as f64 - k as f64 - 1.0).max(0.0) * k as f64;
-    let steps = 4.0 + norm(v0.as_ref()) + norm(v1.as_ref());
-    reduction((n, k)) + 4.0 * (1.0 + unknowns) * step((n, k)) * steps.min(1e5)
+    4.0 * (1.0 + unknowns) * step((n, k))
 }
 
 /// Riemannian cubic: a critical curve of the integral of the squared covariant acceleration.
@@ -193,8 +202,8 @@ impl PyRiemannianCubic {
     /// velocity to the other, for end speeds up to 16 also from the cubic of flat space, and from the de Casteljau curve where
     /// more than one quasi-geodesic joins the points. The cheapest is returned. Compare solutions by :meth:`Curve.cost`.
     ///
-    /// Opposite points, or nearly so, with speeds of 1e-12 to 1e-4 may be refused: their solutions are nearly a whole family
-    /// (seen on St(3,1), St(4,1) and St(6,3), not on St(3,2) and St(4,2)).
+    /// Opposite points, or nearly so, with end speeds below 1e-5 may be refused: their solutions are nearly a whole family
+    /// (seen on St(3,1), St(4,1) and most on St(6,3), not on St(3,2) and St(4,2)).
     ///
     /// A problem is given up after the work of about two seconds. Ctrl-C ends the search at once.
     #[staticmethod]

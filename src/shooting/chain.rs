@@ -168,7 +168,7 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
             |scratch, _, Group { leg, .. }| {
                 leg.order = orders.of_leg(leg.speed(), leg.more);
                 leg.set_residual(space, scratch);
-                leg.more = orders.more(leg.more, leg.residual.tail);
+                leg.more = orders.more(leg.more, leg.largest_tail());
             },
         );
         let groups = &self.groups;
@@ -191,7 +191,7 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
         let accuracy = Orders::last().accuracy;
         let mut groups = self.groups.iter();
         groups.any(|Group { leg, .. }| {
-            let is_accurate = leg.residual.tail <= accuracy;
+            let is_accurate = leg.largest_tail() <= accuracy;
             leg.order == MOST && !is_accurate
         })
     }
@@ -214,7 +214,7 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
     /// What the present series leave out, by their last terms.
     pub(super) fn tail(&self) -> f64 {
         let groups = self.groups.iter();
-        groups.fold(0.0, |tail, group| larger(tail, group.leg.residual.tail))
+        groups.fold(0.0, |tail, group| larger(tail, group.leg.largest_tail()))
     }
 
     /// The velocities, and `x'` and `x''` at the starts of the legs.

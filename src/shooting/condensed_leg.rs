@@ -1,6 +1,7 @@
 //! The linearised equations of a leg, solved for everything but the velocities at its ends.
 
 use super::leg::{Leg, Scratch};
+use super::leg_equations::{combined, residual_into, set_equations};
 use super::room::Room;
 use super::variation::Variation;
 use crate::linalg::field::{Field, accumulate, factor, substitute};
@@ -69,32 +70,14 @@ impl<'a, T: Field> CondensedLeg<'a, T> {
         scratch: &mut Scratch<T>,
         condensing: &mut Condensing<T>,
     ) {
-        let (d, wide) = (space.dim(), 3 * space.dim());
+        let wide = 3 * space.dim();
         let Condensing {
             variation,
             conditions,
             acceleration,
         } = condensing;
-        scratch.series.set_curve(space, leg.middle(), terms);
-        scratch.series.set_frames(space, terms + 3);
-        variation.set(space, &scratch.series, terms);
-        let Variation {
-            ends: [[first, last], slope],
-            eta,
-            ..
-        } = variation;
-        // The frame that is reached turns by the part of eta in h.
-        space.add_turning(leg.reached[0], eta, wide, last);
-        space.add_turning(leg.reached[1], eta, wide, &mut slope[1]);
-        for row in 0..d {
-            for column in 0..wide {
-                let at = row * wide + column;
-                let ends = [first[at], last[at]];
-                for (i, combined) in combined(eta[at], ends).into_iter().enumerate() {
-                    conditions[(i * d + row) * wide + column] = combined;
-                }
-            }
-        }
+        set_equations(space, leg, terms, scratch, variation, conditions);
+        let [_, slope] = &variation.ends;
         factor(wide, conditions);
         self.inverse.fill(T::ZERO);
         for i in 0..wide {
@@ -117,12 +100,9 @@ impl<'a, T: Field> CondensedLeg<'a, T> {
     #[inline(always)]
     pub(super) fn set_constants(&mut self, space: impl Homogeneous, leg: &Leg<'_, T>) {
         let d = space.dim();
-        let [first, last] = &leg.residual.velocities;
-        for p in 0..d {
-            let rows = combined(leg.residual.point[p], [first[p], last[p]]);
-            for (i, row) in rows.into_iter().enumerate() {
-                self.right[i * d + p] = -row;
-            }
+        residual_into(leg, self.right);
+        for x in &mut *self.right {
+            *x = -*x;
         }
         for (constant, by_conditions) in self.constants.iter_mut().zip(&self.by_conditions) {
             constant.fill(T::ZERO);
@@ -181,11 +161,4 @@ fn set_by_velocities<T: Field>(
             out[d + q] = sum;
         }
     }
-}
-
-/// Point and velocities at the ends in combinations that are near to `x, x', x''` in the middle: where nothing turns, the first
-/// is `x + x'' / 24`, and the others are `x'` and `x''`.
-#[inline(always)]
-fn combined<T: Field>(point: T, [first, last]: [T; 2]) -> [T; 3] {
-    [point, last - first, (first + last - point * 2.0) * 6.0]
 }

@@ -197,7 +197,7 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
                 }
                 leg.order = orders.of_leg(leg.speed(), leg.more);
                 leg.set_residual(space, scratch);
-                leg.more = orders.more(leg.more, leg.residual.tail);
+                leg.more = orders.more(leg.more, leg.largest_tail());
                 *cost = leg_cost(leg, &scratch.series.x[..(leg.order + 3) * d]);
             },
         );

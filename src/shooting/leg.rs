@@ -37,8 +37,19 @@ pub(super) struct Residual<'a, T> {
     pub(super) point: &'a mut [T],
     /// The largest entry.
     pub(super) size: f64,
-    /// What the last terms of the series contribute.
-    pub(super) tail: f64,
+    /// What the last terms of the series contribute, each lane by itself.
+    pub(super) tail: T,
+}
+
+impl<T: Field> Residual<'_, T> {
+    /// Root of the squares of all entries of a lane.
+    #[inline(always)]
+    pub(super) fn norm(&self, lane: usize) -> f64 {
+        let [first, last] = &self.velocities;
+        let vectors = [first, last, &self.point];
+        let entries = vectors.into_iter().flat_map(|vector| vector.iter());
+        entries.map(|x| x.lane(lane).powi(2)).sum::<f64>().sqrt()
+    }
 }
 
 /// Buffers that legs share.
@@ -84,7 +95,7 @@ impl<'a, T: Field> Leg<'a, T> {
                 velocities: std::array::from_fn(|_| room.take(d)),
                 point: room.take(d),
                 size: f64::INFINITY,
-                tail: f64::INFINITY,
+                tail: T::constant(f64::INFINITY),
             },
             accelerations: std::array::from_fn(|_| room.take(d)),
             thirds: std::array::from_fn(|_| room.take(d)),
@@ -147,6 +158,12 @@ impl<'a, T: Field> Leg<'a, T> {
             ..
         } = &mut self.residual;
         *size = larger(larger(largest(first), largest(last)), largest(point));
+    }
+
+    /// What the last terms of the series contribute, the most of any lane.
+    #[inline(always)]
+    pub(super) fn largest_tail(&self) -> f64 {
+        largest(&[self.residual.tail])
     }
 
     /// A bound of the velocity up to the second order: `|x| + |x'| / 2 + |x''| / 8` in the middle.

@@ -23,6 +23,8 @@ mod condensed_leg;
 mod descent;
 mod free_chain;
 mod leg;
+mod leg_equations;
+mod lone_leg;
 mod newton;
 mod newton_step;
 mod orders;
@@ -42,4 +44,5 @@ mod descent_tests;
 mod tests;
 
 pub(crate) use free_chain::products_of_step;
+pub(crate) use lone_leg::{EndData, LoneLeg, lone_legs};
 pub(crate) use solve::{LeastCost, least_cost, solve};

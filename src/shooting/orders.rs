@@ -19,7 +19,7 @@ const MORE: usize = 3;
 /// Accuracies of the first and the last residuals. Of series of 300 legs with random `x, x', x''` half have that accuracy with
 /// `5 + 2.5 s` and `13 + 3.5 s` terms, where `s` is the bound of the velocity.
 const ROUGH: f64 = 1e-4;
-const FINE: f64 = 1e-12;
+pub(super) const FINE: f64 = 1e-12;
 
 /// A step leaves a hundredth of the residual, and a tenth of that is not to be error. With all terms from the start splines through
 /// 100 to 400 points take 1.1 to 1.3 times as long.

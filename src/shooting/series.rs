@@ -1,6 +1,6 @@
 //! Taylor series of a leg about its middle.
 
-use crate::linalg::field::{Field, larger, largest, transposed_multiply};
+use crate::linalg::field::{Field, transposed_multiply};
 use crate::space::Homogeneous;
 
 /// Coefficients of `x` and of the frame `g` in powers of `s`, the time from the middle of the leg.
@@ -197,16 +197,20 @@ impl<T: Field> Series<T> {
     /// The largest entry of what the last two terms contribute to `x'` and to the frame's derivative at the ends, after
     /// [`Series::reached_into`].
     #[inline(always)]
-    pub(super) fn tail(&self, space: impl Homogeneous, order: usize) -> f64 {
+    pub(super) fn tail(&self, space: impl Homogeneous, order: usize) -> T {
         let (d, r) = (space.dim(), space.size());
         let size = if r == 3 { 4 } else { r * r };
         let power = 0.5_f64.powi(order as i32);
         let curve = 0.5 * power * (order + 2) as f64;
         let frame = 2.0 * power * order as f64;
-        larger(
-            curve * largest(&self.x[(order + 1) * d..][..2 * d]),
-            frame * largest(&self.frames[(order - 1) * size..][..2 * size]),
-        )
+        let mut tail = T::ZERO;
+        for x in &self.x[(order + 1) * d..][..2 * d] {
+            tail = tail.larger(*x * curve);
+        }
+        for x in &self.frames[(order - 1) * size..][..2 * size] {
+            tail = tail.larger(*x * frame);
+        }
+        tail
     }
 }
 

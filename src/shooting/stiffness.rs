@@ -1,6 +1,7 @@
 //! How the accelerations at the ends of a leg change with the knots there.
 
 use super::leg::{Leg, Scratch};
+use super::leg_equations::{combined, residual_into, set_equations};
 use super::variation::Variation;
 use crate::linalg::field::{Field, accumulate, factor, multiply, substitute};
 use crate::space::Homogeneous;
@@ -75,26 +76,8 @@ impl<T: Field> Stiffness<T> {
             vectors,
         } = own;
         let terms = (*terms).min(leg.order);
-        scratch.series.set_curve(space, leg.middle(), terms);
-        scratch.series.set_frames(space, terms + 3);
-        variation.set(space, &scratch.series, terms);
-        let Variation {
-            ends: [[first, last], slope, bend],
-            eta,
-            ..
-        } = variation;
-        space.add_turning(leg.reached[0], eta, wide, last);
-        space.add_turning(leg.reached[1], eta, wide, &mut slope[1]);
-        space.add_turning(leg.reached[2], eta, wide, &mut bend[1]);
-        for row in 0..d {
-            for column in 0..wide {
-                let at = row * wide + column;
-                let ends = [first[at], last[at]];
-                for (i, combined) in combined(eta[at], ends).into_iter().enumerate() {
-                    self.factors[(i * d + row) * wide + column] = combined;
-                }
-            }
-        }
+        set_equations(space, leg, terms, scratch, variation, &mut self.factors);
+        let [_, slope, bend] = &variation.ends;
         factor(wide, &mut self.factors);
         let block = wide * d;
         let outputs = &mut self.by_middle;
@@ -231,19 +214,6 @@ impl<T: Field> Stiffness<T> {
     }
 }
 
-/// What is left of the equations of a leg, in the combinations of [`combined`].
-#[inline(always)]
-fn residual_into<T: Field>(leg: &Leg<'_, T>, out: &mut [T]) {
-    let d = out.len() / 3;
-    let [first, last] = &leg.residual.velocities;
-    for p in 0..d {
-        let rows = combined(leg.residual.point[p], [first[p], last[p]]);
-        for (i, row) in rows.into_iter().enumerate() {
-            out[i * d + p] = row;
-        }
-    }
-}
-
 /// `out += [eta_h, vector]` for the columns of `eta`, the first ones of `out`, which has more.
 #[inline(always)]
 fn add_turning<T: Field>(
@@ -281,11 +251,4 @@ fn add_turning_of<T: Field>(
     space.matrix_into(vector, &mut matrix);
     let isotropy: Vec<T> = (0..h).map(|p| -eta[(d + p) * d + column]).collect();
     space.subtract_action(&isotropy, &matrix, out);
-}
-
-/// Point and velocities at the ends in combinations that are near to `x, x', x''` in the middle: where nothing turns, the first
-/// is `x + x'' / 24`, and the others are `x'` and `x''`.
-#[inline(always)]
-fn combined<T: Field>(point: T, [first, last]: [T; 2]) -> [T; 3] {
-    [point, last - first, (first + last - point * 2.0) * 6.0]
 }

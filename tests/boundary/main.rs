@@ -6,6 +6,7 @@ mod common;
 mod data;
 
 mod bad_data;
+mod batch;
 mod known_solutions;
 mod random_data;
 mod several_solutions;

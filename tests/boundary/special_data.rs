@@ -143,3 +143,28 @@ fn a_hopeless_guess_is_not_the_end() {
         assert!(checks < 1_000, "{shape:?}: {checks} checks");
     }
 }
+
+#[test]
+fn opposite_points_with_slow_ends_are_joined() {
+    // The solutions are nearly a family: turned about the axis through the points each is almost another one.
+    let mut rng = Rng::new(74);
+    for (n, k) in [(3, 1), (4, 1), (3, 2), (4, 2)] {
+        for speed in [1e-2, 1e-4, 1e-6] {
+            let s0 = random_point(n, k, &mut rng);
+            let s1 = -&s0;
+            let data = Data {
+                v0: random_tangent(&s0, speed, &mut rng),
+                v1: random_tangent(&s1, speed, &mut rng),
+                s0,
+                s1,
+            };
+            let curve = data.solve().unwrap();
+            assert_close(&curve.point(1.0).unwrap(), &data.s1, END, "end point");
+            // From rest to rest half a great circle costs 12 pi^2, and speeds change that by at most 24 pi times their sum.
+            let cost = curve.cost().unwrap();
+            let rest = 12.0 * std::f64::consts::PI.powi(2);
+            let most = rest * (1.0 + 1e-9) + 48.0 * std::f64::consts::PI * speed;
+            assert!(cost <= most, "St({n}, {k}), {speed}: {cost} > {most}");
+        }
+    }
+}

@@ -27,7 +27,7 @@ from stiefel_rs import (
     StiefelError,
 )
 
-from .arguments import ESTIMATES, initial, knots, metric, some, threads
+from .arguments import ESTIMATES, ends, initial, knots, metric, some, threads
 
 
 def integrate_cubic(d):
@@ -140,6 +140,7 @@ def exception(d):
 FUNCTIONS = {
     "skew_exp": lambda d: (stiefel_rs.skew_exp, [d.skew(d.of([1, 2, 3, 4, 7]))], some(d, threads(d))),
     "orthogonal_log": lambda d: (stiefel_rs.orthogonal_log, [d.rotation()], some(d, threads(d))),
+    "solve_boundary": lambda d: (stiefel_rs.solve_boundary, ends(d), some(d, threads(d))),
     "estimate_velocities": estimate,
     "integrate_cubic": integrate_cubic,
     "load": load,

@@ -17,6 +17,7 @@ from stiefel_rs import (
     estimate_velocities,
     orthogonal_log,
     skew_exp,
+    solve_boundary,
 )
 
 M = Stiefel(4, 2)
@@ -86,6 +87,10 @@ CALLS = {
     "CubicSpline.geometric": (
         lambda *x: CubicSpline(*x, kind="geometric")(0.5),
         [("t", T), ("S", np.stack([S, S2, S]))],
+    ),
+    "solve_boundary": (
+        lambda *x: solve_boundary(*x).acceleration,
+        [("S0", S), ("V0", V), ("S1", S2), ("V1", S2 @ [[0, -1], [1, 0]])],
     ),
     "estimate_velocities": (estimate_velocities, [("t", T), ("S", np.stack([S, S2, S]))]),
     "bc_type": (

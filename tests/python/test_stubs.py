@@ -86,6 +86,7 @@ def test_public_members_are_documented(name):
         "integrate_cubic",
         "orthogonal_log",
         "skew_exp",
+        "solve_boundary",
     ],
 )
 def test_entry_points_have_an_example(name):
@@ -117,6 +118,7 @@ def test_examples_run(name):
         "integrate_cubic",
         "orthogonal_log",
         "skew_exp",
+        "solve_boundary",
     ],
 )
 def test_signatures_can_be_read(name):

@@ -1,0 +1,30 @@
+"""What `solve_boundary` returns."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class BoundaryBatch(NamedTuple):
+    """Riemannian cubics of a batch of boundary problems, at their start.
+
+    Attributes
+    ----------
+    acceleration, jerk : ndarray, shape (..., n, k)
+        Covariant acceleration and covariant jerk at ``S0``; NaN where a problem is not solved.
+    cost : ndarray, shape (...)
+        The integral of the squared covariant acceleration over ``[0, 1]``; NaN where a problem is not solved.
+    converged : ndarray of bool, shape (...)
+        Whether the end is met to the tolerance.
+    residual : ndarray, shape (...)
+        How far the end is missed; at most the tolerance where a problem is solved.
+    """
+
+    acceleration: NDArray[np.float64]
+    jerk: NDArray[np.float64]
+    cost: NDArray[np.float64]
+    converged: NDArray[np.bool_]
+    residual: NDArray[np.float64]

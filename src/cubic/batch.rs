@@ -1,0 +1,218 @@
+//! Boundary value problems of one shape, many at once.
+
+use faer::{Mat, MatRef};
+use rayon::prelude::*;
+
+use super::boundary::{BoundaryOptions, BoundaryStrategy};
+use super::guess::FlatData;
+use super::initial::{Horizontal, complete};
+use super::problem::{Problem, pack, unpack};
+use super::riemannian_cubic::RiemannianCubic;
+use super::shooting::SOLVER;
+use super::solver::Solver;
+use crate::curve::Curve;
+use crate::error::{Error, Result};
+use crate::linalg::lanes::LANES;
+use crate::shooting::{EndData, LoneLeg, lone_legs};
+
+/// Problems that a task of the pool takes.
+const TASK: usize = 64;
+
+/// Steps of Newton's method for problems abreast; those that get there take three to seven.
+const STEPS: usize = 11;
+
+/// The Riemannian cubic that solves a boundary value problem, at its start.
+#[derive(Debug, Clone)]
+pub struct BoundarySolution {
+    /// Covariant acceleration at `S0`, shape `(n, k)`.
+    pub acceleration: Mat<f64>,
+    /// Covariant jerk at `S0`, shape `(n, k)`.
+    pub jerk: Mat<f64>,
+    /// The integral of the squared covariant acceleration over `[0, 1]`.
+    pub cost: f64,
+    /// How far the end is missed, as in [`BoundaryReport`](super::BoundaryReport).
+    pub residual: f64,
+}
+
+/// Riemannian cubics on `[0, 1]` with given end points and end velocities `[S0, V0, S1, V1]`, all of shape `(n, k)`.
+///
+/// Each is that of [`RiemannianCubic::from_boundary`], up to the tolerance. Problems with displacement and speeds up to 2 are
+/// solved eight abreast, by Newton's method for one Taylor series; the others, those that it does not solve, and all with a guess,
+/// one by one. The same for any number of threads.
+///
+/// # Errors
+/// `InvalidArgument`, `Interrupted`; those of `from_boundary` at the problems they belong to.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::cubic::{BoundaryOptions, RiemannianCubic, solve_boundary};
+/// let (s0, v0) = (mat![[1.0], [0.0], [0.0]], mat![[0.0], [1.0], [0.0]]);
+/// let (s1, v1) = (mat![[0.0], [1.0], [0.0]], mat![[0.0], [0.0], [2.0]]);
+/// let problem = [&s0, &v0, &s1, &v1].map(|a| a.as_ref());
+/// let found = solve_boundary(&[problem; 10], &BoundaryOptions::default())?;
+/// let solution = found[9].as_ref().expect("it is an easy problem");
+/// let data = [&s0, &v0, &solution.acceleration, &solution.jerk].map(|a| a.as_ref());
+/// let [s, v, a, j] = data;
+/// let curve = RiemannianCubic::from_initial(s, v, a, j, 1.0, &Default::default())?;
+/// assert!((stiefel_rs::Curve::point(&curve, 1.0)? - s1).norm_l2() < 1e-12);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
+pub fn solve_boundary(
+    problems: &[[MatRef<'_, f64>; 4]],
+    options: &BoundaryOptions<'_>,
+) -> Result<Vec<Result<BoundarySolution>>> {
+    options.check()?;
+    let tasks = problems
+        .par_chunks(TASK)
+        .map(|task| solve_task(task, options));
+    let found: Vec<Vec<Result<BoundarySolution>>> = tasks.collect::<Result<_>>()?;
+    Ok(found.into_iter().flatten().collect())
+}
+
+/// The problems of a task.
+///
+/// # Errors
+/// `Interrupted`.
+fn solve_task(
+    task: &[[MatRef<'_, f64>; 4]],
+    options: &BoundaryOptions<'_>,
+) -> Result<Vec<Result<BoundarySolution>>> {
+    let problems: Vec<Result<Problem>> = task
+        .iter()
+        .map(|&[s0, v0, s1, v1]| Problem::new(s0, v0, s1, v1))
+        .collect();
+    let mut legs: Vec<Option<LoneLeg>> = problems.iter().map(|_| None).collect();
+    let mut easy = Vec::new();
+    for (i, problem) in problems.iter().enumerate() {
+        if let Ok(problem) = problem
+            && options.guess.is_none()
+            && let Some(data) = end_data(problem)
+        {
+            easy.push((i, data));
+        }
+    }
+    abreast(&problems, easy, &mut legs, options)?;
+    let mut found = Vec::new();
+    for ((problem, leg), data) in problems.into_iter().zip(legs).zip(task) {
+        let solution = problem.and_then(|problem| match leg {
+            Some(leg) => Ok(solution(&problem, &leg)),
+            None => alone(&problem, data[0], options),
+        });
+        if let Err(error @ Error::Interrupted { .. }) = solution {
+            return Err(error);
+        }
+        found.push(solution);
+    }
+    Ok(found)
+}
+
+/// Solves easy problems in groups, each by one series.
+///
+/// # Errors
+/// `Interrupted`.
+fn abreast(
+    problems: &[Result<Problem>],
+    easy: Vec<(usize, EndData)>,
+    legs: &mut [Option<LoneLeg>],
+    options: &BoundaryOptions<'_>,
+) -> Result<()> {
+    let Some((r, k)) = problems
+        .iter()
+        .flatten()
+        .next()
+        .map(|problem| problem.end[0].shape())
+    else {
+        return Ok(());
+    };
+    let mut solve = lone_legs(r, k);
+    let (places, data): (Vec<usize>, Vec<EndData>) = easy.into_iter().unzip();
+    for (places, data) in places.chunks(LANES).zip(data.chunks(LANES)) {
+        options.interrupt.check(SOLVER)?;
+        let steps = STEPS.min(options.max_iterations);
+        for (place, leg) in places.iter().zip(solve(data, options.tolerance, steps)) {
+            legs[*place] = leg;
+        }
+    }
+    Ok(())
+}
+
+/// Where one series is likely to be enough: the end data, and the middle of the cubic of flat space.
+fn end_data(problem: &Problem) -> Option<EndData> {
+    let flat = problem.flat().ok()??;
+    if !problem.is_moderate(&flat) || problem.unknowns() == 0 {
+        return None;
+    }
+    let [s1, v1] = problem.end.each_ref().map(|x| x.as_ref());
+    let r = s1.nrows();
+    let frame = complete(s1);
+    let last = Horizontal::of_tangent(frame.as_ref(), v1);
+    Some(EndData {
+        target: (0..r * r).map(|i| frame[(i / r, i % r)]).collect(),
+        velocities: [&problem.velocity, &last].map(|v| pack(std::slice::from_ref(v))),
+        middle: middle(&problem.velocity, &flat),
+    })
+}
+
+/// `x, x', x''` of the cubic of flat space in the middle.
+fn middle(velocity: &Horizontal, flat: &FlatData) -> [Vec<f64>; 3] {
+    let vectors = [&flat.displacement, velocity, &flat.end_velocity];
+    let [delta, first, last] = vectors.map(|v| pack(std::slice::from_ref(v)));
+    let combined = |[a, b, c]: [f64; 3]| {
+        let entries = delta.iter().zip(&first).zip(&last);
+        entries.map(|((x, y), z)| a * x + b * y + c * z).collect()
+    };
+    [[1.5, -0.25, -0.25], [0.0, -1.0, 1.0], [-12.0, 6.0, 6.0]].map(combined)
+}
+
+/// By the same way as [`RiemannianCubic::from_boundary`].
+fn alone(
+    problem: &Problem,
+    s0: MatRef<'_, f64>,
+    options: &BoundaryOptions<'_>,
+) -> Result<BoundarySolution> {
+    let mut solver = Solver::new(problem, options);
+    let found = match options.guess {
+        Some((a, j)) => solver.near(&problem.start_from(s0, a, j)?)?,
+        None => solver.of_low_cost()?,
+    };
+    let Some((start, report)) = found else {
+        return Err(Error::NoConvergence {
+            solver: SOLVER,
+            report: solver.report(BoundaryStrategy::Descent).solver,
+        });
+    };
+    drop(solver);
+    let path = problem.path(&start, options.interrupt)?;
+    let (r, k) = problem.end[0].shape();
+    let cost = RiemannianCubic::of_path(r, k, None, path, None).cost()?;
+    let residual = report.solver.residual;
+    Ok(solution(
+        problem,
+        &LoneLeg {
+            start,
+            cost,
+            residual,
+        },
+    ))
+}
+
+/// At the start of the problem.
+fn solution(problem: &Problem, leg: &LoneLeg) -> BoundarySolution {
+    let [a, second] = unpack::<2>(&leg.start, problem.blocks());
+    // j = x'' + [x, x']_m / 2.
+    let jerk = second.plus_bracket(0.5, &problem.velocity, &a);
+    let [acceleration, jerk] = [a, jerk].map(|v| {
+        let low = &problem.g * v.tangent();
+        match &problem.frame {
+            Some(basis) => basis * low,
+            None => low,
+        }
+    });
+    BoundarySolution {
+        acceleration,
+        jerk,
+        cost: leg.cost,
+        residual: leg.residual,
+    }
+}

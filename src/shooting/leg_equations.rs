@@ -1,0 +1,59 @@
+//! The linearised equations of a leg for its middle.
+
+use super::leg::{Leg, Scratch};
+use super::variation::Variation;
+use crate::linalg::field::Field;
+use crate::space::Homogeneous;
+
+/// Sets the matrix of the equations by `terms` terms of the series of a leg, shape `(3 d, 3 d)`, not factored; the changes at
+/// both ends by the middle are left in `variation`, with the turning of the frame that is reached counted for `x` and `x'`.
+#[inline(always)]
+pub(super) fn set_equations<const N: usize, T: Field>(
+    space: impl Homogeneous,
+    leg: &Leg<'_, T>,
+    terms: usize,
+    scratch: &mut Scratch<T>,
+    variation: &mut Variation<N, T>,
+    matrix: &mut [T],
+) {
+    let (d, wide) = (space.dim(), 3 * space.dim());
+    scratch.series.set_curve(space, leg.middle(), terms);
+    scratch.series.set_frames(space, terms + 3);
+    variation.set(space, &scratch.series, terms);
+    let Variation { ends, eta, .. } = variation;
+    for (reached, ends) in leg.reached.iter().zip(&mut *ends) {
+        space.add_turning(reached, eta, wide, &mut ends[1]);
+    }
+    let [first, last] = &ends[0];
+    for row in 0..d {
+        for column in 0..wide {
+            let at = row * wide + column;
+            for (i, combined) in combined(eta[at], [first[at], last[at]])
+                .into_iter()
+                .enumerate()
+            {
+                matrix[(i * d + row) * wide + column] = combined;
+            }
+        }
+    }
+}
+
+/// What is left of the equations of a leg, in the combinations of [`combined`].
+#[inline(always)]
+pub(super) fn residual_into<T: Field>(leg: &Leg<'_, T>, out: &mut [T]) {
+    let d = out.len() / 3;
+    let [first, last] = &leg.residual.velocities;
+    for p in 0..d {
+        let rows = combined(leg.residual.point[p], [first[p], last[p]]);
+        for (i, row) in rows.into_iter().enumerate() {
+            out[i * d + p] = row;
+        }
+    }
+}
+
+/// Point and velocities at the ends in combinations that are near to `x, x', x''` in the middle: where nothing turns, the first
+/// is `x + x'' / 24`, and the others are `x'` and `x''`.
+#[inline(always)]
+pub(super) fn combined<T: Field>(point: T, [first, last]: [T; 2]) -> [T; 3] {
+    [point, last - first, (first + last - point * 2.0) * 6.0]
+}

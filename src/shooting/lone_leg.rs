@@ -1,0 +1,222 @@
+//! Boundary value problems whose solution is a single leg, eight abreast.
+
+use std::f64::consts::SQRT_2;
+
+use super::leg::{Leg, Scratch};
+use super::leg_equations::{residual_into, set_equations};
+use super::orders::{FINE, MOST, Orders};
+use super::room::Room;
+use super::variation::Variation;
+use crate::linalg::field::{Field, factor, substitute};
+use crate::linalg::lanes::Lanes;
+use crate::linalg::simd::vectorised;
+use crate::space::{FixedFrames, Frames, Homogeneous};
+
+/// Lanes with more left than this are given up.
+const HOPELESS: f64 = 10.0;
+
+/// With less left than this the linear equations of the step before are kept.
+const KEEP: f64 = 1e-2;
+
+/// Terms of the series of the linear equations.
+const TERMS: usize = 12;
+
+/// End data, relative to the frame at the start: the frame at the end, shape `(r, r)` row by row, and the velocities in the
+/// frames at both ends; and where to start, `x, x', x''` in the middle.
+pub(crate) struct EndData {
+    pub(crate) target: Vec<f64>,
+    pub(crate) velocities: [Vec<f64>; 2],
+    pub(crate) middle: [Vec<f64>; 3],
+}
+
+/// A cubic on `[0, 1]`.
+pub(crate) struct LoneLeg {
+    /// `x'` and `x''` at the start.
+    pub(crate) start: Vec<f64>,
+    /// `int |x'|^2`.
+    pub(crate) cost: f64,
+    /// A bound of what is left of the end data, in the Frobenius norm.
+    pub(crate) residual: f64,
+}
+
+/// Solves up to eight problems to a tolerance in so many steps at most.
+pub(crate) type Solve = dyn FnMut(&[EndData], f64, usize) -> Vec<Option<LoneLeg>>;
+
+/// For frames of `k` columns in so many dimensions.
+pub(crate) fn lone_legs(r: usize, k: usize) -> Box<Solve> {
+    match (r, k) {
+        (3, 1) => solver(FixedFrames::<3, 1>),
+        (3, 2) => solver(FixedFrames::<3, 2>),
+        _ => solver(Frames { r, k }),
+    }
+}
+
+fn solver(space: impl Homogeneous + 'static) -> Box<Solve> {
+    let mut legs = LoneLegs::<Lanes, _>::new(space);
+    Box::new(move |problems, tolerance, steps| legs.solve(problems, tolerance, steps))
+}
+
+/// Buffers of a group.
+struct LoneLegs<T, S> {
+    space: S,
+    room: Vec<T>,
+    scratch: Scratch<T>,
+    variation: Variation<1, T>,
+    matrix: Vec<T>,
+    right: Vec<T>,
+}
+
+impl<T: Field, S: Homogeneous> LoneLegs<T, S> {
+    fn new(space: S) -> Self {
+        let wide = 3 * space.dim();
+        LoneLegs {
+            space,
+            room: vec![T::ZERO; Leg::<T>::len(space)],
+            scratch: Scratch::new(space, MOST),
+            variation: Variation::new(space, TERMS),
+            matrix: vec![T::ZERO; wide * wide],
+            right: vec![T::ZERO; wide],
+        }
+    }
+
+    /// As many solutions as there are problems, one for each lane at most; `None` where Newton's method does not get there in
+    /// so many steps, or one series is not enough.
+    fn solve(
+        &mut self,
+        problems: &[EndData],
+        tolerance: f64,
+        steps: usize,
+    ) -> Vec<Option<LoneLeg>> {
+        vectorised(
+            #[inline(always)]
+            || self.solve_lanes(problems, tolerance, steps),
+        )
+    }
+
+    #[inline(always)]
+    fn solve_lanes(
+        &mut self,
+        problems: &[EndData],
+        tolerance: f64,
+        steps: usize,
+    ) -> Vec<Option<LoneLeg>> {
+        let LoneLegs {
+            space,
+            room,
+            scratch,
+            variation,
+            matrix,
+            right,
+        } = self;
+        let (space, mut orders) = (*space, Orders::first());
+        let mut leg = Leg::new(space, &mut Room::new(room));
+        set_data(&mut leg, problems);
+        let mut residuals = vec![0.0; T::COUNT];
+        let mut is_lost = vec![false; T::COUNT];
+        let mut has_equations = false;
+        for step in 0..=steps {
+            leg.order = orders.of_leg(leg.speed(), leg.more);
+            leg.set_residual(space, scratch);
+            leg.more = orders.more(leg.more, leg.largest_tail());
+            let mut left = 0.0_f64;
+            for lane in 0..T::COUNT {
+                residuals[lane] = SQRT_2 * leg.residual.norm(lane);
+                if is_lost[lane] {
+                    continue;
+                }
+                if residuals[lane] > HOPELESS || residuals[lane].is_nan() {
+                    is_lost[lane] = true;
+                    stop(&mut leg, lane);
+                } else if residuals[lane] > tolerance || leg.residual.tail.lane(lane) > FINE {
+                    left = left.max(residuals[lane]).max(f64::MIN_POSITIVE);
+                }
+            }
+            if left == 0.0 || step == steps {
+                break;
+            }
+            if !has_equations || left > KEEP {
+                let terms = TERMS.min(leg.order);
+                set_equations(space, &leg, terms, scratch, variation, matrix);
+                factor(3 * space.dim(), matrix);
+                has_equations = true;
+            }
+            residual_into(&leg, right);
+            substitute(3 * space.dim(), matrix, 1, right);
+            let steps = right.chunks_exact(space.dim());
+            for (x, step) in leg.middle.iter_mut().zip(steps) {
+                for (x, step) in x.iter_mut().zip(step) {
+                    *x -= *step;
+                }
+            }
+            orders = Orders::after(left);
+        }
+        let cost = integral_of_square(
+            space.dim(),
+            &scratch.series.x[..(leg.order + 3) * space.dim()],
+        );
+        let solution = |lane: usize| {
+            let is_found = !is_lost[lane]
+                && residuals[lane] <= tolerance
+                && leg.residual.tail.lane(lane) <= FINE;
+            let start = [&leg.accelerations[0], &leg.thirds[0]];
+            is_found.then(|| LoneLeg {
+                start: start
+                    .iter()
+                    .flat_map(|x| x.iter().map(|x| x.lane(lane)))
+                    .collect(),
+                cost: cost.lane(lane),
+                residual: residuals[lane],
+            })
+        };
+        (0..problems.len()).map(solution).collect()
+    }
+}
+
+/// One problem to each lane, the last one to those that are left over.
+#[inline(always)]
+fn set_data<T: Field>(leg: &mut Leg<'_, T>, problems: &[EndData]) {
+    for lane in 0..T::COUNT {
+        let EndData {
+            target,
+            velocities: [first, last],
+            middle,
+        } = &problems[lane.min(problems.len() - 1)];
+        let set = |to: &mut [T], from: &[f64]| {
+            for (to, from) in to.iter_mut().zip(from) {
+                to.set_lane(lane, *from);
+            }
+        };
+        set(leg.target, target);
+        set(leg.velocity, first);
+        set(leg.last_velocity, last);
+        for (to, from) in leg.middle.iter_mut().zip(middle) {
+            set(to, from);
+        }
+    }
+}
+
+/// Lets a lane stand still: so it does not ask for more terms.
+#[inline(always)]
+fn stop<T: Field>(leg: &mut Leg<'_, T>, lane: usize) {
+    for x in leg.middle.iter_mut().flat_map(|x| x.iter_mut()) {
+        x.set_lane(lane, 0.0);
+    }
+}
+
+/// `int |x'|^2` over `[-1/2, 1/2]` for a series with vectors of size `d`.
+#[inline(always)]
+fn integral_of_square<T: Field>(d: usize, x: &[T]) -> T {
+    let count = x.len() / d;
+    let mut sum = T::ZERO;
+    for i in 1..count {
+        for j in (2 - i % 2..i).step_by(2).chain([i]) {
+            let twice = if i == j { 1.0 } else { 2.0 };
+            let power = (i + j - 2) as i32;
+            let factor = twice * (i * j) as f64 * 0.5_f64.powi(power) / f64::from(power + 1);
+            for p in 0..d {
+                sum += x[i * d + p] * x[j * d + p] * factor;
+            }
+        }
+    }
+    sum
+}
