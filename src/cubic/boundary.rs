@@ -90,10 +90,10 @@ impl BoundaryOptions<'_> {
     }
 }
 
-/// The way on which the solution of a boundary value problem was found.
+/// The strategy that found the solution of a boundary value problem.
 ///
-/// [`from_boundary`](crate::RiemannianCubic::from_boundary) has `Direct` and `Descent`, with a guess also `Moving`; the others are
-/// those of [`all_from_boundary`](crate::RiemannianCubic::all_from_boundary).
+/// [`from_boundary`](crate::RiemannianCubic::from_boundary) uses `Direct` and `Descent`, with a guess also `Moving`;
+/// [`all_from_boundary`](crate::RiemannianCubic::all_from_boundary) uses all three.
 ///
 /// # Examples
 /// ```
@@ -113,19 +113,10 @@ impl BoundaryOptions<'_> {
 pub enum BoundaryStrategy {
     /// Newton's method from the first start: the cubic of flat space or the guess.
     Direct,
-    /// Continuation from the curve that stands still, displacement and velocities growing.
-    Growing,
     /// Newton's method from the end of a descent to a curve of least cost.
     Descent,
-    /// Newton's method from the cubic of flat space along the geodesic between the end points.
-    Geodesic,
-    /// Newton's method for the reversed data, from the cubic of flat space there.
-    Reversed,
-    /// Newton's method from acceleration and jerk of a geometric or geodesic polynomial with the same data.
-    Polynomial,
-    /// Continuation from easier data, with velocities that make a detour.
-    Detour,
-    /// Continuation from a curve with other end data: that of a guess, or of random initial data.
+    /// Continuation from a curve with other end data: that of a guess, of a cubic of flat space that makes a full turn more, or
+    /// of random initial data.
     Moving,
 }
 
@@ -134,12 +125,7 @@ impl BoundaryStrategy {
     pub fn as_str(self) -> &'static str {
         match self {
             BoundaryStrategy::Direct => "direct",
-            BoundaryStrategy::Growing => "growing",
             BoundaryStrategy::Descent => "descent",
-            BoundaryStrategy::Geodesic => "geodesic",
-            BoundaryStrategy::Reversed => "reversed",
-            BoundaryStrategy::Polynomial => "polynomial",
-            BoundaryStrategy::Detour => "detour",
             BoundaryStrategy::Moving => "moving",
         }
     }

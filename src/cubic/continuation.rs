@@ -37,6 +37,9 @@ const MAX_TURN: f64 = 0.8;
 /// A curve of solutions is left where an entry of the scaled `y` exceeds this.
 const FAR: f64 = 8.0;
 
+/// A curve of solutions is left where `lambda` leaves this range.
+const RANGE: std::ops::Range<f64> = -1.5..2.5;
+
 /// Integrations on the way leave out this share of the state.
 const ACCURACY: f64 = 1e-7;
 
@@ -101,7 +104,6 @@ impl<'a> Tracer<'a> {
         mut arrive: impl FnMut(&mut dyn EndMap, &[f64]) -> Result<Next>,
     ) -> Result<()> {
         let [mut step, longest, shortest] = STEP;
-        let range = self.homotopy.range();
         let Some(mut from) = self.first(start)? else {
             return Ok(());
         };
@@ -124,7 +126,7 @@ impl<'a> Tracer<'a> {
             }
             from = to;
             let (lambda, y) = from.place.split_last().expect("there is lambda");
-            if !range.contains(lambda) || y.iter().any(|x| x.abs() > FAR) {
+            if !RANGE.contains(lambda) || y.iter().any(|x| x.abs() > FAR) {
                 break;
             }
             if corrections <= 2 {

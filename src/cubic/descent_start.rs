@@ -5,7 +5,6 @@ use faer::{Mat, MatRef, Scale};
 use super::guess::{FlatData, carry, turned};
 use super::initial::{Horizontal, complete};
 use super::problem::{Problem, pack};
-use super::random::Random;
 use crate::curve::{Curve, GeometricCubic};
 use crate::error::{Error, Result};
 use crate::linalg::decomp::spectral_norm;
@@ -126,23 +125,6 @@ impl DescentStart {
             knots,
             is_unique: true,
         }
-    }
-
-    /// The same with its inner points moved at random, by about `spread`.
-    ///
-    /// # Errors
-    /// Where the numbers are too large.
-    pub(super) fn scattered(mut self, spread: f64, random: &mut Random) -> Result<Self> {
-        let last = self.knots.len() - 1;
-        for [point, _] in &mut self.knots[1..last] {
-            let (r, k) = point.shape();
-            let any = Mat::from_fn(r, k, |_, _| random.normal());
-            let frame = complete(point.as_ref());
-            let direction = Horizontal::of_tangent(frame.as_ref(), any.as_ref());
-            let shift = &frame * direction.tangent() * Scale(spread / direction.norm().max(1.0));
-            *point = QuasiGeodesic::from_velocity(point.as_ref(), shift.as_ref())?.point(1.0)?;
-        }
-        Ok(self)
     }
 
     /// Whether the data say all of it, since one quasi-geodesic joins the end points.

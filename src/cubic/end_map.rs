@@ -29,8 +29,8 @@ pub(super) trait EndMap {
     /// The derivative of the equations, shape `(2d, 2d)`, and the equations.
     fn derivative(&mut self, y: &[f64], accuracy: Accuracy) -> Result<(Mat<f64>, Vec<f64>)>;
 
-    /// Where the curve of `y` ends: the point, and `x`, `x'`, `x''` there as tangent vectors, shape `(r, k)` each.
-    fn end(&mut self, y: &[f64], accuracy: Accuracy) -> Result<[Mat<f64>; 4]>;
+    /// Where the curve of `y` ends: point and velocity, shape `(r, k)` each.
+    fn end(&mut self, y: &[f64], accuracy: Accuracy) -> Result<[Mat<f64>; 2]>;
 
     /// Counts work that was done elsewhere.
     fn count(&mut self, work: f64);
@@ -68,19 +68,17 @@ impl<B: Blocks, const N: usize> EndMap for Shooting<'_, B, N> {
         self.jacobian(y, accuracy)
     }
 
-    fn end(&mut self, y: &[f64], accuracy: Accuracy) -> Result<[Mat<f64>; 4]> {
+    fn end(&mut self, y: &[f64], accuracy: Accuracy) -> Result<[Mat<f64>; 2]> {
         self.residual(y, accuracy)?;
         let (m, k) = (self.blocks.normals(), self.blocks.k());
         let (rows, normals) = (self.blocks.r::<f64>(), self.blocks.m::<f64>());
         let (r, series) = (m + k, &self.plain.series);
         let s = Mat::from_fn(r, k, |i, j| series.s()[i + rows * j]);
         let e = Mat::from_fn(r, m, |i, j| series.e()[i + rows * j]);
-        let [v, a, second] = [0, 1, 2].map(|order| {
-            let omega = Mat::from_fn(k, k, |i, j| series.omega(order)[i + k * j]);
-            let b = Mat::from_fn(m, k, |i, j| series.b(order)[i + normals * j]);
-            &s * omega + &e * b
-        });
-        Ok([s, v, a, second])
+        let omega = Mat::from_fn(k, k, |i, j| series.omega(0)[i + k * j]);
+        let b = Mat::from_fn(m, k, |i, j| series.b(0)[i + normals * j]);
+        let v = &s * omega + e * b;
+        Ok([s, v])
     }
 
     fn count(&mut self, work: f64) {

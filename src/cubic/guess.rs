@@ -6,13 +6,16 @@
 //!
 //! with `Delta` the initial velocity of the quasi-geodesic and `PT(V) = e^{-X} V e^{-Omega}`. Exact in flat space.
 
+use std::f64::consts::TAU;
+
 use faer::{Mat, MatRef, Scale};
 
 use super::initial::Horizontal;
 use crate::error::{Error, Result};
 use crate::linalg::SkewExp;
+use crate::linalg::decomp::Svd;
+use crate::manifold::QuasiGeodesic;
 use crate::manifold::quasi_geodesic::EndpointProblem;
-use crate::manifold::{LogReport, ParallelTransport, QuasiGeodesic, Stiefel};
 
 /// How far the end point is moved, along a tangent vector of unit length, where no quasi-geodesic leads to it.
 const DETOUR: f64 = 0.05;
@@ -44,29 +47,6 @@ impl FlatData {
         Err(first)
     }
 
-    /// The same along the geodesic, with the end velocity carried back in parallel; and what is known of the geodesic.
-    ///
-    /// # Errors
-    /// Those of [`Stiefel::log`].
-    pub(crate) fn along_geodesic(
-        s1: MatRef<'_, f64>,
-        v1: MatRef<'_, f64>,
-    ) -> Result<(Self, LogReport)> {
-        let (r, k) = s1.shape();
-        let (manifold, start) = (Stiefel::new(r, k)?, identity_columns(r, k));
-        let (delta, report) = manifold.log_with_report(start.as_ref(), s1)?;
-        let forward = ParallelTransport::new(manifold, start.as_ref(), delta.as_ref())?;
-        let arriving = forward.transport(delta.as_ref())?;
-        let back = ParallelTransport::new(manifold, s1, (-arriving).as_ref())?;
-        let identity = Mat::identity(r, r);
-        let horizontal = |v: &Mat<f64>| Horizontal::of_tangent(identity.as_ref(), v.as_ref());
-        let data = FlatData {
-            displacement: horizontal(&delta),
-            end_velocity: horizontal(&back.transport(v1)?),
-        };
-        Ok((data, report))
-    }
-
     fn join(s0: MatRef<'_, f64>, s1: MatRef<'_, f64>, v1: MatRef<'_, f64>) -> Result<Self> {
         let (r, k) = s1.shape();
         let mut curve = QuasiGeodesic::zeros(r, k);
@@ -79,29 +59,27 @@ impl FlatData {
         })
     }
 
-    /// The same with a full turn more, forwards or backwards, in one of the principal directions.
+    /// The same with so many full turns more, forwards and backwards, in each of the principal directions.
     ///
     /// # Errors
-    /// Those of [`FlatData::new`], without detours.
-    pub(crate) fn turned(s1: MatRef<'_, f64>, v1: MatRef<'_, f64>) -> Result<Vec<Self>> {
-        let (r, k) = s1.shape();
-        let start = identity_columns(r, k);
-        let mut curve = QuasiGeodesic::zeros(r, k);
-        curve.join(start.as_ref(), s1, &mut EndpointProblem::new(r, k))?;
-        let flat = Self::join(start.as_ref(), s1, v1)?;
-        let identity = Mat::identity(r, r);
+    /// `Decomposition`.
+    pub(crate) fn turned(&self, turns: f64) -> Result<Vec<Self>> {
+        let normal = &self.displacement.normal;
         let mut all = Vec::new();
-        for i in (0..k).filter(|&i| curve.angles()[i] > 0.0) {
-            for turn in [-std::f64::consts::TAU, std::f64::consts::TAU] {
-                let (q, w) = (curve.frame().col(k + i), curve.right().row(i));
-                let tangent = Mat::from_fn(r, k, |row, col| turn * q[row] * w[col]);
-                let extra = Horizontal::of_tangent(identity.as_ref(), tangent.as_ref());
+        if normal.nrows() == 0 {
+            return Ok(all);
+        }
+        let mut svd = Svd::new(normal.nrows(), normal.ncols());
+        svd.compute(normal.as_ref())?;
+        for i in 0..svd.u().ncols() {
+            for turn in [-turns * TAU, turns * TAU] {
+                let extra = svd.u().col(i) * svd.v().col(i).transpose() * Scale(turn);
                 all.push(FlatData {
                     displacement: Horizontal {
-                        omega: &flat.displacement.omega + extra.omega,
-                        normal: &flat.displacement.normal + extra.normal,
+                        omega: self.displacement.omega.clone(),
+                        normal: normal + extra,
                     },
-                    end_velocity: flat.end_velocity.clone(),
+                    end_velocity: self.end_velocity.clone(),
                 });
             }
         }

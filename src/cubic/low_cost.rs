@@ -8,7 +8,7 @@ use std::cell::Cell;
 
 use super::boundary::BoundaryStrategy;
 use super::descent_start::{DescentStart, LONGEST_LEG};
-use super::random::Random;
+use super::guess::FlatData;
 use super::solver::{Solution, Solver};
 use super::work::of_products;
 use crate::error::{Error, Result};
@@ -45,9 +45,6 @@ const FAST: f64 = 16.0;
 
 /// Share of the length of legs that shorter ones have.
 const SHORT: f64 = 0.6;
-
-/// How far the knots of starts are moved at random, more and more.
-const SPREAD: f64 = 0.5;
 
 /// What descents start along, one after the other.
 #[derive(Clone, Copy)]
@@ -151,19 +148,12 @@ impl Solver<'_> {
         self.polished(ends)
     }
 
-    /// From the end of a descent along the cubic of flat space, its knots moved at random after the first attempt.
+    /// From the end of a descent along a cubic of flat space.
     ///
     /// # Errors
     /// `DifferentComponents`, `Interrupted`.
-    pub(super) fn by_scattered_descent(
-        &mut self,
-        attempt: u32,
-        random: &mut Random,
-    ) -> Result<Option<Solution>> {
-        let Some(start) = self.start(Start::Flat)? else {
-            return Ok(None);
-        };
-        let Ok(start) = start.scattered(SPREAD * f64::from(attempt), random) else {
+    pub(super) fn by_descent_along(&mut self, flat: &FlatData) -> Result<Option<Solution>> {
+        let Ok(start) = DescentStart::along_flat(self.problem, flat) else {
             return Ok(None);
         };
         let knots = start.frames(self.problem);

@@ -25,7 +25,6 @@ mod clock;
 mod composition;
 mod conserved;
 mod continuation;
-mod curve_start;
 mod derivative;
 mod descent_start;
 mod enclosure;

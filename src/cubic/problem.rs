@@ -78,34 +78,6 @@ impl Problem {
         vectors.iter().all(|v| v.inner(v).sqrt() <= MODERATE)
     }
 
-    /// The problem run backwards, in the coordinates of this one.
-    pub(super) fn reversed(&self) -> Self {
-        let [s1, v1] = &self.end;
-        let g = complete(s1.as_ref());
-        let velocity = Horizontal::of_tangent(g.as_ref(), (-v1).as_ref());
-        let [s0, v0] = self.initial();
-        let end = [g.transpose() * s0, -(g.transpose() * v0)];
-        let target = Target::new(&velocity, &end);
-        Problem {
-            n: self.n,
-            k: self.k,
-            frame: None,
-            g,
-            velocity,
-            end,
-            target,
-        }
-    }
-
-    /// `(x', x'')` at the start of the problem that this one is the reverse of, from those at the end of a curve of this one.
-    pub(super) fn reversed_start(&self, a: &Mat<f64>, second: &Mat<f64>) -> Vec<f64> {
-        let r = self.g.nrows();
-        let identity: Mat<f64> = Mat::identity(r, r);
-        let [a, second] = [&self.g * a, -(&self.g * second)]
-            .map(|v| Horizontal::of_tangent(identity.as_ref(), v.as_ref()));
-        pack(&[a, second])
-    }
-
     /// Sizes of the blocks.
     pub(super) fn blocks(&self) -> Sized {
         Sized {

@@ -6,15 +6,12 @@ use faer::MatRef;
 
 use super::boundary::{BoundaryOptions, BoundaryStrategy};
 use super::continuation::{MAX_STEPS, Next, norm};
-use super::curve_start::CurveFamily;
-use super::guess::FlatData;
 use super::homotopy::Homotopy;
 use super::problem::Problem;
 use super::random::Random;
 use super::riemannian_cubic::RiemannianCubic;
 use super::shooting::SOLVER;
 use super::solver::{Solution, Solver};
-use super::taylor::Accuracy;
 use crate::curve::Curve;
 use crate::error::{Error, Result};
 
@@ -43,9 +40,10 @@ const SEARCH_WORK: f64 = 4.0;
 pub struct SearchOptions<'a> {
     /// How each of them is solved for.
     pub boundary: BoundaryOptions<'a>,
-    /// Random starts of Newton's method, and as many descents and random families that are followed.
+    /// Families of boundary data that are followed: from the cubics of flat space that make a full turn more, two for each
+    /// principal direction, then from random initial data.
     pub starts: u32,
-    /// Of the random numbers: the same seed finds the same solutions.
+    /// Seed of the random initial data: the same seed finds the same solutions.
     pub seed: u64,
     /// Solutions whose `(x', x'')` at the start differ by at most this, relative to `1 + |(x', x'')|`, count as one; in
     /// `[1e-10, 1]`.
@@ -53,11 +51,11 @@ pub struct SearchOptions<'a> {
 }
 
 impl Default for SearchOptions<'_> {
-    /// 8 starts; relative difference `1e-6`.
+    /// 4 starts; relative difference `1e-6`.
     fn default() -> Self {
         SearchOptions {
             boundary: BoundaryOptions::default(),
-            starts: 8,
+            starts: 4,
             seed: 0,
             distinct: 1e-6,
         }
@@ -67,10 +65,11 @@ impl Default for SearchOptions<'_> {
 impl RiemannianCubic {
     /// Riemannian cubics with the same boundary data, those that several starts find, the cheapest first.
     ///
-    /// The starts are those of [`from_boundary`](Self::from_boundary), flat cubics along quasi-geodesics that make a full turn
-    /// more in one principal direction, geometric and geodesic polynomials with the same data, those of least cost among them,
-    /// descents from knots that are moved at random, and random initial data; families of easier data are followed through
-    /// every solution they pass. There may be others: on the sphere there are infinitely many.
+    /// Newton's method starts from the cubic of flat space (or from the guess). Descents to curves of least cost start as in
+    /// [`from_boundary`](Self::from_boundary), and from the cubics of flat space that make one or two full turns more in one
+    /// principal direction. Families of boundary data lead from the curves of the cubics with one turn more to the given data;
+    /// every solution they pass is returned. `docs/boundary_problems.md` lists what is lost without each of them. There may be
+    /// other solutions: on the sphere there are infinitely many.
     ///
     /// # Errors
     /// Those of [`from_boundary`](Self::from_boundary); `NoConvergence` where none is found.
@@ -151,120 +150,35 @@ fn search(
     options: &SearchOptions<'_>,
     found: &mut Found,
 ) -> Result<()> {
-    let mut random = Random::new(options.seed);
-    let mut starts = vec![start.to_vec()];
-    if let Ok(turned) = FlatData::turned(problem.end[0].as_ref(), problem.end[1].as_ref()) {
-        starts.extend(turned.iter().map(|flat| problem.start_of(flat)));
-    }
-    starts.extend((0..options.starts).map(|i| solver.scattered(start, i, &mut random)));
-    for mut y in starts {
-        if solver.restarted(&mut y)? {
-            found.add((y, solver.report(BoundaryStrategy::Direct)));
-        }
-    }
-    if let Some(flat) = geodesic(problem)? {
-        let mut y = problem.start_of(&flat);
-        if solver.restarted(&mut y)? {
-            found.add((y, solver.report(BoundaryStrategy::Geodesic)));
-        }
+    let mut y = start.to_vec();
+    if solver.restarted(&mut y)? {
+        found.add((y, solver.report(BoundaryStrategy::Direct)));
     }
     if let Some(solution) = solver.by_descents()? {
         found.add(solution);
     }
-    search_at_other_end(problem, solver, found)?;
-    let size = norm(start);
-    for family in CurveFamily::ALL {
-        let Some(curve) = family.start(problem, options.boundary.interrupt)? else {
-            continue;
-        };
-        let mut y = curve.clone();
-        let solution = match solver.restarted(&mut y)? {
-            true => Some(y),
-            false => solver.moved(&curve, norm(&curve))?,
-        };
-        if let Some(y) = solution {
-            found.add((y, solver.report(BoundaryStrategy::Polynomial)));
-        }
-    }
-    for attempt in 0..options.starts {
-        if solver.map.exhausted() {
-            break;
-        }
-        if let Some(solution) = solver.by_scattered_descent(attempt, &mut random)? {
+    let [once, twice] = match problem.flat()? {
+        Some(flat) => [flat.turned(1.0)?, flat.turned(2.0)?],
+        None => [Vec::new(), Vec::new()],
+    };
+    for flat in once.iter().chain(&twice) {
+        if let Some(solution) = solver.by_descent_along(flat)? {
             found.add(solution);
         }
     }
-    if let Ok(homotopy) = Homotopy::growing(problem) {
-        let rest = vec![0.0; start.len()];
-        follow(
-            solver,
-            &homotopy,
-            &rest,
-            size,
-            BoundaryStrategy::Growing,
-            found,
-        )?;
-    }
-    for attempt in 0..options.starts {
+    let (size, mut random) = (norm(start), Random::new(options.seed));
+    for attempt in 0..options.starts as usize {
         if solver.map.exhausted() {
             break;
         }
-        if let Some((homotopy, from)) = solver.detour(start, attempt, &mut random)? {
-            follow(
-                solver,
-                &homotopy,
-                &from,
-                size,
-                BoundaryStrategy::Detour,
-                found,
-            )?;
-        }
-        let from = solver.scattered(start, attempt, &mut random);
+        let from = match once.get(attempt) {
+            Some(flat) => problem.start_of(flat),
+            None => solver.scattered(start, attempt, &mut random),
+        };
         if let Some(homotopy) = solver.family_from(&from)? {
-            follow(
-                solver,
-                &homotopy,
-                &from,
-                size,
-                BoundaryStrategy::Moving,
-                found,
-            )?;
+            follow(solver, &homotopy, &from, size, found)?;
         }
     }
-    Ok(())
-}
-
-/// Share of the limit of work for the reversed problem.
-const SHARE: f64 = 0.82;
-
-/// The start of a solution of the problem of a solver, run backwards.
-fn reversed(solver: &mut Solver<'_>, y: &[f64]) -> Result<Vec<f64>> {
-    solver.map.set_target(&solver.problem.target);
-    let [.., a, second] = solver.map.end(y, Accuracy::FULL)?;
-    Ok(solver.problem.reversed_start(&a, &second))
-}
-
-/// From the starts of the reversed problem.
-fn search_at_other_end(
-    problem: &Problem,
-    solver: &mut Solver<'_>,
-    found: &mut Found,
-) -> Result<()> {
-    let back = problem.reversed();
-    let along_geodesic = geodesic(&back)?;
-    let mut there = Solver::new(&back, solver.options);
-    there.map.allow(SHARE);
-    for flat in [back.flat()?, along_geodesic].into_iter().flatten() {
-        let mut y = back.start_of(&flat);
-        if !there.restarted(&mut y)? {
-            continue;
-        }
-        let mut y = reversed(&mut there, &y)?;
-        if solver.restarted(&mut y)? {
-            found.add((y, solver.report(BoundaryStrategy::Reversed)));
-        }
-    }
-    solver.join(&there);
     Ok(())
 }
 
@@ -274,7 +188,6 @@ fn follow(
     homotopy: &Homotopy,
     from: &[f64],
     size: f64,
-    strategy: BoundaryStrategy,
     found: &mut Found,
 ) -> Result<()> {
     let mut passed = Vec::new();
@@ -283,17 +196,7 @@ fn follow(
         Next::Continue
     })?;
     for y in passed {
-        found.add((y, solver.report(strategy)));
+        found.add((y, solver.report(BoundaryStrategy::Moving)));
     }
     Ok(())
-}
-
-/// Displacement and end velocity along the geodesic between the end points; `None` if no geodesic is found.
-fn geodesic(problem: &Problem) -> Result<Option<FlatData>> {
-    let [s1, v1] = problem.end.each_ref().map(|x| x.as_ref());
-    match FlatData::along_geodesic(s1, v1) {
-        Ok((flat, _)) => Ok(Some(flat)),
-        Err(error @ Error::Interrupted { .. }) => Err(error),
-        Err(_) => Ok(None),
-    }
 }

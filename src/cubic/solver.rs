@@ -1,13 +1,11 @@
-//! Strategies for boundary value problems of Riemannian cubics: Newton's method from several starts, continuation from easier
-//! problems, descents; what each of them took.
-
-use faer::Mat;
+//! Strategies for boundary value problems of Riemannian cubics: Newton's method, continuation from curves with other ends,
+//! descents; the work of each.
 
 use super::boundary::{BoundaryOptions, BoundaryReport, BoundaryStrategy};
 use super::continuation::{MAX_STEPS, Next, Tracer, norm};
 use super::end_map::EndMap;
 use super::homotopy::Homotopy;
-use super::problem::{Problem, unpack};
+use super::problem::Problem;
 use super::random::Random;
 use super::shooting::ROUND_OFF;
 use super::taylor::Accuracy;
@@ -22,9 +20,6 @@ const POLISH_STEPS: usize = 16;
 
 /// How far the random initial data are from those of flat space, relative to their size; one after the other.
 const SPREADS: [f64; 4] = [0.3, 0.6, 1.0, 1.5];
-
-/// Shares of displacement and speeds that detours set out with, one after the other.
-const SHARES: [f64; 4] = [0.5, 0.3, 0.7, 0.2];
 
 /// Integration of the curves that continuation sets out from.
 const ACCURACY: f64 = 1e-9;
@@ -114,17 +109,6 @@ impl<'a> Solver<'a> {
         self.nearest.0 < ROUND_OFF
     }
 
-    /// Takes over what another solver of these data has to account for.
-    pub(super) fn join(&mut self, other: &Solver<'_>) {
-        self.newton_steps += other.newton_steps;
-        self.continuation_steps += other.continuation_steps;
-        self.starts += other.starts;
-        let converged = [self.nearest, other.nearest].map(|(_, why)| why == StopReason::Converged);
-        if converged == [false, false] && other.nearest.0 < self.nearest.0 {
-            self.nearest = other.nearest;
-        }
-    }
-
     /// Newton from a start, in place; longer where it is on its way.
     fn persistent(&mut self, y: &mut [f64]) -> Result<bool> {
         let most = self.options.max_iterations;
@@ -138,18 +122,6 @@ impl<'a> Solver<'a> {
         Ok(self.newton(y, most - first)?.converged)
     }
 
-    /// Newton from `y` for the data that are set, in place; whether it comes near.
-    fn approximate(&mut self, y: &mut [f64]) -> Result<bool> {
-        match self.map.solve(y, ACCURACY, DIRECT_STEPS) {
-            Ok(report) => {
-                self.newton_steps += report.iterations;
-                Ok(report.converged)
-            }
-            Err(error @ Error::Interrupted { .. }) => Err(error),
-            Err(_) => Ok(false),
-        }
-    }
-
     /// Newton from a start, in place; a curve that cannot be integrated is no solution.
     pub(super) fn restarted(&mut self, y: &mut [f64]) -> Result<bool> {
         match self.persistent(y) {
@@ -157,33 +129,6 @@ impl<'a> Solver<'a> {
             Err(_) => Ok(false),
             converged => converged,
         }
-    }
-
-    /// A family from easier data, in part as far apart and as fast, on with a random detour, and its known solution.
-    pub(super) fn detour(
-        &mut self,
-        start: &[f64],
-        attempt: u32,
-        random: &mut Random,
-    ) -> Result<Option<(Homotopy, Vec<f64>)>> {
-        let Ok(growing) = Homotopy::growing(self.problem) else {
-            return Ok(None);
-        };
-        let share = SHARES[attempt as usize % SHARES.len()];
-        self.map.set_target(&growing.target(share)?);
-        let mut y: Vec<f64> = start.iter().map(|y| share * y).collect();
-        if !self.approximate(&mut y)? {
-            return Ok(None);
-        }
-        let spread = SPREADS[attempt as usize % SPREADS.len()];
-        let unknowns = self.problem.unknowns() as f64;
-        let size = spread * (1.0 + 0.5 * self.speeds()) / (0.5 * unknowns).sqrt();
-        let entries: Vec<f64> = start.iter().map(|_| size * random.normal()).collect();
-        let detour = unpack(&entries, self.problem.blocks());
-        Ok(growing
-            .around(share, detour)
-            .ok()
-            .map(|homotopy| (homotopy, y)))
     }
 
     /// Initial and end speed together.
@@ -203,8 +148,8 @@ impl<'a> Solver<'a> {
     }
 
     /// Initial data around those of a start.
-    pub(super) fn scattered(&self, start: &[f64], attempt: u32, random: &mut Random) -> Vec<f64> {
-        let spread = SPREADS[attempt as usize % SPREADS.len()];
+    pub(super) fn scattered(&self, start: &[f64], attempt: usize, random: &mut Random) -> Vec<f64> {
+        let spread = SPREADS[attempt % SPREADS.len()];
         let size = norm(start).max(1.0 + self.speeds()) / (start.len().max(1) as f64).sqrt();
         start
             .iter()
@@ -222,12 +167,12 @@ impl<'a> Solver<'a> {
 
     /// The family from the end of a curve to the wanted one; none where there is none.
     pub(super) fn family_from(&mut self, from: &[f64]) -> Result<Option<Homotopy>> {
-        let end: [Mat<f64>; 2] = match self.map.end(from, Accuracy::of_tolerance(ACCURACY)) {
-            Ok([s, v, ..]) => [s, v],
+        let end = match self.map.end(from, Accuracy::of_tolerance(ACCURACY)) {
+            Ok(end) => end,
             Err(error @ Error::Interrupted { .. }) => return Err(error),
             Err(_) => return Ok(None),
         };
-        Ok(Homotopy::moving(self.problem, end).ok())
+        Ok(Homotopy::new(self.problem, end).ok())
     }
 
     /// The first solution of the problem on the way along a family.

@@ -174,8 +174,9 @@ impl PyRiemannianCubic {
     ///     Covariant acceleration and covariant jerk at ``S0`` to start from, shape (n, k) each; by default those of the
     ///     cubic of flat space.
     /// all_found : bool, default False
-    ///     Look for more solutions, from several starts and along families of easier data, and return all that were
-    ///     found.
+    ///     Look for more solutions and return all that are found: by Newton's method from the cubic of flat space (or the
+    ///     guess), by descents from there and from cubics of flat space that make one or two full turns more, and along
+    ///     families of boundary data from curves that make a full turn more.
     ///
     /// Returns
     /// -------
