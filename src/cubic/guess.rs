@@ -59,31 +59,42 @@ impl FlatData {
         })
     }
 
-    /// The same with so many full turns more, forwards and backwards, in each of the principal directions.
+    /// The same with so many full turns more, forwards and backwards: in each of the principal directions, then in each plane in
+    /// which the columns turn among themselves.
     ///
     /// # Errors
     /// `Decomposition`.
     pub(crate) fn turned(&self, turns: f64) -> Result<Vec<Self>> {
-        let normal = &self.displacement.normal;
-        let mut all = Vec::new();
-        if normal.nrows() == 0 {
-            return Ok(all);
+        let Horizontal { omega, normal } = &self.displacement;
+        let (m, k) = normal.shape();
+        let mut directions = Vec::new();
+        if m > 0 {
+            let mut svd = Svd::new(m, k);
+            svd.compute(normal.as_ref())?;
+            directions.extend((0..m.min(k)).map(|i| Horizontal {
+                omega: Mat::zeros(k, k),
+                normal: svd.u().col(i) * svd.v().col(i).transpose(),
+            }));
         }
-        let mut svd = Svd::new(normal.nrows(), normal.ncols());
-        svd.compute(normal.as_ref())?;
-        for i in 0..svd.u().ncols() {
-            for turn in [-turns * TAU, turns * TAU] {
-                let extra = svd.u().col(i) * svd.v().col(i).transpose() * Scale(turn);
-                all.push(FlatData {
-                    displacement: Horizontal {
-                        omega: self.displacement.omega.clone(),
-                        normal: normal + extra,
-                    },
-                    end_velocity: self.end_velocity.clone(),
-                });
-            }
+        let mut svd = Svd::new(k, k);
+        svd.compute(omega.as_ref())?;
+        // Singular values of a skew matrix come in pairs, one for each plane.
+        for i in (0..k / 2).map(|pair| 2 * pair).filter(|&i| svd.s(i) > 0.0) {
+            let plane = svd.u().col(i) * svd.v().col(i).transpose();
+            directions.push(Horizontal {
+                omega: &plane - plane.transpose(),
+                normal: Mat::zeros(m, k),
+            });
         }
-        Ok(all)
+        let both = directions
+            .iter()
+            .flat_map(|direction| [-turns, turns].map(|turns| (direction, turns * TAU)));
+        Ok(both
+            .map(|(direction, turn)| FlatData {
+                displacement: self.displacement.clone().plus(turn, direction),
+                end_velocity: self.end_velocity.clone(),
+            })
+            .collect())
     }
 
     /// The cubic of flat space at a time in `[0, 1]`, from its initial velocity: position and velocity.

@@ -41,7 +41,7 @@ pub struct SearchOptions<'a> {
     /// How each of them is solved for.
     pub boundary: BoundaryOptions<'a>,
     /// Families of boundary data that are followed: from the cubics of flat space that make a full turn more, two for each
-    /// principal direction, then from random initial data.
+    /// principal direction and each plane in which the columns turn, then from random initial data.
     pub starts: u32,
     /// Seed of the random initial data: the same seed finds the same solutions.
     pub seed: u64,
@@ -67,7 +67,7 @@ impl RiemannianCubic {
     ///
     /// Newton's method starts from the cubic of flat space (or from the guess). Descents to curves of least cost start as in
     /// [`from_boundary`](Self::from_boundary), and from the cubics of flat space that make one or two full turns more in one
-    /// principal direction. Families of boundary data lead from the curves of the cubics with one turn more to the given data;
+    /// principal direction, or plane in which the columns turn. Families of boundary data lead from the curves of the cubics with one turn more to the given data;
     /// every solution they pass is returned. `docs/boundary_problems.md` lists what is lost without each of them. There may be
     /// other solutions: on the sphere there are infinitely many.
     ///
