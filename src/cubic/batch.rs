@@ -22,6 +22,21 @@ const TASK: usize = 64;
 const STEPS: usize = 11;
 
 /// The Riemannian cubic that solves a boundary value problem, at its start.
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::cubic::{BoundaryOptions, solve_boundary};
+/// // A quarter of a circle from rest to rest.
+/// let (s0, s1, rest) = (mat![[1.0], [0.0]], mat![[0.0], [1.0]], mat![[0.0], [0.0]]);
+/// let problem = [&s0, &rest, &s1, &rest].map(|a| a.as_ref());
+/// let found = solve_boundary(&[problem], &BoundaryOptions::default())?;
+/// let solution = found[0].as_ref().expect("it is an easy problem");
+/// // It accelerates along the circle at first, by 6 angle.
+/// assert!((solution.acceleration[(1, 0)] - 3.0 * std::f64::consts::PI).abs() < 1e-10);
+/// assert!(solution.residual <= 1e-12);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct BoundarySolution {
     /// Covariant acceleration at `S0`, shape `(n, k)`.

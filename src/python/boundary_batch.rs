@@ -8,10 +8,11 @@ use pyo3::types::PyType;
 use super::call::Call;
 use super::chart::count;
 use super::convert::{Batch, matrices, to_array, whole, write};
-use super::error::to_exception;
+use super::error::{invalid_input, to_exception};
 use super::riemannian_cubic::shooting_each;
 use crate::cubic::{BoundaryOptions, BoundarySolution, solve_boundary as solved};
 use crate::error::{Error, Result};
+use crate::manifold::Stiefel;
 
 static BATCH: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 
@@ -132,6 +133,7 @@ pub fn solve_boundary(
     let batches = matrices([(S0, "S0"), (V0, "V0"), (S1, "S1"), (V1, "V1")])?;
     let max_iterations = count(py, "max_iterations", max_iterations, 1)?;
     let (shape, n, k) = (batches[0].shape.clone(), batches[0].rows, batches[0].cols);
+    check_shapes(py, &batches)?;
     let work = batches[0].len() as f64 * shooting_each((n, k));
     let call = Call::new(py, num_threads, work)?;
     let (found, failure) = call.run(py, move |interrupt| {
@@ -160,6 +162,21 @@ pub fn solve_boundary(
     );
     let class = BATCH.import(py, "stiefel_rs.boundary", "BoundaryBatch")?;
     Ok(class.call1(fields)?.unbind())
+}
+
+/// Also where there is no problem.
+fn check_shapes(py: Python<'_>, batches: &[Batch; 4]) -> PyResult<()> {
+    let (n, k) = (batches[0].rows, batches[0].cols);
+    Stiefel::new(n, k).map_err(|error| to_exception(py, &error, ""))?;
+    for (batch, name) in batches.iter().zip(["S0", "V0", "S1", "V1"]) {
+        if (batch.rows, batch.cols) != (n, k) {
+            let (rows, cols) = (batch.rows, batch.cols);
+            let message =
+                format!("{name}: expected shape (..., {n}, {k}), found (..., {rows}, {cols})");
+            return Err(invalid_input(py, message));
+        }
+    }
+    Ok(())
 }
 
 /// The first invalid problem and what is wrong with it.

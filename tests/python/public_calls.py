@@ -89,7 +89,7 @@ CALLS = {
         [("t", T), ("S", np.stack([S, S2, S]))],
     ),
     "solve_boundary": (
-        lambda *x: solve_boundary(*x).acceleration,
+        lambda *x: (batch := solve_boundary(*x)).acceleration[batch.converged],
         [("S0", S), ("V0", V), ("S1", S2), ("V1", S2 @ [[0, -1], [1, 0]])],
     ),
     "estimate_velocities": (estimate_velocities, [("t", T), ("S", np.stack([S, S2, S]))]),
