@@ -35,6 +35,12 @@ def integrate_cubic(d):
     return stiefel_rs.integrate_cubic, [*initial(d), d.integer([1, 3, 10])], extra
 
 
+def solved(*ends, **extra):
+    """Those of a batch that are solved: the others are not finite."""
+    batch = stiefel_rs.solve_boundary(*ends, **extra)
+    return [field[batch.converged] for field in batch]
+
+
 def estimate(d):
     t, S = knots(d)
     extra = some(d, {"method": lambda: d.word(ESTIMATES), "closed": lambda: d.chance(0.5), **threads(d)})
@@ -140,7 +146,12 @@ def exception(d):
 FUNCTIONS = {
     "skew_exp": lambda d: (stiefel_rs.skew_exp, [d.skew(d.of([1, 2, 3, 4, 7]))], some(d, threads(d))),
     "orthogonal_log": lambda d: (stiefel_rs.orthogonal_log, [d.rotation()], some(d, threads(d))),
-    "solve_boundary": lambda d: (stiefel_rs.solve_boundary, ends(d), some(d, threads(d))),
+    "solve_boundary": lambda d: (solved, ends(d), some(d, threads(d))),
+    "BoundaryBatch": lambda d: (
+        stiefel_rs.BoundaryBatch,
+        [*d.rng.uniform(0, 1, (2, 5, 3, 1)), *d.rng.uniform(0, 1, (3, 5))],
+        {},
+    ),
     "estimate_velocities": estimate,
     "integrate_cubic": integrate_cubic,
     "load": load,
