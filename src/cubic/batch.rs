@@ -52,8 +52,9 @@ pub struct BoundarySolution {
 /// Riemannian cubics on `[0, 1]` with given end points and end velocities `[S0, V0, S1, V1]`, all of shape `(n, k)`.
 ///
 /// Each is that of [`RiemannianCubic::from_boundary`], up to the tolerance. Problems with displacement and speeds up to 2 are
-/// solved eight abreast, by Newton's method for one Taylor series; the others, those that it does not solve, and all with a guess,
-/// one by one. The same for any number of threads.
+/// solved eight abreast, by Newton's method for one Taylor series, and integrated once to measure what the end is off; the
+/// others, those that it does not solve, and all with a guess, one by one. The same for any number of threads; within the
+/// tolerance a solution depends on which problems stand beside it.
 ///
 /// # Errors
 /// `InvalidArgument`, `Interrupted`; those of `from_boundary` at the problems they belong to.
@@ -61,15 +62,14 @@ pub struct BoundarySolution {
 /// # Examples
 /// ```
 /// use faer::mat;
-/// use stiefel_rs::cubic::{BoundaryOptions, RiemannianCubic, solve_boundary};
+/// use stiefel_rs::cubic::{BoundaryOptions, IntegrationOptions, RiemannianCubic, solve_boundary};
 /// let (s0, v0) = (mat![[1.0], [0.0], [0.0]], mat![[0.0], [1.0], [0.0]]);
 /// let (s1, v1) = (mat![[0.0], [1.0], [0.0]], mat![[0.0], [0.0], [2.0]]);
 /// let problem = [&s0, &v0, &s1, &v1].map(|a| a.as_ref());
 /// let found = solve_boundary(&[problem; 10], &BoundaryOptions::default())?;
 /// let solution = found[9].as_ref().expect("it is an easy problem");
-/// let data = [&s0, &v0, &solution.acceleration, &solution.jerk].map(|a| a.as_ref());
-/// let [s, v, a, j] = data;
-/// let curve = RiemannianCubic::from_initial(s, v, a, j, 1.0, &Default::default())?;
+/// let [s, v, a, j] = [&s0, &v0, &solution.acceleration, &solution.jerk].map(|a| a.as_ref());
+/// let curve = RiemannianCubic::from_initial(s, v, a, j, &IntegrationOptions::default())?;
 /// assert!((stiefel_rs::Curve::point(&curve, 1.0)? - s1).norm_l2() < 1e-12);
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
@@ -98,20 +98,21 @@ fn solve_task(
         .map(|&[s0, v0, s1, v1]| Problem::new(s0, v0, s1, v1))
         .collect();
     let mut legs: Vec<Option<LoneLeg>> = problems.iter().map(|_| None).collect();
-    let mut easy = Vec::new();
-    for (i, problem) in problems.iter().enumerate() {
-        if let Ok(problem) = problem
-            && options.guess.is_none()
-            && let Some(data) = end_data(problem)
-        {
-            easy.push((i, data));
-        }
+    if let Some(first) = problems.iter().flatten().next()
+        && options.guess.is_none()
+    {
+        let shape = first.end[0].shape();
+        let easy = problems.iter().enumerate().filter_map(|(i, problem)| {
+            let problem = problem.as_ref().ok()?;
+            let is_like_others = problem.end[0].shape() == shape;
+            Some((i, end_data(problem).filter(|_| is_like_others)?))
+        });
+        abreast(shape, easy.collect(), &mut legs, options)?;
     }
-    abreast(&problems, easy, &mut legs, options)?;
     let mut found = Vec::new();
     for ((problem, leg), data) in problems.into_iter().zip(legs).zip(task) {
         let solution = problem.and_then(|problem| match leg {
-            Some(leg) => Ok(solution(&problem, &leg)),
+            Some(leg) => polished(&problem, leg, data[0], options),
             None => alone(&problem, data[0], options),
         });
         if let Err(error @ Error::Interrupted { .. }) = solution {
@@ -127,19 +128,11 @@ fn solve_task(
 /// # Errors
 /// `Interrupted`.
 fn abreast(
-    problems: &[Result<Problem>],
+    (r, k): (usize, usize),
     easy: Vec<(usize, EndData)>,
     legs: &mut [Option<LoneLeg>],
     options: &BoundaryOptions<'_>,
 ) -> Result<()> {
-    let Some((r, k)) = problems
-        .iter()
-        .flatten()
-        .next()
-        .map(|problem| problem.end[0].shape())
-    else {
-        return Ok(());
-    };
     let mut solve = lone_legs(r, k);
     let (places, data): (Vec<usize>, Vec<EndData>) = easy.into_iter().unzip();
     for (places, data) in places.chunks(LANES).zip(data.chunks(LANES)) {
@@ -178,6 +171,22 @@ fn middle(velocity: &Horizontal, flat: &FlatData) -> [Vec<f64>; 3] {
         entries.map(|((x, y), z)| a * x + b * y + c * z).collect()
     };
     [[1.5, -0.25, -0.25], [0.0, -1.0, 1.0], [-12.0, 6.0, 6.0]].map(combined)
+}
+
+/// By single shooting from a solution by one series, which meets its end as a rule.
+fn polished(
+    problem: &Problem,
+    mut leg: LoneLeg,
+    s0: MatRef<'_, f64>,
+    options: &BoundaryOptions<'_>,
+) -> Result<BoundarySolution> {
+    let mut solver = Solver::new(problem, options);
+    if !solver.restarted(&mut leg.start)? {
+        drop(solver);
+        return alone(problem, s0, options);
+    }
+    leg.residual = solver.report(BoundaryStrategy::Direct).solver.residual;
+    Ok(solution(problem, &leg))
 }
 
 /// By the same way as [`RiemannianCubic::from_boundary`].

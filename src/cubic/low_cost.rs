@@ -187,11 +187,13 @@ impl Solver<'_> {
             a.cmp(&b).then(x.total_cmp(&y))
         });
         // What is left is a step or two, whatever was done before.
+        let left = self.map.left();
         self.map.allow(2.0);
+        let reserve = self.map.left() - left;
         let mut solution = None;
         for mut end in ends {
             let is_at_rest = end.is_at_rest;
-            if self.restarted(&mut end.y)? || self.found_finely(&mut end)? {
+            if self.restarted(&mut end.y)? || self.found_finely(&mut end, reserve)? {
                 solution = Some((end.y, self.report(BoundaryStrategy::Descent)));
             }
             if solution.is_some() || !is_at_rest {
@@ -203,11 +205,11 @@ impl Solver<'_> {
     }
 
     /// Newton's method from where a descent from an end at rest comes to rest by a finer measure.
-    fn found_finely(&mut self, end: &mut End) -> Result<bool> {
+    fn found_finely(&mut self, end: &mut End, reserve: f64) -> Result<bool> {
         if !end.is_at_rest {
             return Ok(false);
         }
-        let limits = (MAX_STEPS, f64::INFINITY, 0.0);
+        let limits = (MAX_STEPS, f64::INFINITY, reserve);
         let knots = std::mem::take(&mut end.knots);
         let Some(mut finer) = self.descend(knots, limits, FINER)? else {
             return Ok(false);

@@ -39,11 +39,7 @@ impl Problem {
         s1: MatRef<'_, f64>,
         v1: MatRef<'_, f64>,
     ) -> Result<Self> {
-        let manifold = Stiefel::of("S0", s0)?;
-        manifold.check_point("S0", s0, POINT_TOLERANCE)?;
-        manifold.check_point("S1", s1, POINT_TOLERANCE)?;
-        manifold.check_tangent("V0", s0, v0, TANGENT_TOLERANCE)?;
-        manifold.check_tangent("V1", s1, v1, TANGENT_TOLERANCE)?;
+        check_data([s0, v0, s1, v1])?;
         let span = Span::of(&[s0, v0, s1, v1]);
         let g = complete(span.down(s0).as_ref());
         let velocity = Horizontal::of_tangent(g.as_ref(), span.down(v0).as_ref());
@@ -168,6 +164,18 @@ impl Problem {
 /// (`docs/boundary_cost.md`); from rest to rest 2 to 2.79 apart the flat start leads to one that costs ten times as much and
 /// more for 5 of 40 on St(3,2).
 const MODERATE: f64 = 2.0;
+
+/// Whether `[S0, V0, S1, V1]` are points and tangent vectors at them.
+///
+/// # Errors
+/// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`.
+pub(crate) fn check_data([s0, v0, s1, v1]: [MatRef<'_, f64>; 4]) -> Result<()> {
+    let manifold = Stiefel::of("S0", s0)?;
+    manifold.check_point("S0", s0, POINT_TOLERANCE)?;
+    manifold.check_point("S1", s1, POINT_TOLERANCE)?;
+    manifold.check_tangent("V0", s0, v0, TANGENT_TOLERANCE)?;
+    manifold.check_tangent("V1", s1, v1, TANGENT_TOLERANCE)
+}
 
 /// Speeds up to here are met absolutely, larger ones relative to them.
 pub(super) const ABSOLUTE_SPEED: f64 = 10.0;

@@ -10,6 +10,7 @@ use super::chart::count;
 use super::convert::{Batch, matrices, to_array, whole, write};
 use super::error::{invalid_input, to_exception};
 use super::riemannian_cubic::shooting_each;
+use crate::cubic::problem::check_data;
 use crate::cubic::{BoundaryOptions, BoundarySolution, solve_boundary as solved};
 use crate::error::{Error, Result};
 use crate::manifold::Stiefel;
@@ -67,7 +68,8 @@ impl Solutions {
 /// Riemannian cubics on ``[0, 1]`` with given end points and end velocities, for a batch of problems.
 ///
 /// Each is that of :meth:`RiemannianCubic.from_boundary`, up to ``tol``. Problems with displacement and speeds up to 2 are
-/// solved eight abreast; the others, and those that this does not solve, one by one.
+/// solved eight abreast; the others, and those that this does not solve, one by one. Within ``tol`` a solution depends on
+/// which problems stand beside it.
 ///
 /// Parameters
 /// ----------
@@ -187,13 +189,20 @@ fn solutions(batches: &[Batch; 4], options: &BoundaryOptions<'_>) -> Result<(Sol
     let problem = |i: usize| -> [MatRef<'_, f64>; 4] { batches.each_ref().map(|b| b.get(i)) };
     let problems: Vec<_> = (0..count).map(problem).collect();
     let mut found = Solutions::with_capacity(count, size);
+    for (i, problem) in problems.iter().enumerate() {
+        options.interrupt.check("boundary problems")?;
+        if let Err(error) = check_data(*problem) {
+            return Ok((found, Some((i, error))));
+        }
+    }
     for (i, solution) in solved(&problems, options)?.into_iter().enumerate() {
         match solution {
             Ok(solution) => found.push(&solution),
+            Err(error @ Error::DifferentComponents { .. }) => return Ok((found, Some((i, error)))),
             Err(Error::NoConvergence { report, .. } | Error::TooManySteps { report, .. }) => {
                 found.push_unsolved(report.residual);
             }
-            Err(error) => return Ok((found, Some((i, error)))),
+            Err(_) => found.push_unsolved(f64::INFINITY),
         }
     }
     Ok((found, None))

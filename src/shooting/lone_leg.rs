@@ -29,7 +29,7 @@ pub(crate) struct EndData {
     pub(crate) middle: [Vec<f64>; 3],
 }
 
-/// A cubic on `[0, 1]`.
+/// A cubic on `[0, 1]` that meets its data to the tolerance and what one series leaves out.
 pub(crate) struct LoneLeg {
     /// `x'` and `x''` at the start.
     pub(crate) start: Vec<f64>,
@@ -126,7 +126,6 @@ impl<T: Field, S: Homogeneous> LoneLegs<T, S> {
                 }
                 if residuals[lane] > HOPELESS || residuals[lane].is_nan() {
                     is_lost[lane] = true;
-                    stop(&mut leg, lane);
                 } else if residuals[lane] > tolerance || leg.residual.tail.lane(lane) > FINE {
                     left = left.max(residuals[lane]).max(f64::MIN_POSITIVE);
                 }
@@ -147,6 +146,10 @@ impl<T: Field, S: Homogeneous> LoneLegs<T, S> {
                 for (x, step) in x.iter_mut().zip(step) {
                     *x -= *step;
                 }
+            }
+            // What is lost has steps that are no numbers.
+            for lane in (0..T::COUNT).filter(|&lane| is_lost[lane]) {
+                stop(&mut leg, lane);
             }
             orders = Orders::after(left);
         }

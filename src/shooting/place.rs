@@ -76,6 +76,7 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
         self.state = place.state.clone();
         self.set_knots();
         self.evaluate();
+        self.set_forces();
     }
 
     /// The largest entry of gradient and defect.
@@ -113,7 +114,7 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
             true => (UNSEEN_FINELY, true),
             false => (UNSEEN, damping == 0.0),
         };
-        if self.defect > HOPELESS {
+        if self.defect.is_nan() || self.defect > HOPELESS {
             return false;
         }
         if decrease > unseen * before.cost || !is_trusted {

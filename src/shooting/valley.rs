@@ -41,8 +41,15 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
     /// # Errors
     /// `Interrupted`.
     pub(super) fn leap(&mut self, before: &Place<T>, options: &Options<'_>) -> Result<Option<f64>> {
+        let Some(damped) = damped_step(before) else {
+            return Ok(None);
+        };
         for reach in REACHES {
-            let Some(leap) = longest_step(before, reach) else {
+            options.interrupt.check(SOLVER)?;
+            if !(options.may_go_on)(self.products_of_equations()) {
+                break;
+            }
+            let Some(leap) = longest_step(before, &damped, reach) else {
                 break;
             };
             if !self.is_fine() {
@@ -88,17 +95,21 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
     }
 }
 
-/// The longest step of a reach, where it promises much more than one with the first damping that makes the second derivative
-/// positive definite.
-fn longest_step<T>(place: &Place<T>, reach: f64) -> Option<Step> {
+/// The step with the first damping that makes the second derivative positive definite, and the damping.
+fn damped_step<T>(place: &Place<T>) -> Option<(Step, f64)> {
     let mut damping = DAMPING;
-    let damped = loop {
-        match place.step(damping, FARTHEST) {
-            Some(step) => break step,
-            None if damping > MOST => return None,
-            None => damping *= RAISE,
+    while damping <= MOST {
+        if let Some(step) = place.step(damping, FARTHEST) {
+            return Some((step, damping));
         }
-    };
+        damping *= RAISE;
+    }
+    None
+}
+
+/// The longest step of a reach, where it promises much more than a damped one.
+fn longest_step<T>(place: &Place<T>, damped: &(Step, f64), reach: f64) -> Option<Step> {
+    let (damped, mut damping) = (&damped.0, damped.1);
     let (mut longest, mut ratio) = (None, LOWER);
     while damping > FINEST && ratio < CLOSE {
         match place.step(ratio * damping, reach) {

@@ -76,7 +76,7 @@ impl<const N: usize, T: Field> Variation<N, T> {
     #[inline(always)]
     pub(super) fn set(&mut self, space: impl Homogeneous, series: &Series<T>, terms: usize) {
         let (d, h) = (space.dim(), space.isotropy_dim());
-        let wide = 3 * d;
+        let (wide, count) = (3 * d, terms + 3);
         let nodes = nodes(terms);
         self.set_adjoints(space, series, nodes, terms + 4);
         self.eta.fill(T::ZERO);
@@ -86,7 +86,7 @@ impl<const N: usize, T: Field> Variation<N, T> {
             let (last, rest) = rest.split_at_mut(d);
             let at_node = &mut rest[..d];
             for (derivative, out) in self.ends.iter_mut().enumerate() {
-                at_ends(&self.terms, d, derivative, [first, last]);
+                at_ends(&self.terms[..count * d], d, derivative, [first, last]);
                 for (out, ends) in out.iter_mut().zip([&*first, &*last]) {
                     for p in 0..d {
                         out[p * wide + column] = ends[p];
@@ -97,7 +97,7 @@ impl<const N: usize, T: Field> Variation<N, T> {
             for ((s, weight), adjoint) in nodes.iter().zip(adjoints) {
                 at_node.fill(T::ZERO);
                 let mut power = *weight;
-                for term in self.terms.chunks_exact(d) {
+                for term in self.terms[..count * d].chunks_exact(d) {
                     for (x, term) in at_node.iter_mut().zip(term) {
                         *x += *term * power;
                     }

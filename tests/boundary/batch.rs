@@ -80,6 +80,18 @@ fn special_data_in_a_batch() {
 }
 
 #[test]
+fn shapes_may_differ() {
+    let mut rng = Rng::new(75);
+    let data: Vec<Data> = [(3, 1), (4, 2), (3, 1), (5, 5), (4, 2)]
+        .map(|shape| Data::random(shape, 1.5, 1.5, &mut rng))
+        .into();
+    for (data, solution) in data.iter().zip(solved(&data)) {
+        let cost = data.solve().unwrap().cost().unwrap();
+        assert_within((solution.unwrap().cost / cost - 1.0).abs(), 1e-10, "cost");
+    }
+}
+
+#[test]
 fn a_bad_problem_does_not_harm_the_others() {
     let mut rng = Rng::new(72);
     let mut data: Vec<Data> = (0..9)

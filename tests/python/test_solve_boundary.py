@@ -98,10 +98,29 @@ def test_bad_arguments():
         solve_boundary(np.eye(2)[None], rest, np.diag([1.0, -1.0])[None], rest)
 
 
-def test_threads_and_order_do_not_matter():
+def test_threads_do_not_matter():
     ends = problems((200,), most=2.5)
     batch = solve_boundary(*ends, num_threads=1)
     again = solve_boundary(*ends, num_threads=3)
     for a, b in zip(batch, again, strict=True):
         assert np.array_equal(a, b)
     assert np.array_equal(pickle.loads(pickle.dumps(batch)).jerk, batch.jerk)
+
+
+@pytest.mark.parametrize("tol", [1e-12, 1e-14])
+def test_ends_are_met_by_curves_from_the_start(tol):
+    S0, V0, S1, V1 = problems((40,), seed=5, most=2.0)
+    batch = solve_boundary(S0, V0, S1, V1, tol=tol)
+    assert batch.converged.all()
+    for i in range(40):
+        curve = RiemannianCubic.from_initial(S0[i], V0[i], batch.acceleration[i], batch.jerk[i])
+        miss = np.hypot(np.linalg.norm(curve(1.0) - S1[i]), np.linalg.norm(curve.velocity(1.0) - V1[i]))
+        # Round-off of the integration, of speeds up to 10.
+        assert miss <= 2 * tol + 1e-13, f"the end is off by {miss:.2e}"
+
+
+def test_the_order_of_problems_does_not_matter_beyond_the_tolerance():
+    ends = problems((50,), most=2.0)
+    batch, other = solve_boundary(*ends), solve_boundary(*(x[::-1] for x in ends))
+    # Residuals of 1e-12, carried to the start.
+    assert np.allclose(batch.jerk, other.jerk[::-1], rtol=1e-10, atol=1e-10)
