@@ -67,9 +67,9 @@ impl Solutions {
 
 /// Riemannian cubics on ``[0, 1]`` with given end points and end velocities, for a batch of problems.
 ///
-/// Each is that of :meth:`RiemannianCubic.from_boundary`, up to ``tol``. Problems with displacement and speeds up to 2 are
-/// solved eight abreast; the others, and those that this does not solve, one by one. Within ``tol`` a solution depends on
-/// which problems stand beside it.
+/// Each is that of :meth:`RiemannianCubic.from_boundary`, up to ``tol``. Points with up to three rows, and displacement and
+/// speeds up to 2, are solved for eight abreast, where a solution depends, within ``tol``, on which problems stand beside
+/// it; the others, and those that this does not solve, one by one.
 ///
 /// Parameters
 /// ----------
