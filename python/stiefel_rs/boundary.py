@@ -20,7 +20,8 @@ class BoundaryBatch(NamedTuple):
     converged : ndarray of bool, shape (...)
         Whether the end is met to the tolerance.
     residual : ndarray, shape (...)
-        How far the end is missed; at most the tolerance where a problem is solved.
+        How far the end is missed, in the norm of `tol` of `RiemannianCubic.from_boundary`; infinite where no
+        curve could be integrated.
     """
 
     acceleration: NDArray[np.float64]

@@ -2,40 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Final
 
 import numpy as np
 from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from .sphere_lines import Array, circle, grid_lines
+
 SPHERE_COLOURS: Final = ("#A8A8A8", "#E6E6E6")
-
-
-def _circle(centre: Array, u: Array, v: Array) -> Array:
-    angle = np.linspace(0.0, 2.0 * np.pi, 181)[:, None]
-    return np.asarray(centre + np.cos(angle) * u + np.sin(angle) * v)
-
-
-def _sphere_lines() -> Iterator[Array]:
-    """Parallels and meridians every 30 degrees, each of shape ``(181, 3)``."""
-    x, y, z = np.eye(3)
-    for latitude in np.radians(np.arange(-60, 61, 30)):
-        yield _circle(np.sin(latitude) * z, np.cos(latitude) * x, np.cos(latitude) * y)
-    for longitude in np.radians(np.arange(0, 180, 30)):
-        yield _circle(np.zeros(3), np.cos(longitude) * x + np.sin(longitude) * y, z)
 
 
 def draw_sphere(view: Array, *, ax: Axes3D) -> None:
     """Draw the unit sphere seen from the unit direction `view`, shape ``(3,)``; the far half is lighter."""
-    for line in _sphere_lines():
+    for line in grid_lines():
         front = (line @ view > 0)[:, None]
         for order, (mask, colour) in enumerate(zip((~front, front), SPHERE_COLOURS[::-1], strict=True)):
             ax.plot(*np.where(mask, line, np.nan).T, color=colour, linewidth=0.6, zorder=order)
     u = np.cross(view, [0.0, 0.0, 1.0])
     u /= np.linalg.norm(u)
-    ax.plot(*_circle(np.zeros(3), u, np.cross(view, u)).T, color="#555555", linewidth=0.9, zorder=2)
+    ax.plot(*circle(np.zeros(3), u, np.cross(view, u)).T, color="#555555", linewidth=0.9, zorder=2)
     for name, axis in zip("₁₂₃", np.eye(3), strict=True):
         side = axis if axis @ view > -0.05 else -axis
         if abs(side @ view) < 0.8:  # An axis that points at the reader would lie on the curve.

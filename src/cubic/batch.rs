@@ -4,6 +4,7 @@ use faer::{Mat, MatRef};
 use rayon::prelude::*;
 
 use super::boundary::{BoundaryOptions, BoundaryStrategy};
+use super::from_boundary;
 use super::guess::FlatData;
 use super::initial::{Horizontal, complete};
 use super::problem::{Problem, pack, unpack};
@@ -200,18 +201,7 @@ fn alone(
     s0: MatRef<'_, f64>,
     options: &BoundaryOptions<'_>,
 ) -> Result<BoundarySolution> {
-    let mut solver = Solver::new(problem, options);
-    let found = match options.guess {
-        Some((a, j)) => solver.near(&problem.start_from(s0, a, j)?)?,
-        None => solver.of_low_cost()?,
-    };
-    let Some((start, report)) = found else {
-        return Err(Error::NoConvergence {
-            solver: SOLVER,
-            report: solver.report(BoundaryStrategy::Descent).solver,
-        });
-    };
-    drop(solver);
+    let (start, report) = from_boundary::solve(problem, s0, options)?;
     let path = problem.path(&start, options.interrupt)?;
     let (r, k) = problem.end[0].shape();
     let cost = RiemannianCubic::of_path(r, k, None, path, None).cost()?;

@@ -8,7 +8,7 @@ use super::boundary::{BoundaryOptions, BoundaryStrategy};
 use super::problem::Problem;
 use super::riemannian_cubic::RiemannianCubic;
 use super::shooting::SOLVER;
-use super::solver::Solver;
+use super::solver::{Solution, Solver};
 use crate::error::{Error, Result};
 
 impl RiemannianCubic {
@@ -43,18 +43,7 @@ impl RiemannianCubic {
     ) -> Result<Self> {
         options.check()?;
         let problem = Problem::new(s0, v0, s1, v1)?;
-        let mut solver = Solver::new(&problem, options);
-        let found = match options.guess {
-            Some((a, j)) => solver.near(&problem.start_from(s0, a, j)?)?,
-            None => solver.of_low_cost()?,
-        };
-        let Some((y, report)) = found else {
-            return Err(Error::NoConvergence {
-                solver: SOLVER,
-                report: solver.report(BoundaryStrategy::Descent).solver,
-            });
-        };
-        drop(solver);
+        let (y, report) = solve(&problem, s0, options)?;
         let path = problem.path(&y, options.interrupt)?;
         Ok(Self::of_path(
             problem.n,
@@ -64,4 +53,24 @@ impl RiemannianCubic {
             Some(report),
         ))
     }
+}
+
+/// `(x', x'')` at the start of the solution of a problem with the initial point `s0`, and how it was found.
+///
+/// # Errors
+/// `DifferentComponents`, `NoConvergence`, `Interrupted`; those of a guess.
+pub(super) fn solve(
+    problem: &Problem,
+    s0: MatRef<'_, f64>,
+    options: &BoundaryOptions<'_>,
+) -> Result<Solution> {
+    let mut solver = Solver::new(problem, options);
+    let found = match options.guess {
+        Some((a, j)) => solver.near(&problem.start_from(s0, a, j)?)?,
+        None => solver.of_low_cost()?,
+    };
+    found.ok_or_else(|| Error::NoConvergence {
+        solver: SOLVER,
+        report: solver.report(BoundaryStrategy::Descent).solver,
+    })
 }

@@ -141,10 +141,10 @@ impl<T: Field, S: Homogeneous> LoneLegs<T, S> {
             }
             residual_into(&leg, right);
             substitute(3 * space.dim(), matrix, 1, right);
-            let steps = right.chunks_exact(space.dim());
-            for (x, step) in leg.middle.iter_mut().zip(steps) {
-                for (x, step) in x.iter_mut().zip(step) {
-                    *x -= *step;
+            let changes = right.chunks_exact(space.dim());
+            for (x, change) in leg.middle.iter_mut().zip(changes) {
+                for (x, change) in x.iter_mut().zip(change) {
+                    *x -= *change;
                 }
             }
             // What is lost has steps that are no numbers.

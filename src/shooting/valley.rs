@@ -54,6 +54,7 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
             };
             if !self.is_fine() {
                 self.set_fineness(true);
+                // Nothing has moved, and how far down it goes is not known.
                 return Ok(Some(f64::INFINITY));
             }
             if self.lands(before, &leap, options)? {

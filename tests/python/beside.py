@@ -3,6 +3,7 @@
 import signal
 import sys
 import threading
+import time
 from contextlib import contextmanager
 from functools import partial
 
@@ -11,6 +12,15 @@ HANGS = 600
 
 # Longer than any test: a thread gets the interpreter where the other one gives it up, not after a time.
 NEVER = 1000.0
+
+
+def wait_for(condition):
+    """Look every hundredth of a second until the condition holds."""
+    for _ in range(100 * HANGS):
+        if condition():
+            return
+        time.sleep(0.01)
+    raise TimeoutError("waited in vain")
 
 
 class StoppedError(KeyboardInterrupt):

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from beside import HANGS
+from beside import HANGS, wait_for
 from dask_problem import BAD, COUNT, T, assert_same, cluster, random_ends, solved, unsolvable_ends
 
 import stiefel_rs
@@ -55,13 +55,6 @@ def complete(path):
         return int((zarr.open_group(path, mode="r")["complete"][...] != 0).sum())
     except (FileNotFoundError, KeyError):
         return 0
-
-
-def wait_for(condition):
-    end = time.monotonic() + HANGS
-    while not condition():
-        assert time.monotonic() < end, "waited in vain"
-        time.sleep(0.01)
 
 
 def hold(path, blocks, go):

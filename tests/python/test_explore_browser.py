@@ -3,12 +3,11 @@
 import json
 import re
 import shutil
-import time
 from contextlib import contextmanager
 
 import numpy as np
 import pytest
-from beside import HANGS
+from beside import wait_for
 from explore_problem import library, running
 from scipy.spatial import cKDTree
 
@@ -58,10 +57,8 @@ def static_page(tmp_path_factory):
 
 
 def wait(browser):
-    deadline = time.monotonic() + HANGS
-    while browser.execute_script("return document.body && document.body.dataset.state") != "ready":
-        assert time.monotonic() < deadline, "the page is not ready"
-        time.sleep(0.02)
+    state = "return document.body && document.body.dataset.state"
+    wait_for(lambda: browser.execute_script(state) == "ready")
 
 
 class Shown:

@@ -19,7 +19,6 @@ M = Stiefel(4, 2)
 
 def problems(shape, seed=3, most=1.5):
     rng = np.random.default_rng(seed)
-    S0, S1 = M.random_point(rng), None
 
     def tangent(S, length):
         V = M.random_tangent(S, rng)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any, Final
 
 import numpy as np
@@ -12,6 +11,7 @@ from mpl_toolkits.mplot3d.art3d import Line3D  # type: ignore[import-untyped]
 from numpy.typing import ArrayLike
 
 from ..errors import InvalidInputError
+from ..sphere_lines import circle, grid_lines
 from ._axes import GREY, GRID_ID, KNOT_ID, column_style, cycled, legend, line_style, spatial
 from ._samples import Array, Drawable, Samples, column_of, finite, samples
 
@@ -56,21 +56,8 @@ class Outline(Line3D):  # type: ignore[misc]
         view = viewpoint(self.axes)
         u = np.cross(view, np.eye(3)[np.abs(view).argmin()])
         u /= np.linalg.norm(u)
-        self.set_data_3d(*_circle(np.zeros(3), u, np.cross(view, u)).T)
+        self.set_data_3d(*circle(np.zeros(3), u, np.cross(view, u)).T)
         super().draw(renderer)
-
-
-def _circle(centre: Array, u: Array, v: Array) -> Array:
-    angle = np.linspace(0.0, 2.0 * np.pi, 181)[:, None]
-    return np.asarray(centre + np.cos(angle) * u + np.sin(angle) * v)
-
-
-def _grid_lines() -> Iterator[Array]:
-    x, y, z = np.eye(3)
-    for latitude in np.radians(np.arange(-60, 61, 30)):
-        yield _circle(np.sin(latitude) * z, np.cos(latitude) * x, np.cos(latitude) * y)
-    for longitude in np.radians(np.arange(0, 180, 30)):
-        yield _circle(np.zeros(3), np.cos(longitude) * x + np.sin(longitude) * y, z)
 
 
 def _set_view(ax: Axes3D, view: Array) -> None:
@@ -95,7 +82,7 @@ def _facing(paths: Array) -> Array:
 
 
 def _draw_grid(ax: Axes3D) -> None:
-    for line in _grid_lines():
+    for line in grid_lines():
         for near, colour in ((False, FAR_GREY), (True, NEAR_GREY)):
             ax.add_line(HalfLine(line, near=near, color=colour, linewidth=0.6, zorder=int(near), gid=GRID_ID))
     ax.add_line(Outline([], [], [], color=GREY, linewidth=0.9, zorder=2, gid=GRID_ID))
