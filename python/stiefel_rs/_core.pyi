@@ -4,7 +4,7 @@ from typing import Any, Final, Literal, final, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from typing_extensions import disjoint_base
+from typing_extensions import Self, disjoint_base
 
 from .boundary import BoundaryBatch
 
@@ -160,6 +160,8 @@ class Curve:
     def derivative_bounds(self) -> DerivativeBounds: ...
     def save(self, path: str | PathLike[str]) -> None: ...
     def plot(self, *, ax: Any = None, num: int = 200, **style: Any) -> Any: ...
+    def __copy__(self) -> Self: ...
+    def __deepcopy__(self, _memo: object) -> Self: ...
 
 @final
 class DerivativeBounds:
@@ -194,8 +196,6 @@ class GeometricPolynomial(Curve):
     def degree(self) -> int: ...
     @property
     def report(self) -> SolverReport | None: ...
-    def __copy__(self) -> GeometricPolynomial: ...
-    def __deepcopy__(self, _memo: object) -> GeometricPolynomial: ...
     @staticmethod
     def minimal_cost(
         S0: ArrayLike, V0: ArrayLike, S1: ArrayLike, V1: ArrayLike, *, degree: int = 5
@@ -232,7 +232,14 @@ class RiemannianCubic(Curve):
     def __new__(cls, *_args: object, **_kwargs: object) -> RiemannianCubic: ...
     @staticmethod
     def from_initial(
-        S: ArrayLike, V: ArrayLike, A: ArrayLike, J: ArrayLike, t_end: float = 1.0, *, tol: float = 1e-17
+        S: ArrayLike,
+        V: ArrayLike,
+        A: ArrayLike,
+        J: ArrayLike,
+        t_end: float = 1.0,
+        *,
+        tol: float = 1e-17,
+        tension: float = 0.0,
     ) -> RiemannianCubic: ...
     @overload
     @staticmethod
@@ -245,6 +252,7 @@ class RiemannianCubic(Curve):
         tol: float = 1e-12,
         max_iterations: int = 50,
         guess: Iterable[ArrayLike] | None = None,
+        tension: float = 0.0,
         all_found: Literal[False] = False,
     ) -> RiemannianCubic: ...
     @overload
@@ -258,14 +266,15 @@ class RiemannianCubic(Curve):
         tol: float = 1e-12,
         max_iterations: int = 50,
         guess: Iterable[ArrayLike] | None = None,
+        tension: float = 0.0,
         all_found: Literal[True],
     ) -> list[RiemannianCubic]: ...
-    def __copy__(self) -> RiemannianCubic: ...
-    def __deepcopy__(self, _memo: object) -> RiemannianCubic: ...
     @property
     def report(self) -> SolverReport | None: ...
     @property
     def initial(self) -> tuple[_Array, _Array, _Array, _Array]: ...
+    @property
+    def tension(self) -> float: ...
     @property
     def energy(self) -> float: ...
     @property
@@ -281,7 +290,12 @@ class RiemannianCubic(Curve):
     def point_variation(
         self, t: ArrayLike, dS0: ArrayLike, dV0: ArrayLike, dS1: ArrayLike, dV1: ArrayLike
     ) -> _Array: ...
+    def point_pullback(self, t: ArrayLike, W: ArrayLike) -> tuple[_Array, _Array, _Array, _Array]: ...
     def cost_gradient(self) -> tuple[_Array, _Array, _Array, _Array]: ...
+    def initial_point_variation(
+        self, t: ArrayLike, dS: ArrayLike, dV: ArrayLike, dA: ArrayLike, dJ: ArrayLike
+    ) -> _Array: ...
+    def initial_point_pullback(self, t: ArrayLike, W: ArrayLike) -> tuple[_Array, _Array, _Array, _Array]: ...
 
 @disjoint_base
 class PiecewiseCurve(Curve):
@@ -297,8 +311,6 @@ class PiecewiseCurve(Curve):
     def report(self) -> SolverReport | None: ...
     @property
     def pieces(self) -> list[RiemannianCubic] | list[GeometricCubic]: ...
-    def __copy__(self) -> PiecewiseCurve: ...
-    def __deepcopy__(self, _memo: object) -> PiecewiseCurve: ...
 
 @final
 class CubicHermite(PiecewiseCurve):
@@ -327,10 +339,22 @@ class CubicSpline(PiecewiseCurve):
         extrapolate: bool = False,
         tol: float = 1e-12,
         max_iterations: int = 200,
+        tension: float = 0.0,
         num_threads: int | None = None,
     ) -> CubicSpline: ...
     @property
     def bc_type(self) -> _BcType: ...
+    def point_variation(
+        self,
+        t: ArrayLike,
+        dS: ArrayLike,
+        dt: ArrayLike | None = None,
+        dbc: tuple[ArrayLike | None, ArrayLike | None] | None = None,
+    ) -> _Array: ...
+    def point_pullback(
+        self, t: ArrayLike, W: ArrayLike
+    ) -> tuple[_Array, _Array, tuple[_Array | None, _Array | None]]: ...
+    def cost_gradient(self) -> tuple[_Array, _Array, tuple[_Array | None, _Array | None]]: ...
 
 @final
 class SmoothingSpline(PiecewiseCurve):
@@ -430,6 +454,8 @@ def integrate_cubic(
     steps: int,
     t_end: float = 1.0,
     order: int = 6,
+    *,
+    tension: float = 0.0,
 ) -> CubicTrajectory: ...
 
 @final

@@ -73,6 +73,7 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
         };
         for (group, Group { leg, .. }) in chain.groups.iter_mut().enumerate() {
             knots.write_targets(r, group, &mut leg.target);
+            leg.tension = knots.tensions(group);
             let ends = [&mut leg.velocity, &mut leg.last_velocity].map(Vec::as_mut_slice);
             knots.write_velocities(velocities, group, ends);
             for lane in 0..T::COUNT {

@@ -16,6 +16,8 @@ pub(super) struct Leg<T> {
     /// `x` at the start, and what `x` shall be at the end.
     pub(super) velocity: Vec<T>,
     pub(super) last_velocity: Vec<T>,
+    /// Of the curve; none of a cubic.
+    pub(super) tension: Option<T>,
     /// `x'` and `x''` at the start.
     pub(super) acceleration: Vec<T>,
     pub(super) third: Vec<T>,
@@ -84,6 +86,7 @@ impl<T: Field> Leg<T> {
             target: zeros(square),
             velocity: zeros(d),
             last_velocity: zeros(d),
+            tension: None,
             acceleration: zeros(d),
             third: zeros(d),
             f: zeros(nodes * d),
@@ -234,6 +237,11 @@ impl<T: Field> Leg<T> {
             let x = self.x.each_ref().map(|x| &x[j * d..][..d]);
             let (work, out) = (&mut scratch.matrices, &mut scratch.vector);
             space.third_derivative_into(x, work, out);
+            if let Some(tension) = self.tension {
+                for (out, x) in out.iter_mut().zip(x[1]) {
+                    *out += tension * *x;
+                }
+            }
             for p in 0..d {
                 self.residual.f[j * d + p] = self.f[j * d + p] - out[p];
             }
@@ -358,6 +366,7 @@ impl<T: Field> Leg<T> {
         out.last_velocity.copy_from_slice(&self.last_velocity);
         out.acceleration.copy_from_slice(&self.acceleration);
         out.third.copy_from_slice(&self.third);
+        out.tension = self.tension;
         let count = from.len();
         accumulate(values, count, &self.f, d, &mut out.f);
         // g = 1 + int g x.

@@ -100,11 +100,12 @@ fn solve_task(
 ) -> Result<Vec<Result<BoundarySolution>>> {
     let problems: Vec<Result<Problem>> = task
         .iter()
-        .map(|&[s0, v0, s1, v1]| Problem::new(s0, v0, s1, v1))
+        .map(|&data| Problem::new(data, options.tension))
         .collect();
     let mut legs: Vec<Option<LoneLeg>> = problems.iter().map(|_| None).collect();
     if let Some(first) = problems.iter().flatten().next()
         && options.guess.is_none()
+        && options.tension == 0.0
         && first.end[0].nrows() <= MOST_ROWS
     {
         let shape = first.end[0].shape();
@@ -187,7 +188,7 @@ fn polished(
     options: &BoundaryOptions<'_>,
 ) -> Result<BoundarySolution> {
     let mut solver = Solver::new(problem, options);
-    if !solver.restarted(&mut leg.start)? {
+    if !solver.restarted(&mut leg.start, None)? {
         drop(solver);
         return alone(problem, s0, options);
     }

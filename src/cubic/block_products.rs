@@ -47,3 +47,12 @@ pub(super) fn add_product<T: Number, const TRANSPOSED: bool>(
         }
     }
 }
+
+/// `out += factor tension a`, where there is a tension.
+#[inline(always)]
+pub(super) fn add_tension<T: Number>(out: &mut [T], tension: Option<T>, a: &[T], factor: f64) {
+    let Some(tension) = tension else { return };
+    for (out, a) in out.iter_mut().zip(a) {
+        *out += tension * *a * factor;
+    }
+}

@@ -4,6 +4,7 @@ use std::fmt;
 
 use faer::MatRef;
 
+use super::tension::{check_leg_tension, check_tension};
 use super::work::allowance;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
@@ -49,6 +50,9 @@ pub struct BoundaryOptions<'a> {
     /// Covariant acceleration and covariant jerk at `S0` to start from, shape `(n, k)` each; by default those of the cubic of
     /// flat space. Parts outside of the span of the boundary data, where no solution has any, are left out.
     pub guess: Option<(MatRef<'a, f64>, MatRef<'a, f64>)>,
+    /// `tau >= 0` of a cubic in tension, which makes `int |D_t S'|^2 + tau |S'|^2 dt` stationary; at most 64: beyond, the start
+    /// says nothing about the end to the tolerance, since what is off there grows as `e^sqrt(tau)`.
+    pub tension: f64,
     /// Asked before every step.
     pub interrupt: Interrupt<'a>,
 }
@@ -60,6 +64,7 @@ impl Default for BoundaryOptions<'_> {
             tolerance: 1e-12,
             max_iterations: MAX_ITERATIONS,
             guess: None,
+            tension: 0.0,
             interrupt: Interrupt::NEVER,
         }
     }
@@ -79,6 +84,8 @@ impl BoundaryOptions<'_> {
                 found: self.tolerance,
             });
         }
+        check_tension(self.tension)?;
+        check_leg_tension(self.tension, true)?;
         if self.max_iterations == 0 {
             return Err(Error::InvalidArgument {
                 name: "max_iterations",

@@ -7,26 +7,52 @@ use faer::Mat;
 
 use super::end_equations::flat_inverse;
 use crate::linalg::decomp::solve_square;
+use crate::shooting::StartResponse;
 
 /// The steps of Broyden's method, and what it started from.
 #[derive(Default)]
-pub(super) struct Updates {
-    /// Of flat space where there is none.
-    pub(super) jacobian: Option<Mat<f64>>,
+pub(super) struct Updates<'a> {
+    pub(super) start: Start<'a>,
     pub(super) steps: Vec<Vec<f64>>,
 }
 
-impl Updates {
+/// Where the inverse of the Jacobian comes from that the steps correct.
+#[derive(Default)]
+pub(super) enum Start<'a> {
+    /// Flat space.
+    #[default]
+    Flat,
+    /// The derivative of the equations.
+    Jacobian(Mat<f64>),
+    /// A chain of legs at rest.
+    Response(&'a StartResponse),
+}
+
+impl<'a> Updates<'a> {
+    pub(super) fn of_response(response: Option<&'a StartResponse>) -> Self {
+        Updates {
+            start: response.map_or(Start::Flat, Start::Response),
+            steps: Vec::new(),
+        }
+    }
+
+    pub(super) fn has_response(&self) -> bool {
+        matches!(self.start, Start::Response(_))
+    }
+
     pub(super) fn clear(&mut self) {
-        self.jacobian = None;
-        self.steps.clear();
+        *self = Updates::default();
     }
 
     /// The next step: the inverse of the start, corrected by all steps so far; none where that is singular.
     pub(super) fn step(&self, equations: &[f64]) -> Option<Vec<f64>> {
-        let mut step = match &self.jacobian {
-            Some(jacobian) => solve_square(jacobian.as_ref(), equations)?,
-            None => flat_inverse(equations),
+        let mut step = match &self.start {
+            Start::Flat => flat_inverse(equations),
+            Start::Jacobian(jacobian) => solve_square(jacobian.as_ref(), equations)?,
+            // The equations fall as the end moves on.
+            Start::Response(response) => {
+                response.change(&equations.iter().map(|f| -f).collect::<Vec<_>>())
+            }
         };
         step.iter_mut().for_each(|s| *s = -*s);
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();

@@ -3,8 +3,8 @@
 use faer::Mat;
 
 use super::initial::Horizontal;
-use super::path::State;
 use super::riemannian_cubic::RiemannianCubic;
+use super::state::State;
 use crate::curve::Curve;
 use crate::error::{Error, Result};
 use crate::linalg::structure::check_range;
@@ -56,7 +56,7 @@ impl RiemannianCubic {
     /// The conserved energy.
     ///
     /// ```math
-    /// H = \tfrac12 |D_t S'|^2 - \langle D_t D_t S', S' \rangle
+    /// H = \tfrac12 |D_t S'|^2 - \langle D_t D_t S', S' \rangle + \tfrac{\tau}{2} |S'|^2
     /// ```
     ///
     /// # Errors
@@ -64,7 +64,7 @@ impl RiemannianCubic {
     pub fn energy(&self) -> Result<f64> {
         // <[x, x'], x> = 0: the jerk's other part does not count.
         let [x, a, second] = self.vectors(self.path.ends()[0]);
-        let energy = 0.5 * a.inner(&a) - second.inner(&x);
+        let energy = 0.5 * (a.inner(&a) + self.path.tension() * x.inner(&x)) - second.inner(&x);
         let energy = self.clock.derivative(energy, 4);
         if energy.is_finite() {
             return Ok(energy);
@@ -75,7 +75,7 @@ impl RiemannianCubic {
     /// The conserved spatial momentum `g mu g^T`, skew, shape `(n, n)`.
     ///
     /// ```math
-    /// \mu = -x'' + [x, x']_h
+    /// \mu = \tau x - x'' + [x, x']_h
     /// ```
     ///
     /// # Errors
@@ -92,6 +92,7 @@ impl RiemannianCubic {
         let (r, k) = (self.path.r(), self.k());
         let start = self.path.ends()[0];
         let [x, a, second] = self.vectors(start);
+        let second = second.plus(-self.path.tension(), &x);
         let turning = &a.normal * x.normal.transpose() - &x.normal * a.normal.transpose();
         let mu = Mat::from_fn(r, r, |i, j| match (i < k, j < k) {
             (true, true) => -second.omega[(i, j)],

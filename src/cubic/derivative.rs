@@ -17,6 +17,7 @@ use super::end_response::{
 };
 use super::initial::{Horizontal, InitialData};
 use super::riemannian_cubic::RiemannianCubic;
+use super::turning::turned;
 use super::variation::vary;
 use crate::curve::Curve;
 use crate::curve::sampling::check_parameter;
@@ -145,13 +146,13 @@ pub struct CostGradient {
 #[derive(Debug, Clone)]
 pub struct BoundaryDerivative {
     /// `(S, V, A, J)` at the start and at the end, shape `(n, k)`.
-    ends: [[Mat<f64>; 4]; 2],
-    span: (f64, f64),
-    data: InitialData,
+    pub(super) ends: [[Mat<f64>; 4]; 2],
+    pub(super) span: (f64, f64),
+    pub(super) data: InitialData,
     /// How the end answers in the frame of the span.
     inner: SpanResponse,
     /// The same for a row outside of the span.
-    outer: Option<Response>,
+    pub(super) outer: Option<Response>,
 }
 
 impl RiemannianCubic {
@@ -167,7 +168,7 @@ impl RiemannianCubic {
         let ends = [self.state(span.0)?, self.state(span.1)?];
         let data = {
             let [s, v, a, j] = ends[0].each_ref().map(|x| x.as_ref());
-            InitialData::new(s, v, a, j)?
+            InitialData::new(s, v, a, j)?.in_tension(self.tension())
         };
         let duration = span.1 - span.0;
         let inner = SpanResponse::new(&data, duration, interrupt)?;
@@ -191,7 +192,7 @@ impl RiemannianCubic {
     /// The gradient of the cost `J` with respect to the boundary data, from the curve at both ends.
     ///
     /// ```math
-    /// \delta J = 2 \bigl[ \langle D_t S', D\,\delta V \rangle - \langle D_t D_t S', \delta S \rangle \bigr]_0^1,\qquad
+    /// \delta J = 2 \bigl[ \langle D_t S', D\,\delta V \rangle - \langle D_t D_t S' - \tau S', \delta S \rangle \bigr]_0^1,\qquad
     /// D\,\delta V = dV + \Gamma(V, dS)
     /// ```
     ///
@@ -201,11 +202,12 @@ impl RiemannianCubic {
     /// `Overflow` where a derivative at an end is too large for a number.
     pub fn cost_gradient(&self) -> Result<CostGradient> {
         let span = self.t_span();
-        Ok(cost_gradient(&[self.state(span.0)?, self.state(span.1)?]))
+        let ends = [self.state(span.0)?, self.state(span.1)?];
+        Ok(cost_gradient(&ends, self.tension()))
     }
 
     /// Point, velocity, covariant acceleration and covariant jerk at a time.
-    fn state(&self, t: f64) -> Result<[Mat<f64>; 4]> {
+    pub(super) fn state(&self, t: f64) -> Result<[Mat<f64>; 4]> {
         Ok([
             self.point(t)?,
             self.derivative(t, 1)?,
@@ -332,12 +334,26 @@ impl BoundaryDerivative {
 
     /// The gradient of the cost `J`: [`RiemannianCubic::cost_gradient`].
     pub fn cost_gradient(&self) -> CostGradient {
-        cost_gradient(&self.ends)
+        cost_gradient(&self.ends, self.data.tension)
     }
 
     /// Variations of `x, x', x''` with the start held fixed, after the rotation of everything.
     fn parts(&self, variation: &BoundaryVariation<'_>, interrupt: Interrupt<'_>) -> Result<Parts> {
         self.check(variation)?;
+        let (inside, dv0, ends) = self.inside(variation, interrupt)?;
+        Ok(Parts {
+            inside,
+            outside: self.outside(&dv0, &ends)?,
+        })
+    }
+
+    /// The part in the span, and what the variations of the velocity at the start and of the end are after the rotation.
+    #[allow(clippy::type_complexity)]
+    pub(super) fn inside(
+        &self,
+        variation: &BoundaryVariation<'_>,
+        interrupt: Interrupt<'_>,
+    ) -> Result<([Horizontal; 3], Mat<f64>, [Mat<f64>; 2])> {
         let rest = |d: MatRef<'_, f64>, of: &Mat<f64>| d.to_owned() - self.turned(variation, of);
         let [[_, v0, ..], [s1, v1, ..]] = &self.ends;
         let (dv0, ends) = (
@@ -351,10 +367,7 @@ impl BoundaryDerivative {
             Horizontal::of_tangent(self.inner.turn.as_ref(), low.as_ref())
         });
         let [a, second] = self.inner.solve(&self.data, &x, &wanted, interrupt)?;
-        Ok(Parts {
-            inside: [x, a, second],
-            outside: self.outside(&dv0, &ends)?,
-        })
+        Ok(([x, a, second], dv0, ends))
     }
 
     /// The parts outside of the span, row by row.
@@ -383,7 +396,7 @@ impl BoundaryDerivative {
     }
 
     /// Coordinates in the frame at the start of what lies in the span.
-    fn down(&self, d: &Mat<f64>) -> Mat<f64> {
+    pub(super) fn down(&self, d: &Mat<f64>) -> Mat<f64> {
         let low = self
             .data
             .frame
@@ -393,7 +406,7 @@ impl BoundaryDerivative {
     }
 
     /// The tangent vector at the start with the given coordinates.
-    fn up(&self, x: &Horizontal) -> Mat<f64> {
+    pub(super) fn up(&self, x: &Horizontal) -> Mat<f64> {
         let (k, m) = (x.omega.nrows(), x.normal.nrows());
         let low = Mat::from_fn(k + m, k, |i, j| match i.checked_sub(k) {
             None => x.omega[(i, j)],
@@ -402,18 +415,13 @@ impl BoundaryDerivative {
         self.lift(&(&self.data.g * low))
     }
 
-    fn lift(&self, low: &Mat<f64>) -> Mat<f64> {
+    pub(super) fn lift(&self, low: &Mat<f64>) -> Mat<f64> {
         self.data.frame.as_ref().map_or(low.clone(), |e| e * low)
     }
 
     /// `A Y` for the skew matrix `A` of least rank with `A S0 = dS0`.
     fn turned(&self, variation: &BoundaryVariation<'_>, y: &Mat<f64>) -> Mat<f64> {
-        let s = &self.ends[0][0];
-        let inner = s.transpose() * variation.s0;
-        let omega = (&inner - inner.transpose()) * Scale(0.5);
-        let normal = variation.s0.to_owned() - s * &inner;
-        let along = s.transpose() * y;
-        &normal * &along - s * (normal.transpose() * y) + s * (omega * along)
+        turned(self.ends[0][0].as_ref(), variation.s0, y.as_ref())
     }
 
     fn check(&self, variation: &BoundaryVariation<'_>) -> Result<()> {
@@ -460,13 +468,15 @@ fn check_shape(name: &'static str, s: &Mat<f64>, d: MatRef<'_, f64>) -> Result<(
 }
 
 /// From point, velocity, covariant acceleration and covariant jerk at both ends.
-fn cost_gradient([start, end]: &[[Mat<f64>; 4]; 2]) -> CostGradient {
-    let [[s0, v0], [s1, v1]] = [(-2.0, start), (2.0, end)].map(end_gradient);
+fn cost_gradient([start, end]: &[[Mat<f64>; 4]; 2], tension: f64) -> CostGradient {
+    let [[s0, v0], [s1, v1]] =
+        [(-2.0, start), (2.0, end)].map(|(factor, end)| end_gradient(factor, end, tension));
     CostGradient { s0, v0, s1, v1 }
 }
 
-/// `sign * 2` times the gradients of `<a, dV + Gamma(V, dS)> - <j, dS>` with respect to `dS` and `dV`.
-fn end_gradient((factor, [s, v, a, j]): (f64, &[Mat<f64>; 4])) -> [Mat<f64>; 2] {
+/// `factor` times the gradients of `<a, dV + Gamma(V, dS)> - <j - tau v, dS>` with respect to `dS` and `dV`.
+fn end_gradient(factor: f64, [s, v, a, j]: &[Mat<f64>; 4], tension: f64) -> [Mat<f64>; 2] {
+    let j = j - v * Scale(tension);
     let metric = |w: &Mat<f64>| w - s * (s.transpose() * w) * Scale(0.5);
     let b = metric(a);
     // The transpose of W -> Gamma(V, W).
@@ -476,5 +486,5 @@ fn end_gradient((factor, [s, v, a, j]): (f64, &[Mat<f64>; 4])) -> [Mat<f64>; 2] 
         + &b * (s.transpose() * v)
         + normal * (&inner + inner.transpose()))
         * Scale(0.5);
-    [(transposed - metric(j)) * Scale(factor), b * Scale(factor)]
+    [(transposed - metric(&j)) * Scale(factor), b * Scale(factor)]
 }

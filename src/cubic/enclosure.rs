@@ -15,13 +15,15 @@
 //! |D_t^2 J| \le q = \tfrac54 \bigl( |J| |V|^2 + |A|^2 |V| + \sqrt2\, |A| |V|^3 \bigr)
 //! ```
 //!
-//! Carried along the curve, `V` differs from `V_0 + tau A_0` by at most `tau^2 / 2` times the largest `|J|`, and so on.
+//! In tension `D_t J` has `tau A` more, so `tau |A|` is added to the bound of `D_t J` and `tau |J|` to `q`.
+//!
+//! Carried along the curve, `V` differs from `V_0 + s A_0` at the time `s` by at most `s^2 / 2` times the largest `|J|`, and so on.
 //! From both ends of an interval of width `w` to its middle, with the largest norms `v, a, j` on it and the samples at
 //! its ends,
 //!
 //! ```math
-//! v \le \max |V_0 + \tau A_0| + \tfrac{w^2}{8} j,\qquad a \le \max |A_0 + \tau J_0| + \tfrac{5 w^2}{32} a v^2,\qquad
-//! j \le \max |J_0 - \tau R(A_0, V_0) V_0| + \tfrac{w^2}{8} q
+//! v \le \max |V_0 + s A_0| + \tfrac{w^2}{8} j,\qquad a \le \max |A_0 + s J_0| + \tfrac{5 w^2}{32} a v^2,\qquad
+//! j \le \max |J_0 - s R(A_0, V_0) V_0| + \tfrac{w^2}{8} q
 //! ```
 //!
 //! Numbers for which the right-hand sides are smaller than the left-hand ones are bounds: on the way from an end the
@@ -127,7 +129,7 @@ fn in_path_time(path: &Path, ends: [f64; 2], interrupt: Interrupt<'_>) -> Result
     while let Some((a, b)) = waiting.pop() {
         interrupt.check(SOLVER)?;
         let (limit, width) = (limits(largest, high - low), b.t - a.t);
-        if let Some(found) = interval_bounds(&a, &b, width)
+        if let Some(found) = interval_bounds(&a, &b, width, path.tension())
             && found
                 .iter()
                 .zip(limit)
@@ -197,7 +199,7 @@ impl<'a> Sampler<'a> {
         });
         let bracket = x.bracket(&a);
         let jerk = second.plus(0.5, &bracket);
-        let bend = bend(&x, &a, &bracket);
+        let bend = bend(&x, &a, &bracket).plus(self.path.tension(), &a);
         let norms = [x.norm(), a.norm(), jerk.norm()];
         Sample {
             t,
@@ -218,7 +220,7 @@ fn bend(x: &Horizontal, a: &Horizontal, bracket: &Horizontal) -> Horizontal {
     turned.plus_bracket(0.25, x, bracket)
 }
 
-/// `max |X_0 + tau Y_0|` for `tau` from 0 to `reach`: a convex function, largest at an end.
+/// `max |X_0 + s Y_0|` for `s` from 0 to `reach`: a convex function, largest at an end.
 fn reached(at: &Sample, which: usize, reach: f64) -> f64 {
     let moved = at.vectors[which]
         .clone()
@@ -227,7 +229,7 @@ fn reached(at: &Sample, which: usize, reach: f64) -> f64 {
 }
 
 /// Bounds on one interval; none where it is too wide for them.
-fn interval_bounds(a: &Sample, b: &Sample, width: f64) -> Option<[f64; 3]> {
+fn interval_bounds(a: &Sample, b: &Sample, width: f64, tension: f64) -> Option<[f64; 3]> {
     let half = 0.5 * width;
     let base = [0, 1, 2].map(|i| reached(a, i, half).max(reached(b, i, -half)));
     let square = 0.5 * half * half;
@@ -235,8 +237,8 @@ fn interval_bounds(a: &Sample, b: &Sample, width: f64) -> Option<[f64; 3]> {
         let last = j * v * v + a * a * v + std::f64::consts::SQRT_2 * a * v * v * v;
         [
             base[0] + square * j,
-            base[1] + square * CURVATURE * a * v * v,
-            base[2] + square * CURVATURE * last,
+            base[1] + square * (CURVATURE * v * v + tension) * a,
+            base[2] + square * (CURVATURE * last + tension * j),
         ]
     };
     let mut guess = right(base.map(|x| 1.125 * x));

@@ -39,6 +39,8 @@ pub(super) struct Target {
     pub(super) speed: f64,
     /// Velocities at the end are compared in this unit: round-off in them grows with the speed.
     pub(super) velocity_unit: f64,
+    /// Of a cubic in tension.
+    pub(super) tension: f64,
 }
 
 /// Equations and how far the end is off.
@@ -133,6 +135,7 @@ fn start<T: Number, B: Blocks>(march: &mut March<T, B>, target: &Target, y: &[T]
     let (r, rows, normals) = (m + k, march.blocks.r::<T>(), march.blocks.m::<T>());
     (march.time, march.steps) = (0.0, 0);
     march.max_steps = allowed_steps(target.speed);
+    march.series.set_tension(target.tension);
     let series = march.series.parts();
     series.s[..rows * k].fill(T::ZERO);
     series.e[..rows * march.blocks.m::<T>()].fill(T::ZERO);

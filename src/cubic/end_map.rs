@@ -9,16 +9,18 @@ use super::shooting::Shooting;
 use super::taylor::Accuracy;
 use crate::error::Result;
 use crate::report::SolverReport;
+use crate::shooting::StartResponse;
 
 /// What Newton's method and continuation need to know of a boundary value problem.
 pub(super) trait EndMap {
     /// Other boundary data from now on.
     fn set_target(&mut self, target: &Target);
 
-    /// Damped Newton from `y`, in place.
+    /// Damped Newton from `y`, in place; where it is the start of a chain at rest, by its response first.
     fn solve(
         &mut self,
         y: &mut [f64],
+        response: Option<&StartResponse>,
         tolerance: f64,
         max_iterations: usize,
     ) -> Result<SolverReport>;
@@ -53,10 +55,11 @@ impl<B: Blocks, const N: usize> EndMap for Shooting<'_, B, N> {
     fn solve(
         &mut self,
         y: &mut [f64],
+        response: Option<&StartResponse>,
         tolerance: f64,
         max_iterations: usize,
     ) -> Result<SolverReport> {
-        Shooting::solve(self, y, tolerance, max_iterations)
+        Shooting::solve(self, y, response, tolerance, max_iterations)
     }
 
     fn equations(&mut self, y: &[f64], accuracy: Accuracy) -> Result<(Vec<f64>, f64)> {

@@ -16,7 +16,7 @@ use super::reduced::Sized;
 use super::variation::{Slopes, vary};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
-use crate::linalg::decomp::{singular_range, solve_square};
+use crate::linalg::decomp::{singular_range, solve_matrix, solve_square};
 use crate::linalg::gmres::{Gmres, norm};
 
 /// Unknowns up to which the matrix is formed; above, products with it are cheaper (as for shooting).
@@ -97,14 +97,67 @@ impl Response {
                 quantity: VARIATION,
             });
         }
+        self.check_singular()?;
         let [smallest, largest] = self.singular;
-        let solution = if smallest > CONJUGATE * largest {
-            solve_square(self.unknown.as_ref(), &right)
-        } else {
-            None
-        };
-        let solution = solution.ok_or(Error::ConjugateEnds { smallest, largest })?;
+        let solution = solve_square(self.unknown.as_ref(), &right)
+            .ok_or(Error::ConjugateEnds { smallest, largest })?;
         Ok(unmeasured(&solution, self.duration))
+    }
+
+    /// The `(x', x'')` that move the end by each column, with the start where it is.
+    ///
+    /// # Errors
+    /// `ConjugateEnds`.
+    pub(super) fn solve_all(&self, wanted: &Mat<f64>) -> Result<Mat<f64>> {
+        self.check_singular()?;
+        let d = wanted.nrows() / 2;
+        let right = Mat::from_fn(2 * d, wanted.ncols(), |i, j| match i < d {
+            true => wanted[(i, j)],
+            false => self.duration * wanted[(i, j)],
+        });
+        let [smallest, largest] = self.singular;
+        let solution = solve_matrix(self.unknown.as_ref(), right.as_ref())
+            .ok_or(Error::ConjugateEnds { smallest, largest })?;
+        let factors = [0, 1].map(|which| flat(which, self.duration));
+        Ok(Mat::from_fn(2 * d, wanted.ncols(), |i, j| {
+            let (level, row) = (i / d, i % d);
+            factors[0][level] * solution[(row, j)] + factors[1][level] * solution[(d + row, j)]
+        }))
+    }
+
+    /// The gradients of a linear function of `(x', x'')` with respect to the variation of `x` and to that of the end, through
+    /// the equations: `y` such that the function changes by `<y_x, x> + <y_end, wanted>`.
+    ///
+    /// # Errors
+    /// `ConjugateEnds`.
+    pub(super) fn solve_transposed(&self, bar: &[f64]) -> Result<[Vec<f64>; 2]> {
+        if bar.is_empty() {
+            return Ok([Vec::new(), Vec::new()]);
+        }
+        self.check_singular()?;
+        let d = bar.len() / 2;
+        let factors = [0, 1].map(|which| flat(which, self.duration));
+        let right: Vec<f64> = (0..2 * d)
+            .map(|i| factors[i / d][0] * bar[i % d] + factors[i / d][1] * bar[d + i % d])
+            .collect();
+        let [smallest, largest] = self.singular;
+        let multiplier = solve_square(self.unknown.transpose(), &right)
+            .ok_or(Error::ConjugateEnds { smallest, largest })?;
+        let row = |j: usize| {
+            (0..2 * d)
+                .map(|i| self.known[(i, j)] * multiplier[i])
+                .sum::<f64>()
+        };
+        let by_known = (0..d).map(|j| -row(j)).collect();
+        Ok([by_known, measured(&multiplier, self.duration)])
+    }
+
+    fn check_singular(&self) -> Result<()> {
+        let [smallest, largest] = self.singular;
+        if smallest > CONJUGATE * largest {
+            return Ok(());
+        }
+        Err(Error::ConjugateEnds { smallest, largest })
     }
 }
 
@@ -272,7 +325,7 @@ fn at_end(slopes: Vec<Slopes>) -> Slopes {
 }
 
 /// Variations of `(x, x', x'')` by one independent entry each.
-fn unit_variations(blocks: Sized) -> Vec<[Horizontal; 3]> {
+pub(super) fn unit_variations(blocks: Sized) -> Vec<[Horizontal; 3]> {
     let Sized { m, k } = blocks;
     let mut all = Vec::new();
     for level in 0..3 {

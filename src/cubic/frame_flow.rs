@@ -53,6 +53,7 @@ pub(super) struct FrameState {
     x: Summed,
     p: Summed,
     mu: Summed,
+    tension: f64,
     start: Vec<f64>,
     limits: [f64; MAX_TERMS],
     work: Work,
@@ -99,6 +100,7 @@ impl FrameState {
             x: Summed::of(x),
             p: Summed::of(p),
             mu: Summed::of(vec![0.0; r * r]),
+            tension: data.tension,
             start: vec![0.0; r * r],
             limits: limits(),
             work: Work {
@@ -115,18 +117,19 @@ impl FrameState {
         state
     }
 
-    /// `mu_m = -(j - [x, p]_m / 2)`, `mu_h = [x, p]_h`.
+    /// `mu_m = tau x - (j - [x, p]_m / 2)`, `mu_h = [x, p]_h`.
     fn set_momentum(&mut self, jerk: &[f64]) {
         let (r, k) = (self.r, self.k);
         self.bracket();
+        let pull = |i: usize| self.tension * self.x.value[i] - jerk[i];
         for j in 0..r {
             for i in 0..r {
                 let bracket = self.work.sums[j * r + i];
                 self.mu.value[j * r + i] = if j < k {
-                    0.5 * bracket - jerk[j * r + i]
+                    0.5 * bracket + pull(j * r + i)
                 } else if i < k {
                     // The part in m is skew as well.
-                    0.5 * bracket + jerk[i * r + j]
+                    0.5 * bracket - pull(i * r + j)
                 } else {
                     bracket
                 };
@@ -190,6 +193,9 @@ impl FrameState {
         series(r, k, terms, &mut self.work);
         let (integral, power) = self.work.sums.split_at(r * r);
         self.p.add(-h, &integral[..r * k]);
+        if self.tension != 0.0 {
+            self.p.add(h * self.tension, &self.x.value);
+        }
         self.gt.add(1.0, power);
         // The commutator [Z, F] is the last product.
         self.mu.add(-1.0, &self.work.terms[..r * r]);
@@ -224,7 +230,7 @@ impl SplitState for FrameState {
             ..
         } = &mut self.work;
         for (i, jerk) in products[..r * k].iter_mut().enumerate() {
-            *jerk = 0.5 * sums[i] - self.mu.value[i];
+            *jerk = 0.5 * sums[i] + self.tension * self.x.value[i] - self.mu.value[i];
         }
         let g = &mut terms[..r * r];
         transpose(r, &self.gt.value, g);
@@ -240,7 +246,8 @@ impl SplitState for FrameState {
             let entry = |i: usize| if i % r < k { 0.5 } else { 1.0 } * a[i] * b[i];
             (0..r * k).map(entry).sum()
         };
-        inner(&self.mu.value, &self.x.value) + 0.5 * inner(&self.p.value, &self.p.value)
+        let (x, p) = (&self.x.value, &self.p.value);
+        inner(&self.mu.value, x) + 0.5 * (inner(p, p) - self.tension * inner(x, x))
     }
 
     fn momentum_defect(&mut self) -> f64 {

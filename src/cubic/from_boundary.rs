@@ -12,7 +12,8 @@ use super::solver::{Solution, Solver};
 use crate::error::{Error, Result};
 
 impl RiemannianCubic {
-    /// A Riemannian cubic on `[0, 1]` with end points `s0, s1` and end velocities `v0, v1`, all of shape `(n, k)`.
+    /// A Riemannian cubic on `[0, 1]` with end points `s0, s1` and end velocities `v0, v1`, all of shape `(n, k)`, with the
+    /// [tension](BoundaryOptions::tension) of the options.
     ///
     /// Cubics with given ends are stationary, not unique. Newton's method starts from the cubic of flat space (or from the
     /// guess). If displacement and speeds are at most 2, its solution is returned. Otherwise, and without a guess, a chain of
@@ -42,7 +43,7 @@ impl RiemannianCubic {
         options: &BoundaryOptions<'_>,
     ) -> Result<Self> {
         options.check()?;
-        let problem = Problem::new(s0, v0, s1, v1)?;
+        let problem = Problem::new([s0, v0, s1, v1], options.tension)?;
         let (y, report) = solve(&problem, s0, options)?;
         let path = problem.path(&y, options.interrupt)?;
         Ok(Self::of_path(

@@ -3,7 +3,7 @@
 //! The sums stay in registers. Second factors are stored from the highest order down, so that both factors of a sum
 //! `sum_i a_i b_{j-i}` are read forwards.
 
-use super::block_products::{add_product, integrate, write_scaled};
+use super::block_products::{add_product, add_tension, integrate, write_scaled};
 use super::reduced::{Blocks, Parts, block};
 use crate::linalg::dual::Number;
 
@@ -83,6 +83,7 @@ fn extend<T: Number>(parts: &mut Parts<'_, T>, blocks: impl Blocks, order: usize
     }
     add_gram(&mut gram, &rate[..mk], &b[..mk], [m, k]);
 
+    add_tension(&mut plus, parts.tension, &b1[block(j, mk)], 1.0);
     for (to, (plus, minus)) in b2[block(j + 1, mk)].iter_mut().zip(plus.iter().zip(&minus)) {
         *to = (*plus - *minus) * next;
     }
@@ -91,6 +92,8 @@ fn extend<T: Number>(parts: &mut Parts<'_, T>, blocks: impl Blocks, order: usize
     let n = &mut parts.n[block(j + 1, k2)];
     fold_gram(n, &gram, [m, k]);
     if k > 1 {
+        // Of a skew matrix the half: its transpose is subtracted below.
+        add_tension(&mut square, parts.tension, &omega1[block(j, k2)], 0.5);
         integrate(omega, omega1, j, k2, next);
         integrate(omega1, omega2, j, k2, next);
         parts.omega_down[block(order - j - 1, k2)].copy_from_slice(&omega[block(j + 1, k2)]);

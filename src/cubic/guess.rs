@@ -4,13 +4,15 @@
 //! a_0 = 6 \Delta - 4 V_0 - 2\,PT(V_1),\qquad j_0 = -12 \Delta + 6 V_0 + 6\,PT(V_1)
 //! ```
 //!
-//! with `Delta` the initial velocity of the quasi-geodesic and `PT(V) = e^{-X} V e^{-Omega}`. Exact in flat space.
+//! with `Delta` the initial velocity of the quasi-geodesic and `PT(V) = e^{-X} V e^{-Omega}`. Exact in flat space. In tension
+//! the coefficients are those of [`FlatBends`].
 
 use std::f64::consts::TAU;
 
 use faer::{Mat, MatRef, Scale};
 
 use super::initial::Horizontal;
+use super::tension::FlatBends;
 use crate::error::{Error, Result};
 use crate::linalg::SkewExp;
 use crate::linalg::decomp::Svd;
@@ -133,13 +135,13 @@ impl FlatData {
     }
 
     /// `x'` and `x''` at the start, from the velocity there.
-    pub(crate) fn start(&self, velocity: &Horizontal) -> [Horizontal; 2] {
+    pub(super) fn start(&self, velocity: &Horizontal, flat: &FlatBends) -> [Horizontal; 2] {
         let part = |pick: fn(&Horizontal) -> &Mat<f64>| {
             let [delta, v0, v1] = [&self.displacement, velocity, &self.end_velocity].map(pick);
-            [
-                delta * Scale(6.0) - v0 * Scale(4.0) - v1 * Scale(2.0),
-                delta * Scale(-12.0) + v0 * Scale(6.0) + v1 * Scale(6.0),
-            ]
+            [flat.second, flat.third].map(|[by_point, by_velocity]| {
+                delta * Scale(by_point) - v0 * Scale(by_point + by_velocity)
+                    + v1 * Scale(by_velocity)
+            })
         };
         let [[omega_a, omega_j], [normal_a, normal_j]] = [part(|v| &v.omega), part(|v| &v.normal)];
         let acceleration = Horizontal {

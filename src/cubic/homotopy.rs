@@ -24,6 +24,7 @@ pub(super) struct Homotopy {
     curve: QuasiGeodesic,
     /// End velocities at parameters 0 and 1, carried back to the start of the curve.
     velocities: [Mat<f64>; 2],
+    tension: f64,
 }
 
 impl Homotopy {
@@ -41,6 +42,7 @@ impl Homotopy {
             velocity: problem.velocity.clone(),
             curve,
             velocities: [v, back],
+            tension: problem.target.tension,
         })
     }
 
@@ -55,6 +57,6 @@ impl Homotopy {
             self.curve.point(lambda)?,
             carry(&self.curve, v.as_ref(), lambda)?,
         ];
-        Ok(Target::new(&self.velocity, &end))
+        Ok(Target::new(&self.velocity, &end, self.tension))
     }
 }

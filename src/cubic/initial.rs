@@ -138,6 +138,8 @@ pub(crate) struct InitialData {
     pub(crate) velocity: Horizontal,
     pub(crate) acceleration: Horizontal,
     pub(crate) jerk: Horizontal,
+    /// Of a cubic in tension.
+    pub(crate) tension: f64,
 }
 
 impl InitialData {
@@ -168,7 +170,14 @@ impl InitialData {
             jerk: horizontal(2),
             g: MatRef::from_column_major_slice(g, r, r).to_owned(),
             frame: data.frame,
+            tension: 0.0,
         })
+    }
+
+    /// The same of a curve in tension.
+    pub(crate) fn in_tension(mut self, tension: f64) -> Self {
+        self.tension = tension;
+        self
     }
 
     /// `x'' = j - [v, a]_m / 2`.
@@ -190,19 +199,22 @@ pub(crate) struct Coordinates {
 impl Coordinates {
     /// The data per unit of their natural time, and how many of these units a unit of time has.
     ///
-    /// The rate is a power of two near `max(|V|, |A|^(1/2), |J|^(1/3))`, so nothing is rounded, and nothing but what is
-    /// negligible beside the rest underflows.
+    /// The rate is a power of two near `max(|V|, |A|^(1/2), |J|^(1/3), tau^(1/2))`, so nothing is rounded, and nothing but what
+    /// is negligible beside the rest underflows.
     ///
     /// # Errors
     /// As [`InitialData::new`].
     pub(crate) fn in_natural_time(
-        s: MatRef<'_, f64>,
-        v: MatRef<'_, f64>,
-        a: MatRef<'_, f64>,
-        j: MatRef<'_, f64>,
+        [s, v, a, j]: [MatRef<'_, f64>; 4],
+        tension: f64,
     ) -> Result<(Self, f64)> {
         check(s, [v, a, j])?;
         let rate = norm(v).max(norm(a).sqrt()).max(norm(j).cbrt());
+        let rate = match rate {
+            // What stands still needs no steps.
+            0.0 => 0.0,
+            _ => rate.max(tension.sqrt()),
+        };
         let rate = match rate {
             0.0 => 1.0,
             _ => rate

@@ -28,16 +28,19 @@ pub struct IntegrationOptions<'a> {
     /// What a step of the Taylor method leaves out, relative to the state, in `[1e-17, 0.1]`. Points are orthonormal to it
     /// too, and no better.
     pub tolerance: f64,
+    /// `tau >= 0` of a cubic in tension, which makes `int |D_t S'|^2 + tau |S'|^2 dt` stationary; in units of `1 / t^2`.
+    pub tension: f64,
     /// Asked every few steps.
     pub interrupt: Interrupt<'a>,
 }
 
 impl Default for IntegrationOptions<'_> {
-    /// `[0, 1]`, to round-off.
+    /// `[0, 1]`, to round-off, a cubic without tension.
     fn default() -> Self {
         IntegrationOptions {
             t_end: 1.0,
             tolerance: Accuracy::FULL.truncation,
+            tension: 0.0,
             interrupt: Interrupt::NEVER,
         }
     }

@@ -14,8 +14,8 @@ use faer::{Mat, MatRef};
 
 use super::end_equations::{MAX_STEPS, allowed_steps};
 use super::initial::{Coordinates, Horizontal};
-use super::path::State;
 use super::reduced::{Blocks, Fixed, Sized};
+use super::state::State;
 use super::taylor::{Accuracy, March};
 use super::work::work_of_step;
 use crate::error::{Error, Result};
@@ -29,7 +29,8 @@ const ABREAST_WORK: f64 = 4.0;
 /// Legs of splines of one shape; sizes of blocks hidden.
 pub(crate) trait Leg: Send {
     /// From `start = (x, x', x'')`, `3d` numbers, to a knot with the frame `next`, shape `(r, r)`, column by column: distance,
-    /// then as many of velocity, acceleration and third vector as there is room for. Returns `|S(1) - S_1|`.
+    /// then as many of velocity, acceleration and third vector as there is room for. Returns `|S(1) - S_1|`. The tension is that
+    /// in the time of the leg.
     ///
     /// # Errors
     /// Where the cubic cannot be integrated; `Interrupted`.
@@ -37,6 +38,7 @@ pub(crate) trait Leg: Send {
         &mut self,
         start: &[f64],
         next: &[f64],
+        tension: f64,
         accuracy: Accuracy,
         values: &mut [f64],
     ) -> Result<f64>;
@@ -50,6 +52,7 @@ pub(crate) trait Leg: Send {
         &mut self,
         start: &[Vec<f64>; LANES],
         next: [&[f64]; LANES],
+        tension: [f64; LANES],
         accuracy: Accuracy,
         values: &mut [f64],
     ) -> Result<[f64; LANES]>;
@@ -58,7 +61,13 @@ pub(crate) trait Leg: Send {
     ///
     /// # Errors
     /// As [`Leg::arrive_into`].
-    fn derivative(&mut self, start: &[f64], next: &[f64], accuracy: Accuracy) -> Result<Mat<f64>>;
+    fn derivative(
+        &mut self,
+        start: &[f64],
+        next: &[f64],
+        tension: f64,
+        accuracy: Accuracy,
+    ) -> Result<Mat<f64>>;
 
     /// Allows arrivals the Taylor steps of curves with the given speed at one of their ends, and no more, from now on.
     fn allow(&mut self, speed: f64);
@@ -110,10 +119,12 @@ impl<B: Blocks, const N: usize> Leg for Marches<'_, B, N> {
         &mut self,
         start: &[f64],
         next: &[f64],
+        tension: f64,
         accuracy: Accuracy,
         values: &mut [f64],
     ) -> Result<f64> {
         self.plain.accuracy = accuracy;
+        self.plain.series.set_tension(tension);
         let scratch = &mut self.scratch;
         let arrived = evaluate(
             &mut self.plain,
@@ -133,6 +144,7 @@ impl<B: Blocks, const N: usize> Leg for Marches<'_, B, N> {
         &mut self,
         start: &[Vec<f64>; LANES],
         next: [&[f64]; LANES],
+        tension: [f64; LANES],
         accuracy: Accuracy,
         values: &mut [f64],
     ) -> Result<[f64; LANES]> {
@@ -141,6 +153,7 @@ impl<B: Blocks, const N: usize> Leg for Marches<'_, B, N> {
             .abreast
             .get_or_insert_with(|| March::new(blocks, Accuracy::FULL));
         (march.accuracy, march.max_steps) = (accuracy, self.plain.max_steps);
+        march.series.tension = tension.iter().any(|x| *x != 0.0).then_some(Lanes(tension));
         let together = |size: usize, of: &dyn Fn(usize, usize) -> f64| -> Vec<Lanes> {
             let lanes = |i: usize| Lanes(std::array::from_fn(|lane| of(lane, i)));
             (0..size).map(lanes).collect()
@@ -171,12 +184,19 @@ impl<B: Blocks, const N: usize> Leg for Marches<'_, B, N> {
         Ok(distances)
     }
 
-    fn derivative(&mut self, start: &[f64], next: &[f64], accuracy: Accuracy) -> Result<Mat<f64>> {
+    fn derivative(
+        &mut self,
+        start: &[f64],
+        next: &[f64],
+        tension: f64,
+        accuracy: Accuracy,
+    ) -> Result<Mat<f64>> {
         let blocks = self.plain.blocks;
         let several = self
             .several
             .get_or_insert_with(|| March::new(blocks, Accuracy::FULL));
         (several.accuracy, several.max_steps) = (accuracy, self.plain.max_steps);
+        several.series.set_tension(tension);
         let count = start.len();
         let mut derivative = Mat::zeros(count, count);
         let mut values = vec![Dual::constant(0.0); count];
@@ -340,14 +360,15 @@ fn put<T: Number, B: Blocks>(march: &mut March<T, B>, start: &[T]) {
     }
 }
 
-/// Point, velocity, covariant acceleration and covariant jerk at time 1 of the cubic with the given ones at time 0, all of shape
-/// `(n, k)`; computed in the span of the data.
+/// Point, velocity, covariant acceleration and covariant jerk at time 1 of the cubic, in a tension, with the given ones at time
+/// 0, all of shape `(n, k)`; computed in the span of the data.
 ///
 /// # Errors
 /// Where the cubic cannot be integrated; `Interrupted`.
 pub(crate) fn arrival(
     s: MatRef<'_, f64>,
     [v, a, j]: [MatRef<'_, f64>; 3],
+    tension: f64,
     accuracy: Accuracy,
     interrupt: Interrupt<'_>,
 ) -> Result<[Mat<f64>; 4]> {
@@ -356,7 +377,7 @@ pub(crate) fn arrival(
         blocks,
         entries,
     } = Coordinates::of_checked([s, v, a, j], 1.0);
-    let mut state = State::of_coordinates(blocks, entries);
+    let mut state = State::of_coordinates(blocks, entries).in_tension(tension);
     let mut march = March::new(blocks, accuracy);
     state.load(blocks, &mut march.series);
     march.run(1.0, interrupt, |_, _, _| Ok(()))?;

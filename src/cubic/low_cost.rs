@@ -9,13 +9,14 @@ use std::cell::Cell;
 use super::boundary::BoundaryStrategy;
 use super::descent_start::{DescentStart, LONGEST_LEG};
 use super::guess::FlatData;
+use super::shooting::takes_response;
 use super::solver::{Solution, Solver};
 use super::work::of_products;
 use crate::error::{Error, Result};
 use crate::legs::Options;
 use crate::linalg::lanes::Lanes;
 use crate::report::StopReason;
-use crate::shooting::{LeastCost, least_cost, products_of_step};
+use crate::shooting::{Descent, LeastCost, StartResponse, least_cost, products_of_step};
 use crate::space::{FixedFrames, Frames, Homogeneous};
 
 /// Descents end with a gradient of this size, in the time of a leg: a step or two of Newton's method are left.
@@ -75,6 +76,7 @@ struct End {
     gradient: f64,
     is_at_rest: bool,
     knots: Knots,
+    response: Option<StartResponse>,
 }
 
 /// Frames and velocities of a chain, the latter in the time of a leg.
@@ -102,7 +104,7 @@ impl Solver<'_> {
             .is_some_and(|flat| self.problem.is_moderate(flat));
         if is_moderate || self.has_few_steps() {
             let mut y = self.problem.flat_start(flat.as_ref());
-            if self.restarted(&mut y)? {
+            if self.restarted(&mut y, None)? {
                 return Ok(Some((y, self.report(BoundaryStrategy::Direct))));
             }
             if self.is_out_of_steps() {
@@ -193,7 +195,10 @@ impl Solver<'_> {
         let mut solution = None;
         for mut end in ends {
             let is_at_rest = end.is_at_rest;
-            if self.restarted(&mut end.y)? || self.found_finely(&mut end, reserve)? {
+            let response = end.response.take();
+            if self.restarted(&mut end.y, response.as_ref())?
+                || self.found_finely(&mut end, reserve)?
+            {
                 solution = Some((end.y, self.report(BoundaryStrategy::Descent)));
             }
             if solution.is_some() || !is_at_rest {
@@ -214,7 +219,7 @@ impl Solver<'_> {
         let Some(mut finer) = self.descend(knots, limits, FINER)? else {
             return Ok(false);
         };
-        let found = self.restarted(&mut finer.y)?;
+        let found = self.restarted(&mut finer.y, finer.response.as_ref())?;
         end.y = finer.y;
         Ok(found)
     }
@@ -223,7 +228,7 @@ impl Solver<'_> {
     /// left.
     fn descend(
         &mut self,
-        (frames, velocities): Knots,
+        knots: Knots,
         (max_iterations, below, reserve): (usize, f64, f64),
         tolerance: f64,
     ) -> Result<Option<End>> {
@@ -232,7 +237,7 @@ impl Solver<'_> {
         }
         let (left, work) = (self.map.left() - reserve, Cell::new(0.0));
         let [r, k] = [self.problem.g.nrows(), self.problem.k];
-        let legs = velocities.len() / (Frames { r, k }).dim() - 1;
+        let legs = knots.1.len() / (Frames { r, k }).dim() - 1;
         let step = of_products(products_of_step(Frames { r, k }, legs));
         if FEWEST_STEPS * step > left {
             self.refuse();
@@ -249,20 +254,22 @@ impl Solver<'_> {
             may_go_on: &may_go_on,
             interrupt: self.options.interrupt,
         };
+        let descent = Descent {
+            tension: self.problem.target.tension,
+            below,
+            with_response: takes_response(self.problem.unknowns()),
+        };
         let LeastCost {
             report,
             start: y,
             cost,
             frames,
             velocities,
+            response,
         } = match (r, k) {
-            (3, 1) => {
-                least_cost::<Lanes, _>(FixedFrames::<3, 1>, frames, velocities, below, &options)
-            }
-            (3, 2) => {
-                least_cost::<Lanes, _>(FixedFrames::<3, 2>, frames, velocities, below, &options)
-            }
-            _ => least_cost::<Lanes, _>(Frames { r, k }, frames, velocities, below, &options),
+            (3, 1) => least_cost::<Lanes, _>(FixedFrames::<3, 1>, knots, &descent, &options),
+            (3, 2) => least_cost::<Lanes, _>(FixedFrames::<3, 2>, knots, &descent, &options),
+            _ => least_cost::<Lanes, _>(Frames { r, k }, knots, &descent, &options),
         }?;
         self.map.count(work.get());
         self.account(report);
@@ -273,6 +280,7 @@ impl Solver<'_> {
             gradient: report.residual,
             is_at_rest: report.converged,
             knots: (frames, velocities),
+            response,
         }))
     }
 }

@@ -10,7 +10,8 @@
 //! ```
 //!
 //! (`g v` stands for its first `k` columns.) The last equation is that of Riemannian cubics,
-//! `D_t^3 S' + R(D_t S', S') S' = 0`.
+//! `D_t^3 S' + R(D_t S', S') S' = 0`. Cubics in tension make `int |D_t S'|^2 + tau |S'|^2` stationary, and have `tau x'` more in
+//! `x'''`: `D_t^3 S' + R(D_t S', S') S' = tau D_t S'`.
 //!
 //! # Source
 //! Crouch, Silva Leite (1995), "The dynamic interpolation problem: on Riemannian manifolds, Lie groups, and symmetric
@@ -31,19 +32,24 @@ mod enclosure;
 mod end_equations;
 mod end_map;
 mod end_response;
+mod end_stiffness;
 mod frame_flow;
 mod from_boundary;
 mod fused;
 pub(crate) mod guess;
 mod homotopy;
 pub(crate) mod initial;
+mod initial_derivative;
 mod integration_options;
 pub(crate) mod lazy_path;
 pub(crate) mod leg;
+pub(crate) mod linear_piece;
+mod loads;
 mod low_cost;
 pub(crate) mod node;
 pub(crate) mod path;
 pub(crate) mod problem;
+pub(crate) mod pull_back;
 mod random;
 mod recurrence;
 pub(crate) mod reduced;
@@ -56,11 +62,14 @@ mod solver;
 mod space_flow;
 mod split_state;
 mod splitting;
+pub(crate) mod state;
 #[cfg(any(feature = "python", feature = "serde"))]
 mod stored;
 #[cfg(any(feature = "python", feature = "serde"))]
 mod stored_check;
 pub(crate) mod taylor;
+pub(crate) mod tension;
+pub(crate) mod turning;
 mod variation;
 pub(crate) mod work;
 
@@ -68,7 +77,9 @@ pub use batch::{BoundarySolution, solve_boundary};
 pub use boundary::{BoundaryOptions, BoundaryReport, BoundaryStrategy};
 pub use composition::SplittingOrder;
 pub use derivative::{BoundaryDerivative, BoundaryVariation, CostGradient, InitialVariation};
+pub use initial_derivative::InitialGradient;
 pub use integration_options::IntegrationOptions;
+pub use pull_back::BoundaryGradient;
 pub use riemannian_cubic::RiemannianCubic;
 pub use search::SearchOptions;
 pub use splitting::{CubicTrajectory, SplittingOptions, integrate_cubic};

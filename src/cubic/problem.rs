@@ -6,10 +6,12 @@ use super::end_equations::Target;
 use super::end_map::EndMap;
 use super::guess::{FlatData, identity_columns};
 use super::initial::{Horizontal, complete};
-use super::path::{Path, State};
+use super::path::Path;
 use super::reduced::{Fixed, Sized};
 use super::shooting::Shooting;
+use super::state::State;
 use super::taylor::Accuracy;
+use super::tension::FlatBends;
 use crate::curve::span::Span;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
@@ -33,18 +35,13 @@ pub(super) struct Problem {
 impl Problem {
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`.
-    pub(super) fn new(
-        s0: MatRef<'_, f64>,
-        v0: MatRef<'_, f64>,
-        s1: MatRef<'_, f64>,
-        v1: MatRef<'_, f64>,
-    ) -> Result<Self> {
+    pub(super) fn new([s0, v0, s1, v1]: [MatRef<'_, f64>; 4], tension: f64) -> Result<Self> {
         check_data([s0, v0, s1, v1])?;
         let span = Span::of(&[s0, v0, s1, v1]);
         let g = complete(span.down(s0).as_ref());
         let velocity = Horizontal::of_tangent(g.as_ref(), span.down(v0).as_ref());
         let end = corrected([s1, v1].map(|a| g.transpose() * span.down(a)));
-        let target = Target::new(&velocity, &end);
+        let target = Target::new(&velocity, &end, tension);
         Ok(Problem {
             n: s0.nrows(),
             k: s0.ncols(),
@@ -106,7 +103,7 @@ impl Problem {
 
     /// `(x', x'')` of the cubic of flat space with the given displacement and end velocity.
     pub(super) fn start_of(&self, flat: &FlatData) -> Vec<f64> {
-        pack(&flat.start(&self.velocity))
+        pack(&flat.start(&self.velocity, &FlatBends::new(self.target.tension)))
     }
 
     /// `(x', x'')` from covariant acceleration and jerk at the start, shape `(n, k)`; parts outside of the span of the data
@@ -154,7 +151,7 @@ impl Problem {
     pub(super) fn path(&self, y: &[f64], interrupt: Interrupt<'_>) -> Result<Path> {
         let [a, second] = unpack(y, self.blocks());
         let state = State::new(&self.g, [&self.velocity, &a, &second]);
-        let mut path = Path::at(state, Accuracy::FULL);
+        let mut path = Path::at(state.in_tension(self.target.tension), Accuracy::FULL);
         path.extend_to(1.0, interrupt)?;
         Ok(path)
     }
@@ -196,7 +193,7 @@ fn corrected([s, v]: [Mat<f64>; 2]) -> [Mat<f64>; 2] {
 
 impl Target {
     /// For an initial velocity, and an end point and end velocity of shape `(r, k)`.
-    pub(super) fn new(velocity: &Horizontal, end: &[Mat<f64>; 2]) -> Self {
+    pub(super) fn new(velocity: &Horizontal, end: &[Mat<f64>; 2], tension: f64) -> Self {
         let speed = velocity
             .omega
             .norm_l2()
@@ -207,6 +204,7 @@ impl Target {
             end: [entries(&end[0]), entries(&end[1])],
             speed,
             velocity_unit: if speed > ABSOLUTE_SPEED { speed } else { 1.0 },
+            tension,
         }
     }
 }

@@ -11,9 +11,10 @@
 //! ```
 //!
 //! products of blocks of at most `r x k`: no commutator of `r x r` matrices is formed. A coefficient of order `j + 1`
-//! takes `j + 1` products of each kind, `k (4 m k + r k + 2 r m)` multiplications together.
+//! takes `j + 1` products of each kind, `k (4 m k + r k + 2 r m)` multiplications together. Cubics in tension have
+//! `tau omega'` more in `kappa'`, and `tau b'` in `b'''`.
 
-use super::block_products::{add_product, integrate, write_scaled};
+use super::block_products::{add_product, add_tension, integrate, write_scaled};
 use super::reduced::{Blocks, Parts, Series, are_few, block};
 use super::{fused, rotation};
 use crate::linalg::dual::Number;
@@ -67,6 +68,7 @@ fn extend<T: Number, B: Blocks>(parts: &mut Parts<'_, T>, blocks: B, j: usize) {
     if k > 1 {
         product::<T, B>(tall, &b2[wide.clone()], &omega[narrow.clone()], [m, k, k]);
     }
+    add_tension(tall, parts.tension, &b1[block(j, m * k)], 1.0);
     write_scaled(&mut b2[block(j + 1, m * k)], tall, next);
 
     let point = &mut parts.frame[..r * k];
@@ -102,6 +104,8 @@ fn extend<T: Number, B: Blocks>(parts: &mut Parts<'_, T>, blocks: B, j: usize) {
         let square = &mut parts.square[..k * k];
         square.fill(T::ZERO);
         product::<T, B>(square, &omega2[narrow.clone()], &omega[narrow], [k, k, k]);
+        // Of a skew matrix the half: its transpose is subtracted below.
+        add_tension(square, parts.tension, &omega1[block(j, k * k)], 0.5);
         integrate(omega, omega1, j, k * k, next);
         integrate(omega1, omega2, j, k * k, next);
         let target = &mut omega2[block(j + 1, k * k)];

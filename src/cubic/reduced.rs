@@ -81,6 +81,8 @@ pub(crate) struct Series<T> {
     /// All quantities one after the other, in the order of [`Parts`]: one allocation.
     entries: Vec<T>,
     lengths: [usize; PARTS],
+    /// `tau` in `tau x'`, what a cubic in tension has more in `x'''`.
+    pub(crate) tension: Option<T>,
 }
 
 const PARTS: usize = 16;
@@ -105,6 +107,7 @@ pub(crate) struct Parts<'a, T> {
     pub(super) square: &'a mut [T],
     pub(super) tall: &'a mut [T],
     pub(super) frame: &'a mut [T],
+    pub(super) tension: Option<T>,
 }
 
 impl<T: Number> Series<T> {
@@ -135,7 +138,13 @@ impl<T: Number> Series<T> {
         Series {
             entries: vec![T::ZERO; lengths.iter().sum()],
             lengths,
+            tension: None,
         }
+    }
+
+    /// Tension of the curve from now on; 0 for a cubic.
+    pub(crate) fn set_tension(&mut self, tension: f64) {
+        self.tension = (tension != 0.0).then(|| T::constant(tension));
     }
 
     #[inline(always)]
@@ -174,6 +183,7 @@ impl<T: Number> Series<T> {
             square,
             tall,
             frame,
+            tension: self.tension,
         }
     }
 

@@ -10,9 +10,11 @@ use super::clock::Clock;
 use super::enclosure;
 use super::initial::Coordinates;
 use super::lazy_path::LazyPath;
-use super::path::{Path, State};
+use super::path::Path;
 use super::reduced::Sized;
+use super::state::State;
 use super::taylor::Accuracy;
+use super::tension::check_tension;
 use crate::curve::curve::{sample_blocks, sample_coordinate_blocks};
 use crate::curve::sampling::check_parameter;
 use crate::curve::{Curve, DerivativeBounds, Quantity, Samples};
@@ -71,7 +73,7 @@ impl RiemannianCubic {
     /// From point, velocity, covariant acceleration and covariant jerk at time 0, all of shape `(n, k)`.
     ///
     /// # Errors
-    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`, `InvalidArgument` (`t_end` zero, tolerance);
+    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`, `InvalidArgument` (`t_end` zero, tolerance, tension);
     /// `TooManySteps` (more than 1e5 steps: too long or too fast), `Overflow`, `Interrupted`.
     pub fn from_initial(
         s: MatRef<'_, f64>,
@@ -89,11 +91,13 @@ impl RiemannianCubic {
                 found: options.tolerance,
             });
         }
-        let (data, rate) = Coordinates::in_natural_time(s, v, a, j)?;
+        check_tension(options.tension)?;
+        let (data, rate) = Coordinates::in_natural_time([s, v, a, j], options.tension)?;
         check_size(data.blocks)?;
         let accuracy = Accuracy::of_tolerance(options.tolerance);
         let clock = Clock::new(rate);
-        let mut path = Path::at(State::of_coordinates(data.blocks, data.entries), accuracy);
+        let state = State::of_coordinates(data.blocks, data.entries);
+        let mut path = Path::at(state.in_tension(options.tension / rate / rate), accuracy);
         // Never of length zero, however short: there is a piece.
         let smallest = f64::MIN_POSITIVE.copysign(options.t_end);
         let end = match clock.path_time(options.t_end) {
@@ -156,6 +160,11 @@ impl RiemannianCubic {
     /// What a step of the integration leaves out, relative to the state.
     pub fn tolerance(&self) -> f64 {
         self.path.accuracy().truncation
+    }
+
+    /// `tau` of a cubic in tension, 0 of a cubic: the curve makes `int |D_t S'|^2 + tau |S'|^2 dt` stationary.
+    pub fn tension(&self) -> f64 {
+        self.clock.derivative(self.path.tension(), 2)
     }
 
     /// Number of polynomials that the curve consists of: the steps of its integration, or 1 for a piece of a spline that was
@@ -221,24 +230,6 @@ impl RiemannianCubic {
             return Ok(None);
         }
         self.continued(lower, upper, interrupt)
-    }
-
-    /// About how many steps it takes to reach all of some times.
-    #[cfg(feature = "python")]
-    pub(crate) fn steps_beyond(&self, t: &[f64]) -> f64 {
-        let (lower, upper) = range(t);
-        if lower > upper {
-            return 0.0;
-        }
-        let (start, end) = self.path.covered();
-        let outside = [lower, upper].map(|t| {
-            let t = self.clock.path_time(t);
-            (start - t).max(t - end).max(0.0)
-        });
-        let ratio = outside[0].max(outside[1]) / (end - start);
-        // Speeds grow with the square of time.
-        let steps = self.steps() as f64 * ratio * (1.0 + ratio) * (1.0 + ratio);
-        steps.min(super::taylor::MAX_STEPS as f64)
     }
 }
 

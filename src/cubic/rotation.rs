@@ -42,7 +42,7 @@ pub(super) fn expand<T: Number>(parts: &mut Parts<'_, T>, blocks: impl Blocks, o
     }
 }
 
-/// The coefficient of order `j` of `x'' x - x x''`.
+/// The coefficient of order `j` of `x'' x - x x''`, and of `tau x'` in tension.
 #[inline(always)]
 fn cross<T: Number>(parts: &Parts<'_, T>, k: usize, j: usize) -> [T; DIM] {
     let mut sums = [T::ZERO; DIM];
@@ -54,6 +54,12 @@ fn cross<T: Number>(parts: &Parts<'_, T>, k: usize, j: usize) -> [T; DIM] {
         sums[0] -= c2 * b;
         sums[1] -= a2 * c;
         sums[2] -= b2 * a;
+    }
+    let rate = vectors(parts, k, 1, j).next_back();
+    if let (Some(tension), Some(rate)) = (parts.tension, rate) {
+        for (sum, x) in sums.iter_mut().zip(rate) {
+            *sum += tension * x;
+        }
     }
     sums
 }

@@ -88,7 +88,7 @@ impl RiemannianCubic {
                 found: options.distinct,
             });
         }
-        let problem = Problem::new(s0, v0, s1, v1)?;
+        let problem = Problem::new([s0, v0, s1, v1], options.boundary.tension)?;
         let start = match options.boundary.guess {
             Some((a, j)) => problem.start_from(s0, a, j)?,
             None => problem.flat_start(problem.flat()?.as_ref()),
@@ -151,7 +151,7 @@ fn search(
     found: &mut Found,
 ) -> Result<()> {
     let mut y = start.to_vec();
-    if solver.restarted(&mut y)? {
+    if solver.restarted(&mut y, None)? {
         found.add((y, solver.report(BoundaryStrategy::Direct)));
     }
     if let Some(solution) = solver.by_descents()? {

@@ -3,11 +3,13 @@
 //! The exact derivatives of the [equations](super::end_equations) come from the Taylor recurrence on
 //! [dual numbers](crate::linalg::dual). Few unknowns take Newton's method. More take [Broyden's](super::broyden), which
 //! starts from one Jacobian of low order, or from that of flat space where even one costs too much; where its steps do not
-//! help, a Newton step from products with the derivative inside of the minimal residual method does.
+//! help, a Newton step from products with the derivative inside of the minimal residual method does. At the end of a descent
+//! the chain itself says how the start answers to the end: Broyden's method needs no Jacobian there, which took up to half of
+//! the time on St(10,3).
 
 use faer::Mat;
 
-use super::broyden::Updates;
+use super::broyden::{Start, Updates};
 use super::end_equations::{Residual, Target, evaluate, flat_inverse};
 use super::reduced::Blocks;
 use super::taylor::{Accuracy, March};
@@ -18,6 +20,7 @@ use crate::linalg::decomp::solve_square;
 use crate::linalg::dual::{Dual, Number};
 use crate::linalg::gmres::Gmres;
 use crate::report::{SolverReport, StopReason};
+use crate::shooting::StartResponse;
 
 pub(super) const SOLVER: &str = "shooting for a Riemannian cubic";
 
@@ -69,6 +72,15 @@ const DUAL_WORK: f64 = 4.0;
 /// The same with one direction.
 const SINGLE_WORK: f64 = 2.0;
 
+/// Residuals at the start of a chain at rest are integrated to this first: a descent leaves about as much.
+const RESPONSE_ACCURACY: f64 = 1e-9;
+
+/// Whether a problem with so many unknowns takes the response of a chain at rest: Newton's method is quicker where a Jacobian costs
+/// as little as a few residuals.
+pub(super) fn takes_response(unknowns: usize) -> bool {
+    unknowns > FEW
+}
+
 /// The boundary value problem for blocks of one size; a pass of dual numbers carries `N` directions.
 pub(super) struct Shooting<'a, B, const N: usize> {
     pub(super) blocks: B,
@@ -93,21 +105,25 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
         }
     }
 
-    /// Damped Newton from `y = (x', x'')`, in place.
+    /// Damped Newton from `y = (x', x'')`, in place; where it is the start of a chain at rest, by its response first.
     ///
     /// # Errors
     /// `Interrupted`, and where the start cannot be integrated.
     pub(super) fn solve(
         &mut self,
         y: &mut [f64],
+        response: Option<&StartResponse>,
         tolerance: f64,
         max_iterations: usize,
     ) -> Result<SolverReport> {
-        let mut accuracy = Accuracy::of_tolerance(ACCURACY_SHARE);
+        let mut accuracy = Accuracy::of_tolerance(match response {
+            Some(_) => RESPONSE_ACCURACY,
+            None => ACCURACY_SHARE,
+        });
         let mut found = self.residual(y, accuracy)?;
         // How accurately that is known.
         let mut known = accuracy;
-        let mut updates = Updates::default();
+        let mut updates = Updates::of_response(response);
         let (mut iterations, mut reached) = (0, tolerance);
         let reason = loop {
             if found.distance <= tolerance {
@@ -179,14 +195,14 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
         y: &mut [f64],
         found: &Residual<f64>,
         accuracy: Accuracy,
-        updates: &mut Updates,
+        updates: &mut Updates<'_>,
     ) -> Result<Option<Residual<f64>>> {
         if updates.steps.len() == MAX_UPDATES {
             updates.clear();
         }
-        if updates.steps.is_empty() && y.len() <= DENSE {
+        if updates.steps.is_empty() && y.len() <= DENSE && !updates.has_response() {
             let (jacobian, _) = self.jacobian(y, Accuracy::of_tolerance(ROUGH))?;
-            updates.jacobian = Some(jacobian);
+            updates.start = Start::Jacobian(jacobian);
         }
         let Some(step) = updates.step(&found.equations) else {
             return Ok(None);
@@ -202,7 +218,9 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
         }
         y.copy_from_slice(&trial);
         updates.steps.push(step);
-        if y.len() <= DENSE && nearer.distance > SLOW * found.distance {
+        // The response costs nothing more, so its steps go on as long as they help.
+        let is_slow = nearer.distance > SLOW * found.distance && !updates.has_response();
+        if y.len() <= DENSE && is_slow {
             updates.clear();
         }
         Ok(Some(nearer))

@@ -11,6 +11,7 @@ use super::shooting::ROUND_OFF;
 use super::taylor::Accuracy;
 use crate::error::{Error, Result};
 use crate::report::{SolverReport, StopReason};
+use crate::shooting::StartResponse;
 
 /// Steps after which a start counts as bad; from good ones Newton's method takes at most 6, Broyden's up to 12.
 const DIRECT_STEPS: usize = 12;
@@ -69,7 +70,7 @@ impl<'a> Solver<'a> {
     /// A solution near a start; none where all strategies fail.
     pub(super) fn near(&mut self, start: &[f64]) -> Result<Option<Solution>> {
         let mut y = start.to_vec();
-        if self.restarted(&mut y)? {
+        if self.restarted(&mut y, None)? {
             return Ok(Some((y, self.report(BoundaryStrategy::Direct))));
         }
         if self.is_out_of_steps() || self.has_met_round_off() {
@@ -110,21 +111,26 @@ impl<'a> Solver<'a> {
     }
 
     /// Newton from a start, in place; longer where it is on its way.
-    fn persistent(&mut self, y: &mut [f64]) -> Result<bool> {
+    fn persistent(&mut self, y: &mut [f64], response: Option<&StartResponse>) -> Result<bool> {
         let most = self.options.max_iterations;
         let first = most.min(DIRECT_STEPS);
         self.starts += 1;
-        let report = self.newton(y, first)?;
+        let report = self.newton(y, response, first)?;
         let on_its_way = report.reason == StopReason::MaxIterations && report.residual < NEAR;
         if report.converged || first == most || !on_its_way {
             return Ok(report.converged);
         }
-        Ok(self.newton(y, most - first)?.converged)
+        Ok(self.newton(y, None, most - first)?.converged)
     }
 
-    /// Newton from a start, in place; a curve that cannot be integrated is no solution.
-    pub(super) fn restarted(&mut self, y: &mut [f64]) -> Result<bool> {
-        match self.persistent(y) {
+    /// Newton from a start, in place, by the response of a chain that ends there first; a curve that cannot be integrated is no
+    /// solution.
+    pub(super) fn restarted(
+        &mut self,
+        y: &mut [f64],
+        response: Option<&StartResponse>,
+    ) -> Result<bool> {
+        match self.persistent(y, response) {
             Err(error @ Error::Interrupted { .. }) => Err(error),
             Err(_) => Ok(false),
             converged => converged,
@@ -137,9 +143,16 @@ impl<'a> Solver<'a> {
     }
 
     /// Newton from `y` for the problem itself, in place.
-    pub(super) fn newton(&mut self, y: &mut [f64], max_iterations: usize) -> Result<SolverReport> {
+    pub(super) fn newton(
+        &mut self,
+        y: &mut [f64],
+        response: Option<&StartResponse>,
+        max_iterations: usize,
+    ) -> Result<SolverReport> {
         self.map.set_target(&self.problem.target);
-        let report = self.map.solve(y, self.tolerance, max_iterations)?;
+        let report = self
+            .map
+            .solve(y, response, self.tolerance, max_iterations)?;
         self.newton_steps += report.iterations;
         if report.converged || report.residual < self.nearest.0 {
             self.nearest = (report.residual, report.reason);
@@ -208,7 +221,7 @@ impl<'a> Solver<'a> {
         let outcome = tracer.run(from, |map, near| {
             map.set_target(target);
             let mut y = near.to_vec();
-            let report = match map.solve(&mut y, tolerance, most) {
+            let report = match map.solve(&mut y, None, tolerance, most) {
                 Ok(report) => report,
                 Err(error @ Error::Interrupted { .. }) => return Err(error),
                 Err(_) => return Ok(Next::Refine),

@@ -42,6 +42,7 @@ pub(super) struct SpaceState {
     mu: Sum,
     /// 1 where the first component belongs to `m`, else 0.
     first: f64,
+    tension: f64,
     start: Vector,
 }
 
@@ -52,8 +53,9 @@ impl SpaceState {
         let [x, p, j] = [&data.velocity, &data.acceleration, &data.jerk].map(axial);
         let first = f64::from(u8::from(k > 1));
         let bracket = cross(x, p);
-        // mu_m = -(j - [x, p]_m / 2) and mu_h = [x, p]_h.
-        let mut mu: Vector = std::array::from_fn(|i| 0.5 * bracket[i] - j[i]);
+        // mu_m = tau x - (j - [x, p]_m / 2) and mu_h = [x, p]_h.
+        let tension = data.tension;
+        let mut mu: Vector = std::array::from_fn(|i| tension * x[i] + 0.5 * bracket[i] - j[i]);
         if first == 0.0 {
             mu[0] = bracket[0];
         }
@@ -64,6 +66,7 @@ impl SpaceState {
             p: Sum::of(p),
             mu: Sum::of(mu),
             first,
+            tension,
             start: [0.0; 3],
         };
         state.start = state.momentum();
@@ -78,7 +81,9 @@ impl SpaceState {
     /// The covariant jerk as a vector of `m`.
     fn jerk(&self) -> Vector {
         let bracket = cross(self.x.value, self.p.value);
-        let mut jerk: Vector = std::array::from_fn(|i| 0.5 * bracket[i] - self.mu.value[i]);
+        let (x, mu) = (self.x.value, self.mu.value);
+        let mut jerk: Vector =
+            std::array::from_fn(|i| self.tension * x[i] + 0.5 * bracket[i] - mu[i]);
         jerk[0] *= self.first;
         jerk
     }
@@ -109,7 +114,8 @@ impl SplitState for SpaceState {
         };
         let mu = self.mu.value;
         let mean = turned(mu, versine, rest);
-        let mut impulse: Vector = std::array::from_fn(|i| -h * (mu[i] + mean[i]));
+        let kick = self.x.value.map(|x| self.tension * x);
+        let mut impulse: Vector = std::array::from_fn(|i| h * (kick[i] - (mu[i] + mean[i])));
         impulse[0] *= self.first;
         self.p.add(impulse);
         self.mu.add(turned(mu, sine, versine));
@@ -136,7 +142,8 @@ impl SplitState for SpaceState {
     }
 
     fn energy(&self) -> f64 {
-        dot(self.mu.value, self.x.value) + 0.5 * dot(self.p.value, self.p.value)
+        let (x, p) = (self.x.value, self.p.value);
+        dot(self.mu.value, x) + 0.5 * (dot(p, p) - self.tension * dot(x, x))
     }
 
     fn momentum_defect(&mut self) -> f64 {

@@ -9,6 +9,8 @@ use crate::error::{Error, Result};
 /// p \leftarrow p - \Bigl(\int_0^h e^{-sx} \mu\, e^{sx} ds\Bigr)_m,\quad \mu \leftarrow e^{-hx} \mu\, e^{hx};\qquad
 /// H_B = \tfrac12 |p|^2:\quad x \leftarrow x + h p
 /// ```
+///
+/// In tension `H_A` has `- tau |x|^2 / 2` more, and its flow `p <- p + h tau x` as well: `x` stands still in both.
 pub(super) trait SplitState {
     /// The flow of `H_A`.
     ///
@@ -22,7 +24,7 @@ pub(super) trait SplitState {
     /// Point, velocity, covariant acceleration and covariant jerk, each of shape `(r, k)`, column by column.
     fn observe(&mut self, out: [&mut [f64]; 4]);
 
-    /// `H = <mu, x> + |p|^2 / 2`, in the inner product `tr(A^T B) / 2` of `so(r)`.
+    /// `H = <mu, x> + |p|^2 / 2 - tau |x|^2 / 2`, in the inner product `tr(A^T B) / 2` of `so(r)`.
     fn energy(&self) -> f64;
 
     /// `|g mu g^T - M|` for the start's `M = g mu g^T`, in the norm of that inner product.

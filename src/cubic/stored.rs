@@ -5,11 +5,13 @@ use std::sync::Arc;
 use faer::Mat;
 
 use super::clock::Clock;
-use super::path::{Path, Piece, State};
+use super::path::{Path, Piece};
 use super::reduced::{Blocks, Sized};
 use super::riemannian_cubic::RiemannianCubic;
+use super::state::State;
 use super::stored_check::check_path;
 use super::taylor::Accuracy;
+use super::tension::check_tension;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::manifold::stored::check_orthonormal;
@@ -43,6 +45,9 @@ impl StoredPiece for RiemannianCubic {
             "clocks",
             flat(&|curve| vec![curve.clock.rate, curve.clock.curve, curve.clock.path]),
         );
+        if paths().any(|path| path.tension() != 0.0) {
+            fields.put_flat("tensions", flat(&|curve| vec![curve.path.tension()]));
+        }
         fields.put_flat("spans", flat(&|curve| vec![curve.span.0, curve.span.1]));
         let interval = |piece: &Piece| [piece.lower, piece.upper, piece.center];
         let intervals = paths().flat_map(|path| path.pieces.iter().flat_map(interval));
@@ -68,6 +73,7 @@ impl StoredPiece for RiemannianCubic {
         let reports = fields.reports("reports", count)?;
         let names = ["tolerances", "clocks", "spans"];
         let [mut tolerances, mut clocks, mut spans] = parts(names, fields)?;
+        let mut tensions = fields.parts_or_zeros("tensions", count)?;
         let names = ["intervals", "points", "vectors", "ends"];
         let mut numbers = Numbers(parts(names, fields)?);
         let mut curves = Vec::with_capacity(count);
@@ -77,7 +83,9 @@ impl StoredPiece for RiemannianCubic {
             let blocks = blocks(n, k, ranks[i], rows)?;
             let [tolerance] = tolerances.some()?;
             let (clock, span) = (clock(clocks.some()?)?, span(spans.some()?)?);
-            let path = numbers.path(blocks, steps[i], orders[i], tolerance)?;
+            let [tension] = tensions.some()?;
+            check_tension(tension)?;
+            let path = numbers.path(blocks, steps[i], orders[i], [tolerance, tension])?;
             check_path(&path, interrupt)?;
             curves.push(RiemannianCubic {
                 n,
@@ -90,7 +98,10 @@ impl StoredPiece for RiemannianCubic {
                 boundary_report: None,
             });
         }
-        for rest in [tolerances, clocks, spans].into_iter().chain(numbers.0) {
+        for rest in [tolerances, clocks, spans, tensions]
+            .into_iter()
+            .chain(numbers.0)
+        {
             rest.end()?;
         }
         Ok(curves)
@@ -187,7 +198,13 @@ const ORDERS: std::ops::RangeInclusive<usize> = 3..=64;
 struct Numbers([Parts; 4]);
 
 impl Numbers {
-    fn path(&mut self, blocks: Sized, count: usize, order: usize, tolerance: f64) -> Result<Path> {
+    fn path(
+        &mut self,
+        blocks: Sized,
+        count: usize,
+        order: usize,
+        [tolerance, tension]: [f64; 2],
+    ) -> Result<Path> {
         let range = Accuracy::FULL.truncation..=0.1;
         if !range.contains(&tolerance) {
             return Err(refusal(format!("tolerances: {tolerance} is out of range")));
@@ -212,11 +229,7 @@ impl Numbers {
         let mut state = || -> Result<State> {
             let [time] = ends.some()?;
             let entries = ends.next(size)?.to_vec();
-            Ok(State {
-                time,
-                blocks,
-                entries,
-            })
+            Ok(State::of_entries(blocks, time, entries).in_tension(tension))
         };
         let (first, last) = (state()?, state()?);
         if first.time > last.time {

@@ -11,7 +11,8 @@
 
 use faer::{Mat, MatRef, Scale};
 
-use super::path::{Path, State};
+use super::path::Path;
+use super::state::State;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::linalg::structure::{distance, norm, orthonormality_defect};

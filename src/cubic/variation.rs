@@ -14,8 +14,13 @@ use crate::linalg::dual::{Dual, Number};
 pub(super) struct Slopes {
     pub(super) points: Vec<Mat<f64>>,
     pub(super) velocities: Vec<Mat<f64>>,
+    /// Of the tangent vectors `g x'` and `g x''`.
+    pub(super) accelerations: Vec<Mat<f64>>,
+    pub(super) seconds: Vec<Mat<f64>>,
     /// The frame there, shape `(r, r)`.
     pub(super) frame: Mat<f64>,
+    /// `x, x', x''` there.
+    pub(super) state: [Horizontal; 3],
 }
 
 /// Variations of the curve with the given initial data at each of several times after the start, the start held fixed.
@@ -38,13 +43,8 @@ pub(super) fn vary<const N: usize>(
         m: data.velocity.normal.nrows() + extra,
         k,
     };
-    let r = blocks.m + k;
     let mut out: Vec<Slopes> = Vec::new();
-    out.resize_with(times.len(), || Slopes {
-        points: Vec::new(),
-        velocities: Vec::new(),
-        frame: Mat::zeros(r, r),
-    });
+    out.resize_with(times.len(), || Slopes::none(blocks));
     let mut march = March::<Dual<N>, Sized>::new(blocks, Accuracy::FULL);
     // A curve without freedom still has a frame.
     let passes = directions
@@ -65,34 +65,62 @@ pub(super) fn vary<const N: usize>(
 }
 
 impl Slopes {
-    fn read<const N: usize>(&mut self, march: &March<Dual<N>, Sized>, count: usize) {
+    /// No direction.
+    pub(super) fn none(blocks: Sized) -> Self {
+        let r = blocks.m + blocks.k;
+        Slopes {
+            points: Vec::new(),
+            velocities: Vec::new(),
+            accelerations: Vec::new(),
+            seconds: Vec::new(),
+            frame: Mat::zeros(r, r),
+            state: std::array::from_fn(|_| Horizontal::zeros(blocks)),
+        }
+    }
+
+    /// Of the state that a march has reached.
+    pub(super) fn read<const N: usize>(&mut self, march: &March<Dual<N>, Sized>, count: usize) {
         let Sized { m, k } = march.blocks;
         let (r, series) = (m + k, &march.series);
-        let velocity = |i: usize, j: usize| {
+        let vector = |level: usize, i: usize, j: usize| {
             let mut sum = Dual::<N>::ZERO;
             for l in 0..k {
-                sum += series.s()[i + r * l] * series.omega(0)[l + k * j];
+                sum += series.s()[i + r * l] * series.omega(level)[l + k * j];
             }
             for l in 0..m {
-                sum += series.e()[i + r * l] * series.b(0)[l + m * j];
+                sum += series.e()[i + r * l] * series.b(level)[l + m * j];
             }
             sum
         };
         for direction in 0..count {
             let point = |i: usize, j: usize| series.s()[i + r * j].slope[direction];
             self.points.push(Mat::from_fn(r, k, point));
-            let rate = |i: usize, j: usize| velocity(i, j).slope[direction];
-            self.velocities.push(Mat::from_fn(r, k, rate));
+        }
+        let vectors = [
+            &mut self.velocities,
+            &mut self.accelerations,
+            &mut self.seconds,
+        ];
+        for (level, out) in vectors.into_iter().enumerate() {
+            let entries: Vec<Dual<N>> =
+                (0..r * k).map(|at| vector(level, at % r, at / r)).collect();
+            let slope =
+                |direction: usize| Mat::from_fn(r, k, |i, j| entries[i + r * j].slope[direction]);
+            out.extend((0..count).map(slope));
         }
         self.frame = Mat::from_fn(r, r, |i, j| match j.checked_sub(k) {
             None => series.s()[i + r * j].value,
             Some(j) => series.e()[i + r * j].value,
         });
+        self.state = std::array::from_fn(|level| Horizontal {
+            omega: Mat::from_fn(k, k, |i, j| series.omega(level)[i + k * j].value),
+            normal: Mat::from_fn(m, k, |i, j| series.b(level)[i + m * j].value),
+        });
     }
 }
 
 /// Puts a march at the start of a curve: frame the identity, derivatives with their variations.
-fn start<const N: usize>(
+pub(super) fn start<const N: usize>(
     march: &mut March<Dual<N>, Sized>,
     data: &InitialData,
     directions: &[[Horizontal; 3]],
@@ -101,6 +129,7 @@ fn start<const N: usize>(
     let r = m + k;
     (march.time, march.steps) = (0.0, 0);
     let second = data.second();
+    march.series.set_tension(data.tension);
     let series = march.series.parts();
     for j in 0..r {
         for i in 0..r {

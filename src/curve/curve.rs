@@ -181,10 +181,10 @@ pub trait Curve: Sync {
         sample_coordinate_blocks(self, t, quantity, interrupt)
     }
 
-    /// Squared-acceleration cost over [`Curve::t_span`].
+    /// Squared-acceleration cost over [`Curve::t_span`]; of a cubic in tension, or a spline of them, what it makes stationary:
     ///
     /// ```math
-    /// J = \int |D_t S'|^2\, dt
+    /// J = \int |D_t S'|^2\, dt,\qquad J_\tau = \int |D_t S'|^2 + \tau |S'|^2\, dt
     /// ```
     ///
     /// # Accuracy

@@ -24,6 +24,8 @@ pub(crate) struct Knots<'a> {
     /// The next knot's frame in that of the knot where the leg starts, shape `(r, r)`, column by column.
     pub(crate) targets: Vec<&'a [f64]>,
     pub(crate) ends: &'a Ends,
+    /// Of the curves.
+    pub(crate) tension: f64,
 }
 
 impl<'a> Knots<'a> {
@@ -67,6 +69,25 @@ impl<'a> Knots<'a> {
     #[inline(always)]
     pub(crate) fn leg_in<T: Field>(&self, group: usize, lane: usize) -> usize {
         (group * T::COUNT + lane).min(self.lengths.len() - 1)
+    }
+
+    /// The largest rate by which the tension lets velocities grow, in the time of a leg.
+    pub(crate) fn largest_rate(&self) -> f64 {
+        let longest = self.lengths.iter().fold(0.0, |most, h| larger(most, *h));
+        longest * self.tension.sqrt()
+    }
+
+    /// The tensions of a group of legs, in their time; none of cubics.
+    pub(crate) fn tensions<T: Field>(&self, group: usize) -> Option<T> {
+        if self.tension == 0.0 {
+            return None;
+        }
+        let mut tensions = T::ZERO;
+        for lane in 0..T::COUNT {
+            let h = self.lengths[self.leg_in::<T>(group, lane)];
+            tensions.set_lane(lane, self.tension * h * h);
+        }
+        Some(tensions)
     }
 
     /// Write the targets of a group of legs, shape `(r, r)`, row by row.

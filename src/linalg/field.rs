@@ -1,6 +1,6 @@
 //! Numbers that can be divided, one or eight at a time, and small dense systems of them.
 
-use std::ops::{Div, Mul};
+use std::ops::{Div, Mul, Range};
 
 use super::dual::Number;
 use super::lanes::{LANES, Lanes};
@@ -129,6 +129,57 @@ pub(crate) fn substitute<T: Field>(n: usize, factors: &[T], columns: usize, b: &
     }
 }
 
+/// Solves `x l u = b` in place for every row of `b`, shape `(rows, n)` row by row.
+#[inline(always)]
+pub(crate) fn substitute_rows<T: Field>(n: usize, factors: &[T], b: &mut [T]) {
+    let mut groups = b.chunks_exact_mut(ROWS * n);
+    for rows in groups.by_ref() {
+        substitute_few_rows::<ROWS, T>(n, factors, rows);
+    }
+    for row in groups.into_remainder().chunks_exact_mut(n) {
+        substitute_few_rows::<1, T>(n, factors, row);
+    }
+}
+
+/// Of rows abreast, since a sum waits for its last addition.
+#[inline(always)]
+fn substitute_few_rows<const N: usize, T: Field>(n: usize, factors: &[T], b: &mut [T]) {
+    let mut rows = b.chunks_exact_mut(n);
+    let mut rows: [&mut [T]; N] = std::array::from_fn(|_| rows.next().unwrap_or_default());
+    for j in 0..n {
+        let sums = left_over(n, factors, &rows, j, 0..j);
+        for (row, sum) in rows.iter_mut().zip(sums) {
+            row[j] = sum * factors[j * n + j];
+        }
+    }
+    for j in (0..n).rev() {
+        let sums = left_over(n, factors, &rows, j, j + 1..n);
+        for (row, sum) in rows.iter_mut().zip(sums) {
+            row[j] = sum;
+        }
+    }
+}
+
+/// Entries `j` of rows less the products of others of them with those of a column.
+#[inline(always)]
+fn left_over<const N: usize, T: Field>(
+    n: usize,
+    factors: &[T],
+    rows: &[&mut [T]; N],
+    j: usize,
+    others: Range<usize>,
+) -> [T; N] {
+    let rows: [&[T]; N] = std::array::from_fn(|row| &rows[row][..n]);
+    let mut sums = rows.map(|row| row[j]);
+    for l in others {
+        let entry = factors[l * n + j];
+        for (sum, row) in sums.iter_mut().zip(rows) {
+            *sum -= row[l] * entry;
+        }
+    }
+    sums
+}
+
 #[inline(always)]
 fn subtract<T: Field>(row: &mut [T], share: T, other: &[T]) {
     for (entry, other) in row.iter_mut().zip(other) {
@@ -170,9 +221,10 @@ fn accumulate_rows<const N: usize, A: Copy, T: Number + Mul<A, Output = T>>(
     let rows: [&[A]; N] = std::array::from_fn(|row| &a[row * inner..][..inner]);
     for column in 0..columns {
         let mut sums: [T; N] = std::array::from_fn(|row| out[row * columns + column]);
-        for (l, b) in b.chunks_exact(columns).take(inner).enumerate() {
+        for l in 0..inner {
+            let entry = b[l * columns + column];
             for (sum, row) in sums.iter_mut().zip(rows) {
-                *sum += b[column] * row[l];
+                *sum += entry * row[l];
             }
         }
         for (row, sum) in sums.into_iter().enumerate() {

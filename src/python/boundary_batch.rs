@@ -1,69 +1,21 @@
 //! Boundary problems of Riemannian cubics in batches, in Python.
 
-use faer::MatRef;
+use faer::Mat;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::PyType;
 
+use super::batch::{Batch, matrix_batches};
 use super::call::Call;
-use super::chart::count;
-use super::convert::{Batch, matrices, to_array, whole, write};
-use super::error::{invalid_input, to_exception};
-use super::riemannian_cubic::shooting_each;
+use super::convert::{Any, count, named, to_array, whole, write};
+use super::error::to_exception;
+use super::work::SOLVES;
 use crate::cubic::problem::check_data;
 use crate::cubic::{BoundaryOptions, BoundarySolution, solve_boundary as solved};
 use crate::error::{Error, Result};
 use crate::manifold::Stiefel;
 
 static BATCH: PyOnceLock<Py<PyType>> = PyOnceLock::new();
-
-/// Solutions of a batch as arrays, matrix after matrix, row by row.
-struct Solutions {
-    size: usize,
-    acceleration: Vec<f64>,
-    jerk: Vec<f64>,
-    cost: Vec<f64>,
-    converged: Vec<bool>,
-    residual: Vec<f64>,
-}
-
-impl Solutions {
-    fn with_capacity(count: usize, size: usize) -> Self {
-        Solutions {
-            size,
-            acceleration: Vec::with_capacity(count * size),
-            jerk: Vec::with_capacity(count * size),
-            cost: Vec::with_capacity(count),
-            converged: Vec::with_capacity(count),
-            residual: Vec::with_capacity(count),
-        }
-    }
-
-    fn push(&mut self, solution: &BoundarySolution) {
-        let vectors = [&solution.acceleration, &solution.jerk];
-        for (vector, out) in vectors
-            .into_iter()
-            .zip([&mut self.acceleration, &mut self.jerk])
-        {
-            let start = out.len();
-            out.resize(start + self.size, 0.0);
-            write(vector.as_ref(), &mut out[start..]);
-        }
-        self.cost.push(solution.cost);
-        self.converged.push(true);
-        self.residual.push(solution.residual);
-    }
-
-    /// NaN, and what the nearest end was off.
-    fn push_unsolved(&mut self, residual: f64) {
-        for out in [&mut self.acceleration, &mut self.jerk] {
-            out.resize(out.len() + self.size, f64::NAN);
-        }
-        self.cost.push(f64::NAN);
-        self.converged.push(false);
-        self.residual.push(residual);
-    }
-}
 
 /// Riemannian cubics on ``[0, 1]`` with given end points and end velocities, for a batch of problems.
 ///
@@ -124,86 +76,115 @@ impl Solutions {
 #[allow(non_snake_case, clippy::too_many_arguments)]
 pub fn solve_boundary(
     py: Python<'_>,
-    S0: &Bound<'_, PyAny>,
-    V0: &Bound<'_, PyAny>,
-    S1: &Bound<'_, PyAny>,
-    V1: &Bound<'_, PyAny>,
+    S0: &Any<'_>,
+    V0: &Any<'_>,
+    S1: &Any<'_>,
+    V1: &Any<'_>,
     tol: f64,
     #[pyo3(from_py_with = whole)] max_iterations: i64,
     num_threads: Option<i64>,
 ) -> PyResult<Py<PyAny>> {
-    let batches = matrices([(S0, "S0"), (V0, "V0"), (S1, "S1"), (V1, "V1")])?;
-    let max_iterations = count(py, "max_iterations", max_iterations, 1)?;
+    let arguments = named![S0, V0, S1, V1];
+    let batches = matrix_batches(arguments)?;
+    let max_iterations = count("max_iterations", max_iterations, 1)?;
     let (shape, n, k) = (batches[0].shape.clone(), batches[0].rows, batches[0].cols);
-    check_shapes(py, &batches)?;
-    let work = batches[0].len() as f64 * shooting_each((n, k));
-    let call = Call::new(py, num_threads, work)?;
-    let (found, failure) = call.run(py, move |interrupt| {
+    // Also where there is no problem.
+    Stiefel::new(n, k)?;
+    for (batch, (_, name)) in batches.iter().zip(arguments) {
+        batch.check_shape(name, (n, k))?;
+    }
+    let call = Call::new(py, num_threads, SOLVES * 4.0 * batches[0].numbers())?;
+    let fields = call.run(move |interrupt| {
         let options = BoundaryOptions {
             tolerance: tol,
             max_iterations,
             interrupt,
             ..BoundaryOptions::default()
         };
-        solutions(&batches, &options)
+        Ok(solutions(&batches, &options)?.map(|found| Fields::of(&found, n * k)))
     })?;
-    if let Some((member, error)) = failure {
+    let fields = fields.map_err(|(member, error)| {
         let place = match shape.is_empty() {
             true => String::new(),
             false => format!(" (batch member {member})"),
         };
-        return Err(to_exception(py, &error, &place));
-    }
+        to_exception(&error, &place)
+    })?;
     let matrices = [shape.as_slice(), &[n, k]].concat();
-    let fields = (
-        to_array(py, found.acceleration, &matrices)?,
-        to_array(py, found.jerk, &matrices)?,
-        to_array(py, found.cost, &shape)?,
-        to_array(py, found.converged, &shape)?,
-        to_array(py, found.residual, &shape)?,
+    let arguments = (
+        to_array(py, fields.acceleration, &matrices)?,
+        to_array(py, fields.jerk, &matrices)?,
+        to_array(py, fields.cost, &shape)?,
+        to_array(py, fields.converged, &shape)?,
+        to_array(py, fields.residual, &shape)?,
     );
     let class = BATCH.import(py, "stiefel_rs.boundary", "BoundaryBatch")?;
-    Ok(class.call1(fields)?.unbind())
+    Ok(class.call1(arguments)?.unbind())
 }
 
-/// Also where there is no problem.
-fn check_shapes(py: Python<'_>, batches: &[Batch; 4]) -> PyResult<()> {
-    let (n, k) = (batches[0].rows, batches[0].cols);
-    Stiefel::new(n, k).map_err(|error| to_exception(py, &error, ""))?;
-    for (batch, name) in batches.iter().zip(["S0", "V0", "S1", "V1"]) {
-        if (batch.rows, batch.cols) != (n, k) {
-            let (rows, cols) = (batch.rows, batch.cols);
-            let message =
-                format!("{name}: expected shape (..., {n}, {k}), found (..., {rows}, {cols})");
-            return Err(invalid_input(py, message));
+/// A solution, or the residual of a problem that was not solved.
+type Found = std::result::Result<BoundarySolution, f64>;
+
+/// The fields of all solutions; NaN for problems that were not solved.
+struct Fields {
+    acceleration: Vec<f64>,
+    jerk: Vec<f64>,
+    cost: Vec<f64>,
+    converged: Vec<bool>,
+    residual: Vec<f64>,
+}
+
+impl Fields {
+    fn of(found: &[Found], size: usize) -> Self {
+        let matrices = |part: fn(&BoundarySolution) -> &Mat<f64>| {
+            let mut entries = vec![f64::NAN; found.len() * size];
+            for (solution, out) in found.iter().zip(entries.chunks_mut(size)) {
+                if let Ok(solution) = solution {
+                    write(part(solution).as_ref(), out);
+                }
+            }
+            entries
+        };
+        let cost = |one: &Found| one.as_ref().map_or(f64::NAN, |solution| solution.cost);
+        let residual = |one: &Found| {
+            one.as_ref()
+                .map_or_else(|x| *x, |solution| solution.residual)
+        };
+        Fields {
+            acceleration: matrices(|solution| &solution.acceleration),
+            jerk: matrices(|solution| &solution.jerk),
+            cost: found.iter().map(cost).collect(),
+            converged: found.iter().map(Found::is_ok).collect(),
+            residual: found.iter().map(residual).collect(),
         }
     }
-    Ok(())
 }
 
 /// The first invalid problem and what is wrong with it.
-type Failure = Option<(usize, Error)>;
+type Failure = (usize, Error);
 
-fn solutions(batches: &[Batch; 4], options: &BoundaryOptions<'_>) -> Result<(Solutions, Failure)> {
-    let [count, size] = [batches[0].len(), batches[0].rows * batches[0].cols];
-    let problem = |i: usize| -> [MatRef<'_, f64>; 4] { batches.each_ref().map(|b| b.get(i)) };
-    let problems: Vec<_> = (0..count).map(problem).collect();
-    let mut found = Solutions::with_capacity(count, size);
+fn solutions(
+    batches: &[Batch; 4],
+    options: &BoundaryOptions<'_>,
+) -> Result<std::result::Result<Vec<Found>, Failure>> {
+    let problem = |i: usize| batches.each_ref().map(|batch| batch.get(i));
+    let problems: Vec<_> = (0..batches[0].len()).map(problem).collect();
     for (i, problem) in problems.iter().enumerate() {
         options.interrupt.check("boundary problems")?;
         if let Err(error) = check_data(*problem) {
-            return Ok((found, Some((i, error))));
+            return Ok(Err((i, error)));
         }
     }
+    let mut found = Vec::with_capacity(problems.len());
     for (i, solution) in solved(&problems, options)?.into_iter().enumerate() {
-        match solution {
-            Ok(solution) => found.push(&solution),
-            Err(error @ Error::DifferentComponents { .. }) => return Ok((found, Some((i, error)))),
+        found.push(match solution {
+            Ok(solution) => Ok(solution),
+            Err(error @ Error::DifferentComponents { .. }) => return Ok(Err((i, error))),
             Err(Error::NoConvergence { report, .. } | Error::TooManySteps { report, .. }) => {
-                found.push_unsolved(report.residual);
+                Err(report.residual)
             }
-            Err(_) => found.push_unsolved(f64::INFINITY),
-        }
+            Err(_) => Err(f64::INFINITY),
+        });
     }
-    Ok((found, None))
+    Ok(Ok(found))
 }

@@ -1,7 +1,7 @@
 //! Running the core without the interpreter lock, on a chosen number of threads, stoppable by Ctrl-C.
 
 use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::ThreadId;
@@ -11,7 +11,7 @@ use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use super::error::{invalid_input, to_exception};
+use super::error::invalid_input;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 
@@ -25,26 +25,26 @@ const BLOCK: f64 = 3e5;
 const POLL: Duration = Duration::from_millis(50);
 
 /// A call into the core.
-pub struct Call {
+pub struct Call<'py> {
+    py: Python<'py>,
     num_threads: Option<usize>,
     /// Estimated floating-point operations.
     operations: f64,
 }
 
-impl Call {
+impl<'py> Call<'py> {
     /// `num_threads = None` takes rayon's global pool.
-    pub fn new(py: Python<'_>, num_threads: Option<i64>, operations: f64) -> PyResult<Self> {
+    pub fn new(py: Python<'py>, num_threads: Option<i64>, operations: f64) -> PyResult<Self> {
         let num_threads = match num_threads {
             None => None,
             Some(threads @ 1..=4096) => Some(threads as usize),
             Some(found) => {
-                return Err(invalid_input(
-                    py,
-                    format!("num_threads: must be between 1 and 4096, found {found}"),
-                ));
+                let message = format!("num_threads: must be between 1 and 4096, found {found}");
+                return Err(invalid_input(message));
             }
         };
         Ok(Call {
+            py,
             num_threads,
             operations,
         })
@@ -64,51 +64,50 @@ impl Call {
     /// Runs `work` detached from the interpreter; an error of the core becomes the exception.
     pub fn run<T: Send + 'static>(
         &self,
-        py: Python<'_>,
         work: impl FnOnce(Interrupt<'_>) -> Result<T> + Send + 'static,
     ) -> PyResult<T> {
-        self.run_any(py, work)?
-            .map_err(|error| to_exception(py, &error, ""))
+        Ok(self.run_any(work)??)
     }
 
     /// Runs work of a fraction of a second where it stands, detached from the interpreter: it may borrow.
-    pub fn run_here<T: Send>(
-        &self,
-        py: Python<'_>,
-        work: impl FnOnce() -> T + Send,
-    ) -> PyResult<T> {
+    pub fn run_here<T: Send>(&self, work: impl FnOnce() -> T + Send) -> PyResult<T> {
         let pool = self.num_threads.map(pool_of).transpose()?;
-        Ok(py.detach(|| run_in(pool.as_deref(), work)))
+        Ok(self.py.detach(|| run_in(pool.as_deref(), work)))
     }
 
     /// Runs `work` detached from the interpreter and returns what it returns.
     pub fn run_any<T: Send + 'static>(
         &self,
-        py: Python<'_>,
         work: impl FnOnce(Interrupt<'_>) -> T + Send + 'static,
     ) -> PyResult<T> {
         let pool = self.num_threads.map(pool_of).transpose()?;
         if self.is_long() {
-            return py.detach(|| run_watched(pool, work));
+            return self.py.detach(|| run_watched(pool, work));
         }
         let watch = Watch::new();
         let question = || watch.stops();
-        let result = py.detach(|| run_in(pool.as_deref(), || work(Interrupt::new(&question))));
-        match watch.signal.into_inner() {
-            Ok(Some(signal)) => Err(signal),
-            _ => Ok(result),
-        }
+        let result = self
+            .py
+            .detach(|| run_in(pool.as_deref(), || work(Interrupt::new(&question))));
+        watch.signal().map_or(Ok(result), Err)
     }
+}
+
+/// [`Call::run`] on rayon's global pool.
+pub fn run<T: Send + 'static>(
+    py: Python<'_>,
+    operations: f64,
+    work: impl FnOnce(Interrupt<'_>) -> Result<T> + Send + 'static,
+) -> PyResult<T> {
+    Call::new(py, None, operations)?.run(work)
 }
 
 /// Looks for Ctrl-C now and then from inside of a call that runs where it stands, should it take longer than estimated.
 struct Watch {
     caller: ThreadId,
-    start: Instant,
     questions: AtomicU32,
-    /// Milliseconds after the start at which to look next.
-    next: AtomicU64,
-    signal: Mutex<Option<PyErr>>,
+    /// When it looked last, and the signal that it found.
+    looked: Mutex<(Instant, Option<PyErr>)>,
 }
 
 /// Questions between two looks at the clock, which would cost as much as a short piece of work.
@@ -118,10 +117,8 @@ impl Watch {
     fn new() -> Self {
         Watch {
             caller: std::thread::current().id(),
-            start: Instant::now(),
             questions: AtomicU32::new(1),
-            next: AtomicU64::new(POLL.as_millis() as u64),
-            signal: Mutex::new(None),
+            looked: Mutex::new((Instant::now(), None)),
         }
     }
 
@@ -131,19 +128,19 @@ impl Watch {
         if !asked.is_multiple_of(QUESTIONS) || std::thread::current().id() != self.caller {
             return false;
         }
-        let now = self.start.elapsed().as_millis() as u64;
-        if now < self.next.load(Ordering::Relaxed) {
-            return false;
+        let mut looked = self.looked.lock().unwrap_or_else(PoisonError::into_inner);
+        if looked.1.is_some() || looked.0.elapsed() < POLL {
+            return looked.1.is_some();
         }
-        let period = POLL.as_millis() as u64;
-        self.next.store(now + period, Ordering::Relaxed);
-        match Python::attach(|py| py.check_signals()) {
-            Ok(()) => false,
-            Err(signal) => {
-                *self.signal.lock().unwrap_or_else(PoisonError::into_inner) = Some(signal);
-                true
-            }
-        }
+        let signal = Python::attach(|py| py.check_signals()).err();
+        let stops = signal.is_some();
+        *looked = (Instant::now(), signal);
+        stops
+    }
+
+    fn signal(self) -> Option<PyErr> {
+        let looked = self.looked.into_inner();
+        looked.unwrap_or_else(PoisonError::into_inner).1
     }
 }
 
@@ -216,22 +213,15 @@ pub fn num_threads() -> usize {
 #[pyfunction]
 pub fn simd_features() -> Vec<&'static str> {
     #[cfg(target_arch = "x86_64")]
-    {
-        let found = [
-            ("sse2", std::is_x86_feature_detected!("sse2")),
-            ("avx", std::is_x86_feature_detected!("avx")),
-            ("avx2", std::is_x86_feature_detected!("avx2")),
-            ("fma", std::is_x86_feature_detected!("fma")),
-            ("avx512f", std::is_x86_feature_detected!("avx512f")),
-        ];
-        found
-            .into_iter()
-            .filter(|(_, has)| *has)
-            .map(|(name, _)| name)
-            .collect()
-    }
+    let found = [
+        ("sse2", std::is_x86_feature_detected!("sse2")),
+        ("avx", std::is_x86_feature_detected!("avx")),
+        ("avx2", std::is_x86_feature_detected!("avx2")),
+        ("fma", std::is_x86_feature_detected!("fma")),
+        ("avx512f", std::is_x86_feature_detected!("avx512f")),
+    ];
     #[cfg(not(target_arch = "x86_64"))]
-    {
-        vec![std::env::consts::ARCH]
-    }
+    let found = [(std::env::consts::ARCH, true)];
+    let found = found.into_iter().filter(|(_, has)| *has);
+    found.map(|(name, _)| name).collect()
 }

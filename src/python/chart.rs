@@ -1,18 +1,16 @@
 //! The paper's charts for arrays.
 
-use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::{PyEllipsis, PySlice, PyTuple};
 
+use super::batch::{Batch, map_batch, vector_batches};
 use super::call::Call;
-use super::convert::{Batch, map_batch, to_array, vectors, write};
+use super::convert::{Any, Named, NewArray, named, write};
 use super::error::invalid_input;
-use super::state::{Kind, check_finite, state};
-use crate::chart::{Chart, Frame, Sphere, covariant_from_state};
+use super::state::{Kind, check_finite, on_chart, state};
+use crate::chart::{Chart, covariant_from_state};
 use crate::error::Result;
 use crate::interrupt::Interrupt;
-
-pub type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 
 /// A chart of the paper: ``Chart.sphere()`` for St(3,1), ``Chart.frame()`` for St(3,2).
 ///
@@ -41,182 +39,113 @@ pub type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 /// True
 #[pyclass(name = "Chart", module = "stiefel_rs", frozen, eq, hash)]
 #[derive(Clone, PartialEq, Eq, Hash)]
-pub struct PyChart(Kind);
+pub struct PyChart(pub(super) Kind);
 
-/// An integer argument of at least `least`.
-pub(super) fn count(py: Python<'_>, name: &str, value: i64, least: i64) -> PyResult<usize> {
-    match usize::try_from(value) {
-        Ok(count) if value >= least => Ok(count),
-        _ => Err(invalid_input(
-            py,
-            format!("{name}: must be at least {least}, found {value}"),
-        )),
-    }
-}
-
-/// Answers a query for one member of a batch.
-fn evaluate<const X: usize, const Z: usize>(
-    chart: &impl Chart<X, Z>,
-    query: Query,
-    rows: &[&[f64]],
-    out: &mut [f64],
-) -> Result<()> {
-    // A query on coordinates alone is checked like a state at rest.
-    chart.check(query.argument(), rows[0])?;
-    match query {
-        Query::Embed => write(chart.embed(rows[0])?.as_ref(), out),
-        Query::EmbedVelocity => {
-            check_finite("qdot", rows[1])?;
-            write(chart.embed_velocity(rows[0], rows[1])?.as_ref(), out);
-        }
-        Query::Momenta => {
-            check_finite("qdot", rows[1])?;
-            out.copy_from_slice(
-                chart
-                    .momenta(rows[0], rows[1], rows[2], rows[3])?
-                    .as_slice(),
-            );
-        }
-        Query::Derivatives => out.copy_from_slice(chart.derivatives(&state(rows[0])).as_slice()),
-        Query::Covariant => {
-            let data = covariant_from_state(chart, &state(rows[0]))?;
-            let parts = [&data.point, &data.velocity, &data.acceleration, &data.jerk];
-            let size = out.len() / parts.len();
-            for (part, target) in parts.into_iter().zip(out.chunks_mut(size)) {
-                write(part.as_ref(), target);
-            }
-        }
-        Query::Hamiltonian => out[0] = chart.hamiltonian(&state(rows[0])),
-        Query::Gradient => out.copy_from_slice(chart.gradient(&state(rows[0])).as_slice()),
-        Query::Hessian => out.copy_from_slice(chart.hessian(&state(rows[0])).as_slice()),
-    }
-    Ok(())
-}
-
-#[derive(Clone, Copy)]
-enum Query {
-    Embed,
-    EmbedVelocity,
-    Momenta,
-    Derivatives,
-    Covariant,
-    Hamiltonian,
-    Gradient,
-    Hessian,
-}
-
-impl Query {
-    fn argument(self) -> &'static str {
-        match self {
-            Query::Embed | Query::EmbedVelocity | Query::Momenta => "q",
-            _ => "z",
-        }
-    }
-}
+/// Estimated operations of one evaluation.
+const EVALUATION: f64 = 1e3;
 
 impl PyChart {
-    /// Which chart.
-    pub(super) fn kind(&self) -> Kind {
-        self.0
-    }
-
     pub(super) fn dimension(&self) -> usize {
         self.0.dimension()
-    }
-
-    fn columns(&self) -> usize {
-        self.0.columns()
     }
 
     /// Reads batches of vectors of the given length.
     pub(super) fn read<const N: usize>(
         &self,
-        objects: [(&Bound<'_, PyAny>, &'static str); N],
+        objects: [Named<'_, '_>; N],
         length: usize,
     ) -> PyResult<[Batch; N]> {
-        let batches = vectors(objects)?;
-        for (batch, (object, name)) in batches.iter().zip(objects) {
+        let batches = vector_batches(objects)?;
+        for (batch, (_, name)) in batches.iter().zip(objects) {
             if batch.rows != length {
                 let found = batch.rows;
                 let message =
                     format!("{name}: expected shape (..., {length}), found (..., {found})");
-                return Err(invalid_input(object.py(), message));
+                return Err(invalid_input(message));
             }
         }
         Ok(batches)
     }
 
     /// A pair of momenta `(p_q, p_qdot)`, joined.
-    pub(super) fn read_guess(&self, pair: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+    pub(super) fn read_guess(&self, pair: &Any<'_>) -> PyResult<Vec<f64>> {
         let momenta = pair.try_iter()?.collect::<PyResult<Vec<_>>>()?;
+        let d = self.dimension();
         if let [p_q, p_qdot] = &momenta[..] {
-            let [p_q, p_qdot] = self.read([(p_q, "guess"), (p_qdot, "guess")], self.dimension())?;
+            let [p_q, p_qdot] = self.read([(p_q, "guess"), (p_qdot, "guess")], d)?;
             if p_q.shape.is_empty() {
                 return Ok([p_q.row(0), p_qdot.row(0)].concat());
             }
         }
-        let message = format!(
-            "guess: expected two arrays of shape ({},)",
-            self.dimension()
-        );
-        Err(invalid_input(pair.py(), message))
+        let message = format!("guess: expected two arrays of shape ({d},)");
+        Err(invalid_input(message))
     }
 
-    /// Answers a query for every member; the result has the trailing shape `core`.
-    fn query<'py, const N: usize>(
+    /// Apply `member` to vectors with `length` entries, member by member; its values have shape `core`.
+    pub(super) fn map<const N: usize>(
         &self,
-        py: Python<'py>,
-        query: Query,
-        objects: [(&Bound<'py, PyAny>, &'static str); N],
+        objects: [Named<'_, '_>; N],
         length: usize,
         core: &[usize],
-    ) -> PyResult<Array<'py>> {
+        operations: f64,
+        member: impl Fn(Kind, [&[f64]; N], &mut [f64], Interrupt<'_>) -> Result<()>
+        + Sync
+        + Send
+        + 'static,
+    ) -> PyResult<NewArray> {
+        let (py, kind) = (objects[0].0.py(), self.0);
         let batches = self.read(objects, length)?;
-        let call = Call::new(py, None, 1e3 * batches[0].len() as f64)?;
-        let shape: Vec<usize> = batches[0].shape.iter().chain(core).copied().collect();
-        let kind = self.0;
-        let member = move |batches: [&Batch; N], i: usize, out: &mut [f64], _: Interrupt<'_>| {
-            let rows = batches.map(|batch| batch.row(i));
-            match kind {
-                Kind::Sphere => evaluate(&Sphere, query, &rows, out),
-                Kind::Frame => evaluate(&Frame, query, &rows, out),
-            }
+        let call = Call::new(py, None, operations * batches[0].len() as f64)?;
+        let one = move |_: &mut (),
+                        b: [&Batch; N],
+                        i: usize,
+                        out: &mut [f64],
+                        interrupt: Interrupt<'_>| {
+            member(kind, b.map(|batch| batch.row(i)), out, interrupt)
         };
-        to_array(
-            py,
-            map_batch(py, &call, batches, core.iter().product(), member)?,
-            &shape,
-        )
+        map_batch(&call, batches, core, || (), one)
     }
 
-    fn state_query<'py>(
+    /// [`PyChart::map`] for coordinates and their derivatives.
+    fn map_coordinates<const N: usize>(
         &self,
-        py: Python<'py>,
-        query: Query,
-        z: &Bound<'py, PyAny>,
+        objects: [Named<'_, '_>; N],
         core: &[usize],
-    ) -> PyResult<Array<'py>> {
-        self.query(py, query, [(z, "z")], 4 * self.dimension(), core)
+        member: impl Fn(Kind, [&[f64]; N], &mut [f64]) -> Result<()> + Sync + Send + 'static,
+    ) -> PyResult<NewArray> {
+        let member = move |kind: Kind, rows: [&[f64]; N], out: &mut [f64], _: Interrupt<'_>| {
+            member(kind, rows, out)
+        };
+        self.map(objects, self.dimension(), core, EVALUATION, member)
+    }
+
+    /// [`PyChart::map`] for states, which are checked.
+    fn map_states(
+        &self,
+        z: &Any<'_>,
+        core: &[usize],
+        member: impl Fn(Kind, &[f64], &mut [f64]) -> Result<()> + Sync + Send + 'static,
+    ) -> PyResult<NewArray> {
+        let member = move |kind: Kind, [z]: [&[f64]; 1], out: &mut [f64], _: Interrupt<'_>| {
+            on_chart!(kind, chart => chart.check("z", z))?;
+            member(kind, z, out)
+        };
+        self.map(named![z], self.0.width(), core, EVALUATION, member)
     }
 
     /// Point, velocity, covariant acceleration and covariant jerk of states.
-    pub(super) fn covariant_parts<'py>(
-        &self,
-        py: Python<'py>,
-        z: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyTuple>> {
-        let columns = self.columns();
-        let joined = self.state_query(py, Query::Covariant, z, &[4, 3 * columns])?;
-        let parts = split(py, &joined, 4)?;
-        let reshape = |part: Bound<'py, PyAny>| {
-            let shape: Vec<usize> = part.getattr("shape")?.extract()?;
-            let lead = &shape[..shape.len() - 1];
-            part.call_method1(
-                "reshape",
-                (PyTuple::new(py, [lead, &[3, columns]].concat())?,),
-            )
-        };
-        PyTuple::new(py, parts.iter().map(reshape).collect::<PyResult<Vec<_>>>()?)
+    pub(super) fn covariant_parts<'py>(&self, z: &Any<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let core = [4, 3, self.0.columns()];
+        let joined = self.map_states(z, &core, |kind, z, out| {
+            let data = on_chart!(kind, chart => covariant_from_state(chart, &state(z)))?;
+            let parts = [&data.point, &data.velocity, &data.acceleration, &data.jerk];
+            let size = out.len() / parts.len();
+            for (part, target) in parts.into_iter().zip(out.chunks_mut(size)) {
+                write(part.as_ref(), target);
+            }
+            Ok(())
+        })?;
+        split(z.py(), joined, 4, 2)
     }
 }
 
@@ -244,7 +173,7 @@ impl PyChart {
     /// Columns of an embedded point, 1 or 2.
     #[getter]
     fn k(&self) -> usize {
-        self.columns()
+        self.0.columns()
     }
 
     fn __repr__(&self) -> &'static str {
@@ -254,11 +183,10 @@ impl PyChart {
         }
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, ())> {
-        let name = if slf.get().0 == Kind::Sphere {
-            "sphere"
-        } else {
-            "frame"
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Any<'py>, ())> {
+        let name = match slf.get().0 {
+            Kind::Sphere => "sphere",
+            Kind::Frame => "frame",
         };
         Ok((slf.get_type().getattr(name)?, ()))
     }
@@ -269,31 +197,27 @@ impl PyChart {
     /// ------
     /// OutsideDomainError
     ///     Unless ``0 < theta < pi``; carries ``angle``. The same holds for every method.
-    fn embed<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
-        self.query(
-            py,
-            Query::Embed,
-            [(q, "q")],
-            self.dimension(),
-            &[3, self.columns()],
-        )
+    fn embed(&self, q: &Any<'_>) -> PyResult<NewArray> {
+        self.map_coordinates(named![q], &[3, self.0.columns()], |kind, [q], out| {
+            on_chart!(kind, chart => {
+                chart.check("q", q)?;
+                write(chart.embed(q)?.as_ref(), out);
+            });
+            Ok(())
+        })
     }
 
     /// The velocity of coordinates ``q``, ``qdot``, shapes (..., d) -> (..., 3, k).
-    fn embed_velocity<'py>(
-        &self,
-        py: Python<'py>,
-        q: &Bound<'py, PyAny>,
-        qdot: &Bound<'py, PyAny>,
-    ) -> PyResult<Array<'py>> {
-        let objects = [(q, "q"), (qdot, "qdot")];
-        self.query(
-            py,
-            Query::EmbedVelocity,
-            objects,
-            self.dimension(),
-            &[3, self.columns()],
-        )
+    fn embed_velocity(&self, q: &Any<'_>, qdot: &Any<'_>) -> PyResult<NewArray> {
+        let core = [3, self.0.columns()];
+        self.map_coordinates(named![q, qdot], &core, |kind, [q, qdot], out| {
+            on_chart!(kind, chart => {
+                chart.check("q", q)?;
+                check_finite("qdot", qdot)?;
+                write(chart.embed_velocity(q, qdot)?.as_ref(), out);
+            });
+            Ok(())
+        })
     }
 
     /// Momenta ``(p_q, p_qdot)`` of a curve from its coordinate derivatives up to the third, all of shape (..., d).
@@ -304,63 +228,73 @@ impl PyChart {
     /// ``p_q[i] = 2 Gamma[k, i, j] qdot[j] p_qdot[k] - d/dt p_qdot[i]``.
     fn momenta<'py>(
         &self,
-        py: Python<'py>,
-        q: &Bound<'py, PyAny>,
-        qdot: &Bound<'py, PyAny>,
-        qddot: &Bound<'py, PyAny>,
-        qdddot: &Bound<'py, PyAny>,
+        q: &Any<'py>,
+        qdot: &Any<'py>,
+        qddot: &Any<'py>,
+        qdddot: &Any<'py>,
     ) -> PyResult<Bound<'py, PyTuple>> {
-        let objects = [
-            (q, "q"),
-            (qdot, "qdot"),
-            (qddot, "qddot"),
-            (qdddot, "qdddot"),
-        ];
-        let joined = self.query(
-            py,
-            Query::Momenta,
-            objects,
-            self.dimension(),
-            &[2, self.dimension()],
-        )?;
-        split(py, &joined, 2)
+        let objects = named![q, qdot, qddot, qdddot];
+        let member = |kind: Kind, [q, qdot, qddot, qdddot]: [&[f64]; 4], out: &mut [f64]| {
+            on_chart!(kind, chart => {
+                chart.check("q", q)?;
+                check_finite("qdot", qdot)?;
+                out.copy_from_slice(chart.momenta(q, qdot, qddot, qdddot)?.as_slice());
+            });
+            Ok(())
+        };
+        let joined = self.map_coordinates(objects, &[2, self.dimension()], member)?;
+        split(q.py(), joined, 2, 1)
     }
 
     /// Coordinate derivatives ``(q, qdot, qddot, qdddot)`` of the curve through a state, each of shape (..., d).
-    fn derivatives<'py>(
-        &self,
-        py: Python<'py>,
-        z: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyTuple>> {
-        let joined = self.state_query(py, Query::Derivatives, z, &[4, self.dimension()])?;
-        split(py, &joined, 4)
+    fn derivatives<'py>(&self, z: &Any<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let joined = self.map_states(z, &[4, self.dimension()], |kind, z, out| {
+            on_chart!(kind, chart => out.copy_from_slice(chart.derivatives(&state(z)).as_slice()));
+            Ok(())
+        })?;
+        split(z.py(), joined, 4, 1)
     }
 
     /// The Hamiltonian, shape (..., 4 d) -> (...).
-    fn hamiltonian<'py>(
-        &self,
-        py: Python<'py>,
-        z: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        let values = self.state_query(py, Query::Hamiltonian, z, &[1])?;
-        values.get_item((PyEllipsis::get(py), 0))
+    fn hamiltonian(&self, z: &Any<'_>) -> PyResult<NewArray> {
+        self.map_states(z, &[], |kind, z, out| {
+            out[0] = on_chart!(kind, chart => chart.hamiltonian(&state(z)));
+            Ok(())
+        })
     }
 
     /// The exact gradient of the Hamiltonian, shape (..., 4 d).
-    fn gradient<'py>(&self, py: Python<'py>, z: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
-        self.state_query(py, Query::Gradient, z, &[4 * self.dimension()])
+    fn gradient(&self, z: &Any<'_>) -> PyResult<NewArray> {
+        self.map_states(z, &[self.0.width()], |kind, z, out| {
+            on_chart!(kind, chart => out.copy_from_slice(chart.gradient(&state(z)).as_slice()));
+            Ok(())
+        })
     }
 
     /// The exact Hessian of the Hamiltonian, shape (..., 4 d, 4 d).
-    fn hessian<'py>(&self, py: Python<'py>, z: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
-        let width = 4 * self.dimension();
-        self.state_query(py, Query::Hessian, z, &[width, width])
+    fn hessian(&self, z: &Any<'_>) -> PyResult<NewArray> {
+        self.map_states(z, &[self.0.width(); 2], |kind, z, out| {
+            on_chart!(kind, chart => out.copy_from_slice(chart.hessian(&state(z)).as_slice()));
+            Ok(())
+        })
     }
 }
 
-/// The rows of the last but one axis as separate arrays.
-fn split<'py>(py: Python<'py>, joined: &Array<'py>, parts: usize) -> PyResult<Bound<'py, PyTuple>> {
-    let everything = PySlice::full(py);
-    let row = |i: usize| joined.get_item((PyEllipsis::get(py), i, &everything));
+/// Split along the axis before the last `axes` ones into separate arrays.
+fn split<'py>(
+    py: Python<'py>,
+    joined: NewArray,
+    parts: usize,
+    axes: usize,
+) -> PyResult<Bound<'py, PyTuple>> {
+    let joined = joined.into_pyobject(py)?;
+    let row = |i: usize| {
+        let mut index = vec![
+            PyEllipsis::get(py).to_owned().into_any(),
+            i.into_pyobject(py)?.into_any(),
+        ];
+        index.resize(2 + axes, PySlice::full(py).into_any());
+        joined.get_item(PyTuple::new(py, index)?)
+    };
     PyTuple::new(py, (0..parts).map(row).collect::<PyResult<Vec<_>>>()?)
 }

@@ -3,13 +3,15 @@
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods};
 use pyo3::prelude::*;
 
-use super::call::Call;
-use super::chart::count;
-use super::convert::{Batch, freeze, matrix, parameters, to_array, tuple, whole};
-use super::error::{invalid_input, to_exception};
-use crate::cubic::{
-    CubicTrajectory, SplittingOptions, SplittingOrder, integrate_cubic as integrate,
+use super::batch::Batch;
+use super::call::run;
+use super::convert::{
+    Any, NewArray, collected, count, freeze, frozen, matrices, named, numbers, parameters, tuple,
+    whole,
 };
+use super::error::invalid_input;
+use super::work::EXPONENTIALS;
+use crate::cubic::{SplittingOptions, SplittingOrder, integrate_cubic as integrate};
 use crate::curve::Samples;
 use crate::manifold::stored::check_orthonormal;
 
@@ -36,7 +38,7 @@ type Pickled = ([Array; 6], f64, f64);
 ///     Largest deviation of the spatial momentum from its start: ``|A|^2 = tr(A^T A) / 2``.
 /// constraint_drift : float
 ///     Largest deviation of the conserved constraint ``mu_h = [x, p]_h`` from zero, in the same norm.
-#[pyclass(name = "CubicTrajectory", module = "stiefel_rs", frozen)]
+#[pyclass(name = "CubicTrajectory", module = "stiefel_rs", frozen, get_all)]
 pub struct PyCubicTrajectory {
     t: Array,
     point: Array,
@@ -48,116 +50,89 @@ pub struct PyCubicTrajectory {
     constraint_drift: f64,
 }
 
+/// The names of its arrays; of these the first and the last have one axis.
+const NAMES: [&str; 6] = ["t", "point", "velocity", "acceleration", "jerk", "energy"];
+
 #[pymethods]
 impl PyCubicTrajectory {
-    #[getter]
-    fn t(&self, py: Python<'_>) -> Array {
-        self.t.clone_ref(py)
-    }
-    #[getter]
-    fn point(&self, py: Python<'_>) -> Array {
-        self.point.clone_ref(py)
-    }
-    #[getter]
-    fn velocity(&self, py: Python<'_>) -> Array {
-        self.velocity.clone_ref(py)
-    }
-    #[getter]
-    fn acceleration(&self, py: Python<'_>) -> Array {
-        self.acceleration.clone_ref(py)
-    }
-    #[getter]
-    fn jerk(&self, py: Python<'_>) -> Array {
-        self.jerk.clone_ref(py)
-    }
-    #[getter]
-    fn energy(&self, py: Python<'_>) -> Array {
-        self.energy.clone_ref(py)
-    }
-    #[getter]
-    fn momentum_drift(&self) -> f64 {
-        self.momentum_drift
-    }
-    #[getter]
-    fn constraint_drift(&self) -> f64 {
-        self.constraint_drift
-    }
     /// For pickle: a trajectory from its arrays.
     #[staticmethod]
     fn _restored(
         py: Python<'_>,
-        arrays: [Bound<'_, PyAny>; 6],
+        arrays: [Any<'_>; 6],
         momentum_drift: f64,
         constraint_drift: f64,
     ) -> PyResult<Self> {
-        const NAMES: [&str; 6] = ["t", "point", "velocity", "acceleration", "jerk", "energy"];
+        let (common, points) = parameters(&arrays[1], NAMES[1])?;
         let mut parts = Vec::with_capacity(NAMES.len());
-        let mut common: Vec<usize> = Vec::new();
-        for (i, (array, name)) in arrays.iter().zip(NAMES).enumerate() {
+        for (array, name) in arrays.iter().zip(NAMES) {
             let (shape, entries) = parameters(array, name)?;
-            if i == 1 {
-                common.clone_from(&shape);
-            }
-            let scalar = i == 0 || i == NAMES.len() - 1;
-            let expected = if scalar { 1 } else { 3 };
-            let fits = scalar || shape == common;
-            if shape.len() != expected || !fits || !entries.iter().all(|x| x.is_finite()) {
+            let fits = match name {
+                "t" | "energy" => shape.len() == 1,
+                _ => shape.len() == 3 && shape == common,
+            };
+            if !fits || !entries.iter().all(|x| x.is_finite()) {
                 let message = format!("{name}: no part of a trajectory, shape {}", tuple(&shape));
-                return Err(invalid_input(py, message));
+                return Err(invalid_input(message));
             }
-            parts.push((shape, entries));
+            parts.push(NewArray { shape, entries });
         }
-        if [0, 5].iter().any(|i| parts[*i].0[0] != common[0]) {
+        if [&parts[0], &parts[5]]
+            .iter()
+            .any(|part| part.shape[0] != common[0])
+        {
             let message = format!("t, energy: expected shape ({},)", common[0]);
-            return Err(invalid_input(py, message));
+            return Err(invalid_input(message));
         }
-        let points = Batch::of([common[0], common[1], common[2]], parts[1].1.clone());
+        let points = Batch::of([common[0], common[1], common[2]], points);
         for i in 0..points.len() {
-            check_orthonormal(&format!("{}: state {i}", NAMES[1]), points.get(i))
-                .map_err(|error| to_exception(py, &error, ""))?;
+            check_orthonormal(&format!("{}: state {i}", NAMES[1]), points.get(i))?;
         }
-        let mut parts = parts.into_iter().map(|(shape, entries)| {
-            let array = to_array(py, entries, &shape)?;
-            freeze(&array)?;
-            PyResult::Ok(array.unbind())
-        });
-        let mut next = || parts.next().expect("as many as names");
-        Ok(PyCubicTrajectory {
-            t: next()?,
-            point: next()?,
-            velocity: next()?,
-            acceleration: next()?,
-            jerk: next()?,
-            energy: next()?,
-            momentum_drift,
-            constraint_drift,
-        })
+        let mut parts = parts.into_iter().map(|part| frozen(py, part));
+        let arrays = collected(NAMES.map(|_| parts.next().expect("as many as names")))?;
+        Ok(Self::of(arrays, [momentum_drift, constraint_drift]))
     }
+
     /// For pickle.
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Pickled)> {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Any<'py>, Pickled)> {
         let (py, this) = (slf.py(), slf.get());
-        let arrays = [
-            &this.t,
-            &this.point,
-            &this.velocity,
-            &this.acceleration,
-            &this.jerk,
-            &this.energy,
-        ];
-        let arrays = arrays.map(|array| array.clone_ref(py));
+        let [t, point, velocity] = [&this.t, &this.point, &this.velocity];
+        let [acceleration, jerk, energy] = [&this.acceleration, &this.jerk, &this.energy];
+        let arrays = [t, point, velocity, acceleration, jerk, energy].map(|x| x.clone_ref(py));
         let state = (arrays, this.momentum_drift, this.constraint_drift);
         Ok((slf.get_type().getattr("_restored")?, state))
     }
+
     /// Trajectories do not change: a copy is the trajectory itself.
     fn __copy__(slf: Py<Self>) -> Py<Self> {
         slf
     }
-    fn __deepcopy__(slf: Py<Self>, _memo: &Bound<'_, PyAny>) -> Py<Self> {
+
+    fn __deepcopy__(slf: Py<Self>, _memo: &Any<'_>) -> Py<Self> {
         slf
     }
+
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let shape = self.point.bind(py).getattr("shape")?;
         Ok(format!("<CubicTrajectory of shape {shape}>"))
+    }
+}
+
+impl PyCubicTrajectory {
+    fn of(
+        [t, point, velocity, acceleration, jerk, energy]: [Array; 6],
+        [momentum_drift, constraint_drift]: [f64; 2],
+    ) -> Self {
+        PyCubicTrajectory {
+            t,
+            point,
+            velocity,
+            acceleration,
+            jerk,
+            energy,
+            momentum_drift,
+            constraint_drift,
+        }
     }
 }
 
@@ -175,7 +150,9 @@ impl PyCubicTrajectory {
 /// t_end : float, default 1.0
 ///     Negative to run backwards, not zero.
 /// order : {2, 4, 6, 8}, default 6
-///     Order of the method: 1, 4, 5 or 12 exponentials per step.
+///     Order of the method: 1, 4, 5 or 12 exponentials per step; in tension 1, 5, 9 or 17.
+/// tension : float, default 0.0
+///     As in :meth:`RiemannianCubic.from_initial`.
 ///
 /// Returns
 /// -------
@@ -184,12 +161,12 @@ impl PyCubicTrajectory {
 /// Raises
 /// ------
 /// InvalidInputError
-///     Shape, not finite, not orthonormal, not tangent, ``steps < 1``, ``t_end`` zero, unknown order, an exponential by
-///     more than 100 radians where ``n > 3``, a result too large for a number.
+///     Shape, not finite, not orthonormal, not tangent, ``steps < 1``, ``t_end`` zero, unknown order, ``tension`` out of
+///     range, an exponential by more than 100 radians where ``n > 3``, a result too large for a number.
 ///
 /// Notes
 /// -----
-/// ``H = <mu, x> + |p|^2 / 2`` on the cotangent bundle of ``SO(n) x m`` (Crouch, Silva Leite 1995), split into its two
+/// ``H = <mu, x> + |p|^2 / 2 - tension |x|^2 / 2`` on the cotangent bundle of ``SO(n) x m`` (Crouch, Silva Leite 1995), split into its two
 /// terms. Compositions of order 4, 6 and 8 made for such splittings; the Rust documentation of ``SplittingOrder`` has
 /// their error constants.
 ///
@@ -205,36 +182,28 @@ impl PyCubicTrajectory {
 /// >>> bool(np.ptp(trajectory.energy) < 1e-9)
 /// True
 #[pyfunction]
-#[pyo3(signature = (S, V, A, J, steps, t_end=1.0, order=6))]
+#[pyo3(signature = (S, V, A, J, steps, t_end=1.0, order=6, *, tension=0.0))]
 #[allow(non_snake_case)] // the names of the mathematics
 #[allow(clippy::too_many_arguments)] // and as many
 pub fn integrate_cubic(
     py: Python<'_>,
-    S: &Bound<'_, PyAny>,
-    V: &Bound<'_, PyAny>,
-    A: &Bound<'_, PyAny>,
-    J: &Bound<'_, PyAny>,
+    S: &Any<'_>,
+    V: &Any<'_>,
+    A: &Any<'_>,
+    J: &Any<'_>,
     #[pyo3(from_py_with = whole)] steps: i64,
     t_end: f64,
     #[pyo3(from_py_with = whole)] order: i64,
+    tension: f64,
 ) -> PyResult<PyCubicTrajectory> {
-    let data = [
-        matrix(S, "S")?,
-        matrix(V, "V")?,
-        matrix(A, "A")?,
-        matrix(J, "J")?,
-    ];
-    let order = SplittingOrder::try_from(order).map_err(|error| to_exception(py, &error, ""))?;
-    let steps = count(py, "steps", steps, 1)?;
-    let (n, k) = data[0].shape();
-    let call = Call::new(
-        py,
-        None,
-        operations(n, k, order.stages()) * (steps as f64 + 1.0),
-    )?;
-    let (trajectory, samples) = call.run(py, move |interrupt| {
+    let data = matrices(named![S, V, A, J])?;
+    let order = SplittingOrder::try_from(order)?;
+    let steps = count("steps", steps, 1)?;
+    let operations = EXPONENTIALS * numbers(&data) * (steps as f64 + 1.0);
+    let (trajectory, samples) = run(py, operations, move |interrupt| {
         let options = SplittingOptions {
             t_end,
+            tension,
             order,
             interrupt,
         };
@@ -249,21 +218,6 @@ pub fn integrate_cubic(
         ];
         Ok((trajectory, samples))
     })?;
-    wrapped(py, &trajectory, samples)
-}
-
-/// Rough operations of a step and the lift of its state.
-fn operations(n: usize, k: usize, stages: usize) -> f64 {
-    let (n, k) = (n as f64, k as f64);
-    let r = n.min(4.0 * k);
-    stages as f64 * (200.0 + 40.0 * r * r * r) + 8.0 * n * r * k
-}
-
-fn wrapped(
-    py: Python<'_>,
-    trajectory: &CubicTrajectory,
-    samples: [Samples; 4],
-) -> PyResult<PyCubicTrajectory> {
     let (n, k, states) = (trajectory.n(), trajectory.k(), trajectory.steps() + 1);
     // Stored column by column; the transposed view has the documented shape and copies nothing.
     let array = |samples: Samples| -> PyResult<Array> {
@@ -272,21 +226,15 @@ fn wrapped(
         let view = stored.call_method1("swapaxes", (-1, -2))?;
         Ok(view.cast_into::<PyArrayDyn<f64>>()?.unbind())
     };
-    let [point, velocity, acceleration, jerk] = samples;
-    let frozen = |entries: Vec<f64>| -> PyResult<Array> {
-        let array = to_array(py, entries, &[states])?;
-        freeze(&array)?;
-        Ok(array.unbind())
+    let scalars = |entries: Vec<f64>| {
+        let shape = vec![states];
+        frozen(py, NewArray { shape, entries })
     };
-    let times = (0..states).map(|i| trajectory.time(i)).collect();
-    Ok(PyCubicTrajectory {
-        t: frozen(times)?,
-        point: array(point)?,
-        velocity: array(velocity)?,
-        acceleration: array(acceleration)?,
-        jerk: array(jerk)?,
-        energy: frozen(trajectory.energy().to_vec())?,
-        momentum_drift: trajectory.momentum_drift(),
-        constraint_drift: trajectory.constraint_drift(),
-    })
+    let [point, velocity, acceleration, jerk] = collected(samples.map(array))?;
+    let t = scalars((0..states).map(|i| trajectory.time(i)).collect())?;
+    let energy = scalars(trajectory.energy().to_vec())?;
+    Ok(PyCubicTrajectory::of(
+        [t, point, velocity, acceleration, jerk, energy],
+        [trajectory.momentum_drift(), trajectory.constraint_drift()],
+    ))
 }

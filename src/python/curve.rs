@@ -4,46 +4,28 @@ use std::sync::Arc;
 
 use faer::{Mat, MatMut, MatRef};
 use numpy::{PyArray1, PyArray2, PyArrayDyn, PyArrayMethods};
+use pyo3::PyClass;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyFloat};
 
-use super::call::Call;
-use super::convert::{matrix, parameters, write};
-use super::error::{invalid_input, to_exception};
-use super::stored::{Form, form};
+use super::call::{Call, run};
+use super::convert::{Any, Named, matrices, named, numbers, numpy, parameters, write};
+use super::error::invalid_input;
+use super::stored::form;
+use super::work::{EXPONENTIALS, Work, evaluation};
 use crate::curve::{ArcLength, Curve, DerivativeBounds, Quantity, Samples, lift_into};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::manifold::QuasiGeodesic;
-use crate::stored::Stored;
-
-/// Rough operations per parameter, without the lift: what decides whether a call is long.
-pub(super) trait Operations {
-    fn operations(&self, quantity: Quantity) -> f64;
-
-    /// Rough operations once for all parameters, before the first is evaluated.
-    fn preparation(&self, _: &[f64]) -> f64 {
-        0.0
-    }
-}
-
-impl Operations for QuasiGeodesic {
-    fn operations(&self, _: Quantity) -> f64 {
-        100.0 + 20.0 * cube(self.k())
-    }
-}
-
-pub(super) fn cube(k: usize) -> f64 {
-    (k * k * k) as f64
-}
+use crate::stored::{Fields, Stored};
 
 /// A curve of any kind: what the common class asks of it.
 pub(super) trait AnyCurve: Send + Sync {
     fn shape(&self) -> (usize, usize);
     fn t_span(&self) -> (f64, f64);
     fn frame(&self) -> Option<MatRef<'_, f64>>;
-    fn operations(&self, quantity: Quantity) -> f64;
-    fn preparation(&self, t: &[f64]) -> f64;
+    fn operations(&self, t: &[f64], quantity: Quantity) -> f64;
+    fn stored(&self) -> (&'static str, Fields);
     fn sample(&self, t: &[f64], quantity: Quantity, interrupt: Interrupt<'_>) -> Result<Samples>;
     fn sample_coordinates(
         &self,
@@ -57,7 +39,7 @@ pub(super) trait AnyCurve: Send + Sync {
     fn derivative_bounds(&self, interrupt: Interrupt<'_>) -> Result<DerivativeBounds>;
 }
 
-impl<C: Curve + Operations + Send> AnyCurve for C {
+impl<C: Curve + Work + Stored + Send> AnyCurve for C {
     fn shape(&self) -> (usize, usize) {
         (self.n(), self.k())
     }
@@ -70,13 +52,14 @@ impl<C: Curve + Operations + Send> AnyCurve for C {
         Curve::frame(self)
     }
 
-    fn operations(&self, quantity: Quantity) -> f64 {
-        let (n, k) = (self.n() as f64, self.k() as f64);
-        Operations::operations(self, quantity) + 8.0 * n * k * k
+    fn operations(&self, t: &[f64], quantity: Quantity) -> f64 {
+        evaluation(self, t, quantity)
     }
 
-    fn preparation(&self, t: &[f64]) -> f64 {
-        Operations::preparation(self, t)
+    fn stored(&self) -> (&'static str, Fields) {
+        let mut fields = Fields::default();
+        self.store(&mut fields);
+        (C::KIND, fields)
     }
 
     fn sample(&self, t: &[f64], quantity: Quantity, interrupt: Interrupt<'_>) -> Result<Samples> {
@@ -119,28 +102,39 @@ pub struct PyCurve {
     pub(super) inner: Arc<dyn AnyCurve>,
 }
 
+/// Make an object of a curve class from a curve of the core.
+pub(super) fn wrap<S: PyClass<BaseType = PyCurve>>(
+    inner: Arc<dyn AnyCurve>,
+    class: S,
+) -> PyClassInitializer<S> {
+    PyClassInitializer::from(PyCurve { inner }).add_subclass(class)
+}
+
+/// Estimated evaluations of the integrand of an integral along a curve.
+const EVALUATIONS: f64 = 1e3;
+
 impl PyCurve {
-    pub(super) fn of(inner: Arc<dyn AnyCurve>) -> Self {
-        PyCurve { inner }
+    /// Estimated operations of an integral along the curve.
+    pub(super) fn integral(&self) -> f64 {
+        let start = self.inner.t_span().0;
+        EVALUATIONS * self.inner.operations(&[start], Quantity::Acceleration)
     }
 
     fn sample<'py>(
         &self,
-        py: Python<'py>,
-        t: &Bound<'py, PyAny>,
+        t: &Any<'py>,
         quantity: Quantity,
         num_threads: Option<i64>,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        let operations = self.inner.operations(quantity);
+    ) -> PyResult<Any<'py>> {
+        let py = t.py();
         if num_threads.is_none()
-            && operations < IN_PLACE
             && let Ok(t) = t.cast_exact::<PyFloat>()
-            && self.inner.preparation(&[t.value()]) < IN_PLACE
+            && self.inner.operations(&[t.value()], quantity) < IN_PLACE
         {
             return self.sample_one(py, t.value(), quantity);
         }
         let (mut shape, t) = parameters(t, "t")?;
-        let operations = t.len() as f64 * operations + self.inner.preparation(&t);
+        let operations = self.inner.operations(&t, quantity);
         let call = Call::new(py, num_threads, operations)?;
         if let Some(frame) = self.inner.frame()
             && frame.nrows() * self.inner.shape().1 * t.len() > LARGE
@@ -149,7 +143,7 @@ impl PyCurve {
             return self.sample_large(py, &call, shape, t, quantity);
         }
         let curve = Arc::clone(&self.inner);
-        let samples = call.run(py, move |interrupt| curve.sample(&t, quantity, interrupt))?;
+        let samples = call.run(move |interrupt| curve.sample(&t, quantity, interrupt))?;
         let (n, k) = self.inner.shape();
         // Stored column by column; the transposed view has the documented shape and copies nothing.
         shape.extend([k, n]);
@@ -162,21 +156,21 @@ impl PyCurve {
     fn sample_large<'py>(
         &self,
         py: Python<'py>,
-        call: &Call,
+        call: &Call<'_>,
         mut shape: Vec<usize>,
         t: Vec<f64>,
         quantity: Quantity,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    ) -> PyResult<Any<'py>> {
         let curve = Arc::clone(&self.inner);
         let work =
             move |interrupt: Interrupt<'_>| curve.sample_coordinates(&t, quantity, interrupt);
-        let coordinates = call.run(py, work)?;
+        let coordinates = call.run(work)?;
         let Some(frame) = self.inner.frame() else {
-            return Err(invalid_input(py, "the curve has no frame".to_owned()));
+            return Err(invalid_input("the curve has no frame".to_owned()));
         };
         let (n, k) = self.inner.shape();
         shape.extend([k, n]);
-        let stored = py.import("numpy")?.call_method1("empty", (shape,))?;
+        let stored = numpy(py)?.call_method1("empty", (shape,))?;
         let array = stored.cast::<PyArrayDyn<f64>>()?;
         let mut writer = array.readwrite();
         let columns = (PIECE / (n * frame.ncols())).max(1);
@@ -184,28 +178,20 @@ impl PyCurve {
             let size = piece.len() / n;
             let low = coordinates.as_ref().subcols(i * columns, size);
             let out = MatMut::from_column_major_slice_mut(piece, n, size);
-            call.run_here(py, || lift_into(frame, low, out))?;
+            call.run_here(|| lift_into(frame, low, out))?;
             py.check_signals()?;
         }
         if coordinates.norm_max() > HUGE && !writer.as_slice()?.iter().all(|x| x.is_finite()) {
             let error = Error::Overflow { quantity: "curve" };
-            return Err(to_exception(py, &error, ""));
+            return Err(error.into());
         }
         drop(writer);
         stored.call_method1("swapaxes", (-1, -2))
     }
 
     /// One parameter of a cheap curve: the interpreter lock costs more to release than to keep.
-    fn sample_one<'py>(
-        &self,
-        py: Python<'py>,
-        t: f64,
-        quantity: Quantity,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        let samples = self
-            .inner
-            .sample(&[t], quantity, Interrupt::NEVER)
-            .map_err(|error| to_exception(py, &error, ""))?;
+    fn sample_one<'py>(&self, py: Python<'py>, t: f64, quantity: Quantity) -> PyResult<Any<'py>> {
+        let samples = self.inner.sample(&[t], quantity, Interrupt::NEVER)?;
         let (n, k) = self.inner.shape();
         let out = PyArray2::zeros(py, [n, k], false);
         write(samples.get(0), out.readwrite().as_slice_mut()?);
@@ -224,7 +210,7 @@ const PIECE: usize = 1 << 29;
 const HUGE: f64 = 1e300;
 
 /// Operations below which a single evaluation keeps the interpreter lock (a few microseconds).
-const IN_PLACE: f64 = 1e4;
+const IN_PLACE: f64 = 2e4;
 
 #[pymethods]
 impl PyCurve {
@@ -268,57 +254,35 @@ impl PyCurve {
     /// OutsideDomainError
     ///     Intermediate points that no unique quasi-geodesic joins: outside of ``t_span``, or for far or fast data.
     #[pyo3(signature = (t, nu=0, *, num_threads=None))]
-    fn __call__<'py>(
-        &self,
-        py: Python<'py>,
-        t: &Bound<'py, PyAny>,
-        nu: i64,
-        num_threads: Option<i64>,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        let order = usize::try_from(nu).unwrap_or(usize::MAX);
-        if order > 3 {
-            return Err(invalid_input(
-                py,
-                format!("nu: must be 0, 1, 2 or 3, found {nu}"),
-            ));
+    fn __call__<'py>(&self, t: &Any<'py>, nu: i64, num_threads: Option<i64>) -> PyResult<Any<'py>> {
+        match usize::try_from(nu) {
+            Ok(order @ 0..=3) => self.sample(t, Quantity::Derivative(order), num_threads),
+            _ => {
+                let message = format!("nu: must be 0, 1, 2 or 3, found {nu}");
+                Err(invalid_input(message))
+            }
         }
-        self.sample(py, t, Quantity::Derivative(order), num_threads)
     }
 
     /// Velocity ``S'`` at ``t``, shape ``T + (n, k)``.
     #[pyo3(signature = (t, *, num_threads=None))]
-    fn velocity<'py>(
-        &self,
-        py: Python<'py>,
-        t: &Bound<'py, PyAny>,
-        num_threads: Option<i64>,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        self.sample(py, t, Quantity::Derivative(1), num_threads)
+    fn velocity<'py>(&self, t: &Any<'py>, num_threads: Option<i64>) -> PyResult<Any<'py>> {
+        self.sample(t, Quantity::Derivative(1), num_threads)
     }
 
     /// Covariant acceleration ``D_t S'`` (canonical metric) at ``t``, shape ``T + (n, k)``.
     #[pyo3(signature = (t, *, num_threads=None))]
-    fn acceleration<'py>(
-        &self,
-        py: Python<'py>,
-        t: &Bound<'py, PyAny>,
-        num_threads: Option<i64>,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        self.sample(py, t, Quantity::Acceleration, num_threads)
+    fn acceleration<'py>(&self, t: &Any<'py>, num_threads: Option<i64>) -> PyResult<Any<'py>> {
+        self.sample(t, Quantity::Acceleration, num_threads)
     }
 
     /// Covariant jerk ``D_t D_t S'`` (canonical metric) at ``t``, shape ``T + (n, k)``.
     #[pyo3(signature = (t, *, num_threads=None))]
-    fn jerk<'py>(
-        &self,
-        py: Python<'py>,
-        t: &Bound<'py, PyAny>,
-        num_threads: Option<i64>,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        self.sample(py, t, Quantity::Jerk, num_threads)
+    fn jerk<'py>(&self, t: &Any<'py>, num_threads: Option<i64>) -> PyResult<Any<'py>> {
+        self.sample(t, Quantity::Jerk, num_threads)
     }
 
-    /// The cost: integral of ``|D_t S'|^2`` over ``t_span``, canonical metric.
+    /// The cost: integral of ``|D_t S'|^2`` over ``t_span``, canonical metric; in tension of ``|D_t S'|^2 + tension |S'|^2``.
     ///
     /// Relative error 1e-12, or round-off of the acceleration where that is more.
     ///
@@ -328,9 +292,7 @@ impl PyCurve {
     ///     The quadrature does not settle.
     fn cost(&self, py: Python<'_>) -> PyResult<f64> {
         let curve = Arc::clone(&self.inner);
-        let quantity = Quantity::Acceleration;
-        let call = Call::new(py, None, 1e3 * self.inner.operations(quantity))?;
-        call.run(py, move |interrupt| curve.cost(interrupt))
+        run(py, self.integral(), move |interrupt| curve.cost(interrupt))
     }
 
     /// Write the curve to a file, all its numbers, so that :func:`load` gives back the same curve to the last bit.
@@ -343,7 +305,7 @@ impl PyCurve {
     /// Notes
     /// -----
     /// An archive of plain arrays (``numpy.load`` reads it, with no pickle inside), with the version of its form.
-    fn save(slf: &Bound<'_, Self>, path: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn save(slf: &Bound<'_, Self>, path: &Any<'_>) -> PyResult<()> {
         let storage = slf.py().import("stiefel_rs.storage")?;
         let form = slf.call_method0("_stored")?;
         storage.call_method1("write", (form, path)).map(drop)
@@ -355,6 +317,21 @@ impl PyCurve {
     ) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyAny>,))> {
         let build = slf.py().import("stiefel_rs._core")?.getattr("_restored")?;
         Ok((build, (slf.call_method0("_stored")?,)))
+    }
+
+    /// For files and pickles: all numbers of the curve.
+    fn _stored<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let (kind, fields) = self.inner.stored();
+        form(py, kind, fields)
+    }
+
+    /// Curves do not change: a copy is the curve itself.
+    fn __copy__(slf: Py<Self>) -> Py<Self> {
+        slf
+    }
+
+    fn __deepcopy__(slf: Py<Self>, _memo: &Any<'_>) -> Py<Self> {
+        slf
     }
 
     fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
@@ -390,22 +367,14 @@ impl PyCurve {
 /// >>> curve(0.5).round(6).ravel().tolist()
 /// [0.707107, 0.707107]
 #[pyclass(name = "QuasiGeodesic", module = "stiefel_rs", extends = PyCurve, frozen)]
-pub struct PyQuasiGeodesic(Arc<QuasiGeodesic>);
+pub struct PyQuasiGeodesic;
 
 #[pymethods]
 #[allow(non_snake_case)]
 impl PyQuasiGeodesic {
     #[new]
-    fn new(
-        py: Python<'_>,
-        S0: &Bound<'_, PyAny>,
-        S1: &Bound<'_, PyAny>,
-    ) -> PyResult<PyClassInitializer<Self>> {
-        let (s0, s1) = (matrix(S0, "S0")?, matrix(S1, "S1")?);
-        let call = Call::new(py, None, one_curve(s0.shape()))?;
-        Self::wrap(call.run(py, move |_| {
-            QuasiGeodesic::between(s0.as_ref(), s1.as_ref())
-        })?)
+    fn new(S0: &Any<'_>, S1: &Any<'_>) -> PyResult<PyClassInitializer<Self>> {
+        Self::made(named![S0, S1], QuasiGeodesic::between)
     }
 
     /// The quasi-geodesic from the point ``S`` with initial velocity ``V``, both of shape (n, k).
@@ -415,39 +384,23 @@ impl PyQuasiGeodesic {
     /// InvalidInputError
     ///     Shape, not finite, not orthonormal, not tangent (with the measured defect).
     #[staticmethod]
-    fn from_velocity(
-        py: Python<'_>,
-        S: &Bound<'_, PyAny>,
-        V: &Bound<'_, PyAny>,
-    ) -> PyResult<Py<Self>> {
-        let (s, v) = (matrix(S, "S")?, matrix(V, "V")?);
-        let call = Call::new(py, None, one_curve(s.shape()))?;
-        let curve = call.run(py, move |_| {
-            QuasiGeodesic::from_velocity(s.as_ref(), v.as_ref())
-        })?;
-        Py::new(py, Self::wrap(curve)?)
+    fn from_velocity(S: &Any<'_>, V: &Any<'_>) -> PyResult<Py<Self>> {
+        Py::new(
+            S.py(),
+            Self::made(named![S, V], QuasiGeodesic::from_velocity)?,
+        )
     }
-
-    /// For files and pickles: all numbers of the curve.
-    fn _stored<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        form(py, QuasiGeodesic::KIND, &*self.0)
-    }
-}
-
-/// Rough operations of a quasi-geodesic: a thin factorisation, and the exponential or the logarithm of a square matrix.
-fn one_curve((n, k): (usize, usize)) -> f64 {
-    1e4 + 8.0 * (n * k * k) as f64 + 100.0 * cube(k)
 }
 
 impl PyQuasiGeodesic {
-    pub(super) fn restored(py: Python<'_>, form: Form) -> PyResult<Py<PyAny>> {
-        let curve = Self::wrap(form.curve(py)?)?;
-        Ok(Py::new(py, curve)?.into_any())
-    }
-
-    fn wrap(curve: QuasiGeodesic) -> PyResult<PyClassInitializer<Self>> {
-        let curve = Arc::new(curve);
-        let base = PyCurve::of(Arc::clone(&curve) as Arc<dyn AnyCurve>);
-        Ok(PyClassInitializer::from(base).add_subclass(PyQuasiGeodesic(curve)))
+    fn made(
+        arguments: [Named<'_, '_>; 2],
+        make: fn(MatRef<'_, f64>, MatRef<'_, f64>) -> Result<QuasiGeodesic>,
+    ) -> PyResult<PyClassInitializer<Self>> {
+        let data = matrices(arguments)?;
+        let operations = EXPONENTIALS * numbers(&data);
+        let work = move |_: Interrupt<'_>| make(data[0].as_ref(), data[1].as_ref());
+        let curve = run(arguments[0].0.py(), operations, work)?;
+        Ok(wrap(Arc::new(curve), PyQuasiGeodesic))
     }
 }

@@ -1,9 +1,9 @@
 //! The discretization maps by name, and the order of a composition.
 
-use nalgebra::SVector;
+use nalgebra::SVector as Vector;
 use pyo3::prelude::*;
 
-use super::error::{invalid_input, to_exception};
+use super::error::invalid_input;
 use crate::chart::discretization::{Blocks, Expansion};
 use crate::chart::{Composition, DiscretizationMap, LinearMap, RetractionMap, SpaceRetraction};
 
@@ -12,6 +12,16 @@ use crate::chart::{Composition, DiscretizationMap, LinearMap, RetractionMap, Spa
 pub enum NamedMap {
     Linear(LinearMap),
     Retraction(RetractionMap),
+}
+
+/// Evaluate an expression for the map of a [`NamedMap`]: `on_map!(named, map => expression)`.
+macro_rules! on_map {
+    ($named:expr, $map:ident => $value:expr) => {
+        match $named {
+            NamedMap::Linear($map) => $value,
+            NamedMap::Retraction($map) => $value,
+        }
+    };
 }
 
 const RETRACTIONS: [(&str, &str, SpaceRetraction); 3] = [
@@ -43,38 +53,34 @@ impl NamedMap {
                     (second, RetractionMap::midpoint(retraction)),
                 ]
             });
-        linear
-            .into_iter()
-            .map(|(name, map)| (name, NamedMap::Linear(map)))
-            .chain(lifted.map(|(name, map)| (name, NamedMap::Retraction(map))))
+        let linear = linear.map(|(name, map)| (name, NamedMap::Linear(map)));
+        let lifted = lifted.map(|(name, map)| (name, NamedMap::Retraction(map)));
+        linear.into_iter().chain(lifted)
     }
 
     /// The map of a name.
-    pub fn read(py: Python<'_>, name: &str) -> PyResult<Self> {
+    pub fn read(name: &str) -> PyResult<Self> {
         if let Some((_, map)) = NamedMap::all().find(|(known, _)| *known == name) {
             return Ok(map);
         }
-        let names: Vec<String> = NamedMap::all()
+        let names: Vec<_> = NamedMap::all()
             .map(|(known, _)| format!("'{known}'"))
             .collect();
         let names = names.join(", ");
         let message = format!("map: must be one of {names}, found '{name}'");
-        Err(invalid_input(py, message))
+        Err(invalid_input(message))
     }
 
     /// The composition that raises this map's method to the order; its own for `None`.
-    pub fn composition(self, py: Python<'_>, order: Option<i64>) -> PyResult<Composition> {
-        let base = match self {
-            NamedMap::Linear(map) => DiscretizationMap::<4>::order(&map),
-            NamedMap::Retraction(map) => DiscretizationMap::<4>::order(&map),
-        };
+    pub fn composition(self, order: Option<i64>) -> PyResult<Composition> {
+        let base = DiscretizationMap::<4>::order(&self);
         let order = match order.map(usize::try_from) {
             None => base,
             Some(Ok(order)) => order,
             // No composition either; the message of order 0.
             Some(Err(_)) => 0,
         };
-        Composition::new(base, order).map_err(|error| to_exception(py, &error, ""))
+        Ok(Composition::new(base, order)?)
     }
 }
 
@@ -82,48 +88,33 @@ impl<const X: usize> DiscretizationMap<X> for NamedMap
 where
     RetractionMap: DiscretizationMap<X>,
 {
-    fn map(&self, x: &SVector<f64, X>, v: &SVector<f64, X>) -> [SVector<f64, X>; 2] {
-        match self {
-            NamedMap::Linear(map) => map.map(x, v),
-            NamedMap::Retraction(map) => map.map(x, v),
-        }
+    fn map(&self, x: &Vector<f64, X>, v: &Vector<f64, X>) -> [Vector<f64, X>; 2] {
+        on_map!(self, map => map.map(x, v))
     }
 
-    fn jacobian(&self, x: &SVector<f64, X>, v: &SVector<f64, X>) -> Blocks<X> {
-        match self {
-            NamedMap::Linear(map) => map.jacobian(x, v),
-            NamedMap::Retraction(map) => map.jacobian(x, v),
-        }
+    fn jacobian(&self, x: &Vector<f64, X>, v: &Vector<f64, X>) -> Blocks<X> {
+        on_map!(self, map => map.jacobian(x, v))
     }
 
     fn second_derivative(
         &self,
-        x: &SVector<f64, X>,
-        v: &SVector<f64, X>,
-        lambda: &[SVector<f64, X>; 2],
+        x: &Vector<f64, X>,
+        v: &Vector<f64, X>,
+        lambda: &[Vector<f64, X>; 2],
     ) -> Blocks<X> {
-        match self {
-            NamedMap::Linear(map) => map.second_derivative(x, v, lambda),
-            NamedMap::Retraction(map) => map.second_derivative(x, v, lambda),
-        }
+        on_map!(self, map => map.second_derivative(x, v, lambda))
     }
 
     fn expansion(
         &self,
-        x: &SVector<f64, X>,
-        v: &SVector<f64, X>,
-        lambda: &[SVector<f64, X>; 2],
+        x: &Vector<f64, X>,
+        v: &Vector<f64, X>,
+        lambda: &[Vector<f64, X>; 2],
     ) -> Expansion<X> {
-        match self {
-            NamedMap::Linear(map) => map.expansion(x, v, lambda),
-            NamedMap::Retraction(map) => map.expansion(x, v, lambda),
-        }
+        on_map!(self, map => map.expansion(x, v, lambda))
     }
 
     fn order(&self) -> usize {
-        match self {
-            NamedMap::Linear(map) => DiscretizationMap::<X>::order(map),
-            NamedMap::Retraction(map) => DiscretizationMap::<X>::order(map),
-        }
+        on_map!(self, map => DiscretizationMap::<X>::order(map))
     }
 }

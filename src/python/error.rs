@@ -5,6 +5,7 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::PyType;
 
+use super::record::{Reduced, reduce, repr};
 use crate::error::Error;
 use crate::report::{SolverReport, StopReason};
 
@@ -24,14 +25,13 @@ use crate::report::{SolverReport, StopReason};
 ///     ``"converged"``, ``"max_iterations"``, ``"stagnated"``, ``"diverged"``, ``"singular_jacobian"``, ``"not_minimal"``
 ///     or ``"work_limit"``.
 #[pyclass(name = "SolverReport", module = "stiefel_rs", frozen)]
-#[derive(Clone)]
+#[derive(Clone, Copy)]
 pub struct PySolverReport(pub SolverReport);
 
 #[pymethods]
 impl PySolverReport {
     #[new]
     fn new(
-        py: Python<'_>,
         converged: bool,
         iterations: usize,
         residual: f64,
@@ -39,7 +39,7 @@ impl PySolverReport {
         reason: &str,
     ) -> PyResult<Self> {
         let Some(reason) = StopReason::from_word(reason) else {
-            return Err(invalid_input(py, format!("reason: '{reason}' is not one")));
+            return Err(invalid_input(format!("reason: '{reason}' is not one")));
         };
         Ok(PySolverReport(SolverReport {
             converged,
@@ -48,20 +48,6 @@ impl PySolverReport {
             tolerance,
             reason,
         }))
-    }
-    /// For pickle and copy.
-    fn __reduce__<'py>(
-        slf: &Bound<'py, Self>,
-    ) -> (Bound<'py, PyAny>, (bool, usize, f64, f64, &'static str)) {
-        let report = slf.get().0;
-        let fields = (
-            report.converged,
-            report.iterations,
-            report.residual,
-            report.tolerance,
-            report.reason.as_str(),
-        );
-        (slf.get_type().into_any(), fields)
     }
     #[getter]
     fn converged(&self) -> bool {
@@ -83,16 +69,17 @@ impl PySolverReport {
     fn reason(&self) -> &'static str {
         self.0.reason.as_str()
     }
-    fn __repr__(&self) -> String {
-        let flag = if self.0.converged { "True" } else { "False" };
-        let (iterations, residual) = (self.0.iterations, self.0.residual);
-        let (tolerance, reason) = (self.0.tolerance, self.0.reason.as_str());
-        format!(
-            "SolverReport(converged={flag}, iterations={iterations}, residual={residual:e}, \
-             tolerance={tolerance:e}, reason='{reason}')"
-        )
+    /// For pickle and copy.
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
+        reduce(slf, &FIELDS)
+    }
+
+    fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
+        repr(slf, &FIELDS)
     }
 }
+
+const FIELDS: [&str; 5] = ["converged", "iterations", "residual", "tolerance", "reason"];
 
 static INVALID_INPUT: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 static OUTSIDE_DOMAIN: PyOnceLock<Py<PyType>> = PyOnceLock::new();
@@ -112,45 +99,41 @@ where
 }
 
 /// `InvalidInputError` with a message of the binding's own.
-pub fn invalid_input(py: Python<'_>, message: String) -> PyErr {
-    build(py, &INVALID_INPUT, "InvalidInputError", (message,))
+pub fn invalid_input(message: String) -> PyErr {
+    Python::attach(|py| build(py, &INVALID_INPUT, "InvalidInputError", (message,)))
+}
+
+impl From<Error> for PyErr {
+    fn from(error: Error) -> Self {
+        to_exception(&error, "")
+    }
 }
 
 /// The exception for an error; `place` says which member of a batch it was, or is empty.
-pub fn to_exception(py: Python<'_>, error: &Error, place: &str) -> PyErr {
-    let exception = exception_of(py, error, place);
-    if let Error::AtKnot { knot, .. } = error {
-        return at_knot(py, exception, *knot);
+pub fn to_exception(error: &Error, place: &str) -> PyErr {
+    let exception = Python::attach(|py| exception_of(py, error, place));
+    match error {
+        Error::AtKnot { knot, .. } => at_knot(exception, *knot),
+        _ => exception,
     }
-    exception
 }
 
 /// The exception with the knot that it is about.
-pub fn at_knot(py: Python<'_>, exception: PyErr, knot: usize) -> PyErr {
-    match exception.value(py).setattr("knot", knot) {
-        Ok(()) => exception,
-        Err(error) => error,
-    }
+pub fn at_knot(exception: PyErr, knot: usize) -> PyErr {
+    let set = Python::attach(|py| exception.value(py).setattr("knot", knot));
+    set.map_or_else(|error| error, |()| exception)
 }
 
 fn exception_of(py: Python<'_>, error: &Error, place: &str) -> PyErr {
-    let message = match error {
+    let mut message = format!("{error}{place}");
+    if let Error::InvalidArgument {
+        name: name @ "tolerance",
+        ..
+    } = error
+    {
         // What the options of the core call a tolerance is an argument `tol` in Python.
-        Error::InvalidArgument {
-            name: "tolerance",
-            requirement,
-            found,
-        } => {
-            let (name, requirement, found) = ("tol", *requirement, *found);
-            let renamed = Error::InvalidArgument {
-                name,
-                requirement,
-                found,
-            };
-            format!("{renamed}{place}")
-        }
-        _ => format!("{error}{place}"),
-    };
+        message = message.replacen(name, "tol", 1);
+    }
     // The class is that of what is wrong, wherever it is.
     let mut cause = error;
     while let Error::AtKnot { source, .. } | Error::ControlPoints { source } = cause {
@@ -178,6 +161,6 @@ fn exception_of(py: Python<'_>, error: &Error, place: &str) -> PyErr {
         ),
         Error::Decomposition { .. } => build(py, &CONVERGENCE, "ConvergenceError", (message,)),
         Error::Interrupted { .. } => PyKeyboardInterrupt::new_err(message),
-        _ => invalid_input(py, message),
+        _ => invalid_input(message),
     }
 }

@@ -2,65 +2,26 @@
 
 use pyo3::prelude::*;
 
-use super::call::Call;
-use super::chart::{Array, PyChart, count};
-use super::convert::{Batch, map_batch, parameters, to_array, tuple, whole};
+use super::chart::PyChart;
+use super::convert::{Any, NewArray, count, named, parameters, tuple, whole};
 use super::discretization::NamedMap;
 use super::error::invalid_input;
 use super::shooting::{PyShootingResult, Shot};
-use super::state::{Kind, check_finite, state, write_states};
-use crate::chart::{Chart, DiscretizationMap, Frame, Sphere, integrate_composed, reference};
+use super::state::{Kind, check_finite, on_chart, state, write_states};
+use crate::chart::{Chart, DiscretizationMap, integrate_composed, reference};
 use crate::error::Result;
-use crate::interrupt::Interrupt;
 
 /// The two points of a discretization map for one member of a batch.
 fn discretize<const X: usize, const Z: usize>(
     chart: &impl Chart<X, Z>,
     map: &impl DiscretizationMap<X>,
-    rows: [&[f64]; 2],
+    [x, v]: [&[f64]; 2],
     out: &mut [f64],
 ) -> Result<()> {
-    chart.check("x", rows[0])?;
-    check_finite("v", rows[1])?;
-    let points = map.map(&state(rows[0]), &state(rows[1]));
-    write_states(&points, out);
+    chart.check("x", x)?;
+    check_finite("v", v)?;
+    write_states(&map.map(&state(x), &state(v)), out);
     Ok(())
-}
-
-impl PyChart {
-    /// Maps every initial state to `states` states.
-    fn flow<'py>(
-        &self,
-        py: Python<'py>,
-        z0: &Bound<'py, PyAny>,
-        states: &[usize],
-        operations: f64,
-        member: impl Fn(Kind, &[f64], &mut [f64], Interrupt<'_>) -> Result<()> + Sync + Send + 'static,
-    ) -> PyResult<Array<'py>> {
-        let width = 4 * self.dimension();
-        let batches = self.read([(z0, "z0")], width)?;
-        let len = states
-            .iter()
-            .fold(1_usize, |product, count| product.saturating_mul(*count));
-        let call = Call::new(py, None, operations * batches[0].len() as f64)?;
-        let shape: Vec<usize> = batches[0]
-            .shape
-            .iter()
-            .chain(states)
-            .chain(&[width])
-            .copied()
-            .collect();
-        let kind = self.kind();
-        let wrapped =
-            move |[batch]: [&Batch; 1], i: usize, out: &mut [f64], interrupt: Interrupt<'_>| {
-                member(kind, batch.row(i), out, interrupt)
-            };
-        to_array(
-            py,
-            map_batch(py, &call, batches, len.saturating_mul(width), wrapped)?,
-            &shape,
-        )
-    }
 }
 
 #[pymethods]
@@ -79,30 +40,15 @@ impl PyChart {
     /// ndarray, shape (..., 2, 2 d)
     ///     ``R_d(x, v) = (x_0, x_1)``.
     #[pyo3(signature = (x, v, map="initial_point"))]
-    fn discretize<'py>(
-        &self,
-        py: Python<'py>,
-        x: &Bound<'py, PyAny>,
-        v: &Bound<'py, PyAny>,
-        map: &str,
-    ) -> PyResult<Array<'py>> {
-        let map = NamedMap::read(py, map)?;
+    fn discretize(&self, x: &Any<'_>, v: &Any<'_>, map: &str) -> PyResult<NewArray> {
+        let map = NamedMap::read(map)?;
         let width = 2 * self.dimension();
-        let batches = self.read([(x, "x"), (v, "v")], width)?;
-        let call = Call::new(py, None, 1e3 * batches[0].len() as f64)?;
-        let shape = [&batches[0].shape[..], &[2, width]].concat();
-        let kind = self.kind();
-        let member = move |batches: [&Batch; 2], i: usize, out: &mut [f64], _: Interrupt<'_>| {
-            let rows = batches.map(|batch| batch.row(i));
-            match kind {
-                Kind::Sphere => discretize(&Sphere, &map, rows, out),
-                Kind::Frame => discretize(&Frame, &map, rows, out),
-            }
-        };
-        to_array(
-            py,
-            map_batch(py, &call, batches, 2 * width, member)?,
-            &shape,
+        self.map(
+            named![x, v],
+            width,
+            &[2, width],
+            1e3,
+            move |kind, rows, out, _| on_chart!(kind, chart => discretize(chart, &map, rows, out)),
         )
     }
 
@@ -154,50 +100,31 @@ impl PyChart {
     /// arXiv 2404.19407, from the cotangent lift of the discretization map (Barbero-Linan, Martin de Diego 2023).
     #[pyo3(signature = (z0, steps, t_end=1.0, map="initial_point", *, order=None))]
     #[allow(clippy::too_many_arguments)]
-    fn integrate<'py>(
+    fn integrate(
         &self,
-        py: Python<'py>,
-        z0: &Bound<'py, PyAny>,
+        z0: &Any<'_>,
         #[pyo3(from_py_with = whole)] steps: i64,
         t_end: f64,
         map: &str,
         order: Option<i64>,
-    ) -> PyResult<Array<'py>> {
-        let map = NamedMap::read(py, map)?;
-        let composition = map.composition(py, order)?;
-        let steps = count(py, "steps", steps, 1)?;
-        self.flow(
-            py,
-            z0,
-            &[steps.saturating_add(1)],
-            1e4 * steps as f64,
-            move |kind, row, out, interrupt| {
-                match kind {
-                    Kind::Sphere => write_states(
-                        &integrate_composed(
-                            &Sphere,
-                            &map,
-                            &composition,
-                            &state(row),
-                            steps,
-                            t_end,
-                            interrupt,
-                        )?,
-                        out,
-                    ),
-                    Kind::Frame => write_states(
-                        &integrate_composed(
-                            &Frame,
-                            &map,
-                            &composition,
-                            &state(row),
-                            steps,
-                            t_end,
-                            interrupt,
-                        )?,
-                        out,
-                    ),
-                }
+    ) -> PyResult<NewArray> {
+        let map = NamedMap::read(map)?;
+        let composition = map.composition(order)?;
+        let steps = count("steps", steps, 1)?;
+        let width = self.0.width();
+        let (core, operations) = ([steps.saturating_add(1), width], 1e4 * steps as f64);
+        self.map(
+            named![z0],
+            width,
+            &core,
+            operations,
+            move |kind, [z], out, interrupt| {
+                on_chart!(kind, chart => {
+                    let z = state(z);
+                    let states =
+                        integrate_composed(chart, &map, &composition, &z, steps, t_end, interrupt)?;
+                    write_states(&states, out);
+                });
                 Ok(())
             },
         )
@@ -226,28 +153,20 @@ impl PyChart {
     /// Notes
     /// -----
     /// Taylor method of order 26 with variable steps (Jorba, Zou 2005).
-    fn reference<'py>(
-        &self,
-        py: Python<'py>,
-        z0: &Bound<'py, PyAny>,
-        t: &Bound<'py, PyAny>,
-    ) -> PyResult<Array<'py>> {
+    fn reference(&self, z0: &Any<'_>, t: &Any<'_>) -> PyResult<NewArray> {
         let (shape, t) = parameters(t, "t")?;
+        let width = self.0.width();
+        let core = [&shape[..], &[width]].concat();
         // How many steps it takes shows only on the way: always watched.
-        self.flow(
-            py,
-            z0,
-            &shape,
+        self.map(
+            named![z0],
+            width,
+            &core,
             f64::INFINITY,
-            move |kind, row, out, interrupt| {
-                match kind {
-                    Kind::Sphere => {
-                        write_states(&reference(&Sphere, &state(row), &t, interrupt)?, out)
-                    }
-                    Kind::Frame => {
-                        write_states(&reference(&Frame, &state(row), &t, interrupt)?, out)
-                    }
-                }
+            move |kind, [z], out, interrupt| {
+                on_chart!(kind, chart => {
+                    write_states(&reference(chart, &state(z), &t, interrupt)?, out);
+                });
                 Ok(())
             },
         )
@@ -293,42 +212,39 @@ impl PyChart {
     #[pyo3(signature = (q0, qdot0, q1, qdot1, steps, map="midpoint", *, t_end=1.0, tol=1e-12, max_iterations=50,
         guess=None, order=None))]
     #[allow(clippy::too_many_arguments)]
-    fn shoot<'py>(
+    fn shoot(
         &self,
-        py: Python<'py>,
-        q0: &Bound<'py, PyAny>,
-        qdot0: &Bound<'py, PyAny>,
-        q1: &Bound<'py, PyAny>,
-        qdot1: &Bound<'py, PyAny>,
+        py: Python<'_>,
+        q0: &Any<'_>,
+        qdot0: &Any<'_>,
+        q1: &Any<'_>,
+        qdot1: &Any<'_>,
         #[pyo3(from_py_with = whole)] steps: i64,
         map: &str,
         t_end: f64,
         tol: f64,
         #[pyo3(from_py_with = whole)] max_iterations: i64,
-        guess: Option<&Bound<'py, PyAny>>,
+        guess: Option<&Any<'_>>,
         order: Option<i64>,
     ) -> PyResult<PyShootingResult> {
-        let map = NamedMap::read(py, map)?;
-        let objects = [(q0, "q0"), (qdot0, "qdot0"), (q1, "q1"), (qdot1, "qdot1")];
-        let ends = self.read(objects, self.dimension())?;
+        let map = NamedMap::read(map)?;
+        let ends = self.read(named![q0, qdot0, q1, qdot1], self.dimension())?;
         if !ends[0].shape.is_empty() {
             let found = tuple(&[&ends[0].shape[..], &[ends[0].rows]].concat());
-            return Err(invalid_input(
-                py,
-                format!("q0: expected shape ({},), found {found}", self.dimension()),
-            ));
+            let message = format!("q0: expected shape ({},), found {found}", self.dimension());
+            return Err(invalid_input(message));
         }
         let guess = guess.map(|pair| self.read_guess(pair)).transpose()?;
         let arguments = Shot {
             ends: ends.each_ref().map(|end| end.row(0).to_vec()),
-            steps: count(py, "steps", steps, 1)?,
+            steps: count("steps", steps, 1)?,
             map,
-            composition: map.composition(py, order)?,
+            composition: map.composition(order)?,
             t_end,
             tol,
-            max_iterations: count(py, "max_iterations", max_iterations, 0)?,
+            max_iterations: count("max_iterations", max_iterations, 0)?,
             guess,
         };
-        arguments.solve(py, self.kind())
+        arguments.solve(py, self.0)
     }
 }

@@ -2,26 +2,19 @@
 
 use std::sync::Arc;
 
-use numpy::PyArrayDyn;
+use faer::{Mat, MatRef};
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyTuple};
 
-use super::call::Call;
-use super::convert::{Batch, map_batch, matrices, matrix, to_array, write};
-use super::curve::{AnyCurve, Operations, PyCurve, cube};
-use super::error::to_exception;
+use super::batch::{Batch, Value};
+use super::call::run;
+use super::convert::{Any, Named, NewArray, matrices, named, numbers, to_array};
+use super::curve::{PyCurve, wrap};
+use super::record::{Reduced, reduce, repr};
 use super::stiefel::{PyStiefel, read_metric};
-use super::stored::{Form, form};
-use crate::curve::Quantity;
+use super::work::EXPONENTIALS;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::manifold::{Geodesic, LogReport, Metric, Stiefel};
-use crate::stored::Stored;
-
-type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
-
-/// Numbers of a report in a row of results.
-const REPORT: usize = 4;
 
 /// How a Riemannian logarithm was found, and what is known of it.
 ///
@@ -41,9 +34,13 @@ const REPORT: usize = 4;
 ///     Whether the geodesic is certainly the shortest: it is shorter than the known bound of the injectivity radius
 ///     (canonical ``sqrt(4/5) pi``, Euclidean ``pi``; of the metrics between none is known), or the case is closed
 ///     (``k = 1``, ``k = n``, canonical also ``k = n - 1``). Otherwise it may be or not.
-#[pyclass(name = "LogReport", module = "stiefel_rs", frozen)]
+#[pyclass(name = "LogReport", module = "stiefel_rs", frozen, get_all)]
 pub struct PyLogReport {
-    fields: [Py<PyAny>; 5],
+    converged: Py<PyAny>,
+    iterations: Py<PyAny>,
+    residual: Py<PyAny>,
+    length: Py<PyAny>,
+    certainly_shortest: Py<PyAny>,
 }
 
 #[pymethods]
@@ -57,136 +54,89 @@ impl PyLogReport {
         certainly_shortest: Py<PyAny>,
     ) -> Self {
         PyLogReport {
-            fields: [converged, iterations, residual, length, certainly_shortest],
+            converged,
+            iterations,
+            residual,
+            length,
+            certainly_shortest,
         }
     }
 
     /// For pickle and copy.
-    fn __reduce__<'py>(
-        slf: &Bound<'py, Self>,
-    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
-        let fields = slf.get().fields.iter().map(|field| field.bind(slf.py()));
-        Ok((slf.get_type().into_any(), PyTuple::new(slf.py(), fields)?))
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
+        reduce(slf, &FIELDS)
     }
 
-    #[getter]
-    fn converged(&self, py: Python<'_>) -> Py<PyAny> {
-        self.fields[0].clone_ref(py)
-    }
-
-    #[getter]
-    fn iterations(&self, py: Python<'_>) -> Py<PyAny> {
-        self.fields[1].clone_ref(py)
-    }
-
-    #[getter]
-    fn residual(&self, py: Python<'_>) -> Py<PyAny> {
-        self.fields[2].clone_ref(py)
-    }
-
-    #[getter]
-    fn length(&self, py: Python<'_>) -> Py<PyAny> {
-        self.fields[3].clone_ref(py)
-    }
-
-    #[getter]
-    fn certainly_shortest(&self, py: Python<'_>) -> Py<PyAny> {
-        self.fields[4].clone_ref(py)
-    }
-
-    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        let [converged, iterations, residual, length, certain] = &self.fields;
-        let word = |field: &Py<PyAny>| -> PyResult<String> {
-            Ok(field.bind(py).repr()?.to_str()?.to_owned())
-        };
-        Ok(format!(
-            "LogReport(converged={}, iterations={}, residual={}, length={}, certainly_shortest={})",
-            word(converged)?,
-            word(iterations)?,
-            word(residual)?,
-            word(length)?,
-            word(certain)?
-        ))
+    fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
+        repr(slf, &FIELDS)
     }
 }
 
+const FIELDS: [&str; 5] = [
+    "converged",
+    "iterations",
+    "residual",
+    "length",
+    "certainly_shortest",
+];
+
+/// Numbers of a report in a row of results.
+const REPORT: usize = 4;
+
 impl PyLogReport {
-    /// From the rows of numbers behind the velocities.
-    fn from_rows(py: Python<'_>, rows: &[[f64; REPORT]], shape: &[usize]) -> PyResult<Self> {
-        if let ([[iterations, residual, length, certain]], []) = (rows, shape) {
-            return Ok(PyLogReport {
-                fields: [
-                    PyBool::new(py, true).to_owned().into_any().unbind(),
-                    PyInt::new(py, *iterations as u64).into_any().unbind(),
-                    PyFloat::new(py, *residual).into_any().unbind(),
-                    PyFloat::new(py, *length).into_any().unbind(),
-                    PyBool::new(py, *certain == 1.0)
-                        .to_owned()
-                        .into_any()
-                        .unbind(),
-                ],
-            });
-        }
-        let column = |index: usize, dtype: &str| -> PyResult<Py<PyAny>> {
-            let values = rows.iter().map(|row| row[index]).collect();
-            let array = to_array(py, values, shape)?;
-            Ok(array.call_method1("astype", (dtype,))?.unbind())
+    /// From one row of numbers per member; plain Python numbers for a single pair of points.
+    fn from_rows(py: Python<'_>, rows: &[&[f64]], shape: &[usize]) -> PyResult<Self> {
+        let array = |values: Vec<f64>, dtype: &str| -> PyResult<Py<PyAny>> {
+            let array = to_array(py, values, shape)?.call_method1("astype", (dtype,))?;
+            if shape.is_empty() {
+                return Ok(array.call_method0("item")?.unbind());
+            }
+            Ok(array.unbind())
         };
-        let converged = to_array(py, vec![1.0; rows.len()], shape)?;
+        let column = |i: usize| rows.iter().map(|row| row[i]).collect();
         Ok(PyLogReport {
-            fields: [
-                converged.call_method1("astype", ("bool",))?.unbind(),
-                column(0, "int64")?,
-                column(1, "float64")?,
-                column(2, "float64")?,
-                column(3, "bool")?,
-            ],
+            converged: array(vec![1.0; rows.len()], "bool")?,
+            iterations: array(column(0), "int64")?,
+            residual: array(column(1), "float64")?,
+            length: array(column(2), "float64")?,
+            certainly_shortest: array(column(3), "bool")?,
         })
     }
 }
 
-fn numbers(report: &LogReport) -> [f64; REPORT] {
-    let certain = f64::from(u8::from(report.certainly_shortest));
-    [
-        report.iterations as f64,
-        report.residual,
-        report.length,
-        certain,
-    ]
+/// A logarithm and the numbers of its report.
+impl Value for (Mat<f64>, LogReport) {
+    fn put(&self, out: &mut [f64]) {
+        let (velocity, report) = self;
+        let (vector, numbers) = out.split_at_mut(out.len() - REPORT);
+        velocity.put(vector);
+        let certain = f64::from(u8::from(report.certainly_shortest));
+        let (iterations, residual) = (report.iterations as f64, report.residual);
+        numbers.copy_from_slice(&[iterations, residual, report.length, certain]);
+    }
 }
 
-/// Rough operations of an exponential or a logarithm, in units of what other calls count: a pair of St(1000, 50), five
-/// milliseconds, still runs in place.
-fn one_geodesic((n, k): (usize, usize)) -> f64 {
-    let (n, k) = (n as f64, k as f64);
-    let m = (2.0 * k).min(n);
-    1e5 + n * k * k + 7.0 * m * m * m
+/// Estimated operations of one exponential or logarithm per member.
+fn geodesics([s, _]: &[Batch; 2]) -> f64 {
+    EXPONENTIALS * s.numbers()
 }
 
 impl PyStiefel {
-    /// Checks shapes and maps every pair of members to `size` numbers; also the shape of the batch.
-    fn map_pairs(
+    /// Apply `value` to the logarithm of every pair of points.
+    fn map_logarithms<T: Value>(
         &self,
-        py: Python<'_>,
-        objects: [(&Bound<'_, PyAny>, &'static str); 2],
-        size: usize,
-        member: impl Fn(&Stiefel, [&Batch; 2], usize, &mut [f64], Interrupt<'_>) -> Result<()>
-        + Sync
-        + Send
-        + 'static,
-    ) -> PyResult<(Vec<f64>, Vec<usize>)> {
-        let batches = matrices(objects)?;
-        for (batch, (_, name)) in batches.iter().zip(objects) {
-            self.core_shape(batch, name, py)?;
-        }
-        let each = one_geodesic((self.0.n(), self.0.k()));
-        let call = Call::new(py, None, batches[0].len() as f64 * each)?;
-        let shape = batches[0].shape.clone();
-        let manifold = self.0;
-        let wrapped = move |b: [&Batch; 2], i: usize, out: &mut [f64], interrupt: Interrupt<'_>| {
-            member(&manifold, b, i, out, interrupt)
+        objects: [Named<'_, '_>; 2],
+        core: &[usize],
+        value: impl Fn((Mat<f64>, LogReport)) -> T + Sync + Send + 'static,
+    ) -> PyResult<NewArray> {
+        let shapes = [self.shape(); 2];
+        let member = move |m: &Stiefel, points: [MatRef<'_, f64>; 2], interrupt: Interrupt<'_>| {
+            // Rows are far apart in a batch; the core reads columns.
+            let [s0, s1] = points.map(|point| point.to_owned());
+            let found = m.log_interruptible(s0.as_ref(), s1.as_ref(), interrupt)?;
+            Ok(value(found))
         };
-        Ok((map_batch(py, &call, batches, size, wrapped)?, shape))
+        self.map_shapes(objects, shapes, geodesics, core, member)
     }
 }
 
@@ -199,22 +149,18 @@ impl PyStiefel {
     /// ------
     /// InvalidInputError
     ///     Shape, not finite, not orthonormal, not tangent (with the measured defect), or too long for a number.
-    fn exp<'py>(
-        &self,
-        py: Python<'py>,
-        S: &Bound<'py, PyAny>,
-        V: &Bound<'py, PyAny>,
-    ) -> PyResult<Array<'py>> {
-        let (n, k) = (self.0.n(), self.0.k());
-        let (entries, mut shape) =
-            self.map_pairs(py, [(S, "S"), (V, "V")], n * k, |m, [s, v], i, out, _| {
-                // Rows are far apart in a batch; the core reads columns.
-                let (s, v) = (s.get(i).to_owned(), v.get(i).to_owned());
-                write(m.exp(s.as_ref(), v.as_ref())?.as_ref(), out);
-                Ok(())
-            })?;
-        shape.extend([n, k]);
-        to_array(py, entries, &shape)
+    fn exp(&self, S: &Any<'_>, V: &Any<'_>) -> PyResult<NewArray> {
+        let (n, k) = self.shape();
+        self.map_shapes(
+            named![S, V],
+            [(n, k); 2],
+            geodesics,
+            &[n, k],
+            |m, data, _| {
+                let [s, v] = data.map(|matrix| matrix.to_owned());
+                m.exp(s.as_ref(), v.as_ref())
+            },
+        )
     }
 
     /// The Riemannian logarithm: tangent vectors at ``S0`` with ``exp(S0, V) = S1``, shape (..., n, k).
@@ -257,42 +203,21 @@ impl PyStiefel {
     /// >>> bool(abs(W - V).max() < 1e-13), report.certainly_shortest
     /// (True, True)
     #[pyo3(signature = (S0, S1, *, full_output=false))]
-    fn log<'py>(
-        &self,
-        py: Python<'py>,
-        S0: &Bound<'py, PyAny>,
-        S1: &Bound<'py, PyAny>,
-        full_output: bool,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        let (n, k) = (self.0.n(), self.0.k());
-        let size = n * k + if full_output { REPORT } else { 0 };
-        let objects = [(S0, "S0"), (S1, "S1")];
-        let (mut entries, shape) =
-            self.map_pairs(py, objects, size, move |m, [s0, s1], i, out, interrupt| {
-                let (s0, s1) = (s0.get(i).to_owned(), s1.get(i).to_owned());
-                let (v, report) = m.log_interruptible(s0.as_ref(), s1.as_ref(), interrupt)?;
-                let (velocity, rest) = out.split_at_mut(n * k);
-                write(v.as_ref(), velocity);
-                if full_output {
-                    rest.copy_from_slice(&numbers(&report));
-                }
-                Ok(())
-            })?;
-        let full: Vec<usize> = shape.iter().chain(&[n, k]).copied().collect();
+    fn log<'py>(&self, S0: &Any<'py>, S1: &Any<'py>, full_output: bool) -> PyResult<Any<'py>> {
+        let (py, (n, k)) = (S0.py(), self.shape());
         if !full_output {
-            return Ok(to_array(py, entries, &full)?.into_any());
+            let velocities =
+                self.map_logarithms(named![S0, S1], &[n, k], |(velocity, _)| velocity)?;
+            return Ok(velocities.into_pyobject(py)?.into_any());
         }
-        let mut rows = Vec::with_capacity(entries.len() / size);
-        for (i, row) in (0..entries.len() / size).map(|i| (i, i * size)) {
-            rows.push(std::array::from_fn(|j| entries[row + n * k + j]));
-            entries.copy_within(row..row + n * k, i * n * k);
-        }
-        entries.truncate(rows.len() * n * k);
-        let report = PyLogReport::from_rows(py, &rows, &shape)?;
-        let velocity = to_array(py, entries, &full)?;
-        Ok((velocity, Py::new(py, report)?)
-            .into_pyobject(py)?
-            .into_any())
+        let size = n * k;
+        let found = self.map_logarithms(named![S0, S1], &[size + REPORT], |found| found)?;
+        let shape = &found.shape[..found.shape.len() - 1];
+        let rows = found.entries.chunks(size + REPORT);
+        let (vectors, reports): (Vec<_>, Vec<_>) = rows.map(|row| row.split_at(size)).unzip();
+        let velocities = to_array(py, vectors.concat(), &[shape, &[n, k]].concat())?;
+        let report = PyLogReport::from_rows(py, &reports, shape)?;
+        Ok((velocities, report).into_pyobject(py)?.into_any())
     }
 
     /// The Riemannian distance of points, shape (...): the length of the geodesic of :meth:`log`.
@@ -301,22 +226,8 @@ impl PyStiefel {
     /// ------
     /// InvalidInputError, OutsideDomainError, ConvergenceError
     ///     As :meth:`log`.
-    fn dist<'py>(
-        &self,
-        py: Python<'py>,
-        S0: &Bound<'py, PyAny>,
-        S1: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        let objects = [(S0, "S0"), (S1, "S1")];
-        let (entries, mut shape) =
-            self.map_pairs(py, objects, 1, |m, [s0, s1], i, out, interrupt| {
-                let (s0, s1) = (s0.get(i).to_owned(), s1.get(i).to_owned());
-                let (_, report) = m.log_interruptible(s0.as_ref(), s1.as_ref(), interrupt)?;
-                out[0] = report.length;
-                Ok(())
-            })?;
-        shape.push(1);
-        to_array(py, entries, &shape)?.get_item((pyo3::types::PyEllipsis::get(py), 0))
+    fn dist(&self, S0: &Any<'_>, S1: &Any<'_>) -> PyResult<NewArray> {
+        self.map_logarithms(named![S0, S1], &[], |(_, report)| report.length)
     }
 }
 
@@ -359,19 +270,11 @@ impl PyGeodesic {
     #[new]
     #[pyo3(signature = (S0, S1, *, metric=None))]
     fn new(
-        py: Python<'_>,
-        S0: &Bound<'_, PyAny>,
-        S1: &Bound<'_, PyAny>,
-        metric: Option<&Bound<'_, PyAny>>,
+        S0: &Any<'_>,
+        S1: &Any<'_>,
+        metric: Option<&Any<'_>>,
     ) -> PyResult<PyClassInitializer<Self>> {
-        let metric = metric.map_or(Ok(Metric::CANONICAL), read_metric)?;
-        let (s0, s1) = (matrix(S0, "S0")?, matrix(S1, "S1")?);
-        let call = Call::new(py, None, one_geodesic(s0.shape()))?;
-        let curve = call.run_any(py, move |_| {
-            let manifold = Stiefel::of("S0", s0.as_ref())?.with_metric(metric);
-            manifold.geodesic_between(s0.as_ref(), s1.as_ref())
-        })?;
-        Self::wrap(py, curve)
+        Self::made(named![S0, S1], metric, Stiefel::geodesic_between)
     }
 
     /// The geodesic from the point ``S`` with initial velocity ``V``, both of shape (n, k).
@@ -382,20 +285,8 @@ impl PyGeodesic {
     ///     Shape, not finite, not orthonormal, not tangent (with the measured defect), or too long for a number.
     #[staticmethod]
     #[pyo3(signature = (S, V, *, metric=None))]
-    fn from_velocity(
-        py: Python<'_>,
-        S: &Bound<'_, PyAny>,
-        V: &Bound<'_, PyAny>,
-        metric: Option<&Bound<'_, PyAny>>,
-    ) -> PyResult<Py<Self>> {
-        let metric = metric.map_or(Ok(Metric::CANONICAL), read_metric)?;
-        let (s, v) = (matrix(S, "S")?, matrix(V, "V")?);
-        let call = Call::new(py, None, one_geodesic(s.shape()))?;
-        let curve = call.run_any(py, move |_| {
-            let manifold = Stiefel::of("S", s.as_ref())?.with_metric(metric);
-            manifold.geodesic(s.as_ref(), v.as_ref())
-        })?;
-        Py::new(py, Self::wrap(py, curve)?)
+    fn from_velocity(S: &Any<'_>, V: &Any<'_>, metric: Option<&Any<'_>>) -> PyResult<Py<Self>> {
+        Py::new(S.py(), Self::made(named![S, V], metric, Stiefel::geodesic)?)
     }
 
     /// Length over ``[0, 1]`` in the metric of the geodesic.
@@ -403,29 +294,27 @@ impl PyGeodesic {
     fn length(&self) -> f64 {
         self.0.length()
     }
-
-    /// For files and pickles: all numbers of the curve.
-    fn _stored<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        form(py, Geodesic::KIND, &*self.0)
-    }
-}
-
-impl Operations for Geodesic {
-    fn operations(&self, _: Quantity) -> f64 {
-        200.0 + 160.0 * cube(self.k())
-    }
 }
 
 impl PyGeodesic {
-    pub(super) fn restored(py: Python<'_>, form: Form) -> PyResult<Py<PyAny>> {
-        let curve = Self::wrap(py, Ok(form.curve(py)?))?;
-        Ok(Py::new(py, curve)?.into_any())
+    fn made(
+        arguments: [Named<'_, '_>; 2],
+        metric: Option<&Any<'_>>,
+        make: fn(&Stiefel, MatRef<'_, f64>, MatRef<'_, f64>) -> Result<Geodesic>,
+    ) -> PyResult<PyClassInitializer<Self>> {
+        let metric = metric.map_or(Ok(Metric::CANONICAL), read_metric)?;
+        let ([(first, name), _], data) = (arguments, matrices(arguments)?);
+        let operations = EXPONENTIALS * numbers(&data);
+        let curve = run(first.py(), operations, move |_: Interrupt<'_>| {
+            let [point, other] = data.each_ref().map(|x| x.as_ref());
+            let manifold = Stiefel::of(name, point)?.with_metric(metric);
+            make(&manifold, point, other)
+        })?;
+        Ok(Self::wrap(curve))
     }
 
-    fn wrap(py: Python<'_>, curve: Result<Geodesic>) -> PyResult<PyClassInitializer<Self>> {
-        let curve = curve.map_err(|error| to_exception(py, &error, ""))?;
+    pub(super) fn wrap(curve: Geodesic) -> PyClassInitializer<Self> {
         let curve = Arc::new(curve);
-        let base = PyCurve::of(Arc::clone(&curve) as Arc<dyn AnyCurve>);
-        Ok(PyClassInitializer::from(base).add_subclass(PyGeodesic(curve)))
+        wrap(Arc::clone(&curve) as _, PyGeodesic(curve))
     }
 }

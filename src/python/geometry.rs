@@ -1,10 +1,11 @@
 //! Parallel transport, curvature, gradients and Hessians for arrays, with batches.
 
 use pyo3::prelude::*;
-use pyo3::types::PyEllipsis;
 
-use super::convert::write;
-use super::stiefel::{Array, PyStiefel};
+use super::batch::Batch;
+use super::convert::{Any, NewArray, named};
+use super::stiefel::PyStiefel;
+use super::work::PRODUCTS;
 use crate::linalg::structure::norm;
 use crate::manifold::ParallelTransport;
 
@@ -43,24 +44,19 @@ impl PyStiefel {
     /// >>> S, V = [[1.0], [0.0], [0.0]], [[0.0], [np.pi / 2], [0.0]]
     /// >>> bool(abs(M.transport(S, V, [[0.0], [1.0], [2.0]]) - [[-1.0], [0.0], [2.0]]).max() < 1e-15)
     /// True
-    fn transport<'py>(
-        &self,
-        py: Python<'py>,
-        S: &Bound<'py, PyAny>,
-        V: &Bound<'py, PyAny>,
-        W: &Bound<'py, PyAny>,
-    ) -> PyResult<Array<'py>> {
-        self.map_weighted(
-            py,
-            [(S, "S"), (V, "V"), (W, "W")],
-            &[self.0.n(), self.0.k()],
-            // The work grows with the way; what is not finite is an error at once.
-            |[_, v, _]| 2.0 + (0..v.len()).map(|i| norm(v.get(i))).fold(0.0, f64::max),
-            |m, [s, v, w], i, out| {
-                let transport = ParallelTransport::new(m.0, s.get(i), v.get(i))?;
-                write(transport.transport(w.get(i))?.as_ref(), out);
-                Ok(())
-            },
+    fn transport(&self, S: &Any<'_>, V: &Any<'_>, W: &Any<'_>) -> PyResult<NewArray> {
+        // The work grows with the way; what is not finite is an error at once.
+        let work = |[s, v, _]: &[Batch; 3]| {
+            let lengths = (0..v.len()).map(|i| norm(v.get(i)));
+            PRODUCTS * s.numbers() * (2.0 + lengths.fold(0.0, f64::max))
+        };
+        let (n, k) = self.shape();
+        self.map_shapes(
+            named![S, V, W],
+            [(n, k); 3],
+            work,
+            &[n, k],
+            |m, [s, v, w], _| ParallelTransport::new(*m, s, v)?.transport(w),
         )
     }
 
@@ -91,24 +87,10 @@ impl PyStiefel {
     /// >>> S, U, V = np.eye(3)[:, :, None]
     /// >>> M.curvature(S, U, V, 2 * V).ravel()
     /// array([0., 2., 0.])
-    fn curvature<'py>(
-        &self,
-        py: Python<'py>,
-        S: &Bound<'py, PyAny>,
-        U: &Bound<'py, PyAny>,
-        V: &Bound<'py, PyAny>,
-        W: &Bound<'py, PyAny>,
-    ) -> PyResult<Array<'py>> {
-        self.map(
-            py,
-            [(S, "S"), (U, "U"), (V, "V"), (W, "W")],
-            &[self.0.n(), self.0.k()],
-            |m, [s, u, v, w], i, out| {
-                let r = m.0.curvature(s.get(i), u.get(i), v.get(i), w.get(i))?;
-                write(r.as_ref(), out);
-                Ok(())
-            },
-        )
+    fn curvature(&self, S: &Any<'_>, U: &Any<'_>, V: &Any<'_>, W: &Any<'_>) -> PyResult<NewArray> {
+        self.map_matrices(named![S, U, V, W], |m, [s, u, v, w]| {
+            m.curvature(s, u, v, w)
+        })
     }
 
     /// The sectional curvature of the planes of ``U`` and ``V`` at ``S``, shape (...).
@@ -139,23 +121,10 @@ impl PyStiefel {
     /// >>> S, U, V = np.eye(3)[:, :, None]
     /// >>> float(M.sectional_curvature(S, U, V))
     /// 1.0
-    fn sectional_curvature<'py>(
-        &self,
-        py: Python<'py>,
-        S: &Bound<'py, PyAny>,
-        U: &Bound<'py, PyAny>,
-        V: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        let values = self.map(
-            py,
-            [(S, "S"), (U, "U"), (V, "V")],
-            &[1],
-            |m, [s, u, v], i, out| {
-                out[0] = m.0.sectional_curvature(s.get(i), u.get(i), v.get(i))?;
-                Ok(())
-            },
-        )?;
-        values.get_item((PyEllipsis::get(py), 0))
+    fn sectional_curvature(&self, S: &Any<'_>, U: &Any<'_>, V: &Any<'_>) -> PyResult<NewArray> {
+        self.map(named![S, U, V], &[], |m, [s, u, v]| {
+            m.sectional_curvature(s, u, v)
+        })
     }
 
     /// The Riemannian gradient of a function with the Euclidean gradient ``G`` at ``S``, shape (..., n, k).
@@ -187,22 +156,10 @@ impl PyStiefel {
     /// >>> G = np.diag([1.0, 2.0, 3.0, 4.0]) @ S
     /// >>> bool(abs(M.euclidean_to_riemannian_gradient(S, G) - (G - S @ G.T @ S)).max() < 1e-14)
     /// True
-    fn euclidean_to_riemannian_gradient<'py>(
-        &self,
-        py: Python<'py>,
-        S: &Bound<'py, PyAny>,
-        G: &Bound<'py, PyAny>,
-    ) -> PyResult<Array<'py>> {
-        self.map(
-            py,
-            [(S, "S"), (G, "G")],
-            &[self.0.n(), self.0.k()],
-            |m, [s, g], i, out| {
-                let gradient = m.0.euclidean_to_riemannian_gradient(s.get(i), g.get(i))?;
-                write(gradient.as_ref(), out);
-                Ok(())
-            },
-        )
+    fn euclidean_to_riemannian_gradient(&self, S: &Any<'_>, G: &Any<'_>) -> PyResult<NewArray> {
+        self.map_matrices(named![S, G], |m, [s, g]| {
+            m.euclidean_to_riemannian_gradient(s, g)
+        })
     }
 
     /// The Riemannian Hessian applied to the tangent vector ``V`` at ``S``, shape (..., n, k).
@@ -235,26 +192,15 @@ impl PyStiefel {
     /// >>> S, V, A = np.eye(3)[:, :, None]
     /// >>> M.euclidean_to_riemannian_hessian(S, 2 * S, 0 * V, V).ravel()
     /// array([ 0., -2.,  0.])
-    fn euclidean_to_riemannian_hessian<'py>(
+    fn euclidean_to_riemannian_hessian(
         &self,
-        py: Python<'py>,
-        S: &Bound<'py, PyAny>,
-        G: &Bound<'py, PyAny>,
-        H: &Bound<'py, PyAny>,
-        V: &Bound<'py, PyAny>,
-    ) -> PyResult<Array<'py>> {
-        self.map(
-            py,
-            [(S, "S"), (G, "G"), (H, "H"), (V, "V")],
-            &[self.0.n(), self.0.k()],
-            |m, [s, g, h, v], i, out| {
-                let (s, g, h, v) = (s.get(i), g.get(i), h.get(i), v.get(i));
-                write(
-                    m.0.euclidean_to_riemannian_hessian(s, g, h, v)?.as_ref(),
-                    out,
-                );
-                Ok(())
-            },
-        )
+        S: &Any<'_>,
+        G: &Any<'_>,
+        H: &Any<'_>,
+        V: &Any<'_>,
+    ) -> PyResult<NewArray> {
+        self.map_matrices(named![S, G, H, V], |m, [s, g, h, v]| {
+            m.euclidean_to_riemannian_hessian(s, g, h, v)
+        })
     }
 }

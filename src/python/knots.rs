@@ -4,42 +4,31 @@ use faer::Mat;
 use numpy::{PyArrayDyn, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyString, PyTuple};
 
-use super::convert::{freeze, matrix, parameters, tuple, whole};
+use super::convert::{Any, NewArray, frozen, matrix, numpy, read, tuple, whole};
 use super::error::{at_knot, invalid_input};
-use super::riemannian_cubic::array;
 use super::stored::Form;
 use crate::spline::{EndCondition, EndConditions};
-
-static ASARRAY: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
 
 /// Times from anything array-like, shape (N,).
 ///
 /// # Errors
 /// `TypeError` for what is no number (for dates, with how to convert them), `InvalidInputError` for another shape and for whole
 /// numbers that no float is.
-pub(super) fn times(object: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
-    let py = object.py();
+pub(super) fn times(object: &Any<'_>) -> PyResult<Vec<f64>> {
     if object.cast::<PyArrayDyn<f64>>().is_err() {
         check_numbers(object)?;
     }
-    let (shape, times) = parameters(object, "t")?;
-    if shape.len() != 1 {
-        let message = format!("t: expected shape (N,), found {}", tuple(&shape));
-        return Err(invalid_input(py, message));
-    }
+    let ([_], times) = read((object, "t"), "(N,)")?;
     Ok(times)
 }
 
 /// Error for dates and durations, and for whole numbers that would be rounded.
-fn check_numbers(object: &Bound<'_, PyAny>) -> PyResult<()> {
+fn check_numbers(object: &Any<'_>) -> PyResult<()> {
     let py = object.py();
-    let array = ASARRAY
-        .import(py, "numpy", "asarray")?
-        .call1((object,))?
-        .cast_into::<PyUntypedArray>()?;
+    let array = numpy(py)?.call_method1("asarray", (object,))?;
+    let array = array.cast_into::<PyUntypedArray>()?;
     let kind: char = array.dtype().getattr("kind")?.extract()?;
     let found = match kind {
         'M' => "datetimes",
@@ -79,7 +68,7 @@ fn dates(array: &Bound<'_, PyUntypedArray>) -> PyResult<Option<&'static str>> {
 }
 
 /// Error where a whole number is not a float, like a time stamp in nanoseconds.
-fn check_exact(array: &Bound<'_, PyAny>) -> PyResult<()> {
+fn check_exact(array: &Any<'_>) -> PyResult<()> {
     let exact = array.call_method0("ravel")?.call_method0("tolist")?;
     let rounded = array.call_method1("astype", ("float64",))?;
     let rounded = rounded.call_method0("ravel")?.call_method0("tolist")?;
@@ -93,11 +82,8 @@ fn check_exact(array: &Bound<'_, PyAny>) -> PyResult<()> {
             let message = format!(
                 "t: entry {knot}, {exact}, is not a floating-point number; give differences: t - t[0]"
             );
-            return Err(at_knot(
-                array.py(),
-                invalid_input(array.py(), message),
-                knot,
-            ));
+            let error = invalid_input(message);
+            return Err(at_knot(error, knot));
         }
     }
     Ok(())
@@ -118,7 +104,7 @@ const PERIODIC: &str = "periodic";
 #[derive(FromPyObject)]
 pub(super) enum BcType<'py> {
     Word(String),
-    Pair(Bound<'py, PyAny>),
+    Pair(Any<'py>),
 }
 
 impl Default for BcType<'_> {
@@ -132,12 +118,12 @@ impl BcType<'_> {
     pub(super) fn read(&self, py: Python<'_>, shape: (usize, usize)) -> PyResult<Ends> {
         match self {
             BcType::Word(word) => {
-                let conditions = conditions_of(py, word, shape)?;
+                let conditions = conditions_of(word, shape)?;
                 let given = word.into_pyobject(py)?.into_any().unbind();
                 Ok(Ends { given, conditions })
             }
             BcType::Pair(items) => {
-                let items = pair(items, "two end conditions")?;
+                let items = pair(items, "bc_type", "two end conditions")?;
                 let [first, last] = items.each_ref().map(|item| end(item, shape));
                 let ((first, first_given), (last, last_given)) = (first?, last?);
                 let given = PyTuple::new(py, [first_given, last_given])?;
@@ -151,39 +137,35 @@ impl BcType<'_> {
 }
 
 /// The conditions of a word that is said of both ends.
-fn conditions_of(py: Python<'_>, word: &str, shape: (usize, usize)) -> PyResult<EndConditions> {
+fn conditions_of(word: &str, shape: (usize, usize)) -> PyResult<EndConditions> {
     match word {
         NATURAL => Ok(EndConditions::Natural),
         PERIODIC => Ok(EndConditions::Periodic),
         _ => {
             let expected = "'natural', 'clamped', 'periodic' or a pair";
-            let end = condition_of(word, shape).ok_or_else(|| unknown(py, word, expected))?;
+            let end = condition_of(word, shape).ok_or_else(|| unknown(word, expected))?;
             Ok(EndConditions::Each(Box::new([end.clone(), end])))
         }
     }
 }
 
 /// The condition at one end, and how it is said.
-fn end<'py>(
-    object: &Bound<'py, PyAny>,
-    shape: (usize, usize),
-) -> PyResult<(EndCondition, Bound<'py, PyAny>)> {
+fn end<'py>(object: &Any<'py>, shape: (usize, usize)) -> PyResult<(EndCondition, Any<'py>)> {
     let py = object.py();
     if let Ok(word) = object.extract::<String>() {
         let condition = condition_of(&word, shape)
-            .ok_or_else(|| unknown(py, &word, "'natural', 'clamped' or a pair for one end"))?;
+            .ok_or_else(|| unknown(&word, "'natural', 'clamped' or a pair for one end"))?;
         return Ok((condition, word.into_pyobject(py)?.into_any()));
     }
-    let [order, vector] = pair(object, "an order and a tangent vector")?;
+    let [order, vector] = pair(object, "bc_type", "an order and a tangent vector")?;
     let order = whole(&order)?;
     let vector = matrix(&vector, "bc_type")?;
     if vector.shape() != shape {
         let [expected, found] = [shape, vector.shape()].map(|(n, k)| tuple(&[n, k]));
         let message = format!("bc_type: expected shape {expected}, found {found}");
-        return Err(invalid_input(py, message));
+        return Err(invalid_input(message));
     }
-    let stored = array(py, &vector)?;
-    freeze(&stored)?;
+    let stored = frozen(py, NewArray::from(vector.clone()))?;
     let given = (order, stored).into_pyobject(py)?.into_any();
     let condition = match order {
         1 => EndCondition::Velocity(vector),
@@ -192,7 +174,7 @@ fn end<'py>(
             let message = format!(
                 "bc_type: the order of an end condition must be 1 (velocity) or 2 (covariant acceleration), found {order}"
             );
-            return Err(invalid_input(py, message));
+            return Err(invalid_input(message));
         }
     };
     Ok((condition, given))
@@ -207,24 +189,24 @@ fn condition_of(word: &str, (n, k): (usize, usize)) -> Option<EndCondition> {
     }
 }
 
-fn unknown(py: Python<'_>, word: &str, expected: &str) -> PyErr {
-    invalid_input(py, format!("bc_type: expected {expected}, found '{word}'"))
+fn unknown(word: &str, expected: &str) -> PyErr {
+    invalid_input(format!("bc_type: expected {expected}, found '{word}'"))
 }
 
 /// The two items of any pair.
-fn pair<'py>(object: &Bound<'py, PyAny>, expected: &str) -> PyResult<[Bound<'py, PyAny>; 2]> {
+pub(super) fn pair<'py>(object: &Any<'py>, name: &str, expected: &str) -> PyResult<[Any<'py>; 2]> {
     let Ok(items) = object.try_iter() else {
         let found = object.get_type();
         return Err(PyTypeError::new_err(format!(
-            "bc_type: expected a pair ({expected}), found {}",
+            "{name}: expected a pair ({expected}), found {}",
             found.name()?
         )));
     };
     let items = items.take(3).collect::<PyResult<Vec<_>>>()?;
     let found = items.len();
-    <[Bound<'py, PyAny>; 2]>::try_from(items).map_err(|_| {
-        let message = format!("bc_type: expected a pair ({expected}), found {found} items");
-        invalid_input(object.py(), message)
+    <[Any<'py>; 2]>::try_from(items).map_err(|_| {
+        let message = format!("{name}: expected a pair ({expected}), found {found} items");
+        invalid_input(message)
     })
 }
 
@@ -242,7 +224,7 @@ const EACH: &str = "each";
 const GIVEN: [&str; 2] = ["velocity", "acceleration"];
 
 /// Writes end conditions, as [`Ends`] gives them back, into a stored form.
-pub(super) fn store_ends(given: &Bound<'_, PyAny>, form: &Bound<'_, PyDict>) -> PyResult<()> {
+pub(super) fn store_ends(given: &Any<'_>, form: &Bound<'_, PyDict>) -> PyResult<()> {
     if given.is_instance_of::<PyString>() {
         return form.set_item(BC_TYPE, given);
     }
@@ -252,7 +234,7 @@ pub(super) fn store_ends(given: &Bound<'_, PyAny>, form: &Bound<'_, PyDict>) -> 
         if end.is_instance_of::<PyString>() {
             form.set_item(name, end)?;
         } else {
-            let (order, vector): (usize, Bound<'_, PyAny>) = end.extract()?;
+            let (order, vector): (usize, Any<'_>) = end.extract()?;
             form.set_item(name, GIVEN[order - 1])?;
             form.set_item(vector_name, vector)?;
         }
@@ -262,13 +244,13 @@ pub(super) fn store_ends(given: &Bound<'_, PyAny>, form: &Bound<'_, PyDict>) -> 
 
 /// Reads them again.
 pub(super) fn restore_ends<'py>(py: Python<'py>, form: &mut Form) -> PyResult<BcType<'py>> {
-    let word = form.word(py, BC_TYPE)?;
+    let word = form.word(BC_TYPE)?;
     if word != EACH {
         return Ok(BcType::Word(word));
     }
     let mut ends = Vec::with_capacity(2);
     for (name, vector_name) in ENDS {
-        let word = form.word(py, name)?;
+        let word = form.word(name)?;
         ends.push(
             match GIVEN.iter().zip(1..).find(|(given, _)| word == **given) {
                 None => word.into_pyobject(py)?.into_any(),

@@ -8,9 +8,10 @@ use numpy::ndarray::ArrayView2;
 use numpy::{PyArray2, PyArrayMethods, PyUntypedArrayMethods, ToPyArray};
 use pyo3::prelude::*;
 
+use super::batch::{Batch, map_batch, matrix_batches};
 use super::call::Call;
-use super::convert::{Batch, map_batch_with, matrices, to_array};
-use super::error::{invalid_input, to_exception};
+use super::convert::Any;
+use super::error::invalid_input;
 use crate::error::{Error, Result};
 use crate::linalg::{OrthogonalLog, SkewExp};
 
@@ -19,6 +20,9 @@ const SMALL: usize = 128;
 
 /// Up to this size it takes less than some ten microseconds, and the interpreter is not left for it.
 const TINY: usize = 24;
+
+/// Estimated operations per entry of a matrix.
+const EACH: f64 = 300.0;
 
 /// A function of a square matrix with its buffers.
 trait Kernel: Sized + Send + 'static {
@@ -66,11 +70,8 @@ impl Kernel for OrthogonalLog {
     }
 }
 
-fn square_map<'py, K: Kernel>(
-    py: Python<'py>,
-    object: &Bound<'py, PyAny>,
-    num_threads: Option<i64>,
-) -> PyResult<Bound<'py, PyAny>> {
+fn square_map<'py, K: Kernel>(object: &Any<'py>, num_threads: Option<i64>) -> PyResult<Any<'py>> {
+    let py = object.py();
     // Not of a subclass, which may mean something else by its numbers.
     if let Ok(array) = object.cast_exact::<PyArray2<f64>>()
         && let &[m, cols] = array.shape()
@@ -87,11 +88,7 @@ fn square_map<'py, K: Kernel>(
 }
 
 /// One small matrix.
-fn small<'py, K: Kernel>(
-    py: Python<'py>,
-    entries: &[f64],
-    m: usize,
-) -> PyResult<Bound<'py, PyAny>> {
+fn small<'py, K: Kernel>(py: Python<'py>, entries: &[f64], m: usize) -> PyResult<Any<'py>> {
     // Taken out while in use: making the result may run any Python code, this function included.
     let kept = K::kept().take().filter(|kept| kept.m == m);
     let mut kept = kept.unwrap_or_else(|| Kept {
@@ -110,9 +107,9 @@ fn small<'py, K: Kernel>(
     if result.is_ok() && !out.iter().all(|x| x.is_finite()) {
         result = Err(Error::Overflow { quantity: "result" });
     }
-    result.map_err(|error| to_exception(py, &error, ""))?;
+    result?;
     let view = ArrayView2::from_shape((m, m), out.as_slice());
-    let view = view.map_err(|error| invalid_input(py, error.to_string()))?;
+    let view = view.map_err(|error| invalid_input(error.to_string()))?;
     let array = view.to_pyarray(py).into_any();
     K::kept().set(Some(kept));
     Ok(array)
@@ -120,37 +117,29 @@ fn small<'py, K: Kernel>(
 
 fn batch<'py, K: Kernel>(
     py: Python<'py>,
-    object: &Bound<'py, PyAny>,
+    object: &Any<'py>,
     num_threads: Option<i64>,
-) -> PyResult<Bound<'py, PyAny>> {
+) -> PyResult<Any<'py>> {
     let name = K::NAME;
-    let [batch] = matrices([(object, name)])?;
-    let (rows, cols) = (batch.rows, batch.cols);
-    let call = Call::new(
-        py,
-        num_threads,
-        batch.len() as f64 * (300.0 + 30.0 * (rows * rows * rows) as f64),
-    )?;
-    let shape: Vec<usize> = batch.shape.iter().chain(&[rows, cols]).copied().collect();
+    let [batch] = matrix_batches([(object, name)])?;
+    let (m, cols) = (batch.rows, batch.cols);
+    let call = Call::new(py, num_threads, EACH * batch.numbers())?;
     // Also where the batch is empty.
-    if rows != cols || rows == 0 {
+    if m != cols || m == 0 {
         let expected = "(..., m, m) with m >= 1";
-        let message = format!("{name}: expected shape {expected}, found (..., {rows}, {cols})");
-        return Err(invalid_input(py, message));
+        let message = format!("{name}: expected shape {expected}, found (..., {m}, {cols})");
+        return Err(invalid_input(message));
     }
     let one = move |kernel: &mut K,
                     [batch]: [&Batch; 1],
                     i: usize,
                     out: &mut [f64],
                     _: crate::Interrupt<'_>| {
-        kernel.apply(
-            MatMut::from_row_major_slice_mut(out, rows, rows),
-            batch.get(i),
-        )
+        kernel.apply(MatMut::from_row_major_slice_mut(out, m, m), batch.get(i))
     };
-    let make = move || K::make(rows);
-    let entries = map_batch_with(py, &call, [batch], rows * cols, make, one)?;
-    Ok(to_array(py, entries, &shape)?.into_any())
+    let make = move || K::make(m);
+    let found = map_batch(&call, [batch], &[m, m], make, one)?;
+    Ok(found.into_pyobject(py)?.into_any())
 }
 
 /// Exponential of a skew-symmetric matrix: a rotation, orthogonal to round-off.
@@ -186,12 +175,8 @@ fn batch<'py, K: Kernel>(
 #[pyfunction]
 #[pyo3(signature = (A, *, num_threads=None))]
 #[allow(non_snake_case)]
-pub fn skew_exp<'py>(
-    py: Python<'py>,
-    A: &Bound<'py, PyAny>,
-    num_threads: Option<i64>,
-) -> PyResult<Bound<'py, PyAny>> {
-    square_map::<SkewExp>(py, A, num_threads)
+pub fn skew_exp<'py>(A: &Any<'py>, num_threads: Option<i64>) -> PyResult<Any<'py>> {
+    square_map::<SkewExp>(A, num_threads)
 }
 
 /// Principal skew logarithm of a rotation: real, skew, all angles below pi.
@@ -230,10 +215,6 @@ pub fn skew_exp<'py>(
 #[pyfunction]
 #[pyo3(signature = (Q, *, num_threads=None))]
 #[allow(non_snake_case)]
-pub fn orthogonal_log<'py>(
-    py: Python<'py>,
-    Q: &Bound<'py, PyAny>,
-    num_threads: Option<i64>,
-) -> PyResult<Bound<'py, PyAny>> {
-    square_map::<OrthogonalLog>(py, Q, num_threads)
+pub fn orthogonal_log<'py>(Q: &Any<'py>, num_threads: Option<i64>) -> PyResult<Any<'py>> {
+    square_map::<OrthogonalLog>(Q, num_threads)
 }

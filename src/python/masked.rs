@@ -22,10 +22,9 @@ pub(super) fn check_unmasked(object: &Bound<'_, PyAny>, name: &str) -> PyResult<
         return Ok(());
     }
     let verb = if masked == 1 { "is" } else { "are" };
-    Err(invalid_input(
-        object.py(),
-        format!("{name}: {masked} of {entries} entries {verb} masked; fill or remove them"),
-    ))
+    Err(invalid_input(format!(
+        "{name}: {masked} of {entries} entries {verb} masked; fill or remove them"
+    )))
 }
 
 /// Masked entries of all masked arrays in an object, and all entries of these.

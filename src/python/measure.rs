@@ -2,18 +2,15 @@
 
 use std::sync::Arc;
 
-use numpy::PyArrayDyn;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
+use pyo3::types::PyDict;
 
-use super::call::Call;
-use super::convert::{to_array, whole};
+use super::call::{Call, run};
+use super::convert::{Any, NewArray, count as at_least, whole};
 use super::curve::PyCurve;
 use super::error::invalid_input;
-use crate::curve::{DerivativeBounds, Guarantee, Quantity};
-
-/// Rough number of evaluations of an integral.
-const EVALUATIONS: f64 = 1e3;
+use super::record::{Reduced, reduce, repr};
+use crate::curve::Guarantee;
 
 /// The largest norms of the derivatives of a curve, canonical metric.
 ///
@@ -31,86 +28,41 @@ const EVALUATIONS: f64 = 1e3;
 ///     ``"enclosure"``: the norms are nowhere larger (but for round-off), and the numbers at most 1e-3 of themselves
 ///     above the largest norms (1e-4 of a derivative of lower order where that is more than ten times as large, in the
 ///     length of a piece as unit of time). ``"sampling"``: the largest norms of a dense sample, refined around the largest.
-#[pyclass(name = "DerivativeBounds", module = "stiefel_rs", frozen)]
+#[pyclass(name = "DerivativeBounds", module = "stiefel_rs", frozen, get_all)]
 pub struct PyDerivativeBounds {
-    bounds: DerivativeBounds,
+    velocity: f64,
+    acceleration: f64,
+    jerk: f64,
+    guarantee: &'static str,
 }
 
+const FIELDS: [&str; 4] = ["velocity", "acceleration", "jerk", "guarantee"];
 const ENCLOSURE: &str = "enclosure";
 const SAMPLING: &str = "sampling";
 
 #[pymethods]
 impl PyDerivativeBounds {
     #[new]
-    fn new(
-        py: Python<'_>,
-        velocity: f64,
-        acceleration: f64,
-        jerk: f64,
-        guarantee: &str,
-    ) -> PyResult<Self> {
-        let guarantee = match guarantee {
-            ENCLOSURE => Guarantee::Enclosure,
-            SAMPLING => Guarantee::Sampling,
-            _ => {
-                let message = format!("guarantee: expected '{ENCLOSURE}' or '{SAMPLING}'");
-                return Err(invalid_input(py, message));
-            }
+    fn new(velocity: f64, acceleration: f64, jerk: f64, guarantee: &str) -> PyResult<Self> {
+        let Some(guarantee) = [ENCLOSURE, SAMPLING].into_iter().find(|x| *x == guarantee) else {
+            let message = format!("guarantee: expected '{ENCLOSURE}' or '{SAMPLING}'");
+            return Err(invalid_input(message));
         };
-        let bounds = DerivativeBounds {
+        Ok(PyDerivativeBounds {
             velocity,
             acceleration,
             jerk,
             guarantee,
-        };
-        Ok(PyDerivativeBounds { bounds })
-    }
-
-    #[getter]
-    fn velocity(&self) -> f64 {
-        self.bounds.velocity
-    }
-
-    #[getter]
-    fn acceleration(&self) -> f64 {
-        self.bounds.acceleration
-    }
-
-    #[getter]
-    fn jerk(&self) -> f64 {
-        self.bounds.jerk
-    }
-
-    #[getter]
-    fn guarantee(&self) -> &'static str {
-        match self.bounds.guarantee {
-            Guarantee::Enclosure => ENCLOSURE,
-            Guarantee::Sampling => SAMPLING,
-        }
+        })
     }
 
     /// For pickle and copy.
-    fn __reduce__<'py>(
-        slf: &Bound<'py, Self>,
-    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
-        let this = slf.get();
-        let fields = (
-            this.velocity(),
-            this.acceleration(),
-            this.jerk(),
-            this.guarantee(),
-        );
-        Ok((slf.get_type().into_any(), fields.into_pyobject(slf.py())?))
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
+        reduce(slf, &FIELDS)
     }
 
-    fn __repr__(&self) -> String {
-        format!(
-            "DerivativeBounds(velocity={:?}, acceleration={:?}, jerk={:?}, guarantee='{}')",
-            self.velocity(),
-            self.acceleration(),
-            self.jerk(),
-            self.guarantee()
-        )
+    fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
+        repr(slf, &FIELDS)
     }
 }
 
@@ -143,8 +95,9 @@ impl PyCurve {
         let t0 = t0.unwrap_or(start.min(end));
         let t1 = t1.unwrap_or(start.max(end));
         let curve = Arc::clone(&self.inner);
-        let call = Call::new(py, None, EVALUATIONS * self.speed_operations())?;
-        call.run(py, move |interrupt| curve.arc_length(t0, t1, interrupt))
+        run(py, self.integral(), move |interrupt| {
+            curve.arc_length(t0, t1, interrupt)
+        })
     }
 
     /// Parameters at which the curve is to be evaluated for points at equal distances along it.
@@ -169,22 +122,24 @@ impl PyCurve {
     /// >>> QuasiGeodesic([[1.0], [0.0]], [[0.0], [1.0]]).resample(3).round(12).tolist()
     /// [0.0, 0.5, 1.0]
     #[pyo3(signature = (count, *, num_threads=None))]
-    fn resample<'py>(
+    fn resample(
         &self,
-        py: Python<'py>,
+        py: Python<'_>,
         #[pyo3(from_py_with = whole)] count: i64,
         num_threads: Option<i64>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let points = usize::try_from(count).unwrap_or(0);
-        if points < 2 {
-            let message = format!("count: must be at least 2, found {count}");
-            return Err(invalid_input(py, message));
-        }
+    ) -> PyResult<NewArray> {
+        let points = at_least("count", count, 2)?;
         let curve = Arc::clone(&self.inner);
-        let operations = (EVALUATIONS + 60.0 * points as f64) * self.speed_operations();
-        let call = Call::new(py, num_threads, operations)?;
-        let times = call.run(py, move |interrupt| curve.resample(points, interrupt))?;
-        to_array(py, times, &[points])
+        let call = Call::new(
+            py,
+            num_threads,
+            self.integral() * (1.0 + 0.1 * points as f64),
+        )?;
+        let entries = call.run(move |interrupt| curve.resample(points, interrupt))?;
+        Ok(NewArray {
+            shape: vec![points],
+            entries,
+        })
     }
 
     /// The largest norms of velocity, covariant acceleration and covariant jerk over ``t_span``, canonical metric.
@@ -206,10 +161,18 @@ impl PyCurve {
     /// 1.570796
     fn derivative_bounds(&self, py: Python<'_>) -> PyResult<PyDerivativeBounds> {
         let curve = Arc::clone(&self.inner);
-        let operations = EVALUATIONS * self.inner.operations(Quantity::Jerk);
-        let call = Call::new(py, None, operations)?;
-        let bounds = call.run(py, move |interrupt| curve.derivative_bounds(interrupt))?;
-        Ok(PyDerivativeBounds { bounds })
+        let bounds = run(py, self.integral(), move |interrupt| {
+            curve.derivative_bounds(interrupt)
+        })?;
+        Ok(PyDerivativeBounds {
+            velocity: bounds.velocity,
+            acceleration: bounds.acceleration,
+            jerk: bounds.jerk,
+            guarantee: match bounds.guarantee {
+                Guarantee::Enclosure => ENCLOSURE,
+                Guarantee::Sampling => SAMPLING,
+            },
+        })
     }
 
     /// Draw the curve, as ``stiefel_rs.plotting.plot`` does; needs matplotlib (extra ``plot``).
@@ -235,21 +198,15 @@ impl PyCurve {
     #[pyo3(signature = (*, ax=None, num=200, **style), text_signature = "($self, *, ax=None, num=200, **style)")]
     fn plot<'py>(
         slf: &Bound<'py, Self>,
-        ax: Option<Bound<'py, PyAny>>,
+        ax: Option<Any<'py>>,
         num: i64,
         style: Option<Bound<'py, PyDict>>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    ) -> PyResult<Any<'py>> {
         let py = slf.py();
         let options = style.unwrap_or_else(|| PyDict::new(py));
         options.set_item("ax", ax)?;
         options.set_item("num", num)?;
         let plotting = py.import("stiefel_rs.plotting")?;
         plotting.call_method("plot", (slf,), Some(&options))
-    }
-}
-
-impl PyCurve {
-    fn speed_operations(&self) -> f64 {
-        self.inner.operations(Quantity::Derivative(1))
     }
 }

@@ -4,40 +4,20 @@ use std::sync::Arc;
 
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
-use pyo3::types::PyList;
 
-use super::convert::{Batch, copy, freeze, to_array};
-use super::curve::{AnyCurve, Operations, PyCurve};
+use super::batch::Batch;
+use super::convert::{Any, NewArray, copy, frozen};
+use super::curve::{AnyCurve, PyCurve, wrap};
 use super::error::PySolverReport;
 use super::polynomial::PyGeometricCubic;
 use super::riemannian_cubic::PyRiemannianCubic;
 use super::spline_data::{Data, GEOMETRIC, RIEMANNIAN};
 use crate::cubic::RiemannianCubic;
-use crate::curve::{Curve, GeometricCubic, Quantity};
+use crate::curve::GeometricCubic;
 use crate::report::SolverReport;
 use crate::spline::{Outside, Piecewise};
 
 pub(super) type Array = Py<PyArrayDyn<f64>>;
-
-impl<C: Curve + Operations> Operations for Piecewise<C> {
-    fn operations(&self, quantity: Quantity) -> f64 {
-        self.pieces()[0].operations(quantity)
-    }
-
-    fn preparation(&self, t: &[f64]) -> f64 {
-        let (knots, last) = (self.knots(), self.pieces().len() - 1);
-        // Of a piece at an end what is beyond that end; times on its other side are other pieces'.
-        let farther: [fn(f64, f64) -> f64; 2] = [f64::min, f64::max];
-        let ends = [(0, farther[0], 0.0), (last, farther[1], 1.0)];
-        let beyond = ends.map(|(piece, farther, end)| {
-            let length = knots[piece + 1] - knots[piece];
-            let local = |t: &f64| (t - knots[piece]) / length;
-            let farthest = t.iter().map(local).fold(end, farther);
-            self.pieces()[piece].preparation(&[farthest])
-        });
-        beyond[0] + beyond[1]
-    }
-}
 
 /// The pieces of a spline.
 #[derive(Clone)]
@@ -90,23 +70,15 @@ impl Cubics {
 #[pyclass(name = "PiecewiseCurve", module = "stiefel_rs", extends = PyCurve, subclass, frozen)]
 pub struct PyPiecewiseCurve {
     pub(super) cubics: Cubics,
+    #[pyo3(get)]
     t: Array,
+    #[pyo3(get)]
     pub(super) points: Array,
     pub(super) report: Option<SolverReport>,
 }
 
 #[pymethods]
 impl PyPiecewiseCurve {
-    #[getter]
-    fn t(&self, py: Python<'_>) -> Array {
-        self.t.clone_ref(py)
-    }
-
-    #[getter]
-    fn points(&self, py: Python<'_>) -> Array {
-        self.points.clone_ref(py)
-    }
-
     #[getter]
     pub(super) fn kind(&self) -> &'static str {
         match self.cubics {
@@ -126,30 +98,19 @@ impl PyPiecewiseCurve {
     }
 
     #[getter]
-    fn pieces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
-        let list = PyList::empty(py);
+    fn pieces<'py>(&self, py: Python<'py>) -> PyResult<Any<'py>> {
         match &self.cubics {
             Cubics::Riemannian(curve) => {
-                for piece in curve.pieces() {
-                    list.append(PyRiemannianCubic::wrapped(py, piece.clone())?)?;
-                }
+                let piece = |piece: &RiemannianCubic| PyRiemannianCubic::wrapped(py, piece.clone());
+                let pieces = curve.pieces().iter().map(piece);
+                pieces.collect::<PyResult<Vec<_>>>()?.into_pyobject(py)
             }
             Cubics::Geometric(curve) => {
-                for piece in curve.pieces() {
-                    list.append(PyGeometricCubic::of_piece(py, piece.clone())?)?;
-                }
+                let piece = |piece: &GeometricCubic| PyGeometricCubic::of_piece(py, piece.clone());
+                let pieces = curve.pieces().iter().map(piece);
+                pieces.collect::<PyResult<Vec<_>>>()?.into_pyobject(py)
             }
         }
-        Ok(list)
-    }
-
-    /// Curves do not change: a copy is the curve itself.
-    fn __copy__(slf: Py<Self>) -> Py<Self> {
-        slf
-    }
-
-    fn __deepcopy__(slf: Py<Self>, _memo: &Bound<'_, PyAny>) -> Py<Self> {
-        slf
     }
 
     fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
@@ -170,23 +131,25 @@ impl PyPiecewiseCurve {
         data: &Data,
         report: Option<SolverReport>,
     ) -> PyResult<PyClassInitializer<Self>> {
+        let times = NewArray {
+            shape: vec![data.t.len()],
+            entries: copy(py, &data.t)?,
+        };
         let this = PyPiecewiseCurve {
-            t: frozen(py, &data.t, &[data.t.len()])?,
+            t: frozen(py, times)?,
             points: frozen_batch(py, &data.points)?,
             report,
             cubics,
         };
-        Ok(PyClassInitializer::from(PyCurve::of(this.cubics.curve())).add_subclass(this))
+        Ok(wrap(this.cubics.curve(), this))
     }
 }
 
-/// A read-only array with the given entries.
-pub(super) fn frozen(py: Python<'_>, entries: &[f64], shape: &[usize]) -> PyResult<Array> {
-    let array = to_array(py, copy(py, entries)?, shape)?;
-    freeze(&array)?;
-    Ok(array.unbind())
-}
-
+/// A read-only array of the matrices of a batch.
 pub(super) fn frozen_batch(py: Python<'_>, batch: &Batch) -> PyResult<Array> {
-    frozen(py, batch.entries(), &[batch.len(), batch.rows, batch.cols])
+    let (shape, entries) = (
+        vec![batch.len(), batch.rows, batch.cols],
+        copy(py, batch.entries())?,
+    );
+    frozen(py, NewArray { shape, entries })
 }

@@ -2,21 +2,19 @@
 
 use std::sync::Arc;
 
-use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::call::Call;
-use super::convert::{matrix, to_array, write};
-use super::curve::PyCurve;
+use super::call::run;
+use super::convert::{Any, NewArray, matrices, named, numbers};
+use super::curve::{PyCurve, wrap};
 use super::error::{PySolverReport, invalid_input};
-use super::polynomial_pieces::{
-    GEODESIC, Pieces, QUASI_GEODESIC, construction, is_geodesic, polynomial, search,
-};
-use super::stored::{Form, form_of};
+use super::polynomial_pieces::{GEODESIC, Pieces, QUASI_GEODESIC, is_geodesic, polynomial};
+use super::stored::{Form, form};
+use super::work::{EXPONENTIALS, SOLVES};
 use crate::curve::{GeodesicPolynomial, GeometricCubic, GeometricPolynomial};
 use crate::report::SolverReport;
-use crate::stored::{Fields, Stored, refusal};
+use crate::stored::{Stored, refusal};
 
 /// Geometric polynomial of any degree: de Casteljau's algorithm with quasi-geodesics or geodesics.
 ///
@@ -62,13 +60,8 @@ pub struct PyGeometricPolynomial {
 impl PyGeometricPolynomial {
     #[new]
     #[pyo3(signature = (P, *, pieces="quasi_geodesic"))]
-    fn new(
-        py: Python<'_>,
-        P: &Bound<'_, PyAny>,
-        pieces: &str,
-    ) -> PyResult<PyClassInitializer<Self>> {
-        let curve = polynomial(py, P, pieces)?;
-        Ok(Self::wrap(curve))
+    fn new(P: &Any<'_>, pieces: &str) -> PyResult<PyClassInitializer<Self>> {
+        Ok(Self::wrap(polynomial(P, pieces)?))
     }
 
     /// What the curve is made of: "quasi_geodesic" or "geodesic".
@@ -82,14 +75,9 @@ impl PyGeometricPolynomial {
 
     /// The control points, shape (degree + 1, n, k).
     #[getter]
-    fn control_points<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn control_points(&self) -> NewArray {
         let points = self.pieces.control_points();
-        let (n, k) = points[0].shape();
-        let mut entries = vec![0.0; points.len() * n * k];
-        for (point, target) in points.iter().zip(entries.chunks_mut(n * k)) {
-            write(point.as_ref(), target);
-        }
-        to_array(py, entries, &[points.len(), n, k])
+        NewArray::stacked(&[points.len()], &points, points[0].shape())
     }
 
     /// One less than the number of control points.
@@ -155,21 +143,20 @@ impl PyGeometricPolynomial {
     #[pyo3(signature = (S0, V0, S1, V1, *, degree=5))]
     fn minimal_cost(
         py: Python<'_>,
-        S0: &Bound<'_, PyAny>,
-        V0: &Bound<'_, PyAny>,
-        S1: &Bound<'_, PyAny>,
-        V1: &Bound<'_, PyAny>,
+        S0: &Any<'_>,
+        V0: &Any<'_>,
+        S1: &Any<'_>,
+        V1: &Any<'_>,
         degree: i64,
     ) -> PyResult<Py<Self>> {
-        let (s0, v0) = (matrix(S0, "S0")?, matrix(V0, "V0")?);
-        let (s1, v1) = (matrix(S1, "S1")?, matrix(V1, "V1")?);
+        let data = matrices(named![S0, V0, S1, V1])?;
         let Ok(count) = usize::try_from(degree) else {
             let message = format!("degree: must be from 3 to 10, found {degree}");
-            return Err(invalid_input(py, message));
+            return Err(invalid_input(message));
         };
-        let call = Call::new(py, None, search(s0.shape(), count))?;
-        let (curve, report) = call.run(py, move |interrupt| {
-            let (s0, v0, s1, v1) = (s0.as_ref(), v0.as_ref(), s1.as_ref(), v1.as_ref());
+        let operations = SOLVES * numbers(&data);
+        let (curve, report) = run(py, operations, move |interrupt| {
+            let [s0, v0, s1, v1] = data.each_ref().map(|a| a.as_ref());
             GeometricPolynomial::minimal_cost_interruptible(s0, v0, s1, v1, count, interrupt)
         })?;
         let curve = Pieces::QuasiGeodesic(Arc::new(curve));
@@ -210,22 +197,19 @@ impl PyGeometricPolynomial {
     #[staticmethod]
     fn quintic(
         py: Python<'_>,
-        S0: &Bound<'_, PyAny>,
-        V0: &Bound<'_, PyAny>,
-        A0: &Bound<'_, PyAny>,
-        S1: &Bound<'_, PyAny>,
-        V1: &Bound<'_, PyAny>,
-        A1: &Bound<'_, PyAny>,
+        S0: &Any<'_>,
+        V0: &Any<'_>,
+        A0: &Any<'_>,
+        S1: &Any<'_>,
+        V1: &Any<'_>,
+        A1: &Any<'_>,
     ) -> PyResult<Py<Self>> {
-        let (s0, v0, a0) = (matrix(S0, "S0")?, matrix(V0, "V0")?, matrix(A0, "A0")?);
-        let (s1, v1, a1) = (matrix(S1, "S1")?, matrix(V1, "V1")?, matrix(A1, "A1")?);
-        let call = Call::new(py, None, construction(s0.shape(), 5))?;
-        let curve = call.run(py, move |_| {
-            let [s0, v0, a0, s1, v1, a1] = [&s0, &v0, &a0, &s1, &v1, &a1].map(|a| a.as_ref());
+        let data = matrices(named![S0, V0, A0, S1, V1, A1])?;
+        let curve = run(py, EXPONENTIALS * numbers(&data), move |_| {
+            let [s0, v0, a0, s1, v1, a1] = data.each_ref().map(|a| a.as_ref());
             GeometricPolynomial::quintic(s0, v0, a0, s1, v1, a1)
         })?;
-        let curve = Pieces::QuasiGeodesic(Arc::new(curve));
-        Py::new(py, Self::wrap(curve))
+        Py::new(py, Self::wrap(Pieces::QuasiGeodesic(Arc::new(curve))))
     }
 
     /// For files and pickles: all numbers of the curve.
@@ -235,24 +219,11 @@ impl PyGeometricPolynomial {
             true => GeometricCubic::KIND,
             false => GeometricPolynomial::KIND,
         };
-        let mut fields = Fields::default();
-        match &this.pieces {
-            Pieces::QuasiGeodesic(curve) => curve.store(&mut fields),
-            Pieces::Geodesic(curve) => curve.store(&mut fields),
-        }
+        let (_, mut fields) = this.pieces.curve().stored();
         fields.put_reports("report", [this.report]);
-        let form = form_of(py, kind, fields)?;
+        let form = form(py, kind, fields)?;
         form.set_item(PIECES, this.pieces())?;
         Ok(form)
-    }
-
-    /// Curves do not change: a copy is the curve itself.
-    fn __copy__(slf: Py<Self>) -> Py<Self> {
-        slf
-    }
-
-    fn __deepcopy__(slf: Py<Self>, _memo: &Bound<'_, PyAny>) -> Py<Self> {
-        slf
     }
 }
 
@@ -262,13 +233,12 @@ impl PyGeometricPolynomial {
     }
 
     fn searched(pieces: Pieces, report: Option<SolverReport>) -> PyClassInitializer<Self> {
-        let base = PyCurve::of(pieces.curve());
-        PyClassInitializer::from(base).add_subclass(PyGeometricPolynomial { pieces, report })
+        wrap(pieces.curve(), PyGeometricPolynomial { pieces, report })
     }
 
     /// The curve of its stored numbers.
     pub(super) fn restored(py: Python<'_>, mut form: Form) -> PyResult<Py<PyAny>> {
-        let geodesic = is_geodesic(py, &form.word(py, PIECES)?)?;
+        let geodesic = is_geodesic(&form.word(PIECES)?)?;
         let cubic = form.kind == GeometricCubic::KIND;
         let (pieces, report) = form.read(py, move |fields, interrupt| {
             let [report] = fields.reports("report", 1)?[..] else {
@@ -348,22 +318,16 @@ impl PyGeometricCubic {
     #[pyo3(signature = (S0, V0, S1, V1, *, pieces="quasi_geodesic"))]
     fn new(
         py: Python<'_>,
-        S0: &Bound<'_, PyAny>,
-        V0: &Bound<'_, PyAny>,
-        S1: &Bound<'_, PyAny>,
-        V1: &Bound<'_, PyAny>,
+        S0: &Any<'_>,
+        V0: &Any<'_>,
+        S1: &Any<'_>,
+        V1: &Any<'_>,
         pieces: &str,
     ) -> PyResult<PyClassInitializer<Self>> {
-        let geodesic = is_geodesic(py, pieces)?;
-        let (s0, v0, s1, v1) = (
-            matrix(S0, "S0")?,
-            matrix(V0, "V0")?,
-            matrix(S1, "S1")?,
-            matrix(V1, "V1")?,
-        );
-        let call = Call::new(py, None, construction(s0.shape(), 3))?;
-        let curve = call.run(py, move |_| {
-            let [s0, v0, s1, v1] = [&s0, &v0, &s1, &v1].map(|a| a.as_ref());
+        let geodesic = is_geodesic(pieces)?;
+        let data = matrices(named![S0, V0, S1, V1])?;
+        let curve = run(py, EXPONENTIALS * numbers(&data), move |_| {
+            let [s0, v0, s1, v1] = data.each_ref().map(|a| a.as_ref());
             Ok(if geodesic {
                 Pieces::Geodesic(Arc::new(GeodesicPolynomial::from_boundary(s0, v0, s1, v1)?))
             } else {
@@ -383,14 +347,14 @@ impl PyGeometricCubic {
     /// OutsideDomainError
     ///     Consecutive points that cannot be joined; carries ``angle``.
     #[staticmethod]
-    fn from_control_points(py: Python<'_>, P: &Bound<'_, PyAny>) -> PyResult<Py<Self>> {
-        let curve = polynomial(py, P, QUASI_GEODESIC)?;
+    fn from_control_points(P: &Any<'_>) -> PyResult<Py<Self>> {
+        let curve = polynomial(P, QUASI_GEODESIC)?;
         let found = curve.degree() + 1;
         if found == 4 {
-            return Py::new(py, Self::wrap(curve));
+            return Py::new(P.py(), Self::wrap(curve));
         }
         let message = format!("P: expected 4 control points, found {found}");
-        Err(invalid_input(py, message))
+        Err(invalid_input(message))
     }
 }
 

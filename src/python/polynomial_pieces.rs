@@ -1,50 +1,17 @@
-//! What de Casteljau curves of the binding are made of, quasi-geodesics or geodesics, and what they cost.
+//! What de Casteljau curves of the binding are made of: quasi-geodesics or geodesics.
 
 use std::sync::Arc;
 
 use faer::Mat;
 use pyo3::prelude::*;
 
-use super::call::Call;
-use super::convert::stack;
-use super::curve::{AnyCurve, Operations, cube};
+use super::batch::Batch;
+use super::call::run;
+use super::convert::Any;
+use super::curve::AnyCurve;
 use super::error::invalid_input;
-use crate::curve::{Curve, GeodesicPolynomial, GeometricCubic, GeometricPolynomial, Quantity};
-
-impl Operations for GeometricPolynomial {
-    fn operations(&self, quantity: Quantity) -> f64 {
-        polynomial_operations(self.k(), self.degree(), quantity)
-    }
-}
-
-fn polynomial_operations(k: usize, degree: usize, quantity: Quantity) -> f64 {
-    let joins = 0.5 * (degree * degree) as f64;
-    match quantity {
-        Quantity::Derivative(0) => joins * (30.0 + 30.0 * cube(k)),
-        _ => joins * (5e3 + 5e3 * cube(k)),
-    }
-}
-
-impl Operations for GeometricCubic {
-    fn operations(&self, quantity: Quantity) -> f64 {
-        polynomial_operations(self.k(), 3, quantity)
-    }
-}
-
-impl Operations for GeodesicPolynomial {
-    fn operations(&self, quantity: Quantity) -> f64 {
-        let joins = 0.5 * (self.degree() * self.degree()) as f64;
-        match quantity {
-            // Rotations, whose geodesics are in closed form.
-            Quantity::Derivative(0) if self.n() == self.k() + 1 => {
-                joins * (30.0 + 30.0 * cube(self.n()))
-            }
-            Quantity::Derivative(0) => joins * (2e4 + 2e3 * cube(self.k())),
-            // A linear system of the dimension of the reduced manifold for each stage.
-            _ => joins * (1e5 + 1e4 * cube(self.k()) * cube(self.k())),
-        }
-    }
-}
+use super::work::EXPONENTIALS;
+use crate::curve::{GeodesicPolynomial, GeometricPolynomial};
 
 /// What a polynomial is made of.
 #[derive(Clone)]
@@ -80,43 +47,24 @@ pub(super) const QUASI_GEODESIC: &str = "quasi_geodesic";
 pub(super) const GEODESIC: &str = "geodesic";
 
 /// Whether a word says that pieces are geodesics.
-pub(super) fn is_geodesic(py: Python<'_>, pieces: &str) -> PyResult<bool> {
+pub(super) fn is_geodesic(pieces: &str) -> PyResult<bool> {
     match pieces {
         QUASI_GEODESIC => Ok(false),
         GEODESIC => Ok(true),
         _ => {
             let message =
                 format!("pieces: expected '{QUASI_GEODESIC}' or '{GEODESIC}', found {pieces:?}");
-            Err(invalid_input(py, message))
+            Err(invalid_input(message))
         }
     }
 }
 
-/// Rough operations of a construction: the span, and the branch at some tens of parameters.
-pub(super) fn construction((n, k): (usize, usize), degree: usize) -> f64 {
-    let (n, k, degree) = (n as f64, k as f64, degree as f64);
-    let columns = (degree + 1.0) * k;
-    1e4 + 4.0 * n * columns * columns.min(n) + 1e3 * degree * degree * (1.0 + k * k * k)
-}
-
-/// Rough operations of a search for control points: derivatives by differences, and their factorisation, some times.
-pub(super) fn search((n, k): (usize, usize), degree: usize) -> f64 {
-    let (n, k, degree) = (n as f64, k as f64, degree as f64);
-    let rows = n.min(4.0 * k);
-    let unknowns = (degree - 3.0).max(0.0) * rows * k;
-    let differences = 16.0 * unknowns * degree * degree * (100.0 + 50.0 * k * k * k);
-    let factorisation = 64.0 * rows * k * unknowns * unknowns;
-    1e4 + 4.0 * n * rows * rows + 5.0 * (differences + factorisation)
-}
-
 /// The curve with control points `P`, shape (degree + 1, n, k).
 #[allow(non_snake_case)]
-pub(super) fn polynomial(py: Python<'_>, P: &Bound<'_, PyAny>, pieces: &str) -> PyResult<Pieces> {
-    let geodesic = is_geodesic(py, pieces)?;
-    let batch = stack(P, "P", "(degree + 1, n, k)")?;
-    let (shape, degree) = ((batch.rows, batch.cols), batch.len().saturating_sub(1));
-    let call = Call::new(py, None, construction(shape, degree))?;
-    call.run(py, move |_| {
+pub(super) fn polynomial(P: &Any<'_>, pieces: &str) -> PyResult<Pieces> {
+    let geodesic = is_geodesic(pieces)?;
+    let batch = Batch::read((P, "P"), "(degree + 1, n, k)")?;
+    run(P.py(), EXPONENTIALS * batch.numbers(), move |_| {
         let points = batch.views();
         Ok(if geodesic {
             Pieces::Geodesic(Arc::new(GeodesicPolynomial::new(&points)?))

@@ -1,9 +1,12 @@
 //! The curve of a stored form, of any kind.
 
+use std::sync::Arc;
+
+use pyo3::PyClass;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::curve::PyQuasiGeodesic;
+use super::curve::{PyQuasiGeodesic, wrap};
 use super::geodesic::PyGeodesic;
 use super::polynomial::PyGeometricPolynomial;
 use super::riemannian_cubic::PyRiemannianCubic;
@@ -21,15 +24,22 @@ pub fn _restored(form: &Bound<'_, PyDict>) -> PyResult<Py<PyAny>> {
     let py = form.py();
     let form = Form::of(form)?;
     match form.kind.as_str() {
-        QuasiGeodesic::KIND => PyQuasiGeodesic::restored(py, form),
-        Geodesic::KIND => PyGeodesic::restored(py, form),
+        QuasiGeodesic::KIND => {
+            let curve: QuasiGeodesic = form.curve(py)?;
+            object(py, wrap(Arc::new(curve), PyQuasiGeodesic))
+        }
+        Geodesic::KIND => object(py, PyGeodesic::wrap(form.curve(py)?)),
         GeometricPolynomial::KIND | GeometricCubic::KIND => {
             PyGeometricPolynomial::restored(py, form)
         }
-        RiemannianCubic::KIND => PyRiemannianCubic::restored(py, form),
+        RiemannianCubic::KIND => Ok(PyRiemannianCubic::wrapped(py, form.curve(py)?)?.into_any()),
         PyCubicHermite::KIND => PyCubicHermite::restored(py, form),
         PyCubicSpline::KIND => PyCubicSpline::restored(py, form),
         PySmoothingSpline::KIND => PySmoothingSpline::restored(py, form),
-        kind => Err(refused(py, &format!("of an unknown kind, '{kind}'"))),
+        kind => Err(refused(&format!("of an unknown kind, '{kind}'"))),
     }
+}
+
+fn object<T: PyClass>(py: Python<'_>, class: PyClassInitializer<T>) -> PyResult<Py<PyAny>> {
+    Ok(Py::new(py, class)?.into_any())
 }

@@ -2,18 +2,17 @@
 
 use pyo3::prelude::*;
 
-use super::convert::write;
+use super::convert::{Any, NewArray, named};
 use super::error::invalid_input;
-use super::stiefel::{Array, PyStiefel};
+use super::stiefel::PyStiefel;
 use crate::manifold::Retraction;
 
-fn read_retraction(py: Python<'_>, kind: &str) -> PyResult<Retraction> {
+fn read_retraction(kind: &str) -> PyResult<Retraction> {
     Retraction::from_name(kind).ok_or_else(|| {
-        let names = Retraction::ALL.map(|r| format!("'{}'", r.name()));
-        invalid_input(
-            py,
-            format!("kind: expected {}, found '{kind}'", names.join(", ")),
-        )
+        let names = Retraction::ALL
+            .map(|r| format!("'{}'", r.name()))
+            .join(", ");
+        invalid_input(format!("kind: expected {names}, found '{kind}'"))
     })
 }
 
@@ -62,23 +61,9 @@ impl PyStiefel {
     /// >>> bool(abs(M.retract(S, V, kind="polar") - M.project(S + V)).max() < 1e-15)
     /// True
     #[pyo3(signature = (S, V, kind="quasi_geodesic"))]
-    fn retract<'py>(
-        &self,
-        py: Python<'py>,
-        S: &Bound<'py, PyAny>,
-        V: &Bound<'py, PyAny>,
-        kind: &str,
-    ) -> PyResult<Array<'py>> {
-        let retraction = read_retraction(py, kind)?;
-        self.map(
-            py,
-            [(S, "S"), (V, "V")],
-            &[self.0.n(), self.0.k()],
-            move |_, [s, v], i, out| {
-                write(retraction.retract(s.get(i), v.get(i))?.as_ref(), out);
-                Ok(())
-            },
-        )
+    fn retract(&self, S: &Any<'_>, V: &Any<'_>, kind: &str) -> PyResult<NewArray> {
+        let retraction = read_retraction(kind)?;
+        self.map_matrices(named![S, V], move |_, [s, v]| retraction.retract(s, v))
     }
 
     /// The tangent vector at ``S0`` that a retraction maps to ``S1``, shape (..., n, k).
@@ -113,23 +98,10 @@ impl PyStiefel {
     /// >>> bool(abs(M.inverse_retract(S, S1, kind="cayley") - V).max() < 1e-14)
     /// True
     #[pyo3(signature = (S0, S1, kind="quasi_geodesic"))]
-    fn inverse_retract<'py>(
-        &self,
-        py: Python<'py>,
-        S0: &Bound<'py, PyAny>,
-        S1: &Bound<'py, PyAny>,
-        kind: &str,
-    ) -> PyResult<Array<'py>> {
-        let retraction = read_retraction(py, kind)?;
-        self.map(
-            py,
-            [(S0, "S0"), (S1, "S1")],
-            &[self.0.n(), self.0.k()],
-            move |_, [s0, s1], i, out| {
-                let v = retraction.inverse_retract(s0.get(i), s1.get(i))?;
-                write(v.as_ref(), out);
-                Ok(())
-            },
-        )
+    fn inverse_retract(&self, S0: &Any<'_>, S1: &Any<'_>, kind: &str) -> PyResult<NewArray> {
+        let retraction = read_retraction(kind)?;
+        self.map_matrices(named![S0, S1], move |_, [s0, s1]| {
+            retraction.inverse_retract(s0, s1)
+        })
     }
 }

@@ -3,16 +3,18 @@
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 
-use super::call::Call;
+use super::call::run;
 use super::convert::to_array;
 use super::discretization::NamedMap;
 use super::error::PySolverReport;
-use super::state::{Kind, check_finite, state, write_states};
-use crate::chart::{Chart, Composition, DiscretizationMap, Frame, ShootingOptions, Sphere, shoot};
+use super::state::{Kind, check_finite, on_chart, state, write_states};
+use crate::chart::{Chart, Composition, DiscretizationMap, ShootingOptions, shoot};
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::newton::NewtonOptions;
 use crate::report::SolverReport;
+
+type Owned = Py<PyArrayDyn<f64>>;
 
 /// A discrete trajectory that meets its boundary data.
 ///
@@ -23,27 +25,15 @@ use crate::report::SolverReport;
 /// momenta : tuple of ndarray, each of shape (d,)
 ///     The initial momenta ``(p_q, p_qdot)``.
 /// report : SolverReport
-#[pyclass(name = "ShootingResult", module = "stiefel_rs", frozen)]
+#[pyclass(name = "ShootingResult", module = "stiefel_rs", frozen, get_all)]
 pub struct PyShootingResult {
-    trajectory: Py<PyArrayDyn<f64>>,
-    momenta: (Py<PyArrayDyn<f64>>, Py<PyArrayDyn<f64>>),
+    trajectory: Owned,
+    momenta: (Owned, Owned),
     report: PySolverReport,
 }
 
 #[pymethods]
 impl PyShootingResult {
-    #[getter]
-    fn trajectory(&self, py: Python<'_>) -> Py<PyArrayDyn<f64>> {
-        self.trajectory.clone_ref(py)
-    }
-    #[getter]
-    fn momenta(&self, py: Python<'_>) -> (Py<PyArrayDyn<f64>>, Py<PyArrayDyn<f64>>) {
-        (self.momenta.0.clone_ref(py), self.momenta.1.clone_ref(py))
-    }
-    #[getter]
-    fn report(&self) -> PySolverReport {
-        self.report.clone()
-    }
     fn __repr__(&self) -> String {
         format!("<ShootingResult {}>", self.report.0)
     }
@@ -67,12 +57,12 @@ type Found = (Vec<f64>, Vec<f64>, SolverReport);
 impl Shot {
     /// Shoots, detached from the interpreter.
     pub fn solve(self, py: Python<'_>, kind: Kind) -> PyResult<PyShootingResult> {
-        let call = Call::new(py, None, 1e6 * self.steps as f64)?;
         let steps = self.steps;
-        let (trajectory, momenta, report) = call.run(py, move |interrupt| match kind {
-            Kind::Sphere => self.run(&Sphere, interrupt),
-            Kind::Frame => self.run(&Frame, interrupt),
-        })?;
+        let (trajectory, momenta, report) = run(
+            py,
+            1e6 * steps as f64,
+            move |interrupt| on_chart!(kind, chart => self.run(chart, interrupt)),
+        )?;
         let (p_q, p_qdot) = momenta.split_at(momenta.len() / 2);
         let shape = [steps + 1, 2 * momenta.len()];
         let vector =

@@ -2,19 +2,16 @@
 
 use std::sync::Arc;
 
-use faer::MatRef;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use super::batch::Batch;
 use super::call::Call;
-use super::chart::count;
-use super::convert::{Batch, parameters, tuple, whole, write};
-use super::error::{invalid_input, to_exception};
+use super::convert::{Any, count, read, whole};
 use super::piecewise::{Cubics, PyPiecewiseCurve};
-use super::spline_data::{Data, Kind};
-use super::spline_options::{check_tolerance, outside};
+use super::spline_data::{Data, Kind, check_tolerance, outside};
 use super::spline_stored::Restored;
-use super::stored::{Form, form_of};
+use super::stored::{Form, form};
 use crate::curve::{Curve, Quantity};
 use crate::error::Error;
 use crate::spline::{SmoothingOptions, smoothing_spline};
@@ -88,9 +85,9 @@ use crate::stored::refusal;
 /// >>> curve = SmoothingSpline(t, np.stack([np.cos(angle), np.sin(angle)], axis=-1)[..., None])
 /// >>> bool(abs(np.arctan2(*curve(0.5)[::-1, 0]) - 0.25) < 0.01), curve.degrees_of_freedom < 10
 /// (True, True)
-#[pyclass(name = "SmoothingSpline", module = "stiefel_rs", extends = PyPiecewiseCurve, frozen)]
+#[pyclass(name = "SmoothingSpline", module = "stiefel_rs", extends = PyPiecewiseCurve, frozen, get_all)]
 pub struct PySmoothingSpline {
-    lambda: f64,
+    lam: f64,
     misfit: f64,
     degrees_of_freedom: f64,
 }
@@ -121,13 +118,13 @@ impl PySmoothingSpline {
         #[pyo3(from_py_with = whole)] max_iterations: i64,
         num_threads: Option<i64>,
     ) -> PyResult<PyClassInitializer<Self>> {
-        check_tolerance(py, tol)?;
-        let max_iterations = count(py, "max_iterations", max_iterations, 1)?;
+        check_tolerance(tol)?;
+        let max_iterations = count("max_iterations", max_iterations, 1)?;
         let data = Data::read(t, S)?;
         let weights = weights.map(read_weights).transpose()?;
-        let call = Call::new(py, num_threads, data.joints(Kind::Riemannian))?;
+        let call = Call::new(py, num_threads, data.operations(Kind::Riemannian))?;
         let outside = outside(extrapolate);
-        let (fitted, curve, points) = call.run(py, move |interrupt| {
+        let (fitted, curve, points) = call.run(move |interrupt| {
             let options = SmoothingOptions {
                 lambda: lam,
                 tolerance: tol,
@@ -138,7 +135,7 @@ impl PySmoothingSpline {
             let fitted = smoothing_spline(&data.t, &views, weights.as_deref(), &options)?;
             let curve = fitted.curve.clone().with_outside(outside);
             let points = curve.sample(curve.knots(), Quantity::Derivative(0), interrupt)?;
-            let points = batch(points.iter());
+            let points = Batch::stacked(points.iter(), data.shape());
             Ok((fitted, curve, points))
         })?;
         let data = Data {
@@ -148,39 +145,19 @@ impl PySmoothingSpline {
         let cubics = Cubics::Riemannian(Arc::new(curve));
         let base = PyPiecewiseCurve::wrap(py, cubics, &data, Some(fitted.report))?;
         Ok(base.add_subclass(PySmoothingSpline {
-            lambda: fitted.lambda,
+            lam: fitted.lambda,
             misfit: fitted.misfit,
             degrees_of_freedom: fitted.degrees_of_freedom,
         }))
-    }
-
-    #[getter]
-    fn lam(&self) -> f64 {
-        self.lambda
-    }
-
-    #[getter]
-    fn misfit(&self) -> f64 {
-        self.misfit
-    }
-
-    #[getter]
-    fn degrees_of_freedom(&self) -> f64 {
-        self.degrees_of_freedom
     }
 
     /// For files and pickles: all numbers of the curve.
     fn _stored<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
         let (py, this) = (slf.py(), slf.get());
         let mut fields = slf.as_super().get().stored(py)?;
-        let lambda = if this.lambda.is_infinite() {
-            INFINITE
-        } else {
-            this.lambda
-        };
-        let numbers = vec![lambda, this.misfit, this.degrees_of_freedom];
-        fields.put_flat(SMOOTHING, numbers);
-        form_of(py, Self::KIND, fields)
+        let lam = this.lam.min(INFINITE);
+        fields.put_flat(SMOOTHING, vec![lam, this.misfit, this.degrees_of_freedom]);
+        form(py, Self::KIND, fields)
     }
 }
 
@@ -188,7 +165,7 @@ impl PySmoothingSpline {
     pub(super) const KIND: &str = "SmoothingSpline";
 
     pub(super) fn restored(py: Python<'_>, form: Form) -> PyResult<Py<PyAny>> {
-        let (restored, [lambda, misfit, degrees_of_freedom]) =
+        let (restored, [lam, misfit, degrees_of_freedom]) =
             form.read(py, |fields, interrupt| {
                 let numbers = fields.take(SMOOTHING)?.entries;
                 let found = numbers.len();
@@ -200,18 +177,8 @@ impl PySmoothingSpline {
                 }
                 Ok((Restored::of(fields, Kind::Riemannian, interrupt)?, numbers))
             })?;
-        let Restored {
-            cubics,
-            data,
-            report,
-        } = restored;
-        let base = PyPiecewiseCurve::wrap(py, cubics, &data, report)?;
-        let curve = base.add_subclass(PySmoothingSpline {
-            lambda: if lambda == INFINITE {
-                f64::INFINITY
-            } else {
-                lambda
-            },
+        let curve = restored.wrap(py)?.add_subclass(PySmoothingSpline {
+            lam: if lam == INFINITE { f64::INFINITY } else { lam },
             misfit,
             degrees_of_freedom,
         });
@@ -219,29 +186,13 @@ impl PySmoothingSpline {
     }
 }
 
-fn read_weights(object: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
-    let py = object.py();
-    let (shape, weights) = parameters(object, "weights")?;
-    if let Some(index) = weights.iter().position(|weight| !weight.is_finite()) {
-        let name = "weights";
-        return Err(to_exception(py, &Error::NonFinite { name, index }, ""));
+fn read_weights(object: &Any<'_>) -> PyResult<Vec<f64>> {
+    let ([_], weights) = read((object, "weights"), "(N,)")?;
+    match weights.iter().position(|weight| !weight.is_finite()) {
+        None => Ok(weights),
+        Some(index) => {
+            let name = "weights";
+            Err(Error::NonFinite { name, index }.into())
+        }
     }
-    if shape.len() == 1 {
-        return Ok(weights);
-    }
-    let message = format!("weights: expected shape (N,), found {}", tuple(&shape));
-    Err(invalid_input(py, message))
-}
-
-/// Matrices one after the other, one or more.
-fn batch<'a>(matrices: impl Iterator<Item = MatRef<'a, f64>>) -> Batch {
-    let (mut entries, mut shape) = (Vec::new(), [0; 3]);
-    for matrix in matrices {
-        let (rows, cols) = matrix.shape();
-        let start = entries.len();
-        entries.resize(start + rows * cols, 0.0);
-        write(matrix, &mut entries[start..]);
-        shape = [shape[0] + 1, rows, cols];
-    }
-    Batch::of(shape, entries)
 }

@@ -7,19 +7,19 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::call::Call;
-use super::chart::count;
-use super::convert::whole;
+use super::convert::{NewArray, count, frozen, whole};
 use super::knots::{BcType, Ends, restore_ends, store_ends};
-use super::piecewise::{Array, Cubics, PyPiecewiseCurve, frozen, frozen_batch};
-use super::spline_data::{Data, Kind};
-use super::spline_options::{check_tolerance, outside};
+use super::piecewise::{Array, Cubics, PyPiecewiseCurve, frozen_batch};
+use super::spline_data::{Data, Kind, check_tolerance, outside};
 use super::spline_stored::{PIECES, Restored, VELOCITIES, put};
-use super::stored::{Form, form_of};
-use super::velocities::{Velocities, rows};
+use super::stored::{Form, form};
+use super::velocities::Velocities;
 use crate::cubic::BoundaryOptions;
+use crate::interrupt::Interrupt;
 use crate::spline::{
     SplineOptions, cubic_hermite, cubic_spline, geometric_hermite, geometric_spline,
 };
+use crate::stored::Fields;
 
 /// Curve through points with given velocities, once continuously differentiable.
 ///
@@ -71,6 +71,8 @@ use crate::spline::{
 /// True
 #[pyclass(name = "CubicHermite", module = "stiefel_rs", extends = PyPiecewiseCurve, frozen)]
 pub struct PyCubicHermite {
+    /// The velocities at the knots, as given or as estimated, shape (N, n, k); read-only.
+    #[pyo3(get)]
     velocities: Array,
 }
 
@@ -89,16 +91,12 @@ impl PyCubicHermite {
         extrapolate: bool,
         num_threads: Option<i64>,
     ) -> PyResult<PyClassInitializer<Self>> {
-        let kind = Kind::read(py, kind)?;
+        let kind = Kind::read(kind)?;
         let data = Data::read(t, S)?;
         let velocities = Velocities::read(V)?;
-        let call = Call::new(
-            py,
-            num_threads,
-            data.legs(kind, velocities.given().unwrap_or(&data.points)),
-        )?;
+        let call = Call::new(py, num_threads, data.operations(kind))?;
         let outside = outside(extrapolate);
-        let (cubics, data, velocities) = call.run(py, move |interrupt| {
+        let (cubics, data, velocities) = call.run(move |interrupt| {
             let points = data.points.views();
             let given = velocities.vectors(&data.t, &points)?;
             let vectors: Vec<_> = given.iter().map(Mat::as_ref).collect();
@@ -116,13 +114,11 @@ impl PyCubicHermite {
                     Cubics::Geometric(Arc::new(curve.with_outside(outside)))
                 }
             };
-            let (n, k) = data.shape();
-            let velocities = rows(&given, n * k);
-            Ok((cubics, data, velocities))
+            Ok((cubics, data, given))
         })?;
         let base = PyPiecewiseCurve::wrap(py, cubics, &data, None)?;
-        let (n, k) = data.shape();
-        let velocities = frozen(py, &velocities, &[data.t.len(), n, k])?;
+        let velocities = NewArray::stacked(&[velocities.len()], &velocities, data.shape());
+        let velocities = frozen(py, velocities)?;
         Ok(base.add_subclass(PyCubicHermite { velocities }))
     }
 
@@ -131,15 +127,9 @@ impl PyCubicHermite {
         let (py, base) = (slf.py(), slf.as_super().get());
         let mut fields = base.stored(py)?;
         put(py, &mut fields, VELOCITIES, &slf.get().velocities)?;
-        let form = form_of(py, Self::KIND, fields)?;
+        let form = form(py, Self::KIND, fields)?;
         form.set_item(PIECES, base.kind())?;
         Ok(form)
-    }
-
-    /// The velocities at the knots, as given or as estimated, shape (N, n, k); read-only.
-    #[getter]
-    fn velocities(&self, py: Python<'_>) -> Array {
-        self.velocities.clone_ref(py)
     }
 }
 
@@ -147,7 +137,7 @@ impl PyCubicHermite {
     pub(super) const KIND: &str = "CubicHermite";
 
     pub(super) fn restored(py: Python<'_>, mut form: Form) -> PyResult<Py<PyAny>> {
-        let kind = Kind::read(py, &form.word(py, PIECES)?)?;
+        let kind = Kind::read(&form.word(PIECES)?)?;
         let (restored, velocities) = form.read(py, move |fields, interrupt| {
             let velocities = fields.take(VELOCITIES)?;
             let restored = Restored::of(fields, kind, interrupt)?;
@@ -155,14 +145,10 @@ impl PyCubicHermite {
             restored.check_velocities(&velocities, interrupt)?;
             Ok((restored, velocities))
         })?;
-        let Restored {
-            cubics,
-            data,
-            report,
-        } = restored;
-        let base = PyPiecewiseCurve::wrap(py, cubics, &data, report)?;
         let velocities = frozen_batch(py, &velocities)?;
-        let curve = base.add_subclass(PyCubicHermite { velocities });
+        let curve = restored
+            .wrap(py)?
+            .add_subclass(PyCubicHermite { velocities });
         Ok(Py::new(py, curve)?.into_any())
     }
 }
@@ -192,6 +178,11 @@ impl PyCubicHermite {
 ///     the piece.
 /// max_iterations : int, default 200
 ///     Steps at the most. More than 200 raise the limit of work, about two seconds, in proportion.
+/// tension : float, default 0.0
+///     A spline in tension, of Riemannian pieces: stationary for the integral of ``|A|^2 + tension |V|^2``, near geodesics
+///     between the points where it is large. Not negative, in units of ``1 / t^2``; at most 64 by the square of the longest
+///     leg, since what is off at the start of a leg grows as ``exp(sqrt(tension) t)``, and 6.25 for points with more than 12 rows
+///     and more than ``4 k``, also in the span of all points.
 /// num_threads : int, optional
 ///     Threads; by default those of the global pool.
 ///
@@ -199,7 +190,7 @@ impl PyCubicHermite {
 /// ------
 /// InvalidInputError
 ///     Shapes or numbers of knots that do not match, not finite, times that do not increase, not orthonormal, not tangent
-///     (with the measured defect), ends that do not close. Names the knot, and carries it as ``knot``.
+///     (with the measured defect), ends that do not close, ``tension`` out of range. Names the knot, and carries it as ``knot``.
 /// OutsideDomainError
 ///     Neighbours that no curve joins, or no unique shortest one; carries ``knot``, the first of the two, and ``angle``.
 /// ConvergenceError
@@ -231,6 +222,8 @@ impl PyCubicHermite {
 /// True
 #[pyclass(name = "CubicSpline", module = "stiefel_rs", extends = PyPiecewiseCurve, frozen)]
 pub struct PyCubicSpline {
+    /// The end conditions, as given: a word, or a pair; arrays are read-only.
+    #[pyo3(get)]
     bc_type: Py<PyAny>,
 }
 
@@ -240,9 +233,9 @@ impl PyCubicSpline {
     #[new]
     #[pyo3(signature = (
         t, S, bc_type=BcType::default(), kind="riemannian", *, extrapolate=false, tol=1e-12, max_iterations=200,
-        num_threads=None
+        tension=0.0, num_threads=None
     ), text_signature = "(t, S, bc_type='natural', kind='riemannian', *, extrapolate=False, tol=1e-12, \
-        max_iterations=200, num_threads=None)")]
+        max_iterations=200, tension=0.0, num_threads=None)")]
     #[allow(clippy::too_many_arguments)]
     fn new(
         py: Python<'_>,
@@ -253,19 +246,21 @@ impl PyCubicSpline {
         extrapolate: bool,
         tol: f64,
         #[pyo3(from_py_with = whole)] max_iterations: i64,
+        tension: f64,
         num_threads: Option<i64>,
     ) -> PyResult<PyClassInitializer<Self>> {
-        let kind = Kind::read(py, kind)?;
-        check_tolerance(py, tol)?;
-        let max_iterations = count(py, "max_iterations", max_iterations, 1)?;
+        let kind = Kind::read(kind)?;
+        check_tolerance(tol)?;
+        let max_iterations = count("max_iterations", max_iterations, 1)?;
         let data = Data::read(t, S)?;
         let Ends { given, conditions } = bc_type.read(py, data.shape())?;
-        let call = Call::new(py, num_threads, data.joints(kind))?;
+        let call = Call::new(py, num_threads, data.operations(kind))?;
         let outside = outside(extrapolate);
-        let (cubics, data, report) = call.run(py, move |interrupt| {
+        let (cubics, data, report) = call.run(move |interrupt| {
             let options = SplineOptions {
                 tolerance: tol,
                 max_iterations,
+                tension,
                 interrupt,
             };
             let points = data.points.views();
@@ -291,35 +286,30 @@ impl PyCubicSpline {
     /// For files and pickles: all numbers of the curve.
     fn _stored<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
         let (py, base) = (slf.py(), slf.as_super().get());
-        let form = form_of(py, Self::KIND, base.stored(py)?)?;
+        let form = form(py, Self::KIND, base.stored(py)?)?;
         form.set_item(PIECES, base.kind())?;
         store_ends(slf.get().bc_type.bind(py), &form)?;
         Ok(form)
     }
-
-    /// The end conditions, as given: a word, or a pair; arrays are read-only.
-    #[getter]
-    fn bc_type(&self, py: Python<'_>) -> Py<PyAny> {
-        self.bc_type.clone_ref(py)
-    }
 }
 
 impl PyCubicSpline {
+    /// The end conditions, as given.
+    pub(super) fn given<'py>(&self, py: Python<'py>) -> &Bound<'py, PyAny> {
+        self.bc_type.bind(py)
+    }
+
     pub(super) const KIND: &str = "CubicSpline";
 
     pub(super) fn restored(py: Python<'_>, mut form: Form) -> PyResult<Py<PyAny>> {
-        let kind = Kind::read(py, &form.word(py, PIECES)?)?;
+        let kind = Kind::read(&form.word(PIECES)?)?;
         let ends = restore_ends(py, &mut form)?;
-        let Restored {
-            cubics,
-            data,
-            report,
-        } = form.read(py, move |fields, interrupt| {
+        let read = move |fields: &mut Fields, interrupt: Interrupt<'_>| {
             Restored::of(fields, kind, interrupt)
-        })?;
-        let base = PyPiecewiseCurve::wrap(py, cubics, &data, report)?;
-        let bc_type = ends.read(py, data.shape())?.given;
-        let curve = base.add_subclass(PyCubicSpline { bc_type });
+        };
+        let restored = form.read(py, read)?;
+        let bc_type = ends.read(py, restored.data.shape())?.given;
+        let curve = restored.wrap(py)?.add_subclass(PyCubicSpline { bc_type });
         Ok(Py::new(py, curve)?.into_any())
     }
 }

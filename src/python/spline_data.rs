@@ -1,13 +1,14 @@
-//! What splines of the binding are made from: times, points and the kind of their pieces.
+//! What splines of the binding are made from: times, points, the kind of their pieces, and options.
 
-use faer::Mat;
 use pyo3::prelude::*;
 
-use super::convert::{Batch, stack};
+use super::batch::Batch;
+use super::convert::Any;
 use super::error::invalid_input;
 use super::knots::times;
-use super::polynomial_pieces::construction;
-use super::riemannian_cubic::shooting;
+use super::work::{EXPONENTIALS, SOLVES};
+use crate::error::Error;
+use crate::spline::Outside;
 
 pub(super) const RIEMANNIAN: &str = "riemannian";
 pub(super) const GEOMETRIC: &str = "geometric";
@@ -20,14 +21,14 @@ pub(super) enum Kind {
 }
 
 impl Kind {
-    pub(super) fn read(py: Python<'_>, kind: &str) -> PyResult<Self> {
+    pub(super) fn read(kind: &str) -> PyResult<Self> {
         match kind {
             RIEMANNIAN => Ok(Kind::Riemannian),
             GEOMETRIC => Ok(Kind::Geometric),
             _ => {
                 let message =
                     format!("kind: expected '{RIEMANNIAN}' or '{GEOMETRIC}', found {kind:?}");
-                Err(invalid_input(py, message))
+                Err(invalid_input(message))
             }
         }
     }
@@ -40,10 +41,10 @@ pub(super) struct Data {
 }
 
 impl Data {
-    pub(super) fn read(t: &Bound<'_, PyAny>, points: &Bound<'_, PyAny>) -> PyResult<Self> {
+    pub(super) fn read(t: &Any<'_>, points: &Any<'_>) -> PyResult<Self> {
         Ok(Data {
             t: times(t)?,
-            points: stack(points, "S", "(N, n, k)")?,
+            points: Batch::read((points, "S"), "(N, n, k)")?,
         })
     }
 
@@ -51,38 +52,33 @@ impl Data {
         (self.points.rows, self.points.cols)
     }
 
-    /// Rough operations of a boundary value problem for every leg, with vectors like these as velocities.
-    pub(super) fn legs(&self, kind: Kind, vectors: &Batch) -> f64 {
-        let one = match kind {
-            Kind::Riemannian => {
-                let [s, v] = [&self.points, vectors].map(|batch| match batch.len() {
-                    0 => Mat::zeros(1, 1),
-                    _ => batch.get(0).to_owned(),
-                });
-                shooting([&s, &v, &s, &v])
-            }
-            Kind::Geometric => construction(self.shape(), 3),
+    /// Estimated operations to find the pieces.
+    pub(super) fn operations(&self, kind: Kind) -> f64 {
+        let each = match kind {
+            Kind::Riemannian => SOLVES,
+            Kind::Geometric => EXPONENTIALS,
         };
-        one * self.points.len() as f64
+        each * self.points.numbers()
     }
+}
 
-    /// Rough operations of a spline: as many for every leg, after a factorisation that reduces the dimension.
-    pub(super) fn joints(&self, kind: Kind) -> f64 {
-        self.legs(kind, &self.points) + self.reduction()
+/// Error where a tolerance is out of its range.
+pub(super) fn check_tolerance(tol: f64) -> PyResult<()> {
+    if (1e-15..=0.1).contains(&tol) {
+        return Ok(());
     }
+    let error = Error::InvalidArgument {
+        name: "tol",
+        requirement: "between 1e-15 and 0.1",
+        found: tol,
+    };
+    Err(error.into())
+}
 
-    /// Rough operations of quasi-geodesics between all neighbours.
-    pub(super) fn links(&self) -> f64 {
-        let (n, k) = self.shape();
-        construction((n, k), 1) * self.points.len() as f64 + self.reduction()
-    }
-
-    /// Rough operations of the factorisation that reduces the dimension.
-    fn reduction(&self) -> f64 {
-        let (n, columns) = (
-            self.points.rows as f64,
-            (self.points.len() * self.points.cols) as f64,
-        );
-        4.0 * n * columns * columns.min(n)
+pub(super) fn outside(extrapolate: bool) -> Outside {
+    if extrapolate {
+        Outside::Continued
+    } else {
+        Outside::Refused
     }
 }

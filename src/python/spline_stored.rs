@@ -5,7 +5,8 @@ use std::sync::Arc;
 use numpy::{PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
-use super::convert::{Batch, entries_of};
+use super::batch::Batch;
+use super::convert::entries_of;
 use super::piecewise::{Array, Cubics, PyPiecewiseCurve};
 use super::spline_data::{Data, Kind};
 use crate::curve::Quantity;
@@ -28,11 +29,7 @@ const STORED_TOLERANCE: f64 = 1e-6;
 impl PyPiecewiseCurve {
     /// The stored form without what is the subclass's own.
     pub(super) fn stored(&self, py: Python<'_>) -> PyResult<Fields> {
-        let mut fields = Fields::default();
-        match &self.cubics {
-            Cubics::Riemannian(curve) => curve.store(&mut fields),
-            Cubics::Geometric(curve) => curve.store(&mut fields),
-        }
+        let (_, mut fields) = self.cubics.curve().stored();
         put(py, &mut fields, POINTS, &self.points)?;
         fields.put_reports(REPORT, [self.report]);
         Ok(fields)
@@ -80,6 +77,11 @@ impl Restored {
             data,
             report,
         })
+    }
+
+    /// The base of the restored spline, to which its class adds its own fields.
+    pub(super) fn wrap(self, py: Python<'_>) -> PyResult<PyClassInitializer<PyPiecewiseCurve>> {
+        PyPiecewiseCurve::wrap(py, self.cubics, &self.data, self.report)
     }
 
     /// Error unless velocities are those of the curve at its knots.

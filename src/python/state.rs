@@ -20,6 +20,11 @@ impl Kind {
         }
     }
 
+    /// Entries of a state.
+    pub fn width(self) -> usize {
+        4 * self.dimension()
+    }
+
     /// Columns of a point.
     pub fn columns(self) -> usize {
         match self {
@@ -48,3 +53,20 @@ pub fn write_states<const Z: usize>(states: &[SVector<f64, Z>], out: &mut [f64])
         target.copy_from_slice(state.as_slice());
     }
 }
+
+/// Evaluate an expression, generic in the chart, for the chart of a [`Kind`]: `on_chart!(kind, chart => expression)`.
+macro_rules! on_chart {
+    ($kind:expr, $chart:ident => $value:expr) => {
+        match $kind {
+            Kind::Sphere => {
+                let $chart = &crate::chart::Sphere;
+                $value
+            }
+            Kind::Frame => {
+                let $chart = &crate::chart::Frame;
+                $value
+            }
+        }
+    };
+}
+pub(super) use on_chart;

@@ -1,22 +1,20 @@
 //! The manifold for arrays, with batches.
 
-use numpy::PyArrayDyn;
+use faer::{Mat, MatRef};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
+use super::batch::{Batch, Value, map_batch, matrix_batches};
 use super::call::Call;
-use super::convert::{Batch, map_batch, matrices, to_array, write};
-use super::error::{invalid_input, to_exception};
+use super::convert::{Any, Named, NewArray, named};
+use super::error::invalid_input;
+use super::work::PRODUCTS;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
+use crate::linalg::structure::check_finite;
 use crate::manifold::stiefel::{POINT_TOLERANCE, TANGENT_TOLERANCE};
 use crate::manifold::{Metric, Stiefel};
-
-/// Operations that the time of the smallest problem is worth, a few microseconds of set-up.
-const SMALLEST: f64 = 1e4;
-
-pub(super) type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 
 /// The Stiefel manifold St(n, k) of n x k matrices with orthonormal columns.
 ///
@@ -33,7 +31,9 @@ pub(super) type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 /// Raises
 /// ------
 /// InvalidInputError
-///     Unless ``1 <= k <= n`` and the metric is one of these.
+///     Unless ``1 <= k <= n`` and the metric is one of these. Methods raise it for arrays of another shape, numbers that are
+///     not finite, points that are not orthonormal and vectors that are not tangent, with the measured defect and the
+///     member of the batch.
 ///
 /// Examples
 /// --------
@@ -50,101 +50,103 @@ pub(super) type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 pub struct PyStiefel(pub(super) Stiefel);
 
 impl PyStiefel {
-    pub(super) fn core_shape(&self, batch: &Batch, name: &str, py: Python<'_>) -> PyResult<()> {
-        expect_shape(py, name, batch, (self.0.n(), self.0.k()))
-    }
-
-    /// Checks shapes, maps every member, and gives the result the trailing shape `core`.
-    pub(super) fn map<'py, const N: usize>(
+    /// Apply `member` to points and tangent vectors, member by member; its values have shape `core`.
+    pub(super) fn map<T: Value, const N: usize>(
         &self,
-        py: Python<'py>,
-        objects: [(&Bound<'py, PyAny>, &'static str); N],
+        objects: [Named<'_, '_>; N],
         core: &[usize],
-        member: impl Fn(&Self, [&Batch; N], usize, &mut [f64]) -> Result<()> + Sync + Send + 'static,
-    ) -> PyResult<Array<'py>> {
-        self.map_weighted(py, objects, core, |_| 1.0, member)
-    }
-
-    /// As [`PyStiefel::map`] where a member takes `weight` times the usual work, by the data.
-    pub(super) fn map_weighted<'py, const N: usize>(
-        &self,
-        py: Python<'py>,
-        objects: [(&Bound<'py, PyAny>, &'static str); N],
-        core: &[usize],
-        weight: impl FnOnce(&[Batch; N]) -> f64,
-        member: impl Fn(&Self, [&Batch; N], usize, &mut [f64]) -> Result<()> + Sync + Send + 'static,
-    ) -> PyResult<Array<'py>> {
-        let batches = matrices(objects)?;
-        for (batch, (_, name)) in batches.iter().zip(objects) {
-            self.core_shape(batch, name, py)?;
-        }
-        let (n, k) = (self.0.n() as f64, self.0.k() as f64);
-        let call = Call::new(
-            py,
-            None,
-            batches[0].len() as f64 * (SMALLEST + 30.0 * n * k * k) * weight(&batches),
-        )?;
-        let shape: Vec<usize> = batches[0].shape.iter().chain(core).copied().collect();
-        let this = self.clone();
-        let wrapped = move |b: [&Batch; N], i: usize, out: &mut [f64], _: Interrupt<'_>| {
-            member(&this, b, i, out)
+        member: impl Fn(&Stiefel, [MatRef<'_, f64>; N]) -> Result<T> + Sync + Send + 'static,
+    ) -> PyResult<NewArray> {
+        let work = |batches: &[Batch; N]| {
+            PRODUCTS * batches.each_ref().map(Batch::numbers).iter().sum::<f64>()
         };
-        let entries = map_batch(py, &call, batches, core.iter().product(), wrapped)?;
-        to_array(py, entries, &shape)
+        self.map_shapes(
+            objects,
+            [self.shape(); N],
+            work,
+            core,
+            move |m, matrices, _| member(m, matrices),
+        )
     }
 
-    pub(super) fn check(&self, s: faer::MatRef<'_, f64>) -> Result<()> {
-        self.0.check_point("S", s, POINT_TOLERANCE)
-    }
-
-    pub(super) fn check_vector(
+    /// [`PyStiefel::map`] for values of shape `(n, k)`.
+    pub(super) fn map_matrices<const N: usize>(
         &self,
-        name: &'static str,
-        s: faer::MatRef<'_, f64>,
-        v: faer::MatRef<'_, f64>,
-    ) -> Result<()> {
-        self.0.check_tangent(name, s, v, TANGENT_TOLERANCE)
+        objects: [Named<'_, '_>; N],
+        member: impl Fn(&Stiefel, [MatRef<'_, f64>; N]) -> Result<Mat<f64>> + Sync + Send + 'static,
+    ) -> PyResult<NewArray> {
+        self.map(objects, &[self.0.n(), self.0.k()], member)
     }
 
-    fn tolerance(py: Python<'_>, atol: f64) -> PyResult<f64> {
-        if atol >= 0.0 {
-            Ok(atol)
-        } else {
-            Err(invalid_input(
-                py,
-                format!("atol: must be at least 0, found {atol}"),
-            ))
+    /// [`PyStiefel::map`] for arguments of any shapes, with an estimate of the operations and a check for interrupts.
+    pub(super) fn map_shapes<T: Value, const N: usize>(
+        &self,
+        objects: [Named<'_, '_>; N],
+        shapes: [(usize, usize); N],
+        work: impl FnOnce(&[Batch; N]) -> f64,
+        core: &[usize],
+        member: impl Fn(&Stiefel, [MatRef<'_, f64>; N], Interrupt<'_>) -> Result<T>
+        + Sync
+        + Send
+        + 'static,
+    ) -> PyResult<NewArray> {
+        let (py, manifold) = (objects[0].0.py(), self.0);
+        let batches = matrix_batches(objects)?;
+        for ((batch, (_, name)), shape) in batches.iter().zip(objects).zip(shapes) {
+            batch.check_shape(name, shape)?;
         }
+        let call = Call::new(py, None, work(&batches))?;
+        let one = move |_: &mut (),
+                        b: [&Batch; N],
+                        i: usize,
+                        out: &mut [f64],
+                        interrupt: Interrupt<'_>| {
+            member(&manifold, b.map(|batch| batch.get(i)), interrupt)?.put(out);
+            Ok(())
+        };
+        map_batch(&call, batches, core, || (), one)
     }
 
-    /// Standard normal numbers of shape `size + (n, k)` from a generator.
-    fn normal<'py>(
-        &self,
-        generator: &Bound<'py, PyAny>,
-        size: &[usize],
-    ) -> PyResult<Bound<'py, PyAny>> {
-        let shape: Vec<usize> = size
-            .iter()
-            .chain(&[self.0.n(), self.0.k()])
-            .copied()
-            .collect();
-        let shape = PyTuple::new(generator.py(), shape)?;
-        generator.call_method1("standard_normal", (shape,))
+    pub(super) fn shape(&self) -> (usize, usize) {
+        (self.0.n(), self.0.k())
     }
+}
+
+fn check(m: &Stiefel, s: MatRef<'_, f64>) -> Result<()> {
+    m.check_point("S", s, POINT_TOLERANCE)
+}
+
+fn check_vector(m: &Stiefel, name: &'static str, [s, v]: [MatRef<'_, f64>; 2]) -> Result<()> {
+    m.check_tangent(name, s, v, TANGENT_TOLERANCE)
+}
+
+/// Check the argument `atol`.
+fn tolerance(atol: f64) -> PyResult<f64> {
+    if atol >= 0.0 {
+        return Ok(atol);
+    }
+    let message = format!("atol: must be at least 0, found {atol}");
+    Err(invalid_input(message))
+}
+
+/// Draw standard normal matrices with the leading axes `lead`.
+fn normal<'py>(generator: &Any<'py>, lead: &[usize], (n, k): (usize, usize)) -> PyResult<Any<'py>> {
+    let shape = PyTuple::new(generator.py(), [lead, &[n, k]].concat())?;
+    generator.call_method1("standard_normal", (shape,))
 }
 
 /// What sets the streams of tangent vectors apart from others that the same numbers are the seed of: a number of its own.
 const TANGENT_STREAM: u32 = 0x7461_6e67;
 
 /// The generator of `numpy.random.default_rng`.
-fn generator<'py>(py: Python<'py>, rng: Option<&Bound<'py, PyAny>>) -> PyResult<Bound<'py, PyAny>> {
+fn generator<'py>(py: Python<'py>, rng: Option<&Any<'py>>) -> PyResult<Any<'py>> {
     py.import("numpy.random")?
         .call_method1("default_rng", (rng,))
 }
 
 /// A stream that 128 random bits of a generator start. Points are made of the numbers that follow in the generator itself, so
 /// that a seed, or a generator in the same state, gives tangent vectors that know nothing of the points.
-fn tangent_stream<'py>(generator: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+fn tangent_stream<'py>(generator: &Any<'py>) -> PyResult<Any<'py>> {
     let py = generator.py();
     let random = py.import("numpy.random")?;
     let words = PyDict::new(py);
@@ -157,15 +159,14 @@ fn tangent_stream<'py>(generator: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyA
 }
 
 /// "canonical", "euclidean", or the parameter of the family.
-pub(super) fn read_metric(object: &Bound<'_, PyAny>) -> PyResult<Metric> {
+pub(super) fn read_metric(object: &Any<'_>) -> PyResult<Metric> {
     if let Ok(name) = object.extract::<String>() {
         return match name.as_str() {
             "canonical" => Ok(Metric::CANONICAL),
             "euclidean" => Ok(Metric::EUCLIDEAN),
-            _ => Err(invalid_input(
-                object.py(),
-                format!("metric: expected 'canonical', 'euclidean' or a number, found {name:?}"),
-            )),
+            _ => Err(invalid_input(format!(
+                "metric: expected 'canonical', 'euclidean' or a number, found {name:?}"
+            ))),
         };
     }
     let alpha: f64 = object.extract().map_err(|_| {
@@ -174,17 +175,7 @@ pub(super) fn read_metric(object: &Bound<'_, PyAny>) -> PyResult<Metric> {
             "metric: expected 'canonical', 'euclidean' or a number, found {kind}"
         ))
     })?;
-    Metric::new(alpha).map_err(|error| to_exception(object.py(), &error, ""))
-}
-
-/// `InvalidInputError` unless the members of a batch have the given shape, also where there are none.
-fn expect_shape(py: Python<'_>, name: &str, batch: &Batch, (n, k): (usize, usize)) -> PyResult<()> {
-    let (rows, cols) = (batch.rows, batch.cols);
-    if (rows, cols) == (n, k) {
-        return Ok(());
-    }
-    let message = format!("{name}: expected shape (..., {n}, {k}), found (..., {rows}, {cols})");
-    Err(invalid_input(py, message))
+    Ok(Metric::new(alpha)?)
 }
 
 #[pymethods]
@@ -192,12 +183,11 @@ fn expect_shape(py: Python<'_>, name: &str, batch: &Batch, (n, k): (usize, usize
 impl PyStiefel {
     #[new]
     #[pyo3(signature = (n, k, *, metric=None))]
-    fn new(py: Python<'_>, n: i64, k: i64, metric: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+    fn new(n: i64, k: i64, metric: Option<&Any<'_>>) -> PyResult<Self> {
         let invalid = || {
-            invalid_input(
-                py,
-                format!("St(n, k): expected 1 <= k <= n, found n = {n}, k = {k}"),
-            )
+            invalid_input(format!(
+                "St(n, k): expected 1 <= k <= n, found n = {n}, k = {k}"
+            ))
         };
         let (Ok(rows), Ok(cols)) = (usize::try_from(n), usize::try_from(k)) else {
             return Err(invalid());
@@ -257,12 +247,10 @@ impl PyStiefel {
     /// InvalidInputError
     ///     With the measured defect.
     #[pyo3(signature = (S, atol=POINT_TOLERANCE), text_signature = "($self, S, atol=1e-9)")]
-    fn check_point<'py>(&self, py: Python<'py>, S: &Bound<'py, PyAny>, atol: f64) -> PyResult<()> {
-        let atol = Self::tolerance(py, atol)?;
-        self.map(py, [(S, "S")], &[0], move |m, [s], i, _| {
-            m.0.check_point("S", s.get(i), atol)
-        })
-        .map(|_| ())
+    fn check_point(&self, S: &Any<'_>, atol: f64) -> PyResult<()> {
+        let atol = tolerance(atol)?;
+        let checked = self.map(named![S], &[], move |m, [s]| m.check_point("S", s, atol));
+        checked.map(drop)
     }
 
     /// Raise unless every member of ``V`` is tangent at ``S``: ``|S^T V + V^T S| / 2 <= atol max(1, |V|)``.
@@ -272,19 +260,13 @@ impl PyStiefel {
     /// InvalidInputError
     ///     With the measured defect.
     #[pyo3(signature = (S, V, atol=TANGENT_TOLERANCE), text_signature = "($self, S, V, atol=1e-9)")]
-    fn check_tangent<'py>(
-        &self,
-        py: Python<'py>,
-        S: &Bound<'py, PyAny>,
-        V: &Bound<'py, PyAny>,
-        atol: f64,
-    ) -> PyResult<()> {
-        let atol = Self::tolerance(py, atol)?;
-        let member = move |m: &Self, [s, v]: [&Batch; 2], i: usize, _: &mut [f64]| {
-            m.check(s.get(i))?;
-            m.0.check_tangent("V", s.get(i), v.get(i), atol)
-        };
-        self.map(py, [(S, "S"), (V, "V")], &[0], member).map(|_| ())
+    fn check_tangent(&self, S: &Any<'_>, V: &Any<'_>, atol: f64) -> PyResult<()> {
+        let atol = tolerance(atol)?;
+        let checked = self.map(named![S, V], &[], move |m, [s, v]| {
+            check(m, s)?;
+            m.check_tangent("V", s, v, atol)
+        });
+        checked.map(drop)
     }
 
     /// Uniformly distributed points (Haar measure), shape ``size + (n, k)``.
@@ -296,28 +278,26 @@ impl PyStiefel {
     /// size : int or tuple of int, optional
     ///     Leading axes; a single point by default.
     #[pyo3(signature = (rng=None, size=None))]
-    fn random_point<'py>(
+    fn random_point(
         &self,
-        py: Python<'py>,
-        rng: Option<&Bound<'py, PyAny>>,
-        size: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Array<'py>> {
-        let size: Vec<usize> = match size {
+        py: Python<'_>,
+        rng: Option<&Any<'_>>,
+        size: Option<&Any<'_>>,
+    ) -> PyResult<NewArray> {
+        let axes: Vec<i64> = match size {
             None => Vec::new(),
-            Some(size) => {
-                let axes: Vec<i64> = size
-                    .extract()
-                    .map(|one| vec![one])
-                    .or_else(|_| size.extract())?;
-                let invalid =
-                    || invalid_input(py, format!("size: axes must be at least 0, found {size}"));
-                axes.into_iter()
-                    .map(|axis| usize::try_from(axis).map_err(|_| invalid()))
-                    .collect::<PyResult<_>>()?
-            }
+            Some(size) => size
+                .extract()
+                .map(|one| vec![one])
+                .or_else(|_| size.extract())?,
         };
-        let normal = self.normal(&generator(py, rng)?, &size)?;
-        self.project(py, &normal)
+        let lead: std::result::Result<Vec<usize>, _> =
+            axes.into_iter().map(usize::try_from).collect();
+        let lead = lead.map_err(|_| {
+            let found = size.map_or(String::new(), |size| size.to_string());
+            invalid_input(format!("size: axes must be at least 0, found {found}"))
+        })?;
+        self.project(&normal(&generator(py, rng)?, &lead, self.shape())?)
     }
 
     /// Normally distributed tangent vectors at ``S``: standard normal matrices, projected. Shape of ``S``.
@@ -330,17 +310,12 @@ impl PyStiefel {
     ///     What `numpy.random.default_rng` takes. The vectors are independent of ``S``, also where ``S`` is made with the same
     ///     seed, or by a generator in the same state.
     #[pyo3(signature = (S, rng=None))]
-    fn random_tangent<'py>(
-        &self,
-        py: Python<'py>,
-        S: &Bound<'py, PyAny>,
-        rng: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Array<'py>> {
-        let [points] = matrices([(S, "S")])?;
-        self.core_shape(&points, "S", py)?;
+    fn random_tangent(&self, S: &Any<'_>, rng: Option<&Any<'_>>) -> PyResult<NewArray> {
+        let py = S.py();
+        let [points] = matrix_batches(named![S])?;
+        points.check_shape("S", self.shape())?;
         let stream = tangent_stream(&generator(py, rng)?)?;
-        let normal = self.normal(&stream, &points.shape)?;
-        self.project_tangent(py, S, &normal)
+        self.project_tangent(S, &normal(&stream, &points.shape, self.shape())?)
     }
 
     /// Nearest point in the Frobenius norm: the polar factor of ``Y``, shape (..., n, k).
@@ -349,76 +324,37 @@ impl PyStiefel {
     /// ------
     /// InvalidInputError
     ///     ``Y`` has no full column rank (with its smallest singular value), or is not finite.
-    fn project<'py>(&self, py: Python<'py>, Y: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
-        self.map(
-            py,
-            [(Y, "Y")],
-            &[self.0.n(), self.0.k()],
-            move |m, [y], i, out| {
-                write(m.0.project(y.get(i))?.as_ref(), out);
-                Ok(())
-            },
-        )
+    fn project(&self, Y: &Any<'_>) -> PyResult<NewArray> {
+        self.map_matrices(named![Y], |m, [y]| m.project(y))
     }
 
     /// Orthogonal projection ``Z - S sym(S^T Z)`` on the tangent space at ``S``, shape (..., n, k).
-    fn project_tangent<'py>(
-        &self,
-        py: Python<'py>,
-        S: &Bound<'py, PyAny>,
-        Z: &Bound<'py, PyAny>,
-    ) -> PyResult<Array<'py>> {
-        self.map(
-            py,
-            [(S, "S"), (Z, "Z")],
-            &[self.0.n(), self.0.k()],
-            move |m, [s, z], i, out| {
-                m.check(s.get(i))?;
-                crate::linalg::structure::check_finite("Z", z.get(i))?;
-                write(m.0.project_tangent(s.get(i), z.get(i))?.as_ref(), out);
-                Ok(())
-            },
-        )
+    fn project_tangent(&self, S: &Any<'_>, Z: &Any<'_>) -> PyResult<NewArray> {
+        self.map_matrices(named![S, Z], |m, [s, z]| {
+            check(m, s)?;
+            check_finite("Z", z)?;
+            m.project_tangent(s, z)
+        })
     }
 
     /// Inner product of tangent vectors at ``S`` in the manifold's metric, shape (...); canonical:
     /// ``tr V^T (I - S S^T / 2) W``.
-    fn inner<'py>(
-        &self,
-        py: Python<'py>,
-        S: &Bound<'py, PyAny>,
-        V: &Bound<'py, PyAny>,
-        W: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        let values = self.map(
-            py,
-            [(S, "S"), (V, "V"), (W, "W")],
-            &[1],
-            move |m, [s, v, w], i, out| {
-                m.check(s.get(i))?;
-                m.check_vector("V", s.get(i), v.get(i))?;
-                m.check_vector("W", s.get(i), w.get(i))?;
-                out[0] = m.0.inner(s.get(i), v.get(i), w.get(i))?;
-                Ok(())
-            },
-        )?;
-        values.get_item((pyo3::types::PyEllipsis::get(py), 0))
+    fn inner(&self, S: &Any<'_>, V: &Any<'_>, W: &Any<'_>) -> PyResult<NewArray> {
+        self.map(named![S, V, W], &[], |m, [s, v, w]| {
+            check(m, s)?;
+            check_vector(m, "V", [s, v])?;
+            check_vector(m, "W", [s, w])?;
+            m.inner(s, v, w)
+        })
     }
 
     /// Norm of a tangent vector at ``S`` in the manifold's metric, shape (...).
-    fn norm<'py>(
-        &self,
-        py: Python<'py>,
-        S: &Bound<'py, PyAny>,
-        V: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        let values = self.map(py, [(S, "S"), (V, "V")], &[1], move |m, [s, v], i, out| {
-            m.check(s.get(i))?;
-            m.check_vector("V", s.get(i), v.get(i))?;
-            out[0] = m.0.norm(s.get(i), v.get(i))?;
-            Ok(())
-        })?;
-        values.get_item((pyo3::types::PyEllipsis::get(py), 0))
+    fn norm(&self, S: &Any<'_>, V: &Any<'_>) -> PyResult<NewArray> {
+        self.map(named![S, V], &[], |m, [s, v]| {
+            check(m, s)?;
+            check_vector(m, "V", [s, v])?;
+            m.norm(s, v)
+        })
     }
 
     /// The paper's pair ``(X, Omega)`` of a tangent vector, ``V = X S + S Omega``.
@@ -429,58 +365,34 @@ impl PyStiefel {
     ///     ``V S^T - S V^T + 2 S V^T S S^T``, skew-symmetric.
     /// Omega : ndarray, shape (..., k, k)
     ///     ``S^T V``, skew-symmetric.
-    fn decompose<'py>(
-        &self,
-        py: Python<'py>,
-        S: &Bound<'py, PyAny>,
-        V: &Bound<'py, PyAny>,
-    ) -> PyResult<(Array<'py>, Array<'py>)> {
-        let (n, k) = (self.0.n(), self.0.k());
-        let pair = |m: &Self, [s, v]: [&Batch; 2], i: usize| {
-            m.check(s.get(i))?;
-            m.check_vector("V", s.get(i), v.get(i))?;
-            m.0.decompose(s.get(i), v.get(i))
+    fn decompose(&self, S: &Any<'_>, V: &Any<'_>) -> PyResult<(NewArray, NewArray)> {
+        let (n, k) = self.shape();
+        let pair = |m: &Stiefel, [s, v]: [MatRef<'_, f64>; 2]| {
+            check(m, s)?;
+            check_vector(m, "V", [s, v])?;
+            m.decompose(s, v)
         };
-        let x = self.map(py, [(S, "S"), (V, "V")], &[n, n], move |m, b, i, out| {
-            write(pair(m, b, i)?.0.as_ref(), out);
-            Ok(())
-        })?;
-        let omega = self.map(py, [(S, "S"), (V, "V")], &[k, k], move |m, b, i, out| {
-            write(pair(m, b, i)?.1.as_ref(), out);
-            Ok(())
-        })?;
+        let x = self.map(named![S, V], &[n, n], move |m, b| Ok(pair(m, b)?.0))?;
+        let omega = self.map(named![S, V], &[k, k], move |m, b| Ok(pair(m, b)?.1))?;
         Ok((x, omega))
     }
 
     /// The tangent vector ``V = X S + S Omega`` of the paper's pair, shape (..., n, k).
-    fn compose<'py>(
-        &self,
-        py: Python<'py>,
-        S: &Bound<'py, PyAny>,
-        X: &Bound<'py, PyAny>,
-        Omega: &Bound<'py, PyAny>,
-    ) -> PyResult<Array<'py>> {
-        let [s, x, omega] = matrices([(S, "S"), (X, "X"), (Omega, "Omega")])?;
-        self.core_shape(&s, "S", py)?;
-        let (n, k) = (self.0.n(), self.0.k());
-        expect_shape(py, "X", &x, (n, n))?;
-        expect_shape(py, "Omega", &omega, (k, k))?;
-        let shape: Vec<usize> = s.shape.iter().chain(&[n, k]).copied().collect();
-        let call = Call::new(py, None, s.len() as f64 * (n * n * k) as f64)?;
-        let this = self.clone();
-        let member =
-            move |[s, x, omega]: [&Batch; 3], i: usize, out: &mut [f64], _: Interrupt<'_>| {
-                this.check(s.get(i))?;
-                crate::linalg::structure::check_finite("X", x.get(i))?;
-                crate::linalg::structure::check_finite("Omega", omega.get(i))?;
-                let v = this.0.compose(s.get(i), x.get(i), omega.get(i))?;
-                write(v.as_ref(), out);
-                Ok(())
-            };
-        to_array(
-            py,
-            map_batch(py, &call, [s, x, omega], n * k, member)?,
-            &shape,
+    fn compose(&self, S: &Any<'_>, X: &Any<'_>, Omega: &Any<'_>) -> PyResult<NewArray> {
+        let (n, k) = self.shape();
+        let work = |[_, x, _]: &[Batch; 3]| PRODUCTS * x.numbers();
+        let (shapes, core) = ([(n, k), (n, n), (k, k)], &[n, k]);
+        self.map_shapes(
+            named![S, X, Omega],
+            shapes,
+            work,
+            core,
+            |m, [s, x, omega], _| {
+                check(m, s)?;
+                check_finite("X", x)?;
+                check_finite("Omega", omega)?;
+                m.compose(s, x, omega)
+            },
         )
     }
 }

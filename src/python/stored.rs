@@ -6,9 +6,8 @@ use numpy::{PyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 
-use super::call::Call;
+use super::call::run;
 use super::convert::{entries_of, float_array, to_array};
-use super::error::to_exception;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::stored::{Array, FORMAT, Fields, Stored, VERSION, check_header, refusal};
@@ -19,19 +18,8 @@ const ONE_NUMBER: f64 = 30.0;
 
 const VERSION_KEY: &str = "version";
 
-/// The stored form of a curve.
-pub(super) fn form<'py>(
-    py: Python<'py>,
-    kind: &str,
-    curve: &impl Stored,
-) -> PyResult<Bound<'py, PyDict>> {
-    let mut fields = Fields::default();
-    curve.store(&mut fields);
-    form_of(py, kind, fields)
-}
-
 /// The stored form of a curve of the given numbers.
-pub(super) fn form_of<'py>(
+pub(super) fn form<'py>(
     py: Python<'py>,
     kind: &str,
     fields: Fields,
@@ -59,7 +47,6 @@ impl Form {
     /// `InvalidInputError` where it is not of this format and version; `TypeError` where something is neither a word nor an
     /// array.
     pub(super) fn of(form: &Bound<'_, PyDict>) -> PyResult<Self> {
-        let py = form.py();
         let mut words: BTreeMap<String, String> = BTreeMap::new();
         let mut fields = Fields::default();
         let mut version = None;
@@ -77,9 +64,9 @@ impl Form {
         }
         let [format, kind] = WORDS.map(|name| words.remove(name));
         let (Some(format), Some(version), Some(kind)) = (format, version, kind) else {
-            return Err(refused(py, "does not say its format, version and kind"));
+            return Err(refused("does not say its format, version and kind"));
         };
-        check_header(&format, version).map_err(|error| to_exception(py, &error, ""))?;
+        check_header(&format, version)?;
         Ok(Form {
             kind,
             words,
@@ -88,9 +75,9 @@ impl Form {
     }
 
     /// Takes a word out.
-    pub(super) fn word(&mut self, py: Python<'_>, name: &str) -> PyResult<String> {
+    pub(super) fn word(&mut self, name: &str) -> PyResult<String> {
         let word = self.words.remove(name);
-        word.ok_or_else(|| refused(py, &format!("has no word '{name}'")))
+        word.ok_or_else(|| refused(&format!("has no word '{name}'")))
     }
 
     /// Takes an array out.
@@ -100,7 +87,7 @@ impl Form {
         name: &str,
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let array = self.fields.take(name);
-        let Array { shape, entries } = array.map_err(|error| to_exception(py, &error, ""))?;
+        let Array { shape, entries } = array?;
         to_array(py, entries, &shape)
     }
 
@@ -112,11 +99,10 @@ impl Form {
     ) -> PyResult<T> {
         let Form { words, fields, .. } = self;
         if let Some(name) = words.keys().next() {
-            return Err(refused(py, &format!("'{name}' is no part of such a curve")));
+            return Err(refused(&format!("'{name}' is no part of such a curve")));
         }
         let numbers: usize = fields.0.values().map(|array| array.entries.len()).sum();
-        let call = Call::new(py, None, ONE_NUMBER * numbers as f64)?;
-        call.run(py, move |interrupt| {
+        run(py, ONE_NUMBER * numbers as f64, move |interrupt| {
             fields.read(|fields| take(fields, interrupt))
         })
     }
@@ -128,6 +114,6 @@ impl Form {
 }
 
 /// `InvalidInputError` for a stored form that is none.
-pub(super) fn refused(py: Python<'_>, problem: &str) -> PyErr {
-    to_exception(py, &refusal(problem.to_owned()), "")
+pub(super) fn refused(problem: &str) -> PyErr {
+    refusal(problem.to_owned()).into()
 }

@@ -5,14 +5,16 @@ use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
-use super::call::Call;
-use super::chart::{PyChart, count};
-use super::convert::{matrix, parameters, to_array, whole, write};
+use super::call::run;
+use super::chart::PyChart;
+use super::convert::{
+    Any, Named, NewArray, collected, count, matrices, named, parameters, to_array, whole, write,
+};
 use super::discretization::NamedMap;
-use super::state::Kind;
+use super::state::{Kind, on_chart};
 use crate::chart::{
-    AtlasState, Chart, CovariantData, DiscretizationMap, Frame, Sphere, integrate_across,
-    reference_across,
+    AtlasState, Chart, Composition, CovariantData, DiscretizationMap, integrate_across,
+    reference_across, state_from_covariant,
 };
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
@@ -95,39 +97,35 @@ impl Rows {
                 .extend_from_slice(state.rotation().transpose().as_slice());
             out.turns.push(state.turns);
         }
-        if !out
-            .energy
-            .iter()
-            .chain(&out.momentum)
-            .all(|x| x.is_finite())
-        {
-            return Err(Error::Overflow {
-                quantity: "energy or momentum",
-            });
+        let mut derived = out.energy.iter().chain(&out.momentum);
+        if derived.all(|x| x.is_finite()) {
+            return Ok(out);
         }
-        Ok(out)
+        let quantity = "energy or momentum";
+        Err(Error::Overflow { quantity })
     }
 
     fn into_python(
         self,
         py: Python<'_>,
-        chart: Kind,
+        kind: Kind,
         shape: &[usize],
     ) -> PyResult<PyChartTrajectory> {
         let array = |entries: Vec<f64>, trailing: &[usize]| {
             to_array(py, entries, &[shape, trailing].concat()).map(Bound::unbind)
         };
-        let [point, velocity, acceleration, jerk] = self.data;
-        let tangent = [3, chart.columns()];
+        let tangent = [3, kind.columns()];
+        let data = self.data.map(|entries| array(entries, &tangent));
+        let [point, velocity, acceleration, jerk] = collected(data)?;
         let changes = |i: &usize| self.turns[*i] != self.turns[*i - 1];
         Ok(PyChartTrajectory {
-            point: array(point, &tangent)?,
-            velocity: array(velocity, &tangent)?,
-            acceleration: array(acceleration, &tangent)?,
-            jerk: array(jerk, &tangent)?,
+            point,
+            velocity,
+            acceleration,
+            jerk,
             energy: array(self.energy, &[])?,
             momentum: array(self.momentum, &[3])?,
-            states: array(self.states, &[4 * chart.dimension()])?,
+            states: array(self.states, &[kind.width()])?,
             rotations: array(self.rotations, &[3, 3])?,
             transitions: (1..self.turns.len()).filter(changes).collect(),
         })
@@ -145,7 +143,7 @@ fn push(rows: &mut Vec<f64>, part: &Mat<f64>) {
 enum Flow {
     Steps {
         map: NamedMap,
-        composition: crate::chart::Composition,
+        composition: Composition,
         steps: usize,
         t_end: f64,
     },
@@ -176,13 +174,13 @@ impl Flow {
     }
 }
 
-fn read_data(objects: [(&Bound<'_, PyAny>, &'static str); 4]) -> PyResult<CovariantData> {
-    let [point, velocity, acceleration, jerk] = objects;
+fn read_data(objects: [Named<'_, '_>; 4]) -> PyResult<CovariantData> {
+    let [point, velocity, acceleration, jerk] = matrices(objects)?;
     Ok(CovariantData {
-        point: matrix(point.0, point.1)?,
-        velocity: matrix(velocity.0, velocity.1)?,
-        acceleration: matrix(acceleration.0, acceleration.1)?,
-        jerk: matrix(jerk.0, jerk.1)?,
+        point,
+        velocity,
+        acceleration,
+        jerk,
     })
 }
 
@@ -195,11 +193,12 @@ impl PyChart {
         operations: f64,
         shape: &[usize],
     ) -> PyResult<PyChartTrajectory> {
-        let (call, kind) = (Call::new(py, None, operations)?, self.kind());
-        let rows = call.run(py, move |interrupt| match kind {
-            Kind::Sphere => flow.run(&Sphere, &data, interrupt),
-            Kind::Frame => flow.run(&Frame, &data, interrupt),
-        })?;
+        let kind = self.0;
+        let rows = run(
+            py,
+            operations,
+            move |interrupt| on_chart!(kind, chart => flow.run(chart, &data, interrupt)),
+        )?;
         rows.into_python(py, kind, shape)
     }
 }
@@ -229,38 +228,22 @@ impl PyChart {
     /// Notes
     /// -----
     /// ``p_qdot[i] = <d_i S, A>`` and ``p_q[i] = Gamma[k, i, j] qdot[j] p_qdot[k] - <d_i S, J>``.
-    fn state<'py>(
-        &self,
-        py: Python<'py>,
-        S: &Bound<'py, PyAny>,
-        V: &Bound<'py, PyAny>,
-        A: &Bound<'py, PyAny>,
-        J: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let data = read_data([(S, "S"), (V, "V"), (A, "A"), (J, "J")])?;
-        let call = Call::new(py, None, 0.0)?;
-        let kind = self.kind();
-        let state = call.run(py, move |_| match kind {
-            Kind::Sphere => {
-                crate::chart::state_from_covariant(&Sphere, &data).map(|z| z.as_slice().to_vec())
-            }
-            Kind::Frame => {
-                crate::chart::state_from_covariant(&Frame, &data).map(|z| z.as_slice().to_vec())
-            }
-        })?;
-        let len = state.len();
-        to_array(py, state, &[len])
+    fn state(&self, S: &Any<'_>, V: &Any<'_>, A: &Any<'_>, J: &Any<'_>) -> PyResult<NewArray> {
+        let (data, kind) = (read_data(named![S, V, A, J])?, self.0);
+        let entries = run(
+            S.py(),
+            0.0,
+            move |_| on_chart!(kind, chart => Ok(state_from_covariant(chart, &data)?.as_slice().to_vec())),
+        )?;
+        let shape = vec![entries.len()];
+        Ok(NewArray { shape, entries })
     }
 
     /// Point, velocity, covariant acceleration and covariant jerk ``(S, V, A, J)`` of a state: the inverse of `state`.
     ///
     /// Shape (..., 4 d) -> four of shape (..., 3, k).
-    fn covariant<'py>(
-        &self,
-        py: Python<'py>,
-        z: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyTuple>> {
-        self.covariant_parts(py, z)
+    fn covariant<'py>(&self, z: &Any<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        self.covariant_parts(z)
     }
 
     /// The discrete trajectory across charts: as `integrate`, with no pole in the way.
@@ -303,22 +286,22 @@ impl PyChart {
     /// True
     #[pyo3(signature = (S, V, A, J, steps, t_end=1.0, map="midpoint", *, order=None))]
     #[allow(clippy::too_many_arguments)]
-    fn integrate_across<'py>(
+    fn integrate_across(
         &self,
-        py: Python<'py>,
-        S: &Bound<'py, PyAny>,
-        V: &Bound<'py, PyAny>,
-        A: &Bound<'py, PyAny>,
-        J: &Bound<'py, PyAny>,
+        py: Python<'_>,
+        S: &Any<'_>,
+        V: &Any<'_>,
+        A: &Any<'_>,
+        J: &Any<'_>,
         #[pyo3(from_py_with = whole)] steps: i64,
         t_end: f64,
         map: &str,
         order: Option<i64>,
     ) -> PyResult<PyChartTrajectory> {
-        let map = NamedMap::read(py, map)?;
-        let composition = map.composition(py, order)?;
-        let steps = count(py, "steps", steps, 1)?;
-        let data = read_data([(S, "S"), (V, "V"), (A, "A"), (J, "J")])?;
+        let map = NamedMap::read(map)?;
+        let composition = map.composition(order)?;
+        let steps = count("steps", steps, 1)?;
+        let data = read_data(named![S, V, A, J])?;
         let flow = Flow::Steps {
             map,
             composition,
@@ -349,17 +332,17 @@ impl PyChart {
     /// ConvergenceError
     ///     Too many steps; carries ``report``.
     #[allow(clippy::too_many_arguments)]
-    fn reference_across<'py>(
+    fn reference_across(
         &self,
-        py: Python<'py>,
-        S: &Bound<'py, PyAny>,
-        V: &Bound<'py, PyAny>,
-        A: &Bound<'py, PyAny>,
-        J: &Bound<'py, PyAny>,
-        t: &Bound<'py, PyAny>,
+        py: Python<'_>,
+        S: &Any<'_>,
+        V: &Any<'_>,
+        A: &Any<'_>,
+        J: &Any<'_>,
+        t: &Any<'_>,
     ) -> PyResult<PyChartTrajectory> {
         let (shape, t) = parameters(t, "t")?;
-        let data = read_data([(S, "S"), (V, "V"), (A, "A"), (J, "J")])?;
+        let data = read_data(named![S, V, A, J])?;
         // How many steps it takes shows only on the way: always watched.
         self.across(py, data, Flow::Times(t), f64::INFINITY, &shape)
     }

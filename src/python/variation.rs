@@ -5,11 +5,11 @@ use std::sync::Arc;
 use faer::Mat;
 use pyo3::prelude::*;
 
-use super::call::Call;
-use super::convert::{parameters, to_array};
-use super::riemannian_cubic::{Array, Data, Four, PyRiemannianCubic, array, shooting};
-use super::velocities::rows;
-use crate::cubic::{BoundaryVariation, RiemannianCubic};
+use super::call::run;
+use super::convert::{Any, Four, NewArray, four, matrices, named, parameters};
+use super::riemannian_cubic::PyRiemannianCubic;
+use super::work::{PRODUCTS, SOLVES};
+use crate::cubic::BoundaryVariation;
 use crate::curve::Curve;
 
 fn variation([s0, v0, s1, v1]: &[Mat<f64>; 4]) -> BoundaryVariation<'_> {
@@ -19,12 +19,6 @@ fn variation([s0, v0, s1, v1]: &[Mat<f64>; 4]) -> BoundaryVariation<'_> {
         s1: s1.as_ref(),
         v1: v1.as_ref(),
     }
-}
-
-/// For the rough operations of a derivative: those of a boundary value problem of the same size.
-fn call(py: Python<'_>, curve: &RiemannianCubic) -> PyResult<Call> {
-    let size = Mat::zeros(curve.n(), curve.k());
-    Call::new(py, None, shooting([&size; 4]))
 }
 
 #[pymethods]
@@ -55,28 +49,26 @@ impl PyRiemannianCubic {
     /// -----
     /// Exact derivatives of the flow, no differences. Any Riemannian cubic is the solution of the boundary value problem
     /// of its own ends; this is the derivative of that solution.
-    fn initial_variation<'py>(
+    fn initial_variation(
         &self,
-        py: Python<'py>,
-        dS0: &Bound<'py, PyAny>,
-        dV0: &Bound<'py, PyAny>,
-        dS1: &Bound<'py, PyAny>,
-        dV1: &Bound<'py, PyAny>,
-    ) -> PyResult<Four<'py>> {
-        let Data(data) = Data::read([(dS0, "dS0"), (dV0, "dV0"), (dS1, "dS1"), (dV1, "dV1")])?;
+        py: Python<'_>,
+        dS0: &Any<'_>,
+        dV0: &Any<'_>,
+        dS1: &Any<'_>,
+        dV1: &Any<'_>,
+    ) -> PyResult<Four> {
+        let data = matrices(named![dS0, dV0, dS1, dV1])?;
         let curve = Arc::clone(&self.0);
-        let found = call(py, &self.0)?.run(py, move |interrupt| {
-            curve
-                .boundary_derivative(interrupt)?
-                .initial(&variation(&data), interrupt)
+        let found = run(py, self.derivatives(), move |interrupt| {
+            let derivative = curve.boundary_derivative(interrupt)?;
+            derivative.initial(&variation(&data), interrupt)
         })?;
-        let array = |x: &Mat<f64>| array(py, x);
-        Ok((
-            array(&found.point)?,
-            array(&found.velocity)?,
-            array(&found.acceleration)?,
-            array(&found.jerk)?,
-        ))
+        Ok(four([
+            found.point,
+            found.velocity,
+            found.acceleration,
+            found.jerk,
+        ]))
     }
 
     /// How points of the curve change where the boundary data do.
@@ -97,25 +89,23 @@ impl PyRiemannianCubic {
     /// ------
     /// InvalidInputError, OutsideDomainError
     ///     As :meth:`initial_variation`.
-    fn point_variation<'py>(
+    fn point_variation(
         &self,
-        py: Python<'py>,
-        t: &Bound<'py, PyAny>,
-        dS0: &Bound<'py, PyAny>,
-        dV0: &Bound<'py, PyAny>,
-        dS1: &Bound<'py, PyAny>,
-        dV1: &Bound<'py, PyAny>,
-    ) -> PyResult<Array<'py>> {
-        let Data(data) = Data::read([(dS0, "dS0"), (dV0, "dV0"), (dS1, "dS1"), (dV1, "dV1")])?;
-        let (mut shape, times) = parameters(t, "t")?;
+        py: Python<'_>,
+        t: &Any<'_>,
+        dS0: &Any<'_>,
+        dV0: &Any<'_>,
+        dS1: &Any<'_>,
+        dV1: &Any<'_>,
+    ) -> PyResult<NewArray> {
+        let data = matrices(named![dS0, dV0, dS1, dV1])?;
+        let (shape, times) = parameters(t, "t")?;
         let curve = Arc::clone(&self.0);
-        let entries = call(py, &self.0)?.run(py, move |interrupt| {
+        run(py, self.derivatives(), move |interrupt| {
             let derivative = curve.boundary_derivative(interrupt)?;
             let found = derivative.points(&curve, &variation(&data), &times, interrupt)?;
-            Ok(rows(&found, curve.n() * curve.k()))
-        })?;
-        shape.extend([self.0.n(), self.0.k()]);
-        to_array(py, entries, &shape)
+            Ok(NewArray::stacked(&shape, &found, (curve.n(), curve.k())))
+        })
     }
 
     /// Gradient of the cost with respect to the boundary data.
@@ -129,17 +119,16 @@ impl PyRiemannianCubic {
     /// Notes
     /// -----
     /// By the first variation of the cost at a critical curve: no equation has to be solved.
-    fn cost_gradient<'py>(&self, py: Python<'py>) -> PyResult<Four<'py>> {
+    fn cost_gradient(&self, py: Python<'_>) -> PyResult<Four> {
         let curve = Arc::clone(&self.0);
-        let (n, k) = (self.0.n() as f64, self.0.k() as f64);
-        let operations = 1e4 + 1e3 * n * k * k;
-        let found = Call::new(py, None, operations)?.run(py, move |_| curve.cost_gradient())?;
-        let array = |x: &Mat<f64>| array(py, x);
-        Ok((
-            array(&found.s0)?,
-            array(&found.v0)?,
-            array(&found.s1)?,
-            array(&found.v1)?,
-        ))
+        let found = run(py, self.products(), move |_| curve.cost_gradient())?;
+        Ok(four([found.s0, found.v0, found.s1, found.v1]))
+    }
+}
+
+impl PyRiemannianCubic {
+    /// Estimated operations of derivatives: those of a boundary problem.
+    pub(super) fn derivatives(&self) -> f64 {
+        4.0 * SOLVES / PRODUCTS * self.products()
     }
 }

@@ -1,21 +1,22 @@
 //! Velocities from points, in Python.
 
 use faer::{Mat, MatRef};
-use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyString;
 
+use super::batch::Batch;
 use super::call::Call;
-use super::convert::{Batch, stack, to_array, write};
+use super::convert::{Any, NewArray};
 use super::error::invalid_input;
 use super::spline_data::Data;
+use super::work::EXPONENTIALS;
 use crate::error::Result;
 use crate::spline::{
     VelocityEstimate, estimate_closed_velocities, estimate_velocities as estimated,
 };
 
 /// The estimate of a word, the argument `name`.
-fn read_method(py: Python<'_>, name: &str, method: &str) -> PyResult<VelocityEstimate> {
+fn read_method(name: &str, method: &str) -> PyResult<VelocityEstimate> {
     match method {
         "catmull-rom" => Ok(VelocityEstimate::CatmullRom),
         "akima" => Ok(VelocityEstimate::Akima),
@@ -23,7 +24,7 @@ fn read_method(py: Python<'_>, name: &str, method: &str) -> PyResult<VelocityEst
         _ => {
             let expected = "'catmull-rom', 'akima' or 'natural'";
             let message = format!("{name}: expected {expected}, found {method:?}");
-            Err(invalid_input(py, message))
+            Err(invalid_input(message))
         }
     }
 }
@@ -35,20 +36,12 @@ pub(super) enum Velocities {
 }
 
 impl Velocities {
-    pub(super) fn read(object: &Bound<'_, PyAny>) -> PyResult<Self> {
+    pub(super) fn read(object: &Any<'_>) -> PyResult<Self> {
         if let Ok(word) = object.cast::<PyString>() {
-            let method = read_method(object.py(), "V", word.to_str()?);
+            let method = read_method("V", word.to_str()?);
             return method.map(Velocities::Estimated);
         }
-        Ok(Velocities::Given(stack(object, "V", "(N, n, k)")?))
-    }
-
-    /// Those that are given; none where they are to be estimated.
-    pub(super) fn given(&self) -> Option<&Batch> {
-        match self {
-            Velocities::Given(batch) => Some(batch),
-            Velocities::Estimated(_) => None,
-        }
+        Ok(Velocities::Given(Batch::read((object, "V"), "(N, n, k)")?))
     }
 
     /// The vectors, each of shape `(n, k)`.
@@ -58,15 +51,6 @@ impl Velocities {
             Velocities::Estimated(estimate) => estimated(t, points, *estimate),
         }
     }
-}
-
-/// The entries of matrices of one shape, each row by row.
-pub(super) fn rows(matrices: &[Mat<f64>], size: usize) -> Vec<f64> {
-    let mut entries = vec![0.0; matrices.len() * size];
-    for (matrix, out) in matrices.iter().zip(entries.chunks_mut(size)) {
-        write(matrix.as_ref(), out);
-    }
-    entries
 }
 
 /// Velocities of a smooth curve at its knots, from the points alone.
@@ -122,27 +106,25 @@ pub(super) fn rows(matrices: &[Mat<f64>], size: usize) -> Vec<f64> {
 #[pyfunction]
 #[pyo3(signature = (t, S, method="catmull-rom", *, closed=false, num_threads=None))]
 #[allow(non_snake_case)]
-pub fn estimate_velocities<'py>(
-    py: Python<'py>,
-    t: &Bound<'py, PyAny>,
-    S: &Bound<'py, PyAny>,
+pub fn estimate_velocities(
+    py: Python<'_>,
+    t: &Any<'_>,
+    S: &Any<'_>,
     method: &str,
     closed: bool,
     num_threads: Option<i64>,
-) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-    let estimate = read_method(py, "method", method)?;
+) -> PyResult<NewArray> {
+    let estimate = read_method("method", method)?;
     let data = Data::read(t, S)?;
-    let (n, k) = data.shape();
-    let call = Call::new(py, num_threads, data.links())?;
-    let entries = call.run(py, move |_| {
+    let shape = data.shape();
+    let call = Call::new(py, num_threads, EXPONENTIALS * data.points.numbers())?;
+    let velocities = call.run(move |_| {
         let points = data.points.views();
-        let velocities = if closed {
-            estimate_closed_velocities(&data.t, &points, estimate)?
+        if closed {
+            estimate_closed_velocities(&data.t, &points, estimate)
         } else {
-            estimated(&data.t, &points, estimate)?
-        };
-        Ok(rows(&velocities, n * k))
+            estimated(&data.t, &points, estimate)
+        }
     })?;
-    let count = entries.len() / (n * k);
-    to_array(py, entries, &[count, n, k])
+    Ok(NewArray::stacked(&[velocities.len()], &velocities, shape))
 }

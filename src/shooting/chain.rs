@@ -4,7 +4,7 @@ use super::condensed_leg::{CondensedLeg, Condensing};
 use super::leg::{Leg, Scratch};
 use super::orders::{MOST, Orders};
 use super::room::Room;
-use super::variation::TERMS;
+use super::variation::{MORE_TERMS, TERMS};
 use crate::legs::Knots;
 use crate::linalg::field::{Field, larger, largest};
 use crate::linalg::simd::each;
@@ -75,7 +75,7 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
                 .collect(),
             buffers: Buffers {
                 leg: Scratch::new(space, order),
-                condensing: Condensing::new(space, TERMS),
+                condensing: Condensing::new(space, terms(knots)),
             },
             velocities: velocities.to_vec(),
             jumps: Vec::new(),
@@ -85,6 +85,7 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
         };
         for (group, Group { leg, .. }) in chain.groups.iter_mut().enumerate() {
             knots.write_targets(r, group, leg.target);
+            leg.tension = knots.tensions(group);
         }
         chain
     }
@@ -99,6 +100,7 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
             &mut self.buffers.leg.series,
             #[inline(always)]
             |series, group, Group { leg, .. }| {
+                let tension = leg.tension;
                 let middle = &mut leg.middle;
                 middle[0].copy_from_slice(leg.velocity);
                 for lane in 0..T::COUNT {
@@ -110,7 +112,8 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
                 }
                 match order {
                     Some(order) => {
-                        series.set_curve(space, middle.each_ref().map(|x| &**x), order);
+                        let start = middle.each_ref().map(|x| &**x);
+                        series.set_curve(space, start, tension, order);
                         let mut before = vec![T::ZERO; d];
                         for (derivative, x) in middle.iter_mut().enumerate() {
                             series.at_ends(d, order + 3, derivative, [&mut before, x]);
@@ -182,6 +185,11 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
         }
     }
 
+    /// Terms of the derivatives of the legs.
+    pub(super) fn terms(&self) -> usize {
+        terms(self.knots)
+    }
+
     fn leg(&self, leg: usize) -> &Leg<'k, T> {
         &self.groups[leg / T::COUNT].leg
     }
@@ -240,9 +248,18 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
 
     /// Products of the derivative of the equations.
     pub(super) fn products_of_derivative(&self) -> f64 {
-        let [d, r, terms] = [self.space.dim(), self.space.size(), TERMS].map(|size| size as f64);
+        let sizes = [self.space.dim(), self.space.size(), self.terms()];
+        let [d, r, terms] = sizes.map(|size| size as f64);
         let columns = 3.0 * d;
         let series = columns * 0.5 * terms * terms * 8.0 * r * d;
         self.knots.lengths.len() as f64 * (series + columns.powi(3))
+    }
+}
+
+/// Terms of the derivatives of legs. Where a tension lets velocities grow as `e^7` along a leg, four of them say nothing about it.
+fn terms(knots: &Knots<'_>) -> usize {
+    match knots.tension == 0.0 {
+        true => TERMS,
+        false => MORE_TERMS,
     }
 }

@@ -27,7 +27,11 @@ fn room<T: Field, S: Homogeneous>(space: S) -> Vec<T> {
 }
 
 /// Knots that wander, from the identity on.
-fn chain<'a, T: Field, S: Homogeneous>(space: S, room: &'a mut [T]) -> FreeChain<'a, T, S> {
+fn chain<'a, T: Field, S: Homogeneous>(
+    space: S,
+    tension: f64,
+    room: &'a mut [T],
+) -> FreeChain<'a, T, S> {
     let (d, r) = (space.dim(), space.size());
     let mut frames: Vec<f64> = (0..LEGS + 1)
         .flat_map(|_| (0..r * r).map(|i| f64::from(u8::from(i % (r + 1) == 0))))
@@ -41,7 +45,7 @@ fn chain<'a, T: Field, S: Homogeneous>(space: S, room: &'a mut [T]) -> FreeChain
         super::free_chain::move_frame(space, &mut frames[(knot + 1) * r * r..][..r * r], &shift);
     }
     let velocities = numbers((LEGS + 1) * d, 5).iter().map(|v| 0.3 * v).collect();
-    FreeChain::new(space, frames, velocities, room)
+    FreeChain::new(space, frames, velocities, tension, room)
 }
 
 /// Legs that meet their ends to round-off.
@@ -73,8 +77,15 @@ fn moved<T: Field, S: Homogeneous>(
 }
 
 fn check_derivatives<T: Field, S: Homogeneous>(space: S) {
+    // With legs as stiff as e^1.4, and without tension.
+    for tension in [0.0, 50.0] {
+        check_derivatives_in_tension::<T, S>(space, tension);
+    }
+}
+
+fn check_derivatives_in_tension<T: Field, S: Homogeneous>(space: S, tension: f64) {
     let mut room = room::<T, S>(space);
-    let mut chain = chain::<T, S>(space, &mut room);
+    let mut chain = chain::<T, S>(space, tension, &mut room);
     let d = space.dim();
     meet(&mut chain);
     chain.set_forces();
@@ -135,7 +146,7 @@ fn gradient_and_second_derivative_are_those_of_the_cost() {
 fn jumps_of_the_third_vector_vanish_where_a_descent_ends() {
     let space = Frames { r: 5, k: 2 };
     let mut room = room::<f64, _>(space);
-    let mut chain = chain::<f64, _>(space, &mut room);
+    let mut chain = chain::<f64, _>(space, 0.0, &mut room);
     assert_eq!(descend(&mut chain), StopReason::Converged);
     chain.set_forces();
     let most = chain.gradient().iter().fold(0.0_f64, |a, b| a.max(b.abs()));
@@ -152,8 +163,8 @@ fn the_last_lanes_of_a_group_count_once() {
     let space = FixedFrames::<3, 2>;
     let (mut wide, mut narrow) = (room::<Lanes, _>(space), room::<f64, _>(space));
     let mut chains = (
-        chain::<Lanes, _>(space, &mut wide),
-        chain::<f64, _>(space, &mut narrow),
+        chain::<Lanes, _>(space, 0.0, &mut wide),
+        chain::<f64, _>(space, 0.0, &mut narrow),
     );
     assert_eq!(descend(&mut chains.0), StopReason::Converged);
     assert_eq!(descend(&mut chains.1), StopReason::Converged);

@@ -4,11 +4,11 @@ use super::leg::{Leg, Scratch};
 use super::orders::{MOST, Orders};
 use super::room::Room;
 use super::stiffness::{Stiffness, StiffnessScratch};
-use super::variation::TERMS;
+use super::variation::{MORE_TERMS, TERMS};
 use crate::linalg::field::{
     Field, larger, largest, multiply, multiply_transposed, transposed_multiply,
 };
-use crate::linalg::simd::each;
+use crate::linalg::simd::{each, vectorised};
 use crate::space::{Homogeneous, orthonormalise};
 
 /// Frames and velocities at the knots, and the middles of the legs.
@@ -32,13 +32,14 @@ pub(super) struct FreeChain<'a, T, S> {
     pub(super) defect: f64,
     /// Of the cubics between the knots, to the second order in the defect.
     pub(super) cost: f64,
+    orders: Orders,
 }
 
 /// A leg, or eight of them, with its linear equations.
 pub(super) struct Group<'a, T> {
     pub(super) leg: Leg<'a, T>,
     pub(super) stiffness: Stiffness<T>,
-    /// `x''_0, x'_0, x''_1, x'_1` of the cubics between the knots.
+    /// `x''_0, x'_0, x''_1, x'_1` of the cubics between the knots, with `x'' - tau x` for `x''` in tension.
     forces: Vec<T>,
     cost: T,
 }
@@ -49,9 +50,8 @@ struct Buffers<T> {
     stiffness: StiffnessScratch<T>,
 }
 
-/// Terms of the series of a fine second derivative, and how many times the work it is. Without it three of ten problems between
-/// opposite points on St(3,1) with speeds of 1e-4 are lost, and all with 1e-6.
-const FINE_TERMS: usize = 14;
+/// How many times the work a fine second derivative is. Without it three of ten problems between opposite points on St(3,1) with
+/// speeds of 1e-4 are lost, and all with 1e-6.
 const FINE_WORK: f64 = 3.0;
 
 /// Products of a step for one leg, by times on St(3,1) to St(16,4): so many squares and cubes of the dimension.
@@ -73,8 +73,14 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
         legs.div_ceil(T::COUNT) * Leg::<T>::len(space)
     }
 
-    /// From frames and velocities at the knots.
-    pub(super) fn new(space: S, frames: Vec<f64>, velocities: Vec<f64>, room: &'a mut [T]) -> Self {
+    /// From frames and velocities at the knots, for curves with a tension on `[0, 1]`.
+    pub(super) fn new(
+        space: S,
+        frames: Vec<f64>,
+        velocities: Vec<f64>,
+        tension: f64,
+        room: &'a mut [T],
+    ) -> Self {
         let mut room = Room::new(room);
         let d = space.dim();
         let legs = velocities.len() / d - 1;
@@ -97,12 +103,18 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
                 .collect(),
             buffers: Buffers {
                 leg: Scratch::new(space, MOST),
-                stiffness: StiffnessScratch::new(space, FINE_TERMS),
+                stiffness: StiffnessScratch::new(space, TERMS),
             },
             defect: f64::INFINITY,
             cost: f64::INFINITY,
+            orders: Orders::last(),
         };
-        chain.set_fineness(false);
+        if tension != 0.0 {
+            let tension = T::constant(tension / (legs * legs) as f64);
+            for Group { leg, .. } in &mut chain.groups {
+                leg.tension = Some(tension);
+            }
+        }
         chain.set_knots();
         chain.set_flat_middles();
         chain
@@ -110,11 +122,18 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
 
     /// Whether the second derivative is one of more terms, with a round-off of 1e-10 instead of a percent.
     pub(super) fn is_fine(&self) -> bool {
-        self.buffers.stiffness.terms == FINE_TERMS
+        self.buffers.stiffness.terms == MORE_TERMS
     }
 
-    pub(super) fn set_fineness(&mut self, is_fine: bool) {
-        self.buffers.stiffness.terms = if is_fine { FINE_TERMS } else { TERMS };
+    /// Takes that second derivative from now on, and series of as many terms as the curves need.
+    pub(super) fn refine(&mut self) {
+        self.orders = Orders::last();
+        self.buffers.stiffness = StiffnessScratch::new(self.space, MORE_TERMS);
+    }
+
+    /// Takes series for a gradient of a tolerance. With all terms evaluating legs takes half as long again.
+    pub(super) fn set_tolerance(&mut self, tolerance: f64) {
+        self.orders = Orders::after(tolerance);
     }
 
     fn leg_in(&self, group: usize, lane: usize) -> usize {
@@ -184,7 +203,7 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
 
     /// Evaluates all legs.
     pub(super) fn evaluate(&mut self) {
-        let (space, d, orders) = (self.space, self.space.dim(), Orders::last());
+        let (space, d, orders) = (self.space, self.space.dim(), self.orders);
         let middles = &self.state.middles;
         each(
             &mut self.groups,
@@ -212,17 +231,19 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
     /// `x'` and `x''` at the start, and twice the cost, of the curve on `[0, 1]`.
     pub(super) fn at_start(&self) -> (Vec<f64>, f64) {
         let (d, rate) = (self.space.dim(), self.legs as f64);
-        let forces = &self.groups[0].forces;
+        let Group { forces, leg, .. } = &self.groups[0];
+        let tension = leg.tension.map_or(0.0, |tension| tension.lane(0));
         let [third, acceleration] = [&forces[..d], &forces[d..2 * d]];
         let first = acceleration.iter().map(|x| x.lane(0) * rate.powi(2));
-        let second = third.iter().map(|x| x.lane(0) * rate.powi(3));
+        let thirds = third.iter().zip(&*leg.velocity);
+        let second = thirds.map(|(x, v)| (x.lane(0) + tension * v.lane(0)) * rate.powi(3));
         (
             first.chain(second).collect(),
             2.0 * self.cost * rate.powi(3),
         )
     }
 
-    /// `int |x'|^2` on `[0, 1]` for a cost in the time of a leg.
+    /// `int |x'|^2 + tau |x|^2` on `[0, 1]` for a cost in the time of a leg.
     pub(super) fn whole_cost(&self, cost: f64) -> f64 {
         2.0 * cost * (self.legs as f64).powi(3)
     }
@@ -272,15 +293,21 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
 
     /// Sets the forces, by the linear equations that are there.
     pub(super) fn set_forces(&mut self) {
-        for Group {
-            leg,
-            stiffness,
-            forces,
-            ..
-        } in &mut self.groups
-        {
-            stiffness.corrected_into(self.space, leg, forces);
-        }
+        let space = self.space;
+        each(
+            &mut self.groups,
+            &mut (),
+            #[inline(always)]
+            |(), _, group| {
+                let Group {
+                    leg,
+                    stiffness,
+                    forces,
+                    ..
+                } = group;
+                stiffness.corrected_into(space, leg, forces);
+            },
+        );
     }
 
     /// The derivative of the cost by `(p, v)` of the inner knots.
@@ -341,7 +368,11 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
                 }
             }
             let Group { leg, stiffness, .. } = &self.groups[group];
-            stiffness.step_into(leg, &z, &mut change);
+            let space = self.space;
+            vectorised(
+                #[inline(always)]
+                || stiffness.step_into(space, leg, &z, &mut change),
+            );
             for (x, change) in state.iter_mut().zip(&change) {
                 *x += *change;
             }
@@ -355,31 +386,49 @@ pub(crate) fn products_of_step(space: impl Homogeneous, legs: usize) -> f64 {
     legs as f64 * (SQUARES * d.powi(2) + CUBES * d.powi(3))
 }
 
-/// Half the integral of `|x'|^2`, for a leg that meets its ends.
+/// Half the integral of `|x'|^2 + tau |x|^2`, for a leg that meets its ends.
 #[inline(always)]
 fn leg_cost<T: Field>(leg: &Leg<'_, T>, x: &[T]) -> T {
     let d = leg.velocity.len();
-    let mut cost = T::ZERO;
-    for (node, weight) in NODES {
-        for p in 0..d {
-            let mut parts = [T::ZERO; 2];
-            let mut power = 1.0;
-            for (k, c) in x.chunks_exact(d).enumerate().skip(1) {
-                parts[(k - 1) % 2] += c[p] * (k as f64 * power);
-                power *= node;
-            }
-            let [even, odd] = parts;
-            // (even - odd)^2 + (even + odd)^2, halved.
-            cost += (even * even + odd * odd) * weight;
-        }
+    let mut cost = half_square(d, x, 1);
+    if let Some(tension) = leg.tension {
+        cost += half_square(d, x, 0) * tension;
     }
     let [first, last] = &leg.residual.velocities;
     for p in 0..d {
         cost += leg.accelerations[0][p] * first[p];
         cost -= leg.reached[1][p] * last[p];
         cost += leg.reached[2][p] * leg.residual.point[p];
+        if let Some(tension) = leg.tension {
+            cost -= tension * leg.reached[0][p] * leg.residual.point[p];
+        }
     }
     cost
+}
+
+/// Half the integral of the square of `x` or `x'` over `[-1/2, 1/2]`.
+#[inline(always)]
+fn half_square<T: Field>(d: usize, x: &[T], derivative: usize) -> T {
+    let mut sum = T::ZERO;
+    for (node, weight) in NODES {
+        for p in 0..d {
+            let mut parts = [T::ZERO; 2];
+            let mut power = 1.0;
+            for (k, c) in x.chunks_exact(d).enumerate().skip(derivative) {
+                let factor = if derivative == 0 {
+                    power
+                } else {
+                    k as f64 * power
+                };
+                parts[(k - derivative) % 2] += c[p] * factor;
+                power *= node;
+            }
+            let [even, odd] = parts;
+            // (even - odd)^2 + (even + odd)^2, halved.
+            sum += (even * even + odd * odd) * weight;
+        }
+    }
+    sum
 }
 
 /// Terms of the exponential series at most: steps are at most a radian long; and the entry of a term below which the rest is

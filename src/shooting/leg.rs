@@ -17,6 +17,8 @@ pub(super) struct Leg<'a, T> {
     /// What `x` shall be at both ends.
     pub(super) velocity: &'a mut [T],
     pub(super) last_velocity: &'a mut [T],
+    /// Of the curve; none of a cubic.
+    pub(super) tension: Option<T>,
     pub(super) residual: Residual<'a, T>,
     /// Of its series, and the terms that have shown to be needed beyond what its speed says.
     pub(super) order: usize,
@@ -89,6 +91,7 @@ impl<'a, T: Field> Leg<'a, T> {
             middle: std::array::from_fn(|_| room.take(d)),
             velocity: room.take(d),
             last_velocity: room.take(d),
+            tension: None,
             order: 0,
             more: 0,
             residual: Residual {
@@ -122,7 +125,7 @@ impl<'a, T: Field> Leg<'a, T> {
             work,
             wanted,
         } = scratch;
-        series.set_curve(space, self.middle(), order);
+        series.set_curve(space, self.middle(), self.tension, order);
         series.reached_into(space, order, reached);
         // With u = target^T g at the end, and its part q in H, the end is off by the logarithm of q^T u.
         transposed_multiply(r, self.target, reached, u);
@@ -166,7 +169,8 @@ impl<'a, T: Field> Leg<'a, T> {
         largest(&[self.residual.tail])
     }
 
-    /// A bound of the velocity up to the second order: `|x| + |x'| / 2 + |x''| / 8` in the middle.
+    /// A bound of the velocity up to the second order: `|x| + |x'| / 2 + |x''| / 8` in the middle; or the rate by which a tension
+    /// lets velocities grow.
     #[inline(always)]
     pub(super) fn speed(&self) -> f64 {
         let mut squares = [T::ZERO; 3];
@@ -177,7 +181,8 @@ impl<'a, T: Field> Leg<'a, T> {
         }
         let bound = |lane: usize| {
             let [v, a, b] = squares.map(|sum| sum.lane(lane).sqrt());
-            v + 0.5 * a + 0.125 * b
+            let tension = self.tension.map_or(0.0, |tension| tension.lane(lane));
+            larger(v + 0.5 * a + 0.125 * b, tension.sqrt())
         };
         (0..T::COUNT).map(bound).fold(0.0, larger)
     }

@@ -17,9 +17,10 @@ pub(super) fn set_equations<const N: usize, T: Field>(
     matrix: &mut [T],
 ) {
     let (d, wide) = (space.dim(), 3 * space.dim());
-    scratch.series.set_curve(space, leg.middle(), terms);
-    scratch.series.set_frames(space, terms + 3);
-    variation.set(space, &scratch.series, terms);
+    let series = &mut scratch.series;
+    series.set_curve(space, leg.middle(), leg.tension, terms);
+    series.set_frames(space, terms + 3);
+    variation.set(space, series, leg.tension, terms);
     let Variation { ends, eta, .. } = variation;
     for (reached, ends) in leg.reached.iter().zip(&mut *ends) {
         space.add_turning(reached, eta, wide, &mut ends[1]);
@@ -56,4 +57,11 @@ pub(super) fn residual_into<T: Field>(leg: &Leg<'_, T>, out: &mut [T]) {
 #[inline(always)]
 pub(super) fn combined<T: Field>(point: T, [first, last]: [T; 2]) -> [T; 3] {
     [point, last - first, (first + last - point * 2.0) * 6.0]
+}
+
+/// The derivative by point and velocities from that by their combinations.
+#[inline(always)]
+pub(super) fn uncombined<T: Field>([point, difference, sum]: [T; 3]) -> [T; 3] {
+    let both = sum * 6.0;
+    [point - sum * 12.0, both - difference, both + difference]
 }

@@ -34,6 +34,7 @@ mod second_derivative;
 mod series;
 mod solve;
 mod solved;
+mod start_response;
 mod stiffness;
 mod valley;
 mod variation;
@@ -45,4 +46,5 @@ mod tests;
 
 pub(crate) use free_chain::products_of_step;
 pub(crate) use lone_leg::{EndData, LoneLeg, lone_legs};
-pub(crate) use solve::{LeastCost, least_cost, solve};
+pub(crate) use solve::{Descent, LeastCost, least_cost, solve};
+pub(crate) use start_response::StartResponse;

@@ -3,7 +3,6 @@
 
 use super::chain::{Buffers, Chain, Group};
 use super::condensed_leg::CondensedLeg;
-use super::variation::TERMS;
 use crate::legs::Ends;
 use crate::linalg::field::Field;
 use crate::linalg::simd::each;
@@ -13,7 +12,7 @@ use crate::space::Homogeneous;
 impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
     /// Sets up the linear equations for the present state; `false` where they are singular.
     pub(super) fn linearise(&mut self) -> bool {
-        let space = self.space;
+        let (space, terms) = (self.space, self.terms());
         each(
             &mut self.groups,
             &mut self.buffers,
@@ -24,7 +23,7 @@ impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
              },
              _,
              Group { leg, linear, .. }| {
-                linear.linearise(space, leg, TERMS, scratch, condensing);
+                linear.linearise(space, leg, terms, scratch, condensing);
             },
         );
         self.factors = self.velocity_system();

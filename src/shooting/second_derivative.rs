@@ -16,31 +16,50 @@ const BEAM: [[f64; 4]; 4] = [
 impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
     /// The second derivative of the cost by `(p, v)` of the inner knots, and that of flat space.
     pub(super) fn second_derivatives(&self) -> [SymmetricBlocks; 2] {
-        let count = self.legs - 1;
-        let width = 2 * self.space.dim();
-        let [mut exact, mut flat] = [(); 2].map(|()| SymmetricBlocks::zeros(count, width));
+        let d = self.space.dim();
+        let [mut exact, mut flat] = [(); 2].map(|()| SymmetricBlocks::zeros(self.legs - 1, 2 * d));
         for leg in 0..self.legs {
             let (group, lane) = (&self.groups[leg / T::COUNT], leg % T::COUNT);
-            let turn = turn(self.space, group, lane);
-            add_leg(&mut exact, leg, |row, column| {
-                let [a, b] = [[row, column], [column, row]].map(|at| exact_entry(group, lane, at));
-                0.5 * (a + b)
+            let matrix = &group.stiffness.matrix;
+            add_leg(&mut exact, leg, d, |[row, column], p, out| {
+                let entries = &matrix[(row * d + p) * 4 * d + column * d..][..d];
+                for (out, entry) in out.iter_mut().zip(entries) {
+                    *out += entry.lane(lane);
+                }
             });
-            add_leg(&mut flat, leg, |row, column| flat_entry(&turn, row, column));
+            // To coordinates at the last knot.
+            let turn = turn(self.space, &isometry(group, lane));
+            add_leg(&mut flat, leg, d, |[row, column], p, out| {
+                let share = BEAM[row][column];
+                match (row / 2, column / 2) {
+                    (0, 1) => {
+                        for (out, turn) in out.iter_mut().zip(&turn) {
+                            *out += share * turn[p];
+                        }
+                    }
+                    _ => out[p] += share,
+                }
+            });
         }
         [exact, flat]
     }
 }
 
-/// Adds the matrix of a leg, shape `(4 d, 4 d)`, to the blocks of those of its knots that are free.
-fn add_leg(blocks: &mut SymmetricBlocks, leg: usize, entry: impl Fn(usize, usize) -> f64) {
-    let width = blocks.size;
+/// Adds the matrix of a leg, shape `(4 d, 4 d)`, to the blocks of those of its knots that are free: `add` its part of a row, of
+/// the block of size `d` at a row and a column.
+fn add_leg(
+    blocks: &mut SymmetricBlocks,
+    leg: usize,
+    d: usize,
+    add: impl Fn([usize; 2], usize, &mut [f64]),
+) {
+    let width = 2 * d;
     let square = width * width;
     let count = blocks.diagonal.len() / square;
     let add = |block: &mut [f64], [first_row, first_column]: [usize; 2]| {
         for (row, out) in block.chunks_exact_mut(width).enumerate() {
-            for (column, out) in out.iter_mut().enumerate() {
-                *out += entry(first_row + row, first_column + column);
+            for (column, out) in out.chunks_exact_mut(d).enumerate() {
+                add([first_row + row / d, first_column + column], row % d, out);
             }
         }
     };
@@ -48,52 +67,27 @@ fn add_leg(blocks: &mut SymmetricBlocks, leg: usize, entry: impl Fn(usize, usize
         add(&mut blocks.diagonal[(leg - 1) * square..][..square], [0, 0]);
     }
     if leg < count {
-        add(
-            &mut blocks.diagonal[leg * square..][..square],
-            [width, width],
-        );
+        add(&mut blocks.diagonal[leg * square..][..square], [2, 2]);
     }
     if leg > 0 && leg < count {
-        add(
-            &mut blocks.below[(leg - 1) * square..][..square],
-            [width, 0],
-        );
+        add(&mut blocks.beside[(leg - 1) * square..][..square], [0, 2]);
     }
 }
 
-/// Of the derivative of the gradient by the knots of a leg: accelerations at the first knot and third vectors at the last one
-/// count with the other sign.
-fn exact_entry<T: Field>(group: &Group<'_, T>, lane: usize, [row, column]: [usize; 2]) -> f64 {
-    let wide = 4 * group.leg.velocity.len();
-    let sign = match 4 * row / wide {
-        0 | 3 => 1.0,
-        _ => -1.0,
-    };
-    sign * group.stiffness.matrix[row * wide + column].lane(lane)
+/// The isometry between the frame that is carried along a leg and that of its last knot.
+pub(super) fn isometry<T: Field>(group: &Group<'_, T>, lane: usize) -> Vec<f64> {
+    group.leg.holonomy.iter().map(|x| x.lane(lane)).collect()
 }
 
-/// Of the same for flat space, where `turn` takes coordinates at the first knot to those at the last one.
-fn flat_entry(turn: &[Vec<f64>], row: usize, column: usize) -> f64 {
-    let d = turn.len();
-    let (p, q) = (row % d, column % d);
-    let share = match (row / d / 2, column / d / 2) {
-        (1, 0) => turn[p][q],
-        (0, 1) => turn[q][p],
-        _ => f64::from(u8::from(p == q)),
-    };
-    BEAM[row / d][column / d] * share
-}
-
-/// What takes coordinates at the first knot of a leg to those at the last one, row by row.
-fn turn<T: Field>(space: impl Homogeneous, group: &Group<'_, T>, lane: usize) -> Vec<Vec<f64>> {
+/// `Ad_q` in coordinates, row by row.
+pub(super) fn turn(space: impl Homogeneous, q: &[f64]) -> Vec<Vec<f64>> {
     let d = space.dim();
-    let q: Vec<f64> = group.leg.holonomy.iter().map(|x| x.lane(lane)).collect();
     let mut rows = vec![vec![0.0; d]; d];
     for (row, out) in rows.iter_mut().enumerate() {
         let mut unit = vec![0.0; d];
         unit[row] = 1.0;
         // A row of an isometry is what its inverse makes of a unit vector.
-        space.turn_back_into(&q, &unit, out);
+        space.turn_back_into(q, &unit, out);
     }
     rows
 }

@@ -12,7 +12,7 @@ pub(super) struct Series<T> {
     /// Those of `x''`.
     seconds: Vec<T>,
     /// Of `[x, x']_h`, coordinates in `h`.
-    isotropy: Vec<T>,
+    pub(super) isotropy: Vec<T>,
     /// Matrices row by row, as many.
     pub(super) frames: Vec<T>,
 }
@@ -37,9 +37,15 @@ impl<T: Field> Series<T> {
         }
     }
 
-    /// Those of `x` up to an order, from `x, x', x''` in the middle.
+    /// Those of `x` up to an order, from `x, x', x''` in the middle, and the tension of the curve.
     #[inline(always)]
-    pub(super) fn set_curve(&mut self, space: impl Homogeneous, middle: [&[T]; 3], order: usize) {
+    pub(super) fn set_curve(
+        &mut self,
+        space: impl Homogeneous,
+        middle: [&[T]; 3],
+        tension: Option<T>,
+        order: usize,
+    ) {
         let (d, h, square) = (
             space.dim(),
             space.isotropy_dim(),
@@ -55,7 +61,8 @@ impl<T: Field> Series<T> {
             if h > 0 {
                 self.set_isotropy(space, k);
             }
-            let next = &mut self.x[(k + 3) * d..][..d];
+            let (known, next) = self.x.split_at_mut((k + 3) * d);
+            let next = &mut next[..d];
             let late = self.seconds.chunks_exact(square).take(k + 1);
             let early = self.matrices[..(k + 1) * square].chunks_exact(square);
             let pairs = late.zip(early.rev());
@@ -83,6 +90,11 @@ impl<T: Field> Series<T> {
                     space.subtract_action(z, &self.matrices[(k - i) * square..], next);
                 }
             }
+            if let Some(tension) = tension {
+                for (next, x) in next.iter_mut().zip(&known[(k + 1) * d..]) {
+                    *next += tension * *x * (k + 1) as f64;
+                }
+            }
             let factor = 1.0 / ((k + 3) * (k + 2) * (k + 1)) as f64;
             for x in next {
                 *x = *x * factor;
@@ -102,7 +114,7 @@ impl<T: Field> Series<T> {
         }
         for k in 0..power {
             let (known, next) = self.frames.split_at_mut((k + 1) * square);
-            add_product_of_series(r, known, &self.matrices, next);
+            add_product_of_series(space, known, &self.matrices, next);
             let factor = 1.0 / (k + 1) as f64;
             for entry in &mut next[..square] {
                 *entry = *entry * factor;
@@ -285,25 +297,36 @@ pub(super) fn at_ends<T: Field>(
     }
 }
 
-/// The next coefficient of the product of a series of frames, whose coefficients are all taken, with one of skew matrices.
+/// Entries of a row that are summed abreast at most.
+const ABREAST: usize = 4;
+
+/// The next coefficient of the product of a series of frames, whose coefficients are all taken, with one of skew matrices of `m`.
 #[inline(always)]
-fn add_product_of_series<T: Field>(r: usize, frames: &[T], x: &[T], out: &mut [T]) {
+fn add_product_of_series<T: Field>(space: impl Homogeneous, frames: &[T], x: &[T], out: &mut [T]) {
+    let r = space.size();
     for row in 0..r {
-        for first in (0..r).step_by(4) {
-            match r - first {
-                1 => add_entries::<1, T>(r, frames, x, [row, first], out),
-                2 => add_entries::<2, T>(r, frames, x, [row, first], out),
-                3 => add_entries::<3, T>(r, frames, x, [row, first], out),
-                _ => add_entries::<4, T>(r, frames, x, [row, first], out),
+        let mut first = 0;
+        while first < r {
+            // As many entries of a column of `x` as of a row may differ from zero.
+            let inner = space.row_len(first);
+            let alike = (first..r).take_while(|column| space.row_len(*column) == inner);
+            let count = alike.count().min(ABREAST);
+            let shape = [r, inner];
+            match count {
+                1 => add_entries::<1, T>(shape, frames, x, [row, first], out),
+                2 => add_entries::<2, T>(shape, frames, x, [row, first], out),
+                3 => add_entries::<3, T>(shape, frames, x, [row, first], out),
+                _ => add_entries::<4, T>(shape, frames, x, [row, first], out),
             }
+            first += count;
         }
     }
 }
 
-/// `N` of its entries in a row.
+/// `N` of its entries in a row, from columns of `x` with so many first entries.
 #[inline(always)]
 fn add_entries<const N: usize, T: Field>(
-    r: usize,
+    [r, inner]: [usize; 2],
     frames: &[T],
     x: &[T],
     [row, first]: [usize; 2],
@@ -313,10 +336,10 @@ fn add_entries<const N: usize, T: Field>(
     let mut sums = [T::ZERO; N];
     let late = x[..frames.len()].chunks_exact(square).rev();
     for (frame, x) in frames.chunks_exact(square).zip(late) {
-        for l in 0..r {
-            let entry = frame[row * r + l];
-            for (sum, x) in sums.iter_mut().zip(&x[l * r + first..][..N]) {
-                *sum += entry * *x;
+        let entries = &frame[row * r..][..inner];
+        for (entry, x) in entries.iter().zip(x.chunks_exact(r)) {
+            for (sum, x) in sums.iter_mut().zip(&x[first..][..N]) {
+                *sum += *entry * *x;
             }
         }
     }

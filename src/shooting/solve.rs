@@ -4,9 +4,10 @@ use super::chain::{Chain, Group};
 use super::free_chain::FreeChain;
 use super::orders::{MOST, Orders};
 use super::solved::Solved;
+use super::start_response::StartResponse;
 use crate::error::Result;
 use crate::legs::{Curves, Knots, Options, Progress};
-use crate::linalg::field::Field;
+use crate::linalg::field::{Field, larger};
 use crate::report::{SolverReport, StopReason};
 use crate::space::Homogeneous;
 
@@ -30,9 +31,10 @@ where
     let groups = knots.lengths.len().div_ceil(T::COUNT);
     let mut room = vec![T::ZERO; groups * Group::<T>::len(space)];
     let mut chain = Chain::<T, S>::new(space, knots, velocities, &mut room, MOST);
-    let order = options
-        .third_derivative
-        .map(|_| Orders::last().of_leg(knots.speed(space, velocities), 0));
+    let order = options.third_derivative.map(|_| {
+        let speed = knots.speed(space, velocities);
+        Orders::last().of_leg(larger(speed, knots.largest_rate()), 0)
+    });
     chain.set_middles(bends, order);
     let reason = chain.newton(&mut progress, options)?;
     if reason != StopReason::Converged {
@@ -52,25 +54,36 @@ pub(crate) struct LeastCost {
     pub(crate) report: SolverReport,
     /// `x'` and `x''` at the start.
     pub(crate) start: Vec<f64>,
-    /// `int |x'|^2`.
+    /// `int |x'|^2 + tau |x|^2`.
     pub(crate) cost: f64,
     /// At the knots, as they are given.
     pub(crate) frames: Vec<f64>,
     pub(crate) velocities: Vec<f64>,
+    /// Where it has come to rest, if it is asked for.
+    pub(crate) response: Option<StartResponse>,
+}
+
+/// What a descent is to do.
+pub(crate) struct Descent {
+    /// Of the curves, on `[0, 1]`.
+    pub(crate) tension: f64,
+    /// It may be left if it would end at a higher cost.
+    pub(crate) below: f64,
+    /// Whether the response of the start to the end is asked for.
+    pub(crate) with_response: bool,
 }
 
 /// The curve of least cost that a descent reaches from frames, shape `(r, r)` row by row, and velocities at knots that follow
 /// one another at equal times in `[0, 1]`, in the time of a leg.
 ///
-/// The first and the last knot stay. A descent that would end at a cost above `below` may be left.
+/// The first and the last knot stay.
 ///
 /// # Errors
 /// `Interrupted`.
 pub(crate) fn least_cost<T, S>(
     space: S,
-    frames: Vec<f64>,
-    velocities: Vec<f64>,
-    below: f64,
+    (frames, velocities): (Vec<f64>, Vec<f64>),
+    descent: &Descent,
     options: &Options<'_>,
 ) -> Result<LeastCost>
 where
@@ -79,16 +92,22 @@ where
 {
     let legs = velocities.len() / space.dim() - 1;
     let mut room = vec![T::ZERO; FreeChain::<T, S>::len(space, legs)];
-    let mut chain = FreeChain::<T, S>::new(space, frames, velocities, &mut room);
-    chain.set_fineness(options.tolerance < FINE);
+    let mut chain = FreeChain::<T, S>::new(space, frames, velocities, descent.tension, &mut room);
+    match options.tolerance < FINE {
+        true => chain.refine(),
+        false => chain.set_tolerance(options.tolerance),
+    }
     let mut progress = Progress::new(options.tolerance);
-    let reason = chain.descend(&mut progress, below, options)?;
+    let reason = chain.descend(&mut progress, descent.below, options)?;
     let (start, cost) = chain.at_start();
+    let is_wanted = descent.with_response && reason == StopReason::Converged;
+    let response = is_wanted.then(|| StartResponse::of(&chain)).flatten();
     Ok(LeastCost {
         report: progress.report(reason),
         start,
         cost,
         frames: chain.state.frames,
         velocities: chain.state.velocities,
+        response,
     })
 }

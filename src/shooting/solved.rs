@@ -21,6 +21,7 @@ pub(super) struct Solved<T, S> {
 
 struct SolvedGroup<T> {
     middle: [Vec<T>; 3],
+    tension: Option<T>,
     order: usize,
     polynomials: OnceLock<Dense>,
 }
@@ -30,6 +31,7 @@ impl<T: Field, S: Homogeneous> Solved<T, S> {
         let solved = |group: &Group<'_, T>| SolvedGroup {
             order: group.leg.order + FOR_DERIVATIVES,
             middle: group.leg.middle().map(<[T]>::to_vec),
+            tension: group.leg.tension,
             polynomials: OnceLock::new(),
         };
         Solved {
@@ -48,7 +50,7 @@ impl<T: Field, S: Homogeneous> Solved<T, S> {
             #[inline(always)]
             || {
                 let middle = group.middle.each_ref().map(|x| &x[..]);
-                series.set_curve(space, middle, order);
+                series.set_curve(space, middle, group.tension, order);
                 series.set_frames(space, order + 2);
                 let (first, last) = ends.split_at_mut(3);
                 for (derivative, (first, last)) in first.iter_mut().zip(last).enumerate() {

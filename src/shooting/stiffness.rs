@@ -1,9 +1,9 @@
 //! How the accelerations at the ends of a leg change with the knots there.
 
 use super::leg::{Leg, Scratch};
-use super::leg_equations::{combined, residual_into, set_equations};
+use super::leg_equations::{combined, residual_into, set_equations, uncombined};
 use super::variation::Variation;
-use crate::linalg::field::{Field, accumulate, factor, multiply, substitute};
+use crate::linalg::field::{Field, accumulate, factor, multiply, substitute, substitute_rows};
 use crate::space::Homogeneous;
 
 /// The linear equations `C dm + E z = -b` for the change `dm` of a leg's middle, where `z` holds changes `(p, v)` of the knots
@@ -15,34 +15,45 @@ use crate::space::Homogeneous;
 /// ```math
 /// \tfrac12 \int |x'|^2 ds,\qquad \text{gradient}\ (x''_0, -x'_0, -x''_1, x'_1)\ \text{by}\ (p_0, v_0, p_1, v_1)
 /// ```
+///
+/// In tension, of the cost `int |x'|^2 + tau |x|^2 ds / 2`, where `x'' - tau x` takes the place of `x''`.
 #[derive(Clone)]
 pub(super) struct Stiffness<T> {
-    /// Factors of `C`, shape `(3 d, 3 d)`, and `C^{-1} E`, shape `(3 d, 4 d)`.
+    /// Factors of `C`, shape `(3 d, 3 d)`.
     factors: Vec<T>,
-    by_knots: Vec<T>,
-    /// Changes of `x''_0, x'_0, x''_1, x'_1` by `(p_0, v_0, p_1, v_1)`, shape `(4 d, 4 d)`; by the middle, shape `(4 d, 3 d)`.
+    /// Changes of `x''_0, x'_0, x''_1, x'_1`, where `x` at the ends stays, by what is left of the leg's equations, shape `(4 d, 3 d)`.
+    by_equations: Vec<T>,
+    /// A displacement of the first knot as it arrives at the last one, and how it turns the velocity there, shape `(2 d, d)`.
+    by_first: Vec<T>,
+    /// The second derivative of the cost by `(p_0, v_0, p_1, v_1)`, shape `(4 d, 4 d)`.
     pub(super) matrix: Vec<T>,
-    by_middle: Vec<T>,
 }
 
 /// Buffers that legs share.
 #[derive(Clone)]
 pub(super) struct StiffnessScratch<T> {
-    /// Of the series of the derivative, after the three given ones; there is room for so many as there were at first.
+    /// Of the series of the derivative, after the three given ones.
     pub(super) terms: usize,
     variation: Variation<3, T>,
     direct: Vec<T>,
     vectors: Vec<T>,
+    /// Changes by what is left of the point and of the last velocity, shape `(4 d, 2 d)`, and by a displacement of the first
+    /// knot, shape `(4 d, d)`.
+    by_last: Vec<T>,
+    by_displacement: Vec<T>,
 }
 
 impl<T: Field> StiffnessScratch<T> {
     pub(super) fn new(space: impl Homogeneous, terms: usize) -> Self {
         let (d, square) = (space.dim(), space.size() * space.size());
+        let zeros = |count: usize| vec![T::ZERO; count];
         StiffnessScratch {
             terms,
             variation: Variation::new(space, terms),
-            direct: vec![T::ZERO; (d + space.isotropy_dim()) * d],
-            vectors: vec![T::ZERO; (2 * square).max(7 * d)],
+            direct: zeros((d + space.isotropy_dim()) * d),
+            vectors: zeros((2 * square).max(2 * d * d)),
+            by_last: zeros(8 * d * d),
+            by_displacement: zeros(4 * d * d),
         }
     }
 }
@@ -53,9 +64,9 @@ impl<T: Field> Stiffness<T> {
         let zeros = |count: usize| vec![T::ZERO; count * square];
         Stiffness {
             factors: zeros(9),
-            by_knots: zeros(12),
+            by_equations: zeros(12),
+            by_first: zeros(2),
             matrix: zeros(16),
-            by_middle: zeros(12),
         }
     }
 
@@ -69,18 +80,13 @@ impl<T: Field> Stiffness<T> {
         own: &mut StiffnessScratch<T>,
     ) {
         let (d, wide) = (space.dim(), 3 * space.dim());
-        let StiffnessScratch {
-            terms,
-            variation,
-            direct,
-            vectors,
-        } = own;
-        let terms = (*terms).min(leg.order);
+        let terms = own.terms.min(leg.order);
+        let variation = &mut own.variation;
         set_equations(space, leg, terms, scratch, variation, &mut self.factors);
         let [_, slope, bend] = &variation.ends;
         factor(wide, &mut self.factors);
         let block = wide * d;
-        let outputs = &mut self.by_middle;
+        let outputs = &mut self.by_equations;
         outputs[..block].copy_from_slice(&bend[0]);
         outputs[block..2 * block].copy_from_slice(&slope[0]);
         space.turn_columns(
@@ -90,95 +96,111 @@ impl<T: Field> Stiffness<T> {
             &mut outputs[2 * block..3 * block],
         );
         space.turn_columns(leg.holonomy, &slope[1], wide, &mut outputs[3 * block..]);
-        // A displacement of the first knot as it arrives at the last one.
-        let square = space.size() * space.size();
-        let (reached, transposed) = vectors.split_at_mut(square);
-        multiply(space.size(), leg.target, leg.holonomy, reached);
-        for i in 0..space.size() {
-            for j in 0..space.size() {
-                transposed[j * space.size() + i] = reached[i * space.size() + j];
-            }
-        }
-        space.adjoint_into(transposed, direct);
-        self.set_by_knots(space, leg, direct, vectors);
-        substitute(wide, &self.factors, 4 * d, &mut self.by_knots);
-        self.set_matrix(space, leg, direct, vectors);
+        // What was by the middle becomes by the equations.
+        substitute_rows(wide, &self.factors, outputs);
+        self.set_by_first(space, leg, own);
+        self.set_matrix(space, leg, own);
+        self.symmetrise(d);
     }
 
-    /// `E`, where its product with the inverse goes.
+    /// Also sets `direct`, the displacement with its part in `h`.
     #[inline(always)]
-    fn set_by_knots(
+    fn set_by_first(
         &mut self,
         space: impl Homogeneous,
         leg: &Leg<'_, T>,
-        direct: &[T],
-        vectors: &mut [T],
+        own: &mut StiffnessScratch<T>,
     ) {
-        let d = space.dim();
-        let wide = 4 * d;
-        // Rows of the point, of the first and of the last velocity.
-        let (unit, turned) = vectors.split_at_mut(d);
-        self.by_knots.fill(T::ZERO);
-        let (points, velocities) = self.by_knots.split_at_mut(d * wide);
-        let (first, last) = velocities.split_at_mut(d * wide);
-        for q in 0..d {
-            unit.fill(T::ZERO);
-            unit[q] = T::constant(1.0);
-            space.turn_back_into(leg.holonomy, unit, turned);
-            for p in 0..d {
-                points[p * wide + q] = direct[p * d + q];
-                points[p * wide + 2 * d + q] = -turned[p];
-                last[p * wide + 3 * d + q] = -turned[p];
-            }
-            first[q * wide + d + q] = T::constant(-1.0);
-        }
-        add_turning(space, leg.reached[0], direct, wide, last);
-        for row in 0..d {
-            for column in 0..wide {
-                let at = row * wide + column;
-                let combined = combined(points[at], [first[at], last[at]]);
-                [points[at], first[at], last[at]] = combined;
+        let (d, r) = (space.dim(), space.size());
+        let (reached, transposed) = own.vectors.split_at_mut(r * r);
+        multiply(r, leg.target, leg.holonomy, reached);
+        for i in 0..r {
+            for j in 0..r {
+                transposed[j * r + i] = reached[i * r + j];
             }
         }
+        space.adjoint_into(transposed, &mut own.direct);
+        let (displacement, turned) = self.by_first.split_at_mut(d * d);
+        displacement.copy_from_slice(&own.direct[..d * d]);
+        turned.fill(T::ZERO);
+        space.add_turning(leg.reached[0], &own.direct, d, turned);
     }
 
+    /// Changes of `x''_0, x'_0, x''_1, x'_1` by `(p_0, v_0, p_1, v_1)`.
     #[inline(always)]
     fn set_matrix(
         &mut self,
         space: impl Homogeneous,
         leg: &Leg<'_, T>,
-        direct: &[T],
-        vectors: &mut [T],
+        own: &mut StiffnessScratch<T>,
     ) {
         let d = space.dim();
-        let wide = 4 * d;
-        self.matrix.fill(T::ZERO);
-        accumulate(
-            &self.by_middle,
-            3 * d,
-            &self.by_knots,
-            wide,
-            &mut self.matrix,
-        );
-        for x in &mut self.matrix {
+        let StiffnessScratch {
+            direct,
+            vectors,
+            by_last,
+            by_displacement,
+            ..
+        } = own;
+        let rows = self.by_equations.chunks_exact(3 * d);
+        let outs = self.matrix.chunks_exact_mut(4 * d);
+        for ((row, out), by_last) in rows.zip(outs).zip(by_last.chunks_exact_mut(2 * d)) {
+            let (by_point, by_velocity) = by_last.split_at_mut(d);
+            for p in 0..d {
+                let parts = [row[p], row[d + p], row[2 * d + p]];
+                let [point, first, last] = uncombined(parts);
+                (by_point[p], out[d + p], by_velocity[p]) = (point, first, last);
+            }
+            // Products with the inverse of an isometry from the right: the isometry, of the row.
+            space.turn_into(leg.holonomy, by_point, &mut out[2 * d..3 * d]);
+            space.turn_into(leg.holonomy, by_velocity, &mut out[3 * d..]);
+        }
+        by_displacement.fill(T::ZERO);
+        accumulate(by_last, 2 * d, &self.by_first, d, by_displacement);
+        for x in &mut *by_displacement {
             *x = -*x;
         }
         // What is turned with the frame by a displacement of the first knot.
-        let (turns, rest) = vectors.split_at_mut(d);
-        let turned = &mut rest[..d];
+        let (turns, turned) = vectors.split_at_mut(d * d);
+        let turned = &mut turned[..d * d];
         for (block, vector) in [(2, &*leg.reached[2]), (3, &*leg.reached[1])] {
-            for column in 0..d {
-                turns.fill(T::ZERO);
-                add_turning_of(space, vector, direct, column, turns);
-                space.turn_into(leg.holonomy, turns, turned);
-                for p in 0..d {
-                    self.matrix[(block * d + p) * wide + column] += turned[p];
-                }
+            turns.fill(T::ZERO);
+            space.add_turning(vector, direct, d, turns);
+            space.turn_columns(leg.holonomy, turns, d, turned);
+            let sums = by_displacement[block * d * d..].iter_mut();
+            for (sum, turned) in sums.zip(&*turned) {
+                *sum += *turned;
+            }
+        }
+        let columns = by_displacement.chunks_exact(d);
+        for (out, column) in self.matrix.chunks_exact_mut(4 * d).zip(columns) {
+            out[..d].copy_from_slice(column);
+        }
+        if let Some(tension) = leg.tension {
+            for p in 0..d {
+                self.matrix[p * 4 * d + d + p] -= tension;
+                self.matrix[(2 * d + p) * 4 * d + 3 * d + p] -= tension;
             }
         }
     }
 
-    /// `x''_0, x'_0, x''_1, x'_1` after a step that solves the leg's own equations, with the knots where they are.
+    /// To the derivative of the gradient: accelerations at the first knot and third vectors at the last one count with the other
+    /// sign. It is symmetric up to what is left of the equations and of the series.
+    #[inline(always)]
+    fn symmetrise(&mut self, d: usize) {
+        let wide = 4 * d;
+        let sign = |row: usize| [0.5, -0.5, -0.5, 0.5][row / d];
+        for row in 0..wide {
+            for column in 0..=row {
+                let [at, other] = [row * wide + column, column * wide + row];
+                let entry = self.matrix[at] * sign(row) + self.matrix[other] * sign(column);
+                (self.matrix[at], self.matrix[other]) = (entry, entry);
+            }
+        }
+    }
+
+    /// `x''_0, x'_0, x''_1, x'_1`, with `x'' - tau x` for `x''` in tension, after a step that solves the leg's own equations, with
+    /// the knots where they are.
     #[inline(always)]
     pub(super) fn corrected_into(&self, space: impl Homogeneous, leg: &Leg<'_, T>, out: &mut [T]) {
         let d = space.dim();
@@ -187,68 +209,49 @@ impl<T: Field> Stiffness<T> {
                 out[(2 * end + i) * d..][..d].copy_from_slice(vector);
             }
         }
-        let mut right = vec![T::ZERO; 3 * d];
-        self.correction_into(leg, &mut right);
-        accumulate(&self.by_middle, 3 * d, &right, 1, out);
+        if let Some(tension) = leg.tension {
+            for (at, velocity) in [(0, &leg.velocity), (2 * d, &leg.last_velocity)] {
+                for (out, v) in out[at..].iter_mut().zip(&**velocity) {
+                    *out -= tension * *v;
+                }
+            }
+        }
+        let mut left = vec![T::ZERO; 3 * d];
+        residual_into(leg, &mut left);
+        for x in &mut left {
+            *x = -*x;
+        }
+        accumulate(&self.by_equations, 3 * d, &left, 1, out);
     }
 
     /// The change of the middle that solves the leg's own equations, for changes `z` of the knots.
     #[inline(always)]
-    pub(super) fn step_into(&self, leg: &Leg<'_, T>, z: &[T], out: &mut [T]) {
-        self.correction_into(leg, out);
-        let mut change = vec![T::ZERO; out.len()];
-        accumulate(&self.by_knots, z.len(), z, 1, &mut change);
-        for (out, change) in out.iter_mut().zip(&change) {
-            *out -= *change;
-        }
-    }
-
-    /// The same with the knots where they are.
-    #[inline(always)]
-    fn correction_into(&self, leg: &Leg<'_, T>, out: &mut [T]) {
+    pub(super) fn step_into(
+        &self,
+        space: impl Homogeneous,
+        leg: &Leg<'_, T>,
+        z: &[T],
+        out: &mut [T],
+    ) {
+        let d = space.dim();
+        let mut arriving = vec![T::ZERO; 2 * d];
+        accumulate(&self.by_first, d, &z[..d], 1, &mut arriving);
+        let mut turned = vec![T::ZERO; 2 * d];
+        let (point, velocity) = turned.split_at_mut(d);
+        space.turn_back_into(leg.holonomy, &z[2 * d..3 * d], point);
+        space.turn_back_into(leg.holonomy, &z[3 * d..], velocity);
         residual_into(leg, out);
+        for p in 0..d {
+            let point = arriving[p] - turned[p];
+            let last = arriving[d + p] - turned[d + p];
+            let rows = combined(point, [-z[d + p], last]);
+            for (i, row) in rows.into_iter().enumerate() {
+                out[i * d + p] += row;
+            }
+        }
         substitute(out.len(), &self.factors, 1, out);
         for x in out {
             *x = -*x;
         }
     }
-}
-
-/// `out += [eta_h, vector]` for the columns of `eta`, the first ones of `out`, which has more.
-#[inline(always)]
-fn add_turning<T: Field>(
-    space: impl Homogeneous,
-    vector: &[T],
-    eta: &[T],
-    wide: usize,
-    out: &mut [T],
-) {
-    let d = space.dim();
-    let mut turned = vec![T::ZERO; d];
-    for column in 0..d {
-        turned.fill(T::ZERO);
-        add_turning_of(space, vector, eta, column, &mut turned);
-        for (p, x) in turned.iter().enumerate() {
-            out[p * wide + column] += *x;
-        }
-    }
-}
-
-/// `out += [eta_h, vector]` for one of `d` columns of `eta`.
-#[inline(always)]
-fn add_turning_of<T: Field>(
-    space: impl Homogeneous,
-    vector: &[T],
-    eta: &[T],
-    column: usize,
-    out: &mut [T],
-) {
-    let (d, h, r) = (space.dim(), space.isotropy_dim(), space.size());
-    if h == 0 {
-        return;
-    }
-    let mut matrix = vec![T::ZERO; r * r];
-    space.matrix_into(vector, &mut matrix);
-    let isotropy: Vec<T> = (0..h).map(|p| -eta[(d + p) * d + column]).collect();
-    space.subtract_action(&isotropy, &matrix, out);
 }

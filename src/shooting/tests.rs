@@ -4,8 +4,9 @@ use faer::{Mat, MatRef, Scale};
 
 use crate::collocation;
 use crate::cubic::BoundaryOptions;
-use crate::cubic::path::{Path, State};
+use crate::cubic::path::Path;
 use crate::cubic::reduced::Sized;
+use crate::cubic::state::State;
 use crate::cubic::taylor::Accuracy;
 use crate::curve::Curve;
 use crate::interrupt::Interrupt;
@@ -41,6 +42,8 @@ struct Walk {
     lengths: Vec<f64>,
     targets: Vec<Vec<f64>>,
     frames: Vec<Mat<f64>>,
+    /// Of the curves.
+    tension: f64,
 }
 
 impl Walk {
@@ -50,6 +53,7 @@ impl Walk {
             lengths: Vec::new(),
             targets: Vec::new(),
             frames: vec![Mat::identity(r, r)],
+            tension: 0.0,
         };
         for _ in 0..legs {
             let length = far * (0.6 + 0.4 * numbers.next());
@@ -68,6 +72,7 @@ impl Walk {
             lengths: &self.lengths,
             targets: self.targets.iter().map(Vec::as_slice).collect(),
             ends,
+            tension: self.tension,
         }
     }
 
@@ -194,21 +199,30 @@ where
     T: Field + Send + Sync + 'static,
     S: Homogeneous + 'static,
 {
-    // Series are for few dimensions.
-    if space.dim() < 8 {
-        check_spline_by::<T, S>(Method::Series, space, far, ends, seed);
+    // Without tension, and with some that lets velocities grow as e^1.7 along a leg.
+    for tension in [0.0, 3.0] {
+        // Series are for few dimensions.
+        if space.dim() < 8 {
+            check_spline_by::<T, S>(Method::Series, space, (far, tension), ends, seed);
+        }
+        check_spline_by::<T, S>(Method::Collocation, space, (far, tension), ends, seed);
     }
-    check_spline_by::<T, S>(Method::Collocation, space, far, ends, seed);
 }
 
-fn check_spline_by<T, S>(method: Method, space: S, far: f64, ends: &Ends, seed: u64)
-where
+fn check_spline_by<T, S>(
+    method: Method,
+    space: S,
+    (far, tension): (f64, f64),
+    ends: &Ends,
+    seed: u64,
+) where
     T: Field + Send + Sync + 'static,
     S: Homogeneous + 'static,
 {
     let [r, d] = [space.size(), space.dim()];
     let k = (1..r).find(|k| Frames { r, k: *k }.dim() == d).unwrap();
     let mut walk = Walk::new(space, 9, far, &mut Numbers(seed));
+    walk.tension = tension;
     let legs = walk.lengths.len();
     if let Ends::Periodic = ends {
         // Back to the first frame.
@@ -239,7 +253,7 @@ where
     for leg in 0..walk.lengths.len() {
         let (frame, h) = (&walk.frames[leg], walk.lengths[leg]);
         let (dense, which) = curves.of_leg(leg);
-        let path = integrated(dense, which, frame, k);
+        let path = integrated(dense, which, frame, k, tension * h * h);
         for s in [0.2, 0.5, 0.9, 1.0] {
             let found = point(dense, frame, which, s, k);
             let error = distance(&found, &point_of(&path, s, [r, k]));
@@ -274,7 +288,7 @@ where
 }
 
 /// A leg as the Taylor method integrates it.
-fn integrated(dense: &Dense, leg: usize, frame: &Mat<f64>, k: usize) -> Path {
+fn integrated(dense: &Dense, leg: usize, frame: &Mat<f64>, k: usize, tension: f64) -> Path {
     let r = frame.nrows();
     let space = Frames { r, k };
     let mut entries = columns(frame);
@@ -283,10 +297,8 @@ fn integrated(dense: &Dense, leg: usize, frame: &Mat<f64>, k: usize) -> Path {
         entries.extend(columns(&x.as_ref().submatrix(0, 0, k, k).to_owned()));
         entries.extend(columns(&x.as_ref().submatrix(k, 0, r - k, k).to_owned()));
     }
-    let mut path = Path::at(
-        State::of_entries(Sized { m: r - k, k }, 0.0, entries),
-        Accuracy::FULL,
-    );
+    let state = State::of_entries(Sized { m: r - k, k }, 0.0, entries);
+    let mut path = Path::at(state.in_tension(tension), Accuracy::FULL);
     path.extend_to(1.0, Interrupt::NEVER).unwrap();
     path
 }

@@ -53,7 +53,8 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
                 break;
             };
             if !self.is_fine() {
-                self.set_fineness(true);
+                self.refine();
+                self.evaluate();
                 // Nothing has moved, and how far down it goes is not known.
                 return Ok(Some(f64::INFINITY));
             }

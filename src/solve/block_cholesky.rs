@@ -3,12 +3,14 @@
 //! # Source
 //! Golub, Van Loan (2013), "Matrix Computations", 4th ed., sec. 4.2.5 and 4.5.1.
 
-/// Square blocks of one size, row by row: the diagonal ones, and those below them from the second row on.
+use crate::linalg::simd::vectorised;
+
+/// Square blocks of one size, row by row: the diagonal ones, and those beside them on the right up to the last row but one.
 #[derive(Clone)]
 pub(crate) struct SymmetricBlocks {
     pub(crate) size: usize,
     pub(crate) diagonal: Vec<f64>,
-    pub(crate) below: Vec<f64>,
+    pub(crate) beside: Vec<f64>,
 }
 
 impl SymmetricBlocks {
@@ -18,7 +20,7 @@ impl SymmetricBlocks {
         SymmetricBlocks {
             size,
             diagonal: vec![0.0; count * square],
-            below: vec![0.0; (count - 1) * square],
+            beside: vec![0.0; (count - 1) * square],
         }
     }
 
@@ -28,7 +30,7 @@ impl SymmetricBlocks {
         SymmetricBlocks {
             size: self.size,
             diagonal: sum(&self.diagonal, &other.diagonal),
-            below: sum(&self.below, &other.below),
+            beside: sum(&self.beside, &other.beside),
         }
     }
 
@@ -36,119 +38,176 @@ impl SymmetricBlocks {
     pub(crate) fn form(&self, x: &[f64]) -> f64 {
         let (d, square) = (self.size, self.size * self.size);
         let product = |a: &[f64], x: &[f64], y: &[f64]| -> f64 {
-            let rows = a.chunks_exact(d).zip(y);
-            rows.map(|(row, y)| y * dot(row, x)).sum()
+            let rows = a.chunks_exact(d).zip(x);
+            rows.map(|(row, x)| x * dot(row, y)).sum()
         };
         let blocks = x.chunks_exact(d);
         let diagonal = self.diagonal.chunks_exact(square).zip(blocks.clone());
-        let below = self
-            .below
+        let beside = self
+            .beside
             .chunks_exact(square)
             .zip(blocks.clone().zip(blocks.skip(1)));
-        diagonal.map(|(a, x)| product(a, x, x)).sum::<f64>()
-            + 2.0 * below.map(|(a, (x, y))| product(a, x, y)).sum::<f64>()
+        vectorised(
+            #[inline(always)]
+            || {
+                diagonal.map(|(a, x)| product(a, x, x)).sum::<f64>()
+                    + 2.0 * beside.map(|(a, (x, y))| product(a, x, y)).sum::<f64>()
+            },
+        )
     }
 
     /// The Cholesky factor; `None` where the matrix is not positive definite.
     pub(crate) fn factored(mut self) -> Option<CholeskyFactor> {
+        vectorised(
+            #[inline(always)]
+            || self.factor(),
+        )?;
+        Some(CholeskyFactor(self))
+    }
+
+    /// `A = U^T U` in place.
+    #[inline(always)]
+    fn factor(&mut self) -> Option<()> {
         let (d, square) = (self.size, self.size * self.size);
-        let count = self.diagonal.len() / square;
-        for block in 0..count {
-            let diagonal = &mut self.diagonal[block * square..][..square];
-            if block > 0 {
-                let below = &self.below[(block - 1) * square..][..square];
-                for i in 0..d {
-                    for j in 0..=i {
-                        diagonal[i * d + j] -= dot(&below[i * d..][..d], &below[j * d..][..d]);
-                    }
+        let mut before: Option<&[f64]> = None;
+        let mut beside = self.beside.chunks_exact_mut(square);
+        for diagonal in self.diagonal.chunks_exact_mut(square) {
+            if let Some(before) = before {
+                for (i, row) in diagonal.chunks_exact_mut(d).enumerate() {
+                    subtract_rows(d, before, i, before, &mut row[i..]);
                 }
             }
             cholesky(d, diagonal)?;
-            if block + 1 < count {
-                // The block below times the inverse of the transposed factor, row by row.
-                for row in self.below[block * square..][..square].chunks_exact_mut(d) {
-                    forward(d, diagonal, row);
-                }
+            let Some(beside) = beside.next() else {
+                break;
+            };
+            for i in 0..d {
+                let (known, rest) = beside.split_at_mut(i * d);
+                let row = &mut rest[..d];
+                subtract_rows(d, diagonal, i, known, row);
+                let pivot = diagonal[i * d + i];
+                row.iter_mut().for_each(|entry| *entry /= pivot);
             }
+            before = Some(beside);
         }
-        Some(CholeskyFactor(self))
+        Some(())
     }
 }
 
-/// The factor of a positive definite matrix.
+/// The factor of a positive definite matrix: upper triangles of the blocks on the diagonal, and the blocks beside them.
 pub(crate) struct CholeskyFactor(SymmetricBlocks);
 
 impl CholeskyFactor {
     /// Solves the system in place.
     pub(crate) fn solve(&self, b: &mut [f64]) {
-        let SymmetricBlocks {
-            size: d,
-            diagonal,
-            below,
-        } = &self.0;
-        let (d, square) = (*d, d * d);
-        let count = diagonal.len() / square;
-        for block in 0..count {
-            let (before, here) = b.split_at_mut(block * d);
-            let here = &mut here[..d];
-            if block > 0 {
-                let before = &before[(block - 1) * d..];
-                let rows = below[(block - 1) * square..][..square].chunks_exact(d);
-                for (x, row) in here.iter_mut().zip(rows) {
-                    *x -= dot(row, before);
-                }
-            }
-            forward(d, &diagonal[block * square..], here);
-        }
-        for block in (0..count).rev() {
-            let (here, after) = b.split_at_mut((block + 1) * d);
-            let here = &mut here[block * d..];
-            if block + 1 < count {
-                let rows = below[block * square..][..square].chunks_exact(d);
-                for (row, x) in rows.zip(&*after) {
-                    for (here, entry) in here.iter_mut().zip(row) {
-                        *here -= entry * x;
-                    }
-                }
-            }
-            let factor = &diagonal[block * square..];
-            for i in (0..d).rev() {
-                let x = here[i] / factor[i * d + i];
+        vectorised(
+            #[inline(always)]
+            || {
+                self.solve_transposed(b);
+                self.solve_upper(b);
+            },
+        );
+    }
+
+    /// `U^T x = b` in place.
+    #[inline(always)]
+    fn solve_transposed(&self, b: &mut [f64]) {
+        let (d, square) = (self.0.size, self.0.size * self.0.size);
+        for (block, diagonal) in self.0.diagonal.chunks_exact(square).enumerate() {
+            let (here, after) = b[block * d..].split_at_mut(d);
+            for (i, row) in diagonal.chunks_exact(d).enumerate() {
+                let x = here[i] / row[i];
                 here[i] = x;
-                for (here, entry) in here[..i].iter_mut().zip(&factor[i * d..]) {
-                    *here -= entry * x;
+                subtract(x, &row[i + 1..], &mut here[i + 1..]);
+            }
+            if let Some(beside) = self.0.beside.get(block * square..(block + 1) * square) {
+                for (x, row) in here.iter().zip(beside.chunks_exact(d)) {
+                    subtract(*x, row, &mut after[..d]);
                 }
+            }
+        }
+    }
+
+    /// `U x = b` in place.
+    #[inline(always)]
+    fn solve_upper(&self, b: &mut [f64]) {
+        let (d, square) = (self.0.size, self.0.size * self.0.size);
+        for (block, diagonal) in self.0.diagonal.chunks_exact(square).enumerate().rev() {
+            let (here, after) = b[block * d..].split_at_mut(d);
+            if let Some(beside) = self.0.beside.get(block * square..(block + 1) * square) {
+                for (x, row) in here.iter_mut().zip(beside.chunks_exact(d)) {
+                    *x -= dot(row, &after[..d]);
+                }
+            }
+            for (i, row) in diagonal.chunks_exact(d).enumerate().rev() {
+                here[i] = (here[i] - dot(&row[i + 1..], &here[i + 1..])) / row[i];
             }
         }
     }
 }
 
-/// The lower factor in place; `None` where a pivot is not positive.
+/// The upper factor in place of the upper triangle; `None` where a pivot is not positive.
+#[inline(always)]
 fn cholesky(d: usize, a: &mut [f64]) -> Option<()> {
     for i in 0..d {
-        let (above, row) = a.split_at_mut(i * d);
-        let (known, pivot) = row.split_at_mut(i);
-        forward(d, above, known);
-        let square = pivot[0] - dot(known, known);
+        let (known, rest) = a.split_at_mut(i * d);
+        let row = &mut rest[i..d];
+        subtract_rows(d, known, i, known, row);
+        let square = row[0];
         if square.is_nan() || square <= 0.0 {
             return None;
         }
-        pivot[0] = square.sqrt();
+        let pivot = square.sqrt();
+        row[0] = pivot;
+        row[1..].iter_mut().for_each(|entry| *entry /= pivot);
     }
     Some(())
 }
 
-/// Solves `l x = b` in place for the first rows of a lower factor of size `d`.
-fn forward(d: usize, factor: &[f64], b: &mut [f64]) {
-    for i in 0..b.len() {
-        let row = &factor[i * d..];
-        let (known, rest) = b.split_at_mut(i);
-        rest[0] = (rest[0] - dot(&row[..i], known)) / row[i];
+/// Rows that are subtracted abreast: each entry of `out` is then read and written once for as many products.
+const ROWS: usize = 4;
+
+/// `out -= sum_l f_l row_l` with the ends of all `rows`, as long as `out`, and as factors the entries of a column of `factors`,
+/// rows of length `d` both.
+#[inline(always)]
+fn subtract_rows(d: usize, factors: &[f64], column: usize, rows: &[f64], out: &mut [f64]) {
+    let first = d - out.len();
+    let mut rows = rows.chunks_exact(ROWS * d);
+    let mut factors = factors.chunks_exact(d).map(|row| row[column]);
+    for rows in rows.by_ref() {
+        let share: [f64; ROWS] = std::array::from_fn(|_| factors.next().unwrap_or(0.0));
+        let rows: [&[f64]; ROWS] = std::array::from_fn(|l| &rows[l * d + first..(l + 1) * d]);
+        for (i, out) in out.iter_mut().enumerate() {
+            *out -= (share[0] * rows[0][i] + share[1] * rows[1][i])
+                + (share[2] * rows[2][i] + share[3] * rows[3][i]);
+        }
+    }
+    for (row, share) in rows.remainder().chunks_exact(d).zip(factors) {
+        subtract(share, &row[first..], out);
     }
 }
 
+/// `out -= factor row`.
+#[inline(always)]
+fn subtract(factor: f64, row: &[f64], out: &mut [f64]) {
+    for (out, x) in out.iter_mut().zip(row) {
+        *out -= factor * x;
+    }
+}
+
+/// In four sums, which vector instructions add abreast.
+#[inline(always)]
 fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+    let whole = a.len() - a.len() % ROWS;
+    let ((a, rest), (b, other)) = (a.split_at(whole), b.split_at(whole));
+    let mut sums = [0.0; ROWS];
+    for (a, b) in a.chunks_exact(ROWS).zip(b.chunks_exact(ROWS)) {
+        for i in 0..ROWS {
+            sums[i] += a[i] * b[i];
+        }
+    }
+    let rest: f64 = rest.iter().zip(other).map(|(a, b)| a * b).sum();
+    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
 }
 
 #[cfg(test)]
@@ -158,7 +217,7 @@ mod tests {
     /// Three blocks of size two, `A = B B^T + shift`.
     fn matrix(shift: f64) -> SymmetricBlocks {
         let mut a = SymmetricBlocks::zeros(3, 2);
-        for (i, x) in a.below.iter_mut().enumerate() {
+        for (i, x) in a.beside.iter_mut().enumerate() {
             *x = 0.3 * (1.0 + i as f64).sin();
         }
         for block in 0..3 {

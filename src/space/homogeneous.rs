@@ -62,13 +62,15 @@ pub(crate) trait Homogeneous: Copy + Send + Sync {
 
     /// Entry `(i, j)` of `x y - y x` for the skew matrices of two elements of `m`.
     #[inline(always)]
-    fn commutator_entry<T: Number>(self, x: &[T], y: &[T], [i, j]: [usize; 2]) -> T {
+    fn commutator_entry<'a, T: Number>(self, x: &'a [T], y: &'a [T], [i, j]: [usize; 2]) -> T {
         let (r, inner) = (self.size(), self.row_len(i).min(self.row_len(j)));
+        let rows = |a: &'a [T]| [&a[i * r..][..inner], &a[j * r..][..inner]];
+        let ([x_i, x_j], [y_i, y_j]) = (rows(x), rows(y));
         let mut sum = T::ZERO;
         for l in 0..inner {
             if l != i && l != j {
-                sum += x[i * r + l] * y[l * r + j];
-                sum -= y[i * r + l] * x[l * r + j];
+                sum += y_i[l] * x_j[l];
+                sum -= x_i[l] * y_j[l];
             }
         }
         sum

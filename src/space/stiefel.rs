@@ -86,15 +86,19 @@ macro_rules! homogeneous {
             // [z, x] has the lower left block `z b`.
             let [r, k] = self.shape();
             let b = &mut out[k * k.saturating_sub(1) / 2..];
-            self.each_isotropy_entry(
-                #[inline(always)]
-                |p, i, j| {
-                    for c in 0..k {
-                        b[c * (r - k) + i - k] -= z[p] * x[j * r + c];
-                        b[c * (r - k) + j - k] += z[p] * x[i * r + c];
+            for (c, column) in b.chunks_exact_mut(r - k).take(k).enumerate() {
+                let mut z = z.iter();
+                for j in 0..r - k {
+                    let (upper, lower) = column.split_at_mut(j + 1);
+                    let x_j = x[(k + j) * r + c];
+                    let mut sum = upper[j];
+                    for ((i, b_i), z) in (j + 1..r - k).zip(lower).zip(&mut z) {
+                        *b_i -= *z * x_j;
+                        sum += *z * x[(k + i) * r + c];
                     }
-                },
-            );
+                    upper[j] = sum;
+                }
+            }
         }
 
         #[inline(always)]

@@ -9,9 +9,9 @@ use super::chain::{Chain, JOINS, Means, Motion, Movable, links, square};
 use crate::cubic::guess::carry;
 use crate::cubic::initial::Coordinates;
 use crate::cubic::leg::arrival;
-use crate::cubic::path::State;
 use crate::cubic::problem::entries;
 use crate::cubic::reduced::Sized;
+use crate::cubic::state::State;
 use crate::cubic::taylor::Accuracy;
 use crate::cubic::work::{work_of_curve, work_of_join};
 use crate::curve::Curve;
@@ -26,6 +26,7 @@ pub(super) struct Ambient<'a> {
     points: Vec<Mat<f64>>,
     curves: Vec<QuasiGeodesic>,
     lengths: Vec<f64>,
+    tension: f64,
     interrupt: Interrupt<'a>,
 }
 
@@ -40,8 +41,20 @@ impl<'a> Ambient<'a> {
             points,
             curves,
             lengths,
+            tension: 0.0,
             interrupt,
         }
+    }
+
+    /// The same for curves in tension.
+    pub(super) fn in_tension(mut self, tension: f64) -> Self {
+        self.tension = tension;
+        self
+    }
+
+    /// In the time of a leg.
+    fn leg_tension(&self, leg: usize) -> f64 {
+        self.tension * self.lengths[leg].powi(2)
     }
 
     /// The length of the longest quasi-geodesic between neighbours.
@@ -60,6 +73,7 @@ impl<'a> Ambient<'a> {
             points: self.points.iter().rev().cloned().collect(),
             curves: curves.collect::<Result<_>>()?,
             lengths: self.lengths.iter().rev().copied().collect(),
+            tension: self.tension,
             interrupt: self.interrupt,
         })
     }
@@ -74,7 +88,8 @@ impl<'a> Ambient<'a> {
     ) -> Result<f64> {
         let size = self.size();
         let vectors = [0, 1, 2].map(|i| self.matrix(&start[size * i..][..size]));
-        let end = arrival(self.points[leg].as_ref(), vectors, accuracy, self.interrupt)?;
+        let (point, tension) = (self.points[leg].as_ref(), self.leg_tension(leg));
+        let end = arrival(point, vectors, tension, accuracy, self.interrupt)?;
         let next = self.points[leg + 1].as_ref();
         for (end, values) in end.iter().zip(values.chunks_exact_mut(size)) {
             write(&tangent(next, end.as_ref()), values);
@@ -153,7 +168,8 @@ impl Chain for Ambient<'_> {
         let size = self.size();
         let [v, a, j] = [0, 1, 2].map(|i| self.matrix(&start[size * i..][..size]));
         let data = Coordinates::of_checked([self.points[leg].as_ref(), v, a, j], 1.0);
-        (data.frame, State::of_coordinates(data.blocks, data.entries))
+        let state = State::of_coordinates(data.blocks, data.entries);
+        (data.frame, state.in_tension(self.leg_tension(leg)))
     }
 }
 
@@ -193,12 +209,8 @@ impl Movable for Ambient<'_> {
         let points = moves.iter().map(|curve| curve.point(1.0));
         let points = points.collect::<Result<Vec<_>>>()?;
         let curves = links(&points)?;
-        Ok(Ambient::new(
-            points,
-            curves,
-            self.lengths.clone(),
-            self.interrupt,
-        ))
+        let moved = Ambient::new(points, curves, self.lengths.clone(), self.interrupt);
+        Ok(moved.in_tension(self.tension))
     }
 
     fn towards(&self, knot: usize, point: &Mat<f64>) -> Result<Vec<f64>> {

@@ -8,7 +8,8 @@ use rayon::prelude::*;
 
 use crate::cubic::RiemannianCubic;
 use crate::cubic::lazy_path::LazyPath;
-use crate::cubic::path::{Path, State};
+use crate::cubic::path::Path;
+use crate::cubic::state::State;
 use crate::cubic::taylor::Accuracy;
 use crate::cubic::work::Work;
 use crate::error::Result;

@@ -9,9 +9,9 @@ use super::neighbours::{Joining, Link};
 use crate::cubic::guess::turned;
 use crate::cubic::initial::Horizontal;
 use crate::cubic::leg::{Leg, leg};
-use crate::cubic::path::State;
 use crate::cubic::problem::{pack, unpack};
 use crate::cubic::reduced::Sized;
+use crate::cubic::state::State;
 use crate::cubic::taylor::Accuracy;
 use crate::cubic::work::{work_of_curve, work_of_join};
 use crate::curve::Curve;
@@ -32,6 +32,7 @@ pub(super) struct Framed<'a> {
     columns: usize,
     frames: Arc<[Mat<f64>]>,
     lengths: Vec<f64>,
+    tension: f64,
     links: Vec<Link>,
     interrupt: Interrupt<'a>,
 }
@@ -63,9 +64,26 @@ impl<'a> Framed<'a> {
             columns,
             frames,
             lengths,
+            tension: 0.0,
             links,
             interrupt,
         })
+    }
+
+    /// The same for curves in tension.
+    pub(super) fn in_tension(mut self, tension: f64) -> Self {
+        self.tension = tension;
+        self
+    }
+
+    /// Of the curves.
+    pub(super) fn tension(&self) -> f64 {
+        self.tension
+    }
+
+    /// In the time of a leg.
+    fn leg_tension(&self, leg: usize) -> f64 {
+        self.tension * self.lengths[leg].powi(2)
     }
 
     /// The distance to the farthest neighbour, along the curve that joins them.
@@ -217,10 +235,11 @@ impl<'a> Chain for Framed<'a> {
             let at = |lane: usize| lane.min(starts.len() - 1);
             let next = std::array::from_fn(|lane| self.links[first + at(lane)].next.as_slice());
             let padded = std::array::from_fn(|lane| starts[at(lane)].clone());
+            let tension = std::array::from_fn(|lane| self.leg_tension(first + at(lane)));
             let mut all = vec![0.0; size * LANES];
             let found = worker
                 .leg
-                .arrive_abreast_into(&padded, next, accuracy, &mut all);
+                .arrive_abreast_into(&padded, next, tension, accuracy, &mut all);
             work.count(worker.leg.work());
             match found {
                 Ok(found) => {
@@ -235,7 +254,10 @@ impl<'a> Chain for Framed<'a> {
         }
         for (i, (start, values)) in starts.iter().zip(values.chunks_exact_mut(size)).enumerate() {
             let next = &self.links[first + i].next;
-            let found = worker.leg.arrive_into(start, next, accuracy, values);
+            let tension = self.leg_tension(first + i);
+            let found = worker
+                .leg
+                .arrive_into(start, next, tension, accuracy, values);
             work.count(worker.leg.work());
             distances[i] = found.map_err(|error| error.at_knot(first + i))?;
         }
@@ -249,8 +271,9 @@ impl<'a> Chain for Framed<'a> {
         start: &[f64],
         accuracy: Accuracy,
     ) -> Result<Option<Mat<f64>>> {
-        let next = &self.links[leg].next;
-        worker.leg.derivative(start, next, accuracy).map(Some)
+        let (next, tension) = (&self.links[leg].next, self.leg_tension(leg));
+        let derivative = worker.leg.derivative(start, next, tension, accuracy);
+        derivative.map(Some)
     }
 
     fn state(&self, leg: usize, start: &[f64]) -> (Option<Mat<f64>>, State) {
@@ -260,7 +283,8 @@ impl<'a> Chain for Framed<'a> {
         } else {
             vectors
         };
-        (None, State::new(&self.frames[leg], vectors.each_ref()))
+        let state = State::new(&self.frames[leg], vectors.each_ref());
+        (None, state.in_tension(self.leg_tension(leg)))
     }
 
     fn work_of_leg(&self) -> f64 {
@@ -300,7 +324,8 @@ impl Movable for Framed<'_> {
             },
         )?;
         let lengths = self.lengths.clone();
-        Framed::new(frames.into(), self.columns, lengths, 1.0, self.interrupt)
+        let moved = Framed::new(frames.into(), self.columns, lengths, 1.0, self.interrupt)?;
+        Ok(moved.in_tension(self.tension))
     }
 
     fn towards(&self, knot: usize, point: &Mat<f64>) -> Result<Vec<f64>> {

@@ -28,6 +28,10 @@ const FAST: f64 = 3.0;
 /// Dimensions from which on sweeps of collocation take the place of series.
 const MANY: usize = 8;
 
+/// Legs along which a tension lets velocities grow by more than `e` to this are series in any dimension: a sweep puts `tau x'` in
+/// from the motion before it, which converges as `tau h^2 / 40` where the velocities at the ends are given.
+const STIFF: f64 = 2.5;
+
 /// Where sweeps are used, lengths of neighbouring legs differ by this factor at most. Sweeps leave a share of the tolerance in the
 /// time of the shorter leg: by the longer one accelerations jump by 1e-9 to 6e-9 at a factor of 1000, by up to 1e-4 at 1e8.
 const UNEVEN: f64 = 100.0;
@@ -108,6 +112,7 @@ impl Framed<'_> {
             lengths: self.lengths(),
             targets: self.targets().collect(),
             ends,
+            tension: self.tension(),
         }
     }
 
@@ -135,7 +140,8 @@ impl Framed<'_> {
         let knot = space.dim() * (self.lengths().len() + 1);
         let mut motion = start.clone();
         let (velocities, bends) = motion.entries.split_at_mut(knot);
-        let (report, curves) = match space.dim() < MANY {
+        let by_series = space.dim() < MANY || knots.largest_rate() > STIFF;
+        let (report, curves) = match by_series {
             true => shooting::solve::<Lanes, _>(space, &knots, velocities, bends, &options)?,
             false => collocation::solve::<Lanes, _>(space, &knots, velocities, bends, &options)?,
         };
@@ -158,9 +164,11 @@ impl Framed<'_> {
     /// Makes the curves of the legs.
     fn legs(&self, curves: Box<dyn Curves>) -> Arc<Legs> {
         let (frames, shape, columns) = (self.frames(), self.shape(), self.columns());
+        let (tension, lengths) = (self.tension(), self.lengths().to_vec());
         Arc::new(move |leg| {
             let (polynomials, which) = curves.of_leg(leg);
-            leg_path(polynomials, which, &frames[leg], shape, columns)
+            let tension = tension * lengths[leg].powi(2);
+            leg_path(polynomials, which, &frames[leg], shape, columns, tension)
         })
     }
 }

@@ -60,7 +60,7 @@ const MAX_HALVINGS: i32 = 10;
 /// that stalls. Time is linear in the number of knots and in `n`. Legs are computed in parallel; results are
 /// bit-identical for any number of threads.
 /// # Errors
-/// `Shape`, `NonFinite`, `InvalidArgument` (tolerance, times, ends that do not close); in `AtKnot` `NotOrthonormal`,
+/// `Shape`, `NonFinite`, `InvalidArgument` (tolerance, tension, times, ends that do not close); in `AtKnot` `NotOrthonormal`,
 /// `NoJoiningCurve`, `OutsideLogDomain` and `DifferentComponents` (no curve starts from there to the next point),
 /// `NotTangent`, and those of [`GeometricCubic::from_boundary`] where a piece is too far or too fast; `NoConvergence`,
 /// `Interrupted`.
@@ -71,6 +71,13 @@ pub fn geometric_spline(
     options: &SplineOptions<'_>,
 ) -> Result<(Piecewise<GeometricCubic>, SolverReport)> {
     knots::check_tolerance(options.tolerance)?;
+    if options.tension != 0.0 {
+        return Err(Error::InvalidArgument {
+            name: "tension",
+            requirement: "0: a spline of geometric cubics minimises nothing that tension could be added to",
+            found: options.tension,
+        });
+    }
     let manifold = knots::check(t, points)?;
     check_ends(&manifold, points, ends)?;
     let mut problem = Problem::new(t, points, ends, options.interrupt)?;

@@ -17,20 +17,24 @@ pub(super) struct Joined<'a> {
     columns: usize,
     /// Of the legs, in units of time.
     pub(super) lengths: Vec<f64>,
+    /// Of the curves.
+    tension: f64,
     pub(super) interrupt: Interrupt<'a>,
 }
 
 impl<'a> Joined<'a> {
-    /// For knots and their frames.
+    /// For knots and their frames, and curves in a tension.
     pub(super) fn new(
         knots: &ReducedKnots,
         frames: Vec<Mat<f64>>,
+        tension: f64,
         interrupt: Interrupt<'a>,
     ) -> Self {
         Joined {
             frames: frames.into(),
             columns: knots.shape().1,
             lengths: knots.lengths.clone(),
+            tension,
             interrupt,
         }
     }
@@ -51,6 +55,7 @@ impl<'a> Joined<'a> {
             frames: self.frames.iter().rev().cloned().collect(),
             columns: self.columns,
             lengths: self.lengths.iter().rev().copied().collect(),
+            tension: self.tension,
             interrupt: self.interrupt,
         }
     }
@@ -61,7 +66,8 @@ impl<'a> Joined<'a> {
     /// In `AtKnot` `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents`.
     pub(super) fn chain(&self, share: f64) -> Result<Framed<'a>> {
         let (frames, lengths) = (Arc::clone(&self.frames), self.lengths.clone());
-        Framed::new(frames, self.columns, lengths, share, self.interrupt)
+        let chain = Framed::new(frames, self.columns, lengths, share, self.interrupt)?;
+        Ok(chain.in_tension(self.tension))
     }
 
     /// `count` legs in a row from the leg `first` on; after the last one comes the first one again.
@@ -77,6 +83,7 @@ impl<'a> Joined<'a> {
             frames: frames.collect(),
             columns: self.columns,
             lengths: (0..count).map(|i| self.lengths[leg(i)]).collect(),
+            tension: self.tension,
             interrupt: self.interrupt,
         }
     }

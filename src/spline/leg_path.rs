@@ -2,19 +2,21 @@
 
 use faer::Mat;
 
-use crate::cubic::path::{Path, State};
+use crate::cubic::path::Path;
 use crate::cubic::reduced::{Blocks, Sized};
+use crate::cubic::state::State;
 use crate::legs::Dense;
 use crate::linalg::field::multiply;
 use crate::space::{Frames, Homogeneous};
 
-/// The curve of a leg that starts with a frame, from its polynomials.
+/// The curve of a leg that starts with a frame, from its polynomials; the tension is that in the time of the leg.
 pub(super) fn leg_path(
     polynomials: &Dense,
     leg: usize,
     frame: &Mat<f64>,
     [r, k]: [usize; 2],
     columns: usize,
+    tension: f64,
 ) -> Path {
     let space = Frames { r, k };
     let blocks = Sized {
@@ -49,7 +51,7 @@ pub(super) fn leg_path(
         for x in polynomials.end(leg, end, space.dim()) {
             write(x, &mut entries);
         }
-        State::of_entries(blocks, end as f64, entries)
+        State::of_entries(blocks, end as f64, entries).in_tension(tension)
     };
     let first = state(0, &frame);
     multiply(r, &frame, polynomials.last_frame(leg, square), &mut product);

@@ -28,16 +28,21 @@ pub struct SplineOptions<'a> {
     /// Steps at the most, of fixed-point iteration and of Newton's method together. More than the default raise the
     /// [limit of work](crate::StopReason::WorkLimit) in proportion.
     pub max_iterations: usize,
+    /// `tau >= 0` of a spline in tension, which makes `int |D_t S'|^2 + tau |S'|^2 dt` stationary, in units of `1 / t^2`; at most
+    /// 64 by the square of the longest leg, 6.25 where the points have more than 12 rows and more than `4 k`, also in their span.
+    /// Splines of Riemannian cubics only.
+    pub tension: f64,
     /// Asked before every leg of every step.
     pub interrupt: Interrupt<'a>,
 }
 
 impl Default for SplineOptions<'_> {
-    /// `1e-12`, at most 200 steps.
+    /// `1e-12`, at most 200 steps, no tension.
     fn default() -> Self {
         SplineOptions {
             tolerance: 1e-12,
             max_iterations: MAX_ITERATIONS,
+            tension: 0.0,
             interrupt: Interrupt::NEVER,
         }
     }

@@ -110,12 +110,12 @@ impl<C: Curve> Piecewise<C> {
         self.knots[piece + 1] - self.knots[piece]
     }
 
-    fn local(&self, piece: usize, t: f64) -> f64 {
+    pub(super) fn local(&self, piece: usize, t: f64) -> f64 {
         (t - self.knots[piece]) / self.length(piece)
     }
 
     /// Maximal runs of parameters in one piece: piece, first parameter, one beyond the last.
-    fn runs(&self, t: &[f64]) -> Result<Vec<(usize, usize, usize)>> {
+    pub(super) fn runs(&self, t: &[f64]) -> Result<Vec<(usize, usize, usize)>> {
         let mut runs: Vec<(usize, usize, usize)> = Vec::new();
         for (i, &t) in t.iter().enumerate() {
             let piece = match self.find(t) {

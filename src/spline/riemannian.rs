@@ -15,6 +15,7 @@ use super::{knots, solve};
 use crate::cubic::RiemannianCubic;
 use crate::cubic::initial::complete;
 use crate::cubic::problem::entries;
+use crate::cubic::tension::{check_leg_tension, check_tension};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::report::{SolverReport, StopReason};
@@ -29,7 +30,7 @@ const SOLVER: &str = "spline of Riemannian cubics";
 /// # Arguments
 /// * `t` - times, increasing; `points` - one at each, shape `(n, k)`
 /// # Errors
-/// `Shape`, `NonFinite`, `InvalidArgument` (tolerance, times, ends that do not close); in `AtKnot` `NotOrthonormal`,
+/// `Shape`, `NonFinite`, `InvalidArgument` (tolerance, tension, times, ends that do not close); in `AtKnot` `NotOrthonormal`,
 /// `NoJoiningCurve`, `OutsideLogDomain` and `DifferentComponents` (no curve starts from there to the next point), `NotTangent`;
 /// `NoConvergence`, `Interrupted`.
 pub fn cubic_spline(
@@ -39,9 +40,10 @@ pub fn cubic_spline(
     options: &SplineOptions<'_>,
 ) -> Result<(Piecewise<RiemannianCubic>, SolverReport)> {
     knots::check_tolerance(options.tolerance)?;
+    check_tension(options.tension)?;
     let manifold = knots::check(t, points)?;
     check_ends(&manifold, points, ends)?;
-    let problem = Problem::new(t, points, ends);
+    let problem = Problem::new(t, points, ends, options.tension)?;
     let (pieces, report) = if problem.knots.is_small() {
         problem.solve_in_frames(options)?
     } else {
@@ -57,12 +59,19 @@ pub fn cubic_spline(
 struct Problem<'e> {
     knots: ReducedKnots,
     ends: &'e EndConditions,
+    /// In the time of the mean leg.
+    tension: f64,
 }
 
 type Solved = (Vec<RiemannianCubic>, SolverReport);
 
 impl<'e> Problem<'e> {
-    fn new(t: &[f64], points: &[MatRef<'_, f64>], ends: &'e EndConditions) -> Self {
+    fn new(
+        t: &[f64],
+        points: &[MatRef<'_, f64>],
+        ends: &'e EndConditions,
+        tension: f64,
+    ) -> Result<Self> {
         let vectors: Vec<MatRef<'_, f64>> = match ends {
             EndConditions::Each(each) => each.iter().map(|end| end.vector().as_ref()).collect(),
             _ => Vec::new(),
@@ -71,7 +80,15 @@ impl<'e> Problem<'e> {
         if matches!(ends, EndConditions::Periodic) {
             knots.close();
         }
-        Problem { knots, ends }
+        // One factor after the other: their product may overflow.
+        let tension = tension * knots.unit * knots.unit;
+        let longest = knots.lengths.iter().fold(0.0_f64, |most, h| most.max(*h));
+        check_leg_tension(tension * longest * longest, knots.is_small())?;
+        Ok(Problem {
+            knots,
+            ends,
+            tension,
+        })
     }
 
     /// Velocity, or acceleration, at an end in units of the mean leg.
@@ -108,7 +125,7 @@ impl<'e> Problem<'e> {
             false => self.knots.points.iter().map(complete).collect(),
         };
         let ends = self.ends_with(|knot, v| coordinates(frames[knot].as_ref(), v.as_ref()));
-        let knots = Joined::new(&self.knots, frames, options.interrupt);
+        let knots = Joined::new(&self.knots, frames, self.tension, options.interrupt);
         let (chain, space) = (knots.chain(1.0)?, self.knots.space());
         let solution = if self.knots.shape().0 == 1 {
             // Nothing moves.
@@ -124,6 +141,7 @@ impl<'e> Problem<'e> {
         let (points, lengths) = (self.knots.points.clone(), self.knots.lengths.clone());
         let curves = links(&points)?;
         let chain = Ambient::new(points, curves, lengths, options.interrupt);
+        let chain = chain.in_tension(self.tension);
         let solution = solve::in_ambient(&chain, &ends, options)?;
         finished(&chain, &solution, &self.knots.space(), options.interrupt)
     }

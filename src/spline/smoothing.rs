@@ -100,6 +100,7 @@ impl<'a> SmoothingOptions<'a> {
             tolerance: self.tolerance,
             max_iterations: self.max_iterations,
             interrupt: self.interrupt,
+            ..SplineOptions::default()
         }
     }
 }

@@ -184,6 +184,17 @@ impl Fields {
         })
     }
 
+    /// The same, or so many zeros where there is no such array.
+    ///
+    /// # Errors
+    /// As [`Fields::take`].
+    pub(crate) fn parts_or_zeros(&mut self, name: &'static str, count: usize) -> Result<Parts> {
+        if !self.0.contains_key(name) {
+            self.put_flat(name, vec![0.0; count]);
+        }
+        self.parts(name)
+    }
+
     /// Takes out whole numbers.
     ///
     /// # Errors

@@ -8,6 +8,7 @@ use stiefel_rs::{Curve, QuasiGeodesic, Result, RiemannianCubic, Stiefel};
 use crate::common::{Rng, distance, random_point, random_tangent};
 
 /// End points and end velocities.
+#[derive(Clone)]
 pub struct Data {
     pub s0: Mat<f64>,
     pub v0: Mat<f64>,

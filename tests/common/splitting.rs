@@ -2,8 +2,8 @@
 #![allow(dead_code)] // each binary uses a part
 
 use faer::Mat;
+use stiefel_rs::Error;
 use stiefel_rs::cubic::{CubicTrajectory, SplittingOptions, SplittingOrder, integrate_cubic};
-use stiefel_rs::{Error, Interrupt};
 
 use crate::common::*;
 
@@ -21,7 +21,7 @@ pub fn options(order: SplittingOrder, t_end: f64) -> SplittingOptions<'static> {
     SplittingOptions {
         t_end,
         order,
-        interrupt: Interrupt::NEVER,
+        ..SplittingOptions::default()
     }
 }
 

@@ -19,6 +19,10 @@ def threads(d):
     return {"num_threads": lambda: d.integer(THREADS)}
 
 
+def tension(d):
+    return {"tension": lambda: d.number([0.0, 1.0, 20.0, 1e-9])}
+
+
 def seed(d):
     return d.of([0, 1, 2**63, -1, None, np.random.default_rng(3), 1.5]) if d.chance(d.wild) else 7
 

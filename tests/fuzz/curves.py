@@ -19,7 +19,19 @@ from stiefel_rs import (
     SmoothingSpline,
 )
 
-from .arguments import ESTIMATES, KINDS, bc_type, ends, initial, knots, metric, some, spline_options, threads
+from .arguments import (
+    ESTIMATES,
+    KINDS,
+    bc_type,
+    ends,
+    initial,
+    knots,
+    metric,
+    some,
+    spline_options,
+    tension,
+    threads,
+)
 
 
 def hermite(d):
@@ -33,7 +45,8 @@ def spline(d):
     t, S = knots(d)
     if len(S) and d.chance(0.2):
         S[-1] = S[0]
-    return CubicSpline, [t, S, bc_type(d, S), d.word(KINDS)], spline_options(d)
+    options = {**spline_options(d), **some(d, tension(d))}
+    return CubicSpline, [t, S, bc_type(d, S), d.word(KINDS)], options
 
 
 def smoothing(d):
@@ -45,11 +58,12 @@ def smoothing(d):
 def boundary_cubic(d):
     guess = d.of([None, None, (np.zeros((d.n, d.k)),) * 2, d.of([3, "ab", (), (1, 2), [np.zeros(3)] * 2])])
     numbers = {"tol": lambda: d.number([1e-12, 1e-8]), "max_iterations": lambda: d.integer([0, 1, 50])}
-    return RiemannianCubic.from_boundary, ends(d), some(d, {**numbers, "guess": lambda: guess})
+    return RiemannianCubic.from_boundary, ends(d), some(d, {**numbers, **tension(d), "guess": lambda: guess})
 
 
 def initial_cubic(d):
-    extra = some(d, {"t_end": lambda: d.number([1.0, 2.0, -1.0]), "tol": lambda: d.number([1e-17, 1e-6])})
+    numbers = {"t_end": lambda: d.number([1.0, 2.0, -1.0]), "tol": lambda: d.number([1e-17, 1e-6])}
+    extra = some(d, {**numbers, **tension(d)})
     return RiemannianCubic.from_initial, initial(d), extra
 
 
@@ -114,6 +128,27 @@ def variations(d, curve):
     return [d.tangent(S0), d.tangent(S0), d.tangent(S1), d.tangent(S1)]
 
 
+def starts(d, curve):
+    S = curve(curve.t_span[0])
+    return [d.tangent(S) for _ in range(4)]
+
+
+def cotangents(d, curve):
+    t, one = d.parameters(), (curve.n, curve.k)
+    try:
+        shape = np.shape(t) + one
+        return [t, d.of([np.ones(shape), np.full(shape, 1e300), np.full(shape, np.nan), np.ones(one)])]
+    except ValueError:
+        return [t, np.ones(one)]
+
+
+def spline_variations(d, curve):
+    dS = d.tangent(curve.points)
+    if isinstance(curve.bc_type, str) and curve.bc_type == "periodic" and d.chance(0.8):
+        dS[-1] = dS[0]
+    return curve.point_variation, [d.parameters(), dS], some(d, {"dt": lambda: d.of([0 * curve.t, curve.t, None, 1.0])})
+
+
 def duplicate(d, curve):
     return d.of([copy.copy, copy.deepcopy, lambda x: pickle.loads(pickle.dumps(x)), repr, hash]), [curve], {}
 
@@ -138,8 +173,17 @@ CUBIC_METHODS = {
     "initial_variation": lambda d, c: (c.initial_variation, variations(d, c), {}),
     "point_variation": lambda d, c: (c.point_variation, [d.parameters(), *variations(d, c)], {}),
     "cost_gradient": lambda d, c: (c.cost_gradient, [], {}),
+    "point_pullback": lambda d, c: (c.point_pullback, cotangents(d, c), {}),
+    "initial_point_variation": lambda d, c: (c.initial_point_variation, [d.parameters(), *starts(d, c)], {}),
+    "initial_point_pullback": lambda d, c: (c.initial_point_pullback, cotangents(d, c), {}),
+}
+SPLINE_METHODS = {
+    "point_variation": spline_variations,
+    "point_pullback": lambda d, c: (c.point_pullback, cotangents(d, c), {}),
+    "cost_gradient": lambda d, c: (c.cost_gradient, [], {}),
 }
 
 
 def methods(curve):
-    return {**METHODS, **CUBIC_METHODS} if isinstance(curve, RiemannianCubic) else METHODS
+    own = {RiemannianCubic: CUBIC_METHODS, CubicSpline: SPLINE_METHODS}
+    return {**METHODS, **own.get(type(curve), {})}

@@ -27,11 +27,12 @@ from stiefel_rs import (
     StiefelError,
 )
 
-from .arguments import ESTIMATES, ends, initial, knots, metric, some, threads
+from .arguments import ESTIMATES, ends, initial, knots, metric, some, tension, threads
 
 
 def integrate_cubic(d):
-    extra = some(d, {"t_end": lambda: d.number([1.0, 0.1, -1.0]), "order": lambda: d.integer([1, 2, 3, 4, 6, 8])})
+    numbers = {"t_end": lambda: d.number([1.0, 0.1, -1.0]), "order": lambda: d.integer([1, 2, 3, 4, 6, 8])}
+    extra = some(d, {**numbers, **tension(d)})
     return stiefel_rs.integrate_cubic, [*initial(d), d.integer([1, 3, 10])], extra
 
 

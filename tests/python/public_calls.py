@@ -33,6 +33,10 @@ Z0 = np.array([1, 2, 1, 0, 0, 1, 0, 1.0])
 T = np.array([0.0, 1.0, 2.0])
 SKEW = np.array([[0, -2, 1], [2, 0, 0], [-1, 0, 0.0]])
 
+CUBIC = RiemannianCubic.from_initial(S, V / 2, V2 / 2, V / 2)
+SPLINE = CubicSpline(T, np.stack([S, S2, S]))
+HALVES = np.array([0.5, 1.0])
+
 # name -> (function of its array arguments, [(argument, good value)]).
 CALLS = {
     "skew_exp": (skew_exp, [("A", SKEW)]),
@@ -70,6 +74,23 @@ CALLS = {
     "from_boundary": (
         lambda *x: RiemannianCubic.from_boundary(*x)(0.5),
         [("S0", S), ("V0", V), ("S1", S2), ("V1", S2 @ [[0, -1], [1, 0]])],
+    ),
+    "point_pullback": (lambda *x: CUBIC.point_pullback(*x)[2], [("t", HALVES), ("W", np.stack([S, V]))]),
+    "initial_point_variation": (
+        lambda *x: CUBIC.initial_point_variation(HALVES, *x),
+        [("dS", V * 0), ("dV", V), ("dA", V2), ("dJ", V)],
+    ),
+    "initial_point_pullback": (
+        lambda *x: CUBIC.initial_point_pullback(*x)[3],
+        [("t", HALVES), ("W", np.stack([S, V]))],
+    ),
+    "CubicSpline.point_variation": (
+        SPLINE.point_variation,
+        [("t", HALVES), ("dS", np.stack([V, V * 0, V2]))],
+    ),
+    "CubicSpline.point_pullback": (
+        lambda *x: SPLINE.point_pullback(*x)[0],
+        [("t", HALVES), ("W", np.stack([S, V]))],
     ),
     "CubicHermite": (
         lambda *x: CubicHermite(*x)(0.5),

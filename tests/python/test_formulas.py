@@ -281,9 +281,10 @@ def initial(data):
     return M, g, x, dx, j - parts(bracket(x, dx), M.k)[0] / 2
 
 
-def test_equation_of_cubics(data):
+@pytest.mark.parametrize("tension", [0.0, 2.5])
+def test_equation_of_cubics(data, tension):
     M, S, V, A, J = data
-    curve = RiemannianCubic.from_initial(S, V, A, J)
+    curve = RiemannianCubic.from_initial(S, V, A, J, tension=tension)
     t, h = 0.4, 1e-3
     S, V, A = curve(t), curve.velocity(t), curve.acceleration(t)
 
@@ -293,8 +294,8 @@ def test_equation_of_cubics(data):
     for function, expected in ((curve.velocity, A), (curve.acceleration, curve.jerk(t))):
         assert np.allclose(derivative(function) + christoffel(S, V, function(t)), expected, atol=1e-9)
     third = derivative(curve.jerk) + christoffel(S, V, curve.jerk(t))
-    assert np.allclose(third, -M.curvature(S, A, V, V), atol=1e-9)
-    H = M.norm(S, A) ** 2 / 2 - M.inner(S, curve.jerk(t), V)
+    assert np.allclose(third, tension * A - M.curvature(S, A, V, V), atol=1e-9)
+    H = (M.norm(S, A) ** 2 + tension * M.norm(S, V) ** 2) / 2 - M.inner(S, curve.jerk(t), V)
     assert np.isclose(curve.energy, H, atol=1e-12)
 
 
@@ -304,6 +305,8 @@ def test_frame_form_of_cubics(data):
     k = M.k
     mu = -ddx + parts(bracket(x, dx), k)[1]
     assert np.allclose(curve.momentum, g @ mu @ g.T, atol=1e-13)
+    taut = RiemannianCubic.from_initial(*data[1:], tension=3.0)
+    assert np.allclose(taut.momentum, g @ (3 * x + mu) @ g.T, atol=1e-13)
     third = parts(bracket(ddx, x), k)[0] - bracket(parts(bracket(x, dx), k)[1], x)
     # The blocks of the recurrence.
     (w, b), (_, db), (ddw, ddb) = ((y[:k, :k], y[k:, :k]) for y in (x, dx, ddx))
@@ -315,10 +318,11 @@ def test_frame_form_of_cubics(data):
         assert np.allclose(third, ddx @ x - x @ ddx, atol=1e-13)
 
 
-def test_strang_step(data):
+@pytest.mark.parametrize("tension", [0.0, 4.0])
+def test_strang_step(data, tension):
     M, g, x, p, ddx = initial(data)
     h = 0.1
-    mu = -ddx + parts(bracket(x, p), M.k)[1]
+    mu = tension * x - ddx + parts(bracket(x, p), M.k)[1]
     x = x + h / 2 * p
     Z = h * x
     exp = (-1.0) ** np.arange(20) / np.cumprod(np.r_[1.0, np.arange(2, 21)])
@@ -329,9 +333,9 @@ def test_strang_step(data):
     )
     assert np.allclose(h * F, integral, atol=1e-14)
     assert np.allclose(mu - bracket(Z, F), expm(-Z) @ mu @ expm(Z), atol=1e-14)
-    g, p = g @ expm(Z), p - parts(h * F, M.k)[0]
+    g, p = g @ expm(Z), p + tension * Z - parts(h * F, M.k)[0]
     x = x + h / 2 * p
-    step = integrate_cubic(*data[1:], 1, t_end=h, order=2)
+    step = integrate_cubic(*data[1:], 1, t_end=h, order=2, tension=tension)
     assert np.allclose(step.point[-1], g[:, : M.k], atol=1e-14)
     assert np.allclose(step.velocity[-1], (g @ x)[:, : M.k], atol=1e-14)
     assert np.allclose(step.acceleration[-1], (g @ p)[:, : M.k], atol=1e-13)

@@ -27,6 +27,7 @@ def covered():
     """Names of the entry points that the cases draw from."""
     names = set(entries.CALLS) | set(curves.CURVES)
     names |= {f"Curve.{name}" for name in curves.METHODS}
+    names |= {f"CubicSpline.{name}" for name in curves.SPLINE_METHODS}
     return names | {f"RiemannianCubic.{name}" for name in curves.CUBIC_METHODS}
 
 

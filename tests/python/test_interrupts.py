@@ -53,7 +53,7 @@ READ = {
 REFUSED = {
     "matrices": lambda array: partial(skew_exp, array),
     "points": lambda array: partial(CubicSpline, np.zeros(3), array, "unknown"),
-    "times": lambda array: partial(CubicSpline, array, np.zeros((3, 3, 1))),
+    "times": lambda array: partial(CubicSpline, array.reshape(-1), np.zeros((3, 3, 1))),
     "stored": lambda array: partial(
         _restored, {"format": "stiefel_rs curve", "kind": "unknown", "version": 1, "x": array}
     ),

@@ -61,7 +61,12 @@ pub fn random_state((n, k): (usize, usize), norms: [f64; 3], rng: &mut Rng) -> [
 }
 
 pub fn until(t_end: f64) -> IntegrationOptions<'static> {
+    in_tension(0.0, t_end)
+}
+
+pub fn in_tension(tension: f64, t_end: f64) -> IntegrationOptions<'static> {
     IntegrationOptions {
+        tension,
         t_end,
         ..IntegrationOptions::default()
     }

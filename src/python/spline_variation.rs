@@ -1,0 +1,233 @@
+//! Derivatives of splines of Riemannian cubics with respect to their data, in the binding.
+
+use std::sync::Arc;
+
+use faer::Mat;
+use pyo3::prelude::*;
+
+use super::batch::Batch;
+use super::call::run;
+use super::convert::{Any, NewArray, matrix, parameters, tuple};
+use super::error::invalid_input;
+use super::knots::{BcType, pair};
+use super::piecewise::Cubics;
+use super::pull_back::Cotangents;
+use super::spline::PyCubicSpline;
+use super::work::SOLVES;
+use crate::cubic::RiemannianCubic;
+use crate::curve::Curve;
+use crate::spline::{EndConditions, Piecewise, SplineGradient, SplineVariation};
+
+/// A spline of Riemannian cubics, and what holds at its ends.
+struct Spline {
+    curve: Arc<Piecewise<RiemannianCubic>>,
+    ends: EndConditions,
+}
+
+/// `(GS, Gt, Gbc)`.
+type Gradient = (NewArray, NewArray, (Option<NewArray>, Option<NewArray>));
+
+impl Spline {
+    fn of(slf: &Bound<'_, PyCubicSpline>) -> PyResult<Self> {
+        let py = slf.py();
+        let Cubics::Riemannian(curve) = &slf.as_super().get().cubics else {
+            let message =
+                "kind: derivatives are those of splines with kind='riemannian', found 'geometric'";
+            return Err(invalid_input(message.to_owned()));
+        };
+        let given: BcType<'_> = slf.get().given(py).extract()?;
+        Ok(Spline {
+            curve: Arc::clone(curve),
+            ends: given.read(py, (curve.n(), curve.k()))?.conditions,
+        })
+    }
+
+    /// Estimated operations of the linear system, and of points at some times.
+    fn operations(&self, times: usize) -> f64 {
+        let matrices = self.curve.pieces().len() + times;
+        SOLVES * (matrices * self.curve.n() * self.curve.k()) as f64
+    }
+
+    /// Whether a vector is given at the ends.
+    fn given(&self) -> bool {
+        matches!(self.ends, EndConditions::Each(_))
+    }
+}
+
+/// Variations of the vectors at the ends: those given, zero for others.
+fn end_changes(spline: &Spline, dbc: Option<&Any<'_>>) -> PyResult<[Option<Mat<f64>>; 2]> {
+    let given = match dbc {
+        None => [None, None],
+        Some(items) => {
+            let [first, last] = pair(items, "dbc", "changes of the vectors at both ends")?;
+            let read = |item: Any<'_>| match item.is_none() {
+                true => Ok(None),
+                false => matrix(&item, "dbc").map(Some),
+            };
+            [read(first)?, read(last)?]
+        }
+    };
+    let (n, k) = (spline.curve.n(), spline.curve.k());
+    Ok(given.map(|end| match (end, spline.given()) {
+        (None, true) => Some(Mat::zeros(n, k)),
+        (end, _) => end,
+    }))
+}
+
+/// Changes of the times, shape (N,).
+fn moves(dt: &Any<'_>) -> PyResult<Vec<f64>> {
+    let (shape, moves) = parameters(dt, "dt")?;
+    if shape.len() == 1 && !moves.is_empty() {
+        return Ok(moves);
+    }
+    let message = format!("dt: expected shape (N,), found {}", tuple(&shape));
+    Err(invalid_input(message))
+}
+
+fn gradient(shape: (usize, usize), found: SplineGradient) -> Gradient {
+    let points = NewArray::stacked(&[found.points.len()], &found.points, shape);
+    let times = NewArray {
+        shape: vec![found.times.len()],
+        entries: found.times,
+    };
+    let [first, last] = found.ends.map(|end| end.map(NewArray::from));
+    (points, times, (first, last))
+}
+
+#[pymethods]
+#[allow(non_snake_case)]
+impl PyCubicSpline {
+    /// How points of the spline change where its data do: implicit function theorem.
+    ///
+    /// Parameters
+    /// ----------
+    /// t : array_like, shape T
+    ///     Times.
+    /// dS : array_like, shape (N, n, k)
+    ///     Ambient derivatives of the points along a family of data: ``S.T @ dS`` is skew for each. With periodic ends the last
+    ///     is the first.
+    /// dt : array_like, shape (N,), optional
+    ///     Derivatives of the times; by default they stay.
+    /// dbc : pair of array_like, shape (n, k), or None, optional
+    ///     Ambient derivatives of the vectors at the first and at the last knot, where ``bc_type`` gives one: ``S.T @ dV + dV.T @ S +
+    ///     dS.T @ V + V.T @ dS`` vanishes. By default, and for None, zero: right for vectors that are zero, as with
+    ///     ``"clamped"``, and stay so.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape T + (n, k)
+    ///     Ambient derivatives of the points at the times ``t``, which stay.
+    ///
+    /// Raises
+    /// ------
+    /// InvalidInputError
+    ///     Shape, not finite, a variation that leaves the constraints (with the measured defect); a spline with
+    ///     ``kind="geometric"``, or solved with so large a tolerance that it is off by more than 1e-6.
+    /// OutsideDomainError
+    ///     The spline does not depend smoothly on its data, to 1e-11. ``angle`` is None.
+    ///
+    /// Notes
+    /// -----
+    /// Exact derivatives, no differences: the accelerations at the ends of the pieces by points and velocities there, and a linear
+    /// system for the velocities, in time linear in the number of knots.
+    #[pyo3(signature = (t, dS, dt=None, dbc=None))]
+    fn point_variation(
+        slf: &Bound<'_, Self>,
+        t: &Any<'_>,
+        dS: &Any<'_>,
+        dt: Option<&Any<'_>>,
+        dbc: Option<&Any<'_>>,
+    ) -> PyResult<NewArray> {
+        let spline = Spline::of(slf)?;
+        let (shape, at) = parameters(t, "t")?;
+        let points = Batch::read((dS, "dS"), "(N, n, k)")?;
+        let moves = dt.map_or(Ok(Vec::new()), moves)?;
+        let ends = end_changes(&spline, dbc)?;
+        let size = (spline.curve.n(), spline.curve.k());
+        run(slf.py(), spline.operations(at.len()), move |interrupt| {
+            let views = points.views();
+            let variation = SplineVariation {
+                points: &views,
+                times: &moves,
+                ends: ends
+                    .each_ref()
+                    .map(|end| end.as_ref().map(|end| end.as_ref())),
+            };
+            let derivative = spline.curve.data_derivative(&spline.ends, interrupt)?;
+            let found = derivative.points(&variation, &at, interrupt)?;
+            Ok(NewArray::stacked(&shape, &found, size))
+        })
+    }
+
+    /// Gradient with respect to the data of ``sum(W * curve(t))``: the transpose of :meth:`point_variation`.
+    ///
+    /// Parameters
+    /// ----------
+    /// t : array_like, shape T
+    ///     Times.
+    /// W : array_like, shape T + (n, k)
+    ///     Derivatives of a function by the points of the curve there; any matrices.
+    ///
+    /// Returns
+    /// -------
+    /// GS : ndarray, shape (N, n, k)
+    ///     With respect to the points. With periodic ends that by the point at both ends is the sum of the first and the last.
+    /// Gt : ndarray, shape (N,)
+    ///     With respect to the times.
+    /// Gbc : tuple
+    ///     With respect to the vectors at the first and at the last knot, shape (n, k); None where ``bc_type`` gives none.
+    ///
+    /// Raises
+    /// ------
+    /// InvalidInputError
+    ///     Shape, not finite; a spline with ``kind="geometric"``, or solved with so large a tolerance that it is off by more than
+    ///     1e-6.
+    /// OutsideDomainError
+    ///     The spline does not depend smoothly on its data, to 1e-11. ``angle`` is None.
+    ///
+    /// Notes
+    /// -----
+    /// ``sum(W * point_variation(t, dS, dt, dbc))`` is the sum of the products of these with the variations. One solution of the
+    /// linear system, whatever the number of times.
+    fn point_pullback(slf: &Bound<'_, Self>, t: &Any<'_>, W: &Any<'_>) -> PyResult<Gradient> {
+        let spline = Spline::of(slf)?;
+        let shape = (spline.curve.n(), spline.curve.k());
+        let data = Cotangents::read(t, W, shape)?;
+        let operations = spline.operations(data.times.len());
+        let found = run(slf.py(), operations, move |interrupt| {
+            let derivative = spline.curve.data_derivative(&spline.ends, interrupt)?;
+            derivative.pull_back(&data.times, &data.matrices.views(), interrupt)
+        })?;
+        Ok(gradient(shape, found))
+    }
+
+    /// Gradient of the cost with respect to points, times and end conditions.
+    ///
+    /// Returns
+    /// -------
+    /// GS : ndarray, shape (N, n, k)
+    ///     With respect to the points. With periodic ends that by the point at both ends is the sum of the first and the last.
+    /// Gt : ndarray, shape (N,)
+    ///     With respect to the times.
+    /// Gbc : tuple
+    ///     With respect to the vectors at the first and at the last knot, shape (n, k); None where ``bc_type`` gives none.
+    ///
+    /// Raises
+    /// ------
+    /// InvalidInputError
+    ///     A spline with ``kind="geometric"``, or solved with so large a tolerance that it is off by more than 1e-6.
+    /// OutsideDomainError
+    ///     An acceleration is given and the spline does not depend smoothly on its data, to 1e-11. ``angle`` is None.
+    ///
+    /// Notes
+    /// -----
+    /// By the first variation of the cost: no equation has to be solved unless ``bc_type`` gives an acceleration.
+    fn cost_gradient(slf: &Bound<'_, Self>) -> PyResult<Gradient> {
+        let spline = Spline::of(slf)?;
+        let shape = (spline.curve.n(), spline.curve.k());
+        let found = run(slf.py(), spline.operations(0), move |interrupt| {
+            spline.curve.cost_gradient(&spline.ends, interrupt)
+        })?;
+        Ok(gradient(shape, found))
+    }
+}

@@ -1,0 +1,234 @@
+//! Variations of the data of a spline, and gradients with respect to them.
+
+use faer::{Mat, MatRef};
+
+use super::ends::{EndCondition, EndConditions};
+use super::knot_states::KnotStates;
+use crate::error::{Error, Result};
+use crate::linalg::structure::{check_finite, norm};
+use crate::manifold::Stiefel;
+use crate::manifold::stiefel::TANGENT_TOLERANCE;
+
+/// A variation of the data of a spline: derivatives of points, times and end conditions along a family of data.
+///
+/// Along such a family the points stay on the manifold and vectors at the ends tangent there, so
+///
+/// ```math
+/// S^T dS + dS^T S = 0,\qquad S^T dV + dV^T S + dS^T V + V^T dS = 0
+/// ```
+///
+/// # Examples
+/// ```
+/// use faer::{Mat, MatRef, mat};
+/// use stiefel_rs::spline::{EndConditions, SplineOptions, SplineVariation, cubic_spline};
+/// use stiefel_rs::{Curve, Interrupt};
+/// // On the circle, through the angles 0, 1 and 0 at the times 0, 1 and 2: the top moves on.
+/// let points = [0.0_f64, 1.0, 0.0].map(|a| mat![[a.cos()], [a.sin()]]);
+/// let views: Vec<MatRef<'_, f64>> = points.iter().map(|point| point.as_ref()).collect();
+/// let ends = EndConditions::Natural;
+/// let (curve, _) = cubic_spline(&[0.0, 1.0, 2.0], &views, &ends, &SplineOptions::default())?;
+/// let (rest, onwards) = (mat![[0.0], [0.0]], mat![[-1.0_f64.sin()], [1.0_f64.cos()]]);
+/// let points = [rest.as_ref(), onwards.as_ref(), rest.as_ref()];
+/// let variation = SplineVariation { points: &points, times: &[], ends: [None, None] };
+/// let derivative = curve.data_derivative(&ends, Interrupt::NEVER)?;
+/// // The spline of flat space through 0, 1, 0 is 11/16 at 1/2.
+/// let found = &derivative.points(&variation, &[0.5], Interrupt::NEVER)?[0];
+/// assert!((found.norm_l2() - 11.0 / 16.0).abs() < 1e-12);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy)]
+pub struct SplineVariation<'a> {
+    /// Of the points, one at each knot, shape `(n, k)`. Those of the ends of a periodic spline are equal.
+    pub points: &'a [MatRef<'a, f64>],
+    /// Of the times, one at each knot; empty where they stay.
+    pub times: &'a [f64],
+    /// Of the velocity or the acceleration that is given at the first and at the last knot, shape `(n, k)`; `None` where none is
+    /// given. Of a vector that stays zero it is zero.
+    pub ends: [Option<MatRef<'a, f64>>; 2],
+}
+
+/// Gradient of a function of a spline with respect to the data: the function changes by the sum of products of entries with every
+/// [variation](SplineVariation).
+///
+/// # Examples
+/// ```
+/// use faer::{MatRef, mat};
+/// use stiefel_rs::spline::{EndConditions, SplineOptions, cubic_spline};
+/// use stiefel_rs::{Curve, Interrupt};
+/// // On the circle, through the angles 0, a and 0 at the times 0, 1 and 2: the cost is 6 a^2.
+/// let points = [0.0_f64, 1.0, 0.0].map(|a| mat![[a.cos()], [a.sin()]]);
+/// let views: Vec<MatRef<'_, f64>> = points.iter().map(|point| point.as_ref()).collect();
+/// let ends = EndConditions::Natural;
+/// let (curve, _) = cubic_spline(&[0.0, 1.0, 2.0], &views, &ends, &SplineOptions::default())?;
+/// let gradient = curve.cost_gradient(&ends, Interrupt::NEVER)?;
+/// let slope = gradient.points[1].transpose() * mat![[-1.0_f64.sin()], [1.0_f64.cos()]];
+/// assert!((slope[(0, 0)] - 12.0).abs() < 1e-10);
+/// // Twice the time: an eighth of the cost.
+/// let slower: f64 = gradient.times.iter().zip([0.0, 1.0, 2.0]).map(|(g, t)| g * t).sum();
+/// assert!((slower + 3.0 * 6.0).abs() < 1e-10);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct SplineGradient {
+    /// With respect to the points, shape `(n, k)` each. Those of the ends of a periodic spline add up.
+    pub points: Vec<Mat<f64>>,
+    /// With respect to the times.
+    pub times: Vec<f64>,
+    /// With respect to the velocity or the acceleration that is given at the first and at the last knot.
+    pub ends: [Option<Mat<f64>>; 2],
+}
+
+/// What is given at an end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Given {
+    /// Nothing: no acceleration.
+    Nothing,
+    Velocity,
+    Acceleration,
+    /// The velocity and the acceleration of the other end.
+    OtherEnd,
+}
+
+impl Given {
+    pub(super) fn of(ends: &EndConditions) -> [Given; 2] {
+        match ends {
+            EndConditions::Natural => [Given::Nothing; 2],
+            EndConditions::Periodic => [Given::OtherEnd; 2],
+            EndConditions::Each(each) => each.each_ref().map(|end| match end {
+                EndCondition::Velocity(_) => Given::Velocity,
+                EndCondition::Acceleration(_) => Given::Acceleration,
+            }),
+        }
+    }
+
+    /// Which derivative is given.
+    pub(super) fn order(self) -> Option<usize> {
+        match self {
+            Given::Velocity => Some(1),
+            Given::Acceleration => Some(2),
+            _ => None,
+        }
+    }
+}
+
+/// Names of the variations of the data, and of what is given at the ends.
+const POINTS: &str = "dS";
+const TIMES: &str = "dt";
+const ENDS: &str = "dbc";
+
+/// Checks a variation; vectors of `states` are in units of the mean leg.
+///
+/// # Errors
+/// `Shape`, `NonFinite`, `NotTangent`, `InvalidArgument` (ends of a periodic spline that move apart); in `AtKnot` where they are
+/// about one knot.
+pub(super) fn check(
+    states: &KnotStates,
+    given: [Given; 2],
+    variation: &SplineVariation<'_>,
+) -> Result<()> {
+    let count = states.count();
+    let wrong = |name, expected: String, found: usize| Error::Shape {
+        name,
+        expected,
+        found: found.to_string(),
+    };
+    if variation.points.len() != count {
+        let found = variation.points.len();
+        return Err(wrong(
+            POINTS,
+            format!("a matrix for each of {count} knots"),
+            found,
+        ));
+    }
+    if !variation.times.is_empty() && variation.times.len() != count {
+        let found = variation.times.len();
+        return Err(wrong(
+            TIMES,
+            format!("one for each of {count} knots, or none"),
+            found,
+        ));
+    }
+    if let Some(index) = variation.times.iter().position(|t| !t.is_finite()) {
+        return Err(Error::NonFinite { name: TIMES, index });
+    }
+    let manifold = Stiefel::of("S", states.point(0))?;
+    for (knot, ds) in variation.points.iter().enumerate() {
+        manifold
+            .check_tangent(POINTS, states.point(knot), *ds, TANGENT_TOLERANCE)
+            .map_err(|error| error.at_knot(knot))?;
+    }
+    if given[0] == Given::OtherEnd {
+        check_closed(variation)?;
+    }
+    let knots = [0, count - 1];
+    for ((knot, given), end) in knots.into_iter().zip(given).zip(variation.ends) {
+        check_end(states, knot, given, variation.points[knot], end)
+            .map_err(|error| error.at_knot(knot))?;
+    }
+    Ok(())
+}
+
+fn check_closed(variation: &SplineVariation<'_>) -> Result<()> {
+    let (first, last) = (
+        variation.points[0],
+        variation.points[variation.points.len() - 1],
+    );
+    let gap = norm((first - last).as_ref());
+    if gap <= TANGENT_TOLERANCE * (1.0 + norm(first)) {
+        return Ok(());
+    }
+    let error = Error::InvalidArgument {
+        name: POINTS,
+        requirement: "at the last knot what it is at the first (the ends are periodic), this far from it",
+        found: gap,
+    };
+    Err(error.at_knot(variation.points.len() - 1))
+}
+
+fn check_end(
+    states: &KnotStates,
+    knot: usize,
+    given: Given,
+    ds: MatRef<'_, f64>,
+    end: Option<MatRef<'_, f64>>,
+) -> Result<()> {
+    let s = states.point(knot);
+    let (order, dv) = match (given.order(), end) {
+        (None, None) => return Ok(()),
+        (Some(order), Some(dv)) => (order, dv),
+        (order, _) => {
+            let (expected, found) = match order {
+                Some(_) => ("a matrix: a vector is given at this end", "none"),
+                None => ("none: no vector is given at this end", "a matrix"),
+            };
+            return Err(Error::Shape {
+                name: ENDS,
+                expected: expected.to_owned(),
+                found: found.to_owned(),
+            });
+        }
+    };
+    if dv.shape() != s.shape() {
+        return Err(Error::Shape {
+            name: ENDS,
+            expected: format!("{:?}", s.shape()),
+            found: format!("{:?}", dv.shape()),
+        });
+    }
+    check_finite(ENDS, dv)?;
+    let unit = states.unit.powi(order as i32);
+    let v = &states.at(knot)[order];
+    // The vector in the time of the curve.
+    let v = Mat::from_fn(v.nrows(), v.ncols(), |i, j| v[(i, j)] / unit);
+    let half = s.transpose() * dv + ds.transpose() * &v;
+    let defect = norm((&half + half.transpose()).as_ref()) * 0.5;
+    let tolerance = TANGENT_TOLERANCE * (1.0 + norm(dv) + norm(ds) * norm(v.as_ref()));
+    if defect <= tolerance {
+        return Ok(());
+    }
+    Err(Error::NotTangent {
+        name: ENDS,
+        defect,
+        tolerance,
+    })
+}

@@ -1,0 +1,113 @@
+//! The state of a spline of Riemannian cubics at its knots, from both sides, in units of the mean leg.
+
+use faer::{Mat, MatRef, Scale};
+use rayon::prelude::*;
+
+use super::piecewise::Piecewise;
+use crate::cubic::RiemannianCubic;
+use crate::cubic::turning::lowered;
+use crate::curve::Curve;
+use crate::error::Result;
+use crate::interrupt::Interrupt;
+
+pub(super) const SOLVER: &str = "derivative of a spline";
+
+/// Point, and the tangent vectors `g x, g x', g x''` there, shape `(n, k)`.
+pub(super) type State = [Mat<f64>; 4];
+
+/// States at both ends of every piece.
+#[derive(Debug, Clone)]
+pub(super) struct KnotStates {
+    /// In the time of the curve divided by [`KnotStates::unit`].
+    pub(super) ends: Vec<[State; 2]>,
+    pub(super) lengths: Vec<f64>,
+    /// The mean length of a leg, in the time of the curve.
+    pub(super) unit: f64,
+    /// In units of the mean leg.
+    pub(super) tension: f64,
+}
+
+impl KnotStates {
+    /// # Errors
+    /// Those of evaluating the pieces; `Interrupted`.
+    pub(super) fn new(
+        curve: &Piecewise<RiemannianCubic>,
+        interrupt: Interrupt<'_>,
+    ) -> Result<Self> {
+        let (knots, pieces) = (curve.knots(), curve.pieces());
+        let unit = (knots[pieces.len()] - knots[0]) / pieces.len() as f64;
+        let lengths: Vec<f64> = knots.windows(2).map(|t| (t[1] - t[0]) / unit).collect();
+        let ends = pieces.par_iter().zip(&lengths).map(|(piece, h)| {
+            interrupt.check(SOLVER)?;
+            let state = |t: f64| -> Result<State> {
+                let [s, v, a, j] = local_state(piece, t)?;
+                let x = second(&s, &v, &a, j);
+                Ok([
+                    s,
+                    v * Scale(1.0 / h),
+                    a * Scale(h.powi(-2)),
+                    x * Scale(h.powi(-3)),
+                ])
+            };
+            Ok([state(0.0)?, state(1.0)?])
+        });
+        Ok(KnotStates {
+            ends: ends.collect::<Result<_>>()?,
+            tension: pieces[0].tension() / lengths[0].powi(2),
+            lengths,
+            unit,
+        })
+    }
+
+    /// Number of knots.
+    pub(super) fn count(&self) -> usize {
+        self.ends.len() + 1
+    }
+
+    /// The state at a knot: that of the piece after it, at the last one of the piece before it.
+    pub(super) fn at(&self, knot: usize) -> &State {
+        match self.ends.get(knot) {
+            Some([start, _]) => start,
+            None => &self.ends[knot - 1][1],
+        }
+    }
+
+    pub(super) fn point(&self, knot: usize) -> MatRef<'_, f64> {
+        self.at(knot)[0].as_ref()
+    }
+
+    /// `<v, w>` at a knot.
+    pub(super) fn inner(&self, knot: usize, v: &Mat<f64>, w: &Mat<f64>) -> f64 {
+        dot(v.as_ref(), lowered(self.point(knot), w.as_ref()).as_ref())
+    }
+}
+
+/// The sum of products of entries.
+pub(super) fn dot(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> f64 {
+    let columns = a.col_iter().zip(b.col_iter());
+    columns.map(|(a, b)| a.transpose() * b).sum()
+}
+
+/// Point, velocity, covariant acceleration and covariant jerk of a piece at a time of its own.
+pub(super) fn local_state(piece: &RiemannianCubic, t: f64) -> Result<State> {
+    Ok([
+        piece.point(t)?,
+        piece.derivative(t, 1)?,
+        piece.acceleration(t)?,
+        piece.jerk(t)?,
+    ])
+}
+
+/// `g x''` from the covariant jerk `g (x'' + [x, x']_m / 2)`.
+fn second(s: &Mat<f64>, v: &Mat<f64>, a: &Mat<f64>, j: Mat<f64>) -> Mat<f64> {
+    let split = |w: &Mat<f64>| {
+        let omega = s.transpose() * w;
+        let normal = w - s * &omega;
+        (omega, normal)
+    };
+    let ((x, x_normal), (y, y_normal)) = (split(v), split(a));
+    let product = &x * &y - x_normal.transpose() * &y_normal;
+    let along = &product - product.transpose();
+    let normal = x_normal * y - y_normal * x;
+    j - (s * along + normal) * Scale(0.5)
+}

@@ -1,0 +1,13 @@
+//! Cubics in tension: the equation, what is conserved, closed forms on a circle, boundary problems, splines, splittings.
+
+#[path = "../common/boundary.rs"]
+mod boundary_data;
+#[path = "../common/mod.rs"]
+mod common;
+
+mod boundary;
+mod circle;
+mod derivatives;
+mod initial;
+mod input;
+mod splines;
