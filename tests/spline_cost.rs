@@ -82,8 +82,7 @@ fn free_ends_seldom_cost_more_than_ends_at_rest() {
     assert!(missed.len() <= 1, "{missed:?}");
 }
 
-/// Knots as bases of reduced models are, with arbitrary columns: hardly any neighbours are near each other. Many of them are
-/// given up with the first part that is not solved.
+/// Knots as bases of reduced models are, with arbitrary columns: hardly any neighbours are near each other.
 #[test]
 fn what_is_not_found_is_given_up_after_a_limit_of_work() {
     for (shape, count, most) in [((12, 4), 8, 50_000), ((8, 4), 120, 160_000)] {

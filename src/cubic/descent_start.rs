@@ -5,6 +5,7 @@ use faer::{Mat, MatRef, Scale};
 use super::guess::{FlatData, carry, turned};
 use super::initial::{Horizontal, complete};
 use super::problem::{Problem, pack};
+use super::relative_ends::RelativeEnds;
 use crate::curve::{Curve, GeometricCubic};
 use crate::error::{Error, Result};
 use crate::linalg::decomp::spectral_norm;
@@ -12,20 +13,20 @@ use crate::linalg::{orthogonal_log, skew_exp};
 use crate::manifold::QuasiGeodesic;
 use crate::manifold::quasi_geodesic::EndpointProblem;
 
-/// Legs at least: one for each lane.
-const LEGS: usize = 8;
+/// Legs of a curve by itself at least: one for each lane.
+pub(super) const LEGS: usize = 8;
 
 /// Legs at most, and the length of a leg at most, in radians: the guess for the middle of a leg needs less than a right angle.
 /// With 2.0 a descent along a rolling curve with speeds of 8 to 16 may be lost, and the flat one ends at up to 400 times the
 /// cost.
 const MOST_LEGS: usize = 1024;
-pub(super) const LONGEST_LEG: f64 = 1.5;
+pub(crate) const LONGEST_LEG: f64 = 1.5;
 
 /// The largest rate of the share `3 t^2 - 2 t^3` of its turn that a rolling curve has made.
 const TURN_RATE: f64 = 1.5;
 
-/// Points and velocities at equal times, the first and the last ones those of the problem.
-pub(super) struct DescentStart {
+/// Points and velocities at equal times, the first and the last ones those that are given.
+pub(crate) struct DescentStart {
     knots: Vec<[Mat<f64>; 2]>,
     is_unique: bool,
 }
@@ -38,7 +39,7 @@ impl DescentStart {
     /// Where the numbers are too large.
     pub(super) fn along_flat(problem: &Problem, flat: &FlatData) -> Result<Self> {
         let (start, v0) = (&problem.initial()[0], &problem.velocity);
-        let count = legs(flat.largest_speed(v0), LONGEST_LEG)?;
+        let count = legs(flat.largest_speed(v0), LONGEST_LEG, LEGS)?;
         let at = |i: usize| {
             let [c, velocity] = flat.at(i as f64 / count as f64, v0);
             let curve = QuasiGeodesic::from_velocity(start.as_ref(), c.tangent().as_ref())?;
@@ -46,7 +47,7 @@ impl DescentStart {
             Ok([curve.point(1.0)?, velocity])
         };
         let knots = (0..=count).map(at).collect::<Result<_>>()?;
-        Ok(Self::new(problem, knots))
+        Ok(Self::new(problem.relative_ends(), knots))
     }
 
     /// Along the adjusted de Casteljau curve.
@@ -58,32 +59,29 @@ impl DescentStart {
         let [s0, v0] = problem.initial();
         let curve = GeometricCubic::from_boundary(s0.as_ref(), v0.as_ref(), s1, v1)?;
         let speed = curve.derivative(0.5, 1)?.norm_l2();
-        let count = legs(speed.max(problem.speed()), LONGEST_LEG)?;
+        let count = legs(speed.max(problem.speed()), LONGEST_LEG, LEGS)?;
         let at = |i: usize| {
             let t = i as f64 / count as f64;
             Ok([curve.point(t)?, curve.derivative(t, 1)?])
         };
         let knots = (0..=count).map(at).collect::<Result<_>>()?;
-        Ok(Self::new(problem, knots))
+        Ok(Self::new(problem.relative_ends(), knots))
     }
 
     /// Along the curve that rolls with a velocity changing evenly from the initial to the end velocity, in a space that turns
-    /// so that it ends where it should, with legs of a length at most: the first columns of `e^{s(t) Omega} g(t)`, where
+    /// so that it ends where it should, with legs of a length at most, a multiple of a number of them: the first columns of `e^{s(t) Omega} g(t)`, where
     /// `g' = g ((1 - t) x_0 + t x_1)`, `s = 3 t^2 - 2 t^3` and `e^Omega g(1)` is the frame at the end point. That is carried there along
     /// a quasi-geodesic, or any one if that is not unique.
     ///
     /// # Errors
     /// Where the numbers are too large.
-    pub(super) fn rolling(problem: &Problem, longest: f64) -> Result<Self> {
-        let [s1, v1] = problem.end.each_ref().map(|x| x.as_ref());
+    pub(crate) fn rolling(ends: RelativeEnds<'_>, longest: f64, multiple: usize) -> Result<Self> {
+        let [s1, v1] = ends.end.each_ref().map(|x| x.as_ref());
         let (r, k) = s1.shape();
-        let along = frame_along(&problem.initial()[0], s1);
+        let along = frame_along(&ends.initial()[0], s1);
         let is_unique = along.is_ok();
         let frame = along.unwrap_or_else(|_| complete(s1));
-        let (first, last) = (
-            &problem.velocity,
-            Horizontal::of_tangent(frame.as_ref(), v1),
-        );
+        let (first, last) = (ends.velocity, Horizontal::of_tangent(frame.as_ref(), v1));
         let velocity = |t: f64| first.clone().plus(-t, first).plus(t, &last);
         let roll = |count: usize| {
             let step = 1.0 / count as f64;
@@ -95,11 +93,12 @@ impl DescentStart {
             let turn = orthogonal_log((&frame * frames[count].transpose()).as_ref())?;
             Result::Ok((frames, turn))
         };
-        let ends = [first.matrix(), last.matrix()];
-        let [initial, end] = ends.each_ref().map(|x| spectral_norm(x.as_ref()));
+        let matrices = [first.matrix(), last.matrix()];
+        let [initial, end] = matrices.each_ref().map(|x| spectral_norm(x.as_ref()));
         let speed = initial?.max(end?);
-        let (_, turn) = roll(legs(speed, longest)?)?;
-        let count = legs(speed + TURN_RATE * spectral_norm(turn.as_ref())?, longest)?;
+        let (_, turn) = roll(legs(speed, longest, multiple)?)?;
+        let speed = speed + TURN_RATE * spectral_norm(turn.as_ref())?;
+        let count = legs(speed, longest, multiple)?;
         let (frames, turn) = roll(count)?;
         let step = 1.0 / count as f64;
         let at = |i: usize| {
@@ -113,14 +112,14 @@ impl DescentStart {
         let knots = (0..=count).map(at).collect::<Result<_>>()?;
         Ok(DescentStart {
             is_unique,
-            ..Self::new(problem, knots)
+            ..Self::new(ends, knots)
         })
     }
 
-    fn new(problem: &Problem, mut knots: Vec<[Mat<f64>; 2]>) -> Self {
+    fn new(ends: RelativeEnds<'_>, mut knots: Vec<[Mat<f64>; 2]>) -> Self {
         let last = knots.len() - 1;
-        knots[0] = problem.initial();
-        knots[last].clone_from(&problem.end);
+        knots[0] = ends.initial();
+        knots[last].clone_from(ends.end);
         DescentStart {
             knots,
             is_unique: true,
@@ -132,22 +131,39 @@ impl DescentStart {
         self.is_unique
     }
 
+    pub(crate) fn legs(&self) -> usize {
+        self.knots.len() - 1
+    }
+
+    /// A frame at a knot, shape `(r, r)`, and the velocity in it, in the time of a leg.
+    pub(crate) fn at(&self, knot: usize) -> (Mat<f64>, Vec<f64>) {
+        let [point, velocity] = &self.knots[knot];
+        let frame = match knot {
+            0 => Mat::identity(point.nrows(), point.nrows()),
+            _ => complete(point.as_ref()),
+        };
+        let velocity = Horizontal::of_tangent(frame.as_ref(), velocity.as_ref());
+        let step = 1.0 / self.legs() as f64;
+        let velocity = pack(&[velocity]).iter().map(|x| step * x).collect();
+        (frame, velocity)
+    }
+
     /// Frames at the knots, shape `(r, r)` row by row, and velocities in them, in the time of a leg.
-    pub(super) fn frames(&self, problem: &Problem) -> (Vec<f64>, Vec<f64>) {
-        let r = problem.g.nrows();
-        let step = 1.0 / (self.knots.len() - 1) as f64;
+    pub(super) fn frames(&self) -> (Vec<f64>, Vec<f64>) {
         let (mut frames, mut velocities) = (Vec::new(), Vec::new());
-        for (i, [point, velocity]) in self.knots.iter().enumerate() {
-            let frame = match i {
-                0 => Mat::identity(r, r),
-                _ => complete(point.as_ref()),
-            };
-            frames.extend((0..r * r).map(|at| frame[(at / r, at % r)]));
-            let velocity = Horizontal::of_tangent(frame.as_ref(), velocity.as_ref());
-            velocities.extend(pack(&[velocity]).iter().map(|x| step * x));
+        for knot in 0..self.knots.len() {
+            let (frame, velocity) = self.at(knot);
+            frames.extend(row_by_row(&frame));
+            velocities.extend(velocity);
         }
         (frames, velocities)
     }
+}
+
+/// Entries of a frame.
+pub(crate) fn row_by_row(frame: &Mat<f64>) -> impl Iterator<Item = f64> {
+    let r = frame.ncols();
+    (0..frame.nrows() * r).map(move |at| frame[(at / r, at % r)])
 }
 
 /// The frame at an end point that the one of the start, the identity, is carried to along a quasi-geodesic.
@@ -161,14 +177,14 @@ fn frame_along(s0: &Mat<f64>, s1: MatRef<'_, f64>) -> Result<Mat<f64>> {
     Ok(turned(&curve, turn.as_ref(), 1.0))
 }
 
-/// A whole number of groups of eight legs of a length at most, for a curve with that speed.
+/// Legs of a length at most, in groups of so many, for a curve with that speed.
 ///
 /// # Errors
 /// `Overflow` of the speed where they would be too many: there is no such start then.
-fn legs(speed: f64, longest: f64) -> Result<usize> {
-    let groups = (speed / (longest * LEGS as f64)).ceil();
-    match groups <= (MOST_LEGS / LEGS) as f64 {
-        true => Ok(LEGS * (groups as usize).max(1)),
+fn legs(speed: f64, longest: f64, multiple: usize) -> Result<usize> {
+    let groups = (speed / (longest * multiple as f64)).ceil();
+    match groups <= (MOST_LEGS / multiple) as f64 {
+        true => Ok(multiple * (groups as usize).max(1)),
         false => Err(Error::Overflow { quantity: "speed" }),
     }
 }

@@ -7,7 +7,7 @@
 use std::cell::Cell;
 
 use super::boundary::BoundaryStrategy;
-use super::descent_start::{DescentStart, LONGEST_LEG};
+use super::descent_start::{DescentStart, LEGS, LONGEST_LEG};
 use super::guess::FlatData;
 use super::shooting::takes_response;
 use super::solver::{Solution, Solver};
@@ -16,7 +16,7 @@ use crate::error::{Error, Result};
 use crate::legs::Options;
 use crate::linalg::lanes::Lanes;
 use crate::report::StopReason;
-use crate::shooting::{Descent, LeastCost, StartResponse, least_cost, products_of_step};
+use crate::shooting::{Descent, Layout, LeastCost, StartResponse, least_cost, products_of_step};
 use crate::space::{FixedFrames, Frames, Homogeneous};
 
 /// Descents end with a gradient of this size, in the time of a leg: a step or two of Newton's method are left.
@@ -140,7 +140,7 @@ impl Solver<'_> {
                 false => (MAX_STEPS, known, 0.0),
                 true => (LATER_STEPS, SLACK * known, reserve),
             };
-            let end = self.descend(curve.frames(self.problem), limits, TOLERANCE)?;
+            let end = self.descend(curve.frames(), limits, TOLERANCE)?;
             if matches!(start, Start::Rolling) {
                 is_unique = curve.is_unique();
                 has_rolled = end.as_ref().is_some_and(|end| end.is_at_rest);
@@ -158,7 +158,7 @@ impl Solver<'_> {
         let Ok(start) = DescentStart::along_flat(self.problem, flat) else {
             return Ok(None);
         };
-        let knots = start.frames(self.problem);
+        let knots = start.frames();
         let end = self.descend(knots, (MAX_STEPS, f64::INFINITY, 0.0), TOLERANCE)?;
         self.polished(end.into_iter().collect())
     }
@@ -166,9 +166,10 @@ impl Solver<'_> {
     /// `None` where there is no such curve.
     fn start(&self, start: Start) -> Result<Option<DescentStart>> {
         let problem = self.problem;
+        let ends = problem.relative_ends();
         let curve = match start {
-            Start::Rolling => DescentStart::rolling(problem, LONGEST_LEG),
-            Start::RollingFinely => DescentStart::rolling(problem, SHORT * LONGEST_LEG),
+            Start::Rolling => DescentStart::rolling(ends, LONGEST_LEG, LEGS),
+            Start::RollingFinely => DescentStart::rolling(ends, SHORT * LONGEST_LEG, LEGS),
             Start::Flat => match problem.flat()? {
                 Some(flat) => DescentStart::along_flat(problem, &flat),
                 None => return Ok(None),
@@ -238,6 +239,8 @@ impl Solver<'_> {
         let (left, work) = (self.map.left() - reserve, Cell::new(0.0));
         let [r, k] = [self.problem.g.nrows(), self.problem.k];
         let legs = knots.1.len() / (Frames { r, k }).dim() - 1;
+        // The time of a leg is the unit of the chain.
+        let rate = legs as f64;
         let step = of_products(products_of_step(Frames { r, k }, legs));
         if FEWEST_STEPS * step > left {
             self.refuse();
@@ -255,28 +258,34 @@ impl Solver<'_> {
             interrupt: self.options.interrupt,
         };
         let descent = Descent {
-            tension: self.problem.target.tension,
-            below,
+            layout: Layout::between_ends(legs),
+            tension: self.problem.target.tension / (rate * rate),
+            below: 0.5 * below / rate.powi(3),
             with_response: takes_response(self.problem.unknowns()),
         };
         let LeastCost {
             report,
-            start: y,
+            bends,
             cost,
             frames,
             velocities,
             response,
         } = match (r, k) {
-            (3, 1) => least_cost::<Lanes, _>(FixedFrames::<3, 1>, knots, &descent, &options),
-            (3, 2) => least_cost::<Lanes, _>(FixedFrames::<3, 2>, knots, &descent, &options),
-            _ => least_cost::<Lanes, _>(Frames { r, k }, knots, &descent, &options),
+            (3, 1) => least_cost::<Lanes, _>(FixedFrames::<3, 1>, knots, descent, &options),
+            (3, 2) => least_cost::<Lanes, _>(FixedFrames::<3, 2>, knots, descent, &options),
+            _ => least_cost::<Lanes, _>(Frames { r, k }, knots, descent, &options),
         }?;
         self.map.count(work.get());
         self.account(report);
         let is_left = report.reason == StopReason::Stagnated && below.is_finite();
+        let bends = bends.iter().take(self.problem.unknowns()).enumerate();
+        let y = bends.map(|(i, x)| match i < self.problem.unknowns() / 2 {
+            true => rate.powi(2) * x,
+            false => rate.powi(3) * x,
+        });
         Ok((cost.is_finite() && !is_left).then_some(End {
-            y,
-            cost,
+            y: y.collect(),
+            cost: 2.0 * rate.powi(3) * cost,
             gradient: report.residual,
             is_at_rest: report.converged,
             knots: (frames, velocities),

@@ -4,10 +4,11 @@ use faer::{Mat, MatRef, Scale};
 
 use super::end_equations::Target;
 use super::end_map::EndMap;
-use super::guess::{FlatData, identity_columns};
+use super::guess::FlatData;
 use super::initial::{Horizontal, complete};
 use super::path::Path;
 use super::reduced::{Fixed, Sized};
+use super::relative_ends::RelativeEnds;
 use super::shooting::Shooting;
 use super::state::State;
 use super::taylor::Accuracy;
@@ -55,8 +56,15 @@ impl Problem {
 
     /// Point and velocity at the start, shape `(r, k)`: the first columns of the identity, and the tangent vector there.
     pub(super) fn initial(&self) -> [Mat<f64>; 2] {
-        let (r, k) = self.end[0].shape();
-        [identity_columns(r, k), self.velocity.tangent()]
+        self.relative_ends().initial()
+    }
+
+    /// What is given at the ends.
+    pub(super) fn relative_ends(&self) -> RelativeEnds<'_> {
+        RelativeEnds {
+            velocity: &self.velocity,
+            end: &self.end,
+        }
     }
 
     /// The larger of the end speeds, in the Frobenius norm.

@@ -72,6 +72,11 @@ impl Work {
         self.left() < 0.0
     }
 
+    /// Nothing further is begun: what comes next would take more than is left.
+    pub(crate) fn refuse(&self) {
+        self.count(self.left() + 1.0);
+    }
+
     /// As many times the work may be done from now on.
     pub(crate) fn allow(&self, times: f64) {
         let limit = self.limit.load(Ordering::Relaxed) as f64;

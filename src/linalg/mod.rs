@@ -22,7 +22,6 @@ pub mod skew_exp;
 pub mod skew_schur;
 mod square;
 pub mod structure;
-pub(crate) mod tridiagonal;
 
 pub use orthogonal_log::{OrthogonalLog, orthogonal_log};
 pub use skew_exp::{SkewExp, skew_exp};

@@ -1,4 +1,4 @@
-//! Descent of a chain with free inner knots to a curve of least cost, by damped Newton steps.
+//! Descent of a chain with free knots to a curve of least cost, by damped Newton steps.
 //!
 //! Between the knots the legs are cubics, so the cost is a function of the knots alone. A step solves `(H + lambda D) s = -g`
 //! with the gradient `g`, the second derivative `H` and the one of flat space `D`, which is positive definite; `lambda` grows
@@ -27,8 +27,7 @@ const WELL: f64 = 0.5;
 const LEFT: f64 = 4.0;
 
 impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
-    /// Steps down to a gradient of the tolerance, or until it is clear that the cost of the curve on `[0, 1]` stays above a
-    /// bound.
+    /// Steps down to a gradient of the tolerance, or until it is clear that the cost stays above a bound.
     ///
     /// # Errors
     /// `Interrupted`.
@@ -70,7 +69,7 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
 
     /// Whether the cost ends above a bound, as far as a step without damping and the decrease that it promised tell.
     fn ends_above(&self, bound: f64, damping: f64, decrease: f64) -> bool {
-        damping == 0.0 && self.whole_cost(self.cost - LEFT * decrease) > bound
+        damping == 0.0 && self.cost - LEFT * decrease > bound
     }
 
     /// Takes a step that lowers the cost, along a valley or with more and more damping, and returns the decrease that it

@@ -1,5 +1,6 @@
-//! A chain of legs whose inner knots are free: the curve of least cost between given ends.
+//! A chain of legs with free knots: the curve of least cost that is left by what of the knots is held.
 
+use super::layout::{Held, Layout};
 use super::leg::{Leg, Scratch};
 use super::orders::{MOST, Orders};
 use super::room::Room;
@@ -16,21 +17,23 @@ use crate::space::{Homogeneous, orthonormalise};
 pub(super) struct State<T> {
     /// Shape `(r, r)` each, row by row.
     pub(super) frames: Vec<f64>,
-    /// In the time of a leg.
+    /// Per unit of time.
     pub(super) velocities: Vec<f64>,
     middles: Vec<T>,
 }
 
-/// Legs of one length in a row, in groups of eight.
+/// Legs in a row, in groups of eight.
 pub(super) struct FreeChain<'a, T, S> {
     pub(super) space: S,
-    pub(super) legs: usize,
+    pub(super) layout: Layout,
     pub(super) state: State<T>,
     pub(super) groups: Vec<Group<'a, T>>,
     buffers: Buffers<T>,
     /// The largest entry of what is left of the equations of the legs.
     pub(super) defect: f64,
-    /// Of the cubics between the knots, to the second order in the defect.
+    /// `int |x'|^2 + tau |x|^2 dt / 2` of the cubics between the knots, to the second order in the defect.
+    pub(super) own_cost: f64,
+    /// With what accelerations at the ends add to it.
     pub(super) cost: f64,
     orders: Orders,
 }
@@ -73,21 +76,20 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
         legs.div_ceil(T::COUNT) * Leg::<T>::len(space)
     }
 
-    /// From frames and velocities at the knots, for curves with a tension on `[0, 1]`.
+    /// From frames and velocities at the knots, for curves with a tension.
     pub(super) fn new(
         space: S,
-        frames: Vec<f64>,
-        velocities: Vec<f64>,
+        (frames, velocities): (Vec<f64>, Vec<f64>),
+        layout: Layout,
         tension: f64,
         room: &'a mut [T],
     ) -> Self {
         let mut room = Room::new(room);
         let d = space.dim();
-        let legs = velocities.len() / d - 1;
-        let groups = legs.div_ceil(T::COUNT);
+        let groups = layout.legs().div_ceil(T::COUNT);
         let mut chain = FreeChain {
             space,
-            legs,
+            layout,
             state: State {
                 frames,
                 velocities,
@@ -106,18 +108,28 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
                 stiffness: StiffnessScratch::new(space, TERMS),
             },
             defect: f64::INFINITY,
+            own_cost: f64::INFINITY,
             cost: f64::INFINITY,
             orders: Orders::last(),
         };
         if tension != 0.0 {
-            let tension = T::constant(tension / (legs * legs) as f64);
-            for Group { leg, .. } in &mut chain.groups {
-                leg.tension = Some(tension);
-            }
+            chain.set_tension(tension);
         }
         chain.set_knots();
         chain.set_flat_middles();
         chain
+    }
+
+    /// In the time of the legs.
+    fn set_tension(&mut self, tension: f64) {
+        for group in 0..self.groups.len() {
+            let mut tensions = T::ZERO;
+            for lane in 0..T::COUNT {
+                let h = self.layout.lengths[self.leg_in(group, lane)];
+                tensions.set_lane(lane, tension * h * h);
+            }
+            self.groups[group].leg.tension = Some(tensions);
+        }
     }
 
     /// Whether the second derivative is one of more terms, with a round-off of 1e-10 instead of a percent.
@@ -137,7 +149,7 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
     }
 
     fn leg_in(&self, group: usize, lane: usize) -> usize {
-        (group * T::COUNT + lane).min(self.legs - 1)
+        (group * T::COUNT + lane).min(self.layout.legs() - 1)
     }
 
     /// Targets and velocities of the legs, from the state.
@@ -159,10 +171,10 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
                 for (to, x) in leg.target.iter_mut().zip(&target) {
                     to.set_lane(lane, *x);
                 }
-                let velocities = &self.state.velocities[i * d..];
+                let (h, velocities) = (self.layout.lengths[i], &self.state.velocities[i * d..]);
                 for p in 0..d {
-                    leg.velocity[p].set_lane(lane, velocities[p]);
-                    leg.last_velocity[p].set_lane(lane, velocities[d + p]);
+                    leg.velocity[p].set_lane(lane, h * velocities[p]);
+                    leg.last_velocity[p].set_lane(lane, h * velocities[d + p]);
                 }
             }
         }
@@ -224,42 +236,39 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
         for Group { leg, .. } in &self.groups {
             self.defect = larger(self.defect, leg.residual.size);
         }
-        let lanes = (0..self.legs).map(|leg| self.groups[leg / T::COUNT].cost.lane(leg % T::COUNT));
-        self.cost = lanes.sum();
+        let lengths = self.layout.lengths.iter().enumerate();
+        let costs = lengths.map(|(leg, h)| {
+            let group = &self.groups[leg / T::COUNT];
+            group.cost.lane(leg % T::COUNT) * h.powi(-3)
+        });
+        self.own_cost = costs.sum();
+        self.cost = self.own_cost + self.layout.pull(&self.state.velocities);
     }
 
-    /// `x'` and `x''` at the start, and twice the cost, of the curve on `[0, 1]`.
-    pub(super) fn at_start(&self) -> (Vec<f64>, f64) {
-        let (d, rate) = (self.space.dim(), self.legs as f64);
-        let Group { forces, leg, .. } = &self.groups[0];
-        let tension = leg.tension.map_or(0.0, |tension| tension.lane(0));
-        let [third, acceleration] = [&forces[..d], &forces[d..2 * d]];
-        let first = acceleration.iter().map(|x| x.lane(0) * rate.powi(2));
-        let thirds = third.iter().zip(&*leg.velocity);
-        let second = thirds.map(|(x, v)| (x.lane(0) + tension * v.lane(0)) * rate.powi(3));
-        (
-            first.chain(second).collect(),
-            2.0 * self.cost * rate.powi(3),
-        )
-    }
-
-    /// `int |x'|^2 + tau |x|^2` on `[0, 1]` for a cost in the time of a leg.
-    pub(super) fn whole_cost(&self, cost: f64) -> f64 {
-        2.0 * cost * (self.legs as f64).powi(3)
+    /// `x'` and `x''` at the start of a leg, per unit of time.
+    pub(super) fn bends(&self, leg: usize) -> Vec<f64> {
+        let (d, rate) = (self.space.dim(), self.layout.lengths[leg].recip());
+        let (group, lane) = (&self.groups[leg / T::COUNT], leg % T::COUNT);
+        let tension = group.leg.tension.map_or(0.0, |tension| tension.lane(lane));
+        let [third, acceleration] = [&group.forces[..d], &group.forces[d..2 * d]];
+        let first = acceleration.iter().map(|x| x.lane(lane) * rate.powi(2));
+        let thirds = third.iter().zip(&*group.leg.velocity);
+        let second = thirds.map(|(x, v)| (x.lane(lane) + tension * v.lane(lane)) * rate.powi(3));
+        first.chain(second).collect()
     }
 
     /// Products of the linear equations.
     pub(super) fn products_of_equations(&self) -> f64 {
         match self.is_fine() {
-            true => FINE_WORK * products_of_step(self.space, self.legs),
-            false => products_of_step(self.space, self.legs),
+            true => FINE_WORK * products_of_step(self.space, self.layout.legs()),
+            false => products_of_step(self.space, self.layout.legs()),
         }
     }
 
     /// Products of a step that is tried.
     pub(super) fn products_of_trial(&self) -> f64 {
         let d = self.space.dim() as f64;
-        self.legs as f64 * (0.5 * SQUARES * d.powi(2) + TRIAL_CUBES * d.powi(3))
+        self.layout.legs() as f64 * (0.5 * SQUARES * d.powi(2) + TRIAL_CUBES * d.powi(3))
     }
 
     /// The largest entry of an acceleration or a third vector.
@@ -273,7 +282,7 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
 
     /// A step that solves the equations of the legs, with the knots where they are, by the linear equations that are there.
     pub(super) fn correct(&mut self) {
-        let z = vec![0.0; (self.legs - 1) * 2 * self.space.dim()];
+        let z = vec![0.0; self.layout.count() * 2 * self.space.dim()];
         self.step_middles(&z);
     }
 
@@ -310,41 +319,49 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
         );
     }
 
-    /// The derivative of the cost by `(p, v)` of the inner knots.
+    /// The derivative of the cost by `(p, v)` of the knots that may move.
     pub(super) fn gradient(&self) -> Vec<f64> {
         let d = self.space.dim();
-        let mut gradient = vec![0.0; (self.legs - 1) * 2 * d];
-        for leg in 0..self.legs {
+        let mut gradient = vec![0.0; self.layout.count() * 2 * d];
+        for (leg, h) in self.layout.lengths.iter().enumerate() {
             let (forces, lane) = (&self.groups[leg / T::COUNT].forces, leg % T::COUNT);
             for (end, knot) in [(0, leg), (1, leg + 1)] {
-                if knot == 0 || knot == self.legs {
+                let Some(block) = self.layout.block(knot) else {
                     continue;
-                }
-                let out = &mut gradient[(knot - 1) * 2 * d..][..2 * d];
-                for i in 0..2 {
-                    let sign = if end == i { 1.0 } else { -1.0 };
+                };
+                let out = &mut gradient[block * 2 * d..][..2 * d];
+                for (i, rate) in [h.powi(-3), h.powi(-2)].into_iter().enumerate() {
+                    let rate = if end == i { rate } else { -rate };
                     for p in 0..d {
-                        out[i * d + p] += sign * forces[(2 * end + i) * d + p].lane(lane);
+                        out[i * d + p] += rate * forces[(2 * end + i) * d + p].lane(lane);
                     }
                 }
             }
         }
+        self.layout.constrain_gradient(&mut gradient);
         gradient
     }
 
-    /// Moves the inner knots by `(p, v)`, and the middles with them.
+    /// Moves the knots by `(p, v)`, and the middles with them.
     pub(super) fn follow(&mut self, step: &[f64]) {
         let (d, r) = (self.space.dim(), self.space.size());
         let square = r * r;
         self.step_middles(step);
-        for (knot, step) in step.chunks_exact(2 * d).enumerate() {
+        for (block, step) in step.chunks_exact(2 * d).enumerate() {
+            let knot = self.layout.knot(block);
             let (p, v) = step.split_at(d);
-            let velocity = &mut self.state.velocities[(knot + 1) * d..][..d];
+            let velocity = &mut self.state.velocities[knot * d..][..d];
             for (velocity, v) in velocity.iter_mut().zip(v) {
                 *velocity += v;
             }
-            let frame = &mut self.state.frames[(knot + 1) * square..][..square];
-            move_frame(self.space, frame, p);
+            if self.layout.held[knot] == Held::Nothing {
+                let frame = &mut self.state.frames[knot * square..][..square];
+                move_frame(self.space, frame, p);
+            }
+        }
+        if self.layout.is_closed {
+            let last = self.layout.legs() * d;
+            self.state.velocities.copy_within(..d, last);
         }
         self.set_knots();
     }
@@ -353,17 +370,17 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
         let d = self.space.dim();
         let mut z = vec![T::ZERO; 4 * d];
         let mut change = vec![T::ZERO; 3 * d];
-        let legs = self.legs;
-        for (group, state) in self.state.middles.chunks_exact_mut(3 * d).enumerate() {
+        for group in 0..self.groups.len() {
             for lane in 0..T::COUNT {
-                let leg = (group * T::COUNT + lane).min(legs - 1);
+                let leg = self.leg_in(group, lane);
+                let h = self.layout.lengths[leg];
                 for (end, knot) in [leg, leg + 1].into_iter().enumerate() {
-                    for p in 0..2 * d {
-                        let value = match knot == 0 || knot == legs {
-                            true => 0.0,
-                            false => step[(knot - 1) * 2 * d + p],
-                        };
-                        z[2 * end * d + p].set_lane(lane, value);
+                    let block = self.layout.block(knot);
+                    for (i, unit) in [1.0, h].into_iter().enumerate() {
+                        for p in i * d..(i + 1) * d {
+                            let value = block.map_or(0.0, |block| unit * step[block * 2 * d + p]);
+                            z[2 * end * d + p].set_lane(lane, value);
+                        }
                     }
                 }
             }
@@ -373,6 +390,7 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
                 #[inline(always)]
                 || stiffness.step_into(space, leg, &z, &mut change),
             );
+            let state = &mut self.state.middles[group * 3 * d..][..3 * d];
             for (x, change) in state.iter_mut().zip(&change) {
                 *x += *change;
             }

@@ -11,8 +11,8 @@
 //! to be continuous. The derivative is that of the first few terms of the series: it costs less than the series itself, and a
 //! step with it leaves a hundredth or less of what was left. The series is the curve: nothing is integrated afterwards.
 //!
-//! With free inner knots the same legs make up one cubic: a descent lowers the cost as a function of the knots, by damped
-//! Newton steps ([`least_cost`]).
+//! With free knots in between the same legs make up one cubic, or the cubics between the knots of a spline: a descent lowers the
+//! cost as a function of the knots, by damped Newton steps ([`least_cost`]).
 //!
 //! # Source
 //! Ascher, Mattheij, Russell (1995), "Numerical Solution of Boundary Value Problems for Ordinary Differential Equations", sec.
@@ -22,6 +22,7 @@ mod chain;
 mod condensed_leg;
 mod descent;
 mod free_chain;
+mod layout;
 mod leg;
 mod leg_equations;
 mod lone_leg;
@@ -45,6 +46,7 @@ mod descent_tests;
 mod tests;
 
 pub(crate) use free_chain::products_of_step;
+pub(crate) use layout::{Held, Layout};
 pub(crate) use lone_leg::{EndData, LoneLeg, lone_legs};
 pub(crate) use solve::{Descent, LeastCost, least_cost, solve};
 pub(crate) use start_response::StartResponse;

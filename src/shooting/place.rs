@@ -1,7 +1,8 @@
 //! Where a descent stands: the cost and its quadratic model there, the steps that the model gives, and whether one led down.
 
 use super::free_chain::{FreeChain, State};
-use crate::linalg::field::{Field, larger};
+use super::layout::Layout;
+use crate::linalg::field::Field;
 use crate::solve::block_cholesky::SymmetricBlocks;
 use crate::space::Homogeneous;
 
@@ -34,7 +35,9 @@ const HOPELESS: f64 = 1.0;
 pub(super) struct Place<T> {
     state: State<T>,
     cost: f64,
+    own_cost: f64,
     gradient: Vec<f64>,
+    layout: Layout,
     /// The second derivative, and that of flat space.
     exact: SymmetricBlocks,
     flat: SymmetricBlocks,
@@ -54,7 +57,8 @@ impl<T> Place<T> {
         factor.solve(&mut change);
         let slope: f64 = self.gradient.iter().zip(&change).map(|(g, s)| g * s).sum();
         let decrease = -slope - 0.5 * self.exact.form(&change);
-        (size(&change, 0.0) <= farthest).then_some(Step { change, decrease })
+        let size = self.layout.largest_change(&change);
+        (size <= farthest).then_some(Step { change, decrease })
     }
 }
 
@@ -65,7 +69,9 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
         Place {
             state: self.state.clone(),
             cost: self.cost,
+            own_cost: self.own_cost,
             gradient: self.gradient(),
+            layout: self.layout.clone(),
             exact,
             flat,
         }
@@ -81,7 +87,7 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
 
     /// The largest entry of gradient and defect.
     pub(super) fn rest(&self) -> f64 {
-        size(&self.gradient(), self.defect)
+        self.layout.largest_gradient(&self.gradient(), self.defect)
     }
 
     /// Moves the knots; the legs meet them as nearly as comparing the costs needs.
@@ -117,18 +123,13 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
         if self.defect.is_nan() || self.defect > HOPELESS {
             return false;
         }
-        if decrease > unseen * before.cost || !is_trusted {
+        if decrease > unseen * before.own_cost || !is_trusted {
             return self.share(before, decrease) >= DOWN;
         }
         if !self.is_fine() {
             return true;
         }
         self.set_forces();
-        self.rest() <= 0.5 * size(&before.gradient, 0.0)
+        self.rest() <= 0.5 * self.layout.largest_gradient(&before.gradient, 0.0)
     }
-}
-
-/// The largest of all entries and another size.
-fn size(entries: &[f64], other: f64) -> f64 {
-    entries.iter().fold(other, |size, x| larger(size, x.abs()))
 }

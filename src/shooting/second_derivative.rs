@@ -1,6 +1,7 @@
-//! The second derivative of the cost of a chain by its inner knots, and that of flat space.
+//! The second derivative of the cost of a chain by its knots, and that of flat space.
 
 use super::free_chain::{FreeChain, Group};
+use super::layout::Layout;
 use crate::linalg::field::Field;
 use crate::solve::block_cholesky::SymmetricBlocks;
 use crate::space::Homogeneous;
@@ -14,48 +15,62 @@ const BEAM: [[f64; 4]; 4] = [
 ];
 
 impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
-    /// The second derivative of the cost by `(p, v)` of the inner knots, and that of flat space.
+    /// The second derivative of the cost by `(p, v)` of the knots that may move, and that of flat space.
     pub(super) fn second_derivatives(&self) -> [SymmetricBlocks; 2] {
-        let d = self.space.dim();
-        let [mut exact, mut flat] = [(); 2].map(|()| SymmetricBlocks::zeros(self.legs - 1, 2 * d));
-        for leg in 0..self.legs {
+        let (d, layout) = (self.space.dim(), &self.layout);
+        let [mut exact, mut flat] = [(); 2].map(|()| match layout.is_closed {
+            true => SymmetricBlocks::closed(layout.count(), 2 * d),
+            false => SymmetricBlocks::zeros(layout.count(), 2 * d),
+        });
+        for (leg, h) in layout.lengths.iter().enumerate() {
             let (group, lane) = (&self.groups[leg / T::COUNT], leg % T::COUNT);
             let matrix = &group.stiffness.matrix;
-            add_leg(&mut exact, leg, d, |[row, column], p, out| {
+            // From the time of the leg.
+            let units = [1.0, *h, 1.0, *h];
+            let rate = |[row, column]: [usize; 2]| h.powi(-3) * units[row] * units[column];
+            add_leg(&mut exact, layout, leg, d, |[row, column], p, out| {
                 let entries = &matrix[(row * d + p) * 4 * d + column * d..][..d];
+                let rate = rate([row, column]);
                 for (out, entry) in out.iter_mut().zip(entries) {
-                    *out += entry.lane(lane);
+                    *out += rate * entry.lane(lane);
                 }
             });
             // To coordinates at the last knot.
             let turn = turn(self.space, &isometry(group, lane));
-            add_leg(&mut flat, leg, d, |[row, column], p, out| {
-                let share = BEAM[row][column];
+            add_leg(&mut flat, layout, leg, d, |[row, column], p, out| {
+                let share = BEAM[row][column] * rate([row, column]);
                 match (row / 2, column / 2) {
                     (0, 1) => {
                         for (out, turn) in out.iter_mut().zip(&turn) {
                             *out += share * turn[p];
                         }
                     }
+                    (1, 0) => {
+                        for (out, turn) in out.iter_mut().zip(&turn[p]) {
+                            *out += share * turn;
+                        }
+                    }
                     _ => out[p] += share,
                 }
             });
         }
+        layout.constrain(&mut exact);
+        layout.constrain(&mut flat);
         [exact, flat]
     }
 }
 
-/// Adds the matrix of a leg, shape `(4 d, 4 d)`, to the blocks of those of its knots that are free: `add` its part of a row, of
+/// Adds the matrix of a leg, shape `(4 d, 4 d)`, to the blocks of those of its knots that may move: `add` its part of a row, of
 /// the block of size `d` at a row and a column.
 fn add_leg(
     blocks: &mut SymmetricBlocks,
+    layout: &Layout,
     leg: usize,
     d: usize,
     add: impl Fn([usize; 2], usize, &mut [f64]),
 ) {
     let width = 2 * d;
     let square = width * width;
-    let count = blocks.diagonal.len() / square;
     let add = |block: &mut [f64], [first_row, first_column]: [usize; 2]| {
         for (row, out) in block.chunks_exact_mut(width).enumerate() {
             for (column, out) in out.chunks_exact_mut(d).enumerate() {
@@ -63,14 +78,20 @@ fn add_leg(
             }
         }
     };
-    if leg > 0 {
-        add(&mut blocks.diagonal[(leg - 1) * square..][..square], [0, 0]);
+    let ends = [leg, leg + 1].map(|knot| layout.block(knot));
+    for (end, block) in ends.into_iter().enumerate() {
+        if let Some(block) = block {
+            add(
+                &mut blocks.diagonal[block * square..][..square],
+                [2 * end; 2],
+            );
+        }
     }
-    if leg < count {
-        add(&mut blocks.diagonal[leg * square..][..square], [2, 2]);
-    }
-    if leg > 0 && leg < count {
-        add(&mut blocks.beside[(leg - 1) * square..][..square], [0, 2]);
+    if let [Some(first), Some(last)] = ends {
+        match first < last {
+            true => add(&mut blocks.beside[first * square..][..square], [0, 2]),
+            false => add(&mut blocks.corner, [2, 0]),
+        }
     }
 }
 

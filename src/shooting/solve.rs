@@ -2,6 +2,7 @@
 
 use super::chain::{Chain, Group};
 use super::free_chain::FreeChain;
+use super::layout::Layout;
 use super::orders::{MOST, Orders};
 use super::solved::Solved;
 use super::start_response::StartResponse;
@@ -52,9 +53,9 @@ const FINE: f64 = 1e-9;
 /// Where a descent ends.
 pub(crate) struct LeastCost {
     pub(crate) report: SolverReport,
-    /// `x'` and `x''` at the start.
-    pub(crate) start: Vec<f64>,
-    /// `int |x'|^2 + tau |x|^2`.
+    /// `x'` and `x''` at the starts of the legs, per unit of time.
+    pub(crate) bends: Vec<f64>,
+    /// `int |x'|^2 + tau |x|^2 dt / 2`, and what accelerations at the ends add to it.
     pub(crate) cost: f64,
     /// At the knots, as they are given.
     pub(crate) frames: Vec<f64>,
@@ -65,47 +66,46 @@ pub(crate) struct LeastCost {
 
 /// What a descent is to do.
 pub(crate) struct Descent {
-    /// Of the curves, on `[0, 1]`.
+    pub(crate) layout: Layout,
+    /// Of the curves.
     pub(crate) tension: f64,
     /// It may be left if it would end at a higher cost.
     pub(crate) below: f64,
-    /// Whether the response of the start to the end is asked for.
+    /// Whether the response of the start to the end is asked for, of knots that are free but for the ends.
     pub(crate) with_response: bool,
 }
 
-/// The curve of least cost that a descent reaches from frames, shape `(r, r)` row by row, and velocities at knots that follow
-/// one another at equal times in `[0, 1]`, in the time of a leg.
-///
-/// The first and the last knot stay.
+/// The curve of least cost that a descent reaches from frames, shape `(r, r)` row by row, and velocities, per unit of time, at
+/// knots that follow one another.
 ///
 /// # Errors
 /// `Interrupted`.
 pub(crate) fn least_cost<T, S>(
     space: S,
-    (frames, velocities): (Vec<f64>, Vec<f64>),
-    descent: &Descent,
+    knots: (Vec<f64>, Vec<f64>),
+    descent: Descent,
     options: &Options<'_>,
 ) -> Result<LeastCost>
 where
     T: Field + Send + Sync,
     S: Homogeneous,
 {
-    let legs = velocities.len() / space.dim() - 1;
+    let legs = descent.layout.legs();
     let mut room = vec![T::ZERO; FreeChain::<T, S>::len(space, legs)];
-    let mut chain = FreeChain::<T, S>::new(space, frames, velocities, descent.tension, &mut room);
+    let mut chain =
+        FreeChain::<T, S>::new(space, knots, descent.layout, descent.tension, &mut room);
     match options.tolerance < FINE {
         true => chain.refine(),
         false => chain.set_tolerance(options.tolerance),
     }
     let mut progress = Progress::new(options.tolerance);
     let reason = chain.descend(&mut progress, descent.below, options)?;
-    let (start, cost) = chain.at_start();
     let is_wanted = descent.with_response && reason == StopReason::Converged;
     let response = is_wanted.then(|| StartResponse::of(&chain)).flatten();
     Ok(LeastCost {
         report: progress.report(reason),
-        start,
-        cost,
+        bends: (0..legs).flat_map(|leg| chain.bends(leg)).collect(),
+        cost: chain.cost,
         frames: chain.state.frames,
         velocities: chain.state.velocities,
         response,

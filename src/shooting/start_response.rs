@@ -22,7 +22,7 @@ impl StartResponse {
     /// Of a chain with linear equations; `None` where the second derivative is not positive definite.
     pub(super) fn of<T: Field, S: Homogeneous>(chain: &FreeChain<'_, T, S>) -> Option<Self> {
         let d = chain.space.dim();
-        let legs = chain.legs;
+        let legs = chain.layout.legs();
         let [exact, _] = chain.second_derivatives();
         let block = |leg: usize| {
             let matrix = &chain.groups[leg / T::COUNT].stiffness.matrix;
@@ -74,7 +74,7 @@ impl StartResponse {
 fn carried<T: Field, S: Homogeneous>(chain: &FreeChain<'_, T, S>) -> Vec<f64> {
     let r = chain.space.size();
     let mut all = isometry(&chain.groups[0], 0);
-    for leg in 1..chain.legs {
+    for leg in 1..chain.layout.legs() {
         let next = isometry(&chain.groups[leg / T::COUNT], leg % T::COUNT);
         let mut product = vec![0.0; r * r];
         accumulate(&next, r, &all, r, &mut product);

@@ -1,16 +1,18 @@
-//! Symmetric block tridiagonal systems by Cholesky factors, which exist only for positive definite matrices.
+//! Symmetric block tridiagonal systems, and cyclic ones, by Cholesky factors, which exist only for positive definite matrices.
 //!
 //! # Source
 //! Golub, Van Loan (2013), "Matrix Computations", 4th ed., sec. 4.2.5 and 4.5.1.
 
 use crate::linalg::simd::vectorised;
 
-/// Square blocks of one size, row by row: the diagonal ones, and those beside them on the right up to the last row but one.
+/// Square blocks of one size, row by row: the diagonal ones, and those beside them on the right up to the last row but one; of a
+/// cyclic matrix of three rows or more also the last one of the first row.
 #[derive(Clone)]
 pub(crate) struct SymmetricBlocks {
     pub(crate) size: usize,
     pub(crate) diagonal: Vec<f64>,
     pub(crate) beside: Vec<f64>,
+    pub(crate) corner: Vec<f64>,
 }
 
 impl SymmetricBlocks {
@@ -21,6 +23,43 @@ impl SymmetricBlocks {
             size,
             diagonal: vec![0.0; count * square],
             beside: vec![0.0; (count - 1) * square],
+            corner: Vec::new(),
+        }
+    }
+
+    /// The cyclic zero matrix of `count >= 3` by `count` blocks.
+    pub(crate) fn closed(count: usize, size: usize) -> Self {
+        SymmetricBlocks {
+            corner: vec![0.0; size * size],
+            ..Self::zeros(count, size)
+        }
+    }
+
+    /// Rows and columns of the first `held` entries of a block become those of the identity.
+    pub(crate) fn hold(&mut self, block: usize, held: usize) {
+        let (d, square) = (self.size, self.size * self.size);
+        let last = self.diagonal.len() / square - 1;
+        let clear_rows = |a: &mut [f64]| a[..held * d].fill(0.0);
+        let clear_columns = |a: &mut [f64]| {
+            a.chunks_exact_mut(d).for_each(|row| row[..held].fill(0.0));
+        };
+        let diagonal = &mut self.diagonal[block * square..][..square];
+        clear_rows(diagonal);
+        clear_columns(diagonal);
+        for i in 0..held {
+            diagonal[i * d + i] = 1.0;
+        }
+        if block < last {
+            clear_rows(&mut self.beside[block * square..][..square]);
+        }
+        if block > 0 {
+            clear_columns(&mut self.beside[(block - 1) * square..][..square]);
+        }
+        if !self.corner.is_empty() && block == 0 {
+            clear_rows(&mut self.corner);
+        }
+        if !self.corner.is_empty() && block == last {
+            clear_columns(&mut self.corner);
         }
     }
 
@@ -31,6 +70,7 @@ impl SymmetricBlocks {
             size: self.size,
             diagonal: sum(&self.diagonal, &other.diagonal),
             beside: sum(&self.beside, &other.beside),
+            corner: sum(&self.corner, &other.corner),
         }
     }
 
@@ -50,52 +90,81 @@ impl SymmetricBlocks {
         vectorised(
             #[inline(always)]
             || {
+                let around = match self.corner.is_empty() {
+                    true => 0.0,
+                    false => product(&self.corner, &x[..d], &x[x.len() - d..]),
+                };
                 diagonal.map(|(a, x)| product(a, x, x)).sum::<f64>()
-                    + 2.0 * beside.map(|(a, (x, y))| product(a, x, y)).sum::<f64>()
+                    + 2.0 * (beside.map(|(a, (x, y))| product(a, x, y)).sum::<f64>() + around)
             },
         )
     }
 
     /// The Cholesky factor; `None` where the matrix is not positive definite.
     pub(crate) fn factored(mut self) -> Option<CholeskyFactor> {
-        vectorised(
+        let last_column = vectorised(
             #[inline(always)]
             || self.factor(),
         )?;
-        Some(CholeskyFactor(self))
+        Some(CholeskyFactor {
+            blocks: self,
+            last_column,
+        })
     }
 
-    /// `A = U^T U` in place.
+    /// `A = U^T U` in place; the blocks of `U` in the last column of a cyclic matrix, but for the last two rows.
     #[inline(always)]
-    fn factor(&mut self) -> Option<()> {
+    fn factor(&mut self) -> Option<Vec<f64>> {
         let (d, square) = (self.size, self.size * self.size);
-        let mut before: Option<&[f64]> = None;
-        let mut beside = self.beside.chunks_exact_mut(square);
-        for diagonal in self.diagonal.chunks_exact_mut(square) {
-            if let Some(before) = before {
-                for (i, row) in diagonal.chunks_exact_mut(d).enumerate() {
-                    subtract_rows(d, before, i, before, &mut row[i..]);
-                }
+        let last = self.diagonal.len() / square - 1;
+        let mut column = self.last_column();
+        let around = column.len() / square;
+        for block in 0..=last {
+            let (diagonal, after) = self.diagonal[block * square..].split_at_mut(square);
+            let (before, beside) = self.beside.split_at_mut(block * square);
+            // None of the first row.
+            let before = &before[block.saturating_sub(1) * square..];
+            if block > 0 {
+                subtract_square(d, before, diagonal);
             }
             cholesky(d, diagonal)?;
-            let Some(beside) = beside.next() else {
+            if block == last {
                 break;
-            };
-            for i in 0..d {
-                let (known, rest) = beside.split_at_mut(i * d);
-                let row = &mut rest[..d];
-                subtract_rows(d, diagonal, i, known, row);
-                let pivot = diagonal[i * d + i];
-                row.iter_mut().for_each(|entry| *entry /= pivot);
             }
-            before = Some(beside);
+            let beside = &mut beside[..square];
+            if block < around {
+                let (known, here) = column.split_at_mut(block * square);
+                let here = &mut here[..square];
+                if block > 0 {
+                    subtract_product(d, before, &known[(block - 1) * square..], here);
+                }
+                substitute_transposed(d, diagonal, here);
+                let at = after.len() - square;
+                subtract_square(d, here, &mut after[at..]);
+            } else if around > 0 {
+                subtract_product(d, before, &column[(around - 1) * square..], beside);
+            }
+            substitute_transposed(d, diagonal, beside);
         }
-        Some(())
+        Some(column)
+    }
+
+    /// Of a cyclic matrix, for all rows but the last two.
+    fn last_column(&self) -> Vec<f64> {
+        let mut column = self.corner.clone();
+        if !column.is_empty() {
+            column.resize(self.diagonal.len() - 2 * column.len(), 0.0);
+        }
+        column
     }
 }
 
-/// The factor of a positive definite matrix: upper triangles of the blocks on the diagonal, and the blocks beside them.
-pub(crate) struct CholeskyFactor(SymmetricBlocks);
+/// The factor of a positive definite matrix: upper triangles of the blocks on the diagonal, the blocks beside them, and those of
+/// the last column.
+pub(crate) struct CholeskyFactor {
+    blocks: SymmetricBlocks,
+    last_column: Vec<f64>,
+}
 
 impl CholeskyFactor {
     /// Solves the system in place.
@@ -109,20 +178,33 @@ impl CholeskyFactor {
         );
     }
 
+    /// The part of a row in the last column, where there is one.
+    fn in_last_column(&self, block: usize) -> Option<&[f64]> {
+        let square = self.blocks.size * self.blocks.size;
+        self.last_column.get(block * square..(block + 1) * square)
+    }
+
     /// `U^T x = b` in place.
     #[inline(always)]
     fn solve_transposed(&self, b: &mut [f64]) {
-        let (d, square) = (self.0.size, self.0.size * self.0.size);
-        for (block, diagonal) in self.0.diagonal.chunks_exact(square).enumerate() {
+        let blocks = &self.blocks;
+        let (d, square) = (blocks.size, blocks.size * blocks.size);
+        for (block, diagonal) in blocks.diagonal.chunks_exact(square).enumerate() {
             let (here, after) = b[block * d..].split_at_mut(d);
             for (i, row) in diagonal.chunks_exact(d).enumerate() {
                 let x = here[i] / row[i];
                 here[i] = x;
                 subtract(x, &row[i + 1..], &mut here[i + 1..]);
             }
-            if let Some(beside) = self.0.beside.get(block * square..(block + 1) * square) {
+            if let Some(beside) = blocks.beside.get(block * square..(block + 1) * square) {
                 for (x, row) in here.iter().zip(beside.chunks_exact(d)) {
                     subtract(*x, row, &mut after[..d]);
+                }
+            }
+            if let Some(column) = self.in_last_column(block) {
+                let at = after.len() - d;
+                for (x, row) in here.iter().zip(column.chunks_exact(d)) {
+                    subtract(*x, row, &mut after[at..]);
                 }
             }
         }
@@ -131,12 +213,19 @@ impl CholeskyFactor {
     /// `U x = b` in place.
     #[inline(always)]
     fn solve_upper(&self, b: &mut [f64]) {
-        let (d, square) = (self.0.size, self.0.size * self.0.size);
-        for (block, diagonal) in self.0.diagonal.chunks_exact(square).enumerate().rev() {
+        let blocks = &self.blocks;
+        let (d, square) = (blocks.size, blocks.size * blocks.size);
+        for (block, diagonal) in blocks.diagonal.chunks_exact(square).enumerate().rev() {
             let (here, after) = b[block * d..].split_at_mut(d);
-            if let Some(beside) = self.0.beside.get(block * square..(block + 1) * square) {
+            if let Some(beside) = blocks.beside.get(block * square..(block + 1) * square) {
                 for (x, row) in here.iter_mut().zip(beside.chunks_exact(d)) {
                     *x -= dot(row, &after[..d]);
+                }
+            }
+            if let Some(column) = self.in_last_column(block) {
+                let last = &after[after.len() - d..];
+                for (x, row) in here.iter_mut().zip(column.chunks_exact(d)) {
+                    *x -= dot(row, last);
                 }
             }
             for (i, row) in diagonal.chunks_exact(d).enumerate().rev() {
@@ -162,6 +251,34 @@ fn cholesky(d: usize, a: &mut [f64]) -> Option<()> {
         row[1..].iter_mut().for_each(|entry| *entry /= pivot);
     }
     Some(())
+}
+
+/// `B = U^{-T} B`.
+#[inline(always)]
+fn substitute_transposed(d: usize, factor: &[f64], b: &mut [f64]) {
+    for i in 0..d {
+        let (known, rest) = b.split_at_mut(i * d);
+        let row = &mut rest[..d];
+        subtract_rows(d, factor, i, known, row);
+        let pivot = factor[i * d + i];
+        row.iter_mut().for_each(|entry| *entry /= pivot);
+    }
+}
+
+/// The upper triangle of `out -= A^T A`.
+#[inline(always)]
+fn subtract_square(d: usize, a: &[f64], out: &mut [f64]) {
+    for (i, row) in out.chunks_exact_mut(d).enumerate() {
+        subtract_rows(d, a, i, a, &mut row[i..]);
+    }
+}
+
+/// `out -= A^T B`.
+#[inline(always)]
+fn subtract_product(d: usize, a: &[f64], b: &[f64], out: &mut [f64]) {
+    for (i, row) in out.chunks_exact_mut(d).enumerate() {
+        subtract_rows(d, a, i, b, row);
+    }
 }
 
 /// Rows that are subtracted abreast: each entry of `out` is then read and written once for as many products.
@@ -227,11 +344,24 @@ mod tests {
         a
     }
 
+    /// Five blocks, or three, with a corner.
+    fn cyclic(count: usize) -> SymmetricBlocks {
+        let mut a = SymmetricBlocks::closed(count, 2);
+        for (i, x) in a.beside.iter_mut().chain(&mut a.corner).enumerate() {
+            *x = 0.3 * (1.0 + i as f64).sin();
+        }
+        for diagonal in a.diagonal.chunks_exact_mut(4) {
+            diagonal.copy_from_slice(&[2.0, 0.5, 0.5, 1.5]);
+        }
+        a
+    }
+
     /// `A x`.
     fn product(a: &SymmetricBlocks, x: &[f64]) -> Vec<f64> {
-        let mut out = vec![0.0; 6];
-        for i in 0..6 {
-            let mut unit = vec![0.0; 6];
+        let count = x.len();
+        let mut out = vec![0.0; count];
+        for i in 0..count {
+            let mut unit = vec![0.0; count];
             unit[i] = 1.0;
             let sum: Vec<f64> = unit.iter().zip(x).map(|(u, x)| u + x).collect();
             // The form is quadratic: its polar form gives the entry.
@@ -242,12 +372,32 @@ mod tests {
 
     #[test]
     fn the_factor_solves_the_system() {
-        let a = matrix(0.0);
-        let x: Vec<f64> = (0..6).map(|i| (0.7 * i as f64).cos()).collect();
-        let mut b = product(&a, &x);
-        a.factored().expect("positive definite").solve(&mut b);
-        for (found, x) in b.iter().zip(&x) {
-            assert!((found - x).abs() < 1e-14, "{found} {x}");
+        for a in [matrix(0.0), cyclic(3), cyclic(4), cyclic(5)] {
+            let count = a.diagonal.len() / a.size;
+            let x: Vec<f64> = (0..count).map(|i| (0.7 * i as f64).cos()).collect();
+            let mut b = product(&a, &x);
+            a.factored().expect("positive definite").solve(&mut b);
+            for (found, x) in b.iter().zip(&x) {
+                assert!((found - x).abs() < 1e-14, "{found} {x}");
+            }
+        }
+    }
+
+    #[test]
+    fn entries_that_are_held_solve_for_themselves() {
+        for (block, mut a) in [
+            (0, cyclic(4)),
+            (1, cyclic(4)),
+            (3, cyclic(4)),
+            (2, matrix(0.0)),
+        ] {
+            a.hold(block, 1);
+            let mut unit = vec![0.0; a.diagonal.len() / a.size];
+            unit[2 * block] = 1.0;
+            assert_eq!(product(&a, &unit), unit);
+            let expected = unit.clone();
+            a.factored().expect("positive definite").solve(&mut unit);
+            assert_eq!(unit, expected);
         }
     }
 

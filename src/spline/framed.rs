@@ -38,7 +38,7 @@ pub(super) struct Framed<'a> {
 }
 
 impl<'a> Framed<'a> {
-    /// For knots with the given frames, whose first columns are the points; each leg goes up to the part `share` of the way.
+    /// For knots with the given frames, whose first columns are the points.
     ///
     /// # Errors
     /// In `AtKnot` `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents`.
@@ -46,7 +46,6 @@ impl<'a> Framed<'a> {
         frames: Arc<[Mat<f64>]>,
         columns: usize,
         lengths: Vec<f64>,
-        share: f64,
         interrupt: Interrupt<'a>,
     ) -> Result<Self> {
         let blocks = blocks([frames[0].nrows(), columns]);
@@ -55,7 +54,7 @@ impl<'a> Framed<'a> {
             || Joining::new(blocks, columns),
             |joining, leg| {
                 let ends = [&frames[leg], &frames[leg + 1]];
-                let link = joining.link(ends, share, blocks, columns);
+                let link = joining.link(ends, blocks, columns);
                 link.map_err(|error| error.at_knot(leg))
             },
         )?;
@@ -98,11 +97,17 @@ impl<'a> Framed<'a> {
         [m + k, k]
     }
 
+    /// Sizes of the blocks of the space whose equations are solved.
+    pub(super) fn blocks(&self) -> Sized {
+        self.blocks
+    }
+
     /// Columns of a point.
     pub(super) fn columns(&self) -> usize {
         self.columns
     }
 
+    /// At the knots, shape `(r, r)`, the points as first columns.
     pub(super) fn frames(&self) -> Arc<[Mat<f64>]> {
         Arc::clone(&self.frames)
     }
@@ -324,7 +329,7 @@ impl Movable for Framed<'_> {
             },
         )?;
         let lengths = self.lengths.clone();
-        let moved = Framed::new(frames.into(), self.columns, lengths, 1.0, self.interrupt)?;
+        let moved = Framed::new(frames.into(), self.columns, lengths, self.interrupt)?;
         Ok(moved.in_tension(self.tension))
     }
 

@@ -42,13 +42,10 @@ const START_ACCURACY: f64 = 1e-6;
 impl Solvable for Framed<'_> {
     fn solve(&self, ends: &Ends, start: Start, effort: Effort<'_>) -> Result<Solution> {
         let problem = Interpolation::new(self, ends)?;
-        let [is_flat, is_near] = [
-            matches!(start, Start::Flat),
-            matches!(start, Start::Near(_)),
-        ];
+        let is_flat = matches!(start, Start::Flat);
         let motion = match start {
             Start::Flat => problem.start()?,
-            Start::From(motion) | Start::Near(motion) => motion,
+            Start::Near(motion) => motion,
         };
         if self.is_even(ends) && self.start_speed(ends, &motion) <= FAST {
             let found = self.by_polynomials(ends, &motion, is_flat, effort)?;
@@ -57,9 +54,9 @@ impl Solvable for Framed<'_> {
             }
         }
         // What was tried counts as work, not as iterations: closed chains on St(5, 3) need most of theirs.
-        match is_near {
-            true => Iteration::solve_near(&problem, motion, effort),
-            false => Iteration::solve(&problem, motion, effort),
+        match is_flat {
+            true => Iteration::solve(&problem, motion, effort),
+            false => Iteration::solve_near(&problem, motion, effort),
         }
     }
 

@@ -57,7 +57,7 @@ impl Solvable for Ambient<'_> {
         let problem = Interpolation::new(self, ends)?;
         match start {
             Start::Flat => Iteration::solve(&problem, problem.start()?, effort),
-            Start::From(motion) | Start::Near(motion) => Iteration::solve(&problem, motion, effort),
+            Start::Near(motion) => Iteration::solve(&problem, motion, effort),
         }
     }
 }

@@ -1,8 +1,8 @@
 //! Splines through knots far apart: the cheapest of several.
 //!
 //! Where legs are long the equations have many solutions, and the iteration from the flat spline leads to one that depends on
-//! the direction in which the knots are passed. The same knots are solved backwards and from a relaxed chain as well, and the
-//! solution of least cost is the spline: so it costs little, and the same in both directions.
+//! the direction in which the knots are passed. The same knots are solved from where descents end as well, or backwards where
+//! there are none, and the solution of least cost is the spline: so it costs little, and the same in both directions.
 
 use super::chain::{Arrivals, Chain, Motion};
 use super::ends::{End, Ends};
@@ -104,31 +104,6 @@ pub(super) fn forwards<C: Chain>(
     work: &Work,
 ) -> Result<Option<Motion>> {
     unless_interrupted(reversed(back, &solution.motion, work))
-}
-
-/// The spline at rest at its free ends, with the knots of one that has some: where free ends let the iteration lead away, it
-/// has velocities from which a chain can be relaxed. `None` if no end is free, or nothing is found.
-///
-/// # Errors
-/// `Interrupted`.
-pub(super) fn clamped<C: Solvable>(
-    chain: &C,
-    ends: &Ends,
-    effort: Effort<'_>,
-) -> Result<Option<Motion>> {
-    let Ends::Open(ends) = ends else {
-        return Ok(None);
-    };
-    if ends.iter().all(|end| end.acceleration().is_none()) {
-        return Ok(None);
-    }
-    let at_rest = || End::Velocity(vec![0.0; chain.size()]);
-    let ends = Ends::Open(ends.each_ref().map(|end| match end {
-        End::Velocity(_) => end.clone(),
-        End::Acceleration(_) => at_rest(),
-    }));
-    let found = solved(chain, &ends, Start::Flat, effort)?;
-    Ok(found.map(|solution| solution.motion))
 }
 
 /// A motion along the knots of a chain, passed backwards.

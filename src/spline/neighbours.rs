@@ -1,6 +1,6 @@
 //! What lies between neighbouring knots with frames: the turn of the frame, the shortest way, and how vectors are carried.
 
-use faer::{Mat, Scale};
+use faer::Mat;
 
 use crate::cubic::guess::turned;
 use crate::cubic::initial::Horizontal;
@@ -48,21 +48,19 @@ impl Joining {
         }
     }
 
-    /// From one frame the part `share` of the way to another. What lies there is moved on to the second knot by an isometry from
-    /// the left, so for less than the whole way the leg is shorter and everything else is as before.
+    /// From one frame to another.
     ///
     /// # Errors
     /// `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents`.
     pub(super) fn link(
         &mut self,
         frames: [&Mat<f64>; 2],
-        share: f64,
         blocks: Sized,
         columns: usize,
     ) -> Result<Link> {
         match self {
             Joining::Group { log, next, turn } => {
-                let link = in_group(frames, share, blocks, log, [next, turn]);
+                let link = in_group(frames, blocks, log, [next, turn]);
                 link.map_err(|error| match error {
                     Error::OutsideLogDomain { angle } if columns < frames[0].nrows() => {
                         Error::NoJoiningCurve { angle }
@@ -74,7 +72,7 @@ impl Joining {
                 let [s0, s1] = frames.map(|frame| frame.as_ref().subcols(0, columns));
                 let mut curve = QuasiGeodesic::zeros(s0.nrows(), columns);
                 curve.join(s0, s1, problem)?;
-                along(&curve, frames, share, blocks)
+                along(&curve, frames, blocks)
             }
         }
     }
@@ -82,7 +80,6 @@ impl Joining {
 
 fn in_group(
     [from, to]: [&Mat<f64>; 2],
-    share: f64,
     blocks: Sized,
     log: &mut OrthogonalLog,
     [next, turn]: [&mut Mat<f64>; 2],
@@ -96,12 +93,9 @@ fn in_group(
                 false => error,
             },
         )?;
-    if share < 1.0 {
-        SkewExp::new(r).exp_into(next.as_mut(), turn.as_ref(), share)?;
-    }
     let k = blocks.k;
     let above = (0..k).flat_map(|col| (0..col).map(move |row| [row, col]));
-    let entry = |[row, col]: [usize; 2]| share * turn[(row, col)];
+    let entry = |[row, col]: [usize; 2]| turn[(row, col)];
     Ok(Link {
         next: entries(next),
         carrying: None,
@@ -109,25 +103,16 @@ fn in_group(
     })
 }
 
-fn along(curve: &QuasiGeodesic, frames: [&Mat<f64>; 2], share: f64, blocks: Sized) -> Result<Link> {
+fn along(curve: &QuasiGeodesic, frames: [&Mat<f64>; 2], blocks: Sized) -> Result<Link> {
     let k = curve.k();
-    let turn = |t: f64| -> Result<Mat<f64>> {
-        let mut turn = Mat::zeros(k, k);
-        SkewExp::new(k).exp_into(turn.as_mut(), curve.omega(), t)?;
-        Ok(turn)
-    };
-    let mut end = frames[1].clone();
-    if share < 1.0 {
-        end = turned(curve, end.as_ref(), share - 1.0);
-        let point = end.as_ref().subcols(0, k) * turn(share - 1.0)?;
-        end.as_mut().subcols_mut(0, k).copy_from(point);
-    }
-    let displacement = curve.initial_velocity() * Scale(share);
+    let mut turn = Mat::zeros(k, k);
+    SkewExp::new(k).exp_into(turn.as_mut(), curve.omega(), 1.0)?;
+    let displacement = curve.initial_velocity();
     let displacement = displacement.as_ref().subcols(0, blocks.k);
-    let left = entries(&(end.transpose() * turned(curve, frames[0].as_ref(), share)));
+    let left = entries(&(frames[1].transpose() * turned(curve, frames[0].as_ref(), 1.0)));
     Ok(Link {
-        next: entries(&(frames[0].transpose() * &end)),
-        carrying: Some([left, entries(&turn(share)?)]),
+        next: entries(&(frames[0].transpose() * frames[1])),
+        carrying: Some([left, entries(&turn)]),
         displacement: pack(&[Horizontal::of_tangent(frames[0].as_ref(), displacement)]),
     })
 }

@@ -5,8 +5,7 @@ use faer::{Mat, MatRef, Scale};
 use super::ambient::Ambient;
 use super::chain::{Space, links, pieces};
 use super::ends::{End, EndCondition, EndConditions, Ends, check_ends};
-use super::framed::coordinates;
-use super::joined::Joined;
+use super::framed::{Framed, coordinates};
 use super::options::SplineOptions;
 use super::piecewise::Piecewise;
 use super::reduced_knots::ReducedKnots;
@@ -125,13 +124,14 @@ impl<'e> Problem<'e> {
             false => self.knots.points.iter().map(complete).collect(),
         };
         let ends = self.ends_with(|knot, v| coordinates(frames[knot].as_ref(), v.as_ref()));
-        let knots = Joined::new(&self.knots, frames, self.tension, options.interrupt);
-        let (chain, space) = (knots.chain(1.0)?, self.knots.space());
+        let (columns, lengths) = (self.knots.shape().1, self.knots.lengths.clone());
+        let chain = Framed::new(frames.into(), columns, lengths, options.interrupt)?;
+        let (chain, space) = (chain.in_tension(self.tension), self.knots.space());
         let solution = if self.knots.shape().0 == 1 {
             // Nothing moves.
             Solution::none(SolverReport::new(StopReason::Converged, 0, 0.0, 0.0))
         } else {
-            solve::in_frames(&knots, &chain, &ends, options)?
+            solve::in_frames(&chain, &ends, options)?
         };
         finished(&chain, &solution, &space, options.interrupt)
     }

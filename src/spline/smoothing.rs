@@ -195,7 +195,7 @@ pub fn smoothing_spline(
         let through = |points: &[Mat<f64>]| {
             let frames = points.iter().map(|point| complete(point.as_ref()));
             let (columns, lengths) = (points[0].ncols(), knots.lengths.clone());
-            Framed::new(frames.collect(), columns, lengths, 1.0, interrupt)
+            Framed::new(frames.collect(), columns, lengths, interrupt)
         };
         solve(through, &knots.points, &data, given, &space, options)?
     } else {

@@ -31,14 +31,6 @@ impl<'a> Effort<'a> {
         }
     }
 
-    /// What is left after so many iterations.
-    pub(super) fn after(&self, iterations: usize) -> Self {
-        Effort {
-            max_iterations: self.max_iterations.saturating_sub(iterations),
-            ..*self
-        }
-    }
-
     /// Why a search that took so many iterations and found nothing ends.
     pub(super) fn reason(&self, iterations: usize) -> StopReason {
         match iterations >= self.max_iterations {
@@ -58,8 +50,6 @@ impl<'a> Effort<'a> {
 pub(super) enum Start {
     /// At the spline of flat space.
     Flat,
-    /// At a motion from which steps of flat space may lead anywhere.
-    From(Motion),
     /// Near a solution, which is not to be left.
     Near(Motion),
 }

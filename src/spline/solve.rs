@@ -1,80 +1,70 @@
 //! The spline of a chain: from one start, or, where its knots are far apart, the cheapest from several.
 
 use super::ambient::Ambient;
-use super::chain::{Chain as _, Motion};
+use super::chain::Chain as _;
+use super::descent;
 use super::ends::Ends;
 use super::framed::Framed;
-use super::joined::Joined;
 use super::low_cost::{self, Cheapest};
 use super::options::SplineOptions;
-use super::parts;
 use super::solvable::{Effort, Solution, Solvable, Start, unless_interrupted};
-use super::stages::{self, Stage, TRIALS_IN_FRAMES, flat};
 use crate::cubic::work::TRIALS;
 use crate::error::Result;
+use crate::report::{SolverReport, StopReason};
 
-/// Work for both directions, in that for the first. With 1.5 two more of 101 splines through random knots on nine manifolds are
-/// lost; with 2 random knots are refused after 2.4 s.
-const BOTH_WAYS: f64 = 1.7;
+/// Trials that many knots of few dimensions may take at least.
+const TRIALS_IN_FRAMES: f64 = 60.0;
 
-/// A chain of few dimensions; where its knots are far apart, the cheapest of several solutions.
+/// Work for all solutions together, in that for the first. With 1 one more of 78 splines with given accelerations and uneven times
+/// is lost.
+const FURTHER: f64 = 1.7;
+
+/// A chain of few dimensions: from the flat spline, and where its knots are far apart or that does not converge from where
+/// descents end; the cheapest.
 ///
 /// # Errors
-/// `Interrupted`, those of the chains.
+/// `Interrupted`, those of the chain.
 pub(super) fn in_frames(
-    knots: &Joined<'_>,
     chain: &Framed<'_>,
     ends: &Ends,
     options: &SplineOptions<'_>,
 ) -> Result<Solution> {
-    let work = options.work(TRIALS_IN_FRAMES, knots.len() as f64 * chain.work_of_leg());
+    let work = options.work(
+        TRIALS_IN_FRAMES,
+        chain.lengths().len() as f64 * chain.work_of_leg(),
+    );
     let effort = Effort::new(options, &work);
-    let of_parts = || match parts::exist(knots.len(), ends) {
-        true => parts::solve(knots, chain, ends, effort),
-        false => Ok(None),
-    };
-    let (stage, first) = stages::solve(knots, chain, ends, effort, of_parts)?;
-    if !low_cost::is_far(chain.longest()) {
+    // A start that is too fast to be integrated is left to descents.
+    let first = unless_interrupted(chain.solve(ends, Start::Flat, effort))?;
+    let first = first.unwrap_or_else(|| unsolved(effort));
+    let is_solved = first.report.converged;
+    if effort.is_spent(first.report.iterations) || is_solved && !low_cost::is_far(chain.longest()) {
         return Ok(first);
     }
-    work.allow(BOTH_WAYS);
+    work.allow(FURTHER);
     let mut best = Cheapest::new(chain, first, effort.interrupt)?;
-    if matches!(ends, Ends::Open(_)) && stage < Stage::Relaxed {
-        let relaxed = knots.relaxed(chain, &flat(chain, ends)?, ends, &work);
-        best.try_start(chain, ends, unless_interrupted(relaxed)?.flatten(), effort)?;
+    for start in descent::starts(chain, ends)? {
+        if work.is_done() {
+            break;
+        }
+        let end = descent::end(chain, ends, &start, effort)?;
+        best.try_start(chain, ends, end, effort)?;
     }
-    let at_rest = relaxed_at_rest(knots, chain, ends, effort)?;
-    best.try_start(chain, ends, at_rest, effort)?;
-    // And backwards; what is relaxed from the flat spline is the same there.
-    let (back, reversed) = (knots.reversed(), ends.reversed());
-    let backwards = back.chain(1.0)?;
-    let at_rest = relaxed_at_rest(&back, &backwards, &reversed, effort)?;
-    let found = [
-        low_cost::solved(&backwards, &reversed, Start::Flat, effort)?,
-        match at_rest {
-            Some(motion) => low_cost::solved(&backwards, &reversed, Start::Near(motion), effort)?,
-            None => None,
-        },
-    ];
-    for solution in found.into_iter().flatten() {
-        let motion = low_cost::forwards(&backwards, &solution, &work)?;
-        best.try_start(chain, ends, motion, effort)?;
+    let mut solution = best.into_solution();
+    if !solution.report.converged && work.is_done() {
+        solution.report.reason = StopReason::WorkLimit;
     }
-    Ok(best.into_solution())
+    Ok(solution)
 }
 
-/// A chain relaxed from the spline that is at rest at its free ends; `None` if there is none.
-fn relaxed_at_rest(
-    knots: &Joined<'_>,
-    chain: &Framed<'_>,
-    ends: &Ends,
-    effort: Effort<'_>,
-) -> Result<Option<Motion>> {
-    let Some(clamped) = low_cost::clamped(chain, ends, effort)? else {
-        return Ok(None);
-    };
-    let relaxed = knots.relaxed(chain, &clamped, ends, effort.work);
-    Ok(unless_interrupted(relaxed)?.flatten())
+fn unsolved(effort: Effort<'_>) -> Solution {
+    let reason = effort.reason(0);
+    Solution::none(SolverReport::new(
+        reason,
+        0,
+        f64::INFINITY,
+        effort.tolerance,
+    ))
 }
 
 /// A chain of many dimensions; where its knots are far apart, the cheaper of the solutions in both directions.
@@ -92,7 +82,7 @@ pub(super) fn in_ambient(
     if !low_cost::is_far(chain.longest()) {
         return Ok(first);
     }
-    work.allow(BOTH_WAYS);
+    work.allow(FURTHER);
     let mut best = Cheapest::new(chain, first, effort.interrupt)?;
     let (back, reversed) = (chain.reversed()?, ends.reversed());
     if let Some(solution) = low_cost::solved(&back, &reversed, Start::Flat, effort)? {

@@ -10,7 +10,7 @@ use crate::smoothness::{MET, SMOOTH, acceleration, jump, spline, velocity};
 
 #[test]
 fn knots_far_apart_are_joined() {
-    // Where space is far from flat along a leg: relaxed chains, families of shorter legs, Newton by GMRES in many dimensions.
+    // Where space is far from flat along a leg: descents, Newton by GMRES in many dimensions.
     for (shape, step, count) in [
         ((3, 1), 1.6, 12),
         ((3, 1), 2.2, 4),
@@ -36,7 +36,7 @@ fn knots_far_apart_are_joined() {
 
 #[test]
 fn hard_legs_do_not_hold_up_a_long_chain() {
-    // Steps from flat space do not reach the whole: some legs of many are hard. Solved in parts, closed chains too.
+    // Steps from flat space do not reach the whole: some legs of many are hard.
     let closed = |mut points: Vec<Mat<f64>>| {
         let last = points.len() - 1;
         points[last] = points[0].clone();
@@ -76,8 +76,8 @@ fn work_is_linear_in_the_number_of_knots() {
 }
 
 #[test]
-fn a_family_of_shorter_legs_leads_around_a_closed_curve() {
-    // Three points a third of a great circle apart, and back: no chain is relaxed where the ends meet.
+fn a_descent_leads_around_a_closed_curve() {
+    // Three points a third of a great circle apart, and back.
     let angle = |i: usize| 2.0943951023931953 * i as f64;
     let points: Vec<Mat<f64>> = (0..4)
         .map(|i| {

@@ -1,0 +1,148 @@
+//! The times between the knots of a chain, and what of the knots may move.
+
+use crate::linalg::field::larger;
+use crate::solve::block_cholesky::SymmetricBlocks;
+
+/// What of a knot stays.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Held {
+    /// Point and velocity.
+    All,
+    /// The point.
+    Point,
+    Nothing,
+}
+
+/// Legs in a row. The knots that may move are unknowns, each a block `(p, v)` of a displacement and a velocity.
+#[derive(Debug, Clone)]
+pub(crate) struct Layout {
+    /// Times that the legs take.
+    pub(crate) lengths: Vec<f64>,
+    /// Of each knot; all only of the first and the last one.
+    pub(crate) held: Vec<Held>,
+    /// Whether the last knot is the first one, whose point stays.
+    pub(crate) is_closed: bool,
+    /// Covariant accelerations at the first and the last knot, where the velocity there is free; zero where there are none.
+    pub(crate) accelerations: [Vec<f64>; 2],
+}
+
+impl Layout {
+    /// Legs that take one unit of time each, with knots that are free but for the ends.
+    pub(crate) fn between_ends(legs: usize) -> Self {
+        let mut held = vec![Held::Nothing; legs + 1];
+        (held[0], held[legs]) = (Held::All, Held::All);
+        Layout {
+            lengths: vec![1.0; legs],
+            held,
+            is_closed: false,
+            accelerations: [Vec::new(), Vec::new()],
+        }
+    }
+
+    pub(super) fn legs(&self) -> usize {
+        self.lengths.len()
+    }
+
+    /// The first knot that may move.
+    fn first(&self) -> usize {
+        usize::from(self.held[0] == Held::All)
+    }
+
+    /// How many knots may move.
+    pub(super) fn count(&self) -> usize {
+        match self.is_closed {
+            true => self.legs(),
+            false => {
+                self.legs() + 1 - self.first() - usize::from(self.held[self.legs()] == Held::All)
+            }
+        }
+    }
+
+    /// The block of a knot; `None` if it stays.
+    pub(super) fn block(&self, knot: usize) -> Option<usize> {
+        let knot = match self.is_closed && knot == self.legs() {
+            true => 0,
+            false => knot,
+        };
+        let block = knot.checked_sub(self.first())?;
+        (block < self.count()).then_some(block)
+    }
+
+    /// The knot of a block.
+    pub(super) fn knot(&self, block: usize) -> usize {
+        self.first() + block
+    }
+
+    /// The shorter and the longer one of the legs at a knot.
+    fn around(&self, knot: usize) -> [f64; 2] {
+        let before = match (knot, self.is_closed) {
+            (0, true) => self.lengths.last(),
+            (0, false) => None,
+            _ => self.lengths.get(knot - 1),
+        };
+        let after = self.lengths.get(knot);
+        let legs = || before.into_iter().chain(after);
+        [
+            legs().fold(f64::INFINITY, |h, leg| h.min(*leg)),
+            legs().fold(0.0, |h, leg| h.max(*leg)),
+        ]
+    }
+
+    /// The largest entry of a gradient, in the time of the shorter leg at each knot, and another size.
+    pub(super) fn largest_gradient(&self, gradient: &[f64], other: f64) -> f64 {
+        self.largest(gradient, other, |[h, _]| [h.powi(3), h.powi(2)])
+    }
+
+    /// The largest displacement, or change of a velocity in the time of the longer leg at its knot, of a step.
+    pub(super) fn largest_change(&self, step: &[f64]) -> f64 {
+        self.largest(step, 0.0, |[_, h]| [1.0, h])
+    }
+
+    fn largest(&self, entries: &[f64], other: f64, units: impl Fn([f64; 2]) -> [f64; 2]) -> f64 {
+        let d = entries.len() / (2 * self.count());
+        let mut size = other;
+        for (block, entries) in entries.chunks_exact(2 * d).enumerate() {
+            let units = units(self.around(self.knot(block)));
+            for (entries, unit) in entries.chunks_exact(d).zip(units) {
+                for x in entries {
+                    size = larger(size, (unit * x).abs());
+                }
+            }
+        }
+        size
+    }
+
+    /// What the accelerations at the ends add to the cost: `<a_0, v_0> - <a_1, v_1>`.
+    pub(super) fn pull(&self, velocities: &[f64]) -> f64 {
+        let [first, last] = &self.accelerations;
+        let dot = |a: &[f64], v: &[f64]| -> f64 { a.iter().zip(v).map(|(a, v)| a * v).sum() };
+        dot(first, velocities) - dot(last, &velocities[velocities.len() - last.len()..])
+    }
+
+    /// Adds that to the gradient, which vanishes by the displacements of points that stay.
+    pub(super) fn constrain_gradient(&self, gradient: &mut [f64]) {
+        let d = gradient.len() / (2 * self.count());
+        let [first, last] = &self.accelerations;
+        let at = gradient.len() - d;
+        for (a, out) in first.iter().zip(&mut gradient[d..]) {
+            *out += a;
+        }
+        for (a, out) in last.iter().zip(&mut gradient[at..]) {
+            *out -= a;
+        }
+        for (block, out) in gradient.chunks_exact_mut(2 * d).enumerate() {
+            if self.held[self.knot(block)] == Held::Point {
+                out[..d].fill(0.0);
+            }
+        }
+    }
+
+    /// Rows and columns of displacements that are none become those of the identity.
+    pub(super) fn constrain(&self, blocks: &mut SymmetricBlocks) {
+        for block in 0..self.count() {
+            if self.held[self.knot(block)] == Held::Point {
+                blocks.hold(block, blocks.size / 2);
+            }
+        }
+    }
+}
