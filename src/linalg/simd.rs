@@ -23,26 +23,28 @@ pub(crate) fn each<A: Send, B: Clone + Send + Sync>(
     work: impl Fn(&mut B, usize, &mut A) + Sync,
 ) {
     if items.len() <= TASK || rayon::current_num_threads() == 1 {
-        return vectorised(
-            #[inline(always)]
-            || {
-                for (i, item) in items.iter_mut().enumerate() {
-                    work(buffers, i, item);
-                }
-            },
-        );
+        return task(items, buffers, 0, &work);
     }
     let buffers = &*buffers;
     let tasks = items.par_chunks_mut(TASK).enumerate();
-    tasks.for_each(|(task, items)| {
-        let mut buffers = buffers.clone();
-        vectorised(
-            #[inline(always)]
-            || {
-                for (i, item) in items.iter_mut().enumerate() {
-                    work(&mut buffers, TASK * task + i, item);
-                }
-            },
-        );
-    });
+    tasks.for_each(|(i, items)| task(items, &mut buffers.clone(), TASK * i, &work));
+}
+
+/// Work on items in a row, the first of which is `first`. Not inlined, so that every kernel is compiled once for the caller's
+/// thread and the pool together: compiling the crate took a third longer where it was, and the module was a megabyte larger.
+#[inline(never)]
+fn task<A, B>(
+    items: &mut [A],
+    buffers: &mut B,
+    first: usize,
+    work: &impl Fn(&mut B, usize, &mut A),
+) {
+    vectorised(
+        #[inline(always)]
+        || {
+            for (i, item) in items.iter_mut().enumerate() {
+                work(buffers, first + i, item);
+            }
+        },
+    );
 }

@@ -32,6 +32,32 @@ pub(super) struct Group<'a, T> {
     pub(super) leg: Leg<'a, T>,
     pub(super) step: &'a mut [T],
     pub(super) linear: CondensedLeg<'a, T>,
+    pub(super) progress: GroupProgress,
+}
+
+/// How far the iteration has come on the legs of a group: most legs of a long chain are solved in fewer steps than the worst one.
+pub(super) struct GroupProgress {
+    /// The largest entry of what is left of the equations of its legs and of the knots beside them: now, and before the last step.
+    pub(super) size: f64,
+    pub(super) before: f64,
+    /// The largest entry of the step since its legs were evaluated.
+    pub(super) moved: f64,
+    /// What the last terms of its series may contribute, as they were evaluated.
+    pub(super) accuracy: f64,
+    /// Whether the linear equations are to be set up anew.
+    pub(super) is_stale: bool,
+}
+
+impl GroupProgress {
+    fn new() -> Self {
+        GroupProgress {
+            size: f64::INFINITY,
+            before: f64::INFINITY,
+            moved: f64::INFINITY,
+            accuracy: f64::INFINITY,
+            is_stale: true,
+        }
+    }
 }
 
 impl<'a, T: Field> Group<'a, T> {
@@ -45,6 +71,7 @@ impl<'a, T: Field> Group<'a, T> {
             leg: Leg::new(space, room),
             step: room.take(3 * space.dim()),
             linear: CondensedLeg::new(space, room),
+            progress: GroupProgress::new(),
         }
     }
 }
@@ -119,13 +146,7 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
                             series.at_ends(d, order + 3, derivative, [&mut before, x]);
                         }
                     }
-                    None => {
-                        for p in 0..d {
-                            let [v, a, b] = [middle[0][p], middle[1][p], middle[2][p]];
-                            middle[0][p] = v + a * 0.5 + b * 0.125;
-                            middle[1][p] = a + b * 0.5;
-                        }
-                    }
+                    None => set_flat_middles(tension, middle),
                 }
             },
         );
@@ -139,50 +160,71 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
         }
     }
 
-    /// Follows the step, and evaluates what is left of all equations by series of the given orders.
-    pub(super) fn advance(&mut self, orders: Orders) {
-        self.follow_step();
-        self.evaluate(orders);
-    }
-
-    /// Changes the unknowns by the step.
-    pub(super) fn follow_step(&mut self) {
+    /// Changes the unknowns by a share of the step.
+    pub(super) fn follow_step(&mut self, share: f64) {
         for (velocity, step) in self.velocities.iter_mut().zip(&self.step) {
-            *velocity += step;
+            *velocity += share * step;
         }
         self.set_velocities();
         let d = self.space.dim();
         for Group { leg, step, .. } in &mut self.groups {
             for (x, step) in leg.middle.iter_mut().zip(step.chunks_exact(d)) {
                 for (x, step) in x.iter_mut().zip(step) {
-                    *x += *step;
+                    *x += *step * share;
                 }
             }
         }
     }
 
-    /// Evaluates what is left of all equations by series of the given orders.
-    pub(super) fn evaluate(&mut self, orders: Orders) {
-        let (space, d) = (self.space, self.space.dim());
+    /// Evaluates what is left of the equations of the legs that have moved by more than `still`, or whose series are not accurate
+    /// enough for what is left: with as many terms as the solution needs, or as the next step does.
+    pub(super) fn evaluate(&mut self, still: f64, is_last: bool) {
+        let space = self.space;
         each(
             &mut self.groups,
             &mut self.buffers.leg,
             #[inline(always)]
-            |scratch, _, Group { leg, .. }| {
+            |scratch, _, Group { leg, progress, .. }| {
+                let orders = match is_last {
+                    true => Orders::last(),
+                    false => Orders::after(progress.size),
+                };
+                if progress.moved <= still && progress.accuracy <= orders.accuracy {
+                    return;
+                }
                 leg.order = orders.of_leg(leg.speed(), leg.more);
                 leg.set_residual(space, scratch);
                 leg.more = orders.more(leg.more, leg.largest_tail());
+                progress.moved = 0.0;
+                // With more terms next time where these leave out too much.
+                progress.accuracy = match leg.largest_tail() <= orders.accuracy {
+                    true => orders.accuracy,
+                    false => f64::INFINITY,
+                };
             },
         );
-        let groups = &self.groups;
+        self.set_sizes();
+    }
+
+    /// Sets the jumps of accelerations, and what is left in all and group by group.
+    fn set_sizes(&mut self) {
+        let (d, groups) = (self.space.dim(), &self.groups);
         self.jumps = self.knots.jumps(d, |leg| {
             let accelerations = &groups[leg / T::COUNT].leg.accelerations;
             accelerations.each_ref().map(|x| &**x)
         });
-        self.size = self.knots.largest_jump(&self.jumps, d);
-        for Group { leg, .. } in groups {
-            self.size = larger(self.size, leg.residual.size);
+        for Group { leg, progress, .. } in &mut self.groups {
+            progress.size = leg.residual.size;
         }
+        for (knot, jump) in self.jumps.chunks_exact(d).enumerate() {
+            let size = self.knots.shortest(knot).powi(2) * largest(jump);
+            for leg in self.knots.legs_at(knot).into_iter().flatten() {
+                let progress = &mut self.groups[leg / T::COUNT].progress;
+                progress.size = larger(progress.size, size);
+            }
+        }
+        let sizes = self.groups.iter().map(|group| group.progress.size);
+        self.size = sizes.fold(0.0, larger);
     }
 
     /// Terms of the derivatives of the legs.
@@ -202,12 +244,6 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
             let is_accurate = leg.largest_tail() <= accuracy;
             leg.order == MOST && !is_accurate
         })
-    }
-
-    /// The largest velocity on a leg.
-    fn speed(&self) -> f64 {
-        let speeds = self.groups.iter().map(|group| group.leg.speed());
-        speeds.fold(0.0, larger)
     }
 
     /// The largest entry of an acceleration or a third vector.
@@ -238,21 +274,52 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
         }
     }
 
-    /// Products of the equations of a chain by series of the given orders.
-    pub(super) fn products_of_series(&self, orders: Orders) -> f64 {
-        let order = orders.of_leg(self.speed(), 0);
-        let [d, r, order] = [self.space.dim(), self.space.size(), order].map(|size| size as f64);
+    /// Products of the equations of the legs, by their series as they are.
+    pub(super) fn products_of_series(&self) -> f64 {
+        let [d, r] = [self.space.dim(), self.space.size()].map(|size| size as f64);
         let pair = 4.0 * r * d + r * r * r;
-        self.knots.lengths.len() as f64 * 0.5 * order * order * pair
+        let orders = self.groups.iter().map(|group| group.leg.order as f64);
+        orders
+            .map(|order| 0.5 * T::COUNT as f64 * order * order * pair)
+            .sum()
     }
 
-    /// Products of the derivative of the equations.
+    /// Products of the derivative of the equations, where that is to be set up anew.
     pub(super) fn products_of_derivative(&self) -> f64 {
         let sizes = [self.space.dim(), self.space.size(), self.terms()];
         let [d, r, terms] = sizes.map(|size| size as f64);
         let columns = 3.0 * d;
         let series = columns * 0.5 * terms * terms * 8.0 * r * d;
-        self.knots.lengths.len() as f64 * (series + columns.powi(3))
+        let stale = self.groups.iter().filter(|group| group.progress.is_stale);
+        (stale.count() * T::COUNT) as f64 * (series + columns.powi(3))
+    }
+}
+
+/// Tensions from which on legs start straight, in the time of the leg. The cubics of flat space would grow by `sinh(z) / z` along half
+/// a leg, `z = sqrt(tau) / 2`, and at their ends turn so far that no step leads back: with 100 in place of 10 splines on a circle
+/// with a tension of 35 or more are lost.
+const TAUT: f64 = 10.0;
+
+/// `x, x', x''` in the middle from those at the start: of a cubic of flat space, or at constant velocity with the same end.
+#[inline(always)]
+fn set_flat_middles<T: Field>(tension: Option<T>, middle: &mut [&mut [T]; 3]) {
+    let [velocity, acceleration, third] = middle;
+    let vectors = velocity
+        .iter_mut()
+        .zip(&mut **acceleration)
+        .zip(&mut **third);
+    for ((v, a), b) in vectors {
+        let [start, first, second] = [*v, *a, *b];
+        *v = start + first * 0.5 + second * 0.125;
+        *a = first + second * 0.5;
+        for lane in 0..T::COUNT {
+            if tension.is_some_and(|tension| tension.lane(lane) > TAUT) {
+                let straight = start + first * 0.5 + second * (1.0 / 6.0);
+                v.set_lane(lane, straight.lane(lane));
+                a.set_lane(lane, 0.0);
+                b.set_lane(lane, 0.0);
+            }
+        }
     }
 }
 

@@ -4,15 +4,18 @@
 use super::chain::{Buffers, Chain, Group};
 use super::condensed_leg::CondensedLeg;
 use crate::legs::Ends;
-use crate::linalg::field::Field;
+use crate::linalg::field::{Field, larger, largest};
 use crate::linalg::simd::each;
 use crate::solve::block_tridiagonal::{BlockTridiagonal, Factors};
 use crate::space::Homogeneous;
 
 impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
-    /// Sets up the linear equations for the present state; `false` where they are singular.
+    /// Sets up the linear equations of the legs that need new ones for the present state; `false` where they are singular.
     pub(super) fn linearise(&mut self) -> bool {
         let (space, terms) = (self.space, self.terms());
+        if self.groups.iter().all(|group| !group.progress.is_stale) {
+            return true;
+        }
         each(
             &mut self.groups,
             &mut self.buffers,
@@ -22,8 +25,16 @@ impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
                  condensing,
              },
              _,
-             Group { leg, linear, .. }| {
-                linear.linearise(space, leg, terms, scratch, condensing);
+             Group {
+                 leg,
+                 linear,
+                 progress,
+                 ..
+             }| {
+                if progress.is_stale {
+                    linear.linearise(space, leg, terms, scratch, condensing);
+                    progress.is_stale = false;
+                }
             },
         );
         self.factors = self.velocity_system();
@@ -53,9 +64,18 @@ impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
             &mut self.groups,
             &mut buffers,
             #[inline(always)]
-            |[first, last, work], group, Group { leg, step, linear }| {
+            |[first, last, work],
+             group,
+             Group {
+                 leg,
+                 step,
+                 linear,
+                 progress,
+             }| {
                 knots.write_velocities(&steps, group, [first, last]);
                 linear.write_step(space, leg, [first, last], work, step);
+                let sizes = [largest(first), largest(last), largest(step)];
+                progress.moved = sizes.into_iter().fold(progress.moved, larger);
             },
         );
         self.step = steps;

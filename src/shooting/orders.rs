@@ -50,11 +50,6 @@ impl Orders {
         }
     }
 
-    /// Whether nothing more is to be expected of the residual.
-    pub(super) fn are_last(self) -> bool {
-        self.accuracy <= FINE
-    }
-
     /// For a leg with that bound of its velocity, in its own time, which has shown to need some more.
     pub(super) fn of_leg(self, speed: f64, more: usize) -> usize {
         // A speed that is not finite is the largest.
