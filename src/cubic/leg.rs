@@ -244,7 +244,7 @@ fn evaluate<T: Number + Mul<M, Output = T>, M: Copy, B: Blocks>(
 ) -> Result<()> {
     let (m, k) = (march.blocks.normals(), march.blocks.k());
     let (r, rows, normals) = (m + k, march.blocks.r::<T>(), march.blocks.m::<T>());
-    put(march, start);
+    march.place(start.iter().copied());
     march.run(1.0, interrupt, |_, _, _| Ok(()))?;
     let series = &march.series;
     let d = start.len() / 3;
@@ -323,40 +323,6 @@ fn write_horizontal<T: Number>(values: &mut [T], block: &[T], [m, k]: [usize; 2]
     }
     for col in 0..k {
         block[r * col + k..][..m].iter().for_each(|x| write(*x));
-    }
-}
-
-/// Puts a march at the identity with the given `(x, x', x'')`.
-fn put<T: Number, B: Blocks>(march: &mut March<T, B>, start: &[T]) {
-    let (m, k) = (march.blocks.normals(), march.blocks.k());
-    let (rows, normals) = (march.blocks.r::<T>(), march.blocks.m::<T>());
-    (march.time, march.steps) = (0.0, 0);
-    let series = march.series.parts();
-    series.s[..rows * k].fill(T::ZERO);
-    series.e[..rows * normals].fill(T::ZERO);
-    let one = T::constant(1.0);
-    for col in 0..k {
-        series.s[col + rows * col] = one;
-    }
-    for normal in 0..m {
-        series.e[k + normal + rows * normal] = one;
-    }
-    let mut entries = start.iter();
-    for (omega, b) in series.omega.into_iter().zip(series.b) {
-        for col in 0..k {
-            omega[col + k * col] = T::ZERO;
-            for row in 0..col {
-                let entry = *entries.next().expect("as many as unknowns");
-                omega[row + k * col] = entry;
-                omega[col + k * row] = -entry;
-            }
-        }
-        for col in 0..k {
-            let to = &mut b[normals * col..][..m];
-            for (to, from) in to.iter_mut().zip(&mut entries) {
-                *to = *from;
-            }
-        }
     }
 }
 

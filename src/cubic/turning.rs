@@ -9,6 +9,10 @@
 
 use faer::{Mat, MatRef, Scale};
 
+use crate::error::{Error, Result};
+use crate::linalg::structure::{check_finite, check_shape, norm};
+use crate::manifold::stiefel::TANGENT_TOLERANCE;
+
 /// `A Y`.
 pub(crate) fn turned(s: MatRef<'_, f64>, ds: MatRef<'_, f64>, y: MatRef<'_, f64>) -> Mat<f64> {
     let inner = s.transpose() * ds;
@@ -33,4 +37,49 @@ pub(crate) fn turned_transposed(
 /// The matrix whose product of entries with a tangent vector is the inner product of `w` with it: `w - S S^T w / 2`.
 pub(crate) fn lowered(s: MatRef<'_, f64>, w: MatRef<'_, f64>) -> Mat<f64> {
     w.to_owned() - s * (s.transpose() * w) * Scale(0.5)
+}
+
+/// Gradients with respect to `dS` and `dY` of `<u, dS> + <w, dY - A Y>`, for tangent vectors `u` and `w`.
+pub(crate) fn by_data(
+    s: MatRef<'_, f64>,
+    [u, w]: [MatRef<'_, f64>; 2],
+    y: MatRef<'_, f64>,
+) -> [Mat<f64>; 2] {
+    let low = lowered(s, w);
+    [lowered(s, u) - turned_transposed(s, low.as_ref(), y), low]
+}
+
+/// The tangent vector `g [x, y]_m` of the tangent vectors `g x` and `g y` at `s`.
+pub(crate) fn bracket(s: MatRef<'_, f64>, v: MatRef<'_, f64>, w: MatRef<'_, f64>) -> Mat<f64> {
+    let [(x, x_normal), (y, y_normal)] = [v, w].map(|v| {
+        let omega = s.transpose() * v;
+        let normal = v - s * &omega;
+        (omega, normal)
+    });
+    let product = &x * &y - x_normal.transpose() * &y_normal;
+    s * (&product - product.transpose()) + x_normal * y - y_normal * x
+}
+
+/// Check a variation of a tangent vector `y` at `s`: shape, entries, and `S^T dY + dS^T Y` skew.
+///
+/// # Errors
+/// `Shape`, `NonFinite`, `NotTangent`.
+pub(crate) fn check_varied(
+    name: &'static str,
+    [s, y]: [MatRef<'_, f64>; 2],
+    [ds, dy]: [MatRef<'_, f64>; 2],
+) -> Result<()> {
+    check_shape(name, dy, s.nrows(), s.ncols())?;
+    check_finite(name, dy)?;
+    let half = s.transpose() * dy + ds.transpose() * y;
+    let defect = norm((&half + half.transpose()).as_ref()) * 0.5;
+    let tolerance = TANGENT_TOLERANCE * (1.0 + norm(dy) + norm(ds) * norm(y));
+    if defect <= tolerance {
+        return Ok(());
+    }
+    Err(Error::NotTangent {
+        name,
+        defect,
+        tolerance,
+    })
 }

@@ -1,11 +1,12 @@
 //! Variations of the data of a spline, and gradients with respect to them.
 
-use faer::{Mat, MatRef};
+use faer::{Mat, MatRef, Scale};
 
 use super::ends::{EndCondition, EndConditions};
 use super::knot_states::KnotStates;
+use crate::cubic::turning::check_varied;
 use crate::error::{Error, Result};
-use crate::linalg::structure::{check_finite, norm};
+use crate::linalg::structure::norm;
 use crate::manifold::Stiefel;
 use crate::manifold::stiefel::TANGENT_TOLERANCE;
 
@@ -208,27 +209,7 @@ fn check_end(
             });
         }
     };
-    if dv.shape() != s.shape() {
-        return Err(Error::Shape {
-            name: ENDS,
-            expected: format!("{:?}", s.shape()),
-            found: format!("{:?}", dv.shape()),
-        });
-    }
-    check_finite(ENDS, dv)?;
-    let unit = states.unit.powi(order as i32);
-    let v = &states.at(knot)[order];
     // The vector in the time of the curve.
-    let v = Mat::from_fn(v.nrows(), v.ncols(), |i, j| v[(i, j)] / unit);
-    let half = s.transpose() * dv + ds.transpose() * &v;
-    let defect = norm((&half + half.transpose()).as_ref()) * 0.5;
-    let tolerance = TANGENT_TOLERANCE * (1.0 + norm(dv) + norm(ds) * norm(v.as_ref()));
-    if defect <= tolerance {
-        return Ok(());
-    }
-    Err(Error::NotTangent {
-        name: ENDS,
-        defect,
-        tolerance,
-    })
+    let v = &states.at(knot)[order] * Scale(states.unit.powi(-(order as i32)));
+    check_varied(ENDS, [s, v.as_ref()], [ds, dv])
 }
