@@ -17,7 +17,7 @@ use faer::Mat;
 
 use super::end_equations::flat_inverse;
 use super::initial::Horizontal;
-use super::linear_flow::LinearFlow;
+use super::linear_flow::{LinearFlow, VARIATION};
 use super::problem::{pack, unpack};
 use super::variation::vary;
 use crate::error::{Error, Result};
@@ -42,9 +42,6 @@ const RESIDUAL: f64 = 1e-13;
 
 /// A solution that is so many times its right-hand side is left to the matrix, which shows whether the ends are conjugate.
 const SUSPECT: f64 = 1e4;
-
-/// What an `Overflow` is about.
-pub(super) const VARIATION: &str = "variation of a Riemannian cubic";
 
 /// Changes of `x'` (first row) and `x''` that move the end of a curve of flat space by a unit in the point, and in the velocity.
 const FLAT: [[f64; 2]; 2] = [[6.0, -2.0], [-12.0, 6.0]];
@@ -108,7 +105,7 @@ pub(super) fn end_forces(
         let mut reached = vary::<1>(&flow.data, 0, &[start], &[1.0], interrupt)?.remove(0);
         let mut end = pack(&reached.variations.remove(0));
         if let Some(u) = u {
-            add(&mut end, &pack(&reached.displaced(u)));
+            add(&mut end, 1.0, &pack(&reached.displaced(u)));
         }
         Ok(end)
     };
@@ -120,33 +117,24 @@ pub(super) fn end_forces(
     let known = at_end(Some(&u0), [w0, still.clone(), still])?;
     let mut right = pack(&[u1, w1]);
     let size = right.len();
-    let left_over = |right: &[f64], image: &[f64]| -> Vec<f64> {
-        right.iter().zip(image).map(|(b, ax)| b - ax).collect()
-    };
-    right = left_over(&right, &known);
+    add(&mut right, -1.0, &known);
     let (mut solution, mut rest) = (vec![0.0; size], right.clone());
     for _ in 0..MAX_PASSES {
-        let mut failure = None;
         let mut step = rest;
-        Gmres::new(size).solve(&mut step, PASS, |y, image| match product(y) {
-            Ok(found) => image.copy_from_slice(&found[..size]),
-            Err(error) => {
-                image.fill(0.0);
-                failure = Some(error);
-            }
-        });
-        if let Some(error) = failure {
-            return Err(error);
-        }
-        add(&mut solution, &step);
+        Gmres::new(size).try_solve(&mut step, PASS, |y, image| {
+            image.copy_from_slice(&product(y)?[..size]);
+            Result::Ok(())
+        })?;
+        add(&mut solution, 1.0, &step);
         let mut end = product(&solution)?;
-        rest = left_over(&right, &end);
+        rest = right.clone();
+        add(&mut rest, -1.0, &end);
         let length = norm(&solution);
         if !length.is_finite() || length > SUSPECT * norm(&right) {
             return Ok(None);
         }
         if norm(&rest) <= RESIDUAL * (norm(&right) + length) {
-            add(&mut end, &known);
+            add(&mut end, 1.0, &known);
             let [_, _, a1, b1] = unpack(&end, blocks);
             let [a0, b0] = unpack(&flat_inverse(&solution), blocks);
             let zero = Horizontal::zeros(blocks);
@@ -161,8 +149,8 @@ pub(super) fn end_forces(
     Ok(None)
 }
 
-fn add(sum: &mut [f64], other: &[f64]) {
+fn add(sum: &mut [f64], factor: f64, other: &[f64]) {
     for (sum, x) in sum.iter_mut().zip(other) {
-        *sum += x;
+        *sum += factor * x;
     }
 }

@@ -20,7 +20,7 @@ use super::taylor::{Accuracy, March};
 use super::work::work_of_step;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
-use crate::linalg::dual::{Dual, Number};
+use crate::linalg::dual::{Dual, Number, jacobian};
 use crate::linalg::lanes::{LANES, Lanes};
 
 /// Work of eight legs abreast, in that of one of them: half of what they take one after the other, at the most.
@@ -197,30 +197,12 @@ impl<B: Blocks, const N: usize> Leg for Marches<'_, B, N> {
             .get_or_insert_with(|| March::new(blocks, Accuracy::FULL));
         (several.accuracy, several.max_steps) = (accuracy, self.plain.max_steps);
         several.series.set_tension(tension);
-        let count = start.len();
-        let mut derivative = Mat::zeros(count, count);
-        let mut values = vec![Dual::constant(0.0); count];
-        let mut scratch = Vec::new();
-        for first in (0..count).step_by(N) {
-            let last = (first + N).min(count);
-            let mut varied: Vec<Dual<N>> = start.iter().map(|x| Dual::constant(*x)).collect();
-            for direction in first..last {
-                varied[direction].slope[direction - first] = 1.0;
-            }
-            evaluate(
-                several,
-                &varied,
-                next,
-                self.interrupt,
-                &mut scratch,
-                &mut values,
-            )?;
-            for (row, value) in values.iter().enumerate() {
-                for column in first..last {
-                    derivative[(row, column)] = value.slope[column - first];
-                }
-            }
-        }
+        let (interrupt, mut scratch) = (self.interrupt, Vec::new());
+        let (derivative, _) = jacobian(start, |varied| {
+            let mut values = vec![Dual::constant(0.0); varied.len()];
+            evaluate(several, varied, next, interrupt, &mut scratch, &mut values)?;
+            Result::Ok(values)
+        })?;
         Ok(derivative)
     }
 

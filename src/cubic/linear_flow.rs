@@ -39,7 +39,10 @@ use crate::curve::sampling::check_parameter;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::dual::Dual;
-use crate::linalg::structure::{check_finite, check_shape};
+use crate::linalg::structure::{check_finite, check_range, check_shape};
+
+/// What an `Overflow` is about.
+pub(super) const VARIATION: &str = "variation of a Riemannian cubic";
 
 /// The linearised flow from the start of a curve.
 #[derive(Debug, Clone)]
@@ -56,11 +59,8 @@ pub(super) enum Part {
     Row,
 }
 
-/// A cotangent at a time after the start, in the coordinates of the frame there, shape `(r, k)`.
-struct Load {
-    time: f64,
-    cotangent: Mat<f64>,
-}
+/// A time after the start and a cotangent there, in the coordinates of the frame at the start, shape `(r, k)`.
+type Load = (f64, Mat<f64>);
 
 impl LinearFlow {
     /// From point, velocity, covariant acceleration and covariant jerk at the start, shape `(n, k)`, and the tension.
@@ -134,6 +134,9 @@ impl LinearFlow {
                 *out += &rows * flow.submatrix(0, k, k, 3 * k).transpose();
             }
         }
+        for point in &out {
+            check_range(VARIATION, point.as_ref())?;
+        }
         Ok(out)
     }
 
@@ -147,14 +150,11 @@ impl LinearFlow {
         cotangents: &[MatRef<'_, f64>],
         interrupt: Interrupt<'_>,
     ) -> Result<[Mat<f64>; 4]> {
-        let load = |(&time, cotangent): (&f64, &MatRef<'_, f64>)| Load {
-            time,
-            cotangent: self.frame.transpose() * cotangent,
-        };
-        let mut loads: Vec<Load> = times.iter().zip(cotangents).map(load).collect();
+        let low = cotangents.iter().map(|w| self.frame.transpose() * w);
+        let mut loads: Vec<Load> = times.iter().copied().zip(low).collect();
         // From the latest to the start, and from the earliest.
-        loads.sort_by(|one, other| other.time.total_cmp(&one.time));
-        let later = loads.partition_point(|load| load.time >= 0.0);
+        loads.sort_by(|one, other| other.0.total_cmp(&one.0));
+        let later = loads.partition_point(|load| load.0 >= 0.0);
         let (later, earlier) = loads.split_at_mut(later);
         earlier.reverse();
         let (n, k) = (self.frame.nrows(), self.blocks().k);
@@ -209,9 +209,9 @@ impl LinearFlow {
         let blocks = self.blocks();
         let mut march = March::<Dual<1>, Sized>::new(blocks, Accuracy::FULL);
         start(&mut march, &self.data, &[]);
-        for load in loads {
-            march.run(load.time, interrupt, |_, _, _| Ok(()))?;
-            jump(&mut march, load.cotangent.as_ref());
+        for (time, cotangent) in loads {
+            march.run(*time, interrupt, |_, _, _| Ok(()))?;
+            jump(&mut march, cotangent.as_ref());
         }
         march.run(0.0, interrupt, |_, _, _| Ok(()))?;
         let mut reached = Reached::none(blocks);
@@ -296,21 +296,16 @@ pub(super) fn side_by_side(matrices: &[MatRef<'_, f64>]) -> Mat<f64> {
 /// Adds a cotangent to the slope of `x''`.
 fn jump(march: &mut March<Dual<1>, Sized>, cotangent: MatRef<'_, f64>) {
     let Sized { m, k } = march.blocks;
-    let r = m + k;
+    let mut here = Reached::none(march.blocks);
+    here.read(march, 0);
+    let bar = Horizontal::of_tangent(here.frame.as_ref(), cotangent);
     let parts = march.series.parts();
-    let product = |column: &[Dual<1>], j: usize| {
-        let entries = column.iter().enumerate();
-        entries
-            .map(|(i, x)| x.value * cotangent[(i, j)])
-            .sum::<f64>()
-    };
     for j in 0..k {
         for i in 0..k {
-            let [one, other] = [[i, j], [j, i]].map(|[i, j]| product(&parts.s[r * i..][..r], j));
-            parts.omega[2][i + k * j].slope[0] += one - other;
+            parts.omega[2][i + k * j].slope[0] += 2.0 * bar.omega[(i, j)];
         }
         for i in 0..m {
-            parts.b[2][i + m * j].slope[0] += product(&parts.e[r * i..][..r], j);
+            parts.b[2][i + m * j].slope[0] += bar.normal[(i, j)];
         }
     }
 }

@@ -53,13 +53,8 @@ impl LinearPiece {
             let reached = vary::<1>(&flow.data, 0, &[], &[1.0], interrupt)?.remove(0);
             (reached.frame, None)
         };
-        let outer = match flow.has_rows() {
-            true => {
-                let (_, matrix) = flow.unit_flows(Part::Row, &[1.0], interrupt)?.remove(0);
-                Some(end_stiffness(&matrix)?)
-            }
-            false => None,
-        };
+        let row = || end_stiffness(&flow.unit_flows(Part::Row, &[1.0], interrupt)?[0].1);
+        let outer = flow.has_rows().then(row).transpose()?;
         Ok(LinearPiece {
             end: &flow.frame * turn,
             flow,
@@ -85,11 +80,12 @@ impl LinearPiece {
         Ok(Cow::Owned(end_stiffness(&flows[0].1)?))
     }
 
-    /// The change of `(x''_0, -x'_0, -x''_1, x'_1)`, by `(u_0, w_0, u_1, w_1)`: tangent vectors.
+    /// The change of the gradient of half the cost, `(x''_0, -x'_0, -x''_1, x'_1)` with `x'' - tau x` for `x''` in tension, by
+    /// `(u_0, w_0, u_1, w_1)`: tangent vectors.
     ///
     /// # Errors
     /// Without the matrix in the span, those of [`LinearPiece::with_matrix`].
-    pub(crate) fn accelerations(
+    pub(crate) fn stiffness(
         &self,
         z: &[Mat<f64>; 4],
         interrupt: Interrupt<'_>,
@@ -119,40 +115,40 @@ impl LinearPiece {
                 *out += rows.subcols(part * k, k);
             }
         }
+        out[0] -= z[1] * self.tension();
+        out[2] += z[3] * self.tension();
         Ok(out)
     }
 
-    /// The change of the gradient of half the cost by `(u_0, w_0, u_1, w_1)`: [`LinearPiece::accelerations`] with `x'' - tau x` in
-    /// place of `x''`.
+    /// The changes of `x'` and `x''` at the start, by `(u_0, w_0, u_1, w_1)`.
     ///
     /// # Errors
-    /// As [`LinearPiece::accelerations`].
-    pub(crate) fn stiffness(
+    /// As [`LinearPiece::stiffness`].
+    pub(crate) fn at_start(
         &self,
         z: &[Mat<f64>; 4],
         interrupt: Interrupt<'_>,
-    ) -> Result<[Mat<f64>; 4]> {
-        let mut found = self.accelerations(z, interrupt)?;
-        let tension = self.flow.data.tension;
-        if tension != 0.0 {
-            found[0] -= &z[1] * Scale(tension);
-            found[2] += &z[3] * Scale(tension);
-        }
-        Ok(found)
+    ) -> Result<[Mat<f64>; 2]> {
+        let [pull, minus_a, ..] = self.stiffness(z, interrupt)?;
+        Ok([-minus_a, pull + &z[1] * self.tension()])
+    }
+
+    fn tension(&self) -> Scale<f64> {
+        Scale(self.flow.data.tension)
     }
 
     /// The variations of the points at some times, for `(u_0, w_0, u_1, w_1)`.
     ///
     /// # Errors
-    /// `TooManySteps`, `Overflow`, `Interrupted`, and as [`LinearPiece::accelerations`].
+    /// `TooManySteps`, `Overflow`, `Interrupted`, and as [`LinearPiece::stiffness`].
     pub(crate) fn points(
         &self,
         z: &[Mat<f64>; 4],
         times: &[f64],
         interrupt: Interrupt<'_>,
     ) -> Result<Vec<Mat<f64>>> {
-        let [b, minus_a, ..] = self.accelerations(z, interrupt)?;
-        let start = [z[0].clone(), z[1].clone(), -minus_a, b];
+        let [a, b] = self.at_start(z, interrupt)?;
+        let start = [z[0].clone(), z[1].clone(), a, b];
         self.flow.points(&start, times, interrupt)
     }
 
@@ -172,8 +168,9 @@ impl LinearPiece {
     ) -> Result<[Mat<f64>; 4]> {
         let [p, w, a, b] = self.flow.collected(times, cotangents, interrupt)?;
         let zero = Mat::zeros(p.nrows(), p.ncols());
-        let [f, g, h, i] = self.accelerations(&[p, w, zero.clone(), zero], interrupt)?;
-        Ok([b - f, -a - g, -h, -i])
+        let pull = b - &w * self.tension();
+        let [f, g, h, i] = self.stiffness(&[p, w, zero.clone(), zero], interrupt)?;
+        Ok([pull - f, -a - g, -h, -i])
     }
 
     /// The second derivative of half the cost by the velocities at both ends, rows and columns, in frames there of shape `(n, r)`
@@ -202,37 +199,40 @@ impl LinearPiece {
             })
         });
         let matrix = self.matrix(interrupt)?;
-        let block = |row: usize, column: usize| {
-            let at = [row, column].map(|end| (2 * end + 1) * own);
-            let inner = matrix.submatrix(at[0], at[1], own, own) * &carried[column];
-            let mut block = carried[row].transpose() * inner;
+        Ok(by_ends(|row, column| {
+            let inner = block(&matrix, row, column) * &carried[column];
+            let mut out = carried[row].transpose() * inner;
             if let Some(outer) = &self.outer {
                 let off = normals[row].transpose() * self.flow.off(normals[column].to_owned());
-                let at = [row, column].map(|end| (2 * end + 1) * k);
-                let outer = outer.submatrix(at[0], at[1], k, k);
+                let outer = block(outer, row, column);
                 for (i, j) in (0..wide * k).flat_map(|i| (0..wide * k).map(move |j| (i, j))) {
-                    block[(half + i, half + j)] +=
+                    out[(half + i, half + j)] +=
                         off[(i % wide, j % wide)] * outer[(i / wide, j / wide)];
                 }
             }
-            block
-                .row_iter()
-                .flat_map(|row| row.iter().copied().collect::<Vec<_>>())
-                .collect()
-        };
-        Ok([[block(0, 0), block(0, 1)], [block(1, 0), block(1, 1)]])
+            entries(out.as_ref())
+        }))
     }
 
-    /// The same for a row outside of the span of both frames, shape `(k, k)` each.
+    /// The same for a row outside of the span of both frames, shape `(k, k)` each; `None` where the span is all of `R^n`.
     pub(crate) fn by_velocity_rows(&self) -> Option<[[Vec<f64>; 2]; 2]> {
         let outer = self.outer.as_ref()?;
-        let k = outer.nrows() / 4;
-        let block = |row: usize, column: usize| {
-            let at = [row, column].map(|end| (2 * end + 1) * k);
-            (0..k * k)
-                .map(|i| outer[(at[0] + i / k, at[1] + i % k)])
-                .collect()
-        };
-        Some([[block(0, 0), block(0, 1)], [block(1, 0), block(1, 1)]])
+        Some(by_ends(|row, column| entries(block(outer, row, column))))
     }
+}
+
+fn by_ends<T>(part: impl Fn(usize, usize) -> T) -> [[T; 2]; 2] {
+    [[part(0, 0), part(0, 1)], [part(1, 0), part(1, 1)]]
+}
+
+/// The block of the velocities at two ends.
+fn block(matrix: &Mat<f64>, row: usize, column: usize) -> MatRef<'_, f64> {
+    let d = matrix.nrows() / 4;
+    matrix.submatrix((2 * row + 1) * d, (2 * column + 1) * d, d, d)
+}
+
+/// Row by row.
+fn entries(matrix: MatRef<'_, f64>) -> Vec<f64> {
+    let rows = matrix.row_iter();
+    rows.flat_map(|row| row.iter()).copied().collect()
 }

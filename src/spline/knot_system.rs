@@ -219,14 +219,14 @@ impl KnotSystem {
 
 /// The largest sum of absolute values of a row.
 fn largest_row(matrix: &BlockTridiagonal, d: usize) -> f64 {
-    let rows = |blocks: &[f64]| -> Vec<f64> {
-        let sum = |row: &[f64]| row.iter().map(|x| x.abs()).sum::<f64>();
-        blocks.chunks_exact(d).map(sum).collect()
+    let parts = [&matrix.below, &matrix.diagonal, &matrix.above];
+    let entries = |row: usize| {
+        parts
+            .into_iter()
+            .flat_map(move |part| &part[row * d..][..d])
     };
-    let parts = [&matrix.below, &matrix.diagonal, &matrix.above].map(|blocks| rows(blocks));
-    (0..parts[0].len())
-        .map(|row| parts.iter().map(|part| part[row]).sum::<f64>())
-        .fold(0.0, f64::max)
+    let sums = (0..matrix.diagonal.len() / d).map(|row| entries(row).map(|x| x.abs()).sum());
+    sums.fold(0.0, f64::max)
 }
 
 /// The smallest absolute value of an eigenvalue, by powers of the inverse; 0 where that is not finite.
