@@ -116,7 +116,8 @@ pub struct BoundaryDerivative {
     /// `(S, V, A, J)` at the start and at the end in the time in which the curve takes one unit, shape `(n, k)`.
     ends: [[Mat<f64>; 4]; 2],
     piece: LinearPiece,
-    cost: CostGradient,
+    /// In that time too.
+    tension: f64,
 }
 
 impl RiemannianCubic {
@@ -135,7 +136,7 @@ impl RiemannianCubic {
         Ok(BoundaryDerivative {
             span: self.t_span(),
             piece: LinearPiece::new(start, unit.tension(), interrupt)?,
-            cost: self.cost_gradient()?,
+            tension: unit.tension(),
             ends,
         })
     }
@@ -153,16 +154,9 @@ impl RiemannianCubic {
     /// # Errors
     /// `Overflow` where a derivative at an end is too large for a number.
     pub fn cost_gradient(&self) -> Result<CostGradient> {
-        let (span, tension) = (self.t_span(), self.tension());
-        let end = |t: f64, sign: f64| -> Result<[Mat<f64>; 2]> {
-            let state = self.state(t)?;
-            let [s, v, a, j] = state.each_ref().map(|x| x.as_ref());
-            let pull = j - bracket(s, v, a) * Scale(0.5) - v * Scale(tension);
-            let bars = [pull * Scale(-2.0 * sign), a * Scale(2.0 * sign)];
-            Ok(by_data(s, bars.each_ref().map(|x| x.as_ref()), v))
-        };
-        let ([s0, v0], [s1, v1]) = (end(span.0, -1.0)?, end(span.1, 1.0)?);
-        Ok(CostGradient { s0, v0, s1, v1 })
+        let span = self.t_span();
+        let ends = [self.state(span.0)?, self.state(span.1)?];
+        Ok(cost_gradient(&ends, self.tension()))
     }
 }
 
@@ -260,7 +254,7 @@ impl BoundaryDerivative {
     /// `Shape`, `NonFinite`, `NotTangent`, `Overflow`.
     pub fn cost(&self, variation: &BoundaryVariation<'_>) -> Result<f64> {
         self.check(variation)?;
-        let CostGradient { s0, v0, s1, v1 } = &self.cost;
+        let CostGradient { s0, v0, s1, v1 } = self.cost_gradient();
         let total = dot(s0.as_ref(), variation.s0)
             + dot(v0.as_ref(), variation.v0)
             + dot(s1.as_ref(), variation.s1)
@@ -275,7 +269,10 @@ impl BoundaryDerivative {
 
     /// The gradient of the cost `J`: [`RiemannianCubic::cost_gradient`].
     pub fn cost_gradient(&self) -> CostGradient {
-        self.cost.clone()
+        let CostGradient { s0, v0, s1, v1 } = cost_gradient(&self.ends, self.tension);
+        let [s0, s1] = [s0, s1].map(|by_point| self.slowed(by_point, 3));
+        let [v0, v1] = [v0, v1].map(|by_velocity| self.slowed(by_velocity, 2));
+        CostGradient { s0, v0, s1, v1 }
     }
 
     /// `(u_0, w_0, u_1, w_1)` in the time in which the curve takes one unit.
@@ -307,6 +304,17 @@ impl BoundaryDerivative {
         }
         Ok(())
     }
+}
+
+/// From point, velocity, covariant acceleration and covariant jerk at both ends.
+fn cost_gradient(ends: &[[Mat<f64>; 4]; 2], tension: f64) -> CostGradient {
+    let [[s0, v0], [s1, v1]] = [(&ends[0], -2.0), (&ends[1], 2.0)].map(|(state, factor)| {
+        let [s, v, a, j] = state.each_ref().map(|x| x.as_ref());
+        let pull = j - bracket(s, v, a) * Scale(0.5) - v * Scale(tension);
+        let bars = [pull * Scale(-factor), a * Scale(factor)];
+        by_data(s, bars.each_ref().map(|x| x.as_ref()), v)
+    });
+    CostGradient { s0, v0, s1, v1 }
 }
 
 /// Times of an interval in the unit of its length.

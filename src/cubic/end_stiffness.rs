@@ -137,13 +137,8 @@ pub(super) fn end_forces(
             add(&mut end, 1.0, &known);
             let [_, _, a1, b1] = unpack(&end, blocks);
             let [a0, b0] = unpack(&flat_inverse(&solution), blocks);
-            let zero = Horizontal::zeros(blocks);
-            return Ok(Some([
-                b0,
-                zero.clone().plus(-1.0, &a0),
-                zero.plus(-1.0, &b1),
-                a1,
-            ]));
+            let minus = |x: Horizontal| Horizontal::zeros(blocks).plus(-1.0, &x);
+            return Ok(Some([b0, minus(a0), minus(b1), a1]));
         }
     }
     Ok(None)

@@ -22,13 +22,8 @@ pub(super) fn check_ends(states: &KnotStates, ends: &EndConditions) -> Result<()
         for order in [1, 2] {
             let [before, after] = [&states.ends[knot - 1][1], &states.ends[knot][0]];
             let h = states.lengths[knot - 1].min(states.lengths[knot]);
-            check(
-                &before[order],
-                &after[order],
-                h.powi(order as i32),
-                SMOOTH,
-                knot,
-            )?;
+            let factor = h.powi(order as i32);
+            check(&before[order], &after[order], factor, SMOOTH, knot)?;
         }
     }
     let found = |end: usize, order: usize| &states.at([0, last][end])[order];
