@@ -13,6 +13,16 @@ use crate::linalg::structure::check_range;
 const LARGEST_MOMENTUM: usize = 1 << 14;
 
 impl RiemannianCubic {
+    /// Point, velocity, covariant acceleration and covariant jerk at a time.
+    pub(crate) fn state(&self, t: f64) -> Result<[Mat<f64>; 4]> {
+        Ok([
+            self.point(t)?,
+            self.derivative(t, 1)?,
+            self.acceleration(t)?,
+            self.jerk(t)?,
+        ])
+    }
+
     /// Point, velocity, covariant acceleration and covariant jerk at the start of [`t_span`](Curve::t_span), each of
     /// shape `(n, k)`.
     ///
@@ -25,12 +35,7 @@ impl RiemannianCubic {
         let moment = self.clock.path_time(start);
         let ends = self.path.ends();
         let Some(state) = ends.into_iter().find(|state| state.time == moment) else {
-            return Ok([
-                self.point(start)?,
-                self.derivative(start, 1)?,
-                self.acceleration(start)?,
-                self.jerk(start)?,
-            ]);
+            return self.state(start);
         };
         let (r, k) = (self.path.r(), self.k());
         let [x, a, second] = self.vectors(state);

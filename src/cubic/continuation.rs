@@ -15,6 +15,7 @@ use super::homotopy::Homotopy;
 use super::taylor::Accuracy;
 use crate::error::{Error, Result};
 use crate::linalg::decomp::solve_square;
+use crate::linalg::gmres::{dot, norm};
 
 /// Steps along the curve at the most.
 pub(super) const MAX_STEPS: usize = 150;
@@ -237,12 +238,4 @@ fn lost<T>(outcome: Result<T>) -> Result<Option<T>> {
         Err(error @ Error::Interrupted { .. }) => Err(error),
         Err(_) => Ok(None),
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-pub(super) fn norm(a: &[f64]) -> f64 {
-    dot(a, a).sqrt()
 }

@@ -31,8 +31,8 @@ pub(super) fn allowed_steps(speed: f64) -> usize {
 /// Boundary data in coordinates in which the start is the identity, blocks column by column.
 #[derive(Debug, Clone)]
 pub(super) struct Target {
-    /// `omega` and `b` of the initial velocity.
-    pub(super) velocity: [Vec<f64>; 2],
+    /// Independent entries of the initial velocity.
+    pub(super) velocity: Vec<f64>,
     /// End point and end velocity, shape `(r, k)`.
     pub(super) end: [Vec<f64>; 2],
     /// The larger of the end speeds, in the Frobenius norm.
@@ -70,7 +70,10 @@ pub(super) fn evaluate<T: Number, B: Blocks>(
 ) -> Result<Residual<T>> {
     let (m, k) = (march.blocks.normals(), march.blocks.k());
     let (r, rows, normals) = (m + k, march.blocks.r::<T>(), march.blocks.m::<T>());
-    start(march, target, y);
+    march.max_steps = allowed_steps(target.speed);
+    march.series.set_tension(target.tension);
+    let velocity = target.velocity.iter().map(|x| T::constant(*x));
+    march.place(velocity.chain(y.iter().copied()));
     march.run(1.0, interrupt, |_, _, _| Ok(()))?;
     let series = &march.series;
     let half = T::constant(0.5);
@@ -127,50 +130,4 @@ pub(super) fn evaluate<T: Number, B: Blocks>(
     Err(Error::Overflow {
         quantity: "end of the curve",
     })
-}
-
-/// Puts a march at the start: the identity, the given velocity, `(x', x'') = y`.
-fn start<T: Number, B: Blocks>(march: &mut March<T, B>, target: &Target, y: &[T]) {
-    let (m, k) = (march.blocks.normals(), march.blocks.k());
-    let (r, rows, normals) = (m + k, march.blocks.r::<T>(), march.blocks.m::<T>());
-    (march.time, march.steps) = (0.0, 0);
-    march.max_steps = allowed_steps(target.speed);
-    march.series.set_tension(target.tension);
-    let series = march.series.parts();
-    series.s[..rows * k].fill(T::ZERO);
-    series.e[..rows * march.blocks.m::<T>()].fill(T::ZERO);
-    for col in 0..r {
-        let one = T::constant(1.0);
-        match col.checked_sub(k) {
-            None => series.s[col + rows * col] = one,
-            Some(normal) => series.e[col + rows * normal] = one,
-        }
-    }
-    for (to, from) in series.omega[0].iter_mut().zip(&target.velocity[0]) {
-        *to = T::constant(*from);
-    }
-    for col in 0..k {
-        let from = &target.velocity[1][m * col..][..m];
-        for (to, from) in series.b[0][normals * col..].iter_mut().zip(from) {
-            *to = T::constant(*from);
-        }
-    }
-    let mut entries = y.iter();
-    for derivative in 1..3 {
-        let omega = &mut *series.omega[derivative];
-        for col in 0..k {
-            omega[col + k * col] = T::ZERO;
-            for row in 0..col {
-                let entry = *entries.next().expect("as many as unknowns");
-                omega[row + k * col] = entry;
-                omega[col + k * row] = -entry;
-            }
-        }
-        for col in 0..k {
-            let to = &mut series.b[derivative][normals * col..][..m];
-            for (to, from) in to.iter_mut().zip(&mut entries) {
-                *to = *from;
-            }
-        }
-    }
 }

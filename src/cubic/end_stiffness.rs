@@ -1,4 +1,4 @@
-//! The second derivative of the cost of a cubic by points and velocities at its ends.
+//! The second derivative of the cost of a cubic by points and velocities at its ends, in the time in which it takes one unit.
 //!
 //! With displacements `u` of the ends in their frames and `w` the variations of the velocities beside them,
 //!
@@ -8,166 +8,144 @@
 //!
 //! and its derivative is a matrix of four times four blocks. It is symmetric but for the blocks of two displacements of one end,
 //! which do not commute, and in tension for those of `x''` by `w` at the same end: the gradient has `x'' - tau x` there.
+//!
+//! The `(x', x'')` at the start that move the end as wanted are measured by the change of point and velocity that they make in flat
+//! space, where `s = a / 2 + x'' / 6` and `v = a + x'' / 2`: then the matrix of their equations is near the identity for slow
+//! curves, and its singular values tell how far the ends are from conjugate ones.
 
-use faer::{Mat, MatRef};
+use faer::Mat;
 
-use super::end_response::{Response, blocks_of, row_variations, unit_variations};
-use super::initial::{Horizontal, InitialData};
-use super::loads::canonical;
-use super::problem::pack;
-use super::reduced::Sized;
-use super::variation::{Slopes, vary};
+use super::end_equations::flat_inverse;
+use super::initial::Horizontal;
+use super::linear_flow::{LinearFlow, VARIATION};
+use super::problem::{pack, unpack};
+use super::variation::vary;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
+use crate::linalg::decomp::{singular_range, solve_matrix};
+use crate::linalg::gmres::{Gmres, norm};
+use crate::linalg::structure::check_range;
 
-/// Sign of the gradient, and which of `(x', x'')` it is, for each of its four parts.
-const PARTS: [(f64, usize); 4] = [(1.0, 1), (-1.0, 0), (-1.0, 1), (1.0, 0)];
+/// Ends whose smallest singular value is below this share of the largest count as conjugate.
+///
+/// Ten times what boundary problems are solved to by default: ends that are no nearer cannot be told from conjugate ones.
+const CONJUGATE: f64 = 1e-11;
 
-/// The matrix in the coordinates of [`pack`] in the frames at both ends.
-#[derive(Debug, Clone)]
-pub(super) struct EndStiffness {
-    /// Shape `(4 d, 4 d)`.
-    pub(super) matrix: Mat<f64>,
+/// Share of a right-hand side that one pass of the minimal residual method leaves.
+const PASS: f64 = 1e-8;
+
+/// Passes; each starts from what the last one left, so that errors of the products do not add up.
+const MAX_PASSES: usize = 4;
+
+/// What is left in the end, relative to right-hand side and solution together: the matrix is of size one.
+const RESIDUAL: f64 = 1e-13;
+
+/// A solution that is so many times its right-hand side is left to the matrix, which shows whether the ends are conjugate.
+const SUSPECT: f64 = 1e4;
+
+/// Changes of `x'` (first row) and `x''` that move the end of a curve of flat space by a unit in the point, and in the velocity.
+const FLAT: [[f64; 2]; 2] = [[6.0, -2.0], [-12.0, 6.0]];
+
+/// Sign of the gradient, and which of `(p, w, a, b)` it is, for each of its four parts.
+const PARTS: [(f64, usize); 4] = [(1.0, 3), (-1.0, 2), (-1.0, 3), (1.0, 2)];
+
+/// The matrix, shape `(4 d, 4 d)`, from that of `(p, w, a, b)` at the end by those at the start.
+///
+/// # Errors
+/// `ConjugateEnds`, `Overflow`, `Decomposition`.
+pub(super) fn end_stiffness(flow: &Mat<f64>) -> Result<Mat<f64>> {
+    let d = flow.nrows() / 4;
+    if d == 0 {
+        return Ok(flow.clone());
+    }
+    check_range(VARIATION, flow.as_ref())?;
+    let unknown = Mat::from_fn(2 * d, 2 * d, |i, j| {
+        let [by_a, by_b] = [2, 3].map(|level| flow[(i, level * d + j % d)]);
+        FLAT[0][j / d] * by_a + FLAT[1][j / d] * by_b
+    });
+    let [smallest, largest] = singular_range(unknown.as_ref())?;
+    let conjugate = Error::ConjugateEnds { smallest, largest };
+    if smallest.is_nan() || smallest <= CONJUGATE * largest {
+        return Err(conjugate);
+    }
+    // What of the end is to be made up for by `(x', x'')` at the start.
+    let right = Mat::from_fn(2 * d, 4 * d, |i, j| match j.checked_sub(2 * d) {
+        None => -flow[(i, j)],
+        Some(j) => f64::from(u8::from(i == j)),
+    });
+    let found = solve_matrix(unknown.as_ref(), right.as_ref()).ok_or(conjugate)?;
+    let start = Mat::from_fn(2 * d, 4 * d, |i, j| {
+        let [point, velocity] = [0, d].map(|part| found[(part + i % d, j)]);
+        FLAT[i / d][0] * point + FLAT[i / d][1] * velocity
+    });
+    let mut end = flow.submatrix(2 * d, 2 * d, 2 * d, 2 * d) * &start;
+    let mut known = end.subcols_mut(0, 2 * d);
+    known += flow.submatrix(2 * d, 0, 2 * d, 2 * d);
+    let matrix = Mat::from_fn(4 * d, 4 * d, |i, j| {
+        let (sign, level) = PARTS[i / d];
+        let from = if i < 2 * d { &start } else { &end };
+        sign * from[((level - 2) * d + i % d, j)]
+    });
+    check_range(VARIATION, matrix.as_ref())?;
+    Ok(matrix)
 }
 
-/// Which coordinates: those of the span, or of one row beside it.
-enum Coordinates {
-    Span,
-    Row,
-}
-
-impl Coordinates {
-    fn of(&self, vector: &Horizontal) -> Vec<f64> {
-        match self {
-            Coordinates::Span => pack(std::slice::from_ref(vector)),
-            Coordinates::Row => {
-                let (last, k) = (vector.normal.nrows() - 1, vector.normal.ncols());
-                (0..k).map(|j| vector.normal[(last, j)]).collect()
-            }
+/// The product of the matrix in the span with `(u_0, w_0, u_1, w_1)` by the minimal residual method; `None` where that does not
+/// converge, or to a suspiciously large solution.
+///
+/// # Errors
+/// `TooManySteps`, `Overflow`, `Interrupted`.
+pub(super) fn end_forces(
+    flow: &LinearFlow,
+    [u0, w0, u1, w1]: [Horizontal; 4],
+    interrupt: Interrupt<'_>,
+) -> Result<Option<[Horizontal; 4]>> {
+    let blocks = flow.blocks();
+    let at_end = |u: Option<&Horizontal>, start: [Horizontal; 3]| -> Result<Vec<f64>> {
+        let mut reached = vary::<1>(&flow.data, 0, &[start], &[1.0], interrupt)?.remove(0);
+        let mut end = pack(&reached.variations.remove(0));
+        if let Some(u) = u {
+            add(&mut end, 1.0, &pack(&reached.displaced(u)));
         }
-    }
-}
-
-impl EndStiffness {
-    /// In the span of the data; with the frame at the end, in the coordinates of the one at the start.
-    ///
-    /// # Errors
-    /// `ConjugateEnds`, `Overflow`, `TooManySteps`, `Decomposition`, `Interrupted`.
-    pub(super) fn in_span(
-        data: &InitialData,
-        duration: f64,
-        interrupt: Interrupt<'_>,
-    ) -> Result<(Self, Mat<f64>)> {
-        let directions = unit_variations(blocks_of(data));
-        let slopes = one(vary::<8>(data, 0, &directions, &[duration], interrupt)?);
-        let units: Vec<&Horizontal> = directions[..directions.len() / 3]
-            .iter()
-            .map(|direction| &direction[0])
-            .collect();
-        let stiffness = Self::of(&slopes, &units, &Coordinates::Span, duration)?;
-        Ok((stiffness, slopes.frame))
-    }
-
-    /// For one row outside of the span.
-    ///
-    /// # Errors
-    /// As [`EndStiffness::in_span`].
-    pub(super) fn of_row(
-        data: &InitialData,
-        duration: f64,
-        interrupt: Interrupt<'_>,
-    ) -> Result<Self> {
-        let directions = row_variations(blocks_of(data));
-        let slopes = one(vary::<8>(data, 1, &directions, &[duration], interrupt)?);
-        let units: Vec<&Horizontal> = directions[..directions.len() / 3]
-            .iter()
-            .map(|direction| &direction[0])
-            .collect();
-        Self::of(&slopes, &units, &Coordinates::Row, duration)
-    }
-
-    fn of(
-        slopes: &Slopes,
-        units: &[&Horizontal],
-        coordinates: &Coordinates,
-        duration: f64,
-    ) -> Result<Self> {
-        let d = units.len();
-        let flow = flow_matrix(slopes, units, coordinates);
-        if d == 0 {
-            return Ok(EndStiffness { matrix: flow });
-        }
-        let by_start = Mat::from_fn(2 * d, 3 * d, |i, j| flow[(i, d + j)]);
-        let response = Response::new(&by_start, duration)?;
-        // What of the end is to be made up for by `(x', x'')` at the start.
-        let right = Mat::from_fn(2 * d, 4 * d, |i, j| match j.checked_sub(2 * d) {
-            None => -flow[(i, j)],
-            Some(j) => f64::from(u8::from(i == j)),
-        });
-        let solution = response.solve_all(&right)?;
-        let ends = flow.submatrix(2 * d, 2 * d, 2 * d, 2 * d) * &solution;
-        let matrix = Mat::from_fn(4 * d, 4 * d, |i, j| {
-            let (sign, level) = PARTS[i / d];
-            let row = level * d + i % d;
-            let known = match j < 2 * d {
-                true => flow[(2 * d + row, j)],
-                false => 0.0,
-            };
-            match i < 2 * d {
-                true => sign * solution[(row, j)],
-                false => sign * (known + ends[(row, j)]),
-            }
-        });
-        if matrix.norm_max().is_finite() {
-            return Ok(EndStiffness { matrix });
-        }
-        Err(Error::Overflow {
-            quantity: super::end_response::VARIATION,
-        })
-    }
-}
-
-/// Variations `(p, w, a, b)` at the end by those at the start, shape `(4 d, 4 d)`.
-fn flow_matrix(slopes: &Slopes, units: &[&Horizontal], coordinates: &Coordinates) -> Mat<f64> {
-    let turned: Vec<[Horizontal; 4]> = {
-        // A displacement of the start is a rotation of everything.
-        let (frame, k) = (&slopes.frame, slopes.points.first().map_or(0, Mat::ncols));
-        let vectors = slopes.state.each_ref().map(|x| frame * x.tangent());
-        let mut all = Slopes::none(blocks_of_slopes(slopes, k));
-        for unit in units {
-            let turn = unit.matrix();
-            all.points.push(&turn * frame.subcols(0, k));
-            all.velocities.push(&turn * &vectors[0]);
-            all.accelerations.push(&turn * &vectors[1]);
-            all.seconds.push(&turn * &vectors[2]);
-        }
-        all.frame = frame.clone();
-        all.state = slopes.state.clone();
-        canonical(&all, &(0..units.len()).collect::<Vec<_>>())
+        Ok(end)
     };
-    let moved = canonical(slopes, &(0..slopes.points.len()).collect::<Vec<_>>());
-    let columns: Vec<Vec<f64>> = turned
-        .iter()
-        .chain(&moved)
-        .map(|parts| parts.iter().flat_map(|part| coordinates.of(part)).collect())
-        .collect();
-    Mat::from_fn(4 * units.len(), columns.len(), |i, j| columns[j][i])
-}
-
-fn blocks_of_slopes(slopes: &Slopes, k: usize) -> Sized {
-    Sized {
-        m: slopes.frame.nrows() - k,
-        k,
+    let product = |y: &[f64]| {
+        let [a, b] = unpack(&flat_inverse(y), blocks);
+        at_end(None, [Horizontal::zeros(blocks), a, b])
+    };
+    let still = Horizontal::zeros(blocks);
+    let known = at_end(Some(&u0), [w0, still.clone(), still])?;
+    let mut right = pack(&[u1, w1]);
+    let size = right.len();
+    add(&mut right, -1.0, &known);
+    let (mut solution, mut rest) = (vec![0.0; size], right.clone());
+    for _ in 0..MAX_PASSES {
+        let mut step = rest;
+        Gmres::new(size).try_solve(&mut step, PASS, |y, image| {
+            image.copy_from_slice(&product(y)?[..size]);
+            Result::Ok(())
+        })?;
+        add(&mut solution, 1.0, &step);
+        let mut end = product(&solution)?;
+        rest = right.clone();
+        add(&mut rest, -1.0, &end);
+        let length = norm(&solution);
+        if !length.is_finite() || length > SUSPECT * norm(&right) {
+            return Ok(None);
+        }
+        if norm(&rest) <= RESIDUAL * (norm(&right) + length) {
+            add(&mut end, 1.0, &known);
+            let [_, _, a1, b1] = unpack(&end, blocks);
+            let [a0, b0] = unpack(&flat_inverse(&solution), blocks);
+            let minus = |x: Horizontal| Horizontal::zeros(blocks).plus(-1.0, &x);
+            return Ok(Some([b0, minus(a0), minus(b1), a1]));
+        }
     }
+    Ok(None)
 }
 
-fn one(slopes: Vec<Slopes>) -> Slopes {
-    slopes.into_iter().next().expect("one time")
-}
-
-/// The product of a matrix with four vectors of the same coordinates.
-pub(super) fn product(matrix: MatRef<'_, f64>, z: &[f64]) -> Vec<f64> {
-    let column = MatRef::from_column_major_slice(z, z.len(), 1);
-    let out = matrix * column;
-    (0..z.len()).map(|i| out[(i, 0)]).collect()
+fn add(sum: &mut [f64], factor: f64, other: &[f64]) {
+    for (sum, x) in sum.iter_mut().zip(other) {
+        *sum += factor * x;
+    }
 }

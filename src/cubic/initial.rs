@@ -7,7 +7,7 @@ use super::reduced::Sized;
 use crate::error::Result;
 use crate::linalg::decomp::thin_q;
 use crate::linalg::product::{mul_add, mul_into};
-use crate::linalg::structure::norm;
+use crate::linalg::structure::{dot, norm};
 use crate::manifold::stiefel::{POINT_TOLERANCE, Stiefel, TANGENT_TOLERANCE};
 
 /// A vector of `m`: `[[omega, -normal^T], [normal, 0]]` with `omega` skew, shape `(k, k)`, and `normal`, of shape
@@ -28,7 +28,7 @@ impl Horizontal {
 
     /// The vector of `m` whose tangent vector at the first `k` columns of `g` is `v`; shapes `(r, r)` and `(r, k)`.
     pub(crate) fn of_tangent(g: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Self {
-        let (r, k) = v.shape();
+        let (r, k) = (g.ncols(), v.ncols());
         let mut all = Mat::zeros(r, k);
         mul_into(&mut all, 1.0, g.transpose(), v);
         Horizontal {
@@ -61,13 +61,8 @@ impl Horizontal {
 
     /// `<a, b> = tr(omega_a^T omega_b) / 2 + tr(b_a^T b_b)`.
     pub(crate) fn inner(&self, other: &Self) -> f64 {
-        let product = |a: &Mat<f64>, b: &Mat<f64>| {
-            a.col_iter()
-                .zip(b.col_iter())
-                .map(|(a, b)| a.transpose() * b)
-                .sum::<f64>()
-        };
-        0.5 * product(&self.omega, &other.omega) + product(&self.normal, &other.normal)
+        0.5 * dot(self.omega.as_ref(), other.omega.as_ref())
+            + dot(self.normal.as_ref(), other.normal.as_ref())
     }
 
     /// `|a|`, of vectors of any size.

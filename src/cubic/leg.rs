@@ -20,7 +20,7 @@ use super::taylor::{Accuracy, March};
 use super::work::work_of_step;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
-use crate::linalg::dual::{Dual, Number};
+use crate::linalg::dual::{Dual, Number, jacobian};
 use crate::linalg::lanes::{LANES, Lanes};
 
 /// Work of eight legs abreast, in that of one of them: half of what they take one after the other, at the most.
@@ -197,30 +197,12 @@ impl<B: Blocks, const N: usize> Leg for Marches<'_, B, N> {
             .get_or_insert_with(|| March::new(blocks, Accuracy::FULL));
         (several.accuracy, several.max_steps) = (accuracy, self.plain.max_steps);
         several.series.set_tension(tension);
-        let count = start.len();
-        let mut derivative = Mat::zeros(count, count);
-        let mut values = vec![Dual::constant(0.0); count];
-        let mut scratch = Vec::new();
-        for first in (0..count).step_by(N) {
-            let last = (first + N).min(count);
-            let mut varied: Vec<Dual<N>> = start.iter().map(|x| Dual::constant(*x)).collect();
-            for direction in first..last {
-                varied[direction].slope[direction - first] = 1.0;
-            }
-            evaluate(
-                several,
-                &varied,
-                next,
-                self.interrupt,
-                &mut scratch,
-                &mut values,
-            )?;
-            for (row, value) in values.iter().enumerate() {
-                for column in first..last {
-                    derivative[(row, column)] = value.slope[column - first];
-                }
-            }
-        }
+        let (interrupt, mut scratch) = (self.interrupt, Vec::new());
+        let (derivative, _) = jacobian(start, |varied| {
+            let mut values = vec![Dual::constant(0.0); varied.len()];
+            evaluate(several, varied, next, interrupt, &mut scratch, &mut values)?;
+            Result::Ok(values)
+        })?;
         Ok(derivative)
     }
 
@@ -244,7 +226,7 @@ fn evaluate<T: Number + Mul<M, Output = T>, M: Copy, B: Blocks>(
 ) -> Result<()> {
     let (m, k) = (march.blocks.normals(), march.blocks.k());
     let (r, rows, normals) = (m + k, march.blocks.r::<T>(), march.blocks.m::<T>());
-    put(march, start);
+    march.place(start.iter().copied());
     march.run(1.0, interrupt, |_, _, _| Ok(()))?;
     let series = &march.series;
     let d = start.len() / 3;
@@ -323,40 +305,6 @@ fn write_horizontal<T: Number>(values: &mut [T], block: &[T], [m, k]: [usize; 2]
     }
     for col in 0..k {
         block[r * col + k..][..m].iter().for_each(|x| write(*x));
-    }
-}
-
-/// Puts a march at the identity with the given `(x, x', x'')`.
-fn put<T: Number, B: Blocks>(march: &mut March<T, B>, start: &[T]) {
-    let (m, k) = (march.blocks.normals(), march.blocks.k());
-    let (rows, normals) = (march.blocks.r::<T>(), march.blocks.m::<T>());
-    (march.time, march.steps) = (0.0, 0);
-    let series = march.series.parts();
-    series.s[..rows * k].fill(T::ZERO);
-    series.e[..rows * normals].fill(T::ZERO);
-    let one = T::constant(1.0);
-    for col in 0..k {
-        series.s[col + rows * col] = one;
-    }
-    for normal in 0..m {
-        series.e[k + normal + rows * normal] = one;
-    }
-    let mut entries = start.iter();
-    for (omega, b) in series.omega.into_iter().zip(series.b) {
-        for col in 0..k {
-            omega[col + k * col] = T::ZERO;
-            for row in 0..col {
-                let entry = *entries.next().expect("as many as unknowns");
-                omega[row + k * col] = entry;
-                omega[col + k * row] = -entry;
-            }
-        }
-        for col in 0..k {
-            let to = &mut b[normals * col..][..m];
-            for (to, from) in to.iter_mut().zip(&mut entries) {
-                *to = *from;
-            }
-        }
     }
 }
 

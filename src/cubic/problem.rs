@@ -208,7 +208,7 @@ impl Target {
             .hypot(velocity.normal.norm_l2())
             .max(end[1].norm_l2());
         Target {
-            velocity: [entries(&velocity.omega), entries(&velocity.normal)],
+            velocity: pack(std::slice::from_ref(velocity)),
             end: [entries(&end[0]), entries(&end[1])],
             speed,
             velocity_unit: if speed > ABSOLUTE_SPEED { speed } else { 1.0 },

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use faer::MatRef;
 
 use super::boundary::{BoundaryOptions, BoundaryStrategy};
-use super::continuation::{MAX_STEPS, Next, norm};
+use super::continuation::{MAX_STEPS, Next};
 use super::homotopy::Homotopy;
 use super::problem::Problem;
 use super::random::Random;
@@ -14,6 +14,7 @@ use super::shooting::SOLVER;
 use super::solver::{Solution, Solver};
 use crate::curve::Curve;
 use crate::error::{Error, Result};
+use crate::linalg::gmres::norm;
 
 /// Work that a search may take, in that of one solution.
 const SEARCH_WORK: f64 = 4.0;

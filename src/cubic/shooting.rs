@@ -17,7 +17,7 @@ use super::work::{TRIALS, Work, work_of_curve, work_of_step};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::decomp::solve_square;
-use crate::linalg::dual::{Dual, Number};
+use crate::linalg::dual::{Dual, jacobian};
 use crate::linalg::gmres::Gmres;
 use crate::report::{SolverReport, StopReason};
 use crate::shooting::StartResponse;
@@ -278,26 +278,12 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
             .several
             .get_or_insert_with(|| March::new(self.blocks, Accuracy::FULL));
         march.accuracy = accuracy;
-        let mut jacobian = Mat::zeros(y.len(), y.len());
-        let mut equations = Vec::new();
-        for first in (0..y.len()).step_by(N) {
-            let mut unknown: Vec<Dual<N>> = y.iter().map(|y| Dual::constant(*y)).collect();
-            let last = (first + N).min(y.len());
-            for direction in first..last {
-                unknown[direction].slope[direction - first] = 1.0;
-            }
-            let outcome = evaluate(march, &self.target, &unknown, self.interrupt);
+        jacobian(y, |unknown| {
+            let outcome = evaluate(march, &self.target, unknown, self.interrupt);
             self.work
                 .count(DUAL_WORK * work_of_step(self.blocks) * march.steps as f64);
-            let found = outcome?;
-            for (row, equation) in found.equations.iter().enumerate() {
-                for column in first..last {
-                    jacobian[(row, column)] = equation.slope[column - first];
-                }
-            }
-            equations = found.equations.iter().map(|f| f.value).collect();
-        }
-        Ok((jacobian, equations))
+            Ok(outcome?.equations)
+        })
     }
 
     /// The Newton step from products with the derivative, the unknowns measured by what they do in flat space.
@@ -308,38 +294,25 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
             .get_or_insert_with(|| March::new(self.blocks, Accuracy::FULL));
         march.accuracy = Accuracy::of_tolerance(ACCURACY_SHARE * forcing);
         let (target, interrupt) = (&self.target, self.interrupt);
-        let (mut failure, mut steps) = (None, 0);
-        let mut apply = |direction: &[f64], image: &mut [f64]| {
+        let mut steps = 0;
+        let mut step = found.equations.clone();
+        let solved = Gmres::new(y.len()).try_solve(&mut step, forcing, |direction, image| {
             let slopes = flat_inverse(direction);
-            let unknown: Vec<Dual<1>> = y
-                .iter()
-                .zip(&slopes)
-                .map(|(y, s)| Dual {
-                    value: *y,
-                    slope: [*s],
-                })
-                .collect();
+            let dual = |(&value, &slope): (&f64, &f64)| Dual {
+                value,
+                slope: [slope],
+            };
+            let unknown: Vec<Dual<1>> = y.iter().zip(&slopes).map(dual).collect();
             let outcome = evaluate(march, target, &unknown, interrupt);
             steps += march.steps;
-            match outcome {
-                Ok(found) => {
-                    for (image, equation) in image.iter_mut().zip(&found.equations) {
-                        *image = equation.slope[0];
-                    }
-                }
-                Err(error) => {
-                    image.fill(0.0);
-                    failure = Some(error);
-                }
+            for (image, equation) in image.iter_mut().zip(&outcome?.equations) {
+                *image = equation.slope[0];
             }
-        };
-        let mut step = found.equations.clone();
-        Gmres::new(y.len()).solve(&mut step, forcing, &mut apply);
+            Result::Ok(())
+        });
         self.work
             .count(SINGLE_WORK * work_of_step(self.blocks) * steps as f64);
-        if let Some(error) = failure {
-            return Err(error);
-        }
+        solved?;
         let step = flat_inverse(&step);
         Ok(step.iter().all(|s| s.is_finite()).then_some(step))
     }

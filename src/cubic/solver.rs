@@ -2,7 +2,7 @@
 //! descents; the work of each.
 
 use super::boundary::{BoundaryOptions, BoundaryReport, BoundaryStrategy};
-use super::continuation::{MAX_STEPS, Next, Tracer, norm};
+use super::continuation::{MAX_STEPS, Next, Tracer};
 use super::end_map::EndMap;
 use super::homotopy::Homotopy;
 use super::problem::Problem;
@@ -10,6 +10,7 @@ use super::random::Random;
 use super::shooting::ROUND_OFF;
 use super::taylor::Accuracy;
 use crate::error::{Error, Result};
+use crate::linalg::gmres::norm;
 use crate::report::{SolverReport, StopReason};
 use crate::shooting::StartResponse;
 

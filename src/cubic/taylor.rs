@@ -76,6 +76,41 @@ impl<T: Number, B: Blocks> March<T, B> {
         }
     }
 
+    /// Goes back to time 0, where the frame is the identity and the independent entries of `(x, x', x'')` are the given ones: for
+    /// each above the diagonal of `omega`, then `b`, column by column.
+    pub(crate) fn place(&mut self, entries: impl IntoIterator<Item = T>) {
+        let (m, k) = (self.blocks.normals(), self.blocks.k());
+        let (rows, normals) = (self.blocks.r::<T>(), self.blocks.m::<T>());
+        (self.time, self.steps) = (0.0, 0);
+        let series = self.series.parts();
+        series.s[..rows * k].fill(T::ZERO);
+        series.e[..rows * normals].fill(T::ZERO);
+        let one = T::constant(1.0);
+        for col in 0..k {
+            series.s[col + rows * col] = one;
+        }
+        for normal in 0..m {
+            series.e[k + normal + rows * normal] = one;
+        }
+        let mut entries = entries.into_iter();
+        for (omega, b) in series.omega.into_iter().zip(series.b) {
+            for col in 0..k {
+                omega[col + k * col] = T::ZERO;
+                for row in 0..col {
+                    let entry = entries.next().expect("as many as unknowns");
+                    omega[row + k * col] = entry;
+                    omega[col + k * row] = -entry;
+                }
+            }
+            for col in 0..k {
+                let to = &mut b[normals * col..][..m];
+                for (to, from) in to.iter_mut().zip(&mut entries) {
+                    *to = from;
+                }
+            }
+        }
+    }
+
     /// Goes on to `t_end`; `visit` sees every step: series, start and signed length.
     ///
     /// # Errors

@@ -9,6 +9,10 @@
 
 use faer::{Mat, MatRef, Scale};
 
+use crate::error::{Error, Result};
+use crate::linalg::structure::{check_finite, check_shape, norm};
+use crate::manifold::stiefel::{Stiefel, TANGENT_TOLERANCE};
+
 /// `A Y`.
 pub(crate) fn turned(s: MatRef<'_, f64>, ds: MatRef<'_, f64>, y: MatRef<'_, f64>) -> Mat<f64> {
     let inner = s.transpose() * ds;
@@ -18,19 +22,56 @@ pub(crate) fn turned(s: MatRef<'_, f64>, ds: MatRef<'_, f64>, y: MatRef<'_, f64>
     &normal * &along - s * (normal.transpose() * y) + s * (omega * along)
 }
 
-/// The gradient of `<C, A Y>`, the sum of products of entries, with respect to `dS`.
-pub(crate) fn turned_transposed(
-    s: MatRef<'_, f64>,
-    c: MatRef<'_, f64>,
-    y: MatRef<'_, f64>,
-) -> Mat<f64> {
-    // (C Y^T - Y C^T) S.
-    let along = c * (y.transpose() * s) - y * (c.transpose() * s);
-    let inner = s.transpose() * &along;
-    along - s * inner * Scale(0.5)
-}
-
 /// The matrix whose product of entries with a tangent vector is the inner product of `w` with it: `w - S S^T w / 2`.
 pub(crate) fn lowered(s: MatRef<'_, f64>, w: MatRef<'_, f64>) -> Mat<f64> {
     w.to_owned() - s * (s.transpose() * w) * Scale(0.5)
+}
+
+/// Gradients with respect to `dS` and `dY` of `<u, dS> + <w, dY - A Y>`, for tangent vectors `u` and `w`.
+pub(crate) fn by_data(
+    s: MatRef<'_, f64>,
+    [u, w]: [MatRef<'_, f64>; 2],
+    y: MatRef<'_, f64>,
+) -> [Mat<f64>; 2] {
+    let low = lowered(s, w);
+    // That of `<w, A Y>` for any variation of `S`, before its part along the manifold is taken.
+    let along = &low * (y.transpose() * s) - y * (low.transpose() * s);
+    [lowered(s, (u - along).as_ref()), low]
+}
+
+/// The tangent vector `g [x, y]_m` of the tangent vectors `g x` and `g y` at `s`.
+pub(crate) fn bracket(s: MatRef<'_, f64>, v: MatRef<'_, f64>, w: MatRef<'_, f64>) -> Mat<f64> {
+    let [(x, x_normal), (y, y_normal)] = [v, w].map(|v| {
+        let omega = s.transpose() * v;
+        let normal = v - s * &omega;
+        (omega, normal)
+    });
+    let product = &x * &y - x_normal.transpose() * &y_normal;
+    s * (&product - product.transpose()) + x_normal * y - y_normal * x
+}
+
+/// A name for errors, a point or a tangent vector, and its variation.
+type Varied<'a> = (&'static str, MatRef<'a, f64>, MatRef<'a, f64>);
+
+/// Check variations of a point and of tangent vectors there: shapes, entries, and that `S^T dS` and `S^T dY + dS^T Y` are skew.
+///
+/// # Errors
+/// `Shape`, `NonFinite`, `NotTangent`.
+pub(crate) fn check_variation((name, s, ds): Varied<'_>, vectors: &[Varied<'_>]) -> Result<()> {
+    Stiefel::of("S", s)?.check_tangent(name, s, ds, TANGENT_TOLERANCE)?;
+    for &(name, y, dy) in vectors {
+        check_shape(name, dy, s.nrows(), s.ncols())?;
+        check_finite(name, dy)?;
+        let half = s.transpose() * dy + ds.transpose() * y;
+        let defect = norm((&half + half.transpose()).as_ref()) * 0.5;
+        let tolerance = TANGENT_TOLERANCE * (1.0 + norm(dy) + norm(ds) * norm(y));
+        if defect.is_nan() || defect > tolerance {
+            return Err(Error::NotTangent {
+                name,
+                defect,
+                tolerance,
+            });
+        }
+    }
+    Ok(())
 }

@@ -1,26 +1,30 @@
-//! Variations of Riemannian cubics: exact directional derivatives of points and velocities with respect to initial data.
+//! Variations of Riemannian cubics: exact directional derivatives with respect to initial data, by dual numbers.
+//!
+//! The frame turns in itself by `g^{-1} dg`, whose part in `m` is the displacement `p` of the point. A rotation of everything that
+//! displaces the point by `p` carries `x, x', x''` along; `w, a, b` are what they change by beside that,
+//!
+//! ```math
+//! p = (g^{-1}\,\delta g)_m,\qquad w = \delta x + [(g^{-1}\,\delta g)_h, x],\qquad a, b\ \text{alike from}\ x', x''
+//! ```
 
 use faer::Mat;
 
 use super::initial::{Horizontal, InitialData};
+use super::problem::pack;
 use super::reduced::Sized;
 use super::taylor::{Accuracy, March};
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::linalg::dual::{Dual, Number};
 
-/// Variations at one time, in coordinates in which the frame at the start is the identity; shape `(r, k)`, one for each
-/// direction.
-pub(super) struct Slopes {
-    pub(super) points: Vec<Mat<f64>>,
-    pub(super) velocities: Vec<Mat<f64>>,
-    /// Of the tangent vectors `g x'` and `g x''`.
-    pub(super) accelerations: Vec<Mat<f64>>,
-    pub(super) seconds: Vec<Mat<f64>>,
+/// Variations of a curve at one time, in coordinates in which the frame at the start is the identity.
+pub(super) struct Reached {
     /// The frame there, shape `(r, r)`.
     pub(super) frame: Mat<f64>,
     /// `x, x', x''` there.
-    pub(super) state: [Horizontal; 3],
+    state: [Horizontal; 3],
+    /// `(p, w, a, b)` in the frame, one for each direction.
+    pub(super) variations: Vec<[Horizontal; 4]>,
 }
 
 /// Variations of the curve with the given initial data at each of several times after the start, the start held fixed.
@@ -37,14 +41,14 @@ pub(super) fn vary<const N: usize>(
     directions: &[[Horizontal; 3]],
     times: &[f64],
     interrupt: Interrupt<'_>,
-) -> Result<Vec<Slopes>> {
+) -> Result<Vec<Reached>> {
     let k = data.velocity.omega.nrows();
     let blocks = Sized {
         m: data.velocity.normal.nrows() + extra,
         k,
     };
-    let mut out: Vec<Slopes> = Vec::new();
-    out.resize_with(times.len(), || Slopes::none(blocks));
+    let mut out: Vec<Reached> = Vec::new();
+    out.resize_with(times.len(), || Reached::none(blocks));
     let mut march = March::<Dual<N>, Sized>::new(blocks, Accuracy::FULL);
     // A curve without freedom still has a frame.
     let passes = directions
@@ -52,70 +56,73 @@ pub(super) fn vary<const N: usize>(
         .chain(directions.is_empty().then_some(&[][..]));
     for pass in passes {
         start(&mut march, data, pass);
-        for (slopes, &t) in out.iter_mut().zip(times) {
+        for (reached, &t) in out.iter_mut().zip(times) {
             let behind = t.abs() < march.time.abs() || t * march.time < 0.0;
             if behind {
                 start(&mut march, data, pass);
             }
             march.run(t, interrupt, |_, _, _| Ok(()))?;
-            slopes.read(&march, pass.len());
+            reached.read(&march, pass.len());
         }
     }
     Ok(out)
 }
 
-impl Slopes {
+impl Reached {
     /// No direction.
     pub(super) fn none(blocks: Sized) -> Self {
         let r = blocks.m + blocks.k;
-        Slopes {
-            points: Vec::new(),
-            velocities: Vec::new(),
-            accelerations: Vec::new(),
-            seconds: Vec::new(),
+        Reached {
             frame: Mat::zeros(r, r),
             state: std::array::from_fn(|_| Horizontal::zeros(blocks)),
+            variations: Vec::new(),
         }
     }
 
-    /// Of the state that a march has reached.
+    /// Appends the variations of the state that a march has reached.
     pub(super) fn read<const N: usize>(&mut self, march: &March<Dual<N>, Sized>, count: usize) {
         let Sized { m, k } = march.blocks;
         let (r, series) = (m + k, &march.series);
-        let vector = |level: usize, i: usize, j: usize| {
-            let mut sum = Dual::<N>::ZERO;
-            for l in 0..k {
-                sum += series.s()[i + r * l] * series.omega(level)[l + k * j];
-            }
-            for l in 0..m {
-                sum += series.e()[i + r * l] * series.b(level)[l + m * j];
-            }
-            sum
+        let frame = |i: usize, j: usize| match j.checked_sub(k) {
+            None => &series.s()[i + r * j],
+            Some(j) => &series.e()[i + r * j],
         };
+        let vectors = |pick: &dyn Fn(&Dual<N>) -> f64| {
+            std::array::from_fn(|level| Horizontal {
+                omega: Mat::from_fn(k, k, |i, j| pick(&series.omega(level)[i + k * j])),
+                normal: Mat::from_fn(m, k, |i, j| pick(&series.b(level)[i + m * j])),
+            })
+        };
+        self.frame = Mat::from_fn(r, r, |i, j| frame(i, j).value);
+        self.state = vectors(&|x| x.value);
         for direction in 0..count {
-            let point = |i: usize, j: usize| series.s()[i + r * j].slope[direction];
-            self.points.push(Mat::from_fn(r, k, point));
+            let slope = Mat::from_fn(r, r, |i, j| frame(i, j).slope[direction]);
+            let turn = self.frame.transpose() * slope;
+            let varied = self.split(&turn, vectors(&|x| x.slope[direction]));
+            self.variations.push(varied);
         }
-        let vectors = [
-            &mut self.velocities,
-            &mut self.accelerations,
-            &mut self.seconds,
-        ];
-        for (level, out) in vectors.into_iter().enumerate() {
-            let entries: Vec<Dual<N>> =
-                (0..r * k).map(|at| vector(level, at % r, at / r)).collect();
-            let slope =
-                |direction: usize| Mat::from_fn(r, k, |i, j| entries[i + r * j].slope[direction]);
-            out.extend((0..count).map(slope));
+    }
+
+    /// The variation that displaces the start by `u` and rotates the whole curve with it.
+    pub(super) fn displaced(&self, u: &Horizontal) -> [Horizontal; 4] {
+        let (m, k) = u.normal.shape();
+        let turn = self.frame.transpose() * (u.matrix() * &self.frame);
+        let still = std::array::from_fn(|_| Horizontal::zeros(Sized { m, k }));
+        self.split(&turn, still)
+    }
+
+    /// `(p, w, a, b)` from the turn of the frame in itself and the slopes of `x, x', x''`.
+    fn split(&self, turn: &Mat<f64>, slopes: [Horizontal; 3]) -> [Horizontal; 4] {
+        let (m, k) = slopes[0].normal.shape();
+        let p = Horizontal {
+            omega: Mat::from_fn(k, k, |i, j| 0.5 * (turn[(i, j)] - turn[(j, i)])),
+            normal: turn.submatrix(k, 0, m, k).to_owned(),
+        };
+        let [mut w, mut a, mut b] = slopes;
+        for (slope, x) in [&mut w, &mut a, &mut b].into_iter().zip(&self.state) {
+            slope.normal += turn.submatrix(k, k, m, m) * &x.normal;
         }
-        self.frame = Mat::from_fn(r, r, |i, j| match j.checked_sub(k) {
-            None => series.s()[i + r * j].value,
-            Some(j) => series.e()[i + r * j].value,
-        });
-        self.state = std::array::from_fn(|level| Horizontal {
-            omega: Mat::from_fn(k, k, |i, j| series.omega(level)[i + k * j].value),
-            normal: Mat::from_fn(m, k, |i, j| series.b(level)[i + m * j].value),
-        });
+        [p, w, a, b]
     }
 }
 
@@ -126,40 +133,18 @@ pub(super) fn start<const N: usize>(
     directions: &[[Horizontal; 3]],
 ) {
     let Sized { m, k } = march.blocks;
-    let r = m + k;
-    (march.time, march.steps) = (0.0, 0);
-    let second = data.second();
+    let longer = |x: &Horizontal| {
+        let mut longer = x.clone();
+        longer.normal.resize_with(m, k, |_, _| 0.0);
+        longer
+    };
+    let values = pack(&[&data.velocity, &data.acceleration, &data.second()].map(longer));
+    let mut entries: Vec<Dual<N>> = values.into_iter().map(Dual::constant).collect();
+    for (i, direction) in directions.iter().enumerate() {
+        for (entry, slope) in entries.iter_mut().zip(pack(direction)) {
+            entry.slope[i] = slope;
+        }
+    }
     march.series.set_tension(data.tension);
-    let series = march.series.parts();
-    for j in 0..r {
-        for i in 0..r {
-            let entry = Dual::<N>::constant(f64::from(u8::from(i == j)));
-            match j.checked_sub(k) {
-                None => series.s[i + r * j] = entry,
-                Some(j) => series.e[i + r * j] = entry,
-            }
-        }
-    }
-    let inside = data.velocity.normal.nrows();
-    for (level, x) in [&data.velocity, &data.acceleration, &second]
-        .into_iter()
-        .enumerate()
-    {
-        let varied = |value: f64, pick: &dyn Fn(&Horizontal) -> f64| {
-            let mut entry = Dual::<N>::constant(value);
-            for (slope, direction) in entry.slope.iter_mut().zip(directions) {
-                *slope = pick(&direction[level]);
-            }
-            entry
-        };
-        for j in 0..k {
-            for i in 0..k {
-                series.omega[level][i + k * j] = varied(x.omega[(i, j)], &|d| d.omega[(i, j)]);
-            }
-            for i in 0..m {
-                let value = if i < inside { x.normal[(i, j)] } else { 0.0 };
-                series.b[level][i + m * j] = varied(value, &|d| d.normal[(i, j)]);
-            }
-        }
-    }
+    march.place(entries);
 }

@@ -4,6 +4,8 @@
 
 use std::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
 
+use faer::Mat;
+
 use super::lanes::Lanes;
 
 /// What a polynomial kernel computes with.
@@ -276,4 +278,31 @@ fn add_outer<T: Number, const W: usize, const C: usize>(
             sums[c][w] += a[w] * b[c];
         }
     }
+}
+
+/// The derivative of a map from `R^n` to itself, shape `(n, n)`, and its value; `N` variables at a pass.
+///
+/// # Errors
+/// Those of the map.
+pub(crate) fn jacobian<const N: usize, E>(
+    x: &[f64],
+    mut map: impl FnMut(&[Dual<N>]) -> Result<Vec<Dual<N>>, E>,
+) -> Result<(Mat<f64>, Vec<f64>), E> {
+    let mut jacobian = Mat::zeros(x.len(), x.len());
+    let mut value = Vec::new();
+    for first in (0..x.len()).step_by(N) {
+        let last = (first + N).min(x.len());
+        let mut varied: Vec<Dual<N>> = x.iter().map(|x| Dual::constant(*x)).collect();
+        for column in first..last {
+            varied[column].slope[column - first] = 1.0;
+        }
+        let found = map(&varied)?;
+        for (row, found) in found.iter().enumerate() {
+            for column in first..last {
+                jacobian[(row, column)] = found.slope[column - first];
+            }
+        }
+        value = found.iter().map(|found| found.value).collect();
+    }
+    Ok((jacobian, value))
 }

@@ -1,5 +1,7 @@
 //! Linear equations with an operator close to the identity that is only known by its action.
 
+use std::convert::Infallible;
+
 /// Directions kept; the operators here need three to ten.
 const MAX_DIRECTIONS: usize = 40;
 
@@ -37,9 +39,25 @@ impl Gmres {
         tolerance: f64,
         mut apply: impl FnMut(&[f64], &mut [f64]),
     ) {
+        let Ok(()) = self.try_solve(x, tolerance, |x, image| {
+            apply(x, image);
+            Ok::<(), Infallible>(())
+        });
+    }
+
+    /// [`Gmres::solve`] with products that may fail.
+    ///
+    /// # Errors
+    /// That of the first product that fails; `x` is the best up to there then.
+    pub(crate) fn try_solve<E>(
+        &mut self,
+        x: &mut [f64],
+        tolerance: f64,
+        mut apply: impl FnMut(&[f64], &mut [f64]) -> Result<(), E>,
+    ) -> Result<(), E> {
         let size = norm(x);
         if size == 0.0 {
-            return;
+            return Ok(());
         }
         self.rotations.clear();
         self.rhs.clear();
@@ -47,7 +65,10 @@ impl Gmres {
         self.direction(0, x, 1.0 / size);
         let mut used = 0;
         while used < MAX_DIRECTIONS {
-            apply(&self.basis[used], &mut self.image);
+            if let Err(error) = apply(&self.basis[used], &mut self.image) {
+                self.combine(used, x);
+                return Err(error);
+            }
             let residual = self.extend(used);
             used += 1;
             if residual <= tolerance * size {
@@ -62,6 +83,7 @@ impl Gmres {
             self.image = image;
         }
         self.combine(used, x);
+        Ok(())
     }
 
     /// `basis[index] = factor source`.

@@ -181,6 +181,12 @@ pub fn check_finite(name: &'static str, a: MatRef<'_, f64>) -> Result<()> {
     Ok(())
 }
 
+/// The sum of products of entries.
+pub(crate) fn dot(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> f64 {
+    let columns = a.col_iter().zip(b.col_iter());
+    columns.map(|(a, b)| a.transpose() * b).sum()
+}
+
 /// Error `Overflow` where a result of finite input is NaN or infinite.
 pub fn check_range(quantity: &'static str, a: MatRef<'_, f64>) -> Result<()> {
     if check_finite(quantity, a).is_ok() {

@@ -1,12 +1,12 @@
 //! Variations of the data of a spline, and gradients with respect to them.
 
-use faer::{Mat, MatRef};
+use faer::{Mat, MatRef, Scale};
 
 use super::ends::{EndCondition, EndConditions};
 use super::knot_states::KnotStates;
+use crate::cubic::turning::check_variation;
 use crate::error::{Error, Result};
-use crate::linalg::structure::{check_finite, norm};
-use crate::manifold::Stiefel;
+use crate::linalg::structure::norm;
 use crate::manifold::stiefel::TANGENT_TOLERANCE;
 
 /// A variation of the data of a spline: derivatives of points, times and end conditions along a family of data.
@@ -127,52 +127,34 @@ pub(super) fn check(
     variation: &SplineVariation<'_>,
 ) -> Result<()> {
     let count = states.count();
-    let wrong = |name, expected: String, found: usize| Error::Shape {
-        name,
-        expected,
-        found: found.to_string(),
-    };
-    if variation.points.len() != count {
-        let found = variation.points.len();
-        return Err(wrong(
-            POINTS,
-            format!("a matrix for each of {count} knots"),
-            found,
-        ));
-    }
-    if !variation.times.is_empty() && variation.times.len() != count {
-        let found = variation.times.len();
-        return Err(wrong(
-            TIMES,
-            format!("one for each of {count} knots, or none"),
-            found,
-        ));
+    let sizes = [
+        (POINTS, "a matrix", variation.points.len()),
+        (TIMES, "one", variation.times.len()),
+    ];
+    for (name, what, found) in sizes {
+        if found != count && !(name == TIMES && found == 0) {
+            return Err(Error::Shape {
+                name,
+                expected: format!("{what} for each of {count} knots"),
+                found: found.to_string(),
+            });
+        }
     }
     if let Some(index) = variation.times.iter().position(|t| !t.is_finite()) {
         return Err(Error::NonFinite { name: TIMES, index });
     }
-    let manifold = Stiefel::of("S", states.point(0))?;
-    for (knot, ds) in variation.points.iter().enumerate() {
-        manifold
-            .check_tangent(POINTS, states.point(knot), *ds, TANGENT_TOLERANCE)
-            .map_err(|error| error.at_knot(knot))?;
+    for knot in 0..count {
+        check_knot(states, given, variation, knot).map_err(|error| error.at_knot(knot))?;
     }
     if given[0] == Given::OtherEnd {
         check_closed(variation)?;
-    }
-    let knots = [0, count - 1];
-    for ((knot, given), end) in knots.into_iter().zip(given).zip(variation.ends) {
-        check_end(states, knot, given, variation.points[knot], end)
-            .map_err(|error| error.at_knot(knot))?;
     }
     Ok(())
 }
 
 fn check_closed(variation: &SplineVariation<'_>) -> Result<()> {
-    let (first, last) = (
-        variation.points[0],
-        variation.points[variation.points.len() - 1],
-    );
+    let end = variation.points.len() - 1;
+    let [first, last] = [0, end].map(|knot| variation.points[knot]);
     let gap = norm((first - last).as_ref());
     if gap <= TANGENT_TOLERANCE * (1.0 + norm(first)) {
         return Ok(());
@@ -182,21 +164,26 @@ fn check_closed(variation: &SplineVariation<'_>) -> Result<()> {
         requirement: "at the last knot what it is at the first (the ends are periodic), this far from it",
         found: gap,
     };
-    Err(error.at_knot(variation.points.len() - 1))
+    Err(error.at_knot(end))
 }
 
-fn check_end(
+fn check_knot(
     states: &KnotStates,
+    given: [Given; 2],
+    variation: &SplineVariation<'_>,
     knot: usize,
-    given: Given,
-    ds: MatRef<'_, f64>,
-    end: Option<MatRef<'_, f64>>,
 ) -> Result<()> {
-    let s = states.point(knot);
-    let (order, dv) = match (given.order(), end) {
-        (None, None) => return Ok(()),
-        (Some(order), Some(dv)) => (order, dv),
-        (order, _) => {
+    let end = [0, states.count() - 1]
+        .into_iter()
+        .position(|end| end == knot);
+    let vector = match end.map(|end| (given[end].order(), variation.ends[end])) {
+        None | Some((None, None)) => None,
+        Some((Some(order), Some(change))) => {
+            // In the time of the curve.
+            let slower = Scale(states.unit.powi(-(order as i32)));
+            Some((&states.at(knot)[order] * slower, change))
+        }
+        Some((order, _)) => {
             let (expected, found) = match order {
                 Some(_) => ("a matrix: a vector is given at this end", "none"),
                 None => ("none: no vector is given at this end", "a matrix"),
@@ -208,27 +195,7 @@ fn check_end(
             });
         }
     };
-    if dv.shape() != s.shape() {
-        return Err(Error::Shape {
-            name: ENDS,
-            expected: format!("{:?}", s.shape()),
-            found: format!("{:?}", dv.shape()),
-        });
-    }
-    check_finite(ENDS, dv)?;
-    let unit = states.unit.powi(order as i32);
-    let v = &states.at(knot)[order];
-    // The vector in the time of the curve.
-    let v = Mat::from_fn(v.nrows(), v.ncols(), |i, j| v[(i, j)] / unit);
-    let half = s.transpose() * dv + ds.transpose() * &v;
-    let defect = norm((&half + half.transpose()).as_ref()) * 0.5;
-    let tolerance = TANGENT_TOLERANCE * (1.0 + norm(dv) + norm(ds) * norm(v.as_ref()));
-    if defect <= tolerance {
-        return Ok(());
-    }
-    Err(Error::NotTangent {
-        name: ENDS,
-        defect,
-        tolerance,
-    })
+    let vector = vector.as_ref().map(|(y, dy)| (ENDS, y.as_ref(), *dy));
+    let point = (POINTS, states.point(knot), variation.points[knot]);
+    check_variation(point, vector.as_slice())
 }

@@ -30,22 +30,19 @@ use rayon::prelude::*;
 
 use super::data_variation::{Given, SplineGradient, SplineVariation, check};
 use super::ends::EndConditions;
-use super::knot_states::{KnotStates, State, local_state};
-use super::knot_system::{Freedom, KnotSystem, check_size};
-use super::multipliers::{Bars, Linear, cost_bars, cost_factor, finished};
+use super::knot_gradient::KnotGradient;
+use super::knot_states::{KnotStates, State};
+use super::knot_system::{KnotSystem, check_size};
 use super::piecewise::Piecewise;
 use super::spline_ends::check_ends;
 use crate::cubic::RiemannianCubic;
+use crate::cubic::linear_flow::check_cotangents;
 use crate::cubic::linear_piece::LinearPiece;
-use crate::cubic::pull_back::check_cotangents;
 use crate::cubic::turning::turned;
 use crate::curve::span::Span;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
-use crate::linalg::structure::{check_range, norm};
-
-/// What an `Overflow` is about.
-const VARIATION: &str = "variation of a spline";
+use crate::linalg::structure::norm;
 
 /// How a spline of Riemannian cubics depends on its data.
 ///
@@ -98,16 +95,12 @@ impl Piecewise<RiemannianCubic> {
             .pieces()
             .par_iter()
             .map(|piece| {
-                let state = local_state(piece, 0.0)?;
+                let state = piece.state(0.0)?;
                 let state = state.each_ref().map(|x| x.as_ref());
-                LinearPiece::new(state, piece.tension(), interrupt)
+                LinearPiece::new(state, piece.tension(), interrupt)?.with_matrix(interrupt)
             })
             .collect::<Result<_>>()?;
-        let freedom = Freedom {
-            closed: given[0] == Given::OtherEnd,
-            fixed: given.map(|given| given == Given::Velocity),
-        };
-        let system = KnotSystem::new(&states, &pieces, span, freedom, interrupt)?;
+        let system = KnotSystem::new(&states, &pieces, &span, given, interrupt)?;
         Ok(SplineDerivative {
             curve: self.clone(),
             states,
@@ -138,17 +131,8 @@ impl Piecewise<RiemannianCubic> {
         }
         let states = KnotStates::new(self, interrupt)?;
         check_ends(&states, ends)?;
-        let mut bars = cost_bars(&states);
-        for knot in 0..states.count() {
-            let fixed = [0, states.count() - 1]
-                .into_iter()
-                .zip(given)
-                .any(|(end, given)| end == knot && given != Given::Nothing);
-            if !fixed {
-                bars.w[knot].fill(0.0);
-            }
-        }
-        finished(&states, given, bars, None, cost_factor(&states))
+        // The cost is stationary in the velocities that are free.
+        KnotGradient::of_cost(&states).by_data(&states, given, None)
     }
 }
 
@@ -166,7 +150,7 @@ impl SplineDerivative {
     ) -> Result<Vec<Mat<f64>>> {
         check(&self.states, self.given, variation)?;
         let runs = self.curve.runs(times)?;
-        let (u, w) = self.at_knots(variation)?;
+        let [u, w] = self.at_knots(variation, interrupt)?;
         let part = |&(piece, from, to): &(usize, usize, usize)| {
             let local: Vec<f64> = times[from..to]
                 .iter()
@@ -176,11 +160,7 @@ impl SplineDerivative {
             self.pieces[piece].points(&z, &local, interrupt)
         };
         let parts: Vec<Vec<Mat<f64>>> = runs.par_iter().map(part).collect::<Result<_>>()?;
-        let found: Vec<Mat<f64>> = parts.into_iter().flatten().collect();
-        for point in &found {
-            check_range(VARIATION, point.as_ref())?;
-        }
-        Ok(found)
+        Ok(parts.into_iter().flatten().collect())
     }
 
     /// The gradient, with respect to all data, of the sum of products of entries of cotangents with the points of the curve at
@@ -214,15 +194,12 @@ impl SplineDerivative {
             Ok((piece, found))
         };
         let parts: Vec<(usize, State)> = grouped.par_iter().map(part).collect::<Result<_>>()?;
-        let mut bars = Bars::zeros(&self.states);
-        for (piece, [u0, w0, u1, w1]) in parts {
-            let h = Scale(self.states.lengths[piece]);
-            bars.u[piece] += u0;
-            bars.w[piece] += w0 * h;
-            bars.u[piece + 1] += u1;
-            bars.w[piece + 1] += w1 * h;
+        let mut gradient = KnotGradient::zeros(&self.states);
+        for (piece, by_ends) in parts {
+            let h = self.states.lengths[piece];
+            gradient.add(piece, by_ends, [1.0, h]);
         }
-        self.finished(bars, 1.0)
+        self.by_data(gradient, interrupt)
     }
 
     /// The gradient of the cost `J`: [`Piecewise::cost_gradient`].
@@ -230,13 +207,28 @@ impl SplineDerivative {
     /// # Errors
     /// `Overflow`.
     pub fn cost_gradient(&self) -> Result<SplineGradient> {
-        let states = &self.states;
-        self.finished(cost_bars(states), cost_factor(states))
+        self.by_data(KnotGradient::of_cost(&self.states), Interrupt::NEVER)
+    }
+
+    /// By the multipliers of the velocities.
+    fn by_data(
+        &self,
+        mut gradient: KnotGradient,
+        interrupt: Interrupt<'_>,
+    ) -> Result<SplineGradient> {
+        let multipliers = self.system.solve(&gradient.w);
+        let still = KnotGradient::zeros(&self.states).u;
+        self.add_forces(&mut gradient, -1.0, [&still, &multipliers], interrupt)?;
+        gradient.add_jumps(&self.states, &multipliers);
+        gradient.by_data(&self.states, self.given, Some(&multipliers))
     }
 
     /// Displacements and velocities at the knots, at the times where the knots were; in units of the mean leg.
-    #[allow(clippy::type_complexity)]
-    fn at_knots(&self, variation: &SplineVariation<'_>) -> Result<(Vec<Mat<f64>>, Vec<Mat<f64>>)> {
+    fn at_knots(
+        &self,
+        variation: &SplineVariation<'_>,
+        interrupt: Interrupt<'_>,
+    ) -> Result<[Vec<Mat<f64>>; 2]> {
         let states = &self.states;
         let count = states.count();
         let time = |knot: usize| variation.times.get(knot).map_or(0.0, |t| t / states.unit);
@@ -253,23 +245,22 @@ impl SplineDerivative {
             }
         }
         // What is left of the equations with the velocities where they are.
-        let mut rest: Vec<Mat<f64>> = vec![Mat::zeros(u[0].nrows(), u[0].ncols()); count];
-        for piece in 0..count - 1 {
-            let found = self.linear().stiffness(piece, &self.ends_of(piece, &u, &w));
-            let jumps = self.states.ends[piece].each_ref().map(|state| &state[3]);
-            rest[piece] += &found[1] - jumps[0] * Scale(time(piece));
-            rest[piece + 1] += &found[3] + jumps[1] * Scale(time(piece + 1));
+        let mut rest = KnotGradient::zeros(states);
+        self.add_forces(&mut rest, 1.0, [&u, &w], interrupt)?;
+        let mut rest = rest.w;
+        for (piece, [start, end]) in states.ends.iter().enumerate() {
+            rest[piece] -= &start[3] * Scale(time(piece));
+            rest[piece + 1] += &end[3] * Scale(time(piece + 1));
         }
         for (end, given) in self.given.into_iter().enumerate() {
             if let (Given::Acceleration, Some(a)) = (given, &ends[end]) {
                 rest[end * (count - 1)] += a * Scale([1.0, -1.0][end]);
             }
         }
-        let linear = self.linear();
-        for (w, v) in w.iter_mut().zip(linear.solve(rest)) {
+        for (w, v) in w.iter_mut().zip(self.system.solve(&rest)) {
             *w -= v;
         }
-        Ok((u, w))
+        Ok([u, w])
     }
 
     /// What is left of the changes of the vectors given at the ends beside the rotations there, in units of the mean leg.
@@ -296,18 +287,19 @@ impl SplineDerivative {
         ]
     }
 
-    fn linear(&self) -> Linear<'_> {
-        Linear {
-            states: &self.states,
-            given: self.given,
-            pieces: &self.pieces,
-            system: &self.system,
+    /// Adds a multiple of the change of the gradient of half the cost, in units of the mean leg.
+    fn add_forces(
+        &self,
+        to: &mut KnotGradient,
+        factor: f64,
+        [u, w]: [&[Mat<f64>]; 2],
+        interrupt: Interrupt<'_>,
+    ) -> Result<()> {
+        for (piece, h) in self.states.lengths.iter().enumerate() {
+            let found = self.pieces[piece].stiffness(&self.ends_of(piece, u, w), interrupt)?;
+            to.add(piece, found, [-3, -2].map(|order| factor * h.powi(order)));
         }
-    }
-
-    fn finished(&self, bars: Bars, factor: f64) -> Result<SplineGradient> {
-        let linear = self.linear();
-        finished(&self.states, self.given, bars, Some(&linear), factor)
+        Ok(())
     }
 }
 

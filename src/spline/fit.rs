@@ -330,32 +330,23 @@ impl<'d, C: Movable> Fit<'d, C> {
     fn newton_step(&self, accuracy: Accuracy, here: &[f64]) -> Result<Option<Vec<f64>>> {
         let base = self.balance(&self.state, accuracy)?.step;
         let size = norm(&self.state.motion.entries).max(1.0);
-        let mut failure = None;
         let mut step = here.to_vec();
-        Gmres::new(step.len()).solve(&mut step, KRYLOV_SHARE, |v, out| {
-            if failure.is_some() || self.work.is_done() {
-                return out.copy_from_slice(v);
+        let solved = Gmres::new(step.len()).try_solve(&mut step, KRYLOV_SHARE, |v, out| {
+            if self.work.is_done() {
+                out.copy_from_slice(v);
+                return Result::Ok(());
             }
             let share = DIFFERENCE * size / norm(v);
-            let there = self
-                .advanced(share, v)
-                .and_then(|state| self.balance(&state, accuracy));
-            match there {
-                Ok(there) => {
-                    for ((out, base), there) in out.iter_mut().zip(&base).zip(there.step) {
-                        *out = (base - there) / share;
-                    }
-                }
-                Err(error) => {
-                    out.copy_from_slice(v);
-                    failure = Some(error);
-                }
+            let there = self.balance(&self.advanced(share, v)?, accuracy)?;
+            for ((out, base), there) in out.iter_mut().zip(&base).zip(there.step) {
+                *out = (base - there) / share;
             }
+            Ok(())
         });
-        match failure {
-            Some(error) if error.is_interrupted() => Err(error),
-            Some(_) => Ok(None),
-            None => Ok(Some(step)),
+        match solved {
+            Err(error) if error.is_interrupted() => Err(error),
+            Err(_) => Ok(None),
+            Ok(()) => Ok(Some(step)),
         }
     }
 

@@ -224,28 +224,15 @@ impl<'a> Problem<'a> {
     fn newton_step(&mut self, velocities: &[f64], found: &Residual) -> Result<Vec<f64>> {
         let mut step = found.step.clone();
         let width = DIFFERENCE * norm(velocities).max(1.0);
-        let mut failure = None;
-        Gmres::new(step.len()).solve(&mut step, FORCING, |direction, image| {
-            if failure.is_some() {
-                return image.fill(0.0);
+        let solved = Gmres::new(step.len()).try_solve(&mut step, FORCING, |direction, image| {
+            let there = self.residual(&plus(velocities, width, direction))?;
+            for (to, (there, here)) in image.iter_mut().zip(there.step.iter().zip(&found.step)) {
+                *to = (here - there) / width;
             }
-            let moved = plus(velocities, width, direction);
-            match self.residual(&moved) {
-                Ok(there) => {
-                    for (to, (there, here)) in
-                        image.iter_mut().zip(there.step.iter().zip(&found.step))
-                    {
-                        *to = (here - there) / width;
-                    }
-                }
-                Err(error) => {
-                    image.fill(0.0);
-                    failure = Some(error);
-                }
-            }
+            Result::Ok(())
         });
-        match failure {
-            Some(error @ Error::Interrupted { .. }) => Err(error),
+        match solved {
+            Err(error @ Error::Interrupted { .. }) => Err(error),
             // The step so far is worth what it is worth.
             _ => Ok(step),
         }

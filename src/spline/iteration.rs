@@ -263,34 +263,22 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
         self.found = self.residual(&self.motion)?;
         let here = self.problem.flat_step(&self.found)?;
         let size = norm(&self.motion.entries).max(1.0);
-        let mut failure = None;
         let mut step = here.clone();
-        Gmres::new(step.len()).solve(&mut step, KRYLOV_SHARE, |v, out| {
-            if failure.is_some() || self.work.is_done() {
-                return out.copy_from_slice(v);
+        Gmres::new(step.len()).try_solve(&mut step, KRYLOV_SHARE, |v, out| {
+            if self.work.is_done() {
+                out.copy_from_slice(v);
+                return Result::Ok(());
             }
             let share = DIFFERENCE * size / norm(v);
             let mut beside = self.motion.clone();
             beside.add(share, v);
-            let there = self
-                .residual(&beside)
-                .and_then(|found| self.problem.flat_step(&found));
-            match there {
-                Ok(there) => {
-                    for ((out, here), there) in out.iter_mut().zip(&here).zip(there) {
-                        *out = (here - there) / share;
-                    }
-                }
-                Err(error) => {
-                    out.copy_from_slice(v);
-                    failure = Some(error);
-                }
+            let there = self.problem.flat_step(&self.residual(&beside)?)?;
+            for ((out, here), there) in out.iter_mut().zip(&here).zip(there) {
+                *out = (here - there) / share;
             }
-        });
-        match failure {
-            Some(error) => Err(error),
-            None => Ok(step),
-        }
+            Ok(())
+        })?;
+        Ok(step)
     }
 
     fn accept(&mut self, motion: Motion, found: Residual) {

@@ -5,10 +5,10 @@ use rayon::prelude::*;
 
 use super::piecewise::Piecewise;
 use crate::cubic::RiemannianCubic;
-use crate::cubic::turning::lowered;
-use crate::curve::Curve;
+use crate::cubic::turning::{bracket, lowered};
 use crate::error::Result;
 use crate::interrupt::Interrupt;
+use crate::linalg::structure::dot;
 
 pub(super) const SOLVER: &str = "derivative of a spline";
 
@@ -40,8 +40,8 @@ impl KnotStates {
         let ends = pieces.par_iter().zip(&lengths).map(|(piece, h)| {
             interrupt.check(SOLVER)?;
             let state = |t: f64| -> Result<State> {
-                let [s, v, a, j] = local_state(piece, t)?;
-                let x = second(&s, &v, &a, j);
+                let [s, v, a, j] = piece.state(t)?;
+                let x = j - bracket(s.as_ref(), v.as_ref(), a.as_ref()) * Scale(0.5);
                 Ok([
                     s,
                     v * Scale(1.0 / h),
@@ -80,34 +80,4 @@ impl KnotStates {
     pub(super) fn inner(&self, knot: usize, v: &Mat<f64>, w: &Mat<f64>) -> f64 {
         dot(v.as_ref(), lowered(self.point(knot), w.as_ref()).as_ref())
     }
-}
-
-/// The sum of products of entries.
-pub(super) fn dot(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> f64 {
-    let columns = a.col_iter().zip(b.col_iter());
-    columns.map(|(a, b)| a.transpose() * b).sum()
-}
-
-/// Point, velocity, covariant acceleration and covariant jerk of a piece at a time of its own.
-pub(super) fn local_state(piece: &RiemannianCubic, t: f64) -> Result<State> {
-    Ok([
-        piece.point(t)?,
-        piece.derivative(t, 1)?,
-        piece.acceleration(t)?,
-        piece.jerk(t)?,
-    ])
-}
-
-/// `g x''` from the covariant jerk `g (x'' + [x, x']_m / 2)`.
-fn second(s: &Mat<f64>, v: &Mat<f64>, a: &Mat<f64>, j: Mat<f64>) -> Mat<f64> {
-    let split = |w: &Mat<f64>| {
-        let omega = s.transpose() * w;
-        let normal = w - s * &omega;
-        (omega, normal)
-    };
-    let ((x, x_normal), (y, y_normal)) = (split(v), split(a));
-    let product = &x * &y - x_normal.transpose() * &y_normal;
-    let along = &product - product.transpose();
-    let normal = x_normal * y - y_normal * x;
-    j - (s * along + normal) * Scale(0.5)
 }

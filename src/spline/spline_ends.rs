@@ -5,7 +5,7 @@ use faer::Mat;
 use super::ends::{EndCondition, EndConditions};
 use super::knot_states::KnotStates;
 use crate::error::{Error, Result};
-use crate::linalg::structure::norm;
+use crate::linalg::structure::{check_shape, norm};
 
 /// Jumps of velocity and acceleration up to here, in the time of the shorter leg at a knot and relative to one more than their
 /// size, are those of a solver.
@@ -22,57 +22,40 @@ pub(super) fn check_ends(states: &KnotStates, ends: &EndConditions) -> Result<()
         for order in [1, 2] {
             let [before, after] = [&states.ends[knot - 1][1], &states.ends[knot][0]];
             let h = states.lengths[knot - 1].min(states.lengths[knot]);
-            check(
-                &before[order],
-                &after[order],
-                h.powi(order as i32),
-                SMOOTH,
-                knot,
-            )?;
+            let factor = h.powi(order as i32);
+            check(&before[order], &after[order], factor, SMOOTH, knot)?;
         }
     }
-    let [first, end] = [states.at(0), states.at(last)];
-    let lengths = [states.lengths[0], states.lengths[last - 1]];
+    let found = |end: usize, order: usize| &states.at([0, last][end])[order];
+    let meets = |end: usize, order: usize, wanted: &Mat<f64>| {
+        let h = [states.lengths[0], states.lengths[last - 1]][end];
+        let (found, knot) = (found(end, order), [0, last][end]);
+        check(found, wanted, h.powi(order as i32), ENDS, knot)
+    };
+    let (n, k) = states.point(0).shape();
     match ends {
-        EndConditions::Natural => {
-            let zero = Mat::zeros(first[0].nrows(), first[0].ncols());
-            check(&first[2], &zero, lengths[0].powi(2), ENDS, 0)?;
-            check(&end[2], &zero, lengths[1].powi(2), ENDS, last)
-        }
-        EndConditions::Periodic => {
-            check(&first[0], &end[0], 1.0, ENDS, last)?;
-            for order in [1, 2] {
-                let h = lengths[0].min(lengths[1]).powi(order as i32);
-                check(&first[order], &end[order], h, ENDS, last)?;
-            }
-            Ok(())
-        }
-        EndConditions::Each(each) => {
-            for (i, (state, knot)) in [(first, 0), (end, last)].into_iter().enumerate() {
-                let (order, vector) = match &each[i] {
-                    EndCondition::Velocity(v) => (1, v),
-                    EndCondition::Acceleration(a) => (2, a),
-                };
-                if vector.shape() != state[0].shape() {
-                    return Err(Error::Shape {
-                        name: "bc_type",
-                        expected: format!("{:?}", state[0].shape()),
-                        found: format!("{:?}", vector.shape()),
-                    }
-                    .at_knot(knot));
-                }
-                // One factor after the other: their product may overflow.
-                let scaled = (0..order).fold(vector.clone(), |v, _| v * faer::Scale(states.unit));
-                check(
-                    &state[order],
-                    &scaled,
-                    lengths[i].powi(order as i32),
-                    ENDS,
-                    knot,
-                )?;
-            }
-            Ok(())
-        }
+        EndConditions::Natural => (0..2).try_for_each(|end| meets(end, 2, &Mat::zeros(n, k))),
+        EndConditions::Periodic => (0..3).try_for_each(|order| {
+            let h = states.lengths[0].min(states.lengths[last - 1]);
+            check(
+                found(0, order),
+                found(1, order),
+                h.powi(order as i32),
+                ENDS,
+                last,
+            )
+        }),
+        EndConditions::Each(each) => (0..2).try_for_each(|end| {
+            let (order, vector) = match &each[end] {
+                EndCondition::Velocity(v) => (1, v),
+                EndCondition::Acceleration(a) => (2, a),
+            };
+            check_shape("bc_type", vector.as_ref(), n, k)
+                .map_err(|error| error.at_knot([0, last][end]))?;
+            // One factor after the other: their product may overflow.
+            let scaled = (0..order).fold(vector.clone(), |v, _| v * faer::Scale(states.unit));
+            meets(end, order, &scaled)
+        }),
     }
 }
 

@@ -1,0 +1,336 @@
+//! The flow of Riemannian cubics, linearised along one of them: forward by initial data, and transposed.
+//!
+//! A variation is told by four tangent vectors: the displacement `p` of the point, and the variations `w, a, b` of `x, x', x''`
+//! beside the rotation of everything that displaces the point. The form
+//!
+//! ```math
+//! \omega(1, 2) = \langle a_1, w_2\rangle - \langle w_1, a_2\rangle - \langle b_1, p_2\rangle + \langle p_1, b_2\rangle
+//!     + \langle x'', [p_1, p_2]_m\rangle - \langle [x, x']_h, [p_1, p_2]_h\rangle
+//! ```
+//!
+//! has the same value at all times for two variations of a cubic: the cubics are the critical curves of half the cost, whose
+//! boundary terms are `<x', w> - <x'', p>`. So the variation `eta` that jumps by the cotangent `D` in `b` alone at a time gives
+//! the product of `D` with the displacement there from the data at any other time,
+//!
+//! ```math
+//! \langle D, p(t)\rangle = -\omega(\eta, \cdot)
+//! ```
+//!
+//! and the same holds for sums: one run back to the start collects all cotangents, whatever their number. In tension
+//! `b - tau w` and `x'' - tau x` take the place of `b` and `x''` in `omega`.
+//!
+//! A variation that leaves the span of the curve is a tall row beside it in every direction orthogonal to the span; all rows
+//! obey the same linear equations, of `4k` unknowns.
+//!
+//! # Source
+//! Conservation of the symplectic form by Hamiltonian flows: Arnold (1989), "Mathematical Methods of Classical Mechanics", 2nd
+//! ed., sec. 38; its boundary form by the second variation: Marsden, West (2001), "Discrete mechanics and variational
+//! integrators", Acta Numerica 10, 357-514, sec. 1.2.
+
+use faer::{Mat, MatRef, Scale};
+
+use super::initial::{Horizontal, InitialData};
+use super::problem::{pack, unpack};
+use super::reduced::Sized;
+use super::taylor::{Accuracy, March};
+use super::turning::{bracket, turned};
+use super::variation::{Reached, start, vary};
+use crate::curve::sampling::check_parameter;
+use crate::error::{Error, Result};
+use crate::interrupt::Interrupt;
+use crate::linalg::dual::Dual;
+use crate::linalg::structure::{check_finite, check_range, check_shape};
+
+/// What an `Overflow` is about.
+pub(super) const VARIATION: &str = "variation of a Riemannian cubic";
+
+/// The linearised flow from the start of a curve.
+#[derive(Debug, Clone)]
+pub(super) struct LinearFlow {
+    pub(super) data: InitialData,
+    /// The frame at the start, shape `(n, r)`; its columns span the curve.
+    pub(super) frame: Mat<f64>,
+}
+
+/// Which coordinates of variations: those in the span, or those of one row beside it.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Part {
+    Span,
+    Row,
+}
+
+/// A time after the start and a cotangent there, in the coordinates of the frame at the start, shape `(r, k)`.
+type Load = (f64, Mat<f64>);
+
+impl LinearFlow {
+    /// From point, velocity, covariant acceleration and covariant jerk at the start, shape `(n, k)`, and the tension.
+    ///
+    /// # Errors
+    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`.
+    pub(super) fn new([s, v, a, j]: [MatRef<'_, f64>; 4], tension: f64) -> Result<Self> {
+        let data = InitialData::new(s, v, a, j)?.in_tension(tension);
+        let frame = match &data.frame {
+            Some(basis) => basis * &data.g,
+            None => data.g.clone(),
+        };
+        Ok(LinearFlow { data, frame })
+    }
+
+    /// Rows and columns of the blocks in the span.
+    pub(super) fn blocks(&self) -> Sized {
+        let k = self.data.velocity.omega.nrows();
+        let m = self.frame.ncols() - k;
+        Sized { m, k }
+    }
+
+    /// Whether there are directions orthogonal to the span.
+    pub(super) fn has_rows(&self) -> bool {
+        self.frame.ncols() < self.frame.nrows()
+    }
+
+    /// The point at the start.
+    fn point(&self) -> MatRef<'_, f64> {
+        self.frame.subcols(0, self.blocks().k)
+    }
+
+    /// The tangent vector at the start with the given coordinates.
+    fn up(&self, x: &Horizontal) -> Mat<f64> {
+        &self.frame * x.tangent()
+    }
+
+    /// What of the columns is outside of the span.
+    pub(super) fn off(&self, mut columns: Mat<f64>) -> Mat<f64> {
+        for _ in 0..2 {
+            let along = self.frame.transpose() * &columns;
+            columns -= &self.frame * along;
+        }
+        columns
+    }
+
+    /// The variations of the points at some times, shape `(n, k)` each, for `(p, w, a, b)` at the start.
+    ///
+    /// # Errors
+    /// `TooManySteps`, `Overflow`, `Interrupted`.
+    pub(super) fn points(
+        &self,
+        start: &[Mat<f64>; 4],
+        times: &[f64],
+        interrupt: Interrupt<'_>,
+    ) -> Result<Vec<Mat<f64>>> {
+        let k = self.blocks().k;
+        let [p, vectors @ ..] = start.each_ref().map(|x| x.as_ref());
+        let inside = vectors.map(|v| Horizontal::of_tangent(self.frame.as_ref(), v));
+        let found = vary::<1>(&self.data, 0, &[inside], times, interrupt)?;
+        let moved = |reached: &Reached| {
+            let frame = &self.frame * &reached.frame;
+            let displaced = turned(self.point(), p, frame.subcols(0, k));
+            displaced + frame * reached.variations[0][0].tangent()
+        };
+        let mut out: Vec<Mat<f64>> = found.iter().map(moved).collect();
+        if self.has_rows() {
+            let rows = self.off(side_by_side(&vectors));
+            let flows = self.unit_flows(Part::Row, times, interrupt)?;
+            for (out, (_, flow)) in out.iter_mut().zip(flows) {
+                *out += &rows * flow.submatrix(0, k, k, 3 * k).transpose();
+            }
+        }
+        for point in &out {
+            check_range(VARIATION, point.as_ref())?;
+        }
+        Ok(out)
+    }
+
+    /// `(p, w, a, b)` at the start of the variation `eta` that collects cotangents at some times.
+    ///
+    /// # Errors
+    /// `TooManySteps`, `Overflow`, `Interrupted`.
+    pub(super) fn collected(
+        &self,
+        times: &[f64],
+        cotangents: &[MatRef<'_, f64>],
+        interrupt: Interrupt<'_>,
+    ) -> Result<[Mat<f64>; 4]> {
+        let low = cotangents.iter().map(|w| self.frame.transpose() * w);
+        let mut loads: Vec<Load> = times.iter().copied().zip(low).collect();
+        // From the latest to the start, and from the earliest.
+        loads.sort_by(|one, other| other.0.total_cmp(&one.0));
+        let later = loads.partition_point(|load| load.0 >= 0.0);
+        let (later, earlier) = loads.split_at_mut(later);
+        earlier.reverse();
+        let (n, k) = (self.frame.nrows(), self.blocks().k);
+        let mut eta: [Mat<f64>; 4] = std::array::from_fn(|_| Mat::zeros(n, k));
+        for side in [&*later, &*earlier] {
+            if side.is_empty() {
+                continue;
+            }
+            let found = self.carried_back(side, interrupt)?;
+            for (eta, found) in eta.iter_mut().zip(&found) {
+                *eta += self.up(found);
+            }
+        }
+        if self.has_rows() {
+            let mut bars = Mat::zeros(n, 4 * k);
+            let flows = self.unit_flows(Part::Row, times, interrupt)?;
+            for ((_, flow), cotangent) in flows.iter().zip(cotangents) {
+                bars += self.off(cotangent.to_owned()) * flow.subrows(0, k);
+            }
+            let [by_p, by_w, by_a, by_b] = [0, 1, 2, 3].map(|i| bars.subcols(i * k, k));
+            // The inverse of `gradient`.
+            let (p, tension) = (by_b * Scale(-1.0), Scale(self.data.tension));
+            eta[1] += by_a;
+            eta[2] += &p * tension - by_w;
+            eta[3] += by_p + by_a * tension + self.twisted(&p);
+            eta[0] += p;
+        }
+        Ok(eta)
+    }
+
+    /// The gradient `-omega(eta, .)` by `(p, w, a, b)` at the start, as tangent vectors.
+    pub(super) fn gradient(&self, [p, w, a, b]: &[Mat<f64>; 4]) -> [Mat<f64>; 4] {
+        let tension = Scale(self.data.tension);
+        let by_p = b - w * tension - self.twisted(p);
+        [by_p, p * tension - a, w.clone(), -p]
+    }
+
+    /// `[x'' - tau x, p]_m - [[x, x']_h, p]`: the displacements of two variations do not commute.
+    fn twisted(&self, p: &Mat<f64>) -> Mat<f64> {
+        let s = self.point();
+        let normal = |v: &Mat<f64>| v - s * (s.transpose() * v);
+        let data = &self.data;
+        let (v, a) = (self.up(&data.velocity), self.up(&data.acceleration));
+        let pull = self.up(&data.second()) - &v * Scale(data.tension);
+        let [x, y, z] = [&v, &a, p].map(normal);
+        let turned = &y * (x.transpose() * &z) - &x * (y.transpose() * &z);
+        bracket(s, pull.as_ref(), p.as_ref()) - turned
+    }
+
+    /// What loads on one side of the start, the farthest first, are collected to.
+    fn carried_back(&self, loads: &[Load], interrupt: Interrupt<'_>) -> Result<[Horizontal; 4]> {
+        let blocks = self.blocks();
+        let mut march = March::<Dual<1>, Sized>::new(blocks, Accuracy::FULL);
+        start(&mut march, &self.data, &[]);
+        for (time, cotangent) in loads {
+            march.run(*time, interrupt, |_, _, _| Ok(()))?;
+            jump(&mut march, cotangent.as_ref());
+        }
+        march.run(0.0, interrupt, |_, _, _| Ok(()))?;
+        let mut reached = Reached::none(blocks);
+        reached.read(&march, 1);
+        Ok(reached.variations.swap_remove(0))
+    }
+
+    /// The frame in the coordinates of that at the start and the matrix of `(p, w, a, b)` by `(p, w, a, b)` at the start, shape
+    /// `(4 d, 4 d)`, at some times.
+    ///
+    /// # Errors
+    /// `TooManySteps`, `Overflow`, `Interrupted`.
+    pub(super) fn unit_flows(
+        &self,
+        part: Part,
+        times: &[f64],
+        interrupt: Interrupt<'_>,
+    ) -> Result<Vec<(Mat<f64>, Mat<f64>)>> {
+        let Sized { m, k } = self.blocks();
+        let (extra, size) = match part {
+            Part::Span => (0, k * (k - 1) / 2 + m * k),
+            Part::Row => (1, k),
+        };
+        let blocks = Sized { m: m + extra, k };
+        let units: Vec<Horizontal> = (0..size).map(|i| part.unit(i, blocks)).collect();
+        let mut directions = Vec::new();
+        for level in 0..3 {
+            directions.extend(units.iter().map(|unit| {
+                let mut direction = std::array::from_fn(|_| Horizontal::zeros(blocks));
+                direction[level] = unit.clone();
+                direction
+            }));
+        }
+        let found = vary::<8>(&self.data, extra, &directions, times, interrupt)?;
+        let flow = |reached: Reached| {
+            let displaced = units.iter().map(|unit| reached.displaced(unit));
+            let columns = displaced.chain(reached.variations.iter().cloned());
+            let columns: Vec<Vec<f64>> = columns.map(|column| part.entries(&column)).collect();
+            let flow = Mat::from_fn(4 * size, 4 * size, |i, j| columns[j][i]);
+            (reached.frame, flow)
+        };
+        Ok(found.into_iter().map(flow).collect())
+    }
+}
+
+impl Part {
+    fn unit(self, index: usize, blocks: Sized) -> Horizontal {
+        match self {
+            Part::Span => {
+                let Sized { m, k } = blocks;
+                let mut entries = vec![0.0; k * (k - 1) / 2 + m * k];
+                entries[index] = 1.0;
+                let [unit] = unpack(&entries, blocks);
+                unit
+            }
+            Part::Row => {
+                let mut unit = Horizontal::zeros(blocks);
+                unit.normal[(blocks.m - 1, index)] = 1.0;
+                unit
+            }
+        }
+    }
+
+    fn entries(self, vectors: &[Horizontal; 4]) -> Vec<f64> {
+        match self {
+            Part::Span => pack(vectors),
+            Part::Row => {
+                let last = vectors[0].normal.nrows() - 1;
+                let rows = vectors.iter().map(|x| x.normal.row(last));
+                rows.flat_map(|row| row.iter().copied()).collect()
+            }
+        }
+    }
+}
+
+/// Matrices of one shape in a row.
+pub(super) fn side_by_side(matrices: &[MatRef<'_, f64>]) -> Mat<f64> {
+    let (n, k) = matrices[0].shape();
+    Mat::from_fn(n, matrices.len() * k, |i, j| matrices[j / k][(i, j % k)])
+}
+
+/// Adds a cotangent to the slope of `x''`.
+fn jump(march: &mut March<Dual<1>, Sized>, cotangent: MatRef<'_, f64>) {
+    let Sized { m, k } = march.blocks;
+    let mut here = Reached::none(march.blocks);
+    here.read(march, 0);
+    let bar = Horizontal::of_tangent(here.frame.as_ref(), cotangent);
+    let parts = march.series.parts();
+    for j in 0..k {
+        for i in 0..k {
+            parts.omega[2][i + k * j].slope[0] += 2.0 * bar.omega[(i, j)];
+        }
+        for i in 0..m {
+            parts.b[2][i + m * j].slope[0] += bar.normal[(i, j)];
+        }
+    }
+}
+
+/// # Errors
+/// `Shape`, `NonFinite`.
+pub(crate) fn check_cotangents(
+    s: MatRef<'_, f64>,
+    times: &[f64],
+    cotangents: &[MatRef<'_, f64>],
+) -> Result<()> {
+    const NAME: &str = "W";
+    for &t in times {
+        check_parameter(t)?;
+    }
+    if times.len() != cotangents.len() {
+        return Err(Error::Shape {
+            name: NAME,
+            expected: format!("one for each of {} times", times.len()),
+            found: cotangents.len().to_string(),
+        });
+    }
+    for cotangent in cotangents {
+        check_shape(NAME, *cotangent, s.nrows(), s.ncols())?;
+        check_finite(NAME, *cotangent)?;
+    }
+    Ok(())
+}
