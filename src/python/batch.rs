@@ -1,7 +1,7 @@
 //! Batches: arrays whose last axes are one member each, and functions applied to every member.
 
 use faer::{Mat, MatRef};
-use numpy::{PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use numpy::{PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
@@ -9,9 +9,9 @@ use rayon::prelude::*;
 
 use super::call::Call;
 use super::convert::{
-    Named, NewArray, collected, entries_of, float_array, numpy, read, tuple, write,
+    Any, Array, Named, collected, entries, numpy, read_axes, real_array, unexpected, write,
 };
-use super::error::{invalid_input, to_exception};
+use super::error::{at_member, invalid, invalid_input};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 
@@ -28,8 +28,9 @@ impl Batch {
     /// Matrices one after the other, of shape `(count, rows, cols)`.
     pub fn of([count, rows, cols]: [usize; 3], entries: Vec<f64>) -> Self {
         debug_assert_eq!(entries.len(), count * rows * cols);
+        let shape = vec![count];
         Batch {
-            shape: vec![count],
+            shape,
             rows,
             cols,
             entries,
@@ -37,23 +38,9 @@ impl Batch {
     }
 
     /// Read an array of shape `(count, rows, cols)`; errors state `expected` as the shape.
-    pub fn read(object: Named<'_, '_>, expected: &str) -> PyResult<Self> {
-        let (shape, entries) = read(object, expected)?;
+    pub fn read(object: &Any, name: &str, expected: &str) -> PyResult<Self> {
+        let (shape, entries) = read_axes(object, name, expected)?;
         Ok(Batch::of(shape, entries))
-    }
-
-    /// Stack matrices of shape `(rows, cols)`.
-    pub fn stacked<'a>(
-        matrices: impl Iterator<Item = MatRef<'a, f64>>,
-        (rows, cols): (usize, usize),
-    ) -> Self {
-        let mut entries = Vec::new();
-        for matrix in matrices {
-            let start = entries.len();
-            entries.resize(start + rows * cols, 0.0);
-            write(matrix, &mut entries[start..]);
-        }
-        Batch::of([entries.len() / (rows * cols), rows, cols], entries)
     }
 
     /// How many matrices.
@@ -76,27 +63,28 @@ impl Batch {
         (0..self.len()).map(|i| self.get(i)).collect()
     }
 
-    /// All entries, matrix after matrix, row by row.
-    pub fn entries(&self) -> &[f64] {
-        &self.entries
-    }
-
     /// The `i`-th member as a slice.
     pub fn row(&self, i: usize) -> &[f64] {
         let size = self.rows * self.cols;
         &self.entries[i * size..(i + 1) * size]
     }
 
+    /// The array of all matrices.
+    pub fn into_array(self) -> Array {
+        let shape = [&self.shape[..], &[self.rows, self.cols]].concat();
+        let entries = self.entries;
+        Array { shape, entries }
+    }
+
     /// Return `InvalidInputError` unless the members have the given shape; an empty batch is checked too.
-    pub fn check_shape(&self, name: &str, shape: (usize, usize)) -> PyResult<()> {
+    pub fn check_shape(&self, name: &str, (n, k): (usize, usize)) -> PyResult<()> {
         let (rows, cols) = (self.rows, self.cols);
-        if (rows, cols) == shape {
-            return Ok(());
+        match (rows, cols) == (n, k) {
+            true => Ok(()),
+            false => Err(invalid!(
+                "{name}: expected shape (..., {n}, {k}), found (..., {rows}, {cols})"
+            )),
         }
-        let (n, k) = shape;
-        let message =
-            format!("{name}: expected shape (..., {n}, {k}), found (..., {rows}, {cols})");
-        Err(invalid_input(message))
     }
 }
 
@@ -114,16 +102,14 @@ pub fn vector_batches<const N: usize>(objects: [Named<'_, '_>; N]) -> PyResult<[
 fn read_batches<const N: usize>(objects: [Named<'_, '_>; N], core: usize) -> PyResult<[Batch; N]> {
     let py = objects[0].0.py();
     let mut arrays = collected(objects.map(|(object, name)| {
-        let array = float_array(object, name)?;
-        if array.ndim() < core {
-            let expected = if core == 2 { "(..., n, k)" } else { "(..., d)" };
-            let found = tuple(array.shape());
-            let message = format!("{name}: expected shape {expected}, found {found}");
-            return Err(invalid_input(message));
+        let array = real_array(object, name)?;
+        let expected = if core == 2 { "(..., n, k)" } else { "(..., d)" };
+        match array.ndim() < core {
+            true => Err(unexpected(name, expected, array.shape())),
+            false => Ok(array),
         }
-        Ok(array)
     }))?;
-    let lead = |array: &PyReadonlyArrayDyn<'_, f64>| array.shape()[..array.ndim() - core].to_vec();
+    let lead = |array: &Bound<'_, PyUntypedArray>| array.shape()[..array.ndim() - core].to_vec();
     let mut shape = lead(&arrays[0]);
     if arrays.iter().any(|array| lead(array) != shape) {
         let shapes = arrays.each_ref().map(|array| PyTuple::new(py, lead(array)));
@@ -136,7 +122,7 @@ fn read_batches<const N: usize>(objects: [Named<'_, '_>; N], core: usize) -> PyR
             let full = [&shape, &array.shape()[array.ndim() - core..]].concat();
             let arguments = (array.as_any(), PyTuple::new(py, full)?);
             let broadcast = numpy(py)?.call_method1("broadcast_to", arguments)?;
-            *array = broadcast.cast_into::<PyArrayDyn<f64>>()?.readonly();
+            *array = broadcast.cast_into()?;
         }
     }
     collected(arrays.each_ref().map(|array| {
@@ -144,8 +130,8 @@ fn read_batches<const N: usize>(objects: [Named<'_, '_>; N], core: usize) -> PyR
         Ok(Batch {
             shape: shape.clone(),
             rows: own[0],
-            cols: if core == 2 { own[1] } else { 1 },
-            entries: entries_of(array)?,
+            cols: own.get(1).copied().unwrap_or(1),
+            entries: entries(array)?,
         })
     }))
 }
@@ -186,9 +172,8 @@ pub fn map_batch<W, const N: usize>(
     + Sync
     + Send
     + 'static,
-) -> PyResult<NewArray> {
-    let (len, single) = (batches[0].len(), batches[0].shape.is_empty());
-    let shape = [&batches[0].shape, core].concat();
+) -> PyResult<Array> {
+    let (len, lead) = (batches[0].len(), batches[0].shape.clone());
     let size = core
         .iter()
         .fold(1, |size: usize, axis| size.saturating_mul(*axis));
@@ -232,8 +217,10 @@ pub fn map_batch<W, const N: usize>(
         (failure, out)
     })?;
     match failure {
-        None => Ok(NewArray { shape, entries }),
-        Some((_, error)) if single => Err(error.into()),
-        Some((i, error)) => Err(to_exception(&error, &format!(" (batch member {i})"))),
+        None => Ok(Array {
+            shape: [&lead, core].concat(),
+            entries,
+        }),
+        Some((i, error)) => Err(at_member(&error, i, &lead)),
     }
 }

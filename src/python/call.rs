@@ -7,19 +7,23 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::ThreadId;
 use std::time::{Duration, Instant};
 
+use faer::{Mat, MatRef};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use super::error::invalid_input;
+use super::error::invalid;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 
-/// Calls estimated below this many operations (a few milliseconds) run in place: a thread costs more than it brings.
-const SHORT: f64 = 1e7;
+/// Calls that read and make fewer numbers (a few milliseconds at most) run in place: a thread costs more than it brings.
+const LONG: f64 = 3e3;
 
-/// Members of a batch share buffers in blocks of about this many operations, a tenth of a millisecond or so.
-const BLOCK: f64 = 3e5;
+/// Members of a batch share buffers in blocks of about so many numbers, a tenth of a millisecond or so.
+const BLOCK: f64 = 500.0;
+
+/// How many times the work of an exponential it is to solve for a curve.
+pub const SOLVES: f64 = 100.0;
 
 /// How often a waiting call looks for Ctrl-C.
 const POLL: Duration = Duration::from_millis(50);
@@ -28,36 +32,38 @@ const POLL: Duration = Duration::from_millis(50);
 pub struct Call<'py> {
     py: Python<'py>,
     num_threads: Option<usize>,
-    /// Estimated floating-point operations.
-    operations: f64,
+    /// How much work it is, by the numbers that are read and made. It decides whether the call runs on another thread and how
+    /// a batch is divided; results do not depend on it.
+    numbers: f64,
 }
 
 impl<'py> Call<'py> {
     /// `num_threads = None` takes rayon's global pool.
-    pub fn new(py: Python<'py>, num_threads: Option<i64>, operations: f64) -> PyResult<Self> {
+    pub fn new(py: Python<'py>, num_threads: Option<i64>, numbers: f64) -> PyResult<Self> {
         let num_threads = match num_threads {
             None => None,
             Some(threads @ 1..=4096) => Some(threads as usize),
             Some(found) => {
-                let message = format!("num_threads: must be between 1 and 4096, found {found}");
-                return Err(invalid_input(message));
+                return Err(invalid!(
+                    "num_threads: must be between 1 and 4096, found {found}"
+                ));
             }
         };
         Ok(Call {
             py,
             num_threads,
-            operations,
+            numbers,
         })
     }
 
     /// Whether the call is worth sharing out.
     pub fn is_long(&self) -> bool {
-        self.operations > SHORT
+        self.numbers >= LONG
     }
 
     /// How many of the `len` members of a batch are a block: by the work alone, not by the number of threads.
     pub fn block(&self, len: usize) -> usize {
-        let one = self.operations / len.max(1) as f64;
+        let one = self.numbers / len.max(1) as f64;
         ((BLOCK / one.max(1.0)) as usize).clamp(1, 1024)
     }
 
@@ -96,10 +102,23 @@ impl<'py> Call<'py> {
 /// [`Call::run`] on rayon's global pool.
 pub fn run<T: Send + 'static>(
     py: Python<'_>,
-    operations: f64,
+    numbers: f64,
     work: impl FnOnce(Interrupt<'_>) -> Result<T> + Send + 'static,
 ) -> PyResult<T> {
-    Call::new(py, None, operations)?.run(work)
+    Call::new(py, None, numbers)?.run(work)
+}
+
+/// [`run`] on matrices; each of their entries is `weight` times the work of an exponential.
+pub fn run_on<T: Send + 'static, const N: usize>(
+    py: Python<'_>,
+    data: [Mat<f64>; N],
+    weight: f64,
+    work: impl FnOnce([MatRef<'_, f64>; N], Interrupt<'_>) -> Result<T> + Send + 'static,
+) -> PyResult<T> {
+    let numbers: usize = data.iter().map(|x| x.nrows() * x.ncols()).sum();
+    run(py, weight * numbers as f64, move |interrupt| {
+        work(data.each_ref().map(|x| x.as_ref()), interrupt)
+    })
 }
 
 /// Looks for Ctrl-C now and then from inside of a call that runs where it stands, should it take longer than estimated.

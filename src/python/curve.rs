@@ -8,11 +8,10 @@ use pyo3::PyClass;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyFloat};
 
-use super::call::{Call, run};
-use super::convert::{Any, Named, matrices, named, numbers, numpy, parameters, write};
-use super::error::invalid_input;
+use super::call::{Call, run_on};
+use super::convert::{Any, Array, Named, matrices, named, numpy, read, write};
+use super::error::invalid;
 use super::stored::form;
-use super::work::{EXPONENTIALS, Work, evaluation};
 use crate::curve::{ArcLength, Curve, DerivativeBounds, Quantity, Samples, lift_into};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
@@ -24,7 +23,6 @@ pub(super) trait AnyCurve: Send + Sync {
     fn shape(&self) -> (usize, usize);
     fn t_span(&self) -> (f64, f64);
     fn frame(&self) -> Option<MatRef<'_, f64>>;
-    fn operations(&self, t: &[f64], quantity: Quantity) -> f64;
     fn stored(&self) -> (&'static str, Fields);
     fn sample(&self, t: &[f64], quantity: Quantity, interrupt: Interrupt<'_>) -> Result<Samples>;
     fn sample_coordinates(
@@ -39,7 +37,7 @@ pub(super) trait AnyCurve: Send + Sync {
     fn derivative_bounds(&self, interrupt: Interrupt<'_>) -> Result<DerivativeBounds>;
 }
 
-impl<C: Curve + Work + Stored + Send> AnyCurve for C {
+impl<C: Curve + Stored + Send> AnyCurve for C {
     fn shape(&self) -> (usize, usize) {
         (self.n(), self.k())
     }
@@ -50,10 +48,6 @@ impl<C: Curve + Work + Stored + Send> AnyCurve for C {
 
     fn frame(&self) -> Option<MatRef<'_, f64>> {
         Curve::frame(self)
-    }
-
-    fn operations(&self, t: &[f64], quantity: Quantity) -> f64 {
-        evaluation(self, t, quantity)
     }
 
     fn stored(&self) -> (&'static str, Fields) {
@@ -110,14 +104,25 @@ pub(super) fn wrap<S: PyClass<BaseType = PyCurve>>(
     PyClassInitializer::from(PyCurve { inner }).add_subclass(class)
 }
 
-/// Estimated evaluations of the integrand of an integral along a curve.
-const EVALUATIONS: f64 = 1e3;
+/// The object of a class.
+pub(super) fn object<T: PyClass>(
+    py: Python<'_>,
+    class: PyClassInitializer<T>,
+) -> PyResult<Py<PyAny>> {
+    Ok(Py::new(py, class)?.into_any())
+}
 
 impl PyCurve {
-    /// Estimated operations of an integral along the curve.
-    pub(super) fn integral(&self) -> f64 {
-        let start = self.inner.t_span().0;
-        EVALUATIONS * self.inner.operations(&[start], Quantity::Acceleration)
+    /// Runs work whose length shows only on the way, such as an integral along the curve: it is always watched.
+    pub(super) fn run<T: Send + 'static>(
+        &self,
+        py: Python<'_>,
+        num_threads: Option<i64>,
+        work: impl FnOnce(&dyn AnyCurve, Interrupt<'_>) -> Result<T> + Send + 'static,
+    ) -> PyResult<T> {
+        let curve = Arc::clone(&self.inner);
+        let call = Call::new(py, num_threads, f64::INFINITY)?;
+        call.run(move |interrupt| work(&*curve, interrupt))
     }
 
     fn sample<'py>(
@@ -126,29 +131,38 @@ impl PyCurve {
         quantity: Quantity,
         num_threads: Option<i64>,
     ) -> PyResult<Any<'py>> {
-        let py = t.py();
+        let (py, (n, k)) = (t.py(), self.inner.shape());
+        let each = match quantity {
+            Quantity::Derivative(0) => n * k,
+            _ => DERIVATIVES * n * k,
+        };
         if num_threads.is_none()
+            && each <= IN_PLACE
             && let Ok(t) = t.cast_exact::<PyFloat>()
-            && self.inner.operations(&[t.value()], quantity) < IN_PLACE
+            && self.is_inside(t.value())
         {
             return self.sample_one(py, t.value(), quantity);
         }
-        let (mut shape, t) = parameters(t, "t")?;
-        let operations = self.inner.operations(&t, quantity);
-        let call = Call::new(py, num_threads, operations)?;
+        let Array { mut shape, entries } = read(t, "t")?;
+        let call = Call::new(py, num_threads, (each * entries.len()) as f64)?;
         if let Some(frame) = self.inner.frame()
-            && frame.nrows() * self.inner.shape().1 * t.len() > LARGE
-            && frame.nrows() > TALL * frame.ncols()
+            && n * k * entries.len() > LARGE
+            && n > TALL * frame.ncols()
         {
-            return self.sample_large(py, &call, shape, t, quantity);
+            return self.sample_large(py, &call, shape, entries, quantity);
         }
         let curve = Arc::clone(&self.inner);
-        let samples = call.run(move |interrupt| curve.sample(&t, quantity, interrupt))?;
-        let (n, k) = self.inner.shape();
+        let samples = call.run(move |interrupt| curve.sample(&entries, quantity, interrupt))?;
         // Stored column by column; the transposed view has the documented shape and copies nothing.
         shape.extend([k, n]);
         let stored = PyArray1::from_vec(py, samples.into_entries()).reshape(shape)?;
         stored.call_method1("swapaxes", (-1, -2))
+    }
+
+    /// Whether the curve is made for a parameter: there it is quickly evaluated.
+    fn is_inside(&self, t: f64) -> bool {
+        let (start, end) = self.inner.t_span();
+        (start.min(end)..=start.max(end)).contains(&t)
     }
 
     /// Coordinates first, then their lift piece by piece into an array of NumPy's, which asks for huge pages: with
@@ -162,11 +176,10 @@ impl PyCurve {
         quantity: Quantity,
     ) -> PyResult<Any<'py>> {
         let curve = Arc::clone(&self.inner);
-        let work =
-            move |interrupt: Interrupt<'_>| curve.sample_coordinates(&t, quantity, interrupt);
-        let coordinates = call.run(work)?;
+        let coordinates =
+            call.run(move |interrupt| curve.sample_coordinates(&t, quantity, interrupt))?;
         let Some(frame) = self.inner.frame() else {
-            return Err(invalid_input("the curve has no frame".to_owned()));
+            return Err(invalid!("the curve has no frame"));
         };
         let (n, k) = self.inner.shape();
         shape.extend([k, n]);
@@ -209,8 +222,11 @@ const PIECE: usize = 1 << 29;
 /// Coordinates below this lift without overflow.
 const HUGE: f64 = 1e300;
 
-/// Operations below which a single evaluation keeps the interpreter lock (a few microseconds).
-const IN_PLACE: f64 = 2e4;
+/// Numbers up to which a single evaluation keeps the interpreter lock (a few microseconds).
+const IN_PLACE: usize = 40;
+
+/// Time of a derivative relative to that of a position.
+const DERIVATIVES: usize = 10;
 
 #[pymethods]
 impl PyCurve {
@@ -257,10 +273,7 @@ impl PyCurve {
     fn __call__<'py>(&self, t: &Any<'py>, nu: i64, num_threads: Option<i64>) -> PyResult<Any<'py>> {
         match usize::try_from(nu) {
             Ok(order @ 0..=3) => self.sample(t, Quantity::Derivative(order), num_threads),
-            _ => {
-                let message = format!("nu: must be 0, 1, 2 or 3, found {nu}");
-                Err(invalid_input(message))
-            }
+            _ => Err(invalid!("nu: must be 0, 1, 2 or 3, found {nu}")),
         }
     }
 
@@ -291,8 +304,7 @@ impl PyCurve {
     /// ConvergenceError
     ///     The quadrature does not settle.
     fn cost(&self, py: Python<'_>) -> PyResult<f64> {
-        let curve = Arc::clone(&self.inner);
-        run(py, self.integral(), move |interrupt| curve.cost(interrupt))
+        self.run(py, None, |curve, interrupt| curve.cost(interrupt))
     }
 
     /// Write the curve to a file, all its numbers, so that :func:`load` gives back the same curve to the last bit.
@@ -305,16 +317,14 @@ impl PyCurve {
     /// Notes
     /// -----
     /// An archive of plain arrays (``numpy.load`` reads it, with no pickle inside), with the version of its form.
-    fn save(slf: &Bound<'_, Self>, path: &Any<'_>) -> PyResult<()> {
+    fn save(slf: &Bound<'_, Self>, path: &Any) -> PyResult<()> {
         let storage = slf.py().import("stiefel_rs.storage")?;
         let form = slf.call_method0("_stored")?;
         storage.call_method1("write", (form, path)).map(drop)
     }
 
     /// For pickle: the stored form.
-    fn __reduce__<'py>(
-        slf: &Bound<'py, Self>,
-    ) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyAny>,))> {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Any<'py>, (Any<'py>,))> {
         let build = slf.py().import("stiefel_rs._core")?.getattr("_restored")?;
         Ok((build, (slf.call_method0("_stored")?,)))
     }
@@ -330,7 +340,7 @@ impl PyCurve {
         slf
     }
 
-    fn __deepcopy__(slf: Py<Self>, _memo: &Any<'_>) -> Py<Self> {
+    fn __deepcopy__(slf: Py<Self>, _memo: &Any) -> Py<Self> {
         slf
     }
 
@@ -370,10 +380,9 @@ impl PyCurve {
 pub struct PyQuasiGeodesic;
 
 #[pymethods]
-#[allow(non_snake_case)]
 impl PyQuasiGeodesic {
     #[new]
-    fn new(S0: &Any<'_>, S1: &Any<'_>) -> PyResult<PyClassInitializer<Self>> {
+    fn new(S0: &Any, S1: &Any) -> PyResult<PyClassInitializer<Self>> {
         Self::made(named![S0, S1], QuasiGeodesic::between)
     }
 
@@ -384,11 +393,9 @@ impl PyQuasiGeodesic {
     /// InvalidInputError
     ///     Shape, not finite, not orthonormal, not tangent (with the measured defect).
     #[staticmethod]
-    fn from_velocity(S: &Any<'_>, V: &Any<'_>) -> PyResult<Py<Self>> {
-        Py::new(
-            S.py(),
-            Self::made(named![S, V], QuasiGeodesic::from_velocity)?,
-        )
+    fn from_velocity(S: &Any, V: &Any) -> PyResult<Py<Self>> {
+        let made = Self::made(named![S, V], QuasiGeodesic::from_velocity)?;
+        Py::new(S.py(), made)
     }
 }
 
@@ -397,10 +404,8 @@ impl PyQuasiGeodesic {
         arguments: [Named<'_, '_>; 2],
         make: fn(MatRef<'_, f64>, MatRef<'_, f64>) -> Result<QuasiGeodesic>,
     ) -> PyResult<PyClassInitializer<Self>> {
-        let data = matrices(arguments)?;
-        let operations = EXPONENTIALS * numbers(&data);
-        let work = move |_: Interrupt<'_>| make(data[0].as_ref(), data[1].as_ref());
-        let curve = run(arguments[0].0.py(), operations, work)?;
+        let (py, data) = (arguments[0].0.py(), matrices(arguments)?);
+        let curve = run_on(py, data, 1.0, move |[point, other], _| make(point, other))?;
         Ok(wrap(Arc::new(curve), PyQuasiGeodesic))
     }
 }

@@ -3,7 +3,8 @@
 use nalgebra::SVector as Vector;
 use pyo3::prelude::*;
 
-use super::error::invalid_input;
+use super::convert::count;
+use super::error::invalid;
 use crate::chart::discretization::{Blocks, Expansion};
 use crate::chart::{Composition, DiscretizationMap, LinearMap, RetractionMap, SpaceRetraction};
 
@@ -66,21 +67,39 @@ impl NamedMap {
         let names: Vec<_> = NamedMap::all()
             .map(|(known, _)| format!("'{known}'"))
             .collect();
-        let names = names.join(", ");
-        let message = format!("map: must be one of {names}, found '{name}'");
-        Err(invalid_input(message))
+        Err(invalid!(
+            "map: must be one of {}, found '{name}'",
+            names.join(", ")
+        ))
     }
 
     /// The composition that raises this map's method to the order; its own for `None`.
-    pub fn composition(self, order: Option<i64>) -> PyResult<Composition> {
+    fn composition(self, order: Option<i64>) -> PyResult<Composition> {
         let base = DiscretizationMap::<4>::order(&self);
-        let order = match order.map(usize::try_from) {
-            None => base,
-            Some(Ok(order)) => order,
-            // No composition either; the message of order 0.
-            Some(Err(_)) => 0,
-        };
+        // No composition has a negative order either; the message is that of order 0.
+        let order = order.map_or(base, |order| usize::try_from(order).unwrap_or(0));
         Ok(Composition::new(base, order)?)
+    }
+}
+
+/// Equal steps of the method of a map over `[0, t_end]`.
+#[derive(Clone, Copy)]
+pub struct Steps {
+    pub map: NamedMap,
+    pub composition: Composition,
+    pub count: usize,
+    pub t_end: f64,
+}
+
+impl Steps {
+    pub fn read(map: &str, order: Option<i64>, steps: i64, t_end: f64) -> PyResult<Self> {
+        let map = NamedMap::read(map)?;
+        Ok(Steps {
+            map,
+            composition: map.composition(order)?,
+            count: count("steps", steps, 1)?,
+            t_end,
+        })
     }
 }
 

@@ -3,9 +3,9 @@
 use pyo3::prelude::*;
 
 use super::chart::PyChart;
-use super::convert::{Any, NewArray, count, named, parameters, tuple, whole};
-use super::discretization::NamedMap;
-use super::error::invalid_input;
+use super::convert::{Any, Array, count, named, read, tuple, whole};
+use super::discretization::{NamedMap, Steps};
+use super::error::invalid;
 use super::shooting::{PyShootingResult, Shot};
 use super::state::{Kind, check_finite, on_chart, state, write_states};
 use crate::chart::{Chart, DiscretizationMap, integrate_composed, reference};
@@ -40,14 +40,13 @@ impl PyChart {
     /// ndarray, shape (..., 2, 2 d)
     ///     ``R_d(x, v) = (x_0, x_1)``.
     #[pyo3(signature = (x, v, map="initial_point"))]
-    fn discretize(&self, x: &Any<'_>, v: &Any<'_>, map: &str) -> PyResult<NewArray> {
+    fn discretize(&self, x: &Any, v: &Any, map: &str) -> PyResult<Array> {
         let map = NamedMap::read(map)?;
         let width = 2 * self.dimension();
         self.map(
             named![x, v],
             width,
             &[2, width],
-            1e3,
             move |kind, rows, out, _| on_chart!(kind, chart => discretize(chart, &map, rows, out)),
         )
     }
@@ -99,30 +98,26 @@ impl PyChart {
     /// -----
     /// arXiv 2404.19407, from the cotangent lift of the discretization map (Barbero-Linan, Martin de Diego 2023).
     #[pyo3(signature = (z0, steps, t_end=1.0, map="initial_point", *, order=None))]
-    #[allow(clippy::too_many_arguments)]
     fn integrate(
         &self,
-        z0: &Any<'_>,
+        z0: &Any,
         #[pyo3(from_py_with = whole)] steps: i64,
         t_end: f64,
         map: &str,
         order: Option<i64>,
-    ) -> PyResult<NewArray> {
-        let map = NamedMap::read(map)?;
-        let composition = map.composition(order)?;
-        let steps = count("steps", steps, 1)?;
+    ) -> PyResult<Array> {
+        let steps = Steps::read(map, order, steps, t_end)?;
         let width = self.0.width();
-        let (core, operations) = ([steps.saturating_add(1), width], 1e4 * steps as f64);
+        let core = [steps.count.saturating_add(1), width];
         self.map(
             named![z0],
             width,
             &core,
-            operations,
             move |kind, [z], out, interrupt| {
                 on_chart!(kind, chart => {
-                    let z = state(z);
+                    let (Steps { map, composition, count, t_end }, z) = (&steps, state(z));
                     let states =
-                        integrate_composed(chart, &map, &composition, &z, steps, t_end, interrupt)?;
+                        integrate_composed(chart, map, composition, &z, *count, *t_end, interrupt)?;
                     write_states(&states, out);
                 });
                 Ok(())
@@ -153,19 +148,16 @@ impl PyChart {
     /// Notes
     /// -----
     /// Taylor method of order 26 with variable steps (Jorba, Zou 2005).
-    fn reference(&self, z0: &Any<'_>, t: &Any<'_>) -> PyResult<NewArray> {
-        let (shape, t) = parameters(t, "t")?;
-        let width = self.0.width();
-        let core = [&shape[..], &[width]].concat();
-        // How many steps it takes shows only on the way: always watched.
+    fn reference(&self, z0: &Any, t: &Any) -> PyResult<Array> {
+        let (t, width) = (read(t, "t")?, self.0.width());
+        let core = [&t.shape[..], &[width]].concat();
         self.map(
             named![z0],
             width,
             &core,
-            f64::INFINITY,
             move |kind, [z], out, interrupt| {
                 on_chart!(kind, chart => {
-                    write_states(&reference(chart, &state(z), &t, interrupt)?, out);
+                    write_states(&reference(chart, &state(z), &t.entries, interrupt)?, out);
                 });
                 Ok(())
             },
@@ -211,36 +203,32 @@ impl PyChart {
     /// Damped Newton iteration on the initial momenta; the Jacobian is the exact derivative of the discrete flow.
     #[pyo3(signature = (q0, qdot0, q1, qdot1, steps, map="midpoint", *, t_end=1.0, tol=1e-12, max_iterations=50,
         guess=None, order=None))]
-    #[allow(clippy::too_many_arguments)]
     fn shoot(
         &self,
         py: Python<'_>,
-        q0: &Any<'_>,
-        qdot0: &Any<'_>,
-        q1: &Any<'_>,
-        qdot1: &Any<'_>,
+        q0: &Any,
+        qdot0: &Any,
+        q1: &Any,
+        qdot1: &Any,
         #[pyo3(from_py_with = whole)] steps: i64,
         map: &str,
         t_end: f64,
         tol: f64,
         #[pyo3(from_py_with = whole)] max_iterations: i64,
-        guess: Option<&Any<'_>>,
+        guess: Option<&Any>,
         order: Option<i64>,
     ) -> PyResult<PyShootingResult> {
-        let map = NamedMap::read(map)?;
+        let steps = Steps::read(map, order, steps, t_end)?;
         let ends = self.read(named![q0, qdot0, q1, qdot1], self.dimension())?;
         if !ends[0].shape.is_empty() {
             let found = tuple(&[&ends[0].shape[..], &[ends[0].rows]].concat());
-            let message = format!("q0: expected shape ({},), found {found}", self.dimension());
-            return Err(invalid_input(message));
+            let d = self.dimension();
+            return Err(invalid!("q0: expected shape ({d},), found {found}"));
         }
         let guess = guess.map(|pair| self.read_guess(pair)).transpose()?;
         let arguments = Shot {
             ends: ends.each_ref().map(|end| end.row(0).to_vec()),
-            steps: count("steps", steps, 1)?,
-            map,
-            composition: map.composition(order)?,
-            t_end,
+            steps,
             tol,
             max_iterations: count("max_iterations", max_iterations, 0)?,
             guess,

@@ -3,14 +3,12 @@
 use pyo3::prelude::*;
 
 use super::batch::Batch;
-use super::convert::{Any, NewArray, named};
+use super::convert::{Any, Array, named};
 use super::stiefel::PyStiefel;
-use super::work::PRODUCTS;
 use crate::linalg::structure::norm;
 use crate::manifold::ParallelTransport;
 
 #[pymethods]
-#[allow(non_snake_case)]
 impl PyStiefel {
     /// Parallel transport of ``W`` along the geodesic ``t -> exp(S, t V)`` from ``S`` to ``exp(S, V)``, shape (..., n, k).
     ///
@@ -44,17 +42,17 @@ impl PyStiefel {
     /// >>> S, V = [[1.0], [0.0], [0.0]], [[0.0], [np.pi / 2], [0.0]]
     /// >>> bool(abs(M.transport(S, V, [[0.0], [1.0], [2.0]]) - [[-1.0], [0.0], [2.0]]).max() < 1e-15)
     /// True
-    fn transport(&self, S: &Any<'_>, V: &Any<'_>, W: &Any<'_>) -> PyResult<NewArray> {
+    fn transport(&self, S: &Any, V: &Any, W: &Any) -> PyResult<Array> {
         // The work grows with the way; what is not finite is an error at once.
-        let work = |[s, v, _]: &[Batch; 3]| {
+        let way = |[_, v, _]: &[Batch; 3]| {
             let lengths = (0..v.len()).map(|i| norm(v.get(i)));
-            PRODUCTS * s.numbers() * (2.0 + lengths.fold(0.0, f64::max))
+            1.0 + lengths.fold(0.0, f64::max)
         };
         let (n, k) = self.shape();
         self.map_shapes(
             named![S, V, W],
             [(n, k); 3],
-            work,
+            way,
             &[n, k],
             |m, [s, v, w], _| ParallelTransport::new(*m, s, v)?.transport(w),
         )
@@ -87,7 +85,7 @@ impl PyStiefel {
     /// >>> S, U, V = np.eye(3)[:, :, None]
     /// >>> M.curvature(S, U, V, 2 * V).ravel()
     /// array([0., 2., 0.])
-    fn curvature(&self, S: &Any<'_>, U: &Any<'_>, V: &Any<'_>, W: &Any<'_>) -> PyResult<NewArray> {
+    fn curvature(&self, S: &Any, U: &Any, V: &Any, W: &Any) -> PyResult<Array> {
         self.map_matrices(named![S, U, V, W], |m, [s, u, v, w]| {
             m.curvature(s, u, v, w)
         })
@@ -121,7 +119,7 @@ impl PyStiefel {
     /// >>> S, U, V = np.eye(3)[:, :, None]
     /// >>> float(M.sectional_curvature(S, U, V))
     /// 1.0
-    fn sectional_curvature(&self, S: &Any<'_>, U: &Any<'_>, V: &Any<'_>) -> PyResult<NewArray> {
+    fn sectional_curvature(&self, S: &Any, U: &Any, V: &Any) -> PyResult<Array> {
         self.map(named![S, U, V], &[], |m, [s, u, v]| {
             m.sectional_curvature(s, u, v)
         })
@@ -156,7 +154,7 @@ impl PyStiefel {
     /// >>> G = np.diag([1.0, 2.0, 3.0, 4.0]) @ S
     /// >>> bool(abs(M.euclidean_to_riemannian_gradient(S, G) - (G - S @ G.T @ S)).max() < 1e-14)
     /// True
-    fn euclidean_to_riemannian_gradient(&self, S: &Any<'_>, G: &Any<'_>) -> PyResult<NewArray> {
+    fn euclidean_to_riemannian_gradient(&self, S: &Any, G: &Any) -> PyResult<Array> {
         self.map_matrices(named![S, G], |m, [s, g]| {
             m.euclidean_to_riemannian_gradient(s, g)
         })
@@ -194,11 +192,11 @@ impl PyStiefel {
     /// array([ 0., -2.,  0.])
     fn euclidean_to_riemannian_hessian(
         &self,
-        S: &Any<'_>,
-        G: &Any<'_>,
-        H: &Any<'_>,
-        V: &Any<'_>,
-    ) -> PyResult<NewArray> {
+        S: &Any,
+        G: &Any,
+        H: &Any,
+        V: &Any,
+    ) -> PyResult<Array> {
         self.map_matrices(named![S, G, H, V], |m, [s, g, h, v]| {
             m.euclidean_to_riemannian_hessian(s, g, h, v)
         })

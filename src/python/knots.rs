@@ -2,12 +2,15 @@
 
 use faer::Mat;
 use numpy::{PyArrayDyn, PyUntypedArray, PyUntypedArrayMethods};
+use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString, PyTuple};
 
-use super::convert::{Any, NewArray, frozen, matrix, numpy, read, tuple, whole};
-use super::error::{at_knot, invalid_input};
+use super::convert::{
+    Any, Array, collected, matrix, numpy, read_axes, tuple, two, unexpected, whole,
+};
+use super::error::{at_knot, invalid};
 use super::stored::Form;
 use crate::spline::{EndCondition, EndConditions};
 
@@ -16,16 +19,16 @@ use crate::spline::{EndCondition, EndConditions};
 /// # Errors
 /// `TypeError` for what is no number (for dates, with how to convert them), `InvalidInputError` for another shape and for whole
 /// numbers that no float is.
-pub(super) fn times(object: &Any<'_>) -> PyResult<Vec<f64>> {
+pub(super) fn times(object: &Any) -> PyResult<Vec<f64>> {
     if object.cast::<PyArrayDyn<f64>>().is_err() {
         check_numbers(object)?;
     }
-    let ([_], times) = read((object, "t"), "(N,)")?;
+    let ([_], times) = read_axes(object, "t", "(N,)")?;
     Ok(times)
 }
 
 /// Error for dates and durations, and for whole numbers that would be rounded.
-fn check_numbers(object: &Any<'_>) -> PyResult<()> {
+fn check_numbers(object: &Any) -> PyResult<()> {
     let py = object.py();
     let array = numpy(py)?.call_method1("asarray", (object,))?;
     let array = array.cast_into::<PyUntypedArray>()?;
@@ -68,7 +71,7 @@ fn dates(array: &Bound<'_, PyUntypedArray>) -> PyResult<Option<&'static str>> {
 }
 
 /// Error where a whole number is not a float, like a time stamp in nanoseconds.
-fn check_exact(array: &Any<'_>) -> PyResult<()> {
+fn check_exact(array: &Any) -> PyResult<()> {
     let exact = array.call_method0("ravel")?.call_method0("tolist")?;
     let rounded = array.call_method1("astype", ("float64",))?;
     let rounded = rounded.call_method0("ravel")?.call_method0("tolist")?;
@@ -79,11 +82,11 @@ fn check_exact(array: &Any<'_>) -> PyResult<()> {
     for (knot, pair) in exact.try_iter()?.zip(rounded.try_iter()?).enumerate() {
         let (exact, rounded) = (pair.0?, pair.1?);
         if !exact.eq(rounded)? {
-            let message = format!(
-                "t: entry {knot}, {exact}, is not a floating-point number; give differences: t - t[0]"
-            );
-            let error = invalid_input(message);
-            return Err(at_knot(error, knot));
+            let problem = "is not a floating-point number; give differences: t - t[0]";
+            return Err(at_knot(
+                invalid!("t: entry {knot}, {exact}, {problem}"),
+                knot,
+            ));
         }
     }
     Ok(())
@@ -119,18 +122,16 @@ impl BcType<'_> {
         match self {
             BcType::Word(word) => {
                 let conditions = conditions_of(word, shape)?;
-                let given = word.into_pyobject(py)?.into_any().unbind();
+                let given = word.into_py_any(py)?;
                 Ok(Ends { given, conditions })
             }
             BcType::Pair(items) => {
                 let items = pair(items, "bc_type", "two end conditions")?;
-                let [first, last] = items.each_ref().map(|item| end(item, shape));
-                let ((first, first_given), (last, last_given)) = (first?, last?);
-                let given = PyTuple::new(py, [first_given, last_given])?;
-                Ok(Ends {
-                    given: given.into_any().unbind(),
-                    conditions: EndConditions::Each(Box::new([first, last])),
-                })
+                let ends = collected(items.each_ref().map(|item| end(item, shape)))?;
+                let [(first, first_given), (last, last_given)] = ends;
+                let given = (first_given, last_given).into_py_any(py)?;
+                let conditions = EndConditions::Each(Box::new([first, last]));
+                Ok(Ends { given, conditions })
             }
         }
     }
@@ -153,31 +154,28 @@ fn conditions_of(word: &str, shape: (usize, usize)) -> PyResult<EndConditions> {
 fn end<'py>(object: &Any<'py>, shape: (usize, usize)) -> PyResult<(EndCondition, Any<'py>)> {
     let py = object.py();
     if let Ok(word) = object.extract::<String>() {
-        let condition = condition_of(&word, shape)
-            .ok_or_else(|| unknown(&word, "'natural', 'clamped' or a pair for one end"))?;
-        return Ok((condition, word.into_pyobject(py)?.into_any()));
+        let expected = "'natural', 'clamped' or a pair for one end";
+        let condition = condition_of(&word, shape).ok_or_else(|| unknown(&word, expected))?;
+        return Ok((condition, word.into_bound_py_any(py)?));
     }
     let [order, vector] = pair(object, "bc_type", "an order and a tangent vector")?;
     let order = whole(&order)?;
     let vector = matrix(&vector, "bc_type")?;
     if vector.shape() != shape {
-        let [expected, found] = [shape, vector.shape()].map(|(n, k)| tuple(&[n, k]));
-        let message = format!("bc_type: expected shape {expected}, found {found}");
-        return Err(invalid_input(message));
+        let [expected, found] = [shape, vector.shape()].map(|(n, k)| [n, k]);
+        return Err(unexpected("bc_type", &tuple(&expected), &found));
     }
-    let stored = frozen(py, NewArray::from(vector.clone()))?;
-    let given = (order, stored).into_pyobject(py)?.into_any();
+    let given = (order, Array::from(vector.clone()).frozen(py)?);
     let condition = match order {
         1 => EndCondition::Velocity(vector),
         2 => EndCondition::Acceleration(vector),
         _ => {
-            let message = format!(
-                "bc_type: the order of an end condition must be 1 (velocity) or 2 (covariant acceleration), found {order}"
-            );
-            return Err(invalid_input(message));
+            let expected = "must be 1 (velocity) or 2 (covariant acceleration)";
+            let what = "bc_type: the order of an end condition";
+            return Err(invalid!("{what} {expected}, found {order}"));
         }
     };
-    Ok((condition, given))
+    Ok((condition, given.into_bound_py_any(py)?))
 }
 
 /// The condition of a word.
@@ -190,24 +188,20 @@ fn condition_of(word: &str, (n, k): (usize, usize)) -> Option<EndCondition> {
 }
 
 fn unknown(word: &str, expected: &str) -> PyErr {
-    invalid_input(format!("bc_type: expected {expected}, found '{word}'"))
+    invalid!("bc_type: expected {expected}, found '{word}'")
 }
 
 /// The two items of any pair.
 pub(super) fn pair<'py>(object: &Any<'py>, name: &str, expected: &str) -> PyResult<[Any<'py>; 2]> {
-    let Ok(items) = object.try_iter() else {
+    if object.try_iter().is_err() {
         let found = object.get_type();
         return Err(PyTypeError::new_err(format!(
             "{name}: expected a pair ({expected}), found {}",
             found.name()?
         )));
-    };
-    let items = items.take(3).collect::<PyResult<Vec<_>>>()?;
-    let found = items.len();
-    <[Any<'py>; 2]>::try_from(items).map_err(|_| {
-        let message = format!("{name}: expected a pair ({expected}), found {found} items");
-        invalid_input(message)
-    })
+    }
+    two(object)?
+        .map_err(|found| invalid!("{name}: expected a pair ({expected}), found {found} items"))
 }
 
 /// The names of the conditions at the ends in a stored form, and of their vectors.
@@ -224,7 +218,7 @@ const EACH: &str = "each";
 const GIVEN: [&str; 2] = ["velocity", "acceleration"];
 
 /// Writes end conditions, as [`Ends`] gives them back, into a stored form.
-pub(super) fn store_ends(given: &Any<'_>, form: &Bound<'_, PyDict>) -> PyResult<()> {
+pub(super) fn store_ends(given: &Any, form: &Bound<'_, PyDict>) -> PyResult<()> {
     if given.is_instance_of::<PyString>() {
         return form.set_item(BC_TYPE, given);
     }
@@ -248,18 +242,13 @@ pub(super) fn restore_ends<'py>(py: Python<'py>, form: &mut Form) -> PyResult<Bc
     if word != EACH {
         return Ok(BcType::Word(word));
     }
-    let mut ends = Vec::with_capacity(2);
-    for (name, vector_name) in ENDS {
+    let mut end = |(name, vector_name): (&str, &str)| {
         let word = form.word(name)?;
-        ends.push(
-            match GIVEN.iter().zip(1..).find(|(given, _)| word == **given) {
-                None => word.into_pyobject(py)?.into_any(),
-                Some((_, order)) => {
-                    let vector = form.array(py, vector_name)?;
-                    (order, vector).into_pyobject(py)?.into_any()
-                }
-            },
-        );
-    }
+        match GIVEN.iter().position(|given| word == *given) {
+            None => word.into_bound_py_any(py),
+            Some(i) => (i + 1, form.array(vector_name)?).into_bound_py_any(py),
+        }
+    };
+    let ends = collected(ENDS.map(|names| end(names)))?;
     Ok(BcType::Pair(PyTuple::new(py, ends)?.into_any()))
 }

@@ -6,12 +6,13 @@ use std::thread::LocalKey;
 use faer::{MatMut, MatRef};
 use numpy::ndarray::ArrayView2;
 use numpy::{PyArray2, PyArrayMethods, PyUntypedArrayMethods, ToPyArray};
+use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 
 use super::batch::{Batch, map_batch, matrix_batches};
 use super::call::Call;
 use super::convert::Any;
-use super::error::invalid_input;
+use super::error::invalid;
 use crate::error::{Error, Result};
 use crate::linalg::{OrthogonalLog, SkewExp};
 
@@ -20,9 +21,6 @@ const SMALL: usize = 128;
 
 /// Up to this size it takes less than some ten microseconds, and the interpreter is not left for it.
 const TINY: usize = 24;
-
-/// Estimated operations per entry of a matrix.
-const EACH: f64 = 300.0;
 
 /// A function of a square matrix with its buffers.
 trait Kernel: Sized + Send + 'static {
@@ -109,7 +107,7 @@ fn small<'py, K: Kernel>(py: Python<'py>, entries: &[f64], m: usize) -> PyResult
     }
     result?;
     let view = ArrayView2::from_shape((m, m), out.as_slice());
-    let view = view.map_err(|error| invalid_input(error.to_string()))?;
+    let view = view.map_err(|error| invalid!("{error}"))?;
     let array = view.to_pyarray(py).into_any();
     K::kept().set(Some(kept));
     Ok(array)
@@ -123,12 +121,13 @@ fn batch<'py, K: Kernel>(
     let name = K::NAME;
     let [batch] = matrix_batches([(object, name)])?;
     let (m, cols) = (batch.rows, batch.cols);
-    let call = Call::new(py, num_threads, EACH * batch.numbers())?;
+    let call = Call::new(py, num_threads, batch.numbers())?;
     // Also where the batch is empty.
     if m != cols || m == 0 {
         let expected = "(..., m, m) with m >= 1";
-        let message = format!("{name}: expected shape {expected}, found (..., {m}, {cols})");
-        return Err(invalid_input(message));
+        return Err(invalid!(
+            "{name}: expected shape {expected}, found (..., {m}, {cols})"
+        ));
     }
     let one = move |kernel: &mut K,
                     [batch]: [&Batch; 1],
@@ -138,8 +137,7 @@ fn batch<'py, K: Kernel>(
         kernel.apply(MatMut::from_row_major_slice_mut(out, m, m), batch.get(i))
     };
     let make = move || K::make(m);
-    let found = map_batch(&call, [batch], &[m, m], make, one)?;
-    Ok(found.into_pyobject(py)?.into_any())
+    map_batch(&call, [batch], &[m, m], make, one)?.into_bound_py_any(py)
 }
 
 /// Exponential of a skew-symmetric matrix: a rotation, orthogonal to round-off.
@@ -174,7 +172,6 @@ fn batch<'py, K: Kernel>(
 /// True
 #[pyfunction]
 #[pyo3(signature = (A, *, num_threads=None))]
-#[allow(non_snake_case)]
 pub fn skew_exp<'py>(A: &Any<'py>, num_threads: Option<i64>) -> PyResult<Any<'py>> {
     square_map::<SkewExp>(A, num_threads)
 }
@@ -214,7 +211,6 @@ pub fn skew_exp<'py>(A: &Any<'py>, num_threads: Option<i64>) -> PyResult<Any<'py
 /// True
 #[pyfunction]
 #[pyo3(signature = (Q, *, num_threads=None))]
-#[allow(non_snake_case)]
 pub fn orthogonal_log<'py>(Q: &Any<'py>, num_threads: Option<i64>) -> PyResult<Any<'py>> {
     square_map::<OrthogonalLog>(Q, num_threads)
 }

@@ -4,31 +4,32 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyFloat, PyInt, PyList, PyTuple};
 
-use super::error::invalid_input;
+use super::convert::Any;
+use super::error::invalid;
 
 static MASKED_ARRAY: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
 static COUNT_MASKED: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
 
 /// The same check for readers in Python.
 #[pyfunction]
-pub fn _check_unmasked(name: &str, object: &Bound<'_, PyAny>) -> PyResult<()> {
+pub fn _check_unmasked(name: &str, object: &Any) -> PyResult<()> {
     check_unmasked(object, name)
 }
 
 /// Error where an array, or one in a list, has masked entries: NumPy would read the numbers under the mask.
-pub(super) fn check_unmasked(object: &Bound<'_, PyAny>, name: &str) -> PyResult<()> {
+pub(super) fn check_unmasked(object: &Any, name: &str) -> PyResult<()> {
     let (masked, entries) = count_masked(object)?;
     if masked == 0 {
         return Ok(());
     }
     let verb = if masked == 1 { "is" } else { "are" };
-    Err(invalid_input(format!(
+    Err(invalid!(
         "{name}: {masked} of {entries} entries {verb} masked; fill or remove them"
-    )))
+    ))
 }
 
 /// Masked entries of all masked arrays in an object, and all entries of these.
-fn count_masked(object: &Bound<'_, PyAny>) -> PyResult<(usize, usize)> {
+fn count_masked(object: &Any) -> PyResult<(usize, usize)> {
     if object.is_exact_instance_of::<PyFloat>() || object.is_exact_instance_of::<PyInt>() {
         return Ok((0, 0));
     }

@@ -1,15 +1,12 @@
 //! Lengths of curves and bounds of their derivatives, in Python.
 
-use std::sync::Arc;
-
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::call::{Call, run};
-use super::convert::{Any, NewArray, count as at_least, whole};
+use super::convert::{Any, Array, count as at_least, whole};
 use super::curve::PyCurve;
-use super::error::invalid_input;
-use super::record::{Reduced, reduce, repr};
+use super::error::invalid;
+use super::record::record;
 use crate::curve::Guarantee;
 
 /// The largest norms of the derivatives of a curve, canonical metric.
@@ -36,7 +33,6 @@ pub struct PyDerivativeBounds {
     guarantee: &'static str,
 }
 
-const FIELDS: [&str; 4] = ["velocity", "acceleration", "jerk", "guarantee"];
 const ENCLOSURE: &str = "enclosure";
 const SAMPLING: &str = "sampling";
 
@@ -45,8 +41,9 @@ impl PyDerivativeBounds {
     #[new]
     fn new(velocity: f64, acceleration: f64, jerk: f64, guarantee: &str) -> PyResult<Self> {
         let Some(guarantee) = [ENCLOSURE, SAMPLING].into_iter().find(|x| *x == guarantee) else {
-            let message = format!("guarantee: expected '{ENCLOSURE}' or '{SAMPLING}'");
-            return Err(invalid_input(message));
+            return Err(invalid!(
+                "guarantee: expected '{ENCLOSURE}' or '{SAMPLING}'"
+            ));
         };
         Ok(PyDerivativeBounds {
             velocity,
@@ -55,16 +52,9 @@ impl PyDerivativeBounds {
             guarantee,
         })
     }
-
-    /// For pickle and copy.
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
-        reduce(slf, &FIELDS)
-    }
-
-    fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
-        repr(slf, &FIELDS)
-    }
 }
+
+record!(PyDerivativeBounds, velocity, acceleration, jerk, guarantee);
 
 #[pymethods]
 impl PyCurve {
@@ -94,8 +84,7 @@ impl PyCurve {
         let (start, end) = self.inner.t_span();
         let t0 = t0.unwrap_or(start.min(end));
         let t1 = t1.unwrap_or(start.max(end));
-        let curve = Arc::clone(&self.inner);
-        run(py, self.integral(), move |interrupt| {
+        self.run(py, None, move |curve, interrupt| {
             curve.arc_length(t0, t1, interrupt)
         })
     }
@@ -127,19 +116,12 @@ impl PyCurve {
         py: Python<'_>,
         #[pyo3(from_py_with = whole)] count: i64,
         num_threads: Option<i64>,
-    ) -> PyResult<NewArray> {
+    ) -> PyResult<Array> {
         let points = at_least("count", count, 2)?;
-        let curve = Arc::clone(&self.inner);
-        let call = Call::new(
-            py,
-            num_threads,
-            self.integral() * (1.0 + 0.1 * points as f64),
-        )?;
-        let entries = call.run(move |interrupt| curve.resample(points, interrupt))?;
-        Ok(NewArray {
-            shape: vec![points],
-            entries,
-        })
+        let found = self.run(py, num_threads, move |curve, interrupt| {
+            curve.resample(points, interrupt)
+        })?;
+        Ok(Array::flat(found))
     }
 
     /// The largest norms of velocity, covariant acceleration and covariant jerk over ``t_span``, canonical metric.
@@ -160,8 +142,7 @@ impl PyCurve {
     /// >>> round(curve.derivative_bounds().velocity, 6)
     /// 1.570796
     fn derivative_bounds(&self, py: Python<'_>) -> PyResult<PyDerivativeBounds> {
-        let curve = Arc::clone(&self.inner);
-        let bounds = run(py, self.integral(), move |interrupt| {
+        let bounds = self.run(py, None, |curve, interrupt| {
             curve.derivative_bounds(interrupt)
         })?;
         Ok(PyDerivativeBounds {

@@ -1,5 +1,8 @@
 //! The Python module `stiefel_rs._core`: names only. No mathematics lives below this point.
 
+// Arguments have the names that they have in Python, those of the mathematics, and are as many.
+#![allow(non_snake_case, clippy::too_many_arguments)]
+
 mod batch;
 mod boundary_batch;
 mod call;
@@ -36,7 +39,6 @@ mod stored;
 mod trajectory;
 mod variation;
 mod velocities;
-mod work;
 
 use pyo3::prelude::*;
 

@@ -2,50 +2,55 @@
 
 use std::sync::Arc;
 
-use numpy::PyArrayDyn;
+use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 
-use super::batch::Batch;
-use super::convert::{Any, NewArray, copy, frozen};
+use super::convert::{Any, Array, Owned};
 use super::curve::{AnyCurve, PyCurve, wrap};
 use super::error::PySolverReport;
 use super::polynomial::PyGeometricCubic;
 use super::riemannian_cubic::PyRiemannianCubic;
-use super::spline_data::{Data, GEOMETRIC, RIEMANNIAN};
+use super::spline_data::{Data, Kind};
 use crate::cubic::RiemannianCubic;
 use crate::curve::GeometricCubic;
 use crate::report::SolverReport;
 use crate::spline::{Outside, Piecewise};
 
-pub(super) type Array = Py<PyArrayDyn<f64>>;
-
 /// The pieces of a spline.
-#[derive(Clone)]
 pub(super) enum Cubics {
     Riemannian(Arc<Piecewise<RiemannianCubic>>),
     Geometric(Arc<Piecewise<GeometricCubic>>),
 }
 
+/// Evaluate an expression for the curve of [`Cubics`]: `on_cubics!(cubics, curve => expression)`.
+macro_rules! on_cubics {
+    ($cubics:expr, $curve:ident => $value:expr) => {
+        match $cubics {
+            Cubics::Riemannian($curve) => $value,
+            Cubics::Geometric($curve) => $value,
+        }
+    };
+}
+
+impl From<Piecewise<RiemannianCubic>> for Cubics {
+    fn from(curve: Piecewise<RiemannianCubic>) -> Self {
+        Cubics::Riemannian(Arc::new(curve))
+    }
+}
+
+impl From<Piecewise<GeometricCubic>> for Cubics {
+    fn from(curve: Piecewise<GeometricCubic>) -> Self {
+        Cubics::Geometric(Arc::new(curve))
+    }
+}
+
 impl Cubics {
     pub(super) fn curve(&self) -> Arc<dyn AnyCurve> {
-        match self {
-            Cubics::Riemannian(curve) => Arc::clone(curve) as Arc<dyn AnyCurve>,
-            Cubics::Geometric(curve) => Arc::clone(curve) as Arc<dyn AnyCurve>,
-        }
+        on_cubics!(self, curve => Arc::clone(curve) as _)
     }
 
     pub(super) fn knots(&self) -> &[f64] {
-        match self {
-            Cubics::Riemannian(curve) => curve.knots(),
-            Cubics::Geometric(curve) => curve.knots(),
-        }
-    }
-
-    fn outside(&self) -> Outside {
-        match self {
-            Cubics::Riemannian(curve) => curve.outside(),
-            Cubics::Geometric(curve) => curve.outside(),
-        }
+        on_cubics!(self, curve => curve.knots())
     }
 }
 
@@ -71,9 +76,9 @@ impl Cubics {
 pub struct PyPiecewiseCurve {
     pub(super) cubics: Cubics,
     #[pyo3(get)]
-    t: Array,
+    t: Owned,
     #[pyo3(get)]
-    pub(super) points: Array,
+    pub(super) points: Owned,
     pub(super) report: Option<SolverReport>,
 }
 
@@ -82,33 +87,33 @@ impl PyPiecewiseCurve {
     #[getter]
     pub(super) fn kind(&self) -> &'static str {
         match self.cubics {
-            Cubics::Riemannian(_) => RIEMANNIAN,
-            Cubics::Geometric(_) => GEOMETRIC,
+            Cubics::Riemannian(_) => Kind::Riemannian.name(),
+            Cubics::Geometric(_) => Kind::Geometric.name(),
         }
     }
 
     #[getter]
     fn extrapolate(&self) -> bool {
-        self.cubics.outside() == Outside::Continued
+        on_cubics!(&self.cubics, curve => curve.outside()) == Outside::Continued
     }
 
     #[getter]
     fn report(&self) -> Option<PySolverReport> {
-        self.report.map(PySolverReport)
+        self.report.map(PySolverReport::from)
     }
 
     #[getter]
     fn pieces<'py>(&self, py: Python<'py>) -> PyResult<Any<'py>> {
         match &self.cubics {
             Cubics::Riemannian(curve) => {
-                let piece = |piece: &RiemannianCubic| PyRiemannianCubic::wrapped(py, piece.clone());
-                let pieces = curve.pieces().iter().map(piece);
-                pieces.collect::<PyResult<Vec<_>>>()?.into_pyobject(py)
+                let pieces = curve.pieces().iter().cloned();
+                let pieces = pieces.map(|piece| PyRiemannianCubic::wrapped(py, piece));
+                pieces.collect::<PyResult<Vec<_>>>()?.into_bound_py_any(py)
             }
             Cubics::Geometric(curve) => {
-                let piece = |piece: &GeometricCubic| PyGeometricCubic::of_piece(py, piece.clone());
-                let pieces = curve.pieces().iter().map(piece);
-                pieces.collect::<PyResult<Vec<_>>>()?.into_pyobject(py)
+                let pieces = curve.pieces().iter().cloned();
+                let pieces = pieces.map(|piece| PyGeometricCubic::of_piece(py, piece));
+                pieces.collect::<PyResult<Vec<_>>>()?.into_bound_py_any(py)
             }
         }
     }
@@ -128,28 +133,15 @@ impl PyPiecewiseCurve {
     pub(super) fn wrap(
         py: Python<'_>,
         cubics: Cubics,
-        data: &Data,
+        data: Data,
         report: Option<SolverReport>,
     ) -> PyResult<PyClassInitializer<Self>> {
-        let times = NewArray {
-            shape: vec![data.t.len()],
-            entries: copy(py, &data.t)?,
-        };
         let this = PyPiecewiseCurve {
-            t: frozen(py, times)?,
-            points: frozen_batch(py, &data.points)?,
+            t: Array::flat(data.t).frozen(py)?,
+            points: data.points.into_array().frozen(py)?,
             report,
             cubics,
         };
         Ok(wrap(this.cubics.curve(), this))
     }
-}
-
-/// A read-only array of the matrices of a batch.
-pub(super) fn frozen_batch(py: Python<'_>, batch: &Batch) -> PyResult<Array> {
-    let (shape, entries) = (
-        vec![batch.len(), batch.rows, batch.cols],
-        copy(py, batch.entries())?,
-    );
-    frozen(py, NewArray { shape, entries })
 }

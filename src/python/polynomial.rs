@@ -1,17 +1,14 @@
 //! De Casteljau curves of the binding: of any degree from control points, and the cubic from boundary data.
 
-use std::sync::Arc;
-
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::call::run;
-use super::convert::{Any, NewArray, matrices, named, numbers};
-use super::curve::{PyCurve, wrap};
-use super::error::{PySolverReport, invalid_input};
-use super::polynomial_pieces::{GEODESIC, Pieces, QUASI_GEODESIC, is_geodesic, polynomial};
+use super::call::{SOLVES, run_on};
+use super::convert::{Any, Array, matrices, named};
+use super::curve::{PyCurve, object, wrap};
+use super::error::{PySolverReport, invalid};
+use super::polynomial_pieces::{Pieces, QUASI_GEODESIC, is_geodesic, polynomial};
 use super::stored::{Form, form};
-use super::work::{EXPONENTIALS, SOLVES};
 use crate::curve::{GeodesicPolynomial, GeometricCubic, GeometricPolynomial};
 use crate::report::SolverReport;
 use crate::stored::{Stored, refusal};
@@ -56,28 +53,24 @@ pub struct PyGeometricPolynomial {
 }
 
 #[pymethods]
-#[allow(non_snake_case)]
 impl PyGeometricPolynomial {
     #[new]
     #[pyo3(signature = (P, *, pieces="quasi_geodesic"))]
-    fn new(P: &Any<'_>, pieces: &str) -> PyResult<PyClassInitializer<Self>> {
-        Ok(Self::wrap(polynomial(P, pieces)?))
+    fn new(P: &Any, pieces: &str) -> PyResult<PyClassInitializer<Self>> {
+        Ok(Self::searched(polynomial(P, pieces)?, None))
     }
 
     /// What the curve is made of: "quasi_geodesic" or "geodesic".
     #[getter]
     fn pieces(&self) -> &'static str {
-        match self.pieces {
-            Pieces::QuasiGeodesic(_) => QUASI_GEODESIC,
-            Pieces::Geodesic(_) => GEODESIC,
-        }
+        self.pieces.name()
     }
 
     /// The control points, shape (degree + 1, n, k).
     #[getter]
-    fn control_points(&self) -> NewArray {
+    fn control_points(&self) -> Array {
         let points = self.pieces.control_points();
-        NewArray::stacked(&[points.len()], &points, points[0].shape())
+        Array::stacked(&[points.len()], &points, points[0].shape())
     }
 
     /// One less than the number of control points.
@@ -91,7 +84,7 @@ impl PyGeometricPolynomial {
     /// Its residual is the norm of the part of the acceleration that moves of the control points change to first order.
     #[getter]
     fn report(&self) -> Option<PySolverReport> {
-        self.report.map(PySolverReport)
+        self.report.map(PySolverReport::from)
     }
 
     /// The curve of a given degree with given end points and end velocities whose cost is least.
@@ -143,24 +136,21 @@ impl PyGeometricPolynomial {
     #[pyo3(signature = (S0, V0, S1, V1, *, degree=5))]
     fn minimal_cost(
         py: Python<'_>,
-        S0: &Any<'_>,
-        V0: &Any<'_>,
-        S1: &Any<'_>,
-        V1: &Any<'_>,
+        S0: &Any,
+        V0: &Any,
+        S1: &Any,
+        V1: &Any,
         degree: i64,
     ) -> PyResult<Py<Self>> {
         let data = matrices(named![S0, V0, S1, V1])?;
-        let Ok(count) = usize::try_from(degree) else {
-            let message = format!("degree: must be from 3 to 10, found {degree}");
-            return Err(invalid_input(message));
+        let Ok(degree) = usize::try_from(degree) else {
+            return Err(invalid!("degree: must be from 3 to 10, found {degree}"));
         };
-        let operations = SOLVES * numbers(&data);
-        let (curve, report) = run(py, operations, move |interrupt| {
-            let [s0, v0, s1, v1] = data.each_ref().map(|a| a.as_ref());
-            GeometricPolynomial::minimal_cost_interruptible(s0, v0, s1, v1, count, interrupt)
-        })?;
-        let curve = Pieces::QuasiGeodesic(Arc::new(curve));
-        Py::new(py, Self::searched(curve, Some(report)))
+        let found = run_on(py, data, SOLVES, move |[s0, v0, s1, v1], interrupt| {
+            GeometricPolynomial::minimal_cost_interruptible(s0, v0, s1, v1, degree, interrupt)
+        });
+        let (curve, report) = found?;
+        Py::new(py, Self::searched(curve.into(), Some(report)))
     }
 
     /// The curve of degree five with given end points, end velocities and covariant end accelerations, in closed form.
@@ -197,19 +187,18 @@ impl PyGeometricPolynomial {
     #[staticmethod]
     fn quintic(
         py: Python<'_>,
-        S0: &Any<'_>,
-        V0: &Any<'_>,
-        A0: &Any<'_>,
-        S1: &Any<'_>,
-        V1: &Any<'_>,
-        A1: &Any<'_>,
+        S0: &Any,
+        V0: &Any,
+        A0: &Any,
+        S1: &Any,
+        V1: &Any,
+        A1: &Any,
     ) -> PyResult<Py<Self>> {
         let data = matrices(named![S0, V0, A0, S1, V1, A1])?;
-        let curve = run(py, EXPONENTIALS * numbers(&data), move |_| {
-            let [s0, v0, a0, s1, v1, a1] = data.each_ref().map(|a| a.as_ref());
+        let curve = run_on(py, data, 1.0, |[s0, v0, a0, s1, v1, a1], _| {
             GeometricPolynomial::quintic(s0, v0, a0, s1, v1, a1)
         })?;
-        Py::new(py, Self::wrap(Pieces::QuasiGeodesic(Arc::new(curve))))
+        Py::new(py, Self::searched(curve.into(), None))
     }
 
     /// For files and pickles: all numbers of the curve.
@@ -228,10 +217,6 @@ impl PyGeometricPolynomial {
 }
 
 impl PyGeometricPolynomial {
-    fn wrap(pieces: Pieces) -> PyClassInitializer<Self> {
-        Self::searched(pieces, None)
-    }
-
     fn searched(pieces: Pieces, report: Option<SolverReport>) -> PyClassInitializer<Self> {
         wrap(pieces.curve(), PyGeometricPolynomial { pieces, report })
     }
@@ -241,13 +226,10 @@ impl PyGeometricPolynomial {
         let geodesic = is_geodesic(&form.word(PIECES)?)?;
         let cubic = form.kind == GeometricCubic::KIND;
         let (pieces, report) = form.read(py, move |fields, interrupt| {
-            let [report] = fields.reports("report", 1)?[..] else {
-                unreachable!("one was asked for")
-            };
-            let pieces = if geodesic {
-                Pieces::Geodesic(Arc::new(GeodesicPolynomial::restore(fields, interrupt)?))
-            } else {
-                Pieces::QuasiGeodesic(Arc::new(GeometricPolynomial::restore(fields, interrupt)?))
+            let report = fields.reports("report", 1)?[0];
+            let pieces: Pieces = match geodesic {
+                true => GeodesicPolynomial::restore(fields, interrupt)?.into(),
+                false => GeometricPolynomial::restore(fields, interrupt)?.into(),
             };
             match pieces.degree() {
                 degree if cubic && degree != 3 => {
@@ -257,10 +239,10 @@ impl PyGeometricPolynomial {
             }
         })?;
         let curve = Self::searched(pieces, report);
-        if cubic {
-            return Ok(Py::new(py, curve.add_subclass(PyGeometricCubic))?.into_any());
+        match cubic {
+            true => object(py, curve.add_subclass(PyGeometricCubic)),
+            false => object(py, curve),
         }
-        Ok(Py::new(py, curve)?.into_any())
     }
 }
 
@@ -312,27 +294,23 @@ const PIECES: &str = "pieces";
 pub struct PyGeometricCubic;
 
 #[pymethods]
-#[allow(non_snake_case)]
 impl PyGeometricCubic {
     #[new]
     #[pyo3(signature = (S0, V0, S1, V1, *, pieces="quasi_geodesic"))]
     fn new(
         py: Python<'_>,
-        S0: &Any<'_>,
-        V0: &Any<'_>,
-        S1: &Any<'_>,
-        V1: &Any<'_>,
+        S0: &Any,
+        V0: &Any,
+        S1: &Any,
+        V1: &Any,
         pieces: &str,
     ) -> PyResult<PyClassInitializer<Self>> {
         let geodesic = is_geodesic(pieces)?;
         let data = matrices(named![S0, V0, S1, V1])?;
-        let curve = run(py, EXPONENTIALS * numbers(&data), move |_| {
-            let [s0, v0, s1, v1] = data.each_ref().map(|a| a.as_ref());
-            Ok(if geodesic {
-                Pieces::Geodesic(Arc::new(GeodesicPolynomial::from_boundary(s0, v0, s1, v1)?))
-            } else {
-                let curve = GeometricCubic::from_boundary(s0, v0, s1, v1)?;
-                Pieces::QuasiGeodesic(Arc::new(curve.into()))
+        let curve = run_on(py, data, 1.0, move |[s0, v0, s1, v1], _| {
+            Ok(match geodesic {
+                true => GeodesicPolynomial::from_boundary(s0, v0, s1, v1)?.into(),
+                false => GeometricCubic::from_boundary(s0, v0, s1, v1)?.into(),
             })
         })?;
         Ok(Self::wrap(curve))
@@ -347,25 +325,23 @@ impl PyGeometricCubic {
     /// OutsideDomainError
     ///     Consecutive points that cannot be joined; carries ``angle``.
     #[staticmethod]
-    fn from_control_points(P: &Any<'_>) -> PyResult<Py<Self>> {
+    fn from_control_points(P: &Any) -> PyResult<Py<Self>> {
         let curve = polynomial(P, QUASI_GEODESIC)?;
         let found = curve.degree() + 1;
-        if found == 4 {
-            return Py::new(P.py(), Self::wrap(curve));
+        match found {
+            4 => Py::new(P.py(), Self::wrap(curve)),
+            _ => Err(invalid!("P: expected 4 control points, found {found}")),
         }
-        let message = format!("P: expected 4 control points, found {found}");
-        Err(invalid_input(message))
     }
 }
 
 impl PyGeometricCubic {
     /// A piece of a spline.
     pub(super) fn of_piece(py: Python<'_>, curve: GeometricCubic) -> PyResult<Py<Self>> {
-        let curve = Pieces::QuasiGeodesic(Arc::new(curve.into()));
-        Py::new(py, Self::wrap(curve))
+        Py::new(py, Self::wrap(curve.into()))
     }
 
     fn wrap(pieces: Pieces) -> PyClassInitializer<Self> {
-        PyGeometricPolynomial::wrap(pieces).add_subclass(PyGeometricCubic)
+        PyGeometricPolynomial::searched(pieces, None).add_subclass(PyGeometricCubic)
     }
 }

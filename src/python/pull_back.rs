@@ -1,15 +1,11 @@
 //! Gradients of functions of points of Riemannian cubics, and derivatives by initial data, in the binding.
 
-use std::sync::Arc;
-
 use pyo3::prelude::*;
 
 use super::batch::{Batch, matrix_batches};
-use super::call::run;
-use super::convert::{Any, Four, NewArray, four, matrices, named, parameters, tuple};
-use super::error::invalid_input;
+use super::convert::{Any, Array, Four, four, matrices, named, read, tuple, unexpected};
 use super::riemannian_cubic::PyRiemannianCubic;
-use super::work::EXPONENTIALS;
+use super::variation::DERIVATIVES;
 use crate::cubic::InitialVariation;
 use crate::curve::Curve;
 
@@ -20,32 +16,23 @@ pub(super) struct Cotangents {
 }
 
 impl Cotangents {
-    pub(super) fn read(t: &Any<'_>, w: &Any<'_>, (n, k): (usize, usize)) -> PyResult<Self> {
-        let (shape, times) = parameters(t, "t")?;
+    pub(super) fn read(t: &Any, w: &Any, (n, k): (usize, usize)) -> PyResult<Self> {
+        let Array { shape, entries } = read(t, "t")?;
         let [matrices] = matrix_batches([(w, "W")])?;
-        let mut expected = shape;
-        expected.extend([n, k]);
-        let mut found = matrices.shape.clone();
-        found.extend([matrices.rows, matrices.cols]);
-        if found == expected {
-            return Ok(Cotangents { times, matrices });
+        let expected = [&shape[..], &[n, k]].concat();
+        let found = [&matrices.shape[..], &[matrices.rows, matrices.cols]].concat();
+        if found != expected {
+            let expected = format!("{}, that of the points at t", tuple(&expected));
+            return Err(unexpected("W", &expected, &found));
         }
-        let [expected, found] = [expected, found].map(|shape| tuple(&shape));
-        let message =
-            format!("W: expected shape {expected}, that of the points at t, found {found}");
-        Err(invalid_input(message))
-    }
-}
-
-impl PyRiemannianCubic {
-    /// Estimated operations of derivatives by initial data at so many times.
-    fn integrations(&self, times: usize) -> f64 {
-        EXPONENTIALS * (self.0.n() * self.0.k() * (1 + times)) as f64
+        Ok(Cotangents {
+            times: entries,
+            matrices,
+        })
     }
 }
 
 #[pymethods]
-#[allow(non_snake_case)]
 impl PyRiemannianCubic {
     /// Gradient with respect to the boundary data of ``sum(W * curve(t))``: the transpose of :meth:`point_variation`.
     ///
@@ -73,14 +60,13 @@ impl PyRiemannianCubic {
     /// Notes
     /// -----
     /// One solution of the linear equations, whatever the number of parameters.
-    fn point_pullback(&self, py: Python<'_>, t: &Any<'_>, W: &Any<'_>) -> PyResult<Four> {
+    fn point_pullback(&self, py: Python<'_>, t: &Any, W: &Any) -> PyResult<Four> {
         let data = Cotangents::read(t, W, (self.0.n(), self.0.k()))?;
-        let curve = Arc::clone(&self.0);
-        let found = run(py, self.derivatives(), move |interrupt| {
+        let d = self.run(py, DERIVATIVES, move |curve, interrupt| {
             let derivative = curve.boundary_derivative(interrupt)?;
             derivative.pull_back(&data.times, &data.matrices.views(), interrupt)
         })?;
-        Ok(four([found.s0, found.v0, found.s1, found.v1]))
+        Ok(four([d.s0, d.v0, d.s1, d.v1]))
     }
 
     /// How points of the curve change where its initial data do.
@@ -105,12 +91,12 @@ impl PyRiemannianCubic {
     fn initial_point_variation(
         &self,
         py: Python<'_>,
-        t: &Any<'_>,
-        dS: &Any<'_>,
-        dV: &Any<'_>,
-        dA: &Any<'_>,
-        dJ: &Any<'_>,
-    ) -> PyResult<NewArray> {
+        t: &Any,
+        dS: &Any,
+        dV: &Any,
+        dA: &Any,
+        dJ: &Any,
+    ) -> PyResult<Array> {
         let [point, velocity, acceleration, jerk] = matrices(named![dS, dV, dA, dJ])?;
         let variation = InitialVariation {
             point,
@@ -118,11 +104,10 @@ impl PyRiemannianCubic {
             acceleration,
             jerk,
         };
-        let (shape, times) = parameters(t, "t")?;
-        let curve = Arc::clone(&self.0);
-        run(py, self.integrations(times.len()), move |interrupt| {
-            let found = curve.initial_points(&variation, &times, interrupt)?;
-            Ok(NewArray::stacked(&shape, &found, (curve.n(), curve.k())))
+        let t = read(t, "t")?;
+        self.run(py, 1.0 + t.entries.len() as f64, move |curve, interrupt| {
+            let found = curve.initial_points(&variation, &t.entries, interrupt)?;
+            Ok(Array::stacked(&t.shape, &found, (curve.n(), curve.k())))
         })
     }
 
@@ -145,18 +130,12 @@ impl PyRiemannianCubic {
     /// ------
     /// InvalidInputError
     ///     Shape, not finite.
-    fn initial_point_pullback(&self, py: Python<'_>, t: &Any<'_>, W: &Any<'_>) -> PyResult<Four> {
+    fn initial_point_pullback(&self, py: Python<'_>, t: &Any, W: &Any) -> PyResult<Four> {
         let data = Cotangents::read(t, W, (self.0.n(), self.0.k()))?;
-        let curve = Arc::clone(&self.0);
-        let operations = self.integrations(data.times.len());
-        let found = run(py, operations, move |interrupt| {
+        let times = data.times.len() as f64;
+        let d = self.run(py, 1.0 + times, move |curve, interrupt| {
             curve.initial_pull_back(&data.times, &data.matrices.views(), interrupt)
         })?;
-        Ok(four([
-            found.point,
-            found.velocity,
-            found.acceleration,
-            found.jerk,
-        ]))
+        Ok(four([d.point, d.velocity, d.acceleration, d.jerk]))
     }
 }

@@ -2,11 +2,10 @@
 
 use std::sync::Arc;
 
-use pyo3::PyClass;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::curve::{PyQuasiGeodesic, wrap};
+use super::curve::{PyQuasiGeodesic, object, wrap};
 use super::geodesic::PyGeodesic;
 use super::polynomial::PyGeometricPolynomial;
 use super::riemannian_cubic::PyRiemannianCubic;
@@ -38,8 +37,4 @@ pub fn _restored(form: &Bound<'_, PyDict>) -> PyResult<Py<PyAny>> {
         PySmoothingSpline::KIND => PySmoothingSpline::restored(py, form),
         kind => Err(refused(&format!("of an unknown kind, '{kind}'"))),
     }
-}
-
-fn object<T: PyClass>(py: Python<'_>, class: PyClassInitializer<T>) -> PyResult<Py<PyAny>> {
-    Ok(Py::new(py, class)?.into_any())
 }

@@ -2,22 +2,19 @@
 
 use pyo3::prelude::*;
 
-use super::convert::{Any, NewArray, named};
-use super::error::invalid_input;
+use super::convert::{Any, Array, named};
+use super::error::invalid;
 use super::stiefel::PyStiefel;
 use crate::manifold::Retraction;
 
 fn read_retraction(kind: &str) -> PyResult<Retraction> {
     Retraction::from_name(kind).ok_or_else(|| {
-        let names = Retraction::ALL
-            .map(|r| format!("'{}'", r.name()))
-            .join(", ");
-        invalid_input(format!("kind: expected {names}, found '{kind}'"))
+        let names = Retraction::ALL.map(|r| format!("'{}'", r.name()));
+        invalid!("kind: expected {}, found '{kind}'", names.join(", "))
     })
 }
 
 #[pymethods]
-#[allow(non_snake_case)]
 impl PyStiefel {
     /// The point that a retraction maps a tangent vector at ``S`` to, shape (..., n, k).
     ///
@@ -61,7 +58,7 @@ impl PyStiefel {
     /// >>> bool(abs(M.retract(S, V, kind="polar") - M.project(S + V)).max() < 1e-15)
     /// True
     #[pyo3(signature = (S, V, kind="quasi_geodesic"))]
-    fn retract(&self, S: &Any<'_>, V: &Any<'_>, kind: &str) -> PyResult<NewArray> {
+    fn retract(&self, S: &Any, V: &Any, kind: &str) -> PyResult<Array> {
         let retraction = read_retraction(kind)?;
         self.map_matrices(named![S, V], move |_, [s, v]| retraction.retract(s, v))
     }
@@ -98,7 +95,7 @@ impl PyStiefel {
     /// >>> bool(abs(M.inverse_retract(S, S1, kind="cayley") - V).max() < 1e-14)
     /// True
     #[pyo3(signature = (S0, S1, kind="quasi_geodesic"))]
-    fn inverse_retract(&self, S0: &Any<'_>, S1: &Any<'_>, kind: &str) -> PyResult<NewArray> {
+    fn inverse_retract(&self, S0: &Any, S1: &Any, kind: &str) -> PyResult<Array> {
         let retraction = read_retraction(kind)?;
         self.map_matrices(named![S0, S1], move |_, [s0, s1]| {
             retraction.inverse_retract(s0, s1)

@@ -1,20 +1,17 @@
 //! Shooting in a chart: the arguments of one call, and its result.
 
-use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 
-use super::call::run;
-use super::convert::to_array;
-use super::discretization::NamedMap;
+use super::call::{SOLVES, run};
+use super::convert::{Array, Owned, to_array};
+use super::discretization::{NamedMap, Steps};
 use super::error::PySolverReport;
 use super::state::{Kind, check_finite, on_chart, state, write_states};
-use crate::chart::{Chart, Composition, DiscretizationMap, ShootingOptions, shoot};
+use crate::chart::{Chart, DiscretizationMap, ShootingOptions, shoot};
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::newton::NewtonOptions;
 use crate::report::SolverReport;
-
-type Owned = Py<PyArrayDyn<f64>>;
 
 /// A discrete trajectory that meets its boundary data.
 ///
@@ -25,27 +22,29 @@ type Owned = Py<PyArrayDyn<f64>>;
 /// momenta : tuple of ndarray, each of shape (d,)
 ///     The initial momenta ``(p_q, p_qdot)``.
 /// report : SolverReport
-#[pyclass(name = "ShootingResult", module = "stiefel_rs", frozen, get_all)]
+#[pyclass(name = "ShootingResult", module = "stiefel_rs", frozen)]
 pub struct PyShootingResult {
+    #[pyo3(get)]
     trajectory: Owned,
+    #[pyo3(get)]
     momenta: (Owned, Owned),
+    #[pyo3(get)]
     report: PySolverReport,
+    /// The report in words.
+    text: String,
 }
 
 #[pymethods]
 impl PyShootingResult {
     fn __repr__(&self) -> String {
-        format!("<ShootingResult {}>", self.report.0)
+        format!("<ShootingResult {}>", self.text)
     }
 }
 
 /// The arguments of one shot.
 pub struct Shot {
     pub ends: [Vec<f64>; 4],
-    pub steps: usize,
-    pub map: NamedMap,
-    pub composition: Composition,
-    pub t_end: f64,
+    pub steps: Steps,
     pub tol: f64,
     pub max_iterations: usize,
     pub guess: Option<Vec<f64>>,
@@ -57,20 +56,20 @@ type Found = (Vec<f64>, Vec<f64>, SolverReport);
 impl Shot {
     /// Shoots, detached from the interpreter.
     pub fn solve(self, py: Python<'_>, kind: Kind) -> PyResult<PyShootingResult> {
-        let steps = self.steps;
+        let steps = self.steps.count;
         let (trajectory, momenta, report) = run(
             py,
-            1e6 * steps as f64,
+            SOLVES * steps as f64,
             move |interrupt| on_chart!(kind, chart => self.run(chart, interrupt)),
         )?;
         let (p_q, p_qdot) = momenta.split_at(momenta.len() / 2);
         let shape = [steps + 1, 2 * momenta.len()];
-        let vector =
-            |entries: &[f64]| to_array(py, entries.to_vec(), &[entries.len()]).map(Bound::unbind);
+        let vector = |numbers: &[f64]| Array::flat(numbers.to_vec()).into_pyobject(py);
         Ok(PyShootingResult {
             trajectory: to_array(py, trajectory, &shape)?.unbind(),
-            momenta: (vector(p_q)?, vector(p_qdot)?),
-            report: PySolverReport(report),
+            momenta: (vector(p_q)?.unbind(), vector(p_qdot)?.unbind()),
+            text: report.to_string(),
+            report: report.into(),
         })
     }
 
@@ -88,24 +87,25 @@ impl Shot {
         for (name, qdot) in [("qdot0", &self.ends[1]), ("qdot1", &self.ends[3])] {
             check_finite(name, qdot)?;
         }
-        let join = |q: &[f64], qdot: &[f64]| state::<X>(&[q, qdot].concat());
-        let (x0, x1) = (
-            join(&self.ends[0], &self.ends[1]),
-            join(&self.ends[2], &self.ends[3]),
-        );
+        let [x0, x1] = [0, 2].map(|i| state::<X>(&self.ends[i..i + 2].concat()));
         let newton = NewtonOptions {
             tolerance: self.tol,
             max_iterations: self.max_iterations,
             interrupt,
         };
-        let guess = self.guess.as_ref().map(|guess| state::<X>(guess));
+        let Steps {
+            map,
+            composition,
+            count,
+            t_end,
+        } = self.steps;
         let options = ShootingOptions {
-            t_end: self.t_end,
-            composition: self.composition,
+            t_end,
+            composition,
             newton,
-            guess,
+            guess: self.guess.as_ref().map(|guess| state::<X>(guess)),
         };
-        let found = shoot(chart, &self.map, &x0, &x1, self.steps, &options)?;
+        let found = shoot(chart, &map, &x0, &x1, count, &options)?;
         let mut trajectory = vec![0.0; found.trajectory.len() * Z];
         write_states(&found.trajectory, &mut trajectory);
         Ok((trajectory, found.momenta.as_slice().to_vec(), found.report))

@@ -1,19 +1,17 @@
 //! Smoothing splines of the binding.
 
-use std::sync::Arc;
-
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::batch::Batch;
-use super::call::Call;
-use super::convert::{Any, count, read, whole};
+use super::convert::{Any, count, read_axes, whole, write};
+use super::curve::object;
 use super::piecewise::{Cubics, PyPiecewiseCurve};
 use super::spline_data::{Data, Kind, check_tolerance, outside};
 use super::spline_stored::Restored;
+use super::state::check_finite;
 use super::stored::{Form, form};
 use crate::curve::{Curve, Quantity};
-use crate::error::Error;
 use crate::spline::{SmoothingOptions, smoothing_spline};
 use crate::stored::refusal;
 
@@ -100,18 +98,16 @@ const SMOOTHING: &str = "smoothing";
 const INFINITE: f64 = f64::MAX;
 
 #[pymethods]
-#[allow(non_snake_case)]
 impl PySmoothingSpline {
     #[new]
     #[pyo3(signature = (
         t, S, weights=None, lam=None, *, extrapolate=false, tol=1e-11, max_iterations=200, num_threads=None
     ))]
-    #[allow(clippy::too_many_arguments)]
     fn new(
         py: Python<'_>,
-        t: &Bound<'_, PyAny>,
-        S: &Bound<'_, PyAny>,
-        weights: Option<&Bound<'_, PyAny>>,
+        t: &Any,
+        S: &Any,
+        weights: Option<&Any>,
         lam: Option<f64>,
         extrapolate: bool,
         tol: f64,
@@ -122,9 +118,9 @@ impl PySmoothingSpline {
         let max_iterations = count("max_iterations", max_iterations, 1)?;
         let data = Data::read(t, S)?;
         let weights = weights.map(read_weights).transpose()?;
-        let call = Call::new(py, num_threads, data.operations(Kind::Riemannian))?;
+        let call = data.call(py, num_threads)?;
         let outside = outside(extrapolate);
-        let (fitted, curve, points) = call.run(move |interrupt| {
+        let (fitted, cubics, data) = call.run(move |interrupt| {
             let options = SmoothingOptions {
                 lambda: lam,
                 tolerance: tol,
@@ -134,16 +130,16 @@ impl PySmoothingSpline {
             let views = data.points.views();
             let fitted = smoothing_spline(&data.t, &views, weights.as_deref(), &options)?;
             let curve = fitted.curve.clone().with_outside(outside);
-            let points = curve.sample(curve.knots(), Quantity::Derivative(0), interrupt)?;
-            let points = Batch::stacked(points.iter(), data.shape());
-            Ok((fitted, curve, points))
+            let (t, (n, k)) = (curve.knots().to_vec(), data.shape());
+            let found = curve.sample(&t, Quantity::Derivative(0), interrupt)?;
+            let mut points = vec![0.0; t.len() * n * k];
+            for (point, out) in found.iter().zip(points.chunks_mut(n * k)) {
+                write(point, out);
+            }
+            let points = Batch::of([t.len(), n, k], points);
+            Ok((fitted, Cubics::from(curve), Data { t, points }))
         })?;
-        let data = Data {
-            t: curve.knots().to_vec(),
-            points,
-        };
-        let cubics = Cubics::Riemannian(Arc::new(curve));
-        let base = PyPiecewiseCurve::wrap(py, cubics, &data, Some(fitted.report))?;
+        let base = PyPiecewiseCurve::wrap(py, cubics, data, Some(fitted.report))?;
         Ok(base.add_subclass(PySmoothingSpline {
             lam: fitted.lambda,
             misfit: fitted.misfit,
@@ -182,17 +178,12 @@ impl PySmoothingSpline {
             misfit,
             degrees_of_freedom,
         });
-        Ok(Py::new(py, curve)?.into_any())
+        object(py, curve)
     }
 }
 
-fn read_weights(object: &Any<'_>) -> PyResult<Vec<f64>> {
-    let ([_], weights) = read((object, "weights"), "(N,)")?;
-    match weights.iter().position(|weight| !weight.is_finite()) {
-        None => Ok(weights),
-        Some(index) => {
-            let name = "weights";
-            Err(Error::NonFinite { name, index }.into())
-        }
-    }
+fn read_weights(object: &Any) -> PyResult<Vec<f64>> {
+    let ([_], weights) = read_axes(object, "weights", "(N,)")?;
+    check_finite("weights", &weights)?;
+    Ok(weights)
 }

@@ -1,25 +1,21 @@
 //! Splines of the binding: curves through many points.
 
-use std::sync::Arc;
-
 use faer::Mat;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::call::Call;
-use super::convert::{NewArray, count, frozen, whole};
+use super::convert::{Any, Array, Owned, count, whole};
+use super::curve::object;
 use super::knots::{BcType, Ends, restore_ends, store_ends};
-use super::piecewise::{Array, Cubics, PyPiecewiseCurve, frozen_batch};
+use super::piecewise::{Cubics, PyPiecewiseCurve};
 use super::spline_data::{Data, Kind, check_tolerance, outside};
 use super::spline_stored::{PIECES, Restored, VELOCITIES, put};
 use super::stored::{Form, form};
 use super::velocities::Velocities;
 use crate::cubic::BoundaryOptions;
-use crate::interrupt::Interrupt;
 use crate::spline::{
     SplineOptions, cubic_hermite, cubic_spline, geometric_hermite, geometric_spline,
 };
-use crate::stored::Fields;
 
 /// Curve through points with given velocities, once continuously differentiable.
 ///
@@ -73,20 +69,18 @@ use crate::stored::Fields;
 pub struct PyCubicHermite {
     /// The velocities at the knots, as given or as estimated, shape (N, n, k); read-only.
     #[pyo3(get)]
-    velocities: Array,
+    velocities: Owned,
 }
 
 #[pymethods]
-#[allow(non_snake_case)]
 impl PyCubicHermite {
     #[new]
     #[pyo3(signature = (t, S, V, kind="riemannian", *, extrapolate=false, num_threads=None))]
-    #[allow(clippy::too_many_arguments)]
     fn new(
         py: Python<'_>,
-        t: &Bound<'_, PyAny>,
-        S: &Bound<'_, PyAny>,
-        V: &Bound<'_, PyAny>,
+        t: &Any,
+        S: &Any,
+        V: &Any,
         kind: &str,
         extrapolate: bool,
         num_threads: Option<i64>,
@@ -94,31 +88,31 @@ impl PyCubicHermite {
         let kind = Kind::read(kind)?;
         let data = Data::read(t, S)?;
         let velocities = Velocities::read(V)?;
-        let call = Call::new(py, num_threads, data.operations(kind))?;
+        let call = data.call(py, num_threads)?;
         let outside = outside(extrapolate);
         let (cubics, data, velocities) = call.run(move |interrupt| {
-            let points = data.points.views();
-            let given = velocities.vectors(&data.t, &points)?;
+            let (t, points) = (&data.t, data.points.views());
+            let given = velocities.vectors(t, &points)?;
             let vectors: Vec<_> = given.iter().map(Mat::as_ref).collect();
-            let cubics = match kind {
+            let cubics: Cubics = match kind {
                 Kind::Riemannian => {
                     let options = BoundaryOptions {
                         interrupt,
                         ..BoundaryOptions::default()
                     };
-                    let curve = cubic_hermite(&data.t, &points, &vectors, &options)?;
-                    Cubics::Riemannian(Arc::new(curve.with_outside(outside)))
+                    let curve = cubic_hermite(t, &points, &vectors, &options)?;
+                    curve.with_outside(outside).into()
                 }
                 Kind::Geometric => {
-                    let curve = geometric_hermite(&data.t, &points, &vectors)?;
-                    Cubics::Geometric(Arc::new(curve.with_outside(outside)))
+                    let curve = geometric_hermite(t, &points, &vectors)?;
+                    curve.with_outside(outside).into()
                 }
             };
+            let given = Array::stacked(&[given.len()], &given, data.shape());
             Ok((cubics, data, given))
         })?;
-        let base = PyPiecewiseCurve::wrap(py, cubics, &data, None)?;
-        let velocities = NewArray::stacked(&[velocities.len()], &velocities, data.shape());
-        let velocities = frozen(py, velocities)?;
+        let velocities = velocities.frozen(py)?;
+        let base = PyPiecewiseCurve::wrap(py, cubics, data, None)?;
         Ok(base.add_subclass(PyCubicHermite { velocities }))
     }
 
@@ -145,11 +139,13 @@ impl PyCubicHermite {
             restored.check_velocities(&velocities, interrupt)?;
             Ok((restored, velocities))
         })?;
-        let velocities = frozen_batch(py, &velocities)?;
-        let curve = restored
-            .wrap(py)?
-            .add_subclass(PyCubicHermite { velocities });
-        Ok(Py::new(py, curve)?.into_any())
+        let velocities = velocities.into_array().frozen(py)?;
+        object(
+            py,
+            restored
+                .wrap(py)?
+                .add_subclass(PyCubicHermite { velocities }),
+        )
     }
 }
 
@@ -228,7 +224,6 @@ pub struct PyCubicSpline {
 }
 
 #[pymethods]
-#[allow(non_snake_case)]
 impl PyCubicSpline {
     #[new]
     #[pyo3(signature = (
@@ -236,11 +231,10 @@ impl PyCubicSpline {
         tension=0.0, num_threads=None
     ), text_signature = "(t, S, bc_type='natural', kind='riemannian', *, extrapolate=False, tol=1e-12, \
         max_iterations=200, tension=0.0, num_threads=None)")]
-    #[allow(clippy::too_many_arguments)]
     fn new(
         py: Python<'_>,
-        t: &Bound<'_, PyAny>,
-        S: &Bound<'_, PyAny>,
+        t: &Any,
+        S: &Any,
         bc_type: BcType<'_>,
         kind: &str,
         extrapolate: bool,
@@ -254,7 +248,7 @@ impl PyCubicSpline {
         let max_iterations = count("max_iterations", max_iterations, 1)?;
         let data = Data::read(t, S)?;
         let Ends { given, conditions } = bc_type.read(py, data.shape())?;
-        let call = Call::new(py, num_threads, data.operations(kind))?;
+        let call = data.call(py, num_threads)?;
         let outside = outside(extrapolate);
         let (cubics, data, report) = call.run(move |interrupt| {
             let options = SplineOptions {
@@ -263,23 +257,20 @@ impl PyCubicSpline {
                 tension,
                 interrupt,
             };
-            let points = data.points.views();
-            let (cubics, report) = match kind {
+            let (t, points) = (&data.t, data.points.views());
+            let (cubics, report): (Cubics, _) = match kind {
                 Kind::Riemannian => {
-                    let (curve, report) = cubic_spline(&data.t, &points, &conditions, &options)?;
-                    let curve = curve.with_outside(outside);
-                    (Cubics::Riemannian(Arc::new(curve)), report)
+                    let (curve, report) = cubic_spline(t, &points, &conditions, &options)?;
+                    (curve.with_outside(outside).into(), report)
                 }
                 Kind::Geometric => {
-                    let (curve, report) =
-                        geometric_spline(&data.t, &points, &conditions, &options)?;
-                    let curve = curve.with_outside(outside);
-                    (Cubics::Geometric(Arc::new(curve)), report)
+                    let (curve, report) = geometric_spline(t, &points, &conditions, &options)?;
+                    (curve.with_outside(outside).into(), report)
                 }
             };
             Ok((cubics, data, report))
         })?;
-        let base = PyPiecewiseCurve::wrap(py, cubics, &data, Some(report))?;
+        let base = PyPiecewiseCurve::wrap(py, cubics, data, Some(report))?;
         Ok(base.add_subclass(PyCubicSpline { bc_type: given }))
     }
 
@@ -304,12 +295,13 @@ impl PyCubicSpline {
     pub(super) fn restored(py: Python<'_>, mut form: Form) -> PyResult<Py<PyAny>> {
         let kind = Kind::read(&form.word(PIECES)?)?;
         let ends = restore_ends(py, &mut form)?;
-        let read = move |fields: &mut Fields, interrupt: Interrupt<'_>| {
+        let restored = form.read(py, move |fields, interrupt| {
             Restored::of(fields, kind, interrupt)
-        };
-        let restored = form.read(py, read)?;
+        })?;
         let bc_type = ends.read(py, restored.data.shape())?.given;
-        let curve = restored.wrap(py)?.add_subclass(PyCubicSpline { bc_type });
-        Ok(Py::new(py, curve)?.into_any())
+        object(
+            py,
+            restored.wrap(py)?.add_subclass(PyCubicSpline { bc_type }),
+        )
     }
 }

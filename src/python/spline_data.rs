@@ -3,15 +3,12 @@
 use pyo3::prelude::*;
 
 use super::batch::Batch;
+use super::call::{Call, SOLVES};
 use super::convert::Any;
-use super::error::invalid_input;
+use super::error::invalid;
 use super::knots::times;
-use super::work::{EXPONENTIALS, SOLVES};
 use crate::error::Error;
 use crate::spline::Outside;
-
-pub(super) const RIEMANNIAN: &str = "riemannian";
-pub(super) const GEOMETRIC: &str = "geometric";
 
 /// What a kind of spline is made of.
 #[derive(Clone, Copy)]
@@ -21,16 +18,19 @@ pub(super) enum Kind {
 }
 
 impl Kind {
-    pub(super) fn read(kind: &str) -> PyResult<Self> {
-        match kind {
-            RIEMANNIAN => Ok(Kind::Riemannian),
-            GEOMETRIC => Ok(Kind::Geometric),
-            _ => {
-                let message =
-                    format!("kind: expected '{RIEMANNIAN}' or '{GEOMETRIC}', found {kind:?}");
-                Err(invalid_input(message))
-            }
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Kind::Riemannian => "riemannian",
+            Kind::Geometric => "geometric",
         }
+    }
+
+    pub(super) fn read(kind: &str) -> PyResult<Self> {
+        let known = [Kind::Riemannian, Kind::Geometric];
+        known
+            .into_iter()
+            .find(|known| known.name() == kind)
+            .ok_or_else(|| invalid!("kind: expected 'riemannian' or 'geometric', found {kind:?}"))
     }
 }
 
@@ -41,10 +41,10 @@ pub(super) struct Data {
 }
 
 impl Data {
-    pub(super) fn read(t: &Any<'_>, points: &Any<'_>) -> PyResult<Self> {
+    pub(super) fn read(t: &Any, points: &Any) -> PyResult<Self> {
         Ok(Data {
             t: times(t)?,
-            points: Batch::read((points, "S"), "(N, n, k)")?,
+            points: Batch::read(points, "S", "(N, n, k)")?,
         })
     }
 
@@ -52,13 +52,9 @@ impl Data {
         (self.points.rows, self.points.cols)
     }
 
-    /// Estimated operations to find the pieces.
-    pub(super) fn operations(&self, kind: Kind) -> f64 {
-        let each = match kind {
-            Kind::Riemannian => SOLVES,
-            Kind::Geometric => EXPONENTIALS,
-        };
-        each * self.points.numbers()
+    /// A call that finds pieces.
+    pub(super) fn call<'py>(&self, py: Python<'py>, threads: Option<i64>) -> PyResult<Call<'py>> {
+        Call::new(py, threads, SOLVES * self.points.numbers())
     }
 }
 
@@ -67,18 +63,18 @@ pub(super) fn check_tolerance(tol: f64) -> PyResult<()> {
     if (1e-15..=0.1).contains(&tol) {
         return Ok(());
     }
-    let error = Error::InvalidArgument {
-        name: "tol",
-        requirement: "between 1e-15 and 0.1",
-        found: tol,
-    };
-    Err(error.into())
+    let (name, requirement, found) = ("tol", "between 1e-15 and 0.1", tol);
+    Err(Error::InvalidArgument {
+        name,
+        requirement,
+        found,
+    }
+    .into())
 }
 
 pub(super) fn outside(extrapolate: bool) -> Outside {
-    if extrapolate {
-        Outside::Continued
-    } else {
-        Outside::Refused
+    match extrapolate {
+        true => Outside::Continued,
+        false => Outside::Refused,
     }
 }

@@ -1,21 +1,20 @@
 //! Splines as stored numbers: what their classes add to the pieces, and checks that both belong together.
 
-use std::sync::Arc;
-
-use numpy::{PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
 use super::batch::Batch;
-use super::convert::entries_of;
-use super::piecewise::{Array, Cubics, PyPiecewiseCurve};
+use super::convert::{Array, Owned, read};
+use super::piecewise::{Cubics, PyPiecewiseCurve};
 use super::spline_data::{Data, Kind};
-use crate::curve::Quantity;
+use crate::cubic::RiemannianCubic;
+use crate::curve::{GeometricCubic, Quantity};
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::linalg::structure::{distance, norm};
 use crate::manifold::stored::check_orthonormal;
 use crate::report::SolverReport;
-use crate::stored::{self, Fields, Stored, refusal};
+use crate::spline::Piecewise;
+use crate::stored::{Fields, Stored, refusal};
 
 /// The names of a spline's own numbers and words in its stored form.
 const POINTS: &str = "S";
@@ -37,9 +36,9 @@ impl PyPiecewiseCurve {
 }
 
 /// Stores an array.
-pub(super) fn put(py: Python<'_>, fields: &mut Fields, name: &str, array: &Array) -> PyResult<()> {
-    let array = array.bind(py).readonly();
-    fields.put(name, array.shape(), entries_of(&array)?);
+pub(super) fn put(py: Python<'_>, fields: &mut Fields, name: &str, array: &Owned) -> PyResult<()> {
+    let Array { shape, entries } = read(array.bind(py), name)?;
+    fields.put(name, &shape, entries);
     Ok(())
 }
 
@@ -47,16 +46,16 @@ pub(super) fn put(py: Python<'_>, fields: &mut Fields, name: &str, array: &Array
 pub(super) struct Restored {
     pub(super) cubics: Cubics,
     pub(super) data: Data,
-    pub(super) report: Option<SolverReport>,
+    report: Option<SolverReport>,
 }
 
 impl Restored {
     pub(super) fn of(fields: &mut Fields, kind: Kind, interrupt: Interrupt<'_>) -> Result<Self> {
         let report = fields.reports(REPORT, 1)?[0];
         let points = fields.take(POINTS)?;
-        let cubics = match kind {
-            Kind::Riemannian => Cubics::Riemannian(Arc::new(Stored::restore(fields, interrupt)?)),
-            Kind::Geometric => Cubics::Geometric(Arc::new(Stored::restore(fields, interrupt)?)),
+        let cubics: Cubics = match kind {
+            Kind::Riemannian => Piecewise::<RiemannianCubic>::restore(fields, interrupt)?.into(),
+            Kind::Geometric => Piecewise::<GeometricCubic>::restore(fields, interrupt)?.into(),
         };
         let t = cubics.knots().to_vec();
         let points = Self::batch(&cubics, POINTS, points)?;
@@ -81,7 +80,7 @@ impl Restored {
 
     /// The base of the restored spline, to which its class adds its own fields.
     pub(super) fn wrap(self, py: Python<'_>) -> PyResult<PyClassInitializer<PyPiecewiseCurve>> {
-        PyPiecewiseCurve::wrap(py, self.cubics, &self.data, self.report)
+        PyPiecewiseCurve::wrap(py, self.cubics, self.data, self.report)
     }
 
     /// Error unless velocities are those of the curve at its knots.
@@ -95,10 +94,8 @@ impl Restored {
         let steps = self.data.t.windows(2).map(|pair| pair[1] - pair[0]);
         let shortest = steps.fold(f64::INFINITY, f64::min);
         for (knot, velocity) in found.iter().enumerate() {
-            let (stored, gap) = (
-                velocities.get(knot),
-                distance(velocity, velocities.get(knot)),
-            );
+            let stored = velocities.get(knot);
+            let gap = distance(velocity, stored);
             // Pieces are solved for in their own unit of time.
             let allowed = STORED_TOLERANCE * norm(stored).max(shortest.recip());
             if gap.is_nan() || gap > allowed {
@@ -110,15 +107,15 @@ impl Restored {
     }
 
     /// An array of one matrix for each knot.
-    pub(super) fn batch(cubics: &Cubics, name: &str, array: stored::Array) -> Result<Batch> {
+    pub(super) fn batch(cubics: &Cubics, name: &str, array: Array) -> Result<Batch> {
         let (n, k) = cubics.curve().shape();
         let expected = [cubics.knots().len(), n, k];
-        if array.shape == expected {
-            return Ok(Batch::of(expected, array.entries));
+        let Array { shape, entries } = array;
+        match shape == expected {
+            true => Ok(Batch::of(expected, entries)),
+            false => Err(refusal(format!(
+                "{name}: expected shape {expected:?}, found {shape:?}"
+            ))),
         }
-        let found = array.shape;
-        Err(refusal(format!(
-            "{name}: expected shape {expected:?}, found {found:?}"
-        )))
     }
 }

@@ -27,9 +27,14 @@ impl Kind {
 
     /// Columns of a point.
     pub fn columns(self) -> usize {
+        self.dimension() - 1
+    }
+
+    /// The name of what makes its chart.
+    pub fn name(self) -> &'static str {
         match self {
-            Kind::Sphere => 1,
-            Kind::Frame => 2,
+            Kind::Sphere => "sphere",
+            Kind::Frame => "frame",
         }
     }
 }

@@ -2,20 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use numpy::{PyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 
 use super::call::run;
-use super::convert::{entries_of, float_array, to_array};
+use super::convert::{Array, read};
 use crate::error::Result;
 use crate::interrupt::Interrupt;
-use crate::stored::{Array, FORMAT, Fields, Stored, VERSION, check_header, refusal};
+use crate::stored::{FORMAT, Fields, Stored, VERSION, check_header, refusal};
 
 const WORDS: [&str; 2] = ["format", "kind"];
-/// Rough operations to read and check one number of a curve.
-const ONE_NUMBER: f64 = 30.0;
-
 const VERSION_KEY: &str = "version";
 
 /// The stored form of a curve of the given numbers.
@@ -29,8 +25,8 @@ pub(super) fn form<'py>(
         form.set_item(key, word)?;
     }
     form.set_item(VERSION_KEY, VERSION)?;
-    for (name, Array { shape, entries }) in fields.0 {
-        form.set_item(name, to_array(py, entries, &shape)?)?;
+    for (name, array) in fields.0 {
+        form.set_item(name, array)?;
     }
     Ok(form)
 }
@@ -57,9 +53,8 @@ impl Form {
             } else if value.is_instance_of::<PyString>() {
                 words.insert(name, value.extract()?);
             } else {
-                let array = float_array(&value, &name)?;
-                let (shape, entries) = (array.shape().to_vec(), entries_of(&array)?);
-                fields.0.insert(name, Array { shape, entries });
+                let array = read(&value, &name)?;
+                fields.0.insert(name, array);
             }
         }
         let [format, kind] = WORDS.map(|name| words.remove(name));
@@ -81,14 +76,8 @@ impl Form {
     }
 
     /// Takes an array out.
-    pub(super) fn array<'py>(
-        &mut self,
-        py: Python<'py>,
-        name: &str,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let array = self.fields.take(name);
-        let Array { shape, entries } = array?;
-        to_array(py, entries, &shape)
+    pub(super) fn array(&mut self, name: &str) -> PyResult<Array> {
+        Ok(self.fields.take(name)?)
     }
 
     /// What `take` makes of the numbers, of which it leaves none.
@@ -102,7 +91,7 @@ impl Form {
             return Err(refused(&format!("'{name}' is no part of such a curve")));
         }
         let numbers: usize = fields.0.values().map(|array| array.entries.len()).sum();
-        run(py, ONE_NUMBER * numbers as f64, move |interrupt| {
+        run(py, numbers as f64, move |interrupt| {
             fields.read(|fields| take(fields, interrupt))
         })
     }

@@ -1,25 +1,19 @@
 //! Curves across charts: from covariant data to covariant data.
 
-use faer::Mat;
-use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
 use super::call::run;
 use super::chart::PyChart;
-use super::convert::{
-    Any, Named, NewArray, collected, count, matrices, named, parameters, to_array, whole, write,
-};
-use super::discretization::NamedMap;
+use super::convert::{Any, Array, Named, Owned, matrices, named, read, to_array, whole, write};
+use super::discretization::{NamedMap, Steps};
 use super::state::{Kind, on_chart};
 use crate::chart::{
-    AtlasState, Chart, Composition, CovariantData, DiscretizationMap, integrate_across,
-    reference_across, state_from_covariant,
+    AtlasState, Chart, CovariantData, DiscretizationMap, integrate_across, reference_across,
+    state_from_covariant,
 };
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
-
-type Owned = Py<PyArrayDyn<f64>>;
 
 /// A curve that passes from chart to chart, at times of shape ``T``; ``(steps + 1,)`` for a discrete trajectory.
 ///
@@ -68,12 +62,8 @@ impl PyChartTrajectory {
 /// The numbers of a trajectory, state after state.
 #[derive(Default)]
 struct Rows {
-    /// Point, velocity, acceleration, jerk.
-    data: [Vec<f64>; 4],
-    energy: Vec<f64>,
-    momentum: Vec<f64>,
-    states: Vec<f64>,
-    rotations: Vec<f64>,
+    /// Point, velocity, acceleration, jerk, energy, momentum, state, rotation.
+    columns: [Vec<f64>; 8],
     turns: Vec<usize>,
 }
 
@@ -86,23 +76,30 @@ impl Rows {
         for state in states {
             let data = state.covariant(chart)?;
             let parts = [&data.point, &data.velocity, &data.acceleration, &data.jerk];
-            for (rows, part) in out.data.iter_mut().zip(parts) {
-                push(rows, part);
+            for (column, part) in out.columns.iter_mut().zip(parts) {
+                let first = column.len();
+                column.resize(first + part.nrows() * part.ncols(), 0.0);
+                write(part.as_ref(), &mut column[first..]);
             }
-            out.energy.push(chart.hamiltonian(&state.z));
-            out.momentum.extend(data.spatial_momentum());
-            out.states.extend_from_slice(state.z.as_slice());
+            let (energy, momentum) = (chart.hamiltonian(&state.z), data.spatial_momentum());
+            if !momentum.iter().chain([&energy]).all(|x| x.is_finite()) {
+                let quantity = "energy or momentum";
+                return Err(Error::Overflow { quantity });
+            }
             // Column by column of the transpose: row by row.
-            out.rotations
-                .extend_from_slice(state.rotation().transpose().as_slice());
+            let rotation = state.rotation().transpose();
+            let parts = [
+                &[energy],
+                &momentum[..],
+                state.z.as_slice(),
+                rotation.as_slice(),
+            ];
+            for (column, part) in out.columns[4..].iter_mut().zip(parts) {
+                column.extend_from_slice(part);
+            }
             out.turns.push(state.turns);
         }
-        let mut derived = out.energy.iter().chain(&out.momentum);
-        if derived.all(|x| x.is_finite()) {
-            return Ok(out);
-        }
-        let quantity = "energy or momentum";
-        Err(Error::Overflow { quantity })
+        Ok(out)
     }
 
     fn into_python(
@@ -111,42 +108,33 @@ impl Rows {
         kind: Kind,
         shape: &[usize],
     ) -> PyResult<PyChartTrajectory> {
-        let array = |entries: Vec<f64>, trailing: &[usize]| {
-            to_array(py, entries, &[shape, trailing].concat()).map(Bound::unbind)
-        };
-        let tangent = [3, kind.columns()];
-        let data = self.data.map(|entries| array(entries, &tangent));
-        let [point, velocity, acceleration, jerk] = collected(data)?;
+        let (tangent, width) = ([3, kind.columns()], [kind.width()]);
+        let own: [&[usize]; 4] = [&[], &[3], &width, &[3, 3]];
+        let own = [&tangent[..]; 4].into_iter().chain(own);
+        let arrays = self.columns.into_iter().zip(own).map(|(entries, own)| {
+            let shape = [shape, own].concat();
+            PyResult::Ok(to_array(py, entries, &shape)?.unbind())
+        });
+        let mut arrays = arrays.collect::<PyResult<Vec<_>>>()?.into_iter();
+        let mut next = || arrays.next().expect("eight arrays");
         let changes = |i: &usize| self.turns[*i] != self.turns[*i - 1];
         Ok(PyChartTrajectory {
-            point,
-            velocity,
-            acceleration,
-            jerk,
-            energy: array(self.energy, &[])?,
-            momentum: array(self.momentum, &[3])?,
-            states: array(self.states, &[kind.width()])?,
-            rotations: array(self.rotations, &[3, 3])?,
+            point: next(),
+            velocity: next(),
+            acceleration: next(),
+            jerk: next(),
+            energy: next(),
+            momentum: next(),
+            states: next(),
+            rotations: next(),
             transitions: (1..self.turns.len()).filter(changes).collect(),
         })
     }
 }
 
-fn push(rows: &mut Vec<f64>, part: &Mat<f64>) {
-    let first = rows.len();
-    rows.resize(first + part.nrows() * part.ncols(), 0.0);
-    write(part.as_ref(), &mut rows[first..]);
-}
-
 /// What is asked for across charts.
-#[derive(Clone)]
 enum Flow {
-    Steps {
-        map: NamedMap,
-        composition: Composition,
-        steps: usize,
-        t_end: f64,
-    },
+    Steps(Steps),
     Times(Vec<f64>),
 }
 
@@ -163,12 +151,12 @@ impl Flow {
         let start = AtlasState::from_covariant(chart, data)?;
         let states = match self {
             Flow::Times(t) => reference_across(chart, &start, t, interrupt)?,
-            Flow::Steps {
+            Flow::Steps(Steps {
                 map,
                 composition,
-                steps,
+                count,
                 t_end,
-            } => integrate_across(chart, map, composition, &start, *steps, *t_end, interrupt)?,
+            }) => integrate_across(chart, map, composition, &start, *count, *t_end, interrupt)?,
         };
         Rows::new(chart, &states)
     }
@@ -190,13 +178,13 @@ impl PyChart {
         py: Python<'_>,
         data: CovariantData,
         flow: Flow,
-        operations: f64,
         shape: &[usize],
     ) -> PyResult<PyChartTrajectory> {
         let kind = self.0;
+        // How many steps it takes may show only on the way: always watched.
         let rows = run(
             py,
-            operations,
+            f64::INFINITY,
             move |interrupt| on_chart!(kind, chart => flow.run(chart, &data, interrupt)),
         )?;
         rows.into_python(py, kind, shape)
@@ -204,7 +192,6 @@ impl PyChart {
 }
 
 #[pymethods]
-#[allow(non_snake_case)]
 impl PyChart {
     /// The state of the cubic with the given point, velocity, covariant acceleration and covariant jerk.
     ///
@@ -228,15 +215,14 @@ impl PyChart {
     /// Notes
     /// -----
     /// ``p_qdot[i] = <d_i S, A>`` and ``p_q[i] = Gamma[k, i, j] qdot[j] p_qdot[k] - <d_i S, J>``.
-    fn state(&self, S: &Any<'_>, V: &Any<'_>, A: &Any<'_>, J: &Any<'_>) -> PyResult<NewArray> {
+    fn state(&self, S: &Any, V: &Any, A: &Any, J: &Any) -> PyResult<Array> {
         let (data, kind) = (read_data(named![S, V, A, J])?, self.0);
-        let entries = run(
-            S.py(),
-            0.0,
-            move |_| on_chart!(kind, chart => Ok(state_from_covariant(chart, &data)?.as_slice().to_vec())),
-        )?;
-        let shape = vec![entries.len()];
-        Ok(NewArray { shape, entries })
+        run(S.py(), 0.0, move |_| {
+            on_chart!(kind, chart => {
+                let state = state_from_covariant(chart, &data)?;
+                Ok(Array::flat(state.as_slice().to_vec()))
+            })
+        })
     }
 
     /// Point, velocity, covariant acceleration and covariant jerk ``(S, V, A, J)`` of a state: the inverse of `state`.
@@ -285,31 +271,22 @@ impl PyChart {
     /// >>> len(path.transitions) > 0
     /// True
     #[pyo3(signature = (S, V, A, J, steps, t_end=1.0, map="midpoint", *, order=None))]
-    #[allow(clippy::too_many_arguments)]
     fn integrate_across(
         &self,
         py: Python<'_>,
-        S: &Any<'_>,
-        V: &Any<'_>,
-        A: &Any<'_>,
-        J: &Any<'_>,
+        S: &Any,
+        V: &Any,
+        A: &Any,
+        J: &Any,
         #[pyo3(from_py_with = whole)] steps: i64,
         t_end: f64,
         map: &str,
         order: Option<i64>,
     ) -> PyResult<PyChartTrajectory> {
-        let map = NamedMap::read(map)?;
-        let composition = map.composition(order)?;
-        let steps = count("steps", steps, 1)?;
+        let steps = Steps::read(map, order, steps, t_end)?;
         let data = read_data(named![S, V, A, J])?;
-        let flow = Flow::Steps {
-            map,
-            composition,
-            steps,
-            t_end,
-        };
-        let shape = [steps.saturating_add(1)];
-        self.across(py, data, flow, 1e6 * steps as f64, &shape)
+        let shape = [steps.count.saturating_add(1)];
+        self.across(py, data, Flow::Steps(steps), &shape)
     }
 
     /// The exact flow across charts: as `reference`, with no pole in the way.
@@ -331,19 +308,17 @@ impl PyChart {
     ///     Shape, not finite, not orthonormal, not tangent.
     /// ConvergenceError
     ///     Too many steps; carries ``report``.
-    #[allow(clippy::too_many_arguments)]
     fn reference_across(
         &self,
         py: Python<'_>,
-        S: &Any<'_>,
-        V: &Any<'_>,
-        A: &Any<'_>,
-        J: &Any<'_>,
-        t: &Any<'_>,
+        S: &Any,
+        V: &Any,
+        A: &Any,
+        J: &Any,
+        t: &Any,
     ) -> PyResult<PyChartTrajectory> {
-        let (shape, t) = parameters(t, "t")?;
+        let Array { shape, entries } = read(t, "t")?;
         let data = read_data(named![S, V, A, J])?;
-        // How many steps it takes shows only on the way: always watched.
-        self.across(py, data, Flow::Times(t), f64::INFINITY, &shape)
+        self.across(py, data, Flow::Times(entries), &shape)
     }
 }

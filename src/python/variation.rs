@@ -1,16 +1,16 @@
 //! Derivatives of Riemannian cubics with respect to their boundary data, in the binding.
 
-use std::sync::Arc;
-
 use faer::Mat;
 use pyo3::prelude::*;
 
-use super::call::run;
-use super::convert::{Any, Four, NewArray, four, matrices, named, parameters};
+use super::call::SOLVES;
+use super::convert::{Any, Array, Four, four, matrices, named, read};
 use super::riemannian_cubic::PyRiemannianCubic;
-use super::work::{PRODUCTS, SOLVES};
 use crate::cubic::BoundaryVariation;
 use crate::curve::Curve;
+
+/// The work of derivatives of the ends by each other, for a number of a point: that of a boundary problem, with four matrices.
+pub(super) const DERIVATIVES: f64 = 4.0 * SOLVES;
 
 fn variation([s0, v0, s1, v1]: &[Mat<f64>; 4]) -> BoundaryVariation<'_> {
     BoundaryVariation {
@@ -22,7 +22,6 @@ fn variation([s0, v0, s1, v1]: &[Mat<f64>; 4]) -> BoundaryVariation<'_> {
 }
 
 #[pymethods]
-#[allow(non_snake_case)]
 impl PyRiemannianCubic {
     /// How the initial data change where the boundary data do: implicit function theorem.
     ///
@@ -52,23 +51,17 @@ impl PyRiemannianCubic {
     fn initial_variation(
         &self,
         py: Python<'_>,
-        dS0: &Any<'_>,
-        dV0: &Any<'_>,
-        dS1: &Any<'_>,
-        dV1: &Any<'_>,
+        dS0: &Any,
+        dV0: &Any,
+        dS1: &Any,
+        dV1: &Any,
     ) -> PyResult<Four> {
         let data = matrices(named![dS0, dV0, dS1, dV1])?;
-        let curve = Arc::clone(&self.0);
-        let found = run(py, self.derivatives(), move |interrupt| {
+        let d = self.run(py, DERIVATIVES, move |curve, interrupt| {
             let derivative = curve.boundary_derivative(interrupt)?;
             derivative.initial(&variation(&data), interrupt)
         })?;
-        Ok(four([
-            found.point,
-            found.velocity,
-            found.acceleration,
-            found.jerk,
-        ]))
+        Ok(four([d.point, d.velocity, d.acceleration, d.jerk]))
     }
 
     /// How points of the curve change where the boundary data do.
@@ -92,19 +85,18 @@ impl PyRiemannianCubic {
     fn point_variation(
         &self,
         py: Python<'_>,
-        t: &Any<'_>,
-        dS0: &Any<'_>,
-        dV0: &Any<'_>,
-        dS1: &Any<'_>,
-        dV1: &Any<'_>,
-    ) -> PyResult<NewArray> {
+        t: &Any,
+        dS0: &Any,
+        dV0: &Any,
+        dS1: &Any,
+        dV1: &Any,
+    ) -> PyResult<Array> {
         let data = matrices(named![dS0, dV0, dS1, dV1])?;
-        let (shape, times) = parameters(t, "t")?;
-        let curve = Arc::clone(&self.0);
-        run(py, self.derivatives(), move |interrupt| {
+        let t = read(t, "t")?;
+        self.run(py, DERIVATIVES, move |curve, interrupt| {
             let derivative = curve.boundary_derivative(interrupt)?;
-            let found = derivative.points(&curve, &variation(&data), &times, interrupt)?;
-            Ok(NewArray::stacked(&shape, &found, (curve.n(), curve.k())))
+            let found = derivative.points(curve, &variation(&data), &t.entries, interrupt)?;
+            Ok(Array::stacked(&t.shape, &found, (curve.n(), curve.k())))
         })
     }
 
@@ -120,15 +112,7 @@ impl PyRiemannianCubic {
     /// -----
     /// By the first variation of the cost at a critical curve: no equation has to be solved.
     fn cost_gradient(&self, py: Python<'_>) -> PyResult<Four> {
-        let curve = Arc::clone(&self.0);
-        let found = run(py, self.products(), move |_| curve.cost_gradient())?;
-        Ok(four([found.s0, found.v0, found.s1, found.v1]))
-    }
-}
-
-impl PyRiemannianCubic {
-    /// Estimated operations of derivatives: those of a boundary problem.
-    pub(super) fn derivatives(&self) -> f64 {
-        4.0 * SOLVES / PRODUCTS * self.products()
+        let d = self.run(py, 1.0, |curve, _| curve.cost_gradient())?;
+        Ok(four([d.s0, d.v0, d.s1, d.v1]))
     }
 }
