@@ -1,19 +1,13 @@
 //! Batches: arrays whose last axes are one member each, and functions applied to every member.
 
-use faer::{Mat, MatRef};
 use numpy::{PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::PyMemoryError;
-use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use rayon::prelude::*;
 
-use super::call::Call;
-use super::convert::{
-    Any, Array, Named, collected, entries, numpy, read_axes, real_array, unexpected, write,
-};
-use super::error::{at_member, invalid, invalid_input};
-use crate::error::{Error, Result};
-use crate::interrupt::Interrupt;
+use super::convert::{entries, real_array};
+use super::error::invalid_input;
+use super::prelude::*;
 
 /// A batch of matrices (or of rows, with `cols = 1`): leading axes and entries, each matrix row by row.
 pub struct Batch {
@@ -79,12 +73,12 @@ impl Batch {
     /// Return `InvalidInputError` unless the members have the given shape; an empty batch is checked too.
     pub fn check_shape(&self, name: &str, (n, k): (usize, usize)) -> PyResult<()> {
         let (rows, cols) = (self.rows, self.cols);
-        match (rows, cols) == (n, k) {
-            true => Ok(()),
-            false => Err(invalid!(
-                "{name}: expected shape (..., {n}, {k}), found (..., {rows}, {cols})"
-            )),
-        }
+        let expected = format!("{name}: expected shape (..., {n}, {k})");
+        ensure!(
+            (rows, cols) == (n, k),
+            "{expected}, found (..., {rows}, {cols})"
+        );
+        Ok(())
     }
 }
 
@@ -167,11 +161,8 @@ pub fn map_batch<W, const N: usize>(
     call: &Call<'_>,
     batches: [Batch; N],
     core: &[usize],
-    make: impl Fn() -> W + Sync + Send + 'static,
-    member: impl Fn(&mut W, [&Batch; N], usize, &mut [f64], Interrupt<'_>) -> Result<()>
-    + Sync
-    + Send
-    + 'static,
+    make: impl Fn() -> W + Shared,
+    member: impl Fn(&mut W, [&Batch; N], usize, &mut [f64], Interrupt<'_>) -> Result<()> + Shared,
 ) -> PyResult<Array> {
     let (len, lead) = (batches[0].len(), batches[0].shape.clone());
     let size = core

@@ -1,15 +1,8 @@
 //! Boundary problems of Riemannian cubics in batches, in Python.
 
-use faer::Mat;
-use pyo3::prelude::*;
-
-use super::batch::{Batch, matrix_batches};
-use super::call::{Call, SOLVES};
-use super::convert::{Any, Array, count, named, to_array, whole, write};
-use super::error::at_member;
+use super::prelude::*;
 use crate::cubic::problem::check_data;
 use crate::cubic::{BoundaryOptions, BoundarySolution, solve_boundary as solved};
-use crate::error::{Error, Result};
 use crate::manifold::Stiefel;
 
 /// Riemannian cubics on ``[0, 1]`` with given end points and end velocities, for a batch of problems.

@@ -28,6 +28,11 @@ pub const SOLVES: f64 = 100.0;
 /// How often a waiting call looks for Ctrl-C.
 const POLL: Duration = Duration::from_millis(50);
 
+/// What work on other threads may hold.
+pub trait Shared: Send + Sync + 'static {}
+
+impl<T: Send + Sync + 'static> Shared for T {}
+
 /// A call into the core.
 pub struct Call<'py> {
     py: Python<'py>,

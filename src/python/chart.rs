@@ -1,16 +1,11 @@
 //! The paper's charts for arrays.
 
-use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
-use super::batch::{Batch, map_batch, vector_batches};
-use super::call::Call;
-use super::convert::{Any, Array, Named, named, numpy, two, write};
-use super::error::invalid;
+use super::batch::{map_batch, vector_batches};
+use super::prelude::*;
 use super::state::{Kind, check_finite, on_chart, state};
 use crate::chart::{Chart, covariant_from_state};
-use crate::error::Result;
-use crate::interrupt::Interrupt;
 
 /// A chart of the paper: ``Chart.sphere()`` for St(3,1), ``Chart.frame()`` for St(3,2).
 ///
@@ -80,24 +75,22 @@ impl PyChart {
         objects: [Named<'_, '_>; N],
         length: usize,
         core: &[usize],
-        member: impl Fn(Kind, [&[f64]; N], &mut [f64], Interrupt<'_>) -> Result<()>
-        + Sync
-        + Send
-        + 'static,
+        member: impl Fn(Kind, [&[f64]; N], &mut [f64], Interrupt<'_>) -> Result<()> + Shared,
     ) -> PyResult<Array> {
         let (py, kind) = (objects[0].0.py(), self.0);
         let batches = self.read(objects, length)?;
         let size: f64 = core.iter().map(|axis| *axis as f64).product();
         let numbers = (size + (N * length) as f64) * batches[0].len() as f64;
         let call = Call::new(py, None, numbers)?;
-        let one = move |_: &mut (),
-                        b: [&Batch; N],
-                        i: usize,
-                        out: &mut [f64],
-                        interrupt: Interrupt<'_>| {
-            member(kind, b.map(|batch| batch.row(i)), out, interrupt)
-        };
-        map_batch(&call, batches, core, || (), one)
+        map_batch(
+            &call,
+            batches,
+            core,
+            || (),
+            move |_, batches, i, out, interrupt| {
+                member(kind, batches.map(|batch| batch.row(i)), out, interrupt)
+            },
+        )
     }
 
     /// [`PyChart::map`] for states, which are checked.
@@ -105,7 +98,7 @@ impl PyChart {
         &self,
         z: &Any,
         core: &[usize],
-        member: impl Fn(Kind, &[f64], &mut [f64]) -> Result<()> + Sync + Send + 'static,
+        member: impl Fn(Kind, &[f64], &mut [f64]) -> Result<()> + Shared,
     ) -> PyResult<Array> {
         self.map(named![z], self.0.width(), core, move |kind, [z], out, _| {
             on_chart!(kind, chart => chart.check("z", z))?;

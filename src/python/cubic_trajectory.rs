@@ -1,14 +1,8 @@
 //! Trajectories of Riemannian cubics by the explicit symplectic splitting.
 
-use faer::MatRef;
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods};
-use pyo3::prelude::*;
 
-use super::call::run_on;
-use super::convert::{
-    Any, Array, Owned, collected, count, freeze, matrices, named, read, tuple, whole,
-};
-use super::error::invalid;
+use super::prelude::*;
 use crate::cubic::{SplittingOptions, SplittingOrder, integrate_cubic as integrate};
 use crate::curve::Samples;
 use crate::manifold::stored::check_orthonormal;
@@ -173,7 +167,6 @@ impl PyCubicTrajectory {
 #[pyfunction]
 #[pyo3(signature = (S, V, A, J, steps, t_end=1.0, order=6, *, tension=0.0))]
 pub fn integrate_cubic(
-    py: Python<'_>,
     S: &Any,
     V: &Any,
     A: &Any,
@@ -183,6 +176,7 @@ pub fn integrate_cubic(
     #[pyo3(from_py_with = whole)] order: i64,
     tension: f64,
 ) -> PyResult<PyCubicTrajectory> {
+    let py = S.py();
     let data = matrices(named![S, V, A, J])?;
     let order = SplittingOrder::try_from(order)?;
     let steps = count("steps", steps, 1)?;

@@ -2,19 +2,14 @@
 
 use std::sync::Arc;
 
-use faer::{Mat, MatMut, MatRef};
+use faer::MatMut;
 use numpy::{PyArray1, PyArray2, PyArrayDyn, PyArrayMethods};
 use pyo3::PyClass;
-use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyFloat};
 
-use super::call::{Call, run_on};
-use super::convert::{Any, Array, Named, matrices, named, numpy, read, write};
-use super::error::invalid;
+use super::prelude::*;
 use super::stored::form;
 use crate::curve::{ArcLength, Curve, DerivativeBounds, Quantity, Samples, lift_into};
-use crate::error::{Error, Result};
-use crate::interrupt::Interrupt;
 use crate::manifold::QuasiGeodesic;
 use crate::stored::{Fields, Stored};
 

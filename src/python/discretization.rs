@@ -1,10 +1,8 @@
 //! The discretization maps by name, and the order of a composition.
 
 use nalgebra::SVector as Vector;
-use pyo3::prelude::*;
 
-use super::convert::count;
-use super::error::invalid;
+use super::prelude::*;
 use crate::chart::discretization::{Blocks, Expansion};
 use crate::chart::{Composition, DiscretizationMap, LinearMap, RetractionMap, SpaceRetraction};
 

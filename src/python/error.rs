@@ -95,6 +95,16 @@ macro_rules! invalid {
 }
 pub(super) use invalid;
 
+/// Returns `InvalidInputError` unless a condition holds: `ensure!(atol >= 0.0, "atol: negative, {atol}")`.
+macro_rules! ensure {
+    ($holds:expr, $($message:tt)*) => {
+        if !$holds {
+            return Err($crate::python::error::invalid!($($message)*));
+        }
+    };
+}
+pub(super) use ensure;
+
 impl From<Error> for PyErr {
     fn from(error: Error) -> Self {
         to_exception(&error, "")

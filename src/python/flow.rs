@@ -1,15 +1,11 @@
 //! The flows of the paper's charts for arrays: discrete, exact, and between two ends.
 
-use pyo3::prelude::*;
-
 use super::chart::PyChart;
-use super::convert::{Any, Array, count, named, read, tuple, whole};
 use super::discretization::{NamedMap, Steps};
-use super::error::invalid;
+use super::prelude::*;
 use super::shooting::{PyShootingResult, Shot};
 use super::state::{Kind, check_finite, on_chart, state, write_states};
 use crate::chart::{Chart, DiscretizationMap, integrate_composed, reference};
-use crate::error::Result;
 
 /// The two points of a discretization map for one member of a batch.
 fn discretize<const X: usize, const Z: usize>(
@@ -205,7 +201,6 @@ impl PyChart {
         guess=None, order=None))]
     fn shoot(
         &self,
-        py: Python<'_>,
         q0: &Any,
         qdot0: &Any,
         q1: &Any,
@@ -233,6 +228,6 @@ impl PyChart {
             max_iterations: count("max_iterations", max_iterations, 0)?,
             guess,
         };
-        arguments.solve(py, self.0)
+        arguments.solve(q0.py(), self.0)
     }
 }

@@ -2,17 +2,11 @@
 
 use std::sync::Arc;
 
-use faer::{Mat, MatRef};
-use pyo3::IntoPyObjectExt;
-use pyo3::prelude::*;
-
 use super::batch::Value;
-use super::call::run_on;
-use super::convert::{Any, Array, Named, matrices, named, to_array};
 use super::curve::{PyCurve, wrap};
+use super::prelude::*;
 use super::record::record;
 use super::stiefel::{PyStiefel, read_metric};
-use crate::error::Result;
 use crate::manifold::{Geodesic, LogReport, Metric, Stiefel};
 
 /// How a Riemannian logarithm was found, and what is known of it.
@@ -111,7 +105,7 @@ impl PyStiefel {
         &self,
         objects: [Named<'_, '_>; 2],
         core: &[usize],
-        value: impl Fn((Mat<f64>, LogReport)) -> T + Sync + Send + 'static,
+        value: impl Fn((Mat<f64>, LogReport)) -> T + Shared,
     ) -> PyResult<Array> {
         let shapes = [self.shape(); 2];
         self.map_shapes(

@@ -1,9 +1,6 @@
 //! Parallel transport, curvature, gradients and Hessians for arrays, with batches.
 
-use pyo3::prelude::*;
-
-use super::batch::Batch;
-use super::convert::{Any, Array, named};
+use super::prelude::*;
 use super::stiefel::PyStiefel;
 use crate::linalg::structure::norm;
 use crate::manifold::ParallelTransport;

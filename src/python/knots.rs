@@ -1,16 +1,10 @@
 //! Times and end conditions of splines, as SciPy's users write them.
 
-use faer::Mat;
 use numpy::{PyArrayDyn, PyUntypedArray, PyUntypedArrayMethods};
-use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyTypeError;
-use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString, PyTuple};
 
-use super::convert::{
-    Any, Array, collected, matrix, numpy, read_axes, tuple, two, unexpected, whole,
-};
-use super::error::{at_knot, invalid};
+use super::prelude::*;
 use super::stored::Form;
 use crate::spline::{EndCondition, EndConditions};
 

@@ -3,17 +3,12 @@
 use std::cell::RefCell;
 use std::thread::LocalKey;
 
-use faer::{MatMut, MatRef};
+use faer::MatMut;
 use numpy::ndarray::ArrayView2;
 use numpy::{PyArray2, PyArrayMethods, PyUntypedArrayMethods, ToPyArray};
-use pyo3::IntoPyObjectExt;
-use pyo3::prelude::*;
 
-use super::batch::{Batch, map_batch, matrix_batches};
-use super::call::Call;
-use super::convert::Any;
-use super::error::invalid;
-use crate::error::{Error, Result};
+use super::batch::map_batch;
+use super::prelude::*;
 use crate::linalg::{OrthogonalLog, SkewExp};
 
 /// Up to this size one matrix is computed where it stands, in buffers that the thread keeps.

@@ -1,11 +1,9 @@
 //! Lengths of curves and bounds of their derivatives, in Python.
 
-use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::convert::{Any, Array, count as at_least, whole};
 use super::curve::PyCurve;
-use super::error::invalid;
+use super::prelude::*;
 use super::record::record;
 use crate::curve::Guarantee;
 
@@ -117,7 +115,7 @@ impl PyCurve {
         #[pyo3(from_py_with = whole)] count: i64,
         num_threads: Option<i64>,
     ) -> PyResult<Array> {
-        let points = at_least("count", count, 2)?;
+        let points = super::convert::count("count", count, 2)?;
         let found = self.run(py, num_threads, move |curve, interrupt| {
             curve.resample(points, interrupt)
         })?;

@@ -22,6 +22,7 @@ mod measure;
 mod piecewise;
 mod polynomial;
 mod polynomial_pieces;
+mod prelude;
 mod pull_back;
 mod record;
 mod restored;
@@ -40,7 +41,7 @@ mod trajectory;
 mod variation;
 mod velocities;
 
-use pyo3::prelude::*;
+use prelude::*;
 
 /// Compiled part of `stiefel_rs`.
 #[pymodule(gil_used = false)]

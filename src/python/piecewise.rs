@@ -2,13 +2,9 @@
 
 use std::sync::Arc;
 
-use pyo3::IntoPyObjectExt;
-use pyo3::prelude::*;
-
-use super::convert::{Any, Array, Owned};
 use super::curve::{AnyCurve, PyCurve, wrap};
-use super::error::PySolverReport;
 use super::polynomial::PyGeometricCubic;
+use super::prelude::*;
 use super::riemannian_cubic::PyRiemannianCubic;
 use super::spline_data::{Data, Kind};
 use crate::cubic::RiemannianCubic;

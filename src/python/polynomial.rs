@@ -1,13 +1,10 @@
 //! De Casteljau curves of the binding: of any degree from control points, and the cubic from boundary data.
 
-use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::call::{SOLVES, run_on};
-use super::convert::{Any, Array, matrices, named};
 use super::curve::{PyCurve, object, wrap};
-use super::error::{PySolverReport, invalid};
 use super::polynomial_pieces::{Pieces, QUASI_GEODESIC, is_geodesic, polynomial};
+use super::prelude::*;
 use super::stored::{Form, form};
 use crate::curve::{GeodesicPolynomial, GeometricCubic, GeometricPolynomial};
 use crate::report::SolverReport;
@@ -134,23 +131,16 @@ impl PyGeometricPolynomial {
     /// True
     #[staticmethod]
     #[pyo3(signature = (S0, V0, S1, V1, *, degree=5))]
-    fn minimal_cost(
-        py: Python<'_>,
-        S0: &Any,
-        V0: &Any,
-        S1: &Any,
-        V1: &Any,
-        degree: i64,
-    ) -> PyResult<Py<Self>> {
+    fn minimal_cost(S0: &Any, V0: &Any, S1: &Any, V1: &Any, degree: i64) -> PyResult<Py<Self>> {
         let data = matrices(named![S0, V0, S1, V1])?;
         let Ok(degree) = usize::try_from(degree) else {
             return Err(invalid!("degree: must be from 3 to 10, found {degree}"));
         };
-        let found = run_on(py, data, SOLVES, move |[s0, v0, s1, v1], interrupt| {
+        let found = run_on(S0.py(), data, SOLVES, move |[s0, v0, s1, v1], interrupt| {
             GeometricPolynomial::minimal_cost_interruptible(s0, v0, s1, v1, degree, interrupt)
         });
         let (curve, report) = found?;
-        Py::new(py, Self::searched(curve.into(), Some(report)))
+        Py::new(S0.py(), Self::searched(curve.into(), Some(report)))
     }
 
     /// The curve of degree five with given end points, end velocities and covariant end accelerations, in closed form.
@@ -185,20 +175,12 @@ impl PyGeometricPolynomial {
     /// >>> bool(np.allclose(curve.acceleration(0.0), A0))
     /// True
     #[staticmethod]
-    fn quintic(
-        py: Python<'_>,
-        S0: &Any,
-        V0: &Any,
-        A0: &Any,
-        S1: &Any,
-        V1: &Any,
-        A1: &Any,
-    ) -> PyResult<Py<Self>> {
+    fn quintic(S0: &Any, V0: &Any, A0: &Any, S1: &Any, V1: &Any, A1: &Any) -> PyResult<Py<Self>> {
         let data = matrices(named![S0, V0, A0, S1, V1, A1])?;
-        let curve = run_on(py, data, 1.0, |[s0, v0, a0, s1, v1, a1], _| {
+        let curve = run_on(S0.py(), data, 1.0, |[s0, v0, a0, s1, v1, a1], _| {
             GeometricPolynomial::quintic(s0, v0, a0, s1, v1, a1)
         })?;
-        Py::new(py, Self::searched(curve.into(), None))
+        Py::new(S0.py(), Self::searched(curve.into(), None))
     }
 
     /// For files and pickles: all numbers of the curve.
@@ -298,7 +280,6 @@ impl PyGeometricCubic {
     #[new]
     #[pyo3(signature = (S0, V0, S1, V1, *, pieces="quasi_geodesic"))]
     fn new(
-        py: Python<'_>,
         S0: &Any,
         V0: &Any,
         S1: &Any,
@@ -307,7 +288,7 @@ impl PyGeometricCubic {
     ) -> PyResult<PyClassInitializer<Self>> {
         let geodesic = is_geodesic(pieces)?;
         let data = matrices(named![S0, V0, S1, V1])?;
-        let curve = run_on(py, data, 1.0, move |[s0, v0, s1, v1], _| {
+        let curve = run_on(S0.py(), data, 1.0, move |[s0, v0, s1, v1], _| {
             Ok(match geodesic {
                 true => GeodesicPolynomial::from_boundary(s0, v0, s1, v1)?.into(),
                 false => GeometricCubic::from_boundary(s0, v0, s1, v1)?.into(),

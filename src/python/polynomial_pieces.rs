@@ -2,14 +2,8 @@
 
 use std::sync::Arc;
 
-use faer::Mat;
-use pyo3::prelude::*;
-
-use super::batch::Batch;
-use super::call::run;
-use super::convert::Any;
 use super::curve::AnyCurve;
-use super::error::invalid;
+use super::prelude::*;
 use crate::curve::{GeodesicPolynomial, GeometricCubic, GeometricPolynomial};
 
 /// What a polynomial is made of.

@@ -1,9 +1,6 @@
 //! Gradients of functions of points of Riemannian cubics, and derivatives by initial data, in the binding.
 
-use pyo3::prelude::*;
-
-use super::batch::{Batch, matrix_batches};
-use super::convert::{Any, Array, Four, four, matrices, named, read, tuple, unexpected};
+use super::prelude::*;
 use super::riemannian_cubic::PyRiemannianCubic;
 use super::variation::DERIVATIVES;
 use crate::cubic::InitialVariation;
@@ -60,9 +57,9 @@ impl PyRiemannianCubic {
     /// Notes
     /// -----
     /// One solution of the linear equations, whatever the number of parameters.
-    fn point_pullback(&self, py: Python<'_>, t: &Any, W: &Any) -> PyResult<Four> {
+    fn point_pullback(&self, t: &Any, W: &Any) -> PyResult<Four> {
         let data = Cotangents::read(t, W, (self.0.n(), self.0.k()))?;
-        let d = self.run(py, DERIVATIVES, move |curve, interrupt| {
+        let d = self.run(t.py(), DERIVATIVES, move |curve, interrupt| {
             let derivative = curve.boundary_derivative(interrupt)?;
             derivative.pull_back(&data.times, &data.matrices.views(), interrupt)
         })?;
@@ -90,7 +87,6 @@ impl PyRiemannianCubic {
     ///     Shape, not finite, a variation that leaves the constraints (with the measured defect).
     fn initial_point_variation(
         &self,
-        py: Python<'_>,
         t: &Any,
         dS: &Any,
         dV: &Any,
@@ -105,10 +101,14 @@ impl PyRiemannianCubic {
             jerk,
         };
         let t = read(t, "t")?;
-        self.run(py, 1.0 + t.entries.len() as f64, move |curve, interrupt| {
-            let found = curve.initial_points(&variation, &t.entries, interrupt)?;
-            Ok(Array::stacked(&t.shape, &found, (curve.n(), curve.k())))
-        })
+        self.run(
+            dS.py(),
+            1.0 + t.entries.len() as f64,
+            move |curve, interrupt| {
+                let found = curve.initial_points(&variation, &t.entries, interrupt)?;
+                Ok(Array::stacked(&t.shape, &found, (curve.n(), curve.k())))
+            },
+        )
     }
 
     /// Gradient with respect to the initial data of ``sum(W * curve(t))``: the transpose of :meth:`initial_point_variation`.
@@ -130,10 +130,10 @@ impl PyRiemannianCubic {
     /// ------
     /// InvalidInputError
     ///     Shape, not finite.
-    fn initial_point_pullback(&self, py: Python<'_>, t: &Any, W: &Any) -> PyResult<Four> {
+    fn initial_point_pullback(&self, t: &Any, W: &Any) -> PyResult<Four> {
         let data = Cotangents::read(t, W, (self.0.n(), self.0.k()))?;
         let times = data.times.len() as f64;
-        let d = self.run(py, 1.0 + times, move |curve, interrupt| {
+        let d = self.run(t.py(), 1.0 + times, move |curve, interrupt| {
             curve.initial_pull_back(&data.times, &data.matrices.views(), interrupt)
         })?;
         Ok(four([d.point, d.velocity, d.acceleration, d.jerk]))

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::curve::{PyQuasiGeodesic, object, wrap};
 use super::geodesic::PyGeodesic;
 use super::polynomial::PyGeometricPolynomial;
+use super::prelude::*;
 use super::riemannian_cubic::PyRiemannianCubic;
 use super::smoothing::PySmoothingSpline;
 use super::spline::{PyCubicHermite, PyCubicSpline};

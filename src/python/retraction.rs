@@ -1,9 +1,6 @@
 //! Retractions and their inverses for arrays, with batches.
 
-use pyo3::prelude::*;
-
-use super::convert::{Any, Array, named};
-use super::error::invalid;
+use super::prelude::*;
 use super::stiefel::PyStiefel;
 use crate::manifold::Retraction;
 

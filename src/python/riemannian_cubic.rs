@@ -2,20 +2,13 @@
 
 use std::sync::Arc;
 
-use faer::Mat;
-use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyTypeError;
-use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
-use super::call::{SOLVES, run, run_on};
-use super::convert::{Any, Array, Four, count, four, matrices, named, two, whole};
 use super::curve::{PyCurve, wrap};
-use super::error::{PySolverReport, invalid};
+use super::prelude::*;
 use crate::cubic::{BoundaryOptions, IntegrationOptions, RiemannianCubic, SearchOptions};
 use crate::curve::Curve;
-use crate::error::Result;
-use crate::interrupt::Interrupt;
 
 /// Riemannian cubic: a critical curve of the integral of the squared covariant acceleration.
 ///
@@ -85,7 +78,6 @@ impl PyRiemannianCubic {
     #[staticmethod]
     #[pyo3(signature = (S, V, A, J, t_end=1.0, *, tol=1e-17, tension=0.0))]
     fn from_initial(
-        py: Python<'_>,
         S: &Any,
         V: &Any,
         A: &Any,
@@ -95,7 +87,7 @@ impl PyRiemannianCubic {
         tension: f64,
     ) -> PyResult<Py<Self>> {
         let data = matrices(named![S, V, A, J])?;
-        let curve = run_on(py, data, 1.0, move |[s, v, a, j], interrupt| {
+        let curve = run_on(S.py(), data, 1.0, move |[s, v, a, j], interrupt| {
             let options = IntegrationOptions {
                 t_end,
                 tolerance: tol,
@@ -104,7 +96,7 @@ impl PyRiemannianCubic {
             };
             RiemannianCubic::from_initial(s, v, a, j, &options)
         })?;
-        Self::wrapped(py, curve)
+        Self::wrapped(S.py(), curve)
     }
 
     /// A Riemannian cubic on ``[0, 1]`` with given end points and end velocities.
@@ -168,7 +160,6 @@ impl PyRiemannianCubic {
     #[staticmethod]
     #[pyo3(signature = (S0, V0, S1, V1, *, tol=1e-12, max_iterations=50, guess=None, tension=0.0, all_found=false))]
     fn from_boundary(
-        py: Python<'_>,
         S0: &Any,
         V0: &Any,
         S1: &Any,
@@ -179,6 +170,7 @@ impl PyRiemannianCubic {
         tension: f64,
         all_found: bool,
     ) -> PyResult<Py<PyAny>> {
+        let py = S0.py();
         let ends = matrices(named![S0, V0, S1, V1])?;
         let guess = guess.map(read_guess).transpose()?;
         let max_iterations = count("max_iterations", max_iterations, 1)?;

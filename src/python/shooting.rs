@@ -1,15 +1,9 @@
 //! Shooting in a chart: the arguments of one call, and its result.
 
-use pyo3::prelude::*;
-
-use super::call::{SOLVES, run};
-use super::convert::{Array, Owned, to_array};
 use super::discretization::{NamedMap, Steps};
-use super::error::PySolverReport;
+use super::prelude::*;
 use super::state::{Kind, check_finite, on_chart, state, write_states};
 use crate::chart::{Chart, DiscretizationMap, ShootingOptions, shoot};
-use crate::error::Result;
-use crate::interrupt::Interrupt;
 use crate::newton::NewtonOptions;
 use crate::report::SolverReport;
 

@@ -1,12 +1,10 @@
 //! Smoothing splines of the binding.
 
-use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::batch::Batch;
-use super::convert::{Any, count, read_axes, whole, write};
 use super::curve::object;
 use super::piecewise::{Cubics, PyPiecewiseCurve};
+use super::prelude::*;
 use super::spline_data::{Data, Kind, check_tolerance, outside};
 use super::spline_stored::Restored;
 use super::state::check_finite;
@@ -104,7 +102,6 @@ impl PySmoothingSpline {
         t, S, weights=None, lam=None, *, extrapolate=false, tol=1e-11, max_iterations=200, num_threads=None
     ))]
     fn new(
-        py: Python<'_>,
         t: &Any,
         S: &Any,
         weights: Option<&Any>,
@@ -118,7 +115,7 @@ impl PySmoothingSpline {
         let max_iterations = count("max_iterations", max_iterations, 1)?;
         let data = Data::read(t, S)?;
         let weights = weights.map(read_weights).transpose()?;
-        let call = data.call(py, num_threads)?;
+        let call = data.call(t.py(), num_threads)?;
         let outside = outside(extrapolate);
         let (fitted, cubics, data) = call.run(move |interrupt| {
             let options = SmoothingOptions {
@@ -139,7 +136,7 @@ impl PySmoothingSpline {
             let points = Batch::of([t.len(), n, k], points);
             Ok((fitted, Cubics::from(curve), Data { t, points }))
         })?;
-        let base = PyPiecewiseCurve::wrap(py, cubics, data, Some(fitted.report))?;
+        let base = PyPiecewiseCurve::wrap(t.py(), cubics, data, Some(fitted.report))?;
         Ok(base.add_subclass(PySmoothingSpline {
             lam: fitted.lambda,
             misfit: fitted.misfit,

@@ -1,13 +1,11 @@
 //! Splines of the binding: curves through many points.
 
-use faer::Mat;
-use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::convert::{Any, Array, Owned, count, whole};
 use super::curve::object;
 use super::knots::{BcType, Ends, restore_ends, store_ends};
 use super::piecewise::{Cubics, PyPiecewiseCurve};
+use super::prelude::*;
 use super::spline_data::{Data, Kind, check_tolerance, outside};
 use super::spline_stored::{PIECES, Restored, VELOCITIES, put};
 use super::stored::{Form, form};
@@ -77,7 +75,6 @@ impl PyCubicHermite {
     #[new]
     #[pyo3(signature = (t, S, V, kind="riemannian", *, extrapolate=false, num_threads=None))]
     fn new(
-        py: Python<'_>,
         t: &Any,
         S: &Any,
         V: &Any,
@@ -85,6 +82,7 @@ impl PyCubicHermite {
         extrapolate: bool,
         num_threads: Option<i64>,
     ) -> PyResult<PyClassInitializer<Self>> {
+        let py = t.py();
         let kind = Kind::read(kind)?;
         let data = Data::read(t, S)?;
         let velocities = Velocities::read(V)?;
@@ -232,7 +230,6 @@ impl PyCubicSpline {
     ), text_signature = "(t, S, bc_type='natural', kind='riemannian', *, extrapolate=False, tol=1e-12, \
         max_iterations=200, tension=0.0, num_threads=None)")]
     fn new(
-        py: Python<'_>,
         t: &Any,
         S: &Any,
         bc_type: BcType<'_>,
@@ -243,6 +240,7 @@ impl PyCubicSpline {
         tension: f64,
         num_threads: Option<i64>,
     ) -> PyResult<PyClassInitializer<Self>> {
+        let py = t.py();
         let kind = Kind::read(kind)?;
         check_tolerance(tol)?;
         let max_iterations = count("max_iterations", max_iterations, 1)?;

@@ -1,13 +1,7 @@
 //! What splines of the binding are made from: times, points, the kind of their pieces, and options.
 
-use pyo3::prelude::*;
-
-use super::batch::Batch;
-use super::call::{Call, SOLVES};
-use super::convert::Any;
-use super::error::invalid;
 use super::knots::times;
-use crate::error::Error;
+use super::prelude::*;
 use crate::spline::Outside;
 
 /// What a kind of spline is made of.

@@ -1,15 +1,10 @@
 //! Splines as stored numbers: what their classes add to the pieces, and checks that both belong together.
 
-use pyo3::prelude::*;
-
-use super::batch::Batch;
-use super::convert::{Array, Owned, read};
 use super::piecewise::{Cubics, PyPiecewiseCurve};
+use super::prelude::*;
 use super::spline_data::{Data, Kind};
 use crate::cubic::RiemannianCubic;
 use crate::curve::{GeometricCubic, Quantity};
-use crate::error::Result;
-use crate::interrupt::Interrupt;
 use crate::linalg::structure::{distance, norm};
 use crate::manifold::stored::check_orthonormal;
 use crate::report::SolverReport;

@@ -2,21 +2,13 @@
 
 use std::sync::Arc;
 
-use faer::Mat;
-use pyo3::prelude::*;
-
-use super::batch::Batch;
-use super::call::{SOLVES, run};
-use super::convert::{Any, Array, matrix, read, unexpected};
-use super::error::invalid;
 use super::knots::{BcType, pair};
 use super::piecewise::Cubics;
+use super::prelude::*;
 use super::pull_back::Cotangents;
 use super::spline::PyCubicSpline;
 use crate::cubic::RiemannianCubic;
 use crate::curve::Curve;
-use crate::error::Result;
-use crate::interrupt::Interrupt;
 use crate::spline::{EndConditions, Piecewise, SplineGradient, SplineVariation};
 
 /// A spline of Riemannian cubics, and what holds at its ends.

@@ -1,16 +1,10 @@
 //! The manifold for arrays, with batches.
 
-use faer::{Mat, MatRef};
 use pyo3::exceptions::PyTypeError;
-use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyTuple};
 
-use super::batch::{Batch, Value, map_batch, matrix_batches};
-use super::call::Call;
-use super::convert::{Any, Array, Named, named};
-use super::error::invalid;
-use crate::error::Result;
-use crate::interrupt::Interrupt;
+use super::batch::{Value, map_batch};
+use super::prelude::*;
 use crate::linalg::structure::check_finite;
 use crate::manifold::stiefel::{POINT_TOLERANCE, TANGENT_TOLERANCE};
 use crate::manifold::{Metric, Stiefel};
@@ -54,7 +48,7 @@ impl PyStiefel {
         &self,
         objects: [Named<'_, '_>; N],
         core: &[usize],
-        member: impl Fn(&Stiefel, [MatRef<'_, f64>; N]) -> Result<T> + Sync + Send + 'static,
+        member: impl Fn(&Stiefel, [MatRef<'_, f64>; N]) -> Result<T> + Shared,
     ) -> PyResult<Array> {
         let shapes = [self.shape(); N];
         self.map_shapes(
@@ -70,7 +64,7 @@ impl PyStiefel {
     pub(super) fn map_matrices<const N: usize>(
         &self,
         objects: [Named<'_, '_>; N],
-        member: impl Fn(&Stiefel, [MatRef<'_, f64>; N]) -> Result<Mat<f64>> + Sync + Send + 'static,
+        member: impl Fn(&Stiefel, [MatRef<'_, f64>; N]) -> Result<Mat<f64>> + Shared,
     ) -> PyResult<Array> {
         self.map(objects, &[self.0.n(), self.0.k()], member)
     }
@@ -82,10 +76,7 @@ impl PyStiefel {
         shapes: [(usize, usize); N],
         weight: impl FnOnce(&[Batch; N]) -> f64,
         core: &[usize],
-        member: impl Fn(&Stiefel, [MatRef<'_, f64>; N], Interrupt<'_>) -> Result<T>
-        + Sync
-        + Send
-        + 'static,
+        member: impl Fn(&Stiefel, [MatRef<'_, f64>; N], Interrupt<'_>) -> Result<T> + Shared,
     ) -> PyResult<Array> {
         let (py, manifold) = (objects[0].0.py(), self.0);
         let batches = matrix_batches(objects)?;
@@ -94,15 +85,16 @@ impl PyStiefel {
         }
         let numbers: f64 = batches.iter().map(Batch::numbers).sum();
         let call = Call::new(py, None, weight(&batches) * numbers)?;
-        let one = move |_: &mut (),
-                        b: [&Batch; N],
-                        i: usize,
-                        out: &mut [f64],
-                        interrupt: Interrupt<'_>| {
-            member(&manifold, b.map(|batch| batch.get(i)), interrupt)?.put(out);
-            Ok(())
-        };
-        map_batch(&call, batches, core, || (), one)
+        map_batch(
+            &call,
+            batches,
+            core,
+            || (),
+            move |_, batches, i, out, interrupt| {
+                member(&manifold, batches.map(|batch| batch.get(i)), interrupt)?.put(out);
+                Ok(())
+            },
+        )
     }
 
     pub(super) fn shape(&self) -> (usize, usize) {
@@ -120,10 +112,8 @@ fn check_vector(m: &Stiefel, name: &'static str, [s, v]: [MatRef<'_, f64>; 2]) -
 
 /// Check the argument `atol`.
 fn tolerance(atol: f64) -> PyResult<f64> {
-    match atol >= 0.0 {
-        true => Ok(atol),
-        false => Err(invalid!("atol: must be at least 0, found {atol}")),
-    }
+    ensure!(atol >= 0.0, "atol: must be at least 0, found {atol}");
+    Ok(atol)
 }
 
 /// Draw standard normal matrices with the leading axes `lead`.

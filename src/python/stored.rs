@@ -2,13 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 
-use super::call::run;
-use super::convert::{Array, read};
-use crate::error::Result;
-use crate::interrupt::Interrupt;
+use super::prelude::*;
 use crate::stored::{FORMAT, Fields, Stored, VERSION, check_header, refusal};
 
 const WORDS: [&str; 2] = ["format", "kind"];

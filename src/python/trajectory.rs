@@ -1,19 +1,15 @@
 //! Curves across charts: from covariant data to covariant data.
 
-use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
-use super::call::run;
 use super::chart::PyChart;
-use super::convert::{Any, Array, Named, Owned, matrices, named, read, to_array, whole, write};
 use super::discretization::{NamedMap, Steps};
+use super::prelude::*;
 use super::state::{Kind, on_chart};
 use crate::chart::{
     AtlasState, Chart, CovariantData, DiscretizationMap, integrate_across, reference_across,
     state_from_covariant,
 };
-use crate::error::{Error, Result};
-use crate::interrupt::Interrupt;
 
 /// A curve that passes from chart to chart, at times of shape ``T``; ``(steps + 1,)`` for a discrete trajectory.
 ///
@@ -273,7 +269,6 @@ impl PyChart {
     #[pyo3(signature = (S, V, A, J, steps, t_end=1.0, map="midpoint", *, order=None))]
     fn integrate_across(
         &self,
-        py: Python<'_>,
         S: &Any,
         V: &Any,
         A: &Any,
@@ -286,7 +281,7 @@ impl PyChart {
         let steps = Steps::read(map, order, steps, t_end)?;
         let data = read_data(named![S, V, A, J])?;
         let shape = [steps.count.saturating_add(1)];
-        self.across(py, data, Flow::Steps(steps), &shape)
+        self.across(S.py(), data, Flow::Steps(steps), &shape)
     }
 
     /// The exact flow across charts: as `reference`, with no pole in the way.
@@ -310,7 +305,6 @@ impl PyChart {
     ///     Too many steps; carries ``report``.
     fn reference_across(
         &self,
-        py: Python<'_>,
         S: &Any,
         V: &Any,
         A: &Any,
@@ -319,6 +313,6 @@ impl PyChart {
     ) -> PyResult<PyChartTrajectory> {
         let Array { shape, entries } = read(t, "t")?;
         let data = read_data(named![S, V, A, J])?;
-        self.across(py, data, Flow::Times(entries), &shape)
+        self.across(S.py(), data, Flow::Times(entries), &shape)
     }
 }

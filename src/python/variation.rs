@@ -1,10 +1,6 @@
 //! Derivatives of Riemannian cubics with respect to their boundary data, in the binding.
 
-use faer::Mat;
-use pyo3::prelude::*;
-
-use super::call::SOLVES;
-use super::convert::{Any, Array, Four, four, matrices, named, read};
+use super::prelude::*;
 use super::riemannian_cubic::PyRiemannianCubic;
 use crate::cubic::BoundaryVariation;
 use crate::curve::Curve;
@@ -48,16 +44,9 @@ impl PyRiemannianCubic {
     /// -----
     /// Exact derivatives of the flow, no differences. Any Riemannian cubic is the solution of the boundary value problem
     /// of its own ends; this is the derivative of that solution.
-    fn initial_variation(
-        &self,
-        py: Python<'_>,
-        dS0: &Any,
-        dV0: &Any,
-        dS1: &Any,
-        dV1: &Any,
-    ) -> PyResult<Four> {
+    fn initial_variation(&self, dS0: &Any, dV0: &Any, dS1: &Any, dV1: &Any) -> PyResult<Four> {
         let data = matrices(named![dS0, dV0, dS1, dV1])?;
-        let d = self.run(py, DERIVATIVES, move |curve, interrupt| {
+        let d = self.run(dS0.py(), DERIVATIVES, move |curve, interrupt| {
             let derivative = curve.boundary_derivative(interrupt)?;
             derivative.initial(&variation(&data), interrupt)
         })?;
@@ -84,7 +73,6 @@ impl PyRiemannianCubic {
     ///     As :meth:`initial_variation`.
     fn point_variation(
         &self,
-        py: Python<'_>,
         t: &Any,
         dS0: &Any,
         dV0: &Any,
@@ -93,7 +81,7 @@ impl PyRiemannianCubic {
     ) -> PyResult<Array> {
         let data = matrices(named![dS0, dV0, dS1, dV1])?;
         let t = read(t, "t")?;
-        self.run(py, DERIVATIVES, move |curve, interrupt| {
+        self.run(dS0.py(), DERIVATIVES, move |curve, interrupt| {
             let derivative = curve.boundary_derivative(interrupt)?;
             let found = derivative.points(curve, &variation(&data), &t.entries, interrupt)?;
             Ok(Array::stacked(&t.shape, &found, (curve.n(), curve.k())))

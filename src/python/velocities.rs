@@ -1,15 +1,9 @@
 //! Velocities from points, in Python.
 
-use faer::{Mat, MatRef};
-use pyo3::prelude::*;
 use pyo3::types::PyString;
 
-use super::batch::Batch;
-use super::call::Call;
-use super::convert::{Any, Array};
-use super::error::invalid;
+use super::prelude::*;
 use super::spline_data::Data;
-use crate::error::Result;
 use crate::spline::{
     VelocityEstimate, estimate_closed_velocities, estimate_velocities as estimated,
 };
@@ -104,7 +98,6 @@ impl Velocities {
 #[pyfunction]
 #[pyo3(signature = (t, S, method="catmull-rom", *, closed=false, num_threads=None))]
 pub fn estimate_velocities(
-    py: Python<'_>,
     t: &Any,
     S: &Any,
     method: &str,
@@ -114,7 +107,7 @@ pub fn estimate_velocities(
     let estimate = read_method("method", method)?;
     let data = Data::read(t, S)?;
     let shape = data.shape();
-    let call = Call::new(py, num_threads, data.points.numbers())?;
+    let call = Call::new(t.py(), num_threads, data.points.numbers())?;
     let velocities = call.run(move |_| {
         let points = data.points.views();
         if closed {

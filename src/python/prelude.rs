@@ -1,0 +1,15 @@
+//! What most files of the binding use: the crate's results, arrays in and out, errors, and calls into the core.
+
+pub(super) use faer::{Mat, MatRef};
+pub(super) use pyo3::IntoPyObjectExt;
+pub(super) use pyo3::prelude::*;
+
+pub(super) use super::batch::{Batch, matrix_batches};
+pub(super) use super::call::{Call, SOLVES, Shared, run, run_on};
+pub(super) use super::convert::{
+    Any, Array, Four, Named, Owned, collected, count, four, freeze, matrices, matrix, named, numpy,
+    read, read_axes, to_array, tuple, two, unexpected, whole, write,
+};
+pub(super) use super::error::{PySolverReport, at_knot, at_member, ensure, invalid};
+pub(super) use crate::error::{Error, Result};
+pub(super) use crate::interrupt::Interrupt;
