@@ -1,10 +1,10 @@
 //! The flows of the paper's charts for arrays: discrete, exact, and between two ends.
 
 use super::chart::PyChart;
-use super::discretization::{NamedMap, Steps};
 use super::prelude::*;
 use super::shooting::{PyShootingResult, Shot};
 use super::state::{Kind, check_finite, on_chart, state, write_states};
+use super::steps::{Steps, map_of};
 use crate::chart::{Chart, DiscretizationMap, integrate_composed, reference};
 
 /// The two points of a discretization map for one member of a batch.
@@ -37,7 +37,7 @@ impl PyChart {
     ///     ``R_d(x, v) = (x_0, x_1)``.
     #[pyo3(signature = (x, v, map="initial_point"))]
     fn discretize(&self, x: &Any, v: &Any, map: &str) -> PyResult<Array> {
-        let map = NamedMap::read(map)?;
+        let map = map_of(map)?;
         let width = 2 * self.dimension();
         self.map(
             named![x, v],

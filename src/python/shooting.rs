@@ -1,9 +1,9 @@
 //! Shooting in a chart: the arguments of one call, and its result.
 
-use super::discretization::{NamedMap, Steps};
 use super::prelude::*;
 use super::state::{Kind, check_finite, on_chart, state, write_states};
-use crate::chart::{Chart, DiscretizationMap, ShootingOptions, shoot};
+use super::steps::Steps;
+use crate::chart::{Chart, DiscretizationMap, NamedMap, ShootingOptions, shoot};
 use crate::newton::NewtonOptions;
 use crate::report::SolverReport;
 

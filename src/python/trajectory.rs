@@ -3,12 +3,12 @@
 use pyo3::types::PyTuple;
 
 use super::chart::PyChart;
-use super::discretization::{NamedMap, Steps};
 use super::prelude::*;
 use super::state::{Kind, on_chart};
+use super::steps::Steps;
 use crate::chart::{
-    AtlasState, Chart, CovariantData, DiscretizationMap, integrate_across, reference_across,
-    state_from_covariant,
+    AtlasState, Chart, CovariantData, DiscretizationMap, NamedMap, integrate_across,
+    reference_across, state_from_covariant,
 };
 
 /// A curve that passes from chart to chart, at times of shape ``T``; ``(steps + 1,)`` for a discrete trajectory.

@@ -1,15 +1,25 @@
-//! The discretization maps by name, and the order of a composition.
+//! The discretization maps by name.
 
 use nalgebra::SVector as Vector;
 
-use super::prelude::*;
-use crate::chart::discretization::{Blocks, Expansion};
-use crate::chart::{Composition, DiscretizationMap, LinearMap, RetractionMap, SpaceRetraction};
+use super::discretization::{Blocks, DiscretizationMap, Expansion, LinearMap};
+use super::retraction_map::{RetractionMap, SpaceRetraction};
 
-/// A discretization map that has a name.
+/// A discretization map that has a name: `"initial_point"`, `"midpoint"`, or that of a retraction, such as `"cayley"` and
+/// `"cayley_midpoint"`.
+///
+/// # Examples
+/// ```
+/// use stiefel_rs::chart::{DiscretizationMap, NamedMap};
+/// let map = NamedMap::from_name("cayley_midpoint").expect("one of the names");
+/// assert_eq!(DiscretizationMap::<4>::order(&map), 2);
+/// assert!(NamedMap::all().any(|(name, _)| name == "midpoint"));
+/// ```
 #[derive(Debug, Clone, Copy)]
 pub enum NamedMap {
+    /// Linear in coordinates.
     Linear(LinearMap),
+    /// From a retraction of space.
     Retraction(RetractionMap),
 }
 
@@ -39,7 +49,7 @@ const RETRACTIONS: [(&str, &str, SpaceRetraction); 3] = [
 
 impl NamedMap {
     /// All maps with their names.
-    fn all() -> impl Iterator<Item = (&'static str, NamedMap)> {
+    pub fn all() -> impl Iterator<Item = (&'static str, NamedMap)> {
         let linear = [
             ("initial_point", LinearMap::INITIAL_POINT),
             ("midpoint", LinearMap::MIDPOINT),
@@ -58,46 +68,9 @@ impl NamedMap {
     }
 
     /// The map of a name.
-    pub fn read(name: &str) -> PyResult<Self> {
-        if let Some((_, map)) = NamedMap::all().find(|(known, _)| *known == name) {
-            return Ok(map);
-        }
-        let names: Vec<_> = NamedMap::all()
-            .map(|(known, _)| format!("'{known}'"))
-            .collect();
-        Err(invalid!(
-            "map: must be one of {}, found '{name}'",
-            names.join(", ")
-        ))
-    }
-
-    /// The composition that raises this map's method to the order; its own for `None`.
-    fn composition(self, order: Option<i64>) -> PyResult<Composition> {
-        let base = DiscretizationMap::<4>::order(&self);
-        // No composition has a negative order either; the message is that of order 0.
-        let order = order.map_or(base, |order| usize::try_from(order).unwrap_or(0));
-        Ok(Composition::new(base, order)?)
-    }
-}
-
-/// Equal steps of the method of a map over `[0, t_end]`.
-#[derive(Clone, Copy)]
-pub struct Steps {
-    pub map: NamedMap,
-    pub composition: Composition,
-    pub count: usize,
-    pub t_end: f64,
-}
-
-impl Steps {
-    pub fn read(map: &str, order: Option<i64>, steps: i64, t_end: f64) -> PyResult<Self> {
-        let map = NamedMap::read(map)?;
-        Ok(Steps {
-            map,
-            composition: map.composition(order)?,
-            count: count("steps", steps, 1)?,
-            t_end,
-        })
+    pub fn from_name(name: &str) -> Option<Self> {
+        let mut all = NamedMap::all();
+        all.find_map(|(known, map)| (known == name).then_some(map))
     }
 }
 
