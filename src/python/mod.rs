@@ -20,7 +20,6 @@ mod masked;
 mod measure;
 mod piecewise;
 mod polynomial;
-mod polynomial_pieces;
 mod prelude;
 mod pull_back;
 mod record;

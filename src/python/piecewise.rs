@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::curve::{AnyCurve, PyCurve, wrap};
+use super::curve::{AnyCurve, PyCurve, object, wrap};
 use super::polynomial::PyGeometricCubic;
 use super::prelude::*;
 use super::riemannian_cubic::PyRiemannianCubic;
@@ -99,17 +99,19 @@ impl PyPiecewiseCurve {
     }
 
     #[getter]
-    fn pieces<'py>(&self, py: Python<'py>) -> PyResult<Any<'py>> {
+    fn pieces(&self, py: Python<'_>) -> PyResult<Vec<Py<PyAny>>> {
         match &self.cubics {
             Cubics::Riemannian(curve) => {
                 let pieces = curve.pieces().iter().cloned();
-                let pieces = pieces.map(|piece| PyRiemannianCubic::wrapped(py, piece));
-                pieces.collect::<PyResult<Vec<_>>>()?.into_bound_py_any(py)
+                pieces
+                    .map(|piece| PyRiemannianCubic::wrapped(py, piece)?.into_py_any(py))
+                    .collect()
             }
             Cubics::Geometric(curve) => {
                 let pieces = curve.pieces().iter().cloned();
-                let pieces = pieces.map(|piece| PyGeometricCubic::of_piece(py, piece));
-                pieces.collect::<PyResult<Vec<_>>>()?.into_bound_py_any(py)
+                pieces
+                    .map(|piece| object(py, PyGeometricCubic::of(piece)))
+                    .collect()
             }
         }
     }

@@ -1,14 +1,73 @@
 //! De Casteljau curves of the binding: of any degree from control points, and the cubic from boundary data.
 
+use std::sync::Arc;
+
 use pyo3::types::PyDict;
 
-use super::curve::{PyCurve, object, wrap};
-use super::polynomial_pieces::{Pieces, QUASI_GEODESIC, is_geodesic, polynomial};
+use super::curve::{AnyCurve, PyCurve, object, wrap};
 use super::prelude::*;
 use super::stored::{Form, form};
 use crate::curve::{GeodesicPolynomial, GeometricCubic, GeometricPolynomial};
 use crate::report::SolverReport;
 use crate::stored::{Stored, refusal};
+
+/// A de Casteljau curve, made of quasi-geodesics or of geodesics.
+pub(super) trait Polynomial: AnyCurve {
+    /// What it is made of.
+    fn pieces(&self) -> &'static str;
+    fn control_points(&self) -> Vec<Mat<f64>>;
+    fn degree(&self) -> usize;
+}
+
+impl Polynomial for GeometricPolynomial {
+    fn pieces(&self) -> &'static str {
+        QUASI_GEODESIC
+    }
+
+    fn control_points(&self) -> Vec<Mat<f64>> {
+        self.control_points()
+    }
+
+    fn degree(&self) -> usize {
+        self.degree()
+    }
+}
+
+impl Polynomial for GeodesicPolynomial {
+    fn pieces(&self) -> &'static str {
+        GEODESIC
+    }
+
+    fn control_points(&self) -> Vec<Mat<f64>> {
+        self.control_points()
+    }
+
+    fn degree(&self) -> usize {
+        self.degree()
+    }
+}
+
+const QUASI_GEODESIC: &str = "quasi_geodesic";
+const GEODESIC: &str = "geodesic";
+
+/// Whether a word says that pieces are geodesics.
+fn is_geodesic(pieces: &str) -> PyResult<bool> {
+    let expected = format!("'{QUASI_GEODESIC}' or '{GEODESIC}'");
+    let known = [QUASI_GEODESIC, GEODESIC].contains(&pieces);
+    ensure!(known, "pieces: expected {expected}, found {pieces:?}");
+    Ok(pieces == GEODESIC)
+}
+
+/// The curve with control points `P`, shape (degree + 1, n, k).
+fn polynomial(P: &Any, geodesic: bool) -> PyResult<Arc<dyn Polynomial>> {
+    let batch = Batch::read(P, "P", "(degree + 1, n, k)")?;
+    run(P.py(), batch.numbers(), move |_| {
+        Ok(match geodesic {
+            true => Arc::new(GeodesicPolynomial::new(&batch.views())?) as _,
+            false => Arc::new(GeometricPolynomial::new(&batch.views())?) as _,
+        })
+    })
+}
 
 /// Geometric polynomial of any degree: de Casteljau's algorithm with quasi-geodesics or geodesics.
 ///
@@ -45,7 +104,7 @@ use crate::stored::{Stored, refusal};
 /// True
 #[pyclass(name = "GeometricPolynomial", module = "stiefel_rs", extends = PyCurve, subclass, frozen)]
 pub struct PyGeometricPolynomial {
-    pieces: Pieces,
+    curve: Arc<dyn Polynomial>,
     report: Option<SolverReport>,
 }
 
@@ -54,26 +113,26 @@ impl PyGeometricPolynomial {
     #[new]
     #[pyo3(signature = (P, *, pieces="quasi_geodesic"))]
     fn new(P: &Any, pieces: &str) -> PyResult<PyClassInitializer<Self>> {
-        Ok(Self::searched(polynomial(P, pieces)?, None))
+        Ok(Self::wrap(polynomial(P, is_geodesic(pieces)?)?, None))
     }
 
     /// What the curve is made of: "quasi_geodesic" or "geodesic".
     #[getter]
     fn pieces(&self) -> &'static str {
-        self.pieces.name()
+        self.curve.pieces()
     }
 
     /// The control points, shape (degree + 1, n, k).
     #[getter]
     fn control_points(&self) -> Array {
-        let points = self.pieces.control_points();
+        let points = self.curve.control_points();
         Array::stacked(&[points.len()], &points, points[0].shape())
     }
 
     /// One less than the number of control points.
     #[getter]
     fn degree(&self) -> usize {
-        self.pieces.degree()
+        self.curve.degree()
     }
 
     /// How the search for control points of minimal cost ended; None for curves that were not searched.
@@ -140,7 +199,7 @@ impl PyGeometricPolynomial {
             GeometricPolynomial::minimal_cost_interruptible(s0, v0, s1, v1, degree, interrupt)
         });
         let (curve, report) = found?;
-        Py::new(S0.py(), Self::searched(curve.into(), Some(report)))
+        Py::new(S0.py(), Self::wrap(Arc::new(curve), Some(report)))
     }
 
     /// The curve of degree five with given end points, end velocities and covariant end accelerations, in closed form.
@@ -180,7 +239,7 @@ impl PyGeometricPolynomial {
         let curve = run_on(S0.py(), data, 1.0, |[s0, v0, a0, s1, v1, a1], _| {
             GeometricPolynomial::quintic(s0, v0, a0, s1, v1, a1)
         })?;
-        Py::new(S0.py(), Self::searched(curve.into(), None))
+        Py::new(S0.py(), Self::wrap(Arc::new(curve), None))
     }
 
     /// For files and pickles: all numbers of the curve.
@@ -190,7 +249,7 @@ impl PyGeometricPolynomial {
             true => GeometricCubic::KIND,
             false => GeometricPolynomial::KIND,
         };
-        let (_, mut fields) = this.pieces.curve().stored();
+        let (_, mut fields) = this.curve.stored();
         fields.put_reports("report", [this.report]);
         let form = form(py, kind, fields)?;
         form.set_item(PIECES, this.pieces())?;
@@ -199,28 +258,31 @@ impl PyGeometricPolynomial {
 }
 
 impl PyGeometricPolynomial {
-    fn searched(pieces: Pieces, report: Option<SolverReport>) -> PyClassInitializer<Self> {
-        wrap(pieces.curve(), PyGeometricPolynomial { pieces, report })
+    fn wrap(curve: Arc<dyn Polynomial>, report: Option<SolverReport>) -> PyClassInitializer<Self> {
+        wrap(
+            Arc::clone(&curve) as _,
+            PyGeometricPolynomial { curve, report },
+        )
     }
 
     /// The curve of its stored numbers.
     pub(super) fn restored(py: Python<'_>, mut form: Form) -> PyResult<Py<PyAny>> {
         let geodesic = is_geodesic(&form.word(PIECES)?)?;
         let cubic = form.kind == GeometricCubic::KIND;
-        let (pieces, report) = form.read(py, move |fields, interrupt| {
+        let (curve, report) = form.read(py, move |fields, interrupt| {
             let report = fields.reports("report", 1)?[0];
-            let pieces: Pieces = match geodesic {
-                true => GeodesicPolynomial::restore(fields, interrupt)?.into(),
-                false => GeometricPolynomial::restore(fields, interrupt)?.into(),
+            let curve: Arc<dyn Polynomial> = match geodesic {
+                true => Arc::new(GeodesicPolynomial::restore(fields, interrupt)?),
+                false => Arc::new(GeometricPolynomial::restore(fields, interrupt)?),
             };
-            match pieces.degree() {
+            match curve.degree() {
                 degree if cubic && degree != 3 => {
                     Err(refusal(format!("a cubic of degree {degree}")))
                 }
-                _ => Ok((pieces, report)),
+                _ => Ok((curve, report)),
             }
         })?;
-        let curve = Self::searched(pieces, report);
+        let curve = Self::wrap(curve, report);
         match cubic {
             true => object(py, curve.add_subclass(PyGeometricCubic)),
             false => object(py, curve),
@@ -289,10 +351,12 @@ impl PyGeometricCubic {
         let geodesic = is_geodesic(pieces)?;
         let data = matrices(named![S0, V0, S1, V1])?;
         let curve = run_on(S0.py(), data, 1.0, move |[s0, v0, s1, v1], _| {
-            Ok(match geodesic {
-                true => GeodesicPolynomial::from_boundary(s0, v0, s1, v1)?.into(),
-                false => GeometricCubic::from_boundary(s0, v0, s1, v1)?.into(),
-            })
+            if geodesic {
+                let curve = GeodesicPolynomial::from_boundary(s0, v0, s1, v1)?;
+                return Ok(Arc::new(curve) as Arc<dyn Polynomial>);
+            }
+            let curve = GeometricCubic::from_boundary(s0, v0, s1, v1)?;
+            Ok(Arc::new(GeometricPolynomial::from(curve)) as _)
         })?;
         Ok(Self::wrap(curve))
     }
@@ -307,7 +371,7 @@ impl PyGeometricCubic {
     ///     Consecutive points that cannot be joined; carries ``angle``.
     #[staticmethod]
     fn from_control_points(P: &Any) -> PyResult<Py<Self>> {
-        let curve = polynomial(P, QUASI_GEODESIC)?;
+        let curve = polynomial(P, false)?;
         let found = curve.degree() + 1;
         match found {
             4 => Py::new(P.py(), Self::wrap(curve)),
@@ -317,12 +381,11 @@ impl PyGeometricCubic {
 }
 
 impl PyGeometricCubic {
-    /// A piece of a spline.
-    pub(super) fn of_piece(py: Python<'_>, curve: GeometricCubic) -> PyResult<Py<Self>> {
-        Py::new(py, Self::wrap(curve.into()))
+    pub(super) fn of(curve: GeometricCubic) -> PyClassInitializer<Self> {
+        Self::wrap(Arc::new(GeometricPolynomial::from(curve)))
     }
 
-    fn wrap(pieces: Pieces) -> PyClassInitializer<Self> {
-        PyGeometricPolynomial::searched(pieces, None).add_subclass(PyGeometricCubic)
+    fn wrap(curve: Arc<dyn Polynomial>) -> PyClassInitializer<Self> {
+        PyGeometricPolynomial::wrap(curve, None).add_subclass(PyGeometricCubic)
     }
 }

@@ -133,8 +133,7 @@ impl PyCubicHermite {
         let (restored, velocities) = form.read(py, move |fields, interrupt| {
             let velocities = fields.take(VELOCITIES)?;
             let restored = Restored::of(fields, kind, interrupt)?;
-            let velocities = Restored::batch(&restored.cubics, VELOCITIES, velocities)?;
-            restored.check_velocities(&velocities, interrupt)?;
+            let velocities = restored.velocities(velocities, interrupt)?;
             Ok((restored, velocities))
         })?;
         let velocities = velocities.into_array().frozen(py)?;

@@ -5,10 +5,9 @@ use super::prelude::*;
 use super::spline_data::{Data, Kind};
 use crate::cubic::RiemannianCubic;
 use crate::curve::{GeometricCubic, Quantity};
-use crate::linalg::structure::{distance, norm};
-use crate::manifold::stored::check_orthonormal;
 use crate::report::SolverReport;
 use crate::spline::Piecewise;
+use crate::spline::stored_values::{check_points, check_velocities};
 use crate::stored::{Fields, Stored, refusal};
 
 /// The names of a spline's own numbers and words in its stored form.
@@ -16,9 +15,6 @@ const POINTS: &str = "S";
 const REPORT: &str = "report";
 pub(super) const VELOCITIES: &str = "V";
 pub(super) const PIECES: &str = "pieces";
-
-/// How far the points of a spline may be from its pieces, which are solved for to a tolerance.
-const STORED_TOLERANCE: f64 = 1e-6;
 
 impl PyPiecewiseCurve {
     /// The stored form without what is the subclass's own.
@@ -55,16 +51,10 @@ impl Restored {
         let t = cubics.knots().to_vec();
         let points = Self::batch(&cubics, POINTS, points)?;
         let tolerance = report.map_or(0.0, |report| 10.0 * report.tolerance);
-        let curve = cubics.curve();
-        let found = curve.sample(&t, Quantity::Derivative(0), interrupt)?;
-        for (knot, point) in found.iter().enumerate() {
-            check_orthonormal(&format!("{POINTS}: knot {knot}"), points.get(knot))?;
-            let gap = distance(point, points.get(knot));
-            if gap > STORED_TOLERANCE.max(tolerance) {
-                let problem = format!("knot {knot}: the curve is {gap:.3e} away from the point");
-                return Err(refusal(problem));
-            }
-        }
+        let found = cubics
+            .curve()
+            .sample(&t, Quantity::Derivative(0), interrupt)?;
+        check_points(POINTS, &points.views(), &found, tolerance)?;
         let data = Data { t, points };
         Ok(Restored {
             cubics,
@@ -78,39 +68,26 @@ impl Restored {
         PyPiecewiseCurve::wrap(py, self.cubics, self.data, self.report)
     }
 
-    /// Error unless velocities are those of the curve at its knots.
-    pub(super) fn check_velocities(
-        &self,
-        velocities: &Batch,
-        interrupt: Interrupt<'_>,
-    ) -> Result<()> {
-        let curve = self.cubics.curve();
-        let found = curve.sample(&self.data.t, Quantity::Derivative(1), interrupt)?;
-        let steps = self.data.t.windows(2).map(|pair| pair[1] - pair[0]);
-        let shortest = steps.fold(f64::INFINITY, f64::min);
-        for (knot, velocity) in found.iter().enumerate() {
-            let stored = velocities.get(knot);
-            let gap = distance(velocity, stored);
-            // Pieces are solved for in their own unit of time.
-            let allowed = STORED_TOLERANCE * norm(stored).max(shortest.recip());
-            if gap.is_nan() || gap > allowed {
-                let problem = format!("knot {knot}: the velocity of the curve is {gap:.3e} away");
-                return Err(refusal(problem));
-            }
-        }
-        Ok(())
+    /// The velocities at the knots, which are those of the curve.
+    pub(super) fn velocities(&self, array: Array, interrupt: Interrupt<'_>) -> Result<Batch> {
+        let (t, velocities) = (&self.data.t, Self::batch(&self.cubics, VELOCITIES, array)?);
+        let found = self
+            .cubics
+            .curve()
+            .sample(t, Quantity::Derivative(1), interrupt)?;
+        check_velocities(t, &velocities.views(), &found)?;
+        Ok(velocities)
     }
 
     /// An array of one matrix for each knot.
-    pub(super) fn batch(cubics: &Cubics, name: &str, array: Array) -> Result<Batch> {
+    fn batch(cubics: &Cubics, name: &str, array: Array) -> Result<Batch> {
         let (n, k) = cubics.curve().shape();
         let expected = [cubics.knots().len(), n, k];
         let Array { shape, entries } = array;
-        match shape == expected {
-            true => Ok(Batch::of(expected, entries)),
-            false => Err(refusal(format!(
-                "{name}: expected shape {expected:?}, found {shape:?}"
-            ))),
+        if shape == expected {
+            return Ok(Batch::of(expected, entries));
         }
+        let problem = format!("{name}: expected shape {expected:?}, found {shape:?}");
+        Err(refusal(problem))
     }
 }
