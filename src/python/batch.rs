@@ -155,14 +155,11 @@ impl Value for () {
 
 /// Applies `member` to every member of a batch, in parallel where that pays; the results, of shape `core` each, on the
 /// axes of the batch. The error reported is that of the first member that has one.
-///
-/// `make` makes buffers for a block of members; what they hold must not change a result.
-pub fn map_batch<W, const N: usize>(
+pub fn map_batch<const N: usize>(
     call: &Call<'_>,
     batches: [Batch; N],
     core: &[usize],
-    make: impl Fn() -> W + Shared,
-    member: impl Fn(&mut W, [&Batch; N], usize, &mut [f64], Interrupt<'_>) -> Result<()> + Shared,
+    member: impl Fn([&Batch; N], usize, &mut [f64], Interrupt<'_>) -> Result<()> + Shared,
 ) -> PyResult<Array> {
     let (len, lead) = (batches[0].len(), batches[0].shape.clone());
     let size = core
@@ -170,35 +167,30 @@ pub fn map_batch<W, const N: usize>(
         .fold(1, |size: usize, axis| size.saturating_mul(*axis));
     let (long, block) = (call.is_long(), call.block(len));
     let mut out = Vec::new();
-    let total = len
-        .checked_mul(size)
-        .filter(|total| out.try_reserve_exact(*total).is_ok());
-    let Some(total) = total else {
+    let total = len.checked_mul(size);
+    let Some(total) = total.filter(|total| out.try_reserve_exact(*total).is_ok()) else {
         let message = format!("cannot hold {len} results of {size} numbers");
         return Err(PyMemoryError::new_err(message));
     };
     let (failure, entries) = call.run_any(move |interrupt| {
         // Filled where it can be interrupted: the first touch of gigabytes takes seconds.
         out.resize(total, 0.0);
-        let views = batches.each_ref();
-        let one = |work: &mut W, i: usize, target: &mut [f64]| {
-            let mut result = interrupt
-                .check("batch")
-                .and_then(|()| member(work, views, i, target, interrupt));
-            if result.is_ok() && !target.iter().all(|x| x.is_finite()) {
-                result = Err(Error::Overflow { quantity: "result" });
+        let one = |i: usize, target: &mut [f64]| {
+            interrupt.check("batch")?;
+            member(batches.each_ref(), i, target, interrupt)?;
+            match target.iter().all(|x| x.is_finite()) {
+                true => Ok(()),
+                false => Err(Error::Overflow { quantity: "result" }),
             }
-            result.err().map(|error| (i, error))
         };
+        let failure = |i: usize, target: &mut [f64]| Some((i, one(i, target).err()?));
         let block_of = |(b, targets): (usize, &mut [f64])| {
-            let work = &mut make();
             let mut members = targets.chunks_mut(size).enumerate();
-            members.find_map(|(i, target)| one(work, b * block + i, target))
+            members.find_map(|(i, target)| failure(b * block + i, target))
         };
         // An empty result still has members to visit.
         let failure = if size == 0 {
-            let work = &mut make();
-            (0..len).find_map(|i| one(work, i, &mut []))
+            (0..len).find_map(|i| failure(i, &mut []))
         } else if long && len > 1 {
             let blocks = out.par_chunks_mut(size * block).enumerate();
             blocks.filter_map(block_of).min_by_key(|(i, _)| *i)
@@ -208,10 +200,10 @@ pub fn map_batch<W, const N: usize>(
         (failure, out)
     })?;
     match failure {
+        Some((i, error)) => Err(at_member(&error, i, &lead)),
         None => Ok(Array {
             shape: [&lead, core].concat(),
             entries,
         }),
-        Some((i, error)) => Err(at_member(&error, i, &lead)),
     }
 }

@@ -82,15 +82,9 @@ impl PyChart {
         let size: f64 = core.iter().map(|axis| *axis as f64).product();
         let numbers = (size + (N * length) as f64) * batches[0].len() as f64;
         let call = Call::new(py, None, numbers)?;
-        map_batch(
-            &call,
-            batches,
-            core,
-            || (),
-            move |_, batches, i, out, interrupt| {
-                member(kind, batches.map(|batch| batch.row(i)), out, interrupt)
-            },
-        )
+        map_batch(&call, batches, core, move |batches, i, out, interrupt| {
+            member(kind, batches.map(|batch| batch.row(i)), out, interrupt)
+        })
     }
 
     /// [`PyChart::map`] for states, which are checked.
@@ -164,18 +158,14 @@ impl PyChart {
     /// OutsideDomainError
     ///     Unless ``0 < theta < pi``; carries ``angle``. The same holds for every method.
     fn embed(&self, q: &Any) -> PyResult<Array> {
-        self.map(
-            named![q],
-            self.dimension(),
-            &[3, self.k()],
-            |kind, [q], out, _| {
-                on_chart!(kind, chart => {
-                    chart.check("q", q)?;
-                    write(chart.embed(q)?.as_ref(), out);
-                });
-                Ok(())
-            },
-        )
+        let (d, core) = (self.dimension(), [3, self.k()]);
+        self.map(named![q], d, &core, |kind, [q], out, _| {
+            on_chart!(kind, chart => {
+                chart.check("q", q)?;
+                write(chart.embed(q)?.as_ref(), out);
+            });
+            Ok(())
+        })
     }
 
     /// The velocity of coordinates ``q``, ``qdot``, shapes (..., d) -> (..., 3, k).
@@ -204,20 +194,15 @@ impl PyChart {
         qddot: &Any<'py>,
         qdddot: &Any<'py>,
     ) -> PyResult<Bound<'py, PyTuple>> {
-        let (objects, d) = (named![q, qdot, qddot, qdddot], self.dimension());
-        let joined = self.map(
-            objects,
-            d,
-            &[2, d],
-            |kind, [q, qdot, qddot, qdddot], out, _| {
-                on_chart!(kind, chart => {
-                    chart.check("q", q)?;
-                    check_finite("qdot", qdot)?;
-                    out.copy_from_slice(chart.momenta(q, qdot, qddot, qdddot)?.as_slice());
-                });
-                Ok(())
-            },
-        )?;
+        let (d, objects) = (self.dimension(), named![q, qdot, qddot, qdddot]);
+        let joined = self.map(objects, d, &[2, d], |kind, [q, qdot, a, j], out, _| {
+            on_chart!(kind, chart => {
+                chart.check("q", q)?;
+                check_finite("qdot", qdot)?;
+                out.copy_from_slice(chart.momenta(q, qdot, a, j)?.as_slice());
+            });
+            Ok(())
+        })?;
         split(q.py(), joined, 1)
     }
 

@@ -85,16 +85,10 @@ impl PyStiefel {
         }
         let numbers: f64 = batches.iter().map(Batch::numbers).sum();
         let call = Call::new(py, None, weight(&batches) * numbers)?;
-        map_batch(
-            &call,
-            batches,
-            core,
-            || (),
-            move |_, batches, i, out, interrupt| {
-                member(&manifold, batches.map(|batch| batch.get(i)), interrupt)?.put(out);
-                Ok(())
-            },
-        )
+        map_batch(&call, batches, core, move |batches, i, out, interrupt| {
+            member(&manifold, batches.map(|batch| batch.get(i)), interrupt)?.put(out);
+            Ok(())
+        })
     }
 
     pub(super) fn shape(&self) -> (usize, usize) {
