@@ -107,19 +107,12 @@ impl PyStiefel {
         core: &[usize],
         value: impl Fn((Mat<f64>, LogReport)) -> T + Shared,
     ) -> PyResult<Array> {
-        let shapes = [self.shape(); 2];
-        self.map_shapes(
-            objects,
-            shapes,
-            |_| 1.0,
-            core,
-            move |m, points, interrupt| {
-                // Rows are far apart in a batch; the core reads columns.
-                let [s0, s1] = points.map(|point| point.to_owned());
-                let found = m.log_interruptible(s0.as_ref(), s1.as_ref(), interrupt)?;
-                Ok(value(found))
-            },
-        )
+        self.map(objects, core, move |m, points, interrupt| {
+            // Rows are far apart in a batch; the core reads columns.
+            let [s0, s1] = points.map(|point| point.to_owned());
+            let found = m.log_interruptible(s0.as_ref(), s1.as_ref(), interrupt)?;
+            Ok(value(found))
+        })
     }
 }
 

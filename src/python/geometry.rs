@@ -45,14 +45,10 @@ impl PyStiefel {
             let lengths = (0..v.len()).map(|i| norm(v.get(i)));
             1.0 + lengths.fold(0.0, f64::max)
         };
-        let (n, k) = self.shape();
-        self.map_shapes(
-            named![S, V, W],
-            [(n, k); 3],
-            way,
-            &[n, k],
-            |m, [s, v, w], _| ParallelTransport::new(*m, s, v)?.transport(w),
-        )
+        let ((n, k), data) = (self.shape(), named![S, V, W]);
+        self.map_shapes(data, [(n, k); 3], way, &[n, k], |m, [s, v, w], _| {
+            ParallelTransport::new(*m, s, v)?.transport(w)
+        })
     }
 
     /// The curvature tensor ``R(U, V) W = D_U D_V W - D_V D_U W - D_[U,V] W`` at ``S``, shape (..., n, k).
@@ -117,7 +113,7 @@ impl PyStiefel {
     /// >>> float(M.sectional_curvature(S, U, V))
     /// 1.0
     fn sectional_curvature(&self, S: &Any, U: &Any, V: &Any) -> PyResult<Array> {
-        self.map(named![S, U, V], &[], |m, [s, u, v]| {
+        self.map(named![S, U, V], &[], |m, [s, u, v], _| {
             m.sectional_curvature(s, u, v)
         })
     }

@@ -48,16 +48,9 @@ impl PyStiefel {
         &self,
         objects: [Named<'_, '_>; N],
         core: &[usize],
-        member: impl Fn(&Stiefel, [MatRef<'_, f64>; N]) -> Result<T> + Shared,
+        member: impl Fn(&Stiefel, [MatRef<'_, f64>; N], Interrupt<'_>) -> Result<T> + Shared,
     ) -> PyResult<Array> {
-        let shapes = [self.shape(); N];
-        self.map_shapes(
-            objects,
-            shapes,
-            |_| 1.0,
-            core,
-            move |m, data, _| member(m, data),
-        )
+        self.map_shapes(objects, [self.shape(); N], |_| 1.0, core, member)
     }
 
     /// [`PyStiefel::map`] for values of shape `(n, k)`.
@@ -66,10 +59,11 @@ impl PyStiefel {
         objects: [Named<'_, '_>; N],
         member: impl Fn(&Stiefel, [MatRef<'_, f64>; N]) -> Result<Mat<f64>> + Shared,
     ) -> PyResult<Array> {
-        self.map(objects, &[self.0.n(), self.0.k()], member)
+        let core = [self.0.n(), self.0.k()];
+        self.map(objects, &core, move |m, data, _| member(m, data))
     }
 
-    /// [`PyStiefel::map`] for arguments of any shapes, with the work of a number and a check for interrupts.
+    /// [`PyStiefel::map`] for arguments of any shapes; `weight` is the work of a number of theirs.
     pub(super) fn map_shapes<T: Value, const N: usize>(
         &self,
         objects: [Named<'_, '_>; N],
@@ -221,7 +215,7 @@ impl PyStiefel {
     #[pyo3(signature = (S, atol=POINT_TOLERANCE), text_signature = "($self, S, atol=1e-9)")]
     fn check_point(&self, S: &Any, atol: f64) -> PyResult<()> {
         let atol = tolerance(atol)?;
-        self.map(named![S], &[], move |m, [s]| m.check_point("S", s, atol))?;
+        self.map(named![S], &[], move |m, [s], _| m.check_point("S", s, atol))?;
         Ok(())
     }
 
@@ -234,7 +228,7 @@ impl PyStiefel {
     #[pyo3(signature = (S, V, atol=TANGENT_TOLERANCE), text_signature = "($self, S, V, atol=1e-9)")]
     fn check_tangent(&self, S: &Any, V: &Any, atol: f64) -> PyResult<()> {
         let atol = tolerance(atol)?;
-        self.map(named![S, V], &[], move |m, [s, v]| {
+        self.map(named![S, V], &[], move |m, [s, v], _| {
             check(m, s)?;
             m.check_tangent("V", s, v, atol)
         })?;
@@ -311,7 +305,7 @@ impl PyStiefel {
     /// Inner product of tangent vectors at ``S`` in the manifold's metric, shape (...); canonical:
     /// ``tr V^T (I - S S^T / 2) W``.
     fn inner(&self, S: &Any, V: &Any, W: &Any) -> PyResult<Array> {
-        self.map(named![S, V, W], &[], |m, [s, v, w]| {
+        self.map(named![S, V, W], &[], |m, [s, v, w], _| {
             check(m, s)?;
             check_vector(m, "V", [s, v])?;
             check_vector(m, "W", [s, w])?;
@@ -321,7 +315,7 @@ impl PyStiefel {
 
     /// Norm of a tangent vector at ``S`` in the manifold's metric, shape (...).
     fn norm(&self, S: &Any, V: &Any) -> PyResult<Array> {
-        self.map(named![S, V], &[], |m, [s, v]| {
+        self.map(named![S, V], &[], |m, [s, v], _| {
             check(m, s)?;
             check_vector(m, "V", [s, v])?;
             m.norm(s, v)
@@ -343,17 +337,17 @@ impl PyStiefel {
             check_vector(m, "V", [s, v])?;
             m.decompose(s, v)
         };
-        let x = self.map(named![S, V], &[n, n], move |m, b| Ok(pair(m, b)?.0))?;
-        let omega = self.map(named![S, V], &[k, k], move |m, b| Ok(pair(m, b)?.1))?;
+        let x = self.map(named![S, V], &[n, n], move |m, b, _| Ok(pair(m, b)?.0))?;
+        let omega = self.map(named![S, V], &[k, k], move |m, b, _| Ok(pair(m, b)?.1))?;
         Ok((x, omega))
     }
 
     /// The tangent vector ``V = X S + S Omega`` of the paper's pair, shape (..., n, k).
     fn compose(&self, S: &Any, X: &Any, Omega: &Any) -> PyResult<Array> {
         let (n, k) = self.shape();
-        let (objects, shapes) = (named![S, X, Omega], [(n, k), (n, n), (k, k)]);
+        let (data, shapes) = (named![S, X, Omega], [(n, k), (n, n), (k, k)]);
         self.map_shapes(
-            objects,
+            data,
             shapes,
             |_| 1.0,
             &[n, k],
