@@ -21,15 +21,12 @@ mod measure;
 mod piecewise;
 mod polynomial;
 mod prelude;
-mod pull_back;
 mod record;
-mod restored;
 mod retraction;
 mod riemannian_cubic;
 mod shooting;
 mod smoothing;
 mod spline;
-mod spline_data;
 mod spline_stored;
 mod spline_variation;
 mod state;
@@ -59,12 +56,12 @@ pub mod _core {
         measure::PyDerivativeBounds,
         piecewise::PyPiecewiseCurve,
         polynomial::{PyGeometricCubic, PyGeometricPolynomial},
-        restored::_restored,
         riemannian_cubic::PyRiemannianCubic,
         shooting::PyShootingResult,
         smoothing::PySmoothingSpline,
         spline::{PyCubicHermite, PyCubicSpline},
         stiefel::PyStiefel,
+        stored::_restored,
         trajectory::PyChartTrajectory,
         velocities::estimate_velocities,
     };

@@ -1,16 +1,59 @@
-//! Splines of the binding as curves of pieces.
+//! Splines of the binding: what they are made from, and the curves of pieces that they are.
 
 use std::sync::Arc;
 
 use super::curve::{AnyCurve, PyCurve, object, wrap};
+use super::knots::times;
 use super::polynomial::PyGeometricCubic;
 use super::prelude::*;
 use super::riemannian_cubic::PyRiemannianCubic;
-use super::spline_data::{Data, Kind};
 use crate::cubic::RiemannianCubic;
 use crate::curve::GeometricCubic;
 use crate::report::SolverReport;
 use crate::spline::{Outside, Piecewise};
+
+/// The words for the kinds of pieces.
+const RIEMANNIAN: &str = "riemannian";
+const GEOMETRIC: &str = "geometric";
+
+/// Whether a word says that pieces are geometric cubics.
+pub(super) fn is_geometric(kind: &str) -> PyResult<bool> {
+    let expected = format!("'{RIEMANNIAN}' or '{GEOMETRIC}'");
+    let known = [RIEMANNIAN, GEOMETRIC].contains(&kind);
+    ensure!(known, "kind: expected {expected}, found {kind:?}");
+    Ok(kind == GEOMETRIC)
+}
+
+/// Times and points of a spline.
+pub(super) struct Data {
+    pub(super) t: Vec<f64>,
+    pub(super) points: Batch,
+}
+
+impl Data {
+    pub(super) fn read(t: &Any, points: &Any) -> PyResult<Self> {
+        Ok(Data {
+            t: times(t)?,
+            points: Batch::read(points, "S", "(N, n, k)")?,
+        })
+    }
+
+    pub(super) fn shape(&self) -> (usize, usize) {
+        (self.points.rows, self.points.cols)
+    }
+
+    /// A call that finds pieces.
+    pub(super) fn call<'py>(&self, py: Python<'py>, threads: Option<i64>) -> PyResult<Call<'py>> {
+        Call::new(py, threads, SOLVES * self.points.numbers())
+    }
+}
+
+pub(super) fn outside(extrapolate: bool) -> Outside {
+    match extrapolate {
+        true => Outside::Continued,
+        false => Outside::Refused,
+    }
+}
 
 /// The pieces of a spline.
 pub(super) enum Cubics {
@@ -83,8 +126,8 @@ impl PyPiecewiseCurve {
     #[getter]
     pub(super) fn kind(&self) -> &'static str {
         match self.cubics {
-            Cubics::Riemannian(_) => Kind::Riemannian.name(),
-            Cubics::Geometric(_) => Kind::Geometric.name(),
+            Cubics::Riemannian(_) => RIEMANNIAN,
+            Cubics::Geometric(_) => GEOMETRIC,
         }
     }
 

@@ -3,9 +3,8 @@
 use pyo3::types::PyDict;
 
 use super::curve::object;
-use super::piecewise::{Cubics, PyPiecewiseCurve};
+use super::piecewise::{Cubics, Data, PyPiecewiseCurve, outside};
 use super::prelude::*;
-use super::spline_data::{Data, Kind, check_tolerance, outside};
 use super::spline_stored::Restored;
 use super::state::check_finite;
 use super::stored::{Form, form};
@@ -111,7 +110,6 @@ impl PySmoothingSpline {
         #[pyo3(from_py_with = whole)] max_iterations: i64,
         num_threads: Option<i64>,
     ) -> PyResult<PyClassInitializer<Self>> {
-        check_tolerance(tol)?;
         let max_iterations = count("max_iterations", max_iterations, 1)?;
         let data = Data::read(t, S)?;
         let weights = weights.map(read_weights).transpose()?;
@@ -168,7 +166,7 @@ impl PySmoothingSpline {
                 if let Some(negative) = numbers.iter().find(|x| **x < 0.0) {
                     return Err(refusal(format!("{SMOOTHING}: {negative} is negative")));
                 }
-                Ok((Restored::of(fields, Kind::Riemannian, interrupt)?, numbers))
+                Ok((Restored::of(fields, false, interrupt)?, numbers))
             })?;
         let curve = restored.wrap(py)?.add_subclass(PySmoothingSpline {
             lam: if lam == INFINITE { f64::INFINITY } else { lam },

@@ -4,9 +4,8 @@ use pyo3::types::PyDict;
 
 use super::curve::object;
 use super::knots::{BcType, Ends, restore_ends, store_ends};
-use super::piecewise::{Cubics, PyPiecewiseCurve};
+use super::piecewise::{Cubics, Data, PyPiecewiseCurve, is_geometric, outside};
 use super::prelude::*;
-use super::spline_data::{Data, Kind, check_tolerance, outside};
 use super::spline_stored::{PIECES, Restored, VELOCITIES, put};
 use super::stored::{Form, form};
 use super::velocities::Velocities;
@@ -83,7 +82,7 @@ impl PyCubicHermite {
         num_threads: Option<i64>,
     ) -> PyResult<PyClassInitializer<Self>> {
         let py = t.py();
-        let kind = Kind::read(kind)?;
+        let geometric = is_geometric(kind)?;
         let data = Data::read(t, S)?;
         let velocities = Velocities::read(V)?;
         let call = data.call(py, num_threads)?;
@@ -92,8 +91,8 @@ impl PyCubicHermite {
             let (t, points) = (&data.t, data.points.views());
             let given = velocities.vectors(t, &points)?;
             let vectors: Vec<_> = given.iter().map(Mat::as_ref).collect();
-            let cubics: Cubics = match kind {
-                Kind::Riemannian => {
+            let cubics: Cubics = match geometric {
+                false => {
                     let options = BoundaryOptions {
                         interrupt,
                         ..BoundaryOptions::default()
@@ -101,7 +100,7 @@ impl PyCubicHermite {
                     let curve = cubic_hermite(t, &points, &vectors, &options)?;
                     curve.with_outside(outside).into()
                 }
-                Kind::Geometric => {
+                true => {
                     let curve = geometric_hermite(t, &points, &vectors)?;
                     curve.with_outside(outside).into()
                 }
@@ -129,10 +128,10 @@ impl PyCubicHermite {
     pub(super) const KIND: &str = "CubicHermite";
 
     pub(super) fn restored(py: Python<'_>, mut form: Form) -> PyResult<Py<PyAny>> {
-        let kind = Kind::read(&form.word(PIECES)?)?;
+        let geometric = is_geometric(&form.word(PIECES)?)?;
         let (restored, velocities) = form.read(py, move |fields, interrupt| {
             let velocities = fields.take(VELOCITIES)?;
-            let restored = Restored::of(fields, kind, interrupt)?;
+            let restored = Restored::of(fields, geometric, interrupt)?;
             let velocities = restored.velocities(velocities, interrupt)?;
             Ok((restored, velocities))
         })?;
@@ -240,8 +239,7 @@ impl PyCubicSpline {
         num_threads: Option<i64>,
     ) -> PyResult<PyClassInitializer<Self>> {
         let py = t.py();
-        let kind = Kind::read(kind)?;
-        check_tolerance(tol)?;
+        let geometric = is_geometric(kind)?;
         let max_iterations = count("max_iterations", max_iterations, 1)?;
         let data = Data::read(t, S)?;
         let Ends { given, conditions } = bc_type.read(py, data.shape())?;
@@ -255,12 +253,12 @@ impl PyCubicSpline {
                 interrupt,
             };
             let (t, points) = (&data.t, data.points.views());
-            let (cubics, report): (Cubics, _) = match kind {
-                Kind::Riemannian => {
+            let (cubics, report): (Cubics, _) = match geometric {
+                false => {
                     let (curve, report) = cubic_spline(t, &points, &conditions, &options)?;
                     (curve.with_outside(outside).into(), report)
                 }
-                Kind::Geometric => {
+                true => {
                     let (curve, report) = geometric_spline(t, &points, &conditions, &options)?;
                     (curve.with_outside(outside).into(), report)
                 }
@@ -290,10 +288,10 @@ impl PyCubicSpline {
     pub(super) const KIND: &str = "CubicSpline";
 
     pub(super) fn restored(py: Python<'_>, mut form: Form) -> PyResult<Py<PyAny>> {
-        let kind = Kind::read(&form.word(PIECES)?)?;
+        let geometric = is_geometric(&form.word(PIECES)?)?;
         let ends = restore_ends(py, &mut form)?;
         let restored = form.read(py, move |fields, interrupt| {
-            Restored::of(fields, kind, interrupt)
+            Restored::of(fields, geometric, interrupt)
         })?;
         let bc_type = ends.read(py, restored.data.shape())?.given;
         object(

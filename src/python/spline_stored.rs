@@ -1,8 +1,7 @@
 //! Splines as stored numbers: what their classes add to the pieces, and checks that both belong together.
 
-use super::piecewise::{Cubics, PyPiecewiseCurve};
+use super::piecewise::{Cubics, Data, PyPiecewiseCurve};
 use super::prelude::*;
-use super::spline_data::{Data, Kind};
 use crate::cubic::RiemannianCubic;
 use crate::curve::{GeometricCubic, Quantity};
 use crate::report::SolverReport;
@@ -41,12 +40,16 @@ pub(super) struct Restored {
 }
 
 impl Restored {
-    pub(super) fn of(fields: &mut Fields, kind: Kind, interrupt: Interrupt<'_>) -> Result<Self> {
+    pub(super) fn of(
+        fields: &mut Fields,
+        geometric: bool,
+        interrupt: Interrupt<'_>,
+    ) -> Result<Self> {
         let report = fields.reports(REPORT, 1)?[0];
         let points = fields.take(POINTS)?;
-        let cubics: Cubics = match kind {
-            Kind::Riemannian => Piecewise::<RiemannianCubic>::restore(fields, interrupt)?.into(),
-            Kind::Geometric => Piecewise::<GeometricCubic>::restore(fields, interrupt)?.into(),
+        let cubics: Cubics = match geometric {
+            false => Piecewise::<RiemannianCubic>::restore(fields, interrupt)?.into(),
+            true => Piecewise::<GeometricCubic>::restore(fields, interrupt)?.into(),
         };
         let t = cubics.knots().to_vec();
         let points = Self::batch(&cubics, POINTS, points)?;

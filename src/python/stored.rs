@@ -1,10 +1,20 @@
-//! Stored curves as dictionaries of arrays: what files and pickles hold.
+//! Stored curves as dictionaries of arrays, what files and pickles hold, and the curves of these.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use pyo3::types::{PyDict, PyString};
 
+use super::curve::{PyQuasiGeodesic, object, wrap};
+use super::geodesic::PyGeodesic;
+use super::polynomial::PyGeometricPolynomial;
 use super::prelude::*;
+use super::riemannian_cubic::PyRiemannianCubic;
+use super::smoothing::PySmoothingSpline;
+use super::spline::{PyCubicHermite, PyCubicSpline};
+use crate::cubic::RiemannianCubic;
+use crate::curve::{GeometricCubic, GeometricPolynomial};
+use crate::manifold::{Geodesic, QuasiGeodesic};
 use crate::stored::{FORMAT, Fields, Stored, VERSION, check_header, refusal};
 
 const WORDS: [&str; 2] = ["format", "kind"];
@@ -99,6 +109,28 @@ impl Form {
 }
 
 /// `InvalidInputError` for a stored form that is none.
-pub(super) fn refused(problem: &str) -> PyErr {
+fn refused(problem: &str) -> PyErr {
     refusal(problem.to_owned()).into()
+}
+
+/// The curve of a stored form: for files and pickles.
+#[pyfunction]
+pub fn _restored(form: &Bound<'_, PyDict>) -> PyResult<Py<PyAny>> {
+    let py = form.py();
+    let form = Form::of(form)?;
+    match form.kind.as_str() {
+        QuasiGeodesic::KIND => {
+            let curve: QuasiGeodesic = form.curve(py)?;
+            object(py, wrap(Arc::new(curve), PyQuasiGeodesic))
+        }
+        Geodesic::KIND => object(py, PyGeodesic::wrap(form.curve(py)?)),
+        GeometricPolynomial::KIND | GeometricCubic::KIND => {
+            PyGeometricPolynomial::restored(py, form)
+        }
+        RiemannianCubic::KIND => Ok(PyRiemannianCubic::wrapped(py, form.curve(py)?)?.into_any()),
+        PyCubicHermite::KIND => PyCubicHermite::restored(py, form),
+        PyCubicSpline::KIND => PyCubicSpline::restored(py, form),
+        PySmoothingSpline::KIND => PySmoothingSpline::restored(py, form),
+        kind => Err(refused(&format!("of an unknown kind, '{kind}'"))),
+    }
 }

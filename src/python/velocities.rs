@@ -2,8 +2,8 @@
 
 use pyo3::types::PyString;
 
+use super::piecewise::Data;
 use super::prelude::*;
-use super::spline_data::Data;
 use crate::spline::{
     VelocityEstimate, estimate_closed_velocities, estimate_velocities as estimated,
 };
