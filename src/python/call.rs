@@ -12,7 +12,7 @@ use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use super::error::invalid;
+use super::error::ensure;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 
@@ -45,15 +45,11 @@ pub struct Call<'py> {
 impl<'py> Call<'py> {
     /// `num_threads = None` takes rayon's global pool.
     pub fn new(py: Python<'py>, num_threads: Option<i64>, numbers: f64) -> PyResult<Self> {
-        let num_threads = match num_threads {
-            None => None,
-            Some(threads @ 1..=4096) => Some(threads as usize),
-            Some(found) => {
-                return Err(invalid!(
-                    "num_threads: must be between 1 and 4096, found {found}"
-                ));
-            }
-        };
+        if let Some(found) = num_threads {
+            let expected = "num_threads: must be between 1 and 4096";
+            ensure!((1..=4096).contains(&found), "{expected}, found {found}");
+        }
+        let num_threads = num_threads.map(|threads| threads as usize);
         Ok(Call {
             py,
             num_threads,

@@ -48,11 +48,9 @@ impl PyChart {
         length: usize,
     ) -> PyResult<[Batch; N]> {
         let batches = vector_batches(objects)?;
-        let wrong = |(batch, _): &(&Batch, _)| batch.rows != length;
-        if let Some((Batch { rows, .. }, (_, name))) = batches.iter().zip(objects).find(wrong) {
-            return Err(invalid!(
-                "{name}: expected shape (..., {length}), found (..., {rows})"
-            ));
+        for (Batch { rows, .. }, (_, name)) in batches.iter().zip(objects) {
+            let expected = format!("{name}: expected shape (..., {length})");
+            ensure!(*rows == length, "{expected}, found (..., {rows})");
         }
         Ok(batches)
     }

@@ -60,15 +60,12 @@ impl PyCubicTrajectory {
                 "t" | "energy" => shape.len() == 1,
                 _ => shape.len() == 3 && *shape == common,
             };
-            if !fits || !entries.iter().all(|x| x.is_finite()) {
-                let found = tuple(shape);
-                return Err(invalid!("{name}: no part of a trajectory, shape {found}"));
-            }
+            let (fits, found) = (fits && entries.iter().all(|x| x.is_finite()), tuple(shape));
+            ensure!(fits, "{name}: no part of a trajectory, shape {found}");
         }
         let [count, n, k] = [common[0], common[1], common[2]];
-        if [0, 5].iter().any(|i| parts[*i].shape[0] != count) {
-            return Err(invalid!("t, energy: expected shape ({count},)"));
-        }
+        let fits = [0, 5].iter().all(|i| parts[*i].shape[0] == count);
+        ensure!(fits, "t, energy: expected shape ({count},)");
         let points = parts[1].entries.chunks((n * k).max(1)).enumerate();
         for (i, point) in points {
             let point = MatRef::from_row_major_slice(point, n, k);

@@ -56,14 +56,7 @@ impl PySolverReport {
     }
 }
 
-record!(
-    PySolverReport,
-    converged,
-    iterations,
-    residual,
-    tolerance,
-    reason
-);
+record! { PySolverReport, converged, iterations, residual, tolerance, reason }
 
 impl From<SolverReport> for PySolverReport {
     fn from(report: SolverReport) -> Self {

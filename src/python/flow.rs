@@ -216,9 +216,8 @@ impl PyChart {
         let steps = Steps::read(map, order, steps, t_end)?;
         let ends = self.read(named![q0, qdot0, q1, qdot1], self.dimension())?;
         if !ends[0].shape.is_empty() {
-            let found = tuple(&[&ends[0].shape[..], &[ends[0].rows]].concat());
-            let d = self.dimension();
-            return Err(invalid!("q0: expected shape ({d},), found {found}"));
+            let found = [&ends[0].shape[..], &[ends[0].rows]].concat();
+            return Err(unexpected("q0", &tuple(&[self.dimension()]), &found));
         }
         let guess = guess.map(|pair| self.read_guess(pair)).transpose()?;
         let arguments = Shot {

@@ -56,14 +56,7 @@ impl PyLogReport {
     }
 }
 
-record!(
-    PyLogReport,
-    converged,
-    iterations,
-    residual,
-    length,
-    certainly_shortest
-);
+record! { PyLogReport, converged, iterations, residual, length, certainly_shortest }
 
 /// Numbers of a report in a row of results.
 const REPORT: usize = 4;

@@ -27,41 +27,28 @@ fn check_numbers(object: &Any) -> PyResult<()> {
     let array = numpy(py)?.call_method1("asarray", (object,))?;
     let array = array.cast_into::<PyUntypedArray>()?;
     let kind: char = array.dtype().getattr("kind")?.extract()?;
-    let found = match kind {
-        'M' => "datetimes",
-        'm' => "durations",
-        'O' => match dates(&array)? {
-            Some(found) => found,
-            None => return Ok(()),
-        },
+    let (found, advice) = match kind {
+        'M' => ("datetimes", "(t - t[0]) / np.timedelta64(1, 's')"),
+        'm' => ("durations", "t / np.timedelta64(1, 's')"),
+        'O' if holds(&array, "date")? => {
+            ("datetimes", "[(time - t[0]).total_seconds() for time in t]")
+        }
+        'O' if holds(&array, "timedelta")? => ("durations", "[time.total_seconds() for time in t]"),
         'i' | 'u' => return check_exact(array.as_any()),
         _ => return Ok(()),
-    };
-    let advice = match (found, kind) {
-        ("datetimes", 'M') => "(t - t[0]) / np.timedelta64(1, 's')",
-        ("datetimes", _) => "[(time - t[0]).total_seconds() for time in t]",
-        (_, 'm') => "t / np.timedelta64(1, 's')",
-        _ => "[time.total_seconds() for time in t]",
     };
     Err(PyTypeError::new_err(format!(
         "t: {found} are not numbers; give seconds: {advice}"
     )))
 }
 
-/// What an array of objects holds, if dates or durations.
-fn dates(array: &Bound<'_, PyUntypedArray>) -> PyResult<Option<&'static str>> {
+/// Whether the first object of an array is of a class of the module `datetime`.
+fn holds(array: &Bound<'_, PyUntypedArray>, class: &str) -> PyResult<bool> {
     if array.len() == 0 {
-        return Ok(None);
+        return Ok(false);
     }
-    let datetime = array.py().import("datetime")?;
-    let first = array.call_method1("item", (0,))?;
-    Ok(if first.is_instance(&datetime.getattr("date")?)? {
-        Some("datetimes")
-    } else if first.is_instance(&datetime.getattr("timedelta")?)? {
-        Some("durations")
-    } else {
-        None
-    })
+    let class = array.py().import("datetime")?.getattr(class)?;
+    array.call_method1("item", (0,))?.is_instance(&class)
 }
 
 /// Error where a whole number is not a float, like a time stamp in nanoseconds.
@@ -74,13 +61,11 @@ fn check_exact(array: &Any) -> PyResult<()> {
         return Ok(());
     }
     for (knot, pair) in exact.try_iter()?.zip(rounded.try_iter()?).enumerate() {
-        let (exact, rounded) = (pair.0?, pair.1?);
-        if !exact.eq(rounded)? {
+        let exact = pair.0?;
+        if !exact.eq(pair.1?)? {
             let problem = "is not a floating-point number; give differences: t - t[0]";
-            return Err(at_knot(
-                invalid!("t: entry {knot}, {exact}, {problem}"),
-                knot,
-            ));
+            let error = invalid!("t: entry {knot}, {exact}, {problem}");
+            return Err(at_knot(error, knot));
         }
     }
     Ok(())

@@ -34,12 +34,10 @@ fn count_masked(object: &Any) -> PyResult<(usize, usize)> {
         return Ok((0, 0));
     }
     if object.is_instance_of::<PyList>() || object.is_instance_of::<PyTuple>() {
-        let mut sum = (0, 0);
-        for item in object.try_iter()? {
+        return object.try_iter()?.try_fold((0, 0), |sum, item| {
             let (masked, entries) = count_masked(&item?)?;
-            sum = (sum.0 + masked, sum.1 + entries);
-        }
-        return Ok(sum);
+            Ok((sum.0 + masked, sum.1 + entries))
+        });
     }
     let py = object.py();
     let class = MASKED_ARRAY.import(py, "numpy.ma", "MaskedArray")?;

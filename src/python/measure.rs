@@ -52,7 +52,7 @@ impl PyDerivativeBounds {
     }
 }
 
-record!(PyDerivativeBounds, velocity, acceleration, jerk, guarantee);
+record! { PyDerivativeBounds, velocity, acceleration, jerk, guarantee }
 
 #[pymethods]
 impl PyCurve {

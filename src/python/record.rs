@@ -5,7 +5,7 @@ use pyo3::types::{PyTuple, PyType};
 
 use super::convert::Any;
 
-/// Both methods for a class with its fields: `record!(PyReport, converged, residual)`.
+/// Both methods for a class with its fields: `record! { PyReport, converged, residual }`.
 macro_rules! record {
     ($class:ty, $($field:ident),+) => {
         #[pymethods]

@@ -228,8 +228,8 @@ impl PyRiemannianCubic {
     #[getter]
     fn momentum(&self, py: Python<'_>) -> PyResult<Array> {
         let rows = self.0.n() as f64;
-        self.run(py, rows, |curve, _| curve.momentum())
-            .map(Array::from)
+        let momentum = self.run(py, rows, |curve, _| curve.momentum())?;
+        Ok(Array::from(momentum))
     }
 
     /// Number of polynomials that the curve consists of: the steps of its integration, or 1 for a piece of a spline that
@@ -299,13 +299,7 @@ impl PyRiemannianCubic {
 fn read_guess(pair: &Any) -> PyResult<[Mat<f64>; 2]> {
     match two(pair)? {
         Ok([a, j]) => matrices([(&a, "A"), (&j, "J")]),
-        Err(found) => {
-            let found = if found == 3 {
-                "more"
-            } else {
-                &found.to_string()
-            };
-            Err(invalid!("guess: expected two items (A, J), found {found}"))
-        }
+        Err(3) => Err(invalid!("guess: expected two items (A, J), found more")),
+        Err(few) => Err(invalid!("guess: expected two items (A, J), found {few}")),
     }
 }

@@ -87,19 +87,14 @@ impl Shot {
             max_iterations: self.max_iterations,
             interrupt,
         };
-        let Steps {
-            map,
-            composition,
-            count,
-            t_end,
-        } = self.steps;
+        let Shot { steps, .. } = self;
         let options = ShootingOptions {
-            t_end,
-            composition,
+            t_end: steps.t_end,
+            composition: steps.composition,
             newton,
             guess: self.guess.as_ref().map(|guess| state::<X>(guess)),
         };
-        let found = shoot(chart, &map, &x0, &x1, count, &options)?;
+        let found = shoot(chart, &steps.map, &x0, &x1, steps.count, &options)?;
         let mut trajectory = vec![0.0; found.trajectory.len() * Z];
         write_states(&found.trajectory, &mut trajectory);
         Ok((trajectory, found.momenta.as_slice().to_vec(), found.report))

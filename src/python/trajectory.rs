@@ -147,12 +147,10 @@ impl Flow {
         let start = AtlasState::from_covariant(chart, data)?;
         let states = match self {
             Flow::Times(t) => reference_across(chart, &start, t, interrupt)?,
-            Flow::Steps(Steps {
-                map,
-                composition,
-                count,
-                t_end,
-            }) => integrate_across(chart, map, composition, &start, *count, *t_end, interrupt)?,
+            Flow::Steps(s) => {
+                let (map, composition) = (&s.map, &s.composition);
+                integrate_across(chart, map, composition, &start, s.count, s.t_end, interrupt)?
+            }
         };
         Rows::new(chart, &states)
     }
