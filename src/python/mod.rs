@@ -22,15 +22,11 @@ mod piecewise;
 mod polynomial;
 mod prelude;
 mod record;
-mod retraction;
 mod riemannian_cubic;
-mod shooting;
 mod smoothing;
 mod spline;
-mod spline_stored;
 mod spline_variation;
 mod state;
-mod steps;
 mod stiefel;
 mod stored;
 mod trajectory;
@@ -50,6 +46,7 @@ pub mod _core {
         cubic_trajectory::{PyCubicTrajectory, integrate_cubic},
         curve::{PyCurve, PyQuasiGeodesic},
         error::PySolverReport,
+        flow::PyShootingResult,
         geodesic::{PyGeodesic, PyLogReport},
         linalg::{orthogonal_log, skew_exp},
         masked::_check_unmasked,
@@ -57,7 +54,6 @@ pub mod _core {
         piecewise::PyPiecewiseCurve,
         polynomial::{PyGeometricCubic, PyGeometricPolynomial},
         riemannian_cubic::PyRiemannianCubic,
-        shooting::PyShootingResult,
         smoothing::PySmoothingSpline,
         spline::{PyCubicHermite, PyCubicSpline},
         stiefel::PyStiefel,

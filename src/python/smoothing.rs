@@ -3,9 +3,8 @@
 use pyo3::types::PyDict;
 
 use super::curve::object;
-use super::piecewise::{Cubics, Data, PyPiecewiseCurve, outside};
+use super::piecewise::{Cubics, Data, PyPiecewiseCurve, Restored, outside};
 use super::prelude::*;
-use super::spline_stored::Restored;
 use super::state::check_finite;
 use super::stored::{Form, form};
 use crate::curve::{Curve, Quantity};

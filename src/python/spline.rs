@@ -4,9 +4,10 @@ use pyo3::types::PyDict;
 
 use super::curve::object;
 use super::knots::{BcType, Ends, restore_ends, store_ends};
-use super::piecewise::{Cubics, Data, PyPiecewiseCurve, is_geometric, outside};
+use super::piecewise::{
+    Cubics, Data, PIECES, PyPiecewiseCurve, Restored, VELOCITIES, is_geometric, outside, put,
+};
 use super::prelude::*;
-use super::spline_stored::{PIECES, Restored, VELOCITIES, put};
 use super::stored::{Form, form};
 use super::velocities::Velocities;
 use crate::cubic::BoundaryOptions;

@@ -4,8 +4,7 @@ use pyo3::types::PyTuple;
 
 use super::chart::PyChart;
 use super::prelude::*;
-use super::state::{Kind, on_chart};
-use super::steps::Steps;
+use super::state::{Kind, Steps, on_chart};
 use crate::chart::{
     AtlasState, Chart, CovariantData, DiscretizationMap, NamedMap, integrate_across,
     reference_across, state_from_covariant,
