@@ -1,8 +1,5 @@
 //! Batches: arrays whose last axes are one member each, and functions applied to every member.
 
-use numpy::{PyUntypedArray, PyUntypedArrayMethods};
-use pyo3::exceptions::PyMemoryError;
-use pyo3::types::PyTuple;
 use rayon::prelude::*;
 
 use super::convert::{entries, real_array};

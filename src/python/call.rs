@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::thread::ThreadId;
 use std::time::{Duration, Instant};
 
 use faer::{Mat, MatRef};
@@ -88,15 +87,10 @@ impl<'py> Call<'py> {
         work: impl FnOnce(Interrupt<'_>) -> T + Send + 'static,
     ) -> PyResult<T> {
         let pool = self.num_threads.map(pool_of).transpose()?;
-        if self.is_long() {
-            return self.py.detach(|| run_watched(pool, work));
+        match self.is_long() {
+            true => self.py.detach(|| run_watched(pool, work)),
+            false => self.py.detach(|| run_in_place(pool.as_deref(), work)),
         }
-        let watch = Watch::new();
-        let question = || watch.stops();
-        let result = self
-            .py
-            .detach(|| run_in(pool.as_deref(), || work(Interrupt::new(&question))));
-        watch.signal().map_or(Ok(result), Err)
     }
 }
 
@@ -122,46 +116,33 @@ pub fn run_on<T: Send + 'static, const N: usize>(
     })
 }
 
-/// Looks for Ctrl-C now and then from inside of a call that runs where it stands, should it take longer than estimated.
-struct Watch {
-    caller: ThreadId,
-    questions: AtomicU32,
-    /// When it looked last, and the signal that it found.
-    looked: Mutex<(Instant, Option<PyErr>)>,
-}
-
 /// Questions between two looks at the clock, which would cost as much as a short piece of work.
 const QUESTIONS: u32 = 64;
 
-impl Watch {
-    fn new() -> Self {
-        Watch {
-            caller: std::thread::current().id(),
-            questions: AtomicU32::new(1),
-            looked: Mutex::new((Instant::now(), None)),
-        }
-    }
-
-    /// Whether a signal was raised. Only the thread that called can find one.
-    fn stops(&self) -> bool {
-        let asked = self.questions.fetch_add(1, Ordering::Relaxed);
-        if !asked.is_multiple_of(QUESTIONS) || std::thread::current().id() != self.caller {
+/// Works where it stands and looks for Ctrl-C now and then from inside, should it take longer than estimated.
+fn run_in_place<T: Send>(
+    pool: Option<&ThreadPool>,
+    work: impl FnOnce(Interrupt<'_>) -> T + Send,
+) -> PyResult<T> {
+    let (caller, questions) = (std::thread::current().id(), AtomicU32::new(1));
+    // When it looked last, and the signal that it found.
+    let looked = Mutex::new((Instant::now(), None));
+    let question = || {
+        let asked = questions.fetch_add(1, Ordering::Relaxed);
+        // Only the thread that called can find a signal.
+        if !asked.is_multiple_of(QUESTIONS) || std::thread::current().id() != caller {
             return false;
         }
-        let mut looked = self.looked.lock().unwrap_or_else(PoisonError::into_inner);
-        if looked.1.is_some() || looked.0.elapsed() < POLL {
-            return looked.1.is_some();
+        let mut looked = looked.lock().unwrap_or_else(PoisonError::into_inner);
+        if looked.1.is_none() && looked.0.elapsed() >= POLL {
+            let signal = Python::attach(|py| py.check_signals()).err();
+            *looked = (Instant::now(), signal);
         }
-        let signal = Python::attach(|py| py.check_signals()).err();
-        let stops = signal.is_some();
-        *looked = (Instant::now(), signal);
-        stops
-    }
-
-    fn signal(self) -> Option<PyErr> {
-        let looked = self.looked.into_inner();
-        looked.unwrap_or_else(PoisonError::into_inner).1
-    }
+        looked.1.is_some()
+    };
+    let result = run_in(pool, || work(Interrupt::new(&question)));
+    let (_, signal) = looked.into_inner().unwrap_or_else(PoisonError::into_inner);
+    signal.map_or(Ok(result), Err)
 }
 
 /// Runs `work` in a pool, or where it stands: then rayon's global pool serves it.

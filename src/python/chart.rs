@@ -1,7 +1,5 @@
 //! The paper's charts for arrays.
 
-use pyo3::types::PyTuple;
-
 use super::batch::{map_batch, vector_batches};
 use super::prelude::*;
 use super::state::{Kind, check_finite, on_chart, state};
@@ -96,21 +94,6 @@ impl PyChart {
             on_chart!(kind, chart => chart.check("z", z))?;
             member(kind, z, out)
         })
-    }
-
-    /// Point, velocity, covariant acceleration and covariant jerk of states.
-    pub(super) fn covariant_parts<'py>(&self, z: &Any<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        let core = [4, 3, self.0.columns()];
-        let joined = self.map_states(z, &core, |kind, z, out| {
-            let data = on_chart!(kind, chart => covariant_from_state(chart, &state(z)))?;
-            let parts = [&data.point, &data.velocity, &data.acceleration, &data.jerk];
-            let size = out.len() / parts.len();
-            for (part, target) in parts.into_iter().zip(out.chunks_mut(size)) {
-                write(part.as_ref(), target);
-            }
-            Ok(())
-        })?;
-        split(z.py(), joined, 2)
     }
 }
 
@@ -211,6 +194,23 @@ impl PyChart {
             Ok(())
         })?;
         split(z.py(), joined, 1)
+    }
+
+    /// Point, velocity, covariant acceleration and covariant jerk ``(S, V, A, J)`` of a state: the inverse of `state`.
+    ///
+    /// Shape (..., 4 d) -> four of shape (..., 3, k).
+    fn covariant<'py>(&self, z: &Any<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let core = [4, 3, self.0.columns()];
+        let joined = self.map_states(z, &core, |kind, z, out| {
+            let data = on_chart!(kind, chart => covariant_from_state(chart, &state(z)))?;
+            let parts = [&data.point, &data.velocity, &data.acceleration, &data.jerk];
+            let size = out.len() / parts.len();
+            for (part, target) in parts.into_iter().zip(out.chunks_mut(size)) {
+                write(part.as_ref(), target);
+            }
+            Ok(())
+        })?;
+        split(z.py(), joined, 2)
     }
 
     /// The Hamiltonian, shape (..., 4 d) -> (...).

@@ -1,7 +1,5 @@
 //! Trajectories of Riemannian cubics by the explicit symplectic splitting.
 
-use numpy::{PyArray1, PyArrayDyn, PyArrayMethods};
-
 use super::prelude::*;
 use crate::cubic::{SplittingOptions, SplittingOrder, integrate_cubic as integrate};
 use crate::curve::Samples;

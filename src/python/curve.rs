@@ -1,12 +1,5 @@
 //! Curves: one class with the protocol, one subclass per kind of curve.
 
-use std::sync::Arc;
-
-use faer::MatMut;
-use numpy::{PyArray1, PyArray2, PyArrayDyn, PyArrayMethods};
-use pyo3::PyClass;
-use pyo3::types::{PyDict, PyFloat};
-
 use super::prelude::*;
 use super::stored::form;
 use crate::curve::{ArcLength, Curve, DerivativeBounds, Quantity, Samples, lift_into};

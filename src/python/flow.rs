@@ -7,7 +7,6 @@ use crate::chart::{
     Chart, DiscretizationMap, NamedMap, ShootingOptions, integrate_composed, reference, shoot,
 };
 use crate::newton::NewtonOptions;
-use crate::report::SolverReport;
 
 /// The two points of a discretization map for one member of a batch.
 fn discretize<const X: usize, const Z: usize>(
@@ -277,11 +276,9 @@ impl Shot {
     /// Shoots, detached from the interpreter.
     fn solve(self, py: Python<'_>, kind: Kind) -> PyResult<PyShootingResult> {
         let steps = self.steps.count;
-        let (trajectory, momenta, report) = run(
-            py,
-            SOLVES * steps as f64,
-            move |interrupt| on_chart!(kind, chart => self.run(chart, interrupt)),
-        )?;
+        let work =
+            move |interrupt: Interrupt<'_>| on_chart!(kind, chart => self.run(chart, interrupt));
+        let (trajectory, momenta, report) = run(py, SOLVES * steps as f64, work)?;
         let (p_q, p_qdot) = momenta.split_at(momenta.len() / 2);
         let shape = [steps + 1, 2 * momenta.len()];
         let vector = |numbers: &[f64]| Array::flat(numbers.to_vec()).into_pyobject(py);

@@ -1,9 +1,6 @@
 //! Riemannian exponential, logarithm and distance for arrays, and geodesics as curves.
 
-use std::sync::Arc;
-
 use super::batch::Value;
-use super::curve::{PyCurve, wrap};
 use super::prelude::*;
 use super::record::record;
 use super::stiefel::{PyStiefel, read_metric};

@@ -1,9 +1,5 @@
 //! Times and end conditions of splines, as SciPy's users write them.
 
-use numpy::{PyArrayDyn, PyUntypedArray, PyUntypedArrayMethods};
-use pyo3::exceptions::PyTypeError;
-use pyo3::types::{PyDict, PyString, PyTuple};
-
 use super::prelude::*;
 use super::stored::Form;
 use crate::spline::{EndCondition, EndConditions};

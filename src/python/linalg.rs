@@ -3,9 +3,6 @@
 use std::cell::Cell;
 use std::thread::LocalKey;
 
-use faer::MatMut;
-use numpy::{PyArray2, PyArrayMethods, PyUntypedArrayMethods};
-
 use super::batch::map_batch;
 use super::prelude::*;
 use crate::linalg::{OrthogonalLog, SkewExp};

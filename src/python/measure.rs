@@ -1,8 +1,5 @@
 //! Lengths of curves and bounds of their derivatives, in Python.
 
-use pyo3::types::PyDict;
-
-use super::curve::PyCurve;
 use super::prelude::*;
 use super::record::record;
 use crate::curve::Guarantee;

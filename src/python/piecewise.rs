@@ -1,15 +1,11 @@
 //! Splines of the binding: what they are made from, the curves of pieces that they are, and how these are stored.
 
-use std::sync::Arc;
-
-use super::curve::{AnyCurve, PyCurve, object, wrap};
 use super::knots::times;
 use super::polynomial::PyGeometricCubic;
 use super::prelude::*;
 use super::riemannian_cubic::PyRiemannianCubic;
 use crate::cubic::RiemannianCubic;
 use crate::curve::{GeometricCubic, Quantity};
-use crate::report::SolverReport;
 use crate::spline::stored_values::{check_points, check_velocities};
 use crate::spline::{Outside, Piecewise};
 use crate::stored::{Fields, Stored, refusal};

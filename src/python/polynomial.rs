@@ -1,14 +1,8 @@
 //! De Casteljau curves of the binding: of any degree from control points, and the cubic from boundary data.
 
-use std::sync::Arc;
-
-use pyo3::types::PyDict;
-
-use super::curve::{AnyCurve, PyCurve, object, wrap};
 use super::prelude::*;
 use super::stored::{Form, form};
 use crate::curve::{GeodesicPolynomial, GeometricCubic, GeometricPolynomial};
-use crate::report::SolverReport;
 use crate::stored::{Stored, refusal};
 
 /// A de Casteljau curve, made of quasi-geodesics or of geodesics.

@@ -1,11 +1,5 @@
 //! Riemannian cubics of the binding.
 
-use std::sync::Arc;
-
-use pyo3::exceptions::PyTypeError;
-use pyo3::types::{PyDict, PyTuple};
-
-use super::curve::{PyCurve, wrap};
 use super::prelude::*;
 use crate::cubic::{BoundaryOptions, IntegrationOptions, RiemannianCubic, SearchOptions};
 use crate::curve::Curve;

@@ -1,8 +1,5 @@
 //! Smoothing splines of the binding.
 
-use pyo3::types::PyDict;
-
-use super::curve::object;
 use super::piecewise::{Cubics, Data, PyPiecewiseCurve, Restored, outside};
 use super::prelude::*;
 use super::state::check_finite;
@@ -125,7 +122,7 @@ impl PySmoothingSpline {
             let fitted = smoothing_spline(&data.t, &views, weights.as_deref(), &options)?;
             let curve = fitted.curve.clone().with_outside(outside);
             let (t, (n, k)) = (curve.knots().to_vec(), data.shape());
-            let found = curve.sample(&t, Quantity::Derivative(0), interrupt)?;
+            let found = Curve::sample(&curve, &t, Quantity::Derivative(0), interrupt)?;
             let mut points = vec![0.0; t.len() * n * k];
             for (point, out) in found.iter().zip(points.chunks_mut(n * k)) {
                 write(point, out);

@@ -1,8 +1,5 @@
 //! Splines of the binding: curves through many points.
 
-use pyo3::types::PyDict;
-
-use super::curve::object;
 use super::knots::{BcType, Ends, restore_ends, store_ends};
 use super::piecewise::{
     Cubics, Data, PIECES, PyPiecewiseCurve, Restored, VELOCITIES, is_geometric, outside, put,

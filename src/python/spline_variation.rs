@@ -1,7 +1,5 @@
 //! Derivatives of splines of Riemannian cubics with respect to their data, in the binding.
 
-use std::sync::Arc;
-
 use super::knots::{BcType, pair};
 use super::piecewise::Cubics;
 use super::prelude::*;

@@ -1,8 +1,5 @@
 //! The manifold for arrays, with batches.
 
-use pyo3::exceptions::PyTypeError;
-use pyo3::types::{IntoPyDict, PyTuple};
-
 use super::batch::{Value, map_batch};
 use super::prelude::*;
 use crate::linalg::structure::check_finite;

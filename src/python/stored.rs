@@ -1,11 +1,8 @@
 //! Stored curves as dictionaries of arrays, what files and pickles hold, and the curves of these.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
-use pyo3::types::{PyDict, PyString};
-
-use super::curve::{PyQuasiGeodesic, object, wrap};
+use super::curve::PyQuasiGeodesic;
 use super::geodesic::PyGeodesic;
 use super::polynomial::PyGeometricPolynomial;
 use super::prelude::*;

@@ -1,7 +1,5 @@
 //! Curves across charts: from covariant data to covariant data.
 
-use pyo3::types::PyTuple;
-
 use super::chart::PyChart;
 use super::prelude::*;
 use super::state::{Kind, Steps, on_chart};
@@ -175,12 +173,8 @@ impl PyChart {
     ) -> PyResult<PyChartTrajectory> {
         let kind = self.0;
         // How many steps it takes may show only on the way: always watched.
-        let rows = run(
-            py,
-            f64::INFINITY,
-            move |interrupt| on_chart!(kind, chart => flow.run(chart, &data, interrupt)),
-        )?;
-        rows.into_python(py, kind, shape)
+        let work = move |interrupt: Interrupt<'_>| on_chart!(kind, chart => flow.run(chart, &data, interrupt));
+        run(py, f64::INFINITY, work)?.into_python(py, kind, shape)
     }
 }
 
@@ -216,13 +210,6 @@ impl PyChart {
                 Ok(Array::flat(state.as_slice().to_vec()))
             })
         })
-    }
-
-    /// Point, velocity, covariant acceleration and covariant jerk ``(S, V, A, J)`` of a state: the inverse of `state`.
-    ///
-    /// Shape (..., 4 d) -> four of shape (..., 3, k).
-    fn covariant<'py>(&self, z: &Any<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        self.covariant_parts(z)
     }
 
     /// The discrete trajectory across charts: as `integrate`, with no pole in the way.

@@ -1,7 +1,5 @@
 //! Velocities from points, in Python.
 
-use pyo3::types::PyString;
-
 use super::piecewise::Data;
 use super::prelude::*;
 use crate::spline::{
