@@ -40,11 +40,12 @@ impl PyChart {
     fn discretize(&self, x: &Any, v: &Any, map: &str) -> PyResult<Array> {
         let map = map_of(map)?;
         let width = 2 * self.dimension();
+        let core = [2, width];
         self.map(
             named![x, v],
             width,
-            &[2, width],
-            move |kind, rows, out, _| on_chart!(kind, chart => discretize(chart, &map, rows, out)),
+            &core,
+            move |kind, data, out, _| on_chart!(kind, chart => discretize(chart, &map, data, out)),
         )
     }
 
@@ -106,20 +107,15 @@ impl PyChart {
         let steps = Steps::read(map, order, steps, t_end)?;
         let width = self.0.width();
         let core = [steps.count.saturating_add(1), width];
-        self.map(
-            named![z0],
-            width,
-            &core,
-            move |kind, [z], out, interrupt| {
-                on_chart!(kind, chart => {
-                    let (Steps { map, composition, count, t_end }, z) = (&steps, state(z));
-                    let states =
-                        integrate_composed(chart, map, composition, &z, *count, *t_end, interrupt)?;
-                    write_states(&states, out);
-                });
-                Ok(())
-            },
-        )
+        self.map(named![z0], width, &core, move |kind, [z], out, stop| {
+            on_chart!(kind, chart => {
+                let (s, z) = (&steps, state(z));
+                let states =
+                    integrate_composed(chart, &s.map, &s.composition, &z, s.count, s.t_end, stop)?;
+                write_states(&states, out);
+            });
+            Ok(())
+        })
     }
 
     /// The exact flow: states at the times ``t``, from ``z0`` at time 0.
@@ -148,17 +144,12 @@ impl PyChart {
     fn reference(&self, z0: &Any, t: &Any) -> PyResult<Array> {
         let (t, width) = (read(t, "t")?, self.0.width());
         let core = [&t.shape[..], &[width]].concat();
-        self.map(
-            named![z0],
-            width,
-            &core,
-            move |kind, [z], out, interrupt| {
-                on_chart!(kind, chart => {
-                    write_states(&reference(chart, &state(z), &t.entries, interrupt)?, out);
-                });
-                Ok(())
-            },
-        )
+        self.map(named![z0], width, &core, move |kind, [z], out, stop| {
+            on_chart!(kind, chart => {
+                write_states(&reference(chart, &state(z), &t.entries, stop)?, out);
+            });
+            Ok(())
+        })
     }
 
     /// Shooting: the discrete trajectory with given ends.

@@ -5,7 +5,7 @@ use super::polynomial::PyGeometricCubic;
 use super::prelude::*;
 use super::riemannian_cubic::PyRiemannianCubic;
 use crate::cubic::RiemannianCubic;
-use crate::curve::{GeometricCubic, Quantity};
+use crate::curve::{GeometricCubic, Quantity, Samples};
 use crate::spline::stored_values::{check_points, check_velocities};
 use crate::spline::{Outside, Piecewise};
 use crate::stored::{Fields, Stored, refusal};
@@ -143,16 +143,12 @@ impl PyPiecewiseCurve {
     fn pieces(&self, py: Python<'_>) -> PyResult<Vec<Py<PyAny>>> {
         match &self.cubics {
             Cubics::Riemannian(curve) => {
-                let pieces = curve.pieces().iter().cloned();
-                pieces
-                    .map(|piece| PyRiemannianCubic::wrapped(py, piece)?.into_py_any(py))
-                    .collect()
+                let wrapped = |piece| PyRiemannianCubic::wrapped(py, piece)?.into_py_any(py);
+                curve.pieces().iter().cloned().map(wrapped).collect()
             }
             Cubics::Geometric(curve) => {
-                let pieces = curve.pieces().iter().cloned();
-                pieces
-                    .map(|piece| object(py, PyGeometricCubic::of(piece)))
-                    .collect()
+                let wrapped = |piece| object(py, PyGeometricCubic::of(piece));
+                curve.pieces().iter().cloned().map(wrapped).collect()
             }
         }
     }
@@ -165,23 +161,6 @@ impl PyPiecewiseCurve {
         Ok(format!(
             "<{name} on St({n}, {k}), {count} knots, t_span ({first:?}, {last:?})>"
         ))
-    }
-}
-
-impl PyPiecewiseCurve {
-    pub(super) fn wrap(
-        py: Python<'_>,
-        cubics: Cubics,
-        data: Data,
-        report: Option<SolverReport>,
-    ) -> PyResult<PyClassInitializer<Self>> {
-        let this = PyPiecewiseCurve {
-            t: Array::flat(data.t).frozen(py)?,
-            points: data.points.into_array().frozen(py)?,
-            report,
-            cubics,
-        };
-        Ok(wrap(this.cubics.curve(), this))
     }
 }
 
@@ -208,15 +187,33 @@ pub(super) fn put(py: Python<'_>, fields: &mut Fields, name: &str, array: &Owned
     Ok(())
 }
 
-/// What a spline is made of, from its stored numbers.
-pub(super) struct Restored {
+/// What a spline is made of.
+pub(super) struct Spline {
     pub(super) cubics: Cubics,
     pub(super) data: Data,
-    report: Option<SolverReport>,
+    pub(super) report: Option<SolverReport>,
 }
 
-impl Restored {
-    pub(super) fn of(
+impl Spline {
+    /// The base of its object, to which its class adds its own fields.
+    pub(super) fn wrap(self, py: Python<'_>) -> PyResult<PyClassInitializer<PyPiecewiseCurve>> {
+        let this = PyPiecewiseCurve {
+            t: Array::flat(self.data.t).frozen(py)?,
+            points: self.data.points.into_array().frozen(py)?,
+            report: self.report,
+            cubics: self.cubics,
+        };
+        Ok(wrap(this.cubics.curve(), this))
+    }
+
+    /// The positions or the velocities at its knots.
+    fn sample(cubics: &Cubics, order: usize, interrupt: Interrupt<'_>) -> Result<Samples> {
+        let (curve, quantity) = (cubics.curve(), Quantity::Derivative(order));
+        curve.sample(cubics.knots(), quantity, interrupt)
+    }
+
+    /// From its stored numbers.
+    pub(super) fn restored(
         fields: &mut Fields,
         geometric: bool,
         interrupt: Interrupt<'_>,
@@ -227,34 +224,24 @@ impl Restored {
             false => Piecewise::<RiemannianCubic>::restore(fields, interrupt)?.into(),
             true => Piecewise::<GeometricCubic>::restore(fields, interrupt)?.into(),
         };
-        let t = cubics.knots().to_vec();
         let points = Self::batch(&cubics, POINTS, points)?;
         let tolerance = report.map_or(0.0, |report| 10.0 * report.tolerance);
-        let found = cubics
-            .curve()
-            .sample(&t, Quantity::Derivative(0), interrupt)?;
+        let found = Self::sample(&cubics, 0, interrupt)?;
         check_points(POINTS, &points.views(), &found, tolerance)?;
+        let t = cubics.knots().to_vec();
         let data = Data { t, points };
-        Ok(Restored {
+        Ok(Spline {
             cubics,
             data,
             report,
         })
     }
 
-    /// The base of the restored spline, to which its class adds its own fields.
-    pub(super) fn wrap(self, py: Python<'_>) -> PyResult<PyClassInitializer<PyPiecewiseCurve>> {
-        PyPiecewiseCurve::wrap(py, self.cubics, self.data, self.report)
-    }
-
     /// The velocities at the knots, which are those of the curve.
     pub(super) fn velocities(&self, array: Array, interrupt: Interrupt<'_>) -> Result<Batch> {
-        let (t, velocities) = (&self.data.t, Self::batch(&self.cubics, VELOCITIES, array)?);
-        let found = self
-            .cubics
-            .curve()
-            .sample(t, Quantity::Derivative(1), interrupt)?;
-        check_velocities(t, &velocities.views(), &found)?;
+        let velocities = Self::batch(&self.cubics, VELOCITIES, array)?;
+        let found = Self::sample(&self.cubics, 1, interrupt)?;
+        check_velocities(&self.data.t, &velocities.views(), &found)?;
         Ok(velocities)
     }
 

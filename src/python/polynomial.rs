@@ -253,10 +253,8 @@ impl PyGeometricPolynomial {
 
 impl PyGeometricPolynomial {
     fn wrap(curve: Arc<dyn Polynomial>, report: Option<SolverReport>) -> PyClassInitializer<Self> {
-        wrap(
-            Arc::clone(&curve) as _,
-            PyGeometricPolynomial { curve, report },
-        )
+        let inner = Arc::clone(&curve) as _;
+        wrap(inner, PyGeometricPolynomial { curve, report })
     }
 
     /// The curve of its stored numbers.
@@ -269,11 +267,10 @@ impl PyGeometricPolynomial {
                 true => Arc::new(GeodesicPolynomial::restore(fields, interrupt)?),
                 false => Arc::new(GeometricPolynomial::restore(fields, interrupt)?),
             };
-            match curve.degree() {
-                degree if cubic && degree != 3 => {
-                    Err(refusal(format!("a cubic of degree {degree}")))
-                }
-                _ => Ok((curve, report)),
+            let degree = curve.degree();
+            match cubic && degree != 3 {
+                true => Err(refusal(format!("a cubic of degree {degree}"))),
+                false => Ok((curve, report)),
             }
         })?;
         let curve = Self::wrap(curve, report);

@@ -1,6 +1,6 @@
 //! Smoothing splines of the binding.
 
-use super::piecewise::{Cubics, Data, PyPiecewiseCurve, Restored, outside};
+use super::piecewise::{Data, PyPiecewiseCurve, Spline, outside};
 use super::prelude::*;
 use super::state::check_finite;
 use super::stored::{Form, form};
@@ -111,7 +111,7 @@ impl PySmoothingSpline {
         let weights = weights.map(read_weights).transpose()?;
         let call = data.call(t.py(), num_threads)?;
         let outside = outside(extrapolate);
-        let (fitted, cubics, data) = call.run(move |interrupt| {
+        let (fitted, spline) = call.run(move |interrupt| {
             let options = SmoothingOptions {
                 lambda: lam,
                 tolerance: tol,
@@ -128,10 +128,14 @@ impl PySmoothingSpline {
                 write(point, out);
             }
             let points = Batch::of([t.len(), n, k], points);
-            Ok((fitted, Cubics::from(curve), Data { t, points }))
+            let spline = Spline {
+                cubics: curve.into(),
+                data: Data { t, points },
+                report: Some(fitted.report),
+            };
+            Ok((fitted, spline))
         })?;
-        let base = PyPiecewiseCurve::wrap(t.py(), cubics, data, Some(fitted.report))?;
-        Ok(base.add_subclass(PySmoothingSpline {
+        Ok(spline.wrap(t.py())?.add_subclass(PySmoothingSpline {
             lam: fitted.lambda,
             misfit: fitted.misfit,
             degrees_of_freedom: fitted.degrees_of_freedom,
@@ -152,19 +156,17 @@ impl PySmoothingSpline {
     pub(super) const KIND: &str = "SmoothingSpline";
 
     pub(super) fn restored(py: Python<'_>, form: Form) -> PyResult<Py<PyAny>> {
-        let (restored, [lam, misfit, degrees_of_freedom]) =
-            form.read(py, |fields, interrupt| {
-                let numbers = fields.take(SMOOTHING)?.entries;
-                let found = numbers.len();
-                let numbers = <[f64; 3]>::try_from(numbers).map_err(|_| {
-                    refusal(format!("{SMOOTHING}: expected 3 numbers, found {found}"))
-                })?;
-                if let Some(negative) = numbers.iter().find(|x| **x < 0.0) {
-                    return Err(refusal(format!("{SMOOTHING}: {negative} is negative")));
-                }
-                Ok((Restored::of(fields, false, interrupt)?, numbers))
-            })?;
-        let curve = restored.wrap(py)?.add_subclass(PySmoothingSpline {
+        let (spline, [lam, misfit, degrees_of_freedom]) = form.read(py, |fields, interrupt| {
+            let numbers = fields.take(SMOOTHING)?.entries;
+            let found = numbers.len();
+            let numbers = <[f64; 3]>::try_from(numbers)
+                .map_err(|_| refusal(format!("{SMOOTHING}: expected 3 numbers, found {found}")))?;
+            if let Some(negative) = numbers.iter().find(|x| **x < 0.0) {
+                return Err(refusal(format!("{SMOOTHING}: {negative} is negative")));
+            }
+            Ok((Spline::restored(fields, false, interrupt)?, numbers))
+        })?;
+        let curve = spline.wrap(py)?.add_subclass(PySmoothingSpline {
             lam: if lam == INFINITE { f64::INFINITY } else { lam },
             misfit,
             degrees_of_freedom,

@@ -2,7 +2,7 @@
 
 use super::knots::{BcType, Ends, restore_ends, store_ends};
 use super::piecewise::{
-    Cubics, Data, PIECES, PyPiecewiseCurve, Restored, VELOCITIES, is_geometric, outside, put,
+    Cubics, Data, PIECES, PyPiecewiseCurve, Spline, VELOCITIES, is_geometric, outside, put,
 };
 use super::prelude::*;
 use super::stored::{Form, form};
@@ -85,7 +85,7 @@ impl PyCubicHermite {
         let velocities = Velocities::read(V)?;
         let call = data.call(py, num_threads)?;
         let outside = outside(extrapolate);
-        let (cubics, data, velocities) = call.run(move |interrupt| {
+        let (spline, velocities) = call.run(move |interrupt| {
             let (t, points) = (&data.t, data.points.views());
             let given = velocities.vectors(t, &points)?;
             let vectors: Vec<_> = given.iter().map(Mat::as_ref).collect();
@@ -104,11 +104,18 @@ impl PyCubicHermite {
                 }
             };
             let given = Array::stacked(&[given.len()], &given, data.shape());
-            Ok((cubics, data, given))
+            let report = None;
+            Ok((
+                Spline {
+                    cubics,
+                    data,
+                    report,
+                },
+                given,
+            ))
         })?;
         let velocities = velocities.frozen(py)?;
-        let base = PyPiecewiseCurve::wrap(py, cubics, data, None)?;
-        Ok(base.add_subclass(PyCubicHermite { velocities }))
+        Ok(spline.wrap(py)?.add_subclass(PyCubicHermite { velocities }))
     }
 
     /// For files and pickles: all numbers of the curve.
@@ -127,19 +134,15 @@ impl PyCubicHermite {
 
     pub(super) fn restored(py: Python<'_>, mut form: Form) -> PyResult<Py<PyAny>> {
         let geometric = is_geometric(&form.word(PIECES)?)?;
-        let (restored, velocities) = form.read(py, move |fields, interrupt| {
+        let (spline, velocities) = form.read(py, move |fields, interrupt| {
             let velocities = fields.take(VELOCITIES)?;
-            let restored = Restored::of(fields, geometric, interrupt)?;
-            let velocities = restored.velocities(velocities, interrupt)?;
-            Ok((restored, velocities))
+            let spline = Spline::restored(fields, geometric, interrupt)?;
+            let velocities = spline.velocities(velocities, interrupt)?;
+            Ok((spline, velocities))
         })?;
         let velocities = velocities.into_array().frozen(py)?;
-        object(
-            py,
-            restored
-                .wrap(py)?
-                .add_subclass(PyCubicHermite { velocities }),
-        )
+        let class = PyCubicHermite { velocities };
+        object(py, spline.wrap(py)?.add_subclass(class))
     }
 }
 
@@ -243,7 +246,7 @@ impl PyCubicSpline {
         let Ends { given, conditions } = bc_type.read(py, data.shape())?;
         let call = data.call(py, num_threads)?;
         let outside = outside(extrapolate);
-        let (cubics, data, report) = call.run(move |interrupt| {
+        let spline = call.run(move |interrupt| {
             let options = SplineOptions {
                 tolerance: tol,
                 max_iterations,
@@ -261,10 +264,15 @@ impl PyCubicSpline {
                     (curve.with_outside(outside).into(), report)
                 }
             };
-            Ok((cubics, data, report))
+            let report = Some(report);
+            Ok(Spline {
+                cubics,
+                data,
+                report,
+            })
         })?;
-        let base = PyPiecewiseCurve::wrap(py, cubics, data, Some(report))?;
-        Ok(base.add_subclass(PyCubicSpline { bc_type: given }))
+        let bc_type = given;
+        Ok(spline.wrap(py)?.add_subclass(PyCubicSpline { bc_type }))
     }
 
     /// For files and pickles: all numbers of the curve.
@@ -288,13 +296,11 @@ impl PyCubicSpline {
     pub(super) fn restored(py: Python<'_>, mut form: Form) -> PyResult<Py<PyAny>> {
         let geometric = is_geometric(&form.word(PIECES)?)?;
         let ends = restore_ends(py, &mut form)?;
-        let restored = form.read(py, move |fields, interrupt| {
-            Restored::of(fields, geometric, interrupt)
+        let spline = form.read(py, move |fields, interrupt| {
+            Spline::restored(fields, geometric, interrupt)
         })?;
-        let bc_type = ends.read(py, restored.data.shape())?.given;
-        object(
-            py,
-            restored.wrap(py)?.add_subclass(PyCubicSpline { bc_type }),
-        )
+        let bc_type = ends.read(py, spline.data.shape())?.given;
+        let class = PyCubicSpline { bc_type };
+        object(py, spline.wrap(py)?.add_subclass(class))
     }
 }
