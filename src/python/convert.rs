@@ -12,7 +12,7 @@ use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PySlice};
 
 use super::error::invalid;
-use super::masked::check_unmasked;
+use super::masked::_check_unmasked;
 pub(crate) use crate::stored::Array;
 
 /// Numbers copied between two checks for Ctrl-C (1 MB), a fraction of a millisecond. The first touch of fresh memory is
@@ -51,7 +51,7 @@ pub fn numpy(py: Python<'_>) -> PyResult<&Bound<'_, PyModule>> {
 /// Besides, `InvalidInputError` where entries are masked.
 pub fn real_array<'py>(object: &Any<'py>, name: &str) -> PyResult<Bound<'py, PyUntypedArray>> {
     if !object.is_exact_instance_of::<PyUntypedArray>() {
-        check_unmasked(object, name)?;
+        _check_unmasked(name, object)?;
     }
     if is_plain(object) {
         return Ok(object.clone().cast_into()?);

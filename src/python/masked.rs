@@ -10,14 +10,10 @@ use super::error::invalid;
 static MASKED_ARRAY: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
 static COUNT_MASKED: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
 
-/// The same check for readers in Python.
+/// Error where an array, or one in a list, has masked entries: NumPy would read the numbers under the mask. Readers in Python
+/// call it too.
 #[pyfunction]
 pub fn _check_unmasked(name: &str, object: &Any) -> PyResult<()> {
-    check_unmasked(object, name)
-}
-
-/// Error where an array, or one in a list, has masked entries: NumPy would read the numbers under the mask.
-pub(super) fn check_unmasked(object: &Any, name: &str) -> PyResult<()> {
     let (masked, entries) = count_masked(object)?;
     if masked == 0 {
         return Ok(());

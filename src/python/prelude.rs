@@ -17,8 +17,9 @@ pub(super) use super::convert::{
     Any, Array, Four, Named, Owned, collected, count, four, freeze, matrices, matrix, named, numpy,
     read, read_axes, to_array, tuple, two, unexpected, whole, write,
 };
-pub(super) use super::curve::{AnyCurve, PyCurve, object, wrap};
+pub(super) use super::curve::{PyCurve, object, wrap};
 pub(super) use super::error::{PySolverReport, at_knot, at_member, ensure, invalid};
+pub(super) use crate::curve::any_curve::AnyCurve;
 pub(super) use crate::error::{Error, Result};
 pub(super) use crate::interrupt::Interrupt;
 pub(super) use crate::report::SolverReport;
