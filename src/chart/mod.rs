@@ -21,6 +21,8 @@ mod named_map;
 pub mod reference;
 mod retraction_map;
 pub mod rotation;
+#[cfg(feature = "python")]
+pub(crate) mod rows;
 pub mod series;
 pub mod shooting;
 mod sphere;

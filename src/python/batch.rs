@@ -84,13 +84,11 @@ pub fn matrix_batches<const N: usize>(objects: [Named<'_, '_>; N]) -> PyResult<[
     read_batches(objects, 2)
 }
 
-/// Read arrays of vectors, shape `(..., d)`, and broadcast their leading axes.
-pub fn vector_batches<const N: usize>(objects: [Named<'_, '_>; N]) -> PyResult<[Batch; N]> {
-    read_batches(objects, 1)
-}
-
-/// Reads arrays whose last `core` axes are one member each, and broadcasts the axes before.
-fn read_batches<const N: usize>(objects: [Named<'_, '_>; N], core: usize) -> PyResult<[Batch; N]> {
+/// Reads arrays whose last axes, one or two, are one member each, and broadcasts the axes before.
+pub fn read_batches<const N: usize>(
+    objects: [Named<'_, '_>; N],
+    core: usize,
+) -> PyResult<[Batch; N]> {
     let py = objects[0].0.py();
     let mut arrays = collected(objects.map(|(object, name)| {
         let array = real_array(object, name)?;

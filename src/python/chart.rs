@@ -1,6 +1,6 @@
 //! The paper's charts for arrays.
 
-use super::batch::{map_batch, vector_batches};
+use super::batch::{map_batch, read_batches};
 use super::prelude::*;
 use super::state::{Kind, check_finite, on_chart, state};
 use crate::chart::{Chart, covariant_from_state};
@@ -35,17 +35,13 @@ use crate::chart::{Chart, covariant_from_state};
 pub struct PyChart(pub(super) Kind);
 
 impl PyChart {
-    pub(super) fn dimension(&self) -> usize {
-        self.0.dimension()
-    }
-
     /// Reads batches of vectors of the given length.
     pub(super) fn read<const N: usize>(
         &self,
         objects: [Named<'_, '_>; N],
         length: usize,
     ) -> PyResult<[Batch; N]> {
-        let batches = vector_batches(objects)?;
+        let batches = read_batches(objects, 1)?;
         for (Batch { rows, .. }, (_, name)) in batches.iter().zip(objects) {
             let expected = format!("{name}: expected shape (..., {length})");
             ensure!(*rows == length, "{expected}, found (..., {rows})");
@@ -55,7 +51,7 @@ impl PyChart {
 
     /// A pair of momenta `(p_q, p_qdot)`, joined.
     pub(super) fn read_guess(&self, pair: &Any) -> PyResult<Vec<f64>> {
-        let d = self.dimension();
+        let d = self.d();
         if let Ok([p_q, p_qdot]) = two(pair)? {
             let [p_q, p_qdot] = self.read([(&p_q, "guess"), (&p_qdot, "guess")], d)?;
             if p_q.shape.is_empty() {
@@ -114,8 +110,8 @@ impl PyChart {
 
     /// Dimension of the chart, 2 or 3.
     #[getter]
-    fn d(&self) -> usize {
-        self.dimension()
+    pub(super) fn d(&self) -> usize {
+        self.0.dimension()
     }
 
     /// Columns of an embedded point, 1 or 2.
@@ -139,7 +135,7 @@ impl PyChart {
     /// OutsideDomainError
     ///     Unless ``0 < theta < pi``; carries ``angle``. The same holds for every method.
     fn embed(&self, q: &Any) -> PyResult<Array> {
-        let (d, core) = (self.dimension(), [3, self.k()]);
+        let (d, core) = (self.d(), [3, self.k()]);
         self.map(named![q], d, &core, |kind, [q], out, _| {
             on_chart!(kind, chart => {
                 chart.check("q", q)?;
@@ -151,7 +147,7 @@ impl PyChart {
 
     /// The velocity of coordinates ``q``, ``qdot``, shapes (..., d) -> (..., 3, k).
     fn embed_velocity(&self, q: &Any, qdot: &Any) -> PyResult<Array> {
-        let (d, core) = (self.dimension(), [3, self.k()]);
+        let (d, core) = (self.d(), [3, self.k()]);
         self.map(named![q, qdot], d, &core, |kind, [q, qdot], out, _| {
             on_chart!(kind, chart => {
                 chart.check("q", q)?;
@@ -175,7 +171,7 @@ impl PyChart {
         qddot: &Any<'py>,
         qdddot: &Any<'py>,
     ) -> PyResult<Bound<'py, PyTuple>> {
-        let (d, objects) = (self.dimension(), named![q, qdot, qddot, qdddot]);
+        let (d, objects) = (self.d(), named![q, qdot, qddot, qdddot]);
         let joined = self.map(objects, d, &[2, d], |kind, [q, qdot, a, j], out, _| {
             on_chart!(kind, chart => {
                 chart.check("q", q)?;
@@ -189,7 +185,7 @@ impl PyChart {
 
     /// Coordinate derivatives ``(q, qdot, qddot, qdddot)`` of the curve through a state, each of shape (..., d).
     fn derivatives<'py>(&self, z: &Any<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        let joined = self.map_states(z, &[4, self.dimension()], |kind, z, out| {
+        let joined = self.map_states(z, &[4, self.d()], |kind, z, out| {
             on_chart!(kind, chart => out.copy_from_slice(chart.derivatives(&state(z)).as_slice()));
             Ok(())
         })?;

@@ -9,7 +9,7 @@ use pyo3::exceptions::{PyMemoryError, PyOverflowError, PyTypeError};
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use pyo3::types::{PyDict, PySlice};
+use pyo3::types::{IntoPyDict, PySlice};
 
 use super::error::invalid;
 use super::masked::_check_unmasked;
@@ -244,8 +244,7 @@ pub type Owned = Py<PyArrayDyn<f64>>;
 
 /// Makes an array read-only: results belong to frozen objects.
 pub fn freeze(array: &Any) -> PyResult<()> {
-    let write = PyDict::new(array.py());
-    write.set_item("write", false)?;
+    let write = [("write", false)].into_py_dict(array.py())?;
     array.call_method("setflags", (), Some(&write)).map(drop)
 }
 

@@ -46,13 +46,13 @@ impl PySolverReport {
         let Some(reason) = StopReason::from_word(reason) else {
             return Err(invalid!("reason: '{reason}' is not one"));
         };
-        Ok(PySolverReport::from(SolverReport {
+        Ok(PySolverReport {
             converged,
             iterations,
             residual,
             tolerance,
-            reason,
-        }))
+            reason: reason.as_str(),
+        })
     }
 }
 
@@ -91,8 +91,9 @@ pub(super) use invalid;
 /// Returns `InvalidInputError` unless a condition holds: `ensure!(atol >= 0.0, "atol: negative, {atol}")`.
 macro_rules! ensure {
     ($holds:expr, $($message:tt)*) => {
-        if !$holds {
-            return Err($crate::python::error::invalid!($($message)*));
+        match $holds {
+            true => {}
+            false => return Err($crate::python::error::invalid!($($message)*)),
         }
     };
 }
@@ -129,11 +130,8 @@ pub fn at_knot(exception: PyErr, knot: usize) -> PyErr {
 
 fn exception_of(py: Python<'_>, error: &Error, place: &str) -> PyErr {
     let mut message = format!("{error}{place}");
-    if let Error::InvalidArgument {
-        name: name @ "tolerance",
-        ..
-    } = error
-    {
+    let name = "tolerance";
+    if matches!(error, Error::InvalidArgument { name: found, .. } if *found == name) {
         // What the options of the core call a tolerance is an argument `tol` in Python.
         message = message.replacen(name, "tol", 1);
     }

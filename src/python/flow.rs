@@ -8,19 +8,6 @@ use crate::chart::{
 };
 use crate::newton::NewtonOptions;
 
-/// The two points of a discretization map for one member of a batch.
-fn discretize<const X: usize, const Z: usize>(
-    chart: &impl Chart<X, Z>,
-    map: &impl DiscretizationMap<X>,
-    [x, v]: [&[f64]; 2],
-    out: &mut [f64],
-) -> Result<()> {
-    chart.check("x", x)?;
-    check_finite("v", v)?;
-    write_states(&map.map(&state(x), &state(v)), out);
-    Ok(())
-}
-
 #[pymethods]
 impl PyChart {
     /// The two points of a discretization map of the tangent bundle.
@@ -39,14 +26,17 @@ impl PyChart {
     #[pyo3(signature = (x, v, map="initial_point"))]
     fn discretize(&self, x: &Any, v: &Any, map: &str) -> PyResult<Array> {
         let map = map_of(map)?;
-        let width = 2 * self.dimension();
+        let width = 2 * self.d();
         let core = [2, width];
-        self.map(
-            named![x, v],
-            width,
-            &core,
-            move |kind, data, out, _| on_chart!(kind, chart => discretize(chart, &map, data, out)),
-        )
+        self.map(named![x, v], width, &core, move |kind, [x, v], out, _| {
+            on_chart!(kind, chart => chart.check("x", x))?;
+            check_finite("v", v)?;
+            match kind {
+                Kind::Sphere => write_states::<4>(&map.map(&state(x), &state(v)), out),
+                Kind::Frame => write_states::<6>(&map.map(&state(x), &state(v)), out),
+            }
+            Ok(())
+        })
     }
 
     /// The symplectic one-step method of a discretization map.
@@ -206,10 +196,10 @@ impl PyChart {
         order: Option<i64>,
     ) -> PyResult<PyShootingResult> {
         let steps = Steps::read(map, order, steps, t_end)?;
-        let ends = self.read(named![q0, qdot0, q1, qdot1], self.dimension())?;
+        let ends = self.read(named![q0, qdot0, q1, qdot1], self.d())?;
         if !ends[0].shape.is_empty() {
             let found = [&ends[0].shape[..], &[ends[0].rows]].concat();
-            return Err(unexpected("q0", &tuple(&[self.dimension()]), &found));
+            return Err(unexpected("q0", &tuple(&[self.d()]), &found));
         }
         let guess = guess.map(|pair| self.read_guess(pair)).transpose()?;
         let arguments = Shot {

@@ -256,15 +256,11 @@ impl PyGeodesic {
     ) -> PyResult<PyClassInitializer<Self>> {
         let metric = metric.map_or(Ok(Metric::CANONICAL), read_metric)?;
         let [(first, name), _] = arguments;
-        let curve = run_on(
-            first.py(),
-            matrices(arguments)?,
-            1.0,
-            move |[point, other], _| {
-                let manifold = Stiefel::of(name, point)?.with_metric(metric);
-                make(&manifold, point, other)
-            },
-        )?;
+        let (py, data) = (first.py(), matrices(arguments)?);
+        let curve = run_on(py, data, 1.0, move |[point, other], _| {
+            let manifold = Stiefel::of(name, point)?.with_metric(metric);
+            make(&manifold, point, other)
+        })?;
         Ok(Self::wrap(curve))
     }
 

@@ -217,13 +217,13 @@ pub(super) fn restore_ends<'py>(py: Python<'py>, form: &mut Form) -> PyResult<Bc
     if word != EACH {
         return Ok(BcType::Word(word));
     }
-    let mut end = |(name, vector_name): (&str, &str)| {
+    let end = |(name, vector_name): (&str, &str)| {
         let word = form.word(name)?;
         match GIVEN.iter().position(|given| word == *given) {
             None => word.into_bound_py_any(py),
             Some(i) => (i + 1, form.array(vector_name)?).into_bound_py_any(py),
         }
     };
-    let ends = collected(ENDS.map(|names| end(names)))?;
+    let ends = collected(ENDS.map(end))?;
     Ok(BcType::Pair(PyTuple::new(py, ends)?.into_any()))
 }

@@ -28,23 +28,18 @@ pub struct PyDerivativeBounds {
     guarantee: &'static str,
 }
 
-const ENCLOSURE: &str = "enclosure";
-const SAMPLING: &str = "sampling";
-
 #[pymethods]
 impl PyDerivativeBounds {
     #[new]
     fn new(velocity: f64, acceleration: f64, jerk: f64, guarantee: &str) -> PyResult<Self> {
-        let Some(guarantee) = [ENCLOSURE, SAMPLING].into_iter().find(|x| *x == guarantee) else {
-            return Err(invalid!(
-                "guarantee: expected '{ENCLOSURE}' or '{SAMPLING}'"
-            ));
+        let Some(guarantee) = Guarantee::from_word(guarantee) else {
+            return Err(invalid!("guarantee: expected 'enclosure' or 'sampling'"));
         };
         Ok(PyDerivativeBounds {
             velocity,
             acceleration,
             jerk,
-            guarantee,
+            guarantee: guarantee.as_str(),
         })
     }
 }
@@ -79,9 +74,7 @@ impl PyCurve {
         let (start, end) = self.inner.t_span();
         let t0 = t0.unwrap_or(start.min(end));
         let t1 = t1.unwrap_or(start.max(end));
-        self.run(py, None, move |curve, interrupt| {
-            curve.arc_length(t0, t1, interrupt)
-        })
+        self.run(py, None, move |curve, stop| curve.arc_length(t0, t1, stop))
     }
 
     /// Parameters at which the curve is to be evaluated for points at equal distances along it.
@@ -113,10 +106,10 @@ impl PyCurve {
         num_threads: Option<i64>,
     ) -> PyResult<Array> {
         let points = super::convert::count("count", count, 2)?;
-        let found = self.run(py, num_threads, move |curve, interrupt| {
-            curve.resample(points, interrupt)
-        })?;
-        Ok(Array::flat(found))
+        let found = self.run(py, num_threads, move |curve, stop| {
+            curve.resample(points, stop)
+        });
+        Ok(Array::flat(found?))
     }
 
     /// The largest norms of velocity, covariant acceleration and covariant jerk over ``t_span``, canonical metric.
@@ -137,17 +130,12 @@ impl PyCurve {
     /// >>> round(curve.derivative_bounds().velocity, 6)
     /// 1.570796
     fn derivative_bounds(&self, py: Python<'_>) -> PyResult<PyDerivativeBounds> {
-        let bounds = self.run(py, None, |curve, interrupt| {
-            curve.derivative_bounds(interrupt)
-        })?;
+        let bounds = self.run(py, None, |curve, stop| curve.derivative_bounds(stop))?;
         Ok(PyDerivativeBounds {
             velocity: bounds.velocity,
             acceleration: bounds.acceleration,
             jerk: bounds.jerk,
-            guarantee: match bounds.guarantee {
-                Guarantee::Enclosure => ENCLOSURE,
-                Guarantee::Sampling => SAMPLING,
-            },
+            guarantee: bounds.guarantee.as_str(),
         })
     }
 

@@ -242,10 +242,10 @@ impl PyRiemannianCubic {
     /// ConvergenceError
     ///     The curve cannot be integrated on so far; carries ``report``.
     fn restricted(&self, py: Python<'_>, start: f64, end: f64) -> PyResult<Py<Self>> {
-        let restricted = self.run(py, SOLVES, move |curve, interrupt| {
-            curve.restricted(start, end, interrupt)
-        });
-        Self::wrapped(py, restricted?)
+        let part = self.run(py, SOLVES, move |curve, stop| {
+            curve.restricted(start, end, stop)
+        })?;
+        Self::wrapped(py, part)
     }
 
     /// The same points at other times: ``t_span`` becomes ``[start, end]``.

@@ -296,8 +296,8 @@ impl PyCubicSpline {
     pub(super) fn restored(py: Python<'_>, mut form: Form) -> PyResult<Py<PyAny>> {
         let geometric = is_geometric(&form.word(PIECES)?)?;
         let ends = restore_ends(py, &mut form)?;
-        let spline = form.read(py, move |fields, interrupt| {
-            Spline::restored(fields, geometric, interrupt)
+        let spline = form.read(py, move |fields, stop| {
+            Spline::restored(fields, geometric, stop)
         })?;
         let bc_type = ends.read(py, spline.data.shape())?.given;
         let class = PyCubicSpline { bc_type };

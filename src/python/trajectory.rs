@@ -3,6 +3,7 @@
 use super::chart::PyChart;
 use super::prelude::*;
 use super::state::{Kind, Steps, on_chart};
+use crate::chart::rows::Rows;
 use crate::chart::{
     AtlasState, Chart, CovariantData, DiscretizationMap, NamedMap, integrate_across,
     reference_across, state_from_covariant,
@@ -52,65 +53,19 @@ impl PyChartTrajectory {
     }
 }
 
-/// The numbers of a trajectory, state after state.
-#[derive(Default)]
-struct Rows {
-    /// Point, velocity, acceleration, jerk, energy, momentum, state, rotation.
-    columns: [Vec<f64>; 8],
-    turns: Vec<usize>,
-}
-
-impl Rows {
-    fn new<C: Chart<X, Z>, const X: usize, const Z: usize>(
-        chart: &C,
-        states: &[AtlasState<Z>],
-    ) -> Result<Self> {
-        let mut out = Rows::default();
-        for state in states {
-            let data = state.covariant(chart)?;
-            let parts = [&data.point, &data.velocity, &data.acceleration, &data.jerk];
-            for (column, part) in out.columns.iter_mut().zip(parts) {
-                let first = column.len();
-                column.resize(first + part.nrows() * part.ncols(), 0.0);
-                write(part.as_ref(), &mut column[first..]);
-            }
-            let (energy, momentum) = (chart.hamiltonian(&state.z), data.spatial_momentum());
-            if !momentum.iter().chain([&energy]).all(|x| x.is_finite()) {
-                let quantity = "energy or momentum";
-                return Err(Error::Overflow { quantity });
-            }
-            // Column by column of the transpose: row by row.
-            let rotation = state.rotation().transpose();
-            let parts = [
-                &[energy],
-                &momentum[..],
-                state.z.as_slice(),
-                rotation.as_slice(),
-            ];
-            for (column, part) in out.columns[4..].iter_mut().zip(parts) {
-                column.extend_from_slice(part);
-            }
-            out.turns.push(state.turns);
-        }
-        Ok(out)
-    }
-
-    fn into_python(
-        self,
-        py: Python<'_>,
-        kind: Kind,
-        shape: &[usize],
-    ) -> PyResult<PyChartTrajectory> {
+impl PyChartTrajectory {
+    /// `shape` is that of the times.
+    fn of(py: Python<'_>, rows: Rows, kind: Kind, shape: &[usize]) -> PyResult<Self> {
         let (tangent, width) = ([3, kind.columns()], [kind.width()]);
         let own: [&[usize]; 4] = [&[], &[3], &width, &[3, 3]];
         let own = [&tangent[..]; 4].into_iter().chain(own);
-        let arrays = self.columns.into_iter().zip(own).map(|(entries, own)| {
+        let arrays = rows.columns.into_iter().zip(own).map(|(entries, own)| {
             let shape = [shape, own].concat();
             PyResult::Ok(to_array(py, entries, &shape)?.unbind())
         });
         let mut arrays = arrays.collect::<PyResult<Vec<_>>>()?.into_iter();
         let mut next = || arrays.next().expect("eight arrays");
-        let changes = |i: &usize| self.turns[*i] != self.turns[*i - 1];
+        let changes = |i: &usize| rows.turns[*i] != rows.turns[*i - 1];
         Ok(PyChartTrajectory {
             point: next(),
             velocity: next(),
@@ -120,7 +75,7 @@ impl Rows {
             momentum: next(),
             states: next(),
             rotations: next(),
-            transitions: (1..self.turns.len()).filter(changes).collect(),
+            transitions: (1..rows.turns.len()).filter(changes).collect(),
         })
     }
 }
@@ -173,8 +128,9 @@ impl PyChart {
     ) -> PyResult<PyChartTrajectory> {
         let kind = self.0;
         // How many steps it takes may show only on the way: always watched.
-        let work = move |interrupt: Interrupt<'_>| on_chart!(kind, chart => flow.run(chart, &data, interrupt));
-        run(py, f64::INFINITY, work)?.into_python(py, kind, shape)
+        let work =
+            move |stop: Interrupt<'_>| on_chart!(kind, chart => flow.run(chart, &data, stop));
+        PyChartTrajectory::of(py, run(py, f64::INFINITY, work)?, kind, shape)
     }
 }
 
