@@ -19,9 +19,8 @@ impl Batch {
     /// Matrices one after the other, of shape `(count, rows, cols)`.
     pub fn of([count, rows, cols]: [usize; 3], entries: Vec<f64>) -> Self {
         debug_assert_eq!(entries.len(), count * rows * cols);
-        let shape = vec![count];
         Batch {
-            shape,
+            shape: vec![count],
             rows,
             cols,
             entries,

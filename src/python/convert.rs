@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{IntoPyDict, PySlice};
 
-use super::error::invalid;
+use super::error::{ensure, invalid};
 use super::masked::_check_unmasked;
 pub(crate) use crate::stored::Array;
 
@@ -177,6 +177,16 @@ pub fn two<'py>(object: &Any<'py>) -> PyResult<Result<[Any<'py>; 2], usize>> {
     let items = object.try_iter()?.take(3).collect::<PyResult<Vec<_>>>()?;
     let found = items.len();
     Ok(items.try_into().map_err(|_| found))
+}
+
+/// Whether a word is the second of the two that there are.
+pub fn is_second(name: &str, word: &str, [first, second]: [&str; 2]) -> PyResult<bool> {
+    let known = [first, second].contains(&word);
+    ensure!(
+        known,
+        "{name}: expected '{first}' or '{second}', found {word:?}"
+    );
+    Ok(word == second)
 }
 
 /// A whole number of any size; what is too large for the core counts as its largest number.

@@ -50,7 +50,7 @@ impl PyCurve {
         quantity: Quantity,
         num_threads: Option<i64>,
     ) -> PyResult<Any<'py>> {
-        let (py, (n, k)) = (t.py(), self.inner.shape());
+        let (py, (n, k), (start, end)) = (t.py(), self.inner.shape(), self.inner.t_span());
         let each = match quantity {
             Quantity::Derivative(0) => n * k,
             _ => DERIVATIVES * n * k,
@@ -58,7 +58,7 @@ impl PyCurve {
         if num_threads.is_none()
             && each <= IN_PLACE
             && let Ok(t) = t.cast_exact::<PyFloat>()
-            && self.is_inside(t.value())
+            && (start.min(end)..=start.max(end)).contains(&t.value())
         {
             return self.sample_one(py, t.value(), quantity);
         }
@@ -76,12 +76,6 @@ impl PyCurve {
         shape.extend([k, n]);
         let stored = PyArray1::from_vec(py, samples.into_entries()).reshape(shape)?;
         stored.call_method1("swapaxes", (-1, -2))
-    }
-
-    /// Whether the curve is made for a parameter: there it is quickly evaluated.
-    fn is_inside(&self, t: f64) -> bool {
-        let (start, end) = self.inner.t_span();
-        (start.min(end)..=start.max(end)).contains(&t)
     }
 
     /// Coordinates first, then their lift piece by piece into an array of NumPy's, which asks for huge pages: with

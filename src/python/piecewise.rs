@@ -11,16 +11,7 @@ use crate::spline::{Outside, Piecewise};
 use crate::stored::{Fields, Stored, refusal};
 
 /// The words for the kinds of pieces.
-const RIEMANNIAN: &str = "riemannian";
-const GEOMETRIC: &str = "geometric";
-
-/// Whether a word says that pieces are geometric cubics.
-pub(super) fn is_geometric(kind: &str) -> PyResult<bool> {
-    let expected = format!("'{RIEMANNIAN}' or '{GEOMETRIC}'");
-    let known = [RIEMANNIAN, GEOMETRIC].contains(&kind);
-    ensure!(known, "kind: expected {expected}, found {kind:?}");
-    Ok(kind == GEOMETRIC)
-}
+pub(super) const KINDS: [&str; 2] = ["riemannian", "geometric"];
 
 /// Times and points of a spline.
 pub(super) struct Data {
@@ -69,18 +60,6 @@ macro_rules! on_cubics {
     };
 }
 
-impl From<Piecewise<RiemannianCubic>> for Cubics {
-    fn from(curve: Piecewise<RiemannianCubic>) -> Self {
-        Cubics::Riemannian(Arc::new(curve))
-    }
-}
-
-impl From<Piecewise<GeometricCubic>> for Cubics {
-    fn from(curve: Piecewise<GeometricCubic>) -> Self {
-        Cubics::Geometric(Arc::new(curve))
-    }
-}
-
 impl Cubics {
     pub(super) fn curve(&self) -> Arc<dyn AnyCurve> {
         on_cubics!(self, curve => Arc::clone(curve) as _)
@@ -124,8 +103,8 @@ impl PyPiecewiseCurve {
     #[getter]
     pub(super) fn kind(&self) -> &'static str {
         match self.cubics {
-            Cubics::Riemannian(_) => RIEMANNIAN,
-            Cubics::Geometric(_) => GEOMETRIC,
+            Cubics::Riemannian(_) => KINDS[0],
+            Cubics::Geometric(_) => KINDS[1],
         }
     }
 
@@ -220,9 +199,9 @@ impl Spline {
     ) -> Result<Self> {
         let report = fields.reports(REPORT, 1)?[0];
         let points = fields.take(POINTS)?;
-        let cubics: Cubics = match geometric {
-            false => Piecewise::<RiemannianCubic>::restore(fields, interrupt)?.into(),
-            true => Piecewise::<GeometricCubic>::restore(fields, interrupt)?.into(),
+        let cubics = match geometric {
+            false => Cubics::Riemannian(Arc::new(Stored::restore(fields, interrupt)?)),
+            true => Cubics::Geometric(Arc::new(Stored::restore(fields, interrupt)?)),
         };
         let points = Self::batch(&cubics, POINTS, points)?;
         let tolerance = report.map_or(0.0, |report| 10.0 * report.tolerance);

@@ -15,7 +15,7 @@ pub(super) trait Polynomial: AnyCurve {
 
 impl Polynomial for GeometricPolynomial {
     fn pieces(&self) -> &'static str {
-        QUASI_GEODESIC
+        WORDS[0]
     }
 
     fn control_points(&self) -> Vec<Mat<f64>> {
@@ -29,7 +29,7 @@ impl Polynomial for GeometricPolynomial {
 
 impl Polynomial for GeodesicPolynomial {
     fn pieces(&self) -> &'static str {
-        GEODESIC
+        WORDS[1]
     }
 
     fn control_points(&self) -> Vec<Mat<f64>> {
@@ -41,16 +41,9 @@ impl Polynomial for GeodesicPolynomial {
     }
 }
 
-const QUASI_GEODESIC: &str = "quasi_geodesic";
-const GEODESIC: &str = "geodesic";
-
-/// Whether a word says that pieces are geodesics.
-fn is_geodesic(pieces: &str) -> PyResult<bool> {
-    let expected = format!("'{QUASI_GEODESIC}' or '{GEODESIC}'");
-    let known = [QUASI_GEODESIC, GEODESIC].contains(&pieces);
-    ensure!(known, "pieces: expected {expected}, found {pieces:?}");
-    Ok(pieces == GEODESIC)
-}
+/// The words for what a curve is made of, and their name in its stored form.
+const WORDS: [&str; 2] = ["quasi_geodesic", "geodesic"];
+const PIECES: &str = "pieces";
 
 /// The curve with control points `P`, shape (degree + 1, n, k).
 fn polynomial(P: &Any, geodesic: bool) -> PyResult<Arc<dyn Polynomial>> {
@@ -107,7 +100,8 @@ impl PyGeometricPolynomial {
     #[new]
     #[pyo3(signature = (P, *, pieces="quasi_geodesic"))]
     fn new(P: &Any, pieces: &str) -> PyResult<PyClassInitializer<Self>> {
-        Ok(Self::wrap(polynomial(P, is_geodesic(pieces)?)?, None))
+        let geodesic = is_second(PIECES, pieces, WORDS)?;
+        Ok(Self::wrap(polynomial(P, geodesic)?, None))
     }
 
     /// What the curve is made of: "quasi_geodesic" or "geodesic".
@@ -259,7 +253,7 @@ impl PyGeometricPolynomial {
 
     /// The curve of its stored numbers.
     pub(super) fn restored(py: Python<'_>, mut form: Form) -> PyResult<Py<PyAny>> {
-        let geodesic = is_geodesic(&form.word(PIECES)?)?;
+        let geodesic = is_second(PIECES, &form.word(PIECES)?, WORDS)?;
         let cubic = form.kind == GeometricCubic::KIND;
         let (curve, report) = form.read(py, move |fields, interrupt| {
             let report = fields.reports("report", 1)?[0];
@@ -280,9 +274,6 @@ impl PyGeometricPolynomial {
         }
     }
 }
-
-/// The name of what a curve is made of in its stored form.
-const PIECES: &str = "pieces";
 
 /// Geometric cubic polynomial by the adjusted de Casteljau algorithm, from boundary data.
 ///
@@ -339,7 +330,7 @@ impl PyGeometricCubic {
         V1: &Any,
         pieces: &str,
     ) -> PyResult<PyClassInitializer<Self>> {
-        let geodesic = is_geodesic(pieces)?;
+        let geodesic = is_second(PIECES, pieces, WORDS)?;
         let data = matrices(named![S0, V0, S1, V1])?;
         let curve = run_on(S0.py(), data, 1.0, move |[s0, v0, s1, v1], _| {
             if geodesic {

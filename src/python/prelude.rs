@@ -14,8 +14,8 @@ pub(super) use pyo3::{IntoPyObjectExt, PyClass};
 pub(super) use super::batch::{Batch, matrix_batches};
 pub(super) use super::call::{Call, SOLVES, Shared, run, run_on};
 pub(super) use super::convert::{
-    Any, Array, Four, Named, Owned, collected, count, four, freeze, matrices, matrix, named, numpy,
-    read, read_axes, to_array, tuple, two, unexpected, whole, write,
+    Any, Array, Four, Named, Owned, collected, count, four, freeze, is_second, matrices, matrix,
+    named, numpy, read, read_axes, to_array, tuple, two, unexpected, whole, write,
 };
 pub(super) use super::curve::{PyCurve, object, wrap};
 pub(super) use super::error::{PySolverReport, at_knot, at_member, ensure, invalid};

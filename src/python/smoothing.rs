@@ -1,6 +1,6 @@
 //! Smoothing splines of the binding.
 
-use super::piecewise::{Data, PyPiecewiseCurve, Spline, outside};
+use super::piecewise::{Cubics, Data, PyPiecewiseCurve, Spline, outside};
 use super::prelude::*;
 use super::state::check_finite;
 use super::stored::{Form, form};
@@ -129,7 +129,7 @@ impl PySmoothingSpline {
             }
             let points = Batch::of([t.len(), n, k], points);
             let spline = Spline {
-                cubics: curve.into(),
+                cubics: Cubics::Riemannian(Arc::new(curve)),
                 data: Data { t, points },
                 report: Some(fitted.report),
             };

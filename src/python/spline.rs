@@ -2,7 +2,7 @@
 
 use super::knots::{BcType, Ends, restore_ends, store_ends};
 use super::piecewise::{
-    Cubics, Data, PIECES, PyPiecewiseCurve, Spline, VELOCITIES, is_geometric, outside, put,
+    Cubics, Data, KINDS, PIECES, PyPiecewiseCurve, Spline, VELOCITIES, outside, put,
 };
 use super::prelude::*;
 use super::stored::{Form, form};
@@ -80,7 +80,7 @@ impl PyCubicHermite {
         num_threads: Option<i64>,
     ) -> PyResult<PyClassInitializer<Self>> {
         let py = t.py();
-        let geometric = is_geometric(kind)?;
+        let geometric = is_second("kind", kind, KINDS)?;
         let data = Data::read(t, S)?;
         let velocities = Velocities::read(V)?;
         let call = data.call(py, num_threads)?;
@@ -89,18 +89,18 @@ impl PyCubicHermite {
             let (t, points) = (&data.t, data.points.views());
             let given = velocities.vectors(t, &points)?;
             let vectors: Vec<_> = given.iter().map(Mat::as_ref).collect();
-            let cubics: Cubics = match geometric {
+            let cubics = match geometric {
                 false => {
                     let options = BoundaryOptions {
                         interrupt,
                         ..BoundaryOptions::default()
                     };
                     let curve = cubic_hermite(t, &points, &vectors, &options)?;
-                    curve.with_outside(outside).into()
+                    Cubics::Riemannian(Arc::new(curve.with_outside(outside)))
                 }
                 true => {
                     let curve = geometric_hermite(t, &points, &vectors)?;
-                    curve.with_outside(outside).into()
+                    Cubics::Geometric(Arc::new(curve.with_outside(outside)))
                 }
             };
             let given = Array::stacked(&[given.len()], &given, data.shape());
@@ -133,7 +133,7 @@ impl PyCubicHermite {
     pub(super) const KIND: &str = "CubicHermite";
 
     pub(super) fn restored(py: Python<'_>, mut form: Form) -> PyResult<Py<PyAny>> {
-        let geometric = is_geometric(&form.word(PIECES)?)?;
+        let geometric = is_second("kind", &form.word(PIECES)?, KINDS)?;
         let (spline, velocities) = form.read(py, move |fields, interrupt| {
             let velocities = fields.take(VELOCITIES)?;
             let spline = Spline::restored(fields, geometric, interrupt)?;
@@ -217,7 +217,7 @@ impl PyCubicHermite {
 pub struct PyCubicSpline {
     /// The end conditions, as given: a word, or a pair; arrays are read-only.
     #[pyo3(get)]
-    bc_type: Py<PyAny>,
+    pub(super) bc_type: Py<PyAny>,
 }
 
 #[pymethods]
@@ -240,7 +240,7 @@ impl PyCubicSpline {
         num_threads: Option<i64>,
     ) -> PyResult<PyClassInitializer<Self>> {
         let py = t.py();
-        let geometric = is_geometric(kind)?;
+        let geometric = is_second("kind", kind, KINDS)?;
         let max_iterations = count("max_iterations", max_iterations, 1)?;
         let data = Data::read(t, S)?;
         let Ends { given, conditions } = bc_type.read(py, data.shape())?;
@@ -254,14 +254,16 @@ impl PyCubicSpline {
                 interrupt,
             };
             let (t, points) = (&data.t, data.points.views());
-            let (cubics, report): (Cubics, _) = match geometric {
+            let (cubics, report) = match geometric {
                 false => {
                     let (curve, report) = cubic_spline(t, &points, &conditions, &options)?;
-                    (curve.with_outside(outside).into(), report)
+                    let curve = Arc::new(curve.with_outside(outside));
+                    (Cubics::Riemannian(curve), report)
                 }
                 true => {
                     let (curve, report) = geometric_spline(t, &points, &conditions, &options)?;
-                    (curve.with_outside(outside).into(), report)
+                    let curve = Arc::new(curve.with_outside(outside));
+                    (Cubics::Geometric(curve), report)
                 }
             };
             let report = Some(report);
@@ -286,15 +288,10 @@ impl PyCubicSpline {
 }
 
 impl PyCubicSpline {
-    /// The end conditions, as given.
-    pub(super) fn given<'py>(&self, py: Python<'py>) -> &Bound<'py, PyAny> {
-        self.bc_type.bind(py)
-    }
-
     pub(super) const KIND: &str = "CubicSpline";
 
     pub(super) fn restored(py: Python<'_>, mut form: Form) -> PyResult<Py<PyAny>> {
-        let geometric = is_geometric(&form.word(PIECES)?)?;
+        let geometric = is_second("kind", &form.word(PIECES)?, KINDS)?;
         let ends = restore_ends(py, &mut form)?;
         let spline = form.read(py, move |fields, stop| {
             Spline::restored(fields, geometric, stop)

@@ -25,7 +25,7 @@ impl Spline {
             let expected = "derivatives are those of splines with kind='riemannian'";
             return Err(invalid!("kind: {expected}, found 'geometric'"));
         };
-        let given: BcType<'_> = slf.get().given(py).extract()?;
+        let given: BcType<'_> = slf.get().bc_type.extract(py)?;
         let ends = given.read(py, (curve.n(), curve.k()))?.conditions;
         let curve = Arc::clone(curve);
         Ok(Spline { curve, ends })
@@ -46,11 +46,6 @@ impl Spline {
         let numbers = SOLVES * (matrices * n * k) as f64;
         run(py, numbers, move |interrupt| work(&self, interrupt))
     }
-
-    /// Whether a vector is given at the ends.
-    fn given(&self) -> bool {
-        matches!(self.ends, EndConditions::Each(_))
-    }
 }
 
 /// Variations of the vectors at the ends: those given, zero for others.
@@ -67,10 +62,9 @@ fn end_changes(spline: &Spline, dbc: Option<&Any>) -> PyResult<[Option<Mat<f64>>
         }
     };
     let (n, k) = spline.shape();
-    Ok(given.map(|end| match (end, spline.given()) {
-        (None, true) => Some(Mat::zeros(n, k)),
-        (end, _) => end,
-    }))
+    // Where no vector is given by the ends there is none to change.
+    let zero = matches!(spline.ends, EndConditions::Each(_)).then(|| Mat::zeros(n, k));
+    Ok(given.map(|end| end.or_else(|| zero.clone())))
 }
 
 /// Changes of the times, shape (N,).

@@ -4,6 +4,7 @@ use nalgebra::SVector;
 
 use super::prelude::*;
 use crate::chart::{Composition, DiscretizationMap, NamedMap};
+use crate::linalg::structure;
 
 /// Which chart.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
@@ -47,10 +48,7 @@ pub fn state<const N: usize>(row: &[f64]) -> SVector<f64, N> {
 
 /// Error `NonFinite` where a number is NaN or infinite.
 pub fn check_finite(name: &'static str, row: &[f64]) -> Result<()> {
-    match row.iter().position(|x| !x.is_finite()) {
-        Some(index) => Err(Error::NonFinite { name, index }),
-        None => Ok(()),
-    }
+    structure::check_finite(name, MatRef::from_column_major_slice(row, row.len(), 1))
 }
 
 /// Writes states one after another.

@@ -95,12 +95,6 @@ fn check_vector(m: &Stiefel, name: &'static str, [s, v]: [MatRef<'_, f64>; 2]) -
     m.check_tangent(name, s, v, TANGENT_TOLERANCE)
 }
 
-/// Check the argument `atol`.
-fn tolerance(atol: f64) -> PyResult<f64> {
-    ensure!(atol >= 0.0, "atol: must be at least 0, found {atol}");
-    Ok(atol)
-}
-
 /// Draw standard normal matrices with the leading axes `lead`.
 fn normal<'py>(generator: &Any<'py>, lead: &[usize], (n, k): (usize, usize)) -> PyResult<Any<'py>> {
     let shape = PyTuple::new(generator.py(), [lead, &[n, k]].concat())?;
@@ -211,7 +205,7 @@ impl PyStiefel {
     ///     With the measured defect.
     #[pyo3(signature = (S, atol=POINT_TOLERANCE), text_signature = "($self, S, atol=1e-9)")]
     fn check_point(&self, S: &Any, atol: f64) -> PyResult<()> {
-        let atol = tolerance(atol)?;
+        ensure!(atol >= 0.0, "atol: must be at least 0, found {atol}");
         self.map(named![S], &[], move |m, [s], _| m.check_point("S", s, atol))?;
         Ok(())
     }
@@ -224,7 +218,7 @@ impl PyStiefel {
     ///     With the measured defect.
     #[pyo3(signature = (S, V, atol=TANGENT_TOLERANCE), text_signature = "($self, S, V, atol=1e-9)")]
     fn check_tangent(&self, S: &Any, V: &Any, atol: f64) -> PyResult<()> {
-        let atol = tolerance(atol)?;
+        ensure!(atol >= 0.0, "atol: must be at least 0, found {atol}");
         self.map(named![S, V], &[], move |m, [s, v], _| {
             check(m, s)?;
             m.check_tangent("V", s, v, atol)

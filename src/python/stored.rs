@@ -14,9 +14,6 @@ use crate::curve::{GeometricCubic, GeometricPolynomial};
 use crate::manifold::{Geodesic, QuasiGeodesic};
 use crate::stored::{FORMAT, Fields, Stored, VERSION, check_header, refusal};
 
-const WORDS: [&str; 2] = ["format", "kind"];
-const VERSION_KEY: &str = "version";
-
 /// The stored form of a curve of the given numbers.
 pub(super) fn form<'py>(
     py: Python<'py>,
@@ -24,10 +21,9 @@ pub(super) fn form<'py>(
     fields: Fields,
 ) -> PyResult<Bound<'py, PyDict>> {
     let form = PyDict::new(py);
-    for (key, word) in WORDS.into_iter().zip([FORMAT, kind]) {
-        form.set_item(key, word)?;
-    }
-    form.set_item(VERSION_KEY, VERSION)?;
+    form.set_item("format", FORMAT)?;
+    form.set_item("kind", kind)?;
+    form.set_item("version", VERSION)?;
     for (name, array) in fields.0 {
         form.set_item(name, array)?;
     }
@@ -51,7 +47,7 @@ impl Form {
         let mut version = None;
         for (name, value) in form {
             let name: String = name.extract()?;
-            if name == VERSION_KEY {
+            if name == "version" {
                 version = value.extract::<u64>().ok();
             } else if value.is_instance_of::<PyString>() {
                 words.insert(name, value.extract()?);
@@ -60,7 +56,7 @@ impl Form {
                 fields.0.insert(name, array);
             }
         }
-        let [format, kind] = WORDS.map(|name| words.remove(name));
+        let [format, kind] = ["format", "kind"].map(|name| words.remove(name));
         let (Some(format), Some(version), Some(kind)) = (format, version, kind) else {
             return Err(refused("does not say its format, version and kind"));
         };

@@ -8,15 +8,9 @@ use crate::spline::{
 
 /// The estimate of a word, the argument `name`.
 fn read_method(name: &str, method: &str) -> PyResult<VelocityEstimate> {
-    match method {
-        "catmull-rom" => Ok(VelocityEstimate::CatmullRom),
-        "akima" => Ok(VelocityEstimate::Akima),
-        "natural" => Ok(VelocityEstimate::Natural),
-        _ => {
-            let expected = "'catmull-rom', 'akima' or 'natural'";
-            Err(invalid!("{name}: expected {expected}, found {method:?}"))
-        }
-    }
+    let expected = "'catmull-rom', 'akima' or 'natural'";
+    VelocityEstimate::from_word(method)
+        .ok_or_else(|| invalid!("{name}: expected {expected}, found {method:?}"))
 }
 
 /// Velocities at knots: given, or to be estimated.
