@@ -62,8 +62,7 @@ use crate::manifold::Stiefel;
 #[pyfunction]
 #[pyo3(signature = (S0, V0, S1, V1, *, tol=1e-12, max_iterations=50, num_threads=None))]
 pub fn solve_boundary<'py>(
-    py: Python<'py>,
-    S0: &Any,
+    S0: &Any<'py>,
     V0: &Any,
     S1: &Any,
     V1: &Any,
@@ -71,7 +70,7 @@ pub fn solve_boundary<'py>(
     #[pyo3(from_py_with = whole)] max_iterations: i64,
     num_threads: Option<i64>,
 ) -> PyResult<Any<'py>> {
-    let arguments = named![S0, V0, S1, V1];
+    let (py, arguments) = (S0.py(), named![S0, V0, S1, V1]);
     let batches = matrix_batches(arguments)?;
     let max_iterations = count("max_iterations", max_iterations, 1)?;
     let (shape, n, k) = (batches[0].shape.clone(), batches[0].rows, batches[0].cols);
@@ -123,8 +122,13 @@ fn fields(found: &[Found], lead: &[usize], (n, k): (usize, usize)) -> Fields {
     let cost = numbers(|one| one.as_ref().map_or(f64::NAN, |solution| solution.cost));
     let residual = numbers(|one| one.as_ref().map_or_else(|x| *x, |found| found.residual));
     let [acceleration, jerk] = [matrices(|one| &one.acceleration), matrices(|one| &one.jerk)];
-    let converged = found.iter().map(Found::is_ok).collect();
-    (acceleration, jerk, cost, converged, residual)
+    (
+        acceleration,
+        jerk,
+        cost,
+        found.iter().map(Found::is_ok).collect(),
+        residual,
+    )
 }
 
 /// The first invalid problem and what is wrong with it.

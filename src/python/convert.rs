@@ -9,10 +9,9 @@ use pyo3::exceptions::{PyMemoryError, PyOverflowError, PyTypeError};
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use pyo3::types::{IntoPyDict, PySlice};
+use pyo3::types::{IntoPyDict, PyFloat, PyInt, PyList, PySlice, PyTuple};
 
 use super::error::{ensure, invalid};
-use super::masked::_check_unmasked;
 pub(crate) use crate::stored::Array;
 
 /// Numbers copied between two checks for Ctrl-C (1 MB), a fraction of a millisecond. The first touch of fresh memory is
@@ -73,6 +72,43 @@ pub fn real_array<'py>(object: &Any<'py>, name: &str) -> PyResult<Bound<'py, PyU
     Err(PyTypeError::new_err(format!(
         "{name}: expected real numbers, found an array of dtype {dtype}{advice}"
     )))
+}
+
+/// Error where an array, or one in a list, has masked entries: NumPy would read the numbers under the mask. Readers in Python
+/// call it too.
+#[pyfunction]
+pub fn _check_unmasked(name: &str, object: &Any) -> PyResult<()> {
+    let (masked, entries) = count_masked(object)?;
+    if masked == 0 {
+        return Ok(());
+    }
+    let verb = if masked == 1 { "is" } else { "are" };
+    Err(invalid!(
+        "{name}: {masked} of {entries} entries {verb} masked; fill or remove them"
+    ))
+}
+
+/// Masked entries of all masked arrays in an object, and all entries of these.
+fn count_masked(object: &Any) -> PyResult<(usize, usize)> {
+    if object.is_exact_instance_of::<PyFloat>() || object.is_exact_instance_of::<PyInt>() {
+        return Ok((0, 0));
+    }
+    if object.is_instance_of::<PyList>() || object.is_instance_of::<PyTuple>() {
+        return object.try_iter()?.try_fold((0, 0), |sum, item| {
+            let (masked, entries) = count_masked(&item?)?;
+            Ok((sum.0 + masked, sum.1 + entries))
+        });
+    }
+    let py = object.py();
+    static MASKED_ARRAY: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
+    let class = MASKED_ARRAY.import(py, "numpy.ma", "MaskedArray")?;
+    if !object.is_instance(class)? {
+        return Ok((0, 0));
+    }
+    let masked = py
+        .import("numpy.ma")?
+        .call_method1("count_masked", (object,))?;
+    Ok((masked.extract()?, object.getattr("size")?.extract()?))
 }
 
 /// Whether an object is an array of float64 that is a slice: a view may have strides that are no multiple of an entry's size.

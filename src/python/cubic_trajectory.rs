@@ -64,8 +64,7 @@ impl PyCubicTrajectory {
         let [count, n, k] = [common[0], common[1], common[2]];
         let fits = [0, 5].iter().all(|i| parts[*i].shape[0] == count);
         ensure!(fits, "t, energy: expected shape ({count},)");
-        let points = parts[1].entries.chunks((n * k).max(1)).enumerate();
-        for (i, point) in points {
+        for (i, point) in parts[1].entries.chunks((n * k).max(1)).enumerate() {
             let point = MatRef::from_row_major_slice(point, n, k);
             check_orthonormal(&format!("{}: state {i}", NAMES[1]), point)?;
         }

@@ -24,10 +24,7 @@ pub(super) fn wrap<S: PyClass<BaseType = PyCurve>>(
 }
 
 /// The object of a class.
-pub(super) fn object<T: PyClass>(
-    py: Python<'_>,
-    class: PyClassInitializer<T>,
-) -> PyResult<Py<PyAny>> {
+pub fn object<T: PyClass>(py: Python<'_>, class: PyClassInitializer<T>) -> PyResult<Py<PyAny>> {
     Ok(Py::new(py, class)?.into_any())
 }
 

@@ -26,8 +26,7 @@ impl PyChart {
     #[pyo3(signature = (x, v, map="initial_point"))]
     fn discretize(&self, x: &Any, v: &Any, map: &str) -> PyResult<Array> {
         let map = map_of(map)?;
-        let width = 2 * self.d();
-        let core = [2, width];
+        let (width, core) = (2 * self.d(), [2, 2 * self.d()]);
         self.map(named![x, v], width, &core, move |kind, [x, v], out, _| {
             on_chart!(kind, chart => chart.check("x", x))?;
             check_finite("v", v)?;
@@ -279,12 +278,11 @@ impl Shot {
     where
         NamedMap: DiscretizationMap<X>,
     {
-        for (name, q) in [("q0", &self.ends[0]), ("q1", &self.ends[2])] {
-            chart.check(name, q)?;
-        }
-        for (name, qdot) in [("qdot0", &self.ends[1]), ("qdot1", &self.ends[3])] {
-            check_finite(name, qdot)?;
-        }
+        let [q0, qdot0, q1, qdot1] = &self.ends;
+        chart.check("q0", q0)?;
+        chart.check("q1", q1)?;
+        check_finite("qdot0", qdot0)?;
+        check_finite("qdot1", qdot1)?;
         let [x0, x1] = [0, 2].map(|i| state::<X>(&self.ends[i..i + 2].concat()));
         let newton = NewtonOptions {
             tolerance: self.tol,

@@ -84,8 +84,8 @@ impl Value for (Mat<f64>, LogReport) {
         let (vector, numbers) = out.split_at_mut(out.len() - REPORT);
         velocity.put(vector);
         let certain = f64::from(u8::from(report.certainly_shortest));
-        let (iterations, residual) = (report.iterations as f64, report.residual);
-        numbers.copy_from_slice(&[iterations, residual, report.length, certain]);
+        let iterations = report.iterations as f64;
+        numbers.copy_from_slice(&[iterations, report.residual, report.length, certain]);
     }
 }
 

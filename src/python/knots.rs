@@ -221,7 +221,7 @@ pub(super) fn restore_ends<'py>(py: Python<'py>, form: &mut Form) -> PyResult<Bc
         let word = form.word(name)?;
         match GIVEN.iter().position(|given| word == *given) {
             None => word.into_bound_py_any(py),
-            Some(i) => (i + 1, form.array(vector_name)?).into_bound_py_any(py),
+            Some(i) => (i + 1, form.fields.take(vector_name)?).into_bound_py_any(py),
         }
     };
     let ends = collected(ENDS.map(end))?;

@@ -72,8 +72,7 @@ impl PyCurve {
     #[pyo3(signature = (t0=None, t1=None))]
     fn arc_length(&self, py: Python<'_>, t0: Option<f64>, t1: Option<f64>) -> PyResult<f64> {
         let (start, end) = self.inner.t_span();
-        let t0 = t0.unwrap_or(start.min(end));
-        let t1 = t1.unwrap_or(start.max(end));
+        let (t0, t1) = (t0.unwrap_or(start.min(end)), t1.unwrap_or(start.max(end)));
         self.run(py, None, move |curve, stop| curve.arc_length(t0, t1, stop))
     }
 

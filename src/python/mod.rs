@@ -16,7 +16,6 @@ mod geodesic;
 mod geometry;
 mod knots;
 mod linalg;
-mod masked;
 mod measure;
 mod piecewise;
 mod polynomial;
@@ -43,13 +42,13 @@ pub mod _core {
         boundary_batch::solve_boundary,
         call::{num_threads, simd_features},
         chart::PyChart,
+        convert::_check_unmasked,
         cubic_trajectory::{PyCubicTrajectory, integrate_cubic},
         curve::{PyCurve, PyQuasiGeodesic},
         error::PySolverReport,
         flow::PyShootingResult,
         geodesic::{PyGeodesic, PyLogReport},
         linalg::{orthogonal_log, skew_exp},
-        masked::_check_unmasked,
         measure::PyDerivativeBounds,
         piecewise::PyPiecewiseCurve,
         polynomial::{PyGeometricCubic, PyGeometricPolynomial},

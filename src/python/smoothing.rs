@@ -110,7 +110,6 @@ impl PySmoothingSpline {
         let data = Data::read(t, S)?;
         let weights = weights.map(read_weights).transpose()?;
         let call = data.call(t.py(), num_threads)?;
-        let outside = outside(extrapolate);
         let (fitted, spline) = call.run(move |interrupt| {
             let options = SmoothingOptions {
                 lambda: lam,
@@ -120,12 +119,12 @@ impl PySmoothingSpline {
             };
             let views = data.points.views();
             let fitted = smoothing_spline(&data.t, &views, weights.as_deref(), &options)?;
-            let curve = fitted.curve.clone().with_outside(outside);
+            let curve = fitted.curve.clone().with_outside(outside(extrapolate));
             let (t, (n, k)) = (curve.knots().to_vec(), data.shape());
             let found = Curve::sample(&curve, &t, Quantity::Derivative(0), interrupt)?;
-            let mut points = vec![0.0; t.len() * n * k];
-            for (point, out) in found.iter().zip(points.chunks_mut(n * k)) {
-                write(point, out);
+            let mut points = Vec::with_capacity(t.len() * n * k);
+            for point in found.iter() {
+                points.extend(point.row_iter().flat_map(|row| row.iter()));
             }
             let points = Batch::of([t.len(), n, k], points);
             let spline = Spline {
@@ -148,13 +147,11 @@ impl PySmoothingSpline {
         let mut fields = slf.as_super().get().stored(py)?;
         let lam = this.lam.min(INFINITE);
         fields.put_flat(SMOOTHING, vec![lam, this.misfit, this.degrees_of_freedom]);
-        form(py, Self::KIND, fields)
+        form(py, Self::NAME, fields)
     }
 }
 
 impl PySmoothingSpline {
-    pub(super) const KIND: &str = "SmoothingSpline";
-
     pub(super) fn restored(py: Python<'_>, form: Form) -> PyResult<Py<PyAny>> {
         let (spline, [lam, misfit, degrees_of_freedom]) = form.read(py, |fields, interrupt| {
             let numbers = fields.take(SMOOTHING)?.entries;

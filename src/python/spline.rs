@@ -84,7 +84,6 @@ impl PyCubicHermite {
         let data = Data::read(t, S)?;
         let velocities = Velocities::read(V)?;
         let call = data.call(py, num_threads)?;
-        let outside = outside(extrapolate);
         let (spline, velocities) = call.run(move |interrupt| {
             let (t, points) = (&data.t, data.points.views());
             let given = velocities.vectors(t, &points)?;
@@ -96,11 +95,11 @@ impl PyCubicHermite {
                         ..BoundaryOptions::default()
                     };
                     let curve = cubic_hermite(t, &points, &vectors, &options)?;
-                    Cubics::Riemannian(Arc::new(curve.with_outside(outside)))
+                    Cubics::Riemannian(Arc::new(curve.with_outside(outside(extrapolate))))
                 }
                 true => {
                     let curve = geometric_hermite(t, &points, &vectors)?;
-                    Cubics::Geometric(Arc::new(curve.with_outside(outside)))
+                    Cubics::Geometric(Arc::new(curve.with_outside(outside(extrapolate))))
                 }
             };
             let given = Array::stacked(&[given.len()], &given, data.shape());
@@ -123,15 +122,13 @@ impl PyCubicHermite {
         let (py, base) = (slf.py(), slf.as_super().get());
         let mut fields = base.stored(py)?;
         put(py, &mut fields, VELOCITIES, &slf.get().velocities)?;
-        let form = form(py, Self::KIND, fields)?;
+        let form = form(py, Self::NAME, fields)?;
         form.set_item(PIECES, base.kind())?;
         Ok(form)
     }
 }
 
 impl PyCubicHermite {
-    pub(super) const KIND: &str = "CubicHermite";
-
     pub(super) fn restored(py: Python<'_>, mut form: Form) -> PyResult<Py<PyAny>> {
         let geometric = is_second("kind", &form.word(PIECES)?, KINDS)?;
         let (spline, velocities) = form.read(py, move |fields, interrupt| {
@@ -243,9 +240,11 @@ impl PyCubicSpline {
         let geometric = is_second("kind", kind, KINDS)?;
         let max_iterations = count("max_iterations", max_iterations, 1)?;
         let data = Data::read(t, S)?;
-        let Ends { given, conditions } = bc_type.read(py, data.shape())?;
+        let Ends {
+            given: bc_type,
+            conditions,
+        } = bc_type.read(py, data.shape())?;
         let call = data.call(py, num_threads)?;
-        let outside = outside(extrapolate);
         let spline = call.run(move |interrupt| {
             let options = SplineOptions {
                 tolerance: tol,
@@ -257,12 +256,12 @@ impl PyCubicSpline {
             let (cubics, report) = match geometric {
                 false => {
                     let (curve, report) = cubic_spline(t, &points, &conditions, &options)?;
-                    let curve = Arc::new(curve.with_outside(outside));
+                    let curve = Arc::new(curve.with_outside(outside(extrapolate)));
                     (Cubics::Riemannian(curve), report)
                 }
                 true => {
                     let (curve, report) = geometric_spline(t, &points, &conditions, &options)?;
-                    let curve = Arc::new(curve.with_outside(outside));
+                    let curve = Arc::new(curve.with_outside(outside(extrapolate)));
                     (Cubics::Geometric(curve), report)
                 }
             };
@@ -273,14 +272,13 @@ impl PyCubicSpline {
                 report,
             })
         })?;
-        let bc_type = given;
         Ok(spline.wrap(py)?.add_subclass(PyCubicSpline { bc_type }))
     }
 
     /// For files and pickles: all numbers of the curve.
     fn _stored<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
         let (py, base) = (slf.py(), slf.as_super().get());
-        let form = form(py, Self::KIND, base.stored(py)?)?;
+        let form = form(py, Self::NAME, base.stored(py)?)?;
         form.set_item(PIECES, base.kind())?;
         store_ends(slf.get().bc_type.bind(py), &form)?;
         Ok(form)
@@ -288,8 +286,6 @@ impl PyCubicSpline {
 }
 
 impl PyCubicSpline {
-    pub(super) const KIND: &str = "CubicSpline";
-
     pub(super) fn restored(py: Python<'_>, mut form: Form) -> PyResult<Py<PyAny>> {
         let geometric = is_second("kind", &form.word(PIECES)?, KINDS)?;
         let ends = restore_ends(py, &mut form)?;

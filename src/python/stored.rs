@@ -34,7 +34,7 @@ pub(super) fn form<'py>(
 pub(super) struct Form {
     pub(super) kind: String,
     words: BTreeMap<String, String>,
-    fields: Fields,
+    pub(super) fields: Fields,
 }
 
 impl Form {
@@ -58,7 +58,8 @@ impl Form {
         }
         let [format, kind] = ["format", "kind"].map(|name| words.remove(name));
         let (Some(format), Some(version), Some(kind)) = (format, version, kind) else {
-            return Err(refused("does not say its format, version and kind"));
+            let problem = "does not say its format, version and kind";
+            return Err(refusal(problem.to_owned()).into());
         };
         check_header(&format, version)?;
         Ok(Form {
@@ -71,12 +72,7 @@ impl Form {
     /// Takes a word out.
     pub(super) fn word(&mut self, name: &str) -> PyResult<String> {
         let word = self.words.remove(name);
-        word.ok_or_else(|| refused(&format!("has no word '{name}'")))
-    }
-
-    /// Takes an array out.
-    pub(super) fn array(&mut self, name: &str) -> PyResult<Array> {
-        Ok(self.fields.take(name)?)
+        word.ok_or_else(|| refusal(format!("has no word '{name}'")).into())
     }
 
     /// What `take` makes of the numbers, of which it leaves none.
@@ -87,23 +83,13 @@ impl Form {
     ) -> PyResult<T> {
         let Form { words, fields, .. } = self;
         if let Some(name) = words.keys().next() {
-            return Err(refused(&format!("'{name}' is no part of such a curve")));
+            return Err(refusal(format!("'{name}' is no part of such a curve")).into());
         }
         let numbers: usize = fields.0.values().map(|array| array.entries.len()).sum();
         run(py, numbers as f64, move |interrupt| {
             fields.read(|fields| take(fields, interrupt))
         })
     }
-
-    /// The curve of its numbers, where the core knows how to read it.
-    pub(super) fn curve<C: Stored + Send + 'static>(self, py: Python<'_>) -> PyResult<C> {
-        self.read(py, C::restore)
-    }
-}
-
-/// `InvalidInputError` for a stored form that is none.
-fn refused(problem: &str) -> PyErr {
-    refusal(problem.to_owned()).into()
 }
 
 /// The curve of a stored form: for files and pickles.
@@ -113,17 +99,20 @@ pub fn _restored(form: &Bound<'_, PyDict>) -> PyResult<Py<PyAny>> {
     let form = Form::of(form)?;
     match form.kind.as_str() {
         QuasiGeodesic::KIND => {
-            let curve: QuasiGeodesic = form.curve(py)?;
+            let curve = form.read(py, QuasiGeodesic::restore)?;
             object(py, wrap(Arc::new(curve), PyQuasiGeodesic))
         }
-        Geodesic::KIND => object(py, PyGeodesic::wrap(form.curve(py)?)),
+        Geodesic::KIND => object(py, PyGeodesic::wrap(form.read(py, Geodesic::restore)?)),
         GeometricPolynomial::KIND | GeometricCubic::KIND => {
             PyGeometricPolynomial::restored(py, form)
         }
-        RiemannianCubic::KIND => Ok(PyRiemannianCubic::wrapped(py, form.curve(py)?)?.into_any()),
-        PyCubicHermite::KIND => PyCubicHermite::restored(py, form),
-        PyCubicSpline::KIND => PyCubicSpline::restored(py, form),
-        PySmoothingSpline::KIND => PySmoothingSpline::restored(py, form),
-        kind => Err(refused(&format!("of an unknown kind, '{kind}'"))),
+        RiemannianCubic::KIND => {
+            let curve = form.read(py, RiemannianCubic::restore)?;
+            PyRiemannianCubic::wrapped(py, curve)?.into_py_any(py)
+        }
+        PyCubicHermite::NAME => PyCubicHermite::restored(py, form),
+        PyCubicSpline::NAME => PyCubicSpline::restored(py, form),
+        PySmoothingSpline::NAME => PySmoothingSpline::restored(py, form),
+        kind => Err(refusal(format!("of an unknown kind, '{kind}'")).into()),
     }
 }

@@ -121,12 +121,11 @@ fn read_data(objects: [Named<'_, '_>; 4]) -> PyResult<CovariantData> {
 impl PyChart {
     fn across(
         &self,
-        py: Python<'_>,
-        data: CovariantData,
+        objects: [Named<'_, '_>; 4],
         flow: Flow,
         shape: &[usize],
     ) -> PyResult<PyChartTrajectory> {
-        let kind = self.0;
+        let (py, kind, data) = (objects[0].0.py(), self.0, read_data(objects)?);
         // How many steps it takes may show only on the way: always watched.
         let work =
             move |stop: Interrupt<'_>| on_chart!(kind, chart => flow.run(chart, &data, stop));
@@ -219,9 +218,8 @@ impl PyChart {
         order: Option<i64>,
     ) -> PyResult<PyChartTrajectory> {
         let steps = Steps::read(map, order, steps, t_end)?;
-        let data = read_data(named![S, V, A, J])?;
         let shape = [steps.count.saturating_add(1)];
-        self.across(S.py(), data, Flow::Steps(steps), &shape)
+        self.across(named![S, V, A, J], Flow::Steps(steps), &shape)
     }
 
     /// The exact flow across charts: as `reference`, with no pole in the way.
@@ -252,7 +250,6 @@ impl PyChart {
         t: &Any,
     ) -> PyResult<PyChartTrajectory> {
         let Array { shape, entries } = read(t, "t")?;
-        let data = read_data(named![S, V, A, J])?;
-        self.across(S.py(), data, Flow::Times(entries), &shape)
+        self.across(named![S, V, A, J], Flow::Times(entries), &shape)
     }
 }

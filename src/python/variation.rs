@@ -25,7 +25,10 @@ pub(super) struct Cotangents {
 
 impl Cotangents {
     pub(super) fn read(t: &Any, w: &Any, (n, k): (usize, usize)) -> PyResult<Self> {
-        let Array { shape, entries } = read(t, "t")?;
+        let Array {
+            shape,
+            entries: times,
+        } = read(t, "t")?;
         let [matrices] = matrix_batches([(w, "W")])?;
         let expected = [&shape[..], &[n, k]].concat();
         let found = [&matrices.shape[..], &[matrices.rows, matrices.cols]].concat();
@@ -33,10 +36,7 @@ impl Cotangents {
             let expected = format!("{}, that of the points at t", tuple(&expected));
             return Err(unexpected("W", &expected, &found));
         }
-        Ok(Cotangents {
-            times: entries,
-            matrices,
-        })
+        Ok(Cotangents { times, matrices })
     }
 }
 
