@@ -69,9 +69,9 @@ pub fn real_array<'py>(object: &Any<'py>, name: &str) -> PyResult<Bound<'py, PyU
         'O' => "; numbers among objects become real ones by astype(float)",
         _ => "",
     };
-    Err(PyTypeError::new_err(format!(
-        "{name}: expected real numbers, found an array of dtype {dtype}{advice}"
-    )))
+    let found = format!("an array of dtype {dtype}{advice}");
+    let message = format!("{name}: expected real numbers, found {found}");
+    Err(PyTypeError::new_err(message))
 }
 
 /// Error where an array, or one in a list, has masked entries: NumPy would read the numbers under the mask. Readers in Python
@@ -83,9 +83,8 @@ pub fn _check_unmasked(name: &str, object: &Any) -> PyResult<()> {
         return Ok(());
     }
     let verb = if masked == 1 { "is" } else { "are" };
-    Err(invalid!(
-        "{name}: {masked} of {entries} entries {verb} masked; fill or remove them"
-    ))
+    let found = format!("{masked} of {entries} entries {verb} masked");
+    Err(invalid!("{name}: {found}; fill or remove them"))
 }
 
 /// Masked entries of all masked arrays in an object, and all entries of these.

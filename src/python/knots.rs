@@ -33,9 +33,8 @@ fn check_numbers(object: &Any) -> PyResult<()> {
         'i' | 'u' => return check_exact(array.as_any()),
         _ => return Ok(()),
     };
-    Err(PyTypeError::new_err(format!(
-        "t: {found} are not numbers; give seconds: {advice}"
-    )))
+    let message = format!("t: {found} are not numbers; give seconds: {advice}");
+    Err(PyTypeError::new_err(message))
 }
 
 /// Whether the first object of an array is of a class of the module `datetime`.
@@ -145,9 +144,9 @@ fn end<'py>(object: &Any<'py>, shape: (usize, usize)) -> PyResult<(EndCondition,
         1 => EndCondition::Velocity(vector),
         2 => EndCondition::Acceleration(vector),
         _ => {
-            let expected = "must be 1 (velocity) or 2 (covariant acceleration)";
-            let what = "bc_type: the order of an end condition";
-            return Err(invalid!("{what} {expected}, found {order}"));
+            let expected =
+                "order of an end condition must be 1 (velocity) or 2 (covariant acceleration)";
+            return Err(invalid!("bc_type: the {expected}, found {order}"));
         }
     };
     Ok((condition, given.into_bound_py_any(py)?))
@@ -169,11 +168,9 @@ fn unknown(word: &str, expected: &str) -> PyErr {
 /// The two items of any pair.
 pub(super) fn pair<'py>(object: &Any<'py>, name: &str, expected: &str) -> PyResult<[Any<'py>; 2]> {
     if object.try_iter().is_err() {
-        let found = object.get_type();
-        return Err(PyTypeError::new_err(format!(
-            "{name}: expected a pair ({expected}), found {}",
-            found.name()?
-        )));
+        let found = object.get_type().name()?;
+        let message = format!("{name}: expected a pair ({expected}), found {found}");
+        return Err(PyTypeError::new_err(message));
     }
     two(object)?
         .map_err(|found| invalid!("{name}: expected a pair ({expected}), found {found} items"))

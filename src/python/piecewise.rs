@@ -137,9 +137,8 @@ impl PyPiecewiseCurve {
         let (name, knots) = (slf.get_type().name()?, this.cubics.knots());
         let (n, k) = this.cubics.curve().shape();
         let (count, first, last) = (knots.len(), knots[0], knots[knots.len() - 1]);
-        Ok(format!(
-            "<{name} on St({n}, {k}), {count} knots, t_span ({first:?}, {last:?})>"
-        ))
+        let knots = format!("{count} knots, t_span ({first:?}, {last:?})");
+        Ok(format!("<{name} on St({n}, {k}), {knots}>"))
     }
 }
 

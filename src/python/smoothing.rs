@@ -108,7 +108,11 @@ impl PySmoothingSpline {
     ) -> PyResult<PyClassInitializer<Self>> {
         let max_iterations = count("max_iterations", max_iterations, 1)?;
         let data = Data::read(t, S)?;
-        let weights = weights.map(read_weights).transpose()?;
+        let weights = weights
+            .map(|object| read_axes(object, "weights", "(N,)"))
+            .transpose()?;
+        let weights: Option<Vec<f64>> = weights.map(|([_], weights)| weights);
+        check_finite("weights", weights.as_deref().unwrap_or(&[]))?;
         let call = data.call(t.py(), num_threads)?;
         let (fitted, spline) = call.run(move |interrupt| {
             let options = SmoothingOptions {
@@ -170,10 +174,4 @@ impl PySmoothingSpline {
         });
         object(py, curve)
     }
-}
-
-fn read_weights(object: &Any) -> PyResult<Vec<f64>> {
-    let ([_], weights) = read_axes(object, "weights", "(N,)")?;
-    check_finite("weights", &weights)?;
-    Ok(weights)
 }

@@ -132,13 +132,11 @@ pub(super) fn read_metric(object: &Any) -> PyResult<Metric> {
             _ => Err(invalid!("{expected} {name:?}")),
         };
     }
-    match object.extract() {
-        Ok(alpha) => Ok(Metric::new(alpha)?),
-        Err(_) => Err(PyTypeError::new_err(format!(
-            "{expected} {}",
-            object.get_type()
-        ))),
-    }
+    let Ok(alpha) = object.extract() else {
+        let kind = object.get_type();
+        return Err(PyTypeError::new_err(format!("{expected} {kind}")));
+    };
+    Ok(Metric::new(alpha)?)
 }
 
 #[pymethods]

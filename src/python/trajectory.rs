@@ -46,10 +46,8 @@ pub struct PyChartTrajectory {
 impl PyChartTrajectory {
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let shape = self.point.bind(py).getattr("shape")?;
-        let changes = self.transitions.len();
-        Ok(format!(
-            "<ChartTrajectory {shape}, {changes} changes of chart>"
-        ))
+        let changes = format!("{} changes of chart", self.transitions.len());
+        Ok(format!("<ChartTrajectory {shape}, {changes}>"))
     }
 }
 
