@@ -3,7 +3,6 @@
 use rayon::prelude::*;
 
 use super::convert::{entries, real_array};
-use super::error::invalid_input;
 use super::prelude::*;
 
 /// A batch of matrices (or of rows, with `cols = 1`): leading axes and entries, each matrix row by row.
@@ -103,9 +102,8 @@ pub fn read_batches<const N: usize>(
         let shapes = arrays.each_ref().map(|array| PyTuple::new(py, lead(array)));
         let shapes = PyTuple::new(py, collected(shapes)?)?;
         let common = numpy(py)?.call_method1("broadcast_shapes", shapes);
-        shape = common
-            .map_err(|error| invalid_input(error.value(py).to_string()))?
-            .extract()?;
+        let common = common.map_err(|error| invalid!("{}", error.value(py)))?;
+        shape = common.extract()?;
         for array in &mut arrays {
             let full = [&shape, &array.shape()[array.ndim() - core..]].concat();
             let arguments = (array.as_any(), PyTuple::new(py, full)?);

@@ -34,7 +34,7 @@ impl<T: Send + Sync + 'static> Shared for T {}
 
 /// A call into the core.
 pub struct Call<'py> {
-    py: Python<'py>,
+    pub py: Python<'py>,
     num_threads: Option<usize>,
     /// How much work it is, by the numbers that are read and made. It decides whether the call runs on another thread and how
     /// a batch is divided; results do not depend on it.

@@ -104,9 +104,8 @@ fn count_masked(object: &Any) -> PyResult<(usize, usize)> {
     if !object.is_instance(class)? {
         return Ok((0, 0));
     }
-    let masked = py
-        .import("numpy.ma")?
-        .call_method1("count_masked", (object,))?;
+    let module = py.import("numpy.ma")?;
+    let masked = module.call_method1("count_masked", (object,))?;
     Ok((masked.extract()?, object.getattr("size")?.extract()?))
 }
 

@@ -48,6 +48,8 @@ impl PyCurve {
         num_threads: Option<i64>,
     ) -> PyResult<Any<'py>> {
         let (py, (n, k), (start, end)) = (t.py(), self.inner.shape(), self.inner.t_span());
+        // Outside of it curves may be integrated on, which takes unknown time.
+        let inside = |t: &f64| (start.min(end)..=start.max(end)).contains(t);
         let each = match quantity {
             Quantity::Derivative(0) => n * k,
             _ => DERIVATIVES * n * k,
@@ -55,17 +57,21 @@ impl PyCurve {
         if num_threads.is_none()
             && each <= IN_PLACE
             && let Ok(t) = t.cast_exact::<PyFloat>()
-            && (start.min(end)..=start.max(end)).contains(&t.value())
+            && inside(&t.value())
         {
             return self.sample_one(py, t.value(), quantity);
         }
         let Array { mut shape, entries } = read(t, "t")?;
-        let call = Call::new(py, num_threads, (each * entries.len()) as f64)?;
+        let numbers = match entries.iter().all(inside) {
+            true => (each * entries.len()) as f64,
+            false => f64::INFINITY,
+        };
+        let call = Call::new(py, num_threads, numbers)?;
         if let Some(frame) = self.inner.frame()
             && n * k * entries.len() > LARGE
             && n > TALL * frame.ncols()
         {
-            return self.sample_large(py, &call, shape, entries, quantity);
+            return self.sample_large(&call, frame, shape, entries, quantity);
         }
         let curve = Arc::clone(&self.inner);
         let samples = call.run(move |interrupt| curve.sample(&entries, quantity, interrupt))?;
@@ -79,8 +85,8 @@ impl PyCurve {
     /// ordinary ones the first touch of gigabytes costs more than the product. Between pieces Ctrl-C is seen.
     fn sample_large<'py>(
         &self,
-        py: Python<'py>,
-        call: &Call<'_>,
+        call: &Call<'py>,
+        frame: MatRef<'_, f64>,
         mut shape: Vec<usize>,
         t: Vec<f64>,
         quantity: Quantity,
@@ -88,10 +94,7 @@ impl PyCurve {
         let curve = Arc::clone(&self.inner);
         let coordinates =
             call.run(move |interrupt| curve.sample_coordinates(&t, quantity, interrupt))?;
-        let Some(frame) = self.inner.frame() else {
-            return Err(invalid!("the curve has no frame"));
-        };
-        let (n, k) = self.inner.shape();
+        let (py, (n, k)) = (call.py, self.inner.shape());
         shape.extend([k, n]);
         let stored = numpy(py)?.call_method1("empty", (shape,))?;
         let array = stored.cast::<PyArrayDyn<f64>>()?;
@@ -105,8 +108,7 @@ impl PyCurve {
             py.check_signals()?;
         }
         if coordinates.norm_max() > HUGE && !writer.as_slice()?.iter().all(|x| x.is_finite()) {
-            let error = Error::Overflow { quantity: "curve" };
-            return Err(error.into());
+            return Err(Error::Overflow { quantity: "curve" }.into());
         }
         drop(writer);
         stored.call_method1("swapaxes", (-1, -2))
