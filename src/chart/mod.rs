@@ -17,9 +17,12 @@ mod elimination;
 mod frame;
 pub mod integrator;
 pub mod jet;
+mod named_map;
 pub mod reference;
 mod retraction_map;
 pub mod rotation;
+#[cfg(feature = "python")]
+pub(crate) mod rows;
 pub mod series;
 pub mod shooting;
 mod sphere;
@@ -35,6 +38,7 @@ pub use frame::Frame;
 pub use integrator::{
     integrate, integrate_composed, integrate_composed_with_tangent, integrate_with_tangent,
 };
+pub use named_map::NamedMap;
 pub use reference::{reference, reference_across};
 pub use retraction_map::{RetractionMap, SpaceRetraction};
 pub use shooting::{Shooting, ShootingOptions, shoot};

@@ -46,6 +46,22 @@ pub enum Guarantee {
     Sampling,
 }
 
+impl Guarantee {
+    /// The guarantee of a word, the inverse of [`Guarantee::as_str`].
+    pub fn from_word(word: &str) -> Option<Self> {
+        let mut all = [Guarantee::Enclosure, Guarantee::Sampling].into_iter();
+        all.find(|guarantee| guarantee.as_str() == word)
+    }
+
+    /// The guarantee as a word, the same in Rust and Python.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Guarantee::Enclosure => "enclosure",
+            Guarantee::Sampling => "sampling",
+        }
+    }
+}
+
 /// The largest norms of velocity, covariant acceleration and covariant jerk on an interval, canonical metric.
 ///
 /// # Examples

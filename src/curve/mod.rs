@@ -4,6 +4,8 @@
 //! for a whole block of parameters. Blocks have a fixed size, so results do not depend on the number of threads.
 
 mod acceleration_residual;
+#[cfg(feature = "python")]
+pub(crate) mod any_curve;
 pub mod arc_length;
 mod branch;
 mod collocation;

@@ -48,3 +48,20 @@ fn task<A, B>(
         },
     );
 }
+
+/// The vector instruction sets that this processor offers and the kernels may use.
+#[cfg(feature = "python")]
+pub(crate) fn features() -> Vec<&'static str> {
+    #[cfg(target_arch = "x86_64")]
+    let found = [
+        ("sse2", std::is_x86_feature_detected!("sse2")),
+        ("avx", std::is_x86_feature_detected!("avx")),
+        ("avx2", std::is_x86_feature_detected!("avx2")),
+        ("fma", std::is_x86_feature_detected!("fma")),
+        ("avx512f", std::is_x86_feature_detected!("avx512f")),
+    ];
+    #[cfg(not(target_arch = "x86_64"))]
+    let found = [(std::env::consts::ARCH, true)];
+    let found = found.into_iter().filter(|(_, has)| *has);
+    found.map(|(name, _)| name).collect()
+}

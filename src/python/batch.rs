@@ -1,19 +1,9 @@
 //! Batches: arrays whose last axes are one member each, and functions applied to every member.
 
-use faer::{Mat, MatRef};
-use numpy::{PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
-use pyo3::exceptions::PyMemoryError;
-use pyo3::prelude::*;
-use pyo3::types::PyTuple;
 use rayon::prelude::*;
 
-use super::call::Call;
-use super::convert::{
-    Named, NewArray, collected, entries_of, float_array, numpy, read, tuple, write,
-};
-use super::error::{invalid_input, to_exception};
-use crate::error::{Error, Result};
-use crate::interrupt::Interrupt;
+use super::convert::{entries, real_array};
+use super::prelude::*;
 
 /// A batch of matrices (or of rows, with `cols = 1`): leading axes and entries, each matrix row by row.
 pub struct Batch {
@@ -37,23 +27,9 @@ impl Batch {
     }
 
     /// Read an array of shape `(count, rows, cols)`; errors state `expected` as the shape.
-    pub fn read(object: Named<'_, '_>, expected: &str) -> PyResult<Self> {
-        let (shape, entries) = read(object, expected)?;
+    pub fn read(object: &Any, name: &str, expected: &str) -> PyResult<Self> {
+        let (shape, entries) = read_axes(object, name, expected)?;
         Ok(Batch::of(shape, entries))
-    }
-
-    /// Stack matrices of shape `(rows, cols)`.
-    pub fn stacked<'a>(
-        matrices: impl Iterator<Item = MatRef<'a, f64>>,
-        (rows, cols): (usize, usize),
-    ) -> Self {
-        let mut entries = Vec::new();
-        for matrix in matrices {
-            let start = entries.len();
-            entries.resize(start + rows * cols, 0.0);
-            write(matrix, &mut entries[start..]);
-        }
-        Batch::of([entries.len() / (rows * cols), rows, cols], entries)
     }
 
     /// How many matrices.
@@ -76,27 +52,28 @@ impl Batch {
         (0..self.len()).map(|i| self.get(i)).collect()
     }
 
-    /// All entries, matrix after matrix, row by row.
-    pub fn entries(&self) -> &[f64] {
-        &self.entries
-    }
-
     /// The `i`-th member as a slice.
     pub fn row(&self, i: usize) -> &[f64] {
         let size = self.rows * self.cols;
         &self.entries[i * size..(i + 1) * size]
     }
 
+    /// The array of all matrices.
+    pub fn into_array(self) -> Array {
+        let shape = [&self.shape[..], &[self.rows, self.cols]].concat();
+        let entries = self.entries;
+        Array { shape, entries }
+    }
+
     /// Return `InvalidInputError` unless the members have the given shape; an empty batch is checked too.
-    pub fn check_shape(&self, name: &str, shape: (usize, usize)) -> PyResult<()> {
+    pub fn check_shape(&self, name: &str, (n, k): (usize, usize)) -> PyResult<()> {
         let (rows, cols) = (self.rows, self.cols);
-        if (rows, cols) == shape {
-            return Ok(());
-        }
-        let (n, k) = shape;
-        let message =
-            format!("{name}: expected shape (..., {n}, {k}), found (..., {rows}, {cols})");
-        Err(invalid_input(message))
+        let expected = format!("{name}: expected shape (..., {n}, {k})");
+        ensure!(
+            (rows, cols) == (n, k),
+            "{expected}, found (..., {rows}, {cols})"
+        );
+        Ok(())
     }
 }
 
@@ -105,38 +82,33 @@ pub fn matrix_batches<const N: usize>(objects: [Named<'_, '_>; N]) -> PyResult<[
     read_batches(objects, 2)
 }
 
-/// Read arrays of vectors, shape `(..., d)`, and broadcast their leading axes.
-pub fn vector_batches<const N: usize>(objects: [Named<'_, '_>; N]) -> PyResult<[Batch; N]> {
-    read_batches(objects, 1)
-}
-
-/// Reads arrays whose last `core` axes are one member each, and broadcasts the axes before.
-fn read_batches<const N: usize>(objects: [Named<'_, '_>; N], core: usize) -> PyResult<[Batch; N]> {
+/// Reads arrays whose last axes, one or two, are one member each, and broadcasts the axes before.
+pub fn read_batches<const N: usize>(
+    objects: [Named<'_, '_>; N],
+    core: usize,
+) -> PyResult<[Batch; N]> {
     let py = objects[0].0.py();
     let mut arrays = collected(objects.map(|(object, name)| {
-        let array = float_array(object, name)?;
-        if array.ndim() < core {
-            let expected = if core == 2 { "(..., n, k)" } else { "(..., d)" };
-            let found = tuple(array.shape());
-            let message = format!("{name}: expected shape {expected}, found {found}");
-            return Err(invalid_input(message));
+        let array = real_array(object, name)?;
+        let expected = if core == 2 { "(..., n, k)" } else { "(..., d)" };
+        match array.ndim() < core {
+            true => Err(unexpected(name, expected, array.shape())),
+            false => Ok(array),
         }
-        Ok(array)
     }))?;
-    let lead = |array: &PyReadonlyArrayDyn<'_, f64>| array.shape()[..array.ndim() - core].to_vec();
+    let lead = |array: &Bound<'_, PyUntypedArray>| array.shape()[..array.ndim() - core].to_vec();
     let mut shape = lead(&arrays[0]);
     if arrays.iter().any(|array| lead(array) != shape) {
         let shapes = arrays.each_ref().map(|array| PyTuple::new(py, lead(array)));
         let shapes = PyTuple::new(py, collected(shapes)?)?;
         let common = numpy(py)?.call_method1("broadcast_shapes", shapes);
-        shape = common
-            .map_err(|error| invalid_input(error.value(py).to_string()))?
-            .extract()?;
+        let common = common.map_err(|error| invalid!("{}", error.value(py)))?;
+        shape = common.extract()?;
         for array in &mut arrays {
             let full = [&shape, &array.shape()[array.ndim() - core..]].concat();
             let arguments = (array.as_any(), PyTuple::new(py, full)?);
             let broadcast = numpy(py)?.call_method1("broadcast_to", arguments)?;
-            *array = broadcast.cast_into::<PyArrayDyn<f64>>()?.readonly();
+            *array = broadcast.cast_into()?;
         }
     }
     collected(arrays.each_ref().map(|array| {
@@ -144,8 +116,8 @@ fn read_batches<const N: usize>(objects: [Named<'_, '_>; N], core: usize) -> PyR
         Ok(Batch {
             shape: shape.clone(),
             rows: own[0],
-            cols: if core == 2 { own[1] } else { 1 },
-            entries: entries_of(array)?,
+            cols: own.get(1).copied().unwrap_or(1),
+            entries: entries(array)?,
         })
     }))
 }
@@ -175,54 +147,42 @@ impl Value for () {
 
 /// Applies `member` to every member of a batch, in parallel where that pays; the results, of shape `core` each, on the
 /// axes of the batch. The error reported is that of the first member that has one.
-///
-/// `make` makes buffers for a block of members; what they hold must not change a result.
-pub fn map_batch<W, const N: usize>(
+pub fn map_batch<const N: usize>(
     call: &Call<'_>,
     batches: [Batch; N],
     core: &[usize],
-    make: impl Fn() -> W + Sync + Send + 'static,
-    member: impl Fn(&mut W, [&Batch; N], usize, &mut [f64], Interrupt<'_>) -> Result<()>
-    + Sync
-    + Send
-    + 'static,
-) -> PyResult<NewArray> {
-    let (len, single) = (batches[0].len(), batches[0].shape.is_empty());
-    let shape = [&batches[0].shape, core].concat();
+    member: impl Fn([&Batch; N], usize, &mut [f64], Interrupt<'_>) -> Result<()> + Shared,
+) -> PyResult<Array> {
+    let (len, lead) = (batches[0].len(), batches[0].shape.clone());
     let size = core
         .iter()
         .fold(1, |size: usize, axis| size.saturating_mul(*axis));
     let (long, block) = (call.is_long(), call.block(len));
     let mut out = Vec::new();
-    let total = len
-        .checked_mul(size)
-        .filter(|total| out.try_reserve_exact(*total).is_ok());
-    let Some(total) = total else {
+    let total = len.checked_mul(size);
+    let Some(total) = total.filter(|total| out.try_reserve_exact(*total).is_ok()) else {
         let message = format!("cannot hold {len} results of {size} numbers");
         return Err(PyMemoryError::new_err(message));
     };
     let (failure, entries) = call.run_any(move |interrupt| {
         // Filled where it can be interrupted: the first touch of gigabytes takes seconds.
         out.resize(total, 0.0);
-        let views = batches.each_ref();
-        let one = |work: &mut W, i: usize, target: &mut [f64]| {
-            let mut result = interrupt
-                .check("batch")
-                .and_then(|()| member(work, views, i, target, interrupt));
-            if result.is_ok() && !target.iter().all(|x| x.is_finite()) {
-                result = Err(Error::Overflow { quantity: "result" });
+        let one = |i: usize, target: &mut [f64]| {
+            interrupt.check("batch")?;
+            member(batches.each_ref(), i, target, interrupt)?;
+            match target.iter().all(|x| x.is_finite()) {
+                true => Ok(()),
+                false => Err(Error::Overflow { quantity: "result" }),
             }
-            result.err().map(|error| (i, error))
         };
+        let failure = |i: usize, target: &mut [f64]| Some((i, one(i, target).err()?));
         let block_of = |(b, targets): (usize, &mut [f64])| {
-            let work = &mut make();
             let mut members = targets.chunks_mut(size).enumerate();
-            members.find_map(|(i, target)| one(work, b * block + i, target))
+            members.find_map(|(i, target)| failure(b * block + i, target))
         };
         // An empty result still has members to visit.
         let failure = if size == 0 {
-            let work = &mut make();
-            (0..len).find_map(|i| one(work, i, &mut []))
+            (0..len).find_map(|i| failure(i, &mut []))
         } else if long && len > 1 {
             let blocks = out.par_chunks_mut(size * block).enumerate();
             blocks.filter_map(block_of).min_by_key(|(i, _)| *i)
@@ -232,8 +192,10 @@ pub fn map_batch<W, const N: usize>(
         (failure, out)
     })?;
     match failure {
-        None => Ok(NewArray { shape, entries }),
-        Some((_, error)) if single => Err(error.into()),
-        Some((i, error)) => Err(to_exception(&error, &format!(" (batch member {i})"))),
+        Some((i, error)) => Err(at_member(&error, i, &lead)),
+        None => Ok(Array {
+            shape: [&lead, core].concat(),
+            entries,
+        }),
     }
 }

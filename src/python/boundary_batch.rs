@@ -1,21 +1,9 @@
 //! Boundary problems of Riemannian cubics in batches, in Python.
 
-use faer::Mat;
-use pyo3::prelude::*;
-use pyo3::sync::PyOnceLock;
-use pyo3::types::PyType;
-
-use super::batch::{Batch, matrix_batches};
-use super::call::Call;
-use super::convert::{Any, count, named, to_array, whole, write};
-use super::error::to_exception;
-use super::work::SOLVES;
+use super::prelude::*;
 use crate::cubic::problem::check_data;
 use crate::cubic::{BoundaryOptions, BoundarySolution, solve_boundary as solved};
-use crate::error::{Error, Result};
 use crate::manifold::Stiefel;
-
-static BATCH: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 
 /// Riemannian cubics on ``[0, 1]`` with given end points and end velocities, for a batch of problems.
 ///
@@ -73,18 +61,16 @@ static BATCH: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 /// True
 #[pyfunction]
 #[pyo3(signature = (S0, V0, S1, V1, *, tol=1e-12, max_iterations=50, num_threads=None))]
-#[allow(non_snake_case, clippy::too_many_arguments)]
-pub fn solve_boundary(
-    py: Python<'_>,
-    S0: &Any<'_>,
-    V0: &Any<'_>,
-    S1: &Any<'_>,
-    V1: &Any<'_>,
+pub fn solve_boundary<'py>(
+    S0: &Any<'py>,
+    V0: &Any,
+    S1: &Any,
+    V1: &Any,
     tol: f64,
     #[pyo3(from_py_with = whole)] max_iterations: i64,
     num_threads: Option<i64>,
-) -> PyResult<Py<PyAny>> {
-    let arguments = named![S0, V0, S1, V1];
+) -> PyResult<Any<'py>> {
+    let (py, arguments) = (S0.py(), named![S0, V0, S1, V1]);
     let batches = matrix_batches(arguments)?;
     let max_iterations = count("max_iterations", max_iterations, 1)?;
     let (shape, n, k) = (batches[0].shape.clone(), batches[0].rows, batches[0].cols);
@@ -94,6 +80,7 @@ pub fn solve_boundary(
         batch.check_shape(name, (n, k))?;
     }
     let call = Call::new(py, num_threads, SOLVES * 4.0 * batches[0].numbers())?;
+    let lead = shape.clone();
     let fields = call.run(move |interrupt| {
         let options = BoundaryOptions {
             tolerance: tol,
@@ -101,63 +88,47 @@ pub fn solve_boundary(
             interrupt,
             ..BoundaryOptions::default()
         };
-        Ok(solutions(&batches, &options)?.map(|found| Fields::of(&found, n * k)))
+        Ok(solutions(&batches, &options)?.map(|found| fields(&found, &lead, (n, k))))
     })?;
-    let fields = fields.map_err(|(member, error)| {
-        let place = match shape.is_empty() {
-            true => String::new(),
-            false => format!(" (batch member {member})"),
-        };
-        to_exception(&error, &place)
-    })?;
-    let matrices = [shape.as_slice(), &[n, k]].concat();
-    let arguments = (
-        to_array(py, fields.acceleration, &matrices)?,
-        to_array(py, fields.jerk, &matrices)?,
-        to_array(py, fields.cost, &shape)?,
-        to_array(py, fields.converged, &shape)?,
-        to_array(py, fields.residual, &shape)?,
-    );
-    let class = BATCH.import(py, "stiefel_rs.boundary", "BoundaryBatch")?;
-    Ok(class.call1(arguments)?.unbind())
+    let fields = fields.map_err(|(member, error)| at_member(&error, member, &shape))?;
+    let (acceleration, jerk, cost, converged, residual) = fields;
+    let converged = to_array(py, converged, &shape)?;
+    let class = py.import("stiefel_rs.boundary")?.getattr("BoundaryBatch")?;
+    class.call1((acceleration, jerk, cost, converged, residual))
 }
 
 /// A solution, or the residual of a problem that was not solved.
 type Found = std::result::Result<BoundarySolution, f64>;
 
-/// The fields of all solutions; NaN for problems that were not solved.
-struct Fields {
-    acceleration: Vec<f64>,
-    jerk: Vec<f64>,
-    cost: Vec<f64>,
-    converged: Vec<bool>,
-    residual: Vec<f64>,
-}
+/// Acceleration, jerk, cost, whether it is solved, and residual.
+type Fields = (Array, Array, Array, Vec<bool>, Array);
 
-impl Fields {
-    fn of(found: &[Found], size: usize) -> Self {
-        let matrices = |part: fn(&BoundarySolution) -> &Mat<f64>| {
-            let mut entries = vec![f64::NAN; found.len() * size];
-            for (solution, out) in found.iter().zip(entries.chunks_mut(size)) {
-                if let Ok(solution) = solution {
-                    write(part(solution).as_ref(), out);
-                }
+/// The fields of all solutions; NaN for problems that were not solved.
+fn fields(found: &[Found], lead: &[usize], (n, k): (usize, usize)) -> Fields {
+    let matrices = |part: fn(&BoundarySolution) -> &Mat<f64>| {
+        let mut entries = vec![f64::NAN; found.len() * n * k];
+        for (solution, out) in found.iter().zip(entries.chunks_mut(n * k)) {
+            if let Ok(solution) = solution {
+                write(part(solution).as_ref(), out);
             }
-            entries
-        };
-        let cost = |one: &Found| one.as_ref().map_or(f64::NAN, |solution| solution.cost);
-        let residual = |one: &Found| {
-            one.as_ref()
-                .map_or_else(|x| *x, |solution| solution.residual)
-        };
-        Fields {
-            acceleration: matrices(|solution| &solution.acceleration),
-            jerk: matrices(|solution| &solution.jerk),
-            cost: found.iter().map(cost).collect(),
-            converged: found.iter().map(Found::is_ok).collect(),
-            residual: found.iter().map(residual).collect(),
         }
-    }
+        let shape = [lead, &[n, k]].concat();
+        Array { shape, entries }
+    };
+    let numbers = |number: fn(&Found) -> f64| Array {
+        shape: lead.to_vec(),
+        entries: found.iter().map(number).collect(),
+    };
+    let cost = numbers(|one| one.as_ref().map_or(f64::NAN, |solution| solution.cost));
+    let residual = numbers(|one| one.as_ref().map_or_else(|x| *x, |found| found.residual));
+    let [acceleration, jerk] = [matrices(|one| &one.acceleration), matrices(|one| &one.jerk)];
+    (
+        acceleration,
+        jerk,
+        cost,
+        found.iter().map(Found::is_ok).collect(),
+        residual,
+    )
 }
 
 /// The first invalid problem and what is wrong with it.

@@ -4,60 +4,66 @@ use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::thread::ThreadId;
 use std::time::{Duration, Instant};
 
+use faer::{Mat, MatRef};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use super::error::invalid_input;
+use super::error::ensure;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 
-/// Calls estimated below this many operations (a few milliseconds) run in place: a thread costs more than it brings.
-const SHORT: f64 = 1e7;
+/// Calls that read and make fewer numbers (a few milliseconds at most) run in place: a thread costs more than it brings.
+const LONG: f64 = 3e3;
 
-/// Members of a batch share buffers in blocks of about this many operations, a tenth of a millisecond or so.
-const BLOCK: f64 = 3e5;
+/// Members of a batch share buffers in blocks of about so many numbers, a tenth of a millisecond or so.
+const BLOCK: f64 = 500.0;
+
+/// How many times the work of an exponential it is to solve for a curve.
+pub const SOLVES: f64 = 100.0;
 
 /// How often a waiting call looks for Ctrl-C.
 const POLL: Duration = Duration::from_millis(50);
 
+/// What work on other threads may hold.
+pub trait Shared: Send + Sync + 'static {}
+
+impl<T: Send + Sync + 'static> Shared for T {}
+
 /// A call into the core.
 pub struct Call<'py> {
-    py: Python<'py>,
+    pub py: Python<'py>,
     num_threads: Option<usize>,
-    /// Estimated floating-point operations.
-    operations: f64,
+    /// How much work it is, by the numbers that are read and made. It decides whether the call runs on another thread and how
+    /// a batch is divided; results do not depend on it.
+    numbers: f64,
 }
 
 impl<'py> Call<'py> {
     /// `num_threads = None` takes rayon's global pool.
-    pub fn new(py: Python<'py>, num_threads: Option<i64>, operations: f64) -> PyResult<Self> {
-        let num_threads = match num_threads {
-            None => None,
-            Some(threads @ 1..=4096) => Some(threads as usize),
-            Some(found) => {
-                let message = format!("num_threads: must be between 1 and 4096, found {found}");
-                return Err(invalid_input(message));
-            }
-        };
+    pub fn new(py: Python<'py>, num_threads: Option<i64>, numbers: f64) -> PyResult<Self> {
+        if let Some(found) = num_threads {
+            let expected = "num_threads: must be between 1 and 4096";
+            ensure!((1..=4096).contains(&found), "{expected}, found {found}");
+        }
+        let num_threads = num_threads.map(|threads| threads as usize);
         Ok(Call {
             py,
             num_threads,
-            operations,
+            numbers,
         })
     }
 
     /// Whether the call is worth sharing out.
     pub fn is_long(&self) -> bool {
-        self.operations > SHORT
+        self.numbers >= LONG
     }
 
     /// How many of the `len` members of a batch are a block: by the work alone, not by the number of threads.
     pub fn block(&self, len: usize) -> usize {
-        let one = self.operations / len.max(1) as f64;
+        let one = self.numbers / len.max(1) as f64;
         ((BLOCK / one.max(1.0)) as usize).clamp(1, 1024)
     }
 
@@ -81,67 +87,62 @@ impl<'py> Call<'py> {
         work: impl FnOnce(Interrupt<'_>) -> T + Send + 'static,
     ) -> PyResult<T> {
         let pool = self.num_threads.map(pool_of).transpose()?;
-        if self.is_long() {
-            return self.py.detach(|| run_watched(pool, work));
+        match self.is_long() {
+            true => self.py.detach(|| run_watched(pool, work)),
+            false => self.py.detach(|| run_in_place(pool.as_deref(), work)),
         }
-        let watch = Watch::new();
-        let question = || watch.stops();
-        let result = self
-            .py
-            .detach(|| run_in(pool.as_deref(), || work(Interrupt::new(&question))));
-        watch.signal().map_or(Ok(result), Err)
     }
 }
 
 /// [`Call::run`] on rayon's global pool.
 pub fn run<T: Send + 'static>(
     py: Python<'_>,
-    operations: f64,
+    numbers: f64,
     work: impl FnOnce(Interrupt<'_>) -> Result<T> + Send + 'static,
 ) -> PyResult<T> {
-    Call::new(py, None, operations)?.run(work)
+    Call::new(py, None, numbers)?.run(work)
 }
 
-/// Looks for Ctrl-C now and then from inside of a call that runs where it stands, should it take longer than estimated.
-struct Watch {
-    caller: ThreadId,
-    questions: AtomicU32,
-    /// When it looked last, and the signal that it found.
-    looked: Mutex<(Instant, Option<PyErr>)>,
+/// [`run`] on matrices; each of their entries is `weight` times the work of an exponential.
+pub fn run_on<T: Send + 'static, const N: usize>(
+    py: Python<'_>,
+    data: [Mat<f64>; N],
+    weight: f64,
+    work: impl FnOnce([MatRef<'_, f64>; N], Interrupt<'_>) -> Result<T> + Send + 'static,
+) -> PyResult<T> {
+    let numbers: usize = data.iter().map(|x| x.nrows() * x.ncols()).sum();
+    run(py, weight * numbers as f64, move |interrupt| {
+        work(data.each_ref().map(|x| x.as_ref()), interrupt)
+    })
 }
 
 /// Questions between two looks at the clock, which would cost as much as a short piece of work.
 const QUESTIONS: u32 = 64;
 
-impl Watch {
-    fn new() -> Self {
-        Watch {
-            caller: std::thread::current().id(),
-            questions: AtomicU32::new(1),
-            looked: Mutex::new((Instant::now(), None)),
-        }
-    }
-
-    /// Whether a signal was raised. Only the thread that called can find one.
-    fn stops(&self) -> bool {
-        let asked = self.questions.fetch_add(1, Ordering::Relaxed);
-        if !asked.is_multiple_of(QUESTIONS) || std::thread::current().id() != self.caller {
+/// Works where it stands and looks for Ctrl-C now and then from inside, should it take longer than estimated.
+fn run_in_place<T: Send>(
+    pool: Option<&ThreadPool>,
+    work: impl FnOnce(Interrupt<'_>) -> T + Send,
+) -> PyResult<T> {
+    let (caller, questions) = (std::thread::current().id(), AtomicU32::new(1));
+    // When it looked last, and the signal that it found.
+    let looked = Mutex::new((Instant::now(), None));
+    let question = || {
+        let asked = questions.fetch_add(1, Ordering::Relaxed);
+        // Only the thread that called can find a signal.
+        if !asked.is_multiple_of(QUESTIONS) || std::thread::current().id() != caller {
             return false;
         }
-        let mut looked = self.looked.lock().unwrap_or_else(PoisonError::into_inner);
-        if looked.1.is_some() || looked.0.elapsed() < POLL {
-            return looked.1.is_some();
+        let mut looked = looked.lock().unwrap_or_else(PoisonError::into_inner);
+        if looked.1.is_none() && looked.0.elapsed() >= POLL {
+            let signal = Python::attach(|py| py.check_signals()).err();
+            *looked = (Instant::now(), signal);
         }
-        let signal = Python::attach(|py| py.check_signals()).err();
-        let stops = signal.is_some();
-        *looked = (Instant::now(), signal);
-        stops
-    }
-
-    fn signal(self) -> Option<PyErr> {
-        let looked = self.looked.into_inner();
-        looked.unwrap_or_else(PoisonError::into_inner).1
-    }
+        looked.1.is_some()
+    };
+    let result = run_in(pool, || work(Interrupt::new(&question)));
+    let (_, signal) = looked.into_inner().unwrap_or_else(PoisonError::into_inner);
+    signal.map_or(Ok(result), Err)
 }
 
 /// Runs `work` in a pool, or where it stands: then rayon's global pool serves it.
@@ -212,16 +213,5 @@ pub fn num_threads() -> usize {
 /// The vector instruction sets that this processor offers and the kernels may use.
 #[pyfunction]
 pub fn simd_features() -> Vec<&'static str> {
-    #[cfg(target_arch = "x86_64")]
-    let found = [
-        ("sse2", std::is_x86_feature_detected!("sse2")),
-        ("avx", std::is_x86_feature_detected!("avx")),
-        ("avx2", std::is_x86_feature_detected!("avx2")),
-        ("fma", std::is_x86_feature_detected!("fma")),
-        ("avx512f", std::is_x86_feature_detected!("avx512f")),
-    ];
-    #[cfg(not(target_arch = "x86_64"))]
-    let found = [(std::env::consts::ARCH, true)];
-    let found = found.into_iter().filter(|(_, has)| *has);
-    found.map(|(name, _)| name).collect()
+    crate::linalg::simd::features()
 }

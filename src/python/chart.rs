@@ -1,16 +1,9 @@
 //! The paper's charts for arrays.
 
-use pyo3::prelude::*;
-use pyo3::types::{PyEllipsis, PySlice, PyTuple};
-
-use super::batch::{Batch, map_batch, vector_batches};
-use super::call::Call;
-use super::convert::{Any, Named, NewArray, named, write};
-use super::error::invalid_input;
+use super::batch::{map_batch, read_batches};
+use super::prelude::*;
 use super::state::{Kind, check_finite, on_chart, state};
 use crate::chart::{Chart, covariant_from_state};
-use crate::error::Result;
-use crate::interrupt::Interrupt;
 
 /// A chart of the paper: ``Chart.sphere()`` for St(3,1), ``Chart.frame()`` for St(3,2).
 ///
@@ -41,44 +34,31 @@ use crate::interrupt::Interrupt;
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub struct PyChart(pub(super) Kind);
 
-/// Estimated operations of one evaluation.
-const EVALUATION: f64 = 1e3;
-
 impl PyChart {
-    pub(super) fn dimension(&self) -> usize {
-        self.0.dimension()
-    }
-
     /// Reads batches of vectors of the given length.
     pub(super) fn read<const N: usize>(
         &self,
         objects: [Named<'_, '_>; N],
         length: usize,
     ) -> PyResult<[Batch; N]> {
-        let batches = vector_batches(objects)?;
-        for (batch, (_, name)) in batches.iter().zip(objects) {
-            if batch.rows != length {
-                let found = batch.rows;
-                let message =
-                    format!("{name}: expected shape (..., {length}), found (..., {found})");
-                return Err(invalid_input(message));
-            }
+        let batches = read_batches(objects, 1)?;
+        for (Batch { rows, .. }, (_, name)) in batches.iter().zip(objects) {
+            let expected = format!("{name}: expected shape (..., {length})");
+            ensure!(*rows == length, "{expected}, found (..., {rows})");
         }
         Ok(batches)
     }
 
     /// A pair of momenta `(p_q, p_qdot)`, joined.
-    pub(super) fn read_guess(&self, pair: &Any<'_>) -> PyResult<Vec<f64>> {
-        let momenta = pair.try_iter()?.collect::<PyResult<Vec<_>>>()?;
-        let d = self.dimension();
-        if let [p_q, p_qdot] = &momenta[..] {
-            let [p_q, p_qdot] = self.read([(p_q, "guess"), (p_qdot, "guess")], d)?;
+    pub(super) fn read_guess(&self, pair: &Any) -> PyResult<Vec<f64>> {
+        let d = self.d();
+        if let Ok([p_q, p_qdot]) = two(pair)? {
+            let [p_q, p_qdot] = self.read([(&p_q, "guess"), (&p_qdot, "guess")], d)?;
             if p_q.shape.is_empty() {
                 return Ok([p_q.row(0), p_qdot.row(0)].concat());
             }
         }
-        let message = format!("guess: expected two arrays of shape ({d},)");
-        Err(invalid_input(message))
+        Err(invalid!("guess: expected two arrays of shape ({d},)"))
     }
 
     /// Apply `member` to vectors with `length` entries, member by member; its values have shape `core`.
@@ -87,65 +67,29 @@ impl PyChart {
         objects: [Named<'_, '_>; N],
         length: usize,
         core: &[usize],
-        operations: f64,
-        member: impl Fn(Kind, [&[f64]; N], &mut [f64], Interrupt<'_>) -> Result<()>
-        + Sync
-        + Send
-        + 'static,
-    ) -> PyResult<NewArray> {
+        member: impl Fn(Kind, [&[f64]; N], &mut [f64], Interrupt<'_>) -> Result<()> + Shared,
+    ) -> PyResult<Array> {
         let (py, kind) = (objects[0].0.py(), self.0);
         let batches = self.read(objects, length)?;
-        let call = Call::new(py, None, operations * batches[0].len() as f64)?;
-        let one = move |_: &mut (),
-                        b: [&Batch; N],
-                        i: usize,
-                        out: &mut [f64],
-                        interrupt: Interrupt<'_>| {
-            member(kind, b.map(|batch| batch.row(i)), out, interrupt)
-        };
-        map_batch(&call, batches, core, || (), one)
-    }
-
-    /// [`PyChart::map`] for coordinates and their derivatives.
-    fn map_coordinates<const N: usize>(
-        &self,
-        objects: [Named<'_, '_>; N],
-        core: &[usize],
-        member: impl Fn(Kind, [&[f64]; N], &mut [f64]) -> Result<()> + Sync + Send + 'static,
-    ) -> PyResult<NewArray> {
-        let member = move |kind: Kind, rows: [&[f64]; N], out: &mut [f64], _: Interrupt<'_>| {
-            member(kind, rows, out)
-        };
-        self.map(objects, self.dimension(), core, EVALUATION, member)
+        let size: f64 = core.iter().map(|axis| *axis as f64).product();
+        let numbers = (size + (N * length) as f64) * batches[0].len() as f64;
+        let call = Call::new(py, None, numbers)?;
+        map_batch(&call, batches, core, move |batches, i, out, interrupt| {
+            member(kind, batches.map(|batch| batch.row(i)), out, interrupt)
+        })
     }
 
     /// [`PyChart::map`] for states, which are checked.
     fn map_states(
         &self,
-        z: &Any<'_>,
+        z: &Any,
         core: &[usize],
-        member: impl Fn(Kind, &[f64], &mut [f64]) -> Result<()> + Sync + Send + 'static,
-    ) -> PyResult<NewArray> {
-        let member = move |kind: Kind, [z]: [&[f64]; 1], out: &mut [f64], _: Interrupt<'_>| {
+        member: impl Fn(Kind, &[f64], &mut [f64]) -> Result<()> + Shared,
+    ) -> PyResult<Array> {
+        self.map(named![z], self.0.width(), core, move |kind, [z], out, _| {
             on_chart!(kind, chart => chart.check("z", z))?;
             member(kind, z, out)
-        };
-        self.map(named![z], self.0.width(), core, EVALUATION, member)
-    }
-
-    /// Point, velocity, covariant acceleration and covariant jerk of states.
-    pub(super) fn covariant_parts<'py>(&self, z: &Any<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        let core = [4, 3, self.0.columns()];
-        let joined = self.map_states(z, &core, |kind, z, out| {
-            let data = on_chart!(kind, chart => covariant_from_state(chart, &state(z)))?;
-            let parts = [&data.point, &data.velocity, &data.acceleration, &data.jerk];
-            let size = out.len() / parts.len();
-            for (part, target) in parts.into_iter().zip(out.chunks_mut(size)) {
-                write(part.as_ref(), target);
-            }
-            Ok(())
-        })?;
-        split(z.py(), joined, 4, 2)
+        })
     }
 }
 
@@ -166,8 +110,8 @@ impl PyChart {
 
     /// Dimension of the chart, 2 or 3.
     #[getter]
-    fn d(&self) -> usize {
-        self.dimension()
+    pub(super) fn d(&self) -> usize {
+        self.0.dimension()
     }
 
     /// Columns of an embedded point, 1 or 2.
@@ -176,19 +120,12 @@ impl PyChart {
         self.0.columns()
     }
 
-    fn __repr__(&self) -> &'static str {
-        match self.0 {
-            Kind::Sphere => "Chart.sphere()",
-            Kind::Frame => "Chart.frame()",
-        }
+    fn __repr__(&self) -> String {
+        format!("Chart.{}()", self.0.name())
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Any<'py>, ())> {
-        let name = match slf.get().0 {
-            Kind::Sphere => "sphere",
-            Kind::Frame => "frame",
-        };
-        Ok((slf.get_type().getattr(name)?, ()))
+        Ok((slf.get_type().getattr(slf.get().0.name())?, ()))
     }
 
     /// The point of coordinates ``q``, shape (..., d) -> (..., 3, k).
@@ -197,8 +134,9 @@ impl PyChart {
     /// ------
     /// OutsideDomainError
     ///     Unless ``0 < theta < pi``; carries ``angle``. The same holds for every method.
-    fn embed(&self, q: &Any<'_>) -> PyResult<NewArray> {
-        self.map_coordinates(named![q], &[3, self.0.columns()], |kind, [q], out| {
+    fn embed(&self, q: &Any) -> PyResult<Array> {
+        let (d, core) = (self.d(), [3, self.k()]);
+        self.map(named![q], d, &core, |kind, [q], out, _| {
             on_chart!(kind, chart => {
                 chart.check("q", q)?;
                 write(chart.embed(q)?.as_ref(), out);
@@ -208,9 +146,9 @@ impl PyChart {
     }
 
     /// The velocity of coordinates ``q``, ``qdot``, shapes (..., d) -> (..., 3, k).
-    fn embed_velocity(&self, q: &Any<'_>, qdot: &Any<'_>) -> PyResult<NewArray> {
-        let core = [3, self.0.columns()];
-        self.map_coordinates(named![q, qdot], &core, |kind, [q, qdot], out| {
+    fn embed_velocity(&self, q: &Any, qdot: &Any) -> PyResult<Array> {
+        let (d, core) = (self.d(), [3, self.k()]);
+        self.map(named![q, qdot], d, &core, |kind, [q, qdot], out, _| {
             on_chart!(kind, chart => {
                 chart.check("q", q)?;
                 check_finite("qdot", qdot)?;
@@ -233,30 +171,46 @@ impl PyChart {
         qddot: &Any<'py>,
         qdddot: &Any<'py>,
     ) -> PyResult<Bound<'py, PyTuple>> {
-        let objects = named![q, qdot, qddot, qdddot];
-        let member = |kind: Kind, [q, qdot, qddot, qdddot]: [&[f64]; 4], out: &mut [f64]| {
+        let (d, objects) = (self.d(), named![q, qdot, qddot, qdddot]);
+        let joined = self.map(objects, d, &[2, d], |kind, [q, qdot, a, j], out, _| {
             on_chart!(kind, chart => {
                 chart.check("q", q)?;
                 check_finite("qdot", qdot)?;
-                out.copy_from_slice(chart.momenta(q, qdot, qddot, qdddot)?.as_slice());
+                out.copy_from_slice(chart.momenta(q, qdot, a, j)?.as_slice());
             });
             Ok(())
-        };
-        let joined = self.map_coordinates(objects, &[2, self.dimension()], member)?;
-        split(q.py(), joined, 2, 1)
+        })?;
+        split(q.py(), joined, 1)
     }
 
     /// Coordinate derivatives ``(q, qdot, qddot, qdddot)`` of the curve through a state, each of shape (..., d).
     fn derivatives<'py>(&self, z: &Any<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        let joined = self.map_states(z, &[4, self.dimension()], |kind, z, out| {
+        let joined = self.map_states(z, &[4, self.d()], |kind, z, out| {
             on_chart!(kind, chart => out.copy_from_slice(chart.derivatives(&state(z)).as_slice()));
             Ok(())
         })?;
-        split(z.py(), joined, 4, 1)
+        split(z.py(), joined, 1)
+    }
+
+    /// Point, velocity, covariant acceleration and covariant jerk ``(S, V, A, J)`` of a state: the inverse of `state`.
+    ///
+    /// Shape (..., 4 d) -> four of shape (..., 3, k).
+    fn covariant<'py>(&self, z: &Any<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let core = [4, 3, self.0.columns()];
+        let joined = self.map_states(z, &core, |kind, z, out| {
+            let data = on_chart!(kind, chart => covariant_from_state(chart, &state(z)))?;
+            let parts = [&data.point, &data.velocity, &data.acceleration, &data.jerk];
+            let size = out.len() / parts.len();
+            for (part, target) in parts.into_iter().zip(out.chunks_mut(size)) {
+                write(part.as_ref(), target);
+            }
+            Ok(())
+        })?;
+        split(z.py(), joined, 2)
     }
 
     /// The Hamiltonian, shape (..., 4 d) -> (...).
-    fn hamiltonian(&self, z: &Any<'_>) -> PyResult<NewArray> {
+    fn hamiltonian(&self, z: &Any) -> PyResult<Array> {
         self.map_states(z, &[], |kind, z, out| {
             out[0] = on_chart!(kind, chart => chart.hamiltonian(&state(z)));
             Ok(())
@@ -264,7 +218,7 @@ impl PyChart {
     }
 
     /// The exact gradient of the Hamiltonian, shape (..., 4 d).
-    fn gradient(&self, z: &Any<'_>) -> PyResult<NewArray> {
+    fn gradient(&self, z: &Any) -> PyResult<Array> {
         self.map_states(z, &[self.0.width()], |kind, z, out| {
             on_chart!(kind, chart => out.copy_from_slice(chart.gradient(&state(z)).as_slice()));
             Ok(())
@@ -272,7 +226,7 @@ impl PyChart {
     }
 
     /// The exact Hessian of the Hamiltonian, shape (..., 4 d, 4 d).
-    fn hessian(&self, z: &Any<'_>) -> PyResult<NewArray> {
+    fn hessian(&self, z: &Any) -> PyResult<Array> {
         self.map_states(z, &[self.0.width(); 2], |kind, z, out| {
             on_chart!(kind, chart => out.copy_from_slice(chart.hessian(&state(z)).as_slice()));
             Ok(())
@@ -281,20 +235,7 @@ impl PyChart {
 }
 
 /// Split along the axis before the last `axes` ones into separate arrays.
-fn split<'py>(
-    py: Python<'py>,
-    joined: NewArray,
-    parts: usize,
-    axes: usize,
-) -> PyResult<Bound<'py, PyTuple>> {
-    let joined = joined.into_pyobject(py)?;
-    let row = |i: usize| {
-        let mut index = vec![
-            PyEllipsis::get(py).to_owned().into_any(),
-            i.into_pyobject(py)?.into_any(),
-        ];
-        index.resize(2 + axes, PySlice::full(py).into_any());
-        joined.get_item(PyTuple::new(py, index)?)
-    };
-    PyTuple::new(py, (0..parts).map(row).collect::<PyResult<Vec<_>>>()?)
+fn split(py: Python<'_>, joined: Array, axes: isize) -> PyResult<Bound<'_, PyTuple>> {
+    let parts = numpy(py)?.call_method1("moveaxis", (joined, -1 - axes, 0))?;
+    PyTuple::new(py, parts.try_iter()?.collect::<PyResult<Vec<_>>>()?)
 }

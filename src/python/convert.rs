@@ -9,10 +9,10 @@ use pyo3::exceptions::{PyMemoryError, PyOverflowError, PyTypeError};
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use pyo3::types::{PyDict, PySlice, PyTuple};
+use pyo3::types::{IntoPyDict, PyFloat, PyInt, PyList, PySlice, PyTuple};
 
-use super::error::invalid_input;
-use super::masked::check_unmasked;
+use super::error::{ensure, invalid};
+pub(crate) use crate::stored::Array;
 
 /// Numbers copied between two checks for Ctrl-C (1 MB), a fraction of a millisecond. The first touch of fresh memory is
 /// slower: on a busy virtual machine 432 MB took 4 s, and Ctrl-C with them.
@@ -44,135 +44,157 @@ pub fn numpy(py: Python<'_>) -> PyResult<&Bound<'_, PyModule>> {
     Ok(module.bind(py))
 }
 
-/// A float64 array from anything array-like, by same-kind casting: `TypeError` for complex numbers, text and objects.
+/// An array from anything array-like that same-kind casting makes float64: `TypeError` for complex numbers, text and objects.
 ///
 /// # Errors
 /// Besides, `InvalidInputError` where entries are masked.
-pub fn float_array<'py>(object: &Any<'py>, name: &str) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
+pub fn real_array<'py>(object: &Any<'py>, name: &str) -> PyResult<Bound<'py, PyUntypedArray>> {
     if !object.is_exact_instance_of::<PyUntypedArray>() {
-        check_unmasked(object, name)?;
+        _check_unmasked(name, object)?;
     }
-    if let Ok(array) = object.cast::<PyArrayDyn<f64>>()
-        && is_plain(array)
-    {
-        return Ok(array.readonly());
+    if is_plain(object) {
+        return Ok(object.clone().cast_into()?);
     }
     let py = object.py();
     let numpy = numpy(py)?;
-    let float64 = numpy.getattr(intern!(py, "float64"))?;
     let array = numpy.call_method1(intern!(py, "asarray"), (object,))?;
     let dtype = array.getattr(intern!(py, "dtype"))?;
-    let casting = (&dtype, &float64, "same_kind");
+    let casting = (&dtype, "float64", "same_kind");
     let castable = numpy.call_method1(intern!(py, "can_cast"), casting)?;
-    if !castable.extract::<bool>()? {
-        let kind: char = dtype.getattr("kind")?.extract()?;
-        let advice = match kind {
-            'O' => "; numbers among objects become real ones by astype(float)",
-            _ => "",
-        };
-        return Err(PyTypeError::new_err(format!(
-            "{name}: expected real numbers, found an array of dtype {dtype}{advice}"
-        )));
+    if castable.extract()? {
+        return Ok(array.cast_into()?);
     }
-    // Contiguous and aligned: a view may have strides that are no multiple of an entry's size.
-    let plain = match converted_in_pieces(&array)? {
-        Some(plain) => plain,
-        None => numpy.call_method1("require", (array, float64, ("C_CONTIGUOUS", "ALIGNED")))?,
+    let kind: char = dtype.getattr("kind")?.extract()?;
+    let advice = match kind {
+        'O' => "; numbers among objects become real ones by astype(float)",
+        _ => "",
+    };
+    let found = format!("an array of dtype {dtype}{advice}");
+    let message = format!("{name}: expected real numbers, found {found}");
+    Err(PyTypeError::new_err(message))
+}
+
+/// Error where an array, or one in a list, has masked entries: NumPy would read the numbers under the mask. Readers in Python
+/// call it too.
+#[pyfunction]
+pub fn _check_unmasked(name: &str, object: &Any) -> PyResult<()> {
+    let (masked, entries) = count_masked(object)?;
+    if masked == 0 {
+        return Ok(());
+    }
+    let verb = if masked == 1 { "is" } else { "are" };
+    let found = format!("{masked} of {entries} entries {verb} masked");
+    Err(invalid!("{name}: {found}; fill or remove them"))
+}
+
+/// Masked entries of all masked arrays in an object, and all entries of these.
+fn count_masked(object: &Any) -> PyResult<(usize, usize)> {
+    if object.is_exact_instance_of::<PyFloat>() || object.is_exact_instance_of::<PyInt>() {
+        return Ok((0, 0));
+    }
+    if object.is_instance_of::<PyList>() || object.is_instance_of::<PyTuple>() {
+        return object.try_iter()?.try_fold((0, 0), |sum, item| {
+            let (masked, entries) = count_masked(&item?)?;
+            Ok((sum.0 + masked, sum.1 + entries))
+        });
+    }
+    let py = object.py();
+    static MASKED_ARRAY: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
+    let class = MASKED_ARRAY.import(py, "numpy.ma", "MaskedArray")?;
+    if !object.is_instance(class)? {
+        return Ok((0, 0));
+    }
+    let module = py.import("numpy.ma")?;
+    let masked = module.call_method1("count_masked", (object,))?;
+    Ok((masked.extract()?, object.getattr("size")?.extract()?))
+}
+
+/// Whether an object is an array of float64 that is a slice: a view may have strides that are no multiple of an entry's size.
+fn is_plain(object: &Any) -> bool {
+    let array = object.cast::<PyArrayDyn<f64>>();
+    array.is_ok_and(|array| array.is_c_contiguous() && array.data().is_aligned())
+}
+
+/// The same numbers as a slice of float64: the array itself, or a copy.
+fn plain<'py>(array: Any<'py>) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
+    let plain = if is_plain(&array) {
+        array
+    } else {
+        let requirements = ("C_CONTIGUOUS", "ALIGNED");
+        numpy(array.py())?.call_method1("require", (array, "float64", requirements))?
     };
     Ok(plain.cast_into::<PyArrayDyn<f64>>()?.readonly())
 }
 
-fn is_plain(array: &Bound<'_, PyArrayDyn<f64>>) -> bool {
-    array.is_c_contiguous() && array.data().is_aligned()
-}
-
-/// A contiguous float64 copy of a large array, made in pieces of its first axis with checks for Ctrl-C in between; `None`
-/// for a small array, and for one that needs no copy.
-fn converted_in_pieces<'py>(array: &Any<'py>) -> PyResult<Option<Any<'py>>> {
-    let py = array.py();
-    if array.cast::<PyArrayDyn<f64>>().is_ok_and(is_plain) {
-        return Ok(None);
+/// The entries in C order, read in pieces with checks for Ctrl-C in between.
+pub fn entries(array: &Bound<'_, PyUntypedArray>) -> PyResult<Vec<f64>> {
+    let (py, len) = (array.py(), array.len());
+    let mut out: Vec<f64> = Vec::new();
+    if out.try_reserve_exact(len).is_err() {
+        return Err(PyMemoryError::new_err(format!("cannot hold {len} numbers")));
     }
-    let shape: Vec<usize> = array.getattr("shape")?.extract()?;
-    let row: usize = shape.iter().skip(1).product();
-    let rows = (PIECE / row.max(1)).max(1);
-    if shape.first().is_none_or(|&count| count <= rows) {
-        return Ok(None);
-    }
-    let out = numpy(py)?.call_method1("empty", (PyTuple::new(py, &shape)?,))?;
-    for start in (0..shape[0]).step_by(rows) {
-        let piece = PySlice::new(py, start as isize, (start + rows) as isize, 1);
-        out.set_item(&piece, array.get_item(&piece)?)?;
-        py.check_signals()?;
-    }
-    Ok(Some(out))
-}
-
-/// The entries in C order, copied in pieces with checks for Ctrl-C in between.
-pub fn entries_of(array: &PyReadonlyArrayDyn<'_, f64>) -> PyResult<Vec<f64>> {
-    let py = array.py();
-    if let Ok(entries) = array.as_slice() {
-        return copy(py, entries);
-    }
-    let array = array.as_array();
-    let mut out = reserved(array.len())?;
-    let mut entries = array.iter();
-    while out.len() < array.len() {
-        out.extend(entries.by_ref().take(PIECE));
-        py.check_signals()?;
-    }
-    Ok(out)
-}
-
-/// A copy, made in pieces with checks for Ctrl-C in between.
-pub fn copy(py: Python<'_>, entries: &[f64]) -> PyResult<Vec<f64>> {
-    let mut out = reserved(entries.len())?;
-    for (i, piece) in entries.chunks(PIECE).enumerate() {
-        if i > 0 {
-            py.check_signals()?;
+    let mut append = |part: Any| {
+        for piece in plain(part)?.as_slice()?.chunks(PIECE) {
+            if !out.is_empty() {
+                py.check_signals()?;
+            }
+            out.extend_from_slice(piece);
         }
-        out.extend_from_slice(piece);
+        PyResult::Ok(())
+    };
+    // Of what is no slice only so much is converted at once.
+    let step = match array.shape() {
+        [_, row @ ..] if !is_plain(array) => PIECE / row.iter().product::<usize>().max(1),
+        _ => usize::MAX,
+    };
+    let rows = array.shape().first().copied().unwrap_or(0);
+    if step >= rows {
+        append(array.as_any().clone())?;
+        return Ok(out);
+    }
+    let step = step.max(1);
+    for start in (0..rows).step_by(step) {
+        let part = PySlice::new(py, start as isize, (start + step) as isize, 1);
+        append(array.get_item(part)?)?;
     }
     Ok(out)
 }
 
-fn reserved(len: usize) -> PyResult<Vec<f64>> {
-    let mut out = Vec::new();
-    match out.try_reserve_exact(len) {
-        Ok(()) => Ok(out),
-        Err(_) => Err(PyMemoryError::new_err(format!("cannot hold {len} numbers"))),
-    }
+/// Read an array of any shape.
+pub fn read(object: &Any, name: &str) -> PyResult<Array> {
+    let array = real_array(object, name)?;
+    let (shape, entries) = (array.shape().to_vec(), entries(&array)?);
+    Ok(Array { shape, entries })
 }
 
 /// Read an array with `D` axes: its shape and its entries in C order. Errors state `expected` as the shape.
-pub fn read<const D: usize>(
-    (object, name): Named<'_, '_>,
+pub fn read_axes<const D: usize>(
+    object: &Any,
+    name: &str,
     expected: &str,
 ) -> PyResult<([usize; D], Vec<f64>)> {
-    let array = float_array(object, name)?;
-    if let Ok(shape) = <[usize; D]>::try_from(array.shape()) {
-        return Ok((shape, entries_of(&array)?));
+    let array = real_array(object, name)?;
+    match <[usize; D]>::try_from(array.shape()) {
+        Ok(shape) => Ok((shape, entries(&array)?)),
+        Err(_) => Err(unexpected(name, expected, array.shape())),
     }
-    let found = tuple(array.shape());
-    let message = format!("{name}: expected shape {expected}, found {found}");
-    Err(invalid_input(message))
+}
+
+/// `InvalidInputError` for an array of another shape.
+pub fn unexpected(name: &str, expected: &str, found: &[usize]) -> PyErr {
+    let found = tuple(found);
+    invalid!("{name}: expected shape {expected}, found {found}")
 }
 
 /// One matrix, shape `(n, k)`.
-pub fn matrix(object: &Any<'_>, name: &'static str) -> PyResult<Mat<f64>> {
-    let ([rows, cols], entries) = read((object, name), "(n, k)")?;
+pub fn matrix(object: &Any, name: &str) -> PyResult<Mat<f64>> {
+    let ([rows, cols], entries) = read_axes(object, name, "(n, k)")?;
     Ok(MatRef::from_row_major_slice(&entries, rows, cols).to_owned())
 }
 
 /// Read several matrices.
 pub fn matrices<const N: usize>(objects: [Named<'_, '_>; N]) -> PyResult<[Mat<f64>; N]> {
     collected(objects.map(|(object, name)| matrix(object, name)))
-}
-
-/// The number of entries of all matrices.
-pub fn numbers<const N: usize>(matrices: &[Mat<f64>; N]) -> f64 {
-    let entries = |matrix: &Mat<f64>| matrix.nrows() * matrix.ncols();
-    matrices.iter().map(entries).sum::<usize>() as f64
 }
 
 /// Collect all values, or return the first error.
@@ -184,34 +206,25 @@ pub fn collected<T, const N: usize>(results: [PyResult<T>; N]) -> PyResult<[T; N
     }
 }
 
-/// Parameters of any shape: the shape and the values.
-pub fn parameters(object: &Any<'_>, name: &'static str) -> PyResult<(Vec<usize>, Vec<f64>)> {
-    let array = float_array(object, name)?;
-    Ok((array.shape().to_vec(), entries_of(&array)?))
+/// The two items of any pair: a tuple, a list, an array; of anything else their number, 3 where there are more.
+pub fn two<'py>(object: &Any<'py>) -> PyResult<Result<[Any<'py>; 2], usize>> {
+    let items = object.try_iter()?.take(3).collect::<PyResult<Vec<_>>>()?;
+    let found = items.len();
+    Ok(items.try_into().map_err(|_| found))
 }
 
-/// Two matrices from any pair: a tuple, a list, an array of shape (2, n, k).
-pub fn matrix_pair(
-    object: &Any<'_>,
-    name: &'static str,
-    parts: [&'static str; 2],
-) -> PyResult<[Mat<f64>; 2]> {
-    let items = object.try_iter()?.take(3).collect::<PyResult<Vec<_>>>()?;
-    let [first, second] = &items[..] else {
-        let (expected, count) = (parts.join(", "), items.len());
-        let found = if count == 3 {
-            "more".to_owned()
-        } else {
-            count.to_string()
-        };
-        let message = format!("{name}: expected two items ({expected}), found {found}");
-        return Err(invalid_input(message));
-    };
-    matrices([(first, parts[0]), (second, parts[1])])
+/// Whether a word is the second of the two that there are.
+pub fn is_second(name: &str, word: &str, [first, second]: [&str; 2]) -> PyResult<bool> {
+    let known = [first, second].contains(&word);
+    ensure!(
+        known,
+        "{name}: expected '{first}' or '{second}', found {word:?}"
+    );
+    Ok(word == second)
 }
 
 /// A whole number of any size; what is too large for the core counts as its largest number.
-pub fn whole(object: &Any<'_>) -> PyResult<i64> {
+pub fn whole(object: &Any) -> PyResult<i64> {
     match object.extract::<i64>() {
         Err(error) if error.is_instance_of::<PyOverflowError>(object.py()) => {
             Ok(if object.lt(0)? { i64::MIN } else { i64::MAX })
@@ -220,31 +233,15 @@ pub fn whole(object: &Any<'_>) -> PyResult<i64> {
     }
 }
 
-/// Makes an array read-only: results belong to frozen objects.
-pub fn freeze(array: &Any<'_>) -> PyResult<()> {
-    let write = PyDict::new(array.py());
-    write.set_item("write", false)?;
-    array.call_method("setflags", (), Some(&write)).map(drop)
-}
-
 /// Check that a whole number is at least `least`.
 pub fn count(name: &str, value: i64, least: i64) -> PyResult<usize> {
     match usize::try_from(value) {
         Ok(count) if value >= least => Ok(count),
-        _ => {
-            let message = format!("{name}: must be at least {least}, found {value}");
-            Err(invalid_input(message))
-        }
+        _ => Err(invalid!("{name}: must be at least {least}, found {value}")),
     }
 }
 
-/// Entries and shape of a result; converted to a NumPy array when a method returns it.
-pub struct NewArray {
-    pub shape: Vec<usize>,
-    pub entries: Vec<f64>,
-}
-
-impl<'py> IntoPyObject<'py> for NewArray {
+impl<'py> IntoPyObject<'py> for Array {
     type Target = PyArrayDyn<f64>;
     type Output = Bound<'py, Self::Target>;
     type Error = PyErr;
@@ -254,7 +251,13 @@ impl<'py> IntoPyObject<'py> for NewArray {
     }
 }
 
-impl NewArray {
+impl Array {
+    /// Numbers one after the other.
+    pub fn flat(entries: Vec<f64>) -> Self {
+        let shape = vec![entries.len()];
+        Array { shape, entries }
+    }
+
     /// An array of matrices of shape `(n, k)` with the leading axes `lead`.
     pub fn stacked(lead: &[usize], matrices: &[Mat<f64>], (n, k): (usize, usize)) -> Self {
         let mut entries = vec![0.0; matrices.len() * n * k];
@@ -262,30 +265,39 @@ impl NewArray {
             write(matrix.as_ref(), out);
         }
         let shape = [lead, &[n, k]].concat();
-        NewArray { shape, entries }
+        Array { shape, entries }
+    }
+
+    /// A read-only array of NumPy's.
+    pub fn frozen(self, py: Python<'_>) -> PyResult<Owned> {
+        let array = self.into_pyobject(py)?;
+        freeze(&array)?;
+        Ok(array.unbind())
     }
 }
 
-impl From<Mat<f64>> for NewArray {
+impl From<Mat<f64>> for Array {
     fn from(matrix: Mat<f64>) -> Self {
         let shape = matrix.shape();
-        NewArray::stacked(&[], &[matrix], shape)
+        Array::stacked(&[], &[matrix], shape)
     }
+}
+
+/// An array that belongs to an object.
+pub type Owned = Py<PyArrayDyn<f64>>;
+
+/// Makes an array read-only: results belong to frozen objects.
+pub fn freeze(array: &Any) -> PyResult<()> {
+    let write = [("write", false)].into_py_dict(array.py())?;
+    array.call_method("setflags", (), Some(&write)).map(drop)
 }
 
 /// Four arrays as a Python tuple.
-pub type Four = (NewArray, NewArray, NewArray, NewArray);
+pub type Four = (Array, Array, Array, Array);
 
 pub fn four(matrices: [Mat<f64>; 4]) -> Four {
-    let [first, second, third, fourth] = matrices.map(NewArray::from);
+    let [first, second, third, fourth] = matrices.map(Array::from);
     (first, second, third, fourth)
-}
-
-/// Make a read-only array.
-pub fn frozen(py: Python<'_>, array: NewArray) -> PyResult<Py<PyArrayDyn<f64>>> {
-    let array = array.into_pyobject(py)?;
-    freeze(&array)?;
-    Ok(array.unbind())
 }
 
 /// A new array of the given shape.
@@ -299,17 +311,9 @@ pub fn to_array<'py, T: Element>(
 
 /// A shape as Python writes it.
 pub fn tuple(shape: &[usize]) -> String {
-    match shape {
-        [one] => format!("({one},)"),
-        _ => format!(
-            "({})",
-            shape
-                .iter()
-                .map(usize::to_string)
-                .collect::<Vec<_>>()
-                .join(", ")
-        ),
-    }
+    let words: Vec<_> = shape.iter().map(usize::to_string).collect();
+    let last = if shape.len() == 1 { "," } else { "" };
+    format!("({}{last})", words.join(", "))
 }
 
 /// Writes a matrix row by row.

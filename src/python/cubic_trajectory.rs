@@ -1,24 +1,12 @@
 //! Trajectories of Riemannian cubics by the explicit symplectic splitting.
 
-use numpy::{PyArray1, PyArrayDyn, PyArrayMethods};
-use pyo3::prelude::*;
-
-use super::batch::Batch;
-use super::call::run;
-use super::convert::{
-    Any, NewArray, collected, count, freeze, frozen, matrices, named, numbers, parameters, tuple,
-    whole,
-};
-use super::error::invalid_input;
-use super::work::EXPONENTIALS;
+use super::prelude::*;
 use crate::cubic::{SplittingOptions, SplittingOrder, integrate_cubic as integrate};
 use crate::curve::Samples;
 use crate::manifold::stored::check_orthonormal;
 
-type Array = Py<PyArrayDyn<f64>>;
-
 /// Arrays in the order of the attributes, and both drifts.
-type Pickled = ([Array; 6], f64, f64);
+type Pickled<'py> = ([Any<'py>; 6], f64, f64);
 
 /// A discrete trajectory of a Riemannian cubic. Its arrays are read-only.
 ///
@@ -40,12 +28,12 @@ type Pickled = ([Array; 6], f64, f64);
 ///     Largest deviation of the conserved constraint ``mu_h = [x, p]_h`` from zero, in the same norm.
 #[pyclass(name = "CubicTrajectory", module = "stiefel_rs", frozen, get_all)]
 pub struct PyCubicTrajectory {
-    t: Array,
-    point: Array,
-    velocity: Array,
-    acceleration: Array,
-    jerk: Array,
-    energy: Array,
+    t: Owned,
+    point: Owned,
+    velocity: Owned,
+    acceleration: Owned,
+    jerk: Owned,
+    energy: Owned,
     momentum_drift: f64,
     constraint_drift: f64,
 }
@@ -63,44 +51,33 @@ impl PyCubicTrajectory {
         momentum_drift: f64,
         constraint_drift: f64,
     ) -> PyResult<Self> {
-        let (common, points) = parameters(&arrays[1], NAMES[1])?;
-        let mut parts = Vec::with_capacity(NAMES.len());
-        for (array, name) in arrays.iter().zip(NAMES) {
-            let (shape, entries) = parameters(array, name)?;
+        let parts = collected(std::array::from_fn(|i| read(&arrays[i], NAMES[i])))?;
+        let common = parts[1].shape.clone();
+        for (Array { shape, entries }, name) in parts.iter().zip(NAMES) {
             let fits = match name {
                 "t" | "energy" => shape.len() == 1,
-                _ => shape.len() == 3 && shape == common,
+                _ => shape.len() == 3 && *shape == common,
             };
-            if !fits || !entries.iter().all(|x| x.is_finite()) {
-                let message = format!("{name}: no part of a trajectory, shape {}", tuple(&shape));
-                return Err(invalid_input(message));
-            }
-            parts.push(NewArray { shape, entries });
+            let (fits, found) = (fits && entries.iter().all(|x| x.is_finite()), tuple(shape));
+            ensure!(fits, "{name}: no part of a trajectory, shape {found}");
         }
-        if [&parts[0], &parts[5]]
-            .iter()
-            .any(|part| part.shape[0] != common[0])
-        {
-            let message = format!("t, energy: expected shape ({},)", common[0]);
-            return Err(invalid_input(message));
+        let [count, n, k] = [common[0], common[1], common[2]];
+        let fits = [0, 5].iter().all(|i| parts[*i].shape[0] == count);
+        ensure!(fits, "t, energy: expected shape ({count},)");
+        for (i, point) in parts[1].entries.chunks((n * k).max(1)).enumerate() {
+            let point = MatRef::from_row_major_slice(point, n, k);
+            check_orthonormal(&format!("{}: state {i}", NAMES[1]), point)?;
         }
-        let points = Batch::of([common[0], common[1], common[2]], points);
-        for i in 0..points.len() {
-            check_orthonormal(&format!("{}: state {i}", NAMES[1]), points.get(i))?;
-        }
-        let mut parts = parts.into_iter().map(|part| frozen(py, part));
-        let arrays = collected(NAMES.map(|_| parts.next().expect("as many as names")))?;
+        let arrays = collected(parts.map(|part| part.frozen(py)))?;
         Ok(Self::of(arrays, [momentum_drift, constraint_drift]))
     }
 
     /// For pickle.
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Any<'py>, Pickled)> {
-        let (py, this) = (slf.py(), slf.get());
-        let [t, point, velocity] = [&this.t, &this.point, &this.velocity];
-        let [acceleration, jerk, energy] = [&this.acceleration, &this.jerk, &this.energy];
-        let arrays = [t, point, velocity, acceleration, jerk, energy].map(|x| x.clone_ref(py));
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Any<'py>, Pickled<'py>)> {
+        let (class, this) = (slf.get_type(), slf.get());
+        let arrays = collected(NAMES.map(|name| slf.getattr(name)))?;
         let state = (arrays, this.momentum_drift, this.constraint_drift);
-        Ok((slf.get_type().getattr("_restored")?, state))
+        Ok((class.getattr("_restored")?, state))
     }
 
     /// Trajectories do not change: a copy is the trajectory itself.
@@ -108,7 +85,7 @@ impl PyCubicTrajectory {
         slf
     }
 
-    fn __deepcopy__(slf: Py<Self>, _memo: &Any<'_>) -> Py<Self> {
+    fn __deepcopy__(slf: Py<Self>, _memo: &Any) -> Py<Self> {
         slf
     }
 
@@ -120,7 +97,7 @@ impl PyCubicTrajectory {
 
 impl PyCubicTrajectory {
     fn of(
-        [t, point, velocity, acceleration, jerk, energy]: [Array; 6],
+        [t, point, velocity, acceleration, jerk, energy]: [Owned; 6],
         [momentum_drift, constraint_drift]: [f64; 2],
     ) -> Self {
         PyCubicTrajectory {
@@ -183,31 +160,28 @@ impl PyCubicTrajectory {
 /// True
 #[pyfunction]
 #[pyo3(signature = (S, V, A, J, steps, t_end=1.0, order=6, *, tension=0.0))]
-#[allow(non_snake_case)] // the names of the mathematics
-#[allow(clippy::too_many_arguments)] // and as many
 pub fn integrate_cubic(
-    py: Python<'_>,
-    S: &Any<'_>,
-    V: &Any<'_>,
-    A: &Any<'_>,
-    J: &Any<'_>,
+    S: &Any,
+    V: &Any,
+    A: &Any,
+    J: &Any,
     #[pyo3(from_py_with = whole)] steps: i64,
     t_end: f64,
     #[pyo3(from_py_with = whole)] order: i64,
     tension: f64,
 ) -> PyResult<PyCubicTrajectory> {
+    let py = S.py();
     let data = matrices(named![S, V, A, J])?;
     let order = SplittingOrder::try_from(order)?;
     let steps = count("steps", steps, 1)?;
-    let operations = EXPONENTIALS * numbers(&data) * (steps as f64 + 1.0);
-    let (trajectory, samples) = run(py, operations, move |interrupt| {
+    let weight = steps as f64 + 1.0;
+    let (trajectory, samples) = run_on(py, data, weight, move |[s, v, a, j], interrupt| {
         let options = SplittingOptions {
             t_end,
             tension,
             order,
             interrupt,
         };
-        let [s, v, a, j] = data.each_ref().map(|m| m.as_ref());
         let trajectory = integrate(s, v, a, j, steps, &options)?;
         interrupt.check("splitting of a cubic")?;
         let samples = [
@@ -220,19 +194,16 @@ pub fn integrate_cubic(
     })?;
     let (n, k, states) = (trajectory.n(), trajectory.k(), trajectory.steps() + 1);
     // Stored column by column; the transposed view has the documented shape and copies nothing.
-    let array = |samples: Samples| -> PyResult<Array> {
+    let array = |samples: Samples| {
         let stored = PyArray1::from_vec(py, samples.into_entries()).reshape([states, k, n])?;
         freeze(&stored)?;
         let view = stored.call_method1("swapaxes", (-1, -2))?;
-        Ok(view.cast_into::<PyArrayDyn<f64>>()?.unbind())
-    };
-    let scalars = |entries: Vec<f64>| {
-        let shape = vec![states];
-        frozen(py, NewArray { shape, entries })
+        PyResult::Ok(view.cast_into::<PyArrayDyn<f64>>()?.unbind())
     };
     let [point, velocity, acceleration, jerk] = collected(samples.map(array))?;
-    let t = scalars((0..states).map(|i| trajectory.time(i)).collect())?;
-    let energy = scalars(trajectory.energy().to_vec())?;
+    let times = (0..states).map(|i| trajectory.time(i)).collect();
+    let t = Array::flat(times).frozen(py)?;
+    let energy = Array::flat(trajectory.energy().to_vec()).frozen(py)?;
     Ok(PyCubicTrajectory::of(
         [t, point, velocity, acceleration, jerk, energy],
         [trajectory.momentum_drift(), trajectory.constraint_drift()],

@@ -1,96 +1,9 @@
 //! Curves: one class with the protocol, one subclass per kind of curve.
 
-use std::sync::Arc;
-
-use faer::{Mat, MatMut, MatRef};
-use numpy::{PyArray1, PyArray2, PyArrayDyn, PyArrayMethods};
-use pyo3::PyClass;
-use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyFloat};
-
-use super::call::{Call, run};
-use super::convert::{Any, Named, matrices, named, numbers, numpy, parameters, write};
-use super::error::invalid_input;
+use super::prelude::*;
 use super::stored::form;
-use super::work::{EXPONENTIALS, Work, evaluation};
-use crate::curve::{ArcLength, Curve, DerivativeBounds, Quantity, Samples, lift_into};
-use crate::error::{Error, Result};
-use crate::interrupt::Interrupt;
+use crate::curve::{Quantity, lift_into};
 use crate::manifold::QuasiGeodesic;
-use crate::stored::{Fields, Stored};
-
-/// A curve of any kind: what the common class asks of it.
-pub(super) trait AnyCurve: Send + Sync {
-    fn shape(&self) -> (usize, usize);
-    fn t_span(&self) -> (f64, f64);
-    fn frame(&self) -> Option<MatRef<'_, f64>>;
-    fn operations(&self, t: &[f64], quantity: Quantity) -> f64;
-    fn stored(&self) -> (&'static str, Fields);
-    fn sample(&self, t: &[f64], quantity: Quantity, interrupt: Interrupt<'_>) -> Result<Samples>;
-    fn sample_coordinates(
-        &self,
-        t: &[f64],
-        quantity: Quantity,
-        interrupt: Interrupt<'_>,
-    ) -> Result<Mat<f64>>;
-    fn cost(&self, interrupt: Interrupt<'_>) -> Result<f64>;
-    fn arc_length(&self, t0: f64, t1: f64, interrupt: Interrupt<'_>) -> Result<f64>;
-    fn resample(&self, count: usize, interrupt: Interrupt<'_>) -> Result<Vec<f64>>;
-    fn derivative_bounds(&self, interrupt: Interrupt<'_>) -> Result<DerivativeBounds>;
-}
-
-impl<C: Curve + Work + Stored + Send> AnyCurve for C {
-    fn shape(&self) -> (usize, usize) {
-        (self.n(), self.k())
-    }
-
-    fn t_span(&self) -> (f64, f64) {
-        Curve::t_span(self)
-    }
-
-    fn frame(&self) -> Option<MatRef<'_, f64>> {
-        Curve::frame(self)
-    }
-
-    fn operations(&self, t: &[f64], quantity: Quantity) -> f64 {
-        evaluation(self, t, quantity)
-    }
-
-    fn stored(&self) -> (&'static str, Fields) {
-        let mut fields = Fields::default();
-        self.store(&mut fields);
-        (C::KIND, fields)
-    }
-
-    fn sample(&self, t: &[f64], quantity: Quantity, interrupt: Interrupt<'_>) -> Result<Samples> {
-        Curve::sample(self, t, quantity, interrupt)
-    }
-
-    fn sample_coordinates(
-        &self,
-        t: &[f64],
-        quantity: Quantity,
-        interrupt: Interrupt<'_>,
-    ) -> Result<Mat<f64>> {
-        Curve::sample_coordinates(self, t, quantity, interrupt)
-    }
-
-    fn cost(&self, interrupt: Interrupt<'_>) -> Result<f64> {
-        self.cost_interruptible(interrupt)
-    }
-
-    fn arc_length(&self, t0: f64, t1: f64, interrupt: Interrupt<'_>) -> Result<f64> {
-        Ok(ArcLength::between(self, t0, t1, interrupt)?.total())
-    }
-
-    fn resample(&self, count: usize, interrupt: Interrupt<'_>) -> Result<Vec<f64>> {
-        ArcLength::of(self, interrupt)?.equal(count)
-    }
-
-    fn derivative_bounds(&self, interrupt: Interrupt<'_>) -> Result<DerivativeBounds> {
-        self.derivative_bounds_interruptible(interrupt)
-    }
-}
 
 /// A smooth curve on St(n, k).
 ///
@@ -110,14 +23,22 @@ pub(super) fn wrap<S: PyClass<BaseType = PyCurve>>(
     PyClassInitializer::from(PyCurve { inner }).add_subclass(class)
 }
 
-/// Estimated evaluations of the integrand of an integral along a curve.
-const EVALUATIONS: f64 = 1e3;
+/// The object of a class.
+pub fn object<T: PyClass>(py: Python<'_>, class: PyClassInitializer<T>) -> PyResult<Py<PyAny>> {
+    Ok(Py::new(py, class)?.into_any())
+}
 
 impl PyCurve {
-    /// Estimated operations of an integral along the curve.
-    pub(super) fn integral(&self) -> f64 {
-        let start = self.inner.t_span().0;
-        EVALUATIONS * self.inner.operations(&[start], Quantity::Acceleration)
+    /// Runs work whose length shows only on the way, such as an integral along the curve: it is always watched.
+    pub(super) fn run<T: Send + 'static>(
+        &self,
+        py: Python<'_>,
+        num_threads: Option<i64>,
+        work: impl FnOnce(&dyn AnyCurve, Interrupt<'_>) -> Result<T> + Send + 'static,
+    ) -> PyResult<T> {
+        let curve = Arc::clone(&self.inner);
+        let call = Call::new(py, num_threads, f64::INFINITY)?;
+        call.run(move |interrupt| work(&*curve, interrupt))
     }
 
     fn sample<'py>(
@@ -126,25 +47,34 @@ impl PyCurve {
         quantity: Quantity,
         num_threads: Option<i64>,
     ) -> PyResult<Any<'py>> {
-        let py = t.py();
+        let (py, (n, k), (start, end)) = (t.py(), self.inner.shape(), self.inner.t_span());
+        // Outside of it curves may be integrated on, which takes unknown time.
+        let inside = |t: &f64| (start.min(end)..=start.max(end)).contains(t);
+        let each = match quantity {
+            Quantity::Derivative(0) => n * k,
+            _ => DERIVATIVES * n * k,
+        };
         if num_threads.is_none()
+            && each <= IN_PLACE
             && let Ok(t) = t.cast_exact::<PyFloat>()
-            && self.inner.operations(&[t.value()], quantity) < IN_PLACE
+            && inside(&t.value())
         {
             return self.sample_one(py, t.value(), quantity);
         }
-        let (mut shape, t) = parameters(t, "t")?;
-        let operations = self.inner.operations(&t, quantity);
-        let call = Call::new(py, num_threads, operations)?;
+        let Array { mut shape, entries } = read(t, "t")?;
+        let numbers = match entries.iter().all(inside) {
+            true => (each * entries.len()) as f64,
+            false => f64::INFINITY,
+        };
+        let call = Call::new(py, num_threads, numbers)?;
         if let Some(frame) = self.inner.frame()
-            && frame.nrows() * self.inner.shape().1 * t.len() > LARGE
-            && frame.nrows() > TALL * frame.ncols()
+            && n * k * entries.len() > LARGE
+            && n > TALL * frame.ncols()
         {
-            return self.sample_large(py, &call, shape, t, quantity);
+            return self.sample_large(&call, frame, shape, entries, quantity);
         }
         let curve = Arc::clone(&self.inner);
-        let samples = call.run(move |interrupt| curve.sample(&t, quantity, interrupt))?;
-        let (n, k) = self.inner.shape();
+        let samples = call.run(move |interrupt| curve.sample(&entries, quantity, interrupt))?;
         // Stored column by column; the transposed view has the documented shape and copies nothing.
         shape.extend([k, n]);
         let stored = PyArray1::from_vec(py, samples.into_entries()).reshape(shape)?;
@@ -155,20 +85,16 @@ impl PyCurve {
     /// ordinary ones the first touch of gigabytes costs more than the product. Between pieces Ctrl-C is seen.
     fn sample_large<'py>(
         &self,
-        py: Python<'py>,
-        call: &Call<'_>,
+        call: &Call<'py>,
+        frame: MatRef<'_, f64>,
         mut shape: Vec<usize>,
         t: Vec<f64>,
         quantity: Quantity,
     ) -> PyResult<Any<'py>> {
         let curve = Arc::clone(&self.inner);
-        let work =
-            move |interrupt: Interrupt<'_>| curve.sample_coordinates(&t, quantity, interrupt);
-        let coordinates = call.run(work)?;
-        let Some(frame) = self.inner.frame() else {
-            return Err(invalid_input("the curve has no frame".to_owned()));
-        };
-        let (n, k) = self.inner.shape();
+        let coordinates =
+            call.run(move |interrupt| curve.sample_coordinates(&t, quantity, interrupt))?;
+        let (py, (n, k)) = (call.py, self.inner.shape());
         shape.extend([k, n]);
         let stored = numpy(py)?.call_method1("empty", (shape,))?;
         let array = stored.cast::<PyArrayDyn<f64>>()?;
@@ -182,8 +108,7 @@ impl PyCurve {
             py.check_signals()?;
         }
         if coordinates.norm_max() > HUGE && !writer.as_slice()?.iter().all(|x| x.is_finite()) {
-            let error = Error::Overflow { quantity: "curve" };
-            return Err(error.into());
+            return Err(Error::Overflow { quantity: "curve" }.into());
         }
         drop(writer);
         stored.call_method1("swapaxes", (-1, -2))
@@ -209,8 +134,11 @@ const PIECE: usize = 1 << 29;
 /// Coordinates below this lift without overflow.
 const HUGE: f64 = 1e300;
 
-/// Operations below which a single evaluation keeps the interpreter lock (a few microseconds).
-const IN_PLACE: f64 = 2e4;
+/// Numbers up to which a single evaluation keeps the interpreter lock (a few microseconds).
+const IN_PLACE: usize = 40;
+
+/// Time of a derivative relative to that of a position.
+const DERIVATIVES: usize = 10;
 
 #[pymethods]
 impl PyCurve {
@@ -257,10 +185,7 @@ impl PyCurve {
     fn __call__<'py>(&self, t: &Any<'py>, nu: i64, num_threads: Option<i64>) -> PyResult<Any<'py>> {
         match usize::try_from(nu) {
             Ok(order @ 0..=3) => self.sample(t, Quantity::Derivative(order), num_threads),
-            _ => {
-                let message = format!("nu: must be 0, 1, 2 or 3, found {nu}");
-                Err(invalid_input(message))
-            }
+            _ => Err(invalid!("nu: must be 0, 1, 2 or 3, found {nu}")),
         }
     }
 
@@ -291,8 +216,7 @@ impl PyCurve {
     /// ConvergenceError
     ///     The quadrature does not settle.
     fn cost(&self, py: Python<'_>) -> PyResult<f64> {
-        let curve = Arc::clone(&self.inner);
-        run(py, self.integral(), move |interrupt| curve.cost(interrupt))
+        self.run(py, None, |curve, interrupt| curve.cost(interrupt))
     }
 
     /// Write the curve to a file, all its numbers, so that :func:`load` gives back the same curve to the last bit.
@@ -305,16 +229,14 @@ impl PyCurve {
     /// Notes
     /// -----
     /// An archive of plain arrays (``numpy.load`` reads it, with no pickle inside), with the version of its form.
-    fn save(slf: &Bound<'_, Self>, path: &Any<'_>) -> PyResult<()> {
+    fn save(slf: &Bound<'_, Self>, path: &Any) -> PyResult<()> {
         let storage = slf.py().import("stiefel_rs.storage")?;
         let form = slf.call_method0("_stored")?;
         storage.call_method1("write", (form, path)).map(drop)
     }
 
     /// For pickle: the stored form.
-    fn __reduce__<'py>(
-        slf: &Bound<'py, Self>,
-    ) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyAny>,))> {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Any<'py>, (Any<'py>,))> {
         let build = slf.py().import("stiefel_rs._core")?.getattr("_restored")?;
         Ok((build, (slf.call_method0("_stored")?,)))
     }
@@ -330,7 +252,7 @@ impl PyCurve {
         slf
     }
 
-    fn __deepcopy__(slf: Py<Self>, _memo: &Any<'_>) -> Py<Self> {
+    fn __deepcopy__(slf: Py<Self>, _memo: &Any) -> Py<Self> {
         slf
     }
 
@@ -370,10 +292,9 @@ impl PyCurve {
 pub struct PyQuasiGeodesic;
 
 #[pymethods]
-#[allow(non_snake_case)]
 impl PyQuasiGeodesic {
     #[new]
-    fn new(S0: &Any<'_>, S1: &Any<'_>) -> PyResult<PyClassInitializer<Self>> {
+    fn new(S0: &Any, S1: &Any) -> PyResult<PyClassInitializer<Self>> {
         Self::made(named![S0, S1], QuasiGeodesic::between)
     }
 
@@ -384,11 +305,9 @@ impl PyQuasiGeodesic {
     /// InvalidInputError
     ///     Shape, not finite, not orthonormal, not tangent (with the measured defect).
     #[staticmethod]
-    fn from_velocity(S: &Any<'_>, V: &Any<'_>) -> PyResult<Py<Self>> {
-        Py::new(
-            S.py(),
-            Self::made(named![S, V], QuasiGeodesic::from_velocity)?,
-        )
+    fn from_velocity(S: &Any, V: &Any) -> PyResult<Py<Self>> {
+        let made = Self::made(named![S, V], QuasiGeodesic::from_velocity)?;
+        Py::new(S.py(), made)
     }
 }
 
@@ -397,10 +316,8 @@ impl PyQuasiGeodesic {
         arguments: [Named<'_, '_>; 2],
         make: fn(MatRef<'_, f64>, MatRef<'_, f64>) -> Result<QuasiGeodesic>,
     ) -> PyResult<PyClassInitializer<Self>> {
-        let data = matrices(arguments)?;
-        let operations = EXPONENTIALS * numbers(&data);
-        let work = move |_: Interrupt<'_>| make(data[0].as_ref(), data[1].as_ref());
-        let curve = run(arguments[0].0.py(), operations, work)?;
+        let (py, data) = (arguments[0].0.py(), matrices(arguments)?);
+        let curve = run_on(py, data, 1.0, move |[point, other], _| make(point, other))?;
         Ok(wrap(Arc::new(curve), PyQuasiGeodesic))
     }
 }

@@ -1,11 +1,10 @@
 //! From the crate's error to a Python exception. The classes live in `stiefel_rs.errors`.
 
+use pyo3::call::PyCallArgs;
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
-use pyo3::sync::PyOnceLock;
-use pyo3::types::PyType;
 
-use super::record::{Reduced, reduce, repr};
+use super::record::record;
 use crate::error::Error;
 use crate::report::{SolverReport, StopReason};
 
@@ -24,9 +23,15 @@ use crate::report::{SolverReport, StopReason};
 /// reason : str
 ///     ``"converged"``, ``"max_iterations"``, ``"stagnated"``, ``"diverged"``, ``"singular_jacobian"``, ``"not_minimal"``
 ///     or ``"work_limit"``.
-#[pyclass(name = "SolverReport", module = "stiefel_rs", frozen)]
+#[pyclass(name = "SolverReport", module = "stiefel_rs", frozen, get_all)]
 #[derive(Clone, Copy)]
-pub struct PySolverReport(pub SolverReport);
+pub struct PySolverReport {
+    converged: bool,
+    iterations: usize,
+    residual: f64,
+    tolerance: f64,
+    reason: &'static str,
+}
 
 #[pymethods]
 impl PySolverReport {
@@ -39,69 +44,60 @@ impl PySolverReport {
         reason: &str,
     ) -> PyResult<Self> {
         let Some(reason) = StopReason::from_word(reason) else {
-            return Err(invalid_input(format!("reason: '{reason}' is not one")));
+            return Err(invalid!("reason: '{reason}' is not one"));
         };
-        Ok(PySolverReport(SolverReport {
+        Ok(PySolverReport {
             converged,
             iterations,
             residual,
             tolerance,
-            reason,
-        }))
-    }
-    #[getter]
-    fn converged(&self) -> bool {
-        self.0.converged
-    }
-    #[getter]
-    fn iterations(&self) -> usize {
-        self.0.iterations
-    }
-    #[getter]
-    fn residual(&self) -> f64 {
-        self.0.residual
-    }
-    #[getter]
-    fn tolerance(&self) -> f64 {
-        self.0.tolerance
-    }
-    #[getter]
-    fn reason(&self) -> &'static str {
-        self.0.reason.as_str()
-    }
-    /// For pickle and copy.
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
-        reduce(slf, &FIELDS)
-    }
-
-    fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
-        repr(slf, &FIELDS)
+            reason: reason.as_str(),
+        })
     }
 }
 
-const FIELDS: [&str; 5] = ["converged", "iterations", "residual", "tolerance", "reason"];
+record! { PySolverReport, converged, iterations, residual, tolerance, reason }
 
-static INVALID_INPUT: PyOnceLock<Py<PyType>> = PyOnceLock::new();
-static OUTSIDE_DOMAIN: PyOnceLock<Py<PyType>> = PyOnceLock::new();
-static CONVERGENCE: PyOnceLock<Py<PyType>> = PyOnceLock::new();
-
-fn build<'py, A>(py: Python<'py>, cell: &PyOnceLock<Py<PyType>>, class: &str, arguments: A) -> PyErr
-where
-    A: pyo3::call::PyCallArgs<'py>,
-{
-    let instance = cell
-        .import(py, "stiefel_rs.errors", class)
-        .and_then(|class| class.call1(arguments));
-    match instance {
-        Ok(instance) => PyErr::from_value(instance),
-        Err(error) => error,
+impl From<SolverReport> for PySolverReport {
+    fn from(report: SolverReport) -> Self {
+        PySolverReport {
+            converged: report.converged,
+            iterations: report.iterations,
+            residual: report.residual,
+            tolerance: report.tolerance,
+            reason: report.reason.as_str(),
+        }
     }
+}
+
+/// An exception of `stiefel_rs.errors`.
+fn build<'py>(py: Python<'py>, class: &str, arguments: impl PyCallArgs<'py>) -> PyErr {
+    let classes = py.import("stiefel_rs.errors");
+    let instance = classes.and_then(|classes| classes.getattr(class)?.call1(arguments));
+    instance.map_or_else(|error| error, PyErr::from_value)
 }
 
 /// `InvalidInputError` with a message of the binding's own.
 pub fn invalid_input(message: String) -> PyErr {
-    Python::attach(|py| build(py, &INVALID_INPUT, "InvalidInputError", (message,)))
+    Python::attach(|py| build(py, "InvalidInputError", (message,)))
 }
+
+/// The same with a message that is put together: `invalid!("{name}: not finite")`.
+macro_rules! invalid {
+    ($($message:tt)*) => { $crate::python::error::invalid_input(format!($($message)*)) };
+}
+pub(super) use invalid;
+
+/// Returns `InvalidInputError` unless a condition holds: `ensure!(atol >= 0.0, "atol: negative, {atol}")`.
+macro_rules! ensure {
+    ($holds:expr, $($message:tt)*) => {
+        match $holds {
+            true => {}
+            false => return Err($crate::python::error::invalid!($($message)*)),
+        }
+    };
+}
+pub(super) use ensure;
 
 impl From<Error> for PyErr {
     fn from(error: Error) -> Self {
@@ -110,11 +106,19 @@ impl From<Error> for PyErr {
 }
 
 /// The exception for an error; `place` says which member of a batch it was, or is empty.
-pub fn to_exception(error: &Error, place: &str) -> PyErr {
+fn to_exception(error: &Error, place: &str) -> PyErr {
     let exception = Python::attach(|py| exception_of(py, error, place));
     match error {
         Error::AtKnot { knot, .. } => at_knot(exception, *knot),
         _ => exception,
+    }
+}
+
+/// The exception for an error of the `i`-th member of a batch of the given shape.
+pub fn at_member(error: &Error, i: usize, shape: &[usize]) -> PyErr {
+    match shape {
+        [] => to_exception(error, ""),
+        _ => to_exception(error, &format!(" (batch member {i})")),
     }
 }
 
@@ -126,11 +130,8 @@ pub fn at_knot(exception: PyErr, knot: usize) -> PyErr {
 
 fn exception_of(py: Python<'_>, error: &Error, place: &str) -> PyErr {
     let mut message = format!("{error}{place}");
-    if let Error::InvalidArgument {
-        name: name @ "tolerance",
-        ..
-    } = error
-    {
+    let name = "tolerance";
+    if matches!(error, Error::InvalidArgument { name: found, .. } if *found == name) {
         // What the options of the core call a tolerance is an argument `tol` in Python.
         message = message.replacen(name, "tol", 1);
     }
@@ -147,19 +148,12 @@ fn exception_of(py: Python<'_>, error: &Error, place: &str) -> PyErr {
         | Error::DifferentComponents { .. }
         | Error::OutsideRetractionDomain { .. }
         | Error::ConjugateEnds { .. }
-        | Error::OutsideChart { .. } => build(
-            py,
-            &OUTSIDE_DOMAIN,
-            "OutsideDomainError",
-            (message, error.angle()),
-        ),
-        Error::NoConvergence { report, .. } | Error::TooManySteps { report, .. } => build(
-            py,
-            &CONVERGENCE,
-            "ConvergenceError",
-            (message, PySolverReport(*report)),
-        ),
-        Error::Decomposition { .. } => build(py, &CONVERGENCE, "ConvergenceError", (message,)),
+        | Error::OutsideChart { .. } => build(py, "OutsideDomainError", (message, error.angle())),
+        Error::NoConvergence { report, .. } | Error::TooManySteps { report, .. } => {
+            let report = PySolverReport::from(*report);
+            build(py, "ConvergenceError", (message, report))
+        }
+        Error::Decomposition { .. } => build(py, "ConvergenceError", (message,)),
         Error::Interrupted { .. } => PyKeyboardInterrupt::new_err(message),
         _ => invalid_input(message),
     }

@@ -1,28 +1,12 @@
 //! The flows of the paper's charts for arrays: discrete, exact, and between two ends.
 
-use pyo3::prelude::*;
-
 use super::chart::PyChart;
-use super::convert::{Any, NewArray, count, named, parameters, tuple, whole};
-use super::discretization::NamedMap;
-use super::error::invalid_input;
-use super::shooting::{PyShootingResult, Shot};
-use super::state::{Kind, check_finite, on_chart, state, write_states};
-use crate::chart::{Chart, DiscretizationMap, integrate_composed, reference};
-use crate::error::Result;
-
-/// The two points of a discretization map for one member of a batch.
-fn discretize<const X: usize, const Z: usize>(
-    chart: &impl Chart<X, Z>,
-    map: &impl DiscretizationMap<X>,
-    [x, v]: [&[f64]; 2],
-    out: &mut [f64],
-) -> Result<()> {
-    chart.check("x", x)?;
-    check_finite("v", v)?;
-    write_states(&map.map(&state(x), &state(v)), out);
-    Ok(())
-}
+use super::prelude::*;
+use super::state::{Kind, Steps, check_finite, map_of, on_chart, state, write_states};
+use crate::chart::{
+    Chart, DiscretizationMap, NamedMap, ShootingOptions, integrate_composed, reference, shoot,
+};
+use crate::newton::NewtonOptions;
 
 #[pymethods]
 impl PyChart {
@@ -40,16 +24,18 @@ impl PyChart {
     /// ndarray, shape (..., 2, 2 d)
     ///     ``R_d(x, v) = (x_0, x_1)``.
     #[pyo3(signature = (x, v, map="initial_point"))]
-    fn discretize(&self, x: &Any<'_>, v: &Any<'_>, map: &str) -> PyResult<NewArray> {
-        let map = NamedMap::read(map)?;
-        let width = 2 * self.dimension();
-        self.map(
-            named![x, v],
-            width,
-            &[2, width],
-            1e3,
-            move |kind, rows, out, _| on_chart!(kind, chart => discretize(chart, &map, rows, out)),
-        )
+    fn discretize(&self, x: &Any, v: &Any, map: &str) -> PyResult<Array> {
+        let map = map_of(map)?;
+        let (width, core) = (2 * self.d(), [2, 2 * self.d()]);
+        self.map(named![x, v], width, &core, move |kind, [x, v], out, _| {
+            on_chart!(kind, chart => chart.check("x", x))?;
+            check_finite("v", v)?;
+            match kind {
+                Kind::Sphere => write_states::<4>(&map.map(&state(x), &state(v)), out),
+                Kind::Frame => write_states::<6>(&map.map(&state(x), &state(v)), out),
+            }
+            Ok(())
+        })
     }
 
     /// The symplectic one-step method of a discretization map.
@@ -99,35 +85,26 @@ impl PyChart {
     /// -----
     /// arXiv 2404.19407, from the cotangent lift of the discretization map (Barbero-Linan, Martin de Diego 2023).
     #[pyo3(signature = (z0, steps, t_end=1.0, map="initial_point", *, order=None))]
-    #[allow(clippy::too_many_arguments)]
     fn integrate(
         &self,
-        z0: &Any<'_>,
+        z0: &Any,
         #[pyo3(from_py_with = whole)] steps: i64,
         t_end: f64,
         map: &str,
         order: Option<i64>,
-    ) -> PyResult<NewArray> {
-        let map = NamedMap::read(map)?;
-        let composition = map.composition(order)?;
-        let steps = count("steps", steps, 1)?;
+    ) -> PyResult<Array> {
+        let steps = Steps::read(map, order, steps, t_end)?;
         let width = self.0.width();
-        let (core, operations) = ([steps.saturating_add(1), width], 1e4 * steps as f64);
-        self.map(
-            named![z0],
-            width,
-            &core,
-            operations,
-            move |kind, [z], out, interrupt| {
-                on_chart!(kind, chart => {
-                    let z = state(z);
-                    let states =
-                        integrate_composed(chart, &map, &composition, &z, steps, t_end, interrupt)?;
-                    write_states(&states, out);
-                });
-                Ok(())
-            },
-        )
+        let core = [steps.count.saturating_add(1), width];
+        self.map(named![z0], width, &core, move |kind, [z], out, stop| {
+            on_chart!(kind, chart => {
+                let (s, z) = (&steps, state(z));
+                let states =
+                    integrate_composed(chart, &s.map, &s.composition, &z, s.count, s.t_end, stop)?;
+                write_states(&states, out);
+            });
+            Ok(())
+        })
     }
 
     /// The exact flow: states at the times ``t``, from ``z0`` at time 0.
@@ -153,23 +130,15 @@ impl PyChart {
     /// Notes
     /// -----
     /// Taylor method of order 26 with variable steps (Jorba, Zou 2005).
-    fn reference(&self, z0: &Any<'_>, t: &Any<'_>) -> PyResult<NewArray> {
-        let (shape, t) = parameters(t, "t")?;
-        let width = self.0.width();
-        let core = [&shape[..], &[width]].concat();
-        // How many steps it takes shows only on the way: always watched.
-        self.map(
-            named![z0],
-            width,
-            &core,
-            f64::INFINITY,
-            move |kind, [z], out, interrupt| {
-                on_chart!(kind, chart => {
-                    write_states(&reference(chart, &state(z), &t, interrupt)?, out);
-                });
-                Ok(())
-            },
-        )
+    fn reference(&self, z0: &Any, t: &Any) -> PyResult<Array> {
+        let (t, width) = (read(t, "t")?, self.0.width());
+        let core = [&t.shape[..], &[width]].concat();
+        self.map(named![z0], width, &core, move |kind, [z], out, stop| {
+            on_chart!(kind, chart => {
+                write_states(&reference(chart, &state(z), &t.entries, stop)?, out);
+            });
+            Ok(())
+        })
     }
 
     /// Shooting: the discrete trajectory with given ends.
@@ -211,40 +180,125 @@ impl PyChart {
     /// Damped Newton iteration on the initial momenta; the Jacobian is the exact derivative of the discrete flow.
     #[pyo3(signature = (q0, qdot0, q1, qdot1, steps, map="midpoint", *, t_end=1.0, tol=1e-12, max_iterations=50,
         guess=None, order=None))]
-    #[allow(clippy::too_many_arguments)]
     fn shoot(
         &self,
-        py: Python<'_>,
-        q0: &Any<'_>,
-        qdot0: &Any<'_>,
-        q1: &Any<'_>,
-        qdot1: &Any<'_>,
+        q0: &Any,
+        qdot0: &Any,
+        q1: &Any,
+        qdot1: &Any,
         #[pyo3(from_py_with = whole)] steps: i64,
         map: &str,
         t_end: f64,
         tol: f64,
         #[pyo3(from_py_with = whole)] max_iterations: i64,
-        guess: Option<&Any<'_>>,
+        guess: Option<&Any>,
         order: Option<i64>,
     ) -> PyResult<PyShootingResult> {
-        let map = NamedMap::read(map)?;
-        let ends = self.read(named![q0, qdot0, q1, qdot1], self.dimension())?;
+        let steps = Steps::read(map, order, steps, t_end)?;
+        let ends = self.read(named![q0, qdot0, q1, qdot1], self.d())?;
         if !ends[0].shape.is_empty() {
-            let found = tuple(&[&ends[0].shape[..], &[ends[0].rows]].concat());
-            let message = format!("q0: expected shape ({},), found {found}", self.dimension());
-            return Err(invalid_input(message));
+            let found = [&ends[0].shape[..], &[ends[0].rows]].concat();
+            return Err(unexpected("q0", &tuple(&[self.d()]), &found));
         }
         let guess = guess.map(|pair| self.read_guess(pair)).transpose()?;
         let arguments = Shot {
             ends: ends.each_ref().map(|end| end.row(0).to_vec()),
-            steps: count("steps", steps, 1)?,
-            map,
-            composition: map.composition(order)?,
-            t_end,
+            steps,
             tol,
             max_iterations: count("max_iterations", max_iterations, 0)?,
             guess,
         };
-        arguments.solve(py, self.0)
+        arguments.solve(q0.py(), self.0)
+    }
+}
+
+/// A discrete trajectory that meets its boundary data.
+///
+/// Attributes
+/// ----------
+/// trajectory : ndarray, shape (steps + 1, 4 d)
+///     The states.
+/// momenta : tuple of ndarray, each of shape (d,)
+///     The initial momenta ``(p_q, p_qdot)``.
+/// report : SolverReport
+#[pyclass(name = "ShootingResult", module = "stiefel_rs", frozen)]
+pub struct PyShootingResult {
+    #[pyo3(get)]
+    trajectory: Owned,
+    #[pyo3(get)]
+    momenta: (Owned, Owned),
+    #[pyo3(get)]
+    report: PySolverReport,
+    /// The report in words.
+    text: String,
+}
+
+#[pymethods]
+impl PyShootingResult {
+    fn __repr__(&self) -> String {
+        format!("<ShootingResult {}>", self.text)
+    }
+}
+
+/// The arguments of one shot.
+struct Shot {
+    ends: [Vec<f64>; 4],
+    steps: Steps,
+    tol: f64,
+    max_iterations: usize,
+    guess: Option<Vec<f64>>,
+}
+
+/// States row by row, initial momenta, and how it ended.
+type Found = (Vec<f64>, Vec<f64>, SolverReport);
+
+impl Shot {
+    /// Shoots, detached from the interpreter.
+    fn solve(self, py: Python<'_>, kind: Kind) -> PyResult<PyShootingResult> {
+        let steps = self.steps.count;
+        let work =
+            move |interrupt: Interrupt<'_>| on_chart!(kind, chart => self.run(chart, interrupt));
+        let (trajectory, momenta, report) = run(py, SOLVES * steps as f64, work)?;
+        let (p_q, p_qdot) = momenta.split_at(momenta.len() / 2);
+        let shape = [steps + 1, 2 * momenta.len()];
+        let vector = |numbers: &[f64]| Array::flat(numbers.to_vec()).into_pyobject(py);
+        Ok(PyShootingResult {
+            trajectory: to_array(py, trajectory, &shape)?.unbind(),
+            momenta: (vector(p_q)?.unbind(), vector(p_qdot)?.unbind()),
+            text: report.to_string(),
+            report: report.into(),
+        })
+    }
+
+    fn run<const X: usize, const Z: usize>(
+        &self,
+        chart: &impl Chart<X, Z>,
+        interrupt: Interrupt<'_>,
+    ) -> Result<Found>
+    where
+        NamedMap: DiscretizationMap<X>,
+    {
+        let [q0, qdot0, q1, qdot1] = &self.ends;
+        chart.check("q0", q0)?;
+        chart.check("q1", q1)?;
+        check_finite("qdot0", qdot0)?;
+        check_finite("qdot1", qdot1)?;
+        let [x0, x1] = [0, 2].map(|i| state::<X>(&self.ends[i..i + 2].concat()));
+        let newton = NewtonOptions {
+            tolerance: self.tol,
+            max_iterations: self.max_iterations,
+            interrupt,
+        };
+        let Shot { steps, .. } = self;
+        let options = ShootingOptions {
+            t_end: steps.t_end,
+            composition: steps.composition,
+            newton,
+            guess: self.guess.as_ref().map(|guess| state::<X>(guess)),
+        };
+        let found = shoot(chart, &steps.map, &x0, &x1, steps.count, &options)?;
+        let mut trajectory = vec![0.0; found.trajectory.len() * Z];
+        write_states(&found.trajectory, &mut trajectory);
+        Ok((trajectory, found.momenta.as_slice().to_vec(), found.report))
     }
 }

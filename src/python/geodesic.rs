@@ -1,19 +1,9 @@
 //! Riemannian exponential, logarithm and distance for arrays, and geodesics as curves.
 
-use std::sync::Arc;
-
-use faer::{Mat, MatRef};
-use pyo3::prelude::*;
-
-use super::batch::{Batch, Value};
-use super::call::run;
-use super::convert::{Any, Named, NewArray, matrices, named, numbers, to_array};
-use super::curve::{PyCurve, wrap};
-use super::record::{Reduced, reduce, repr};
+use super::batch::Value;
+use super::prelude::*;
+use super::record::record;
 use super::stiefel::{PyStiefel, read_metric};
-use super::work::EXPONENTIALS;
-use crate::error::Result;
-use crate::interrupt::Interrupt;
 use crate::manifold::{Geodesic, LogReport, Metric, Stiefel};
 
 /// How a Riemannian logarithm was found, and what is known of it.
@@ -61,24 +51,9 @@ impl PyLogReport {
             certainly_shortest,
         }
     }
-
-    /// For pickle and copy.
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
-        reduce(slf, &FIELDS)
-    }
-
-    fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
-        repr(slf, &FIELDS)
-    }
 }
 
-const FIELDS: [&str; 5] = [
-    "converged",
-    "iterations",
-    "residual",
-    "length",
-    "certainly_shortest",
-];
+record! { PyLogReport, converged, iterations, residual, length, certainly_shortest }
 
 /// Numbers of a report in a row of results.
 const REPORT: usize = 4;
@@ -86,20 +61,18 @@ const REPORT: usize = 4;
 impl PyLogReport {
     /// From one row of numbers per member; plain Python numbers for a single pair of points.
     fn from_rows(py: Python<'_>, rows: &[&[f64]], shape: &[usize]) -> PyResult<Self> {
-        let array = |values: Vec<f64>, dtype: &str| -> PyResult<Py<PyAny>> {
+        let array = |values: Vec<f64>, dtype: &str| {
             let array = to_array(py, values, shape)?.call_method1("astype", (dtype,))?;
-            if shape.is_empty() {
-                return Ok(array.call_method0("item")?.unbind());
-            }
-            Ok(array.unbind())
+            let number = shape.is_empty().then(|| array.call_method0("item"));
+            PyResult::Ok(number.transpose()?.unwrap_or(array).unbind())
         };
-        let column = |i: usize| rows.iter().map(|row| row[i]).collect();
+        let column = |i: usize, dtype| array(rows.iter().map(|row| row[i]).collect(), dtype);
         Ok(PyLogReport {
             converged: array(vec![1.0; rows.len()], "bool")?,
-            iterations: array(column(0), "int64")?,
-            residual: array(column(1), "float64")?,
-            length: array(column(2), "float64")?,
-            certainly_shortest: array(column(3), "bool")?,
+            iterations: column(0, "int64")?,
+            residual: column(1, "float64")?,
+            length: column(2, "float64")?,
+            certainly_shortest: column(3, "bool")?,
         })
     }
 }
@@ -111,14 +84,9 @@ impl Value for (Mat<f64>, LogReport) {
         let (vector, numbers) = out.split_at_mut(out.len() - REPORT);
         velocity.put(vector);
         let certain = f64::from(u8::from(report.certainly_shortest));
-        let (iterations, residual) = (report.iterations as f64, report.residual);
-        numbers.copy_from_slice(&[iterations, residual, report.length, certain]);
+        let iterations = report.iterations as f64;
+        numbers.copy_from_slice(&[iterations, report.residual, report.length, certain]);
     }
-}
-
-/// Estimated operations of one exponential or logarithm per member.
-fn geodesics([s, _]: &[Batch; 2]) -> f64 {
-    EXPONENTIALS * s.numbers()
 }
 
 impl PyStiefel {
@@ -127,21 +95,18 @@ impl PyStiefel {
         &self,
         objects: [Named<'_, '_>; 2],
         core: &[usize],
-        value: impl Fn((Mat<f64>, LogReport)) -> T + Sync + Send + 'static,
-    ) -> PyResult<NewArray> {
-        let shapes = [self.shape(); 2];
-        let member = move |m: &Stiefel, points: [MatRef<'_, f64>; 2], interrupt: Interrupt<'_>| {
+        value: impl Fn((Mat<f64>, LogReport)) -> T + Shared,
+    ) -> PyResult<Array> {
+        self.map(objects, core, move |m, points, interrupt| {
             // Rows are far apart in a batch; the core reads columns.
             let [s0, s1] = points.map(|point| point.to_owned());
             let found = m.log_interruptible(s0.as_ref(), s1.as_ref(), interrupt)?;
             Ok(value(found))
-        };
-        self.map_shapes(objects, shapes, geodesics, core, member)
+        })
     }
 }
 
 #[pymethods]
-#[allow(non_snake_case)]
 impl PyStiefel {
     /// The Riemannian exponential of tangent vectors ``V`` at ``S``, shape (..., n, k).
     ///
@@ -149,18 +114,11 @@ impl PyStiefel {
     /// ------
     /// InvalidInputError
     ///     Shape, not finite, not orthonormal, not tangent (with the measured defect), or too long for a number.
-    fn exp(&self, S: &Any<'_>, V: &Any<'_>) -> PyResult<NewArray> {
-        let (n, k) = self.shape();
-        self.map_shapes(
-            named![S, V],
-            [(n, k); 2],
-            geodesics,
-            &[n, k],
-            |m, data, _| {
-                let [s, v] = data.map(|matrix| matrix.to_owned());
-                m.exp(s.as_ref(), v.as_ref())
-            },
-        )
+    fn exp(&self, S: &Any, V: &Any) -> PyResult<Array> {
+        self.map_matrices(named![S, V], |m, data| {
+            let [s, v] = data.map(|matrix| matrix.to_owned());
+            m.exp(s.as_ref(), v.as_ref())
+        })
     }
 
     /// The Riemannian logarithm: tangent vectors at ``S0`` with ``exp(S0, V) = S1``, shape (..., n, k).
@@ -204,20 +162,19 @@ impl PyStiefel {
     /// (True, True)
     #[pyo3(signature = (S0, S1, *, full_output=false))]
     fn log<'py>(&self, S0: &Any<'py>, S1: &Any<'py>, full_output: bool) -> PyResult<Any<'py>> {
-        let (py, (n, k)) = (S0.py(), self.shape());
+        let (py, points, (n, k)) = (S0.py(), named![S0, S1], self.shape());
         if !full_output {
-            let velocities =
-                self.map_logarithms(named![S0, S1], &[n, k], |(velocity, _)| velocity)?;
-            return Ok(velocities.into_pyobject(py)?.into_any());
+            let velocities = self.map_logarithms(points, &[n, k], |(velocity, _)| velocity)?;
+            return velocities.into_bound_py_any(py);
         }
         let size = n * k;
-        let found = self.map_logarithms(named![S0, S1], &[size + REPORT], |found| found)?;
+        let found = self.map_logarithms(points, &[size + REPORT], |found| found)?;
         let shape = &found.shape[..found.shape.len() - 1];
         let rows = found.entries.chunks(size + REPORT);
         let (vectors, reports): (Vec<_>, Vec<_>) = rows.map(|row| row.split_at(size)).unzip();
         let velocities = to_array(py, vectors.concat(), &[shape, &[n, k]].concat())?;
         let report = PyLogReport::from_rows(py, &reports, shape)?;
-        Ok((velocities, report).into_pyobject(py)?.into_any())
+        (velocities, report).into_bound_py_any(py)
     }
 
     /// The Riemannian distance of points, shape (...): the length of the geodesic of :meth:`log`.
@@ -226,7 +183,7 @@ impl PyStiefel {
     /// ------
     /// InvalidInputError, OutsideDomainError, ConvergenceError
     ///     As :meth:`log`.
-    fn dist(&self, S0: &Any<'_>, S1: &Any<'_>) -> PyResult<NewArray> {
+    fn dist(&self, S0: &Any, S1: &Any) -> PyResult<Array> {
         self.map_logarithms(named![S0, S1], &[], |(_, report)| report.length)
     }
 }
@@ -265,15 +222,10 @@ impl PyStiefel {
 pub struct PyGeodesic(Arc<Geodesic>);
 
 #[pymethods]
-#[allow(non_snake_case)]
 impl PyGeodesic {
     #[new]
     #[pyo3(signature = (S0, S1, *, metric=None))]
-    fn new(
-        S0: &Any<'_>,
-        S1: &Any<'_>,
-        metric: Option<&Any<'_>>,
-    ) -> PyResult<PyClassInitializer<Self>> {
+    fn new(S0: &Any, S1: &Any, metric: Option<&Any>) -> PyResult<PyClassInitializer<Self>> {
         Self::made(named![S0, S1], metric, Stiefel::geodesic_between)
     }
 
@@ -285,7 +237,7 @@ impl PyGeodesic {
     ///     Shape, not finite, not orthonormal, not tangent (with the measured defect), or too long for a number.
     #[staticmethod]
     #[pyo3(signature = (S, V, *, metric=None))]
-    fn from_velocity(S: &Any<'_>, V: &Any<'_>, metric: Option<&Any<'_>>) -> PyResult<Py<Self>> {
+    fn from_velocity(S: &Any, V: &Any, metric: Option<&Any>) -> PyResult<Py<Self>> {
         Py::new(S.py(), Self::made(named![S, V], metric, Stiefel::geodesic)?)
     }
 
@@ -299,14 +251,13 @@ impl PyGeodesic {
 impl PyGeodesic {
     fn made(
         arguments: [Named<'_, '_>; 2],
-        metric: Option<&Any<'_>>,
+        metric: Option<&Any>,
         make: fn(&Stiefel, MatRef<'_, f64>, MatRef<'_, f64>) -> Result<Geodesic>,
     ) -> PyResult<PyClassInitializer<Self>> {
         let metric = metric.map_or(Ok(Metric::CANONICAL), read_metric)?;
-        let ([(first, name), _], data) = (arguments, matrices(arguments)?);
-        let operations = EXPONENTIALS * numbers(&data);
-        let curve = run(first.py(), operations, move |_: Interrupt<'_>| {
-            let [point, other] = data.each_ref().map(|x| x.as_ref());
+        let [(first, name), _] = arguments;
+        let (py, data) = (first.py(), matrices(arguments)?);
+        let curve = run_on(py, data, 1.0, move |[point, other], _| {
             let manifold = Stiefel::of(name, point)?.with_metric(metric);
             make(&manifold, point, other)
         })?;

@@ -1,17 +1,105 @@
-//! Parallel transport, curvature, gradients and Hessians for arrays, with batches.
+//! Retractions, parallel transport, curvature, gradients and Hessians for arrays, with batches.
 
-use pyo3::prelude::*;
-
-use super::batch::Batch;
-use super::convert::{Any, NewArray, named};
+use super::prelude::*;
 use super::stiefel::PyStiefel;
-use super::work::PRODUCTS;
 use crate::linalg::structure::norm;
-use crate::manifold::ParallelTransport;
+use crate::manifold::{ParallelTransport, Retraction};
+
+fn read_retraction(kind: &str) -> PyResult<Retraction> {
+    Retraction::from_name(kind).ok_or_else(|| {
+        let names = Retraction::ALL.map(|r| format!("'{}'", r.name()));
+        invalid!("kind: expected {}, found '{kind}'", names.join(", "))
+    })
+}
 
 #[pymethods]
-#[allow(non_snake_case)]
 impl PyStiefel {
+    /// The point that a retraction maps a tangent vector at ``S`` to, shape (..., n, k).
+    ///
+    /// The order is that of ``|retract(S, t V) - exp(S, t V)| = O(t^p)``, canonical metric / Euclidean metric:
+    ///
+    /// ==================  ===================================================  =======
+    /// kind                formula                                              order
+    /// ==================  ===================================================  =======
+    /// "quasi_geodesic"    ``e^X S e^Omega``, ``X = K S^T - S K^T``             2 / 2
+    /// "qr"                orthonormal factor of ``S + V``, positive diagonal   2 / 2
+    /// "polar"             ``(S + V) (I + V^T V)^(-1/2)``                       2 / 3
+    /// "cayley"            ``(I - W/2)^-1 (I + W/2) S``, ``W S = V``            3 / 2
+    /// ==================  ===================================================  =======
+    ///
+    /// On the sphere (k = 1) and on the rotations (k = n) quasi-geodesics are the geodesics, and all others but "qr" on the
+    /// rotations are of order 3.
+    ///
+    /// Parameters
+    /// ----------
+    /// S, V : array_like, shape (..., n, k)
+    ///     Points and tangent vectors.
+    /// kind : str, default "quasi_geodesic"
+    ///     One of the table.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (..., n, k)
+    ///
+    /// Raises
+    /// ------
+    /// InvalidInputError
+    ///     Shape, not finite, not orthonormal, not tangent (with the measured defect), an unknown kind, or a vector so long
+    ///     that ``S + V`` has lost ``S``.
+    ///
+    /// Examples
+    /// --------
+    /// >>> from stiefel_rs import Stiefel
+    /// >>> M = Stiefel(5, 2)
+    /// >>> S = M.random_point(rng=0)
+    /// >>> V = M.random_tangent(S, rng=1)
+    /// >>> bool(abs(M.retract(S, V, kind="polar") - M.project(S + V)).max() < 1e-15)
+    /// True
+    #[pyo3(signature = (S, V, kind="quasi_geodesic"))]
+    fn retract(&self, S: &Any, V: &Any, kind: &str) -> PyResult<Array> {
+        let retraction = read_retraction(kind)?;
+        self.map_matrices(named![S, V], move |_, [s, v]| retraction.retract(s, v))
+    }
+
+    /// The tangent vector at ``S0`` that a retraction maps to ``S1``, shape (..., n, k).
+    ///
+    /// With ``M = S0^T S1``, "qr" has an inverse where the leading principal minors of ``M`` are positive, "polar" where its
+    /// eigenvalues have positive real parts, "cayley" where -1 is none of them; it is unique, and it is checked before it is
+    /// returned. "quasi_geodesic" has its principal branch at almost all pairs.
+    ///
+    /// Parameters
+    /// ----------
+    /// S0, S1 : array_like, shape (..., n, k)
+    ///     Points.
+    /// kind : str, default "quasi_geodesic"
+    ///     "quasi_geodesic", "qr", "polar" or "cayley".
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (..., n, k)
+    ///
+    /// Raises
+    /// ------
+    /// OutsideDomainError
+    ///     No unique tangent vector leads there, with the measured number; "quasi_geodesic" carries an ``angle``.
+    ///
+    /// Examples
+    /// --------
+    /// >>> from stiefel_rs import Stiefel
+    /// >>> M = Stiefel(5, 2)
+    /// >>> S = M.random_point(rng=0)
+    /// >>> V = 0.3 * M.random_tangent(S, rng=1)
+    /// >>> S1 = M.retract(S, V, kind="cayley")
+    /// >>> bool(abs(M.inverse_retract(S, S1, kind="cayley") - V).max() < 1e-14)
+    /// True
+    #[pyo3(signature = (S0, S1, kind="quasi_geodesic"))]
+    fn inverse_retract(&self, S0: &Any, S1: &Any, kind: &str) -> PyResult<Array> {
+        let retraction = read_retraction(kind)?;
+        self.map_matrices(named![S0, S1], move |_, [s0, s1]| {
+            retraction.inverse_retract(s0, s1)
+        })
+    }
+
     /// Parallel transport of ``W`` along the geodesic ``t -> exp(S, t V)`` from ``S`` to ``exp(S, V)``, shape (..., n, k).
     ///
     /// The Levi-Civita transport of the manifold's metric, whichever that is. It keeps lengths and angles to round-off.
@@ -44,20 +132,16 @@ impl PyStiefel {
     /// >>> S, V = [[1.0], [0.0], [0.0]], [[0.0], [np.pi / 2], [0.0]]
     /// >>> bool(abs(M.transport(S, V, [[0.0], [1.0], [2.0]]) - [[-1.0], [0.0], [2.0]]).max() < 1e-15)
     /// True
-    fn transport(&self, S: &Any<'_>, V: &Any<'_>, W: &Any<'_>) -> PyResult<NewArray> {
+    fn transport(&self, S: &Any, V: &Any, W: &Any) -> PyResult<Array> {
         // The work grows with the way; what is not finite is an error at once.
-        let work = |[s, v, _]: &[Batch; 3]| {
+        let way = |[_, v, _]: &[Batch; 3]| {
             let lengths = (0..v.len()).map(|i| norm(v.get(i)));
-            PRODUCTS * s.numbers() * (2.0 + lengths.fold(0.0, f64::max))
+            1.0 + lengths.fold(0.0, f64::max)
         };
-        let (n, k) = self.shape();
-        self.map_shapes(
-            named![S, V, W],
-            [(n, k); 3],
-            work,
-            &[n, k],
-            |m, [s, v, w], _| ParallelTransport::new(*m, s, v)?.transport(w),
-        )
+        let ((n, k), data) = (self.shape(), named![S, V, W]);
+        self.map_shapes(data, [(n, k); 3], way, &[n, k], |m, [s, v, w], _| {
+            ParallelTransport::new(*m, s, v)?.transport(w)
+        })
     }
 
     /// The curvature tensor ``R(U, V) W = D_U D_V W - D_V D_U W - D_[U,V] W`` at ``S``, shape (..., n, k).
@@ -87,7 +171,7 @@ impl PyStiefel {
     /// >>> S, U, V = np.eye(3)[:, :, None]
     /// >>> M.curvature(S, U, V, 2 * V).ravel()
     /// array([0., 2., 0.])
-    fn curvature(&self, S: &Any<'_>, U: &Any<'_>, V: &Any<'_>, W: &Any<'_>) -> PyResult<NewArray> {
+    fn curvature(&self, S: &Any, U: &Any, V: &Any, W: &Any) -> PyResult<Array> {
         self.map_matrices(named![S, U, V, W], |m, [s, u, v, w]| {
             m.curvature(s, u, v, w)
         })
@@ -121,8 +205,8 @@ impl PyStiefel {
     /// >>> S, U, V = np.eye(3)[:, :, None]
     /// >>> float(M.sectional_curvature(S, U, V))
     /// 1.0
-    fn sectional_curvature(&self, S: &Any<'_>, U: &Any<'_>, V: &Any<'_>) -> PyResult<NewArray> {
-        self.map(named![S, U, V], &[], |m, [s, u, v]| {
+    fn sectional_curvature(&self, S: &Any, U: &Any, V: &Any) -> PyResult<Array> {
+        self.map(named![S, U, V], &[], |m, [s, u, v], _| {
             m.sectional_curvature(s, u, v)
         })
     }
@@ -156,7 +240,7 @@ impl PyStiefel {
     /// >>> G = np.diag([1.0, 2.0, 3.0, 4.0]) @ S
     /// >>> bool(abs(M.euclidean_to_riemannian_gradient(S, G) - (G - S @ G.T @ S)).max() < 1e-14)
     /// True
-    fn euclidean_to_riemannian_gradient(&self, S: &Any<'_>, G: &Any<'_>) -> PyResult<NewArray> {
+    fn euclidean_to_riemannian_gradient(&self, S: &Any, G: &Any) -> PyResult<Array> {
         self.map_matrices(named![S, G], |m, [s, g]| {
             m.euclidean_to_riemannian_gradient(s, g)
         })
@@ -194,11 +278,11 @@ impl PyStiefel {
     /// array([ 0., -2.,  0.])
     fn euclidean_to_riemannian_hessian(
         &self,
-        S: &Any<'_>,
-        G: &Any<'_>,
-        H: &Any<'_>,
-        V: &Any<'_>,
-    ) -> PyResult<NewArray> {
+        S: &Any,
+        G: &Any,
+        H: &Any,
+        V: &Any,
+    ) -> PyResult<Array> {
         self.map_matrices(named![S, G, H, V], |m, [s, g, h, v]| {
             m.euclidean_to_riemannian_hessian(s, g, h, v)
         })

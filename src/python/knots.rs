@@ -1,13 +1,6 @@
 //! Times and end conditions of splines, as SciPy's users write them.
 
-use faer::Mat;
-use numpy::{PyArrayDyn, PyUntypedArray, PyUntypedArrayMethods};
-use pyo3::exceptions::PyTypeError;
-use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyString, PyTuple};
-
-use super::convert::{Any, NewArray, frozen, matrix, numpy, read, tuple, whole};
-use super::error::{at_knot, invalid_input};
+use super::prelude::*;
 use super::stored::Form;
 use crate::spline::{EndCondition, EndConditions};
 
@@ -16,59 +9,45 @@ use crate::spline::{EndCondition, EndConditions};
 /// # Errors
 /// `TypeError` for what is no number (for dates, with how to convert them), `InvalidInputError` for another shape and for whole
 /// numbers that no float is.
-pub(super) fn times(object: &Any<'_>) -> PyResult<Vec<f64>> {
+pub(super) fn times(object: &Any) -> PyResult<Vec<f64>> {
     if object.cast::<PyArrayDyn<f64>>().is_err() {
         check_numbers(object)?;
     }
-    let ([_], times) = read((object, "t"), "(N,)")?;
+    let ([_], times) = read_axes(object, "t", "(N,)")?;
     Ok(times)
 }
 
 /// Error for dates and durations, and for whole numbers that would be rounded.
-fn check_numbers(object: &Any<'_>) -> PyResult<()> {
+fn check_numbers(object: &Any) -> PyResult<()> {
     let py = object.py();
     let array = numpy(py)?.call_method1("asarray", (object,))?;
     let array = array.cast_into::<PyUntypedArray>()?;
     let kind: char = array.dtype().getattr("kind")?.extract()?;
-    let found = match kind {
-        'M' => "datetimes",
-        'm' => "durations",
-        'O' => match dates(&array)? {
-            Some(found) => found,
-            None => return Ok(()),
-        },
+    let (found, advice) = match kind {
+        'M' => ("datetimes", "(t - t[0]) / np.timedelta64(1, 's')"),
+        'm' => ("durations", "t / np.timedelta64(1, 's')"),
+        'O' if holds(&array, "date")? => {
+            ("datetimes", "[(time - t[0]).total_seconds() for time in t]")
+        }
+        'O' if holds(&array, "timedelta")? => ("durations", "[time.total_seconds() for time in t]"),
         'i' | 'u' => return check_exact(array.as_any()),
         _ => return Ok(()),
     };
-    let advice = match (found, kind) {
-        ("datetimes", 'M') => "(t - t[0]) / np.timedelta64(1, 's')",
-        ("datetimes", _) => "[(time - t[0]).total_seconds() for time in t]",
-        (_, 'm') => "t / np.timedelta64(1, 's')",
-        _ => "[time.total_seconds() for time in t]",
-    };
-    Err(PyTypeError::new_err(format!(
-        "t: {found} are not numbers; give seconds: {advice}"
-    )))
+    let message = format!("t: {found} are not numbers; give seconds: {advice}");
+    Err(PyTypeError::new_err(message))
 }
 
-/// What an array of objects holds, if dates or durations.
-fn dates(array: &Bound<'_, PyUntypedArray>) -> PyResult<Option<&'static str>> {
+/// Whether the first object of an array is of a class of the module `datetime`.
+fn holds(array: &Bound<'_, PyUntypedArray>, class: &str) -> PyResult<bool> {
     if array.len() == 0 {
-        return Ok(None);
+        return Ok(false);
     }
-    let datetime = array.py().import("datetime")?;
-    let first = array.call_method1("item", (0,))?;
-    Ok(if first.is_instance(&datetime.getattr("date")?)? {
-        Some("datetimes")
-    } else if first.is_instance(&datetime.getattr("timedelta")?)? {
-        Some("durations")
-    } else {
-        None
-    })
+    let class = array.py().import("datetime")?.getattr(class)?;
+    array.call_method1("item", (0,))?.is_instance(&class)
 }
 
 /// Error where a whole number is not a float, like a time stamp in nanoseconds.
-fn check_exact(array: &Any<'_>) -> PyResult<()> {
+fn check_exact(array: &Any) -> PyResult<()> {
     let exact = array.call_method0("ravel")?.call_method0("tolist")?;
     let rounded = array.call_method1("astype", ("float64",))?;
     let rounded = rounded.call_method0("ravel")?.call_method0("tolist")?;
@@ -77,12 +56,10 @@ fn check_exact(array: &Any<'_>) -> PyResult<()> {
         return Ok(());
     }
     for (knot, pair) in exact.try_iter()?.zip(rounded.try_iter()?).enumerate() {
-        let (exact, rounded) = (pair.0?, pair.1?);
-        if !exact.eq(rounded)? {
-            let message = format!(
-                "t: entry {knot}, {exact}, is not a floating-point number; give differences: t - t[0]"
-            );
-            let error = invalid_input(message);
+        let exact = pair.0?;
+        if !exact.eq(pair.1?)? {
+            let problem = "is not a floating-point number; give differences: t - t[0]";
+            let error = invalid!("t: entry {knot}, {exact}, {problem}");
             return Err(at_knot(error, knot));
         }
     }
@@ -119,18 +96,16 @@ impl BcType<'_> {
         match self {
             BcType::Word(word) => {
                 let conditions = conditions_of(word, shape)?;
-                let given = word.into_pyobject(py)?.into_any().unbind();
+                let given = word.into_py_any(py)?;
                 Ok(Ends { given, conditions })
             }
             BcType::Pair(items) => {
                 let items = pair(items, "bc_type", "two end conditions")?;
-                let [first, last] = items.each_ref().map(|item| end(item, shape));
-                let ((first, first_given), (last, last_given)) = (first?, last?);
-                let given = PyTuple::new(py, [first_given, last_given])?;
-                Ok(Ends {
-                    given: given.into_any().unbind(),
-                    conditions: EndConditions::Each(Box::new([first, last])),
-                })
+                let ends = collected(items.each_ref().map(|item| end(item, shape)))?;
+                let [(first, first_given), (last, last_given)] = ends;
+                let given = (first_given, last_given).into_py_any(py)?;
+                let conditions = EndConditions::Each(Box::new([first, last]));
+                Ok(Ends { given, conditions })
             }
         }
     }
@@ -153,31 +128,28 @@ fn conditions_of(word: &str, shape: (usize, usize)) -> PyResult<EndConditions> {
 fn end<'py>(object: &Any<'py>, shape: (usize, usize)) -> PyResult<(EndCondition, Any<'py>)> {
     let py = object.py();
     if let Ok(word) = object.extract::<String>() {
-        let condition = condition_of(&word, shape)
-            .ok_or_else(|| unknown(&word, "'natural', 'clamped' or a pair for one end"))?;
-        return Ok((condition, word.into_pyobject(py)?.into_any()));
+        let expected = "'natural', 'clamped' or a pair for one end";
+        let condition = condition_of(&word, shape).ok_or_else(|| unknown(&word, expected))?;
+        return Ok((condition, word.into_bound_py_any(py)?));
     }
     let [order, vector] = pair(object, "bc_type", "an order and a tangent vector")?;
     let order = whole(&order)?;
     let vector = matrix(&vector, "bc_type")?;
     if vector.shape() != shape {
-        let [expected, found] = [shape, vector.shape()].map(|(n, k)| tuple(&[n, k]));
-        let message = format!("bc_type: expected shape {expected}, found {found}");
-        return Err(invalid_input(message));
+        let [expected, found] = [shape, vector.shape()].map(|(n, k)| [n, k]);
+        return Err(unexpected("bc_type", &tuple(&expected), &found));
     }
-    let stored = frozen(py, NewArray::from(vector.clone()))?;
-    let given = (order, stored).into_pyobject(py)?.into_any();
+    let given = (order, Array::from(vector.clone()).frozen(py)?);
     let condition = match order {
         1 => EndCondition::Velocity(vector),
         2 => EndCondition::Acceleration(vector),
         _ => {
-            let message = format!(
-                "bc_type: the order of an end condition must be 1 (velocity) or 2 (covariant acceleration), found {order}"
-            );
-            return Err(invalid_input(message));
+            let expected =
+                "order of an end condition must be 1 (velocity) or 2 (covariant acceleration)";
+            return Err(invalid!("bc_type: the {expected}, found {order}"));
         }
     };
-    Ok((condition, given))
+    Ok((condition, given.into_bound_py_any(py)?))
 }
 
 /// The condition of a word.
@@ -190,24 +162,18 @@ fn condition_of(word: &str, (n, k): (usize, usize)) -> Option<EndCondition> {
 }
 
 fn unknown(word: &str, expected: &str) -> PyErr {
-    invalid_input(format!("bc_type: expected {expected}, found '{word}'"))
+    invalid!("bc_type: expected {expected}, found '{word}'")
 }
 
 /// The two items of any pair.
 pub(super) fn pair<'py>(object: &Any<'py>, name: &str, expected: &str) -> PyResult<[Any<'py>; 2]> {
-    let Ok(items) = object.try_iter() else {
-        let found = object.get_type();
-        return Err(PyTypeError::new_err(format!(
-            "{name}: expected a pair ({expected}), found {}",
-            found.name()?
-        )));
-    };
-    let items = items.take(3).collect::<PyResult<Vec<_>>>()?;
-    let found = items.len();
-    <[Any<'py>; 2]>::try_from(items).map_err(|_| {
-        let message = format!("{name}: expected a pair ({expected}), found {found} items");
-        invalid_input(message)
-    })
+    if object.try_iter().is_err() {
+        let found = object.get_type().name()?;
+        let message = format!("{name}: expected a pair ({expected}), found {found}");
+        return Err(PyTypeError::new_err(message));
+    }
+    two(object)?
+        .map_err(|found| invalid!("{name}: expected a pair ({expected}), found {found} items"))
 }
 
 /// The names of the conditions at the ends in a stored form, and of their vectors.
@@ -224,7 +190,7 @@ const EACH: &str = "each";
 const GIVEN: [&str; 2] = ["velocity", "acceleration"];
 
 /// Writes end conditions, as [`Ends`] gives them back, into a stored form.
-pub(super) fn store_ends(given: &Any<'_>, form: &Bound<'_, PyDict>) -> PyResult<()> {
+pub(super) fn store_ends(given: &Any, form: &Bound<'_, PyDict>) -> PyResult<()> {
     if given.is_instance_of::<PyString>() {
         return form.set_item(BC_TYPE, given);
     }
@@ -248,18 +214,13 @@ pub(super) fn restore_ends<'py>(py: Python<'py>, form: &mut Form) -> PyResult<Bc
     if word != EACH {
         return Ok(BcType::Word(word));
     }
-    let mut ends = Vec::with_capacity(2);
-    for (name, vector_name) in ENDS {
+    let end = |(name, vector_name): (&str, &str)| {
         let word = form.word(name)?;
-        ends.push(
-            match GIVEN.iter().zip(1..).find(|(given, _)| word == **given) {
-                None => word.into_pyobject(py)?.into_any(),
-                Some((_, order)) => {
-                    let vector = form.array(py, vector_name)?;
-                    (order, vector).into_pyobject(py)?.into_any()
-                }
-            },
-        );
-    }
+        match GIVEN.iter().position(|given| word == *given) {
+            None => word.into_bound_py_any(py),
+            Some(i) => (i + 1, form.fields.take(vector_name)?).into_bound_py_any(py),
+        }
+    };
+    let ends = collected(ENDS.map(end))?;
     Ok(BcType::Pair(PyTuple::new(py, ends)?.into_any()))
 }

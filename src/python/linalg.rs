@@ -1,145 +1,100 @@
 //! `skew_exp` and `orthogonal_log` for arrays.
 
-use std::cell::RefCell;
+use std::cell::Cell;
 use std::thread::LocalKey;
 
-use faer::{MatMut, MatRef};
-use numpy::ndarray::ArrayView2;
-use numpy::{PyArray2, PyArrayMethods, PyUntypedArrayMethods, ToPyArray};
-use pyo3::prelude::*;
-
-use super::batch::{Batch, map_batch, matrix_batches};
-use super::call::Call;
-use super::convert::Any;
-use super::error::invalid_input;
-use crate::error::{Error, Result};
+use super::batch::map_batch;
+use super::prelude::*;
 use crate::linalg::{OrthogonalLog, SkewExp};
 
-/// Up to this size one matrix is computed where it stands, in buffers that the thread keeps.
+/// Up to this size a thread keeps its buffers, and one matrix is computed where it stands.
 const SMALL: usize = 128;
 
 /// Up to this size it takes less than some ten microseconds, and the interpreter is not left for it.
 const TINY: usize = 24;
 
-/// Estimated operations per entry of a matrix.
-const EACH: f64 = 300.0;
-
-/// A function of a square matrix with its buffers.
-trait Kernel: Sized + Send + 'static {
-    const NAME: &'static str;
-    fn kept() -> &'static LocalKey<RefCell<Option<Kept<Self>>>>;
-    fn make(m: usize) -> Self;
-    fn apply(&mut self, out: MatMut<'_, f64>, a: MatRef<'_, f64>) -> Result<()>;
-}
-
-/// The buffers of the last size.
-struct Kept<K> {
-    m: usize,
-    kernel: K,
-    out: Vec<f64>,
+/// A function of a square matrix, `K` its buffers.
+struct Kernel<K: 'static> {
+    /// Of the argument.
+    name: &'static str,
+    /// The buffers of the last size.
+    kept: &'static LocalKey<Cell<Option<(usize, K)>>>,
+    make: fn(usize) -> K,
+    into: fn(&mut K, MatMut<'_, f64>, MatRef<'_, f64>) -> Result<()>,
 }
 
 thread_local! {
-    static EXP: RefCell<Option<Kept<SkewExp>>> = const { RefCell::new(None) };
-    static LOG: RefCell<Option<Kept<OrthogonalLog>>> = const { RefCell::new(None) };
+    static KEPT_EXP: Cell<Option<(usize, SkewExp)>> = const { Cell::new(None) };
+    static KEPT_LOG: Cell<Option<(usize, OrthogonalLog)>> = const { Cell::new(None) };
 }
 
-impl Kernel for SkewExp {
-    const NAME: &'static str = "A";
-    fn kept() -> &'static LocalKey<RefCell<Option<Kept<Self>>>> {
-        &EXP
-    }
-    fn make(m: usize) -> Self {
-        SkewExp::new(m)
-    }
-    fn apply(&mut self, out: MatMut<'_, f64>, a: MatRef<'_, f64>) -> Result<()> {
-        self.checked_into(out, a)
-    }
-}
+static EXP: Kernel<SkewExp> = Kernel {
+    name: "A",
+    kept: &KEPT_EXP,
+    make: SkewExp::new,
+    into: SkewExp::checked_into,
+};
 
-impl Kernel for OrthogonalLog {
-    const NAME: &'static str = "Q";
-    fn kept() -> &'static LocalKey<RefCell<Option<Kept<Self>>>> {
-        &LOG
-    }
-    fn make(m: usize) -> Self {
-        OrthogonalLog::new(m)
-    }
-    fn apply(&mut self, out: MatMut<'_, f64>, a: MatRef<'_, f64>) -> Result<()> {
-        self.checked_into(out, a)
-    }
-}
+static LOG: Kernel<OrthogonalLog> = Kernel {
+    name: "Q",
+    kept: &KEPT_LOG,
+    make: OrthogonalLog::new,
+    into: OrthogonalLog::checked_into,
+};
 
-fn square_map<'py, K: Kernel>(object: &Any<'py>, num_threads: Option<i64>) -> PyResult<Any<'py>> {
-    let py = object.py();
-    // Not of a subclass, which may mean something else by its numbers.
-    if let Ok(array) = object.cast_exact::<PyArray2<f64>>()
-        && let &[m, cols] = array.shape()
-        && m == cols
-        && (1..=SMALL).contains(&m)
-        && array.data().is_aligned()
-        && array.is_c_contiguous()
-        && let Ok(entries) = array.to_vec()
-    {
-        Call::new(py, num_threads, 0.0)?;
-        return small::<K>(py, &entries, m);
+impl<K> Kernel<K> {
+    /// The value for one matrix, row by row.
+    fn apply(&self, a: MatRef<'_, f64>, out: &mut [f64]) -> Result<()> {
+        let m = a.nrows();
+        let kept = self.kept.take().filter(|(size, _)| *size == m);
+        let (_, mut buffers) = kept.unwrap_or_else(|| (m, (self.make)(m)));
+        let result = (self.into)(&mut buffers, MatMut::from_row_major_slice_mut(out, m, m), a);
+        if m <= SMALL {
+            self.kept.set(Some((m, buffers)));
+        }
+        result
     }
-    batch::<K>(py, object, num_threads)
-}
 
-/// One small matrix.
-fn small<'py, K: Kernel>(py: Python<'py>, entries: &[f64], m: usize) -> PyResult<Any<'py>> {
-    // Taken out while in use: making the result may run any Python code, this function included.
-    let kept = K::kept().take().filter(|kept| kept.m == m);
-    let mut kept = kept.unwrap_or_else(|| Kept {
-        m,
-        kernel: K::make(m),
-        out: vec![0.0; m * m],
-    });
-    let Kept { kernel, out, .. } = &mut kept;
-    let mut work = || {
-        kernel.apply(
-            MatMut::from_row_major_slice_mut(out, m, m),
-            MatRef::from_row_major_slice(entries, m, m),
-        )
-    };
-    let mut result = if m <= TINY { work() } else { py.detach(work) };
-    if result.is_ok() && !out.iter().all(|x| x.is_finite()) {
-        result = Err(Error::Overflow { quantity: "result" });
+    fn map<'py>(&'static self, object: &Any<'py>, threads: Option<i64>) -> PyResult<Any<'py>> {
+        // Not of a subclass, which may mean something else by its numbers.
+        if let Ok(array) = object.cast_exact::<PyArray2<f64>>()
+            && let &[m, cols] = array.shape()
+            && m == cols
+            && (1..=SMALL).contains(&m)
+            && array.data().is_aligned()
+            && array.is_c_contiguous()
+            && let Ok(entries) = array.to_vec()
+        {
+            Call::new(object.py(), threads, 0.0)?;
+            return self.small(object.py(), &entries, m);
+        }
+        self.batch(object, threads)
     }
-    result?;
-    let view = ArrayView2::from_shape((m, m), out.as_slice());
-    let view = view.map_err(|error| invalid_input(error.to_string()))?;
-    let array = view.to_pyarray(py).into_any();
-    K::kept().set(Some(kept));
-    Ok(array)
-}
 
-fn batch<'py, K: Kernel>(
-    py: Python<'py>,
-    object: &Any<'py>,
-    num_threads: Option<i64>,
-) -> PyResult<Any<'py>> {
-    let name = K::NAME;
-    let [batch] = matrix_batches([(object, name)])?;
-    let (m, cols) = (batch.rows, batch.cols);
-    let call = Call::new(py, num_threads, EACH * batch.numbers())?;
-    // Also where the batch is empty.
-    if m != cols || m == 0 {
-        let expected = "(..., m, m) with m >= 1";
-        let message = format!("{name}: expected shape {expected}, found (..., {m}, {cols})");
-        return Err(invalid_input(message));
+    /// One small matrix.
+    fn small<'py>(&self, py: Python<'py>, entries: &[f64], m: usize) -> PyResult<Any<'py>> {
+        let mut out = vec![0.0; m * m];
+        let mut work = || self.apply(MatRef::from_row_major_slice(entries, m, m), &mut out);
+        if m <= TINY { work() } else { py.detach(work) }?;
+        if !out.iter().all(|x| x.is_finite()) {
+            return Err(Error::Overflow { quantity: "result" }.into());
+        }
+        Ok(to_array(py, out, &[m, m])?.into_any())
     }
-    let one = move |kernel: &mut K,
-                    [batch]: [&Batch; 1],
-                    i: usize,
-                    out: &mut [f64],
-                    _: crate::Interrupt<'_>| {
-        kernel.apply(MatMut::from_row_major_slice_mut(out, m, m), batch.get(i))
-    };
-    let make = move || K::make(m);
-    let found = map_batch(&call, [batch], &[m, m], make, one)?;
-    Ok(found.into_pyobject(py)?.into_any())
+
+    fn batch<'py>(&'static self, object: &Any<'py>, threads: Option<i64>) -> PyResult<Any<'py>> {
+        let (py, name) = (object.py(), self.name);
+        let [batch] = matrix_batches([(object, name)])?;
+        let (m, cols) = (batch.rows, batch.cols);
+        let call = Call::new(py, threads, batch.numbers())?;
+        // Also where the batch is empty.
+        let expected = format!("{name}: expected shape (..., m, m) with m >= 1");
+        ensure!(m == cols && m > 0, "{expected}, found (..., {m}, {cols})");
+        let found = map_batch(&call, [batch], &[m, m], |[batch], i, out, _| {
+            self.apply(batch.get(i), out)
+        });
+        found?.into_bound_py_any(py)
+    }
 }
 
 /// Exponential of a skew-symmetric matrix: a rotation, orthogonal to round-off.
@@ -174,9 +129,8 @@ fn batch<'py, K: Kernel>(
 /// True
 #[pyfunction]
 #[pyo3(signature = (A, *, num_threads=None))]
-#[allow(non_snake_case)]
 pub fn skew_exp<'py>(A: &Any<'py>, num_threads: Option<i64>) -> PyResult<Any<'py>> {
-    square_map::<SkewExp>(A, num_threads)
+    EXP.map(A, num_threads)
 }
 
 /// Principal skew logarithm of a rotation: real, skew, all angles below pi.
@@ -214,7 +168,6 @@ pub fn skew_exp<'py>(A: &Any<'py>, num_threads: Option<i64>) -> PyResult<Any<'py
 /// True
 #[pyfunction]
 #[pyo3(signature = (Q, *, num_threads=None))]
-#[allow(non_snake_case)]
 pub fn orthogonal_log<'py>(Q: &Any<'py>, num_threads: Option<i64>) -> PyResult<Any<'py>> {
-    square_map::<OrthogonalLog>(Q, num_threads)
+    LOG.map(Q, num_threads)
 }

@@ -1,15 +1,7 @@
 //! Lengths of curves and bounds of their derivatives, in Python.
 
-use std::sync::Arc;
-
-use pyo3::prelude::*;
-use pyo3::types::PyDict;
-
-use super::call::{Call, run};
-use super::convert::{Any, NewArray, count as at_least, whole};
-use super::curve::PyCurve;
-use super::error::invalid_input;
-use super::record::{Reduced, reduce, repr};
+use super::prelude::*;
+use super::record::record;
 use crate::curve::Guarantee;
 
 /// The largest norms of the derivatives of a curve, canonical metric.
@@ -36,35 +28,23 @@ pub struct PyDerivativeBounds {
     guarantee: &'static str,
 }
 
-const FIELDS: [&str; 4] = ["velocity", "acceleration", "jerk", "guarantee"];
-const ENCLOSURE: &str = "enclosure";
-const SAMPLING: &str = "sampling";
-
 #[pymethods]
 impl PyDerivativeBounds {
     #[new]
     fn new(velocity: f64, acceleration: f64, jerk: f64, guarantee: &str) -> PyResult<Self> {
-        let Some(guarantee) = [ENCLOSURE, SAMPLING].into_iter().find(|x| *x == guarantee) else {
-            let message = format!("guarantee: expected '{ENCLOSURE}' or '{SAMPLING}'");
-            return Err(invalid_input(message));
+        let Some(guarantee) = Guarantee::from_word(guarantee) else {
+            return Err(invalid!("guarantee: expected 'enclosure' or 'sampling'"));
         };
         Ok(PyDerivativeBounds {
             velocity,
             acceleration,
             jerk,
-            guarantee,
+            guarantee: guarantee.as_str(),
         })
     }
-
-    /// For pickle and copy.
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
-        reduce(slf, &FIELDS)
-    }
-
-    fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
-        repr(slf, &FIELDS)
-    }
 }
+
+record! { PyDerivativeBounds, velocity, acceleration, jerk, guarantee }
 
 #[pymethods]
 impl PyCurve {
@@ -92,12 +72,8 @@ impl PyCurve {
     #[pyo3(signature = (t0=None, t1=None))]
     fn arc_length(&self, py: Python<'_>, t0: Option<f64>, t1: Option<f64>) -> PyResult<f64> {
         let (start, end) = self.inner.t_span();
-        let t0 = t0.unwrap_or(start.min(end));
-        let t1 = t1.unwrap_or(start.max(end));
-        let curve = Arc::clone(&self.inner);
-        run(py, self.integral(), move |interrupt| {
-            curve.arc_length(t0, t1, interrupt)
-        })
+        let (t0, t1) = (t0.unwrap_or(start.min(end)), t1.unwrap_or(start.max(end)));
+        self.run(py, None, move |curve, stop| curve.arc_length(t0, t1, stop))
     }
 
     /// Parameters at which the curve is to be evaluated for points at equal distances along it.
@@ -127,19 +103,12 @@ impl PyCurve {
         py: Python<'_>,
         #[pyo3(from_py_with = whole)] count: i64,
         num_threads: Option<i64>,
-    ) -> PyResult<NewArray> {
-        let points = at_least("count", count, 2)?;
-        let curve = Arc::clone(&self.inner);
-        let call = Call::new(
-            py,
-            num_threads,
-            self.integral() * (1.0 + 0.1 * points as f64),
-        )?;
-        let entries = call.run(move |interrupt| curve.resample(points, interrupt))?;
-        Ok(NewArray {
-            shape: vec![points],
-            entries,
-        })
+    ) -> PyResult<Array> {
+        let points = super::convert::count("count", count, 2)?;
+        let found = self.run(py, num_threads, move |curve, stop| {
+            curve.resample(points, stop)
+        });
+        Ok(Array::flat(found?))
     }
 
     /// The largest norms of velocity, covariant acceleration and covariant jerk over ``t_span``, canonical metric.
@@ -160,18 +129,12 @@ impl PyCurve {
     /// >>> round(curve.derivative_bounds().velocity, 6)
     /// 1.570796
     fn derivative_bounds(&self, py: Python<'_>) -> PyResult<PyDerivativeBounds> {
-        let curve = Arc::clone(&self.inner);
-        let bounds = run(py, self.integral(), move |interrupt| {
-            curve.derivative_bounds(interrupt)
-        })?;
+        let bounds = self.run(py, None, |curve, stop| curve.derivative_bounds(stop))?;
         Ok(PyDerivativeBounds {
             velocity: bounds.velocity,
             acceleration: bounds.acceleration,
             jerk: bounds.jerk,
-            guarantee: match bounds.guarantee {
-                Guarantee::Enclosure => ENCLOSURE,
-                Guarantee::Sampling => SAMPLING,
-            },
+            guarantee: bounds.guarantee.as_str(),
         })
     }
 

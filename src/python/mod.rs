@@ -1,5 +1,8 @@
 //! The Python module `stiefel_rs._core`: names only. No mathematics lives below this point.
 
+// Arguments have the names that they have in Python, those of the mathematics, and are as many.
+#![allow(non_snake_case, clippy::too_many_arguments)]
+
 mod batch;
 mod boundary_batch;
 mod call;
@@ -7,28 +10,20 @@ mod chart;
 mod convert;
 mod cubic_trajectory;
 mod curve;
-mod discretization;
 mod error;
 mod flow;
 mod geodesic;
 mod geometry;
 mod knots;
 mod linalg;
-mod masked;
 mod measure;
 mod piecewise;
 mod polynomial;
-mod polynomial_pieces;
-mod pull_back;
+mod prelude;
 mod record;
-mod restored;
-mod retraction;
 mod riemannian_cubic;
-mod shooting;
 mod smoothing;
 mod spline;
-mod spline_data;
-mod spline_stored;
 mod spline_variation;
 mod state;
 mod stiefel;
@@ -36,9 +31,8 @@ mod stored;
 mod trajectory;
 mod variation;
 mod velocities;
-mod work;
 
-use pyo3::prelude::*;
+use prelude::*;
 
 /// Compiled part of `stiefel_rs`.
 #[pymodule(gil_used = false)]
@@ -48,21 +42,21 @@ pub mod _core {
         boundary_batch::solve_boundary,
         call::{num_threads, simd_features},
         chart::PyChart,
+        convert::_check_unmasked,
         cubic_trajectory::{PyCubicTrajectory, integrate_cubic},
         curve::{PyCurve, PyQuasiGeodesic},
         error::PySolverReport,
+        flow::PyShootingResult,
         geodesic::{PyGeodesic, PyLogReport},
         linalg::{orthogonal_log, skew_exp},
-        masked::_check_unmasked,
         measure::PyDerivativeBounds,
         piecewise::PyPiecewiseCurve,
         polynomial::{PyGeometricCubic, PyGeometricPolynomial},
-        restored::_restored,
         riemannian_cubic::PyRiemannianCubic,
-        shooting::PyShootingResult,
         smoothing::PySmoothingSpline,
         spline::{PyCubicHermite, PyCubicSpline},
         stiefel::PyStiefel,
+        stored::_restored,
         trajectory::PyChartTrajectory,
         velocities::estimate_velocities,
     };

@@ -1,51 +1,72 @@
-//! Splines of the binding as curves of pieces.
+//! Splines of the binding: what they are made from, the curves of pieces that they are, and how these are stored.
 
-use std::sync::Arc;
-
-use numpy::PyArrayDyn;
-use pyo3::prelude::*;
-
-use super::batch::Batch;
-use super::convert::{Any, NewArray, copy, frozen};
-use super::curve::{AnyCurve, PyCurve, wrap};
-use super::error::PySolverReport;
+use super::knots::times;
 use super::polynomial::PyGeometricCubic;
+use super::prelude::*;
 use super::riemannian_cubic::PyRiemannianCubic;
-use super::spline_data::{Data, GEOMETRIC, RIEMANNIAN};
 use crate::cubic::RiemannianCubic;
-use crate::curve::GeometricCubic;
-use crate::report::SolverReport;
+use crate::curve::{GeometricCubic, Quantity, Samples};
+use crate::spline::stored_values::{check_points, check_velocities};
 use crate::spline::{Outside, Piecewise};
+use crate::stored::{Fields, Stored, refusal};
 
-pub(super) type Array = Py<PyArrayDyn<f64>>;
+/// The words for the kinds of pieces.
+pub(super) const KINDS: [&str; 2] = ["riemannian", "geometric"];
+
+/// Times and points of a spline.
+pub(super) struct Data {
+    pub(super) t: Vec<f64>,
+    pub(super) points: Batch,
+}
+
+impl Data {
+    pub(super) fn read(t: &Any, points: &Any) -> PyResult<Self> {
+        Ok(Data {
+            t: times(t)?,
+            points: Batch::read(points, "S", "(N, n, k)")?,
+        })
+    }
+
+    pub(super) fn shape(&self) -> (usize, usize) {
+        (self.points.rows, self.points.cols)
+    }
+
+    /// A call that finds pieces.
+    pub(super) fn call<'py>(&self, py: Python<'py>, threads: Option<i64>) -> PyResult<Call<'py>> {
+        Call::new(py, threads, SOLVES * self.points.numbers())
+    }
+}
+
+pub(super) fn outside(extrapolate: bool) -> Outside {
+    match extrapolate {
+        true => Outside::Continued,
+        false => Outside::Refused,
+    }
+}
 
 /// The pieces of a spline.
-#[derive(Clone)]
 pub(super) enum Cubics {
     Riemannian(Arc<Piecewise<RiemannianCubic>>),
     Geometric(Arc<Piecewise<GeometricCubic>>),
 }
 
+/// Evaluate an expression for the curve of [`Cubics`]: `on_cubics!(cubics, curve => expression)`.
+macro_rules! on_cubics {
+    ($cubics:expr, $curve:ident => $value:expr) => {
+        match $cubics {
+            Cubics::Riemannian($curve) => $value,
+            Cubics::Geometric($curve) => $value,
+        }
+    };
+}
+
 impl Cubics {
     pub(super) fn curve(&self) -> Arc<dyn AnyCurve> {
-        match self {
-            Cubics::Riemannian(curve) => Arc::clone(curve) as Arc<dyn AnyCurve>,
-            Cubics::Geometric(curve) => Arc::clone(curve) as Arc<dyn AnyCurve>,
-        }
+        on_cubics!(self, curve => Arc::clone(curve) as _)
     }
 
     pub(super) fn knots(&self) -> &[f64] {
-        match self {
-            Cubics::Riemannian(curve) => curve.knots(),
-            Cubics::Geometric(curve) => curve.knots(),
-        }
-    }
-
-    fn outside(&self) -> Outside {
-        match self {
-            Cubics::Riemannian(curve) => curve.outside(),
-            Cubics::Geometric(curve) => curve.outside(),
-        }
+        on_cubics!(self, curve => curve.knots())
     }
 }
 
@@ -71,9 +92,9 @@ impl Cubics {
 pub struct PyPiecewiseCurve {
     pub(super) cubics: Cubics,
     #[pyo3(get)]
-    t: Array,
+    t: Owned,
     #[pyo3(get)]
-    pub(super) points: Array,
+    pub(super) points: Owned,
     pub(super) report: Option<SolverReport>,
 }
 
@@ -82,33 +103,31 @@ impl PyPiecewiseCurve {
     #[getter]
     pub(super) fn kind(&self) -> &'static str {
         match self.cubics {
-            Cubics::Riemannian(_) => RIEMANNIAN,
-            Cubics::Geometric(_) => GEOMETRIC,
+            Cubics::Riemannian(_) => KINDS[0],
+            Cubics::Geometric(_) => KINDS[1],
         }
     }
 
     #[getter]
     fn extrapolate(&self) -> bool {
-        self.cubics.outside() == Outside::Continued
+        on_cubics!(&self.cubics, curve => curve.outside()) == Outside::Continued
     }
 
     #[getter]
     fn report(&self) -> Option<PySolverReport> {
-        self.report.map(PySolverReport)
+        self.report.map(PySolverReport::from)
     }
 
     #[getter]
-    fn pieces<'py>(&self, py: Python<'py>) -> PyResult<Any<'py>> {
+    fn pieces(&self, py: Python<'_>) -> PyResult<Vec<Py<PyAny>>> {
         match &self.cubics {
             Cubics::Riemannian(curve) => {
-                let piece = |piece: &RiemannianCubic| PyRiemannianCubic::wrapped(py, piece.clone());
-                let pieces = curve.pieces().iter().map(piece);
-                pieces.collect::<PyResult<Vec<_>>>()?.into_pyobject(py)
+                let wrapped = |piece| PyRiemannianCubic::wrapped(py, piece)?.into_py_any(py);
+                curve.pieces().iter().cloned().map(wrapped).collect()
             }
             Cubics::Geometric(curve) => {
-                let piece = |piece: &GeometricCubic| PyGeometricCubic::of_piece(py, piece.clone());
-                let pieces = curve.pieces().iter().map(piece);
-                pieces.collect::<PyResult<Vec<_>>>()?.into_pyobject(py)
+                let wrapped = |piece| object(py, PyGeometricCubic::of(piece));
+                curve.pieces().iter().cloned().map(wrapped).collect()
             }
         }
     }
@@ -118,38 +137,101 @@ impl PyPiecewiseCurve {
         let (name, knots) = (slf.get_type().name()?, this.cubics.knots());
         let (n, k) = this.cubics.curve().shape();
         let (count, first, last) = (knots.len(), knots[0], knots[knots.len() - 1]);
-        Ok(format!(
-            "<{name} on St({n}, {k}), {count} knots, t_span ({first:?}, {last:?})>"
-        ))
+        let knots = format!("{count} knots, t_span ({first:?}, {last:?})");
+        Ok(format!("<{name} on St({n}, {k}), {knots}>"))
     }
 }
 
+/// The names of a spline's own numbers and words in its stored form.
+const POINTS: &str = "S";
+const REPORT: &str = "report";
+pub(super) const VELOCITIES: &str = "V";
+pub(super) const PIECES: &str = "pieces";
+
 impl PyPiecewiseCurve {
-    pub(super) fn wrap(
-        py: Python<'_>,
-        cubics: Cubics,
-        data: &Data,
-        report: Option<SolverReport>,
-    ) -> PyResult<PyClassInitializer<Self>> {
-        let times = NewArray {
-            shape: vec![data.t.len()],
-            entries: copy(py, &data.t)?,
-        };
+    /// The stored form without what is the subclass's own.
+    pub(super) fn stored(&self, py: Python<'_>) -> PyResult<Fields> {
+        let (_, mut fields) = self.cubics.curve().stored();
+        put(py, &mut fields, POINTS, &self.points)?;
+        fields.put_reports(REPORT, [self.report]);
+        Ok(fields)
+    }
+}
+
+/// Stores an array.
+pub(super) fn put(py: Python<'_>, fields: &mut Fields, name: &str, array: &Owned) -> PyResult<()> {
+    let Array { shape, entries } = read(array.bind(py), name)?;
+    fields.put(name, &shape, entries);
+    Ok(())
+}
+
+/// What a spline is made of.
+pub(super) struct Spline {
+    pub(super) cubics: Cubics,
+    pub(super) data: Data,
+    pub(super) report: Option<SolverReport>,
+}
+
+impl Spline {
+    /// The base of its object, to which its class adds its own fields.
+    pub(super) fn wrap(self, py: Python<'_>) -> PyResult<PyClassInitializer<PyPiecewiseCurve>> {
         let this = PyPiecewiseCurve {
-            t: frozen(py, times)?,
-            points: frozen_batch(py, &data.points)?,
-            report,
-            cubics,
+            t: Array::flat(self.data.t).frozen(py)?,
+            points: self.data.points.into_array().frozen(py)?,
+            report: self.report,
+            cubics: self.cubics,
         };
         Ok(wrap(this.cubics.curve(), this))
     }
-}
 
-/// A read-only array of the matrices of a batch.
-pub(super) fn frozen_batch(py: Python<'_>, batch: &Batch) -> PyResult<Array> {
-    let (shape, entries) = (
-        vec![batch.len(), batch.rows, batch.cols],
-        copy(py, batch.entries())?,
-    );
-    frozen(py, NewArray { shape, entries })
+    /// The positions or the velocities at its knots.
+    fn sample(cubics: &Cubics, order: usize, interrupt: Interrupt<'_>) -> Result<Samples> {
+        let (curve, quantity) = (cubics.curve(), Quantity::Derivative(order));
+        curve.sample(cubics.knots(), quantity, interrupt)
+    }
+
+    /// From its stored numbers.
+    pub(super) fn restored(
+        fields: &mut Fields,
+        geometric: bool,
+        interrupt: Interrupt<'_>,
+    ) -> Result<Self> {
+        let report = fields.reports(REPORT, 1)?[0];
+        let points = fields.take(POINTS)?;
+        let cubics = match geometric {
+            false => Cubics::Riemannian(Arc::new(Stored::restore(fields, interrupt)?)),
+            true => Cubics::Geometric(Arc::new(Stored::restore(fields, interrupt)?)),
+        };
+        let points = Self::batch(&cubics, POINTS, points)?;
+        let tolerance = report.map_or(0.0, |report| 10.0 * report.tolerance);
+        let found = Self::sample(&cubics, 0, interrupt)?;
+        check_points(POINTS, &points.views(), &found, tolerance)?;
+        let t = cubics.knots().to_vec();
+        let data = Data { t, points };
+        Ok(Spline {
+            cubics,
+            data,
+            report,
+        })
+    }
+
+    /// The velocities at the knots, which are those of the curve.
+    pub(super) fn velocities(&self, array: Array, interrupt: Interrupt<'_>) -> Result<Batch> {
+        let velocities = Self::batch(&self.cubics, VELOCITIES, array)?;
+        let found = Self::sample(&self.cubics, 1, interrupt)?;
+        check_velocities(&self.data.t, &velocities.views(), &found)?;
+        Ok(velocities)
+    }
+
+    /// An array of one matrix for each knot.
+    fn batch(cubics: &Cubics, name: &str, array: Array) -> Result<Batch> {
+        let (n, k) = cubics.curve().shape();
+        let expected = [cubics.knots().len(), n, k];
+        let Array { shape, entries } = array;
+        if shape == expected {
+            return Ok(Batch::of(expected, entries));
+        }
+        let problem = format!("{name}: expected shape {expected:?}, found {shape:?}");
+        Err(refusal(problem))
+    }
 }

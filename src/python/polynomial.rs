@@ -1,20 +1,60 @@
 //! De Casteljau curves of the binding: of any degree from control points, and the cubic from boundary data.
 
-use std::sync::Arc;
-
-use pyo3::prelude::*;
-use pyo3::types::PyDict;
-
-use super::call::run;
-use super::convert::{Any, NewArray, matrices, named, numbers};
-use super::curve::{PyCurve, wrap};
-use super::error::{PySolverReport, invalid_input};
-use super::polynomial_pieces::{GEODESIC, Pieces, QUASI_GEODESIC, is_geodesic, polynomial};
+use super::prelude::*;
 use super::stored::{Form, form};
-use super::work::{EXPONENTIALS, SOLVES};
 use crate::curve::{GeodesicPolynomial, GeometricCubic, GeometricPolynomial};
-use crate::report::SolverReport;
 use crate::stored::{Stored, refusal};
+
+/// A de Casteljau curve, made of quasi-geodesics or of geodesics.
+pub(super) trait Polynomial: AnyCurve {
+    /// What it is made of.
+    fn pieces(&self) -> &'static str;
+    fn control_points(&self) -> Vec<Mat<f64>>;
+    fn degree(&self) -> usize;
+}
+
+impl Polynomial for GeometricPolynomial {
+    fn pieces(&self) -> &'static str {
+        WORDS[0]
+    }
+
+    fn control_points(&self) -> Vec<Mat<f64>> {
+        self.control_points()
+    }
+
+    fn degree(&self) -> usize {
+        self.degree()
+    }
+}
+
+impl Polynomial for GeodesicPolynomial {
+    fn pieces(&self) -> &'static str {
+        WORDS[1]
+    }
+
+    fn control_points(&self) -> Vec<Mat<f64>> {
+        self.control_points()
+    }
+
+    fn degree(&self) -> usize {
+        self.degree()
+    }
+}
+
+/// The words for what a curve is made of, and their name in its stored form.
+const WORDS: [&str; 2] = ["quasi_geodesic", "geodesic"];
+const PIECES: &str = "pieces";
+
+/// The curve with control points `P`, shape (degree + 1, n, k).
+fn polynomial(P: &Any, geodesic: bool) -> PyResult<Arc<dyn Polynomial>> {
+    let batch = Batch::read(P, "P", "(degree + 1, n, k)")?;
+    run(P.py(), batch.numbers(), move |_| {
+        Ok(match geodesic {
+            true => Arc::new(GeodesicPolynomial::new(&batch.views())?) as _,
+            false => Arc::new(GeometricPolynomial::new(&batch.views())?) as _,
+        })
+    })
+}
 
 /// Geometric polynomial of any degree: de Casteljau's algorithm with quasi-geodesics or geodesics.
 ///
@@ -51,39 +91,36 @@ use crate::stored::{Stored, refusal};
 /// True
 #[pyclass(name = "GeometricPolynomial", module = "stiefel_rs", extends = PyCurve, subclass, frozen)]
 pub struct PyGeometricPolynomial {
-    pieces: Pieces,
+    curve: Arc<dyn Polynomial>,
     report: Option<SolverReport>,
 }
 
 #[pymethods]
-#[allow(non_snake_case)]
 impl PyGeometricPolynomial {
     #[new]
     #[pyo3(signature = (P, *, pieces="quasi_geodesic"))]
-    fn new(P: &Any<'_>, pieces: &str) -> PyResult<PyClassInitializer<Self>> {
-        Ok(Self::wrap(polynomial(P, pieces)?))
+    fn new(P: &Any, pieces: &str) -> PyResult<PyClassInitializer<Self>> {
+        let geodesic = is_second(PIECES, pieces, WORDS)?;
+        Ok(Self::wrap(polynomial(P, geodesic)?, None))
     }
 
     /// What the curve is made of: "quasi_geodesic" or "geodesic".
     #[getter]
     fn pieces(&self) -> &'static str {
-        match self.pieces {
-            Pieces::QuasiGeodesic(_) => QUASI_GEODESIC,
-            Pieces::Geodesic(_) => GEODESIC,
-        }
+        self.curve.pieces()
     }
 
     /// The control points, shape (degree + 1, n, k).
     #[getter]
-    fn control_points(&self) -> NewArray {
-        let points = self.pieces.control_points();
-        NewArray::stacked(&[points.len()], &points, points[0].shape())
+    fn control_points(&self) -> Array {
+        let points = self.curve.control_points();
+        Array::stacked(&[points.len()], &points, points[0].shape())
     }
 
     /// One less than the number of control points.
     #[getter]
     fn degree(&self) -> usize {
-        self.pieces.degree()
+        self.curve.degree()
     }
 
     /// How the search for control points of minimal cost ended; None for curves that were not searched.
@@ -91,7 +128,7 @@ impl PyGeometricPolynomial {
     /// Its residual is the norm of the part of the acceleration that moves of the control points change to first order.
     #[getter]
     fn report(&self) -> Option<PySolverReport> {
-        self.report.map(PySolverReport)
+        self.report.map(PySolverReport::from)
     }
 
     /// The curve of a given degree with given end points and end velocities whose cost is least.
@@ -141,26 +178,16 @@ impl PyGeometricPolynomial {
     /// True
     #[staticmethod]
     #[pyo3(signature = (S0, V0, S1, V1, *, degree=5))]
-    fn minimal_cost(
-        py: Python<'_>,
-        S0: &Any<'_>,
-        V0: &Any<'_>,
-        S1: &Any<'_>,
-        V1: &Any<'_>,
-        degree: i64,
-    ) -> PyResult<Py<Self>> {
+    fn minimal_cost(S0: &Any, V0: &Any, S1: &Any, V1: &Any, degree: i64) -> PyResult<Py<Self>> {
         let data = matrices(named![S0, V0, S1, V1])?;
-        let Ok(count) = usize::try_from(degree) else {
-            let message = format!("degree: must be from 3 to 10, found {degree}");
-            return Err(invalid_input(message));
+        let Ok(degree) = usize::try_from(degree) else {
+            return Err(invalid!("degree: must be from 3 to 10, found {degree}"));
         };
-        let operations = SOLVES * numbers(&data);
-        let (curve, report) = run(py, operations, move |interrupt| {
-            let [s0, v0, s1, v1] = data.each_ref().map(|a| a.as_ref());
-            GeometricPolynomial::minimal_cost_interruptible(s0, v0, s1, v1, count, interrupt)
-        })?;
-        let curve = Pieces::QuasiGeodesic(Arc::new(curve));
-        Py::new(py, Self::searched(curve, Some(report)))
+        let found = run_on(S0.py(), data, SOLVES, move |[s0, v0, s1, v1], interrupt| {
+            GeometricPolynomial::minimal_cost_interruptible(s0, v0, s1, v1, degree, interrupt)
+        });
+        let (curve, report) = found?;
+        Py::new(S0.py(), Self::wrap(Arc::new(curve), Some(report)))
     }
 
     /// The curve of degree five with given end points, end velocities and covariant end accelerations, in closed form.
@@ -195,21 +222,12 @@ impl PyGeometricPolynomial {
     /// >>> bool(np.allclose(curve.acceleration(0.0), A0))
     /// True
     #[staticmethod]
-    fn quintic(
-        py: Python<'_>,
-        S0: &Any<'_>,
-        V0: &Any<'_>,
-        A0: &Any<'_>,
-        S1: &Any<'_>,
-        V1: &Any<'_>,
-        A1: &Any<'_>,
-    ) -> PyResult<Py<Self>> {
+    fn quintic(S0: &Any, V0: &Any, A0: &Any, S1: &Any, V1: &Any, A1: &Any) -> PyResult<Py<Self>> {
         let data = matrices(named![S0, V0, A0, S1, V1, A1])?;
-        let curve = run(py, EXPONENTIALS * numbers(&data), move |_| {
-            let [s0, v0, a0, s1, v1, a1] = data.each_ref().map(|a| a.as_ref());
+        let curve = run_on(S0.py(), data, 1.0, |[s0, v0, a0, s1, v1, a1], _| {
             GeometricPolynomial::quintic(s0, v0, a0, s1, v1, a1)
         })?;
-        Py::new(py, Self::wrap(Pieces::QuasiGeodesic(Arc::new(curve))))
+        Py::new(S0.py(), Self::wrap(Arc::new(curve), None))
     }
 
     /// For files and pickles: all numbers of the curve.
@@ -219,7 +237,7 @@ impl PyGeometricPolynomial {
             true => GeometricCubic::KIND,
             false => GeometricPolynomial::KIND,
         };
-        let (_, mut fields) = this.pieces.curve().stored();
+        let (_, mut fields) = this.curve.stored();
         fields.put_reports("report", [this.report]);
         let form = form(py, kind, fields)?;
         form.set_item(PIECES, this.pieces())?;
@@ -228,44 +246,34 @@ impl PyGeometricPolynomial {
 }
 
 impl PyGeometricPolynomial {
-    fn wrap(pieces: Pieces) -> PyClassInitializer<Self> {
-        Self::searched(pieces, None)
-    }
-
-    fn searched(pieces: Pieces, report: Option<SolverReport>) -> PyClassInitializer<Self> {
-        wrap(pieces.curve(), PyGeometricPolynomial { pieces, report })
+    fn wrap(curve: Arc<dyn Polynomial>, report: Option<SolverReport>) -> PyClassInitializer<Self> {
+        let inner = Arc::clone(&curve) as _;
+        wrap(inner, PyGeometricPolynomial { curve, report })
     }
 
     /// The curve of its stored numbers.
     pub(super) fn restored(py: Python<'_>, mut form: Form) -> PyResult<Py<PyAny>> {
-        let geodesic = is_geodesic(&form.word(PIECES)?)?;
+        let geodesic = is_second(PIECES, &form.word(PIECES)?, WORDS)?;
         let cubic = form.kind == GeometricCubic::KIND;
-        let (pieces, report) = form.read(py, move |fields, interrupt| {
-            let [report] = fields.reports("report", 1)?[..] else {
-                unreachable!("one was asked for")
+        let (curve, report) = form.read(py, move |fields, interrupt| {
+            let report = fields.reports("report", 1)?[0];
+            let curve: Arc<dyn Polynomial> = match geodesic {
+                true => Arc::new(GeodesicPolynomial::restore(fields, interrupt)?),
+                false => Arc::new(GeometricPolynomial::restore(fields, interrupt)?),
             };
-            let pieces = if geodesic {
-                Pieces::Geodesic(Arc::new(GeodesicPolynomial::restore(fields, interrupt)?))
-            } else {
-                Pieces::QuasiGeodesic(Arc::new(GeometricPolynomial::restore(fields, interrupt)?))
-            };
-            match pieces.degree() {
-                degree if cubic && degree != 3 => {
-                    Err(refusal(format!("a cubic of degree {degree}")))
-                }
-                _ => Ok((pieces, report)),
+            let degree = curve.degree();
+            match cubic && degree != 3 {
+                true => Err(refusal(format!("a cubic of degree {degree}"))),
+                false => Ok((curve, report)),
             }
         })?;
-        let curve = Self::searched(pieces, report);
-        if cubic {
-            return Ok(Py::new(py, curve.add_subclass(PyGeometricCubic))?.into_any());
+        let curve = Self::wrap(curve, report);
+        match cubic {
+            true => object(py, curve.add_subclass(PyGeometricCubic)),
+            false => object(py, curve),
         }
-        Ok(Py::new(py, curve)?.into_any())
     }
 }
-
-/// The name of what a curve is made of in its stored form.
-const PIECES: &str = "pieces";
 
 /// Geometric cubic polynomial by the adjusted de Casteljau algorithm, from boundary data.
 ///
@@ -312,28 +320,25 @@ const PIECES: &str = "pieces";
 pub struct PyGeometricCubic;
 
 #[pymethods]
-#[allow(non_snake_case)]
 impl PyGeometricCubic {
     #[new]
     #[pyo3(signature = (S0, V0, S1, V1, *, pieces="quasi_geodesic"))]
     fn new(
-        py: Python<'_>,
-        S0: &Any<'_>,
-        V0: &Any<'_>,
-        S1: &Any<'_>,
-        V1: &Any<'_>,
+        S0: &Any,
+        V0: &Any,
+        S1: &Any,
+        V1: &Any,
         pieces: &str,
     ) -> PyResult<PyClassInitializer<Self>> {
-        let geodesic = is_geodesic(pieces)?;
+        let geodesic = is_second(PIECES, pieces, WORDS)?;
         let data = matrices(named![S0, V0, S1, V1])?;
-        let curve = run(py, EXPONENTIALS * numbers(&data), move |_| {
-            let [s0, v0, s1, v1] = data.each_ref().map(|a| a.as_ref());
-            Ok(if geodesic {
-                Pieces::Geodesic(Arc::new(GeodesicPolynomial::from_boundary(s0, v0, s1, v1)?))
-            } else {
-                let curve = GeometricCubic::from_boundary(s0, v0, s1, v1)?;
-                Pieces::QuasiGeodesic(Arc::new(curve.into()))
-            })
+        let curve = run_on(S0.py(), data, 1.0, move |[s0, v0, s1, v1], _| {
+            if geodesic {
+                let curve = GeodesicPolynomial::from_boundary(s0, v0, s1, v1)?;
+                return Ok(Arc::new(curve) as Arc<dyn Polynomial>);
+            }
+            let curve = GeometricCubic::from_boundary(s0, v0, s1, v1)?;
+            Ok(Arc::new(GeometricPolynomial::from(curve)) as _)
         })?;
         Ok(Self::wrap(curve))
     }
@@ -347,25 +352,22 @@ impl PyGeometricCubic {
     /// OutsideDomainError
     ///     Consecutive points that cannot be joined; carries ``angle``.
     #[staticmethod]
-    fn from_control_points(P: &Any<'_>) -> PyResult<Py<Self>> {
-        let curve = polynomial(P, QUASI_GEODESIC)?;
+    fn from_control_points(P: &Any) -> PyResult<Py<Self>> {
+        let curve = polynomial(P, false)?;
         let found = curve.degree() + 1;
-        if found == 4 {
-            return Py::new(P.py(), Self::wrap(curve));
+        match found {
+            4 => Py::new(P.py(), Self::wrap(curve)),
+            _ => Err(invalid!("P: expected 4 control points, found {found}")),
         }
-        let message = format!("P: expected 4 control points, found {found}");
-        Err(invalid_input(message))
     }
 }
 
 impl PyGeometricCubic {
-    /// A piece of a spline.
-    pub(super) fn of_piece(py: Python<'_>, curve: GeometricCubic) -> PyResult<Py<Self>> {
-        let curve = Pieces::QuasiGeodesic(Arc::new(curve.into()));
-        Py::new(py, Self::wrap(curve))
+    pub(super) fn of(curve: GeometricCubic) -> PyClassInitializer<Self> {
+        Self::wrap(Arc::new(GeometricPolynomial::from(curve)))
     }
 
-    fn wrap(pieces: Pieces) -> PyClassInitializer<Self> {
-        PyGeometricPolynomial::wrap(pieces).add_subclass(PyGeometricCubic)
+    fn wrap(curve: Arc<dyn Polynomial>) -> PyClassInitializer<Self> {
+        PyGeometricPolynomial::wrap(curve, None).add_subclass(PyGeometricCubic)
     }
 }

@@ -1,19 +1,8 @@
 //! Riemannian cubics of the binding.
 
-use std::sync::Arc;
-
-use pyo3::exceptions::PyTypeError;
-use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList, PyTuple};
-
-use super::call::run;
-use super::convert::{Four, NewArray, count, four, matrices, matrix_pair, named, numbers, whole};
-use super::curve::{AnyCurve, PyCurve, wrap};
-use super::error::PySolverReport;
-use super::work::{EXPONENTIALS, PRODUCTS, SOLVES};
+use super::prelude::*;
 use crate::cubic::{BoundaryOptions, IntegrationOptions, RiemannianCubic, SearchOptions};
-use crate::curve::{Curve, Quantity};
-use crate::interrupt::Interrupt;
+use crate::curve::Curve;
 
 /// Riemannian cubic: a critical curve of the integral of the squared covariant acceleration.
 ///
@@ -45,7 +34,6 @@ use crate::interrupt::Interrupt;
 pub struct PyRiemannianCubic(pub(super) Arc<RiemannianCubic>);
 
 #[pymethods]
-#[allow(non_snake_case)]
 impl PyRiemannianCubic {
     #[new]
     #[pyo3(signature = (*_args, **_kwargs))]
@@ -83,20 +71,17 @@ impl PyRiemannianCubic {
     ///     ``report``; its residual is the time that was left.
     #[staticmethod]
     #[pyo3(signature = (S, V, A, J, t_end=1.0, *, tol=1e-17, tension=0.0))]
-    #[allow(clippy::too_many_arguments)]
     fn from_initial(
-        py: Python<'_>,
-        S: &Bound<'_, PyAny>,
-        V: &Bound<'_, PyAny>,
-        A: &Bound<'_, PyAny>,
-        J: &Bound<'_, PyAny>,
+        S: &Any,
+        V: &Any,
+        A: &Any,
+        J: &Any,
         t_end: f64,
         tol: f64,
         tension: f64,
     ) -> PyResult<Py<Self>> {
         let data = matrices(named![S, V, A, J])?;
-        let curve = run(py, EXPONENTIALS * numbers(&data), move |interrupt| {
-            let [s, v, a, j] = data.each_ref().map(|x| x.as_ref());
+        let curve = run_on(S.py(), data, 1.0, move |[s, v, a, j], interrupt| {
             let options = IntegrationOptions {
                 t_end,
                 tolerance: tol,
@@ -105,7 +90,7 @@ impl PyRiemannianCubic {
             };
             RiemannianCubic::from_initial(s, v, a, j, &options)
         })?;
-        Self::wrapped(py, curve)
+        Self::wrapped(S.py(), curve)
     }
 
     /// A Riemannian cubic on ``[0, 1]`` with given end points and end velocities.
@@ -168,26 +153,22 @@ impl PyRiemannianCubic {
     /// A problem is given up after the work of about two seconds. Ctrl-C ends the search at once.
     #[staticmethod]
     #[pyo3(signature = (S0, V0, S1, V1, *, tol=1e-12, max_iterations=50, guess=None, tension=0.0, all_found=false))]
-    #[allow(clippy::too_many_arguments)]
     fn from_boundary(
-        py: Python<'_>,
-        S0: &Bound<'_, PyAny>,
-        V0: &Bound<'_, PyAny>,
-        S1: &Bound<'_, PyAny>,
-        V1: &Bound<'_, PyAny>,
+        S0: &Any,
+        V0: &Any,
+        S1: &Any,
+        V1: &Any,
         tol: f64,
         #[pyo3(from_py_with = whole)] max_iterations: i64,
-        guess: Option<&Bound<'_, PyAny>>,
+        guess: Option<&Any>,
         tension: f64,
         all_found: bool,
     ) -> PyResult<Py<PyAny>> {
+        let py = S0.py();
         let ends = matrices(named![S0, V0, S1, V1])?;
-        let guess = guess
-            .map(|pair| matrix_pair(pair, "guess", ["A", "J"]))
-            .transpose()?;
+        let guess = guess.map(read_guess).transpose()?;
         let max_iterations = count("max_iterations", max_iterations, 1)?;
-        let curves = run(py, SOLVES * numbers(&ends), move |interrupt| {
-            let [s0, v0, s1, v1] = ends.each_ref().map(|x| x.as_ref());
+        let curves = run_on(py, ends, SOLVES, move |[s0, v0, s1, v1], interrupt| {
             let boundary = BoundaryOptions {
                 tolerance: tol,
                 max_iterations,
@@ -202,31 +183,27 @@ impl PyRiemannianCubic {
                 };
                 return RiemannianCubic::all_from_boundary(s0, v0, s1, v1, &options);
             }
-            Ok(vec![RiemannianCubic::from_boundary(
-                s0, v0, s1, v1, &boundary,
-            )?])
+            let curve = RiemannianCubic::from_boundary(s0, v0, s1, v1, &boundary)?;
+            Ok(vec![curve])
         })?;
-        let mut curves = curves
-            .into_iter()
-            .map(|curve| Self::wrapped(py, curve))
-            .collect::<PyResult<Vec<_>>>()?;
-        if all_found {
-            return Ok(PyList::new(py, curves)?.into_any().unbind());
+        let curves = curves.into_iter().map(|curve| Self::wrapped(py, curve));
+        let mut curves = curves.collect::<PyResult<Vec<_>>>()?;
+        match all_found {
+            true => curves.into_py_any(py),
+            false => curves.swap_remove(0).into_py_any(py),
         }
-        Ok(curves.swap_remove(0).into_any())
     }
 
     /// How the boundary value problem was solved; None for a curve from initial data.
     #[getter]
     fn report(&self) -> Option<PySolverReport> {
-        self.0.report().copied().map(PySolverReport)
+        self.0.report().copied().map(PySolverReport::from)
     }
 
     /// Point, velocity, covariant acceleration and covariant jerk at the start of ``t_span``, each of shape (n, k).
     #[getter]
     fn initial(&self, py: Python<'_>) -> PyResult<Four> {
-        let curve = Arc::clone(&self.0);
-        run(py, self.products(), move |_| curve.initial()).map(four)
+        self.run(py, 1.0, |curve, _| curve.initial()).map(four)
     }
 
     /// The tension: 0 for a cubic.
@@ -243,10 +220,10 @@ impl PyRiemannianCubic {
 
     /// The conserved spatial momentum, a skew matrix of shape (n, n); for ``n`` up to 16384.
     #[getter]
-    fn momentum(&self, py: Python<'_>) -> PyResult<NewArray> {
-        let curve = Arc::clone(&self.0);
-        let operations = self.0.n() as f64 * self.products();
-        run(py, operations, move |_| curve.momentum()).map(NewArray::from)
+    fn momentum(&self, py: Python<'_>) -> PyResult<Array> {
+        let rows = self.0.n() as f64;
+        let momentum = self.run(py, rows, |curve, _| curve.momentum())?;
+        Ok(Array::from(momentum))
     }
 
     /// Number of polynomials that the curve consists of: the steps of its integration, or 1 for a piece of a spline that
@@ -265,10 +242,10 @@ impl PyRiemannianCubic {
     /// ConvergenceError
     ///     The curve cannot be integrated on so far; carries ``report``.
     fn restricted(&self, py: Python<'_>, start: f64, end: f64) -> PyResult<Py<Self>> {
-        let curve = Arc::clone(&self.0);
-        let operations = AnyCurve::operations(&*self.0, &[start, end], Quantity::Derivative(0));
-        let work = move |interrupt: Interrupt<'_>| curve.restricted(start, end, interrupt);
-        Self::wrapped(py, run(py, operations, work)?)
+        let part = self.run(py, SOLVES, move |curve, stop| {
+            curve.restricted(start, end, stop)
+        })?;
+        Self::wrapped(py, part)
     }
 
     /// The same points at other times: ``t_span`` becomes ``[start, end]``.
@@ -299,8 +276,24 @@ impl PyRiemannianCubic {
         Py::new(py, wrap(Arc::clone(&curve) as _, PyRiemannianCubic(curve)))
     }
 
-    /// Estimated operations of products with points of the curve.
-    pub(super) fn products(&self) -> f64 {
-        PRODUCTS * (self.0.n() * self.0.k()) as f64
+    /// Runs `work` on the curve; each number of a point is `weight` times the work of an exponential.
+    pub(super) fn run<T: Send + 'static>(
+        &self,
+        py: Python<'_>,
+        weight: f64,
+        work: impl FnOnce(&RiemannianCubic, Interrupt<'_>) -> Result<T> + Send + 'static,
+    ) -> PyResult<T> {
+        let curve = Arc::clone(&self.0);
+        let numbers = weight * (curve.n() * curve.k()) as f64;
+        run(py, numbers, move |interrupt| work(&curve, interrupt))
+    }
+}
+
+/// A pair of matrices to start from.
+fn read_guess(pair: &Any) -> PyResult<[Mat<f64>; 2]> {
+    match two(pair)? {
+        Ok([a, j]) => matrices([(&a, "A"), (&j, "J")]),
+        Err(3) => Err(invalid!("guess: expected two items (A, J), found more")),
+        Err(few) => Err(invalid!("guess: expected two items (A, J), found {few}")),
     }
 }

@@ -1,19 +1,10 @@
 //! Smoothing splines of the binding.
 
-use std::sync::Arc;
-
-use pyo3::prelude::*;
-use pyo3::types::PyDict;
-
-use super::batch::Batch;
-use super::call::Call;
-use super::convert::{Any, count, read, whole};
-use super::piecewise::{Cubics, PyPiecewiseCurve};
-use super::spline_data::{Data, Kind, check_tolerance, outside};
-use super::spline_stored::Restored;
+use super::piecewise::{Cubics, Data, PyPiecewiseCurve, Spline, outside};
+use super::prelude::*;
+use super::state::check_finite;
 use super::stored::{Form, form};
 use crate::curve::{Curve, Quantity};
-use crate::error::Error;
 use crate::spline::{SmoothingOptions, smoothing_spline};
 use crate::stored::refusal;
 
@@ -100,31 +91,30 @@ const SMOOTHING: &str = "smoothing";
 const INFINITE: f64 = f64::MAX;
 
 #[pymethods]
-#[allow(non_snake_case)]
 impl PySmoothingSpline {
     #[new]
     #[pyo3(signature = (
         t, S, weights=None, lam=None, *, extrapolate=false, tol=1e-11, max_iterations=200, num_threads=None
     ))]
-    #[allow(clippy::too_many_arguments)]
     fn new(
-        py: Python<'_>,
-        t: &Bound<'_, PyAny>,
-        S: &Bound<'_, PyAny>,
-        weights: Option<&Bound<'_, PyAny>>,
+        t: &Any,
+        S: &Any,
+        weights: Option<&Any>,
         lam: Option<f64>,
         extrapolate: bool,
         tol: f64,
         #[pyo3(from_py_with = whole)] max_iterations: i64,
         num_threads: Option<i64>,
     ) -> PyResult<PyClassInitializer<Self>> {
-        check_tolerance(tol)?;
         let max_iterations = count("max_iterations", max_iterations, 1)?;
         let data = Data::read(t, S)?;
-        let weights = weights.map(read_weights).transpose()?;
-        let call = Call::new(py, num_threads, data.operations(Kind::Riemannian))?;
-        let outside = outside(extrapolate);
-        let (fitted, curve, points) = call.run(move |interrupt| {
+        let weights = weights
+            .map(|object| read_axes(object, "weights", "(N,)"))
+            .transpose()?;
+        let weights: Option<Vec<f64>> = weights.map(|([_], weights)| weights);
+        check_finite("weights", weights.as_deref().unwrap_or(&[]))?;
+        let call = data.call(t.py(), num_threads)?;
+        let (fitted, spline) = call.run(move |interrupt| {
             let options = SmoothingOptions {
                 lambda: lam,
                 tolerance: tol,
@@ -133,18 +123,22 @@ impl PySmoothingSpline {
             };
             let views = data.points.views();
             let fitted = smoothing_spline(&data.t, &views, weights.as_deref(), &options)?;
-            let curve = fitted.curve.clone().with_outside(outside);
-            let points = curve.sample(curve.knots(), Quantity::Derivative(0), interrupt)?;
-            let points = Batch::stacked(points.iter(), data.shape());
-            Ok((fitted, curve, points))
+            let curve = fitted.curve.clone().with_outside(outside(extrapolate));
+            let (t, (n, k)) = (curve.knots().to_vec(), data.shape());
+            let found = Curve::sample(&curve, &t, Quantity::Derivative(0), interrupt)?;
+            let mut points = Vec::with_capacity(t.len() * n * k);
+            for point in found.iter() {
+                points.extend(point.row_iter().flat_map(|row| row.iter()));
+            }
+            let points = Batch::of([t.len(), n, k], points);
+            let spline = Spline {
+                cubics: Cubics::Riemannian(Arc::new(curve)),
+                data: Data { t, points },
+                report: Some(fitted.report),
+            };
+            Ok((fitted, spline))
         })?;
-        let data = Data {
-            t: curve.knots().to_vec(),
-            points,
-        };
-        let cubics = Cubics::Riemannian(Arc::new(curve));
-        let base = PyPiecewiseCurve::wrap(py, cubics, &data, Some(fitted.report))?;
-        Ok(base.add_subclass(PySmoothingSpline {
+        Ok(spline.wrap(t.py())?.add_subclass(PySmoothingSpline {
             lam: fitted.lambda,
             misfit: fitted.misfit,
             degrees_of_freedom: fitted.degrees_of_freedom,
@@ -157,42 +151,27 @@ impl PySmoothingSpline {
         let mut fields = slf.as_super().get().stored(py)?;
         let lam = this.lam.min(INFINITE);
         fields.put_flat(SMOOTHING, vec![lam, this.misfit, this.degrees_of_freedom]);
-        form(py, Self::KIND, fields)
+        form(py, Self::NAME, fields)
     }
 }
 
 impl PySmoothingSpline {
-    pub(super) const KIND: &str = "SmoothingSpline";
-
     pub(super) fn restored(py: Python<'_>, form: Form) -> PyResult<Py<PyAny>> {
-        let (restored, [lam, misfit, degrees_of_freedom]) =
-            form.read(py, |fields, interrupt| {
-                let numbers = fields.take(SMOOTHING)?.entries;
-                let found = numbers.len();
-                let numbers = <[f64; 3]>::try_from(numbers).map_err(|_| {
-                    refusal(format!("{SMOOTHING}: expected 3 numbers, found {found}"))
-                })?;
-                if let Some(negative) = numbers.iter().find(|x| **x < 0.0) {
-                    return Err(refusal(format!("{SMOOTHING}: {negative} is negative")));
-                }
-                Ok((Restored::of(fields, Kind::Riemannian, interrupt)?, numbers))
-            })?;
-        let curve = restored.wrap(py)?.add_subclass(PySmoothingSpline {
+        let (spline, [lam, misfit, degrees_of_freedom]) = form.read(py, |fields, interrupt| {
+            let numbers = fields.take(SMOOTHING)?.entries;
+            let found = numbers.len();
+            let numbers = <[f64; 3]>::try_from(numbers)
+                .map_err(|_| refusal(format!("{SMOOTHING}: expected 3 numbers, found {found}")))?;
+            if let Some(negative) = numbers.iter().find(|x| **x < 0.0) {
+                return Err(refusal(format!("{SMOOTHING}: {negative} is negative")));
+            }
+            Ok((Spline::restored(fields, false, interrupt)?, numbers))
+        })?;
+        let curve = spline.wrap(py)?.add_subclass(PySmoothingSpline {
             lam: if lam == INFINITE { f64::INFINITY } else { lam },
             misfit,
             degrees_of_freedom,
         });
-        Ok(Py::new(py, curve)?.into_any())
-    }
-}
-
-fn read_weights(object: &Any<'_>) -> PyResult<Vec<f64>> {
-    let ([_], weights) = read((object, "weights"), "(N,)")?;
-    match weights.iter().position(|weight| !weight.is_finite()) {
-        None => Ok(weights),
-        Some(index) => {
-            let name = "weights";
-            Err(Error::NonFinite { name, index }.into())
-        }
+        object(py, curve)
     }
 }

@@ -1,25 +1,16 @@
 //! Splines of the binding: curves through many points.
 
-use std::sync::Arc;
-
-use faer::Mat;
-use pyo3::prelude::*;
-use pyo3::types::PyDict;
-
-use super::call::Call;
-use super::convert::{NewArray, count, frozen, whole};
 use super::knots::{BcType, Ends, restore_ends, store_ends};
-use super::piecewise::{Array, Cubics, PyPiecewiseCurve, frozen_batch};
-use super::spline_data::{Data, Kind, check_tolerance, outside};
-use super::spline_stored::{PIECES, Restored, VELOCITIES, put};
+use super::piecewise::{
+    Cubics, Data, KINDS, PIECES, PyPiecewiseCurve, Spline, VELOCITIES, outside, put,
+};
+use super::prelude::*;
 use super::stored::{Form, form};
 use super::velocities::Velocities;
 use crate::cubic::BoundaryOptions;
-use crate::interrupt::Interrupt;
 use crate::spline::{
     SplineOptions, cubic_hermite, cubic_spline, geometric_hermite, geometric_spline,
 };
-use crate::stored::Fields;
 
 /// Curve through points with given velocities, once continuously differentiable.
 ///
@@ -73,53 +64,57 @@ use crate::stored::Fields;
 pub struct PyCubicHermite {
     /// The velocities at the knots, as given or as estimated, shape (N, n, k); read-only.
     #[pyo3(get)]
-    velocities: Array,
+    velocities: Owned,
 }
 
 #[pymethods]
-#[allow(non_snake_case)]
 impl PyCubicHermite {
     #[new]
     #[pyo3(signature = (t, S, V, kind="riemannian", *, extrapolate=false, num_threads=None))]
-    #[allow(clippy::too_many_arguments)]
     fn new(
-        py: Python<'_>,
-        t: &Bound<'_, PyAny>,
-        S: &Bound<'_, PyAny>,
-        V: &Bound<'_, PyAny>,
+        t: &Any,
+        S: &Any,
+        V: &Any,
         kind: &str,
         extrapolate: bool,
         num_threads: Option<i64>,
     ) -> PyResult<PyClassInitializer<Self>> {
-        let kind = Kind::read(kind)?;
+        let py = t.py();
+        let geometric = is_second("kind", kind, KINDS)?;
         let data = Data::read(t, S)?;
         let velocities = Velocities::read(V)?;
-        let call = Call::new(py, num_threads, data.operations(kind))?;
-        let outside = outside(extrapolate);
-        let (cubics, data, velocities) = call.run(move |interrupt| {
-            let points = data.points.views();
-            let given = velocities.vectors(&data.t, &points)?;
+        let call = data.call(py, num_threads)?;
+        let (spline, velocities) = call.run(move |interrupt| {
+            let (t, points) = (&data.t, data.points.views());
+            let given = velocities.vectors(t, &points)?;
             let vectors: Vec<_> = given.iter().map(Mat::as_ref).collect();
-            let cubics = match kind {
-                Kind::Riemannian => {
+            let cubics = match geometric {
+                false => {
                     let options = BoundaryOptions {
                         interrupt,
                         ..BoundaryOptions::default()
                     };
-                    let curve = cubic_hermite(&data.t, &points, &vectors, &options)?;
-                    Cubics::Riemannian(Arc::new(curve.with_outside(outside)))
+                    let curve = cubic_hermite(t, &points, &vectors, &options)?;
+                    Cubics::Riemannian(Arc::new(curve.with_outside(outside(extrapolate))))
                 }
-                Kind::Geometric => {
-                    let curve = geometric_hermite(&data.t, &points, &vectors)?;
-                    Cubics::Geometric(Arc::new(curve.with_outside(outside)))
+                true => {
+                    let curve = geometric_hermite(t, &points, &vectors)?;
+                    Cubics::Geometric(Arc::new(curve.with_outside(outside(extrapolate))))
                 }
             };
-            Ok((cubics, data, given))
+            let given = Array::stacked(&[given.len()], &given, data.shape());
+            let report = None;
+            Ok((
+                Spline {
+                    cubics,
+                    data,
+                    report,
+                },
+                given,
+            ))
         })?;
-        let base = PyPiecewiseCurve::wrap(py, cubics, &data, None)?;
-        let velocities = NewArray::stacked(&[velocities.len()], &velocities, data.shape());
-        let velocities = frozen(py, velocities)?;
-        Ok(base.add_subclass(PyCubicHermite { velocities }))
+        let velocities = velocities.frozen(py)?;
+        Ok(spline.wrap(py)?.add_subclass(PyCubicHermite { velocities }))
     }
 
     /// For files and pickles: all numbers of the curve.
@@ -127,29 +122,24 @@ impl PyCubicHermite {
         let (py, base) = (slf.py(), slf.as_super().get());
         let mut fields = base.stored(py)?;
         put(py, &mut fields, VELOCITIES, &slf.get().velocities)?;
-        let form = form(py, Self::KIND, fields)?;
+        let form = form(py, Self::NAME, fields)?;
         form.set_item(PIECES, base.kind())?;
         Ok(form)
     }
 }
 
 impl PyCubicHermite {
-    pub(super) const KIND: &str = "CubicHermite";
-
     pub(super) fn restored(py: Python<'_>, mut form: Form) -> PyResult<Py<PyAny>> {
-        let kind = Kind::read(&form.word(PIECES)?)?;
-        let (restored, velocities) = form.read(py, move |fields, interrupt| {
+        let geometric = is_second("kind", &form.word(PIECES)?, KINDS)?;
+        let (spline, velocities) = form.read(py, move |fields, interrupt| {
             let velocities = fields.take(VELOCITIES)?;
-            let restored = Restored::of(fields, kind, interrupt)?;
-            let velocities = Restored::batch(&restored.cubics, VELOCITIES, velocities)?;
-            restored.check_velocities(&velocities, interrupt)?;
-            Ok((restored, velocities))
+            let spline = Spline::restored(fields, geometric, interrupt)?;
+            let velocities = spline.velocities(velocities, interrupt)?;
+            Ok((spline, velocities))
         })?;
-        let velocities = frozen_batch(py, &velocities)?;
-        let curve = restored
-            .wrap(py)?
-            .add_subclass(PyCubicHermite { velocities });
-        Ok(Py::new(py, curve)?.into_any())
+        let velocities = velocities.into_array().frozen(py)?;
+        let class = PyCubicHermite { velocities };
+        object(py, spline.wrap(py)?.add_subclass(class))
     }
 }
 
@@ -224,11 +214,10 @@ impl PyCubicHermite {
 pub struct PyCubicSpline {
     /// The end conditions, as given: a word, or a pair; arrays are read-only.
     #[pyo3(get)]
-    bc_type: Py<PyAny>,
+    pub(super) bc_type: Py<PyAny>,
 }
 
 #[pymethods]
-#[allow(non_snake_case)]
 impl PyCubicSpline {
     #[new]
     #[pyo3(signature = (
@@ -236,11 +225,9 @@ impl PyCubicSpline {
         tension=0.0, num_threads=None
     ), text_signature = "(t, S, bc_type='natural', kind='riemannian', *, extrapolate=False, tol=1e-12, \
         max_iterations=200, tension=0.0, num_threads=None)")]
-    #[allow(clippy::too_many_arguments)]
     fn new(
-        py: Python<'_>,
-        t: &Bound<'_, PyAny>,
-        S: &Bound<'_, PyAny>,
+        t: &Any,
+        S: &Any,
         bc_type: BcType<'_>,
         kind: &str,
         extrapolate: bool,
@@ -249,44 +236,49 @@ impl PyCubicSpline {
         tension: f64,
         num_threads: Option<i64>,
     ) -> PyResult<PyClassInitializer<Self>> {
-        let kind = Kind::read(kind)?;
-        check_tolerance(tol)?;
+        let py = t.py();
+        let geometric = is_second("kind", kind, KINDS)?;
         let max_iterations = count("max_iterations", max_iterations, 1)?;
         let data = Data::read(t, S)?;
-        let Ends { given, conditions } = bc_type.read(py, data.shape())?;
-        let call = Call::new(py, num_threads, data.operations(kind))?;
-        let outside = outside(extrapolate);
-        let (cubics, data, report) = call.run(move |interrupt| {
+        let Ends {
+            given: bc_type,
+            conditions,
+        } = bc_type.read(py, data.shape())?;
+        let call = data.call(py, num_threads)?;
+        let spline = call.run(move |interrupt| {
             let options = SplineOptions {
                 tolerance: tol,
                 max_iterations,
                 tension,
                 interrupt,
             };
-            let points = data.points.views();
-            let (cubics, report) = match kind {
-                Kind::Riemannian => {
-                    let (curve, report) = cubic_spline(&data.t, &points, &conditions, &options)?;
-                    let curve = curve.with_outside(outside);
-                    (Cubics::Riemannian(Arc::new(curve)), report)
+            let (t, points) = (&data.t, data.points.views());
+            let (cubics, report) = match geometric {
+                false => {
+                    let (curve, report) = cubic_spline(t, &points, &conditions, &options)?;
+                    let curve = Arc::new(curve.with_outside(outside(extrapolate)));
+                    (Cubics::Riemannian(curve), report)
                 }
-                Kind::Geometric => {
-                    let (curve, report) =
-                        geometric_spline(&data.t, &points, &conditions, &options)?;
-                    let curve = curve.with_outside(outside);
-                    (Cubics::Geometric(Arc::new(curve)), report)
+                true => {
+                    let (curve, report) = geometric_spline(t, &points, &conditions, &options)?;
+                    let curve = Arc::new(curve.with_outside(outside(extrapolate)));
+                    (Cubics::Geometric(curve), report)
                 }
             };
-            Ok((cubics, data, report))
+            let report = Some(report);
+            Ok(Spline {
+                cubics,
+                data,
+                report,
+            })
         })?;
-        let base = PyPiecewiseCurve::wrap(py, cubics, &data, Some(report))?;
-        Ok(base.add_subclass(PyCubicSpline { bc_type: given }))
+        Ok(spline.wrap(py)?.add_subclass(PyCubicSpline { bc_type }))
     }
 
     /// For files and pickles: all numbers of the curve.
     fn _stored<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
         let (py, base) = (slf.py(), slf.as_super().get());
-        let form = form(py, Self::KIND, base.stored(py)?)?;
+        let form = form(py, Self::NAME, base.stored(py)?)?;
         form.set_item(PIECES, base.kind())?;
         store_ends(slf.get().bc_type.bind(py), &form)?;
         Ok(form)
@@ -294,22 +286,14 @@ impl PyCubicSpline {
 }
 
 impl PyCubicSpline {
-    /// The end conditions, as given.
-    pub(super) fn given<'py>(&self, py: Python<'py>) -> &Bound<'py, PyAny> {
-        self.bc_type.bind(py)
-    }
-
-    pub(super) const KIND: &str = "CubicSpline";
-
     pub(super) fn restored(py: Python<'_>, mut form: Form) -> PyResult<Py<PyAny>> {
-        let kind = Kind::read(&form.word(PIECES)?)?;
+        let geometric = is_second("kind", &form.word(PIECES)?, KINDS)?;
         let ends = restore_ends(py, &mut form)?;
-        let read = move |fields: &mut Fields, interrupt: Interrupt<'_>| {
-            Restored::of(fields, kind, interrupt)
-        };
-        let restored = form.read(py, read)?;
-        let bc_type = ends.read(py, restored.data.shape())?.given;
-        let curve = restored.wrap(py)?.add_subclass(PyCubicSpline { bc_type });
-        Ok(Py::new(py, curve)?.into_any())
+        let spline = form.read(py, move |fields, stop| {
+            Spline::restored(fields, geometric, stop)
+        })?;
+        let bc_type = ends.read(py, spline.data.shape())?.given;
+        let class = PyCubicSpline { bc_type };
+        object(py, spline.wrap(py)?.add_subclass(class))
     }
 }

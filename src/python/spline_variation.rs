@@ -1,19 +1,10 @@
 //! Derivatives of splines of Riemannian cubics with respect to their data, in the binding.
 
-use std::sync::Arc;
-
-use faer::Mat;
-use pyo3::prelude::*;
-
-use super::batch::Batch;
-use super::call::run;
-use super::convert::{Any, NewArray, matrix, parameters, tuple};
-use super::error::invalid_input;
 use super::knots::{BcType, pair};
 use super::piecewise::Cubics;
-use super::pull_back::Cotangents;
+use super::prelude::*;
 use super::spline::PyCubicSpline;
-use super::work::SOLVES;
+use super::variation::Cotangents;
 use crate::cubic::RiemannianCubic;
 use crate::curve::Curve;
 use crate::spline::{EndConditions, Piecewise, SplineGradient, SplineVariation};
@@ -25,37 +16,40 @@ struct Spline {
 }
 
 /// `(GS, Gt, Gbc)`.
-type Gradient = (NewArray, NewArray, (Option<NewArray>, Option<NewArray>));
+type Gradient = (Array, Array, (Option<Array>, Option<Array>));
 
 impl Spline {
     fn of(slf: &Bound<'_, PyCubicSpline>) -> PyResult<Self> {
         let py = slf.py();
         let Cubics::Riemannian(curve) = &slf.as_super().get().cubics else {
-            let message =
-                "kind: derivatives are those of splines with kind='riemannian', found 'geometric'";
-            return Err(invalid_input(message.to_owned()));
+            let expected = "derivatives are those of splines with kind='riemannian'";
+            return Err(invalid!("kind: {expected}, found 'geometric'"));
         };
-        let given: BcType<'_> = slf.get().given(py).extract()?;
-        Ok(Spline {
-            curve: Arc::clone(curve),
-            ends: given.read(py, (curve.n(), curve.k()))?.conditions,
-        })
+        let given: BcType<'_> = slf.get().bc_type.extract(py)?;
+        let ends = given.read(py, (curve.n(), curve.k()))?.conditions;
+        let curve = Arc::clone(curve);
+        Ok(Spline { curve, ends })
     }
 
-    /// Estimated operations of the linear system, and of points at some times.
-    fn operations(&self, times: usize) -> f64 {
-        let matrices = self.curve.pieces().len() + times;
-        SOLVES * (matrices * self.curve.n() * self.curve.k()) as f64
+    fn shape(&self) -> (usize, usize) {
+        (self.curve.n(), self.curve.k())
     }
 
-    /// Whether a vector is given at the ends.
-    fn given(&self) -> bool {
-        matches!(self.ends, EndConditions::Each(_))
+    /// Runs `work`: a linear system of all pieces, and points at some times.
+    fn run<T: Send + 'static>(
+        self,
+        py: Python<'_>,
+        times: usize,
+        work: impl FnOnce(&Self, Interrupt<'_>) -> Result<T> + Send + 'static,
+    ) -> PyResult<T> {
+        let ((n, k), matrices) = (self.shape(), self.curve.pieces().len() + times);
+        let numbers = SOLVES * (matrices * n * k) as f64;
+        run(py, numbers, move |interrupt| work(&self, interrupt))
     }
 }
 
 /// Variations of the vectors at the ends: those given, zero for others.
-fn end_changes(spline: &Spline, dbc: Option<&Any<'_>>) -> PyResult<[Option<Mat<f64>>; 2]> {
+fn end_changes(spline: &Spline, dbc: Option<&Any>) -> PyResult<[Option<Mat<f64>>; 2]> {
     let given = match dbc {
         None => [None, None],
         Some(items) => {
@@ -67,35 +61,28 @@ fn end_changes(spline: &Spline, dbc: Option<&Any<'_>>) -> PyResult<[Option<Mat<f
             [read(first)?, read(last)?]
         }
     };
-    let (n, k) = (spline.curve.n(), spline.curve.k());
-    Ok(given.map(|end| match (end, spline.given()) {
-        (None, true) => Some(Mat::zeros(n, k)),
-        (end, _) => end,
-    }))
+    let (n, k) = spline.shape();
+    // Where no vector is given by the ends there is none to change.
+    let zero = matches!(spline.ends, EndConditions::Each(_)).then(|| Mat::zeros(n, k));
+    Ok(given.map(|end| end.or_else(|| zero.clone())))
 }
 
 /// Changes of the times, shape (N,).
-fn moves(dt: &Any<'_>) -> PyResult<Vec<f64>> {
-    let (shape, moves) = parameters(dt, "dt")?;
-    if shape.len() == 1 && !moves.is_empty() {
-        return Ok(moves);
+fn moves(dt: &Any) -> PyResult<Vec<f64>> {
+    let Array { shape, entries } = read(dt, "dt")?;
+    match shape.len() == 1 && !entries.is_empty() {
+        true => Ok(entries),
+        false => Err(unexpected("dt", "(N,)", &shape)),
     }
-    let message = format!("dt: expected shape (N,), found {}", tuple(&shape));
-    Err(invalid_input(message))
 }
 
 fn gradient(shape: (usize, usize), found: SplineGradient) -> Gradient {
-    let points = NewArray::stacked(&[found.points.len()], &found.points, shape);
-    let times = NewArray {
-        shape: vec![found.times.len()],
-        entries: found.times,
-    };
-    let [first, last] = found.ends.map(|end| end.map(NewArray::from));
-    (points, times, (first, last))
+    let points = Array::stacked(&[found.points.len()], &found.points, shape);
+    let [first, last] = found.ends.map(|end| end.map(Array::from));
+    (points, Array::flat(found.times), (first, last))
 }
 
 #[pymethods]
-#[allow(non_snake_case)]
 impl PyCubicSpline {
     /// How points of the spline change where its data do: implicit function theorem.
     ///
@@ -133,29 +120,25 @@ impl PyCubicSpline {
     #[pyo3(signature = (t, dS, dt=None, dbc=None))]
     fn point_variation(
         slf: &Bound<'_, Self>,
-        t: &Any<'_>,
-        dS: &Any<'_>,
-        dt: Option<&Any<'_>>,
-        dbc: Option<&Any<'_>>,
-    ) -> PyResult<NewArray> {
+        t: &Any,
+        dS: &Any,
+        dt: Option<&Any>,
+        dbc: Option<&Any>,
+    ) -> PyResult<Array> {
         let spline = Spline::of(slf)?;
-        let (shape, at) = parameters(t, "t")?;
-        let points = Batch::read((dS, "dS"), "(N, n, k)")?;
+        let t = read(t, "t")?;
+        let points = Batch::read(dS, "dS", "(N, n, k)")?;
         let moves = dt.map_or(Ok(Vec::new()), moves)?;
         let ends = end_changes(&spline, dbc)?;
-        let size = (spline.curve.n(), spline.curve.k());
-        run(slf.py(), spline.operations(at.len()), move |interrupt| {
-            let views = points.views();
+        spline.run(slf.py(), t.entries.len(), move |spline, interrupt| {
             let variation = SplineVariation {
-                points: &views,
+                points: &points.views(),
                 times: &moves,
-                ends: ends
-                    .each_ref()
-                    .map(|end| end.as_ref().map(|end| end.as_ref())),
+                ends: ends.each_ref().map(|end| end.as_ref().map(Mat::as_ref)),
             };
             let derivative = spline.curve.data_derivative(&spline.ends, interrupt)?;
-            let found = derivative.points(&variation, &at, interrupt)?;
-            Ok(NewArray::stacked(&shape, &found, size))
+            let found = derivative.points(&variation, &t.entries, interrupt)?;
+            Ok(Array::stacked(&t.shape, &found, spline.shape()))
         })
     }
 
@@ -189,16 +172,14 @@ impl PyCubicSpline {
     /// -----
     /// ``sum(W * point_variation(t, dS, dt, dbc))`` is the sum of the products of these with the variations. One solution of the
     /// linear system, whatever the number of times.
-    fn point_pullback(slf: &Bound<'_, Self>, t: &Any<'_>, W: &Any<'_>) -> PyResult<Gradient> {
+    fn point_pullback(slf: &Bound<'_, Self>, t: &Any, W: &Any) -> PyResult<Gradient> {
         let spline = Spline::of(slf)?;
-        let shape = (spline.curve.n(), spline.curve.k());
-        let data = Cotangents::read(t, W, shape)?;
-        let operations = spline.operations(data.times.len());
-        let found = run(slf.py(), operations, move |interrupt| {
+        let data = Cotangents::read(t, W, spline.shape())?;
+        spline.run(slf.py(), data.times.len(), move |spline, interrupt| {
             let derivative = spline.curve.data_derivative(&spline.ends, interrupt)?;
-            derivative.pull_back(&data.times, &data.matrices.views(), interrupt)
-        })?;
-        Ok(gradient(shape, found))
+            let found = derivative.pull_back(&data.times, &data.matrices.views(), interrupt)?;
+            Ok(gradient(spline.shape(), found))
+        })
     }
 
     /// Gradient of the cost with respect to points, times and end conditions.
@@ -223,11 +204,9 @@ impl PyCubicSpline {
     /// -----
     /// By the first variation of the cost: no equation has to be solved unless ``bc_type`` gives an acceleration.
     fn cost_gradient(slf: &Bound<'_, Self>) -> PyResult<Gradient> {
-        let spline = Spline::of(slf)?;
-        let shape = (spline.curve.n(), spline.curve.k());
-        let found = run(slf.py(), spline.operations(0), move |interrupt| {
-            spline.curve.cost_gradient(&spline.ends, interrupt)
-        })?;
-        Ok(gradient(shape, found))
+        Spline::of(slf)?.run(slf.py(), 0, |spline, interrupt| {
+            let found = spline.curve.cost_gradient(&spline.ends, interrupt)?;
+            Ok(gradient(spline.shape(), found))
+        })
     }
 }

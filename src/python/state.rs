@@ -1,8 +1,10 @@
-//! Chart states as rows of numbers, for the charts and for shooting.
+//! What the functions of charts share: which chart it is, states as rows of numbers, and steps of a named method.
 
 use nalgebra::SVector;
 
-use crate::error::{Error, Result};
+use super::prelude::*;
+use crate::chart::{Composition, DiscretizationMap, NamedMap};
+use crate::linalg::structure;
 
 /// Which chart.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
@@ -27,9 +29,14 @@ impl Kind {
 
     /// Columns of a point.
     pub fn columns(self) -> usize {
+        self.dimension() - 1
+    }
+
+    /// The name of what makes its chart.
+    pub fn name(self) -> &'static str {
         match self {
-            Kind::Sphere => 1,
-            Kind::Frame => 2,
+            Kind::Sphere => "sphere",
+            Kind::Frame => "frame",
         }
     }
 }
@@ -41,10 +48,7 @@ pub fn state<const N: usize>(row: &[f64]) -> SVector<f64, N> {
 
 /// Error `NonFinite` where a number is NaN or infinite.
 pub fn check_finite(name: &'static str, row: &[f64]) -> Result<()> {
-    match row.iter().position(|x| !x.is_finite()) {
-        Some(index) => Err(Error::NonFinite { name, index }),
-        None => Ok(()),
-    }
+    structure::check_finite(name, MatRef::from_column_major_slice(row, row.len(), 1))
 }
 
 /// Writes states one after another.
@@ -70,3 +74,38 @@ macro_rules! on_chart {
     };
 }
 pub(super) use on_chart;
+
+/// The discretization map of a name.
+pub fn map_of(name: &str) -> PyResult<NamedMap> {
+    NamedMap::from_name(name).ok_or_else(|| {
+        let names: Vec<_> = NamedMap::all()
+            .map(|(known, _)| format!("'{known}'"))
+            .collect();
+        invalid!("map: must be one of {}, found '{name}'", names.join(", "))
+    })
+}
+
+/// Equal steps of the method of a map over `[0, t_end]`.
+#[derive(Clone, Copy)]
+pub struct Steps {
+    pub map: NamedMap,
+    pub composition: Composition,
+    pub count: usize,
+    pub t_end: f64,
+}
+
+impl Steps {
+    /// `order` is that of the method: by default that of the map.
+    pub fn read(map: &str, order: Option<i64>, steps: i64, t_end: f64) -> PyResult<Self> {
+        let map = map_of(map)?;
+        let base = DiscretizationMap::<4>::order(&map);
+        // No composition has a negative order either; the message is that of order 0.
+        let order = order.map_or(base, |order| usize::try_from(order).unwrap_or(0));
+        Ok(Steps {
+            map,
+            composition: Composition::new(base, order)?,
+            count: count("steps", steps, 1)?,
+            t_end,
+        })
+    }
+}

@@ -1,17 +1,7 @@
 //! The manifold for arrays, with batches.
 
-use faer::{Mat, MatRef};
-use pyo3::exceptions::PyTypeError;
-use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
-
-use super::batch::{Batch, Value, map_batch, matrix_batches};
-use super::call::Call;
-use super::convert::{Any, Named, NewArray, named};
-use super::error::invalid_input;
-use super::work::PRODUCTS;
-use crate::error::Result;
-use crate::interrupt::Interrupt;
+use super::batch::{Value, map_batch};
+use super::prelude::*;
 use crate::linalg::structure::check_finite;
 use crate::manifold::stiefel::{POINT_TOLERANCE, TANGENT_TOLERANCE};
 use crate::manifold::{Metric, Stiefel};
@@ -55,56 +45,41 @@ impl PyStiefel {
         &self,
         objects: [Named<'_, '_>; N],
         core: &[usize],
-        member: impl Fn(&Stiefel, [MatRef<'_, f64>; N]) -> Result<T> + Sync + Send + 'static,
-    ) -> PyResult<NewArray> {
-        let work = |batches: &[Batch; N]| {
-            PRODUCTS * batches.each_ref().map(Batch::numbers).iter().sum::<f64>()
-        };
-        self.map_shapes(
-            objects,
-            [self.shape(); N],
-            work,
-            core,
-            move |m, matrices, _| member(m, matrices),
-        )
+        member: impl Fn(&Stiefel, [MatRef<'_, f64>; N], Interrupt<'_>) -> Result<T> + Shared,
+    ) -> PyResult<Array> {
+        self.map_shapes(objects, [self.shape(); N], |_| 1.0, core, member)
     }
 
     /// [`PyStiefel::map`] for values of shape `(n, k)`.
     pub(super) fn map_matrices<const N: usize>(
         &self,
         objects: [Named<'_, '_>; N],
-        member: impl Fn(&Stiefel, [MatRef<'_, f64>; N]) -> Result<Mat<f64>> + Sync + Send + 'static,
-    ) -> PyResult<NewArray> {
-        self.map(objects, &[self.0.n(), self.0.k()], member)
+        member: impl Fn(&Stiefel, [MatRef<'_, f64>; N]) -> Result<Mat<f64>> + Shared,
+    ) -> PyResult<Array> {
+        let core = [self.0.n(), self.0.k()];
+        self.map(objects, &core, move |m, data, _| member(m, data))
     }
 
-    /// [`PyStiefel::map`] for arguments of any shapes, with an estimate of the operations and a check for interrupts.
+    /// [`PyStiefel::map`] for arguments of any shapes; `weight` is the work of a number of theirs.
     pub(super) fn map_shapes<T: Value, const N: usize>(
         &self,
         objects: [Named<'_, '_>; N],
         shapes: [(usize, usize); N],
-        work: impl FnOnce(&[Batch; N]) -> f64,
+        weight: impl FnOnce(&[Batch; N]) -> f64,
         core: &[usize],
-        member: impl Fn(&Stiefel, [MatRef<'_, f64>; N], Interrupt<'_>) -> Result<T>
-        + Sync
-        + Send
-        + 'static,
-    ) -> PyResult<NewArray> {
+        member: impl Fn(&Stiefel, [MatRef<'_, f64>; N], Interrupt<'_>) -> Result<T> + Shared,
+    ) -> PyResult<Array> {
         let (py, manifold) = (objects[0].0.py(), self.0);
         let batches = matrix_batches(objects)?;
         for ((batch, (_, name)), shape) in batches.iter().zip(objects).zip(shapes) {
             batch.check_shape(name, shape)?;
         }
-        let call = Call::new(py, None, work(&batches))?;
-        let one = move |_: &mut (),
-                        b: [&Batch; N],
-                        i: usize,
-                        out: &mut [f64],
-                        interrupt: Interrupt<'_>| {
-            member(&manifold, b.map(|batch| batch.get(i)), interrupt)?.put(out);
+        let numbers: f64 = batches.iter().map(Batch::numbers).sum();
+        let call = Call::new(py, None, weight(&batches) * numbers)?;
+        map_batch(&call, batches, core, move |batches, i, out, interrupt| {
+            member(&manifold, batches.map(|batch| batch.get(i)), interrupt)?.put(out);
             Ok(())
-        };
-        map_batch(&call, batches, core, || (), one)
+        })
     }
 
     pub(super) fn shape(&self) -> (usize, usize) {
@@ -118,15 +93,6 @@ fn check(m: &Stiefel, s: MatRef<'_, f64>) -> Result<()> {
 
 fn check_vector(m: &Stiefel, name: &'static str, [s, v]: [MatRef<'_, f64>; 2]) -> Result<()> {
     m.check_tangent(name, s, v, TANGENT_TOLERANCE)
-}
-
-/// Check the argument `atol`.
-fn tolerance(atol: f64) -> PyResult<f64> {
-    if atol >= 0.0 {
-        return Ok(atol);
-    }
-    let message = format!("atol: must be at least 0, found {atol}");
-    Err(invalid_input(message))
 }
 
 /// Draw standard normal matrices with the leading axes `lead`.
@@ -149,46 +115,36 @@ fn generator<'py>(py: Python<'py>, rng: Option<&Any<'py>>) -> PyResult<Any<'py>>
 fn tangent_stream<'py>(generator: &Any<'py>) -> PyResult<Any<'py>> {
     let py = generator.py();
     let random = py.import("numpy.random")?;
-    let words = PyDict::new(py);
-    words.set_item("dtype", "uint32")?;
+    let words = [("dtype", "uint32")].into_py_dict(py)?;
     let bits = generator.call_method("integers", (0, 1_u64 << 32, 4), Some(&words))?;
-    let key = PyDict::new(py);
-    key.set_item("spawn_key", (TANGENT_STREAM,))?;
+    let key = [("spawn_key", (TANGENT_STREAM,))].into_py_dict(py)?;
     let seed = random.call_method("SeedSequence", (bits,), Some(&key))?;
     random.call_method1("default_rng", (seed,))
 }
 
 /// "canonical", "euclidean", or the parameter of the family.
-pub(super) fn read_metric(object: &Any<'_>) -> PyResult<Metric> {
+pub(super) fn read_metric(object: &Any) -> PyResult<Metric> {
+    let expected = "metric: expected 'canonical', 'euclidean' or a number, found";
     if let Ok(name) = object.extract::<String>() {
         return match name.as_str() {
             "canonical" => Ok(Metric::CANONICAL),
             "euclidean" => Ok(Metric::EUCLIDEAN),
-            _ => Err(invalid_input(format!(
-                "metric: expected 'canonical', 'euclidean' or a number, found {name:?}"
-            ))),
+            _ => Err(invalid!("{expected} {name:?}")),
         };
     }
-    let alpha: f64 = object.extract().map_err(|_| {
+    let Ok(alpha) = object.extract() else {
         let kind = object.get_type();
-        PyTypeError::new_err(format!(
-            "metric: expected 'canonical', 'euclidean' or a number, found {kind}"
-        ))
-    })?;
+        return Err(PyTypeError::new_err(format!("{expected} {kind}")));
+    };
     Ok(Metric::new(alpha)?)
 }
 
 #[pymethods]
-#[allow(non_snake_case)]
 impl PyStiefel {
     #[new]
     #[pyo3(signature = (n, k, *, metric=None))]
-    fn new(n: i64, k: i64, metric: Option<&Any<'_>>) -> PyResult<Self> {
-        let invalid = || {
-            invalid_input(format!(
-                "St(n, k): expected 1 <= k <= n, found n = {n}, k = {k}"
-            ))
-        };
+    fn new(n: i64, k: i64, metric: Option<&Any>) -> PyResult<Self> {
+        let invalid = || invalid!("St(n, k): expected 1 <= k <= n, found n = {n}, k = {k}");
         let (Ok(rows), Ok(cols)) = (usize::try_from(n), usize::try_from(k)) else {
             return Err(invalid());
         };
@@ -232,8 +188,7 @@ impl PyStiefel {
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
         let (py, manifold) = (slf.py(), slf.get().0);
-        let metric = PyDict::new(py);
-        metric.set_item("metric", manifold.metric().alpha())?;
+        let metric = [("metric", manifold.metric().alpha())].into_py_dict(py)?;
         // `functools.partial` carries the keyword through pickling.
         let partial = py.import("functools")?.getattr("partial")?;
         let build = partial.call((slf.get_type(),), Some(&metric))?;
@@ -247,10 +202,10 @@ impl PyStiefel {
     /// InvalidInputError
     ///     With the measured defect.
     #[pyo3(signature = (S, atol=POINT_TOLERANCE), text_signature = "($self, S, atol=1e-9)")]
-    fn check_point(&self, S: &Any<'_>, atol: f64) -> PyResult<()> {
-        let atol = tolerance(atol)?;
-        let checked = self.map(named![S], &[], move |m, [s]| m.check_point("S", s, atol));
-        checked.map(drop)
+    fn check_point(&self, S: &Any, atol: f64) -> PyResult<()> {
+        ensure!(atol >= 0.0, "atol: must be at least 0, found {atol}");
+        self.map(named![S], &[], move |m, [s], _| m.check_point("S", s, atol))?;
+        Ok(())
     }
 
     /// Raise unless every member of ``V`` is tangent at ``S``: ``|S^T V + V^T S| / 2 <= atol max(1, |V|)``.
@@ -260,13 +215,13 @@ impl PyStiefel {
     /// InvalidInputError
     ///     With the measured defect.
     #[pyo3(signature = (S, V, atol=TANGENT_TOLERANCE), text_signature = "($self, S, V, atol=1e-9)")]
-    fn check_tangent(&self, S: &Any<'_>, V: &Any<'_>, atol: f64) -> PyResult<()> {
-        let atol = tolerance(atol)?;
-        let checked = self.map(named![S, V], &[], move |m, [s, v]| {
+    fn check_tangent(&self, S: &Any, V: &Any, atol: f64) -> PyResult<()> {
+        ensure!(atol >= 0.0, "atol: must be at least 0, found {atol}");
+        self.map(named![S, V], &[], move |m, [s, v], _| {
             check(m, s)?;
             m.check_tangent("V", s, v, atol)
-        });
-        checked.map(drop)
+        })?;
+        Ok(())
     }
 
     /// Uniformly distributed points (Haar measure), shape ``size + (n, k)``.
@@ -281,22 +236,21 @@ impl PyStiefel {
     fn random_point(
         &self,
         py: Python<'_>,
-        rng: Option<&Any<'_>>,
-        size: Option<&Any<'_>>,
-    ) -> PyResult<NewArray> {
+        rng: Option<&Any>,
+        size: Option<&Any>,
+    ) -> PyResult<Array> {
         let axes: Vec<i64> = match size {
             None => Vec::new(),
-            Some(size) => size
-                .extract()
-                .map(|one| vec![one])
-                .or_else(|_| size.extract())?,
+            Some(size) => match size.extract() {
+                Ok(one) => vec![one],
+                Err(_) => size.extract()?,
+            },
         };
-        let lead: std::result::Result<Vec<usize>, _> =
-            axes.into_iter().map(usize::try_from).collect();
-        let lead = lead.map_err(|_| {
+        let lead: Option<Vec<_>> = axes.into_iter().map(|x| usize::try_from(x).ok()).collect();
+        let Some(lead) = lead else {
             let found = size.map_or(String::new(), |size| size.to_string());
-            invalid_input(format!("size: axes must be at least 0, found {found}"))
-        })?;
+            return Err(invalid!("size: axes must be at least 0, found {found}"));
+        };
         self.project(&normal(&generator(py, rng)?, &lead, self.shape())?)
     }
 
@@ -310,7 +264,7 @@ impl PyStiefel {
     ///     What `numpy.random.default_rng` takes. The vectors are independent of ``S``, also where ``S`` is made with the same
     ///     seed, or by a generator in the same state.
     #[pyo3(signature = (S, rng=None))]
-    fn random_tangent(&self, S: &Any<'_>, rng: Option<&Any<'_>>) -> PyResult<NewArray> {
+    fn random_tangent(&self, S: &Any, rng: Option<&Any>) -> PyResult<Array> {
         let py = S.py();
         let [points] = matrix_batches(named![S])?;
         points.check_shape("S", self.shape())?;
@@ -324,12 +278,12 @@ impl PyStiefel {
     /// ------
     /// InvalidInputError
     ///     ``Y`` has no full column rank (with its smallest singular value), or is not finite.
-    fn project(&self, Y: &Any<'_>) -> PyResult<NewArray> {
+    fn project(&self, Y: &Any) -> PyResult<Array> {
         self.map_matrices(named![Y], |m, [y]| m.project(y))
     }
 
     /// Orthogonal projection ``Z - S sym(S^T Z)`` on the tangent space at ``S``, shape (..., n, k).
-    fn project_tangent(&self, S: &Any<'_>, Z: &Any<'_>) -> PyResult<NewArray> {
+    fn project_tangent(&self, S: &Any, Z: &Any) -> PyResult<Array> {
         self.map_matrices(named![S, Z], |m, [s, z]| {
             check(m, s)?;
             check_finite("Z", z)?;
@@ -339,8 +293,8 @@ impl PyStiefel {
 
     /// Inner product of tangent vectors at ``S`` in the manifold's metric, shape (...); canonical:
     /// ``tr V^T (I - S S^T / 2) W``.
-    fn inner(&self, S: &Any<'_>, V: &Any<'_>, W: &Any<'_>) -> PyResult<NewArray> {
-        self.map(named![S, V, W], &[], |m, [s, v, w]| {
+    fn inner(&self, S: &Any, V: &Any, W: &Any) -> PyResult<Array> {
+        self.map(named![S, V, W], &[], |m, [s, v, w], _| {
             check(m, s)?;
             check_vector(m, "V", [s, v])?;
             check_vector(m, "W", [s, w])?;
@@ -349,8 +303,8 @@ impl PyStiefel {
     }
 
     /// Norm of a tangent vector at ``S`` in the manifold's metric, shape (...).
-    fn norm(&self, S: &Any<'_>, V: &Any<'_>) -> PyResult<NewArray> {
-        self.map(named![S, V], &[], |m, [s, v]| {
+    fn norm(&self, S: &Any, V: &Any) -> PyResult<Array> {
+        self.map(named![S, V], &[], |m, [s, v], _| {
             check(m, s)?;
             check_vector(m, "V", [s, v])?;
             m.norm(s, v)
@@ -365,28 +319,27 @@ impl PyStiefel {
     ///     ``V S^T - S V^T + 2 S V^T S S^T``, skew-symmetric.
     /// Omega : ndarray, shape (..., k, k)
     ///     ``S^T V``, skew-symmetric.
-    fn decompose(&self, S: &Any<'_>, V: &Any<'_>) -> PyResult<(NewArray, NewArray)> {
+    fn decompose(&self, S: &Any, V: &Any) -> PyResult<(Array, Array)> {
         let (n, k) = self.shape();
         let pair = |m: &Stiefel, [s, v]: [MatRef<'_, f64>; 2]| {
             check(m, s)?;
             check_vector(m, "V", [s, v])?;
             m.decompose(s, v)
         };
-        let x = self.map(named![S, V], &[n, n], move |m, b| Ok(pair(m, b)?.0))?;
-        let omega = self.map(named![S, V], &[k, k], move |m, b| Ok(pair(m, b)?.1))?;
+        let x = self.map(named![S, V], &[n, n], move |m, b, _| Ok(pair(m, b)?.0))?;
+        let omega = self.map(named![S, V], &[k, k], move |m, b, _| Ok(pair(m, b)?.1))?;
         Ok((x, omega))
     }
 
     /// The tangent vector ``V = X S + S Omega`` of the paper's pair, shape (..., n, k).
-    fn compose(&self, S: &Any<'_>, X: &Any<'_>, Omega: &Any<'_>) -> PyResult<NewArray> {
+    fn compose(&self, S: &Any, X: &Any, Omega: &Any) -> PyResult<Array> {
         let (n, k) = self.shape();
-        let work = |[_, x, _]: &[Batch; 3]| PRODUCTS * x.numbers();
-        let (shapes, core) = ([(n, k), (n, n), (k, k)], &[n, k]);
+        let (data, shapes) = (named![S, X, Omega], [(n, k), (n, n), (k, k)]);
         self.map_shapes(
-            named![S, X, Omega],
+            data,
             shapes,
-            work,
-            core,
+            |_| 1.0,
+            &[n, k],
             |m, [s, x, omega], _| {
                 check(m, s)?;
                 check_finite("X", x)?;

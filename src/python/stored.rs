@@ -1,22 +1,18 @@
-//! Stored curves as dictionaries of arrays: what files and pickles hold.
+//! Stored curves as dictionaries of arrays, what files and pickles hold, and the curves of these.
 
 use std::collections::BTreeMap;
 
-use numpy::{PyArrayDyn, PyUntypedArrayMethods};
-use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyString};
-
-use super::call::run;
-use super::convert::{entries_of, float_array, to_array};
-use crate::error::Result;
-use crate::interrupt::Interrupt;
-use crate::stored::{Array, FORMAT, Fields, Stored, VERSION, check_header, refusal};
-
-const WORDS: [&str; 2] = ["format", "kind"];
-/// Rough operations to read and check one number of a curve.
-const ONE_NUMBER: f64 = 30.0;
-
-const VERSION_KEY: &str = "version";
+use super::curve::PyQuasiGeodesic;
+use super::geodesic::PyGeodesic;
+use super::polynomial::PyGeometricPolynomial;
+use super::prelude::*;
+use super::riemannian_cubic::PyRiemannianCubic;
+use super::smoothing::PySmoothingSpline;
+use super::spline::{PyCubicHermite, PyCubicSpline};
+use crate::cubic::RiemannianCubic;
+use crate::curve::{GeometricCubic, GeometricPolynomial};
+use crate::manifold::{Geodesic, QuasiGeodesic};
+use crate::stored::{FORMAT, Fields, Stored, VERSION, check_header, refusal};
 
 /// The stored form of a curve of the given numbers.
 pub(super) fn form<'py>(
@@ -25,12 +21,11 @@ pub(super) fn form<'py>(
     fields: Fields,
 ) -> PyResult<Bound<'py, PyDict>> {
     let form = PyDict::new(py);
-    for (key, word) in WORDS.into_iter().zip([FORMAT, kind]) {
-        form.set_item(key, word)?;
-    }
-    form.set_item(VERSION_KEY, VERSION)?;
-    for (name, Array { shape, entries }) in fields.0 {
-        form.set_item(name, to_array(py, entries, &shape)?)?;
+    form.set_item("format", FORMAT)?;
+    form.set_item("kind", kind)?;
+    form.set_item("version", VERSION)?;
+    for (name, array) in fields.0 {
+        form.set_item(name, array)?;
     }
     Ok(form)
 }
@@ -39,7 +34,7 @@ pub(super) fn form<'py>(
 pub(super) struct Form {
     pub(super) kind: String,
     words: BTreeMap<String, String>,
-    fields: Fields,
+    pub(super) fields: Fields,
 }
 
 impl Form {
@@ -52,19 +47,19 @@ impl Form {
         let mut version = None;
         for (name, value) in form {
             let name: String = name.extract()?;
-            if name == VERSION_KEY {
+            if name == "version" {
                 version = value.extract::<u64>().ok();
             } else if value.is_instance_of::<PyString>() {
                 words.insert(name, value.extract()?);
             } else {
-                let array = float_array(&value, &name)?;
-                let (shape, entries) = (array.shape().to_vec(), entries_of(&array)?);
-                fields.0.insert(name, Array { shape, entries });
+                let array = read(&value, &name)?;
+                fields.0.insert(name, array);
             }
         }
-        let [format, kind] = WORDS.map(|name| words.remove(name));
+        let [format, kind] = ["format", "kind"].map(|name| words.remove(name));
         let (Some(format), Some(version), Some(kind)) = (format, version, kind) else {
-            return Err(refused("does not say its format, version and kind"));
+            let problem = "does not say its format, version and kind";
+            return Err(refusal(problem.to_owned()).into());
         };
         check_header(&format, version)?;
         Ok(Form {
@@ -77,18 +72,7 @@ impl Form {
     /// Takes a word out.
     pub(super) fn word(&mut self, name: &str) -> PyResult<String> {
         let word = self.words.remove(name);
-        word.ok_or_else(|| refused(&format!("has no word '{name}'")))
-    }
-
-    /// Takes an array out.
-    pub(super) fn array<'py>(
-        &mut self,
-        py: Python<'py>,
-        name: &str,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let array = self.fields.take(name);
-        let Array { shape, entries } = array?;
-        to_array(py, entries, &shape)
+        word.ok_or_else(|| refusal(format!("has no word '{name}'")).into())
     }
 
     /// What `take` makes of the numbers, of which it leaves none.
@@ -99,21 +83,36 @@ impl Form {
     ) -> PyResult<T> {
         let Form { words, fields, .. } = self;
         if let Some(name) = words.keys().next() {
-            return Err(refused(&format!("'{name}' is no part of such a curve")));
+            return Err(refusal(format!("'{name}' is no part of such a curve")).into());
         }
         let numbers: usize = fields.0.values().map(|array| array.entries.len()).sum();
-        run(py, ONE_NUMBER * numbers as f64, move |interrupt| {
+        run(py, numbers as f64, move |interrupt| {
             fields.read(|fields| take(fields, interrupt))
         })
     }
-
-    /// The curve of its numbers, where the core knows how to read it.
-    pub(super) fn curve<C: Stored + Send + 'static>(self, py: Python<'_>) -> PyResult<C> {
-        self.read(py, C::restore)
-    }
 }
 
-/// `InvalidInputError` for a stored form that is none.
-pub(super) fn refused(problem: &str) -> PyErr {
-    refusal(problem.to_owned()).into()
+/// The curve of a stored form: for files and pickles.
+#[pyfunction]
+pub fn _restored(form: &Bound<'_, PyDict>) -> PyResult<Py<PyAny>> {
+    let py = form.py();
+    let form = Form::of(form)?;
+    match form.kind.as_str() {
+        QuasiGeodesic::KIND => {
+            let curve = form.read(py, QuasiGeodesic::restore)?;
+            object(py, wrap(Arc::new(curve), PyQuasiGeodesic))
+        }
+        Geodesic::KIND => object(py, PyGeodesic::wrap(form.read(py, Geodesic::restore)?)),
+        GeometricPolynomial::KIND | GeometricCubic::KIND => {
+            PyGeometricPolynomial::restored(py, form)
+        }
+        RiemannianCubic::KIND => {
+            let curve = form.read(py, RiemannianCubic::restore)?;
+            PyRiemannianCubic::wrapped(py, curve)?.into_py_any(py)
+        }
+        PyCubicHermite::NAME => PyCubicHermite::restored(py, form),
+        PyCubicSpline::NAME => PyCubicSpline::restored(py, form),
+        PySmoothingSpline::NAME => PySmoothingSpline::restored(py, form),
+        kind => Err(refusal(format!("of an unknown kind, '{kind}'")).into()),
+    }
 }

@@ -1,25 +1,13 @@
 //! Curves across charts: from covariant data to covariant data.
 
-use faer::Mat;
-use numpy::PyArrayDyn;
-use pyo3::prelude::*;
-use pyo3::types::PyTuple;
-
-use super::call::run;
 use super::chart::PyChart;
-use super::convert::{
-    Any, Named, NewArray, collected, count, matrices, named, parameters, to_array, whole, write,
-};
-use super::discretization::NamedMap;
-use super::state::{Kind, on_chart};
+use super::prelude::*;
+use super::state::{Kind, Steps, on_chart};
+use crate::chart::rows::Rows;
 use crate::chart::{
-    AtlasState, Chart, Composition, CovariantData, DiscretizationMap, integrate_across,
+    AtlasState, Chart, CovariantData, DiscretizationMap, NamedMap, integrate_across,
     reference_across, state_from_covariant,
 };
-use crate::error::{Error, Result};
-use crate::interrupt::Interrupt;
-
-type Owned = Py<PyArrayDyn<f64>>;
 
 /// A curve that passes from chart to chart, at times of shape ``T``; ``(steps + 1,)`` for a discrete trajectory.
 ///
@@ -58,95 +46,41 @@ pub struct PyChartTrajectory {
 impl PyChartTrajectory {
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let shape = self.point.bind(py).getattr("shape")?;
-        let changes = self.transitions.len();
-        Ok(format!(
-            "<ChartTrajectory {shape}, {changes} changes of chart>"
-        ))
+        let changes = format!("{} changes of chart", self.transitions.len());
+        Ok(format!("<ChartTrajectory {shape}, {changes}>"))
     }
 }
 
-/// The numbers of a trajectory, state after state.
-#[derive(Default)]
-struct Rows {
-    /// Point, velocity, acceleration, jerk.
-    data: [Vec<f64>; 4],
-    energy: Vec<f64>,
-    momentum: Vec<f64>,
-    states: Vec<f64>,
-    rotations: Vec<f64>,
-    turns: Vec<usize>,
-}
-
-impl Rows {
-    fn new<C: Chart<X, Z>, const X: usize, const Z: usize>(
-        chart: &C,
-        states: &[AtlasState<Z>],
-    ) -> Result<Self> {
-        let mut out = Rows::default();
-        for state in states {
-            let data = state.covariant(chart)?;
-            let parts = [&data.point, &data.velocity, &data.acceleration, &data.jerk];
-            for (rows, part) in out.data.iter_mut().zip(parts) {
-                push(rows, part);
-            }
-            out.energy.push(chart.hamiltonian(&state.z));
-            out.momentum.extend(data.spatial_momentum());
-            out.states.extend_from_slice(state.z.as_slice());
-            // Column by column of the transpose: row by row.
-            out.rotations
-                .extend_from_slice(state.rotation().transpose().as_slice());
-            out.turns.push(state.turns);
-        }
-        let mut derived = out.energy.iter().chain(&out.momentum);
-        if derived.all(|x| x.is_finite()) {
-            return Ok(out);
-        }
-        let quantity = "energy or momentum";
-        Err(Error::Overflow { quantity })
-    }
-
-    fn into_python(
-        self,
-        py: Python<'_>,
-        kind: Kind,
-        shape: &[usize],
-    ) -> PyResult<PyChartTrajectory> {
-        let array = |entries: Vec<f64>, trailing: &[usize]| {
-            to_array(py, entries, &[shape, trailing].concat()).map(Bound::unbind)
-        };
-        let tangent = [3, kind.columns()];
-        let data = self.data.map(|entries| array(entries, &tangent));
-        let [point, velocity, acceleration, jerk] = collected(data)?;
-        let changes = |i: &usize| self.turns[*i] != self.turns[*i - 1];
+impl PyChartTrajectory {
+    /// `shape` is that of the times.
+    fn of(py: Python<'_>, rows: Rows, kind: Kind, shape: &[usize]) -> PyResult<Self> {
+        let (tangent, width) = ([3, kind.columns()], [kind.width()]);
+        let own: [&[usize]; 4] = [&[], &[3], &width, &[3, 3]];
+        let own = [&tangent[..]; 4].into_iter().chain(own);
+        let arrays = rows.columns.into_iter().zip(own).map(|(entries, own)| {
+            let shape = [shape, own].concat();
+            PyResult::Ok(to_array(py, entries, &shape)?.unbind())
+        });
+        let mut arrays = arrays.collect::<PyResult<Vec<_>>>()?.into_iter();
+        let mut next = || arrays.next().expect("eight arrays");
+        let changes = |i: &usize| rows.turns[*i] != rows.turns[*i - 1];
         Ok(PyChartTrajectory {
-            point,
-            velocity,
-            acceleration,
-            jerk,
-            energy: array(self.energy, &[])?,
-            momentum: array(self.momentum, &[3])?,
-            states: array(self.states, &[kind.width()])?,
-            rotations: array(self.rotations, &[3, 3])?,
-            transitions: (1..self.turns.len()).filter(changes).collect(),
+            point: next(),
+            velocity: next(),
+            acceleration: next(),
+            jerk: next(),
+            energy: next(),
+            momentum: next(),
+            states: next(),
+            rotations: next(),
+            transitions: (1..rows.turns.len()).filter(changes).collect(),
         })
     }
 }
 
-fn push(rows: &mut Vec<f64>, part: &Mat<f64>) {
-    let first = rows.len();
-    rows.resize(first + part.nrows() * part.ncols(), 0.0);
-    write(part.as_ref(), &mut rows[first..]);
-}
-
 /// What is asked for across charts.
-#[derive(Clone)]
 enum Flow {
-    Steps {
-        map: NamedMap,
-        composition: Composition,
-        steps: usize,
-        t_end: f64,
-    },
+    Steps(Steps),
     Times(Vec<f64>),
 }
 
@@ -163,12 +97,10 @@ impl Flow {
         let start = AtlasState::from_covariant(chart, data)?;
         let states = match self {
             Flow::Times(t) => reference_across(chart, &start, t, interrupt)?,
-            Flow::Steps {
-                map,
-                composition,
-                steps,
-                t_end,
-            } => integrate_across(chart, map, composition, &start, *steps, *t_end, interrupt)?,
+            Flow::Steps(s) => {
+                let (map, composition) = (&s.map, &s.composition);
+                integrate_across(chart, map, composition, &start, s.count, s.t_end, interrupt)?
+            }
         };
         Rows::new(chart, &states)
     }
@@ -187,24 +119,19 @@ fn read_data(objects: [Named<'_, '_>; 4]) -> PyResult<CovariantData> {
 impl PyChart {
     fn across(
         &self,
-        py: Python<'_>,
-        data: CovariantData,
+        objects: [Named<'_, '_>; 4],
         flow: Flow,
-        operations: f64,
         shape: &[usize],
     ) -> PyResult<PyChartTrajectory> {
-        let kind = self.0;
-        let rows = run(
-            py,
-            operations,
-            move |interrupt| on_chart!(kind, chart => flow.run(chart, &data, interrupt)),
-        )?;
-        rows.into_python(py, kind, shape)
+        let (py, kind, data) = (objects[0].0.py(), self.0, read_data(objects)?);
+        // How many steps it takes may show only on the way: always watched.
+        let work =
+            move |stop: Interrupt<'_>| on_chart!(kind, chart => flow.run(chart, &data, stop));
+        PyChartTrajectory::of(py, run(py, f64::INFINITY, work)?, kind, shape)
     }
 }
 
 #[pymethods]
-#[allow(non_snake_case)]
 impl PyChart {
     /// The state of the cubic with the given point, velocity, covariant acceleration and covariant jerk.
     ///
@@ -228,22 +155,14 @@ impl PyChart {
     /// Notes
     /// -----
     /// ``p_qdot[i] = <d_i S, A>`` and ``p_q[i] = Gamma[k, i, j] qdot[j] p_qdot[k] - <d_i S, J>``.
-    fn state(&self, S: &Any<'_>, V: &Any<'_>, A: &Any<'_>, J: &Any<'_>) -> PyResult<NewArray> {
+    fn state(&self, S: &Any, V: &Any, A: &Any, J: &Any) -> PyResult<Array> {
         let (data, kind) = (read_data(named![S, V, A, J])?, self.0);
-        let entries = run(
-            S.py(),
-            0.0,
-            move |_| on_chart!(kind, chart => Ok(state_from_covariant(chart, &data)?.as_slice().to_vec())),
-        )?;
-        let shape = vec![entries.len()];
-        Ok(NewArray { shape, entries })
-    }
-
-    /// Point, velocity, covariant acceleration and covariant jerk ``(S, V, A, J)`` of a state: the inverse of `state`.
-    ///
-    /// Shape (..., 4 d) -> four of shape (..., 3, k).
-    fn covariant<'py>(&self, z: &Any<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        self.covariant_parts(z)
+        run(S.py(), 0.0, move |_| {
+            on_chart!(kind, chart => {
+                let state = state_from_covariant(chart, &data)?;
+                Ok(Array::flat(state.as_slice().to_vec()))
+            })
+        })
     }
 
     /// The discrete trajectory across charts: as `integrate`, with no pole in the way.
@@ -285,31 +204,20 @@ impl PyChart {
     /// >>> len(path.transitions) > 0
     /// True
     #[pyo3(signature = (S, V, A, J, steps, t_end=1.0, map="midpoint", *, order=None))]
-    #[allow(clippy::too_many_arguments)]
     fn integrate_across(
         &self,
-        py: Python<'_>,
-        S: &Any<'_>,
-        V: &Any<'_>,
-        A: &Any<'_>,
-        J: &Any<'_>,
+        S: &Any,
+        V: &Any,
+        A: &Any,
+        J: &Any,
         #[pyo3(from_py_with = whole)] steps: i64,
         t_end: f64,
         map: &str,
         order: Option<i64>,
     ) -> PyResult<PyChartTrajectory> {
-        let map = NamedMap::read(map)?;
-        let composition = map.composition(order)?;
-        let steps = count("steps", steps, 1)?;
-        let data = read_data(named![S, V, A, J])?;
-        let flow = Flow::Steps {
-            map,
-            composition,
-            steps,
-            t_end,
-        };
-        let shape = [steps.saturating_add(1)];
-        self.across(py, data, flow, 1e6 * steps as f64, &shape)
+        let steps = Steps::read(map, order, steps, t_end)?;
+        let shape = [steps.count.saturating_add(1)];
+        self.across(named![S, V, A, J], Flow::Steps(steps), &shape)
     }
 
     /// The exact flow across charts: as `reference`, with no pole in the way.
@@ -331,19 +239,15 @@ impl PyChart {
     ///     Shape, not finite, not orthonormal, not tangent.
     /// ConvergenceError
     ///     Too many steps; carries ``report``.
-    #[allow(clippy::too_many_arguments)]
     fn reference_across(
         &self,
-        py: Python<'_>,
-        S: &Any<'_>,
-        V: &Any<'_>,
-        A: &Any<'_>,
-        J: &Any<'_>,
-        t: &Any<'_>,
+        S: &Any,
+        V: &Any,
+        A: &Any,
+        J: &Any,
+        t: &Any,
     ) -> PyResult<PyChartTrajectory> {
-        let (shape, t) = parameters(t, "t")?;
-        let data = read_data(named![S, V, A, J])?;
-        // How many steps it takes shows only on the way: always watched.
-        self.across(py, data, Flow::Times(t), f64::INFINITY, &shape)
+        let Array { shape, entries } = read(t, "t")?;
+        self.across(named![S, V, A, J], Flow::Times(entries), &shape)
     }
 }

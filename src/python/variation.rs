@@ -1,16 +1,12 @@
-//! Derivatives of Riemannian cubics with respect to their boundary data, in the binding.
+//! Derivatives of Riemannian cubics by their boundary data and by their initial data, and their transposes, in the binding.
 
-use std::sync::Arc;
-
-use faer::Mat;
-use pyo3::prelude::*;
-
-use super::call::run;
-use super::convert::{Any, Four, NewArray, four, matrices, named, parameters};
+use super::prelude::*;
 use super::riemannian_cubic::PyRiemannianCubic;
-use super::work::{PRODUCTS, SOLVES};
-use crate::cubic::BoundaryVariation;
+use crate::cubic::{BoundaryVariation, InitialVariation};
 use crate::curve::Curve;
+
+/// The work of derivatives of the ends by each other, for a number of a point: that of a boundary problem, with four matrices.
+const DERIVATIVES: f64 = 4.0 * SOLVES;
 
 fn variation([s0, v0, s1, v1]: &[Mat<f64>; 4]) -> BoundaryVariation<'_> {
     BoundaryVariation {
@@ -21,8 +17,30 @@ fn variation([s0, v0, s1, v1]: &[Mat<f64>; 4]) -> BoundaryVariation<'_> {
     }
 }
 
+/// Times, and a cotangent of shape `(n, k)` for each of them.
+pub(super) struct Cotangents {
+    pub(super) times: Vec<f64>,
+    pub(super) matrices: Batch,
+}
+
+impl Cotangents {
+    pub(super) fn read(t: &Any, w: &Any, (n, k): (usize, usize)) -> PyResult<Self> {
+        let Array {
+            shape,
+            entries: times,
+        } = read(t, "t")?;
+        let [matrices] = matrix_batches([(w, "W")])?;
+        let expected = [&shape[..], &[n, k]].concat();
+        let found = [&matrices.shape[..], &[matrices.rows, matrices.cols]].concat();
+        if found != expected {
+            let expected = format!("{}, that of the points at t", tuple(&expected));
+            return Err(unexpected("W", &expected, &found));
+        }
+        Ok(Cotangents { times, matrices })
+    }
+}
+
 #[pymethods]
-#[allow(non_snake_case)]
 impl PyRiemannianCubic {
     /// How the initial data change where the boundary data do: implicit function theorem.
     ///
@@ -49,26 +67,13 @@ impl PyRiemannianCubic {
     /// -----
     /// Exact derivatives of the flow, no differences. Any Riemannian cubic is the solution of the boundary value problem
     /// of its own ends; this is the derivative of that solution.
-    fn initial_variation(
-        &self,
-        py: Python<'_>,
-        dS0: &Any<'_>,
-        dV0: &Any<'_>,
-        dS1: &Any<'_>,
-        dV1: &Any<'_>,
-    ) -> PyResult<Four> {
+    fn initial_variation(&self, dS0: &Any, dV0: &Any, dS1: &Any, dV1: &Any) -> PyResult<Four> {
         let data = matrices(named![dS0, dV0, dS1, dV1])?;
-        let curve = Arc::clone(&self.0);
-        let found = run(py, self.derivatives(), move |interrupt| {
+        let d = self.run(dS0.py(), DERIVATIVES, move |curve, interrupt| {
             let derivative = curve.boundary_derivative(interrupt)?;
             derivative.initial(&variation(&data), interrupt)
         })?;
-        Ok(four([
-            found.point,
-            found.velocity,
-            found.acceleration,
-            found.jerk,
-        ]))
+        Ok(four([d.point, d.velocity, d.acceleration, d.jerk]))
     }
 
     /// How points of the curve change where the boundary data do.
@@ -91,20 +96,18 @@ impl PyRiemannianCubic {
     ///     As :meth:`initial_variation`.
     fn point_variation(
         &self,
-        py: Python<'_>,
-        t: &Any<'_>,
-        dS0: &Any<'_>,
-        dV0: &Any<'_>,
-        dS1: &Any<'_>,
-        dV1: &Any<'_>,
-    ) -> PyResult<NewArray> {
+        t: &Any,
+        dS0: &Any,
+        dV0: &Any,
+        dS1: &Any,
+        dV1: &Any,
+    ) -> PyResult<Array> {
         let data = matrices(named![dS0, dV0, dS1, dV1])?;
-        let (shape, times) = parameters(t, "t")?;
-        let curve = Arc::clone(&self.0);
-        run(py, self.derivatives(), move |interrupt| {
+        let t = read(t, "t")?;
+        self.run(dS0.py(), DERIVATIVES, move |curve, interrupt| {
             let derivative = curve.boundary_derivative(interrupt)?;
-            let found = derivative.points(&curve, &variation(&data), &times, interrupt)?;
-            Ok(NewArray::stacked(&shape, &found, (curve.n(), curve.k())))
+            let found = derivative.points(curve, &variation(&data), &t.entries, interrupt)?;
+            Ok(Array::stacked(&t.shape, &found, (curve.n(), curve.k())))
         })
     }
 
@@ -120,15 +123,115 @@ impl PyRiemannianCubic {
     /// -----
     /// By the first variation of the cost at a critical curve: no equation has to be solved.
     fn cost_gradient(&self, py: Python<'_>) -> PyResult<Four> {
-        let curve = Arc::clone(&self.0);
-        let found = run(py, self.products(), move |_| curve.cost_gradient())?;
-        Ok(four([found.s0, found.v0, found.s1, found.v1]))
+        let d = self.run(py, 1.0, |curve, _| curve.cost_gradient())?;
+        Ok(four([d.s0, d.v0, d.s1, d.v1]))
     }
-}
 
-impl PyRiemannianCubic {
-    /// Estimated operations of derivatives: those of a boundary problem.
-    pub(super) fn derivatives(&self) -> f64 {
-        4.0 * SOLVES / PRODUCTS * self.products()
+    /// Gradient with respect to the boundary data of ``sum(W * curve(t))``: the transpose of :meth:`point_variation`.
+    ///
+    /// Parameters
+    /// ----------
+    /// t : array_like, shape T
+    ///     Parameters.
+    /// W : array_like, shape T + (n, k)
+    ///     Derivatives of a function by the points of the curve there; any matrices.
+    ///
+    /// Returns
+    /// -------
+    /// tuple of ndarray, each of shape (n, k)
+    ///     ``(GS0, GV0, GS1, GV1)``: ``sum(W * point_variation(t, dS0, dV0, dS1, dV1))`` is ``sum(GS0 * dS0) + sum(GV0 * dV0) +
+    ///     sum(GS1 * dS1) + sum(GV1 * dV1)`` for every variation of the boundary data.
+    ///
+    /// Raises
+    /// ------
+    /// InvalidInputError
+    ///     Shape, not finite.
+    /// OutsideDomainError
+    ///     The ends are conjugate along the curve, to 1e-11: the solution does not depend smoothly on them. ``angle`` is
+    ///     None.
+    ///
+    /// Notes
+    /// -----
+    /// One solution of the linear equations, whatever the number of parameters.
+    fn point_pullback(&self, t: &Any, W: &Any) -> PyResult<Four> {
+        let data = Cotangents::read(t, W, (self.0.n(), self.0.k()))?;
+        let d = self.run(t.py(), DERIVATIVES, move |curve, interrupt| {
+            let derivative = curve.boundary_derivative(interrupt)?;
+            derivative.pull_back(&data.times, &data.matrices.views(), interrupt)
+        })?;
+        Ok(four([d.s0, d.v0, d.s1, d.v1]))
+    }
+
+    /// How points of the curve change where its initial data do.
+    ///
+    /// Parameters
+    /// ----------
+    /// t : array_like, shape T
+    ///     Parameters.
+    /// dS, dV, dA, dJ : array_like, shape (n, k)
+    ///     Ambient derivatives of point, velocity, covariant acceleration and covariant jerk at the start of ``t_span``, along a
+    ///     family of data. So ``S.T @ dS`` is skew, and ``S.T @ dV + dV.T @ S + dS.T @ V + V.T @ dS`` vanishes, for A and J too.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape T + (n, k)
+    ///     Ambient derivatives of the points.
+    ///
+    /// Raises
+    /// ------
+    /// InvalidInputError
+    ///     Shape, not finite, a variation that leaves the constraints (with the measured defect).
+    fn initial_point_variation(
+        &self,
+        t: &Any,
+        dS: &Any,
+        dV: &Any,
+        dA: &Any,
+        dJ: &Any,
+    ) -> PyResult<Array> {
+        let [point, velocity, acceleration, jerk] = matrices(named![dS, dV, dA, dJ])?;
+        let variation = InitialVariation {
+            point,
+            velocity,
+            acceleration,
+            jerk,
+        };
+        let t = read(t, "t")?;
+        self.run(
+            dS.py(),
+            1.0 + t.entries.len() as f64,
+            move |curve, interrupt| {
+                let found = curve.initial_points(&variation, &t.entries, interrupt)?;
+                Ok(Array::stacked(&t.shape, &found, (curve.n(), curve.k())))
+            },
+        )
+    }
+
+    /// Gradient with respect to the initial data of ``sum(W * curve(t))``: the transpose of :meth:`initial_point_variation`.
+    ///
+    /// Parameters
+    /// ----------
+    /// t : array_like, shape T
+    ///     Parameters.
+    /// W : array_like, shape T + (n, k)
+    ///     Derivatives of a function by the points of the curve there; any matrices.
+    ///
+    /// Returns
+    /// -------
+    /// tuple of ndarray, each of shape (n, k)
+    ///     ``(GS, GV, GA, GJ)``: ``sum(W * initial_point_variation(t, dS, dV, dA, dJ))`` is ``sum(GS * dS) + sum(GV * dV) +
+    ///     sum(GA * dA) + sum(GJ * dJ)`` for every variation of the initial data.
+    ///
+    /// Raises
+    /// ------
+    /// InvalidInputError
+    ///     Shape, not finite.
+    fn initial_point_pullback(&self, t: &Any, W: &Any) -> PyResult<Four> {
+        let data = Cotangents::read(t, W, (self.0.n(), self.0.k()))?;
+        let times = data.times.len() as f64;
+        let d = self.run(t.py(), 1.0 + times, move |curve, interrupt| {
+            curve.initial_pull_back(&data.times, &data.matrices.views(), interrupt)
+        })?;
+        Ok(four([d.point, d.velocity, d.acceleration, d.jerk]))
     }
 }

@@ -1,32 +1,16 @@
 //! Velocities from points, in Python.
 
-use faer::{Mat, MatRef};
-use pyo3::prelude::*;
-use pyo3::types::PyString;
-
-use super::batch::Batch;
-use super::call::Call;
-use super::convert::{Any, NewArray};
-use super::error::invalid_input;
-use super::spline_data::Data;
-use super::work::EXPONENTIALS;
-use crate::error::Result;
+use super::piecewise::Data;
+use super::prelude::*;
 use crate::spline::{
     VelocityEstimate, estimate_closed_velocities, estimate_velocities as estimated,
 };
 
 /// The estimate of a word, the argument `name`.
 fn read_method(name: &str, method: &str) -> PyResult<VelocityEstimate> {
-    match method {
-        "catmull-rom" => Ok(VelocityEstimate::CatmullRom),
-        "akima" => Ok(VelocityEstimate::Akima),
-        "natural" => Ok(VelocityEstimate::Natural),
-        _ => {
-            let expected = "'catmull-rom', 'akima' or 'natural'";
-            let message = format!("{name}: expected {expected}, found {method:?}");
-            Err(invalid_input(message))
-        }
-    }
+    let expected = "'catmull-rom', 'akima' or 'natural'";
+    VelocityEstimate::from_word(method)
+        .ok_or_else(|| invalid!("{name}: expected {expected}, found {method:?}"))
 }
 
 /// Velocities at knots: given, or to be estimated.
@@ -36,12 +20,12 @@ pub(super) enum Velocities {
 }
 
 impl Velocities {
-    pub(super) fn read(object: &Any<'_>) -> PyResult<Self> {
+    pub(super) fn read(object: &Any) -> PyResult<Self> {
         if let Ok(word) = object.cast::<PyString>() {
             let method = read_method("V", word.to_str()?);
             return method.map(Velocities::Estimated);
         }
-        Ok(Velocities::Given(Batch::read((object, "V"), "(N, n, k)")?))
+        Batch::read(object, "V", "(N, n, k)").map(Velocities::Given)
     }
 
     /// The vectors, each of shape `(n, k)`.
@@ -105,19 +89,17 @@ impl Velocities {
 /// True
 #[pyfunction]
 #[pyo3(signature = (t, S, method="catmull-rom", *, closed=false, num_threads=None))]
-#[allow(non_snake_case)]
 pub fn estimate_velocities(
-    py: Python<'_>,
-    t: &Any<'_>,
-    S: &Any<'_>,
+    t: &Any,
+    S: &Any,
     method: &str,
     closed: bool,
     num_threads: Option<i64>,
-) -> PyResult<NewArray> {
+) -> PyResult<Array> {
     let estimate = read_method("method", method)?;
     let data = Data::read(t, S)?;
     let shape = data.shape();
-    let call = Call::new(py, num_threads, EXPONENTIALS * data.points.numbers())?;
+    let call = Call::new(t.py(), num_threads, data.points.numbers())?;
     let velocities = call.run(move |_| {
         let points = data.points.views();
         if closed {
@@ -126,5 +108,5 @@ pub fn estimate_velocities(
             estimated(&data.t, &points, estimate)
         }
     })?;
-    Ok(NewArray::stacked(&[velocities.len()], &velocities, shape))
+    Ok(Array::stacked(&[velocities.len()], &velocities, shape))
 }

@@ -41,6 +41,8 @@ mod solve;
 mod spline_ends;
 #[cfg(any(feature = "python", feature = "serde"))]
 mod stored;
+#[cfg(feature = "python")]
+pub(crate) mod stored_values;
 mod straight;
 mod validation;
 mod velocities;

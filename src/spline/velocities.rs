@@ -59,6 +59,18 @@ pub enum VelocityEstimate {
     Natural,
 }
 
+impl VelocityEstimate {
+    /// The estimate of a word, the same in Rust and Python: `"catmull-rom"`, `"akima"` or `"natural"`.
+    pub fn from_word(word: &str) -> Option<Self> {
+        match word {
+            "catmull-rom" => Some(VelocityEstimate::CatmullRom),
+            "akima" => Some(VelocityEstimate::Akima),
+            "natural" => Some(VelocityEstimate::Natural),
+            _ => None,
+        }
+    }
+}
+
 /// Velocities at all knots, tangent vectors per unit of time, each of shape `(n, k)`.
 ///
 /// With [`cubic_hermite`](super::cubic_hermite) or [`geometric_hermite`](super::geometric_hermite) they give a curve

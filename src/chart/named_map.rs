@@ -1,16 +1,25 @@
-//! The discretization maps by name, and the order of a composition.
+//! The discretization maps by name.
 
 use nalgebra::SVector as Vector;
-use pyo3::prelude::*;
 
-use super::error::invalid_input;
-use crate::chart::discretization::{Blocks, Expansion};
-use crate::chart::{Composition, DiscretizationMap, LinearMap, RetractionMap, SpaceRetraction};
+use super::discretization::{Blocks, DiscretizationMap, Expansion, LinearMap};
+use super::retraction_map::{RetractionMap, SpaceRetraction};
 
-/// A discretization map that has a name.
+/// A discretization map that has a name: `"initial_point"`, `"midpoint"`, or that of a retraction, such as `"cayley"` and
+/// `"cayley_midpoint"`.
+///
+/// # Examples
+/// ```
+/// use stiefel_rs::chart::{DiscretizationMap, NamedMap};
+/// let map = NamedMap::from_name("cayley_midpoint").expect("one of the names");
+/// assert_eq!(DiscretizationMap::<4>::order(&map), 2);
+/// assert!(NamedMap::all().any(|(name, _)| name == "midpoint"));
+/// ```
 #[derive(Debug, Clone, Copy)]
 pub enum NamedMap {
+    /// Linear in coordinates.
     Linear(LinearMap),
+    /// From a retraction of space.
     Retraction(RetractionMap),
 }
 
@@ -40,7 +49,7 @@ const RETRACTIONS: [(&str, &str, SpaceRetraction); 3] = [
 
 impl NamedMap {
     /// All maps with their names.
-    fn all() -> impl Iterator<Item = (&'static str, NamedMap)> {
+    pub fn all() -> impl Iterator<Item = (&'static str, NamedMap)> {
         let linear = [
             ("initial_point", LinearMap::INITIAL_POINT),
             ("midpoint", LinearMap::MIDPOINT),
@@ -59,28 +68,9 @@ impl NamedMap {
     }
 
     /// The map of a name.
-    pub fn read(name: &str) -> PyResult<Self> {
-        if let Some((_, map)) = NamedMap::all().find(|(known, _)| *known == name) {
-            return Ok(map);
-        }
-        let names: Vec<_> = NamedMap::all()
-            .map(|(known, _)| format!("'{known}'"))
-            .collect();
-        let names = names.join(", ");
-        let message = format!("map: must be one of {names}, found '{name}'");
-        Err(invalid_input(message))
-    }
-
-    /// The composition that raises this map's method to the order; its own for `None`.
-    pub fn composition(self, order: Option<i64>) -> PyResult<Composition> {
-        let base = DiscretizationMap::<4>::order(&self);
-        let order = match order.map(usize::try_from) {
-            None => base,
-            Some(Ok(order)) => order,
-            // No composition either; the message of order 0.
-            Some(Err(_)) => 0,
-        };
-        Ok(Composition::new(base, order)?)
+    pub fn from_name(name: &str) -> Option<Self> {
+        let mut all = NamedMap::all();
+        all.find_map(|(known, map)| (known == name).then_some(map))
     }
 }
 

@@ -1,0 +1,50 @@
+//! Checks that points and velocities that are stored with a spline are those of its pieces.
+
+use faer::MatRef;
+
+use crate::curve::Samples;
+use crate::error::Result;
+use crate::linalg::structure::{distance, norm};
+use crate::manifold::stored::check_orthonormal;
+use crate::stored::refusal;
+
+/// How far they may be from the pieces, which are solved for to a tolerance.
+const STORED_TOLERANCE: f64 = 1e-6;
+
+/// Error unless points are orthonormal and those of the curve at its knots, or nearer than the tolerance of its solver.
+pub(crate) fn check_points(
+    name: &str,
+    points: &[MatRef<'_, f64>],
+    found: &Samples,
+    tolerance: f64,
+) -> Result<()> {
+    for (knot, (point, stored)) in found.iter().zip(points).enumerate() {
+        check_orthonormal(&format!("{name}: knot {knot}"), *stored)?;
+        let gap = distance(point, *stored);
+        if gap > STORED_TOLERANCE.max(tolerance) {
+            let problem = format!("knot {knot}: the curve is {gap:.3e} away from the point");
+            return Err(refusal(problem));
+        }
+    }
+    Ok(())
+}
+
+/// Error unless velocities are those of the curve at its knots, the times `t`.
+pub(crate) fn check_velocities(
+    t: &[f64],
+    velocities: &[MatRef<'_, f64>],
+    found: &Samples,
+) -> Result<()> {
+    let steps = t.windows(2).map(|pair| pair[1] - pair[0]);
+    let shortest = steps.fold(f64::INFINITY, f64::min);
+    for (knot, (velocity, stored)) in found.iter().zip(velocities).enumerate() {
+        let gap = distance(velocity, *stored);
+        // Pieces are solved for in their own unit of time.
+        let allowed = STORED_TOLERANCE * norm(*stored).max(shortest.recip());
+        if gap.is_nan() || gap > allowed {
+            let problem = format!("knot {knot}: the velocity of the curve is {gap:.3e} away");
+            return Err(refusal(problem));
+        }
+    }
+    Ok(())
+}
