@@ -35,7 +35,6 @@
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
-mod anderson;
 pub mod chart;
 mod collocation;
 pub mod cubic;
@@ -46,7 +45,6 @@ pub mod interrupt;
 mod legs;
 pub mod linalg;
 pub mod manifold;
-pub mod newton;
 #[cfg(feature = "python")]
 mod python;
 pub mod report;
@@ -68,6 +66,7 @@ pub use manifold::{
     Geodesic, LogReport, Metric, ParallelTransport, QuasiGeodesic, Retraction, Stiefel,
 };
 pub use report::{SolverReport, StopReason};
+pub use solve::newton;
 
 /// The README's example is a test.
 #[cfg(doctest)]

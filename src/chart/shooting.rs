@@ -11,8 +11,8 @@ use super::integrator::{
 };
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
-use crate::newton::{self, NewtonOptions, Problem};
 use crate::report::SolverReport;
+use crate::solve::newton::{self, NewtonOptions, Problem};
 
 /// How to shoot.
 ///

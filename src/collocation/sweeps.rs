@@ -3,11 +3,11 @@
 
 use super::chain::{Chain, Group};
 use super::nodes::Nodes;
-use crate::anderson::Anderson;
 use crate::error::{Error, Result};
 use crate::legs::{Ends, Knots, Options, Progress};
 use crate::linalg::field::Field;
 use crate::report::StopReason;
+use crate::solve::anderson::Anderson;
 use crate::solve::tridiagonal::{Isometries, Row, Shape, Tridiagonal, Way};
 use crate::space::Homogeneous;
 

@@ -15,7 +15,7 @@ use super::homotopy::Homotopy;
 use super::taylor::Accuracy;
 use crate::error::{Error, Result};
 use crate::linalg::decomp::solve_square;
-use crate::linalg::gmres::{dot, norm};
+use crate::solve::gmres::{dot, norm};
 
 /// Steps along the curve at the most.
 pub(super) const MAX_STEPS: usize = 150;

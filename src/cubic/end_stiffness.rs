@@ -23,8 +23,8 @@ use super::variation::vary;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::decomp::{singular_range, solve_matrix};
-use crate::linalg::gmres::{Gmres, norm};
 use crate::linalg::structure::check_range;
+use crate::solve::gmres::{Gmres, norm};
 
 /// Ends whose smallest singular value is below this share of the largest count as conjugate.
 ///

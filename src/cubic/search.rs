@@ -14,7 +14,7 @@ use super::shooting::SOLVER;
 use super::solver::{Solution, Solver};
 use crate::curve::Curve;
 use crate::error::{Error, Result};
-use crate::linalg::gmres::norm;
+use crate::solve::gmres::norm;
 
 /// Work that a search may take, in that of one solution.
 const SEARCH_WORK: f64 = 4.0;

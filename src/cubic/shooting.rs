@@ -18,9 +18,9 @@ use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::decomp::solve_square;
 use crate::linalg::dual::{Dual, jacobian};
-use crate::linalg::gmres::Gmres;
 use crate::report::{SolverReport, StopReason};
 use crate::shooting::StartResponse;
+use crate::solve::gmres::Gmres;
 
 pub(super) const SOLVER: &str = "shooting for a Riemannian cubic";
 

@@ -10,9 +10,9 @@ use super::random::Random;
 use super::shooting::ROUND_OFF;
 use super::taylor::Accuracy;
 use crate::error::{Error, Result};
-use crate::linalg::gmres::norm;
 use crate::report::{SolverReport, StopReason};
 use crate::shooting::StartResponse;
+use crate::solve::gmres::norm;
 
 /// Steps after which a start counts as bad; from good ones Newton's method takes at most 6, Broyden's up to 12.
 const DIRECT_STEPS: usize = 12;

@@ -8,7 +8,6 @@ pub mod decomp;
 pub(crate) mod dual;
 pub mod exponential_action;
 pub(crate) mod field;
-pub(crate) mod gmres;
 pub mod jet;
 pub(crate) mod jet_exp;
 pub(crate) mod lane_matrix;

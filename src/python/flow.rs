@@ -6,7 +6,7 @@ use super::state::{Kind, Steps, check_finite, map_of, on_chart, state, write_sta
 use crate::chart::{
     Chart, DiscretizationMap, NamedMap, ShootingOptions, integrate_composed, reference, shoot,
 };
-use crate::newton::NewtonOptions;
+use crate::solve::newton::NewtonOptions;
 
 #[pymethods]
 impl PyChart {

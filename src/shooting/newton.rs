@@ -33,7 +33,7 @@ impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
         progress: &mut Progress,
         options: &Options<'_>,
     ) -> Result<StopReason> {
-        let mut is_last = false;
+        let (mut is_last, mut has_all_terms) = (false, false);
         self.evaluate(0.0, is_last);
         loop {
             let goal = progress.set(self.size, self.largest_bend(), options.tolerance);
@@ -48,7 +48,7 @@ impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
                 self.evaluate(0.0, is_last);
                 continue;
             }
-            is_last = false;
+            is_last = has_all_terms;
             let products = self.products_of_series() + self.products_of_derivative();
             if let Some(reason) = progress.step(products, options)? {
                 return Ok(reason);
@@ -56,8 +56,20 @@ impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
             if !self.linearise() {
                 return Ok(StopReason::SingularJacobian);
             }
-            if !self.set_step() || !self.descend(goal, options)? {
+            if !self.set_step() {
                 return Ok(StopReason::Stagnated);
+            }
+            if self.descend(goal, is_last, options)? {
+                continue;
+            }
+            if has_all_terms {
+                return Ok(StopReason::Stagnated);
+            }
+            // What is left may be what the series leave out.
+            has_all_terms = true;
+            self.evaluate(0.0, has_all_terms);
+            for group in &mut self.groups {
+                group.progress.is_stale = true;
             }
         }
     }
@@ -66,7 +78,7 @@ impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
     ///
     /// # Errors
     /// `Interrupted`.
-    fn descend(&mut self, goal: f64, options: &Options<'_>) -> Result<bool> {
+    fn descend(&mut self, goal: f64, is_last: bool, options: &Options<'_>) -> Result<bool> {
         let before = self.size;
         for group in &mut self.groups {
             group.progress.before = group.progress.size;
@@ -74,7 +86,7 @@ impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
         let mut share = 1.0;
         self.follow_step(share);
         for halving in 0..MAX_HALVINGS {
-            self.evaluate(STILL * goal, false);
+            self.evaluate(STILL * goal, is_last);
             let enough = if halving == 0 { SLOW } else { 1.0 };
             if self.size < enough * before || self.size <= goal {
                 let is_whole = halving == 0;

@@ -1,5 +1,8 @@
 //! Linear and nonlinear systems: knows no geometry.
 
+pub(crate) mod anderson;
 pub(crate) mod block_cholesky;
 pub(crate) mod block_tridiagonal;
+pub(crate) mod gmres;
+pub mod newton;
 pub(crate) mod tridiagonal;

@@ -4,13 +4,13 @@ use faer::Mat;
 
 use super::chain::{Arrivals, Motion, Movable, for_each, square};
 use super::flat_smoothing::{FlatSmoothing, add_scaled};
-use crate::anderson::Anderson;
 use crate::cubic::taylor::Accuracy;
 use crate::cubic::work::Work;
 use crate::error::Result;
-use crate::linalg::gmres::{Gmres, norm};
 use crate::manifold::Stiefel;
 use crate::report::{SolverReport, StopReason};
+use crate::solve::anderson::Anderson;
+use crate::solve::gmres::{Gmres, norm};
 
 /// Vectors that an arrival has here: distance, velocity, acceleration and the third vector.
 const VECTORS: usize = 4;

@@ -11,13 +11,13 @@ use super::links::Links;
 use super::options::SplineOptions;
 use super::piecewise::Piecewise;
 use super::reduced_knots::{ReducedKnots, tangent_part};
-use crate::anderson::Anderson;
 use crate::curve::GeometricCubic;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
-use crate::linalg::gmres::{Gmres, norm};
 use crate::linalg::product::axpy;
 use crate::report::{SolverReport, StopReason};
+use crate::solve::anderson::Anderson;
+use crate::solve::gmres::{Gmres, norm};
 
 const SOLVER: &str = "geometric spline";
 

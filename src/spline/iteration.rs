@@ -11,12 +11,12 @@ use super::ends::Ends;
 use super::interpolation::{Interpolation, Residual};
 use super::joints::Linearised;
 use super::solvable::{Effort, Solution, Solvable, Start};
-use crate::anderson::Anderson;
 use crate::cubic::taylor::Accuracy;
 use crate::cubic::work::Work;
 use crate::error::Result;
-use crate::linalg::gmres::{Gmres, norm};
 use crate::report::{SolverReport, StopReason};
+use crate::solve::anderson::Anderson;
+use crate::solve::gmres::{Gmres, norm};
 
 /// Past steps that are mixed in.
 const DEPTH: usize = 6;

@@ -21,8 +21,8 @@ use crate::cubic::reduced::Sized;
 use crate::curve::span::Span;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
-use crate::linalg::gmres::norm;
 use crate::solve::block_tridiagonal::{BlockTridiagonal, Factors};
+use crate::solve::gmres::norm;
 
 /// A system whose smallest eigenvalue is below this share of the largest counts as singular, as for boundary problems.
 const SINGULAR: f64 = 1e-11;

@@ -32,9 +32,9 @@ use super::shooting::{read_block, write_block};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::decomp::{Svd, thin_q};
-use crate::linalg::gmres::{Gmres, dot, norm};
 use crate::linalg::product::{determinant_sign, mul_into};
 use crate::linalg::{OrthogonalLog, SkewExp};
+use crate::solve::gmres::{Gmres, dot, norm};
 
 /// The smallest directions of the completion, whose signs are tried.
 const TRIED_SIGNS: usize = 3;

@@ -13,10 +13,10 @@ use super::shooting::{read_block, write_block};
 use crate::error::Result;
 use crate::linalg::SkewSchur;
 use crate::linalg::decomp::SymmetricEigen;
-use crate::linalg::gmres::{dot, norm};
 use crate::linalg::orthogonal_log::inverse_dexp;
 use crate::linalg::product::mul_into;
 use crate::linalg::skew_schur::apply_ad_function;
+use crate::solve::gmres::{dot, norm};
 
 /// Directions of a Krylov space: all of them up to `p = 9`.
 const MAX_DIRECTIONS: usize = 36;

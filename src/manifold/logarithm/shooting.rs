@@ -20,8 +20,8 @@ use faer::{Mat, MatRef};
 use super::adjoint::{Adjoint, bracket, frobenius};
 use crate::error::Result;
 use crate::linalg::SkewExp;
-use crate::linalg::gmres::Gmres;
 use crate::linalg::product::{mul_add, mul_into};
+use crate::solve::gmres::Gmres;
 
 /// The tightest and the loosest tolerance of a step, relative to the size of `Delta`.
 const STEP_TOLERANCE: std::ops::RangeInclusive<f64> = 1e-8..=1e-3;
