@@ -24,7 +24,8 @@ use crate::spline::{
 ///     Tangent vectors at the points: velocities per unit of ``t``. Or the name of a method of
 ///     :func:`estimate_velocities`: ``"catmull-rom"``, ``"akima"`` or ``"natural"``.
 /// kind : "riemannian" or "geometric", default "riemannian"
-///     Pieces are Riemannian cubics, or geometric cubics (adjusted de Casteljau), which are quicker to make.
+///     Pieces are Riemannian cubics, or geometric cubics: for pieces that other programs evaluate by de Casteljau's algorithm from
+///     control points. On small manifolds they take longer to find.
 /// extrapolate : bool, default False
 ///     Whether the first and the last piece go on outside of ``[t[0], t[-1]]``; by default times there are errors.
 /// num_threads : int, optional

@@ -47,8 +47,9 @@ const MAX_HALVINGS: i32 = 10;
 ///
 /// Each piece is the curve of the adjusted de Casteljau algorithm with the velocities at its knots
 /// ([`GeometricCubic::from_boundary`]); the velocities are those for which the accelerations of the two pieces at every
-/// knot agree. It is close to the spline of Riemannian cubics (`cubic_spline`), and cheaper to find (bench
-/// `geometric_spline`). On the circle `St(2, 1)` both are the cubic spline of the angle.
+/// knot agree. It is close to the spline of Riemannian cubics (`cubic_spline`). On rotations and spheres that one is quicker to find
+/// (bench `geometric_spline`); this one is for pieces that are to be evaluated by de Casteljau's algorithm from their control points.
+/// On the circle `St(2, 1)` both are the cubic spline of the angle.
 ///
 /// # Arguments
 /// * `t` - times, increasing; `points` - one at each, shape `(n, k)`
