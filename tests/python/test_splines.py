@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicHermiteSpline, make_smoothing_spline
 from scipy.interpolate import CubicSpline as Flat
+from scipy.spatial.transform import Rotation
 from spline_problems import MET, velocities, walk
 
 from stiefel_rs import (
@@ -108,6 +109,27 @@ def test_natural_splines(size, count):
         values = read(times)
         assert values.shape == (4, 25, *size)
         assert np.abs(values[2, 3] - read(times[2, 3])).max() <= 1e-13 * max(1, np.abs(values).max())
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_long_chains_of_rotations_take_as_few_steps_as_short_ones(seed):
+    # Some of so many legs overshoot: they turn by more than three radians in the spline of flat space.
+    rng, count = np.random.default_rng(seed), 2000
+    turns = rng.normal(size=(count - 1, 3))
+    turns *= (rng.uniform(0.3, 1.2, count - 1) / np.linalg.norm(turns, axis=1))[:, None]
+    S = np.empty((count, 3, 3))
+    S[0] = np.eye(3)
+    for i, turn in enumerate(Rotation.from_rotvec(turns).as_matrix()):
+        S[i + 1] = S[i] @ turn
+    t = np.cumsum(rng.uniform(0.5, 1.5, count))
+    S = Stiefel(3, 2).project(S[:, :, :2])
+    curve = CubicSpline(t, S)
+    assert curve.report.iterations <= 25
+    assert np.abs(curve(t) - S).max() < MET
+    before, after = t[1:-1] - 1e-12, t[1:-1]
+    # Of jerks of up to 1000.
+    jumps = curve.acceleration(before) - curve.acceleration(after)
+    assert np.abs(jumps).max() < 10 * SMOOTH
 
 
 def test_between_two_points_the_spline_is_the_geodesic():

@@ -6,6 +6,7 @@ import pickle
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline as Flat
+from spline_problems import walk
 
 from stiefel_rs import (
     CubicSpline,
@@ -76,6 +77,18 @@ def test_spline_on_a_circle_tends_to_straight_legs():
     # An infinite polygon with the corner c is rounded by c / (2 theta).
     corner = np.abs(np.diff(angle, 2)).max()
     assert gaps[-1] < corner / (2 * np.sqrt(60))
+
+
+@pytest.mark.parametrize("shape", [(2, 1), (3, 1), (3, 2), (3, 3), (5, 2), (6, 3)])
+def test_splines_up_to_the_largest_tension_are_found(shape):
+    t, S = walk(*shape, 7, seed=3)
+    longest = np.diff(t).max()
+    for leg_tension in (5.0, 9.0, 11.0, 20.0, 35.0, 63.0):
+        curve = CubicSpline(t, S, tension=leg_tension / longest**2)
+        assert np.abs(curve(t) - S).max() < 1e-11
+        before, after = t[1:-1] - 1e-13, t[1:-1]
+        # Jerks are at most 100.
+        assert np.abs(curve.acceleration(before) - curve.acceleration(after)).max() < 1e-9
 
 
 @pytest.mark.parametrize("shape", [(3, 2), (6, 3), (4, 4)])
