@@ -146,7 +146,13 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
                             series.at_ends(d, order + 3, derivative, [&mut before, x]);
                         }
                     }
-                    None => set_flat_middles(tension, middle),
+                    None => {
+                        for p in 0..d {
+                            let [v, a, b] = [middle[0][p], middle[1][p], middle[2][p]];
+                            middle[0][p] = v + a * 0.5 + b * 0.125;
+                            middle[1][p] = a + b * 0.5;
+                        }
+                    }
                 }
             },
         );
@@ -292,34 +298,6 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
         let series = columns * 0.5 * terms * terms * 8.0 * r * d;
         let stale = self.groups.iter().filter(|group| group.progress.is_stale);
         (stale.count() * T::COUNT) as f64 * (series + columns.powi(3))
-    }
-}
-
-/// Tensions from which on legs start straight, in the time of the leg. The cubics of flat space would grow by `sinh(z) / z` along half
-/// a leg, `z = sqrt(tau) / 2`, and at their ends turn so far that no step leads back: with 100 in place of 10 splines on a circle
-/// with a tension of 35 or more are lost.
-const TAUT: f64 = 10.0;
-
-/// `x, x', x''` in the middle from those at the start: of a cubic of flat space, or at constant velocity with the same end.
-#[inline(always)]
-fn set_flat_middles<T: Field>(tension: Option<T>, middle: &mut [&mut [T]; 3]) {
-    let [velocity, acceleration, third] = middle;
-    let vectors = velocity
-        .iter_mut()
-        .zip(&mut **acceleration)
-        .zip(&mut **third);
-    for ((v, a), b) in vectors {
-        let [start, first, second] = [*v, *a, *b];
-        *v = start + first * 0.5 + second * 0.125;
-        *a = first + second * 0.5;
-        for lane in 0..T::COUNT {
-            if tension.is_some_and(|tension| tension.lane(lane) > TAUT) {
-                let straight = start + first * 0.5 + second * (1.0 / 6.0);
-                v.set_lane(lane, straight.lane(lane));
-                a.set_lane(lane, 0.0);
-                b.set_lane(lane, 0.0);
-            }
-        }
     }
 }
 

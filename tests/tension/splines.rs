@@ -259,3 +259,35 @@ fn without_time_for_it_tension_is_refused() {
         other => panic!("{:?}", other.map(|(_, report)| report)),
     }
 }
+
+/// Up to the largest tension of a leg, of knots 0.6 to 0.9 apart at uneven times.
+#[test]
+fn splines_are_found_up_to_the_largest_tension() {
+    let mut lost = Vec::new();
+    for shape in [(2, 1), (3, 1), (3, 2), (3, 3), (5, 2), (6, 3)] {
+        for seed in 0..4 {
+            let mut rng = Rng::new(60 + seed);
+            let mut points = vec![random_point(shape.0, shape.1, &mut rng)];
+            let mut t = vec![0.0];
+            for i in 0..6 {
+                let step = random_tangent(&points[i], 0.6 + 0.05 * i as f64, &mut rng);
+                points.push(retract(&points[i], &step));
+                t.push(t[i] + 1.0 - 0.1 * (i % 3) as f64);
+            }
+            for tension in [9.0, 11.0, 20.0, 35.0, 50.0, 63.0] {
+                let found = cubic_spline(
+                    &t,
+                    &views(&points),
+                    &EndConditions::Natural,
+                    &in_tension(tension),
+                );
+                match found {
+                    Ok((_, report)) if report.iterations <= 12 => (),
+                    Ok((_, report)) => lost.push(format!("{shape:?} {seed} {tension}: {report}")),
+                    Err(error) => lost.push(format!("{shape:?} {seed} {tension}: {error}")),
+                }
+            }
+        }
+    }
+    assert!(lost.is_empty(), "{} of 144: {lost:#?}", lost.len());
+}
