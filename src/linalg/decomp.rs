@@ -5,7 +5,7 @@
 use faer::diag::Diag;
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_scratch};
-use faer::linalg::solvers::{PartialPivLu, Solve};
+use faer::linalg::solvers::Solve;
 use faer::linalg::svd::{ComputeSvdVectors, svd, svd_scratch};
 use faer::linalg::triangular_solve;
 use faer::{Mat, MatMut, MatRef, Par};
@@ -306,26 +306,6 @@ pub fn solve_lower(l: MatRef<'_, f64>, b: MatMut<'_, f64>) {
 /// `U^{-1} B` in place for upper triangular `U`.
 pub fn solve_upper(u: MatRef<'_, f64>, b: MatMut<'_, f64>) {
     triangular_solve::solve_upper_triangular_in_place(u, b, Par::Seq);
-}
-
-/// Triangular factors of a square matrix, with exchanged rows.
-#[derive(Debug, Clone)]
-pub(crate) struct Lu(PartialPivLu<f64>);
-
-impl Lu {
-    pub(crate) fn new(a: MatRef<'_, f64>) -> Self {
-        Lu(a.partial_piv_lu())
-    }
-
-    /// Solves `A X = B` in place.
-    pub(crate) fn solve(&self, b: MatMut<'_, f64>) {
-        self.0.solve_in_place(b);
-    }
-
-    /// Solves `A^T X = B` in place.
-    pub(crate) fn solve_transposed(&self, b: MatMut<'_, f64>) {
-        self.0.solve_transpose_in_place(b);
-    }
 }
 
 /// [`solve_matrix`] for one right-hand side.

@@ -25,7 +25,6 @@ mod free_chain;
 mod layout;
 mod leg;
 mod leg_equations;
-mod leg_factors;
 mod lone_leg;
 mod newton;
 mod newton_step;

@@ -2,9 +2,8 @@
 
 use super::leg::{Leg, Scratch};
 use super::leg_equations::{combined, residual_into, set_equations, uncombined};
-use super::leg_factors::LegFactors;
 use super::variation::Variation;
-use crate::linalg::field::{Field, accumulate, multiply};
+use crate::linalg::field::{Field, accumulate, factor, multiply, substitute, substitute_rows};
 use crate::space::Homogeneous;
 
 /// The linear equations `C dm + E z = -b` for the change `dm` of a leg's middle, where `z` holds changes `(p, v)` of the knots
@@ -20,8 +19,8 @@ use crate::space::Homogeneous;
 /// In tension, of the cost `int |x'|^2 + tau |x|^2 ds / 2`, where `x'' - tau x` takes the place of `x''`.
 #[derive(Clone)]
 pub(super) struct Stiffness<T> {
-    /// Of `C`, shape `(3 d, 3 d)`.
-    factors: LegFactors<T>,
+    /// Factors of `C`, shape `(3 d, 3 d)`.
+    factors: Vec<T>,
     /// Changes of `x''_0, x'_0, x''_1, x'_1`, where `x` at the ends stays, by what is left of the leg's equations, shape `(4 d, 3 d)`.
     by_equations: Vec<T>,
     /// A displacement of the first knot as it arrives at the last one, and how it turns the velocity there, shape `(2 d, d)`.
@@ -64,7 +63,7 @@ impl<T: Field> Stiffness<T> {
         let square = space.dim().pow(2);
         let zeros = |count: usize| vec![T::ZERO; count * square];
         Stiffness {
-            factors: LegFactors::new(3 * space.dim()),
+            factors: zeros(9),
             by_equations: zeros(12),
             by_first: zeros(2),
             matrix: zeros(16),
@@ -83,16 +82,9 @@ impl<T: Field> Stiffness<T> {
         let (d, wide) = (space.dim(), 3 * space.dim());
         let terms = own.terms.min(leg.order);
         let variation = &mut own.variation;
-        set_equations(
-            space,
-            leg,
-            terms,
-            scratch,
-            variation,
-            &mut self.factors.matrix,
-        );
+        set_equations(space, leg, terms, scratch, variation, &mut self.factors);
         let [_, slope, bend] = &variation.ends;
-        self.factors.factor();
+        factor(wide, &mut self.factors);
         let block = wide * d;
         let outputs = &mut self.by_equations;
         outputs[..block].copy_from_slice(&bend[0]);
@@ -105,7 +97,7 @@ impl<T: Field> Stiffness<T> {
         );
         space.turn_columns(leg.holonomy, &slope[1], wide, &mut outputs[3 * block..]);
         // What was by the middle becomes by the equations.
-        self.factors.substitute_rows(outputs);
+        substitute_rows(wide, &self.factors, outputs);
         self.set_by_first(space, leg, own);
         self.set_matrix(space, leg, own);
         self.symmetrise(d);
@@ -257,7 +249,7 @@ impl<T: Field> Stiffness<T> {
                 out[i * d + p] += row;
             }
         }
-        self.factors.substitute(out);
+        substitute(out.len(), &self.factors, 1, out);
         for x in out {
             *x = -*x;
         }
