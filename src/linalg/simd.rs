@@ -31,7 +31,7 @@ pub(crate) fn each<A: Send, B: Clone + Send + Sync>(
 }
 
 /// Work on items in a row, the first of which is `first`. Not inlined, so that every kernel is compiled once for the caller's
-/// thread and the pool together: compiling the crate took a third longer where it was, and the module was a megabyte larger.
+/// thread and the pool together: the test program of the library has 55 MB in place of 64.
 #[inline(never)]
 fn task<A, B>(
     items: &mut [A],

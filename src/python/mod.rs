@@ -21,6 +21,7 @@ mod piecewise;
 mod polynomial;
 mod prelude;
 mod record;
+mod restored;
 mod riemannian_cubic;
 mod smoothing;
 mod spline;
@@ -52,11 +53,11 @@ pub mod _core {
         measure::PyDerivativeBounds,
         piecewise::PyPiecewiseCurve,
         polynomial::{PyGeometricCubic, PyGeometricPolynomial},
+        restored::_restored,
         riemannian_cubic::PyRiemannianCubic,
         smoothing::PySmoothingSpline,
         spline::{PyCubicHermite, PyCubicSpline},
         stiefel::PyStiefel,
-        stored::_restored,
         trajectory::PyChartTrajectory,
         velocities::estimate_velocities,
     };

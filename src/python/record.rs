@@ -3,8 +3,6 @@
 use pyo3::prelude::*;
 use pyo3::types::{PyTuple, PyType};
 
-use super::convert::Any;
-
 /// Both methods for a class with its fields: `record! { PyReport, converged, residual }`.
 macro_rules! record {
     ($class:ty, $($field:ident),+) => {
@@ -26,7 +24,7 @@ macro_rules! record {
 pub(super) use record;
 
 /// `Name(field=value, ...)`.
-pub fn repr(record: &Any, fields: &[&str]) -> PyResult<String> {
+pub fn repr(record: &Bound<'_, PyAny>, fields: &[&str]) -> PyResult<String> {
     let word = |field: &&str| Ok(format!("{field}={}", record.getattr(*field)?.repr()?));
     let words = fields.iter().map(word).collect::<PyResult<Vec<_>>>()?;
     let name = record.get_type().name()?;
@@ -37,7 +35,7 @@ pub fn repr(record: &Any, fields: &[&str]) -> PyResult<String> {
 pub type Reduced<'py> = (Bound<'py, PyType>, Bound<'py, PyTuple>);
 
 /// The class and its arguments, for pickle and copy.
-pub fn reduce<'py>(record: &Any<'py>, fields: &[&str]) -> PyResult<Reduced<'py>> {
+pub fn reduce<'py>(record: &Bound<'py, PyAny>, fields: &[&str]) -> PyResult<Reduced<'py>> {
     let values = fields.iter().map(|field| record.getattr(*field));
     let values = PyTuple::new(record.py(), values.collect::<PyResult<Vec<_>>>()?)?;
     Ok((record.get_type(), values))

@@ -1,0 +1,39 @@
+//! The curves of stored forms.
+
+use super::curve::PyQuasiGeodesic;
+use super::geodesic::PyGeodesic;
+use super::polynomial::PyGeometricPolynomial;
+use super::prelude::*;
+use super::riemannian_cubic::PyRiemannianCubic;
+use super::smoothing::PySmoothingSpline;
+use super::spline::{PyCubicHermite, PyCubicSpline};
+use super::stored::Form;
+use crate::cubic::RiemannianCubic;
+use crate::curve::{GeometricCubic, GeometricPolynomial};
+use crate::manifold::{Geodesic, QuasiGeodesic};
+use crate::stored::{Stored, refusal};
+
+/// The curve of a stored form: for files and pickles.
+#[pyfunction]
+pub fn _restored(form: &Bound<'_, PyDict>) -> PyResult<Py<PyAny>> {
+    let py = form.py();
+    let form = Form::of(form)?;
+    match form.kind.as_str() {
+        QuasiGeodesic::KIND => {
+            let curve = form.read(py, QuasiGeodesic::restore)?;
+            object(py, wrap(Arc::new(curve), PyQuasiGeodesic))
+        }
+        Geodesic::KIND => object(py, PyGeodesic::wrap(form.read(py, Geodesic::restore)?)),
+        GeometricPolynomial::KIND | GeometricCubic::KIND => {
+            PyGeometricPolynomial::restored(py, form)
+        }
+        RiemannianCubic::KIND => {
+            let curve = form.read(py, RiemannianCubic::restore)?;
+            PyRiemannianCubic::wrapped(py, curve)?.into_py_any(py)
+        }
+        PyCubicHermite::NAME => PyCubicHermite::restored(py, form),
+        PyCubicSpline::NAME => PyCubicSpline::restored(py, form),
+        PySmoothingSpline::NAME => PySmoothingSpline::restored(py, form),
+        kind => Err(refusal(format!("of an unknown kind, '{kind}'")).into()),
+    }
+}
