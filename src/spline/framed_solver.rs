@@ -23,7 +23,7 @@ use crate::space::{FixedFrames, Frames, Homogeneous};
 
 /// Of a start whose legs turn more, in radians, the legs are integrated from the first, where velocities at ends are given: with 6, of
 /// 128 splines with end velocities of 10 and more 15 cost two to four times as much and 5 are lost; and where they are not. With 3 for
-/// both splines through 2000 rotations up to 1.2 rad apart, of which some leg turns more, take 15 times as long.
+/// both splines through 2000 rotations up to 1.2 rad apart, of which some leg turns more, take six times as long.
 const FAST: f64 = 3.0;
 const FAST_WITH_FREE_ENDS: f64 = 5.0;
 
