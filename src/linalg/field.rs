@@ -172,12 +172,33 @@ pub(crate) fn substitute<T: Field>(n: usize, factors: &[T], columns: usize, b: &
 /// Solves `x l u = b` in place for every row of `b`, shape `(rows, n)` row by row.
 #[inline(always)]
 pub(crate) fn substitute_rows<T: Field>(n: usize, factors: &[T], b: &mut [T]) {
+    if T::COUNT == 1 {
+        for row in b.chunks_exact_mut(n) {
+            substitute_row(n, factors, row);
+        }
+        return;
+    }
     let mut groups = b.chunks_exact_mut(ROWS * n);
     for rows in groups.by_ref() {
         substitute_few_rows::<ROWS, T>(n, factors, rows);
     }
     for row in groups.into_remainder().chunks_exact_mut(n) {
         substitute_few_rows::<1, T>(n, factors, row);
+    }
+}
+
+/// Of a row, by rows of the factors.
+#[inline(always)]
+fn substitute_row<T: Field>(n: usize, factors: &[T], b: &mut [T]) {
+    for j in 0..n {
+        let (known, rest) = b.split_at_mut(j + 1);
+        let pivots = &factors[j * n..][..n];
+        known[j] = known[j] * pivots[j];
+        subtract(rest, known[j], &pivots[j + 1..]);
+    }
+    for j in (0..n).rev() {
+        let (rest, known) = b.split_at_mut(j);
+        subtract(rest, known[0], &factors[j * n..]);
     }
 }
 

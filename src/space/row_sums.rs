@@ -6,7 +6,7 @@ use std::ops::{Mul, Range};
 use crate::linalg::dual::Number;
 use crate::linalg::field::Field;
 
-/// What matrices of plain numbers are followed by: a row is read in pieces of up to eight numbers.
+/// Numbers that follow the last of a row of matrices: pieces of up to eight numbers of a row are read.
 pub(crate) const SLACK: usize = 8;
 
 /// A row of a sum, `N` entries from a column on.
@@ -42,7 +42,12 @@ fn put<const N: usize, X: Field>(row: &impl RowSums<X>, column: usize, out: &mut
 
 /// `N` entries of the rows of a matrix of size `r`, from a column on.
 #[inline(always)]
-fn pieces<const N: usize, X>(a: &[X], r: usize, first: usize, column: usize) -> impl Iterator<Item = &[X]> {
+fn pieces<const N: usize, X>(
+    a: &[X],
+    r: usize,
+    first: usize,
+    column: usize,
+) -> impl Iterator<Item = &[X]> {
     a[first * r + column..].windows(N).step_by(r)
 }
 
@@ -110,7 +115,7 @@ where
     }
 }
 
-/// The same of `b a`'s transpose: rows of `a` whose numbers are wider than those of `b`.
+/// The same where `a` holds changes in several directions at once, and `b` plain numbers.
 pub(crate) struct WideProducts<I>(pub(crate) Products<I>);
 
 impl<'a, X, Y, I> RowSums<X> for WideProducts<I>
@@ -137,7 +142,9 @@ where
 
 /// The sum of `weight x y - weight y x` over pairs of skew matrices of size three, which is one too: a cross product.
 #[inline(always)]
-pub(crate) fn cross_products<'a, X, Y>(pairs: impl Iterator<Item = (f64, &'a [X], &'a [Y])>) -> [X; 9]
+pub(crate) fn cross_products<'a, X, Y>(
+    pairs: impl Iterator<Item = (f64, &'a [X], &'a [Y])>,
+) -> [X; 9]
 where
     X: Number + Mul<Y, Output = X>,
     Y: Number,
