@@ -1,7 +1,7 @@
 """Formulas of arXiv 2404.19407 as printed, with n x n matrices, and points to try them at."""
 
 import numpy as np
-from scipy.linalg import expm, logm
+from scipy.linalg import expm, schur
 
 EPS = np.finfo(float).eps
 # k = 1 is the sphere, k = n the orthogonal group, (4, 3) has n < 2 k.
@@ -35,10 +35,12 @@ def velocity(manifold, S, kind, rng, length=0.9):
 
 
 def log(Q):
-    """The principal logarithm of an orthogonal matrix, which must be real."""
-    L = np.asarray(logm(Q))
-    assert np.isrealobj(L), f"no real principal logarithm: imaginary part {np.abs(L.imag).max():.3e}"
-    return L
+    """The principal logarithm of an orthogonal matrix, which must be real: its complex Schur form is diagonal."""
+    T, U = schur(Q, output="complex")
+    L = (U * (1j * np.angle(np.diag(T)))) @ U.conj().T
+    # An eigenvalue -1 leaves pi there.
+    assert np.abs(L.imag).max() < 1e-6, f"no real principal logarithm: imaginary part {np.abs(L.imag).max():.3e}"
+    return L.real
 
 
 def reflection(S):

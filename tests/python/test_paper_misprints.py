@@ -4,8 +4,8 @@ import numpy as np
 import paper_charts
 import pytest
 from formulas import christoffel
-from paper import EPS, Theorem1, assert_close, reflection
-from scipy.linalg import expm, logm, null_space
+from paper import EPS, Theorem1, assert_close, log, reflection
+from scipy.linalg import expm, null_space
 
 from stiefel_rs import Chart, Geodesic, QuasiGeodesic, Stiefel
 from stiefel_rs.reproduce import experiments
@@ -57,7 +57,7 @@ def test_remark_1_condition_for_any_number_of_columns(shape, rng):
         # K Omega is carried along the curve: the acceleration vanishes everywhere or nowhere.
         carried = expm(t * (K @ S.T - S @ K.T)) @ K @ Omega @ expm(t * Omega)
         acceleration = beta(t, 2) + christoffel(beta(t), beta(t, 1), beta(t, 1))
-        assert_close(acceleration, carried, 64 * M.n * EPS * size, f"covariant acceleration at {t}")
+        assert_close(acceleration, carried, 8 * M.n * EPS * size, f"covariant acceleration at {t}")
 
 
 def on_a_great_circle(angle):
@@ -67,7 +67,7 @@ def on_a_great_circle(angle):
 @pytest.mark.parametrize("angle", [0.5, 1.5, 1.6, 2.0, 3.0])
 def test_proposition_1_past_a_right_angle(angle):
     S0, S1 = on_a_great_circle(0.0), on_a_great_circle(angle)
-    X = logm(reflection(S1) @ reflection(S0)) / 2
+    X = log(reflection(S1) @ reflection(S0)) / 2
     inner = S0.T @ expm(-X) @ S1
     past = angle > np.pi / 2
     # The only skew 1 x 1 matrix is 0, whose exponential is 1.
@@ -86,7 +86,7 @@ def test_proposition_1_past_a_right_angle(angle):
 def test_bracket_of_the_hamiltonian_of_frames():
     z = np.array([0.9, 0.4, 1.1, 0.3, -0.2, 0.5, 0.7, 0.2, -0.4, 0.6, -0.3, 0.8])
     exact = Chart.frame().hamiltonian(z)
-    assert_close(paper_charts.frame_hamiltonian(z), exact, 256 * EPS, "bracket around both fractions")
+    assert_close(paper_charts.frame_hamiltonian(z), exact, 32 * EPS, "bracket around both fractions")
     assert_amount(abs(paper_charts.frame_hamiltonian_as_typeset(z) - exact), misprints.BRACKET)
 
 
@@ -120,6 +120,6 @@ def test_geometric_cubics_are_no_riemannian_ones():
     printed = Theorem1(S0, V0, S3, V3)
     geometric = [printed(t) for t in experiments.time_grid(steps)]
     # Six logarithms in a row.
-    assert_close(found, geometric, 256 * 3 * EPS, "the geometric cubic polynomial")
+    assert_close(found, geometric, 32 * 3 * EPS, "the geometric cubic polynomial")
     riemannian = experiments.points(experiment, states)
     assert_amount(experiments.distances(found, riemannian).mean(), misprints.GEOMETRIC)

@@ -61,7 +61,7 @@ def test_retraction_of_the_paper(M, S, V):
 @pytest.mark.parametrize("t", TIMES)
 def test_derivatives_of_the_quasi_geodesic(M, S, V, t):
     X, Omega = pair(S, V)
-    left, right, bound = expm(t * X), expm(t * Omega), 64 * M.n * EPS
+    left, right, bound = expm(t * X), expm(t * Omega), 32 * M.n * EPS
     beta = QuasiGeodesic.from_velocity(S, V)
     assert_close(beta(t), left @ S @ right, bound, "beta")
     assert_close(beta(t, 1), left @ (X @ S + S @ Omega) @ right, bound, "first derivative")
@@ -74,24 +74,24 @@ def test_derivatives_of_the_quasi_geodesic(M, S, V, t):
 def test_eq_6_proposition_1_velocity(M, S, V):
     S1 = M.retract(S, V)
     X, Omega = joining_pair(S, S1)
-    # SciPy's logarithm is exact to a few n eps at these angles, below 0.9 sqrt(2).
-    assert_close(M.inverse_retract(S, S1), X @ S + S @ Omega, 64 * M.n * EPS, "X S_0 + S_0 Omega")
-    assert_close(X, pair(S, V)[0], 64 * M.n * EPS, "X is that of the velocity")
+    # The logarithm is exact to a few n eps at these angles, below 0.9 sqrt(2).
+    assert_close(M.inverse_retract(S, S1), X @ S + S @ Omega, 32 * M.n * EPS, "X S_0 + S_0 Omega")
+    assert_close(X, pair(S, V)[0], 32 * M.n * EPS, "X is that of the velocity")
 
 
 @pytest.mark.parametrize("t", TIMES)
 def test_eq_7_proposition_1_curve(M, S, V, t):
     S1 = M.retract(S, V)
     beta = QuasiGeodesic(S, S1)
-    assert_close(beta(t), quasi_geodesic(S, *joining_pair(S, S1), t), 64 * M.n * EPS, f"beta({t})")
-    assert_close(beta(1.0), S1, 64 * M.n * EPS, "beta(1) = S_1")
+    assert_close(beta(t), quasi_geodesic(S, *joining_pair(S, S1), t), 32 * M.n * EPS, f"beta({t})")
+    assert_close(beta(1.0), S1, 32 * M.n * EPS, "beta(1) = S_1")
 
 
 @pytest.mark.parametrize("length", [1e-12, 1e-6, 1e-2])
 def test_remark_1_close_points_are_joined(M, S, rng, length):
     S1 = M.retract(S, velocity(M, S, "both parts", rng, length))
     X, Omega = joining_pair(S, S1)
-    bound = 64 * M.n * EPS
+    bound = 32 * M.n * EPS
     assert_close(expm(X) @ S @ expm(Omega), S1, bound, "the printed pair leads to S_1")
     assert_close(M.retract(S, M.inverse_retract(S, S1)), S1, bound, "the velocity of the library too")
 
@@ -100,7 +100,7 @@ def test_remark_1_one_part_gives_a_geodesic(M, S, rng):
     for kind in ("Omega = 0", "X = 0", "zero"):
         V = velocity(M, S, kind, rng)
         beta, geodesic = QuasiGeodesic.from_velocity(S, V), Geodesic.from_velocity(S, V)
-        assert_close(beta(TIMES), geodesic(TIMES), 64 * M.n * EPS, f"{kind}: quasi-geodesic against geodesic")
+        assert_close(beta(TIMES), geodesic(TIMES), 32 * M.n * EPS, f"{kind}: quasi-geodesic against geodesic")
 
 
 @pytest.mark.parametrize("shape", [(3, 2), (5, 2)])
@@ -115,7 +115,7 @@ def test_remark_1_both_parts_give_no_geodesic_for_two_columns(shape, rng):
     # Omega = [[0, -w], [w, 0]] only turns K and stretches it by w = |Omega| / sqrt(2).
     exact = np.linalg.norm(K) * np.linalg.norm(Omega) / np.sqrt(2)
     assert exact > 0.05
-    assert_close(np.linalg.norm(acceleration), exact, 64 * M.n * EPS, "|D_t beta'| = |K| |Omega| / sqrt 2")
+    assert_close(np.linalg.norm(acceleration), exact, 32 * M.n * EPS, "|D_t beta'| = |K| |Omega| / sqrt 2")
     apart = np.linalg.norm(beta(1.0) - Geodesic.from_velocity(S, V)(1.0))
     assert apart > 0.005, f"quasi-geodesic and geodesic end {apart:.3e} apart"
 
@@ -130,4 +130,4 @@ def test_remark_1_spheres_and_rotations_have_geodesics_only(shape, rng):
         empty = Omega if M.k == 1 else X
         assert_close(empty, 0.0, 32 * M.n * EPS, "Omega for k = 1, X for k = n")
         beta, geodesic = QuasiGeodesic.from_velocity(S, V), Geodesic.from_velocity(S, V)
-        assert_close(beta(TIMES), geodesic(TIMES), 64 * M.n * EPS, "quasi-geodesic against geodesic")
+        assert_close(beta(TIMES), geodesic(TIMES), 32 * M.n * EPS, "quasi-geodesic against geodesic")
