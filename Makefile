@@ -87,7 +87,7 @@ study: $(INSTALLED) ## Integrators of cubics compared, into docs/integrators.md 
 	-$(BIN)/python -m pip install --quiet --disable-pip-version-check 'heyoka>=7,<8'
 	RAYON_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m benchmarks.study
 
-paper-map: $(INSTALLED) ## Every item of the paper with its function, test and report, into docs/paper.md
+paper-map: $(BIN)/python ## Every item of the paper with its function, test and report, into docs/paper.md
 	$(BIN)/python -m tools.paper_map
 
 doc: ## Rust documentation, with rendered mathematics

@@ -29,7 +29,7 @@ def distances(experiment, method, steps):
     return experiments.distances(found, experiments.points(experiment, states))
 
 
-def test_geodesics_go_on_for_ever(rng):
+def test_geodesics_are_complete(rng):
     for shape in ((3, 1), (3, 2), (5, 2), (4, 4)):
         M = Stiefel(*shape)
         S = M.random_point(rng)

@@ -4,8 +4,8 @@ import numpy as np
 import paper_charts
 import pytest
 from formulas import christoffel
-from paper import EPS, Theorem1, assert_close, log, reflection
-from scipy.linalg import expm, null_space
+from paper import EPS, Theorem1, assert_close, expm, log, reflection
+from scipy.linalg import null_space
 
 from stiefel_rs import Chart, Geodesic, QuasiGeodesic, Stiefel
 from stiefel_rs.reproduce import experiments

@@ -10,13 +10,13 @@ from paper import (
     VELOCITIES,
     assert_close,
     difference,
+    expm,
     joining_pair,
     pair,
     point,
     quasi_geodesic,
     velocity,
 )
-from scipy.linalg import expm
 
 from stiefel_rs import Geodesic, QuasiGeodesic, Stiefel
 

@@ -154,8 +154,8 @@ DISCUSSION: Final = (
         ("Chart.integrate",),
         ("test_paper_claims.py::test_errors_near_the_initial_point",),
         (report.TRAJECTORY_SPHERE, report.TRAJECTORY_FRAME),
-        "As initial value problems the mid-point method has there a smaller error than GCP, the initial-point one a "
-        "larger one.",
+        "Initial values, N = 100: up to t = 0.1 the mid-point error is below a tenth of GCP's; up to t = 0.05 the "
+        "initial-point error is larger than GCP's.",
     ),
     Row(
         "Claim",

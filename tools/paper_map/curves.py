@@ -10,7 +10,7 @@ DE_CASTELJAU: Final = (
         "Assumption",
         "The manifold is geodesically complete.",
         ("Geodesic.from_velocity",),
-        ("test_paper_claims.py::test_geodesics_go_on_for_ever",),
+        ("test_paper_claims.py::test_geodesics_are_complete",),
         (report.GEODESICS,),
     ),
     Row(
@@ -166,7 +166,7 @@ HAMILTONIANS: Final = (
     Row(
         "Claim",
         "A general expression of the Hamiltonian might be hard to find; hence n = 3 with k = 1 and 2.",
-        ("integrate_cubic", "stiefel_rs::CubicTrajectory"),
+        ("integrate_cubic", "stiefel_rs::cubic::integrate_cubic"),
         ("test_formulas.py::test_frame_form_of_cubics", "tests/splitting.rs::steps_are_symplectic"),
         (report.SPLITTINGS, report.CUBICS),
         "In a frame of any St(n,k) it is `<mu, x> + |p|^2 / 2`.",

@@ -230,7 +230,7 @@ RETRACTIONS: Final = (
             "test_paper_misprints.py::test_remark_1_for_three_columns",
         ),
         (report.QUASI_GEODESICS,),
-        "Holds for k up to 2; the condition for any k is `K Omega = 0`.",
+        "Holds for k up to 2; the condition for any k is `K Omega = 0`, `K = X S`.",
     ),
     Row(
         "Remark 1",

@@ -18,7 +18,10 @@ GEODESIC: Final = Misprint(
     "It is one exactly if `K Omega = 0`, `K = X S`. For k = 1 and 2 this is the same, for k >= 3 it is not.",
     "On St(4,3) there is a geodesic with Frobenius norms of X and Omega of {error}.",
     1.131,
-    ("test_paper_misprints.py::test_remark_1_for_three_columns",),
+    (
+        "test_paper_misprints.py::test_remark_1_for_three_columns",
+        "test_paper_misprints.py::test_remark_1_condition_for_any_number_of_columns",
+    ),
 )
 PROPOSITION: Final = Misprint(
     "Proposition 1",
@@ -27,7 +30,10 @@ PROPOSITION: Final = Misprint(
     "[formulas: quasi-geodesics](mathematics.md#quasi-geodesics) every point but the opposite one is met.",
     "At the angle 2 the curve with Omega = 0 ends at a distance of {error} from `S_1`.",
     2.0,
-    ("test_paper_misprints.py::test_proposition_1_past_a_right_angle",),
+    (
+        "test_paper_misprints.py::test_proposition_1_past_a_right_angle",
+        "tests/quasi_geodesic/between_points.rs::between_meets_end_points_beyond_the_paper",
+    ),
 )
 BRACKET: Final = Misprint(
     "Hamiltonian of St(3,2)",
