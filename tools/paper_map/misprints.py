@@ -25,7 +25,7 @@ GEODESIC: Final = Misprint(
 )
 PROPOSITION: Final = Misprint(
     "Proposition 1",
-    "(6) gives the curve to any point for which both logarithms exist.",
+    "(6) and (7) join two distinct points.",
     "On the sphere (6) ends at the angle pi/2: beyond it Omega is the logarithm of -1. With the change of signs in "
     "[formulas: quasi-geodesics](mathematics.md#quasi-geodesics) every point but the opposite one is met.",
     "At the angle 2 the curve with Omega = 0 ends at a distance of {error} from `S_1`.",
