@@ -166,7 +166,7 @@ def increasing_in_the_step(found: Measurements) -> Claim:
     orders = {
         m: [slope_text(found.rows[e.name], f"{m}_bvp") for e in EXPERIMENTS] for m in ("initial_point", "midpoint")
     }
-    measured = "falls at every N; fitted slopes " if falls else "does not fall at every N; fitted slopes "
+    measured = "smaller at every further N; slopes " if falls else "not smaller at every further N; slopes "
     measured += (
         f"{' and '.join(orders['initial_point'])} (initial-point), {' and '.join(orders['midpoint'])} (mid-point)"
     )

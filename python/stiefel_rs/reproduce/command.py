@@ -49,6 +49,7 @@ def add_parser(commands: Any) -> None:
         action="store_true",
         help=f"steps {quick}, {QUICK.curves} random curves instead of {FULL.curves}, fewer repetitions of the timing",
     )
+    parser.add_argument("--report", action="store_true", help="also write report.pdf (extra: report)")
 
 
 def _draw(folder: Path, found: measurements.Measurements, progress: Callable[[], None]) -> list[Path]:
@@ -76,11 +77,13 @@ def _say(folder: Path, found: measurements.Measurements, written: dict[str, list
         if name in written:
             print(f"{name}: {len(written[name])} files in {folder / name}")
     print(f"summary: {folder / 'tables' / 'summary.md'}")
+    for path in written.get("report", []):
+        print(f"report: {path}")
     print(f"manifest: {record}")
 
 
-def write(folder: Path, settings: Settings) -> int:
-    """Write the tables, the figures, then the manifest of both, and print where they are.
+def write(folder: Path, settings: Settings, *, report: bool = False) -> int:
+    """Write the tables, the figures and the report, then the manifest of all, and print where they are.
 
     Raises
     ------
@@ -98,12 +101,17 @@ def write(folder: Path, settings: Settings) -> int:
         written = {"tables": write_tables.write_all(folder / "tables", found)}
         try:
             written["figures"] = _draw(folder / "figures", found, bar.update)
+            if report:
+                from . import pdf  # noqa: PLC0415
+
+                written["report"] = [pdf.write(folder)]
         except ImportError as error:
             missing = error
     record = manifest.write(folder, [path for paths in written.values() for path in paths], settings.record())
     _say(folder, found, written, record)
     if missing is not None:
-        print(f"stiefel-rs: no figures ({missing}): pip install 'stiefel-rs[plot]'", file=sys.stderr)
+        what, extra = ("report", "report") if "figures" in written else ("figures", "plot")
+        print(f"stiefel-rs: no {what} ({missing}): pip install 'stiefel-rs[{extra}]'", file=sys.stderr)
         return EXIT_FAILURE
     return 0
 
@@ -114,7 +122,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.steps:
         settings = replace(settings, steps=arguments.steps)
     try:
-        return write(arguments.out, settings)
+        return write(arguments.out, settings, report=arguments.report)
     except BrokenPipeError:
         # Of what is printed, not of the folder.
         raise

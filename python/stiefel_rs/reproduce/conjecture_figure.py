@@ -104,10 +104,10 @@ def draw_rows(study: Study, experiment: Experiment, problem: str, order: int, *,
         ax.plot(np.median(random), place - 0.15, marker="o", color="#333333", markerfacecolor="white", linestyle="")
         ax.plot(np.exp(np.log(paper).mean()), place + 0.18, marker="D", color="#0072B2", linestyle="")
     ax.set_ylim(-0.6, len(STYLES) - 0.4)
-    ax.set_xlim((0.4, 2.5) if order == 1 else (0.02, 4.0))
+    ax.set_xlim((0.25, 3.0) if order == 1 else (0.02, 4.0))
     _ratio_axis(ax, "x")
     if order == 2:
-        ticks = (0.03, 0.1, 0.3, 1, 3)
+        ticks = (0.1, 0.3, 1, 3)
         ax.set_xticks(ticks, [f"{x:g}" for x in ticks])
 
 

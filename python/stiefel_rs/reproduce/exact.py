@@ -93,6 +93,12 @@ class Comparison:
     agreement: Agreement
     costs: list[Cost]
 
+    @property
+    def same_pieces(self) -> bool:
+        """Whether geodesics and quasi-geodesics as pieces give the same curve, by its cost."""
+        gcp, geodesic = self.of("gcp"), self.of("geodesic_cubic")
+        return abs(geodesic.excess - gcp.excess) <= SAME_EXCESS * abs(gcp.excess)
+
     def of(self, method: str, steps: int | None = None) -> Cost:
         """Return the row of one method and ``N``."""
         return next(c for c in self.costs if (c.method, c.steps) == (method, steps))
@@ -213,7 +219,7 @@ def _given_away(found: list[Comparison]) -> str:
     lines = []
     for c in found:
         gcp, geodesic = c.of("gcp"), c.of("geodesic_cubic")
-        if abs(geodesic.excess - gcp.excess) <= SAME_EXCESS * abs(gcp.excess):
+        if c.same_pieces:
             pieces = "with geodesic pieces it is the same"
         else:
             pieces = f"with geodesic pieces it is {percent(geodesic.excess)}"

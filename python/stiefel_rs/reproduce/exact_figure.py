@@ -111,8 +111,13 @@ def figure(comparison: Comparison) -> Figure:
         note = f"all curves within {_farthest(curves, column):.1g} radii of the exact cubic"
         new.text((column + 0.5) / columns, cell.y0 - 0.038, note, ha="center", fontsize=figure_style.FONT_SIZE - 1)
     draw_costs(comparison, ax=new.add_subplot(grid[1, :]))
+    labels = dict(LABELS)
+    if comparison.same_pieces:
+        # One curve, drawn once.
+        del curves["geodesic_cubic"], labels["geodesic_cubic"]
+        labels["gcp"] += ", geodesic pieces as well"
     draw_distance(curves, ax=new.add_subplot(grid[2, :]))
-    handles = [Line2D([], [], label=LABELS[m], **STYLES[m]) for m in LABELS]
+    handles = [Line2D([], [], label=label, **STYLES[m]) for m, label in labels.items()]
     new.legend(handles=handles, loc="lower center", ncols=3, frameon=False, handlelength=3.2)
     return new
 

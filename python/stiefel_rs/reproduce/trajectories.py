@@ -77,15 +77,28 @@ class Trajectories:
         steps = np.linalg.norm(np.diff(reference, axis=0), axis=1)
         length = np.concatenate([[0.0], np.cumsum(steps)])
         ax.plot(length, np.zeros_like(length), label=LABELS["reference"], **STYLES["reference"])
+        offsets = {}
         for method in METHODS:
             points = self.curves[method][:, :, column]
             nearest = np.linalg.norm(points[:, None] - reference, axis=2).argmin(axis=1)
             offset = points - reference[nearest]
             along = length[nearest] + np.sum(offset * direction[nearest], axis=1)
-            across = 1e3 * np.sum(offset * normal[nearest], axis=1)
-            self._plot(method, ax, along, across)
+            offsets[method] = (along, 1e3 * np.sum(offset * normal[nearest], axis=1))
+            self._plot(method, ax, *offsets[method])
+        self._draw_zoom(offsets, float(length[-1]), ax=ax)
         ax.set(xlabel="length along the reference (radii)", ylabel="offset across it (1/1000 radius)")
         ax.grid(**figure_style.GRID)
+
+    def _draw_zoom(self, offsets: dict[str, tuple[Array, Array]], length: float, *, ax: Axes) -> None:
+        """Draw the mid-point curves, which lie on the reference, once more where the panel is empty."""
+        low = offsets["initial_point_ivp"][1][-1] < 0
+        inset = ax.inset_axes((0.2, 0.06 if low else 0.62, 0.38, 0.26))
+        inset.plot([0.0, length], [0.0, 0.0], **STYLES["reference"])
+        for method in ("midpoint_ivp", "midpoint_bvp"):
+            self._plot(method, inset, *offsets[method], linewidth=1.2, markersize=3.5)
+        inset.set(xticks=[], title="zoom: mid-point")
+        inset.title.set_fontsize(figure_style.FONT_SIZE - 2)
+        inset.tick_params(labelsize=figure_style.FONT_SIZE - 2)
 
     def draw_distance(self, *, ax: Axes) -> None:
         """Draw the distance of each curve to the reference against time; the common end points are left out."""
