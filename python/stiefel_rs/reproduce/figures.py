@@ -41,7 +41,7 @@ def draw_zoom(rows: list[ErrorRow], *, ax: Axes) -> None:
     middle = len(rows) // 2
     shown = rows[middle - 1 : middle + 1]
     draw_error(shown, ZOOMED, ax=ax)
-    ax.set_title("zoom", fontsize=figure_style.FONT_SIZE - 1)
+    ax.set_title("zoom: order 2", fontsize=figure_style.FONT_SIZE - 1)
     ax.set_xlim(shown[1].h * 0.9, shown[0].h * 1.1)
     ax.set_xticks([r.h for r in shown], [f"{r.h:.3g}" for r in shown])
     ax.xaxis.set_minor_locator(NullLocator())

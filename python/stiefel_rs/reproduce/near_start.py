@@ -84,7 +84,7 @@ def section(rows: list[Row]) -> str:
     """Text of the section of ``summary.md``."""
     cells = []
     for r in rows:
-        order = "-" if r.order is None else f"{r.order:.2f}"
+        order = "-" if r.order is None else f"{round(r.order, 2) + 0.0:.2f}"
         numbers = [f"{r.near[-1]:.2e}", f"{r.largest[-1]:.2e}", percent(r.share)]
         ratio = f"{against_gcp(rows, r.experiment, r.method):.3g}"
         cells.append([r.experiment.title, NAMES[r.method], *numbers, ratio, order])
