@@ -92,7 +92,7 @@ def write(folder: Path, settings: Settings, *, report: bool = False) -> int:
     """
     for name in ("tables", "figures"):
         (folder / name).mkdir(parents=True, exist_ok=True)
-    # That of an earlier run would speak of files that are about to be replaced.
+    # The manifest of an earlier run lists files that are about to be replaced.
     (folder / manifest.NAME).unlink(missing_ok=True)
     missing: ImportError | None = None
     total = measurements.steps_of_progress(settings) + FIGURES

@@ -104,7 +104,7 @@ class Row:
     error : float
         Mean Frobenius distance to the exact cubic over the ``STEPS + 1`` grid points; zero for that curve itself.
     cost, excess : float
-        The cost, and its relative excess over that of the exact cubic.
+        The cost, and its relative excess over the exact cubic's.
     build_seconds, point_seconds : float
         Shortest times of the construction, and of a point of `POINTS` at once on one thread.
     """

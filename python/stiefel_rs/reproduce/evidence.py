@@ -73,7 +73,7 @@ def two_maps(found: Measurements) -> str:
     header = ["manifold", "problem", *(f"N = {n}" for n in found.settings.steps)]
     return f"""### The mid-point map against the initial-point map
 
-Mean error of the initial-point method, order 1, over that of the mid-point method, order 2:
+Mean error of the initial-point method, order 1, divided by the mid-point method's, order 2:
 
 {table(header, cells, 2)}
 """
@@ -117,8 +117,8 @@ One curve with N + 1 points, one thread, as multiples of GCP's time:
 
 Time with shooting (BVP) over time without (IVP): {shooting}.
 
-At equal error: the first N at which a method's mean error is below GCP's and, for boundary values, its time there over
-that of GCP with as many points:
+At equal error: the first N at which a method's mean error is below GCP's and, for boundary values, its time there, with
+GCP's for as many points as the unit:
 
 {_overtaking(found)}
 

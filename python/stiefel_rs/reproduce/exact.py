@@ -23,7 +23,7 @@ FINE_STEPS: Final = 100
 COST_STEPS: Final = (COARSE_STEPS, FINE_STEPS)
 # The curve found counts as the paper's up to this distance, well above the errors of both (1e-13).
 SAME_CURVE: Final = 1e-12
-# Two excesses are called equal up to this relative difference: that of the round-off in their costs.
+# Two excesses are called equal up to this relative difference, the round-off in their costs.
 SAME_EXCESS: Final = 1e-6
 LABELS: Final = {
     "exact": "exact cubic",
@@ -54,7 +54,7 @@ class Cost:
     error : float
         Mean Frobenius distance to the exact cubic, over the points of the trajectory or ``FINE_STEPS + 1`` points.
     cost, excess : float
-        The cost, and its relative excess over that of the exact cubic.
+        The cost, and its relative excess over the exact cubic's.
     """
 
     method: str

@@ -87,7 +87,7 @@ def draw_costs(comparison: Comparison, *, ax: Axes) -> None:
     figure_style.log_axis(ax.xaxis)
     ax.set_xticks([1e-6, 1e-4, 1e-2, 1, 100])
     ax.set_yticks(range(len(BARS)), [LABELS[m].replace(", ", "\n") for m in reversed(BARS)])
-    ax.set_xlabel(f"excess of J over that of the exact cubic (%); for N = {COARSE_STEPS}, J is a sum over the points")
+    ax.set_xlabel(f"excess of J over the exact cubic's (%); for N = {COARSE_STEPS}, J is a sum over the points")
     ax.set_title(f"cost J given away; exact cubic: J = {comparison.of('exact').cost:.6f}")
 
 

@@ -50,7 +50,7 @@ class Experiment:
     q, qdot, qddot, qdddot : tuple of float, length d
         Chart coordinates at ``t = 0`` and their derivatives (radians).
     diameter : float
-        Largest Frobenius distance of two points, ``2 sqrt(k)``: that of ``S`` and ``-S``.
+        Largest Frobenius distance of two points, ``2 sqrt(k)``, between ``S`` and ``-S``.
     paper_error : float
         The relative mean error of GCP that the paper reports.
     independent : mapping of int to tuple of float

@@ -88,7 +88,7 @@ def section(rows: list[Row]) -> str:
         numbers = [f"{r.near[-1]:.2e}", f"{r.largest[-1]:.2e}", percent(r.share)]
         ratio = f"{against_gcp(rows, r.experiment, r.method):.3g}"
         cells.append([r.experiment.title, NAMES[r.method], *numbers, ratio, order])
-    header = ["manifold", "method", f"error, t = {TIME:g}", "largest error", "share", "GCP's = 1", "order"]
+    header = ["manifold", "method", f"error, t = {TIME:g}", "largest error", "share", "GCP = 1", "order"]
     return f"""### Near the initial point
 
 The paper: the integrators are "ideal to simulate dynamics near the initial point of the trajectories, at any desired

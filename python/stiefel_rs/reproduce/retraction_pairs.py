@@ -32,7 +32,7 @@ class Comparison:
     wins, cases : int
         Of so many cases (curves, or ``N``) so many with the smaller error for the closer retraction.
     ratio : float
-        Geometric mean of the error of the closer one over that of the other.
+        Geometric mean of the error of the closer one divided by the other's.
     """
 
     manifold: str

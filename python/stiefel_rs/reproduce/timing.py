@@ -19,7 +19,7 @@ BOUNDARY_METHODS: Final = ("initial_point_bvp", "midpoint_bvp")
 
 @dataclass(frozen=True)
 class TimingRow:
-    """Median time of one curve with ``steps + 1`` points, and its ratio to that of GCP."""
+    """Median time of one curve with ``steps + 1`` points, and its ratio to GCP's."""
 
     manifold: str
     method: str
@@ -33,7 +33,7 @@ def measure_times(steps: Iterable[int], repetitions: int, progress: Callable[[],
 
     Each repetition runs every manifold, ``N`` and method once, so that a machine that slows down slows all alike;
     a first round is thrown away. A short call of the same method goes before each: else a quick method is timed with
-    the caches that the slow one before it left, and order in the list decides. The time is that of the points in
+    the caches that the slow one before it left, and order in the list decides. What is timed are the points in
     ``R^{3 x k}`` from the data of the problem, one thread.
 
     Parameters
