@@ -9,7 +9,7 @@ INSTALLED := $(VENV)/.installed
 DOCS_INSTALLED := $(VENV)/.docs-installed
 SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md $(shell find src python -name '*.rs' -o -name '*.py' -o -name '*.pyi')
 
-.PHONY: help reproduce test test-rust test-python test-minimal lint licences fuzz leak interrupts bench benchmark gallery boundary boundary-cost control-points accuracy study doc docs wheels clean
+.PHONY: help reproduce report test test-rust test-python test-minimal lint licences fuzz leak interrupts bench benchmark gallery boundary boundary-cost control-points accuracy study paper-map doc docs wheels clean
 
 help: ## Show this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | sort | expand -t 16
@@ -23,8 +23,12 @@ $(INSTALLED): $(BIN)/python $(SOURCES)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check '.[plot,test]'
 	@touch $@
 
-reproduce: $(INSTALLED) ## Write the paper's tables and figures into out/
+reproduce: $(INSTALLED) ## The paper's statements, tables and figures, recomputed, into out/
 	$(BIN)/stiefel-rs reproduce --out $(OUT)
+
+report: $(INSTALLED) ## The same and a report of a few pages, out/report.pdf
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'stiefel-rs[report]'
+	$(BIN)/stiefel-rs reproduce --report --out $(OUT)
 
 test: test-rust test-python ## All tests of both languages
 
@@ -86,6 +90,9 @@ accuracy: $(INSTALLED) ## Errors against 50 digits, into docs/accuracy.md
 study: $(INSTALLED) ## Integrators of cubics compared, into docs/integrators.md and docs/figures
 	-$(BIN)/python -m pip install --quiet --disable-pip-version-check 'heyoka>=7,<8'
 	RAYON_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m benchmarks.study
+
+paper-map: $(BIN)/python ## Every item of the paper with its function, test and report, into docs/paper.md
+	$(BIN)/python -m tools.paper_map
 
 doc: ## Rust documentation, with rendered mathematics
 	cargo doc --locked --no-deps

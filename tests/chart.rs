@@ -71,7 +71,7 @@ fn gradients_and_hessians_are_exact() {
 }
 
 #[test]
-fn sphere_hamiltonian_is_the_papers() {
+fn sphere_hamiltonian_is_its_closed_form() {
     let z: SVector<f64, 8> = SPHERE_STATE.into();
     let [t, _, td, pd, pt, pp, ptd, ppd] = SPHERE_STATE;
     let (s, c) = t.sin_cos();

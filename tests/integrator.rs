@@ -97,7 +97,7 @@ fn steps_are_symplectic_with_exact_tangents() {
 }
 
 #[test]
-fn initial_point_step_is_the_papers_formula() {
+fn initial_point_step_is_symplectic_euler() {
     // q_1 = q_0 + h H_p(q_0, p_1), p_1 = p_0 - h H_q(q_0, p_1).
     let (z0, h): (SVector<f64, 12>, f64) = (FRAME_STATE.into(), 0.05);
     let z1 = integrate(

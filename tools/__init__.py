@@ -1,1 +1,1 @@
-"""Checks of what is released."""
+"""Checks of what is released, and the map of the paper."""

@@ -1,9 +1,9 @@
-//! Geometric cubics: end conditions, agreement with the paper's algorithm, derivatives, and sampling.
+//! Geometric cubics: end conditions, agreement with the algorithm, derivatives, and sampling.
 
 #[path = "../common/mod.rs"]
 mod common;
 
+mod algorithm;
 mod bad_input;
 mod end_conditions;
-mod paper_algorithm;
 mod sampling;

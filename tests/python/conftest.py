@@ -1,11 +1,13 @@
 """Shared fixtures: seeded randomness and the grid of manifolds."""
 
+import os
 import signal
 import subprocess
 import sys
 
 import numpy as np
 import pytest
+from beside import HANGS
 
 from stiefel_rs import Stiefel
 
@@ -53,6 +55,18 @@ def boundary(manifold, rng):
     S0 = manifold.random_point(rng)
     S1 = manifold.retract(S0, tangent(S0, 0.7))
     return S0, tangent(S0, 0.5), S1, tangent(S1, 0.5)
+
+
+@pytest.fixture(scope="session")
+def quick(tmp_path_factory):
+    """Folder of a quick run of `reproduce` on one thread, and the finished process; for all tests that only read."""
+    folder = tmp_path_factory.mktemp("quick")
+    # A file of an earlier run, which is not part of this one.
+    (folder / "tables").mkdir()
+    (folder / "tables" / "old.csv").write_text("a\n", encoding="utf-8")
+    words = [sys.executable, "-m", "stiefel_rs", "reproduce", "--quick", "--out", str(folder)]
+    env = os.environ | {"RAYON_NUM_THREADS": "1"}
+    return folder, subprocess.run(words, capture_output=True, text=True, timeout=HANGS, check=False, env=env)
 
 
 @pytest.fixture

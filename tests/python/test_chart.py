@@ -51,7 +51,7 @@ def christoffel(q):
 
 
 def hamiltonian(z):
-    """The two Hamiltonians, term by term."""
+    """The two Hamiltonians in the closed form of docs/mathematics.md."""
     d = len(z) // 4
     q, v, p, m = z.reshape(4, d)
     s, c = np.sin(q[0]), np.cos(q[0])
@@ -125,14 +125,14 @@ def test_chart_metric_is_the_canonical_metric(chart, states):
     assert_close(inner, exact, 64 * EPS * np.abs(v).max() * np.abs(w).max() * d, "pulled-back metric")
 
 
-def test_hamiltonian_is_the_papers(chart, states):
+def test_hamiltonian_is_its_closed_form(chart, states):
     H = chart.hamiltonian(states)
     assert H.shape == (2, 5)
     for i in np.ndindex(2, 5):
         z = states[i]
         q, v, p, m = z.reshape(4, chart.d)
         size = 1 + np.abs(z).max() ** 3 / np.sin(z[0]) ** 2
-        assert_close(H[i], hamiltonian(z), 32 * EPS * size, "Hamiltonian, term by term")
+        assert_close(H[i], hamiltonian(z), 32 * EPS * size, "Hamiltonian in closed form")
         g = np.linalg.inv(metric(q))
         general = p @ v + m @ g @ m / 2 - np.einsum("kij,i,j,k", christoffel(q), v, v, m)
         assert_close(H[i], general, 64 * EPS * size, "Hamiltonian from metric and Christoffel symbols")

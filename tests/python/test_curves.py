@@ -1,4 +1,4 @@
-"""Curves against n x n formulas in NumPy and SciPy, differences, and each other."""
+"""Curves against formulas in NumPy and SciPy, differences, and each other."""
 
 import itertools
 from math import comb
@@ -18,20 +18,20 @@ def assert_close(measured, exact, bound, what):
     assert error <= bound, f"{what}: error {error:.3e} exceeds {bound:.3e}"
 
 
-def paper_pair(S, V):
+def pair(S, V):
     return V @ S.T - S @ V.T + 2 * S @ V.T @ S @ S.T, S.T @ V
 
 
 def quasi_geodesic_derivative(S, V, t, nu):
     """The nu-th derivative of e^{tX} S e^{t Omega}, n x n throughout."""
-    X, Omega = paper_pair(S, V)
+    X, Omega = pair(S, V)
     power = np.linalg.matrix_power
     middle = sum(comb(nu, j) * power(X, j) @ S @ power(Omega, nu - j) for j in range(nu + 1))
     return EXPM(t * X) @ middle @ EXPM(t * Omega)
 
 
 def join(S0, S1):
-    """The paper's Proposition 1 (all angles below pi/2): the velocity of the quasi-geodesic from S0 to S1."""
+    """The velocity of the quasi-geodesic from S0 to S1, all angles below pi/2, by a singular value decomposition."""
     U, _, Zt = np.linalg.svd(S0.T @ S1)
     normal = (S1 - S0 @ (S0.T @ S1)) @ Zt.T
     s, c = np.linalg.norm(normal, axis=0), np.sum((S0 @ U) * (S1 @ Zt.T), axis=0)
@@ -110,7 +110,7 @@ def test_quasi_geodesic_between_points(manifold, boundary, t):
     curve = QuasiGeodesic(S0, S1)
     V = join(S0, S1)
     bound = 128 * manifold.n * EPS
-    assert_close(curve.velocity(0.0), V, bound, "initial velocity against Proposition 1")
+    assert_close(curve.velocity(0.0), V, bound, "initial velocity")
     assert_close(curve(t), quasi_geodesic_derivative(S0, V, t, 0), bound, f"point at {t}")
 
 
@@ -143,7 +143,7 @@ def test_geometric_cubic_is_de_casteljau(manifold, boundary):
     same = GeometricCubic.from_control_points(curve.control_points)
     for t in [0.0, 0.25, 0.5, 0.9, 1.0]:
         # Six joins, each with a logarithm of SciPy's (a few hundred eps at these sizes).
-        assert_close(curve(t), de_casteljau(P, t), 2000 * manifold.n * EPS, f"n x n de Casteljau at {t}")
+        assert_close(curve(t), de_casteljau(P, t), 2000 * manifold.n * EPS, f"de Casteljau at {t}")
         assert_close(same(t), curve(t), 100 * manifold.n * EPS, f"from its own control points at {t}")
 
 

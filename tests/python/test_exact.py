@@ -1,13 +1,11 @@
 """The exact cubic beside the paper's curves: agreement of chart and chart-free solutions, costs, tables and text."""
 
-import csv
-
 import numpy as np
 import pytest
 
 from stiefel_rs import RiemannianCubic, Stiefel, integrate_cubic
 from stiefel_rs.reproduce import exact, experiments
-from stiefel_rs.reproduce.tables import Results
+from stiefel_rs.reproduce.text import percent
 
 # Of chart and chart-free solutions: ten times the error of the reference in the chart.
 AGREEMENT = 1e-12
@@ -109,20 +107,16 @@ def test_sums_of_discrete_trajectories_have_the_order_of_their_method(experiment
         np.testing.assert_allclose(np.log2(np.divide(found[:-1], found[1:])), expected, atol=0.2, err_msg=name)
 
 
-def test_tables_and_section(found, tmp_path):
-    (tmp_path / "summary.md").write_text("# Before\n", encoding="utf-8")
+def test_rows_and_section(found):
     rows = {e.name: [experiments.mean_errors(e, n) for n in (5, 10)] for e in experiments.EXPERIMENTS}
-    (path,) = exact.write_tables(tmp_path, found, Results(rows, []))
-    with path.open(newline="", encoding="utf-8") as file:
-        header, *table = csv.reader(file)
-    assert header == exact.HEADER
+    table = exact.csv_rows(found)
     assert len(table) == 2 * (3 + 9 * len(exact.COST_STEPS))
-    assert all(repr(float(cell)) == cell for row in table for cell in row[3:])
-    text = (tmp_path / "summary.md").read_text(encoding="utf-8")
-    assert text.startswith("# Before\n\n## The exact cubic")
+    assert all(len(row) == len(exact.HEADER) for row in table)
+    text = exact.section(found, rows)
+    assert text.startswith("### The exact cubic")
     assert text.count("is the paper's curve") == 2 and "nan" not in text.lower()
     for c in found:
-        assert exact.percent(c.of("gcp").excess) in text
+        assert percent(c.of("gcp").excess) in text
 
 
 def test_another_curve_is_called_so(found):

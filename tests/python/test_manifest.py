@@ -15,29 +15,29 @@ import stiefel_rs
 from stiefel_rs import _core, cli
 from stiefel_rs.reproduce import experiments, manifest
 
-TABLES = ["conjecture.csv", "control_points.csv", "cost.csv"]
-TABLES += [f"{name}{suffix}" for name in ("sphere", "stiefel_3_2") for suffix in (".csv", ".md", ".tex")]
-
-
-def reproduce(folder, threads):
-    words = [sys.executable, "-m", "stiefel_rs", "reproduce", "--quick", "--out", str(folder)]
-    env = os.environ | {"RAYON_NUM_THREADS": threads}
-    done = subprocess.run(words, capture_output=True, text=True, timeout=HANGS, check=False, env=env)
-    assert done.returncode == 0, done.stderr
-    return done.stdout
+TABLES = [
+    "any_shape.csv",
+    "conjecture.csv",
+    "conjecture_outcomes.csv",
+    "control_points.csv",
+    "cost.csv",
+    "near_start.csv",
+]
+TABLES += ["readings.csv", "run.json"]
+TABLES += [f"{name}{suffix}" for name in ("sphere", "stiefel_3_2") for suffix in (".csv", ".md")]
+TABLES += [f"figure_2{panel}{suffix}" for panel in "ab" for suffix in (".csv", ".md", ".tex")]
+MEASURED = ["any_shape_times.csv", "challenges.csv", "claims.csv", "equal_error.csv", "summary.md", "timing.csv"]
 
 
 @pytest.fixture(scope="module")
-def runs(tmp_path_factory):
+def runs(quick, tmp_path_factory):
     """Folder and printed text of two runs, with one thread and with three."""
-    made = []
-    for name, threads in [("first", "1"), ("second", "3")]:
-        folder = tmp_path_factory.mktemp(name)
-        # A file of an earlier run, which is not part of this one.
-        (folder / "tables").mkdir()
-        (folder / "tables" / "old.csv").write_text("a\n", encoding="utf-8")
-        made.append((folder, reproduce(folder, threads)))
-    return made
+    folder = tmp_path_factory.mktemp("second")
+    words = [sys.executable, "-m", "stiefel_rs", "reproduce", "--quick", "--out", str(folder)]
+    env = os.environ | {"RAYON_NUM_THREADS": "3"}
+    done = subprocess.run(words, capture_output=True, text=True, timeout=HANGS, check=False, env=env)
+    assert done.returncode == 0, done.stderr
+    return [(quick[0], quick[1].stdout), (folder, done.stdout)]
 
 
 def read(folder):
@@ -55,7 +55,7 @@ def test_two_runs_give_identical_tables(runs):
 
 def test_what_is_measured_by_the_clock_is_kept_apart(runs):
     found = read(runs[0][0])
-    assert sorted(found["measured"]) == ["tables/summary.md", "tables/timing.csv"]
+    assert sorted(found["measured"]) == [f"tables/{name}" for name in MEASURED]
     timing = [json.loads((folder / "manifest.json").read_text())["measured"]["tables/timing.csv"] for folder, _ in runs]
     # If these were equal, nothing would have been timed.
     assert timing[0] != timing[1]
@@ -81,7 +81,8 @@ def test_versions_processor_seed_and_threads(runs):
     assert run["versions"]["python"] == platform.python_version()
     assert run["processor"]["name"]
     assert run["processor"]["simd"] == list(_core.simd_features())
-    assert run["settings"] == {"seed": 20240419, "steps": [5, 10, 20, 50, 100], "repetitions": 3, "curves": 10}
+    settings = {"steps": [5, 10, 20, 50, 100], "repetitions": 3, "curves": 20, "wide_curves": 6, "quick": True}
+    assert run["settings"] == {"seed": 20240419, **settings}
 
 
 def test_a_changed_table_has_another_digest(tmp_path):

@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
 from tqdm import tqdm  # type: ignore[import-untyped]
 
 from ..errors import StiefelError
-from . import conjecture, control_points, exact, experiments, manifest, tables
+from . import manifest, measurements, summary, write_tables
+from .measurements import FULL, QUICK, Settings
 
 EXIT_FAILURE: Final = 1
 MAX_STEPS: Final = 1_000_000
-REPETITIONS: Final = 7
-QUICK_REPETITIONS: Final = 3
-FIGURES: Final = 9
+FIGURES: Final = 13
 
 
 def _steps(text: str) -> tuple[int, ...]:
@@ -35,80 +36,93 @@ def _steps(text: str) -> tuple[int, ...]:
 def add_parser(commands: Any) -> None:
     """Add the command to the subparsers of another."""
     parser: argparse.ArgumentParser = commands.add_parser(
-        "reproduce", help="write the tables and figures of arXiv 2404.19407"
+        "reproduce", help="compute arXiv 2404.19407 anew: its statements, tables and figures"
     )
     parser.add_argument("--out", type=Path, default=Path("out"), metavar="DIR", help="output folder (default: out)")
-    default = ",".join(map(str, experiments.DEFAULT_STEPS))
+    default = ",".join(map(str, FULL.steps))
     parser.add_argument(
         "--steps", type=_steps, metavar="N,N,...", help=f"numbers of steps, 2 or more each (default: {default})"
     )
-    quick = ",".join(map(str, experiments.QUICK_STEPS))
-    parser.add_argument("--quick", action="store_true", help=f"steps {quick} and fewer repetitions of the timing")
+    quick = ",".join(map(str, QUICK.steps))
+    parser.add_argument(
+        "--quick",
+        action="store_true",
+        help=f"steps {quick}, {QUICK.curves} random curves instead of {FULL.curves}, fewer repetitions of the timing",
+    )
+    parser.add_argument("--report", action="store_true", help="also write report.pdf (extra: report)")
 
 
-def write(folder: Path, steps: tuple[int, ...], repetitions: int, curves: int) -> int:
-    """Write the tables, then the figures, then the manifest of both, and print where they are.
+def _draw(folder: Path, found: measurements.Measurements, progress: Callable[[], None]) -> list[Path]:
+    """Write every figure; the paths written.
+
+    Raises
+    ------
+    ImportError
+        matplotlib is not installed.
+    """
+    # Here, since matplotlib is optional and slow to import.
+    from . import conjecture_figure, control_points_figure, exact_figure, figures, paper_figures  # noqa: PLC0415
+
+    paths = paper_figures.write_all(folder, found.rows, progress)
+    paths += figures.write_all(folder, found.rows, progress)
+    paths += exact_figure.write(folder, found.exact, progress)
+    paths += conjecture_figure.write(folder, found.study)
+    return paths + control_points_figure.write(folder, found.control_points, progress)
+
+
+def _say(folder: Path, found: measurements.Measurements, written: dict[str, list[Path]], record: Path) -> None:
+    for line in summary.headline(found):
+        print(line)
+    for name in ("tables", "figures"):
+        if name in written:
+            print(f"{name}: {len(written[name])} files in {folder / name}")
+    print(f"summary: {folder / 'tables' / 'summary.md'}")
+    for path in written.get("report", []):
+        print(f"report: {path}")
+    print(f"manifest: {record}")
+
+
+def write(folder: Path, settings: Settings, *, report: bool = False) -> int:
+    """Write the tables, the figures and the report, then the manifest of all, and print where they are.
 
     Raises
     ------
     OSError
         The folder cannot be written.
     """
-    table_folder, figure_folder = folder / "tables", folder / "figures"
-    for path in (table_folder, figure_folder):
-        path.mkdir(parents=True, exist_ok=True)
-    # That of an earlier run would speak of files that are about to be replaced.
+    for name in ("tables", "figures"):
+        (folder / name).mkdir(parents=True, exist_ok=True)
+    # The manifest of an earlier run lists files that are about to be replaced.
     (folder / manifest.NAME).unlink(missing_ok=True)
-    total = len(steps) * len(experiments.EXPERIMENTS) + repetitions + 1 + FIGURES
+    missing: ImportError | None = None
+    total = measurements.steps_of_progress(settings) + FIGURES
     with tqdm(total=total, disable=not sys.stderr.isatty(), desc="reproduce", leave=False) as bar:
-
-        def progress() -> None:
-            bar.update()
-
-        rows: dict[str, list[experiments.ErrorRow]] = {}
-        for experiment in experiments.EXPERIMENTS:
-            rows[experiment.name] = []
-            for n in steps:
-                rows[experiment.name].append(experiments.mean_errors(experiment, n))
-                progress()
-        results = tables.Results(rows, experiments.measure_times(steps, repetitions, progress))
-        study = conjecture.measure(curves)
-        written = {"tables": tables.write_all(table_folder, results) + conjecture.write_all(table_folder, study)}
-        costs = exact.measure()
-        written["tables"] += exact.write_tables(table_folder, costs, results)
-        alternatives = control_points.measure()
-        written["tables"] += control_points.write_tables(table_folder, alternatives)
+        found = measurements.measure(settings, bar.update)
+        written = {"tables": write_tables.write_all(folder / "tables", found)}
         try:
-            # Here, since matplotlib is optional and slow to import.
-            from . import conjecture_figure, control_points_figure, exact_figure, figures  # noqa: PLC0415
+            written["figures"] = _draw(folder / "figures", found, bar.update)
+            if report:
+                from . import pdf  # noqa: PLC0415
+
+                written["report"] = [pdf.write(folder)]
         except ImportError as error:
             missing = error
-        else:
-            written["figures"] = figures.write_all(figure_folder, rows, progress)
-            written["figures"] += exact_figure.write(figure_folder, costs, progress)
-            written["figures"] += conjecture_figure.write(figure_folder, study)
-            written["figures"] += control_points_figure.write(figure_folder, alternatives, progress)
-    settings = {"steps": list(steps), "repetitions": repetitions, "curves": curves}
-    record = manifest.write(folder, [path for paths in written.values() for path in paths], settings)
-    for line in tables.headline(results):
-        print(line)
-    for name, paths in written.items():
-        print(f"{name}: {len(paths)} files in {folder / name}")
-    print(f"summary: {table_folder / 'summary.md'}")
-    print(f"manifest: {record}")
-    if "figures" not in written:
-        print(f"stiefel-rs: no figures ({missing}): pip install 'stiefel-rs[plot]'", file=sys.stderr)
+    record = manifest.write(folder, [path for paths in written.values() for path in paths], settings.record())
+    _say(folder, found, written, record)
+    if missing is not None:
+        what, extra = ("report", "report") if "figures" in written else ("figures", "plot")
+        print(f"stiefel-rs: no {what} ({missing}): pip install 'stiefel-rs[{extra}]'", file=sys.stderr)
         return EXIT_FAILURE
     return 0
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Do what the command line says and return the exit code."""
-    steps = arguments.steps or (experiments.QUICK_STEPS if arguments.quick else experiments.DEFAULT_STEPS)
+    settings = QUICK if arguments.quick else FULL
+    if arguments.steps:
+        settings = replace(settings, steps=arguments.steps)
     try:
-        if arguments.quick:
-            return write(arguments.out, steps, QUICK_REPETITIONS, conjecture.QUICK_RANDOM_CURVES)
-        return write(arguments.out, steps, REPETITIONS, conjecture.RANDOM_CURVES)
+        return write(arguments.out, settings, report=arguments.report)
     except BrokenPipeError:
         # Of what is printed, not of the folder.
         raise

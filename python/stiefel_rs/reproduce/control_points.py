@@ -11,16 +11,14 @@ from __future__ import annotations
 import itertools
 import time
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Final
 
 import numpy as np
-from tabulate import tabulate  # type: ignore[import-untyped]
 
 from .._core import Curve, GeometricCubic, GeometricPolynomial, RiemannianCubic
 from . import experiments
 from .experiments import EXPERIMENTS, Array, Experiment
-from .tables import write_csv
+from .text import between, table
 
 DEGREES: Final = (4, 5, 6, 7)
 LABELS: Final = {
@@ -106,7 +104,7 @@ class Row:
     error : float
         Mean Frobenius distance to the exact cubic over the ``STEPS + 1`` grid points; zero for that curve itself.
     cost, excess : float
-        The cost, and its relative excess over that of the exact cubic.
+        The cost, and its relative excess over the exact cubic's.
     build_seconds, point_seconds : float
         Shortest times of the construction, and of a point of `POINTS` at once on one thread.
     """
@@ -151,7 +149,8 @@ def measure() -> list[Row]:
     return rows
 
 
-def _of(rows: list[Row], experiment: Experiment, method: str) -> Row:
+def of(rows: list[Row], experiment: Experiment, method: str) -> Row:
+    """Return the row of one method."""
     return next(r for r in rows if (r.experiment.name, r.method) == (experiment.name, method))
 
 
@@ -162,7 +161,7 @@ def _table(rows: list[Row]) -> str:
         if r.method == "exact":
             numbers = ["-", "-", "0", "-", f"{r.cost:.10f}", "0"]
         else:
-            ratio = _of(rows, r.experiment, "gcp").error / r.error
+            ratio = of(rows, r.experiment, "gcp").error / r.error
             sizes = [str(degree(r.method)), str(r.free)]
             numbers = [*sizes, f"{r.error:.4e}", f"{ratio:.3g}", f"{r.cost:.10f}", f"{r.excess:.1e}"]
         cells.append([r.experiment.title, LABELS[r.method], *numbers, *times])
@@ -178,22 +177,17 @@ def _table(rows: list[Row]) -> str:
         "time to build",
         f"a point of {POINTS}",
     ]
-    align = ["left", "left", *["right"] * 8]
-    return str(tabulate(cells, header, tablefmt="pipe", disable_numparse=True, colalign=align))
-
-
-def _between(values: list[float]) -> str:
-    return f"{min(values):.3g} to {max(values):.3g}"
+    return table(header, cells, 2)
 
 
 def _gains(rows: list[Row]) -> str:
     lines = []
     for e in EXPERIMENTS:
         methods = ["gcp", *(f"minimal_cost_{m}" for m in DEGREES)]
-        errors = [_of(rows, e, m).error for m in methods]
+        errors = [of(rows, e, m).error for m in methods]
         falls = [a / b for a, b in itertools.pairwise(errors)]
-        quintic, geodesic = _of(rows, e, "quintic"), _of(rows, e, "geodesic_cubic")
-        least = _of(rows, e, "minimal_cost_5")
+        quintic, geodesic = of(rows, e, "quintic"), of(rows, e, "geodesic_cubic")
+        least = of(rows, e, "minimal_cost_5")
         verb = "lower" if geodesic.error < errors[0] else "raise"
         change = max(geodesic.error / errors[0], errors[0] / geodesic.error)
         pieces = (
@@ -201,7 +195,7 @@ def _gains(rows: list[Row]) -> str:
         )
         lines.append(
             f"- {e.title}: with each further degree the mean error of the curve of minimal cost falls by a factor of "
-            f"{_between(falls)}, from {errors[0]:.2e} to {errors[-1]:.2e}. The quintic with exact end accelerations "
+            f"{between(falls, 3)}, from {errors[0]:.2e} to {errors[-1]:.2e}. The quintic with exact end accelerations "
             f"has {errors[0] / quintic.error:.3g} times less error than GCP, the one of minimal cost "
             f"{errors[0] / least.error:.3g} times. Geodesics in place of quasi-geodesics {pieces}."
         )
@@ -211,13 +205,13 @@ def _gains(rows: list[Row]) -> str:
 def _times(rows: list[Row]) -> str:
     lines = []
     for e in EXPERIMENTS:
-        gcp = _of(rows, e, "gcp")
+        gcp = of(rows, e, "gcp")
         for method, name in (
             ("geodesic_cubic", "the cubic of geodesics"),
             ("minimal_cost_5", "least cost in degree 5"),
             ("exact", "the exact cubic"),
         ):
-            row = _of(rows, e, method)
+            row = of(rows, e, method)
             build, point = row.build_seconds / gcp.build_seconds, row.point_seconds / gcp.point_seconds
             lines.append(
                 f"- {e.title}, {name}: {build:.3g} times the time of GCP to build, {point:.3g} times for a point."
@@ -233,8 +227,8 @@ def _slower(rows: list[Row]) -> str:
 
     lines = []
     for e in EXPERIMENTS:
-        exact = _of(rows, e, "exact")
-        least = [(m, _of(rows, e, f"minimal_cost_{m}")) for m in DEGREES]
+        exact = of(rows, e, "exact")
+        least = [(m, of(rows, e, f"minimal_cost_{m}")) for m in DEGREES]
         build = listed([str(m) for m, r in least if r.build_seconds > exact.build_seconds])
         point = listed([str(m) for m, r in least if r.point_seconds > exact.point_seconds])
         lines.append(
@@ -245,7 +239,7 @@ def _slower(rows: list[Row]) -> str:
 
 def section(rows: list[Row]) -> str:
     """Text of the section of ``summary.md``."""
-    return f"""## Other control points
+    return f"""### Other control points
 
 The paper suggests an alternative choice of control points. Curves with the same end points and end velocities as GCP:
 inner control points chosen for the least cost `J = int |D_t S'|^2 dt` in degrees {DEGREES[0]} to {DEGREES[-1]}; the
@@ -270,14 +264,12 @@ Times are the shortest of {REPETITIONS} rounds that alternate between all method
 """
 
 
-def write_tables(folder: Path, rows: list[Row]) -> list[Path]:
-    """Write ``control_points.csv`` and append the section to ``summary.md``, which must exist; the path written."""
-    cells = []
+def csv_rows(rows: list[Row]) -> list[tuple[object, ...]]:
+    """Rows of ``control_points.csv``, whose header is `HEADER`."""
+    cells: list[tuple[object, ...]] = []
     for r in rows:
         polynomial = r.method != "exact"
         size = (degree(r.method), r.free) if polynomial else ("", "")
-        ratio = _of(rows, r.experiment, "gcp").error / r.error if polynomial else ""
+        ratio = of(rows, r.experiment, "gcp").error / r.error if polynomial else ""
         cells.append((r.experiment.name, r.method, *size, r.error, ratio, r.cost, r.excess))
-    with (folder / "summary.md").open("a", encoding="utf-8") as file:
-        file.write("\n" + section(rows))
-    return [write_csv(folder / "control_points.csv", HEADER, cells)]
+    return cells

@@ -8,24 +8,22 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Final
 
 import numpy as np
-from tabulate import tabulate  # type: ignore[import-untyped]
 
 from .._core import RiemannianCubic, Stiefel, integrate_cubic
 from . import control_points, experiments
 from .experiments import EXPERIMENTS, SLOPE_FLOOR, SPLITTING_ORDERS, Array, ErrorRow, Experiment, Map
-from .tables import LABELS as ERROR_LABELS
-from .tables import Results, write_csv
+from .text import LABELS as ERROR_LABELS
+from .text import percent, table
 
 COARSE_STEPS: Final = 10
 FINE_STEPS: Final = 100
 COST_STEPS: Final = (COARSE_STEPS, FINE_STEPS)
 # The curve found counts as the paper's up to this distance, well above the errors of both (1e-13).
 SAME_CURVE: Final = 1e-12
-# Two excesses are called equal up to this relative difference: that of the round-off in their costs.
+# Two excesses are called equal up to this relative difference, the round-off in their costs.
 SAME_EXCESS: Final = 1e-6
 LABELS: Final = {
     "exact": "exact cubic",
@@ -56,7 +54,7 @@ class Cost:
     error : float
         Mean Frobenius distance to the exact cubic, over the points of the trajectory or ``FINE_STEPS + 1`` points.
     cost, excess : float
-        The cost, and its relative excess over that of the exact cubic.
+        The cost, and its relative excess over the exact cubic's.
     """
 
     method: str
@@ -94,6 +92,12 @@ class Comparison:
     experiment: Experiment
     agreement: Agreement
     costs: list[Cost]
+
+    @property
+    def same_pieces(self) -> bool:
+        """Whether geodesics and quasi-geodesics as pieces give the same curve, by its cost."""
+        gcp, geodesic = self.of("gcp"), self.of("geodesic_cubic")
+        return abs(geodesic.excess - gcp.excess) <= SAME_EXCESS * abs(gcp.excess)
 
     def of(self, method: str, steps: int | None = None) -> Cost:
         """Return the row of one method and ``N``."""
@@ -171,26 +175,16 @@ def measure() -> list[Comparison]:
     return [compare(e) for e in EXPERIMENTS]
 
 
-def percent(x: float) -> str:
-    """``100 x`` with three digits."""
-    return f"{100 * x:.3g} %"
-
-
-def _table(header: list[str], cells: list[list[str]], left: int) -> str:
-    align = ["left"] * left + ["right"] * (len(header) - left)
-    return str(tabulate(cells, header, tablefmt="pipe", disable_numparse=True, colalign=align))
-
-
-def _errors(results: Results) -> str:
+def _errors(results: dict[str, list[ErrorRow]]) -> str:
     methods = experiments.CHART_FREE_METHODS
     cells = []
     for e in EXPERIMENTS:
-        rows: list[ErrorRow] = results.rows[e.name]
+        rows = results[e.name]
         for r in rows:
             cells.append([e.title, str(r.steps), *(f"{r.errors[m]:.1e}" for m in methods)])
         slopes = [experiments.slope(rows, m) for m in methods]
         cells.append([e.title, "order", *("-" if s is None else f"{s:.2f}" for s in slopes)])
-    return _table(["manifold", "N", *(ERROR_LABELS[m] for m in methods)], cells, 1)
+    return table(["manifold", "N", *(ERROR_LABELS[m] for m in methods)], cells, 1)
 
 
 def _agreements(found: list[Comparison]) -> str:
@@ -200,7 +194,7 @@ def _agreements(found: list[Comparison]) -> str:
         distances = (f"{x:.1e}" for x in (a.point, a.acceleration, a.jerk))
         cells.append([c.experiment.title, str(a.iterations), f"{a.residual:.1e}", *distances])
     header = ["manifold", "iterations", "residual", "points", "initial acceleration", "initial jerk"]
-    return _table(header, cells, 1)
+    return table(header, cells, 1)
 
 
 def _same(found: list[Comparison]) -> str:
@@ -218,14 +212,14 @@ def _costs(found: list[Comparison]) -> str:
             size = "-" if row.steps is None else str(row.steps)
             numbers = [size, f"{row.error:.2e}" if row.error else "0", f"{row.cost:.8f}", percent(row.excess)]
             cells.append([c.experiment.title, LABELS[row.method], *numbers])
-    return _table(["manifold", "curve", "N", "mean error", "cost J", "excess over the exact cubic"], cells, 2)
+    return table(["manifold", "curve", "N", "mean error", "cost J", "excess over the exact cubic"], cells, 2)
 
 
 def _given_away(found: list[Comparison]) -> str:
     lines = []
     for c in found:
         gcp, geodesic = c.of("gcp"), c.of("geodesic_cubic")
-        if abs(geodesic.excess - gcp.excess) <= SAME_EXCESS * abs(gcp.excess):
+        if c.same_pieces:
             pieces = "with geodesic pieces it is the same"
         else:
             pieces = f"with geodesic pieces it is {percent(geodesic.excess)}"
@@ -242,15 +236,15 @@ def _given_away(found: list[Comparison]) -> str:
     return "\n".join(lines)
 
 
-def section(found: list[Comparison], results: Results) -> str:
+def section(found: list[Comparison], rows: dict[str, list[ErrorRow]]) -> str:
     """Text of the section of ``summary.md``."""
-    return f"""## The exact cubic, without charts
+    return f"""### The exact cubic, without charts
 
 Methods that use no chart: explicit splittings of order 2, 4, 6 and 8 of the initial value problem, and the Riemannian
 cubic with the boundary data of GCP, by shooting with a Taylor method. Mean errors against the Taylor reference in the
-chart, whose own error is up to 1e-13; their times are in section 5:
+chart, whose own error is up to 1e-13; their times are below:
 
-{_errors(results)}
+{_errors(rows)}
 
 Orders are fitted where the mean error is above {SLOPE_FLOOR:g}; below, round-off shows in it, and a dash stands
 where that leaves fewer than two N.
@@ -277,13 +271,10 @@ cost of the exact cubic; the row "by the sum" shows what the trapezoidal rule al
 """
 
 
-def write_tables(folder: Path, found: list[Comparison], results: Results) -> list[Path]:
-    """Write ``cost.csv`` and append the section to ``summary.md``, which must exist; the path written."""
-    cells = [
+def csv_rows(found: list[Comparison]) -> list[tuple[object, ...]]:
+    """Rows of ``cost.csv``, whose header is `HEADER`."""
+    return [
         (c.experiment.name, r.method, "" if r.steps is None else r.steps, r.error, r.cost, r.excess)
         for c in found
         for r in c.costs
     ]
-    with (folder / "summary.md").open("a", encoding="utf-8") as file:
-        file.write("\n" + section(found, results))
-    return [write_csv(folder / "cost.csv", HEADER, cells)]

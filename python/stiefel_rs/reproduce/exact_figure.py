@@ -15,9 +15,13 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from .. import figure_style
-from . import control_points, experiments, figures
-from .exact import COARSE_STEPS, Comparison, percent
+from . import control_points, experiments
+from .exact import COARSE_STEPS, Comparison
 from .experiments import Array, Experiment
+from .styles import STYLES as METHOD_STYLES
+from .styles import TIME_LABEL
+from .text import percent
+from .trajectories import FINE_STEPS, Trajectories
 
 SHOWN: Final = ("gcp", "initial_point_bvp", "midpoint_bvp")
 LABELS: Final = {
@@ -28,11 +32,11 @@ LABELS: Final = {
     "midpoint_bvp": f"mid-point BVP, N = {COARSE_STEPS}",
 }
 STYLES: Final[dict[str, dict[str, Any]]] = {
-    "exact_bvp": figures.STYLES["reference"],
-    "gcp": figures.STYLES["gcp"] | {"marker": ""},
+    "exact_bvp": METHOD_STYLES["reference"],
+    "gcp": METHOD_STYLES["gcp"] | {"marker": ""},
     "geodesic_cubic": {"color": "#56B4E9", "linestyle": (0, (6, 1.5, 1, 1.5)), "marker": ""},
-    "initial_point_bvp": figures.STYLES["initial_point_bvp"] | {"markerfacecolor": "white"},
-    "midpoint_bvp": figures.STYLES["midpoint_bvp"] | {"markerfacecolor": "white"},
+    "initial_point_bvp": METHOD_STYLES["initial_point_bvp"] | {"markerfacecolor": "white"},
+    "midpoint_bvp": METHOD_STYLES["midpoint_bvp"] | {"markerfacecolor": "white"},
 }
 BARS: Final = ("initial_point_bvp", "midpoint_bvp", "gcp", "geodesic_cubic")
 
@@ -42,7 +46,7 @@ def _curves(experiment: Experiment) -> dict[str, tuple[Array, Array]]:
     problem = control_points.boundary_problem(experiment)
     start, end = experiments.reference(experiment, 1)
     exact = experiments.exact_cubic(experiment, start, end)
-    fine, coarse = (experiments.time_grid(n) for n in (figures.FINE_STEPS, COARSE_STEPS))
+    fine, coarse = (experiments.time_grid(n) for n in (FINE_STEPS, COARSE_STEPS))
     found = {"exact_bvp": (exact(fine), experiments.points(experiment, experiment.chart.reference(start, fine)))}
     for method in ("gcp", "geodesic_cubic"):
         found[method] = (control_points.build(problem, method)(fine), exact(fine))
@@ -64,7 +68,7 @@ def draw_distance(curves: dict[str, tuple[Array, Array]], *, ax: Axes) -> None:
         # Zero has no place on the axis: equal to the last bit is drawn as half a unit of the last digit.
         ax.semilogy(t, np.maximum(distance, np.finfo(float).eps / 2), **STYLES[method])
     figure_style.log_axis(ax.yaxis)
-    ax.set(xlabel=figures.TIME_LABEL, xlim=(0, 1.01), ylabel="Frobenius distance\nto the exact cubic")
+    ax.set(xlabel=TIME_LABEL, xlim=(0, 1.01), ylabel="Frobenius distance\nto the exact cubic")
     ax.set_title("distance to the exact cubic; black: the exact cubic to the reference in the chart")
     ax.grid(**figure_style.GRID)
 
@@ -83,7 +87,7 @@ def draw_costs(comparison: Comparison, *, ax: Axes) -> None:
     figure_style.log_axis(ax.xaxis)
     ax.set_xticks([1e-6, 1e-4, 1e-2, 1, 100])
     ax.set_yticks(range(len(BARS)), [LABELS[m].replace(", ", "\n") for m in reversed(BARS)])
-    ax.set_xlabel(f"excess of J over that of the exact cubic (%); for N = {COARSE_STEPS}, J is a sum over the points")
+    ax.set_xlabel(f"excess of J over the exact cubic's (%); for N = {COARSE_STEPS}, J is a sum over the points")
     ax.set_title(f"cost J given away; exact cubic: J = {comparison.of('exact').cost:.6f}")
 
 
@@ -91,7 +95,7 @@ def figure(comparison: Comparison) -> Figure:
     """Columns of the curves on spheres, then costs, then distance against time."""
     experiment = comparison.experiment
     curves = _curves(experiment)
-    trajectories = figures.Trajectories(experiment)
+    trajectories = Trajectories(experiment)
     columns = trajectories.columns
     new = figure_style.new_figure(7.2, 8.8)
     grid = figure_style.grid(new, 3, columns, (1.5, 0.2, 1.2, 0.3), height_ratios=[1.2, 0.75, 1.0], hspace=0.48)
@@ -107,8 +111,13 @@ def figure(comparison: Comparison) -> Figure:
         note = f"all curves within {_farthest(curves, column):.1g} radii of the exact cubic"
         new.text((column + 0.5) / columns, cell.y0 - 0.038, note, ha="center", fontsize=figure_style.FONT_SIZE - 1)
     draw_costs(comparison, ax=new.add_subplot(grid[1, :]))
+    labels = dict(LABELS)
+    if comparison.same_pieces:
+        # One curve, drawn once.
+        del curves["geodesic_cubic"], labels["geodesic_cubic"]
+        labels["gcp"] += ", geodesic pieces as well"
     draw_distance(curves, ax=new.add_subplot(grid[2, :]))
-    handles = [Line2D([], [], label=LABELS[m], **STYLES[m]) for m in LABELS]
+    handles = [Line2D([], [], label=label, **STYLES[m]) for m, label in labels.items()]
     new.legend(handles=handles, loc="lower center", ncols=3, frameon=False, handlelength=3.2)
     return new
 

@@ -1,7 +1,7 @@
 """The two experiments of arXiv 2404.19407 and what is measured on them.
 
 Curves, integrators, shooting and the reference solution are those of the compiled module; computed here are means,
-slopes and differences, the momentum of rotations, and the momenta of other readings of the paper's data.
+slopes and differences.
 
 Time is dimensionless, the curves run over ``0 <= t <= 1`` and ``h = 1 / N``.
 A state is ``z = (q, qdot, p_q, p_qdot)``, shape ``(4 d,)``, with ``d`` the dimension of the manifold.
@@ -10,9 +10,7 @@ A state is ``z = (q, qdot, p_q, p_qdot)``, shape ``(4 d,)``, with ``d`` the dime
 from __future__ import annotations
 
 import math
-import statistics
-import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Final, Literal
 
@@ -20,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import Chart, GeometricCubic, RiemannianCubic, integrate_cubic
-from ..errors import ConvergenceError, OutsideDomainError
 
 Array = NDArray[np.float64]
 Map = Literal["initial_point", "midpoint"]
@@ -38,8 +35,6 @@ BOUNDARY_TOLERANCE: Final = 1e-13
 SLOPE_FLOOR: Final = 1e-14
 DEFAULT_STEPS: Final = (5, 10, 20, 50, 100, 200, 500, 1000)
 QUICK_STEPS: Final = (5, 10, 20, 50, 100)
-FLOW_STEPS: Final = (10, 100)
-WARM_UP_STEPS: Final = 5
 
 
 @dataclass(frozen=True)
@@ -55,7 +50,7 @@ class Experiment:
     q, qdot, qddot, qdddot : tuple of float, length d
         Chart coordinates at ``t = 0`` and their derivatives (radians).
     diameter : float
-        Largest Frobenius distance of two points, ``2 sqrt(k)``: that of ``S`` and ``-S``.
+        Largest Frobenius distance of two points, ``2 sqrt(k)``, between ``S`` and ``-S``.
     paper_error : float
         The relative mean error of GCP that the paper reports.
     independent : mapping of int to tuple of float
@@ -248,134 +243,3 @@ def overtakes(experiment: Experiment, rows: list[ErrorRow], method: str) -> int 
         middle = (low + high) // 2
         low, high = (low, middle) if wins(mean_errors(experiment, middle)) else (middle, high)
     return high
-
-
-@dataclass(frozen=True)
-class TimingRow:
-    """Median time of one curve with ``steps + 1`` points, and its ratio to that of GCP."""
-
-    manifold: str
-    method: str
-    steps: int
-    seconds: float
-    ratio: float
-
-
-def measure_times(steps: Iterable[int], repetitions: int, progress: Callable[[], None]) -> list[TimingRow]:
-    """Time all methods on both manifolds, interleaved.
-
-    Each repetition runs every manifold, ``N`` and method once, so that a machine that slows down slows all alike;
-    a first round is thrown away. A short call of the same method goes before each: else a quick method is timed with
-    the caches that the slow one before it left, and order in the list decides. The time is that of the points in
-    ``R^{3 x k}`` from the data of the problem, one thread.
-
-    Parameters
-    ----------
-    steps : iterable of int
-    repetitions : int
-        Rounds that count; the median is taken over them.
-    progress : callable
-        Called after each round, ``repetitions + 1`` times.
-    """
-    ends = {e.name: reference(e, 1) for e in EXPERIMENTS}
-    cases = [(e, n, m) for n in steps for e in EXPERIMENTS for m in TIMED_METHODS]
-    samples: dict[tuple[str, int, str], list[float]] = {(e.name, n, m): [] for e, n, m in cases}
-    for round_number in range(repetitions + 1):
-        for e, n, m in cases:
-            solve(e, m, min(n, WARM_UP_STEPS), *ends[e.name])
-            begin = time.perf_counter()
-            solve(e, m, n, *ends[e.name])
-            if round_number:
-                samples[e.name, n, m].append(time.perf_counter() - begin)
-        progress()
-    median = {key: statistics.median(values) for key, values in samples.items()}
-    return [
-        TimingRow(e.name, m, n, median[e.name, n, m], median[e.name, n, m] / median[e.name, n, "gcp"])
-        for e, n, m in cases
-    ]
-
-
-def spatial_momentum(experiment: Experiment, z: Array) -> Array:
-    """Momentum of the rotations of space, shape ``(..., 3)``, of the states `z`, shape ``(..., 4 d)``.
-
-    Component i is ``p_q . xi_i + p_qdot . (D xi_i) qdot`` for the infinitesimal rotation ``xi_i`` about axis i. The
-    third is ``p_phi``, since ``phi`` is cyclic in both charts. The exact flow keeps all three.
-    """
-    d = experiment.chart.d
-    z = np.moveaxis(z, -1, 0)
-    theta, theta_dot, phi_dot = z[0], z[d], z[d + 1]
-    sin, cos = np.sin(theta), np.cos(theta)
-    components = []
-    for phi in (z[1], z[1] - math.pi / 2):
-        s, c = np.sin(phi), np.cos(phi)
-        field = (-s, -c * cos / sin, c / sin)
-        rate = (
-            -c * phi_dot,
-            c / sin**2 * theta_dot + s * cos / sin * phi_dot,
-            -c * cos / sin**2 * theta_dot - s / sin * phi_dot,
-        )
-        components.append(sum(z[2 * d + i] * field[i] + z[3 * d + i] * rate[i] for i in range(d)))
-    return np.stack([*components, z[2 * d + 1]], axis=-1)
-
-
-@dataclass(frozen=True)
-class Drift:
-    """Deviations from the initial values along one discrete flow, each of shape ``(steps + 1,)``.
-
-    Attributes
-    ----------
-    energy : ndarray
-        ``H(z_n) - H(z_0)``.
-    cyclic : mapping of str to ndarray
-        ``|p - p(0)|`` of the momenta of the cyclic coordinates: ``phi``, and ``psi`` on St(3,2).
-    other : ndarray
-        Norm of the deviation of the other two components of the spatial momentum.
-    """
-
-    t: Array
-    energy: Array
-    cyclic: Mapping[str, Array]
-    other: Array
-
-
-def drift(experiment: Experiment, step_map: Map, steps: int, t_end: float = 1.0) -> Drift:
-    """Energy and momenta along the discrete flow from the paper's initial state."""
-    chart, d = experiment.chart, experiment.chart.d
-    z = chart.integrate(initial_state(experiment), steps, t_end, step_map)
-    energy = chart.hamiltonian(z)
-    momentum = spatial_momentum(experiment, z)
-    cyclic = {name: np.abs(z[:, 2 * d + i] - z[0, 2 * d + i]) for i, name in ((1, "phi"), (2, "psi")) if i < d}
-    other = np.linalg.norm(momentum[:, :2] - momentum[0, :2], axis=1)
-    return Drift(t_end * time_grid(steps), energy - energy[0], cyclic, np.asarray(other))
-
-
-def momenta_by_convention(experiment: Experiment) -> dict[str, tuple[Array, Array]]:
-    """``(p_q, p_qdot)`` under the readings of the paper's last two triples of numbers, by the name of the reading."""
-    e, d = experiment, experiment.chart.d
-    acceleration, jerk, zero = np.array(e.qddot), np.array(e.qdddot), np.zeros(d)
-    metric = np.linalg.inv(e.chart.hessian(np.concatenate([e.q, e.qdot, zero, zero]))[3 * d :, 3 * d :])
-    p_qdot = metric @ acceleration
-    # H_qdot = p_q - 2 Gamma(qdot, .) p_qdot, and the covariant derivative of p_qdot is Gamma(qdot, .) p_qdot - p_q.
-    gradient = e.chart.gradient(np.concatenate([e.q, e.qdot, zero, p_qdot]))
-    return {
-        "coordinate derivatives (used here)": e.chart.momenta(e.q, e.qdot, e.qddot, e.qdddot),
-        "covariant derivatives": (-gradient[d : 2 * d] / 2 - metric @ jerk, p_qdot),
-        "momenta p_qdot = qddot, p_q = qdddot": (jerk, acceleration),
-        "momenta p_qdot = qddot, p_q = -qdddot": (-jerk, acceleration),
-        "momenta p_q = qddot, p_qdot = qdddot": (acceleration, jerk),
-    }
-
-
-def gcp_error_by_convention(experiment: Experiment, steps: int) -> dict[str, tuple[float, float] | str]:
-    """Mean and largest error of GCP for each reading of the data, or why there is none."""
-    out: dict[str, tuple[float, float] | str] = {}
-    for name, momenta in momenta_by_convention(experiment).items():
-        try:
-            z0 = np.concatenate([experiment.q, experiment.qdot, *momenta])
-            exact = experiment.chart.reference(z0, time_grid(steps))
-            gcp = geometric_cubic(experiment, exact[0], exact[-1])(time_grid(steps))
-            error = distances(gcp, points(experiment, exact))
-            out[name] = (float(error.mean()), float(error.max()))
-        except (OutsideDomainError, ConvergenceError) as failure:
-            out[name] = str(failure)
-    return out

@@ -15,12 +15,17 @@ from typing import Any, Final
 import numpy as np
 
 from .. import __version__, _core
-from . import conjecture
+from . import retractions
 
 NAME: Final = "manifest.json"
 FORMAT: Final = 1
-# Wall clock times, and the summaries that quote them: other numbers in each run.
-MEASURED: Final = frozenset({"timing.csv", "summary.md"})
+# Wall clock times, and what quotes them: other numbers in each run.
+MEASURED: Final = frozenset(
+    {
+        *("timing.csv", "equal_error.csv", "challenges.csv", "any_shape_times.csv", "claims.csv"),
+        *("summary.md", "report.pdf"),
+    }
+)
 
 
 def _version(package: str) -> str | None:
@@ -85,7 +90,7 @@ def build(folder: Path, written: Iterable[Path], settings: dict[str, Any]) -> di
     for path in written:
         figure = path.suffix in (".png", ".pdf")
         kinds["measured" if path.name in MEASURED else "figures" if figure else "tables"].add(path)
-    made = {"settings": {"seed": conjecture.SEED, **settings}, **environment()}
+    made = {"settings": {"seed": retractions.SEED, **settings}, **environment()}
     return {"format": FORMAT, "run": made, **{kind: _digests(folder, paths) for kind, paths in kinds.items()}}
 
 

@@ -1,4 +1,4 @@
-//! Geometric cubics are those of the paper's algorithm, and have its symmetries.
+//! Geometric cubics are de Casteljau's algorithm with n x n exponentials, and have its symmetries.
 
 use faer::{Mat, Scale};
 use stiefel_rs::{Curve, orthogonal_log, skew_exp};
@@ -9,8 +9,8 @@ use crate::common::{
 };
 use crate::end_conditions::TIMES;
 
-/// The paper's pair `(X, Omega)` that takes `S0` to `S1` (Proposition 1), with `n x n` matrices.
-fn paper_pair(s0: &Mat<f64>, s1: &Mat<f64>) -> (Mat<f64>, Mat<f64>) {
+/// The pair `(X, Omega)` that takes `S0` to `S1`, `X` as an `n x n` matrix, by a singular value decomposition.
+fn joining_pair(s0: &Mat<f64>, s1: &Mat<f64>) -> (Mat<f64>, Mat<f64>) {
     let k = s0.ncols();
     let svd = (s0.transpose() * s1).svd().unwrap();
     let (u, z) = (svd.U(), svd.V());
@@ -27,34 +27,34 @@ fn paper_pair(s0: &Mat<f64>, s1: &Mat<f64>) -> (Mat<f64>, Mat<f64>) {
     (x, orthogonal_log((u * z.transpose()).as_ref()).unwrap())
 }
 
-fn paper_step(s: &Mat<f64>, (x, omega): &(Mat<f64>, Mat<f64>), t: f64) -> Mat<f64> {
+fn quasi_geodesic_step(s: &Mat<f64>, (x, omega): &(Mat<f64>, Mat<f64>), t: f64) -> Mat<f64> {
     // X of the paper's formula is skew only to round-off; SKEW_TOLERANCE is relative to its norm, which may be small.
     let exp = |a: &Mat<f64>| skew_exp(((a - a.transpose()) * Scale(0.5 * t)).as_ref()).unwrap();
     exp(x) * s * exp(omega)
 }
 
 /// `X_0 .. X_5`, `Omega_0 .. Omega_5` with explicit exponentials.
-fn paper_curve(points: &[Mat<f64>; 4], t: f64) -> Mat<f64> {
+fn de_casteljau(points: &[Mat<f64>; 4], t: f64) -> Mat<f64> {
     let [s0, s1, s2, s3] = points;
-    let b01 = paper_step(s0, &paper_pair(s0, s1), t);
-    let b12 = paper_step(s1, &paper_pair(s1, s2), t);
-    let b23 = paper_step(s2, &paper_pair(s2, s3), t);
-    let b012 = paper_step(&b01, &paper_pair(&b01, &b12), t);
-    let b123 = paper_step(&b12, &paper_pair(&b12, &b23), t);
-    paper_step(&b012, &paper_pair(&b012, &b123), t)
+    let b01 = quasi_geodesic_step(s0, &joining_pair(s0, s1), t);
+    let b12 = quasi_geodesic_step(s1, &joining_pair(s1, s2), t);
+    let b23 = quasi_geodesic_step(s2, &joining_pair(s2, s3), t);
+    let b012 = quasi_geodesic_step(&b01, &joining_pair(&b01, &b12), t);
+    let b123 = quasi_geodesic_step(&b12, &joining_pair(&b12, &b23), t);
+    quasi_geodesic_step(&b012, &joining_pair(&b012, &b123), t)
 }
 
 #[test]
-fn equals_the_papers_algorithm_with_n_by_n_matrices() {
+fn equals_de_casteljau_with_n_by_n_exponentials() {
     let mut rng = Rng::new(5);
-    let mut worst = Worst::new("curve - paper's algorithm");
+    let mut worst = Worst::new("curve - de Casteljau");
     for size in SIZES {
         for (distance_, speed) in [(0.1, 0.1), (0.5, 0.5), (0.8, 0.8)] {
             let curve = Boundary::random(size, distance_, speed, &mut rng).curve();
             for t in TIMES {
                 let error = distance(
                     &curve.point(t).unwrap(),
-                    &paper_curve(&curve.control_points(), t),
+                    &de_casteljau(&curve.control_points(), t),
                 );
                 worst.see(error, || format!("{size:?}, distance {distance_}, t = {t}"));
             }

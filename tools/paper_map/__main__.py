@@ -1,0 +1,5 @@
+"""Write the page."""
+
+from .page import PAGE, text
+
+PAGE.write_text(text(), encoding="utf-8")

@@ -1,0 +1,88 @@
+"""What one line of the map says."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Literal
+
+
+@dataclass(frozen=True)
+class Section:
+    """A place that reports something: a heading of ``summary.md``, a figure of the report, or a page of ``docs/``.
+
+    Attributes
+    ----------
+    kind : str
+    name : str
+        Heading of ``summary.md``, stem of the files of the figure, or path of the page below ``docs/``.
+    heading : str
+        Heading of the page; empty for the whole page.
+    title : str
+        Short name in the map.
+    """
+
+    kind: Literal["summary", "figure", "page"]
+    name: str
+    title: str
+    heading: str = ""
+
+    def link(self) -> str:
+        """Return the place as Markdown; only pages have an address."""
+        if self.kind == "page":
+            anchor = re.sub(r"[-\s]+", "-", re.sub(r"[^\w\s-]", "", self.heading).lower())
+            return f"[{self.title}]({self.name}{'#' if anchor else ''}{anchor})"
+        return f"figure `{self.name}`" if self.kind == "figure" else f"summary: {self.title}"
+
+
+@dataclass(frozen=True)
+class Row:
+    """One statement of the paper.
+
+    Attributes
+    ----------
+    label : str
+        Number in the paper, or where it stands there.
+    says : str
+        The statement in short.
+    code : tuple of str
+        Names below ``stiefel_rs`` in Python (``Stiefel.retract``), or in Rust (``stiefel_rs::Curve``).
+    tests : tuple of str
+        ``file::name``: a Python file below ``tests/python``, or the path of a Rust file.
+    report : tuple of Section
+    here : str
+        Symbol or reading of the project where it differs.
+    """
+
+    label: str
+    says: str
+    code: tuple[str, ...]
+    tests: tuple[str, ...]
+    report: tuple[Section, ...]
+    here: str = ""
+
+
+@dataclass(frozen=True)
+class Misprint:
+    """A sentence or formula of the paper that does not hold as printed.
+
+    Attributes
+    ----------
+    label : str
+        Where it stands in the paper.
+    printed, correct : str
+        What is printed, and what holds.
+    shown : str
+        What the test measures, with ``{error}`` in the place of the number.
+    error : float
+        The amount by which the printed form fails, to four digits.
+    tests : tuple of str
+        As in `Row`.
+    """
+
+    label: str
+    printed: str
+    correct: str
+    shown: str
+    error: float
+    tests: tuple[str, ...]
