@@ -4,6 +4,7 @@ use std::ops::Mul;
 
 use crate::linalg::dual::Number;
 use crate::linalg::field::{Field, transposed_multiply};
+use crate::linalg::simd::vectorised;
 use crate::space::{Brackets, Homogeneous, Products, SLACK, axis, cross_products, write_row};
 
 /// Coefficients of `x` and of the frame `g` in powers of `s`, the time from the middle of the leg.
@@ -44,8 +45,24 @@ impl<T: Field> Series<T> {
     }
 
     /// Those of `x` up to an order, from `x, x', x''` in the middle, and the tension of the curve.
-    #[inline(always)]
+    ///
+    /// Compiled once, not into every caller, as [`Series::set_frames`].
+    #[inline(never)]
     pub(super) fn set_curve(
+        &mut self,
+        space: impl Homogeneous,
+        middle: [&[T]; 3],
+        tension: Option<T>,
+        order: usize,
+    ) {
+        vectorised(
+            #[inline(always)]
+            || self.set_coefficients(space, middle, tension, order),
+        );
+    }
+
+    #[inline(always)]
+    fn set_coefficients(
         &mut self,
         space: impl Homogeneous,
         middle: [&[T]; 3],
@@ -112,8 +129,16 @@ impl<T: Field> Series<T> {
     }
 
     /// Those of the frames up to a power, after those of `x`.
-    #[inline(always)]
+    #[inline(never)]
     pub(super) fn set_frames(&mut self, space: impl Homogeneous, power: usize) {
+        vectorised(
+            #[inline(always)]
+            || self.set_frame_coefficients(space, power),
+        );
+    }
+
+    #[inline(always)]
+    fn set_frame_coefficients(&mut self, space: impl Homogeneous, power: usize) {
         let r = space.size();
         let square = r * r;
         self.frames[..square].fill(T::ZERO);

@@ -3,6 +3,7 @@
 use super::series::{Series, at_ends, isotropy_bracket_into, subtract_bracket_into};
 use crate::linalg::dual::Number;
 use crate::linalg::field::{Field, accumulate, transposed_multiply};
+use crate::linalg::simd::vectorised;
 use crate::space::{Homogeneous, Products, WideProducts, write_row};
 
 /// Terms of the series of the derivative, after the three given ones. With two, splines through 400 rotations up to 1.2 rad
@@ -86,8 +87,24 @@ impl<const N: usize, T: Field> Variation<N, T> {
     }
 
     /// By `terms` terms more than the three given ones of a series that has as many, and the tension of the curve.
-    #[inline(always)]
+    ///
+    /// Compiled once, not into every caller.
+    #[inline(never)]
     pub(super) fn set(
+        &mut self,
+        space: impl Homogeneous,
+        series: &Series<T>,
+        tension: Option<T>,
+        terms: usize,
+    ) {
+        vectorised(
+            #[inline(always)]
+            || self.set_all(space, series, tension, terms),
+        );
+    }
+
+    #[inline(always)]
+    fn set_all(
         &mut self,
         space: impl Homogeneous,
         series: &Series<T>,

@@ -67,3 +67,59 @@ fn share<T: Field>(other: &[T], step: &[T]) -> T {
     }
     product / square
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `x + 0.3 (x_1 x_2, x_2 x_3, x_3 x_1) = b`.
+    fn equations(x: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
+        std::array::from_fn(|i| x[i] + 0.3 * x[i] * x[(i + 1) % 3] - b[i])
+    }
+
+    /// How often the equations are evaluated down to round-off, with the linear equations of the start.
+    fn evaluations(is_corrected: bool) -> usize {
+        let (b, mut x) = ([0.9, -0.7, 0.5], [0.0; 3]);
+        let mut updates = Updates::new(3, 8);
+        for count in 1..100 {
+            let left = equations(&x, &b);
+            if left.iter().all(|f| f.abs() < 1e-15) {
+                return count;
+            }
+            let mut step = left.map(|f| -f);
+            if is_corrected {
+                updates.correct(&mut step);
+            }
+            for (x, step) in x.iter_mut().zip(step) {
+                *x += step;
+            }
+        }
+        panic!("no convergence");
+    }
+
+    #[test]
+    fn updates_save_more_than_half_of_the_steps() {
+        let [with, without] = [true, false].map(evaluations);
+        assert!(
+            2 * with < without,
+            "{with} evaluations with updates, {without} without"
+        );
+    }
+
+    #[test]
+    fn a_lane_that_stands_still_stays_finite() {
+        use crate::linalg::lanes::Lanes;
+        let mut updates = Updates::<Lanes>::new(2, 4);
+        for size in [1.0, 1e-3, 1e-9] {
+            let mut step = [Lanes::splat(size); 2];
+            for entry in &mut step {
+                entry.0[3] = 0.0;
+            }
+            updates.correct(&mut step);
+            for entry in step {
+                assert_eq!(entry.0[3], 0.0);
+                assert!(entry.0.iter().all(|x| x.is_finite()), "{entry:?}");
+            }
+        }
+    }
+}

@@ -25,8 +25,7 @@ pub(crate) fn write_row<X: Field>(row: &impl RowSums<X>, column: usize, out: &mu
             (1, 5..) => put::<8, X>(row, at, out),
             (1, _) => put::<4, X>(row, at, out),
             (_, 1) => put::<1, X>(row, at, out),
-            (_, 2) => put::<2, X>(row, at, out),
-            (_, 3) => put::<3, X>(row, at, out),
+            (_, 2 | 3) => put::<2, X>(row, at, out),
             _ => put::<4, X>(row, at, out),
         };
     }
@@ -167,4 +166,111 @@ where
 #[inline(always)]
 pub(crate) fn axis<T: Number>(a: &[T]) -> [T; 3] {
     [a[7], a[2], a[3]]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linalg::lanes::Lanes;
+
+    const COUNT: usize = 3;
+
+    /// `COUNT` skew matrices of size `r` with small whole numbers, exact in any order of summation, and what follows them.
+    fn matrices(r: usize, seed: usize) -> Vec<f64> {
+        let mut all = vec![0.0; COUNT * r * r + SLACK];
+        for (at, matrix) in all[..COUNT * r * r].chunks_exact_mut(r * r).enumerate() {
+            for i in 0..r {
+                for j in 0..i {
+                    let entry = ((7 * i + 3 * j + 5 * at + seed) % 11) as f64 - 5.0;
+                    (matrix[i * r + j], matrix[j * r + i]) = (entry, -entry);
+                }
+            }
+        }
+        all
+    }
+
+    fn splat(all: &[f64]) -> Vec<Lanes> {
+        all.iter().map(|x| Lanes::splat(*x)).collect()
+    }
+
+    fn entry(r: usize, a: &[f64], b: &[f64], [i, j]: [usize; 2]) -> f64 {
+        (0..r).map(|l| a[i * r + l] * b[l * r + j]).sum()
+    }
+
+    #[test]
+    fn rows_of_brackets_and_products_are_those_of_whole_matrices() {
+        for r in [4, 5, 9, 12] {
+            let (x, y) = (matrices(r, 1), matrices(r, 4));
+            let square = r * r;
+            let at = |all: &[f64], i: usize| all[i * square..].to_vec();
+            let (lanes_x, lanes_y) = (splat(&x), splat(&y));
+            for (row, column, count) in [(0, 1, r - 1), (r - 1, 0, r), (1, r - 1, 1), (2, 0, 3)] {
+                let mut brackets = vec![0.0; count];
+                let mut products = vec![0.0; count];
+                let [mut lane_brackets, mut wide] = [(); 2].map(|()| vec![Lanes::ZERO; count]);
+                let pairs = (0..COUNT).map(|i| (i as f64, &x[i * square..], &y[i * square..]));
+                write_row(
+                    &Brackets {
+                        r,
+                        inner: r,
+                        row,
+                        pairs,
+                    },
+                    column,
+                    &mut brackets,
+                );
+                let pairs =
+                    (0..COUNT).map(|i| (i as f64, &lanes_x[i * square..], &lanes_y[i * square..]));
+                write_row(
+                    &Brackets {
+                        r,
+                        inner: r,
+                        row,
+                        pairs,
+                    },
+                    column,
+                    &mut lane_brackets,
+                );
+                let pairs = (0..COUNT).map(|i| (&x[i * square..], &y[i * square..]));
+                write_row(
+                    &Products {
+                        r,
+                        inner: 0..r,
+                        row,
+                        pairs,
+                    },
+                    column,
+                    &mut products,
+                );
+                let pairs = (0..COUNT).map(|i| (&lanes_x[i * square..], &y[i * square..]));
+                write_row(
+                    &WideProducts(Products {
+                        r,
+                        inner: 0..r,
+                        row,
+                        pairs,
+                    }),
+                    column,
+                    &mut wide,
+                );
+                for c in 0..count {
+                    let place = [row, column + c];
+                    let [mut bracket, mut product] = [0.0; 2];
+                    for i in 0..COUNT {
+                        let (x, y) = (at(&x, i), at(&y, i));
+                        product += entry(r, &x, &y, place);
+                        bracket += i as f64 * (entry(r, &x, &y, place) - entry(r, &y, &x, place));
+                    }
+                    assert_eq!(brackets[c], bracket, "r = {r}, {place:?}");
+                    assert_eq!(
+                        lane_brackets[c],
+                        Lanes::splat(bracket),
+                        "r = {r}, {place:?}"
+                    );
+                    assert_eq!(products[c], product, "r = {r}, {place:?}");
+                    assert_eq!(wide[c], Lanes::splat(product), "r = {r}, {place:?}");
+                }
+            }
+        }
+    }
 }

@@ -39,11 +39,16 @@ macro_rules! homogeneous {
         #[inline(always)]
         fn each_run(self, mut visit: impl FnMut(usize, usize, usize, usize)) {
             // The order of `cubic::problem::pack`: the entries above the diagonal of omega, then b, column by column.
-            let [_, k] = self.shape();
-            for j in 1..k {
-                visit(j * (j - 1) / 2, j, 0, j);
+            // One call of `visit`: kernels are inlined into it.
+            let [r, k] = self.shape();
+            let first = k * k.saturating_sub(1) / 2;
+            for i in 1..2 * k {
+                let (p, row, column, count) = match i.checked_sub(k) {
+                    None => (i * (i - 1) / 2, i, 0, i),
+                    Some(j) => (first + j * (r - k), j, k, r - k),
+                };
+                visit(p, row, column, count);
             }
-            self.each_turned_run(visit);
         }
 
         #[inline(always)]
