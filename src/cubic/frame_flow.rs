@@ -18,6 +18,7 @@ use faer::{Accum, MatMut, MatRef, Par};
 
 use super::initial::{Horizontal, InitialData};
 use super::split_state::{SplitState, add_all, check_turn};
+use super::trajectory::Observed;
 use crate::error::Result;
 use crate::linalg::simd::vectorised;
 
@@ -219,7 +220,9 @@ impl SplitState for FrameState {
     fn drift(&mut self, h: f64) {
         self.x.add(h, &self.p.value);
     }
+}
 
+impl Observed for FrameState {
     fn observe(&mut self, [point, velocity, acceleration, jerk]: [&mut [f64]; 4]) {
         let (r, k) = (self.r, self.k);
         self.bracket();
@@ -240,7 +243,7 @@ impl SplitState for FrameState {
         multiply(r, g, &products[..r * k], jerk);
     }
 
-    fn energy(&self) -> f64 {
+    fn energy(&mut self) -> f64 {
         let (r, k) = (self.r, self.k);
         let inner = |a: &[f64], b: &[f64]| -> f64 {
             let entry = |i: usize| if i % r < k { 0.5 } else { 1.0 } * a[i] * b[i];
