@@ -294,7 +294,7 @@ fn part(z: &[f64], r: usize, k: usize, i: usize) -> MatRef<'_, f64> {
 }
 
 /// `a -= S S^T a / 2`.
-fn subtract_half_tangential(mut a: MatMut<'_, f64>, s: MatRef<'_, f64>, inner: &mut Mat<f64>) {
+fn subtract_half_tangential(a: MatMut<'_, f64>, s: MatRef<'_, f64>, inner: &mut Mat<f64>) {
     mul_into(&mut *inner, 1.0, s.transpose(), a.rb());
     mul_add(a, -0.5, s, &*inner);
 }
