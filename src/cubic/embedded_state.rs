@@ -52,7 +52,7 @@ impl EmbeddedState {
     ///
     /// ```math
     /// p_V = A - \tfrac12 S S^T A,\qquad p_S = B - \tfrac12 S S^T B,\qquad
-    /// B = \tfrac12 (X_V A - X_A V) + p_V S^T V + V S^T p_V - J
+    /// B = \tfrac12 (X_V A - X_A V) + p_V S^T V - V S^T p_V - J
     /// ```
     ///
     /// where `V = X_V S` and `A = X_A S`. The momenta meet `S^T p_V + p_V^T S = 0` and `S^T p_S + p_S^T S = 0`.
@@ -159,8 +159,9 @@ impl EmbeddedState {
         }
         let mut largest = 0.0_f64;
         for (i, power) in POWERS.into_iter().enumerate() {
-            let size = norm(part(increment, self.r, self.k, i)) / (h.abs() * rate);
-            let relative = (0..power).fold(size, |size, _| size / rate);
+            let size = norm(part(increment, self.r, self.k, i)) / h.abs();
+            // One factor after the other: their product may underflow.
+            let relative = (0..=power).fold(size, |size, _| size / rate);
             // A maximum of NaN and a number is the number.
             if !relative.is_finite() {
                 return relative;
@@ -299,7 +300,7 @@ fn subtract_half_tangential(a: MatMut<'_, f64>, s: MatRef<'_, f64>, inner: &mut 
     mul_add(a, -0.5, s, &*inner);
 }
 
-/// `out = (X_V A - X_A V) / 2 + p_V S^T V + V S^T p_V`, which is `J + p_S` up to `S S^T p_S`.
+/// `out = (X_V A - X_A V) / 2 + p_V S^T V - V S^T p_V`, which is `J + p_S - S p_S^T S`.
 ///
 /// `X_V A - X_A V = V S^T A - A S^T V - S (N - N^T)` with `N = V^T A + S^T V S^T A`.
 fn set_brackets(
@@ -317,7 +318,7 @@ fn set_brackets(
     mul_add(out.rb_mut(), 0.5, s, n.transpose());
     mul_add(out.rb_mut(), 1.0, p_v, &*with_v);
     mul_into(&mut *with_a, 1.0, s.transpose(), p_v);
-    mul_add(out, 1.0, v, &*with_a);
+    mul_add(out, -1.0, v, &*with_a);
 }
 
 /// Whether what is left of a linearly convergent iteration is below round-off.
