@@ -1,72 +1,23 @@
-//! The symplectic integrator in the embedding: order, constraints, symplectic form, symmetry, energy, equivariance, input.
+//! The symplectic integrator in the embedding: order, constraints, symplectic form, symmetry, energy, equivariance.
 
 mod common;
+#[path = "common/embedded.rs"]
+mod embedding;
 #[path = "common/paper.rs"]
 mod paper;
 #[path = "common/splitting.rs"]
 mod trajectories;
 
 use common::*;
+use embedding::*;
 use faer::{Mat, Scale};
 use nalgebra::SVector;
 use stiefel_rs::chart::{
     Chart, CovariantData, Frame, LinearMap, Sphere, covariant_from_state, integrate,
-    state_from_covariant,
 };
-use stiefel_rs::cubic::{
-    CubicTrajectory, EmbeddedOptions, IntegrationOptions, RiemannianCubic, SplittingOrder,
-    integrate_embedded,
-};
-use stiefel_rs::{Curve, Error, Geodesic, Interrupt, StopReason};
+use stiefel_rs::cubic::{CubicTrajectory, SplittingOrder};
+use stiefel_rs::{Curve, Geodesic, Interrupt};
 use trajectories::{Data, difference, random_data, size, state};
-
-/// The circle, the sphere, `n = k`, `n < 2k`, `n = 4k`, tall shapes that are computed in fewer dimensions.
-const SHAPES: [(usize, usize); 11] = [
-    (1, 1),
-    (2, 1),
-    (3, 1),
-    (3, 2),
-    (3, 3),
-    (5, 2),
-    (5, 3),
-    (4, 4),
-    (8, 2),
-    (20, 2),
-    (20, 4),
-];
-
-fn try_embedded(data: &Data, steps: usize, t_end: f64) -> Result<CubicTrajectory, Error> {
-    let [s, v, a, j] = data.each_ref().map(Mat::as_ref);
-    let options = EmbeddedOptions {
-        t_end,
-        ..EmbeddedOptions::default()
-    };
-    integrate_embedded(s, v, a, j, steps, &options)
-}
-
-fn embedded(data: &Data, steps: usize, t_end: f64) -> CubicTrajectory {
-    try_embedded(data, steps, t_end).unwrap_or_else(|e| panic!("{:?}: {e}", data[0].shape()))
-}
-
-fn embedded_end(data: &Data, steps: usize, t_end: f64) -> Data {
-    state(&embedded(data, steps, t_end), steps)
-}
-
-/// The exact cubic and its covariant derivatives.
-fn exact(data: &Data, t: f64) -> Data {
-    let [s, v, a, j] = data.each_ref().map(Mat::as_ref);
-    let options = IntegrationOptions {
-        t_end: t,
-        ..IntegrationOptions::default()
-    };
-    let curve = RiemannianCubic::from_initial(s, v, a, j, &options).unwrap();
-    [
-        curve.point(t).unwrap(),
-        curve.derivative(t, 1).unwrap(),
-        curve.acceleration(t).unwrap(),
-        curve.jerk(t).unwrap(),
-    ]
-}
 
 fn mapped(data: &Data, f: impl Fn(&Mat<f64>) -> Mat<f64>) -> Data {
     data.each_ref().map(f)
@@ -92,7 +43,7 @@ fn order_is_two() {
     }
 }
 
-/// Measured constants are below a third of these.
+/// Constants: three times the largest measured ones.
 #[test]
 fn constraints_and_momentum_hold_to_round_off_for_any_number_of_steps() {
     for shape in SHAPES {
@@ -117,10 +68,10 @@ fn constraints_and_momentum_hold_to_round_off_for_any_number_of_steps() {
             );
             let r = shape.0.min(4 * shape.1) as f64;
             let what = |name: &str| format!("{shape:?} {steps}: {name}");
-            assert_within(orthonormal, 12.0 * r * EPS, &what("orthonormality"));
-            assert_within(tangent, 12.0 * r * EPS * largest, &what("tangency"));
-            assert_within(off, 12.0 * r * EPS * largest, &what("constraints"));
-            assert_within(moved, 12.0 * r * EPS * largest.powi(2), &what("momentum"));
+            assert_within(orthonormal, 3.0 * r * EPS, &what("orthonormality"));
+            assert_within(tangent, 1.5 * r * EPS * largest, &what("tangency"));
+            assert_within(off, 1.5 * r * EPS * largest, &what("constraints"));
+            assert_within(moved, r * EPS * largest, &what("momentum"));
         }
     }
 }
@@ -156,8 +107,8 @@ fn form(a: &Data, b: &Data) -> f64 {
     half(a, b) - half(b, a)
 }
 
-/// The state moved in the direction number `i` of `T(TSt) x T*(TSt)`: rotations of all four, and tangent vectors added to the
-/// last three. Turned by Cayley transforms, so the constraints hold.
+/// The state moved along the constrained manifold: all four matrices turned by a Cayley transform, or a tangent vector added to
+/// one of the last three.
 fn moved(data: &Data, direction: &Direction, step: f64) -> Data {
     match direction {
         Direction::Turn(generator) => {
@@ -219,7 +170,8 @@ fn steps_are_symplectic_on_the_constrained_manifold() {
         }
         println!("{shape:?}: form up to {largest:.2}, changed by {defect:.1e}");
         assert!(largest > 0.1, "{shape:?}: the directions say nothing");
-        assert_within(defect, 1e-9, &format!("{shape:?}: symplectic form"));
+        // Measured: 4e-13, round-off of the differences.
+        assert_within(defect, 1e-11, &format!("{shape:?}: symplectic form"));
     }
 }
 
@@ -327,142 +279,6 @@ fn without_acceleration_it_is_near_the_geodesic() {
             );
         }
     }
-}
-
-#[test]
-fn at_rest_it_stays() {
-    for shape in SHAPES {
-        let zero = Mat::zeros(shape.0, shape.1);
-        let [s, ..] = random_data(shape, 1.0, 61);
-        let data = [s, zero.clone(), zero.clone(), zero];
-        for (steps, t_end) in [(1, 1.0), (9, -3.0), (2, 1e300)] {
-            let bound = 8.0 * shape.0 as f64 * EPS;
-            let found = embedded_end(&data, steps, t_end);
-            assert_within(difference(&found, &data), bound, &format!("{shape:?}"));
-        }
-    }
-}
-
-/// Columns of the identity, at which the paper's chart has its pole, and data in one plane.
-#[test]
-fn coordinate_columns_are_points_like_others() {
-    let unit = |n: usize, i: usize| Mat::from_fn(n, 1, |row, _| f64::from(u8::from(row == i)));
-    let pole = [unit(3, 2), unit(3, 0), unit(3, 1), Mat::zeros(3, 1)];
-    let [point, velocity, acceleration, jerk] = pole.clone();
-    let covariant = CovariantData {
-        point,
-        velocity,
-        acceleration,
-        jerk,
-    };
-    let refused = state_from_covariant(&Sphere, &covariant);
-    assert!(matches!(refused, Err(Error::OutsideChart { .. })));
-    let plane = [unit(3, 0), unit(3, 1), unit(3, 1), unit(3, 1)];
-    let n = 5;
-    let s = Mat::from_fn(n, 2, |i, j| f64::from(u8::from(i == j)));
-    let tangent = |seed| random_tangent(&s, 1.0, &mut Rng::new(seed));
-    let frame = [s.clone(), tangent(1), tangent(2), tangent(3)];
-    for data in [pole, plane, frame] {
-        let exact = exact(&data, 1.0);
-        let errors = [50, 100].map(|steps| difference(&embedded_end(&data, steps, 1.0), &exact));
-        println!("{:?}: {errors:?}", data[0].shape());
-        assert_within(errors[0], 2e-2, "coordinate columns");
-        assert_within(
-            (errors[0] / errors[1]).log2() - 2.0,
-            0.2,
-            "coordinate columns: order",
-        );
-    }
-}
-
-#[test]
-fn bad_input_is_refused() {
-    let data = random_data((4, 2), 1.0, 62);
-    let argument = |result: Result<CubicTrajectory, Error>| match result {
-        Err(Error::InvalidArgument { name, .. }) => name,
-        other => panic!("{other:?}"),
-    };
-    for steps in [0, usize::MAX, usize::MAX / 64] {
-        assert_eq!(argument(try_embedded(&data, steps, 1.0)), "steps");
-    }
-    assert_eq!(argument(try_embedded(&data, 3, 0.0)), "t_end");
-    for t_end in [f64::NAN, f64::INFINITY] {
-        let result = try_embedded(&data, 3, t_end);
-        assert!(matches!(
-            result,
-            Err(Error::NonFinite { name: "t_end", .. })
-        ));
-    }
-    for i in 0..4 {
-        let wrong = |matrix: Mat<f64>| {
-            let mut wrong = data.clone();
-            wrong[i] = matrix;
-            try_embedded(&wrong, 3, 1.0).unwrap_err()
-        };
-        let mut nan = data[i].clone();
-        nan[(0, 0)] = f64::NAN;
-        assert!(matches!(wrong(nan), Error::NonFinite { .. }));
-        let error = wrong(Mat::zeros(5, 2));
-        assert!(matches!(
-            error,
-            Error::Shape { .. } | Error::NotOrthonormal { .. }
-        ));
-        let error = wrong(&data[0] * Scale(1.5));
-        assert!(matches!(
-            error,
-            Error::NotOrthonormal { .. } | Error::NotTangent { .. }
-        ));
-    }
-}
-
-/// Too long a step: no convergence, with how far the iteration got.
-#[test]
-fn steps_that_are_too_long_are_refused() {
-    let data = random_data((4, 2), 1.0, 63);
-    match try_embedded(&data, 1, 20.0) {
-        Err(Error::NoConvergence { report, .. }) => {
-            assert!(!report.converged && report.residual > report.tolerance);
-            assert!(matches!(
-                report.reason,
-                StopReason::Diverged | StopReason::MaxIterations
-            ));
-        }
-        other => panic!("{other:?}"),
-    }
-}
-
-/// A right answer or an error, never NaN and no endless loop.
-#[test]
-fn huge_and_tiny_data_and_times_are_refused_or_right() {
-    for shape in [(3, 1), (3, 2), (4, 2), (1, 1), (20, 2)] {
-        for speed in [1e-200, 1e-8, 1.0, 1e8, 1e160, 1e300] {
-            for t_end in [1e-300, 1.0, 1e6, 1e200, 1e308] {
-                let what = format!("{shape:?} {speed:e} {t_end:e}");
-                match try_embedded(&random_data(shape, speed, 64), 4, t_end) {
-                    Ok(trajectory) => {
-                        let state = state(&trajectory, 4);
-                        assert!(size(&state).is_finite(), "{what}");
-                        assert_within(orthonormality(&state[0]), 1e-9, &what);
-                    }
-                    Err(Error::Overflow { .. } | Error::NoConvergence { .. }) => {}
-                    Err(other) => panic!("{what}: {other}"),
-                }
-            }
-        }
-    }
-}
-
-#[test]
-fn it_can_be_stopped() {
-    let data = random_data((4, 2), 1.0, 65);
-    let [s, v, a, j] = data.each_ref().map(Mat::as_ref);
-    let question = || true;
-    let options = EmbeddedOptions {
-        interrupt: Interrupt::new(&question),
-        ..EmbeddedOptions::default()
-    };
-    let result = integrate_embedded(s, v, a, j, 10, &options);
-    assert!(matches!(result, Err(Error::Interrupted { .. })));
 }
 
 /// A method of order 2 with its end and the time of one step.

@@ -99,7 +99,7 @@ impl Default for EmbeddedOptions<'_> {
 /// smaller errors for the same time; this method works on the paper's own phase space.
 /// # Errors
 /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `InvalidArgument` (`steps`, `t_end` zero), `NoConvergence` (a step
-/// too long for its equations: `|V| h` near one), `Overflow`, `Interrupted`.
+/// too long for the fixed-point iteration), `Overflow`, `Interrupted`.
 /// # Examples
 /// ```
 /// use faer::mat;

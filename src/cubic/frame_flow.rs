@@ -243,6 +243,7 @@ impl Observed for FrameState {
         multiply(r, g, &products[..r * k], jerk);
     }
 
+    /// `H = <mu, x> + |p|^2 / 2 - tau |x|^2 / 2`, in the inner product `tr(A^T B) / 2` of `so(r)`.
     fn energy(&mut self) -> f64 {
         let (r, k) = (self.r, self.k);
         let inner = |a: &[f64], b: &[f64]| -> f64 {
@@ -253,6 +254,7 @@ impl Observed for FrameState {
         inner(&self.mu.value, x) + 0.5 * (inner(p, p) - self.tension * inner(x, x))
     }
 
+    /// Of `g mu g^T`.
     fn momentum_defect(&mut self) -> f64 {
         let start = std::mem::take(&mut self.start);
         let now = self.spatial_momentum();
@@ -261,6 +263,7 @@ impl Observed for FrameState {
         (0.5 * squares).sqrt()
     }
 
+    /// `|mu_h - [x, p]_h|`, in the same norm.
     fn constraint_defect(&mut self) -> f64 {
         let (r, k) = (self.r, self.k);
         self.bracket();

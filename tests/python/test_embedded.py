@@ -50,9 +50,9 @@ def test_shapes_and_invariants(shape):
     assert np.max(np.abs(gram - np.eye(k))) <= 16 * n * EPS
     inner = np.swapaxes(trajectory.point, 1, 2) @ trajectory.velocity
     assert np.max(np.abs(inner + np.swapaxes(inner, 1, 2))) <= 16 * n * EPS * largest
-    # Constants as in the tests of the Rust code, with some room for other data.
-    assert 0.0 <= trajectory.constraint_drift <= 24 * n * EPS * largest
-    assert 0.0 <= trajectory.momentum_drift <= 24 * n * EPS * largest**2
+    # Five and eight times the constants in `tests/embedded.rs`: here the data differ.
+    assert 0.0 <= trajectory.constraint_drift <= 8 * n * EPS * largest
+    assert 0.0 <= trajectory.momentum_drift <= 8 * n * EPS * largest
     assert repr(trajectory) == f"<CubicTrajectory of shape (31, {n}, {k})>"
 
 
