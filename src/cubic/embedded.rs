@@ -114,7 +114,9 @@ impl Default for EmbeddedOptions<'_> {
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
 /// # Source
-/// The future work of arXiv 2404.19407; the module page says from which results it is made.
+/// The future work of arXiv 2404.19407. Barbero-Liñán, Martín de Diego (2023) for discretization maps; Jay (1996), Hairer,
+/// Lubich, Wanner (2006), sections IV.2 and VII.1.4, for constraints. The Hamiltonian, constant along the gradients of the
+/// constraints off the manifold too, is worked out here.
 pub fn integrate_embedded(
     s: MatRef<'_, f64>,
     v: MatRef<'_, f64>,
