@@ -1,5 +1,5 @@
-//! The explicit splitting of Riemannian cubics: one step by each order and shape, beside a step of the chart
-//! integrator.
+//! The explicit splitting of Riemannian cubics: one step by each order and shape, beside a step in the embedding and one of
+//! the chart integrator.
 
 #[path = "../tests/common/mod.rs"]
 mod common;
@@ -13,7 +13,9 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use faer::Mat;
 use stiefel_rs::Interrupt;
 use stiefel_rs::chart::{Frame, LinearMap, Sphere, integrate};
-use stiefel_rs::cubic::{SplittingOptions, SplittingOrder, integrate_cubic};
+use stiefel_rs::cubic::{
+    EmbeddedOptions, SplittingOptions, SplittingOrder, integrate_cubic, integrate_embedded,
+};
 
 const ORDERS: [SplittingOrder; 4] = [
     SplittingOrder::Two,
@@ -44,6 +46,13 @@ fn steps(c: &mut Criterion) {
             assert!(run().momentum_drift() < 1e-12);
             group.bench_function(BenchmarkId::new("order", order.number()), |b| b.iter(run));
         }
+        group.bench_function("embedded", |b| {
+            let options = EmbeddedOptions::default();
+            b.iter(|| {
+                let data = black_box([&s, &v, &a, &j]).map(Mat::as_ref);
+                integrate_embedded(data[0], data[1], data[2], data[3], STEPS, &options).unwrap()
+            });
+        });
         chart_steps(&mut group, shape);
         group.finish();
     }

@@ -24,6 +24,7 @@ from stiefel_rs import (
     Stiefel,
     estimate_velocities,
     integrate_cubic,
+    integrate_embedded,
     orthogonal_log,
     skew_exp,
 )
@@ -175,6 +176,7 @@ CALLS: Final[dict[str, Callable[[], Call]]] = {
     "geodesic": lambda: partial(Geodesic, ends(600, 300, 3.0)[0], ends(600, 300, 3.0)[2]),
     "splitting": lambda: partial(integrate_cubic, *ends(400, 40)[:2], *ends(400, 40)[1:2] * 2, 2000, order=8),
     "splitting_steps": lambda: partial(integrate_cubic, *ends(30, 10)[:2], *ends(30, 10)[1:2] * 2, 100_000),
+    "embedded": lambda: partial(integrate_embedded, *ends(400, 40)[:2], *ends(400, 40)[1:2] * 2, 2000),
     "from_initial": lambda: partial(RiemannianCubic.from_initial, *initial(), t_end=100.0),
     "beyond": lambda: partial(cubic(), 60.0),
     "beyond_array": lambda: partial(cubic().jerk, np.linspace(0, 60, 200)),

@@ -13,7 +13,8 @@
 //! * the adjusted de Casteljau algorithm, on any `St(n, k)`: [`GeometricCubic`], built from [`QuasiGeodesic`]s;
 //! * symplectic integrators from discretization maps, in charts of `St(3,1)` and `St(3,2)` and across them: [`chart`].
 //!
-//! Riemannian cubics on any `St(n, k)`, without charts, by explicit symplectic splittings: [`cubic::integrate_cubic`].
+//! Riemannian cubics on any `St(n, k)`, without charts, by explicit symplectic splittings: [`cubic::integrate_cubic`]; on
+//! the paper's phase space in the embedding: [`cubic::integrate_embedded`].
 //!
 //! Riemannian cubics themselves, on any `St(n, k)` and to round-off, from initial or from boundary data: [`RiemannianCubic`].
 //!

@@ -6,7 +6,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use common::*;
-use stiefel_rs::cubic::{SplittingOptions, integrate_cubic};
+use stiefel_rs::cubic::{EmbeddedOptions, SplittingOptions, integrate_cubic, integrate_embedded};
 use stiefel_rs::{Curve, GeometricCubic, Interrupt, Quantity, QuasiGeodesic};
 
 struct Counting;
@@ -51,15 +51,19 @@ fn random_curves(n: usize, k: usize, rng: &mut Rng) -> (GeometricCubic, QuasiGeo
     )
 }
 
-/// Blocks that a trajectory takes.
-fn blocks_for_steps(n: usize, k: usize, steps: usize) -> usize {
+/// Blocks that a trajectory takes, by the splitting or in the embedding.
+fn blocks_for_steps(n: usize, k: usize, steps: usize, embedded: bool) -> usize {
     let mut rng = Rng::new(2);
     let s = random_point(n, k, &mut rng);
     let [v, a, j] = [(); 3].map(|()| random_tangent(&s, 1.0, &mut rng));
-    let options = SplittingOptions::default();
     let before = BLOCKS.load(Ordering::Relaxed);
     let [s, v, a, j] = [&s, &v, &a, &j].map(|m| m.as_ref());
-    let trajectory = integrate_cubic(s, v, a, j, steps, &options).unwrap();
+    let trajectory = if embedded {
+        integrate_embedded(s, v, a, j, steps, &EmbeddedOptions::default())
+    } else {
+        integrate_cubic(s, v, a, j, steps, &SplittingOptions::default())
+    }
+    .unwrap();
     let after = BLOCKS.load(Ordering::Relaxed);
     assert_eq!(trajectory.steps(), steps);
     after - before
@@ -96,12 +100,14 @@ fn sampling_does_not_allocate_per_parameter() {
         }
     }
     for (n, k) in [(3, 1), (3, 2), (4, 2), (10, 3), (20, 2), (50, 5)] {
-        let [few, many] = [20, 400].map(|steps| blocks_for_steps(n, k, steps));
-        println!("({n}, {k}): {few} blocks for 20 steps, {many} for 400");
-        if many > few {
-            failures.push(format!(
-                "steps ({n}, {k}): {few} blocks for 20, {many} for 400"
-            ));
+        for embedded in [false, true] {
+            let [few, many] = [20, 400].map(|steps| blocks_for_steps(n, k, steps, embedded));
+            println!("({n}, {k}), embedded {embedded}: {few} blocks for 20 steps, {many} for 400");
+            if many > few {
+                failures.push(format!(
+                    "steps ({n}, {k}), embedded {embedded}: {few} blocks for 20, {many} for 400"
+                ));
+            }
         }
     }
     assert!(

@@ -81,6 +81,7 @@ def run(extent: Extent, folder: Path) -> str:
         accurate=work.ACCURATE,
         work=text.work_table(solves),
         work_text=text.work_text(solves),
+        second_order=text.second_order_table(solves),
         slow=min(slow for slow, _ in speeds.values()),
         fast=max(fast for _, fast in speeds.values()),
         reached=reached,

@@ -27,6 +27,7 @@ STYLES: Final[dict[str, dict[str, Any]]] = {
     "splitting, order 4": {"color": BLUE, "marker": "s"},
     "splitting, order 6": {"color": GREEN, "marker": "D"},
     "splitting, order 8": {"color": PINK, "marker": "^"},
+    "embedded, midpoint": {"color": YELLOW, "marker": "X"},
     "chart, initial point": {"color": ORANGE, "marker": "o", "linestyle": DASHED},
     "chart, midpoint": {"color": RED, "marker": "s", "linestyle": DASHED},
     "chart, exponential midpoint": {"color": YELLOW, "marker": "v", "linestyle": DASHED},

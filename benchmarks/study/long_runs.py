@@ -10,8 +10,8 @@ import numpy as np
 
 from benchmarks.problems import Array
 from benchmarks.study.cases import Data, random_data
-from benchmarks.study.work import Map, Order
-from stiefel_rs import Chart, ChartTrajectory, CubicTrajectory, StiefelError, integrate_cubic
+from benchmarks.study.work import EMBEDDED, Map, Order
+from stiefel_rs import Chart, ChartTrajectory, CubicTrajectory, StiefelError, integrate_cubic, integrate_embedded
 
 STEP = 0.05
 ACCELERATIONS = (0.2, 0.5)
@@ -86,6 +86,7 @@ def _energies(curve: str, data: Data, t_end: float, chart: Chart) -> list[Energy
     runs: dict[str, Callable[[], CubicTrajectory | ChartTrajectory]] = {
         f"splitting, order {order}": partial(integrate_cubic, *data, steps, t_end, order) for order in ORDERS
     }
+    runs[EMBEDDED] = partial(integrate_embedded, *data, steps, t_end)
     for name, (map_, chart_order) in CHART_METHODS.items():
         runs[name] = partial(chart.integrate_across, *data, steps, t_end, map_, order=chart_order)
     return [_energy(curve, name, t_end, run) for name, run in runs.items()]

@@ -10,11 +10,12 @@ from tabulate import tabulate  # type: ignore[import-untyped]
 from benchmarks.durations import seconds as duration
 from benchmarks.study.cases import REFERENCE_STEPS, Case
 from benchmarks.study.long_runs import Drift, Energy
-from benchmarks.study.work import ACCURATE, Cost, Solve, fastest_below
+from benchmarks.study.work import ACCURATE, EMBEDDED, Cost, Solve, fastest_below
 
 # Relative energy errors below this are round-off; growth up to this factor is none.
 ROUND_OFF = 1e-13
 LEVEL = 1.1
+SECOND_ORDER = ("splitting, order 2", EMBEDDED, "chart, midpoint")
 PEERS = ("heyoka", "SciPy DOP853")
 # Its largest speed stands for that of the curve. A method has left it whose own differs by more than this share, or
 # whose energy error is larger than the energy.
@@ -91,6 +92,22 @@ def work_text(solves: list[Solve]) -> str:
             text += f"; above {ACCURATE:.0e} with every parameter tried: {_listed(missing)}"
         lines.append(text + ".")
     return "\n".join(lines)
+
+
+def second_order_table(solves: list[Solve]) -> str:
+    """Errors and times of one step of the methods of order 2, at equal steps."""
+    found: dict[tuple[str, str], dict[str, Solve]] = {}
+    for solve in solves:
+        if solve.method in SECOND_ORDER:
+            found.setdefault((solve.case, solve.parameter), {})[solve.method] = solve
+    rows = [
+        (case, parameter, *(
+            f"{by[m].error:.1e}, {duration(by[m].best / int(parameter.split()[0]))}" if m in by else ""
+            for m in SECOND_ORDER
+        ))
+        for (case, parameter), by in found.items() if EMBEDDED in by
+    ]  # fmt: skip
+    return table(rows, ("curve", "with", *SECOND_ORDER))
 
 
 def energy_table(energies: list[Energy]) -> str:

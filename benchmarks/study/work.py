@@ -15,7 +15,7 @@ from benchmarks.problems import Array
 from benchmarks.study import equations
 from benchmarks.study.cases import Case, Data, random_data
 from benchmarks.study.equations import FirstOrder
-from stiefel_rs import Chart, RiemannianCubic, integrate_cubic
+from stiefel_rs import Chart, RiemannianCubic, integrate_cubic, integrate_embedded
 
 # A sample lasts at least this long: the clock is read in 1e-7 s.
 SAMPLE_SECONDS = 1e-3
@@ -28,6 +28,8 @@ SPLITTING_STEPS = {
     6: (3, 5, 10, 20, 40),
     8: (2, 4, 8, 16),
 }
+EMBEDDED = "embedded, midpoint"
+EMBEDDED_STEPS = (10, 30, 100, 300, 1000)
 TAYLOR_TOLERANCES = (1e-3, 1e-5, 1e-7, 1e-9, 1e-11, 1e-13, 1e-15, 1e-17)
 CHART_METHODS: dict[str, tuple[Map, Order, tuple[int, ...]]] = {
     "chart, initial point": ("initial_point", 1, (10, 100, 1000)),
@@ -105,6 +107,10 @@ def _splitting_end(data: Data, steps: int, order: int) -> Array:
     return np.asarray(integrate_cubic(*data, steps, order=order).point[-1])
 
 
+def _embedded_end(data: Data, steps: int) -> Array:
+    return np.asarray(integrate_embedded(*data, steps).point[-1])
+
+
 def _chart_end(chart: Chart, state: Array, steps: int, map_: Map, order: Order) -> Array:
     return chart.embed(chart.integrate(state, steps, map=map_, order=order)[-1][: chart.d])
 
@@ -117,6 +123,7 @@ def _ours(case: Case) -> list[tuple[str, str, Callable[[], Array]]]:
         found += [
             (f"splitting, order {order}", f"{n} steps", partial(_splitting_end, case.data, n, order)) for n in counts
         ]
+    found += [(EMBEDDED, f"{n} steps", partial(_embedded_end, case.data, n)) for n in EMBEDDED_STEPS]
     if case.chart is not None and case.state is not None:
         for name, (map_, chart_order, counts) in CHART_METHODS.items():
             found += [
@@ -178,6 +185,8 @@ def _step_times(n: int, k: int, rounds: int) -> Cost:
     for order in SPLITTING_STEPS:
         for steps in (few, many):
             runs[f"{order}:{steps}"] = partial(integrate_cubic, *data, steps, order=order)
+    for steps in (few, many):
+        runs[f"{EMBEDDED}:{steps}"] = partial(integrate_embedded, *data, steps)
     runs["Taylor:1"] = partial(taylor, data, TAYLOR_SPAN[0])
     runs["Taylor:2"] = partial(taylor, data, TAYLOR_SPAN[1])
     best = dict.fromkeys(runs, float("inf"))
@@ -188,6 +197,7 @@ def _step_times(n: int, k: int, rounds: int) -> Cost:
         f"splitting, order {order}": (best[f"{order}:{many}"] - best[f"{order}:{few}"]) / (many - few)
         for order in SPLITTING_STEPS
     }
+    step[EMBEDDED] = (best[f"{EMBEDDED}:{many}"] - best[f"{EMBEDDED}:{few}"]) / (many - few)
     short, long = (taylor(data, t).steps for t in TAYLOR_SPAN)
     step["Taylor"] = (best["Taylor:2"] - best["Taylor:1"]) / (long - short)
     return Cost(n, k, long - short, step)

@@ -49,6 +49,7 @@ __all__ = [
     "_restored",
     "estimate_velocities",
     "integrate_cubic",
+    "integrate_embedded",
     "num_threads",
     "orthogonal_log",
     "simd_features",
@@ -456,6 +457,15 @@ def integrate_cubic(
     order: int = 6,
     *,
     tension: float = 0.0,
+) -> CubicTrajectory: ...
+def integrate_embedded(
+    S: ArrayLike,
+    V: ArrayLike,
+    A: ArrayLike,
+    J: ArrayLike,
+    steps: int,
+    t_end: float = 1.0,
+    map: Literal["midpoint"] = "midpoint",
 ) -> CubicTrajectory: ...
 
 @final

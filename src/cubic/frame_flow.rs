@@ -18,6 +18,7 @@ use faer::{Accum, MatMut, MatRef, Par};
 
 use super::initial::{Horizontal, InitialData};
 use super::split_state::{SplitState, add_all, check_turn};
+use super::trajectory::Observed;
 use crate::error::Result;
 use crate::linalg::simd::vectorised;
 
@@ -219,7 +220,9 @@ impl SplitState for FrameState {
     fn drift(&mut self, h: f64) {
         self.x.add(h, &self.p.value);
     }
+}
 
+impl Observed for FrameState {
     fn observe(&mut self, [point, velocity, acceleration, jerk]: [&mut [f64]; 4]) {
         let (r, k) = (self.r, self.k);
         self.bracket();
@@ -240,7 +243,8 @@ impl SplitState for FrameState {
         multiply(r, g, &products[..r * k], jerk);
     }
 
-    fn energy(&self) -> f64 {
+    /// `H = <mu, x> + |p|^2 / 2 - tau |x|^2 / 2`, in the inner product `tr(A^T B) / 2` of `so(r)`.
+    fn energy(&mut self) -> f64 {
         let (r, k) = (self.r, self.k);
         let inner = |a: &[f64], b: &[f64]| -> f64 {
             let entry = |i: usize| if i % r < k { 0.5 } else { 1.0 } * a[i] * b[i];
@@ -250,6 +254,7 @@ impl SplitState for FrameState {
         inner(&self.mu.value, x) + 0.5 * (inner(p, p) - self.tension * inner(x, x))
     }
 
+    /// Of `g mu g^T`.
     fn momentum_defect(&mut self) -> f64 {
         let start = std::mem::take(&mut self.start);
         let now = self.spatial_momentum();
@@ -258,6 +263,7 @@ impl SplitState for FrameState {
         (0.5 * squares).sqrt()
     }
 
+    /// `|mu_h - [x, p]_h|`, in the same norm.
     fn constraint_defect(&mut self) -> f64 {
         let (r, k) = (self.r, self.k);
         self.bracket();

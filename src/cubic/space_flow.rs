@@ -5,6 +5,7 @@
 
 use super::initial::{Horizontal, InitialData};
 use super::split_state::{SplitState, add, check_turn};
+use super::trajectory::Observed;
 use crate::error::Result;
 
 type Vector = [f64; 3];
@@ -129,7 +130,9 @@ impl SplitState for SpaceState {
     fn drift(&mut self, h: f64) {
         self.x.add(self.p.value.map(|p| h * p));
     }
+}
 
+impl Observed for SpaceState {
     fn observe(&mut self, [point, velocity, acceleration, jerk]: [&mut [f64]; 4]) {
         for j in 0..self.k {
             for i in 0..3 {
@@ -141,17 +144,20 @@ impl SplitState for SpaceState {
         self.lift(self.jerk(), jerk);
     }
 
-    fn energy(&self) -> f64 {
+    /// `H = <mu, x> + |p|^2 / 2 - tau |x|^2 / 2`, in the inner product `tr(A^T B) / 2` of `so(r)`.
+    fn energy(&mut self) -> f64 {
         let (x, p) = (self.x.value, self.p.value);
         dot(self.mu.value, x) + 0.5 * (dot(p, p) - self.tension * dot(x, x))
     }
 
+    /// Of `g mu g^T`.
     fn momentum_defect(&mut self) -> f64 {
         let now = self.momentum();
         let change: Vector = std::array::from_fn(|i| now[i] - self.start[i]);
         dot(change, change).sqrt()
     }
 
+    /// `|mu_h - [x, p]_h|`, in the same norm.
     fn constraint_defect(&mut self) -> f64 {
         let bracket = cross(self.x.value, self.p.value);
         (1.0 - self.first) * (self.mu.value[0] - bracket[0]).abs()

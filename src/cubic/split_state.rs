@@ -20,18 +20,6 @@ pub(super) trait SplitState {
 
     /// The flow of `H_B`.
     fn drift(&mut self, h: f64);
-
-    /// Point, velocity, covariant acceleration and covariant jerk, each of shape `(r, k)`, column by column.
-    fn observe(&mut self, out: [&mut [f64]; 4]);
-
-    /// `H = <mu, x> + |p|^2 / 2 - tau |x|^2 / 2`, in the inner product `tr(A^T B) / 2` of `so(r)`.
-    fn energy(&self) -> f64;
-
-    /// `|g mu g^T - M|` for the start's `M = g mu g^T`, in the norm of that inner product.
-    fn momentum_defect(&mut self) -> f64;
-
-    /// `|mu_h - [x, p]_h|`, in the same norm.
-    fn constraint_defect(&mut self) -> f64;
 }
 
 /// Radians by which one exponential may turn: beyond, a step says little about the curve.

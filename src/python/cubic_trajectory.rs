@@ -1,7 +1,9 @@
-//! Trajectories of Riemannian cubics by the explicit symplectic splitting.
+//! Trajectories of Riemannian cubics, and the explicit symplectic splitting that makes them.
 
 use super::prelude::*;
-use crate::cubic::{SplittingOptions, SplittingOrder, integrate_cubic as integrate};
+use crate::cubic::{
+    CubicTrajectory, SplittingOptions, SplittingOrder, integrate_cubic as integrate,
+};
 use crate::curve::Samples;
 use crate::manifold::stored::check_orthonormal;
 
@@ -25,7 +27,8 @@ type Pickled<'py> = ([Any<'py>; 6], f64, f64);
 /// momentum_drift : float
 ///     Largest deviation of the spatial momentum from its start: ``|A|^2 = tr(A^T A) / 2``.
 /// constraint_drift : float
-///     Largest deviation of the conserved constraint ``mu_h = [x, p]_h`` from zero, in the same norm.
+///     Largest violation of the constraints: of ``mu_h = [x, p]_h`` in the same norm for `integrate_cubic`; of
+///     ``S^T S = I`` and of skew ``S^T V``, ``S^T p_S`` and ``S^T p_V``, Frobenius norm, for `integrate_embedded`.
 #[pyclass(name = "CubicTrajectory", module = "stiefel_rs", frozen, get_all)]
 pub struct PyCubicTrajectory {
     t: Owned,
@@ -95,7 +98,45 @@ impl PyCubicTrajectory {
     }
 }
 
+/// The four quantities of all states: what a wrapped trajectory needs, computed without the interpreter.
+pub(super) type Sampled = (CubicTrajectory, [Samples; 4]);
+
+/// The points, velocities, accelerations and jerks of a trajectory beside it.
+pub(super) fn sampled(trajectory: CubicTrajectory) -> Result<Sampled> {
+    let samples = [
+        trajectory.points()?,
+        trajectory.velocities()?,
+        trajectory.accelerations()?,
+        trajectory.jerks()?,
+    ];
+    Ok((trajectory, samples))
+}
+
 impl PyCubicTrajectory {
+    /// The object of a trajectory.
+    pub(super) fn wrap(
+        py: Python<'_>,
+        trajectory: &CubicTrajectory,
+        samples: [Samples; 4],
+    ) -> PyResult<Self> {
+        let (n, k, states) = (trajectory.n(), trajectory.k(), trajectory.steps() + 1);
+        // Stored column by column; the transposed view has the documented shape and copies nothing.
+        let array = |samples: Samples| {
+            let stored = PyArray1::from_vec(py, samples.into_entries()).reshape([states, k, n])?;
+            freeze(&stored)?;
+            let view = stored.call_method1("swapaxes", (-1, -2))?;
+            PyResult::Ok(view.cast_into::<PyArrayDyn<f64>>()?.unbind())
+        };
+        let [point, velocity, acceleration, jerk] = collected(samples.map(array))?;
+        let times = (0..states).map(|i| trajectory.time(i)).collect();
+        let t = Array::flat(times).frozen(py)?;
+        let energy = Array::flat(trajectory.energy().to_vec()).frozen(py)?;
+        Ok(Self::of(
+            [t, point, velocity, acceleration, jerk, energy],
+            [trajectory.momentum_drift(), trajectory.constraint_drift()],
+        ))
+    }
+
     fn of(
         [t, point, velocity, acceleration, jerk, energy]: [Owned; 6],
         [momentum_drift, constraint_drift]: [f64; 2],
@@ -184,28 +225,7 @@ pub fn integrate_cubic(
         };
         let trajectory = integrate(s, v, a, j, steps, &options)?;
         interrupt.check("splitting of a cubic")?;
-        let samples = [
-            trajectory.points()?,
-            trajectory.velocities()?,
-            trajectory.accelerations()?,
-            trajectory.jerks()?,
-        ];
-        Ok((trajectory, samples))
+        sampled(trajectory)
     })?;
-    let (n, k, states) = (trajectory.n(), trajectory.k(), trajectory.steps() + 1);
-    // Stored column by column; the transposed view has the documented shape and copies nothing.
-    let array = |samples: Samples| {
-        let stored = PyArray1::from_vec(py, samples.into_entries()).reshape([states, k, n])?;
-        freeze(&stored)?;
-        let view = stored.call_method1("swapaxes", (-1, -2))?;
-        PyResult::Ok(view.cast_into::<PyArrayDyn<f64>>()?.unbind())
-    };
-    let [point, velocity, acceleration, jerk] = collected(samples.map(array))?;
-    let times = (0..states).map(|i| trajectory.time(i)).collect();
-    let t = Array::flat(times).frozen(py)?;
-    let energy = Array::flat(trajectory.energy().to_vec()).frozen(py)?;
-    Ok(PyCubicTrajectory::of(
-        [t, point, velocity, acceleration, jerk, energy],
-        [trajectory.momentum_drift(), trajectory.constraint_drift()],
-    ))
+    PyCubicTrajectory::wrap(py, &trajectory, samples)
 }

@@ -10,6 +10,7 @@ mod chart;
 mod convert;
 mod cubic_trajectory;
 mod curve;
+mod embedded;
 mod error;
 mod flow;
 mod geodesic;
@@ -46,6 +47,7 @@ pub mod _core {
         convert::_check_unmasked,
         cubic_trajectory::{PyCubicTrajectory, integrate_cubic},
         curve::{PyCurve, PyQuasiGeodesic},
+        embedded::integrate_embedded,
         error::PySolverReport,
         flow::PyShootingResult,
         geodesic::{PyGeodesic, PyLogReport},

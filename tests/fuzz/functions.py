@@ -36,6 +36,11 @@ def integrate_cubic(d):
     return stiefel_rs.integrate_cubic, [*initial(d), d.integer([1, 3, 10])], extra
 
 
+def integrate_embedded(d):
+    numbers = {"t_end": lambda: d.number([1.0, 0.1, -1.0]), "map": lambda: d.word(["midpoint"])}
+    return stiefel_rs.integrate_embedded, [*initial(d), d.integer([1, 3, 10])], some(d, numbers)
+
+
 def solved(*ends, **extra):
     """Those of a batch that are solved: the others are not finite."""
     batch = stiefel_rs.solve_boundary(*ends, **extra)
@@ -155,6 +160,7 @@ FUNCTIONS = {
     ),
     "estimate_velocities": estimate,
     "integrate_cubic": integrate_cubic,
+    "integrate_embedded": integrate_embedded,
     "load": load,
     "SolverReport": lambda d: (
         SolverReport,

@@ -15,6 +15,7 @@ from stiefel_rs import (
     SmoothingSpline,
     Stiefel,
     estimate_velocities,
+    integrate_embedded,
     orthogonal_log,
     skew_exp,
     solve_boundary,
@@ -69,6 +70,10 @@ CALLS = {
     "from_control_points": (lambda P: GeometricCubic.from_control_points(P)(0.5), [("P", np.stack([S, S1, S, S]))]),
     "from_initial": (
         lambda *x: RiemannianCubic.from_initial(*x)(0.5),
+        [("S", S), ("V", V), ("A", V2), ("J", V)],
+    ),
+    "integrate_embedded": (
+        lambda *x: integrate_embedded(*x, 20).point,
         [("S", S), ("V", V), ("A", V2), ("J", V)],
     ),
     "from_boundary": (

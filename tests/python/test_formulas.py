@@ -13,6 +13,7 @@ from stiefel_rs import (
     RiemannianCubic,
     Stiefel,
     integrate_cubic,
+    integrate_embedded,
 )
 
 SHAPES = [(3, 1), (3, 2), (5, 2), (6, 3), (4, 4)]
@@ -339,3 +340,38 @@ def test_strang_step(data, tension):
     assert np.allclose(step.point[-1], g[:, : M.k], atol=1e-14)
     assert np.allclose(step.velocity[-1], (g @ x)[:, : M.k], atol=1e-14)
     assert np.allclose(step.acceleration[-1], (g @ p)[:, : M.k], atol=1e-13)
+
+
+def embedded_field(z):
+    """Vector field of the Hamiltonian in the embedding."""
+    S, V, P, Q = z
+    Omega = (S.T @ V - V.T @ S) / 2
+    X, Y = V @ S.T - S @ V.T - S @ Omega @ S.T, Q @ S.T - S @ Q.T
+    L = P @ S.T - S @ P.T + Q @ V.T - V @ Q.T
+    K = S.T @ L @ S
+    p_S = X @ P + Y @ Q + L @ (V - S @ Omega) - V @ K / 2
+    return np.stack([X @ S, X @ V + Y @ S, p_S, X @ Q - L @ S + S @ K / 2])
+
+
+def test_step_in_the_embedding(data):
+    _, S, V, A, J = data
+    h = 0.1
+
+    def generated(W):
+        return W @ S.T - S @ W.T - S @ S.T @ W @ S.T
+
+    Q = A - S @ S.T @ A / 2
+    B = (generated(V) @ A - generated(A) @ V) / 2 + Q @ S.T @ V - V @ S.T @ Q - J
+    z = np.stack([S, V, B - S @ S.T @ B / 2, Q])
+    end = z
+    for _ in range(100):
+        end = z + h * embedded_field((z + end) / 2)
+    S, V, P, Q = end
+    M = S.T @ Q + Q.T @ S
+    P, Q = P - V @ M / 2, Q - S @ M / 2
+    P = P - S @ (S.T @ P + P.T @ S) / 2
+    A = Q - S @ Q.T @ S
+    B = (generated(V) @ A - generated(A) @ V) / 2 + Q @ S.T @ V - V @ S.T @ Q
+    step = integrate_embedded(*data[1:], 1, t_end=h)
+    for name, value in (("point", S), ("velocity", V), ("acceleration", A), ("jerk", B - P + S @ P.T @ S)):
+        assert np.allclose(getattr(step, name)[-1], value, atol=1e-13), name

@@ -1,5 +1,6 @@
 """The map of arXiv 2404.19407: complete, and every function, test and place that it names exists."""
 
+import csv
 import functools
 import importlib
 import re
@@ -10,6 +11,7 @@ import pytest
 import stiefel_rs
 from tools.paper_map import page, report
 from tools.paper_map.misprints import MISPRINTS
+from tools.paper_map.verdicts import VERDICTS
 
 ROOT = Path(__file__).parents[2]
 NUMBERED = [
@@ -76,20 +78,33 @@ def test_tests_exist(name):
     assert (f"#[test]\nfn {test}()" if rust else f"\ndef {test}(") in text
 
 
-@functools.cache
-def sources_of_the_report():
-    return "\n".join(p.read_text(encoding="utf-8") for p in sorted((ROOT / "python/stiefel_rs/reproduce").glob("*.py")))
+@pytest.mark.parametrize("place", [p for p in report.ALL if p.kind == "page"], ids=lambda place: place.title)
+def test_pages_exist(place):
+    text = (ROOT / "docs" / place.name).read_text(encoding="utf-8")
+    assert not place.heading or f"\n## {place.heading}\n" in text
 
 
-@pytest.mark.parametrize("place", report.ALL, ids=lambda place: place.title)
-def test_places_of_the_report_exist(place):
-    if place.kind == "summary":
-        assert f"## {place.name}\n" in sources_of_the_report()
-    elif place.kind == "figure":
-        assert f'"{place.name}"' in sources_of_the_report()
-    else:
-        text = (ROOT / "docs" / place.name).read_text(encoding="utf-8")
-        assert not place.heading or f"\n## {place.heading}\n" in text
+def test_a_run_writes_every_place_of_the_report(quick):
+    folder = quick[0]
+    summary = (folder / "tables" / "summary.md").read_text(encoding="utf-8")
+    headings = [line.removeprefix("### ") for line in summary.splitlines() if line.startswith("### ")]
+    for place in report.ALL:
+        if place.kind == "summary":
+            assert headings.count(place.name) == 1, place
+        elif place.kind == "table":
+            assert (folder / "tables" / f"{place.name}.md").is_file(), place
+        elif place.kind == "figure":
+            assert (folder / "figures" / f"{place.name}.png").is_file(), place
+
+
+def test_verdicts_are_those_of_a_run(quick):
+    with (quick[0] / "tables" / "claims.csv").open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert [(v.claim, v.place, v.statement) for v in VERDICTS] == [
+        (row["claim"], row["place"], row["the paper"]) for row in rows
+    ]
+    for v, row in zip(VERDICTS, rows, strict=True):
+        assert v.timed or v.verdict == row["verdict"], v.claim
 
 
 def test_every_place_is_used():

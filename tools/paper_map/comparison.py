@@ -26,7 +26,11 @@ EXPERIMENTS: Final = (
             "test_paper_charts.py::test_hamiltonian_flow_is_that_of_riemannian_cubics",
             "test_chart.py::test_reference_against_forty_digits",
         ),
-        (report.IN_CHARTS, report.EXACT),
+        (
+            report.IN_CHARTS,
+            report.EXACT,
+            report.INDEPENDENT,
+        ),
         "A Taylor method with error below 1e-13, `reference` in tables.",
     ),
     Row(
@@ -34,15 +38,21 @@ EXPERIMENTS: Final = (
         "Initial angles, velocity, acceleration and jerk; the time is 1.",
         ("reproduce.experiments.SPHERE", "Chart.momenta"),
         ("test_paper_charts.py::test_initial_data", "test_chart.py::test_momenta_of_a_polynomial_curve"),
-        (report.FOUND, report.GCP_ERROR),
-        "Acceleration and jerk are derivatives of the angles; other readings are in the table of the summary.",
+        (
+            report.RELATIVE_ERROR,
+            report.FOUND,
+        ),
+        "Acceleration and jerk are derivatives of the angles; the summary has the other readings.",
     ),
     Row(
         "Data on St(3,2)",
         "The same for `(theta, phi, psi)`.",
         ("reproduce.experiments.STIEFEL_3_2", "Chart.momenta"),
         ("test_paper_charts.py::test_initial_data", "test_chart.py::test_momenta_of_a_polynomial_curve"),
-        (report.FOUND, report.GCP_ERROR),
+        (
+            report.RELATIVE_ERROR,
+            report.FOUND,
+        ),
     ),
     Row(
         "Discrete flow",
@@ -57,14 +67,17 @@ EXPERIMENTS: Final = (
         "The ends and end velocities of that flow are the data of the de Casteljau algorithm.",
         ("reproduce.experiments.boundary_data", "GeometricCubic"),
         ("test_paper_charts.py::test_flow_on_ttq", "test_paper_de_casteljau.py::test_eq_8_problem_1"),
-        (report.GCP_CONSTANT,),
+        (report.STEP,),
     ),
     Row(
         "Shooting",
         "Both integrators meet the boundary data by a shooting method.",
         ("Chart.shoot",),
         ("test_chart.py::test_shooting_meets_its_ends",),
-        (report.SHOOTING, report.ORDERS),
+        (
+            report.SHOOTING,
+            report.TIMES,
+        ),
         "BVP in tables; IVP is the same integrator without shooting.",
     ),
 )
@@ -73,40 +86,63 @@ FIGURES: Final = (
     Row(
         "Figure 1",
         "Trajectories on the sphere: Runge-Kutta, de Casteljau, retraction based.",
-        ("reproduce.experiments.solve",),
-        ("test_reproduce.py::test_figures_are_png_and_pdf",),
-        (report.TRAJECTORY_SPHERE, report.TRAJECTORY_FRAME),
-        "St(3,2) is drawn as well, with both columns.",
+        ("reproduce.paper_figures.trajectory_figure",),
+        ("test_reproduce.py::test_figures_are_png_and_pdf", "test_paper_figures.py::test_zooms_show_the_curves_apart"),
+        (
+            report.FIGURE_1,
+            report.TRAJECTORY_FRAME,
+        ),
+        "The second figure, on St(3,2), is not in the paper.",
     ),
     Row(
         "Figure 2a",
         "Table of mean errors on the sphere.",
         ("reproduce.experiments.mean_errors",),
-        ("test_reproduce.py::test_error_table", "tests/paper.rs::sphere_table_agrees_to_four_digits"),
-        (report.GCP_ERROR, report.GCP_CONSTANT),
+        (
+            "test_reproduce.py::test_tables_of_the_paper_have_its_columns",
+            "tests/paper.rs::sphere_table_agrees_to_four_digits",
+        ),
+        (
+            report.TABLE_2A,
+            report.STEP,
+            report.INDEPENDENT,
+        ),
         "Its numbers are not in the paper's text: recomputed, not compared. Retraction is the initial-point map.",
     ),
     Row(
         "Figure 2b",
         "Table of mean errors on St(3,2).",
         ("reproduce.experiments.mean_errors",),
-        ("test_reproduce.py::test_error_table", "tests/paper.rs::stiefel_3_2_table_agrees_to_four_digits"),
-        (report.GCP_ERROR, report.GCP_CONSTANT),
+        (
+            "test_reproduce.py::test_tables_of_the_paper_have_its_columns",
+            "tests/paper.rs::stiefel_3_2_table_agrees_to_four_digits",
+        ),
+        (
+            report.TABLE_2B,
+            report.STEP,
+            report.INDEPENDENT,
+        ),
         "As for figure 2a.",
     ),
     Row(
         "Figure 3a",
         "Mean error against the step on the sphere.",
-        ("reproduce.experiments.slope",),
-        ("test_reproduce.py::test_figures_are_png_and_pdf", "test_reproduce.py::test_error_table"),
-        (report.ERROR_SPHERE,),
+        ("reproduce.paper_figures.error_figure", "reproduce.experiments.slope"),
+        (
+            "test_paper_figures.py::test_errors_are_those_of_the_papers_three_methods",
+            "test_reproduce.py::test_error_table",
+        ),
+        (report.FIGURE_3A,),
     ),
     Row(
         "Figure 3b",
         "Mean error against the step on St(3,2).",
-        ("reproduce.experiments.slope",),
-        ("test_reproduce.py::test_figures_are_png_and_pdf", "test_reproduce.py::test_error_table"),
-        (report.ERROR_FRAME,),
+        ("reproduce.paper_figures.error_figure", "reproduce.experiments.slope"),
+        (
+            "test_paper_figures.py::test_errors_are_those_of_the_papers_three_methods",
+            "test_reproduce.py::test_error_table",
+        ),
+        (report.FIGURE_3B,),
     ),
 )
 
@@ -116,53 +152,77 @@ DISCUSSION: Final = (
         "De Casteljau's algorithm is far less accurate on these manifolds than in Euclidean space, even on the sphere.",
         ("GeometricCubic",),
         ("test_paper_claims.py::test_de_casteljau_is_exact_only_where_the_manifold_is_flat",),
-        (report.GCP_ERROR, report.FOUND),
+        (
+            report.verdict("below_euclidean"),
+            report.FLAT,
+        ),
     ),
     Row(
         "Claim",
         "Relative mean errors: around 0.080 % on the sphere, 0.45 % on St(3,2).",
-        ("reproduce.experiments.gcp_error_by_convention",),
+        ("reproduce.readings.measure",),
         ("test_paper_claims.py::test_relative_mean_errors",),
-        (report.GCP_ERROR, report.FOUND),
-        "0.45 % coincides with the mean error before any division; 0.080 % does not follow from the data.",
+        (
+            report.verdict("sphere_error"),
+            report.verdict("frame_error"),
+            report.RELATIVE_ERROR,
+        ),
+        "0.45 % coincides with the mean error before any division; no reading that was tried gives 0.080 %.",
     ),
     Row(
         "Relative error",
         "Mean error over the largest distance of two points.",
         ("reproduce.experiments.Experiment",),
         ("test_reproduce.py::test_diameter_is_the_distance_of_opposite_points",),
-        (report.GCP_ERROR,),
-        "Frobenius distance, `2 sqrt(k)` at most",
+        (report.RELATIVE_ERROR,),
+        "Frobenius distance, `2 sqrt(k)` at most; the geodesic distance, pi at most, was tried as well.",
     ),
     Row(
         "Claim",
         "The error of the integrators increases with the step.",
         ("Chart.integrate", "Chart.shoot"),
         ("test_paper_claims.py::test_errors_of_the_integrators_grow_with_the_step",),
-        (report.ORDERS, report.ERROR_SPHERE, report.ERROR_FRAME),
+        (
+            report.verdict("increasing_in_the_step"),
+            report.STEP,
+            report.FIGURE_3A,
+            report.FIGURE_3B,
+        ),
     ),
     Row(
         "Claim",
         "It tends to zero, at the expense of more work.",
         ("reproduce.experiments.overtakes",),
         ("test_reproduce.py::test_error_table", "tests/integrator.rs::measured_orders_are_one_and_two"),
-        (report.SMALL_STEPS, report.COST),
+        (
+            report.verdict("increasing_in_the_step"),
+            report.STEP,
+            report.TIMES,
+        ),
     ),
     Row(
         "Claim",
         "The integrators are ideal near the initial point.",
         ("Chart.integrate",),
-        ("test_paper_claims.py::test_errors_near_the_initial_point",),
-        (report.TRAJECTORY_SPHERE, report.TRAJECTORY_FRAME),
-        "Initial values, N = 100: up to t = 0.1 the mid-point error is below a tenth of GCP's; up to t = 0.05 the "
-        "initial-point error is larger than GCP's.",
+        ("test_paper_claims.py::test_errors_near_the_initial_point", "test_claims.py::test_near_the_start"),
+        (
+            report.verdict("near_the_start"),
+            report.NEAR_START,
+        ),
+        "Mid-point method, N = 100: less than a tenth of GCP's error up to t = 0.1. Initial-point method, N = 100: "
+        "more than GCP's up to t = 0.05; on St(3,2) less at t = 0.1. The report has N = 160.",
     ),
     Row(
         "Claim",
         "Any order of the error can be had.",
         ("Chart.integrate", "integrate_cubic"),
         ("test_chart_maps.py::test_orders", "tests/composition.rs::measured_orders_are_two_four_six"),
-        (report.EXACT, report.SPLITTINGS),
+        (
+            report.verdict("near_the_start"),
+            report.NEAR_START,
+            report.EXACT,
+            report.SPLITTINGS,
+        ),
         "`order=2`, 4, 6, 8: compositions of mid-point steps, and splittings.",
     ),
     Row(
@@ -170,18 +230,26 @@ DISCUSSION: Final = (
         "The error of GCP does not depend on h.",
         ("GeometricCubic",),
         ("test_paper_claims.py::test_gcp_does_not_depend_on_the_step",),
-        (report.GCP_CONSTANT,),
+        (
+            report.verdict("independent_of_the_step"),
+            report.STEP,
+        ),
     ),
     Row(
         "Conjecture",
         "Better approximations of the Riemannian exponential give a smaller mean error than the mid-point method.",
-        ("reproduce.conjecture.measure", "Chart.shoot"),
+        ("reproduce.conjecture.outcomes", "Chart.shoot"),
         (
             "test_conjecture.py::test_closeness_is_the_distance_to_the_exponential",
             "test_conjecture.py::test_errors_of_another_retraction_are_those_of_its_method",
-            "test_conjecture.py::test_the_verdict_follows_the_numbers",
+            "test_conjecture.py::test_the_conjecture_is_read_against_the_midpoint_method",
         ),
-        (report.CONJECTURE,),
+        (
+            report.verdict("better_retractions"),
+            report.CONJECTURE,
+            report.CONJECTURE_FIGURE,
+            report.RETRACTION_PAIRS,
+        ),
         '`map="exponential_midpoint"` and others',
     ),
     Row(
@@ -189,14 +257,20 @@ DISCUSSION: Final = (
         "The mid-point map has a significantly smaller error than the initial-point map.",
         ("Chart.shoot", "Chart.integrate"),
         ("test_paper_claims.py::test_midpoint_beats_initial_point",),
-        (report.ORDERS, report.ERROR_SPHERE, report.ERROR_FRAME),
+        (
+            report.verdict("midpoint_wins"),
+            report.TWO_MAPS,
+        ),
     ),
     Row(
         "Claim",
         "Retraction-based integrators need much more work than the de Casteljau algorithm.",
-        ("reproduce.experiments.measure_times",),
+        ("reproduce.timing.measure_times",),
         ("test_reproduce.py::test_timing_table",),
-        (report.COST,),
+        (
+            report.verdict("more_effort"),
+            report.TIMES,
+        ),
     ),
     Row(
         "Claim",
@@ -207,7 +281,11 @@ DISCUSSION: Final = (
             "test_paper_claims.py::test_shooting_integrates_more_than_once",
             "test_reproduce.py::test_timing_table",
         ),
-        (report.COST, report.SHOOTING),
+        (
+            report.verdict("shooting"),
+            report.TIMES,
+            report.SHOOTING,
+        ),
     ),
     Row(
         "Challenge 1",
@@ -218,7 +296,11 @@ DISCUSSION: Final = (
             "test_chart_maps.py::test_reference_across_the_poles_against_forty_digits",
             "tests/atlas.rs::discrete_flows_run_through_the_poles",
         ),
-        (report.IN_CHARTS, report.CHARTS),
+        (
+            report.verdict("single_chart"),
+            report.CHART_CHALLENGE,
+            report.IN_CHARTS,
+        ),
         "Answered by symplectic changes of chart, and without charts by `integrate_cubic`.",
     ),
     Row(
@@ -230,7 +312,11 @@ DISCUSSION: Final = (
             "tests/splitting.rs::orders_are_those_announced",
             "tests/splitting.rs::steps_are_symplectic",
         ),
-        (report.SPLITTINGS, report.EXACT, report.INTEGRATORS),
+        (
+            report.verdict("implicit_equations"),
+            report.IMPLICIT_CHALLENGE,
+            report.SPLITTINGS,
+        ),
         "Answered by explicit symplectic splittings of orders 2, 4, 6 and 8.",
     ),
     Row(
@@ -238,7 +324,12 @@ DISCUSSION: Final = (
         "Use the structure of a Lie group or of a homogeneous space.",
         ("integrate_cubic", "RiemannianCubic.from_initial"),
         ("tests/splitting.rs::flows_agree_in_any_number_of_dimensions", "test_formulas.py::test_strang_step"),
-        (report.SPLITTINGS, report.INTEGRATORS),
+        (
+            report.verdict("homogeneous"),
+            report.IMPLICIT_CHALLENGE,
+            report.ANY_SHAPE,
+            report.INTEGRATORS,
+        ),
         "St(n,k) is SO(n)/SO(n-k); a step has two exact flows.",
     ),
     Row(
@@ -246,15 +337,22 @@ DISCUSSION: Final = (
         "Consider the manifold as a submanifold of Euclidean space.",
         ("RiemannianCubic", "Curve.acceleration"),
         ("test_formulas.py::test_equation_of_cubics", "tests/manifold/metric.rs::christoffel_term_is_metric"),
-        (report.MANIFOLD, report.CUBICS),
+        (
+            report.verdict("embedded"),
+            report.MANIFOLD,
+            report.CUBICS,
+        ),
         "The equation of cubics in ambient coordinates is checked; there is no constrained integrator yet.",
     ),
     Row(
         "Claim",
         "In a cost-benefit analysis the de Casteljau algorithm is much faster for the boundary value problem.",
-        ("GeometricCubic", "reproduce.experiments.measure_times"),
+        ("GeometricCubic", "reproduce.timing.measure_times"),
         ("test_reproduce.py::test_timing_table",),
-        (report.COST,),
+        (
+            report.verdict("much_faster"),
+            report.TIMES,
+        ),
     ),
     Row(
         "Future work",
@@ -264,6 +362,11 @@ DISCUSSION: Final = (
             "test_control_points.py::test_rows_hold_the_papers_errors_and_falling_costs",
             "test_random_control_points.py::test_higher_degrees_come_nearer",
         ),
-        (report.CONTROL_POINTS, report.RANDOM_CONTROL_POINTS),
+        (
+            report.verdict("other_control_points"),
+            report.CONTROL_POINTS,
+            report.CONTROL_POINTS_FIGURE,
+            report.RANDOM_CONTROL_POINTS,
+        ),
     ),
 )

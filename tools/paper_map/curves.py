@@ -71,7 +71,10 @@ DE_CASTELJAU: Final = (
             "test_paper_de_casteljau.py::test_theorem_1_the_printed_curve_solves_problem_1",
             "test_paper_de_casteljau.py::test_theorem_1_equal_points_at_rest",
         ),
-        (report.DE_CASTELJAU,),
+        (
+            report.verdict("end_data"),
+            report.DE_CASTELJAU,
+        ),
         "The geometric cubic polynomial is `GeometricCubic`, GCP in tables.",
     ),
 )
@@ -136,7 +139,11 @@ DISCRETIZATION: Final = (
             "tests/integrator.rs::steps_are_symplectic_with_exact_tangents",
             "tests/integrator.rs::a_step_is_the_cotangent_lift_of_the_hamiltonian_vector",
         ),
-        (report.CHARTS, report.INVARIANTS),
+        (
+            report.verdict("symplectic"),
+            report.CHARTS,
+            report.INVARIANTS,
+        ),
         "The state is `z = (q, qdot, p_q, p_qdot)`.",
     ),
     Row(
@@ -187,7 +194,7 @@ HAMILTONIANS: Final = (
             "test_paper_charts.py::test_hamiltonian_is_that_of_the_metric",
         ),
         (report.CHARTS,),
-        "It belongs to J/2: see the misprints below.",
+        "It belongs to J/2: see [misprints](#misprints).",
     ),
     Row(
         "Claim",
@@ -214,7 +221,10 @@ HAMILTONIANS: Final = (
             "test_paper_charts.py::test_hamiltonian_is_that_of_the_metric",
             "test_chart.py::test_equator_is_no_singularity",
         ),
-        (report.CHARTS,),
-        "The same function without division by `cos(theta)`; its bracket is among the misprints.",
+        (
+            report.verdict("hamiltonian"),
+            report.CHARTS,
+        ),
+        "The same function without division by `cos(theta)`; its bracket is among the [misprints](#misprints).",
     ),
 )

@@ -35,7 +35,11 @@ INTRODUCTION: Final = (
             "test_riemannian_cubic_boundary.py::test_the_papers_problems",
             "test_riemannian_cubic_boundary.py::test_close_and_slow_problems_all_converge",
         ),
-        (report.EXACT, report.BOUNDARY_PROBLEMS),
+        (
+            report.EXACT,
+            report.ANY_SHAPE,
+            report.BOUNDARY_PROBLEMS,
+        ),
     ),
     Row(
         "Four points",
@@ -56,14 +60,20 @@ INTRODUCTION: Final = (
             "test_paper_quasi_geodesics.py::test_remark_1_spheres_and_rotations_have_geodesics_only",
             "test_curves.py::test_great_circle_is_a_geodesic_of_the_sphere",
         ),
-        (report.QUASI_GEODESICS,),
+        (
+            report.verdict("quasi_geodesics"),
+            report.QUASI_GEODESICS,
+        ),
     ),
     Row(
         "Claim on St(3,2)",
         "Its quasi-geodesics are in general no geodesics (also abstract and section 4.1).",
         ("QuasiGeodesic", "Geodesic"),
         ("test_paper_quasi_geodesics.py::test_remark_1_both_parts_give_no_geodesic_for_two_columns",),
-        (report.QUASI_GEODESICS,),
+        (
+            report.verdict("quasi_geodesics"),
+            report.QUASI_GEODESICS,
+        ),
     ),
 )
 
@@ -207,8 +217,11 @@ RETRACTIONS: Final = (
         "`e^{tX} S_0 e^{t Omega}` joins the two points.",
         ("QuasiGeodesic",),
         ("test_paper_quasi_geodesics.py::test_eq_7_proposition_1_curve",),
-        (report.QUASI_GEODESICS,),
-        "Also beyond the domain of (6): see the misprints below.",
+        (
+            report.verdict("joining"),
+            report.QUASI_GEODESICS,
+        ),
+        "Also beyond the domain of (6): see [misprints](#misprints).",
     ),
     Row(
         "Remark 1",
@@ -218,7 +231,10 @@ RETRACTIONS: Final = (
             "test_paper_quasi_geodesics.py::test_remark_1_close_points_are_joined",
             "test_stiefel.py::test_unreachable_points_carry_the_angle",
         ),
-        (report.QUASI_GEODESICS,),
+        (
+            report.verdict("joining"),
+            report.QUASI_GEODESICS,
+        ),
     ),
     Row(
         "Remark 1",
@@ -229,7 +245,10 @@ RETRACTIONS: Final = (
             "test_paper_quasi_geodesics.py::test_remark_1_both_parts_give_no_geodesic_for_two_columns",
             "test_paper_misprints.py::test_remark_1_for_three_columns",
         ),
-        (report.QUASI_GEODESICS,),
+        (
+            report.verdict("remark"),
+            report.QUASI_GEODESICS,
+        ),
         "Holds for k up to 2; the condition for any k is `K Omega = 0`, `K = X S`.",
     ),
     Row(

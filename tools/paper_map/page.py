@@ -12,6 +12,7 @@ from .manifold import INTRODUCTION, MANIFOLD, RETRACTIONS
 from .misprints import MISPRINTS
 from .row import Row
 from .symbols import SYMBOLS
+from .verdicts import VERDICTS
 
 PAGE: Final = Path(__file__).parents[2] / "docs" / "paper.md"
 SECTIONS: Final[dict[str, tuple[Row, ...]]] = {
@@ -34,8 +35,15 @@ Every numbered formula, definition, proposition, theorem, remark, example and fi
 text: the function that computes it, the test that checks it, and the place that reports it. Tests named `test_paper_*`
 write the formulas down in NumPy as the paper prints them, with n x n matrices, and compare them with this library.
 
-Python tests are in `tests/python`. *Summary* and *figure* are what `stiefel-rs reproduce` writes: sections of
-`tables/summary.md`, files in `figures/`. `make paper-map` writes this page from the tables in `tools/paper_map`.
+Python tests are in `tests/python`. *Summary*, *table* and *figure* name what `stiefel-rs reproduce` writes: sections of
+`tables/summary.md`, files in `tables/` and `figures/`; *verdict* is a row of the [table below](#verdicts).
+`make paper-map` writes this page from the tables in `tools/paper_map`.
+"""
+VERDICTS_TEXT: Final = """## Verdicts
+
+The statements that the report of `stiefel-rs reproduce` judges, with its verdicts. `tables/summary.md` and `report.pdf`
+begin with this table and the numbers of the run. "Much" means a factor of 2 or more, in error or time. A star marks the
+verdicts that rest on times: they change with the machine and its load.
 """
 MISPRINTS_TEXT: Final = """## Misprints
 
@@ -70,8 +78,15 @@ def _misprints() -> str:
     return f"{MISPRINTS_TEXT}\n{_table(('where', 'printed', 'correct', 'measured', 'test'), rows)}"
 
 
+def _verdicts() -> str:
+    rows = [
+        (str(n), v.place, v.statement, f"**{v.verdict}**{' *' if v.timed else ''}") for n, v in enumerate(VERDICTS, 1)
+    ]
+    return f"{VERDICTS_TEXT}\n{_table(('no.', 'place', 'the paper', 'verdict'), rows)}"
+
+
 def text() -> str:
     """Return the whole page."""
     header = ("paper", "what it says", "code", "tests", "report")
     maps = [f"## {title}\n\n{_table(header, map(_cells, rows))}" for title, rows in SECTIONS.items()]
-    return "\n".join([INTRODUCTION_TEXT, _symbols(), _misprints(), *maps])
+    return "\n".join([INTRODUCTION_TEXT, _symbols(), _verdicts(), _misprints(), *maps])

@@ -3,39 +3,72 @@
 from typing import Final
 
 from .row import Section
+from .verdicts import VERDICTS
 
 # Headings of out/tables/summary.md.
-GCP_ERROR: Final = Section("summary", "1, 2. Mean error of GCP", "mean error of GCP")
-GCP_CONSTANT: Final = Section("summary", "3. The error of GCP stays constant as h decreases", "constant error of GCP")
-ORDERS: Final = Section("summary", "4. Order 1 of the initial-point method, order 2 of the mid-point method", "orders")
-COST: Final = Section("summary", "5. Relative cost: the claim that GCP is faster", "relative cost")
-SMALL_STEPS: Final = Section(
-    "summary", "6. The retraction method reaches smaller errors for small h", "errors for small h"
-)
-INVARIANTS: Final = Section("summary", "7. Energy and momentum along the discrete flows", "energy and momentum")
-CONJECTURE: Final = Section(
-    "summary", "The conjecture: a retraction closer to the exponential has a smaller mean error", "the conjecture"
+RELATIVE_ERROR: Final = Section("summary", "0.080 % and 0.45 %: the relative mean error of GCP", "0.080 % and 0.45 %")
+FLAT: Final = Section("summary", "Exact where the manifold is flat", "exact where flat")
+STEP: Final = Section("summary", "The error and the step", "the error and the step")
+NEAR_START: Final = Section("summary", "Near the initial point", "near the initial point")
+TWO_MAPS: Final = Section("summary", "The mid-point map against the initial-point map", "mid-point or initial-point")
+CONJECTURE: Final = Section("summary", "The conjecture as stated", "the conjecture")
+TIMES: Final = Section("summary", "Times", "times")
+CHART_CHALLENGE: Final = Section("summary", "The chart challenge", "the chart challenge")
+IMPLICIT_CHALLENGE: Final = Section("summary", "The challenge of implicit equations", "implicit equations")
+RETRACTION_PAIRS: Final = Section(
+    "summary", "Every pair of retractions, initial and boundary values, orders 1 and 2", "every pair of retractions"
 )
 EXACT: Final = Section("summary", "The exact cubic, without charts", "the exact cubic")
+ANY_SHAPE: Final = Section("summary", "Exact cubics on any St(n,k)", "any St(n,k)")
 CONTROL_POINTS: Final = Section("summary", "Other control points", "other control points")
+INVARIANTS: Final = Section("summary", "Energy and momentum along the discrete flows", "energy and momentum")
+INDEPENDENT: Final = Section("summary", "Independent recomputation (NumPy/mpmath)", "independent recomputation")
 SUMMARY: Final = (
-    GCP_ERROR,
-    GCP_CONSTANT,
-    ORDERS,
-    COST,
-    SMALL_STEPS,
-    INVARIANTS,
+    RELATIVE_ERROR,
+    FLAT,
+    STEP,
+    NEAR_START,
+    TWO_MAPS,
     CONJECTURE,
+    TIMES,
+    CHART_CHALLENGE,
+    IMPLICIT_CHALLENGE,
+    RETRACTION_PAIRS,
     EXACT,
+    ANY_SHAPE,
     CONTROL_POINTS,
+    INVARIANTS,
+    INDEPENDENT,
 )
 
-# Figures of out/figures.
-TRAJECTORY_SPHERE: Final = Section("figure", "trajectory_sphere", "trajectories on the sphere")
+# Tables of out/tables and figures of out/figures.
+TABLE_2A: Final = Section("table", "figure_2a", "mean errors on the sphere")
+TABLE_2B: Final = Section("table", "figure_2b", "mean errors on St(3,2)")
+FIGURE_1: Final = Section("figure", "figure_1", "trajectories on the sphere")
+FIGURE_3A: Final = Section("figure", "figure_3a", "mean errors on the sphere, drawn")
+FIGURE_3B: Final = Section("figure", "figure_3b", "mean errors on St(3,2), drawn")
 TRAJECTORY_FRAME: Final = Section("figure", "trajectory_stiefel_3_2", "trajectories on St(3,2)")
-ERROR_SPHERE: Final = Section("figure", "error_sphere", "mean errors on the sphere")
-ERROR_FRAME: Final = Section("figure", "error_stiefel_3_2", "mean errors on St(3,2)")
-FIGURES: Final = (TRAJECTORY_SPHERE, TRAJECTORY_FRAME, ERROR_SPHERE, ERROR_FRAME)
+CONJECTURE_FIGURE: Final = Section("figure", "conjecture", "the conjecture, drawn")
+CONTROL_POINTS_FIGURE: Final = Section("figure", "control_points", "other control points, drawn")
+FILES: Final = (
+    TABLE_2A,
+    TABLE_2B,
+    FIGURE_1,
+    FIGURE_3A,
+    FIGURE_3B,
+    TRAJECTORY_FRAME,
+    CONJECTURE_FIGURE,
+    CONTROL_POINTS_FIGURE,
+)
+
+# Rows of the table of verdicts.
+_VERDICTS: Final = {v.claim: Section("verdict", v.claim, f"verdict {n}") for n, v in enumerate(VERDICTS, 1)}
+
+
+def verdict(claim: str) -> Section:
+    """Return the row of the table of verdicts with this name in ``claims.csv``."""
+    return _VERDICTS[claim]
+
 
 # Pages of docs/.
 MANIFOLD: Final = Section("page", "mathematics.md", "formulas: the manifold", "The manifold")
@@ -76,4 +109,4 @@ PAGES: Final = (
     RANDOM_CONTROL_POINTS,
     INTEGRATORS,
 )
-ALL: Final = (*SUMMARY, *FIGURES, *PAGES)
+ALL: Final = (*SUMMARY, *FILES, *_VERDICTS.values(), *PAGES)

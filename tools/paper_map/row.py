@@ -9,30 +9,33 @@ from typing import Literal
 
 @dataclass(frozen=True)
 class Section:
-    """A place that reports something: a heading of ``summary.md``, a figure of the report, or a page of ``docs/``.
+    """A place that reports something: a part of the report, or a page of ``docs/``.
 
     Attributes
     ----------
     kind : str
     name : str
-        Heading of ``summary.md``, stem of the files of the figure, or path of the page below ``docs/``.
+        Heading of ``summary.md``, stem of the files of a table or figure, name of a verdict, or path of the page below
+        ``docs/``.
     heading : str
         Heading of the page; empty for the whole page.
     title : str
         Short name in the map.
     """
 
-    kind: Literal["summary", "figure", "page"]
+    kind: Literal["summary", "table", "figure", "verdict", "page"]
     name: str
     title: str
     heading: str = ""
 
     def link(self) -> str:
-        """Return the place as Markdown; only pages have an address."""
+        """Return the place as Markdown; only pages and verdicts have an address."""
         if self.kind == "page":
             anchor = re.sub(r"[-\s]+", "-", re.sub(r"[^\w\s-]", "", self.heading).lower())
             return f"[{self.title}]({self.name}{'#' if anchor else ''}{anchor})"
-        return f"figure `{self.name}`" if self.kind == "figure" else f"summary: {self.title}"
+        if self.kind == "verdict":
+            return f"[{self.title}](#verdicts)"
+        return f"summary: {self.title}" if self.kind == "summary" else f"{self.kind} `{self.name}`"
 
 
 @dataclass(frozen=True)

@@ -34,9 +34,9 @@ Largest deviation from the initial value over 0 <= t <= 1:
 {table(header, cells, 2)}
 
 `phi` is cyclic in both charts and `psi` on St(3,2): both methods keep their momenta. The exact flow keeps all three
-components of the momentum of rotations; the other two are no coordinates' momenta, and the methods keep them only to
-their order, as they do the energy: both fall by about 10 (order 1) or 100 (order 2) from N = 10 to N = 100. The dip of
-the initial-point method in the energy figure of the sphere is a change of sign.
+components of the momentum of rotations. The other two are not momenta of coordinates; the methods keep them, and the
+energy, only to their order: the deviations fall by about 10 (order 1) or 100 (order 2) from N = 10 to N = 100. The dip
+of the initial-point method in the energy figure of the sphere is a change of sign.
 
 Over longer times at the fixed step h = {LONG_RUN_STEP:g}, largest energy deviation:
 

@@ -57,7 +57,7 @@ def quasi_geodesics(found: Measurements) -> Claim:
 def remark(found: Measurements) -> Claim:
     """Remark 1."""
     X, omega, distance = found.geometry.counterexample
-    measured = f"a case on St(4,3) with K Omega = 0: norms {X:.2f} and {omega:.2f}, distance to the geodesic "
+    measured = f"on St(4,3), K Omega = 0, norms of X and Omega {X:.2f} and {omega:.2f}: distance to the geodesic "
     measured += number(distance)
     counter = min(X, omega) > ROUND_OFF > distance
     verdict = _only_if("k <= 2; for any k the condition is K Omega = 0") if counter else HOLDS
@@ -71,21 +71,23 @@ def joining(found: Measurements) -> Claim:
     if near == far == SAMPLES:
         verdict = HOLDS
     else:
-        verdict = _only_if("the points are nearer than pi/2 (sphere)") if near == SAMPLES else FAILS
+        verdict = (
+            f"{HOLDS} for close points, as Remark 1 says: nearer than pi/2 on the sphere" if near == SAMPLES else FAILS
+        )
     return Claim("Prop. 1", "the quasi-geodesic of its X and Omega joins two points", measured, verdict)
 
 
 def end_data(found: Measurements) -> Claim:
     """Judge Theorem 1."""
     defect = found.geometry.end_defect
-    measured = f"largest defect of end points and end velocities {number(defect)}"
+    measured = f"largest error of end points and end velocities: {number(defect)}"
     return Claim("Thm 1", "GCP has the given ends and end velocities", measured, HOLDS if defect < ROUND_OFF else FAILS)
 
 
 def symplectic(found: Measurements) -> Claim:
     """Proposition 2."""
     defect = found.geometry.symplectic
-    measured = f"entries of M^T J M - J of a step, by differences: {number(defect)}"
+    measured = f"largest entry of M^T J M - J, M the differential of a step: {number(defect)}"
     verdict = HOLDS if defect < DIFFERENCE_BOUND else FAILS
     return Claim("Prop. 2", "both discretization maps give symplectic integrators", measured, verdict)
 
@@ -93,8 +95,10 @@ def symplectic(found: Measurements) -> Claim:
 def hamiltonian(found: Measurements) -> Claim:
     """Judge the Hamiltonian on St(3,2)."""
     one, two = found.geometry.hamiltonian
-    measured = f"relative difference to the metric's: {number(one)} with one bracket around both fractions, "
-    measured += f"{number(two)} otherwise"
+    measured = (
+        f"largest relative difference to the metric's at {SAMPLES} random states: {number(one)} with one bracket "
+    )
+    measured += f"around both fractions, {number(two)} otherwise"
     if one < ROUND_OFF:
         verdict = HOLDS if two < ROUND_OFF else _only_if("one bracket spans its first two fractions")
     else:
@@ -153,7 +157,7 @@ def independent_of_the_step(found: Measurements) -> Claim:
     for e in EXPERIMENTS:
         values = constant_part(found.rows[e.name])
         spreads.append(max(values) / min(values) - 1)
-    measured = f"the mean times (N + 1) / N changes by {percent(max(spreads), 2)} over all N; the curve is the same"
+    measured = f"mean error times (N + 1) / N: changes by {percent(max(spreads), 2)} over all N; the curve is the same"
     verdict = HOLDS if max(spreads) < CONSTANT else FAILS
     return Claim("4.3", "the error of GCP does not depend on the step h", measured, verdict)
 
@@ -168,7 +172,7 @@ def increasing_in_the_step(found: Measurements) -> Claim:
     orders = {
         m: [slope_text(found.rows[e.name], f"{m}_bvp") for e in EXPERIMENTS] for m in ("initial_point", "midpoint")
     }
-    measured = "smaller at every further N; slopes " if falls else "not smaller at every further N; slopes "
+    measured = "smaller at each larger N; slopes " if falls else "not smaller at each larger N; slopes "
     measured += (
         f"{' and '.join(orders['initial_point'])} (initial-point), {' and '.join(orders['midpoint'])} (mid-point)"
     )
@@ -292,7 +296,7 @@ def implicit_equations(found: Measurements) -> Claim:
 def homogeneous(found: Measurements) -> Claim:
     """Judge the first direction of improvement."""
     factors = challenges.speed_up(found.challenges.equal, "one_chart")
-    measured = f"the splittings do so: {between(factors)} times faster, on any St(n,k)"
+    measured = f"the splittings, for any St(n,k), are {between(factors)} times faster on both manifolds"
     statement = "the structure of a homogeneous space might improve performance"
     return Claim("4.3", statement, measured, HOLDS if min(factors) > 1 else FAILS)
 
@@ -312,7 +316,7 @@ def other_control_points(found: Measurements) -> Claim:
         ]
         for degree in (control_points.DEGREES[0], control_points.DEGREES[-1])
     }
-    measured = "error of GCP over that with control points of least cost: " + ", ".join(
+    measured = "error of GCP over the error with control points of least cost: " + ", ".join(
         f"{between(values)} (degree {degree})" for degree, values in factors.items()
     )
     holds = min(x for values in factors.values() for x in values) > 1
@@ -354,8 +358,8 @@ def read(found: Measurements) -> list[Claim]:
 
 def page(claims: list[Claim]) -> str:
     """Return the table of the first page."""
-    cells = [[c.place, c.statement, c.measured, f"**{c.verdict}**"] for c in claims]
-    return table(HEADER, cells, len(HEADER))
+    cells = [[str(n), c.place, c.statement, c.measured, f"**{c.verdict}**"] for n, c in enumerate(claims, 1)]
+    return table(["no.", *HEADER], cells, 1 + len(HEADER))
 
 
 def csv_rows(found: Measurements) -> list[tuple[str, ...]]:

@@ -29,7 +29,9 @@ def _first_page(found: Measurements) -> str:
 
 The numbers in the paper's figures and tables are not printed in its text, so they are recomputed here, not compared.
 Errors are mean Frobenius distances to the exact curve over the N + 1 points of 0 <= t <= 1, h = 1 / N; GCP is the curve
-of the adjusted de Casteljau algorithm. The paper's statements are shortened; the place is their section.
+of the adjusted de Casteljau algorithm. The paper's statements are shortened; the place is their section. "Much" means
+a factor of {claims.MUCH:g} or more. IVP: initial values, with acceleration and jerk given. BVP: boundary values, met
+by shooting.
 
 ## The statements of the paper
 

@@ -1,0 +1,82 @@
+//! Riemannian cubics by the symplectic integrator in the embedding.
+
+use super::cubic_trajectory::{PyCubicTrajectory, sampled};
+use super::prelude::*;
+use crate::cubic::{EmbeddedOptions, integrate_embedded as integrate};
+
+/// Integrate a Riemannian cubic by equal steps of a symplectic method in the embedding.
+///
+/// The phase space is the paper's, ``T*(TSt(n, k))``, as a submanifold of four copies of the ``n x k`` matrices: any
+/// shape, no chart. Order 2. ``S^T S = I``, ``S^T V + V^T S = 0``, the momentum constraints and the spatial momentum hold
+/// to round-off, the energy has no drift. `integrate_cubic` solves no equation: it is faster, and its errors are smaller.
+///
+/// Parameters
+/// ----------
+/// S, V, A, J : array_like, shape (n, k)
+///     Point, and velocity, covariant acceleration and covariant jerk at it.
+/// steps : int
+///     Equal steps over ``[0, t_end]``, at least 1.
+/// t_end : float, default 1.0
+///     Negative to run backwards, not zero.
+/// map : {"midpoint"}, default "midpoint"
+///     Discretization map of the ambient space, ``R_d(q, v) = (q - v/2, q + v/2)``. Its cotangent lift keeps
+///     quadratic constraints.
+///
+/// Returns
+/// -------
+/// CubicTrajectory
+///
+/// Raises
+/// ------
+/// InvalidInputError
+///     Shape, not finite, not orthonormal, not tangent, ``steps < 1``, ``t_end`` zero, unknown map, a result too large
+///     for a number.
+/// ConvergenceError
+///     A step is too long for its implicit equations; carries ``report``.
+///
+/// Notes
+/// -----
+/// ``H = <p_S S^T + p_V V^T, X> + |p_V S^T - S p_V^T|^2 / 4`` with ``X = V S^T - S V^T - S (S^T V - V^T S) S^T / 2``,
+/// Frobenius products. A step is the implicit midpoint rule of the ambient space, after which multiples of the gradients
+/// of the constraints make ``S^T p_S`` and ``S^T p_V`` skew. arXiv 2404.19407 names such a method as future work;
+/// discretization maps: Barbero-Linan, Martin de Diego (2023); constraints: Jay (1996), Hairer, Lubich, Wanner (2006),
+/// section VII.1.4.
+///
+/// Examples
+/// --------
+/// >>> import numpy as np
+/// >>> from stiefel_rs import integrate_embedded
+/// >>> S = np.array([[1.0], [0.0], [0.0]])
+/// >>> V, A, J = np.array([[0.0], [1.0], [0.0]]), np.array([[0.0], [0.0], [1.0]]), np.zeros((3, 1))
+/// >>> trajectory = integrate_embedded(S, V, A, J, 20)
+/// >>> trajectory.point.shape
+/// (21, 3, 1)
+/// >>> bool(trajectory.constraint_drift < 1e-14)
+/// True
+#[pyfunction]
+#[pyo3(signature = (S, V, A, J, steps, t_end=1.0, map="midpoint"))]
+pub fn integrate_embedded(
+    S: &Any,
+    V: &Any,
+    A: &Any,
+    J: &Any,
+    #[pyo3(from_py_with = whole)] steps: i64,
+    t_end: f64,
+    map: &str,
+) -> PyResult<PyCubicTrajectory> {
+    let py = S.py();
+    let data = matrices(named![S, V, A, J])?;
+    ensure!(map == "midpoint", "map: must be 'midpoint', found '{map}'");
+    let steps = count("steps", steps, 1)?;
+    let weight = EVALUATIONS * (steps as f64 + 1.0);
+    let (trajectory, samples) = run_on(py, data, weight, move |[s, v, a, j], interrupt| {
+        let options = EmbeddedOptions { t_end, interrupt };
+        let trajectory = integrate(s, v, a, j, steps, &options)?;
+        interrupt.check("cubic in the embedding")?;
+        sampled(trajectory)
+    })?;
+    PyCubicTrajectory::wrap(py, &trajectory, samples)
+}
+
+/// Evaluations of the vector field that one step takes, about.
+const EVALUATIONS: f64 = 10.0;
