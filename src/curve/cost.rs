@@ -1,6 +1,6 @@
 //! The cost of a curve by composite Gauss-Legendre quadrature.
 
-use super::gauss_legendre::{PANEL, POINTS};
+use super::gauss_legendre::PANEL;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::jet::Jet;
