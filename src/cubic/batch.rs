@@ -3,14 +3,12 @@
 use faer::{Mat, MatRef};
 use rayon::prelude::*;
 
-use super::boundary::{BoundaryOptions, BoundaryStrategy};
+use super::boundary::BoundaryOptions;
 use super::from_boundary;
-use super::guess::FlatData;
-use super::initial::{Horizontal, complete};
-use super::problem::{Problem, pack, unpack};
+use super::problem::{Problem, unpack};
 use super::riemannian_cubic::RiemannianCubic;
 use super::shooting::SOLVER;
-use super::solver::Solver;
+use super::single_leg::{STEPS, end_data};
 use crate::curve::Curve;
 use crate::error::{Error, Result};
 use crate::linalg::lanes::LANES;
@@ -22,9 +20,6 @@ const TASK: usize = 64;
 /// Rows of points that are solved for abreast, at most: on St(3,1) and St(3,2) that takes 0.87 and 0.73 times as long as one by
 /// one, on St(4,2) and St(6,3) it would take 1.4 and 2.1 times as long.
 const MOST_ROWS: usize = 3;
-
-/// Steps of Newton's method for problems abreast; those that get there take three to seven.
-const STEPS: usize = 11;
 
 /// The Riemannian cubic that solves a boundary value problem, at its start.
 ///
@@ -57,8 +52,7 @@ pub struct BoundarySolution {
 /// Riemannian cubics on `[0, 1]` with given end points and end velocities `[S0, V0, S1, V1]`, all of shape `(n, k)`.
 ///
 /// Each is that of [`RiemannianCubic::from_boundary`], up to the tolerance. Points with up to three rows, and displacement and
-/// speeds up to 2, are solved for eight abreast, by Newton's method for one Taylor series, and integrated once to measure what
-/// the end is off; the others, those that it does not solve, and all with a guess, one by one. The same for any number of threads; within the
+/// speeds up to 2, are solved for eight abreast, by Newton's method for one Taylor series; the others, those that it does not solve, and all with a guess, one by one. The same for any number of threads; within the
 /// tolerance a solution depends on which problems stand beside it.
 ///
 /// # Errors
@@ -119,7 +113,7 @@ fn solve_task(
     let mut found = Vec::new();
     for ((problem, leg), data) in problems.into_iter().zip(legs).zip(task) {
         let solution = problem.and_then(|problem| match leg {
-            Some(leg) => polished(&problem, leg, data[0], options),
+            Some(leg) => Ok(solution(&problem, &leg)),
             None => alone(&problem, data[0], options),
         });
         if let Err(error @ Error::Interrupted { .. }) = solution {
@@ -152,50 +146,6 @@ fn abreast(
     Ok(())
 }
 
-/// Where one series is likely to be enough: the end data, and the middle of the cubic of flat space.
-fn end_data(problem: &Problem) -> Option<EndData> {
-    let flat = problem.flat().ok()??;
-    if !problem.is_moderate(&flat) || problem.unknowns() == 0 {
-        return None;
-    }
-    let [s1, v1] = problem.end.each_ref().map(|x| x.as_ref());
-    let r = s1.nrows();
-    let frame = complete(s1);
-    let last = Horizontal::of_tangent(frame.as_ref(), v1);
-    Some(EndData {
-        target: (0..r * r).map(|i| frame[(i / r, i % r)]).collect(),
-        velocities: [&problem.velocity, &last].map(|v| pack(std::slice::from_ref(v))),
-        middle: middle(&problem.velocity, &flat),
-    })
-}
-
-/// `x, x', x''` of the cubic of flat space in the middle.
-fn middle(velocity: &Horizontal, flat: &FlatData) -> [Vec<f64>; 3] {
-    let vectors = [&flat.displacement, velocity, &flat.end_velocity];
-    let [delta, first, last] = vectors.map(|v| pack(std::slice::from_ref(v)));
-    let combined = |[a, b, c]: [f64; 3]| {
-        let entries = delta.iter().zip(&first).zip(&last);
-        entries.map(|((x, y), z)| a * x + b * y + c * z).collect()
-    };
-    [[1.5, -0.25, -0.25], [0.0, -1.0, 1.0], [-12.0, 6.0, 6.0]].map(combined)
-}
-
-/// By single shooting from a solution by one series, which meets its end as a rule.
-fn polished(
-    problem: &Problem,
-    mut leg: LoneLeg,
-    s0: MatRef<'_, f64>,
-    options: &BoundaryOptions<'_>,
-) -> Result<BoundarySolution> {
-    let mut solver = Solver::new(problem, options);
-    if !solver.restarted(&mut leg.start, None)? {
-        drop(solver);
-        return alone(problem, s0, options);
-    }
-    leg.residual = solver.report(BoundaryStrategy::Direct).solver.residual;
-    Ok(solution(problem, &leg))
-}
-
 /// By the same way as [`RiemannianCubic::from_boundary`].
 fn alone(
     problem: &Problem,
@@ -213,6 +163,7 @@ fn alone(
             start,
             cost,
             residual,
+            steps: report.solver.iterations,
         },
     ))
 }

@@ -102,6 +102,9 @@ impl Solver<'_> {
         let is_moderate = flat
             .as_ref()
             .is_some_and(|flat| self.problem.is_moderate(flat));
+        if is_moderate && let Some(y) = self.by_one_series()? {
+            return Ok(Some((y, self.report(BoundaryStrategy::Direct))));
+        }
         if is_moderate || self.has_few_steps() {
             let mut y = self.problem.flat_start(flat.as_ref());
             if self.restarted(&mut y, None)? {

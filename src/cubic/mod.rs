@@ -58,6 +58,7 @@ pub mod riemannian_cubic;
 mod rotation;
 mod search;
 mod shooting;
+mod single_leg;
 mod solver;
 mod space_flow;
 mod split_state;

@@ -3,7 +3,7 @@
 use super::reduced::{Blocks, Fixed, Sized, block};
 use super::state::State;
 use super::taylor::{Accuracy, March, too_many_steps};
-use crate::curve::gauss_legendre::{POINTS, gauss_legendre};
+use crate::curve::gauss_legendre::{PANEL, POINTS};
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 
@@ -264,7 +264,7 @@ impl Path {
     /// `int |D_t S'|^2 + tau |S'|^2 dt` over an interval that the pieces cover.
     pub(crate) fn cost(&self, lower: f64, upper: f64) -> f64 {
         let (k2, mk) = (self.blocks.k * self.blocks.k, self.blocks.m * self.blocks.k);
-        let (size, (nodes, weights)) = (k2 + mk, gauss_legendre(POINTS));
+        let (size, (nodes, weights)) = (k2 + mk, &*PANEL);
         let stride = (self.accuracy.order + 1) * size;
         let (mut x, mut rate) = (vec![0.0; size], vec![0.0; size]);
         let mut sum = 0.0;

@@ -100,6 +100,22 @@ impl<'a> Solver<'a> {
         }
     }
 
+    /// That of the options, or what round-off allows.
+    pub(super) fn tolerance(&self) -> f64 {
+        self.tolerance
+    }
+
+    /// Counts a start, and the steps from there.
+    pub(super) fn account_start(&mut self, steps: usize) {
+        self.starts += 1;
+        self.newton_steps += steps;
+    }
+
+    /// How near a curve has come to the end.
+    pub(super) fn set_nearest(&mut self, residual: f64, reason: StopReason) {
+        self.nearest = (residual, reason);
+    }
+
     /// Counts a descent.
     pub(super) fn account(&mut self, report: SolverReport) {
         self.starts += 1;

@@ -1,6 +1,6 @@
 //! The cost of a curve by composite Gauss-Legendre quadrature.
 
-use super::gauss_legendre::{POINTS, gauss_legendre};
+use super::gauss_legendre::PANEL;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::jet::Jet;
@@ -33,7 +33,7 @@ pub(super) fn squared_acceleration(
     };
     // Positions have norm sqrt(k), so accelerations below that over the squared interval are noise as well.
     let still = k as f64 / (end - start).abs().powi(3);
-    let (nodes, weights) = gauss_legendre(POINTS);
+    let (nodes, weights) = &*PANEL;
     let (mut previous, mut change, mut tolerance) = (f64::NAN, f64::INFINITY, 0.0);
     for doubling in 0..=MAX_DOUBLINGS {
         let panels = 1_usize << doubling;
@@ -42,7 +42,7 @@ pub(super) fn squared_acceleration(
         for panel in 0..panels {
             interrupt.check("cost quadrature")?;
             let middle = start + (panel as f64 + 0.5) * width;
-            for (x, w) in nodes.iter().zip(&weights) {
+            for (x, w) in nodes.iter().zip(weights) {
                 let [covariant, full] = integrand(middle + 0.5 * width * x)?;
                 sum += 0.5 * width * w * covariant;
                 ambient += 0.5 * width * w * full;

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::gauss_legendre::{POINTS, gauss_legendre};
+use super::gauss_legendre::{PANEL, POINTS};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::jet::Jet;
@@ -64,7 +64,7 @@ struct Rule {
 
 impl Rule {
     fn new() -> Self {
-        let (nodes, weights) = gauss_legendre(POINTS);
+        let (nodes, weights) = PANEL.clone();
         let share = |i: usize| {
             let others = (0..POINTS).filter(|j| *j != i);
             others.fold(1.0, |product, j| {

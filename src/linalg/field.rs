@@ -10,6 +10,18 @@ pub(crate) trait Field: Number + Div<Output = Self> {
     /// How many numbers it is.
     const COUNT: usize;
 
+    /// Changes in several directions at once: eight of one number, one of eight.
+    type Columns: Field + Mul<Self, Output = Self::Columns>;
+
+    /// How many directions.
+    const COLUMNS: usize;
+
+    /// The change in a direction.
+    fn column(columns: Self::Columns, i: usize) -> Self;
+
+    /// Sets the change in a direction, that of every number.
+    fn set_column(columns: &mut Self::Columns, i: usize, change: f64);
+
     fn lane(self, lane: usize) -> f64;
 
     fn set_lane(&mut self, lane: usize, value: f64);
@@ -23,6 +35,20 @@ pub(crate) trait Field: Number + Div<Output = Self> {
 
 impl Field for f64 {
     const COUNT: usize = 1;
+
+    type Columns = Lanes;
+
+    const COLUMNS: usize = LANES;
+
+    #[inline(always)]
+    fn column(columns: Lanes, i: usize) -> f64 {
+        columns.0[i]
+    }
+
+    #[inline(always)]
+    fn set_column(columns: &mut Lanes, i: usize, change: f64) {
+        columns.0[i] = change;
+    }
 
     #[inline(always)]
     fn lane(self, _: usize) -> f64 {
@@ -47,6 +73,20 @@ impl Field for f64 {
 
 impl Field for Lanes {
     const COUNT: usize = LANES;
+
+    type Columns = Lanes;
+
+    const COLUMNS: usize = 1;
+
+    #[inline(always)]
+    fn column(columns: Lanes, _: usize) -> Lanes {
+        columns
+    }
+
+    #[inline(always)]
+    fn set_column(columns: &mut Lanes, _: usize, change: f64) {
+        *columns = Lanes::splat(change);
+    }
 
     #[inline(always)]
     fn lane(self, lane: usize) -> f64 {
@@ -132,12 +172,33 @@ pub(crate) fn substitute<T: Field>(n: usize, factors: &[T], columns: usize, b: &
 /// Solves `x l u = b` in place for every row of `b`, shape `(rows, n)` row by row.
 #[inline(always)]
 pub(crate) fn substitute_rows<T: Field>(n: usize, factors: &[T], b: &mut [T]) {
+    if T::COUNT == 1 {
+        for row in b.chunks_exact_mut(n) {
+            substitute_row(n, factors, row);
+        }
+        return;
+    }
     let mut groups = b.chunks_exact_mut(ROWS * n);
     for rows in groups.by_ref() {
         substitute_few_rows::<ROWS, T>(n, factors, rows);
     }
     for row in groups.into_remainder().chunks_exact_mut(n) {
         substitute_few_rows::<1, T>(n, factors, row);
+    }
+}
+
+/// Of a row, by rows of the factors.
+#[inline(always)]
+fn substitute_row<T: Field>(n: usize, factors: &[T], b: &mut [T]) {
+    for j in 0..n {
+        let (known, rest) = b.split_at_mut(j + 1);
+        let pivots = &factors[j * n..][..n];
+        known[j] = known[j] * pivots[j];
+        subtract(rest, known[j], &pivots[j + 1..]);
+    }
+    for j in (0..n).rev() {
+        let (rest, known) = b.split_at_mut(j);
+        subtract(rest, known[0], &factors[j * n..]);
     }
 }
 
@@ -190,6 +251,9 @@ fn subtract<T: Field>(row: &mut [T], share: T, other: &[T]) {
 /// Rows of a product that are summed abreast: one sum waits for its last addition four times as long as an addition takes.
 const ROWS: usize = 4;
 
+/// Columns of a product of plain numbers that are summed abreast: a vector register.
+const ABREAST: usize = 4;
+
 /// `out += a b` for `a` of shape `(rows, inner)` and `b` of shape `(inner, columns)`, row by row.
 #[inline(always)]
 pub(crate) fn accumulate<A: Copy, T: Number + Mul<A, Output = T>>(
@@ -218,18 +282,42 @@ fn accumulate_rows<const N: usize, A: Copy, T: Number + Mul<A, Output = T>>(
     columns: usize,
     out: &mut [T],
 ) {
+    let mut column = 0;
+    if size_of::<T>() == size_of::<f64>() {
+        while column + ABREAST <= columns {
+            accumulate_block::<N, ABREAST, A, T>(a, inner, b, columns, column, out);
+            column += ABREAST;
+        }
+    }
+    for column in column..columns {
+        accumulate_block::<N, 1, A, T>(a, inner, b, columns, column, out);
+    }
+}
+
+#[inline(always)]
+fn accumulate_block<const N: usize, const M: usize, A: Copy, T: Number + Mul<A, Output = T>>(
+    a: &[A],
+    inner: usize,
+    b: &[T],
+    columns: usize,
+    column: usize,
+    out: &mut [T],
+) {
     let rows: [&[A]; N] = std::array::from_fn(|row| &a[row * inner..][..inner]);
-    for column in 0..columns {
-        let mut sums: [T; N] = std::array::from_fn(|row| out[row * columns + column]);
-        for l in 0..inner {
-            let entry = b[l * columns + column];
-            for (sum, row) in sums.iter_mut().zip(rows) {
-                *sum += entry * row[l];
+    let mut sums = [[T::ZERO; M]; N];
+    for (row, sums) in sums.iter_mut().enumerate() {
+        sums.copy_from_slice(&out[row * columns + column..][..M]);
+    }
+    for (l, b) in b.chunks_exact(columns).take(inner).enumerate() {
+        let b = &b[column..][..M];
+        for (sums, row) in sums.iter_mut().zip(rows) {
+            for (sum, b) in sums.iter_mut().zip(b) {
+                *sum += *b * row[l];
             }
         }
-        for (row, sum) in sums.into_iter().enumerate() {
-            out[row * columns + column] = sum;
-        }
+    }
+    for (row, sums) in sums.iter().enumerate() {
+        out[row * columns + column..][..M].copy_from_slice(sums);
     }
 }
 

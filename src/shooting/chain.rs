@@ -12,7 +12,7 @@ use crate::solve::block_tridiagonal::Factors;
 use crate::space::Homogeneous;
 
 /// Legs in a row, in groups of eight, with what is left of their equations.
-pub(super) struct Chain<'k, T, S> {
+pub(super) struct Chain<'k, T: Field, S> {
     pub(super) space: S,
     pub(super) knots: &'k Knots<'k>,
     pub(super) groups: Vec<Group<'k, T>>,
@@ -78,7 +78,7 @@ impl<'a, T: Field> Group<'a, T> {
 
 /// What a thread needs.
 #[derive(Clone)]
-pub(super) struct Buffers<T> {
+pub(super) struct Buffers<T: Field> {
     pub(super) leg: Scratch<T>,
     pub(super) condensing: Condensing<T>,
 }

@@ -25,7 +25,7 @@ pub(super) struct CondensedLeg<'a, T> {
 
 /// Buffers that legs share.
 #[derive(Clone)]
-pub(super) struct Condensing<T> {
+pub(super) struct Condensing<T: Field> {
     variation: Variation<2, T>,
     conditions: Vec<T>,
     acceleration: Vec<T>,

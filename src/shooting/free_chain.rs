@@ -23,7 +23,7 @@ pub(super) struct State<T> {
 }
 
 /// Legs in a row, in groups of eight.
-pub(super) struct FreeChain<'a, T, S> {
+pub(super) struct FreeChain<'a, T: Field, S> {
     pub(super) space: S,
     pub(super) layout: Layout,
     pub(super) state: State<T>,
@@ -48,7 +48,7 @@ pub(super) struct Group<'a, T> {
 }
 
 #[derive(Clone)]
-struct Buffers<T> {
+struct Buffers<T: Field> {
     leg: Scratch<T>,
     stiffness: StiffnessScratch<T>,
 }

@@ -4,22 +4,26 @@ use std::f64::consts::SQRT_2;
 
 use super::leg::{Leg, Scratch};
 use super::leg_equations::{residual_into, set_equations};
-use super::orders::{FINE, MOST, Orders};
+use super::orders::{FINEST, MOST, Orders};
 use super::room::Room;
 use super::variation::Variation;
 use crate::linalg::field::{Field, factor, substitute};
 use crate::linalg::lanes::Lanes;
 use crate::linalg::simd::vectorised;
+use crate::solve::broyden::Updates;
 use crate::space::{FixedFrames, Frames, Homogeneous};
 
 /// Lanes with more left than this are given up.
 const HOPELESS: f64 = 10.0;
 
 /// With less left than this the linear equations of the step before are kept.
-const KEEP: f64 = 1e-2;
+const KEEP: f64 = 3e-2;
 
 /// Terms of the series of the linear equations.
-const TERMS: usize = 12;
+const TERMS: usize = 8;
+
+/// Steps that Broyden's method keeps.
+const MOST_UPDATES: usize = 8;
 
 /// End data, relative to the frame at the start: the frame at the end, shape `(r, r)` row by row, and the velocities in the
 /// frames at both ends; and where to start, `x, x', x''` in the middle.
@@ -29,7 +33,7 @@ pub(crate) struct EndData {
     pub(crate) middle: [Vec<f64>; 3],
 }
 
-/// A cubic on `[0, 1]` that meets its data to the tolerance and what one series leaves out.
+/// A cubic on `[0, 1]` that meets its data to the tolerance.
 pub(crate) struct LoneLeg {
     /// `x'` and `x''` at the start.
     pub(crate) start: Vec<f64>,
@@ -37,33 +41,45 @@ pub(crate) struct LoneLeg {
     pub(crate) cost: f64,
     /// A bound of what is left of the end data, in the Frobenius norm.
     pub(crate) residual: f64,
+    /// Steps of Newton's method that were taken.
+    pub(crate) steps: usize,
 }
 
 /// Solves up to eight problems to a tolerance in so many steps at most.
 pub(crate) type Solve = dyn FnMut(&[EndData], f64, usize) -> Vec<Option<LoneLeg>>;
 
-/// For frames of `k` columns in so many dimensions.
+/// For frames of `k` columns in so many dimensions, eight problems abreast.
 pub(crate) fn lone_legs(r: usize, k: usize) -> Box<Solve> {
     match (r, k) {
-        (3, 1) => solver(FixedFrames::<3, 1>),
-        (3, 2) => solver(FixedFrames::<3, 2>),
-        _ => solver(Frames { r, k }),
+        (3, 1) => solver::<Lanes>(FixedFrames::<3, 1>),
+        (3, 2) => solver::<Lanes>(FixedFrames::<3, 2>),
+        _ => solver::<Lanes>(Frames { r, k }),
     }
 }
 
-fn solver(space: impl Homogeneous + 'static) -> Box<Solve> {
-    let mut legs = LoneLegs::<Lanes, _>::new(space);
+/// One problem at a time.
+pub(crate) fn lone_leg(r: usize, k: usize) -> Box<Solve> {
+    match (r, k) {
+        (3, 1) => solver::<f64>(FixedFrames::<3, 1>),
+        (3, 2) => solver::<f64>(FixedFrames::<3, 2>),
+        _ => solver::<f64>(Frames { r, k }),
+    }
+}
+
+fn solver<T: Field>(space: impl Homogeneous + 'static) -> Box<Solve> {
+    let mut legs = LoneLegs::<T, _>::new(space);
     Box::new(move |problems, tolerance, steps| legs.solve(problems, tolerance, steps))
 }
 
 /// Buffers of a group.
-struct LoneLegs<T, S> {
+struct LoneLegs<T: Field, S> {
     space: S,
     room: Vec<T>,
     scratch: Scratch<T>,
     variation: Variation<1, T>,
     matrix: Vec<T>,
     right: Vec<T>,
+    updates: Updates<T>,
 }
 
 impl<T: Field, S: Homogeneous> LoneLegs<T, S> {
@@ -76,6 +92,7 @@ impl<T: Field, S: Homogeneous> LoneLegs<T, S> {
             variation: Variation::new(space, TERMS),
             matrix: vec![T::ZERO; wide * wide],
             right: vec![T::ZERO; wide],
+            updates: Updates::new(wide, MOST_UPDATES),
         }
     }
 
@@ -107,14 +124,16 @@ impl<T: Field, S: Homogeneous> LoneLegs<T, S> {
             variation,
             matrix,
             right,
+            updates,
         } = self;
         let (space, mut orders) = (*space, Orders::first());
         let mut leg = Leg::new(space, &mut Room::new(room));
         set_data(&mut leg, problems);
         let mut residuals = vec![0.0; T::COUNT];
         let mut is_lost = vec![false; T::COUNT];
-        let mut has_equations = false;
+        let (mut has_equations, mut taken) = (false, 0);
         for step in 0..=steps {
+            taken = step;
             leg.order = orders.of_leg(leg.speed(), leg.more);
             leg.set_residual(space, scratch);
             leg.more = orders.more(leg.more, leg.largest_tail());
@@ -126,7 +145,7 @@ impl<T: Field, S: Homogeneous> LoneLegs<T, S> {
                 }
                 if residuals[lane] > HOPELESS || residuals[lane].is_nan() {
                     is_lost[lane] = true;
-                } else if residuals[lane] > tolerance || leg.residual.tail.lane(lane) > FINE {
+                } else if residuals[lane] > tolerance || leg.residual.tail.lane(lane) > FINEST {
                     left = left.max(residuals[lane]).max(f64::MIN_POSITIVE);
                 }
             }
@@ -138,20 +157,28 @@ impl<T: Field, S: Homogeneous> LoneLegs<T, S> {
                 set_equations(space, &leg, terms, scratch, variation, matrix);
                 factor(3 * space.dim(), matrix);
                 has_equations = true;
+                updates.clear();
             }
             residual_into(&leg, right);
             substitute(3 * space.dim(), matrix, 1, right);
+            for x in &mut *right {
+                *x = -*x;
+            }
+            updates.correct(right);
             let changes = right.chunks_exact(space.dim());
             for (x, change) in leg.middle.iter_mut().zip(changes) {
                 for (x, change) in x.iter_mut().zip(change) {
-                    *x -= *change;
+                    *x += *change;
                 }
             }
             // What is lost has steps that are no numbers.
             for lane in (0..T::COUNT).filter(|&lane| is_lost[lane]) {
                 stop(&mut leg, lane);
             }
-            orders = Orders::after(left);
+            orders = match left > tolerance {
+                true => Orders::after(left),
+                false => Orders::finest(),
+            };
         }
         let cost = integral_of_square(
             space.dim(),
@@ -160,7 +187,7 @@ impl<T: Field, S: Homogeneous> LoneLegs<T, S> {
         let solution = |lane: usize| {
             let is_found = !is_lost[lane]
                 && residuals[lane] <= tolerance
-                && leg.residual.tail.lane(lane) <= FINE;
+                && leg.residual.tail.lane(lane) <= FINEST;
             let start = [&leg.accelerations[0], &leg.thirds[0]];
             is_found.then(|| LoneLeg {
                 start: start
@@ -169,6 +196,7 @@ impl<T: Field, S: Homogeneous> LoneLegs<T, S> {
                     .collect(),
                 cost: cost.lane(lane),
                 residual: residuals[lane],
+                steps: taken,
             })
         };
         (0..problems.len()).map(solution).collect()

@@ -47,6 +47,6 @@ mod tests;
 
 pub(crate) use free_chain::products_of_step;
 pub(crate) use layout::{Held, Layout};
-pub(crate) use lone_leg::{EndData, LoneLeg, lone_legs};
+pub(crate) use lone_leg::{EndData, LoneLeg, lone_leg, lone_legs};
 pub(crate) use solve::{Descent, LeastCost, least_cost, solve};
 pub(crate) use start_response::StartResponse;

@@ -1,20 +1,30 @@
 //! Taylor series of a leg about its middle.
 
+use std::ops::Mul;
+
+use crate::linalg::dual::Number;
 use crate::linalg::field::{Field, transposed_multiply};
-use crate::space::Homogeneous;
+use crate::linalg::simd::vectorised;
+use crate::space::{Brackets, Homogeneous, Products, SLACK, axis, cross_products, write_row};
 
 /// Coefficients of `x` and of the frame `g` in powers of `s`, the time from the middle of the leg.
+///
+/// With `w = [x, x']` the equation of cubics is `x''' = -(w_m)' - [w_h, x]`, and the coefficients of `w` are
+///
+/// ```math
+/// w_s = \sum_{i < j,\ i + j = s + 1} (j - i)\, [x_i, x_j]
+/// ```
 #[derive(Clone)]
 pub(super) struct Series<T> {
     /// Coordinates, `order + 3` vectors, and the same as skew matrices.
     pub(super) x: Vec<T>,
     pub(super) matrices: Vec<T>,
-    /// Those of `x''`.
-    seconds: Vec<T>,
-    /// Of `[x, x']_h`, coordinates in `h`.
+    /// Of `w_h`, skew matrices.
     pub(super) isotropy: Vec<T>,
     /// Matrices row by row, as many.
     pub(super) frames: Vec<T>,
+    /// A run of coordinates.
+    run: Vec<T>,
 }
 
 /// Values of vectors or matrices at both ends of a leg.
@@ -23,22 +33,21 @@ pub(super) type AtEnds<'a, T> = [&'a mut [T]; 2];
 impl<T: Field> Series<T> {
     /// Room for series up to an order.
     pub(super) fn new(space: impl Homogeneous, order: usize) -> Self {
-        let (d, h, square) = (
-            space.dim(),
-            space.isotropy_dim(),
-            space.size() * space.size(),
-        );
+        let (d, square) = (space.dim(), space.size() * space.size());
+        let matrices = |count: usize| vec![T::ZERO; count * square + SLACK];
         Series {
             x: vec![T::ZERO; (order + 3) * d],
-            matrices: vec![T::ZERO; (order + 3) * square],
-            seconds: vec![T::ZERO; (order + 1) * square],
-            isotropy: vec![T::ZERO; order * h],
-            frames: vec![T::ZERO; (order + 3) * square],
+            matrices: matrices(order + 3),
+            isotropy: matrices(order),
+            frames: matrices(order + 3),
+            run: vec![T::ZERO; d.max(space.isotropy_dim())],
         }
     }
 
     /// Those of `x` up to an order, from `x, x', x''` in the middle, and the tension of the curve.
-    #[inline(always)]
+    ///
+    /// Compiled once, not into every caller, as [`Series::set_frames`].
+    #[inline(never)]
     pub(super) fn set_curve(
         &mut self,
         space: impl Homogeneous,
@@ -46,11 +55,21 @@ impl<T: Field> Series<T> {
         tension: Option<T>,
         order: usize,
     ) {
-        let (d, h, square) = (
-            space.dim(),
-            space.isotropy_dim(),
-            space.size() * space.size(),
+        vectorised(
+            #[inline(always)]
+            || self.set_coefficients(space, middle, tension, order),
         );
+    }
+
+    #[inline(always)]
+    fn set_coefficients(
+        &mut self,
+        space: impl Homogeneous,
+        middle: [&[T]; 3],
+        tension: Option<T>,
+        order: usize,
+    ) {
+        let d = space.dim();
         for (k, (x, factor)) in middle.into_iter().zip([1.0, 1.0, 0.5]).enumerate() {
             for p in 0..d {
                 self.x[k * d + p] = x[p] * factor;
@@ -58,54 +77,68 @@ impl<T: Field> Series<T> {
             self.set_matrix(space, k);
         }
         for k in 0..order {
-            if h > 0 {
-                self.set_isotropy(space, k);
-            }
-            let (known, next) = self.x.split_at_mut((k + 3) * d);
-            let next = &mut next[..d];
-            let late = self.seconds.chunks_exact(square).take(k + 1);
-            let early = self.matrices[..(k + 1) * square].chunks_exact(square);
-            let pairs = late.zip(early.rev());
-            if space.size() == 3 {
-                let product = cross_products(pairs);
-                space.each_entry(
-                    #[inline(always)]
-                    |p, i, j| next[p] = product[i * 3 + j],
-                );
-            } else {
-                space.each_entry(
-                    #[inline(always)]
-                    |p, i, j| {
-                        let mut sum = T::ZERO;
-                        for (late, early) in pairs.clone() {
-                            sum += space.commutator_entry(late, early, [i, j]);
-                        }
-                        next[p] = sum;
-                    },
-                );
-            }
-            if h > 0 {
-                for i in 0..=k {
-                    let z = &self.isotropy[i * h..];
-                    space.subtract_action(z, &self.matrices[(k - i) * square..], next);
-                }
-            }
-            if let Some(tension) = tension {
-                for (next, x) in next.iter_mut().zip(&known[(k + 1) * d..]) {
-                    *next += tension * *x * (k + 1) as f64;
-                }
-            }
-            let factor = 1.0 / ((k + 3) * (k + 2) * (k + 1)) as f64;
-            for x in next {
-                *x = *x * factor;
-            }
+            self.set_next(space, tension, k);
             self.set_matrix(space, k + 3);
         }
     }
 
-    /// Those of the frames up to a power, after those of `x`.
+    /// Coefficient `k + 3` of `x`, by that of the equation with power `k`.
     #[inline(always)]
+    fn set_next(&mut self, space: impl Homogeneous, tension: Option<T>, k: usize) {
+        let (d, r) = (space.dim(), space.size());
+        let square = r * r;
+        let (known, next) = self.x.split_at_mut((k + 3) * d);
+        let next = &mut next[..d];
+        let matrices = &self.matrices;
+        subtract_bracket_into(space, bracket_pairs(matrices, square, k + 1), next);
+        for x in &mut *next {
+            *x = *x * (k + 1) as f64;
+        }
+        if space.isotropy_dim() > 0 {
+            let run = &mut self.run;
+            isotropy_bracket_into(space, bracket_pairs(matrices, square, k), run);
+            space.isotropy_matrix_into(run, &mut self.isotropy[k * square..]);
+            let isotropy = &self.isotropy;
+            let pairs = (0..=k).map(|i| (&matrices[(k - i) * square..], &isotropy[i * square..]));
+            space.each_turned_run(
+                #[inline(always)]
+                |p, row, column, count| {
+                    let (inner, pairs) = (space.isotropy_range(), pairs.clone());
+                    let products = Products {
+                        r,
+                        inner,
+                        row,
+                        pairs,
+                    };
+                    write_row(&products, column, &mut run[..count]);
+                    for (next, turned) in next[p..].iter_mut().zip(&run[..count]) {
+                        *next -= *turned;
+                    }
+                },
+            );
+        }
+        if let Some(tension) = tension {
+            for (next, x) in next.iter_mut().zip(&known[(k + 1) * d..]) {
+                *next += tension * *x * (k + 1) as f64;
+            }
+        }
+        let factor = 1.0 / ((k + 3) * (k + 2) * (k + 1)) as f64;
+        for x in next {
+            *x = *x * factor;
+        }
+    }
+
+    /// Those of the frames up to a power, after those of `x`.
+    #[inline(never)]
     pub(super) fn set_frames(&mut self, space: impl Homogeneous, power: usize) {
+        vectorised(
+            #[inline(always)]
+            || self.set_frame_coefficients(space, power),
+        );
+    }
+
+    #[inline(always)]
+    fn set_frame_coefficients(&mut self, space: impl Homogeneous, power: usize) {
         let r = space.size();
         let square = r * r;
         self.frames[..square].fill(T::ZERO);
@@ -114,8 +147,26 @@ impl<T: Field> Series<T> {
         }
         for k in 0..power {
             let (known, next) = self.frames.split_at_mut((k + 1) * square);
-            add_product_of_series(space, known, &self.matrices, next);
+            let (known, matrices) = (&*known, &self.matrices);
+            let pairs = (0..=k).map(|i| (&known[i * square..], &matrices[(k - i) * square..]));
             let factor = 1.0 / (k + 1) as f64;
+            for row in 0..r {
+                let mut column = 0;
+                while column < r {
+                    // As many entries of a column of `x` as of a row may differ from zero.
+                    let len = space.row_len(column);
+                    let alike = (column..r).take_while(|c| space.row_len(*c) == len);
+                    let count = alike.count();
+                    let products = Products {
+                        r,
+                        inner: 0..len,
+                        row,
+                        pairs: pairs.clone(),
+                    };
+                    write_row(&products, column, &mut next[row * r + column..][..count]);
+                    column += count;
+                }
+            }
             for entry in &mut next[..square] {
                 *entry = *entry * factor;
             }
@@ -172,32 +223,12 @@ impl<T: Field> Series<T> {
         }
     }
 
-    /// A coefficient of `x` as a skew matrix, and that of `x''` which it makes.
+    /// A coefficient of `x` as a skew matrix.
     #[inline(always)]
     fn set_matrix(&mut self, space: impl Homogeneous, k: usize) {
         let (d, square) = (space.dim(), space.size() * space.size());
         let matrix = &mut self.matrices[k * square..][..square];
         space.matrix_into(&self.x[k * d..], matrix);
-        if k >= 2 {
-            let factor = (k * (k - 1)) as f64;
-            let second = self.seconds[(k - 2) * square..].iter_mut();
-            for (second, entry) in second.zip(matrix) {
-                *second = *entry * factor;
-            }
-        }
-    }
-
-    /// A coefficient of `[x, x']_h`.
-    #[inline(always)]
-    fn set_isotropy(&mut self, space: impl Homogeneous, k: usize) {
-        let (h, square) = (space.isotropy_dim(), space.size() * space.size());
-        let now = &mut self.isotropy[k * h..][..h];
-        now.fill(T::ZERO);
-        for i in 0..=k {
-            let late = &self.matrices[(k - i + 1) * square..];
-            let early = &self.matrices[i * square..];
-            space.add_isotropy_bracket(early, late, (k - i + 1) as f64, now);
-        }
     }
 
     /// `x` or one of its derivatives at both ends, from `count` coefficients.
@@ -226,27 +257,87 @@ impl<T: Field> Series<T> {
     }
 }
 
-/// The sum of `a b - b a` for pairs of skew matrices of size three.
+/// The pairs of `w_s`, with their weights.
 #[inline(always)]
-fn cross_products<'a, T: Field>(pairs: impl Iterator<Item = (&'a [T], &'a [T])>) -> [T; 9] {
-    let mut sums = [T::ZERO; 3];
-    for (a, b) in pairs {
-        let ([ax, ay, az], [bx, by, bz]) = (axis(a), axis(b));
-        sums[0] += ay * bz;
-        sums[1] += az * bx;
-        sums[2] += ax * by;
-        sums[0] -= az * by;
-        sums[1] -= ax * bz;
-        sums[2] -= ay * bx;
-    }
-    let ([x, y, z], zero) = (sums, T::ZERO);
-    [zero, -z, y, z, zero, -x, -y, x, zero]
+fn bracket_pairs<T>(
+    x: &[T],
+    square: usize,
+    s: usize,
+) -> impl Iterator<Item = (f64, &[T], &[T])> + Clone {
+    let sum = s + 1;
+    (0..sum.div_ceil(2)).map(move |i| {
+        let j = sum - i;
+        ((j - i) as f64, &x[i * square..], &x[j * square..])
+    })
 }
 
-/// The axis of a skew matrix of size three.
+/// Minus the part in `m` of a sum of weighted brackets.
 #[inline(always)]
-fn axis<T: Field>(a: &[T]) -> [T; 3] {
-    [a[7], a[2], a[3]]
+pub(super) fn subtract_bracket_into<'a, X, Y>(
+    space: impl Homogeneous,
+    pairs: impl Iterator<Item = (f64, &'a [X], &'a [Y])> + Clone,
+    out: &mut [X],
+) where
+    X: Field + Mul<Y, Output = X>,
+    Y: Number,
+{
+    let r = space.size();
+    if space.is_symmetric() {
+        return out.fill(X::ZERO);
+    }
+    if r == 3 && space.isotropy_dim() == 0 {
+        let product = cross_products(pairs);
+        return space.each_entry(
+            #[inline(always)]
+            |p, i, j| out[p] = -product[i * 3 + j],
+        );
+    }
+    // Coordinates are minus the entries of a row.
+    space.each_run(
+        #[inline(always)]
+        |p, row, column, count| {
+            let inner = space.row_len(row).min(space.row_len(column));
+            let pairs = pairs.clone();
+            let brackets = Brackets {
+                r,
+                inner,
+                row,
+                pairs,
+            };
+            write_row(&brackets, column, &mut out[p..][..count]);
+        },
+    );
+}
+
+/// The part in `h`.
+#[inline(always)]
+pub(super) fn isotropy_bracket_into<'a, X, Y>(
+    space: impl Homogeneous,
+    pairs: impl Iterator<Item = (f64, &'a [X], &'a [Y])> + Clone,
+    out: &mut [X],
+) where
+    X: Field + Mul<Y, Output = X>,
+    Y: Number,
+{
+    let r = space.size();
+    space.each_isotropy_run(
+        #[inline(always)]
+        |p, row, column, count| {
+            let inner = space.row_len(row).min(space.row_len(column));
+            let pairs = pairs.clone();
+            let brackets = Brackets {
+                r,
+                inner,
+                row,
+                pairs,
+            };
+            let out = &mut out[p..][..count];
+            write_row(&brackets, column, out);
+            for z in out {
+                *z = -*z;
+            }
+        },
+    );
 }
 
 /// `a^{-1} b` for unit quaternions.
@@ -283,65 +374,24 @@ pub(super) fn at_ends<T: Field>(
     derivative: usize,
     [first, last]: AtEnds<'_, T>,
 ) {
-    for p in 0..size {
-        let mut parts = [T::ZERO; 2];
-        let mut weight = 1.0;
-        for (k, c) in coefficients.chunks_exact(size).enumerate().skip(derivative) {
-            let power = k - derivative;
-            let factor = (power + 1..=k).map(|i| i as f64).product::<f64>();
-            parts[power % 2] += c[p] * (factor * weight);
-            weight *= 0.5;
+    let mut weight = 1.0;
+    first[..size].fill(T::ZERO);
+    last[..size].fill(T::ZERO);
+    for (k, c) in coefficients.chunks_exact(size).enumerate().skip(derivative) {
+        let power = k - derivative;
+        let factor = weight * (power + 1..=k).map(|i| i as f64).product::<f64>();
+        // Even powers here, odd ones there.
+        let part = match power % 2 {
+            0 => &mut *first,
+            _ => &mut *last,
+        };
+        for (part, c) in part.iter_mut().zip(c) {
+            *part += *c * factor;
         }
-        let [even, odd] = parts;
-        (first[p], last[p]) = (even - odd, even + odd);
+        weight *= 0.5;
     }
-}
-
-/// Entries of a row that are summed abreast at most.
-const ABREAST: usize = 4;
-
-/// The next coefficient of the product of a series of frames, whose coefficients are all taken, with one of skew matrices of `m`.
-#[inline(always)]
-fn add_product_of_series<T: Field>(space: impl Homogeneous, frames: &[T], x: &[T], out: &mut [T]) {
-    let r = space.size();
-    for row in 0..r {
-        let mut first = 0;
-        while first < r {
-            // As many entries of a column of `x` as of a row may differ from zero.
-            let inner = space.row_len(first);
-            let alike = (first..r).take_while(|column| space.row_len(*column) == inner);
-            let count = alike.count().min(ABREAST);
-            let shape = [r, inner];
-            match count {
-                1 => add_entries::<1, T>(shape, frames, x, [row, first], out),
-                2 => add_entries::<2, T>(shape, frames, x, [row, first], out),
-                3 => add_entries::<3, T>(shape, frames, x, [row, first], out),
-                _ => add_entries::<4, T>(shape, frames, x, [row, first], out),
-            }
-            first += count;
-        }
+    for (first, last) in first.iter_mut().zip(last).take(size) {
+        let (even, odd) = (*first, *last);
+        (*first, *last) = (even - odd, even + odd);
     }
-}
-
-/// `N` of its entries in a row, from columns of `x` with so many first entries.
-#[inline(always)]
-fn add_entries<const N: usize, T: Field>(
-    [r, inner]: [usize; 2],
-    frames: &[T],
-    x: &[T],
-    [row, first]: [usize; 2],
-    out: &mut [T],
-) {
-    let square = r * r;
-    let mut sums = [T::ZERO; N];
-    let late = x[..frames.len()].chunks_exact(square).rev();
-    for (frame, x) in frames.chunks_exact(square).zip(late) {
-        let entries = &frame[row * r..][..inner];
-        for (entry, x) in entries.iter().zip(x.chunks_exact(r)) {
-            for (sum, x) in sums.iter_mut().zip(&x[first..][..N]) {
-                *sum += *entry * *x;
-            }
-        }
-    }
-    out[row * r + first..][..N].copy_from_slice(&sums);
 }

@@ -31,7 +31,7 @@ pub(super) struct Stiffness<T> {
 
 /// Buffers that legs share.
 #[derive(Clone)]
-pub(super) struct StiffnessScratch<T> {
+pub(super) struct StiffnessScratch<T: Field> {
     /// Of the series of the derivative, after the three given ones.
     pub(super) terms: usize,
     variation: Variation<3, T>,

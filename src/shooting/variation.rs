@@ -1,8 +1,10 @@
 //! How the ends of a leg change with its middle, by the first terms of the series.
 
-use super::series::{Series, at_ends};
+use super::series::{Series, at_ends, isotropy_bracket_into, subtract_bracket_into};
+use crate::linalg::dual::Number;
 use crate::linalg::field::{Field, accumulate, transposed_multiply};
-use crate::space::Homogeneous;
+use crate::linalg::simd::vectorised;
+use crate::space::{Homogeneous, Products, WideProducts, write_row};
 
 /// Terms of the series of the derivative, after the three given ones. With two, splines through 400 rotations up to 1.2 rad
 /// apart take ten steps instead of seven; six save none.
@@ -40,15 +42,18 @@ fn nodes(terms: usize) -> &'static [(f64, f64)] {
 
 /// Changes at the ends by those of `x, x', x''` in the middle, `3 d` columns each, row by row.
 #[derive(Clone)]
-pub(super) struct Variation<const N: usize, T> {
+pub(super) struct Variation<const N: usize, T: Field> {
     /// Of `x` and of its derivatives at the first and the last end, shape `(d, 3 d)`.
     pub(super) ends: [[Vec<T>; 2]; N],
     /// Of the frame at the last end relative to that at the first, `g eta`: coordinates of `m` before those of `h`.
     pub(super) eta: Vec<T>,
-    /// Coefficients of the change of `x` for one column, as vectors and as matrices.
-    terms: Vec<T>,
-    matrices: Vec<T>,
-    isotropy: Vec<T>,
+    /// Coefficients of the change of `x` for a few columns abreast, as vectors and as matrices; of that of `w_h`.
+    terms: Vec<T::Columns>,
+    matrices: Vec<T::Columns>,
+    isotropy: Vec<T::Columns>,
+    run: Vec<T::Columns>,
+    /// The change of `x` or of a derivative, at both ends or a node.
+    values: [Vec<T::Columns>; 2],
     /// `Ad` from the nodes to the last end, shape `(d + h, d)`.
     adjoints: Vec<T>,
     /// The change of `x` at the nodes, times their weights, shape `(d, 3 d)`.
@@ -65,22 +70,41 @@ impl<const N: usize, T: Field> Variation<N, T> {
             space.size() * space.size(),
         );
         let zeros = |count: usize| vec![T::ZERO; count];
+        let columns = |count: usize| vec![T::Columns::ZERO; count];
         let wide = || std::array::from_fn(|_| zeros(3 * d * d));
         Variation {
             ends: std::array::from_fn(|_| wide()),
             eta: zeros((d + h) * 3 * d),
-            terms: zeros((terms + 3) * d),
-            matrices: zeros((terms + 3) * square),
-            isotropy: zeros(terms * h),
+            terms: columns((terms + 3) * d),
+            matrices: columns((terms + 3) * square),
+            isotropy: columns(terms * square),
+            run: columns(d.max(h)),
+            values: std::array::from_fn(|_| columns(d)),
             adjoints: zeros(nodes(terms).len() * (d + h) * d),
             at_nodes: zeros(nodes(terms).len() * 3 * d * d),
-            work: zeros((3 * square).max(2 * d)),
+            work: zeros(3 * square),
         }
     }
 
     /// By `terms` terms more than the three given ones of a series that has as many, and the tension of the curve.
-    #[inline(always)]
+    ///
+    /// Compiled once, not into every caller.
+    #[inline(never)]
     pub(super) fn set(
+        &mut self,
+        space: impl Homogeneous,
+        series: &Series<T>,
+        tension: Option<T>,
+        terms: usize,
+    ) {
+        vectorised(
+            #[inline(always)]
+            || self.set_all(space, series, tension, terms),
+        );
+    }
+
+    #[inline(always)]
+    fn set_all(
         &mut self,
         space: impl Homogeneous,
         series: &Series<T>,
@@ -91,20 +115,25 @@ impl<const N: usize, T: Field> Variation<N, T> {
         let (wide, count) = (3 * d, terms + 3);
         let nodes = nodes(terms);
         self.set_adjoints(space, series, nodes, terms + 4);
-        for column in 0..wide {
+        for column in (0..wide).step_by(T::COLUMNS) {
             self.set_terms(space, series, tension, column, terms);
-            let (first, rest) = self.work.split_at_mut(d);
-            let last = &mut rest[..d];
+            let abreast = T::COLUMNS.min(wide - column);
+            let write = |values: &[T::Columns], out: &mut [T]| {
+                for (value, row) in values.iter().zip(out.chunks_exact_mut(wide)) {
+                    for (i, out) in row[column..][..abreast].iter_mut().enumerate() {
+                        *out = T::column(*value, i);
+                    }
+                }
+            };
+            let [first, last] = &mut self.values;
             for (derivative, out) in self.ends.iter_mut().enumerate() {
                 at_ends(&self.terms[..count * d], d, derivative, [first, last]);
-                for (out, ends) in out.iter_mut().zip([&*first, &*last]) {
-                    for p in 0..d {
-                        out[p * wide + column] = ends[p];
-                    }
+                for (out, values) in out.iter_mut().zip([&*first, &*last]) {
+                    write(values, out);
                 }
             }
             for ((s, weight), out) in nodes.iter().zip(self.at_nodes.chunks_exact_mut(d * wide)) {
-                first.fill(T::ZERO);
+                first.fill(T::Columns::ZERO);
                 let mut power = *weight;
                 for term in self.terms[..count * d].chunks_exact(d) {
                     for (x, term) in first.iter_mut().zip(term) {
@@ -112,9 +141,7 @@ impl<const N: usize, T: Field> Variation<N, T> {
                     }
                     power *= *s;
                 }
-                for (p, x) in first.iter().enumerate() {
-                    out[p * wide + column] = *x;
-                }
+                write(first, out);
             }
         }
         self.eta.fill(T::ZERO);
@@ -125,7 +152,7 @@ impl<const N: usize, T: Field> Variation<N, T> {
         }
     }
 
-    /// Coefficients of the change of `x` for a change of one of the three given ones.
+    /// Coefficients of the change of `x` for changes of the three given ones, in columns from one on.
     #[inline(always)]
     fn set_terms(
         &mut self,
@@ -135,59 +162,75 @@ impl<const N: usize, T: Field> Variation<N, T> {
         column: usize,
         terms: usize,
     ) {
-        let (d, h, square) = (
-            space.dim(),
-            space.isotropy_dim(),
-            space.size() * space.size(),
-        );
-        let known = &series.matrices;
-        self.terms[..3 * d].fill(T::ZERO);
-        self.terms[column] = T::constant(if column < 2 * d { 1.0 } else { 0.5 });
+        let (d, r) = (space.dim(), space.size());
+        let square = r * r;
+        let (x, w) = (&series.matrices, &series.isotropy);
+        self.terms[..3 * d].fill(T::Columns::ZERO);
+        let abreast = T::COLUMNS.min(3 * d - column);
+        for i in 0..abreast {
+            let change = if column + i < 2 * d { 1.0 } else { 0.5 };
+            T::set_column(&mut self.terms[column + i], i, change);
+        }
         for k in 0..3 {
             space.matrix_into(&self.terms[k * d..], &mut self.matrices[k * square..]);
         }
-        // Of the given ones only that of the column changes.
-        let is_changed = |i: usize| i >= 3 || i == column / d;
-        let (isotropy, turning) = (&mut self.isotropy, &series.isotropy);
+        // Of the given ones only those of the columns change.
+        let [first, last] = [column, column + abreast - 1].map(|column| column / d);
+        let is_changed = |i: usize| i >= 3 || (first..=last).contains(&i);
         for k in 0..terms {
             let (before, next) = self.terms.split_at_mut((k + 3) * d);
             let next = &mut next[..d];
-            next.fill(T::ZERO);
+            let changes = &self.matrices;
+            // Of the brackets w_s, by all of their pairs.
+            let pairs = |s: usize| {
+                let changed = (0..=s + 1).filter(move |i| is_changed(*i) && 2 * i != s + 1);
+                changed.map(move |i| {
+                    let weight = (s + 1) as f64 - 2.0 * i as f64;
+                    (weight, &changes[i * square..], &x[(s + 1 - i) * square..])
+                })
+            };
+            subtract_bracket_into(space, pairs(k + 1), next);
+            for x in &mut *next {
+                *x = *x * (k + 1) as f64;
+            }
+            if space.isotropy_dim() > 0 {
+                let run = &mut self.run;
+                isotropy_bracket_into(space, pairs(k), run);
+                space.isotropy_matrix_into(run, &mut self.isotropy[k * square..]);
+                let turns = &self.isotropy;
+                let turned = (0..=k).map(|i| (&x[(k - i) * square..], &turns[i * square..]));
+                let turning = (0..=k).filter(|i| is_changed(k - i));
+                let turning = turning.map(|i| (&changes[(k - i) * square..], &w[i * square..]));
+                space.each_turned_run(
+                    #[inline(always)]
+                    |p, row, column, count| {
+                        let inner = space.isotropy_range();
+                        let products = Products {
+                            r,
+                            inner: inner.clone(),
+                            row,
+                            pairs: turned.clone(),
+                        };
+                        write_row(&products, column, &mut run[..count]);
+                        for (next, turned) in next[p..].iter_mut().zip(&run[..count]) {
+                            *next -= *turned;
+                        }
+                        let products = WideProducts(Products {
+                            r,
+                            inner,
+                            row,
+                            pairs: turning.clone(),
+                        });
+                        write_row(&products, column, &mut run[..count]);
+                        for (next, turned) in next[p..].iter_mut().zip(&run[..count]) {
+                            *next -= *turned;
+                        }
+                    },
+                );
+            }
             if let Some(tension) = tension {
                 for (next, x) in next.iter_mut().zip(&before[(k + 1) * d..]) {
-                    *next += tension * *x * (k + 1) as f64;
-                }
-            }
-            for i in 0..=k {
-                let factor = ((i + 2) * (i + 1)) as f64;
-                let [late, early] = [(i + 2) * square, (k - i) * square];
-                if is_changed(i + 2) {
-                    space.add_bracket(&self.matrices[late..], &known[early..], factor, next);
-                }
-                if is_changed(k - i) {
-                    space.add_bracket(&known[late..], &self.matrices[early..], factor, next);
-                }
-            }
-            if h > 0 {
-                let changed = &mut isotropy[k * h..][..h];
-                changed.fill(T::ZERO);
-                for i in 0..=k {
-                    let factor = (k - i + 1) as f64;
-                    let [early, late] = [i * square, (k - i + 1) * square];
-                    let (x, y) = (&self.matrices, known);
-                    if is_changed(i) {
-                        space.add_isotropy_bracket(&x[early..], &y[late..], factor, changed);
-                    }
-                    if is_changed(k - i + 1) {
-                        space.add_isotropy_bracket(&y[early..], &x[late..], factor, changed);
-                    }
-                }
-                for i in 0..=k {
-                    let at = (k - i) * square;
-                    space.subtract_action(&isotropy[i * h..], &known[at..], next);
-                    if is_changed(k - i) {
-                        space.subtract_action(&turning[i * h..], &self.matrices[at..], next);
-                    }
+                    *next += *x * tension * (k + 1) as f64;
                 }
             }
             let factor = 1.0 / ((k + 3) * (k + 2) * (k + 1)) as f64;

@@ -3,6 +3,7 @@
 pub(crate) mod anderson;
 pub(crate) mod block_cholesky;
 pub(crate) mod block_tridiagonal;
+pub(crate) mod broyden;
 pub(crate) mod gmres;
 pub mod newton;
 pub(crate) mod tridiagonal;

@@ -1,5 +1,7 @@
 //! What a naturally reductive space `G/H` gives to the engine: sizes, coordinates and brackets.
 
+use std::ops::Range;
+
 use crate::linalg::dual::Number;
 use crate::linalg::field::{Field, multiply, transposed_multiply};
 
@@ -25,11 +27,47 @@ pub(crate) trait Homogeneous: Copy + Send + Sync {
     /// Dimension of `h`.
     fn isotropy_dim(self) -> usize;
 
-    /// The entries `(i, j)` of a skew matrix that are its coordinates in `m`: `visit(coordinate, i, j)`.
-    fn each_entry(self, visit: impl FnMut(usize, usize, usize));
+    /// The coordinates of `m`, run by run: `visit(p, row, column, count)` where the coordinates from `p` on are minus the entries
+    /// `(row, column)`, `(row, column + 1)`, ... of the skew matrix.
+    fn each_run(self, visit: impl FnMut(usize, usize, usize, usize));
 
     /// The same of `h`.
-    fn each_isotropy_entry(self, visit: impl FnMut(usize, usize, usize));
+    fn each_isotropy_run(self, visit: impl FnMut(usize, usize, usize, usize));
+
+    /// The same of the coordinates of `m` that `h` acts on.
+    fn each_turned_run(self, visit: impl FnMut(usize, usize, usize, usize));
+
+    /// Whether `[m, m]` lies in `h`.
+    fn is_symmetric(self) -> bool;
+
+    /// The columns of an element of `h`, and rows, that may differ from zero.
+    fn isotropy_range(self) -> Range<usize>;
+
+    /// The entries `(i, j)` of a skew matrix that are its coordinates in `m`: `visit(coordinate, i, j)`.
+    #[inline(always)]
+    fn each_entry(self, mut visit: impl FnMut(usize, usize, usize)) {
+        self.each_run(
+            #[inline(always)]
+            |p, row, column, count| {
+                for c in 0..count {
+                    visit(p + c, column + c, row);
+                }
+            },
+        );
+    }
+
+    /// The same of `h`.
+    #[inline(always)]
+    fn each_isotropy_entry(self, mut visit: impl FnMut(usize, usize, usize)) {
+        self.each_isotropy_run(
+            #[inline(always)]
+            |p, row, column, count| {
+                for c in 0..count {
+                    visit(p + c, column + c, row);
+                }
+            },
+        );
+    }
 
     /// `out = Ad_q x` for `q` in `H`, shape `(r, r)`, and `x` in `m`, both in coordinates.
     fn turn_into<T: Number>(self, q: &[T], x: &[T], out: &mut [T]);
@@ -56,6 +94,20 @@ pub(crate) trait Homogeneous: Copy + Send + Sync {
             |p, i, j| {
                 out[i * r + j] = x[p];
                 out[j * r + i] = -x[p];
+            },
+        );
+    }
+
+    /// The skew matrix with the given coordinates of `h`.
+    #[inline(always)]
+    fn isotropy_matrix_into<T: Number>(self, z: &[T], out: &mut [T]) {
+        let r = self.size();
+        out[..r * r].fill(T::ZERO);
+        self.each_isotropy_entry(
+            #[inline(always)]
+            |p, i, j| {
+                out[i * r + j] = z[p];
+                out[j * r + i] = -z[p];
             },
         );
     }

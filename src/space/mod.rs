@@ -1,7 +1,11 @@
 //! Homogeneous spaces, as the equations of cubics see them: the Lie algebra of the group split into `m + h`.
 
 mod homogeneous;
+mod row_sums;
 mod stiefel;
 
 pub(crate) use homogeneous::{Homogeneous, orthonormalise};
+pub(crate) use row_sums::{
+    Brackets, Products, SLACK, WideProducts, axis, cross_products, write_row,
+};
 pub(crate) use stiefel::{FixedFrames, Frames};

@@ -1,5 +1,7 @@
 //! `St(n, k) = SO(n)/SO(n - k)`: `h` is the lower right block, `m` the rest.
 
+use std::ops::Range;
+
 use super::homogeneous::Homogeneous;
 use crate::linalg::dual::Number;
 use crate::linalg::field::Field;
@@ -35,34 +37,49 @@ macro_rules! homogeneous {
         }
 
         #[inline(always)]
-        fn each_entry(self, mut visit: impl FnMut(usize, usize, usize)) {
-            let [r, k] = self.shape();
+        fn each_run(self, mut visit: impl FnMut(usize, usize, usize, usize)) {
             // The order of `cubic::problem::pack`: the entries above the diagonal of omega, then b, column by column.
-            let mut p = 0;
-            for j in 0..k {
-                for i in 0..j {
-                    visit(p, i, j);
-                    p += 1;
-                }
-            }
-            for j in 0..k {
-                for i in k..r {
-                    visit(p, i, j);
-                    p += 1;
-                }
+            // One call of `visit`: kernels are inlined into it.
+            let [r, k] = self.shape();
+            let first = k * k.saturating_sub(1) / 2;
+            for i in 1..2 * k {
+                let (p, row, column, count) = match i.checked_sub(k) {
+                    None => (i * (i - 1) / 2, i, 0, i),
+                    Some(j) => (first + j * (r - k), j, k, r - k),
+                };
+                visit(p, row, column, count);
             }
         }
 
         #[inline(always)]
-        fn each_isotropy_entry(self, mut visit: impl FnMut(usize, usize, usize)) {
+        fn each_turned_run(self, mut visit: impl FnMut(usize, usize, usize, usize)) {
+            let [r, k] = self.shape();
+            let first = k * k.saturating_sub(1) / 2;
+            for j in 0..k {
+                visit(first + j * (r - k), j, k, r - k);
+            }
+        }
+
+        #[inline(always)]
+        fn each_isotropy_run(self, mut visit: impl FnMut(usize, usize, usize, usize)) {
             let [r, k] = self.shape();
             let mut p = 0;
-            for j in k..r {
-                for i in j + 1..r {
-                    visit(p, i, j);
-                    p += 1;
-                }
+            for j in k..r.saturating_sub(1) {
+                let count = r - 1 - j;
+                visit(p, j, j + 1, count);
+                p += count;
             }
+        }
+
+        #[inline(always)]
+        fn is_symmetric(self) -> bool {
+            self.shape()[1] == 1
+        }
+
+        #[inline(always)]
+        fn isotropy_range(self) -> Range<usize> {
+            let [r, k] = self.shape();
+            k..r
         }
 
         #[inline(always)]

@@ -61,6 +61,24 @@ fn hard_legs_do_not_hold_up_a_long_chain() {
 }
 
 #[test]
+fn many_knots_of_a_large_shape_are_within_the_limit_of_work() {
+    let (t, points) = walk((20, 5), 40, 0.8, 32);
+    let (curve, report) = spline(&t, &points, &EndConditions::Natural);
+    for (t, point) in t.iter().zip(&points) {
+        assert_within(
+            distance(&curve.point(*t).unwrap(), point),
+            MET,
+            &report.to_string(),
+        );
+    }
+    assert_within(
+        jump(&curve, acceleration),
+        10.0 * SMOOTH,
+        &report.to_string(),
+    );
+}
+
+#[test]
 fn work_is_linear_in_the_number_of_knots() {
     let work = |shape, count| {
         let (t, points) = walk(shape, count, 0.6, 24);

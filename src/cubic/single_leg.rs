@@ -1,0 +1,78 @@
+//! Moderate boundary value problems: the solution is one Taylor series about its middle.
+
+use super::guess::FlatData;
+use super::initial::{Horizontal, complete};
+use super::problem::{Problem, pack};
+use super::solver::Solver;
+use super::taylor::Accuracy;
+use crate::error::{Error, Result};
+use crate::report::StopReason;
+use crate::shooting::{EndData, lone_leg};
+
+/// Steps at most; problems that are solved take five to nine.
+pub(super) const STEPS: usize = 11;
+
+impl Solver<'_> {
+    /// `(x', x'')` at the start of the solution that one series finds; `None` where there is none.
+    ///
+    /// # Errors
+    /// `DifferentComponents`, `Interrupted`.
+    pub(super) fn by_one_series(&mut self) -> Result<Option<Vec<f64>>> {
+        let problem = self.problem;
+        if problem.unknowns() > MOST_UNKNOWNS || problem.target.tension > 0.0 {
+            return Ok(None);
+        }
+        let Some(data) = end_data(problem) else {
+            return Ok(None);
+        };
+        let (r, k) = problem.end[0].shape();
+        let steps = STEPS.min(self.options.max_iterations);
+        let legs = lone_leg(r, k)(&[data], self.tolerance(), steps);
+        let Some(leg) = legs.into_iter().flatten().next() else {
+            return Ok(None);
+        };
+        let distance = match self.map.equations(&leg.start, Accuracy::FULL) {
+            Ok((_, distance)) => distance,
+            Err(error @ Error::Interrupted { .. }) => return Err(error),
+            Err(_) => return Ok(None),
+        };
+        let mut y = leg.start;
+        self.account_start(leg.steps);
+        if distance <= self.tolerance() {
+            self.set_nearest(distance, StopReason::Converged);
+            return Ok(Some(y));
+        }
+        Ok(self.restarted(&mut y, None)?.then_some(y))
+    }
+}
+
+/// Unknowns of a problem that is tried with one series.
+const MOST_UNKNOWNS: usize = 64;
+
+/// Where one series is likely to be enough: the end data, and the middle of the cubic of flat space.
+pub(super) fn end_data(problem: &Problem) -> Option<EndData> {
+    let flat = problem.flat().ok()??;
+    if !problem.is_moderate(&flat) || problem.unknowns() == 0 {
+        return None;
+    }
+    let [s1, v1] = problem.end.each_ref().map(|x| x.as_ref());
+    let r = s1.nrows();
+    let frame = complete(s1);
+    let last = Horizontal::of_tangent(frame.as_ref(), v1);
+    Some(EndData {
+        target: (0..r * r).map(|i| frame[(i / r, i % r)]).collect(),
+        velocities: [&problem.velocity, &last].map(|v| pack(std::slice::from_ref(v))),
+        middle: middle(&problem.velocity, &flat),
+    })
+}
+
+/// `x, x', x''` of the cubic of flat space in the middle.
+fn middle(velocity: &Horizontal, flat: &FlatData) -> [Vec<f64>; 3] {
+    let vectors = [&flat.displacement, velocity, &flat.end_velocity];
+    let [delta, first, last] = vectors.map(|v| pack(std::slice::from_ref(v)));
+    let combined = |[a, b, c]: [f64; 3]| {
+        let entries = delta.iter().zip(&first).zip(&last);
+        entries.map(|((x, y), z)| a * x + b * y + c * z).collect()
+    };
+    [[1.5, -0.25, -0.25], [0.0, -1.0, 1.0], [-12.0, 6.0, 6.0]].map(combined)
+}

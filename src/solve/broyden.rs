@@ -1,0 +1,125 @@
+//! Broyden's method: steps by linear equations that are kept, corrected by the steps that were taken.
+//!
+//! # Source
+//! Kelley (1995), "Iterative Methods for Linear and Nonlinear Equations", sec. 7.3 (the storage of Broyden's updates).
+
+use crate::linalg::field::Field;
+
+/// Of a step that gets anywhere the next ones are smaller shares than this.
+const LARGEST: f64 = 0.5;
+
+/// Steps since the equations were set up, for one problem or eight abreast.
+pub(crate) struct Updates<T> {
+    steps: Vec<Vec<T>>,
+    count: usize,
+}
+
+impl<T: Field> Updates<T> {
+    /// Room for so many steps of a size.
+    pub(crate) fn new(size: usize, most: usize) -> Self {
+        Updates {
+            steps: vec![vec![T::ZERO; size]; most],
+            count: 0,
+        }
+    }
+
+    /// Forgets the steps: the linear equations are new, or there is no room for more of them.
+    pub(crate) fn clear(&mut self) {
+        self.count = 0;
+    }
+
+    /// Turns a step by the linear equations that are kept into that of Broyden's method, and keeps it.
+    #[inline(always)]
+    pub(crate) fn correct(&mut self, step: &mut [T]) {
+        if self.count == self.steps.len() {
+            self.clear();
+        }
+        for i in 0..self.count.saturating_sub(1) {
+            let share = share(&self.steps[i], step);
+            for (step, next) in step.iter_mut().zip(&self.steps[i + 1]) {
+                *step += *next * share;
+            }
+        }
+        if let Some(last) = self.steps[..self.count].last() {
+            let rest = T::constant(1.0) - share(last, step);
+            for step in &mut *step {
+                *step = *step / rest;
+            }
+        }
+        self.steps[self.count].copy_from_slice(step);
+        self.count += 1;
+    }
+}
+
+/// The part of a step along another, as a share of that; none of a lane where it is no smaller: round-off moves it, or nothing.
+#[inline(always)]
+fn share<T: Field>(other: &[T], step: &[T]) -> T {
+    let [mut product, mut square] = [T::ZERO; 2];
+    for (a, b) in other.iter().zip(step) {
+        product += *a * *b;
+        square += *a * *a;
+    }
+    for lane in 0..T::COUNT {
+        if product.lane(lane).abs() >= LARGEST * square.lane(lane) {
+            product.set_lane(lane, 0.0);
+            square.set_lane(lane, 1.0);
+        }
+    }
+    product / square
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `x + 0.3 (x_1 x_2, x_2 x_3, x_3 x_1) = b`.
+    fn equations(x: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
+        std::array::from_fn(|i| x[i] + 0.3 * x[i] * x[(i + 1) % 3] - b[i])
+    }
+
+    /// How often the equations are evaluated down to round-off, with the linear equations of the start.
+    fn evaluations(is_corrected: bool) -> usize {
+        let (b, mut x) = ([0.9, -0.7, 0.5], [0.0; 3]);
+        let mut updates = Updates::new(3, 8);
+        for count in 1..100 {
+            let left = equations(&x, &b);
+            if left.iter().all(|f| f.abs() < 1e-15) {
+                return count;
+            }
+            let mut step = left.map(|f| -f);
+            if is_corrected {
+                updates.correct(&mut step);
+            }
+            for (x, step) in x.iter_mut().zip(step) {
+                *x += step;
+            }
+        }
+        panic!("no convergence");
+    }
+
+    #[test]
+    fn updates_save_more_than_half_of_the_steps() {
+        let [with, without] = [true, false].map(evaluations);
+        assert!(
+            2 * with < without,
+            "{with} evaluations with updates, {without} without"
+        );
+    }
+
+    #[test]
+    fn a_lane_that_stands_still_stays_finite() {
+        use crate::linalg::lanes::Lanes;
+        let mut updates = Updates::<Lanes>::new(2, 4);
+        for size in [1.0, 1e-3, 1e-9] {
+            let mut step = [Lanes::splat(size); 2];
+            for entry in &mut step {
+                entry.0[3] = 0.0;
+            }
+            updates.correct(&mut step);
+            for entry in step {
+                assert_eq!(entry.0[3], 0.0);
+                assert!(entry.0.iter().all(|x| x.is_finite()), "{entry:?}");
+            }
+        }
+    }
+}
