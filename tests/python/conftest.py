@@ -64,6 +64,8 @@ def quick(tmp_path_factory):
     # A file of an earlier run, which is not part of this one.
     (folder / "tables").mkdir()
     (folder / "tables" / "old.csv").write_text("a\n", encoding="utf-8")
+    # One of this name would be taken for the report of this run.
+    (folder / "report.pdf").write_bytes(b"")
     words = [sys.executable, "-m", "stiefel_rs", "reproduce", "--quick", "--out", str(folder)]
     env = os.environ | {"RAYON_NUM_THREADS": "1"}
     return folder, subprocess.run(words, capture_output=True, text=True, timeout=HANGS, check=False, env=env)

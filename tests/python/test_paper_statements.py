@@ -79,7 +79,8 @@ def test_the_step_of_another_method_is_not_symplectic(measured, monkeypatch):
     assert geometry.symplectic_defect(damped, "midpoint") > 1e-4
 
 
-def test_the_printed_hamiltonian_needs_its_bracket(measured):
+def test_the_printed_hamiltonians_one_needs_its_bracket(measured):
+    assert measured.sphere_hamiltonian < 1e-13
     one, two = measured.hamiltonian
     assert one < 1e-12 and two > 0.1
 

@@ -261,6 +261,7 @@ DISCUSSION: Final = (
             report.verdict("midpoint_wins"),
             report.TWO_MAPS,
         ),
+        "The paper sees a trend towards its conjecture; both maps come from one retraction, linear in coordinates.",
     ),
     Row(
         "Claim",
@@ -314,7 +315,9 @@ DISCUSSION: Final = (
         ),
         (
             report.verdict("implicit_equations"),
+            report.verdict("numerical_errors"),
             report.IMPLICIT_CHALLENGE,
+            report.NEAR_START,
             report.SPLITTINGS,
         ),
         "Answered by explicit symplectic splittings of orders 2, 4, 6 and 8.",

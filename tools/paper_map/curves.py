@@ -159,6 +159,17 @@ DISCRETIZATION: Final = (
     ),
     Row(
         "Claim",
+        "Different discretization maps give different symplectic integrators.",
+        ("Chart.integrate", "stiefel_rs::chart::DiscretizationMap"),
+        (
+            "test_paper_discretization.py::test_proposition_2_equation_of_the_step",
+            "tests/integrator.rs::steps_are_symplectic_with_exact_tangents",
+        ),
+        (report.verdict("symplectic"), report.RETRACTION_PAIRS),
+        "Linear, exponential, Cayley and quasi-geodesic maps, each from the initial point and around the mid-point.",
+    ),
+    Row(
+        "Claim",
         "Riemannian cubics are projections of a Hamiltonian flow on the cotangent bundle of the tangent bundle.",
         ("Chart.reference", "RiemannianCubic.from_initial"),
         (
@@ -175,7 +186,7 @@ HAMILTONIANS: Final = (
         "A general expression of the Hamiltonian might be hard to find; hence n = 3 with k = 1 and 2.",
         ("integrate_cubic", "stiefel_rs::cubic::integrate_cubic"),
         ("test_formulas.py::test_frame_form_of_cubics", "tests/splitting.rs::steps_are_symplectic"),
-        (report.SPLITTINGS, report.CUBICS),
+        (report.verdict("general_hamiltonian"), report.ANY_SHAPE, report.SPLITTINGS, report.CUBICS),
         "In a frame of any St(n,k) it is `<mu, x> + |p|^2 / 2`.",
     ),
     Row(
@@ -193,7 +204,7 @@ HAMILTONIANS: Final = (
             "test_paper_charts.py::test_sphere_hamiltonian",
             "test_paper_charts.py::test_hamiltonian_is_that_of_the_metric",
         ),
-        (report.CHARTS,),
+        (report.verdict("sphere_hamiltonian"), report.CHARTS),
         "It belongs to J/2: see [misprints](#misprints).",
     ),
     Row(

@@ -36,6 +36,7 @@ INTRODUCTION: Final = (
             "test_riemannian_cubic_boundary.py::test_close_and_slow_problems_all_converge",
         ),
         (
+            report.verdict("euler_lagrange"),
             report.EXACT,
             report.ANY_SHAPE,
             report.BOUNDARY_PROBLEMS,

@@ -28,12 +28,13 @@ class Verdict:
 
 
 VERDICTS: Final = (
+    Verdict("euler_lagrange", "1", "the Euler-Lagrange equations are hard to solve", "answered: solved to round-off"),
     Verdict("quasi_geodesics", "1", "quasi-geodesics are geodesics on the sphere, not on St(3,2)", "holds"),
     Verdict(
         "remark",
         "Remark 1",
         "a quasi-geodesic is a geodesic only if X = 0 or Omega = 0",
-        "holds only if k <= 2; for any k the condition is K Omega = 0",
+        "holds only if k <= 2; for any k the condition is X S Omega = 0",
     ),
     Verdict(
         "joining",
@@ -43,6 +44,13 @@ VERDICTS: Final = (
     ),
     Verdict("end_data", "Thm 1", "GCP has the given ends and end velocities", "holds"),
     Verdict("symplectic", "Prop. 2", "both discretization maps give symplectic integrators", "holds"),
+    Verdict(
+        "general_hamiltonian",
+        "4.1",
+        "a general expression for the Hamiltonian might be hard to find",
+        "answered: mu . x + p . p / 2 in a moving frame",
+    ),
+    Verdict("sphere_hamiltonian", "4.1", "the Hamiltonian on the sphere", "holds"),
     Verdict(
         "hamiltonian",
         "4.1",
@@ -102,6 +110,12 @@ VERDICTS: Final = (
         "challenge: implicit equations make it very slow",
         "holds; answered by the splittings",
         timed=True,
+    ),
+    Verdict(
+        "numerical_errors",
+        "4.3",
+        "challenge: implicit equations are subject to numerical errors",
+        "does not hold on its curves: they stay at round-off",
     ),
     Verdict(
         "homogeneous",

@@ -200,7 +200,7 @@ Mean errors:
 
 The chart method is the paper's mid-point method. With changes of chart (`Chart.integrate_across`) a rotation of space
 keeps each step away from the poles, carried over to the momenta by its cotangent lift. The explicit splitting
-(`integrate_cubic`) uses no chart.
+(`integrate_cubic`) uses no chart. The times of all three at equal error are in the next section.
 """
 
 

@@ -92,8 +92,9 @@ def write(folder: Path, settings: Settings, *, report: bool = False) -> int:
     """
     for name in ("tables", "figures"):
         (folder / name).mkdir(parents=True, exist_ok=True)
-    # The manifest of an earlier run lists files that are about to be replaced.
-    (folder / manifest.NAME).unlink(missing_ok=True)
+    # Those of an earlier run are about files that are about to be replaced.
+    for name in (manifest.NAME, manifest.REPORT):
+        (folder / name).unlink(missing_ok=True)
     missing: ImportError | None = None
     total = measurements.steps_of_progress(settings) + FIGURES
     with tqdm(total=total, disable=not sys.stderr.isatty(), desc="reproduce", leave=False) as bar:

@@ -11,7 +11,7 @@ import numpy as np
 from .._core import GeometricCubic, RiemannianCubic, Stiefel, orthogonal_log, skew_exp
 from ..errors import InvalidInputError, OutsideDomainError
 from . import experiments
-from .experiments import EXPERIMENTS, MAPS, STIEFEL_3_2, Array, Experiment, Map
+from .experiments import EXPERIMENTS, MAPS, SPHERE, STIEFEL_3_2, Array, Experiment, Map
 
 SEED: Final = 20240419
 SAMPLES: Final = 200
@@ -111,6 +111,14 @@ def symplectic_defect(experiment: Experiment, step_map: Map) -> float:
     return float(np.abs(M.T @ J @ M - J).max())
 
 
+def printed_sphere_hamiltonian(z: Array) -> float:
+    """Return the paper's Hamiltonian on the sphere, transcribed."""
+    theta, _, td, pd, p_t, p_p, p_td, p_pd = z
+    s2 = math.sin(2 * theta)
+    fraction = (-pd * td * p_pd * s2 + p_pd**2 / 2) / math.sin(theta) ** 2
+    return float(pd**2 * p_td * s2 / 2 + pd * p_p + td * p_t + p_td**2 / 2 + fraction)
+
+
 def printed_hamiltonian(z: Array, *, one_bracket: bool) -> float:
     """Return the paper's Hamiltonian on St(3,2), transcribed.
 
@@ -128,6 +136,15 @@ def printed_hamiltonian(z: Array, *, one_bracket: bool) -> float:
     rest = pd * p_p + sd * p_s + td * p_t - p_td**2 / 2 - p_td * (pd * sd * s - p_td)
     denominator = s**6 * tan**2
     return float((fractions / (c2 + 1) + middle * s**4 + rest * denominator) / denominator)
+
+
+def sphere_hamiltonian_difference(rng: np.random.Generator) -> float:
+    """Largest relative difference of the printed Hamiltonian to the metric's on the sphere, at random states."""
+    states = rng.uniform(-1.0, 1.0, (SAMPLES, 8))
+    states[:, 0] = rng.uniform(0.4, 2.7, SAMPLES)
+    exact = SPHERE.chart.hamiltonian(states)
+    printed = np.array([printed_sphere_hamiltonian(z) for z in states])
+    return float((np.abs(printed - exact) / (1 + np.abs(exact))).max())
 
 
 def hamiltonian_differences(rng: np.random.Generator) -> tuple[float, float]:
@@ -161,6 +178,8 @@ class Geometry:
         Largest defect of both maps on both manifolds.
     hamiltonian : tuple of float
         See `hamiltonian_differences`.
+    sphere_hamiltonian : float
+        See `sphere_hamiltonian_difference`.
     """
 
     sphere_distance: float
@@ -171,6 +190,7 @@ class Geometry:
     circle_error: float
     symplectic: float
     hamiltonian: tuple[float, float]
+    sphere_hamiltonian: float
 
 
 def measure() -> Geometry:
@@ -185,4 +205,5 @@ def measure() -> Geometry:
         circle_error=circle_error(rng),
         symplectic=max(symplectic_defect(e, m) for e in EXPERIMENTS for m in MAPS),
         hamiltonian=hamiltonian_differences(rng),
+        sphere_hamiltonian=sphere_hamiltonian_difference(rng),
     )

@@ -18,12 +18,13 @@ from .. import __version__, _core
 from . import retractions
 
 NAME: Final = "manifest.json"
+REPORT: Final = "report.pdf"
 FORMAT: Final = 1
 # Wall clock times, and what quotes them: other numbers in each run.
 MEASURED: Final = frozenset(
     {
         *("timing.csv", "equal_error.csv", "challenges.csv", "any_shape_times.csv", "claims.csv"),
-        *("summary.md", "report.pdf"),
+        *("summary.md", REPORT),
     }
 )
 

@@ -49,7 +49,7 @@ class Settings:
         name = "A `--quick` run, with fewer cases than a full one" if self.quick else "A full run"
         return (
             f"{name}: N = {', '.join(map(str, self.steps))}; {self.curves} random cubics of each manifold for the "
-            f"conjecture; medians of {self.repetitions} timings."
+            f"conjecture; times are the shortest of {self.repetitions}."
         )
 
     def record(self) -> dict[str, Any]:

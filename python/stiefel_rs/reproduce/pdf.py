@@ -11,7 +11,8 @@ from typing import Final
 
 import typst
 
-NAME: Final = "report.pdf"
+from .manifest import REPORT
+
 TEMPLATE: Final = Path(__file__).with_name("report.typ")
 
 
@@ -31,7 +32,7 @@ def pages(folder: Path, ppi: float) -> list[bytes]:
 
 def write(folder: Path) -> Path:
     """Write the report on the run in `folder`, which must have its tables and figures; the path written."""
-    path = folder / NAME
+    path = folder / REPORT
     with _source(folder) as source:
         typst.compile(source, output=path, root=folder)
     return path

@@ -31,7 +31,8 @@ The numbers in the paper's figures and tables are not printed in its text, so th
 Errors are mean Frobenius distances to the exact curve over the N + 1 points of 0 <= t <= 1, h = 1 / N; GCP is the curve
 of the adjusted de Casteljau algorithm. The paper's statements are shortened; the place is their section. "Much" means
 a factor of {claims.MUCH:g} or more. IVP: initial values, with acceleration and jerk given. BVP: boundary values, met
-by shooting.
+by shooting. Compositions are several mid-point steps in place of one, for a higher order; splittings are explicit
+symplectic integrators of this library, without charts.
 
 ## The statements of the paper
 
