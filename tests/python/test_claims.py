@@ -186,6 +186,30 @@ def test_challenges(found):
     assert verdict(claims.homogeneous, taking(0.5)) == claims.FAILS
 
 
+def test_submanifold_of_euclidean_space(found):
+    def verdict_with(cost, rows=found.embedded):
+        equal = [replace(r, seconds=cost if r.method == "embedded" else 1.0) for r in found.challenges.equal]
+        changed = replace(found, challenges=replace(found.challenges, equal=equal), embedded=rows)
+        return verdict(claims.embedded, changed)
+
+    assert verdict_with(10.0) == "holds: it can be done, but a splitting is much faster"
+    assert verdict_with(1.0) == "holds: it can be done"
+    # One curve of order 1, or one run that leaves the constraints, is enough.
+    slow = [
+        replace(r, error=r.error * r.steps) if (r.manifold, r.method) == ("St(5,2)", "embedded") else r
+        for r in found.embedded
+    ]
+    assert verdict_with(10.0, slow) == verdict_with(1.0, slow) == claims.FAILS
+    # The errors of the others decide nothing.
+    others = [replace(r, error=1.0) if r.method != "embedded" else r for r in found.embedded]
+    assert verdict_with(1.0, others) == "holds: it can be done"
+    last = found.embedded[-1]
+    assert last.method == "embedded"
+    assert verdict_with(1.0, [*found.embedded[:-1], replace(last, defect=1e-9)]) == claims.FAILS
+    one = [r for r in found.embedded if r.steps == 5]
+    assert verdict_with(10.0, one) == claims.OPEN
+
+
 def test_control_points(found):
     assert verdict(claims.other_control_points, found) == "holds: it helps"
     worse = [replace(r, error=1.0) if r.method == "minimal_cost_4" else r for r in found.control_points]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stiefel_rs import Stiefel
-from stiefel_rs.reproduce import any_shape, challenges, experiments, geometry, near_start, readings
+from stiefel_rs.reproduce import any_shape, challenges, embedded, experiments, geometry, near_start, readings
 
 each_experiment = pytest.mark.parametrize("experiment", experiments.EXPERIMENTS, ids=lambda e: e.name)
 
@@ -116,6 +116,29 @@ def test_challenges():
         assert r.steps == challenges.LEAST_STEPS or r.error > target / 2**r.order / 2
     header, rows = challenges.csv_table(found)
     assert all(len(row) == len(header) for row in rows)
+
+
+def test_embedded_method_beside_the_others():
+    rows = embedded.measure((10, 20), 1)
+    assert embedded.manifolds(rows) == ["sphere", "St(3,2)", "St(5,2)"]
+    for manifold in embedded.manifolds(rows):
+        names = embedded.WITHOUT_CHART if manifold == "St(5,2)" else tuple(challenges.LABELS)
+        assert {r.method for r in rows if r.manifold == manifold} == set(names)
+        for name in names:
+            assert embedded.slope(rows, manifold, name) == pytest.approx(2, abs=0.2)
+    # Frobenius norms over a few steps.
+    assert embedded.largest_defect(rows) < 1e-14
+    for r in rows:
+        assert (r.defect is None) is (r.method != "embedded")
+        assert r.error < 1e-2 and r.seconds > 0
+    for method in ("one_chart", "across"):
+        assert len(embedded.against(rows, method, "error")) == 4
+    assert len(embedded.against(rows, "splitting", "seconds")) == 6
+    # Twice the errors of the chart method on the paper's curves.
+    assert embedded.against(rows, "one_chart", "error") == pytest.approx([2] * 4, abs=0.6)
+    assert all(len(row) == len(embedded.HEADER) for row in embedded.csv_rows(rows))
+    one = embedded.measure((10,), 1)
+    assert embedded.slope(one, "sphere") is None and "None" not in embedded.section(one)
 
 
 def test_smallest_number_of_steps():

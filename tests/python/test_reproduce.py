@@ -157,6 +157,7 @@ HEADINGS = """# arXiv 2404.19407 recomputed: what holds
 ### Times
 ### The chart challenge
 ### The challenge of implicit equations
+### A submanifold of Euclidean space
 ## Beyond the paper
 ### Every pair of retractions, initial and boundary values, orders 1 and 2
 ### The exact cubic, without charts

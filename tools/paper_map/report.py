@@ -15,6 +15,7 @@ CONJECTURE: Final = Section("summary", "The conjecture as stated", "the conjectu
 TIMES: Final = Section("summary", "Times", "times")
 CHART_CHALLENGE: Final = Section("summary", "The chart challenge", "the chart challenge")
 IMPLICIT_CHALLENGE: Final = Section("summary", "The challenge of implicit equations", "implicit equations")
+EMBEDDED: Final = Section("summary", "A submanifold of Euclidean space", "a submanifold of Euclidean space")
 RETRACTION_PAIRS: Final = Section(
     "summary", "Every pair of retractions, initial and boundary values, orders 1 and 2", "every pair of retractions"
 )
@@ -33,6 +34,7 @@ SUMMARY: Final = (
     TIMES,
     CHART_CHALLENGE,
     IMPLICIT_CHALLENGE,
+    EMBEDDED,
     RETRACTION_PAIRS,
     EXACT,
     ANY_SHAPE,
@@ -78,6 +80,7 @@ QUASI_GEODESICS: Final = Section("page", "mathematics.md", "formulas: quasi-geod
 DE_CASTELJAU: Final = Section("page", "mathematics.md", "formulas: de Casteljau curves", "De Casteljau curves")
 CUBICS: Final = Section("page", "mathematics.md", "formulas: Riemannian cubics", "Riemannian cubics")
 SPLITTINGS: Final = Section("page", "mathematics.md", "formulas: splittings", "Splittings")
+IN_THE_EMBEDDING: Final = Section("page", "mathematics.md", "formulas: in the embedding", "In the embedding")
 FUNCTIONAL: Final = Section("page", "mathematics.md", "formulas: cost", "Cost and arc length")
 CHARTS: Final = Section("page", "mathematics.md", "formulas: charts", "The paper's charts")
 ROTATIONS: Final = Section(
@@ -90,6 +93,7 @@ FOUND: Final = Section("page", "guides/compare_with_the_paper.md", "guide: the c
 BOUNDARY_PROBLEMS: Final = Section("page", "boundary_problems.md", "boundary problems")
 RANDOM_CONTROL_POINTS: Final = Section("page", "control_points.md", "control points")
 INTEGRATORS: Final = Section("page", "integrators.md", "integrators", "Cost of a step")
+EMBEDDED_STEPS: Final = Section("page", "integrators.md", "embedded method", "In the embedding, at equal steps")
 PAGES: Final = (
     MANIFOLD,
     GEODESICS,
@@ -98,6 +102,7 @@ PAGES: Final = (
     DE_CASTELJAU,
     CUBICS,
     SPLITTINGS,
+    IN_THE_EMBEDDING,
     FUNCTIONAL,
     CHARTS,
     ROTATIONS,
@@ -108,5 +113,6 @@ PAGES: Final = (
     BOUNDARY_PROBLEMS,
     RANDOM_CONTROL_POINTS,
     INTEGRATORS,
+    EMBEDDED_STEPS,
 )
 ALL: Final = (*SUMMARY, *FILES, *_VERDICTS.values(), *PAGES)

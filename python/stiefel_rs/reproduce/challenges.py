@@ -15,7 +15,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from .._core import integrate_cubic
+from .._core import integrate_cubic, integrate_embedded
 from ..errors import ConvergenceError, OutsideDomainError
 from . import experiments
 from .experiments import EXPERIMENTS, Array, Experiment
@@ -26,6 +26,9 @@ METHODS: Final = {
     "across": "chart method with changes of chart",
     "splitting": "explicit splitting",
 }
+# The method in the embedding has order 2 only.
+EMBEDDED: Final = "embedded"
+LABELS: Final = METHODS | {EMBEDDED: "embedded method"}
 # Angle between the pole of the chart and the point of the curve at t = 1/2; None for the paper's curve as it stands.
 ANGLES: Final = (None, 0.05, 0.02, 0.0)
 STEPS: Final = 100
@@ -63,6 +66,8 @@ def solve(experiment: Experiment, method: str, initial: Initial, steps: int, ord
     chart = experiment.chart
     if method == "splitting":
         return integrate_cubic(*initial, steps, order=order).point
+    if method == EMBEDDED:
+        return integrate_embedded(*initial, steps).point
     composed: dict[str, Any] = {"map": "midpoint", "order": None if order == 2 else order}
     if method == "across":
         return chart.integrate_across(*initial, steps, **composed).point
@@ -82,7 +87,8 @@ class Row:
     seconds: float | None
 
 
-def _initial(experiment: Experiment, angle: float | None) -> Initial:
+def initial_data(experiment: Experiment, angle: float | None) -> Initial:
+    """Point, velocity, covariant acceleration and jerk at the start of the paper's curve, turned to `angle`."""
     R = rotation(experiment, angle)
     S, V, A, J = (R @ x for x in experiment.chart.covariant(experiments.initial_state(experiment)))
     return S, V, A, J
@@ -90,8 +96,13 @@ def _initial(experiment: Experiment, angle: float | None) -> Initial:
 
 def _error(experiment: Experiment, method: str, angle: float | None, steps: int, order: int) -> float:
     exact = rotation(experiment, angle) @ experiments.points(experiment, experiments.reference(experiment, steps))
-    found = solve(experiment, method, _initial(experiment, angle), steps, order)
+    found = solve(experiment, method, initial_data(experiment, angle), steps, order)
     return float(experiments.distances(found, exact).mean())
+
+
+def methods(order: int) -> tuple[str, ...]:
+    """Return the methods that have the given order."""
+    return tuple(LABELS) if order == 2 else tuple(METHODS)
 
 
 def steps_for(error: Callable[[int], float], order: int, target: float) -> int:
@@ -109,7 +120,7 @@ def steps_for(error: Callable[[int], float], order: int, target: float) -> int:
     return n
 
 
-def _times(calls: Sequence[Callable[[], object]], repetitions: int) -> list[float]:
+def times(calls: Sequence[Callable[[], object]], repetitions: int) -> list[float]:
     """Shortest time of each call; interleaved, so that a machine that slows down slows all alike."""
     shortest = [math.inf] * len(calls)
     for round_number in range(repetitions + 1):
@@ -139,12 +150,12 @@ def measure_equal_errors(repetitions: int) -> list[Row]:
     """Measure the steps and times that each method needs for the errors of `TARGETS` on the paper's curves."""
     rows = []
     for e in EXPERIMENTS:
-        initial = _initial(e, None)
+        initial = initial_data(e, None)
         for order, target in TARGETS.items():
-            errors = {m: partial(_error, e, m, None, order=order) for m in METHODS}
+            errors = {m: partial(_error, e, m, None, order=order) for m in methods(order)}
             sizes = {m: steps_for(error, order, target) for m, error in errors.items()}
             calls = [partial(solve, e, m, initial, n, order) for m, n in sizes.items()]
-            for (m, n), seconds in zip(sizes.items(), _times(calls, repetitions), strict=True):
+            for (m, n), seconds in zip(sizes.items(), times(calls, repetitions), strict=True):
                 rows.append(Row(e, None, m, order, n, errors[m](n), seconds))
     return rows
 
@@ -169,10 +180,13 @@ def of(rows: list[Row], experiment: Experiment, method: str, **values: object) -
 
 
 def speed_up(rows: list[Row], method: str) -> list[float]:
-    """Return times of a chart method over the splitting's at equal error, for every manifold and order."""
+    """Return times of a method over the splitting's at equal error, for every manifold and order that it has."""
     seconds = {(r.experiment.name, r.order, r.method): r.seconds or math.nan for r in rows}
     return [
-        seconds[e.name, order, method] / seconds[e.name, order, "splitting"] for e in EXPERIMENTS for order in TARGETS
+        seconds[e.name, order, method] / seconds[e.name, order, "splitting"]
+        for e in EXPERIMENTS
+        for order in TARGETS
+        if method in methods(order)
     ]
 
 
@@ -210,18 +224,18 @@ def implicit_section(rows: list[Row]) -> str:
     for e in EXPERIMENTS:
         for order, target in TARGETS.items():
             least = of(rows, e, "splitting", order=order).seconds or math.nan
-            for m in METHODS:
+            for m in methods(order):
                 r = of(rows, e, m, order=order)
                 seconds = r.seconds or math.nan
                 numbers = [str(r.steps), f"{r.error:.1e}", milliseconds(seconds), f"{seconds / least:.3g}"]
-                cells.append([e.title, str(order), f"{target:g}", METHODS[m], *numbers])
+                cells.append([e.title, str(order), f"{target:g}", LABELS[m], *numbers])
     header = ["manifold", "order", "error asked for", "method", "N", "mean error", "time", "splitting = 1"]
     return f"""### The challenge of implicit equations
 
 The paper: the approach "involves solving several implicit algebraic equations, which makes it very slow and subject to
 numerical errors". The paper's curves with initial values; each method with the smallest N that reaches the mean error
 asked for, and its time. Order 2 is the mid-point method, order 4 its composition; the splittings have the same orders
-and solve no equation:
+and solve no equation; the embedded method, of the next section, has order 2:
 
 {table(header, cells, 4)}
 

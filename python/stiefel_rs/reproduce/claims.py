@@ -11,6 +11,7 @@ from dataclasses import astuple, dataclass
 from typing import Final
 
 from . import challenges, conjecture, control_points, near_start, readings, timing
+from . import embedded as embedding
 from .evidence import constant_part, gains
 from .experiments import EXPERIMENTS, METHODS, SPHERE, STIEFEL_3_2, Experiment
 from .geometry import DIFFERENCE_BOUND, ROUND_OFF, SAMPLES
@@ -344,9 +345,22 @@ def homogeneous(found: Measurements) -> Claim:
     return Claim("4.3", statement, measured, HOLDS if min(factors) > 1 else FAILS)
 
 
-def embedded(_: Measurements) -> Claim:
-    """Judge the future work."""
-    return Claim("4.3", "future work: a submanifold of Euclidean space", "not measured in this report", OPEN)
+def embedded(found: Measurements) -> Claim:
+    """Judge the future work: order 2, constraints at round-off, and the cost beside the splitting."""
+    rows = found.embedded
+    slopes = [embedding.slope(rows, manifold) for manifold in embedding.manifolds(rows)]
+    orders, defect = [s for s in slopes if s is not None], embedding.largest_defect(rows)
+    cost = challenges.speed_up(found.challenges.equal, challenges.EMBEDDED)
+    if len(orders) < len(slopes):
+        measured, verdict = ONE_SIZE, OPEN
+    else:
+        measured = f"slopes {between(orders, 3)} on {', '.join(embedding.manifolds(rows))}; constraints hold to "
+        measured += f"{number(defect)}; {between(cost)} times the splitting's time at equal error on the paper's curves"
+        reached = all(abs(s - embedding.ORDER) < ORDER_MARGIN for s in orders)
+        verdict = "holds: it can be done" if reached and defect < ROUND_OFF else FAILS
+        if verdict != FAILS and min(cost) > MUCH:
+            verdict += ", but a splitting is much faster"
+    return Claim("4.3", "future work: a submanifold of Euclidean space", measured, verdict)
 
 
 def other_control_points(found: Measurements) -> Claim:

@@ -24,7 +24,7 @@ FORMAT: Final = 1
 MEASURED: Final = frozenset(
     {
         *("timing.csv", "equal_error.csv", "challenges.csv", "any_shape_times.csv", "claims.csv"),
-        *("summary.md", REPORT),
+        *("embedded.csv", "summary.md", REPORT),
     }
 )
 

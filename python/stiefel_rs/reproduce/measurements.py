@@ -10,6 +10,7 @@ from . import (
     any_shape,
     challenges,
     control_points,
+    embedded,
     exact,
     experiments,
     geometry,
@@ -78,6 +79,7 @@ class Measurements:
     exact: list[exact.Comparison]
     control_points: list[control_points.Row]
     shapes: list[any_shape.Row]
+    embedded: list[embedded.Row]
 
 
 def steps_of_progress(settings: Settings) -> int:
@@ -111,6 +113,7 @@ def measure(settings: Settings, progress: Callable[[], None]) -> Measurements:
         exact=exact.measure(),
         control_points=control_points.measure(),
         shapes=any_shape.measure(settings.repetitions),
+        embedded=embedded.measure(settings.steps, settings.repetitions),
     )
     progress()
     return found

@@ -9,6 +9,7 @@ from . import (
     claims,
     conjecture,
     control_points,
+    embedded,
     evidence,
     exact,
     experiments,
@@ -77,6 +78,7 @@ def sections(found: Measurements) -> list[str]:
         evidence.times(found),
         challenges.chart_section(found.challenges.poles),
         challenges.implicit_section(found.challenges.equal),
+        embedded.section(found.embedded),
     ]
     further = [
         retraction_pairs.section(found.study),

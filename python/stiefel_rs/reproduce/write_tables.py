@@ -8,7 +8,7 @@ from dataclasses import astuple
 from pathlib import Path
 
 from .. import __version__
-from . import any_shape, challenges, claims, conjecture, control_points, exact, retractions, summary
+from . import any_shape, challenges, claims, conjecture, control_points, embedded, exact, retractions, summary
 from .manifest import processor
 from .measurements import Measurements
 from .near_start import STEPS as NEAR_STEPS
@@ -64,6 +64,7 @@ def write_all(folder: Path, found: Measurements) -> list[Path]:
         "conjecture_outcomes": (conjecture.HEADER, conjecture.csv_rows(found.study)),
         "cost": (exact.HEADER, exact.csv_rows(found.exact)),
         "any_shape": (any_shape.HEADER, any_shape.csv_rows(found.shapes)),
+        "embedded": (embedded.HEADER, embedded.csv_rows(found.embedded)),
         "control_points": (control_points.HEADER, control_points.csv_rows(found.control_points)),
     }
     return [
