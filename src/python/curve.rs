@@ -63,7 +63,7 @@ impl PyCurve {
         }
         let Array { mut shape, entries } = read(t, "t")?;
         let numbers = match entries.iter().all(inside) {
-            true => (each * entries.len()) as f64,
+            true => SAMPLE * (each * entries.len()) as f64,
             false => f64::INFINITY,
         };
         let call = Call::new(py, num_threads, numbers)?;
@@ -136,6 +136,10 @@ const HUGE: f64 = 1e300;
 
 /// Numbers up to which a single evaluation keeps the interpreter lock (a few microseconds).
 const IN_PLACE: usize = 40;
+
+/// Work for one number of a point, in that for one of an exponential: 15 to 100 ns. In a thread of their own 1000 points of S^2 take
+/// 141 ns each in place of 76.
+const SAMPLE: f64 = 0.05;
 
 /// Time of a derivative relative to that of a position.
 const DERIVATIVES: usize = 10;
