@@ -20,11 +20,11 @@
 //! z_1 = z_0 + h\, X_H\Bigl(\frac{z_0 + z_1}{2}\Bigr),\qquad z = (S, V, p_S, p_V)
 //! ```
 //!
-//! where `X_H` is the Hamiltonian vector field. This `H` is constant along the gradients of the constraints on all of the ambient space, not only on the manifold, so
-//! the constraints are quadratic first integrals of its flow. The midpoint rule keeps those, and the multipliers before the step
-//! are zero. It also commutes with the linear maps `p_S += S M_S + V M_V`, `p_V += S M_V`, so the multipliers after it
-//! change nothing else: the method is symplectic on the manifold, symmetric, of order 2, and keeps the spatial
-//! momentum `p_S S^T - S p_S^T + p_V V^T - V p_V^T`.
+//! where `X_H` is the Hamiltonian vector field. This `H` is constant along the gradients of the constraints on all of the ambient
+//! space, not only on the manifold, so the constraints are quadratic first integrals of its flow. The midpoint rule keeps those,
+//! and the multipliers before the step are zero. It also commutes with the linear maps `p_S += S M_S + V M_V`, `p_V += S M_V`, so
+//! the multipliers after it change nothing else: the method is symplectic on the manifold, symmetric, of order 2, and keeps the
+//! spatial momentum `p_S S^T - S p_S^T + p_V V^T - V p_V^T`.
 //!
 //! The implicit equations are solved by fixed-point iteration to round-off, 5 to 20 evaluations of the field, each of
 //! `O(r k^2)` with `r = min(n, 4k)`. Increments are added in compensated sums; points and velocities are not projected back.
@@ -132,11 +132,7 @@ pub fn integrate_embedded(
     let mut trajectory = CubicTrajectory::with_room(size, steps, options.t_end)?;
     let mut state = EmbeddedState::new(&data);
     let h = options.t_end / steps as f64;
-    let per_check = if trajectory.is_large() {
-        1
-    } else {
-        STEPS_PER_CHECK
-    };
+    let per_check = trajectory.per_check(STEPS_PER_CHECK);
     trajectory.record(&mut state)?;
     for step in 0..steps {
         if step % per_check == 0 {

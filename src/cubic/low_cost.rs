@@ -99,13 +99,13 @@ impl Solver<'_> {
     /// `DifferentComponents`, `Interrupted`.
     pub(super) fn of_low_cost(&mut self) -> Result<Option<Solution>> {
         let flat = self.problem.flat()?;
-        let is_moderate = flat
-            .as_ref()
-            .is_some_and(|flat| self.problem.is_moderate(flat));
-        if is_moderate && let Some(y) = self.by_one_series()? {
+        let near = flat.as_ref().filter(|flat| self.problem.is_moderate(flat));
+        if let Some(flat) = near
+            && let Some(y) = self.by_one_series(flat)?
+        {
             return Ok(Some((y, self.report(BoundaryStrategy::Direct))));
         }
-        if is_moderate || self.has_few_steps() {
+        if near.is_some() || self.has_few_steps() {
             let mut y = self.problem.flat_start(flat.as_ref());
             if self.restarted(&mut y, None)? {
                 return Ok(Some((y, self.report(BoundaryStrategy::Direct))));

@@ -13,18 +13,16 @@ use crate::shooting::{EndData, lone_leg};
 pub(super) const STEPS: usize = 11;
 
 impl Solver<'_> {
-    /// `(x', x'')` at the start of the solution that one series finds; `None` where there is none.
+    /// `(x', x'')` at the start of the solution that one series finds, from the cubic of flat space; `None` where there is none.
     ///
     /// # Errors
-    /// `DifferentComponents`, `Interrupted`.
-    pub(super) fn by_one_series(&mut self) -> Result<Option<Vec<f64>>> {
+    /// `Interrupted`.
+    pub(super) fn by_one_series(&mut self, flat: &FlatData) -> Result<Option<Vec<f64>>> {
         let problem = self.problem;
-        if problem.unknowns() > MOST_UNKNOWNS || problem.target.tension > 0.0 {
+        if !(1..=MOST_UNKNOWNS).contains(&problem.unknowns()) || problem.target.tension > 0.0 {
             return Ok(None);
         }
-        let Some(data) = end_data(problem) else {
-            return Ok(None);
-        };
+        let data = end_data(problem, flat);
         let (r, k) = problem.end[0].shape();
         let steps = STEPS.min(self.options.max_iterations);
         let legs = lone_leg(r, k)(&[data], self.tolerance(), steps);
@@ -49,21 +47,17 @@ impl Solver<'_> {
 /// Unknowns of a problem that is tried with one series.
 const MOST_UNKNOWNS: usize = 64;
 
-/// Where one series is likely to be enough: the end data, and the middle of the cubic of flat space.
-pub(super) fn end_data(problem: &Problem) -> Option<EndData> {
-    let flat = problem.flat().ok()??;
-    if !problem.is_moderate(&flat) || problem.unknowns() == 0 {
-        return None;
-    }
+/// The end data, and the middle of the cubic of flat space.
+pub(super) fn end_data(problem: &Problem, flat: &FlatData) -> EndData {
     let [s1, v1] = problem.end.each_ref().map(|x| x.as_ref());
     let r = s1.nrows();
     let frame = complete(s1);
     let last = Horizontal::of_tangent(frame.as_ref(), v1);
-    Some(EndData {
+    EndData {
         target: (0..r * r).map(|i| frame[(i / r, i % r)]).collect(),
         velocities: [&problem.velocity, &last].map(|v| pack(std::slice::from_ref(v))),
-        middle: middle(&problem.velocity, &flat),
-    })
+        middle: middle(&problem.velocity, flat),
+    }
 }
 
 /// `x, x', x''` of the cubic of flat space in the middle.

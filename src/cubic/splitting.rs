@@ -126,11 +126,7 @@ fn march(
 ) -> Result<()> {
     let (flows_of_step, last) = flows(options)?;
     let h = options.t_end / steps as f64;
-    let per_check = if trajectory.is_large() {
-        1
-    } else {
-        FLOWS_PER_CHECK
-    };
+    let per_check = trajectory.per_check(FLOWS_PER_CHECK);
     let mut flows = 0;
     trajectory.record(state)?;
     for _ in 0..steps {

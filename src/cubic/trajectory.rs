@@ -178,9 +178,12 @@ impl CubicTrajectory {
         self
     }
 
-    /// Whether one step takes so long that the caller may want to stop before the next.
-    pub(super) fn is_large(&self) -> bool {
-        self.r >= LARGE
+    /// Steps between two questions whether to stop: so many of small states; large ones take so long that each is asked for.
+    pub(super) fn per_check(&self, of_small_states: usize) -> usize {
+        match self.r >= LARGE {
+            true => 1,
+            false => of_small_states,
+        }
     }
 
     /// Appends a state; there is room for it.

@@ -18,6 +18,7 @@
 //! Ascher, Mattheij, Russell (1995), "Numerical Solution of Boundary Value Problems for Ordinary Differential Equations", sec.
 //! 4.3 (multiple shooting), 7.2 (condensation); Jorba, Zou (2005), Experimental Mathematics 14, 99-117 (Taylor series).
 
+mod brackets;
 mod chain;
 mod condensed_leg;
 mod descent;

@@ -1,11 +1,9 @@
 //! Taylor series of a leg about its middle.
 
-use std::ops::Mul;
-
-use crate::linalg::dual::Number;
+use super::brackets::{isotropy_bracket_into, minus_bracket_into, subtract_action};
 use crate::linalg::field::{Field, transposed_multiply};
 use crate::linalg::simd::vectorised;
-use crate::space::{Brackets, Homogeneous, Products, SLACK, axis, cross_products, write_row};
+use crate::space::{Homogeneous, Products, SLACK, axis, write_row};
 
 /// Coefficients of `x` and of the frame `g` in powers of `s`, the time from the middle of the leg.
 ///
@@ -85,12 +83,11 @@ impl<T: Field> Series<T> {
     /// Coefficient `k + 3` of `x`, by that of the equation with power `k`.
     #[inline(always)]
     fn set_next(&mut self, space: impl Homogeneous, tension: Option<T>, k: usize) {
-        let (d, r) = (space.dim(), space.size());
-        let square = r * r;
+        let (d, square) = (space.dim(), space.size() * space.size());
         let (known, next) = self.x.split_at_mut((k + 3) * d);
         let next = &mut next[..d];
         let matrices = &self.matrices;
-        subtract_bracket_into(space, bracket_pairs(matrices, square, k + 1), next);
+        minus_bracket_into(space, bracket_pairs(matrices, square, k + 1), next);
         for x in &mut *next {
             *x = *x * (k + 1) as f64;
         }
@@ -100,22 +97,7 @@ impl<T: Field> Series<T> {
             space.isotropy_matrix_into(run, &mut self.isotropy[k * square..]);
             let isotropy = &self.isotropy;
             let pairs = (0..=k).map(|i| (&matrices[(k - i) * square..], &isotropy[i * square..]));
-            space.each_turned_run(
-                #[inline(always)]
-                |p, row, column, count| {
-                    let (inner, pairs) = (space.isotropy_range(), pairs.clone());
-                    let products = Products {
-                        r,
-                        inner,
-                        row,
-                        pairs,
-                    };
-                    write_row(&products, column, &mut run[..count]);
-                    for (next, turned) in next[p..].iter_mut().zip(&run[..count]) {
-                        *next -= *turned;
-                    }
-                },
-            );
+            subtract_action(space, pairs, product, run, next);
         }
         if let Some(tension) = tension {
             for (next, x) in next.iter_mut().zip(&known[(k + 1) * d..]) {
@@ -162,6 +144,7 @@ impl<T: Field> Series<T> {
                         inner: 0..len,
                         row,
                         pairs: pairs.clone(),
+                        multiply: product,
                     };
                     write_row(&products, column, &mut next[row * r + column..][..count]);
                     column += count;
@@ -271,73 +254,10 @@ fn bracket_pairs<T>(
     })
 }
 
-/// Minus the part in `m` of a sum of weighted brackets.
+/// A function and not a closure, so that it is inlined wherever it is called.
 #[inline(always)]
-pub(super) fn subtract_bracket_into<'a, X, Y>(
-    space: impl Homogeneous,
-    pairs: impl Iterator<Item = (f64, &'a [X], &'a [Y])> + Clone,
-    out: &mut [X],
-) where
-    X: Field + Mul<Y, Output = X>,
-    Y: Number,
-{
-    let r = space.size();
-    if space.is_symmetric() {
-        return out.fill(X::ZERO);
-    }
-    if r == 3 && space.isotropy_dim() == 0 {
-        let product = cross_products(pairs);
-        return space.each_entry(
-            #[inline(always)]
-            |p, i, j| out[p] = -product[i * 3 + j],
-        );
-    }
-    // Coordinates are minus the entries of a row.
-    space.each_run(
-        #[inline(always)]
-        |p, row, column, count| {
-            let inner = space.row_len(row).min(space.row_len(column));
-            let pairs = pairs.clone();
-            let brackets = Brackets {
-                r,
-                inner,
-                row,
-                pairs,
-            };
-            write_row(&brackets, column, &mut out[p..][..count]);
-        },
-    );
-}
-
-/// The part in `h`.
-#[inline(always)]
-pub(super) fn isotropy_bracket_into<'a, X, Y>(
-    space: impl Homogeneous,
-    pairs: impl Iterator<Item = (f64, &'a [X], &'a [Y])> + Clone,
-    out: &mut [X],
-) where
-    X: Field + Mul<Y, Output = X>,
-    Y: Number,
-{
-    let r = space.size();
-    space.each_isotropy_run(
-        #[inline(always)]
-        |p, row, column, count| {
-            let inner = space.row_len(row).min(space.row_len(column));
-            let pairs = pairs.clone();
-            let brackets = Brackets {
-                r,
-                inner,
-                row,
-                pairs,
-            };
-            let out = &mut out[p..][..count];
-            write_row(&brackets, column, out);
-            for z in out {
-                *z = -*z;
-            }
-        },
-    );
+fn product<T: Field>(a: T, b: T) -> T {
+    b * a
 }
 
 /// `a^{-1} b` for unit quaternions.

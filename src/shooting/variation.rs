@@ -1,10 +1,11 @@
 //! How the ends of a leg change with its middle, by the first terms of the series.
 
-use super::series::{Series, at_ends, isotropy_bracket_into, subtract_bracket_into};
+use super::brackets::{isotropy_bracket_into, minus_bracket_into, subtract_action};
+use super::series::{Series, at_ends};
 use crate::linalg::dual::Number;
 use crate::linalg::field::{Field, accumulate, transposed_multiply};
 use crate::linalg::simd::vectorised;
-use crate::space::{Homogeneous, Products, WideProducts, write_row};
+use crate::space::Homogeneous;
 
 /// Terms of the series of the derivative, after the three given ones. With two, splines through 400 rotations up to 1.2 rad
 /// apart take ten steps instead of seven; six save none.
@@ -162,8 +163,7 @@ impl<const N: usize, T: Field> Variation<N, T> {
         column: usize,
         terms: usize,
     ) {
-        let (d, r) = (space.dim(), space.size());
-        let square = r * r;
+        let (d, square) = (space.dim(), space.size() * space.size());
         let (x, w) = (&series.matrices, &series.isotropy);
         self.terms[..3 * d].fill(T::Columns::ZERO);
         let abreast = T::COLUMNS.min(3 * d - column);
@@ -189,7 +189,7 @@ impl<const N: usize, T: Field> Variation<N, T> {
                     (weight, &changes[i * square..], &x[(s + 1 - i) * square..])
                 })
             };
-            subtract_bracket_into(space, pairs(k + 1), next);
+            minus_bracket_into(space, pairs(k + 1), next);
             for x in &mut *next {
                 *x = *x * (k + 1) as f64;
             }
@@ -201,31 +201,21 @@ impl<const N: usize, T: Field> Variation<N, T> {
                 let turned = (0..=k).map(|i| (&x[(k - i) * square..], &turns[i * square..]));
                 let turning = (0..=k).filter(|i| is_changed(k - i));
                 let turning = turning.map(|i| (&changes[(k - i) * square..], &w[i * square..]));
-                space.each_turned_run(
+                subtract_action(
+                    space,
+                    turned,
                     #[inline(always)]
-                    |p, row, column, count| {
-                        let inner = space.isotropy_range();
-                        let products = Products {
-                            r,
-                            inner: inner.clone(),
-                            row,
-                            pairs: turned.clone(),
-                        };
-                        write_row(&products, column, &mut run[..count]);
-                        for (next, turned) in next[p..].iter_mut().zip(&run[..count]) {
-                            *next -= *turned;
-                        }
-                        let products = WideProducts(Products {
-                            r,
-                            inner,
-                            row,
-                            pairs: turning.clone(),
-                        });
-                        write_row(&products, column, &mut run[..count]);
-                        for (next, turned) in next[p..].iter_mut().zip(&run[..count]) {
-                            *next -= *turned;
-                        }
-                    },
+                    |x: T, z: T::Columns| z * x,
+                    run,
+                    next,
+                );
+                subtract_action(
+                    space,
+                    turning,
+                    #[inline(always)]
+                    |x: T::Columns, z: T| x * z,
+                    run,
+                    next,
                 );
             }
             if let Some(tension) = tension {

@@ -5,7 +5,5 @@ mod row_sums;
 mod stiefel;
 
 pub(crate) use homogeneous::{Homogeneous, orthonormalise};
-pub(crate) use row_sums::{
-    Brackets, Products, SLACK, WideProducts, axis, cross_products, write_row,
-};
+pub(crate) use row_sums::{Brackets, Products, SLACK, axis, cross_products, write_row};
 pub(crate) use stiefel::{FixedFrames, Frames};

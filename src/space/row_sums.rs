@@ -84,19 +84,23 @@ where
     }
 }
 
-/// A row of `sum a b` over pairs of matrices of size `r`, from some of the entries of the row of `a`.
-pub(crate) struct Products<I> {
+/// A row of `sum a b` over pairs of matrices of size `r`, from some of the entries of the row of `a`. Where one of them holds
+/// changes in several directions and the other plain numbers, `multiply` says which.
+pub(crate) struct Products<I, F> {
     pub(crate) r: usize,
     pub(crate) inner: Range<usize>,
     pub(crate) row: usize,
     pub(crate) pairs: I,
+    pub(crate) multiply: F,
 }
 
-impl<'a, X, Y, I> RowSums<X> for Products<I>
+impl<'a, A, B, X, I, F> RowSums<X> for Products<I, F>
 where
-    X: Number + Mul<Y, Output = X>,
-    Y: Number,
-    I: Iterator<Item = (&'a [Y], &'a [X])> + Clone,
+    A: Copy + 'a,
+    B: Copy + 'a,
+    X: Number,
+    I: Iterator<Item = (&'a [A], &'a [B])> + Clone,
+    F: Fn(A, B) -> X,
 {
     #[inline(always)]
     fn entries<const N: usize>(&self, column: usize) -> [X; N] {
@@ -104,34 +108,9 @@ where
         let mut sums = [X::ZERO; N];
         for (a, b) in self.pairs.clone() {
             let factors = &a[self.row * r..][start..end];
-            for (a, b) in factors.iter().zip(pieces::<N, X>(b, r, start, column)) {
+            for (a, b) in factors.iter().zip(pieces::<N, B>(b, r, start, column)) {
                 for c in 0..N {
-                    sums[c] += b[c] * *a;
-                }
-            }
-        }
-        sums
-    }
-}
-
-/// The same where `a` holds changes in several directions at once, and `b` plain numbers.
-pub(crate) struct WideProducts<I>(pub(crate) Products<I>);
-
-impl<'a, X, Y, I> RowSums<X> for WideProducts<I>
-where
-    X: Number + Mul<Y, Output = X>,
-    Y: Number,
-    I: Iterator<Item = (&'a [X], &'a [Y])> + Clone,
-{
-    #[inline(always)]
-    fn entries<const N: usize>(&self, column: usize) -> [X; N] {
-        let (r, Range { start, end }) = (self.0.r, self.0.inner.clone());
-        let mut sums = [X::ZERO; N];
-        for (a, b) in self.0.pairs.clone() {
-            let factors = &a[self.0.row * r..][start..end];
-            for (a, b) in factors.iter().zip(pieces::<N, Y>(b, r, start, column)) {
-                for c in 0..N {
-                    sums[c] += *a * b[c];
+                    sums[c] += (self.multiply)(*a, b[c]);
                 }
             }
         }
@@ -238,18 +217,20 @@ mod tests {
                         inner: 0..r,
                         row,
                         pairs,
+                        multiply: |a: f64, b: f64| a * b,
                     },
                     column,
                     &mut products,
                 );
                 let pairs = (0..COUNT).map(|i| (&lanes_x[i * square..], &y[i * square..]));
                 write_row(
-                    &WideProducts(Products {
+                    &Products {
                         r,
                         inner: 0..r,
                         row,
                         pairs,
-                    }),
+                        multiply: |a: Lanes, b: f64| a * b,
+                    },
                     column,
                     &mut wide,
                 );

@@ -1,0 +1,109 @@
+//! Coefficients of brackets of series: sums over pairs of coefficients, skew matrices row by row, into coordinates.
+
+use std::ops::Mul;
+
+use crate::linalg::dual::Number;
+use crate::linalg::field::Field;
+use crate::space::{Brackets, Homogeneous, Products, cross_products, write_row};
+
+/// `out = -(sum weight [x, y])_m`.
+#[inline(always)]
+pub(super) fn minus_bracket_into<'a, X, Y>(
+    space: impl Homogeneous,
+    pairs: impl Iterator<Item = (f64, &'a [X], &'a [Y])> + Clone,
+    out: &mut [X],
+) where
+    X: Field + Mul<Y, Output = X>,
+    Y: Number,
+{
+    if space.is_symmetric() {
+        return out.fill(X::ZERO);
+    }
+    if space.size() == 3 && space.isotropy_dim() == 0 {
+        let product = cross_products(pairs);
+        return space.each_entry(
+            #[inline(always)]
+            |p, i, j| out[p] = -product[i * 3 + j],
+        );
+    }
+    // Coordinates are minus the entries of a row.
+    space.each_run(
+        #[inline(always)]
+        |p, row, column, count| {
+            write_bracket(space, pairs.clone(), [row, column], &mut out[p..][..count]);
+        },
+    );
+}
+
+/// `out = (sum weight [x, y])_h`.
+#[inline(always)]
+pub(super) fn isotropy_bracket_into<'a, X, Y>(
+    space: impl Homogeneous,
+    pairs: impl Iterator<Item = (f64, &'a [X], &'a [Y])> + Clone,
+    out: &mut [X],
+) where
+    X: Field + Mul<Y, Output = X>,
+    Y: Number,
+{
+    space.each_isotropy_run(
+        #[inline(always)]
+        |p, row, column, count| {
+            let out = &mut out[p..][..count];
+            write_bracket(space, pairs.clone(), [row, column], out);
+            for z in out {
+                *z = -*z;
+            }
+        },
+    );
+}
+
+/// Entries of a row of a sum of weighted brackets, from a column on.
+#[inline(always)]
+fn write_bracket<'a, X, Y>(
+    space: impl Homogeneous,
+    pairs: impl Iterator<Item = (f64, &'a [X], &'a [Y])> + Clone,
+    [row, column]: [usize; 2],
+    out: &mut [X],
+) where
+    X: Field + Mul<Y, Output = X>,
+    Y: Number,
+{
+    let brackets = Brackets {
+        r: space.size(),
+        inner: space.row_len(row).min(space.row_len(column)),
+        row,
+        pairs,
+    };
+    write_row(&brackets, column, out);
+}
+
+/// `out -= sum [z, x]` over pairs `(x, z)`, `x` in `m` and `z` in `h`, for the product of an entry of `x` and one of `z`; `run` has
+/// room for a vector.
+#[inline(always)]
+pub(super) fn subtract_action<'a, A, B, X: Field>(
+    space: impl Homogeneous,
+    pairs: impl Iterator<Item = (&'a [A], &'a [B])> + Clone,
+    multiply: impl Fn(A, B) -> X + Copy,
+    run: &mut [X],
+    out: &mut [X],
+) where
+    A: Copy + 'a,
+    B: Copy + 'a,
+{
+    space.each_turned_run(
+        #[inline(always)]
+        |p, row, column, count| {
+            let products = Products {
+                r: space.size(),
+                inner: space.isotropy_range(),
+                row,
+                pairs: pairs.clone(),
+                multiply,
+            };
+            write_row(&products, column, &mut run[..count]);
+            for (out, turned) in out[p..].iter_mut().zip(&run[..count]) {
+                *out -= *turned;
+            }
+        },
+    );
+}
