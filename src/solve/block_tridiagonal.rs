@@ -67,31 +67,43 @@ impl BlockTridiagonal {
         for (block, end) in [0, last - 1].into_iter().zip(&ends) {
             subtract_product(d, end, &columns[block * square..][..square], d, &mut corner);
         }
-        let corner = inverse(d, &mut corner)?;
+        let mut inverse = vec![0.0; square];
+        invert(d, &mut corner, &mut inverse)?;
         factors.border = Some(Border {
             columns,
             ends,
-            corner,
+            corner: inverse,
         });
         Some(factors)
     }
 
     /// Leaves the blocks above multiplied by the inverses of the diagonal blocks, which come out.
     fn eliminate(&mut self, count: usize) -> Option<Vec<f64>> {
-        let d = self.size;
+        // Sizes known to the compiler where they are small: splines through rotations take 0.9 times as long.
+        match self.size {
+            2 => self.eliminate_sized(2, count),
+            3 => self.eliminate_sized(3, count),
+            d => self.eliminate_sized(d, count),
+        }
+    }
+
+    #[inline(always)]
+    fn eliminate_sized(&mut self, d: usize, count: usize) -> Option<Vec<f64>> {
         let square = d * d;
-        let mut inverses = Vec::with_capacity(count * square);
-        for block in 0..count {
+        let mut inverses = vec![0.0; count * square];
+        let mut product = vec![0.0; square];
+        for (block, inverse) in inverses.chunks_exact_mut(square).enumerate() {
             let diagonal = &mut self.diagonal[block * square..][..square];
             if block > 0 {
                 let below = &self.below[block * square..][..square];
                 let above = &self.above[(block - 1) * square..][..square];
                 subtract_product(d, below, above, d, diagonal);
             }
-            let inverse = inverse(d, diagonal)?;
+            invert(d, diagonal, inverse)?;
             let above = &mut self.above[block * square..][..square];
-            multiply_in_place(d, &inverse, above);
-            inverses.extend(inverse);
+            product.fill(0.0);
+            add_product(d, inverse, above, d, &mut product);
+            above.copy_from_slice(&product);
         }
         Some(inverses)
     }
@@ -137,7 +149,7 @@ impl Factors {
         }
         let known = rest.to_vec();
         rest.fill(0.0);
-        add_product(d, corner, &known, rest);
+        add_product(d, corner, &known, 1, rest);
         for (b, columns) in b.chunks_exact_mut(d).zip(columns.chunks_exact(d * d)) {
             subtract_product(d, columns, rest, 1, b);
         }
@@ -145,7 +157,15 @@ impl Factors {
 
     /// Solves the plain system for right-hand sides of some columns, row by row.
     fn substitute(&self, b: &mut [f64], columns: usize) {
-        let d = self.size;
+        match (self.size, columns) {
+            (2, 1) => self.substitute_sized(2, b, 1),
+            (3, 1) => self.substitute_sized(3, b, 1),
+            (d, columns) => self.substitute_sized(d, b, columns),
+        }
+    }
+
+    #[inline(always)]
+    fn substitute_sized(&self, d: usize, b: &mut [f64], columns: usize) {
         let (square, width) = (d * d, d * columns);
         let mut here = vec![0.0; width];
         let count = self.inverses.len() / square;
@@ -159,16 +179,8 @@ impl Factors {
             }
             here.copy_from_slice(b);
             b.fill(0.0);
-            for (row, b) in self.inverses[block * square..][..square]
-                .chunks_exact(d)
-                .zip(b.chunks_exact_mut(columns))
-            {
-                for (share, here) in row.iter().zip(here.chunks_exact(columns)) {
-                    for (b, here) in b.iter_mut().zip(here) {
-                        *b += share * here;
-                    }
-                }
-            }
+            let inverse = &self.inverses[block * square..][..square];
+            add_product(d, inverse, &here, columns, b);
         }
         for block in (1..count).rev() {
             let (before, after) = b.split_at_mut(block * width);
@@ -179,37 +191,30 @@ impl Factors {
     }
 }
 
-/// The inverse of a matrix; `None` for a singular one.
-fn inverse(d: usize, a: &mut [f64]) -> Option<Vec<f64>> {
-    let mut out = vec![0.0; d * d];
+/// Writes the inverse of a matrix; `None` for a singular one.
+#[inline(always)]
+fn invert(d: usize, a: &mut [f64], out: &mut [f64]) -> Option<()> {
+    out.fill(0.0);
     for i in 0..d {
         out[i * d + i] = 1.0;
     }
-    solve_dense(d, a, &mut out, d)?;
-    Some(out)
+    solve_dense(d, a, out, d)
 }
 
-/// `b <- a b` for square matrices.
-fn multiply_in_place(d: usize, a: &[f64], b: &mut [f64]) {
-    let mut product = vec![0.0; d * d];
-    for (a, out) in a.chunks_exact(d).zip(product.chunks_exact_mut(d)) {
-        for (a, b) in a.iter().zip(b.chunks_exact(d)) {
+/// `out += a b` for `a` of shape `(d, d)` and `b` of shape `(d, columns)`, row by row.
+#[inline(always)]
+fn add_product(d: usize, a: &[f64], b: &[f64], columns: usize, out: &mut [f64]) {
+    for (a, out) in a.chunks_exact(d).zip(out.chunks_exact_mut(columns)) {
+        for (a, b) in a.iter().zip(b.chunks_exact(columns)) {
             for (out, b) in out.iter_mut().zip(b) {
                 *out += a * b;
             }
         }
     }
-    b.copy_from_slice(&product);
-}
-
-/// `out += a b` for a vector.
-fn add_product(d: usize, a: &[f64], b: &[f64], out: &mut [f64]) {
-    for (a, out) in a.chunks_exact(d).zip(out) {
-        *out += a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    }
 }
 
 /// `out -= a b` for `a` of shape `(d, d)` and `b` of shape `(d, columns)`, row by row.
+#[inline(always)]
 fn subtract_product(d: usize, a: &[f64], b: &[f64], columns: usize, out: &mut [f64]) {
     for (a, out) in a.chunks_exact(d).zip(out.chunks_exact_mut(columns)) {
         for (a, b) in a.iter().zip(b.chunks_exact(columns)) {
@@ -221,6 +226,7 @@ fn subtract_product(d: usize, a: &[f64], b: &[f64], columns: usize, out: &mut [f
 }
 
 /// Solves `a x = b` in place, with partial pivoting; `None` for a singular matrix.
+#[inline(always)]
 fn solve_dense(n: usize, a: &mut [f64], b: &mut [f64], columns: usize) -> Option<()> {
     for i in 0..n {
         let size = |row: usize| a[row * n + i].abs();
