@@ -49,6 +49,7 @@ pub mod manifold;
 #[cfg(feature = "python")]
 mod python;
 pub mod report;
+pub mod rotation;
 #[cfg(feature = "serde")]
 mod serialize;
 mod shooting;

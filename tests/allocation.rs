@@ -6,7 +6,9 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use common::*;
+use nalgebra::UnitQuaternion;
 use stiefel_rs::cubic::{EmbeddedOptions, SplittingOptions, integrate_cubic, integrate_embedded};
+use stiefel_rs::rotation::{RotationEnds, RotationSpline};
 use stiefel_rs::{Curve, GeometricCubic, Interrupt, Quantity, QuasiGeodesic};
 
 struct Counting;
@@ -69,6 +71,22 @@ fn blocks_for_steps(n: usize, k: usize, steps: usize, embedded: bool) -> usize {
     after - before
 }
 
+/// Blocks that quaternions and rates of a spline take after the first value.
+fn blocks_for_rotations() -> usize {
+    let t: Vec<f64> = (0..20).map(f64::from).collect();
+    let turn = |t: &f64| UnitQuaternion::from_euler_angles(0.3 * t, t.sin(), 0.2 * t * t.cos());
+    let keyframes: Vec<_> = t.iter().map(turn).collect();
+    let natural = RotationEnds::Natural;
+    let spline = RotationSpline::new(&t, &keyframes, &natural, &Default::default()).unwrap();
+    spline.rotation(0.5).unwrap();
+    let times: Vec<f64> = (0..1000).map(|i| 19e-3 * f64::from(i)).collect();
+    let (mut quaternions, mut rates) = (vec![[0.0; 4]; 1000], vec![[0.0; 3]; 1000]);
+    let before = BLOCKS.load(Ordering::Relaxed);
+    spline.quaternions_into(&times, &mut quaternions).unwrap();
+    spline.rates_into(&times, 2, &mut rates).unwrap();
+    BLOCKS.load(Ordering::Relaxed) - before
+}
+
 /// One test, so that nothing else runs while it counts; one thread, so that work is split the same way each time.
 #[test]
 fn sampling_does_not_allocate_per_parameter() {
@@ -109,6 +127,10 @@ fn sampling_does_not_allocate_per_parameter() {
                 ));
             }
         }
+    }
+    let blocks = blocks_for_rotations();
+    if blocks > 0 {
+        failures.push(format!("rotations: {blocks} blocks for 1000 times"));
     }
     assert!(
         failures.is_empty(),

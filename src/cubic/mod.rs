@@ -49,6 +49,7 @@ pub(crate) mod linear_flow;
 pub(crate) mod linear_piece;
 mod low_cost;
 pub(crate) mod path;
+mod polynomials;
 pub(crate) mod problem;
 mod random;
 mod recurrence;

@@ -29,11 +29,19 @@ pub(crate) struct Polynomials<'a, T> {
 pub(crate) trait Curves: Send + Sync {
     /// Polynomials that have those of a leg among them, and which these are.
     fn of_leg(&self, leg: usize) -> (&Dense, usize);
+
+    /// Writes `x, x', x''` in the middle of a leg, whose series has as many terms as are returned; `None` where the curve is known by
+    /// its polynomials alone.
+    fn middle_into(&self, leg: usize, out: [&mut [f64]; 3]) -> Option<usize>;
 }
 
 impl Curves for Dense {
     fn of_leg(&self, leg: usize) -> (&Dense, usize) {
         (self, leg)
+    }
+
+    fn middle_into(&self, _: usize, _: [&mut [f64]; 3]) -> Option<usize> {
+        None
     }
 }
 

@@ -93,6 +93,23 @@ impl Default for BcType<'_> {
 impl BcType<'_> {
     /// What it means for points of a shape.
     pub(super) fn read(&self, py: Python<'_>, shape: (usize, usize)) -> PyResult<Ends> {
+        self.read_by(py, shape, |_, object| {
+            let vector = matrix(object, "bc_type")?;
+            if vector.shape() == shape {
+                return Ok(vector);
+            }
+            let [expected, found] = [shape, vector.shape()].map(|(n, k)| [n, k]);
+            Err(unexpected("bc_type", &tuple(&expected), &found))
+        })
+    }
+
+    /// The same where the vector of the first or the last end is read in another way.
+    pub(super) fn read_by(
+        &self,
+        py: Python<'_>,
+        shape: (usize, usize),
+        vector: impl Fn(usize, &Any) -> PyResult<Mat<f64>>,
+    ) -> PyResult<Ends> {
         match self {
             BcType::Word(word) => {
                 let conditions = conditions_of(word, shape)?;
@@ -101,8 +118,10 @@ impl BcType<'_> {
             }
             BcType::Pair(items) => {
                 let items = pair(items, "bc_type", "two end conditions")?;
-                let ends = collected(items.each_ref().map(|item| end(item, shape)))?;
-                let [(first, first_given), (last, last_given)] = ends;
+                let [first, last] = &items;
+                let each = [(0, first), (1, last)];
+                let ends = each.map(|(which, item)| end(item, shape, |v| vector(which, v)));
+                let [(first, first_given), (last, last_given)] = collected(ends)?;
                 let given = (first_given, last_given).into_py_any(py)?;
                 let conditions = EndConditions::Each(Box::new([first, last]));
                 Ok(Ends { given, conditions })
@@ -125,7 +144,11 @@ fn conditions_of(word: &str, shape: (usize, usize)) -> PyResult<EndConditions> {
 }
 
 /// The condition at one end, and how it is said.
-fn end<'py>(object: &Any<'py>, shape: (usize, usize)) -> PyResult<(EndCondition, Any<'py>)> {
+fn end<'py>(
+    object: &Any<'py>,
+    shape: (usize, usize),
+    read: impl Fn(&Any) -> PyResult<Mat<f64>>,
+) -> PyResult<(EndCondition, Any<'py>)> {
     let py = object.py();
     if let Ok(word) = object.extract::<String>() {
         let expected = "'natural', 'clamped' or a pair for one end";
@@ -134,11 +157,7 @@ fn end<'py>(object: &Any<'py>, shape: (usize, usize)) -> PyResult<(EndCondition,
     }
     let [order, vector] = pair(object, "bc_type", "an order and a tangent vector")?;
     let order = whole(&order)?;
-    let vector = matrix(&vector, "bc_type")?;
-    if vector.shape() != shape {
-        let [expected, found] = [shape, vector.shape()].map(|(n, k)| [n, k]);
-        return Err(unexpected("bc_type", &tuple(&expected), &found));
-    }
+    let vector = read(&vector)?;
     let given = (order, Array::from(vector.clone()).frozen(py)?);
     let condition = match order {
         1 => EndCondition::Velocity(vector),

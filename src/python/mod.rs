@@ -24,6 +24,7 @@ mod prelude;
 mod record;
 mod restored;
 mod riemannian_cubic;
+mod rotation_curve;
 mod smoothing;
 mod spline;
 mod spline_variation;
@@ -57,6 +58,7 @@ pub mod _core {
         polynomial::{PyGeometricCubic, PyGeometricPolynomial},
         restored::_restored,
         riemannian_cubic::PyRiemannianCubic,
+        rotation_curve::PyRotationCurve,
         smoothing::PySmoothingSpline,
         spline::{PyCubicHermite, PyCubicSpline},
         stiefel::PyStiefel,

@@ -72,6 +72,16 @@ impl<T: Field + Send + Sync, S: Homogeneous> Curves for Solved<T, S> {
             .get_or_init(|| self.polynomials(first, group));
         (polynomials, leg - first)
     }
+
+    fn middle_into(&self, leg: usize, out: [&mut [f64]; 3]) -> Option<usize> {
+        let group = &self.groups[leg / T::COUNT];
+        for (out, x) in out.into_iter().zip(&group.middle) {
+            for (out, x) in out.iter_mut().zip(x) {
+                *out = x.lane(leg % T::COUNT);
+            }
+        }
+        Some(group.order + 3)
+    }
 }
 
 /// Write the series of a group of legs, and `x, x', x''` at both ends.

@@ -8,9 +8,9 @@ use super::framed::Framed;
 use super::interpolation::Interpolation;
 use super::iteration::Iteration;
 use super::leg_path::leg_path;
-use super::solvable::{Effort, Solution, Solvable, Start};
+use super::solvable::{Effort, Solution, Solvable, SolvedLegs, Start};
 use crate::collocation;
-use crate::cubic::lazy_path::{LazyPath, Legs};
+use crate::cubic::lazy_path::LazyPath;
 use crate::cubic::path::Path;
 use crate::cubic::taylor::Accuracy;
 use crate::cubic::work::of_products;
@@ -65,7 +65,7 @@ impl Solvable for Framed<'_> {
 
     fn piece(&self, leg: usize, solution: &Solution, interrupt: Interrupt<'_>) -> Result<Piece> {
         match &solution.polynomials {
-            Some(legs) => Ok((None, LazyPath::of_leg(Arc::clone(legs), leg))),
+            Some(legs) => Ok((None, LazyPath::of_leg(Arc::clone(&legs.paths), leg))),
             None => self.integrated(leg, &solution.motion, interrupt),
         }
     }
@@ -169,14 +169,20 @@ impl Framed<'_> {
         Ok(path.third_derivatives(times))
     }
 
-    /// Makes the curves of the legs.
-    fn legs(&self, curves: Box<dyn Curves>) -> Arc<Legs> {
+    /// The curves of the legs.
+    fn legs(&self, curves: Box<dyn Curves>) -> SolvedLegs {
         let (frames, shape, columns) = (self.frames(), self.shape(), self.columns());
         let (tension, lengths) = (self.tension(), self.lengths().to_vec());
-        Arc::new(move |leg| {
-            let (polynomials, which) = curves.of_leg(leg);
+        let curves: Arc<dyn Curves> = curves.into();
+        let known = Arc::clone(&curves);
+        let path = move |leg: usize| {
+            let (polynomials, which) = known.of_leg(leg);
             let tension = tension * lengths[leg].powi(2);
             leg_path(polynomials, which, &frames[leg], shape, columns, tension)
-        })
+        };
+        SolvedLegs {
+            curves,
+            paths: Arc::new(path),
+        }
     }
 }

@@ -55,5 +55,6 @@ pub use hermite::{cubic_hermite, geometric_hermite};
 pub use options::SplineOptions;
 pub use piecewise::{Outside, Piecewise};
 pub use riemannian::cubic_spline;
+pub(crate) use riemannian::cubic_spline_of_legs;
 pub use smoothing::{SmoothingOptions, SmoothingSpline, smoothing_spline};
 pub use velocities::{VelocityEstimate, estimate_closed_velocities, estimate_velocities};

@@ -1,5 +1,7 @@
 //! The spline of Riemannian cubics: twice continuously differentiable, of least cost through its points.
 
+use std::sync::Arc;
+
 use faer::{Mat, MatRef, Scale};
 
 use super::ambient::Ambient;
@@ -17,6 +19,7 @@ use crate::cubic::problem::entries;
 use crate::cubic::tension::{check_leg_tension, check_tension};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
+use crate::legs::Curves;
 use crate::report::{SolverReport, StopReason};
 
 const SOLVER: &str = "spline of Riemannian cubics";
@@ -38,18 +41,41 @@ pub fn cubic_spline(
     ends: &EndConditions,
     options: &SplineOptions<'_>,
 ) -> Result<(Piecewise<RiemannianCubic>, SolverReport)> {
+    let (curve, report, _) = cubic_spline_of_legs(t, points, ends, options)?;
+    Ok((curve, report))
+}
+
+/// What a spline is, how it was solved, and the curves of its legs where the solver has them.
+pub(crate) type SplineOfLegs = (
+    Piecewise<RiemannianCubic>,
+    SolverReport,
+    Option<Arc<dyn Curves>>,
+);
+
+/// As [`cubic_spline`].
+///
+/// # Errors
+/// As [`cubic_spline`].
+pub(crate) fn cubic_spline_of_legs(
+    t: &[f64],
+    points: &[MatRef<'_, f64>],
+    ends: &EndConditions,
+    options: &SplineOptions<'_>,
+) -> Result<SplineOfLegs> {
     knots::check_tolerance(options.tolerance)?;
     check_tension(options.tension)?;
     let manifold = knots::check(t, points)?;
     check_ends(&manifold, points, ends)?;
     let problem = Problem::new(t, points, ends, options.tension)?;
-    let (pieces, report) = if problem.knots.is_small() {
+    let (pieces, solution) = if problem.knots.is_small() {
         problem.solve_in_frames(options)?
     } else {
         problem.solve_in_ambient(options)?
     };
+    let report = solution.report;
     if report.converged {
-        return Ok((Piecewise::new(t.to_vec(), pieces), report));
+        let curves = solution.polynomials.map(|legs| legs.curves);
+        return Ok((Piecewise::new(t.to_vec(), pieces), report, curves));
     }
     Err(Error::no_convergence(SOLVER, report, options.tolerance))
 }
@@ -62,7 +88,7 @@ struct Problem<'e> {
     tension: f64,
 }
 
-type Solved = (Vec<RiemannianCubic>, SolverReport);
+type Solved = (Vec<RiemannianCubic>, Solution);
 
 impl<'e> Problem<'e> {
     fn new(
@@ -133,7 +159,7 @@ impl<'e> Problem<'e> {
         } else {
             solve::in_frames(&chain, &ends, options)?
         };
-        finished(&chain, &solution, &space, options.interrupt)
+        finished(&chain, solution, &space, options.interrupt)
     }
 
     fn solve_in_ambient(&self, options: &SplineOptions<'_>) -> Result<Solved> {
@@ -143,23 +169,21 @@ impl<'e> Problem<'e> {
         let chain = Ambient::new(points, curves, lengths, options.interrupt);
         let chain = chain.in_tension(self.tension);
         let solution = solve::in_ambient(&chain, &ends, options)?;
-        finished(&chain, &solution, &self.knots.space(), options.interrupt)
+        finished(&chain, solution, &self.knots.space(), options.interrupt)
     }
 }
 
 /// The pieces of a solution, none of one that has not converged.
 fn finished<C: Solvable>(
     chain: &C,
-    solution: &Solution,
+    solution: Solution,
     space: &Space,
     interrupt: Interrupt<'_>,
 ) -> Result<Solved> {
     if !solution.report.converged {
-        return Ok((Vec::new(), solution.report));
+        return Ok((Vec::new(), solution));
     }
-    let piece = |leg: usize| chain.piece(leg, solution, interrupt);
-    Ok((
-        pieces(chain.lengths().len(), space, piece)?,
-        solution.report,
-    ))
+    let piece = |leg: usize| chain.piece(leg, &solution, interrupt);
+    let pieces = pieces(chain.lengths().len(), space, piece)?;
+    Ok((pieces, solution))
 }

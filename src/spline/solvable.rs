@@ -9,6 +9,7 @@ use crate::cubic::lazy_path::Legs;
 use crate::cubic::work::Work;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
+use crate::legs::Curves;
 use crate::report::{SolverReport, StopReason};
 
 /// How exactly, and for how long, the equations are solved.
@@ -59,7 +60,14 @@ pub(super) struct Solution {
     pub(super) motion: Motion,
     pub(super) report: SolverReport,
     /// The curves between the knots, where the solver has them.
-    pub(super) polynomials: Option<Arc<Legs>>,
+    pub(super) polynomials: Option<SolvedLegs>,
+}
+
+/// The curves of solved legs, and what makes paths of them.
+#[derive(Clone)]
+pub(super) struct SolvedLegs {
+    pub(super) curves: Arc<dyn Curves>,
+    pub(super) paths: Arc<Legs>,
 }
 
 impl Solution {

@@ -1,0 +1,76 @@
+//! Splines of rotations in quaternions: to find them, and to evaluate them.
+
+#[path = "../tests/common/mod.rs"]
+mod common;
+
+use std::hint::black_box;
+
+use common::Rng;
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use nalgebra::{UnitQuaternion, Vector3};
+use stiefel_rs::rotation::{RotationEnds, RotationSpline};
+use stiefel_rs::spline::SplineOptions;
+
+/// Times of one call.
+const TIMES: usize = 1001;
+
+/// Keyframes 0.3 to 1.2 rad apart, at times 0.5 to 1.5 apart.
+fn walk(count: usize) -> (Vec<f64>, Vec<UnitQuaternion<f64>>) {
+    let mut rng = Rng::new(1);
+    let (mut t, mut q) = (vec![0.0], vec![UnitQuaternion::identity()]);
+    for i in 1..count {
+        t.push(t[i - 1] + rng.between(0.5, 1.5));
+        let v = Vector3::from_fn(|_, _| rng.between(-1.0, 1.0));
+        let step = v.normalize() * rng.between(0.3, 1.2);
+        q.push(q[i - 1] * UnitQuaternion::from_scaled_axis(step));
+    }
+    (t, q)
+}
+
+fn construction(c: &mut Criterion) {
+    let mut group = c.benchmark_group("rotation_spline_construction");
+    for count in [10, 50, 200, 2000] {
+        let (t, q) = walk(count);
+        group.throughput(Throughput::Elements(count as u64));
+        group.bench_function(BenchmarkId::from_parameter(count), |b| {
+            b.iter(|| {
+                let options = SplineOptions::default();
+                RotationSpline::new(black_box(&t), &q, &RotationEnds::Natural, &options).unwrap()
+            });
+        });
+    }
+    group.finish();
+}
+
+fn evaluation(c: &mut Criterion) {
+    let mut group = c.benchmark_group("rotation_spline_evaluation");
+    group.throughput(Throughput::Elements(TIMES as u64));
+    let (t, q) = walk(200);
+    let spline = RotationSpline::new(&t, &q, &RotationEnds::Natural, &Default::default()).unwrap();
+    let step = (t[t.len() - 1] - t[0]) / (TIMES - 1) as f64;
+    let times: Vec<f64> = (0..TIMES).map(|i| t[0] + step * i as f64).collect();
+    let mut quaternions = vec![[0.0; 4]; TIMES];
+    spline.quaternions_into(&times, &mut quaternions).unwrap();
+    assert!(spline.rotation(t[7]).unwrap().angle_to(&q[7]) < 1e-12);
+    group.bench_function("quaternions", |b| {
+        b.iter(|| {
+            spline
+                .quaternions_into(black_box(&times), &mut quaternions)
+                .unwrap()
+        });
+    });
+    let mut rates = vec![[0.0; 3]; TIMES];
+    for (order, name) in ["rates", "accelerations", "jerks"].into_iter().enumerate() {
+        group.bench_function(name, |b| {
+            b.iter(|| {
+                spline
+                    .rates_into(black_box(&times), order, &mut rates)
+                    .unwrap()
+            });
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, construction, evaluation);
+criterion_main!(benches);

@@ -1,0 +1,364 @@
+//! Curves of rotations in unit quaternions, which Python's splines of rotations and poses are made of.
+
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use pyo3::sync::PyOnceLock;
+use rayon::prelude::*;
+
+use super::knots::{BcType, Ends, times};
+use super::piecewise::{Cubics, Data, PyPiecewiseCurve, Spline};
+use super::prelude::*;
+use super::spline::PyCubicSpline;
+use crate::rotation::{RotationSpline, frame, tangent};
+use crate::spline::SplineOptions;
+
+/// Curve of rotations in unit quaternions: the form in which :class:`RotationSpline` evaluates.
+///
+/// Parameters
+/// ----------
+/// t : array_like, shape (N,)
+///     Times, increasing, two or more, in seconds.
+/// quaternions : array_like, shape (N, 4)
+///     Rotations as quaternions, scalar last, of any length but zero.
+/// bc_type : str or pair, default "natural"
+///     ``"natural"``, ``"clamped"``, ``"periodic"`` or a pair of ends, each ``"natural"``, ``"clamped"``, ``(1, w)`` with a body rate
+///     in rad/s or ``(2, a)`` with its derivative in rad/s^2, of shape (3,).
+/// tol : float, default 1e-12
+///     As of :class:`CubicSpline`.
+/// max_iterations : int, default 200
+///     As of :class:`CubicSpline`.
+/// tension : float, default 0.0
+///     As of :class:`CubicSpline`, in 1/s^2.
+/// num_threads : int, optional
+///     Threads; by default those of the global pool.
+///
+/// Raises
+/// ------
+/// InvalidInputError
+///     Shapes that do not match, not finite, a quaternion of length zero, times that do not increase.
+/// OutsideDomainError
+///     Neighbours half a turn apart; carries ``knot``, the first of the two, and ``angle``.
+/// ConvergenceError
+///     No spline is found; carries ``report``.
+///
+/// Attributes
+/// ----------
+/// t : ndarray, shape (N,)
+///     The times of the keyframes in seconds; read-only.
+/// report : SolverReport or None
+///     How the spline was solved for.
+/// curve : CubicSpline, CubicHermite or SmoothingSpline
+///     The same curve on ``St(3, 3)``.
+///
+/// Examples
+/// --------
+/// >>> import numpy as np
+/// >>> from stiefel_rs._core import RotationCurve
+/// >>> half = np.array([0.0, 0.5, 0.25])
+/// >>> q = np.stack([0 * half, 0 * half, np.sin(half), np.cos(half)], axis=-1)
+/// >>> curve = RotationCurve([0.0, 1.0, 2.0], q)
+/// >>> bool(np.allclose(curve.quaternions([1.0]), q[1]))
+/// True
+#[pyclass(name = "RotationCurve", module = "stiefel_rs._core", frozen)]
+pub struct PyRotationCurve {
+    spline: Arc<RotationSpline>,
+    #[pyo3(get)]
+    t: Owned,
+    bc_type: Option<Py<PyAny>>,
+    curve: PyOnceLock<Py<PyAny>>,
+}
+
+#[pymethods]
+impl PyRotationCurve {
+    #[new]
+    #[pyo3(signature = (
+        t, quaternions, bc_type=BcType::default(), *, tol=1e-12, max_iterations=200, tension=0.0, num_threads=None
+    ), text_signature = "(t, quaternions, bc_type='natural', *, tol=1e-12, max_iterations=200, tension=0.0, num_threads=None)")]
+    fn new(
+        t: &Any,
+        quaternions: &Any,
+        bc_type: BcType<'_>,
+        tol: f64,
+        #[pyo3(from_py_with = whole)] max_iterations: i64,
+        tension: f64,
+        num_threads: Option<i64>,
+    ) -> PyResult<Self> {
+        let py = t.py();
+        let max_iterations = count("max_iterations", max_iterations, 1)?;
+        let t = times(t)?;
+        let (shape, entries) = read_axes::<2>(quaternions, "quaternions", "(N, 4)")?;
+        let rotations = keyframes(&shape, &entries)?;
+        let Ends { given, conditions } = ends(py, &bc_type, &rotations)?;
+        let call = Call::new(py, num_threads, SOLVES * entries.len() as f64)?;
+        let spline = call.run(move |interrupt| {
+            let options = SplineOptions {
+                tolerance: tol,
+                max_iterations,
+                tension,
+                interrupt,
+            };
+            RotationSpline::with_conditions(&t, &rotations, &conditions, &options)
+        })?;
+        Self::of(py, spline, Some(given), PyOnceLock::new())
+    }
+
+    /// The quaternion form of a curve of Riemannian cubics on ``St(3, 3)``.
+    ///
+    /// Parameters
+    /// ----------
+    /// curve : CubicSpline, CubicHermite or SmoothingSpline
+    ///     Of ``kind="riemannian"``, of rotation matrices.
+    ///
+    /// Raises
+    /// ------
+    /// InvalidInputError
+    ///     A curve of another kind or on another manifold, or one of reflections.
+    ///
+    /// Returns
+    /// -------
+    /// RotationCurve
+    ///     Beyond its ends the end pieces go on, also where ``curve`` refuses such times.
+    #[staticmethod]
+    fn of_curve(curve: &Bound<'_, PyPiecewiseCurve>) -> PyResult<Self> {
+        let (py, this) = (curve.py(), curve.get());
+        let Cubics::Riemannian(cubics) = &this.cubics else {
+            return Err(invalid!(
+                "curve: expected kind 'riemannian', found 'geometric'"
+            ));
+        };
+        let continued = (**cubics)
+            .clone()
+            .with_outside(crate::spline::Outside::Continued);
+        let spline = RotationSpline::of_curve(Arc::new(continued), this.report)?;
+        let known = PyOnceLock::new();
+        // Just made, so it is empty.
+        let _ = known.set(py, curve.clone().into_any().unbind());
+        Self::of(py, spline, None, known)
+    }
+
+    /// Many curves at once, on several threads.
+    ///
+    /// Parameters
+    /// ----------
+    /// t : array_like, shape (N,) or (M, N)
+    ///     Times in seconds, of all curves or of each.
+    /// quaternions : array_like, shape (M, N, 4)
+    ///     Rotations as quaternions, scalar last.
+    /// bc_type : str, default "natural"
+    ///     ``"natural"``, ``"clamped"`` or ``"periodic"``.
+    /// tol, max_iterations, tension, num_threads
+    ///     As of the class.
+    ///
+    /// Returns
+    /// -------
+    /// list of RotationCurve
+    ///
+    /// Raises
+    /// ------
+    /// InvalidInputError, OutsideDomainError, ConvergenceError
+    ///     As of the class, of the first member that fails; names the member.
+    #[staticmethod]
+    #[pyo3(signature = (t, quaternions, bc_type="natural", *, tol=1e-12, max_iterations=200, tension=0.0, num_threads=None))]
+    fn batch(
+        t: &Any,
+        quaternions: &Any,
+        bc_type: &str,
+        tol: f64,
+        #[pyo3(from_py_with = whole)] max_iterations: i64,
+        tension: f64,
+        num_threads: Option<i64>,
+    ) -> PyResult<Vec<Self>> {
+        let py = t.py();
+        let max_iterations = count("max_iterations", max_iterations, 1)?;
+        let (shape, entries) = read_axes::<3>(quaternions, "quaternions", "(M, N, 4)")?;
+        let rotations = keyframes(&shape, &entries)?;
+        let [members, knots, _] = shape;
+        let each = t.getattr("ndim").and_then(|ndim| ndim.extract::<usize>());
+        let t = match each {
+            Ok(2) => {
+                let ([rows, columns], t) = read_axes(t, "t", "(M, N)")?;
+                if [rows, columns] != [members, knots] {
+                    let expected = tuple(&[members, knots]);
+                    return Err(unexpected("t", &expected, &[rows, columns]));
+                }
+                t
+            }
+            _ => times(t)?.repeat(members.min(1)),
+        };
+        let bc_type = BcType::Word(bc_type.to_owned());
+        let Ends { given, conditions } = bc_type.read(py, (3, 3))?;
+        let call = Call::new(py, num_threads, SOLVES * entries.len() as f64)?;
+        let found = call.run(move |interrupt| {
+            let options = SplineOptions {
+                tolerance: tol,
+                max_iterations,
+                tension,
+                interrupt,
+            };
+            let one = |member: usize| {
+                let t = match t.len() == members * knots {
+                    true => &t[member * knots..][..knots],
+                    false => &t[..],
+                };
+                let rotations = &rotations[member * knots..][..knots];
+                RotationSpline::with_conditions(t, rotations, &conditions, &options)
+            };
+            let all: Vec<Result<RotationSpline>> = (0..members).into_par_iter().map(one).collect();
+            let mut splines = Vec::with_capacity(members);
+            for (member, spline) in all.into_iter().enumerate() {
+                match spline {
+                    Err(error) if error.is_interrupted() => return Err(error),
+                    Err(error) => return Ok(Err((member, error))),
+                    Ok(spline) => splines.push(spline),
+                }
+            }
+            Ok(Ok(splines))
+        })?;
+        let splines = found.map_err(|(member, error)| at_member(&error, member, &[members]))?;
+        let wrap = |spline| Self::of(py, spline, Some(given.clone_ref(py)), PyOnceLock::new());
+        splines.into_iter().map(wrap).collect()
+    }
+
+    /// Unit quaternions at times.
+    ///
+    /// Parameters
+    /// ----------
+    /// t : array_like, shape (T,)
+    ///     Times in seconds; beyond the keyframes the end pieces go on.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (T, 4)
+    ///     Scalar last, continuous in `t`; at the first keyframe the given one, made a unit quaternion.
+    fn quaternions<'py>(&self, t: &Any<'py>) -> PyResult<Any<'py>> {
+        self.sampled::<4>(t, |spline, t, out| spline.quaternions_into(t, out))
+    }
+
+    /// Body rates at times, or derivatives of them.
+    ///
+    /// Parameters
+    /// ----------
+    /// t : array_like, shape (T,)
+    ///     Times in seconds; beyond the keyframes the end pieces go on.
+    /// order : int
+    ///     1, 2 or 3: the body rate ``w`` in rad/s, its derivative in rad/s^2, its second derivative in rad/s^3.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (T, 3)
+    #[pyo3(signature = (t, order=1))]
+    fn rates<'py>(&self, t: &Any<'py>, order: usize) -> PyResult<Any<'py>> {
+        ensure!(
+            (1..=3).contains(&order),
+            "order: expected 1, 2 or 3, found {order}"
+        );
+        self.sampled::<3>(t, move |spline, t, out| {
+            spline.rates_into(t, order - 1, out)
+        })
+    }
+
+    #[getter]
+    fn report(&self) -> Option<PySolverReport> {
+        self.spline.report().copied().map(PySolverReport::from)
+    }
+
+    #[getter]
+    fn curve(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        let curve = self.curve.get_or_try_init(py, || self.on_frames(py))?;
+        Ok(curve.clone_ref(py))
+    }
+}
+
+impl PyRotationCurve {
+    fn of(
+        py: Python<'_>,
+        spline: RotationSpline,
+        bc_type: Option<Py<PyAny>>,
+        curve: PyOnceLock<Py<PyAny>>,
+    ) -> PyResult<Self> {
+        Ok(PyRotationCurve {
+            t: Array::flat(spline.knots().to_vec()).frozen(py)?,
+            spline: Arc::new(spline),
+            bc_type,
+            curve,
+        })
+    }
+
+    /// The spline on `St(3, 3)` as an object.
+    fn on_frames(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        let spline = &self.spline;
+        let frames: Vec<_> = spline.keyframes().map(|q| frame(&q)).collect();
+        let entries = Array::stacked(&[frames.len()], &frames, (3, 3)).entries;
+        let data = Data {
+            t: spline.knots().to_vec(),
+            points: Batch::of([frames.len(), 3, 3], entries),
+        };
+        let bc_type = match &self.bc_type {
+            Some(bc_type) => bc_type.clone_ref(py),
+            None => py.None(),
+        };
+        let spline = Spline {
+            cubics: Cubics::Riemannian(Arc::clone(spline.curve())),
+            data,
+            report: spline.report().copied(),
+        };
+        object(py, spline.wrap(py)?.add_subclass(PyCubicSpline { bc_type }))
+    }
+
+    fn sampled<'py, const N: usize>(
+        &self,
+        t: &Any<'py>,
+        write: impl FnOnce(&RotationSpline, &[f64], &mut [[f64; N]]) -> Result<()> + Send + 'static,
+    ) -> PyResult<Any<'py>> {
+        let ([count], t_) = read_axes(t, "t", "(T,)")?;
+        let spline = Arc::clone(&self.spline);
+        let entries = Call::new(t.py(), None, 0.0)?.run_here(move || {
+            let mut out = vec![[0.0; N]; count];
+            write(&spline, &t_, &mut out)?;
+            Result::Ok(out.into_flattened())
+        })??;
+        let shape = vec![count, N];
+        Array { shape, entries }.into_bound_py_any(t.py())
+    }
+}
+
+/// Unit quaternions from entries in fours.
+fn keyframes(shape: &[usize], entries: &[f64]) -> PyResult<Vec<UnitQuaternion<f64>>> {
+    if shape.last() != Some(&4) {
+        return Err(unexpected("quaternions", "(..., N, 4)", shape));
+    }
+    let unit = |(knot, q): (usize, &[f64])| {
+        let largest = q.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+        if largest == 0.0 || q.iter().any(|x| !x.is_finite()) {
+            let what = if largest == 0.0 {
+                "of length zero"
+            } else {
+                "not finite"
+            };
+            return Err(at_knot(
+                invalid!("quaternions: the one at knot {knot} is {what}"),
+                knot,
+            ));
+        }
+        // Of the largest entry first: squares may overflow or vanish.
+        let q = Quaternion::new(q[3], q[0], q[1], q[2]) / largest;
+        Ok(UnitQuaternion::from_quaternion(q))
+    };
+    entries.chunks_exact(4).enumerate().map(unit).collect()
+}
+
+/// End conditions whose vectors are those of the body.
+fn ends(py: Python<'_>, bc_type: &BcType<'_>, rotations: &[UnitQuaternion<f64>]) -> PyResult<Ends> {
+    bc_type.read_by(py, (3, 3), |end, object| {
+        let ([size], w) = read_axes(object, "bc_type", "(3,)")?;
+        if size != 3 {
+            return Err(unexpected("bc_type", "(3,)", &[size]));
+        }
+        let rotation = match end {
+            0 => rotations.first(),
+            _ => rotations.last(),
+        };
+        let identity = UnitQuaternion::identity();
+        let w = Vector3::from_column_slice(&w);
+        Ok(tangent(rotation.unwrap_or(&identity), &w))
+    })
+}

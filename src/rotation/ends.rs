@@ -1,0 +1,148 @@
+//! What splines of rotations and poses do at their ends.
+
+use faer::Mat;
+use nalgebra::{UnitQuaternion, Vector3};
+
+use crate::spline::{EndCondition, EndConditions};
+
+/// The ends of a spline of rotations.
+///
+/// # Examples
+/// ```
+/// use nalgebra::{UnitQuaternion, Vector3};
+/// use stiefel_rs::rotation::{ReferenceFrame, RotationEnd, RotationEnds, RotationSpline};
+/// // Keyframes at the angles t^3 about an axis: from rest, with the right acceleration at the end, the spline is that cubic.
+/// let axis = Vector3::new(0.6, 0.0, 0.8);
+/// let keyframes = [0.0, 0.125, 1.0].map(|a| UnitQuaternion::from_scaled_axis(axis * a));
+/// let ends = RotationEnds::Each([RotationEnd::Rate(Vector3::zeros()), RotationEnd::Acceleration(axis * 6.0)]);
+/// let spline = RotationSpline::new(&[0.0, 0.5, 1.0], &keyframes, &ends, &Default::default())?;
+/// assert!((spline.angular_velocity(0.8, ReferenceFrame::Body)? - axis * 1.92).norm() < 1e-11);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy)]
+pub enum RotationEnds {
+    /// No angular acceleration at both ends: the curve of least cost through the rotations.
+    Natural,
+    /// One condition at each end.
+    Each([RotationEnd; 2]),
+    /// The last rotation is the first one; rate and angular acceleration agree there.
+    Periodic,
+}
+
+/// The condition at one end of a spline of rotations, in the frame of the body.
+///
+/// # Examples
+/// ```
+/// use nalgebra::{UnitQuaternion, Vector3};
+/// use stiefel_rs::rotation::{RotationEnd, RotationEnds, RotationSpline};
+/// // From rest to rest: the angle is 3 t^2 - 2 t^3.
+/// let keyframes = [0.0, 1.0].map(|a| UnitQuaternion::from_scaled_axis(Vector3::y() * a));
+/// let rest = RotationEnd::Rate(Vector3::zeros());
+/// let spline = RotationSpline::new(&[0.0, 1.0], &keyframes, &RotationEnds::Each([rest; 2]), &Default::default())?;
+/// assert!((spline.rotation(0.25)?.angle() - 0.15625).abs() < 1e-12);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy)]
+pub enum RotationEnd {
+    /// The body rate, in radians per unit of time.
+    Rate(Vector3<f64>),
+    /// Its derivative, the angular acceleration.
+    Acceleration(Vector3<f64>),
+}
+
+/// The ends of a spline of poses.
+///
+/// # Examples
+/// ```
+/// use nalgebra::{Isometry3, Vector3};
+/// use stiefel_rs::rotation::{PoseEnds, PoseSpline};
+/// // Back to where it began, with the same velocity and acceleration.
+/// let poses = [0.0, 1.0, 0.5, 0.0].map(|x| Isometry3::new(Vector3::x() * x, Vector3::z() * x));
+/// let spline = PoseSpline::new(&[0.0, 1.0, 2.0, 3.0], &poses, &PoseEnds::Periodic, &Default::default())?;
+/// let [first, last] = [0.0, 3.0].map(|t| spline.linear_velocity(t));
+/// assert!((first? - last?).norm() < 1e-12);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy)]
+pub enum PoseEnds {
+    /// No angular and no linear acceleration at both ends.
+    Natural,
+    /// One condition at each end.
+    Each([PoseEnd; 2]),
+    /// The last pose is the first one; velocities and accelerations agree there.
+    Periodic,
+}
+
+/// The condition at one end of a spline of poses: angular vectors in the frame of the body, linear ones in that of the world.
+///
+/// # Examples
+/// ```
+/// use nalgebra::{Isometry3, Vector3};
+/// use stiefel_rs::rotation::{PoseEnd, PoseEnds, PoseSpline};
+/// let poses = [0.0, 1.0].map(|x| Isometry3::new(Vector3::x() * x, Vector3::z() * x));
+/// let rest = PoseEnd::Velocity { angular: Vector3::zeros(), linear: Vector3::zeros() };
+/// let spline = PoseSpline::new(&[0.0, 1.0], &poses, &PoseEnds::Each([rest; 2]), &Default::default())?;
+/// assert!((spline.position(0.25)?.x - 0.15625).abs() < 1e-15);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy)]
+pub enum PoseEnd {
+    /// Velocities, in radians and lengths per unit of time.
+    Velocity {
+        /// Of the rotation.
+        angular: Vector3<f64>,
+        /// Of the position.
+        linear: Vector3<f64>,
+    },
+    /// Accelerations.
+    Acceleration {
+        /// Of the rotation.
+        angular: Vector3<f64>,
+        /// Of the position.
+        linear: Vector3<f64>,
+    },
+}
+
+impl RotationEnds {
+    /// The same for the points of `St(3, 3)`, of which these are the first and the last one.
+    pub(super) fn on_frames(&self, rotations: [&UnitQuaternion<f64>; 2]) -> EndConditions {
+        let on_frame = |rotation: &UnitQuaternion<f64>, end: &RotationEnd| match end {
+            RotationEnd::Rate(w) => EndCondition::Velocity(tangent(rotation, w)),
+            RotationEnd::Acceleration(a) => EndCondition::Acceleration(tangent(rotation, a)),
+        };
+        match self {
+            RotationEnds::Natural => EndConditions::Natural,
+            RotationEnds::Periodic => EndConditions::Periodic,
+            RotationEnds::Each([first, last]) => EndConditions::Each(Box::new([
+                on_frame(rotations[0], first),
+                on_frame(rotations[1], last),
+            ])),
+        }
+    }
+}
+
+impl PoseEnds {
+    /// Of the rotations alone.
+    pub(super) fn of_rotations(&self) -> RotationEnds {
+        match self {
+            PoseEnds::Natural => RotationEnds::Natural,
+            PoseEnds::Periodic => RotationEnds::Periodic,
+            PoseEnds::Each(ends) => RotationEnds::Each(ends.map(|end| match end {
+                PoseEnd::Velocity { angular, .. } => RotationEnd::Rate(angular),
+                PoseEnd::Acceleration { angular, .. } => RotationEnd::Acceleration(angular),
+            })),
+        }
+    }
+}
+
+/// `R hat(w)`, the tangent vector of `St(3, 3)` with the body rate `w`.
+pub(crate) fn tangent(rotation: &UnitQuaternion<f64>, w: &Vector3<f64>) -> Mat<f64> {
+    let product = rotation.to_rotation_matrix().into_inner() * w.cross_matrix();
+    Mat::from_fn(3, 3, |i, j| product[(i, j)])
+}
+
+/// The matrix of a rotation, a point of `St(3, 3)`.
+pub(crate) fn frame(rotation: &UnitQuaternion<f64>) -> Mat<f64> {
+    let matrix = rotation.to_rotation_matrix();
+    Mat::from_fn(3, 3, |i, j| matrix[(i, j)])
+}

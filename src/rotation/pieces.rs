@@ -1,0 +1,210 @@
+//! The curve of a spline of rotations: polynomials of its quaternion and of its body rate.
+
+use super::series::{
+    Quaternion, Vector, conjugate, derivative, dot, normalised, product, quaternion_series,
+    rate_series, value,
+};
+use crate::cubic::RiemannianCubic;
+use crate::legs::Curves;
+use crate::linalg::simd::vectorised;
+
+/// Polynomials of all legs, one after the other.
+#[derive(Debug)]
+pub(super) struct Pieces {
+    segments: Vec<Segment>,
+    /// The first segment of each leg, and one beyond the last.
+    legs: Vec<usize>,
+    rates: Vec<Vector>,
+    quaternions: Vec<Quaternion>,
+}
+
+/// One polynomial, in powers of `u = rate (s - center)` of the time `s` of its leg.
+#[derive(Debug)]
+struct Segment {
+    /// Where it ends.
+    upper: f64,
+    center: f64,
+    rate: f64,
+    /// Its coefficients: of the body rate, in units of `u`, and of the quaternion, one more.
+    first: usize,
+    terms: usize,
+}
+
+impl Pieces {
+    /// With the curves of solved legs where there are some, from the pieces elsewhere; `start` is the quaternion at the first knot, and
+    /// `knots` are those at all knots up to their sign.
+    pub(super) fn new(
+        cubics: &[RiemannianCubic],
+        curves: Option<&dyn Curves>,
+        knots: &[Quaternion],
+        tensions: impl Fn(usize) -> f64,
+    ) -> Self {
+        let mut pieces = Pieces {
+            segments: Vec::with_capacity(cubics.len()),
+            legs: vec![0],
+            rates: Vec::new(),
+            quaternions: Vec::new(),
+        };
+        let mut here = knots[0];
+        vectorised(
+            #[inline(always)]
+            || {
+                for (leg, cubic) in cubics.iter().enumerate() {
+                    let end = match curves.and_then(|curves| middle_of(curves, leg)) {
+                        Some((middle, terms)) => {
+                            let rates = rate_series(middle, tensions(leg), terms);
+                            pieces.push_solved(&rates, here)
+                        }
+                        None => pieces.push_cubic(cubic, here),
+                    };
+                    pieces.legs.push(pieces.segments.len());
+                    // The given one, so that nothing adds up.
+                    let next = knots[leg + 1];
+                    here = next.map(|x| x * 1.0_f64.copysign(dot(next, end)));
+                }
+            },
+        );
+        pieces
+    }
+
+    /// The curve of one piece that begins near a quaternion.
+    pub(super) fn of_cubic(cubic: &RiemannianCubic, start: Quaternion) -> Self {
+        let mut pieces = Pieces {
+            segments: Vec::new(),
+            legs: vec![0],
+            rates: Vec::new(),
+            quaternions: Vec::new(),
+        };
+        pieces.push_cubic(cubic, start);
+        pieces.legs.push(pieces.segments.len());
+        pieces
+    }
+
+    /// A leg from its rate about its middle; the quaternion that it reaches.
+    fn push_solved(&mut self, rates: &[Vector], start: Quaternion) -> Quaternion {
+        let turns = quaternion_series(rates, [0.0, 0.0, 0.0, 1.0]);
+        let center = product(start, conjugate(normalised(value(&turns, -0.5))));
+        let quaternions: Vec<Quaternion> = turns.iter().map(|q| product(center, *q)).collect();
+        let end = value(&quaternions, 0.5);
+        self.push(1.0, [0.5, 1.0], rates, &quaternions);
+        end
+    }
+
+    /// A leg from the polynomials of its curve on `St(3, 3)`; the quaternion that it reaches at its end.
+    fn push_cubic(&mut self, cubic: &RiemannianCubic, start: Quaternion) -> Quaternion {
+        let mut here = start;
+        let frame = crate::curve::Curve::frame(cubic).map(|frame| frame.to_owned());
+        for polynomial in cubic.polynomials() {
+            // `omega`, column by column.
+            let rates: Vec<Vector> = polynomial
+                .vectors
+                .chunks_exact(9)
+                .map(|omega| [omega[5], omega[6], omega[1]])
+                .collect();
+            let entry = |i: usize, j: usize| polynomial.points[j * polynomial.rows + i];
+            let center = match &frame {
+                None => of_matrix(entry),
+                Some(frame) => of_matrix(|i, j| (0..3).map(|l| frame[(i, l)] * entry(l, j)).sum()),
+            };
+            let mut quaternions = quaternion_series(&rates, center);
+            let at = |s: f64| polynomial.rate * (s - polynomial.center);
+            if dot(value(&quaternions, at(polynomial.lower)), here) < 0.0 {
+                quaternions = quaternions.iter().map(|q| q.map(|x| -x)).collect();
+            }
+            here = value(&quaternions, at(polynomial.upper));
+            let place = [polynomial.center, polynomial.upper];
+            self.push(polynomial.rate, place, &rates, &quaternions);
+        }
+        here
+    }
+
+    fn push(
+        &mut self,
+        rate: f64,
+        [center, upper]: [f64; 2],
+        rates: &[Vector],
+        quaternions: &[Quaternion],
+    ) {
+        self.segments.push(Segment {
+            upper,
+            center,
+            rate,
+            first: self.rates.len(),
+            terms: rates.len(),
+        });
+        self.rates.extend_from_slice(rates);
+        // One more at each place: as many as of the rate, so that both begin at the same index.
+        let (last, rest) = quaternions.split_last().expect("the center at least");
+        self.quaternions.extend_from_slice(rest);
+        debug_assert!(last.iter().all(|x| !x.is_nan()));
+    }
+
+    /// The same rotations by the other quaternions.
+    pub(super) fn change_sign(&mut self) {
+        for q in &mut self.quaternions {
+            *q = q.map(|x| -x);
+        }
+    }
+
+    #[inline(always)]
+    fn at(&self, leg: usize, s: f64) -> (&Segment, f64) {
+        let segments = &self.segments[self.legs[leg]..self.legs[leg + 1]];
+        let which = segments.partition_point(|segment| segment.upper < s);
+        let segment = &segments[which.min(segments.len() - 1)];
+        (segment, segment.rate * (s - segment.center))
+    }
+
+    /// The unit quaternion at a time of a leg.
+    #[inline(always)]
+    pub(super) fn quaternion(&self, leg: usize, s: f64) -> Quaternion {
+        let (segment, u) = self.at(leg, s);
+        let coefficients = &self.quaternions[segment.first..][..segment.terms];
+        normalised(value(coefficients, u))
+    }
+
+    /// The body rate or a derivative of it, of order 0 to 2, at a time of a leg of some length.
+    #[inline(always)]
+    pub(super) fn rate(&self, leg: usize, s: f64, length: f64, order: usize) -> Vector {
+        let (segment, u) = self.at(leg, s);
+        let coefficients = &self.rates[segment.first..][..segment.terms];
+        let vector = derivative(coefficients, u, order);
+        // One factor after the other: their product may overflow.
+        (0..=order).fold(vector, |vector, _| {
+            vector.map(|x| x * segment.rate / length)
+        })
+    }
+}
+
+/// `w, w', w''` in the middle of a leg, and how many terms its series has.
+fn middle_of(curves: &dyn Curves, leg: usize) -> Option<([Vector; 3], usize)> {
+    let mut middle = [[0.0; 3]; 3];
+    let terms = curves.middle_into(leg, middle.each_mut().map(|x| &mut x[..]))?;
+    // Coordinates of `St(3, 2)` are `-w_3, -w_2, w_1`.
+    Some((middle.map(|[x, y, z]| [z, -y, -x]), terms))
+}
+
+/// The unit quaternion of a rotation matrix, by the largest of its entries (Shepperd 1978).
+pub(super) fn of_matrix(entry: impl Fn(usize, usize) -> f64) -> Quaternion {
+    let [a, b, c] = [entry(0, 0), entry(1, 1), entry(2, 2)];
+    let trace = a + b + c;
+    let [x, y, z] = [
+        entry(2, 1) - entry(1, 2),
+        entry(0, 2) - entry(2, 0),
+        entry(1, 0) - entry(0, 1),
+    ];
+    let [xy, xz, yz] = [
+        entry(1, 0) + entry(0, 1),
+        entry(0, 2) + entry(2, 0),
+        entry(2, 1) + entry(1, 2),
+    ];
+    let largest = trace.max(a).max(b).max(c);
+    normalised(if largest == trace {
+        [x, y, z, 1.0 + trace]
+    } else if largest == a {
+        [1.0 + a - b - c, xy, xz, x]
+    } else if largest == b {
+        [xy, 1.0 + b - a - c, yz, y]
+    } else {
+        [xz, yz, 1.0 + c - a - b, z]
+    })
+}

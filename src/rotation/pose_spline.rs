@@ -1,0 +1,182 @@
+//! The spline through poses: rotations on `SO(3)`, positions in space.
+
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+
+use super::ends::{PoseEnd, PoseEnds};
+use super::position_spline::{PositionEnd, PositionSpline};
+use super::reference_frame::ReferenceFrame;
+use super::rotation_spline::RotationSpline;
+use crate::curve::sampling::check_parameter;
+use crate::error::{Error, Result};
+use crate::manifold::stiefel::POINT_TOLERANCE;
+use crate::spline::SplineOptions;
+
+/// A curve of poses through keyframes: rotations by a [`RotationSpline`], positions by the cubic spline with the same ends.
+///
+/// In the product metric of `SO(3) x R^3` the two decouple. Positions and their derivatives are in the frame of the world, in units of
+/// length per unit of time. Outside of the keyframes' times the first and the last piece go on.
+///
+/// # Examples
+/// ```
+/// use nalgebra::{Isometry3, Vector3};
+/// use stiefel_rs::rotation::{PoseEnds, PoseSpline, ReferenceFrame};
+/// // Along a circle in the plane, with the first axis forward.
+/// let poses = [0.0, 0.5, 1.0, 1.5].map(|a: f64| {
+///     Isometry3::new(Vector3::new(a.sin(), 1.0 - a.cos(), 0.0), Vector3::z() * a)
+/// });
+/// let spline = PoseSpline::new(&[0.0, 0.5, 1.0, 1.5], &poses, &PoseEnds::Natural, &Default::default())?;
+/// let twist = spline.twist(0.75, ReferenceFrame::Body)?;
+/// // Forward at unit speed, and turning at unit rate.
+/// assert!((twist.fixed_rows::<3>(0) - Vector3::z()).norm() < 1e-12);
+/// assert!((twist.fixed_rows::<3>(3) - Vector3::x()).norm() < 0.01);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
+#[derive(Debug)]
+pub struct PoseSpline {
+    rotations: RotationSpline,
+    positions: PositionSpline,
+}
+
+impl PoseSpline {
+    /// Through poses at increasing times.
+    ///
+    /// # Errors
+    /// As [`RotationSpline::new`]; `NonFinite` and, for periodic ends that do not close, `InvalidArgument`, in `AtKnot`; `Overflow`.
+    pub fn new(
+        t: &[f64],
+        poses: &[Isometry3<f64>],
+        ends: &PoseEnds,
+        options: &SplineOptions<'_>,
+    ) -> Result<Self> {
+        let turns: Vec<UnitQuaternion<f64>> = poses.iter().map(|pose| pose.rotation).collect();
+        let rotations = RotationSpline::new(t, &turns, &ends.of_rotations(), options)?;
+        let positions: Vec<_> = poses.iter().map(|pose| pose.translation.vector).collect();
+        for (knot, position) in positions.iter().enumerate() {
+            if let Some(index) = position.iter().position(|x| !x.is_finite()) {
+                let name = "position";
+                return Err(Error::NonFinite { name, index }.at_knot(knot));
+            }
+        }
+        let of_position = |end: PoseEnd| match end {
+            PoseEnd::Velocity { linear, .. } => PositionEnd::Velocity(linear),
+            PoseEnd::Acceleration { linear, .. } => PositionEnd::Acceleration(linear),
+        };
+        let ends = match ends {
+            PoseEnds::Natural => Some([PositionEnd::Acceleration(Vector3::zeros()); 2]),
+            PoseEnds::Each(ends) => Some(ends.map(of_position)),
+            PoseEnds::Periodic => {
+                check_closed(&positions)?;
+                None
+            }
+        };
+        let positions = PositionSpline::new(t, &positions, ends)?;
+        Ok(PoseSpline {
+            rotations,
+            positions,
+        })
+    }
+
+    /// The curve of the rotations.
+    pub fn rotations(&self) -> &RotationSpline {
+        &self.rotations
+    }
+
+    /// The times of the keyframes.
+    pub fn knots(&self) -> &[f64] {
+        self.rotations.knots()
+    }
+
+    /// The pose at a time.
+    ///
+    /// # Errors
+    /// As [`RotationSpline::rotation`].
+    pub fn pose(&self, t: f64) -> Result<Isometry3<f64>> {
+        let translation = Translation3::from(self.position(t)?);
+        Ok(Isometry3::from_parts(
+            translation,
+            self.rotations.rotation(t)?,
+        ))
+    }
+
+    /// The position at a time.
+    ///
+    /// # Errors
+    /// `NonFinite`.
+    pub fn position(&self, t: f64) -> Result<Vector3<f64>> {
+        self.derivative(t, 0)
+    }
+
+    /// The velocity of the position, in the frame of the world.
+    ///
+    /// # Errors
+    /// `NonFinite`.
+    pub fn linear_velocity(&self, t: f64) -> Result<Vector3<f64>> {
+        self.derivative(t, 1)
+    }
+
+    /// The acceleration of the position, in the frame of the world.
+    ///
+    /// # Errors
+    /// `NonFinite`.
+    pub fn linear_acceleration(&self, t: f64) -> Result<Vector3<f64>> {
+        self.derivative(t, 2)
+    }
+
+    /// The twist at a time, angular before linear: of the pose `T(t)`, `T^{-1} T'` in the frame of the body, `T' T^{-1}` in that of
+    /// the world:
+    ///
+    /// ```math
+    /// (w,\; R^T p'),\qquad (R w,\; p' - R w \times p)
+    /// ```
+    ///
+    /// # Errors
+    /// As [`RotationSpline::rotation`].
+    /// # Source
+    /// Lynch, Park (2017), "Modern Robotics", sec. 3.3.2.
+    pub fn twist(&self, t: f64, frame: ReferenceFrame) -> Result<nalgebra::Vector6<f64>> {
+        let (angular, velocity) = (
+            self.rotations.angular_velocity(t, frame)?,
+            self.linear_velocity(t)?,
+        );
+        let linear = match frame {
+            ReferenceFrame::Body => self.rotations.rotation(t)?.inverse() * velocity,
+            ReferenceFrame::World => velocity - angular.cross(&self.position(t)?),
+        };
+        let mut twist = nalgebra::Vector6::zeros();
+        twist.fixed_rows_mut::<3>(0).copy_from(&angular);
+        twist.fixed_rows_mut::<3>(3).copy_from(&linear);
+        Ok(twist)
+    }
+
+    fn derivative(&self, t: f64, order: usize) -> Result<Vector3<f64>> {
+        check_parameter(t)?;
+        let knots = self.knots();
+        let leg = knots
+            .partition_point(|knot| *knot <= t)
+            .clamp(1, knots.len() - 1)
+            - 1;
+        let h = knots[leg + 1] - knots[leg];
+        Ok(self
+            .positions
+            .derivative(leg, (t - knots[leg]) / h, h, order))
+    }
+}
+
+/// Error unless the last position is the first one, up to the tolerance of points in units of their extent.
+fn check_closed(positions: &[Vector3<f64>]) -> Result<()> {
+    let last = positions.len() - 1;
+    let gap = (positions[last] - positions[0]).norm();
+    let extent = positions
+        .iter()
+        .map(|p| (p - positions[0]).norm())
+        .fold(0.0, f64::max);
+    if gap <= POINT_TOLERANCE * extent {
+        return Ok(());
+    }
+    let error = Error::InvalidArgument {
+        name: "position",
+        requirement: "the first position again (the ends are periodic), this far from it",
+        found: gap,
+    };
+    Err(error.at_knot(last))
+}

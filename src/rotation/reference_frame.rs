@@ -1,0 +1,25 @@
+//! In which frame rates are given.
+
+/// The frame in which a rate, an acceleration or a jerk is given.
+///
+/// # Examples
+/// ```
+/// use nalgebra::{UnitQuaternion, Vector3};
+/// use stiefel_rs::rotation::{ReferenceFrame, RotationEnds, RotationSpline};
+/// // A body that lies on its side turns about the world's vertical: about its own second axis.
+/// let turned = |a: f64| {
+///     UnitQuaternion::from_scaled_axis(Vector3::z() * a) * UnitQuaternion::from_scaled_axis(Vector3::x() * 1.5)
+/// };
+/// let keyframes = [0.0, 0.4, 0.8].map(turned);
+/// let spline = RotationSpline::new(&[0.0, 1.0, 2.0], &keyframes, &RotationEnds::Natural, &Default::default())?;
+/// let world = spline.angular_velocity(0.5, ReferenceFrame::World)?;
+/// assert!((world - Vector3::z() * 0.4).norm() < 1e-12);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ReferenceFrame {
+    /// That of the body, which the curve turns: `R^T v` for a vector `v` of the world.
+    Body,
+    /// The fixed one.
+    World,
+}

@@ -1,0 +1,418 @@
+//! The spline through rotations, in unit quaternions.
+
+use std::fmt;
+use std::sync::{Arc, OnceLock};
+
+use faer::MatRef;
+use nalgebra::{Quaternion as Coordinates, UnitQuaternion, Vector3};
+use rayon::prelude::*;
+
+use super::ends::{RotationEnds, frame, tangent};
+use super::pieces::{Pieces, of_matrix};
+use super::reference_frame::ReferenceFrame;
+use super::series::{Quaternion, Vector, dot};
+use crate::cubic::{BoundaryOptions, RiemannianCubic};
+use crate::curve::sampling::check_parameter;
+use crate::curve::{Curve, Quantity};
+use crate::error::{Error, Result};
+use crate::interrupt::Interrupt;
+use crate::legs::Curves;
+use crate::report::SolverReport;
+use crate::spline::{
+    EndConditions, Outside, Piecewise, SmoothingOptions, SplineOptions, cubic_hermite,
+    cubic_spline_of_legs, smoothing_spline,
+};
+
+/// Times from which on values are shared out to the threads of the pool: below, waking them takes longer than the work.
+const SHARED: usize = 4096;
+
+/// A curve of rotations through keyframes: twice continuously differentiable, of least integral of the squared angular acceleration.
+///
+/// The same curve as the [`cubic_spline`](crate::spline::cubic_spline) of the matrices, points of `St(3, 3)`, in unit quaternions:
+/// of continuous sign, at the first keyframe the given one. Outside of the keyframes' times the first and the last piece go on.
+///
+/// The first value makes the polynomials of all legs, some 2 us a leg; from then on nothing is allocated between the first and the
+/// last keyframe.
+///
+/// # Accuracy
+/// Quaternions are of unit length to `2 eps`, at the keyframes within 1e-13 of them; the curve differs from that of the matrices by
+/// at most 1e-12 (asserted in `tests/rotation_spline.rs`).
+///
+/// # Examples
+/// ```
+/// use nalgebra::{UnitQuaternion, Vector3};
+/// use stiefel_rs::rotation::{ReferenceFrame, RotationEnds, RotationSpline};
+/// let vectors = [[0.0, 0.0, 0.0], [0.3, -0.2, 0.5], [0.9, 0.1, 0.4], [0.5, 0.6, 0.1]];
+/// let keyframes = vectors.map(|v| UnitQuaternion::from_scaled_axis(Vector3::from(v)));
+/// let spline = RotationSpline::new(&[0.0, 1.0, 2.5, 3.0], &keyframes, &RotationEnds::Natural, &Default::default())?;
+/// assert!(spline.rotation(2.5)?.angle_to(&keyframes[2]) < 1e-12);
+/// // The rate is the derivative of the rotation: R(t + h) = R(t) exp(h w).
+/// let (t, h) = (1.7, 1e-4);
+/// let rate = spline.angular_velocity(t, ReferenceFrame::Body)?;
+/// let moved = (spline.rotation(t - h)?.inverse() * spline.rotation(t + h)?).scaled_axis() / (2.0 * h);
+/// assert!((moved - rate).norm() < 1e-7);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
+pub struct RotationSpline {
+    curve: Arc<Piecewise<RiemannianCubic>>,
+    /// Of the legs, where the solver has left them.
+    legs: Option<Arc<dyn Curves>>,
+    /// At the knots, up to their sign but for the first.
+    rotations: Vec<Quaternion>,
+    report: Option<SolverReport>,
+    pieces: OnceLock<Pieces>,
+}
+
+impl fmt::Debug for RotationSpline {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut fields = f.debug_struct("RotationSpline");
+        fields.field("knots", &self.knots());
+        fields.field("report", &self.report).finish_non_exhaustive()
+    }
+}
+
+impl RotationSpline {
+    /// Through rotations at increasing times.
+    ///
+    /// # Errors
+    /// As [`cubic_spline`](crate::spline::cubic_spline); in `AtKnot` `OutsideLogDomain`, with the angle, where two neighbours are half
+    /// a turn apart: there are two shortest ways between them.
+    pub fn new(
+        t: &[f64],
+        rotations: &[UnitQuaternion<f64>],
+        ends: &RotationEnds,
+        options: &SplineOptions<'_>,
+    ) -> Result<Self> {
+        let conditions = match rotations {
+            [first, .., last] => ends.on_frames([first, last]),
+            // Too few, which the spline says.
+            _ => EndConditions::Natural,
+        };
+        Self::with_conditions(t, rotations, &conditions, options)
+    }
+
+    /// [`RotationSpline::new`] with the end conditions of `St(3, 3)`.
+    ///
+    /// # Errors
+    /// As [`RotationSpline::new`].
+    pub(crate) fn with_conditions(
+        t: &[f64],
+        rotations: &[UnitQuaternion<f64>],
+        ends: &EndConditions,
+        options: &SplineOptions<'_>,
+    ) -> Result<Self> {
+        let frames: Vec<_> = rotations.iter().map(frame).collect();
+        let points: Vec<MatRef<'_, f64>> = frames.iter().map(|frame| frame.as_ref()).collect();
+        let (curve, report, legs) = cubic_spline_of_legs(t, &points, ends, options)?;
+        let curve = curve.with_outside(Outside::Continued);
+        let rotations = rotations.iter().map(|q| q.coords.into()).collect();
+        Ok(Self::of_legs(
+            Arc::new(curve),
+            legs,
+            rotations,
+            Some(report),
+        ))
+    }
+
+    /// Through rotations with given body rates, in radians per unit of time; once continuously differentiable.
+    ///
+    /// # Errors
+    /// As [`cubic_hermite`].
+    pub fn hermite(
+        t: &[f64],
+        rotations: &[UnitQuaternion<f64>],
+        rates: &[Vector3<f64>],
+        options: &BoundaryOptions<'_>,
+    ) -> Result<Self> {
+        if rates.len() != rotations.len() {
+            return Err(Error::Shape {
+                name: "rates",
+                expected: format!("one for each of the {} rotations", rotations.len()),
+                found: rates.len().to_string(),
+            });
+        }
+        let frames: Vec<_> = rotations.iter().map(frame).collect();
+        let pairs = rotations.iter().zip(rates);
+        let vectors: Vec<_> = pairs.map(|(q, w)| tangent(q, w)).collect();
+        let [points, vectors] = [&frames, &vectors].map(|all| {
+            let views = all.iter().map(|matrix| matrix.as_ref());
+            views.collect::<Vec<MatRef<'_, f64>>>()
+        });
+        let curve = cubic_hermite(t, &points, &vectors, options)?;
+        let rotations = rotations.iter().map(|q| q.coords.into()).collect();
+        let curve = Arc::new(curve.with_outside(Outside::Continued));
+        Ok(Self::of_legs(curve, None, rotations, None))
+    }
+
+    /// Near rotations: the balance of closeness to them and cost, by the smoothing spline of their matrices.
+    ///
+    /// # Errors
+    /// As [`smoothing_spline`].
+    pub fn smoothing(
+        t: &[f64],
+        rotations: &[UnitQuaternion<f64>],
+        weights: Option<&[f64]>,
+        options: &SmoothingOptions<'_>,
+    ) -> Result<Self> {
+        let frames: Vec<_> = rotations.iter().map(frame).collect();
+        let points: Vec<MatRef<'_, f64>> = frames.iter().map(|frame| frame.as_ref()).collect();
+        let smooth = smoothing_spline(t, &points, weights, options)?;
+        let curve = smooth.curve.with_outside(Outside::Continued);
+        Self::of_curve(Arc::new(curve), Some(smooth.report))
+    }
+
+    /// The same curve in quaternions, for a curve of rotation matrices.
+    ///
+    /// # Errors
+    /// `Shape` unless it is on `St(3, 3)`; `InvalidArgument` for reflections; where it cannot be evaluated.
+    pub fn of_curve(
+        curve: Arc<Piecewise<RiemannianCubic>>,
+        report: Option<SolverReport>,
+    ) -> Result<Self> {
+        let [n, k] = [curve.n(), curve.k()];
+        if [n, k] != [3, 3] {
+            return Err(Error::Shape {
+                name: "curve",
+                expected: "a curve on St(3, 3)".to_owned(),
+                found: format!("one on St({n}, {k})"),
+            });
+        }
+        let position = Quantity::Derivative(0);
+        let points = curve.sample(curve.knots(), position, Interrupt::NEVER)?;
+        let at = |knot: usize| points.get(knot);
+        let determinant = at(0).determinant();
+        if determinant < 0.0 {
+            return Err(Error::InvalidArgument {
+                name: "curve",
+                requirement: "of rotations; determinant",
+                found: determinant,
+            });
+        }
+        let rotation = |knot: usize| of_matrix(|i, j| at(knot)[(i, j)]);
+        let rotations = (0..curve.knots().len()).map(rotation).collect();
+        Ok(Self::of_legs(curve, None, rotations, report))
+    }
+
+    fn of_legs(
+        curve: Arc<Piecewise<RiemannianCubic>>,
+        legs: Option<Arc<dyn Curves>>,
+        rotations: Vec<Quaternion>,
+        report: Option<SolverReport>,
+    ) -> Self {
+        RotationSpline {
+            curve,
+            legs,
+            rotations,
+            report,
+            pieces: OnceLock::new(),
+        }
+    }
+
+    /// The curve of matrices on `St(3, 3)`: cost, arc length, bounds of rates, covariant derivatives.
+    pub fn curve(&self) -> &Arc<Piecewise<RiemannianCubic>> {
+        &self.curve
+    }
+
+    /// The times of the keyframes.
+    pub fn knots(&self) -> &[f64] {
+        self.curve.knots()
+    }
+
+    /// The rotations at these times.
+    pub fn keyframes(&self) -> impl Iterator<Item = UnitQuaternion<f64>> {
+        self.rotations.iter().map(|q| unit(*q))
+    }
+
+    /// The integral of the squared angular acceleration between the first and the last keyframe.
+    ///
+    /// # Errors
+    /// `Overflow`; where the curve does not exist.
+    pub fn cost(&self) -> Result<f64> {
+        self.curve.cost()
+    }
+
+    /// How the spline was solved for; `None` where every leg was made by itself.
+    pub fn report(&self) -> Option<&SolverReport> {
+        self.report.as_ref()
+    }
+
+    /// The rotation at a time.
+    ///
+    /// # Errors
+    /// `NonFinite`; outside of the keyframes where the curve cannot be integrated on.
+    pub fn rotation(&self, t: f64) -> Result<UnitQuaternion<f64>> {
+        let mut out = [[0.0; 4]];
+        self.quaternions_into(&[t], &mut out)?;
+        Ok(unit(out[0]))
+    }
+
+    /// The angular velocity at a time, in radians per unit of time.
+    ///
+    /// # Errors
+    /// As [`RotationSpline::rotation`].
+    pub fn angular_velocity(&self, t: f64, frame: ReferenceFrame) -> Result<Vector3<f64>> {
+        self.vector(t, 0, frame)
+    }
+
+    /// The angular acceleration at a time: the derivative of the angular velocity, the same in both frames.
+    ///
+    /// # Errors
+    /// As [`RotationSpline::rotation`].
+    pub fn angular_acceleration(&self, t: f64, frame: ReferenceFrame) -> Result<Vector3<f64>> {
+        self.vector(t, 1, frame)
+    }
+
+    /// The angular jerk at a time: the second derivative `w''` of the body rate, in the frame of the world `R w''` (the derivative of
+    /// the angular acceleration there is `R (w'' + w x w')`).
+    ///
+    /// # Errors
+    /// As [`RotationSpline::rotation`].
+    pub fn angular_jerk(&self, t: f64, frame: ReferenceFrame) -> Result<Vector3<f64>> {
+        self.vector(t, 2, frame)
+    }
+
+    fn vector(&self, t: f64, order: usize, frame: ReferenceFrame) -> Result<Vector3<f64>> {
+        let mut out = [[0.0; 3]];
+        self.rates_into(&[t], order, &mut out)?;
+        let body = Vector3::from(out[0]);
+        match frame {
+            ReferenceFrame::Body => Ok(body),
+            // The rate and its derivative as the world sees them: R (w' + w x w) = R w'.
+            ReferenceFrame::World => Ok(self.rotation(t)? * body),
+        }
+    }
+
+    /// Unit quaternions at many times, scalar last; in parallel where there are many.
+    ///
+    /// # Errors
+    /// As [`RotationSpline::rotation`], `NonFinite` with the index of the time.
+    pub fn quaternions_into(&self, t: &[f64], out: &mut [[f64; 4]]) -> Result<()> {
+        let pieces = self.pieces();
+        self.values_into(t, out, |leg, s| match leg {
+            Place::Leg(leg) => pieces.quaternion(leg, s),
+            Place::Beyond(beyond) => beyond.pieces.quaternion(0, s),
+        })
+    }
+
+    /// Body rates at many times, or a derivative of them, of order 0 to 2; in parallel where there are many.
+    ///
+    /// # Errors
+    /// As [`RotationSpline::rotation`], `InvalidArgument` (order), `NonFinite` with the index of the time.
+    pub fn rates_into(&self, t: &[f64], order: usize, out: &mut [[f64; 3]]) -> Result<()> {
+        if order > 2 {
+            return Err(Error::InvalidArgument {
+                name: "order",
+                requirement: "0, 1 or 2",
+                found: order as f64,
+            });
+        }
+        let (pieces, knots) = (self.pieces(), self.knots());
+        let length = |leg: usize| knots[leg + 1] - knots[leg];
+        let rate = |place: Place<'_>, s: f64| -> Vector {
+            match place {
+                Place::Leg(leg) => pieces.rate(leg, s, length(leg), order),
+                Place::Beyond(beyond) => beyond.pieces.rate(0, s, length(beyond.leg), order),
+            }
+        };
+        self.values_into(t, out, rate)
+    }
+
+    fn values_into<const N: usize>(
+        &self,
+        t: &[f64],
+        out: &mut [[f64; N]],
+        value: impl Fn(Place<'_>, f64) -> [f64; N] + Sync,
+    ) -> Result<()> {
+        if t.len() != out.len() {
+            return Err(Error::Shape {
+                name: "out",
+                expected: format!("room for {} values", t.len()),
+                found: out.len().to_string(),
+            });
+        }
+        for (index, &t) in t.iter().enumerate() {
+            check_parameter(t).map_err(|error| match error {
+                Error::NonFinite { name, .. } => Error::NonFinite { name, index },
+                other => other,
+            })?;
+        }
+        let beyond = self.beyond(t)?;
+        let knots = self.knots();
+        let (first, last) = (knots[0], knots[knots.len() - 1]);
+        let one = |(t, out): (&f64, &mut [f64; N])| {
+            let leg = knots
+                .partition_point(|knot| knot <= t)
+                .clamp(1, knots.len() - 1)
+                - 1;
+            let s = (t - knots[leg]) / (knots[leg + 1] - knots[leg]);
+            let side = match t {
+                t if *t < first => &beyond[0],
+                t if *t > last => &beyond[1],
+                _ => &None,
+            };
+            let place = side.as_ref().map_or(Place::Leg(leg), Place::Beyond);
+            *out = value(place, s);
+        };
+        match t.len() < SHARED {
+            true => t.iter().zip(out).for_each(one),
+            false => t.par_iter().zip(out).with_min_len(SHARED / 4).for_each(one),
+        }
+        Ok(())
+    }
+
+    /// The first and the last piece integrated on to what is asked for outside of the keyframes.
+    fn beyond(&self, t: &[f64]) -> Result<[Option<Beyond>; 2]> {
+        let knots = self.knots();
+        let legs = knots.len() - 1;
+        let [mut earliest, mut latest] = [knots[0], knots[legs]];
+        for t in t {
+            earliest = earliest.min(*t);
+            latest = latest.max(*t);
+        }
+        let local = |leg: usize, t: f64| (t - knots[leg]) / (knots[leg + 1] - knots[leg]);
+        let side = |leg: usize, t: f64, is_needed: bool| -> Result<Option<Beyond>> {
+            if !is_needed {
+                return Ok(None);
+            }
+            let (s, piece) = (local(leg, t), &self.curve.pieces()[leg]);
+            let longer = piece.restricted(s.min(0.0), s.max(1.0), Interrupt::NEVER)?;
+            let mut pieces = Pieces::of_cubic(&longer, self.rotations[leg]);
+            // The sign is that of the leg.
+            let here = self.pieces().quaternion(leg, 0.5);
+            if dot(pieces.quaternion(0, 0.5), here) < 0.0 {
+                pieces.change_sign();
+            }
+            Ok(Some(Beyond { leg, pieces }))
+        };
+        Ok([
+            side(0, earliest, earliest < knots[0])?,
+            side(legs - 1, latest, latest > knots[legs])?,
+        ])
+    }
+
+    fn pieces(&self) -> &Pieces {
+        self.pieces.get_or_init(|| {
+            let cubics = self.curve.pieces();
+            Pieces::new(cubics, self.legs.as_deref(), &self.rotations, |leg| {
+                cubics[leg].tension()
+            })
+        })
+    }
+}
+
+/// Where a time lies.
+enum Place<'a> {
+    Leg(usize),
+    Beyond(&'a Beyond),
+}
+
+/// A leg integrated on.
+struct Beyond {
+    leg: usize,
+    pieces: Pieces,
+}
+
+/// The rotation of a unit quaternion, scalar last.
+fn unit([x, y, z, w]: Quaternion) -> UnitQuaternion<f64> {
+    UnitQuaternion::new_unchecked(Coordinates::new(w, x, y, z))
+}

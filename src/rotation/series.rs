@@ -1,0 +1,112 @@
+//! Taylor series of a body rate, and of the unit quaternion that turns with it.
+
+/// A vector of space.
+pub(super) type Vector = [f64; 3];
+
+/// A quaternion, scalar last.
+pub(super) type Quaternion = [f64; 4];
+
+/// Coefficients of the rate of a cubic, from `w, w', w''` at the center, to as many as asked for.
+///
+/// ```math
+/// w'' = w' \times w + \tau w + c,\qquad
+/// (k+1)(k+2)\,a_{k+2} = \sum_{i > j,\ i + j = k + 1} (i - j)\, a_i \times a_j + \tau a_k
+/// ```
+pub(super) fn rate_series(
+    [w, first, second]: [Vector; 3],
+    tension: f64,
+    terms: usize,
+) -> Vec<Vector> {
+    let mut a = Vec::with_capacity(terms);
+    a.extend([w, first, second.map(|x| 0.5 * x)]);
+    for k in 1..terms.saturating_sub(2) {
+        let mut sum = a[k].map(|x| tension * x);
+        for j in 0..=k / 2 {
+            let i = k + 1 - j;
+            add_cross(&mut sum, (i - j) as f64, a[i], a[j]);
+        }
+        let factor = 1.0 / ((k + 1) * (k + 2)) as f64;
+        a.push(sum.map(|x| factor * x));
+    }
+    a.truncate(terms);
+    a
+}
+
+/// Coefficients of the quaternion, one more than of the rate, from its value at the center: `q' = q (w, 0) / 2`.
+pub(super) fn quaternion_series(w: &[Vector], center: Quaternion) -> Vec<Quaternion> {
+    let mut q = Vec::with_capacity(w.len() + 1);
+    q.push(center);
+    for k in 0..w.len() {
+        let mut sum = [0.0; 4];
+        for (w, q) in w[..=k].iter().zip(q.iter().rev()) {
+            let [x, y, z, s] = *q;
+            sum[0] += s * w[0] + y * w[2] - z * w[1];
+            sum[1] += s * w[1] + z * w[0] - x * w[2];
+            sum[2] += s * w[2] + x * w[1] - y * w[0];
+            sum[3] -= x * w[0] + y * w[1] + z * w[2];
+        }
+        let factor = 0.5 / (k + 1) as f64;
+        q.push(sum.map(|x| factor * x));
+    }
+    q
+}
+
+/// The value of a polynomial.
+#[inline(always)]
+pub(super) fn value<const N: usize>(coefficients: &[[f64; N]], u: f64) -> [f64; N] {
+    let mut sum = [0.0; N];
+    for c in coefficients.iter().rev() {
+        for (sum, c) in sum.iter_mut().zip(c) {
+            *sum = *sum * u + c;
+        }
+    }
+    sum
+}
+
+/// A derivative of a polynomial, of order 0, 1 or 2.
+#[inline(always)]
+pub(super) fn derivative(coefficients: &[Vector], u: f64, order: usize) -> Vector {
+    let mut sums = [[0.0; 3]; 3];
+    for c in coefficients.iter().rev() {
+        for i in 0..3 {
+            sums[2][i] = sums[2][i] * u + sums[1][i];
+            sums[1][i] = sums[1][i] * u + sums[0][i];
+            sums[0][i] = sums[0][i] * u + c[i];
+        }
+    }
+    let factor = if order == 2 { 2.0 } else { 1.0 };
+    sums[order].map(|x| factor * x)
+}
+
+/// `a b`, the rotation `b` first.
+pub(super) fn product(a: Quaternion, b: Quaternion) -> Quaternion {
+    let ([ax, ay, az, aw], [bx, by, bz, bw]) = (a, b);
+    [
+        aw * bx + ax * bw + ay * bz - az * by,
+        aw * by + ay * bw + az * bx - ax * bz,
+        aw * bz + az * bw + ax * by - ay * bx,
+        aw * bw - ax * bx - ay * by - az * bz,
+    ]
+}
+
+/// The inverse of a unit quaternion.
+pub(super) fn conjugate([x, y, z, w]: Quaternion) -> Quaternion {
+    [-x, -y, -z, w]
+}
+
+pub(super) fn dot(a: Quaternion, b: Quaternion) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// The unit quaternion of a direction.
+#[inline(always)]
+pub(super) fn normalised(q: Quaternion) -> Quaternion {
+    let factor = 1.0 / dot(q, q).sqrt();
+    q.map(|x| factor * x)
+}
+
+fn add_cross(sum: &mut Vector, factor: f64, a: Vector, b: Vector) {
+    sum[0] += factor * (a[1] * b[2] - a[2] * b[1]);
+    sum[1] += factor * (a[2] * b[0] - a[0] * b[2]);
+    sum[2] += factor * (a[0] * b[1] - a[1] * b[0]);
+}
