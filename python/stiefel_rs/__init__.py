@@ -33,6 +33,8 @@ from ._core import (
 )
 from .boundary import BoundaryBatch
 from .errors import ConvergenceError, InvalidInputError, OutsideDomainError, StiefelError
+from .pose import PoseSpline
+from .rotation import RotationSpline
 from .storage import load
 
 __version__ = _core.__VERSION__
@@ -54,8 +56,10 @@ __all__ = [
     "LogReport",
     "OutsideDomainError",
     "PiecewiseCurve",
+    "PoseSpline",
     "QuasiGeodesic",
     "RiemannianCubic",
+    "RotationSpline",
     "ShootingResult",
     "SmoothingSpline",
     "SolverReport",

@@ -41,6 +41,7 @@ __all__ = [
     "PiecewiseCurve",
     "QuasiGeodesic",
     "RiemannianCubic",
+    "RotationCurve",
     "ShootingResult",
     "SmoothingSpline",
     "SolverReport",
@@ -377,6 +378,41 @@ class SmoothingSpline(PiecewiseCurve):
     def misfit(self) -> float: ...
     @property
     def degrees_of_freedom(self) -> float: ...
+
+@final
+class RotationCurve:
+    def __new__(
+        cls,
+        t: ArrayLike,
+        quaternions: ArrayLike,
+        bc_type: _BcType = "natural",
+        *,
+        tol: float = 1e-12,
+        max_iterations: int = 200,
+        tension: float = 0.0,
+        num_threads: int | None = None,
+    ) -> RotationCurve: ...
+    @staticmethod
+    def of_curve(curve: CubicSpline | SmoothingSpline | CubicHermite) -> RotationCurve: ...
+    @staticmethod
+    def batch(
+        t: ArrayLike,
+        quaternions: ArrayLike,
+        bc_type: _BcType = "natural",
+        *,
+        tol: float = 1e-12,
+        max_iterations: int = 200,
+        tension: float = 0.0,
+        num_threads: int | None = None,
+    ) -> list[RotationCurve]: ...
+    def quaternions(self, t: ArrayLike) -> _Array: ...
+    def rates(self, t: ArrayLike, order: int) -> _Array: ...
+    @property
+    def curve(self) -> CubicSpline | SmoothingSpline | CubicHermite: ...
+    @property
+    def t(self) -> _Array: ...
+    @property
+    def report(self) -> SolverReport | None: ...
 
 @final
 class ShootingResult:

@@ -1,0 +1,123 @@
+"""Angular rates of splines of rotations and of poses."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import Literal, TypeAlias, get_args
+
+from numpy.typing import ArrayLike
+
+from .array_input import Array
+from .errors import InvalidInputError
+
+Frame: TypeAlias = Literal["body", "world"]
+
+
+def check_frame(frame: str) -> Frame:
+    """Check the name of a frame.
+
+    Raises
+    ------
+    InvalidInputError
+        Neither ``"body"`` nor ``"world"``.
+    """
+    if frame not in get_args(Frame):
+        raise InvalidInputError(f"frame: expected 'body' or 'world', found {frame!r}")
+    return frame  # type: ignore[return-value]
+
+
+class AngularMotion(ABC):
+    """What splines of rotations and of poses share: angular rates ``w`` of a rotation ``R``, ``R' = R hat(w)``."""
+
+    @abstractmethod
+    def _angular(self, t: ArrayLike, order: int, frame: Frame) -> Array:
+        """Return the rate (1), acceleration (2) or jerk (3), shape ``(...) + T + (3,)``, in rad/s^order."""
+
+    def angular_velocity(self, t: ArrayLike, frame: Frame = "body") -> Array:
+        """Return the angular rate.
+
+        Parameters
+        ----------
+        t : array_like, shape T
+            Times, in s.
+        frame : {"body", "world"}
+            Axes along which it is expressed: those of the rotated body, ``w``, or those of the world, ``R w``.
+
+        Returns
+        -------
+        ndarray, shape (...) + T + (3,)
+            In rad/s.
+
+        Raises
+        ------
+        InvalidInputError
+            Times that are not finite, or outside without `extrapolate`; another frame.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from stiefel_rs import RotationSpline
+        >>> spline = RotationSpline([0.0, 2.0], [[0, 0, 0, 1], [0, 0, np.sin(0.3), np.cos(0.3)]])
+        >>> spline.angular_velocity(1.0).round(12) + 0.0
+        array([0. , 0. , 0.3])
+        """
+        return self._angular(t, 1, frame)
+
+    def angular_acceleration(self, t: ArrayLike, frame: Frame = "body") -> Array:
+        """Return the angular acceleration, the derivative of the angular rate in either frame.
+
+        Parameters
+        ----------
+        t : array_like, shape T
+            Times, in s.
+        frame : {"body", "world"}
+            Axes along which it is expressed: ``w'``, or ``R w'``.
+
+        Returns
+        -------
+        ndarray, shape (...) + T + (3,)
+            In rad/s^2.
+
+        Raises
+        ------
+        InvalidInputError
+            Times that are not finite, or outside without `extrapolate`; another frame.
+
+        Examples
+        --------
+        >>> from stiefel_rs import RotationSpline
+        >>> spline = RotationSpline([0, 1, 2], [[0, 0, 0, 1], [0, 0, 1, 1], [0, 0, 0, 1]])
+        >>> spline.angular_acceleration([0.0, 1.0])[:, 2].round(6) + 0.0
+        array([ 0.      , -4.712389])
+        """
+        return self._angular(t, 2, frame)
+
+    def angular_jerk(self, t: ArrayLike, frame: Frame = "body") -> Array:
+        """Return the angular jerk, the second derivative of the angular rate in the body frame.
+
+        Parameters
+        ----------
+        t : array_like, shape T
+            Times, in s; at a knot, where it jumps, the jerk of the piece that follows.
+        frame : {"body", "world"}
+            Axes along which it is expressed: ``w''``, or ``R w''``. The latter is constant on every piece without
+            tension, and differs from the derivative of the world acceleration, ``R (w'' + w x w')``.
+
+        Returns
+        -------
+        ndarray, shape (...) + T + (3,)
+            In rad/s^3.
+
+        Raises
+        ------
+        InvalidInputError
+            Times that are not finite, or outside without `extrapolate`; another frame.
+
+        Examples
+        --------
+        >>> from stiefel_rs import RotationSpline
+        >>> spline = RotationSpline([0, 1, 2], [[0, 0, 0, 1], [0, 0, 1, 1], [0, 0, 0, 1]])
+        >>> spline.angular_jerk([0.5, 1.5])[:, 2].round(6) + 0.0
+        array([-4.712389,  4.712389])
+        """
+        return self._angular(t, 3, frame)

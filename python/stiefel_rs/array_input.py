@@ -1,0 +1,108 @@
+"""Arrays of numbers as arguments: values at knots, and times to evaluate at."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ._core import _check_unmasked
+from .errors import InvalidInputError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+Array: TypeAlias = NDArray[np.float64]
+
+# A time outside of an interval by at most so many units in the last place counts as its end.
+END_ULPS: Final = 4
+
+
+def at_knot(message: str, knot: int, member: int | None = None) -> InvalidInputError:
+    """Make the error about a knot, of a member of a batch if one is given."""
+    where = "" if member is None else f" (batch member {member})"
+    error = InvalidInputError(f"knot {knot}: {message}{where}")
+    error.knot = knot
+    return error
+
+
+def located(flat_index: int, lead: Sequence[int]) -> tuple[int, int | None]:
+    """Return the knot and the batch member of an entry of an array with axes ``(..., N)``."""
+    member, knot = divmod(int(flat_index), lead[-1])
+    return knot, member if len(lead) > 1 else None
+
+
+def real_array(values: ArrayLike, name: str) -> Array:
+    """Read real numbers of any shape as float64.
+
+    Raises
+    ------
+    TypeError
+        Complex numbers, text, dates, objects.
+    InvalidInputError
+        Masked or ragged.
+    """
+    if type(values) is not np.ndarray:
+        _check_unmasked(name, values)
+    try:
+        array = np.asarray(values)
+    except ValueError as error:
+        raise InvalidInputError(f"{name}: {error}") from error
+    if array.dtype.kind not in "fiub":
+        raise TypeError(f"{name}: expected real numbers, found an array of dtype {array.dtype}")
+    return array.astype(np.float64, copy=False)
+
+
+def finite_array(values: ArrayLike, name: str) -> Array:
+    """Read finite real numbers of any shape as float64.
+
+    Raises
+    ------
+    TypeError
+        Complex numbers, text, dates, objects.
+    InvalidInputError
+        Masked, ragged or not finite.
+    """
+    array = real_array(values, name)
+    finite = np.isfinite(array)
+    if not finite.all():
+        raise InvalidInputError(f"{name}: entry {int(np.argmin(finite))} is not finite")
+    return array
+
+
+def vectors_at_knots(values: ArrayLike, name: str, shape: tuple[int, ...]) -> Array:
+    """Read one vector for every knot, shape ``(..., N, 3)``, finite."""
+    array = real_array(values, name)
+    if array.shape != shape:
+        raise InvalidInputError(f"{name}: expected shape {shape}, found {array.shape}")
+    check_knots_finite(array, name, 1)
+    return array
+
+
+def check_knots_finite(array: Array, name: str, axes: int) -> None:
+    """Raise for the first knot with an entry that is not finite; a knot has the last `axes` axes."""
+    finite = np.isfinite(array)
+    if not finite.all():
+        lead = array.shape[: array.ndim - axes]
+        each = finite.reshape(*lead, -1).all(axis=-1)
+        raise at_knot(f"{name}: not finite", *located(int(np.argmin(each)), lead))
+
+
+def times_within(t: Array, start: float, end: float) -> Array:
+    """Return times with those that miss an end by round-off, 4 units in the last place, moved to it.
+
+    Raises
+    ------
+    InvalidInputError
+        A time outside of ``[start, end]``.
+    """
+    slack = END_ULPS * np.spacing(np.abs([start, end]))
+    outside = (t < start - slack[0]) | (t > end + slack[1])
+    if outside.any():
+        found = t[outside][0]
+        raise InvalidInputError(
+            f"t: must be between the first and the last knot, {start} and {end} (or ask for extrapolation), "
+            f"found {found}"
+        )
+    return np.clip(t, start, end)

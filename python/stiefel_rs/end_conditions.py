@@ -1,0 +1,83 @@
+"""End conditions of splines of rotations and of poses: words, or what is given at each end."""
+
+from __future__ import annotations
+
+import operator
+from typing import Any, Final, Literal, TypeAlias
+
+import numpy as np
+
+from .array_input import Array, finite_array
+from .errors import InvalidInputError
+
+End: TypeAlias = Literal["natural", "clamped"] | tuple[Literal[1, 2], Any]
+BcType: TypeAlias = Literal["natural", "clamped", "periodic"] | tuple[End, End]
+
+END_WORDS: Final = ("natural", "clamped")
+WORDS: Final = (*END_WORDS, "periodic")
+
+
+def read_bc_type(bc_type: Any, shape: tuple[int, ...]) -> BcType:
+    """Read end conditions whose vectors have a shape.
+
+    Returns
+    -------
+    str or tuple
+        A word, or two ends: each a word or ``(order, vector)`` with a read-only array.
+
+    Raises
+    ------
+    InvalidInputError
+        Another word or order, a vector of another shape or not finite.
+    TypeError
+        Neither a word nor a pair.
+    """
+    if isinstance(bc_type, str):
+        return _word(bc_type, WORDS, "or a pair")  # type: ignore[return-value]
+    first, last = _pair(bc_type, "two end conditions")
+    return _end(first, shape), _end(last, shape)
+
+
+def _word(word: str, words: tuple[str, ...], other: str) -> str:
+    if word not in words:
+        raise InvalidInputError(f"bc_type: expected {', '.join(map(repr, words))} {other}, found {word!r}")
+    return word
+
+
+def _pair(items: Any, what: str) -> tuple[Any, Any]:
+    try:
+        found = tuple(items)
+    except TypeError:
+        raise TypeError(f"bc_type: expected a pair ({what}), found {type(items).__name__}") from None
+    if len(found) != 2:
+        raise InvalidInputError(f"bc_type: expected a pair ({what}), found {len(found)} items")
+    return found
+
+
+def _end(end: Any, shape: tuple[int, ...]) -> End:
+    if isinstance(end, str):
+        return _word(end, END_WORDS, "or a pair for one end")  # type: ignore[return-value]
+    given, vector = _pair(end, "an order and a vector")
+    order = operator.index(given)
+    if order not in (1, 2):
+        raise InvalidInputError(
+            f"bc_type: the order of an end condition must be 1 (rate) or 2 (acceleration), found {order}"
+        )
+    array = finite_array(vector, "bc_type")
+    if array.shape != shape:
+        raise InvalidInputError(f"bc_type: expected a vector of shape {shape}, found {array.shape}")
+    return order, _frozen(array)  # type: ignore[return-value]
+
+
+def _frozen(array: Array) -> Array:
+    copy = np.array(array)
+    copy.flags.writeable = False
+    return copy
+
+
+def part(bc_type: BcType, index: int) -> BcType:
+    """Return the conditions for one row of vectors of shape (2, 3)."""
+    if isinstance(bc_type, str):
+        return bc_type
+    first, last = (end if isinstance(end, str) else (end[0], end[1][index]) for end in bc_type)
+    return first, last

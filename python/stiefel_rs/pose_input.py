@@ -1,0 +1,112 @@
+"""Poses as people have them: SciPy's `RigidTransform`, matrices, or rotations with positions."""
+
+from __future__ import annotations
+
+from typing import Any, Final, Literal, NamedTuple, TypeAlias
+
+import numpy as np
+
+from .array_input import Array, at_knot, check_knots_finite, real_array
+from .errors import InvalidInputError
+from .rotation_input import is_transform, scipy_module
+
+PoseKind: TypeAlias = Literal["RigidTransform", "matrices", "pair"]
+
+LAST_ROW: Final = (0.0, 0.0, 0.0, 1.0)
+
+
+class Poses(NamedTuple):
+    """Poses as they were read.
+
+    Attributes
+    ----------
+    kind : {"RigidTransform", "matrices", "pair"}
+    rotations : Any
+        For `RotationSpline` to read and check.
+    positions : ndarray, shape (N, 3)
+        Finite.
+    """
+
+    kind: PoseKind
+    rotations: Any
+    positions: Array
+
+
+def read_poses(poses: Any) -> Poses:
+    """Read N poses of any kind.
+
+    Parameters
+    ----------
+    poses : RigidTransform, or array_like, shape (N, 4, 4), or tuple of (rotations, positions)
+        Rotations of any kind that `RotationSpline` takes, and positions of shape (N, 3), in any unit of length.
+
+    Raises
+    ------
+    InvalidInputError
+        Another shape, not finite, a last row other than (0, 0, 0, 1).
+    TypeError
+        Not real numbers.
+    """
+    if is_transform(poses, "RigidTransform"):
+        return _of_scipy(poses)
+    # Two matrices in a tuple are poses too.
+    if isinstance(poses, tuple) and len(poses) == 2 and np.shape(poses[1]) != (4, 4):
+        return _of_pair(*poses)
+    return _of_matrices(poses)
+
+
+def _of_scipy(poses: Any) -> Poses:
+    positions = np.asarray(poses.translation, dtype=np.float64)
+    if positions.ndim != 2:
+        found = "a single one" if positions.ndim == 1 else f"shape {positions.shape[:-1]}"
+        raise InvalidInputError(f"poses: expected N of them, found {found}")
+    check_knots_finite(positions, "poses", 1)
+    return Poses("RigidTransform", poses.rotation, positions)
+
+
+def _of_matrices(poses: Any) -> Poses:
+    single = getattr(poses, "dtype", None) == np.float32
+    matrices = real_array(poses, "poses")
+    if matrices.ndim != 3 or matrices.shape[1:] != (4, 4):
+        raise InvalidInputError(
+            "poses: expected a RigidTransform, matrices (N, 4, 4) or a tuple (rotations, positions), "
+            f"found shape {matrices.shape}"
+        )
+    check_knots_finite(matrices, "poses", 2)
+    wrong = (matrices[:, 3] != LAST_ROW).any(axis=-1)
+    if wrong.any():
+        knot = int(np.argmax(wrong))
+        raise at_knot(f"poses: the last row must be (0, 0, 0, 1), found {tuple(matrices[knot, 3].tolist())}", knot)
+    rotations = matrices[:, :3, :3].astype(np.float32 if single else np.float64)
+    return Poses("matrices", rotations, matrices[:, :3, 3].copy())
+
+
+def _of_pair(rotations: Any, positions: Any) -> Poses:
+    array = real_array(positions, "positions")
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise InvalidInputError(f"positions: expected shape (N, 3), found {array.shape}")
+    check_knots_finite(array, "positions", 1)
+    return Poses("pair", rotations, array)
+
+
+def pose_matrices(rotations: Array, positions: Array) -> Array:
+    """Return the matrices, shape ``(..., 4, 4)``, of rotations ``(..., 3, 3)`` and positions ``(..., 3)``."""
+    out = np.zeros((*positions.shape[:-1], 4, 4))
+    out[..., :3, :3], out[..., :3, 3], out[..., 3, 3] = rotations, positions, 1.0
+    return out
+
+
+def give_back_poses(kind: PoseKind, rotations: Any, positions: Array) -> Any:
+    """Return rotations and positions as poses of a kind.
+
+    Raises
+    ------
+    ImportError
+        SciPy is wanted and not installed, or older than 1.16.
+    """
+    if kind == "pair":
+        return rotations, positions
+    if kind == "matrices":
+        return pose_matrices(rotations, positions)
+    transform = scipy_module("scipy.spatial.transform", "a RigidTransform").RigidTransform
+    return transform.from_components(positions, rotations)

@@ -1,0 +1,253 @@
+"""What a spline of poses gives: poses, velocities and twists at times."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .angular_motion import AngularMotion, Frame, check_frame
+from .array_input import Array, finite_array, times_within
+from .end_conditions import BcType
+from .pose_input import PoseKind, give_back_poses
+from .rotation_input import inverse, rotated
+
+if TYPE_CHECKING:
+    from .rotation_motion import RotationMotion
+
+
+class PoseMotion(AngularMotion):
+    """A curve of poses: what `PoseSpline` has beside its constructors."""
+
+    def _set(
+        self,
+        kind: PoseKind,
+        rotations: RotationMotion,
+        positions: Any,
+        bc_type: BcType | None,
+        lam: tuple[float | None, float | None] | None,
+    ) -> None:
+        self._kind, self._bc_type, self._lam = kind, bc_type, lam
+        self._rotations, self._positions = rotations, positions
+
+    def __call__(self, t: ArrayLike) -> Any:
+        """Return poses of the kind that the spline was made from.
+
+        Parameters
+        ----------
+        t : array_like, shape T
+            Times, in s. SciPy's classes take one axis at most.
+
+        Returns
+        -------
+        RigidTransform, ndarray or tuple
+            Matrices have shape ``T + (4, 4)``; a tuple holds rotations of the kind that was given, and positions in m,
+            shape ``T + (3,)``.
+
+        Raises
+        ------
+        InvalidInputError
+            Times that are not finite, or outside without `extrapolate`.
+        """
+        return give_back_poses(self._kind, self._rotations(t), self.position(t))
+
+    def rotation(self, t: ArrayLike) -> Any:
+        """Return rotations of the kind that the spline was made from.
+
+        Parameters
+        ----------
+        t : array_like, shape T
+            Times, in s.
+
+        Returns
+        -------
+        Rotation or ndarray
+            Of a `RigidTransform` a `Rotation`, of matrices matrices, shape ``T + (3, 3)``, of a pair its own kind.
+
+        Raises
+        ------
+        InvalidInputError
+            Times that are not finite, or outside without `extrapolate`.
+        """
+        return self._rotations(t)
+
+    def position(self, t: ArrayLike) -> Array:
+        """Return positions in the world frame.
+
+        Parameters
+        ----------
+        t : array_like, shape T
+            Times, in s.
+
+        Returns
+        -------
+        ndarray, shape T + (3,)
+            In m (the unit of the positions that were given).
+
+        Raises
+        ------
+        InvalidInputError
+            Times that are not finite, or outside without `extrapolate`.
+        """
+        return self._linear(t, 0, "world")
+
+    def linear_velocity(self, t: ArrayLike, frame: Frame = "world") -> Array:
+        """Return the velocity of the position, ``p'``.
+
+        Parameters
+        ----------
+        t : array_like, shape T
+            Times, in s.
+        frame : {"world", "body"}
+            Axes along which it is expressed: ``p'``, or ``R^T p'``.
+
+        Returns
+        -------
+        ndarray, shape T + (3,)
+            In m/s.
+
+        Raises
+        ------
+        InvalidInputError
+            Times that are not finite, or outside without `extrapolate`; another frame.
+        """
+        return self._linear(t, 1, frame)
+
+    def linear_acceleration(self, t: ArrayLike, frame: Frame = "world") -> Array:
+        """Return the acceleration of the position, ``p''``.
+
+        Parameters
+        ----------
+        t : array_like, shape T
+            Times, in s.
+        frame : {"world", "body"}
+            Axes along which it is expressed: ``p''``, or ``R^T p''`` (an accelerometer measures the latter, less
+            gravity).
+
+        Returns
+        -------
+        ndarray, shape T + (3,)
+            In m/s^2.
+
+        Raises
+        ------
+        InvalidInputError
+            Times that are not finite, or outside without `extrapolate`; another frame.
+        """
+        return self._linear(t, 2, frame)
+
+    def linear_jerk(self, t: ArrayLike, frame: Frame = "world") -> Array:
+        """Return the jerk of the position, ``p'''``, constant on every piece.
+
+        Parameters
+        ----------
+        t : array_like, shape T
+            Times, in s; at a knot, where it jumps, the jerk of the piece that follows.
+        frame : {"world", "body"}
+            Axes along which it is expressed: ``p'''``, or ``R^T p'''``.
+
+        Returns
+        -------
+        ndarray, shape T + (3,)
+            In m/s^3.
+
+        Raises
+        ------
+        InvalidInputError
+            Times that are not finite, or outside without `extrapolate`; another frame.
+        """
+        return self._linear(t, 3, frame)
+
+    def twist(self, t: ArrayLike, frame: Frame = "body") -> Array:
+        """Return the twist, the velocity of the whole body, angular part first.
+
+        With ``T = [[R, p], [0, 1]]``, the twist ``(w, v)`` stands for the matrix ``[[hat(w), v], [0, 0]]``, which is
+        ``T^-1 T'`` for the body twist and ``T' T^-1`` for the one in the world, the spatial twist.
+
+        Parameters
+        ----------
+        t : array_like, shape T
+            Times, in s.
+        frame : {"body", "world"}
+            The body twist ``(w_body, R^T p')``, or the spatial twist ``(w_world, p' - w_world x p)``. The linear part
+            of the spatial twist is the velocity of the point of the body that is at the origin of the world, not
+            ``p'``, for which see `linear_velocity`.
+
+        Returns
+        -------
+        ndarray, shape T + (6,)
+            Three numbers in rad/s, then three in m/s.
+
+        Raises
+        ------
+        InvalidInputError
+            Times that are not finite, or outside without `extrapolate`; another frame.
+
+        Notes
+        -----
+        Lynch, Park (2017), Modern Robotics, section 3.3.2.
+        """
+        w = self.angular_velocity(t, frame)
+        v = self.linear_velocity(t, frame)
+        if frame == "world":
+            v = v - np.cross(w, self.position(t))
+        return np.concatenate([w, v], axis=-1)
+
+    @property
+    def rotation_spline(self) -> RotationMotion:
+        """The `RotationSpline` of the rotations."""
+        return self._rotations
+
+    @property
+    def position_spline(self) -> Any:
+        """SciPy's spline of the positions: a `CubicSpline` or, smoothed, a `BSpline`; it extrapolates."""
+        return self._positions
+
+    @property
+    def t(self) -> Array:
+        """Times of the knots, in s, shape (N,)."""
+        return self._rotations.t
+
+    @property
+    def t_span(self) -> tuple[float, float]:
+        """First and last time, in s."""
+        return self._rotations.t_span
+
+    @property
+    def kind(self) -> PoseKind:
+        """Kind of poses that come out: ``"RigidTransform"``, ``"matrices"`` or ``"pair"``."""
+        return self._kind
+
+    @property
+    def extrapolate(self) -> bool:
+        """Whether the end pieces go on outside of ``t_span``."""
+        return self._rotations.extrapolate
+
+    @property
+    def bc_type(self) -> BcType | None:
+        """Conditions at the ends, as given; None of smoothing splines. Vectors are read-only, shape (2, 3)."""
+        return self._bc_type
+
+    @property
+    def lam(self) -> tuple[float | None, float | None] | None:
+        """Weights of the accelerations of rotations and of positions, in s^3; None unless smoothed.
+
+        The second is None where SciPy's cross-validation found one for each coordinate, which it does not return.
+        """
+        return self._lam
+
+    def __repr__(self) -> str:
+        first, last = self.t_span
+        return f"<PoseSpline of {self._kind}, {len(self.t)} knots, t_span ({first!r}, {last!r})>"
+
+    def _angular(self, t: ArrayLike, order: int, frame: Frame) -> Array:
+        return self._rotations._angular(t, order, frame)
+
+    def _linear(self, t: ArrayLike, order: int, frame: Frame) -> Array:
+        in_body = check_frame(frame) == "body"
+        times = finite_array(t, "t")
+        if not self.extrapolate:
+            times = times_within(times, *self.t_span)
+        world = np.asarray(self._positions(times, order))
+        return rotated(inverse(self._rotations._curves.quaternions(times)), world) if in_body else world

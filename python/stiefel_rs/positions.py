@@ -1,0 +1,83 @@
+"""Positions of poses along time, by SciPy's splines."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .array_input import Array, at_knot, finite_array
+from .end_conditions import BcType
+from .errors import InvalidInputError
+from .rotation_input import scipy_module
+
+# Largest gap of a closed curve, in units of its largest coordinate, that is taken for round-off.
+CLOSED: Final = 1e-9
+# As many data as scipy.interpolate.make_smoothing_spline needs.
+SMOOTHED_AT_LEAST: Final = 5
+USE: Final = "PoseSpline"
+
+
+def interpolating(t: Array, positions: Array, bc_type: BcType) -> Any:
+    """Make the cubic spline of positions, a `scipy.interpolate.CubicSpline`.
+
+    Raises
+    ------
+    InvalidInputError
+        Periodic ends whose positions differ.
+    ImportError
+        SciPy is not installed.
+    """
+    scipy = scipy_module("scipy.interpolate", USE)
+    if bc_type == "periodic":
+        positions = _closed(positions)
+    return scipy.CubicSpline(t, positions, bc_type=bc_type, extrapolate=True)
+
+
+def _closed(positions: Array) -> Array:
+    gap = float(np.abs(positions[-1] - positions[0]).max())
+    if gap > CLOSED * float(np.abs(positions).max()):
+        raise at_knot(
+            f"positions: the last must be the first again (the ends are periodic), found a gap of {gap:.3g}",
+            len(positions) - 1,
+        )
+    closed = positions.copy()
+    closed[-1] = closed[0]
+    return closed
+
+
+def smoothing(t: ArrayLike, positions: Array, lam: float | None, weights: ArrayLike | None) -> Any:
+    """Make the smoothing spline of positions, a `scipy.interpolate.BSpline`.
+
+    Without `lam`, cross-validation finds one for each coordinate.
+
+    Raises
+    ------
+    InvalidInputError
+        Fewer than 5 positions, times that do not increase, a `lam` that is negative or not finite.
+    ImportError
+        SciPy is not installed.
+    """
+    scipy = scipy_module("scipy.interpolate", USE)
+    times = _increasing(t, len(positions))
+    if lam is not None and not (np.isfinite(lam) and lam >= 0):
+        raise InvalidInputError(f"lam: expected a finite number of 0 or more for positions, found {lam}")
+    w = None if weights is None else finite_array(weights, "weights")
+    # SciPy before 1.15 takes one coordinate at a time.
+    found = [scipy.make_smoothing_spline(times, column, w=w, lam=lam) for column in positions.T]
+    return scipy.BSpline(found[0].t, np.stack([spline.c for spline in found], axis=-1), 3)
+
+
+def _increasing(t: ArrayLike, count: int) -> Array:
+    """Read one time for each position."""
+    times = finite_array(t, "t")
+    if times.shape != (count,):
+        raise InvalidInputError(f"t: expected one time for each of the {count} poses, found shape {times.shape}")
+    if count < SMOOTHED_AT_LEAST:
+        raise InvalidInputError(f"poses: smoothing needs at least {SMOOTHED_AT_LEAST}, found {count}")
+    falls = np.diff(times) <= 0
+    if falls.any():
+        knot = int(np.argmax(falls)) + 1
+        raise at_knot("t: must be greater than the time before it", knot)
+    return times

@@ -1,0 +1,122 @@
+"""The compiled curves behind a spline of rotations: one, or an array of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .array_input import Array, finite_array, times_within
+from .errors import InvalidInputError
+
+if TYPE_CHECKING:
+    from ._core import RotationCurve
+
+
+@dataclass(frozen=True)
+class RotationCurves:
+    """Curves of rotations with leading axes.
+
+    Attributes
+    ----------
+    members : tuple of RotationCurve
+        In C order.
+    shape : tuple of int
+        Leading axes; without any, there is one member, and values are no arrays.
+    extrapolate : bool
+        Whether times outside of the knots are allowed.
+    """
+
+    members: tuple[RotationCurve, ...]
+    shape: tuple[int, ...]
+    extrapolate: bool
+
+    @property
+    def t(self) -> Array:
+        """Times of the knots, in s, shape ``(...) + (N,)``."""
+        if not self.shape:
+            return self.members[0].t
+        knots = [member.t for member in self.members]
+        if len({len(each) for each in knots}) > 1:
+            raise InvalidInputError("t: the members of this batch have different numbers of knots")
+        return np.reshape(knots, (*self.shape, len(knots[0]) if knots else 0))
+
+    @property
+    def t_span(self) -> tuple[Any, Any]:
+        """First and last time, in s, each a float or of shape ``(...)``."""
+        first = self.values(float(member.t[0]) for member in self.members)
+        return first, self.values(float(member.t[-1]) for member in self.members)
+
+    def at_knots(self) -> Array:
+        """Quaternions at the knots, shape ``(...) + (N, 4)``."""
+        out = np.empty((*self.t.shape, 4))
+        rows = out.reshape(len(self.members), *out.shape[-2:])
+        for row, member in zip(rows, self.members, strict=True):
+            row[...] = member.quaternions(member.t)
+        return out
+
+    def quaternions(self, t: ArrayLike) -> Array:
+        """Return unit quaternions at times of shape T, shape ``(...) + T + (4,)``."""
+        return self._sampled(t, 4, lambda member, times: member.quaternions(times))
+
+    def rates(self, t: ArrayLike, order: int) -> Array:
+        """Return body rates in rad/s^order at times of shape T, shape ``(...) + T + (3,)``."""
+        return self._sampled(t, 3, lambda member, times: member.rates(times, order))
+
+    def _sampled(self, t: ArrayLike, width: int, sample: Callable[[RotationCurve, Array], Array]) -> Array:
+        times = finite_array(t, "t")
+        flat, shape = times.reshape(-1), (*self.shape, *times.shape, width)
+        if not self.shape:
+            member = self.members[0]
+            return sample(member, self._inside(member, flat)).reshape(shape)
+        out = np.empty((len(self.members), flat.size, width))
+        for row, member in zip(out, self.members, strict=True):
+            row[...] = sample(member, self._inside(member, flat))
+        return out.reshape(shape)
+
+    def _inside(self, member: RotationCurve, t: Array) -> Array:
+        return t if self.extrapolate else times_within(t, float(member.t[0]), float(member.t[-1]))
+
+    def values(self, numbers: Any) -> Any:
+        """Return a number for each member as an array of shape ``(...)``, or the number of the only one."""
+        found = list(numbers)
+        return np.reshape(found, self.shape) if self.shape else found[0]
+
+    def objects(self, things: Sequence[Any]) -> Any:
+        """Return an object for each member as an array of shape ``(...)``, or the object of the only one."""
+        if not self.shape:
+            return things[0]
+        out = np.empty(len(things), dtype=object)
+        for i, thing in enumerate(things):
+            out[i] = thing
+        return out.reshape(self.shape)
+
+
+def flat_batch(t: ArrayLike, quaternions: Array) -> tuple[Any, Array]:
+    """Return times, shape (N,) or (M, N), and quaternions, shape (M, N, 4), of a batch.
+
+    Raises
+    ------
+    InvalidInputError
+        Times of another shape, or not finite.
+    """
+    shape = quaternions.shape[:-1]
+    members = quaternions.reshape(math.prod(shape[:-1]), shape[-1], 4)
+    if np.ndim(t) < 2:
+        return t, members
+    times = finite_array(t, "t")
+    if times.shape != shape:
+        raise InvalidInputError(f"t: expected shape ({shape[-1]},) or {shape}, found {times.shape}")
+    return times.reshape(members.shape[:-1]), members
+
+
+def each_member(t: ArrayLike, quaternions: Array) -> list[tuple[Any, Array]]:
+    """Return times, shape (N,), and quaternions, shape (N, 4), of every spline, of which there may be only one."""
+    if quaternions.ndim == 2:
+        return [(t, quaternions)]
+    times, members = flat_batch(t, quaternions)
+    return [(times[i] if np.ndim(times) > 1 else times, member) for i, member in enumerate(members)]

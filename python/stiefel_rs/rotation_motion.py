@@ -1,0 +1,165 @@
+"""What a spline of rotations gives: rotations and rates at times, and numbers of the whole curve."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ._core import SmoothingSpline
+from .angular_motion import AngularMotion, Frame, check_frame
+from .array_input import Array
+from .end_conditions import BcType
+from .errors import InvalidInputError
+from .rotation_curves import RotationCurves
+from .rotation_input import RotationKind, give_back, rotated
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from ._core import RotationCurve
+
+MAX_ORDER: Final = 3
+# As many axes of times as scipy.spatial.transform.RotationSpline takes.
+SCIPY_AXES: Final = 1
+
+
+class RotationMotion(AngularMotion):
+    """A curve of rotations, or a batch of them: what `RotationSpline` has beside its constructors."""
+
+    _curves: RotationCurves
+    _kind: RotationKind
+    _bc_type: BcType | None
+
+    def _set(
+        self,
+        curves: Iterable[RotationCurve],
+        shape: tuple[int, ...],
+        kind: RotationKind,
+        extrapolate: bool,
+        bc_type: BcType | None,
+    ) -> None:
+        self._curves = RotationCurves(tuple(curves), shape, bool(extrapolate))
+        self._kind, self._bc_type = kind, bc_type
+
+    def __call__(self, t: ArrayLike, order: int = 0) -> Any:
+        """Return rotations, or their rates in the body frame.
+
+        Parameters
+        ----------
+        t : array_like, shape T
+            Times, in s, the same for all splines of a batch. SciPy's rotations take one axis at most, as in SciPy.
+        order : {0, 1, 2, 3}
+            0 for rotations; 1, 2 and 3 for angular rate, acceleration and jerk.
+
+        Returns
+        -------
+        Rotation or ndarray
+            Rotations of the kind that the spline was made from: quaternions of shape ``(...) + T + (4,)``, scalar last,
+            of length 1, continuous in ``t`` and, where they are interpolated, of the sign given at the first knot;
+            matrices of shape ``(...) + T + (3, 3)``. Rates of shape ``(...) + T + (3,)``, in rad/s^order, in the body
+            frame. ``(...)`` are the leading axes of a batch.
+
+        Raises
+        ------
+        InvalidInputError
+            Times that are not finite, or outside without `extrapolate`; another order.
+        """
+        if order not in range(MAX_ORDER + 1):
+            raise InvalidInputError(f"order: must be 0, 1, 2 or 3, found {order!r}")
+        if self._kind == "Rotation" and np.ndim(t) > SCIPY_AXES:
+            raise InvalidInputError(f"t: Rotation objects take one axis of times at most, found shape {np.shape(t)}")
+        if order:
+            return self._curves.rates(t, int(order))
+        return give_back(self._kind, self._curves.quaternions(t))
+
+    def cost(self) -> Any:
+        """Return the integral of the squared angular acceleration over ``t_span``.
+
+        Returns
+        -------
+        float or ndarray, shape (...)
+            In rad^2/s^3; an array for a batch.
+        """
+        return self._curves.values(member.curve.cost() for member in self._curves.members)
+
+    def arc_length(self, t0: float | None = None, t1: float | None = None) -> Any:
+        """Return the angle turned between two times, the integral of the norm of the angular rate.
+
+        Parameters
+        ----------
+        t0, t1 : float, optional
+            Times, in s; by default the ends.
+
+        Returns
+        -------
+        float or ndarray, shape (...)
+            In rad; an array for a batch.
+        """
+        return self._curves.values(member.curve.arc_length(t0, t1) for member in self._curves.members)
+
+    @property
+    def curve(self) -> Any:
+        """The curve on St(3, 3), a `CubicSpline`, `SmoothingSpline` or `CubicHermite`; an object array for a batch."""
+        return self._curves.objects([member.curve for member in self._curves.members])
+
+    @property
+    def report(self) -> Any:
+        """How the spline was solved for, a `SolverReport` or None; an object array for a batch."""
+        return self._curves.objects([member.report for member in self._curves.members])
+
+    @property
+    def lam(self) -> Any:
+        """Weight of the acceleration of a smoothing spline, in s^3, shape (...); None of other splines."""
+        curves = [member.curve for member in self._curves.members]
+        found = [curve.lam for curve in curves if isinstance(curve, SmoothingSpline)]
+        return self._curves.values(found) if len(found) == len(curves) else None
+
+    @property
+    def t(self) -> Array:
+        """Times of the knots, in s, shape (N,); for a batch shape (..., N)."""
+        return self._curves.t
+
+    @property
+    def times(self) -> Array:
+        """The same as `t`, by the name that SciPy has for it."""
+        return self.t
+
+    @property
+    def rotations(self) -> Any:
+        """Rotations at the knots, of the kind that was given; quaternions have length 1 and continuous sign."""
+        return give_back(self._kind, self._curves.at_knots())
+
+    @property
+    def t_span(self) -> tuple[Any, Any]:
+        """First and last time, in s: two floats, or two arrays of shape (...) for a batch."""
+        return self._curves.t_span
+
+    @property
+    def kind(self) -> RotationKind:
+        """Kind of rotations that come out: ``"Rotation"``, ``"quaternions"`` or ``"matrices"``."""
+        return self._kind
+
+    @property
+    def extrapolate(self) -> bool:
+        """Whether the end pieces go on outside of ``t_span``."""
+        return self._curves.extrapolate
+
+    @property
+    def bc_type(self) -> BcType | None:
+        """Conditions at the ends, as given; None of smoothing and Hermite splines. Vectors are read-only."""
+        return self._bc_type
+
+    def __repr__(self) -> str:
+        members, shape = self._curves.members, self._curves.shape
+        batch = f"batch of shape {shape}, " if shape else ""
+        if not members:
+            return f"<RotationSpline of {self._kind}, {batch}empty>"
+        first, last = min(float(member.t[0]) for member in members), max(float(member.t[-1]) for member in members)
+        return f"<RotationSpline of {self._kind}, {batch}{len(members[0].t)} knots, t_span ({first!r}, {last!r})>"
+
+    def _angular(self, t: ArrayLike, order: int, frame: Frame) -> Array:
+        in_world = check_frame(frame) == "world"
+        body = self._curves.rates(t, order)
+        return rotated(self._curves.quaternions(t), body) if in_world else body
