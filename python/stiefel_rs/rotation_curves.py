@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ._core import _check_unmasked
 from .array_input import Array, finite_array, times_within
 from .errors import InvalidInputError
 
@@ -99,16 +100,19 @@ class RotationCurves:
 def flat_batch(t: ArrayLike, quaternions: Array) -> tuple[Any, Array]:
     """Return times, shape (N,) or (M, N), and quaternions, shape (M, N, 4), of a batch.
 
+    Their numbers are checked where they are used, whole numbers that no float is among them.
+
     Raises
     ------
     InvalidInputError
-        Times of another shape, or not finite.
+        Times of another shape, or masked.
     """
     shape = quaternions.shape[:-1]
     members = quaternions.reshape(math.prod(shape[:-1]), shape[-1], 4)
     if np.ndim(t) < 2:
         return t, members
-    times = finite_array(t, "t")
+    _check_unmasked("t", t)
+    times = np.asarray(t)
     if times.shape != shape:
         raise InvalidInputError(f"t: expected shape ({shape[-1]},) or {shape}, found {times.shape}")
     return times.reshape(members.shape[:-1]), members
