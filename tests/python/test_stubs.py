@@ -10,9 +10,9 @@ import pytest
 from beside import HANGS
 
 import stiefel_rs
-from stiefel_rs import _core, errors
+from stiefel_rs import _core, angular_motion, errors, pose_motion, rotation_motion
 
-MODULES = [stiefel_rs, _core, errors]
+MODULES = [stiefel_rs, _core, errors, angular_motion, rotation_motion, pose_motion]
 
 
 def documented():
@@ -78,8 +78,10 @@ def test_public_members_are_documented(name):
         "CubicSpline",
         "GeometricCubic",
         "GeometricPolynomial",
+        "PoseSpline",
         "QuasiGeodesic",
         "RiemannianCubic",
+        "RotationSpline",
         "SmoothingSpline",
         "Stiefel",
         "estimate_velocities",
@@ -111,8 +113,10 @@ def test_examples_run(name):
         "CubicSpline",
         "GeometricCubic",
         "GeometricPolynomial",
+        "PoseSpline",
         "QuasiGeodesic",
         "RiemannianCubic",
+        "RotationSpline",
         "SmoothingSpline",
         "Stiefel",
         "estimate_velocities",

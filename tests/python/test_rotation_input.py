@@ -1,0 +1,236 @@
+"""Splines of rotations from bad input, one thing wrong at a time: typed errors that name the knot."""
+
+import datetime
+import pickle
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from rotation_problems import about, product, wander
+from scipy.spatial.transform import Rotation
+
+from stiefel_rs import CubicSpline, InvalidInputError, OutsideDomainError, QuasiGeodesic, RotationSpline
+from stiefel_rs.rotation_input import matrices_of
+
+MAKERS = {
+    "spline": RotationSpline,
+    "smoothing": lambda t, q: RotationSpline.smoothing(t, q, lam=0.1),
+    "hermite": lambda t, q: RotationSpline.hermite(t, q, np.zeros((4, 3))),
+}
+
+
+@pytest.fixture(params=MAKERS)
+def make(request):
+    return MAKERS[request.param]
+
+
+@pytest.fixture
+def data():
+    return wander(4)
+
+
+def refuse(match, call, *arguments, knot=None, **options):
+    with pytest.raises(InvalidInputError, match=match) as caught:
+        call(*arguments, **options)
+    assert isinstance(caught.value, ValueError)
+    assert caught.value.knot == knot
+
+
+def test_bad_times(make, data):
+    t, q = data
+    for bad in (np.nan, np.inf):
+        refuse("t: entry 2 is not finite", make, [*t[:2], bad, t[3]], q, knot=2)
+    refuse("knot 2: t: must", make, [*t[:2], t[0], t[3]], q, knot=2)
+    for wrong in (t[:3], np.append(t, 9), []):
+        refuse("one time for each of the 4 points", make, wrong, q)
+    for wrong in (t[None], 1.0):
+        refuse(r"t: expected shape \(N,\)", make, wrong, q)
+    with pytest.raises(TypeError, match="t: "):
+        make([datetime.datetime(2024, 1, i) for i in range(1, 5)], q)
+    with pytest.raises(TypeError, match="t: "):
+        make(t + 0j, q)
+
+
+def test_times_must_differ_to_interpolate(data):
+    t, q = data
+    refuse("knot 2: t: must be greater", RotationSpline, [*t[:2], t[1], t[3]], q, knot=2)
+
+
+def test_bad_shapes(make, data):
+    t, q = data
+    for wrong in (q[0], q[:, :3], matrices_of(q)[0], matrices_of(q)[:, :2], 1.0, np.zeros((4, 3, 4))[..., :2]):
+        refuse("rotations: expected a Rotation, quaternions", make, t, wrong)
+    refuse("rotations: ", make, t, [[0, 0, 0, 1], [0, 0, 1]])
+
+
+def test_too_few():
+    refuse("at least two", RotationSpline, [0.0], [[0, 0, 0, 1]])
+    refuse("at least two", RotationSpline, [], np.zeros((0, 4)))
+
+
+def test_bad_quaternions(make, data):
+    t, q = data
+    for bad in (np.nan, -np.inf):
+        wrong = q.copy()
+        wrong[2, 1] = bad
+        refuse("knot 2: rotations: not finite", make, t, wrong, knot=2)
+    wrong[2] = 0
+    refuse("knot 2: rotations: a quaternion of length zero", make, t, wrong, knot=2)
+    refuse(r"knot 2: .*length zero \(batch member 1\)", make, t, np.stack([q, wrong]), knot=2)
+    refuse("rotations: 1 of 16 entries is masked", make, t, np.ma.masked_equal(q, q[1, 1]))
+
+
+def test_bad_matrices(make, data):
+    t, R = data[0], matrices_of(data[1])
+    wrong = R.copy()
+    wrong[1, 0] *= 1 + 1e-8
+    refuse(r"knot 1: .*not orthonormal, by [12](\.\d+)?e-08 \(tolerance 1e-09", make, t, wrong, knot=1)
+    make(t, wrong.astype(np.float32))
+    wrong[1, 0] *= 1 + 1e-4
+    refuse(r"knot 1: .*not orthonormal, by .*tolerance 1e-05", make, t, wrong.astype(np.float32), knot=1)
+    wrong[1] *= 1e200
+    refuse("knot 1: .*not orthonormal, by (inf|nan)", make, t, wrong, knot=1)
+    wrong[1, 0, 0] = np.nan
+    refuse("knot 1: rotations: not finite", make, t, wrong, knot=1)
+    mirrored = R.copy()
+    mirrored[3] = -mirrored[3]
+    refuse("knot 3: .*reflection, its determinant is -1", make, t, mirrored, knot=3)
+    refuse("knot 3: .*reflection", RotationSpline, t, mirrored, project=True, knot=3)
+
+
+def test_matrices_are_projected_on_request(data):
+    t, R = data[0], matrices_of(data[1])
+    rough = np.round(R, 3)
+    refuse("project=True takes the nearest", RotationSpline, t, rough, knot=1)
+    U, _, Vt = np.linalg.svd(rough)
+    for spline in (RotationSpline(t, rough, project=True), RotationSpline.smoothing(t, rough, lam=0, project=True)):
+        assert np.abs(spline(t) - U @ Vt).max() < 1e-10
+
+
+def test_scipys_rotations_have_one_axis(make, data):
+    t, q = data
+    refuse("found a single one", make, t, Rotation.from_quat(q[0]))
+    with pytest.raises(TypeError, match=r"Rotation\.concatenate"):
+        make(t, [Rotation.from_quat(each) for each in q])
+
+
+def test_what_is_no_number(make, data):
+    t, q = data
+    for wrong in (q + 0j, q.astype(str), q.astype(object), None):
+        with pytest.raises(TypeError, match="rotations: expected real numbers"):
+            make(t, wrong)
+
+
+def test_batches_with_wrong_times(data):
+    t, q = data
+    batch = np.stack([q, q, q])
+    refuse(r"t: expected shape \(4,\) or \(3, 4\), found \(2, 4\)", RotationSpline, np.stack([t, t]), batch)
+    refuse("t: .*not finite", RotationSpline, np.stack([t, t * [1, np.nan, 1, 1], t]), batch, knot=1)
+    whole = np.arange(4) + np.array([[0], [2**60], [0]])
+    refuse("t: .*not a floating-point number", RotationSpline, whole, batch, knot=1)
+    refuse("t: 3 of 12 entries are masked", RotationSpline, np.ma.masked_equal(np.stack([t] * 3), t[1]), batch)
+
+
+@pytest.mark.parametrize(
+    ("bc_type", "match"),
+    [
+        ("not-a-knot", "expected 'natural', 'clamped', 'periodic' or a pair, found 'not-a-knot'"),
+        (("natural", "periodic"), "or a pair for one end, found 'periodic'"),
+        (("natural",), "two end conditions.*1 items"),
+        (("natural", (3, np.zeros(3))), "must be 1 .* or 2 .*, found 3"),
+        (("natural", (1,)), "an order and a vector.*1 items"),
+        (("natural", (1, np.zeros(4))), r"shape \(3,\), found \(4,\)"),
+        (((1, [0, np.nan, 0]), "natural"), "bc_type: entry 1 is not finite"),
+    ],
+)
+def test_bad_end_conditions(bc_type, match, data):
+    refuse(match, RotationSpline, *data, bc_type)
+
+
+@pytest.mark.parametrize("bc_type", [1, None, ("natural", 2), ("natural", (1.5, np.zeros(3)))])
+def test_end_conditions_of_another_type(bc_type, data):
+    with pytest.raises(TypeError):
+        RotationSpline(*data, bc_type)
+
+
+def test_periodic_ends_must_close(data):
+    t, q = data
+    refuse("knot 3: .*periodic", RotationSpline, t, q, "periodic", knot=3)
+    closed = np.concatenate([q[:3], -q[:1]])
+    assert RotationSpline(t, closed, "periodic").bc_type == "periodic"
+
+
+def test_half_turns_name_the_pair():
+    t = np.arange(4.0)
+    q = np.array([[0, 0, 0, 1], [0, 0, 0.1, 1], [0, 0, -1, 0.1], [0, 0, -1, 0.2]])
+    for data in (q, Rotation.from_quat(q), matrices_of(q / np.linalg.norm(q, axis=-1, keepdims=True))):
+        with pytest.raises(OutsideDomainError, match="knots 1 and 2: ") as caught:
+            RotationSpline(t, data)
+        again = pickle.loads(pickle.dumps(caught.value))
+        for error in (caught.value, again):
+            assert error.knot == 1
+            assert abs(error.angle - np.pi) < 1e-12
+    # Rates say which way to go.
+    RotationSpline.hermite(t, q, np.full((4, 3), [0, 0, 1.0]))
+
+
+def test_bad_rates(data):
+    t, q = data
+    refuse(r"rates: expected shape \(4, 3\), found \(3, 3\)", RotationSpline.hermite, t, q, np.zeros((3, 3)))
+    rates = np.zeros((4, 3))
+    rates[3, 1] = np.inf
+    refuse("knot 3: rates: not finite", RotationSpline.hermite, t, q, rates, knot=3)
+    refuse("frame: expected 'body' or 'world'", RotationSpline.hermite, t, q, np.zeros((4, 3)), frame="spatial")
+
+
+def test_bad_smoothing(data):
+    for lam in (-1.0, np.nan):
+        refuse("lam", RotationSpline.smoothing, *data, lam=lam)
+    for weights in ([1, 1, 0, 1], [1, 1, -1, 1], [1, 1, 1]):
+        with pytest.raises(InvalidInputError, match="weights"):
+            RotationSpline.smoothing(*data, weights=weights)
+
+
+def test_bad_evaluation(data):
+    spline = RotationSpline(*data)
+    for order in (-1, 4, 1.5, "1", None):
+        refuse("order: must be 0, 1, 2 or 3", spline, 0.5, order)
+    refuse("t: entry 1 is not finite", spline, [0.5, np.nan])
+    refuse("t: entry 0 is not finite", spline, np.inf, 1)
+    for wrong in (1j, "1", None, datetime.datetime(2024, 1, 1)):
+        with pytest.raises(TypeError, match="t: expected real numbers"):
+            spline(wrong)
+    for method in (spline.angular_velocity, spline.angular_acceleration, spline.angular_jerk):
+        refuse("frame: expected 'body' or 'world', found 'inertial'", method, 0.5, frame="inertial")
+    scipy = RotationSpline(data[0], Rotation.from_quat(data[1]))
+    refuse(r"one axis of times at most, found shape \(2, 2\)", scipy, np.zeros((2, 2)))
+    assert scipy.angular_velocity(np.zeros((2, 2))).shape == (2, 2, 3)
+
+
+def test_bad_curves(data):
+    t, q = data
+    with pytest.raises(InvalidInputError, match="kind: expected one of"):
+        RotationSpline.from_curve(CubicSpline(t, matrices_of(q)), kind="euler")
+    reflected = matrices_of(q) * [1, 1, -1]
+    for curve in (CubicSpline(t, reflected), CubicSpline(t, matrices_of(q)[..., :2])):
+        with pytest.raises(InvalidInputError):
+            RotationSpline.from_curve(curve)
+    with pytest.raises((InvalidInputError, TypeError, AttributeError)):
+        RotationSpline.from_curve(QuasiGeodesic(matrices_of(q)[0], matrices_of(q)[1]))
+
+
+VECTORS = st.lists(st.floats(-1.5, 1.5), min_size=3, max_size=3).map(np.array)
+
+
+@given(st.lists(VECTORS, min_size=1, max_size=5), st.lists(st.floats(0.1, 10), min_size=6, max_size=6), st.booleans())
+def test_any_rotations_are_interpolated(turns, steps, clamped):
+    q = [np.array([0.0, 0, 0, 1])]
+    for w in turns:
+        q.append(product(q[-1], about(w)))
+    t, q = np.cumsum(steps[: len(q)]), np.array(q)
+    spline = RotationSpline(t, q, "clamped" if clamped else "natural")
+    assert np.abs(matrices_of(spline(t)) - matrices_of(q / np.linalg.norm(q, axis=-1, keepdims=True))).max() < 1e-11
+    dense = spline(np.linspace(t[0], t[-1], 500))
+    assert np.abs(np.linalg.norm(dense, axis=-1) - 1).max() < 1e-14
+    assert np.sum(dense[1:] * dense[:-1], axis=-1).min() > 0
