@@ -438,6 +438,6 @@ fn bad_input_is_an_error() {
         &options,
     )
     .unwrap();
-    let error = RotationSpline::of_curve(std::sync::Arc::new(curve), None).unwrap_err();
+    let error = RotationSpline::of_curve(std::sync::Arc::new(curve), None, None).unwrap_err();
     assert!(matches!(error, Error::Shape { .. }), "{error}");
 }

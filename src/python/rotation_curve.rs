@@ -107,6 +107,8 @@ impl PyRotationCurve {
     /// ----------
     /// curve : CubicSpline, CubicHermite or SmoothingSpline
     ///     Of ``kind="riemannian"``, of rotation matrices.
+    /// start : array_like, shape (4,), optional
+    ///     A quaternion near that of the first knot, scalar last: the sign there is that of `start`.
     ///
     /// Raises
     /// ------
@@ -118,7 +120,8 @@ impl PyRotationCurve {
     /// RotationCurve
     ///     Beyond its ends the end pieces go on, also where ``curve`` refuses such times.
     #[staticmethod]
-    fn of_curve(curve: &Bound<'_, PyPiecewiseCurve>) -> PyResult<Self> {
+    #[pyo3(signature = (curve, start=None))]
+    fn of_curve(curve: &Bound<'_, PyPiecewiseCurve>, start: Option<&Any>) -> PyResult<Self> {
         let (py, this) = (curve.py(), curve.get());
         let Cubics::Riemannian(cubics) = &this.cubics else {
             return Err(invalid!(
@@ -128,7 +131,12 @@ impl PyRotationCurve {
         let continued = (**cubics)
             .clone()
             .with_outside(crate::spline::Outside::Continued);
-        let spline = RotationSpline::of_curve(Arc::new(continued), this.report)?;
+        let start = start.map(|start| {
+            let (shape, entries) = read_axes::<1>(start, "start", "(4,)")?;
+            Ok::<_, PyErr>(keyframes(&shape, &entries)?[0])
+        });
+        let start = start.transpose()?;
+        let spline = RotationSpline::of_curve(Arc::new(continued), start.as_ref(), this.report)?;
         let known = PyOnceLock::new();
         // Just made, so it is empty.
         let _ = known.set(py, curve.clone().into_any().unbind());
@@ -245,7 +253,6 @@ impl PyRotationCurve {
     /// Returns
     /// -------
     /// ndarray, shape (T, 3)
-    #[pyo3(signature = (t, order=1))]
     fn rates<'py>(&self, t: &Any<'py>, order: usize) -> PyResult<Any<'py>> {
         ensure!(
             (1..=3).contains(&order),
@@ -254,6 +261,15 @@ impl PyRotationCurve {
         self.sampled::<3>(t, move |spline, t, out| {
             spline.rates_into(t, order - 1, out)
         })
+    }
+
+    /// For pickles and copies: the curve on ``St(3, 3)``, and the quaternion that it starts from.
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Any<'py>, (Py<PyAny>, Any<'py>))> {
+        let (py, this) = (slf.py(), slf.get());
+        let first = this.t.bind(py).get_item(0)?;
+        let start = this.quaternions(&PyTuple::new(py, [first])?.into_any())?;
+        let restore = slf.get_type().getattr("of_curve")?;
+        Ok((restore, (this.curve(py)?, start.get_item(0)?)))
     }
 
     #[getter]

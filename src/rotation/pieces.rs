@@ -30,14 +30,35 @@ struct Segment {
     terms: usize,
 }
 
+/// The curves of legs that a solver has left.
+pub(super) struct SolvedLegs<'a> {
+    pub(super) curves: &'a dyn Curves,
+    /// Of the curve.
+    pub(super) tension: f64,
+    pub(super) knots: &'a [f64],
+}
+
+impl SolvedLegs<'_> {
+    /// Coefficients of the rate about the middle of a leg, in its time.
+    fn rates(&self, leg: usize) -> Option<Vec<Vector>> {
+        let mut middle = [[0.0; 3]; 3];
+        let room = middle.each_mut().map(|x| &mut x[..]);
+        let terms = self.curves.middle_into(leg, room)?;
+        // Coordinates of `St(3, 2)` are `-w_3, -w_2, w_1`.
+        let middle = middle.map(|[x, y, z]| [z, -y, -x]);
+        let length = self.knots[leg + 1] - self.knots[leg];
+        // One factor after the other: their product may overflow.
+        Some(rate_series(middle, self.tension * length * length, terms))
+    }
+}
+
 impl Pieces {
     /// With the curves of solved legs where there are some, from the pieces elsewhere; `start` is the quaternion at the first knot, and
     /// `knots` are those at all knots up to their sign.
     pub(super) fn new(
         cubics: &[RiemannianCubic],
-        curves: Option<&dyn Curves>,
+        solved: Option<SolvedLegs<'_>>,
         knots: &[Quaternion],
-        tensions: impl Fn(usize) -> f64,
     ) -> Self {
         let mut pieces = Pieces {
             segments: Vec::with_capacity(cubics.len()),
@@ -50,11 +71,9 @@ impl Pieces {
             #[inline(always)]
             || {
                 for (leg, cubic) in cubics.iter().enumerate() {
-                    let end = match curves.and_then(|curves| middle_of(curves, leg)) {
-                        Some((middle, terms)) => {
-                            let rates = rate_series(middle, tensions(leg), terms);
-                            pieces.push_solved(&rates, here)
-                        }
+                    let rates = solved.as_ref().and_then(|solved| solved.rates(leg));
+                    let end = match rates {
+                        Some(rates) => pieces.push_solved(&rates, here),
                         None => pieces.push_cubic(cubic, here),
                     };
                     pieces.legs.push(pieces.segments.len());
@@ -167,20 +186,15 @@ impl Pieces {
     pub(super) fn rate(&self, leg: usize, s: f64, length: f64, order: usize) -> Vector {
         let (segment, u) = self.at(leg, s);
         let coefficients = &self.rates[segment.first..][..segment.terms];
-        let vector = derivative(coefficients, u, order);
+        let vector = match order {
+            0 => value(coefficients, u),
+            order => derivative(coefficients, u, order),
+        };
         // One factor after the other: their product may overflow.
         (0..=order).fold(vector, |vector, _| {
             vector.map(|x| x * segment.rate / length)
         })
     }
-}
-
-/// `w, w', w''` in the middle of a leg, and how many terms its series has.
-fn middle_of(curves: &dyn Curves, leg: usize) -> Option<([Vector; 3], usize)> {
-    let mut middle = [[0.0; 3]; 3];
-    let terms = curves.middle_into(leg, middle.each_mut().map(|x| &mut x[..]))?;
-    // Coordinates of `St(3, 2)` are `-w_3, -w_2, w_1`.
-    Some((middle.map(|[x, y, z]| [z, -y, -x]), terms))
 }
 
 /// The unit quaternion of a rotation matrix, by the largest of its entries (Shepperd 1978).

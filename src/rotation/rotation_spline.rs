@@ -8,7 +8,7 @@ use nalgebra::{Quaternion as Coordinates, UnitQuaternion, Vector3};
 use rayon::prelude::*;
 
 use super::ends::{RotationEnds, frame, tangent};
-use super::pieces::{Pieces, of_matrix};
+use super::pieces::{Pieces, SolvedLegs, of_matrix};
 use super::reference_frame::ReferenceFrame;
 use super::series::{Quaternion, Vector, dot};
 use crate::cubic::{BoundaryOptions, RiemannianCubic};
@@ -55,8 +55,8 @@ const SHARED: usize = 4096;
 /// ```
 pub struct RotationSpline {
     curve: Arc<Piecewise<RiemannianCubic>>,
-    /// Of the legs, where the solver has left them.
-    legs: Option<Arc<dyn Curves>>,
+    /// Of the legs, where the solver has left them, and the tension of the curve.
+    legs: Option<(Arc<dyn Curves>, f64)>,
     /// At the knots, up to their sign but for the first.
     rotations: Vec<Quaternion>,
     report: Option<SolverReport>,
@@ -106,6 +106,7 @@ impl RotationSpline {
         let (curve, report, legs) = cubic_spline_of_legs(t, &points, ends, options)?;
         let curve = curve.with_outside(Outside::Continued);
         let rotations = rotations.iter().map(|q| q.coords.into()).collect();
+        let legs = legs.map(|legs| (legs, options.tension));
         Ok(Self::of_legs(
             Arc::new(curve),
             legs,
@@ -158,15 +159,17 @@ impl RotationSpline {
         let points: Vec<MatRef<'_, f64>> = frames.iter().map(|frame| frame.as_ref()).collect();
         let smooth = smoothing_spline(t, &points, weights, options)?;
         let curve = smooth.curve.with_outside(Outside::Continued);
-        Self::of_curve(Arc::new(curve), Some(smooth.report))
+        Self::of_curve(Arc::new(curve), rotations.first(), Some(smooth.report))
     }
 
-    /// The same curve in quaternions, for a curve of rotation matrices.
+    /// The same curve in quaternions, for a curve of rotation matrices; the sign at the first knot is that of `start`, where that is
+    /// given.
     ///
     /// # Errors
     /// `Shape` unless it is on `St(3, 3)`; `InvalidArgument` for reflections; where it cannot be evaluated.
     pub fn of_curve(
         curve: Arc<Piecewise<RiemannianCubic>>,
+        start: Option<&UnitQuaternion<f64>>,
         report: Option<SolverReport>,
     ) -> Result<Self> {
         let [n, k] = [curve.n(), curve.k()];
@@ -189,13 +192,18 @@ impl RotationSpline {
             });
         }
         let rotation = |knot: usize| of_matrix(|i, j| at(knot)[(i, j)]);
-        let rotations = (0..curve.knots().len()).map(rotation).collect();
+        let mut rotations: Vec<Quaternion> = (0..curve.knots().len()).map(rotation).collect();
+        if let Some(start) = start
+            && dot(start.coords.into(), rotations[0]) < 0.0
+        {
+            rotations[0] = rotations[0].map(|x| -x);
+        }
         Ok(Self::of_legs(curve, None, rotations, report))
     }
 
     fn of_legs(
         curve: Arc<Piecewise<RiemannianCubic>>,
-        legs: Option<Arc<dyn Curves>>,
+        legs: Option<(Arc<dyn Curves>, f64)>,
         rotations: Vec<Quaternion>,
         report: Option<SolverReport>,
     ) -> Self {
@@ -392,10 +400,13 @@ impl RotationSpline {
 
     fn pieces(&self) -> &Pieces {
         self.pieces.get_or_init(|| {
-            let cubics = self.curve.pieces();
-            Pieces::new(cubics, self.legs.as_deref(), &self.rotations, |leg| {
-                cubics[leg].tension()
-            })
+            let knots = self.knots();
+            let solved = self.legs.as_ref().map(|(curves, tension)| SolvedLegs {
+                curves: curves.as_ref(),
+                tension: *tension,
+                knots,
+            });
+            Pieces::new(self.curve.pieces(), solved, &self.rotations)
         })
     }
 }

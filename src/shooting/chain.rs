@@ -4,7 +4,7 @@ use super::condensed_leg::{CondensedLeg, Condensing};
 use super::leg::{Leg, Scratch};
 use super::orders::{MOST, Orders};
 use super::room::Room;
-use super::variation::{MORE_TERMS, TERMS};
+use super::variation::{MORE_TERMS, TERMS, TERMS_OF_ROTATIONS};
 use crate::legs::Knots;
 use crate::linalg::field::{Field, larger, largest};
 use crate::linalg::simd::each;
@@ -102,7 +102,7 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
                 .collect(),
             buffers: Buffers {
                 leg: Scratch::new(space, order),
-                condensing: Condensing::new(space, terms(knots)),
+                condensing: Condensing::new(space, terms(space, knots)),
             },
             velocities: velocities.to_vec(),
             jumps: Vec::new(),
@@ -235,7 +235,7 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
 
     /// Terms of the derivatives of the legs.
     pub(super) fn terms(&self) -> usize {
-        terms(self.knots)
+        terms(self.space, self.knots)
     }
 
     fn leg(&self, leg: usize) -> &Leg<'k, T> {
@@ -302,9 +302,10 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
 }
 
 /// Terms of the derivatives of legs. Where a tension lets velocities grow as `e^7` along a leg, four of them say nothing about it.
-fn terms(knots: &Knots<'_>) -> usize {
-    match knots.tension == 0.0 {
-        true => TERMS,
-        false => MORE_TERMS,
+fn terms(space: impl Homogeneous, knots: &Knots<'_>) -> usize {
+    match (space.size(), space.isotropy_dim()) {
+        _ if knots.tension != 0.0 => MORE_TERMS,
+        (3, 0) => TERMS_OF_ROTATIONS,
+        _ => TERMS,
     }
 }

@@ -143,6 +143,17 @@ fn set_by_velocities<T: Field>(
     out: &mut [T],
 ) {
     let d = space.dim();
+    if space.isotropy_dim() == 0 {
+        // Nothing is turned.
+        let rows = by_conditions.chunks_exact(3 * d);
+        for (row, out) in rows.zip(out.chunks_exact_mut(2 * d)) {
+            for q in 0..d {
+                let (difference, both) = (row[d + q], row[2 * d + q] * 6.0);
+                (out[q], out[d + q]) = (both - difference, both + difference);
+            }
+        }
+        return;
+    }
     let (mut unit, mut turned) = (vec![T::ZERO; d], vec![T::ZERO; d]);
     for q in 0..d {
         unit.fill(T::ZERO);

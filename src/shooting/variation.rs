@@ -11,6 +11,10 @@ use crate::space::Homogeneous;
 /// apart take ten steps instead of seven; six save none.
 pub(super) const TERMS: usize = 4;
 
+/// The same on `SO(3)`, where terms cost least: with four, splines through 20, 50, 200 and 2000 rotations up to 1.2 rad apart take
+/// 1.5, 0.86, 1.36 and 1.03 times as long.
+pub(super) const TERMS_OF_ROTATIONS: usize = 6;
+
 /// The same in tension, and for a fine second derivative, with a round-off of 1e-10 instead of a percent.
 pub(super) const MORE_TERMS: usize = 14;
 
@@ -22,7 +26,7 @@ const NODES: [(f64, f64); 4] = [
     (0.430_568_155_797_026_3, 0.173_927_422_568_726_93),
 ];
 
-/// The same where there are more terms than [`TERMS`].
+/// The same where there are [`MORE_TERMS`].
 const MORE_NODES: [(f64, f64); 8] = [
     (-0.480_144_928_248_768_1, 0.050_614_268_145_188_13),
     (-0.398_333_238_706_813_4, 0.111_190_517_226_687_23),
@@ -35,7 +39,7 @@ const MORE_NODES: [(f64, f64); 8] = [
 ];
 
 fn nodes(terms: usize) -> &'static [(f64, f64)] {
-    match terms > TERMS {
+    match terms >= MORE_TERMS {
         true => &MORE_NODES,
         false => &NODES,
     }
