@@ -36,6 +36,7 @@ from .errors import ConvergenceError, InvalidInputError, OutsideDomainError, Sti
 from .pose import PoseSpline
 from .rotation import RotationSpline
 from .storage import load
+from .trajectory_files import read_trajectory, read_tum, write_trajectory, write_tum
 
 __version__ = _core.__VERSION__
 
@@ -71,6 +72,10 @@ __all__ = [
     "integrate_embedded",
     "load",
     "orthogonal_log",
+    "read_trajectory",
+    "read_tum",
     "skew_exp",
     "solve_boundary",
+    "write_trajectory",
+    "write_tum",
 ]

@@ -1,0 +1,142 @@
+"""Poses as they are written to files: unit quaternions, scalar last, and positions."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._core import _check_unmasked
+from .errors import InvalidInputError
+
+Array = NDArray[np.float64]
+
+# Of files with four decimals; more is no rounding.
+NORM_TOLERANCE: Final = 1e-2
+# Norms within it are 1 up to the rounding of the entries and of the norm itself.
+ROUNDING: Final = 8 * float(np.finfo(np.float64).eps)
+# Rotations in single precision have a defect of about 1e-7.
+ROTATION_TOLERANCE: Final = 1e-5
+
+
+def floats(name: str, value: Any, shape: tuple[int | None, ...]) -> Array:
+    """Return an array of finite numbers of a shape, where None stands for any length.
+
+    Raises
+    ------
+    InvalidInputError
+        The shape is another, or an entry is masked or not finite.
+    TypeError
+        The entries are no real numbers.
+    """
+    _check_unmasked(name, value)
+    given = np.asarray(value)
+    if not np.can_cast(given.dtype, np.float64, "same_kind"):
+        raise TypeError(f"{name}: real numbers expected, found {given.dtype}")
+    fits = given.ndim == len(shape)
+    if not fits or any(size not in (None, found) for size, found in zip(shape, given.shape, strict=True)):
+        wanted = ", ".join("N" if size is None else str(size) for size in shape) + "," * (len(shape) == 1)
+        raise InvalidInputError(f"{name}: shape ({wanted}) expected, found {given.shape}")
+    array = given.astype(np.float64)
+    if not (finite := np.isfinite(array)).all():
+        raise InvalidInputError(f"{name}: {finite.size - finite.sum()} of {finite.size} entries not finite")
+    return array
+
+
+def unit_quaternions(quaternions: Array) -> Array:
+    """Normalise quaternions; those of norm 1 to rounding are kept as they are.
+
+    Raises
+    ------
+    InvalidInputError
+        A norm differs from 1 by more than 0.01; `knot` is the index of the first.
+    """
+    # Squares of huge entries would overflow, which NumPy warns of.
+    with np.errstate(over="ignore"):
+        norms = np.linalg.norm(quaternions, axis=-1, keepdims=True)
+    off = np.abs(norms - 1)
+    if (bad := np.flatnonzero(off > NORM_TOLERANCE)).size:
+        error = InvalidInputError(
+            f"the quaternion has norm {norms[bad[0], 0]:.6g}, which differs from 1 by more than {NORM_TOLERANCE}"
+        )
+        error.knot = int(bad[0])
+        raise error
+    return np.where(off <= ROUNDING, quaternions, quaternions / norms)
+
+
+def as_components(poses: Any) -> tuple[Array, Array | None]:
+    """Return quaternions and positions of poses, or of rotations alone.
+
+    Raises
+    ------
+    InvalidInputError
+        Wrong shapes, entries that are not finite, or no rotations.
+    """
+    if hasattr(poses, "as_components"):
+        translations, rotations = poses.as_components()
+        poses = (rotations, translations)
+    if isinstance(poses, tuple):
+        if len(poses) != 2:
+            raise InvalidInputError(f"poses: a pair (rotations, positions) expected, found {len(poses)} entries")
+        quaternions = as_quaternions("rotations", poses[0])
+        return quaternions, floats("positions", poses[1], (len(quaternions), 3))
+    if not hasattr(poses, "as_quat") and np.shape(poses)[1:] == (4, 4):
+        return _of_matrices(floats("poses", poses, (None, 4, 4)))
+    return as_quaternions("poses", poses), None
+
+
+def _of_matrices(poses: Array) -> tuple[Array, Array]:
+    off = np.abs(poses[:, 3] - [0.0, 0.0, 0.0, 1.0]).max(axis=-1)
+    if (bad := np.flatnonzero(off > ROTATION_TOLERANCE)).size:
+        raise InvalidInputError(f"pose {bad[0]}: the last row is {poses[bad[0], 3]}, (0, 0, 0, 1) expected")
+    return as_quaternions("rotations", poses[:, :3, :3]), poses[:, :3, 3]
+
+
+def as_quaternions(name: str, rotations: Any) -> Array:
+    """Return unit quaternions of a SciPy ``Rotation``, of quaternions (N, 4), or of matrices (N, 3, 3).
+
+    Raises
+    ------
+    InvalidInputError
+        Another shape, entries that are not finite, or no rotations.
+    """
+    if hasattr(rotations, "as_quat"):
+        rotations = np.atleast_2d(rotations.as_quat())
+    if np.ndim(rotations) == 3:
+        return _quaternions_of(name, floats(name, rotations, (None, 3, 3)))
+    try:
+        return unit_quaternions(floats(name, rotations, (None, 4)))
+    except InvalidInputError as error:
+        if error.knot is None:
+            raise
+        raise InvalidInputError(f"{name}: entry {error.knot}: {error}") from None
+
+
+def _quaternions_of(name: str, R: Array) -> Array:
+    """Quaternions of matrices, each with the sign that is nearer to the one before."""
+    defects = np.abs(R.swapaxes(-1, -2) @ R - np.eye(3)).max(axis=(-1, -2))
+    if (bad := np.flatnonzero(defects > ROTATION_TOLERANCE)).size:
+        raise InvalidInputError(
+            f"{name}: matrix {bad[0]} is not orthogonal, defect {defects[bad[0]]:.3g}, tolerance {ROTATION_TOLERANCE}"
+        )
+    if (bad := np.flatnonzero(np.linalg.det(R) < 0)).size:
+        raise InvalidInputError(f"{name}: matrix {bad[0]} is a reflection, its determinant is -1")
+    # Rows of 4 q q^T; the longest one has no cancellation.
+    xx, yy, zz = R[:, 0, 0], R[:, 1, 1], R[:, 2, 2]
+    xy, xz, yz = R[:, 0, 1] + R[:, 1, 0], R[:, 0, 2] + R[:, 2, 0], R[:, 1, 2] + R[:, 2, 1]
+    xw, yw, zw = R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]
+    rows = np.array(
+        [
+            [1 + xx - yy - zz, xy, xz, xw],
+            [xy, 1 - xx + yy - zz, yz, yw],
+            [xz, yz, 1 - xx - yy + zz, zw],
+            [xw, yw, zw, 1 + xx + yy + zz],
+        ]
+    )
+    longest = np.argmax(np.einsum("iin->in", rows), axis=0)
+    q = rows[longest, :, np.arange(len(R))]
+    q /= np.linalg.norm(q, axis=-1, keepdims=True)
+    turns = np.where(np.einsum("ni,ni->n", q[1:], q[:-1]) < 0, -1.0, 1.0)
+    first = np.where(q[:1, 3] < 0, -1.0, 1.0)
+    return q * np.cumprod(np.concatenate([first, turns]))[:, None]
