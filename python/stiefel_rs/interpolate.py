@@ -1,4 +1,4 @@
-"""``stiefel-rs interpolate``: points from a file, a curve into another."""
+"""``stiefel-rs interpolate``: points or poses from a file, a curve or samples of it into another."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ from typing import Any, Final, Literal, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _core, storage
+from . import _core, interpolate_poses, storage
 from ._core import CubicHermite, CubicSpline, Curve
 from .errors import InvalidInputError, StiefelError
+from .sample_times import MAX_SAMPLES, at_rate
 
 Array = NDArray[np.float64]
 Arrays = dict[str, NDArray[Any]]
 Kind = Literal["riemannian", "geometric"]
 HERMITE: Final[dict[str, Kind]] = {"hermite": "riemannian", "geometric-hermite": "geometric"}
 SPLINES: Final[dict[str, Kind]] = {"riemannian": "riemannian", "geometric": "geometric"}
-SMOOTHING: Final = "smoothing"
+SMOOTHING: Final = interpolate_poses.SMOOTHING
 KINDS: Final = (*SPLINES, *HERMITE, SMOOTHING)
 BC_TYPES: Final = ("natural", "clamped", "periodic", "velocities")
-MAX_SAMPLES: Final = 10_000_000
 PICTURES: Final = (".png", ".pdf", ".svg")
 
 DESCRIPTION: Final = """\
-Join the points of INPUT.npz by a curve and save it.
+Join the points or poses of a file by a curve.
 
-INPUT.npz holds the arrays
+INPUT.npz is joined by a curve on a Stiefel manifold, which is saved. It holds the arrays
   t        (N,)        times, increasing
   S        (N, n, k)   points: matrices with orthonormal columns
   V        (N, n, k)   velocities at the points: for the Hermite kinds;
@@ -43,10 +43,23 @@ Kinds
   geometric-hermite  de Casteljau curves with the given velocities, C1
   smoothing          passes by the points: least misfit plus lambda times cost
 
-OUTPUT.npz is what Python's stiefel_rs.load reads. With --num or --at the curve is
-evaluated too, into a second file of plain arrays: t (T,), S (T, n, k), and the velocity
-V and the covariant acceleration A of the same shape.
+OUTPUT.npz is what Python's stiefel_rs.load reads. With --rate, --num or --at the curve
+is evaluated too, into a second file of plain arrays: t (T,), S (T, n, k), and the
+velocity V and the covariant acceleration A of the same shape.
+
+INPUT.tum and INPUT.csv hold poses, of kind riemannian or smoothing. They are written at
+the times of --rate, --num or --at to OUTPUT.tum or OUTPUT.csv.
+  .tum, .txt  lines: timestamp tx ty tz qx qy qz qw, in s and m
+  .csv        a header names the columns, in any order: t x y z qx qy qz qw, in s and m
+              or in units that it names, as t [ns]; orientations only: t qx qy qz qw
 """
+
+
+def _out(text: str) -> Path:
+    path = Path(text)
+    if path.suffix != ".npz" and not interpolate_poses.is_trajectory(path):
+        raise argparse.ArgumentTypeError(f"{text!r} does not end in .npz, .tum, .txt or .csv")
+    return path
 
 
 def _npz(text: str) -> Path:
@@ -65,17 +78,31 @@ def _picture(text: str) -> Path:
     return path
 
 
-def _times(text: str) -> Array:
+def _times(text: str) -> list[str]:
+    """Numbers with all their digits, which the times of poses need."""
+    parts = [part.strip() for part in text.split(",")]
     try:
-        return np.array([float(part) for part in text.split(",")])
+        for part in parts:
+            float(part)
     except ValueError:
         raise argparse.ArgumentTypeError(f"{text!r} is not a comma-separated list of numbers") from None
+    return parts
 
 
 def _count(text: str) -> int:
     if text.isascii() and text.isdigit() and 2 <= int(text) <= MAX_SAMPLES:
         return int(text)
     raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 2 to {MAX_SAMPLES}")
+
+
+def _rate(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not 0 < value < np.inf:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a positive number")
+    return value
 
 
 def _lam(text: str) -> float:
@@ -92,23 +119,36 @@ def add_parser(commands: Any) -> None:
     """Add the command to the subparsers of another."""
     parser: argparse.ArgumentParser = commands.add_parser(
         "interpolate",
-        help="a curve through the points of a file",
+        help="a curve through the points or poses of a file",
         description=DESCRIPTION,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("input", type=Path, metavar="INPUT.npz", help="file with the arrays t and S")
+    parser.add_argument(
+        "input", type=Path, metavar="INPUT", help="points in an .npz file, poses in a .tum or .csv file"
+    )
     # By a word: all of them in a row are wider than a page.
     parser.add_argument(
         "--kind", choices=KINDS, default=KINDS[0], metavar="KIND", help=f"one of the kinds (default: {KINDS[0]})"
     )
-    parser.add_argument("--out", type=_npz, required=True, metavar="OUTPUT.npz", help="where the curve goes")
+    parser.add_argument(
+        "--out", type=_out, required=True, metavar="OUTPUT", help="where the curve (.npz) or its poses (.tum, .csv) go"
+    )
     parser.add_argument("--bc-type", choices=BC_TYPES, help="ends of a spline (default: natural)")
     parser.add_argument("--lam", type=_lam, help="lambda of --kind smoothing (default: by cross-validation)")
     where = parser.add_mutually_exclusive_group()
+    where.add_argument("--rate", type=_rate, metavar="HZ", help="evaluate so often in a second, from the first time on")
     where.add_argument("--num", type=_count, metavar="T", help="evaluate at T equidistant times, both ends included")
     where.add_argument("--at", type=_times, metavar="T,T,...", help="evaluate at these times")
     parser.add_argument(
-        "--samples", type=_npz, metavar="SAMPLES.npz", help="where that goes (default: OUTPUT_samples.npz)"
+        "--samples",
+        type=_npz,
+        metavar="SAMPLES.npz",
+        help="where that goes for points (default: OUTPUT_samples.npz)",
+    )
+    parser.add_argument(
+        "--rates",
+        action="store_true",
+        help="velocities in OUTPUT.csv too: vx vy vz in m/s in the world's frame, wx wy wz in rad/s in the body's",
     )
     parser.add_argument(
         "--plot",
@@ -125,10 +165,11 @@ def _check(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> No
         parser.error(f"--bc-type goes with --kind {' or '.join(SPLINES)}, not {arguments.kind}")
     if arguments.lam is not None and arguments.kind != SMOOTHING:
         parser.error(f"--lam goes with --kind {SMOOTHING}, not {arguments.kind}")
-    if arguments.samples is not None and arguments.num is None and arguments.at is None:
-        parser.error("--samples needs --num or --at")
-    files = [("INPUT.npz", arguments.input), ("--out", arguments.out), ("--plot", arguments.plot)]
-    if arguments.num is not None or arguments.at is not None:
+    poses = interpolate_poses.is_trajectory(arguments.input)
+    (interpolate_poses.check if poses else _check_points)(parser, arguments)
+    name = f"INPUT{arguments.input.suffix.lower()}" if poses else "INPUT.npz"
+    files = [(name, arguments.input), ("--out", arguments.out), ("--plot", arguments.plot)]
+    if not poses and _evaluates(arguments):
         files.append(("--samples", _samples_path(arguments)))
     named: dict[Path, str] = {}
     for name, path in files:
@@ -139,6 +180,20 @@ def _check(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> No
             parser.error(f"{name}: there is no folder {path.parent}")
         if path is not None and path.is_dir():
             parser.error(f"{name}: {path} is a folder")
+
+
+def _check_points(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> None:
+    """Refuse options that have no effect on points."""
+    if arguments.out.suffix != ".npz":
+        parser.error(f"--out: {str(arguments.out)!r} does not end in .npz, as the curve through points does")
+    if arguments.rates:
+        parser.error("--rates needs INPUT.tum or INPUT.csv; the samples of points have their velocities")
+    if arguments.samples is not None and not _evaluates(arguments):
+        parser.error("--samples needs --rate, --num or --at")
+
+
+def _evaluates(arguments: argparse.Namespace) -> bool:
+    return any(option is not None for option in (arguments.rate, arguments.num, arguments.at))
 
 
 def _samples_path(arguments: argparse.Namespace) -> Path:
@@ -220,10 +275,12 @@ def describe(curve: Curve, kind: str, knots: int) -> str:
 
 
 def _sample_times(arguments: argparse.Namespace, curve: Curve) -> Array | None:
+    first, last = curve.t_span
+    if arguments.rate is not None:
+        return np.minimum(first + at_rate(last - first, arguments.rate), last)
     if arguments.num is not None:
-        return np.linspace(*curve.t_span, arguments.num)
-    at: Array | None = arguments.at
-    return at
+        return np.linspace(first, last, arguments.num)
+    return None if arguments.at is None else np.array([float(time) for time in arguments.at])
 
 
 def _write(arguments: argparse.Namespace) -> Iterator[str]:
@@ -257,10 +314,13 @@ def run(arguments: argparse.Namespace) -> int:
     OSError
         A file cannot be read or written; without its name, what is printed cannot be.
     """
+    poses = interpolate_poses.is_trajectory(arguments.input)
     try:
-        for line in _write(arguments):
+        for line in (interpolate_poses.write if poses else _write)(arguments):
             print(line)
     except ImportError as error:
+        if poses:
+            return _fail(str(error))
         return _fail(f"no figure ({error}): pip install 'stiefel-rs[plot]'")
     except (StiefelError, ValueError, TypeError) as error:
         return _fail(str(error))
