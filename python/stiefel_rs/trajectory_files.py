@@ -155,8 +155,8 @@ def read_trajectory(path: PathLike) -> tuple[Array, Any]:
     ``.tum`` and ``.txt`` files are read as `read_tum` does. A ``.csv`` file has a header that names the columns, in any
     order: ``t``, ``time`` or ``timestamp``; ``qx``, ``qy``, ``qz``, ``qw``; and, unless it holds orientations only,
     ``x``, ``y``, ``z`` or ``tx``, ``ty``, ``tz``. Other columns are skipped. Times are in seconds and positions in
-    metres; other units (ms, us, ns; cm, mm) are given in brackets in the header, as in ``timestamp [ns]`` or ``x [mm]``,
-    and converted. The header of the EuRoC data sets (``#timestamp, p_RS_R_x [m], ..., q_RS_w [], ...``) is accepted too;
+    metres; other units (ms, us, ns; cm, mm) are given in brackets in the header, as in ``timestamp [ns]``, and
+    converted. The header of the EuRoC data sets (``#timestamp, p_RS_R_x [m], ..., q_RS_w [], ...``) is accepted too;
     its times are in nanoseconds.
 
     Parameters
