@@ -6,5 +6,6 @@ Arguments that are named in the dictionary by a number are positional.
 from .charts import CHART
 from .functions import FUNCTIONS
 from .manifold import MANIFOLD
+from .trajectories import TRAJECTORIES
 
-CALLS = {**FUNCTIONS, **MANIFOLD, **CHART}
+CALLS = {**FUNCTIONS, **MANIFOLD, **CHART, **TRAJECTORIES}
