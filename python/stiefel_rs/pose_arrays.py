@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -76,7 +77,7 @@ def as_components(poses: Any) -> tuple[Array, Array | None]:
     if hasattr(poses, "as_components"):
         translations, rotations = poses.as_components()
         poses = (rotations, translations)
-    if isinstance(poses, tuple):
+    if isinstance(poses, tuple) and not _is_matrix(poses[-1:]):
         if len(poses) != 2:
             raise InvalidInputError(f"poses: a pair (rotations, positions) expected, found {len(poses)} entries")
         quaternions = as_quaternions("rotations", poses[0])
@@ -84,6 +85,11 @@ def as_components(poses: Any) -> tuple[Array, Array | None]:
     if not hasattr(poses, "as_quat") and np.shape(poses)[1:] == (4, 4):
         return _of_matrices(floats("poses", poses, (None, 4, 4)))
     return as_quaternions("poses", poses), None
+
+
+def _is_matrix(last: Sequence[Any]) -> bool:
+    """Whether the last one of a tuple is a 4 x 4 matrix: then all are poses, no pair of rotations and positions."""
+    return any(np.shape(pose) == (4, 4) for pose in last if not hasattr(pose, "as_quat"))
 
 
 def _of_matrices(poses: Array) -> tuple[Array, Array]:
@@ -115,8 +121,10 @@ def as_quaternions(name: str, rotations: Any) -> Array:
 
 def _quaternions_of(name: str, R: Array) -> Array:
     """Quaternions of matrices, each with the sign that is nearer to the one before."""
-    defects = np.abs(R.swapaxes(-1, -2) @ R - np.eye(3)).max(axis=(-1, -2))
-    if (bad := np.flatnonzero(defects > ROTATION_TOLERANCE)).size:
+    # Huge entries overflow, and may leave NaN, which is no rotation either.
+    with np.errstate(over="ignore", invalid="ignore"):
+        defects = np.abs(R.swapaxes(-1, -2) @ R - np.eye(3)).max(axis=(-1, -2))
+    if (bad := np.flatnonzero(~(defects <= ROTATION_TOLERANCE))).size:
         raise InvalidInputError(
             f"{name}: matrix {bad[0]} is not orthogonal, defect {defects[bad[0]]:.3g}, tolerance {ROTATION_TOLERANCE}"
         )
