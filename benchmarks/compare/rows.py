@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from benchmarks import problems
-from benchmarks.compare import cubic_rows, spline_rows
+from benchmarks.compare import cubic_rows, rotation_rows, spline_rows
 from benchmarks.compare.row import THREADS, Bound, Rival, Row
 
 US = 1e-6
@@ -152,4 +152,5 @@ def _riemannian() -> list[Row]:
 def all_rows() -> list[Row]:
     """Every row of the table."""
     curves = _curves() + _batches() + _riemannian()
-    return _exponentials() + _logarithms() + curves + cubic_rows.cubics() + spline_rows.splines()
+    cubics, splines, rotations = cubic_rows.cubics(), spline_rows.splines(), rotation_rows.rotations()
+    return _exponentials() + _logarithms() + curves + cubics + splines + rotations

@@ -393,7 +393,9 @@ class RotationCurve:
         num_threads: int | None = None,
     ) -> RotationCurve: ...
     @staticmethod
-    def of_curve(curve: CubicSpline | SmoothingSpline | CubicHermite) -> RotationCurve: ...
+    def of_curve(
+        curve: CubicSpline | SmoothingSpline | CubicHermite, start: ArrayLike | None = None
+    ) -> RotationCurve: ...
     @staticmethod
     def batch(
         t: ArrayLike,

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ._core import _check_unmasked
 from .errors import InvalidInputError
+from .rotation_input import quaternions_of
 
 Array = NDArray[np.float64]
 
@@ -130,21 +131,7 @@ def _quaternions_of(name: str, R: Array) -> Array:
         )
     if (bad := np.flatnonzero(np.linalg.det(R) < 0)).size:
         raise InvalidInputError(f"{name}: matrix {bad[0]} is a reflection, its determinant is -1")
-    # Rows of 4 q q^T; the longest one has no cancellation.
-    xx, yy, zz = R[:, 0, 0], R[:, 1, 1], R[:, 2, 2]
-    xy, xz, yz = R[:, 0, 1] + R[:, 1, 0], R[:, 0, 2] + R[:, 2, 0], R[:, 1, 2] + R[:, 2, 1]
-    xw, yw, zw = R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]
-    rows = np.array(
-        [
-            [1 + xx - yy - zz, xy, xz, xw],
-            [xy, 1 - xx + yy - zz, yz, yw],
-            [xz, yz, 1 - xx - yy + zz, zw],
-            [xw, yw, zw, 1 + xx + yy + zz],
-        ]
-    )
-    longest = np.argmax(np.einsum("iin->in", rows), axis=0)
-    q = rows[longest, :, np.arange(len(R))]
-    q /= np.linalg.norm(q, axis=-1, keepdims=True)
+    q = quaternions_of(R)
     turns = np.where(np.einsum("ni,ni->n", q[1:], q[:-1]) < 0, -1.0, 1.0)
     first = np.where(q[:1, 3] < 0, -1.0, 1.0)
     return q * np.cumprod(np.concatenate([first, turns]))[:, None]

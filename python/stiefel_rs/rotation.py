@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._core import CubicHermite, SmoothingSpline
+from ._core import CubicHermite, CubicSpline, RotationCurve, SmoothingSpline
 from .angular_motion import Frame, check_frame
 from .array_input import Array, vectors_at_knots
 from .end_conditions import BcType, read_bc_type
@@ -18,16 +17,9 @@ from .rotation_input import KINDS, RotationKind, matrices_of, read_rotations, un
 from .rotation_motion import RotationMotion
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Sequence
 
-    from ._core import CubicSpline, RotationCurve
-
-    Curve: TypeAlias = CubicSpline | SmoothingSpline | CubicHermite
-else:
-    try:
-        from ._core import RotationCurve
-    except ImportError:
-        RotationCurve = import_module("tests.python.rotation_stand_in").RotationCurve
+Curve: TypeAlias = CubicSpline | SmoothingSpline | CubicHermite
 
 __all__ = ["RotationSpline"]
 
@@ -140,11 +132,12 @@ class RotationSpline(RotationMotion):
         self._set(curves, quaternions.shape[:-2], kind, extrapolate, ends)
 
     @classmethod
-    def _made(
-        cls, curves: Iterable[Curve], shape: tuple[int, ...], kind: RotationKind, extrapolate: bool
-    ) -> RotationSpline:
+    def _made(cls, curves: Sequence[Curve], rotations: Array, kind: RotationKind, extrapolate: bool) -> RotationSpline:
+        """Make splines of curves near rotations, shape (..., N, 4), whose sign at the first knot they have."""
+        starts = rotations[..., 0, :].reshape(-1, 4)
+        members = [RotationCurve.of_curve(*each) for each in zip(curves, starts, strict=True)]
         self = cls.__new__(cls)
-        self._set([RotationCurve.of_curve(curve) for curve in curves], shape, kind, extrapolate, None)
+        self._set(members, rotations.shape[:-2], kind, extrapolate, None)
         return self
 
     @classmethod
@@ -182,7 +175,9 @@ class RotationSpline(RotationMotion):
         if kind not in KINDS:
             raise InvalidInputError(f"kind: expected one of {KINDS}, found {kind!r}")
         beyond = curve.extrapolate if extrapolate is None else extrapolate
-        return cls._made([curve], (), kind, beyond)
+        self = cls.__new__(cls)
+        self._set([RotationCurve.of_curve(curve)], (), kind, beyond, None)
+        return self
 
     @classmethod
     def smoothing(
@@ -248,7 +243,7 @@ class RotationSpline(RotationMotion):
         kind, quaternions = read_rotations(rotations, project=project)
         members = each_member(t, quaternions)
         curves = [SmoothingSpline(times, matrices_of(unit(q)), weights, lam, **options) for times, q in members]
-        return cls._made(curves, quaternions.shape[:-2], kind, extrapolate)
+        return cls._made(curves, quaternions, kind, extrapolate)
 
     @classmethod
     def hermite(
@@ -306,7 +301,7 @@ class RotationSpline(RotationMotion):
         times = [member for member, _ in each_member(t, quaternions)]
         options: Any = {"extrapolate": True, "num_threads": num_threads}
         curves = [CubicHermite(*each, **options) for each in zip(times, S, V, strict=True)]
-        return cls._made(curves, quaternions.shape[:-2], kind, extrapolate)
+        return cls._made(curves, quaternions, kind, extrapolate)
 
 
 def _body_rates(rates: ArrayLike, rotations: Array, frame: Frame) -> Array:

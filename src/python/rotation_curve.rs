@@ -63,8 +63,45 @@ pub struct PyRotationCurve {
     spline: Arc<RotationSpline>,
     #[pyo3(get)]
     t: Owned,
-    bc_type: Option<Py<PyAny>>,
+    /// What it was solved from; none of a curve that was there.
+    given: Option<Given>,
     curve: PyOnceLock<Py<PyAny>>,
+}
+
+/// What a spline is solved from, and how.
+struct Given {
+    quaternions: Owned,
+    /// As it is given, and for matrices.
+    bc_type: Py<PyAny>,
+    bc_type_of_frames: Py<PyAny>,
+    how: How,
+}
+
+/// How a spline is solved.
+#[derive(Clone, Copy)]
+struct How {
+    tolerance: f64,
+    max_iterations: usize,
+    tension: f64,
+}
+
+impl How {
+    fn new(tolerance: f64, max_iterations: i64, tension: f64) -> PyResult<Self> {
+        Ok(How {
+            tolerance,
+            max_iterations: count("max_iterations", max_iterations, 1)?,
+            tension,
+        })
+    }
+
+    fn options(self, interrupt: Interrupt<'_>) -> SplineOptions<'_> {
+        SplineOptions {
+            tolerance: self.tolerance,
+            max_iterations: self.max_iterations,
+            tension: self.tension,
+            interrupt,
+        }
+    }
 }
 
 #[pymethods]
@@ -82,23 +119,8 @@ impl PyRotationCurve {
         tension: f64,
         num_threads: Option<i64>,
     ) -> PyResult<Self> {
-        let py = t.py();
-        let max_iterations = count("max_iterations", max_iterations, 1)?;
-        let t = times(t)?;
-        let (shape, entries) = read_axes::<2>(quaternions, "quaternions", "(N, 4)")?;
-        let rotations = keyframes(&shape, &entries)?;
-        let Ends { given, conditions } = ends(py, &bc_type, &rotations)?;
-        let call = Call::new(py, num_threads, SOLVES * entries.len() as f64)?;
-        let spline = call.run(move |interrupt| {
-            let options = SplineOptions {
-                tolerance: tol,
-                max_iterations,
-                tension,
-                interrupt,
-            };
-            RotationSpline::with_conditions(&t, &rotations, &conditions, &options)
-        })?;
-        Self::of(py, spline, Some(given), PyOnceLock::new())
+        let how = How::new(tol, max_iterations, tension)?;
+        Self::solved(t, quaternions, &bc_type, how, num_threads)
     }
 
     /// The quaternion form of a curve of Riemannian cubics on ``St(3, 3)``.
@@ -151,8 +173,8 @@ impl PyRotationCurve {
     ///     Times in seconds, of all curves or of each.
     /// quaternions : array_like, shape (M, N, 4)
     ///     Rotations as quaternions, scalar last.
-    /// bc_type : str, default "natural"
-    ///     ``"natural"``, ``"clamped"`` or ``"periodic"``.
+    /// bc_type : str or pair, default "natural"
+    ///     As of the class, of every member.
     /// tol, max_iterations, tension, num_threads
     ///     As of the class.
     ///
@@ -165,50 +187,44 @@ impl PyRotationCurve {
     /// InvalidInputError, OutsideDomainError, ConvergenceError
     ///     As of the class, of the first member that fails; names the member.
     #[staticmethod]
-    #[pyo3(signature = (t, quaternions, bc_type="natural", *, tol=1e-12, max_iterations=200, tension=0.0, num_threads=None))]
+    #[pyo3(signature = (
+        t, quaternions, bc_type=BcType::default(), *, tol=1e-12, max_iterations=200, tension=0.0, num_threads=None
+    ), text_signature = "(t, quaternions, bc_type='natural', *, tol=1e-12, max_iterations=200, tension=0.0, num_threads=None)")]
     fn batch(
         t: &Any,
         quaternions: &Any,
-        bc_type: &str,
+        bc_type: BcType<'_>,
         tol: f64,
         #[pyo3(from_py_with = whole)] max_iterations: i64,
         tension: f64,
         num_threads: Option<i64>,
     ) -> PyResult<Vec<Self>> {
         let py = t.py();
-        let max_iterations = count("max_iterations", max_iterations, 1)?;
+        let how = How::new(tol, max_iterations, tension)?;
         let (shape, entries) = read_axes::<3>(quaternions, "quaternions", "(M, N, 4)")?;
         let rotations = keyframes(&shape, &entries)?;
         let [members, knots, _] = shape;
-        let each = t.getattr("ndim").and_then(|ndim| ndim.extract::<usize>());
-        let t = match each {
-            Ok(2) => {
-                let ([rows, columns], t) = read_axes(t, "t", "(M, N)")?;
-                if [rows, columns] != [members, knots] {
-                    let expected = tuple(&[members, knots]);
-                    return Err(unexpected("t", &expected, &[rows, columns]));
-                }
-                t
-            }
-            _ => times(t)?.repeat(members.min(1)),
-        };
-        let bc_type = BcType::Word(bc_type.to_owned());
-        let Ends { given, conditions } = bc_type.read(py, (3, 3))?;
+        let t = times_of_members(t, [members, knots])?;
+        let each = rotations.chunks_exact(knots.max(1)).take(members);
+        let each = each.map(|rotations| ends(py, &bc_type, rotations));
+        let each = each.collect::<PyResult<Vec<_>>>()?;
+        let mut conditions = Vec::with_capacity(members);
+        let mut given = Vec::with_capacity(members);
+        for (member, ends) in each.into_iter().enumerate() {
+            let quaternions = entries[4 * knots * member..][..4 * knots].to_vec();
+            given.push(Given::new(py, quaternions, &bc_type, ends.given, how)?);
+            conditions.push(ends.conditions);
+        }
         let call = Call::new(py, num_threads, SOLVES * entries.len() as f64)?;
         let found = call.run(move |interrupt| {
-            let options = SplineOptions {
-                tolerance: tol,
-                max_iterations,
-                tension,
-                interrupt,
-            };
+            let options = how.options(interrupt);
             let one = |member: usize| {
                 let t = match t.len() == members * knots {
                     true => &t[member * knots..][..knots],
                     false => &t[..],
                 };
                 let rotations = &rotations[member * knots..][..knots];
-                RotationSpline::with_conditions(t, rotations, &conditions, &options)
+                RotationSpline::with_conditions(t, rotations, &conditions[member], &options)
             };
             let all: Vec<Result<RotationSpline>> = (0..members).into_par_iter().map(one).collect();
             let mut splines = Vec::with_capacity(members);
@@ -222,8 +238,8 @@ impl PyRotationCurve {
             Ok(Ok(splines))
         })?;
         let splines = found.map_err(|(member, error)| at_member(&error, member, &[members]))?;
-        let wrap = |spline| Self::of(py, spline, Some(given.clone_ref(py)), PyOnceLock::new());
-        splines.into_iter().map(wrap).collect()
+        let wrap = |(spline, given)| Self::of(py, spline, Some(given), PyOnceLock::new());
+        splines.into_iter().zip(given).map(wrap).collect()
     }
 
     /// Unit quaternions at times.
@@ -263,13 +279,48 @@ impl PyRotationCurve {
         })
     }
 
-    /// For pickles and copies: the curve on ``St(3, 3)``, and the quaternion that it starts from.
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Any<'py>, (Py<PyAny>, Any<'py>))> {
+    /// For pickles: what the spline is solved from, or the curve that it is of and the quaternion that it starts from.
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Any<'py>, Bound<'py, PyTuple>)> {
         let (py, this) = (slf.py(), slf.get());
-        let first = this.t.bind(py).get_item(0)?;
-        let start = this.quaternions(&PyTuple::new(py, [first])?.into_any())?;
-        let restore = slf.get_type().getattr("of_curve")?;
-        Ok((restore, (this.curve(py)?, start.get_item(0)?)))
+        let class = slf.get_type();
+        let Some(given) = &this.given else {
+            let first = this.t.bind(py).get_item(0)?;
+            let start = this.quaternions(&PyTuple::new(py, [first])?.into_any())?;
+            let arguments = (this.curve(py)?, start.get_item(0)?).into_pyobject(py)?;
+            return Ok((class.getattr("of_curve")?, arguments));
+        };
+        let How {
+            tolerance,
+            max_iterations,
+            tension,
+        } = given.how;
+        let (t, quaternions, bc_type) = (&this.t, &given.quaternions, &given.bc_type);
+        let arguments = (t, quaternions, bc_type, tolerance, max_iterations, tension);
+        let arguments = arguments.into_pyobject(py)?;
+        Ok((class.getattr("_solved")?, arguments))
+    }
+
+    /// The same again, from a pickle.
+    #[staticmethod]
+    fn _solved(
+        t: &Any,
+        quaternions: &Any,
+        bc_type: BcType<'_>,
+        tol: f64,
+        max_iterations: i64,
+        tension: f64,
+    ) -> PyResult<Self> {
+        let how = How::new(tol, max_iterations, tension)?;
+        Self::solved(t, quaternions, &bc_type, how, None)
+    }
+
+    /// It never changes.
+    fn __copy__(slf: Py<Self>) -> Py<Self> {
+        slf
+    }
+
+    fn __deepcopy__(slf: Py<Self>, _memo: &Any) -> Py<Self> {
+        slf
     }
 
     #[getter]
@@ -285,16 +336,37 @@ impl PyRotationCurve {
 }
 
 impl PyRotationCurve {
+    fn solved(
+        t: &Any,
+        quaternions: &Any,
+        bc_type: &BcType<'_>,
+        how: How,
+        num_threads: Option<i64>,
+    ) -> PyResult<Self> {
+        let py = t.py();
+        let t = times(t)?;
+        let (shape, entries) = read_axes::<2>(quaternions, "quaternions", "(N, 4)")?;
+        let rotations = keyframes(&shape, &entries)?;
+        let Ends { given, conditions } = ends(py, bc_type, &rotations)?;
+        let call = Call::new(py, num_threads, SOLVES * entries.len() as f64)?;
+        let given = Given::new(py, entries, bc_type, given, how)?;
+        let spline = call.run(move |interrupt| {
+            let options = how.options(interrupt);
+            RotationSpline::with_conditions(&t, &rotations, &conditions, &options)
+        })?;
+        Self::of(py, spline, Some(given), PyOnceLock::new())
+    }
+
     fn of(
         py: Python<'_>,
         spline: RotationSpline,
-        bc_type: Option<Py<PyAny>>,
+        given: Option<Given>,
         curve: PyOnceLock<Py<PyAny>>,
     ) -> PyResult<Self> {
         Ok(PyRotationCurve {
             t: Array::flat(spline.knots().to_vec()).frozen(py)?,
             spline: Arc::new(spline),
-            bc_type,
+            given,
             curve,
         })
     }
@@ -308,8 +380,8 @@ impl PyRotationCurve {
             t: spline.knots().to_vec(),
             points: Batch::of([frames.len(), 3, 3], entries),
         };
-        let bc_type = match &self.bc_type {
-            Some(bc_type) => bc_type.clone_ref(py),
+        let bc_type = match &self.given {
+            Some(given) => given.bc_type_of_frames.clone_ref(py),
             None => py.None(),
         };
         let spline = Spline {
@@ -335,6 +407,51 @@ impl PyRotationCurve {
         let shape = vec![count, N];
         Array { shape, entries }.into_bound_py_any(t.py())
     }
+}
+
+impl Given {
+    fn new(
+        py: Python<'_>,
+        quaternions: Vec<f64>,
+        bc_type: &BcType<'_>,
+        bc_type_of_frames: Py<PyAny>,
+        how: How,
+    ) -> PyResult<Self> {
+        let bc_type = match bc_type {
+            BcType::Word(word) => word.into_py_any(py)?,
+            BcType::Pair(pair) => pair.clone().unbind(),
+        };
+        let shape = vec![quaternions.len() / 4, 4];
+        let array = Array {
+            shape,
+            entries: quaternions,
+        };
+        Ok(Given {
+            quaternions: array.frozen(py)?,
+            bc_type,
+            bc_type_of_frames,
+            how,
+        })
+    }
+}
+
+/// Times of all members together, or of each.
+fn times_of_members(t: &Any, [members, knots]: [usize; 2]) -> PyResult<Vec<f64>> {
+    let axes = t.getattr("ndim").and_then(|ndim| ndim.extract::<usize>());
+    if !matches!(axes, Ok(2)) {
+        return times(t);
+    }
+    let ([rows, columns], flat) = read_axes(t, "t", "(M, N)")?;
+    if [rows, columns] != [members, knots] {
+        return Err(unexpected("t", &tuple(&[members, knots]), &[rows, columns]));
+    }
+    if t.cast::<PyArrayDyn<f64>>().is_err() {
+        // For what their numbers are, row by row.
+        for row in t.try_iter()? {
+            times(&row?)?;
+        }
+    }
+    Ok(flat)
 }
 
 /// Unit quaternions from entries in fours.

@@ -40,6 +40,7 @@ pub(super) struct SolvedLegs<'a> {
 
 impl SolvedLegs<'_> {
     /// Coefficients of the rate about the middle of a leg, in its time.
+    #[inline(always)]
     fn rates(&self, leg: usize) -> Option<Vec<Vector>> {
         let mut middle = [[0.0; 3]; 3];
         let room = middle.each_mut().map(|x| &mut x[..]);
@@ -100,6 +101,7 @@ impl Pieces {
     }
 
     /// A leg from its rate about its middle; the quaternion that it reaches.
+    #[inline(always)]
     fn push_solved(&mut self, rates: &[Vector], start: Quaternion) -> Quaternion {
         let turns = quaternion_series(rates, [0.0, 0.0, 0.0, 1.0]);
         let center = product(start, conjugate(normalised(value(&turns, -0.5))));

@@ -17,6 +17,7 @@ use crate::curve::{Curve, Quantity};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::legs::Curves;
+use crate::linalg::simd::vectorised;
 use crate::report::SolverReport;
 use crate::spline::{
     EndConditions, Outside, Piecewise, SmoothingOptions, SplineOptions, cubic_hermite,
@@ -31,7 +32,7 @@ const SHARED: usize = 4096;
 /// The same curve as the [`cubic_spline`](crate::spline::cubic_spline) of the matrices, points of `St(3, 3)`, in unit quaternions:
 /// of continuous sign, at the first keyframe the given one. Outside of the keyframes' times the first and the last piece go on.
 ///
-/// The first value makes the polynomials of all legs, some 2 us a leg; from then on nothing is allocated between the first and the
+/// The first value makes the polynomials of all legs, some microseconds a leg; from then on nothing is allocated between the first and the
 /// last keyframe.
 ///
 /// # Accuracy
@@ -362,7 +363,7 @@ impl RotationSpline {
             *out = value(place, s);
         };
         match t.len() < SHARED {
-            true => t.iter().zip(out).for_each(one),
+            true => vectorised(|| t.iter().zip(out).for_each(one)),
             false => t.par_iter().zip(out).with_min_len(SHARED / 4).for_each(one),
         }
         Ok(())

@@ -12,6 +12,7 @@ pub(super) type Quaternion = [f64; 4];
 /// w'' = w' \times w + \tau w + c,\qquad
 /// (k+1)(k+2)\,a_{k+2} = \sum_{i > j,\ i + j = k + 1} (i - j)\, a_i \times a_j + \tau a_k
 /// ```
+#[inline(always)]
 pub(super) fn rate_series(
     [w, first, second]: [Vector; 3],
     tension: f64,
@@ -33,22 +34,32 @@ pub(super) fn rate_series(
 }
 
 /// Coefficients of the quaternion, one more than of the rate, from its value at the center: `q' = q (w, 0) / 2`.
+#[inline(always)]
 pub(super) fn quaternion_series(w: &[Vector], center: Quaternion) -> Vec<Quaternion> {
     let mut q = Vec::with_capacity(w.len() + 1);
+    // The products with the three unit vectors, of which those with a rate are sums: four numbers at a time.
+    let mut units = Vec::with_capacity(w.len() + 1);
     q.push(center);
+    units.push(by_units(center));
     for k in 0..w.len() {
         let mut sum = [0.0; 4];
-        for (w, q) in w[..=k].iter().zip(q.iter().rev()) {
-            let [x, y, z, s] = *q;
-            sum[0] += s * w[0] + y * w[2] - z * w[1];
-            sum[1] += s * w[1] + z * w[0] - x * w[2];
-            sum[2] += s * w[2] + x * w[1] - y * w[0];
-            sum[3] -= x * w[0] + y * w[1] + z * w[2];
+        for (w, unit) in w[..=k].iter().zip(units.iter().rev()) {
+            for i in 0..4 {
+                sum[i] += w[0] * unit[0][i] + w[1] * unit[1][i] + w[2] * unit[2][i];
+            }
         }
         let factor = 0.5 / (k + 1) as f64;
-        q.push(sum.map(|x| factor * x));
+        let next = sum.map(|x| factor * x);
+        q.push(next);
+        units.push(by_units(next));
     }
     q
+}
+
+/// `q` times the unit vectors.
+#[inline(always)]
+fn by_units([x, y, z, s]: Quaternion) -> [Quaternion; 3] {
+    [[s, z, -y, -x], [-z, s, x, -y], [y, -x, s, -z]]
 }
 
 /// The value of a polynomial, even and odd powers by themselves: two short chains of additions in place of a long one.
@@ -89,6 +100,7 @@ pub(super) fn derivative(coefficients: &[Vector], u: f64, order: usize) -> Vecto
 }
 
 /// `a b`, the rotation `b` first.
+#[inline(always)]
 pub(super) fn product(a: Quaternion, b: Quaternion) -> Quaternion {
     let ([ax, ay, az, aw], [bx, by, bz, bw]) = (a, b);
     [
@@ -115,6 +127,7 @@ pub(super) fn normalised(q: Quaternion) -> Quaternion {
     q.map(|x| factor * x)
 }
 
+#[inline(always)]
 fn add_cross(sum: &mut Vector, factor: f64, a: Vector, b: Vector) {
     sum[0] += factor * (a[1] * b[2] - a[2] * b[1]);
     sum[1] += factor * (a[2] * b[0] - a[0] * b[2]);

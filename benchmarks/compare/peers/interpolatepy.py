@@ -62,8 +62,11 @@ def points_task() -> Task:
 
 def tasks() -> Tasks:
     """All of them by name."""
+    # The same work stands in two rows: beside curves on St(3, 2), and beside splines of rotations.
     found: Tasks = {
-        f"spline_setup/{count}:interpolatepy": partial(setup_task, count) for count in spline_problems.KEYFRAMES
+        f"{row}/{count}:interpolatepy": partial(setup_task, count)
+        for row in ("spline_setup", "rotation_setup")
+        for count in spline_problems.KEYFRAMES
     }
     found["spline_points:interpolatepy"] = points_task
     return found

@@ -10,7 +10,7 @@ import scipy.linalg
 from scipy.spatial.transform import Rotation, RotationSpline
 
 from benchmarks import problems
-from benchmarks.compare import cubic_problems, spline_problems
+from benchmarks.compare import cubic_problems, rotation_problems, spline_problems
 from benchmarks.compare.methods import casteljau, cubics, rotation_spline
 from benchmarks.compare.methods.hermite import TangentHermite
 from benchmarks.compare.methods.stiefel_log import cayley_log, rotation_log, stiefel_log
@@ -128,16 +128,9 @@ def cubic_parts_task(n: int, k: int) -> Task:
     return Task(lambda: cubic_problems.basis(b) @ S)
 
 
-def keyframes(count: int) -> tuple[problems.Array, Rotation]:
-    """Times and rotations to join; SciPy's quaternions have the scalar last."""
-    knots = spline_problems.keyframes(count)
-    assert knots.quaternions is not None
-    return knots.t, Rotation.from_quat(np.roll(knots.quaternions, -1, axis=1))
-
-
 def rotation_spline_task(count: int) -> Task:
     """`RotationSpline` through keyframes."""
-    t, rotations = keyframes(count)
+    t, rotations = rotation_problems.keyframes(count)
 
     def note() -> str:
         spline = RotationSpline(t, rotations)
@@ -148,9 +141,23 @@ def rotation_spline_task(count: int) -> Task:
 
 def rotation_points_task() -> Task:
     """Points of that."""
-    t, rotations = keyframes(spline_problems.EVALUATED)
+    t, rotations = rotation_problems.keyframes(spline_problems.EVALUATED)
     spline, times = RotationSpline(t, rotations), spline_problems.evaluations(t)
     return Task(lambda: spline(times), units=len(times), result=lambda: spline(times).as_matrix()[..., :2])
+
+
+def rotation_values_task(order: int) -> Task:
+    """Rotations or rates of a spline at many times."""
+    t, rotations = rotation_problems.keyframes(rotation_problems.EVALUATED)
+    spline, times = RotationSpline(t, rotations), spline_problems.evaluations(t)
+    return Task(lambda: spline(times, order), units=len(times), result=lambda: np.zeros(0))
+
+
+def rotation_crowd_task() -> Task:
+    """A loop over many splines."""
+    t, quaternions = rotation_problems.crowd()
+    members = [(times, Rotation.from_quat(q)) for times, q in zip(t, quaternions, strict=True)]
+    return Task(lambda: [RotationSpline(*each) for each in members], units=len(t), result=lambda: np.zeros(0))
 
 
 def tangent_hermite(*, points: bool) -> Task:
@@ -176,6 +183,11 @@ def tasks() -> Tasks:
     for count in spline_problems.KEYFRAMES:
         found[f"spline_setup/{count}:rotation_spline"] = partial(rotation_spline_task, count)
     found["spline_points:rotation_spline"] = rotation_points_task
+    for count in rotation_problems.COUNTS:
+        found[f"rotation_setup/{count}:rotation_spline"] = partial(rotation_spline_task, count)
+    for name, order in rotation_problems.VALUES.items():
+        found[f"rotation_values/{name}:rotation_spline"] = partial(rotation_values_task, order)
+    found["rotation_crowd:rotation_spline"] = rotation_crowd_task
     found["spline_hermite/setup:tangent"] = partial(tangent_hermite, points=False)
     found["spline_hermite/point:tangent"] = partial(tangent_hermite, points=True)
     for m in problems.SMALL_EXP + problems.LARGE:

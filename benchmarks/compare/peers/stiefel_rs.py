@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks import problems
-from benchmarks.compare import cubic_problems, spline_tasks
+from benchmarks.compare import cubic_problems, rotation_tasks, spline_tasks
 from benchmarks.compare.methods import extended
 from benchmarks.compare.protocol import Measures, Task, Tasks, serve
 from benchmarks.memory import resident
@@ -208,7 +208,7 @@ def tasks() -> Tasks:
             found[f"retract_{kind}/{n},{k}:ours"] = partial(retraction_task, n, k, kind)
         for distance in problems.DISTANCES:
             found[f"log/{n},{k}/{distance}:ours"] = partial(riemannian_log_task, n, k, distance)
-    return found | spline_tasks.tasks()
+    return found | spline_tasks.tasks() | rotation_tasks.tasks()
 
 
 def exp_defect(m: int) -> float:
