@@ -12,7 +12,7 @@ from beside import HANGS
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"
-NAMES = ("attitude", "reduced_order_model", "moving_subspace", "grand_tour")
+NAMES = ("attitude", "uneven_keyframes", "camera_path", "reduced_order_model", "moving_subspace", "grand_tour")
 
 
 @pytest.fixture(scope="module")
@@ -70,6 +70,32 @@ def test_attitude(run):
     assert found["keyframe_error"] < 1e-13
     assert found["jump_of_slerp_velocity"] > 1
     assert found["farthest_apart"] > 0.1
+
+
+def test_uneven_keyframes(run):
+    found = run("uneven_keyframes")
+    assert found["cost_check"] == pytest.approx(found["cost"], rel=1e-9)
+    # Measured: 4.2 and 3.7 times; 3.2 times with the same ends.
+    assert found["cost_scipy"] > 4 * found["cost"]
+    assert found["peak_scipy"] > 3.5 * found["peak"]
+    assert found["cost_scipy"] > 3 * found["cost_same_ends"]
+    assert found["cost"] < found["cost_same_ends"]
+    assert found["turned"] < 1.3 * found["least_turned"]
+    assert found["random_cost_50"] > 1.5
+
+
+def test_camera_path(run):
+    found = run("camera_path")
+    spline, slerp, near = "PoseSpline", "slerp and straight lines", "PoseSpline.smoothing"
+    for m, row in found["errors"].items():
+        best = min(row, key=lambda name: row[name][0])
+        # The gallery says where others are better, and by how much.
+        assert row[spline][0] < 1.06 * row[best][0], m
+        assert row[spline][1] < 1.1 * row[slerp][1], m
+    rows = found["errors"]
+    assert rows["2"][near][0] < rows["2"][spline][0]
+    assert rows["2"][near][1] < rows["2"][spline][1]
+    assert found["accelerations"][near][0] < 0.6 * found["accelerations"][spline][0]
 
 
 def test_reduced_order_model(run):
