@@ -425,6 +425,13 @@ fn bad_input_is_an_error() {
     let mut out = [[0.0; 3]; 2];
     assert!(natural.rates_into(&[t[0]], 0, &mut out).is_err());
     assert!(natural.rates_into(&t[..2], 3, &mut out).is_err());
+    // A turn in no time.
+    let fast = spline(&[0.0, 1e-200], &q[..2], &RotationEnds::Natural);
+    assert!(fast.rates_into(&[0.0, 1e-200], 0, &mut out).is_ok());
+    let ends = RotationEnds::Each([RotationEnd::Rate(Vector3::zeros()); 2]);
+    let fast = spline(&[0.0, 1e-200], &q[..2], &ends);
+    let error = fast.rates_into(&[0.0, 1e-200], 1, &mut out);
+    assert!(matches!(error, Err(Error::Overflow { .. })));
     let options = SplineOptions::default();
     let ends = RotationEnds::Natural;
     assert!(RotationSpline::new(&t[..1], &q[..1], &ends, &options).is_err());

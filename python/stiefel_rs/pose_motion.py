@@ -11,6 +11,7 @@ from .angular_motion import AngularMotion, Frame, check_frame
 from .array_input import Array, finite_array, times_within
 from .end_conditions import BcType
 from .pose_input import PoseKind, give_back_poses
+from .positions import derivative
 from .rotation_input import inverse, rotated
 
 if TYPE_CHECKING:
@@ -249,5 +250,5 @@ class PoseMotion(AngularMotion):
         times = finite_array(t, "t")
         if not self.extrapolate:
             times = times_within(times, *self.t_span)
-        world = np.asarray(self._positions(times, order))
+        world = derivative(self._positions, times, order)
         return rotated(inverse(self._rotations._curves.quaternions(times)), world) if in_body else world

@@ -32,7 +32,29 @@ def interpolating(t: Array, positions: Array, bc_type: BcType) -> Any:
     scipy = scipy_module("scipy.interpolate", USE)
     if bc_type == "periodic":
         positions = _closed(positions)
-    return scipy.CubicSpline(t, positions, bc_type=bc_type, extrapolate=True)
+    with np.errstate(all="ignore"):
+        spline = scipy.CubicSpline(t, positions, bc_type=bc_type, extrapolate=True)
+    _check_finite(spline.c)
+    return spline
+
+
+def derivative(spline: Any, t: Array, order: int) -> Array:
+    """Return positions, or a derivative of them, at times of shape T, shape T + (3,).
+
+    Raises
+    ------
+    InvalidInputError
+        A number too large for a float.
+    """
+    with np.errstate(all="ignore"):
+        values: Array = spline(t, order)
+    _check_finite(values)
+    return values
+
+
+def _check_finite(values: Array) -> None:
+    if not np.isfinite(values).all():
+        raise InvalidInputError("positions: a derivative is too large for a float; give times in a larger unit")
 
 
 def _closed(positions: Array) -> Array:

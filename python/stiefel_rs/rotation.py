@@ -174,9 +174,10 @@ class RotationSpline(RotationMotion):
         """
         if kind not in KINDS:
             raise InvalidInputError(f"kind: expected one of {KINDS}, found {kind!r}")
+        member = RotationCurve.of_curve(curve)
         beyond = curve.extrapolate if extrapolate is None else extrapolate
         self = cls.__new__(cls)
-        self._set([RotationCurve.of_curve(curve)], (), kind, beyond, None)
+        self._set([member], (), kind, beyond, None)
         return self
 
     @classmethod

@@ -77,6 +77,8 @@ class RotationMotion(AngularMotion):
     def cost(self) -> Any:
         """Return the integral of the squared angular acceleration over ``t_span``.
 
+        Of a spline in tension, the integral of ``|a|^2 + tension |w|^2``.
+
         Returns
         -------
         float or ndarray, shape (...)

@@ -306,7 +306,7 @@ impl RotationSpline {
     /// Body rates at many times, or a derivative of them, of order 0 to 2; in parallel where there are many.
     ///
     /// # Errors
-    /// As [`RotationSpline::rotation`], `InvalidArgument` (order), `NonFinite` with the index of the time.
+    /// As [`RotationSpline::rotation`], `InvalidArgument` (order), `NonFinite` with the index of the time, `Overflow`.
     pub fn rates_into(&self, t: &[f64], order: usize, out: &mut [[f64; 3]]) -> Result<()> {
         if order > 2 {
             return Err(Error::InvalidArgument {
@@ -323,7 +323,13 @@ impl RotationSpline {
                 Place::Beyond(beyond) => beyond.pieces.rate(0, s, length(beyond.leg), order),
             }
         };
-        self.values_into(t, out, rate)
+        self.values_into(t, out, rate)?;
+        if out.iter().flatten().all(|x| x.is_finite()) {
+            return Ok(());
+        }
+        Err(Error::Overflow {
+            quantity: "rate of a spline of rotations",
+        })
     }
 
     fn values_into<const N: usize>(

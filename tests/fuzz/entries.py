@@ -6,6 +6,7 @@ Arguments that are named in the dictionary by a number are positional.
 from .charts import CHART
 from .functions import FUNCTIONS
 from .manifold import MANIFOLD
+from .rotations import ROTATIONS
 from .trajectories import TRAJECTORIES
 
-CALLS = {**FUNCTIONS, **MANIFOLD, **CHART, **TRAJECTORIES}
+CALLS = {**FUNCTIONS, **MANIFOLD, **CHART, **TRAJECTORIES, **ROTATIONS}
