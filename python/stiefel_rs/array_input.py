@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Final, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -52,6 +52,20 @@ def real_array(values: ArrayLike, name: str) -> Array:
     if array.dtype.kind not in "fiub":
         raise TypeError(f"{name}: expected real numbers, found an array of dtype {array.dtype}")
     return array.astype(np.float64, copy=False)
+
+
+def either(t: ArrayLike | None, times: ArrayLike | None) -> ArrayLike:
+    """Return the one of two names of an argument that is given.
+
+    Raises
+    ------
+    TypeError
+        Both are given.
+    """
+    if t is not None and times is not None:
+        raise TypeError("t: give the times once, as t or as times")
+    # None is refused where numbers are read.
+    return cast("ArrayLike", t if times is None else times)
 
 
 def finite_array(values: ArrayLike, name: str) -> Array:

@@ -66,8 +66,8 @@ class PoseSpline(PoseMotion):
 
     Notes
     -----
-    In the metric that adds both parts, cubics of poses are cubics of rotations and of positions. The curve does not
-    depend on the choice of the world frame. It does depend on the point of the body that the positions are of.
+    In the metric that adds both parts, cubics of poses are cubics of rotations and of positions. A curve through poses
+    does not depend on the choice of the world frame. It does depend on the point of the body that the positions are of.
 
     Examples
     --------

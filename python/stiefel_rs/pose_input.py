@@ -8,7 +8,7 @@ import numpy as np
 
 from .array_input import Array, at_knot, check_knots_finite, real_array
 from .errors import InvalidInputError
-from .rotation_input import is_transform, scipy_module
+from .rotation_input import ORTHONORMAL, ORTHONORMAL_SINGLE, is_single, is_transform, scipy_module
 
 PoseKind: TypeAlias = Literal["RigidTransform", "matrices", "pair"]
 
@@ -65,7 +65,7 @@ def _of_scipy(poses: Any) -> Poses:
 
 
 def _of_matrices(poses: Any) -> Poses:
-    single = getattr(poses, "dtype", None) == np.float32
+    single = is_single(poses)
     matrices = real_array(poses, "poses")
     if matrices.ndim != 3 or matrices.shape[1:] != (4, 4):
         raise InvalidInputError(
@@ -73,7 +73,7 @@ def _of_matrices(poses: Any) -> Poses:
             f"found shape {matrices.shape}"
         )
     check_knots_finite(matrices, "poses", 2)
-    wrong = (matrices[:, 3] != LAST_ROW).any(axis=-1)
+    wrong = (np.abs(matrices[:, 3] - LAST_ROW) > (ORTHONORMAL_SINGLE if single else ORTHONORMAL)).any(axis=-1)
     if wrong.any():
         knot = int(np.argmax(wrong))
         raise at_knot(f"poses: the last row must be (0, 0, 0, 1), found {tuple(matrices[knot, 3].tolist())}", knot)

@@ -16,6 +16,8 @@ from .rotation_input import scipy_module
 CLOSED: Final = 1e-9
 # As many data as scipy.interpolate.make_smoothing_spline needs.
 SMOOTHED_AT_LEAST: Final = 5
+# Of the weight, over the cube of the time: beyond, SciPy's smoothing spline is off by more than 1e-6.
+LARGEST: Final = 1e9
 USE: Final = "PoseSpline"
 
 
@@ -32,8 +34,15 @@ def interpolating(t: Array, positions: Array, bc_type: BcType) -> Any:
     scipy = scipy_module("scipy.interpolate", USE)
     if bc_type == "periodic":
         positions = _closed(positions)
-    with np.errstate(all="ignore"):
-        spline = scipy.CubicSpline(t, positions, bc_type=bc_type, extrapolate=True)
+    try:
+        # What overflows is told by the error.
+        with np.errstate(all="ignore"):
+            spline = scipy.CubicSpline(t, positions, bc_type=bc_type, extrapolate=True)
+    except ValueError as error:
+        # Of checked arguments only what overflows is left.
+        raise InvalidInputError(
+            f"positions: too large, or times too far apart or too near, for floats ({error})"
+        ) from error
     _check_finite(spline.c)
     return spline
 
@@ -77,7 +86,8 @@ def smoothing(t: ArrayLike, positions: Array, lam: float | None, weights: ArrayL
     Raises
     ------
     InvalidInputError
-        Fewer than 5 positions, times that do not increase, a `lam` that is negative or not finite.
+        Fewer than 5 positions, times that do not increase, a `lam` that is negative, not finite or more than
+        1e9 times the cube of the time.
     ImportError
         SciPy is not installed.
     """
@@ -85,6 +95,11 @@ def smoothing(t: ArrayLike, positions: Array, lam: float | None, weights: ArrayL
     times = _increasing(t, len(positions))
     if lam is not None and not (np.isfinite(lam) and lam >= 0):
         raise InvalidInputError(f"lam: expected a finite number of 0 or more for positions, found {lam}")
+    most = LARGEST * (times[-1] - times[0]) ** 3
+    if lam is not None and lam > most:
+        raise InvalidInputError(
+            f"lam: expected at most {most:.3g} for positions over this time, found {lam:.3g}: fit a line instead"
+        )
     w = None if weights is None else finite_array(weights, "weights")
     # SciPy before 1.15 takes one coordinate at a time.
     found = [scipy.make_smoothing_spline(times, column, w=w, lam=lam) for column in positions.T]

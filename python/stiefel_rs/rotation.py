@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ._core import CubicHermite, CubicSpline, RotationCurve, SmoothingSpline
 from .angular_motion import Frame, check_frame
-from .array_input import Array, vectors_at_knots
+from .array_input import Array, either, vectors_at_knots
 from .end_conditions import BcType, read_bc_type
 from .errors import InvalidInputError
 from .rotation_curves import each_member, flat_batch
@@ -43,6 +43,8 @@ class RotationSpline(RotationMotion):
         the last rotation is the first one, and rate and acceleration agree there. Or a pair of conditions for the first
         and the last rotation: each ``"natural"``, ``"clamped"``, ``(1, w)`` with an angular rate in rad/s or ``(2, a)``
         with an angular acceleration in rad/s^2, of shape (3,), in the body frame.
+    times : array_like, optional
+        Another name of `t`, which SciPy's class has.
     extrapolate : bool, default True
         Whether the first and the last piece go on outside of ``[t[0], t[-1]]``. If False, times there raise; a time
         within 4 units in the last place of an end counts as that end.
@@ -111,10 +113,11 @@ class RotationSpline(RotationMotion):
 
     def __init__(
         self,
-        t: ArrayLike,
-        rotations: Any,
+        t: ArrayLike | None = None,
+        rotations: Any = None,
         bc_type: BcType = "natural",
         *,
+        times: ArrayLike | None = None,
         extrapolate: bool = True,
         project: bool = False,
         tol: float = 1e-12,
@@ -122,6 +125,7 @@ class RotationSpline(RotationMotion):
         tension: float = 0.0,
         num_threads: int | None = None,
     ) -> None:
+        t = either(t, times)
         kind, quaternions = read_rotations(rotations, project=project)
         ends = read_bc_type(bc_type, (3,))
         options: Any = {"tol": tol, "max_iterations": max_iterations, "tension": tension, "num_threads": num_threads}
@@ -260,7 +264,8 @@ class RotationSpline(RotationMotion):
     ) -> RotationSpline:
         """Interpolate rotations with given angular rates.
 
-        The rate is continuous; the acceleration jumps at the rotations.
+        The rate is continuous; the acceleration jumps at the rotations. Between rotations half a turn apart the rates
+        decide which way the curve goes; where they do not, a rotation in between does.
 
         Parameters
         ----------

@@ -70,7 +70,7 @@ def read_rotations(rotations: Any, *, project: bool = False) -> tuple[RotationKi
         return "Rotation", _of_scipy(rotations)
     if isinstance(rotations, list | tuple) and any(is_transform(item, "Rotation") for item in rotations):
         raise TypeError("rotations: found a list of Rotation objects; join them by Rotation.concatenate")
-    single = getattr(rotations, "dtype", None) == np.float32
+    single = is_single(rotations)
     array = real_array(rotations, "rotations")
     if array.ndim >= 2 and array.shape[-1] == 4:
         check_knots_finite(array, "rotations", 1)
@@ -82,6 +82,15 @@ def read_rotations(rotations: Any, *, project: bool = False) -> tuple[RotationKi
     raise InvalidInputError(
         f"rotations: expected a Rotation, quaternions (..., N, 4) or matrices (..., N, 3, 3), found shape {array.shape}"
     )
+
+
+def is_single(values: Any) -> bool:
+    """Whether numbers are given in single precision or less, as an array or as a list of such."""
+    try:
+        dtype = np.asarray(values).dtype
+    except ValueError:
+        return False
+    return dtype.kind == "f" and dtype.itemsize <= np.dtype(np.float32).itemsize
 
 
 def _of_scipy(rotations: Any) -> Array:

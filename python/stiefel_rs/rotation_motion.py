@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ._core import SmoothingSpline
 from .angular_motion import AngularMotion, Frame, check_frame
-from .array_input import Array
+from .array_input import Array, either
 from .end_conditions import BcType
 from .errors import InvalidInputError
 from .rotation_curves import RotationCurves
@@ -43,7 +43,7 @@ class RotationMotion(AngularMotion):
         self._curves = RotationCurves(tuple(curves), shape, bool(extrapolate))
         self._kind, self._bc_type = kind, bc_type
 
-    def __call__(self, t: ArrayLike, order: int = 0) -> Any:
+    def __call__(self, t: ArrayLike | None = None, order: int = 0, *, times: ArrayLike | None = None) -> Any:
         """Return rotations, or their rates in the body frame.
 
         Parameters
@@ -52,6 +52,8 @@ class RotationMotion(AngularMotion):
             Times, in s, the same for all splines of a batch. SciPy's rotations take one axis at most, as in SciPy.
         order : {0, 1, 2, 3}
             0 for rotations; 1, 2 and 3 for angular rate, acceleration and jerk.
+        times : array_like, optional
+            Another name of `t`, which SciPy's class has.
 
         Returns
         -------
@@ -66,7 +68,8 @@ class RotationMotion(AngularMotion):
         InvalidInputError
             Times that are not finite, or outside without `extrapolate`; another order.
         """
-        if order not in range(MAX_ORDER + 1):
+        t = either(t, times)
+        if np.ndim(order) or order not in range(MAX_ORDER + 1):
             raise InvalidInputError(f"order: must be 0, 1, 2 or 3, found {order!r}")
         if self._kind == "Rotation" and np.ndim(t) > SCIPY_AXES:
             raise InvalidInputError(f"t: Rotation objects take one axis of times at most, found shape {np.shape(t)}")

@@ -32,6 +32,8 @@ TUM_SUFFIXES: Final = (".tum", ".txt")
 CSV_SUFFIX: Final = ".csv"
 
 # Enough for the digits of a time stamp of 1e9 s and of a float64 beside it. The user's own context may be another one.
+# Seconds: three thousand years. Later times are nanoseconds whose unit is not said.
+LATEST: Final = 1e11
 EXACT: Final = decimal.Context(prec=50)
 # Rows that are formatted at once.
 _CHUNK: Final = 4096
@@ -288,6 +290,11 @@ def _collect(name: str, lines: Iterable[tuple[int, str]], layout: Layout) -> Rec
     positions = table[:, 1:-4] / layout.parts_of_metre if len(layout.names) == len(TUM_NAMES) else None
     found = Recording(stamps, quaternions, positions)
     _check_times(name, numbers, found)
+    if found.t[-1] > LATEST:
+        unit = "its header says the unit, as timestamp [ns]" if layout is not TUM else "TUM files have seconds"
+        raise _wrong(
+            name, numbers[-1], f"time {stamps[-1]} s is more than {LATEST:g} s, which is no time in seconds; {unit}"
+        )
     return found
 
 
@@ -324,7 +331,9 @@ def _stamp(text: str, exponent: int) -> Decimal:
 def _check_times(name: str, numbers: Sequence[int], found: Recording) -> None:
     for i in np.flatnonzero(np.diff(found.t) <= 0)[:1]:
         before, after = found.stamps[i], found.stamps[i + 1]
-        raise _wrong(name, numbers[i + 1], f"time {after} s does not come after {before} s in line {numbers[i]}")
+        why = "is the same as" if after > before else "does not come after"
+        there = " for a float; count times from a nearer start" if after > before else ""
+        raise _wrong(name, numbers[i + 1], f"time {after} s {why} {before} s in line {numbers[i]}{there}")
 
 
 def _write_poses(path: PathLike, suffix: str, t: ArrayLike, poses: Any) -> None:
@@ -357,7 +366,9 @@ def write(
     """
     others = others or {}
     if suffix != CSV_SUFFIX and positions is None:
-        raise InvalidInputError(f"{os.fsdecode(path)}: there are no positions, which only a {CSV_SUFFIX} file may lack")
+        raise InvalidInputError(
+            f"{os.fsdecode(path)}: no positions are given; a {CSV_SUFFIX} file takes rotations alone"
+        )
     names = [CSV_NAMES[0], *(CSV_NAMES[4:] if positions is None else CSV_NAMES[1:]), *others]
     head, separator = (",".join(names), ",") if suffix == CSV_SUFFIX else (f"# {' '.join(TUM_NAMES)}", " ")
     columns = [quaternions] if positions is None else [positions, quaternions]

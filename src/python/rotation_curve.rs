@@ -204,9 +204,11 @@ impl PyRotationCurve {
         let (shape, entries) = read_axes::<3>(quaternions, "quaternions", "(M, N, 4)")?;
         let rotations = keyframes(&shape, &entries)?;
         let [members, knots, _] = shape;
-        let t = times_of_members(t, [members, knots])?;
-        let each = rotations.chunks_exact(knots.max(1)).take(members);
-        let each = each.map(|rotations| ends(py, &bc_type, rotations));
+        let (t, is_shared) = times_of_members(t, [members, knots])?;
+        let each = (0..members).map(|member| {
+            let rotations = &rotations[member * knots..][..knots];
+            ends(py, &bc_type, rotations)
+        });
         let each = each.collect::<PyResult<Vec<_>>>()?;
         let mut conditions = Vec::with_capacity(members);
         let mut given = Vec::with_capacity(members);
@@ -219,9 +221,9 @@ impl PyRotationCurve {
         let found = call.run(move |interrupt| {
             let options = how.options(interrupt);
             let one = |member: usize| {
-                let t = match t.len() == members * knots {
-                    true => &t[member * knots..][..knots],
-                    false => &t[..],
+                let t = match is_shared {
+                    true => &t[..],
+                    false => &t[member * knots..][..knots],
                 };
                 let rotations = &rotations[member * knots..][..knots];
                 RotationSpline::with_conditions(t, rotations, &conditions[member], &options)
@@ -435,11 +437,11 @@ impl Given {
     }
 }
 
-/// Times of all members together, or of each.
-fn times_of_members(t: &Any, [members, knots]: [usize; 2]) -> PyResult<Vec<f64>> {
+/// Times, and whether all members share them or each has its own.
+fn times_of_members(t: &Any, [members, knots]: [usize; 2]) -> PyResult<(Vec<f64>, bool)> {
     let axes = t.getattr("ndim").and_then(|ndim| ndim.extract::<usize>());
     if !matches!(axes, Ok(2)) {
-        return times(t);
+        return Ok((times(t)?, true));
     }
     let ([rows, columns], flat) = read_axes(t, "t", "(M, N)")?;
     if [rows, columns] != [members, knots] {
@@ -451,7 +453,7 @@ fn times_of_members(t: &Any, [members, knots]: [usize; 2]) -> PyResult<Vec<f64>>
             times(&row?)?;
         }
     }
-    Ok(flat)
+    Ok((flat, false))
 }
 
 /// Unit quaternions from entries in fours.

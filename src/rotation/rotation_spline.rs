@@ -354,23 +354,29 @@ impl RotationSpline {
         let beyond = self.beyond(t)?;
         let knots = self.knots();
         let (first, last) = (knots[0], knots[knots.len() - 1]);
-        let one = |(t, out): (&f64, &mut [f64; N])| {
-            let leg = knots
-                .partition_point(|knot| knot <= t)
-                .clamp(1, knots.len() - 1)
-                - 1;
-            let s = (t - knots[leg]) / (knots[leg + 1] - knots[leg]);
-            let side = match t {
-                t if *t < first => &beyond[0],
-                t if *t > last => &beyond[1],
-                _ => &None,
-            };
-            let place = side.as_ref().map_or(Place::Leg(leg), Place::Beyond);
-            *out = value(place, s);
+        // Times in a row often lie in one leg.
+        let some = |t: &[f64], out: &mut [[f64; N]]| {
+            let mut leg = 0;
+            for (t, out) in t.iter().zip(out) {
+                if !(knots[leg] <= *t && *t < knots[leg + 1]) {
+                    let after = knots.partition_point(|knot| knot <= t);
+                    leg = after.clamp(1, knots.len() - 1) - 1;
+                }
+                let s = (t - knots[leg]) / (knots[leg + 1] - knots[leg]);
+                let side = match t {
+                    t if *t < first => &beyond[0],
+                    t if *t > last => &beyond[1],
+                    _ => &None,
+                };
+                let place = side.as_ref().map_or(Place::Leg(leg), Place::Beyond);
+                *out = value(place, s);
+            }
         };
-        match t.len() < SHARED {
-            true => vectorised(|| t.iter().zip(out).for_each(one)),
-            false => t.par_iter().zip(out).with_min_len(SHARED / 4).for_each(one),
+        if t.len() < SHARED {
+            vectorised(|| some(t, out));
+        } else {
+            let parts = t.par_chunks(SHARED / 4).zip(out.par_chunks_mut(SHARED / 4));
+            parts.for_each(|(t, out)| vectorised(|| some(t, out)));
         }
         Ok(())
     }

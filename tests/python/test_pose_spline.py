@@ -289,7 +289,7 @@ def test_bad_poses(make):
     T = homogeneous(q, p)
     for wrong in (T[0], T[None], T[:, :3], p, 1.0):
         refuse(r"poses: expected a RigidTransform, matrices \(N, 4, 4\) or a tuple", make, t, wrong)
-    for row in ([0, 0, 0, 2], [1e-9, 0, 0, 1]):
+    for row in ([0, 0, 0, 2], [1e-3, 0, 0, 1]):
         wrong = T.copy()
         wrong[3, 3] = row
         refuse(r"knot 3: poses: the last row must be \(0, 0, 0, 1\), found", make, t, wrong, knot=3)
@@ -368,3 +368,11 @@ def test_half_turns_name_the_pair():
         PoseSpline(np.arange(3.0), (q, np.zeros((3, 3))))
     assert caught.value.knot == 1
     assert abs(caught.value.angle - np.pi) < 1e-12
+
+
+def test_weights_of_positions_that_are_too_large():
+    t, q, p = poses()
+    with pytest.raises(InvalidInputError, match=r"lam: expected at most .* fit a line"):
+        PoseSpline.smoothing(t, (q, p), lam=(1.0, 1e15))
+    with pytest.raises(InvalidInputError, match="positions: too large"):
+        PoseSpline(t, (q, 1.7e308 * (p / np.abs(p).max())))

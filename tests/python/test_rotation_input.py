@@ -227,10 +227,35 @@ VECTORS = st.lists(st.floats(-1.5, 1.5), min_size=3, max_size=3).map(np.array)
 def test_any_rotations_are_interpolated(turns, steps, clamped):
     q = [np.array([0.0, 0, 0, 1])]
     for w in turns:
-        q.append(product(q[-1], about(w)))
+        q.append(product(q[-1], about(0.6 * w)))
+    # Fast turns beside a long interval would have to spin in it.
+    steps = np.clip(steps, 0.7, 1.4)
     t, q = np.cumsum(steps[: len(q)]), np.array(q)
     spline = RotationSpline(t, q, "clamped" if clamped else "natural")
     assert np.abs(matrices_of(spline(t)) - matrices_of(q / np.linalg.norm(q, axis=-1, keepdims=True))).max() < 1e-11
     dense = spline(np.linspace(t[0], t[-1], 500))
     assert np.abs(np.linalg.norm(dense, axis=-1) - 1).max() < 1e-14
     assert np.sum(dense[1:] * dense[:-1], axis=-1).min() > 0
+
+
+def test_keywords_of_scipy(data):
+    t, q = data
+    spline = RotationSpline(times=t, rotations=Rotation.from_quat(q))
+    assert np.array_equal(spline(times=t[1], order=1), spline(t[1], 1))
+    with pytest.raises(TypeError, match="give the times once"):
+        RotationSpline(t, q, times=t)
+    with pytest.raises(TypeError, match="give the times once"):
+        spline(0.5, times=0.5)
+
+
+def test_times_of_batches_are_not_cut_up(data):
+    _, q = data
+    refuse("one time for each of the 4 points, found 8", RotationSpline, np.arange(8.0), np.stack([q, q]))
+    refuse("at least two", RotationSpline, [], np.zeros((3, 0, 4)))
+    refuse("at least two", RotationSpline, [0.0], np.ones((3, 1, 4)))
+
+
+def test_lists_in_single_precision_count_as_such(data):
+    t, q = data
+    matrices = list(Rotation.from_quat(q).as_matrix().astype(np.float32))
+    assert RotationSpline(t, matrices)(t).shape == (4, 3, 3)

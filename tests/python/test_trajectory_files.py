@@ -52,7 +52,7 @@ def test_orientations_alone(tmp_path):
     assert found.tobytes() == t.tobytes()
     assert quaternions.tobytes() == q.tobytes()
     for write, name in [(write_tum, "a.csv"), (write_trajectory, "a.tum")]:
-        with pytest.raises(InvalidInputError, match=r"there are no positions, which only a \.csv file may lack"):
+        with pytest.raises(InvalidInputError, match=r"no positions are given; a \.csv file takes rotations alone"):
             write(tmp_path / name, t, q)
 
 
@@ -123,8 +123,20 @@ def test_wrong_lines(tmp_path, line):
 
 def test_times_that_are_equal_as_float64(tmp_path):
     path = text_file(tmp_path, "1300000000.00000001 0 0 0 0 0 0 1\n1300000000.00000002 0 0 0 0 0 0 1\n")
-    with pytest.raises(InvalidInputError, match=r"line 2: time 1300000000\.00000002 s does not come after"):
+    with pytest.raises(
+        InvalidInputError,
+        match=r"line 2: time 1300000000\.00000002 s is the same as 1300000000\.00000001 s in line 1 for a float",
+    ):
         read_tum(path)
+
+
+def test_nanoseconds_whose_unit_is_not_said(tmp_path):
+    path = text_file(tmp_path, "timestamp,qx,qy,qz,qw\n1403636579758555392,0,0,0,1\n", "in.csv")
+    with pytest.raises(
+        InvalidInputError,
+        match=r"line 2: .* is no time in seconds; .*timestamp \[ns\]",
+    ):
+        read_trajectory(path)
 
 
 @pytest.mark.parametrize("text", ["", "# nothing\n\n", "\n"])
