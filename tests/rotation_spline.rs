@@ -409,6 +409,10 @@ fn closed_poses_close() {
     open[4].translation.vector.x += 0.1;
     let error = PoseSpline::new(&t, &open, &PoseEnds::Periodic, &SplineOptions::default());
     assert!(matches!(error, Err(Error::AtKnot { knot: 4, .. })));
+    // Far outside the last cubic is too large for a float.
+    let error = closed.position(1e150);
+    assert!(matches!(error, Err(Error::Overflow { .. })));
+    assert!(closed.position(1e90).is_ok());
     open[2].translation.vector.y = f64::NAN;
     let error = PoseSpline::new(&t, &open, &PoseEnds::Natural, &SplineOptions::default());
     assert!(matches!(error, Err(Error::AtKnot { knot: 2, .. })));

@@ -32,7 +32,10 @@ class CompiledDocstrings(griffe.Extension):
         """Replace what griffe made of the compiled module by its stubs, completed."""
         if pkg.name != "stiefel_rs":
             return
+        # The compiled module is no subpackage: its names are those of the package.
         for name, module in pkg.modules.items():
+            if name == "_core":
+                continue
             EXPORTS[name] = {str(export) for export in module.exports or ()}
         _translate(pkg)
         for name, found in list(_stubs(pkg, loader).members.items()):

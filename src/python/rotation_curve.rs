@@ -205,14 +205,10 @@ impl PyRotationCurve {
         let rotations = keyframes(&shape, &entries)?;
         let [members, knots, _] = shape;
         let (t, is_shared) = times_of_members(t, [members, knots])?;
-        let each = (0..members).map(|member| {
-            let rotations = &rotations[member * knots..][..knots];
-            ends(py, &bc_type, rotations)
-        });
-        let each = each.collect::<PyResult<Vec<_>>>()?;
         let mut conditions = Vec::with_capacity(members);
         let mut given = Vec::with_capacity(members);
-        for (member, ends) in each.into_iter().enumerate() {
+        for member in 0..members {
+            let ends = ends(py, &bc_type, &rotations[member * knots..][..knots])?;
             let quaternions = entries[4 * knots * member..][..4 * knots].to_vec();
             given.push(Given::new(py, quaternions, &bc_type, ends.given, how)?);
             conditions.push(ends.conditions);
@@ -286,9 +282,9 @@ impl PyRotationCurve {
         let (py, this) = (slf.py(), slf.get());
         let class = slf.get_type();
         let Some(given) = &this.given else {
-            let first = this.t.bind(py).get_item(0)?;
-            let start = this.quaternions(&PyTuple::new(py, [first])?.into_any())?;
-            let arguments = (this.curve(py)?, start.get_item(0)?).into_pyobject(py)?;
+            let first = this.spline.keyframes().next().unwrap_or_default();
+            let start = Array::flat(first.coords.as_slice().to_vec());
+            let arguments = (this.curve(py)?, start).into_pyobject(py)?;
             return Ok((class.getattr("of_curve")?, arguments));
         };
         let How {

@@ -1,10 +1,13 @@
 //! The curve of a spline of rotations: polynomials of its quaternion and of its body rate.
 
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
+
 use super::series::{
     Quaternion, Vector, conjugate, derivative, dot, normalised, product, quaternion_series,
     rate_series, value,
 };
 use crate::cubic::RiemannianCubic;
+use crate::curve::Curve;
 use crate::legs::Curves;
 use crate::linalg::simd::vectorised;
 
@@ -25,7 +28,7 @@ struct Segment {
     upper: f64,
     center: f64,
     rate: f64,
-    /// Its coefficients: of the body rate, in units of `u`, and of the quaternion, one more.
+    /// Its coefficients, of the body rate, in units of `u`, and of the quaternion.
     first: usize,
     terms: usize,
 }
@@ -54,8 +57,8 @@ impl SolvedLegs<'_> {
 }
 
 impl Pieces {
-    /// With the curves of solved legs where there are some, from the pieces elsewhere; `start` is the quaternion at the first knot, and
-    /// `knots` are those at all knots up to their sign.
+    /// From the curves of solved legs where there are some, from the pieces elsewhere; `knots` are the quaternions at the knots, up to
+    /// their sign but for the first.
     pub(super) fn new(
         cubics: &[RiemannianCubic],
         solved: Option<SolvedLegs<'_>>,
@@ -114,7 +117,7 @@ impl Pieces {
     /// A leg from the polynomials of its curve on `St(3, 3)`; the quaternion that it reaches at its end.
     fn push_cubic(&mut self, cubic: &RiemannianCubic, start: Quaternion) -> Quaternion {
         let mut here = start;
-        let frame = crate::curve::Curve::frame(cubic).map(|frame| frame.to_owned());
+        let frame = cubic.frame();
         for polynomial in cubic.polynomials() {
             // `omega`, column by column.
             let rates: Vec<Vector> = polynomial
@@ -123,7 +126,7 @@ impl Pieces {
                 .map(|omega| [omega[5], omega[6], omega[1]])
                 .collect();
             let entry = |i: usize, j: usize| polynomial.points[j * polynomial.rows + i];
-            let center = match &frame {
+            let center = match frame {
                 None => of_matrix(entry),
                 Some(frame) => of_matrix(|i, j| (0..3).map(|l| frame[(i, l)] * entry(l, j)).sum()),
             };
@@ -154,10 +157,7 @@ impl Pieces {
             terms: rates.len(),
         });
         self.rates.extend_from_slice(rates);
-        // One more at each place: as many as of the rate, so that both begin at the same index.
-        let (last, rest) = quaternions.split_last().expect("the center at least");
-        self.quaternions.extend_from_slice(rest);
-        debug_assert!(last.iter().all(|x| !x.is_nan()));
+        self.quaternions.extend_from_slice(quaternions);
     }
 
     /// The same rotations by the other quaternions.
@@ -199,28 +199,8 @@ impl Pieces {
     }
 }
 
-/// The unit quaternion of a rotation matrix, by the largest of its entries (Shepperd 1978).
+/// The unit quaternion of a rotation matrix.
 pub(super) fn of_matrix(entry: impl Fn(usize, usize) -> f64) -> Quaternion {
-    let [a, b, c] = [entry(0, 0), entry(1, 1), entry(2, 2)];
-    let trace = a + b + c;
-    let [x, y, z] = [
-        entry(2, 1) - entry(1, 2),
-        entry(0, 2) - entry(2, 0),
-        entry(1, 0) - entry(0, 1),
-    ];
-    let [xy, xz, yz] = [
-        entry(1, 0) + entry(0, 1),
-        entry(0, 2) + entry(2, 0),
-        entry(2, 1) + entry(1, 2),
-    ];
-    let largest = trace.max(a).max(b).max(c);
-    normalised(if largest == trace {
-        [x, y, z, 1.0 + trace]
-    } else if largest == a {
-        [1.0 + a - b - c, xy, xz, x]
-    } else if largest == b {
-        [xy, 1.0 + b - a - c, yz, y]
-    } else {
-        [xz, yz, 1.0 + c - a - b, z]
-    })
+    let matrix = Rotation3::from_matrix_unchecked(Matrix3::from_fn(entry));
+    normalised(UnitQuaternion::from_rotation_matrix(&matrix).coords.into())
 }

@@ -101,7 +101,7 @@ impl PoseSpline {
     /// The position at a time.
     ///
     /// # Errors
-    /// `NonFinite`.
+    /// `NonFinite`, `Overflow`.
     pub fn position(&self, t: f64) -> Result<Vector3<f64>> {
         self.derivative(t, 0)
     }
@@ -109,7 +109,7 @@ impl PoseSpline {
     /// The velocity of the position, in the frame of the world.
     ///
     /// # Errors
-    /// `NonFinite`.
+    /// `NonFinite`, `Overflow`.
     pub fn linear_velocity(&self, t: f64) -> Result<Vector3<f64>> {
         self.derivative(t, 1)
     }
@@ -117,7 +117,7 @@ impl PoseSpline {
     /// The acceleration of the position, in the frame of the world.
     ///
     /// # Errors
-    /// `NonFinite`.
+    /// `NonFinite`, `Overflow`.
     pub fn linear_acceleration(&self, t: f64) -> Result<Vector3<f64>> {
         self.derivative(t, 2)
     }
@@ -156,9 +156,15 @@ impl PoseSpline {
             .clamp(1, knots.len() - 1)
             - 1;
         let h = knots[leg + 1] - knots[leg];
-        Ok(self
+        let value = self
             .positions
-            .derivative(leg, (t - knots[leg]) / h, h, order))
+            .derivative(leg, (t - knots[leg]) / h, h, order);
+        if value.iter().all(|x| x.is_finite()) {
+            return Ok(value);
+        }
+        Err(Error::Overflow {
+            quantity: "derivative of a spline of positions",
+        })
     }
 }
 

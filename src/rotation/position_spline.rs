@@ -91,8 +91,8 @@ impl PositionSpline {
         })
     }
 
-    /// The position or a derivative of it, of order 0 to 3, at the time `s` of a leg that takes `h`; of the first and the last leg also
-    /// outside of `[0, 1]`.
+    /// The position or a derivative of it, of order 0 to 3, at the time `s` of a leg that takes `h`; of the first and the last leg
+    /// also outside of `[0, 1]`.
     pub(super) fn derivative(&self, leg: usize, s: f64, h: f64, order: usize) -> Vector3<f64> {
         let step = self.positions[leg + 1] - self.positions[leg];
         let [v, w] = [leg, leg + 1].map(|knot| self.velocities[knot] * h);

@@ -33,15 +33,15 @@ pub(super) fn rate_series(
     a
 }
 
-/// Coefficients of the quaternion, one more than of the rate, from its value at the center: `q' = q (w, 0) / 2`.
+/// Coefficients of the quaternion, as many as of the rate, from its value at the center: `q' = q (w, 0) / 2`.
 #[inline(always)]
 pub(super) fn quaternion_series(w: &[Vector], center: Quaternion) -> Vec<Quaternion> {
-    let mut q = Vec::with_capacity(w.len() + 1);
+    let mut q = Vec::with_capacity(w.len());
     // The products with the three unit vectors, of which those with a rate are sums: four numbers at a time.
-    let mut units = Vec::with_capacity(w.len() + 1);
+    let mut units = Vec::with_capacity(w.len());
     q.push(center);
     units.push(by_units(center));
-    for k in 0..w.len() {
+    for k in 0..w.len() - 1 {
         let mut sum = [0.0; 4];
         for (w, unit) in w[..=k].iter().zip(units.iter().rev()) {
             for i in 0..4 {

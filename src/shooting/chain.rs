@@ -303,9 +303,10 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
 
 /// Terms of the derivatives of legs. Where a tension lets velocities grow as `e^7` along a leg, four of them say nothing about it.
 fn terms(space: impl Homogeneous, knots: &Knots<'_>) -> usize {
-    match (space.size(), space.isotropy_dim()) {
-        _ if knots.tension != 0.0 => MORE_TERMS,
-        (3, 0) => TERMS_OF_ROTATIONS,
-        _ => TERMS,
+    let is_of_rotations = space.size() == 3 && space.isotropy_dim() == 0;
+    match knots.tension == 0.0 {
+        false => MORE_TERMS,
+        true if is_of_rotations => TERMS_OF_ROTATIONS,
+        true => TERMS,
     }
 }

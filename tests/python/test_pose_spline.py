@@ -370,9 +370,20 @@ def test_half_turns_name_the_pair():
     assert abs(caught.value.angle - np.pi) < 1e-12
 
 
-def test_weights_of_positions_that_are_too_large():
+@pytest.mark.parametrize("lam", [1e8, 1e14, 1e100])
+def test_positions_with_a_large_weight_tend_to_a_line(lam):
+    count = 200
+    t, rng = np.linspace(2, 3, count), np.random.default_rng(3)
+    q, p, w = np.tile([0, 0, 0, 1.0], (count, 1)), rng.uniform(-1, 1, (count, 3)), rng.uniform(0.1, 3, count)
+    spline = PoseSpline.smoothing(t, (q, p), lam=(1.0, lam), weights=w)
+    line = np.stack([np.polyval(np.polyfit(t - 2.5, column, 1, w=np.sqrt(w)), t - 2.5) for column in p.T], axis=-1)
+    # What is left of the data falls as 1 / lam, to round-off.
+    assert np.abs(spline.position(t) - line).max() < 0.1 / lam + 1e-13
+    with pytest.raises(InvalidInputError, match=r"lam \(1e\+307\), for floats"):
+        PoseSpline.smoothing(t, (q, p), lam=(1.0, 1e307), weights=w)
+
+
+def test_positions_too_large_for_a_float():
     t, q, p = poses()
-    with pytest.raises(InvalidInputError, match=r"lam: expected at most .* fit a line"):
-        PoseSpline.smoothing(t, (q, p), lam=(1.0, 1e15))
     with pytest.raises(InvalidInputError, match="positions: too large"):
         PoseSpline(t, (q, 1.7e308 * (p / np.abs(p).max())))
