@@ -11,14 +11,15 @@ import stiefel_rs
 from tests.fuzz import __main__ as command
 from tests.fuzz import case, curves, entries
 
-FIRST, CASES, SECONDS = 20_240_419, 400, 12.0
+FIRST, CASES = 20_240_419, 400
 # Results, which are not made by their users; they are walked through wherever they come back.
 RESULTS = {"ChartTrajectory", "CubicTrajectory", "ShootingResult", "Curve", "PiecewiseCurve"}
 
 
 def test_random_calls():
-    found, count, _ = command.search(FIRST, CASES, SECONDS, command.LIMIT, report=lambda text: None)
-    assert count >= 20, f"{count} cases in {SECONDS} s"
+    # However long they take: a busy machine draws as many.
+    found, count, _ = command.search(FIRST, CASES, float("inf"), command.LIMIT, report=lambda text: None)
+    assert count == CASES, f"{count} cases of {CASES}"
     again = [f"python -m tests.fuzz --case {seed}: {text}" for seed, text in found]
     assert not found, "\n".join(again)
 
