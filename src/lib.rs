@@ -69,6 +69,7 @@ pub use manifold::{
 };
 pub use report::{SolverReport, StopReason};
 pub use solve::newton;
+pub use space::Quotient;
 
 /// The README's example is a test.
 #[cfg(doctest)]

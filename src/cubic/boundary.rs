@@ -76,7 +76,7 @@ impl BoundaryOptions<'_> {
         allowance(self.max_iterations, MAX_ITERATIONS)
     }
 
-    pub(super) fn check(&self) -> Result<()> {
+    pub(crate) fn check(&self) -> Result<()> {
         if !(1e-15..=0.1).contains(&self.tolerance) {
             return Err(Error::InvalidArgument {
                 name: "tolerance",

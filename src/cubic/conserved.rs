@@ -8,6 +8,7 @@ use super::state::State;
 use crate::curve::Curve;
 use crate::error::{Error, Result};
 use crate::linalg::structure::check_range;
+use crate::space::Quotient;
 
 /// Rows up to which the momentum is handed out: an `(n, n)` matrix of two gigabytes.
 const LARGEST_MOMENTUM: usize = 1 << 14;
@@ -39,7 +40,10 @@ impl RiemannianCubic {
         };
         let (r, k) = (self.path.r(), self.k());
         let [x, a, second] = self.vectors(state);
-        let jerk = second.plus_bracket(0.5, &x, &a);
+        let jerk = match self.quotient() {
+            Quotient::Frames => second.plus_bracket(0.5, &x, &a),
+            Quotient::Subspaces => second,
+        };
         let s = Mat::from_fn(r, k, |i, j| state.s()[i + r * j]);
         let e = Mat::from_fn(r, r - k, |i, j| state.e()[i + r * j]);
         let tangent = |x: &Horizontal, order: usize| {
@@ -99,8 +103,14 @@ impl RiemannianCubic {
         let [x, a, second] = self.vectors(start);
         let second = second.plus(-self.path.tension(), &x);
         let turning = &a.normal * x.normal.transpose() - &x.normal * a.normal.transpose();
+        let first = match self.quotient() {
+            Quotient::Frames => -&second.omega,
+            Quotient::Subspaces => {
+                a.normal.transpose() * &x.normal - x.normal.transpose() * &a.normal
+            }
+        };
         let mu = Mat::from_fn(r, r, |i, j| match (i < k, j < k) {
-            (true, true) => -second.omega[(i, j)],
+            (true, true) => first[(i, j)],
             (false, true) => -second.normal[(i - k, j)],
             (true, false) => second.normal[(j - k, i)],
             (false, false) => turning[(i - k, j - k)],

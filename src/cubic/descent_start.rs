@@ -4,7 +4,7 @@ use faer::{Mat, MatRef, Scale};
 
 use super::guess::{FlatData, carry, turned};
 use super::initial::{Horizontal, complete};
-use super::problem::{Problem, pack};
+use super::problem::{Problem, coordinates};
 use super::relative_ends::RelativeEnds;
 use crate::curve::{Curve, GeometricCubic};
 use crate::error::{Error, Result};
@@ -12,6 +12,7 @@ use crate::linalg::decomp::spectral_norm;
 use crate::linalg::{orthogonal_log, skew_exp};
 use crate::manifold::QuasiGeodesic;
 use crate::manifold::quasi_geodesic::EndpointProblem;
+use crate::space::Quotient;
 
 /// Legs of a curve by itself at least: one for each lane.
 pub(super) const LEGS: usize = 8;
@@ -27,6 +28,7 @@ const TURN_RATE: f64 = 1.5;
 
 /// Points and velocities at equal times, the first and the last ones those that are given.
 pub(crate) struct DescentStart {
+    quotient: Quotient,
     knots: Vec<[Mat<f64>; 2]>,
     is_unique: bool,
 }
@@ -75,7 +77,12 @@ impl DescentStart {
     ///
     /// # Errors
     /// Where the numbers are too large.
-    pub(crate) fn rolling(ends: RelativeEnds<'_>, longest: f64, multiple: usize) -> Result<Self> {
+    pub(crate) fn rolling(
+        quotient: Quotient,
+        ends: RelativeEnds<'_>,
+        longest: f64,
+        multiple: usize,
+    ) -> Result<Self> {
         let [s1, v1] = ends.end.each_ref().map(|x| x.as_ref());
         let (r, k) = s1.shape();
         let along = frame_along(&ends.initial()[0], s1);
@@ -111,6 +118,7 @@ impl DescentStart {
         };
         let knots = (0..=count).map(at).collect::<Result<_>>()?;
         Ok(DescentStart {
+            quotient,
             is_unique,
             ..Self::new(ends, knots)
         })
@@ -121,6 +129,7 @@ impl DescentStart {
         knots[0] = ends.initial();
         knots[last].clone_from(ends.end);
         DescentStart {
+            quotient: Quotient::Frames,
             knots,
             is_unique: true,
         }
@@ -144,7 +153,8 @@ impl DescentStart {
         };
         let velocity = Horizontal::of_tangent(frame.as_ref(), velocity.as_ref());
         let step = 1.0 / self.legs() as f64;
-        let velocity = pack(&[velocity]).iter().map(|x| step * x).collect();
+        let velocity = coordinates(self.quotient, &velocity);
+        let velocity = velocity.iter().map(|x| step * x).collect();
         (frame, velocity)
     }
 

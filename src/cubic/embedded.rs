@@ -43,6 +43,7 @@ use super::riemannian_cubic::check_duration;
 use super::trajectory::{CubicTrajectory, check_steps};
 use crate::error::Result;
 use crate::interrupt::Interrupt;
+use crate::space::Quotient;
 
 /// Steps of small states between two questions whether to stop.
 const STEPS_PER_CHECK: usize = 64;
@@ -127,7 +128,7 @@ pub fn integrate_embedded(
 ) -> Result<CubicTrajectory> {
     check_duration(options.t_end)?;
     check_steps(steps)?;
-    let data = InitialData::new(s, v, a, j)?;
+    let data = InitialData::new(s, v, a, j, Quotient::Frames)?;
     let size = [data.g.nrows(), s.ncols()];
     let mut trajectory = CubicTrajectory::with_room(size, steps, options.t_end)?;
     let mut state = EmbeddedState::new(&data);

@@ -39,12 +39,15 @@
 //! Ambient derivatives of a fast curve are larger than its covariant ones, by `|V|` for each order, so that these would be
 //! nothing but their round-off.
 //!
+//! On the Grassmann manifold sectional curvatures lie between 0 and 2, `J = x''` and `D_t J = -[[x, x']_h, x]`, and the curvature
+//! tensor is parallel, so the last term of `q` is none.
+//!
 //! # Source
 //! The bound of curvature: Zimmermann, Stoye (2025), "High curvature means low rank: on the sectional curvature of
 //! Grassmann and Stiefel manifolds and the underlying matrix trace inequalities", arXiv 2403.01879. The bound of
 //! brackets: Bottcher, Wenzel (2008), "The Frobenius norm and the commutator", Linear Algebra Appl. 429, 1864-1885.
 
-use faer::{Mat, MatRef};
+use faer::{Mat, MatRef, Scale};
 
 use super::clock::Clock;
 use super::initial::Horizontal;
@@ -53,11 +56,15 @@ use crate::curve::{DerivativeBounds, Guarantee};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::report::{SolverReport, StopReason};
+use crate::space::Quotient;
 
 const SOLVER: &str = "derivative bounds";
 
 /// The largest sectional curvature of the canonical metric.
 const CURVATURE: f64 = 1.25;
+
+/// That of the Grassmann manifold, where the curvature tensor is parallel: the last term of `q` is none.
+const CURVATURE_OF_SUBSPACES: f64 = 2.0;
 
 /// Bounds are at most this much above the largest sample (see [`limits`]).
 const GAP: f64 = 1e-3;
@@ -129,7 +136,7 @@ fn in_path_time(path: &Path, ends: [f64; 2], interrupt: Interrupt<'_>) -> Result
     while let Some((a, b)) = waiting.pop() {
         interrupt.check(SOLVER)?;
         let (limit, width) = (limits(largest, high - low), b.t - a.t);
-        if let Some(found) = interval_bounds(&a, &b, width, path.tension())
+        if let Some(found) = interval_bounds(&a, &b, width, path)
             && found
                 .iter()
                 .zip(limit)
@@ -197,9 +204,14 @@ impl<'a> Sampler<'a> {
                 normal: MatRef::from_column_major_slice(normal, m, k).to_owned(),
             }
         });
-        let bracket = x.bracket(&a);
-        let jerk = second.plus(0.5, &bracket);
-        let bend = bend(&x, &a, &bracket).plus(self.path.tension(), &a);
+        let (jerk, bend) = match self.path.quotient() {
+            Quotient::Frames => {
+                let bracket = x.bracket(&a);
+                (second.plus(0.5, &bracket), bend(&x, &a, &bracket))
+            }
+            Quotient::Subspaces => (second, bend_of_subspaces(&x, &a)),
+        };
+        let bend = bend.plus(self.path.tension(), &a);
         let norms = [x.norm(), a.norm(), jerk.norm()];
         Sample {
             t,
@@ -220,6 +232,16 @@ fn bend(x: &Horizontal, a: &Horizontal, bracket: &Horizontal) -> Horizontal {
     turned.plus_bracket(0.25, x, bracket)
 }
 
+/// `-[[x, a]_h, x]` where the upper left block is in `h` too.
+fn bend_of_subspaces(x: &Horizontal, a: &Horizontal) -> Horizontal {
+    let n = a.normal.transpose() * &x.normal;
+    let inner = &n * Scale(2.0) - n.transpose();
+    Horizontal {
+        omega: Mat::zeros(x.omega.nrows(), x.omega.ncols()),
+        normal: &x.normal * inner - &a.normal * (x.normal.transpose() * &x.normal),
+    }
+}
+
 /// `max |X_0 + s Y_0|` for `s` from 0 to `reach`: a convex function, largest at an end.
 fn reached(at: &Sample, which: usize, reach: f64) -> f64 {
     let moved = at.vectors[which]
@@ -229,16 +251,21 @@ fn reached(at: &Sample, which: usize, reach: f64) -> f64 {
 }
 
 /// Bounds on one interval; none where it is too wide for them.
-fn interval_bounds(a: &Sample, b: &Sample, width: f64, tension: f64) -> Option<[f64; 3]> {
+fn interval_bounds(a: &Sample, b: &Sample, width: f64, path: &Path) -> Option<[f64; 3]> {
+    let tension = path.tension();
+    let (curvature, turning) = match path.quotient() {
+        Quotient::Frames => (CURVATURE, std::f64::consts::SQRT_2),
+        Quotient::Subspaces => (CURVATURE_OF_SUBSPACES, 0.0),
+    };
     let half = 0.5 * width;
     let base = [0, 1, 2].map(|i| reached(a, i, half).max(reached(b, i, -half)));
     let square = 0.5 * half * half;
     let right = |[v, a, j]: [f64; 3]| {
-        let last = j * v * v + a * a * v + std::f64::consts::SQRT_2 * a * v * v * v;
+        let last = j * v * v + a * a * v + turning * a * v * v * v;
         [
             base[0] + square * j,
-            base[1] + square * (CURVATURE * v * v + tension) * a,
-            base[2] + square * (CURVATURE * last + tension * j),
+            base[1] + square * (curvature * v * v + tension) * a,
+            base[2] + square * (curvature * last + tension * j),
         ]
     };
     let mut guess = right(base.map(|x| 1.125 * x));

@@ -21,6 +21,7 @@ use super::split_state::{SplitState, add_all, check_turn};
 use super::trajectory::Observed;
 use crate::error::Result;
 use crate::linalg::simd::vectorised;
+use crate::space::Quotient;
 
 /// Radians of one Taylor polynomial. Cancellation in the sums costs a factor of about `e^{2 LONGEST}`.
 const LONGEST: f64 = 0.75;
@@ -55,6 +56,7 @@ pub(super) struct FrameState {
     p: Summed,
     mu: Summed,
     tension: f64,
+    quotient: Quotient,
     start: Vec<f64>,
     limits: [f64; MAX_TERMS],
     work: Work,
@@ -102,6 +104,7 @@ impl FrameState {
             p: Summed::of(p),
             mu: Summed::of(vec![0.0; r * r]),
             tension: data.tension,
+            quotient: data.quotient,
             start: vec![0.0; r * r],
             limits: limits(),
             work: Work {
@@ -126,7 +129,9 @@ impl FrameState {
         for j in 0..r {
             for i in 0..r {
                 let bracket = self.work.sums[j * r + i];
-                self.mu.value[j * r + i] = if j < k {
+                self.mu.value[j * r + i] = if self.is_held(i, j) {
+                    bracket
+                } else if j < k {
                     0.5 * bracket + pull(j * r + i)
                 } else if i < k {
                     // The part in m is skew as well.
@@ -134,6 +139,20 @@ impl FrameState {
                 } else {
                     bracket
                 };
+            }
+        }
+    }
+
+    /// Whether an entry of the upper left block is of `h`.
+    fn is_held(&self, i: usize, j: usize) -> bool {
+        self.quotient == Quotient::Subspaces && i < self.k && j < self.k
+    }
+
+    /// Sets the upper left block of columns of a vector of `m` to zero where it is of `h`.
+    fn hold(quotient: Quotient, r: usize, k: usize, columns: &mut [f64]) {
+        if quotient == Quotient::Subspaces {
+            for column in columns.chunks_exact_mut(r).take(k) {
+                column[..k].fill(0.0);
             }
         }
     }
@@ -192,7 +211,8 @@ impl FrameState {
         left.copy_from_slice(&self.mu.value);
         right.copy_from_slice(&self.gt.value);
         series(r, k, terms, &mut self.work);
-        let (integral, power) = self.work.sums.split_at(r * r);
+        let (integral, power) = self.work.sums.split_at_mut(r * r);
+        Self::hold(self.quotient, r, k, integral);
         self.p.add(-h, &integral[..r * k]);
         if self.tension != 0.0 {
             self.p.add(h * self.tension, &self.x.value);
@@ -235,6 +255,7 @@ impl Observed for FrameState {
         for (i, jerk) in products[..r * k].iter_mut().enumerate() {
             *jerk = 0.5 * sums[i] + self.tension * self.x.value[i] - self.mu.value[i];
         }
+        Self::hold(self.quotient, r, k, products);
         let g = &mut terms[..r * r];
         transpose(r, &self.gt.value, g);
         point.copy_from_slice(&g[..r * k]);
@@ -268,8 +289,9 @@ impl Observed for FrameState {
         let (r, k) = (self.r, self.k);
         self.bracket();
         let mut squares = 0.0;
-        for j in k..r {
-            for i in k..r {
+        let held = (0..r * r).map(|at| (at % r, at / r));
+        for (i, j) in held {
+            if i.min(j) >= k || self.is_held(i, j) {
                 squares += (self.mu.value[j * r + i] - self.work.sums[j * r + i]).powi(2);
             }
         }

@@ -8,7 +8,9 @@ use crate::error::Result;
 use crate::linalg::decomp::thin_q;
 use crate::linalg::product::{mul_add, mul_into};
 use crate::linalg::structure::{dot, norm};
-use crate::manifold::stiefel::{POINT_TOLERANCE, Stiefel, TANGENT_TOLERANCE};
+use crate::manifold::stiefel::{POINT_TOLERANCE, Stiefel};
+use crate::manifold::tangent::check_vector;
+use crate::space::Quotient;
 
 /// A vector of `m`: `[[omega, -normal^T], [normal, 0]]` with `omega` skew, shape `(k, k)`, and `normal`, of shape
 /// `(r - k, k)`.
@@ -135,6 +137,7 @@ pub(crate) struct InitialData {
     pub(crate) jerk: Horizontal,
     /// Of a cubic in tension.
     pub(crate) tension: f64,
+    pub(crate) quotient: Quotient,
 }
 
 impl InitialData {
@@ -147,9 +150,10 @@ impl InitialData {
         v: MatRef<'_, f64>,
         a: MatRef<'_, f64>,
         j: MatRef<'_, f64>,
+        quotient: Quotient,
     ) -> Result<Self> {
-        check(s, [v, a, j])?;
-        let data = Coordinates::of_checked([s, v, a, j], 1.0);
+        check(s, [v, a, j], quotient)?;
+        let data = Coordinates::of_checked([s, v, a, j], 1.0, quotient);
         let (r, k) = (data.blocks.m + data.blocks.k, data.blocks.k);
         let (g, vectors) = data.entries.split_at(r * r);
         let horizontal = |i: usize| {
@@ -166,6 +170,7 @@ impl InitialData {
             g: MatRef::from_column_major_slice(g, r, r).to_owned(),
             frame: data.frame,
             tension: 0.0,
+            quotient,
         })
     }
 
@@ -178,7 +183,10 @@ impl InitialData {
     /// `x'' = j - [v, a]_m / 2`.
     pub(crate) fn second(&self) -> Horizontal {
         let jerk = self.jerk.clone();
-        jerk.plus_bracket(-0.5, &self.velocity, &self.acceleration)
+        match self.quotient {
+            Quotient::Frames => jerk.plus_bracket(-0.5, &self.velocity, &self.acceleration),
+            Quotient::Subspaces => jerk,
+        }
     }
 }
 
@@ -202,8 +210,9 @@ impl Coordinates {
     pub(crate) fn in_natural_time(
         [s, v, a, j]: [MatRef<'_, f64>; 4],
         tension: f64,
+        quotient: Quotient,
     ) -> Result<(Self, f64)> {
-        check(s, [v, a, j])?;
+        check(s, [v, a, j], quotient)?;
         let rate = norm(v).max(norm(a).sqrt()).max(norm(j).cbrt());
         let rate = match rate {
             // What stands still needs no steps.
@@ -218,11 +227,11 @@ impl Coordinates {
                 .clamp(-LARGEST_POWER, LARGEST_POWER)
                 .exp2(),
         };
-        Ok((Self::of_checked([s, v, a, j], 1.0 / rate), rate))
+        Ok((Self::of_checked([s, v, a, j], 1.0 / rate, quotient), rate))
     }
 
     /// Per unit of a time that is `unit` of the given one, a power of two.
-    pub(crate) fn of_checked(data: [MatRef<'_, f64>; 4], unit: f64) -> Self {
+    pub(crate) fn of_checked(data: [MatRef<'_, f64>; 4], unit: f64, quotient: Quotient) -> Self {
         let (n, k) = data[0].shape();
         let mut low = Vec::with_capacity(4 * n * k);
         for (order, matrix) in data.into_iter().enumerate() {
@@ -233,15 +242,20 @@ impl Coordinates {
         }
         let all = MatRef::from_column_major_slice(&low, n, 4 * k);
         if n <= 4 * k {
-            return Self::in_frame(None, all, k);
+            return Self::in_frame(None, all, k, quotient);
         }
         let frame = thin_q(all);
         let low = frame.transpose() * all;
-        Self::in_frame(Some(frame), low.as_ref(), k)
+        Self::in_frame(Some(frame), low.as_ref(), k, quotient)
     }
 
     /// From point, velocity, acceleration and jerk side by side, in the coordinates of a frame, shape `(r, 4k)`.
-    fn in_frame(frame: Option<Mat<f64>>, all: MatRef<'_, f64>, k: usize) -> Self {
+    fn in_frame(
+        frame: Option<Mat<f64>>,
+        all: MatRef<'_, f64>,
+        k: usize,
+        quotient: Quotient,
+    ) -> Self {
         let r = all.nrows();
         let mut entries = vec![0.0; r * (r + 3 * k)];
         let (g, to) = entries.split_at_mut(r * r);
@@ -257,13 +271,19 @@ impl Coordinates {
         {
             let (omega, normal) = to.split_at_mut(k * k);
             for j in 0..k {
-                for i in 0..k {
-                    omega[i + k * j] = 0.5 * (from[i + r * j] - from[j + r * i]);
+                if quotient == Quotient::Frames {
+                    for i in 0..k {
+                        omega[i + k * j] = 0.5 * (from[i + r * j] - from[j + r * i]);
+                    }
                 }
                 normal[(r - k) * j..][..r - k].copy_from_slice(&from[r * j + k..][..r - k]);
             }
         }
-        let blocks = Sized { m: r - k, k };
+        let blocks = Sized {
+            m: r - k,
+            k,
+            quotient,
+        };
         Coordinates {
             frame,
             blocks,
@@ -275,11 +295,10 @@ impl Coordinates {
 /// The rate of natural time and its inverse stay normal numbers.
 const LARGEST_POWER: f64 = 1022.0;
 
-fn check(s: MatRef<'_, f64>, vectors: [MatRef<'_, f64>; 3]) -> Result<()> {
-    let manifold = Stiefel::of("S", s)?;
-    manifold.check_point("S", s, POINT_TOLERANCE)?;
+fn check(s: MatRef<'_, f64>, vectors: [MatRef<'_, f64>; 3], quotient: Quotient) -> Result<()> {
+    Stiefel::of("S", s)?.check_point("S", s, POINT_TOLERANCE)?;
     for (name, vector) in ["V", "A", "J"].into_iter().zip(vectors) {
-        manifold.check_tangent(name, s, vector, TANGENT_TOLERANCE)?;
+        check_vector(quotient, name, s, vector)?;
     }
     Ok(())
 }

@@ -2,6 +2,7 @@
 
 use super::taylor::Accuracy;
 use crate::interrupt::Interrupt;
+use crate::space::Quotient;
 
 /// How an initial value problem is solved.
 ///
@@ -30,17 +31,20 @@ pub struct IntegrationOptions<'a> {
     pub tolerance: f64,
     /// `tau >= 0` of a cubic in tension, which makes `int |D_t S'|^2 + tau |S'|^2 dt` stationary; in units of `1 / t^2`.
     pub tension: f64,
+    /// What the points stand for.
+    pub quotient: Quotient,
     /// Asked every few steps.
     pub interrupt: Interrupt<'a>,
 }
 
 impl Default for IntegrationOptions<'_> {
-    /// `[0, 1]`, to round-off, a cubic without tension.
+    /// `[0, 1]`, to round-off, a cubic without tension, of frames.
     fn default() -> Self {
         IntegrationOptions {
             t_end: 1.0,
             tolerance: Accuracy::FULL.truncation,
             tension: 0.0,
+            quotient: Quotient::Frames,
             interrupt: Interrupt::NEVER,
         }
     }

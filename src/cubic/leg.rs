@@ -14,7 +14,7 @@ use faer::{Mat, MatRef};
 
 use super::end_equations::{MAX_STEPS, allowed_steps};
 use super::initial::{Coordinates, Horizontal};
-use super::reduced::{Blocks, Fixed, Sized};
+use super::reduced::{Blocks, Fixed, Series, Sized};
 use super::state::State;
 use super::taylor::{Accuracy, March};
 use super::work::work_of_step;
@@ -22,6 +22,7 @@ use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::dual::{Dual, Number, jacobian};
 use crate::linalg::lanes::{LANES, Lanes};
+use crate::space::Quotient;
 
 /// Work of eight legs abreast, in that of one of them: half of what they take one after the other, at the most.
 const ABREAST_WORK: f64 = 4.0;
@@ -78,6 +79,9 @@ pub(crate) trait Leg: Send {
 
 /// Legs on `St(m + k, k)`.
 pub(crate) fn leg<'a>(blocks: Sized, interrupt: Interrupt<'a>) -> Box<dyn Leg + 'a> {
+    if blocks.are_subspaces() {
+        return Box::new(Marches::<_, 8>::new(blocks, interrupt));
+    }
     match (blocks.m, blocks.k) {
         (1, 1) => Box::new(Marches::<_, 3>::new(Fixed::<1, 1>, interrupt)),
         (2, 1) => Box::new(Marches::<_, 6>::new(Fixed::<2, 1>, interrupt)),
@@ -136,8 +140,7 @@ impl<B: Blocks, const N: usize> Leg for Marches<'_, B, N> {
         );
         self.work = work_of_step(self.plain.blocks) * self.plain.steps as f64;
         arrived?;
-        let sizes = [self.plain.blocks.normals(), self.plain.blocks.k()];
-        finite(off_identity(scratch, sizes), values)
+        finite(off_identity(scratch, self.plain.blocks), values)
     }
 
     fn arrive_abreast_into(
@@ -178,8 +181,7 @@ impl<B: Blocks, const N: usize> Leg for Marches<'_, B, N> {
                 *value = all.0[lane];
             }
             let turn: Vec<f64> = scratch.iter().map(|x| x.0[lane]).collect();
-            let sizes = [blocks.normals(), blocks.k()];
-            distances[lane] = finite(off_identity(&turn, sizes), values)?;
+            distances[lane] = finite(off_identity(&turn, blocks), values)?;
         }
         Ok(distances)
     }
@@ -246,6 +248,10 @@ fn evaluate<T: Number + Mul<M, Output = T>, M: Copy, B: Blocks>(
             turn[row + r * col] = sum;
         }
     }
+    if march.blocks.are_subspaces() {
+        write_subspace(values, turn, series, march.blocks);
+        return Ok(());
+    }
     let (first, rest) = values.split_at_mut(d);
     write_horizontal(first, &turn[..r * k], [m, k]);
     for (derivative, values) in rest.chunks_exact_mut(d).enumerate() {
@@ -267,12 +273,50 @@ fn evaluate<T: Number + Mul<M, Output = T>, M: Copy, B: Blocks>(
     Ok(())
 }
 
-/// How far the first columns are from those of the identity, in norm.
-fn off_identity(turn: &[f64], [m, k]: [usize; 2]) -> f64 {
+/// `B A^T` for the distance, and `D b A^T` for the blocks `b` of the others, where `[[A, .], [B, D]]` is the frame that was reached in
+/// that of the next knot. At the knot `B` is zero, and `A` turns the basis that is reached into the one there.
+fn write_subspace<T: Number>(
+    values: &mut [T],
+    turn: &[T],
+    series: &Series<T>,
+    blocks: impl Blocks,
+) {
+    let (m, k, normals) = (blocks.normals(), blocks.k(), blocks.m::<T>());
     let r = m + k;
+    let mut moved = vec![T::ZERO; m * k];
+    for (derivative, values) in values.chunks_exact_mut(m * k).enumerate() {
+        for col in 0..k {
+            for row in 0..m {
+                moved[row + m * col] = match derivative.checked_sub(1) {
+                    None => turn[k + row + r * col],
+                    Some(derivative) => {
+                        let b = &series.b(derivative)[normals * col..][..m];
+                        let terms = b.iter().enumerate();
+                        terms.fold(T::ZERO, |sum, (i, b)| {
+                            sum + turn[k + row + r * (k + i)] * *b
+                        })
+                    }
+                };
+            }
+        }
+        for col in 0..k {
+            for row in 0..m {
+                let terms = (0..k).map(|i| moved[row + m * i] * turn[col + r * i]);
+                values[row + m * col] = terms.fold(T::ZERO, |sum, term| sum + term);
+            }
+        }
+    }
+}
+
+/// How far the first columns are from those of the identity, in norm.
+fn off_identity(turn: &[f64], blocks: impl Blocks) -> f64 {
+    let (m, k) = (blocks.normals(), blocks.k());
+    let r = m + k;
+    // Of subspaces, how far they are from the span of those.
+    let first = if blocks.are_subspaces() { k } else { 0 };
     let mut square = 0.0;
     for col in 0..k {
-        for row in 0..r {
+        for row in first..r {
             let expected = f64::from(u8::from(row == col));
             square += (turn[row + r * col] - expected).powi(2);
         }
@@ -318,19 +362,20 @@ pub(crate) fn arrival(
     [v, a, j]: [MatRef<'_, f64>; 3],
     tension: f64,
     accuracy: Accuracy,
+    quotient: Quotient,
     interrupt: Interrupt<'_>,
 ) -> Result<[Mat<f64>; 4]> {
     let Coordinates {
         frame,
         blocks,
         entries,
-    } = Coordinates::of_checked([s, v, a, j], 1.0);
+    } = Coordinates::of_checked([s, v, a, j], 1.0, quotient);
     let mut state = State::of_coordinates(blocks, entries).in_tension(tension);
     let mut march = March::new(blocks, accuracy);
     state.load(blocks, &mut march.series);
     march.run(1.0, interrupt, |_, _, _| Ok(()))?;
     state.store(blocks, &march.series, 1.0);
-    let Sized { m, k } = blocks;
+    let Sized { m, k, .. } = blocks;
     let point = MatRef::from_column_major_slice(state.s(), m + k, k);
     let normals = MatRef::from_column_major_slice(state.e(), m + k, m);
     let horizontal = |derivative: usize| Horizontal {
@@ -338,7 +383,10 @@ pub(crate) fn arrival(
         normal: MatRef::from_column_major_slice(state.b(derivative), m, k).to_owned(),
     };
     let [x, first, second] = [0, 1, 2].map(horizontal);
-    let jerk = second.plus_bracket(0.5, &x, &first);
+    let jerk = match quotient {
+        Quotient::Frames => second.plus_bracket(0.5, &x, &first),
+        Quotient::Subspaces => second,
+    };
     let tangent = |x: &Horizontal| point * &x.omega + normals * &x.normal;
     let all = [
         point.to_owned(),

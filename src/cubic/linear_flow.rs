@@ -40,6 +40,7 @@ use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::dual::Dual;
 use crate::linalg::structure::{check_finite, check_range, check_shape};
+use crate::space::Quotient;
 
 /// What an `Overflow` is about.
 pub(super) const VARIATION: &str = "variation of a Riemannian cubic";
@@ -68,7 +69,7 @@ impl LinearFlow {
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`.
     pub(super) fn new([s, v, a, j]: [MatRef<'_, f64>; 4], tension: f64) -> Result<Self> {
-        let data = InitialData::new(s, v, a, j)?.in_tension(tension);
+        let data = InitialData::new(s, v, a, j, Quotient::Frames)?.in_tension(tension);
         let frame = match &data.frame {
             Some(basis) => basis * &data.g,
             None => data.g.clone(),
@@ -80,7 +81,7 @@ impl LinearFlow {
     pub(super) fn blocks(&self) -> Sized {
         let k = self.data.velocity.omega.nrows();
         let m = self.frame.ncols() - k;
-        Sized { m, k }
+        Sized::frames(m, k)
     }
 
     /// Whether there are directions orthogonal to the span.
@@ -230,12 +231,12 @@ impl LinearFlow {
         times: &[f64],
         interrupt: Interrupt<'_>,
     ) -> Result<Vec<(Mat<f64>, Mat<f64>)>> {
-        let Sized { m, k } = self.blocks();
+        let Sized { m, k, .. } = self.blocks();
         let (extra, size) = match part {
             Part::Span => (0, k * (k - 1) / 2 + m * k),
             Part::Row => (1, k),
         };
-        let blocks = Sized { m: m + extra, k };
+        let blocks = Sized::frames(m + extra, k);
         let units: Vec<Horizontal> = (0..size).map(|i| part.unit(i, blocks)).collect();
         let mut directions = Vec::new();
         for level in 0..3 {
@@ -261,7 +262,7 @@ impl Part {
     fn unit(self, index: usize, blocks: Sized) -> Horizontal {
         match self {
             Part::Span => {
-                let Sized { m, k } = blocks;
+                let Sized { m, k, .. } = blocks;
                 let mut entries = vec![0.0; k * (k - 1) / 2 + m * k];
                 entries[index] = 1.0;
                 let [unit] = unpack(&entries, blocks);
@@ -295,7 +296,7 @@ pub(super) fn side_by_side(matrices: &[MatRef<'_, f64>]) -> Mat<f64> {
 
 /// Adds a cotangent to the slope of `x''`.
 fn jump(march: &mut March<Dual<1>, Sized>, cotangent: MatRef<'_, f64>) {
-    let Sized { m, k } = march.blocks;
+    let Sized { m, k, .. } = march.blocks;
     let mut here = Reached::none(march.blocks);
     here.read(march, 0);
     let bar = Horizontal::of_tangent(here.frame.as_ref(), cotangent);

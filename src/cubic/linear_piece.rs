@@ -183,7 +183,7 @@ impl LinearPiece {
         frames: [&Mat<f64>; 2],
         interrupt: Interrupt<'_>,
     ) -> Result<[[Vec<f64>; 2]; 2]> {
-        let Sized { m, k } = self.flow.blocks();
+        let Sized { m, k, .. } = self.flow.blocks();
         let (wide, half) = (frames[0].ncols() - k, k * (k - 1) / 2);
         let (own, given) = (half + m * k, half + wide * k);
         let normals = frames.map(|frame| frame.subcols(k, wide));

@@ -17,7 +17,7 @@ use crate::legs::Options;
 use crate::linalg::lanes::Lanes;
 use crate::report::StopReason;
 use crate::shooting::{Descent, Layout, LeastCost, StartResponse, least_cost, products_of_step};
-use crate::space::{FixedFrames, Frames, Homogeneous};
+use crate::space::{FixedFrames, Frames, Homogeneous, Quotient};
 
 /// Descents end with a gradient of this size, in the time of a leg: a step or two of Newton's method are left.
 const TOLERANCE: f64 = 1e-6;
@@ -171,8 +171,10 @@ impl Solver<'_> {
         let problem = self.problem;
         let ends = problem.relative_ends();
         let curve = match start {
-            Start::Rolling => DescentStart::rolling(ends, LONGEST_LEG, LEGS),
-            Start::RollingFinely => DescentStart::rolling(ends, SHORT * LONGEST_LEG, LEGS),
+            Start::Rolling => DescentStart::rolling(Quotient::Frames, ends, LONGEST_LEG, LEGS),
+            Start::RollingFinely => {
+                DescentStart::rolling(Quotient::Frames, ends, SHORT * LONGEST_LEG, LEGS)
+            }
             Start::Flat => match problem.flat()? {
                 Some(flat) => DescentStart::along_flat(problem, &flat),
                 None => return Ok(None),

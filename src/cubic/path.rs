@@ -1,11 +1,14 @@
 //! A Riemannian cubic as a piecewise polynomial, in the coordinates of its span.
 
+use faer::{MatMut, MatRef};
+
 use super::reduced::{Blocks, Fixed, Sized, block};
 use super::state::State;
 use super::taylor::{Accuracy, March, too_many_steps};
 use crate::curve::gauss_legendre::{PANEL, POINTS};
 use crate::error::Result;
 use crate::interrupt::Interrupt;
+use crate::space::Quotient;
 
 /// Coefficients of a path at the most: a gigabyte.
 const MAX_COEFFICIENTS: usize = 1 << 27;
@@ -80,6 +83,37 @@ impl Path {
         }
     }
 
+    /// What the points stand for.
+    pub(crate) fn quotient(&self) -> Quotient {
+        self.blocks.quotient
+    }
+
+    /// The path of subspaces with bases `Y Q` for an orthogonal `Q`, shape `(k, k)`: `b` becomes `b Q`.
+    pub(super) fn in_terms_of(&self, q: MatRef<'_, f64>) -> Self {
+        let (k, r, rows) = (self.blocks.k, self.r(), self.rows());
+        let turn = |entries: &mut [f64], rows: usize| {
+            for block in entries.chunks_exact_mut(rows * k) {
+                let turned = MatRef::from_column_major_slice(block, rows, k) * q;
+                MatMut::from_column_major_slice_mut(block, rows, k).copy_from(&turned);
+            }
+        };
+        // `omega` is zero.
+        let turn_vectors = |entries: &mut [f64]| {
+            for vector in entries.chunks_exact_mut(r * k) {
+                turn(&mut vector[k * k..], r - k);
+            }
+        };
+        let mut path = self.clone();
+        turn(&mut path.points, rows);
+        turn_vectors(&mut path.vectors);
+        for state in [&mut path.first, &mut path.last] {
+            let (frame, vectors) = state.entries.split_at_mut(r * r);
+            turn(&mut frame[..r * k], r);
+            turn_vectors(vectors);
+        }
+        path
+    }
+
     /// Rows of a point in the coordinates of the span.
     pub(crate) fn r(&self) -> usize {
         self.blocks.m + self.blocks.k
@@ -110,8 +144,10 @@ impl Path {
         if self.covers(t) {
             return Ok(());
         }
-        let Sized { m, k } = self.blocks;
+        let Sized { m, k, quotient } = self.blocks;
         match (m, k) {
+            // Lines are points of the sphere.
+            _ if quotient == Quotient::Subspaces && k > 1 => self.march(self.blocks, t, interrupt),
             (0, 2) => self.march(Fixed::<0, 2>, t, interrupt),
             (0, 3) => self.march(Fixed::<0, 3>, t, interrupt),
             (1, 1) => self.march(Fixed::<1, 1>, t, interrupt),

@@ -17,6 +17,7 @@ use crate::curve::span::Span;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::manifold::stiefel::{POINT_TOLERANCE, Stiefel, TANGENT_TOLERANCE};
+use crate::space::Quotient;
 
 /// A boundary value problem, reduced to the span of its data.
 #[derive(Debug, Clone)]
@@ -81,15 +82,12 @@ impl Problem {
 
     /// Sizes of the blocks.
     pub(super) fn blocks(&self) -> Sized {
-        Sized {
-            m: self.g.nrows() - self.k,
-            k: self.k,
-        }
+        Sized::frames(self.g.nrows() - self.k, self.k)
     }
 
     /// Number of unknowns, `2d`.
     pub(super) fn unknowns(&self) -> usize {
-        let Sized { m, k } = self.blocks();
+        let Sized { m, k, .. } = self.blocks();
         k * (k - 1) + 2 * m * k
     }
 
@@ -141,14 +139,13 @@ impl Problem {
 
     /// The map from `(x', x'')` to the end, as a solver.
     pub(super) fn end_map<'a>(&self, interrupt: Interrupt<'a>) -> Box<dyn EndMap + 'a> {
-        let Sized { m, k } = self.blocks();
-        let target = &self.target;
-        match (m, k) {
+        let (blocks, target) = (self.blocks(), &self.target);
+        match (blocks.m, blocks.k) {
             (1, 1) => Box::new(Shooting::<_, 2>::new(Fixed::<1, 1>, target, interrupt)),
             (2, 1) => Box::new(Shooting::<_, 4>::new(Fixed::<2, 1>, target, interrupt)),
             (3, 1) => Box::new(Shooting::<_, 6>::new(Fixed::<3, 1>, target, interrupt)),
             (1, 2) => Box::new(Shooting::<_, 6>::new(Fixed::<1, 2>, target, interrupt)),
-            _ => Box::new(Shooting::<_, 8>::new(Sized { m, k }, target, interrupt)),
+            _ => Box::new(Shooting::<_, 8>::new(blocks, target, interrupt)),
         }
     }
 
@@ -229,17 +226,27 @@ pub(crate) fn pack(vectors: &[Horizontal]) -> Vec<f64> {
     y
 }
 
+/// The independent entries of a vector of `m`: as [`pack`], without `omega` where it is zero for every vector.
+pub(crate) fn coordinates(quotient: Quotient, x: &Horizontal) -> Vec<f64> {
+    match quotient {
+        Quotient::Frames => pack(std::slice::from_ref(x)),
+        Quotient::Subspaces => entries(&x.normal),
+    }
+}
+
 /// The inverse of [`pack`].
 pub(crate) fn unpack<const N: usize>(y: &[f64], blocks: Sized) -> [Horizontal; N] {
-    let Sized { m, k } = blocks;
+    let Sized { m, k, .. } = blocks;
     let size = y.len() / N;
     std::array::from_fn(|i| {
-        let (upper, lower) = y[size * i..][..size].split_at(k * (k - 1) / 2);
+        let (upper, lower) = y[size * i..][..size].split_at(blocks.quotient.turns(k));
+        // There are none of subspaces.
+        let entry = |i: usize, j: usize| upper.get(j * (j - 1) / 2 + i).map_or(0.0, |x| *x);
         Horizontal {
             omega: Mat::from_fn(k, k, |i, j| match i.cmp(&j) {
-                std::cmp::Ordering::Less => upper[j * (j - 1) / 2 + i],
+                std::cmp::Ordering::Less => entry(i, j),
                 std::cmp::Ordering::Equal => 0.0,
-                std::cmp::Ordering::Greater => -upper[i * (i - 1) / 2 + j],
+                std::cmp::Ordering::Greater => -entry(j, i),
             }),
             normal: Mat::from_fn(m, k, |i, j| lower[i + m * j]),
         }

@@ -13,6 +13,9 @@
 //! products of blocks of at most `r x k`: no commutator of `r x r` matrices is formed. A coefficient of order `j + 1`
 //! takes `j + 1` products of each kind, `k (4 m k + r k + 2 r m)` multiplications together. Cubics in tension have
 //! `tau omega'` more in `kappa'`, and `tau b'` in `b'''`.
+//!
+//! On the Grassmann manifold `omega = kappa = 0`. There the upper left block is in `h` too, and the equation
+//! `b''' = -[[x, x']_h, x]` is the one above with `n^T - n` in the place of `omega''`.
 
 use super::block_products::{add_product, add_tension, integrate, write_scaled};
 use super::reduced::{Blocks, Parts, Series, are_few, block};
@@ -33,6 +36,9 @@ pub(super) fn expand<T: Number>(series: &mut Series<T>, blocks: impl Blocks, ord
     let b = &parts.b[0][..m * k];
     gram(&mut parts.p[..k * k], b, b, [m, k]);
     gram(&mut parts.n[..k * k], &parts.b[1][..m * k], b, [m, k]);
+    if blocks.are_subspaces() {
+        hold(&mut parts.omega[2][..k * k], &parts.n[..k * k], k);
+    }
     for j in 0..order {
         extend(&mut parts, blocks, j);
     }
@@ -65,7 +71,8 @@ fn extend<T: Number, B: Blocks>(parts: &mut Parts<'_, T>, blocks: B, j: usize) {
         *entry = -*entry;
     }
     product::<T, B>(tall, &b[wide.clone()], &parts.q[narrow.clone()], [m, k, k]);
-    if k > 1 {
+    let turns = k > 1 && !blocks.are_subspaces();
+    if turns {
         product::<T, B>(tall, &b2[wide.clone()], &omega[narrow.clone()], [m, k, k]);
     }
     add_tension(tall, parts.tension, &b1[block(j, m * k)], 1.0);
@@ -74,7 +81,7 @@ fn extend<T: Number, B: Blocks>(parts: &mut Parts<'_, T>, blocks: B, j: usize) {
     let point = &mut parts.frame[..r * k];
     point.fill(T::ZERO);
     let points = up_to(j, r * k);
-    if k > 1 {
+    if turns {
         product::<T, B>(
             point,
             &parts.s[points.clone()],
@@ -100,7 +107,9 @@ fn extend<T: Number, B: Blocks>(parts: &mut Parts<'_, T>, blocks: B, j: usize) {
     let next_wide = up_to(j + 1, m * k);
     let n = &mut parts.n[block(j + 1, k * k)];
     gram(n, &b1[next_wide.clone()], &b[next_wide], [m, k]);
-    if k > 1 {
+    if blocks.are_subspaces() {
+        hold(&mut omega2[block(j + 1, k * k)], n, k);
+    } else if turns {
         let square = &mut parts.square[..k * k];
         square.fill(T::ZERO);
         product::<T, B>(square, &omega2[narrow.clone()], &omega[narrow], [k, k, k]);
@@ -115,6 +124,16 @@ fn extend<T: Number, B: Blocks>(parts: &mut Parts<'_, T>, blocks: B, j: usize) {
                 let turning = (square[i] - square[transposed]) * next;
                 target[i] = turning - (n[i] - n[transposed]);
             }
+        }
+    }
+}
+
+/// `omega'' = n^T - n`: what keeps the columns of a basis from turning.
+#[inline(always)]
+fn hold<T: Number>(omega2: &mut [T], n: &[T], k: usize) {
+    for col in 0..k {
+        for row in 0..k {
+            omega2[row + k * col] = n[col + k * row] - n[row + k * col];
         }
     }
 }

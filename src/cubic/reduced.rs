@@ -1,6 +1,7 @@
 //! Taylor coefficients of Riemannian cubics: the sizes of their blocks, and where they are stored.
 
 use crate::linalg::dual::Number;
+use crate::space::Quotient;
 
 /// Sizes of the blocks: `omega` is `(k, k)`, `b` is `(m, k)`, `s` is `(r, k)`, `e` is `(r, m)`.
 ///
@@ -19,6 +20,9 @@ pub(crate) trait Blocks: Copy + Send + Sync {
 
     /// Rows of `b`.
     fn normals(self) -> usize;
+
+    /// Whether `omega` stays zero: `omega''` is then what would turn the columns, and keeps them from it.
+    fn are_subspaces(self) -> bool;
 }
 
 /// Sizes known to the compiler.
@@ -44,6 +48,10 @@ impl<const M: usize, const K: usize> Blocks for Fixed<M, K> {
     fn normals(self) -> usize {
         M
     }
+    #[inline(always)]
+    fn are_subspaces(self) -> bool {
+        false
+    }
 }
 
 /// Any sizes.
@@ -52,6 +60,23 @@ pub(crate) struct Sized {
     /// Rows of `b`.
     pub(crate) m: usize,
     pub(crate) k: usize,
+    pub(crate) quotient: Quotient,
+}
+
+impl Sized {
+    /// Of frames.
+    pub(crate) fn frames(m: usize, k: usize) -> Self {
+        Sized {
+            m,
+            k,
+            quotient: Quotient::Frames,
+        }
+    }
+
+    /// Independent entries of `omega` and `b`.
+    pub(crate) fn dim(self) -> usize {
+        self.quotient.turns(self.k) + self.m * self.k
+    }
 }
 
 impl Blocks for Sized {
@@ -72,6 +97,10 @@ impl Blocks for Sized {
     #[inline(always)]
     fn normals(self) -> usize {
         self.m
+    }
+    #[inline(always)]
+    fn are_subspaces(self) -> bool {
+        self.quotient == Quotient::Subspaces
     }
 }
 

@@ -24,6 +24,7 @@ use crate::linalg::jet::{Jet, ORDER};
 use crate::linalg::simd::vectorised;
 use crate::linalg::structure::check_finite_scalar;
 use crate::report::SolverReport;
+use crate::space::Quotient;
 
 use super::integration_options::IntegrationOptions;
 
@@ -92,7 +93,8 @@ impl RiemannianCubic {
             });
         }
         check_tension(options.tension)?;
-        let (data, rate) = Coordinates::in_natural_time([s, v, a, j], options.tension)?;
+        let (data, rate) =
+            Coordinates::in_natural_time([s, v, a, j], options.tension, options.quotient)?;
         check_size(data.blocks)?;
         let accuracy = Accuracy::of_tolerance(options.tolerance);
         let clock = Clock::new(rate);
@@ -128,6 +130,22 @@ impl RiemannianCubic {
     }
 
     /// The same for a path that may not have been made yet, over a span of time.
+    /// The same curve with a report of the solver that has found it.
+    pub(crate) fn with_report(self, report: SolverReport) -> Self {
+        RiemannianCubic {
+            report: Some(report),
+            ..self
+        }
+    }
+
+    /// The same curve of subspaces with bases `Y Q` for an orthogonal `Q`, shape `(k, k)`.
+    pub(crate) fn in_terms_of(&self, q: MatRef<'_, f64>) -> Self {
+        RiemannianCubic {
+            path: Arc::new(self.path.in_terms_of(q).into()),
+            ..self.clone()
+        }
+    }
+
     pub(crate) fn of_leg(
         n: usize,
         k: usize,
@@ -262,7 +280,7 @@ fn extend(path: &mut Path, clock: Clock, t: f64, interrupt: Interrupt<'_>) -> Re
 }
 
 /// Error where the coefficients of one step would not fit into memory.
-fn check_size(Sized { m, k }: Sized) -> Result<()> {
+fn check_size(Sized { m, k, .. }: Sized) -> Result<()> {
     let (r, k) = ((m + k) as f64, k as f64);
     let numbers = (Accuracy::FULL.order + 1) as f64 * (r * r + 3.0 * r * k + 2.0 * k * k);
     if numbers <= LARGEST_STEP {
@@ -314,6 +332,10 @@ impl Curve for RiemannianCubic {
 
     fn k(&self) -> usize {
         self.k
+    }
+
+    fn quotient(&self) -> Quotient {
+        self.path.quotient()
     }
 
     fn t_span(&self) -> (f64, f64) {

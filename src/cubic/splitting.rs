@@ -36,6 +36,7 @@ use crate::chart::Composition;
 use crate::chart::composition::Stage;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
+use crate::space::Quotient;
 
 /// Flows of small states between two questions whether to stop.
 const FLOWS_PER_CHECK: usize = 1024;
@@ -64,6 +65,8 @@ pub struct SplittingOptions<'a> {
     /// `tau >= 0` of a cubic in tension: the Hamiltonian has `- tau |x|^2 / 2` more. Orders 4, 6 and 8 then take 5, 9 and 17
     /// exponentials a step.
     pub tension: f64,
+    /// What the points stand for.
+    pub quotient: Quotient,
     /// Order of the composition.
     pub order: SplittingOrder,
     /// Asked between steps.
@@ -75,6 +78,7 @@ impl Default for SplittingOptions<'_> {
         SplittingOptions {
             t_end: 1.0,
             tension: 0.0,
+            quotient: Quotient::Frames,
             order: SplittingOrder::default(),
             interrupt: Interrupt::NEVER,
         }
@@ -106,10 +110,10 @@ pub fn integrate_cubic(
     check_duration(options.t_end)?;
     check_steps(steps)?;
     check_tension(options.tension)?;
-    let data = InitialData::new(s, v, a, j)?.in_tension(options.tension);
+    let data = InitialData::new(s, v, a, j, options.quotient)?.in_tension(options.tension);
     let (r, k) = (data.g.nrows(), s.ncols());
     let mut trajectory = CubicTrajectory::with_room([r, k], steps, options.t_end)?;
-    if r == 3 {
+    if r == 3 && (options.quotient == Quotient::Frames || k == 1) {
         march(&mut SpaceState::new(&data), &mut trajectory, steps, options)?;
     } else {
         march(&mut FrameState::new(&data), &mut trajectory, steps, options)?;

@@ -20,6 +20,12 @@ impl State {
     /// At time 0, from an orthogonal frame of shape `(r, r)` and `x, x', x''`.
     pub(crate) fn new(g: &Mat<f64>, derivatives: [&Horizontal; 3]) -> Self {
         let (m, k) = derivatives[0].normal.shape();
+        Self::in_blocks(Sized::frames(m, k), g, derivatives)
+    }
+
+    /// The same in given blocks.
+    pub(crate) fn in_blocks(blocks: Sized, g: &Mat<f64>, derivatives: [&Horizontal; 3]) -> Self {
+        let Sized { m, k, .. } = blocks;
         let r = m + k;
         let mut entries = Vec::with_capacity(r * (r + 3 * k));
         let matrices = derivatives.iter().flat_map(|x| [&x.omega, &x.normal]);
@@ -28,12 +34,16 @@ impl State {
                 entries.extend(column.iter());
             }
         }
-        State::of_entries(Sized { m, k }, 0.0, entries)
+        State::of_entries(blocks, 0.0, entries)
     }
 
     /// At time 0, from initial data: `x'' = j - [v, a]_m / 2`.
     pub(crate) fn of_coordinates(blocks: Sized, mut entries: Vec<f64>) -> Self {
-        let Sized { m, k } = blocks;
+        if blocks.are_subspaces() {
+            // [m, m] is in h.
+            return State::of_entries(blocks, 0.0, entries);
+        }
+        let Sized { m, k, .. } = blocks;
         let r = m + k;
         let (_, vectors) = entries.split_at_mut(r * r);
         let (known, last) = vectors.split_at_mut(2 * r * k);
@@ -72,13 +82,13 @@ impl State {
 
     /// The first `k` columns of the frame, shape `(r, k)`.
     pub(crate) fn s(&self) -> &[f64] {
-        let Sized { m, k } = self.blocks;
+        let Sized { m, k, .. } = self.blocks;
         &self.entries[..(m + k) * k]
     }
 
     /// The others, shape `(r, m)`.
     pub(crate) fn e(&self) -> &[f64] {
-        let Sized { m, k } = self.blocks;
+        let Sized { m, k, .. } = self.blocks;
         &self.entries[(m + k) * k..][..(m + k) * m]
     }
 
@@ -89,7 +99,7 @@ impl State {
 
     /// `b` or a derivative, shape `(m, k)`.
     pub(crate) fn b(&self, derivative: usize) -> &[f64] {
-        let Sized { m, k } = self.blocks;
+        let Sized { m, k, .. } = self.blocks;
         &self.entries[self.vector(derivative) + k * k..][..m * k]
     }
 
@@ -125,7 +135,9 @@ impl State {
         copy_columns(e, r, series.e(), rows, m);
         for (i, vector) in vectors.chunks_exact_mut(size).enumerate() {
             let (omega, b) = vector.split_at_mut(k * k);
-            copy_columns(omega, k, series.omega(i), k, k);
+            if !blocks.are_subspaces() {
+                copy_columns(omega, k, series.omega(i), k, k);
+            }
             copy_columns(b, m, series.b(i), normals, k);
         }
     }

@@ -15,6 +15,7 @@ use super::tension::check_tension;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::manifold::stored::check_orthonormal;
+use crate::space::Quotient;
 use crate::stored::{Fields, Parts, READER, Stored, StoredPiece, extend, only, product, refusal};
 
 impl Stored for RiemannianCubic {
@@ -48,6 +49,13 @@ impl StoredPiece for RiemannianCubic {
         if paths().any(|path| path.tension() != 0.0) {
             fields.put_flat("tensions", flat(&|curve| vec![curve.path.tension()]));
         }
+        if paths().any(|path| path.quotient() == Quotient::Subspaces) {
+            let is_subspace = |curve: &Self| curve.path.quotient() == Quotient::Subspaces;
+            fields.put_flat(
+                "subspaces",
+                flat(&|curve| vec![f64::from(is_subspace(curve))]),
+            );
+        }
         fields.put_flat("spans", flat(&|curve| vec![curve.span.0, curve.span.1]));
         let interval = |piece: &Piece| [piece.lower, piece.upper, piece.center];
         let intervals = paths().flat_map(|path| path.pieces.iter().flat_map(interval));
@@ -74,13 +82,15 @@ impl StoredPiece for RiemannianCubic {
         let names = ["tolerances", "clocks", "spans"];
         let [mut tolerances, mut clocks, mut spans] = parts(names, fields)?;
         let mut tensions = fields.parts_or_zeros("tensions", count)?;
+        let mut subspaces = fields.parts_or_zeros("subspaces", count)?;
         let names = ["intervals", "points", "vectors", "ends"];
         let mut numbers = Numbers(parts(names, fields)?);
         let mut curves = Vec::with_capacity(count);
         for (i, (frame, report)) in frames.into_iter().zip(reports).enumerate() {
             interrupt.check(READER)?;
             let rows = frame.as_ref().map_or(n, |frame| frame.ncols());
-            let blocks = blocks(n, k, ranks[i], rows)?;
+            let [subspace] = subspaces.some()?;
+            let blocks = blocks(n, k, ranks[i], rows, subspace)?;
             let [tolerance] = tolerances.some()?;
             let (clock, span) = (clock(clocks.some()?)?, span(spans.some()?)?);
             let [tension] = tensions.some()?;
@@ -98,7 +108,7 @@ impl StoredPiece for RiemannianCubic {
                 boundary_report: None,
             });
         }
-        for rest in [tolerances, clocks, spans, tensions]
+        for rest in [tolerances, clocks, spans, tensions, subspaces]
             .into_iter()
             .chain(numbers.0)
         {
@@ -168,9 +178,22 @@ fn restore_frames(
 }
 
 /// Sizes of the blocks, after a check of those of the curve.
-fn blocks(n: usize, k: usize, rank: usize, rows: usize) -> Result<Sized> {
+fn blocks(n: usize, k: usize, rank: usize, rows: usize, subspace: f64) -> Result<Sized> {
+    let quotient = match subspace {
+        0.0 => Quotient::Frames,
+        1.0 => Quotient::Subspaces,
+        _ => {
+            return Err(refusal(format!(
+                "subspaces: expected 0 or 1, found {subspace}"
+            )));
+        }
+    };
     if k >= 1 && k <= rank && rank <= n && rank == rows {
-        return Ok(Sized { m: rank - k, k });
+        return Ok(Sized {
+            m: rank - k,
+            k,
+            quotient,
+        });
     }
     Err(refusal(format!(
         "a point of shape ({n}, {k}) in {rank} dimensions, of which {rows} are there"

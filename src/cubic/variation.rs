@@ -43,10 +43,7 @@ pub(super) fn vary<const N: usize>(
     interrupt: Interrupt<'_>,
 ) -> Result<Vec<Reached>> {
     let k = data.velocity.omega.nrows();
-    let blocks = Sized {
-        m: data.velocity.normal.nrows() + extra,
-        k,
-    };
+    let blocks = Sized::frames(data.velocity.normal.nrows() + extra, k);
     let mut out: Vec<Reached> = Vec::new();
     out.resize_with(times.len(), || Reached::none(blocks));
     let mut march = March::<Dual<N>, Sized>::new(blocks, Accuracy::FULL);
@@ -81,7 +78,7 @@ impl Reached {
 
     /// Appends the variations of the state that a march has reached.
     pub(super) fn read<const N: usize>(&mut self, march: &March<Dual<N>, Sized>, count: usize) {
-        let Sized { m, k } = march.blocks;
+        let Sized { m, k, .. } = march.blocks;
         let (r, series) = (m + k, &march.series);
         let frame = |i: usize, j: usize| match j.checked_sub(k) {
             None => &series.s()[i + r * j],
@@ -107,7 +104,7 @@ impl Reached {
     pub(super) fn displaced(&self, u: &Horizontal) -> [Horizontal; 4] {
         let (m, k) = u.normal.shape();
         let turn = self.frame.transpose() * (u.matrix() * &self.frame);
-        let still = std::array::from_fn(|_| Horizontal::zeros(Sized { m, k }));
+        let still = std::array::from_fn(|_| Horizontal::zeros(Sized::frames(m, k)));
         self.split(&turn, still)
     }
 
@@ -132,7 +129,7 @@ pub(super) fn start<const N: usize>(
     data: &InitialData,
     directions: &[[Horizontal; 3]],
 ) {
-    let Sized { m, k } = march.blocks;
+    let Sized { m, k, .. } = march.blocks;
     let longer = |x: &Horizontal| {
         let mut longer = x.clone();
         longer.normal.resize_with(m, k, |_, _| 0.0);

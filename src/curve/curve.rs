@@ -11,6 +11,7 @@ use super::sampling::{self, Request, Samples, check_parameter};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::jet::Jet;
+use crate::space::Quotient;
 
 /// A smooth curve on `St(n, k)`.
 ///
@@ -59,6 +60,11 @@ pub trait Curve: Sync {
 
     /// Columns of a point.
     fn k(&self) -> usize;
+
+    /// What the points stand for: frames, or the spans of their columns.
+    fn quotient(&self) -> Quotient {
+        Quotient::Frames
+    }
 
     /// The interval that the curve is made for.
     fn t_span(&self) -> (f64, f64) {
@@ -250,6 +256,7 @@ pub trait Curve: Sync {
     ) -> Result<DerivativeBounds> {
         sampled_bounds(
             coordinate_shape(self),
+            self.quotient(),
             &self.breakpoints(),
             jets(self, 3),
             interrupt,
@@ -344,7 +351,7 @@ fn reader<C: Curve + ?Sized>(
         let jet = jet.get_or_insert_with(|| Jet::zeros(rows, k));
         for (i, &t) in t.iter().enumerate() {
             curve.coordinates_into(t, quantity.order(), &mut work, jet)?;
-            quantity.read_into(jet, out.rb_mut().subcols_mut(i * k, k));
+            quantity.read_into(curve.quotient(), jet, out.rb_mut().subcols_mut(i * k, k));
         }
         Ok(())
     }

@@ -5,6 +5,7 @@ use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::jet::Jet;
 use crate::manifold::Stiefel;
+use crate::space::Quotient;
 
 /// Samples of one smooth piece.
 const SAMPLES: usize = 33;
@@ -128,14 +129,16 @@ struct Norms<F> {
     /// Writes Taylor coefficients up to order 3.
     jet_at: F,
     manifold: Stiefel,
+    quotient: Quotient,
     jet: Jet,
 }
 
 impl<F: FnMut(f64, &mut Jet) -> Result<()>> Norms<F> {
-    fn new([rows, k]: [usize; 2], jet_at: F) -> Result<Self> {
+    fn new([rows, k]: [usize; 2], quotient: Quotient, jet_at: F) -> Result<Self> {
         Ok(Norms {
             jet_at,
             manifold: Stiefel::new(rows.max(k), k)?,
+            quotient,
             jet: Jet::zeros(rows, k),
         })
     }
@@ -146,7 +149,7 @@ impl<F: FnMut(f64, &mut Jet) -> Result<()>> Norms<F> {
         let (rows, k) = jet.c[0].shape();
         let mut value = faer::Mat::zeros(rows, k);
         let mut norm = |quantity: Quantity| {
-            quantity.read_into(jet, value.as_mut());
+            quantity.read_into(self.quotient, jet, value.as_mut());
             self.manifold
                 .norm_along("derivative bounds", jet.c[0].as_ref(), value.as_ref())
         };
@@ -163,11 +166,12 @@ impl<F: FnMut(f64, &mut Jet) -> Result<()>> Norms<F> {
 /// Its coordinates are of shape `(rows, k)`, and `jet_at` writes their Taylor coefficients up to order 3.
 pub(super) fn sampled_bounds(
     shape: [usize; 2],
+    quotient: Quotient,
     breakpoints: &[f64],
     jet_at: impl FnMut(f64, &mut Jet) -> Result<()>,
     interrupt: Interrupt<'_>,
 ) -> Result<DerivativeBounds> {
-    let mut norms = Norms::new(shape, jet_at)?;
+    let mut norms = Norms::new(shape, quotient, jet_at)?;
     let mut largest = [0.0_f64; 3];
     for pair in breakpoints.windows(2) {
         let samples = sample(&mut norms, pair[0], pair[1], SAMPLES, interrupt)?;

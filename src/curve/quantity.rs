@@ -5,6 +5,8 @@ use faer::MatMut;
 use crate::linalg::jet::Jet;
 use crate::linalg::product::scale;
 use crate::manifold::covariant;
+use crate::manifold::tangent::tangent_part;
+use crate::space::Quotient;
 
 /// What to sample along a curve.
 ///
@@ -40,7 +42,7 @@ impl Quantity {
     }
 
     /// The quantity from Taylor coefficients of the curve, in the coordinates of its frame.
-    pub(super) fn read_into(self, jet: &Jet, mut out: MatMut<'_, f64>) {
+    pub(super) fn read_into(self, quotient: Quotient, jet: &Jet, mut out: MatMut<'_, f64>) {
         let c = |j: usize| jet.c[j].as_ref();
         let d = |j: usize, factorial: f64| &jet.c[j] * faer::Scale(factorial);
         match self {
@@ -52,12 +54,13 @@ impl Quantity {
                 out.copy_from(covariant::acceleration(c(0), c(1), d(2, 2.0).as_ref()))
             }
             Quantity::Jerk => {
-                out.copy_from(covariant::jerk(
-                    c(0),
-                    c(1),
-                    d(2, 2.0).as_ref(),
-                    d(3, 6.0).as_ref(),
-                ));
+                let (second, third) = (d(2, 2.0), d(3, 6.0));
+                let jerk = covariant::jerk(c(0), c(1), second.as_ref(), third.as_ref());
+                out.copy_from(match quotient {
+                    Quotient::Frames => jerk,
+                    // Of a horizontal curve both manifolds have the same acceleration, and this one the normal part of the jerk.
+                    Quotient::Subspaces => tangent_part(quotient, c(0), jerk.as_ref()),
+                });
             }
         }
     }

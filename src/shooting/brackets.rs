@@ -104,6 +104,25 @@ pub(super) fn subtract_action<'a, A, B, X: Field>(
             for (out, turned) in out[p..].iter_mut().zip(&run[..count]) {
                 *out -= *turned;
             }
+            let inner = space.column_isotropy_range();
+            if inner.is_empty() {
+                return;
+            }
+            // A row of `z x`, which `[z, x]` has besides.
+            let products = Products {
+                r: space.size(),
+                inner,
+                row,
+                pairs: pairs.clone().map(
+                    #[inline(always)]
+                    |(x, z)| (z, x),
+                ),
+                multiply: move |z: B, x: A| multiply(x, z),
+            };
+            write_row(&products, column, &mut run[..count]);
+            for (out, turned) in out[p..].iter_mut().zip(&run[..count]) {
+                *out += *turned;
+            }
         },
     );
 }

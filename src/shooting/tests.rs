@@ -297,7 +297,7 @@ fn integrated(dense: &Dense, leg: usize, frame: &Mat<f64>, k: usize, tension: f6
         entries.extend(columns(&x.as_ref().submatrix(0, 0, k, k).to_owned()));
         entries.extend(columns(&x.as_ref().submatrix(k, 0, r - k, k).to_owned()));
     }
-    let state = State::of_entries(Sized { m: r - k, k }, 0.0, entries);
+    let state = State::of_entries(Sized::frames(r - k, k), 0.0, entries);
     let mut path = Path::at(state.in_tension(tension), Accuracy::FULL);
     path.extend_to(1.0, Interrupt::NEVER).unwrap();
     path

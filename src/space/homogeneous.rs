@@ -40,8 +40,14 @@ pub(crate) trait Homogeneous: Copy + Send + Sync {
     /// Whether `[m, m]` lies in `h`.
     fn is_symmetric(self) -> bool;
 
-    /// The columns of an element of `h`, and rows, that may differ from zero.
+    /// The columns of an element of `h`, and rows, that turn the rows of the coordinates that `h` acts on.
     fn isotropy_range(self) -> Range<usize>;
+
+    /// Those that turn their columns.
+    #[inline(always)]
+    fn column_isotropy_range(self) -> Range<usize> {
+        0..0
+    }
 
     /// The entries `(i, j)` of a skew matrix that are its coordinates in `m`: `visit(coordinate, i, j)`.
     #[inline(always)]

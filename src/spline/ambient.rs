@@ -2,10 +2,11 @@
 //!
 //! Work and memory are linear in the number of rows.
 
-use faer::{Mat, MatMut, MatRef, Scale};
+use faer::reborrow::{Reborrow, ReborrowMut};
+use faer::{Mat, MatMut, MatRef};
 use rayon::prelude::*;
 
-use super::chain::{Chain, JOINS, Means, Motion, Movable, links, square};
+use super::chain::{Chain, JOINS, Joint, Means, Motion, Movable, links, square};
 use crate::cubic::guess::carry;
 use crate::cubic::initial::Coordinates;
 use crate::cubic::leg::arrival;
@@ -19,31 +20,38 @@ use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::linalg::structure::distance;
 use crate::manifold::carrier::{Carrier, Direction};
+use crate::manifold::span_geodesic::{alignment, log_spans};
+use crate::manifold::tangent::tangent_part;
 use crate::manifold::{QuasiGeodesic, Stiefel};
+use crate::space::Quotient;
 
 /// Knots and the quasi-geodesics between them.
 pub(super) struct Ambient<'a> {
+    quotient: Quotient,
     points: Vec<Mat<f64>>,
-    curves: Vec<QuasiGeodesic>,
+    joints: Vec<Joint>,
     lengths: Vec<f64>,
     tension: f64,
     interrupt: Interrupt<'a>,
 }
 
 impl<'a> Ambient<'a> {
+    /// # Errors
+    /// Where neighbours cannot be joined.
     pub(super) fn new(
+        quotient: Quotient,
         points: Vec<Mat<f64>>,
-        curves: Vec<QuasiGeodesic>,
         lengths: Vec<f64>,
         interrupt: Interrupt<'a>,
-    ) -> Self {
-        Ambient {
+    ) -> Result<Self> {
+        Ok(Ambient {
+            quotient,
+            joints: links(&points, quotient)?,
             points,
-            curves,
             lengths,
             tension: 0.0,
             interrupt,
-        }
+        })
     }
 
     /// The same for curves in tension.
@@ -59,7 +67,7 @@ impl<'a> Ambient<'a> {
 
     /// The length of the longest quasi-geodesic between neighbours.
     pub(super) fn longest(&self) -> f64 {
-        let lengths = self.curves.iter().map(QuasiGeodesic::speed);
+        let lengths = self.joints.iter().map(|joint| joint.curve.speed());
         lengths.fold(0.0, f64::max)
     }
 
@@ -68,14 +76,10 @@ impl<'a> Ambient<'a> {
     /// # Errors
     /// `Decomposition`.
     pub(super) fn reversed(&self) -> Result<Self> {
-        let curves = self.curves.iter().rev().map(QuasiGeodesic::reversed);
-        Ok(Ambient {
-            points: self.points.iter().rev().cloned().collect(),
-            curves: curves.collect::<Result<_>>()?,
-            lengths: self.lengths.iter().rev().copied().collect(),
-            tension: self.tension,
-            interrupt: self.interrupt,
-        })
+        let points = self.points.iter().rev().cloned().collect();
+        let lengths = self.lengths.iter().rev().copied().collect();
+        let back = Self::new(self.quotient, points, lengths, self.interrupt)?;
+        Ok(back.in_tension(self.tension))
     }
 
     /// One leg; returns `|S(1) - S_1|`.
@@ -89,10 +93,15 @@ impl<'a> Ambient<'a> {
         let size = self.size();
         let vectors = [0, 1, 2].map(|i| self.matrix(&start[size * i..][..size]));
         let (point, tension) = (self.points[leg].as_ref(), self.leg_tension(leg));
-        let end = arrival(point, vectors, tension, accuracy, self.interrupt)?;
-        let next = self.points[leg + 1].as_ref();
+        let (quotient, next) = (self.quotient, self.points[leg + 1].as_ref());
+        let mut end = arrival(point, vectors, tension, accuracy, quotient, self.interrupt)?;
+        if quotient == Quotient::Subspaces {
+            // In terms of the basis at the knot.
+            let turn = alignment(next, end[0].as_ref())?;
+            end = end.map(|a| a * &turn);
+        }
         for (end, values) in end.iter().zip(values.chunks_exact_mut(size)) {
-            write(&tangent(next, end.as_ref()), values);
+            write(&tangent_part(quotient, next, end.as_ref()), values);
         }
         Ok(distance(end[0].as_ref(), next))
     }
@@ -120,7 +129,7 @@ impl Chain for Ambient<'_> {
     }
 
     fn displacement_into(&self, leg: usize, out: &mut [f64]) {
-        out.copy_from_slice(&entries(&self.curves[leg].initial_velocity()));
+        out.copy_from_slice(&entries(&self.joints[leg].curve.initial_velocity()));
     }
 
     fn carry_into(
@@ -132,10 +141,17 @@ impl Chain for Ambient<'_> {
         out: &mut [f64],
     ) -> Result<()> {
         let (n, k) = self.points[0].shape();
+        let Joint { curve, turn } = &self.joints[leg];
         out.copy_from_slice(v);
-        carrier.set(&self.curves[leg])?;
-        let out = MatMut::from_column_major_slice_mut(out, n, k);
-        carrier.carry(&self.curves[leg], out, way);
+        carrier.set(curve)?;
+        let mut out = MatMut::from_column_major_slice_mut(out, n, k);
+        if let (Some(turn), Direction::Backward) = (turn, way) {
+            out.copy_from(out.rb() * turn.transpose());
+        }
+        carrier.carry(curve, out.rb_mut(), way);
+        if let (Some(turn), Direction::Forward) = (turn, way) {
+            out.copy_from(out.rb() * turn);
+        }
         Ok(())
     }
 
@@ -161,13 +177,14 @@ impl Chain for Ambient<'_> {
     fn work_of_leg(&self) -> f64 {
         let (n, k) = self.points[0].shape();
         let r = n.min(4 * k);
-        work_of_curve(Sized { m: r - k, k }) + (n * r * r) as f64
+        work_of_curve(Sized::frames(r - k, k)) + (n * r * r) as f64
     }
 
     fn state(&self, leg: usize, start: &[f64]) -> (Option<Mat<f64>>, State) {
         let size = self.size();
         let [v, a, j] = [0, 1, 2].map(|i| self.matrix(&start[size * i..][..size]));
-        let data = Coordinates::of_checked([self.points[leg].as_ref(), v, a, j], 1.0);
+        let data = [self.points[leg].as_ref(), v, a, j];
+        let data = Coordinates::of_checked(data, 1.0, self.quotient);
         let state = State::of_coordinates(data.blocks, data.entries);
         (data.frame, state.in_tension(self.leg_tension(leg)))
     }
@@ -177,7 +194,7 @@ impl Movable for Ambient<'_> {
     fn work_of_knot(&self) -> f64 {
         let (n, k) = self.points[0].shape();
         let r = n.min(2 * k);
-        JOINS * (work_of_join(Sized { m: r - k, k }) + (n * r * k) as f64)
+        JOINS * (work_of_join(Sized::frames(r - k, k)) + (n * r * k) as f64)
     }
 
     /// Vectors may come from points nearby: their tangential parts count.
@@ -188,14 +205,15 @@ impl Movable for Ambient<'_> {
             .zip(&self.points)
             .enumerate()
             .map(|(knot, (shift, point))| {
-                let shift = tangent(point.as_ref(), self.matrix(shift));
+                let shift = tangent_part(self.quotient, point.as_ref(), self.matrix(shift));
                 let curve = QuasiGeodesic::from_velocity(point.as_ref(), shift.as_ref());
                 curve.map_err(|error| error.at_knot(knot))
             })
             .collect::<Result<Vec<_>>>()?;
         let carried = |knot: usize, v: &mut [f64]| -> Result<()> {
             for v in v.chunks_exact_mut(size) {
-                let along = tangent(self.points[knot].as_ref(), self.matrix(v));
+                let point = self.points[knot].as_ref();
+                let along = tangent_part(self.quotient, point, self.matrix(v));
                 write(&carry(&moves[knot], along.as_ref(), 1.0)?, v);
             }
             Ok(())
@@ -208,14 +226,18 @@ impl Movable for Ambient<'_> {
         }
         let points = moves.iter().map(|curve| curve.point(1.0));
         let points = points.collect::<Result<Vec<_>>>()?;
-        let curves = links(&points)?;
-        let moved = Ambient::new(points, curves, self.lengths.clone(), self.interrupt);
+        let lengths = self.lengths.clone();
+        let moved = Ambient::new(self.quotient, points, lengths, self.interrupt)?;
         Ok(moved.in_tension(self.tension))
     }
 
     fn towards(&self, knot: usize, point: &Mat<f64>) -> Result<Vec<f64>> {
         let (n, k) = point.shape();
-        let v = Stiefel::new(n, k)?.log(self.points[knot].as_ref(), point.as_ref())?;
+        let here = self.points[knot].as_ref();
+        let v = match self.quotient {
+            Quotient::Frames => Stiefel::new(n, k)?.log(here, point.as_ref())?,
+            Quotient::Subspaces => log_spans(here, point.as_ref())?,
+        };
         Ok(entries(&v))
     }
 
@@ -223,13 +245,6 @@ impl Movable for Ambient<'_> {
         let inner = self.points[knot].transpose() * self.matrix(v);
         square(v) - 0.5 * inner.squared_norm_l2()
     }
-}
-
-/// The tangential part at a point.
-fn tangent(s: MatRef<'_, f64>, a: MatRef<'_, f64>) -> Mat<f64> {
-    let inner = s.transpose() * a;
-    let symmetric = (&inner + inner.transpose()) * Scale(0.5);
-    a - s * symmetric
 }
 
 fn write(a: &Mat<f64>, out: &mut [f64]) {

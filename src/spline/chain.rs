@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use faer::Mat;
+use faer::{Mat, MatRef};
 use rayon::prelude::*;
 
 use crate::cubic::RiemannianCubic;
@@ -18,7 +18,9 @@ use crate::linalg::lanes::LANES;
 use crate::manifold::QuasiGeodesic;
 use crate::manifold::carrier::Direction;
 use crate::manifold::quasi_geodesic::EndpointProblem;
+use crate::manifold::span_geodesic::join_spans;
 use crate::solve::tridiagonal::{Isometries, Way};
+use crate::space::Quotient;
 
 /// Legs that one task of the pool integrates, abreast where that is faster.
 pub(super) const LEGS: usize = LANES;
@@ -172,23 +174,55 @@ pub(super) trait Movable: Chain + Sized {
     fn square(&self, knot: usize, v: &[f64]) -> f64;
 }
 
-/// Quasi-geodesics between neighbours.
+/// The curve that joins a knot to the next one.
+#[derive(Debug, Clone)]
+pub(super) struct Joint {
+    pub(super) curve: QuasiGeodesic,
+    /// What makes the basis that the curve reaches the one at the knot, of subspaces.
+    pub(super) turn: Option<Mat<f64>>,
+}
+
+/// Quasi-geodesics between neighbours, or geodesics between their spans.
 ///
 /// # Errors
 /// `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents`, in `AtKnot` of the first of the two.
-pub(super) fn links(points: &[Mat<f64>]) -> Result<Vec<QuasiGeodesic>> {
+pub(super) fn links(points: &[Mat<f64>], quotient: Quotient) -> Result<Vec<Joint>> {
     let (n, k) = points[0].shape();
     for_each(
         points.len() - 1,
         || EndpointProblem::new(n, k),
         |problem, knot| {
-            let mut curve = QuasiGeodesic::zeros(n, k);
-            curve
-                .join(points[knot].as_ref(), points[knot + 1].as_ref(), problem)
-                .map_err(|error| error.at_knot(knot))?;
-            Ok(curve)
+            let [first, last] = [knot, knot + 1].map(|knot| points[knot].as_ref());
+            let joint = joint(first, last, quotient, problem);
+            joint.map_err(|error| error.at_knot(knot))
         },
     )
+}
+
+/// From one point to another.
+///
+/// # Errors
+/// `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents`.
+pub(super) fn joint(
+    first: MatRef<'_, f64>,
+    last: MatRef<'_, f64>,
+    quotient: Quotient,
+    problem: &mut EndpointProblem,
+) -> Result<Joint> {
+    match quotient {
+        Quotient::Frames => {
+            let mut curve = QuasiGeodesic::zeros(first.nrows(), first.ncols());
+            curve.join(first, last, problem)?;
+            Ok(Joint { curve, turn: None })
+        }
+        Quotient::Subspaces => {
+            let (curve, turn) = join_spans(first, last, problem)?;
+            Ok(Joint {
+                curve,
+                turn: Some(turn),
+            })
+        }
+    }
 }
 
 /// Legs as curves, each on `[0, 1]`.

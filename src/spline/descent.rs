@@ -6,14 +6,16 @@ use super::framed::Framed;
 use super::interpolation::Interpolation;
 use super::solvable::{Effort, unless_interrupted};
 use crate::cubic::descent_start::{DescentStart, LONGEST_LEG, row_by_row};
+use crate::cubic::guess::identity_columns;
 use crate::cubic::problem::unpack;
 use crate::cubic::relative_ends::RelativeEnds;
 use crate::cubic::work::of_products;
 use crate::error::Result;
 use crate::legs::Options;
 use crate::linalg::lanes::Lanes;
+use crate::manifold::span_geodesic::alignment;
 use crate::shooting::{Descent, Held, Layout, LeastCost, least_cost, products_of_step};
-use crate::space::{FixedFrames, Frames};
+use crate::space::{FixedFrames, Frames, Quotient, Subspaces};
 
 /// Descents end with a gradient of this size, in the time of a leg.
 const TOLERANCE: f64 = 1e-6;
@@ -63,7 +65,11 @@ pub(super) fn end(
         return Ok(None);
     };
     let [r, k] = chain.shape();
-    let step = products_of_step(Frames { r, k }, start.layout.lengths.len());
+    let legs = start.layout.lengths.len();
+    let step = match chain.blocks().quotient {
+        Quotient::Frames => products_of_step(Frames { r, k }, legs),
+        Quotient::Subspaces => products_of_step(Subspaces { r, k }, legs),
+    };
     if FEWEST_STEPS * of_products(step) > effort.work.left() {
         effort.work.refuse();
         return Ok(None);
@@ -92,6 +98,10 @@ fn descend(chain: &Framed<'_>, start: FreeKnots, effort: Effort<'_>) -> Result<L
         with_response: false,
     };
     let knots = (start.frames, start.velocities);
+    if chain.blocks().quotient == Quotient::Subspaces {
+        let [r, k] = chain.shape();
+        return least_cost::<Lanes, _>(Subspaces { r, k }, knots, descent, &options);
+    }
     match chain.shape() {
         [3, 1] => least_cost::<Lanes, _>(FixedFrames::<3, 1>, knots, descent, &options),
         [3, 2] => least_cost::<Lanes, _>(FixedFrames::<3, 2>, knots, descent, &options),
@@ -185,15 +195,21 @@ fn rolling(
         velocity
     };
     let target = frames[leg].transpose() * &frames[leg + 1];
-    let end = [
+    let mut end = [
         target.as_ref().subcols(0, blocks.k).to_owned(),
         &target * velocity(leg + 1).tangent(),
     ];
+    if blocks.quotient == Quotient::Subspaces {
+        // In terms of the basis nearest to that at the start.
+        let first = identity_columns(target.nrows(), blocks.k);
+        let turn = alignment(first.as_ref(), end[0].as_ref())?;
+        end = end.map(|a| a * &turn);
+    }
     let ends = RelativeEnds {
         velocity: &velocity(leg),
         end: &end,
     };
-    DescentStart::rolling(ends, LONGEST_LEG, fewest)
+    DescentStart::rolling(blocks.quotient, ends, LONGEST_LEG, fewest)
 }
 
 /// The motion between the knots of a chain that a descent has found, by where its knots are those of the chain.

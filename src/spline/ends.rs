@@ -4,9 +4,10 @@ use faer::{Mat, MatRef};
 
 use crate::error::{Error, Result};
 pub(super) use crate::legs::{End, Ends};
-use crate::linalg::structure::distance;
-use crate::manifold::Stiefel;
-use crate::manifold::stiefel::{POINT_TOLERANCE, TANGENT_TOLERANCE};
+use crate::linalg::structure::{distance, norm};
+use crate::manifold::stiefel::POINT_TOLERANCE;
+use crate::manifold::tangent::{check_vector, tangent_part};
+use crate::space::Quotient;
 
 /// End conditions of a spline.
 ///
@@ -89,7 +90,7 @@ impl End {
 /// # Errors
 /// `Shape`, `NonFinite`, `NotTangent`, `InvalidArgument`, in `AtKnot`.
 pub(super) fn check_ends(
-    manifold: &Stiefel,
+    quotient: Quotient,
     points: &[MatRef<'_, f64>],
     ends: &EndConditions,
 ) -> Result<()> {
@@ -97,7 +98,12 @@ pub(super) fn check_ends(
     match ends {
         EndConditions::Natural => Ok(()),
         EndConditions::Periodic => {
-            let gap = distance(points[0], points[last]);
+            let gap = match quotient {
+                Quotient::Frames => distance(points[0], points[last]),
+                Quotient::Subspaces => {
+                    norm(tangent_part(quotient, points[0], points[last]).as_ref())
+                }
+            };
             if gap <= POINT_TOLERANCE {
                 return Ok(());
             }
@@ -110,13 +116,7 @@ pub(super) fn check_ends(
         }
         EndConditions::Each(each) => {
             for (knot, end) in [(0, &each[0]), (last, &each[1])] {
-                manifold
-                    .check_tangent(
-                        "bc_type",
-                        points[knot],
-                        end.vector().as_ref(),
-                        TANGENT_TOLERANCE,
-                    )
+                check_vector(quotient, "bc_type", points[knot], end.vector().as_ref())
                     .map_err(|error| error.at_knot(knot))?;
             }
             Ok(())

@@ -8,9 +8,11 @@ use crate::cubic::taylor::Accuracy;
 use crate::cubic::work::Work;
 use crate::error::Result;
 use crate::manifold::Stiefel;
+use crate::manifold::span_geodesic::log_spans;
 use crate::report::{SolverReport, StopReason};
 use crate::solve::anderson::Anderson;
 use crate::solve::gmres::{Gmres, norm};
+use crate::space::Quotient;
 
 /// Vectors that an arrival has here: distance, velocity, acceleration and the third vector.
 const VECTORS: usize = 4;
@@ -74,13 +76,22 @@ impl Data {
     ///
     /// # Errors
     /// Those of a logarithm.
-    pub(super) fn misfit(&self, manifold: &Stiefel, points: &[Mat<f64>]) -> Result<f64> {
+    pub(super) fn misfit(
+        &self,
+        manifold: &Stiefel,
+        points: &[Mat<f64>],
+        quotient: Quotient,
+    ) -> Result<f64> {
         let squares = for_each(
             self.len(),
             || (),
             |(), i| {
                 let reached = points[self.knots[i]].as_ref();
-                let distance = manifold.dist(reached, self.points[i].as_ref())?;
+                let datum = self.points[i].as_ref();
+                let distance = match quotient {
+                    Quotient::Frames => manifold.dist(reached, datum)?,
+                    Quotient::Subspaces => log_spans(reached, datum)?.norm_l2(),
+                };
                 Ok(self.weights[i] * distance * distance)
             },
         )?;

@@ -7,10 +7,10 @@ use faer::{Mat, MatRef};
 use super::chain::{Chain, JOINS, Means, Motion, Movable, for_each, square};
 use super::neighbours::{Joining, Link};
 use crate::cubic::guess::turned;
-use crate::cubic::initial::Horizontal;
+use crate::cubic::initial::{Horizontal, complete};
 use crate::cubic::leg::{Leg, leg};
-use crate::cubic::problem::{pack, unpack};
-use crate::cubic::reduced::Sized;
+use crate::cubic::problem::{self, unpack};
+use crate::cubic::reduced::{Blocks, Sized};
 use crate::cubic::state::State;
 use crate::cubic::taylor::Accuracy;
 use crate::cubic::work::{work_of_curve, work_of_join};
@@ -20,7 +20,10 @@ use crate::interrupt::Interrupt;
 use crate::linalg::decomp::thin_q;
 use crate::linalg::lanes::LANES;
 use crate::manifold::carrier::Direction;
+use crate::manifold::quasi_geodesic::EndpointProblem;
+use crate::manifold::span_geodesic::{join_spans, log_spans};
 use crate::manifold::{QuasiGeodesic, Stiefel};
+use crate::space::Quotient;
 
 /// Legs from which on it is faster to integrate eight abreast.
 const WORTHWHILE: usize = 3;
@@ -43,12 +46,13 @@ impl<'a> Framed<'a> {
     /// # Errors
     /// In `AtKnot` `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents`.
     pub(super) fn new(
+        quotient: Quotient,
         frames: Arc<[Mat<f64>]>,
         columns: usize,
         lengths: Vec<f64>,
         interrupt: Interrupt<'a>,
     ) -> Result<Self> {
-        let blocks = blocks([frames[0].nrows(), columns]);
+        let blocks = blocks(quotient, [frames[0].nrows(), columns]);
         let links = for_each(
             lengths.len(),
             || Joining::new(blocks, columns),
@@ -93,7 +97,7 @@ impl<'a> Framed<'a> {
 
     /// Sizes of the space whose equations are solved.
     pub(super) fn shape(&self) -> [usize; 2] {
-        let Sized { m, k } = self.blocks;
+        let Sized { m, k, .. } = self.blocks;
         [m + k, k]
     }
 
@@ -125,7 +129,7 @@ impl<'a> Framed<'a> {
     pub(super) fn tangent(&self, knot: usize, v: &[f64]) -> Mat<f64> {
         let r = self.frames[knot].nrows();
         let mut vector = vec![0.0; r * self.columns];
-        write_vector(&mut vector, v, [r, self.blocks.k]);
+        write_vector(&mut vector, v, r, self.blocks);
         &self.frames[knot] * MatRef::from_column_major_slice(&vector, r, self.columns)
     }
 
@@ -145,12 +149,46 @@ impl<'a> Framed<'a> {
 /// Sizes of the blocks of a problem with points of shape `(r, k)`: `St(r, r)` is solved as `St(r, r - 1)`, to which each of its
 /// components is isometric, since the other columns determine the last one. One column has no other one: `St(1, 1)` stays what
 /// it is, two points.
-pub(super) fn blocks([r, k]: [usize; 2]) -> Sized {
-    let columns = if r == k && k > 1 { k - 1 } else { k };
-    Sized {
-        m: r - columns,
-        k: columns,
+pub(super) fn blocks(quotient: Quotient, [r, k]: [usize; 2]) -> Sized {
+    if quotient == Quotient::Subspaces {
+        return Sized {
+            m: r - k,
+            k,
+            quotient,
+        };
     }
+    let columns = if r == k && k > 1 { k - 1 } else { k };
+    Sized::frames(r - columns, columns)
+}
+
+/// Frames at points, which are their first columns. Those of subspaces are carried along from one to the next.
+///
+/// # Errors
+/// `NoJoiningCurve` in `AtKnot`, of subspaces.
+pub(super) fn frames(quotient: Quotient, points: &[Mat<f64>]) -> Result<Vec<Mat<f64>>> {
+    let (r, k) = points[0].shape();
+    if r == k {
+        return Ok(points.to_vec());
+    }
+    if quotient == Quotient::Frames {
+        let frames = points.iter().map(|point| complete(point.as_ref()));
+        return Ok(frames.collect());
+    }
+    let mut problem = EndpointProblem::new(r, k);
+    let mut frames = vec![complete(points[0].as_ref())];
+    for knot in 1..points.len() {
+        let ends = [knot - 1, knot].map(|knot| points[knot].as_ref());
+        let (curve, _) =
+            join_spans(ends[0], ends[1], &mut problem).map_err(|error| error.at_knot(knot - 1))?;
+        let mut frame = match points[knot] == points[0] {
+            // Of a closed chain.
+            true => frames[0].clone(),
+            false => turned(&curve, frames[knot - 1].as_ref(), 1.0),
+        };
+        frame.as_mut().subcols_mut(0, k).copy_from(&points[knot]);
+        frames.push(frame);
+    }
+    Ok(frames)
 }
 
 /// Integrates legs and carries vectors.
@@ -163,8 +201,7 @@ impl<'a> Chain for Framed<'a> {
     type Worker = Worker<'a>;
 
     fn size(&self) -> usize {
-        let Sized { m, k } = self.blocks;
-        k * k.saturating_sub(1) / 2 + m * k
+        self.blocks.dim()
     }
 
     fn lengths(&self) -> &[f64] {
@@ -195,10 +232,10 @@ impl<'a> Chain for Framed<'a> {
             out.copy_from_slice(v);
             return Ok(());
         };
-        let Sized { m, k } = self.blocks;
+        let Sized { m, k, .. } = self.blocks;
         let (r, columns) = (m + k, self.columns);
         let (vector, moved) = worker.scratch.split_at_mut(r * columns);
-        write_vector(vector, v, [r, k]);
+        write_vector(vector, v, r, self.blocks);
         let transposed = way == Direction::Backward;
         // left v, then (left v) right; transposed factors on the way back.
         for col in 0..columns {
@@ -215,7 +252,7 @@ impl<'a> Chain for Framed<'a> {
                     .sum();
             }
         }
-        read_vector(vector, out, [r, k]);
+        read_vector(vector, out, r, self.blocks);
         Ok(())
     }
 
@@ -288,7 +325,12 @@ impl<'a> Chain for Framed<'a> {
         } else {
             vectors
         };
-        let state = State::new(&self.frames[leg], vectors.each_ref());
+        let shape = Sized {
+            m: self.frames[leg].nrows() - self.columns,
+            k: self.columns,
+            quotient: self.blocks.quotient,
+        };
+        let state = State::in_blocks(shape, &self.frames[leg], vectors.each_ref());
         (None, state.in_tension(self.leg_tension(leg)))
     }
 
@@ -329,14 +371,22 @@ impl Movable for Framed<'_> {
             },
         )?;
         let lengths = self.lengths.clone();
-        let moved = Framed::new(frames.into(), self.columns, lengths, self.interrupt)?;
+        let (quotient, columns) = (self.blocks.quotient, self.columns);
+        let moved = Framed::new(quotient, frames.into(), columns, lengths, self.interrupt)?;
         Ok(moved.in_tension(self.tension))
     }
 
     fn towards(&self, knot: usize, point: &Mat<f64>) -> Result<Vec<f64>> {
-        let (r, k) = point.shape();
-        let v = Stiefel::new(r, k)?.log(self.point(knot), point.as_ref())?;
-        Ok(coordinates(self.frames[knot].as_ref(), v.as_ref()))
+        let ((r, k), quotient) = (point.shape(), self.blocks.quotient);
+        let v = match quotient {
+            Quotient::Frames => Stiefel::new(r, k)?.log(self.point(knot), point.as_ref())?,
+            Quotient::Subspaces => log_spans(self.point(knot), point.as_ref())?,
+        };
+        Ok(coordinates(
+            quotient,
+            self.frames[knot].as_ref(),
+            v.as_ref(),
+        ))
     }
 
     fn square(&self, _: usize, v: &[f64]) -> f64 {
@@ -353,18 +403,19 @@ fn at(a: &[f64], rows: usize, row: usize, col: usize, transposed: bool) -> f64 {
 }
 
 /// The vector `[omega; b]` with the given coordinates, or all of `[[omega, -b^T], [b, 0]]` where there is room for it.
-fn write_vector(out: &mut [f64], v: &[f64], [r, k]: [usize; 2]) {
+fn write_vector(out: &mut [f64], v: &[f64], r: usize, blocks: Sized) {
+    let (k, is_subspace) = (blocks.k, blocks.are_subspaces());
     let mut v = v.iter();
     let mut next = || *v.next().expect("as many as coordinates");
     for col in 0..k {
         out[col + r * col] = 0.0;
         for row in 0..col {
-            let entry = next();
+            let entry = if is_subspace { 0.0 } else { next() };
             out[row + r * col] = entry;
             out[col + r * row] = -entry;
         }
     }
-    let all = out.len() == r * r && r == k + 1;
+    let all = out.len() == r * r && r == k + 1 && !is_subspace;
     for col in 0..k {
         for row in k..r {
             let entry = next();
@@ -380,10 +431,12 @@ fn write_vector(out: &mut [f64], v: &[f64], [r, k]: [usize; 2]) {
 }
 
 /// Coordinates of the horizontal part.
-fn read_vector(vector: &[f64], out: &mut [f64], [r, k]: [usize; 2]) {
+fn read_vector(vector: &[f64], out: &mut [f64], r: usize, blocks: Sized) {
+    let k = blocks.k;
+    let turned = if blocks.are_subspaces() { 0 } else { k };
     let mut out = out.iter_mut();
     let mut write = |x: f64| *out.next().expect("as many as coordinates") = x;
-    for col in 0..k {
+    for col in 0..turned {
         for row in 0..col {
             write(0.5 * (vector[row + r * col] - vector[col + r * row]));
         }
@@ -396,9 +449,16 @@ fn read_vector(vector: &[f64], out: &mut [f64], [r, k]: [usize; 2]) {
 }
 
 /// Coordinates of a tangent vector at the first columns of a frame.
-pub(super) fn coordinates(frame: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Vec<f64> {
-    let columns = blocks([v.nrows(), v.ncols()]).k;
-    pack(&[Horizontal::of_tangent(frame, v.subcols(0, columns))])
+pub(super) fn coordinates(
+    quotient: Quotient,
+    frame: MatRef<'_, f64>,
+    v: MatRef<'_, f64>,
+) -> Vec<f64> {
+    let columns = blocks(quotient, [v.nrows(), v.ncols()]).k;
+    problem::coordinates(
+        quotient,
+        &Horizontal::of_tangent(frame, v.subcols(0, columns)),
+    )
 }
 
 /// The vector of `St(r, r)` that is a given one of `St(r, r - 1)`.

@@ -19,7 +19,7 @@ use crate::interrupt::Interrupt;
 use crate::legs::{Curves, Knots, Options};
 use crate::linalg::lanes::Lanes;
 use crate::shooting;
-use crate::space::{FixedFrames, Frames, Homogeneous};
+use crate::space::{FixedFrames, Frames, Homogeneous, Quotient, Subspaces};
 
 /// Of a start whose legs turn more, in radians, the legs are integrated from the first, where velocities at ends are given: with 6, of
 /// 128 splines with end velocities of 10 and more 15 cost two to four times as much and 5 are lost; and where they are not. With 5 for
@@ -96,7 +96,10 @@ impl Framed<'_> {
     fn start_speed(&self, ends: &Ends, motion: &Motion) -> f64 {
         let [r, k] = self.shape();
         let velocities = &motion.entries[..self.size() * (self.lengths().len() + 1)];
-        self.knots(ends).speed(Frames { r, k }, velocities)
+        match self.blocks().quotient {
+            Quotient::Frames => self.knots(ends).speed(Frames { r, k }, velocities),
+            Quotient::Subspaces => self.knots(ends).speed(Subspaces { r, k }, velocities),
+        }
     }
 
     /// By series or collocation.
@@ -108,6 +111,9 @@ impl Framed<'_> {
         effort: Effort<'_>,
     ) -> Result<Solution> {
         let [r, k] = self.shape();
+        if self.blocks().quotient == Quotient::Subspaces {
+            return self.in_space(Subspaces { r, k }, ends, start, is_flat, effort);
+        }
         match (r, k) {
             (3, 1) => self.in_space(FixedFrames::<3, 1>, ends, start, is_flat, effort),
             (3, 2) => self.in_space(FixedFrames::<3, 2>, ends, start, is_flat, effort),
@@ -171,14 +177,14 @@ impl Framed<'_> {
 
     /// The curves of the legs.
     fn legs(&self, curves: Box<dyn Curves>) -> SolvedLegs {
-        let (frames, shape, columns) = (self.frames(), self.shape(), self.columns());
+        let (frames, blocks, columns) = (self.frames(), self.blocks(), self.columns());
         let (tension, lengths) = (self.tension(), self.lengths().to_vec());
         let curves: Arc<dyn Curves> = curves.into();
         let known = Arc::clone(&curves);
         let path = move |leg: usize| {
             let (polynomials, which) = known.of_leg(leg);
             let tension = tension * lengths[leg].powi(2);
-            leg_path(polynomials, which, &frames[leg], shape, columns, tension)
+            leg_path(polynomials, which, &frames[leg], blocks, columns, tension)
         };
         SolvedLegs {
             curves,

@@ -10,14 +10,16 @@ use super::knots;
 use super::links::Links;
 use super::options::SplineOptions;
 use super::piecewise::Piecewise;
-use super::reduced_knots::{ReducedKnots, tangent_part};
+use super::reduced_knots::ReducedKnots;
 use crate::curve::GeometricCubic;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::product::axpy;
+use crate::manifold::tangent::tangent_part;
 use crate::report::{SolverReport, StopReason};
 use crate::solve::anderson::Anderson;
 use crate::solve::gmres::{Gmres, norm};
+use crate::space::Quotient;
 
 const SOLVER: &str = "geometric spline";
 
@@ -79,8 +81,8 @@ pub fn geometric_spline(
             found: options.tension,
         });
     }
-    let manifold = knots::check(t, points)?;
-    check_ends(&manifold, points, ends)?;
+    knots::check(t, points)?;
+    check_ends(Quotient::Frames, points, ends)?;
     let mut problem = Problem::new(t, points, ends, options.interrupt)?;
     let (velocities, report) = problem.solve(options.tolerance, options.max_iterations)?;
     if !report.converged {
@@ -126,7 +128,7 @@ impl<'a> Problem<'a> {
             EndConditions::Each(each) => each.iter().map(|end| end.vector().as_ref()).collect(),
             _ => Vec::new(),
         };
-        let mut knots = ReducedKnots::new(t, points, &vectors);
+        let mut knots = ReducedKnots::new(Quotient::Frames, t, points, &vectors)?;
         if matches!(ends, EndConditions::Periodic) {
             knots.close();
         }
@@ -380,8 +382,9 @@ impl<'a> Problem<'a> {
                 // Velocities are solved for: they are tangent to the tolerance of the solver, and made so to round-off.
                 let [v0, v1] = ends.map(|knot| {
                     let point = self.knots.points[knot].as_ref();
-                    self.knots
-                        .lift(tangent_part(point, velocity(knot)).as_ref())
+                    self.knots.lift(
+                        tangent_part(Quotient::Frames, point, velocity(knot).as_ref()).as_ref(),
+                    )
                 });
                 let [s0, s1] = ends.map(|knot| self.knots.lift(self.knots.points[knot].as_ref()));
                 GeometricCubic::from_boundary(s0.as_ref(), v0.as_ref(), s1.as_ref(), v1.as_ref())

@@ -136,10 +136,7 @@ impl KnotSystem {
         }
         let (d, blocks) = (
             all.len() / count,
-            Sized {
-                m: self.frames[0].ncols() - k,
-                k,
-            },
+            Sized::frames(self.frames[0].ncols() - k, k),
         );
         let lift = |(knot, frame): (usize, &Mat<f64>)| {
             let [x] = unpack(&all[knot * d..][..d], blocks);

@@ -7,22 +7,25 @@ use crate::cubic::reduced::{Blocks, Sized};
 use crate::cubic::state::State;
 use crate::legs::Dense;
 use crate::linalg::field::multiply;
-use crate::space::{Frames, Homogeneous};
+use crate::space::{Frames, Homogeneous, Quotient, Subspaces};
 
 /// The curve of a leg that starts with a frame, from its polynomials; the tension is that in the time of the leg.
 pub(super) fn leg_path(
     polynomials: &Dense,
     leg: usize,
     frame: &Mat<f64>,
-    [r, k]: [usize; 2],
+    solved: Sized,
     columns: usize,
     tension: f64,
 ) -> Path {
-    let space = Frames { r, k };
+    let Sized { m, k, quotient } = solved;
+    let r = m + k;
     let blocks = Sized {
         m: r - columns,
         k: columns,
+        quotient,
     };
+    let dim = solved.dim();
     let (square, rows) = (r * r, blocks.r::<f64>());
     let terms = polynomials.order + 1;
     let frame: Vec<f64> = row_by_row(frame);
@@ -39,16 +42,19 @@ pub(super) fn leg_path(
     }
     let write = |x: &[f64], out: &mut Vec<f64>| {
         let mut matrix = vec![0.0; square];
-        space.matrix_into(x, &mut matrix);
+        match quotient {
+            Quotient::Frames => Frames { r, k }.matrix_into(x, &mut matrix),
+            Quotient::Subspaces => Subspaces { r, k }.matrix_into(x, &mut matrix),
+        }
         push_blocks(&matrix, [r, columns], out);
     };
     let mut vectors = Vec::with_capacity(terms * r * columns);
-    for x in polynomials.x(leg, space.dim()).chunks_exact(space.dim()) {
+    for x in polynomials.x(leg, dim).chunks_exact(dim) {
         write(x, &mut vectors);
     }
     let state = |end: usize, frame: &[f64]| {
         let mut entries: Vec<f64> = (0..square).map(|i| frame[(i % r) * r + i / r]).collect();
-        for x in polynomials.end(leg, end, space.dim()) {
+        for x in polynomials.end(leg, end, dim) {
             write(x, &mut entries);
         }
         State::of_entries(blocks, end as f64, entries).in_tension(tension)

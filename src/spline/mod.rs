@@ -44,6 +44,7 @@ mod stored;
 #[cfg(feature = "python")]
 pub(crate) mod stored_values;
 mod straight;
+mod subspace_boundary;
 mod validation;
 mod velocities;
 

@@ -2,15 +2,16 @@
 
 use faer::Mat;
 
+use super::chain::{Joint, joint};
 use crate::cubic::guess::turned;
 use crate::cubic::initial::Horizontal;
-use crate::cubic::problem::{entries, pack};
+use crate::cubic::problem::{coordinates, entries};
 use crate::cubic::reduced::Sized;
 use crate::error::{Error, Result};
 use crate::linalg::product::{determinant_sign, mul_into};
-use crate::linalg::{OrthogonalLog, SkewExp};
-use crate::manifold::QuasiGeodesic;
+use crate::linalg::{OrthogonalLog, skew_exp};
 use crate::manifold::quasi_geodesic::EndpointProblem;
+use crate::space::Quotient;
 
 /// What a leg knows of its ends, matrices column by column.
 pub(super) struct Link {
@@ -39,7 +40,7 @@ impl Joining {
     pub(super) fn new(blocks: Sized, columns: usize) -> Self {
         let r = blocks.m + blocks.k;
         match blocks.m {
-            1 => Joining::Group {
+            1 if blocks.quotient == Quotient::Frames => Joining::Group {
                 log: OrthogonalLog::new(r),
                 next: Mat::zeros(r, r),
                 turn: Mat::zeros(r, r),
@@ -70,9 +71,7 @@ impl Joining {
             }
             Joining::Quotient(problem) => {
                 let [s0, s1] = frames.map(|frame| frame.as_ref().subcols(0, columns));
-                let mut curve = QuasiGeodesic::zeros(s0.nrows(), columns);
-                curve.join(s0, s1, problem)?;
-                along(&curve, frames, blocks)
+                along(&joint(s0, s1, blocks.quotient, problem)?, frames, blocks)
             }
         }
     }
@@ -103,16 +102,19 @@ fn in_group(
     })
 }
 
-fn along(curve: &QuasiGeodesic, frames: [&Mat<f64>; 2], blocks: Sized) -> Result<Link> {
-    let k = curve.k();
-    let mut turn = Mat::zeros(k, k);
-    SkewExp::new(k).exp_into(turn.as_mut(), curve.omega(), 1.0)?;
+fn along(joint: &Joint, frames: [&Mat<f64>; 2], blocks: Sized) -> Result<Link> {
+    let curve = &joint.curve;
+    let turn = match &joint.turn {
+        Some(turn) => turn.clone(),
+        None => skew_exp(curve.omega())?,
+    };
     let displacement = curve.initial_velocity();
     let displacement = displacement.as_ref().subcols(0, blocks.k);
     let left = entries(&(frames[1].transpose() * turned(curve, frames[0].as_ref(), 1.0)));
+    let displacement = Horizontal::of_tangent(frames[0].as_ref(), displacement);
     Ok(Link {
         next: entries(&(frames[0].transpose() * frames[1])),
         carrying: Some([left, entries(&turn)]),
-        displacement: pack(&[Horizontal::of_tangent(frames[0].as_ref(), displacement)]),
+        displacement: coordinates(blocks.quotient, &displacement),
     })
 }

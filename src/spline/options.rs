@@ -2,6 +2,7 @@
 
 use crate::cubic::work::{Work, allowance};
 use crate::interrupt::Interrupt;
+use crate::space::Quotient;
 
 /// Steps by default.
 pub(super) const MAX_ITERATIONS: usize = 200;
@@ -32,6 +33,8 @@ pub struct SplineOptions<'a> {
     /// 64 by the square of the longest leg, 6.25 where the points have more than 12 rows and more than `4 k`, also in their span.
     /// Splines of Riemannian cubics only.
     pub tension: f64,
+    /// What the points stand for.
+    pub quotient: Quotient,
     /// Asked before every leg of every step.
     pub interrupt: Interrupt<'a>,
 }
@@ -43,6 +46,7 @@ impl Default for SplineOptions<'_> {
             tolerance: 1e-12,
             max_iterations: MAX_ITERATIONS,
             tension: 0.0,
+            quotient: Quotient::Frames,
             interrupt: Interrupt::NEVER,
         }
     }

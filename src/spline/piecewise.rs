@@ -9,6 +9,7 @@ use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::jet::Jet;
 use crate::linalg::product::mul_into;
+use crate::space::Quotient;
 
 /// Curves on `[0, 1]`, one after the other, each run through between two knots.
 ///
@@ -190,6 +191,10 @@ impl<C: Curve> Curve for Piecewise<C> {
 
     fn k(&self) -> usize {
         self.pieces[0].k()
+    }
+
+    fn quotient(&self) -> Quotient {
+        self.pieces[0].quotient()
     }
 
     fn t_span(&self) -> (f64, f64) {

@@ -6,9 +6,14 @@ use std::sync::Arc;
 use faer::{Mat, MatRef};
 
 use super::chain::Space;
+use crate::cubic::RiemannianCubic;
+use crate::curve::Curve;
 use crate::curve::span::Span;
+use crate::error::Result;
 use crate::linalg::product::{mul_add, mul_into};
-use crate::linalg::structure::symmetric_part;
+use crate::manifold::span_geodesic::alignment;
+use crate::manifold::tangent::tangent_part;
+use crate::space::Quotient;
 
 /// The factorisation that reduces the dimension takes time quadratic in the number of knots: for so many it pays.
 const FEW: usize = 64;
@@ -18,7 +23,10 @@ const SMALL: usize = 12;
 
 /// Points and lengths of legs.
 pub(super) struct ReducedKnots {
+    quotient: Quotient,
     span: Span,
+    /// What makes the given bases those of the points, of subspaces.
+    turns: Vec<Mat<f64>>,
     pub(super) points: Vec<Mat<f64>>,
     pub(super) lengths: Vec<f64>,
     /// The mean length of a leg, in the caller's time.
@@ -27,7 +35,15 @@ pub(super) struct ReducedKnots {
 
 impl ReducedKnots {
     /// Of checked knots; `vectors` are in the span as well.
-    pub(super) fn new(t: &[f64], points: &[MatRef<'_, f64>], vectors: &[MatRef<'_, f64>]) -> Self {
+    ///
+    /// # Errors
+    /// `Decomposition`.
+    pub(super) fn new(
+        quotient: Quotient,
+        t: &[f64],
+        points: &[MatRef<'_, f64>],
+        vectors: &[MatRef<'_, f64>],
+    ) -> Result<Self> {
         let all = [points, vectors].concat();
         let (n, k) = points[0].shape();
         let span = if all.len() <= FEW && 2 * k * all.len() <= n {
@@ -40,14 +56,25 @@ impl ReducedKnots {
             .iter()
             .map(|point| orthonormalised(span.down(*point), &mut gram))
             .collect();
+        let (points, turns) = match quotient {
+            Quotient::Frames => (points, Vec::new()),
+            Quotient::Subspaces => aligned(points)?,
+        };
         let unit = (t[t.len() - 1] - t[0]) / (t.len() - 1) as f64;
         let lengths = t.windows(2).map(|pair| (pair[1] - pair[0]) / unit);
-        ReducedKnots {
+        Ok(ReducedKnots {
+            quotient,
             lengths: lengths.collect(),
             span,
+            turns,
             points,
             unit,
-        }
+        })
+    }
+
+    /// What the points stand for.
+    pub(super) fn quotient(&self) -> Quotient {
+        self.quotient
     }
 
     /// The last point is the first one, to the last bit.
@@ -58,7 +85,11 @@ impl ReducedKnots {
 
     /// A vector that is tangent at a knot to `1e-9`, in the coordinates of the span and tangent to round-off.
     pub(super) fn down(&self, knot: usize, v: MatRef<'_, f64>) -> Mat<f64> {
-        tangent_part(self.points[knot].as_ref(), self.span.down(v))
+        let mut low = self.span.down(v);
+        if let Some(turn) = self.turns.get(knot) {
+            low = low * turn;
+        }
+        tangent_part(self.quotient, self.points[knot].as_ref(), low.as_ref())
     }
 
     /// A point near the manifold in the coordinates of the span, orthonormal to round-off.
@@ -83,6 +114,22 @@ impl ReducedKnots {
         }
     }
 
+    /// Curves between the knots, of subspaces in terms of the bases that the ones before them reach, from the given one on.
+    ///
+    /// # Errors
+    /// Where a curve cannot be evaluated.
+    pub(super) fn joined(&self, mut pieces: Vec<RiemannianCubic>) -> Result<Vec<RiemannianCubic>> {
+        if self.quotient == Quotient::Frames {
+            return Ok(pieces);
+        }
+        for piece in 1..pieces.len() {
+            let reached = pieces[piece - 1].point(1.0)?;
+            let turn = alignment(reached.as_ref(), pieces[piece].point(0.0)?.as_ref())?;
+            pieces[piece] = pieces[piece].in_terms_of(turn.as_ref());
+        }
+        Ok(pieces)
+    }
+
     /// The matrix with the given coordinates.
     pub(super) fn lift(&self, a: MatRef<'_, f64>) -> Mat<f64> {
         self.span.lift(a)
@@ -94,10 +141,16 @@ impl ReducedKnots {
     }
 }
 
-/// `V - S sym(S^T V)`.
-pub(super) fn tangent_part(s: MatRef<'_, f64>, v: Mat<f64>) -> Mat<f64> {
-    let along = s.transpose() * &v;
-    v - s * symmetric_part(along.as_ref())
+/// Bases of the same subspaces, each as near to the one before it as can be, and what makes them of the given ones.
+fn aligned(mut points: Vec<Mat<f64>>) -> Result<(Vec<Mat<f64>>, Vec<Mat<f64>>)> {
+    let k = points[0].ncols();
+    let mut turns = vec![Mat::identity(k, k)];
+    for knot in 1..points.len() {
+        let turn = alignment(points[knot - 1].as_ref(), points[knot].as_ref())?;
+        points[knot] = &points[knot] * &turn;
+        turns.push(turn);
+    }
+    Ok((points, turns))
 }
 
 /// A point that is orthonormal to `1e-9` made so to round-off: one Newton step towards its polar factor.

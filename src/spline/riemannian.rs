@@ -5,16 +5,15 @@ use std::sync::Arc;
 use faer::{Mat, MatRef, Scale};
 
 use super::ambient::Ambient;
-use super::chain::{Space, links, pieces};
+use super::chain::{Space, pieces};
 use super::ends::{End, EndCondition, EndConditions, Ends, check_ends};
-use super::framed::{Framed, coordinates};
+use super::framed::{Framed, coordinates, frames};
 use super::options::SplineOptions;
 use super::piecewise::Piecewise;
 use super::reduced_knots::ReducedKnots;
 use super::solvable::{Solution, Solvable};
 use super::{knots, solve};
 use crate::cubic::RiemannianCubic;
-use crate::cubic::initial::complete;
 use crate::cubic::problem::entries;
 use crate::cubic::tension::{check_leg_tension, check_tension};
 use crate::error::{Error, Result};
@@ -64,9 +63,9 @@ pub(crate) fn cubic_spline_of_legs(
 ) -> Result<SplineOfLegs> {
     knots::check_tolerance(options.tolerance)?;
     check_tension(options.tension)?;
-    let manifold = knots::check(t, points)?;
-    check_ends(&manifold, points, ends)?;
-    let problem = Problem::new(t, points, ends, options.tension)?;
+    knots::check(t, points)?;
+    check_ends(options.quotient, points, ends)?;
+    let problem = Problem::new(t, points, ends, options)?;
     let (pieces, solution) = if problem.knots.is_small() {
         problem.solve_in_frames(options)?
     } else {
@@ -75,6 +74,7 @@ pub(crate) fn cubic_spline_of_legs(
     let report = solution.report;
     if report.converged {
         let curves = solution.polynomials.map(|legs| legs.curves);
+        let pieces = problem.knots.joined(pieces)?;
         return Ok((Piecewise::new(t.to_vec(), pieces), report, curves));
     }
     Err(Error::no_convergence(SOLVER, report, options.tolerance))
@@ -95,18 +95,18 @@ impl<'e> Problem<'e> {
         t: &[f64],
         points: &[MatRef<'_, f64>],
         ends: &'e EndConditions,
-        tension: f64,
+        options: &SplineOptions<'_>,
     ) -> Result<Self> {
         let vectors: Vec<MatRef<'_, f64>> = match ends {
             EndConditions::Each(each) => each.iter().map(|end| end.vector().as_ref()).collect(),
             _ => Vec::new(),
         };
-        let mut knots = ReducedKnots::new(t, points, &vectors);
+        let mut knots = ReducedKnots::new(options.quotient, t, points, &vectors)?;
         if matches!(ends, EndConditions::Periodic) {
             knots.close();
         }
         // One factor after the other: their product may overflow.
-        let tension = tension * knots.unit * knots.unit;
+        let tension = options.tension * knots.unit * knots.unit;
         let longest = knots.lengths.iter().fold(0.0_f64, |most, h| most.max(*h));
         check_leg_tension(tension * longest * longest, knots.is_small())?;
         Ok(Problem {
@@ -143,17 +143,14 @@ impl<'e> Problem<'e> {
     }
 
     fn solve_in_frames(&self, options: &SplineOptions<'_>) -> Result<Solved> {
-        let complete = |point: &Mat<f64>| complete(point.as_ref());
-        let (r, k) = self.knots.shape();
-        let frames: Vec<Mat<f64>> = match r == k {
-            true => self.knots.points.clone(),
-            false => self.knots.points.iter().map(complete).collect(),
-        };
-        let ends = self.ends_with(|knot, v| coordinates(frames[knot].as_ref(), v.as_ref()));
-        let (columns, lengths) = (self.knots.shape().1, self.knots.lengths.clone());
-        let chain = Framed::new(frames.into(), columns, lengths, options.interrupt)?;
+        let (quotient, (_, columns)) = (self.knots.quotient(), self.knots.shape());
+        let frames = frames(quotient, &self.knots.points)?;
+        let ends =
+            self.ends_with(|knot, v| coordinates(quotient, frames[knot].as_ref(), v.as_ref()));
+        let lengths = self.knots.lengths.clone();
+        let chain = Framed::new(quotient, frames.into(), columns, lengths, options.interrupt)?;
         let (chain, space) = (chain.in_tension(self.tension), self.knots.space());
-        let solution = if self.knots.shape().0 == 1 {
+        let solution = if chain.blocks().dim() == 0 {
             // Nothing moves.
             Solution::none(SolverReport::new(StopReason::Converged, 0, 0.0, 0.0))
         } else {
@@ -165,8 +162,7 @@ impl<'e> Problem<'e> {
     fn solve_in_ambient(&self, options: &SplineOptions<'_>) -> Result<Solved> {
         let ends = self.ends_with(|_, v| entries(v));
         let (points, lengths) = (self.knots.points.clone(), self.knots.lengths.clone());
-        let curves = links(&points)?;
-        let chain = Ambient::new(points, curves, lengths, options.interrupt);
+        let chain = Ambient::new(options.quotient, points, lengths, options.interrupt)?;
         let chain = chain.in_tension(self.tension);
         let solution = solve::in_ambient(&chain, &ends, options)?;
         finished(&chain, solution, &self.knots.space(), options.interrupt)

@@ -19,10 +19,10 @@
 use faer::{Mat, MatRef};
 
 use super::ambient::Ambient;
-use super::chain::{Movable, Space, for_each, links, pieces};
+use super::chain::{Movable, Space, for_each, pieces};
 use super::ends::EndConditions;
 use super::fit::{Data, Fit, work_of_balance};
-use super::framed::Framed;
+use super::framed::{Framed, frames};
 use super::knots;
 use super::options::{MAX_ITERATIONS, SplineOptions};
 use super::piecewise::Piecewise;
@@ -30,13 +30,14 @@ use super::reduced_knots::ReducedKnots;
 use super::riemannian::cubic_spline;
 use super::straight::Straight;
 use super::validation::Validation;
-use crate::cubic::initial::complete;
 use crate::cubic::{IntegrationOptions, RiemannianCubic};
 use crate::curve::Curve;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::manifold::Stiefel;
+use crate::manifold::span_geodesic::log_spans;
 use crate::report::{SolverReport, StopReason};
+use crate::space::Quotient;
 
 const SOLVER: &str = "smoothing spline";
 
@@ -77,6 +78,8 @@ pub struct SmoothingOptions<'a> {
     pub tolerance: f64,
     /// Steps at the most. More than the default raise the [limit of work](crate::StopReason::WorkLimit) in proportion.
     pub max_iterations: usize,
+    /// What the points stand for.
+    pub quotient: Quotient,
     /// Asked before every leg of every step.
     pub interrupt: Interrupt<'a>,
 }
@@ -88,6 +91,7 @@ impl Default for SmoothingOptions<'_> {
             lambda: None,
             tolerance: 1e-11,
             max_iterations: MAX_ITERATIONS,
+            quotient: Quotient::Frames,
             interrupt: Interrupt::NEVER,
         }
     }
@@ -99,6 +103,7 @@ impl<'a> SmoothingOptions<'a> {
         SplineOptions {
             tolerance: self.tolerance,
             max_iterations: self.max_iterations,
+            quotient: self.quotient,
             interrupt: self.interrupt,
             ..SplineOptions::default()
         }
@@ -168,7 +173,7 @@ pub fn smoothing_spline(
     let manifold = check(t, data, weights, options.lambda)?;
     let grouped = Grouped::new(t, weights);
     // On St(1, 1) nothing moves.
-    if manifold.dim() == 0 {
+    if dim(&manifold, options.quotient) == 0 {
         return interpolated(&manifold, data, &grouped, options);
     }
     if let [first, last] = data {
@@ -178,7 +183,7 @@ pub fn smoothing_spline(
         return interpolated(&manifold, data, &grouped, options);
     }
     let firsts: Vec<MatRef<'_, f64>> = grouped.first.iter().map(|&i| data[i]).collect();
-    let knots = ReducedKnots::new(&grouped.t, &firsts, data);
+    let knots = ReducedKnots::new(options.quotient, &grouped.t, &firsts, data)?;
     let low = data.iter().map(|point| knots.point(*point)).collect();
     let heaviest = grouped
         .weights
@@ -193,15 +198,15 @@ pub fn smoothing_spline(
     let (space, interrupt) = (knots.space(), options.interrupt);
     let solved = if knots.is_small() {
         let through = |points: &[Mat<f64>]| {
-            let frames = points.iter().map(|point| complete(point.as_ref()));
+            let frames = frames(options.quotient, points)?.into();
             let (columns, lengths) = (points[0].ncols(), knots.lengths.clone());
-            Framed::new(frames.collect(), columns, lengths, interrupt)
+            Framed::new(options.quotient, frames, columns, lengths, interrupt)
         };
         solve(through, &knots.points, &data, given, &space, options)?
     } else {
         let through = |points: &[Mat<f64>]| {
-            let (curves, lengths) = (links(points)?, knots.lengths.clone());
-            Ok(Ambient::new(points.to_vec(), curves, lengths, interrupt))
+            let (points, lengths) = (points.to_vec(), knots.lengths.clone());
+            Ambient::new(options.quotient, points, lengths, interrupt)
         };
         solve(through, &knots.points, &data, given, &space, options)?
     };
@@ -222,7 +227,7 @@ pub fn smoothing_spline(
         });
     }
     Ok(SmoothingSpline {
-        curve: Piecewise::new(grouped.t, solved.pieces),
+        curve: Piecewise::new(grouped.t, knots.joined(solved.pieces)?),
         lambda,
         misfit: solved.misfit * heaviest,
         degrees_of_freedom: solved.degrees_of_freedom,
@@ -314,10 +319,17 @@ fn between(
         });
     };
     let [s0, s1] = data;
-    let found = manifold.log_interruptible(s0, s1, options.interrupt);
-    let (velocity, log) = found.map_err(|error| error.at_knot(0))?;
+    let found = match options.quotient {
+        Quotient::Frames => {
+            let found = manifold.log_interruptible(s0, s1, options.interrupt);
+            found.map(|(velocity, log)| (velocity, (log.iterations, log.residual)))
+        }
+        Quotient::Subspaces => log_spans(s0, s1).map(|velocity| (velocity, (0, 0.0))),
+    };
+    let (velocity, (iterations, residual)) = found.map_err(|error| error.at_knot(0))?;
     let zero = Mat::zeros(s0.nrows(), s0.ncols());
     let integration = IntegrationOptions {
+        quotient: options.quotient,
         interrupt: options.interrupt,
         ..IntegrationOptions::default()
     };
@@ -331,9 +343,9 @@ fn between(
         report: SolverReport {
             converged: true,
             reason: StopReason::Converged,
-            iterations: log.iterations,
-            residual: log.residual,
-            tolerance: options.tolerance.max(log.residual),
+            iterations,
+            residual,
+            tolerance: options.tolerance.max(residual),
         },
     })
 }
@@ -345,7 +357,7 @@ fn interpolated(
     grouped: &Grouped,
     options: &SmoothingOptions<'_>,
 ) -> Result<SmoothingSpline> {
-    if grouped.t.len() < data.len() && manifold.dim() > 0 {
+    if grouped.t.len() < data.len() && dim(manifold, options.quotient) > 0 {
         return Err(Error::InvalidArgument {
             name: "lam",
             requirement: "positive where times repeat",
@@ -391,7 +403,7 @@ fn solve<C: Movable>(
     };
     let flat = validation.flat(lambda)?;
     let degrees_of_freedom = flat.degrees_of_freedom(chain.lengths())?;
-    let straight = Straight::nearest(chain.lengths(), data, options.interrupt)?;
+    let straight = Straight::nearest(chain.lengths(), data, options.quotient, options.interrupt)?;
     let attempt = |chain: C| -> Result<Solved> {
         let mut fit = Fit::new(chain, data, flat.clone(), &work)?;
         let mut report = fit.solve(options.tolerance, options.max_iterations)?;
@@ -445,4 +457,12 @@ fn cost(pieces: &[RiemannianCubic], lengths: &[f64]) -> Result<f64> {
         |(), leg| Ok(pieces[leg].cost()? * lengths[leg].powi(-3)),
     )?;
     Ok(each.iter().sum())
+}
+
+/// Of the manifold of the points.
+fn dim(manifold: &Stiefel, quotient: Quotient) -> usize {
+    match quotient {
+        Quotient::Frames => manifold.dim(),
+        Quotient::Subspaces => (manifold.n() - manifold.k()) * manifold.k(),
+    }
 }

@@ -6,7 +6,10 @@ use super::fit::Data;
 use crate::curve::Curve;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
+use crate::manifold::quasi_geodesic::EndpointProblem;
+use crate::manifold::span_geodesic::join_spans;
 use crate::manifold::{Geodesic, Stiefel};
+use crate::space::Quotient;
 
 const SOLVER: &str = "smoothing spline";
 
@@ -27,6 +30,7 @@ impl Straight {
     pub(super) fn nearest(
         lengths: &[f64],
         data: &Data,
+        quotient: Quotient,
         interrupt: Interrupt<'_>,
     ) -> Result<Option<Self>> {
         let mut times = vec![0.0];
@@ -37,7 +41,7 @@ impl Straight {
         let mut nearest: Option<Straight> = None;
         for ends in [[0, last], [0, middle], [middle, last], [middle, middle]] {
             interrupt.check(SOLVER)?;
-            match Straight::between(ends, &times, data) {
+            match Straight::between(ends, &times, data, quotient) {
                 Ok(found) if nearest.as_ref().is_none_or(|one| found.misfit < one.misfit) => {
                     nearest = Some(found);
                 }
@@ -47,18 +51,29 @@ impl Straight {
         Ok(nearest)
     }
 
-    fn between(ends: [usize; 2], times: &[f64], data: &Data) -> Result<Self> {
+    fn between(ends: [usize; 2], times: &[f64], data: &Data, quotient: Quotient) -> Result<Self> {
         let [from, to] = ends.map(|datum| data.point(datum).as_ref());
         let [start, end] = ends.map(|datum| times[data.knots()[datum]]);
         let manifold = Stiefel::of("S", from)?;
         let points = if start < end {
-            let curve: Geodesic = manifold.geodesic_between(from, to)?;
-            let at = |time: &f64| curve.point((time - start) / (end - start));
-            times.iter().map(at).collect::<Result<Vec<_>>>()?
+            let share = |time: &f64| (time - start) / (end - start);
+            match quotient {
+                Quotient::Frames => {
+                    let curve: Geodesic = manifold.geodesic_between(from, to)?;
+                    let points = times.iter().map(|time| curve.point(share(time)));
+                    points.collect::<Result<Vec<_>>>()?
+                }
+                Quotient::Subspaces => {
+                    let mut problem = EndpointProblem::new(manifold.n(), manifold.k());
+                    let (curve, _) = join_spans(from, to, &mut problem)?;
+                    let points = times.iter().map(|time| curve.point(share(time)));
+                    points.collect::<Result<Vec<_>>>()?
+                }
+            }
         } else {
             vec![from.to_owned(); times.len()]
         };
-        let misfit = data.misfit(&manifold, &points)?;
+        let misfit = data.misfit(&manifold, &points, quotient)?;
         Ok(Straight { points, misfit })
     }
 }

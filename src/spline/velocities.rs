@@ -6,10 +6,12 @@ use super::ends::{EndConditions, check_ends};
 use super::flat::{FlatSystem, matrix};
 use super::knots;
 use super::links::Links;
-use super::reduced_knots::{ReducedKnots, tangent_part};
+use super::reduced_knots::ReducedKnots;
 use crate::error::Result;
 use crate::linalg::structure::{check_range, norm};
 use crate::manifold::carrier::Direction;
+use crate::manifold::tangent::tangent_part;
+use crate::space::Quotient;
 
 /// How velocities are estimated.
 ///
@@ -120,9 +122,9 @@ fn estimated(
     estimate: VelocityEstimate,
     ends: &EndConditions,
 ) -> Result<Vec<Mat<f64>>> {
-    let manifold = knots::check(t, points)?;
-    check_ends(&manifold, points, ends)?;
-    let mut knots = ReducedKnots::new(t, points, &[]);
+    knots::check(t, points)?;
+    check_ends(Quotient::Frames, points, ends)?;
+    let mut knots = ReducedKnots::new(Quotient::Frames, t, points, &[])?;
     if matches!(ends, EndConditions::Periodic) {
         knots.close();
     }
@@ -139,7 +141,8 @@ fn estimated(
     let lifted = points.iter().zip(&velocities);
     lifted
         .map(|(point, v)| {
-            let v = tangent_part(*point, knots.lift(v.as_ref()) * rate);
+            let v = knots.lift(v.as_ref()) * rate;
+            let v = tangent_part(Quotient::Frames, *point, v.as_ref());
             check_range("velocities", v.as_ref())?;
             Ok(v)
         })
