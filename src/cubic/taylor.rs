@@ -77,7 +77,7 @@ impl<T: Number, B: Blocks> March<T, B> {
     }
 
     /// Goes back to time 0, where the frame is the identity and the independent entries of `(x, x', x'')` are the given ones: for
-    /// each above the diagonal of `omega`, then `b`, column by column.
+    /// each above the diagonal of `omega`, where it is not zero for every vector, then `b`, column by column.
     pub(crate) fn place(&mut self, entries: impl IntoIterator<Item = T>) {
         let (m, k) = (self.blocks.normals(), self.blocks.k());
         let (rows, normals) = (self.blocks.r::<T>(), self.blocks.m::<T>());
@@ -97,7 +97,10 @@ impl<T: Number, B: Blocks> March<T, B> {
             for col in 0..k {
                 omega[col + k * col] = T::ZERO;
                 for row in 0..col {
-                    let entry = entries.next().expect("as many as unknowns");
+                    let entry = match self.blocks.are_subspaces() {
+                        true => T::ZERO,
+                        false => entries.next().expect("as many as unknowns"),
+                    };
                     omega[row + k * col] = entry;
                     omega[col + k * row] = -entry;
                 }

@@ -91,3 +91,26 @@ fn far_and_fast_ends_are_met() {
         }
     }
 }
+
+#[test]
+#[ignore = "a table of what is solved"]
+fn table() {
+    let mut rng = Rng::new(22);
+    for (n, k) in SHAPES {
+        for speed in [0.0, 1.0, 2.0, 3.0] {
+            let mut lost = Vec::new();
+            for _ in 0..10 {
+                let [y0, y1] = [(); 2].map(|()| random_point(n, k, &mut rng));
+                let [v0, v1] = [&y0, &y1].map(|y| {
+                    let v = horizontal(view(y), gaussian(n, k, &mut rng).as_ref());
+                    let norm = v.norm_l2();
+                    v * Scale(speed / norm)
+                });
+                let found = RiemannianCubic::between_subspaces(
+                    view(&y0), view(&v0), view(&y1), view(&v1), &BoundaryOptions::default());
+                if let Err(error) = found { lost.push(error.to_string()); }
+            }
+            println!("({n}, {k}) speed {speed}: lost {} {:?}", lost.len(), lost.first());
+        }
+    }
+}
