@@ -10,12 +10,13 @@ use super::initial_derivative::InitialVariation;
 use super::linear_flow::{VARIATION, check_cotangents};
 use super::linear_piece::LinearPiece;
 use super::riemannian_cubic::RiemannianCubic;
-use super::turning::{bracket, by_data, check_variation, turned};
+use super::turning::{bracket_of, by_data, check_variation, turned};
 use crate::curve::Curve;
 use crate::curve::sampling::check_parameter;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::structure::{check_range, dot};
+use crate::space::Quotient;
 
 /// A variation of boundary data: ambient derivatives of `S0, V0, S1, V1` along a family of data, all of shape `(n, k)`.
 ///
@@ -118,6 +119,7 @@ pub struct BoundaryDerivative {
     piece: LinearPiece,
     /// In that time too.
     tension: f64,
+    quotient: Quotient,
 }
 
 impl RiemannianCubic {
@@ -135,8 +137,9 @@ impl RiemannianCubic {
         let start = ends[0].each_ref().map(|x| x.as_ref());
         Ok(BoundaryDerivative {
             span: self.t_span(),
-            piece: LinearPiece::new(start, unit.tension(), interrupt)?,
+            piece: LinearPiece::new(start, unit.tension(), self.quotient(), interrupt)?,
             tension: unit.tension(),
+            quotient: self.quotient(),
             ends,
         })
     }
@@ -156,7 +159,7 @@ impl RiemannianCubic {
     pub fn cost_gradient(&self) -> Result<CostGradient> {
         let span = self.t_span();
         let ends = [self.state(span.0)?, self.state(span.1)?];
-        Ok(cost_gradient(&ends, self.tension()))
+        Ok(cost_gradient(&ends, self.tension(), self.quotient()))
     }
 }
 
@@ -175,7 +178,8 @@ impl BoundaryDerivative {
         let [da, second] = self.piece.at_start(&z, interrupt)?;
         let [s, v, a, j] = self.ends[0].each_ref().map(|x| x.as_ref());
         let turned = |y| turned(s, variation.s0, y);
-        let dj = second + (bracket(s, z[1].as_ref(), a) + bracket(s, v, da.as_ref())) * Scale(0.5);
+        let bracket = |x, y| bracket_of(self.quotient, s, x, y);
+        let dj = second + (bracket(z[1].as_ref(), a) + bracket(v, da.as_ref())) * Scale(0.5);
         let acceleration = self.slowed(turned(a) + da, 2);
         let jerk = self.slowed(turned(j) + dj, 3);
         for result in [&acceleration, &jerk] {
@@ -269,7 +273,8 @@ impl BoundaryDerivative {
 
     /// The gradient of the cost `J`: [`RiemannianCubic::cost_gradient`].
     pub fn cost_gradient(&self) -> CostGradient {
-        let CostGradient { s0, v0, s1, v1 } = cost_gradient(&self.ends, self.tension);
+        let CostGradient { s0, v0, s1, v1 } =
+            cost_gradient(&self.ends, self.tension, self.quotient);
         let [s0, s1] = [s0, s1].map(|by_point| self.slowed(by_point, 3));
         let [v0, v1] = [v0, v1].map(|by_velocity| self.slowed(by_velocity, 2));
         CostGradient { s0, v0, s1, v1 }
@@ -300,17 +305,18 @@ impl BoundaryDerivative {
             (["dS1", "dV1"], &self.ends[1], s1, v1),
         ] {
             let v = self.slowed(v.clone(), 1);
-            check_variation((names[0], s.as_ref(), ds), &[(names[1], v.as_ref(), dv)])?;
+            let vectors = [(names[1], v.as_ref(), dv)];
+            check_variation(self.quotient, (names[0], s.as_ref(), ds), &vectors)?;
         }
         Ok(())
     }
 }
 
 /// From point, velocity, covariant acceleration and covariant jerk at both ends.
-fn cost_gradient(ends: &[[Mat<f64>; 4]; 2], tension: f64) -> CostGradient {
+fn cost_gradient(ends: &[[Mat<f64>; 4]; 2], tension: f64, quotient: Quotient) -> CostGradient {
     let [[s0, v0], [s1, v1]] = [(&ends[0], -2.0), (&ends[1], 2.0)].map(|(state, factor)| {
         let [s, v, a, j] = state.each_ref().map(|x| x.as_ref());
-        let pull = j - bracket(s, v, a) * Scale(0.5) - v * Scale(tension);
+        let pull = j - bracket_of(quotient, s, v, a) * Scale(0.5) - v * Scale(tension);
         let bars = [pull * Scale(-factor), a * Scale(factor)];
         by_data(s, bars.each_ref().map(|x| x.as_ref()), v)
     });

@@ -4,7 +4,7 @@ use faer::{Mat, MatRef, Scale};
 
 use super::guess::{FlatData, carry, turned};
 use super::initial::{Horizontal, complete};
-use super::problem::{Problem, coordinates};
+use super::problem::{Problem, pack};
 use super::relative_ends::RelativeEnds;
 use crate::curve::{Curve, GeometricCubic};
 use crate::error::{Error, Result};
@@ -153,7 +153,7 @@ impl DescentStart {
         };
         let velocity = Horizontal::of_tangent(frame.as_ref(), velocity.as_ref());
         let step = 1.0 / self.legs() as f64;
-        let velocity = coordinates(self.quotient, &velocity);
+        let velocity = pack(self.quotient, &[velocity]);
         let velocity = velocity.iter().map(|x| step * x).collect();
         (frame, velocity)
     }

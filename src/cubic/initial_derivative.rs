@@ -4,7 +4,7 @@ use faer::{Mat, MatRef, Scale};
 
 use super::linear_flow::{LinearFlow, VARIATION, check_cotangents};
 use super::riemannian_cubic::RiemannianCubic;
-use super::turning::{bracket, by_data, check_variation, turned};
+use super::turning::{bracket_of, by_data, check_variation, turned};
 use crate::curve::Curve;
 use crate::curve::sampling::check_parameter;
 use crate::error::Result;
@@ -96,16 +96,16 @@ impl RiemannianCubic {
             ("dA", a, variation.acceleration.as_ref()),
             ("dJ", j, variation.jerk.as_ref()),
         ];
-        check_variation(("dS", s, p), &vectors)?;
+        check_variation(self.quotient(), ("dS", s, p), &vectors)?;
         let beside = |dy: &Mat<f64>, y| dy - turned(s, p, y);
         let [dw, da] = [
             beside(&variation.velocity, v),
             beside(&variation.acceleration, a),
         ];
         let second = beside(&variation.jerk, j)
-            - (bracket(s, dw.as_ref(), a) + bracket(s, v, da.as_ref())) * Scale(0.5);
+            - (self.bracket(s, dw.as_ref(), a) + self.bracket(s, v, da.as_ref())) * Scale(0.5);
         let start = [p.to_owned(), dw, da, second];
-        let flow = LinearFlow::new([s, v, a, j], self.tension())?;
+        let flow = LinearFlow::new([s, v, a, j], self.tension(), self.quotient())?;
         flow.points(&start, &self.after(times), interrupt)
     }
 
@@ -127,11 +127,11 @@ impl RiemannianCubic {
         let state = self.state(self.t_span().0)?;
         let [s, v, a, j] = state.each_ref().map(|x| x.as_ref());
         check_cotangents(s, times, cotangents)?;
-        let flow = LinearFlow::new([s, v, a, j], self.tension())?;
+        let flow = LinearFlow::new([s, v, a, j], self.tension(), self.quotient())?;
         let eta = flow.collected(&self.after(times), cotangents, interrupt)?;
         let [by_p, mut by_w, mut by_a, by_b] = flow.gradient(&eta);
-        by_w -= bracket(s, a, by_b.as_ref()) * Scale(0.5);
-        by_a -= bracket(s, by_b.as_ref(), v) * Scale(0.5);
+        by_w -= self.bracket(s, a, by_b.as_ref()) * Scale(0.5);
+        by_a -= self.bracket(s, by_b.as_ref(), v) * Scale(0.5);
         let zero = Mat::zeros(s.nrows(), s.ncols());
         let [mut point, velocity] = by_data(s, [by_p.as_ref(), by_w.as_ref()], v);
         let [acceleration, jerk] = [(by_a, a), (by_b, j)].map(|(bar, y)| {
@@ -148,6 +148,10 @@ impl RiemannianCubic {
             acceleration,
             jerk,
         })
+    }
+
+    fn bracket(&self, s: MatRef<'_, f64>, v: MatRef<'_, f64>, w: MatRef<'_, f64>) -> Mat<f64> {
+        bracket_of(self.quotient(), s, v, w)
     }
 
     /// Times after the start.

@@ -31,7 +31,7 @@ use faer::{Mat, MatRef, Scale};
 
 use super::initial::{Horizontal, InitialData};
 use super::problem::{pack, unpack};
-use super::reduced::Sized;
+use super::reduced::{Blocks, Sized};
 use super::taylor::{Accuracy, March};
 use super::turning::{bracket, turned};
 use super::variation::{Reached, start, vary};
@@ -68,8 +68,12 @@ impl LinearFlow {
     ///
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`.
-    pub(super) fn new([s, v, a, j]: [MatRef<'_, f64>; 4], tension: f64) -> Result<Self> {
-        let data = InitialData::new(s, v, a, j, Quotient::Frames)?.in_tension(tension);
+    pub(super) fn new(
+        [s, v, a, j]: [MatRef<'_, f64>; 4],
+        tension: f64,
+        quotient: Quotient,
+    ) -> Result<Self> {
+        let data = InitialData::new(s, v, a, j, quotient)?.in_tension(tension);
         let frame = match &data.frame {
             Some(basis) => basis * &data.g,
             None => data.g.clone(),
@@ -81,7 +85,11 @@ impl LinearFlow {
     pub(super) fn blocks(&self) -> Sized {
         let k = self.data.velocity.omega.nrows();
         let m = self.frame.ncols() - k;
-        Sized::frames(m, k)
+        Sized {
+            m,
+            k,
+            quotient: self.data.quotient,
+        }
     }
 
     /// Whether there are directions orthogonal to the span.
@@ -125,7 +133,15 @@ impl LinearFlow {
         let moved = |reached: &Reached| {
             let frame = &self.frame * &reached.frame;
             let displaced = turned(self.point(), p, frame.subcols(0, k));
-            displaced + frame * reached.variations[0][0].tangent()
+            let displaced = displaced + &frame * reached.variations[0][0].tangent();
+            match self.data.quotient {
+                Quotient::Frames => displaced,
+                // What is left is how the basis turns.
+                Quotient::Subspaces => {
+                    let point = frame.subcols(0, k);
+                    &displaced - point * (point.transpose() * &displaced)
+                }
+            }
         };
         let mut out: Vec<Mat<f64>> = found.iter().map(moved).collect();
         if self.has_rows() {
@@ -202,7 +218,10 @@ impl LinearFlow {
         let pull = self.up(&data.second()) - &v * Scale(data.tension);
         let [x, y, z] = [&v, &a, p].map(normal);
         let turned = &y * (x.transpose() * &z) - &x * (y.transpose() * &z);
-        bracket(s, pull.as_ref(), p.as_ref()) - turned
+        match self.data.quotient {
+            Quotient::Frames => bracket(s, pull.as_ref(), p.as_ref()) - turned,
+            Quotient::Subspaces => &z * (y.transpose() * &x - x.transpose() * &y) - turned,
+        }
     }
 
     /// What loads on one side of the start, the farthest first, are collected to.
@@ -233,10 +252,13 @@ impl LinearFlow {
     ) -> Result<Vec<(Mat<f64>, Mat<f64>)>> {
         let Sized { m, k, .. } = self.blocks();
         let (extra, size) = match part {
-            Part::Span => (0, k * (k - 1) / 2 + m * k),
+            Part::Span => (0, self.blocks().dim()),
             Part::Row => (1, k),
         };
-        let blocks = Sized::frames(m + extra, k);
+        let blocks = Sized {
+            m: m + extra,
+            ..self.blocks()
+        };
         let units: Vec<Horizontal> = (0..size).map(|i| part.unit(i, blocks)).collect();
         let mut directions = Vec::new();
         for level in 0..3 {
@@ -250,7 +272,9 @@ impl LinearFlow {
         let flow = |reached: Reached| {
             let displaced = units.iter().map(|unit| reached.displaced(unit));
             let columns = displaced.chain(reached.variations.iter().cloned());
-            let columns: Vec<Vec<f64>> = columns.map(|column| part.entries(&column)).collect();
+            let columns: Vec<Vec<f64>> = columns
+                .map(|column| part.entries(self.data.quotient, &column))
+                .collect();
             let flow = Mat::from_fn(4 * size, 4 * size, |i, j| columns[j][i]);
             (reached.frame, flow)
         };
@@ -262,8 +286,7 @@ impl Part {
     fn unit(self, index: usize, blocks: Sized) -> Horizontal {
         match self {
             Part::Span => {
-                let Sized { m, k, .. } = blocks;
-                let mut entries = vec![0.0; k * (k - 1) / 2 + m * k];
+                let mut entries = vec![0.0; blocks.dim()];
                 entries[index] = 1.0;
                 let [unit] = unpack(&entries, blocks);
                 unit
@@ -276,9 +299,9 @@ impl Part {
         }
     }
 
-    fn entries(self, vectors: &[Horizontal; 4]) -> Vec<f64> {
+    fn entries(self, quotient: Quotient, vectors: &[Horizontal; 4]) -> Vec<f64> {
         match self {
-            Part::Span => pack(vectors),
+            Part::Span => pack(quotient, vectors),
             Part::Row => {
                 let last = vectors[0].normal.nrows() - 1;
                 let rows = vectors.iter().map(|x| x.normal.row(last));
@@ -301,8 +324,9 @@ fn jump(march: &mut March<Dual<1>, Sized>, cotangent: MatRef<'_, f64>) {
     here.read(march, 0);
     let bar = Horizontal::of_tangent(here.frame.as_ref(), cotangent);
     let parts = march.series.parts();
+    let turned = if march.blocks.are_subspaces() { 0 } else { k };
     for j in 0..k {
-        for i in 0..k {
+        for i in 0..turned {
             parts.omega[2][i + k * j].slope[0] += 2.0 * bar.omega[(i, j)];
         }
         for i in 0..m {

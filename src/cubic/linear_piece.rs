@@ -16,6 +16,7 @@ use super::reduced::Sized;
 use super::variation::vary;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
+use crate::space::Quotient;
 
 /// Unknowns up to which the matrix in the span is formed; above, products with it are cheaper (as for shooting).
 const DENSE: usize = 64;
@@ -41,11 +42,11 @@ impl LinearPiece {
     pub(crate) fn new(
         state: [MatRef<'_, f64>; 4],
         tension: f64,
+        quotient: Quotient,
         interrupt: Interrupt<'_>,
     ) -> Result<Self> {
-        let flow = LinearFlow::new(state, tension)?;
-        let zero = Horizontal::zeros(flow.blocks());
-        let unknowns = 2 * pack(&[zero]).len();
+        let flow = LinearFlow::new(state, tension, quotient)?;
+        let unknowns = 2 * flow.blocks().dim();
         let (turn, inner) = if unknowns <= DENSE {
             let (turn, matrix) = flow.unit_flows(Part::Span, &[1.0], interrupt)?.remove(0);
             (turn, Some(end_stiffness(&matrix)?))
@@ -101,7 +102,7 @@ impl LinearPiece {
         let found: [Horizontal; 4] = match by_products {
             Some(found) => found,
             None => {
-                let z = pack(&inside);
+                let z = pack(self.flow.blocks().quotient, &inside);
                 let z = MatRef::from_column_major_slice(&z, z.len(), 1);
                 let found = &*self.matrix(interrupt)? * z;
                 unpack(found.col_as_slice(0), self.flow.blocks())
@@ -183,8 +184,8 @@ impl LinearPiece {
         frames: [&Mat<f64>; 2],
         interrupt: Interrupt<'_>,
     ) -> Result<[[Vec<f64>; 2]; 2]> {
-        let Sized { m, k, .. } = self.flow.blocks();
-        let (wide, half) = (frames[0].ncols() - k, k * (k - 1) / 2);
+        let Sized { m, k, quotient } = self.flow.blocks();
+        let (wide, half) = (frames[0].ncols() - k, quotient.turns(k));
         let (own, given) = (half + m * k, half + wide * k);
         let normals = frames.map(|frame| frame.subcols(k, wide));
         let carried: [Mat<f64>; 2] = std::array::from_fn(|end| {

@@ -109,7 +109,8 @@ impl Problem {
 
     /// `(x', x'')` of the cubic of flat space with the given displacement and end velocity.
     pub(super) fn start_of(&self, flat: &FlatData) -> Vec<f64> {
-        pack(&flat.start(&self.velocity, &FlatBends::new(self.target.tension)))
+        let start = flat.start(&self.velocity, &FlatBends::new(self.target.tension));
+        pack(Quotient::Frames, &start)
     }
 
     /// `(x', x'')` from covariant acceleration and jerk at the start, shape `(n, k)`; parts outside of the span of the data
@@ -134,7 +135,7 @@ impl Problem {
         };
         let (a, j) = (horizontal("A", a)?, horizontal("J", j)?);
         let second = j.plus_bracket(-0.5, &self.velocity, &a);
-        Ok(pack(&[a, second]))
+        Ok(pack(Quotient::Frames, &[a, second]))
     }
 
     /// The map from `(x', x'')` to the end, as a solver.
@@ -205,7 +206,7 @@ impl Target {
             .hypot(velocity.normal.norm_l2())
             .max(end[1].norm_l2());
         Target {
-            velocity: pack(std::slice::from_ref(velocity)),
+            velocity: pack(Quotient::Frames, std::slice::from_ref(velocity)),
             end: [entries(&end[0]), entries(&end[1])],
             speed,
             velocity_unit: if speed > ABSOLUTE_SPEED { speed } else { 1.0 },
@@ -214,24 +215,21 @@ impl Target {
     }
 }
 
-/// The independent entries of vectors of `m`, one vector after the other: above the diagonal of `omega`, then `normal`.
-pub(crate) fn pack(vectors: &[Horizontal]) -> Vec<f64> {
+/// The independent entries of vectors of `m`, one vector after the other: above the diagonal of `omega`, where it is not zero for
+/// every vector, then `normal`.
+pub(crate) fn pack(quotient: Quotient, vectors: &[Horizontal]) -> Vec<f64> {
     let mut y = Vec::new();
     for vector in vectors {
-        for col in 0..vector.omega.ncols() {
+        let turned = match quotient {
+            Quotient::Frames => vector.omega.ncols(),
+            Quotient::Subspaces => 0,
+        };
+        for col in 0..turned {
             y.extend((0..col).map(|row| vector.omega[(row, col)]));
         }
         y.extend(entries(&vector.normal));
     }
     y
-}
-
-/// The independent entries of a vector of `m`: as [`pack`], without `omega` where it is zero for every vector.
-pub(crate) fn coordinates(quotient: Quotient, x: &Horizontal) -> Vec<f64> {
-    match quotient {
-        Quotient::Frames => pack(std::slice::from_ref(x)),
-        Quotient::Subspaces => entries(&x.normal),
-    }
 }
 
 /// The inverse of [`pack`].

@@ -8,6 +8,7 @@ use super::taylor::Accuracy;
 use crate::error::{Error, Result};
 use crate::report::StopReason;
 use crate::shooting::{EndData, lone_leg};
+use crate::space::Quotient;
 
 /// Steps at most; problems that are solved take five to nine.
 pub(super) const STEPS: usize = 11;
@@ -55,7 +56,8 @@ pub(super) fn end_data(problem: &Problem, flat: &FlatData) -> EndData {
     let last = Horizontal::of_tangent(frame.as_ref(), v1);
     EndData {
         target: (0..r * r).map(|i| frame[(i / r, i % r)]).collect(),
-        velocities: [&problem.velocity, &last].map(|v| pack(std::slice::from_ref(v))),
+        velocities: [&problem.velocity, &last]
+            .map(|v| pack(Quotient::Frames, std::slice::from_ref(v))),
         middle: middle(&problem.velocity, flat),
     }
 }
@@ -63,7 +65,7 @@ pub(super) fn end_data(problem: &Problem, flat: &FlatData) -> EndData {
 /// `x, x', x''` of the cubic of flat space in the middle.
 fn middle(velocity: &Horizontal, flat: &FlatData) -> [Vec<f64>; 3] {
     let vectors = [&flat.displacement, velocity, &flat.end_velocity];
-    let [delta, first, last] = vectors.map(|v| pack(std::slice::from_ref(v)));
+    let [delta, first, last] = vectors.map(|v| pack(Quotient::Frames, std::slice::from_ref(v)));
     let combined = |[a, b, c]: [f64; 3]| {
         let entries = delta.iter().zip(&first).zip(&last);
         entries.map(|((x, y), z)| a * x + b * y + c * z).collect()

@@ -17,6 +17,7 @@ use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::linalg::structure::{distance, norm, orthonormality_defect};
 use crate::manifold::stored::MEMBERSHIP;
+use crate::space::Quotient;
 use crate::stored::{READER, refusal};
 
 /// Points and, in the natural unit of time, derivatives may be off by this many tolerances for each step. The largest found was
@@ -85,6 +86,10 @@ impl Checker<'_> {
         let [x, ..] = self.vectors(step, t);
         let defect = orthonormality_defect(s.as_ref());
         self.expect(step, "points are off the manifold", defect, self.allowed)?;
+        if self.path.quotient() == Quotient::Subspaces {
+            let turned = norm(x.omega.as_ref());
+            self.expect(step, "bases turn", turned, 0.0)?;
+        }
         let omega = s.transpose() * &rate;
         let normal = &rate - &s * &omega;
         let speed = norm(rate.as_ref());

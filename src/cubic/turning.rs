@@ -11,7 +11,9 @@ use faer::{Mat, MatRef, Scale};
 
 use crate::error::{Error, Result};
 use crate::linalg::structure::{check_finite, check_shape, norm};
-use crate::manifold::stiefel::{Stiefel, TANGENT_TOLERANCE};
+use crate::manifold::stiefel::TANGENT_TOLERANCE;
+use crate::manifold::tangent::check_vector;
+use crate::space::Quotient;
 
 /// `A Y`.
 pub(crate) fn turned(s: MatRef<'_, f64>, ds: MatRef<'_, f64>, y: MatRef<'_, f64>) -> Mat<f64> {
@@ -40,6 +42,19 @@ pub(crate) fn by_data(
 }
 
 /// The tangent vector `g [x, y]_m` of the tangent vectors `g x` and `g y` at `s`.
+pub(crate) fn bracket_of(
+    quotient: Quotient,
+    s: MatRef<'_, f64>,
+    v: MatRef<'_, f64>,
+    w: MatRef<'_, f64>,
+) -> Mat<f64> {
+    match quotient {
+        Quotient::Frames => bracket(s, v, w),
+        Quotient::Subspaces => Mat::zeros(s.nrows(), s.ncols()),
+    }
+}
+
+/// The same of frames.
 pub(crate) fn bracket(s: MatRef<'_, f64>, v: MatRef<'_, f64>, w: MatRef<'_, f64>) -> Mat<f64> {
     let [(x, x_normal), (y, y_normal)] = [v, w].map(|v| {
         let omega = s.transpose() * v;
@@ -53,17 +68,25 @@ pub(crate) fn bracket(s: MatRef<'_, f64>, v: MatRef<'_, f64>, w: MatRef<'_, f64>
 /// A name for errors, a point or a tangent vector, and its variation.
 type Varied<'a> = (&'static str, MatRef<'a, f64>, MatRef<'a, f64>);
 
-/// Check variations of a point and of tangent vectors there: shapes, entries, and that `S^T dS` and `S^T dY + dS^T Y` are skew.
+/// Check variations of a point and of tangent vectors there: shapes, entries, and that `S^T dS` and `S^T dY + dS^T Y` are skew; of
+/// subspaces that both are zero.
 ///
 /// # Errors
 /// `Shape`, `NonFinite`, `NotTangent`.
-pub(crate) fn check_variation((name, s, ds): Varied<'_>, vectors: &[Varied<'_>]) -> Result<()> {
-    Stiefel::of("S", s)?.check_tangent(name, s, ds, TANGENT_TOLERANCE)?;
+pub(crate) fn check_variation(
+    quotient: Quotient,
+    (name, s, ds): Varied<'_>,
+    vectors: &[Varied<'_>],
+) -> Result<()> {
+    check_vector(quotient, name, s, ds)?;
     for &(name, y, dy) in vectors {
         check_shape(name, dy, s.nrows(), s.ncols())?;
         check_finite(name, dy)?;
         let half = s.transpose() * dy + ds.transpose() * y;
-        let defect = norm((&half + half.transpose()).as_ref()) * 0.5;
+        let defect = match quotient {
+            Quotient::Frames => norm((&half + half.transpose()).as_ref()) * 0.5,
+            Quotient::Subspaces => norm(half.as_ref()),
+        };
         let tolerance = TANGENT_TOLERANCE * (1.0 + norm(dy) + norm(ds) * norm(y));
         if defect.is_nan() || defect > tolerance {
             return Err(Error::NotTangent {

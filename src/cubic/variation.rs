@@ -11,14 +11,16 @@ use faer::Mat;
 
 use super::initial::{Horizontal, InitialData};
 use super::problem::pack;
-use super::reduced::Sized;
+use super::reduced::{Blocks, Sized};
 use super::taylor::{Accuracy, March};
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::linalg::dual::{Dual, Number};
+use crate::space::Quotient;
 
 /// Variations of a curve at one time, in coordinates in which the frame at the start is the identity.
 pub(super) struct Reached {
+    quotient: Quotient,
     /// The frame there, shape `(r, r)`.
     pub(super) frame: Mat<f64>,
     /// `x, x', x''` there.
@@ -43,7 +45,11 @@ pub(super) fn vary<const N: usize>(
     interrupt: Interrupt<'_>,
 ) -> Result<Vec<Reached>> {
     let k = data.velocity.omega.nrows();
-    let blocks = Sized::frames(data.velocity.normal.nrows() + extra, k);
+    let blocks = Sized {
+        m: data.velocity.normal.nrows() + extra,
+        k,
+        quotient: data.quotient,
+    };
     let mut out: Vec<Reached> = Vec::new();
     out.resize_with(times.len(), || Reached::none(blocks));
     let mut march = March::<Dual<N>, Sized>::new(blocks, Accuracy::FULL);
@@ -70,6 +76,7 @@ impl Reached {
     pub(super) fn none(blocks: Sized) -> Self {
         let r = blocks.m + blocks.k;
         Reached {
+            quotient: blocks.quotient,
             frame: Mat::zeros(r, r),
             state: std::array::from_fn(|_| Horizontal::zeros(blocks)),
             variations: Vec::new(),
@@ -86,7 +93,10 @@ impl Reached {
         };
         let vectors = |pick: &dyn Fn(&Dual<N>) -> f64| {
             std::array::from_fn(|level| Horizontal {
-                omega: Mat::from_fn(k, k, |i, j| pick(&series.omega(level)[i + k * j])),
+                omega: match march.blocks.are_subspaces() {
+                    true => Mat::zeros(k, k),
+                    false => Mat::from_fn(k, k, |i, j| pick(&series.omega(level)[i + k * j])),
+                },
                 normal: Mat::from_fn(m, k, |i, j| pick(&series.b(level)[i + m * j])),
             })
         };
@@ -111,13 +121,20 @@ impl Reached {
     /// `(p, w, a, b)` from the turn of the frame in itself and the slopes of `x, x', x''`.
     fn split(&self, turn: &Mat<f64>, slopes: [Horizontal; 3]) -> [Horizontal; 4] {
         let (m, k) = slopes[0].normal.shape();
+        let is_subspace = self.quotient == Quotient::Subspaces;
         let p = Horizontal {
-            omega: Mat::from_fn(k, k, |i, j| 0.5 * (turn[(i, j)] - turn[(j, i)])),
+            omega: match is_subspace {
+                true => Mat::zeros(k, k),
+                false => Mat::from_fn(k, k, |i, j| 0.5 * (turn[(i, j)] - turn[(j, i)])),
+            },
             normal: turn.submatrix(k, 0, m, k).to_owned(),
         };
         let [mut w, mut a, mut b] = slopes;
         for (slope, x) in [&mut w, &mut a, &mut b].into_iter().zip(&self.state) {
             slope.normal += turn.submatrix(k, k, m, m) * &x.normal;
+            if is_subspace {
+                slope.normal -= &x.normal * turn.submatrix(0, 0, k, k);
+            }
         }
         [p, w, a, b]
     }
@@ -135,10 +152,13 @@ pub(super) fn start<const N: usize>(
         longer.normal.resize_with(m, k, |_, _| 0.0);
         longer
     };
-    let values = pack(&[&data.velocity, &data.acceleration, &data.second()].map(longer));
+    let values = pack(
+        data.quotient,
+        &[&data.velocity, &data.acceleration, &data.second()].map(longer),
+    );
     let mut entries: Vec<Dual<N>> = values.into_iter().map(Dual::constant).collect();
     for (i, direction) in directions.iter().enumerate() {
-        for (entry, slope) in entries.iter_mut().zip(pack(direction)) {
+        for (entry, slope) in entries.iter_mut().zip(pack(data.quotient, direction)) {
             entry.slope[i] = slope;
         }
     }

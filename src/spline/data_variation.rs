@@ -197,5 +197,5 @@ fn check_knot(
     };
     let vector = vector.as_ref().map(|(y, dy)| (ENDS, y.as_ref(), *dy));
     let point = (POINTS, states.point(knot), variation.points[knot]);
-    check_variation(point, vector.as_slice())
+    check_variation(states.quotient, point, vector.as_slice())
 }

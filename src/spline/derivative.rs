@@ -39,10 +39,12 @@ use crate::cubic::RiemannianCubic;
 use crate::cubic::linear_flow::check_cotangents;
 use crate::cubic::linear_piece::LinearPiece;
 use crate::cubic::turning::turned;
+use crate::curve::Curve;
 use crate::curve::span::Span;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::structure::norm;
+use crate::space::Quotient;
 
 /// How a spline of Riemannian cubics depends on its data.
 ///
@@ -88,6 +90,7 @@ impl Piecewise<RiemannianCubic> {
     ) -> Result<SplineDerivative> {
         let states = KnotStates::new(self, interrupt)?;
         let given = Given::of(ends);
+        check_open(&states, given)?;
         check_ends(&states, ends)?;
         let span = span(&states, given);
         check_size(&states, &span)?;
@@ -97,7 +100,8 @@ impl Piecewise<RiemannianCubic> {
             .map(|piece| {
                 let state = piece.state(0.0)?;
                 let state = state.each_ref().map(|x| x.as_ref());
-                LinearPiece::new(state, piece.tension(), interrupt)?.with_matrix(interrupt)
+                let (tension, quotient) = (piece.tension(), piece.quotient());
+                LinearPiece::new(state, tension, quotient, interrupt)?.with_matrix(interrupt)
             })
             .collect::<Result<_>>()?;
         let system = KnotSystem::new(&states, &pieces, &span, given, interrupt)?;
@@ -130,6 +134,7 @@ impl Piecewise<RiemannianCubic> {
             return self.data_derivative(ends, interrupt)?.cost_gradient();
         }
         let states = KnotStates::new(self, interrupt)?;
+        check_open(&states, given)?;
         check_ends(&states, ends)?;
         // The cost is stationary in the velocities that are free.
         KnotGradient::of_cost(&states).by_data(&states, given, None)
@@ -301,6 +306,18 @@ impl SplineDerivative {
         }
         Ok(())
     }
+}
+
+/// A closed curve of subspaces comes back with another basis, in which its data at the last knot would have to be told.
+fn check_open(states: &KnotStates, given: [Given; 2]) -> Result<()> {
+    if states.quotient == Quotient::Frames || given[0] != Given::OtherEnd {
+        return Ok(());
+    }
+    Err(Error::InvalidArgument {
+        name: "bc_type",
+        requirement: "not periodic, for derivatives of a spline of subspaces; knots of a closed one",
+        found: states.count() as f64,
+    })
 }
 
 /// The span of points and given vectors, where that is all that the spline needs and smaller than what its pieces span alone.

@@ -9,7 +9,7 @@ use super::neighbours::{Joining, Link};
 use crate::cubic::guess::turned;
 use crate::cubic::initial::{Horizontal, complete};
 use crate::cubic::leg::{Leg, leg};
-use crate::cubic::problem::{self, unpack};
+use crate::cubic::problem::{pack, unpack};
 use crate::cubic::reduced::{Blocks, Sized};
 use crate::cubic::state::State;
 use crate::cubic::taylor::Accuracy;
@@ -455,9 +455,9 @@ pub(super) fn coordinates(
     v: MatRef<'_, f64>,
 ) -> Vec<f64> {
     let columns = blocks(quotient, [v.nrows(), v.ncols()]).k;
-    problem::coordinates(
+    pack(
         quotient,
-        &Horizontal::of_tangent(frame, v.subcols(0, columns)),
+        &[Horizontal::of_tangent(frame, v.subcols(0, columns))],
     )
 }
 

@@ -3,12 +3,14 @@
 use faer::{MatRef, Scale};
 use rayon::prelude::*;
 
+use super::bases::joined;
 use super::knots;
 use super::piecewise::Piecewise;
 use crate::cubic::{BoundaryOptions, RiemannianCubic};
 use crate::curve::GeometricCubic;
 use crate::error::{Error, Result};
-use crate::manifold::stiefel::TANGENT_TOLERANCE;
+use crate::manifold::tangent::check_vector;
+use crate::space::Quotient;
 
 /// The curve of Riemannian cubics through points with given velocities, once continuously differentiable.
 ///
@@ -22,9 +24,43 @@ pub fn cubic_hermite(
     velocities: &[MatRef<'_, f64>],
     options: &BoundaryOptions<'_>,
 ) -> Result<Piecewise<RiemannianCubic>> {
-    pieces(t, points, velocities, |s0, v0, s1, v1| {
+    pieces(Quotient::Frames, t, points, velocities, |s0, v0, s1, v1| {
         RiemannianCubic::from_boundary(s0, v0, s1, v1, options)
     })
+}
+
+/// The same through subspaces, given by any bases of them with horizontal vectors there; its bases go on from the first one.
+///
+/// # Errors
+/// As [`cubic_hermite`], with those of [`RiemannianCubic::between_subspaces`].
+///
+/// # Examples
+/// ```
+/// use faer::mat;
+/// use stiefel_rs::Curve;
+/// use stiefel_rs::cubic::BoundaryOptions;
+/// use stiefel_rs::spline::subspace_hermite;
+/// // Lines in the plane at the angles 0, 1 and 0, at rest at each.
+/// let points = [0.0_f64, 1.0, 0.0].map(|a| mat![[-a.cos()], [-a.sin()]]);
+/// let rest = mat![[0.0], [0.0]];
+/// let views = points.each_ref().map(|point| point.as_ref());
+/// let options = BoundaryOptions::default();
+/// let curve = subspace_hermite(&[0.0, 1.0, 3.0], &views, &[rest.as_ref(); 3], &options)?;
+/// assert!((curve.cost()? - (12.0 + 12.0 / 8.0)).abs() < 1e-10);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
+pub fn subspace_hermite(
+    t: &[f64],
+    points: &[MatRef<'_, f64>],
+    velocities: &[MatRef<'_, f64>],
+    options: &BoundaryOptions<'_>,
+) -> Result<Piecewise<RiemannianCubic>> {
+    let quotient = Quotient::Subspaces;
+    let curve = pieces(quotient, t, points, velocities, |y0, v0, y1, v1| {
+        RiemannianCubic::between_subspaces(y0, v0, y1, v1, options)
+    })?;
+    let pieces = joined(quotient, curve.pieces().to_vec())?;
+    Ok(Piecewise::new(t.to_vec(), pieces))
 }
 
 /// The curve of adjusted de Casteljau pieces through points with given velocities, once continuously differentiable.
@@ -38,17 +74,19 @@ pub fn geometric_hermite(
     points: &[MatRef<'_, f64>],
     velocities: &[MatRef<'_, f64>],
 ) -> Result<Piecewise<GeometricCubic>> {
-    pieces(t, points, velocities, GeometricCubic::from_boundary)
+    let piece = GeometricCubic::from_boundary;
+    pieces(Quotient::Frames, t, points, velocities, piece)
 }
 
 fn pieces<C: crate::curve::Curve + Send>(
+    quotient: Quotient,
     t: &[f64],
     points: &[MatRef<'_, f64>],
     velocities: &[MatRef<'_, f64>],
     piece: impl Fn(MatRef<'_, f64>, MatRef<'_, f64>, MatRef<'_, f64>, MatRef<'_, f64>) -> Result<C>
     + Sync,
 ) -> Result<Piecewise<C>> {
-    let manifold = knots::check(t, points)?;
+    knots::check(t, points)?;
     if velocities.len() != points.len() {
         return Err(Error::Shape {
             name: "V",
@@ -57,9 +95,7 @@ fn pieces<C: crate::curve::Curve + Send>(
         });
     }
     for (knot, (s, v)) in points.iter().zip(velocities).enumerate() {
-        manifold
-            .check_tangent("V", *s, *v, TANGENT_TOLERANCE)
-            .map_err(|error| error.at_knot(knot))?;
+        check_vector(quotient, "V", *s, *v).map_err(|error| error.at_knot(knot))?;
     }
     let pieces = (0..t.len() - 1)
         .into_par_iter()

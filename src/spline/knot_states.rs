@@ -5,10 +5,12 @@ use rayon::prelude::*;
 
 use super::piecewise::Piecewise;
 use crate::cubic::RiemannianCubic;
-use crate::cubic::turning::{bracket, lowered};
+use crate::cubic::turning::{bracket_of, lowered};
+use crate::curve::Curve;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::linalg::structure::dot;
+use crate::space::Quotient;
 
 pub(super) const SOLVER: &str = "derivative of a spline";
 
@@ -25,6 +27,7 @@ pub(super) struct KnotStates {
     pub(super) unit: f64,
     /// In units of the mean leg.
     pub(super) tension: f64,
+    pub(super) quotient: Quotient,
 }
 
 impl KnotStates {
@@ -41,7 +44,8 @@ impl KnotStates {
             interrupt.check(SOLVER)?;
             let state = |t: f64| -> Result<State> {
                 let [s, v, a, j] = piece.state(t)?;
-                let x = j - bracket(s.as_ref(), v.as_ref(), a.as_ref()) * Scale(0.5);
+                let x = j - bracket_of(curve.quotient(), s.as_ref(), v.as_ref(), a.as_ref())
+                    * Scale(0.5);
                 Ok([
                     s,
                     v * Scale(1.0 / h),
@@ -56,6 +60,7 @@ impl KnotStates {
             tension: pieces[0].tension() / lengths[0].powi(2),
             lengths,
             unit,
+            quotient: curve.quotient(),
         })
     }
 

@@ -23,6 +23,7 @@ use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::solve::block_tridiagonal::{BlockTridiagonal, Factors};
 use crate::solve::gmres::norm;
+use crate::space::Quotient;
 
 /// A system whose smallest eigenvalue is below this share of the largest counts as singular, as for boundary problems.
 const SINGULAR: f64 = 1e-11;
@@ -42,6 +43,7 @@ pub(super) struct KnotSystem {
     inner: Option<Factors>,
     rows: Option<Factors>,
     closed: bool,
+    quotient: Quotient,
 }
 
 /// Blocks of one piece: rows and columns of the velocity at its start and at its end.
@@ -54,7 +56,7 @@ type Blocks = [[Vec<f64>; 2]; 2];
 pub(super) fn check_size(states: &KnotStates, span: &Span) -> Result<()> {
     let (n, k) = states.point(0).shape();
     let r = span.basis().map_or(n, |basis| basis.ncols());
-    let d = r * k - k * (k + 1) / 2;
+    let d = (r - k) * k + states.quotient.turns(k);
     let numbers = states.count() * d * d;
     if numbers <= LARGEST {
         return Ok(());
@@ -97,6 +99,7 @@ impl KnotSystem {
             inner: None,
             rows: None,
             closed,
+            quotient: states.quotient,
         };
         let blocks = |(leg, piece): (usize, &LinearPiece)| {
             interrupt.check(SOLVER)?;
@@ -130,13 +133,17 @@ impl KnotSystem {
         }
         let knots = || self.frames.iter().zip(&right);
         let inside = knots().map(|(frame, x)| Horizontal::of_tangent(frame.as_ref(), x.as_ref()));
-        let mut all = pack(&inside.collect::<Vec<_>>());
+        let mut all = pack(self.quotient, &inside.collect::<Vec<_>>());
         if let Some(inner) = &self.inner {
             inner.solve(&mut all);
         }
         let (d, blocks) = (
             all.len() / count,
-            Sized::frames(self.frames[0].ncols() - k, k),
+            Sized {
+                m: self.frames[0].ncols() - k,
+                k,
+                quotient: self.quotient,
+            },
         );
         let lift = |(knot, frame): (usize, &Mat<f64>)| {
             let [x] = unpack(&all[knot * d..][..d], blocks);

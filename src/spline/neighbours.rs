@@ -5,7 +5,7 @@ use faer::Mat;
 use super::chain::{Joint, joint};
 use crate::cubic::guess::turned;
 use crate::cubic::initial::Horizontal;
-use crate::cubic::problem::{coordinates, entries};
+use crate::cubic::problem::{entries, pack};
 use crate::cubic::reduced::Sized;
 use crate::error::{Error, Result};
 use crate::linalg::product::{determinant_sign, mul_into};
@@ -115,6 +115,6 @@ fn along(joint: &Joint, frames: [&Mat<f64>; 2], blocks: Sized) -> Result<Link> {
     Ok(Link {
         next: entries(&(frames[0].transpose() * frames[1])),
         carrying: Some([left, entries(&turn)]),
-        displacement: coordinates(blocks.quotient, &displacement),
+        displacement: pack(blocks.quotient, &[displacement]),
     })
 }

@@ -6,8 +6,6 @@ use std::sync::Arc;
 use faer::{Mat, MatRef};
 
 use super::chain::Space;
-use crate::cubic::RiemannianCubic;
-use crate::curve::Curve;
 use crate::curve::span::Span;
 use crate::error::Result;
 use crate::linalg::product::{mul_add, mul_into};
@@ -112,22 +110,6 @@ impl ReducedKnots {
             k,
             basis,
         }
-    }
-
-    /// Curves between the knots, of subspaces in terms of the bases that the ones before them reach, from the given one on.
-    ///
-    /// # Errors
-    /// Where a curve cannot be evaluated.
-    pub(super) fn joined(&self, mut pieces: Vec<RiemannianCubic>) -> Result<Vec<RiemannianCubic>> {
-        if self.quotient == Quotient::Frames {
-            return Ok(pieces);
-        }
-        for piece in 1..pieces.len() {
-            let reached = pieces[piece - 1].point(1.0)?;
-            let turn = alignment(reached.as_ref(), pieces[piece].point(0.0)?.as_ref())?;
-            pieces[piece] = pieces[piece].in_terms_of(turn.as_ref());
-        }
-        Ok(pieces)
     }
 
     /// The matrix with the given coordinates.

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use faer::{Mat, MatRef, Scale};
 
 use super::ambient::Ambient;
+use super::bases::joined;
 use super::chain::{Space, pieces};
 use super::ends::{End, EndCondition, EndConditions, Ends, check_ends};
 use super::framed::{Framed, coordinates, frames};
@@ -74,7 +75,7 @@ pub(crate) fn cubic_spline_of_legs(
     let report = solution.report;
     if report.converged {
         let curves = solution.polynomials.map(|legs| legs.curves);
-        let pieces = problem.knots.joined(pieces)?;
+        let pieces = joined(options.quotient, pieces)?;
         return Ok((Piecewise::new(t.to_vec(), pieces), report, curves));
     }
     Err(Error::no_convergence(SOLVER, report, options.tolerance))

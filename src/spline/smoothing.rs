@@ -19,6 +19,7 @@
 use faer::{Mat, MatRef};
 
 use super::ambient::Ambient;
+use super::bases::joined;
 use super::chain::{Movable, Space, for_each, pieces};
 use super::ends::EndConditions;
 use super::fit::{Data, Fit, work_of_balance};
@@ -227,7 +228,7 @@ pub fn smoothing_spline(
         });
     }
     Ok(SmoothingSpline {
-        curve: Piecewise::new(grouped.t, knots.joined(solved.pieces)?),
+        curve: Piecewise::new(grouped.t, joined(options.quotient, solved.pieces)?),
         lambda,
         misfit: solved.misfit * heaviest,
         degrees_of_freedom: solved.degrees_of_freedom,

@@ -107,10 +107,21 @@ fn table() {
                     v * Scale(speed / norm)
                 });
                 let found = RiemannianCubic::between_subspaces(
-                    view(&y0), view(&v0), view(&y1), view(&v1), &BoundaryOptions::default());
-                if let Err(error) = found { lost.push(error.to_string()); }
+                    view(&y0),
+                    view(&v0),
+                    view(&y1),
+                    view(&v1),
+                    &BoundaryOptions::default(),
+                );
+                if let Err(error) = found {
+                    lost.push(error.to_string());
+                }
             }
-            println!("({n}, {k}) speed {speed}: lost {} {:?}", lost.len(), lost.first());
+            println!(
+                "({n}, {k}) speed {speed}: lost {} {:?}",
+                lost.len(),
+                lost.first()
+            );
         }
     }
 }

@@ -3,6 +3,7 @@
 mod boundary;
 #[path = "../common/mod.rs"]
 mod common;
+mod derivative;
 mod initial;
 mod spline;
 

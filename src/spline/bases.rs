@@ -1,0 +1,26 @@
+//! Bases along curves of subspaces that follow one another.
+
+use crate::cubic::RiemannianCubic;
+use crate::curve::Curve;
+use crate::error::Result;
+use crate::manifold::span_geodesic::alignment;
+use crate::space::Quotient;
+
+/// Curves that follow one another, of subspaces each in terms of the basis that the one before it reaches.
+///
+/// # Errors
+/// Where a curve cannot be evaluated.
+pub(super) fn joined(
+    quotient: Quotient,
+    mut pieces: Vec<RiemannianCubic>,
+) -> Result<Vec<RiemannianCubic>> {
+    if quotient == Quotient::Frames {
+        return Ok(pieces);
+    }
+    for piece in 1..pieces.len() {
+        let reached = pieces[piece - 1].point(1.0)?;
+        let turn = alignment(reached.as_ref(), pieces[piece].point(0.0)?.as_ref())?;
+        pieces[piece] = pieces[piece].in_terms_of(turn.as_ref());
+    }
+    Ok(pieces)
+}
