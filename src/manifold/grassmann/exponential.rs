@@ -67,7 +67,10 @@ fn function(eigen: &SymmetricEigen, f: fn(f64) -> f64) -> Mat<f64> {
     let k = w.ncols();
     let mut scaled = w.to_owned();
     for j in 0..k {
-        scaled.as_mut().col_mut(j).copy_from(w.col(j) * Scale(f(eigen.value(j))));
+        scaled
+            .as_mut()
+            .col_mut(j)
+            .copy_from(w.col(j) * Scale(f(eigen.value(j))));
     }
     let mut out = Mat::zeros(k, k);
     mul_into(&mut out, 1.0, &scaled, w.transpose());
@@ -91,14 +94,19 @@ impl Grassmann {
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotHorizontal`, `Overflow`, `Decomposition`.
     /// # Source
-    /// Edelman, Arias, Smith (1998), theorem 2.3, with the factor `W^T` of Bendokat, Zimmermann, Absil (2024), eq. (3.10).
+    /// Edelman, Arias, Smith (1998), theorem 2.3, whose last factor `W^T` makes the geodesic horizontal.
     pub fn exp(&self, y: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Result<Mat<f64>> {
         self.check_point("Y", y, POINT_TOLERANCE)?;
         let v = self.horizontal("V", y, v)?;
         let mut out = Mat::zeros(self.n(), self.k());
         match Turn::new(y, v.as_ref())? {
             Turn::Slow(eigen) => {
-                mul_into(&mut out, 1.0, y, function(&eigen, |x| x.max(0.0).sqrt().cos()));
+                mul_into(
+                    &mut out,
+                    1.0,
+                    y,
+                    function(&eigen, |x| x.max(0.0).sqrt().cos()),
+                );
                 mul_add(&mut out, 1.0, &v, function(&eigen, sinc));
             }
             Turn::Fast(curve) => {
@@ -151,7 +159,12 @@ impl Grassmann {
                 mul_add(&mut out, 1.0, &v, function(&eigen, versine) * &parts);
             }
             Turn::Fast(curve) => {
-                mul_into(&mut parts, 1.0, curve.frame().subcols(k, k).transpose(), &out);
+                mul_into(
+                    &mut parts,
+                    1.0,
+                    curve.frame().subcols(k, k).transpose(),
+                    &out,
+                );
                 let rates = Mat::from_fn(2 * k, k, |i, j| {
                     let (sin, cos) = curve.angles()[i % k].sin_cos();
                     parts[(i % k, j)] * if i < k { -sin } else { cos - 1.0 }

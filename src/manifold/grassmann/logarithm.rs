@@ -62,7 +62,7 @@ impl Grassmann {
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`, `Decomposition`.
     /// # Source
-    /// Bendokat, Zimmermann, Absil (2024), section 5.2.
+    /// Edelman, Arias, Smith (1998), section 4.3 (arc length).
     pub fn dist(&self, y0: MatRef<'_, f64>, y1: MatRef<'_, f64>) -> Result<f64> {
         let alignment = self.alignment(y0, y1)?;
         let normal = alignment.normal(y0, y1);
