@@ -18,6 +18,7 @@ FORMULA_POINT = 333
 TALL = (1_000_000, 4)
 TALL_POINTS = 64
 LOGS = ((4, 2), (50, 5), (200, 20), (1000, 50))
+SUBSPACES = ((50, 5), (1000, 50))
 DISTANCES = {"0.5": 0.5, "0.9pi": 0.9 * np.pi}
 BATCH = 10_000
 
@@ -96,6 +97,16 @@ def log_problem(n: int, k: int, distance: str) -> tuple[Array, Array, Array]:
     S0 = point(n, k, 5)
     V = tangent(S0, DISTANCES[distance], 6)
     return S0, geodesic_end(S0, V), V
+
+
+def subspace_problem(n: int, k: int) -> tuple[Array, Array, Array]:
+    """Two points of Gr(n, k) and the velocity `V` of the geodesic between them, (Y0, Y1, V): principal angles up to 1.2."""
+    Y0 = point(n, k, 9)
+    Z = _rng(10, n, k).standard_normal((n, k))
+    Q, _, Wt = np.linalg.svd(Z - Y0 @ (Y0.T @ Z), full_matrices=False)
+    theta = np.linspace(0.1, 1.2, k)
+    Y1 = (Y0 @ Wt.T * np.cos(theta) + Q * np.sin(theta)) @ Wt
+    return Y0, np.asarray(Y1 @ np.linalg.qr(_rng(11, k).standard_normal((k, k)))[0]), np.asarray((Q * theta) @ Wt)
 
 
 def tangent_batch(n: int, k: int) -> tuple[Array, Array]:

@@ -80,6 +80,16 @@ pub enum Error {
         /// What was allowed.
         tolerance: f64,
     },
+    /// A vector is not tangent to the Grassmann manifold: `|Y^T V|_F` exceeds the tolerance.
+    #[error("{name}: not horizontal, |Y^T V| = {defect:.3e} exceeds {tolerance:.3e}")]
+    NotHorizontal {
+        /// Which argument.
+        name: &'static str,
+        /// `|Y^T V|_F`.
+        defect: f64,
+        /// What was allowed.
+        tolerance: f64,
+    },
     /// A matrix is not skew-symmetric: `|A + A^T|_F / 2` exceeds the tolerance.
     #[error("{name}: not skew-symmetric, |A + A^T| / 2 = {defect:.3e} exceeds {tolerance:.3e}")]
     NotSkew {
@@ -115,6 +125,14 @@ pub enum Error {
     )]
     NoJoiningCurve {
         /// The offending principal angle in radians.
+        angle: f64,
+    },
+    /// Two subspaces, one of which holds a direction orthogonal to the other: no unique shortest geodesic joins them.
+    #[error(
+        "no unique shortest geodesic joins the subspaces: a principal angle is {angle:.17} (pi/2 to working precision)"
+    )]
+    RightAngle {
+        /// The largest principal angle in radians.
         angle: f64,
     },
     /// Intermediate points of a de Casteljau curve cross the cut locus: the curve would jump.
@@ -284,6 +302,7 @@ fn place(knot: usize, error: &Error) -> String {
         Error::ControlPoints { .. }
         | Error::OutsideLogDomain { .. }
         | Error::NoJoiningCurve { .. }
+        | Error::RightAngle { .. }
         | Error::BranchJump { .. }
         | Error::DifferentComponents { .. }
         | Error::ConjugateEnds { .. }
@@ -338,7 +357,9 @@ impl Error {
     pub fn angle(&self) -> Option<f64> {
         match self {
             Error::AtKnot { source, .. } | Error::ControlPoints { source } => source.angle(),
-            Error::OutsideLogDomain { angle } | Error::NoJoiningCurve { angle } => Some(*angle),
+            Error::OutsideLogDomain { angle }
+            | Error::NoJoiningCurve { angle }
+            | Error::RightAngle { angle } => Some(*angle),
             Error::DifferentComponents { .. } | Error::BranchJump { .. } => {
                 Some(std::f64::consts::PI)
             }

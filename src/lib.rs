@@ -20,7 +20,7 @@
 //!
 //! The geometry of the manifold, for the whole alpha family of metrics with the canonical and the Euclidean one:
 //! exponential, logarithm and [`Geodesic`]s, [`Retraction`]s with their inverses, [`ParallelTransport`], curvature,
-//! Riemannian gradients and Hessians. De Casteljau curves of any degree: [`GeometricPolynomial`], [`GeodesicPolynomial`].
+//! Riemannian gradients and Hessians. The same of the subspaces of dimension `k`: [`Grassmann`]. De Casteljau curves of any degree: [`GeometricPolynomial`], [`GeodesicPolynomial`].
 //!
 //! Below these are the exponential and logarithm of rotations ([`skew_exp()`], [`orthogonal_log()`]), the manifold
 //! ([`Stiefel`]), and a damped Newton solver ([`newton`]).
@@ -65,7 +65,7 @@ pub use error::{Error, Result};
 pub use interrupt::Interrupt;
 pub use linalg::{orthogonal_log, skew_exp};
 pub use manifold::{
-    Geodesic, LogReport, Metric, ParallelTransport, QuasiGeodesic, Retraction, Stiefel,
+    Geodesic, Grassmann, LogReport, Metric, ParallelTransport, QuasiGeodesic, Retraction, Stiefel,
 };
 pub use report::{SolverReport, StopReason};
 pub use solve::newton;

@@ -149,8 +149,22 @@ def _riemannian() -> list[Row]:
     return rows
 
 
+def _subspaces() -> list[Row]:
+    reach = dict(zip(problems.SUBSPACES, (5, 2), strict=True))
+    rows = []
+    for (n, k), ahead in reach.items():
+        for function in ("exp", "log"):
+            # geomstats holds subspaces as projectors, and takes logarithms of n x n matrices.
+            rivals = (
+                Rival("pymanopt", "pymanopt", "pymanopt"),
+                Rival("geomstats", "geomstats", "geomstats, projectors", agree=1e-6),
+            )
+            rows.append(Row(f"subspace_{function}/{n},{k}", f"`Grassmann.{function}`, Gr({n},{k})", rivals, ahead=ahead))
+    return rows
+
+
 def all_rows() -> list[Row]:
     """Every row of the table."""
-    curves = _curves() + _batches() + _riemannian()
+    curves = _curves() + _batches() + _riemannian() + _subspaces()
     cubics, splines, rotations = cubic_rows.cubics(), spline_rows.splines(), rotation_rows.rotations()
     return _exponentials() + _logarithms() + curves + cubics + splines + rotations

@@ -1,9 +1,9 @@
-"""`Stiefel` as a manifold of pymanopt, whose solvers then run on it. Needs the extra `pymanopt`.
+"""`Stiefel` and `Grassmann` as manifolds of pymanopt, whose solvers then run on them. Needs the extra `pymanopt`.
 
-Works for the whole alpha family of metrics, canonical and Euclidean among them. With `w = 1 / (2 (alpha + 1))` (1/2
+`StiefelManifold` works for the whole alpha family of metrics, canonical and Euclidean among them. With `w = 1 / (2 (alpha + 1))` (1/2
 for the canonical metric, 1 for the Euclidean one) and `V = S Omega + K`, `S^T K = 0`, the metric is
 `<K_V, K_W> + w <Omega_V, Omega_W>`. pymanopt's own `Stiefel` has the Euclidean metric only, and neither logarithm nor
-distance.
+distance. `GrassmannManifold` has exact distances for small angles as well, and geodesics that need no new basis.
 
 Sources: Edelman, Arias, Smith (1998), section 2.4 (canonical metric); Hueper, Markina, Silva Leite (2021) (the family).
 """
@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pymanopt.manifolds.manifold import Manifold
 
-from ._core import Stiefel
+from ._core import Grassmann, Stiefel
 
-__all__ = ["StiefelManifold"]
+__all__ = ["GrassmannManifold", "StiefelManifold"]
 
 _Array = NDArray[np.float64]
 
@@ -168,3 +168,111 @@ class StiefelManifold(Manifold):
     def zero_vector(self, point: _Array) -> _Array:
         """Origin of the tangent space."""
         return np.zeros((self.stiefel.n, self.stiefel.k))
+
+
+class GrassmannManifold(Manifold):
+    """The manifold `Gr(n, k)` of subspaces for pymanopt's optimisers. Solvers step along geodesics.
+
+    Parameters
+    ----------
+    n, k : int
+        Rows and columns of bases, `1 <= k <= n`.
+    rng : numpy.random.Generator or int or None
+        Source of random points and tangent vectors.
+
+    Attributes
+    ----------
+    grassmann : Grassmann
+        The manifold that does the work.
+
+    Notes
+    -----
+    Costs have to depend on the subspace alone: `f(Y Q) = f(Y)` for orthogonal `Q`. `log` and `pair_mean` raise an
+    `OutsideDomainError` where a principal angle is pi/2 to working precision; random points have no such angles.
+
+    Examples
+    --------
+    >>> import numpy as np, pymanopt
+    >>> from pymanopt.optimizers import TrustRegions
+    >>> from stiefel_rs.pymanopt import GrassmannManifold
+    >>> A, M = np.diag([4.0, 3.0, 2.0, 1.0]), GrassmannManifold(4, 2, rng=1)
+    >>> cost = pymanopt.function.numpy(M)(lambda Y: -np.sum(Y * (A @ Y)))
+    >>> gradient = pymanopt.function.numpy(M)(lambda Y: -2 * A @ Y)
+    >>> hessian = pymanopt.function.numpy(M)(lambda Y, V: -2 * A @ V)
+    >>> problem = pymanopt.Problem(M, cost, euclidean_gradient=gradient, euclidean_hessian=hessian)
+    >>> round(float(TrustRegions(verbosity=0).run(problem).cost), 12)
+    -7.0
+    """
+
+    def __init__(self, n: int, k: int, *, rng: np.random.Generator | int | None = None) -> None:
+        self.grassmann = Grassmann(n, k)
+        self._rng = np.random.default_rng(rng)
+        super().__init__(f"Grassmann manifold Gr({n},{k})", self.grassmann.dim)
+
+    @property
+    def typical_dist(self) -> float:
+        """Length scale of the manifold, the norm of a point: trust regions take their radii from it."""
+        return float(np.sqrt(self.grassmann.k))
+
+    def inner_product(self, point: _Array, tangent_vector_a: _Array, tangent_vector_b: _Array) -> float:
+        """Inner product of two tangent vectors."""
+        return float(self.grassmann.inner(point, tangent_vector_a, tangent_vector_b))
+
+    def norm(self, point: _Array, tangent_vector: _Array) -> float:
+        """Length of a tangent vector."""
+        return float(self.grassmann.norm(point, tangent_vector))
+
+    def projection(self, point: _Array, vector: _Array) -> _Array:
+        """Orthogonal projection of a matrix on the horizontal vectors."""
+        return self.grassmann.project_tangent(point, vector)
+
+    to_tangent_space = projection
+
+    def euclidean_to_riemannian_gradient(self, point: _Array, euclidean_gradient: _Array) -> _Array:
+        """Riemannian gradient, `(I - Y Y^T) G`."""
+        return self.grassmann.euclidean_to_riemannian_gradient(point, euclidean_gradient)
+
+    def euclidean_to_riemannian_hessian(
+        self, point: _Array, euclidean_gradient: _Array, euclidean_hessian: _Array, tangent_vector: _Array
+    ) -> _Array:
+        """Covariant derivative of the Riemannian gradient along a tangent vector."""
+        return self.grassmann.euclidean_to_riemannian_hessian(
+            point, euclidean_gradient, euclidean_hessian, tangent_vector
+        )
+
+    def exp(self, point: _Array, tangent_vector: _Array) -> _Array:
+        """End point of the geodesic with a given initial velocity."""
+        return self.grassmann.exp(point, tangent_vector)
+
+    retraction = exp
+
+    def log(self, point_a: _Array, point_b: _Array) -> _Array:
+        """Velocity at the start of the shortest geodesic from one point to another."""
+        return self.grassmann.log(point_a, point_b)
+
+    def dist(self, point_a: _Array, point_b: _Array) -> float:
+        """Length of the shortest geodesic between two points."""
+        return float(self.grassmann.dist(point_a, point_b))
+
+    def pair_mean(self, point_a: _Array, point_b: _Array) -> _Array:
+        """Middle of the shortest geodesic between two points."""
+        return self.exp(point_a, self.log(point_a, point_b) / 2)
+
+    def transport(self, point_a: _Array, point_b: _Array, tangent_vector_a: _Array) -> _Array:
+        """Vector transport by projection on the tangent space at `point_b`; conjugate gradients need no more."""
+        return self.projection(point_b, tangent_vector_a)
+
+    def random_point(self) -> _Array:
+        """Uniformly distributed point."""
+        return self.grassmann.random_point(self._rng)
+
+    def random_tangent_vector(self, point: _Array) -> _Array:
+        """Random tangent vector of length 1; zero where there is no other, for `k = n`."""
+        if not self.grassmann.dim:
+            return self.zero_vector(point)
+        V = self.grassmann.random_tangent(point, self._rng)
+        return np.asarray(V / self.norm(point, V))
+
+    def zero_vector(self, point: _Array) -> _Array:
+        """Origin of the tangent space."""
+        return np.zeros((self.grassmann.n, self.grassmann.k))

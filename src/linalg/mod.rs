@@ -8,6 +8,7 @@ pub mod decomp;
 pub(crate) mod dual;
 pub mod exponential_action;
 pub(crate) mod field;
+pub(crate) mod graded_singular_values;
 pub mod jet;
 pub(crate) mod jet_exp;
 pub(crate) mod lane_matrix;

@@ -23,7 +23,7 @@ use crate::error::{Error, Result};
 use crate::linalg::structure::{check_range, frobenius_inner, norm, skew_part};
 
 /// Unit vectors that span less than this leave the sectional curvature less than half of its digits.
-const SMALLEST_AREA: f64 = 1.5e-8;
+pub(super) const SMALLEST_AREA: f64 = 1.5e-8;
 
 /// A tangent vector as its direction, a pair of length 1 (of length 0 where nothing of the vector is tangent), and its length.
 struct Arrow {
@@ -101,6 +101,13 @@ fn tensor(x: &Pair, y: &Pair, z: &Pair, weight: f64) -> Pair {
     out
 }
 
+/// The matrix times three lengths, small ones first: a product of large ones may overflow where the result does not.
+pub(super) fn by_lengths(unit: Mat<f64>, mut lengths: [f64; 3]) -> Mat<f64> {
+    lengths.sort_by(f64::total_cmp);
+    let [low, middle, high] = lengths;
+    unit * Scale(low * high) * Scale(middle)
+}
+
 impl Stiefel {
     /// The curvature tensor `R(U, V) W` at `s`; all shapes `(n, k)`.
     ///
@@ -130,11 +137,7 @@ impl Stiefel {
         ];
         let weight = self.metric().weight();
         let unit = tensor(&x.direction, &y.direction, &z.direction, weight);
-        // The small lengths first: a product of the large ones may overflow where the result does not.
-        let mut lengths = [x.length, y.length, z.length];
-        lengths.sort_by(f64::total_cmp);
-        let [low, middle, high] = lengths;
-        let out = (unit.b + s * unit.a) * Scale(low * high) * Scale(middle);
+        let out = by_lengths(unit.b + s * unit.a, [x.length, y.length, z.length]);
         check_range("curvature", out.as_ref())?;
         Ok(out)
     }

@@ -1,4 +1,4 @@
-//! The Stiefel manifold `St(n, k)`: points, tangent vectors, and the maps between them.
+//! The Stiefel manifold `St(n, k)` and the Grassmann manifold `Gr(n, k)`: points, tangent vectors, and the maps between them.
 
 pub(crate) mod carrier;
 pub mod covariant;
@@ -6,6 +6,7 @@ pub mod curvature;
 pub mod exponential;
 pub(crate) mod geodesic_jet;
 pub mod gradient;
+pub mod grassmann;
 pub(crate) mod inverse_differential;
 pub(crate) mod lane_join;
 pub(crate) mod lane_leg;
@@ -25,6 +26,7 @@ pub(crate) mod tangent;
 pub mod transport;
 
 pub use exponential::Geodesic;
+pub use grassmann::Grassmann;
 pub use logarithm::LogReport;
 pub use metric::Metric;
 pub use quasi_geodesic::QuasiGeodesic;

@@ -143,6 +143,7 @@ fn exception_of(py: Python<'_>, error: &Error, place: &str) -> PyErr {
     match cause {
         Error::OutsideLogDomain { .. }
         | Error::NoJoiningCurve { .. }
+        | Error::RightAngle { .. }
         | Error::BranchJump { .. }
         | Error::BeyondInjectivity { .. }
         | Error::DifferentComponents { .. }

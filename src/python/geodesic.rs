@@ -3,6 +3,7 @@
 use super::batch::Value;
 use super::prelude::*;
 use super::record::record;
+use super::space::Space;
 use super::stiefel::{PyStiefel, read_metric};
 use crate::manifold::{Geodesic, LogReport, Metric, Stiefel};
 

@@ -1,6 +1,7 @@
 //! Retractions, parallel transport, curvature, gradients and Hessians for arrays, with batches.
 
 use super::prelude::*;
+use super::space::Space;
 use super::stiefel::PyStiefel;
 use crate::linalg::structure::norm;
 use crate::manifold::{ParallelTransport, Retraction};

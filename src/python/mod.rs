@@ -15,6 +15,8 @@ mod error;
 mod flow;
 mod geodesic;
 mod geometry;
+mod grassmann;
+mod grassmann_geometry;
 mod knots;
 mod linalg;
 mod measure;
@@ -26,6 +28,7 @@ mod restored;
 mod riemannian_cubic;
 mod rotation_curve;
 mod smoothing;
+mod space;
 mod spline;
 mod spline_variation;
 mod state;
@@ -52,6 +55,7 @@ pub mod _core {
         error::PySolverReport,
         flow::PyShootingResult,
         geodesic::{PyGeodesic, PyLogReport},
+        grassmann::PyGrassmann,
         linalg::{orthogonal_log, skew_exp},
         measure::PyDerivativeBounds,
         piecewise::PyPiecewiseCurve,

@@ -1,7 +1,7 @@
 //! The manifold for arrays, with batches.
 
-use super::batch::{Value, map_batch};
 use super::prelude::*;
+use super::space::{Space, sizes};
 use crate::linalg::structure::check_finite;
 use crate::manifold::stiefel::{POINT_TOLERANCE, TANGENT_TOLERANCE};
 use crate::manifold::{Metric, Stiefel};
@@ -39,51 +39,23 @@ use crate::manifold::{Metric, Stiefel};
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub struct PyStiefel(pub(super) Stiefel);
 
-impl PyStiefel {
-    /// Apply `member` to points and tangent vectors, member by member; its values have shape `core`.
-    pub(super) fn map<T: Value, const N: usize>(
-        &self,
-        objects: [Named<'_, '_>; N],
-        core: &[usize],
-        member: impl Fn(&Stiefel, [MatRef<'_, f64>; N], Interrupt<'_>) -> Result<T> + Shared,
-    ) -> PyResult<Array> {
-        self.map_shapes(objects, [self.shape(); N], |_| 1.0, core, member)
+impl Space for PyStiefel {
+    type Core = Stiefel;
+
+    fn core(&self) -> Stiefel {
+        self.0
     }
 
-    /// [`PyStiefel::map`] for values of shape `(n, k)`.
-    pub(super) fn map_matrices<const N: usize>(
-        &self,
-        objects: [Named<'_, '_>; N],
-        member: impl Fn(&Stiefel, [MatRef<'_, f64>; N]) -> Result<Mat<f64>> + Shared,
-    ) -> PyResult<Array> {
-        let core = [self.0.n(), self.0.k()];
-        self.map(objects, &core, move |m, data, _| member(m, data))
-    }
-
-    /// [`PyStiefel::map`] for arguments of any shapes; `weight` is the work of a number of theirs.
-    pub(super) fn map_shapes<T: Value, const N: usize>(
-        &self,
-        objects: [Named<'_, '_>; N],
-        shapes: [(usize, usize); N],
-        weight: impl FnOnce(&[Batch; N]) -> f64,
-        core: &[usize],
-        member: impl Fn(&Stiefel, [MatRef<'_, f64>; N], Interrupt<'_>) -> Result<T> + Shared,
-    ) -> PyResult<Array> {
-        let (py, manifold) = (objects[0].0.py(), self.0);
-        let batches = matrix_batches(objects)?;
-        for ((batch, (_, name)), shape) in batches.iter().zip(objects).zip(shapes) {
-            batch.check_shape(name, shape)?;
-        }
-        let numbers: f64 = batches.iter().map(Batch::numbers).sum();
-        let call = Call::new(py, None, weight(&batches) * numbers)?;
-        map_batch(&call, batches, core, move |batches, i, out, interrupt| {
-            member(&manifold, batches.map(|batch| batch.get(i)), interrupt)?.put(out);
-            Ok(())
-        })
-    }
-
-    pub(super) fn shape(&self) -> (usize, usize) {
+    fn shape(&self) -> (usize, usize) {
         (self.0.n(), self.0.k())
+    }
+
+    fn nearest(&self, Y: &Any) -> PyResult<Array> {
+        self.project(Y)
+    }
+
+    fn tangent_part(&self, S: &Any, Z: &Any) -> PyResult<Array> {
+        self.project_tangent(S, Z)
     }
 }
 
@@ -93,33 +65,6 @@ fn check(m: &Stiefel, s: MatRef<'_, f64>) -> Result<()> {
 
 fn check_vector(m: &Stiefel, name: &'static str, [s, v]: [MatRef<'_, f64>; 2]) -> Result<()> {
     m.check_tangent(name, s, v, TANGENT_TOLERANCE)
-}
-
-/// Draw standard normal matrices with the leading axes `lead`.
-fn normal<'py>(generator: &Any<'py>, lead: &[usize], (n, k): (usize, usize)) -> PyResult<Any<'py>> {
-    let shape = PyTuple::new(generator.py(), [lead, &[n, k]].concat())?;
-    generator.call_method1("standard_normal", (shape,))
-}
-
-/// What sets the streams of tangent vectors apart from others that the same numbers are the seed of: a number of its own.
-const TANGENT_STREAM: u32 = 0x7461_6e67;
-
-/// The generator of `numpy.random.default_rng`.
-fn generator<'py>(py: Python<'py>, rng: Option<&Any<'py>>) -> PyResult<Any<'py>> {
-    py.import("numpy.random")?
-        .call_method1("default_rng", (rng,))
-}
-
-/// A stream that 128 random bits of a generator start. Points are made of the numbers that follow in the generator itself, so
-/// that a seed, or a generator in the same state, gives tangent vectors that know nothing of the points.
-fn tangent_stream<'py>(generator: &Any<'py>) -> PyResult<Any<'py>> {
-    let py = generator.py();
-    let random = py.import("numpy.random")?;
-    let words = [("dtype", "uint32")].into_py_dict(py)?;
-    let bits = generator.call_method("integers", (0, 1_u64 << 32, 4), Some(&words))?;
-    let key = [("spawn_key", (TANGENT_STREAM,))].into_py_dict(py)?;
-    let seed = random.call_method("SeedSequence", (bits,), Some(&key))?;
-    random.call_method1("default_rng", (seed,))
 }
 
 /// "canonical", "euclidean", or the parameter of the family.
@@ -144,12 +89,8 @@ impl PyStiefel {
     #[new]
     #[pyo3(signature = (n, k, *, metric=None))]
     fn new(n: i64, k: i64, metric: Option<&Any>) -> PyResult<Self> {
-        let invalid = || invalid!("St(n, k): expected 1 <= k <= n, found n = {n}, k = {k}");
-        let (Ok(rows), Ok(cols)) = (usize::try_from(n), usize::try_from(k)) else {
-            return Err(invalid());
-        };
+        let manifold = sizes("St", (n, k), Stiefel::new)?;
         let metric = metric.map_or(Ok(Metric::CANONICAL), read_metric)?;
-        let manifold = Stiefel::new(rows, cols).map_err(|_| invalid())?;
         Ok(PyStiefel(manifold.with_metric(metric)))
     }
 
@@ -239,19 +180,7 @@ impl PyStiefel {
         rng: Option<&Any>,
         size: Option<&Any>,
     ) -> PyResult<Array> {
-        let axes: Vec<i64> = match size {
-            None => Vec::new(),
-            Some(size) => match size.extract() {
-                Ok(one) => vec![one],
-                Err(_) => size.extract()?,
-            },
-        };
-        let lead: Option<Vec<_>> = axes.into_iter().map(|x| usize::try_from(x).ok()).collect();
-        let Some(lead) = lead else {
-            let found = size.map_or(String::new(), |size| size.to_string());
-            return Err(invalid!("size: axes must be at least 0, found {found}"));
-        };
-        self.project(&normal(&generator(py, rng)?, &lead, self.shape())?)
+        self.random_points(py, rng, size)
     }
 
     /// Normally distributed tangent vectors at ``S``: standard normal matrices, projected. Shape of ``S``.
@@ -265,11 +194,7 @@ impl PyStiefel {
     ///     seed, or by a generator in the same state.
     #[pyo3(signature = (S, rng=None))]
     fn random_tangent(&self, S: &Any, rng: Option<&Any>) -> PyResult<Array> {
-        let py = S.py();
-        let [points] = matrix_batches(named![S])?;
-        points.check_shape("S", self.shape())?;
-        let stream = tangent_stream(&generator(py, rng)?)?;
-        self.project_tangent(S, &normal(&stream, &points.shape, self.shape())?)
+        self.random_tangents((S, "S"), rng)
     }
 
     /// Nearest point in the Frobenius norm: the polar factor of ``Y``, shape (..., n, k).

@@ -5,8 +5,9 @@ Arguments that are named in the dictionary by a number are positional.
 
 from .charts import CHART
 from .functions import FUNCTIONS
+from .grassmann import GRASSMANN
 from .manifold import MANIFOLD
 from .rotations import ROTATIONS
 from .trajectories import TRAJECTORIES
 
-CALLS = {**FUNCTIONS, **MANIFOLD, **CHART, **TRAJECTORIES, **ROTATIONS}
+CALLS = {**FUNCTIONS, **MANIFOLD, **GRASSMANN, **CHART, **TRAJECTORIES, **ROTATIONS}

@@ -10,6 +10,7 @@ from stiefel_rs import (
     Geodesic,
     GeometricCubic,
     GeometricPolynomial,
+    Grassmann,
     QuasiGeodesic,
     RiemannianCubic,
     SmoothingSpline,
@@ -22,6 +23,7 @@ from stiefel_rs import (
 )
 
 M = Stiefel(4, 2)
+GR = Grassmann(4, 2)
 SPHERE = Chart.sphere()
 # Entries are multiples of 1/2: exact in every float and, times two, in integers.
 S = np.eye(4, 2)
@@ -29,6 +31,9 @@ S1 = np.array([[0, 0], [0, 1], [1, 0], [0, 0.0]])
 V = np.array([[0, -1], [1, 0], [2, 0], [0, -1.0]])
 V1 = np.array([[1, 0], [0, 0], [0, 0], [0, 1.0]])
 S2 = np.array([[1, 1], [-1, 1], [1, 1], [1, -1]]) / 2
+# Horizontal at S.
+H = np.array([[0, 0], [0, 0], [2, 0], [0, -1.0]])
+H2 = np.array([[0, 0], [0, 0], [0, 1], [3, 0.0]])
 V2 = np.array([[0, 1], [-1, 0], [0, 1], [3, 0.0]])
 Z0 = np.array([1, 2, 1, 0, 0, 1, 0, 1.0])
 T = np.array([0.0, 1.0, 2.0])
@@ -64,6 +69,27 @@ CALLS = {
     "sectional_curvature": (M.sectional_curvature, [("S", S), ("U", V), ("V", V2)]),
     "gradient_of": (M.euclidean_to_riemannian_gradient, [("S", S), ("G", V + S)]),
     "hessian_of": (M.euclidean_to_riemannian_hessian, [("S", S), ("G", V + S), ("H", S), ("V", V)]),
+    "Grassmann.check_point": (GR.check_point, [("Y", S)]),
+    "Grassmann.check_tangent": (GR.check_tangent, [("Y", S), ("V", H)]),
+    "Grassmann.random_tangent": (lambda Y: GR.random_tangent(Y, 1), [("Y", S)]),
+    "Grassmann.project": (GR.project, [("Y", S + V)]),
+    "Grassmann.project_tangent": (GR.project_tangent, [("Y", S), ("Z", S + V)]),
+    "Grassmann.inner": (GR.inner, [("Y", S), ("V", H), ("W", H2)]),
+    "Grassmann.norm": (GR.norm, [("Y", S), ("V", H)]),
+    "Grassmann.principal_angles": (GR.principal_angles, [("Y0", S), ("Y1", S1)]),
+    "Grassmann.align": (GR.align, [("Y0", S), ("Y1", S2)]),
+    "Grassmann.projector": (GR.projector, [("Y", S)]),
+    "Grassmann.exp": (GR.exp, [("Y", S), ("V", H)]),
+    "Grassmann.log": (GR.log, [("Y0", S), ("Y1", S2)]),
+    "Grassmann.dist": (GR.dist, [("Y0", S), ("Y1", S1)]),
+    "Grassmann.transport": (GR.transport, [("Y", S), ("V", H), ("W", H2)]),
+    "Grassmann.curvature": (GR.curvature, [("Y", S), ("U", H), ("V", H2), ("W", H)]),
+    "Grassmann.sectional_curvature": (GR.sectional_curvature, [("Y", S), ("U", H), ("V", H2)]),
+    "Grassmann.gradient": (GR.euclidean_to_riemannian_gradient, [("Y", S), ("G", V + S)]),
+    "Grassmann.hessian": (
+        GR.euclidean_to_riemannian_hessian,
+        [("Y", S), ("G", V + S), ("H", S), ("V", H)],
+    ),
     "QuasiGeodesic": (lambda a, b: QuasiGeodesic(a, b)(0.5), [("S0", S), ("S1", S1)]),
     "from_velocity": (lambda a, b: QuasiGeodesic.from_velocity(a, b)(0.5), [("S", S), ("V", V)]),
     "GeometricCubic": (lambda *x: GeometricCubic(*x)(0.5), [("S0", S), ("V0", V), ("S1", S1), ("V1", V1)]),

@@ -9,6 +9,7 @@ from stiefel_rs import (
     Geodesic,
     GeometricCubic,
     GeometricPolynomial,
+    Grassmann,
     QuasiGeodesic,
     RiemannianCubic,
     Stiefel,
@@ -375,3 +376,72 @@ def test_step_in_the_embedding(data):
     step = integrate_embedded(*data[1:], 1, t_end=h)
     for name, value in (("point", S), ("velocity", V), ("acceleration", A), ("jerk", B - P + S @ P.T @ S)):
         assert np.allclose(getattr(step, name)[-1], value, atol=1e-13), name
+
+
+SUBSPACES = [(3, 1), (4, 2), (5, 3), (8, 3), (4, 4)]
+
+
+@pytest.fixture(params=SUBSPACES, ids=str)
+def subspace(request, rng):
+    """A Grassmann manifold, a point, and three tangent vectors of length 1."""
+    M = Grassmann(*request.param)
+    Y = M.random_point(rng)
+    vectors = (M.random_tangent(Y, rng) for _ in range(3))
+    return M, Y, *(V / max(np.linalg.norm(V), 1e-300) for V in vectors)
+
+
+def test_geodesics_of_subspaces(subspace):
+    M, Y, V, W, _ = subspace
+    Q, s, Ut = svd(V, full_matrices=False)
+    U, C, S = Ut.T, np.diag(np.cos(s)), np.diag(np.sin(s))
+    assert M.dim == M.k * (M.n - M.k)
+    np.testing.assert_allclose(Y.T @ V, 0, atol=1e-14)
+    np.testing.assert_allclose(M.inner(Y, V, W), np.trace(V.T @ W), atol=1e-14)
+    np.testing.assert_allclose(M.exp(Y, V), (Y @ U @ C + Q @ S) @ U.T, atol=1e-13)
+    # Functions of G by its power series.
+    G = V.T @ V
+    terms = [np.linalg.matrix_power(-G, j) for j in range(12)]
+    factorial = np.cumprod([1.0, *range(1, 25)])
+    cosine = sum(term / factorial[2 * j] for j, term in enumerate(terms))
+    sinc = sum(term / factorial[2 * j + 1] for j, term in enumerate(terms))
+    np.testing.assert_allclose(M.exp(Y, V), Y @ cosine + V @ sinc, atol=1e-13)
+    moved = W + (Q @ (C - np.eye(M.k)) - Y @ U @ S) @ Q.T @ W
+    np.testing.assert_allclose(M.transport(Y, V, W), moved, atol=1e-13)
+
+
+def test_logarithm_of_subspaces(subspace, rng):
+    M, Y, _, _, _ = subspace
+    Y1 = M.random_point(rng)
+    A, cosines, Zt = svd(Y.T @ Y1)
+    theta = np.arccos(np.minimum(cosines, 1))
+    factor = np.where(theta > 0, theta / np.where(theta > 0, np.sin(theta), 1), 1)
+    log = (np.eye(M.n) - Y @ Y.T) @ Y1 @ Zt.T @ np.diag(factor) @ A.T
+    np.testing.assert_allclose(M.log(Y, Y1), log, atol=1e-13)
+    sines = svd(Y1 - Y @ Y.T @ Y1, compute_uv=False)
+    # Arccosines of small angles have half of the digits.
+    np.testing.assert_allclose(np.sin(M.principal_angles(Y, Y1)), sines, atol=1e-14)
+    np.testing.assert_allclose(np.cos(M.principal_angles(Y, Y1)), cosines[::-1], atol=1e-14)
+    np.testing.assert_allclose(M.dist(Y, Y1), np.linalg.norm(theta), atol=1e-7)
+    aligned = Y1 @ Zt.T @ A.T
+    np.testing.assert_allclose(M.align(Y, Y1), aligned, atol=1e-12)
+    np.testing.assert_allclose(M.exp(Y, M.log(Y, Y1)), aligned, atol=1e-12)
+
+
+def test_curvature_and_derivatives_of_subspaces(subspace, rng):
+    M, Y, U, V, W = subspace
+    R = U @ V.T @ W - V @ U.T @ W + W @ (V.T @ U - U.T @ V)
+    np.testing.assert_allclose(M.curvature(Y, U, V, W), R, atol=1e-13)
+    G, H = rng.standard_normal((2, M.n, M.k))
+    P = np.eye(M.n) - Y @ Y.T
+    np.testing.assert_allclose(M.euclidean_to_riemannian_gradient(Y, G), P @ G, atol=1e-13)
+    hessian = P @ H - V @ Y.T @ G
+    np.testing.assert_allclose(M.euclidean_to_riemannian_hessian(Y, G, H, V), hessian, atol=1e-13)
+
+
+def test_reflections_of_subspaces(subspace):
+    M, Y, V, _, _ = subspace
+    S, O = 2 * Y @ Y.T - np.eye(M.n), Stiefel(M.n, M.n)
+    X = 2 * (V @ Y.T + Y @ V.T)
+    np.testing.assert_allclose(O.norm(S, X), 2 * M.norm(Y, V), atol=1e-13)
+    end = M.exp(Y, 0.5 * V)
+    np.testing.assert_allclose(O.exp(S, 0.5 * X), 2 * end @ end.T - np.eye(M.n), atol=1e-12)

@@ -1,6 +1,7 @@
 """The adapter for pymanopt: geometry against finite differences, and pymanopt's solvers on it."""
 
 import doctest
+import re
 import warnings
 
 import numpy as np
@@ -19,7 +20,7 @@ from pymanopt.tools import diagnostics  # noqa: E402
 
 from stiefel_rs import OutsideDomainError  # noqa: E402
 from stiefel_rs import pymanopt as adapter_module  # noqa: E402
-from stiefel_rs.pymanopt import StiefelManifold  # noqa: E402
+from stiefel_rs.pymanopt import GrassmannManifold, StiefelManifold  # noqa: E402
 
 METRICS = ["canonical", "euclidean", 0.7]
 RETRACTIONS = ["quasi_geodesic", "polar", "qr", "cayley"]
@@ -292,3 +293,96 @@ def test_a_determinant_is_checked():
         StiefelManifold(3, 3, determinant=2)
     with pytest.raises(ValueError, match=r"determinant: points of St\(3, 2\) have none"):
         StiefelManifold(3, 2, determinant=1)
+
+
+@pytest.fixture(params=[(3, 1), (4, 2), (5, 3), (12, 4)], ids=lambda shape: f"Gr{shape[0]}_{shape[1]}")
+def subspaces(request):
+    return GrassmannManifold(*request.param, rng=7)
+
+
+def subspace_problem(manifold, rng):
+    """tr(P A P B) of the projector P = Y Y^T: a cost of the subspace alone, without symmetries."""
+    n = manifold.grassmann.n
+    A, B = (X + X.T for X in rng.standard_normal((2, n, n)))
+    numpy = pymanopt.function.numpy(manifold)
+
+    def mixed(P):
+        return 2 * (A @ P @ B + B @ P @ A)
+
+    return pymanopt.Problem(
+        manifold,
+        numpy(lambda Y: float(np.sum((A @ Y @ Y.T) * (B @ Y @ Y.T).T))),
+        euclidean_gradient=numpy(lambda Y: mixed(Y @ Y.T) @ Y),
+        euclidean_hessian=numpy(lambda Y, V: mixed(Y @ Y.T) @ V + mixed(V @ Y.T + Y @ V.T) @ Y),
+    )
+
+
+def test_pymanopt_diagnostics_of_subspaces(subspaces, rng, monkeypatch):
+    monkeypatch.setattr(diagnostics, "identify_linear_piece", straightest_piece)
+    problem = subspace_problem(subspaces, rng)
+    for quadratic, order in ((False, 2), (True, 3)):
+        _, _, _, line = diagnostics.check_directional_derivative(problem, use_quadratic_model=quadratic)
+        assert line[0] == pytest.approx(order, abs=0.1)
+
+
+def test_pymanopt_checks_gradient_and_hessian_of_subspaces(subspaces, rng, monkeypatch, capsys):
+    plt = pytest.importorskip("matplotlib.pyplot")
+    plt.switch_backend("agg")
+    monkeypatch.setattr(diagnostics, "identify_linear_piece", straightest_piece)
+    monkeypatch.setattr(plt, "show", lambda: plt.close("all"))
+    problem = subspace_problem(subspaces, rng)
+    diagnostics.check_gradient(problem)
+    diagnostics.check_hessian(problem)
+    said = capsys.readouterr().out
+    patterns = [
+        r"residual should be close to 0: ([-+.e0-9]+)\.\n",
+        r"Residual: ([-+.e0-9]+)\.\n",
+        r"a\*H\[d1\] \+ b\*H\[d2\] should be very close to 0: ([-+.e0-9]+)\.\n",
+        r" = ([-+.e0-9]+)\.\n",
+    ]
+    for pattern in patterns:
+        found = re.search(pattern, said)
+        assert found, f"{pattern} not in {said}"
+        # Derivatives are below 1000.
+        assert abs(float(found[1])) <= 1e5 * EPS, found[0]
+
+
+def test_subspaces_as_points(subspaces):
+    Y, other = subspaces.random_point(), subspaces.random_point()
+    V = subspaces.random_tangent_vector(Y)
+    assert subspaces.norm(Y, V) == pytest.approx(1, rel=1e-14)
+    assert subspaces.inner_product(Y, V, V) == pytest.approx(1, rel=1e-14)
+    assert subspaces.dist(Y, subspaces.exp(Y, V)) == pytest.approx(1, rel=1e-13)
+    middle = subspaces.pair_mean(Y, other)
+    assert subspaces.dist(Y, middle) == pytest.approx(subspaces.dist(Y, other) / 2, rel=1e-12)
+    assert subspaces.dist(other, middle) == pytest.approx(subspaces.dist(Y, other) / 2, rel=1e-12)
+    subspaces.grassmann.check_tangent(other, subspaces.transport(Y, other, V))
+    assert subspaces.dim == subspaces.grassmann.dim
+    assert subspaces.typical_dist == pytest.approx(np.sqrt(subspaces.grassmann.k))
+    ours, theirs = subspaces, pymanopt.manifolds.Grassmann(subspaces.grassmann.n, subspaces.grassmann.k)
+    assert ours.dist(Y, other) == pytest.approx(theirs.dist(Y, other), rel=1e-7)
+    # Their bases of the end differ from ours.
+    ends = [end @ end.T for end in (ours.exp(Y, V), theirs.exp(Y, V))]
+    assert np.abs(ends[0] - ends[1]).max() <= 100 * EPS
+    alone = GrassmannManifold(3, 3, rng=0)
+    assert np.array_equal(alone.random_tangent_vector(alone.random_point()), np.zeros((3, 3)))
+
+
+@pytest.mark.parametrize(
+    ("optimizer", "subspace_error"),
+    [
+        (TrustRegions(verbosity=0, min_gradient_norm=1e-10), 1e-9),
+        (ConjugateGradient(verbosity=0, min_gradient_norm=1e-6, max_iterations=2000), 1e-5),
+        (SteepestDescent(verbosity=0, min_gradient_norm=1e-6, max_iterations=5000), 1e-5),
+    ],
+    ids=["trust_regions", "conjugate_gradient", "steepest_descent"],
+)
+def test_solvers_find_the_principal_subspace(covariance, optimizer, subspace_error):
+    manifold = GrassmannManifold(20, 3, rng=2)
+    with warnings.catch_warnings():
+        # Not of this package: pymanopt 2.2 on NumPy 2.
+        warnings.simplefilter("ignore", DeprecationWarning)
+        result = optimizer.run(pca_problem(manifold, covariance), initial_point=manifold.random_point())
+    exact = np.linalg.eigh(covariance)[1][:, -3:]
+    distance = manifold.dist(result.point, exact)
+    assert distance <= subspace_error, f"{distance:.3e}: {result.stopping_criterion}"

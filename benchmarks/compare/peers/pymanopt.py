@@ -1,10 +1,11 @@
-"""pymanopt: exponential and retractions of its Stiefel manifold, Euclidean metric. It has no logarithm there."""
+"""pymanopt: exponential and retractions of its Stiefel manifold, Euclidean metric; exponential and logarithm of subspaces."""
 
 from __future__ import annotations
 
 from functools import partial
 
-from pymanopt.manifolds import Stiefel
+import numpy as np
+from pymanopt.manifolds import Grassmann, Stiefel
 
 from benchmarks import problems
 from benchmarks.compare.protocol import Task, Tasks, serve
@@ -24,6 +25,25 @@ def retraction_task(n: int, k: int, kind: str) -> Task:
     return Task(lambda: manifold.retraction(S0, V))
 
 
+def subspace_exp_task(n: int, k: int) -> Task:
+    """Riemannian exponential of the Grassmann manifold; as projectors, since bases differ."""
+    Y0, _, V = problems.subspace_problem(n, k)
+    manifold = Grassmann(n, k)
+
+    def projector() -> problems.Array:
+        Y = manifold.exp(Y0, V)
+        return np.asarray(Y @ Y.T)
+
+    return Task(lambda: manifold.exp(Y0, V), result=projector)
+
+
+def subspace_log_task(n: int, k: int) -> Task:
+    """Riemannian logarithm of the Grassmann manifold."""
+    Y0, Y1, _ = problems.subspace_problem(n, k)
+    manifold = Grassmann(n, k)
+    return Task(lambda: manifold.log(Y0, Y1))
+
+
 def tasks() -> Tasks:
     """All of them by name."""
     found: Tasks = {}
@@ -31,6 +51,9 @@ def tasks() -> Tasks:
         found[f"exp_euclidean/{n},{k}:pymanopt"] = partial(exp_task, n, k)
         for kind in ("polar", "qr"):
             found[f"retract_{kind}/{n},{k}:pymanopt"] = partial(retraction_task, n, k, kind)
+    for n, k in problems.SUBSPACES:
+        found[f"subspace_exp/{n},{k}:pymanopt"] = partial(subspace_exp_task, n, k)
+        found[f"subspace_log/{n},{k}:pymanopt"] = partial(subspace_log_task, n, k)
     return found
 
 

@@ -15,7 +15,7 @@ from benchmarks.compare import cubic_problems, rotation_tasks, spline_tasks
 from benchmarks.compare.methods import extended
 from benchmarks.compare.protocol import Measures, Task, Tasks, serve
 from benchmarks.memory import resident
-from stiefel_rs import GeometricCubic, RiemannianCubic, Stiefel, orthogonal_log, skew_exp
+from stiefel_rs import GeometricCubic, Grassmann, RiemannianCubic, Stiefel, orthogonal_log, skew_exp
 
 # Checkers of types see no static methods in a class whose constructor never returns.
 Cubics: Any = RiemannianCubic
@@ -77,6 +77,20 @@ def riemannian_exp_task(n: int, k: int, metric: str) -> Task:
     S0, _, V = problems.log_problem(n, k, "0.5")
     exp = _method(Stiefel(n, k, metric=metric), "exp")
     return Task(lambda: exp(S0, V))
+
+
+def subspace_exp_task(n: int, k: int) -> Task:
+    """Riemannian exponential of the Grassmann manifold; as projectors, since bases differ."""
+    Y0, _, V = problems.subspace_problem(n, k)
+    M = Grassmann(n, k)
+    return Task(lambda: M.exp(Y0, V), result=lambda: M.projector(M.exp(Y0, V)))
+
+
+def subspace_log_task(n: int, k: int) -> Task:
+    """Riemannian logarithm of the Grassmann manifold."""
+    Y0, Y1, _ = problems.subspace_problem(n, k)
+    M = Grassmann(n, k)
+    return Task(lambda: M.log(Y0, Y1))
 
 
 def retraction_task(n: int, k: int, kind: str) -> Task:
@@ -208,6 +222,9 @@ def tasks() -> Tasks:
             found[f"retract_{kind}/{n},{k}:ours"] = partial(retraction_task, n, k, kind)
         for distance in problems.DISTANCES:
             found[f"log/{n},{k}/{distance}:ours"] = partial(riemannian_log_task, n, k, distance)
+    for n, k in problems.SUBSPACES:
+        found[f"subspace_exp/{n},{k}:ours"] = partial(subspace_exp_task, n, k)
+        found[f"subspace_log/{n},{k}:ours"] = partial(subspace_log_task, n, k)
     return found | spline_tasks.tasks() | rotation_tasks.tasks()
 
 

@@ -1,0 +1,131 @@
+//! Singular values of a matrix whose columns differ in length by many orders of magnitude, each to its own last digits.
+//!
+//! # Source
+//! Demmel, Veselic (1992), "Jacobi's method is more accurate than QR", SIAM J. Matrix Anal. Appl. 13, 1204-1245.
+
+use faer::{Mat, MatRef};
+
+use super::decomp::{Svd, thin_qr};
+use super::structure::norm;
+use crate::error::{Error, Result};
+
+/// A smallest singular value of at least this, relative to the largest, is good to 12 digits by the general method.
+const WELL_CONDITIONED: f64 = 1e-4;
+
+/// Columns are orthogonal where the cosine of their angle is below this, per row.
+const ORTHOGONAL: f64 = f64::EPSILON;
+
+/// Sweeps of plane rotations; fewer than ten are usual.
+const MAX_SWEEPS: usize = 60;
+
+/// A column with the length of the round-off that it carries.
+struct Column {
+    entries: Vec<f64>,
+    length: f64,
+    round_off: f64,
+}
+
+impl Column {
+    fn new(entries: Vec<f64>) -> Self {
+        let mut column = Column {
+            entries,
+            length: 0.0,
+            round_off: 0.0,
+        };
+        column.measure();
+        column
+    }
+
+    /// Sets the length; what is round-off becomes zero, or it would be rotated on until it underflows.
+    fn measure(&mut self) {
+        let rows = self.entries.len();
+        self.length = norm(MatRef::from_column_major_slice(&self.entries, rows, 1));
+        if self.length <= self.round_off {
+            self.entries.fill(0.0);
+            self.length = 0.0;
+        }
+    }
+}
+
+/// The singular values of `a`, shape `(n, k)` with `n >= k`, decreasing; `k` of them. Entries are finite.
+///
+/// If `a = B D` with diagonal `D` and a well-conditioned `B`, all are accurate relative to themselves, whatever `D` is.
+///
+/// # Errors
+/// `Overflow` where an entry is not finite; `Decomposition` where the iteration does not converge.
+pub(crate) fn graded_singular_values(a: MatRef<'_, f64>) -> Result<Vec<f64>> {
+    let k = a.ncols();
+    let mut svd = Svd::new(a.nrows(), k);
+    svd.compute(a)?;
+    if svd.s(k - 1) >= WELL_CONDITIONED * svd.s(0) {
+        return Ok((0..k).map(|i| svd.s(i)).collect());
+    }
+    let mut columns = triangular_columns(a);
+    for _ in 0..MAX_SWEEPS {
+        let mut settled = true;
+        for j in 1..k {
+            let (before, rest) = columns.split_at_mut(j);
+            for column in before {
+                settled &= !rotate(column, &mut rest[0]);
+            }
+        }
+        if settled {
+            let mut values: Vec<f64> = columns.iter().map(|column| column.length).collect();
+            values.sort_by(|x, y| y.total_cmp(x));
+            return Ok(values);
+        }
+    }
+    Err(Error::Decomposition {
+        kind: "singular value decomposition",
+    })
+}
+
+/// The columns of the factor `R` of `A = Q R`: fewer rows, and the same singular values. Columns are scaled by powers of two before,
+/// which are exact.
+fn triangular_columns(a: MatRef<'_, f64>) -> Vec<Column> {
+    let scales: Vec<f64> = a
+        .col_iter()
+        .map(|column| match column.norm_max() {
+            0.0 => 1.0,
+            // Subnormal numbers have no inverse.
+            largest => largest.log2().floor().max(-1000.0).exp2(),
+        })
+        .collect();
+    let scaled = Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] / scales[j]);
+    let (_, r) = thin_qr(scaled.as_ref());
+    let column = |j: usize| (0..r.nrows()).map(|i| r[(i, j)] * scales[j]).collect();
+    (0..a.ncols()).map(|j| Column::new(column(j))).collect()
+}
+
+/// Makes two columns orthogonal; whether they were not.
+fn rotate(a: &mut Column, b: &mut Column) -> bool {
+    if a.length == 0.0 || b.length == 0.0 {
+        return false;
+    }
+    // Lengths first: products of two tiny entries vanish.
+    let pairs = a.entries.iter().zip(&b.entries);
+    let overlap: f64 = pairs.map(|(x, y)| (x / a.length) * (y / b.length)).sum();
+    if overlap.abs() <= ORTHOGONAL * a.entries.len().max(4) as f64 {
+        return false;
+    }
+    let cotangent = 0.5 * (b.length / a.length - a.length / b.length) / overlap;
+    let tangent = 1.0_f64.copysign(cotangent) / (cotangent.abs() + 1.0_f64.hypot(cotangent));
+    if tangent == 0.0 {
+        return false;
+    }
+    let cos = 1.0 / 1.0_f64.hypot(tangent);
+    let sin = tangent * cos;
+    for (x, y) in a.entries.iter_mut().zip(&mut b.entries) {
+        (*x, *y) = (cos * *x - sin * *y, sin * *x + cos * *y);
+    }
+    let (sin, lengths) = (sin.abs(), [a.length, b.length]);
+    let round_off = [a.round_off, b.round_off];
+    let carried = |c: f64, s: f64| {
+        let new = f64::EPSILON * (c * lengths[0]).max(s * lengths[1]);
+        (c * round_off[0]).max(s * round_off[1]).max(new)
+    };
+    (a.round_off, b.round_off) = (carried(cos, sin), carried(sin, cos));
+    a.measure();
+    b.measure();
+    true
+}

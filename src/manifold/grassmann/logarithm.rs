@@ -1,0 +1,86 @@
+//! Logarithm and distance in closed form.
+//!
+//! With `Y0^T Y1 = U C Z^T`, column `i` of `(I - Y0 Y0^T) Y1 Z` has length `s_i`, the sine of the angle `theta_i`, and
+//! `log(Y0, Y1) = (I - Y0 Y0^T) Y1 Z diag(theta_i / s_i) U^T`. The factor `theta / s` is a smooth function of the cosine up to an
+//! angle of `pi`, 1 for small angles: small sines are never computed and never divided by, and principal vectors that cosines do
+//! not tell apart need not be told apart. That makes the logarithm as accurate for angles of 1e-300 as for large ones.
+
+use faer::{Mat, MatRef};
+
+use super::Grassmann;
+use super::alignment::Alignment;
+use crate::error::Result;
+use crate::linalg::product::mul_into;
+use crate::linalg::structure::norm;
+use crate::manifold::stiefel::POINT_TOLERANCE;
+
+/// `theta / sin(theta)` of the angle with the given cosine.
+fn angle_by_sine(cosine: f64) -> f64 {
+    // The sine of a cosine that is off by a few round-offs, and the angle of both: the quotient is right to round-off.
+    let sine = ((1.0 - cosine) * (1.0 + cosine)).max(0.0).sqrt();
+    if sine > 0.0 {
+        sine.atan2(cosine) / sine
+    } else {
+        1.0
+    }
+}
+
+impl Grassmann {
+    /// The Riemannian logarithm: the horizontal `V` at `y0` for which `exp(Y0, V)` spans the subspace of `y1`, the velocity of the
+    /// shortest geodesic.
+    ///
+    /// ```math
+    /// V = (I - Y_0 Y_0^T) Y_1 Z\, \mathrm{diag}\Big( \frac{\theta_i}{\sin\theta_i} \Big) U^T,\qquad
+    /// Y_0^T Y_1 = U \cos(\Theta) Z^T
+    /// ```
+    ///
+    /// It does not depend on the basis `y1`, and is `V Q` for the basis `Y0 Q`.
+    ///
+    /// # Arguments
+    /// * `y0`, `y1` - points, shapes `(n, k)`
+    /// # Accuracy
+    /// Backward stable: round-off of the entries, divided by the smallest cosine where several angles are near `pi/2`. Relative to
+    /// its size for nearby subspaces, as far as the entries of the bases tell them apart; asserted in `tests/grassmann/`.
+    /// # Errors
+    /// `Shape`, `NonFinite`, `NotOrthonormal`; `RightAngle` where the largest principal angle is `pi/2` to working precision;
+    /// `Decomposition`.
+    /// # Source
+    /// Bendokat, Zimmermann, Absil (2024), algorithm 5.3. Deviation: the factors of `Y0^T Y1` give the angles as well, without a
+    /// second decomposition.
+    pub fn log(&self, y0: MatRef<'_, f64>, y1: MatRef<'_, f64>) -> Result<Mat<f64>> {
+        let alignment = self.alignment(y0, y1)?;
+        alignment.check_unique()?;
+        let normal = alignment.normal(y0, y1);
+        let mut out = Mat::zeros(self.n(), self.k());
+        mul_into(&mut out, 1.0, &normal, alignment.function(angle_by_sine));
+        Ok(out)
+    }
+
+    /// The Riemannian distance, `(sum theta_i^2)^{1/2}` of the principal angles; also where an angle is `pi/2`, and several
+    /// geodesics have that length.
+    ///
+    /// # Errors
+    /// `Shape`, `NonFinite`, `NotOrthonormal`, `Decomposition`.
+    /// # Source
+    /// Edelman, Arias, Smith (1998), section 4.3 (arc length).
+    pub fn dist(&self, y0: MatRef<'_, f64>, y1: MatRef<'_, f64>) -> Result<f64> {
+        let alignment = self.alignment(y0, y1)?;
+        let normal = alignment.normal(y0, y1);
+        let mut out = Mat::zeros(self.n(), self.k());
+        mul_into(&mut out, 1.0, &normal, &alignment.z);
+        for (j, &cosine) in alignment.cosines.iter().enumerate() {
+            let factor = angle_by_sine(cosine);
+            for i in 0..self.n() {
+                out[(i, j)] *= factor;
+            }
+        }
+        Ok(norm(out.as_ref()))
+    }
+
+    /// The alignment of two points, checked.
+    pub(super) fn alignment(&self, y0: MatRef<'_, f64>, y1: MatRef<'_, f64>) -> Result<Alignment> {
+        self.check_point("Y0", y0, POINT_TOLERANCE)?;
+        self.check_point("Y1", y1, POINT_TOLERANCE)?;
+        Alignment::new(y0, y1)
+    }
+}

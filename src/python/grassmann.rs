@@ -1,0 +1,258 @@
+//! The Grassmann manifold for arrays, with batches.
+
+use super::prelude::*;
+use super::space::{Space, sizes};
+use crate::manifold::Grassmann;
+use crate::manifold::stiefel::{POINT_TOLERANCE, TANGENT_TOLERANCE};
+
+/// The Grassmann manifold Gr(n, k) of k-dimensional subspaces of R^n.
+///
+/// A point is an orthonormal basis ``Y`` of a subspace, an array of shape ``(..., n, k)``; all bases of a subspace are the same
+/// point. Tangent vectors at ``Y`` are matrices ``V`` of that shape with ``Y^T V = 0``; their length is ``|V|`` (Frobenius). Results
+/// belong to the given basis: a tangent vector ``V`` at ``Y`` is ``V Q`` at ``Y Q``. Leading axes are batches and broadcast.
+///
+/// Parameters
+/// ----------
+/// n, k : int
+///     ``1 <= k <= n``.
+///
+/// Raises
+/// ------
+/// InvalidInputError
+///     Unless ``1 <= k <= n``. Methods raise it for arrays of another shape, numbers that are not finite, points that are not
+///     orthonormal and vectors that are not horizontal, with the measured defect and the member of the batch.
+///
+/// References
+/// ----------
+/// Edelman, Arias, Smith (1998), section 2.5; Bendokat, Zimmermann, Absil (2024), "A Grassmann manifold handbook".
+///
+/// Examples
+/// --------
+/// >>> from stiefel_rs import Grassmann
+/// >>> M = Grassmann(5, 2)
+/// >>> M.dim
+/// 6
+/// >>> Y = M.random_point(rng=0)
+/// >>> V = 0.5 * M.random_tangent(Y, rng=1)
+/// >>> bool(abs(M.log(Y, M.exp(Y, V)) - V).max() < 1e-14)
+/// True
+#[pyclass(name = "Grassmann", module = "stiefel_rs", frozen, eq, hash)]
+#[derive(Clone, PartialEq, Eq, Hash)]
+pub struct PyGrassmann(Grassmann);
+
+impl Space for PyGrassmann {
+    type Core = Grassmann;
+
+    fn core(&self) -> Grassmann {
+        self.0
+    }
+
+    fn shape(&self) -> (usize, usize) {
+        (self.0.n(), self.0.k())
+    }
+
+    fn nearest(&self, Y: &Any) -> PyResult<Array> {
+        self.project(Y)
+    }
+
+    fn tangent_part(&self, S: &Any, Z: &Any) -> PyResult<Array> {
+        self.map_matrices([(S, "Y"), (Z, "Z")], |m, [y, z]| {
+            check(m, y)?;
+            m.project_tangent(y, z)
+        })
+    }
+}
+
+fn check(m: &Grassmann, y: MatRef<'_, f64>) -> Result<()> {
+    m.check_point("Y", y, POINT_TOLERANCE)
+}
+
+fn check_vector(m: &Grassmann, name: &'static str, [y, v]: [MatRef<'_, f64>; 2]) -> Result<()> {
+    m.check_tangent(name, y, v, TANGENT_TOLERANCE)
+}
+
+/// The angles as one row.
+fn row(angles: &[f64]) -> Mat<f64> {
+    Mat::from_fn(1, angles.len(), |_, j| angles[j])
+}
+
+#[pymethods]
+impl PyGrassmann {
+    #[new]
+    fn new(n: i64, k: i64) -> PyResult<Self> {
+        sizes("Gr", (n, k), Grassmann::new).map(PyGrassmann)
+    }
+
+    /// Rows of a basis.
+    #[getter]
+    fn n(&self) -> usize {
+        self.0.n()
+    }
+
+    /// Dimension of the subspaces, columns of a basis.
+    #[getter]
+    fn k(&self) -> usize {
+        self.0.k()
+    }
+
+    /// Dimension of the manifold, ``k (n - k)``.
+    #[getter]
+    fn dim(&self) -> usize {
+        self.0.dim()
+    }
+
+    fn __repr__(&self) -> String {
+        format!("Grassmann({}, {})", self.0.n(), self.0.k())
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
+        let manifold = slf.get().0;
+        let sizes = (manifold.n(), manifold.k());
+        (slf.get_type(), sizes).into_pyobject(slf.py())
+    }
+
+    /// Raise unless every member of ``Y`` is a point: ``|Y^T Y - I| <= atol`` (Frobenius), by default 1e-9.
+    ///
+    /// Raises
+    /// ------
+    /// InvalidInputError
+    ///     With the measured defect.
+    #[pyo3(signature = (Y, atol=POINT_TOLERANCE), text_signature = "($self, Y, atol=1e-9)")]
+    fn check_point(&self, Y: &Any, atol: f64) -> PyResult<()> {
+        ensure!(atol >= 0.0, "atol: must be at least 0, found {atol}");
+        self.map(named![Y], &[], move |m, [y], _| m.check_point("Y", y, atol))?;
+        Ok(())
+    }
+
+    /// Raise unless every member of ``V`` is horizontal at ``Y``: ``|Y^T V| <= atol max(1, |V|)``.
+    ///
+    /// Raises
+    /// ------
+    /// InvalidInputError
+    ///     With the measured defect.
+    #[pyo3(signature = (Y, V, atol=TANGENT_TOLERANCE), text_signature = "($self, Y, V, atol=1e-9)")]
+    fn check_tangent(&self, Y: &Any, V: &Any, atol: f64) -> PyResult<()> {
+        ensure!(atol >= 0.0, "atol: must be at least 0, found {atol}");
+        self.map(named![Y, V], &[], move |m, [y, v], _| {
+            check(m, y)?;
+            m.check_tangent("V", y, v, atol)
+        })?;
+        Ok(())
+    }
+
+    /// Bases of uniformly distributed subspaces (Haar measure), shape ``size + (n, k)``.
+    ///
+    /// Parameters
+    /// ----------
+    /// rng : numpy.random.Generator or seed, optional
+    ///     What `numpy.random.default_rng` takes.
+    /// size : int or tuple of int, optional
+    ///     Leading axes; a single point by default.
+    #[pyo3(signature = (rng=None, size=None))]
+    fn random_point(
+        &self,
+        py: Python<'_>,
+        rng: Option<&Any>,
+        size: Option<&Any>,
+    ) -> PyResult<Array> {
+        self.random_points(py, rng, size)
+    }
+
+    /// Normally distributed tangent vectors at ``Y``: standard normal matrices, projected. Shape of ``Y``.
+    ///
+    /// Parameters
+    /// ----------
+    /// Y : array_like, shape (..., n, k)
+    ///     Points.
+    /// rng : numpy.random.Generator or seed, optional
+    ///     What `numpy.random.default_rng` takes. The vectors are independent of ``Y``, also where ``Y`` is made with the same
+    ///     seed, or by a generator in the same state.
+    #[pyo3(signature = (Y, rng=None))]
+    fn random_tangent(&self, Y: &Any, rng: Option<&Any>) -> PyResult<Array> {
+        self.random_tangents((Y, "Y"), rng)
+    }
+
+    /// Orthonormal basis of the column space of ``Y`` nearest to ``Y``: its polar factor, shape (..., n, k).
+    ///
+    /// Raises
+    /// ------
+    /// InvalidInputError
+    ///     ``Y`` has no full column rank (with its smallest singular value), or is not finite.
+    fn project(&self, Y: &Any) -> PyResult<Array> {
+        self.map_matrices(named![Y], |m, [y]| m.project(y))
+    }
+
+    /// Orthogonal projection ``Z - Y Y^T Z`` on the tangent space at ``Y``, shape (..., n, k).
+    fn project_tangent(&self, Y: &Any, Z: &Any) -> PyResult<Array> {
+        self.tangent_part(Y, Z)
+    }
+
+    /// Inner product of tangent vectors at ``Y``, ``tr V^T W``, shape (...).
+    fn inner(&self, Y: &Any, V: &Any, W: &Any) -> PyResult<Array> {
+        self.map(named![Y, V, W], &[], |m, [y, v, w], _| {
+            check(m, y)?;
+            check_vector(m, "V", [y, v])?;
+            check_vector(m, "W", [y, w])?;
+            m.inner(y, v, w)
+        })
+    }
+
+    /// Norm of a tangent vector at ``Y``, ``|V|`` (Frobenius), shape (...).
+    fn norm(&self, Y: &Any, V: &Any) -> PyResult<Array> {
+        self.map(named![Y, V], &[], |m, [y, v], _| {
+            check(m, y)?;
+            check_vector(m, "V", [y, v])?;
+            m.norm(y, v)
+        })
+    }
+
+    /// Principal angles between subspaces, shape (..., k), in ``[0, pi / 2]``, decreasing as those of
+    /// `scipy.linalg.subspace_angles`.
+    ///
+    /// Small angles are as accurate as large ones: from sines and cosines (Knyazev, Argentati 2002). At least ``2 k - n`` of them
+    /// are exactly zero.
+    ///
+    /// Examples
+    /// --------
+    /// Two planes of R^3 that meet in the first axis:
+    ///
+    /// >>> from stiefel_rs import Grassmann
+    /// >>> Y1 = [[1.0, 0.0], [0.0, np.cos(1e-20)], [0.0, np.sin(1e-20)]]
+    /// >>> Grassmann(3, 2).principal_angles(np.eye(3, 2), Y1).tolist()
+    /// [1e-20, 0.0]
+    fn principal_angles(&self, Y0: &Any, Y1: &Any) -> PyResult<Array> {
+        let k = self.0.k();
+        self.map(named![Y0, Y1], &[k], |m, [y0, y1], _| {
+            Ok(row(&m.principal_angles(y0, y1)?))
+        })
+    }
+
+    /// The basis of the subspace of ``Y1`` that is nearest to ``Y0`` (Frobenius), shape (..., n, k).
+    ///
+    /// ``Y1 Q`` with the orthogonal polar factor ``Q`` of ``Y1^T Y0``; also ``exp(Y0, log(Y0, Y1))``.
+    ///
+    /// Raises
+    /// ------
+    /// OutsideDomainError
+    ///     A principal angle is ``pi / 2`` to working precision, and the nearest basis is not unique; carries ``angle``.
+    ///
+    /// Examples
+    /// --------
+    /// >>> from stiefel_rs import Grassmann
+    /// >>> M = Grassmann(5, 2)
+    /// >>> Y = M.random_point(rng=0)
+    /// >>> bool(abs(M.align(Y, Y @ [[0, 1], [-1, 0]]) - Y).max() < 1e-15)
+    /// True
+    fn align(&self, Y0: &Any, Y1: &Any) -> PyResult<Array> {
+        self.map_matrices(named![Y0, Y1], |m, [y0, y1]| m.align(y0, y1))
+    }
+
+    /// Orthogonal projectors ``Y Y^T`` on the subspaces, shape (..., n, n): the same for all bases of a subspace.
+    fn projector(&self, Y: &Any) -> PyResult<Array> {
+        let n = self.0.n();
+        self.map(named![Y], &[n, n], |m, [y], _| {
+            check(m, y)?;
+            m.projector(y)
+        })
+    }
+}

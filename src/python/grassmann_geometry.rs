@@ -1,0 +1,216 @@
+//! Geodesics, transport, curvature and gradients of the Grassmann manifold for arrays.
+
+use super::grassmann::PyGrassmann;
+use super::prelude::*;
+use super::space::Space;
+
+/// Rows are far apart in a batch; the core reads columns.
+fn columns<const N: usize>(data: [MatRef<'_, f64>; N]) -> [Mat<f64>; N] {
+    data.map(|matrix| matrix.to_owned())
+}
+
+#[pymethods]
+impl PyGrassmann {
+    /// The Riemannian exponential of tangent vectors ``V`` at ``Y``, shape (..., n, k).
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (..., n, k)
+    ///     ``(Y W cos(S) + Q sin(S)) W^T`` for ``V = Q S W^T``: of all bases of the subspace the one that is reached without turning
+    ///     within it.
+    ///
+    /// Raises
+    /// ------
+    /// InvalidInputError
+    ///     Shape, not finite, not orthonormal, not horizontal (with the measured defect), or too long for a number.
+    ///
+    /// Examples
+    /// --------
+    /// >>> from stiefel_rs import Grassmann
+    /// >>> M = Grassmann(3, 1)
+    /// >>> M.exp([[1], [0], [0]], [[0], [np.pi / 3], [0]]).round(6).ravel().tolist()
+    /// [0.5, 0.866025, 0.0]
+    fn exp(&self, Y: &Any, V: &Any) -> PyResult<Array> {
+        self.map_matrices(named![Y, V], |m, data| {
+            let [y, v] = columns(data);
+            m.exp(y.as_ref(), v.as_ref())
+        })
+    }
+
+    /// The Riemannian logarithm: tangent vectors ``V`` at ``Y0`` for which ``exp(Y0, V)`` spans the subspace of ``Y1``,
+    /// shape (..., n, k).
+    ///
+    /// In closed form. Independent of the basis ``Y1``. ``exp(Y0, log(Y0, Y1))`` is ``align(Y0, Y1)``.
+    ///
+    /// Raises
+    /// ------
+    /// InvalidInputError
+    ///     Shape, not finite, not orthonormal (with the measured defect).
+    /// OutsideDomainError
+    ///     The largest principal angle is ``pi / 2`` to working precision, and several shortest geodesics lead there; carries
+    ///     ``angle``.
+    ///
+    /// Examples
+    /// --------
+    /// >>> from stiefel_rs import Grassmann
+    /// >>> M = Grassmann(3, 1)
+    /// >>> M.log([[1], [0], [0]], [[-0.6], [0.8], [0]]).round(6).ravel().tolist()
+    /// [0.0, -0.927295, 0.0]
+    fn log(&self, Y0: &Any, Y1: &Any) -> PyResult<Array> {
+        self.map_matrices(named![Y0, Y1], |m, data| {
+            let [y0, y1] = columns(data);
+            m.log(y0.as_ref(), y1.as_ref())
+        })
+    }
+
+    /// The Riemannian distance of subspaces, ``sqrt(sum(principal_angles ** 2))``, shape (...).
+    ///
+    /// Defined also where an angle is ``pi / 2`` and :meth:`log` is not. For different bases of one subspace it is round-off, not 0.
+    fn dist(&self, Y0: &Any, Y1: &Any) -> PyResult<Array> {
+        self.map(named![Y0, Y1], &[], |m, data, _| {
+            let [y0, y1] = columns(data);
+            m.dist(y0.as_ref(), y1.as_ref())
+        })
+    }
+
+    /// Parallel transport of ``W`` along the geodesic ``t -> exp(Y, t V)`` to the basis ``exp(Y, V)``, shape (..., n, k).
+    ///
+    /// It keeps lengths and angles to round-off.
+    ///
+    /// Parameters
+    /// ----------
+    /// Y : array_like, shape (..., n, k)
+    ///     Points.
+    /// V, W : array_like, shape (..., n, k)
+    ///     Tangent vectors at ``Y``: the initial velocity of the geodesic, and what is transported.
+    ///
+    /// Raises
+    /// ------
+    /// InvalidInputError
+    ///     Shape, not finite, not orthonormal, not horizontal (with the measured defect).
+    ///
+    /// References
+    /// ----------
+    /// Edelman, Arias, Smith (1998), theorem 2.4.
+    ///
+    /// Examples
+    /// --------
+    /// >>> from stiefel_rs import Grassmann
+    /// >>> M = Grassmann(3, 1)
+    /// >>> Y, V = [[1.0], [0.0], [0.0]], [[0.0], [np.pi / 2], [0.0]]
+    /// >>> bool(abs(M.transport(Y, V, [[0.0], [1.0], [2.0]]) - [[-1.0], [0.0], [2.0]]).max() < 1e-15)
+    /// True
+    fn transport(&self, Y: &Any, V: &Any, W: &Any) -> PyResult<Array> {
+        self.map_matrices(named![Y, V, W], |m, data| {
+            let [y, v, w] = columns(data);
+            m.transport(y.as_ref(), v.as_ref(), w.as_ref())
+        })
+    }
+
+    /// The curvature tensor ``R(U, V) W = D_U D_V W - D_V D_U W - D_[U,V] W`` at ``Y``, shape (..., n, k).
+    ///
+    /// ``U V^T W - V U^T W + W (V^T U - U^T V)``; for lines (k = 1) that is ``<V, W> U - <U, W> V``, with the sign of
+    /// :meth:`Stiefel.curvature`.
+    ///
+    /// Raises
+    /// ------
+    /// InvalidInputError
+    ///     Shape, not finite, not orthonormal, not horizontal (with the measured defect), or a result too large for a number.
+    ///
+    /// Examples
+    /// --------
+    /// >>> from stiefel_rs import Grassmann
+    /// >>> M = Grassmann(3, 1)
+    /// >>> Y, U, V = np.eye(3)[:, :, None]
+    /// >>> M.curvature(Y, U, V, 2 * V).ravel()
+    /// array([0., 2., 0.])
+    fn curvature(&self, Y: &Any, U: &Any, V: &Any, W: &Any) -> PyResult<Array> {
+        self.map_matrices(named![Y, U, V, W], |m, [y, u, v, w]| {
+            m.curvature(y, u, v, w)
+        })
+    }
+
+    /// The sectional curvature of the planes of ``U`` and ``V`` at ``Y``, shape (...): between 0 and 2, and 1 where ``k`` or
+    /// ``n - k`` is 1.
+    ///
+    /// Raises
+    /// ------
+    /// InvalidInputError
+    ///     ``U`` and ``V`` are linearly dependent (with the area that unit vectors along them span); shape, not finite, not
+    ///     orthonormal, not horizontal.
+    ///
+    /// Examples
+    /// --------
+    /// >>> from stiefel_rs import Grassmann
+    /// >>> M = Grassmann(4, 2)
+    /// >>> Y, U = np.eye(4, 2), np.eye(4, 2, -2)
+    /// >>> float(M.sectional_curvature(Y, U, U[:, ::-1] * [1, -1]))
+    /// 2.0
+    fn sectional_curvature(&self, Y: &Any, U: &Any, V: &Any) -> PyResult<Array> {
+        self.map(named![Y, U, V], &[], |m, [y, u, v], _| {
+            m.sectional_curvature(y, u, v)
+        })
+    }
+
+    /// The Riemannian gradient ``G - Y Y^T G`` of a function with the Euclidean gradient ``G`` at ``Y``, shape (..., n, k).
+    ///
+    /// The function has to depend on the subspace alone, ``f(Y Q) = f(Y)`` for orthogonal ``Q``.
+    ///
+    /// Raises
+    /// ------
+    /// InvalidInputError
+    ///     Shape, not finite, not orthonormal (with the measured defect).
+    ///
+    /// Examples
+    /// --------
+    /// >>> from stiefel_rs import Grassmann
+    /// >>> M, A = Grassmann(4, 2), np.diag([1.0, 2.0, 3.0, 4.0])
+    /// >>> Y = M.random_point(rng=0)
+    /// >>> bool(abs(M.euclidean_to_riemannian_gradient(Y, A @ Y) - (A @ Y - Y @ Y.T @ A @ Y)).max() < 1e-14)
+    /// True
+    fn euclidean_to_riemannian_gradient(&self, Y: &Any, G: &Any) -> PyResult<Array> {
+        self.map_matrices(named![Y, G], |m, [y, g]| {
+            m.euclidean_to_riemannian_gradient(y, g)
+        })
+    }
+
+    /// The Riemannian Hessian applied to the tangent vector ``V`` at ``Y``, ``(I - Y Y^T) H - V Y^T G``, shape (..., n, k).
+    ///
+    /// Parameters
+    /// ----------
+    /// Y : array_like, shape (..., n, k)
+    ///     Points.
+    /// G, H : array_like, shape (..., n, k)
+    ///     The Euclidean gradient, and the Euclidean Hessian applied to ``V``, of a function that depends on the subspace alone.
+    /// V : array_like, shape (..., n, k)
+    ///     Tangent vectors at ``Y``.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (..., n, k)
+    ///     The covariant derivative of the gradient along ``V``.
+    ///
+    /// Raises
+    /// ------
+    /// InvalidInputError
+    ///     Shape, not finite, not orthonormal, not horizontal (with the measured defect).
+    ///
+    /// Examples
+    /// --------
+    /// >>> from stiefel_rs import Grassmann
+    /// >>> M, A = Grassmann(3, 1), np.diag([1.0, 2.0, 3.0])
+    /// >>> Y, V, _ = np.eye(3)[:, :, None]
+    /// >>> M.euclidean_to_riemannian_hessian(Y, A @ Y, A @ V, V).ravel()
+    /// array([0., 1., 0.])
+    fn euclidean_to_riemannian_hessian(
+        &self,
+        Y: &Any,
+        G: &Any,
+        H: &Any,
+        V: &Any,
+    ) -> PyResult<Array> {
+        self.map_matrices(named![Y, G, H, V], |m, [y, g, h, v]| {
+            m.euclidean_to_riemannian_hessian(y, g, h, v)
+        })
+    }
+}
