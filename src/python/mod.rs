@@ -12,6 +12,7 @@ mod cubic_trajectory;
 mod curve;
 mod embedded;
 mod error;
+mod field;
 mod flow;
 mod geodesic;
 mod geometry;

@@ -107,7 +107,8 @@ impl PySmoothingSpline {
         num_threads: Option<i64>,
     ) -> PyResult<PyClassInitializer<Self>> {
         let max_iterations = count("max_iterations", max_iterations, 1)?;
-        let data = Data::read(t, S)?;
+        let field = Field::of([S])?;
+        let data = Data::read(t, S, field)?;
         let weights = weights
             .map(|object| read_axes(object, "weights", "(N,)"))
             .transpose()?;
@@ -130,7 +131,7 @@ impl PySmoothingSpline {
             for point in found.iter() {
                 points.extend(point.row_iter().flat_map(|row| row.iter()));
             }
-            let points = Batch::of([t.len(), n, k], points);
+            let points = Batch::of([t.len(), n, k], points, field);
             let spline = Spline {
                 cubics: Cubics::Riemannian(Arc::new(curve)),
                 data: Data { t, points },
@@ -140,7 +141,7 @@ impl PySmoothingSpline {
         })?;
         Ok(spline.wrap(t.py())?.add_subclass(PySmoothingSpline {
             lam: fitted.lambda,
-            misfit: fitted.misfit,
+            misfit: field.squared(fitted.misfit),
             degrees_of_freedom: fitted.degrees_of_freedom,
         }))
     }
@@ -148,25 +149,30 @@ impl PySmoothingSpline {
     /// For files and pickles: all numbers of the curve.
     fn _stored<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
         let (py, this) = (slf.py(), slf.get());
-        let mut fields = slf.as_super().get().stored(py)?;
+        let field = slf.as_super().as_super().get().field;
+        let mut fields = slf.as_super().get().stored(py, field)?;
         let lam = this.lam.min(INFINITE);
         fields.put_flat(SMOOTHING, vec![lam, this.misfit, this.degrees_of_freedom]);
-        form(py, Self::NAME, fields)
+        form(py, Self::NAME, field, fields)
     }
 }
 
 impl PySmoothingSpline {
     pub(super) fn restored(py: Python<'_>, form: Form) -> PyResult<Py<PyAny>> {
-        let (spline, [lam, misfit, degrees_of_freedom]) = form.read(py, |fields, interrupt| {
-            let numbers = fields.take(SMOOTHING)?.entries;
-            let found = numbers.len();
-            let numbers = <[f64; 3]>::try_from(numbers)
-                .map_err(|_| refusal(format!("{SMOOTHING}: expected 3 numbers, found {found}")))?;
-            if let Some(negative) = numbers.iter().find(|x| **x < 0.0) {
-                return Err(refusal(format!("{SMOOTHING}: {negative} is negative")));
-            }
-            Ok((Spline::restored(fields, false, interrupt)?, numbers))
-        })?;
+        let field = form.field;
+        let (spline, [lam, misfit, degrees_of_freedom]) =
+            form.read(py, move |fields, interrupt| {
+                let numbers = fields.take(SMOOTHING)?.entries;
+                let found = numbers.len();
+                let numbers = <[f64; 3]>::try_from(numbers).map_err(|_| {
+                    refusal(format!("{SMOOTHING}: expected 3 numbers, found {found}"))
+                })?;
+                if let Some(negative) = numbers.iter().find(|x| **x < 0.0) {
+                    return Err(refusal(format!("{SMOOTHING}: {negative} is negative")));
+                }
+                let spline = Spline::restored(fields, field, false, interrupt)?;
+                Ok((spline, numbers))
+            })?;
         let curve = spline.wrap(py)?.add_subclass(PySmoothingSpline {
             lam: if lam == INFINITE { f64::INFINITY } else { lam },
             misfit,

@@ -82,8 +82,9 @@ impl PyCubicHermite {
     ) -> PyResult<PyClassInitializer<Self>> {
         let py = t.py();
         let geometric = is_second("kind", kind, KINDS)?;
-        let data = Data::read(t, S)?;
-        let velocities = Velocities::read(V)?;
+        let field = Field::of([S, V])?;
+        let data = Data::read(t, S, field)?;
+        let velocities = Velocities::read(V, field)?;
         let call = data.call(py, num_threads)?;
         let (spline, velocities) = call.run(move |interrupt| {
             let (t, points) = (&data.t, data.points.views());
@@ -114,16 +115,17 @@ impl PyCubicHermite {
                 given,
             ))
         })?;
-        let velocities = velocities.frozen(py)?;
+        let velocities = field.numbers(velocities)?.frozen(py)?;
         Ok(spline.wrap(py)?.add_subclass(PyCubicHermite { velocities }))
     }
 
     /// For files and pickles: all numbers of the curve.
     fn _stored<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
         let (py, base) = (slf.py(), slf.as_super().get());
-        let mut fields = base.stored(py)?;
-        put(py, &mut fields, VELOCITIES, &slf.get().velocities)?;
-        let form = form(py, Self::NAME, fields)?;
+        let field = slf.as_super().as_super().get().field;
+        let mut fields = base.stored(py, field)?;
+        put(py, field, &mut fields, VELOCITIES, &slf.get().velocities)?;
+        let form = form(py, Self::NAME, field, fields)?;
         form.set_item(PIECES, base.kind())?;
         Ok(form)
     }
@@ -132,13 +134,14 @@ impl PyCubicHermite {
 impl PyCubicHermite {
     pub(super) fn restored(py: Python<'_>, mut form: Form) -> PyResult<Py<PyAny>> {
         let geometric = is_second("kind", &form.word(PIECES)?, KINDS)?;
+        let field = form.field;
         let (spline, velocities) = form.read(py, move |fields, interrupt| {
             let velocities = fields.take(VELOCITIES)?;
-            let spline = Spline::restored(fields, geometric, interrupt)?;
+            let spline = Spline::restored(fields, field, geometric, interrupt)?;
             let velocities = spline.velocities(velocities, interrupt)?;
             Ok((spline, velocities))
         })?;
-        let velocities = velocities.into_array().frozen(py)?;
+        let velocities = field.numbers(velocities.into_array())?.frozen(py)?;
         let class = PyCubicHermite { velocities };
         object(py, spline.wrap(py)?.add_subclass(class))
     }
@@ -240,11 +243,15 @@ impl PyCubicSpline {
         let py = t.py();
         let geometric = is_second("kind", kind, KINDS)?;
         let max_iterations = count("max_iterations", max_iterations, 1)?;
-        let data = Data::read(t, S)?;
+        let field = match Field::of([S])? {
+            Field::Real => bc_type.field()?,
+            Field::Complex => Field::Complex,
+        };
+        let data = Data::read(t, S, field)?;
         let Ends {
             given: bc_type,
             conditions,
-        } = bc_type.read(py, data.shape())?;
+        } = bc_type.read(py, field, data.shape())?;
         let call = data.call(py, num_threads)?;
         let spline = call.run(move |interrupt| {
             let options = SplineOptions {
@@ -279,9 +286,10 @@ impl PyCubicSpline {
     /// For files and pickles: all numbers of the curve.
     fn _stored<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
         let (py, base) = (slf.py(), slf.as_super().get());
-        let form = form(py, Self::NAME, base.stored(py)?)?;
+        let field = slf.as_super().as_super().get().field;
+        let form = form(py, Self::NAME, field, base.stored(py, field)?)?;
         form.set_item(PIECES, base.kind())?;
-        store_ends(slf.get().bc_type.bind(py), &form)?;
+        store_ends(slf.get().bc_type.bind(py), field, &form)?;
         Ok(form)
     }
 }
@@ -289,11 +297,11 @@ impl PyCubicSpline {
 impl PyCubicSpline {
     pub(super) fn restored(py: Python<'_>, mut form: Form) -> PyResult<Py<PyAny>> {
         let geometric = is_second("kind", &form.word(PIECES)?, KINDS)?;
-        let ends = restore_ends(py, &mut form)?;
+        let (field, ends) = (form.field, restore_ends(py, &mut form)?);
         let spline = form.read(py, move |fields, stop| {
-            Spline::restored(fields, geometric, stop)
+            Spline::restored(fields, field, geometric, stop)
         })?;
-        let bc_type = ends.read(py, spline.data.shape())?.given;
+        let bc_type = ends.read(py, field, spline.data.shape())?.given;
         let class = PyCubicSpline { bc_type };
         object(py, spline.wrap(py)?.add_subclass(class))
     }

@@ -2,11 +2,11 @@
 
 use super::batch::{Value, map_batch};
 use super::prelude::*;
-use crate::linalg::structure::check_finite;
+use crate::linalg::structure::{check_finite, norm};
 use crate::manifold::stiefel::{POINT_TOLERANCE, TANGENT_TOLERANCE};
 use crate::manifold::{Metric, Stiefel};
 
-/// The Stiefel manifold St(n, k) of n x k matrices with orthonormal columns.
+/// The Stiefel manifold St(n, k) of n x k matrices with orthonormal columns, real or complex.
 ///
 /// Points and tangent vectors are arrays of shape ``(..., n, k)``; leading axes are batches and broadcast.
 ///
@@ -17,6 +17,9 @@ use crate::manifold::{Metric, Stiefel};
 /// metric : "canonical", "euclidean" or float, default "canonical"
 ///     A float is the parameter ``alpha > -1`` of the family of Hueper, Markina, Silva Leite (2021), in which
 ///     ``|V|^2 = |K|^2 + |Omega|^2 / (2 (alpha + 1))`` for ``V = S Omega + K``: canonical 0, Euclidean -1/2.
+/// field : "real" or "complex", default "real"
+///     With ``"complex"``, complex frames, ``S^H S = I``: the unitary group for ``k = n``. Arrays of complex numbers are taken and
+///     returned; in all formulas the transpose is the conjugate transpose, and inner products are real parts.
 ///
 /// Raises
 /// ------
@@ -37,10 +40,14 @@ use crate::manifold::{Metric, Stiefel};
 /// True
 #[pyclass(name = "Stiefel", module = "stiefel_rs", frozen, eq, hash)]
 #[derive(Clone, PartialEq, Eq, Hash)]
-pub struct PyStiefel(pub(super) Stiefel);
+pub struct PyStiefel {
+    /// The manifold that the core computes on: of embedded frames, where they are complex.
+    embedded: Stiefel,
+    pub(super) field: Field,
+}
 
 impl PyStiefel {
-    /// Apply `member` to points and tangent vectors, member by member; its values have shape `core`.
+    /// Apply `member` to points and tangent vectors, member by member; its values have shape `core`, as the core has them.
     pub(super) fn map<T: Value, const N: usize>(
         &self,
         objects: [Named<'_, '_>; N],
@@ -55,9 +62,23 @@ impl PyStiefel {
         &self,
         objects: [Named<'_, '_>; N],
         member: impl Fn(&Stiefel, [MatRef<'_, f64>; N]) -> Result<Mat<f64>> + Shared,
+    ) -> PyResult<Numbers> {
+        let core = [self.embedded.n(), self.embedded.k()];
+        let found = self.map(objects, &core, move |m, data, _| member(m, data))?;
+        self.field.numbers(found)
+    }
+
+    /// [`PyStiefel::map`] for numbers, of which `own` makes those of the field.
+    pub(super) fn map_numbers<const N: usize>(
+        &self,
+        objects: [Named<'_, '_>; N],
+        own: fn(Field, f64) -> f64,
+        member: impl Fn(&Stiefel, [MatRef<'_, f64>; N], Interrupt<'_>) -> Result<f64> + Shared,
     ) -> PyResult<Array> {
-        let core = [self.0.n(), self.0.k()];
-        self.map(objects, &core, move |m, data, _| member(m, data))
+        let field = self.field;
+        self.map(objects, &[], move |m, data, interrupt| {
+            Ok(own(field, member(m, data, interrupt)?))
+        })
     }
 
     /// [`PyStiefel::map`] for arguments of any shapes; `weight` is the work of a number of theirs.
@@ -69,21 +90,53 @@ impl PyStiefel {
         core: &[usize],
         member: impl Fn(&Stiefel, [MatRef<'_, f64>; N], Interrupt<'_>) -> Result<T> + Shared,
     ) -> PyResult<Array> {
-        let (py, manifold) = (objects[0].0.py(), self.0);
-        let batches = matrix_batches(objects)?;
+        let (py, manifold) = (objects[0].0.py(), self.embedded);
+        let batches = self.read(objects)?;
         for ((batch, (_, name)), shape) in batches.iter().zip(objects).zip(shapes) {
             batch.check_shape(name, shape)?;
         }
         let numbers: f64 = batches.iter().map(Batch::numbers).sum();
-        let call = Call::new(py, None, weight(&batches) * numbers)?;
+        let call = Call::new(py, None, weight(&batches) * numbers)?.over(self.field);
         map_batch(&call, batches, core, move |batches, i, out, interrupt| {
             member(&manifold, batches.map(|batch| batch.get(i)), interrupt)?.put(out);
             Ok(())
         })
     }
 
+    /// Reads arrays of matrices, with their leading axes broadcast.
+    fn read<const N: usize>(&self, objects: [Named<'_, '_>; N]) -> PyResult<[Batch; N]> {
+        let batches = self.field.batches(objects);
+        if batches.is_ok() || self.field == Field::Complex {
+            return batches;
+        }
+        for (object, name) in objects {
+            if Field::of([object])? == Field::Complex {
+                let (n, k) = self.shape();
+                let advice = format!("those of Stiefel({n}, {k}, field='complex')");
+                let message = format!("{name}: expected real numbers; complex frames are {advice}");
+                return Err(PyTypeError::new_err(message));
+            }
+        }
+        batches
+    }
+
+    /// Rows and columns of a point.
     pub(super) fn shape(&self) -> (usize, usize) {
-        (self.0.n(), self.0.k())
+        self.field.own((self.embedded.n(), self.embedded.k()))
+    }
+
+    /// Standard normal matrices with the leading axes `lead`: the real and the imaginary part of every entry.
+    fn normal<'py>(&self, generator: &Any<'py>, lead: &[usize]) -> PyResult<Any<'py>> {
+        let (py, (n, k)) = (generator.py(), self.shape());
+        let shape = [lead, &[n, k]].concat();
+        let parts = if self.field == Field::Real { 1 } else { 2 };
+        let drawn = [&shape[..], &[2][..parts - 1]].concat();
+        let normal = generator.call_method1("standard_normal", (PyTuple::new(py, drawn)?,))?;
+        if self.field == Field::Real {
+            return Ok(normal);
+        }
+        let complex = normal.call_method1("view", ("complex128",))?;
+        complex.call_method1("reshape", (PyTuple::new(py, shape)?,))
     }
 }
 
@@ -93,12 +146,6 @@ fn check(m: &Stiefel, s: MatRef<'_, f64>) -> Result<()> {
 
 fn check_vector(m: &Stiefel, name: &'static str, [s, v]: [MatRef<'_, f64>; 2]) -> Result<()> {
     m.check_tangent(name, s, v, TANGENT_TOLERANCE)
-}
-
-/// Draw standard normal matrices with the leading axes `lead`.
-fn normal<'py>(generator: &Any<'py>, lead: &[usize], (n, k): (usize, usize)) -> PyResult<Any<'py>> {
-    let shape = PyTuple::new(generator.py(), [lead, &[n, k]].concat())?;
-    generator.call_method1("standard_normal", (shape,))
 }
 
 /// What sets the streams of tangent vectors apart from others that the same numbers are the seed of: a number of its own.
@@ -142,57 +189,80 @@ pub(super) fn read_metric(object: &Any) -> PyResult<Metric> {
 #[pymethods]
 impl PyStiefel {
     #[new]
-    #[pyo3(signature = (n, k, *, metric=None))]
-    fn new(n: i64, k: i64, metric: Option<&Any>) -> PyResult<Self> {
+    #[pyo3(signature = (n, k, *, metric=None, field="real"))]
+    fn new(n: i64, k: i64, metric: Option<&Any>, field: &str) -> PyResult<Self> {
         let invalid = || invalid!("St(n, k): expected 1 <= k <= n, found n = {n}, k = {k}");
         let (Ok(rows), Ok(cols)) = (usize::try_from(n), usize::try_from(k)) else {
             return Err(invalid());
         };
         let metric = metric.map_or(Ok(Metric::CANONICAL), read_metric)?;
+        let field = Field::from_word(field)?;
+        let [rows, cols] = [rows, cols].map(|size| field.embedded(size));
         let manifold = Stiefel::new(rows, cols).map_err(|_| invalid())?;
-        Ok(PyStiefel(manifold.with_metric(metric)))
+        Ok(PyStiefel {
+            embedded: manifold.with_metric(metric),
+            field,
+        })
     }
 
     /// Rows of a point.
     #[getter]
     fn n(&self) -> usize {
-        self.0.n()
+        self.shape().0
     }
 
     /// Columns of a point.
     #[getter]
     fn k(&self) -> usize {
-        self.0.k()
+        self.shape().1
+    }
+
+    /// "real" or "complex": what numbers points consist of.
+    #[getter]
+    fn field(&self) -> &'static str {
+        self.field.word()
     }
 
     /// Parameter of the metric: 0 for the canonical, -1/2 for the Euclidean one.
     #[getter]
     fn alpha(&self) -> f64 {
-        self.0.metric().alpha()
+        self.embedded.metric().alpha()
     }
 
-    /// Dimension of the manifold, ``n k - k (k + 1) / 2``.
+    /// Real dimension of the manifold, ``n k - k (k + 1) / 2``; of complex frames ``2 n k - k^2``.
     #[getter]
     fn dim(&self) -> usize {
-        self.0.dim()
-    }
-
-    fn __repr__(&self) -> String {
-        let (n, k) = (self.0.n(), self.0.k());
-        match self.0.metric() {
-            Metric::CANONICAL => format!("Stiefel({n}, {k})"),
-            Metric::EUCLIDEAN => format!("Stiefel({n}, {k}, metric='euclidean')"),
-            metric => format!("Stiefel({n}, {k}, metric={:?})", metric.alpha()),
+        let (n, k) = self.shape();
+        match self.field {
+            Field::Real => self.embedded.dim(),
+            Field::Complex => k * (2 * n - k),
         }
     }
 
+    fn __repr__(&self) -> String {
+        let (n, k) = self.shape();
+        let metric = match self.embedded.metric() {
+            Metric::CANONICAL => String::new(),
+            Metric::EUCLIDEAN => ", metric='euclidean'".to_owned(),
+            metric => format!(", metric={:?}", metric.alpha()),
+        };
+        let field = match self.field {
+            Field::Real => "",
+            Field::Complex => ", field='complex'",
+        };
+        format!("Stiefel({n}, {k}{metric}{field})")
+    }
+
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
-        let (py, manifold) = (slf.py(), slf.get().0);
-        let metric = [("metric", manifold.metric().alpha())].into_py_dict(py)?;
-        // `functools.partial` carries the keyword through pickling.
+        let (py, this) = (slf.py(), slf.get());
+        let keywords = [("metric", this.alpha())].into_py_dict(py)?;
+        if this.field == Field::Complex {
+            keywords.set_item("field", this.field.word())?;
+        }
+        // `functools.partial` carries the keywords through pickling.
         let partial = py.import("functools")?.getattr("partial")?;
-        let build = partial.call((slf.get_type(),), Some(&metric))?;
-        (build, (manifold.n(), manifold.k())).into_pyobject(py)
+        let build = partial.call((slf.get_type(),), Some(&keywords))?;
+        (build, this.shape()).into_pyobject(py)
     }
 
     /// Raise unless every member of ``S`` is a point: ``|S^T S - I| <= atol`` (Frobenius), by default 1e-9.
@@ -204,7 +274,10 @@ impl PyStiefel {
     #[pyo3(signature = (S, atol=POINT_TOLERANCE), text_signature = "($self, S, atol=1e-9)")]
     fn check_point(&self, S: &Any, atol: f64) -> PyResult<()> {
         ensure!(atol >= 0.0, "atol: must be at least 0, found {atol}");
-        self.map(named![S], &[], move |m, [s], _| m.check_point("S", s, atol))?;
+        let tolerance = atol / self.field.length(1.0);
+        self.map(named![S], &[], move |m, [s], _| {
+            m.check_point("S", s, tolerance)
+        })?;
         Ok(())
     }
 
@@ -217,9 +290,18 @@ impl PyStiefel {
     #[pyo3(signature = (S, V, atol=TANGENT_TOLERANCE), text_signature = "($self, S, V, atol=1e-9)")]
     fn check_tangent(&self, S: &Any, V: &Any, atol: f64) -> PyResult<()> {
         ensure!(atol >= 0.0, "atol: must be at least 0, found {atol}");
+        let (field, unit) = (self.field, self.field.length(1.0));
         self.map(named![S, V], &[], move |m, [s, v], _| {
             check(m, s)?;
-            m.check_tangent("V", s, v, atol)
+            let tolerance = match field {
+                Field::Real => atol,
+                // The core multiplies by its own norm of V.
+                Field::Complex => {
+                    let long = norm(v);
+                    atol / unit * (unit * long).max(1.0) / long.max(1.0)
+                }
+            };
+            m.check_tangent("V", s, v, tolerance)
         })?;
         Ok(())
     }
@@ -238,7 +320,7 @@ impl PyStiefel {
         py: Python<'_>,
         rng: Option<&Any>,
         size: Option<&Any>,
-    ) -> PyResult<Array> {
+    ) -> PyResult<Numbers> {
         let axes: Vec<i64> = match size {
             None => Vec::new(),
             Some(size) => match size.extract() {
@@ -251,7 +333,7 @@ impl PyStiefel {
             let found = size.map_or(String::new(), |size| size.to_string());
             return Err(invalid!("size: axes must be at least 0, found {found}"));
         };
-        self.project(&normal(&generator(py, rng)?, &lead, self.shape())?)
+        self.project(&self.normal(&generator(py, rng)?, &lead)?)
     }
 
     /// Normally distributed tangent vectors at ``S``: standard normal matrices, projected. Shape of ``S``.
@@ -264,12 +346,12 @@ impl PyStiefel {
     ///     What `numpy.random.default_rng` takes. The vectors are independent of ``S``, also where ``S`` is made with the same
     ///     seed, or by a generator in the same state.
     #[pyo3(signature = (S, rng=None))]
-    fn random_tangent(&self, S: &Any, rng: Option<&Any>) -> PyResult<Array> {
+    fn random_tangent(&self, S: &Any, rng: Option<&Any>) -> PyResult<Numbers> {
         let py = S.py();
-        let [points] = matrix_batches(named![S])?;
+        let [points] = self.read(named![S])?;
         points.check_shape("S", self.shape())?;
         let stream = tangent_stream(&generator(py, rng)?)?;
-        self.project_tangent(S, &normal(&stream, &points.shape, self.shape())?)
+        self.project_tangent(S, &self.normal(&stream, &points.shape)?)
     }
 
     /// Nearest point in the Frobenius norm: the polar factor of ``Y``, shape (..., n, k).
@@ -278,12 +360,12 @@ impl PyStiefel {
     /// ------
     /// InvalidInputError
     ///     ``Y`` has no full column rank (with its smallest singular value), or is not finite.
-    fn project(&self, Y: &Any) -> PyResult<Array> {
+    fn project(&self, Y: &Any) -> PyResult<Numbers> {
         self.map_matrices(named![Y], |m, [y]| m.project(y))
     }
 
     /// Orthogonal projection ``Z - S sym(S^T Z)`` on the tangent space at ``S``, shape (..., n, k).
-    fn project_tangent(&self, S: &Any, Z: &Any) -> PyResult<Array> {
+    fn project_tangent(&self, S: &Any, Z: &Any) -> PyResult<Numbers> {
         self.map_matrices(named![S, Z], |m, [s, z]| {
             check(m, s)?;
             check_finite("Z", z)?;
@@ -294,7 +376,7 @@ impl PyStiefel {
     /// Inner product of tangent vectors at ``S`` in the manifold's metric, shape (...); canonical:
     /// ``tr V^T (I - S S^T / 2) W``.
     fn inner(&self, S: &Any, V: &Any, W: &Any) -> PyResult<Array> {
-        self.map(named![S, V, W], &[], |m, [s, v, w], _| {
+        self.map_numbers(named![S, V, W], Field::squared, |m, [s, v, w], _| {
             check(m, s)?;
             check_vector(m, "V", [s, v])?;
             check_vector(m, "W", [s, w])?;
@@ -304,7 +386,7 @@ impl PyStiefel {
 
     /// Norm of a tangent vector at ``S`` in the manifold's metric, shape (...).
     fn norm(&self, S: &Any, V: &Any) -> PyResult<Array> {
-        self.map(named![S, V], &[], |m, [s, v], _| {
+        self.map_numbers(named![S, V], Field::length, |m, [s, v], _| {
             check(m, s)?;
             check_vector(m, "V", [s, v])?;
             m.norm(s, v)
@@ -319,8 +401,8 @@ impl PyStiefel {
     ///     ``V S^T - S V^T + 2 S V^T S S^T``, skew-symmetric.
     /// Omega : ndarray, shape (..., k, k)
     ///     ``S^T V``, skew-symmetric.
-    fn decompose(&self, S: &Any, V: &Any) -> PyResult<(Array, Array)> {
-        let (n, k) = self.shape();
+    fn decompose(&self, S: &Any, V: &Any) -> PyResult<(Numbers, Numbers)> {
+        let (n, k) = (self.embedded.n(), self.embedded.k());
         let pair = |m: &Stiefel, [s, v]: [MatRef<'_, f64>; 2]| {
             check(m, s)?;
             check_vector(m, "V", [s, v])?;
@@ -328,24 +410,26 @@ impl PyStiefel {
         };
         let x = self.map(named![S, V], &[n, n], move |m, b, _| Ok(pair(m, b)?.0))?;
         let omega = self.map(named![S, V], &[k, k], move |m, b, _| Ok(pair(m, b)?.1))?;
-        Ok((x, omega))
+        Ok((self.field.numbers(x)?, self.field.numbers(omega)?))
     }
 
     /// The tangent vector ``V = X S + S Omega`` of the paper's pair, shape (..., n, k).
-    fn compose(&self, S: &Any, X: &Any, Omega: &Any) -> PyResult<Array> {
+    fn compose(&self, S: &Any, X: &Any, Omega: &Any) -> PyResult<Numbers> {
         let (n, k) = self.shape();
+        let core = [self.embedded.n(), self.embedded.k()];
         let (data, shapes) = (named![S, X, Omega], [(n, k), (n, n), (k, k)]);
-        self.map_shapes(
+        let found = self.map_shapes(
             data,
             shapes,
             |_| 1.0,
-            &[n, k],
+            &core,
             |m, [s, x, omega], _| {
                 check(m, s)?;
                 check_finite("X", x)?;
                 check_finite("Omega", omega)?;
                 m.compose(s, x, omega)
             },
-        )
+        )?;
+        self.field.numbers(found)
     }
 }
