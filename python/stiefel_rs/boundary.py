@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,8 @@ class BoundaryBatch(NamedTuple):
     Attributes
     ----------
     acceleration, jerk : ndarray, shape (..., n, k)
-        Covariant acceleration and covariant jerk at ``S0``; NaN where a problem is not solved.
+        Covariant acceleration and covariant jerk at ``S0``, complex for complex frames; NaN where a problem is
+        not solved.
     cost : ndarray, shape (...)
         The integral of the squared covariant acceleration over ``[0, 1]``; NaN where a problem is not solved.
     converged : ndarray of bool, shape (...)
@@ -24,8 +25,8 @@ class BoundaryBatch(NamedTuple):
         curve could be integrated.
     """
 
-    acceleration: NDArray[np.float64]
-    jerk: NDArray[np.float64]
+    acceleration: NDArray[Any]
+    jerk: NDArray[Any]
     cost: NDArray[np.float64]
     converged: NDArray[np.bool_]
     residual: NDArray[np.float64]

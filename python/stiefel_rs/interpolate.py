@@ -265,7 +265,8 @@ def evaluate(curve: Curve, t: Array) -> Arrays:
 
 def describe(curve: Curve, kind: str, knots: int) -> str:
     """Say what was found, in a line."""
-    parts = [f"St({curve.n},{curve.k}), {knots} points, {kind}: cost {curve.cost():.6g}"]
+    field = ",C" if curve.field == "complex" else ""
+    parts = [f"St({curve.n},{curve.k}{field}), {knots} points, {kind}: cost {curve.cost():.6g}"]
     report = getattr(curve, "report", None)
     if report is not None and hasattr(report, "iterations"):
         parts.append(f"{report.iterations} iterations")
@@ -287,6 +288,8 @@ def _write(arguments: argparse.Namespace) -> Iterator[str]:
     """Write the files, and name each once it is there: what follows may fail."""
     arrays = read(arguments.input)
     curve = build(arrays, arguments.kind, arguments.bc_type, arguments.lam)
+    if arguments.plot is not None and curve.field == "complex":
+        raise InvalidInputError("--plot draws real frames, the points of the file are complex")
     t = _sample_times(arguments, curve)
     # Before anything is written: a time outside of the curve is an error.
     samples = None if t is None else evaluate(curve, t)

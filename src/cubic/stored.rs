@@ -14,7 +14,7 @@ use super::taylor::Accuracy;
 use super::tension::check_tension;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
-use crate::manifold::stored::check_orthonormal;
+use crate::manifold::stored::{check_orthonormal, quotient_of};
 use crate::space::Quotient;
 use crate::stored::{Fields, Parts, READER, Stored, StoredPiece, extend, only, product, refusal};
 
@@ -179,15 +179,7 @@ fn restore_frames(
 
 /// Sizes of the blocks, after a check of those of the curve.
 fn blocks(n: usize, k: usize, rank: usize, rows: usize, subspace: f64) -> Result<Sized> {
-    let quotient = match subspace {
-        0.0 => Quotient::Frames,
-        1.0 => Quotient::Subspaces,
-        _ => {
-            return Err(refusal(format!(
-                "subspaces: expected 0 or 1, found {subspace}"
-            )));
-        }
-    };
+    let quotient = quotient_of([subspace])?;
     if k >= 1 && k <= rank && rank <= n && rank == rows {
         return Ok(Sized {
             m: rank - k,

@@ -5,11 +5,13 @@ use faer::{Mat, MatRef};
 use super::{ArcLength, Curve, DerivativeBounds, Quantity, Samples};
 use crate::error::Result;
 use crate::interrupt::Interrupt;
+use crate::space::Quotient;
 use crate::stored::{Fields, Stored};
 
 /// A curve of any kind behind a pointer.
 pub(crate) trait AnyCurve: Send + Sync {
     fn shape(&self) -> (usize, usize);
+    fn quotient(&self) -> Quotient;
     fn t_span(&self) -> (f64, f64);
     fn frame(&self) -> Option<MatRef<'_, f64>>;
     fn stored(&self) -> (&'static str, Fields);
@@ -29,6 +31,10 @@ pub(crate) trait AnyCurve: Send + Sync {
 impl<C: Curve + Stored + Send> AnyCurve for C {
     fn shape(&self) -> (usize, usize) {
         (self.n(), self.k())
+    }
+
+    fn quotient(&self) -> Quotient {
+        Curve::quotient(self)
     }
 
     fn t_span(&self) -> (f64, f64) {

@@ -7,6 +7,7 @@ use crate::error::Result;
 use crate::linalg::jet::Jet;
 use crate::manifold::Geodesic;
 use crate::manifold::exponential::Flow;
+use crate::space::Quotient;
 
 impl Curve for Geodesic {
     type Workspace = Flow;
@@ -17,6 +18,10 @@ impl Curve for Geodesic {
 
     fn k(&self) -> usize {
         Geodesic::k(self)
+    }
+
+    fn quotient(&self) -> Quotient {
+        Geodesic::quotient(self)
     }
 
     fn frame(&self) -> Option<MatRef<'_, f64>> {

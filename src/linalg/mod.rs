@@ -4,6 +4,7 @@
 //! workspaces (`SkewExp`, `OrthogonalLog`, `SkewSchur`): made once for a size, they allocate nothing after.
 
 mod bidiagonal;
+pub mod complex_embedding;
 pub mod decomp;
 pub(crate) mod dual;
 pub mod exponential_action;

@@ -16,6 +16,7 @@ use crate::linalg::SkewExp;
 use crate::linalg::jet::{Jet, ORDER};
 use crate::linalg::product::mul_into;
 use crate::linalg::structure::check_range;
+use crate::space::Quotient;
 
 /// What an `Overflow` is about.
 const GEODESIC: &str = "geodesic";
@@ -53,6 +54,7 @@ pub struct Geodesic {
     /// `(1 - 2 w) A`, where it is not zero.
     pub(super) turning: Option<Mat<f64>>,
     pub(super) metric: Metric,
+    pub(super) quotient: Quotient,
     pub(super) k: usize,
 }
 
@@ -102,6 +104,11 @@ impl Stiefel {
 }
 
 impl Geodesic {
+    /// What the points stand for.
+    pub(crate) fn quotient(&self) -> Quotient {
+        self.quotient
+    }
+
     /// The geodesic of the canonical metric from `s` with initial velocity `v`.
     ///
     /// # Errors
@@ -139,6 +146,7 @@ impl Geodesic {
         });
         let turning = (twice != 1.0).then(|| Mat::from_fn(k, k, |i, j| (1.0 - twice) * a[(i, j)]));
         Geodesic {
+            quotient: Quotient::Frames,
             frame,
             generator,
             turning,

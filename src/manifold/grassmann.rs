@@ -4,6 +4,7 @@ mod alignment;
 mod curvature;
 mod exponential;
 mod gradient;
+pub(crate) mod joining;
 mod logarithm;
 mod principal_angles;
 

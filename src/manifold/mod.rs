@@ -18,7 +18,6 @@ pub mod quasi_geodesic;
 pub(crate) mod quasi_geodesic_jet;
 pub mod retraction;
 pub(crate) mod retraction_differential;
-pub(crate) mod span_geodesic;
 pub mod stiefel;
 #[cfg(any(feature = "python", feature = "serde"))]
 pub(crate) mod stored;

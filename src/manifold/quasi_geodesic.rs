@@ -166,6 +166,10 @@ impl QuasiGeodesic {
         self.omega.as_ref()
     }
 
+    pub(super) fn omega_mut(&mut self) -> faer::MatMut<'_, f64> {
+        self.omega.as_mut()
+    }
+
     /// The principal angles `Sigma` of the normal part, in radians per unit of `t`.
     pub fn angles(&self) -> &[f64] {
         &self.angles

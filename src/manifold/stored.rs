@@ -8,6 +8,7 @@ use crate::interrupt::Interrupt;
 use crate::linalg::structure::{distance, norm, orthonormality_defect, skew_defect};
 use crate::manifold::normal_frame::normal_rank;
 use crate::manifold::stiefel::{POINT_TOLERANCE, TANGENT_TOLERANCE};
+use crate::space::Quotient;
 use crate::stored::{Fields, Parts, Stored, extend, refusal};
 
 impl Stored for QuasiGeodesic {
@@ -160,6 +161,9 @@ impl Stored for Geodesic {
         let columns = self.frame.ncols();
         fields.put_whole("shape", [self.frame.nrows(), self.k, columns]);
         fields.put_flat("metric", vec![self.metric.alpha()]);
+        if self.quotient == Quotient::Subspaces {
+            fields.put_flat("subspaces", vec![1.0]);
+        }
         let matrices = [
             Some(&self.frame),
             Some(&self.generator),
@@ -184,6 +188,9 @@ impl Stored for Geodesic {
         let [alpha] = metric.some()?;
         metric.end()?;
         let metric = Metric::new(alpha)?;
+        let mut subspaces = fields.parts_or_zeros("subspaces", 1)?;
+        let quotient = quotient_of(subspaces.some()?)?;
+        subspaces.end()?;
         let sizes = [(n, columns), (columns, columns), (k, k)];
         let mut matrices = [None, None, None];
         for ((name, (rows, cols)), matrix) in MATRICES.into_iter().zip(sizes).zip(&mut matrices) {
@@ -205,13 +212,31 @@ impl Stored for Geodesic {
             .map(|i| norm(generator.as_ref().submatrix(i, 0, 1, k)))
             .collect();
         check_moving("frame", frame.as_ref(), k, &rates, norm(generator.as_ref()))?;
+        if quotient == Quotient::Subspaces && norm(generator.as_ref().submatrix(0, 0, k, k)) > 0.0 {
+            return Err(refusal("generator: bases of subspaces turn".to_owned()));
+        }
         Ok(Geodesic {
+            quotient,
             frame,
             generator,
             turning,
             metric,
             k,
         })
+    }
+}
+
+/// What points stand for, from 0 or 1.
+///
+/// # Errors
+/// `Stored`.
+pub(crate) fn quotient_of([stored]: [f64; 1]) -> Result<Quotient> {
+    match stored {
+        0.0 => Ok(Quotient::Frames),
+        1.0 => Ok(Quotient::Subspaces),
+        _ => Err(refusal(format!(
+            "subspaces: expected 0 or 1, found {stored}"
+        ))),
     }
 }
 

@@ -4,38 +4,24 @@
 
 use faer::{Mat, MatRef, Scale};
 
+use super::Grassmann;
 use super::stiefel::{Stiefel, TANGENT_TOLERANCE};
-use crate::error::{Error, Result};
-use crate::linalg::structure::{check_finite, check_shape, norm};
+use crate::error::Result;
 use crate::space::Quotient;
 
 /// Checks shape, finiteness, and that `S^T V` is skew, or zero, to [`TANGENT_TOLERANCE`].
 ///
 /// # Errors
-/// `Shape`, `NonFinite`, `NotTangent`.
+/// `Shape`, `NonFinite`, `NotTangent`, `NotHorizontal`.
 pub(crate) fn check_vector(
     quotient: Quotient,
     name: &'static str,
     s: MatRef<'_, f64>,
     v: MatRef<'_, f64>,
 ) -> Result<()> {
-    let manifold = Stiefel::of("S", s)?;
     match quotient {
-        Quotient::Frames => manifold.check_tangent(name, s, v, TANGENT_TOLERANCE),
-        Quotient::Subspaces => {
-            check_shape(name, v, s.nrows(), s.ncols())?;
-            check_finite(name, v)?;
-            let tolerance = TANGENT_TOLERANCE * norm(v).max(1.0);
-            let defect = norm((s.transpose() * v).as_ref());
-            match defect <= tolerance {
-                true => Ok(()),
-                false => Err(Error::NotTangent {
-                    name,
-                    defect,
-                    tolerance,
-                }),
-            }
-        }
+        Quotient::Frames => Stiefel::of("S", s)?.check_tangent(name, s, v, TANGENT_TOLERANCE),
+        Quotient::Subspaces => Grassmann::of("S", s)?.check_tangent(name, s, v, TANGENT_TOLERANCE),
     }
 }
 

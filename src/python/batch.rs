@@ -1,35 +1,50 @@
 //! Batches: arrays whose last axes are one member each, and functions applied to every member.
 
+use numpy::Complex64;
 use rayon::prelude::*;
 
-use super::convert::{entries, real_array};
+use super::convert::{array_of, entries};
 use super::prelude::*;
+use crate::linalg::complex_embedding::embed_into;
 
-/// A batch of matrices (or of rows, with `cols = 1`): leading axes and entries, each matrix row by row.
+/// A batch of matrices (or of rows, with `cols = 1`): leading axes and entries, each matrix row by row. Complex matrices are
+/// embedded.
 pub struct Batch {
     /// The leading axes.
     pub shape: Vec<usize>,
     pub rows: usize,
     pub cols: usize,
+    field: Field,
     entries: Vec<f64>,
 }
 
 impl Batch {
-    /// Matrices one after the other, of shape `(count, rows, cols)`.
-    pub fn of([count, rows, cols]: [usize; 3], entries: Vec<f64>) -> Self {
+    /// Matrices one after the other, of shape `(count, rows, cols)`; complex ones embedded already.
+    pub fn of([count, rows, cols]: [usize; 3], entries: Vec<f64>, field: Field) -> Self {
         debug_assert_eq!(entries.len(), count * rows * cols);
         Batch {
             shape: vec![count],
             rows,
             cols,
+            field,
             entries,
         }
     }
 
-    /// Read an array of shape `(count, rows, cols)`; errors state `expected` as the shape.
-    pub fn read(object: &Any, name: &str, expected: &str) -> PyResult<Self> {
-        let (shape, entries) = read_axes(object, name, expected)?;
-        Ok(Batch::of(shape, entries))
+    /// Matrices of real or complex numbers as they are read, with the given leading axes.
+    pub fn read_of(field: Field, lead: &[usize], own: [usize; 2], read: Entries) -> Self {
+        let [rows, cols] = own;
+        let entries = match read {
+            Entries::Real(entries) => entries,
+            Entries::Complex(entries) => embedded(&entries, own),
+        };
+        Batch {
+            shape: lead.to_vec(),
+            rows: field.embedded(rows),
+            cols: field.embedded(cols),
+            field,
+            entries,
+        }
     }
 
     /// How many matrices.
@@ -58,7 +73,17 @@ impl Batch {
         &self.entries[i * size..(i + 1) * size]
     }
 
-    /// The array of all matrices.
+    /// The shape of a matrix as it was read, before any embedding.
+    pub fn own_shape(&self) -> (usize, usize) {
+        self.field.own((self.rows, self.cols))
+    }
+
+    /// Of what numbers the matrices are that were read.
+    pub fn field(&self) -> Field {
+        self.field
+    }
+
+    /// The array of all matrices of the core.
     pub fn into_array(self) -> Array {
         let shape = [&self.shape[..], &[self.rows, self.cols]].concat();
         let entries = self.entries;
@@ -67,7 +92,7 @@ impl Batch {
 
     /// Return `InvalidInputError` unless the members have the given shape; an empty batch is checked too.
     pub fn check_shape(&self, name: &str, (n, k): (usize, usize)) -> PyResult<()> {
-        let (rows, cols) = (self.rows, self.cols);
+        let (rows, cols) = self.own_shape();
         let expected = format!("{name}: expected shape (..., {n}, {k})");
         ensure!(
             (rows, cols) == (n, k),
@@ -77,19 +102,42 @@ impl Batch {
     }
 }
 
-/// Read arrays of matrices, shape `(..., rows, cols)`, and broadcast their leading axes.
+/// Read arrays of real matrices, shape `(..., rows, cols)`, and broadcast their leading axes.
 pub fn matrix_batches<const N: usize>(objects: [Named<'_, '_>; N]) -> PyResult<[Batch; N]> {
-    read_batches(objects, 2)
+    Field::Real.batches(objects)
 }
 
-/// Reads arrays whose last axes, one or two, are one member each, and broadcasts the axes before.
+/// Entries of arrays as they are read, in C order.
+pub enum Entries {
+    Real(Vec<f64>),
+    Complex(Vec<Complex64>),
+}
+
+/// Embeds complex matrices of the given shape, one after the other, row by row.
+fn embedded(entries: &[Complex64], [rows, cols]: [usize; 2]) -> Vec<f64> {
+    let size = (rows * cols).max(1);
+    let mut out = vec![0.0; 4 * entries.len()];
+    for (matrix, out) in entries.chunks(size).zip(out.chunks_mut(4 * size)) {
+        let matrix = MatRef::from_row_major_slice(matrix, rows, cols);
+        let out = MatMut::from_row_major_slice_mut(out, 2 * rows, 2 * cols);
+        embed_into(out, matrix);
+    }
+    out
+}
+
+/// Reads arrays whose last axes, one or two, are one member each, and broadcasts the axes before. Complex members have two.
 pub fn read_batches<const N: usize>(
+    field: Field,
     objects: [Named<'_, '_>; N],
     core: usize,
 ) -> PyResult<[Batch; N]> {
+    debug_assert!(core == 2 || field == Field::Real);
     let py = objects[0].0.py();
     let mut arrays = collected(objects.map(|(object, name)| {
-        let array = real_array(object, name)?;
+        let array = match field {
+            Field::Real => array_of::<f64>(object, name)?,
+            Field::Complex => array_of::<Complex64>(object, name)?,
+        };
         let expected = if core == 2 { "(..., n, k)" } else { "(..., d)" };
         match array.ndim() < core {
             true => Err(unexpected(name, expected, array.shape())),
@@ -113,12 +161,12 @@ pub fn read_batches<const N: usize>(
     }
     collected(arrays.each_ref().map(|array| {
         let own = &array.shape()[array.ndim() - core..];
-        Ok(Batch {
-            shape: shape.clone(),
-            rows: own[0],
-            cols: own.get(1).copied().unwrap_or(1),
-            entries: entries(array)?,
-        })
+        let own = [own[0], own.get(1).copied().unwrap_or(1)];
+        let read = match field {
+            Field::Real => Entries::Real(entries(array)?),
+            Field::Complex => Entries::Complex(entries(array)?),
+        };
+        Ok(Batch::read_of(field, &shape, own, read))
     }))
 }
 
@@ -192,7 +240,7 @@ pub fn map_batch<const N: usize>(
         (failure, out)
     })?;
     match failure {
-        Some((i, error)) => Err(at_member(&error, i, &lead)),
+        Some((i, error)) => Err(at_member(&call.explained(error), i, &lead)),
         None => Ok(Array {
             shape: [&lead, core].concat(),
             entries,

@@ -3,6 +3,7 @@
 use super::prelude::*;
 use crate::cubic::problem::check_data;
 use crate::cubic::{BoundaryOptions, BoundarySolution, solve_boundary as solved};
+use crate::linalg::complex_embedding::restrict;
 use crate::manifold::Stiefel;
 
 /// Riemannian cubics on ``[0, 1]`` with given end points and end velocities, for a batch of problems.
@@ -71,15 +72,16 @@ pub fn solve_boundary<'py>(
     num_threads: Option<i64>,
 ) -> PyResult<Any<'py>> {
     let (py, arguments) = (S0.py(), named![S0, V0, S1, V1]);
-    let batches = matrix_batches(arguments)?;
+    let field = Field::of_named(&arguments)?;
+    let batches = field.batches(arguments)?;
     let max_iterations = count("max_iterations", max_iterations, 1)?;
     let (shape, n, k) = (batches[0].shape.clone(), batches[0].rows, batches[0].cols);
     // Also where there is no problem.
     Stiefel::new(n, k)?;
     for (batch, (_, name)) in batches.iter().zip(arguments) {
-        batch.check_shape(name, (n, k))?;
+        batch.check_shape(name, field.own((n, k)))?;
     }
-    let call = Call::new(py, num_threads, SOLVES * 4.0 * batches[0].numbers())?;
+    let call = Call::new(py, num_threads, SOLVES * 4.0 * batches[0].numbers())?.over(field);
     let lead = shape.clone();
     let fields = call.run(move |interrupt| {
         let options = BoundaryOptions {
@@ -88,10 +90,16 @@ pub fn solve_boundary<'py>(
             interrupt,
             ..BoundaryOptions::default()
         };
-        Ok(solutions(&batches, &options)?.map(|found| fields(&found, &lead, (n, k))))
+        let found = solutions(&batches, field, &options)?;
+        Ok(found.map(|found| fields(&found, field, &lead, (n, k))))
     })?;
-    let fields = fields.map_err(|(member, error)| at_member(&error, member, &shape))?;
+    let explained = |(member, error)| match field {
+        Field::Real => at_member(&error, member, &shape),
+        Field::Complex => at_member(&error.of_complex(), member, &shape),
+    };
+    let fields = fields.map_err(explained)?;
     let (acceleration, jerk, cost, converged, residual) = fields;
+    let [acceleration, jerk] = collected([acceleration, jerk].map(|part| field.numbers(part)))?;
     let converged = to_array(py, converged, &shape)?;
     let class = py.import("stiefel_rs.boundary")?.getattr("BoundaryBatch")?;
     class.call1((acceleration, jerk, cost, converged, residual))
@@ -104,7 +112,7 @@ type Found = std::result::Result<BoundarySolution, f64>;
 type Fields = (Array, Array, Array, Vec<bool>, Array);
 
 /// The fields of all solutions; NaN for problems that were not solved.
-fn fields(found: &[Found], lead: &[usize], (n, k): (usize, usize)) -> Fields {
+fn fields(found: &[Found], field: Field, lead: &[usize], (n, k): (usize, usize)) -> Fields {
     let matrices = |part: fn(&BoundarySolution) -> &Mat<f64>| {
         let mut entries = vec![f64::NAN; found.len() * n * k];
         for (solution, out) in found.iter().zip(entries.chunks_mut(n * k)) {
@@ -115,12 +123,18 @@ fn fields(found: &[Found], lead: &[usize], (n, k): (usize, usize)) -> Fields {
         let shape = [lead, &[n, k]].concat();
         Array { shape, entries }
     };
-    let numbers = |number: fn(&Found) -> f64| Array {
+    let numbers = |number: &dyn Fn(&Found) -> f64| Array {
         shape: lead.to_vec(),
         entries: found.iter().map(number).collect(),
     };
-    let cost = numbers(|one| one.as_ref().map_or(f64::NAN, |solution| solution.cost));
-    let residual = numbers(|one| one.as_ref().map_or_else(|x| *x, |found| found.residual));
+    let cost = numbers(&|one| {
+        let cost = |solution: &BoundarySolution| field.squared(solution.cost);
+        one.as_ref().map_or(f64::NAN, cost)
+    });
+    let residual = numbers(&|one| {
+        let residual = one.as_ref().map_or_else(|x| *x, |found| found.residual);
+        field.length(residual)
+    });
     let [acceleration, jerk] = [matrices(|one| &one.acceleration), matrices(|one| &one.jerk)];
     (
         acceleration,
@@ -131,11 +145,18 @@ fn fields(found: &[Found], lead: &[usize], (n, k): (usize, usize)) -> Fields {
     )
 }
 
+/// Whether the solution of an embedded problem is that of a complex one.
+fn is_complex(solution: &BoundarySolution) -> bool {
+    let parts = [&solution.acceleration, &solution.jerk];
+    parts.iter().all(|part| restrict(part.as_ref()).is_ok())
+}
+
 /// The first invalid problem and what is wrong with it.
 type Failure = (usize, Error);
 
 fn solutions(
     batches: &[Batch; 4],
+    field: Field,
     options: &BoundaryOptions<'_>,
 ) -> Result<std::result::Result<Vec<Found>, Failure>> {
     let problem = |i: usize| batches.each_ref().map(|batch| batch.get(i));
@@ -149,6 +170,7 @@ fn solutions(
     let mut found = Vec::with_capacity(problems.len());
     for (i, solution) in solved(&problems, options)?.into_iter().enumerate() {
         found.push(match solution {
+            Ok(solution) if field == Field::Complex && !is_complex(&solution) => Err(f64::INFINITY),
             Ok(solution) => Ok(solution),
             Err(error @ Error::DifferentComponents { .. }) => return Ok(Err((i, error))),
             Err(Error::NoConvergence { report, .. } | Error::TooManySteps { report, .. }) => {

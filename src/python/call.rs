@@ -12,7 +12,8 @@ use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::error::ensure;
-use crate::error::Result;
+use super::field::Field;
+use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 
 /// Calls that read and make fewer numbers (a few milliseconds at most) run in place: a thread costs more than it brings.
@@ -39,6 +40,8 @@ pub struct Call<'py> {
     /// How much work it is, by the numbers that are read and made. It decides whether the call runs on another thread and how
     /// a batch is divided; results do not depend on it.
     numbers: f64,
+    /// Of what numbers the matrices are: errors speak of them.
+    field: Field,
 }
 
 impl<'py> Call<'py> {
@@ -53,7 +56,21 @@ impl<'py> Call<'py> {
             py,
             num_threads,
             numbers,
+            field: Field::Real,
         })
+    }
+
+    /// The same call on matrices of a field.
+    pub fn over(self, field: Field) -> Self {
+        Call { field, ..self }
+    }
+
+    /// An error with the shapes and numbers of the user's matrices.
+    pub fn explained(&self, error: Error) -> Error {
+        match self.field {
+            Field::Real => error,
+            Field::Complex => error.of_complex(),
+        }
     }
 
     /// Whether the call is worth sharing out.
@@ -72,7 +89,7 @@ impl<'py> Call<'py> {
         &self,
         work: impl FnOnce(Interrupt<'_>) -> Result<T> + Send + 'static,
     ) -> PyResult<T> {
-        Ok(self.run_any(work)??)
+        Ok(self.run_any(work)?.map_err(|error| self.explained(error))?)
     }
 
     /// Runs work of a fraction of a second where it stands, detached from the interpreter: it may borrow.
@@ -97,21 +114,23 @@ impl<'py> Call<'py> {
 /// [`Call::run`] on rayon's global pool.
 pub fn run<T: Send + 'static>(
     py: Python<'_>,
+    field: Field,
     numbers: f64,
     work: impl FnOnce(Interrupt<'_>) -> Result<T> + Send + 'static,
 ) -> PyResult<T> {
-    Call::new(py, None, numbers)?.run(work)
+    Call::new(py, None, numbers)?.over(field).run(work)
 }
 
 /// [`run`] on matrices; each of their entries is `weight` times the work of an exponential.
 pub fn run_on<T: Send + 'static, const N: usize>(
     py: Python<'_>,
+    field: Field,
     data: [Mat<f64>; N],
     weight: f64,
     work: impl FnOnce([MatRef<'_, f64>; N], Interrupt<'_>) -> Result<T> + Send + 'static,
 ) -> PyResult<T> {
     let numbers: usize = data.iter().map(|x| x.nrows() * x.ncols()).sum();
-    run(py, weight * numbers as f64, move |interrupt| {
+    run(py, field, weight * numbers as f64, move |interrupt| {
         work(data.each_ref().map(|x| x.as_ref()), interrupt)
     })
 }

@@ -41,7 +41,7 @@ impl PyChart {
         objects: [Named<'_, '_>; N],
         length: usize,
     ) -> PyResult<[Batch; N]> {
-        let batches = read_batches(objects, 1)?;
+        let batches = read_batches(Field::Real, objects, 1)?;
         for (Batch { rows, .. }, (_, name)) in batches.iter().zip(objects) {
             let expected = format!("{name}: expected shape (..., {length})");
             ensure!(*rows == length, "{expected}, found (..., {rows})");

@@ -2,7 +2,7 @@
 
 use faer::{Mat, MatRef};
 use numpy::{
-    Element, PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArray,
+    Complex64, Element, PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArray,
     PyUntypedArrayMethods,
 };
 use pyo3::exceptions::{PyMemoryError, PyOverflowError, PyTypeError};
@@ -44,22 +44,48 @@ pub fn numpy(py: Python<'_>) -> PyResult<&Bound<'_, PyModule>> {
     Ok(module.bind(py))
 }
 
+/// Numbers of NumPy's that the binding reads.
+pub trait Entry: Element + Copy {
+    /// The name of their dtype.
+    const DTYPE: &str;
+    /// What they are called in messages.
+    const WORD: &str;
+}
+
+impl Entry for f64 {
+    const DTYPE: &str = "float64";
+    const WORD: &str = "real";
+}
+
+impl Entry for Complex64 {
+    const DTYPE: &str = "complex128";
+    const WORD: &str = "real or complex";
+}
+
 /// An array from anything array-like that same-kind casting makes float64: `TypeError` for complex numbers, text and objects.
 ///
 /// # Errors
 /// Besides, `InvalidInputError` where entries are masked.
 pub fn real_array<'py>(object: &Any<'py>, name: &str) -> PyResult<Bound<'py, PyUntypedArray>> {
+    array_of::<f64>(object, name)
+}
+
+/// The same for any numbers.
+pub fn array_of<'py, T: Entry>(
+    object: &Any<'py>,
+    name: &str,
+) -> PyResult<Bound<'py, PyUntypedArray>> {
     if !object.is_exact_instance_of::<PyUntypedArray>() {
         _check_unmasked(name, object)?;
     }
-    if is_plain(object) {
+    if is_plain::<T>(object) {
         return Ok(object.clone().cast_into()?);
     }
     let py = object.py();
     let numpy = numpy(py)?;
     let array = numpy.call_method1(intern!(py, "asarray"), (object,))?;
     let dtype = array.getattr(intern!(py, "dtype"))?;
-    let casting = (&dtype, "float64", "same_kind");
+    let casting = (&dtype, T::DTYPE, "same_kind");
     let castable = numpy.call_method1(intern!(py, "can_cast"), casting)?;
     if castable.extract()? {
         return Ok(array.cast_into()?);
@@ -70,7 +96,7 @@ pub fn real_array<'py>(object: &Any<'py>, name: &str) -> PyResult<Bound<'py, PyU
         _ => "",
     };
     let found = format!("an array of dtype {dtype}{advice}");
-    let message = format!("{name}: expected real numbers, found {found}");
+    let message = format!("{name}: expected {} numbers, found {found}", T::WORD);
     Err(PyTypeError::new_err(message))
 }
 
@@ -109,32 +135,32 @@ fn count_masked(object: &Any) -> PyResult<(usize, usize)> {
     Ok((masked.extract()?, object.getattr("size")?.extract()?))
 }
 
-/// Whether an object is an array of float64 that is a slice: a view may have strides that are no multiple of an entry's size.
-fn is_plain(object: &Any) -> bool {
-    let array = object.cast::<PyArrayDyn<f64>>();
+/// Whether an object is an array of such numbers that is a slice: a view may have strides that are no multiple of an entry's size.
+pub fn is_plain<T: Entry>(object: &Any) -> bool {
+    let array = object.cast::<PyArrayDyn<T>>();
     array.is_ok_and(|array| array.is_c_contiguous() && array.data().is_aligned())
 }
 
-/// The same numbers as a slice of float64: the array itself, or a copy.
-fn plain<'py>(array: Any<'py>) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
-    let plain = if is_plain(&array) {
+/// The same numbers as a slice: the array itself, or a copy.
+fn plain<'py, T: Entry>(array: Any<'py>) -> PyResult<PyReadonlyArrayDyn<'py, T>> {
+    let plain = if is_plain::<T>(&array) {
         array
     } else {
         let requirements = ("C_CONTIGUOUS", "ALIGNED");
-        numpy(array.py())?.call_method1("require", (array, "float64", requirements))?
+        numpy(array.py())?.call_method1("require", (array, T::DTYPE, requirements))?
     };
-    Ok(plain.cast_into::<PyArrayDyn<f64>>()?.readonly())
+    Ok(plain.cast_into::<PyArrayDyn<T>>()?.readonly())
 }
 
 /// The entries in C order, read in pieces with checks for Ctrl-C in between.
-pub fn entries(array: &Bound<'_, PyUntypedArray>) -> PyResult<Vec<f64>> {
+pub fn entries<T: Entry>(array: &Bound<'_, PyUntypedArray>) -> PyResult<Vec<T>> {
     let (py, len) = (array.py(), array.len());
-    let mut out: Vec<f64> = Vec::new();
+    let mut out: Vec<T> = Vec::new();
     if out.try_reserve_exact(len).is_err() {
         return Err(PyMemoryError::new_err(format!("cannot hold {len} numbers")));
     }
     let mut append = |part: Any| {
-        for piece in plain(part)?.as_slice()?.chunks(PIECE) {
+        for piece in plain::<T>(part)?.as_slice()?.chunks(PIECE) {
             if !out.is_empty() {
                 py.check_signals()?;
             }
@@ -144,7 +170,7 @@ pub fn entries(array: &Bound<'_, PyUntypedArray>) -> PyResult<Vec<f64>> {
     };
     // Of what is no slice only so much is converted at once.
     let step = match array.shape() {
-        [_, row @ ..] if !is_plain(array) => PIECE / row.iter().product::<usize>().max(1),
+        [_, row @ ..] if !is_plain::<T>(array) => PIECE / row.iter().product::<usize>().max(1),
         _ => usize::MAX,
     };
     let rows = array.shape().first().copied().unwrap_or(0);
@@ -173,7 +199,16 @@ pub fn read_axes<const D: usize>(
     name: &str,
     expected: &str,
 ) -> PyResult<([usize; D], Vec<f64>)> {
-    let array = real_array(object, name)?;
+    axes_of(object, name, expected)
+}
+
+/// The same for any numbers.
+pub fn axes_of<T: Entry, const D: usize>(
+    object: &Any,
+    name: &str,
+    expected: &str,
+) -> PyResult<([usize; D], Vec<T>)> {
+    let array = array_of::<T>(object, name)?;
     match <[usize; D]>::try_from(array.shape()) {
         Ok(shape) => Ok((shape, entries(&array)?)),
         Err(_) => Err(unexpected(name, expected, array.shape())),
@@ -184,17 +219,6 @@ pub fn read_axes<const D: usize>(
 pub fn unexpected(name: &str, expected: &str, found: &[usize]) -> PyErr {
     let found = tuple(found);
     invalid!("{name}: expected shape {expected}, found {found}")
-}
-
-/// One matrix, shape `(n, k)`.
-pub fn matrix(object: &Any, name: &str) -> PyResult<Mat<f64>> {
-    let ([rows, cols], entries) = read_axes(object, name, "(n, k)")?;
-    Ok(MatRef::from_row_major_slice(&entries, rows, cols).to_owned())
-}
-
-/// Read several matrices.
-pub fn matrices<const N: usize>(objects: [Named<'_, '_>; N]) -> PyResult<[Mat<f64>; N]> {
-    collected(objects.map(|(object, name)| matrix(object, name)))
 }
 
 /// Collect all values, or return the first error.
@@ -270,7 +294,7 @@ impl Array {
 
     /// A read-only array of NumPy's.
     pub fn frozen(self, py: Python<'_>) -> PyResult<Owned> {
-        let array = self.into_pyobject(py)?;
+        let array = self.into_pyobject(py)?.into_any();
         freeze(&array)?;
         Ok(array.unbind())
     }
@@ -283,21 +307,13 @@ impl From<Mat<f64>> for Array {
     }
 }
 
-/// An array that belongs to an object.
-pub type Owned = Py<PyArrayDyn<f64>>;
+/// An array that belongs to an object, of real or of complex numbers.
+pub type Owned = Py<PyAny>;
 
 /// Makes an array read-only: results belong to frozen objects.
 pub fn freeze(array: &Any) -> PyResult<()> {
     let write = [("write", false)].into_py_dict(array.py())?;
     array.call_method("setflags", (), Some(&write)).map(drop)
-}
-
-/// Four arrays as a Python tuple.
-pub type Four = (Array, Array, Array, Array);
-
-pub fn four(matrices: [Mat<f64>; 4]) -> Four {
-    let [first, second, third, fourth] = matrices.map(Array::from);
-    (first, second, third, fourth)
 }
 
 /// A new array of the given shape.

@@ -1,10 +1,14 @@
 //! Trajectories of Riemannian cubics, and the explicit symplectic splitting that makes them.
 
+use numpy::Complex64;
+
+use super::points::Points;
 use super::prelude::*;
 use crate::cubic::{
     CubicTrajectory, SplittingOptions, SplittingOrder, integrate_cubic as integrate,
 };
 use crate::curve::Samples;
+use crate::linalg::complex_embedding::restrict_into;
 use crate::manifold::stored::check_orthonormal;
 
 /// Arrays in the order of the attributes, and both drifts.
@@ -54,7 +58,15 @@ impl PyCubicTrajectory {
         momentum_drift: f64,
         constraint_drift: f64,
     ) -> PyResult<Self> {
-        let parts = collected(std::array::from_fn(|i| read(&arrays[i], NAMES[i])))?;
+        let field = Field::of(&arrays)?;
+        let part = |i: usize| match NAMES[i] {
+            "t" | "energy" => read(&arrays[i], NAMES[i]),
+            name => {
+                let [batch] = field.batches([(&arrays[i], name)])?;
+                Ok(batch.into_array())
+            }
+        };
+        let parts = collected(std::array::from_fn(part))?;
         let common = parts[1].shape.clone();
         for (Array { shape, entries }, name) in parts.iter().zip(NAMES) {
             let fits = match name {
@@ -71,7 +83,11 @@ impl PyCubicTrajectory {
             let point = MatRef::from_row_major_slice(point, n, k);
             check_orthonormal(&format!("{}: state {i}", NAMES[1]), point)?;
         }
-        let arrays = collected(parts.map(|part| part.frozen(py)))?;
+        let frozen = |part: Array| match part.shape.len() {
+            1 => part.frozen(py),
+            _ => field.numbers(part)?.frozen(py),
+        };
+        let arrays = collected(parts.map(frozen))?;
         Ok(Self::of(arrays, [momentum_drift, constraint_drift]))
     }
 
@@ -116,24 +132,24 @@ impl PyCubicTrajectory {
     /// The object of a trajectory.
     pub(super) fn wrap(
         py: Python<'_>,
+        field: Field,
         trajectory: &CubicTrajectory,
         samples: [Samples; 4],
     ) -> PyResult<Self> {
         let (n, k, states) = (trajectory.n(), trajectory.k(), trajectory.steps() + 1);
-        // Stored column by column; the transposed view has the documented shape and copies nothing.
-        let array = |samples: Samples| {
-            let stored = PyArray1::from_vec(py, samples.into_entries()).reshape([states, k, n])?;
-            freeze(&stored)?;
-            let view = stored.call_method1("swapaxes", (-1, -2))?;
-            PyResult::Ok(view.cast_into::<PyArrayDyn<f64>>()?.unbind())
-        };
+        let array = |samples: Samples| sampled_array(py, field, samples, [states, k, n]);
         let [point, velocity, acceleration, jerk] = collected(samples.map(array))?;
         let times = (0..states).map(|i| trajectory.time(i)).collect();
         let t = Array::flat(times).frozen(py)?;
-        let energy = Array::flat(trajectory.energy().to_vec()).frozen(py)?;
+        let energy = trajectory
+            .energy()
+            .iter()
+            .map(|energy| field.squared(*energy));
+        let energy = Array::flat(energy.collect()).frozen(py)?;
         Ok(Self::of(
             [t, point, velocity, acceleration, jerk, energy],
-            [trajectory.momentum_drift(), trajectory.constraint_drift()],
+            [trajectory.momentum_drift(), trajectory.constraint_drift()]
+                .map(|drift| field.length(drift)),
         ))
     }
 
@@ -154,6 +170,33 @@ impl PyCubicTrajectory {
     }
 }
 
+/// A read-only array of shape `(states, n, k)` of samples of the core, column by column.
+fn sampled_array(
+    py: Python<'_>,
+    field: Field,
+    samples: Samples,
+    [states, k, n]: [usize; 3],
+) -> PyResult<Owned> {
+    // The transposed view of an array of transposed matrices copies nothing.
+    let stored = match field {
+        Field::Real => {
+            let stored = PyArray1::from_vec(py, samples.into_entries());
+            stored.reshape([states, k, n])?.into_any()
+        }
+        Field::Complex => {
+            let (n, k) = field.own((n, k));
+            let mut out = vec![Complex64::ZERO; states * n * k];
+            for (sample, out) in samples.iter().zip(out.chunks_mut(n * k)) {
+                restrict_into(MatMut::from_column_major_slice_mut(out, n, k), sample)?;
+            }
+            to_array(py, out, &[states, k, n])?.into_any()
+        }
+    };
+    freeze(&stored)?;
+    let view = stored.call_method1("swapaxes", (-1, -2))?;
+    Ok(view.unbind())
+}
+
 /// The Riemannian cubic with the given initial data, by equal steps of an explicit symplectic splitting.
 ///
 /// Any shape, no chart, no equation to solve: each step is a sequence of exact flows. Points stay orthonormal, spatial
@@ -171,6 +214,10 @@ impl PyCubicTrajectory {
 ///     Order of the method: 1, 4, 5 or 12 exponentials per step; in tension 1, 5, 9 or 17.
 /// tension : float, default 0.0
 ///     As in :meth:`RiemannianCubic.from_initial`.
+/// manifold : Stiefel or Grassmann, optional
+///     What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
+///     whichever, vectors are horizontal, ``Y^T V = 0``, and the bases of the curve turn as little as possible, ``Y^T Y' = 0``, from the
+///     first given one on.
 ///
 /// Returns
 /// -------
@@ -200,7 +247,7 @@ impl PyCubicTrajectory {
 /// >>> bool(np.ptp(trajectory.energy) < 1e-9)
 /// True
 #[pyfunction]
-#[pyo3(signature = (S, V, A, J, steps, t_end=1.0, order=6, *, tension=0.0))]
+#[pyo3(signature = (S, V, A, J, steps, t_end=1.0, order=6, *, tension=0.0, manifold=None))]
 pub fn integrate_cubic(
     S: &Any,
     V: &Any,
@@ -210,16 +257,22 @@ pub fn integrate_cubic(
     t_end: f64,
     #[pyo3(from_py_with = whole)] order: i64,
     tension: f64,
+    manifold: Option<&Any>,
 ) -> PyResult<PyCubicTrajectory> {
-    let py = S.py();
-    let data = matrices(named![S, V, A, J])?;
+    let (py, points) = (S.py(), Points::read(manifold)?);
+    let arguments = named![S, V, A, J];
+    let field = points.field(arguments.map(|(object, _)| object))?;
+    let data = field.matrices(arguments)?;
+    points.check_shape(field, data[0].shape())?;
+    let quotient = points.quotient;
     let order = SplittingOrder::try_from(order)?;
     let steps = count("steps", steps, 1)?;
     let weight = steps as f64 + 1.0;
-    let (trajectory, samples) = run_on(py, data, weight, move |[s, v, a, j], interrupt| {
+    let (trajectory, samples) = run_on(py, field, data, weight, move |[s, v, a, j], interrupt| {
         let options = SplittingOptions {
             t_end,
             tension,
+            quotient,
             order,
             interrupt,
         };
@@ -227,5 +280,5 @@ pub fn integrate_cubic(
         interrupt.check("splitting of a cubic")?;
         sampled(trajectory)
     })?;
-    PyCubicTrajectory::wrap(py, &trajectory, samples)
+    PyCubicTrajectory::wrap(py, field, &trajectory, samples)
 }

@@ -1,8 +1,12 @@
 //! Curves: one class with the protocol, one subclass per kind of curve.
 
+use numpy::Complex64;
+
+use super::points::{manifold_of, symbol};
 use super::prelude::*;
 use super::stored::form;
 use crate::curve::{Quantity, lift_into};
+use crate::linalg::complex_embedding::{restrict, restrict_into};
 use crate::manifold::QuasiGeodesic;
 
 /// A smooth curve on St(n, k).
@@ -12,15 +16,26 @@ use crate::manifold::QuasiGeodesic;
 /// bit-identical for any number of threads.
 #[pyclass(name = "Curve", module = "stiefel_rs", subclass, frozen)]
 pub struct PyCurve {
+    /// The curve of the core: of embedded frames, where they are complex.
     pub(super) inner: Arc<dyn AnyCurve>,
+    pub(super) field: Field,
 }
 
 /// Make an object of a curve class from a curve of the core.
+///
+/// # Errors
+/// `NotComplex` for a curve over the complex numbers that is not one of embedded frames.
 pub(super) fn wrap<S: PyClass<BaseType = PyCurve>>(
+    py: Python<'_>,
     inner: Arc<dyn AnyCurve>,
+    field: Field,
     class: S,
-) -> PyClassInitializer<S> {
-    PyClassInitializer::from(PyCurve { inner }).add_subclass(class)
+) -> PyResult<PyClassInitializer<S>> {
+    let curve = PyCurve { inner, field };
+    if field == Field::Complex {
+        curve.check_complex(py)?;
+    }
+    Ok(PyClassInitializer::from(curve).add_subclass(class))
 }
 
 /// The object of a class.
@@ -37,8 +52,18 @@ impl PyCurve {
         work: impl FnOnce(&dyn AnyCurve, Interrupt<'_>) -> Result<T> + Send + 'static,
     ) -> PyResult<T> {
         let curve = Arc::clone(&self.inner);
-        let call = Call::new(py, num_threads, f64::INFINITY)?;
+        let call = Call::new(py, num_threads, f64::INFINITY)?.over(self.field);
         call.run(move |interrupt| work(&*curve, interrupt))
+    }
+
+    /// Rows and columns of a point.
+    pub(super) fn shape(&self) -> (usize, usize) {
+        self.field.own(self.inner.shape())
+    }
+
+    /// `St(n, k)` as messages write it.
+    pub(super) fn symbol(&self) -> String {
+        symbol(self.inner.quotient(), self.field, self.inner.shape())
     }
 
     fn sample<'py>(
@@ -54,7 +79,8 @@ impl PyCurve {
             Quantity::Derivative(0) => n * k,
             _ => DERIVATIVES * n * k,
         };
-        if num_threads.is_none()
+        if self.field == Field::Real
+            && num_threads.is_none()
             && each <= IN_PLACE
             && let Ok(t) = t.cast_exact::<PyFloat>()
             && inside(&t.value())
@@ -66,7 +92,10 @@ impl PyCurve {
             true => SAMPLE * (each * entries.len()) as f64,
             false => f64::INFINITY,
         };
-        let call = Call::new(py, num_threads, numbers)?;
+        let call = Call::new(py, num_threads, numbers)?.over(self.field);
+        if self.field == Field::Complex {
+            return self.sample_complex(&call, shape, entries, quantity);
+        }
         if let Some(frame) = self.inner.frame()
             && n * k * entries.len() > LARGE
             && n > TALL * frame.ncols()
@@ -79,6 +108,55 @@ impl PyCurve {
         shape.extend([k, n]);
         let stored = PyArray1::from_vec(py, samples.into_entries()).reshape(shape)?;
         stored.call_method1("swapaxes", (-1, -2))
+    }
+
+    /// Samples of embedded frames, restricted piece by piece: they are four times as many numbers.
+    fn sample_complex<'py>(
+        &self,
+        call: &Call<'py>,
+        mut shape: Vec<usize>,
+        t: Vec<f64>,
+        quantity: Quantity,
+    ) -> PyResult<Any<'py>> {
+        let (curve, (n, k)) = (Arc::clone(&self.inner), self.shape());
+        let piece = (COMPLEX_PIECE / (n * k)).max(1);
+        let found = call.run(move |interrupt| {
+            let mut out = vec![Complex64::ZERO; t.len() * n * k];
+            for (t, out) in t.chunks(piece).zip(out.chunks_mut(piece * n * k)) {
+                let samples = curve.sample(t, quantity, interrupt)?;
+                for (sample, out) in samples.iter().zip(out.chunks_mut(n * k)) {
+                    restrict_into(MatMut::from_column_major_slice_mut(out, n, k), sample)?;
+                }
+            }
+            Ok(out)
+        })?;
+        shape.extend([k, n]);
+        let stored = to_array(call.py, found, &shape)?;
+        stored.call_method1("swapaxes", (-1, -2))
+    }
+
+    /// Error unless points and velocities at some parameters are complex ones.
+    fn check_complex(&self, py: Python<'_>) -> PyResult<()> {
+        let (curve, (rows, cols)) = (Arc::clone(&self.inner), self.inner.shape());
+        self.field.check_shape((rows, cols))?;
+        let (start, end) = curve.t_span();
+        let t: [f64; CHECKED] = std::array::from_fn(|i| {
+            let part = i as f64 / (CHECKED - 1) as f64;
+            (1.0 - part) * start + part * end
+        });
+        let numbers = SAMPLE * (2 * CHECKED * DERIVATIVES * rows * cols) as f64;
+        let call = Call::new(py, None, numbers)?;
+        call.run(move |interrupt| {
+            for order in [0, 1] {
+                for sample in curve
+                    .sample(&t, Quantity::Derivative(order), interrupt)?
+                    .iter()
+                {
+                    restrict(sample)?;
+                }
+            }
+            Ok(())
+        })
     }
 
     /// Coordinates first, then their lift piece by piece into an array of NumPy's, which asks for huge pages: with
@@ -128,6 +206,12 @@ impl PyCurve {
 const LARGE: usize = 1 << 22;
 const TALL: usize = 8;
 
+/// Parameters at which a curve is looked at that should be complex.
+const CHECKED: usize = 9;
+
+/// Complex numbers of one piece of samples.
+const COMPLEX_PIECE: usize = 1 << 20;
+
 /// Multiplications of one piece of a lift: about a tenth of a second.
 const PIECE: usize = 1 << 29;
 
@@ -149,13 +233,26 @@ impl PyCurve {
     /// Rows of a point.
     #[getter]
     fn n(&self) -> usize {
-        self.inner.shape().0
+        self.shape().0
     }
 
     /// Columns of a point.
     #[getter]
     fn k(&self) -> usize {
-        self.inner.shape().1
+        self.shape().1
+    }
+
+    /// "real" or "complex": what numbers points consist of.
+    #[getter(field)]
+    fn field_word(&self) -> &'static str {
+        self.field.word()
+    }
+
+    /// The manifold of the points: a :class:`Stiefel`, or a :class:`Grassmann` for a curve of subspaces.
+    #[getter]
+    fn manifold(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        let (quotient, shape) = (self.inner.quotient(), self.inner.shape());
+        manifold_of(py, quotient, self.field, shape)
     }
 
     /// The interval that the curve is made for.
@@ -220,7 +317,8 @@ impl PyCurve {
     /// ConvergenceError
     ///     The quadrature does not settle.
     fn cost(&self, py: Python<'_>) -> PyResult<f64> {
-        self.run(py, None, |curve, interrupt| curve.cost(interrupt))
+        let cost = self.run(py, None, |curve, interrupt| curve.cost(interrupt))?;
+        Ok(self.field.squared(cost))
     }
 
     /// Write the curve to a file, all its numbers, so that :func:`load` gives back the same curve to the last bit.
@@ -248,7 +346,7 @@ impl PyCurve {
     /// For files and pickles: all numbers of the curve.
     fn _stored<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let (kind, fields) = self.inner.stored();
-        form(py, kind, fields)
+        form(py, kind, self.field, fields)
     }
 
     /// Curves do not change: a copy is the curve itself.
@@ -261,8 +359,8 @@ impl PyCurve {
     }
 
     fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
-        let (n, k) = slf.get().inner.shape();
-        Ok(format!("<{} on St({n}, {k})>", slf.get_type().name()?))
+        let (name, manifold) = (slf.get_type().name()?, slf.get().symbol());
+        Ok(format!("<{name} on {manifold}>"))
     }
 }
 
@@ -320,8 +418,10 @@ impl PyQuasiGeodesic {
         arguments: [Named<'_, '_>; 2],
         make: fn(MatRef<'_, f64>, MatRef<'_, f64>) -> Result<QuasiGeodesic>,
     ) -> PyResult<PyClassInitializer<Self>> {
-        let (py, data) = (arguments[0].0.py(), matrices(arguments)?);
-        let curve = run_on(py, data, 1.0, move |[point, other], _| make(point, other))?;
-        Ok(wrap(Arc::new(curve), PyQuasiGeodesic))
+        let (py, field) = (arguments[0].0.py(), Field::of_named(&arguments)?);
+        let data = field.matrices(arguments)?;
+        let make = move |[point, other]: [MatRef<'_, f64>; 2], _: Interrupt<'_>| make(point, other);
+        let curve = run_on(py, field, data, 1.0, make)?;
+        wrap(py, Arc::new(curve), field, PyQuasiGeodesic)
     }
 }

@@ -65,17 +65,19 @@ pub fn integrate_embedded(
     map: &str,
 ) -> PyResult<PyCubicTrajectory> {
     let py = S.py();
-    let data = matrices(named![S, V, A, J])?;
+    let arguments = named![S, V, A, J];
+    let field = Field::of_named(&arguments)?;
+    let data = field.matrices(arguments)?;
     ensure!(map == "midpoint", "map: must be 'midpoint', found '{map}'");
     let steps = count("steps", steps, 1)?;
     let weight = EVALUATIONS * (steps as f64 + 1.0);
-    let (trajectory, samples) = run_on(py, data, weight, move |[s, v, a, j], interrupt| {
+    let (trajectory, samples) = run_on(py, field, data, weight, move |[s, v, a, j], interrupt| {
         let options = EmbeddedOptions { t_end, interrupt };
         let trajectory = integrate(s, v, a, j, steps, &options)?;
         interrupt.check("cubic in the embedding")?;
         sampled(trajectory)
     })?;
-    PyCubicTrajectory::wrap(py, &trajectory, samples)
+    PyCubicTrajectory::wrap(py, field, &trajectory, samples)
 }
 
 /// Evaluations of the vector field that one step takes, about.

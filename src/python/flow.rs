@@ -258,13 +258,16 @@ impl Shot {
         let steps = self.steps.count;
         let work =
             move |interrupt: Interrupt<'_>| on_chart!(kind, chart => self.run(chart, interrupt));
-        let (trajectory, momenta, report) = run(py, SOLVES * steps as f64, work)?;
+        let (trajectory, momenta, report) = run(py, Field::Real, SOLVES * steps as f64, work)?;
         let (p_q, p_qdot) = momenta.split_at(momenta.len() / 2);
         let shape = [steps + 1, 2 * momenta.len()];
         let vector = |numbers: &[f64]| Array::flat(numbers.to_vec()).into_pyobject(py);
         Ok(PyShootingResult {
-            trajectory: to_array(py, trajectory, &shape)?.unbind(),
-            momenta: (vector(p_q)?.unbind(), vector(p_qdot)?.unbind()),
+            trajectory: to_array(py, trajectory, &shape)?.into_any().unbind(),
+            momenta: (
+                vector(p_q)?.into_any().unbind(),
+                vector(p_qdot)?.into_any().unbind(),
+            ),
             text: report.to_string(),
             report: report.into(),
         })

@@ -1,11 +1,13 @@
 //! Riemannian exponential, logarithm and distance for arrays, and geodesics as curves.
 
 use super::batch::Value;
+use super::points::Points;
 use super::prelude::*;
 use super::record::record;
 use super::space::Space;
 use super::stiefel::{PyStiefel, read_metric};
-use crate::manifold::{Geodesic, LogReport, Metric, Stiefel};
+use crate::manifold::{Geodesic, Grassmann, LogReport, Metric, Stiefel};
+use crate::space::Quotient;
 
 /// How a Riemannian logarithm was found, and what is known of it.
 ///
@@ -61,18 +63,22 @@ const REPORT: usize = 4;
 
 impl PyLogReport {
     /// From one row of numbers per member; plain Python numbers for a single pair of points.
-    fn from_rows(py: Python<'_>, rows: &[&[f64]], shape: &[usize]) -> PyResult<Self> {
+    fn from_rows(py: Python<'_>, field: Field, rows: &[&[f64]], shape: &[usize]) -> PyResult<Self> {
         let array = |values: Vec<f64>, dtype: &str| {
             let array = to_array(py, values, shape)?.call_method1("astype", (dtype,))?;
             let number = shape.is_empty().then(|| array.call_method0("item"));
             PyResult::Ok(number.transpose()?.unwrap_or(array).unbind())
         };
         let column = |i: usize, dtype| array(rows.iter().map(|row| row[i]).collect(), dtype);
+        let lengths = |i: usize| {
+            let lengths = rows.iter().map(|row| field.length(row[i]));
+            array(lengths.collect(), "float64")
+        };
         Ok(PyLogReport {
             converged: array(vec![1.0; rows.len()], "bool")?,
             iterations: column(0, "int64")?,
-            residual: column(1, "float64")?,
-            length: column(2, "float64")?,
+            residual: lengths(1)?,
+            length: lengths(2)?,
             certainly_shortest: column(3, "bool")?,
         })
     }
@@ -115,7 +121,7 @@ impl PyStiefel {
     /// ------
     /// InvalidInputError
     ///     Shape, not finite, not orthonormal, not tangent (with the measured defect), or too long for a number.
-    fn exp(&self, S: &Any, V: &Any) -> PyResult<Array> {
+    fn exp(&self, S: &Any, V: &Any) -> PyResult<Numbers> {
         self.map_matrices(named![S, V], |m, data| {
             let [s, v] = data.map(|matrix| matrix.to_owned());
             m.exp(s.as_ref(), v.as_ref())
@@ -164,17 +170,21 @@ impl PyStiefel {
     #[pyo3(signature = (S0, S1, *, full_output=false))]
     fn log<'py>(&self, S0: &Any<'py>, S1: &Any<'py>, full_output: bool) -> PyResult<Any<'py>> {
         let (py, points, (n, k)) = (S0.py(), named![S0, S1], self.shape());
+        let [n, k] = [n, k].map(|size| self.field.embedded(size));
         if !full_output {
             let velocities = self.map_logarithms(points, &[n, k], |(velocity, _)| velocity)?;
-            return velocities.into_bound_py_any(py);
+            return self.field.numbers(velocities)?.into_bound_py_any(py);
         }
         let size = n * k;
         let found = self.map_logarithms(points, &[size + REPORT], |found| found)?;
         let shape = &found.shape[..found.shape.len() - 1];
         let rows = found.entries.chunks(size + REPORT);
         let (vectors, reports): (Vec<_>, Vec<_>) = rows.map(|row| row.split_at(size)).unzip();
-        let velocities = to_array(py, vectors.concat(), &[shape, &[n, k]].concat())?;
-        let report = PyLogReport::from_rows(py, &reports, shape)?;
+        let velocities = self.field.numbers(Array {
+            shape: [shape, &[n, k]].concat(),
+            entries: vectors.concat(),
+        })?;
+        let report = PyLogReport::from_rows(py, self.field, &reports, shape)?;
         (velocities, report).into_bound_py_any(py)
     }
 
@@ -185,7 +195,10 @@ impl PyStiefel {
     /// InvalidInputError, OutsideDomainError, ConvergenceError
     ///     As :meth:`log`.
     fn dist(&self, S0: &Any, S1: &Any) -> PyResult<Array> {
-        self.map_logarithms(named![S0, S1], &[], |(_, report)| report.length)
+        let field = self.field;
+        self.map_logarithms(named![S0, S1], &[], move |(_, report)| {
+            field.length(report.length)
+        })
     }
 }
 
@@ -199,6 +212,9 @@ impl PyStiefel {
 /// metric : "canonical", "euclidean" or float, default "canonical"
 ///     The metric whose geodesic it is, as for ``Stiefel``. The covariant ``acceleration`` and ``jerk`` and the
 ///     ``cost`` are those of the canonical metric for every curve, so they vanish for canonical geodesics only.
+/// manifold : Stiefel or Grassmann, optional
+///     What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
+///     whichever, and the bases of the curve turn as little as possible.
 ///
 /// Raises
 /// ------
@@ -220,14 +236,26 @@ impl PyStiefel {
 /// >>> curve(0.5).round(6).ravel().tolist()
 /// [0.707107, 0.707107]
 #[pyclass(name = "Geodesic", module = "stiefel_rs", extends = PyCurve, frozen)]
-pub struct PyGeodesic(Arc<Geodesic>);
+pub struct PyGeodesic {
+    curve: Arc<Geodesic>,
+    field: Field,
+}
 
 #[pymethods]
 impl PyGeodesic {
     #[new]
-    #[pyo3(signature = (S0, S1, *, metric=None))]
-    fn new(S0: &Any, S1: &Any, metric: Option<&Any>) -> PyResult<PyClassInitializer<Self>> {
-        Self::made(named![S0, S1], metric, Stiefel::geodesic_between)
+    #[pyo3(signature = (S0, S1, *, metric=None, manifold=None))]
+    fn new(
+        S0: &Any,
+        S1: &Any,
+        metric: Option<&Any>,
+        manifold: Option<&Any>,
+    ) -> PyResult<PyClassInitializer<Self>> {
+        let makes = (
+            Stiefel::geodesic_between as _,
+            Grassmann::geodesic_between as _,
+        );
+        Self::made(named![S0, S1], metric, manifold, makes)
     }
 
     /// The geodesic from the point ``S`` with initial velocity ``V``, both of shape (n, k).
@@ -237,36 +265,66 @@ impl PyGeodesic {
     /// InvalidInputError
     ///     Shape, not finite, not orthonormal, not tangent (with the measured defect), or too long for a number.
     #[staticmethod]
-    #[pyo3(signature = (S, V, *, metric=None))]
-    fn from_velocity(S: &Any, V: &Any, metric: Option<&Any>) -> PyResult<Py<Self>> {
-        Py::new(S.py(), Self::made(named![S, V], metric, Stiefel::geodesic)?)
+    #[pyo3(signature = (S, V, *, metric=None, manifold=None))]
+    fn from_velocity(
+        S: &Any,
+        V: &Any,
+        metric: Option<&Any>,
+        manifold: Option<&Any>,
+    ) -> PyResult<Py<Self>> {
+        let makes = (Stiefel::geodesic as _, Grassmann::geodesic as _);
+        Py::new(S.py(), Self::made(named![S, V], metric, manifold, makes)?)
     }
 
     /// Length over ``[0, 1]`` in the metric of the geodesic.
     #[getter]
     fn length(&self) -> f64 {
-        self.0.length()
+        self.field.length(self.curve.length())
     }
 }
+
+/// Makes a geodesic from two points, or a point and a vector.
+type Make<M> = fn(&M, MatRef<'_, f64>, MatRef<'_, f64>) -> Result<Geodesic>;
 
 impl PyGeodesic {
     fn made(
         arguments: [Named<'_, '_>; 2],
         metric: Option<&Any>,
-        make: fn(&Stiefel, MatRef<'_, f64>, MatRef<'_, f64>) -> Result<Geodesic>,
+        manifold: Option<&Any>,
+        (of_frames, of_subspaces): (Make<Stiefel>, Make<Grassmann>),
     ) -> PyResult<PyClassInitializer<Self>> {
+        let points = Points::read(manifold)?;
+        if metric.is_some() {
+            points.only_frames("metric")?;
+        }
         let metric = metric.map_or(Ok(Metric::CANONICAL), read_metric)?;
-        let [(first, name), _] = arguments;
-        let (py, data) = (first.py(), matrices(arguments)?);
-        let curve = run_on(py, data, 1.0, move |[point, other], _| {
-            let manifold = Stiefel::of(name, point)?.with_metric(metric);
-            make(&manifold, point, other)
-        })?;
-        Ok(Self::wrap(curve))
+        let [(first, name), (second, _)] = arguments;
+        let (py, field) = (first.py(), points.field([first, second])?);
+        let data = field.matrices(arguments)?;
+        points.check_shape(field, data[0].shape())?;
+        let curve = run_on(
+            py,
+            field,
+            data,
+            1.0,
+            move |[point, other], _| match points.quotient {
+                Quotient::Frames => {
+                    let manifold = Stiefel::of(name, point)?.with_metric(metric);
+                    of_frames(&manifold, point, other)
+                }
+                Quotient::Subspaces => of_subspaces(&Grassmann::of(name, point)?, point, other),
+            },
+        )?;
+        Self::wrap(py, curve, field)
     }
 
-    pub(super) fn wrap(curve: Geodesic) -> PyClassInitializer<Self> {
+    pub(super) fn wrap(
+        py: Python<'_>,
+        curve: Geodesic,
+        field: Field,
+    ) -> PyResult<PyClassInitializer<Self>> {
         let curve = Arc::new(curve);
-        wrap(Arc::clone(&curve) as _, PyGeodesic(curve))
+        let inner = Arc::clone(&curve) as _;
+        wrap(py, inner, field, PyGeodesic { curve, field })
     }
 }

@@ -3,6 +3,7 @@
 use super::prelude::*;
 use super::space::Space;
 use super::stiefel::PyStiefel;
+use crate::linalg::complex_embedding::{paired_columns, unpaired_columns};
 use crate::linalg::structure::norm;
 use crate::manifold::{ParallelTransport, Retraction};
 
@@ -11,6 +12,30 @@ fn read_retraction(kind: &str) -> PyResult<Retraction> {
         let names = Retraction::ALL.map(|r| format!("'{}'", r.name()));
         invalid!("kind: expected {}, found '{kind}'", names.join(", "))
     })
+}
+
+/// A retraction or its inverse.
+type Map = fn(Retraction, MatRef<'_, f64>, MatRef<'_, f64>) -> Result<Mat<f64>>;
+
+impl PyStiefel {
+    fn map_retraction(
+        &self,
+        objects: [Named<'_, '_>; 2],
+        retraction: Retraction,
+        map: Map,
+    ) -> PyResult<Numbers> {
+        // The triangular factor of a complex matrix is embedded as a triangular one in this order of the columns only; the
+        // other retractions commute with all orthogonal transformations of the columns.
+        let paired = self.field == Field::Complex && retraction == Retraction::Qr;
+        self.map_matrices(objects, move |_, [s, other]| match paired {
+            false => map(retraction, s, other),
+            true => {
+                let [s, other] = [s, other].map(paired_columns);
+                let found = map(retraction, s.as_ref(), other.as_ref())?;
+                Ok(unpaired_columns(found.as_ref()))
+            }
+        })
+    }
 }
 
 #[pymethods]
@@ -57,9 +82,9 @@ impl PyStiefel {
     /// >>> bool(abs(M.retract(S, V, kind="polar") - M.project(S + V)).max() < 1e-15)
     /// True
     #[pyo3(signature = (S, V, kind="quasi_geodesic"))]
-    fn retract(&self, S: &Any, V: &Any, kind: &str) -> PyResult<Array> {
+    fn retract(&self, S: &Any, V: &Any, kind: &str) -> PyResult<Numbers> {
         let retraction = read_retraction(kind)?;
-        self.map_matrices(named![S, V], move |_, [s, v]| retraction.retract(s, v))
+        self.map_retraction(named![S, V], retraction, Retraction::retract)
     }
 
     /// The tangent vector at ``S0`` that a retraction maps to ``S1``, shape (..., n, k).
@@ -94,11 +119,9 @@ impl PyStiefel {
     /// >>> bool(abs(M.inverse_retract(S, S1, kind="cayley") - V).max() < 1e-14)
     /// True
     #[pyo3(signature = (S0, S1, kind="quasi_geodesic"))]
-    fn inverse_retract(&self, S0: &Any, S1: &Any, kind: &str) -> PyResult<Array> {
+    fn inverse_retract(&self, S0: &Any, S1: &Any, kind: &str) -> PyResult<Numbers> {
         let retraction = read_retraction(kind)?;
-        self.map_matrices(named![S0, S1], move |_, [s0, s1]| {
-            retraction.inverse_retract(s0, s1)
-        })
+        self.map_retraction(named![S0, S1], retraction, Retraction::inverse_retract)
     }
 
     /// Parallel transport of ``W`` along the geodesic ``t -> exp(S, t V)`` from ``S`` to ``exp(S, V)``, shape (..., n, k).
@@ -133,16 +156,18 @@ impl PyStiefel {
     /// >>> S, V = [[1.0], [0.0], [0.0]], [[0.0], [np.pi / 2], [0.0]]
     /// >>> bool(abs(M.transport(S, V, [[0.0], [1.0], [2.0]]) - [[-1.0], [0.0], [2.0]]).max() < 1e-15)
     /// True
-    fn transport(&self, S: &Any, V: &Any, W: &Any) -> PyResult<Array> {
+    fn transport(&self, S: &Any, V: &Any, W: &Any) -> PyResult<Numbers> {
         // The work grows with the way; what is not finite is an error at once.
         let way = |[_, v, _]: &[Batch; 3]| {
             let lengths = (0..v.len()).map(|i| norm(v.get(i)));
             1.0 + lengths.fold(0.0, f64::max)
         };
-        let ((n, k), data) = (self.shape(), named![S, V, W]);
-        self.map_shapes(data, [(n, k); 3], way, &[n, k], |m, [s, v, w], _| {
+        let (shape, data) = (self.shape(), named![S, V, W]);
+        let core = [shape.0, shape.1].map(|size| self.field.embedded(size));
+        let found = self.map_shapes(data, [shape; 3], way, &core, |m, [s, v, w], _| {
             ParallelTransport::new(*m, s, v)?.transport(w)
-        })
+        })?;
+        self.field.numbers(found)
     }
 
     /// The curvature tensor ``R(U, V) W = D_U D_V W - D_V D_U W - D_[U,V] W`` at ``S``, shape (..., n, k).
@@ -172,7 +197,7 @@ impl PyStiefel {
     /// >>> S, U, V = np.eye(3)[:, :, None]
     /// >>> M.curvature(S, U, V, 2 * V).ravel()
     /// array([0., 2., 0.])
-    fn curvature(&self, S: &Any, U: &Any, V: &Any, W: &Any) -> PyResult<Array> {
+    fn curvature(&self, S: &Any, U: &Any, V: &Any, W: &Any) -> PyResult<Numbers> {
         self.map_matrices(named![S, U, V, W], |m, [s, u, v, w]| {
             m.curvature(s, u, v, w)
         })
@@ -180,7 +205,7 @@ impl PyStiefel {
 
     /// The sectional curvature of the planes of ``U`` and ``V`` at ``S``, shape (...).
     ///
-    /// 1 on the sphere (k = 1), between 0 and 5/4 for the canonical metric.
+    /// 1 on the sphere (k = 1), between 0 and 5/4 for the canonical metric of real frames.
     ///
     /// Parameters
     /// ----------
@@ -207,7 +232,9 @@ impl PyStiefel {
     /// >>> float(M.sectional_curvature(S, U, V))
     /// 1.0
     fn sectional_curvature(&self, S: &Any, U: &Any, V: &Any) -> PyResult<Array> {
-        self.map(named![S, U, V], &[], |m, [s, u, v], _| {
+        // Inverse to squared lengths.
+        let own = |field: Field, x: f64| x / field.squared(1.0);
+        self.map_numbers(named![S, U, V], own, |m, [s, u, v], _| {
             m.sectional_curvature(s, u, v)
         })
     }
@@ -215,7 +242,8 @@ impl PyStiefel {
     /// The Riemannian gradient of a function with the Euclidean gradient ``G`` at ``S``, shape (..., n, k).
     ///
     /// It is the tangent vector with ``inner(S, gradient, V) = sum(G * V)`` for every tangent ``V``: ``G - S G^T S`` for the
-    /// canonical metric, ``project_tangent(S, G)`` for the Euclidean one.
+    /// canonical metric, ``project_tangent(S, G)`` for the Euclidean one. For complex frames ``G`` is the matrix with
+    /// ``df = Re sum(conj(G) * V)``: derivatives by the real parts, plus i times those by the imaginary parts.
     ///
     /// Parameters
     /// ----------
@@ -241,7 +269,7 @@ impl PyStiefel {
     /// >>> G = np.diag([1.0, 2.0, 3.0, 4.0]) @ S
     /// >>> bool(abs(M.euclidean_to_riemannian_gradient(S, G) - (G - S @ G.T @ S)).max() < 1e-14)
     /// True
-    fn euclidean_to_riemannian_gradient(&self, S: &Any, G: &Any) -> PyResult<Array> {
+    fn euclidean_to_riemannian_gradient(&self, S: &Any, G: &Any) -> PyResult<Numbers> {
         self.map_matrices(named![S, G], |m, [s, g]| {
             m.euclidean_to_riemannian_gradient(s, g)
         })
@@ -283,7 +311,7 @@ impl PyStiefel {
         G: &Any,
         H: &Any,
         V: &Any,
-    ) -> PyResult<Array> {
+    ) -> PyResult<Numbers> {
         self.map_matrices(named![S, G, H, V], |m, [s, g, h, v]| {
             m.euclidean_to_riemannian_hessian(s, g, h, v)
         })

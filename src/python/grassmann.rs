@@ -5,7 +5,7 @@ use super::space::{Space, sizes};
 use crate::manifold::Grassmann;
 use crate::manifold::stiefel::{POINT_TOLERANCE, TANGENT_TOLERANCE};
 
-/// The Grassmann manifold Gr(n, k) of k-dimensional subspaces of R^n.
+/// The Grassmann manifold Gr(n, k) of k-dimensional subspaces of R^n, or of C^n.
 ///
 /// A point is an orthonormal basis ``Y`` of a subspace, an array of shape ``(..., n, k)``; all bases of a subspace are the same
 /// point. Tangent vectors at ``Y`` are matrices ``V`` of that shape with ``Y^T V = 0``; their length is ``|V|`` (Frobenius). Results
@@ -15,6 +15,10 @@ use crate::manifold::stiefel::{POINT_TOLERANCE, TANGENT_TOLERANCE};
 /// ----------
 /// n, k : int
 ///     ``1 <= k <= n``.
+/// field : "real" or "complex", default "real"
+///     With ``"complex"``, subspaces of C^n. Arrays of complex numbers are taken and returned; in all formulas the transpose is
+///     the conjugate transpose, and inner products are real parts. Lines, ``k = 1``, are the states of quantum mechanics:
+///     ``Grassmann(2, 1, field="complex")`` is the sphere of radius 1/2.
 ///
 /// Raises
 /// ------
@@ -38,24 +42,34 @@ use crate::manifold::stiefel::{POINT_TOLERANCE, TANGENT_TOLERANCE};
 /// True
 #[pyclass(name = "Grassmann", module = "stiefel_rs", frozen, eq, hash)]
 #[derive(Clone, PartialEq, Eq, Hash)]
-pub struct PyGrassmann(Grassmann);
+pub struct PyGrassmann {
+    /// The manifold that the core computes on: of embedded bases, where they are complex.
+    embedded: Grassmann,
+    field: Field,
+}
 
 impl Space for PyGrassmann {
     type Core = Grassmann;
 
+    const NAME: &'static str = "Grassmann";
+
     fn core(&self) -> Grassmann {
-        self.0
+        self.embedded
     }
 
-    fn shape(&self) -> (usize, usize) {
-        (self.0.n(), self.0.k())
+    fn core_shape(&self) -> (usize, usize) {
+        (self.embedded.n(), self.embedded.k())
     }
 
-    fn nearest(&self, Y: &Any) -> PyResult<Array> {
+    fn field(&self) -> Field {
+        self.field
+    }
+
+    fn nearest(&self, Y: &Any) -> PyResult<Numbers> {
         self.project(Y)
     }
 
-    fn tangent_part(&self, S: &Any, Z: &Any) -> PyResult<Array> {
+    fn tangent_part(&self, S: &Any, Z: &Any) -> PyResult<Numbers> {
         self.map_matrices([(S, "Y"), (Z, "Z")], |m, [y, z]| {
             check(m, y)?;
             m.project_tangent(y, z)
@@ -76,39 +90,64 @@ fn row(angles: &[f64]) -> Mat<f64> {
     Mat::from_fn(1, angles.len(), |_, j| angles[j])
 }
 
+impl PyGrassmann {
+    /// The manifold of points of the core.
+    pub(super) fn of_core((rows, cols): (usize, usize), field: Field) -> PyResult<Self> {
+        let embedded = Grassmann::new(rows, cols)?;
+        Ok(PyGrassmann { embedded, field })
+    }
+}
+
 #[pymethods]
 impl PyGrassmann {
     #[new]
-    fn new(n: i64, k: i64) -> PyResult<Self> {
-        sizes("Gr", (n, k), Grassmann::new).map(PyGrassmann)
+    #[pyo3(signature = (n, k, *, field="real"))]
+    fn new(n: i64, k: i64, field: &str) -> PyResult<Self> {
+        let field = Field::from_word(field)?;
+        let embedded = sizes("Gr", (n, k), field, Grassmann::new)?;
+        Ok(PyGrassmann { embedded, field })
+    }
+
+    /// "real" or "complex".
+    #[getter(field)]
+    fn word(&self) -> &'static str {
+        self.field.word()
     }
 
     /// Rows of a basis.
     #[getter]
     fn n(&self) -> usize {
-        self.0.n()
+        self.shape().0
     }
 
     /// Dimension of the subspaces, columns of a basis.
     #[getter]
     fn k(&self) -> usize {
-        self.0.k()
+        self.shape().1
     }
 
-    /// Dimension of the manifold, ``k (n - k)``.
+    /// Dimension of the manifold, ``k (n - k)``, twice that for a complex one.
     #[getter]
     fn dim(&self) -> usize {
-        self.0.dim()
+        let (n, k) = self.shape();
+        self.field.embedded(k * (n - k))
     }
 
     fn __repr__(&self) -> String {
-        format!("Grassmann({}, {})", self.0.n(), self.0.k())
+        let (n, k) = self.shape();
+        match self.field {
+            Field::Real => format!("Grassmann({n}, {k})"),
+            Field::Complex => format!("Grassmann({n}, {k}, field='complex')"),
+        }
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
-        let manifold = slf.get().0;
-        let sizes = (manifold.n(), manifold.k());
-        (slf.get_type(), sizes).into_pyobject(slf.py())
+        let (py, manifold) = (slf.py(), slf.get());
+        let field = [("field", manifold.field.word())].into_py_dict(py)?;
+        // `functools.partial` carries the keyword through pickling.
+        let partial = py.import("functools")?.getattr("partial")?;
+        let build = partial.call((slf.get_type(),), Some(&field))?;
+        (build, manifold.shape()).into_pyobject(py)
     }
 
     /// Raise unless every member of ``Y`` is a point: ``|Y^T Y - I| <= atol`` (Frobenius), by default 1e-9.
@@ -154,7 +193,7 @@ impl PyGrassmann {
         py: Python<'_>,
         rng: Option<&Any>,
         size: Option<&Any>,
-    ) -> PyResult<Array> {
+    ) -> PyResult<Numbers> {
         self.random_points(py, rng, size)
     }
 
@@ -168,7 +207,7 @@ impl PyGrassmann {
     ///     What `numpy.random.default_rng` takes. The vectors are independent of ``Y``, also where ``Y`` is made with the same
     ///     seed, or by a generator in the same state.
     #[pyo3(signature = (Y, rng=None))]
-    fn random_tangent(&self, Y: &Any, rng: Option<&Any>) -> PyResult<Array> {
+    fn random_tangent(&self, Y: &Any, rng: Option<&Any>) -> PyResult<Numbers> {
         self.random_tangents((Y, "Y"), rng)
     }
 
@@ -178,18 +217,18 @@ impl PyGrassmann {
     /// ------
     /// InvalidInputError
     ///     ``Y`` has no full column rank (with its smallest singular value), or is not finite.
-    fn project(&self, Y: &Any) -> PyResult<Array> {
+    fn project(&self, Y: &Any) -> PyResult<Numbers> {
         self.map_matrices(named![Y], |m, [y]| m.project(y))
     }
 
     /// Orthogonal projection ``Z - Y Y^T Z`` on the tangent space at ``Y``, shape (..., n, k).
-    fn project_tangent(&self, Y: &Any, Z: &Any) -> PyResult<Array> {
+    fn project_tangent(&self, Y: &Any, Z: &Any) -> PyResult<Numbers> {
         self.tangent_part(Y, Z)
     }
 
-    /// Inner product of tangent vectors at ``Y``, ``tr V^T W``, shape (...).
+    /// Inner product of tangent vectors at ``Y``, ``tr V^T W``, of complex ones its real part, shape (...).
     fn inner(&self, Y: &Any, V: &Any, W: &Any) -> PyResult<Array> {
-        self.map(named![Y, V, W], &[], |m, [y, v, w], _| {
+        self.map_numbers(named![Y, V, W], Field::squared, |m, [y, v, w], _| {
             check(m, y)?;
             check_vector(m, "V", [y, v])?;
             check_vector(m, "W", [y, w])?;
@@ -199,7 +238,7 @@ impl PyGrassmann {
 
     /// Norm of a tangent vector at ``Y``, ``|V|`` (Frobenius), shape (...).
     fn norm(&self, Y: &Any, V: &Any) -> PyResult<Array> {
-        self.map(named![Y, V], &[], |m, [y, v], _| {
+        self.map_numbers(named![Y, V], Field::length, |m, [y, v], _| {
             check(m, y)?;
             check_vector(m, "V", [y, v])?;
             m.norm(y, v)
@@ -221,9 +260,16 @@ impl PyGrassmann {
     /// >>> Grassmann(3, 2).principal_angles(np.eye(3, 2), Y1).tolist()
     /// [1e-20, 0.0]
     fn principal_angles(&self, Y0: &Any, Y1: &Any) -> PyResult<Array> {
-        let k = self.0.k();
-        self.map(named![Y0, Y1], &[k], |m, [y0, y1], _| {
-            Ok(row(&m.principal_angles(y0, y1)?))
+        let (_, k) = self.shape();
+        // Those of embedded bases come in pairs.
+        let each = self.field.embedded(1);
+        self.map(named![Y0, Y1], &[k], move |m, [y0, y1], _| {
+            let angles = m.principal_angles(y0, y1)?;
+            Ok(row(&angles
+                .iter()
+                .step_by(each)
+                .copied()
+                .collect::<Vec<_>>()))
         })
     }
 
@@ -243,16 +289,17 @@ impl PyGrassmann {
     /// >>> Y = M.random_point(rng=0)
     /// >>> bool(abs(M.align(Y, Y @ [[0, 1], [-1, 0]]) - Y).max() < 1e-15)
     /// True
-    fn align(&self, Y0: &Any, Y1: &Any) -> PyResult<Array> {
+    fn align(&self, Y0: &Any, Y1: &Any) -> PyResult<Numbers> {
         self.map_matrices(named![Y0, Y1], |m, [y0, y1]| m.align(y0, y1))
     }
 
     /// Orthogonal projectors ``Y Y^T`` on the subspaces, shape (..., n, n): the same for all bases of a subspace.
-    fn projector(&self, Y: &Any) -> PyResult<Array> {
-        let n = self.0.n();
-        self.map(named![Y], &[n, n], |m, [y], _| {
+    fn projector(&self, Y: &Any) -> PyResult<Numbers> {
+        let (n, _) = self.core_shape();
+        let found = self.map(named![Y], &[n, n], |m, [y], _| {
             check(m, y)?;
             m.projector(y)
-        })
+        })?;
+        self.field.numbers(found)
     }
 }

@@ -30,7 +30,7 @@ impl PyGrassmann {
     /// >>> M = Grassmann(3, 1)
     /// >>> M.exp([[1], [0], [0]], [[0], [np.pi / 3], [0]]).round(6).ravel().tolist()
     /// [0.5, 0.866025, 0.0]
-    fn exp(&self, Y: &Any, V: &Any) -> PyResult<Array> {
+    fn exp(&self, Y: &Any, V: &Any) -> PyResult<Numbers> {
         self.map_matrices(named![Y, V], |m, data| {
             let [y, v] = columns(data);
             m.exp(y.as_ref(), v.as_ref())
@@ -56,7 +56,7 @@ impl PyGrassmann {
     /// >>> M = Grassmann(3, 1)
     /// >>> M.log([[1], [0], [0]], [[-0.6], [0.8], [0]]).round(6).ravel().tolist()
     /// [0.0, -0.927295, 0.0]
-    fn log(&self, Y0: &Any, Y1: &Any) -> PyResult<Array> {
+    fn log(&self, Y0: &Any, Y1: &Any) -> PyResult<Numbers> {
         self.map_matrices(named![Y0, Y1], |m, data| {
             let [y0, y1] = columns(data);
             m.log(y0.as_ref(), y1.as_ref())
@@ -67,7 +67,7 @@ impl PyGrassmann {
     ///
     /// Defined also where an angle is ``pi / 2`` and :meth:`log` is not. For different bases of one subspace it is round-off, not 0.
     fn dist(&self, Y0: &Any, Y1: &Any) -> PyResult<Array> {
-        self.map(named![Y0, Y1], &[], |m, data, _| {
+        self.map_numbers(named![Y0, Y1], Field::length, |m, data, _| {
             let [y0, y1] = columns(data);
             m.dist(y0.as_ref(), y1.as_ref())
         })
@@ -100,7 +100,7 @@ impl PyGrassmann {
     /// >>> Y, V = [[1.0], [0.0], [0.0]], [[0.0], [np.pi / 2], [0.0]]
     /// >>> bool(abs(M.transport(Y, V, [[0.0], [1.0], [2.0]]) - [[-1.0], [0.0], [2.0]]).max() < 1e-15)
     /// True
-    fn transport(&self, Y: &Any, V: &Any, W: &Any) -> PyResult<Array> {
+    fn transport(&self, Y: &Any, V: &Any, W: &Any) -> PyResult<Numbers> {
         self.map_matrices(named![Y, V, W], |m, data| {
             let [y, v, w] = columns(data);
             m.transport(y.as_ref(), v.as_ref(), w.as_ref())
@@ -124,7 +124,7 @@ impl PyGrassmann {
     /// >>> Y, U, V = np.eye(3)[:, :, None]
     /// >>> M.curvature(Y, U, V, 2 * V).ravel()
     /// array([0., 2., 0.])
-    fn curvature(&self, Y: &Any, U: &Any, V: &Any, W: &Any) -> PyResult<Array> {
+    fn curvature(&self, Y: &Any, U: &Any, V: &Any, W: &Any) -> PyResult<Numbers> {
         self.map_matrices(named![Y, U, V, W], |m, [y, u, v, w]| {
             m.curvature(y, u, v, w)
         })
@@ -147,7 +147,9 @@ impl PyGrassmann {
     /// >>> float(M.sectional_curvature(Y, U, U[:, ::-1] * [1, -1]))
     /// 2.0
     fn sectional_curvature(&self, Y: &Any, U: &Any, V: &Any) -> PyResult<Array> {
-        self.map(named![Y, U, V], &[], |m, [y, u, v], _| {
+        // Inverse to squared lengths.
+        let own = |field: Field, x: f64| x / field.squared(1.0);
+        self.map_numbers(named![Y, U, V], own, |m, [y, u, v], _| {
             m.sectional_curvature(y, u, v)
         })
     }
@@ -168,7 +170,7 @@ impl PyGrassmann {
     /// >>> Y = M.random_point(rng=0)
     /// >>> bool(abs(M.euclidean_to_riemannian_gradient(Y, A @ Y) - (A @ Y - Y @ Y.T @ A @ Y)).max() < 1e-14)
     /// True
-    fn euclidean_to_riemannian_gradient(&self, Y: &Any, G: &Any) -> PyResult<Array> {
+    fn euclidean_to_riemannian_gradient(&self, Y: &Any, G: &Any) -> PyResult<Numbers> {
         self.map_matrices(named![Y, G], |m, [y, g]| {
             m.euclidean_to_riemannian_gradient(y, g)
         })
@@ -208,7 +210,7 @@ impl PyGrassmann {
         G: &Any,
         H: &Any,
         V: &Any,
-    ) -> PyResult<Array> {
+    ) -> PyResult<Numbers> {
         self.map_matrices(named![Y, G, H, V], |m, [y, g, h, v]| {
             m.euclidean_to_riemannian_hessian(y, g, h, v)
         })

@@ -91,22 +91,46 @@ impl Default for BcType<'_> {
 }
 
 impl BcType<'_> {
-    /// What it means for points of a shape.
-    pub(super) fn read(&self, py: Python<'_>, shape: (usize, usize)) -> PyResult<Ends> {
-        self.read_by(py, shape, |_, object| {
-            let vector = matrix(object, "bc_type")?;
+    /// What it means for points of a shape, that of the core.
+    pub(super) fn read(
+        &self,
+        py: Python<'_>,
+        field: Field,
+        shape: (usize, usize),
+    ) -> PyResult<Ends> {
+        self.read_by(py, field, shape, |_, object| {
+            let vector = field.matrix(object, "bc_type")?;
             if vector.shape() == shape {
                 return Ok(vector);
             }
-            let [expected, found] = [shape, vector.shape()].map(|(n, k)| [n, k]);
+            let shapes = [shape, vector.shape()].map(|shape| field.own(shape));
+            let [expected, found] = shapes.map(|(n, k)| [n, k]);
             Err(unexpected("bc_type", &tuple(&expected), &found))
         })
+    }
+
+    /// The vectors among them. What is wrong with them is said where they are read.
+    pub(super) fn vectors(&self) -> PyResult<Vec<Any<'_>>> {
+        let mut vectors = Vec::new();
+        // What has no length, such as an iterator, would be read once only.
+        if let BcType::Pair(items) = self
+            && items.len().is_ok()
+        {
+            for end in items.try_iter().into_iter().flatten() {
+                let end = end?;
+                if end.len().is_ok_and(|count| count == 2) && !end.is_instance_of::<PyString>() {
+                    vectors.push(end.get_item(1)?);
+                }
+            }
+        }
+        Ok(vectors)
     }
 
     /// The same where the vector of the first or the last end is read in another way.
     pub(super) fn read_by(
         &self,
         py: Python<'_>,
+        field: Field,
         shape: (usize, usize),
         vector: impl Fn(usize, &Any) -> PyResult<Mat<f64>>,
     ) -> PyResult<Ends> {
@@ -120,7 +144,7 @@ impl BcType<'_> {
                 let items = pair(items, "bc_type", "two end conditions")?;
                 let [first, last] = &items;
                 let each = [(0, first), (1, last)];
-                let ends = each.map(|(which, item)| end(item, shape, |v| vector(which, v)));
+                let ends = each.map(|(which, item)| end(item, field, shape, |v| vector(which, v)));
                 let [(first, first_given), (last, last_given)] = collected(ends)?;
                 let given = (first_given, last_given).into_py_any(py)?;
                 let conditions = EndConditions::Each(Box::new([first, last]));
@@ -146,6 +170,7 @@ fn conditions_of(word: &str, shape: (usize, usize)) -> PyResult<EndConditions> {
 /// The condition at one end, and how it is said.
 fn end<'py>(
     object: &Any<'py>,
+    field: Field,
     shape: (usize, usize),
     read: impl Fn(&Any) -> PyResult<Mat<f64>>,
 ) -> PyResult<(EndCondition, Any<'py>)> {
@@ -158,7 +183,7 @@ fn end<'py>(
     let [order, vector] = pair(object, "bc_type", "an order and a tangent vector")?;
     let order = whole(&order)?;
     let vector = read(&vector)?;
-    let given = (order, Array::from(vector.clone()).frozen(py)?);
+    let given = (order, field.number_matrix(vector.clone())?.frozen(py)?);
     let condition = match order {
         1 => EndCondition::Velocity(vector),
         2 => EndCondition::Acceleration(vector),
@@ -209,7 +234,7 @@ const EACH: &str = "each";
 const GIVEN: [&str; 2] = ["velocity", "acceleration"];
 
 /// Writes end conditions, as [`Ends`] gives them back, into a stored form.
-pub(super) fn store_ends(given: &Any, form: &Bound<'_, PyDict>) -> PyResult<()> {
+pub(super) fn store_ends(given: &Any, field: Field, form: &Bound<'_, PyDict>) -> PyResult<()> {
     if given.is_instance_of::<PyString>() {
         return form.set_item(BC_TYPE, given);
     }
@@ -221,7 +246,8 @@ pub(super) fn store_ends(given: &Any, form: &Bound<'_, PyDict>) -> PyResult<()> 
         } else {
             let (order, vector): (usize, Any<'_>) = end.extract()?;
             form.set_item(name, GIVEN[order - 1])?;
-            form.set_item(vector_name, vector)?;
+            let vector = field.matrix(&vector, vector_name)?;
+            form.set_item(vector_name, Array::from(vector))?;
         }
     }
     Ok(())
@@ -237,7 +263,13 @@ pub(super) fn restore_ends<'py>(py: Python<'py>, form: &mut Form) -> PyResult<Bc
         let word = form.word(name)?;
         match GIVEN.iter().position(|given| word == *given) {
             None => word.into_bound_py_any(py),
-            Some(i) => (i + 1, form.fields.take(vector_name)?).into_bound_py_any(py),
+            Some(i) => {
+                let vector = form.fields.take(vector_name)?;
+                if vector.shape.len() != 2 {
+                    return Err(unexpected(vector_name, "(n, k)", &vector.shape));
+                }
+                (i + 1, form.field.numbers(vector)?).into_bound_py_any(py)
+            }
         }
     };
     let ends = collected(ENDS.map(end))?;

@@ -73,7 +73,8 @@ impl PyCurve {
     fn arc_length(&self, py: Python<'_>, t0: Option<f64>, t1: Option<f64>) -> PyResult<f64> {
         let (start, end) = self.inner.t_span();
         let (t0, t1) = (t0.unwrap_or(start.min(end)), t1.unwrap_or(start.max(end)));
-        self.run(py, None, move |curve, stop| curve.arc_length(t0, t1, stop))
+        let length = self.run(py, None, move |curve, stop| curve.arc_length(t0, t1, stop))?;
+        Ok(self.field.length(length))
     }
 
     /// Parameters at which the curve is to be evaluated for points at equal distances along it.
@@ -131,9 +132,9 @@ impl PyCurve {
     fn derivative_bounds(&self, py: Python<'_>) -> PyResult<PyDerivativeBounds> {
         let bounds = self.run(py, None, |curve, stop| curve.derivative_bounds(stop))?;
         Ok(PyDerivativeBounds {
-            velocity: bounds.velocity,
-            acceleration: bounds.acceleration,
-            jerk: bounds.jerk,
+            velocity: self.field.length(bounds.velocity),
+            acceleration: self.field.length(bounds.acceleration),
+            jerk: self.field.length(bounds.jerk),
             guarantee: bounds.guarantee.as_str(),
         })
     }

@@ -20,20 +20,22 @@ pub(super) struct Data {
 }
 
 impl Data {
-    pub(super) fn read(t: &Any, points: &Any) -> PyResult<Self> {
+    pub(super) fn read(t: &Any, points: &Any, field: Field) -> PyResult<Self> {
         Ok(Data {
             t: times(t)?,
-            points: Batch::read(points, "S", "(N, n, k)")?,
+            points: field.batch(points, "S", "(N, n, k)")?,
         })
     }
 
+    /// The shape of the core's points.
     pub(super) fn shape(&self) -> (usize, usize) {
         (self.points.rows, self.points.cols)
     }
 
     /// A call that finds pieces.
     pub(super) fn call<'py>(&self, py: Python<'py>, threads: Option<i64>) -> PyResult<Call<'py>> {
-        Call::new(py, threads, SOLVES * self.points.numbers())
+        let call = Call::new(py, threads, SOLVES * self.points.numbers())?;
+        Ok(call.over(self.points.field()))
     }
 }
 
@@ -119,14 +121,15 @@ impl PyPiecewiseCurve {
     }
 
     #[getter]
-    fn pieces(&self, py: Python<'_>) -> PyResult<Vec<Py<PyAny>>> {
-        match &self.cubics {
+    fn pieces(slf: &Bound<'_, Self>) -> PyResult<Vec<Py<PyAny>>> {
+        let (py, field) = (slf.py(), slf.as_super().get().field);
+        match &slf.get().cubics {
             Cubics::Riemannian(curve) => {
-                let wrapped = |piece| PyRiemannianCubic::wrapped(py, piece)?.into_py_any(py);
+                let wrapped = |piece| PyRiemannianCubic::wrapped(py, piece, field)?.into_py_any(py);
                 curve.pieces().iter().cloned().map(wrapped).collect()
             }
             Cubics::Geometric(curve) => {
-                let wrapped = |piece| object(py, PyGeometricCubic::of(piece));
+                let wrapped = |piece| object(py, PyGeometricCubic::of(py, piece, field)?);
                 curve.pieces().iter().cloned().map(wrapped).collect()
             }
         }
@@ -135,10 +138,10 @@ impl PyPiecewiseCurve {
     fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
         let this = slf.get();
         let (name, knots) = (slf.get_type().name()?, this.cubics.knots());
-        let (n, k) = this.cubics.curve().shape();
+        let manifold = slf.as_super().get().symbol();
         let (count, first, last) = (knots.len(), knots[0], knots[knots.len() - 1]);
         let knots = format!("{count} knots, t_span ({first:?}, {last:?})");
-        Ok(format!("<{name} on St({n}, {k}), {knots}>"))
+        Ok(format!("<{name} on {manifold}, {knots}>"))
     }
 }
 
@@ -150,17 +153,24 @@ pub(super) const PIECES: &str = "pieces";
 
 impl PyPiecewiseCurve {
     /// The stored form without what is the subclass's own.
-    pub(super) fn stored(&self, py: Python<'_>) -> PyResult<Fields> {
+    pub(super) fn stored(&self, py: Python<'_>, field: Field) -> PyResult<Fields> {
         let (_, mut fields) = self.cubics.curve().stored();
-        put(py, &mut fields, POINTS, &self.points)?;
+        put(py, field, &mut fields, POINTS, &self.points)?;
         fields.put_reports(REPORT, [self.report]);
         Ok(fields)
     }
 }
 
-/// Stores an array.
-pub(super) fn put(py: Python<'_>, fields: &mut Fields, name: &str, array: &Owned) -> PyResult<()> {
-    let Array { shape, entries } = read(array.bind(py), name)?;
+/// Stores an array of matrices.
+pub(super) fn put(
+    py: Python<'_>,
+    field: Field,
+    fields: &mut Fields,
+    name: &'static str,
+    array: &Owned,
+) -> PyResult<()> {
+    let [batch] = field.batches([(array.bind(py), name)])?;
+    let Array { shape, entries } = batch.into_array();
     fields.put(name, &shape, entries);
     Ok(())
 }
@@ -175,13 +185,14 @@ pub(super) struct Spline {
 impl Spline {
     /// The base of its object, to which its class adds its own fields.
     pub(super) fn wrap(self, py: Python<'_>) -> PyResult<PyClassInitializer<PyPiecewiseCurve>> {
+        let field = self.data.points.field();
         let this = PyPiecewiseCurve {
             t: Array::flat(self.data.t).frozen(py)?,
-            points: self.data.points.into_array().frozen(py)?,
+            points: field.numbers(self.data.points.into_array())?.frozen(py)?,
             report: self.report,
             cubics: self.cubics,
         };
-        Ok(wrap(this.cubics.curve(), this))
+        wrap(py, this.cubics.curve(), field, this)
     }
 
     /// The positions or the velocities at its knots.
@@ -193,6 +204,7 @@ impl Spline {
     /// From its stored numbers.
     pub(super) fn restored(
         fields: &mut Fields,
+        field: Field,
         geometric: bool,
         interrupt: Interrupt<'_>,
     ) -> Result<Self> {
@@ -202,7 +214,7 @@ impl Spline {
             false => Cubics::Riemannian(Arc::new(Stored::restore(fields, interrupt)?)),
             true => Cubics::Geometric(Arc::new(Stored::restore(fields, interrupt)?)),
         };
-        let points = Self::batch(&cubics, POINTS, points)?;
+        let points = Self::batch(&cubics, field, POINTS, points)?;
         let tolerance = report.map_or(0.0, |report| 10.0 * report.tolerance);
         let found = Self::sample(&cubics, 0, interrupt)?;
         check_points(POINTS, &points.views(), &found, tolerance)?;
@@ -217,19 +229,20 @@ impl Spline {
 
     /// The velocities at the knots, which are those of the curve.
     pub(super) fn velocities(&self, array: Array, interrupt: Interrupt<'_>) -> Result<Batch> {
-        let velocities = Self::batch(&self.cubics, VELOCITIES, array)?;
+        let field = self.data.points.field();
+        let velocities = Self::batch(&self.cubics, field, VELOCITIES, array)?;
         let found = Self::sample(&self.cubics, 1, interrupt)?;
         check_velocities(&self.data.t, &velocities.views(), &found)?;
         Ok(velocities)
     }
 
     /// An array of one matrix for each knot.
-    fn batch(cubics: &Cubics, name: &str, array: Array) -> Result<Batch> {
+    fn batch(cubics: &Cubics, field: Field, name: &str, array: Array) -> Result<Batch> {
         let (n, k) = cubics.curve().shape();
         let expected = [cubics.knots().len(), n, k];
         let Array { shape, entries } = array;
         if shape == expected {
-            return Ok(Batch::of(expected, entries));
+            return Ok(Batch::of(expected, entries, field));
         }
         let problem = format!("{name}: expected shape {expected:?}, found {shape:?}");
         Err(refusal(problem))

@@ -46,14 +46,16 @@ const WORDS: [&str; 2] = ["quasi_geodesic", "geodesic"];
 const PIECES: &str = "pieces";
 
 /// The curve with control points `P`, shape (degree + 1, n, k).
-fn polynomial(P: &Any, geodesic: bool) -> PyResult<Arc<dyn Polynomial>> {
-    let batch = Batch::read(P, "P", "(degree + 1, n, k)")?;
-    run(P.py(), batch.numbers(), move |_| {
+fn polynomial(P: &Any, geodesic: bool) -> PyResult<(Arc<dyn Polynomial>, Field)> {
+    let field = Field::of([P])?;
+    let batch = field.batch(P, "P", "(degree + 1, n, k)")?;
+    let curve = run(P.py(), field, batch.numbers(), move |_| {
         Ok(match geodesic {
             true => Arc::new(GeodesicPolynomial::new(&batch.views())?) as _,
             false => Arc::new(GeometricPolynomial::new(&batch.views())?) as _,
         })
-    })
+    })?;
+    Ok((curve, field))
 }
 
 /// Geometric polynomial of any degree: de Casteljau's algorithm with quasi-geodesics or geodesics.
@@ -101,7 +103,8 @@ impl PyGeometricPolynomial {
     #[pyo3(signature = (P, *, pieces="quasi_geodesic"))]
     fn new(P: &Any, pieces: &str) -> PyResult<PyClassInitializer<Self>> {
         let geodesic = is_second(PIECES, pieces, WORDS)?;
-        Ok(Self::wrap(polynomial(P, geodesic)?, None))
+        let (curve, field) = polynomial(P, geodesic)?;
+        Self::wrap(P.py(), curve, field, None)
     }
 
     /// What the curve is made of: "quasi_geodesic" or "geodesic".
@@ -112,9 +115,10 @@ impl PyGeometricPolynomial {
 
     /// The control points, shape (degree + 1, n, k).
     #[getter]
-    fn control_points(&self) -> Array {
-        let points = self.curve.control_points();
-        Array::stacked(&[points.len()], &points, points[0].shape())
+    fn control_points(slf: &Bound<'_, Self>) -> PyResult<Numbers> {
+        let points = slf.get().curve.control_points();
+        let field = slf.as_super().get().field;
+        field.numbers(Array::stacked(&[points.len()], &points, points[0].shape()))
     }
 
     /// One less than the number of control points.
@@ -179,15 +183,24 @@ impl PyGeometricPolynomial {
     #[staticmethod]
     #[pyo3(signature = (S0, V0, S1, V1, *, degree=5))]
     fn minimal_cost(S0: &Any, V0: &Any, S1: &Any, V1: &Any, degree: i64) -> PyResult<Py<Self>> {
-        let data = matrices(named![S0, V0, S1, V1])?;
+        let arguments = named![S0, V0, S1, V1];
+        let field = Field::of_named(&arguments)?;
+        let data = field.matrices(arguments)?;
         let Ok(degree) = usize::try_from(degree) else {
             return Err(invalid!("degree: must be from 3 to 10, found {degree}"));
         };
-        let found = run_on(S0.py(), data, SOLVES, move |[s0, v0, s1, v1], interrupt| {
-            GeometricPolynomial::minimal_cost_interruptible(s0, v0, s1, v1, degree, interrupt)
-        });
+        let found = run_on(
+            S0.py(),
+            field,
+            data,
+            SOLVES,
+            move |[s0, v0, s1, v1], interrupt| {
+                GeometricPolynomial::minimal_cost_interruptible(s0, v0, s1, v1, degree, interrupt)
+            },
+        );
         let (curve, report) = found?;
-        Py::new(S0.py(), Self::wrap(Arc::new(curve), Some(report)))
+        let curve = Self::wrap(S0.py(), Arc::new(curve), field, Some(report))?;
+        Py::new(S0.py(), curve)
     }
 
     /// The curve of degree five with given end points, end velocities and covariant end accelerations, in closed form.
@@ -223,11 +236,13 @@ impl PyGeometricPolynomial {
     /// True
     #[staticmethod]
     fn quintic(S0: &Any, V0: &Any, A0: &Any, S1: &Any, V1: &Any, A1: &Any) -> PyResult<Py<Self>> {
-        let data = matrices(named![S0, V0, A0, S1, V1, A1])?;
-        let curve = run_on(S0.py(), data, 1.0, |[s0, v0, a0, s1, v1, a1], _| {
+        let arguments = named![S0, V0, A0, S1, V1, A1];
+        let field = Field::of_named(&arguments)?;
+        let data = field.matrices(arguments)?;
+        let curve = run_on(S0.py(), field, data, 1.0, |[s0, v0, a0, s1, v1, a1], _| {
             GeometricPolynomial::quintic(s0, v0, a0, s1, v1, a1)
         })?;
-        Py::new(S0.py(), Self::wrap(Arc::new(curve), None))
+        Py::new(S0.py(), Self::wrap(S0.py(), Arc::new(curve), field, None)?)
     }
 
     /// For files and pickles: all numbers of the curve.
@@ -239,22 +254,27 @@ impl PyGeometricPolynomial {
         };
         let (_, mut fields) = this.curve.stored();
         fields.put_reports("report", [this.report]);
-        let form = form(py, kind, fields)?;
+        let form = form(py, kind, slf.as_super().get().field, fields)?;
         form.set_item(PIECES, this.pieces())?;
         Ok(form)
     }
 }
 
 impl PyGeometricPolynomial {
-    fn wrap(curve: Arc<dyn Polynomial>, report: Option<SolverReport>) -> PyClassInitializer<Self> {
+    fn wrap(
+        py: Python<'_>,
+        curve: Arc<dyn Polynomial>,
+        field: Field,
+        report: Option<SolverReport>,
+    ) -> PyResult<PyClassInitializer<Self>> {
         let inner = Arc::clone(&curve) as _;
-        wrap(inner, PyGeometricPolynomial { curve, report })
+        wrap(py, inner, field, PyGeometricPolynomial { curve, report })
     }
 
     /// The curve of its stored numbers.
     pub(super) fn restored(py: Python<'_>, mut form: Form) -> PyResult<Py<PyAny>> {
         let geodesic = is_second(PIECES, &form.word(PIECES)?, WORDS)?;
-        let cubic = form.kind == GeometricCubic::KIND;
+        let (cubic, field) = (form.kind == GeometricCubic::KIND, form.field);
         let (curve, report) = form.read(py, move |fields, interrupt| {
             let report = fields.reports("report", 1)?[0];
             let curve: Arc<dyn Polynomial> = match geodesic {
@@ -267,7 +287,7 @@ impl PyGeometricPolynomial {
                 false => Ok((curve, report)),
             }
         })?;
-        let curve = Self::wrap(curve, report);
+        let curve = Self::wrap(py, curve, field, report)?;
         match cubic {
             true => object(py, curve.add_subclass(PyGeometricCubic)),
             false => object(py, curve),
@@ -331,8 +351,10 @@ impl PyGeometricCubic {
         pieces: &str,
     ) -> PyResult<PyClassInitializer<Self>> {
         let geodesic = is_second(PIECES, pieces, WORDS)?;
-        let data = matrices(named![S0, V0, S1, V1])?;
-        let curve = run_on(S0.py(), data, 1.0, move |[s0, v0, s1, v1], _| {
+        let arguments = named![S0, V0, S1, V1];
+        let field = Field::of_named(&arguments)?;
+        let data = field.matrices(arguments)?;
+        let curve = run_on(S0.py(), field, data, 1.0, move |[s0, v0, s1, v1], _| {
             if geodesic {
                 let curve = GeodesicPolynomial::from_boundary(s0, v0, s1, v1)?;
                 return Ok(Arc::new(curve) as Arc<dyn Polynomial>);
@@ -340,7 +362,7 @@ impl PyGeometricCubic {
             let curve = GeometricCubic::from_boundary(s0, v0, s1, v1)?;
             Ok(Arc::new(GeometricPolynomial::from(curve)) as _)
         })?;
-        Ok(Self::wrap(curve))
+        Self::wrap(S0.py(), curve, field)
     }
 
     /// The geometric cubic with control points ``P``, shape (4, n, k).
@@ -353,21 +375,30 @@ impl PyGeometricCubic {
     ///     Consecutive points that cannot be joined; carries ``angle``.
     #[staticmethod]
     fn from_control_points(P: &Any) -> PyResult<Py<Self>> {
-        let curve = polynomial(P, false)?;
+        let (curve, field) = polynomial(P, false)?;
         let found = curve.degree() + 1;
         match found {
-            4 => Py::new(P.py(), Self::wrap(curve)),
+            4 => Py::new(P.py(), Self::wrap(P.py(), curve, field)?),
             _ => Err(invalid!("P: expected 4 control points, found {found}")),
         }
     }
 }
 
 impl PyGeometricCubic {
-    pub(super) fn of(curve: GeometricCubic) -> PyClassInitializer<Self> {
-        Self::wrap(Arc::new(GeometricPolynomial::from(curve)))
+    pub(super) fn of(
+        py: Python<'_>,
+        curve: GeometricCubic,
+        field: Field,
+    ) -> PyResult<PyClassInitializer<Self>> {
+        Self::wrap(py, Arc::new(GeometricPolynomial::from(curve)), field)
     }
 
-    fn wrap(curve: Arc<dyn Polynomial>) -> PyClassInitializer<Self> {
-        PyGeometricPolynomial::wrap(curve, None).add_subclass(PyGeometricCubic)
+    fn wrap(
+        py: Python<'_>,
+        curve: Arc<dyn Polynomial>,
+        field: Field,
+    ) -> PyResult<PyClassInitializer<Self>> {
+        let base = PyGeometricPolynomial::wrap(py, curve, field, None)?;
+        Ok(base.add_subclass(PyGeometricCubic))
     }
 }

@@ -14,11 +14,12 @@ pub(super) use pyo3::{IntoPyObjectExt, PyClass};
 pub(super) use super::batch::{Batch, matrix_batches};
 pub(super) use super::call::{Call, SOLVES, Shared, run, run_on};
 pub(super) use super::convert::{
-    Any, Array, Four, Named, Owned, collected, count, four, freeze, is_second, matrices, matrix,
-    named, numpy, read, read_axes, to_array, tuple, two, unexpected, whole, write,
+    Any, Array, Named, Owned, collected, count, freeze, is_second, named, numpy, read, read_axes,
+    to_array, tuple, two, unexpected, whole, write,
 };
 pub(super) use super::curve::{PyCurve, object, wrap};
 pub(super) use super::error::{PySolverReport, at_knot, at_member, ensure, invalid};
+pub(super) use super::field::{Field, Four, Numbers};
 pub(super) use crate::curve::any_curve::AnyCurve;
 pub(super) use crate::error::{Error, Result};
 pub(super) use crate::interrupt::Interrupt;

@@ -18,18 +18,22 @@ use crate::stored::{Stored, refusal};
 pub fn _restored(form: &Bound<'_, PyDict>) -> PyResult<Py<PyAny>> {
     let py = form.py();
     let form = Form::of(form)?;
+    let field = form.field;
     match form.kind.as_str() {
         QuasiGeodesic::KIND => {
             let curve = form.read(py, QuasiGeodesic::restore)?;
-            object(py, wrap(Arc::new(curve), PyQuasiGeodesic))
+            object(py, wrap(py, Arc::new(curve), field, PyQuasiGeodesic)?)
         }
-        Geodesic::KIND => object(py, PyGeodesic::wrap(form.read(py, Geodesic::restore)?)),
+        Geodesic::KIND => {
+            let curve = form.read(py, Geodesic::restore)?;
+            object(py, PyGeodesic::wrap(py, curve, field)?)
+        }
         GeometricPolynomial::KIND | GeometricCubic::KIND => {
             PyGeometricPolynomial::restored(py, form)
         }
         RiemannianCubic::KIND => {
             let curve = form.read(py, RiemannianCubic::restore)?;
-            PyRiemannianCubic::wrapped(py, curve)?.into_py_any(py)
+            PyRiemannianCubic::wrapped(py, curve, field)?.into_py_any(py)
         }
         PyCubicHermite::NAME => PyCubicHermite::restored(py, form),
         PyCubicSpline::NAME => PyCubicSpline::restored(py, form),

@@ -1,8 +1,11 @@
 //! Riemannian cubics of the binding.
 
+use super::points::Points;
 use super::prelude::*;
 use crate::cubic::{BoundaryOptions, IntegrationOptions, RiemannianCubic, SearchOptions};
 use crate::curve::Curve;
+use crate::linalg::complex_embedding::restrict;
+use crate::space::Quotient;
 
 /// Riemannian cubic: a critical curve of the integral of the squared covariant acceleration.
 ///
@@ -31,7 +34,10 @@ use crate::curve::Curve;
 /// >>> bool(np.allclose(other(0.5), curve(0.5))), other.report.converged
 /// (True, True)
 #[pyclass(name = "RiemannianCubic", module = "stiefel_rs", extends = PyCurve, frozen)]
-pub struct PyRiemannianCubic(pub(super) Arc<RiemannianCubic>);
+pub struct PyRiemannianCubic {
+    pub(super) curve: Arc<RiemannianCubic>,
+    pub(super) field: Field,
+}
 
 #[pymethods]
 impl PyRiemannianCubic {
@@ -60,6 +66,10 @@ impl PyRiemannianCubic {
     ///     about ``tol`` too, and no better.
     /// tension : float, default 0.0
     ///     The curve makes the integral of ``|A|^2 + tension |V|^2`` stationary; not negative, in units of ``1 / t^2``.
+    /// manifold : Stiefel or Grassmann, optional
+    ///     What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
+    ///     whichever, vectors are horizontal, ``Y^T V = 0``, and the bases of the curve turn as little as possible, ``Y^T Y' = 0``, from the
+    ///     first given one on.
     ///
     /// Raises
     /// ------
@@ -70,7 +80,7 @@ impl PyRiemannianCubic {
     ///     More steps than 100000, or than fit into a gigabyte: ``t_end`` is too large for the speed. Carries
     ///     ``report``; its residual is the time that was left.
     #[staticmethod]
-    #[pyo3(signature = (S, V, A, J, t_end=1.0, *, tol=1e-17, tension=0.0))]
+    #[pyo3(signature = (S, V, A, J, t_end=1.0, *, tol=1e-17, tension=0.0, manifold=None))]
     fn from_initial(
         S: &Any,
         V: &Any,
@@ -79,18 +89,24 @@ impl PyRiemannianCubic {
         t_end: f64,
         tol: f64,
         tension: f64,
+        manifold: Option<&Any>,
     ) -> PyResult<Py<Self>> {
-        let data = matrices(named![S, V, A, J])?;
-        let curve = run_on(S.py(), data, 1.0, move |[s, v, a, j], interrupt| {
+        let (arguments, points) = (named![S, V, A, J], Points::read(manifold)?);
+        let field = points.field(arguments.map(|(object, _)| object))?;
+        let data = field.matrices(arguments)?;
+        points.check_shape(field, data[0].shape())?;
+        let quotient = points.quotient;
+        let curve = run_on(S.py(), field, data, 1.0, move |[s, v, a, j], interrupt| {
             let options = IntegrationOptions {
                 t_end,
                 tolerance: tol,
                 tension,
+                quotient,
                 interrupt,
             };
             RiemannianCubic::from_initial(s, v, a, j, &options)
         })?;
-        Self::wrapped(S.py(), curve)
+        Self::wrapped(S.py(), curve, field)
     }
 
     /// A Riemannian cubic on ``[0, 1]`` with given end points and end velocities.
@@ -121,6 +137,10 @@ impl PyRiemannianCubic {
     ///     Look for more solutions and return all that are found: by Newton's method from the cubic of flat space (or the
     ///     guess), by descents from there and from cubics of flat space that make one or two full turns more, and along
     ///     families of boundary data from curves that make a full turn more.
+    /// manifold : Stiefel or Grassmann, optional
+    ///     What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
+    ///     whichever, vectors are horizontal, ``Y^T V = 0``, and the bases of the curve turn as little as possible, ``Y^T Y' = 0``, from the
+    ///     first given one on.
     ///
     /// Returns
     /// -------
@@ -152,7 +172,9 @@ impl PyRiemannianCubic {
     ///
     /// A problem is given up after the work of about two seconds. Ctrl-C ends the search at once.
     #[staticmethod]
-    #[pyo3(signature = (S0, V0, S1, V1, *, tol=1e-12, max_iterations=50, guess=None, tension=0.0, all_found=false))]
+    #[pyo3(signature = (
+        S0, V0, S1, V1, *, tol=1e-12, max_iterations=50, guess=None, tension=0.0, all_found=false, manifold=None
+    ))]
     fn from_boundary(
         S0: &Any,
         V0: &Any,
@@ -163,30 +185,63 @@ impl PyRiemannianCubic {
         guess: Option<&Any>,
         tension: f64,
         all_found: bool,
+        manifold: Option<&Any>,
     ) -> PyResult<Py<PyAny>> {
-        let py = S0.py();
-        let ends = matrices(named![S0, V0, S1, V1])?;
-        let guess = guess.map(read_guess).transpose()?;
+        let (py, arguments) = (S0.py(), named![S0, V0, S1, V1]);
+        let points = Points::read(manifold)?;
+        if guess.is_some() {
+            points.only_frames("guess")?;
+        }
+        if all_found {
+            points.only_frames("all_found")?;
+        }
+        let guess = guess.map(pair_of_guess).transpose()?;
+        let field = points.field(arguments.map(|(object, _)| object))?;
+        let field = match &guess {
+            Some(pair) if field == Field::Real => Field::of(pair)?,
+            _ => field,
+        };
+        let ends = field.matrices(arguments)?;
+        points.check_shape(field, ends[0].shape())?;
+        let read = |[a, j]: &[Any<'_>; 2]| field.matrices([(a, "A"), (j, "J")]);
+        let guess = guess.as_ref().map(read).transpose()?;
         let max_iterations = count("max_iterations", max_iterations, 1)?;
-        let curves = run_on(py, ends, SOLVES, move |[s0, v0, s1, v1], interrupt| {
-            let boundary = BoundaryOptions {
-                tolerance: tol,
-                max_iterations,
-                guess: guess.as_ref().map(|[a, j]| (a.as_ref(), j.as_ref())),
-                tension,
-                interrupt,
-            };
-            if all_found {
-                let options = SearchOptions {
-                    boundary,
-                    ..SearchOptions::default()
+        let curves = run_on(
+            py,
+            field,
+            ends,
+            SOLVES,
+            move |[s0, v0, s1, v1], interrupt| {
+                let boundary = BoundaryOptions {
+                    tolerance: tol,
+                    max_iterations,
+                    guess: guess.as_ref().map(|[a, j]| (a.as_ref(), j.as_ref())),
+                    tension,
+                    interrupt,
                 };
-                return RiemannianCubic::all_from_boundary(s0, v0, s1, v1, &options);
-            }
-            let curve = RiemannianCubic::from_boundary(s0, v0, s1, v1, &boundary)?;
-            Ok(vec![curve])
-        })?;
-        let curves = curves.into_iter().map(|curve| Self::wrapped(py, curve));
+                if all_found {
+                    let options = SearchOptions {
+                        boundary,
+                        ..SearchOptions::default()
+                    };
+                    return RiemannianCubic::all_from_boundary(s0, v0, s1, v1, &options);
+                }
+                let curve = match points.quotient {
+                    Quotient::Frames => RiemannianCubic::from_boundary(s0, v0, s1, v1, &boundary),
+                    Quotient::Subspaces => {
+                        RiemannianCubic::between_subspaces(s0, v0, s1, v1, &boundary)
+                    }
+                }?;
+                Ok(vec![curve])
+            },
+        )?;
+        let curves = match all_found {
+            true => complex_only(curves, field),
+            false => curves,
+        };
+        let curves = curves
+            .into_iter()
+            .map(|curve| Self::wrapped(py, curve, field));
         let mut curves = curves.collect::<PyResult<Vec<_>>>()?;
         match all_found {
             true => curves.into_py_any(py),
@@ -197,40 +252,41 @@ impl PyRiemannianCubic {
     /// How the boundary value problem was solved; None for a curve from initial data.
     #[getter]
     fn report(&self) -> Option<PySolverReport> {
-        self.0.report().copied().map(PySolverReport::from)
+        self.curve.report().copied().map(PySolverReport::from)
     }
 
     /// Point, velocity, covariant acceleration and covariant jerk at the start of ``t_span``, each of shape (n, k).
     #[getter]
     fn initial(&self, py: Python<'_>) -> PyResult<Four> {
-        self.run(py, 1.0, |curve, _| curve.initial()).map(four)
+        let initial = self.run(py, 1.0, |curve, _| curve.initial())?;
+        self.field.four(initial)
     }
 
     /// The tension: 0 for a cubic.
     #[getter]
     fn tension(&self) -> f64 {
-        self.0.tension()
+        self.curve.tension()
     }
 
     /// The conserved energy ``|D_t S'|^2 / 2 - <D_t D_t S', S'> + tension |S'|^2 / 2``.
     #[getter]
     fn energy(&self) -> PyResult<f64> {
-        Ok(self.0.energy()?)
+        Ok(self.field.squared(self.curve.energy()?))
     }
 
     /// The conserved spatial momentum, a skew matrix of shape (n, n); for ``n`` up to 16384.
     #[getter]
-    fn momentum(&self, py: Python<'_>) -> PyResult<Array> {
-        let rows = self.0.n() as f64;
+    fn momentum(&self, py: Python<'_>) -> PyResult<Numbers> {
+        let rows = self.curve.n() as f64;
         let momentum = self.run(py, rows, |curve, _| curve.momentum())?;
-        Ok(Array::from(momentum))
+        self.field.number_matrix(momentum)
     }
 
     /// Number of polynomials that the curve consists of: the steps of its integration, or 1 for a piece of a spline that
     /// was solved without integration.
     #[getter]
     fn steps(&self) -> usize {
-        self.0.steps()
+        self.curve.steps()
     }
 
     /// The same curve made for ``[start, end]``: a part of ``t_span``, or more.
@@ -245,7 +301,7 @@ impl PyRiemannianCubic {
         let part = self.run(py, SOLVES, move |curve, stop| {
             curve.restricted(start, end, stop)
         })?;
-        Self::wrapped(py, part)
+        Self::wrapped(py, part, self.field)
     }
 
     /// The same points at other times: ``t_span`` becomes ``[start, end]``.
@@ -255,25 +311,32 @@ impl PyRiemannianCubic {
     /// InvalidInputError
     ///     ``start >= end``, not finite, or so near or far that speeds leave the range of numbers.
     fn reparametrised(&self, py: Python<'_>, start: f64, end: f64) -> PyResult<Py<Self>> {
-        Self::wrapped(py, self.0.reparametrised(start, end)?)
+        Self::wrapped(py, self.curve.reparametrised(start, end)?, self.field)
     }
 
     /// The curve run backwards over the same interval.
     fn reversed(&self, py: Python<'_>) -> PyResult<Py<Self>> {
-        Self::wrapped(py, self.0.reversed())
+        Self::wrapped(py, self.curve.reversed(), self.field)
     }
 
     fn __repr__(&self) -> String {
-        let (start, end) = Curve::t_span(&*self.0);
-        let (n, k, steps) = (self.0.n(), self.0.k(), self.0.steps());
-        format!("<RiemannianCubic on St({n}, {k}), t_span ({start:?}, {end:?}), {steps} steps>")
+        let (start, end) = Curve::t_span(&*self.curve);
+        let manifold = self.field.manifold((self.curve.n(), self.curve.k()));
+        let steps = self.curve.steps();
+        format!("<RiemannianCubic on {manifold}, t_span ({start:?}, {end:?}), {steps} steps>")
     }
 }
 
 impl PyRiemannianCubic {
-    pub(super) fn wrapped(py: Python<'_>, curve: RiemannianCubic) -> PyResult<Py<Self>> {
+    pub(super) fn wrapped(
+        py: Python<'_>,
+        curve: RiemannianCubic,
+        field: Field,
+    ) -> PyResult<Py<Self>> {
         let curve = Arc::new(curve);
-        Py::new(py, wrap(Arc::clone(&curve) as _, PyRiemannianCubic(curve)))
+        let inner = Arc::clone(&curve) as _;
+        let class = PyRiemannianCubic { curve, field };
+        Py::new(py, wrap(py, inner, field, class)?)
     }
 
     /// Runs `work` on the curve; each number of a point is `weight` times the work of an exponential.
@@ -283,16 +346,28 @@ impl PyRiemannianCubic {
         weight: f64,
         work: impl FnOnce(&RiemannianCubic, Interrupt<'_>) -> Result<T> + Send + 'static,
     ) -> PyResult<T> {
-        let curve = Arc::clone(&self.0);
+        let (curve, field) = (Arc::clone(&self.curve), self.field);
         let numbers = weight * (curve.n() * curve.k()) as f64;
-        run(py, numbers, move |interrupt| work(&curve, interrupt))
+        run(py, field, numbers, move |interrupt| work(&curve, interrupt))
+    }
+}
+
+/// Of all solutions of an embedded problem those that are complex.
+fn complex_only(curves: Vec<RiemannianCubic>, field: Field) -> Vec<RiemannianCubic> {
+    let is_complex = |curve: &RiemannianCubic| {
+        let initial = curve.initial();
+        initial.is_ok_and(|all| all.iter().all(|part| restrict(part.as_ref()).is_ok()))
+    };
+    match field {
+        Field::Real => curves,
+        Field::Complex => curves.into_iter().filter(is_complex).collect(),
     }
 }
 
 /// A pair of matrices to start from.
-fn read_guess(pair: &Any) -> PyResult<[Mat<f64>; 2]> {
+fn pair_of_guess<'py>(pair: &Any<'py>) -> PyResult<[Any<'py>; 2]> {
     match two(pair)? {
-        Ok([a, j]) => matrices([(&a, "A"), (&j, "J")]),
+        Ok(pair) => Ok(pair),
         Err(3) => Err(invalid!("guess: expected two items (A, J), found more")),
         Err(few) => Err(invalid!("guess: expected two items (A, J), found {few}")),
     }

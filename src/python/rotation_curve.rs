@@ -9,6 +9,7 @@ use super::piecewise::{Cubics, Data, PyPiecewiseCurve, Spline};
 use super::prelude::*;
 use super::spline::PyCubicSpline;
 use crate::rotation::{RotationSpline, frame, tangent};
+use crate::space::Quotient;
 use crate::spline::SplineOptions;
 
 /// Curve of rotations in unit quaternions: the form in which :class:`RotationSpline` evaluates.
@@ -96,6 +97,7 @@ impl How {
 
     fn options(self, interrupt: Interrupt<'_>) -> SplineOptions<'_> {
         SplineOptions {
+            quotient: Quotient::Frames,
             tolerance: self.tolerance,
             max_iterations: self.max_iterations,
             tension: self.tension,
@@ -145,6 +147,9 @@ impl PyRotationCurve {
     #[pyo3(signature = (curve, start=None))]
     fn of_curve(curve: &Bound<'_, PyPiecewiseCurve>, start: Option<&Any>) -> PyResult<Self> {
         let (py, this) = (curve.py(), curve.get());
+        if curve.as_super().get().field == Field::Complex {
+            return Err(invalid!("curve: expected rotations, found complex frames"));
+        }
         let Cubics::Riemannian(cubics) = &this.cubics else {
             return Err(invalid!(
                 "curve: expected kind 'riemannian', found 'geometric'"
@@ -376,7 +381,7 @@ impl PyRotationCurve {
         let entries = Array::stacked(&[frames.len()], &frames, (3, 3)).entries;
         let data = Data {
             t: spline.knots().to_vec(),
-            points: Batch::of([frames.len(), 3, 3], entries),
+            points: Batch::of([frames.len(), 3, 3], entries, Field::Real),
         };
         let bc_type = match &self.given {
             Some(given) => given.bc_type_of_frames.clone_ref(py),
@@ -479,7 +484,7 @@ fn keyframes(shape: &[usize], entries: &[f64]) -> PyResult<Vec<UnitQuaternion<f6
 
 /// End conditions whose vectors are those of the body.
 fn ends(py: Python<'_>, bc_type: &BcType<'_>, rotations: &[UnitQuaternion<f64>]) -> PyResult<Ends> {
-    bc_type.read_by(py, (3, 3), |end, object| {
+    bc_type.read_by(py, Field::Real, (3, 3), |end, object| {
         let ([size], w) = read_axes(object, "bc_type", "(3,)")?;
         if size != 3 {
             return Err(unexpected("bc_type", "(3,)", &[size]));

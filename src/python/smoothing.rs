@@ -1,6 +1,7 @@
 //! Smoothing splines of the binding.
 
 use super::piecewise::{Cubics, Data, PyPiecewiseCurve, Spline, outside};
+use super::points::Points;
 use super::prelude::*;
 use super::state::check_finite;
 use super::stored::{Form, form};
@@ -43,6 +44,10 @@ use crate::stored::refusal;
 /// degrees_of_freedom : float
 ///     How many data the curve could follow, between 2 and their number: the trace of the influence matrix of the smoothing
 ///     spline in flat space.
+/// manifold : Stiefel or Grassmann, optional
+///     What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
+///     whichever, vectors are horizontal, ``Y^T V = 0``, and the bases of the curve turn as little as possible, ``Y^T Y' = 0``, from the
+///     first given one on.
 ///
 /// Raises
 /// ------
@@ -94,7 +99,7 @@ const INFINITE: f64 = f64::MAX;
 impl PySmoothingSpline {
     #[new]
     #[pyo3(signature = (
-        t, S, weights=None, lam=None, *, extrapolate=false, tol=1e-11, max_iterations=200, num_threads=None
+        t, S, weights=None, lam=None, *, extrapolate=false, tol=1e-11, max_iterations=200, num_threads=None, manifold=None
     ))]
     fn new(
         t: &Any,
@@ -105,9 +110,14 @@ impl PySmoothingSpline {
         tol: f64,
         #[pyo3(from_py_with = whole)] max_iterations: i64,
         num_threads: Option<i64>,
+        manifold: Option<&Any>,
     ) -> PyResult<PyClassInitializer<Self>> {
+        let points = Points::read(manifold)?;
         let max_iterations = count("max_iterations", max_iterations, 1)?;
-        let data = Data::read(t, S)?;
+        let field = points.field([S])?;
+        let data = Data::read(t, S, field)?;
+        points.check_shape(field, data.shape())?;
+        let quotient = points.quotient;
         let weights = weights
             .map(|object| read_axes(object, "weights", "(N,)"))
             .transpose()?;
@@ -119,6 +129,7 @@ impl PySmoothingSpline {
                 lambda: lam,
                 tolerance: tol,
                 max_iterations,
+                quotient,
                 interrupt,
             };
             let views = data.points.views();
@@ -130,7 +141,7 @@ impl PySmoothingSpline {
             for point in found.iter() {
                 points.extend(point.row_iter().flat_map(|row| row.iter()));
             }
-            let points = Batch::of([t.len(), n, k], points);
+            let points = Batch::of([t.len(), n, k], points, field);
             let spline = Spline {
                 cubics: Cubics::Riemannian(Arc::new(curve)),
                 data: Data { t, points },
@@ -140,7 +151,7 @@ impl PySmoothingSpline {
         })?;
         Ok(spline.wrap(t.py())?.add_subclass(PySmoothingSpline {
             lam: fitted.lambda,
-            misfit: fitted.misfit,
+            misfit: field.squared(fitted.misfit),
             degrees_of_freedom: fitted.degrees_of_freedom,
         }))
     }
@@ -148,25 +159,30 @@ impl PySmoothingSpline {
     /// For files and pickles: all numbers of the curve.
     fn _stored<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
         let (py, this) = (slf.py(), slf.get());
-        let mut fields = slf.as_super().get().stored(py)?;
+        let field = slf.as_super().as_super().get().field;
+        let mut fields = slf.as_super().get().stored(py, field)?;
         let lam = this.lam.min(INFINITE);
         fields.put_flat(SMOOTHING, vec![lam, this.misfit, this.degrees_of_freedom]);
-        form(py, Self::NAME, fields)
+        form(py, Self::NAME, field, fields)
     }
 }
 
 impl PySmoothingSpline {
     pub(super) fn restored(py: Python<'_>, form: Form) -> PyResult<Py<PyAny>> {
-        let (spline, [lam, misfit, degrees_of_freedom]) = form.read(py, |fields, interrupt| {
-            let numbers = fields.take(SMOOTHING)?.entries;
-            let found = numbers.len();
-            let numbers = <[f64; 3]>::try_from(numbers)
-                .map_err(|_| refusal(format!("{SMOOTHING}: expected 3 numbers, found {found}")))?;
-            if let Some(negative) = numbers.iter().find(|x| **x < 0.0) {
-                return Err(refusal(format!("{SMOOTHING}: {negative} is negative")));
-            }
-            Ok((Spline::restored(fields, false, interrupt)?, numbers))
-        })?;
+        let field = form.field;
+        let (spline, [lam, misfit, degrees_of_freedom]) =
+            form.read(py, move |fields, interrupt| {
+                let numbers = fields.take(SMOOTHING)?.entries;
+                let found = numbers.len();
+                let numbers = <[f64; 3]>::try_from(numbers).map_err(|_| {
+                    refusal(format!("{SMOOTHING}: expected 3 numbers, found {found}"))
+                })?;
+                if let Some(negative) = numbers.iter().find(|x| **x < 0.0) {
+                    return Err(refusal(format!("{SMOOTHING}: {negative} is negative")));
+                }
+                let spline = Spline::restored(fields, field, false, interrupt)?;
+                Ok((spline, numbers))
+            })?;
         let curve = spline.wrap(py)?.add_subclass(PySmoothingSpline {
             lam: if lam == INFINITE { f64::INFINITY } else { lam },
             misfit,

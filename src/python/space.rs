@@ -3,23 +3,33 @@
 use super::batch::{Value, map_batch};
 use super::prelude::*;
 
-/// A manifold whose points and tangent vectors are `n x k` matrices.
+/// A manifold whose points and tangent vectors are `n x k` matrices, real or complex.
 pub trait Space {
-    /// The manifold of the core.
+    /// The manifold that the core computes on: of embedded matrices, where they are complex.
     type Core: Copy + Shared;
 
     fn core(&self) -> Self::Core;
 
-    /// `(n, k)`.
-    fn shape(&self) -> (usize, usize);
+    /// Rows and columns of a point of the core.
+    fn core_shape(&self) -> (usize, usize);
+
+    fn field(&self) -> Field;
+
+    /// The name of the class.
+    const NAME: &'static str;
 
     /// The nearest points.
-    fn nearest(&self, Y: &Any) -> PyResult<Array>;
+    fn nearest(&self, Y: &Any) -> PyResult<Numbers>;
 
     /// The projection of matrices on tangent spaces.
-    fn tangent_part(&self, S: &Any, Z: &Any) -> PyResult<Array>;
+    fn tangent_part(&self, S: &Any, Z: &Any) -> PyResult<Numbers>;
 
-    /// Apply `member` to points and tangent vectors, member by member; its values have shape `core`.
+    /// Rows and columns of a point.
+    fn shape(&self) -> (usize, usize) {
+        self.field().own(self.core_shape())
+    }
+
+    /// Apply `member` to points and tangent vectors, member by member; its values have shape `core`, as the core has them.
     fn map<T: Value, const N: usize>(
         &self,
         objects: [Named<'_, '_>; N],
@@ -34,9 +44,23 @@ pub trait Space {
         &self,
         objects: [Named<'_, '_>; N],
         member: impl Fn(&Self::Core, [MatRef<'_, f64>; N]) -> Result<Mat<f64>> + Shared,
+    ) -> PyResult<Numbers> {
+        let (n, k) = self.core_shape();
+        let found = self.map(objects, &[n, k], move |m, data, _| member(m, data))?;
+        self.field().numbers(found)
+    }
+
+    /// [`Space::map`] for numbers, of which `own` makes those of the field.
+    fn map_numbers<const N: usize>(
+        &self,
+        objects: [Named<'_, '_>; N],
+        own: fn(Field, f64) -> f64,
+        member: impl Fn(&Self::Core, [MatRef<'_, f64>; N], Interrupt<'_>) -> Result<f64> + Shared,
     ) -> PyResult<Array> {
-        let (n, k) = self.shape();
-        self.map(objects, &[n, k], move |m, data, _| member(m, data))
+        let field = self.field();
+        self.map(objects, &[], move |m, data, interrupt| {
+            Ok(own(field, member(m, data, interrupt)?))
+        })
     }
 
     /// [`Space::map`] for arguments of any shapes; `weight` is the work of a number of theirs.
@@ -49,16 +73,47 @@ pub trait Space {
         member: impl Fn(&Self::Core, [MatRef<'_, f64>; N], Interrupt<'_>) -> Result<T> + Shared,
     ) -> PyResult<Array> {
         let (py, manifold) = (objects[0].0.py(), self.core());
-        let batches = matrix_batches(objects)?;
+        let batches = self.read(objects)?;
         for ((batch, (_, name)), shape) in batches.iter().zip(objects).zip(shapes) {
             batch.check_shape(name, shape)?;
         }
         let numbers: f64 = batches.iter().map(Batch::numbers).sum();
-        let call = Call::new(py, None, weight(&batches) * numbers)?;
+        let call = Call::new(py, None, weight(&batches) * numbers)?.over(self.field());
         map_batch(&call, batches, core, move |batches, i, out, interrupt| {
             member(&manifold, batches.map(|batch| batch.get(i)), interrupt)?.put(out);
             Ok(())
         })
+    }
+
+    /// Reads arrays of matrices, with their leading axes broadcast.
+    fn read<const N: usize>(&self, objects: [Named<'_, '_>; N]) -> PyResult<[Batch; N]> {
+        let batches = self.field().batches(objects);
+        if batches.is_ok() || self.field() == Field::Complex {
+            return batches;
+        }
+        for (object, name) in objects {
+            if Field::of([object])? == Field::Complex {
+                let ((n, k), class) = (self.shape(), Self::NAME);
+                let advice = format!("those of {class}({n}, {k}, field='complex')");
+                let message = format!("{name}: expected real numbers; complex ones are {advice}");
+                return Err(PyTypeError::new_err(message));
+            }
+        }
+        batches
+    }
+
+    /// Standard normal matrices with the leading axes `lead`: the real and the imaginary part of every entry.
+    fn normal<'py>(&self, generator: &Any<'py>, lead: &[usize]) -> PyResult<Any<'py>> {
+        let (py, (n, k)) = (generator.py(), self.shape());
+        let shape = [lead, &[n, k]].concat();
+        let parts = if self.field() == Field::Real { 1 } else { 2 };
+        let drawn = [&shape[..], &[2][..parts - 1]].concat();
+        let normal = generator.call_method1("standard_normal", (PyTuple::new(py, drawn)?,))?;
+        if self.field() == Field::Real {
+            return Ok(normal);
+        }
+        let complex = normal.call_method1("view", ("complex128",))?;
+        complex.call_method1("reshape", (PyTuple::new(py, shape)?,))
     }
 
     /// Uniformly distributed points, shape `size + (n, k)`.
@@ -67,7 +122,7 @@ pub trait Space {
         py: Python<'_>,
         rng: Option<&Any>,
         size: Option<&Any>,
-    ) -> PyResult<Array> {
+    ) -> PyResult<Numbers> {
         let axes: Vec<i64> = match size {
             None => Vec::new(),
             Some(size) => match size.extract() {
@@ -80,16 +135,16 @@ pub trait Space {
             let found = size.map_or(String::new(), |size| size.to_string());
             return Err(invalid!("size: axes must be at least 0, found {found}"));
         };
-        self.nearest(&normal(&generator(py, rng)?, &lead, self.shape())?)
+        self.nearest(&self.normal(&generator(py, rng)?, &lead)?)
     }
 
     /// Normally distributed tangent vectors at the points `S`, called `name` in errors.
-    fn random_tangents(&self, (S, name): Named<'_, '_>, rng: Option<&Any>) -> PyResult<Array> {
+    fn random_tangents(&self, (S, name): Named<'_, '_>, rng: Option<&Any>) -> PyResult<Numbers> {
         let py = S.py();
-        let [points] = matrix_batches([(S, name)])?;
+        let [points] = self.read([(S, name)])?;
         points.check_shape(name, self.shape())?;
         let stream = tangent_stream(&generator(py, rng)?)?;
-        self.tangent_part(S, &normal(&stream, &points.shape, self.shape())?)
+        self.tangent_part(S, &self.normal(&stream, &points.shape)?)
     }
 }
 
@@ -97,19 +152,15 @@ pub trait Space {
 pub fn sizes<T>(
     symbol: &str,
     (n, k): (i64, i64),
+    field: Field,
     make: fn(usize, usize) -> Result<T>,
 ) -> PyResult<T> {
     let invalid = || invalid!("{symbol}(n, k): expected 1 <= k <= n, found n = {n}, k = {k}");
     let (Ok(rows), Ok(cols)) = (usize::try_from(n), usize::try_from(k)) else {
         return Err(invalid());
     };
+    let [rows, cols] = [rows, cols].map(|size| field.embedded(size));
     make(rows, cols).map_err(|_| invalid())
-}
-
-/// Draw standard normal matrices with the leading axes `lead`.
-fn normal<'py>(generator: &Any<'py>, lead: &[usize], (n, k): (usize, usize)) -> PyResult<Any<'py>> {
-    let shape = PyTuple::new(generator.py(), [lead, &[n, k]].concat())?;
-    generator.call_method1("standard_normal", (shape,))
 }
 
 /// What sets the streams of tangent vectors apart from others that the same numbers are the seed of: a number of its own.

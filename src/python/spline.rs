@@ -4,12 +4,15 @@ use super::knots::{BcType, Ends, restore_ends, store_ends};
 use super::piecewise::{
     Cubics, Data, KINDS, PIECES, PyPiecewiseCurve, Spline, VELOCITIES, outside, put,
 };
+use super::points::Points;
 use super::prelude::*;
 use super::stored::{Form, form};
 use super::velocities::Velocities;
 use crate::cubic::BoundaryOptions;
+use crate::space::Quotient;
 use crate::spline::{
     SplineOptions, cubic_hermite, cubic_spline, geometric_hermite, geometric_spline,
+    subspace_hermite,
 };
 
 /// Curve through points with given velocities, once continuously differentiable.
@@ -30,6 +33,10 @@ use crate::spline::{
 ///     Whether the first and the last piece go on outside of ``[t[0], t[-1]]``; by default times there are errors.
 /// num_threads : int, optional
 ///     Threads; by default those of the global pool.
+/// manifold : Stiefel or Grassmann, optional
+///     What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
+///     whichever, vectors are horizontal, ``Y^T V = 0``, and the bases of the curve turn as little as possible, ``Y^T Y' = 0``, from the
+///     first given one on.
 ///
 /// Raises
 /// ------
@@ -71,7 +78,7 @@ pub struct PyCubicHermite {
 #[pymethods]
 impl PyCubicHermite {
     #[new]
-    #[pyo3(signature = (t, S, V, kind="riemannian", *, extrapolate=false, num_threads=None))]
+    #[pyo3(signature = (t, S, V, kind="riemannian", *, extrapolate=false, num_threads=None, manifold=None))]
     fn new(
         t: &Any,
         S: &Any,
@@ -79,11 +86,18 @@ impl PyCubicHermite {
         kind: &str,
         extrapolate: bool,
         num_threads: Option<i64>,
+        manifold: Option<&Any>,
     ) -> PyResult<PyClassInitializer<Self>> {
-        let py = t.py();
+        let (py, points) = (t.py(), Points::read(manifold)?);
         let geometric = is_second("kind", kind, KINDS)?;
-        let data = Data::read(t, S)?;
-        let velocities = Velocities::read(V)?;
+        if geometric {
+            points.only_frames("kind")?;
+        }
+        let field = points.field([S, V])?;
+        let data = Data::read(t, S, field)?;
+        points.check_shape(field, data.shape())?;
+        let quotient = points.quotient;
+        let velocities = Velocities::read(V, field)?;
         let call = data.call(py, num_threads)?;
         let (spline, velocities) = call.run(move |interrupt| {
             let (t, points) = (&data.t, data.points.views());
@@ -95,7 +109,10 @@ impl PyCubicHermite {
                         interrupt,
                         ..BoundaryOptions::default()
                     };
-                    let curve = cubic_hermite(t, &points, &vectors, &options)?;
+                    let curve = match quotient {
+                        Quotient::Frames => cubic_hermite(t, &points, &vectors, &options),
+                        Quotient::Subspaces => subspace_hermite(t, &points, &vectors, &options),
+                    }?;
                     Cubics::Riemannian(Arc::new(curve.with_outside(outside(extrapolate))))
                 }
                 true => {
@@ -114,16 +131,17 @@ impl PyCubicHermite {
                 given,
             ))
         })?;
-        let velocities = velocities.frozen(py)?;
+        let velocities = field.numbers(velocities)?.frozen(py)?;
         Ok(spline.wrap(py)?.add_subclass(PyCubicHermite { velocities }))
     }
 
     /// For files and pickles: all numbers of the curve.
     fn _stored<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
         let (py, base) = (slf.py(), slf.as_super().get());
-        let mut fields = base.stored(py)?;
-        put(py, &mut fields, VELOCITIES, &slf.get().velocities)?;
-        let form = form(py, Self::NAME, fields)?;
+        let field = slf.as_super().as_super().get().field;
+        let mut fields = base.stored(py, field)?;
+        put(py, field, &mut fields, VELOCITIES, &slf.get().velocities)?;
+        let form = form(py, Self::NAME, field, fields)?;
         form.set_item(PIECES, base.kind())?;
         Ok(form)
     }
@@ -132,13 +150,14 @@ impl PyCubicHermite {
 impl PyCubicHermite {
     pub(super) fn restored(py: Python<'_>, mut form: Form) -> PyResult<Py<PyAny>> {
         let geometric = is_second("kind", &form.word(PIECES)?, KINDS)?;
+        let field = form.field;
         let (spline, velocities) = form.read(py, move |fields, interrupt| {
             let velocities = fields.take(VELOCITIES)?;
-            let spline = Spline::restored(fields, geometric, interrupt)?;
+            let spline = Spline::restored(fields, field, geometric, interrupt)?;
             let velocities = spline.velocities(velocities, interrupt)?;
             Ok((spline, velocities))
         })?;
-        let velocities = velocities.into_array().frozen(py)?;
+        let velocities = field.numbers(velocities.into_array())?.frozen(py)?;
         let class = PyCubicHermite { velocities };
         object(py, spline.wrap(py)?.add_subclass(class))
     }
@@ -176,6 +195,10 @@ impl PyCubicHermite {
 ///     and more than ``4 k``, also in the span of all points.
 /// num_threads : int, optional
 ///     Threads; by default those of the global pool.
+/// manifold : Stiefel or Grassmann, optional
+///     What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
+///     whichever, vectors are horizontal, ``Y^T V = 0``, and the bases of the curve turn as little as possible, ``Y^T Y' = 0``, from the
+///     first given one on.
 ///
 /// Raises
 /// ------
@@ -223,9 +246,9 @@ impl PyCubicSpline {
     #[new]
     #[pyo3(signature = (
         t, S, bc_type=BcType::default(), kind="riemannian", *, extrapolate=false, tol=1e-12, max_iterations=200,
-        tension=0.0, num_threads=None
+        tension=0.0, num_threads=None, manifold=None
     ), text_signature = "(t, S, bc_type='natural', kind='riemannian', *, extrapolate=False, tol=1e-12, \
-        max_iterations=200, tension=0.0, num_threads=None)")]
+        max_iterations=200, tension=0.0, num_threads=None, manifold=None)")]
     fn new(
         t: &Any,
         S: &Any,
@@ -236,21 +259,30 @@ impl PyCubicSpline {
         #[pyo3(from_py_with = whole)] max_iterations: i64,
         tension: f64,
         num_threads: Option<i64>,
+        manifold: Option<&Any>,
     ) -> PyResult<PyClassInitializer<Self>> {
-        let py = t.py();
+        let (py, points) = (t.py(), Points::read(manifold)?);
         let geometric = is_second("kind", kind, KINDS)?;
+        if geometric {
+            points.only_frames("kind")?;
+        }
         let max_iterations = count("max_iterations", max_iterations, 1)?;
-        let data = Data::read(t, S)?;
+        let vectors = bc_type.vectors()?;
+        let field = points.field(std::iter::once(S).chain(&vectors))?;
+        let data = Data::read(t, S, field)?;
+        points.check_shape(field, data.shape())?;
+        let quotient = points.quotient;
         let Ends {
             given: bc_type,
             conditions,
-        } = bc_type.read(py, data.shape())?;
+        } = bc_type.read(py, field, data.shape())?;
         let call = data.call(py, num_threads)?;
         let spline = call.run(move |interrupt| {
             let options = SplineOptions {
                 tolerance: tol,
                 max_iterations,
                 tension,
+                quotient,
                 interrupt,
             };
             let (t, points) = (&data.t, data.points.views());
@@ -279,9 +311,10 @@ impl PyCubicSpline {
     /// For files and pickles: all numbers of the curve.
     fn _stored<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
         let (py, base) = (slf.py(), slf.as_super().get());
-        let form = form(py, Self::NAME, base.stored(py)?)?;
+        let field = slf.as_super().as_super().get().field;
+        let form = form(py, Self::NAME, field, base.stored(py, field)?)?;
         form.set_item(PIECES, base.kind())?;
-        store_ends(slf.get().bc_type.bind(py), &form)?;
+        store_ends(slf.get().bc_type.bind(py), field, &form)?;
         Ok(form)
     }
 }
@@ -289,11 +322,11 @@ impl PyCubicSpline {
 impl PyCubicSpline {
     pub(super) fn restored(py: Python<'_>, mut form: Form) -> PyResult<Py<PyAny>> {
         let geometric = is_second("kind", &form.word(PIECES)?, KINDS)?;
-        let ends = restore_ends(py, &mut form)?;
+        let (field, ends) = (form.field, restore_ends(py, &mut form)?);
         let spline = form.read(py, move |fields, stop| {
-            Spline::restored(fields, geometric, stop)
+            Spline::restored(fields, field, geometric, stop)
         })?;
-        let bc_type = ends.read(py, spline.data.shape())?.given;
+        let bc_type = ends.read(py, field, spline.data.shape())?.given;
         let class = PyCubicSpline { bc_type };
         object(py, spline.wrap(py)?.add_subclass(class))
     }

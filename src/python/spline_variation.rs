@@ -13,10 +13,11 @@ use crate::spline::{EndConditions, Piecewise, SplineGradient, SplineVariation};
 struct Spline {
     curve: Arc<Piecewise<RiemannianCubic>>,
     ends: EndConditions,
+    field: Field,
 }
 
 /// `(GS, Gt, Gbc)`.
-type Gradient = (Array, Array, (Option<Array>, Option<Array>));
+type Gradient = (Numbers, Array, (Option<Numbers>, Option<Numbers>));
 
 impl Spline {
     fn of(slf: &Bound<'_, PyCubicSpline>) -> PyResult<Self> {
@@ -25,10 +26,11 @@ impl Spline {
             let expected = "derivatives are those of splines with kind='riemannian'";
             return Err(invalid!("kind: {expected}, found 'geometric'"));
         };
+        let field = slf.as_super().as_super().get().field;
         let given: BcType<'_> = slf.get().bc_type.extract(py)?;
-        let ends = given.read(py, (curve.n(), curve.k()))?.conditions;
+        let ends = given.read(py, field, (curve.n(), curve.k()))?.conditions;
         let curve = Arc::clone(curve);
-        Ok(Spline { curve, ends })
+        Ok(Spline { curve, ends, field })
     }
 
     fn shape(&self) -> (usize, usize) {
@@ -44,7 +46,9 @@ impl Spline {
     ) -> PyResult<T> {
         let ((n, k), matrices) = (self.shape(), self.curve.pieces().len() + times);
         let numbers = SOLVES * (matrices * n * k) as f64;
-        run(py, numbers, move |interrupt| work(&self, interrupt))
+        run(py, self.field, numbers, move |interrupt| {
+            work(&self, interrupt)
+        })
     }
 }
 
@@ -56,7 +60,7 @@ fn end_changes(spline: &Spline, dbc: Option<&Any>) -> PyResult<[Option<Mat<f64>>
             let [first, last] = pair(items, "dbc", "changes of the vectors at both ends")?;
             let read = |item: Any<'_>| match item.is_none() {
                 true => Ok(None),
-                false => matrix(&item, "dbc").map(Some),
+                false => spline.field.matrix(&item, "dbc").map(Some),
             };
             [read(first)?, read(last)?]
         }
@@ -76,10 +80,18 @@ fn moves(dt: &Any) -> PyResult<Vec<f64>> {
     }
 }
 
-fn gradient(shape: (usize, usize), found: SplineGradient) -> Gradient {
+/// The gradient of what is linear in squared lengths of the core: gradients by matrices stay, since their products with
+/// variations double too.
+fn gradient(field: Field, shape: (usize, usize), found: SplineGradient) -> PyResult<Gradient> {
     let points = Array::stacked(&[found.points.len()], &found.points, shape);
-    let [first, last] = found.ends.map(|end| end.map(Array::from));
-    (points, Array::flat(found.times), (first, last))
+    let ends = found.ends.map(|end| {
+        let end = end.map(|end| field.number_matrix(end));
+        end.transpose()
+    });
+    let [first, last] = collected(ends)?;
+    let times = found.times.into_iter().map(|time| field.squared(time));
+    let times = Array::flat(times.collect());
+    Ok((field.numbers(points)?, times, (first, last)))
 }
 
 #[pymethods]
@@ -124,13 +136,14 @@ impl PyCubicSpline {
         dS: &Any,
         dt: Option<&Any>,
         dbc: Option<&Any>,
-    ) -> PyResult<Array> {
+    ) -> PyResult<Numbers> {
         let spline = Spline::of(slf)?;
         let t = read(t, "t")?;
-        let points = Batch::read(dS, "dS", "(N, n, k)")?;
+        let field = spline.field;
+        let points = field.batch(dS, "dS", "(N, n, k)")?;
         let moves = dt.map_or(Ok(Vec::new()), moves)?;
         let ends = end_changes(&spline, dbc)?;
-        spline.run(slf.py(), t.entries.len(), move |spline, interrupt| {
+        let found = spline.run(slf.py(), t.entries.len(), move |spline, interrupt| {
             let variation = SplineVariation {
                 points: &points.views(),
                 times: &moves,
@@ -139,7 +152,8 @@ impl PyCubicSpline {
             let derivative = spline.curve.data_derivative(&spline.ends, interrupt)?;
             let found = derivative.points(&variation, &t.entries, interrupt)?;
             Ok(Array::stacked(&t.shape, &found, spline.shape()))
-        })
+        })?;
+        field.numbers(found)
     }
 
     /// Gradient with respect to the data of ``sum(W * curve(t))``: the transpose of :meth:`point_variation`.
@@ -174,12 +188,13 @@ impl PyCubicSpline {
     /// linear system, whatever the number of times.
     fn point_pullback(slf: &Bound<'_, Self>, t: &Any, W: &Any) -> PyResult<Gradient> {
         let spline = Spline::of(slf)?;
-        let data = Cotangents::read(t, W, spline.shape())?;
-        spline.run(slf.py(), data.times.len(), move |spline, interrupt| {
+        let (field, shape) = (spline.field, spline.shape());
+        let data = Cotangents::read(t, W, shape, field)?;
+        let found = spline.run(slf.py(), data.times.len(), move |spline, interrupt| {
             let derivative = spline.curve.data_derivative(&spline.ends, interrupt)?;
-            let found = derivative.pull_back(&data.times, &data.matrices.views(), interrupt)?;
-            Ok(gradient(spline.shape(), found))
-        })
+            derivative.pull_back(&data.times, &data.matrices.views(), interrupt)
+        })?;
+        gradient(field, shape, found)
     }
 
     /// Gradient of the cost with respect to points, times and end conditions.
@@ -204,9 +219,11 @@ impl PyCubicSpline {
     /// -----
     /// By the first variation of the cost: no equation has to be solved unless ``bc_type`` gives an acceleration.
     fn cost_gradient(slf: &Bound<'_, Self>) -> PyResult<Gradient> {
-        Spline::of(slf)?.run(slf.py(), 0, |spline, interrupt| {
-            let found = spline.curve.cost_gradient(&spline.ends, interrupt)?;
-            Ok(gradient(spline.shape(), found))
-        })
+        let spline = Spline::of(slf)?;
+        let (field, shape) = (spline.field, spline.shape());
+        let found = spline.run(slf.py(), 0, |spline, interrupt| {
+            spline.curve.cost_gradient(&spline.ends, interrupt)
+        })?;
+        gradient(field, shape, found)
     }
 }

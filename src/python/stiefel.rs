@@ -2,11 +2,11 @@
 
 use super::prelude::*;
 use super::space::{Space, sizes};
-use crate::linalg::structure::check_finite;
+use crate::linalg::structure::{check_finite, norm};
 use crate::manifold::stiefel::{POINT_TOLERANCE, TANGENT_TOLERANCE};
 use crate::manifold::{Metric, Stiefel};
 
-/// The Stiefel manifold St(n, k) of n x k matrices with orthonormal columns.
+/// The Stiefel manifold St(n, k) of n x k matrices with orthonormal columns, real or complex.
 ///
 /// Points and tangent vectors are arrays of shape ``(..., n, k)``; leading axes are batches and broadcast.
 ///
@@ -17,6 +17,9 @@ use crate::manifold::{Metric, Stiefel};
 /// metric : "canonical", "euclidean" or float, default "canonical"
 ///     A float is the parameter ``alpha > -1`` of the family of Hueper, Markina, Silva Leite (2021), in which
 ///     ``|V|^2 = |K|^2 + |Omega|^2 / (2 (alpha + 1))`` for ``V = S Omega + K``: canonical 0, Euclidean -1/2.
+/// field : "real" or "complex", default "real"
+///     With ``"complex"``, complex frames, ``S^H S = I``: the unitary group for ``k = n``. Arrays of complex numbers are taken and
+///     returned; in all formulas the transpose is the conjugate transpose, and inner products are real parts.
 ///
 /// Raises
 /// ------
@@ -37,24 +40,34 @@ use crate::manifold::{Metric, Stiefel};
 /// True
 #[pyclass(name = "Stiefel", module = "stiefel_rs", frozen, eq, hash)]
 #[derive(Clone, PartialEq, Eq, Hash)]
-pub struct PyStiefel(pub(super) Stiefel);
+pub struct PyStiefel {
+    /// The manifold that the core computes on: of embedded frames, where they are complex.
+    embedded: Stiefel,
+    pub(super) field: Field,
+}
 
 impl Space for PyStiefel {
     type Core = Stiefel;
 
+    const NAME: &'static str = "Stiefel";
+
     fn core(&self) -> Stiefel {
-        self.0
+        self.embedded
     }
 
-    fn shape(&self) -> (usize, usize) {
-        (self.0.n(), self.0.k())
+    fn core_shape(&self) -> (usize, usize) {
+        (self.embedded.n(), self.embedded.k())
     }
 
-    fn nearest(&self, Y: &Any) -> PyResult<Array> {
+    fn field(&self) -> Field {
+        self.field
+    }
+
+    fn nearest(&self, Y: &Any) -> PyResult<Numbers> {
         self.project(Y)
     }
 
-    fn tangent_part(&self, S: &Any, Z: &Any) -> PyResult<Array> {
+    fn tangent_part(&self, S: &Any, Z: &Any) -> PyResult<Numbers> {
         self.project_tangent(S, Z)
     }
 }
@@ -84,56 +97,86 @@ pub(super) fn read_metric(object: &Any) -> PyResult<Metric> {
     Ok(Metric::new(alpha)?)
 }
 
+impl PyStiefel {
+    /// The manifold, with the canonical metric, of points of the core.
+    pub(super) fn of_core((rows, cols): (usize, usize), field: Field) -> PyResult<Self> {
+        let embedded = Stiefel::new(rows, cols)?;
+        Ok(PyStiefel { embedded, field })
+    }
+}
+
 #[pymethods]
 impl PyStiefel {
     #[new]
-    #[pyo3(signature = (n, k, *, metric=None))]
-    fn new(n: i64, k: i64, metric: Option<&Any>) -> PyResult<Self> {
-        let manifold = sizes("St", (n, k), Stiefel::new)?;
+    #[pyo3(signature = (n, k, *, metric=None, field="real"))]
+    fn new(n: i64, k: i64, metric: Option<&Any>, field: &str) -> PyResult<Self> {
+        let field = Field::from_word(field)?;
+        let manifold = sizes("St", (n, k), field, Stiefel::new)?;
         let metric = metric.map_or(Ok(Metric::CANONICAL), read_metric)?;
-        Ok(PyStiefel(manifold.with_metric(metric)))
+        Ok(PyStiefel {
+            embedded: manifold.with_metric(metric),
+            field,
+        })
     }
 
     /// Rows of a point.
     #[getter]
     fn n(&self) -> usize {
-        self.0.n()
+        self.shape().0
     }
 
     /// Columns of a point.
     #[getter]
     fn k(&self) -> usize {
-        self.0.k()
+        self.shape().1
+    }
+
+    /// "real" or "complex": what numbers points consist of.
+    #[getter]
+    fn field(&self) -> &'static str {
+        self.field.word()
     }
 
     /// Parameter of the metric: 0 for the canonical, -1/2 for the Euclidean one.
     #[getter]
     fn alpha(&self) -> f64 {
-        self.0.metric().alpha()
+        self.embedded.metric().alpha()
     }
 
-    /// Dimension of the manifold, ``n k - k (k + 1) / 2``.
+    /// Real dimension of the manifold, ``n k - k (k + 1) / 2``; of complex frames ``2 n k - k^2``.
     #[getter]
     fn dim(&self) -> usize {
-        self.0.dim()
-    }
-
-    fn __repr__(&self) -> String {
-        let (n, k) = (self.0.n(), self.0.k());
-        match self.0.metric() {
-            Metric::CANONICAL => format!("Stiefel({n}, {k})"),
-            Metric::EUCLIDEAN => format!("Stiefel({n}, {k}, metric='euclidean')"),
-            metric => format!("Stiefel({n}, {k}, metric={:?})", metric.alpha()),
+        let (n, k) = self.shape();
+        match self.field {
+            Field::Real => self.embedded.dim(),
+            Field::Complex => k * (2 * n - k),
         }
     }
 
+    fn __repr__(&self) -> String {
+        let (n, k) = self.shape();
+        let metric = match self.embedded.metric() {
+            Metric::CANONICAL => String::new(),
+            Metric::EUCLIDEAN => ", metric='euclidean'".to_owned(),
+            metric => format!(", metric={:?}", metric.alpha()),
+        };
+        let field = match self.field {
+            Field::Real => "",
+            Field::Complex => ", field='complex'",
+        };
+        format!("Stiefel({n}, {k}{metric}{field})")
+    }
+
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
-        let (py, manifold) = (slf.py(), slf.get().0);
-        let metric = [("metric", manifold.metric().alpha())].into_py_dict(py)?;
-        // `functools.partial` carries the keyword through pickling.
+        let (py, this) = (slf.py(), slf.get());
+        let keywords = [("metric", this.alpha())].into_py_dict(py)?;
+        if this.field == Field::Complex {
+            keywords.set_item("field", this.field.word())?;
+        }
+        // `functools.partial` carries the keywords through pickling.
         let partial = py.import("functools")?.getattr("partial")?;
-        let build = partial.call((slf.get_type(),), Some(&metric))?;
-        (build, (manifold.n(), manifold.k())).into_pyobject(py)
+        let build = partial.call((slf.get_type(),), Some(&keywords))?;
+        (build, this.shape()).into_pyobject(py)
     }
 
     /// Raise unless every member of ``S`` is a point: ``|S^T S - I| <= atol`` (Frobenius), by default 1e-9.
@@ -145,7 +188,10 @@ impl PyStiefel {
     #[pyo3(signature = (S, atol=POINT_TOLERANCE), text_signature = "($self, S, atol=1e-9)")]
     fn check_point(&self, S: &Any, atol: f64) -> PyResult<()> {
         ensure!(atol >= 0.0, "atol: must be at least 0, found {atol}");
-        self.map(named![S], &[], move |m, [s], _| m.check_point("S", s, atol))?;
+        let tolerance = atol / self.field.length(1.0);
+        self.map(named![S], &[], move |m, [s], _| {
+            m.check_point("S", s, tolerance)
+        })?;
         Ok(())
     }
 
@@ -158,9 +204,18 @@ impl PyStiefel {
     #[pyo3(signature = (S, V, atol=TANGENT_TOLERANCE), text_signature = "($self, S, V, atol=1e-9)")]
     fn check_tangent(&self, S: &Any, V: &Any, atol: f64) -> PyResult<()> {
         ensure!(atol >= 0.0, "atol: must be at least 0, found {atol}");
+        let (field, unit) = (self.field, self.field.length(1.0));
         self.map(named![S, V], &[], move |m, [s, v], _| {
             check(m, s)?;
-            m.check_tangent("V", s, v, atol)
+            let tolerance = match field {
+                Field::Real => atol,
+                // The core multiplies by its own norm of V.
+                Field::Complex => {
+                    let long = norm(v);
+                    atol / unit * (unit * long).max(1.0) / long.max(1.0)
+                }
+            };
+            m.check_tangent("V", s, v, tolerance)
         })?;
         Ok(())
     }
@@ -179,7 +234,7 @@ impl PyStiefel {
         py: Python<'_>,
         rng: Option<&Any>,
         size: Option<&Any>,
-    ) -> PyResult<Array> {
+    ) -> PyResult<Numbers> {
         self.random_points(py, rng, size)
     }
 
@@ -193,7 +248,7 @@ impl PyStiefel {
     ///     What `numpy.random.default_rng` takes. The vectors are independent of ``S``, also where ``S`` is made with the same
     ///     seed, or by a generator in the same state.
     #[pyo3(signature = (S, rng=None))]
-    fn random_tangent(&self, S: &Any, rng: Option<&Any>) -> PyResult<Array> {
+    fn random_tangent(&self, S: &Any, rng: Option<&Any>) -> PyResult<Numbers> {
         self.random_tangents((S, "S"), rng)
     }
 
@@ -203,12 +258,12 @@ impl PyStiefel {
     /// ------
     /// InvalidInputError
     ///     ``Y`` has no full column rank (with its smallest singular value), or is not finite.
-    fn project(&self, Y: &Any) -> PyResult<Array> {
+    fn project(&self, Y: &Any) -> PyResult<Numbers> {
         self.map_matrices(named![Y], |m, [y]| m.project(y))
     }
 
     /// Orthogonal projection ``Z - S sym(S^T Z)`` on the tangent space at ``S``, shape (..., n, k).
-    fn project_tangent(&self, S: &Any, Z: &Any) -> PyResult<Array> {
+    fn project_tangent(&self, S: &Any, Z: &Any) -> PyResult<Numbers> {
         self.map_matrices(named![S, Z], |m, [s, z]| {
             check(m, s)?;
             check_finite("Z", z)?;
@@ -219,7 +274,7 @@ impl PyStiefel {
     /// Inner product of tangent vectors at ``S`` in the manifold's metric, shape (...); canonical:
     /// ``tr V^T (I - S S^T / 2) W``.
     fn inner(&self, S: &Any, V: &Any, W: &Any) -> PyResult<Array> {
-        self.map(named![S, V, W], &[], |m, [s, v, w], _| {
+        self.map_numbers(named![S, V, W], Field::squared, |m, [s, v, w], _| {
             check(m, s)?;
             check_vector(m, "V", [s, v])?;
             check_vector(m, "W", [s, w])?;
@@ -229,7 +284,7 @@ impl PyStiefel {
 
     /// Norm of a tangent vector at ``S`` in the manifold's metric, shape (...).
     fn norm(&self, S: &Any, V: &Any) -> PyResult<Array> {
-        self.map(named![S, V], &[], |m, [s, v], _| {
+        self.map_numbers(named![S, V], Field::length, |m, [s, v], _| {
             check(m, s)?;
             check_vector(m, "V", [s, v])?;
             m.norm(s, v)
@@ -244,8 +299,8 @@ impl PyStiefel {
     ///     ``V S^T - S V^T + 2 S V^T S S^T``, skew-symmetric.
     /// Omega : ndarray, shape (..., k, k)
     ///     ``S^T V``, skew-symmetric.
-    fn decompose(&self, S: &Any, V: &Any) -> PyResult<(Array, Array)> {
-        let (n, k) = self.shape();
+    fn decompose(&self, S: &Any, V: &Any) -> PyResult<(Numbers, Numbers)> {
+        let (n, k) = (self.embedded.n(), self.embedded.k());
         let pair = |m: &Stiefel, [s, v]: [MatRef<'_, f64>; 2]| {
             check(m, s)?;
             check_vector(m, "V", [s, v])?;
@@ -253,24 +308,26 @@ impl PyStiefel {
         };
         let x = self.map(named![S, V], &[n, n], move |m, b, _| Ok(pair(m, b)?.0))?;
         let omega = self.map(named![S, V], &[k, k], move |m, b, _| Ok(pair(m, b)?.1))?;
-        Ok((x, omega))
+        Ok((self.field.numbers(x)?, self.field.numbers(omega)?))
     }
 
     /// The tangent vector ``V = X S + S Omega`` of the paper's pair, shape (..., n, k).
-    fn compose(&self, S: &Any, X: &Any, Omega: &Any) -> PyResult<Array> {
+    fn compose(&self, S: &Any, X: &Any, Omega: &Any) -> PyResult<Numbers> {
         let (n, k) = self.shape();
+        let core = [self.embedded.n(), self.embedded.k()];
         let (data, shapes) = (named![S, X, Omega], [(n, k), (n, n), (k, k)]);
-        self.map_shapes(
+        let found = self.map_shapes(
             data,
             shapes,
             |_| 1.0,
-            &[n, k],
+            &core,
             |m, [s, x, omega], _| {
                 check(m, s)?;
                 check_finite("X", x)?;
                 check_finite("Omega", omega)?;
                 m.compose(s, x, omega)
             },
-        )
+        )?;
+        self.field.numbers(found)
     }
 }

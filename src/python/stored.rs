@@ -5,16 +5,23 @@ use std::collections::BTreeMap;
 use super::prelude::*;
 use crate::stored::{FORMAT, Fields, VERSION, check_header, refusal};
 
+/// What says that the numbers are those of embedded complex matrices; real curves do not have it.
+const FIELD: &str = "field";
+
 /// The stored form of a curve of the given numbers.
 pub(super) fn form<'py>(
     py: Python<'py>,
     kind: &str,
+    field: Field,
     fields: Fields,
 ) -> PyResult<Bound<'py, PyDict>> {
     let form = PyDict::new(py);
     form.set_item("format", FORMAT)?;
     form.set_item("kind", kind)?;
     form.set_item("version", VERSION)?;
+    if field == Field::Complex {
+        form.set_item(FIELD, field.word())?;
+    }
     for (name, array) in fields.0 {
         form.set_item(name, array)?;
     }
@@ -24,6 +31,7 @@ pub(super) fn form<'py>(
 /// A stored form that is read.
 pub(super) struct Form {
     pub(super) kind: String,
+    pub(super) field: Field,
     words: BTreeMap<String, String>,
     pub(super) fields: Fields,
 }
@@ -53,8 +61,11 @@ impl Form {
             return Err(refusal(problem.to_owned()).into());
         };
         check_header(&format, version)?;
+        let field = words.remove(FIELD);
+        let field = field.map_or(Ok(Field::Real), |word| Field::from_word(&word))?;
         Ok(Form {
             kind,
+            field,
             words,
             fields,
         })
@@ -77,7 +88,7 @@ impl Form {
             return Err(refusal(format!("'{name}' is no part of such a curve")).into());
         }
         let numbers: usize = fields.0.values().map(|array| array.entries.len()).sum();
-        run(py, numbers as f64, move |interrupt| {
+        run(py, Field::Real, numbers as f64, move |interrupt| {
             fields.read(|fields| take(fields, interrupt))
         })
     }

@@ -59,7 +59,7 @@ impl PyChartTrajectory {
         let own = [&tangent[..]; 4].into_iter().chain(own);
         let arrays = rows.columns.into_iter().zip(own).map(|(entries, own)| {
             let shape = [shape, own].concat();
-            PyResult::Ok(to_array(py, entries, &shape)?.unbind())
+            PyResult::Ok(to_array(py, entries, &shape)?.into_any().unbind())
         });
         let mut arrays = arrays.collect::<PyResult<Vec<_>>>()?.into_iter();
         let mut next = || arrays.next().expect("eight arrays");
@@ -107,7 +107,7 @@ impl Flow {
 }
 
 fn read_data(objects: [Named<'_, '_>; 4]) -> PyResult<CovariantData> {
-    let [point, velocity, acceleration, jerk] = matrices(objects)?;
+    let [point, velocity, acceleration, jerk] = Field::Real.matrices(objects)?;
     Ok(CovariantData {
         point,
         velocity,
@@ -127,7 +127,7 @@ impl PyChart {
         // How many steps it takes may show only on the way: always watched.
         let work =
             move |stop: Interrupt<'_>| on_chart!(kind, chart => flow.run(chart, &data, stop));
-        PyChartTrajectory::of(py, run(py, f64::INFINITY, work)?, kind, shape)
+        PyChartTrajectory::of(py, run(py, Field::Real, f64::INFINITY, work)?, kind, shape)
     }
 }
 
@@ -157,7 +157,7 @@ impl PyChart {
     /// ``p_qdot[i] = <d_i S, A>`` and ``p_q[i] = Gamma[k, i, j] qdot[j] p_qdot[k] - <d_i S, J>``.
     fn state(&self, S: &Any, V: &Any, A: &Any, J: &Any) -> PyResult<Array> {
         let (data, kind) = (read_data(named![S, V, A, J])?, self.0);
-        run(S.py(), 0.0, move |_| {
+        run(S.py(), Field::Real, 0.0, move |_| {
             on_chart!(kind, chart => {
                 let state = state_from_covariant(chart, &data)?;
                 Ok(Array::flat(state.as_slice().to_vec()))

@@ -24,14 +24,17 @@ pub(super) struct Cotangents {
 }
 
 impl Cotangents {
-    pub(super) fn read(t: &Any, w: &Any, (n, k): (usize, usize)) -> PyResult<Self> {
+    /// `shape` is that of the core's points.
+    pub(super) fn read(t: &Any, w: &Any, shape: (usize, usize), field: Field) -> PyResult<Self> {
+        let (n, k) = field.own(shape);
         let Array {
             shape,
             entries: times,
         } = read(t, "t")?;
-        let [matrices] = matrix_batches([(w, "W")])?;
+        let [matrices] = field.batches([(w, "W")])?;
+        let (rows, cols) = matrices.own_shape();
         let expected = [&shape[..], &[n, k]].concat();
-        let found = [&matrices.shape[..], &[matrices.rows, matrices.cols]].concat();
+        let found = [&matrices.shape[..], &[rows, cols]].concat();
         if found != expected {
             let expected = format!("{}, that of the points at t", tuple(&expected));
             return Err(unexpected("W", &expected, &found));
@@ -68,12 +71,13 @@ impl PyRiemannianCubic {
     /// Exact derivatives of the flow, no differences. Any Riemannian cubic is the solution of the boundary value problem
     /// of its own ends; this is the derivative of that solution.
     fn initial_variation(&self, dS0: &Any, dV0: &Any, dS1: &Any, dV1: &Any) -> PyResult<Four> {
-        let data = matrices(named![dS0, dV0, dS1, dV1])?;
+        let data = self.field.matrices(named![dS0, dV0, dS1, dV1])?;
         let d = self.run(dS0.py(), DERIVATIVES, move |curve, interrupt| {
             let derivative = curve.boundary_derivative(interrupt)?;
             derivative.initial(&variation(&data), interrupt)
         })?;
-        Ok(four([d.point, d.velocity, d.acceleration, d.jerk]))
+        self.field
+            .four([d.point, d.velocity, d.acceleration, d.jerk])
     }
 
     /// How points of the curve change where the boundary data do.
@@ -101,14 +105,15 @@ impl PyRiemannianCubic {
         dV0: &Any,
         dS1: &Any,
         dV1: &Any,
-    ) -> PyResult<Array> {
-        let data = matrices(named![dS0, dV0, dS1, dV1])?;
+    ) -> PyResult<Numbers> {
+        let data = self.field.matrices(named![dS0, dV0, dS1, dV1])?;
         let t = read(t, "t")?;
-        self.run(dS0.py(), DERIVATIVES, move |curve, interrupt| {
+        let found = self.run(dS0.py(), DERIVATIVES, move |curve, interrupt| {
             let derivative = curve.boundary_derivative(interrupt)?;
             let found = derivative.points(curve, &variation(&data), &t.entries, interrupt)?;
             Ok(Array::stacked(&t.shape, &found, (curve.n(), curve.k())))
-        })
+        })?;
+        self.field.numbers(found)
     }
 
     /// Gradient of the cost with respect to the boundary data.
@@ -124,7 +129,7 @@ impl PyRiemannianCubic {
     /// By the first variation of the cost at a critical curve: no equation has to be solved.
     fn cost_gradient(&self, py: Python<'_>) -> PyResult<Four> {
         let d = self.run(py, 1.0, |curve, _| curve.cost_gradient())?;
-        Ok(four([d.s0, d.v0, d.s1, d.v1]))
+        self.field.four([d.s0, d.v0, d.s1, d.v1])
     }
 
     /// Gradient with respect to the boundary data of ``sum(W * curve(t))``: the transpose of :meth:`point_variation`.
@@ -154,12 +159,12 @@ impl PyRiemannianCubic {
     /// -----
     /// One solution of the linear equations, whatever the number of parameters.
     fn point_pullback(&self, t: &Any, W: &Any) -> PyResult<Four> {
-        let data = Cotangents::read(t, W, (self.0.n(), self.0.k()))?;
+        let data = Cotangents::read(t, W, (self.curve.n(), self.curve.k()), self.field)?;
         let d = self.run(t.py(), DERIVATIVES, move |curve, interrupt| {
             let derivative = curve.boundary_derivative(interrupt)?;
             derivative.pull_back(&data.times, &data.matrices.views(), interrupt)
         })?;
-        Ok(four([d.s0, d.v0, d.s1, d.v1]))
+        self.field.four([d.s0, d.v0, d.s1, d.v1])
     }
 
     /// How points of the curve change where its initial data do.
@@ -188,8 +193,8 @@ impl PyRiemannianCubic {
         dV: &Any,
         dA: &Any,
         dJ: &Any,
-    ) -> PyResult<Array> {
-        let [point, velocity, acceleration, jerk] = matrices(named![dS, dV, dA, dJ])?;
+    ) -> PyResult<Numbers> {
+        let [point, velocity, acceleration, jerk] = self.field.matrices(named![dS, dV, dA, dJ])?;
         let variation = InitialVariation {
             point,
             velocity,
@@ -197,14 +202,12 @@ impl PyRiemannianCubic {
             jerk,
         };
         let t = read(t, "t")?;
-        self.run(
-            dS.py(),
-            1.0 + t.entries.len() as f64,
-            move |curve, interrupt| {
-                let found = curve.initial_points(&variation, &t.entries, interrupt)?;
-                Ok(Array::stacked(&t.shape, &found, (curve.n(), curve.k())))
-            },
-        )
+        let weight = 1.0 + t.entries.len() as f64;
+        let found = self.run(dS.py(), weight, move |curve, interrupt| {
+            let found = curve.initial_points(&variation, &t.entries, interrupt)?;
+            Ok(Array::stacked(&t.shape, &found, (curve.n(), curve.k())))
+        })?;
+        self.field.numbers(found)
     }
 
     /// Gradient with respect to the initial data of ``sum(W * curve(t))``: the transpose of :meth:`initial_point_variation`.
@@ -227,11 +230,12 @@ impl PyRiemannianCubic {
     /// InvalidInputError
     ///     Shape, not finite.
     fn initial_point_pullback(&self, t: &Any, W: &Any) -> PyResult<Four> {
-        let data = Cotangents::read(t, W, (self.0.n(), self.0.k()))?;
+        let data = Cotangents::read(t, W, (self.curve.n(), self.curve.k()), self.field)?;
         let times = data.times.len() as f64;
         let d = self.run(t.py(), 1.0 + times, move |curve, interrupt| {
             curve.initial_pull_back(&data.times, &data.matrices.views(), interrupt)
         })?;
-        Ok(four([d.point, d.velocity, d.acceleration, d.jerk]))
+        self.field
+            .four([d.point, d.velocity, d.acceleration, d.jerk])
     }
 }

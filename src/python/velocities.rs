@@ -20,12 +20,12 @@ pub(super) enum Velocities {
 }
 
 impl Velocities {
-    pub(super) fn read(object: &Any) -> PyResult<Self> {
+    pub(super) fn read(object: &Any, field: Field) -> PyResult<Self> {
         if let Ok(word) = object.cast::<PyString>() {
             let method = read_method("V", word.to_str()?);
             return method.map(Velocities::Estimated);
         }
-        Batch::read(object, "V", "(N, n, k)").map(Velocities::Given)
+        field.batch(object, "V", "(N, n, k)").map(Velocities::Given)
     }
 
     /// The vectors, each of shape `(n, k)`.
@@ -95,11 +95,12 @@ pub fn estimate_velocities(
     method: &str,
     closed: bool,
     num_threads: Option<i64>,
-) -> PyResult<Array> {
+) -> PyResult<Numbers> {
     let estimate = read_method("method", method)?;
-    let data = Data::read(t, S)?;
+    let field = Field::of([S])?;
+    let data = Data::read(t, S, field)?;
     let shape = data.shape();
-    let call = Call::new(t.py(), num_threads, data.points.numbers())?;
+    let call = Call::new(t.py(), num_threads, data.points.numbers())?.over(field);
     let velocities = call.run(move |_| {
         let points = data.points.views();
         if closed {
@@ -108,5 +109,5 @@ pub fn estimate_velocities(
             estimated(&data.t, &points, estimate)
         }
     })?;
-    Ok(Array::stacked(&[velocities.len()], &velocities, shape))
+    field.numbers(Array::stacked(&[velocities.len()], &velocities, shape))
 }

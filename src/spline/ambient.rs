@@ -20,9 +20,9 @@ use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::linalg::structure::distance;
 use crate::manifold::carrier::{Carrier, Direction};
-use crate::manifold::span_geodesic::{alignment, log_spans};
+use crate::manifold::grassmann::joining::alignment;
 use crate::manifold::tangent::tangent_part;
-use crate::manifold::{QuasiGeodesic, Stiefel};
+use crate::manifold::{Grassmann, QuasiGeodesic, Stiefel};
 use crate::space::Quotient;
 
 /// Knots and the quasi-geodesics between them.
@@ -236,7 +236,7 @@ impl Movable for Ambient<'_> {
         let here = self.points[knot].as_ref();
         let v = match self.quotient {
             Quotient::Frames => Stiefel::new(n, k)?.log(here, point.as_ref())?,
-            Quotient::Subspaces => log_spans(here, point.as_ref())?,
+            Quotient::Subspaces => Grassmann::new(n, k)?.log(here, point.as_ref())?,
         };
         Ok(entries(&v))
     }

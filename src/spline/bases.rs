@@ -3,7 +3,7 @@
 use crate::cubic::RiemannianCubic;
 use crate::curve::Curve;
 use crate::error::Result;
-use crate::manifold::span_geodesic::alignment;
+use crate::manifold::grassmann::joining::alignment;
 use crate::space::Quotient;
 
 /// Curves that follow one another, of subspaces each in terms of the basis that the one before it reaches.

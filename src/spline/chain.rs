@@ -17,8 +17,8 @@ use crate::interrupt::Interrupt;
 use crate::linalg::lanes::LANES;
 use crate::manifold::QuasiGeodesic;
 use crate::manifold::carrier::Direction;
+use crate::manifold::grassmann::joining::join_spans;
 use crate::manifold::quasi_geodesic::EndpointProblem;
-use crate::manifold::span_geodesic::join_spans;
 use crate::solve::tridiagonal::{Isometries, Way};
 use crate::space::Quotient;
 

@@ -13,7 +13,7 @@ use crate::cubic::work::of_products;
 use crate::error::Result;
 use crate::legs::Options;
 use crate::linalg::lanes::Lanes;
-use crate::manifold::span_geodesic::alignment;
+use crate::manifold::grassmann::joining::alignment;
 use crate::shooting::{Descent, Held, Layout, LeastCost, least_cost, products_of_step};
 use crate::space::{FixedFrames, Frames, Quotient, Subspaces};
 

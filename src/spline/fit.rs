@@ -7,8 +7,8 @@ use super::flat_smoothing::{FlatSmoothing, add_scaled};
 use crate::cubic::taylor::Accuracy;
 use crate::cubic::work::Work;
 use crate::error::Result;
+use crate::manifold::Grassmann;
 use crate::manifold::Stiefel;
-use crate::manifold::span_geodesic::log_spans;
 use crate::report::{SolverReport, StopReason};
 use crate::solve::anderson::Anderson;
 use crate::solve::gmres::{Gmres, norm};
@@ -90,7 +90,9 @@ impl Data {
                 let datum = self.points[i].as_ref();
                 let distance = match quotient {
                     Quotient::Frames => manifold.dist(reached, datum)?,
-                    Quotient::Subspaces => log_spans(reached, datum)?.norm_l2(),
+                    Quotient::Subspaces => {
+                        Grassmann::new(manifold.n(), manifold.k())?.dist(reached, datum)?
+                    }
                 };
                 Ok(self.weights[i] * distance * distance)
             },

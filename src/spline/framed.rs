@@ -20,9 +20,9 @@ use crate::interrupt::Interrupt;
 use crate::linalg::decomp::thin_q;
 use crate::linalg::lanes::LANES;
 use crate::manifold::carrier::Direction;
+use crate::manifold::grassmann::joining::join_spans;
 use crate::manifold::quasi_geodesic::EndpointProblem;
-use crate::manifold::span_geodesic::{join_spans, log_spans};
-use crate::manifold::{QuasiGeodesic, Stiefel};
+use crate::manifold::{Grassmann, QuasiGeodesic, Stiefel};
 use crate::space::Quotient;
 
 /// Legs from which on it is faster to integrate eight abreast.
@@ -380,7 +380,7 @@ impl Movable for Framed<'_> {
         let ((r, k), quotient) = (point.shape(), self.blocks.quotient);
         let v = match quotient {
             Quotient::Frames => Stiefel::new(r, k)?.log(self.point(knot), point.as_ref())?,
-            Quotient::Subspaces => log_spans(self.point(knot), point.as_ref())?,
+            Quotient::Subspaces => Grassmann::new(r, k)?.log(self.point(knot), point.as_ref())?,
         };
         Ok(coordinates(
             quotient,

@@ -9,7 +9,7 @@ use super::chain::Space;
 use crate::curve::span::Span;
 use crate::error::Result;
 use crate::linalg::product::{mul_add, mul_into};
-use crate::manifold::span_geodesic::alignment;
+use crate::manifold::grassmann::joining::alignment;
 use crate::manifold::tangent::tangent_part;
 use crate::space::Quotient;
 

@@ -35,8 +35,8 @@ use crate::cubic::{IntegrationOptions, RiemannianCubic};
 use crate::curve::Curve;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
+use crate::manifold::Grassmann;
 use crate::manifold::Stiefel;
-use crate::manifold::span_geodesic::log_spans;
 use crate::report::{SolverReport, StopReason};
 use crate::space::Quotient;
 
@@ -325,7 +325,9 @@ fn between(
             let found = manifold.log_interruptible(s0, s1, options.interrupt);
             found.map(|(velocity, log)| (velocity, (log.iterations, log.residual)))
         }
-        Quotient::Subspaces => log_spans(s0, s1).map(|velocity| (velocity, (0, 0.0))),
+        Quotient::Subspaces => Grassmann::new(manifold.n(), manifold.k())?
+            .log(s0, s1)
+            .map(|velocity| (velocity, (0, 0.0))),
     };
     let (velocity, (iterations, residual)) = found.map_err(|error| error.at_knot(0))?;
     let zero = Mat::zeros(s0.nrows(), s0.ncols());

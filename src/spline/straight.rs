@@ -6,8 +6,8 @@ use super::fit::Data;
 use crate::curve::Curve;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
+use crate::manifold::grassmann::joining::join_spans;
 use crate::manifold::quasi_geodesic::EndpointProblem;
-use crate::manifold::span_geodesic::join_spans;
 use crate::manifold::{Geodesic, Stiefel};
 use crate::space::Quotient;
 

@@ -23,7 +23,7 @@ impl RiemannianCubic {
     /// The end is met to `options.tolerance`. Subspaces more than 1.4 apart have more than one cubic, and the cheapest of those that
     /// several starts lead to is returned.
     /// # Errors
-    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`, `InvalidArgument` (options); `NoJoiningCurve` where a principal angle
+    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotHorizontal`, `InvalidArgument` (options); `RightAngle` where a principal angle
     /// between the subspaces is pi/2; `NoConvergence`, `Interrupted`.
     ///
     /// # Examples

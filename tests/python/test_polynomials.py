@@ -108,7 +108,7 @@ def test_minimal_cost_refuses_bad_input(name):
     with pytest.raises(InvalidInputError, match=f"{name}: expected shape"):
         GeometricPolynomial.minimal_cost(**(data | {name: np.zeros((5, 2))}))
     with pytest.raises(TypeError):
-        GeometricPolynomial.minimal_cost(**(data | {name: np.zeros((4, 2), dtype=complex)}))
+        GeometricPolynomial.minimal_cost(**(data | {name: np.zeros((4, 2), dtype=str)}))
 
 
 @pytest.mark.parametrize("shape", [(3, 1), (3, 2), (5, 2), (9, 2), (3, 3)])

@@ -248,7 +248,7 @@ def test_bad_matrices(i):
     for value in [ends[i][:-1], ends[i][:, :1], ends[i][None], ends[i][0], np.zeros((0, 0)), np.zeros((5, 0)), 1.0]:
         with pytest.raises(InvalidInputError):
             replaced(value)
-    for value in [ends[i].astype(complex), ends[i].astype(str), None, "text", object()]:
+    for value in [ends[i].astype(object), ends[i].astype(str), None, "text", object()]:
         with pytest.raises(TypeError):
             replaced(value)
     point = ends[i - i % 2]

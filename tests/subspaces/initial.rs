@@ -219,7 +219,7 @@ fn vectors_that_turn_the_basis_are_refused() {
     );
     let error = found.unwrap_err();
     assert!(
-        matches!(error, Error::NotTangent { name: "V", .. }),
+        matches!(error, Error::NotHorizontal { name: "V", .. }),
         "{error}"
     );
 }

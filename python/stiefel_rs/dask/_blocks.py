@@ -16,12 +16,26 @@ from stiefel_rs._core import _check_unmasked
 from stiefel_rs.errors import InvalidInputError
 
 Batch: TypeAlias = ArrayLike | da.Array
-Loaded: TypeAlias = NDArray[np.float64] | da.Array
+Loaded: TypeAlias = NDArray[Any] | da.Array
+Number: TypeAlias = type[np.float64] | type[np.complex128]
 Chunks: TypeAlias = tuple[tuple[int, ...], ...]
 
 
-def load(name: str, array: Batch, core: int) -> Loaded:
-    """Take an array with at least `core` axes as one of float64.
+def frames(core: int, **arrays: Batch) -> tuple[dict[str, Loaded], Number]:
+    """Take arrays of frames or of vectors: all as float64, or as complex128 where one is complex.
+
+    Raises
+    ------
+    InvalidInputError, TypeError
+        As `load`.
+    """
+    loaded = {name: load(name, array, core, np.complex128) for name, array in arrays.items()}
+    number: Number = np.complex128 if any(array.dtype.kind == "c" for array in loaded.values()) else np.float64
+    return {name: array if array.dtype == number else array.astype(number) for name, array in loaded.items()}, number
+
+
+def load(name: str, array: Batch, core: int, largest: Number = np.float64) -> Loaded:
+    """Take an array with at least `core` axes as one of float64, or of complex128 where `largest` allows it.
 
     What is in memory is checked for numbers that are not finite; what is not, by the tasks.
 
@@ -30,16 +44,17 @@ def load(name: str, array: Batch, core: int) -> Loaded:
     InvalidInputError
         Too few axes, unknown sizes, or an entry that is not finite.
     TypeError
-        Not real numbers.
+        Not such numbers.
     """
     given = array if isinstance(array, da.Array) else _in_memory(name, array)
-    if not np.can_cast(given.dtype, np.float64, "same_kind"):
-        raise TypeError(f"{name}: expected real numbers, found an array of dtype {given.dtype}")
+    if not np.can_cast(given.dtype, largest, "same_kind"):
+        wanted = "real" if largest is np.float64 else "real or complex"
+        raise TypeError(f"{name}: expected {wanted} numbers, found an array of dtype {given.dtype}")
     if given.ndim < core:
         raise InvalidInputError(f"{name}: expected at least {core} axes, found shape {given.shape}")
     if any(math.isnan(size) for size in given.shape):
         raise InvalidInputError(f"{name}: sizes of its blocks are unknown, compute_chunk_sizes() finds them")
-    return given.astype(np.float64)
+    return given.astype(np.complex128 if given.dtype.kind == "c" else np.float64)
 
 
 def _in_memory(name: str, array: ArrayLike) -> NDArray[Any]:
@@ -48,7 +63,7 @@ def _in_memory(name: str, array: ArrayLike) -> NDArray[Any]:
         dense = np.asarray(array)
     except ValueError as error:
         raise InvalidInputError(f"{name}: {error}") from error
-    if np.can_cast(dense.dtype, np.float64, "same_kind") and not np.isfinite(dense).all():
+    if np.can_cast(dense.dtype, np.complex128, "same_kind") and not np.isfinite(dense).all():
         index = tuple(int(i) for i in np.argwhere(~np.isfinite(dense))[0])
         raise InvalidInputError(f"{name}: the entry at {index} is not finite")
     return dense

@@ -59,7 +59,7 @@ def evaluate(
     InvalidInputError
         Shapes that do not match, an entry in memory that is not finite, an option out of its range.
     TypeError
-        Not real numbers.
+        Neither real nor complex numbers.
 
     Examples
     --------
@@ -76,14 +76,14 @@ def evaluate(
     if kind == "geometric" and t_end != 1:
         raise InvalidInputError(f"t_end: geometric cubics end at 1, found {t_end}")
     at = checked_times(t)
-    data = {name: _blocks.load(name, array, 2) for name, array in {"S": S, "V": V, "A": A, "J": J}.items()}
+    data, number = _blocks.frames(2, S=S, V=V, A=A, J=J)
     n, k = (int(size) for size in data["S"].shape[-2:])
     stiefel_rs.Stiefel(n, k)
     for name, array in data.items():
         _blocks.require_core(name, array, (n, k))
     if kind == "riemannian":
         _try_interval(t_end, (n, k))
-    dtype = np.dtype([("value", np.float64, (*at.shape, n, k))])
+    dtype = np.dtype([("value", number, (*at.shape, n, k))])
     chunks = _blocks.leading_chunks({name: (array, 2) for name, array in data.items()}, chunk, _DEFAULT_CHUNK)
     arrays = [_blocks.align(array, 2, chunks) for array in data.values()]
     settings = {"t": at, "what": what, "kind": kind, "t_end": float(t_end), "version": stiefel_rs.__version__}

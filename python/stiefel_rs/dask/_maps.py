@@ -38,6 +38,8 @@ class Stiefel:
         Rows and columns, ``1 <= k <= n``.
     metric : "canonical", "euclidean" or float, default "canonical"
         As for :class:`stiefel_rs.Stiefel`.
+    field : "real" or "complex", default "real"
+        As for :class:`stiefel_rs.Stiefel`.
 
     Examples
     --------
@@ -49,12 +51,16 @@ class Stiefel:
     True
     """
 
-    def __init__(self, n: int, k: int, *, metric: str | float | None = None) -> None:
-        self._manifold = stiefel_rs.Stiefel(n, k, metric=metric)
+    def __init__(
+        self, n: int, k: int, *, metric: str | float | None = None, field: Literal["real", "complex"] = "real"
+    ) -> None:
+        self._manifold = stiefel_rs.Stiefel(n, k, metric=metric, field=field)
         self.n, self.k, self.dim, self.alpha = n, k, self._manifold.dim, self._manifold.alpha
+        self.field = field
 
     def __repr__(self) -> str:
-        return f"stiefel_rs.dask.Stiefel({self.n}, {self.k}, metric={self.alpha})"
+        field = "" if self.field == "real" else f", field={self.field!r}"
+        return f"stiefel_rs.dask.Stiefel({self.n}, {self.k}, metric={self.alpha}{field})"
 
     def project(self, Y: Batch) -> da.Array:
         """Nearest points, shape (..., n, k)."""
@@ -137,11 +143,12 @@ class Stiefel:
 
     def _records(self, method: str, layout: Layout, keywords: dict[str, Any], /, **arrays: Batch) -> da.Array:
         sizes = {"X": (self.n, self.n), "Omega": (self.k, self.k)}
-        loaded = {name: _blocks.load(name, array, 2) for name, array in arrays.items()}
+        number: _blocks.Number = np.float64 if self.field == "real" else np.complex128
+        loaded = {name: _blocks.load(name, array, 2, number) for name, array in arrays.items()}
         for name, array in loaded.items():
             _blocks.require_core(name, array, sizes.get(name, (self.n, self.k)))
-        of = {"n": self.n, "k": self.k, "metric": self.alpha}
-        return _map(method_block, loaded, layout, {"name": method, "of": of, "keywords": keywords})
+        of = {"n": self.n, "k": self.k, "metric": self.alpha, "field": self.field}
+        return _map(method_block, loaded, layout, {"name": method, "of": of, "keywords": keywords}, number)
 
 
 def skew_exp(A: Batch) -> da.Array:
@@ -161,10 +168,17 @@ def _square(function: str, name: str, array: Batch) -> da.Array:
     return _map(function_block, {name: lazy}, [("value", (m, m))], {"name": function})["value"]
 
 
-def _map(task: Any, arrays: dict[str, _blocks.Loaded], layout: Layout, settings: dict[str, Any]) -> da.Array:
+def _map(
+    task: Any,
+    arrays: dict[str, _blocks.Loaded],
+    layout: Layout,
+    settings: dict[str, Any],
+    number: _blocks.Number = np.float64,
+) -> da.Array:
     chunks = _blocks.leading_chunks({name: (array, 2) for name, array in arrays.items()}, None, _DEFAULT_CHUNK)
     types = {"converged": np.bool_, "iterations": np.int64, "certainly_shortest": np.bool_}
-    dtype = np.dtype([(field, types.get(field, np.float64), shape) for field, shape in layout])
+    of_matrices = [types.get(field, number if shape else np.float64) for field, shape in layout]
+    dtype = np.dtype([(field, of, shape) for of, (field, shape) in zip(of_matrices, layout, strict=True)])
     aligned = [_blocks.align(array, 2, chunks) for array in arrays.values()]
     settings = {**settings, "version": stiefel_rs.__version__}
     return _blocks.Work(task, aligned, [2] * len(aligned), dtype, settings).records()

@@ -13,6 +13,7 @@ import stiefel_rs
 from stiefel_rs._core import SolverReport
 from stiefel_rs.errors import ConvergenceError, InvalidInputError, OutsideDomainError, StiefelError
 
+from ._blocks import Number
 from ._errors import of_problem
 
 OnError = Literal["raise", "mark"]
@@ -33,8 +34,10 @@ class Outcome(IntEnum):
     OTHER = 4
 
 
-def record(fields: Sequence[str], arrays: dict[str, tuple[int, ...]]) -> np.dtype[Any]:
-    """Type of a record with these fields; shapes of those that are arrays of numbers."""
+def record(
+    fields: Sequence[str], arrays: dict[str, tuple[int, ...]], number: Number = np.float64
+) -> np.dtype[Any]:
+    """Type of a record with these fields; shapes of those that are arrays of numbers, and of which numbers."""
     plain: dict[str, Any] = {
         "cost": np.float64,
         "converged": np.bool_,
@@ -43,7 +46,7 @@ def record(fields: Sequence[str], arrays: dict[str, tuple[int, ...]]) -> np.dtyp
         "code": np.int8,
         "message": f"S{MESSAGE}",
     }
-    return np.dtype([(name, np.float64, arrays[name]) if name in arrays else (name, plain[name]) for name in fields])
+    return np.dtype([(name, number, arrays[name]) if name in arrays else (name, plain[name]) for name in fields])
 
 
 def choose(fields: Sequence[str] | None, known: Sequence[str], default: Sequence[str]) -> tuple[str, ...]:
@@ -91,7 +94,7 @@ def each(
 def mark(records: NDArray[Any], index: tuple[int, ...], error: StiefelError) -> None:
     """Set the record of a problem that failed: numbers are NaN, and code and text say why."""
     for name in records.dtype.names or ():
-        if records.dtype[name].base == np.float64:
+        if records.dtype[name].base in (np.float64, np.complex128):
             records[name][index] = np.nan
     report = getattr(error, "report", None)
     store(

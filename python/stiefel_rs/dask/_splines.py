@@ -72,7 +72,7 @@ def splines(
     InvalidInputError
         Shapes that do not match, an entry in memory that is not finite, an option out of its range.
     TypeError
-        Not real numbers.
+        Neither real nor complex numbers; complex times.
 
     Examples
     --------
@@ -86,7 +86,10 @@ def splines(
     member("kind", kind, Kind)
     member("on_error", on_error, OnError)
     member("bc_type", bc_type, Ends)
-    knots, points = _blocks.load("t", t, 1), _blocks.load("S", S, 3)
+    knots = _blocks.load("t", t, 1)
+    given = {} if V is None or isinstance(V, str) else {"V": V}
+    frames, number = _blocks.frames(3, S=S, **given)
+    points = frames["S"]
     count, n, k = (int(size) for size in points.shape[-3:])
     stiefel_rs.Stiefel(n, k)
     _blocks.require_core("t", knots, (count,))
@@ -99,8 +102,8 @@ def splines(
         member("V", V, Velocities)
         method = V
     elif V is not None:
-        loaded["V"] = (_blocks.load("V", V, 3), 3)
-        _blocks.require_core("V", loaded["V"][0], (count, n, k))
+        loaded["V"] = (frames["V"], 3)
+        _blocks.require_core("V", frames["V"], (count, n, k))
     if V is None:
         options["bc_type"] = bc_type
     elif options or bc_type != "natural":
@@ -112,7 +115,7 @@ def splines(
     known = _FIELDS if when is None else (*_FIELDS, "points")
     shapes = {"velocities": (count, n, k), "points": () if when is None else (*when.shape, n, k)}
     default = known if kind == "riemannian" else tuple(name for name in known if name != "cost")
-    dtype = _records.record(_records.choose(fields, known, default), shapes)
+    dtype = _records.record(_records.choose(fields, known, default), shapes, number)
     chunks = _blocks.leading_chunks(loaded, chunk, DEFAULT_CHUNK[kind])
     arrays = [_blocks.align(array, core, chunks) for array, core in loaded.values()]
     settings: dict[str, Any] = {"kind": kind, "at": when, "on_error": on_error, "method": method, "options": options}

@@ -17,6 +17,7 @@ Array = NDArray[np.float64]
 Trajectory: TypeAlias = CubicTrajectory | ChartTrajectory
 Drawable: TypeAlias = Curve | Trajectory | ArrayLike
 MAX_SAMPLES: Final = 1_000_000
+COMPLEX: Final = "curve: real frames are drawn, these are complex; their real and imaginary parts are arrays of points"
 LARGEST: Final = float(np.finfo(np.float64).max)
 
 
@@ -116,6 +117,8 @@ def samples(curve: Drawable, num: int, t: ArrayLike | None = None) -> Samples:
     if isinstance(curve, Curve):
         if t is not None:
             raise InvalidInputError("t: goes with points and trajectories, a curve has its own times")
+        if curve.field == "complex":
+            raise InvalidInputError(COMPLEX)
         at = times(curve, num)
         if isinstance(curve, PiecewiseCurve):
             return Samples(at, curve(at), True, curve.t, curve.points)
@@ -123,6 +126,8 @@ def samples(curve: Drawable, num: int, t: ArrayLike | None = None) -> Samples:
     count(num)
     if isinstance(curve, CubicTrajectory | ChartTrajectory):
         at, timed = trajectory_times(curve, t)
+        if np.iscomplexobj(curve.point):
+            raise InvalidInputError(COMPLEX)
         return Samples(at, curve.point, timed, none, none)
     points = finite(curve, "curve", 3)
     at, timed = matching(t, len(points))

@@ -17,9 +17,12 @@ use crate::error::Result;
 use crate::linalg::decomp::SymmetricEigen;
 use crate::linalg::product::{mul_add, mul_into};
 use crate::linalg::structure::{check_finite, check_range, norm};
+use crate::manifold::Geodesic;
 use crate::manifold::QuasiGeodesic;
 use crate::manifold::quasi_geodesic::Departure;
 use crate::manifold::stiefel::POINT_TOLERANCE;
+use crate::manifold::stiefel::{Stiefel, TANGENT_TOLERANCE};
+use crate::space::Quotient;
 
 /// Up to this rate of turn, squared, the round-off of `V^T V` is a few units of the result's. The value is `pi^2`.
 const SLOW: f64 = 9.87;
@@ -78,6 +81,28 @@ fn function(eigen: &SymmetricEigen, f: fn(f64) -> f64) -> Mat<f64> {
 }
 
 impl Grassmann {
+    /// The geodesic from `y` with initial velocity `v`, as a curve of bases that turn as little as possible.
+    ///
+    /// # Errors
+    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotHorizontal`, `Overflow`, `Decomposition`.
+    pub fn geodesic(&self, y: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Result<Geodesic> {
+        self.check_tangent("V", y, v, TANGENT_TOLERANCE)?;
+        let mut curve = Stiefel::new(self.n(), self.k())?.geodesic(y, v)?;
+        // That of frames with the same velocity, without what round-off turns.
+        let k = self.k();
+        curve.generator.as_mut().submatrix_mut(0, 0, k, k).fill(0.0);
+        curve.quotient = Quotient::Subspaces;
+        Ok(curve)
+    }
+
+    /// The shortest geodesic from the subspace of `y0` to that of `y1`.
+    ///
+    /// # Errors
+    /// Those of [`Grassmann::log`].
+    pub fn geodesic_between(&self, y0: MatRef<'_, f64>, y1: MatRef<'_, f64>) -> Result<Geodesic> {
+        self.geodesic(y0, self.log(y0, y1)?.as_ref())
+    }
+
     /// The Riemannian exponential: where the geodesic from `y` with velocity `v` arrives at `t = 1`.
     ///
     /// ```math

@@ -1,0 +1,109 @@
+//! Complex matrices as real matrices of twice the size.
+//!
+//! ```math
+//! S \mapsto \begin{pmatrix} \operatorname{Re} S & -\operatorname{Im} S \\ \operatorname{Im} S & \operatorname{Re} S \end{pmatrix}
+//! ```
+//!
+//! The map respects products, and turns the conjugate transpose into the transpose: unitary matrices become orthogonal,
+//! skew-Hermitian ones skew, and complex St(n, k) a submanifold of the real St(2n, 2k). It is the fixed set of an isometry,
+//! `S -> J S J^T` with the complex structures `J` of both sides, hence totally geodesic: geodesics, quasi-geodesics, de
+//! Casteljau curves, Riemannian cubics and splines of embedded data are embeddings of the complex ones. Squared lengths double.
+
+use faer::{Mat, MatMut, MatRef, c64};
+
+use crate::error::{Error, Result};
+
+/// Results of the real library may be off the embedded set by so much, relative to their norm where that is above 1.
+pub const COMPLEX_TOLERANCE: f64 = 1e-9;
+
+/// Writes the embedding of an `n x k` complex matrix to `out`, shape `(2n, 2k)`.
+pub fn embed_into(mut out: MatMut<'_, f64>, s: MatRef<'_, c64>) {
+    let (n, k) = s.shape();
+    debug_assert_eq!(out.shape(), (2 * n, 2 * k));
+    for j in 0..k {
+        for i in 0..n {
+            let c64 { re, im } = s[(i, j)];
+            out[(i, j)] = re;
+            out[(n + i, j)] = im;
+            out[(i, k + j)] = -im;
+            out[(n + i, k + j)] = re;
+        }
+    }
+}
+
+/// The embedding of an `n x k` complex matrix, shape `(2n, 2k)`.
+///
+/// # Examples
+/// ```
+/// use faer::{c64, mat};
+/// use stiefel_rs::linalg::complex_embedding::embed;
+/// let embedded = embed(mat![[c64::new(1.0, 2.0)]].as_ref());
+/// assert_eq!(embedded, mat![[1.0, -2.0], [2.0, 1.0]]);
+/// ```
+pub fn embed(s: MatRef<'_, c64>) -> Mat<f64> {
+    let mut out = Mat::zeros(2 * s.nrows(), 2 * s.ncols());
+    embed_into(out.as_mut(), s);
+    out
+}
+
+/// Writes the complex matrix whose embedding is nearest to `a`, shape `(2n, 2k)`, to `out`, shape `(n, k)`: the mean of both
+/// copies. Returns the distance of `a` from that embedding, Frobenius norm, and the norm of `a`.
+fn nearest_into(mut out: MatMut<'_, c64>, a: MatRef<'_, f64>) -> (f64, f64) {
+    let (n, k) = out.shape();
+    debug_assert_eq!(a.shape(), (2 * n, 2 * k));
+    let (mut off, mut all) = (0.0, 0.0);
+    for j in 0..k {
+        for i in 0..n {
+            let [first, second] = [a[(i, j)], a[(n + i, k + j)]];
+            let [lower, upper] = [a[(n + i, j)], a[(i, k + j)]];
+            let (re, im) = (first - second, lower + upper);
+            off += re * re + im * im;
+            all += first * first + second * second + lower * lower + upper * upper;
+            // Halves first: no sum overflows.
+            out[(i, j)] = c64::new(0.5 * first + 0.5 * second, 0.5 * lower - 0.5 * upper);
+        }
+    }
+    ((off / 2.0).sqrt(), all.sqrt())
+}
+
+/// Distance of a matrix of shape `(2n, 2k)` from the embedded complex matrices, Frobenius norm.
+pub fn embedding_defect(a: MatRef<'_, f64>) -> f64 {
+    let mut nearest = Mat::zeros(a.nrows() / 2, a.ncols() / 2);
+    nearest_into(nearest.as_mut(), a).0
+}
+
+/// Writes the complex matrix that is embedded as `a`, shape `(2n, 2k)`, to `out`, shape `(n, k)`. NaN stay NaN.
+///
+/// # Errors
+/// `NotComplex` where [`embedding_defect`] exceeds `COMPLEX_TOLERANCE * max(1, |a|)`.
+pub fn restrict_into(out: MatMut<'_, c64>, a: MatRef<'_, f64>) -> Result<()> {
+    let (defect, norm) = nearest_into(out, a);
+    let tolerance = COMPLEX_TOLERANCE * norm.max(1.0);
+    if defect > tolerance {
+        return Err(Error::NotComplex { defect, tolerance });
+    }
+    Ok(())
+}
+
+/// The complex matrix of shape `(n, k)` that is embedded as `a`, shape `(2n, 2k)`.
+///
+/// # Errors
+/// As [`restrict_into`].
+pub fn restrict(a: MatRef<'_, f64>) -> Result<Mat<c64>> {
+    let mut out = Mat::zeros(a.nrows() / 2, a.ncols() / 2);
+    restrict_into(out.as_mut(), a)?;
+    Ok(out)
+}
+
+/// The columns of an embedded matrix in pairs: those of the real and of the imaginary part of the first complex column, and so
+/// on. In this order triangular complex matrices with real diagonal are embedded as triangular ones.
+pub fn paired_columns(a: MatRef<'_, f64>) -> Mat<f64> {
+    let k = a.ncols() / 2;
+    Mat::from_fn(a.nrows(), 2 * k, |i, j| a[(i, j / 2 + k * (j % 2))])
+}
+
+/// The inverse of [`paired_columns`].
+pub fn unpaired_columns(a: MatRef<'_, f64>) -> Mat<f64> {
+    let k = a.ncols() / 2;
+    Mat::from_fn(a.nrows(), 2 * k, |i, j| a[(i, 2 * (j % k) + j / k)])
+}

@@ -1,0 +1,235 @@
+//! Real and complex matrices: how arrays of both are read, and how results become arrays again.
+//!
+//! The core computes with real matrices. Complex ones are embedded in real ones of twice the size where they are read, and
+//! results are restricted to complex ones where they are written ([`crate::linalg::complex_embedding`]); squared lengths are
+//! halved on the way.
+
+use std::f64::consts::FRAC_1_SQRT_2;
+
+use numpy::Complex64;
+use pyo3::exceptions::PyException;
+
+use super::batch::{Entries, read_batches};
+use super::convert::{axes_of, is_plain};
+use super::prelude::*;
+use crate::linalg::complex_embedding::restrict_into;
+use crate::stored::refusal;
+
+/// Of what numbers the entries of matrices are.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum Field {
+    Real,
+    Complex,
+}
+
+/// The words for both.
+const WORDS: [&str; 2] = ["real", "complex"];
+
+impl Field {
+    /// The field of a word, the argument `field`.
+    pub fn from_word(word: &str) -> PyResult<Self> {
+        Ok(match is_second("field", word, WORDS)? {
+            false => Field::Real,
+            true => Field::Complex,
+        })
+    }
+
+    /// Its word.
+    pub fn word(self) -> &'static str {
+        WORDS[usize::from(self == Field::Complex)]
+    }
+
+    /// The field that holds all of the given arrays: complex where one of them is.
+    pub fn of<'a, 'py: 'a>(objects: impl IntoIterator<Item = &'a Any<'py>>) -> PyResult<Self> {
+        for object in objects {
+            if is_complex(object)? {
+                return Ok(Field::Complex);
+            }
+        }
+        Ok(Field::Real)
+    }
+
+    /// The field of arguments.
+    pub fn of_named<const N: usize>(objects: &[Named<'_, '_>; N]) -> PyResult<Self> {
+        Field::of(objects.iter().map(|(object, _)| *object))
+    }
+
+    /// Rows or columns in the core.
+    pub fn embedded(self, size: usize) -> usize {
+        match self {
+            Field::Real => size,
+            Field::Complex => size.saturating_mul(2),
+        }
+    }
+
+    /// The shape of the user's matrices for one of the core's.
+    pub fn own(self, (rows, cols): (usize, usize)) -> (usize, usize) {
+        match self {
+            Field::Real => (rows, cols),
+            Field::Complex => (rows / 2, cols / 2),
+        }
+    }
+
+    /// Error for a shape of the core that is no shape of embedded matrices, of a damaged file.
+    pub fn check_shape(self, (rows, cols): (usize, usize)) -> Result<()> {
+        match self == Field::Complex && (rows % 2, cols % 2) != (0, 0) {
+            true => Err(refusal(format!(
+                "complex matrices as real ones of odd shape, ({rows}, {cols})"
+            ))),
+            false => Ok(()),
+        }
+    }
+
+    /// `St(n, k)` as messages write it, for a shape of the core.
+    pub fn manifold(self, shape: (usize, usize)) -> String {
+        let (n, k) = self.own(shape);
+        match self {
+            Field::Real => format!("St({n}, {k})"),
+            Field::Complex => format!("St({n}, {k}, C)"),
+        }
+    }
+
+    /// A squared length, or another product of two vectors, from that of the core.
+    pub fn squared(self, x: f64) -> f64 {
+        match self {
+            Field::Real => x,
+            Field::Complex => x / 2.0,
+        }
+    }
+
+    /// A length from that of the core.
+    pub fn length(self, x: f64) -> f64 {
+        match self {
+            Field::Real => x,
+            Field::Complex => x * FRAC_1_SQRT_2,
+        }
+    }
+
+    /// One matrix, shape `(n, k)`.
+    pub fn matrix(self, object: &Any, name: &str) -> PyResult<Mat<f64>> {
+        let ([rows, cols], read) = self.axes(object, name, "(n, k)")?;
+        Ok(Batch::read_of(self, &[], [rows, cols], read)
+            .get(0)
+            .to_owned())
+    }
+
+    /// Several matrices.
+    pub fn matrices<const N: usize>(self, objects: [Named<'_, '_>; N]) -> PyResult<[Mat<f64>; N]> {
+        collected(objects.map(|(object, name)| self.matrix(object, name)))
+    }
+
+    /// An array of shape `(count, n, k)`; errors state `expected` as the shape.
+    pub fn batch(self, object: &Any, name: &str, expected: &str) -> PyResult<Batch> {
+        let ([count, rows, cols], read) = self.axes(object, name, expected)?;
+        Ok(Batch::read_of(self, &[count], [rows, cols], read))
+    }
+
+    /// Arrays of shape `(..., n, k)`, with their leading axes broadcast.
+    pub fn batches<const N: usize>(self, objects: [Named<'_, '_>; N]) -> PyResult<[Batch; N]> {
+        read_batches(self, objects, 2)
+    }
+
+    fn axes<const D: usize>(
+        self,
+        object: &Any,
+        name: &str,
+        expected: &str,
+    ) -> PyResult<([usize; D], Entries)> {
+        match self {
+            Field::Real => {
+                let (shape, entries) = axes_of(object, name, expected)?;
+                Ok((shape, Entries::Real(entries)))
+            }
+            Field::Complex => {
+                let (shape, entries) = axes_of(object, name, expected)?;
+                Ok((shape, Entries::Complex(entries)))
+            }
+        }
+    }
+
+    /// Matrices of the core, shape `(..., n, k)`, as an array of the field.
+    ///
+    /// # Errors
+    /// `NotComplex` for matrices that are not embedded complex ones.
+    pub fn numbers(self, array: Array) -> PyResult<Numbers> {
+        if self == Field::Real {
+            return Ok(Numbers::Real(array));
+        }
+        let Array { mut shape, entries } = array;
+        let [.., rows, cols] = shape[..] else {
+            unreachable!("an array of matrices");
+        };
+        self.check_shape((rows, cols))?;
+        let (n, k) = self.own((rows, cols));
+        let mut out = vec![Complex64::ZERO; entries.len() / 4];
+        let size = (n * k).max(1);
+        for (matrix, out) in entries.chunks(4 * size).zip(out.chunks_mut(size)) {
+            let matrix = MatRef::from_row_major_slice(matrix, rows, cols);
+            restrict_into(MatMut::from_row_major_slice_mut(out, n, k), matrix)?;
+        }
+        let axes = shape.len();
+        shape[axes - 2..].copy_from_slice(&[n, k]);
+        let entries = out;
+        Ok(Numbers::Complex { shape, entries })
+    }
+
+    /// One matrix as an array.
+    pub fn number_matrix(self, matrix: Mat<f64>) -> PyResult<Numbers> {
+        self.numbers(Array::from(matrix))
+    }
+
+    /// Four matrices as a Python tuple.
+    pub fn four(self, matrices: [Mat<f64>; 4]) -> PyResult<Four> {
+        let matrices = matrices.map(|matrix| self.number_matrix(matrix));
+        let [first, second, third, fourth] = collected(matrices)?;
+        Ok((first, second, third, fourth))
+    }
+}
+
+/// Whether anything array-like holds complex numbers.
+fn is_complex(object: &Any) -> PyResult<bool> {
+    if is_plain::<f64>(object) || object.is_instance_of::<PyString>() {
+        return Ok(false);
+    }
+    let array = match numpy(object.py())?.call_method1("asarray", (object,)) {
+        // What is no array is an error where it is read, with its name.
+        Err(error) if error.is_instance_of::<PyException>(object.py()) => return Ok(false),
+        other => other?,
+    };
+    let kind: char = array.getattr("dtype")?.getattr("kind")?.extract()?;
+    Ok(kind == 'c')
+}
+
+/// An array of results, of real or of complex numbers.
+pub enum Numbers {
+    Real(Array),
+    Complex {
+        shape: Vec<usize>,
+        entries: Vec<Complex64>,
+    },
+}
+
+/// Four arrays as a Python tuple.
+pub type Four = (Numbers, Numbers, Numbers, Numbers);
+
+impl<'py> IntoPyObject<'py> for Numbers {
+    type Target = PyAny;
+    type Output = Any<'py>;
+    type Error = PyErr;
+
+    fn into_pyobject(self, py: Python<'py>) -> PyResult<Any<'py>> {
+        match self {
+            Numbers::Real(array) => Ok(array.into_pyobject(py)?.into_any()),
+            Numbers::Complex { shape, entries } => Ok(to_array(py, entries, &shape)?.into_any()),
+        }
+    }
+}
+
+impl Numbers {
+    /// A read-only array of NumPy's.
+    pub fn frozen(self, py: Python<'_>) -> PyResult<Owned> {
+        let array = self.into_pyobject(py)?;
+        freeze(&array)?;
+        Ok(array.unbind())
+    }
+}
