@@ -281,6 +281,19 @@ pub enum Error {
         /// What is wrong.
         source: Box<Error>,
     },
+    /// Frames that are far apart only since their columns are turned.
+    #[error(
+        "{source}; as frames they are {frames:.3} apart, as subspaces {subspaces:.3}: where the columns are no more than a \
+         basis, choose the Grassmann manifold, or make them near with its align"
+    )]
+    OnlyBases {
+        /// What is wrong with them as frames.
+        source: Box<Error>,
+        /// The Frobenius distance of the frames.
+        frames: f64,
+        /// That of the nearest bases of their spans.
+        subspaces: f64,
+    },
     /// A stored curve that is damaged, foreign, of another version or inconsistent.
     #[error("stored curve: {problem}")]
     Stored {
@@ -324,6 +337,7 @@ fn place(knot: usize, error: &Error) -> String {
         | Error::OutsideLogDomain { .. }
         | Error::NoJoiningCurve { .. }
         | Error::RightAngle { .. }
+        | Error::OnlyBases { .. }
         | Error::BranchJump { .. }
         | Error::DifferentComponents { .. }
         | Error::ConjugateEnds { .. }
@@ -368,6 +382,19 @@ impl Error {
                 source: Box::new(error),
             },
         }
+    }
+
+    /// Whether it says that points are too far apart, or that what joins them was not found.
+    pub(crate) fn is_about_distance(&self) -> bool {
+        matches!(
+            self,
+            Error::OutsideLogDomain { .. }
+                | Error::NoJoiningCurve { .. }
+                | Error::DifferentComponents { .. }
+                | Error::BeyondInjectivity { .. }
+                | Error::TooManySteps { .. }
+                | Error::NoConvergence { .. }
+        )
     }
 
     pub(crate) fn is_interrupted(&self) -> bool {
@@ -430,7 +457,9 @@ impl Error {
     /// The angle that leaves a domain, in radians, where the error is about one.
     pub fn angle(&self) -> Option<f64> {
         match self {
-            Error::AtKnot { source, .. } | Error::ControlPoints { source } => source.angle(),
+            Error::AtKnot { source, .. }
+            | Error::ControlPoints { source }
+            | Error::OnlyBases { source, .. } => source.angle(),
             Error::OutsideLogDomain { angle }
             | Error::NoJoiningCurve { angle }
             | Error::RightAngle { angle } => Some(*angle),

@@ -13,6 +13,7 @@ pub(crate) mod lane_leg;
 pub mod logarithm;
 pub mod metric;
 pub(crate) mod normal_frame;
+pub(crate) mod only_bases;
 mod principal_vectors;
 pub mod quasi_geodesic;
 pub(crate) mod quasi_geodesic_jet;

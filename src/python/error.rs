@@ -137,7 +137,10 @@ fn exception_of(py: Python<'_>, error: &Error, place: &str) -> PyErr {
     }
     // The class is that of what is wrong, wherever it is.
     let mut cause = error;
-    while let Error::AtKnot { source, .. } | Error::ControlPoints { source } = cause {
+    while let Error::AtKnot { source, .. }
+    | Error::ControlPoints { source }
+    | Error::OnlyBases { source, .. } = cause
+    {
         cause = source;
     }
     match cause {

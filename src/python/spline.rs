@@ -93,6 +93,9 @@ impl PyCubicHermite {
         if geometric {
             points.only_frames("kind")?;
         }
+        if V.is_instance_of::<PyString>() {
+            points.only_frames("V")?;
+        }
         let field = points.field([S, V])?;
         let data = Data::read(t, S, field)?;
         points.check_shape(field, data.shape())?;

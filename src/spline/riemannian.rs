@@ -17,10 +17,13 @@ use super::{knots, solve};
 use crate::cubic::RiemannianCubic;
 use crate::cubic::problem::entries;
 use crate::cubic::tension::{check_leg_tension, check_tension};
+use crate::cubic::work::TRIALS;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::legs::Curves;
+use crate::manifold::only_bases;
 use crate::report::{SolverReport, StopReason};
+use crate::space::Quotient;
 
 const SOLVER: &str = "spline of Riemannian cubics";
 
@@ -67,18 +70,19 @@ pub(crate) fn cubic_spline_of_legs(
     knots::check(t, points)?;
     check_ends(options.quotient, points, ends)?;
     let problem = Problem::new(t, points, ends, options)?;
-    let (pieces, solution) = if problem.knots.is_small() {
-        problem.solve_in_frames(options)?
-    } else {
-        problem.solve_in_ambient(options)?
+    let solved = match problem.knots.is_small() {
+        true => problem.solve_in_frames(options),
+        false => problem.solve_in_ambient(options),
     };
+    let (pieces, solution) = solved.map_err(|error| problem.advised(error))?;
     let report = solution.report;
     if report.converged {
         let curves = solution.polynomials.map(|legs| legs.curves);
         let pieces = joined(options.quotient, pieces)?;
         return Ok((Piecewise::new(t.to_vec(), pieces), report, curves));
     }
-    Err(Error::no_convergence(SOLVER, report, options.tolerance))
+    let error = Error::no_convergence(SOLVER, report, options.tolerance);
+    Err(problem.advised(error))
 }
 
 /// Knots and ends in the coordinates of their span.
@@ -160,12 +164,48 @@ impl<'e> Problem<'e> {
         finished(&chain, solution, &space, options.interrupt)
     }
 
+    /// The first knot with a frame that is far from the next one only since its columns are turned.
+    fn bases(&self) -> Option<usize> {
+        let points = &self.knots.points;
+        let is_turned = |knot: &usize| {
+            let [s0, s1] = [knot, &(knot + 1)].map(|knot| points[*knot].as_ref());
+            only_bases::apart(s0, s1).is_some()
+        };
+        match self.knots.quotient() {
+            Quotient::Frames => (0..points.len() - 1).find(is_turned),
+            Quotient::Subspaces => None,
+        }
+    }
+
+    /// An error, with what is the matter where knots seem to be bases.
+    fn advised(&self, error: Error) -> Error {
+        let at = |knot: usize, error: Error| {
+            let [s0, s1] = [knot, knot + 1].map(|knot| self.knots.points[knot].as_ref());
+            error.advised(s0, s1).at_knot(knot)
+        };
+        match error {
+            _ if self.knots.quotient() == Quotient::Subspaces => error,
+            Error::AtKnot { knot, source } if knot + 1 < self.knots.points.len() => {
+                at(knot, *source)
+            }
+            error if error.is_about_distance() => match self.bases() {
+                Some(knot) => at(knot, error),
+                None => error,
+            },
+            error => error,
+        }
+    }
+
     fn solve_in_ambient(&self, options: &SplineOptions<'_>) -> Result<Solved> {
         let ends = self.ends_with(|_, v| entries(v));
         let (points, lengths) = (self.knots.points.clone(), self.knots.lengths.clone());
         let chain = Ambient::new(options.quotient, points, lengths, options.interrupt)?;
         let chain = chain.in_tension(self.tension);
-        let solution = solve::in_ambient(&chain, &ends, options)?;
+        let trials = match self.bases() {
+            Some(_) => 0.0,
+            None => TRIALS,
+        };
+        let solution = solve::in_ambient(&chain, &ends, trials, options)?;
         finished(&chain, solution, &self.knots.space(), options.interrupt)
     }
 }

@@ -8,7 +8,6 @@ use super::framed::Framed;
 use super::low_cost::{self, Cheapest};
 use super::options::SplineOptions;
 use super::solvable::{Effort, Solution, Solvable, Start, unless_interrupted};
-use crate::cubic::work::TRIALS;
 use crate::error::Result;
 use crate::report::{SolverReport, StopReason};
 
@@ -67,16 +66,18 @@ fn unsolved(effort: Effort<'_>) -> Solution {
     ))
 }
 
-/// A chain of many dimensions; where its knots are far apart, the cheaper of the solutions in both directions.
+/// A chain of many dimensions, that may take so many trials at least; where its knots are far apart, the cheaper of the solutions in
+/// both directions.
 ///
 /// # Errors
 /// `Interrupted`; where the start cannot be integrated.
 pub(super) fn in_ambient(
     chain: &Ambient<'_>,
     ends: &Ends,
+    trials: f64,
     options: &SplineOptions<'_>,
 ) -> Result<Solution> {
-    let work = options.work(TRIALS, chain.lengths().len() as f64 * chain.work_of_leg());
+    let work = options.work(trials, chain.lengths().len() as f64 * chain.work_of_leg());
     let effort = Effort::new(options, &work);
     let first = chain.solve(ends, Start::Flat, effort)?;
     if !low_cost::is_far(chain.longest()) {
