@@ -28,6 +28,9 @@ pub(super) const LEGS: usize = LANES;
 /// A knot that is moved is joined once; the logarithm of a datum takes about as long as five times that.
 pub(super) const JOINS: f64 = 6.0;
 
+/// Bases that turn less from one to the next are aligned: round-off.
+const ALIGNED: f64 = 16.0 * f64::EPSILON;
+
 /// Items that are not worth the pool.
 const FEW: usize = 16;
 
@@ -178,7 +181,7 @@ pub(super) trait Movable: Chain + Sized {
 #[derive(Debug, Clone)]
 pub(super) struct Joint {
     pub(super) curve: QuasiGeodesic,
-    /// What makes the basis that the curve reaches the one at the knot, of subspaces.
+    /// What makes the basis that the curve reaches the one at the knot, of subspaces whose bases are not aligned.
     pub(super) turn: Option<Mat<f64>>,
 }
 
@@ -217,9 +220,11 @@ pub(super) fn joint(
         }
         Quotient::Subspaces => {
             let (curve, turn) = join_spans(first, last, problem)?;
+            let k = turn.nrows();
+            let off = (&turn - Mat::<f64>::identity(k, k)).norm_max();
             Ok(Joint {
                 curve,
-                turn: Some(turn),
+                turn: (off > ALIGNED).then_some(turn),
             })
         }
     }
