@@ -378,7 +378,7 @@ def test_step_in_the_embedding(data):
         assert np.allclose(getattr(step, name)[-1], value, atol=1e-13), name
 
 
-SUBSPACES = [(3, 1), (4, 2), (5, 3), (8, 3), (4, 4)]
+SUBSPACES = [(3, 1), (4, 2), (5, 3), (5, 4), (8, 3)]
 
 
 @pytest.fixture(params=SUBSPACES, ids=str)
@@ -387,7 +387,7 @@ def subspace(request, rng):
     M = Grassmann(*request.param)
     Y = M.random_point(rng)
     vectors = (M.random_tangent(Y, rng) for _ in range(3))
-    return M, Y, *(V / max(np.linalg.norm(V), 1e-300) for V in vectors)
+    return M, Y, *(V / np.linalg.norm(V) for V in vectors)
 
 
 def test_geodesics_of_subspaces(subspace):
