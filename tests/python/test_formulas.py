@@ -440,8 +440,8 @@ def test_curvature_and_derivatives_of_subspaces(subspace, rng):
 
 def test_reflections_of_subspaces(subspace):
     M, Y, V, _, _ = subspace
-    S, O = 2 * Y @ Y.T - np.eye(M.n), Stiefel(M.n, M.n)
+    S, group = 2 * Y @ Y.T - np.eye(M.n), Stiefel(M.n, M.n)
     X = 2 * (V @ Y.T + Y @ V.T)
-    np.testing.assert_allclose(O.norm(S, X), 2 * M.norm(Y, V), atol=1e-13)
+    np.testing.assert_allclose(group.norm(S, X), 2 * M.norm(Y, V), atol=1e-13)
     end = M.exp(Y, 0.5 * V)
-    np.testing.assert_allclose(O.exp(S, 0.5 * X), 2 * end @ end.T - np.eye(M.n), atol=1e-12)
+    np.testing.assert_allclose(group.exp(S, 0.5 * X), 2 * end @ end.T - np.eye(M.n), atol=1e-12)
