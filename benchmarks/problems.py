@@ -100,13 +100,14 @@ def log_problem(n: int, k: int, distance: str) -> tuple[Array, Array, Array]:
 
 
 def subspace_problem(n: int, k: int) -> tuple[Array, Array, Array]:
-    """Two points of Gr(n, k) and the velocity `V` of the geodesic between them, (Y0, Y1, V): principal angles up to 1.2."""
+    """Points of Gr(n, k) at principal angles up to 1.2, and the velocity of the geodesic between them: (Y0, Y1, V)."""
     Y0 = point(n, k, 9)
     Z = _rng(10, n, k).standard_normal((n, k))
     Q, _, Wt = np.linalg.svd(Z - Y0 @ (Y0.T @ Z), full_matrices=False)
     theta = np.linspace(0.1, 1.2, k)
     Y1 = (Y0 @ Wt.T * np.cos(theta) + Q * np.sin(theta)) @ Wt
-    return Y0, np.asarray(Y1 @ np.linalg.qr(_rng(11, k).standard_normal((k, k)))[0]), np.asarray((Q * theta) @ Wt)
+    turn = np.linalg.qr(_rng(11, k).standard_normal((k, k)))[0]
+    return Y0, np.asarray(Y1 @ turn), np.asarray((Q * theta) @ Wt)
 
 
 def tangent_batch(n: int, k: int) -> tuple[Array, Array]:

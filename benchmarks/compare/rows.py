@@ -159,7 +159,9 @@ def _subspaces() -> list[Row]:
                 Rival("pymanopt", "pymanopt", "pymanopt"),
                 Rival("geomstats", "geomstats", "geomstats, projectors", agree=1e-6),
             )
-            rows.append(Row(f"subspace_{function}/{n},{k}", f"`Grassmann.{function}`, Gr({n},{k})", rivals, ahead=ahead))
+            rows.append(
+                Row(f"subspace_{function}/{n},{k}", f"`Grassmann.{function}`, Gr({n},{k})", rivals, ahead=ahead)
+            )
     return rows
 
 

@@ -1,9 +1,10 @@
 """`Stiefel` and `Grassmann` as manifolds of pymanopt, whose solvers then run on them. Needs the extra `pymanopt`.
 
-`StiefelManifold` works for the whole alpha family of metrics, canonical and Euclidean among them. With `w = 1 / (2 (alpha + 1))` (1/2
-for the canonical metric, 1 for the Euclidean one) and `V = S Omega + K`, `S^T K = 0`, the metric is
-`<K_V, K_W> + w <Omega_V, Omega_W>`. pymanopt's own `Stiefel` has the Euclidean metric only, and neither logarithm nor
-distance. `GrassmannManifold` has exact distances for small angles as well, and geodesics that need no new basis.
+`StiefelManifold` works for the whole alpha family of metrics, canonical and Euclidean among them. With
+`w = 1 / (2 (alpha + 1))` (1/2 for the canonical metric, 1 for the Euclidean one) and `V = S Omega + K`, `S^T K = 0`,
+the metric is `<K_V, K_W> + w <Omega_V, Omega_W>`. pymanopt's own `Stiefel` has the Euclidean metric only, and neither
+logarithm nor distance. `GrassmannManifold` has the metric of pymanopt's `Grassmann`, and distances that keep their
+digits for small angles.
 
 Sources: Edelman, Arias, Smith (1998), section 2.4 (canonical metric); Hueper, Markina, Silva Leite (2021) (the family).
 """

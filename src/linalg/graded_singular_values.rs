@@ -129,3 +129,50 @@ fn rotate(a: &mut Column, b: &mut Column) -> bool {
     b.measure();
     true
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn entry(i: usize, j: usize) -> f64 {
+        ((7 * i + 3 * j * i + j + 1) as f64).sin()
+    }
+
+    #[test]
+    fn columns_of_any_length_keep_their_digits() {
+        // Columns of very different lengths: the singular values are those of Gram-Schmidt's method, to their ratios.
+        for lengths in [
+            [1.0, 1e-30, 1e-90],
+            [1e-300, 1.0, 1e-150],
+            [1e250, 1e-50, 1e100],
+        ] {
+            let a = Mat::from_fn(6, 3, |i, j| lengths[j] * entry(i, j));
+            let mut sorted = lengths;
+            sorted.sort_by(|x, y| y.total_cmp(x));
+            let order = sorted.map(|x| lengths.iter().position(|y| *y == x).unwrap_or(0));
+            let ordered = Mat::from_fn(6, 3, |i, j| entry(i, order[j]));
+            let (_, r) = thin_qr(ordered.as_ref());
+            let values = graded_singular_values(a.as_ref()).unwrap();
+            for j in 0..3 {
+                let exact = r[(j, j)] * sorted[j];
+                assert!((values[j] / exact - 1.0).abs() < 1e-14, "{values:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn dependent_columns_have_zeros() {
+        for rank in 0..5 {
+            let left = Mat::from_fn(9, rank, entry);
+            let right = Mat::from_fn(rank, 5, |i, j| entry(j + 2, i));
+            let a = left * right;
+            let values = graded_singular_values(a.as_ref()).unwrap();
+            let mut svd = Svd::new(9, 5);
+            svd.compute(a.as_ref()).unwrap();
+            for (j, value) in values.iter().enumerate() {
+                let bound = 1e-15 * 10.0 * svd.s(0);
+                assert!((value - svd.s(j)).abs() <= bound, "rank {rank}: {values:?}");
+            }
+        }
+    }
+}

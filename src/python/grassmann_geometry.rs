@@ -144,7 +144,7 @@ impl PyGrassmann {
     /// >>> from stiefel_rs import Grassmann
     /// >>> M = Grassmann(4, 2)
     /// >>> Y, U = np.eye(4, 2), np.eye(4, 2, -2)
-    /// >>> float(M.sectional_curvature(Y, U, U[:, ::-1] * [1, -1]))
+    /// >>> float(M.sectional_curvature(Y, U, U[:, ::-1] * [1, -1]).round(14))
     /// 2.0
     fn sectional_curvature(&self, Y: &Any, U: &Any, V: &Any) -> PyResult<Array> {
         // Inverse to squared lengths.

@@ -378,7 +378,7 @@ def test_step_in_the_embedding(data):
         assert np.allclose(getattr(step, name)[-1], value, atol=1e-13), name
 
 
-SUBSPACES = [(3, 1), (4, 2), (5, 3), (8, 3), (4, 4)]
+SUBSPACES = [(3, 1), (4, 2), (5, 3), (5, 4), (8, 3)]
 
 
 @pytest.fixture(params=SUBSPACES, ids=str)
@@ -387,7 +387,7 @@ def subspace(request, rng):
     M = Grassmann(*request.param)
     Y = M.random_point(rng)
     vectors = (M.random_tangent(Y, rng) for _ in range(3))
-    return M, Y, *(V / max(np.linalg.norm(V), 1e-300) for V in vectors)
+    return M, Y, *(V / np.linalg.norm(V) for V in vectors)
 
 
 def test_geodesics_of_subspaces(subspace):
@@ -440,8 +440,8 @@ def test_curvature_and_derivatives_of_subspaces(subspace, rng):
 
 def test_reflections_of_subspaces(subspace):
     M, Y, V, _, _ = subspace
-    S, O = 2 * Y @ Y.T - np.eye(M.n), Stiefel(M.n, M.n)
+    S, group = 2 * Y @ Y.T - np.eye(M.n), Stiefel(M.n, M.n)
     X = 2 * (V @ Y.T + Y @ V.T)
-    np.testing.assert_allclose(O.norm(S, X), 2 * M.norm(Y, V), atol=1e-13)
+    np.testing.assert_allclose(group.norm(S, X), 2 * M.norm(Y, V), atol=1e-13)
     end = M.exp(Y, 0.5 * V)
-    np.testing.assert_allclose(O.exp(S, 0.5 * X), 2 * end @ end.T - np.eye(M.n), atol=1e-12)
+    np.testing.assert_allclose(group.exp(S, 0.5 * X), 2 * end @ end.T - np.eye(M.n), atol=1e-12)

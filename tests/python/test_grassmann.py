@@ -44,7 +44,8 @@ def orthogonal(k, rng):
 
 def unit_tangent(M, Y, rng):
     V = M.random_tangent(Y, rng)
-    return V / np.maximum(np.linalg.norm(V, axis=(-2, -1), keepdims=True), 1e-300)
+    # In all of space there is none but zero.
+    return V / np.linalg.norm(V, axis=(-2, -1), keepdims=True) if M.dim else 0 * V
 
 
 def separated(M, angles, rng):
@@ -334,7 +335,8 @@ def test_principal_angles_are_those_of_scipy(M, rng):
     Y0, Y1 = M.random_point(rng, size=10), M.random_point(rng, size=10)
     measured = M.principal_angles(Y0, Y1)
     for a, b, angles in zip(Y0, Y1, measured, strict=True):
-        assert_close(angles, scipy.linalg.subspace_angles(a, b), 20 * M.n * EPS, "subspace_angles")
+        # SciPy takes angles below pi/4 from their cosines where others are above, and loses half of the digits.
+        assert_close(angles, scipy.linalg.subspace_angles(a, b), 1e-7, "subspace_angles")
     common = max(2 * M.k - M.n, 0)
     assert np.array_equal(measured[:, M.k - common :], np.zeros((10, common)))
 
@@ -372,16 +374,15 @@ def test_coordinate_columns_and_permutations():
 def test_a_right_angle_is_refused_with_the_angle(curved, rng):
     Y0, Y1, _, full = separated(curved, [np.pi / 2, 0.3], rng)
     for call in (curved.log, curved.align):
-        with pytest.raises(OutsideDomainError, match="a principal angle is 1.5707963") as caught:
+        with pytest.raises(OutsideDomainError, match=r"a principal angle is 1\.5707963") as caught:
             call(Y0, Y1)
         assert abs(caught.value.angle - np.pi / 2) <= 1e-14
     assert_close(curved.dist(Y0, Y1), np.linalg.norm(full), 20 * curved.n * EPS, "dist is defined there")
     Y0, Y1, V, _ = separated(curved, [np.pi / 2 - 1e-8, 0.3], rng)
     assert_close(curved.log(Y0, Y1), V, 100 * curved.n * EPS * 1e8, "log just below")
     with pytest.raises(OutsideDomainError, match="batch member 1"):
-        curved.log(Y0, np.stack([Y1, separated(curved, [np.pi / 2], rng)[1], Y0])) if curved.k == 1 else curved.log(
-            np.stack([Y0, np.eye(curved.n, curved.k)]), np.stack([Y1, np.eye(curved.n)[:, ::-1][:, : curved.k]])
-        )
+        last = np.eye(curved.n)[:, ::-1][:, : curved.k]
+        curved.log(np.stack([Y0, np.eye(curved.n, curved.k)]), np.stack([Y1, last]))
 
 
 def test_align_is_the_nearest_basis(M, rng):
@@ -442,24 +443,24 @@ def lifted(Y, V):
 
 def test_reflections_in_the_orthogonal_group(curved, rng):
     """Length there (canonical metric of St(n, n)) is twice the length here; geodesics and curvature correspond."""
-    M, O = curved, Stiefel(curved.n, curved.n)
+    M, G = curved, Stiefel(curved.n, curved.n)
     Y = M.random_point(rng)
     U, V, W = (0.4 * unit_tangent(M, Y, rng) for _ in range(3))
     S = reflection(Y)
     bound = 100 * M.n * EPS
     lift = [lifted(Y, X) for X in (U, V, W)]
-    O.check_tangent(S, lift[0], atol=bound)
-    assert_close(O.norm(S, lift[0]), 2 * M.norm(Y, U), bound, "length")
-    assert_close(O.inner(S, lift[0], lift[1]), 4 * M.inner(Y, U, V), bound, "inner product")
-    assert_close(O.exp(S, lift[0]), reflection(M.exp(Y, U)), bound, "exp")
+    G.check_tangent(S, lift[0], atol=bound)
+    assert_close(G.norm(S, lift[0]), 2 * M.norm(Y, U), bound, "length")
+    assert_close(G.inner(S, lift[0], lift[1]), 4 * M.inner(Y, U, V), bound, "inner product")
+    assert_close(G.exp(S, lift[0]), reflection(M.exp(Y, U)), bound, "exp")
     end = M.exp(Y, U)
-    assert_close(O.log(S, reflection(end)), lifted(Y, M.log(Y, end)), bound, "log")
-    assert_close(O.dist(S, reflection(end)), 2 * M.dist(Y, end), bound, "dist")
-    assert_close(O.transport(S, *lift[:2]), lifted(end, M.transport(Y, U, V)), bound, "transport")
-    assert_close(O.curvature(S, *lift), lifted(Y, M.curvature(Y, U, V, W)), bound, "curvature")
+    assert_close(G.log(S, reflection(end)), lifted(Y, M.log(Y, end)), bound, "log")
+    assert_close(G.dist(S, reflection(end)), 2 * M.dist(Y, end), bound, "dist")
+    assert_close(G.transport(S, *lift[:2]), lifted(end, M.transport(Y, U, V)), bound, "transport")
+    assert_close(G.curvature(S, *lift), lifted(Y, M.curvature(Y, U, V, W)), bound, "curvature")
     if M.dim > 1 and M.k < M.n:
         here = M.sectional_curvature(Y, U, V)
-        assert_close(4 * O.sectional_curvature(S, *lift[:2]), here, 100 * bound, "sectional curvature")
+        assert_close(4 * G.sectional_curvature(S, *lift[:2]), here, 100 * bound, "sectional curvature")
 
 
 # ---------------------------------------------------------------- curvature
@@ -523,7 +524,8 @@ def test_sectional_curvature(curved, rng):
         assert_close(values, 1.0, 1e-13, "curvature of projective space")
     R = M.curvature(Y, U, V, V)
     area = M.inner(Y, U, U) * M.inner(Y, V, V) - M.inner(Y, U, V) ** 2
-    assert_close(values, M.inner(Y, R, U) / area, 1e-12, "quotient")
+    bound = 20 * M.n * EPS * np.max(M.norm(Y, U) ** 2 * M.norm(Y, V) ** 2)
+    assert_close(values * area, M.inner(Y, R, U), bound, "quotient")
     with pytest.raises(InvalidInputError, match="U and V: linearly dependent"):
         M.sectional_curvature(Y[0], U[0], -2 * U[0])
 

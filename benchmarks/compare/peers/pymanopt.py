@@ -1,4 +1,4 @@
-"""pymanopt: exponential and retractions of its Stiefel manifold, Euclidean metric; exponential and logarithm of subspaces."""
+"""pymanopt: exponential and retractions of its Stiefel manifold, Euclidean metric, without logarithm; subspaces."""
 
 from __future__ import annotations
 

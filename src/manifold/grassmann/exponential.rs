@@ -14,7 +14,7 @@ use faer::{Mat, MatRef, Scale};
 
 use super::{Grassmann, gram};
 use crate::error::Result;
-use crate::linalg::decomp::SymmetricEigen;
+use crate::linalg::decomp::{SymmetricEigen, thin_q};
 use crate::linalg::product::{mul_add, mul_into};
 use crate::linalg::structure::{check_finite, check_range, norm};
 use crate::manifold::Geodesic;
@@ -44,7 +44,13 @@ enum Turn {
     /// Eigenvalues and eigenvectors of `V^T V`.
     Slow(SymmetricEigen),
     /// `V = Q diag(angles) W^T`.
-    Fast(QuasiGeodesic),
+    Fast {
+        /// `[Y W, Q]`, shape `(n, 2k)`; a direction of angle 0 has any column in `Q`.
+        frame: Mat<f64>,
+        angles: Vec<f64>,
+        /// `W^T`.
+        right: Mat<f64>,
+    },
 }
 
 impl Turn {
@@ -60,8 +66,27 @@ impl Turn {
         }
         let mut curve = QuasiGeodesic::zeros(n, k);
         curve.leave(y, v, &mut Departure::new(n, k))?;
-        Ok(Turn::Fast(curve))
+        // Directions of slow turn beside fast ones carry the round-off of these, along `Y` too.
+        let (mut frame, basis) = (curve.frame().to_owned(), thin_q(curve.frame()));
+        let normal = basis.as_ref().subcols(k, basis.ncols() - k);
+        let mut free = frame.as_mut().subcols_mut(k, k);
+        free.fill(0.0);
+        free.subcols_mut(0, normal.ncols()).copy_from(normal);
+        Ok(Turn::Fast {
+            frame,
+            angles: curve.angles().to_vec(),
+            right: curve.right().to_owned(),
+        })
     }
+}
+
+/// The rows `f(angle) x` of `Y W` and `g(angle) x` of `Q`, with `(f, g)` of sine and cosine.
+fn coordinates(angles: &[f64], x: MatRef<'_, f64>, f: fn((f64, f64)) -> [f64; 2]) -> Mat<f64> {
+    let k = angles.len();
+    Mat::from_fn(2 * k, k, |i, j| {
+        let factors = f(angles[i % k].sin_cos());
+        factors[i / k] * x[(i % k, j)]
+    })
 }
 
 /// `W diag(f) W^T` of eigenvectors `W` and a function of the eigenvalues.
@@ -134,14 +159,13 @@ impl Grassmann {
                 );
                 mul_add(&mut out, 1.0, &v, function(&eigen, sinc));
             }
-            Turn::Fast(curve) => {
-                let k = self.k();
-                let right = curve.right();
-                let coordinates = Mat::from_fn(2 * k, k, |i, j| {
-                    let (sin, cos) = curve.angles()[i % k].sin_cos();
-                    right[(i % k, j)] * if i < k { cos } else { sin }
-                });
-                mul_into(&mut out, 1.0, curve.frame(), &coordinates);
+            Turn::Fast {
+                frame,
+                angles,
+                right,
+            } => {
+                let end = coordinates(&angles, right.as_ref(), |(sin, cos)| [cos, sin]);
+                mul_into(&mut out, 1.0, &frame, &end);
             }
         }
         check_range("geodesic", out.as_ref())?;
@@ -183,18 +207,11 @@ impl Grassmann {
                 mul_add(&mut out, -1.0, y, function(&eigen, sinc) * &parts);
                 mul_add(&mut out, 1.0, &v, function(&eigen, versine) * &parts);
             }
-            Turn::Fast(curve) => {
-                mul_into(
-                    &mut parts,
-                    1.0,
-                    curve.frame().subcols(k, k).transpose(),
-                    &out,
-                );
-                let rates = Mat::from_fn(2 * k, k, |i, j| {
-                    let (sin, cos) = curve.angles()[i % k].sin_cos();
-                    parts[(i % k, j)] * if i < k { -sin } else { cos - 1.0 }
-                });
-                mul_add(&mut out, 1.0, curve.frame(), &rates);
+            Turn::Fast { frame, angles, .. } => {
+                let q = frame.as_ref().subcols(k, k);
+                mul_into(&mut parts, 1.0, q.transpose(), &out);
+                let turned = coordinates(&angles, parts.as_ref(), |(sin, cos)| [-sin, cos - 1.0]);
+                mul_add(&mut out, 1.0, &frame, &turned);
             }
         }
         let out = out * Scale(size);
