@@ -321,6 +321,7 @@ fn short(x: f64) -> String {
 }
 
 /// The shape `(n, k)` of complex matrices for `(2n, 2k)`; `None` for other words.
+#[cfg(feature = "python")]
 fn halved(shape: &str) -> Option<String> {
     let (rows, cols) = shape
         .strip_prefix('(')?
@@ -403,6 +404,7 @@ impl Error {
 
     /// The same of complex data that was embedded in the real matrices of twice the size, where norms are `sqrt(2)` larger: with
     /// the shapes, defects and distances of the complex matrices.
+    #[cfg(feature = "python")]
     pub(crate) fn of_complex(self) -> Self {
         use std::f64::consts::FRAC_1_SQRT_2 as SCALE;
         let of_complex = |source: Box<Error>| Box::new(source.of_complex());

@@ -11,7 +11,7 @@ Sources: Edelman, Arias, Smith (1998), section 2.4 (canonical metric); Hueper, M
 
 from __future__ import annotations
 
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,7 @@ from ._core import Grassmann, Stiefel
 
 __all__ = ["GrassmannManifold", "StiefelManifold"]
 
-_Array = NDArray[np.float64]
+_Array = NDArray[Any]
 
 Retraction = Literal["quasi_geodesic", "polar", "qr", "cayley"]
 
@@ -39,6 +39,8 @@ class StiefelManifold(Manifold):
         What the solvers step with.
     rng : numpy.random.Generator or int or None
         Source of random points and tangent vectors.
+    field : "real" or "complex"
+        Of what numbers points consist. Gradients of complex frames are matrices `G` with `df = Re tr G^H V`.
     determinant : {1, -1, None}
         For ``k = n``, where the manifold is O(n): the component that random points lie in, by its determinant. By
         default they lie in both.
@@ -84,18 +86,22 @@ class StiefelManifold(Manifold):
         retraction: Retraction = "quasi_geodesic",
         rng: np.random.Generator | int | None = None,
         determinant: Literal[1, -1] | None = None,
+        field: Literal["real", "complex"] = "real",
     ) -> None:
-        self.stiefel = Stiefel(n, k, metric=metric)
+        self.stiefel = Stiefel(n, k, metric=metric, field=field)
         if determinant not in (1, -1, None):
             raise ValueError(f"determinant: must be 1, -1 or None, found {determinant!r}")
         if determinant is not None and n != k:
             raise ValueError(f"determinant: points of St({n}, {k}) have none")
+        if determinant is not None and field == "complex":
+            raise ValueError("determinant: of unitary matrices it is any number of modulus 1")
         self._determinant = determinant
         if retraction not in get_args(Retraction):
             raise ValueError(f"retraction: must be one of {get_args(Retraction)}, found {retraction!r}")
         self._retraction: Retraction = retraction
         self._rng = np.random.default_rng(rng)
-        super().__init__(f"Stiefel manifold St({n},{k}), alpha = {self.stiefel.alpha:g}", self.stiefel.dim)
+        name = f"St({n},{k})" if field == "real" else f"St({n},{k},C)"
+        super().__init__(f"Stiefel manifold {name}, alpha = {self.stiefel.alpha:g}", self.stiefel.dim)
 
     @property
     def typical_dist(self) -> float:
@@ -168,7 +174,8 @@ class StiefelManifold(Manifold):
 
     def zero_vector(self, point: _Array) -> _Array:
         """Origin of the tangent space."""
-        return np.zeros((self.stiefel.n, self.stiefel.k))
+        number = np.float64 if self.stiefel.field == "real" else np.complex128
+        return np.zeros((self.stiefel.n, self.stiefel.k), dtype=number)
 
 
 class GrassmannManifold(Manifold):
@@ -178,6 +185,8 @@ class GrassmannManifold(Manifold):
     ----------
     n, k : int
         Rows and columns of bases, `1 <= k <= n`.
+    field : "real" or "complex"
+        Of what numbers points are made; gradients of complex ones are those with `df = Re sum(conj(G) V)`.
     rng : numpy.random.Generator or int or None
         Source of random points and tangent vectors.
 
@@ -205,10 +214,18 @@ class GrassmannManifold(Manifold):
     -7.0
     """
 
-    def __init__(self, n: int, k: int, *, rng: np.random.Generator | int | None = None) -> None:
-        self.grassmann = Grassmann(n, k)
+    def __init__(
+        self,
+        n: int,
+        k: int,
+        *,
+        field: Literal["real", "complex"] = "real",
+        rng: np.random.Generator | int | None = None,
+    ) -> None:
+        self.grassmann = Grassmann(n, k, field=field)
         self._rng = np.random.default_rng(rng)
-        super().__init__(f"Grassmann manifold Gr({n},{k})", self.grassmann.dim)
+        numbers = "" if field == "real" else ",C"
+        super().__init__(f"Grassmann manifold Gr({n},{k}{numbers})", self.grassmann.dim)
 
     @property
     def typical_dist(self) -> float:
@@ -276,4 +293,5 @@ class GrassmannManifold(Manifold):
 
     def zero_vector(self, point: _Array) -> _Array:
         """Origin of the tangent space."""
-        return np.zeros((self.grassmann.n, self.grassmann.k))
+        number = np.float64 if self.grassmann.field == "real" else np.complex128
+        return np.zeros((self.grassmann.n, self.grassmann.k), dtype=number)

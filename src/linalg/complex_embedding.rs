@@ -95,6 +95,24 @@ pub fn restrict(a: MatRef<'_, f64>) -> Result<Mat<c64>> {
     Ok(out)
 }
 
+/// Points of a search end up off the embedded set by so much at most, relative to their norm; the nearest embedded matrix of an
+/// orthonormal one is orthonormal to the square of it.
+const SEARCH_TOLERANCE: f64 = 1e-7;
+
+/// The embedded matrix nearest to `a`, shape `(2n, 2k)`, which is off by the tolerance of a search.
+///
+/// # Errors
+/// `NotComplex` where [`embedding_defect`] exceeds `1e-7 * max(1, |a|)`.
+pub fn nearest_embedded(a: MatRef<'_, f64>) -> Result<Mat<f64>> {
+    let mut nearest = Mat::zeros(a.nrows() / 2, a.ncols() / 2);
+    let (defect, norm) = nearest_into(nearest.as_mut(), a);
+    let tolerance = SEARCH_TOLERANCE * norm.max(1.0);
+    match defect > tolerance {
+        true => Err(Error::NotComplex { defect, tolerance }),
+        false => Ok(embed(nearest.as_ref())),
+    }
+}
+
 /// The columns of an embedded matrix in pairs: those of the real and of the imaginary part of the first complex column, and so
 /// on. In this order triangular complex matrices with real diagonal are embedded as triangular ones.
 pub fn paired_columns(a: MatRef<'_, f64>) -> Mat<f64> {

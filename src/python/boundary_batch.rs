@@ -76,10 +76,11 @@ pub fn solve_boundary<'py>(
     let batches = field.batches(arguments)?;
     let max_iterations = count("max_iterations", max_iterations, 1)?;
     let (shape, n, k) = (batches[0].shape.clone(), batches[0].rows, batches[0].cols);
+    let (rows, cols) = field.own((n, k));
     // Also where there is no problem.
-    Stiefel::new(n, k)?;
+    Stiefel::new(rows, cols)?;
     for (batch, (_, name)) in batches.iter().zip(arguments) {
-        batch.check_shape(name, field.own((n, k)))?;
+        batch.check_shape(name, (rows, cols))?;
     }
     let call = Call::new(py, num_threads, SOLVES * 4.0 * batches[0].numbers())?.over(field);
     let lead = shape.clone();
@@ -93,10 +94,7 @@ pub fn solve_boundary<'py>(
         let found = solutions(&batches, field, &options)?;
         Ok(found.map(|found| fields(&found, field, &lead, (n, k))))
     })?;
-    let explained = |(member, error)| match field {
-        Field::Real => at_member(&error, member, &shape),
-        Field::Complex => at_member(&error.of_complex(), member, &shape),
-    };
+    let explained = |(member, error)| at_member(&call.explained(error), member, &shape);
     let fields = fields.map_err(explained)?;
     let (acceleration, jerk, cost, converged, residual) = fields;
     let [acceleration, jerk] = collected([acceleration, jerk].map(|part| field.numbers(part)))?;

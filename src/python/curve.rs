@@ -11,6 +11,9 @@ use crate::manifold::QuasiGeodesic;
 
 /// A smooth curve on St(n, k).
 ///
+/// Of complex frames where one of the arrays that it is made of is complex: points and vectors are complex then, and inner
+/// products of vectors in costs and lengths real parts of Hermitian ones.
+///
 /// All curves share this protocol. Calls with a scalar ``t`` return shape ``(n, k)``, with an array of shape ``T``
 /// return ``T + (n, k)``. Many parameters are evaluated in parallel without the interpreter lock; results are
 /// bit-identical for any number of threads.

@@ -3,6 +3,7 @@
 use super::prelude::*;
 use super::stored::{Form, form};
 use crate::curve::{GeodesicPolynomial, GeometricCubic, GeometricPolynomial};
+use crate::linalg::complex_embedding::nearest_embedded;
 use crate::stored::{Stored, refusal};
 
 /// A de Casteljau curve, made of quasi-geodesics or of geodesics.
@@ -56,6 +57,16 @@ fn polynomial(P: &Any, geodesic: bool) -> PyResult<(Arc<dyn Polynomial>, Field)>
         })
     })?;
     Ok((curve, field))
+}
+
+/// The polynomial of embedded control points next to those of a search in the real frames, whose steps are off by round-off
+/// over the curvature of the cost. The cost, at a minimum, stays to second order.
+fn embedded(curve: &GeometricPolynomial) -> Result<GeometricPolynomial> {
+    let points = curve.control_points();
+    let points = points.iter().map(|point| nearest_embedded(point.as_ref()));
+    let points = points.collect::<Result<Vec<_>>>()?;
+    let views: Vec<_> = points.iter().map(Mat::as_ref).collect();
+    GeometricPolynomial::new(&views)
 }
 
 /// Geometric polynomial of any degree: de Casteljau's algorithm with quasi-geodesics or geodesics.
@@ -195,7 +206,13 @@ impl PyGeometricPolynomial {
             data,
             SOLVES,
             move |[s0, v0, s1, v1], interrupt| {
-                GeometricPolynomial::minimal_cost_interruptible(s0, v0, s1, v1, degree, interrupt)
+                let (curve, report) = GeometricPolynomial::minimal_cost_interruptible(
+                    s0, v0, s1, v1, degree, interrupt,
+                )?;
+                match field {
+                    Field::Real => Ok((curve, report)),
+                    Field::Complex => Ok((embedded(&curve)?, report)),
+                }
             },
         );
         let (curve, report) = found?;

@@ -59,7 +59,7 @@ use crate::stored::refusal;
 /// ConvergenceError
 ///     No spline is found; carries ``report``.
 /// TypeError
-///     Complex numbers, dates and durations.
+///     Complex times, dates and durations.
 ///
 /// See Also
 /// --------

@@ -48,7 +48,7 @@ use crate::spline::{
 /// ConvergenceError
 ///     No Riemannian cubic is found between two neighbours; carries ``knot`` and ``report``.
 /// TypeError
-///     Complex numbers, dates and durations.
+///     Complex times, dates and durations.
 ///
 /// See Also
 /// --------
@@ -213,7 +213,7 @@ impl PyCubicHermite {
 /// ConvergenceError
 ///     No spline is found; carries ``report``.
 /// TypeError
-///     Complex numbers, dates and durations.
+///     Complex times, dates and durations.
 ///
 /// See Also
 /// --------

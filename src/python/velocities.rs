@@ -67,7 +67,7 @@ impl Velocities {
 /// OutsideDomainError
 ///     Neighbours that no quasi-geodesic joins; carries ``knot``, the first of the two, and ``angle``.
 /// TypeError
-///     Complex numbers, dates and durations.
+///     Complex times, dates and durations.
 ///
 /// See Also
 /// --------

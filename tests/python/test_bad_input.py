@@ -93,7 +93,7 @@ TAKES_WORDS = {("CubicHermite", 2), ("CubicHermite.geometric", 2)}
 # Points and vectors may be complex, times not.
 TAKES_COMPLEX = {
     *("QuasiGeodesic", "from_velocity", "Geodesic", "Geodesic.from_velocity", "GeometricCubic", "from_control_points"),
-    *("GeometricPolynomial", "GeometricPolynomial.geometric", "from_initial", "from_boundary", "solve_boundary"),
+    *("GeometricPolynomial", "GeometricPolynomial.geodesic", "from_initial", "from_boundary", "solve_boundary"),
     *("integrate_embedded", "CubicHermite", "CubicHermite.geometric", "CubicSpline", "CubicSpline.geometric"),
     *("bc_type", "SmoothingSpline", "estimate_velocities"),
 }

@@ -69,7 +69,7 @@ def test_an_unknown_field_is_refused():
 
 
 def test_points_are_distributed_by_haar_measure(M):
-    """The first column is uniform on the sphere: entries have mean zero and |s|^2 mean 1 / n, and left factors change nothing."""
+    """Entries of uniform unit vectors: mean zero, also of the squares, and of |s|^2 the mean 1 / n."""
     S = M.random_point(rng=0, size=4000)
     assert S.dtype == np.complex128
     assert S.shape == (4000, M.n, M.k)
@@ -212,7 +212,7 @@ def test_sectional_curvature(weighted, rng):
 
 
 def test_curvature_of_spheres_with_a_phase():
-    """St(n, 1) is the sphere with the phase direction scaled by 1/2 (Berger's): 4 - 3/2 on (V, iV), 1/2 with the phase."""
+    """St(n, 1) is a Berger sphere, with the phase direction scaled: 4 - 3/2 on (V, iV), 1/2 with the phase."""
     M = Stiefel(3, 1, field="complex")
     S, V, W = np.eye(3)[:, :, None]
     assert_close(M.sectional_curvature(S, V, 1j * V), 2.5, 1e-14, "complex plane")

@@ -1,6 +1,7 @@
 """Curves of complex frames against formulas with complex matrices, SciPy's splines of phases, and real curves."""
 
 import copy
+import itertools
 import pickle
 
 import numpy as np
@@ -69,7 +70,7 @@ def test_shapes_and_attributes(make, ends):
         assert quantity(0.25).shape == (n, k)
         assert quantity([]).shape == (0, n, k)
         assert (quantity(t, num_threads=1) == quantity(t, num_threads=2)).all()
-        assert (found[1, 2] == quantity(t[1, 2])).all()
+        assert_close(found[1, 2], quantity(t[1, 2]), 1e-13 * max(1, np.abs(found).max()), "alone")
 
 
 def test_points_and_derivatives(make, ends):
@@ -112,12 +113,15 @@ def test_cost_and_lengths(make, ends):
     tension = getattr(curve, "tension", 0.0)
     cost = sum(w * (norm(*p) ** 2 + tension * norm(*q) ** 2) for w, p, q in zip(weights, zip(S, A), zip(S, V)))
     assert_close(curve.cost(), cost, 1e-9 * max(1, cost), "cost")
-    speeds = np.array([norm(*pair) for pair in zip(S, V)])
-    assert_close(curve.arc_length(), weights @ speeds, 1e-6, "length")
+    # By the midpoint rule, since speeds have a kink where they vanish.
+    count = 1000
+    middles = start + (end - start) * (np.arange(count) + 0.5) / count
+    speeds = np.array([norm(*pair) for pair in zip(curve(middles), curve.velocity(middles))])
+    assert_close(curve.arc_length(), speeds.mean() * (end - start), 1e-5, "length")
     bounds = curve.derivative_bounds()
-    assert bounds.velocity >= speeds.max() * (1 - 1e-12)
-    assert bounds.velocity <= 1.05 * max(norm(curve(u), curve.velocity(u)) for u in np.linspace(start, end, 200)) + 1e-12
-    lengths = [curve.arc_length(a, b) for a, b in zip(at := curve.resample(4), at[1:])]
+    assert speeds.max() * (1 - 1e-12) <= bounds.velocity <= 1.05 * speeds.max() + 1e-12
+    at = curve.resample(4)
+    lengths = [curve.arc_length(a, b) for a, b in itertools.pairwise(at)]
     assert_close(lengths, curve.arc_length() / 3, 1e-10, "equal lengths")
 
 
@@ -215,7 +219,8 @@ def test_phases():
     angles = [1j * phi(0, nu) * point(0.2) for nu in (1, 2, 3)]
     assert_close(np.stack([V, A, J]), np.stack(angles), 1e-12, "initial data")
     assert_close(curve.energy, (phi(0, 2) ** 2 / 2 - phi(0, 3) * phi(0, 1)) / 2, 1e-12, "energy")
-    assert_close(GeometricCubic(point(0.2), vector(0.2, 0.7), point(1.1), vector(1.1, -0.4))(t), curve(t), 1e-13, "flat")
+    flat = GeometricCubic(point(0.2), vector(0.2, 0.7), point(1.1), vector(1.1, -0.4))
+    assert_close(flat(t), curve(t), 1e-13, "de Casteljau")
 
 
 def test_initial_data_and_invariants(ends):

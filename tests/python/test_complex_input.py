@@ -85,9 +85,9 @@ def test_points_and_vectors_that_are_none(call):
 def test_defects_are_those_of_the_complex_matrices():
     off = S[0] * (1 + 1e-6)
     defect = np.linalg.norm(off.conj().T @ off - np.eye(2))
-    with pytest.raises(InvalidInputError, match=f"{defect:.2e}"[:4]) as caught:
+    told = f"= {defect:.3e} exceeds 1.000e-9".replace("e-06", "e-6")
+    with pytest.raises(InvalidInputError, match=told):
         M.check_point(off)
-    assert f"= {defect:.3e} exceeds 1.000e-9".replace("e-06", "e-6") in str(caught.value)
     M.check_point(off, atol=1.01 * defect)
     with pytest.raises(InvalidInputError):
         M.check_point(off, atol=0.99 * defect)
@@ -116,7 +116,7 @@ def test_shapes_in_messages_are_the_users():
     with pytest.raises(InvalidInputError, match=r"S: expected shape \(N, n, k\), found \(4, 2\)"):
         CubicSpline(T, S[0])
     curve = RiemannianCubic.from_boundary(*GOOD)
-    with pytest.raises(InvalidInputError, match=r"W: expected shape \(2, 4, 2\), that of the points at t, found \(4, 2\)"):
+    with pytest.raises(InvalidInputError, match=r"W: expected shape \(2, 4, 2\), .* found \(4, 2\)"):
         curve.point_pullback([0.0, 1.0], V[0])
 
 
