@@ -6,6 +6,7 @@ use super::prelude::*;
 use super::riemannian_cubic::PyRiemannianCubic;
 use crate::cubic::RiemannianCubic;
 use crate::curve::{GeometricCubic, Quantity, Samples};
+use crate::space::Quotient;
 use crate::spline::stored_values::{check_points, check_velocities};
 use crate::spline::{Outside, Piecewise};
 use crate::stored::{Fields, Stored, refusal};
@@ -217,7 +218,8 @@ impl Spline {
         let points = Self::batch(&cubics, field, POINTS, points)?;
         let tolerance = report.map_or(0.0, |report| 10.0 * report.tolerance);
         let found = Self::sample(&cubics, 0, interrupt)?;
-        check_points(POINTS, &points.views(), &found, tolerance)?;
+        let quotient = cubics.curve().quotient();
+        check_points(POINTS, &points.views(), &found, quotient, tolerance)?;
         let t = cubics.knots().to_vec();
         let data = Data { t, points };
         Ok(Spline {
@@ -232,8 +234,22 @@ impl Spline {
         let field = self.data.points.field();
         let velocities = Self::batch(&self.cubics, field, VELOCITIES, array)?;
         let found = Self::sample(&self.cubics, 1, interrupt)?;
-        check_velocities(&self.data.t, &velocities.views(), &found)?;
+        let turns = self.turns(interrupt)?;
+        let views = velocities.views();
+        check_velocities(&self.data.t, turns.as_deref(), &views, &found)?;
         Ok(velocities)
+    }
+
+    /// What makes the given bases those of the curve at its knots, of subspaces.
+    fn turns(&self, interrupt: Interrupt<'_>) -> Result<Option<Vec<Mat<f64>>>> {
+        if self.cubics.curve().quotient() == Quotient::Frames {
+            return Ok(None);
+        }
+        let found = Self::sample(&self.cubics, 0, interrupt)?;
+        let pairs = self.data.points.views().into_iter().zip(found.iter());
+        Ok(Some(
+            pairs.map(|(given, own)| given.transpose() * own).collect(),
+        ))
     }
 
     /// An array of one matrix for each knot.

@@ -7,7 +7,8 @@ use super::spline::PyCubicSpline;
 use super::variation::Cotangents;
 use crate::cubic::RiemannianCubic;
 use crate::curve::Curve;
-use crate::spline::{EndConditions, Piecewise, SplineGradient, SplineVariation};
+use crate::space::Quotient;
+use crate::spline::{EndCondition, EndConditions, Piecewise, SplineGradient, SplineVariation};
 
 /// A spline of Riemannian cubics, and what holds at its ends.
 struct Spline {
@@ -30,6 +31,14 @@ impl Spline {
         let given: BcType<'_> = slf.get().bc_type.extract(py)?;
         let ends = given.read(py, field, (curve.n(), curve.k()))?.conditions;
         let curve = Arc::clone(curve);
+        let ends = match Curve::quotient(&*curve) {
+            Quotient::Frames => ends,
+            Quotient::Subspaces => {
+                let given = slf.as_super().get().points.bind(py);
+                let points = field.batch(given, "S", "(N, n, k)")?;
+                in_terms_of_curve(&curve, points.get(points.len() - 1), ends)?
+            }
+        };
         Ok(Spline { curve, ends, field })
     }
 
@@ -50,6 +59,22 @@ impl Spline {
             work(&self, interrupt)
         })
     }
+}
+
+/// Ends of a spline of subspaces whose vector at the last knot is told in terms of the basis that the curve has there, not of the
+/// given one.
+fn in_terms_of_curve(
+    curve: &Piecewise<RiemannianCubic>,
+    last: MatRef<'_, f64>,
+    ends: EndConditions,
+) -> Result<EndConditions> {
+    let EndConditions::Each(mut each) = ends else {
+        return Ok(ends);
+    };
+    let turn = last.transpose() * curve.point(Curve::t_span(curve).1)?;
+    let (EndCondition::Velocity(vector) | EndCondition::Acceleration(vector)) = &mut each[1];
+    *vector = &*vector * turn;
+    Ok(EndConditions::Each(each))
 }
 
 /// Variations of the vectors at the ends: those given, zero for others.
@@ -97,6 +122,9 @@ fn gradient(field: Field, shape: (usize, usize), found: SplineGradient) -> PyRes
 #[pymethods]
 impl PyCubicSpline {
     /// How points of the spline change where its data do: implicit function theorem.
+    ///
+    /// On a :class:`Grassmann` variations are horizontal vectors at the bases of the curve, ``curve(t)`` at its knots, which are those
+    /// of ``S`` up to turns.
     ///
     /// Parameters
     /// ----------

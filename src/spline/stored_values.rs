@@ -1,11 +1,13 @@
 //! Checks that points and velocities that are stored with a spline are those of its pieces.
 
-use faer::MatRef;
+use faer::{Mat, MatRef};
 
 use crate::curve::Samples;
 use crate::error::Result;
 use crate::linalg::structure::{distance, norm};
 use crate::manifold::stored::check_orthonormal;
+use crate::manifold::tangent::tangent_part;
+use crate::space::Quotient;
 use crate::stored::refusal;
 
 /// How far they may be from the pieces, which are solved for to a tolerance.
@@ -16,11 +18,16 @@ pub(crate) fn check_points(
     name: &str,
     points: &[MatRef<'_, f64>],
     found: &Samples,
+    quotient: Quotient,
     tolerance: f64,
 ) -> Result<()> {
     for (knot, (point, stored)) in found.iter().zip(points).enumerate() {
         check_orthonormal(&format!("{name}: knot {knot}"), *stored)?;
-        let gap = distance(point, *stored);
+        let gap = match quotient {
+            Quotient::Frames => distance(point, *stored),
+            // Of their spans.
+            Quotient::Subspaces => norm(tangent_part(quotient, point, *stored).as_ref()),
+        };
         if gap > STORED_TOLERANCE.max(tolerance) {
             let problem = format!("knot {knot}: the curve is {gap:.3e} away from the point");
             return Err(refusal(problem));
@@ -29,16 +36,21 @@ pub(crate) fn check_points(
     Ok(())
 }
 
-/// Error unless velocities are those of the curve at its knots, the times `t`.
+/// Error unless velocities are those of the curve at its knots, the times `t`; of subspaces in terms of bases that `turns` makes those
+/// of the curve.
 pub(crate) fn check_velocities(
     t: &[f64],
+    turns: Option<&[Mat<f64>]>,
     velocities: &[MatRef<'_, f64>],
     found: &Samples,
 ) -> Result<()> {
     let steps = t.windows(2).map(|pair| pair[1] - pair[0]);
     let shortest = steps.fold(f64::INFINITY, f64::min);
     for (knot, (velocity, stored)) in found.iter().zip(velocities).enumerate() {
-        let gap = distance(velocity, *stored);
+        let gap = match turns {
+            Some(turns) => distance(velocity, (*stored * &turns[knot]).as_ref()),
+            None => distance(velocity, *stored),
+        };
         // Pieces are solved for in their own unit of time.
         let allowed = STORED_TOLERANCE * norm(*stored).max(shortest.recip());
         if gap.is_nan() || gap > allowed {
