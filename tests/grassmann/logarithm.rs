@@ -110,7 +110,7 @@ fn logarithms_do_not_depend_on_the_bases() {
 
 #[test]
 fn tiny_angles_are_relative() {
-    for angle in [1e-300, 1e-160, 1e-20, 1e-8, 1e-3] {
+    for angle in [1e-300_f64, 1e-160, 1e-20, 1e-8, 1e-3] {
         for (n, k) in [(4, 2), (10, 5), (3, 2), (8, 1)] {
             let y0 = Mat::from_fn(n, k, |i, j| f64::from(u8::from(i == j)));
             let outside = k.min(n - k);
