@@ -320,17 +320,6 @@ fn short(x: f64) -> String {
     }
 }
 
-/// The shape `(n, k)` of complex matrices for `(2n, 2k)`; `None` for other words.
-#[cfg(feature = "python")]
-fn halved(shape: &str) -> Option<String> {
-    let (rows, cols) = shape
-        .strip_prefix('(')?
-        .strip_suffix(')')?
-        .split_once(", ")?;
-    let half = |size: &str| Some(size.parse::<usize>().ok()? / 2);
-    Some(format!("({}, {})", half(rows)?, half(cols)?))
-}
-
 /// The knot that an error is about, or the two that could not be joined.
 fn place(knot: usize, error: &Error) -> String {
     match error {
@@ -400,60 +389,6 @@ impl Error {
 
     pub(crate) fn is_interrupted(&self) -> bool {
         matches!(self, Error::Interrupted { .. })
-    }
-
-    /// The same of complex data that was embedded in the real matrices of twice the size, where norms are `sqrt(2)` larger: with
-    /// the shapes, defects and distances of the complex matrices.
-    #[cfg(feature = "python")]
-    pub(crate) fn of_complex(self) -> Self {
-        use std::f64::consts::FRAC_1_SQRT_2 as SCALE;
-        let of_complex = |source: Box<Error>| Box::new(source.of_complex());
-        match self {
-            Error::Shape {
-                name,
-                expected,
-                found,
-            } => Error::Shape {
-                name,
-                expected: halved(&expected).unwrap_or(expected),
-                found: halved(&found).unwrap_or(found),
-            },
-            Error::BeyondInjectivity {
-                index,
-                distance,
-                bound,
-            } => Error::BeyondInjectivity {
-                index,
-                distance: SCALE * distance,
-                bound: SCALE * bound,
-            },
-            Error::NotOrthonormal {
-                name,
-                defect,
-                tolerance,
-            } => Error::NotOrthonormal {
-                name,
-                defect: SCALE * defect,
-                tolerance: SCALE * tolerance,
-            },
-            Error::NotTangent {
-                name,
-                defect,
-                tolerance,
-            } => Error::NotTangent {
-                name,
-                defect: SCALE * defect,
-                tolerance: SCALE * tolerance,
-            },
-            Error::AtKnot { knot, source } => Error::AtKnot {
-                knot,
-                source: of_complex(source),
-            },
-            Error::ControlPoints { source } => Error::ControlPoints {
-                source: of_complex(source),
-            },
-            error => error,
-        }
     }
 
     /// The angle that leaves a domain, in radians, where the error is about one.

@@ -5,6 +5,7 @@ use stiefel_rs::Error;
 use stiefel_rs::linalg::complex_embedding::{
     COMPLEX_TOLERANCE, embed, embedding_defect, paired_columns, restrict, unpaired_columns,
 };
+use stiefel_rs::linalg::decomp::{Svd, singular_range};
 
 /// Numbers without any pattern, the same in every run.
 fn matrix(rows: usize, cols: usize, seed: u64) -> Mat<c64> {
@@ -89,4 +90,60 @@ fn triangular_matrices_are_triangular_in_pairs_of_columns() {
     }
     let a = embed(matrix(4, 3, 9).as_ref());
     assert_eq!(unpaired_columns(paired_columns(a.as_ref()).as_ref()), a);
+}
+
+/// An embedded complex matrix on which faer's iteration stalls: its singular values come in equal pairs.
+#[test]
+fn svd_of_a_matrix_on_which_the_iteration_stalls() {
+    let top = [
+        [
+            -1.243219791014563,
+            -1.3438464457085337,
+            0.42647282173796025,
+            0.21630054991006462,
+            1.605776779487397,
+            -0.06485332900248938,
+        ],
+        [
+            -0.7132633476836574,
+            -1.4590990184674946,
+            -0.7207715670394585,
+            0.20111172411980055,
+            0.5251356475921335,
+            -0.8648580848591221,
+        ],
+        [
+            1.294176651844279,
+            -0.4930218080433588,
+            1.2686291111120434,
+            2.0855957678201205,
+            0.5728653270146665,
+            0.23348011604442434,
+        ],
+    ];
+    let a = Mat::from_fn(6, 6, |i, j| match i {
+        0..3 => top[i][j],
+        _ if j < 3 => -top[i - 3][j + 3],
+        _ => top[i - 3][j - 3],
+    });
+    for columns in [6, 5] {
+        let a = a.subcols(0, columns);
+        let mut svd = Svd::new(6, columns);
+        svd.compute(a).unwrap();
+        let scaled = Mat::from_fn(6, columns, |i, j| svd.u()[(i, j)] * svd.s(j));
+        let product = scaled * svd.v().transpose();
+        // Backward error: a few roundings of each of six columns.
+        let error = (product - a).norm_max();
+        assert!(
+            error <= 60.0 * f64::EPSILON * svd.s(0),
+            "A = U S V^T: {error:e}"
+        );
+        let gram = svd.v().transpose() * svd.v();
+        let error = (gram - Mat::<f64>::identity(columns, columns)).norm_max();
+        assert!(error <= 60.0 * f64::EPSILON, "V^T V = I: {error:e}");
+        let [smallest, largest] = singular_range(a).unwrap();
+        assert!(
+            (largest - svd.s(0)).abs() <= 1e-14 && (smallest - svd.s(columns - 1)).abs() <= 1e-14
+        );
+    }
 }

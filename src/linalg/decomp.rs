@@ -8,7 +8,7 @@ use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_
 use faer::linalg::solvers::Solve;
 use faer::linalg::svd::{ComputeSvdVectors, svd, svd_scratch};
 use faer::linalg::triangular_solve;
-use faer::{Mat, MatMut, MatRef, Par};
+use faer::{Col, Mat, MatMut, MatRef, Par};
 
 use super::structure::check_range;
 use crate::error::{Error, Result};
@@ -82,7 +82,6 @@ impl Svd {
 
     fn compute_scaled(&mut self, a: MatRef<'_, f64>) -> Result<()> {
         let (rows, cols) = (a.nrows(), a.ncols());
-        let rank = rows.min(cols);
         (self.rows, self.cols) = (rows, cols);
         if rows == 1 && cols == 1 {
             // The sphere: one cosine, no need of the machinery.
@@ -91,6 +90,24 @@ impl Svd {
             self.v[(0, 0)] = 1.0;
             return Ok(());
         }
+        let first = self.iterate(a);
+        if first.is_ok() {
+            return first;
+        }
+        // faer's iteration stalls on about one in 1e5 matrices whose singular values come in equal pairs, as those of embedded
+        // complex matrices do. In other coordinates it does not.
+        self.iterate(reflected(a).as_ref())?;
+        let v = reflected(self.v().transpose());
+        self.v
+            .as_mut()
+            .submatrix_mut(0, 0, cols, cols)
+            .copy_from(v.transpose());
+        Ok(())
+    }
+
+    fn iterate(&mut self, a: MatRef<'_, f64>) -> Result<()> {
+        let (rows, cols) = (a.nrows(), a.ncols());
+        let rank = rows.min(cols);
         // For wide input faer sets only a part of V and takes the rest to be zero.
         self.v.fill(0.0);
         svd(
@@ -127,6 +144,13 @@ impl Svd {
     pub fn v(&self) -> MatRef<'_, f64> {
         self.v.as_ref().submatrix(0, 0, self.cols, self.cols)
     }
+}
+
+/// `A (I - 2 w w^T)` with a unit vector `w` without any pattern: the same singular values, by other roundings.
+fn reflected(a: MatRef<'_, f64>) -> Mat<f64> {
+    let w = Col::from_fn(a.ncols(), |j| 1.0 / (j as f64 + 1.0));
+    let w = &w / w.norm_l2();
+    a - (a * &w) * (2.0 * w.transpose())
 }
 
 /// Symmetric eigenproblem `A = W diag(lambda) W^T` in buffers made once for a size, eigenvalues increasing.
@@ -272,9 +296,12 @@ pub fn singular_range(a: MatRef<'_, f64>) -> Result<[f64; 2]> {
         return Ok([0.0; 2]);
     }
     let scaled = Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] / largest);
-    let values = scaled.singular_values().map_err(|_| Error::Decomposition {
-        kind: "singular value decomposition",
-    })?;
+    let values = scaled
+        .singular_values()
+        .or_else(|_| reflected(scaled.as_ref()).singular_values())
+        .map_err(|_| Error::Decomposition {
+            kind: "singular value decomposition",
+        })?;
     Ok([values[values.len() - 1] * largest, values[0] * largest])
 }
 

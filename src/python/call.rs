@@ -11,7 +11,7 @@ use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use super::error::ensure;
+use super::error::{ensure, of_complex};
 use super::field::Field;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
@@ -69,7 +69,7 @@ impl<'py> Call<'py> {
     pub fn explained(&self, error: Error) -> Error {
         match self.field {
             Field::Real => error,
-            Field::Complex => error.of_complex(),
+            Field::Complex => of_complex(error),
         }
     }
 

@@ -99,6 +99,69 @@ macro_rules! ensure {
 }
 pub(super) use ensure;
 
+/// An error about complex data embedded in real matrices of twice the size, where norms are `sqrt(2)` larger: with the shapes,
+/// defects and distances of the complex matrices.
+pub fn of_complex(error: Error) -> Error {
+    use std::f64::consts::FRAC_1_SQRT_2 as SCALE;
+    let boxed = |source: Box<Error>| Box::new(of_complex(*source));
+    match error {
+        Error::Shape {
+            name,
+            expected,
+            found,
+        } => Error::Shape {
+            name,
+            expected: halved(&expected).unwrap_or(expected),
+            found: halved(&found).unwrap_or(found),
+        },
+        Error::BeyondInjectivity {
+            index,
+            distance,
+            bound,
+        } => Error::BeyondInjectivity {
+            index,
+            distance: SCALE * distance,
+            bound: SCALE * bound,
+        },
+        Error::NotOrthonormal {
+            name,
+            defect,
+            tolerance,
+        } => Error::NotOrthonormal {
+            name,
+            defect: SCALE * defect,
+            tolerance: SCALE * tolerance,
+        },
+        Error::NotTangent {
+            name,
+            defect,
+            tolerance,
+        } => Error::NotTangent {
+            name,
+            defect: SCALE * defect,
+            tolerance: SCALE * tolerance,
+        },
+        Error::AtKnot { knot, source } => Error::AtKnot {
+            knot,
+            source: boxed(source),
+        },
+        Error::ControlPoints { source } => Error::ControlPoints {
+            source: boxed(source),
+        },
+        error => error,
+    }
+}
+
+/// The shape `(n, k)` of complex matrices for `(2n, 2k)`; `None` for other words.
+fn halved(shape: &str) -> Option<String> {
+    let (rows, cols) = shape
+        .strip_prefix('(')?
+        .strip_suffix(')')?
+        .split_once(", ")?;
+    let half = |size: &str| Some(size.parse::<usize>().ok()? / 2);
+    Some(format!("({}, {})", half(rows)?, half(cols)?))
+}
+
 impl From<Error> for PyErr {
     fn from(error: Error) -> Self {
         to_exception(&error, "")

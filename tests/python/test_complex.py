@@ -266,7 +266,7 @@ def test_gradient_and_hessian(weighted, rng):
 
 def test_the_metric_of_the_real_embedding(weighted, rng):
     """Everything is that of the embedded real frames; squared lengths double, curvatures are halved."""
-    M, w = weighted
+    M, _ = weighted
     real = Stiefel(2 * M.n, 2 * M.k, metric=M.alpha)
     S = M.random_point(rng)
     U, V, W = tangents(M, S, rng, 3)

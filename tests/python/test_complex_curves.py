@@ -111,12 +111,13 @@ def test_cost_and_lengths(make, ends):
     t, weights = start + (end - start) * (x + 1) / 2, weights * (end - start) / 2
     S, V, A = curve(t), curve.velocity(t), curve.acceleration(t)
     tension = getattr(curve, "tension", 0.0)
-    cost = sum(w * (norm(*p) ** 2 + tension * norm(*q) ** 2) for w, p, q in zip(weights, zip(S, A), zip(S, V)))
+    squares = np.array([norm(s, a) ** 2 + tension * norm(s, v) ** 2 for s, v, a in zip(S, V, A, strict=True)])
+    cost = weights @ squares
     assert_close(curve.cost(), cost, 1e-9 * max(1, cost), "cost")
     # By the midpoint rule, since speeds have a kink where they vanish.
     count = 1000
     middles = start + (end - start) * (np.arange(count) + 0.5) / count
-    speeds = np.array([norm(*pair) for pair in zip(curve(middles), curve.velocity(middles))])
+    speeds = np.array(list(map(norm, curve(middles), curve.velocity(middles))))
     assert_close(curve.arc_length(), speeds.mean() * (end - start), 1e-5, "length")
     bounds = curve.derivative_bounds()
     assert speeds.max() * (1 - 1e-12) <= bounds.velocity <= 1.05 * speeds.max() + 1e-12
@@ -215,7 +216,7 @@ def test_phases():
     exact = np.polynomial.legendre.leggauss(4)
     cost = np.sum(exact[1] / 2 * phi((exact[0] + 1) / 2, 2) ** 2) / 2
     assert_close(curve.cost(), cost, 1e-12 * cost, "cost")
-    S, V, A, J = curve.initial
+    _, V, A, J = curve.initial
     angles = [1j * phi(0, nu) * point(0.2) for nu in (1, 2, 3)]
     assert_close(np.stack([V, A, J]), np.stack(angles), 1e-12, "initial data")
     assert_close(curve.energy, (phi(0, 2) ** 2 / 2 - phi(0, 3) * phi(0, 1)) / 2, 1e-12, "energy")
@@ -303,8 +304,9 @@ def test_trajectories(integrate, ends):
 # ---------------------------------------------------------------- derivatives by data
 
 
-def pairing(G, X):
-    return np.sum(np.conj(G) * X).real
+def pairing(gradients, changes):
+    """Re sum(conj(G) * X), of all matrices."""
+    return sum(np.sum(np.conj(G) * X).real for G, X in zip(gradients, changes, strict=True))
 
 
 def test_derivatives_by_boundary_data(ends):
@@ -325,9 +327,9 @@ def test_derivatives_by_boundary_data(ends):
         assert_close(part, slope, 1e-6, "initial data")
     W = rng.standard_normal((2, n, k)) + 1j * rng.standard_normal((2, n, k))
     gradient = curve.point_pullback(t, W)
-    assert_close(sum(pairing(*pair) for pair in zip(gradient, change)), pairing(W, found), 1e-11, "pull-back")
+    assert_close(pairing(gradient, change), pairing([W], [found]), 1e-11, "pull-back")
     slope = (ahead.cost() - behind.cost()) / (2 * h)
-    assert_close(sum(pairing(*pair) for pair in zip(curve.cost_gradient(), change)), slope, 1e-6, "cost")
+    assert_close(pairing(curve.cost_gradient(), change), slope, 1e-6, "cost")
 
 
 def test_derivatives_by_initial_data(ends):
@@ -340,7 +342,7 @@ def test_derivatives_by_initial_data(ends):
     assert_close(found, X @ curve(t), 1e-12, "all data turn")
     W = rng.standard_normal(found.shape) + 1j * rng.standard_normal(found.shape)
     gradient = curve.initial_point_pullback(t, W)
-    assert_close(sum(pairing(*pair) for pair in zip(gradient, change)), pairing(W, found), 1e-12, "pull-back")
+    assert_close(pairing(gradient, change), pairing([W], [found]), 1e-12, "pull-back")
 
 
 # ---------------------------------------------------------------- size

@@ -42,7 +42,10 @@ def test_embedding(rng):
 def test_what_is_halved_and_what_stays(rng):
     S0 = M.random_point(rng)
     V0, A, J = tangents(M, S0, rng, 3)
-    curve, real = (RiemannianCubic.from_initial(*data, tension=2.0) for data in ((S0, V0, A, J), [embed(x) for x in (S0, V0, A, J)]))
+    curve, real = (
+        RiemannianCubic.from_initial(*data, tension=2.0)
+        for data in ((S0, V0, A, J), [embed(x) for x in (S0, V0, A, J)])
+    )
     assert_close(curve.cost(), real.cost() / 2, 1e-12, "cost")
     assert_close(curve.energy, real.energy / 2, 1e-12, "energy")
     assert_close(curve.arc_length(), real.arc_length() / np.sqrt(2), 1e-12, "length")

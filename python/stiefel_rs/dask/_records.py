@@ -34,9 +34,7 @@ class Outcome(IntEnum):
     OTHER = 4
 
 
-def record(
-    fields: Sequence[str], arrays: dict[str, tuple[int, ...]], number: Number = np.float64
-) -> np.dtype[Any]:
+def record(fields: Sequence[str], arrays: dict[str, tuple[int, ...]], number: Number = np.float64) -> np.dtype[Any]:
     """Type of a record with these fields; shapes of those that are arrays of numbers, and of which numbers."""
     plain: dict[str, Any] = {
         "cost": np.float64,
