@@ -4,8 +4,10 @@
 //! workspaces (`SkewExp`, `OrthogonalLog`, `SkewSchur`): made once for a size, they allocate nothing after.
 
 mod bidiagonal;
+mod complex_square;
 pub mod decomp;
 pub(crate) mod dual;
+mod exp_polynomials;
 pub mod exponential_action;
 pub(crate) mod field;
 pub mod jet;
@@ -16,12 +18,17 @@ pub mod lyapunov;
 pub(crate) mod one_sided_jacobi;
 pub mod orthogonal_log;
 pub mod product;
+mod scalar;
 pub(crate) mod simd;
 pub mod skew_exp;
+mod skew_hermitian_exp;
 pub mod skew_schur;
 mod square;
 pub mod structure;
+pub mod unitary_log;
 
 pub use orthogonal_log::{OrthogonalLog, orthogonal_log};
+pub use scalar::Scalar;
 pub use skew_exp::{SkewExp, skew_exp};
 pub use skew_schur::SkewSchur;
+pub use unitary_log::{UnitaryLog, unitary_log};
