@@ -100,12 +100,12 @@ pub enum Error {
         /// What was allowed.
         tolerance: f64,
     },
-    /// A complex matrix is not unitary: `|U^H U - I|_F` exceeds the tolerance.
-    #[error("{name}: not unitary, |U^H U - I| = {defect:.3e} exceeds {tolerance:.3e}")]
+    /// A complex matrix is not unitary: `|Q^H Q - I|_F` exceeds the tolerance.
+    #[error("{name}: not unitary, |Q^H Q - I| = {defect:.3e} exceeds {tolerance:.3e}")]
     NotUnitary {
         /// Which argument.
         name: &'static str,
-        /// `|U^H U - I|_F`.
+        /// `|Q^H Q - I|_F`.
         defect: f64,
         /// What was allowed.
         tolerance: f64,

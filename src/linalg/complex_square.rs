@@ -120,7 +120,10 @@ impl ComplexSquare {
 
     /// The largest absolute value of a real or an imaginary part.
     pub(crate) fn largest_part(&self) -> f64 {
-        let entries = self.parts.iter().flat_map(|part| part.lanes().as_flattened());
+        let entries = self
+            .parts
+            .iter()
+            .flat_map(|part| part.lanes().as_flattened());
         entries.fold(0.0, |largest: f64, x| largest.max(x.abs()))
     }
 
@@ -176,8 +179,7 @@ impl ComplexSquare {
                                 let (u, v) = (0.5 * below[1][c][l], 0.5 * above[1][c][l]);
                                 skew[0][c][l] = alpha * (x - y);
                                 skew[1][c][l] = alpha * (u + v);
-                                squares[l] +=
-                                    weight * ((x + y) * (x + y) + (u - v) * (u - v));
+                                squares[l] += weight * ((x + y) * (x + y) + (u - v) * (u - v));
                             }
                         }
                         re.set_tile(i, j, &skew[0]);

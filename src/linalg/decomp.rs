@@ -202,9 +202,7 @@ impl<T: ComplexField<Real = f64>> SymmetricEigen<T> {
 
     /// Eigenvectors, one per column.
     pub fn vectors(&self) -> MatRef<'_, T> {
-        self.vectors
-            .as_ref()
-            .submatrix(0, 0, self.size, self.size)
+        self.vectors.as_ref().submatrix(0, 0, self.size, self.size)
     }
 }
 

@@ -101,13 +101,7 @@ pub(super) fn combine_in_place<S: SquareBuffer>(powers: &mut [S], even: &[f64], 
     y.add_to_diagonal(odd[0]);
 }
 
-fn combine_parts(
-    x: &mut Square,
-    y: &mut Square,
-    z: Option<&Square>,
-    even: &[f64],
-    odd: &[f64],
-) {
+fn combine_parts(x: &mut Square, y: &mut Square, z: Option<&Square>, even: &[f64], odd: &[f64]) {
     let (x_lanes, y_lanes) = (x.lanes_mut(), y.lanes_mut());
     let (even, odd) = (&even[..4], &odd[..4]);
     vectorised(
@@ -134,4 +128,3 @@ fn combine_parts(
         },
     );
 }
-

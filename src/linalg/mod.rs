@@ -1,8 +1,9 @@
-//! Dense linear algebra with structure: symmetric and skew parts, exponentials and logarithms of rotations.
+//! Dense linear algebra with structure: symmetric and skew parts, exponentials and logarithms of rotations and unitary matrices.
 //!
-//! Everything here works on real matrices sized at run time. The kernels that run inside of a loop are
-//! workspaces (`SkewExp`, `OrthogonalLog`, `SkewSchur`): made once for a size, they allocate nothing after.
+//! Everything here works on matrices sized at run time, real ones except in `skew_exp` and `unitary_log`. The kernels that run inside of a loop are
+//! workspaces (`SkewExp`, `OrthogonalLog`, `UnitaryLog`, `SkewSchur`): made once for a size, they allocate nothing after.
 
+mod asinh_series;
 mod bidiagonal;
 mod complex_square;
 pub mod decomp;

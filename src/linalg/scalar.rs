@@ -203,14 +203,7 @@ impl SquareBuffer for ComplexSquare {
         self.multiply(Accum::Replace, alpha, a.factor(), b.factor(), scratch);
     }
 
-    fn half_product(
-        &mut self,
-        beta: Accum,
-        alpha: f64,
-        a: &Self,
-        b: &Self,
-        scratch: &mut Scratch,
-    ) {
+    fn half_product(&mut self, beta: Accum, alpha: f64, a: &Self, b: &Self, scratch: &mut Scratch) {
         self.set_product(beta, alpha, a.factor(), b.factor(), scratch);
     }
 

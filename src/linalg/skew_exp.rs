@@ -1,4 +1,7 @@
-//! Exponential of skew-symmetric matrices: a rotation, orthogonal to round-off.
+//! Exponential of skew-symmetric and skew-Hermitian matrices: a rotation or a unitary matrix, to round-off.
+//!
+//! The table is that of real matrices. Complex ones use the same polynomials, in the Hermitian `A^2`; they have closed forms for
+//! one and two rows, and the Hermitian eigenproblem of `-i A` for large norms (`skew_hermitian_exp.rs`).
 //!
 //! | size | algorithm |
 //! |---|---|
@@ -40,21 +43,35 @@ const EXPONENTIAL: &str = "exponential of a skew matrix";
 /// From this size on a product is so much faster than the steps of the Schur form that more squarings pay.
 const BLOCKED: usize = 64;
 
-/// Exponential of a skew-symmetric matrix.
+/// Exponential of a skew-symmetric (`f64`) or skew-Hermitian (`c64`) matrix.
 ///
 /// ```math
-/// e^A = \sum_{j \ge 0} A^j / j!,\qquad A^T = -A
+/// e^A = \sum_{j \ge 0} A^j / j!,\qquad A^H = -A
 /// ```
 ///
 /// # Arguments
-/// * `a` - skew-symmetric, shape `(m, m)`, `m >= 1`
+/// * `a` - skew-symmetric or skew-Hermitian, shape `(m, m)`, `m >= 1`
 /// # Accuracy
 /// Orthogonality defect (spectral) at most `m * 1e-15` for every norm; backward error a small multiple of
-/// `m eps |A|`. Asserted in `tests/skew_exp.rs`.
+/// `m eps |A|`. Asserted in `tests/skew_exp.rs` and `tests/complex_linalg/`.
 /// # Errors
-/// `Shape`, `NonFinite`, `NotSkew` (relative defect above [`SKEW_TOLERANCE`]).
+/// `Shape`, `NonFinite`, `NotSkew` or `NotSkewHermitian` (relative defect above [`SKEW_TOLERANCE`]); `Overflow` where an angle
+/// is too large for a number; `Decomposition` (large norms only).
 /// # Source
 /// See the module page.
+///
+/// # Examples
+/// ```
+/// use faer::{c64, mat};
+/// use stiefel_rs::skew_exp;
+/// let half_turn = skew_exp(mat![[0.0, -std::f64::consts::PI], [std::f64::consts::PI, 0.0]].as_ref())?;
+/// assert!((half_turn - mat![[-1.0, 0.0], [0.0, -1.0]]).norm_l2() < 1e-15);
+/// // i t times the exchange of two coordinates.
+/// let (zero, it) = (c64::new(0.0, 0.0), c64::new(0.0, 0.3));
+/// let u = skew_exp(mat![[zero, it], [it, zero]].as_ref())?;
+/// assert!((u[(0, 1)] - c64::new(0.0, 0.3_f64.sin())).norm() < 1e-15);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 pub fn skew_exp<T: Scalar>(a: MatRef<'_, T>) -> Result<Mat<T>> {
     let m = check_square("A", a)?;
     let mut out = Mat::zeros(m, m);
@@ -176,7 +193,8 @@ impl<T: Scalar> SkewExp<T> {
             }
         }
         let mut bound = column_sum.min(frobenius * T::FROBENIUS);
-        let switch = last_scheme().limit * 2.0_f64.powi(T::SQUARINGS[usize::from(self.m >= BLOCKED)]);
+        let switch =
+            last_scheme().limit * 2.0_f64.powi(T::SQUARINGS[usize::from(self.m >= BLOCKED)]);
         // What the powers tell is at most this much smaller.
         if bound <= switch * (self.m as f64).sqrt() {
             self.power(1);

@@ -30,7 +30,7 @@ impl Entry for c64 {
 
     const FROBENIUS: f64 = 1.0;
 
-    const SQUARINGS: [i32; 2] = [5, 3];
+    const SQUARINGS: [i32; 2] = [5, 1];
 
     fn exp_closed(out: MatMut<'_, c64>, a: MatRef<'_, c64>, t: f64) -> Result<()> {
         match a.nrows() {

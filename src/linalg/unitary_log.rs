@@ -22,11 +22,10 @@ use faer::linalg::matmul::matmul;
 use faer::prelude::*;
 use faer::{Accum, Mat, MatMut, MatRef, Par, c64};
 
+use super::asinh_series::{NEAR_IDENTITY, asinh_series};
 use super::complex_square::{ComplexSquare, Scratch};
 use super::decomp::SymmetricEigen;
-use super::orthogonal_log::{
-    GROUP_GAP, NEAR_IDENTITY, ORTHOGONALITY_TOLERANCE, asinh_series, pi_tolerance,
-};
+use super::orthogonal_log::{GROUP_GAP, ORTHOGONALITY_TOLERANCE, pi_tolerance};
 use super::square::Symmetry;
 use super::structure::{check_finite_entries, check_shape, check_square};
 use crate::error::{Error, Result};
@@ -42,21 +41,21 @@ const NEAR_TWO_PI: f64 = 1e-4;
 /// unitary one.
 const ROUND_OFF: f64 = 1e-14;
 
-/// Principal logarithm of a unitary matrix: the skew-Hermitian `L` with `e^L = U` and all angles in `(-pi, pi]`.
+/// Principal logarithm of a unitary matrix: the skew-Hermitian `L` with `e^L = Q` and all angles in `(-pi, pi]`.
 ///
 /// ```math
-/// L = \log U,\qquad e^L = U,\quad L^H = -L,\quad -\pi < \lambda(-iL) \le \pi
+/// L = \log Q,\qquad e^L = Q,\quad L^H = -L,\quad -\pi < \lambda(-iL) \le \pi
 /// ```
 ///
 /// It exists for every unitary matrix: on the eigenspace of -1 it is `i pi`. To working precision the angles `pi` and `-pi`
 /// are the same; angles closer to `-pi` than `4 m eps` are taken for `pi`.
 ///
 /// # Arguments
-/// * `u` - unitary, shape `(m, m)`, `|U^H U - I|_F <= ORTHOGONALITY_TOLERANCE`
+/// * `q` - unitary, shape `(m, m)`, `|Q^H Q - I|_F <= ORTHOGONALITY_TOLERANCE`
 /// # Accuracy
-/// Backward error `|e^L - U|_2` at most `m * 1e-15`, repeated and clustered angles and angles near pi included; error
-/// relative to `|L|` a few `m eps` where all angles are below 0.03. Asserted in `tests/unitary_log.rs`. Of a matrix with
-/// `|U^H U - I|_F = d` it is the logarithm of the nearest unitary matrix, to `d^2`.
+/// Backward error `|e^L - Q|_2` at most `m * 1e-15`, repeated and clustered angles and angles near pi included; error
+/// relative to `|L|` a few `m eps` where all angles are below 0.03. Asserted in `tests/complex_linalg/`. Of a matrix with
+/// `|Q^H Q - I|_F = d` it is the logarithm of the nearest unitary matrix, to `d^2`.
 /// # Errors
 /// `Shape`, `NonFinite`, `NotUnitary`; `Decomposition`.
 /// # Source
@@ -73,10 +72,10 @@ const ROUND_OFF: f64 = 1e-14;
 /// assert!((log - mat![[half, -half], [-half, half]]).norm_l2() < 1e-15);
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
-pub fn unitary_log(u: MatRef<'_, c64>) -> Result<Mat<c64>> {
-    let m = check_square("U", u)?;
+pub fn unitary_log(q: MatRef<'_, c64>) -> Result<Mat<c64>> {
+    let m = check_square("Q", q)?;
     let mut out = Mat::zeros(m, m);
-    UnitaryLog::new(m).checked_into(out.as_mut(), u)?;
+    UnitaryLog::new(m).checked_into(out.as_mut(), q)?;
     Ok(out)
 }
 
@@ -96,7 +95,7 @@ pub fn unitary_log(u: MatRef<'_, c64>) -> Result<Mat<c64>> {
 /// ```
 pub struct UnitaryLog {
     m: usize,
-    general: Box<General>,
+    general: Option<Box<General>>,
 }
 
 impl UnitaryLog {
@@ -104,33 +103,73 @@ impl UnitaryLog {
     pub fn new(m: usize) -> Self {
         UnitaryLog {
             m,
-            general: Box::new(General::new(m)),
+            general: (m > 2).then(|| Box::new(General::new(m))),
         }
     }
 
-    /// `out = log(U)` after the checks of [`unitary_log`]; `u` and `out` have the size given to [`UnitaryLog::new`].
+    /// `out = log(Q)` after the checks of [`unitary_log`]; `q` and `out` have the size given to [`UnitaryLog::new`].
     ///
     /// # Errors
     /// As [`unitary_log`].
-    pub fn checked_into(&mut self, out: MatMut<'_, c64>, u: MatRef<'_, c64>) -> Result<()> {
-        check_shape("U", u, self.m, self.m)?;
+    pub fn checked_into(&mut self, out: MatMut<'_, c64>, q: MatRef<'_, c64>) -> Result<()> {
+        check_shape("Q", q, self.m, self.m)?;
         check_shape("out", out.as_ref(), self.m, self.m)?;
-        // log U = (log U^T)^T: then both are read and written along their columns.
-        if out.row_stride() != 1 && out.col_stride() == 1 {
-            self.general.log_into(out.transpose_mut(), u.transpose())
-        } else {
-            self.general.log_into(out, u)
+        match &mut self.general {
+            // log Q = (log Q^T)^T: then both are read and written along their columns.
+            Some(general) if out.row_stride() != 1 && out.col_stride() == 1 => {
+                general.log_into(out.transpose_mut(), q.transpose())
+            }
+            Some(general) => general.log_into(out, q),
+            None => small_log(out, q),
         }
     }
 }
 
+/// Error `NonFinite` or `NotUnitary` unless the defect is within the tolerance.
+fn check_unitary(u: MatRef<'_, c64>, defect: f64) -> Result<()> {
+    // NaN fails as well.
+    if defect <= ORTHOGONALITY_TOLERANCE {
+        return Ok(());
+    }
+    check_finite_entries("Q", u)?;
+    Err(Error::NotUnitary {
+        name: "Q",
+        // Products that overflow with both signs have no sum.
+        defect: if defect.is_nan() {
+            f64::INFINITY
+        } else {
+            defect
+        },
+        tolerance: ORTHOGONALITY_TOLERANCE,
+    })
+}
+
+/// Of at most two rows.
+fn small_log(mut out: MatMut<'_, c64>, u: MatRef<'_, c64>) -> Result<()> {
+    let m = u.nrows();
+    let mut squares = 0.0;
+    for j in 0..m {
+        for i in 0..m {
+            let entry: c64 = (0..m).map(|l| u[(l, i)].conj() * u[(l, j)]).sum();
+            let unit = if i == j { 1.0 } else { 0.0 };
+            squares += (entry - unit).norm_sqr();
+        }
+    }
+    check_unitary(u, squares.sqrt())?;
+    match m {
+        0 => {}
+        1 => {
+            let x = u[(0, 0)];
+            out[(0, 0)] = c64::new(0.0, principal(x.im.atan2(x.re), 1));
+        }
+        _ => log_two(out, u),
+    }
+    Ok(())
+}
+
 /// An angle of at most pi, and above -pi by more than round-off.
 fn principal(angle: f64, m: usize) -> f64 {
-    let angle = if angle > PI {
-        angle - 2.0 * PI
-    } else {
-        angle
-    };
+    let angle = if angle > PI { angle - 2.0 * PI } else { angle };
     // From -2 pi on.
     if angle + PI <= pi_tolerance(m) {
         PI.min(angle + 2.0 * PI)
@@ -160,50 +199,27 @@ struct General {
 
 impl General {
     fn new(m: usize) -> Self {
-        let size = if m <= 2 { 0 } else { m };
-        let square = || ComplexSquare::new(size);
+        let square = || ComplexSquare::new(m);
         General {
-            matrix: ComplexSquare::new(m),
+            matrix: square(),
             turned: square(),
             basis: square(),
-            work: ComplexSquare::new(m),
+            work: square(),
             scratch: Scratch::new(m),
-            hermitian: Mat::zeros(size, size),
-            eigen: SymmetricEigen::new(size),
+            hermitian: Mat::zeros(m, m),
+            eigen: SymmetricEigen::new(m),
             inner: None,
-            angles: vec![0.0; size],
-            cos_sin: vec![(1.0, 0.0); size],
-            half_cos_sin: vec![(1.0, 0.0); size],
+            angles: vec![0.0; m],
+            cos_sin: vec![(1.0, 0.0); m],
+            half_cos_sin: vec![(1.0, 0.0); m],
         }
     }
 
-    fn log_into(&mut self, mut out: MatMut<'_, c64>, u: MatRef<'_, c64>) -> Result<()> {
+    fn log_into(&mut self, out: MatMut<'_, c64>, u: MatRef<'_, c64>) -> Result<()> {
         let m = u.nrows();
         self.matrix.read(u);
         let defect = self.unitarity_defect(m);
-        // NaN fails as well.
-        let close = defect <= ORTHOGONALITY_TOLERANCE;
-        if !close {
-            check_finite_entries("U", u)?;
-            return Err(Error::NotUnitary {
-                name: "U",
-                defect: if defect.is_nan() { f64::INFINITY } else { defect },
-                tolerance: ORTHOGONALITY_TOLERANCE,
-            });
-        }
-        match m {
-            0 => return Ok(()),
-            1 => {
-                let x = u[(0, 0)];
-                out[(0, 0)] = c64::new(0.0, principal(x.im.atan2(x.re), 1));
-                return Ok(());
-            }
-            2 => {
-                log_two(out, u);
-                return Ok(());
-            }
-            _ => {}
-        }
+        check_unitary(u, defect)?;
         if defect > ROUND_OFF * (m as f64).sqrt() {
             self.to_nearest();
         }
@@ -321,7 +337,11 @@ impl General {
     /// Whether a block of the turned matrix is diagonal to round-off.
     fn is_diagonal(&self, start: usize, end: usize) -> bool {
         let size = |i, j| self.turned.get(i, j).norm_sqr();
-        let entries = |j| (start..end).filter(move |i| *i != j).map(move |i| size(i, j));
+        let entries = |j| {
+            (start..end)
+                .filter(move |i| *i != j)
+                .map(move |i| size(i, j))
+        };
         let sum: f64 = (start..end).flat_map(entries).sum();
         sum.sqrt() <= pi_tolerance(end - start)
     }
@@ -377,8 +397,8 @@ impl General {
             c64::new(cos, -sin) * turned.get(i, j)
         };
         for j in 0..m {
-            self.matrix
-                .set(j, j, c64::new(0.0, angles[j] + error(j, j).im));
+            let angle = PI.min(angles[j] + error(j, j).im);
+            self.matrix.set(j, j, c64::new(0.0, angle));
             let (cos, sin) = self.half_cos_sin[j];
             for i in j + 1..m {
                 let half = 0.5 * (angles[i] - angles[j]);
