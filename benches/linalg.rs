@@ -1,6 +1,7 @@
 //! Exponential and logarithm of rotations, each beside its alternative.
 //!
 //! * `exp`: ours against the generic scaling and squaring of nalgebra, and one matrix product as the unit.
+//! * `exp_complex`, `log_complex`: skew-Hermitian and unitary matrices, beside the real functions of the same size.
 //! * `log`: ours, over the spectra that are hard: random, clustered, repeated, near pi, and one product as the unit.
 
 #[path = "../tests/common/mod.rs"]
@@ -11,9 +12,9 @@ use std::hint::black_box;
 use common::{Rng, random_rotation, random_skew, rotation_with_angles, spectral};
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, Par};
+use faer::{Accum, Mat, Par, c64};
 use nalgebra::DMatrix;
-use stiefel_rs::linalg::{OrthogonalLog, SkewExp};
+use stiefel_rs::linalg::{OrthogonalLog, SkewExp, UnitaryLog};
 
 fn exponential(c: &mut Criterion) {
     let mut group = c.benchmark_group("exp");
@@ -120,5 +121,39 @@ fn logarithm(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, exponential, logarithm);
+fn complex(c: &mut Criterion) {
+    for m in [4, 16, 64, 256] {
+        let mut rng = Rng::new(m as u64);
+        let (skew, other) = (random_skew(m, 2.0, &mut rng), random_skew(m, 1.0, &mut rng));
+        // Skew plus i times the symmetric -X^2: norm between 1 and 3.
+        let symmetric = &other * &other;
+        let a = Mat::from_fn(m, m, |i, j| c64::new(skew[(i, j)], -symmetric[(i, j)]));
+        let (mut exp, mut real_exp) = (SkewExp::new(m), SkewExp::new(m));
+        let (mut u, mut q) = (Mat::<c64>::zeros(m, m), Mat::<f64>::zeros(m, m));
+        exp.checked_into(u.as_mut(), a.as_ref()).unwrap();
+        real_exp.checked_into(q.as_mut(), skew.as_ref()).unwrap();
+        let (mut out, mut real) = (Mat::zeros(m, m), Mat::zeros(m, m));
+        let mut group = c.benchmark_group("exp_complex");
+        group.bench_function(BenchmarkId::new("complex", m), |b| {
+            b.iter(|| exp.checked_into(out.as_mut(), black_box(a.as_ref())));
+        });
+        group.bench_function(BenchmarkId::new("real", m), |b| {
+            b.iter(|| real_exp.checked_into(real.as_mut(), black_box(skew.as_ref())));
+        });
+        group.finish();
+        let (mut log, mut real_log) = (UnitaryLog::new(m), OrthogonalLog::new(m));
+        log.checked_into(out.as_mut(), u.as_ref()).unwrap();
+        assert!((&out - &a).norm_l2() < 1e-11, "log exp A = A, m = {m}");
+        let mut group = c.benchmark_group("log_complex");
+        group.bench_function(BenchmarkId::new("complex", m), |b| {
+            b.iter(|| log.checked_into(out.as_mut(), black_box(u.as_ref())));
+        });
+        group.bench_function(BenchmarkId::new("real", m), |b| {
+            b.iter(|| real_log.checked_into(real.as_mut(), black_box(q.as_ref())));
+        });
+        group.finish();
+    }
+}
+
+criterion_group!(benches, exponential, logarithm, complex);
 criterion_main!(benches);

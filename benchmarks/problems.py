@@ -8,10 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 
 SMALL_EXP = (3, 6, 12, 30)
 LARGE = (100, 300, 1000)
 SMALL_LOG = (3, 12, 30)
+COMPLEX = (4, 16, 64, 256)
 CURVES = ((3, 1), (3, 2), (50, 5), (300, 10))
 # Of the 1000 points, the one that the n x n formulas are timed on.
 FORMULA_POINT = 333
@@ -40,6 +42,19 @@ def rotation(m: int, batch: tuple[int, ...] = ()) -> Array:
     Q = Q * np.sign(np.diagonal(R, axis1=-2, axis2=-1))[..., None, :]
     Q[..., 0] *= np.linalg.det(Q)[..., None].round()
     return np.asarray(Q)
+
+
+def skew_hermitian(m: int) -> ComplexArray:
+    """A skew-Hermitian matrix of spectral norm 1."""
+    A = _rng(8, m).standard_normal((m, m)) + 1j * _rng(9, m).standard_normal((m, m))
+    A = A - A.conj().T
+    return np.asarray(A / np.linalg.norm(A, 2))
+
+
+def unitary(m: int) -> ComplexArray:
+    """A unitary matrix with angles all around the circle."""
+    Z = _rng(10, m).standard_normal((m, m)) + 1j * _rng(11, m).standard_normal((m, m))
+    return np.asarray(np.linalg.qr(Z)[0])
 
 
 def point(n: int, k: int, key: int = 0, batch: tuple[int, ...] = ()) -> Array:

@@ -100,6 +100,26 @@ pub enum Error {
         /// What was allowed.
         tolerance: f64,
     },
+    /// A complex matrix is not skew-Hermitian: `|A + A^H|_F / 2` exceeds the tolerance.
+    #[error("{name}: not skew-Hermitian, |A + A^H| / 2 = {defect:.3e} exceeds {tolerance:.3e}")]
+    NotSkewHermitian {
+        /// Which argument.
+        name: &'static str,
+        /// `|A + A^H|_F / 2`.
+        defect: f64,
+        /// What was allowed.
+        tolerance: f64,
+    },
+    /// A complex matrix is not unitary: `|Q^H Q - I|_F` exceeds the tolerance.
+    #[error("{name}: not unitary, |Q^H Q - I| = {defect:.3e} exceeds {tolerance:.3e}")]
+    NotUnitary {
+        /// Which argument.
+        name: &'static str,
+        /// `|Q^H Q - I|_F`.
+        defect: f64,
+        /// What was allowed.
+        tolerance: f64,
+    },
     /// The nearest point of the manifold is not unique: the matrix has no full column rank.
     #[error(
         "{name}: smallest singular value {smallest:.3e} against the largest {largest:.3e}: no unique nearest point"

@@ -63,7 +63,7 @@ pub use cubic::RiemannianCubic;
 pub use curve::{Curve, GeodesicPolynomial, GeometricCubic, GeometricPolynomial, Quantity};
 pub use error::{Error, Result};
 pub use interrupt::Interrupt;
-pub use linalg::{orthogonal_log, skew_exp};
+pub use linalg::{orthogonal_log, skew_exp, unitary_log};
 pub use manifold::{
     Geodesic, Grassmann, LogReport, Metric, ParallelTransport, QuasiGeodesic, Retraction, Stiefel,
 };

@@ -58,6 +58,25 @@ def _logarithms() -> list[Row]:
     return small + large
 
 
+def _complex() -> list[Row]:
+    exponentials = [
+        Row(
+            f"skew_exp_complex/{m}",
+            f"`skew_exp`, complex, m = {m}, norm 1",
+            (Rival("scipy", "expm", "SciPy expm"),),
+            ahead=1,
+        )
+        for m in problems.COMPLEX
+    ]
+    # Angles near pi condition the logarithm by about m.
+    logm = Rival("scipy", "logm", "SciPy logm", agree=1e-8)
+    schur = Rival("scipy", "schur", "LAPACK complex Schur", agree=1e-8)
+    logarithms = [
+        Row(f"unitary_log/{m}", f"`orthogonal_log`, unitary, m = {m}", (schur, logm), ahead=1) for m in problems.COMPLEX
+    ]
+    return exponentials + logarithms
+
+
 def _curves() -> list[Row]:
     reach = dict(zip(problems.CURVES, ((0.15, 4), (0.5, 3), (20, None), (100, None)), strict=True))
     jax = {
@@ -169,4 +188,4 @@ def all_rows() -> list[Row]:
     """Every row of the table."""
     curves = _curves() + _batches() + _riemannian() + _subspaces()
     cubics, splines, rotations = cubic_rows.cubics(), spline_rows.splines(), rotation_rows.rotations()
-    return _exponentials() + _logarithms() + curves + cubics + splines + rotations
+    return _exponentials() + _logarithms() + _complex() + curves + cubics + splines + rotations

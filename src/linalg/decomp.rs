@@ -8,6 +8,8 @@ use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_
 use faer::linalg::solvers::Solve;
 use faer::linalg::svd::{ComputeSvdVectors, svd, svd_scratch};
 use faer::linalg::triangular_solve;
+use faer::traits::ComplexField;
+use faer::traits::math_utils::real;
 use faer::{Col, Mat, MatMut, MatRef, Par};
 
 use super::structure::check_range;
@@ -153,7 +155,8 @@ fn reflected(a: MatRef<'_, f64>) -> Mat<f64> {
     a - (a * &w) * (2.0 * w.transpose())
 }
 
-/// Symmetric eigenproblem `A = W diag(lambda) W^T` in buffers made once for a size, eigenvalues increasing.
+/// Symmetric eigenproblem `A = W diag(lambda) W^T`, Hermitian for complex entries, in buffers made once for a largest size,
+/// eigenvalues increasing.
 ///
 /// # Examples
 /// ```
@@ -166,16 +169,17 @@ fn reflected(a: MatRef<'_, f64>) -> Mat<f64> {
 /// assert!((&a * eigen.vectors().col(1) - eigen.vectors().col(1) * 3.0).norm_l2() < 1e-14);
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
-pub struct SymmetricEigen {
-    values: Diag<f64>,
-    vectors: Mat<f64>,
+pub struct SymmetricEigen<T: ComplexField<Real = f64> = f64> {
+    values: Diag<T>,
+    vectors: Mat<T>,
+    size: usize,
     memory: MemBuffer,
 }
 
-impl SymmetricEigen {
-    /// Buffers for `m x m` matrices.
+impl<T: ComplexField<Real = f64>> SymmetricEigen<T> {
+    /// Buffers for matrices of at most `m x m`.
     pub fn new(m: usize) -> Self {
-        let request = self_adjoint_evd_scratch::<f64>(
+        let request = self_adjoint_evd_scratch::<T>(
             m,
             ComputeEigenvectors::Yes,
             Par::Seq,
@@ -184,20 +188,28 @@ impl SymmetricEigen {
         SymmetricEigen {
             values: Diag::zeros(m),
             vectors: Mat::zeros(m, m),
+            size: 0,
             memory: MemBuffer::new(request),
         }
     }
 
-    /// Factors `a`, of which the lower triangle is read.
+    /// Factors `a`, of which the lower triangle is read, no larger than the size given to [`SymmetricEigen::new`].
     ///
     /// # Errors
     /// `Overflow` where an entry is not finite; `Decomposition` where the iteration does not converge.
-    pub fn compute(&mut self, a: MatRef<'_, f64>) -> Result<()> {
-        check_range("matrix to factor", a)?;
+    pub fn compute(&mut self, a: MatRef<'_, T>) -> Result<()> {
+        if !a.is_all_finite() {
+            return Err(Error::Overflow {
+                quantity: "matrix to factor",
+            });
+        }
+        let m = a.nrows();
+        self.size = m;
+        let values = self.values.as_mut().column_vector_mut();
         self_adjoint_evd(
             a,
-            self.values.as_mut(),
-            Some(self.vectors.as_mut()),
+            values.subrows_mut(0, m).as_diagonal_mut(),
+            Some(self.vectors.as_mut().submatrix_mut(0, 0, m, m)),
             Par::Seq,
             MemStack::new(&mut self.memory),
             Default::default(),
@@ -209,12 +221,12 @@ impl SymmetricEigen {
 
     /// The `i`-th smallest eigenvalue.
     pub fn value(&self, i: usize) -> f64 {
-        self.values[i]
+        real(&self.values[i])
     }
 
     /// Eigenvectors, one per column.
-    pub fn vectors(&self) -> MatRef<'_, f64> {
-        self.vectors.as_ref()
+    pub fn vectors(&self) -> MatRef<'_, T> {
+        self.vectors.as_ref().submatrix(0, 0, self.size, self.size)
     }
 }
 

@@ -1,12 +1,15 @@
-//! Dense linear algebra with structure: symmetric and skew parts, exponentials and logarithms of rotations.
+//! Dense linear algebra with structure: symmetric and skew parts, exponentials and logarithms of rotations and unitary matrices.
 //!
-//! Everything here works on real matrices sized at run time. The kernels that run inside of a loop are
-//! workspaces (`SkewExp`, `OrthogonalLog`, `SkewSchur`): made once for a size, they allocate nothing after.
+//! Everything here works on matrices sized at run time, real ones except in `skew_exp` and `unitary_log`. The kernels that run inside of a loop are
+//! workspaces (`SkewExp`, `OrthogonalLog`, `UnitaryLog`, `SkewSchur`): made once for a size, they allocate nothing after.
 
+mod asinh_series;
 mod bidiagonal;
 pub mod complex_embedding;
+mod complex_square;
 pub mod decomp;
 pub(crate) mod dual;
+mod exp_polynomials;
 pub mod exponential_action;
 pub(crate) mod field;
 pub(crate) mod graded_singular_values;
@@ -18,12 +21,17 @@ pub mod lyapunov;
 pub(crate) mod one_sided_jacobi;
 pub mod orthogonal_log;
 pub mod product;
+mod scalar;
 pub(crate) mod simd;
 pub mod skew_exp;
+mod skew_hermitian_exp;
 pub mod skew_schur;
 mod square;
 pub mod structure;
+pub mod unitary_log;
 
 pub use orthogonal_log::{OrthogonalLog, orthogonal_log};
+pub use scalar::Scalar;
 pub use skew_exp::{SkewExp, skew_exp};
 pub use skew_schur::SkewSchur;
+pub use unitary_log::{UnitaryLog, unitary_log};

@@ -21,6 +21,7 @@ use faer::linalg::matmul::matmul;
 use faer::prelude::*;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 
+use super::asinh_series::{NEAR_IDENTITY, asinh_series};
 use super::decomp::SymmetricEigen;
 use super::skew_schur::{SkewSchur, apply_ad_by_planes};
 use super::square::{Square, Symmetry};
@@ -31,7 +32,7 @@ use crate::error::{Error, Result};
 pub const ORTHOGONALITY_TOLERANCE: f64 = 1e-9;
 
 /// Cosines closer than this are treated as one group; wider gaps lose `eps / gap`, which the correction mends.
-const GROUP_GAP: f64 = 1e-7;
+pub(super) const GROUP_GAP: f64 = 1e-7;
 
 /// Up to this size the planes are looked for in the skew part first, by a singular value decomposition of half the
 /// size; above, the blocked symmetric eigenproblem is faster.
@@ -41,12 +42,6 @@ const SINES: usize = 128;
 /// so they lie in one group, where the first answer is already right to round-off; the derivative of the logarithm
 /// is singular there, so the correction leaves them alone.
 const NEAR_TWO_PI: f64 = 1e-4;
-
-/// `m - tr Q` below which the series is used: no angle is above the square root of this.
-const NEAR_IDENTITY: f64 = 1e-3;
-
-/// `asinh(x) / x` in `x^2`, up to the degree that is exact for `|x|^2 <= NEAR_IDENTITY`.
-const ASINH: [f64; 5] = [1.0, -1.0 / 6.0, 3.0 / 40.0, -5.0 / 112.0, 35.0 / 1152.0];
 
 /// Principal logarithm of a rotation: the skew `L` with `e^L = Q` and all angles below pi.
 ///
@@ -147,7 +142,7 @@ impl OrthogonalLog {
 }
 
 /// Angles within this of pi have no reliable plane or sign.
-fn pi_tolerance(m: usize) -> f64 {
+pub(super) fn pi_tolerance(m: usize) -> f64 {
     4.0 * m as f64 * f64::EPSILON
 }
 
@@ -297,28 +292,10 @@ impl General {
         self.skew.set_skew_part(1.0, self.turned.view());
     }
 
-    /// `L = asinh(K)` of the skew part `K = sinh(L)`: relative to the size of `L`, where a basis of planes would leave an
-    /// error of `eps`.
+    /// `L = asinh(K)` of the skew part `K = sinh(L)`.
     fn by_series(&mut self, out: MatMut<'_, f64>) {
-        let square = &mut self.turned;
-        square.set_product(Accum::Replace, 1.0, self.skew.view(), self.skew.view());
-        square.reflect_product(Symmetry::Symmetric);
-        let (mut sum, mut next) = (&mut self.work, &mut self.basis);
-        let [lower @ .., last] = ASINH;
-        for (target, source) in sum.lanes_mut().iter_mut().zip(square.lanes()) {
-            *target = source.map(|x| last * x);
-        }
-        let [first @ .., constant] = lower;
-        sum.add_to_diagonal(constant);
-        for coefficient in first.into_iter().rev() {
-            next.set_product(Accum::Replace, 1.0, square.view(), sum.view());
-            next.reflect_product(Symmetry::Symmetric);
-            next.add_to_diagonal(coefficient);
-            std::mem::swap(&mut sum, &mut next);
-        }
-        next.set_product(Accum::Replace, 1.0, self.skew.view(), sum.view());
-        next.reflect(Symmetry::Skew);
-        next.write(out);
+        let buffers = [&mut self.turned, &mut self.work, &mut self.basis];
+        asinh_series(&self.skew, buffers, &mut (), out);
     }
 
     /// `turned = B^T Q B`.

@@ -17,7 +17,7 @@ pub(crate) const LANES: usize = 8;
 const TRIANGULAR: usize = 80;
 
 /// `m x m` in columns of padded length; the padding stays zero.
-pub(crate) struct Square {
+pub struct Square {
     m: usize,
     stride: usize,
     entries: Vec<f64>,
@@ -25,16 +25,16 @@ pub(crate) struct Square {
 
 /// What is the same across the diagonal of a product.
 #[derive(Clone, Copy, PartialEq)]
-pub(crate) enum Symmetry {
+pub enum Symmetry {
     Symmetric,
     Skew,
 }
 
 /// Columns of a tile.
-type Tile = [[f64; LANES]; LANES];
+pub(super) type Tile = [[f64; LANES]; LANES];
 
 #[inline(always)]
-fn transposed(tile: &Tile) -> Tile {
+pub(super) fn transposed(tile: &Tile) -> Tile {
     std::array::from_fn(|j| std::array::from_fn(|i| tile[i][j]))
 }
 
@@ -120,19 +120,20 @@ impl Square {
     }
 
     /// How many tiles to a side.
-    fn tiles(&self) -> usize {
+    #[inline(always)]
+    pub(super) fn tiles(&self) -> usize {
         self.stride / LANES
     }
 
     #[inline(always)]
-    fn tile(&self, i: usize, j: usize) -> Tile {
+    pub(super) fn tile(&self, i: usize, j: usize) -> Tile {
         let groups = self.lanes();
         let count = self.tiles();
         std::array::from_fn(|c| groups[(j * LANES + c) * count + i])
     }
 
     #[inline(always)]
-    fn set_tile(&mut self, i: usize, j: usize, tile: &Tile) {
+    pub(super) fn set_tile(&mut self, i: usize, j: usize, tile: &Tile) {
         let count = self.tiles();
         let groups = self.lanes_mut();
         for c in 0..LANES {
@@ -178,6 +179,23 @@ impl Square {
         squares.iter().sum()
     }
 
+    /// `(A + A^T) / 2`.
+    pub(crate) fn set_symmetric_part(&mut self, a: &Square) {
+        for j in 0..self.tiles() {
+            for i in j..self.tiles() {
+                let (below, above) = (a.tile(i, j), transposed(&a.tile(j, i)));
+                let mut mean = below;
+                for c in 0..LANES {
+                    for l in 0..LANES {
+                        mean[c][l] = 0.5 * (below[c][l] + above[c][l]);
+                    }
+                }
+                self.set_tile(i, j, &mean);
+                self.set_tile(j, i, &transposed(&mean));
+            }
+        }
+    }
+
     /// `alpha A B` (added or not), known to be symmetric or skew. Above the diagonal the result is only defined where
     /// `reflect_product` is called after.
     pub(crate) fn set_product(
@@ -201,6 +219,11 @@ impl Square {
             alpha,
             Par::Seq,
         );
+    }
+
+    /// `alpha A B`.
+    pub(crate) fn multiply(&mut self, alpha: f64, a: MatRef<'_, f64>, b: MatRef<'_, f64>) {
+        matmul(self.view_mut(), Accum::Replace, a, b, alpha, Par::Seq);
     }
 
     /// Whether `set_product` forms one half only.

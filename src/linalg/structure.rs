@@ -2,6 +2,8 @@
 
 use faer::linalg::matmul::triangular;
 use faer::reborrow::ReborrowMut;
+use faer::traits::ComplexField;
+use faer::traits::math_utils::is_finite;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 use triangular::BlockStructure::{Rectangular, TriangularLower};
 
@@ -168,9 +170,17 @@ pub fn check_finite(name: &'static str, a: MatRef<'_, f64>) -> Result<()> {
     {
         return Ok(());
     }
+    check_finite_entries(name, a)
+}
+
+/// [`check_finite`] for real or complex entries.
+pub(crate) fn check_finite_entries<T: ComplexField>(
+    name: &'static str,
+    a: MatRef<'_, T>,
+) -> Result<()> {
     for j in 0..a.ncols() {
         for i in 0..a.nrows() {
-            if !a[(i, j)].is_finite() {
+            if !is_finite(&a[(i, j)]) {
                 return Err(Error::NonFinite {
                     name,
                     index: j * a.nrows() + i,
@@ -206,9 +216,9 @@ pub fn check_finite_scalar(name: &'static str, t: f64) -> Result<()> {
 }
 
 /// Error `Shape` unless `a` has the given shape.
-pub fn check_shape(
+pub fn check_shape<T>(
     name: &'static str,
-    a: MatRef<'_, f64>,
+    a: MatRef<'_, T>,
     nrows: usize,
     ncols: usize,
 ) -> Result<()> {
@@ -223,7 +233,7 @@ pub fn check_shape(
 }
 
 /// Error `Shape` unless `a` is square and not empty; its size otherwise.
-pub fn check_square(name: &'static str, a: MatRef<'_, f64>) -> Result<usize> {
+pub fn check_square<T>(name: &'static str, a: MatRef<'_, T>) -> Result<usize> {
     if a.nrows() == a.ncols() && a.nrows() > 0 {
         return Ok(a.nrows());
     }

@@ -7,6 +7,7 @@ mod batch;
 mod boundary_batch;
 mod call;
 mod chart;
+mod complex_array;
 mod convert;
 mod cubic_trajectory;
 mod curve;

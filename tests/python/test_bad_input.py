@@ -90,8 +90,9 @@ def test_wrong_shapes(call, i):
 TAKES_WORDS = {("CubicHermite", 2), ("CubicHermite.geometric", 2)}
 
 
-# Points and vectors may be complex, times not.
+# Matrices, points and vectors may be complex, times not.
 TAKES_COMPLEX = {
+    *("skew_exp", "orthogonal_log"),
     *("QuasiGeodesic", "from_velocity", "Geodesic", "Geodesic.from_velocity", "GeometricCubic", "from_control_points"),
     *("GeometricPolynomial", "GeometricPolynomial.geodesic", "from_initial", "from_boundary", "solve_boundary"),
     *("integrate_embedded", "CubicHermite", "CubicHermite.geometric", "CubicSpline", "CubicSpline.geometric"),

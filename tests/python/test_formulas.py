@@ -15,6 +15,8 @@ from stiefel_rs import (
     Stiefel,
     integrate_cubic,
     integrate_embedded,
+    orthogonal_log,
+    skew_exp,
 )
 
 SHAPES = [(3, 1), (3, 2), (5, 2), (6, 3), (4, 4)]
@@ -445,3 +447,28 @@ def test_reflections_of_subspaces(subspace):
     np.testing.assert_allclose(group.norm(S, X), 2 * M.norm(Y, V), atol=1e-13)
     end = M.exp(Y, 0.5 * V)
     np.testing.assert_allclose(group.exp(S, 0.5 * X), 2 * end @ end.T - np.eye(M.n), atol=1e-12)
+
+
+def test_complex_exponential_and_logarithm(rng):
+    Z = rng.standard_normal((2, 4, 4)) + 1j * rng.standard_normal((2, 4, 4))
+    A = Z[0] - Z[0].conj().T
+    Q = skew_exp(A)
+    assert np.allclose(Q, expm(A), atol=1e-13)
+    # Two rows: A = i phi I + r N.
+    A = A[:2, :2]
+    phi = np.trace(A).imag / 2
+    rest = A - 1j * phi * np.eye(2)
+    r = np.sqrt(-np.trace(rest @ rest).real / 2)
+    N = rest / r
+    assert np.allclose(N @ N, -np.eye(2), atol=1e-14)
+    assert np.allclose(skew_exp(A), np.exp(1j * phi) * (np.cos(r) * np.eye(2) + np.sin(r) * N), atol=1e-14)
+    # The logarithm, and the two Hermitian matrices that share its eigenvectors.
+    L, a = orthogonal_log(Q), 0.7
+    theta, B = np.linalg.eigh(-1j * L)
+    assert np.allclose(L, -L.conj().T, atol=0)
+    assert np.allclose(expm(L), Q, atol=1e-13)
+    assert (-np.pi < theta).all() and (theta <= np.pi).all()
+    H = (np.exp(-1j * a) * Q + np.exp(1j * a) * Q.conj().T) / 2
+    K = (np.exp(-1j * a) * Q - np.exp(1j * a) * Q.conj().T) / 2j
+    assert np.allclose(H, (B * np.cos(theta - a)) @ B.conj().T, atol=1e-13)
+    assert np.allclose(K, (B * np.sin(theta - a)) @ B.conj().T, atol=1e-13)

@@ -12,6 +12,7 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 
 
 def rotation_log(Q: Array) -> Array:
@@ -22,6 +23,12 @@ def rotation_log(Q: Array) -> Array:
     left, right = Z[:, first], Z[:, first + 1]
     half = (right * angle) @ left.T
     return np.asarray(half - half.T)
+
+
+def unitary_log(Q: ComplexArray) -> ComplexArray:
+    """Principal logarithm of a unitary matrix from LAPACK's complex Schur form, which is diagonal to round-off."""
+    T, Z = scipy.linalg.schur(Q, output="complex", check_finite=False)
+    return np.asarray((Z * (1j * np.angle(np.diagonal(T)))) @ Z.conj().T)
 
 
 def cayley_log(V: Array) -> Array:

@@ -13,7 +13,7 @@ from benchmarks import problems
 from benchmarks.compare import cubic_problems, rotation_problems, spline_problems
 from benchmarks.compare.methods import casteljau, cubics, rotation_spline
 from benchmarks.compare.methods.hermite import TangentHermite
-from benchmarks.compare.methods.stiefel_log import cayley_log, rotation_log, stiefel_log
+from benchmarks.compare.methods.stiefel_log import cayley_log, rotation_log, stiefel_log, unitary_log
 from benchmarks.compare.protocol import Task, Tasks, serve
 
 # A loop over all problems of a batch would take minutes for the slow functions; the time is that of one problem.
@@ -51,6 +51,11 @@ def cayley_task(m: int) -> Task:
     """Cayley transform and a symmetric eigenproblem."""
     Q = problems.rotation(m)
     return Task(lambda: cayley_log(Q))
+
+
+def complex_task(function: Callable[[problems.ComplexArray], problems.ComplexArray], A: problems.ComplexArray) -> Task:
+    """A function of a complex matrix; the result as pairs of real numbers."""
+    return Task(lambda: function(A), result=lambda: np.ascontiguousarray(function(A)).view(np.float64))
 
 
 def loop_task(work: str, m: int) -> Task:
@@ -198,6 +203,10 @@ def tasks() -> Tasks:
         found[f"orthogonal_log/{m}:logm"] = partial(logm_task, m)
         found[f"orthogonal_log/{m}:cayley"] = partial(cayley_task, m)
         found[f"orthogonal_log/{m}:schur"] = partial(schur_task, m)
+    for m in problems.COMPLEX:
+        found[f"skew_exp_complex/{m}:expm"] = partial(complex_task, scipy.linalg.expm, problems.skew_hermitian(m))
+        found[f"unitary_log/{m}:logm"] = partial(complex_task, scipy.linalg.logm, problems.unitary(m))
+        found[f"unitary_log/{m}:schur"] = partial(complex_task, unitary_log, problems.unitary(m))
     for n, k in problems.CURVES:
         found[f"curve/{n},{k}:thin"] = partial(thin_task, n, k)
         found[f"curve/{n},{k}:formulas"] = partial(formula_task, n, k)

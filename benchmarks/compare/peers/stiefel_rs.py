@@ -35,6 +35,11 @@ def log_task(m: int) -> Task:
     return Task(lambda: orthogonal_log(Q))
 
 
+def complex_task(function: Callable[[Any], Any], A: Any) -> Task:
+    """A function of a complex matrix; the result as pairs of real numbers."""
+    return Task(lambda: function(A), result=lambda: function(A).view(np.float64))
+
+
 def cubic(n: int, k: int) -> GeometricCubic:
     """Curve with the common boundary data."""
     b = problems.boundary(n, k)
@@ -210,6 +215,9 @@ def tasks() -> Tasks:
         found[f"skew_exp/{m}:ours"] = partial(exp_task, m)
     for m in problems.SMALL_LOG + problems.LARGE:
         found[f"orthogonal_log/{m}:ours"] = partial(log_task, m)
+    for m in problems.COMPLEX:
+        found[f"skew_exp_complex/{m}:ours"] = partial(complex_task, skew_exp, problems.skew_hermitian(m))
+        found[f"unitary_log/{m}:ours"] = partial(complex_task, orthogonal_log, problems.unitary(m))
     for n, k in problems.CURVES:
         found[f"curve/{n},{k}:ours"] = partial(curve_task, n, k)
     for work in BATCHES:
