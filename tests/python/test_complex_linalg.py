@@ -1,4 +1,4 @@
-"""`skew_exp` and `orthogonal_log` of complex arrays against SciPy, mpmath, the embedding in real matrices, and each other."""
+"""`skew_exp` and `orthogonal_log` of complex arrays against SciPy, mpmath, the embedding in real matrices, each other."""
 
 import mpmath
 import numpy as np
@@ -76,15 +76,17 @@ def test_both_are_those_of_the_embedding(m, rng):
     A = skew(rng, m, m, norm=2.0)
     U = skew_exp(A)
     assert_below(np.linalg.norm(embedded(U) - skew_exp(embedded(A)), 2), 16 * m * EPS, "exponentials")
-    assert_below(np.linalg.norm(embedded(orthogonal_log(U)) - orthogonal_log(embedded(U)), 2), 32 * m * EPS, "logarithms")
+    assert_below(
+        np.linalg.norm(embedded(orthogonal_log(U)) - orthogonal_log(embedded(U)), 2), 32 * m * EPS, "logarithms"
+    )
 
 
 @pytest.mark.parametrize("norm", [0.01, 1.0, 2.5, 3.1])
 @pytest.mark.parametrize("m", [1, 2, 3, 5])
 def test_log_agrees_with_mpmath(m, norm, rng):
     U = skew_exp(skew(rng, m, m, norm=norm))
-    # mpmath's logarithm is not exactly skew, by the unitarity defect of U. The differences of angles are up to 2 norm: the
-    # logarithm has the condition number x / sin x for x = norm.
+    # mpmath's logarithm is not exactly skew, by the unitarity defect of U. The differences of angles are up to
+    # 2 norm: the logarithm has the condition number x / sin x for x = norm.
     bound = 20 * m * EPS * max(1, norm / np.sin(norm))
     L = orthogonal_log(U)
     assert_skew(L)

@@ -177,6 +177,24 @@ def tangent_hermite(*, points: bool) -> Task:
     )
 
 
+def matrix_tasks() -> Tasks:
+    """Those of exponentials and logarithms of matrices."""
+    found: dict[str, Callable[[], Task]] = {}
+    for m in problems.SMALL_EXP + problems.LARGE:
+        found[f"skew_exp/{m}:expm"] = partial(exp_task, m)
+    for m in problems.LARGE:
+        found[f"skew_exp/{m}:gemm"] = partial(gemm_task, m)
+    for m in problems.SMALL_LOG + problems.LARGE:
+        found[f"orthogonal_log/{m}:logm"] = partial(logm_task, m)
+        found[f"orthogonal_log/{m}:cayley"] = partial(cayley_task, m)
+        found[f"orthogonal_log/{m}:schur"] = partial(schur_task, m)
+    for m in problems.COMPLEX:
+        found[f"skew_exp_complex/{m}:expm"] = partial(complex_task, scipy.linalg.expm, problems.skew_hermitian(m))
+        found[f"unitary_log/{m}:logm"] = partial(complex_task, scipy.linalg.logm, problems.unitary(m))
+        found[f"unitary_log/{m}:schur"] = partial(complex_task, unitary_log, problems.unitary(m))
+    return found
+
+
 def tasks() -> Tasks:
     """All of them by name."""
     found: dict[str, Callable[[], Task]] = {"curve_single/3,1:thin": single_task, "curve_tall:gemm": tall_gemm_task}
@@ -195,18 +213,7 @@ def tasks() -> Tasks:
     found["rotation_crowd:rotation_spline"] = rotation_crowd_task
     found["spline_hermite/setup:tangent"] = partial(tangent_hermite, points=False)
     found["spline_hermite/point:tangent"] = partial(tangent_hermite, points=True)
-    for m in problems.SMALL_EXP + problems.LARGE:
-        found[f"skew_exp/{m}:expm"] = partial(exp_task, m)
-    for m in problems.LARGE:
-        found[f"skew_exp/{m}:gemm"] = partial(gemm_task, m)
-    for m in problems.SMALL_LOG + problems.LARGE:
-        found[f"orthogonal_log/{m}:logm"] = partial(logm_task, m)
-        found[f"orthogonal_log/{m}:cayley"] = partial(cayley_task, m)
-        found[f"orthogonal_log/{m}:schur"] = partial(schur_task, m)
-    for m in problems.COMPLEX:
-        found[f"skew_exp_complex/{m}:expm"] = partial(complex_task, scipy.linalg.expm, problems.skew_hermitian(m))
-        found[f"unitary_log/{m}:logm"] = partial(complex_task, scipy.linalg.logm, problems.unitary(m))
-        found[f"unitary_log/{m}:schur"] = partial(complex_task, unitary_log, problems.unitary(m))
+    found |= matrix_tasks()
     for n, k in problems.CURVES:
         found[f"curve/{n},{k}:thin"] = partial(thin_task, n, k)
         found[f"curve/{n},{k}:formulas"] = partial(formula_task, n, k)
