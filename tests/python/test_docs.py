@@ -16,7 +16,7 @@ ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 PAGES = sorted(path.relative_to(DOCS).as_posix() for path in DOCS.rglob("*.md"))
 # Blocks that need one of these are skipped where it is not installed.
-OPTIONAL = {"geomstats", "pymanopt", "dask", "distributed", "zarr", "plotly", "spatialmath"}
+OPTIONAL = {"geomstats", "pymanopt", "dask", "distributed", "zarr", "plotly", "pymor", "spatialmath"}
 
 
 def text_of(page):
@@ -84,7 +84,7 @@ def test_python_blocks_run(page, tmp_path, monkeypatch):
 def test_pages_with_code_are_there():
     pages = {page for page in PAGES if python_blocks(page)}
     guides = {f"guides/{name}.md" for name in ("join_two_frames", "interpolate_many_points", "integrate")}
-    guides.add("guides/interpolate_rotations_and_poses.md")
+    guides |= {"guides/interpolate_rotations_and_poses.md", "guides/interpolate_subspaces_and_complex_frames.md"}
     assert guides | {"index.md", "getting_started.md", "coming_from.md", "guides/compare_with_the_paper.md"} <= pages
 
 
