@@ -8,6 +8,18 @@ use super::square::{Square, Symmetry};
 use crate::error::{Error, Result};
 
 /// Entries of a matrix: `f64` or `c64`. Nothing else implements it.
+///
+/// # Examples
+/// ```
+/// use faer::{Mat, c64};
+/// use stiefel_rs::{Result, linalg::Scalar, skew_exp};
+/// fn quarter<T: Scalar>(generator: &Mat<T>) -> Result<Mat<T>> {
+///     skew_exp(generator.as_ref())
+/// }
+/// let phase = quarter(&Mat::from_fn(1, 1, |_, _| c64::new(0.0, std::f64::consts::FRAC_PI_2)))?;
+/// assert!(phase[(0, 0)].re.abs() < 1e-15 && (phase[(0, 0)].im - 1.0).abs() < 1e-15);
+/// # Ok::<(), stiefel_rs::Error>(())
+/// ```
 pub trait Scalar: Entry {}
 
 impl Scalar for f64 {}

@@ -90,7 +90,7 @@ impl Points {
     pub(super) fn only_frames(&self, what: &str) -> PyResult<()> {
         ensure!(
             self.quotient == Quotient::Frames,
-            "{what}: there is none of subspaces, only of frames"
+            "{what}: not available on a Grassmann manifold, only for frames"
         );
         Ok(())
     }

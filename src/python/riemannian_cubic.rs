@@ -1,6 +1,6 @@
 //! Riemannian cubics of the binding.
 
-use super::points::Points;
+use super::points::{Points, symbol};
 use super::prelude::*;
 use crate::cubic::{BoundaryOptions, IntegrationOptions, RiemannianCubic, SearchOptions};
 use crate::curve::Curve;
@@ -321,7 +321,8 @@ impl PyRiemannianCubic {
 
     fn __repr__(&self) -> String {
         let (start, end) = Curve::t_span(&*self.curve);
-        let manifold = self.field.manifold((self.curve.n(), self.curve.k()));
+        let shape = (self.curve.n(), self.curve.k());
+        let manifold = symbol(Curve::quotient(&*self.curve), self.field, shape);
         let steps = self.curve.steps();
         format!("<RiemannianCubic on {manifold}, t_span ({start:?}, {end:?}), {steps} steps>")
     }

@@ -34,6 +34,10 @@ use crate::stored::refusal;
 ///     Steps at the most. More than 200 raise the limit of work, about two seconds, in proportion.
 /// num_threads : int, optional
 ///     Threads; by default those of the global pool.
+/// manifold : Stiefel or Grassmann, optional
+///     What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
+///     whichever, vectors are horizontal, ``Y^T V = 0``, and the bases of the curve turn as little as possible, ``Y^T Y' = 0``, from the
+///     first given one on.
 ///
 /// Attributes
 /// ----------
@@ -44,10 +48,6 @@ use crate::stored::refusal;
 /// degrees_of_freedom : float
 ///     How many data the curve could follow, between 2 and their number: the trace of the influence matrix of the smoothing
 ///     spline in flat space.
-/// manifold : Stiefel or Grassmann, optional
-///     What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
-///     whichever, vectors are horizontal, ``Y^T V = 0``, and the bases of the curve turn as little as possible, ``Y^T Y' = 0``, from the
-///     first given one on.
 ///
 /// Raises
 /// ------

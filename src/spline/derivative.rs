@@ -315,7 +315,8 @@ fn check_open(states: &KnotStates, given: [Given; 2]) -> Result<()> {
     }
     Err(Error::InvalidArgument {
         name: "bc_type",
-        requirement: "not periodic, for derivatives of a spline of subspaces; knots of a closed one",
+        requirement: "natural, clamped or given vectors where derivatives of a spline of subspaces are wanted; knots of a \
+                      periodic one",
         found: states.count() as f64,
     })
 }

@@ -59,10 +59,45 @@ impl RiemannianCubic {
             interrupt: options.interrupt,
         };
         let solved = cubic_spline(&[0.0, 1.0], &[y0, y1], &ends, &spline);
-        let (curve, report) = solved.map_err(|error| match error {
-            Error::AtKnot { source, .. } => *source,
-            other => other,
-        })?;
+        let (curve, report) = solved.map_err(of_ends)?;
         Ok(curve.pieces()[0].clone().with_report(report))
+    }
+}
+
+/// An error of a spline of one leg as one of its ends.
+fn of_ends(error: Error) -> Error {
+    let Error::AtKnot { knot, source } = error else {
+        return error;
+    };
+    let names = [["S0", "V0"], ["S1", "V1"]][knot.min(1)];
+    match *source {
+        Error::NotOrthonormal {
+            defect, tolerance, ..
+        } => Error::NotOrthonormal {
+            name: names[0],
+            defect,
+            tolerance,
+        },
+        Error::NotHorizontal {
+            defect, tolerance, ..
+        } => Error::NotHorizontal {
+            name: names[1],
+            defect,
+            tolerance,
+        },
+        Error::NonFinite { name, index } => Error::NonFinite {
+            name: names[usize::from(name != "S")],
+            index,
+        },
+        Error::Shape {
+            name,
+            expected,
+            found,
+        } => Error::Shape {
+            name: names[usize::from(name != "S")],
+            expected,
+            found,
+        },
+        other => other,
     }
 }
