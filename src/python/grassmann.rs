@@ -37,7 +37,7 @@ use crate::manifold::stiefel::{POINT_TOLERANCE, TANGENT_TOLERANCE};
 /// >>> M.dim
 /// 6
 /// >>> Y = M.random_point(rng=0)
-/// >>> V = 0.5 * M.random_tangent(Y, rng=1)
+/// >>> V = 0.3 * M.random_tangent(Y, rng=1)
 /// >>> bool(abs(M.log(Y, M.exp(Y, V)) - V).max() < 1e-13)
 /// True
 #[pyclass(name = "Grassmann", module = "stiefel_rs", frozen, eq, hash)]

@@ -67,7 +67,7 @@ fn unsolved(effort: Effort<'_>) -> Solution {
 }
 
 /// A chain of many dimensions, that may take so many trials at least; where its knots are far apart, the cheaper of the solutions in
-/// both directions.
+/// both directions, unless it is not to take long: frames that are only bases are refused in half of the time.
 ///
 /// # Errors
 /// `Interrupted`; where the start cannot be integrated.
@@ -80,7 +80,7 @@ pub(super) fn in_ambient(
     let work = options.work(trials, chain.lengths().len() as f64 * chain.work_of_leg());
     let effort = Effort::new(options, &work);
     let first = chain.solve(ends, Start::Flat, effort)?;
-    if !low_cost::is_far(chain.longest()) {
+    if trials == 0.0 || !low_cost::is_far(chain.longest()) {
         return Ok(first);
     }
     work.allow(FURTHER);
