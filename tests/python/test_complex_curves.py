@@ -52,7 +52,7 @@ CURVES = {
 }
 
 
-# Searched for by its cost, met to 1e-12: control points to 1e-8, and third derivatives of quartics are 24 times as much off.
+# Searched for by its cost, met to 1e-12: control points to 1e-8, third derivatives of quartics to 24 times as much.
 SEARCHED = {"minimal cost"}
 
 
