@@ -52,9 +52,18 @@ CURVES = {
 }
 
 
+# Searched for by its cost, met to 1e-12: control points to 1e-8, third derivatives of quartics to 24 times as much.
+SEARCHED = {"minimal cost"}
+
+
 @pytest.fixture(params=CURVES)
 def make(request):
     return CURVES[request.param]
+
+
+@pytest.fixture
+def bound(make):
+    return 1e-7 if make in [CURVES[name] for name in SEARCHED] else 1e-11
 
 
 def test_shapes_and_attributes(make, ends):
@@ -148,7 +157,7 @@ def real_ends():
     return S0, V0, S1, V1 * (0.6 / M.norm(S1, V1))
 
 
-def test_real_data_given_as_complex(make):
+def test_real_data_given_as_complex(make, bound):
     """The real answers, with imaginary parts of zero; one complex array makes all complex."""
     real = make(*real_ends())
     S0, V0, S1, V1 = real_ends()
@@ -156,20 +165,20 @@ def test_real_data_given_as_complex(make):
     t = np.linspace(*real.t_span, 7)
     for nu in range(4):
         scale = max(1, np.abs(real(t, nu)).max())
-        assert_close(curve(t, nu), real(t, nu), 1e-11 * scale, f"derivative {nu}")
+        assert_close(curve(t, nu), real(t, nu), bound * scale, f"derivative {nu}")
     assert_close(curve.cost(), real.cost(), 1e-11 * max(1, real.cost()), "cost")
-    assert_close(curve.arc_length(), real.arc_length(), 1e-11, "length")
+    assert_close(curve.arc_length(), real.arc_length(), bound, "length")
 
 
-def test_equivariance(make, ends):
+def test_equivariance(make, ends, bound):
     """Unitary factors from the left and from the right, and complex conjugation."""
     n, k = ends[0].shape
     rng = np.random.default_rng(11)
     L, R = unitary(rng, n), unitary(rng, k)
     curve, t = make(*ends), np.linspace(0, 1, 5)
     moved, conjugate = make(*(L @ end @ R for end in ends)), make(*(end.conj() for end in ends))
-    assert_close(moved(t), L @ curve(t) @ R, 1e-11, "unitary factors")
-    assert_close(conjugate(t), curve(t).conj(), 1e-11, "conjugation")
+    assert_close(moved(t), L @ curve(t) @ R, bound, "unitary factors")
+    assert_close(conjugate(t), curve(t).conj(), bound, "conjugation")
     assert_close(moved.cost(), curve.cost(), 1e-11 * max(1, curve.cost()), "cost")
 
 

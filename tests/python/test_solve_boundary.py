@@ -91,7 +91,7 @@ def test_bad_arguments():
     with pytest.raises(InvalidInputError, match="max_iterations: must be at least 1"):
         solve_boundary(*ends, max_iterations=0)
     with pytest.raises(TypeError):
-        solve_boundary(*ends[:3], 1j * ends[3])
+        solve_boundary(*ends[:3], ends[3].astype(str))
     with pytest.raises(OutsideDomainError):
         rest = np.zeros((1, 2, 2))
         solve_boundary(np.eye(2)[None], rest, np.diag([1.0, -1.0])[None], rest)

@@ -145,7 +145,12 @@ def test_bad_ends():
     ):
         with pytest.raises(InvalidInputError, match=match):
             CubicSpline(t, S, bad)
-    for bad in ((None, "natural"), ((1, "word"), "natural"), ((1.5, V[0]), "natural"), ((1, 1j * V[0]), "natural")):
+    for bad in (
+        (None, "natural"),
+        ((1, "word"), "natural"),
+        ((1.5, V[0]), "natural"),
+        ((1, V[0].astype(str)), "natural"),
+    ):
         with pytest.raises(TypeError):
             CubicSpline(t, S, bad)
     with pytest.raises(InvalidInputError, match="knot 3: bc_type: not tangent") as caught:
