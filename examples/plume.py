@@ -14,8 +14,9 @@ from scipy.sparse.linalg import splu
 Array = NDArray[np.float64]
 SIDE, MODES, STEPS = 40, 6, 100
 N, DT = SIDE**2, 1 / STEPS
-# Wind directions in degrees: as far apart as a tangent space reaches well, and beyond.
-WINDS = {"quarter": np.linspace(0, 90, 7), "half": np.linspace(0, 180, 10)}
+# Wind directions in degrees for which the full model is solved: a quarter of a circle, and all of it.
+WINDS = {"quarter": np.linspace(0, 90, 7), "circle": np.linspace(0, 360, 19)}
+PERIOD = 360
 DIFFUSIVITY, SOURCE_WIDTH = 0.05, 0.06
 
 
@@ -64,6 +65,11 @@ def reduced(wind: float, U: Array) -> Array:
 def modes(solution: Array) -> Array:
     """First left singular vectors of a solution, with the signs that they happen to have; shape (N, MODES)."""
     return np.asarray(np.linalg.svd(solution, full_matrices=False)[0][:, :MODES])
+
+
+def computed(winds: Array) -> Array:
+    """Modes for all wind directions, shape (m, N, MODES)."""
+    return np.stack([modes(solve(wind % PERIOD)) for wind in winds])
 
 
 def relative_error(found: Array, solution: Array) -> float:

@@ -110,13 +110,20 @@ def main(out: Path, *, quick: bool = False) -> dict[str, Any]:
     return numbers
 
 
+def pauli_components(H: Array) -> Array:
+    """Components of Hermitian matrices in the 15 products of two Pauli matrices that have trace 0, shape (m, 15)."""
+    pauli = np.array([[[1, 0], [0, 1]], [[0, 1], [1, 0]], [[0, -1j], [1j, 0]], [[1, 0], [0, -1]]])
+    products = np.stack([np.kron(a, b) for a in pauli for b in pauli])[1:]
+    return np.asarray(np.einsum("pij,mji->mp", products, H).real / 4)
+
+
 def draw(out: Path, curves: dict[str, Any]) -> None:
-    """Eigenvalues of the Hamiltonians, and their slew rates."""
-    figure = new_figure(height=5.0)
+    """Pauli components of the Hamiltonians, and their slew rates."""
+    figure = new_figure(height=5.4)
     axes = figure.subplots(2, len(curves), sharex=True, sharey="row")
     t = dense()
     for column, (name, H) in zip(axes.T, curves.items(), strict=True):
-        column[0].plot(t, np.linalg.eigvalsh(H(t)), color=COLOURS[name])
+        column[0].plot(t, pauli_components(H(t)), color=COLOURS[name], linewidth=1.2)
         column[1].plot(t, np.linalg.norm(H.rate(t), axis=(1, 2)), color=COLOURS[name])
         column[0].set_title(name)
         for ax in column:
@@ -126,7 +133,7 @@ def draw(out: Path, curves: dict[str, Any]) -> None:
             for time in TIMES:
                 column[1].annotate("", (time, 12), (time, 0), arrowprops={"arrowstyle": "->", "color": COLOURS[name]})
             column[1].text(0.2, 13, "H jumps at the gates", color=BLACK)
-    axes[0, 0].set_ylabel("eigenvalues of H")
+    axes[0, 0].set_ylabel("Pauli components of H")
     axes[1, 0].set_ylabel("slew rate |dH/dt|")
     save(figure, out)
 
