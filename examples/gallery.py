@@ -11,7 +11,10 @@ import attitude
 import camera_path
 import grand_tour
 import moving_subspace
+import quantum_gates
+import reduced_model
 import reduced_order_model
+import subspace_curves
 import uneven_keyframes
 from figures import FIGURES
 
@@ -22,8 +25,10 @@ EXAMPLES = {
     "uneven_keyframes": uneven_keyframes.main,
     "camera_path": camera_path.main,
     "reduced_order_model": reduced_order_model.main,
+    "reduced_model": reduced_model.main,
     "moving_subspace": moving_subspace.main,
     "grand_tour": grand_tour.main,
+    "quantum_gates": quantum_gates.main,
 }
 
 TEXT = """\
@@ -114,6 +119,43 @@ The gain is that of few, far positions, and not always there. With seven positio
 natural ends give {spline7:.1e} on it, {orthonormal7:.1e} by entries made orthonormal, SciPy's not-a-knot ends
 {not_a_knot7:.1e} by the latter ({not_a_knot:.1e} with five).
 
+## Subspaces for a reduced model
+
+![Errors of reduced models against the direction of the wind, by ways to have modes in between: left in a quarter of a
+circle, right in a full circle](figures/gallery/reduced_model.png)
+
+[reduced_model.py](../examples/reduced_model.py) has a plume in wind, from a source in the middle of a square, on 1600
+points. The parameter is the direction of the wind. The six modes (POD) are computed for 7 directions in a quarter of a
+circle, or for 18 in a full one, with the signs that the singular value decomposition returns. A reduced model depends
+on their span only, so `CubicSpline(winds, modes, manifold=Grassmann(1600, 6))` joins the spans. Errors of the reduced
+models between these directions, as roots of the mean squares:
+
+{plume_table}
+
+In a tangent space, the logarithms of all subspaces are interpolated entry by entry (Amsallem, Farhat 2008). That is
+not worse than a spline on the manifold while the subspaces are near to its base: in the quarter, within
+{plume[quarter][from_middle]:.0f} degrees of the one in the middle. The natural ends of the spline count more there, and
+cost a factor of {plume_natural:.1f}. With end velocities, here of the cubic polynomial through the first four
+subspaces in the tangent space of the first, its error is {plume_quarter:.0f} % below that of the spline in the tangent
+space at the middle.
+
+In the full circle some subspaces are {plume[circle][from_middle]:.0f} degrees from the one in the middle, and the
+tangent space there fails. The one at the Karcher mean does not, with all subspaces within
+{plume[circle][from_mean]:.0f} degrees, nor does a new one at the nearest subspace for each direction, whose curve is
+not continuous. The periodic spline has {plume_mean:.0f} % and {plume_local:.0f} % less error, without a base to
+choose. All of them are far above the error with the modes of the direction itself, {plume[circle][own]:.0e}, close to
+that of the nearest approximation by these modes, {plume[circle][floor]:.1e}. More directions would help more than
+another curve.
+
+`CubicSpline` without `manifold=` takes the modes as frames. With their signs as they are it raises `ConvergenceError`:
+a column that changes its sign is half a turn away. Turned by `Grassmann.align`, each to be near to the one before,
+frames give the same error as subspaces in the quarter.
+
+SMT {plume[libraries][versions][smt]} and UQpy {plume[libraries][versions][UQpy]} were run by
+[another script](../examples/subspaces_by_other_libraries.py) with their default options. SMT interpolates in a tangent
+space by Kriging; in the quarter it finds for four of six coefficients the shortest correlation length that it allows,
+with which values between the data fall back to their mean. UQpy interpolates linearly.
+
 ## A plane that moves
 
 ![Left: three entries of a basis of the plane: of noisy windows, smoothed, and true. Right: angle to the true
@@ -137,6 +179,29 @@ two isotope ratios) of {rows} penguins, from the [data of the palmerpenguins pac
 speed 1, the velocity turns abruptly by {smallest_turn_of_geodesics:.1f} to {largest_turn_of_geodesics:.1f}; the spline
 through the same seven moves on smoothly. At t = {best_separation_time:.1f} the picture separates the species best:
 {best_separation:.0%} of its variance is between them.
+
+## A path through quantum gates
+
+![Above: Pauli components of the Hamiltonians of four paths through six two-qubit gates. Below: their slew
+rates](figures/gallery/quantum_gates.png)
+
+[quantum_gates.py](../examples/quantum_gates.py) goes through the gates I, CNOT, CZ, iSWAP, SWAP and controlled
+Hadamard, points of U(4) at times 0 to 5. Their global phases are chosen so that the geodesic from the gate before is
+shortest. By Schrödinger's equation `i dU/dt = H U`, every path has the Hamiltonian `H = i dU/dt U^H`. With stops, the
+share `3 s² - 2 s³` of a geodesic is done when the share `s` of its time has passed.
+
+{gates_table}
+
+The geodesics' Hamiltonian is constant between gates and jumps at them. The splines' has no jumps and a continuous
+slew rate. `CubicSpline(times, gates, manifold=Stiefel(4, 4, field="complex"))` makes the integral in the third column
+stationary, twice its `cost()`: the canonical metric of U(4) is bi-invariant, and the covariant acceleration is
+`-i dH/dt U`. In this metric all 16 Pauli components of `dH/dt` have the same weight; a device whose terms differ in
+what they cost needs another one, which splines do not have. Natural ends start with a Hamiltonian of norm
+{gates[natural spline][at_ends]:.1f} switched on, clamped ones from zero and to zero. What smoothness costs is a larger
+Hamiltonian, as the last column says, except with stops, which are worse in all columns.
+
+All Hamiltonians are Hermitian to {gates_hermitian:.0e}. SciPy's `solve_ivp` with a relative tolerance of 1e-12, started
+at the first gate, passes all others within {gates_missed:.0e}.
 """
 
 
@@ -172,7 +237,7 @@ def camera_values(numbers: dict[str, Any]) -> dict[str, Any]:
     return {"camera": numbers, "camera_table": camera_table(numbers["errors"])} | accelerations
 
 
-def reduced_model(numbers: dict[str, dict[str, float]]) -> dict[str, float]:
+def heat_values(numbers: dict[str, dict[str, float]]) -> dict[str, float]:
     """Errors of the reduced models, and how much less that of the spline is."""
     names = {
         "nearest": reduced_order_model.NEAREST,
@@ -188,19 +253,77 @@ def reduced_model(numbers: dict[str, dict[str, float]]) -> dict[str, float]:
     return five | seven | gains
 
 
+def plume_table(numbers: dict[str, dict[str, Any]]) -> str:
+    """Errors of the plume's reduced models as a table, a row for each way to have modes."""
+    versions = numbers["libraries"]["versions"]
+    rows = {
+        "modes of the nearest direction": subspace_curves.NEAREST,
+        "geodesics from one to the next": subspace_curves.GEODESICS,
+        "tangent space at the middle, linear": subspace_curves.LINEAR,
+        "tangent space at the middle, polynomial": subspace_curves.POLYNOMIAL,
+        "tangent space at the middle, spline (not-a-knot, periodic)": subspace_curves.TANGENT,
+        "tangent space at the mean, spline (not-a-knot, periodic)": subspace_curves.MEAN,
+        "tangent space at the nearest, cubic through four": subspace_curves.LOCAL,
+        "`CubicSpline` on the manifold (natural, periodic)": subspace_curves.SPLINE,
+        "`CubicSpline` on the manifold, with end velocities": subspace_curves.ENDS,
+        "`CubicSpline` of aligned frames (natural)": subspace_curves.ALIGNED,
+        "modes of the direction itself": reduced_model.OWN,
+        f"SMT {versions['smt']}, tangent space at the middle": "smt",
+        f"SMT {versions['smt']}, tangent space at the mean": "smt, mean",
+        f"UQpy {versions['UQpy']}, tangent space at the mean": "UQpy",
+    }
+    lines = ["| | quarter | circle |", "|---|---|---|"]
+    for label, name in rows.items():
+        found = [(numbers[range_] | numbers["libraries"][range_]).get(name) for range_ in ("quarter", "circle")]
+        lines.append(f"| {label} | {' | '.join('' if each is None else f'{each:.2e}' for each in found)} |")
+    return "\n".join(lines)
+
+
+def plume_values(numbers: dict[str, dict[str, Any]]) -> dict[str, Any]:
+    """Numbers of the plume as the text names them."""
+    quarter, circle = numbers["quarter"], numbers["circle"]
+    spline = subspace_curves.SPLINE
+    return {
+        "plume": numbers | {"circle": circle | {"own": circle[reduced_model.OWN]}},
+        "plume_table": plume_table(numbers),
+        "plume_natural": quarter[spline] / quarter[subspace_curves.ENDS],
+        "plume_quarter": 100 * (1 - quarter[subspace_curves.ENDS] / quarter[subspace_curves.TANGENT]),
+        "plume_mean": 100 * (1 - circle[spline] / circle[subspace_curves.MEAN]),
+        "plume_local": 100 * (1 - circle[spline] / circle[subspace_curves.LOCAL]),
+    }
+
+
+def gates_values(numbers: dict[str, dict[str, float]]) -> dict[str, Any]:
+    """Numbers of the quantum gates as the text names them, and a table with a row for each path."""
+    lines = ["| | largest jump of H | largest slew rate | integral of its square | largest eigenvalue of H |"]
+    lines.append("|---|---|---|---|---|")
+    for name, row in numbers.items():
+        smooth = row["jump"] < 1e-9
+        rate = (f"{row['slew']:.1f}", f"{row['cost']:.0f}") if smooth else ("infinite", "infinite")
+        jump = "0" if smooth else f"{row['jump']:.1f}"
+        lines.append(f"| {name} | {jump} | {' | '.join(rate)} | {row['largest']:.2f} |")
+    return {
+        "gates": numbers,
+        "gates_table": "\n".join(lines),
+        "gates_hermitian": max(row["not_hermitian"] for row in numbers.values()),
+        "gates_missed": max(row["farthest"] for row in numbers.values()),
+    }
+
+
 def page(numbers: dict[str, dict[str, Any]]) -> str:
     """The text with its numbers."""
     values = {
         name: value
         for example, each in numbers.items()
-        if example not in ("uneven_keyframes", "camera_path")
+        if example not in ("uneven_keyframes", "camera_path", "reduced_model", "quantum_gates")
         for name, value in each.items()
     }
     values |= {"uneven": numbers["uneven_keyframes"]} | camera_values(numbers["camera_path"])
     costs = numbers["attitude"]["cost"], numbers["attitude"]["cost_rotation_spline"]
     more = 100 * (costs[1] / costs[0] - 1)
     values |= {"cost": 1e3 * costs[0], "cost_rotation_spline": 1e3 * costs[1], "more": more}
-    values |= reduced_model(numbers["reduced_order_model"])
+    values |= heat_values(numbers["reduced_order_model"])
+    values |= plume_values(numbers["reduced_model"]) | gates_values(numbers["quantum_gates"])
     return wrapped(TEXT.format(**values))
 
 
