@@ -54,8 +54,8 @@ impl ReducedKnots {
             .iter()
             .map(|point| orthonormalised(span.down(*point), &mut gram))
             .collect();
-        let (points, turns) = match quotient {
-            Quotient::Frames => (points, Vec::new()),
+        let [points, turns] = match quotient {
+            Quotient::Frames => [points, Vec::new()],
             Quotient::Subspaces => aligned(points)?,
         };
         let unit = (t[t.len() - 1] - t[0]) / (t.len() - 1) as f64;
@@ -124,7 +124,7 @@ impl ReducedKnots {
 }
 
 /// Bases of the same subspaces, each as near to the one before it as can be, and what makes them of the given ones.
-fn aligned(mut points: Vec<Mat<f64>>) -> Result<(Vec<Mat<f64>>, Vec<Mat<f64>>)> {
+fn aligned(mut points: Vec<Mat<f64>>) -> Result<[Vec<Mat<f64>>; 2]> {
     let k = points[0].ncols();
     let mut turns = vec![Mat::identity(k, k)];
     for knot in 1..points.len() {
@@ -132,7 +132,7 @@ fn aligned(mut points: Vec<Mat<f64>>) -> Result<(Vec<Mat<f64>>, Vec<Mat<f64>>)> 
         points[knot] = &points[knot] * &turn;
         turns.push(turn);
     }
-    Ok((points, turns))
+    Ok([points, turns])
 }
 
 /// A point that is orthonormal to `1e-9` made so to round-off: one Newton step towards its polar factor.

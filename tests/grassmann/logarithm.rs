@@ -229,6 +229,6 @@ fn equal_subspaces_are_round_off_apart() {
         );
         let same = manifold(&y).align(y.as_ref(), other.as_ref()).unwrap();
         assert_close(&same, &y, 4.0 * EPS * (n * k) as f64, "aligned");
-        assert_close(&(&basis.transpose() * &basis), &identity(n), 1e-13, "basis");
+        assert_close(&(basis.transpose() * &basis), &identity(n), 1e-13, "basis");
     }
 }
