@@ -57,7 +57,8 @@ def main(out: Path, *, quick: bool = False) -> dict[str, Any]:
     drawn = []
     for range_, winds in WINDS.items():
         points = computed(winds)
-        curves, raised = ways(winds, points), {}
+        curves = ways(winds, points)
+        raised: dict[str, str] = {}
         if range_ == "quarter":
             frames, raised = of_frames(winds, points)
             curves |= frames
@@ -73,7 +74,7 @@ def main(out: Path, *, quick: bool = False) -> dict[str, Any]:
     return numbers | {"libraries": json.loads(LIBRARIES.read_text(encoding="utf-8"))}
 
 
-STYLES = {
+STYLES: dict[str, dict[str, Any]] = {
     NEAREST: {"color": BLACK, "linestyle": ":"},
     GEODESICS: {"color": VERMILION, "linestyle": "-."},
     TANGENT: {"color": ORANGE, "linestyle": (0, (5, 1.5))},
