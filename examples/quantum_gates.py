@@ -72,7 +72,7 @@ def dense() -> Array:
     return np.concatenate([np.linspace(a, np.nextafter(b, a), DENSE) for a, b in pairwise(TIMES)])
 
 
-def largest(matrices: Array, order: int | str = "fro") -> float:
+def largest(matrices: Array, order: Any = "fro") -> float:
     """Largest norm of the matrices."""
     return float(np.linalg.norm(matrices, order, axis=(-2, -1)).max())
 

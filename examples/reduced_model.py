@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from figures import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, command_line, new_figure, save
-from plume import WINDS, Array, between, computed, modes, reduced, relative_error, solve
+from plume import PERIOD, WINDS, Array, between, computed, modes, reduced, relative_error, solve
 from subspace_curves import ENDS, GEODESICS, LOCAL, MEAN, NEAREST, SPLINE, TANGENT, M, mean, of_frames, ways
 
 OWN, FLOOR = "modes of the direction itself", "floor"
@@ -38,28 +38,43 @@ def largest_angle(U: Array, W: Array) -> float:
     return float(np.degrees(M.principal_angles(U, W).max()))
 
 
+def with_half_the_step(parts: int) -> float:
+    """Error of the periodic spline through twice as many subspaces."""
+    winds = np.linspace(0, PERIOD, 2 * len(WINDS["circle"]) - 1)
+    directions, held_out = between(winds, parts)
+    errors = errors_of({SPLINE: ways(winds, computed(winds))[SPLINE]}, directions[held_out])
+    return root_mean_square(errors[SPLINE])
+
+
+def root_mean_square(errors: Array) -> float:
+    """Root of the mean of the squares."""
+    return float(np.sqrt(np.mean(errors**2)))
+
+
 def main(out: Path, *, quick: bool = False) -> dict[str, Any]:
     """Interpolate the modes of a plume in the wind; compare the errors of the reduced models."""
     numbers: dict[str, Any] = {}
     drawn = []
     for range_, winds in WINDS.items():
         points = computed(winds)
-        curves, raised = ways(winds, points), {}
+        curves = ways(winds, points)
+        raised: dict[str, str] = {}
         if range_ == "quarter":
             frames, raised = of_frames(winds, points)
             curves |= frames
         directions, held_out = between(winds, 2 if quick else 8)
         errors = errors_of(curves, directions)
-        numbers[range_] = {name: float(np.sqrt(np.mean(each[held_out] ** 2))) for name, each in errors.items()}
+        numbers[range_] = {name: root_mean_square(each[held_out]) for name, each in errors.items()}
         numbers[range_] |= {"neighbours": largest_angle(points[:-1], points[1:]), "raised": raised}
         numbers[range_] |= {"from_middle": largest_angle(points[len(points) // 2], points)}
         numbers[range_] |= {"from_mean": largest_angle(mean(winds, points), points)}
         drawn.append((winds, directions, errors))
     draw(out, drawn)
+    numbers["circle"]["half_the_step"] = with_half_the_step(2 if quick else 4)
     return numbers | {"libraries": json.loads(LIBRARIES.read_text(encoding="utf-8"))}
 
 
-STYLES = {
+STYLES: dict[str, dict[str, Any]] = {
     NEAREST: {"color": BLACK, "linestyle": ":"},
     GEODESICS: {"color": VERMILION, "linestyle": "-."},
     TANGENT: {"color": ORANGE, "linestyle": (0, (5, 1.5))},

@@ -1,4 +1,8 @@
-"""Curves through subspaces, for reduced_model.py: splines of the library, and what they are compared with."""
+"""Curves through subspaces, for reduced_model.py: splines of the library, and what they are compared with.
+
+Interpolation in a tangent space: Amsallem, Farhat (2008), "Interpolation method for adapting reduced-order models and
+application to aeroelasticity", AIAA Journal 46, 1803-1813, <https://doi.org/10.2514/1.35374>.
+"""
 
 from __future__ import annotations
 
@@ -71,7 +75,7 @@ def mean(winds: Array, points: Array) -> Array:
 
 
 def in_tangent_space(base: Array, points: Array, curve: Callable[[Array], Any]) -> Way:
-    """A curve through the logarithms of the points, entry by entry, taken back (Amsallem, Farhat 2008)."""
+    """A curve through the logarithms of the points, entry by entry, taken back."""
     logarithms = curve(M.log(base, points))
     return lambda wind: np.asarray(M.exp(base, logarithms(wind)))
 

@@ -222,7 +222,7 @@ fn exp_refuses_bad_input() {
         matches!(wide, Err(Error::Shape { name: "A", .. })),
         "{wide:?}"
     );
-    let empty = skew_exp(Mat::zeros(0, 0).as_ref());
+    let empty = skew_exp(Mat::<f64>::zeros(0, 0).as_ref());
     assert!(
         matches!(empty, Err(Error::Shape { name: "A", .. })),
         "{empty:?}"

@@ -12,7 +12,10 @@ from beside import HANGS
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"
-NAMES = ("attitude", "uneven_keyframes", "camera_path", "reduced_order_model", "moving_subspace", "grand_tour")
+NAMES = (
+    "attitude", "uneven_keyframes", "camera_path", "reduced_order_model",
+    "reduced_model", "moving_subspace", "grand_tour", "quantum_gates",
+)  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -106,6 +109,43 @@ def test_reduced_order_model(run):
     assert found["the same, made orthonormal"] > 1.25 * spline
     assert found["modes of the nearest position"] > 10 * spline
     assert spline > found["modes of the position itself"]
+
+
+def test_reduced_model(run):
+    found = run("reduced_model")
+    quarter, circle = found["quarter"], found["circle"]
+    # Measured: 1.04 times less than in the tangent space at the middle; natural ends 2.8 times more.
+    assert quarter["spline, end velocities"] < quarter["tangent space at the middle"]
+    assert quarter["spline"] > 2 * quarter["spline, end velocities"]
+    assert quarter["spline"] == pytest.approx(quarter["aligned frames"], rel=0.02)
+    # Modes with the signs that they have are no data for a curve of frames.
+    assert "no convergence" in quarter["raised"]["frames as they are"]
+    # Measured: 12.8, 1.26, 1.24 and 4.3.
+    assert circle["tangent space at the middle"] > 8 * circle["spline"]
+    assert circle["tangent space at the mean"] > 1.1 * circle["spline"]
+    assert circle["tangent space at the nearest"] > 1.1 * circle["spline"]
+    assert circle["geodesics"] > 4 * circle["spline"]
+    assert circle["half_the_step"] < circle["spline"] / 7
+    for errors in (quarter, circle):
+        assert errors["floor"] < errors["modes of the direction itself"] < 1.1 * errors["floor"]
+
+
+def test_quantum_gates(run):
+    found = run("quantum_gates")
+    geodesics, natural, clamped = (found[name] for name in ("geodesics", "natural spline", "clamped spline"))
+    for path in found.values():
+        assert path["farthest"] < 1e-9
+        assert path["not_hermitian"] < 1e-13
+        assert path["trace"] < 1e-13
+    assert geodesics["jump"] > 1
+    for spline in (natural, clamped):
+        # The cost is that of the canonical metric, half the square of the Frobenius norm.
+        assert spline["cost"] == pytest.approx(2 * spline["own_cost"], rel=1e-9)
+        assert spline["jump"] < 1e-10
+        assert spline["jump_of_slew"] < 1e-10
+        assert spline["largest"] > geodesics["largest"]
+    assert natural["cost"] < clamped["cost"]
+    assert clamped["at_ends"] < 1e-10
 
 
 def test_grand_tour(run):
