@@ -161,7 +161,7 @@ fn exp_of_the_opposite_is_the_inverse() {
 fn exp_of_zero_is_exactly_the_identity() {
     for m in EXP_SIZES {
         assert_eq!(
-            skew_exp(Mat::zeros(m, m).as_ref()).unwrap(),
+            skew_exp(Mat::<f64>::zeros(m, m).as_ref()).unwrap(),
             identity(m),
             "m = {m}"
         );
@@ -217,12 +217,12 @@ fn exp_drops_a_symmetric_part_at_round_off() {
 
 #[test]
 fn exp_refuses_bad_input() {
-    let wide = skew_exp(Mat::zeros(2, 3).as_ref());
+    let wide = skew_exp(Mat::<f64>::zeros(2, 3).as_ref());
     assert!(
         matches!(wide, Err(Error::Shape { name: "A", .. })),
         "{wide:?}"
     );
-    let empty = skew_exp(Mat::zeros(0, 0).as_ref());
+    let empty = skew_exp(Mat::<f64>::zeros(0, 0).as_ref());
     assert!(
         matches!(empty, Err(Error::Shape { name: "A", .. })),
         "{empty:?}"
