@@ -221,7 +221,7 @@ impl General {
         let defect = self.unitarity_defect(m);
         check_unitary(u, defect)?;
         if defect > ROUND_OFF * (m as f64).sqrt() {
-            self.make_unitary();
+            self.replace_by_nearest();
         }
         let real = &self.matrix.parts[0];
         if (0..m).map(|i| 1.0 - real.col(i)[i]).sum::<f64>() < NEAR_IDENTITY {
@@ -257,7 +257,7 @@ impl General {
     }
 
     /// `U <- U (I - (U^H U - I) / 2)`, to the square of the defect.
-    fn make_unitary(&mut self) {
+    fn replace_by_nearest(&mut self) {
         self.work.reflect_product(Symmetry::Symmetric);
         let (half, scratch) = (-0.5, &mut self.scratch);
         let (u, defect) = (self.matrix.factor(), self.work.factor());
