@@ -1,4 +1,4 @@
-"""`skew_exp` and `orthogonal_log` of complex arrays against SciPy, mpmath, the embedding in real matrices, each other."""
+"""`skew_exp` and `orthogonal_log` of complex arrays against SciPy, mpmath, the real embedding, each other."""
 
 import mpmath
 import numpy as np
