@@ -88,10 +88,23 @@ impl Path {
         self.blocks.quotient
     }
 
+    /// The path of lines, of one on a sphere.
+    pub(super) fn of_lines(&self) -> Self {
+        let mut path = self.clone();
+        path.blocks.quotient = Quotient::Subspaces;
+        for state in [&mut path.first, &mut path.last] {
+            state.blocks.quotient = Quotient::Subspaces;
+        }
+        path
+    }
+
     /// The path of subspaces with bases `Y Q` for an orthogonal `Q`, shape `(k, k)`: `b` becomes `b Q`.
     pub(super) fn in_terms_of(&self, q: MatRef<'_, f64>) -> Self {
         let (k, r, rows) = (self.blocks.k, self.r(), self.rows());
         let turn = |entries: &mut [f64], rows: usize| {
+            if rows == 0 {
+                return;
+            }
             for block in entries.chunks_exact_mut(rows * k) {
                 let turned = MatRef::from_column_major_slice(block, rows, k) * q;
                 MatMut::from_column_major_slice_mut(block, rows, k).copy_from(&turned);

@@ -130,6 +130,14 @@ impl RiemannianCubic {
     }
 
     /// The same for a path that may not have been made yet, over a span of time.
+    /// The curve of the lines that vectors span, of a curve on a sphere: the same, since they do not turn.
+    pub(crate) fn of_lines(&self) -> Self {
+        RiemannianCubic {
+            path: Arc::new(self.path.of_lines().into()),
+            ..self.clone()
+        }
+    }
+
     /// The same curve with a report of the solver that has found it.
     pub(crate) fn with_report(self, report: SolverReport) -> Self {
         RiemannianCubic {

@@ -206,8 +206,8 @@ fn span([start, end]: [f64; 2]) -> Result<(f64, f64)> {
     Err(refusal(format!("spans: from {start} to {end}")))
 }
 
-/// Of polynomials: what a curve can be extended with.
-const ORDERS: std::ops::RangeInclusive<usize> = 3..=64;
+/// Of polynomials: what a curve can be extended with. Those of fast legs of splines have orders up to 70.
+const ORDERS: std::ops::RangeInclusive<usize> = 3..=128;
 
 /// Intervals, coefficients of points and vectors, and ends of paths that follow one another.
 struct Numbers([Parts; 4]);

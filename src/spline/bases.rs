@@ -1,21 +1,28 @@
 //! Bases along curves of subspaces that follow one another.
 
+use faer::MatRef;
+
 use crate::cubic::RiemannianCubic;
 use crate::curve::Curve;
 use crate::error::Result;
 use crate::manifold::grassmann::joining::alignment;
 use crate::space::Quotient;
 
-/// Curves that follow one another, of subspaces each in terms of the basis that the one before it reaches.
+/// Curves that follow one another, of subspaces each in terms of the basis that the one before it reaches, from the first one turned by
+/// an orthogonal matrix on.
 ///
 /// # Errors
 /// Where a curve cannot be evaluated.
 pub(super) fn joined(
     quotient: Quotient,
+    first: Option<MatRef<'_, f64>>,
     mut pieces: Vec<RiemannianCubic>,
 ) -> Result<Vec<RiemannianCubic>> {
     if quotient == Quotient::Frames {
         return Ok(pieces);
+    }
+    if let Some(turn) = first {
+        pieces[0] = pieces[0].in_terms_of(turn);
     }
     for piece in 1..pieces.len() {
         let reached = pieces[piece - 1].point(1.0)?;

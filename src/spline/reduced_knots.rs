@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use faer::{Mat, MatRef};
+use faer::{Mat, MatRef, Scale};
 
 use super::chain::Space;
 use crate::curve::span::Span;
@@ -70,6 +70,11 @@ impl ReducedKnots {
         })
     }
 
+    /// What makes the basis at the first knot the given one, of subspaces.
+    pub(super) fn first_turn(&self) -> Option<MatRef<'_, f64>> {
+        self.turns.first().map(|turn| turn.transpose())
+    }
+
     /// What the points stand for.
     pub(super) fn quotient(&self) -> Quotient {
         self.quotient
@@ -123,16 +128,43 @@ impl ReducedKnots {
     }
 }
 
-/// Bases of the same subspaces, each as near to the one before it as can be, and what makes them of the given ones.
+/// Bases of the same subspaces, each as near to the one before it as can be, and what makes them of the given ones. The first
+/// one, and so all of them, depends on the subspaces alone: what is solved does not depend on the bases that are given.
 fn aligned(mut points: Vec<Mat<f64>>) -> Result<[Vec<Mat<f64>>; 2]> {
-    let k = points[0].ncols();
-    let mut turns = vec![Mat::identity(k, k)];
+    let mut turns = vec![principal_rows(points[0].as_ref())];
+    points[0] = &points[0] * &turns[0];
     for knot in 1..points.len() {
         let turn = alignment(points[knot - 1].as_ref(), points[knot].as_ref())?;
         points[knot] = &points[knot] * &turn;
         turns.push(turn);
     }
     Ok([points, turns])
+}
+
+/// Rows this much shorter than the longest one count as equally long: the first of them is taken.
+const EQUALLY_LONG: f64 = 1e-6;
+
+/// The orthogonal matrix whose columns are rows of a basis made orthonormal one after the other, the longest of what is left first.
+///
+/// For the basis `Y Q` it is `Q^T` times that for `Y`.
+fn principal_rows(y: MatRef<'_, f64>) -> Mat<f64> {
+    let (n, k) = y.shape();
+    let mut rest = y.to_owned();
+    let mut out = Mat::zeros(k, k);
+    for col in 0..k {
+        let lengths: Vec<f64> = (0..n).map(|row| rest.row(row).norm_l2()).collect();
+        let longest = lengths
+            .iter()
+            .fold(0.0_f64, |most, length| most.max(*length));
+        let is_long = |length: &f64| *length >= (1.0 - EQUALLY_LONG) * longest;
+        let row = lengths.iter().position(is_long).unwrap_or(0);
+        let direction = rest.row(row) * Scale(longest.recip());
+        out.col_mut(col).copy_from(direction.transpose());
+        let along = &rest * direction.transpose();
+        rest -= along * direction;
+    }
+    // Against round-off of the projections.
+    orthonormalised(out, &mut Mat::zeros(k, k))
 }
 
 /// A point that is orthonormal to `1e-9` made so to round-off: one Newton step towards its polar factor.

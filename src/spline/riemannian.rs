@@ -78,7 +78,7 @@ pub(crate) fn cubic_spline_of_legs(
     let report = solution.report;
     if report.converged {
         let curves = solution.polynomials.map(|legs| legs.curves);
-        let pieces = joined(options.quotient, pieces)?;
+        let pieces = joined(options.quotient, problem.knots.first_turn(), pieces)?;
         return Ok((Piecewise::new(t.to_vec(), pieces), report, curves));
     }
     let error = Error::no_convergence(SOLVER, report, options.tolerance);

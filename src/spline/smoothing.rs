@@ -228,7 +228,10 @@ pub fn smoothing_spline(
         });
     }
     Ok(SmoothingSpline {
-        curve: Piecewise::new(grouped.t, joined(options.quotient, solved.pieces)?),
+        curve: Piecewise::new(
+            grouped.t,
+            joined(options.quotient, knots.first_turn(), solved.pieces)?,
+        ),
         lambda,
         misfit: solved.misfit * heaviest,
         degrees_of_freedom: solved.degrees_of_freedom,

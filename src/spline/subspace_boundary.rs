@@ -6,7 +6,10 @@ use super::ends::{EndCondition, EndConditions};
 use super::options::{MAX_ITERATIONS, SplineOptions};
 use super::riemannian::cubic_spline;
 use crate::cubic::{BoundaryOptions, RiemannianCubic};
+use crate::curve::Curve;
 use crate::error::{Error, Result};
+use crate::manifold::Grassmann;
+use crate::manifold::stiefel::TANGENT_TOLERANCE;
 use crate::space::Quotient;
 
 impl RiemannianCubic {
@@ -18,10 +21,10 @@ impl RiemannianCubic {
     /// # Arguments
     /// * `y0`, `y1` - orthonormal bases, shape `(n, k)`, any of their subspaces; `v0`, `v1` - horizontal vectors at them,
     ///   `Y^T V = 0`
-    /// * `options` - all but the guess, which is not used
+    /// * `options` - of the guess only with lines, `k = 1`
     /// # Accuracy
     /// The end is met to `options.tolerance`. Subspaces more than 1.4 apart have more than one cubic, and the cheapest of those that
-    /// several starts lead to is returned.
+    /// several starts lead to is returned; of lines, the cheaper one of the two on the sphere that end in opposite vectors.
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotHorizontal`, `InvalidArgument` (options); `RightAngle` where a principal angle
     /// between the subspaces is pi/2; `NoConvergence`, `Interrupted`.
@@ -48,6 +51,9 @@ impl RiemannianCubic {
         options: &BoundaryOptions<'_>,
     ) -> Result<Self> {
         options.check()?;
+        if y0.ncols() == 1 {
+            return between_lines([y0, v0, y1, v1], options);
+        }
         let velocity = |v: MatRef<'_, f64>| EndCondition::Velocity(v.to_owned());
         let ends = EndConditions::Each(Box::new([velocity(v0), velocity(v1)]));
         let defaults = BoundaryOptions::default().max_iterations;
@@ -62,6 +68,27 @@ impl RiemannianCubic {
         let (curve, report) = solved.map_err(of_ends)?;
         Ok(curve.pieces()[0].clone().with_report(report))
     }
+}
+
+/// The cheaper of the cubics on the sphere to a vector of the last line and to the opposite one.
+fn between_lines(
+    data: [MatRef<'_, f64>; 4],
+    options: &BoundaryOptions<'_>,
+) -> Result<RiemannianCubic> {
+    let [y0, v0, y1, v1] = data;
+    for (name, y, v) in [("V0", y0, v0), ("V1", y1, v1)] {
+        Grassmann::of("S", y)?.check_tangent(name, y, v, TANGENT_TOLERANCE)?;
+    }
+    let opposite = [y1, v1].map(|x| -x);
+    let [there, back] = [[y1, v1], opposite.each_ref().map(|x| x.as_ref())]
+        .map(|[y1, v1]| RiemannianCubic::from_boundary(y0, v0, y1, v1, options));
+    let cheapest = match (there, back) {
+        (Ok(there), Ok(back)) if back.cost()? < there.cost()? => back,
+        (Ok(there), _) => there,
+        (Err(error), _) if error.is_interrupted() => return Err(error),
+        (Err(error), back) => back.map_err(|_| error)?,
+    };
+    Ok(cheapest.of_lines())
 }
 
 /// An error of a spline of one leg as one of its ends.

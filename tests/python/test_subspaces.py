@@ -188,3 +188,33 @@ def test_derivatives():
     h = 1e-4
     expected = M.project_tangent(curve(1.4), (point(h) - point(-h)) / (2 * h))
     assert abs(found - expected).max() < 1e-6
+
+
+@pytest.mark.parametrize(("n", "field"), [(1, "real"), (3, "real"), (2, "complex")])
+def test_the_whole_space_stands_still(n, field):
+    M = Grassmann(n, n, field=field)
+    Y = M.random_point(14, size=3)
+    for curve in (CubicSpline([0, 1, 2], Y, manifold=M), CubicHermite([0, 1, 2], Y, 0 * Y, manifold=M)):
+        assert abs(curve(np.linspace(0, 2, 5)) - Y[0]).max() < 1e-14
+        assert np.array_equal(pickle.loads(pickle.dumps(curve))(1.5), curve(1.5))
+
+
+def test_lines_take_the_cheaper_sense():
+    M, rng = Grassmann(3, 1), np.random.default_rng(15)
+    for _ in range(20):
+        Y0, Y1 = M.random_point(rng, size=2)
+        V0, V1 = (4 * M.random_tangent(Y, rng) for Y in (Y0, Y1))
+        cost = RiemannianCubic.from_boundary(Y0, V0, Y1, V1, manifold=M).cost()
+        both = [RiemannianCubic.from_boundary(Y0, V0, s * Y1, s * V1).cost() for s in (1, -1)]
+        assert cost == pytest.approx(min(both), rel=1e-9)
+
+
+def test_fast_legs_are_stored():
+    """Their polynomials have orders up to 70."""
+    rng = np.random.default_rng(2)
+    S = [Stiefel(3, 3).random_point(rng)]
+    for _ in range(4):
+        V = Stiefel(3, 3).random_tangent(S[-1], rng)
+        S.append(Stiefel(3, 3).exp(S[-1], 2 / Stiefel(3, 3).norm(S[-1], V) * V))
+    curve = CubicSpline([0, 1, 1.3, 3, 3.4], S)
+    assert np.array_equal(pickle.loads(pickle.dumps(curve))(2.0), curve(2.0))
