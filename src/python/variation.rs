@@ -47,6 +47,9 @@ impl Cotangents {
 impl PyRiemannianCubic {
     /// How the initial data change where the boundary data do: implicit function theorem.
     ///
+    /// On a :class:`Grassmann` data and results are horizontal vectors at the bases of the curve, ``curve(t)``, which at the end is the
+    /// given basis up to a turn; how the bases turn is left out.
+    ///
     /// Parameters
     /// ----------
     /// dS0, dV0, dS1, dV1 : array_like, shape (n, k)
@@ -81,6 +84,9 @@ impl PyRiemannianCubic {
     }
 
     /// How points of the curve change where the boundary data do.
+    ///
+    /// On a :class:`Grassmann` data and results are horizontal vectors at the bases of the curve, ``curve(t)``, which at the end is the
+    /// given basis up to a turn; how the bases turn is left out.
     ///
     /// Parameters
     /// ----------
@@ -168,6 +174,9 @@ impl PyRiemannianCubic {
     }
 
     /// How points of the curve change where its initial data do.
+    ///
+    /// On a :class:`Grassmann` data and results are horizontal vectors at the bases of the curve, ``curve(t)``, which at the end is the
+    /// given basis up to a turn; how the bases turn is left out.
     ///
     /// Parameters
     /// ----------
