@@ -84,13 +84,16 @@ def test_both_are_those_of_the_embedding(m, rng):
 @pytest.mark.parametrize("norm", [0.01, 1.0, 2.5, 3.1])
 @pytest.mark.parametrize("m", [1, 2, 3, 5])
 def test_log_agrees_with_mpmath(m, norm, rng):
-    U = skew_exp(skew(rng, m, m, norm=norm))
+    A = skew(rng, m, m, norm=norm)
+    U = skew_exp(A)
     # mpmath's logarithm is not exactly skew, by the unitarity defect of U. The differences of angles are up to
     # 2 norm: the logarithm has the condition number x / sin x for x = norm.
     bound = 20 * m * EPS * max(1, norm / np.sin(norm))
     L = orthogonal_log(U)
     assert_skew(L)
-    assert_below(np.linalg.norm(L - exact(mpmath.logm, U), 2), bound, "distance to the 50-digit logarithm")
+    # Of angles near pi mpmath 1.3 finds another logarithm than the principal one.
+    expected = exact(mpmath.logm, U) if norm < 3 else A
+    assert_below(np.linalg.norm(L - expected, 2), bound, "distance to the 50-digit logarithm")
 
 
 @pytest.mark.parametrize("m", [8, 20, 50])
@@ -225,7 +228,7 @@ def test_threads_do_not_change_a_bit(function, rng):
 @pytest.mark.parametrize("m", [1, 2, 3, 12])
 def test_errors_carry_the_defect(m, rng):
     A = skew(rng, m, m)
-    with pytest.raises(InvalidInputError, match=r"A: not skew-Hermitian, \|A \+ A\^H\| / 2 = 1.0.*e-06"):
+    with pytest.raises(InvalidInputError, match=r"A: not skew-Hermitian, \|A \+ A\^H\| / 2 = 1.0.*e-6"):
         skew_exp(A + 1.0001e-6 * np.diag([1.0] + [0.0] * (m - 1)))
     with pytest.raises(InvalidInputError, match=r"Q: not unitary, \|Q\^H Q - I\| = .*e-0[56] exceeds 1.000e-09"):
         orthogonal_log(skew_exp(A) * (1 + 1e-6))
