@@ -301,7 +301,7 @@ pub enum Error {
         /// What is wrong.
         source: Box<Error>,
     },
-    /// Frames that are far apart only since their columns are turned.
+    /// Frames that are far apart only since their columns are turned; Python's errors say so.
     #[error(
         "{source}; as frames they are {frames:.3} apart, as subspaces {subspaces:.3}: where the columns are no more than a \
          basis, choose the Grassmann manifold, or make them near with its align"
@@ -395,6 +395,7 @@ impl Error {
     }
 
     /// Whether it says that points are too far apart, or that what joins them was not found.
+    #[cfg(feature = "python")]
     pub(crate) fn is_about_distance(&self) -> bool {
         matches!(
             self,

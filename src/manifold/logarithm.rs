@@ -109,16 +109,6 @@ impl Stiefel {
     ) -> Result<(Mat<f64>, LogReport)> {
         self.check_point("S0", s0, POINT_TOLERANCE)?;
         self.check_point("S1", s1, POINT_TOLERANCE)?;
-        let found = self.shortest_found(s0, s1, interrupt);
-        found.map_err(|error| error.advised(s0, s1))
-    }
-
-    fn shortest_found(
-        &self,
-        s0: MatRef<'_, f64>,
-        s1: MatRef<'_, f64>,
-        interrupt: Interrupt<'_>,
-    ) -> Result<(Mat<f64>, LogReport)> {
         let (n, k) = (self.n(), self.k());
         let gram = s0.transpose() * s1;
         if k == n {

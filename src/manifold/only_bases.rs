@@ -3,7 +3,6 @@
 use faer::MatRef;
 
 use super::grassmann::joining::alignment;
-use crate::error::Error;
 use crate::linalg::structure::distance;
 
 /// Frames this far apart in the Frobenius norm, and the nearest bases of their spans at most half as far, are taken for bases.
@@ -17,22 +16,4 @@ pub(crate) fn apart(s0: MatRef<'_, f64>, s1: MatRef<'_, f64>) -> Option<[f64; 2]
     let turn = alignment(s0, s1).ok()?;
     let [frames, subspaces] = [distance(s0, s1), distance(s0, (s1 * turn).as_ref())];
     (frames > FAR && 2.0 * subspaces < frames).then_some([frames, subspaces])
-}
-
-impl Error {
-    /// The same, saying so where the two points seem to be bases.
-    pub(crate) fn advised(self, s0: MatRef<'_, f64>, s1: MatRef<'_, f64>) -> Self {
-        let found = match self.is_about_distance() {
-            true => apart(s0, s1),
-            false => None,
-        };
-        match found {
-            Some([frames, subspaces]) => Error::OnlyBases {
-                source: Box::new(self),
-                frames,
-                subspaces,
-            },
-            None => self,
-        }
-    }
 }

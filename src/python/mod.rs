@@ -22,6 +22,7 @@ mod grassmann_geometry;
 mod knots;
 mod linalg;
 mod measure;
+mod only_bases;
 mod piecewise;
 mod points;
 mod polynomial;

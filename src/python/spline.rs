@@ -1,6 +1,7 @@
 //! Splines of the binding: curves through many points.
 
 use super::knots::{BcType, Ends, restore_ends, store_ends};
+use super::only_bases::advised_knots;
 use super::piecewise::{
     Cubics, Data, KINDS, PIECES, PyPiecewiseCurve, Spline, VELOCITIES, outside, put,
 };
@@ -291,7 +292,11 @@ impl PyCubicSpline {
             let (t, points) = (&data.t, data.points.views());
             let (cubics, report) = match geometric {
                 false => {
-                    let (curve, report) = cubic_spline(t, &points, &conditions, &options)?;
+                    let found = cubic_spline(t, &points, &conditions, &options);
+                    let (curve, report) = found.map_err(|error| match quotient {
+                        Quotient::Frames => advised_knots(error, &points),
+                        Quotient::Subspaces => error,
+                    })?;
                     let curve = Arc::new(curve.with_outside(outside(extrapolate)));
                     (Cubics::Riemannian(curve), report)
                 }

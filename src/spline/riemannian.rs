@@ -74,15 +74,14 @@ pub(crate) fn cubic_spline_of_legs(
         true => problem.solve_in_frames(options),
         false => problem.solve_in_ambient(options),
     };
-    let (pieces, solution) = solved.map_err(|error| problem.advised(error))?;
+    let (pieces, solution) = solved?;
     let report = solution.report;
     if report.converged {
         let curves = solution.polynomials.map(|legs| legs.curves);
         let pieces = joined(options.quotient, problem.knots.first_turn(), pieces)?;
         return Ok((Piecewise::new(t.to_vec(), pieces), report, curves));
     }
-    let error = Error::no_convergence(SOLVER, report, options.tolerance);
-    Err(problem.advised(error))
+    Err(Error::no_convergence(SOLVER, report, options.tolerance))
 }
 
 /// Knots and ends in the coordinates of their span.
@@ -174,25 +173,6 @@ impl<'e> Problem<'e> {
         match self.knots.quotient() {
             Quotient::Frames => (0..points.len() - 1).find(is_turned),
             Quotient::Subspaces => None,
-        }
-    }
-
-    /// An error, with what is the matter where knots seem to be bases.
-    fn advised(&self, error: Error) -> Error {
-        let at = |knot: usize, error: Error| {
-            let [s0, s1] = [knot, knot + 1].map(|knot| self.knots.points[knot].as_ref());
-            error.advised(s0, s1).at_knot(knot)
-        };
-        match error {
-            _ if self.knots.quotient() == Quotient::Subspaces => error,
-            Error::AtKnot { knot, source } if knot + 1 < self.knots.points.len() => {
-                at(knot, *source)
-            }
-            error if error.is_about_distance() => match self.bases() {
-                Some(knot) => at(knot, error),
-                None => error,
-            },
-            error => error,
         }
     }
 
