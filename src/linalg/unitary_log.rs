@@ -53,7 +53,7 @@ const ROUND_OFF: f64 = 1e-14;
 /// # Arguments
 /// * `q` - unitary, shape `(m, m)`, `|Q^H Q - I|_F <= ORTHOGONALITY_TOLERANCE`
 /// # Accuracy
-/// Backward error `|e^L - Q|_2` at most `m * 1e-15`, repeated and clustered angles and angles near pi included; error
+/// Backward error `|e^L - Q|_2` at most `2 m * 1e-15`, repeated and clustered angles and angles near pi included; error
 /// relative to `|L|` a few `m eps` where all angles are below 0.03. Asserted in `tests/complex_linalg/`. Of a matrix with
 /// `|Q^H Q - I|_F = d` it is the logarithm of the nearest unitary matrix, to `d^2`.
 /// # Errors
