@@ -14,7 +14,7 @@
 //!
 //! # Source
 //! Commuting Hermitian parts: Goldstine, Horwitz (1959), J. ACM 6, 176-195. The correction is that of
-//! [`super::orthogonal_log`].
+//! [`super::orthogonal_log()`].
 
 use std::f64::consts::PI;
 
