@@ -69,7 +69,7 @@ pub use manifold::{
 };
 pub use report::{SolverReport, StopReason};
 pub use solve::newton;
-pub use space::Quotient;
+pub use space::{Quotient, ScalarField};
 
 /// The README's example is a test.
 #[cfg(doctest)]

@@ -270,7 +270,7 @@ impl<T: Field> Leg<T> {
         transposed_multiply(r, &self.holonomy, u, relative);
         space.each_entry(
             #[inline(always)]
-            |p, i, j| self.residual.point[p] = (relative[i * r + j] - relative[j * r + i]) * 0.5,
+            |p, i, j| self.residual.point[p] = space.skew_coordinate(relative, [i, j]),
         );
         space.turn_back_into(
             &self.holonomy,

@@ -13,6 +13,7 @@ use crate::curve::Curve;
 use crate::error::{Error, Result};
 use crate::linalg::lanes::LANES;
 use crate::shooting::{EndData, LoneLeg, lone_legs};
+use crate::space::Shape;
 
 /// Problems that a task of the pool takes.
 const TASK: usize = 64;
@@ -94,7 +95,7 @@ fn solve_task(
 ) -> Result<Vec<Result<BoundarySolution>>> {
     let problems: Vec<Result<Problem>> = task
         .iter()
-        .map(|&data| Problem::new(data, options.tension))
+        .map(|&data| Problem::new(data, options))
         .collect();
     let mut legs: Vec<Option<LoneLeg>> = problems.iter().map(|_| None).collect();
     if let Some(first) = problems.iter().flatten().next()
@@ -110,12 +111,16 @@ fn solve_task(
             let is_easy = is_like_others && problem.is_moderate(&flat);
             is_easy.then(|| (i, end_data(problem, &flat)))
         });
-        abreast(shape, easy.collect(), &mut legs, options)?;
+        abreast(first.shape(), easy.collect(), &mut legs, options)?;
     }
     let mut found = Vec::new();
     for ((problem, leg), data) in problems.into_iter().zip(legs).zip(task) {
         let solution = problem.and_then(|problem| match leg {
-            Some(leg) => Ok(solution(&problem, &leg)),
+            Some(mut leg) => {
+                leg.start = problem.of_coordinates(&leg.start);
+                leg.cost *= problem.weight();
+                Ok(solution(&problem, &leg))
+            }
             None => alone(&problem, data[0], options),
         });
         if let Err(error @ Error::Interrupted { .. }) = solution {
@@ -131,12 +136,12 @@ fn solve_task(
 /// # Errors
 /// `Interrupted`.
 fn abreast(
-    (r, k): (usize, usize),
+    shape: Shape,
     easy: Vec<(usize, EndData)>,
     legs: &mut [Option<LoneLeg>],
     options: &BoundaryOptions<'_>,
 ) -> Result<()> {
-    let mut solve = lone_legs(r, k);
+    let mut solve = lone_legs(shape);
     let (places, data): (Vec<usize>, Vec<EndData>) = easy.into_iter().unzip();
     for (places, data) in places.chunks(LANES).zip(data.chunks(LANES)) {
         options.interrupt.check(SOLVER)?;

@@ -9,6 +9,7 @@ use super::work::allowance;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::report::SolverReport;
+use crate::space::ScalarField;
 
 /// Steps from a start by default.
 const MAX_ITERATIONS: usize = 50;
@@ -53,6 +54,8 @@ pub struct BoundaryOptions<'a> {
     /// `tau >= 0` of a cubic in tension, which makes `int |D_t S'|^2 + tau |S'|^2 dt` stationary; at most 64: beyond, the start
     /// says nothing about the end to the tolerance, since what is off there grows as `e^sqrt(tau)`.
     pub tension: f64,
+    /// What numbers the matrices are made of; complex ones are embedded.
+    pub field: ScalarField,
     /// Asked before every step.
     pub interrupt: Interrupt<'a>,
 }
@@ -65,6 +68,7 @@ impl Default for BoundaryOptions<'_> {
             max_iterations: MAX_ITERATIONS,
             guess: None,
             tension: 0.0,
+            field: ScalarField::Real,
             interrupt: Interrupt::NEVER,
         }
     }

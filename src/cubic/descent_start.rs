@@ -3,16 +3,18 @@
 use faer::{Mat, MatRef, Scale};
 
 use super::guess::{FlatData, carry, turned};
-use super::initial::{Horizontal, complete};
+use super::initial::{Horizontal, complete_over};
 use super::problem::{Problem, pack};
+use super::reduced::Sized;
 use super::relative_ends::RelativeEnds;
 use crate::curve::{Curve, GeometricCubic};
 use crate::error::{Error, Result};
+use crate::linalg::complex_embedding::{embed, nearest};
 use crate::linalg::decomp::spectral_norm;
-use crate::linalg::{orthogonal_log, skew_exp};
+use crate::linalg::{orthogonal_log, skew_exp, unitary_log};
 use crate::manifold::QuasiGeodesic;
 use crate::manifold::quasi_geodesic::EndpointProblem;
-use crate::space::Quotient;
+use crate::space::{Kind, ScalarField};
 
 /// Legs of a curve by itself at least: one for each lane.
 pub(super) const LEGS: usize = 8;
@@ -28,7 +30,7 @@ const TURN_RATE: f64 = 1.5;
 
 /// Points and velocities at equal times, the first and the last ones those that are given.
 pub(crate) struct DescentStart {
-    quotient: Quotient,
+    kind: Kind,
     knots: Vec<[Mat<f64>; 2]>,
     is_unique: bool,
 }
@@ -49,7 +51,7 @@ impl DescentStart {
             Ok([curve.point(1.0)?, velocity])
         };
         let knots = (0..=count).map(at).collect::<Result<_>>()?;
-        Ok(Self::new(problem.relative_ends(), knots))
+        Ok(Self::new(problem.kind(), problem.relative_ends(), knots))
     }
 
     /// Along the adjusted de Casteljau curve.
@@ -67,7 +69,7 @@ impl DescentStart {
             Ok([curve.point(t)?, curve.derivative(t, 1)?])
         };
         let knots = (0..=count).map(at).collect::<Result<_>>()?;
-        Ok(Self::new(problem.relative_ends(), knots))
+        Ok(Self::new(problem.kind(), problem.relative_ends(), knots))
     }
 
     /// Along the curve that rolls with a velocity changing evenly from the initial to the end velocity, in a space that turns
@@ -78,7 +80,7 @@ impl DescentStart {
     /// # Errors
     /// Where the numbers are too large.
     pub(crate) fn rolling(
-        quotient: Quotient,
+        kind: Kind,
         ends: RelativeEnds<'_>,
         longest: f64,
         multiple: usize,
@@ -87,9 +89,14 @@ impl DescentStart {
         let (r, k) = s1.shape();
         let along = frame_along(&ends.initial()[0], s1);
         let is_unique = along.is_ok();
-        let frame = along.unwrap_or_else(|_| complete(s1));
+        let frame = along.unwrap_or_else(|_| complete_over(kind.field, s1));
         let (first, last) = (ends.velocity, Horizontal::of_tangent(frame.as_ref(), v1));
         let velocity = |t: f64| first.clone().plus(-t, first).plus(t, &last);
+        let log = |a: MatRef<'_, f64>| match kind.field {
+            ScalarField::Real => orthogonal_log(a),
+            // Where it is not unique it is to be one of embedded matrices.
+            ScalarField::Complex => Ok(embed(unitary_log(nearest(a).as_ref())?.as_ref())),
+        };
         let roll = |count: usize| {
             let step = 1.0 / count as f64;
             let mut frames = vec![Mat::<f64>::identity(r, r)];
@@ -97,7 +104,7 @@ impl DescentStart {
                 let x = velocity(step * (i as f64 + 0.5)).matrix() * Scale(step);
                 frames.push(&frames[i] * skew_exp(x.as_ref())?);
             }
-            let turn = orthogonal_log((&frame * frames[count].transpose()).as_ref())?;
+            let turn = log((&frame * frames[count].transpose()).as_ref())?;
             Result::Ok((frames, turn))
         };
         let matrices = [first.matrix(), last.matrix()];
@@ -118,18 +125,17 @@ impl DescentStart {
         };
         let knots = (0..=count).map(at).collect::<Result<_>>()?;
         Ok(DescentStart {
-            quotient,
             is_unique,
-            ..Self::new(ends, knots)
+            ..Self::new(kind, ends, knots)
         })
     }
 
-    fn new(ends: RelativeEnds<'_>, mut knots: Vec<[Mat<f64>; 2]>) -> Self {
+    fn new(kind: Kind, ends: RelativeEnds<'_>, mut knots: Vec<[Mat<f64>; 2]>) -> Self {
         let last = knots.len() - 1;
         knots[0] = ends.initial();
         knots[last].clone_from(ends.end);
         DescentStart {
-            quotient: Quotient::Frames,
+            kind,
             knots,
             is_unique: true,
         }
@@ -149,11 +155,12 @@ impl DescentStart {
         let [point, velocity] = &self.knots[knot];
         let frame = match knot {
             0 => Mat::identity(point.nrows(), point.nrows()),
-            _ => complete(point.as_ref()),
+            _ => complete_over(self.kind.field, point.as_ref()),
         };
         let velocity = Horizontal::of_tangent(frame.as_ref(), velocity.as_ref());
         let step = 1.0 / self.legs() as f64;
-        let velocity = pack(self.quotient, &[velocity]);
+        let (r, k) = point.shape();
+        let velocity = pack(Sized::of_kind(r - k, k, self.kind), &[velocity]);
         let velocity = velocity.iter().map(|x| step * x).collect();
         (frame, velocity)
     }

@@ -103,9 +103,9 @@ pub(super) fn end_forces(
     let blocks = flow.blocks();
     let at_end = |u: Option<&Horizontal>, start: [Horizontal; 3]| -> Result<Vec<f64>> {
         let mut reached = vary::<1>(&flow.data, 0, &[start], &[1.0], interrupt)?.remove(0);
-        let mut end = pack(blocks.quotient, &reached.variations.remove(0));
+        let mut end = pack(blocks, &reached.variations.remove(0));
         if let Some(u) = u {
-            add(&mut end, 1.0, &pack(blocks.quotient, &reached.displaced(u)));
+            add(&mut end, 1.0, &pack(blocks, &reached.displaced(u)));
         }
         Ok(end)
     };
@@ -115,7 +115,7 @@ pub(super) fn end_forces(
     };
     let still = Horizontal::zeros(blocks);
     let known = at_end(Some(&u0), [w0, still.clone(), still])?;
-    let mut right = pack(blocks.quotient, &[u1, w1]);
+    let mut right = pack(blocks, &[u1, w1]);
     let size = right.len();
     add(&mut right, -1.0, &known);
     let (mut solution, mut rest) = (vec![0.0; size], right.clone());

@@ -43,7 +43,7 @@ impl RiemannianCubic {
         options: &BoundaryOptions<'_>,
     ) -> Result<Self> {
         options.check()?;
-        let problem = Problem::new([s0, v0, s1, v1], options.tension)?;
+        let problem = Problem::new([s0, v0, s1, v1], options)?;
         let (y, report) = solve(&problem, s0, options)?;
         let path = problem.path(&y, options.interrupt)?;
         Ok(Self::of_path(

@@ -5,12 +5,13 @@ use faer::{ColMut, ColRef, Mat, MatMut, MatRef, Scale};
 
 use super::reduced::Sized;
 use crate::error::Result;
-use crate::linalg::decomp::thin_q;
+use crate::linalg::complex_embedding::{embed_into, nearest};
+use crate::linalg::decomp::{thin_q, unitary_q};
 use crate::linalg::product::{mul_add, mul_into};
 use crate::linalg::structure::{dot, norm};
 use crate::manifold::stiefel::{POINT_TOLERANCE, Stiefel};
 use crate::manifold::tangent::check_vector;
-use crate::space::Quotient;
+use crate::space::{Quotient, ScalarField};
 
 /// A vector of `m`: `[[omega, -normal^T], [normal, 0]]` with `omega` skew, shape `(k, k)`, and `normal`, of shape
 /// `(r - k, k)`.
@@ -279,11 +280,7 @@ impl Coordinates {
                 normal[(r - k) * j..][..r - k].copy_from_slice(&from[r * j + k..][..r - k]);
             }
         }
-        let blocks = Sized {
-            m: r - k,
-            k,
-            quotient,
-        };
+        let blocks = Sized::new(r - k, k, quotient);
         Coordinates {
             frame,
             blocks,
@@ -310,6 +307,20 @@ fn check(s: MatRef<'_, f64>, vectors: [MatRef<'_, f64>; 3], quotient: Quotient) 
 pub(crate) fn complete(s: MatRef<'_, f64>) -> Mat<f64> {
     let mut g = Mat::zeros(s.nrows(), s.nrows());
     complete_into(g.as_mut(), s);
+    g
+}
+
+/// The same for points over a field: of embedded complex ones all columns are those of an embedded unitary matrix.
+pub(crate) fn complete_over(field: ScalarField, s: MatRef<'_, f64>) -> Mat<f64> {
+    if field == ScalarField::Real {
+        return complete(s);
+    }
+    let (r, k) = s.shape();
+    let all = unitary_q(nearest(s).as_ref(), true);
+    let mut g = Mat::zeros(r, r);
+    let (first, rest) = g.as_mut().split_at_col_mut(k);
+    embed_into(first, all.as_ref().subcols(0, k / 2));
+    embed_into(rest, all.as_ref().subcols(k / 2, (r - k) / 2));
     g
 }
 

@@ -85,11 +85,7 @@ impl LinearFlow {
     pub(super) fn blocks(&self) -> Sized {
         let k = self.data.velocity.omega.nrows();
         let m = self.frame.ncols() - k;
-        Sized {
-            m,
-            k,
-            quotient: self.data.quotient,
-        }
+        Sized::new(m, k, self.data.quotient)
     }
 
     /// Whether there are directions orthogonal to the span.
@@ -273,7 +269,7 @@ impl LinearFlow {
             let displaced = units.iter().map(|unit| reached.displaced(unit));
             let columns = displaced.chain(reached.variations.iter().cloned());
             let columns: Vec<Vec<f64>> = columns
-                .map(|column| part.entries(self.data.quotient, &column))
+                .map(|column| part.entries(blocks, &column))
                 .collect();
             let flow = Mat::from_fn(4 * size, 4 * size, |i, j| columns[j][i]);
             (reached.frame, flow)
@@ -299,9 +295,9 @@ impl Part {
         }
     }
 
-    fn entries(self, quotient: Quotient, vectors: &[Horizontal; 4]) -> Vec<f64> {
+    fn entries(self, blocks: Sized, vectors: &[Horizontal; 4]) -> Vec<f64> {
         match self {
-            Part::Span => pack(quotient, vectors),
+            Part::Span => pack(blocks, vectors),
             Part::Row => {
                 let last = vectors[0].normal.nrows() - 1;
                 let rows = vectors.iter().map(|x| x.normal.row(last));

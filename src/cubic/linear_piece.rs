@@ -102,7 +102,7 @@ impl LinearPiece {
         let found: [Horizontal; 4] = match by_products {
             Some(found) => found,
             None => {
-                let z = pack(self.flow.blocks().quotient, &inside);
+                let z = pack(self.flow.blocks(), &inside);
                 let z = MatRef::from_column_major_slice(&z, z.len(), 1);
                 let found = &*self.matrix(interrupt)? * z;
                 unpack(found.col_as_slice(0), self.flow.blocks())
@@ -184,7 +184,7 @@ impl LinearPiece {
         frames: [&Mat<f64>; 2],
         interrupt: Interrupt<'_>,
     ) -> Result<[[Vec<f64>; 2]; 2]> {
-        let Sized { m, k, quotient } = self.flow.blocks();
+        let Sized { m, k, quotient, .. } = self.flow.blocks();
         let (wide, half) = (frames[0].ncols() - k, quotient.turns(k));
         let (own, given) = (half + m * k, half + wide * k);
         let normals = frames.map(|frame| frame.subcols(k, wide));

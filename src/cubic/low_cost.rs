@@ -17,7 +17,7 @@ use crate::legs::Options;
 use crate::linalg::lanes::Lanes;
 use crate::report::StopReason;
 use crate::shooting::{Descent, Layout, LeastCost, StartResponse, least_cost, products_of_step};
-use crate::space::{FixedFrames, Frames, Homogeneous, Quotient};
+use crate::space::{Homogeneous, in_space};
 
 /// Descents end with a gradient of this size, in the time of a leg: a step or two of Newton's method are left.
 const TOLERANCE: f64 = 1e-6;
@@ -171,9 +171,9 @@ impl Solver<'_> {
         let problem = self.problem;
         let ends = problem.relative_ends();
         let curve = match start {
-            Start::Rolling => DescentStart::rolling(Quotient::Frames, ends, LONGEST_LEG, LEGS),
+            Start::Rolling => DescentStart::rolling(problem.kind(), ends, LONGEST_LEG, LEGS),
             Start::RollingFinely => {
-                DescentStart::rolling(Quotient::Frames, ends, SHORT * LONGEST_LEG, LEGS)
+                DescentStart::rolling(problem.kind(), ends, SHORT * LONGEST_LEG, LEGS)
             }
             Start::Flat => match problem.flat()? {
                 Some(flat) => DescentStart::along_flat(problem, &flat),
@@ -242,11 +242,12 @@ impl Solver<'_> {
             return Ok(None);
         }
         let (left, work) = (self.map.left() - reserve, Cell::new(0.0));
-        let [r, k] = [self.problem.g.nrows(), self.problem.k];
-        let legs = knots.1.len() / (Frames { r, k }).dim() - 1;
+        let shape = self.problem.shape();
+        let d = in_space!(shape, |space| space.dim());
+        let legs = knots.1.len() / d - 1;
         // The time of a leg is the unit of the chain.
         let rate = legs as f64;
-        let step = of_products(products_of_step(Frames { r, k }, legs));
+        let step = of_products(in_space!(shape, |space| products_of_step(space, legs)));
         if FEWEST_STEPS * step > left {
             self.refuse();
             return Ok(None);
@@ -266,7 +267,7 @@ impl Solver<'_> {
             layout: Layout::between_ends(legs),
             tension: self.problem.target.tension / (rate * rate),
             below: 0.5 * below / rate.powi(3),
-            with_response: takes_response(self.problem.unknowns()),
+            with_response: takes_response(self.problem.unknowns()) && self.problem.is_real(),
         };
         let LeastCost {
             report,
@@ -275,21 +276,21 @@ impl Solver<'_> {
             frames,
             velocities,
             response,
-        } = match (r, k) {
-            (3, 1) => least_cost::<Lanes, _>(FixedFrames::<3, 1>, knots, descent, &options),
-            (3, 2) => least_cost::<Lanes, _>(FixedFrames::<3, 2>, knots, descent, &options),
-            _ => least_cost::<Lanes, _>(Frames { r, k }, knots, descent, &options),
-        }?;
+        } = in_space!(shape, |space| least_cost::<Lanes, _>(
+            space, knots, descent, &options
+        ))?;
         self.map.count(work.get());
         self.account(report);
         let is_left = report.reason == StopReason::Stagnated && below.is_finite();
-        let bends = bends.iter().take(self.problem.unknowns()).enumerate();
-        let y = bends.map(|(i, x)| match i < self.problem.unknowns() / 2 {
-            true => rate.powi(2) * x,
-            false => rate.powi(3) * x,
-        });
+        let bends = bends.iter().take(2 * d).enumerate();
+        let y: Vec<f64> = bends
+            .map(|(i, x)| match i < d {
+                true => rate.powi(2) * x,
+                false => rate.powi(3) * x,
+            })
+            .collect();
         Ok((cost.is_finite() && !is_left).then_some(End {
-            y: y.collect(),
+            y: self.problem.of_coordinates(&y),
             cost: 2.0 * rate.powi(3) * cost,
             gradient: report.residual,
             is_at_rest: report.converged,

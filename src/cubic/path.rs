@@ -157,7 +157,7 @@ impl Path {
         if self.covers(t) {
             return Ok(());
         }
-        let Sized { m, k, quotient } = self.blocks;
+        let Sized { m, k, quotient, .. } = self.blocks;
         match (m, k) {
             // Lines are points of the sphere.
             _ if quotient == Quotient::Subspaces && k > 1 => self.march(self.blocks, t, interrupt),

@@ -2,10 +2,11 @@
 
 use faer::{Mat, MatRef, Scale};
 
+use super::boundary::BoundaryOptions;
 use super::end_equations::Target;
 use super::end_map::EndMap;
 use super::guess::FlatData;
-use super::initial::{Horizontal, complete};
+use super::initial::{Horizontal, complete_over};
 use super::path::Path;
 use super::reduced::{Fixed, Sized};
 use super::relative_ends::RelativeEnds;
@@ -17,7 +18,7 @@ use crate::curve::span::Span;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::manifold::stiefel::{POINT_TOLERANCE, Stiefel, TANGENT_TOLERANCE};
-use crate::space::Quotient;
+use crate::space::{Homogeneous, Kind, ScalarField, Shape, in_space};
 
 /// A boundary value problem, reduced to the span of its data.
 #[derive(Debug, Clone)]
@@ -32,15 +33,19 @@ pub(super) struct Problem {
     /// End point and end velocity.
     pub(super) end: [Mat<f64>; 2],
     pub(super) target: Target,
+    field: ScalarField,
 }
 
 impl Problem {
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`.
-    pub(super) fn new([s0, v0, s1, v1]: [MatRef<'_, f64>; 4], tension: f64) -> Result<Self> {
-        check_data([s0, v0, s1, v1])?;
-        let span = Span::of(&[s0, v0, s1, v1]);
-        let g = complete(span.down(s0).as_ref());
+    pub(super) fn new(data: [MatRef<'_, f64>; 4], options: &BoundaryOptions<'_>) -> Result<Self> {
+        let BoundaryOptions { tension, field, .. } = *options;
+        let [s0, v0, s1, v1] = data;
+        check_data(data)?;
+        field.check(data)?;
+        let span = Span::over(field, &data);
+        let g = complete_over(field, span.down(s0).as_ref());
         let velocity = Horizontal::of_tangent(g.as_ref(), span.down(v0).as_ref());
         let end = corrected([s1, v1].map(|a| g.transpose() * span.down(a)));
         let target = Target::new(&velocity, &end, tension);
@@ -52,6 +57,7 @@ impl Problem {
             velocity,
             end,
             target,
+            field,
         })
     }
 
@@ -78,6 +84,53 @@ impl Problem {
     pub(super) fn is_moderate(&self, flat: &FlatData) -> bool {
         let vectors = [&flat.displacement, &self.velocity, &flat.end_velocity];
         vectors.iter().all(|v| v.inner(v).sqrt() <= MODERATE)
+    }
+
+    /// What the points are.
+    pub(super) fn kind(&self) -> Kind {
+        Kind {
+            field: self.field,
+            ..Kind::REAL_FRAMES
+        }
+    }
+
+    /// Whether series and descents have the coordinates of the end map.
+    pub(super) fn is_real(&self) -> bool {
+        self.field == ScalarField::Real
+    }
+
+    /// Vectors of `m` in the coordinates of series and descents.
+    pub(super) fn coordinates(&self, vectors: &[Horizontal]) -> Vec<f64> {
+        pack(self.blocks_of_kind(), vectors)
+    }
+
+    /// Vectors of `m` in the coordinates of the end map, from those of series and descents.
+    pub(super) fn of_coordinates(&self, y: &[f64]) -> Vec<f64> {
+        if self.is_real() {
+            return y.to_vec();
+        }
+        let blocks = self.blocks_of_kind();
+        let vectors = y.chunks_exact(blocks.dim().max(1));
+        let vectors = vectors.map(|x| {
+            let [vector] = unpack(x, blocks);
+            vector
+        });
+        pack(self.blocks(), &vectors.collect::<Vec<_>>())
+    }
+
+    /// The space of series and descents.
+    pub(super) fn shape(&self) -> Shape {
+        self.blocks_of_kind().shape()
+    }
+
+    /// By which squared lengths are more than the squares of these coordinates.
+    pub(super) fn weight(&self) -> f64 {
+        self.blocks_of_kind().weight()
+    }
+
+    fn blocks_of_kind(&self) -> Sized {
+        let Sized { m, k, .. } = self.blocks();
+        Sized::of_kind(m, k, self.kind())
     }
 
     /// Sizes of the blocks.
@@ -110,7 +163,7 @@ impl Problem {
     /// `(x', x'')` of the cubic of flat space with the given displacement and end velocity.
     pub(super) fn start_of(&self, flat: &FlatData) -> Vec<f64> {
         let start = flat.start(&self.velocity, &FlatBends::new(self.target.tension));
-        pack(Quotient::Frames, &start)
+        pack(self.blocks(), &start)
     }
 
     /// `(x', x'')` from covariant acceleration and jerk at the start, shape `(n, k)`; parts outside of the span of the data
@@ -135,7 +188,7 @@ impl Problem {
         };
         let (a, j) = (horizontal("A", a)?, horizontal("J", j)?);
         let second = j.plus_bracket(-0.5, &self.velocity, &a);
-        Ok(pack(Quotient::Frames, &[a, second]))
+        Ok(pack(self.blocks(), &[a, second]))
     }
 
     /// The map from `(x', x'')` to the end, as a solver.
@@ -205,8 +258,10 @@ impl Target {
             .norm_l2()
             .hypot(velocity.normal.norm_l2())
             .max(end[1].norm_l2());
+        let (m, k) = velocity.normal.shape();
+        let blocks = Sized::frames(m, k);
         Target {
-            velocity: pack(Quotient::Frames, std::slice::from_ref(velocity)),
+            velocity: pack(blocks, std::slice::from_ref(velocity)),
             end: [entries(&end[0]), entries(&end[1])],
             speed,
             velocity_unit: if speed > ABSOLUTE_SPEED { speed } else { 1.0 },
@@ -215,39 +270,45 @@ impl Target {
     }
 }
 
-/// The independent entries of vectors of `m`, one vector after the other: above the diagonal of `omega`, where it is not zero for
-/// every vector, then `normal`.
-pub(crate) fn pack(quotient: Quotient, vectors: &[Horizontal]) -> Vec<f64> {
-    let mut y = Vec::new();
-    for vector in vectors {
-        let turned = match quotient {
-            Quotient::Frames => vector.omega.ncols(),
-            Quotient::Subspaces => 0,
-        };
-        for col in 0..turned {
-            y.extend((0..col).map(|row| vector.omega[(row, col)]));
-        }
-        y.extend(entries(&vector.normal));
+/// The coordinates of vectors of `m`, one vector after the other: of real ones the entries above the diagonal of `omega`, where it
+/// is not zero for every vector, then those of `normal`.
+pub(crate) fn pack(blocks: Sized, vectors: &[Horizontal]) -> Vec<f64> {
+    let (k, d) = (blocks.k, blocks.dim());
+    let mut all = vec![0.0; d * vectors.len()];
+    for (n, vector) in vectors.iter().enumerate() {
+        let y = &mut all[d * n..];
+        in_space!(blocks.shape(), |space| space.each_entry(|p, i, j| {
+            let entry = match i.checked_sub(k) {
+                None => vector.omega[(i, j)],
+                Some(i) => vector.normal[(i, j)],
+            };
+            y[p] = entry * space.scale(i, j);
+        }));
     }
-    y
+    all
 }
 
 /// The inverse of [`pack`].
 pub(crate) fn unpack<const N: usize>(y: &[f64], blocks: Sized) -> [Horizontal; N] {
-    let Sized { m, k, .. } = blocks;
-    let size = y.len() / N;
-    std::array::from_fn(|i| {
-        let (upper, lower) = y[size * i..][..size].split_at(blocks.quotient.turns(k));
-        // There are none of subspaces.
-        let entry = |i: usize, j: usize| upper.get(j * (j - 1) / 2 + i).map_or(0.0, |x| *x);
-        Horizontal {
-            omega: Mat::from_fn(k, k, |i, j| match i.cmp(&j) {
-                std::cmp::Ordering::Less => entry(i, j),
-                std::cmp::Ordering::Equal => 0.0,
-                std::cmp::Ordering::Greater => -entry(j, i),
-            }),
-            normal: Mat::from_fn(m, k, |i, j| lower[i + m * j]),
-        }
+    let (k, d) = (blocks.k, blocks.dim());
+    std::array::from_fn(|n| {
+        let y = &y[d * n..];
+        let mut vector = Horizontal::zeros(blocks);
+        let mut write = |i: usize, j: usize, entry: f64| match i.checked_sub(k) {
+            None => {
+                vector.omega[(i, j)] = entry;
+                vector.omega[(j, i)] = -entry;
+            }
+            Some(i) => vector.normal[(i, j)] = entry,
+        };
+        in_space!(blocks.shape(), |space| space.each_entry(|p, i, j| {
+            let entry = y[p] / space.scale(i, j);
+            write(i, j, entry);
+            if let Some(([i, j], sign)) = space.copy_of(i, j) {
+                write(i, j, entry * sign);
+            }
+        }));
+        vector
     })
 }
 

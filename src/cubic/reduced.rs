@@ -1,7 +1,7 @@
 //! Taylor coefficients of Riemannian cubics: the sizes of their blocks, and where they are stored.
 
 use crate::linalg::dual::Number;
-use crate::space::Quotient;
+use crate::space::{Homogeneous, Kind, Quotient, ScalarField, Shape, in_space};
 
 /// Sizes of the blocks: `omega` is `(k, k)`, `b` is `(m, k)`, `s` is `(r, k)`, `e` is `(r, m)`.
 ///
@@ -61,21 +61,71 @@ pub(crate) struct Sized {
     pub(crate) m: usize,
     pub(crate) k: usize,
     pub(crate) quotient: Quotient,
+    /// Over which coordinates of vectors are taken; the blocks are real.
+    pub(crate) field: ScalarField,
 }
 
 impl Sized {
     /// Of frames.
     pub(crate) fn frames(m: usize, k: usize) -> Self {
+        Sized::new(m, k, Quotient::Frames)
+    }
+
+    /// With real coordinates.
+    pub(crate) fn new(m: usize, k: usize, quotient: Quotient) -> Self {
         Sized {
             m,
             k,
-            quotient: Quotient::Frames,
+            quotient,
+            field: ScalarField::Real,
         }
     }
 
-    /// Independent entries of `omega` and `b`.
+    /// With coordinates over the field of a kind.
+    pub(crate) fn of_kind(m: usize, k: usize, kind: Kind) -> Self {
+        let Kind { quotient, field } = kind;
+        Sized {
+            m,
+            k,
+            quotient,
+            field,
+        }
+    }
+
+    /// The squared length of the real vector with the given coordinates.
+    pub(crate) fn square(self, v: &[f64]) -> f64 {
+        self.weight() * v.iter().map(|x| x * x).sum::<f64>()
+    }
+
+    /// By which that is more than the squares of the coordinates.
+    pub(crate) fn weight(self) -> f64 {
+        match self.field {
+            ScalarField::Real => 1.0,
+            // Every entry is there twice.
+            ScalarField::Complex => 2.0,
+        }
+    }
+
+    /// The space.
+    pub(crate) fn shape(self) -> Shape {
+        Shape {
+            r: self.m + self.k,
+            k: self.k,
+            kind: self.kind(),
+        }
+    }
+
+    /// What matrices of these blocks stand for.
+    pub(crate) fn kind(self) -> Kind {
+        let Sized {
+            quotient, field, ..
+        } = self;
+        Kind { quotient, field }
+    }
+
+    /// Coordinates of a vector: independent entries of `omega` and `b`.
     pub(crate) fn dim(self) -> usize {
-        self.quotient.turns(self.k) + self.m * self.k
+        in_space!(self.shape(), |space| space.dim())
     }
 }
 

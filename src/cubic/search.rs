@@ -89,7 +89,7 @@ impl RiemannianCubic {
                 found: options.distinct,
             });
         }
-        let problem = Problem::new([s0, v0, s1, v1], options.boundary.tension)?;
+        let problem = Problem::new([s0, v0, s1, v1], &options.boundary)?;
         let start = match options.boundary.guess {
             Some((a, j)) => problem.start_from(s0, a, j)?,
             None => problem.flat_start(problem.flat()?.as_ref()),

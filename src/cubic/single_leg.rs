@@ -1,14 +1,14 @@
 //! Moderate boundary value problems: the solution is one Taylor series about its middle.
 
 use super::guess::FlatData;
-use super::initial::{Horizontal, complete};
-use super::problem::{Problem, pack};
+use super::initial::{Horizontal, complete_over};
+use super::problem::Problem;
 use super::solver::Solver;
 use super::taylor::Accuracy;
 use crate::error::{Error, Result};
 use crate::report::StopReason;
 use crate::shooting::{EndData, lone_leg};
-use crate::space::Quotient;
+use crate::space::{Homogeneous, in_space};
 
 /// Steps at most; problems that are solved take five to nine.
 pub(super) const STEPS: usize = 11;
@@ -20,22 +20,23 @@ impl Solver<'_> {
     /// `Interrupted`.
     pub(super) fn by_one_series(&mut self, flat: &FlatData) -> Result<Option<Vec<f64>>> {
         let problem = self.problem;
-        if !(1..=MOST_UNKNOWNS).contains(&problem.unknowns()) || problem.target.tension > 0.0 {
+        let unknowns = 2 * in_space!(problem.shape(), |space| space.dim());
+        if !(1..=MOST_UNKNOWNS).contains(&unknowns) || problem.target.tension > 0.0 {
             return Ok(None);
         }
         let data = end_data(problem, flat);
-        let (r, k) = problem.end[0].shape();
         let steps = STEPS.min(self.options.max_iterations);
-        let legs = lone_leg(r, k)(&[data], self.tolerance(), steps);
+        let legs = lone_leg(problem.shape())(&[data], self.tolerance(), steps);
         let Some(leg) = legs.into_iter().flatten().next() else {
             return Ok(None);
         };
-        let distance = match self.map.equations(&leg.start, Accuracy::FULL) {
+        let start = problem.of_coordinates(&leg.start);
+        let distance = match self.map.equations(&start, Accuracy::FULL) {
             Ok((_, distance)) => distance,
             Err(error @ Error::Interrupted { .. }) => return Err(error),
             Err(_) => return Ok(None),
         };
-        let mut y = leg.start;
+        let mut y = start;
         self.account_start(leg.steps);
         if distance <= self.tolerance() {
             self.set_nearest(distance, StopReason::Converged);
@@ -52,20 +53,20 @@ const MOST_UNKNOWNS: usize = 64;
 pub(super) fn end_data(problem: &Problem, flat: &FlatData) -> EndData {
     let [s1, v1] = problem.end.each_ref().map(|x| x.as_ref());
     let r = s1.nrows();
-    let frame = complete(s1);
+    let frame = complete_over(problem.kind().field, s1);
     let last = Horizontal::of_tangent(frame.as_ref(), v1);
     EndData {
         target: (0..r * r).map(|i| frame[(i / r, i % r)]).collect(),
         velocities: [&problem.velocity, &last]
-            .map(|v| pack(Quotient::Frames, std::slice::from_ref(v))),
-        middle: middle(&problem.velocity, flat),
+            .map(|v| problem.coordinates(std::slice::from_ref(v))),
+        middle: middle(problem, flat),
     }
 }
 
 /// `x, x', x''` of the cubic of flat space in the middle.
-fn middle(velocity: &Horizontal, flat: &FlatData) -> [Vec<f64>; 3] {
-    let vectors = [&flat.displacement, velocity, &flat.end_velocity];
-    let [delta, first, last] = vectors.map(|v| pack(Quotient::Frames, std::slice::from_ref(v)));
+fn middle(problem: &Problem, flat: &FlatData) -> [Vec<f64>; 3] {
+    let vectors = [&flat.displacement, &problem.velocity, &flat.end_velocity];
+    let [delta, first, last] = vectors.map(|v| problem.coordinates(std::slice::from_ref(v)));
     let combined = |[a, b, c]: [f64; 3]| {
         let entries = delta.iter().zip(&first).zip(&last);
         entries.map(|((x, y), z)| a * x + b * y + c * z).collect()

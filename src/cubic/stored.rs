@@ -181,11 +181,7 @@ fn restore_frames(
 fn blocks(n: usize, k: usize, rank: usize, rows: usize, subspace: f64) -> Result<Sized> {
     let quotient = quotient_of([subspace])?;
     if k >= 1 && k <= rank && rank <= n && rank == rows {
-        return Ok(Sized {
-            m: rank - k,
-            k,
-            quotient,
-        });
+        return Ok(Sized::new(rank - k, k, quotient));
     }
     Err(refusal(format!(
         "a point of shape ({n}, {k}) in {rank} dimensions, of which {rows} are there"

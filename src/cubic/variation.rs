@@ -45,11 +45,7 @@ pub(super) fn vary<const N: usize>(
     interrupt: Interrupt<'_>,
 ) -> Result<Vec<Reached>> {
     let k = data.velocity.omega.nrows();
-    let blocks = Sized {
-        m: data.velocity.normal.nrows() + extra,
-        k,
-        quotient: data.quotient,
-    };
+    let blocks = Sized::new(data.velocity.normal.nrows() + extra, k, data.quotient);
     let mut out: Vec<Reached> = Vec::new();
     out.resize_with(times.len(), || Reached::none(blocks));
     let mut march = March::<Dual<N>, Sized>::new(blocks, Accuracy::FULL);
@@ -153,12 +149,12 @@ pub(super) fn start<const N: usize>(
         longer
     };
     let values = pack(
-        data.quotient,
+        march.blocks,
         &[&data.velocity, &data.acceleration, &data.second()].map(longer),
     );
     let mut entries: Vec<Dual<N>> = values.into_iter().map(Dual::constant).collect();
     for (i, direction) in directions.iter().enumerate() {
-        for (entry, slope) in entries.iter_mut().zip(pack(data.quotient, direction)) {
+        for (entry, slope) in entries.iter_mut().zip(pack(march.blocks, direction)) {
             entry.slope[i] = slope;
         }
     }

@@ -4,8 +4,10 @@
 use faer::{Mat, MatRef};
 
 use crate::error::{Error, Result};
-use crate::linalg::decomp::thin_q;
+use crate::linalg::complex_embedding::{embed, nearest};
+use crate::linalg::decomp::{thin_q, unitary_q};
 use crate::manifold::stiefel::{POINT_TOLERANCE, Stiefel};
+use crate::space::ScalarField;
 
 /// An orthonormal basis of the span of a few `n x k` matrices, where that is smaller than `R^n`.
 pub(crate) struct Span {
@@ -26,6 +28,26 @@ impl Span {
         }
         Span {
             basis: Some(thin_q(stacked.as_ref())),
+        }
+    }
+
+    /// The same over a field: of embedded complex matrices the basis is one.
+    pub(crate) fn over(field: ScalarField, matrices: &[MatRef<'_, f64>]) -> Self {
+        if field == ScalarField::Real {
+            return Span::of(matrices);
+        }
+        let (n, k) = matrices[0].shape();
+        let columns = matrices.len() * k;
+        if n <= columns {
+            return Span { basis: None };
+        }
+        let mut stacked = Mat::zeros(n / 2, columns / 2);
+        for (i, matrix) in matrices.iter().enumerate() {
+            let mut part = stacked.as_mut().subcols_mut(i * k / 2, k / 2);
+            part.copy_from(nearest(*matrix));
+        }
+        Span {
+            basis: Some(embed(unitary_q(stacked.as_ref(), false).as_ref())),
         }
     }
 

@@ -72,6 +72,23 @@ pub fn embedding_defect(a: MatRef<'_, f64>) -> f64 {
     nearest_into(nearest.as_mut(), a).0
 }
 
+/// Whether a matrix is an embedded one.
+///
+/// # Errors
+/// `Shape` of odd ones, `NotComplex` where [`embedding_defect`] exceeds `COMPLEX_TOLERANCE * max(1, |a|)`.
+pub(crate) fn check_embedded(a: MatRef<'_, f64>) -> Result<()> {
+    let (rows, columns) = a.shape();
+    if (rows % 2, columns % 2) != (0, 0) {
+        return Err(Error::Shape {
+            name: "an embedded complex matrix",
+            expected: "(2 n, 2 k)".to_owned(),
+            found: format!("({rows}, {columns})"),
+        });
+    }
+    let mut out = Mat::zeros(rows / 2, columns / 2);
+    restrict_into(out.as_mut(), a)
+}
+
 /// Writes the complex matrix that is embedded as `a`, shape `(2n, 2k)`, to `out`, shape `(n, k)`. NaN stay NaN.
 ///
 /// # Errors
@@ -93,6 +110,13 @@ pub fn restrict(a: MatRef<'_, f64>) -> Result<Mat<c64>> {
     let mut out = Mat::zeros(a.nrows() / 2, a.ncols() / 2);
     restrict_into(out.as_mut(), a)?;
     Ok(out)
+}
+
+/// The complex matrix whose embedding is nearest to `a`, shape `(2n, 2k)`.
+pub(crate) fn nearest(a: MatRef<'_, f64>) -> Mat<c64> {
+    let mut out = Mat::zeros(a.nrows() / 2, a.ncols() / 2);
+    nearest_into(out.as_mut(), a);
+    out
 }
 
 /// Points of a search end up off the embedded set by so much at most, relative to their norm; the nearest embedded matrix of an

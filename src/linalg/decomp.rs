@@ -10,7 +10,7 @@ use faer::linalg::svd::{ComputeSvdVectors, svd, svd_scratch};
 use faer::linalg::triangular_solve;
 use faer::traits::ComplexField;
 use faer::traits::math_utils::real;
-use faer::{Col, Mat, MatMut, MatRef, Par};
+use faer::{Col, Mat, MatMut, MatRef, Par, c64};
 
 use super::structure::check_range;
 use crate::error::{Error, Result};
@@ -266,6 +266,27 @@ pub fn thin_qr(a: MatRef<'_, f64>) -> (Mat<f64>, Mat<f64>) {
         }
     }
     (q, r)
+}
+
+/// An orthonormal basis of the span of the columns of a complex matrix, and of what is orthogonal to it if `is_whole`: the columns
+/// of `Q` in `A = Q R`, with phases that make the diagonal of `R` non-negative.
+pub fn unitary_q(a: MatRef<'_, c64>, is_whole: bool) -> Mat<c64> {
+    let qr = a.qr();
+    let r = qr.thin_R().to_owned();
+    let mut q = match is_whole {
+        true => qr.compute_Q(),
+        false => qr.compute_thin_Q(),
+    };
+    for j in 0..r.nrows().min(r.ncols()) {
+        let length = r[(j, j)].norm();
+        if length > 0.0 {
+            let phase = r[(j, j)] / length;
+            for i in 0..q.nrows() {
+                q[(i, j)] *= phase;
+            }
+        }
+    }
+    q
 }
 
 /// Orthonormal polar factor `U V^T` of a tall matrix `A = U diag(s) V^T`: the nearest point of the Stiefel

@@ -88,6 +88,7 @@ pub fn solve_boundary<'py>(
         let options = BoundaryOptions {
             tolerance: tol,
             max_iterations,
+            field,
             interrupt,
             ..BoundaryOptions::default()
         };

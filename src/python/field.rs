@@ -1,8 +1,8 @@
 //! Real and complex matrices: how arrays of both are read, and how results become arrays again.
 //!
-//! The core computes with real matrices. Complex ones are embedded in real ones of twice the size where they are read, and
-//! results are restricted to complex ones where they are written ([`crate::linalg::complex_embedding`]); squared lengths are
-//! halved on the way.
+//! The core has real matrices. Complex ones are embedded in real ones of twice the size where they are read, and results are
+//! restricted to complex ones where they are written ([`crate::linalg::complex_embedding`]); squared lengths are halved on the
+//! way.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -16,11 +16,7 @@ use crate::linalg::complex_embedding::restrict_into;
 use crate::stored::refusal;
 
 /// Of what numbers the entries of matrices are.
-#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
-pub enum Field {
-    Real,
-    Complex,
-}
+pub use crate::space::ScalarField as Field;
 
 /// The words for both.
 const WORDS: [&str; 2] = ["real", "complex"];

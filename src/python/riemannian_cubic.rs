@@ -217,6 +217,7 @@ impl PyRiemannianCubic {
                     max_iterations,
                     guess: guess.as_ref().map(|[a, j]| (a.as_ref(), j.as_ref())),
                     tension,
+                    field,
                     interrupt,
                 };
                 if all_found {

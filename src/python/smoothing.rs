@@ -130,6 +130,7 @@ impl PySmoothingSpline {
                 tolerance: tol,
                 max_iterations,
                 quotient,
+                field,
                 interrupt,
             };
             let views = data.points.views();

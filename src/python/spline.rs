@@ -110,6 +110,7 @@ impl PyCubicHermite {
             let cubics = match geometric {
                 false => {
                     let options = BoundaryOptions {
+                        field,
                         interrupt,
                         ..BoundaryOptions::default()
                     };
@@ -287,6 +288,7 @@ impl PyCubicSpline {
                 max_iterations,
                 tension,
                 quotient,
+                field,
                 interrupt,
             };
             let (t, points) = (&data.t, data.points.views());

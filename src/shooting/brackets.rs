@@ -57,7 +57,7 @@ pub(super) fn isotropy_bracket_into<'a, X, Y>(
     );
 }
 
-/// Entries of a row of a sum of weighted brackets, from a column on.
+/// Coordinates for entries of a row of a sum of weighted brackets, from a column on; with the sign of the entries.
 #[inline(always)]
 fn write_bracket<'a, X, Y>(
     space: impl Homogeneous,
@@ -75,6 +75,9 @@ fn write_bracket<'a, X, Y>(
         pairs,
     };
     write_row(&brackets, column, out);
+    for (c, entry) in out.iter_mut().enumerate() {
+        *entry = *entry * space.scale(row, column + c);
+    }
 }
 
 /// `out -= sum [z, x]` over pairs `(x, z)`, `x` in `m` and `z` in `h`, for the product of an entry of `x` and one of `z`; `run` has

@@ -7,7 +7,7 @@ use crate::legs::{Options, Progress};
 use crate::linalg::field::Field;
 use crate::linalg::lanes::Lanes;
 use crate::report::StopReason;
-use crate::space::{FixedFrames, Frames, Homogeneous};
+use crate::space::{ComplexSpace, FixedFrames, Frames, Homogeneous, Quotient};
 
 const LEGS: usize = 5;
 
@@ -189,6 +189,15 @@ fn gradient_and_second_derivative_are_those_of_the_cost() {
     check_derivatives::<Lanes, _>(Frames { r: 4, k: 2 });
     check_derivatives::<f64, _>(Frames { r: 5, k: 2 });
     check_derivatives::<Lanes, _>(Frames { r: 4, k: 4 });
+    for (r, k, quotient) in [
+        (2, 2, Quotient::Frames),
+        (4, 2, Quotient::Frames),
+        (4, 2, Quotient::Subspaces),
+        (6, 2, Quotient::Frames),
+        (8, 4, Quotient::Subspaces),
+    ] {
+        check_derivatives::<Lanes, _>(ComplexSpace { r, k, quotient });
+    }
 }
 
 #[test]

@@ -200,7 +200,7 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
             // Here q takes coordinates at the start to those at the end, backwards.
             space.turn_into(leg.holonomy, leg.last_velocity, &mut arriving);
             space.each_entry(|p, i, j| {
-                let delta = (u[i * r + j] - u[j * r + i]) * 0.5;
+                let delta = space.skew_coordinate(u, [i, j]);
                 let (v, w) = (leg.velocity[p], arriving[p]);
                 let [a, b] = [
                     delta * 6.0 - v * 4.0 - w * 2.0,

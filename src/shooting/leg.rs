@@ -137,7 +137,7 @@ impl<'a, T: Field> Leg<'a, T> {
         transposed_multiply(r, self.holonomy, u, relative);
         space.each_entry(
             #[inline(always)]
-            |p, i, j| self.residual.point[p] = (relative[i * r + j] - relative[j * r + i]) * 0.5,
+            |p, i, j| self.residual.point[p] = space.skew_coordinate(relative, [i, j]),
         );
         let [first, last] = &mut self.residual.velocities;
         series.at_ends(d, order + 3, 0, [first, last]);

@@ -11,7 +11,7 @@ use crate::linalg::field::{Field, factor, substitute};
 use crate::linalg::lanes::Lanes;
 use crate::linalg::simd::vectorised;
 use crate::solve::broyden::Updates;
-use crate::space::{FixedFrames, Frames, Homogeneous};
+use crate::space::{Homogeneous, Shape, in_space};
 
 /// Lanes with more left than this are given up.
 const HOPELESS: f64 = 10.0;
@@ -49,22 +49,14 @@ pub(crate) struct LoneLeg {
 /// Solves up to eight problems to a tolerance in so many steps at most.
 pub(crate) type Solve = dyn FnMut(&[EndData], f64, usize) -> Vec<Option<LoneLeg>>;
 
-/// For frames of `k` columns in so many dimensions, eight problems abreast.
-pub(crate) fn lone_legs(r: usize, k: usize) -> Box<Solve> {
-    match (r, k) {
-        (3, 1) => solver::<Lanes>(FixedFrames::<3, 1>),
-        (3, 2) => solver::<Lanes>(FixedFrames::<3, 2>),
-        _ => solver::<Lanes>(Frames { r, k }),
-    }
+/// Of problems in a space, eight abreast.
+pub(crate) fn lone_legs(shape: Shape) -> Box<Solve> {
+    in_space!(shape, |space| solver::<Lanes>(space))
 }
 
 /// One problem at a time.
-pub(crate) fn lone_leg(r: usize, k: usize) -> Box<Solve> {
-    match (r, k) {
-        (3, 1) => solver::<f64>(FixedFrames::<3, 1>),
-        (3, 2) => solver::<f64>(FixedFrames::<3, 2>),
-        _ => solver::<f64>(Frames { r, k }),
-    }
+pub(crate) fn lone_leg(shape: Shape) -> Box<Solve> {
+    in_space!(shape, |space| solver::<f64>(space))
 }
 
 fn solver<T: Field>(space: impl Homogeneous + 'static) -> Box<Solve> {

@@ -28,7 +28,7 @@ pub(crate) trait Homogeneous: Copy + Send + Sync {
     fn isotropy_dim(self) -> usize;
 
     /// The coordinates of `m`, run by run: `visit(p, row, column, count)` where the coordinates from `p` on are minus the entries
-    /// `(row, column)`, `(row, column + 1)`, ... of the skew matrix.
+    /// `(row, column)`, `(row, column + 1)`, ... of the skew matrix, times their [scales](Homogeneous::scale).
     fn each_run(self, visit: impl FnMut(usize, usize, usize, usize));
 
     /// The same of `h`.
@@ -49,7 +49,32 @@ pub(crate) trait Homogeneous: Copy + Send + Sync {
         0..0
     }
 
-    /// The entries `(i, j)` of a skew matrix that are its coordinates in `m`: `visit(coordinate, i, j)`.
+    /// A coordinate is an entry times this: square roots of the weights of entries in the metric.
+    #[inline(always)]
+    fn scale(self, _row: usize, _column: usize) -> f64 {
+        1.0
+    }
+
+    /// Another entry that is always the same as a given one, times a sign.
+    #[inline(always)]
+    fn copy_of(self, _row: usize, _column: usize) -> Option<([usize; 2], f64)> {
+        None
+    }
+
+    /// Writes an entry of a skew matrix, `(i, j)`, for a coordinate; its copies too.
+    #[inline(always)]
+    fn write_entry<T: Number>(self, coordinate: T, [i, j]: [usize; 2], out: &mut [T]) {
+        let r = self.size();
+        let entry = coordinate * self.scale(i, j).recip();
+        out[i * r + j] = entry;
+        out[j * r + i] = -entry;
+        if let Some(([i, j], sign)) = self.copy_of(i, j) {
+            out[i * r + j] = entry * sign;
+            out[j * r + i] = -entry * sign;
+        }
+    }
+
+    /// The entries `(i, j)` of a skew matrix that are its coordinates in `m`, up to their scales: `visit(coordinate, i, j)`.
     #[inline(always)]
     fn each_entry(self, mut visit: impl FnMut(usize, usize, usize)) {
         self.each_run(
@@ -97,10 +122,7 @@ pub(crate) trait Homogeneous: Copy + Send + Sync {
         out[..r * r].fill(T::ZERO);
         self.each_entry(
             #[inline(always)]
-            |p, i, j| {
-                out[i * r + j] = x[p];
-                out[j * r + i] = -x[p];
-            },
+            |p, i, j| self.write_entry(x[p], [i, j], out),
         );
     }
 
@@ -111,10 +133,7 @@ pub(crate) trait Homogeneous: Copy + Send + Sync {
         out[..r * r].fill(T::ZERO);
         self.each_isotropy_entry(
             #[inline(always)]
-            |p, i, j| {
-                out[i * r + j] = z[p];
-                out[j * r + i] = -z[p];
-            },
+            |p, i, j| self.write_entry(z[p], [i, j], out),
         );
     }
 
@@ -139,7 +158,10 @@ pub(crate) trait Homogeneous: Copy + Send + Sync {
     fn add_bracket<T: Number>(self, x: &[T], y: &[T], factor: f64, out: &mut [T]) {
         self.each_entry(
             #[inline(always)]
-            |p, i, j| out[p] += self.commutator_entry(x, y, [i, j]) * factor,
+            |p, i, j| {
+                let factor = factor * self.scale(i, j);
+                out[p] += self.commutator_entry(x, y, [i, j]) * factor;
+            },
         );
     }
 
@@ -148,20 +170,30 @@ pub(crate) trait Homogeneous: Copy + Send + Sync {
     fn add_isotropy_bracket<T: Number>(self, x: &[T], y: &[T], factor: f64, out: &mut [T]) {
         self.each_isotropy_entry(
             #[inline(always)]
-            |p, i, j| out[p] += self.commutator_entry(x, y, [i, j]) * factor,
+            |p, i, j| {
+                let factor = factor * self.scale(i, j);
+                out[p] += self.commutator_entry(x, y, [i, j]) * factor;
+            },
         );
+    }
+
+    /// The coordinate that entry `(i, j)` stands for, of the skew part of a matrix.
+    #[inline(always)]
+    fn skew_coordinate<T: Number>(self, a: &[T], [i, j]: [usize; 2]) -> T {
+        let r = self.size();
+        (a[i * r + j] - a[j * r + i]) * (0.5 * self.scale(i, j))
     }
 
     /// `Ad_u` from `m` to the whole algebra, for `u` in `G`: coordinates of `m` before those of `h`, shape `(dim + h, dim)`.
     #[inline(always)]
     fn adjoint_into<T: Field>(self, u: &[T], out: &mut [T]) {
-        let (d, r) = (self.dim(), self.size());
+        let d = self.dim();
         self.each_entry(
             #[inline(always)]
             |p, i, j| {
                 self.each_entry(
                     #[inline(always)]
-                    |q, a, b| out[p * d + q] = adjoint_entry(r, u, [i, j], [a, b]),
+                    |q, a, b| out[p * d + q] = self.adjoint_entry(u, [i, j], [a, b]),
                 );
             },
         );
@@ -170,10 +202,20 @@ pub(crate) trait Homogeneous: Copy + Send + Sync {
             |p, i, j| {
                 self.each_entry(
                     #[inline(always)]
-                    |q, a, b| out[(d + p) * d + q] = adjoint_entry(r, u, [i, j], [a, b]),
+                    |q, a, b| out[(d + p) * d + q] = self.adjoint_entry(u, [i, j], [a, b]),
                 );
             },
         );
+    }
+
+    /// The coordinate of `Ad_u a` that entry `(i, j)` stands for, where the one of `a` for entry `(a, b)` is 1, and no other.
+    #[inline(always)]
+    fn adjoint_entry<T: Field>(self, u: &[T], [i, j]: [usize; 2], [a, b]: [usize; 2]) -> T {
+        let mut entry = adjoint_entry(self.size(), u, [i, j], [a, b]);
+        if let Some((copy, sign)) = self.copy_of(a, b) {
+            entry += adjoint_entry(self.size(), u, [i, j], copy) * sign;
+        }
+        entry * (self.scale(i, j) / self.scale(a, b))
     }
 
     /// `out += [eta_h, vector]` for every column of `eta`, coordinates of `m` before those of `h`.

@@ -15,7 +15,7 @@ use crate::legs::Options;
 use crate::linalg::lanes::Lanes;
 use crate::manifold::grassmann::joining::alignment;
 use crate::shooting::{Descent, Held, Layout, LeastCost, least_cost, products_of_step};
-use crate::space::{FixedFrames, Frames, Quotient, Subspaces};
+use crate::space::{Quotient, in_space};
 
 /// Descents end with a gradient of this size, in the time of a leg.
 const TOLERANCE: f64 = 1e-6;
@@ -64,12 +64,8 @@ pub(super) fn end(
     let Some(start) = unless_interrupted(FreeKnots::new(chain, ends, start))? else {
         return Ok(None);
     };
-    let [r, k] = chain.shape();
     let legs = start.layout.lengths.len();
-    let step = match chain.blocks().quotient {
-        Quotient::Frames => products_of_step(Frames { r, k }, legs),
-        Quotient::Subspaces => products_of_step(Subspaces { r, k }, legs),
-    };
+    let step = in_space!(chain.shape(), |space| products_of_step(space, legs));
     if FEWEST_STEPS * of_products(step) > effort.work.left() {
         effort.work.refuse();
         return Ok(None);
@@ -98,15 +94,9 @@ fn descend(chain: &Framed<'_>, start: FreeKnots, effort: Effort<'_>) -> Result<L
         with_response: false,
     };
     let knots = (start.frames, start.velocities);
-    if chain.blocks().quotient == Quotient::Subspaces {
-        let [r, k] = chain.shape();
-        return least_cost::<Lanes, _>(Subspaces { r, k }, knots, descent, &options);
-    }
-    match chain.shape() {
-        [3, 1] => least_cost::<Lanes, _>(FixedFrames::<3, 1>, knots, descent, &options),
-        [3, 2] => least_cost::<Lanes, _>(FixedFrames::<3, 2>, knots, descent, &options),
-        [r, k] => least_cost::<Lanes, _>(Frames { r, k }, knots, descent, &options),
-    }
+    in_space!(chain.shape(), |space| least_cost::<Lanes, _>(
+        space, knots, descent, &options
+    ))
 }
 
 /// Knots of a chain whose legs are parts of those of another one.
@@ -209,7 +199,7 @@ fn rolling(
         velocity: &velocity(leg),
         end: &end,
     };
-    DescentStart::rolling(blocks.quotient, ends, LONGEST_LEG, fewest)
+    DescentStart::rolling(blocks.kind(), ends, LONGEST_LEG, fewest)
 }
 
 /// The motion between the knots of a chain that a descent has found, by where its knots are those of the chain.

@@ -36,6 +36,16 @@ pub enum EndConditions {
     Periodic,
 }
 
+impl EndConditions {
+    /// The vectors that are given.
+    pub(super) fn vectors(&self) -> Vec<MatRef<'_, f64>> {
+        match self {
+            EndConditions::Each(each) => each.iter().map(|end| end.vector().as_ref()).collect(),
+            _ => Vec::new(),
+        }
+    }
+}
+
 /// The condition at one end: a tangent vector at the end point, shape `(n, k)`.
 ///
 /// # Examples

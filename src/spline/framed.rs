@@ -4,13 +4,13 @@ use std::sync::Arc;
 
 use faer::{Mat, MatRef};
 
-use super::chain::{Chain, JOINS, Means, Motion, Movable, for_each, square};
+use super::chain::{Chain, JOINS, Means, Motion, Movable, for_each};
 use super::neighbours::{Joining, Link};
 use crate::cubic::guess::turned;
-use crate::cubic::initial::{Horizontal, complete};
+use crate::cubic::initial::{Horizontal, complete_over};
 use crate::cubic::leg::{Leg, leg};
 use crate::cubic::problem::{pack, unpack};
-use crate::cubic::reduced::{Blocks, Sized};
+use crate::cubic::reduced::Sized;
 use crate::cubic::state::State;
 use crate::cubic::taylor::Accuracy;
 use crate::cubic::work::{work_of_curve, work_of_join};
@@ -23,7 +23,7 @@ use crate::manifold::carrier::Direction;
 use crate::manifold::grassmann::joining::join_spans;
 use crate::manifold::quasi_geodesic::EndpointProblem;
 use crate::manifold::{Grassmann, QuasiGeodesic, Stiefel};
-use crate::space::Quotient;
+use crate::space::{Homogeneous, Kind, Quotient, Shape, in_space};
 
 /// Legs from which on it is faster to integrate eight abreast.
 const WORTHWHILE: usize = 3;
@@ -46,13 +46,13 @@ impl<'a> Framed<'a> {
     /// # Errors
     /// In `AtKnot` `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents`.
     pub(super) fn new(
-        quotient: Quotient,
+        kind: Kind,
         frames: Arc<[Mat<f64>]>,
         columns: usize,
         lengths: Vec<f64>,
         interrupt: Interrupt<'a>,
     ) -> Result<Self> {
-        let blocks = blocks(quotient, [frames[0].nrows(), columns]);
+        let blocks = blocks(kind, [frames[0].nrows(), columns]);
         let links = for_each(
             lengths.len(),
             || Joining::new(blocks, columns),
@@ -91,14 +91,16 @@ impl<'a> Framed<'a> {
 
     /// The distance to the farthest neighbour, along the curve that joins them.
     pub(super) fn longest(&self) -> f64 {
-        let lengths = self.links.iter().map(|link| square(&link.displacement));
+        let lengths = self
+            .links
+            .iter()
+            .map(|link| self.blocks.square(&link.displacement));
         lengths.fold(0.0, f64::max).sqrt()
     }
 
-    /// Sizes of the space whose equations are solved.
-    pub(super) fn shape(&self) -> [usize; 2] {
-        let Sized { m, k, .. } = self.blocks;
-        [m + k, k]
+    /// The space whose equations are solved.
+    pub(super) fn shape(&self) -> Shape {
+        self.blocks.shape()
     }
 
     /// Sizes of the blocks of the space whose equations are solved.
@@ -149,33 +151,30 @@ impl<'a> Framed<'a> {
 /// Sizes of the blocks of a problem with points of shape `(r, k)`: `St(r, r)` is solved as `St(r, r - 1)`, to which each of its
 /// components is isometric, since the other columns determine the last one. One column has no other one: `St(1, 1)` stays what
 /// it is, two points.
-pub(super) fn blocks(quotient: Quotient, [r, k]: [usize; 2]) -> Sized {
-    if quotient == Quotient::Subspaces {
-        return Sized {
-            m: r - k,
-            k,
-            quotient,
-        };
-    }
-    let columns = if r == k && k > 1 { k - 1 } else { k };
-    Sized::frames(r - columns, columns)
+pub(super) fn blocks(kind: Kind, [r, k]: [usize; 2]) -> Sized {
+    let columns = if kind == Kind::REAL_FRAMES && r == k && k > 1 {
+        k - 1
+    } else {
+        k
+    };
+    Sized::of_kind(r - columns, columns, kind)
 }
 
 /// Frames at points, which are their first columns. Those of subspaces are carried along from one to the next.
 ///
 /// # Errors
 /// `NoJoiningCurve` in `AtKnot`, of subspaces.
-pub(super) fn frames(quotient: Quotient, points: &[Mat<f64>]) -> Result<Vec<Mat<f64>>> {
+pub(super) fn frames(kind: Kind, points: &[Mat<f64>]) -> Result<Vec<Mat<f64>>> {
+    let complete = |point: &Mat<f64>| complete_over(kind.field, point.as_ref());
     let (r, k) = points[0].shape();
     if r == k {
         return Ok(points.to_vec());
     }
-    if quotient == Quotient::Frames {
-        let frames = points.iter().map(|point| complete(point.as_ref()));
-        return Ok(frames.collect());
+    if kind.quotient == Quotient::Frames {
+        return Ok(points.iter().map(complete).collect());
     }
     let mut problem = EndpointProblem::new(r, k);
-    let mut frames = vec![complete(points[0].as_ref())];
+    let mut frames = vec![complete(&points[0])];
     for knot in 1..points.len() {
         let ends = [knot - 1, knot].map(|knot| points[knot].as_ref());
         let (curve, _) =
@@ -325,11 +324,8 @@ impl<'a> Chain for Framed<'a> {
         } else {
             vectors
         };
-        let shape = Sized {
-            m: self.frames[leg].nrows() - self.columns,
-            k: self.columns,
-            quotient: self.blocks.quotient,
-        };
+        let normals = self.frames[leg].nrows() - self.columns;
+        let shape = Sized::new(normals, self.columns, self.blocks.quotient);
         let state = State::in_blocks(shape, &self.frames[leg], vectors.each_ref());
         (None, state.in_tension(self.leg_tension(leg)))
     }
@@ -371,26 +367,22 @@ impl Movable for Framed<'_> {
             },
         )?;
         let lengths = self.lengths.clone();
-        let (quotient, columns) = (self.blocks.quotient, self.columns);
-        let moved = Framed::new(quotient, frames.into(), columns, lengths, self.interrupt)?;
+        let (kind, columns) = (self.blocks.kind(), self.columns);
+        let moved = Framed::new(kind, frames.into(), columns, lengths, self.interrupt)?;
         Ok(moved.in_tension(self.tension))
     }
 
     fn towards(&self, knot: usize, point: &Mat<f64>) -> Result<Vec<f64>> {
-        let ((r, k), quotient) = (point.shape(), self.blocks.quotient);
-        let v = match quotient {
+        let ((r, k), kind) = (point.shape(), self.blocks.kind());
+        let v = match kind.quotient {
             Quotient::Frames => Stiefel::new(r, k)?.log(self.point(knot), point.as_ref())?,
             Quotient::Subspaces => Grassmann::new(r, k)?.log(self.point(knot), point.as_ref())?,
         };
-        Ok(coordinates(
-            quotient,
-            self.frames[knot].as_ref(),
-            v.as_ref(),
-        ))
+        Ok(coordinates(kind, self.frames[knot].as_ref(), v.as_ref()))
     }
 
     fn square(&self, _: usize, v: &[f64]) -> f64 {
-        square(v)
+        self.blocks.square(v)
     }
 }
 
@@ -404,60 +396,42 @@ fn at(a: &[f64], rows: usize, row: usize, col: usize, transposed: bool) -> f64 {
 
 /// The vector `[omega; b]` with the given coordinates, or all of `[[omega, -b^T], [b, 0]]` where there is room for it.
 fn write_vector(out: &mut [f64], v: &[f64], r: usize, blocks: Sized) {
-    let (k, is_subspace) = (blocks.k, blocks.are_subspaces());
-    let mut v = v.iter();
-    let mut next = || *v.next().expect("as many as coordinates");
-    for col in 0..k {
-        out[col + r * col] = 0.0;
-        for row in 0..col {
-            let entry = if is_subspace { 0.0 } else { next() };
-            out[row + r * col] = entry;
-            out[col + r * row] = -entry;
-        }
-    }
-    let all = out.len() == r * r && r == k + 1 && !is_subspace;
-    for col in 0..k {
-        for row in k..r {
-            let entry = next();
-            out[row + r * col] = entry;
-            if all {
-                out[col + r * row] = -entry;
+    let columns = out.len() / r;
+    out.fill(0.0);
+    let mut write = |i: usize, j: usize, entry: f64| {
+        for ([i, j], entry) in [([i, j], entry), ([j, i], -entry)] {
+            if j < columns {
+                out[i + r * j] = entry;
             }
         }
-    }
-    if all {
-        out[r * r - 1] = 0.0;
-    }
+    };
+    in_space!(blocks.shape(), |space| space.each_entry(|p, i, j| {
+        let entry = v[p] / space.scale(i, j);
+        write(i, j, entry);
+        if let Some(([i, j], sign)) = space.copy_of(i, j) {
+            write(i, j, entry * sign);
+        }
+    }));
 }
 
 /// Coordinates of the horizontal part.
 fn read_vector(vector: &[f64], out: &mut [f64], r: usize, blocks: Sized) {
     let k = blocks.k;
-    let turned = if blocks.are_subspaces() { 0 } else { k };
-    let mut out = out.iter_mut();
-    let mut write = |x: f64| *out.next().expect("as many as coordinates") = x;
-    for col in 0..turned {
-        for row in 0..col {
-            write(0.5 * (vector[row + r * col] - vector[col + r * row]));
-        }
-    }
-    for col in 0..k {
-        for row in k..r {
-            write(vector[row + r * col]);
-        }
-    }
+    in_space!(blocks.shape(), |space| space.each_entry(|p, i, j| {
+        let entry = match i < k {
+            true => 0.5 * (vector[i + r * j] - vector[j + r * i]),
+            false => vector[i + r * j],
+        };
+        out[p] = entry * space.scale(i, j);
+    }));
 }
 
 /// Coordinates of a tangent vector at the first columns of a frame.
-pub(super) fn coordinates(
-    quotient: Quotient,
-    frame: MatRef<'_, f64>,
-    v: MatRef<'_, f64>,
-) -> Vec<f64> {
-    let columns = blocks(quotient, [v.nrows(), v.ncols()]).k;
+pub(super) fn coordinates(kind: Kind, frame: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Vec<f64> {
+    let blocks = blocks(kind, [v.nrows(), v.ncols()]);
     pack(
-        quotient,
-        &[Horizontal::of_tangent(frame, v.subcols(0, columns))],
+        blocks,
+        &[Horizontal::of_tangent(frame, v.subcols(0, blocks.k))],
     )
 }
 

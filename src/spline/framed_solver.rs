@@ -19,7 +19,7 @@ use crate::interrupt::Interrupt;
 use crate::legs::{Curves, Knots, Options};
 use crate::linalg::lanes::Lanes;
 use crate::shooting;
-use crate::space::{FixedFrames, Frames, Homogeneous, Quotient, Subspaces};
+use crate::space::{Homogeneous, in_space};
 
 /// Of a start whose legs turn more, in radians, the legs are integrated from the first, where velocities at ends are given: with 6, of
 /// 128 splines with end velocities of 10 and more 15 cost two to four times as much and 5 are lost; and where they are not. With 5 for
@@ -94,12 +94,10 @@ impl Framed<'_> {
 
     /// The largest turn of a leg by a motion's velocities, or from a knot to the next one.
     fn start_speed(&self, ends: &Ends, motion: &Motion) -> f64 {
-        let [r, k] = self.shape();
         let velocities = &motion.entries[..self.size() * (self.lengths().len() + 1)];
-        match self.blocks().quotient {
-            Quotient::Frames => self.knots(ends).speed(Frames { r, k }, velocities),
-            Quotient::Subspaces => self.knots(ends).speed(Subspaces { r, k }, velocities),
-        }
+        in_space!(self.shape(), |space| self
+            .knots(ends)
+            .speed(space, velocities))
     }
 
     /// By series or collocation.
@@ -110,15 +108,8 @@ impl Framed<'_> {
         is_flat: bool,
         effort: Effort<'_>,
     ) -> Result<Solution> {
-        let [r, k] = self.shape();
-        if self.blocks().quotient == Quotient::Subspaces {
-            return self.in_space(Subspaces { r, k }, ends, start, is_flat, effort);
-        }
-        match (r, k) {
-            (3, 1) => self.in_space(FixedFrames::<3, 1>, ends, start, is_flat, effort),
-            (3, 2) => self.in_space(FixedFrames::<3, 2>, ends, start, is_flat, effort),
-            (r, k) => self.in_space(Frames { r, k }, ends, start, is_flat, effort),
-        }
+        in_space!(self.shape(), |space| self
+            .in_space(space, ends, start, is_flat, effort))
     }
 
     fn knots<'a>(&'a self, ends: &'a Ends) -> Knots<'a> {

@@ -19,7 +19,7 @@ use crate::manifold::tangent::tangent_part;
 use crate::report::{SolverReport, StopReason};
 use crate::solve::anderson::Anderson;
 use crate::solve::gmres::{Gmres, norm};
-use crate::space::Quotient;
+use crate::space::{Kind, Quotient};
 
 const SOLVER: &str = "geometric spline";
 
@@ -128,7 +128,7 @@ impl<'a> Problem<'a> {
             EndConditions::Each(each) => each.iter().map(|end| end.vector().as_ref()).collect(),
             _ => Vec::new(),
         };
-        let mut knots = ReducedKnots::new(Quotient::Frames, t, points, &vectors)?;
+        let mut knots = ReducedKnots::new(Kind::REAL_FRAMES, t, points, &vectors)?;
         if matches!(ends, EndConditions::Periodic) {
             knots.close();
         }

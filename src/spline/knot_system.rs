@@ -133,18 +133,12 @@ impl KnotSystem {
         }
         let knots = || self.frames.iter().zip(&right);
         let inside = knots().map(|(frame, x)| Horizontal::of_tangent(frame.as_ref(), x.as_ref()));
-        let mut all = pack(self.quotient, &inside.collect::<Vec<_>>());
+        let blocks = Sized::new(self.frames[0].ncols() - k, k, self.quotient);
+        let mut all = pack(blocks, &inside.collect::<Vec<_>>());
         if let Some(inner) = &self.inner {
             inner.solve(&mut all);
         }
-        let (d, blocks) = (
-            all.len() / count,
-            Sized {
-                m: self.frames[0].ncols() - k,
-                k,
-                quotient: self.quotient,
-            },
-        );
+        let d = blocks.dim();
         let lift = |(knot, frame): (usize, &Mat<f64>)| {
             let [x] = unpack(&all[knot * d..][..d], blocks);
             frame * x.tangent()

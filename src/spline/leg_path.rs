@@ -7,7 +7,7 @@ use crate::cubic::reduced::{Blocks, Sized};
 use crate::cubic::state::State;
 use crate::legs::Dense;
 use crate::linalg::field::multiply;
-use crate::space::{Frames, Homogeneous, Quotient, Subspaces};
+use crate::space::{Homogeneous, in_space};
 
 /// The curve of a leg that starts with a frame, from its polynomials; the tension is that in the time of the leg.
 pub(super) fn leg_path(
@@ -18,13 +18,8 @@ pub(super) fn leg_path(
     columns: usize,
     tension: f64,
 ) -> Path {
-    let Sized { m, k, quotient } = solved;
-    let r = m + k;
-    let blocks = Sized {
-        m: r - columns,
-        k: columns,
-        quotient,
-    };
+    let r = solved.m + solved.k;
+    let blocks = Sized::new(r - columns, columns, solved.quotient);
     let dim = solved.dim();
     let (square, rows) = (r * r, blocks.r::<f64>());
     let terms = polynomials.order + 1;
@@ -42,10 +37,7 @@ pub(super) fn leg_path(
     }
     let write = |x: &[f64], out: &mut Vec<f64>| {
         let mut matrix = vec![0.0; square];
-        match quotient {
-            Quotient::Frames => Frames { r, k }.matrix_into(x, &mut matrix),
-            Quotient::Subspaces => Subspaces { r, k }.matrix_into(x, &mut matrix),
-        }
+        in_space!(solved.shape(), |space| space.matrix_into(x, &mut matrix));
         push_blocks(&matrix, [r, columns], out);
     };
     let mut vectors = Vec::with_capacity(terms * r * columns);

@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::linalg::product::{determinant_sign, mul_into};
 use crate::linalg::{OrthogonalLog, skew_exp};
 use crate::manifold::quasi_geodesic::EndpointProblem;
-use crate::space::Quotient;
+use crate::space::{Quotient, ScalarField};
 
 /// What a leg knows of its ends, matrices column by column.
 pub(super) struct Link {
@@ -39,13 +39,17 @@ impl Joining {
     /// For points of shape `(r, columns)`, whose equations are solved in the given blocks.
     pub(super) fn new(blocks: Sized, columns: usize) -> Self {
         let r = blocks.m + blocks.k;
-        match blocks.m {
-            1 if blocks.quotient == Quotient::Frames => Joining::Group {
+        let is_group = match blocks.field {
+            ScalarField::Real => blocks.m == 1 && blocks.quotient == Quotient::Frames,
+            ScalarField::Complex => blocks.m == 0,
+        };
+        match is_group {
+            true => Joining::Group {
                 log: OrthogonalLog::new(r),
                 next: Mat::zeros(r, r),
                 turn: Mat::zeros(r, r),
             },
-            _ => Joining::Quotient(Box::new(EndpointProblem::new(r, columns))),
+            false => Joining::Quotient(Box::new(EndpointProblem::new(r, columns))),
         }
     }
 
@@ -93,12 +97,14 @@ fn in_group(
             },
         )?;
     let k = blocks.k;
-    let above = (0..k).flat_map(|col| (0..col).map(move |row| [row, col]));
-    let entry = |[row, col]: [usize; 2]| turn[(row, col)];
+    let displacement = Horizontal {
+        omega: turn.submatrix(0, 0, k, k).to_owned(),
+        normal: turn.submatrix(k, 0, r - k, k).to_owned(),
+    };
     Ok(Link {
         next: entries(next),
         carrying: None,
-        displacement: above.chain((0..k).map(|col| [k, col])).map(entry).collect(),
+        displacement: pack(blocks, &[displacement]),
     })
 }
 
@@ -115,6 +121,6 @@ fn along(joint: &Joint, frames: [&Mat<f64>; 2], blocks: Sized) -> Result<Link> {
     Ok(Link {
         next: entries(&(frames[0].transpose() * frames[1])),
         carrying: Some([left, entries(&turn)]),
-        displacement: pack(blocks.quotient, &[displacement]),
+        displacement: pack(blocks, &[displacement]),
     })
 }

@@ -2,7 +2,7 @@
 
 use crate::cubic::work::{Work, allowance};
 use crate::interrupt::Interrupt;
-use crate::space::Quotient;
+use crate::space::{Kind, Quotient, ScalarField};
 
 /// Steps by default.
 pub(super) const MAX_ITERATIONS: usize = 200;
@@ -35,6 +35,8 @@ pub struct SplineOptions<'a> {
     pub tension: f64,
     /// What the points stand for.
     pub quotient: Quotient,
+    /// What numbers they are made of; complex ones are embedded.
+    pub field: ScalarField,
     /// Asked before every leg of every step.
     pub interrupt: Interrupt<'a>,
 }
@@ -47,12 +49,21 @@ impl Default for SplineOptions<'_> {
             max_iterations: MAX_ITERATIONS,
             tension: 0.0,
             quotient: Quotient::Frames,
+            field: ScalarField::Real,
             interrupt: Interrupt::NEVER,
         }
     }
 }
 
 impl SplineOptions<'_> {
+    /// What the points are.
+    pub(super) fn kind(&self) -> Kind {
+        let SplineOptions {
+            quotient, field, ..
+        } = *self;
+        Kind { quotient, field }
+    }
+
     /// Work for a spline that may take so many trials at least.
     pub(super) fn work(&self, trials: f64, trial: f64) -> Work {
         let work = Work::of_trials(trials, trial);

@@ -3,15 +3,17 @@
 
 use std::sync::Arc;
 
+use faer::traits::ComplexField;
 use faer::{Mat, MatRef, Scale};
 
 use super::chain::Space;
 use crate::curve::span::Span;
 use crate::error::Result;
+use crate::linalg::complex_embedding::{embed, nearest};
 use crate::linalg::product::{mul_add, mul_into};
 use crate::manifold::grassmann::joining::alignment;
 use crate::manifold::tangent::tangent_part;
-use crate::space::Quotient;
+use crate::space::{Kind, Quotient, ScalarField};
 
 /// The factorisation that reduces the dimension takes time quadratic in the number of knots: for so many it pays.
 const FEW: usize = 64;
@@ -21,7 +23,7 @@ const SMALL: usize = 12;
 
 /// Points and lengths of legs.
 pub(super) struct ReducedKnots {
-    quotient: Quotient,
+    kind: Kind,
     span: Span,
     /// What makes the given bases those of the points, of subspaces.
     turns: Vec<Mat<f64>>,
@@ -37,7 +39,7 @@ impl ReducedKnots {
     /// # Errors
     /// `Decomposition`.
     pub(super) fn new(
-        quotient: Quotient,
+        kind: Kind,
         t: &[f64],
         points: &[MatRef<'_, f64>],
         vectors: &[MatRef<'_, f64>],
@@ -45,7 +47,7 @@ impl ReducedKnots {
         let all = [points, vectors].concat();
         let (n, k) = points[0].shape();
         let span = if all.len() <= FEW && 2 * k * all.len() <= n {
-            Span::of(&all)
+            Span::over(kind.field, &all)
         } else {
             Span::whole()
         };
@@ -54,14 +56,14 @@ impl ReducedKnots {
             .iter()
             .map(|point| orthonormalised(span.down(*point), &mut gram))
             .collect();
-        let [points, turns] = match quotient {
+        let [points, turns] = match kind.quotient {
             Quotient::Frames => [points, Vec::new()],
-            Quotient::Subspaces => aligned(points)?,
+            Quotient::Subspaces => aligned(kind.field, points)?,
         };
         let unit = (t[t.len() - 1] - t[0]) / (t.len() - 1) as f64;
         let lengths = t.windows(2).map(|pair| (pair[1] - pair[0]) / unit);
         Ok(ReducedKnots {
-            quotient,
+            kind,
             lengths: lengths.collect(),
             span,
             turns,
@@ -77,7 +79,7 @@ impl ReducedKnots {
 
     /// What the points stand for.
     pub(super) fn quotient(&self) -> Quotient {
-        self.quotient
+        self.kind.quotient
     }
 
     /// The last point is the first one, to the last bit.
@@ -92,7 +94,7 @@ impl ReducedKnots {
         if let Some(turn) = self.turns.get(knot) {
             low = low * turn;
         }
-        tangent_part(self.quotient, self.points[knot].as_ref(), low.as_ref())
+        tangent_part(self.kind.quotient, self.points[knot].as_ref(), low.as_ref())
     }
 
     /// A point near the manifold in the coordinates of the span, orthonormal to round-off.
@@ -102,7 +104,10 @@ impl ReducedKnots {
 
     /// Whether frames of the whole span are small matrices, or a leg spans all of it.
     pub(super) fn is_small(&self) -> bool {
-        let (r, k) = self.shape();
+        let (mut r, mut k) = self.shape();
+        if self.kind.field == ScalarField::Complex {
+            (r, k) = (r / 2, k / 2);
+        }
         r <= SMALL.max(4 * k)
     }
 
@@ -130,8 +135,16 @@ impl ReducedKnots {
 
 /// Bases of the same subspaces, each as near to the one before it as can be, and what makes them of the given ones. The first
 /// one, and so all of them, depends on the subspaces alone: what is solved does not depend on the bases that are given.
-fn aligned(mut points: Vec<Mat<f64>>) -> Result<[Vec<Mat<f64>>; 2]> {
-    let mut turns = vec![principal_rows(points[0].as_ref())];
+fn aligned(field: ScalarField, mut points: Vec<Mat<f64>>) -> Result<[Vec<Mat<f64>>; 2]> {
+    let first = match field {
+        ScalarField::Real => principal_rows(points[0].as_ref()),
+        ScalarField::Complex => {
+            embed(principal_rows(nearest(points[0].as_ref()).as_ref()).as_ref())
+        }
+    };
+    // Against round-off of the projections.
+    let k = first.ncols();
+    let mut turns = vec![orthonormalised(first, &mut Mat::zeros(k, k))];
     points[0] = &points[0] * &turns[0];
     for knot in 1..points.len() {
         let turn = alignment(points[knot - 1].as_ref(), points[knot].as_ref())?;
@@ -144,10 +157,11 @@ fn aligned(mut points: Vec<Mat<f64>>) -> Result<[Vec<Mat<f64>>; 2]> {
 /// Rows this much shorter than the longest one count as equally long: the first of them is taken.
 const EQUALLY_LONG: f64 = 1e-6;
 
-/// The orthogonal matrix whose columns are rows of a basis made orthonormal one after the other, the longest of what is left first.
+/// The orthogonal or unitary matrix whose columns are rows of a basis made orthonormal one after the other, the longest of what is
+/// left first, conjugate where they are complex.
 ///
-/// For the basis `Y Q` it is `Q^T` times that for `Y`.
-fn principal_rows(y: MatRef<'_, f64>) -> Mat<f64> {
+/// For the basis `Y Q` it is `Q^H` times that for `Y`.
+fn principal_rows<T: ComplexField<Real = f64>>(y: MatRef<'_, T>) -> Mat<T> {
     let (n, k) = y.shape();
     let mut rest = y.to_owned();
     let mut out = Mat::zeros(k, k);
@@ -158,13 +172,12 @@ fn principal_rows(y: MatRef<'_, f64>) -> Mat<f64> {
             .fold(0.0_f64, |most, length| most.max(*length));
         let is_long = |length: &f64| *length >= (1.0 - EQUALLY_LONG) * longest;
         let row = lengths.iter().position(is_long).unwrap_or(0);
-        let direction = rest.row(row) * Scale(longest.recip());
-        out.col_mut(col).copy_from(direction.transpose());
-        let along = &rest * direction.transpose();
+        let direction = rest.row(row) * Scale(T::from_f64_impl(longest.recip()));
+        out.col_mut(col).copy_from(direction.adjoint());
+        let along = &rest * direction.adjoint();
         rest -= along * direction;
     }
-    // Against round-off of the projections.
-    orthonormalised(out, &mut Mat::zeros(k, k))
+    out
 }
 
 /// A point that is orthonormal to `1e-9` made so to round-off: one Newton step towards its polar factor.

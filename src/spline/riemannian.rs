@@ -69,6 +69,8 @@ pub(crate) fn cubic_spline_of_legs(
     check_tension(options.tension)?;
     knots::check(t, points)?;
     check_ends(options.quotient, points, ends)?;
+    options.field.check(points.iter().copied())?;
+    options.field.check(ends.vectors())?;
     let problem = Problem::new(t, points, ends, options)?;
     let solved = match problem.knots.is_small() {
         true => problem.solve_in_frames(options),
@@ -101,11 +103,8 @@ impl<'e> Problem<'e> {
         ends: &'e EndConditions,
         options: &SplineOptions<'_>,
     ) -> Result<Self> {
-        let vectors: Vec<MatRef<'_, f64>> = match ends {
-            EndConditions::Each(each) => each.iter().map(|end| end.vector().as_ref()).collect(),
-            _ => Vec::new(),
-        };
-        let mut knots = ReducedKnots::new(options.quotient, t, points, &vectors)?;
+        let vectors = ends.vectors();
+        let mut knots = ReducedKnots::new(options.kind(), t, points, &vectors)?;
         if matches!(ends, EndConditions::Periodic) {
             knots.close();
         }
@@ -147,12 +146,11 @@ impl<'e> Problem<'e> {
     }
 
     fn solve_in_frames(&self, options: &SplineOptions<'_>) -> Result<Solved> {
-        let (quotient, (_, columns)) = (self.knots.quotient(), self.knots.shape());
-        let frames = frames(quotient, &self.knots.points)?;
-        let ends =
-            self.ends_with(|knot, v| coordinates(quotient, frames[knot].as_ref(), v.as_ref()));
+        let (kind, (_, columns)) = (options.kind(), self.knots.shape());
+        let frames = frames(kind, &self.knots.points)?;
+        let ends = self.ends_with(|knot, v| coordinates(kind, frames[knot].as_ref(), v.as_ref()));
         let lengths = self.knots.lengths.clone();
-        let chain = Framed::new(quotient, frames.into(), columns, lengths, options.interrupt)?;
+        let chain = Framed::new(kind, frames.into(), columns, lengths, options.interrupt)?;
         let (chain, space) = (chain.in_tension(self.tension), self.knots.space());
         let solution = if chain.blocks().dim() == 0 {
             // Nothing moves.

@@ -38,7 +38,7 @@ use crate::interrupt::Interrupt;
 use crate::manifold::Grassmann;
 use crate::manifold::Stiefel;
 use crate::report::{SolverReport, StopReason};
-use crate::space::Quotient;
+use crate::space::{Quotient, ScalarField};
 
 const SOLVER: &str = "smoothing spline";
 
@@ -81,6 +81,8 @@ pub struct SmoothingOptions<'a> {
     pub max_iterations: usize,
     /// What the points stand for.
     pub quotient: Quotient,
+    /// What numbers they are made of; complex ones are embedded.
+    pub field: ScalarField,
     /// Asked before every leg of every step.
     pub interrupt: Interrupt<'a>,
 }
@@ -93,6 +95,7 @@ impl Default for SmoothingOptions<'_> {
             tolerance: 1e-11,
             max_iterations: MAX_ITERATIONS,
             quotient: Quotient::Frames,
+            field: ScalarField::Real,
             interrupt: Interrupt::NEVER,
         }
     }
@@ -105,6 +108,7 @@ impl<'a> SmoothingOptions<'a> {
             tolerance: self.tolerance,
             max_iterations: self.max_iterations,
             quotient: self.quotient,
+            field: self.field,
             interrupt: self.interrupt,
             ..SplineOptions::default()
         }
@@ -172,6 +176,7 @@ pub fn smoothing_spline(
 ) -> Result<SmoothingSpline> {
     knots::check_tolerance(options.tolerance)?;
     let manifold = check(t, data, weights, options.lambda)?;
+    options.field.check(data.iter().copied())?;
     let grouped = Grouped::new(t, weights);
     // On St(1, 1) nothing moves.
     if dim(&manifold, options.quotient) == 0 {
@@ -184,7 +189,8 @@ pub fn smoothing_spline(
         return interpolated(&manifold, data, &grouped, options);
     }
     let firsts: Vec<MatRef<'_, f64>> = grouped.first.iter().map(|&i| data[i]).collect();
-    let knots = ReducedKnots::new(options.quotient, &grouped.t, &firsts, data)?;
+    let kind = options.spline().kind();
+    let knots = ReducedKnots::new(kind, &grouped.t, &firsts, data)?;
     let low = data.iter().map(|point| knots.point(*point)).collect();
     let heaviest = grouped
         .weights
@@ -199,9 +205,9 @@ pub fn smoothing_spline(
     let (space, interrupt) = (knots.space(), options.interrupt);
     let solved = if knots.is_small() {
         let through = |points: &[Mat<f64>]| {
-            let frames = frames(options.quotient, points)?.into();
+            let frames = frames(kind, points)?.into();
             let (columns, lengths) = (points[0].ncols(), knots.lengths.clone());
-            Framed::new(options.quotient, frames, columns, lengths, interrupt)
+            Framed::new(kind, frames, columns, lengths, interrupt)
         };
         solve(through, &knots.points, &data, given, &space, options)?
     } else {

@@ -62,6 +62,7 @@ impl RiemannianCubic {
             max_iterations: (options.max_iterations * MAX_ITERATIONS).div_ceil(defaults),
             tension: options.tension,
             quotient: Quotient::Subspaces,
+            field: options.field,
             interrupt: options.interrupt,
         };
         let solved = cubic_spline(&[0.0, 1.0], &[y0, y1], &ends, &spline);

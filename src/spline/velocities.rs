@@ -11,7 +11,7 @@ use crate::error::Result;
 use crate::linalg::structure::{check_range, norm};
 use crate::manifold::carrier::Direction;
 use crate::manifold::tangent::tangent_part;
-use crate::space::Quotient;
+use crate::space::{Kind, Quotient};
 
 /// How velocities are estimated.
 ///
@@ -124,7 +124,7 @@ fn estimated(
 ) -> Result<Vec<Mat<f64>>> {
     knots::check(t, points)?;
     check_ends(Quotient::Frames, points, ends)?;
-    let mut knots = ReducedKnots::new(Quotient::Frames, t, points, &[])?;
+    let mut knots = ReducedKnots::new(Kind::REAL_FRAMES, t, points, &[])?;
     if matches!(ends, EndConditions::Periodic) {
         knots.close();
     }

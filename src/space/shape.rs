@@ -1,0 +1,64 @@
+//! Spaces whose sizes and kind are known when running, and the way from there to kernels made for each.
+
+use super::quotient::Quotient;
+use super::scalar_field::ScalarField;
+
+/// What matrices with orthonormal columns stand for, and what numbers they are made of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Kind {
+    pub(crate) quotient: Quotient,
+    pub(crate) field: ScalarField,
+}
+
+impl Kind {
+    pub(crate) const REAL_FRAMES: Self = Kind {
+        quotient: Quotient::Frames,
+        field: ScalarField::Real,
+    };
+}
+
+/// A space of matrices with orthonormal columns, by the sizes of the real matrices that stand for its points.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Shape {
+    /// Rows.
+    pub(crate) r: usize,
+    /// Columns.
+    pub(crate) k: usize,
+    pub(crate) kind: Kind,
+}
+
+/// Evaluates an expression with the [`Homogeneous`](super::Homogeneous) space of a [`Shape`]. The sizes of spheres and rotations in
+/// space are known to the compiler.
+macro_rules! in_space {
+    ($shape:expr, |$space:ident| $body:expr) => {{
+        use $crate::space::{
+            ComplexSpace, FixedFrames, Frames, Quotient, ScalarField, Shape, Subspaces,
+        };
+        let Shape { r, k, kind } = $shape;
+        let quotient = kind.quotient;
+        match (kind.field, quotient, r, k) {
+            (ScalarField::Complex, ..) => {
+                let $space = ComplexSpace { r, k, quotient };
+                $body
+            }
+            (_, Quotient::Subspaces, ..) => {
+                let $space = Subspaces { r, k };
+                $body
+            }
+            (_, _, 3, 1) => {
+                let $space = FixedFrames::<3, 1>;
+                $body
+            }
+            (_, _, 3, 2) => {
+                let $space = FixedFrames::<3, 2>;
+                $body
+            }
+            _ => {
+                let $space = Frames { r, k };
+                $body
+            }
+        }
+    }};
+}
+
+pub(crate) use in_space;

@@ -1,0 +1,298 @@
+//! Splines and cubics of complex frames and subspaces, solved for complex unknowns, beside those of the embedded real matrices.
+
+mod common;
+
+use common::*;
+use faer::{Mat, MatRef, Scale};
+use stiefel_rs::cubic::{BoundaryOptions, RiemannianCubic, solve_boundary};
+use stiefel_rs::linalg::complex_embedding::{embed, embedding_defect, nearest_embedded};
+use stiefel_rs::linalg::decomp::unitary_q;
+use stiefel_rs::spline::{
+    EndCondition, EndConditions, SmoothingOptions, SplineOptions, cubic_spline, smoothing_spline,
+};
+use stiefel_rs::{Curve, Error, Grassmann, Quotient, ScalarField, Stiefel};
+
+/// Complex `(n, k)`: a circle, spheres, unitary groups, one row less than those, others.
+const SHAPES: [(usize, usize); 8] = [
+    (1, 1),
+    (2, 1),
+    (3, 1),
+    (2, 2),
+    (3, 2),
+    (4, 2),
+    (3, 3),
+    (6, 2),
+];
+
+fn complex(n: usize, k: usize, rng: &mut Rng) -> Mat<f64> {
+    let [re, im] = [(); 2].map(|()| gaussian(n, k, rng));
+    embed(Mat::from_fn(n, k, |i, j| faer::c64::new(re[(i, j)], im[(i, j)])).as_ref())
+}
+
+fn point(n: usize, k: usize, rng: &mut Rng) -> Mat<f64> {
+    let a = complex(n, k, rng);
+    let a = Mat::from_fn(n, k, |i, j| faer::c64::new(a[(i, j)], a[(n + i, j)]));
+    embed(unitary_q(a.as_ref(), false).as_ref())
+}
+
+/// A tangent vector of a length, horizontal of subspaces.
+fn tangent(quotient: Quotient, s: &Mat<f64>, length: f64, rng: &mut Rng) -> Mat<f64> {
+    let (n, k) = (s.nrows() / 2, s.ncols() / 2);
+    let a = complex(n, k, rng);
+    let inner = s.transpose() * &a;
+    let v = match quotient {
+        Quotient::Frames => a - s * (&inner + inner.transpose()) * Scale(0.5),
+        Quotient::Subspaces => a - s * inner,
+    };
+    let norm = v.norm_l2();
+    if norm > 1e-12 {
+        v * Scale(length / norm)
+    } else {
+        v
+    }
+}
+
+fn moved(quotient: Quotient, s: &Mat<f64>, v: &Mat<f64>) -> Mat<f64> {
+    let (n, k) = s.shape();
+    let moved = match quotient {
+        Quotient::Frames => Stiefel::new(n, k).unwrap().retract(s.as_ref(), v.as_ref()),
+        Quotient::Subspaces => Grassmann::new(n, k).unwrap().exp(s.as_ref(), v.as_ref()),
+    };
+    nearest_embedded(moved.unwrap().as_ref()).unwrap()
+}
+
+/// Points so far apart, a unit of the embedded metric, at uneven times.
+fn walk(
+    quotient: Quotient,
+    (n, k): (usize, usize),
+    count: usize,
+    step: f64,
+) -> (Vec<f64>, Vec<Mat<f64>>) {
+    let mut rng = Rng::new(7 + n as u64);
+    let mut points = vec![point(n, k, &mut rng)];
+    for i in 1..count {
+        let v = tangent(quotient, &points[i - 1], step, &mut rng);
+        points.push(moved(quotient, &points[i - 1], &v));
+    }
+    let t = (0..count)
+        .map(|i| i as f64 + 0.3 * (i % 3) as f64)
+        .collect();
+    (t, points)
+}
+
+fn views(points: &[Mat<f64>]) -> Vec<MatRef<'_, f64>> {
+    points.iter().map(Mat::as_ref).collect()
+}
+
+/// Distance of two points: of bases, of what they span.
+fn apart(quotient: Quotient, a: &Mat<f64>, b: &Mat<f64>) -> f64 {
+    match quotient {
+        Quotient::Frames => (a - b).norm_l2(),
+        Quotient::Subspaces => (a * a.transpose() - b * b.transpose()).norm_l2(),
+    }
+}
+
+fn kinds() -> impl Iterator<Item = (Quotient, (usize, usize))> {
+    let frames = SHAPES.map(|shape| (Quotient::Frames, shape));
+    let subspaces = SHAPES.into_iter().filter(|(n, k)| n > k);
+    frames
+        .into_iter()
+        .chain(subspaces.map(|shape| (Quotient::Subspaces, shape)))
+}
+
+#[test]
+fn splines_are_those_of_the_embedded_matrices() {
+    for (quotient, shape) in kinds() {
+        let (t, mut points) = walk(quotient, shape, 6, 0.9);
+        let mut rng = Rng::new(3);
+        let last = points.len() - 1;
+        let vector = |knot: usize, rng: &mut Rng| tangent(quotient, &points[knot], 0.8, rng);
+        let given = EndConditions::Each(Box::new([
+            EndCondition::Velocity(vector(0, &mut rng)),
+            EndCondition::Acceleration(vector(last, &mut rng)),
+        ]));
+        for (name, ends) in [
+            ("natural", EndConditions::Natural),
+            ("given", given),
+            ("periodic", EndConditions::Periodic),
+        ] {
+            if name == "periodic" {
+                points[last] = points[0].clone();
+            }
+            for tension in [0.0, 1.5] {
+                let spline = |field| {
+                    let options = SplineOptions {
+                        quotient,
+                        field,
+                        tension,
+                        ..SplineOptions::default()
+                    };
+                    cubic_spline(&t, &views(&points), &ends, &options)
+                        .unwrap()
+                        .0
+                };
+                let [native, oracle] = [ScalarField::Complex, ScalarField::Real].map(spline);
+                for i in 0..=20 {
+                    let at = t[last] * i as f64 / 20.0;
+                    let [a, b] = [&native, &oracle].map(|curve| curve.point(at).unwrap());
+                    let off = apart(quotient, &a, &b);
+                    assert!(
+                        off < 1e-10,
+                        "{quotient:?} {shape:?} {name} {tension}: {off:e}"
+                    );
+                    assert!(
+                        embedding_defect(a.as_ref()) < 1e-12,
+                        "{quotient:?} {shape:?} {name}"
+                    );
+                }
+                for knot in &t[1..last] {
+                    let [before, after] =
+                        [-1e-9, 1e-9].map(|h| native.acceleration(knot + h).unwrap());
+                    assert!(
+                        apart(Quotient::Frames, &before, &after) < 1e-7,
+                        "{shape:?} {name}"
+                    );
+                }
+                let [a, b] = [&native, &oracle].map(|curve| curve.cost().unwrap());
+                assert!(
+                    (a - b).abs() < 1e-9 * (1.0 + b),
+                    "{shape:?} {name}: {a} {b}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn smoothing_splines_are_those_of_the_embedded_matrices() {
+    for (quotient, shape) in kinds() {
+        let (t, points) = walk(quotient, shape, 7, 0.6);
+        for lambda in [Some(0.3), None] {
+            let fit = |field| {
+                let options = SmoothingOptions {
+                    lambda,
+                    quotient,
+                    field,
+                    ..SmoothingOptions::default()
+                };
+                smoothing_spline(&t, &views(&points), None, &options).unwrap()
+            };
+            let [native, oracle] = [ScalarField::Complex, ScalarField::Real].map(fit);
+            let relative = |a: f64, b: f64| (a - b).abs() / (1e-3 + b.abs());
+            assert!(
+                relative(native.lambda, oracle.lambda) < 1e-6,
+                "{quotient:?} {shape:?}"
+            );
+            assert!(
+                relative(native.misfit, oracle.misfit) < 1e-6,
+                "{quotient:?} {shape:?}"
+            );
+            for i in 0..=10 {
+                let at = t[t.len() - 1] * i as f64 / 10.0;
+                let [a, b] = [&native, &oracle].map(|fit| fit.curve.point(at).unwrap());
+                let off = apart(quotient, &a, &b);
+                assert!(off < 1e-7, "{quotient:?} {shape:?} {lambda:?}: {off:e}");
+            }
+        }
+    }
+}
+
+/// Boundary data, near or far.
+fn problem(quotient: Quotient, (n, k): (usize, usize), far: f64, seed: u64) -> [Mat<f64>; 4] {
+    let mut rng = Rng::new(seed);
+    let s0 = point(n, k, &mut rng);
+    let v = tangent(quotient, &s0, far, &mut rng);
+    let s1 = moved(quotient, &s0, &v);
+    let v0 = tangent(quotient, &s0, 2.0 * far, &mut rng);
+    let v1 = tangent(quotient, &s1, 2.0 * far, &mut rng);
+    [s0, v0, s1, v1]
+}
+
+#[test]
+fn cubics_between_ends_are_stationary_and_no_dearer_than_embedded_ones() {
+    for (quotient, shape) in kinds() {
+        for (far, seed) in [(0.7, 1), (1.2, 2), (2.2, 3)] {
+            // Beyond a right angle there is no way between subspaces that is unique.
+            let far = if quotient == Quotient::Subspaces {
+                0.5 * far
+            } else {
+                far
+            };
+            let data = problem(quotient, shape, far, seed);
+            let [s0, v0, s1, v1] = data.each_ref().map(Mat::as_ref);
+            let solve = |field| {
+                let options = BoundaryOptions {
+                    field,
+                    ..BoundaryOptions::default()
+                };
+                match quotient {
+                    Quotient::Frames => RiemannianCubic::from_boundary(s0, v0, s1, v1, &options),
+                    Quotient::Subspaces => {
+                        RiemannianCubic::between_subspaces(s0, v0, s1, v1, &options)
+                    }
+                }
+                .unwrap()
+            };
+            let [native, oracle] = [ScalarField::Complex, ScalarField::Real].map(solve);
+            let name = format!("{quotient:?} {shape:?} {far}");
+            let [a, b] = [&native, &oracle].map(|curve| curve.cost().unwrap());
+            // Another solution of the same cost is as good.
+            assert!(a <= b * (1.0 + 1e-9), "{name}: {a} {b}");
+            let end = native.point(1.0).unwrap();
+            assert!(apart(quotient, &end, &data[2]) < 1e-11, "{name}");
+            assert!(
+                embedding_defect(native.point(0.5).unwrap().as_ref()) < 1e-11,
+                "{name}"
+            );
+            let speed = native.derivative(1.0, 1).unwrap().norm_l2();
+            assert!((speed - data[3].norm_l2()).abs() < 1e-10, "{name}");
+        }
+    }
+}
+
+#[test]
+fn a_batch_of_complex_problems_has_their_costs() {
+    for shape in [(1, 1), (3, 1)] {
+        let data = problem(Quotient::Frames, shape, 0.8, 5);
+        let views = data.each_ref().map(Mat::as_ref);
+        let costs = [ScalarField::Complex, ScalarField::Real].map(|field| {
+            let options = BoundaryOptions {
+                field,
+                ..BoundaryOptions::default()
+            };
+            solve_boundary(&[views; 3], &options).unwrap()[2]
+                .as_ref()
+                .unwrap()
+                .cost
+        });
+        assert!(
+            (costs[0] - costs[1]).abs() < 1e-9 * costs[1],
+            "{shape:?}: {costs:?}"
+        );
+    }
+}
+
+#[test]
+fn matrices_that_are_not_complex_are_refused() {
+    let mut rng = Rng::new(2);
+    let [a, b] = [(); 2].map(|()| random_point(4, 2, &mut rng));
+    let options = SplineOptions {
+        field: ScalarField::Complex,
+        ..SplineOptions::default()
+    };
+    let points = [a.as_ref(), b.as_ref()];
+    let found = cubic_spline(&[0.0, 1.0], &points, &EndConditions::Natural, &options);
+    assert!(matches!(found, Err(Error::NotComplex { defect, .. }) if defect > 0.1));
+    let odd = random_point(3, 2, &mut rng);
+    let points = [odd.as_ref(), odd.as_ref()];
+    let found = cubic_spline(&[0.0, 1.0], &points, &EndConditions::Natural, &options);
+    assert!(matches!(found, Err(Error::Shape { .. })));
+    let rest = Mat::zeros(4, 2);
+    let options = BoundaryOptions {
+        field: ScalarField::Complex,
+        ..BoundaryOptions::default()
+    };
+    let [a, b, rest] = [&a, &b, &rest].map(|a| a.as_ref());
+    let found = RiemannianCubic::from_boundary(a, rest, b, rest, &options);
+    assert!(matches!(found, Err(Error::NotComplex { .. })));
+}
