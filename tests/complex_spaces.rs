@@ -10,7 +10,7 @@ use stiefel_rs::linalg::decomp::unitary_q;
 use stiefel_rs::spline::{
     EndCondition, EndConditions, SmoothingOptions, SplineOptions, cubic_spline, smoothing_spline,
 };
-use stiefel_rs::{Curve, Error, Grassmann, Quotient, ScalarField, Stiefel};
+use stiefel_rs::{Curve, Error, Grassmann, Quotient, ScalarField};
 
 /// Complex `(n, k)`: a circle, spheres, unitary groups, one row less than those, others.
 const SHAPES: [(usize, usize); 8] = [
@@ -55,10 +55,13 @@ fn tangent(quotient: Quotient, s: &Mat<f64>, length: f64, rng: &mut Rng) -> Mat<
 fn moved(quotient: Quotient, s: &Mat<f64>, v: &Mat<f64>) -> Mat<f64> {
     let (n, k) = s.shape();
     let moved = match quotient {
-        Quotient::Frames => Stiefel::new(n, k).unwrap().retract(s.as_ref(), v.as_ref()),
-        Quotient::Subspaces => Grassmann::new(n, k).unwrap().exp(s.as_ref(), v.as_ref()),
+        Quotient::Frames => retract(s, v),
+        Quotient::Subspaces => Grassmann::new(n, k)
+            .unwrap()
+            .exp(s.as_ref(), v.as_ref())
+            .unwrap(),
     };
-    nearest_embedded(moved.unwrap().as_ref()).unwrap()
+    nearest_embedded(moved.as_ref()).unwrap()
 }
 
 /// Points so far apart, a unit of the embedded metric, at uneven times.
@@ -127,9 +130,10 @@ fn splines_are_those_of_the_embedded_matrices() {
                         tension,
                         ..SplineOptions::default()
                     };
-                    cubic_spline(&t, &views(&points), &ends, &options)
-                        .unwrap()
-                        .0
+                    match cubic_spline(&t, &views(&points), &ends, &options) {
+                        Ok((curve, _)) => curve,
+                        Err(e) => panic!("{quotient:?} {shape:?} {name} {tension} {field:?}: {e}"),
+                    }
                 };
                 let [native, oracle] = [ScalarField::Complex, ScalarField::Real].map(spline);
                 for i in 0..=20 {
@@ -175,7 +179,8 @@ fn smoothing_splines_are_those_of_the_embedded_matrices() {
                     field,
                     ..SmoothingOptions::default()
                 };
-                smoothing_spline(&t, &views(&points), None, &options).unwrap()
+                smoothing_spline(&t, &views(&points), None, &options)
+                    .unwrap_or_else(|e| panic!("{quotient:?} {shape:?} {lambda:?} {field:?}: {e}"))
             };
             let [native, oracle] = [ScalarField::Complex, ScalarField::Real].map(fit);
             let relative = |a: f64, b: f64| (a - b).abs() / (1e-3 + b.abs());
@@ -231,7 +236,7 @@ fn cubics_between_ends_are_stationary_and_no_dearer_than_embedded_ones() {
                         RiemannianCubic::between_subspaces(s0, v0, s1, v1, &options)
                     }
                 }
-                .unwrap()
+                .unwrap_or_else(|e| panic!("{quotient:?} {shape:?} {far} {field:?}: {e}"))
             };
             let [native, oracle] = [ScalarField::Complex, ScalarField::Real].map(solve);
             let name = format!("{quotient:?} {shape:?} {far}");

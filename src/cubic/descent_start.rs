@@ -3,7 +3,7 @@
 use faer::{Mat, MatRef, Scale};
 
 use super::guess::{FlatData, carry, turned};
-use super::initial::{Horizontal, complete_over};
+use super::initial::{Horizontal, complete_relative};
 use super::problem::{Problem, pack};
 use super::reduced::Sized;
 use super::relative_ends::RelativeEnds;
@@ -14,7 +14,7 @@ use crate::linalg::decomp::spectral_norm;
 use crate::linalg::{orthogonal_log, skew_exp, unitary_log};
 use crate::manifold::QuasiGeodesic;
 use crate::manifold::quasi_geodesic::EndpointProblem;
-use crate::space::{Kind, ScalarField};
+use crate::space::{Kind, RowOrder, ScalarField};
 
 /// Legs of a curve by itself at least: one for each lane.
 pub(super) const LEGS: usize = 8;
@@ -89,13 +89,19 @@ impl DescentStart {
         let (r, k) = s1.shape();
         let along = frame_along(&ends.initial()[0], s1);
         let is_unique = along.is_ok();
-        let frame = along.unwrap_or_else(|_| complete_over(kind.field, s1));
+        let frame = along.unwrap_or_else(|_| complete_relative(kind.field, s1));
         let (first, last) = (ends.velocity, Horizontal::of_tangent(frame.as_ref(), v1));
         let velocity = |t: f64| first.clone().plus(-t, first).plus(t, &last);
         let log = |a: MatRef<'_, f64>| match kind.field {
             ScalarField::Real => orthogonal_log(a),
             // Where it is not unique it is to be one of embedded matrices.
-            ScalarField::Complex => Ok(embed(unitary_log(nearest(a).as_ref())?.as_ref())),
+            ScalarField::Complex => {
+                let rows = RowOrder { r, k };
+                let a = rows.halves(rows.halves(a).transpose());
+                let log = embed(unitary_log(nearest(a.transpose()).as_ref())?.as_ref());
+                let log = rows.blocks(rows.blocks(log.as_ref()).transpose());
+                Ok(log.transpose().to_owned())
+            }
         };
         let roll = |count: usize| {
             let step = 1.0 / count as f64;
@@ -155,7 +161,7 @@ impl DescentStart {
         let [point, velocity] = &self.knots[knot];
         let frame = match knot {
             0 => Mat::identity(point.nrows(), point.nrows()),
-            _ => complete_over(self.kind.field, point.as_ref()),
+            _ => complete_relative(self.kind.field, point.as_ref()),
         };
         let velocity = Horizontal::of_tangent(frame.as_ref(), velocity.as_ref());
         let step = 1.0 / self.legs() as f64;

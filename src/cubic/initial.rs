@@ -11,7 +11,7 @@ use crate::linalg::product::{mul_add, mul_into};
 use crate::linalg::structure::{dot, norm};
 use crate::manifold::stiefel::{POINT_TOLERANCE, Stiefel};
 use crate::manifold::tangent::check_vector;
-use crate::space::{Quotient, ScalarField};
+use crate::space::{Quotient, RowOrder, ScalarField};
 
 /// A vector of `m`: `[[omega, -normal^T], [normal, 0]]` with `omega` skew, shape `(k, k)`, and `normal`, of shape
 /// `(r - k, k)`.
@@ -322,6 +322,16 @@ pub(crate) fn complete_over(field: ScalarField, s: MatRef<'_, f64>) -> Mat<f64> 
     embed_into(first, all.as_ref().subcols(0, k / 2));
     embed_into(rest, all.as_ref().subcols(k / 2, (r - k) / 2));
     g
+}
+
+/// The same for points relative to a frame, whose rows are in its order.
+pub(crate) fn complete_relative(field: ScalarField, s: MatRef<'_, f64>) -> Mat<f64> {
+    if field == ScalarField::Real {
+        return complete(s);
+    }
+    let (r, k) = s.shape();
+    let rows = RowOrder { r, k };
+    rows.blocks(complete_over(field, rows.halves(s).as_ref()).as_ref())
 }
 
 /// [`complete`] into zeros.

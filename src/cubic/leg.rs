@@ -12,6 +12,7 @@ use std::ops::Mul;
 
 use faer::{Mat, MatRef};
 
+use super::complex_leg::ComplexLeg;
 use super::end_equations::{MAX_STEPS, allowed_steps};
 use super::initial::{Coordinates, Horizontal};
 use super::reduced::{Blocks, Fixed, Series, Sized};
@@ -22,7 +23,7 @@ use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::dual::{Dual, Number, jacobian};
 use crate::linalg::lanes::{LANES, Lanes};
-use crate::space::Quotient;
+use crate::space::{Quotient, ScalarField};
 
 /// Work of eight legs abreast, in that of one of them: half of what they take one after the other, at the most.
 const ABREAST_WORK: f64 = 4.0;
@@ -79,6 +80,9 @@ pub(crate) trait Leg: Send {
 
 /// Legs on `St(m + k, k)`.
 pub(crate) fn leg<'a>(blocks: Sized, interrupt: Interrupt<'a>) -> Box<dyn Leg + 'a> {
+    if blocks.field == ScalarField::Complex {
+        return Box::new(ComplexLeg::new(blocks, interrupt));
+    }
     if blocks.are_subspaces() {
         return Box::new(Marches::<_, 8>::new(blocks, interrupt));
     }

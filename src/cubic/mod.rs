@@ -23,6 +23,7 @@ mod block_products;
 mod boundary;
 mod broyden;
 mod clock;
+mod complex_leg;
 mod composition;
 mod conserved;
 mod continuation;

@@ -109,13 +109,7 @@ impl Problem {
         if self.is_real() {
             return y.to_vec();
         }
-        let blocks = self.blocks_of_kind();
-        let vectors = y.chunks_exact(blocks.dim().max(1));
-        let vectors = vectors.map(|x| {
-            let [vector] = unpack(x, blocks);
-            vector
-        });
-        pack(self.blocks(), &vectors.collect::<Vec<_>>())
+        to_real_coordinates(y, self.blocks_of_kind())
     }
 
     /// The space of series and descents.
@@ -310,6 +304,24 @@ pub(crate) fn unpack<const N: usize>(y: &[f64], blocks: Sized) -> [Horizontal; N
         }));
         vector
     })
+}
+
+/// Vectors over a field in the coordinates of the embedded matrices.
+pub(super) fn to_real_coordinates(y: &[f64], blocks: Sized) -> Vec<f64> {
+    converted(y, [blocks, blocks.embedded()])
+}
+
+/// The inverse of [`to_real_coordinates`].
+pub(super) fn of_real_coordinates(y: &[f64], blocks: Sized) -> Vec<f64> {
+    converted(y, [blocks.embedded(), blocks])
+}
+
+fn converted(y: &[f64], [from, to]: [Sized; 2]) -> Vec<f64> {
+    let vectors = y.chunks_exact(from.dim().max(1)).map(|x| {
+        let [vector] = unpack(x, from);
+        vector
+    });
+    pack(to, &vectors.collect::<Vec<_>>())
 }
 
 /// Entries column by column.

@@ -1,7 +1,7 @@
 //! Moderate boundary value problems: the solution is one Taylor series about its middle.
 
 use super::guess::FlatData;
-use super::initial::{Horizontal, complete_over};
+use super::initial::{Horizontal, complete_relative};
 use super::problem::Problem;
 use super::solver::Solver;
 use super::taylor::Accuracy;
@@ -53,7 +53,7 @@ const MOST_UNKNOWNS: usize = 64;
 pub(super) fn end_data(problem: &Problem, flat: &FlatData) -> EndData {
     let [s1, v1] = problem.end.each_ref().map(|x| x.as_ref());
     let r = s1.nrows();
-    let frame = complete_over(problem.kind().field, s1);
+    let frame = complete_relative(problem.kind().field, s1);
     let last = Horizontal::of_tangent(frame.as_ref(), v1);
     EndData {
         target: (0..r * r).map(|i| frame[(i / r, i % r)]).collect(),
