@@ -84,7 +84,7 @@ impl Batch {
     }
 
     /// The array of all matrices of the core.
-    pub fn into_array(self) -> Array {
+    pub(crate) fn into_array(self) -> Array {
         let shape = [&self.shape[..], &[self.rows, self.cols]].concat();
         let entries = self.entries;
         Array { shape, entries }

@@ -16,14 +16,14 @@ use crate::linalg::complex_embedding::restrict_into;
 use crate::stored::refusal;
 
 /// Of what numbers the entries of matrices are.
-pub use crate::space::ScalarField as Field;
+pub(crate) use crate::space::ScalarField as Field;
 
 /// The words for both.
 const WORDS: [&str; 2] = ["real", "complex"];
 
 impl Field {
     /// The field of a word, the argument `field`.
-    pub fn from_word(word: &str) -> PyResult<Self> {
+    pub(crate) fn from_word(word: &str) -> PyResult<Self> {
         Ok(match is_second("field", word, WORDS)? {
             false => Field::Real,
             true => Field::Complex,
@@ -31,12 +31,14 @@ impl Field {
     }
 
     /// Its word.
-    pub fn word(self) -> &'static str {
+    pub(crate) fn word(self) -> &'static str {
         WORDS[usize::from(self == Field::Complex)]
     }
 
     /// The field that holds all of the given arrays: complex where one of them is.
-    pub fn of<'a, 'py: 'a>(objects: impl IntoIterator<Item = &'a Any<'py>>) -> PyResult<Self> {
+    pub(crate) fn of<'a, 'py: 'a>(
+        objects: impl IntoIterator<Item = &'a Any<'py>>,
+    ) -> PyResult<Self> {
         for object in objects {
             if is_complex(object)? {
                 return Ok(Field::Complex);
@@ -46,12 +48,12 @@ impl Field {
     }
 
     /// The field of arguments.
-    pub fn of_named<const N: usize>(objects: &[Named<'_, '_>; N]) -> PyResult<Self> {
+    pub(crate) fn of_named<const N: usize>(objects: &[Named<'_, '_>; N]) -> PyResult<Self> {
         Field::of(objects.iter().map(|(object, _)| *object))
     }
 
     /// Rows or columns in the core.
-    pub fn embedded(self, size: usize) -> usize {
+    pub(crate) fn embedded(self, size: usize) -> usize {
         match self {
             Field::Real => size,
             Field::Complex => size.saturating_mul(2),
@@ -59,7 +61,7 @@ impl Field {
     }
 
     /// The shape of the user's matrices for one of the core's.
-    pub fn own(self, (rows, cols): (usize, usize)) -> (usize, usize) {
+    pub(crate) fn own(self, (rows, cols): (usize, usize)) -> (usize, usize) {
         match self {
             Field::Real => (rows, cols),
             Field::Complex => (rows / 2, cols / 2),
@@ -67,7 +69,7 @@ impl Field {
     }
 
     /// Error for a shape of the core that is no shape of embedded matrices, of a damaged file.
-    pub fn check_shape(self, (rows, cols): (usize, usize)) -> Result<()> {
+    pub(crate) fn check_shape(self, (rows, cols): (usize, usize)) -> Result<()> {
         match self == Field::Complex && (rows % 2, cols % 2) != (0, 0) {
             true => Err(refusal(format!(
                 "complex matrices as real ones of odd shape, ({rows}, {cols})"
@@ -77,7 +79,7 @@ impl Field {
     }
 
     /// `St(n, k)` as messages write it, for a shape of the core.
-    pub fn manifold(self, shape: (usize, usize)) -> String {
+    pub(crate) fn manifold(self, shape: (usize, usize)) -> String {
         let (n, k) = self.own(shape);
         match self {
             Field::Real => format!("St({n}, {k})"),
@@ -86,7 +88,7 @@ impl Field {
     }
 
     /// A squared length, or another product of two vectors, from that of the core.
-    pub fn squared(self, x: f64) -> f64 {
+    pub(crate) fn squared(self, x: f64) -> f64 {
         match self {
             Field::Real => x,
             Field::Complex => x / 2.0,
@@ -94,7 +96,7 @@ impl Field {
     }
 
     /// A length from that of the core.
-    pub fn length(self, x: f64) -> f64 {
+    pub(crate) fn length(self, x: f64) -> f64 {
         match self {
             Field::Real => x,
             Field::Complex => x * FRAC_1_SQRT_2,
@@ -102,7 +104,7 @@ impl Field {
     }
 
     /// One matrix, shape `(n, k)`.
-    pub fn matrix(self, object: &Any, name: &str) -> PyResult<Mat<f64>> {
+    pub(crate) fn matrix(self, object: &Any, name: &str) -> PyResult<Mat<f64>> {
         let ([rows, cols], read) = self.axes(object, name, "(n, k)")?;
         Ok(Batch::read_of(self, &[], [rows, cols], read)
             .get(0)
@@ -110,18 +112,24 @@ impl Field {
     }
 
     /// Several matrices.
-    pub fn matrices<const N: usize>(self, objects: [Named<'_, '_>; N]) -> PyResult<[Mat<f64>; N]> {
+    pub(crate) fn matrices<const N: usize>(
+        self,
+        objects: [Named<'_, '_>; N],
+    ) -> PyResult<[Mat<f64>; N]> {
         collected(objects.map(|(object, name)| self.matrix(object, name)))
     }
 
     /// An array of shape `(count, n, k)`; errors state `expected` as the shape.
-    pub fn batch(self, object: &Any, name: &str, expected: &str) -> PyResult<Batch> {
+    pub(crate) fn batch(self, object: &Any, name: &str, expected: &str) -> PyResult<Batch> {
         let ([count, rows, cols], read) = self.axes(object, name, expected)?;
         Ok(Batch::read_of(self, &[count], [rows, cols], read))
     }
 
     /// Arrays of shape `(..., n, k)`, with their leading axes broadcast.
-    pub fn batches<const N: usize>(self, objects: [Named<'_, '_>; N]) -> PyResult<[Batch; N]> {
+    pub(crate) fn batches<const N: usize>(
+        self,
+        objects: [Named<'_, '_>; N],
+    ) -> PyResult<[Batch; N]> {
         read_batches(self, objects, 2)
     }
 
@@ -147,7 +155,7 @@ impl Field {
     ///
     /// # Errors
     /// `NotComplex` for matrices that are not embedded complex ones.
-    pub fn numbers(self, array: Array) -> PyResult<Numbers> {
+    pub(crate) fn numbers(self, array: Array) -> PyResult<Numbers> {
         if self == Field::Real {
             return Ok(Numbers::Real(array));
         }
@@ -170,12 +178,12 @@ impl Field {
     }
 
     /// One matrix as an array.
-    pub fn number_matrix(self, matrix: Mat<f64>) -> PyResult<Numbers> {
+    pub(crate) fn number_matrix(self, matrix: Mat<f64>) -> PyResult<Numbers> {
         self.numbers(Array::from(matrix))
     }
 
     /// Four matrices as a Python tuple.
-    pub fn four(self, matrices: [Mat<f64>; 4]) -> PyResult<Four> {
+    pub(crate) fn four(self, matrices: [Mat<f64>; 4]) -> PyResult<Four> {
         let matrices = matrices.map(|matrix| self.number_matrix(matrix));
         let [first, second, third, fourth] = collected(matrices)?;
         Ok((first, second, third, fourth))
@@ -197,7 +205,7 @@ fn is_complex(object: &Any) -> PyResult<bool> {
 }
 
 /// An array of results, of real or of complex numbers.
-pub enum Numbers {
+pub(crate) enum Numbers {
     Real(Array),
     Complex {
         shape: Vec<usize>,
@@ -206,7 +214,7 @@ pub enum Numbers {
 }
 
 /// Four arrays as a Python tuple.
-pub type Four = (Numbers, Numbers, Numbers, Numbers);
+pub(crate) type Four = (Numbers, Numbers, Numbers, Numbers);
 
 impl<'py> IntoPyObject<'py> for Numbers {
     type Target = PyAny;
@@ -223,7 +231,7 @@ impl<'py> IntoPyObject<'py> for Numbers {
 
 impl Numbers {
     /// A read-only array of NumPy's.
-    pub fn frozen(self, py: Python<'_>) -> PyResult<Owned> {
+    pub(crate) fn frozen(self, py: Python<'_>) -> PyResult<Owned> {
         let array = self.into_pyobject(py)?;
         freeze(&array)?;
         Ok(array.unbind())
