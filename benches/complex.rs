@@ -106,7 +106,7 @@ fn boundary_values(c: &mut Criterion) {
     group.sample_size(10);
     for shape in SHAPES {
         // Near ends, and ends for descents.
-        for (far, length) in [("near", 0.8), ("far", 2.2)] {
+        for (far, length) in [("near", 0.5), ("far", 2.2)] {
             for (name, numbers, field) in WAYS {
                 let mut rng = Rng::new(2);
                 let s0 = point(numbers, shape, &mut rng);

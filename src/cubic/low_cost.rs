@@ -8,6 +8,7 @@ use std::cell::Cell;
 
 use super::boundary::BoundaryStrategy;
 use super::descent_start::{DescentStart, LEGS, LONGEST_LEG};
+use super::end_response::EndResponse;
 use super::guess::FlatData;
 use super::shooting::takes_response;
 use super::solver::{Solution, Solver};
@@ -16,7 +17,7 @@ use crate::error::{Error, Result};
 use crate::legs::Options;
 use crate::linalg::lanes::Lanes;
 use crate::report::StopReason;
-use crate::shooting::{Descent, Layout, LeastCost, StartResponse, least_cost, products_of_step};
+use crate::shooting::{Descent, Layout, LeastCost, least_cost, products_of_step};
 use crate::space::{Homogeneous, in_space};
 
 /// Descents end with a gradient of this size, in the time of a leg: a step or two of Newton's method are left.
@@ -76,7 +77,7 @@ struct End {
     gradient: f64,
     is_at_rest: bool,
     knots: Knots,
-    response: Option<StartResponse>,
+    response: Option<EndResponse>,
 }
 
 /// Frames and velocities of a chain, the latter in the time of a leg.
@@ -267,7 +268,7 @@ impl Solver<'_> {
             layout: Layout::between_ends(legs),
             tension: self.problem.target.tension / (rate * rate),
             below: 0.5 * below / rate.powi(3),
-            with_response: takes_response(self.problem.unknowns()) && self.problem.is_real(),
+            with_response: takes_response(self.problem.unknowns()),
         };
         let LeastCost {
             report,
@@ -295,7 +296,10 @@ impl Solver<'_> {
             gradient: report.residual,
             is_at_rest: report.converged,
             knots: (frames, velocities),
-            response,
+            response: response.map(|chain| EndResponse {
+                chain,
+                blocks: self.problem.blocks_of_kind(),
+            }),
         }))
     }
 }

@@ -35,6 +35,7 @@ mod embedded_state;
 mod enclosure;
 mod end_equations;
 mod end_map;
+mod end_response;
 mod end_stiffness;
 mod frame_flow;
 mod from_boundary;

@@ -80,7 +80,7 @@ impl Problem {
     }
 
     /// The cubic of flat space with the given displacement is near the solution: displacement and speeds are at most 2 in the
-    /// canonical metric.
+    /// canonical metric of the real matrices: up to 2 in that of complex ones, 17 of 420 problems beyond cost more than need be.
     pub(super) fn is_moderate(&self, flat: &FlatData) -> bool {
         let vectors = [&flat.displacement, &self.velocity, &flat.end_velocity];
         vectors.iter().all(|v| v.inner(v).sqrt() <= MODERATE)
@@ -122,7 +122,8 @@ impl Problem {
         self.blocks_of_kind().weight()
     }
 
-    fn blocks_of_kind(&self) -> Sized {
+    /// Sizes of the blocks, with the coordinates of series and descents.
+    pub(super) fn blocks_of_kind(&self) -> Sized {
         let Sized { m, k, .. } = self.blocks();
         Sized::of_kind(m, k, self.kind())
     }

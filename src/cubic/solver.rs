@@ -4,6 +4,7 @@
 use super::boundary::{BoundaryOptions, BoundaryReport, BoundaryStrategy};
 use super::continuation::{MAX_STEPS, Next, Tracer};
 use super::end_map::EndMap;
+use super::end_response::EndResponse;
 use super::homotopy::Homotopy;
 use super::problem::Problem;
 use super::random::Random;
@@ -11,7 +12,6 @@ use super::shooting::ROUND_OFF;
 use super::taylor::Accuracy;
 use crate::error::{Error, Result};
 use crate::report::{SolverReport, StopReason};
-use crate::shooting::StartResponse;
 use crate::solve::gmres::norm;
 
 /// Steps after which a start counts as bad; from good ones Newton's method takes at most 6, Broyden's up to 12.
@@ -128,7 +128,7 @@ impl<'a> Solver<'a> {
     }
 
     /// Newton from a start, in place; longer where it is on its way.
-    fn persistent(&mut self, y: &mut [f64], response: Option<&StartResponse>) -> Result<bool> {
+    fn persistent(&mut self, y: &mut [f64], response: Option<&EndResponse>) -> Result<bool> {
         let most = self.options.max_iterations;
         let first = most.min(DIRECT_STEPS);
         self.starts += 1;
@@ -145,7 +145,7 @@ impl<'a> Solver<'a> {
     pub(super) fn restarted(
         &mut self,
         y: &mut [f64],
-        response: Option<&StartResponse>,
+        response: Option<&EndResponse>,
     ) -> Result<bool> {
         match self.persistent(y, response) {
             Err(error @ Error::Interrupted { .. }) => Err(error),
@@ -163,7 +163,7 @@ impl<'a> Solver<'a> {
     pub(super) fn newton(
         &mut self,
         y: &mut [f64],
-        response: Option<&StartResponse>,
+        response: Option<&EndResponse>,
         max_iterations: usize,
     ) -> Result<SolverReport> {
         self.map.set_target(&self.problem.target);
