@@ -6,6 +6,7 @@ mod common;
 mod derivative;
 mod initial;
 mod spline;
+mod velocities;
 
 use faer::{Mat, MatRef, Scale};
 
