@@ -145,7 +145,8 @@ fn quasi_geodesics_have_their_velocity() {
         let t = [0.0, 0.3, 1.0, 1.4, 2.0];
         let points = t.map(|t| curve.point(t).unwrap());
         for estimate in ESTIMATES {
-            let found = estimate_velocities(&t, &views(&points), estimate, Quotient::Frames).unwrap();
+            let found =
+                estimate_velocities(&t, &views(&points), estimate, Quotient::Frames).unwrap();
             for (t, found) in t.iter().zip(&found) {
                 let expected = curve.derivative(*t, 1).unwrap();
                 let name = format!("{shape:?} {estimate:?} {t}");
@@ -170,8 +171,11 @@ fn isometries_and_time_carry_velocities_along() {
         for estimate in ESTIMATES {
             let name = format!("{shape:?} {estimate:?}");
             let v = estimate_velocities(&t, &views(&points), estimate, Quotient::Frames).unwrap();
-            let other = estimate_velocities(&t, &views(&turned), estimate, Quotient::Frames).unwrap();
-            let back = estimate_velocities(&backward, &views(&reversed), estimate, Quotient::Frames).unwrap();
+            let other =
+                estimate_velocities(&t, &views(&turned), estimate, Quotient::Frames).unwrap();
+            let back =
+                estimate_velocities(&backward, &views(&reversed), estimate, Quotient::Frames)
+                    .unwrap();
             for knot in 0..6 {
                 let image = &left * &v[knot] * &right;
                 assert_within(distance(&other[knot], &image), 10.0 * ROUND_OFF, &name);
@@ -201,10 +205,13 @@ fn closed_curves_have_one_velocity_where_they_close() {
             times.push(t[count] + t[1] - t[0]);
             for estimate in ESTIMATES {
                 let name = format!("{shape:?} {estimate:?} {count}");
-                let v = estimate_closed_velocities(&t, &views(&points), estimate, Quotient::Frames).unwrap();
+                let v = estimate_closed_velocities(&t, &views(&points), estimate, Quotient::Frames)
+                    .unwrap();
                 assert_eq!(v.len(), count + 1);
                 assert_within(distance(&v[0], &v[count]), ROUND_OFF, &name);
-                let w = estimate_closed_velocities(&times, &views(&later), estimate, Quotient::Frames).unwrap();
+                let w =
+                    estimate_closed_velocities(&times, &views(&later), estimate, Quotient::Frames)
+                        .unwrap();
                 for knot in 0..count {
                     assert_within(distance(&w[knot], &v[knot + 1]), 10.0 * ROUND_OFF, &name);
                 }
@@ -287,7 +294,8 @@ fn bad_input_is_refused() {
             solve(&t, &points),
             Err(Error::AtKnot { knot: 2, source }) if matches!(*source, Error::NoJoiningCurve { .. })
         ));
-        let open = estimate_closed_velocities(&t[..3], &views(&points[..3]), estimate, Quotient::Frames);
+        let open =
+            estimate_closed_velocities(&t[..3], &views(&points[..3]), estimate, Quotient::Frames);
         assert!(matches!(open, Err(Error::AtKnot { knot: 2, .. })));
     }
 }

@@ -11,7 +11,12 @@ use crate::common::{Rng, assert_close, assert_within, gaussian, random_orthogona
 use crate::{SHAPES, horizontal, reflected, reflection, view};
 
 /// Bases at some distance from one another, each turned at random.
-pub(crate) fn bases((n, k): (usize, usize), count: usize, far: f64, rng: &mut Rng) -> Vec<Mat<f64>> {
+pub(crate) fn bases(
+    (n, k): (usize, usize),
+    count: usize,
+    far: f64,
+    rng: &mut Rng,
+) -> Vec<Mat<f64>> {
     let mut points = vec![random_point(n, k, rng)];
     for i in 1..count {
         let y = &points[i - 1];

@@ -144,7 +144,8 @@ fn parabolas_and_splines_of_logarithms() {
         // Second derivatives of cubics in tangent spaces, at the start and at the end of a leg.
         let starts = |i: usize| {
             let next = oracle.carried(i + 1, i, &v[i + 1]);
-            (after(&oracle, i) * Scale(6.0) - &v[i] * Scale(4.0) - next * Scale(2.0)) * Scale(1.0 / h[i])
+            (after(&oracle, i) * Scale(6.0) - &v[i] * Scale(4.0) - next * Scale(2.0))
+                * Scale(1.0 / h[i])
         };
         let ends = |i: usize| {
             let last = oracle.carried(i - 1, i, &v[i - 1]);
@@ -229,7 +230,12 @@ fn geodesics_have_their_velocity() {
             let found = of_subspaces(&T, &points, estimate);
             for (knot, t) in T.iter().enumerate() {
                 let expected = curve.derivative(*t, 1).unwrap() * &turns[knot];
-                assert_close(&found[knot], &expected, ROUND_OFF, &format!("({n}, {k}) {t}"));
+                assert_close(
+                    &found[knot],
+                    &expected,
+                    ROUND_OFF,
+                    &format!("({n}, {k}) {t}"),
+                );
             }
         }
     }
@@ -314,9 +320,7 @@ fn coordinate_columns_permutations_and_the_whole_space() {
 #[test]
 fn right_angles_and_open_ends_are_refused() {
     let e = Mat::<f64>::identity(4, 4);
-    let pair = |i: usize, j: usize| {
-        Mat::from_fn(4, 2, |row, col| e[(row, [i, j][col])])
-    };
+    let pair = |i: usize, j: usize| Mat::from_fn(4, 2, |row, col| e[(row, [i, j][col])]);
     let points = [pair(0, 1), pair(1, 0), pair(1, 2)];
     let call = |points: &[Mat<f64>], closed: bool| -> Result<Vec<Mat<f64>>> {
         let views: Vec<MatRef<'_, f64>> = views(points);
