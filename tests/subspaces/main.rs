@@ -1,6 +1,7 @@
 //! Curves of subspaces: against reflections, which put the Grassmann manifold into the orthogonal matrices.
 
 mod boundary;
+mod closed_derivative;
 #[path = "../common/mod.rs"]
 mod common;
 mod derivative;
