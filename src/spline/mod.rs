@@ -46,6 +46,8 @@ mod stored;
 pub(crate) mod stored_values;
 mod straight;
 mod subspace_boundary;
+pub(crate) mod subspace_problem;
+mod subspace_search;
 mod validation;
 mod velocities;
 

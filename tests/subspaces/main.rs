@@ -5,7 +5,9 @@ mod closed_derivative;
 #[path = "../common/mod.rs"]
 mod common;
 mod derivative;
+mod guess;
 mod initial;
+mod several_solutions;
 mod spline;
 mod velocities;
 
