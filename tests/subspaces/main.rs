@@ -1,5 +1,6 @@
 //! Curves of subspaces: against reflections, which put the Grassmann manifold into the orthogonal matrices.
 
+mod batch;
 mod boundary;
 mod closed_derivative;
 #[path = "../common/mod.rs"]
