@@ -48,7 +48,7 @@ impl RiemannianCubic {
     ) -> Result<Self> {
         options.check()?;
         let data = [y0, v0, y1, v1];
-        let Some((a, j)) = options.guess else {
+        let Some(guess) = options.guess else {
             if y0.ncols() == 1 {
                 return between_lines(data, options);
             }
@@ -62,8 +62,7 @@ impl RiemannianCubic {
             }
             problem => problem?,
         };
-        let start = problem.motion_from(a, j)?;
-        problem.curve(&problem.near(start)?)
+        problem.curve(&problem.near(guess)?)
     }
 }
 

@@ -30,6 +30,9 @@ pub(super) const SOLVER: &str = "boundary value problem of subspaces";
 /// Bases and horizontal vectors `[Y0, V0, Y1, V1]`.
 pub(crate) type Data<'a> = [MatRef<'a, f64>; 4];
 
+/// Covariant acceleration and jerk at the first basis, shape `(n, k)`.
+pub(super) type Guess<'a> = (MatRef<'a, f64>, MatRef<'a, f64>);
+
 /// Whether they are points and horizontal vectors at them.
 ///
 /// # Errors
@@ -103,14 +106,17 @@ impl<'a> SubspaceProblem<'a> {
         solve::in_frames(&self.chain, &self.ends, &self.options)
     }
 
-    /// The solution that Newton's method finds from a motion, or [`SubspaceProblem::solve`] where it finds none.
+    /// The solution that Newton's method finds from given covariant acceleration and jerk at the first basis, shape `(n, k)`, or
+    /// [`SubspaceProblem::solve`] where it finds none.
     ///
     /// # Errors
-    /// As [`SubspaceProblem::solve`].
-    pub(super) fn near(&self, start: Motion) -> Result<Solution> {
+    /// As [`SubspaceProblem::bends_of`] and [`SubspaceProblem::solve`].
+    pub(super) fn near(&self, guess: Guess<'_>) -> Result<Solution> {
+        let bends = self.bends_of(guess)?;
         if self.is_at_rest() {
             return self.solve();
         }
+        let start = self.motion_with(&bends)?;
         let work = self.work();
         let effort = Effort::new(&self.options, &work);
         let found = self.chain.solve(&self.ends, Start::Near(start), effort);
@@ -127,12 +133,12 @@ impl<'a> SubspaceProblem<'a> {
         solve::work_in_frames(&self.chain, &self.options)
     }
 
-    /// The motion with given covariant acceleration and jerk at the first basis, shape `(n, k)`; parts outside of the span of the
-    /// data, where no solution has any, are left out.
+    /// Acceleration and third vector, in coordinates, of given covariant acceleration and jerk at the first basis; parts outside of
+    /// the span of the data, where no solution has any, are left out.
     ///
     /// # Errors
     /// `Shape`, `NonFinite`, `NotHorizontal`.
-    pub(super) fn motion_from(&self, a: MatRef<'_, f64>, j: MatRef<'_, f64>) -> Result<Motion> {
+    pub(super) fn bends_of(&self, (a, j): Guess<'_>) -> Result<Vec<f64>> {
         let manifold = Grassmann::of("S0", self.y0)?;
         let mut bends = Vec::new();
         for (name, vector) in [("A", a), ("J", j)] {
@@ -146,7 +152,7 @@ impl<'a> SubspaceProblem<'a> {
             ));
         }
         // The jerk is the third vector: brackets of horizontal vectors turn bases only.
-        self.motion_with(&bends)
+        Ok(bends)
     }
 
     /// The motion with given acceleration and third vector at its start, in coordinates.

@@ -121,7 +121,7 @@ fn search(problem: &SubspaceProblem<'_>, options: &SearchOptions<'_>) -> Result<
     };
     let [flat, resting] = descent::starts(chain, ends)?;
     try_start(match options.boundary.guess {
-        Some((a, j)) => Start::Near(problem.motion_from(a, j)?),
+        Some(guess) => Start::Near(problem.motion_with(&problem.bends_of(guess)?)?),
         None => Start::Flat,
     })?;
     for start in [&flat, &resting] {

@@ -107,3 +107,20 @@ fn errors_are_those_of_their_problems() {
         })
     ));
 }
+
+#[test]
+fn the_whole_space_and_permuted_coordinate_columns() {
+    let mut rng = Rng::new(73);
+    let rest = Mat::zeros(4, 4);
+    let [first, last] = [(); 2].map(|()| random_point(4, 4, &mut rng));
+    let whole = [[first, rest.clone(), last, rest]];
+    let y0 = Mat::<f64>::identity(4, 4).subcols(0, 2).to_owned();
+    let swapped = Mat::from_fn(4, 2, |i, j| y0[(i, 1 - j)]);
+    let rest = Mat::zeros(4, 2);
+    let still = [[y0, rest.clone(), swapped, rest]];
+    for problems in [whole, still] {
+        let found = solve_subspace_boundary(&views(&problems), &BoundaryOptions::default());
+        let solution = found.unwrap().remove(0).unwrap();
+        assert!(solution.cost <= 1e-20 && solution.acceleration.norm_l2() <= 1e-10);
+    }
+}

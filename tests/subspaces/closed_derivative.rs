@@ -240,3 +240,25 @@ fn the_gradient_of_the_cost_is_that_of_reflections() {
         }
     }
 }
+
+/// Nothing moves, and no time matters.
+#[test]
+fn derivatives_in_the_whole_space_are_zero() {
+    let mut rng = Rng::new(45);
+    let points: Vec<Mat<f64>> = T.iter().map(|_| random_orthogonal(3, &mut rng)).collect();
+    let curve = spline(&T, &points, 0.0);
+    let ends = EndConditions::Periodic;
+    let derivative = curve.data_derivative(&ends, Interrupt::NEVER).unwrap();
+    let still = Mat::zeros(3, 3);
+    let moves = [still.as_ref(); 5];
+    let variation = SplineVariation {
+        points: &moves,
+        times: &[0.1, 0.0, -0.1, 0.2, 0.0],
+        ends: [None, None],
+    };
+    let found = derivative.points(&variation, &[0.5], Interrupt::NEVER);
+    assert_eq!(found.unwrap()[0].norm_l2(), 0.0);
+    let gradient = curve.cost_gradient(&ends, Interrupt::NEVER).unwrap();
+    assert!(gradient.times.iter().all(|x| *x == 0.0));
+    assert!(gradient.points.iter().all(|x| x.norm_l2() == 0.0));
+}

@@ -172,3 +172,22 @@ fn bad_guesses_are_refused() {
         "{error}"
     );
 }
+
+#[test]
+fn a_guess_in_the_whole_space_and_at_the_same_subspace() {
+    let mut rng = Rng::new(55);
+    let [first, last] = [(); 2].map(|()| random_orthogonal(3, &mut rng));
+    let rest = Mat::zeros(3, 3);
+    let data = [first.clone(), rest.clone(), last, rest.clone()];
+    let found = between(&data, Some([&rest, &rest]), 0.0).unwrap();
+    assert_eq!(found.cost().unwrap(), 0.0);
+    assert_close(&found.point(1.0).unwrap(), &first, 1e-14, "whole");
+    // Coordinate columns, and the same ones permuted.
+    let y0 = Mat::<f64>::identity(4, 4).subcols(0, 2).to_owned();
+    let swapped = Mat::from_fn(4, 2, |i, j| y0[(i, 1 - j)]);
+    let rest = Mat::zeros(4, 2);
+    let data = [y0.clone(), rest.clone(), swapped, rest.clone()];
+    let found = between(&data, Some([&rest, &rest]), 0.0).unwrap();
+    assert_within(found.cost().unwrap(), 1e-20, "still");
+    assert_close(&found.point(1.0).unwrap(), &y0, 1e-14, "permuted");
+}
