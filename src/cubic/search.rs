@@ -42,7 +42,8 @@ pub struct SearchOptions<'a> {
     /// How each of them is solved for.
     pub boundary: BoundaryOptions<'a>,
     /// Families of boundary data that are followed: from the cubics of flat space that make a full turn more, two for each
-    /// principal direction and each plane in which the columns turn, then from random initial data.
+    /// principal direction and each plane in which the columns turn, then from random initial data. Of subspaces Newton's method
+    /// from random initial data.
     pub starts: u32,
     /// Seed of the random initial data: the same seed finds the same solutions.
     pub seed: u64,

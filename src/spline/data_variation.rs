@@ -72,7 +72,8 @@ pub struct SplineVariation<'a> {
 /// ```
 #[derive(Debug, Clone)]
 pub struct SplineGradient {
-    /// With respect to the points, shape `(n, k)` each. Those of the ends of a periodic spline add up.
+    /// With respect to the points, shape `(n, k)` each. Those of the ends of a periodic spline add up; of subspaces the last one is
+    /// turned to the first basis before, by the transpose of the holonomy `Y(t_0)^T Y(t_N)`.
     pub points: Vec<Mat<f64>>,
     /// With respect to the times.
     pub times: Vec<f64>,
