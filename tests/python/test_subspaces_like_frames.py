@@ -1,4 +1,4 @@
-"""What curves of subspaces share with those of frames: estimates, guesses, several solutions, batches, closed splines."""
+"""What curves of subspaces share with those of frames: estimates, guesses, several solutions, batches, derivatives."""
 
 from __future__ import annotations
 
@@ -188,11 +188,3 @@ def test_derivatives_of_closed_splines(shape):
         dS[4] = dS[0]
         with pytest.raises(stiefel_rs.InvalidInputError, match="dS"):
             curve.point_variation(times, dS)
-
-
-def test_a_guess_in_the_whole_space():
-    M = Grassmann(3, 3)
-    Y = M.random_point(rng=15, size=2)
-    still = np.zeros((3, 3))
-    curve = RiemannianCubic.from_boundary(Y[0], still, Y[1], still, guess=(still, still), manifold=M)
-    assert curve.cost() == 0
