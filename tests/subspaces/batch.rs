@@ -1,9 +1,11 @@
 //! Many boundary problems at once.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use faer::{Mat, MatRef};
-use stiefel_rs::cubic::{BoundaryOptions, BoundarySolution, RiemannianCubic};
+use stiefel_rs::cubic::{BoundaryOptions, BoundarySolution, RiemannianCubic, SearchOptions};
 use stiefel_rs::spline::solve_subspace_boundary;
-use stiefel_rs::{Curve, Error};
+use stiefel_rs::{Curve, Error, Interrupt};
 
 use crate::common::{Rng, random_point};
 use crate::derivative::vector;
@@ -122,5 +124,48 @@ fn the_whole_space_and_permuted_coordinate_columns() {
         let found = solve_subspace_boundary(&views(&problems), &BoundaryOptions::default());
         let solution = found.unwrap().remove(0).unwrap();
         assert!(solution.cost <= 1e-20 && solution.acceleration.norm_l2() <= 1e-10);
+    }
+}
+
+/// At any question: batches, guesses and searches end with it.
+#[test]
+fn interrupts_end_everything() {
+    let mut rng = Rng::new(74);
+    let problems = problems((4, 2), 3, &mut rng);
+    let guess = Mat::zeros(4, 2);
+    for last in [0, 1, 5, 20] {
+        let count = AtomicUsize::new(0);
+        let stop = || count.fetch_add(1, Ordering::Relaxed) >= last;
+        let boundary = BoundaryOptions {
+            interrupt: Interrupt::new(&stop),
+            ..BoundaryOptions::default()
+        };
+        let near = BoundaryOptions {
+            guess: Some((view(&guess), view(&guess))),
+            ..boundary
+        };
+        let search = SearchOptions {
+            boundary,
+            ..SearchOptions::default()
+        };
+        let [y0, v0, y1, v1] = views(&problems)[0];
+        let is_stopped = |error: Option<Error>, what: &str| {
+            let asked = count.swap(0, Ordering::Relaxed);
+            assert!(matches!(error, Some(Error::Interrupted { .. })), "{what}");
+            // No question is asked after the one that is answered by yes, but for those of other threads.
+            assert!(asked <= last + 4, "{what}: {asked} questions");
+        };
+        is_stopped(
+            solve_subspace_boundary(&views(&problems), &boundary).err(),
+            "batch",
+        );
+        is_stopped(
+            RiemannianCubic::between_subspaces(y0, v0, y1, v1, &near).err(),
+            "guess",
+        );
+        is_stopped(
+            RiemannianCubic::all_between_subspaces(y0, v0, y1, v1, &search).err(),
+            "search",
+        );
     }
 }
