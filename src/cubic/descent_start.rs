@@ -39,8 +39,12 @@ impl DescentStart {
     ///
     /// # Errors
     /// Where the numbers are too large.
-    pub(super) fn along_flat(problem: &Problem, flat: &FlatData) -> Result<Self> {
-        let (start, v0) = (&problem.initial()[0], &problem.velocity);
+    pub(crate) fn along_flat(
+        quotient: Quotient,
+        ends: RelativeEnds<'_>,
+        flat: &FlatData,
+    ) -> Result<Self> {
+        let (start, v0) = (&ends.initial()[0], ends.velocity);
         let count = legs(flat.largest_speed(v0), LONGEST_LEG, LEGS)?;
         let at = |i: usize| {
             let [c, velocity] = flat.at(i as f64 / count as f64, v0);
@@ -49,7 +53,10 @@ impl DescentStart {
             Ok([curve.point(1.0)?, velocity])
         };
         let knots = (0..=count).map(at).collect::<Result<_>>()?;
-        Ok(Self::new(problem.relative_ends(), knots))
+        Ok(DescentStart {
+            quotient,
+            ..Self::new(ends, knots)
+        })
     }
 
     /// Along the adjusted de Casteljau curve.
