@@ -10,7 +10,7 @@ use knots::{views, walk};
 use stiefel_rs::spline::{
     VelocityEstimate, estimate_closed_velocities, estimate_velocities, geometric_hermite,
 };
-use stiefel_rs::{Curve, Error, QuasiGeodesic, Stiefel};
+use stiefel_rs::{Curve, Error, QuasiGeodesic, Quotient, Stiefel};
 
 const ESTIMATES: [VelocityEstimate; 3] = [
     VelocityEstimate::CatmullRom,
@@ -40,7 +40,7 @@ fn on_circle(angle: f64) -> Mat<f64> {
 /// Angular velocities from angles.
 fn on_the_circle(t: &[f64], angles: &[f64], estimate: VelocityEstimate) -> Vec<f64> {
     let points: Vec<Mat<f64>> = angles.iter().map(|angle| on_circle(*angle)).collect();
-    let velocities = estimate_velocities(t, &views(&points), estimate).unwrap();
+    let velocities = estimate_velocities(t, &views(&points), estimate, Quotient::Frames).unwrap();
     let angular = |(v, s): (&Mat<f64>, &Mat<f64>)| v[(1, 0)] * s[(0, 0)] - v[(0, 0)] * s[(1, 0)];
     velocities.iter().zip(&points).map(angular).collect()
 }
@@ -145,7 +145,8 @@ fn quasi_geodesics_have_their_velocity() {
         let t = [0.0, 0.3, 1.0, 1.4, 2.0];
         let points = t.map(|t| curve.point(t).unwrap());
         for estimate in ESTIMATES {
-            let found = estimate_velocities(&t, &views(&points), estimate).unwrap();
+            let found =
+                estimate_velocities(&t, &views(&points), estimate, Quotient::Frames).unwrap();
             for (t, found) in t.iter().zip(&found) {
                 let expected = curve.derivative(*t, 1).unwrap();
                 let name = format!("{shape:?} {estimate:?} {t}");
@@ -169,9 +170,12 @@ fn isometries_and_time_carry_velocities_along() {
         let reversed: Vec<Mat<f64>> = points.iter().rev().cloned().collect();
         for estimate in ESTIMATES {
             let name = format!("{shape:?} {estimate:?}");
-            let v = estimate_velocities(&t, &views(&points), estimate).unwrap();
-            let other = estimate_velocities(&t, &views(&turned), estimate).unwrap();
-            let back = estimate_velocities(&backward, &views(&reversed), estimate).unwrap();
+            let v = estimate_velocities(&t, &views(&points), estimate, Quotient::Frames).unwrap();
+            let other =
+                estimate_velocities(&t, &views(&turned), estimate, Quotient::Frames).unwrap();
+            let back =
+                estimate_velocities(&backward, &views(&reversed), estimate, Quotient::Frames)
+                    .unwrap();
             for knot in 0..6 {
                 let image = &left * &v[knot] * &right;
                 assert_within(distance(&other[knot], &image), 10.0 * ROUND_OFF, &name);
@@ -201,10 +205,13 @@ fn closed_curves_have_one_velocity_where_they_close() {
             times.push(t[count] + t[1] - t[0]);
             for estimate in ESTIMATES {
                 let name = format!("{shape:?} {estimate:?} {count}");
-                let v = estimate_closed_velocities(&t, &views(&points), estimate).unwrap();
+                let v = estimate_closed_velocities(&t, &views(&points), estimate, Quotient::Frames)
+                    .unwrap();
                 assert_eq!(v.len(), count + 1);
                 assert_within(distance(&v[0], &v[count]), ROUND_OFF, &name);
-                let w = estimate_closed_velocities(&times, &views(&later), estimate).unwrap();
+                let w =
+                    estimate_closed_velocities(&times, &views(&later), estimate, Quotient::Frames)
+                        .unwrap();
                 for knot in 0..count {
                     assert_within(distance(&w[knot], &v[knot + 1]), 10.0 * ROUND_OFF, &name);
                 }
@@ -237,7 +244,7 @@ fn order(shape: (usize, usize), estimate: VelocityEstimate) -> f64 {
         let time = |i: usize| (4.0 * i as f64 + odd(i)) / legs as f64;
         let t: Vec<f64> = (0..=legs).map(time).collect();
         let points: Vec<Mat<f64>> = t.iter().map(|t| exact(*t)).collect();
-        let v = estimate_velocities(&t, &views(&points), estimate).unwrap();
+        let v = estimate_velocities(&t, &views(&points), estimate, Quotient::Frames).unwrap();
         let inside = (legs / 4..3 * legs / 4).map(|i| distance(&v[i], &velocity(t[i])));
         inside.fold(0.0, f64::max)
     };
@@ -268,7 +275,7 @@ fn bad_input_is_refused() {
     let (t, points) = walk((3, 2), 4, 0.5, 7);
     for estimate in ESTIMATES {
         let solve = |t: &[f64], points: &[Mat<f64>]| {
-            estimate_velocities(t, &views(points), estimate).map(|_| ())
+            estimate_velocities(t, &views(points), estimate, Quotient::Frames).map(|_| ())
         };
         let one = solve(&t[..1], &points[..1]);
         assert!(matches!(one, Err(Error::Shape { .. })));
@@ -287,7 +294,8 @@ fn bad_input_is_refused() {
             solve(&t, &points),
             Err(Error::AtKnot { knot: 2, source }) if matches!(*source, Error::NoJoiningCurve { .. })
         ));
-        let open = estimate_closed_velocities(&t[..3], &views(&points[..3]), estimate);
+        let open =
+            estimate_closed_velocities(&t[..3], &views(&points[..3]), estimate, Quotient::Frames);
         assert!(matches!(open, Err(Error::AtKnot { knot: 2, .. })));
     }
 }

@@ -550,6 +550,7 @@ def solve_boundary(
     tol: float = 1e-12,
     max_iterations: int = 50,
     num_threads: int | None = None,
+    manifold: Stiefel | Grassmann | None = None,
 ) -> BoundaryBatch: ...
 def estimate_velocities(
     t: ArrayLike,
@@ -558,6 +559,7 @@ def estimate_velocities(
     *,
     closed: bool = False,
     num_threads: int | None = None,
+    manifold: Stiefel | Grassmann | None = None,
 ) -> _Frames: ...
 def integrate_cubic(
     S: ArrayLike,

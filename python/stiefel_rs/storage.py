@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+import threading
 import uuid
 import zipfile
 from contextlib import contextmanager
@@ -21,6 +22,10 @@ if TYPE_CHECKING:
     from ._core import Curve
 
 __all__ = ["load"]
+
+# NumPy parses the headers of arrays with `ast`, and the parser of CPython 3.11 counts its depth for all threads
+# together: a switch between two of them ends now and then in SystemError (cpython#106905).
+_one_parser = threading.Lock()
 
 
 @contextmanager
@@ -116,6 +121,6 @@ def _read(content: bytes) -> dict[str, Any]:
         # As they are written. A small compressed file may be larger than memory.
         if any(member.compress_type != zipfile.ZIP_STORED for member in archive.infolist()):
             raise InvalidInputError("compressed arrays, which this package does not write")
-    with np.load(io.BytesIO(content), allow_pickle=False) as archive:
+    with _one_parser, np.load(io.BytesIO(content), allow_pickle=False) as archive:
         arrays = {key: archive[key] for key in archive.files}
     return {key: array if array.ndim else array.item() for key, array in arrays.items()}

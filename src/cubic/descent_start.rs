@@ -41,8 +41,8 @@ impl DescentStart {
     ///
     /// # Errors
     /// Where the numbers are too large.
-    pub(super) fn along_flat(problem: &Problem, flat: &FlatData) -> Result<Self> {
-        let (start, v0) = (&problem.initial()[0], &problem.velocity);
+    pub(crate) fn along_flat(kind: Kind, ends: RelativeEnds<'_>, flat: &FlatData) -> Result<Self> {
+        let (start, v0) = (&ends.initial()[0], ends.velocity);
         let count = legs(flat.largest_speed(v0), LONGEST_LEG, LEGS)?;
         let at = |i: usize| {
             let [c, velocity] = flat.at(i as f64 / count as f64, v0);
@@ -51,7 +51,7 @@ impl DescentStart {
             Ok([curve.point(1.0)?, velocity])
         };
         let knots = (0..=count).map(at).collect::<Result<_>>()?;
-        Ok(Self::new(problem.kind(), problem.relative_ends(), knots))
+        Ok(Self::new(kind, ends, knots))
     }
 
     /// Along the adjusted de Casteljau curve.

@@ -22,6 +22,9 @@ use crate::manifold::quasi_geodesic::EndpointProblem;
 /// How far the end point is moved, along a tangent vector of unit length, where no quasi-geodesic leads to it.
 const DETOUR: f64 = 0.05;
 
+/// Principal angles that differ by less are equal: those of complex subspaces, to round-off of their cosines near 1.
+const EQUAL_ANGLES: f64 = 1e-7;
+
 /// Displacement and end velocity as tangent vectors at the start, in `m`.
 pub(crate) struct FlatData {
     pub(crate) displacement: Horizontal,
@@ -88,15 +91,46 @@ impl FlatData {
                 normal: Mat::zeros(m, k),
             });
         }
+        Ok(self.with_turns(&directions, turns))
+    }
+
+    /// The same with so many full turns more of all principal directions with equal angles together, where several are equal: of
+    /// complex subspaces each angle is there twice, and turns of one of both lead out of them.
+    ///
+    /// # Errors
+    /// `Decomposition`.
+    pub(crate) fn turned_together(&self, turns: f64) -> Result<Vec<Self>> {
+        let Horizontal { omega, normal } = &self.displacement;
+        let (m, k) = normal.shape();
+        let mut svd = Svd::new(m, k);
+        svd.compute(normal.as_ref())?;
+        let (mut directions, mut first) = (Vec::new(), 0);
+        for last in 1..=m.min(k) {
+            if last < m.min(k) && svd.s(last - 1) - svd.s(last) <= EQUAL_ANGLES {
+                continue;
+            }
+            if last - first > 1 {
+                let [u, v] = [svd.u(), svd.v()].map(|x| x.subcols(first, last - first));
+                directions.push(Horizontal {
+                    omega: Mat::zeros(omega.nrows(), omega.ncols()),
+                    normal: u * v.transpose(),
+                });
+            }
+            first = last;
+        }
+        Ok(self.with_turns(&directions, turns))
+    }
+
+    /// Forwards and backwards along each of some directions.
+    fn with_turns(&self, directions: &[Horizontal], turns: f64) -> Vec<Self> {
         let both = directions
             .iter()
             .flat_map(|direction| [-turns, turns].map(|turns| (direction, turns * TAU)));
-        Ok(both
-            .map(|(direction, turn)| FlatData {
-                displacement: self.displacement.clone().plus(turn, direction),
-                end_velocity: self.end_velocity.clone(),
-            })
-            .collect())
+        both.map(|(direction, turn)| FlatData {
+            displacement: self.displacement.clone().plus(turn, direction),
+            end_velocity: self.end_velocity.clone(),
+        })
+        .collect()
     }
 
     /// The cubic of flat space at a time in `[0, 1]`, from its initial velocity: position and velocity.

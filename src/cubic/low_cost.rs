@@ -159,7 +159,8 @@ impl Solver<'_> {
     /// # Errors
     /// `DifferentComponents`, `Interrupted`.
     pub(super) fn by_descent_along(&mut self, flat: &FlatData) -> Result<Option<Solution>> {
-        let Ok(start) = DescentStart::along_flat(self.problem, flat) else {
+        let ends = self.problem.relative_ends();
+        let Ok(start) = DescentStart::along_flat(self.problem.kind(), ends, flat) else {
             return Ok(None);
         };
         let knots = start.frames();
@@ -177,7 +178,7 @@ impl Solver<'_> {
                 DescentStart::rolling(problem.kind(), ends, SHORT * LONGEST_LEG, LEGS)
             }
             Start::Flat => match problem.flat()? {
-                Some(flat) => DescentStart::along_flat(problem, &flat),
+                Some(flat) => DescentStart::along_flat(self.problem.kind(), ends, &flat),
                 None => return Ok(None),
             },
             Start::Geometric => DescentStart::along_geometric(problem),

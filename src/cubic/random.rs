@@ -5,12 +5,12 @@
 /// # Source
 /// Steele, Lea, Flood (2014), "Fast splittable pseudorandom number generators", OOPSLA 2014 (splitmix64); Box, Muller (1958),
 /// "A note on the generation of random normal deviates", Ann. Math. Statist. 29, 610-611.
-pub(super) struct Random {
+pub(crate) struct Random {
     state: u64,
 }
 
 impl Random {
-    pub(super) fn new(seed: u64) -> Self {
+    pub(crate) fn new(seed: u64) -> Self {
         Random { state: seed }
     }
 
@@ -28,7 +28,7 @@ impl Random {
     }
 
     /// Normal with mean 0 and variance 1.
-    pub(super) fn normal(&mut self) -> f64 {
+    pub(crate) fn normal(&mut self) -> f64 {
         let radius = (-2.0 * self.uniform().ln()).sqrt();
         radius * (std::f64::consts::TAU * self.uniform()).cos()
     }

@@ -4,20 +4,21 @@ use std::sync::Arc;
 
 use faer::MatRef;
 
-use super::boundary::{BoundaryOptions, BoundaryStrategy};
+use super::boundary::{BoundaryOptions, BoundaryReport, BoundaryStrategy};
 use super::continuation::{MAX_STEPS, Next};
+use super::guess::FlatData;
 use super::homotopy::Homotopy;
 use super::problem::Problem;
 use super::random::Random;
 use super::riemannian_cubic::RiemannianCubic;
 use super::shooting::SOLVER;
-use super::solver::{Solution, Solver};
+use super::solver::Solver;
 use crate::curve::Curve;
 use crate::error::{Error, Result};
 use crate::solve::gmres::norm;
 
 /// Work that a search may take, in that of one solution.
-const SEARCH_WORK: f64 = 4.0;
+pub(crate) const SEARCH_WORK: f64 = 4.0;
 
 /// How solutions of a boundary value problem are looked for.
 ///
@@ -42,7 +43,8 @@ pub struct SearchOptions<'a> {
     /// How each of them is solved for.
     pub boundary: BoundaryOptions<'a>,
     /// Families of boundary data that are followed: from the cubics of flat space that make a full turn more, two for each
-    /// principal direction and each plane in which the columns turn, then from random initial data.
+    /// principal direction and each plane in which the columns turn, then from random initial data. Of subspaces Newton's method
+    /// from random initial data.
     pub starts: u32,
     /// Seed of the random initial data: the same seed finds the same solutions.
     pub seed: u64,
@@ -60,6 +62,20 @@ impl Default for SearchOptions<'_> {
             seed: 0,
             distinct: 1e-6,
         }
+    }
+}
+
+impl SearchOptions<'_> {
+    pub(crate) fn check(&self) -> Result<()> {
+        self.boundary.check()?;
+        if (1e-10..=1.0).contains(&self.distinct) {
+            return Ok(());
+        }
+        Err(Error::InvalidArgument {
+            name: "distinct",
+            requirement: "between 1e-10 and 1",
+            found: self.distinct,
+        })
     }
 }
 
@@ -81,14 +97,7 @@ impl RiemannianCubic {
         v1: MatRef<'_, f64>,
         options: &SearchOptions<'_>,
     ) -> Result<Vec<Self>> {
-        options.boundary.check()?;
-        if !(1e-10..=1.0).contains(&options.distinct) {
-            return Err(Error::InvalidArgument {
-                name: "distinct",
-                requirement: "between 1e-10 and 1",
-                found: options.distinct,
-            });
-        }
+        options.check()?;
         let problem = Problem::new([s0, v0, s1, v1], &options.boundary)?;
         let start = match options.boundary.guess {
             Some((a, j)) => problem.start_from(s0, a, j)?,
@@ -96,10 +105,7 @@ impl RiemannianCubic {
         };
         let mut solver = Solver::new(&problem, &options.boundary);
         solver.map.allow(SEARCH_WORK);
-        let mut found = Found {
-            solutions: Vec::new(),
-            distinct: options.distinct,
-        };
+        let mut found = Found::new(options.distinct);
         search(&problem, &mut solver, &start, options, &mut found)?;
         if found.solutions.is_empty() {
             let report = solver.report(BoundaryStrategy::Moving).solver;
@@ -126,20 +132,28 @@ impl RiemannianCubic {
     }
 }
 
-/// Distinct solutions so far.
-struct Found {
-    solutions: Vec<Solution>,
+/// Distinct solutions so far: `(x', x'')` at their starts, and what is known of each.
+pub(crate) struct Found<T> {
+    pub(crate) solutions: Vec<(Vec<f64>, T)>,
     distinct: f64,
 }
 
-impl Found {
-    fn add(&mut self, (y, report): Solution) {
-        let near = |(other, _): &Solution| {
+impl<T> Found<T> {
+    /// None yet; those that differ by at most this are one.
+    pub(crate) fn new(distinct: f64) -> Self {
+        Found {
+            solutions: Vec::new(),
+            distinct,
+        }
+    }
+
+    pub(crate) fn add(&mut self, (y, solution): (Vec<f64>, T)) {
+        let near = |(other, _): &(Vec<f64>, T)| {
             let difference: Vec<f64> = y.iter().zip(other).map(|(a, b)| a - b).collect();
             norm(&difference) <= self.distinct * (1.0 + norm(&y))
         };
         if !self.solutions.iter().any(near) {
-            self.solutions.push((y, report));
+            self.solutions.push((y, solution));
         }
     }
 }
@@ -149,7 +163,7 @@ fn search(
     solver: &mut Solver<'_>,
     start: &[f64],
     options: &SearchOptions<'_>,
-    found: &mut Found,
+    found: &mut Found<BoundaryReport>,
 ) -> Result<()> {
     let mut y = start.to_vec();
     if solver.restarted(&mut y, None)? {
@@ -159,7 +173,7 @@ fn search(
         found.add(solution);
     }
     let [once, twice] = match problem.flat()? {
-        Some(flat) => [flat.turned(1.0)?, flat.turned(2.0)?],
+        Some(flat) => [turned(problem, &flat, 1.0)?, turned(problem, &flat, 2.0)?],
         None => [Vec::new(), Vec::new()],
     };
     for flat in once.iter().chain(&twice) {
@@ -183,13 +197,24 @@ fn search(
     Ok(())
 }
 
+/// Cubics of flat space that make so many turns more. Embedded complex displacements have every principal direction twice, and turn
+/// in both.
+fn turned(problem: &Problem, flat: &FlatData, turns: f64) -> Result<Vec<FlatData>> {
+    let mut all = match problem.is_real() {
+        true => Vec::new(),
+        false => flat.turned_together(turns)?,
+    };
+    all.extend(flat.turned(turns)?);
+    Ok(all)
+}
+
 /// All solutions that a family passes.
 fn follow(
     solver: &mut Solver<'_>,
     homotopy: &Homotopy,
     from: &[f64],
     size: f64,
-    found: &mut Found,
+    found: &mut Found<BoundaryReport>,
 ) -> Result<()> {
     let mut passed = Vec::new();
     solver.follow(homotopy, from, size, MAX_STEPS, |y| {

@@ -32,6 +32,19 @@ const NEAR: f64 = 0.1;
 /// Round-off at the end of a fast curve, relative to its length.
 const ROUND_OFF_SHARE: f64 = 32.0 * f64::EPSILON;
 
+/// Initial data around those of a start, of a problem with so large speeds.
+pub(crate) fn scattered(
+    start: &[f64],
+    speeds: f64,
+    attempt: usize,
+    random: &mut Random,
+) -> Vec<f64> {
+    let spread = SPREADS[attempt % SPREADS.len()];
+    let size = norm(start).max(1.0 + speeds) / (start.len().max(1) as f64).sqrt();
+    let around = |y: &f64| y + spread * size * random.normal();
+    start.iter().map(around).collect()
+}
+
 /// Tries one strategy after the other, and keeps account.
 pub(super) struct Solver<'a> {
     pub(super) problem: &'a Problem,
@@ -179,12 +192,7 @@ impl<'a> Solver<'a> {
 
     /// Initial data around those of a start.
     pub(super) fn scattered(&self, start: &[f64], attempt: usize, random: &mut Random) -> Vec<f64> {
-        let spread = SPREADS[attempt % SPREADS.len()];
-        let size = norm(start).max(1.0 + self.speeds()) / (start.len().max(1) as f64).sqrt();
-        start
-            .iter()
-            .map(|y| y + spread * size * random.normal())
-            .collect()
+        scattered(start, self.speeds(), attempt, random)
     }
 
     /// The solution that continuation from the curve with the given initial data finds.

@@ -1,16 +1,21 @@
 //! Boundary problems of Riemannian cubics in batches, in Python.
 
+use super::points::Points;
 use super::prelude::*;
 use crate::cubic::problem::check_data;
 use crate::cubic::{BoundaryOptions, BoundarySolution, solve_boundary as solved};
 use crate::linalg::complex_embedding::restrict;
 use crate::manifold::Stiefel;
+use crate::space::Quotient;
+use crate::spline::solve_subspace_boundary;
+use crate::spline::subspace_problem::check as check_subspaces;
 
 /// Riemannian cubics on ``[0, 1]`` with given end points and end velocities, for a batch of problems.
 ///
 /// Each is that of :meth:`RiemannianCubic.from_boundary`, up to ``tol``. Points with up to three rows, and displacement and
 /// speeds up to 2, are solved for eight abreast, where a solution depends, within ``tol``, on which problems stand beside
-/// it; the others, and those that this does not solve, one by one.
+/// it; the others, and those that this does not solve, one by one. On a :class:`Grassmann` all are solved one by one, to the last
+/// bit as by :meth:`RiemannianCubic.from_boundary`.
 ///
 /// Parameters
 /// ----------
@@ -24,6 +29,9 @@ use crate::manifold::Stiefel;
 ///     Newton steps for one problem, as there.
 /// num_threads : int, optional
 ///     Threads; by default those of the global pool. Results are the same for any number.
+/// manifold : Stiefel or Grassmann, optional
+///     What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
+///     whichever; vectors, and the results, are horizontal, ``Y^T V = 0``.
 ///
 /// Returns
 /// -------
@@ -38,7 +46,7 @@ use crate::manifold::Stiefel;
 ///     Shape, not finite, not orthonormal, not tangent (with the measured defect and the member of the batch), ``tol`` not
 ///     between 1e-15 and 0.1, ``max_iterations`` less than 1.
 /// OutsideDomainError
-///     Points in different components of O(n).
+///     Points in different components of O(n); subspaces with a principal angle of pi/2 between them.
 ///
 /// See Also
 /// --------
@@ -61,7 +69,7 @@ use crate::manifold::Stiefel;
 /// >>> bool(np.allclose(curve(1.0), S1[7]))
 /// True
 #[pyfunction]
-#[pyo3(signature = (S0, V0, S1, V1, *, tol=1e-12, max_iterations=50, num_threads=None))]
+#[pyo3(signature = (S0, V0, S1, V1, *, tol=1e-12, max_iterations=50, num_threads=None, manifold=None))]
 pub fn solve_boundary<'py>(
     S0: &Any<'py>,
     V0: &Any,
@@ -70,9 +78,11 @@ pub fn solve_boundary<'py>(
     tol: f64,
     #[pyo3(from_py_with = whole)] max_iterations: i64,
     num_threads: Option<i64>,
+    manifold: Option<&Any>,
 ) -> PyResult<Any<'py>> {
     let (py, arguments) = (S0.py(), named![S0, V0, S1, V1]);
-    let field = Field::of_named(&arguments)?;
+    let points = Points::read(manifold)?;
+    let field = points.field(arguments.map(|(object, _)| object))?;
     let batches = field.batches(arguments)?;
     let max_iterations = count("max_iterations", max_iterations, 1)?;
     let (shape, n, k) = (batches[0].shape.clone(), batches[0].rows, batches[0].cols);
@@ -82,6 +92,8 @@ pub fn solve_boundary<'py>(
     for (batch, (_, name)) in batches.iter().zip(arguments) {
         batch.check_shape(name, (rows, cols))?;
     }
+    points.check_shape(field, (n, k))?;
+    let quotient = points.quotient;
     let call = Call::new(py, num_threads, SOLVES * 4.0 * batches[0].numbers())?.over(field);
     let lead = shape.clone();
     let fields = call.run(move |interrupt| {
@@ -92,7 +104,7 @@ pub fn solve_boundary<'py>(
             interrupt,
             ..BoundaryOptions::default()
         };
-        let found = solutions(&batches, field, &options)?;
+        let found = solutions(&batches, quotient, field, &options)?;
         Ok(found.map(|found| fields(&found, field, &lead, (n, k))))
     })?;
     let explained = |(member, error)| at_member(&call.explained(error), member, &shape);
@@ -155,6 +167,7 @@ type Failure = (usize, Error);
 
 fn solutions(
     batches: &[Batch; 4],
+    quotient: Quotient,
     field: Field,
     options: &BoundaryOptions<'_>,
 ) -> Result<std::result::Result<Vec<Found>, Failure>> {
@@ -162,16 +175,26 @@ fn solutions(
     let problems: Vec<_> = (0..batches[0].len()).map(problem).collect();
     for (i, problem) in problems.iter().enumerate() {
         options.interrupt.check("boundary problems")?;
-        if let Err(error) = check_data(*problem) {
+        let checked = match quotient {
+            Quotient::Frames => check_data(*problem),
+            Quotient::Subspaces => check_subspaces(*problem),
+        };
+        if let Err(error) = checked {
             return Ok(Err((i, error)));
         }
     }
     let mut found = Vec::with_capacity(problems.len());
-    for (i, solution) in solved(&problems, options)?.into_iter().enumerate() {
+    let all = match quotient {
+        Quotient::Frames => solved(&problems, options),
+        Quotient::Subspaces => solve_subspace_boundary(&problems, options),
+    }?;
+    for (i, solution) in all.into_iter().enumerate() {
         found.push(match solution {
             Ok(solution) if field == Field::Complex && !is_complex(&solution) => Err(f64::INFINITY),
             Ok(solution) => Ok(solution),
-            Err(error @ Error::DifferentComponents { .. }) => return Ok(Err((i, error))),
+            Err(error @ (Error::DifferentComponents { .. } | Error::RightAngle { .. })) => {
+                return Ok(Err((i, error)));
+            }
             Err(Error::NoConvergence { report, .. } | Error::TooManySteps { report, .. }) => {
                 Err(report.residual)
             }

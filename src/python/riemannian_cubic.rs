@@ -128,7 +128,7 @@ impl PyRiemannianCubic {
     ///     limit of work, about two seconds, in proportion.
     /// guess : pair (A, J) of array_like, optional
     ///     Covariant acceleration and covariant jerk at ``S0`` to start from, shape (n, k) each; by default those of the
-    ///     cubic of flat space.
+    ///     cubic of flat space. On a :class:`Grassmann` they are horizontal at ``S0``.
     /// tension : float, default 0.0
     ///     The curve makes the integral of ``|A|^2 + tension |V|^2`` stationary, its :meth:`Curve.cost`: a cubic for 0, near a
     ///     geodesic but for both ends where it is large. At most 64: what is off at the start grows along the curve as
@@ -136,7 +136,9 @@ impl PyRiemannianCubic {
     /// all_found : bool, default False
     ///     Look for more solutions and return all that are found: by Newton's method from the cubic of flat space (or the
     ///     guess), by descents from there and from cubics of flat space that make one or two full turns more, and along
-    ///     families of boundary data from curves that make a full turn more.
+    ///     families of boundary data from curves that make a full turn more. On a :class:`Grassmann` with ``k > 1`` by the same
+    ///     descents, whose cubics of flat space turn a principal direction by pi or 2 pi more, and by Newton's method from random
+    ///     initial data; with ``k = 1`` on the sphere, to both unit vectors of the last line.
     /// manifold : Stiefel or Grassmann, optional
     ///     What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
     ///     whichever, vectors are horizontal, ``Y^T V = 0``, and the bases of the curve turn as little as possible, ``Y^T Y' = 0``, from the
@@ -189,18 +191,9 @@ impl PyRiemannianCubic {
     ) -> PyResult<Py<PyAny>> {
         let (py, arguments) = (S0.py(), named![S0, V0, S1, V1]);
         let points = Points::read(manifold)?;
-        if guess.is_some() {
-            points.only_frames("guess")?;
-        }
-        if all_found {
-            points.only_frames("all_found")?;
-        }
         let guess = guess.map(pair_of_guess).transpose()?;
-        let field = points.field(arguments.map(|(object, _)| object))?;
-        let field = match &guess {
-            Some(pair) if field == Field::Real => Field::of(pair)?,
-            _ => field,
-        };
+        let objects = arguments.iter().map(|(object, _)| *object);
+        let field = points.field(objects.chain(guess.iter().flatten()))?;
         let ends = field.matrices(arguments)?;
         points.check_shape(field, ends[0].shape())?;
         let read = |[a, j]: &[Any<'_>; 2]| field.matrices([(a, "A"), (j, "J")]);
@@ -225,7 +218,14 @@ impl PyRiemannianCubic {
                         boundary,
                         ..SearchOptions::default()
                     };
-                    return RiemannianCubic::all_from_boundary(s0, v0, s1, v1, &options);
+                    return match points.quotient {
+                        Quotient::Frames => {
+                            RiemannianCubic::all_from_boundary(s0, v0, s1, v1, &options)
+                        }
+                        Quotient::Subspaces => {
+                            RiemannianCubic::all_between_subspaces(s0, v0, s1, v1, &options)
+                        }
+                    };
                 }
                 let curve = match points.quotient {
                     Quotient::Frames => RiemannianCubic::from_boundary(s0, v0, s1, v1, &boundary),

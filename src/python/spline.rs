@@ -94,9 +94,6 @@ impl PyCubicHermite {
         if geometric {
             points.only_frames("kind")?;
         }
-        if V.is_instance_of::<PyString>() {
-            points.only_frames("V")?;
-        }
         let field = points.field([S, V])?;
         let data = Data::read(t, S, field)?;
         points.check_shape(field, data.shape())?;
@@ -105,7 +102,7 @@ impl PyCubicHermite {
         let call = data.call(py, num_threads)?;
         let (spline, velocities) = call.run(move |interrupt| {
             let (t, points) = (&data.t, data.points.views());
-            let given = velocities.vectors(t, &points)?;
+            let given = velocities.vectors(t, &points, quotient)?;
             let vectors: Vec<_> = given.iter().map(Mat::as_ref).collect();
             let cubics = match geometric {
                 false => {

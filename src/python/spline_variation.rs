@@ -124,7 +124,7 @@ impl PyCubicSpline {
     /// How points of the spline change where its data do: implicit function theorem.
     ///
     /// On a :class:`Grassmann` variations are horizontal vectors at the bases of the curve, ``curve(t)`` at its knots, which are those
-    /// of ``S`` up to turns.
+    /// of ``S`` up to turns. A periodic curve comes back with its first basis turned by ``Q = curve(t[0])^H curve(t[-1])``.
     ///
     /// Parameters
     /// ----------
@@ -132,7 +132,7 @@ impl PyCubicSpline {
     ///     Times.
     /// dS : array_like, shape (N, n, k)
     ///     Ambient derivatives of the points along a family of data: ``S.T @ dS`` is skew for each. With periodic ends the last
-    ///     is the first.
+    ///     is the first, on a :class:`Grassmann` ``dS[-1] = dS[0] @ Q``.
     /// dt : array_like, shape (N,), optional
     ///     Derivatives of the times; by default they stay.
     /// dbc : pair of array_like, shape (n, k), or None, optional
@@ -196,7 +196,8 @@ impl PyCubicSpline {
     /// Returns
     /// -------
     /// GS : ndarray, shape (N, n, k)
-    ///     With respect to the points. With periodic ends that by the point at both ends is the sum of the first and the last.
+    ///     With respect to the points. With periodic ends that by the point at both ends is the sum of the first and the last, on a
+    ///     :class:`Grassmann` ``GS[0] + GS[-1] Q^H`` with ``Q`` of :meth:`point_variation`.
     /// Gt : ndarray, shape (N,)
     ///     With respect to the times.
     /// Gbc : tuple
@@ -230,7 +231,8 @@ impl PyCubicSpline {
     /// Returns
     /// -------
     /// GS : ndarray, shape (N, n, k)
-    ///     With respect to the points. With periodic ends that by the point at both ends is the sum of the first and the last.
+    ///     With respect to the points. With periodic ends that by the point at both ends is the sum of the first and the last, on a
+    ///     :class:`Grassmann` ``GS[0] + GS[-1] Q^H`` with ``Q`` of :meth:`point_variation`.
     /// Gt : ndarray, shape (N,)
     ///     With respect to the times.
     /// Gbc : tuple

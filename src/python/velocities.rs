@@ -1,7 +1,9 @@
 //! Velocities from points, in Python.
 
 use super::piecewise::Data;
+use super::points::Points;
 use super::prelude::*;
+use crate::space::Quotient;
 use crate::spline::{
     VelocityEstimate, estimate_closed_velocities, estimate_velocities as estimated,
 };
@@ -29,10 +31,15 @@ impl Velocities {
     }
 
     /// The vectors, each of shape `(n, k)`.
-    pub(super) fn vectors(&self, t: &[f64], points: &[MatRef<'_, f64>]) -> Result<Vec<Mat<f64>>> {
+    pub(super) fn vectors(
+        &self,
+        t: &[f64],
+        points: &[MatRef<'_, f64>],
+        quotient: Quotient,
+    ) -> Result<Vec<Mat<f64>>> {
         match self {
             Velocities::Given(batch) => Ok(batch.views().iter().map(|v| v.to_owned()).collect()),
-            Velocities::Estimated(estimate) => estimated(t, points, *estimate),
+            Velocities::Estimated(estimate) => estimated(t, points, *estimate, quotient),
         }
     }
 }
@@ -53,11 +60,15 @@ impl Velocities {
 ///     Whether the curve is closed: the last point is the first one, and so is its velocity.
 /// num_threads : int, optional
 ///     Threads; by default those of the global pool.
+/// manifold : Stiefel or Grassmann, optional
+///     What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
+///     whichever, and the last one of a closed curve is any basis of the first subspace.
 ///
 /// Returns
 /// -------
 /// ndarray, shape (N, n, k)
-///     Tangent vectors at the points, per unit of ``t``.
+///     Tangent vectors at the points, per unit of ``t``. On a :class:`Grassmann` they are horizontal at the given bases: a basis that is
+///     turned turns its own velocity, and no other.
 ///
 /// Raises
 /// ------
@@ -65,7 +76,7 @@ impl Velocities {
 ///     Shapes or numbers of knots that do not match, not finite, times that do not increase, not orthonormal (with the
 ///     measured defect), ends that do not close; carries ``knot``.
 /// OutsideDomainError
-///     Neighbours that no quasi-geodesic joins; carries ``knot``, the first of the two, and ``angle``.
+///     Neighbours that no quasi-geodesic joins, or subspaces with a principal angle of pi/2 between them; carries ``knot``, the first of the two, and ``angle``.
 /// TypeError
 ///     Complex times, dates and durations.
 ///
@@ -75,8 +86,8 @@ impl Velocities {
 ///
 /// Notes
 /// -----
-/// The formulas of flat space in tangent spaces; quasi-geodesics between neighbours carry vectors from knot to knot. On
-/// the circle exactly those for the angle.
+/// The formulas of flat space in tangent spaces; quasi-geodesics between neighbours carry vectors from knot to knot, of subspaces
+/// geodesics. On the circle exactly those for the angle.
 ///
 /// Examples
 /// --------
@@ -88,25 +99,28 @@ impl Velocities {
 /// >>> bool(np.allclose(V[0].ravel(), [0, 1 / 4]))
 /// True
 #[pyfunction]
-#[pyo3(signature = (t, S, method="catmull-rom", *, closed=false, num_threads=None))]
+#[pyo3(signature = (t, S, method="catmull-rom", *, closed=false, num_threads=None, manifold=None))]
 pub fn estimate_velocities(
     t: &Any,
     S: &Any,
     method: &str,
     closed: bool,
     num_threads: Option<i64>,
+    manifold: Option<&Any>,
 ) -> PyResult<Numbers> {
     let estimate = read_method("method", method)?;
-    let field = Field::of([S])?;
+    let manifold = Points::read(manifold)?;
+    let field = manifold.field([S])?;
     let data = Data::read(t, S, field)?;
-    let shape = data.shape();
+    let (shape, quotient) = (data.shape(), manifold.quotient);
+    manifold.check_shape(field, shape)?;
     let call = Call::new(t.py(), num_threads, data.points.numbers())?.over(field);
     let velocities = call.run(move |_| {
         let points = data.points.views();
         if closed {
-            estimate_closed_velocities(&data.t, &points, estimate)
+            estimate_closed_velocities(&data.t, &points, estimate, quotient)
         } else {
-            estimated(&data.t, &points, estimate)
+            estimated(&data.t, &points, estimate, quotient)
         }
     })?;
     field.numbers(Array::stacked(&[velocities.len()], &velocities, shape))

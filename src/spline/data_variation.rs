@@ -38,7 +38,9 @@ use crate::manifold::stiefel::TANGENT_TOLERANCE;
 /// ```
 #[derive(Debug, Clone, Copy)]
 pub struct SplineVariation<'a> {
-    /// Of the points, one at each knot, shape `(n, k)`. Those of the ends of a periodic spline are equal.
+    /// Of the points, one at each knot, shape `(n, k)`. Those of the ends of a periodic spline are equal. Of subspaces they are
+    /// horizontal at the bases that the curve has at its knots; at the last one of a periodic spline the first one times the
+    /// holonomy `Y(t_0)^T Y(t_N)`.
     pub points: &'a [MatRef<'a, f64>],
     /// Of the times, one at each knot; empty where they stay.
     pub times: &'a [f64],
@@ -70,7 +72,8 @@ pub struct SplineVariation<'a> {
 /// ```
 #[derive(Debug, Clone)]
 pub struct SplineGradient {
-    /// With respect to the points, shape `(n, k)` each. Those of the ends of a periodic spline add up.
+    /// With respect to the points, shape `(n, k)` each. Those of the ends of a periodic spline add up; of subspaces the last one is
+    /// turned to the first basis before, by the transpose of the holonomy `Y(t_0)^T Y(t_N)`.
     pub points: Vec<Mat<f64>>,
     /// With respect to the times.
     pub times: Vec<f64>,
@@ -147,21 +150,24 @@ pub(super) fn check(
         check_knot(states, given, variation, knot).map_err(|error| error.at_knot(knot))?;
     }
     if given[0] == Given::OtherEnd {
-        check_closed(variation)?;
+        check_closed(variation, states.holonomy(given)?.as_ref())?;
     }
     Ok(())
 }
 
-fn check_closed(variation: &SplineVariation<'_>) -> Result<()> {
+fn check_closed(variation: &SplineVariation<'_>, holonomy: Option<&Mat<f64>>) -> Result<()> {
     let end = variation.points.len() - 1;
     let [first, last] = [0, end].map(|knot| variation.points[knot]);
-    let gap = norm((first - last).as_ref());
+    let gap = match holonomy {
+        Some(holonomy) => norm((first * holonomy - last).as_ref()),
+        None => norm((first - last).as_ref()),
+    };
     if gap <= TANGENT_TOLERANCE * (1.0 + norm(first)) {
         return Ok(());
     }
     let error = Error::InvalidArgument {
         name: POINTS,
-        requirement: "at the last knot what it is at the first (the ends are periodic), this far from it",
+        requirement: "at the last knot what it is at the first (the ends are periodic; of subspaces times Y(t_0)^T Y(t_N) of the curve), this far from it",
         found: gap,
     };
     Err(error.at_knot(end))

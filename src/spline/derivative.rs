@@ -41,10 +41,9 @@ use crate::cubic::linear_piece::LinearPiece;
 use crate::cubic::turning::turned;
 use crate::curve::Curve;
 use crate::curve::span::Span;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::linalg::structure::norm;
-use crate::space::Quotient;
 
 /// How a spline of Riemannian cubics depends on its data.
 ///
@@ -90,7 +89,6 @@ impl Piecewise<RiemannianCubic> {
     ) -> Result<SplineDerivative> {
         let states = KnotStates::new(self, interrupt)?;
         let given = Given::of(ends);
-        check_open(&states, given)?;
         check_ends(&states, ends)?;
         let span = span(&states, given);
         check_size(&states, &span)?;
@@ -134,7 +132,6 @@ impl Piecewise<RiemannianCubic> {
             return self.data_derivative(ends, interrupt)?.cost_gradient();
         }
         let states = KnotStates::new(self, interrupt)?;
-        check_open(&states, given)?;
         check_ends(&states, ends)?;
         // The cost is stationary in the velocities that are free.
         KnotGradient::of_cost(&states).by_data(&states, given, None)
@@ -306,19 +303,6 @@ impl SplineDerivative {
         }
         Ok(())
     }
-}
-
-/// A closed curve of subspaces comes back with another basis, in which its data at the last knot would have to be told.
-fn check_open(states: &KnotStates, given: [Given; 2]) -> Result<()> {
-    if states.quotient == Quotient::Frames || given[0] != Given::OtherEnd {
-        return Ok(());
-    }
-    Err(Error::InvalidArgument {
-        name: "bc_type",
-        requirement: "natural, clamped or given vectors where derivatives of a spline of subspaces are wanted; knots of a \
-                      periodic one",
-        found: states.count() as f64,
-    })
 }
 
 /// The span of points and given vectors, where that is all that the spline needs and smaller than what its pieces span alone.

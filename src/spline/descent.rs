@@ -1,12 +1,15 @@
 //! Descents to splines of low cost: chains of short legs through the knots, whose own knots are free.
 
+use faer::Mat;
+
 use super::chain::{Chain as _, Motion};
 use super::ends::{End, Ends};
 use super::framed::Framed;
 use super::interpolation::Interpolation;
 use super::solvable::{Effort, unless_interrupted};
 use crate::cubic::descent_start::{DescentStart, LONGEST_LEG, row_by_row};
-use crate::cubic::guess::identity_columns;
+use crate::cubic::guess::{FlatData, identity_columns};
+use crate::cubic::initial::Horizontal;
 use crate::cubic::problem::unpack;
 use crate::cubic::relative_ends::RelativeEnds;
 use crate::cubic::work::of_products;
@@ -61,7 +64,47 @@ pub(super) fn end(
     start: &Motion,
     effort: Effort<'_>,
 ) -> Result<Option<Motion>> {
-    let Some(start) = unless_interrupted(FreeKnots::new(chain, ends, start))? else {
+    let fewest = FEWEST_LEGS.div_ceil(chain.lengths().len());
+    end_from(chain, ends, start, effort, |leg| {
+        rolling(chain, leg, start, fewest)
+    })
+}
+
+/// The motion to which a descent leads from the cubic of flat space with other data, of a chain of one leg; `None` if it does not
+/// come to rest.
+///
+/// # Errors
+/// `Interrupted`.
+pub(super) fn end_along(
+    chain: &Framed<'_>,
+    ends: &Ends,
+    flat: &FlatData,
+    effort: Effort<'_>,
+) -> Result<Option<Motion>> {
+    let [_, start] = starts(chain, ends)?;
+    end_from(chain, ends, &start, effort, |leg| {
+        let (velocity, end) = relative_ends(chain, leg, &start)?;
+        let ends = RelativeEnds {
+            velocity: &velocity,
+            end: &end,
+        };
+        DescentStart::along_flat(chain.blocks().kind(), ends, flat)
+    })
+}
+
+/// The motion to which a descent leads from curves along the legs, with the velocities of a motion at the knots.
+///
+/// # Errors
+/// `Interrupted`.
+fn end_from(
+    chain: &Framed<'_>,
+    ends: &Ends,
+    start: &Motion,
+    effort: Effort<'_>,
+    curve: impl Fn(usize) -> Result<DescentStart>,
+) -> Result<Option<Motion>> {
+    let start = FreeKnots::new(chain, ends, start, curve);
+    let Some(start) = unless_interrupted(start)? else {
         return Ok(None);
     };
     let legs = start.layout.lengths.len();
@@ -109,11 +152,16 @@ struct FreeKnots {
 }
 
 impl FreeKnots {
-    /// Along curves that roll between the knots of a chain with the velocities of a motion.
+    /// Along a curve for each leg of a chain, with the velocities of a motion at its knots.
     ///
     /// # Errors
     /// Where there are none.
-    fn new(chain: &Framed<'_>, ends: &Ends, motion: &Motion) -> Result<Self> {
+    fn new(
+        chain: &Framed<'_>,
+        ends: &Ends,
+        motion: &Motion,
+        curve: impl Fn(usize) -> Result<DescentStart>,
+    ) -> Result<Self> {
         let (all, lengths) = (chain.frames(), chain.lengths());
         let last = lengths.len();
         let mut knots = FreeKnots {
@@ -122,9 +170,8 @@ impl FreeKnots {
             layout: layout(ends),
             at: Vec::new(),
         };
-        let fewest = FEWEST_LEGS.div_ceil(last);
         for (leg, h) in lengths.iter().enumerate() {
-            let curve = rolling(chain, leg, *h, motion, fewest)?;
+            let curve = curve(leg)?;
             let rate = curve.legs() as f64 / h;
             knots.push(row_by_row(&all[leg]), motion.velocity(leg), Held::Point);
             for i in 1..curve.legs() {
@@ -171,14 +218,22 @@ fn layout(ends: &Ends) -> Layout {
 }
 
 /// The curve that rolls along a leg, in the coordinates of the frame where it starts.
-fn rolling(
+fn rolling(chain: &Framed<'_>, leg: usize, motion: &Motion, fewest: usize) -> Result<DescentStart> {
+    let (velocity, end) = relative_ends(chain, leg, motion)?;
+    let ends = RelativeEnds {
+        velocity: &velocity,
+        end: &end,
+    };
+    DescentStart::rolling(chain.blocks().kind(), ends, LONGEST_LEG, fewest)
+}
+
+/// The velocity at the start of a leg, and point and velocity at its end, in the time of the leg and the frame where it starts.
+fn relative_ends(
     chain: &Framed<'_>,
     leg: usize,
-    h: f64,
     motion: &Motion,
-    fewest: usize,
-) -> Result<DescentStart> {
-    let (frames, blocks) = (chain.frames(), chain.blocks());
+) -> Result<(Horizontal, [Mat<f64>; 2])> {
+    let (frames, blocks, h) = (chain.frames(), chain.blocks(), chain.lengths()[leg]);
     let velocity = |knot: usize| {
         let v: Vec<f64> = motion.velocity(knot).iter().map(|v| h * v).collect();
         let [velocity] = unpack(&v, blocks);
@@ -195,11 +250,7 @@ fn rolling(
         let turn = alignment(first.as_ref(), end[0].as_ref())?;
         end = end.map(|a| a * &turn);
     }
-    let ends = RelativeEnds {
-        velocity: &velocity(leg),
-        end: &end,
-    };
-    DescentStart::rolling(blocks.kind(), ends, LONGEST_LEG, fewest)
+    Ok((velocity(leg), end))
 }
 
 /// The motion between the knots of a chain that a descent has found, by where its knots are those of the chain.

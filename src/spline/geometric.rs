@@ -130,7 +130,7 @@ impl<'a> Problem<'a> {
         };
         let mut knots = ReducedKnots::new(Kind::REAL_FRAMES, t, points, &vectors)?;
         if matches!(ends, EndConditions::Periodic) {
-            knots.close();
+            knots.close()?;
         }
         let ends = reduced_ends(&knots, ends);
         let (n, k) = knots.shape();
@@ -139,7 +139,7 @@ impl<'a> Problem<'a> {
         Ok(Problem {
             shape: (n, k),
             work: (0..groups).map(|_| Bends::new(n, k)).collect(),
-            chain: Links::new(&knots.points)?,
+            chain: Links::new(&knots.points, Quotient::Frames)?,
             flat: FlatSystem::new(&knots.lengths, &ends),
             knots,
             ends,

@@ -3,6 +3,7 @@
 use faer::{Mat, MatRef, Scale};
 use rayon::prelude::*;
 
+use super::data_variation::Given;
 use super::piecewise::Piecewise;
 use crate::cubic::RiemannianCubic;
 use crate::cubic::turning::{bracket_of, lowered};
@@ -10,6 +11,7 @@ use crate::curve::Curve;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::linalg::structure::dot;
+use crate::manifold::grassmann::joining::alignment;
 use crate::space::Quotient;
 
 pub(super) const SOLVER: &str = "derivative of a spline";
@@ -79,6 +81,18 @@ impl KnotStates {
 
     pub(super) fn point(&self, knot: usize) -> MatRef<'_, f64> {
         self.at(knot)[0].as_ref()
+    }
+
+    /// What the basis at the first knot of a closed curve of subspaces is multiplied by to make it that at the last one, its
+    /// holonomy; `None` of frames, and of curves that are not closed.
+    ///
+    /// # Errors
+    /// `Decomposition`.
+    pub(super) fn holonomy(&self, given: [Given; 2]) -> Result<Option<Mat<f64>>> {
+        if self.quotient == Quotient::Frames || given[0] != Given::OtherEnd {
+            return Ok(None);
+        }
+        alignment(self.point(self.count() - 1), self.point(0)).map(Some)
     }
 
     /// `<v, w>` at a knot.

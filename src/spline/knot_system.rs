@@ -8,8 +8,11 @@
 //! ```
 //!
 //! What is outside of the span of the knots obeys, row by row, a system of blocks of size `k`.
+//!
+//! A closed curve of subspaces comes back to its first knot with the basis `Y_0 H`, where `w` at the basis `Y_0` is `w H`: the blocks
+//! of the last piece are turned to the first basis, and what is told at the last one too.
 
-use faer::{Mat, Scale};
+use faer::{Mat, MatRef, Scale};
 use rayon::prelude::*;
 
 use super::data_variation::Given;
@@ -43,6 +46,8 @@ pub(super) struct KnotSystem {
     inner: Option<Factors>,
     rows: Option<Factors>,
     closed: bool,
+    /// From the first basis of a closed curve of subspaces to its last one.
+    holonomy: Option<Mat<f64>>,
     quotient: Quotient,
 }
 
@@ -99,6 +104,7 @@ impl KnotSystem {
             inner: None,
             rows: None,
             closed,
+            holonomy: states.holonomy(given)?,
             quotient: states.quotient,
         };
         let blocks = |(leg, piece): (usize, &LinearPiece)| {
@@ -126,7 +132,10 @@ impl KnotSystem {
         let (count, k) = (self.frames.len(), rest[0].ncols());
         let mut right = rest[..count].to_vec();
         if self.closed {
-            right[0] += &rest[count];
+            right[0] += match &self.holonomy {
+                Some(holonomy) => &rest[count] * holonomy.transpose(),
+                None => rest[count].clone(),
+            };
         }
         for (right, unit) in right.iter_mut().zip(&self.units) {
             *right *= Scale(*unit);
@@ -165,7 +174,10 @@ impl KnotSystem {
             *out *= Scale(*unit);
         }
         if self.closed {
-            out.push(out[0].clone());
+            out.push(match &self.holonomy {
+                Some(holonomy) => &out[0] * holonomy,
+                None => out[0].clone(),
+            });
         }
         out
     }
@@ -179,7 +191,15 @@ impl KnotSystem {
             return Ok(None);
         }
         let mut matrix = BlockTridiagonal::zeros(count, d);
-        for (leg, (blocks, length)) in blocks.iter().zip(lengths).enumerate() {
+        let last = match &self.holonomy {
+            Some(holonomy) => blocks.last().map(|blocks| at_first_basis(blocks, holonomy)),
+            None => None,
+        };
+        let blocks = blocks.iter().enumerate().map(|(leg, own)| match &last {
+            Some(last) if leg + 1 == blocks.len() => last,
+            _ => own,
+        });
+        for (leg, (blocks, length)) in blocks.zip(lengths).enumerate() {
             let knots = [leg, (leg + 1) % count];
             let add = |to: &mut [f64], row: usize, column: usize| {
                 let factor = self.units[knots[row]] * self.units[knots[column]] / length;
@@ -213,6 +233,31 @@ impl KnotSystem {
         }
         Err(singular(smallest))
     }
+}
+
+/// Blocks of a piece that ends with the basis `Y_0 H`, by the velocity `b` there at the basis `Y_0`: that at its own basis is
+/// `b H`, column by column.
+fn at_first_basis(blocks: &Blocks, holonomy: &Mat<f64>) -> Blocks {
+    let (d, k) = (blocks[0][0].len().isqrt(), holonomy.nrows());
+    let rows = d / k;
+    let turn = Mat::from_fn(d, d, |i, j| match i % rows == j % rows {
+        true => holonomy[(j / rows, i / rows)],
+        false => 0.0,
+    });
+    let block =
+        |row: usize, column: usize| MatRef::from_row_major_slice(&blocks[row][column], d, d);
+    let entries = |matrix: Mat<f64>| {
+        let rows = matrix.row_iter();
+        rows.flat_map(|row| row.iter().copied().collect::<Vec<_>>())
+            .collect()
+    };
+    [
+        [blocks[0][0].clone(), entries(block(0, 1) * &turn)],
+        [
+            entries(turn.transpose() * block(1, 0)),
+            entries(turn.transpose() * block(1, 1) * &turn),
+        ],
+    ]
 }
 
 /// The largest sum of absolute values of a row.

@@ -45,7 +45,10 @@ mod stored;
 #[cfg(feature = "python")]
 pub(crate) mod stored_values;
 mod straight;
+mod subspace_batch;
 mod subspace_boundary;
+pub(crate) mod subspace_problem;
+mod subspace_search;
 mod validation;
 mod velocities;
 
@@ -59,4 +62,5 @@ pub use piecewise::{Outside, Piecewise};
 pub use riemannian::cubic_spline;
 pub(crate) use riemannian::cubic_spline_of_legs;
 pub use smoothing::{SmoothingOptions, SmoothingSpline, smoothing_spline};
+pub use subspace_batch::solve_subspace_boundary;
 pub use velocities::{VelocityEstimate, estimate_closed_velocities, estimate_velocities};

@@ -106,7 +106,7 @@ impl<'e> Problem<'e> {
         let vectors = ends.vectors();
         let mut knots = ReducedKnots::new(options.kind(), t, points, &vectors)?;
         if matches!(ends, EndConditions::Periodic) {
-            knots.close();
+            knots.close()?;
         }
         // One factor after the other: their product may overflow.
         let tension = options.tension * knots.unit * knots.unit;

@@ -8,6 +8,7 @@ use super::framed::Framed;
 use super::low_cost::{self, Cheapest};
 use super::options::SplineOptions;
 use super::solvable::{Effort, Solution, Solvable, Start, unless_interrupted};
+use crate::cubic::work::Work;
 use crate::error::Result;
 use crate::report::{SolverReport, StopReason};
 
@@ -28,10 +29,7 @@ pub(super) fn in_frames(
     ends: &Ends,
     options: &SplineOptions<'_>,
 ) -> Result<Solution> {
-    let work = options.work(
-        TRIALS_IN_FRAMES,
-        chain.lengths().len() as f64 * chain.work_of_leg(),
-    );
+    let work = work_in_frames(chain, options);
     let effort = Effort::new(options, &work);
     // A start that is too fast to be integrated is left to descents.
     let first = unless_interrupted(chain.solve(ends, Start::Flat, effort))?;
@@ -54,6 +52,12 @@ pub(super) fn in_frames(
         solution.report.reason = StopReason::WorkLimit;
     }
     Ok(solution)
+}
+
+/// What a chain of few dimensions may take.
+pub(super) fn work_in_frames(chain: &Framed<'_>, options: &SplineOptions<'_>) -> Work {
+    let trial = chain.lengths().len() as f64 * chain.work_of_leg();
+    options.work(TRIALS_IN_FRAMES, trial)
 }
 
 fn unsolved(effort: Effort<'_>) -> Solution {

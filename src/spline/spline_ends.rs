@@ -2,6 +2,7 @@
 
 use faer::Mat;
 
+use super::data_variation::Given;
 use super::ends::{EndCondition, EndConditions};
 use super::knot_states::KnotStates;
 use crate::error::{Error, Result};
@@ -37,13 +38,11 @@ pub(super) fn check_ends(states: &KnotStates, ends: &EndConditions) -> Result<()
         EndConditions::Natural => (0..2).try_for_each(|end| meets(end, 2, &Mat::zeros(n, k))),
         EndConditions::Periodic => (0..3).try_for_each(|order| {
             let h = states.lengths[0].min(states.lengths[last - 1]);
-            check(
-                found(0, order),
-                found(1, order),
-                h.powi(order as i32),
-                ENDS,
-                last,
-            )
+            let first = match states.holonomy(Given::of(ends))? {
+                Some(holonomy) => found(0, order) * holonomy,
+                None => found(0, order).clone(),
+            };
+            check(&first, found(1, order), h.powi(order as i32), ENDS, last)
         }),
         EndConditions::Each(each) => (0..2).try_for_each(|end| {
             let (order, vector) = match &each[end] {

@@ -1,16 +1,11 @@
-//! Riemannian cubics of subspaces from boundary data: splines of one leg.
+//! Riemannian cubics of subspaces from boundary data.
 
 use faer::MatRef;
 
-use super::ends::{EndCondition, EndConditions};
-use super::options::{MAX_ITERATIONS, SplineOptions};
-use super::riemannian::cubic_spline;
+use super::subspace_problem::{Data, SubspaceProblem, check};
 use crate::cubic::{BoundaryOptions, RiemannianCubic};
 use crate::curve::Curve;
 use crate::error::{Error, Result};
-use crate::manifold::Grassmann;
-use crate::manifold::stiefel::TANGENT_TOLERANCE;
-use crate::space::Quotient;
 
 impl RiemannianCubic {
     /// The Riemannian cubic on the Grassmann manifold from the span of `y0` to that of `y1`, with given velocities, on `[0, 1]`.
@@ -21,10 +16,11 @@ impl RiemannianCubic {
     /// # Arguments
     /// * `y0`, `y1` - orthonormal bases, shape `(n, k)`, any of their subspaces; `v0`, `v1` - horizontal vectors at them,
     ///   `Y^T V = 0`
-    /// * `options` - of the guess only with lines, `k = 1`
+    /// * `options` - the guess is horizontal at `y0`
     /// # Accuracy
     /// The end is met to `options.tolerance`. Subspaces more than 1.4 apart have more than one cubic, and the cheapest of those that
-    /// several starts lead to is returned; of lines, the cheaper one of the two on the sphere that end in opposite vectors.
+    /// several starts lead to is returned; of lines, the cheaper one of the two on the sphere that end in opposite vectors. With a guess it
+    /// is the solution that Newton's method finds from there, or that of no guess where it finds none.
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotHorizontal`, `InvalidArgument` (options); `RightAngle` where a principal angle
     /// between the subspaces is pi/2; `NoConvergence`, `Interrupted`.
@@ -51,35 +47,29 @@ impl RiemannianCubic {
         options: &BoundaryOptions<'_>,
     ) -> Result<Self> {
         options.check()?;
-        if y0.ncols() == 1 {
-            return between_lines([y0, v0, y1, v1], options);
-        }
-        let velocity = |v: MatRef<'_, f64>| EndCondition::Velocity(v.to_owned());
-        let ends = EndConditions::Each(Box::new([velocity(v0), velocity(v1)]));
-        let defaults = BoundaryOptions::default().max_iterations;
-        let spline = SplineOptions {
-            tolerance: options.tolerance,
-            max_iterations: (options.max_iterations * MAX_ITERATIONS).div_ceil(defaults),
-            tension: options.tension,
-            quotient: Quotient::Subspaces,
-            field: options.field,
-            interrupt: options.interrupt,
+        let data = [y0, v0, y1, v1];
+        let Some(guess) = options.guess else {
+            if y0.ncols() == 1 {
+                return between_lines(data, options);
+            }
+            let problem = SubspaceProblem::new(data, options)?;
+            return problem.curve(&problem.solve()?);
         };
-        let solved = cubic_spline(&[0.0, 1.0], &[y0, y1], &ends, &spline);
-        let (curve, report) = solved.map_err(of_ends)?;
-        Ok(curve.pieces()[0].clone().with_report(report))
+        let problem = match SubspaceProblem::new(data, options) {
+            // No geodesic between lines is the shortest one, but those on the sphere are.
+            Err(Error::RightAngle { .. }) if y0.ncols() == 1 => {
+                return between_lines(data, options);
+            }
+            problem => problem?,
+        };
+        problem.curve(&problem.near(guess)?)
     }
 }
 
 /// The cheaper of the cubics on the sphere to a vector of the last line and to the opposite one.
-fn between_lines(
-    data: [MatRef<'_, f64>; 4],
-    options: &BoundaryOptions<'_>,
-) -> Result<RiemannianCubic> {
+fn between_lines(data: Data<'_>, options: &BoundaryOptions<'_>) -> Result<RiemannianCubic> {
+    check(data)?;
     let [y0, v0, y1, v1] = data;
-    for (name, y, v) in [("V0", y0, v0), ("V1", y1, v1)] {
-        Grassmann::of("S", y)?.check_tangent(name, y, v, TANGENT_TOLERANCE)?;
-    }
     let opposite = [y1, v1].map(|x| -x);
     let [there, back] = [[y1, v1], opposite.each_ref().map(|x| x.as_ref())]
         .map(|[y1, v1]| RiemannianCubic::from_boundary(y0, v0, y1, v1, options));
@@ -90,42 +80,4 @@ fn between_lines(
         (Err(error), back) => back.map_err(|_| error)?,
     };
     Ok(cheapest.of_lines())
-}
-
-/// An error of a spline of one leg as one of its ends.
-fn of_ends(error: Error) -> Error {
-    let Error::AtKnot { knot, source } = error else {
-        return error;
-    };
-    let names = [["S0", "V0"], ["S1", "V1"]][knot.min(1)];
-    match *source {
-        Error::NotOrthonormal {
-            defect, tolerance, ..
-        } => Error::NotOrthonormal {
-            name: names[0],
-            defect,
-            tolerance,
-        },
-        Error::NotHorizontal {
-            defect, tolerance, ..
-        } => Error::NotHorizontal {
-            name: names[1],
-            defect,
-            tolerance,
-        },
-        Error::NonFinite { name, index } => Error::NonFinite {
-            name: names[usize::from(name != "S")],
-            index,
-        },
-        Error::Shape {
-            name,
-            expected,
-            found,
-        } => Error::Shape {
-            name: names[usize::from(name != "S")],
-            expected,
-            found,
-        },
-        other => other,
-    }
 }

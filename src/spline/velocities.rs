@@ -10,26 +10,27 @@ use super::reduced_knots::ReducedKnots;
 use crate::error::Result;
 use crate::linalg::structure::{check_range, norm};
 use crate::manifold::carrier::Direction;
-use crate::manifold::tangent::tangent_part;
-use crate::space::{Kind, Quotient};
+use crate::space::{Kind, Quotient, ScalarField};
 
 /// How velocities are estimated.
 ///
 /// The formulas are those of flat space, in tangent spaces: displacements are the velocities of the quasi-geodesics
 /// between neighbouring points, whose rotations carry vectors from knot to knot. On the circle `St(2, 1)` that is
-/// exactly the formula for the angle. With slopes `m = displacement / h`:
+/// exactly the formula for the angle. Of subspaces displacements are logarithms, and vectors are carried by parallel transport.
+/// With slopes `m = displacement / h`:
 ///
 /// # Examples
 /// ```
 /// use faer::mat;
+/// use stiefel_rs::Quotient;
 /// use stiefel_rs::spline::{VelocityEstimate, estimate_velocities};
 /// // On the circle, a jump between two rests.
 /// let points = [0.0_f64, 0.0, 0.0, 1.0, 1.0, 1.0].map(|a| mat![[a.cos()], [a.sin()]]);
 /// let (t, views) = ([0.0, 1.0, 2.0, 3.0, 4.0, 5.0], points.each_ref().map(|point| point.as_ref()));
 /// // The parabola takes half of the slope of the jump, which undershoots before it; Akima's mean stays at rest.
-/// let parabolas = estimate_velocities(&t, &views, VelocityEstimate::CatmullRom)?;
+/// let parabolas = estimate_velocities(&t, &views, VelocityEstimate::CatmullRom, Quotient::Frames)?;
 /// assert!((parabolas[2].norm_l2() - 0.5).abs() < 1e-14);
-/// let akima = estimate_velocities(&t, &views, VelocityEstimate::Akima)?;
+/// let akima = estimate_velocities(&t, &views, VelocityEstimate::Akima, Quotient::Frames)?;
 /// assert!(akima[2].norm_l2() < 1e-14);
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
@@ -52,12 +53,12 @@ pub enum VelocityEstimate {
     /// w_j = |m_+ - m_-| + \tfrac12 |m_+ + m_-| \text{ at knot } j
     /// ```
     ///
-    /// with norms of the canonical metric, and slopes continued linearly beyond the ends.
+    /// with norms of the manifold's metric, and slopes continued linearly beyond the ends.
     ///
     /// Source: Akima (1970), J. ACM 17, 589-602, with the weights of MATLAB's and SciPy's "makima".
     Akima,
     /// The velocities of the natural cubic spline (of the closed one for closed data), in tangent spaces. Inside, the
-    /// error is of third order on spheres, of second order elsewhere, since quasi-geodesics are no geodesics there.
+    /// error is of third order on spheres and of subspaces, of second order elsewhere, since quasi-geodesics are no geodesics there.
     Natural,
 }
 
@@ -75,24 +76,27 @@ impl VelocityEstimate {
 
 /// Velocities at all knots, tangent vectors per unit of time, each of shape `(n, k)`.
 ///
-/// With [`cubic_hermite`](super::cubic_hermite) or [`geometric_hermite`](super::geometric_hermite) they give a curve
-/// through the points.
+/// With [`cubic_hermite`](super::cubic_hermite), [`geometric_hermite`](super::geometric_hermite) or
+/// [`subspace_hermite`](super::subspace_hermite) they give a curve through the points. Those of subspaces are horizontal at the given
+/// bases: a basis that is turned turns its own velocity, and no other.
 ///
 /// # Arguments
-/// * `t` - times, increasing, two or more; `points` - one at each, shape `(n, k)`
+/// * `t` - times, increasing, two or more; `points` - one at each, shape `(n, k)`; `quotient` - what they stand for
 /// # Errors
 /// `Shape`, `NonFinite`, `InvalidArgument` (times), `Overflow`; in `AtKnot` `NotOrthonormal`, and `NoJoiningCurve`,
-/// `OutsideLogDomain`, `DifferentComponents` (no quasi-geodesic leads from there to the next point).
+/// `OutsideLogDomain`, `DifferentComponents` (no quasi-geodesic leads from there to the next point), `RightAngle` (a principal angle
+/// to the next subspace is pi/2).
 ///
 /// # Examples
 /// ```
 /// use faer::{Mat, MatRef};
+/// use stiefel_rs::Quotient;
 /// use stiefel_rs::spline::{VelocityEstimate, estimate_velocities};
 /// // A circle at constant speed 1/2.
 /// let t = [0.0, 1.0, 3.0, 4.0];
 /// let points = t.map(|t: f64| Mat::from_fn(2, 1, |i, _| [(0.5 * t).cos(), (0.5 * t).sin()][i]));
 /// let views: Vec<MatRef<'_, f64>> = points.iter().map(Mat::as_ref).collect();
-/// let v = estimate_velocities(&t, &views, VelocityEstimate::CatmullRom)?;
+/// let v = estimate_velocities(&t, &views, VelocityEstimate::CatmullRom, Quotient::Frames)?;
 /// assert!((v[0][(1, 0)] - 0.5).abs() < 1e-15);
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
@@ -100,11 +104,13 @@ pub fn estimate_velocities(
     t: &[f64],
     points: &[MatRef<'_, f64>],
     estimate: VelocityEstimate,
+    quotient: Quotient,
 ) -> Result<Vec<Mat<f64>>> {
-    estimated(t, points, estimate, &EndConditions::Natural)
+    estimated(t, points, estimate, quotient, &EndConditions::Natural)
 }
 
-/// As [`estimate_velocities`], of a closed curve: the last point is the first one, and so is its velocity.
+/// As [`estimate_velocities`], of a closed curve: the last point is the first one, and so is its velocity. The last basis of a closed
+/// curve of subspaces may be any basis of the first subspace.
 ///
 /// # Errors
 /// As [`estimate_velocities`], and `InvalidArgument` in `AtKnot` where the last point is not the first one.
@@ -112,23 +118,29 @@ pub fn estimate_closed_velocities(
     t: &[f64],
     points: &[MatRef<'_, f64>],
     estimate: VelocityEstimate,
+    quotient: Quotient,
 ) -> Result<Vec<Mat<f64>>> {
-    estimated(t, points, estimate, &EndConditions::Periodic)
+    estimated(t, points, estimate, quotient, &EndConditions::Periodic)
 }
 
 fn estimated(
     t: &[f64],
     points: &[MatRef<'_, f64>],
     estimate: VelocityEstimate,
+    quotient: Quotient,
     ends: &EndConditions,
 ) -> Result<Vec<Mat<f64>>> {
     knots::check(t, points)?;
-    check_ends(Quotient::Frames, points, ends)?;
-    let mut knots = ReducedKnots::new(Kind::REAL_FRAMES, t, points, &[])?;
+    check_ends(quotient, points, ends)?;
+    let kind = Kind {
+        quotient,
+        field: ScalarField::Real,
+    };
+    let mut knots = ReducedKnots::new(kind, t, points, &[])?;
     if matches!(ends, EndConditions::Periodic) {
-        knots.close();
+        knots.close()?;
     }
-    let chain = Links::new(&knots.points)?;
+    let chain = Links::new(&knots.points, quotient)?;
     let mut velocities = match estimate {
         VelocityEstimate::Natural => natural(&knots, chain, ends),
         VelocityEstimate::CatmullRom => Slopes::new(&knots, chain, ends).parabolas(),
@@ -140,9 +152,9 @@ fn estimated(
     let rate = Scale(1.0 / knots.unit);
     let lifted = points.iter().zip(&velocities);
     lifted
-        .map(|(point, v)| {
-            let v = knots.lift(v.as_ref()) * rate;
-            let v = tangent_part(Quotient::Frames, *point, v.as_ref());
+        .enumerate()
+        .map(|(knot, (point, v))| {
+            let v = knots.lift_vector(knot, *point, v.as_ref()) * rate;
             check_range("velocities", v.as_ref())?;
             Ok(v)
         })
@@ -327,7 +339,7 @@ impl<'a> Slopes<'a> {
     }
 }
 
-/// `sqrt(|V|^2 - |S^T V|^2 / 2)`.
+/// `sqrt(|V|^2 - |S^T V|^2 / 2)`, `|V|` for horizontal vectors.
 fn canonical_norm(s: MatRef<'_, f64>, v: &Mat<f64>) -> f64 {
     let (full, along) = (norm(v.as_ref()), norm((s.transpose() * v).as_ref()));
     (full * full - 0.5 * along * along).max(0.0).sqrt()

@@ -144,6 +144,18 @@ CALLS = {
         lambda *x: (batch := solve_boundary(*x)).acceleration[batch.converged],
         [("S0", S), ("V0", V), ("S1", S2), ("V1", S2 @ [[0, -1], [1, 0]])],
     ),
+    "solve_boundary.subspaces": (
+        lambda *x: (batch := solve_boundary(*x, manifold=GR)).acceleration[batch.converged],
+        [("S0", S), ("V0", H), ("S1", S2), ("V1", GR.project_tangent(S2, H))],
+    ),
+    "estimate_velocities.subspaces": (
+        lambda *x: estimate_velocities(*x, manifold=GR),
+        [("t", T), ("S", np.stack([S, S2, S]))],
+    ),
+    "guess.subspaces": (
+        lambda a, j: RiemannianCubic.from_boundary(S, H, S2, 0 * H, guess=(a, j), manifold=GR)(0.5),
+        [("A", H2), ("J", H)],
+    ),
     "estimate_velocities": (estimate_velocities, [("t", T), ("S", np.stack([S, S2, S]))]),
     "bc_type": (
         lambda A: CubicSpline(T, np.stack([S, S2, S]), ((2, A), "natural"))(0.5),

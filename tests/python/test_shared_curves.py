@@ -1,7 +1,9 @@
 """Sixteen threads share one curve of each class, with calls of every kind at once: results are those of one thread."""
 
 import copy
+import gc
 import pickle
+import sys
 from concurrent.futures import ThreadPoolExecutor
 from threading import Barrier
 
@@ -11,7 +13,7 @@ from beside import HANGS
 from test_save import CURVES, walk
 
 import stiefel_rs
-from stiefel_rs import RiemannianCubic, StiefelError
+from stiefel_rs import QuasiGeodesic, RiemannianCubic, StiefelError
 
 THREADS, ROUNDS = 16, 2
 
@@ -89,3 +91,34 @@ def test_every_class_of_curve_is_shared():
     classes = {type(make(*walk(4, 2, 4))) for make in CURVES.values()}
     public = {x for x in vars(stiefel_rs).values() if isinstance(x, type) and issubclass(x, stiefel_rs.Curve)}
     assert classes == public - {stiefel_rs.Curve, stiefel_rs.PiecewiseCurve}
+
+
+class Finalized:
+    """Garbage that runs code when it is collected: the interpreter may turn to another thread there."""
+
+    def __init__(self):
+        self.ring = self
+
+    def __del__(self):
+        sum(range(50))
+
+
+def test_files_are_read_by_threads_while_garbage_is_collected(tmp_path):
+    curve = QuasiGeodesic([[1.0], [0.0]], [[0.0], [1.0]])
+    path = tmp_path / "curve.npz"
+    curve.save(path)
+
+    def work(i):
+        for _ in range(100):
+            Finalized()
+            assert (stiefel_rs.load(path)(0.5) == curve(0.5)).all()
+
+    threshold, interval = gc.get_threshold(), sys.getswitchinterval()
+    gc.set_threshold(20)
+    sys.setswitchinterval(1e-6)
+    try:
+        with ThreadPoolExecutor(THREADS) as pool:
+            list(pool.map(work, range(THREADS), timeout=HANGS))
+    finally:
+        gc.set_threshold(*threshold)
+        sys.setswitchinterval(interval)

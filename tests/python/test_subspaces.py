@@ -152,8 +152,6 @@ def test_what_there_is_of_frames_only_is_refused():
     Y = knots(M, 3)
     with pytest.raises(stiefel_rs.InvalidInputError, match="kind"):
         CubicSpline([0, 1, 2], Y, kind="geometric", manifold=M)
-    with pytest.raises(stiefel_rs.InvalidInputError, match="all_found"):
-        RiemannianCubic.from_boundary(Y[0], 0 * Y[0], Y[1], 0 * Y[1], all_found=True, manifold=M)
     with pytest.raises(stiefel_rs.InvalidInputError, match="points of shape"):
         CubicSpline([0, 1, 2], Y, manifold=Grassmann(5, 2))
     with pytest.raises(TypeError, match="Stiefel or a Grassmann"):

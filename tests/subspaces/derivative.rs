@@ -17,7 +17,7 @@ const SHAPES: [(usize, usize); 5] = [(3, 1), (4, 2), (3, 2), (7, 3), (20, 2)];
 /// Steps of differences: the error of those of fourth order is 1e-11 and less, round-off as much.
 const STEP: f64 = 1e-3;
 
-fn vector(y: &Mat<f64>, size: f64, rng: &mut Rng) -> Mat<f64> {
+pub(crate) fn vector(y: &Mat<f64>, size: f64, rng: &mut Rng) -> Mat<f64> {
     let (n, k) = y.shape();
     let v = horizontal(view(y), gaussian(n, k, rng).as_ref());
     let norm = v.norm_l2();
@@ -30,7 +30,12 @@ fn generator(y: &Mat<f64>, p: &Mat<f64>) -> Mat<f64> {
 }
 
 /// A basis and vectors at it along a family, and what their derivatives are.
-fn family(y: &Mat<f64>, p: &Mat<f64>, vectors: &[(&Mat<f64>, &Mat<f64>)], s: f64) -> Vec<Mat<f64>> {
+pub(crate) fn family(
+    y: &Mat<f64>,
+    p: &Mat<f64>,
+    vectors: &[(&Mat<f64>, &Mat<f64>)],
+    s: f64,
+) -> Vec<Mat<f64>> {
     let turn = skew_exp((generator(y, p) * Scale(s)).as_ref()).unwrap();
     let moved = vectors.iter().map(|(v, w)| &turn * (*v + *w * Scale(s)));
     std::iter::once(&turn * y).chain(moved).collect()
@@ -42,12 +47,12 @@ fn slope(y: &Mat<f64>, p: &Mat<f64>, v: &Mat<f64>, w: &Mat<f64>) -> Mat<f64> {
 }
 
 /// Of fourth order, at 0.
-fn difference(f: impl Fn(f64) -> Mat<f64>) -> Mat<f64> {
+pub(crate) fn difference(f: impl Fn(f64) -> Mat<f64>) -> Mat<f64> {
     let pair = |s: f64| f(s) - f(-s);
     (pair(STEP) * Scale(8.0) - pair(2.0 * STEP)) * Scale(1.0 / (12.0 * STEP))
 }
 
-fn product(a: &Mat<f64>, b: &Mat<f64>) -> f64 {
+pub(crate) fn product(a: &Mat<f64>, b: &Mat<f64>) -> f64 {
     let (rows, cols) = a.shape();
     (0..cols)
         .flat_map(|j| (0..rows).map(move |i| (i, j)))

@@ -1,11 +1,16 @@
 //! Curves of subspaces: against reflections, which put the Grassmann manifold into the orthogonal matrices.
 
+mod batch;
 mod boundary;
+mod closed_derivative;
 #[path = "../common/mod.rs"]
 mod common;
 mod derivative;
+mod guess;
 mod initial;
+mod several_solutions;
 mod spline;
+mod velocities;
 
 use faer::{Mat, MatRef, Scale};
 

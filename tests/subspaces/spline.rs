@@ -11,7 +11,12 @@ use crate::common::{Rng, assert_close, assert_within, gaussian, random_orthogona
 use crate::{SHAPES, horizontal, reflected, reflection, view};
 
 /// Bases at some distance from one another, each turned at random.
-fn bases((n, k): (usize, usize), count: usize, far: f64, rng: &mut Rng) -> Vec<Mat<f64>> {
+pub(crate) fn bases(
+    (n, k): (usize, usize),
+    count: usize,
+    far: f64,
+    rng: &mut Rng,
+) -> Vec<Mat<f64>> {
     let mut points = vec![random_point(n, k, rng)];
     for i in 1..count {
         let y = &points[i - 1];
@@ -25,7 +30,7 @@ fn bases((n, k): (usize, usize), count: usize, far: f64, rng: &mut Rng) -> Vec<M
     points
 }
 
-fn views(points: &[Mat<f64>]) -> Vec<MatRef<'_, f64>> {
+pub(crate) fn views(points: &[Mat<f64>]) -> Vec<MatRef<'_, f64>> {
     points.iter().map(view).collect()
 }
 

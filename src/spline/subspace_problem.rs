@@ -1,0 +1,221 @@
+//! A boundary value problem of subspaces: a chain of one leg in the span of its data.
+
+use std::sync::Arc;
+
+use faer::{Mat, MatRef};
+
+use super::bases::joined;
+use super::chain::{Chain as _, Motion, Space, pieces};
+use super::descent;
+use super::ends::{End, Ends};
+use super::framed::{Framed, coordinates, frames};
+use super::options::{MAX_ITERATIONS, SplineOptions};
+use super::reduced_knots::ReducedKnots;
+use super::solvable::{Effort, Solution, Solvable as _, Start, unless_interrupted};
+use super::solve;
+use crate::cubic::guess::FlatData;
+use crate::cubic::problem::unpack;
+use crate::cubic::work::Work;
+use crate::cubic::{BoundaryOptions, RiemannianCubic};
+use crate::curve::span::Span;
+use crate::error::{Error, Result};
+use crate::manifold::Grassmann;
+use crate::manifold::carrier::Direction;
+use crate::manifold::stiefel::{POINT_TOLERANCE, TANGENT_TOLERANCE};
+use crate::report::{SolverReport, StopReason};
+use crate::space::{Kind, Quotient};
+
+pub(super) const SOLVER: &str = "boundary value problem of subspaces";
+
+/// Bases and horizontal vectors `[Y0, V0, Y1, V1]`.
+pub(crate) type Data<'a> = [MatRef<'a, f64>; 4];
+
+/// Covariant acceleration and jerk at the first basis, shape `(n, k)`.
+pub(super) type Guess<'a> = (MatRef<'a, f64>, MatRef<'a, f64>);
+
+/// Whether they are points and horizontal vectors at them.
+///
+/// # Errors
+/// `Shape`, `NonFinite`, `NotOrthonormal`, `NotHorizontal`.
+pub(crate) fn check([y0, v0, y1, v1]: Data<'_>) -> Result<()> {
+    let manifold = Grassmann::of("S0", y0)?;
+    manifold.check_point("S0", y0, POINT_TOLERANCE)?;
+    manifold.check_point("S1", y1, POINT_TOLERANCE)?;
+    manifold.check_tangent("V0", y0, v0, TANGENT_TOLERANCE)?;
+    manifold.check_tangent("V1", y1, v1, TANGENT_TOLERANCE)
+}
+
+/// The chain between two knots, with velocities given at both.
+pub(super) struct SubspaceProblem<'a> {
+    y0: MatRef<'a, f64>,
+    span: Span,
+    knots: ReducedKnots,
+    pub(super) chain: Framed<'a>,
+    pub(super) ends: Ends,
+    pub(super) options: SplineOptions<'a>,
+}
+
+impl<'a> SubspaceProblem<'a> {
+    /// # Errors
+    /// Those of [`check`]; `RightAngle`, `Decomposition`.
+    pub(super) fn new(data: Data<'a>, options: &BoundaryOptions<'a>) -> Result<Self> {
+        check(data)?;
+        options.field.check(data)?;
+        let kind = Kind {
+            quotient: Quotient::Subspaces,
+            field: options.field,
+        };
+        let span = Span::over(options.field, &data);
+        let [y0, v0, y1, v1] = data.map(|x| span.down(x));
+        let [points, vectors] = [[&y0, &y1], [&v0, &v1]].map(|pair| pair.map(Mat::as_ref));
+        let knots = ReducedKnots::new(kind, &[0.0, 1.0], &points, &vectors)?;
+        let frames = frames(kind, &knots.points).map_err(of_leg)?;
+        let velocity = |knot: usize| {
+            let v = knots.down(knot, vectors[knot]);
+            End::Velocity(coordinates(kind, frames[knot].as_ref(), v.as_ref()))
+        };
+        let ends = Ends::Open([velocity(0), velocity(1)]);
+        let (columns, lengths) = (y0.ncols(), vec![1.0]);
+        let chain = Framed::new(kind, frames.into(), columns, lengths, options.interrupt);
+        let defaults = BoundaryOptions::default().max_iterations;
+        Ok(SubspaceProblem {
+            y0: data[0],
+            span,
+            knots,
+            chain: chain.map_err(of_leg)?.in_tension(options.tension),
+            ends,
+            options: SplineOptions {
+                tolerance: options.tolerance,
+                max_iterations: (options.max_iterations * MAX_ITERATIONS).div_ceil(defaults),
+                tension: options.tension,
+                quotient: kind.quotient,
+                field: kind.field,
+                interrupt: options.interrupt,
+            },
+        })
+    }
+
+    /// Whether the subspaces are all of the space.
+    pub(super) fn is_at_rest(&self) -> bool {
+        self.chain.blocks().dim() == 0
+    }
+
+    /// The cheapest of the solutions that several starts lead to where the ends are far apart.
+    ///
+    /// # Errors
+    /// `Interrupted`, those of the chain.
+    pub(super) fn solve(&self) -> Result<Solution> {
+        if self.is_at_rest() {
+            let report = SolverReport::new(StopReason::Converged, 0, 0.0, 0.0);
+            return Ok(Solution::none(report));
+        }
+        solve::in_frames(&self.chain, &self.ends, &self.options)
+    }
+
+    /// The solution that Newton's method finds from given covariant acceleration and jerk at the first basis, shape `(n, k)`, or
+    /// [`SubspaceProblem::solve`] where it finds none.
+    ///
+    /// # Errors
+    /// As [`SubspaceProblem::bends_of`] and [`SubspaceProblem::solve`].
+    pub(super) fn near(&self, guess: Guess<'_>) -> Result<Solution> {
+        let bends = self.bends_of(guess)?;
+        if self.is_at_rest() {
+            return self.solve();
+        }
+        let start = self.motion_with(&bends)?;
+        let work = self.work();
+        let effort = Effort::new(&self.options, &work);
+        let found = self.chain.solve(&self.ends, Start::Near(start), effort);
+        match unless_interrupted(found)? {
+            Some(found) if found.report.converged || effort.is_spent(found.report.iterations) => {
+                Ok(found)
+            }
+            _ => self.solve(),
+        }
+    }
+
+    /// What a solution may take.
+    pub(super) fn work(&self) -> Work {
+        solve::work_in_frames(&self.chain, &self.options)
+    }
+
+    /// Acceleration and third vector, in coordinates, of given covariant acceleration and jerk at the first basis; parts outside of
+    /// the span of the data, where no solution has any, are left out.
+    ///
+    /// # Errors
+    /// `Shape`, `NonFinite`, `NotHorizontal`.
+    pub(super) fn bends_of(&self, (a, j): Guess<'_>) -> Result<Vec<f64>> {
+        let manifold = Grassmann::of("S0", self.y0)?;
+        let mut bends = Vec::new();
+        for (name, vector) in [("A", a), ("J", j)] {
+            manifold.check_tangent(name, self.y0, vector, TANGENT_TOLERANCE)?;
+            let low = self.knots.down(0, self.span.down(vector).as_ref());
+            let frame = &self.chain.frames()[0];
+            let kind = self.chain.blocks().kind();
+            bends.extend(coordinates(kind, frame.as_ref(), low.as_ref()));
+        }
+        // The jerk is the third vector: brackets of horizontal vectors turn bases only.
+        Ok(bends)
+    }
+
+    /// The motion with given acceleration and third vector at its start, in coordinates.
+    ///
+    /// # Errors
+    /// Those of the chain.
+    pub(super) fn motion_with(&self, bends: &[f64]) -> Result<Motion> {
+        let [_, mut motion] = descent::starts(&self.chain, &self.ends)?;
+        motion.bend_mut(0).copy_from_slice(bends);
+        Ok(motion)
+    }
+
+    /// Displacement and end velocity along the geodesic between the ends.
+    ///
+    /// # Errors
+    /// Those of carrying.
+    pub(super) fn flat(&self) -> Result<FlatData> {
+        let (chain, blocks) = (&self.chain, self.chain.blocks());
+        let [mut displacement, mut carried] = [(); 2].map(|()| vec![0.0; chain.size()]);
+        chain.displacement_into(0, &mut displacement);
+        if let Ends::Open([_, End::Velocity(v)]) = &self.ends {
+            chain.carry_into(&mut chain.worker(), 0, Direction::Backward, v, &mut carried)?;
+        }
+        let [[displacement], [end_velocity]] =
+            [displacement, carried].map(|entries| unpack(&entries, blocks));
+        Ok(FlatData {
+            displacement,
+            end_velocity,
+        })
+    }
+
+    /// The curve of a solution, from the given first basis on.
+    ///
+    /// # Errors
+    /// `NoConvergence`; where it cannot be evaluated.
+    pub(super) fn curve(&self, solution: &Solution) -> Result<RiemannianCubic> {
+        let report = solution.report;
+        if !report.converged {
+            return Err(Error::no_convergence(
+                SOLVER,
+                report,
+                self.options.tolerance,
+            ));
+        }
+        let space = Space {
+            n: self.y0.nrows(),
+            k: self.y0.ncols(),
+            basis: self.span.basis().map(|basis| Arc::new(basis.to_owned())),
+        };
+        let piece = |leg: usize| self.chain.piece(leg, solution, self.options.interrupt);
+        let pieces = pieces(1, &space, piece)?;
+        let mut pieces = joined(Quotient::Subspaces, self.knots.first_turn(), pieces)?;
+        Ok(pieces.remove(0).with_report(report))
+    }
+}
+
+/// An error of the only leg.
+fn of_leg(error: Error) -> Error {
+    match error {
+        Error::AtKnot { source, .. } => *source,
+        other => other,
+    }
+}

@@ -1,0 +1,156 @@
+//! Several Riemannian cubics of subspaces with the same boundary data.
+
+use faer::MatRef;
+
+use super::chain::Motion;
+use super::descent;
+use super::low_cost::solved;
+use super::solvable::{Effort, Solution, Start};
+use super::subspace_problem::{Data, SOLVER, SubspaceProblem, check};
+use crate::cubic::random::Random;
+use crate::cubic::search::{Found, SEARCH_WORK};
+use crate::cubic::solver::scattered;
+use crate::cubic::{RiemannianCubic, SearchOptions};
+use crate::curve::Curve;
+use crate::error::{Error, Result};
+use crate::report::SolverReport;
+use crate::solve::gmres::norm;
+
+/// Geodesics that turn one principal direction by pi come back to the subspace where they started: half a turn.
+const TURNS: [f64; 2] = [0.5, 1.0];
+
+impl RiemannianCubic {
+    /// Riemannian cubics of subspaces with the same boundary data, those that several starts find, the cheapest first.
+    ///
+    /// Newton's method starts from the cubic of flat space (or from the guess), then from where descents to curves of least cost
+    /// end: as in [`between_subspaces`](Self::between_subspaces), and from the cubics of flat space that turn one principal
+    /// direction by pi or 2 pi more, forwards and backwards; at last from [`starts`](SearchOptions::starts) random initial data. Of
+    /// lines they are the solutions of [`all_from_boundary`](Self::all_from_boundary) on the sphere, to both unit vectors of the last
+    /// line. There may be other solutions.
+    ///
+    /// # Arguments
+    /// As [`between_subspaces`](Self::between_subspaces).
+    /// # Errors
+    /// Those of [`between_subspaces`](Self::between_subspaces); `InvalidArgument` (`distinct`); `NoConvergence` where none is found.
+    ///
+    /// # Examples
+    /// ```
+    /// use faer::mat;
+    /// use stiefel_rs::cubic::{RiemannianCubic, SearchOptions};
+    /// use stiefel_rs::Curve;
+    /// // From rest to rest between two lines of the plane, by the angle 1 or by pi - 1 the other way.
+    /// let (y0, y1, rest) = (mat![[1.0], [0.0]], mat![[1.0_f64.cos()], [1.0_f64.sin()]], mat![[0.0], [0.0]]);
+    /// let [y0, y1, rest] = [&y0, &y1, &rest].map(|a| a.as_ref());
+    /// let found = RiemannianCubic::all_between_subspaces(y0, rest, y1, rest, &SearchOptions::default())?;
+    /// assert!((found[0].cost()? - 12.0).abs() < 1e-9);
+    /// assert!((found[1].cost()? - 12.0 * (std::f64::consts::PI - 1.0).powi(2)).abs() < 1e-8);
+    /// # Ok::<(), stiefel_rs::Error>(())
+    /// ```
+    pub fn all_between_subspaces(
+        y0: MatRef<'_, f64>,
+        v0: MatRef<'_, f64>,
+        y1: MatRef<'_, f64>,
+        v1: MatRef<'_, f64>,
+        options: &SearchOptions<'_>,
+    ) -> Result<Vec<Self>> {
+        options.check()?;
+        let data = [y0, v0, y1, v1];
+        if y0.ncols() == 1 {
+            return all_between_lines(data, options);
+        }
+        let problem = SubspaceProblem::new(data, &options.boundary)?;
+        if problem.is_at_rest() {
+            return Ok(vec![problem.curve(&problem.solve()?)?]);
+        }
+        let (found, report) = search(&problem, options)?;
+        if found.solutions.is_empty() {
+            let tolerance = options.boundary.tolerance;
+            return Err(Error::no_convergence(SOLVER, report, tolerance));
+        }
+        let curves = found
+            .solutions
+            .iter()
+            .map(|(_, found)| problem.curve(found));
+        ranked(curves.collect::<Result<_>>()?)
+    }
+}
+
+/// The cheapest first.
+fn ranked(curves: Vec<RiemannianCubic>) -> Result<Vec<RiemannianCubic>> {
+    let mut ranked = Vec::new();
+    for curve in curves {
+        ranked.push((curve.cost()?, curve));
+    }
+    ranked.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+    Ok(ranked.into_iter().map(|(_, curve)| curve).collect())
+}
+
+/// Those on the sphere to a vector of the last line, and to the opposite one.
+fn all_between_lines(data: Data<'_>, options: &SearchOptions<'_>) -> Result<Vec<RiemannianCubic>> {
+    check(data)?;
+    let [y0, v0, y1, v1] = data;
+    let opposite = [y1, v1].map(|x| -x);
+    let (mut curves, mut lost) = (Vec::new(), None);
+    for [y1, v1] in [[y1, v1], opposite.each_ref().map(|x| x.as_ref())] {
+        match RiemannianCubic::all_from_boundary(y0, v0, y1, v1, options) {
+            Ok(found) => curves.extend(found),
+            Err(error) if error.is_interrupted() => return Err(error),
+            Err(error) => lost = Some(error),
+        }
+    }
+    match (curves.is_empty(), lost) {
+        (true, Some(error)) => Err(error),
+        _ => ranked(curves.iter().map(RiemannianCubic::of_lines).collect()),
+    }
+}
+
+/// The solutions, and what was said of the last start that led to none.
+type Searched = (Found<Solution>, SolverReport);
+
+fn search(problem: &SubspaceProblem<'_>, options: &SearchOptions<'_>) -> Result<Searched> {
+    let (chain, ends) = (&problem.chain, &problem.ends);
+    let work = problem.work();
+    work.allow(SEARCH_WORK);
+    let effort = Effort::new(&problem.options, &work);
+    let mut found = Found::new(options.distinct);
+    let mut try_start = |start: Start| -> Result<()> {
+        if let Some(solution) = solved(chain, ends, start, effort)? {
+            found.add((solution.motion.bend(0).to_vec(), solution));
+        }
+        Ok(())
+    };
+    let [flat, resting] = descent::starts(chain, ends)?;
+    try_start(match options.boundary.guess {
+        Some(guess) => Start::Near(problem.motion_with(&problem.bends_of(guess)?)?),
+        None => Start::Flat,
+    })?;
+    for start in [&flat, &resting] {
+        if let Some(end) = descent::end(chain, ends, start, effort)? {
+            try_start(Start::Near(end))?;
+        }
+    }
+    let data = problem.flat()?;
+    for turns in TURNS {
+        let together = data.turned_together(turns)?;
+        for other in together.into_iter().chain(data.turned(turns)?) {
+            if let Some(end) = descent::end_along(chain, ends, &other, effort)? {
+                try_start(Start::Near(end))?;
+            }
+        }
+    }
+    let mut random = Random::new(options.seed);
+    for attempt in 0..options.starts as usize {
+        if work.is_done() {
+            break;
+        }
+        let bends = scattered(flat.bend(0), speeds(&flat), attempt, &mut random);
+        try_start(Start::Near(problem.motion_with(&bends)?))?;
+    }
+    let report = SolverReport::new(effort.reason(0), 0, f64::INFINITY, effort.tolerance);
+    Ok((found, report))
+}
+
+/// Initial and end speed together.
+fn speeds(motion: &Motion) -> f64 {
+    norm(motion.velocity(0)) + norm(motion.velocity(1))
+}

@@ -1,0 +1,171 @@
+//! Many boundary problems at once.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use faer::{Mat, MatRef};
+use stiefel_rs::cubic::{BoundaryOptions, BoundarySolution, RiemannianCubic, SearchOptions};
+use stiefel_rs::spline::solve_subspace_boundary;
+use stiefel_rs::{Curve, Error, Interrupt};
+
+use crate::common::{Rng, random_point};
+use crate::derivative::vector;
+use crate::{SHAPES, view};
+
+fn problems((n, k): (usize, usize), count: usize, rng: &mut Rng) -> Vec<[Mat<f64>; 4]> {
+    let one = |_| {
+        let [y0, y1] = [(); 2].map(|()| random_point(n, k, rng));
+        let [v0, v1] = [&y0, &y1].map(|y| vector(y, 1.0, rng));
+        [y0, v0, y1, v1]
+    };
+    (0..count).map(one).collect()
+}
+
+fn views(problems: &[[Mat<f64>; 4]]) -> Vec<[MatRef<'_, f64>; 4]> {
+    problems
+        .iter()
+        .map(|data| data.each_ref().map(view))
+        .collect()
+}
+
+/// In all bits.
+fn bits(solution: &BoundarySolution) -> Vec<u64> {
+    let matrices = [&solution.acceleration, &solution.jerk];
+    let entries = matrices
+        .into_iter()
+        .flat_map(|a| a.col_iter())
+        .flat_map(|c| c.iter());
+    let numbers = [solution.cost, solution.residual];
+    entries.chain(&numbers).map(|x| x.to_bits()).collect()
+}
+
+#[test]
+fn each_is_the_one_that_is_solved_alone_on_any_number_of_threads() {
+    let mut rng = Rng::new(71);
+    let options = BoundaryOptions::default();
+    for shape in SHAPES {
+        let problems = problems(shape, 12, &mut rng);
+        let found: Vec<Vec<Vec<u64>>> = [1, 2, 3]
+            .map(|threads| {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+                let found = pool
+                    .build()
+                    .unwrap()
+                    .install(|| solve_subspace_boundary(&views(&problems), &options).unwrap());
+                found
+                    .iter()
+                    .map(|one| bits(one.as_ref().unwrap()))
+                    .collect()
+            })
+            .to_vec();
+        assert_eq!(found[0], found[1], "{shape:?}");
+        assert_eq!(found[0], found[2], "{shape:?}");
+        for (found, data) in found[0].iter().zip(views(&problems)) {
+            let [y0, v0, y1, v1] = data;
+            let curve = RiemannianCubic::between_subspaces(y0, v0, y1, v1, &options).unwrap();
+            let [_, _, acceleration, jerk] = curve.initial().unwrap();
+            let alone = BoundarySolution {
+                acceleration,
+                jerk,
+                cost: curve.cost().unwrap(),
+                residual: curve.report().unwrap().residual,
+            };
+            assert_eq!(*found, bits(&alone), "{shape:?}");
+            assert!(alone.residual <= 1e-12);
+        }
+    }
+}
+
+#[test]
+fn errors_are_those_of_their_problems() {
+    let mut rng = Rng::new(72);
+    let mut problems = problems((4, 2), 4, &mut rng);
+    let e = Mat::<f64>::identity(4, 4);
+    let rest = Mat::zeros(4, 2);
+    let [first, last] = [0, 2].map(|j| e.as_ref().subcols(j, 2).to_owned());
+    problems[1] = [first.clone(), rest.clone(), last, rest];
+    problems[2][1] = first;
+    let found = solve_subspace_boundary(&views(&problems), &BoundaryOptions::default()).unwrap();
+    assert!(found[0].is_ok() && found[3].is_ok());
+    assert!(matches!(found[1], Err(Error::RightAngle { .. })));
+    assert!(matches!(
+        found[2],
+        Err(Error::NotHorizontal { name: "V0", .. })
+    ));
+    assert!(
+        solve_subspace_boundary(&[], &BoundaryOptions::default())
+            .unwrap()
+            .is_empty()
+    );
+    let options = BoundaryOptions {
+        tolerance: 1.0,
+        ..BoundaryOptions::default()
+    };
+    let error = solve_subspace_boundary(&views(&problems), &options);
+    assert!(matches!(
+        error,
+        Err(Error::InvalidArgument {
+            name: "tolerance",
+            ..
+        })
+    ));
+}
+
+#[test]
+fn the_whole_space_and_permuted_coordinate_columns() {
+    let mut rng = Rng::new(73);
+    let rest = Mat::zeros(4, 4);
+    let [first, last] = [(); 2].map(|()| random_point(4, 4, &mut rng));
+    let whole = [[first, rest.clone(), last, rest]];
+    let y0 = Mat::<f64>::identity(4, 4).subcols(0, 2).to_owned();
+    let swapped = Mat::from_fn(4, 2, |i, j| y0[(i, 1 - j)]);
+    let rest = Mat::zeros(4, 2);
+    let still = [[y0, rest.clone(), swapped, rest]];
+    for problems in [whole, still] {
+        let found = solve_subspace_boundary(&views(&problems), &BoundaryOptions::default());
+        let solution = found.unwrap().remove(0).unwrap();
+        assert!(solution.cost <= 1e-20 && solution.acceleration.norm_l2() <= 1e-10);
+    }
+}
+
+/// At any question: batches, guesses and searches end with it.
+#[test]
+fn interrupts_end_everything() {
+    let mut rng = Rng::new(74);
+    let problems = problems((4, 2), 3, &mut rng);
+    let guess = Mat::zeros(4, 2);
+    for last in [0, 1, 5, 20] {
+        let count = AtomicUsize::new(0);
+        let stop = || count.fetch_add(1, Ordering::Relaxed) >= last;
+        let boundary = BoundaryOptions {
+            interrupt: Interrupt::new(&stop),
+            ..BoundaryOptions::default()
+        };
+        let near = BoundaryOptions {
+            guess: Some((view(&guess), view(&guess))),
+            ..boundary
+        };
+        let search = SearchOptions {
+            boundary,
+            ..SearchOptions::default()
+        };
+        let [y0, v0, y1, v1] = views(&problems)[0];
+        let is_stopped = |error: Option<Error>, what: &str| {
+            let asked = count.swap(0, Ordering::Relaxed);
+            assert!(matches!(error, Some(Error::Interrupted { .. })), "{what}");
+            // No question is asked after the one that is answered by yes, but for those of other threads.
+            assert!(asked <= last + 4, "{what}: {asked} questions");
+        };
+        is_stopped(
+            solve_subspace_boundary(&views(&problems), &boundary).err(),
+            "batch",
+        );
+        is_stopped(
+            RiemannianCubic::between_subspaces(y0, v0, y1, v1, &near).err(),
+            "guess",
+        );
+        is_stopped(
+            RiemannianCubic::all_between_subspaces(y0, v0, y1, v1, &search).err(),
+            "search",
+        );
+    }
+}
