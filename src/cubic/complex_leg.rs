@@ -2,12 +2,11 @@
 
 use faer::Mat;
 
-use super::leg::{Leg, leg};
+use super::leg::Leg;
 use super::problem::{of_real_coordinates, to_real_coordinates};
 use super::reduced::Sized;
 use super::taylor::Accuracy;
 use crate::error::Result;
-use crate::interrupt::Interrupt;
 use crate::linalg::lanes::LANES;
 
 pub(super) struct ComplexLeg<'a> {
@@ -16,11 +15,9 @@ pub(super) struct ComplexLeg<'a> {
 }
 
 impl<'a> ComplexLeg<'a> {
-    pub(super) fn new(blocks: Sized, interrupt: Interrupt<'a>) -> Self {
-        ComplexLeg {
-            real: leg(blocks.embedded(), interrupt),
-            blocks,
-        }
+    /// Over the real leg in blocks of complex matrices.
+    pub(super) fn new(real: Box<dyn Leg + 'a>, blocks: Sized) -> Self {
+        ComplexLeg { real, blocks }
     }
 
     /// How many real coordinates stand for so many.

@@ -4,6 +4,7 @@ use faer::reborrow::{Reborrow, ReborrowMut};
 use faer::{ColMut, ColRef, Mat, MatMut, MatRef, Scale};
 
 use super::reduced::Sized;
+use crate::curve::span::Span;
 use crate::error::Result;
 use crate::linalg::complex_embedding::{embed_into, nearest};
 use crate::linalg::decomp::{thin_q, unitary_q};
@@ -11,7 +12,7 @@ use crate::linalg::product::{mul_add, mul_into};
 use crate::linalg::structure::{dot, norm};
 use crate::manifold::stiefel::{POINT_TOLERANCE, Stiefel};
 use crate::manifold::tangent::check_vector;
-use crate::space::{Quotient, RowOrder, ScalarField};
+use crate::space::{Kind, Quotient, RowOrder, ScalarField};
 
 /// A vector of `m`: `[[omega, -normal^T], [normal, 0]]` with `omega` skew, shape `(k, k)`, and `normal`, of shape
 /// `(r - k, k)`.
@@ -154,7 +155,11 @@ impl InitialData {
         quotient: Quotient,
     ) -> Result<Self> {
         check(s, [v, a, j], quotient)?;
-        let data = Coordinates::of_checked([s, v, a, j], 1.0, quotient);
+        let kind = Kind {
+            quotient,
+            field: ScalarField::Real,
+        };
+        let data = Coordinates::of_checked([s, v, a, j], 1.0, kind);
         let (r, k) = (data.blocks.m + data.blocks.k, data.blocks.k);
         let (g, vectors) = data.entries.split_at(r * r);
         let horizontal = |i: usize| {
@@ -228,11 +233,15 @@ impl Coordinates {
                 .clamp(-LARGEST_POWER, LARGEST_POWER)
                 .exp2(),
         };
-        Ok((Self::of_checked([s, v, a, j], 1.0 / rate, quotient), rate))
+        let kind = Kind {
+            quotient,
+            field: ScalarField::Real,
+        };
+        Ok((Self::of_checked([s, v, a, j], 1.0 / rate, kind), rate))
     }
 
     /// Per unit of a time that is `unit` of the given one, a power of two.
-    pub(crate) fn of_checked(data: [MatRef<'_, f64>; 4], unit: f64, quotient: Quotient) -> Self {
+    pub(crate) fn of_checked(data: [MatRef<'_, f64>; 4], unit: f64, kind: Kind) -> Self {
         let (n, k) = data[0].shape();
         let mut low = Vec::with_capacity(4 * n * k);
         for (order, matrix) in data.into_iter().enumerate() {
@@ -242,21 +251,30 @@ impl Coordinates {
             }
         }
         let all = MatRef::from_column_major_slice(&low, n, 4 * k);
+        if kind.field == ScalarField::Complex {
+            return Self::in_complex_frame(all, k, kind);
+        }
         if n <= 4 * k {
-            return Self::in_frame(None, all, k, quotient);
+            return Self::in_frame(None, all, k, kind);
         }
         let frame = thin_q(all);
         let low = frame.transpose() * all;
-        Self::in_frame(Some(frame), low.as_ref(), k, quotient)
+        Self::in_frame(Some(frame), low.as_ref(), k, kind)
+    }
+
+    /// In a frame that starts with the point, so that rows come in the order of its columns: the frame's own coordinates are those of
+    /// the identity.
+    fn in_complex_frame(all: MatRef<'_, f64>, k: usize, kind: Kind) -> Self {
+        let parts: [MatRef<'_, f64>; 4] = std::array::from_fn(|i| all.subcols(i * k, k));
+        let span = Span::over(kind.field, &parts);
+        let g = complete_over(kind.field, span.down(parts[0]).as_ref());
+        let frame = span.lift(g.as_ref());
+        let low = frame.transpose() * all;
+        Self::in_frame(Some(frame), low.as_ref(), k, kind)
     }
 
     /// From point, velocity, acceleration and jerk side by side, in the coordinates of a frame, shape `(r, 4k)`.
-    fn in_frame(
-        frame: Option<Mat<f64>>,
-        all: MatRef<'_, f64>,
-        k: usize,
-        quotient: Quotient,
-    ) -> Self {
+    fn in_frame(frame: Option<Mat<f64>>, all: MatRef<'_, f64>, k: usize, kind: Kind) -> Self {
         let r = all.nrows();
         let mut entries = vec![0.0; r * (r + 3 * k)];
         let (g, to) = entries.split_at_mut(r * r);
@@ -272,7 +290,7 @@ impl Coordinates {
         {
             let (omega, normal) = to.split_at_mut(k * k);
             for j in 0..k {
-                if quotient == Quotient::Frames {
+                if kind.quotient == Quotient::Frames {
                     for i in 0..k {
                         omega[i + k * j] = 0.5 * (from[i + r * j] - from[j + r * i]);
                     }
@@ -280,7 +298,7 @@ impl Coordinates {
                 normal[(r - k) * j..][..r - k].copy_from_slice(&from[r * j + k..][..r - k]);
             }
         }
-        let blocks = Sized::new(r - k, k, quotient);
+        let blocks = Sized::of_kind(r - k, k, kind);
         Coordinates {
             frame,
             blocks,

@@ -23,7 +23,7 @@ use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::dual::{Dual, Number, jacobian};
 use crate::linalg::lanes::{LANES, Lanes};
-use crate::space::{Quotient, ScalarField};
+use crate::space::{Kind, Quotient, ScalarField};
 
 /// Work of eight legs abreast, in that of one of them: half of what they take one after the other, at the most.
 const ABREAST_WORK: f64 = 4.0;
@@ -81,7 +81,8 @@ pub(crate) trait Leg: Send {
 /// Legs on `St(m + k, k)`.
 pub(crate) fn leg<'a>(blocks: Sized, interrupt: Interrupt<'a>) -> Box<dyn Leg + 'a> {
     if blocks.field == ScalarField::Complex {
-        return Box::new(ComplexLeg::new(blocks, interrupt));
+        let real = Marches::<_, 8>::new(blocks, interrupt);
+        return Box::new(ComplexLeg::new(Box::new(real), blocks));
     }
     if blocks.are_subspaces() {
         return Box::new(Marches::<_, 8>::new(blocks, interrupt));
@@ -366,14 +367,14 @@ pub(crate) fn arrival(
     [v, a, j]: [MatRef<'_, f64>; 3],
     tension: f64,
     accuracy: Accuracy,
-    quotient: Quotient,
+    kind: Kind,
     interrupt: Interrupt<'_>,
 ) -> Result<[Mat<f64>; 4]> {
     let Coordinates {
         frame,
         blocks,
         entries,
-    } = Coordinates::of_checked([s, v, a, j], 1.0, quotient);
+    } = Coordinates::of_checked([s, v, a, j], 1.0, kind);
     let mut state = State::of_coordinates(blocks, entries).in_tension(tension);
     let mut march = March::new(blocks, accuracy);
     state.load(blocks, &mut march.series);
@@ -387,7 +388,7 @@ pub(crate) fn arrival(
         normal: MatRef::from_column_major_slice(state.b(derivative), m, k).to_owned(),
     };
     let [x, first, second] = [0, 1, 2].map(horizontal);
-    let jerk = match quotient {
+    let jerk = match kind.quotient {
         Quotient::Frames => second.plus_bracket(0.5, &x, &first),
         Quotient::Subspaces => second,
     };

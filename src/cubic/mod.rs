@@ -41,6 +41,7 @@ mod frame_flow;
 mod from_boundary;
 mod fused;
 pub(crate) mod guess;
+mod halves;
 mod homotopy;
 pub(crate) mod initial;
 mod initial_derivative;

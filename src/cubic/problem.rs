@@ -195,7 +195,11 @@ impl Problem {
             (2, 1) => Box::new(Shooting::<_, 4>::new(Fixed::<2, 1>, target, interrupt)),
             (3, 1) => Box::new(Shooting::<_, 6>::new(Fixed::<3, 1>, target, interrupt)),
             (1, 2) => Box::new(Shooting::<_, 6>::new(Fixed::<1, 2>, target, interrupt)),
-            _ => Box::new(Shooting::<_, 8>::new(blocks, target, interrupt)),
+            _ => Box::new(Shooting::<_, 8>::new(
+                self.blocks_of_kind(),
+                target,
+                interrupt,
+            )),
         }
     }
 

@@ -18,6 +18,7 @@
 //! `b''' = -[[x, x']_h, x]` is the one above with `n^T - n` in the place of `omega''`.
 
 use super::block_products::{add_product, add_tension, integrate, write_scaled};
+use super::halves::Halves;
 use super::reduced::{Blocks, Parts, Series, are_few, block};
 use super::{fused, rotation};
 use crate::linalg::dual::Number;
@@ -34,8 +35,8 @@ pub(super) fn expand<T: Number>(series: &mut Series<T>, blocks: impl Blocks, ord
         return fused::expand(&mut parts, blocks, order);
     }
     let b = &parts.b[0][..m * k];
-    gram(&mut parts.p[..k * k], b, b, [m, k]);
-    gram(&mut parts.n[..k * k], &parts.b[1][..m * k], b, [m, k]);
+    gram(&mut parts.p[..k * k], b, b, [m, k, k]);
+    gram(&mut parts.n[..k * k], &parts.b[1][..m * k], b, [m, k, k]);
     if blocks.are_subspaces() {
         hold(&mut parts.omega[2][..k * k], &parts.n[..k * k], k);
     }
@@ -64,7 +65,8 @@ fn extend<T: Number, B: Blocks>(parts: &mut Parts<'_, T>, blocks: B, j: usize) {
         }
     }
 
-    let tall = &mut parts.tall[..m * k];
+    let halves = Halves::new(blocks, m);
+    let (tall, rest) = parts.tall[..m * k].split_at_mut(m * halves.wide);
     tall.fill(T::ZERO);
     product::<T, B>(tall, &b1[wide.clone()], &parts.p[narrow.clone()], [m, k, k]);
     for entry in tall.iter_mut() {
@@ -75,10 +77,12 @@ fn extend<T: Number, B: Blocks>(parts: &mut Parts<'_, T>, blocks: B, j: usize) {
     if turns {
         product::<T, B>(tall, &b2[wide.clone()], &omega[narrow.clone()], [m, k, k]);
     }
+    halves.complete_lower(tall, rest, m);
+    let tall = &mut parts.tall[..m * k];
     add_tension(tall, parts.tension, &b1[block(j, m * k)], 1.0);
     write_scaled(&mut b2[block(j + 1, m * k)], tall, next);
 
-    let point = &mut parts.frame[..r * k];
+    let (point, rest) = parts.frame[..r * k].split_at_mut(r * halves.wide);
     point.fill(T::ZERO);
     let points = up_to(j, r * k);
     if turns {
@@ -95,24 +99,43 @@ fn extend<T: Number, B: Blocks>(parts: &mut Parts<'_, T>, blocks: B, j: usize) {
         &b[wide.clone()],
         [r, m, k],
     );
-    write_scaled(&mut parts.s[block(j + 1, r * k)], point, next);
-    let normals = &mut parts.frame[..r * m];
+    halves.complete(point, rest, r);
+    write_scaled(
+        &mut parts.s[block(j + 1, r * k)],
+        &parts.frame[..r * k],
+        next,
+    );
+    let (normals, rest) = parts.frame[..r * m].split_at_mut(r * halves.tall);
     normals.fill(T::ZERO);
     product_transposed::<T, B>(normals, &parts.s[points], &b[wide.clone()], [r, k, m]);
-    write_scaled(&mut parts.e[block(j + 1, r * m)], normals, -next);
+    halves.complete(normals, rest, r);
+    write_scaled(
+        &mut parts.e[block(j + 1, r * m)],
+        &parts.frame[..r * m],
+        -next,
+    );
 
     integrate(b, b1, j, m * k, next);
     integrate(b1, b2, j, m * k, next);
     // The factors of the next n are known by now.
     let next_wide = up_to(j + 1, m * k);
     let n = &mut parts.n[block(j + 1, k * k)];
-    gram(n, &b1[next_wide.clone()], &b[next_wide], [m, k]);
+    let (columns, rest) = n.split_at_mut(k * halves.wide);
+    gram(
+        columns,
+        &b1[next_wide.clone()],
+        &b[next_wide],
+        [m, k, halves.wide],
+    );
+    halves.complete_upper(columns, rest, k);
     if blocks.are_subspaces() {
         hold(&mut omega2[block(j + 1, k * k)], n, k);
     } else if turns {
-        let square = &mut parts.square[..k * k];
+        let (square, rest) = parts.square[..k * k].split_at_mut(k * halves.wide);
         square.fill(T::ZERO);
         product::<T, B>(square, &omega2[narrow.clone()], &omega[narrow], [k, k, k]);
+        halves.complete_upper(square, rest, k);
+        let square = &mut parts.square[..k * k];
         // Of a skew matrix the half: its transpose is subtracted below.
         add_tension(square, parts.tension, &omega1[block(j, k * k)], 0.5);
         integrate(omega, omega1, j, k * k, next);
@@ -144,7 +167,7 @@ fn up_to(j: usize, size: usize) -> std::ops::Range<usize> {
     0..(j + 1) * size
 }
 
-/// `out += sum_i a_i b_{j-i}` with factors of shapes `(rows, inner)` and `(inner, cols)`.
+/// `out += sum_i a_i b_{j-i}` with factors of shapes `(rows, inner)` and `(inner, cols)`, as many first columns as `out` has.
 #[inline(always)]
 fn product<T: Number, B: Blocks>(out: &mut [T], a: &[T], b: &[T], shape: [usize; 3]) {
     convolve::<T, B, false>(out, a, b, shape);
@@ -193,18 +216,18 @@ fn convolve<T: Number, B: Blocks, const TRANSPOSED: bool>(
     }
 }
 
-/// `out = sum_i a_i^T b_{j-i}` with factors of shape `(m, k)`.
+/// `out = sum_i a_i^T b_{j-i}` with factors of shape `(m, k)`, as many first columns.
 #[inline(always)]
-fn gram<T: Number>(out: &mut [T], a: &[T], b: &[T], [m, k]: [usize; 2]) {
+fn gram<T: Number>(out: &mut [T], a: &[T], b: &[T], [m, k, columns]: [usize; 3]) {
     if m == 0 {
         return out.fill(T::ZERO);
     }
     for row in 0..k {
-        let whole = k - k % 4;
+        let whole = columns - columns % 4;
         for col in (0..whole).step_by(4) {
             gram_entries::<T, 4>(out, a, b, [m, k], row, col);
         }
-        match k - whole {
+        match columns - whole {
             3 => gram_entries::<T, 3>(out, a, b, [m, k], row, whole),
             2 => gram_entries::<T, 2>(out, a, b, [m, k], row, whole),
             1 => gram_entries::<T, 1>(out, a, b, [m, k], row, whole),

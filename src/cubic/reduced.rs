@@ -23,6 +23,10 @@ pub(crate) trait Blocks: Copy + Send + Sync {
 
     /// Whether `omega` stays zero: `omega''` is then what would turn the columns, and keeps them from it.
     fn are_subspaces(self) -> bool;
+
+    /// Whether they are those of embedded complex matrices: the second half of the columns of each follows from the first. Rows of
+    /// `s` and `e` are then in the order of the frame's columns.
+    fn are_complex(self) -> bool;
 }
 
 /// Sizes known to the compiler.
@@ -50,6 +54,10 @@ impl<const M: usize, const K: usize> Blocks for Fixed<M, K> {
     }
     #[inline(always)]
     fn are_subspaces(self) -> bool {
+        false
+    }
+    #[inline(always)]
+    fn are_complex(self) -> bool {
         false
     }
 }
@@ -156,6 +164,10 @@ impl Blocks for Sized {
     #[inline(always)]
     fn are_subspaces(self) -> bool {
         self.quotient == Quotient::Subspaces
+    }
+    #[inline(always)]
+    fn are_complex(self) -> bool {
+        self.field == ScalarField::Complex
     }
 }
 

@@ -211,14 +211,15 @@ impl<const N: usize> Mul for Dual<N> {
 /// `out += a b` for all pairs of factors of shapes `(rows, inner)` and `(inner, cols)`, or `out += a b^T` with `b` of shape
 /// `(cols, inner)`, column by column.
 ///
-/// Sums of `W` rows and `C` columns stay in registers for all pairs; `rows` is a multiple of `W`.
+/// Sums of `W` rows and `C` columns stay in registers for all pairs; `rows` is a multiple of `W`. As many of the first columns are
+/// computed as `out` has.
 #[inline(always)]
 fn tiles<'a, T: Number, const TRANSPOSED: bool, const W: usize, const C: usize>(
     out: &mut [T],
     pairs: impl Iterator<Item = (&'a [T], &'a [T])> + Clone,
     shape: [usize; 3],
 ) {
-    let cols = shape[2];
+    let cols = out.len() / shape[0];
     let whole = cols - cols % C;
     for col in (0..whole).step_by(C) {
         columns::<T, TRANSPOSED, W, C>(out, pairs.clone(), shape, col);

@@ -23,11 +23,11 @@ use crate::manifold::carrier::{Carrier, Direction};
 use crate::manifold::grassmann::joining::alignment;
 use crate::manifold::tangent::tangent_part;
 use crate::manifold::{Grassmann, QuasiGeodesic, Stiefel};
-use crate::space::Quotient;
+use crate::space::{Kind, Quotient, ScalarField};
 
 /// Knots and the quasi-geodesics between them.
 pub(super) struct Ambient<'a> {
-    quotient: Quotient,
+    kind: Kind,
     points: Vec<Mat<f64>>,
     joints: Vec<Joint>,
     lengths: Vec<f64>,
@@ -39,14 +39,14 @@ impl<'a> Ambient<'a> {
     /// # Errors
     /// Where neighbours cannot be joined.
     pub(super) fn new(
-        quotient: Quotient,
+        kind: Kind,
         points: Vec<Mat<f64>>,
         lengths: Vec<f64>,
         interrupt: Interrupt<'a>,
     ) -> Result<Self> {
         Ok(Ambient {
-            quotient,
-            joints: links(&points, quotient)?,
+            kind,
+            joints: links(&points, kind.quotient)?,
             points,
             lengths,
             tension: 0.0,
@@ -78,7 +78,7 @@ impl<'a> Ambient<'a> {
     pub(super) fn reversed(&self) -> Result<Self> {
         let points = self.points.iter().rev().cloned().collect();
         let lengths = self.lengths.iter().rev().copied().collect();
-        let back = Self::new(self.quotient, points, lengths, self.interrupt)?;
+        let back = Self::new(self.kind, points, lengths, self.interrupt)?;
         Ok(back.in_tension(self.tension))
     }
 
@@ -93,8 +93,8 @@ impl<'a> Ambient<'a> {
         let size = self.size();
         let vectors = [0, 1, 2].map(|i| self.matrix(&start[size * i..][..size]));
         let (point, tension) = (self.points[leg].as_ref(), self.leg_tension(leg));
-        let (quotient, next) = (self.quotient, self.points[leg + 1].as_ref());
-        let mut end = arrival(point, vectors, tension, accuracy, quotient, self.interrupt)?;
+        let (quotient, next) = (self.kind.quotient, self.points[leg + 1].as_ref());
+        let mut end = arrival(point, vectors, tension, accuracy, self.kind, self.interrupt)?;
         if quotient == Quotient::Subspaces {
             // In terms of the basis at the knot.
             let turn = alignment(next, end[0].as_ref())?;
@@ -184,7 +184,11 @@ impl Chain for Ambient<'_> {
         let size = self.size();
         let [v, a, j] = [0, 1, 2].map(|i| self.matrix(&start[size * i..][..size]));
         let data = [self.points[leg].as_ref(), v, a, j];
-        let data = Coordinates::of_checked(data, 1.0, self.quotient);
+        let kind = Kind {
+            field: ScalarField::Real,
+            ..self.kind
+        };
+        let data = Coordinates::of_checked(data, 1.0, kind);
         let state = State::of_coordinates(data.blocks, data.entries);
         (data.frame, state.in_tension(self.leg_tension(leg)))
     }
@@ -205,7 +209,7 @@ impl Movable for Ambient<'_> {
             .zip(&self.points)
             .enumerate()
             .map(|(knot, (shift, point))| {
-                let shift = tangent_part(self.quotient, point.as_ref(), self.matrix(shift));
+                let shift = tangent_part(self.kind.quotient, point.as_ref(), self.matrix(shift));
                 let curve = QuasiGeodesic::from_velocity(point.as_ref(), shift.as_ref());
                 curve.map_err(|error| error.at_knot(knot))
             })
@@ -213,7 +217,7 @@ impl Movable for Ambient<'_> {
         let carried = |knot: usize, v: &mut [f64]| -> Result<()> {
             for v in v.chunks_exact_mut(size) {
                 let point = self.points[knot].as_ref();
-                let along = tangent_part(self.quotient, point, self.matrix(v));
+                let along = tangent_part(self.kind.quotient, point, self.matrix(v));
                 write(&carry(&moves[knot], along.as_ref(), 1.0)?, v);
             }
             Ok(())
@@ -227,14 +231,14 @@ impl Movable for Ambient<'_> {
         let points = moves.iter().map(|curve| curve.point(1.0));
         let points = points.collect::<Result<Vec<_>>>()?;
         let lengths = self.lengths.clone();
-        let moved = Ambient::new(self.quotient, points, lengths, self.interrupt)?;
+        let moved = Ambient::new(self.kind, points, lengths, self.interrupt)?;
         Ok(moved.in_tension(self.tension))
     }
 
     fn towards(&self, knot: usize, point: &Mat<f64>) -> Result<Vec<f64>> {
         let (n, k) = point.shape();
         let here = self.points[knot].as_ref();
-        let v = match self.quotient {
+        let v = match self.kind.quotient {
             Quotient::Frames => Stiefel::new(n, k)?.log(here, point.as_ref())?,
             Quotient::Subspaces => Grassmann::new(n, k)?.log(here, point.as_ref())?,
         };

@@ -177,7 +177,7 @@ impl<'e> Problem<'e> {
     fn solve_in_ambient(&self, options: &SplineOptions<'_>) -> Result<Solved> {
         let ends = self.ends_with(|_, v| entries(v));
         let (points, lengths) = (self.knots.points.clone(), self.knots.lengths.clone());
-        let chain = Ambient::new(options.quotient, points, lengths, options.interrupt)?;
+        let chain = Ambient::new(options.kind(), points, lengths, options.interrupt)?;
         let chain = chain.in_tension(self.tension);
         let trials = match self.bases() {
             Some(_) => 0.0,

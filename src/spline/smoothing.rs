@@ -213,7 +213,7 @@ pub fn smoothing_spline(
     } else {
         let through = |points: &[Mat<f64>]| {
             let (points, lengths) = (points.to_vec(), knots.lengths.clone());
-            Ambient::new(options.quotient, points, lengths, interrupt)
+            Ambient::new(kind, points, lengths, interrupt)
         };
         solve(through, &knots.points, &data, given, &space, options)?
     };
