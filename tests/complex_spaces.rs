@@ -168,6 +168,39 @@ fn splines_are_those_of_the_embedded_matrices() {
 }
 
 #[test]
+fn splines_of_many_unknowns_are_those_of_the_embedded_matrices() {
+    for (quotient, shape) in [
+        (Quotient::Frames, (40, 3)),
+        (Quotient::Frames, (14, 4)),
+        (Quotient::Subspaces, (40, 3)),
+    ] {
+        let (t, points) = walk(quotient, shape, 8, 0.6);
+        for tension in [0.0, 0.8] {
+            let spline = |field| {
+                let options = SplineOptions {
+                    quotient,
+                    field,
+                    tension,
+                    ..SplineOptions::default()
+                };
+                cubic_spline(&t, &views(&points), &EndConditions::Natural, &options)
+                    .unwrap()
+                    .0
+            };
+            let [native, oracle] = [ScalarField::Complex, ScalarField::Real].map(spline);
+            for i in 0..=14 {
+                let at = t[t.len() - 1] * i as f64 / 14.0;
+                let [a, b] = [&native, &oracle].map(|curve| curve.point(at).unwrap());
+                let off = apart(quotient, &a, &b);
+                assert!(off < 1e-10, "{quotient:?} {shape:?} {tension}: {off:e}");
+                let defect = embedding_defect(a.as_ref());
+                assert!(defect < 1e-12, "{quotient:?} {shape:?}: {defect:e}");
+            }
+        }
+    }
+}
+
+#[test]
 fn smoothing_splines_are_those_of_the_embedded_matrices() {
     for (quotient, shape) in kinds() {
         let (t, points) = walk(quotient, shape, 7, 0.6);
