@@ -218,7 +218,8 @@ pub fn map_batch<const N: usize>(
         let one = |i: usize, target: &mut [f64]| {
             interrupt.check("batch")?;
             member(batches.each_ref(), i, target, interrupt)?;
-            match target.iter().all(|x| x.is_finite()) {
+            // Without a branch per entry.
+            match target.iter().fold(true, |all, x| all & x.is_finite()) {
                 true => Ok(()),
                 false => Err(Error::Overflow { quantity: "result" }),
             }
