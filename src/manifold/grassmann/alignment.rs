@@ -1,8 +1,8 @@
 //! How one basis lies to another: principal cosines with their vectors, and what of the second is not in the span of the first.
 //!
-//! With `C = Y0^T Y1 = U diag(c) Z^T`, the symmetric matrix `C^T C = Z diag(c^2) Z^T` gives `c`, `Z` and `U = C Z diag(1/c)` in half the
-//! time of the singular value decomposition. Round-off of `C^T C` is `eps`, that of a cosine `eps / (2 c)`, that of `U` `eps / c^2`:
-//! where the smallest cosine is above 0.3, both are a few units.
+//! With `C = Y0^T Y1 = U diag(c) Z^T`, the symmetric matrix `C^T C = Z diag(c^2) Z^T` gives `c`, `Z` and `U = C Z diag(1/c)` in about
+//! 0.57 of the time of the singular value decomposition (4.4 us and 7.6 us for k = 8, 164 us and 288 us for k = 50). Round-off of
+//! `C^T C` is `eps`, that of a cosine `eps / (2 c)`, that of `U` `eps / c^2`: small cosines are left to the decomposition.
 
 use std::f64::consts::FRAC_PI_2;
 
