@@ -93,10 +93,9 @@ impl Batch {
     /// Return `InvalidInputError` unless the members have the given shape; an empty batch is checked too.
     pub fn check_shape(&self, name: &str, (n, k): (usize, usize)) -> PyResult<()> {
         let (rows, cols) = self.own_shape();
-        let expected = format!("{name}: expected shape (..., {n}, {k})");
         ensure!(
             (rows, cols) == (n, k),
-            "{expected}, found (..., {rows}, {cols})"
+            "{name}: expected shape (..., {n}, {k}), found (..., {rows}, {cols})"
         );
         Ok(())
     }
