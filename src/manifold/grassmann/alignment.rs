@@ -23,7 +23,8 @@ const RIGHT_ANGLE: f64 = 32.0 * f64::EPSILON;
 /// result.
 const FAR: f64 = 0.25;
 
-/// Squares of cosines from this on are taken from `C^T C`.
+/// Squares of cosines from this on are taken from `C^T C`. For angles up to this (k = 5, 12, 30) entries of logarithms are off by at most
+/// 4.8 round-offs, distances by 16; 3.0 and 10 by singular values.
 const MODERATE: f64 = 0.1;
 
 /// `Y0^T Y1 = U diag(c) Z^T`.
