@@ -87,5 +87,27 @@ fn initial_values(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, splines, initial_values);
+/// Subspaces whose mean squared angle is 0.01 or 0.6.
+fn logarithms(c: &mut Criterion) {
+    let mut group = c.benchmark_group("subspaces_logarithm");
+    for (n, k) in [(4, 2), (50, 5), (200, 20), (1000, 50)] {
+        let (mut rng, m) = (Rng::new(3), Grassmann::new(n, k).unwrap());
+        let y0 = random_point(n, k, &mut rng);
+        for (name, square) in [("near", 0.01), ("far", 0.6)] {
+            let v = horizontal(&y0, (square * k as f64).sqrt(), &mut rng);
+            let y1 = m.exp(y0.as_ref(), v.as_ref()).unwrap();
+            let y1 = &y1 * random_orthogonal(k, &mut rng);
+            let (y0, y1) = (y0.as_ref(), y1.as_ref());
+            let id = |function: &str| BenchmarkId::new(function, format!("{n}_{k}_{name}"));
+            group.bench_function(id("log"), |b| b.iter(|| m.log(black_box(y0), y1).unwrap()));
+            group.bench_function(id("dist"), |b| b.iter(|| m.dist(black_box(y0), y1)));
+            group.bench_function(id("principal_angles"), |b| {
+                b.iter(|| m.principal_angles(black_box(y0), y1).unwrap());
+            });
+        }
+    }
+    group.finish();
+}
+
+criterion_group!(benches, splines, initial_values, logarithms);
 criterion_main!(benches);

@@ -1,14 +1,13 @@
 //! Norms, defects and the checks of input that every public entry makes once.
 
 use faer::linalg::matmul::triangular;
-use faer::reborrow::ReborrowMut;
 use faer::traits::ComplexField;
 use faer::traits::math_utils::is_finite;
-use faer::{Accum, Mat, MatMut, MatRef, Par};
+use faer::{Accum, Mat, MatRef, Par};
 use triangular::BlockStructure::{Rectangular, TriangularLower};
 
 use crate::error::{Error, Result};
-use crate::linalg::product::{is_small, mul_into};
+use crate::linalg::product::mul_into;
 
 /// Sums of squares in this range have lost nothing to overflow or to denormals.
 pub(crate) const SAFE_SQUARES: std::ops::Range<f64> = 1e-280..1e280;
@@ -81,26 +80,39 @@ pub fn distance(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> f64 {
     sum.sqrt()
 }
 
+/// Up to so many columns the whole product costs less than half of it: 0.14 us against 0.29 us at (50, 5), equal at (50, 9).
+const WHOLE: usize = 8;
+
+/// `Y^T Y`, of which the lower triangle is set.
+pub(crate) fn gram(y: MatRef<'_, f64>) -> Mat<f64> {
+    let k = y.ncols();
+    let mut out = Mat::zeros(k, k);
+    if k <= WHOLE {
+        mul_into(&mut out, 1.0, y.transpose(), y);
+        return out;
+    }
+    triangular::matmul(
+        out.as_mut(),
+        TriangularLower,
+        Accum::Replace,
+        y.transpose(),
+        Rectangular,
+        y,
+        Rectangular,
+        1.0,
+        Par::Seq,
+    );
+    out
+}
+
 /// `|Y^T Y - I|_F`: how far the columns of `y` are from orthonormal; infinite where that overflows.
 pub fn orthonormality_defect(y: MatRef<'_, f64>) -> f64 {
-    let k = y.ncols();
-    let mut gram = vec![0.0; k * k];
-    let mut gram = MatMut::from_column_major_slice_mut(&mut gram, k, k);
-    if is_small(k, y.nrows(), k) {
-        mul_into(gram.rb_mut(), 1.0, y.transpose(), y);
-    } else {
-        triangular::matmul(
-            gram.rb_mut(),
-            TriangularLower,
-            Accum::Replace,
-            y.transpose(),
-            Rectangular,
-            y,
-            Rectangular,
-            1.0,
-            Par::Seq,
-        );
-    }
+    gram_defect(gram(y).as_ref())
+}
+
+/// `|G - I|_F` of the lower triangle of a symmetric matrix; infinite where that overflows.
+pub(crate) fn gram_defect(gram: MatRef<'_, f64>) -> f64 {
+    let k = gram.ncols();
     let (mut diagonal, mut below) = (0.0, 0.0);
     for j in 0..k {
         let d: f64 = gram[(j, j)] - 1.0;

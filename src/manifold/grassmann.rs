@@ -8,9 +8,7 @@ pub(crate) mod joining;
 mod logarithm;
 mod principal_angles;
 
-use faer::linalg::matmul::triangular;
-use faer::{Accum, Mat, MatRef, Par};
-use triangular::BlockStructure::{Rectangular, TriangularLower};
+use faer::{Mat, MatRef};
 
 use super::stiefel::{Stiefel, TANGENT_TOLERANCE};
 use crate::error::{Error, Result};
@@ -256,21 +254,4 @@ fn remove_part(y: MatRef<'_, f64>, z: &mut Mat<f64>) {
     let mut along = Mat::zeros(y.ncols(), z.ncols());
     mul_into(&mut along, 1.0, y.transpose(), &*z);
     mul_add(z, -1.0, y, &along);
-}
-
-/// The lower triangle of `V^T V`.
-fn gram(v: MatRef<'_, f64>) -> Mat<f64> {
-    let mut out = Mat::zeros(v.ncols(), v.ncols());
-    triangular::matmul(
-        out.as_mut(),
-        TriangularLower,
-        Accum::Replace,
-        v.transpose(),
-        Rectangular,
-        v,
-        Rectangular,
-        1.0,
-        Par::Seq,
-    );
-    out
 }

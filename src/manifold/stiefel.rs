@@ -9,8 +9,8 @@ use crate::linalg::decomp::polar_factor;
 use crate::linalg::product::mul_into;
 use crate::linalg::skew_exp::check_skew;
 use crate::linalg::structure::{
-    check_finite, check_range, check_shape, frobenius_inner, norm, orthonormality_defect,
-    skew_defect, skew_part, symmetric_part,
+    check_finite, check_range, check_shape, frobenius_inner, gram, gram_defect, norm, skew_defect,
+    skew_part, symmetric_part,
 };
 
 /// A point may be off the manifold by this much: `|S^T S - I|_F`.
@@ -118,22 +118,34 @@ impl Stiefel {
         s: MatRef<'_, f64>,
         tolerance: f64,
     ) -> Result<()> {
+        self.checked_gram(name, s, tolerance).map(drop)
+    }
+
+    /// [`Stiefel::check_point`] that returns what it has formed, `S^T S` in the lower triangle.
+    ///
+    /// # Errors
+    /// `Shape`, `NonFinite`, `NotOrthonormal`.
+    pub(crate) fn checked_gram(
+        &self,
+        name: &'static str,
+        s: MatRef<'_, f64>,
+        tolerance: f64,
+    ) -> Result<Mat<f64>> {
         check_shape(name, s, self.n, self.k)?;
-        check_finite(name, s)?;
-        // Finite entries can overflow in S^T S, to infinities that cancel.
-        let defect = match orthonormality_defect(s) {
-            defect if defect.is_nan() => f64::INFINITY,
-            defect => defect,
-        };
-        if defect <= tolerance {
-            Ok(())
-        } else {
-            Err(Error::NotOrthonormal {
-                name,
-                defect,
-                tolerance,
-            })
+        let gram = gram(s);
+        let defect = gram_defect(gram.as_ref());
+        // An entry that is not finite leaves none on the diagonal; finite ones can overflow.
+        if !defect.is_finite() {
+            check_finite(name, s)?;
         }
+        if defect <= tolerance {
+            return Ok(gram);
+        }
+        Err(Error::NotOrthonormal {
+            name,
+            defect,
+            tolerance,
+        })
     }
 
     /// Checks shape, finiteness and `|S^T V + V^T S|_F / 2 <= tolerance max(1, |V|_F)`.

@@ -93,10 +93,9 @@ impl Batch {
     /// Return `InvalidInputError` unless the members have the given shape; an empty batch is checked too.
     pub fn check_shape(&self, name: &str, (n, k): (usize, usize)) -> PyResult<()> {
         let (rows, cols) = self.own_shape();
-        let expected = format!("{name}: expected shape (..., {n}, {k})");
         ensure!(
             (rows, cols) == (n, k),
-            "{expected}, found (..., {rows}, {cols})"
+            "{name}: expected shape (..., {n}, {k}), found (..., {rows}, {cols})"
         );
         Ok(())
     }
@@ -218,7 +217,8 @@ pub fn map_batch<const N: usize>(
         let one = |i: usize, target: &mut [f64]| {
             interrupt.check("batch")?;
             member(batches.each_ref(), i, target, interrupt)?;
-            match target.iter().all(|x| x.is_finite()) {
+            // Without a branch per entry.
+            match target.iter().fold(true, |all, x| all & x.is_finite()) {
                 true => Ok(()),
                 false => Err(Error::Overflow { quantity: "result" }),
             }

@@ -1,6 +1,6 @@
 //! NumPy arrays in and out: coercion, reading, writing.
 
-use faer::{Mat, MatRef};
+use faer::{Mat, MatMut, MatRef};
 use numpy::{
     Complex64, Element, PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArray,
     PyUntypedArrayMethods,
@@ -334,10 +334,7 @@ pub fn tuple(shape: &[usize]) -> String {
 
 /// Writes a matrix row by row.
 pub fn write(matrix: MatRef<'_, f64>, out: &mut [f64]) {
-    let cols = matrix.ncols();
-    for i in 0..matrix.nrows() {
-        for j in 0..cols {
-            out[i * cols + j] = matrix[(i, j)];
-        }
-    }
+    let (rows, cols) = matrix.shape();
+    let out = &mut out[..rows * cols];
+    MatMut::from_row_major_slice_mut(out, rows, cols).copy_from(matrix);
 }

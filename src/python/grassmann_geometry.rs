@@ -57,19 +57,15 @@ impl PyGrassmann {
     /// >>> M.log([[1], [0], [0]], [[-0.6], [0.8], [0]]).round(6).ravel().tolist()
     /// [0.0, -0.927295, 0.0]
     fn log(&self, Y0: &Any, Y1: &Any) -> PyResult<Numbers> {
-        self.map_matrices(named![Y0, Y1], |m, data| {
-            let [y0, y1] = columns(data);
-            m.log(y0.as_ref(), y1.as_ref())
-        })
+        self.map_matrices_into(named![Y0, Y1], |m, out, [y0, y1]| m.log_into(out, y0, y1))
     }
 
     /// The Riemannian distance of subspaces, ``sqrt(sum(principal_angles ** 2))``, shape (...).
     ///
     /// Defined also where an angle is ``pi / 2`` and :meth:`log` is not. For different bases of one subspace it is round-off, not 0.
     fn dist(&self, Y0: &Any, Y1: &Any) -> PyResult<Array> {
-        self.map_numbers(named![Y0, Y1], Field::length, |m, data, _| {
-            let [y0, y1] = columns(data);
-            m.dist(y0.as_ref(), y1.as_ref())
+        self.map_numbers(named![Y0, Y1], Field::length, |m, [y0, y1], _| {
+            m.dist(y0, y1)
         })
     }
 

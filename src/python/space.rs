@@ -50,6 +50,21 @@ pub trait Space {
         self.field().numbers(found)
     }
 
+    /// [`Space::map_matrices`] for a function that writes into a matrix of shape `(n, k)`, whose rows are contiguous.
+    fn map_matrices_into<const N: usize>(
+        &self,
+        objects: [Named<'_, '_>; N],
+        member: impl Fn(&Self::Core, MatMut<'_, f64>, [MatRef<'_, f64>; N]) -> Result<()> + Shared,
+    ) -> PyResult<Numbers> {
+        let (n, k) = self.core_shape();
+        let write =
+            move |m: &Self::Core, data: [MatRef<'_, f64>; N], out: &mut [f64], _: Interrupt<'_>| {
+                member(m, MatMut::from_row_major_slice_mut(out, n, k), data)
+            };
+        let found = self.write_shapes(objects, [self.shape(); N], |_| 1.0, &[n, k], write)?;
+        self.field().numbers(found)
+    }
+
     /// [`Space::map`] for numbers, of which `own` makes those of the field.
     fn map_numbers<const N: usize>(
         &self,
@@ -72,6 +87,26 @@ pub trait Space {
         core: &[usize],
         member: impl Fn(&Self::Core, [MatRef<'_, f64>; N], Interrupt<'_>) -> Result<T> + Shared,
     ) -> PyResult<Array> {
+        let write = move |m: &Self::Core,
+                          data: [MatRef<'_, f64>; N],
+                          out: &mut [f64],
+                          interrupt: Interrupt<'_>| {
+            member(m, data, interrupt)?.put(out);
+            Ok(())
+        };
+        self.write_shapes(objects, shapes, weight, core, write)
+    }
+
+    /// [`Space::map_shapes`] for a function that writes its value row by row.
+    fn write_shapes<const N: usize>(
+        &self,
+        objects: [Named<'_, '_>; N],
+        shapes: [(usize, usize); N],
+        weight: impl FnOnce(&[Batch; N]) -> f64,
+        core: &[usize],
+        member: impl Fn(&Self::Core, [MatRef<'_, f64>; N], &mut [f64], Interrupt<'_>) -> Result<()>
+        + Shared,
+    ) -> PyResult<Array> {
         let (py, manifold) = (objects[0].0.py(), self.core());
         let batches = self.read(objects)?;
         for ((batch, (_, name)), shape) in batches.iter().zip(objects).zip(shapes) {
@@ -80,8 +115,7 @@ pub trait Space {
         let numbers: f64 = batches.iter().map(Batch::numbers).sum();
         let call = Call::new(py, None, weight(&batches) * numbers)?.over(self.field());
         map_batch(&call, batches, core, move |batches, i, out, interrupt| {
-            member(&manifold, batches.map(|batch| batch.get(i)), interrupt)?.put(out);
-            Ok(())
+            member(&manifold, batches.map(|batch| batch.get(i)), out, interrupt)
         })
     }
 

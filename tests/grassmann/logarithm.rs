@@ -1,6 +1,6 @@
 //! Logarithm, distance, principal angles and aligned bases: at all angles, in all bases.
 
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_6};
 
 use faer::Mat;
 use stiefel_rs::Error;
@@ -52,7 +52,8 @@ fn norm(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |s: f64, x| s.hypot(*x))
 }
 
-const GIVEN: [&[f64]; 9] = [
+/// Also on both sides of a cosine of `sqrt(0.1)` and of a sine of 1/2, where the method changes.
+const GIVEN: [&[f64]; 13] = [
     &[0.0],
     &[0.4],
     &[1.0, 1.0, 0.2],
@@ -62,6 +63,10 @@ const GIVEN: [&[f64]; 9] = [
     &[1.5],
     &[0.785, 0.785_000_001],
     &[1.57, 0.1],
+    &[1.249_045],
+    &[1.249_046, 1e-3],
+    &[FRAC_PI_6 - 1e-6],
+    &[FRAC_PI_6 + 1e-6],
 ];
 
 #[test]
@@ -230,5 +235,28 @@ fn equal_subspaces_are_round_off_apart() {
         let same = manifold(&y).align(y.as_ref(), other.as_ref()).unwrap();
         assert_close(&same, &y, 4.0 * EPS * (n * k) as f64, "aligned");
         assert_close(&(basis.transpose() * &basis), &identity(n), 1e-13, "basis");
+    }
+}
+
+#[test]
+fn bases_to_nine_digits_are_projected_off_twice() {
+    let mut rng = Rng::new(82);
+    for (n, k) in [(8, 1), (9, 3), (12, 5), (30, 12)] {
+        for angle in [0.1, 0.5, 0.6, 1.2, 1.4] {
+            let Pair { y0, y1, .. } = pair((n, k), &[angle, 0.5 * angle], &mut rng);
+            // Not orthonormal by up to 4e-10.
+            let stretch = Mat::from_fn(k, k, |i, j| {
+                f64::from(u8::from(i == j)) + 1e-10 * (1.0 + (3 * i + j) as f64).sin() / k as f64
+            });
+            let y0 = y0 * stretch;
+            let v = log(&y0, &y1);
+            // A single projection leaves 1e-10.
+            let along = y0.transpose() * &v;
+            assert_within(
+                frobenius(along.as_ref()),
+                EPS * (n * k) as f64,
+                &format!("({n}, {k}), {angle}"),
+            );
+        }
     }
 }

@@ -13,7 +13,7 @@ use faer::{Mat, Scale};
 use stiefel_rs::Grassmann;
 
 /// Lines, `n = 2k`, `n < 2k`, hyperplanes, one point, and more columns than plane rotations are used for.
-pub const SIZES: [(usize, usize); 9] = [
+pub const SIZES: [(usize, usize); 10] = [
     (3, 1),
     (2, 1),
     (4, 2),
@@ -22,6 +22,7 @@ pub const SIZES: [(usize, usize); 9] = [
     (3, 3),
     (1, 1),
     (20, 4),
+    (12, 5),
     (30, 12),
 ];
 

@@ -1,4 +1,8 @@
 //! How one basis lies to another: principal cosines with their vectors, and what of the second is not in the span of the first.
+//!
+//! With `C = Y0^T Y1 = U diag(c) Z^T`, the symmetric matrix `C^T C = Z diag(c^2) Z^T` gives `c`, `Z` and `U = C Z diag(1/c)` in about
+//! 0.57 of the time of the singular value decomposition (4.4 us and 7.6 us for k = 8, 164 us and 288 us for k = 50). Round-off of
+//! `C^T C` is `eps`, that of a cosine `eps / (2 c)`, that of `U` `eps / c^2`: small cosines are left to the decomposition.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -6,13 +10,22 @@ use faer::{Mat, MatRef};
 
 use super::{Grassmann, remove_part};
 use crate::error::{Error, Result};
-use crate::linalg::decomp::Svd;
+use crate::linalg::decomp::{Svd, SymmetricEigen};
 use crate::linalg::one_sided_jacobi::orthogonalise_few;
-use crate::linalg::product::{mul_add, mul_into};
+use crate::linalg::product::{mul_add, mul_into, scale};
+use crate::linalg::structure::gram;
 use crate::manifold::stiefel::POINT_TOLERANCE;
 
 /// A principal angle is `pi/2` to working precision where its cosine is below this.
 const RIGHT_ANGLE: f64 = 32.0 * f64::EPSILON;
+
+/// Subspaces are far apart where the mean of the squared sines is at least this: round-off of `Y1` is at most twice that of the
+/// result.
+const FAR: f64 = 0.25;
+
+/// Squares of cosines from this on are taken from `C^T C`. For angles up to this (k = 5, 12, 30) entries of logarithms are off by at most
+/// 4.8 round-offs, distances by 16; 3.0 and 10 by singular values.
+const MODERATE: f64 = 0.1;
 
 /// `Y0^T Y1 = U diag(c) Z^T`.
 pub(super) struct Alignment {
@@ -21,6 +34,11 @@ pub(super) struct Alignment {
     pub(super) cosines: Vec<f64>,
     pub(super) u: Mat<f64>,
     pub(super) z: Mat<f64>,
+}
+
+/// The sine of an angle between 0 and `pi/2` with the given cosine, which may be above 1 by round-off.
+pub(super) fn sine(cosine: f64) -> f64 {
+    ((1.0 - cosine) * (1.0 + cosine)).max(0.0).sqrt()
 }
 
 impl Alignment {
@@ -43,6 +61,38 @@ impl Alignment {
                 z,
             });
         }
+        Self::by_squares(product).or_else(Self::by_svd)
+    }
+
+    /// From the eigenvectors of `C^T C`; `C` back where a cosine is small, or the eigenvalue iteration does not converge.
+    fn by_squares(product: Mat<f64>) -> std::result::Result<Self, Mat<f64>> {
+        let k = product.ncols();
+        let square = gram(product.as_ref());
+        // No eigenvalue is above the smallest entry of the diagonal.
+        if (0..k).any(|j| square[(j, j)] < MODERATE) {
+            return Err(product);
+        }
+        let mut eigen = SymmetricEigen::new(k);
+        if eigen.compute(square.as_ref()).is_err() || eigen.value(0) < MODERATE {
+            return Err(product);
+        }
+        let z = eigen.vectors().reverse_cols().to_owned();
+        let cosines: Vec<f64> = (0..k).rev().map(|j| eigen.value(j).sqrt()).collect();
+        let mut u = square;
+        mul_into(&mut u, 1.0, &product, &z);
+        for (column, cosine) in u.col_iter_mut().zip(&cosines) {
+            scale(column.as_mat_mut(), 1.0 / cosine);
+        }
+        Ok(Alignment {
+            product,
+            cosines,
+            u,
+            z,
+        })
+    }
+
+    fn by_svd(product: Mat<f64>) -> Result<Self> {
+        let k = product.ncols();
         let mut svd = Svd::new(k, k);
         svd.compute(product.as_ref())?;
         Ok(Alignment {
@@ -51,6 +101,36 @@ impl Alignment {
             u: svd.u().to_owned(),
             z: svd.v().to_owned(),
         })
+    }
+
+    /// Whether the subspaces are far apart, so that little cancels in `(I - Y0 Y0^T) Y1`.
+    pub(super) fn is_far(&self) -> bool {
+        let squares = self.cosines.iter().map(|cosine| sine(*cosine).powi(2));
+        squares.sum::<f64>() >= FAR * self.cosines.len() as f64
+    }
+
+    /// The principal angles, increasing, from their cosines: an error of `eps / sine`.
+    pub(super) fn angles(&self) -> impl Iterator<Item = f64> {
+        self.cosines
+            .iter()
+            .map(|cosine| sine(*cosine).atan2(*cosine))
+    }
+
+    /// `(2 I - G) Y0^T Y1` for `G = Y0^T Y0`, of which the lower triangle is given: the coefficients along `Y0` that projecting
+    /// twice subtracts from `Y1`.
+    pub(super) fn along(&self, gram: Mat<f64>) -> Mat<f64> {
+        let k = gram.ncols();
+        let mut twice = gram;
+        for j in 0..k {
+            twice[(j, j)] = 2.0 - twice[(j, j)];
+            for i in j + 1..k {
+                twice[(i, j)] = -twice[(i, j)];
+                twice[(j, i)] = twice[(i, j)];
+            }
+        }
+        let mut out = Mat::zeros(k, k);
+        mul_into(&mut out, 1.0, &twice, &self.product);
+        out
     }
 
     /// `(I - Y0 Y0^T) Y1`, exactly zero where the subspaces are all of the space.

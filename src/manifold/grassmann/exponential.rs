@@ -12,11 +12,11 @@
 
 use faer::{Mat, MatRef, Scale};
 
-use super::{Grassmann, gram};
+use super::Grassmann;
 use crate::error::Result;
 use crate::linalg::decomp::{SymmetricEigen, thin_q};
 use crate::linalg::product::{mul_add, mul_into};
-use crate::linalg::structure::{check_finite, check_range, norm};
+use crate::linalg::structure::{check_finite, check_range, gram, norm};
 use crate::manifold::Geodesic;
 use crate::manifold::QuasiGeodesic;
 use crate::manifold::quasi_geodesic::Departure;

@@ -4,20 +4,25 @@
 //! `log(Y0, Y1) = (I - Y0 Y0^T) Y1 Z diag(theta_i / s_i) U^T`. The factor `theta / s` is a smooth function of the cosine up to an
 //! angle of `pi`, 1 for small angles: small sines are never computed and never divided by, and principal vectors that cosines do
 //! not tell apart need not be told apart. That makes the logarithm as accurate for angles of 1e-300 as for large ones.
+//!
+//! Between subspaces that are far apart nothing cancels in `Y1 F - Y0 (B F)`, with `F = Z diag(theta / s) U^T` and
+//! `B = (2 I - Y0^T Y0) Y0^T Y1`: it is the same as to project twice, also where `Y0` is a basis to 1e-9 only, and takes half as many
+//! products of tall matrices.
 
-use faer::{Mat, MatRef};
+use faer::reborrow::ReborrowMut;
+use faer::{Mat, MatMut, MatRef};
 
 use super::Grassmann;
-use super::alignment::Alignment;
+use super::alignment::{Alignment, sine};
 use crate::error::Result;
-use crate::linalg::product::mul_into;
+use crate::linalg::product::{mul_add, mul_into};
 use crate::linalg::structure::norm;
-use crate::manifold::stiefel::POINT_TOLERANCE;
+use crate::manifold::stiefel::{POINT_TOLERANCE, Stiefel};
 
 /// `theta / sin(theta)` of the angle with the given cosine.
 fn angle_by_sine(cosine: f64) -> f64 {
     // The sine of a cosine that is off by a few round-offs, and the angle of both: the quotient is right to round-off.
-    let sine = ((1.0 - cosine) * (1.0 + cosine)).max(0.0).sqrt();
+    let sine = sine(cosine);
     if sine > 0.0 {
         sine.atan2(cosine) / sine
     } else {
@@ -48,12 +53,32 @@ impl Grassmann {
     /// Bendokat, Zimmermann, Absil (2024), algorithm 5.3. Deviation: the factors of `Y0^T Y1` give the angles as well, without a
     /// second decomposition.
     pub fn log(&self, y0: MatRef<'_, f64>, y1: MatRef<'_, f64>) -> Result<Mat<f64>> {
-        let alignment = self.alignment(y0, y1)?;
-        alignment.check_unique()?;
-        let normal = alignment.normal(y0, y1);
         let mut out = Mat::zeros(self.n(), self.k());
-        mul_into(&mut out, 1.0, &normal, alignment.function(angle_by_sine));
+        self.log_into(out.as_mut(), y0, y1)?;
         Ok(out)
+    }
+
+    /// [`Grassmann::log`] into a matrix of shape `(n, k)`, rows or columns contiguous.
+    ///
+    /// # Errors
+    /// Those of [`Grassmann::log`].
+    pub(crate) fn log_into(
+        &self,
+        mut out: MatMut<'_, f64>,
+        y0: MatRef<'_, f64>,
+        y1: MatRef<'_, f64>,
+    ) -> Result<()> {
+        let (gram, alignment) = self.alignment(y0, y1)?;
+        alignment.check_unique()?;
+        let factor = alignment.function(angle_by_sine);
+        if alignment.is_far() {
+            let along = alignment.along(gram) * &factor;
+            mul_into(out.rb_mut(), 1.0, y1, &factor);
+            mul_add(out, -1.0, y0, &along);
+        } else {
+            mul_into(out, 1.0, alignment.normal(y0, y1), &factor);
+        }
+        Ok(())
     }
 
     /// The Riemannian distance, `(sum theta_i^2)^{1/2}` of the principal angles; also where an angle is `pi/2`, and several
@@ -64,7 +89,14 @@ impl Grassmann {
     /// # Source
     /// Edelman, Arias, Smith (1998), section 4.3 (arc length).
     pub fn dist(&self, y0: MatRef<'_, f64>, y1: MatRef<'_, f64>) -> Result<f64> {
-        let alignment = self.alignment(y0, y1)?;
+        let (_, alignment) = self.alignment(y0, y1)?;
+        if alignment.is_far() {
+            return Ok(alignment
+                .angles()
+                .map(|angle| angle * angle)
+                .sum::<f64>()
+                .sqrt());
+        }
         let normal = alignment.normal(y0, y1);
         let mut out = Mat::zeros(self.n(), self.k());
         mul_into(&mut out, 1.0, &normal, &alignment.z);
@@ -77,10 +109,14 @@ impl Grassmann {
         Ok(norm(out.as_ref()))
     }
 
-    /// The alignment of two points, checked.
-    pub(super) fn alignment(&self, y0: MatRef<'_, f64>, y1: MatRef<'_, f64>) -> Result<Alignment> {
-        self.check_point("Y0", y0, POINT_TOLERANCE)?;
+    /// The alignment of two points, checked, and `Y0^T Y0` in a lower triangle.
+    pub(super) fn alignment(
+        &self,
+        y0: MatRef<'_, f64>,
+        y1: MatRef<'_, f64>,
+    ) -> Result<(Mat<f64>, Alignment)> {
+        let gram = Stiefel::new(self.n(), self.k())?.checked_gram("Y0", y0, POINT_TOLERANCE)?;
         self.check_point("Y1", y1, POINT_TOLERANCE)?;
-        Alignment::new(y0, y1)
+        Ok((gram, Alignment::new(y0, y1)?))
     }
 }

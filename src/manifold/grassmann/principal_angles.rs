@@ -6,6 +6,9 @@ use super::Grassmann;
 use crate::error::Result;
 use crate::linalg::graded_singular_values::graded_singular_values;
 
+/// The largest cosine, `cos(pi/6)`, from which angles are known by their cosines to twice the round-off.
+const ALL_FAR: f64 = 0.866;
+
 impl Grassmann {
     /// The `k` principal angles between two subspaces, in `[0, pi/2]`, decreasing.
     ///
@@ -26,7 +29,16 @@ impl Grassmann {
     /// Knyazev, Argentati (2002), "Principal angles between subspaces in an A-based scalar product: algorithms and perturbation
     /// estimates", SIAM J. Sci. Comput. 23, 2008-2040. Deviation: all sines, each to its own last digits, by plane rotations.
     pub fn principal_angles(&self, y0: MatRef<'_, f64>, y1: MatRef<'_, f64>) -> Result<Vec<f64>> {
-        let alignment = self.alignment(y0, y1)?;
+        let (_, alignment) = self.alignment(y0, y1)?;
+        if alignment
+            .cosines
+            .first()
+            .is_some_and(|cosine| *cosine <= ALL_FAR)
+        {
+            let mut angles: Vec<f64> = alignment.angles().collect();
+            angles.reverse();
+            return Ok(angles);
+        }
         let sines = graded_singular_values(alignment.normal(y0, y1).as_ref())?;
         let largest_cosine_last = alignment.cosines.iter().rev();
         let mut angles: Vec<f64> = sines
