@@ -21,6 +21,7 @@ pub mod geodesic_polynomial;
 pub mod geometric_cubic;
 mod length;
 pub mod minimal_cost;
+pub(crate) mod nodes;
 mod quantity;
 mod quasi_geodesic;
 pub mod quintic;
