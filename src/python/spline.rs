@@ -13,7 +13,7 @@ use crate::cubic::BoundaryOptions;
 use crate::space::Quotient;
 use crate::spline::{
     SplineOptions, cubic_hermite, cubic_spline, geometric_hermite, geometric_spline,
-    subspace_hermite,
+    geometric_subspace_hermite, subspace_hermite,
 };
 
 /// Curve through points with given velocities, once continuously differentiable.
@@ -91,9 +91,6 @@ impl PyCubicHermite {
     ) -> PyResult<PyClassInitializer<Self>> {
         let (py, points) = (t.py(), Points::read(manifold)?);
         let geometric = is_second("kind", kind, KINDS)?;
-        if geometric {
-            points.only_frames("kind")?;
-        }
         if V.is_instance_of::<PyString>() {
             points.only_frames("V")?;
         }
@@ -107,8 +104,9 @@ impl PyCubicHermite {
             let (t, points) = (&data.t, data.points.views());
             let given = velocities.vectors(t, &points)?;
             let vectors: Vec<_> = given.iter().map(Mat::as_ref).collect();
-            let cubics = match geometric {
-                false => {
+            let outside = outside(extrapolate);
+            let cubics = match (geometric, quotient) {
+                (false, _) => {
                     let options = BoundaryOptions {
                         interrupt,
                         ..BoundaryOptions::default()
@@ -117,11 +115,15 @@ impl PyCubicHermite {
                         Quotient::Frames => cubic_hermite(t, &points, &vectors, &options),
                         Quotient::Subspaces => subspace_hermite(t, &points, &vectors, &options),
                     }?;
-                    Cubics::Riemannian(Arc::new(curve.with_outside(outside(extrapolate))))
+                    Cubics::Riemannian(Arc::new(curve.with_outside(outside)))
                 }
-                true => {
+                (true, Quotient::Frames) => {
                     let curve = geometric_hermite(t, &points, &vectors)?;
-                    Cubics::Geometric(Arc::new(curve.with_outside(outside(extrapolate))))
+                    Cubics::Geometric(Arc::new(curve.with_outside(outside)))
+                }
+                (true, Quotient::Subspaces) => {
+                    let curve = geometric_subspace_hermite(t, &points, &vectors, interrupt)?;
+                    Cubics::GeometricOfSubspaces(Arc::new(curve.with_outside(outside)))
                 }
             };
             let given = Array::stacked(&[given.len()], &given, data.shape());

@@ -53,7 +53,7 @@ pub use data_variation::{SplineGradient, SplineVariation};
 pub use derivative::SplineDerivative;
 pub use ends::{EndCondition, EndConditions};
 pub use geometric::geometric_spline;
-pub use hermite::{cubic_hermite, geometric_hermite, subspace_hermite};
+pub use hermite::{cubic_hermite, geometric_hermite, geometric_subspace_hermite, subspace_hermite};
 pub use options::SplineOptions;
 pub use piecewise::{Outside, Piecewise};
 pub use riemannian::cubic_spline;
