@@ -59,6 +59,11 @@ impl Carrier {
         self.exp.exp_into(self.turn.as_mut(), curve.omega(), 1.0)
     }
 
+    /// Vectors that are carried end at the basis `e^{X} S R` of the last subspace, for a curve with `Omega = 0`.
+    pub(crate) fn turn_basis(&mut self, turn: &Mat<f64>) {
+        self.turn.copy_from(turn);
+    }
+
     /// Carries `v`, shape `(n, k)`, along the curve that was set last.
     pub(crate) fn carry(&mut self, curve: &QuasiGeodesic, v: MatMut<'_, f64>, way: Direction) {
         let mut v = v;

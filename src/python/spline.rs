@@ -13,7 +13,7 @@ use crate::cubic::BoundaryOptions;
 use crate::space::Quotient;
 use crate::spline::{
     SplineOptions, cubic_hermite, cubic_spline, geometric_hermite, geometric_spline,
-    geometric_subspace_hermite, subspace_hermite,
+    geometric_subspace_hermite, geometric_subspace_spline, subspace_hermite,
 };
 
 /// Curve through points with given velocities, once continuously differentiable.
@@ -269,9 +269,6 @@ impl PyCubicSpline {
     ) -> PyResult<PyClassInitializer<Self>> {
         let (py, points) = (t.py(), Points::read(manifold)?);
         let geometric = is_second("kind", kind, KINDS)?;
-        if geometric {
-            points.only_frames("kind")?;
-        }
         let max_iterations = count("max_iterations", max_iterations, 1)?;
         let vectors = bc_type.vectors()?;
         let field = points.field(std::iter::once(S).chain(&vectors))?;
@@ -292,20 +289,27 @@ impl PyCubicSpline {
                 interrupt,
             };
             let (t, points) = (&data.t, data.points.views());
-            let (cubics, report) = match geometric {
-                false => {
+            let outside = outside(extrapolate);
+            let (cubics, report) = match (geometric, quotient) {
+                (false, _) => {
                     let found = cubic_spline(t, &points, &conditions, &options);
                     let (curve, report) = found.map_err(|error| match quotient {
                         Quotient::Frames => advised_knots(error, &points),
                         Quotient::Subspaces => error,
                     })?;
-                    let curve = Arc::new(curve.with_outside(outside(extrapolate)));
+                    let curve = Arc::new(curve.with_outside(outside));
                     (Cubics::Riemannian(curve), report)
                 }
-                true => {
+                (true, Quotient::Frames) => {
                     let (curve, report) = geometric_spline(t, &points, &conditions, &options)?;
-                    let curve = Arc::new(curve.with_outside(outside(extrapolate)));
+                    let curve = Arc::new(curve.with_outside(outside));
                     (Cubics::Geometric(curve), report)
+                }
+                (true, Quotient::Subspaces) => {
+                    let solve = geometric_subspace_spline;
+                    let (curve, report) = solve(t, &points, &conditions, &options)?;
+                    let curve = Arc::new(curve.with_outside(outside));
+                    (Cubics::GeometricOfSubspaces(curve), report)
                 }
             };
             let report = Some(report);

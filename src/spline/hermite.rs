@@ -7,10 +7,8 @@ use super::bases::joined;
 use super::knots;
 use super::piecewise::Piecewise;
 use crate::cubic::{BoundaryOptions, RiemannianCubic};
-use crate::curve::{Curve, GeometricCubic, SubspacePolynomial};
+use crate::curve::{Curve, GeometricCubic};
 use crate::error::{Error, Result};
-use crate::interrupt::Interrupt;
-use crate::manifold::grassmann::joining::alignment;
 use crate::manifold::tangent::check_vector;
 use crate::space::Quotient;
 
@@ -80,53 +78,8 @@ pub fn geometric_hermite(
     pieces(Quotient::Frames, t, points, velocities, piece)
 }
 
-/// The same through subspaces, given by any bases of them with horizontal vectors there; its bases go on from the first one.
-///
-/// # Arguments
-/// As [`subspace_hermite`].
-/// # Errors
-/// As [`cubic_hermite`], with those of [`SubspacePolynomial::from_boundary`].
-///
-/// # Examples
-/// ```
-/// use faer::mat;
-/// use stiefel_rs::spline::geometric_subspace_hermite;
-/// use stiefel_rs::{Curve, Interrupt};
-/// // Lines in the plane at the angles 0, 1 and 0, at rest at each.
-/// let points = [0.0_f64, 1.0, 0.0].map(|a| mat![[-a.cos()], [-a.sin()]]);
-/// let rest = mat![[0.0], [0.0]];
-/// let views = points.each_ref().map(|point| point.as_ref());
-/// let t = [0.0, 1.0, 3.0];
-/// let curve = geometric_subspace_hermite(&t, &views, &[rest.as_ref(); 3], Interrupt::NEVER)?;
-/// assert!((curve.cost()? - (12.0 + 12.0 / 8.0)).abs() < 1e-10);
-/// # Ok::<(), stiefel_rs::Error>(())
-/// ```
-pub fn geometric_subspace_hermite(
-    t: &[f64],
-    points: &[MatRef<'_, f64>],
-    velocities: &[MatRef<'_, f64>],
-    interrupt: Interrupt<'_>,
-) -> Result<Piecewise<SubspacePolynomial>> {
-    check(Quotient::Subspaces, t, points, velocities)?;
-    let mut pieces: Vec<SubspacePolynomial> = Vec::with_capacity(t.len() - 1);
-    let (mut start, mut velocity) = (points[0].to_owned(), velocities[0].to_owned());
-    for (i, (end, v1)) in points.iter().zip(velocities).enumerate().skip(1) {
-        let h = t[i] - t[i - 1];
-        let [v0, v1] = [velocity.as_ref(), *v1].map(|v| v * Scale(h));
-        let make = SubspacePolynomial::from_boundary_interruptible;
-        let piece = make(start.as_ref(), v0.as_ref(), *end, v1.as_ref(), interrupt)
-            .map_err(|error| error.at_knot(i - 1))?;
-        // The next piece is in terms of the basis that this one reaches.
-        let turn = alignment(piece.point(1.0)?.as_ref(), *end)?;
-        start = end * &turn;
-        velocity = velocities[i] * &turn;
-        pieces.push(piece);
-    }
-    Ok(Piecewise::new(t.to_vec(), pieces))
-}
-
 /// Error unless there is a tangent vector at each knot.
-fn check(
+pub(super) fn check(
     quotient: Quotient,
     t: &[f64],
     points: &[MatRef<'_, f64>],

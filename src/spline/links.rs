@@ -1,14 +1,16 @@
-//! Quasi-geodesics between neighbouring knots, which carry vectors from knot to knot.
+//! Quasi-geodesics between neighbouring knots, geodesics between subspaces, which carry vectors from knot to knot.
 
 use faer::{Mat, MatMut, MatRef};
 use rayon::prelude::*;
 
+use super::chain::{Joint, joint};
 use crate::error::Result;
 use crate::manifold::QuasiGeodesic;
 use crate::manifold::carrier::{Carrier, Direction};
 use crate::manifold::quasi_geodesic::EndpointProblem;
+use crate::space::Quotient;
 
-/// One quasi-geodesic after the other.
+/// One curve after the other.
 pub(super) struct Links {
     links: Vec<Link>,
 }
@@ -24,13 +26,16 @@ impl Link {
     fn new(
         s0: MatRef<'_, f64>,
         s1: MatRef<'_, f64>,
+        quotient: Quotient,
         problem: &mut EndpointProblem,
     ) -> Result<Self> {
         let (n, k) = s0.shape();
-        let mut curve = QuasiGeodesic::zeros(n, k);
-        curve.join(s0, s1, problem)?;
+        let Joint { curve, turn } = joint(s0, s1, quotient, problem)?;
         let mut carrier = Carrier::new(n, k);
         carrier.set(&curve)?;
+        if let Some(turn) = &turn {
+            carrier.turn_basis(turn);
+        }
         let first = curve.initial_velocity();
         let mut last = first.clone();
         carrier.carry(&curve, last.as_mut(), Direction::Forward);
@@ -44,14 +49,14 @@ impl Link {
 
 impl Links {
     /// # Errors
-    /// `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents`, in `AtKnot` of the first of the two points.
-    pub(super) fn new(points: &[Mat<f64>]) -> Result<Self> {
+    /// `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents`, `RightAngle`, in `AtKnot` of the first of the two points.
+    pub(super) fn new(points: &[Mat<f64>], quotient: Quotient) -> Result<Self> {
         let (n, k) = points[0].shape();
         let links: Vec<Result<Link>> = points
             .par_windows(2)
             .map_init(
                 || EndpointProblem::new(n, k),
-                |problem, pair| Link::new(pair[0].as_ref(), pair[1].as_ref(), problem),
+                |problem, pair| Link::new(pair[0].as_ref(), pair[1].as_ref(), quotient, problem),
             )
             .collect();
         // One after the other: the first error is the one that is reported, for any number of threads.

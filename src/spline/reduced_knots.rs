@@ -81,9 +81,17 @@ impl ReducedKnots {
     }
 
     /// The last point is the first one, to the last bit.
-    pub(super) fn close(&mut self) {
+    ///
+    /// # Errors
+    /// `Decomposition`.
+    pub(super) fn close(&mut self) -> Result<()> {
         let last = self.points.len() - 1;
+        if let Some(turn) = self.turns.last_mut() {
+            let holonomy = alignment(self.points[0].as_ref(), self.points[last].as_ref())?;
+            *turn = &*turn * holonomy;
+        }
         self.points[last] = self.points[0].clone();
+        Ok(())
     }
 
     /// A vector that is tangent at a knot to `1e-9`, in the coordinates of the span and tangent to round-off.
@@ -115,6 +123,20 @@ impl ReducedKnots {
             k,
             basis,
         }
+    }
+
+    /// The tangent vector at the given point of a knot that has the given coordinates.
+    pub(super) fn lift_vector(
+        &self,
+        knot: usize,
+        point: MatRef<'_, f64>,
+        v: MatRef<'_, f64>,
+    ) -> Mat<f64> {
+        let mut lifted = self.lift(v);
+        if let Some(turn) = self.turns.get(knot) {
+            lifted = lifted * turn.transpose();
+        }
+        tangent_part(self.quotient, point, lifted.as_ref())
     }
 
     /// The matrix with the given coordinates.

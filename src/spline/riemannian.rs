@@ -107,7 +107,7 @@ impl<'e> Problem<'e> {
         };
         let mut knots = ReducedKnots::new(options.quotient, t, points, &vectors)?;
         if matches!(ends, EndConditions::Periodic) {
-            knots.close();
+            knots.close()?;
         }
         // One factor after the other: their product may overflow.
         let tension = options.tension * knots.unit * knots.unit;

@@ -126,9 +126,9 @@ fn estimated(
     check_ends(Quotient::Frames, points, ends)?;
     let mut knots = ReducedKnots::new(Quotient::Frames, t, points, &[])?;
     if matches!(ends, EndConditions::Periodic) {
-        knots.close();
+        knots.close()?;
     }
-    let chain = Links::new(&knots.points)?;
+    let chain = Links::new(&knots.points, Quotient::Frames)?;
     let mut velocities = match estimate {
         VelocityEstimate::Natural => natural(&knots, chain, ends),
         VelocityEstimate::CatmullRom => Slopes::new(&knots, chain, ends).parabolas(),

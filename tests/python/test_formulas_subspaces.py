@@ -289,6 +289,17 @@ def test_de_casteljau_curves(data):
     assert_close(rate, -F.T @ slope @ R, 1e-10, "R'")
 
 
+def test_end_acceleration_of_de_casteljau_curves(data):
+    M, Y, V, W, _ = data
+    Y1 = M.exp(Y, W)
+    curve = GeometricCubic(Y, V, Y1, M.project_tangent(Y1, V), manifold=M)
+    U, A = V / 3, curve.acceleration(0.0)
+    inner = M.exp(Y, U)
+    onward = M.log(inner, curve.control_points[2]) - Geodesic.from_velocity(Y, U, manifold=M).velocity(1.0)
+    moved = derivative(lambda s: M.align(inner, M.exp(Y, U + s * A)), 0.0)
+    assert_close(horizontal(inner, moved), 6 * onward, 1e-9, "(D exp) [D_t Y'(0)]")
+
+
 def test_de_casteljau_curves_of_reflections(data):
     M, Y, *vectors = data
     points = [Y, *(M.exp(Y, V) for V in vectors)]

@@ -66,6 +66,7 @@ CURVES = {
     "geometric hermite of subspaces": lambda t, S, V: CubicHermite(
         t, S, across(S, V), "geometric", extrapolate=True, manifold=subspaces(S)
     ),
+    "geometric spline of subspaces": lambda t, S, V: CubicSpline(t, S, kind="geometric", manifold=subspaces(S)),
     "natural": lambda t, S, V: CubicSpline(t, S),
     "clamped": lambda t, S, V: CubicSpline(t, S, "clamped", extrapolate=True),
     "periodic": lambda t, S, V: CubicSpline(*closed(t, S), "periodic"),

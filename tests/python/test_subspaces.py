@@ -151,6 +151,32 @@ class TestDeCasteljau:
                 assert abs(piece(0.0) - curve.pieces[i - 1](1.0)).max() < 1e-13
 
 
+    def test_spline(self, shape):
+        M = Grassmann(shape[0], shape[1], field=shape[2])
+        t, Y = np.array([0.0, 1.0, 1.8, 3.0, 4.1]), knots(M, seed=24)
+        V = 0.3 * M.random_tangent(Y[[0, -1]], rng=25)
+        times = np.linspace(0, 4.1, 30)
+        closed = np.append(Y[:4], Y[:1] @ Stiefel(M.k, M.k, field=M.field).random_point(rng=26, size=1), axis=0)
+        up = [2 * (v @ y.conj().T + y @ v.conj().T) for v, y in zip(V, Y[[0, -1]], strict=True)]
+        for points, low, high in (
+            (Y, "natural", "natural"),
+            (Y, ((1, V[0]), (2, V[1])), ((1, up[0]), (2, up[1]))),
+            (closed, "periodic", "periodic"),
+        ):
+            curve = CubicSpline(t, points, low, kind="geometric", manifold=M)
+            reflections = reflection(points)
+            if high == "periodic":
+                reflections[-1] = reflections[0]
+            oracle = CubicSpline(t, reflections, high, kind="geometric", manifold=manifold_of_reflections(M))
+            assert abs(reflection(curve(times)) - oracle(times)).max() < 1e-10
+            assert curve.report.converged
+            assert abs(curve(0.0) - points[0]).max() < 1e-13
+            assert abs(curve(times).conj().swapaxes(-1, -2) @ curve.velocity(times)).max() < 1e-12
+            again = pickle.loads(pickle.dumps(curve))
+            assert (again.kind, again.manifold) == ("geometric", M)
+            assert np.array_equal(again(times), curve(times))
+
+
 def test_degenerate_control_points():
     E, M = np.eye(4), Grassmann(4, 2)
     still = GeometricPolynomial([E[:, [0, 1]], E[:, [1, 0]], -E[:, [0, 1]]], manifold=M)
@@ -222,8 +248,6 @@ def test_tall_bases_and_representatives(n, k):
 def test_what_there_is_of_frames_only_is_refused():
     M = Grassmann(4, 2)
     Y = knots(M, 3)
-    with pytest.raises(stiefel_rs.InvalidInputError, match="kind"):
-        CubicSpline([0, 1, 2], Y, kind="geometric", manifold=M)
     with pytest.raises(stiefel_rs.InvalidInputError, match="all_found"):
         RiemannianCubic.from_boundary(Y[0], 0 * Y[0], Y[1], 0 * Y[1], all_found=True, manifold=M)
     with pytest.raises(stiefel_rs.InvalidInputError, match="points of shape"):

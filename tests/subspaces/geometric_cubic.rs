@@ -3,11 +3,17 @@
 use std::f64::consts::FRAC_PI_2;
 
 use faer::{Mat, Scale};
-use stiefel_rs::spline::geometric_subspace_hermite;
+use stiefel_rs::spline::{
+    EndCondition, EndConditions, SplineOptions, geometric_spline, geometric_subspace_hermite,
+    geometric_subspace_spline,
+};
 use stiefel_rs::{Curve, Error, Interrupt, Quotient, SubspacePolynomial};
 
-use crate::common::{Rng, Worst, assert_close, assert_within, distance, gaussian};
-use crate::{SHAPES, horizontal, polynomial, view, walk};
+use crate::common::{
+    Rng, Worst, assert_close, assert_within, distance, gaussian, random_orthogonal,
+};
+use crate::spline::check;
+use crate::{SHAPES, horizontal, polynomial, reflected, reflection, view, walk};
 
 #[test]
 fn boundary_data_are_met() {
@@ -108,4 +114,76 @@ fn pieces_through_many_subspaces() {
     let error = make([&rest, &fast, &rest]).unwrap_err();
     assert!(matches!(error, Error::AtKnot { knot: 0, .. }), "{error}");
     assert_within((error.angle().unwrap() - 2.0).abs(), 1e-15, "angle");
+}
+
+#[test]
+fn splines_are_those_of_reflections() {
+    let mut rng = Rng::new(43);
+    let t = [0.0, 1.0, 1.8, 3.0, 4.1];
+    for shape in SHAPES {
+        let (n, k) = shape;
+        let mut points = walk(shape, 4, 0.6, &mut rng);
+        let mut reflections: Vec<Mat<f64>> = points.iter().map(|y| reflection(view(y))).collect();
+        let given = [0, 4].map(|knot: usize| {
+            let v = horizontal(view(&points[knot]), gaussian(n, k, &mut rng).as_ref());
+            &v * Scale(0.4 / v.norm_l2())
+        });
+        let high = [0, 1].map(|i: usize| reflected(view(&points[4 * i]), view(&given[i])));
+        let velocity = |v: &Mat<f64>| EndCondition::Velocity(v.clone());
+        let acceleration = |a: &Mat<f64>| EndCondition::Acceleration(a.clone());
+        let mixed =
+            |[a, b]: &[Mat<f64>; 2]| EndConditions::Each(Box::new([velocity(a), acceleration(b)]));
+        let cases = [
+            (EndConditions::Natural, EndConditions::Natural),
+            (mixed(&given), mixed(&high)),
+            (EndConditions::Periodic, EndConditions::Periodic),
+        ];
+        for (case, (below, above)) in cases.into_iter().enumerate() {
+            if case == 2 {
+                points[4] = &points[0] * random_orthogonal(k, &mut rng);
+                reflections[4] = reflections[0].clone();
+            }
+            let [y, r] =
+                [&points, &reflections].map(|all| all.iter().map(view).collect::<Vec<_>>());
+            let options = SplineOptions::default();
+            let (curve, report) = geometric_subspace_spline(&t, &y, &below, &options).unwrap();
+            let (oracle, expected) = geometric_spline(&t, &r, &above, &options).unwrap();
+            let what = format!("geometric, {shape:?}, case {case}");
+            check(&curve, &oracle, &what);
+            assert!(
+                report.converged && report.iterations <= expected.iterations + 2,
+                "{what}"
+            );
+            assert_close(&curve.point(0.0).unwrap(), &points[0], 1e-13, &what);
+            // Accelerations of both pieces at a knot.
+            for i in 1..4 {
+                let [before, after] = [(i - 1, 1.0), (i, 0.0)].map(|(piece, local)| {
+                    let h: f64 = t[piece + 1] - t[piece];
+                    curve.pieces()[piece].acceleration(local).unwrap() * Scale(h.powi(-2))
+                });
+                assert_close(&before, &after, 1e-10, &what);
+            }
+        }
+    }
+}
+
+#[test]
+fn perpendicular_neighbours_are_refused() {
+    let e = Mat::<f64>::identity(4, 4);
+    let planes = [[0, 1], [1, 2], [2, 3]].map(|c| Mat::from_fn(4, 2, |i, j| e[(i, c[j])]));
+    let tilted = Mat::from_fn(4, 2, |i, j| match (i, j) {
+        (0, 0) | (2, 0) => 0.5_f64.sqrt(),
+        (1, 1) => 1.0,
+        _ => 0.0,
+    });
+    let y = [&planes[0], &tilted, &planes[2]].map(view);
+    let error = geometric_subspace_spline(
+        &[0.0, 1.0, 2.0],
+        &y,
+        &EndConditions::Natural,
+        &SplineOptions::default(),
+    )
+    .unwrap_err();
+    assert!(matches!(error, Error::AtKnot { knot: 1, .. }), "{error}");
+    assert_within((error.angle().unwrap() - FRAC_PI_2).abs(), 1e-14, "angle");
 }
