@@ -161,7 +161,10 @@ CALLS = {
     "Geodesic": (lambda a, b: Geodesic(a, b)(0.5), [("S0", S), ("S1", S2)]),
     "Geodesic.from_velocity": (lambda a, b: Geodesic.from_velocity(a, b)(0.5), [("S", S), ("V", V)]),
     "GeometricPolynomial": (lambda P: GeometricPolynomial(P)(0.5), [("P", np.stack([S, S2, S]))]),
-    "GeometricPolynomial.subspaces": (lambda P: GeometricPolynomial(P, manifold=GR)(0.5), [("P", np.stack([S, S2, S]))]),
+    "GeometricPolynomial.subspaces": (
+        lambda P: GeometricPolynomial(P, manifold=GR)(0.5),
+        [("P", np.stack([S, S2, S]))],
+    ),
     "GeometricPolynomial.geodesic": (
         lambda P: GeometricPolynomial(P, pieces="geodesic")(0.5),
         [("P", np.stack([S, S2, S]))],

@@ -1,5 +1,7 @@
 """The formulas of docs/mathematics.md for curves of subspaces, against what the package computes."""
 
+import itertools
+
 import numpy as np
 import pytest
 from complex_frames import H, assert_close, embed, restrict
@@ -265,7 +267,7 @@ def joined(F0, F1, t):
 
 def de_casteljau(points, t, join):
     while len(points) > 1:
-        points = [join(x, y, t) for x, y in zip(points[:-1], points[1:], strict=True)]
+        points = [join(x, y, t) for x, y in itertools.pairwise(points)]
     return points[0]
 
 
@@ -276,9 +278,9 @@ def test_de_casteljau_curves(data):
     curve = GeometricCubic(Y, V, Y1, V1, manifold=M)
     points = [Y, M.exp(Y, V / 3), M.exp(Y1, -V1 / 3), Y1]
     assert_close(curve.control_points, np.array(points), 1e-14, "control points")
-    angles = [max(M.principal_angles(x, y)) for x, y in zip(points[:-1], points[1:], strict=True)]
+    angles = [max(M.principal_angles(x, y)) for x, y in itertools.pairwise(points)]
     for t in (0.0, 0.3, 0.8):
-        inner = [M.exp(x, t * M.log(x, y)) for x, y in zip(points[:-1], points[1:], strict=True)]
+        inner = [M.exp(x, t * M.log(x, y)) for x, y in itertools.pairwise(points)]
         assert max(M.principal_angles(inner[0], inner[1])) <= (1 - t) * angles[0] + t * angles[1] + 1e-14
         F = de_casteljau(points, t, joined)
         assert_close(reflection(F), reflection(curve(t)), 1e-13, "F")

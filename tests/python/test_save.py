@@ -57,7 +57,9 @@ CURVES = {
     "cubic of geodesics": lambda t, S, V: GeometricCubic(S[0], V[0], S[1], V[1], pieces="geodesic"),
     "polynomial": lambda t, S, V: GeometricPolynomial(S[:3]),
     "polynomial of subspaces": lambda t, S, V: GeometricPolynomial(S[:3], manifold=subspaces(S)),
-    "cubic of subspaces": lambda t, S, V: GeometricCubic(S[0], across(S[0], V[0]), S[1], across(S[1], V[1]), manifold=subspaces(S)),
+    "cubic of subspaces": lambda t, S, V: GeometricCubic(
+        S[0], across(S[0], V[0]), S[1], across(S[1], V[1]), manifold=subspaces(S)
+    ),
     "minimal cost": lambda t, S, V: GeometricPolynomial.minimal_cost(S[0], V[0], S[1], V[1], degree=4),
     "initial": lambda t, S, V: RiemannianCubic.from_initial(S[0], V[0], V[0], 0 * V[0], 2.0).reversed(),
     "boundary": lambda t, S, V: RiemannianCubic.from_boundary(S[0], V[0], S[1], V[1]),

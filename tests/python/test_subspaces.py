@@ -150,7 +150,6 @@ class TestDeCasteljau:
             if i:
                 assert abs(piece(0.0) - curve.pieces[i - 1](1.0)).max() < 1e-13
 
-
     def test_spline(self, shape):
         M = Grassmann(shape[0], shape[1], field=shape[2])
         t, Y = np.array([0.0, 1.0, 1.8, 3.0, 4.1]), knots(M, seed=24)
@@ -193,7 +192,7 @@ def test_degenerate_control_points():
         CubicHermite([0, 1, 2], [E[:, :2]] * 3, [0 * V, V, V], "geometric", manifold=M)
     assert (caught.value.knot, caught.value.angle) == (0, pytest.approx(1.8))
     turning = E[:, :2] @ np.array([[0, 1], [-1, 0]])
-    with pytest.raises(stiefel_rs.InvalidInputError, match="V1.*not horizontal"):
+    with pytest.raises(stiefel_rs.InvalidInputError, match=r"V1.*not horizontal"):
         GeometricCubic(E[:, :2], 0 * V, E[:, :2], turning, manifold=M)
     for n, field in ((1, "real"), (3, "real"), (2, "complex")):
         whole = Grassmann(n, n, field=field)
