@@ -2,7 +2,7 @@
 //!
 //! Stages are computed with bases, each geodesic `e^{tX} Y` in terms of the basis that it starts from, and their Taylor
 //! coefficients as those of quasi-geodesics of frames, which have the same spans. The bases `F` that this gives turn within the
-//! subspaces; [`horizontal_lift`](super::horizontal_lift) turns them back.
+//! subspaces; `horizontal_lift.rs` turns them back.
 //!
 //! # Source
 //! Park, Ravani (1995), "Bezier curves on Riemannian manifolds and Lie groups with kinematics applications"; Popiel, Noakes

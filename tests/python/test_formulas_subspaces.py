@@ -255,8 +255,8 @@ def test_pieces_of_a_spline(rng):
 def weights(C, t):
     """The functions a_t and b_t of a symmetric matrix."""
     cosines, vectors = np.linalg.eigh(C)
-    theta = np.arccos(cosines)
-    return [(vectors * (np.sin(s * theta) / np.sin(theta))) @ vectors.T for s in (1 - t, t)]
+    turns = np.arccos(np.minimum(cosines, 1)) / np.pi
+    return [(vectors * (s * np.sinc(s * turns) / np.sinc(turns))) @ vectors.T for s in (1 - t, t)]
 
 
 def joined(F0, F1, t):
@@ -289,6 +289,14 @@ def test_de_casteljau_curves(data):
     F, slope = de_casteljau(points, t, joined), derivative(lambda s: de_casteljau(points, s, joined), t)
     R, rate = F.T @ curve(t), derivative(lambda s: de_casteljau(points, s, joined).T @ curve(s), t)
     assert_close(rate, -F.T @ slope @ R, 1e-10, "R'")
+
+
+def test_barycentric_weights_of_gauss_nodes_and_ends():
+    x, w = np.polynomial.legendre.leggauss(20)
+    nodes, signs = np.concatenate([[0], (x + 1) / 2, [1]]), np.resize([1, -1], 22)
+    weights = signs * np.concatenate([[0.5], np.sqrt(w / 2 / (1 - x**2)), [0.5]])
+    exact = 1 / np.prod(2 * (nodes[:, None] - nodes) + np.eye(22), axis=1)
+    assert_close(weights / weights[0], exact / exact[0], 1e-12, "lambda")
 
 
 def test_end_acceleration_of_de_casteljau_curves(data):

@@ -66,7 +66,7 @@ CURVES = {
     "hermite": CubicHermite,
     "geometric hermite": lambda t, S, V: CubicHermite(t, S, V, "geometric", extrapolate=True),
     "geometric hermite of subspaces": lambda t, S, V: CubicHermite(
-        t, S, across(S, V), "geometric", extrapolate=True, manifold=subspaces(S)
+        t, S, across(S, V), "geometric", manifold=subspaces(S)
     ),
     "geometric spline of subspaces": lambda t, S, V: CubicSpline(t, S, kind="geometric", manifold=subspaces(S)),
     "natural": lambda t, S, V: CubicSpline(t, S),

@@ -113,7 +113,7 @@ class TestDeCasteljau:
         curve = GeometricPolynomial(Y, manifold=M)
         oracle = GeometricPolynomial(reflection(Y), manifold=manifold_of_reflections(M))
         assert abs(reflection(curve(times)) - oracle(times)).max() < 1e-13
-        assert abs(curve(0.0) - Y[0]).max() < 1e-15
+        assert abs(curve(0.0) - Y[0]).max() < 1e-14
         assert abs(curve(times).conj().swapaxes(-1, -2) @ curve.velocity(times)).max() < 1e-13
         assert abs(curve.control_points - Y).max() < 1e-15
         assert curve.cost() == pytest.approx(oracle.cost() / 4, rel=1e-11)
