@@ -6,7 +6,7 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::cubic::RiemannianCubic;
-use crate::curve::{GeometricCubic, GeometricPolynomial};
+use crate::curve::{GeometricCubic, GeometricPolynomial, SubspacePolynomial};
 use crate::error::Error;
 use crate::interrupt::Interrupt;
 use crate::manifold::{Geodesic, QuasiGeodesic};
@@ -68,7 +68,9 @@ stored_by_serde!(
     Geodesic,
     GeometricPolynomial,
     GeometricCubic,
+    SubspacePolynomial,
     RiemannianCubic,
     Piecewise<GeometricCubic>,
+    Piecewise<SubspacePolynomial>,
     Piecewise<RiemannianCubic>
 );

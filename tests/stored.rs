@@ -10,11 +10,11 @@ use serde_json::{Value, json};
 use stiefel_rs::cubic::{BoundaryOptions, IntegrationOptions};
 use stiefel_rs::spline::{
     EndConditions, Outside, Piecewise, SplineOptions, cubic_hermite, cubic_spline,
-    geometric_hermite,
+    geometric_hermite, geometric_subspace_hermite,
 };
 use stiefel_rs::{
-    Curve, Geodesic, GeometricCubic, GeometricPolynomial, Metric, QuasiGeodesic, RiemannianCubic,
-    Stiefel,
+    Curve, Geodesic, GeometricCubic, GeometricPolynomial, Interrupt, Metric, QuasiGeodesic,
+    RiemannianCubic, Stiefel, SubspacePolynomial,
 };
 
 /// A change of the numbers of an array.
@@ -125,6 +125,34 @@ fn single_curves_come_back_to_the_last_bit() {
             assert_same(&through_json(&other), &other, 0.5);
         }
     }
+}
+
+#[test]
+fn de_casteljau_curves_of_subspaces_come_back_to_the_last_bit() {
+    for shape in SHAPES {
+        let (t, points) = walk(shape, 4);
+        let curve = SubspacePolynomial::try_from(&points[..]).unwrap();
+        assert_same(&through_json(&curve), &curve, 0.1);
+        let mut rng = Rng::new(9);
+        let velocities: Vec<Mat<f64>> = points
+            .iter()
+            .map(|y| {
+                let v = random_tangent(y, 0.4, &mut rng);
+                &v - y * (y.transpose() * &v)
+            })
+            .collect();
+        let (points, velocities) = (views(&points), views(&velocities));
+        let spline =
+            geometric_subspace_hermite(&t, &points, &velocities, Interrupt::NEVER).unwrap();
+        assert_same(&through_json(&spline), &spline, 0.0);
+    }
+    // A leg that ends elsewhere.
+    let (_, points) = walk((5, 2), 3);
+    let curve = SubspacePolynomial::try_from(&points[..]).unwrap();
+    let mut form = serde_json::to_value(&curve).unwrap();
+    form["arrays"]["leg_angles"]["entries"][0] = json!(0.1);
+    let error = serde_json::from_value::<SubspacePolynomial>(form).unwrap_err();
+    assert!(error.to_string().contains("legs"), "{error}");
 }
 
 #[test]

@@ -241,7 +241,11 @@ class QuasiGeodesic(Curve):
 @disjoint_base
 class GeometricPolynomial(Curve):
     def __new__(
-        cls, P: ArrayLike, *, pieces: Literal["quasi_geodesic", "geodesic"] = "quasi_geodesic"
+        cls,
+        P: ArrayLike,
+        *,
+        pieces: Literal["quasi_geodesic", "geodesic"] = "quasi_geodesic",
+        manifold: Stiefel | Grassmann | None = None,
     ) -> GeometricPolynomial: ...
     @property
     def pieces(self) -> str: ...
@@ -291,9 +295,10 @@ class GeometricCubic(GeometricPolynomial):
         V1: ArrayLike,
         *,
         pieces: Literal["quasi_geodesic", "geodesic"] = "quasi_geodesic",
+        manifold: Stiefel | Grassmann | None = None,
     ) -> GeometricCubic: ...
     @staticmethod
-    def from_control_points(P: ArrayLike) -> GeometricCubic: ...
+    def from_control_points(P: ArrayLike, *, manifold: Stiefel | Grassmann | None = None) -> GeometricCubic: ...
 
 @final
 class RiemannianCubic(Curve):

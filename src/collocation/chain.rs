@@ -2,7 +2,7 @@
 
 use super::expansion::Expansion;
 use super::leg::{self, Leg};
-use super::nodes::Nodes;
+use crate::curve::nodes::Nodes;
 use crate::error::Result;
 use crate::legs::{Dense, Knots, ThirdDerivative};
 use crate::linalg::field::{Field, larger, largest};

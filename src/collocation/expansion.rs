@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::leg::Leg;
-use super::nodes::{Nodes, integral, legendre};
+use crate::curve::nodes::{Nodes, integral};
 use crate::legs::{Dense, Polynomials};
 use crate::linalg::field::{Field, accumulate, multiply};
 use crate::space::Homogeneous;
@@ -32,12 +32,6 @@ impl Expansion {
     fn new(nodes: &Nodes) -> Self {
         let count = nodes.len();
         let order = count + 2;
-        let mut analysis = vec![0.0; count * count];
-        for (node, (s, weight)) in nodes.s.iter().zip(&nodes.weights).enumerate() {
-            for (degree, p) in legendre(count - 1, *s).into_iter().enumerate() {
-                analysis[degree * count + node] = (2 * degree + 1) as f64 * weight * p;
-            }
-        }
         let centered = centered_legendre(order);
         let (mut first, mut third) = (
             vec![0.0; (order + 1) * count],
@@ -62,7 +56,7 @@ impl Expansion {
         }
         Expansion {
             order,
-            analysis,
+            analysis: nodes.analysis(),
             first,
             third,
         }

@@ -1,6 +1,6 @@
 //! A leg of a chain: its unknowns at the nodes, and what is left of its equations.
 
-use super::nodes::Nodes;
+use crate::curve::nodes::Nodes;
 use crate::linalg::field::{
     Field, accumulate, larger, largest, multiply, multiply_transposed, transposed_multiply,
 };

@@ -18,7 +18,6 @@
 mod chain;
 mod expansion;
 mod leg;
-mod nodes;
 mod solve;
 mod sweeps;
 

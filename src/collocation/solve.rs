@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::chain::Chain;
-use super::nodes::Nodes;
+use crate::curve::nodes::Nodes;
 use crate::error::Result;
 use crate::legs::{Curves, Knots, Options, Progress};
 use crate::linalg::field::Field;

@@ -2,7 +2,7 @@
 //! space, with Anderson mixing. A sweep takes no derivative, so it is cheap where the space has many dimensions.
 
 use super::chain::{Chain, Group};
-use super::nodes::Nodes;
+use crate::curve::nodes::Nodes;
 use crate::error::{Error, Result};
 use crate::legs::{Ends, Knots, Options, Progress};
 use crate::linalg::field::Field;

@@ -23,6 +23,7 @@ use super::branch;
 use super::curve::Curve;
 use super::sampling::check_parameter;
 use super::span::{self, Span};
+use super::stages::Stages;
 use crate::error::{Error, Result};
 use crate::linalg::jet::Jet;
 use crate::linalg::lane_matrix::LaneMatrix;
@@ -31,8 +32,7 @@ use crate::linalg::simd::vectorised;
 use crate::manifold::QuasiGeodesic;
 use crate::manifold::lane_join::{LaneJoin, Margin};
 use crate::manifold::lane_leg::{LaneLeg, LaneLegWork};
-use crate::manifold::quasi_geodesic::{EndpointProblem, Evaluation};
-use crate::manifold::quasi_geodesic_jet::MovingQuasiGeodesic;
+use crate::space::Quotient;
 
 /// Further outside of `[0, 1]` the weights of the two ends cancel: the careful route.
 const LANE_RANGE: f64 = 2.0;
@@ -266,8 +266,9 @@ impl Curve for GeometricPolynomial {
         out: &mut Jet,
     ) -> Result<()> {
         check_parameter(t)?;
-        work.careful(self).coordinates_into(&self.legs, t, order)?;
-        out.copy_from(&work.careful(self).stages[0], order);
+        let careful = work.careful(self);
+        careful.compute(&self.legs, t, order)?;
+        out.copy_from(careful.value(), order);
         Ok(())
     }
 
@@ -293,8 +294,8 @@ impl Curve for GeometricPolynomial {
             for (lane, &t) in t.iter().enumerate().filter(|(lane, _)| hard[*lane]) {
                 check_parameter(t)?;
                 let careful = work.careful(self);
-                careful.coordinates_into(&self.legs, t, 0)?;
-                let point = careful.stages[0].c[0].as_ref();
+                careful.compute(&self.legs, t, 0)?;
+                let point = careful.value().c[0].as_ref();
                 target.rb_mut().subcols_mut(lane * k, k).copy_from(point);
             }
         }
@@ -323,17 +324,14 @@ impl Curve for GeometricPolynomial {
 /// ```
 pub struct Workspace {
     lanes: LaneWork,
-    careful: Option<Box<Careful>>,
+    careful: Option<Box<Stages>>,
 }
 
 impl Workspace {
-    fn careful(&mut self, curve: &GeometricPolynomial) -> &mut Careful {
+    fn careful(&mut self, curve: &GeometricPolynomial) -> &mut Stages {
         self.careful.get_or_insert_with(|| {
-            Box::new(Careful::new(
-                curve.reduced_rows(),
-                curve.k(),
-                curve.degree(),
-            ))
+            let shape = [curve.reduced_rows(), curve.k()];
+            Box::new(Stages::new(Quotient::Frames, shape, curve.degree()))
         })
     }
 }
@@ -351,64 +349,6 @@ impl LaneWork {
             leg: LaneLegWork::new(k),
             join: LaneJoin::new(r, k),
         }
-    }
-}
-
-/// One parameter at a time, with every special case, and with derivatives.
-struct Careful {
-    stages: Vec<Jet>,
-    next: Jet,
-    evaluation: Evaluation,
-    joining: QuasiGeodesic,
-    problem: EndpointProblem,
-    moving: Option<Box<MovingQuasiGeodesic>>,
-}
-
-impl Careful {
-    fn new(r: usize, k: usize, degree: usize) -> Self {
-        Careful {
-            stages: (0..degree).map(|_| Jet::zeros(r, k)).collect(),
-            next: Jet::zeros(r, k),
-            evaluation: Evaluation::new(k),
-            joining: QuasiGeodesic::zeros(r, k),
-            problem: EndpointProblem::new(r, k),
-            moving: None,
-        }
-    }
-
-    /// Leaves the Taylor coefficients in the first stage.
-    fn coordinates_into(&mut self, legs: &[QuasiGeodesic], t: f64, order: usize) -> Result<()> {
-        for (leg, stage) in legs.iter().zip(&mut self.stages) {
-            leg.jet_into(t, order, &mut self.evaluation, stage)?;
-        }
-        for level in (1..legs.len()).rev() {
-            for i in 0..level {
-                if order == 0 {
-                    self.advance(i, t)?;
-                } else {
-                    self.advance_jet(i, t, order)?;
-                }
-            }
-        }
-        Ok(())
-    }
-
-    fn advance(&mut self, i: usize, t: f64) -> Result<()> {
-        let [from, to] = [i, i + 1].map(|j| self.stages[j].c[0].as_ref());
-        self.joining.join(from, to, &mut self.problem)?;
-        self.joining
-            .jet_into(t, 0, &mut self.evaluation, &mut self.stages[i])
-    }
-
-    fn advance_jet(&mut self, i: usize, t: f64, order: usize) -> Result<()> {
-        let [from, to] = [i, i + 1].map(|j| &self.stages[j]);
-        let moving = self.moving.get_or_insert_with(|| {
-            let (r, k) = from.c[0].shape();
-            Box::new(MovingQuasiGeodesic::new(r, k))
-        });
-        moving.jet_into(from, to, t, order, &mut self.next)?;
-        std::mem::swap(&mut self.stages[i], &mut self.next);
-        Ok(())
     }
 }
 

@@ -7,6 +7,7 @@ mod acceleration_residual;
 #[cfg(feature = "python")]
 pub(crate) mod any_curve;
 pub mod arc_length;
+mod barycentric;
 mod branch;
 mod collocation;
 mod cost;
@@ -19,15 +20,19 @@ pub(crate) mod gauss_legendre;
 mod geodesic;
 pub mod geodesic_polynomial;
 pub mod geometric_cubic;
+mod horizontal_lift;
 mod length;
 pub mod minimal_cost;
+pub(crate) mod nodes;
 mod quantity;
 mod quasi_geodesic;
 pub mod quintic;
 pub(crate) mod sampling;
 pub(crate) mod span;
+mod stages;
 #[cfg(any(feature = "python", feature = "serde"))]
 mod stored;
+pub mod subspace_polynomial;
 
 pub use arc_length::ArcLength;
 pub use curve::Curve;
@@ -37,3 +42,4 @@ pub use geodesic_polynomial::GeodesicPolynomial;
 pub use geometric_cubic::GeometricCubic;
 pub use quantity::Quantity;
 pub use sampling::{Samples, lift_into};
+pub use subspace_polynomial::SubspacePolynomial;

@@ -1,5 +1,7 @@
 //! The numbers that de Casteljau curves consist of.
 
+use std::f64::consts::FRAC_PI_2;
+
 use faer::{Mat, MatRef};
 
 use super::curve::Curve;
@@ -7,6 +9,7 @@ use super::de_casteljau::GeometricPolynomial;
 #[cfg(feature = "python")]
 use super::geodesic_polynomial::GeodesicPolynomial;
 use super::geometric_cubic::GeometricCubic;
+use super::subspace_polynomial::SubspacePolynomial;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::linalg::structure::{distance, norm};
@@ -58,6 +61,37 @@ impl StoredPiece for GeometricCubic {
     }
 }
 
+impl Stored for SubspacePolynomial {
+    const KIND: &'static str = "SubspacePolynomial";
+
+    fn store(&self, fields: &mut Fields) {
+        Self::store_all(std::slice::from_ref(self), fields);
+    }
+
+    fn restore(fields: &mut Fields, interrupt: Interrupt<'_>) -> Result<Self> {
+        only(Self::restore_all(fields, interrupt)?)
+    }
+}
+
+/// Its bases are found again from the geodesics.
+impl StoredPiece for SubspacePolynomial {
+    const SPLINE: &'static str = "spline of SubspacePolynomial";
+
+    fn store_all(pieces: &[Self], fields: &mut Fields) {
+        let points: Vec<_> = pieces.iter().map(Self::reduced).collect();
+        let shape = pieces.first().map(|curve| [curve.n(), curve.k()]);
+        store_control_points(shape.unwrap_or_default(), &points, fields);
+        store_legs(pieces.iter().flat_map(Self::legs), fields);
+    }
+
+    fn restore_all(fields: &mut Fields, interrupt: Interrupt<'_>) -> Result<Vec<Self>> {
+        restore_with_legs(fields, interrupt, check_spans)?
+            .into_iter()
+            .map(|((frame, points), legs)| Self::of_legs(points, frame, legs, interrupt))
+            .collect()
+    }
+}
+
 fn store_polynomials(curves: &[&GeometricPolynomial], fields: &mut Fields) {
     let points: Vec<_> = curves
         .iter()
@@ -74,6 +108,24 @@ fn restore_polynomials(
     fields: &mut Fields,
     interrupt: Interrupt<'_>,
 ) -> Result<Vec<GeometricPolynomial>> {
+    let curves = restore_with_legs(fields, interrupt, check_ends)?;
+    curves
+        .into_iter()
+        .map(|((frame, points), legs)| {
+            interrupt.check(READER)?;
+            let curve = GeometricPolynomial::unchecked(points, frame, legs)?;
+            curve.check_branch()?;
+            Ok(curve)
+        })
+        .collect()
+}
+
+/// Control points with the legs between them, each of which passes `check` with its two ends.
+fn restore_with_legs(
+    fields: &mut Fields,
+    interrupt: Interrupt<'_>,
+    check: fn(&QuasiGeodesic, &[Mat<f64>]) -> Result<()>,
+) -> Result<Vec<(ControlPoints, Vec<QuasiGeodesic>)>> {
     let points = restore_control_points(fields)?;
     let mut legs = Legs::of(fields)?;
     let mut curves = Vec::with_capacity(points.len());
@@ -84,13 +136,11 @@ fn restore_polynomials(
             .windows(2)
             .map(|ends| {
                 let leg = legs.next(r, k)?;
-                check_ends(&leg, ends)?;
+                check(&leg, ends)?;
                 Ok(leg)
             })
             .collect::<Result<_>>()?;
-        let curve = GeometricPolynomial::unchecked(points, frame, own)?;
-        curve.check_branch()?;
-        curves.push(curve);
+        curves.push(((frame, points), own));
     }
     legs.end()?;
     Ok(curves)
@@ -98,14 +148,31 @@ fn restore_polynomials(
 
 /// Error unless a leg runs from one control point to the next.
 fn check_ends(leg: &QuasiGeodesic, ends: &[Mat<f64>]) -> Result<()> {
+    check_gap(leg, 0.0, &ends[0])?;
+    check_gap(leg, 1.0, &ends[1])
+}
+
+/// Error unless a leg is the shortest geodesic from one basis to the span of the next.
+fn check_spans(leg: &QuasiGeodesic, ends: &[Mat<f64>]) -> Result<()> {
+    let angle = leg.angles().iter().fold(0.0_f64, |m, a| m.max(a.abs()));
+    if angle >= FRAC_PI_2 || norm(leg.omega()) > 0.0 {
+        return Err(refusal(
+            "legs: one is not a shortest geodesic of subspaces".to_owned(),
+        ));
+    }
+    check_gap(leg, 0.0, &ends[0])?;
+    let in_terms = ends[1].transpose() * leg.point(1.0)?;
+    check_gap(leg, 1.0, &(&ends[1] * in_terms))
+}
+
+/// Error unless a leg passes through a point.
+fn check_gap(leg: &QuasiGeodesic, t: f64, point: &Mat<f64>) -> Result<()> {
     let speed = norm(leg.initial_velocity().as_ref());
-    for (t, end) in [0.0, 1.0].into_iter().zip(ends) {
-        let gap = distance(leg.point(t)?.as_ref(), end.as_ref());
-        // Of numbers that overflow the gap is none.
-        if gap.is_nan() || gap > MEMBERSHIP * (1.0 + speed) {
-            let problem = format!("legs: one is {gap:.3e} away from its control point");
-            return Err(refusal(problem));
-        }
+    let gap = distance(leg.point(t)?.as_ref(), point.as_ref());
+    // Of numbers that overflow the gap is none.
+    if gap.is_nan() || gap > MEMBERSHIP * (1.0 + speed) {
+        let problem = format!("legs: one is {gap:.3e} away from its control point");
+        return Err(refusal(problem));
     }
     Ok(())
 }

@@ -166,7 +166,7 @@ impl QuasiGeodesic {
         self.omega.as_ref()
     }
 
-    pub(super) fn omega_mut(&mut self) -> faer::MatMut<'_, f64> {
+    pub(crate) fn omega_mut(&mut self) -> faer::MatMut<'_, f64> {
         self.omega.as_mut()
     }
 

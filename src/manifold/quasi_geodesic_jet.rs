@@ -15,6 +15,7 @@
 
 use faer::{Mat, MatRef};
 
+use super::grassmann::joining::unique_alignment;
 use super::quasi_geodesic::{EndpointProblem, QuasiGeodesic};
 use crate::error::{Error, Result};
 use crate::linalg::SkewSchur;
@@ -39,6 +40,8 @@ pub(crate) struct MovingQuasiGeodesic {
     /// `S0 U` and `S1 Z`, shape `(r, k)`.
     start: Jet,
     end: Jet,
+    /// `S1` in the basis nearest to `S0`, of subspaces.
+    aligned: Mat<f64>,
     wide: Jet,
     gram: Jet,
     symmetric: Jet,
@@ -66,6 +69,7 @@ impl MovingQuasiGeodesic {
             schur: SkewSchur::new(k),
             start: tall(),
             end: tall(),
+            aligned: Mat::zeros(r, k),
             wide: tall(),
             gram: square(),
             symmetric: square(),
@@ -102,6 +106,54 @@ impl MovingQuasiGeodesic {
             .set_product_constant(s0, self.problem.principal.u.as_ref(), order);
         self.end
             .set_product_constant(s1, self.problem.principal.z.as_ref(), order);
+        self.interpolate(t, order, out)?;
+        // Then the rotation: `U^T R^t`.
+        self.logarithm(order)?;
+        self.power
+            .compute(&[t, 1.0, 0.0, 0.0], &self.log, order, DERIVATIVES)?;
+        for j in 0..=order {
+            mul_into(
+                &mut self.work[0].c[j],
+                1.0,
+                self.problem.principal.u.transpose(),
+                &self.power.value.c[j],
+            );
+        }
+        out.set_product(&self.wide, &self.work[0], order);
+        Ok(())
+    }
+
+    /// The same of the geodesic between the spans of the columns, as the bases `e^{tX} S0` without the factor `R^t`, for any
+    /// basis of the end; returns the cosine of the largest principal angle.
+    ///
+    /// # Errors
+    /// `RightAngle`, `Overflow`, `Decomposition`.
+    pub(crate) fn span_jet_into(
+        &mut self,
+        s0: &Jet,
+        s1: &Jet,
+        t: f64,
+        order: usize,
+        out: &mut Jet,
+    ) -> Result<f64> {
+        let (turn, cosine) = unique_alignment(s0.c[0].as_ref(), s1.c[0].as_ref())?;
+        mul_into(&mut self.aligned, 1.0, &s1.c[0], &turn);
+        self.curve
+            .join(s0.c[0].as_ref(), self.aligned.as_ref(), &mut self.problem)?;
+        let principal = &self.problem.principal;
+        let end_factor = &mut self.small[0];
+        mul_into(&mut *end_factor, 1.0, &turn, &principal.z);
+        self.start
+            .set_product_constant(s0, principal.u.as_ref(), order);
+        self.end
+            .set_product_constant(s1, end_factor.as_ref(), order);
+        self.interpolate(t, order, out)?;
+        out.set_product_constant(&self.wide, self.problem.principal.u.transpose(), order);
+        Ok(cosine)
+    }
+
+    /// `wide = start a_t(P) + end R^T b_t(P)` for the ends that were joined; spoils `out`.
+    fn interpolate(&mut self, t: f64, order: usize, out: &mut Jet) -> Result<()> {
         self.polar(order)?;
         self.angles(order)?;
         // The interpolation in the aligned frame: `start a_t(P) + end R^T b_t(P)`.
@@ -116,19 +168,6 @@ impl MovingQuasiGeodesic {
         self.start.set_product_nt(&self.end, &self.rotation, order);
         out.set_product(&self.start, &self.weight, order);
         self.wide.add(1.0, out, order);
-        // Then the rotation: `U^T R^t`.
-        self.logarithm(order)?;
-        self.power
-            .compute(&[t, 1.0, 0.0, 0.0], &self.log, order, DERIVATIVES)?;
-        for j in 0..=order {
-            mul_into(
-                &mut self.work[0].c[j],
-                1.0,
-                self.problem.principal.u.transpose(),
-                &self.power.value.c[j],
-            );
-        }
-        out.set_product(&self.wide, &self.work[0], order);
         Ok(())
     }
 

@@ -4,8 +4,9 @@ use super::knots::times;
 use super::polynomial::PyGeometricCubic;
 use super::prelude::*;
 use super::riemannian_cubic::PyRiemannianCubic;
+use super::stored::{put_quotient, take_quotient};
 use crate::cubic::RiemannianCubic;
-use crate::curve::{GeometricCubic, Quantity, Samples};
+use crate::curve::{GeometricCubic, GeometricPolynomial, Quantity, Samples, SubspacePolynomial};
 use crate::space::Quotient;
 use crate::spline::stored_values::{check_points, check_velocities};
 use crate::spline::{Outside, Piecewise};
@@ -51,6 +52,7 @@ pub(super) fn outside(extrapolate: bool) -> Outside {
 pub(super) enum Cubics {
     Riemannian(Arc<Piecewise<RiemannianCubic>>),
     Geometric(Arc<Piecewise<GeometricCubic>>),
+    GeometricOfSubspaces(Arc<Piecewise<SubspacePolynomial>>),
 }
 
 /// Evaluate an expression for the curve of [`Cubics`]: `on_cubics!(cubics, curve => expression)`.
@@ -59,6 +61,7 @@ macro_rules! on_cubics {
         match $cubics {
             Cubics::Riemannian($curve) => $value,
             Cubics::Geometric($curve) => $value,
+            Cubics::GeometricOfSubspaces($curve) => $value,
         }
     };
 }
@@ -107,7 +110,7 @@ impl PyPiecewiseCurve {
     pub(super) fn kind(&self) -> &'static str {
         match self.cubics {
             Cubics::Riemannian(_) => KINDS[0],
-            Cubics::Geometric(_) => KINDS[1],
+            Cubics::Geometric(_) | Cubics::GeometricOfSubspaces(_) => KINDS[1],
         }
     }
 
@@ -130,7 +133,15 @@ impl PyPiecewiseCurve {
                 curve.pieces().iter().cloned().map(wrapped).collect()
             }
             Cubics::Geometric(curve) => {
-                let wrapped = |piece| object(py, PyGeometricCubic::of(py, piece, field)?);
+                let wrapped = |piece| {
+                    let curve = Arc::new(GeometricPolynomial::from(piece));
+                    object(py, PyGeometricCubic::wrap(py, curve, field)?)
+                };
+                curve.pieces().iter().cloned().map(wrapped).collect()
+            }
+            Cubics::GeometricOfSubspaces(curve) => {
+                let wrapped =
+                    |piece| object(py, PyGeometricCubic::wrap(py, Arc::new(piece), field)?);
                 curve.pieces().iter().cloned().map(wrapped).collect()
             }
         }
@@ -158,6 +169,9 @@ impl PyPiecewiseCurve {
         let (_, mut fields) = self.cubics.curve().stored();
         put(py, field, &mut fields, POINTS, &self.points)?;
         fields.put_reports(REPORT, [self.report]);
+        if let Cubics::GeometricOfSubspaces(curve) = &self.cubics {
+            put_quotient(&mut fields, curve.quotient());
+        }
         Ok(fields)
     }
 }
@@ -213,7 +227,15 @@ impl Spline {
         let points = fields.take(POINTS)?;
         let cubics = match geometric {
             false => Cubics::Riemannian(Arc::new(Stored::restore(fields, interrupt)?)),
-            true => Cubics::Geometric(Arc::new(Stored::restore(fields, interrupt)?)),
+            true => match take_quotient(fields)? {
+                Quotient::Frames => {
+                    Cubics::Geometric(Arc::new(Stored::restore(fields, interrupt)?))
+                }
+                Quotient::Subspaces => {
+                    let curve = Stored::restore(fields, interrupt)?;
+                    Cubics::GeometricOfSubspaces(Arc::new(curve))
+                }
+            },
         };
         let points = Self::batch(&cubics, field, POINTS, points)?;
         let tolerance = report.map_or(0.0, |report| 10.0 * report.tolerance);

@@ -1,9 +1,11 @@
 //! De Casteljau curves of the binding: of any degree from control points, and the cubic from boundary data.
 
+use super::points::Points;
 use super::prelude::*;
-use super::stored::{Form, form};
-use crate::curve::{GeodesicPolynomial, GeometricCubic, GeometricPolynomial};
+use super::stored::{Form, form, put_quotient, take_quotient};
+use crate::curve::{GeodesicPolynomial, GeometricCubic, GeometricPolynomial, SubspacePolynomial};
 use crate::linalg::complex_embedding::nearest_embedded;
+use crate::space::Quotient;
 use crate::stored::{Stored, refusal};
 
 /// A de Casteljau curve, made of quasi-geodesics or of geodesics.
@@ -42,21 +44,54 @@ impl Polynomial for GeodesicPolynomial {
     }
 }
 
+impl Polynomial for SubspacePolynomial {
+    fn pieces(&self) -> &'static str {
+        WORDS[1]
+    }
+
+    fn control_points(&self) -> Vec<Mat<f64>> {
+        self.control_points()
+    }
+
+    fn degree(&self) -> usize {
+        self.degree()
+    }
+}
+
 /// The words for what a curve is made of, and their name in its stored form.
 const WORDS: [&str; 2] = ["quasi_geodesic", "geodesic"];
 const PIECES: &str = "pieces";
 
 /// The curve with control points `P`, shape (degree + 1, n, k).
-fn polynomial(P: &Any, geodesic: bool) -> PyResult<(Arc<dyn Polynomial>, Field)> {
-    let field = Field::of([P])?;
+fn polynomial(
+    P: &Any,
+    geodesic: bool,
+    manifold: Option<&Any>,
+) -> PyResult<(Arc<dyn Polynomial>, Field)> {
+    let points = Points::read(manifold)?;
+    let field = points.field([P])?;
     let batch = field.batch(P, "P", "(degree + 1, n, k)")?;
-    let curve = run(P.py(), field, batch.numbers(), move |_| {
-        Ok(match geodesic {
-            true => Arc::new(GeodesicPolynomial::new(&batch.views())?) as _,
-            false => Arc::new(GeometricPolynomial::new(&batch.views())?) as _,
+    points.check_shape(field, (batch.rows, batch.cols))?;
+    let work = batch.numbers() * bases(points.quotient);
+    let curve = run(P.py(), field, work, move |interrupt| {
+        let views = batch.views();
+        Ok(match (points.quotient, geodesic) {
+            (Quotient::Frames, false) => Arc::new(GeometricPolynomial::new(&views)?) as _,
+            (Quotient::Frames, true) => Arc::new(GeodesicPolynomial::new(&views)?) as _,
+            (Quotient::Subspaces, _) => {
+                Arc::new(SubspacePolynomial::new_interruptible(&views, interrupt)?) as _
+            }
         })
     })?;
     Ok((curve, field))
+}
+
+/// Work of making a curve, relative to that of its legs: of subspaces the bases are found.
+fn bases(quotient: Quotient) -> f64 {
+    match quotient {
+        Quotient::Frames => 1.0,
+        Quotient::Subspaces => SOLVES,
+    }
 }
 
 /// The polynomial of embedded control points next to those of a search in the real frames, whose steps are off by round-off
@@ -78,7 +113,10 @@ fn embedded(curve: &GeometricPolynomial) -> Result<GeometricPolynomial> {
 ///     ``degree`` times the velocities of the first and the last piece between them.
 /// pieces : "quasi_geodesic" or "geodesic", default "quasi_geodesic"
 ///     Quasi-geodesics are in closed form; geodesics (canonical metric) take a logarithm for every stage of every
-///     point, and derivatives a linear system.
+///     point, and derivatives a linear system. On a :class:`Grassmann` the two are the same.
+/// manifold : Stiefel or Grassmann, optional
+///     What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
+///     whichever, and the bases of the curve turn as little as possible, ``Y^T Y' = 0``, from the first given one on.
 ///
 /// Raises
 /// ------
@@ -87,7 +125,7 @@ fn embedded(curve: &GeometricPolynomial) -> Result<GeometricPolynomial> {
 /// OutsideDomainError
 ///     Consecutive points that cannot be joined, or intermediate points that reach an angle of pi inside of the
 ///     interval, where the curve would jump; with geodesics, consecutive points that are not within the injectivity
-///     radius. Carries ``angle``, or the distance.
+///     radius; consecutive subspaces with a principal angle of pi/2. Carries ``angle``, or the distance.
 ///
 /// Notes
 /// -----
@@ -111,10 +149,10 @@ pub struct PyGeometricPolynomial {
 #[pymethods]
 impl PyGeometricPolynomial {
     #[new]
-    #[pyo3(signature = (P, *, pieces="quasi_geodesic"))]
-    fn new(P: &Any, pieces: &str) -> PyResult<PyClassInitializer<Self>> {
+    #[pyo3(signature = (P, *, pieces="quasi_geodesic", manifold=None))]
+    fn new(P: &Any, pieces: &str, manifold: Option<&Any>) -> PyResult<PyClassInitializer<Self>> {
         let geodesic = is_second(PIECES, pieces, WORDS)?;
-        let (curve, field) = polynomial(P, geodesic)?;
+        let (curve, field) = polynomial(P, geodesic, manifold)?;
         Self::wrap(P.py(), curve, field, None)
     }
 
@@ -271,6 +309,7 @@ impl PyGeometricPolynomial {
         };
         let (_, mut fields) = this.curve.stored();
         fields.put_reports("report", [this.report]);
+        put_quotient(&mut fields, this.curve.quotient());
         let form = form(py, kind, slf.as_super().get().field, fields)?;
         form.set_item(PIECES, this.pieces())?;
         Ok(form)
@@ -294,9 +333,22 @@ impl PyGeometricPolynomial {
         let (cubic, field) = (form.kind == GeometricCubic::KIND, form.field);
         let (curve, report) = form.read(py, move |fields, interrupt| {
             let report = fields.reports("report", 1)?[0];
-            let curve: Arc<dyn Polynomial> = match geodesic {
-                true => Arc::new(GeodesicPolynomial::restore(fields, interrupt)?),
-                false => Arc::new(GeometricPolynomial::restore(fields, interrupt)?),
+            let quotient = take_quotient(fields)?;
+            let curve: Arc<dyn Polynomial> = match (quotient, geodesic) {
+                (Quotient::Frames, false) => {
+                    Arc::new(GeometricPolynomial::restore(fields, interrupt)?)
+                }
+                (Quotient::Frames, true) => {
+                    Arc::new(GeodesicPolynomial::restore(fields, interrupt)?)
+                }
+                (Quotient::Subspaces, true) => {
+                    Arc::new(SubspacePolynomial::restore(fields, interrupt)?)
+                }
+                (Quotient::Subspaces, false) => {
+                    return Err(refusal(
+                        "pieces: subspaces are joined by geodesics".to_owned(),
+                    ));
+                }
             };
             let degree = curve.degree();
             match cubic && degree != 3 {
@@ -323,7 +375,12 @@ impl PyGeometricPolynomial {
 /// pieces : "quasi_geodesic" or "geodesic", default "quasi_geodesic"
 ///     Geodesics (canonical metric) come much nearer to the Riemannian cubic for ``k > 1``, where they differ from
 ///     quasi-geodesics, and take a logarithm for every stage of every point; not for ``k = n - 1``, where they are in
-///     closed form as well. For ``k = 1`` the curve is the same, and a point takes many times as long.
+///     closed form as well. For ``k = 1`` the curve is the same, and a point takes many times as long. On a :class:`Grassmann`
+///     the two are the same.
+/// manifold : Stiefel or Grassmann, optional
+///     What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
+///     whichever, vectors are horizontal, ``Y^T V = 0``, and the bases of the curve turn as little as possible, ``Y^T Y' = 0``, from the
+///     first given one on.
 ///
 /// Raises
 /// ------
@@ -332,7 +389,8 @@ impl PyGeometricPolynomial {
 ///     met.
 /// OutsideDomainError
 ///     Inner control points that cannot be joined, or intermediate points that reach an angle of pi inside of the
-///     interval, where the curve would jump; carries ``angle``.
+///     interval, where the curve would jump; of subspaces a principal angle of pi/2 between consecutive control points, or
+///     in a third of an end velocity. Carries ``angle``.
 ///
 /// Notes
 /// -----
@@ -359,30 +417,47 @@ pub struct PyGeometricCubic;
 #[pymethods]
 impl PyGeometricCubic {
     #[new]
-    #[pyo3(signature = (S0, V0, S1, V1, *, pieces="quasi_geodesic"))]
+    #[pyo3(signature = (S0, V0, S1, V1, *, pieces="quasi_geodesic", manifold=None))]
     fn new(
         S0: &Any,
         V0: &Any,
         S1: &Any,
         V1: &Any,
         pieces: &str,
+        manifold: Option<&Any>,
     ) -> PyResult<PyClassInitializer<Self>> {
+        let (py, points) = (S0.py(), Points::read(manifold)?);
         let geodesic = is_second(PIECES, pieces, WORDS)?;
-        let arguments = named![S0, V0, S1, V1];
-        let field = Field::of_named(&arguments)?;
-        let data = field.matrices(arguments)?;
-        let curve = run_on(S0.py(), field, data, 1.0, move |[s0, v0, s1, v1], _| {
-            if geodesic {
-                let curve = GeodesicPolynomial::from_boundary(s0, v0, s1, v1)?;
-                return Ok(Arc::new(curve) as Arc<dyn Polynomial>);
-            }
-            let curve = GeometricCubic::from_boundary(s0, v0, s1, v1)?;
-            Ok(Arc::new(GeometricPolynomial::from(curve)) as _)
+        let field = points.field([S0, V0, S1, V1])?;
+        let data = field.matrices(named![S0, V0, S1, V1])?;
+        points.check_shape(field, data[0].shape())?;
+        let (quotient, weight) = (points.quotient, bases(points.quotient));
+        let curve = run_on(py, field, data, weight, move |[s0, v0, s1, v1], stop| {
+            Ok(match (quotient, geodesic) {
+                (Quotient::Frames, false) => {
+                    let curve = GeometricCubic::from_boundary(s0, v0, s1, v1)?;
+                    Arc::new(GeometricPolynomial::from(curve)) as Arc<dyn Polynomial>
+                }
+                (Quotient::Frames, true) => {
+                    Arc::new(GeodesicPolynomial::from_boundary(s0, v0, s1, v1)?)
+                }
+                (Quotient::Subspaces, _) => {
+                    let make = SubspacePolynomial::from_boundary_interruptible;
+                    Arc::new(make(s0, v0, s1, v1, stop)?)
+                }
+            })
         })?;
-        Self::wrap(S0.py(), curve, field)
+        Self::wrap(py, curve, field)
     }
 
     /// The geometric cubic with control points ``P``, shape (4, n, k).
+    ///
+    /// Parameters
+    /// ----------
+    /// P : array_like, shape (4, n, k)
+    ///     Control points with orthonormal columns.
+    /// manifold : Stiefel or Grassmann, optional
+    ///     What the points stand for, as for the class.
     ///
     /// Raises
     /// ------
@@ -391,8 +466,9 @@ impl PyGeometricCubic {
     /// OutsideDomainError
     ///     Consecutive points that cannot be joined; carries ``angle``.
     #[staticmethod]
-    fn from_control_points(P: &Any) -> PyResult<Py<Self>> {
-        let (curve, field) = polynomial(P, false)?;
+    #[pyo3(signature = (P, *, manifold=None))]
+    fn from_control_points(P: &Any, manifold: Option<&Any>) -> PyResult<Py<Self>> {
+        let (curve, field) = polynomial(P, false, manifold)?;
         let found = curve.degree() + 1;
         match found {
             4 => Py::new(P.py(), Self::wrap(P.py(), curve, field)?),
@@ -402,15 +478,8 @@ impl PyGeometricCubic {
 }
 
 impl PyGeometricCubic {
-    pub(super) fn of(
-        py: Python<'_>,
-        curve: GeometricCubic,
-        field: Field,
-    ) -> PyResult<PyClassInitializer<Self>> {
-        Self::wrap(py, Arc::new(GeometricPolynomial::from(curve)), field)
-    }
-
-    fn wrap(
+    /// From a curve of degree three.
+    pub(super) fn wrap(
         py: Python<'_>,
         curve: Arc<dyn Polynomial>,
         field: Field,

@@ -13,7 +13,7 @@ use crate::cubic::BoundaryOptions;
 use crate::space::Quotient;
 use crate::spline::{
     SplineOptions, cubic_hermite, cubic_spline, geometric_hermite, geometric_spline,
-    subspace_hermite,
+    geometric_subspace_hermite, geometric_subspace_spline, subspace_hermite,
 };
 
 /// Curve through points with given velocities, once continuously differentiable.
@@ -91,9 +91,6 @@ impl PyCubicHermite {
     ) -> PyResult<PyClassInitializer<Self>> {
         let (py, points) = (t.py(), Points::read(manifold)?);
         let geometric = is_second("kind", kind, KINDS)?;
-        if geometric {
-            points.only_frames("kind")?;
-        }
         let field = points.field([S, V])?;
         let data = Data::read(t, S, field)?;
         points.check_shape(field, data.shape())?;
@@ -104,8 +101,9 @@ impl PyCubicHermite {
             let (t, points) = (&data.t, data.points.views());
             let given = velocities.vectors(t, &points, quotient)?;
             let vectors: Vec<_> = given.iter().map(Mat::as_ref).collect();
-            let cubics = match geometric {
-                false => {
+            let outside = outside(extrapolate);
+            let cubics = match (geometric, quotient) {
+                (false, _) => {
                     let options = BoundaryOptions {
                         field,
                         interrupt,
@@ -115,11 +113,15 @@ impl PyCubicHermite {
                         Quotient::Frames => cubic_hermite(t, &points, &vectors, &options),
                         Quotient::Subspaces => subspace_hermite(t, &points, &vectors, &options),
                     }?;
-                    Cubics::Riemannian(Arc::new(curve.with_outside(outside(extrapolate))))
+                    Cubics::Riemannian(Arc::new(curve.with_outside(outside)))
                 }
-                true => {
+                (true, Quotient::Frames) => {
                     let curve = geometric_hermite(t, &points, &vectors)?;
-                    Cubics::Geometric(Arc::new(curve.with_outside(outside(extrapolate))))
+                    Cubics::Geometric(Arc::new(curve.with_outside(outside)))
+                }
+                (true, Quotient::Subspaces) => {
+                    let curve = geometric_subspace_hermite(t, &points, &vectors, interrupt)?;
+                    Cubics::GeometricOfSubspaces(Arc::new(curve.with_outside(outside)))
                 }
             };
             let given = Array::stacked(&[given.len()], &given, data.shape());
@@ -265,9 +267,6 @@ impl PyCubicSpline {
     ) -> PyResult<PyClassInitializer<Self>> {
         let (py, points) = (t.py(), Points::read(manifold)?);
         let geometric = is_second("kind", kind, KINDS)?;
-        if geometric {
-            points.only_frames("kind")?;
-        }
         let max_iterations = count("max_iterations", max_iterations, 1)?;
         let vectors = bc_type.vectors()?;
         let field = points.field(std::iter::once(S).chain(&vectors))?;
@@ -289,20 +288,27 @@ impl PyCubicSpline {
                 interrupt,
             };
             let (t, points) = (&data.t, data.points.views());
-            let (cubics, report) = match geometric {
-                false => {
+            let outside = outside(extrapolate);
+            let (cubics, report) = match (geometric, quotient) {
+                (false, _) => {
                     let found = cubic_spline(t, &points, &conditions, &options);
                     let (curve, report) = found.map_err(|error| match quotient {
                         Quotient::Frames => advised_knots(error, &points),
                         Quotient::Subspaces => error,
                     })?;
-                    let curve = Arc::new(curve.with_outside(outside(extrapolate)));
+                    let curve = Arc::new(curve.with_outside(outside));
                     (Cubics::Riemannian(curve), report)
                 }
-                true => {
+                (true, Quotient::Frames) => {
                     let (curve, report) = geometric_spline(t, &points, &conditions, &options)?;
-                    let curve = Arc::new(curve.with_outside(outside(extrapolate)));
+                    let curve = Arc::new(curve.with_outside(outside));
                     (Cubics::Geometric(curve), report)
+                }
+                (true, Quotient::Subspaces) => {
+                    let solve = geometric_subspace_spline;
+                    let (curve, report) = solve(t, &points, &conditions, &options)?;
+                    let curve = Arc::new(curve.with_outside(outside));
+                    (Cubics::GeometricOfSubspaces(curve), report)
                 }
             };
             let report = Some(report);

@@ -3,10 +3,28 @@
 use std::collections::BTreeMap;
 
 use super::prelude::*;
+use crate::manifold::stored::quotient_of;
+use crate::space::Quotient;
 use crate::stored::{FORMAT, Fields, VERSION, check_header, refusal};
 
 /// What says that the numbers are those of embedded complex matrices; real curves do not have it.
 const FIELD: &str = "field";
+
+/// What says that de Casteljau curves are those of subspaces; curves of frames do not have it.
+const SUBSPACES: &str = "subspaces";
+
+pub(super) fn put_quotient(fields: &mut Fields, quotient: Quotient) {
+    if quotient == Quotient::Subspaces {
+        fields.put_flat(SUBSPACES, vec![1.0]);
+    }
+}
+
+pub(super) fn take_quotient(fields: &mut Fields) -> Result<Quotient> {
+    let mut stored = fields.parts_or_zeros(SUBSPACES, 1)?;
+    let quotient = quotient_of(stored.some()?)?;
+    stored.end()?;
+    Ok(quotient)
+}
 
 /// The stored form of a curve of the given numbers.
 pub(super) fn form<'py>(

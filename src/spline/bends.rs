@@ -16,6 +16,11 @@
 //!
 //! In flat space that is `6 (P_0 - 2 P_1 + P_2)`. The first term is the acceleration of the quasi-geodesic with the
 //! same velocity: it is the same on both sides of a knot, so only the second one (the bend) counts there.
+//!
+//! Of subspaces all generators have `Omega = 0`, and `R` is their exponential in terms of bases. It turns the basis that it reaches by
+//! what is added to `Omega`, so the horizontal part of the bend is what bends the curve of subspaces.
+
+use std::f64::consts::{FRAC_PI_2, PI};
 
 use faer::{Mat, MatMut, MatRef};
 
@@ -24,17 +29,18 @@ use crate::linalg::product::{axpy, mul_add, mul_into, scale};
 use crate::linalg::structure::check_range;
 use crate::manifold::QuasiGeodesic;
 use crate::manifold::carrier::{Carrier, Direction};
+use crate::manifold::grassmann::joining::join_spans;
 use crate::manifold::inverse_differential::InverseDifferential;
 use crate::manifold::quasi_geodesic::{Departure, EndpointProblem};
+use crate::manifold::tangent::tangent_part;
+use crate::space::Quotient;
 
 /// What an `Overflow` is about.
 const CONTROL_POINTS: &str = "control points of a spline";
 
-/// A leg whose largest principal angle is this is not the principal quasi-geodesic between its ends.
-const LONGEST: f64 = std::f64::consts::PI;
-
 /// Buffers for pieces of one shape.
 pub(super) struct Bends {
+    quotient: Quotient,
     ends: [OuterLeg; 2],
     middle: QuasiGeodesic,
     carrier: Carrier,
@@ -43,9 +49,10 @@ pub(super) struct Bends {
 }
 
 impl Bends {
-    pub(super) fn new(n: usize, k: usize) -> Self {
+    pub(super) fn new(quotient: Quotient, n: usize, k: usize) -> Self {
         Bends {
-            ends: [OuterLeg::new(n, k), OuterLeg::new(n, k)],
+            quotient,
+            ends: [(); 2].map(|()| OuterLeg::new(quotient, n, k)),
             middle: QuasiGeodesic::zeros(n, k),
             carrier: Carrier::new(n, k),
             problem: EndpointProblem::new(n, k),
@@ -71,24 +78,42 @@ impl Bends {
         first
             .leave(points[0], velocities[0], length / 3.0)
             .and_then(|()| last.leave(points[1], velocities[1], -length / 3.0))
-            .and_then(|()| {
-                let [from, to] = [&first.end, &last.end].map(|end| end.as_ref());
-                self.middle.join(from, to, &mut self.problem)
-            })
             .map_err(Error::of_control_points)?;
+        let turn = self.join_inner().map_err(Error::of_control_points)?;
         self.carrier.set(&self.middle)?;
+        if let Some(turn) = &turn {
+            self.carrier.turn_basis(turn);
+        }
         self.velocity.copy_from(self.middle.initial_velocity());
         let [at_start, at_end] = out;
+        let [first, last] = &mut self.ends;
         first.bend(points[0], self.velocity.as_ref(), at_start)?;
         let (velocity, way) = (self.velocity.as_mut(), Direction::Forward);
         self.carrier.carry(&self.middle, velocity, way);
         scale(&mut self.velocity, -1.0);
         last.bend(points[1], self.velocity.as_ref(), at_end)
     }
+
+    /// The leg between the inner control points; of subspaces also what makes the basis that it reaches the one there.
+    fn join_inner(&mut self) -> Result<Option<Mat<f64>>> {
+        let [from, to] = self.ends.each_ref().map(|end| end.end.as_ref());
+        match self.quotient {
+            Quotient::Frames => {
+                self.middle.join(from, to, &mut self.problem)?;
+                Ok(None)
+            }
+            Quotient::Subspaces => {
+                let (middle, turn) = join_spans(from, to, &mut self.problem)?;
+                self.middle = middle;
+                Ok(Some(turn))
+            }
+        }
+    }
 }
 
 /// The leg between an end and the inner control point beside it, away from the end.
 struct OuterLeg {
+    quotient: Quotient,
     curve: QuasiGeodesic,
     departure: Departure,
     carrier: Carrier,
@@ -99,8 +124,9 @@ struct OuterLeg {
 }
 
 impl OuterLeg {
-    fn new(n: usize, k: usize) -> Self {
+    fn new(quotient: Quotient, n: usize, k: usize) -> Self {
         OuterLeg {
+            quotient,
             curve: QuasiGeodesic::zeros(n, k),
             departure: Departure::new(n, k),
             carrier: Carrier::new(n, k),
@@ -116,8 +142,12 @@ impl OuterLeg {
         self.curve
             .leave(s, self.velocity.as_ref(), &mut self.departure)?;
         let angle = self.curve.angles().iter().fold(0.0, |a: f64, b| a.max(*b));
-        if angle >= LONGEST {
-            return Err(Error::OutsideLogDomain { angle });
+        match self.quotient {
+            // Further it is not the principal quasi-geodesic between its ends.
+            Quotient::Frames if angle >= PI => return Err(Error::OutsideLogDomain { angle }),
+            Quotient::Subspaces if angle >= FRAC_PI_2 => return Err(Error::RightAngle { angle }),
+            Quotient::Frames => {}
+            Quotient::Subspaces => self.curve.omega_mut().fill(0.0),
         }
         self.carrier.set(&self.curve)?;
         self.end.copy_from(s);
@@ -139,7 +169,11 @@ impl OuterLeg {
         self.carrier.carry(&self.curve, out.as_mut(), way);
         axpy(out.as_mut(), -1.0, &self.velocity);
         self.inverse.apply(&self.curve, s, out.as_mut())?;
-        scale(out, 6.0);
+        scale(out.as_mut(), 6.0);
+        if self.quotient == Quotient::Subspaces {
+            let horizontal = tangent_part(self.quotient, s, out.as_ref());
+            out.copy_from(horizontal);
+        }
         Ok(())
     }
 }

@@ -1,6 +1,6 @@
 //! The geometric spline: pieces of de Casteljau's algorithm, twice continuously differentiable.
 
-use faer::{MatRef, Scale};
+use faer::{Mat, MatRef, Scale};
 use rayon::prelude::*;
 
 use super::bends::{Bends, add_quasi_geodesic_acceleration};
@@ -19,7 +19,7 @@ use crate::manifold::tangent::tangent_part;
 use crate::report::{SolverReport, StopReason};
 use crate::solve::anderson::Anderson;
 use crate::solve::gmres::{Gmres, norm};
-use crate::space::{Kind, Quotient};
+use crate::space::{Kind, Quotient, ScalarField};
 
 const SOLVER: &str = "geometric spline";
 
@@ -73,6 +73,22 @@ pub fn geometric_spline(
     ends: &EndConditions,
     options: &SplineOptions<'_>,
 ) -> Result<(Piecewise<GeometricCubic>, SolverReport)> {
+    let (problem, velocities, report) = solved(Quotient::Frames, t, points, ends, options)?;
+    let pieces = problem.pieces(&velocities)?;
+    Ok((Piecewise::new(t.to_vec(), pieces), report))
+}
+
+/// The equations, and velocities that solve them.
+///
+/// # Errors
+/// Those of [`geometric_spline`].
+pub(super) fn solved<'a>(
+    quotient: Quotient,
+    t: &[f64],
+    points: &[MatRef<'_, f64>],
+    ends: &EndConditions,
+    options: &SplineOptions<'a>,
+) -> Result<(Problem<'a>, Vec<f64>, SolverReport)> {
     knots::check_tolerance(options.tolerance)?;
     if options.tension != 0.0 {
         return Err(Error::InvalidArgument {
@@ -82,8 +98,8 @@ pub fn geometric_spline(
         });
     }
     knots::check(t, points)?;
-    check_ends(Quotient::Frames, points, ends)?;
-    let mut problem = Problem::new(t, points, ends, options.interrupt)?;
+    check_ends(quotient, points, ends)?;
+    let mut problem = Problem::new(quotient, t, points, ends, options.interrupt)?;
     let (velocities, report) = problem.solve(options.tolerance, options.max_iterations)?;
     if !report.converged {
         return Err(Error::NoConvergence {
@@ -91,12 +107,11 @@ pub fn geometric_spline(
             report,
         });
     }
-    let pieces = problem.pieces(&velocities)?;
-    Ok((Piecewise::new(t.to_vec(), pieces), report))
+    Ok((problem, velocities, report))
 }
 
 /// The equations, in the coordinates of the span of the data and in units of the mean length of a leg.
-struct Problem<'a> {
+pub(super) struct Problem<'a> {
     knots: ReducedKnots,
     ends: EndConditions,
     chain: Links,
@@ -119,6 +134,7 @@ struct Residual {
 
 impl<'a> Problem<'a> {
     fn new(
+        quotient: Quotient,
         t: &[f64],
         points: &[MatRef<'_, f64>],
         ends: &EndConditions,
@@ -128,7 +144,11 @@ impl<'a> Problem<'a> {
             EndConditions::Each(each) => each.iter().map(|end| end.vector().as_ref()).collect(),
             _ => Vec::new(),
         };
-        let mut knots = ReducedKnots::new(Kind::REAL_FRAMES, t, points, &vectors)?;
+        let kind = Kind {
+            quotient,
+            field: ScalarField::Real,
+        };
+        let mut knots = ReducedKnots::new(kind, t, points, &vectors)?;
         if matches!(ends, EndConditions::Periodic) {
             knots.close()?;
         }
@@ -138,8 +158,8 @@ impl<'a> Problem<'a> {
         let groups = legs.div_ceil(group(legs));
         Ok(Problem {
             shape: (n, k),
-            work: (0..groups).map(|_| Bends::new(n, k)).collect(),
-            chain: Links::new(&knots.points, Quotient::Frames)?,
+            work: (0..groups).map(|_| Bends::new(quotient, n, k)).collect(),
+            chain: Links::new(&knots.points, quotient)?,
             flat: FlatSystem::new(&knots.lengths, &ends),
             knots,
             ends,
@@ -370,6 +390,17 @@ impl<'a> Problem<'a> {
             axpy(at, -sign, wanted);
         }
         jump
+    }
+
+    /// The velocity at the given point of a knot, in the caller's time.
+    pub(super) fn velocity_at(
+        &self,
+        knot: usize,
+        point: MatRef<'_, f64>,
+        velocities: &[f64],
+    ) -> Mat<f64> {
+        let velocity = matrix(self.velocity(velocities, knot), self.shape);
+        self.knots.lift_vector(knot, point, velocity) * Scale(self.knots.unit.recip())
     }
 
     fn pieces(&self, velocities: &[f64]) -> Result<Vec<GeometricCubic>> {

@@ -7,7 +7,7 @@ use super::bases::joined;
 use super::knots;
 use super::piecewise::Piecewise;
 use crate::cubic::{BoundaryOptions, RiemannianCubic};
-use crate::curve::GeometricCubic;
+use crate::curve::{Curve, GeometricCubic};
 use crate::error::{Error, Result};
 use crate::manifold::tangent::check_vector;
 use crate::space::Quotient;
@@ -78,14 +78,13 @@ pub fn geometric_hermite(
     pieces(Quotient::Frames, t, points, velocities, piece)
 }
 
-fn pieces<C: crate::curve::Curve + Send>(
+/// Error unless there is a tangent vector at each knot.
+pub(super) fn check(
     quotient: Quotient,
     t: &[f64],
     points: &[MatRef<'_, f64>],
     velocities: &[MatRef<'_, f64>],
-    piece: impl Fn(MatRef<'_, f64>, MatRef<'_, f64>, MatRef<'_, f64>, MatRef<'_, f64>) -> Result<C>
-    + Sync,
-) -> Result<Piecewise<C>> {
+) -> Result<()> {
     knots::check(t, points)?;
     if velocities.len() != points.len() {
         return Err(Error::Shape {
@@ -97,6 +96,18 @@ fn pieces<C: crate::curve::Curve + Send>(
     for (knot, (s, v)) in points.iter().zip(velocities).enumerate() {
         check_vector(quotient, "V", *s, *v).map_err(|error| error.at_knot(knot))?;
     }
+    Ok(())
+}
+
+fn pieces<C: Curve + Send>(
+    quotient: Quotient,
+    t: &[f64],
+    points: &[MatRef<'_, f64>],
+    velocities: &[MatRef<'_, f64>],
+    piece: impl Fn(MatRef<'_, f64>, MatRef<'_, f64>, MatRef<'_, f64>, MatRef<'_, f64>) -> Result<C>
+    + Sync,
+) -> Result<Piecewise<C>> {
+    check(quotient, t, points, velocities)?;
     let pieces = (0..t.len() - 1)
         .into_par_iter()
         .map(|i| {

@@ -34,6 +34,8 @@ S2 = np.array([[1, 1], [-1, 1], [1, 1], [1, -1]]) / 2
 # Horizontal at S.
 H = np.array([[0, 0], [0, 0], [2, 0], [0, -1.0]])
 H2 = np.array([[0, 0], [0, 0], [0, 1], [3, 0.0]])
+# Horizontal at S2.
+H0 = np.array([[1, 0], [0, -1], [-1, 0], [0, -1.0]])
 V2 = np.array([[0, 1], [-1, 0], [0, 1], [3, 0.0]])
 Z0 = np.array([1, 2, 1, 0, 0, 1, 0, 1.0])
 T = np.array([0.0, 1.0, 2.0])
@@ -93,6 +95,10 @@ CALLS = {
     "QuasiGeodesic": (lambda a, b: QuasiGeodesic(a, b)(0.5), [("S0", S), ("S1", S1)]),
     "from_velocity": (lambda a, b: QuasiGeodesic.from_velocity(a, b)(0.5), [("S", S), ("V", V)]),
     "GeometricCubic": (lambda *x: GeometricCubic(*x)(0.5), [("S0", S), ("V0", V), ("S1", S1), ("V1", V1)]),
+    "GeometricCubic.subspaces": (
+        lambda *x: GeometricCubic(*x, manifold=GR)(0.5),
+        [("S0", S), ("V0", H), ("S1", S2), ("V1", H0)],
+    ),
     "from_control_points": (lambda P: GeometricCubic.from_control_points(P)(0.5), [("P", np.stack([S, S1, S, S]))]),
     "from_initial": (
         lambda *x: RiemannianCubic.from_initial(*x)(0.5),
@@ -167,6 +173,10 @@ CALLS = {
     "Geodesic": (lambda a, b: Geodesic(a, b)(0.5), [("S0", S), ("S1", S2)]),
     "Geodesic.from_velocity": (lambda a, b: Geodesic.from_velocity(a, b)(0.5), [("S", S), ("V", V)]),
     "GeometricPolynomial": (lambda P: GeometricPolynomial(P)(0.5), [("P", np.stack([S, S2, S]))]),
+    "GeometricPolynomial.subspaces": (
+        lambda P: GeometricPolynomial(P, manifold=GR)(0.5),
+        [("P", np.stack([S, S2, S]))],
+    ),
     "GeometricPolynomial.geodesic": (
         lambda P: GeometricPolynomial(P, pieces="geodesic")(0.5),
         [("P", np.stack([S, S2, S]))],

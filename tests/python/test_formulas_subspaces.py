@@ -1,12 +1,25 @@
 """The formulas of docs/mathematics.md for curves of subspaces, against what the package computes."""
 
+import itertools
+
 import numpy as np
 import pytest
 from complex_frames import H, assert_close, embed, restrict
 from formulas import bracket
 from scipy.linalg import expm, polar, svd
 
-from stiefel_rs import CubicSpline, Geodesic, Grassmann, RiemannianCubic, SmoothingSpline, Stiefel, integrate_cubic
+from stiefel_rs import (
+    CubicSpline,
+    Geodesic,
+    GeometricCubic,
+    GeometricPolynomial,
+    Grassmann,
+    RiemannianCubic,
+    SmoothingSpline,
+    Stiefel,
+    integrate_cubic,
+    orthogonal_log,
+)
 
 SHAPES = [(3, 1), (3, 2), (4, 2), (5, 3), (8, 3)]
 PAULI = np.array([[[0, 1], [1, 0]], [[0, -1j], [1j, 0]], [[1, 0], [0, -1]]])
@@ -237,6 +250,82 @@ def test_pieces_of_a_spline(rng):
     Q = polar(points[-1].T @ boundary(1.0))[0]
     assert_close(boundary(1.0), points[-1] @ Q, 1e-11, "Y_1 Q")
     assert_close(boundary.velocity(1.0), V[1] @ Q, 1e-11, "V_1 Q")
+
+
+def weights(C, t):
+    """The functions a_t and b_t of a symmetric matrix."""
+    cosines, vectors = np.linalg.eigh(C)
+    turns = np.arccos(np.minimum(cosines, 1)) / np.pi
+    return [(vectors * (s * np.sinc(s * turns) / np.sinc(turns))) @ vectors.T for s in (1 - t, t)]
+
+
+def joined(F0, F1, t):
+    Q, C = polar(F0.T @ F1, side="left")
+    a, b = weights(C, t)
+    return F0 @ a + F1 @ Q.T @ b
+
+
+def de_casteljau(points, t, join):
+    while len(points) > 1:
+        points = [join(x, y, t) for x, y in itertools.pairwise(points)]
+    return points[0]
+
+
+def test_de_casteljau_curves(data):
+    M, Y, V, W, _ = data
+    Y1 = M.exp(Y, W)
+    V1 = M.project_tangent(Y1, V)
+    curve = GeometricCubic(Y, V, Y1, V1, manifold=M)
+    points = [Y, M.exp(Y, V / 3), M.exp(Y1, -V1 / 3), Y1]
+    assert_close(curve.control_points, np.array(points), 1e-14, "control points")
+    angles = [max(M.principal_angles(x, y)) for x, y in itertools.pairwise(points)]
+    for t in (0.0, 0.3, 0.8):
+        inner = [M.exp(x, t * M.log(x, y)) for x, y in itertools.pairwise(points)]
+        assert max(M.principal_angles(inner[0], inner[1])) <= (1 - t) * angles[0] + t * angles[1] + 1e-14
+        F = de_casteljau(points, t, joined)
+        assert_close(reflection(F), reflection(curve(t)), 1e-13, "F")
+    # The rate of the bases F, and of R = F^T Y.
+    t = 0.4
+    F, slope = de_casteljau(points, t, joined), derivative(lambda s: de_casteljau(points, s, joined), t)
+    R, rate = F.T @ curve(t), derivative(lambda s: de_casteljau(points, s, joined).T @ curve(s), t)
+    assert_close(rate, -F.T @ slope @ R, 1e-10, "R'")
+
+
+def test_barycentric_weights_of_gauss_nodes_and_ends():
+    x, w = np.polynomial.legendre.leggauss(20)
+    nodes, signs = np.concatenate([[0], (x + 1) / 2, [1]]), np.resize([1, -1], 22)
+    weights = signs * np.concatenate([[0.5], np.sqrt(w / 2 / (1 - x**2)), [0.5]])
+    exact = 1 / np.prod(2 * (nodes[:, None] - nodes) + np.eye(22), axis=1)
+    assert_close(weights / weights[0], exact / exact[0], 1e-12, "lambda")
+
+
+def test_end_acceleration_of_de_casteljau_curves(data):
+    M, Y, V, W, _ = data
+    Y1 = M.exp(Y, W)
+    curve = GeometricCubic(Y, V, Y1, M.project_tangent(Y1, V), manifold=M)
+    U, A = V / 3, curve.acceleration(0.0)
+    inner = M.exp(Y, U)
+    onward = M.log(inner, curve.control_points[2]) - Geodesic.from_velocity(Y, U, manifold=M).velocity(1.0)
+    moved = derivative(lambda s: M.align(inner, M.exp(Y, U + s * A)), 0.0)
+    assert_close(horizontal(inner, moved), 6 * onward, 1e-9, "(D exp) [D_t Y'(0)]")
+
+
+def test_de_casteljau_curves_of_reflections(data):
+    M, Y, *vectors = data
+    points = [Y, *(M.exp(Y, V) for V in vectors)]
+    curve = GeometricPolynomial(points, manifold=M)
+
+    def piece(P0, P1, t):
+        return half_power(P1 @ P0, t) @ P0 @ half_power(P0 @ P1, t)
+
+    for t in (0.2, 0.5, 1.0):
+        expected = de_casteljau([reflection(y) for y in points], t, piece)
+        assert_close(reflection(curve(t)), expected, 1e-13, "reflections")
+
+
+def half_power(Q, t):
+    """The power t / 2 of a rotation."""
+    return expm(t / 2 * orthogonal_log(Q))
 
 
 def test_isotropy_turns_the_blocks(rng):

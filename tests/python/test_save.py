@@ -17,6 +17,7 @@ from stiefel_rs import (
     Geodesic,
     GeometricCubic,
     GeometricPolynomial,
+    Grassmann,
     InvalidInputError,
     QuasiGeodesic,
     RiemannianCubic,
@@ -40,17 +41,34 @@ def closed(t, S):
     return np.append(t, t[-1] + 1), np.concatenate([S, S[:1]])
 
 
+def subspaces(S):
+    return Grassmann(*S.shape[-2:])
+
+
+def across(S, V):
+    """The horizontal parts of vectors."""
+    return V - S @ (S.swapaxes(-1, -2) @ V)
+
+
 CURVES = {
     "line": lambda t, S, V: QuasiGeodesic(S[0], S[1]),
     "geodesic": lambda t, S, V: Geodesic(S[0], S[1]),
     "geometric cubic": lambda t, S, V: GeometricCubic(S[0], V[0], S[1], V[1]),
     "cubic of geodesics": lambda t, S, V: GeometricCubic(S[0], V[0], S[1], V[1], pieces="geodesic"),
     "polynomial": lambda t, S, V: GeometricPolynomial(S[:3]),
+    "polynomial of subspaces": lambda t, S, V: GeometricPolynomial(S[:3], manifold=subspaces(S)),
+    "cubic of subspaces": lambda t, S, V: GeometricCubic(
+        S[0], across(S[0], V[0]), S[1], across(S[1], V[1]), manifold=subspaces(S)
+    ),
     "minimal cost": lambda t, S, V: GeometricPolynomial.minimal_cost(S[0], V[0], S[1], V[1], degree=4),
     "initial": lambda t, S, V: RiemannianCubic.from_initial(S[0], V[0], V[0], 0 * V[0], 2.0).reversed(),
     "boundary": lambda t, S, V: RiemannianCubic.from_boundary(S[0], V[0], S[1], V[1]),
     "hermite": CubicHermite,
     "geometric hermite": lambda t, S, V: CubicHermite(t, S, V, "geometric", extrapolate=True),
+    "geometric hermite of subspaces": lambda t, S, V: CubicHermite(
+        t, S, across(S, V), "geometric", manifold=subspaces(S)
+    ),
+    "geometric spline of subspaces": lambda t, S, V: CubicSpline(t, S, kind="geometric", manifold=subspaces(S)),
     "natural": lambda t, S, V: CubicSpline(t, S),
     "clamped": lambda t, S, V: CubicSpline(t, S, "clamped", extrapolate=True),
     "periodic": lambda t, S, V: CubicSpline(*closed(t, S), "periodic"),

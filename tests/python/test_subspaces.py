@@ -13,6 +13,8 @@ from stiefel_rs import (
     CubicHermite,
     CubicSpline,
     Geodesic,
+    GeometricCubic,
+    GeometricPolynomial,
     Grassmann,
     RiemannianCubic,
     SmoothingSpline,
@@ -103,6 +105,101 @@ class TestAllShapes:
         assert SmoothingSpline(t, Y, manifold=M).lam > 0
 
 
+@pytest.mark.parametrize("shape", SHAPES, ids=str)
+class TestDeCasteljau:
+    def test_polynomial(self, shape):
+        M = Grassmann(shape[0], shape[1], field=shape[2])
+        Y, times = knots(M, 4, seed=20), np.linspace(0, 1, 17)
+        curve = GeometricPolynomial(Y, manifold=M)
+        oracle = GeometricPolynomial(reflection(Y), manifold=manifold_of_reflections(M))
+        assert abs(reflection(curve(times)) - oracle(times)).max() < 1e-13
+        assert abs(curve(0.0) - Y[0]).max() < 1e-14
+        assert abs(curve(times).conj().swapaxes(-1, -2) @ curve.velocity(times)).max() < 1e-13
+        assert abs(curve.control_points - Y).max() < 1e-15
+        assert curve.cost() == pytest.approx(oracle.cost() / 4, rel=1e-11)
+        assert curve.arc_length() == pytest.approx(oracle.arc_length() / 2, rel=1e-11)
+        assert (curve.manifold, curve.degree, curve.pieces, curve.report) == (M, 3, "geodesic", None)
+        turns = Stiefel(M.k, M.k, field=M.field).random_point(rng=21, size=4)
+        other = GeometricPolynomial(Y @ turns, manifold=M)
+        assert abs(other(times) - curve(times) @ turns[0]).max() < 1e-12
+        again = pickle.loads(pickle.dumps(curve))
+        assert again.manifold == M
+        assert np.array_equal(again(times, 2), curve(times, 2))
+        cubic = GeometricCubic.from_control_points(Y, manifold=M)
+        assert np.array_equal(cubic(times), curve(times))
+        assert isinstance(pickle.loads(pickle.dumps(cubic)), GeometricCubic)
+
+    def test_cubic_and_its_pieces(self, shape):
+        M = Grassmann(shape[0], shape[1], field=shape[2])
+        t, Y = np.array([0.0, 1.0, 1.8, 3.0]), knots(M, 4, seed=22)
+        V = 0.5 * M.random_tangent(Y, rng=23)
+        curve = CubicHermite(t, Y, V, kind="geometric", manifold=M)
+        assert (curve.kind, curve.manifold, curve.report) == ("geometric", M, None)
+        for i, time in enumerate(t):
+            for side in (time, np.nextafter(time, -1) if i else time):
+                Q = Y[i].conj().T @ curve(side)
+                assert abs(curve(side) - Y[i] @ Q).max() < 1e-13
+                assert abs(curve.velocity(side) - V[i] @ Q).max() < 1e-12
+        for i, piece in enumerate(curve.pieces):
+            assert isinstance(piece, GeometricCubic)
+            assert piece.manifold == M
+            h = t[i + 1] - t[i]
+            alone = GeometricCubic(Y[i], h * V[i], Y[i + 1], h * V[i + 1], manifold=M)
+            assert abs(reflection(alone(0.3)) - reflection(curve(t[i] + 0.3 * h))).max() < 1e-13
+            assert abs(piece(0.3) - curve(t[i] + 0.3 * h)).max() < 1e-14
+            if i:
+                assert abs(piece(0.0) - curve.pieces[i - 1](1.0)).max() < 1e-13
+
+    def test_spline(self, shape):
+        M = Grassmann(shape[0], shape[1], field=shape[2])
+        t, Y = np.array([0.0, 1.0, 1.8, 3.0, 4.1]), knots(M, seed=24)
+        V = 0.3 * M.random_tangent(Y[[0, -1]], rng=25)
+        times = np.linspace(0, 4.1, 30)
+        closed = np.append(Y[:4], Y[:1] @ Stiefel(M.k, M.k, field=M.field).random_point(rng=26, size=1), axis=0)
+        up = [2 * (v @ y.conj().T + y @ v.conj().T) for v, y in zip(V, Y[[0, -1]], strict=True)]
+        for points, low, high in (
+            (Y, "natural", "natural"),
+            (Y, ((1, V[0]), (2, V[1])), ((1, up[0]), (2, up[1]))),
+            (closed, "periodic", "periodic"),
+        ):
+            curve = CubicSpline(t, points, low, kind="geometric", manifold=M)
+            reflections = reflection(points)
+            if high == "periodic":
+                reflections[-1] = reflections[0]
+            oracle = CubicSpline(t, reflections, high, kind="geometric", manifold=manifold_of_reflections(M))
+            assert abs(reflection(curve(times)) - oracle(times)).max() < 1e-10
+            assert curve.report.converged
+            assert abs(curve(0.0) - points[0]).max() < 1e-13
+            assert abs(curve(times).conj().swapaxes(-1, -2) @ curve.velocity(times)).max() < 1e-12
+            again = pickle.loads(pickle.dumps(curve))
+            assert (again.kind, again.manifold) == ("geometric", M)
+            assert np.array_equal(again(times), curve(times))
+
+
+def test_degenerate_control_points():
+    E, M = np.eye(4), Grassmann(4, 2)
+    still = GeometricPolynomial([E[:, [0, 1]], E[:, [1, 0]], -E[:, [0, 1]]], manifold=M)
+    assert abs(still([0.0, 0.4, 1.0]) - E[:, :2]).max() < 1e-14
+    with pytest.raises(stiefel_rs.OutsideDomainError, match="principal angle") as caught:
+        GeometricPolynomial([E[:, [0, 1]], E[:, [1, 2]]], manifold=M)
+    assert caught.value.angle == pytest.approx(np.pi / 2)
+    V = np.zeros((4, 2))
+    V[2, 0] = 5.4
+    with pytest.raises(stiefel_rs.OutsideDomainError) as caught:
+        GeometricCubic(E[:, :2], V, E[:, :2], 0 * V, manifold=M)
+    assert caught.value.angle == pytest.approx(1.8)
+    with pytest.raises(stiefel_rs.OutsideDomainError) as caught:
+        CubicHermite([0, 1, 2], [E[:, :2]] * 3, [0 * V, V, V], "geometric", manifold=M)
+    assert (caught.value.knot, caught.value.angle) == (0, pytest.approx(1.8))
+    turning = E[:, :2] @ np.array([[0, 1], [-1, 0]])
+    with pytest.raises(stiefel_rs.InvalidInputError, match=r"V1.*not horizontal"):
+        GeometricCubic(E[:, :2], 0 * V, E[:, :2], turning, manifold=M)
+    for n, field in ((1, "real"), (3, "real"), (2, "complex")):
+        whole = Grassmann(n, n, field=field)
+        P = whole.random_point(14, size=3)
+        assert abs(GeometricPolynomial(P, manifold=whole)(0.6) - P[0]).max() < 1e-14
+
+
 def test_lines_in_the_plane_are_scipys_spline_of_half_the_angle():
     t, angle = np.array([0.0, 1.0, 1.5, 3.0]), np.array([0.0, 0.9, 1.4, 0.3])
     signs = np.array([1, -1, -1, 1])
@@ -150,8 +247,6 @@ def test_tall_bases_and_representatives(n, k):
 def test_what_there_is_of_frames_only_is_refused():
     M = Grassmann(4, 2)
     Y = knots(M, 3)
-    with pytest.raises(stiefel_rs.InvalidInputError, match="kind"):
-        CubicSpline([0, 1, 2], Y, kind="geometric", manifold=M)
     with pytest.raises(stiefel_rs.InvalidInputError, match="points of shape"):
         CubicSpline([0, 1, 2], Y, manifold=Grassmann(5, 2))
     with pytest.raises(TypeError, match="Stiefel or a Grassmann"):

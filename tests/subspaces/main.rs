@@ -6,13 +6,17 @@ mod closed_derivative;
 #[path = "../common/mod.rs"]
 mod common;
 mod derivative;
+mod geometric_cubic;
 mod guess;
 mod initial;
+mod polynomial;
 mod several_solutions;
 mod spline;
 mod velocities;
 
+use common::{Rng, gaussian, random_orthogonal, random_point};
 use faer::{Mat, MatRef, Scale};
+use stiefel_rs::{Grassmann, SubspacePolynomial};
 
 /// `n, k`: lines, planes, half of the dimensions, all but one.
 const SHAPES: [(usize, usize); 6] = [(3, 1), (4, 2), (5, 2), (3, 2), (6, 3), (8, 3)];
@@ -35,4 +39,22 @@ fn horizontal(y: MatRef<'_, f64>, z: MatRef<'_, f64>) -> Mat<f64> {
 
 fn view(a: &Mat<f64>) -> MatRef<'_, f64> {
     a.as_ref()
+}
+
+/// Control points, each at a largest principal angle `step` from the one before, in bases turned at random.
+fn walk((n, k): (usize, usize), degree: usize, step: f64, rng: &mut Rng) -> Vec<Mat<f64>> {
+    let manifold = Grassmann::new(n, k).unwrap();
+    let mut points = vec![random_point(n, k, rng)];
+    for _ in 0..degree {
+        let from = points[points.len() - 1].clone();
+        let v = horizontal(view(&from), gaussian(n, k, rng).as_ref());
+        let v = &v * Scale(step / v.singular_values().unwrap()[0]);
+        let to = manifold.exp(view(&from), view(&v)).unwrap();
+        points.push(to * random_orthogonal(k, rng));
+    }
+    points
+}
+
+fn polynomial(points: &[Mat<f64>]) -> SubspacePolynomial {
+    SubspacePolynomial::try_from(points).unwrap()
 }

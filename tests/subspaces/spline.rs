@@ -107,7 +107,8 @@ fn splines_are_those_of_reflections() {
     }
 }
 
-fn check(curve: &Piecewise<RiemannianCubic>, oracle: &Piecewise<RiemannianCubic>, what: &str) {
+/// That a spline on `[0, 4.1]` is that of reflections, and its bases do not turn.
+pub fn check(curve: &impl Curve, oracle: &impl Curve, what: &str) {
     let mut before: Option<Mat<f64>> = None;
     for i in 0..=82 {
         let t = (0.05 * f64::from(i)).min(4.1);

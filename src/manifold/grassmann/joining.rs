@@ -5,7 +5,7 @@ use faer::{Mat, MatRef};
 use super::alignment::Alignment;
 use crate::error::Result;
 use crate::manifold::QuasiGeodesic;
-use crate::manifold::quasi_geodesic::EndpointProblem;
+use crate::manifold::quasi_geodesic::{Departure, EndpointProblem};
 
 /// The orthogonal matrix `Q` for which `Y1 Q` is as near to `Y0` as a basis of its span can be.
 ///
@@ -13,6 +13,20 @@ use crate::manifold::quasi_geodesic::EndpointProblem;
 /// `Decomposition`.
 pub(crate) fn alignment(y0: MatRef<'_, f64>, y1: MatRef<'_, f64>) -> Result<Mat<f64>> {
     Ok(Alignment::new(y0, y1)?.function(|_| 1.0))
+}
+
+/// The same, and the cosine of the largest principal angle.
+///
+/// # Errors
+/// `RightAngle` where that angle is pi/2 to working precision; `Decomposition`.
+pub(crate) fn unique_alignment(
+    y0: MatRef<'_, f64>,
+    y1: MatRef<'_, f64>,
+) -> Result<(Mat<f64>, f64)> {
+    let alignment = Alignment::new(y0, y1)?;
+    alignment.check_unique()?;
+    let least = alignment.cosines.iter().fold(1.0, |a: f64, b| a.min(*b));
+    Ok((alignment.function(|_| 1.0), least))
 }
 
 /// The geodesic `e^{tX} Y0` from the span of one basis to that of another, and the orthogonal matrix `R` with `e^X Y0 R = Y1`.
@@ -25,12 +39,22 @@ pub(crate) fn join_spans(
     problem: &mut EndpointProblem,
 ) -> Result<(QuasiGeodesic, Mat<f64>)> {
     let (n, k) = y0.shape();
-    let alignment = Alignment::new(y0, y1)?;
-    alignment.check_unique()?;
-    let turn = alignment.function(|_| 1.0);
+    let (turn, _) = unique_alignment(y0, y1)?;
     let mut curve = QuasiGeodesic::zeros(n, k);
     curve.join(y0, (y1 * &turn).as_ref(), problem)?;
     // The bases are aligned: what is left is round-off.
     curve.omega_mut().fill(0.0);
     Ok((curve, turn.transpose().to_owned()))
+}
+
+/// The geodesic `e^{tX} Y` with initial velocity `v`, of which the part along `y` is left out.
+///
+/// # Errors
+/// `Overflow`, `Decomposition`.
+pub(crate) fn leave_span(y: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Result<QuasiGeodesic> {
+    let (n, k) = y.shape();
+    let mut curve = QuasiGeodesic::zeros(n, k);
+    curve.leave(y, v, &mut Departure::new(n, k))?;
+    curve.omega_mut().fill(0.0);
+    Ok(curve)
 }

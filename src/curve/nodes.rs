@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::curve::gauss_legendre::gauss_legendre;
+use super::gauss_legendre::gauss_legendre;
 
 /// Integrals up to this many times.
 const TIMES: usize = 3;
@@ -11,17 +11,17 @@ const TIMES: usize = 3;
 /// Gauss nodes, and the matrices that take values at them to values and repeated integrals from 0 of the polynomial through
 /// them.
 #[derive(Debug, Clone)]
-pub(super) struct Nodes {
-    pub(super) s: Vec<f64>,
-    pub(super) weights: Vec<f64>,
+pub(crate) struct Nodes {
+    pub(crate) s: Vec<f64>,
+    pub(crate) weights: Vec<f64>,
     /// Values and one to three integrals at the nodes and, in the last row, at 1; row by row.
-    pub(super) at: [Vec<f64>; TIMES + 1],
+    pub(crate) at: [Vec<f64>; TIMES + 1],
     /// From values at the nodes to the last two Legendre coefficients.
-    pub(super) tail: Vec<f64>,
+    pub(crate) tail: Vec<f64>,
 }
 
 impl Nodes {
-    pub(super) fn new(count: usize) -> Self {
+    pub(crate) fn new(count: usize) -> Self {
         let (x, weights) = gauss_legendre(count);
         let mut nodes = Nodes {
             s: x.iter().rev().map(|x| 0.5 + 0.5 * x).collect(),
@@ -29,23 +29,20 @@ impl Nodes {
             at: Default::default(),
             tail: vec![0.0; 2 * count],
         };
-        for node in 0..count {
-            let series = nodes.lagrange(node);
-            nodes.tail[node] = series[count - 2];
-            nodes.tail[count + node] = series[count - 1];
-        }
+        let analysis = nodes.analysis();
+        nodes.tail.copy_from_slice(&analysis[(count - 2) * count..]);
         let mut points = nodes.s.clone();
         points.push(1.0);
         nodes.at = nodes.integrals_at(&points);
         nodes
     }
 
-    pub(super) fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.s.len()
     }
 
     /// Values and one to three integrals at some points, a row for each.
-    pub(super) fn integrals_at(&self, points: &[f64]) -> [Vec<f64>; TIMES + 1] {
+    pub(crate) fn integrals_at(&self, points: &[f64]) -> [Vec<f64>; TIMES + 1] {
         let count = self.len();
         let bases: Vec<Vec<f64>> = points.iter().map(|s| legendre(count + TIMES, *s)).collect();
         let mut out: [Vec<f64>; TIMES + 1] =
@@ -62,6 +59,18 @@ impl Nodes {
         out
     }
 
+    /// From values at the nodes to Legendre coefficients, a row for each degree.
+    pub(crate) fn analysis(&self) -> Vec<f64> {
+        let count = self.len();
+        let mut out = vec![0.0; count * count];
+        for node in 0..count {
+            for (degree, c) in self.lagrange(node).into_iter().enumerate() {
+                out[degree * count + node] = c;
+            }
+        }
+        out
+    }
+
     /// Legendre coefficients of the polynomial that is one at a node and zero at the others.
     fn lagrange(&self, node: usize) -> Vec<f64> {
         let basis = legendre(self.len() - 1, self.s[node]);
@@ -73,19 +82,27 @@ impl Nodes {
 }
 
 /// Legendre polynomials of degrees `0..=degree` on `[0, 1]`.
-pub(super) fn legendre(degree: usize, s: f64) -> Vec<f64> {
-    let x = 2.0 * s - 1.0;
-    let mut p = vec![1.0, x];
-    for j in 2..=degree {
-        let n = j as f64;
-        p.push(((2.0 * n - 1.0) * x * p[j - 1] - (n - 1.0) * p[j - 2]) / n);
-    }
-    p.truncate(degree + 1);
+pub(crate) fn legendre(degree: usize, s: f64) -> Vec<f64> {
+    let mut p = vec![0.0; degree + 1];
+    legendre_into(s, &mut p);
     p
 }
 
+/// Legendre polynomials of degrees up to `out.len() - 1` on `[0, 1]`.
+pub(crate) fn legendre_into(s: f64, out: &mut [f64]) {
+    let x = 2.0 * s - 1.0;
+    for j in 0..out.len() {
+        let n = j as f64;
+        out[j] = match j {
+            0 => 1.0,
+            1 => x,
+            _ => ((2.0 * n - 1.0) * x * out[j - 1] - (n - 1.0) * out[j - 2]) / n,
+        };
+    }
+}
+
 /// Legendre coefficients on `[0, 1]` of the integral from 0.
-pub(super) fn integral(series: &[f64]) -> Vec<f64> {
+pub(crate) fn integral(series: &[f64]) -> Vec<f64> {
     let mut out = vec![0.0; series.len() + 1];
     for (degree, c) in series.iter().enumerate() {
         let share = 0.5 * c / (2 * degree + 1) as f64;
@@ -100,14 +117,14 @@ pub(super) fn integral(series: &[f64]) -> Vec<f64> {
 static KNOWN: Mutex<BTreeMap<usize, Arc<Nodes>>> = Mutex::new(BTreeMap::new());
 
 impl Nodes {
-    pub(super) fn of(count: usize) -> Arc<Self> {
+    pub(crate) fn of(count: usize) -> Arc<Self> {
         let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
         let nodes = known.entry(count);
         Arc::clone(nodes.or_insert_with(|| Arc::new(Nodes::new(count))))
     }
 
     /// From values at these nodes to those at others, and to integrals from 0 there and at 1.
-    pub(super) fn onto(&self, others: &Nodes) -> [Vec<f64>; 2] {
+    pub(crate) fn onto(&self, others: &Nodes) -> [Vec<f64>; 2] {
         let mut points = others.s.clone();
         points.push(1.0);
         let [mut values, integrals, ..] = self.integrals_at(&points);
