@@ -45,8 +45,9 @@ const MET: f64 = 1e3 * RESOLVED;
 /// Neither counts as round-off above this, however near to a right angle: where bases jump the cosine is small as well.
 const COARSEST: f64 = 1e-5;
 
-/// A piece this short that is not resolved holds a right angle.
+/// A piece this short that is not resolved is where the bases end: at a right angle, if a cosine is that small.
 const SHORTEST: f64 = 1e-9;
+const RIGHT: f64 = 1e-3;
 
 /// Iterations for `R` on a piece: with `|F^T F'|` at most 1 over its length the j-th one changes it by `1 / j!`.
 const MAX_ITERATIONS: usize = 30;
@@ -98,7 +99,7 @@ impl Lift {
     /// `bases` writes Taylor coefficients of `F` up to order 1 and returns the least cosine of a principal angle that it met.
     ///
     /// # Errors
-    /// `RightAngle` where the curve ends before; `TooManySteps`, `Interrupted`.
+    /// `RightAngle` where the curve ends before; `NoConvergence` where round-off is too large, `TooManySteps`, `Interrupted`.
     pub(super) fn extend_to(
         &mut self,
         t: f64,
@@ -117,7 +118,9 @@ impl Lift {
             }
             let to = self.reached + direction;
             match self.add(to, &mut bases, &mut work, interrupt) {
-                Err(error @ Error::RightAngle { .. }) => self.obstacle = Some(error),
+                Err(error @ (Error::RightAngle { .. } | Error::NoConvergence { .. })) => {
+                    self.obstacle = Some(error);
+                }
                 added => added?,
             }
         }
@@ -147,9 +150,10 @@ impl Lift {
                 });
                 return Ok(());
             }
-            Ok(Some(cosine)) => Error::RightAngle {
+            Ok(Some(cosine)) if cosine < RIGHT => Error::RightAngle {
                 angle: cosine.acos(),
             },
+            Ok(Some(_)) => unresolved(self.pieces.len(), to - from),
             Err(error @ Error::RightAngle { .. }) => error,
             Err(error) => return Err(error),
         };
@@ -180,6 +184,20 @@ impl Lift {
     #[cfg(test)]
     pub(super) fn len(&self) -> usize {
         self.pieces.len()
+    }
+}
+
+/// Round-off does not let bases be found further.
+fn unresolved(pieces: usize, length: f64) -> Error {
+    Error::NoConvergence {
+        solver: SOLVER,
+        report: SolverReport {
+            converged: false,
+            iterations: pieces,
+            residual: length.abs(),
+            tolerance: SHORTEST,
+            reason: StopReason::Stagnated,
+        },
     }
 }
 
@@ -239,7 +257,9 @@ impl Collocation {
         let least = self.read(ends, bases, interrupt)?;
         let resolved = self.turn(start) && {
             self.apply_turns(start);
-            let within = |value: f64, bound: f64| value <= (bound / least).min(COARSEST);
+            // Outside of [0, 1] the weights of the two ends, and with them round-off, grow with the parameter.
+            let growth = ends.iter().fold(1.0, |m: f64, t| m.max(t.abs()));
+            let within = |value: f64, bound: f64| value <= (growth * bound / least).min(COARSEST);
             within(self.unresolved(), RESOLVED) && within(self.missed(), MET)
         };
         Ok((!resolved).then_some(least))
