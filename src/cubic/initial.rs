@@ -155,10 +155,7 @@ impl InitialData {
         quotient: Quotient,
     ) -> Result<Self> {
         check(s, [v, a, j], quotient)?;
-        let kind = Kind {
-            quotient,
-            field: ScalarField::Real,
-        };
+        let kind = Kind::real(quotient);
         let data = Coordinates::of_checked([s, v, a, j], 1.0, kind);
         let (r, k) = (data.blocks.m + data.blocks.k, data.blocks.k);
         let (g, vectors) = data.entries.split_at(r * r);
@@ -233,10 +230,7 @@ impl Coordinates {
                 .clamp(-LARGEST_POWER, LARGEST_POWER)
                 .exp2(),
         };
-        let kind = Kind {
-            quotient,
-            field: ScalarField::Real,
-        };
+        let kind = Kind::real(quotient);
         Ok((Self::of_checked([s, v, a, j], 1.0 / rate, kind), rate))
     }
 

@@ -9,6 +9,7 @@ use super::boundary::BoundaryReport;
 use super::clock::Clock;
 use super::enclosure;
 use super::initial::Coordinates;
+use super::integration_options::IntegrationOptions;
 use super::lazy_path::LazyPath;
 use super::path::Path;
 use super::reduced::Sized;
@@ -25,8 +26,6 @@ use crate::linalg::simd::vectorised;
 use crate::linalg::structure::check_finite_scalar;
 use crate::report::SolverReport;
 use crate::space::Quotient;
-
-use super::integration_options::IntegrationOptions;
 
 /// A Riemannian cubic: a critical curve of the squared covariant acceleration.
 ///

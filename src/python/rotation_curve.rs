@@ -9,7 +9,6 @@ use super::piecewise::{Cubics, Data, PyPiecewiseCurve, Spline};
 use super::prelude::*;
 use super::spline::PyCubicSpline;
 use crate::rotation::{RotationSpline, frame, tangent};
-use crate::space::{Quotient, ScalarField};
 use crate::spline::SplineOptions;
 
 /// Curve of rotations in unit quaternions: the form in which :class:`RotationSpline` evaluates.
@@ -97,12 +96,11 @@ impl How {
 
     fn options(self, interrupt: Interrupt<'_>) -> SplineOptions<'_> {
         SplineOptions {
-            field: ScalarField::Real,
-            quotient: Quotient::Frames,
             tolerance: self.tolerance,
             max_iterations: self.max_iterations,
             tension: self.tension,
             interrupt,
+            ..SplineOptions::default()
         }
     }
 }

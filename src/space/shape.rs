@@ -11,6 +11,13 @@ pub(crate) struct Kind {
 }
 
 impl Kind {
+    pub(crate) fn real(quotient: Quotient) -> Self {
+        Kind {
+            quotient,
+            field: ScalarField::Real,
+        }
+    }
+
     pub(crate) const REAL_FRAMES: Self = Kind {
         quotient: Quotient::Frames,
         field: ScalarField::Real,

@@ -6,7 +6,8 @@ use faer::reborrow::{Reborrow, ReborrowMut};
 use faer::{Mat, MatMut, MatRef};
 use rayon::prelude::*;
 
-use super::chain::{Chain, JOINS, Joint, Means, Motion, Movable, links, square};
+use super::chain::{Chain, JOINS, Joint, Means, Movable, links, square};
+use super::motion::Motion;
 use crate::cubic::guess::carry;
 use crate::cubic::initial::Coordinates;
 use crate::cubic::leg::arrival;
@@ -23,7 +24,7 @@ use crate::manifold::carrier::{Carrier, Direction};
 use crate::manifold::grassmann::joining::alignment;
 use crate::manifold::tangent::tangent_part;
 use crate::manifold::{Grassmann, QuasiGeodesic, Stiefel};
-use crate::space::{Kind, Quotient, ScalarField};
+use crate::space::{Kind, Quotient};
 
 /// Knots and the quasi-geodesics between them.
 pub(super) struct Ambient<'a> {
@@ -184,10 +185,7 @@ impl Chain for Ambient<'_> {
         let size = self.size();
         let [v, a, j] = [0, 1, 2].map(|i| self.matrix(&start[size * i..][..size]));
         let data = [self.points[leg].as_ref(), v, a, j];
-        let kind = Kind {
-            field: ScalarField::Real,
-            ..self.kind
-        };
+        let kind = Kind::real(self.kind.quotient);
         let data = Coordinates::of_checked(data, 1.0, kind);
         let state = State::of_coordinates(data.blocks, data.entries);
         (data.frame, state.in_tension(self.leg_tension(leg)))

@@ -2,10 +2,11 @@
 
 use faer::Mat;
 
-use super::chain::{Chain as _, Motion};
+use super::chain::Chain as _;
 use super::ends::{End, Ends};
 use super::framed::Framed;
 use super::interpolation::Interpolation;
+use super::motion::Motion;
 use super::solvable::{Effort, unless_interrupted};
 use crate::cubic::descent_start::{DescentStart, LONGEST_LEG, row_by_row};
 use crate::cubic::guess::{FlatData, identity_columns};

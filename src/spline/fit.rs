@@ -2,8 +2,9 @@
 
 use faer::Mat;
 
-use super::chain::{Arrivals, Motion, Movable, for_each, square};
+use super::chain::{Arrivals, Movable, for_each, square};
 use super::flat_smoothing::{FlatSmoothing, add_scaled};
+use super::motion::Motion;
 use crate::cubic::taylor::Accuracy;
 use crate::cubic::work::Work;
 use crate::error::Result;

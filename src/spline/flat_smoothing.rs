@@ -14,7 +14,8 @@
 //! Reinsch (1967), "Smoothing by spline functions", Numer. Math. 10, 177-183. Elimination without pivoting: Vanderbei (1995),
 //! "Symmetric quasidefinite matrices", SIAM J. Optim. 5, 100-113.
 
-use super::chain::{Arrivals, Carrying, Chain, Motion};
+use super::chain::{Arrivals, Carrying, Chain};
+use super::motion::Motion;
 
 use crate::error::{Error, Result};
 use crate::manifold::carrier::Direction;

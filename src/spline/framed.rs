@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use faer::{Mat, MatRef};
 
-use super::chain::{Chain, JOINS, Means, Motion, Movable, for_each};
+use super::chain::{Chain, JOINS, Means, Movable, for_each};
+use super::motion::Motion;
 use super::neighbours::{Joining, Link};
 use crate::cubic::guess::turned;
 use crate::cubic::initial::{Horizontal, complete_over};

@@ -2,12 +2,13 @@
 
 use std::sync::Arc;
 
-use super::chain::{Chain, Motion, Piece};
+use super::chain::{Chain, Piece};
 use super::ends::Ends;
 use super::framed::Framed;
 use super::interpolation::Interpolation;
 use super::iteration::Iteration;
 use super::leg_path::leg_path;
+use super::motion::Motion;
 use super::solvable::{Effort, Solution, Solvable, SolvedLegs, Start};
 use crate::collocation;
 use crate::cubic::lazy_path::LazyPath;

@@ -19,7 +19,7 @@ use crate::manifold::tangent::tangent_part;
 use crate::report::{SolverReport, StopReason};
 use crate::solve::anderson::Anderson;
 use crate::solve::gmres::{Gmres, norm};
-use crate::space::{Kind, Quotient, ScalarField};
+use crate::space::{Kind, Quotient};
 
 const SOLVER: &str = "geometric spline";
 
@@ -144,10 +144,7 @@ impl<'a> Problem<'a> {
             EndConditions::Each(each) => each.iter().map(|end| end.vector().as_ref()).collect(),
             _ => Vec::new(),
         };
-        let kind = Kind {
-            quotient,
-            field: ScalarField::Real,
-        };
+        let kind = Kind::real(quotient);
         let mut knots = ReducedKnots::new(kind, t, points, &vectors)?;
         if matches!(ends, EndConditions::Periodic) {
             knots.close()?;

@@ -18,8 +18,9 @@
 //! with vectors carried from knot to knot along the quasi-geodesics, and `[x']` the acceleration before the knot minus that
 //! after it.
 
-use super::chain::{Arrivals, Carrying, Chain, Motion, square};
+use super::chain::{Arrivals, Carrying, Chain, square};
 use super::ends::Ends;
+use super::motion::Motion;
 use crate::cubic::taylor::Accuracy;
 use crate::cubic::work::Work;
 use crate::error::{Error, Result};

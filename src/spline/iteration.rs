@@ -6,10 +6,11 @@
 //! Knoll, Keyes (2004), "Jacobian-free Newton-Krylov methods", J. Comput. Phys. 193, 357-397, sec. 2 and 3, for the last.
 
 use super::ambient::Ambient;
-use super::chain::{Chain, Motion};
+use super::chain::Chain;
 use super::ends::Ends;
 use super::interpolation::{Interpolation, Residual};
 use super::joints::Linearised;
+use super::motion::Motion;
 use super::solvable::{Effort, Solution, Solvable, Start};
 use crate::cubic::taylor::Accuracy;
 use crate::cubic::work::Work;

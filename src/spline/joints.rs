@@ -5,9 +5,10 @@
 
 use faer::{Mat, MatRef, Scale};
 
-use super::chain::{Chain, Motion, for_each};
+use super::chain::{Chain, for_each};
 use super::ends::Ends;
 use super::interpolation::{Interpolation, Residual, is_fixed, knots};
+use super::motion::Motion;
 use crate::cubic::taylor::Accuracy;
 use crate::error::Result;
 use crate::linalg::decomp::solve_matrix;

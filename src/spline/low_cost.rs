@@ -4,8 +4,9 @@
 //! the direction in which the knots are passed. The same knots are solved from where descents end as well, or backwards where
 //! there are none, and the solution of least cost is the spline: so it costs little, and the same in both directions.
 
-use super::chain::{Arrivals, Chain, Motion};
+use super::chain::{Arrivals, Chain};
 use super::ends::{End, Ends};
+use super::motion::Motion;
 use super::solvable::{Effort, Solution, Solvable, Start, unless_interrupted};
 use crate::cubic::taylor::Accuracy;
 use crate::cubic::work::Work;

@@ -32,6 +32,7 @@ mod knots;
 mod leg_path;
 mod links;
 mod low_cost;
+mod motion;
 mod neighbours;
 mod options;
 pub mod piecewise;

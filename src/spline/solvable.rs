@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
-use super::chain::{Chain, Motion, Piece};
+use super::chain::{Chain, Piece};
 use super::ends::Ends;
+use super::motion::Motion;
 use super::options::SplineOptions;
 use crate::cubic::lazy_path::Legs;
 use crate::cubic::work::Work;

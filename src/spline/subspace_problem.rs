@@ -5,10 +5,11 @@ use std::sync::Arc;
 use faer::{Mat, MatRef};
 
 use super::bases::joined;
-use super::chain::{Chain as _, Motion, Space, pieces};
+use super::chain::{Chain as _, Space, pieces};
 use super::descent;
 use super::ends::{End, Ends};
 use super::framed::{Framed, coordinates, frames};
+use super::motion::Motion;
 use super::options::{MAX_ITERATIONS, SplineOptions};
 use super::reduced_knots::ReducedKnots;
 use super::solvable::{Effort, Solution, Solvable as _, Start, unless_interrupted};

@@ -2,9 +2,9 @@
 
 use faer::MatRef;
 
-use super::chain::Motion;
 use super::descent;
 use super::low_cost::solved;
+use super::motion::Motion;
 use super::solvable::{Effort, Solution, Start};
 use super::subspace_problem::{Data, SOLVER, SubspaceProblem, check};
 use crate::cubic::random::Random;

@@ -10,7 +10,7 @@ use super::reduced_knots::ReducedKnots;
 use crate::error::Result;
 use crate::linalg::structure::{check_range, norm};
 use crate::manifold::carrier::Direction;
-use crate::space::{Kind, Quotient, ScalarField};
+use crate::space::{Kind, Quotient};
 
 /// How velocities are estimated.
 ///
@@ -132,10 +132,7 @@ fn estimated(
 ) -> Result<Vec<Mat<f64>>> {
     knots::check(t, points)?;
     check_ends(quotient, points, ends)?;
-    let kind = Kind {
-        quotient,
-        field: ScalarField::Real,
-    };
+    let kind = Kind::real(quotient);
     let mut knots = ReducedKnots::new(kind, t, points, &[])?;
     if matches!(ends, EndConditions::Periodic) {
         knots.close()?;

@@ -1,0 +1,81 @@
+//! The unknowns of a chain of legs.
+
+use std::ops::Range;
+
+use super::chain::square;
+
+/// The unknowns: velocities at the knots, per unit of time; acceleration and third vector at the start of each leg, in the time
+/// of the leg.
+#[derive(Debug, Clone)]
+pub(super) struct Motion {
+    size: usize,
+    knots: usize,
+    /// Velocities, then bends.
+    pub(super) entries: Vec<f64>,
+}
+
+impl Motion {
+    /// Standing still.
+    pub(super) fn zeros(size: usize, knots: usize) -> Self {
+        Motion {
+            size,
+            knots,
+            entries: vec![0.0; size * (3 * knots - 2)],
+        }
+    }
+
+    pub(super) fn velocity(&self, knot: usize) -> &[f64] {
+        &self.entries[self.size * knot..][..self.size]
+    }
+
+    pub(super) fn velocity_mut(&mut self, knot: usize) -> &mut [f64] {
+        &mut self.entries[self.size * knot..][..self.size]
+    }
+
+    /// The largest speed at some knots, in the time of the legs beside them.
+    pub(super) fn speed(&self, knots: Range<usize>, lengths: &[f64]) -> f64 {
+        let longest = |knot: usize| {
+            let beside = [knot.checked_sub(1), Some(knot)].into_iter().flatten();
+            beside
+                .filter_map(|leg| lengths.get(leg))
+                .fold(0.0_f64, |h, x| h.max(*x))
+        };
+        let speed = |knot: usize| longest(knot) * square(self.velocity(knot)).sqrt();
+        knots.map(speed).fold(0.0, f64::max)
+    }
+
+    /// Acceleration and third vector at the start of a leg.
+    pub(super) fn bend(&self, leg: usize) -> &[f64] {
+        &self.entries[self.size * (self.knots + 2 * leg)..][..2 * self.size]
+    }
+
+    pub(super) fn bend_mut(&mut self, leg: usize) -> &mut [f64] {
+        &mut self.entries[self.size * (self.knots + 2 * leg)..][..2 * self.size]
+    }
+
+    /// The largest entry of an acceleration or a third vector.
+    pub(super) fn largest_bend(&self) -> f64 {
+        let bends = &self.entries[self.size * self.knots..];
+        bends.iter().fold(0.0, |largest, x| largest.max(x.abs()))
+    }
+
+    /// Velocity, acceleration and third vector at the start of a leg of length `h`, in the time of the leg.
+    pub(super) fn start(&self, leg: usize, h: f64) -> Vec<f64> {
+        let velocity = self.velocity(leg).iter().map(|v| h * v);
+        velocity.chain(self.bend(leg).iter().copied()).collect()
+    }
+
+    pub(super) fn add(&mut self, share: f64, step: &[f64]) {
+        for (entry, step) in self.entries.iter_mut().zip(step) {
+            *entry += share * step;
+        }
+    }
+
+    /// To the accelerations and third vectors alone.
+    pub(super) fn add_bends(&mut self, share: f64, step: &[f64]) {
+        let bends = &mut self.entries[self.size * self.knots..];
+        for (entry, step) in bends.iter_mut().zip(step) {
+            *entry += share * step;
+        }
+    }
+}
