@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::chain::square;
+use crate::solve::gmres::norm;
 
 /// The unknowns: velocities at the knots, per unit of time; acceleration and third vector at the start of each leg, in the time
 /// of the leg.
@@ -40,7 +40,7 @@ impl Motion {
                 .filter_map(|leg| lengths.get(leg))
                 .fold(0.0_f64, |h, x| h.max(*x))
         };
-        let speed = |knot: usize| longest(knot) * square(self.velocity(knot)).sqrt();
+        let speed = |knot: usize| longest(knot) * norm(self.velocity(knot));
         knots.map(speed).fold(0.0, f64::max)
     }
 
