@@ -5,7 +5,8 @@ use rayon::prelude::*;
 
 use super::boundary::BoundaryOptions;
 use super::from_boundary;
-use super::problem::{Problem, unpack};
+use super::packing::unpack;
+use super::problem::Problem;
 use super::riemannian_cubic::RiemannianCubic;
 use super::shooting::SOLVER;
 use super::single_leg::{STEPS, end_data};

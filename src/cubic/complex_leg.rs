@@ -3,7 +3,7 @@
 use faer::Mat;
 
 use super::leg::Leg;
-use super::problem::{of_real_coordinates, to_real_coordinates};
+use super::packing::{of_real_coordinates, to_real_coordinates};
 use super::reduced::Sized;
 use super::taylor::Accuracy;
 use crate::error::Result;

@@ -4,7 +4,8 @@ use faer::{Mat, MatRef, Scale};
 
 use super::guess::{FlatData, carry, turned};
 use super::initial::{Horizontal, complete_relative};
-use super::problem::{Problem, pack};
+use super::packing::pack;
+use super::problem::Problem;
 use super::reduced::Sized;
 use super::relative_ends::RelativeEnds;
 use crate::curve::{Curve, GeometricCubic};

@@ -1,6 +1,6 @@
 //! How the start of a curve of least cost changes with its end, in the coordinates of the end map.
 
-use super::problem::{of_real_coordinates, to_real_coordinates};
+use super::packing::{of_real_coordinates, to_real_coordinates};
 use super::reduced::Sized;
 use crate::shooting::StartResponse;
 use crate::space::ScalarField;

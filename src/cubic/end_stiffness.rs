@@ -18,7 +18,7 @@ use faer::Mat;
 use super::end_equations::flat_inverse;
 use super::initial::Horizontal;
 use super::linear_flow::{LinearFlow, VARIATION};
-use super::problem::{pack, unpack};
+use super::packing::{pack, unpack};
 use super::variation::vary;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;

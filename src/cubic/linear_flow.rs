@@ -30,7 +30,7 @@
 use faer::{Mat, MatRef, Scale};
 
 use super::initial::{Horizontal, InitialData};
-use super::problem::{pack, unpack};
+use super::packing::{pack, unpack};
 use super::reduced::{Blocks, Sized};
 use super::taylor::{Accuracy, March};
 use super::turning::{bracket, turned};

@@ -11,7 +11,7 @@ use faer::{Mat, MatRef, Scale};
 use super::end_stiffness::{end_forces, end_stiffness};
 use super::initial::Horizontal;
 use super::linear_flow::{LinearFlow, Part, side_by_side};
-use super::problem::{pack, unpack};
+use super::packing::{pack, unpack};
 use super::reduced::Sized;
 use super::variation::vary;
 use crate::error::Result;

@@ -337,7 +337,7 @@ impl Path {
         sum
     }
 
-    /// `x'''` at some times that are covered, one vector after the other, as `problem::pack` orders its entries: of a square frame
+    /// `x'''` at some times that are covered, one vector after the other, as `packing::pack` orders its entries: of a square frame
     /// those of the frame without its last column.
     pub(crate) fn third_derivatives(&self, times: &[f64]) -> Vec<f64> {
         let (k, entries) = (self.blocks.k, self.r() * self.blocks.k);

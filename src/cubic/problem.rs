@@ -7,6 +7,7 @@ use super::end_equations::Target;
 use super::end_map::EndMap;
 use super::guess::FlatData;
 use super::initial::{Horizontal, complete_over};
+use super::packing::{entries, pack, to_real_coordinates, unpack};
 use super::path::Path;
 use super::reduced::{Fixed, Sized};
 use super::relative_ends::RelativeEnds;
@@ -18,7 +19,7 @@ use crate::curve::span::Span;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::manifold::stiefel::{POINT_TOLERANCE, Stiefel, TANGENT_TOLERANCE};
-use crate::space::{Homogeneous, Kind, ScalarField, Shape, in_space};
+use crate::space::{Kind, ScalarField, Shape};
 
 /// A boundary value problem, reduced to the span of its data.
 #[derive(Debug, Clone)]
@@ -268,69 +269,4 @@ impl Target {
             tension,
         }
     }
-}
-
-/// The coordinates of vectors of `m`, one vector after the other: of real ones the entries above the diagonal of `omega`, where it
-/// is not zero for every vector, then those of `normal`.
-pub(crate) fn pack(blocks: Sized, vectors: &[Horizontal]) -> Vec<f64> {
-    let (k, d) = (blocks.k, blocks.dim());
-    let mut all = vec![0.0; d * vectors.len()];
-    for (n, vector) in vectors.iter().enumerate() {
-        let y = &mut all[d * n..];
-        in_space!(blocks.shape(), |space| space.each_entry(|p, i, j| {
-            let entry = match i.checked_sub(k) {
-                None => vector.omega[(i, j)],
-                Some(i) => vector.normal[(i, j)],
-            };
-            y[p] = entry * space.scale(i, j);
-        }));
-    }
-    all
-}
-
-/// The inverse of [`pack`].
-pub(crate) fn unpack<const N: usize>(y: &[f64], blocks: Sized) -> [Horizontal; N] {
-    let (k, d) = (blocks.k, blocks.dim());
-    std::array::from_fn(|n| {
-        let y = &y[d * n..];
-        let mut vector = Horizontal::zeros(blocks);
-        let mut write = |i: usize, j: usize, entry: f64| match i.checked_sub(k) {
-            None => {
-                vector.omega[(i, j)] = entry;
-                vector.omega[(j, i)] = -entry;
-            }
-            Some(i) => vector.normal[(i, j)] = entry,
-        };
-        in_space!(blocks.shape(), |space| space.each_entry(|p, i, j| {
-            let entry = y[p] / space.scale(i, j);
-            write(i, j, entry);
-            if let Some(([i, j], sign)) = space.copy_of(i, j) {
-                write(i, j, entry * sign);
-            }
-        }));
-        vector
-    })
-}
-
-/// Vectors over a field in the coordinates of the embedded matrices.
-pub(super) fn to_real_coordinates(y: &[f64], blocks: Sized) -> Vec<f64> {
-    converted(y, [blocks, blocks.embedded()])
-}
-
-/// The inverse of [`to_real_coordinates`].
-pub(super) fn of_real_coordinates(y: &[f64], blocks: Sized) -> Vec<f64> {
-    converted(y, [blocks.embedded(), blocks])
-}
-
-fn converted(y: &[f64], [from, to]: [Sized; 2]) -> Vec<f64> {
-    let vectors = y.chunks_exact(from.dim().max(1)).map(|x| {
-        let [vector] = unpack(x, from);
-        vector
-    });
-    pack(to, &vectors.collect::<Vec<_>>())
-}
-
-/// Entries column by column.
-pub(crate) fn entries(a: &Mat<f64>) -> Vec<f64> {
-    a.col_iter().flat_map(|c| c.iter().copied()).collect()
 }

@@ -10,7 +10,7 @@
 use faer::Mat;
 
 use super::initial::{Horizontal, InitialData};
-use super::problem::pack;
+use super::packing::pack;
 use super::reduced::{Blocks, Sized};
 use super::taylor::{Accuracy, March};
 use crate::error::Result;

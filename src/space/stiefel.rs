@@ -38,7 +38,7 @@ macro_rules! homogeneous {
 
         #[inline(always)]
         fn each_run(self, mut visit: impl FnMut(usize, usize, usize, usize)) {
-            // The order of `cubic::problem::pack`: the entries above the diagonal of omega, then b, column by column.
+            // The order of `cubic::packing::pack`: the entries above the diagonal of omega, then b, column by column.
             // One call of `visit`: kernels are inlined into it.
             let [r, k] = self.shape();
             let first = k * k.saturating_sub(1) / 2;

@@ -2,7 +2,7 @@
 
 use faer::{Mat, MatRef, Scale};
 
-use super::ends::{EndCondition, EndConditions};
+use super::given::Given;
 use super::knot_states::KnotStates;
 use crate::cubic::turning::check_variation;
 use crate::error::{Error, Result};
@@ -79,39 +79,6 @@ pub struct SplineGradient {
     pub times: Vec<f64>,
     /// With respect to the velocity or the acceleration that is given at the first and at the last knot.
     pub ends: [Option<Mat<f64>>; 2],
-}
-
-/// What is given at an end.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Given {
-    /// Nothing: no acceleration.
-    Nothing,
-    Velocity,
-    Acceleration,
-    /// The velocity and the acceleration of the other end.
-    OtherEnd,
-}
-
-impl Given {
-    pub(super) fn of(ends: &EndConditions) -> [Given; 2] {
-        match ends {
-            EndConditions::Natural => [Given::Nothing; 2],
-            EndConditions::Periodic => [Given::OtherEnd; 2],
-            EndConditions::Each(each) => each.each_ref().map(|end| match end {
-                EndCondition::Velocity(_) => Given::Velocity,
-                EndCondition::Acceleration(_) => Given::Acceleration,
-            }),
-        }
-    }
-
-    /// Which derivative is given.
-    pub(super) fn order(self) -> Option<usize> {
-        match self {
-            Given::Velocity => Some(1),
-            Given::Acceleration => Some(2),
-            _ => None,
-        }
-    }
 }
 
 /// Names of the variations of the data, and of what is given at the ends.

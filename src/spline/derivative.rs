@@ -28,8 +28,9 @@
 use faer::{Mat, MatRef, Scale};
 use rayon::prelude::*;
 
-use super::data_variation::{Given, SplineGradient, SplineVariation, check};
+use super::data_variation::{SplineGradient, SplineVariation, check};
 use super::ends::EndConditions;
+use super::given::Given;
 use super::knot_gradient::KnotGradient;
 use super::knot_states::{KnotStates, State};
 use super::knot_system::{KnotSystem, check_size};

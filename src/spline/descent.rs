@@ -11,7 +11,7 @@ use super::solvable::{Effort, unless_interrupted};
 use crate::cubic::descent_start::{DescentStart, LONGEST_LEG, row_by_row};
 use crate::cubic::guess::{FlatData, identity_columns};
 use crate::cubic::initial::Horizontal;
-use crate::cubic::problem::unpack;
+use crate::cubic::packing::unpack;
 use crate::cubic::relative_ends::RelativeEnds;
 use crate::cubic::work::of_products;
 use crate::error::Result;

@@ -9,8 +9,9 @@ use super::motion::Motion;
 use super::neighbours::{Joining, Link};
 use crate::cubic::guess::turned;
 use crate::cubic::initial::{Horizontal, complete_over};
-use crate::cubic::leg::{Leg, leg};
-use crate::cubic::problem::{pack, unpack};
+use crate::cubic::leg::Leg;
+use crate::cubic::leg_of_blocks::leg_of_blocks;
+use crate::cubic::packing::{pack, unpack};
 use crate::cubic::reduced::Sized;
 use crate::cubic::state::State;
 use crate::cubic::taylor::Accuracy;
@@ -211,7 +212,7 @@ impl<'a> Chain for Framed<'a> {
     fn worker(&self) -> Worker<'a> {
         let r = self.blocks.m + self.blocks.k;
         Worker {
-            leg: leg(self.blocks, self.interrupt),
+            leg: leg_of_blocks(self.blocks, self.interrupt),
             scratch: vec![0.0; 2 * r * self.columns],
         }
     }

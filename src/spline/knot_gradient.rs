@@ -2,7 +2,8 @@
 
 use faer::{Mat, Scale};
 
-use super::data_variation::{Given, SplineGradient};
+use super::data_variation::SplineGradient;
+use super::given::Given;
 use super::knot_states::{KnotStates, State};
 use crate::cubic::turning::{by_data, lowered};
 use crate::error::{Error, Result};

@@ -3,7 +3,7 @@
 use faer::{Mat, MatRef, Scale};
 use rayon::prelude::*;
 
-use super::data_variation::Given;
+use super::given::Given;
 use super::piecewise::Piecewise;
 use crate::cubic::RiemannianCubic;
 use crate::cubic::turning::{bracket_of, lowered};

@@ -15,11 +15,11 @@
 use faer::{Mat, MatRef, Scale};
 use rayon::prelude::*;
 
-use super::data_variation::Given;
+use super::given::Given;
 use super::knot_states::{KnotStates, SOLVER};
 use crate::cubic::initial::{Horizontal, complete};
 use crate::cubic::linear_piece::LinearPiece;
-use crate::cubic::problem::{pack, unpack};
+use crate::cubic::packing::{pack, unpack};
 use crate::cubic::reduced::Sized;
 use crate::curve::span::Span;
 use crate::error::{Error, Result};

@@ -21,6 +21,7 @@ mod framed;
 mod framed_solver;
 mod geometric;
 mod geometric_subspaces;
+mod given;
 mod hermite;
 mod interpolation;
 mod iteration;

@@ -5,7 +5,7 @@ use faer::Mat;
 use super::chain::{Joint, joint};
 use crate::cubic::guess::turned;
 use crate::cubic::initial::Horizontal;
-use crate::cubic::problem::{entries, pack};
+use crate::cubic::packing::{entries, pack};
 use crate::cubic::reduced::Sized;
 use crate::error::{Error, Result};
 use crate::linalg::product::{determinant_sign, mul_into};

@@ -15,7 +15,7 @@ use super::reduced_knots::ReducedKnots;
 use super::solvable::{Solution, Solvable};
 use super::{knots, solve};
 use crate::cubic::RiemannianCubic;
-use crate::cubic::problem::entries;
+use crate::cubic::packing::entries;
 use crate::cubic::tension::{check_leg_tension, check_tension};
 use crate::cubic::work::TRIALS;
 use crate::error::{Error, Result};

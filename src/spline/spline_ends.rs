@@ -2,8 +2,8 @@
 
 use faer::Mat;
 
-use super::data_variation::Given;
 use super::ends::{EndCondition, EndConditions};
+use super::given::Given;
 use super::knot_states::KnotStates;
 use crate::error::{Error, Result};
 use crate::linalg::structure::{check_shape, norm};

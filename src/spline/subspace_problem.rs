@@ -15,7 +15,7 @@ use super::reduced_knots::ReducedKnots;
 use super::solvable::{Effort, Solution, Solvable as _, Start, unless_interrupted};
 use super::solve;
 use crate::cubic::guess::FlatData;
-use crate::cubic::problem::unpack;
+use crate::cubic::packing::unpack;
 use crate::cubic::work::Work;
 use crate::cubic::{BoundaryOptions, RiemannianCubic};
 use crate::curve::span::Span;

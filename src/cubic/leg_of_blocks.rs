@@ -1,0 +1,28 @@
+//! Legs of splines by the sizes of their blocks.
+
+use super::complex_leg::ComplexLeg;
+use super::leg::Leg;
+use super::marches::Marches;
+use super::reduced::{Blocks as _, Fixed, Sized};
+use crate::interrupt::Interrupt;
+use crate::space::ScalarField;
+
+/// Legs on `St(m + k, k)`.
+pub(crate) fn leg_of_blocks<'a>(blocks: Sized, interrupt: Interrupt<'a>) -> Box<dyn Leg + 'a> {
+    if blocks.field == ScalarField::Complex {
+        let real = Marches::<_, 8>::new(blocks, interrupt);
+        return Box::new(ComplexLeg::new(Box::new(real), blocks));
+    }
+    if blocks.are_subspaces() {
+        return Box::new(Marches::<_, 8>::new(blocks, interrupt));
+    }
+    match (blocks.m, blocks.k) {
+        (1, 1) => Box::new(Marches::<_, 3>::new(Fixed::<1, 1>, interrupt)),
+        (2, 1) => Box::new(Marches::<_, 6>::new(Fixed::<2, 1>, interrupt)),
+        (3, 1) => Box::new(Marches::<_, 9>::new(Fixed::<3, 1>, interrupt)),
+        (1, 2) => Box::new(Marches::<_, 9>::new(Fixed::<1, 2>, interrupt)),
+        (2, 2) => Box::new(Marches::<_, 8>::new(Fixed::<2, 2>, interrupt)),
+        (3, 2) => Box::new(Marches::<_, 8>::new(Fixed::<3, 2>, interrupt)),
+        _ => Box::new(Marches::<_, 8>::new(blocks, interrupt)),
+    }
+}

@@ -1,0 +1,328 @@
+//! Legs of splines, integrated by Taylor steps of their blocks.
+
+use std::ops::Mul;
+
+use faer::{Mat, MatRef};
+
+use super::end_equations::{MAX_STEPS, allowed_steps};
+use super::initial::{Coordinates, Horizontal};
+use super::leg::Leg;
+use super::reduced::{Blocks, Series, Sized};
+use super::state::State;
+use super::taylor::{Accuracy, March};
+use super::work::work_of_step;
+use crate::error::{Error, Result};
+use crate::interrupt::Interrupt;
+use crate::linalg::dual::{Dual, Number, jacobian};
+use crate::linalg::lanes::{LANES, Lanes};
+use crate::space::{Kind, Quotient};
+
+/// Work of eight legs abreast, in that of one of them: half of what they take one after the other, at the most.
+const ABREAST_WORK: f64 = 4.0;
+
+/// A pass of dual numbers carries `N` directions.
+pub(super) struct Marches<'a, B, const N: usize> {
+    plain: March<f64, B>,
+    abreast: Option<March<Lanes, B>>,
+    several: Option<March<Dual<N>, B>>,
+    scratch: Vec<f64>,
+    work: f64,
+    interrupt: Interrupt<'a>,
+}
+
+impl<'a, B: Blocks, const N: usize> Marches<'a, B, N> {
+    pub(super) fn new(blocks: B, interrupt: Interrupt<'a>) -> Self {
+        let mut plain = March::new(blocks, Accuracy::FULL);
+        plain.max_steps = MAX_STEPS;
+        Marches {
+            plain,
+            abreast: None,
+            several: None,
+            scratch: Vec::new(),
+            work: 0.0,
+            interrupt,
+        }
+    }
+}
+
+impl<B: Blocks, const N: usize> Leg for Marches<'_, B, N> {
+    fn arrive_into(
+        &mut self,
+        start: &[f64],
+        next: &[f64],
+        tension: f64,
+        accuracy: Accuracy,
+        values: &mut [f64],
+    ) -> Result<f64> {
+        self.plain.accuracy = accuracy;
+        self.plain.series.set_tension(tension);
+        let scratch = &mut self.scratch;
+        let arrived = evaluate(
+            &mut self.plain,
+            start,
+            next,
+            self.interrupt,
+            scratch,
+            values,
+        );
+        self.work = work_of_step(self.plain.blocks) * self.plain.steps as f64;
+        arrived?;
+        finite(off_identity(scratch, self.plain.blocks), values)
+    }
+
+    fn arrive_abreast_into(
+        &mut self,
+        start: &[Vec<f64>; LANES],
+        next: [&[f64]; LANES],
+        tension: [f64; LANES],
+        accuracy: Accuracy,
+        values: &mut [f64],
+    ) -> Result<[f64; LANES]> {
+        let blocks = self.plain.blocks;
+        let march = self
+            .abreast
+            .get_or_insert_with(|| March::new(blocks, Accuracy::FULL));
+        (march.accuracy, march.max_steps) = (accuracy, self.plain.max_steps);
+        march.series.tension = tension.iter().any(|x| *x != 0.0).then_some(Lanes(tension));
+        let together = |size: usize, of: &dyn Fn(usize, usize) -> f64| -> Vec<Lanes> {
+            let lanes = |i: usize| Lanes(std::array::from_fn(|lane| of(lane, i)));
+            (0..size).map(lanes).collect()
+        };
+        let starts = together(start[0].len(), &|lane, i| start[lane][i]);
+        let frames = together(next[0].len(), &|lane, i| next[lane][i]);
+        let size = values.len() / LANES;
+        let (mut all, mut scratch) = (vec![Lanes::ZERO; size], Vec::new());
+        let arrived = evaluate(
+            march,
+            &starts,
+            &frames,
+            self.interrupt,
+            &mut scratch,
+            &mut all,
+        );
+        self.work = ABREAST_WORK * work_of_step(blocks) * march.steps as f64;
+        arrived?;
+        let mut distances = [0.0; LANES];
+        for (lane, values) in values.chunks_exact_mut(size).enumerate() {
+            for (value, all) in values.iter_mut().zip(&all) {
+                *value = all.0[lane];
+            }
+            let turn: Vec<f64> = scratch.iter().map(|x| x.0[lane]).collect();
+            distances[lane] = finite(off_identity(&turn, blocks), values)?;
+        }
+        Ok(distances)
+    }
+
+    fn derivative(
+        &mut self,
+        start: &[f64],
+        next: &[f64],
+        tension: f64,
+        accuracy: Accuracy,
+    ) -> Result<Mat<f64>> {
+        let blocks = self.plain.blocks;
+        let several = self
+            .several
+            .get_or_insert_with(|| March::new(blocks, Accuracy::FULL));
+        (several.accuracy, several.max_steps) = (accuracy, self.plain.max_steps);
+        several.series.set_tension(tension);
+        let (interrupt, mut scratch) = (self.interrupt, Vec::new());
+        let (derivative, _) = jacobian(start, |varied| {
+            let mut values = vec![Dual::constant(0.0); varied.len()];
+            evaluate(several, varied, next, interrupt, &mut scratch, &mut values)?;
+            Result::Ok(values)
+        })?;
+        Ok(derivative)
+    }
+
+    fn allow(&mut self, speed: f64) {
+        self.plain.max_steps = allowed_steps(speed);
+    }
+
+    fn work(&self) -> f64 {
+        self.work
+    }
+}
+
+/// Leaves the frame that was reached, in that of the next knot, in front in `scratch`.
+fn evaluate<T: Number + Mul<M, Output = T>, M: Copy, B: Blocks>(
+    march: &mut March<T, B>,
+    start: &[T],
+    next: &[M],
+    interrupt: Interrupt<'_>,
+    scratch: &mut Vec<T>,
+    values: &mut [T],
+) -> Result<()> {
+    let (m, k) = (march.blocks.normals(), march.blocks.k());
+    let (r, rows, normals) = (m + k, march.blocks.r::<T>(), march.blocks.m::<T>());
+    march.place(start.iter().copied());
+    march.run(1.0, interrupt, |_, _, _| Ok(()))?;
+    let series = &march.series;
+    let d = start.len() / 3;
+    scratch.resize(r * (r + k), T::ZERO);
+    let (turn, moved) = scratch.split_at_mut(r * r);
+    // Rows of the transposed frame of the next knot times the frame that was reached.
+    for col in 0..r {
+        let column = match col.checked_sub(k) {
+            None => &series.s()[rows * col..][..r],
+            Some(normal) => &series.e()[rows * normal..][..r],
+        };
+        for row in 0..r {
+            let mut sum = T::ZERO;
+            for (x, y) in column.iter().zip(&next[r * row..]) {
+                sum += *x * *y;
+            }
+            turn[row + r * col] = sum;
+        }
+    }
+    if march.blocks.are_subspaces() {
+        write_subspace(values, turn, series, march.blocks);
+        return Ok(());
+    }
+    let (first, rest) = values.split_at_mut(d);
+    write_horizontal(first, &turn[..r * k], [m, k]);
+    for (derivative, values) in rest.chunks_exact_mut(d).enumerate() {
+        let (omega, b) = (series.omega(derivative), series.b(derivative));
+        for col in 0..k {
+            for row in 0..r {
+                let mut sum = T::ZERO;
+                for i in 0..k {
+                    sum += turn[row + r * i] * omega[i + k * col];
+                }
+                for i in 0..m {
+                    sum += turn[row + r * (k + i)] * b[i + normals * col];
+                }
+                moved[row + r * col] = sum;
+            }
+        }
+        write_horizontal(values, moved, [m, k]);
+    }
+    Ok(())
+}
+
+/// `B A^T` for the distance, and `D b A^T` for the blocks `b` of the others, where `[[A, .], [B, D]]` is the frame that was reached in
+/// that of the next knot. At the knot `B` is zero, and `A` turns the basis that is reached into the one there.
+fn write_subspace<T: Number>(
+    values: &mut [T],
+    turn: &[T],
+    series: &Series<T>,
+    blocks: impl Blocks,
+) {
+    let (m, k, normals) = (blocks.normals(), blocks.k(), blocks.m::<T>());
+    let r = m + k;
+    let mut moved = vec![T::ZERO; m * k];
+    for (derivative, values) in values.chunks_exact_mut(m * k).enumerate() {
+        for col in 0..k {
+            for row in 0..m {
+                moved[row + m * col] = match derivative.checked_sub(1) {
+                    None => turn[k + row + r * col],
+                    Some(derivative) => {
+                        let b = &series.b(derivative)[normals * col..][..m];
+                        let terms = b.iter().enumerate();
+                        terms.fold(T::ZERO, |sum, (i, b)| {
+                            sum + turn[k + row + r * (k + i)] * *b
+                        })
+                    }
+                };
+            }
+        }
+        for col in 0..k {
+            for row in 0..m {
+                let terms = (0..k).map(|i| moved[row + m * i] * turn[col + r * i]);
+                values[row + m * col] = terms.fold(T::ZERO, |sum, term| sum + term);
+            }
+        }
+    }
+}
+
+/// How far the first columns are from those of the identity, in norm.
+fn off_identity(turn: &[f64], blocks: impl Blocks) -> f64 {
+    let (m, k) = (blocks.normals(), blocks.k());
+    let r = m + k;
+    // Of subspaces, how far they are from the span of those.
+    let first = if blocks.are_subspaces() { k } else { 0 };
+    let mut square = 0.0;
+    for col in 0..k {
+        for row in first..r {
+            let expected = f64::from(u8::from(row == col));
+            square += (turn[row + r * col] - expected).powi(2);
+        }
+    }
+    square.sqrt()
+}
+
+fn finite(distance: f64, values: &[f64]) -> Result<f64> {
+    if distance.is_finite() && values.iter().all(|x| x.is_finite()) {
+        return Ok(distance);
+    }
+    Err(Error::Overflow {
+        quantity: "end of a leg",
+    })
+}
+
+/// The independent entries of the horizontal part of an `(r, k)` block: above the diagonal of `omega`, then `normal`.
+fn write_horizontal<T: Number>(values: &mut [T], block: &[T], [m, k]: [usize; 2]) {
+    let r = m + k;
+    let mut values = values.iter_mut();
+    let mut write = |x: T| {
+        if let Some(value) = values.next() {
+            *value = x;
+        }
+    };
+    for col in 0..k {
+        for row in 0..col {
+            write((block[row + r * col] + -block[col + r * row]) * 0.5);
+        }
+    }
+    for col in 0..k {
+        block[r * col + k..][..m].iter().for_each(|x| write(*x));
+    }
+}
+
+/// Point, velocity, covariant acceleration and covariant jerk at time 1 of the cubic, in a tension, with the given ones at time
+/// 0, all of shape `(n, k)`; computed in the span of the data.
+///
+/// # Errors
+/// Where the cubic cannot be integrated; `Interrupted`.
+pub(crate) fn arrival(
+    s: MatRef<'_, f64>,
+    [v, a, j]: [MatRef<'_, f64>; 3],
+    tension: f64,
+    accuracy: Accuracy,
+    kind: Kind,
+    interrupt: Interrupt<'_>,
+) -> Result<[Mat<f64>; 4]> {
+    let Coordinates {
+        frame,
+        blocks,
+        entries,
+    } = Coordinates::of_checked([s, v, a, j], 1.0, kind);
+    let mut state = State::of_coordinates(blocks, entries).in_tension(tension);
+    let mut march = March::new(blocks, accuracy);
+    state.load(blocks, &mut march.series);
+    march.run(1.0, interrupt, |_, _, _| Ok(()))?;
+    state.store(blocks, &march.series, 1.0);
+    let Sized { m, k, .. } = blocks;
+    let point = MatRef::from_column_major_slice(state.s(), m + k, k);
+    let normals = MatRef::from_column_major_slice(state.e(), m + k, m);
+    let horizontal = |derivative: usize| Horizontal {
+        omega: MatRef::from_column_major_slice(state.omega(derivative), k, k).to_owned(),
+        normal: MatRef::from_column_major_slice(state.b(derivative), m, k).to_owned(),
+    };
+    let [x, first, second] = [0, 1, 2].map(horizontal);
+    let jerk = match kind.quotient {
+        Quotient::Frames => second.plus_bracket(0.5, &x, &first),
+        Quotient::Subspaces => second,
+    };
+    let tangent = |x: &Horizontal| point * &x.omega + normals * &x.normal;
+    let all = [
+        point.to_owned(),
+        tangent(&x),
+        tangent(&first),
+        tangent(&jerk),
+    ];
+    Ok(all.map(|low| match &frame {
+        Some(frame) => frame * low,
+        None => low,
+    }))
+}

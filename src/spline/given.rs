@@ -1,0 +1,36 @@
+//! What is given at the ends of a spline.
+
+use super::ends::{EndCondition, EndConditions};
+
+/// What is given at an end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Given {
+    /// Nothing: no acceleration.
+    Nothing,
+    Velocity,
+    Acceleration,
+    /// The velocity and the acceleration of the other end.
+    OtherEnd,
+}
+
+impl Given {
+    pub(super) fn of(ends: &EndConditions) -> [Given; 2] {
+        match ends {
+            EndConditions::Natural => [Given::Nothing; 2],
+            EndConditions::Periodic => [Given::OtherEnd; 2],
+            EndConditions::Each(each) => each.each_ref().map(|end| match end {
+                EndCondition::Velocity(_) => Given::Velocity,
+                EndCondition::Acceleration(_) => Given::Acceleration,
+            }),
+        }
+    }
+
+    /// Which derivative is given.
+    pub(super) fn order(self) -> Option<usize> {
+        match self {
+            Given::Velocity => Some(1),
+            Given::Acceleration => Some(2),
+            _ => None,
+        }
+    }
+}
