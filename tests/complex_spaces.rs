@@ -4,7 +4,7 @@ mod common;
 
 use common::*;
 use faer::{Mat, MatRef, Scale};
-use stiefel_rs::cubic::{BoundaryOptions, RiemannianCubic, solve_boundary};
+use stiefel_rs::cubic::{BoundaryOptions, RiemannianCubic, SearchOptions, solve_boundary};
 use stiefel_rs::linalg::complex_embedding::{embed, embedding_defect, nearest_embedded};
 use stiefel_rs::linalg::decomp::unitary_q;
 use stiefel_rs::spline::{
@@ -284,6 +284,67 @@ fn cubics_between_ends_are_stationary_and_no_dearer_than_embedded_ones() {
             );
             let speed = native.derivative(1.0, 1).unwrap().norm_l2();
             assert!((speed - data[3].norm_l2()).abs() < 1e-10, "{name}");
+        }
+    }
+}
+
+/// How far the curve is from ending as it should.
+fn missed(quotient: Quotient, curve: &RiemannianCubic, data: &[Mat<f64>; 4]) -> f64 {
+    let end = apart(quotient, &curve.point(1.0).unwrap(), &data[2]);
+    let speed = curve.derivative(1.0, 1).unwrap().norm_l2();
+    end + (speed - data[3].norm_l2()).abs() + embedding_defect(curve.point(0.4).unwrap().as_ref())
+}
+
+#[test]
+fn cubics_in_tension_and_near_guesses_end_where_they_should() {
+    for (quotient, shape) in kinds() {
+        let data = problem(quotient, shape, 0.6, 4);
+        let [s0, v0, s1, v1] = data.each_ref().map(Mat::as_ref);
+        let mut rng = Rng::new(6);
+        let guess = [(); 2].map(|()| tangent(quotient, &data[0], 1.5, &mut rng));
+        let guesses = [None, Some((guess[0].as_ref(), guess[1].as_ref()))];
+        for (tension, guess) in [(2.0, guesses[0]), (0.0, guesses[1]), (1.0, guesses[1])] {
+            let options = BoundaryOptions {
+                field: ScalarField::Complex,
+                tension,
+                guess,
+                ..BoundaryOptions::default()
+            };
+            let curve = match quotient {
+                Quotient::Frames => RiemannianCubic::from_boundary(s0, v0, s1, v1, &options),
+                Quotient::Subspaces => RiemannianCubic::between_subspaces(s0, v0, s1, v1, &options),
+            }
+            .unwrap_or_else(|e| panic!("{quotient:?} {shape:?} {tension} {guess:?}: {e}"));
+            let missed = missed(quotient, &curve, &data);
+            assert!(
+                missed < 1e-10,
+                "{quotient:?} {shape:?} {tension}: {missed:e}"
+            );
+        }
+    }
+}
+
+#[test]
+fn all_cubics_that_are_found_are_complex_and_end_where_they_should() {
+    for (quotient, shape) in kinds().filter(|(_, shape)| shape.0 <= 3) {
+        let data = problem(quotient, shape, 0.7, 8);
+        let [s0, v0, s1, v1] = data.each_ref().map(Mat::as_ref);
+        let options = SearchOptions {
+            boundary: BoundaryOptions {
+                field: ScalarField::Complex,
+                ..BoundaryOptions::default()
+            },
+            ..SearchOptions::default()
+        };
+        let found = match quotient {
+            Quotient::Frames => RiemannianCubic::all_from_boundary(s0, v0, s1, v1, &options),
+            Quotient::Subspaces => RiemannianCubic::all_between_subspaces(s0, v0, s1, v1, &options),
+        }
+        .unwrap_or_else(|e| panic!("{quotient:?} {shape:?}: {e}"));
+        for curve in &found {
+            let missed = missed(quotient, curve, &data);
+            let bound = 1e-10 * (1.0 + curve.cost().unwrap());
+            assert!(missed < bound, "{quotient:?} {shape:?}: {missed:e}");
         }
     }
 }

@@ -22,7 +22,7 @@ impl<'a> ComplexLeg<'a> {
 
     /// How many real coordinates stand for so many.
     fn real_count(&self, count: usize) -> usize {
-        count / self.blocks.dim() * self.blocks.embedded().dim()
+        count / self.blocks.dim().max(1) * self.blocks.embedded().dim()
     }
 }
 
@@ -78,10 +78,13 @@ impl Leg for ComplexLeg<'_> {
             unit[column] = 1.0;
             let direction = to_real_coordinates(&unit, self.blocks);
             unit[column] = 0.0;
-            let changes: Vec<f64> = derivative
-                .row_iter()
-                .map(|row| row.iter().zip(&direction).map(|(a, x)| a * x).sum())
-                .collect();
+            let mut changes = vec![0.0; real.len()];
+            // An entry and its copy.
+            for (p, x) in direction.into_iter().enumerate().filter(|(_, x)| *x != 0.0) {
+                for (change, a) in changes.iter_mut().zip(derivative.col(p).iter()) {
+                    *change += a * x;
+                }
+            }
             let changes = of_real_coordinates(&changes, self.blocks);
             for (row, change) in changes.into_iter().enumerate() {
                 out[(row, column)] = change;

@@ -42,6 +42,8 @@ impl Halves {
     #[inline(always)]
     pub(super) fn complete<T: Number>(self, first: &[T], second: &mut [T], rows: usize) {
         if let Some([upper, lower]) = self.rows {
+            // Columns that fill up are zero.
+            second.fill(T::ZERO);
             mirror(first, second, rows, 0, upper);
             mirror(first, second, rows, 2 * upper, lower);
         }

@@ -7,7 +7,7 @@ use super::end_equations::Target;
 use super::end_map::EndMap;
 use super::guess::FlatData;
 use super::initial::{Horizontal, complete_over};
-use super::packing::{entries, pack, to_real_coordinates, unpack};
+use super::packing::{entries, of_real_coordinates, pack, to_real_coordinates, unpack};
 use super::path::Path;
 use super::reduced::{Fixed, Sized};
 use super::relative_ends::RelativeEnds;
@@ -114,6 +114,14 @@ impl Problem {
         to_real_coordinates(y, self.blocks_of_kind())
     }
 
+    /// The nearest vectors over the field, in the coordinates of the end map.
+    pub(super) fn nearest(&self, y: &[f64]) -> Vec<f64> {
+        if self.is_real() {
+            return y.to_vec();
+        }
+        self.of_coordinates(&of_real_coordinates(y, self.blocks_of_kind()))
+    }
+
     /// The space of series and descents.
     pub(super) fn shape(&self) -> Shape {
         self.blocks_of_kind().shape()
@@ -175,6 +183,7 @@ impl Problem {
         j: MatRef<'_, f64>,
     ) -> Result<Vec<f64>> {
         let manifold = Stiefel::of("S0", s0)?;
+        self.field.check([a, j])?;
         let horizontal = |name, v: MatRef<'_, f64>| {
             manifold.check_tangent(name, s0, v, TANGENT_TOLERANCE)?;
             let low = self
@@ -196,11 +205,7 @@ impl Problem {
             (2, 1) => Box::new(Shooting::<_, 4>::new(Fixed::<2, 1>, target, interrupt)),
             (3, 1) => Box::new(Shooting::<_, 6>::new(Fixed::<3, 1>, target, interrupt)),
             (1, 2) => Box::new(Shooting::<_, 6>::new(Fixed::<1, 2>, target, interrupt)),
-            _ => Box::new(Shooting::<_, 8>::new(
-                self.blocks_of_kind(),
-                target,
-                interrupt,
-            )),
+            _ => Box::new(Shooting::<_, 8>::new(blocks, target, interrupt)),
         }
     }
 

@@ -43,8 +43,8 @@ pub struct SearchOptions<'a> {
     /// How each of them is solved for.
     pub boundary: BoundaryOptions<'a>,
     /// Families of boundary data that are followed: from the cubics of flat space that make a full turn more, two for each
-    /// principal direction and each plane in which the columns turn, then from random initial data. Of subspaces Newton's method
-    /// from random initial data.
+    /// principal direction and each plane in which the columns turn, then from random initial data. Of subspaces these are
+    /// random initial data for Newton's method, after the descents.
     pub starts: u32,
     /// Seed of the random initial data: the same seed finds the same solutions.
     pub seed: u64,
@@ -190,6 +190,7 @@ fn search(
             Some(flat) => problem.start_of(flat),
             None => solver.scattered(start, attempt, &mut random),
         };
+        let from = problem.nearest(&from);
         if let Some(homotopy) = solver.family_from(&from)? {
             follow(solver, &homotopy, &from, size, found)?;
         }

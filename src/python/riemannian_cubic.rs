@@ -136,9 +136,9 @@ impl PyRiemannianCubic {
     /// all_found : bool, default False
     ///     Look for more solutions and return all that are found: by Newton's method from the cubic of flat space (or the
     ///     guess), by descents from there and from cubics of flat space that make one or two full turns more, and along
-    ///     families of boundary data from curves that make a full turn more. On a :class:`Grassmann` with ``k > 1`` by the same
+    ///     families of boundary data from curves that make a full turn more. On a :class:`Grassmann` by the same
     ///     descents, whose cubics of flat space turn a principal direction by pi or 2 pi more, and by Newton's method from random
-    ///     initial data; with ``k = 1`` on the sphere, to both unit vectors of the last line.
+    ///     initial data; with real lines (``k = 1``) on the sphere, to both unit vectors of the last line.
     /// manifold : Stiefel or Grassmann, optional
     ///     What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
     ///     whichever, vectors are horizontal, ``Y^T V = 0``, and the bases of the curve turn as little as possible, ``Y^T Y' = 0``, from the

@@ -140,10 +140,7 @@ impl<'a> Problem<'a> {
         ends: &EndConditions,
         interrupt: Interrupt<'a>,
     ) -> Result<Self> {
-        let vectors: Vec<MatRef<'_, f64>> = match ends {
-            EndConditions::Each(each) => each.iter().map(|end| end.vector().as_ref()).collect(),
-            _ => Vec::new(),
-        };
+        let vectors = ends.vectors();
         let kind = Kind::real(quotient);
         let mut knots = ReducedKnots::new(kind, t, points, &vectors)?;
         if matches!(ends, EndConditions::Periodic) {

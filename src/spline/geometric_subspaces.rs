@@ -14,7 +14,9 @@ use crate::manifold::grassmann::joining::alignment;
 use crate::report::SolverReport;
 use crate::space::Quotient;
 
-/// The curve of geometric cubics through subspaces with given velocities, once continuously differentiable: given by any bases of them with horizontal vectors there; its bases go on from the first one.
+/// The curve of geometric cubics through subspaces with given velocities, once continuously differentiable.
+///
+/// Points are any bases of the subspaces, velocities horizontal vectors at them; the bases of the curve go on from the first one.
 ///
 /// # Arguments
 /// As [`subspace_hermite`](super::subspace_hermite).

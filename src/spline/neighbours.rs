@@ -41,7 +41,7 @@ impl Joining {
         let r = blocks.m + blocks.k;
         let is_group = match blocks.field {
             ScalarField::Real => blocks.m == 1 && blocks.quotient == Quotient::Frames,
-            ScalarField::Complex => blocks.m == 0,
+            ScalarField::Complex => blocks.m == 0 && blocks.quotient == Quotient::Frames,
         };
         match is_group {
             true => Joining::Group {

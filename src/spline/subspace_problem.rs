@@ -128,9 +128,9 @@ impl<'a> SubspaceProblem<'a> {
         let effort = Effort::new(&self.options, &work);
         let found = self.chain.solve(&self.ends, Start::Near(start), effort);
         match unless_interrupted(found)? {
-            Some(found) if found.report.converged || effort.is_spent(found.report.iterations) => {
-                Ok(found)
-            }
+            Some(found) if found.report.converged => Ok(found),
+            // No more steps are wanted; work there is again.
+            Some(found) if found.report.iterations >= self.options.max_iterations => Ok(found),
             _ => self.solve(),
         }
     }
@@ -147,6 +147,7 @@ impl<'a> SubspaceProblem<'a> {
     /// `Shape`, `NonFinite`, `NotHorizontal`.
     pub(super) fn bends_of(&self, (a, j): Guess<'_>) -> Result<Vec<f64>> {
         let manifold = Grassmann::of("S0", self.y0)?;
+        self.options.field.check([a, j])?;
         let mut bends = Vec::new();
         for (name, vector) in [("A", a), ("J", j)] {
             manifold.check_tangent(name, self.y0, vector, TANGENT_TOLERANCE)?;
