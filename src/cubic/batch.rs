@@ -118,7 +118,6 @@ fn solve_task(
     for ((problem, leg), data) in problems.into_iter().zip(legs).zip(task) {
         let solution = problem.and_then(|problem| match leg {
             Some(mut leg) => {
-                leg.start = problem.of_coordinates(&leg.start);
                 leg.cost *= problem.weight();
                 Ok(solution(&problem, &leg))
             }

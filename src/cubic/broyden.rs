@@ -6,8 +6,8 @@
 use faer::Mat;
 
 use super::end_equations::flat_inverse;
-use super::end_response::EndResponse;
 use crate::linalg::decomp::solve_square;
+use crate::shooting::StartResponse;
 
 /// The steps of Broyden's method, and what it started from.
 #[derive(Default)]
@@ -25,11 +25,11 @@ pub(super) enum Start<'a> {
     /// The derivative of the equations.
     Jacobian(Mat<f64>),
     /// A chain of legs at rest.
-    Response(&'a EndResponse),
+    Response(&'a StartResponse),
 }
 
 impl<'a> Updates<'a> {
-    pub(super) fn of_response(response: Option<&'a EndResponse>) -> Self {
+    pub(super) fn of_response(response: Option<&'a StartResponse>) -> Self {
         Updates {
             start: response.map_or(Start::Flat, Start::Response),
             steps: Vec::new(),

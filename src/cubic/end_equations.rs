@@ -73,7 +73,13 @@ pub(super) fn evaluate<T: Number, B: Blocks>(
     march.max_steps = allowed_steps(target.speed);
     march.series.set_tension(target.tension);
     let velocity = target.velocity.iter().map(|x| T::constant(*x));
-    march.place(velocity.chain(y.iter().copied()));
+    match &march.embedding {
+        Some(embedding) => {
+            let y = embedding.to_real(y);
+            march.place(velocity.chain(y));
+        }
+        None => march.place(velocity.chain(y.iter().copied())),
+    }
     march.run(1.0, interrupt, |_, _, _| Ok(()))?;
     let series = &march.series;
     let half = T::constant(0.5);
@@ -121,6 +127,9 @@ pub(super) fn evaluate<T: Number, B: Blocks>(
         }
     }
     let distance = square.sqrt();
+    if let Some(embedding) = &march.embedding {
+        equations = embedding.of_real(&equations);
+    }
     if distance.is_finite() {
         return Ok(Residual {
             equations,

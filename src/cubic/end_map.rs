@@ -4,12 +4,12 @@
 use faer::Mat;
 
 use super::end_equations::Target;
-use super::end_response::EndResponse;
 use super::reduced::Blocks;
 use super::shooting::Shooting;
 use super::taylor::Accuracy;
 use crate::error::Result;
 use crate::report::SolverReport;
+use crate::shooting::StartResponse;
 
 /// What Newton's method and continuation need to know of a boundary value problem.
 pub(super) trait EndMap {
@@ -20,7 +20,7 @@ pub(super) trait EndMap {
     fn solve(
         &mut self,
         y: &mut [f64],
-        response: Option<&EndResponse>,
+        response: Option<&StartResponse>,
         tolerance: f64,
         max_iterations: usize,
     ) -> Result<SolverReport>;
@@ -55,7 +55,7 @@ impl<B: Blocks, const N: usize> EndMap for Shooting<'_, B, N> {
     fn solve(
         &mut self,
         y: &mut [f64],
-        response: Option<&EndResponse>,
+        response: Option<&StartResponse>,
         tolerance: f64,
         max_iterations: usize,
     ) -> Result<SolverReport> {

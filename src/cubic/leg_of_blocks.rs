@@ -1,19 +1,13 @@
 //! Legs of splines by the sizes of their blocks.
 
-use super::complex_leg::ComplexLeg;
 use super::leg::Leg;
 use super::marches::Marches;
 use super::reduced::{Blocks as _, Fixed, Sized};
 use crate::interrupt::Interrupt;
-use crate::space::ScalarField;
 
 /// Legs on `St(m + k, k)`.
 pub(crate) fn leg_of_blocks<'a>(blocks: Sized, interrupt: Interrupt<'a>) -> Box<dyn Leg + 'a> {
-    if blocks.field == ScalarField::Complex {
-        let real = Marches::<_, 8>::new(blocks, interrupt);
-        return Box::new(ComplexLeg::new(Box::new(real), blocks));
-    }
-    if blocks.are_subspaces() {
+    if blocks.are_subspaces() || blocks.are_complex() {
         return Box::new(Marches::<_, 8>::new(blocks, interrupt));
     }
     match (blocks.m, blocks.k) {

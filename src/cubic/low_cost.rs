@@ -8,7 +8,6 @@ use std::cell::Cell;
 
 use super::boundary::BoundaryStrategy;
 use super::descent_start::{DescentStart, LEGS, LONGEST_LEG};
-use super::end_response::EndResponse;
 use super::guess::FlatData;
 use super::shooting::takes_response;
 use super::solver::{Solution, Solver};
@@ -17,7 +16,7 @@ use crate::error::{Error, Result};
 use crate::legs::Options;
 use crate::linalg::lanes::Lanes;
 use crate::report::StopReason;
-use crate::shooting::{Descent, Layout, LeastCost, least_cost, products_of_step};
+use crate::shooting::{Descent, Layout, LeastCost, StartResponse, least_cost, products_of_step};
 use crate::space::{Homogeneous, in_space};
 
 /// Descents end with a gradient of this size, in the time of a leg: a step or two of Newton's method are left.
@@ -77,7 +76,7 @@ struct End {
     gradient: f64,
     is_at_rest: bool,
     knots: Knots,
-    response: Option<EndResponse>,
+    response: Option<StartResponse>,
 }
 
 /// Frames and velocities of a chain, the latter in the time of a leg.
@@ -292,15 +291,12 @@ impl Solver<'_> {
             })
             .collect();
         Ok((cost.is_finite() && !is_left).then_some(End {
-            y: self.problem.of_coordinates(&y),
+            y,
             cost: 2.0 * rate.powi(3) * cost,
             gradient: report.residual,
             is_at_rest: report.converged,
             knots: (frames, velocities),
-            response: response.map(|chain| EndResponse {
-                chain,
-                blocks: self.problem.blocks_of_kind(),
-            }),
+            response,
         }))
     }
 }

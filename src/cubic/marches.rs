@@ -144,8 +144,28 @@ impl<B: Blocks, const N: usize> Leg for Marches<'_, B, N> {
     }
 }
 
-/// Leaves the frame that was reached, in that of the next knot, in front in `scratch`.
+/// From and to coordinates of the blocks; leaves the frame that was reached, in that of the next knot, in front in `scratch`.
 fn evaluate<T: Number + Mul<M, Output = T>, M: Copy, B: Blocks>(
+    march: &mut March<T, B>,
+    start: &[T],
+    next: &[M],
+    interrupt: Interrupt<'_>,
+    scratch: &mut Vec<T>,
+    values: &mut [T],
+) -> Result<()> {
+    let Some(embedding) = march.embedding.clone() else {
+        return evaluate_real(march, start, next, interrupt, scratch, values);
+    };
+    let real = embedding.to_real(start);
+    let vectors = 3 * values.len() / start.len();
+    let mut reached = vec![T::ZERO; vectors * (real.len() / 3)];
+    evaluate_real(march, &real, next, interrupt, scratch, &mut reached)?;
+    values.copy_from_slice(&embedding.of_real(&reached));
+    Ok(())
+}
+
+/// The same for real coordinates.
+fn evaluate_real<T: Number + Mul<M, Output = T>, M: Copy, B: Blocks>(
     march: &mut March<T, B>,
     start: &[T],
     next: &[M],

@@ -48,24 +48,6 @@ pub(crate) fn unpack<const N: usize>(y: &[f64], blocks: Sized) -> [Horizontal; N
     })
 }
 
-/// Vectors over a field in the coordinates of the embedded matrices.
-pub(super) fn to_real_coordinates(y: &[f64], blocks: Sized) -> Vec<f64> {
-    converted(y, [blocks, blocks.embedded()])
-}
-
-/// The inverse of [`to_real_coordinates`].
-pub(super) fn of_real_coordinates(y: &[f64], blocks: Sized) -> Vec<f64> {
-    converted(y, [blocks.embedded(), blocks])
-}
-
-fn converted(y: &[f64], [from, to]: [Sized; 2]) -> Vec<f64> {
-    let vectors = y.chunks_exact(from.dim().max(1)).map(|x| {
-        let [vector] = unpack(x, from);
-        vector
-    });
-    pack(to, &vectors.collect::<Vec<_>>())
-}
-
 /// Entries column by column.
 pub(crate) fn entries(a: &Mat<f64>) -> Vec<f64> {
     a.col_iter().flat_map(|c| c.iter().copied()).collect()

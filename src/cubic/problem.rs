@@ -7,7 +7,7 @@ use super::end_equations::Target;
 use super::end_map::EndMap;
 use super::guess::FlatData;
 use super::initial::{Horizontal, complete_over};
-use super::packing::{entries, of_real_coordinates, pack, to_real_coordinates, unpack};
+use super::packing::{entries, pack, unpack};
 use super::path::Path;
 use super::reduced::{Fixed, Sized};
 use super::relative_ends::RelativeEnds;
@@ -96,57 +96,34 @@ impl Problem {
         }
     }
 
-    /// Whether series and descents have the coordinates of the end map.
+    /// Whether points are not embedded complex ones.
     pub(super) fn is_real(&self) -> bool {
         self.field == ScalarField::Real
     }
 
-    /// Vectors of `m` in the coordinates of series and descents.
+    /// Vectors of `m` in coordinates.
     pub(super) fn coordinates(&self, vectors: &[Horizontal]) -> Vec<f64> {
-        pack(self.blocks_of_kind(), vectors)
+        pack(self.blocks(), vectors)
     }
 
-    /// Vectors of `m` in the coordinates of the end map, from those of series and descents.
-    pub(super) fn of_coordinates(&self, y: &[f64]) -> Vec<f64> {
-        if self.is_real() {
-            return y.to_vec();
-        }
-        to_real_coordinates(y, self.blocks_of_kind())
-    }
-
-    /// The nearest vectors over the field, in the coordinates of the end map.
-    pub(super) fn nearest(&self, y: &[f64]) -> Vec<f64> {
-        if self.is_real() {
-            return y.to_vec();
-        }
-        self.of_coordinates(&of_real_coordinates(y, self.blocks_of_kind()))
-    }
-
-    /// The space of series and descents.
+    /// The space.
     pub(super) fn shape(&self) -> Shape {
-        self.blocks_of_kind().shape()
+        self.blocks().shape()
     }
 
     /// By which squared lengths are more than the squares of these coordinates.
     pub(super) fn weight(&self) -> f64 {
-        self.blocks_of_kind().weight()
-    }
-
-    /// Sizes of the blocks, with the coordinates of series and descents.
-    pub(super) fn blocks_of_kind(&self) -> Sized {
-        let Sized { m, k, .. } = self.blocks();
-        Sized::of_kind(m, k, self.kind())
+        self.blocks().weight()
     }
 
     /// Sizes of the blocks.
     pub(super) fn blocks(&self) -> Sized {
-        Sized::frames(self.g.nrows() - self.k, self.k)
+        Sized::of_kind(self.g.nrows() - self.k, self.k, self.kind())
     }
 
     /// Number of unknowns, `2d`.
     pub(super) fn unknowns(&self) -> usize {
-        let Sized { m, k, .. } = self.blocks();
-        k * (k - 1) + 2 * m * k
+        2 * self.blocks().dim()
     }
 
     /// Displacement and end velocity along the quasi-geodesic between the end points; `None` if no quasi-geodesic joins them.

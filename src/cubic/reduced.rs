@@ -1,5 +1,6 @@
 //! Taylor coefficients of Riemannian cubics: the sizes of their blocks, and where they are stored.
 
+use super::embedding::Embedding;
 use crate::linalg::dual::Number;
 use crate::space::{Homogeneous, Kind, Quotient, ScalarField, Shape, in_space};
 
@@ -27,6 +28,9 @@ pub(crate) trait Blocks: Copy + Send + Sync {
     /// Whether they are those of embedded complex matrices: the second half of the columns of each follows from the first. Rows of
     /// `s` and `e` are then in the order of the frame's columns.
     fn are_complex(self) -> bool;
+
+    /// Between the coordinates of complex vectors and real ones.
+    fn embedding(self) -> Option<Embedding>;
 }
 
 /// Sizes known to the compiler.
@@ -60,6 +64,9 @@ impl<const M: usize, const K: usize> Blocks for Fixed<M, K> {
     fn are_complex(self) -> bool {
         false
     }
+    fn embedding(self) -> Option<Embedding> {
+        None
+    }
 }
 
 /// Any sizes.
@@ -69,7 +76,7 @@ pub(crate) struct Sized {
     pub(crate) m: usize,
     pub(crate) k: usize,
     pub(crate) quotient: Quotient,
-    /// Over which coordinates of vectors are taken; the blocks are real.
+    /// Over which coordinates of vectors are taken; blocks are real or embedded.
     pub(crate) field: ScalarField,
 }
 
@@ -168,6 +175,9 @@ impl Blocks for Sized {
     #[inline(always)]
     fn are_complex(self) -> bool {
         self.field == ScalarField::Complex
+    }
+    fn embedding(self) -> Option<Embedding> {
+        self.are_complex().then(|| Embedding::new(self))
     }
 }
 

@@ -190,7 +190,6 @@ fn search(
             Some(flat) => problem.start_of(flat),
             None => solver.scattered(start, attempt, &mut random),
         };
-        let from = problem.nearest(&from);
         if let Some(homotopy) = solver.family_from(&from)? {
             follow(solver, &homotopy, &from, size, found)?;
         }

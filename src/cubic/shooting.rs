@@ -11,7 +11,6 @@ use faer::Mat;
 
 use super::broyden::{Start, Updates};
 use super::end_equations::{Residual, Target, evaluate, flat_inverse};
-use super::end_response::EndResponse;
 use super::reduced::Blocks;
 use super::taylor::{Accuracy, March};
 use super::work::{TRIALS, Work, work_of_curve, work_of_step};
@@ -20,6 +19,7 @@ use crate::interrupt::Interrupt;
 use crate::linalg::decomp::solve_square;
 use crate::linalg::dual::{Dual, jacobian};
 use crate::report::{SolverReport, StopReason};
+use crate::shooting::StartResponse;
 use crate::solve::gmres::Gmres;
 
 pub(super) const SOLVER: &str = "shooting for a Riemannian cubic";
@@ -112,7 +112,7 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
     pub(super) fn solve(
         &mut self,
         y: &mut [f64],
-        response: Option<&EndResponse>,
+        response: Option<&StartResponse>,
         tolerance: f64,
         max_iterations: usize,
     ) -> Result<SolverReport> {

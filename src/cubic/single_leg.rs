@@ -30,7 +30,7 @@ impl Solver<'_> {
         let Some(leg) = legs.into_iter().flatten().next() else {
             return Ok(None);
         };
-        let start = problem.of_coordinates(&leg.start);
+        let start = leg.start;
         let distance = match self.map.equations(&start, Accuracy::FULL) {
             Ok((_, distance)) => distance,
             Err(error @ Error::Interrupted { .. }) => return Err(error),

@@ -4,7 +4,6 @@
 use super::boundary::{BoundaryOptions, BoundaryReport, BoundaryStrategy};
 use super::continuation::{MAX_STEPS, Next, Tracer};
 use super::end_map::EndMap;
-use super::end_response::EndResponse;
 use super::homotopy::Homotopy;
 use super::problem::Problem;
 use super::random::Random;
@@ -12,6 +11,7 @@ use super::shooting::ROUND_OFF;
 use super::taylor::Accuracy;
 use crate::error::{Error, Result};
 use crate::report::{SolverReport, StopReason};
+use crate::shooting::StartResponse;
 use crate::solve::gmres::norm;
 
 /// Steps after which a start counts as bad; from good ones Newton's method takes at most 6, Broyden's up to 12.
@@ -141,7 +141,7 @@ impl<'a> Solver<'a> {
     }
 
     /// Newton from a start, in place; longer where it is on its way.
-    fn persistent(&mut self, y: &mut [f64], response: Option<&EndResponse>) -> Result<bool> {
+    fn persistent(&mut self, y: &mut [f64], response: Option<&StartResponse>) -> Result<bool> {
         let most = self.options.max_iterations;
         let first = most.min(DIRECT_STEPS);
         self.starts += 1;
@@ -158,7 +158,7 @@ impl<'a> Solver<'a> {
     pub(super) fn restarted(
         &mut self,
         y: &mut [f64],
-        response: Option<&EndResponse>,
+        response: Option<&StartResponse>,
     ) -> Result<bool> {
         match self.persistent(y, response) {
             Err(error @ Error::Interrupted { .. }) => Err(error),
@@ -176,7 +176,7 @@ impl<'a> Solver<'a> {
     pub(super) fn newton(
         &mut self,
         y: &mut [f64],
-        response: Option<&EndResponse>,
+        response: Option<&StartResponse>,
         max_iterations: usize,
     ) -> Result<SolverReport> {
         self.map.set_target(&self.problem.target);

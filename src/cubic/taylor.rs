@@ -4,6 +4,7 @@
 //! Jorba, Zou (2005), "A software package for the numerical integration of ODEs by means of high-order Taylor methods",
 //! Experimental Mathematics 14, 99-117: order (3-9), step length (3-8).
 
+use super::embedding::Embedding;
 use super::recurrence::expand;
 use super::reduced::{Blocks, Series, block};
 use crate::error::{Error, Result};
@@ -61,6 +62,8 @@ pub(crate) struct March<T, B> {
     pub(crate) time: f64,
     pub(crate) steps: usize,
     pub(crate) max_steps: usize,
+    /// Of complex blocks.
+    pub(super) embedding: Option<Embedding>,
 }
 
 impl<T: Number, B: Blocks> March<T, B> {
@@ -73,6 +76,7 @@ impl<T: Number, B: Blocks> March<T, B> {
             time: 0.0,
             steps: 0,
             max_steps: MAX_STEPS,
+            embedding: blocks.embedding(),
         }
     }
 

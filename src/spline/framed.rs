@@ -347,8 +347,8 @@ impl<'a> Chain for Framed<'a> {
     }
 
     fn derivative_work(&self) -> f64 {
-        // Dual numbers take half a residual for a direction, of the real coordinates; small matrices take the rest.
-        3.0 + 1.5 * self.blocks.embedded().dim() as f64
+        // Dual numbers take half a residual for a direction; small matrices take the rest.
+        3.0 + 1.5 * self.size() as f64
     }
 }
 
