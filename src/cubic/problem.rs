@@ -101,11 +101,6 @@ impl Problem {
         self.field == ScalarField::Real
     }
 
-    /// Vectors of `m` in coordinates.
-    pub(super) fn coordinates(&self, vectors: &[Horizontal]) -> Vec<f64> {
-        pack(self.blocks(), vectors)
-    }
-
     /// The space.
     pub(super) fn shape(&self) -> Shape {
         self.blocks().shape()

@@ -2,6 +2,7 @@
 
 use super::guess::FlatData;
 use super::initial::{Horizontal, complete_relative};
+use super::packing::pack;
 use super::problem::Problem;
 use super::solver::Solver;
 use super::taylor::Accuracy;
@@ -58,7 +59,7 @@ pub(super) fn end_data(problem: &Problem, flat: &FlatData) -> EndData {
     EndData {
         target: (0..r * r).map(|i| frame[(i / r, i % r)]).collect(),
         velocities: [&problem.velocity, &last]
-            .map(|v| problem.coordinates(std::slice::from_ref(v))),
+            .map(|v| pack(problem.blocks(), std::slice::from_ref(v))),
         middle: middle(problem, flat),
     }
 }
@@ -66,7 +67,7 @@ pub(super) fn end_data(problem: &Problem, flat: &FlatData) -> EndData {
 /// `x, x', x''` of the cubic of flat space in the middle.
 fn middle(problem: &Problem, flat: &FlatData) -> [Vec<f64>; 3] {
     let vectors = [&flat.displacement, &problem.velocity, &flat.end_velocity];
-    let [delta, first, last] = vectors.map(|v| problem.coordinates(std::slice::from_ref(v)));
+    let [delta, first, last] = vectors.map(|v| pack(problem.blocks(), std::slice::from_ref(v)));
     let combined = |[a, b, c]: [f64; 3]| {
         let entries = delta.iter().zip(&first).zip(&last);
         entries.map(|((x, y), z)| a * x + b * y + c * z).collect()
