@@ -20,7 +20,8 @@
 //!
 //! The geometry of the manifold, for the whole alpha family of metrics with the canonical and the Euclidean one:
 //! exponential, logarithm and [`Geodesic`]s, [`Retraction`]s with their inverses, [`ParallelTransport`], curvature,
-//! Riemannian gradients and Hessians. The same of the subspaces of dimension `k`: [`Grassmann`]. De Casteljau curves of any degree: [`GeometricPolynomial`], [`GeodesicPolynomial`], of subspaces [`SubspacePolynomial`].
+//! Riemannian gradients and Hessians. The same of the subspaces of dimension `k`: [`Grassmann`]. De Casteljau curves of any
+//! degree: [`GeometricPolynomial`], [`GeodesicPolynomial`], of subspaces [`SubspacePolynomial`].
 //!
 //! Below these are the exponential and logarithm of rotations ([`skew_exp()`], [`orthogonal_log()`]), the manifold
 //! ([`Stiefel`]), and a damped Newton solver ([`newton`]).

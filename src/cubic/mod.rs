@@ -45,6 +45,7 @@ mod homotopy;
 pub(crate) mod initial;
 mod initial_derivative;
 mod integration_options;
+mod interval;
 pub(crate) mod lazy_path;
 pub(crate) mod leg;
 pub(crate) mod leg_of_blocks;

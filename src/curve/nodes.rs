@@ -82,23 +82,15 @@ impl Nodes {
 }
 
 /// Legendre polynomials of degrees `0..=degree` on `[0, 1]`.
-pub(crate) fn legendre(degree: usize, s: f64) -> Vec<f64> {
-    let mut p = vec![0.0; degree + 1];
-    legendre_into(s, &mut p);
-    p
-}
-
-/// Legendre polynomials of degrees up to `out.len() - 1` on `[0, 1]`.
-pub(crate) fn legendre_into(s: f64, out: &mut [f64]) {
+fn legendre(degree: usize, s: f64) -> Vec<f64> {
     let x = 2.0 * s - 1.0;
-    for j in 0..out.len() {
+    let mut p = vec![1.0, x];
+    for j in 2..=degree {
         let n = j as f64;
-        out[j] = match j {
-            0 => 1.0,
-            1 => x,
-            _ => ((2.0 * n - 1.0) * x * out[j - 1] - (n - 1.0) * out[j - 2]) / n,
-        };
+        p.push(((2.0 * n - 1.0) * x * p[j - 1] - (n - 1.0) * p[j - 2]) / n);
     }
+    p.truncate(degree + 1);
+    p
 }
 
 /// Legendre coefficients on `[0, 1]` of the integral from 0.

@@ -16,47 +16,27 @@ pub(super) trait Polynomial: AnyCurve {
     fn degree(&self) -> usize;
 }
 
-impl Polynomial for GeometricPolynomial {
-    fn pieces(&self) -> &'static str {
-        WORDS[0]
-    }
+macro_rules! polynomial_of {
+    ($curve:ty, $pieces:expr) => {
+        impl Polynomial for $curve {
+            fn pieces(&self) -> &'static str {
+                $pieces
+            }
 
-    fn control_points(&self) -> Vec<Mat<f64>> {
-        self.control_points()
-    }
+            fn control_points(&self) -> Vec<Mat<f64>> {
+                self.control_points()
+            }
 
-    fn degree(&self) -> usize {
-        self.degree()
-    }
+            fn degree(&self) -> usize {
+                self.degree()
+            }
+        }
+    };
 }
 
-impl Polynomial for GeodesicPolynomial {
-    fn pieces(&self) -> &'static str {
-        WORDS[1]
-    }
-
-    fn control_points(&self) -> Vec<Mat<f64>> {
-        self.control_points()
-    }
-
-    fn degree(&self) -> usize {
-        self.degree()
-    }
-}
-
-impl Polynomial for SubspacePolynomial {
-    fn pieces(&self) -> &'static str {
-        WORDS[1]
-    }
-
-    fn control_points(&self) -> Vec<Mat<f64>> {
-        self.control_points()
-    }
-
-    fn degree(&self) -> usize {
-        self.degree()
-    }
-}
+polynomial_of!(GeometricPolynomial, WORDS[0]);
+polynomial_of!(GeodesicPolynomial, WORDS[1]);
+polynomial_of!(SubspacePolynomial, WORDS[1]);
 
 /// The words for what a curve is made of, and their name in its stored form.
 const WORDS: [&str; 2] = ["quasi_geodesic", "geodesic"];

@@ -76,7 +76,8 @@ impl Velocities {
 ///     Shapes or numbers of knots that do not match, not finite, times that do not increase, not orthonormal (with the
 ///     measured defect), ends that do not close; carries ``knot``.
 /// OutsideDomainError
-///     Neighbours that no quasi-geodesic joins, or subspaces with a principal angle of pi/2 between them; carries ``knot``, the first of the two, and ``angle``.
+///     Neighbours that no quasi-geodesic joins, or subspaces with a principal angle of pi/2 between them; carries ``knot``, the first of
+///     the two, and ``angle``.
 /// TypeError
 ///     Complex times, dates and durations.
 ///

@@ -134,7 +134,8 @@ fn check_closed(variation: &SplineVariation<'_>, holonomy: Option<&Mat<f64>>) ->
     }
     let error = Error::InvalidArgument {
         name: POINTS,
-        requirement: "at the last knot what it is at the first (the ends are periodic; of subspaces times Y(t_0)^T Y(t_N) of the curve), this far from it",
+        requirement: "at the last knot what it is at the first (the ends are periodic; of subspaces times Y(t_0)^T Y(t_N) of the \
+                      curve), this far from it",
         found: gap,
     };
     Err(error.at_knot(end))
