@@ -371,6 +371,43 @@ fn a_batch_of_complex_problems_has_their_costs() {
     }
 }
 
+/// Rounded decimals pass for complex numbers, and are taken for the nearest ones.
+#[test]
+fn numbers_to_ten_digits_pass_for_complex_ones() {
+    let rounded = |a: &Mat<f64>| {
+        let entry = |i, j| (a[(i, j)] * 1e10).round() * 1e-10 + 1e-11 * ((3 * i + j) as f64).sin();
+        Mat::from_fn(a.nrows(), a.ncols(), entry)
+    };
+    for (quotient, shape) in kinds() {
+        let (t, points) = walk(quotient, shape, 5, 0.8);
+        let points: Vec<_> = points.iter().map(rounded).collect();
+        let options = SplineOptions {
+            quotient,
+            field: ScalarField::Complex,
+            ..SplineOptions::default()
+        };
+        let (curve, _) = cubic_spline(&t, &views(&points), &EndConditions::Natural, &options)
+            .unwrap_or_else(|e| panic!("{quotient:?} {shape:?}: {e}"));
+        let off = apart(quotient, &curve.point(t[2]).unwrap(), &points[2]);
+        assert!(off < 1e-9, "{quotient:?} {shape:?}: {off:e}");
+
+        let data = problem(quotient, shape, 0.5, 3).each_ref().map(rounded);
+        let [s0, v0, s1, v1] = data.each_ref().map(Mat::as_ref);
+        let options = BoundaryOptions {
+            field: ScalarField::Complex,
+            tension: 1.0,
+            ..BoundaryOptions::default()
+        };
+        let curve = match quotient {
+            Quotient::Frames => RiemannianCubic::from_boundary(s0, v0, s1, v1, &options),
+            Quotient::Subspaces => RiemannianCubic::between_subspaces(s0, v0, s1, v1, &options),
+        }
+        .unwrap_or_else(|e| panic!("{quotient:?} {shape:?}: {e}"));
+        let missed = missed(quotient, &curve, &data);
+        assert!(missed < 1e-8, "{quotient:?} {shape:?}: {missed:e}");
+    }
+}
+
 #[test]
 fn matrices_that_are_not_complex_are_refused() {
     let mut rng = Rng::new(2);

@@ -42,9 +42,12 @@ impl Problem {
     /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`.
     pub(super) fn new(data: [MatRef<'_, f64>; 4], options: &BoundaryOptions<'_>) -> Result<Self> {
         let BoundaryOptions { tension, field, .. } = *options;
-        let [s0, v0, s1, v1] = data;
         check_data(data)?;
         field.check(data)?;
+        // Rounded decimals pass for complex numbers; unknowns are complex.
+        let data = data.map(|a| field.nearest(a));
+        let data = data.each_ref().map(Mat::as_ref);
+        let [s0, v0, s1, v1] = data;
         let span = Span::over(field, &data);
         let g = complete_over(field, span.down(s0).as_ref());
         let velocity = Horizontal::of_tangent(g.as_ref(), span.down(v0).as_ref());

@@ -1,9 +1,9 @@
 //! What numbers a matrix is made of.
 
-use faer::MatRef;
+use faer::{Mat, MatRef};
 
 use crate::error::Result;
-use crate::linalg::complex_embedding::check_embedded;
+use crate::linalg::complex_embedding::{check_embedded, embed, nearest};
 
 /// The scalars of a space: real matrices as they are, or complex ones as real matrices of twice the size.
 ///
@@ -48,6 +48,14 @@ impl ScalarField {
         match self {
             ScalarField::Real => Ok(()),
             ScalarField::Complex => matrices.into_iter().try_for_each(check_embedded),
+        }
+    }
+
+    /// The nearest matrix of the field.
+    pub(crate) fn nearest(self, a: MatRef<'_, f64>) -> Mat<f64> {
+        match self {
+            ScalarField::Real => a.to_owned(),
+            ScalarField::Complex => embed(nearest(a).as_ref()),
         }
     }
 }
