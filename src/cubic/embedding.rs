@@ -1,8 +1,7 @@
 //! Coordinates of complex vectors and those of the embedded real ones: each real coordinate is a multiple of a complex one.
 
-use super::reduced::Sized;
 use crate::linalg::dual::Number;
-use crate::space::{Homogeneous, in_space};
+use crate::space::{Homogeneous, Kind, Shape, in_space};
 
 /// Which coordinate each is a multiple of, and the factor.
 #[derive(Debug, Clone)]
@@ -12,21 +11,24 @@ pub(crate) struct Embedding {
 }
 
 impl Embedding {
-    /// Of complex blocks.
-    pub(super) fn new(blocks: Sized) -> Self {
-        let r = blocks.m + blocks.k;
-        let real = blocks.embedded();
+    /// Of a complex space.
+    pub(super) fn new(shape: Shape) -> Self {
+        let r = shape.r;
+        let real = Shape {
+            kind: Kind::real(shape.kind.quotient),
+            ..shape
+        };
         // The real coordinate of an entry, and its sign.
         let mut of_entry = vec![None; r * r];
-        in_space!(real.shape(), |space| space.each_entry(|p, i, j| {
+        in_space!(real, |space| space.each_entry(|p, i, j| {
             of_entry[i * r + j] = Some((p, 1.0));
             of_entry[j * r + i] = Some((p, -1.0));
         }));
         let mut embedding = Embedding {
-            real: vec![(0, 0.0); real.dim()],
-            complex: vec![(0, 0.0); blocks.dim()],
+            real: vec![(0, 0.0); in_space!(real, |space| space.dim())],
+            complex: vec![(0, 0.0); in_space!(shape, |space| space.dim())],
         };
-        in_space!(blocks.shape(), |space| space.each_entry(|q, i, j| {
+        in_space!(shape, |space| space.each_entry(|q, i, j| {
             let factor = space.scale(i, j).recip();
             let copies = [Some(([i, j], 1.0)), space.copy_of(i, j)];
             for ([i, j], sign) in copies.into_iter().flatten() {

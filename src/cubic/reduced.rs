@@ -107,11 +107,6 @@ impl Sized {
         }
     }
 
-    /// With real coordinates, of the same matrices.
-    pub(crate) fn embedded(self) -> Self {
-        Sized::new(self.m, self.k, self.quotient)
-    }
-
     /// The squared length of the real vector with the given coordinates.
     pub(crate) fn square(self, v: &[f64]) -> f64 {
         self.weight() * v.iter().map(|x| x * x).sum::<f64>()
@@ -177,7 +172,7 @@ impl Blocks for Sized {
         self.field == ScalarField::Complex
     }
     fn embedding(self) -> Option<Embedding> {
-        self.are_complex().then(|| Embedding::new(self))
+        self.are_complex().then(|| Embedding::new(self.shape()))
     }
 }
 
