@@ -378,7 +378,9 @@ fn numbers_to_ten_digits_pass_for_complex_ones() {
         let entry = |i, j| (a[(i, j)] * 1e10).round() * 1e-10 + 1e-11 * ((3 * i + j) as f64).sin();
         Mat::from_fn(a.nrows(), a.ncols(), entry)
     };
-    for (quotient, shape) in kinds() {
+    // And shapes whose splines are solved for in the coordinates of all rows.
+    let large = [Quotient::Frames, Quotient::Subspaces].map(|quotient| (quotient, (9, 1)));
+    for (quotient, shape) in kinds().chain(large) {
         let (t, points) = walk(quotient, shape, 5, 0.8);
         let points: Vec<_> = points.iter().map(rounded).collect();
         let options = SplineOptions {

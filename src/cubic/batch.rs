@@ -14,7 +14,6 @@ use crate::curve::Curve;
 use crate::error::{Error, Result};
 use crate::linalg::lanes::LANES;
 use crate::shooting::{EndData, LoneLeg, lone_legs};
-use crate::space::Shape;
 
 /// Problems that a task of the pool takes.
 const TASK: usize = 64;
@@ -112,15 +111,12 @@ fn solve_task(
             let is_easy = is_like_others && problem.is_moderate(&flat);
             is_easy.then(|| (i, end_data(problem, &flat)))
         });
-        abreast(first.shape(), easy.collect(), &mut legs, options)?;
+        abreast(first, easy.collect(), &mut legs, options)?;
     }
     let mut found = Vec::new();
     for ((problem, leg), data) in problems.into_iter().zip(legs).zip(task) {
         let solution = problem.and_then(|problem| match leg {
-            Some(mut leg) => {
-                leg.cost *= problem.weight();
-                Ok(solution(&problem, &leg))
-            }
+            Some(leg) => Ok(solution(&problem, &leg)),
             None => alone(&problem, data[0], options),
         });
         if let Err(error @ Error::Interrupted { .. }) = solution {
@@ -131,23 +127,32 @@ fn solve_task(
     Ok(found)
 }
 
-/// Solves easy problems in groups, each by one series.
+/// Solves easy problems in groups, each by one series, in the space of one of them.
 ///
 /// # Errors
 /// `Interrupted`.
 fn abreast(
-    shape: Shape,
+    like: &Problem,
     easy: Vec<(usize, EndData)>,
     legs: &mut [Option<LoneLeg>],
     options: &BoundaryOptions<'_>,
 ) -> Result<()> {
-    let mut solve = lone_legs(shape);
+    let mut solve = lone_legs(like.shape());
+    // Of lengths of real vectors by their coordinates.
+    let scale = like.weight().sqrt();
     let (places, data): (Vec<usize>, Vec<EndData>) = easy.into_iter().unzip();
     for (places, data) in places.chunks(LANES).zip(data.chunks(LANES)) {
         options.interrupt.check(SOLVER)?;
         let steps = STEPS.min(options.max_iterations);
-        for (place, leg) in places.iter().zip(solve(data, options.tolerance, steps)) {
-            legs[*place] = leg;
+        for (place, leg) in places
+            .iter()
+            .zip(solve(data, options.tolerance / scale, steps))
+        {
+            legs[*place] = leg.map(|leg| LoneLeg {
+                cost: leg.cost * scale * scale,
+                residual: leg.residual * scale,
+                ..leg
+            });
         }
     }
     Ok(())

@@ -99,13 +99,16 @@ impl Solver<'_> {
     /// `DifferentComponents`, `Interrupted`.
     pub(super) fn of_low_cost(&mut self) -> Result<Option<Solution>> {
         let flat = self.problem.flat()?;
-        let near = flat.as_ref().filter(|flat| self.problem.is_moderate(flat));
+        let may_descend = self.may_descend(LEGS, 0.0);
+        let near = flat
+            .as_ref()
+            .filter(|flat| self.problem.is_moderate(flat) || !may_descend);
         if let Some(flat) = near
             && let Some(y) = self.by_one_series(flat)?
         {
             return Ok(Some((y, self.report(BoundaryStrategy::Direct))));
         }
-        if near.is_some() || self.has_few_steps() {
+        if near.is_some() || !may_descend || self.has_few_steps() {
             let mut y = self.problem.flat_start(flat.as_ref());
             if self.restarted(&mut y, None)? {
                 return Ok(Some((y, self.report(BoundaryStrategy::Direct))));
@@ -231,6 +234,12 @@ impl Solver<'_> {
         Ok(found)
     }
 
+    /// Whether so many steps of a descent with a number of legs may be done that it is begun, when only so much work is left.
+    fn may_descend(&self, legs: usize, reserve: f64) -> bool {
+        let products = in_space!(self.problem.shape(), |space| products_of_step(space, legs));
+        FEWEST_STEPS * of_products(products) <= self.map.left() - reserve
+    }
+
     /// Where a descent ends; `None` where that would not be below a cost, and where it would go on when only so much work is
     /// left.
     fn descend(
@@ -248,8 +257,7 @@ impl Solver<'_> {
         let legs = knots.1.len() / d - 1;
         // The time of a leg is the unit of the chain.
         let rate = legs as f64;
-        let step = of_products(in_space!(shape, |space| products_of_step(space, legs)));
-        if FEWEST_STEPS * step > left {
+        if !self.may_descend(legs, reserve) {
             self.refuse();
             return Ok(None);
         }

@@ -9,7 +9,7 @@ use super::guess::FlatData;
 use super::initial::{Horizontal, complete_over};
 use super::packing::{entries, pack, unpack};
 use super::path::Path;
-use super::reduced::{Fixed, Sized};
+use super::reduced::{Blocks, Fixed, Sized};
 use super::relative_ends::RelativeEnds;
 use super::shooting::Shooting;
 use super::state::State;
@@ -45,7 +45,7 @@ impl Problem {
         check_data(data)?;
         field.check(data)?;
         // Rounded decimals pass for complex numbers; unknowns are complex.
-        let data = data.map(|a| field.nearest(a));
+        let data = data.map(|a| field.nearest(a.to_owned()));
         let data = data.each_ref().map(Mat::as_ref);
         let [s0, v0, s1, v1] = data;
         let span = Span::over(field, &data);

@@ -31,6 +31,15 @@ pub(crate) trait Blocks: Copy + Send + Sync {
 
     /// Between the coordinates of complex vectors and real ones.
     fn embedding(self) -> Option<Embedding>;
+
+    /// By which the square of a real vector is more than those of its coordinates.
+    fn weight(self) -> f64 {
+        match self.are_complex() {
+            // Every entry is there twice.
+            true => 2.0,
+            false => 1.0,
+        }
+    }
 }
 
 /// Sizes known to the compiler.
@@ -110,15 +119,6 @@ impl Sized {
     /// The squared length of the real vector with the given coordinates.
     pub(crate) fn square(self, v: &[f64]) -> f64 {
         self.weight() * v.iter().map(|x| x * x).sum::<f64>()
-    }
-
-    /// By which that is more than the squares of the coordinates.
-    pub(crate) fn weight(self) -> f64 {
-        match self.field {
-            ScalarField::Real => 1.0,
-            // Every entry is there twice.
-            ScalarField::Complex => 2.0,
-        }
     }
 
     /// The space.

@@ -186,7 +186,8 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
         let beside: Vec<f64> = y.iter().enumerate().map(|(i, y)| digit(i) * y).collect();
         let beside = self.residual(&beside, Accuracy::FULL)?;
         let pairs = beside.equations.iter().zip(&found.equations);
-        Ok(pairs.map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt())
+        let squares = pairs.map(|(a, b)| (a - b).powi(2)).sum::<f64>();
+        Ok((self.blocks.weight() * squares).sqrt())
     }
 
     /// A step of Broyden's method, taken if it is good; none where it is not.

@@ -52,10 +52,10 @@ impl ScalarField {
     }
 
     /// The nearest matrix of the field.
-    pub(crate) fn nearest(self, a: MatRef<'_, f64>) -> Mat<f64> {
+    pub(crate) fn nearest(self, a: Mat<f64>) -> Mat<f64> {
         match self {
-            ScalarField::Real => a.to_owned(),
-            ScalarField::Complex => embed(nearest(a).as_ref()),
+            ScalarField::Real => a,
+            ScalarField::Complex => embed(nearest(a.as_ref()).as_ref()),
         }
     }
 }

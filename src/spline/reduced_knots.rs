@@ -54,7 +54,7 @@ impl ReducedKnots {
         let mut gram = Mat::zeros(k, k);
         let points = points
             .iter()
-            .map(|point| orthonormalised(span.down(*point), &mut gram))
+            .map(|point| orthonormalised(kind.field.nearest(span.down(*point)), &mut gram))
             .collect();
         let [points, turns] = match kind.quotient {
             Quotient::Frames => [points, Vec::new()],
@@ -98,7 +98,7 @@ impl ReducedKnots {
 
     /// A vector that is tangent at a knot to `1e-9`, in the coordinates of the span and tangent to round-off.
     pub(super) fn down(&self, knot: usize, v: MatRef<'_, f64>) -> Mat<f64> {
-        let mut low = self.span.down(v);
+        let mut low = self.kind.field.nearest(self.span.down(v));
         if let Some(turn) = self.turns.get(knot) {
             low = low * turn;
         }
@@ -107,7 +107,8 @@ impl ReducedKnots {
 
     /// A point near the manifold in the coordinates of the span, orthonormal to round-off.
     pub(super) fn point(&self, s: MatRef<'_, f64>) -> Mat<f64> {
-        orthonormalised(self.span.down(s), &mut Mat::zeros(s.ncols(), s.ncols()))
+        let low = self.kind.field.nearest(self.span.down(s));
+        orthonormalised(low, &mut Mat::zeros(s.ncols(), s.ncols()))
     }
 
     /// Whether frames of the whole span are small matrices, or a leg spans all of it.

@@ -39,6 +39,28 @@ fn moderate_data_are_solved_from_the_flat_start() {
     }
 }
 
+/// Problems whose descents would take more work than a problem may are solved from the flat start alone.
+#[test]
+fn far_data_of_many_unknowns_are_solved() {
+    for (shape, longest) in [
+        ((20, 5), 2.0),
+        ((100, 5), 2.0),
+        ((24, 6), 1.5),
+        ((40, 10), 1.2),
+    ] {
+        let mut rng = Rng::new(17);
+        let count = if shape.1 > 5 { 1 } else { 4 };
+        for _ in 0..count {
+            let data = Data::random(shape, longest, 2.0 * longest, &mut rng);
+            let curve = data.solve().unwrap_or_else(|e| panic!("{shape:?}: {e}"));
+            let report = curve.boundary_report().unwrap();
+            assert!(report.solver.converged && report.solver.residual <= 1e-12);
+            assert_eq!(report.strategy, BoundaryStrategy::Direct, "{report}");
+            assert_within(data.defect(&curve), END, &format!("{shape:?}"));
+        }
+    }
+}
+
 #[test]
 fn far_and_fast_data_are_solved() {
     for (shape, count) in [
