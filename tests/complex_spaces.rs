@@ -375,7 +375,7 @@ fn a_batch_of_complex_problems_has_their_costs() {
 #[test]
 fn numbers_to_ten_digits_pass_for_complex_ones() {
     let rounded = |a: &Mat<f64>| {
-        let entry = |i, j| (a[(i, j)] * 1e10).round() * 1e-10 + 1e-11 * ((3 * i + j) as f64).sin();
+        let entry = |i, j| (a[(i, j)] * 1e10).round() * 1e-10 + 1e-10 * ((3 * i + j) as f64).sin();
         Mat::from_fn(a.nrows(), a.ncols(), entry)
     };
     // And shapes whose splines are solved for in the coordinates of all rows.
@@ -390,8 +390,11 @@ fn numbers_to_ten_digits_pass_for_complex_ones() {
         };
         let (curve, _) = cubic_spline(&t, &views(&points), &EndConditions::Natural, &options)
             .unwrap_or_else(|e| panic!("{quotient:?} {shape:?}: {e}"));
-        let off = apart(quotient, &curve.point(t[2]).unwrap(), &points[2]);
+        let middle = curve.point(t[2]).unwrap();
+        let off = apart(quotient, &middle, &points[2]);
         assert!(off < 1e-9, "{quotient:?} {shape:?}: {off:e}");
+        let defect = embedding_defect(middle.as_ref());
+        assert!(defect < 1e-13, "{quotient:?} {shape:?}: {defect:e}");
 
         let data = problem(quotient, shape, 0.5, 3).each_ref().map(rounded);
         let [s0, v0, s1, v1] = data.each_ref().map(Mat::as_ref);
