@@ -19,8 +19,9 @@ impl RiemannianCubic {
     /// guess). If displacement and speeds are at most 2, its solution is returned. Otherwise, and without a guess, a chain of
     /// cubics descends to a curve of least cost: from a curve that rolls evenly from one velocity to the other, for end speeds
     /// up to 16 also from the cubic of flat space, and from the de Casteljau curve where more than one quasi-geodesic joins the
-    /// points. The cheapest is returned. Where descents would take more work than a problem may (from about St(20,5) on) the
-    /// solution from the cubic of flat space is returned as well, and is not known to be the cheapest. What is known of its cost beside that of others is in the table of
+    /// points. The cheapest is returned. Where descents would take more work than a problem may (dimensions from 57 on, as of
+    /// St(15,5), SO(12) and complex St(10,4)) the solution from the cubic of flat space is returned as well, and is not known to be
+    /// the cheapest. What is known of its cost beside that of others is in the table of
     /// `docs/boundary_cost.md`. [`boundary_report`](Self::boundary_report) says how it was found, [`cost`](crate::Curve::cost)
     /// what it costs, and [`all_from_boundary`](Self::all_from_boundary) looks for others.
     ///

@@ -168,8 +168,8 @@ impl PyRiemannianCubic {
     /// (and without a guess) a chain of cubics descends to a curve of least cost: from a curve that rolls evenly from one
     /// velocity to the other, for end speeds up to 16 also from the cubic of flat space, and from the de Casteljau curve where
     /// more than one quasi-geodesic joins the points. The cheapest is returned. Where that would take more work than a problem
-    /// may (from about St(20,5), and complex St(12,4), on) it is the solution from the cubic of flat space, and not known to be
-    /// the cheapest. Compare solutions by :meth:`Curve.cost`.
+    /// may (dimensions from 57 on, as of St(15,5), SO(12) and complex St(10,4)) it is the solution from the cubic of flat space,
+    /// and not known to be the cheapest. Compare solutions by :meth:`Curve.cost`.
     ///
     /// Opposite points, or nearly so, with end speeds below 1e-5 may be refused: their solutions are nearly a whole family
     /// (seen on St(3,1), St(4,1) and most on St(6,3), not on St(3,2) and St(4,2)).
