@@ -73,13 +73,8 @@ pub(super) fn evaluate<T: Number, B: Blocks>(
     march.max_steps = allowed_steps(target.speed);
     march.series.set_tension(target.tension);
     let velocity = target.velocity.iter().map(|x| T::constant(*x));
-    match &march.embedding {
-        Some(embedding) => {
-            let y = embedding.to_real(y);
-            march.place(velocity.chain(y));
-        }
-        None => march.place(velocity.chain(y.iter().copied())),
-    }
+    let entries = march.entries(y);
+    march.place(velocity.chain(entries.iter().copied()));
     march.run(1.0, interrupt, |_, _, _| Ok(()))?;
     let series = &march.series;
     let half = T::constant(0.5);

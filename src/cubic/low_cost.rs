@@ -99,6 +99,7 @@ impl Solver<'_> {
     /// `DifferentComponents`, `Interrupted`.
     pub(super) fn of_low_cost(&mut self) -> Result<Option<Solution>> {
         let flat = self.problem.flat()?;
+        // Without descents the cubic of flat space is the only start, however far the end is.
         let may_descend = self.may_descend(LEGS, 0.0);
         let near = flat
             .as_ref()

@@ -153,32 +153,31 @@ fn evaluate<T: Number + Mul<M, Output = T>, M: Copy, B: Blocks>(
     scratch: &mut Vec<T>,
     values: &mut [T],
 ) -> Result<()> {
-    let Some(embedding) = march.embedding.clone() else {
-        return evaluate_real(march, start, next, interrupt, scratch, values);
+    let entries = march.entries(start);
+    let d = entries.len() / 3;
+    march.place(entries.iter().copied());
+    march.run(1.0, interrupt, |_, _, _| Ok(()))?;
+    let Some(embedding) = &march.embedding else {
+        write_values(march, d, next, scratch, values);
+        return Ok(());
     };
-    let real = embedding.to_real(start);
-    let vectors = 3 * values.len() / start.len();
-    let mut reached = vec![T::ZERO; vectors * (real.len() / 3)];
-    evaluate_real(march, &real, next, interrupt, scratch, &mut reached)?;
+    let mut reached = vec![T::ZERO; 3 * values.len() / start.len() * d];
+    write_values(march, d, next, scratch, &mut reached);
     values.copy_from_slice(&embedding.of_real(&reached));
     Ok(())
 }
 
-/// The same for real coordinates.
-fn evaluate_real<T: Number + Mul<M, Output = T>, M: Copy, B: Blocks>(
-    march: &mut March<T, B>,
-    start: &[T],
+/// The values at the end of a march through vectors of `d` entries, entry by entry.
+fn write_values<T: Number + Mul<M, Output = T>, M: Copy, B: Blocks>(
+    march: &March<T, B>,
+    d: usize,
     next: &[M],
-    interrupt: Interrupt<'_>,
     scratch: &mut Vec<T>,
     values: &mut [T],
-) -> Result<()> {
+) {
     let (m, k) = (march.blocks.normals(), march.blocks.k());
     let (r, rows, normals) = (m + k, march.blocks.r::<T>(), march.blocks.m::<T>());
-    march.place(start.iter().copied());
-    march.run(1.0, interrupt, |_, _, _| Ok(()))?;
     let series = &march.series;
-    let d = start.len() / 3;
     scratch.resize(r * (r + k), T::ZERO);
     let (turn, moved) = scratch.split_at_mut(r * r);
     // Rows of the transposed frame of the next knot times the frame that was reached.
@@ -196,8 +195,7 @@ fn evaluate_real<T: Number + Mul<M, Output = T>, M: Copy, B: Blocks>(
         }
     }
     if march.blocks.are_subspaces() {
-        write_subspace(values, turn, series, march.blocks);
-        return Ok(());
+        return write_subspace(values, turn, series, march.blocks);
     }
     let (first, rest) = values.split_at_mut(d);
     write_horizontal(first, &turn[..r * k], [m, k]);
@@ -217,7 +215,6 @@ fn evaluate_real<T: Number + Mul<M, Output = T>, M: Copy, B: Blocks>(
         }
         write_horizontal(values, moved, [m, k]);
     }
-    Ok(())
 }
 
 /// `B A^T` for the distance, and `D b A^T` for the blocks `b` of the others, where `[[A, .], [B, D]]` is the frame that was reached in

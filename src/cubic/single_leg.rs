@@ -48,8 +48,8 @@ impl Solver<'_> {
 }
 
 /// Unknowns of a problem that is tried with one series. With 64 problems with speeds up to 1.6 on St(12,4), complex St(10,3) and
-/// (8,4), and St(20,5) (76, 102, 96 and 170 unknowns) take 5, 4, 4 and 3 times as long; with 1000 those on St(40,10), 690 unknowns,
-/// take 2 to 10 times as long.
+/// (8,4), and St(20,5) (76, 102, 96 and 170 unknowns) take 5, 4, 4 and 3 times as long; slow ones on St(20,5), with speeds of 0.6, take
+/// 0.7 times as long. With 1000 those on St(40,10), 690 unknowns, take 2 to 10 times as long.
 const MOST_UNKNOWNS: usize = 256;
 
 /// The end data, and the middle of the cubic of flat space.

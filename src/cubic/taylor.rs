@@ -4,6 +4,8 @@
 //! Jorba, Zou (2005), "A software package for the numerical integration of ODEs by means of high-order Taylor methods",
 //! Experimental Mathematics 14, 99-117: order (3-9), step length (3-8).
 
+use std::borrow::Cow;
+
 use super::embedding::Embedding;
 use super::recurrence::expand;
 use super::reduced::{Blocks, Series, block};
@@ -77,6 +79,14 @@ impl<T: Number, B: Blocks> March<T, B> {
             steps: 0,
             max_steps: MAX_STEPS,
             embedding: blocks.embedding(),
+        }
+    }
+
+    /// The independent entries of vectors with the given coordinates.
+    pub(super) fn entries<'y>(&self, y: &'y [T]) -> Cow<'y, [T]> {
+        match &self.embedding {
+            None => Cow::Borrowed(y),
+            Some(embedding) => Cow::Owned(embedding.to_real(y)),
         }
     }
 

@@ -4,7 +4,6 @@ use super::points::{Points, symbol};
 use super::prelude::*;
 use crate::cubic::{BoundaryOptions, IntegrationOptions, RiemannianCubic, SearchOptions};
 use crate::curve::Curve;
-use crate::linalg::complex_embedding::restrict;
 use crate::space::Quotient;
 
 /// Riemannian cubic: a critical curve of the integral of the squared covariant acceleration.
@@ -238,10 +237,6 @@ impl PyRiemannianCubic {
                 Ok(vec![curve])
             },
         )?;
-        let curves = match all_found {
-            true => complex_only(curves, field),
-            false => curves,
-        };
         let curves = curves
             .into_iter()
             .map(|curve| Self::wrapped(py, curve, field));
@@ -353,18 +348,6 @@ impl PyRiemannianCubic {
         let (curve, field) = (Arc::clone(&self.curve), self.field);
         let numbers = weight * (curve.n() * curve.k()) as f64;
         run(py, field, numbers, move |interrupt| work(&curve, interrupt))
-    }
-}
-
-/// Of all solutions of an embedded problem those that are complex.
-fn complex_only(curves: Vec<RiemannianCubic>, field: Field) -> Vec<RiemannianCubic> {
-    let is_complex = |curve: &RiemannianCubic| {
-        let initial = curve.initial();
-        initial.is_ok_and(|all| all.iter().all(|part| restrict(part.as_ref()).is_ok()))
-    };
-    match field {
-        Field::Real => curves,
-        Field::Complex => curves.into_iter().filter(is_complex).collect(),
     }
 }
 
