@@ -8,6 +8,7 @@ mod bidiagonal;
 pub mod complex_embedding;
 mod complex_square;
 pub mod decomp;
+mod differential;
 pub(crate) mod dual;
 mod exp_polynomials;
 pub mod exponential_action;
@@ -30,6 +31,8 @@ mod square;
 pub mod structure;
 pub mod unitary_log;
 
+pub(crate) use differential::dexp;
+pub use differential::{OrthogonalLogDifferential, SkewExpDifferential};
 pub use orthogonal_log::{OrthogonalLog, orthogonal_log};
 pub use scalar::Scalar;
 pub use skew_exp::{SkewExp, skew_exp};

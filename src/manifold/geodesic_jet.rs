@@ -14,12 +14,12 @@ use faer::{Mat, MatRef};
 
 use super::stiefel::Stiefel;
 use crate::error::{Error, Result};
-use crate::linalg::SkewSchur;
 use crate::linalg::decomp::{solve_square, thin_q};
 use crate::linalg::jet::Jet;
 use crate::linalg::jet_exp::JetExp;
 use crate::linalg::product::mul_into;
 use crate::linalg::skew_schur::apply_ad_function;
+use crate::linalg::{SkewSchur, dexp};
 
 /// What an `Overflow` is about.
 const DERIVATIVES: &str = "derivative of a geodesic polynomial";
@@ -173,14 +173,4 @@ fn completed(s: MatRef<'_, f64>) -> Mat<f64> {
         }
     });
     thin_q(padded.as_ref())
-}
-
-/// `(1 - e^{-i x}) / (i x)`.
-fn dexp(x: f64) -> (f64, f64) {
-    if x.abs() < 1e-4 {
-        (1.0 - x * x / 6.0, -0.5 * x)
-    } else {
-        let half = (0.5 * x).sin();
-        (x.sin() / x, -2.0 * half * half / x)
-    }
 }

@@ -11,6 +11,7 @@ mod complex_array;
 mod convert;
 mod cubic_trajectory;
 mod curve;
+mod differential;
 mod embedded;
 mod error;
 mod field;
@@ -55,6 +56,10 @@ pub mod _core {
         convert::_check_unmasked,
         cubic_trajectory::{PyCubicTrajectory, integrate_cubic},
         curve::{PyCurve, PyQuasiGeodesic},
+        differential::{
+            orthogonal_log_pullback, orthogonal_log_variation, skew_exp_pullback,
+            skew_exp_variation,
+        },
         embedded::integrate_embedded,
         error::PySolverReport,
         flow::PyShootingResult,

@@ -1,0 +1,163 @@
+"""Arguments as plain arrays: projected onto what they are to be, with the derivative of that.
+
+Derivatives by a frame or a tangent vector are derivatives along the manifold. With the projection in front a function is
+defined for plain arrays nearby, so that derivatives in any direction are. Each kind of argument has its value, its
+variation and its pullback, for arrays of any number of leading axes.
+
+Source: Higham (2008), "Functions of Matrices", section 8.2 (the polar factor, and that its derivative solves a Sylvester
+equation).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InvalidInputError
+
+Array = NDArray[np.float64]
+
+# Larger defects are no round-off of single precision or of a step of an optimiser: the input is not what it should be.
+LARGEST_DEFECT = 1e-3
+
+
+class Argument(Protocol):
+    """A kind of argument; `exact` are the arguments before it, projected."""
+
+    name: str
+
+    def value(self, raw: Array, exact: tuple[Array, ...]) -> Array:
+        """Project the argument."""
+
+    def variation(self, raw: Array, exact: tuple[Array, ...], tangent: Array, moved: tuple[Array, ...]) -> Array:
+        """Move the projection as the argument does; `moved` are the moves of the arguments before it."""
+
+    def pullback(self, raw: Array, exact: tuple[Array, ...], cotangent: Array, others: list[Array]) -> Array:
+        """Transpose `variation`; what falls on the arguments before is added to `others`."""
+
+
+@dataclass(frozen=True)
+class Plain:
+    """Numbers that are what they are."""
+
+    name: str
+
+    def value(self, raw: Array, exact: tuple[Array, ...]) -> Array:  # noqa: ARG002
+        return raw
+
+    def variation(self, raw: Array, exact: Any, tangent: Array, moved: Any) -> Array:  # noqa: ARG002
+        return tangent
+
+    def pullback(self, raw: Array, exact: Any, cotangent: Array, others: Any) -> Array:  # noqa: ARG002
+        return cotangent
+
+
+@dataclass(frozen=True)
+class SkewMatrix:
+    """A skew-symmetric matrix: the skew part."""
+
+    name: str
+
+    def value(self, raw: Array, exact: Any) -> Array:  # noqa: ARG002
+        _check(self.name, symmetric_part(raw), raw, "not skew-symmetric: |A + A^T| / 2")
+        return skew_part(raw)
+
+    def variation(self, raw: Array, exact: Any, tangent: Array, moved: Any) -> Array:  # noqa: ARG002
+        return skew_part(tangent)
+
+    def pullback(self, raw: Array, exact: Any, cotangent: Array, others: Any) -> Array:  # noqa: ARG002
+        return skew_part(cotangent)
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Orthonormal columns: the orthogonal polar factor, which is the nearest such matrix."""
+
+    name: str
+
+    def value(self, raw: Array, exact: Any) -> Array:  # noqa: ARG002
+        if not np.isfinite(raw).all():
+            raise InvalidInputError(f"{self.name}: not finite")
+        left, sizes, right = np.linalg.svd(raw, full_matrices=False)
+        defect = float(np.abs(sizes - 1.0).max(initial=0.0))
+        if defect > LARGEST_DEFECT:
+            raise InvalidInputError(
+                f"{self.name}: columns are not orthonormal, singular values differ from 1 by {defect:.3g}, more than "
+                f"{LARGEST_DEFECT:g}; Stiefel.project gives the nearest frame"
+            )
+        projected: Array = left @ right
+        return projected
+
+    def variation(self, raw: Array, exact: Any, tangent: Array, moved: Any) -> Array:  # noqa: ARG002
+        # With raw = S P and inner = S^T Z: dS = S X + (Z - S S^T Z) P^-1, where P X + X P = inner - inner^T.
+        left, sizes, right = np.linalg.svd(raw, full_matrices=False)
+        frame = left @ right
+        inner = transposed(frame) @ tangent
+        normal = tangent - frame @ inner
+        basis = transposed(right)
+        twisted = right @ (inner - transposed(inner)) @ basis / (sizes[..., :, None] + sizes[..., None, :])
+        moved_frame: Array = frame @ (basis @ twisted @ right) + normal @ (basis / sizes[..., None, :]) @ right
+        return moved_frame
+
+    def pullback(self, raw: Array, exact: Any, cotangent: Array, others: Any) -> Array:  # noqa: ARG002
+        # The derivative of the polar factor is symmetric: that factor is the gradient of the nuclear norm.
+        return self.variation(raw, (), cotangent, ())
+
+
+@dataclass(frozen=True)
+class Tangent:
+    """A tangent vector at the frame that is argument number `at`: `V - S sym(S^T V)`."""
+
+    name: str
+    at: int
+
+    def value(self, raw: Array, exact: tuple[Array, ...]) -> Array:
+        frame = exact[self.at]
+        defect = symmetric_part(transposed(frame) @ raw)
+        _check(self.name, defect, raw, "not tangent: |S^T V + V^T S| / 2")
+        projected: Array = raw - frame @ defect
+        return projected
+
+    def variation(self, raw: Array, exact: tuple[Array, ...], tangent: Array, moved: tuple[Array, ...]) -> Array:
+        frame, move = exact[self.at], moved[self.at]
+        defect = symmetric_part(transposed(frame) @ raw)
+        change = symmetric_part(transposed(move) @ raw + transposed(frame) @ tangent)
+        moved_vector: Array = tangent - move @ defect - frame @ change
+        return moved_vector
+
+    def pullback(self, raw: Array, exact: tuple[Array, ...], cotangent: Array, others: list[Array]) -> Array:
+        frame = exact[self.at]
+        defect = symmetric_part(transposed(frame) @ raw)
+        inner = symmetric_part(transposed(frame) @ cotangent)
+        others[self.at] = others[self.at] - cotangent @ defect - raw @ inner
+        pulled: Array = cotangent - frame @ inner
+        return pulled
+
+
+def transposed(matrix: Array) -> Array:
+    """Transpose the last two axes."""
+    return np.swapaxes(matrix, -1, -2)
+
+
+def skew_part(matrix: Array) -> Array:
+    """Return half of the difference to the transpose."""
+    part: Array = 0.5 * (matrix - transposed(matrix))
+    return part
+
+
+def symmetric_part(matrix: Array) -> Array:
+    """Return half of the sum with the transpose."""
+    part: Array = 0.5 * (matrix + transposed(matrix))
+    return part
+
+
+def _check(name: str, defect: Array, whole: Array, meaning: str) -> None:
+    if not np.isfinite(whole).all():
+        raise InvalidInputError(f"{name}: not finite")
+    size = max(1.0, float(np.abs(whole).max(initial=0.0)))
+    largest = float(np.abs(defect).max(initial=0.0))
+    if largest > LARGEST_DEFECT * size:
+        raise InvalidInputError(f"{name}: {meaning} = {largest:.3g}, more than {LARGEST_DEFECT * size:.3g}")

@@ -1,0 +1,232 @@
+"""The functions that `stiefel_rs.jax` and `stiefel_rs.torch` have, in the arrays of either library.
+
+Some are operations of this package, the others compositions. The retraction of quasi-geodesics is `R_S(V) = e^X S e^Omega`
+with `Omega = S^T V` and `X = K S^T - S K^T`, where `K = V - S Omega`; its inverse has
+`X = log((I - 2 S1 S1^T)(I - 2 S0 S0^T)) / 2` and `Omega = log(S0^T e^-X S1)`; and the geometric cubic is de Casteljau's
+algorithm with the curves `R_S(t V)`.
+
+Source: Krakowski, Machado, Silva Leite, Batista (2017), J. Comput. Appl. Math. 311, 84-99 (quasi-geodesics, de Casteljau).
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from itertools import pairwise
+from typing import Any, Generic, TypeVar
+
+from ..errors import InvalidInputError
+from . import cubics, geodesics, matrix_functions, splines
+from .operation import Operation
+from .splines import BcType
+
+T = TypeVar("T")
+
+# ruff: noqa: N803 - arguments have the names of the mathematics.
+
+
+class Functions(ABC, Generic[T]):
+    """The functions, on a library's arrays `T`."""
+
+    @abstractmethod
+    def array(self, thing: Any) -> Any:
+        """Return an array of the library."""
+
+    @abstractmethod
+    def is_complex(self, array: Any) -> bool:
+        """Whether an array has complex numbers."""
+
+    @abstractmethod
+    def broadcast(self, arrays: list[Any], axes: tuple[int, ...]) -> list[Any]:
+        """Give arrays one kind of floating-point numbers and the same axes before the last so many."""
+
+    @abstractmethod
+    def evaluate(self, operation: Operation, arrays: list[Any]) -> Any:
+        """Evaluate an operation, with derivatives."""
+
+    @abstractmethod
+    def identity(self, like: Any) -> Any:
+        """Identity matrix of as many rows, and of the kind of numbers, as `like` has."""
+
+    def apply(self, operation: Operation, *arguments: Any) -> Any:
+        """Apply an operation to arrays whose leading axes are broadcast."""
+        arrays = [self.array(argument) for argument in arguments]
+        for argument, array, axes in zip(operation.arguments, arrays, operation.axes, strict=True):
+            if self.is_complex(array):
+                raise TypeError(f"{argument.name}: expected real numbers, found {array.dtype}")
+            if array.ndim < axes:
+                expected = f"at least {axes} axes" if axes > 1 else "at least one axis"
+                raise InvalidInputError(f"{argument.name}: expected {expected}, found shape {tuple(array.shape)}")
+        return self.evaluate(operation, self.broadcast(arrays, operation.axes))
+
+    def _at_times(self, operation: Operation, *arguments: Any, own: int) -> Any:
+        """Apply an operation whose last argument are times of any shape; a value has `own` axes for each of them."""
+        times = self.array(arguments[-1])
+        return _in_shape(self.apply(operation, *arguments[:-1], times.reshape(-1)), tuple(times.shape), own)
+
+    def _frame(self, s: Any) -> Any:
+        return self.apply(matrix_functions.NEAREST_FRAME, s)
+
+    def _tangent(self, s: Any, v: Any) -> Any:
+        return self.apply(matrix_functions.NEAREST_TANGENT, s, v)
+
+    def skew_exp(self, A: Any) -> T:
+        """Exponential of skew-symmetric matrices, shape (..., m, m)."""
+        found: T = self.apply(matrix_functions.SKEW_EXP, A)
+        return found
+
+    def orthogonal_log(self, Q: Any) -> T:
+        """Principal logarithm of rotations, shape (..., m, m)."""
+        found: T = self.apply(matrix_functions.ORTHOGONAL_LOG, Q)
+        return found
+
+    def exp(self, S: Any, V: Any) -> T:
+        """End of the geodesic of the canonical metric from a frame with a velocity, shapes (..., n, k)."""
+        found: T = self.apply(geodesics.EXP, S, V)
+        return found
+
+    def log(self, S0: Any, S1: Any) -> T:
+        """Initial velocity of the shortest geodesic of the canonical metric between frames, shapes (..., n, k)."""
+        found: T = self.apply(geodesics.LOG, S0, S1)
+        return found
+
+    def retract(self, S: Any, V: Any) -> T:
+        """End of the quasi-geodesic from a frame with a velocity, shapes (..., n, k)."""
+        found: T = self._retract(self._frame(S), self._tangent(S, V))
+        return found
+
+    def inverse_retract(self, S0: Any, S1: Any) -> T:
+        """Initial velocity of the quasi-geodesic between frames, shapes (..., n, k)."""
+        found: T = self._inverse_retract(self._frame(S0), self._frame(S1))
+        return found
+
+    def _retract(self, s: Any, v: Any) -> Any:
+        omega = 0.5 * _twice_skew(_transposed(s) @ v)
+        x = _twice_skew((v - s @ omega) @ _transposed(s))
+        return self.skew_exp(x) @ s @ self.skew_exp(omega)
+
+    def _inverse_retract(self, s0: Any, s1: Any) -> Any:
+        one = self.identity(s0)
+        reflections = [one - 2.0 * s @ _transposed(s) for s in (s1, s0)]
+        x: Any = 0.5 * self.orthogonal_log(reflections[0] @ reflections[1])
+        omega = self.orthogonal_log(_transposed(s0) @ _transposed(self.skew_exp(x)) @ s1)
+        return x @ s0 + s0 @ omega
+
+    def geometric_cubic(self, S0: Any, V0: Any, S1: Any, V1: Any, t: Any) -> T:
+        """Points of the geometric cubic between two ends with velocities.
+
+        Parameters
+        ----------
+        S0, V0, S1, V1 : array, shape (..., n, k)
+            Points and velocities at the times 0 and 1.
+        t : array, shape T
+            Times.
+
+        Returns
+        -------
+        array, shape (...) + T + (n, k)
+        """
+        times = self.array(t)
+        first, last = self._frame(S0), self._frame(S1)
+        points = [
+            first,
+            self._retract(first, self._tangent(S0, V0) / 3.0),
+            self._retract(last, self._tangent(S1, V1) / -3.0),
+            last,
+        ]
+        weights = times.reshape(-1)[:, None, None]
+        points = [point[..., None, :, :] + 0.0 * weights for point in points]
+        while len(points) > 1:
+            points = [self._retract(p, weights * self._inverse_retract(p, q)) for p, q in pairwise(points)]
+        found: T = _in_shape(points[0], tuple(times.shape), 2)
+        return found
+
+    def riemannian_cubic(self, S0: Any, V0: Any, S1: Any, V1: Any, t: Any) -> T:
+        """Points of the Riemannian cubic between two ends with velocities.
+
+        Parameters
+        ----------
+        S0, V0, S1, V1 : array, shape (..., n, k)
+            Points and velocities at the times 0 and 1.
+        t : array, shape T
+            Times.
+
+        Returns
+        -------
+        array, shape (...) + T + (n, k)
+        """
+        found: T = self._at_times(cubics.RIEMANNIAN_CUBIC, S0, V0, S1, V1, t, own=2)
+        return found
+
+    def cubic_initial(self, S: Any, V: Any, A: Any, J: Any, t: Any) -> T:
+        """Points of the Riemannian cubic with given initial data.
+
+        Parameters
+        ----------
+        S, V, A, J : array, shape (..., n, k)
+            Point, velocity, covariant acceleration and covariant jerk at the time 0.
+        t : array, shape T
+            Times, all of one sign.
+
+        Returns
+        -------
+        array, shape (...) + T + (n, k)
+        """
+        found: T = self._at_times(cubics.CUBIC_INITIAL, S, V, A, J, t, own=2)
+        return found
+
+    def cubic_spline(self, t_knots: Any, S: Any, t: Any, bc_type: BcType = "natural") -> T:
+        """Points of the spline of Riemannian cubics through frames.
+
+        Parameters
+        ----------
+        t_knots : array, shape (..., N)
+            Times of the frames, increasing.
+        S : array, shape (..., N, n, k)
+            Frames.
+        t : array, shape T
+            Times.
+        bc_type : {"natural", "clamped", "periodic"}
+            Ends, as for `CubicSpline`.
+
+        Returns
+        -------
+        array, shape (...) + T + (n, k)
+        """
+        found: T = self._at_times(splines.cubic_spline(bc_type), t_knots, S, t, own=2)
+        return found
+
+    def rotation_spline(self, t_knots: Any, quaternions: Any, t: Any, bc_type: BcType = "natural") -> T:
+        """Unit quaternions of the spline through rotations.
+
+        Parameters
+        ----------
+        t_knots : array, shape (..., N)
+            Times of the rotations, increasing.
+        quaternions : array, shape (..., N, 4)
+            Rotations, scalar last, of any length but zero.
+        t : array, shape T
+            Times.
+        bc_type : {"natural", "clamped", "periodic"}
+            Ends, as for `RotationSpline`.
+
+        Returns
+        -------
+        array, shape (...) + T + (4,)
+            Of continuous sign, at the first knot that of the given one.
+        """
+        found: T = self._at_times(splines.rotation_spline(bc_type), t_knots, quaternions, t, own=1)
+        return found
+
+
+def _transposed(matrix: Any) -> Any:
+    return matrix.swapaxes(-1, -2)
+
+
+def _twice_skew(matrix: Any) -> Any:
+    return matrix - _transposed(matrix)
+
+
+def _in_shape(found: Any, shape: tuple[int, ...], own: int) -> Any:
+    """Give the axis of the times, before the last `own` ones, their shape."""
+    place = found.ndim - own - 1
+    return found.reshape(*found.shape[:place], *shape, *found.shape[place + 1 :])

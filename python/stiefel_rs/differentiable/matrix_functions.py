@@ -1,0 +1,68 @@
+"""Exponential of skew matrices and logarithm of rotations, and the projections alone, with derivatives."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+from .. import _core
+from .arguments import Array, Frame, SkewMatrix, Tangent
+from .operation import Operation, Shape
+
+
+def _same(*shapes: Shape) -> Shape:
+    return shapes[-1]
+
+
+def _skew_exp(a: Array) -> Array:
+    return _core.skew_exp(a)
+
+
+def _orthogonal_log(q: Array) -> Array:
+    return _core.orthogonal_log(q)
+
+
+SKEW_EXP: Final = Operation(
+    name="skew_exp",
+    arguments=(SkewMatrix("A"),),
+    axes=(2,),
+    shape=_same,
+    value=_skew_exp,
+    variation=lambda data, moves: _core.skew_exp_variation(data[0], moves[0]),
+    pullback=lambda data, cotangent: (_core.skew_exp_pullback(data[0], cotangent),),
+)
+
+ORTHOGONAL_LOG: Final = Operation(
+    name="orthogonal_log",
+    arguments=(Frame("Q"),),
+    axes=(2,),
+    shape=_same,
+    value=_orthogonal_log,
+    variation=lambda data, moves: _core.orthogonal_log_variation(data[0], moves[0]),
+    pullback=lambda data, cotangent: (_core.orthogonal_log_pullback(data[0], cotangent),),
+)
+
+NEAREST_FRAME: Final = Operation(
+    name="nearest_frame",
+    arguments=(Frame("S"),),
+    axes=(2,),
+    shape=_same,
+    value=lambda s: s,
+    variation=lambda _, moves: moves[0],
+    pullback=lambda _, cotangent: (cotangent,),
+)
+
+
+def _vector_alone(data: Sequence[Array], cotangent: Array) -> Sequence[Array]:
+    return 0.0 * data[0], cotangent
+
+
+NEAREST_TANGENT: Final = Operation(
+    name="nearest_tangent",
+    arguments=(Frame("S"), Tangent("V", at=0)),
+    axes=(2, 2),
+    shape=_same,
+    value=lambda _, v: v,
+    variation=lambda _, moves: moves[1],
+    pullback=_vector_alone,
+)

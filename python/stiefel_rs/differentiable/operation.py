@@ -1,0 +1,91 @@
+"""A function of arrays with its derivative and the transpose of that, for batches on leading axes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .arguments import Argument, Array
+
+Shape = tuple[int, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Operation:
+    """A function, on arguments that are what they should be, and derivatives by all of them.
+
+    Attributes
+    ----------
+    name : str
+    arguments : sequence of Argument
+        What the arguments are to be, and how plain arrays are made so.
+    axes : tuple of int
+        Axes of each argument for one value; those before are the batch, the same for all of them.
+    shape : callable
+        Shape of one value, from the shapes of the arguments without the batch.
+    value, variation, pullback : callable
+        ``value(*data)``; ``variation(data, tangents)``; ``pullback(data, cotangent)``, a tuple. For one member.
+    """
+
+    name: str
+    arguments: tuple[Argument, ...]
+    axes: tuple[int, ...]
+    shape: Callable[..., Shape]
+    value: Callable[..., Array]
+    variation: Callable[[Sequence[Array], Sequence[Array]], Array]
+    pullback: Callable[[Sequence[Array], Array], Sequence[Array]]
+
+    def batch(self, shapes: Sequence[Shape]) -> Shape:
+        """Return the leading axes of arguments of the given shapes."""
+        return shapes[0][: len(shapes[0]) - self.axes[0]]
+
+    def value_shape(self, shapes: Sequence[Shape]) -> Shape:
+        """Return the shape of the value for arguments of the given shapes, which have the same leading axes."""
+        lead = len(self.batch(shapes))
+        return (*self.batch(shapes), *self.shape(*(shape[lead:] for shape in shapes)))
+
+    def values(self, *raw: Any) -> Array:
+        """Evaluate the function of plain arrays."""
+        data = _doubles(raw)
+        out = np.empty(self.value_shape([x.shape for x in data]))
+        for at in np.ndindex(self.batch([x.shape for x in data])):
+            out[at] = self.value(*self._exact([x[at] for x in data]))
+        return out
+
+    def variations(self, raw: Sequence[Any], tangents: Sequence[Any]) -> Array:
+        """Evaluate the derivative in a direction."""
+        data, moves = _doubles(raw), _doubles(tangents)
+        out = np.empty(self.value_shape([x.shape for x in data]))
+        for at in np.ndindex(self.batch([x.shape for x in data])):
+            member = [x[at] for x in data]
+            exact = self._exact(member)
+            moved: tuple[Array, ...] = ()
+            for argument, x, move in zip(self.arguments, member, moves, strict=True):
+                moved = (*moved, argument.variation(x, exact, move[at], moved))
+            out[at] = self.variation(exact, moved)
+        return out
+
+    def pullbacks(self, raw: Sequence[Any], cotangent: Any) -> tuple[Array, ...]:
+        """Evaluate the transpose of the derivative."""
+        data, (cotangents,) = _doubles(raw), _doubles([cotangent])
+        out = [np.empty_like(x) for x in data]
+        for at in np.ndindex(self.batch([x.shape for x in data])):
+            member = [x[at] for x in data]
+            exact = self._exact(member)
+            pulled = list(self.pullback(exact, cotangents[at]))
+            for i in reversed(range(len(pulled))):
+                out[i][at] = self.arguments[i].pullback(member[i], exact, pulled[i], pulled)
+        return tuple(out)
+
+    def _exact(self, member: Sequence[Array]) -> tuple[Array, ...]:
+        exact: tuple[Array, ...] = ()
+        for argument, x in zip(self.arguments, member, strict=True):
+            exact = (*exact, argument.value(x, exact))
+        return exact
+
+
+def _doubles(arrays: Sequence[Any]) -> list[Array]:
+    return [np.asarray(array, dtype=np.float64) for array in arrays]

@@ -1,0 +1,179 @@
+"""Splines through frames and through rotations, with derivatives."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+from typing import Literal
+
+import numpy as np
+
+from .._core import CubicSpline
+from ..errors import InvalidInputError
+from ..rotation import RotationSpline
+from .arguments import Array, Frame, Plain, transposed
+from .operation import Operation, Shape
+from .solved import Solved
+
+BcType = Literal["natural", "clamped", "periodic"]
+_BC_TYPES = ("natural", "clamped", "periodic")
+
+
+def _points(_: Shape, points: Shape, t: Shape) -> Shape:
+    return (*t, *points[1:])
+
+
+def _along(curve: CubicSpline, t: Array) -> Array:
+    return curve(t, 1)
+
+
+def _check(bc_type: object) -> None:
+    if bc_type not in _BC_TYPES:
+        raise InvalidInputError(f"bc_type: expected one of {', '.join(_BC_TYPES)}, found {bc_type!r}")
+
+
+@cache
+def cubic_spline(bc_type: BcType) -> Operation:
+    """Return the spline through frames with the given ends, as an operation."""
+    _check(bc_type)
+    solved = Solved(lambda knots, points: CubicSpline(knots, points, bc_type))
+
+    def value(knots: Array, points: Array, t: Array) -> Array:
+        return solved((knots, points))(t)
+
+    def variation(data: Sequence[Array], moves: Sequence[Array]) -> Array:
+        curve, t = solved(data[:2]), data[2]
+        moved: Array = curve.point_variation(t, moves[1], moves[0]) + _along(curve, t) * moves[2][:, None, None]
+        return moved
+
+    def pullback(data: Sequence[Array], w: Array) -> Sequence[Array]:
+        curve, t = solved(data[:2]), data[2]
+        by_points, by_knots, _ = curve.point_pullback(t, w)
+        return by_knots, by_points, np.einsum("inl,inl->i", _along(curve, t), w)
+
+    return Operation(
+        name="cubic_spline",
+        arguments=(Plain("t_knots"), Frame("S"), Plain("t")),
+        axes=(1, 3, 1),
+        shape=_points,
+        value=value,
+        variation=variation,
+        pullback=pullback,
+    )
+
+
+@cache
+def rotation_spline(bc_type: BcType) -> Operation:
+    """Return the spline through rotations with the given ends, as an operation on quaternions, scalar last.
+
+    Quaternions are solved for as they are; derivatives are those of the spline of matrices: where `R` changes by
+    `R hat(w)`, the quaternion `q` changes by `q (w, 0) / 2`.
+    """
+    _check(bc_type)
+    in_quaternions = Solved(lambda knots, q: RotationSpline(knots, q, bc_type))
+    in_matrices = Solved(lambda knots, q: CubicSpline(knots, _closed(_matrices(_unit(q)), bc_type), bc_type))
+
+    def value(knots: Array, q: Array, t: Array) -> Array:
+        found: Array = in_quaternions((knots, q))(t)
+        return found
+
+    def variation(data: Sequence[Array], moves: Sequence[Array]) -> Array:
+        knots, q, t = data
+        curve, points = in_matrices((knots, q)), _matrices(_unit(q))
+        turns = _turns(q, moves[1])
+        moved = curve.point_variation(t, points @ _hat(turns), moves[0])
+        matrices = curve(t)
+        rates = _vee(transposed(matrices) @ (moved + _along(curve, t) * moves[2][:, None, None]))
+        change: Array = _turned(value(knots, q, t), rates)
+        return change
+
+    def pullback(data: Sequence[Array], w: Array) -> Sequence[Array]:
+        knots, q, t = data
+        curve, points = in_matrices((knots, q)), _matrices(_unit(q))
+        matrices = curve(t)
+        # <w, q (r, 0) / 2> = <r, rates>, and for a skew matrix <hat(a), hat(b)> = 2 <a, b>.
+        rates = _turned_back(value(knots, q, t), w)
+        cotangent = matrices @ _hat(0.5 * rates)
+        by_points, by_knots, _ = curve.point_pullback(t, cotangent)
+        inner = transposed(points) @ by_points
+        by_turns = _vee(inner - transposed(inner))
+        along = np.einsum("inl,inl->i", _along(curve, t), cotangent)
+        return by_knots, _turns_back(q, by_turns), along
+
+    return Operation(
+        name="rotation_spline",
+        arguments=(Plain("t_knots"), Plain("quaternions"), Plain("t")),
+        axes=(1, 2, 1),
+        shape=_points,
+        value=value,
+        variation=variation,
+        pullback=pullback,
+    )
+
+
+def _closed(matrices: Array, bc_type: BcType) -> Array:
+    """Let the last rotation be the first one to the last bit, for a closed curve."""
+    if bc_type == "periodic":
+        matrices[-1] = matrices[0]
+    return matrices
+
+
+def _unit(q: Array) -> Array:
+    unit: Array = q / np.linalg.norm(q, axis=-1, keepdims=True)
+    return unit
+
+
+def _matrices(q: Array) -> Array:
+    x, y, z, w = np.moveaxis(q, -1, 0)
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+
+
+def _hat(w: Array) -> Array:
+    x, y, z = np.moveaxis(w, -1, 0)
+    zero = np.zeros_like(x)
+    return np.moveaxis(np.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]]), (0, 1), (-2, -1))
+
+
+def _vee(matrix: Array) -> Array:
+    """Return the axis of the skew part."""
+    skew = 0.5 * (matrix - transposed(matrix))
+    return np.stack([skew[..., 2, 1], skew[..., 0, 2], skew[..., 1, 0]], axis=-1)
+
+
+def _product(p: Array, q: Array) -> Array:
+    (a, s), (b, r) = (p[..., :3], p[..., 3:]), (q[..., :3], q[..., 3:])
+    vector = s * b + r * a + np.cross(a, b)
+    scalar = s * r - (a * b).sum(axis=-1, keepdims=True)
+    return np.concatenate([vector, scalar], axis=-1)
+
+
+def _conjugate(q: Array) -> Array:
+    return np.concatenate([-q[..., :3], q[..., 3:]], axis=-1)
+
+
+def _turned(q: Array, rates: Array) -> Array:
+    """Return `q (w, 0) / 2`."""
+    pure = np.concatenate([0.5 * rates, np.zeros_like(rates[..., :1])], axis=-1)
+    return _product(q, pure)
+
+
+def _turned_back(q: Array, cotangent: Array) -> Array:
+    back: Array = 0.5 * _product(_conjugate(q), cotangent)[..., :3]
+    return back
+
+
+def _turns(q: Array, move: Array) -> Array:
+    """Return how rotations turn, in the body frame, where their quaternions, of any length, move."""
+    turns: Array = 2.0 * _product(_conjugate(q), move)[..., :3] / (q * q).sum(axis=-1, keepdims=True)
+    return turns
+
+
+def _turns_back(q: Array, cotangent: Array) -> Array:
+    pure = np.concatenate([2.0 * cotangent, np.zeros_like(cotangent[..., :1])], axis=-1)
+    back: Array = _product(q, pure) / (q * q).sum(axis=-1, keepdims=True)
+    return back

@@ -1,0 +1,192 @@
+"""Functions of frames, rotations and curves for JAX, with derivatives. Needs the extra `jax`.
+
+`jit`, `vmap`, `grad`, `jvp`, `jacfwd` and `jacrev` work on all of them, and mix. Values and derivatives are computed on the
+host in double precision; single precision is converted there and back. Derivatives go through solves by the implicit
+function theorem: nothing is unrolled, and a gradient costs one transposed solve for any number of times. Points and
+vectors are first projected onto what they should be, so that derivatives in any direction are defined; a defect of more
+than 1e-3 is an error. Second derivatives are not available.
+
+Errors are those of the package. Under `jit` JAX raises its own `JaxRuntimeError`, whose message ends with ours.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, Final
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax.extend.core import Primitive
+from jax.interpreters import ad, batching, mlir
+
+from .differentiable.functions import Functions
+from .differentiable.operation import Operation
+
+__all__ = [
+    "cubic_initial",
+    "cubic_spline",
+    "exp",
+    "geometric_cubic",
+    "inverse_retract",
+    "log",
+    "orthogonal_log",
+    "retract",
+    "riemannian_cubic",
+    "rotation_spline",
+    "skew_exp",
+]
+
+# The function, its derivative in a direction, and the transpose of that: linear in what follows the arguments.
+_VALUE: Final = Primitive("stiefel_rs")
+_VARIATION: Final = Primitive("stiefel_rs_variation")
+_PULLBACK: Final = Primitive("stiefel_rs_pullback")
+_PULLBACK.multiple_results = True
+
+
+def _shapes(arrays: Sequence[Any], operation: Operation) -> list[tuple[int, ...]]:
+    return [array.shape for array in arrays[: len(operation.arguments)]]
+
+
+def _outputs(of_pullback: bool, arrays: Sequence[Any], operation: Operation) -> Any:
+    """Return shape and kind of the results."""
+    if of_pullback:
+        return [jax.ShapeDtypeStruct(x.shape, x.dtype) for x in arrays[: len(operation.arguments)]]
+    shape = operation.value_shape(_shapes(arrays, operation))
+    return jax.ShapeDtypeStruct(shape, arrays[0].dtype)
+
+
+def _on_host(primitive: Primitive, operation: Operation) -> Callable[..., Any]:
+    """Return the function of NumPy's arrays that a primitive stands for."""
+    count = len(operation.arguments)
+
+    def value(*arrays: Any) -> Any:
+        return operation.values(*arrays).astype(arrays[0].dtype)
+
+    def variation(*arrays: Any) -> Any:
+        return operation.variations(arrays[:count], arrays[count:]).astype(arrays[0].dtype)
+
+    def pullback(*arrays: Any) -> Any:
+        found = operation.pullbacks(arrays[:count], arrays[count])
+        return [x.astype(arrays[0].dtype) for x in found]
+
+    return {_VALUE: value, _VARIATION: variation, _PULLBACK: pullback}[primitive]
+
+
+def _define(primitive: Primitive) -> None:
+    """Evaluation, abstract evaluation, compilation and batching, which all three have in common."""
+    is_pullback = primitive is _PULLBACK
+
+    def evaluate(*arrays: Any, operation: Operation) -> Any:
+        found = _on_host(primitive, operation)(*map(np.asarray, arrays))
+        return [jnp.asarray(x) for x in found] if is_pullback else jnp.asarray(found)
+
+    def abstract(*arrays: Any, operation: Operation) -> Any:
+        outputs = _outputs(is_pullback, arrays, operation)
+        kinds = [jax.core.ShapedArray(x.shape, x.dtype) for x in (outputs if is_pullback else [outputs])]
+        return kinds if is_pullback else kinds[0]
+
+    def compiled(*arrays: Any, operation: Operation) -> Any:
+        host = _on_host(primitive, operation)
+        outputs = _outputs(is_pullback, arrays, operation)
+        return jax.pure_callback(lambda *xs: host(*map(np.asarray, xs)), outputs, *arrays)
+
+    def batched(arrays: Sequence[Any], axes: Sequence[Any], *, operation: Operation) -> Any:
+        pairs = list(zip(arrays, axes, strict=True))
+        size = next(x.shape[axis] for x, axis in pairs if axis is not None)
+        stacked = [
+            jnp.broadcast_to(x, (size, *x.shape)) if axis is None else jnp.moveaxis(x, axis, 0)
+            for x, axis in pairs
+        ]
+        found = primitive.bind(*stacked, operation=operation)
+        return found, [0] * len(found) if is_pullback else 0
+
+    primitive.def_impl(evaluate)
+    primitive.def_abstract_eval(abstract)
+    mlir.register_lowering(primitive, mlir.lower_fun(compiled, multiple_results=is_pullback))
+    batching.primitive_batchers[primitive] = batched
+
+
+for _primitive in (_VALUE, _VARIATION, _PULLBACK):
+    _define(_primitive)
+
+
+def _value_jvp(arrays: Sequence[Any], tangents: Sequence[Any], *, operation: Operation) -> Any:
+    moves = [ad.instantiate_zeros(tangent) for tangent in tangents]
+    value = _VALUE.bind(*arrays, operation=operation)
+    return value, _VARIATION.bind(*arrays, *moves, operation=operation)
+
+
+def _linear_jvp(primitive: Primitive) -> Callable[..., Any]:
+    """The derivative of what is linear in its last arguments, and not by those before."""
+
+    def rule(arrays: Sequence[Any], tangents: Sequence[Any], *, operation: Operation) -> Any:
+        count = len(operation.arguments)
+        if not all(isinstance(tangent, ad.Zero) for tangent in tangents[:count]):
+            raise NotImplementedError(
+                f"{operation.name}: second derivatives are not available; take differences of first ones, or an optimiser "
+                "that needs only these"
+            )
+        value = primitive.bind(*arrays, operation=operation)
+        moves = [ad.instantiate_zeros(tangent) for tangent in tangents[count:]]
+        return value, primitive.bind(*arrays[:count], *moves, operation=operation)
+
+    return rule
+
+
+def _variation_transpose(cotangent: Any, *arrays: Any, operation: Operation) -> Any:
+    count = len(operation.arguments)
+    pulled = _PULLBACK.bind(*arrays[:count], ad.instantiate_zeros(cotangent), operation=operation)
+    wanted = [ad.is_undefined_primal(x) for x in arrays[count:]]
+    return [None] * count + [x if is_wanted else None for x, is_wanted in zip(pulled, wanted, strict=True)]
+
+
+def _pullback_transpose(cotangents: Sequence[Any], *arrays: Any, operation: Operation) -> Any:
+    count = len(operation.arguments)
+    moves = [ad.instantiate_zeros(cotangent) for cotangent in cotangents]
+    return [None] * count + [_VARIATION.bind(*arrays[:count], *moves, operation=operation)]
+
+
+ad.primitive_jvps[_VALUE] = _value_jvp
+ad.primitive_jvps[_VARIATION] = _linear_jvp(_VARIATION)
+ad.primitive_jvps[_PULLBACK] = _linear_jvp(_PULLBACK)
+ad.primitive_transposes[_VARIATION] = _variation_transpose
+ad.primitive_transposes[_PULLBACK] = _pullback_transpose
+
+
+class _OnJax(Functions[jax.Array]):
+    """The functions on JAX's arrays."""
+
+    def array(self, thing: Any) -> jax.Array:
+        return jnp.asarray(thing)
+
+    def is_complex(self, array: Any) -> bool:
+        return jnp.issubdtype(array.dtype, jnp.complexfloating)
+
+    def broadcast(self, arrays: list[Any], axes: tuple[int, ...]) -> list[Any]:
+        kind = jnp.result_type(*arrays, jnp.float32)
+        pairs = list(zip(arrays, axes, strict=True))
+        lead = jnp.broadcast_shapes(*(x.shape[: x.ndim - own] for x, own in pairs))
+        return [jnp.broadcast_to(x.astype(kind), (*lead, *x.shape[x.ndim - own :])) for x, own in pairs]
+
+    def evaluate(self, operation: Operation, arrays: list[Any]) -> jax.Array:
+        found: jax.Array = _VALUE.bind(*arrays, operation=operation)
+        return found
+
+    def identity(self, like: Any) -> jax.Array:
+        return jnp.eye(like.shape[-2], dtype=like.dtype)
+
+
+_FUNCTIONS: Final = _OnJax()
+
+skew_exp = _FUNCTIONS.skew_exp
+orthogonal_log = _FUNCTIONS.orthogonal_log
+exp = _FUNCTIONS.exp
+log = _FUNCTIONS.log
+retract = _FUNCTIONS.retract
+inverse_retract = _FUNCTIONS.inverse_retract
+geometric_cubic = _FUNCTIONS.geometric_cubic
+riemannian_cubic = _FUNCTIONS.riemannian_cubic
+cubic_initial = _FUNCTIONS.cubic_initial
+cubic_spline = _FUNCTIONS.cubic_spline
+rotation_spline = _FUNCTIONS.rotation_spline

@@ -1,0 +1,190 @@
+"""Functions of frames, rotations and curves for PyTorch, with derivatives. Needs the extra `torch`.
+
+`backward`, `torch.func.grad`, `jvp`, `vmap` and `jacrev` work on all of them, and mix. Values and derivatives are computed
+in double precision; single precision is converted there and back. Tensors must be on the CPU. Derivatives go through solves
+by the implicit function theorem: nothing is unrolled, and a gradient costs one transposed solve for any number of times.
+Points and vectors are first projected onto what they should be, so that derivatives in any direction are defined; a defect
+of more than 1e-3 is an error. Second derivatives are not available.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Final
+
+import numpy as np
+import torch
+
+from .differentiable.functions import Functions
+from .differentiable.operation import Operation
+from .errors import InvalidInputError
+
+__all__ = [
+    "cubic_initial",
+    "cubic_spline",
+    "exp",
+    "geometric_cubic",
+    "inverse_retract",
+    "log",
+    "orthogonal_log",
+    "retract",
+    "riemannian_cubic",
+    "rotation_spline",
+    "skew_exp",
+]
+
+Tensor = torch.Tensor
+
+
+def _numpy(tensors: Sequence[Tensor]) -> list[Any]:
+    return [tensor.detach().numpy() for tensor in tensors]
+
+
+def _tensor(array: Any, like: Tensor) -> Tensor:
+    return torch.as_tensor(np.ascontiguousarray(array), dtype=like.dtype)
+
+
+def _stacked(size: int, dims: Sequence[int | None], tensors: Sequence[Tensor]) -> list[Tensor]:
+    """Move the axis of a batch to the front, and repeat what does not have it."""
+    return [
+        tensor.expand(size, *tensor.shape) if dim is None else tensor.movedim(dim, 0)
+        for tensor, dim in zip(tensors, dims, strict=True)
+    ]
+
+
+def _no_second(operation: Operation) -> NotImplementedError:
+    return NotImplementedError(
+        f"{operation.name}: second derivatives are not available; take differences of first ones, or an optimiser that needs "
+        "only these"
+    )
+
+
+class _Value(torch.autograd.Function):
+    """The function."""
+
+    @staticmethod
+    def forward(operation: Operation, *tensors: Tensor) -> Tensor:
+        return _tensor(operation.values(*_numpy(tensors)), tensors[0])
+
+    @staticmethod
+    def setup_context(ctx: Any, inputs: Any, output: Any) -> None:  # noqa: ARG004
+        ctx.operation, *tensors = inputs
+        ctx.save_for_backward(*tensors)
+        ctx.save_for_forward(*tensors)
+
+    @staticmethod
+    def backward(ctx: Any, *cotangents: Tensor) -> Any:
+        return None, *_Pullback.apply(ctx.operation, *ctx.saved_tensors, cotangents[0])
+
+    @staticmethod
+    def jvp(ctx: Any, _: Any, *tangents: Tensor | None) -> Tensor:
+        tensors = ctx.saved_tensors
+        pairs = zip(tensors, tangents, strict=True)
+        moves = [torch.zeros_like(x) if tangent is None else tangent for x, tangent in pairs]
+        moved: Tensor = _Variation.apply(ctx.operation, *tensors, *moves)
+        return moved
+
+    @staticmethod
+    def vmap(info: Any, dims: Sequence[Any], operation: Operation, *tensors: Tensor) -> Any:
+        return _Value.apply(operation, *_stacked(info.batch_size, dims[1:], tensors)), 0
+
+
+class _Variation(torch.autograd.Function):
+    """Its derivative in a direction."""
+
+    @staticmethod
+    def forward(operation: Operation, *tensors: Tensor) -> Tensor:
+        count = len(operation.arguments)
+        arrays = _numpy(tensors)
+        return _tensor(operation.variations(arrays[:count], arrays[count:]), tensors[0])
+
+    @staticmethod
+    def setup_context(ctx: Any, inputs: Any, output: Any) -> None:  # noqa: ARG004
+        ctx.operation, *tensors = inputs
+        ctx.save_for_backward(*tensors)
+
+    @staticmethod
+    def backward(ctx: Any, *cotangents: Tensor) -> Any:
+        count = len(ctx.operation.arguments)
+        if any(ctx.needs_input_grad[1 : count + 1]):
+            raise _no_second(ctx.operation)
+        pulled = _Pullback.apply(ctx.operation, *ctx.saved_tensors[:count], cotangents[0])
+        return None, *[None] * count, *pulled
+
+    @staticmethod
+    def vmap(info: Any, dims: Sequence[Any], operation: Operation, *tensors: Tensor) -> Any:
+        return _Variation.apply(operation, *_stacked(info.batch_size, dims[1:], tensors)), 0
+
+
+class _Pullback(torch.autograd.Function):
+    """The transpose of that."""
+
+    @staticmethod
+    def forward(operation: Operation, *tensors: Tensor) -> tuple[Tensor, ...]:
+        count = len(operation.arguments)
+        *arrays, cotangent = _numpy(tensors)
+        found = operation.pullbacks(arrays, cotangent)
+        return tuple(_tensor(x, like) for x, like in zip(found, tensors[:count], strict=True))
+
+    @staticmethod
+    def setup_context(ctx: Any, inputs: Any, output: Any) -> None:  # noqa: ARG004
+        ctx.operation, *tensors = inputs
+        ctx.save_for_backward(*tensors)
+
+    @staticmethod
+    def backward(ctx: Any, *cotangents: Tensor) -> Any:
+        count = len(ctx.operation.arguments)
+        if any(ctx.needs_input_grad[1 : count + 1]):
+            raise _no_second(ctx.operation)
+        moved = _Variation.apply(ctx.operation, *ctx.saved_tensors[:count], *cotangents)
+        return None, *[None] * count, moved
+
+    @staticmethod
+    def vmap(info: Any, dims: Sequence[Any], operation: Operation, *tensors: Tensor) -> Any:
+        found = _Pullback.apply(operation, *_stacked(info.batch_size, dims[1:], tensors))
+        return found, tuple(0 for _ in found)
+
+
+class _OnTorch(Functions[Tensor]):
+    """The functions on PyTorch's tensors."""
+
+    def array(self, thing: Any) -> Tensor:
+        tensor: Tensor = torch.as_tensor(thing)
+        if tensor.device.type != "cpu":
+            raise InvalidInputError(
+                f"found a tensor on {tensor.device}: values are computed on the CPU; move it there by .cpu()"
+            )
+        return tensor
+
+    def is_complex(self, array: Any) -> bool:
+        return bool(array.is_complex())
+
+    def broadcast(self, arrays: list[Any], axes: tuple[int, ...]) -> list[Any]:
+        kind = torch.float32
+        for x in arrays:
+            kind = torch.promote_types(kind, x.dtype)
+        pairs = list(zip(arrays, axes, strict=True))
+        lead = torch.broadcast_shapes(*(x.shape[: x.ndim - own] for x, own in pairs))
+        return [x.to(kind).expand(*lead, *x.shape[x.ndim - own :]) for x, own in pairs]
+
+    def evaluate(self, operation: Operation, arrays: list[Any]) -> Tensor:
+        found: Tensor = _Value.apply(operation, *arrays)
+        return found
+
+    def identity(self, like: Any) -> Tensor:
+        return torch.eye(like.shape[-2], dtype=like.dtype)
+
+
+_FUNCTIONS: Final = _OnTorch()
+
+skew_exp = _FUNCTIONS.skew_exp
+orthogonal_log = _FUNCTIONS.orthogonal_log
+exp = _FUNCTIONS.exp
+log = _FUNCTIONS.log
+retract = _FUNCTIONS.retract
+inverse_retract = _FUNCTIONS.inverse_retract
+geometric_cubic = _FUNCTIONS.geometric_cubic
+riemannian_cubic = _FUNCTIONS.riemannian_cubic
+cubic_initial = _FUNCTIONS.cubic_initial
+cubic_spline = _FUNCTIONS.cubic_spline
+rotation_spline = _FUNCTIONS.rotation_spline

@@ -1,0 +1,267 @@
+"""Gradients in JAX: derivatives against differences and formulas, transformations, single precision, errors."""
+
+import numpy as np
+import pytest
+
+jax = pytest.importorskip("jax")
+
+import jax.numpy as jnp  # noqa: E402
+from jax.test_util import check_grads  # noqa: E402
+
+import stiefel_rs  # noqa: E402
+from stiefel_rs import CubicSpline, GeometricCubic, InvalidInputError, RiemannianCubic, RotationSpline, Stiefel  # noqa: E402
+from stiefel_rs import jax as sj  # noqa: E402
+
+SHAPES = [(3, 1), (3, 3), (5, 2), (4, 4), (12, 3)]
+TIMES = np.array([0.0, 0.3, 1.0])
+KNOTS = np.array([0.0, 0.7, 1.6, 2.2])
+
+
+@pytest.fixture(autouse=True)
+def double_precision():
+    with jax.enable_x64(True):
+        yield
+
+
+@pytest.fixture(params=SHAPES, ids=lambda shape: f"St{shape[0]}_{shape[1]}")
+def manifold(request):
+    return Stiefel(*request.param)
+
+
+def near(manifold, rng, length=0.5):
+    """A point, a tangent vector there, another point, a tangent vector there."""
+    S0 = manifold.random_point(rng)
+    S1 = manifold.exp(S0, vector(manifold, S0, rng, length))
+    return S0, vector(manifold, S0, rng), S1, vector(manifold, S1, rng)
+
+
+def vector(manifold, S, rng, length=0.6):
+    V = manifold.random_tangent(S, rng)
+    return length * V / manifold.norm(S, V)
+
+
+def frames(manifold, rng, count=len(KNOTS)):
+    points = [manifold.random_point(rng)]
+    while len(points) < count:
+        points.append(manifold.exp(points[-1], vector(manifold, points[-1], rng, 0.5)))
+    return np.array(points)
+
+
+def quaternions(rng, count=len(KNOTS)):
+    q = rng.normal(size=(count, 4))
+    return np.array([1.0, -0.5, 0.2, 2.0]) + 0.4 * q
+
+
+def check(function, arguments):
+    """Both modes against central differences, whose error is about 1e-9."""
+    check_grads(function, arguments, order=1, modes=["fwd", "rev"], atol=1e-6, rtol=1e-6, eps=1e-5)
+
+
+def test_matrix_functions(rng):
+    for m in (1, 2, 3, 4, 7):
+        A = rng.normal(size=(m, m))
+        A = (A - A.T) / np.linalg.norm(A)
+        check(sj.skew_exp, (A,))
+        check(sj.orthogonal_log, (stiefel_rs.skew_exp(A),))
+
+
+def test_maps_of_points_and_vectors(manifold, rng):
+    S0, V, S1, _ = near(manifold, rng)
+    for function in (sj.exp, sj.retract):
+        check(function, (S0, V))
+    for function in (sj.log, sj.inverse_retract):
+        check(function, (S0, S1))
+
+
+def test_values_are_those_of_the_package(manifold, rng):
+    S0, V0, S1, V1 = near(manifold, rng)
+    zero, A, J = (vector(manifold, S0, rng, length) for length in (0.0, 1.0, 2.0))
+    points = frames(manifold, rng)
+    pairs = [
+        (sj.exp(S0, V0), manifold.exp(S0, V0)),
+        (sj.exp(S0, zero), S0),
+        (sj.log(S0, S1), manifold.log(S0, S1)),
+        (sj.retract(S0, V0), manifold.retract(S0, V0)),
+        (sj.inverse_retract(S0, S1), manifold.inverse_retract(S0, S1)),
+        (sj.geometric_cubic(S0, V0, S1, V1, TIMES), GeometricCubic(S0, V0, S1, V1)(TIMES)),
+        (sj.riemannian_cubic(S0, V0, S1, V1, TIMES), RiemannianCubic.from_boundary(S0, V0, S1, V1)(TIMES)),
+        (sj.cubic_initial(S0, V0, A, J, TIMES), RiemannianCubic.from_initial(S0, V0, A, J)(TIMES)),
+        (sj.cubic_spline(KNOTS, points, TIMES), CubicSpline(KNOTS, points)(TIMES)),
+    ]
+    for found, wanted in pairs:
+        np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-13)
+
+
+def test_curves(manifold, rng):
+    S0, V0, S1, V1 = near(manifold, rng)
+    inside = np.array([0.1, 0.4, 0.9])
+    for function in (sj.geometric_cubic, sj.riemannian_cubic):
+        check(function, (S0, V0, S1, V1, inside))
+    A, J = vector(manifold, S0, rng), vector(manifold, S0, rng)
+    # The last time is the end of the curve, and may not be passed by differences.
+    check(lambda *data: sj.cubic_initial(*data, jnp.append(inside, 1.0)), (S0, V0, A, J))
+    check(lambda t: sj.cubic_initial(S0, V0, A, J, jnp.append(t, 1.0)), (inside,))
+
+
+@pytest.mark.parametrize("bc_type", ["natural", "clamped"])
+def test_splines(manifold, rng, bc_type):
+    points = frames(manifold, rng)
+    check(lambda knots, S, t: sj.cubic_spline(knots, S, t, bc_type), (KNOTS, points, np.array([0.2, 1.0, 2.1])))
+
+
+@pytest.mark.parametrize("bc_type", ["natural", "clamped", "periodic"])
+def test_splines_of_rotations(rng, bc_type):
+    q = quaternions(rng)
+
+    def spline(knots, q, t):
+        if bc_type == "periodic":
+            q = jnp.concatenate([q[:-1], q[:1]])
+        return sj.rotation_spline(knots, q, t, bc_type)
+
+    check(spline, (KNOTS, q, np.array([0.2, 1.0, 2.1])))
+    if bc_type != "periodic":
+        t = np.array([[0.0, 0.7], [1.3, 2.2]])
+        found = sj.rotation_spline(KNOTS, q, t, bc_type)
+        np.testing.assert_allclose(found, RotationSpline(KNOTS, q, bc_type)(t), rtol=0, atol=1e-15)
+
+
+def cotangents(function, *arguments):
+    value, pull_back = jax.vjp(function, *arguments)
+    return pull_back(jnp.cos(jnp.arange(value.size, dtype=float)).reshape(value.shape))
+
+
+def test_special_points_have_finite_derivatives():
+    for n, k in SHAPES:
+        S, zero, one = np.eye(n)[:, :k], np.zeros((n, k)), np.eye(n)
+        permuted = one[:, ::-1][:, :k]
+        found = [
+            *cotangents(sj.skew_exp, 0.0 * one),
+            *cotangents(sj.orthogonal_log, one),
+            *cotangents(sj.exp, S, zero),
+            *cotangents(sj.log, S, S),
+            *cotangents(sj.retract, permuted, zero),
+            *cotangents(sj.inverse_retract, permuted, permuted),
+            *cotangents(sj.geometric_cubic, S, zero, S, zero, TIMES),
+            *cotangents(sj.riemannian_cubic, S, zero, S, zero, TIMES),
+            *cotangents(sj.cubic_initial, permuted, zero, zero, zero, TIMES),
+            *cotangents(sj.cubic_spline, KNOTS, np.array(4 * [S]), TIMES),
+        ]
+        for gradient in found:
+            assert np.isfinite(gradient).all()
+            assert np.abs(gradient).max(initial=0.0) < 1e2
+
+
+def test_derivatives_at_the_identity_are_those_of_flat_space():
+    E = np.array([[0.0, 1.0, -2.0], [-1.0, 0.0, 0.5], [2.0, -0.5, 0.0]])
+    for function, at in ((sj.skew_exp, np.zeros((3, 3))), (sj.orthogonal_log, np.eye(3))):
+        _, moved = jax.jvp(function, (at,), (E,))
+        np.testing.assert_allclose(moved, E, rtol=0, atol=1e-15)
+
+
+@pytest.mark.parametrize("gap", [1e-9, 1e-6])
+def test_next_to_a_half_turn(gap):
+    angle = np.pi - gap
+    axis = np.array([0.6, 0.0, 0.8])
+    A = angle * np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
+    (gradient,) = cotangents(sj.orthogonal_log, stiefel_rs.skew_exp(A))
+    assert np.isfinite(gradient).all()
+    # There the logarithm undoes the exponential.
+    E = np.array([[0.0, 1.0, -2.0], [-1.0, 0.0, 0.5], [2.0, -0.5, 0.0]])
+    _, moved = jax.jvp(lambda A: sj.orthogonal_log(sj.skew_exp(A)), (A,), (E,))
+    np.testing.assert_allclose(moved, E, rtol=0, atol=1e-8)
+    q = np.array([[0.0, 0, 0, 1], [*(np.sin(angle / 2) * axis), np.cos(angle / 2)], [0.1, 0.2, 0.9, 0.3]])
+    for gradient in cotangents(sj.rotation_spline, np.array([0.0, 1.0, 2.0]), q, np.array([0.5, 1.5])):
+        assert np.isfinite(gradient).all()
+
+
+@pytest.mark.parametrize("shape", [(3, 1), (3, 3), (5, 2)])
+def test_transformations_mix(shape, rng):
+    manifold = Stiefel(*shape)
+    S0, V0, S1, V1 = near(manifold, rng)
+    batch = np.array([V0, 0.5 * V0, 0.0 * V0])
+
+    def reach(V, t):
+        return jnp.sum(jnp.sin(sj.riemannian_cubic(S0, V, S1, V1, t)))
+
+    gradient = jax.grad(reach)
+    one_by_one = np.array([gradient(V, TIMES) for V in batch])
+    mixed = jax.jit(jax.vmap(gradient, in_axes=(0, None)))(batch, TIMES)
+    np.testing.assert_allclose(mixed, one_by_one, rtol=0, atol=1e-13)
+    # The last axis instead of the first, and both modes.
+    moved = jax.vmap(gradient, in_axes=(2, None), out_axes=2)(np.moveaxis(batch, 0, 2), TIMES)
+    np.testing.assert_allclose(np.moveaxis(moved, 2, 0), one_by_one, rtol=0, atol=1e-13)
+    curve = jax.jit(lambda V: sj.riemannian_cubic(S0, V, S1, V1, TIMES))
+    np.testing.assert_allclose(jax.jacfwd(curve)(V0), jax.jacrev(curve)(V0), rtol=0, atol=1e-12)
+    # All of them at once are the members one by one.
+    stacked = sj.riemannian_cubic(S0, batch, S1, V1, TIMES)
+    assert stacked.shape == (3, 3, *S0.shape)
+    np.testing.assert_allclose(stacked[1], sj.riemannian_cubic(S0, batch[1], S1, V1, TIMES), rtol=0, atol=1e-15)
+
+
+def test_two_batches(rng):
+    A = rng.normal(size=(2, 3, 4, 4))
+    A -= np.swapaxes(A, -1, -2)
+    found = jax.vmap(jax.vmap(sj.skew_exp))(A)
+    np.testing.assert_allclose(found, stiefel_rs.skew_exp(A), rtol=0, atol=1e-14)
+
+
+def test_single_precision_in_and_out(rng):
+    manifold = Stiefel(5, 2)
+    data = [x.astype(np.float32) for x in near(manifold, rng)]
+    for function in (sj.riemannian_cubic, sj.geometric_cubic):
+        found = function(*data, TIMES.astype(np.float32))
+        assert found.dtype == np.float32
+        double = function(*(x.astype(float) for x in data), TIMES.astype(np.float32).astype(float))
+        np.testing.assert_allclose(found, double, rtol=0, atol=2e-6)
+    gradient = jax.grad(lambda S: sj.riemannian_cubic(S, *data[1:], TIMES.astype(np.float32))[1, 0, 0])(data[0])
+    assert gradient.dtype == np.float32
+
+
+def test_whole_numbers_are_numbers():
+    found = sj.skew_exp(np.array([[0, -1], [1, 0]]))
+    np.testing.assert_allclose(found, stiefel_rs.skew_exp([[0.0, -1.0], [1.0, 0.0]]), rtol=0, atol=1e-7)
+
+
+def test_arguments_off_their_constraints():
+    S = np.eye(4)[:, :2]
+    with pytest.raises(InvalidInputError, match=r"S: columns are not orthonormal, .* 0\.1,"):
+        sj.exp(1.1 * S, 0 * S)
+    with pytest.raises(InvalidInputError, match=r"V: not tangent.* = 1,"):
+        sj.retract(S, S)
+    with pytest.raises(InvalidInputError, match="A: not skew-symmetric"):
+        sj.skew_exp(np.eye(3))
+    with pytest.raises(InvalidInputError, match="S0: not finite"):
+        sj.log(np.nan * S, S)
+    with pytest.raises(TypeError, match="A: expected real numbers, found complex128"):
+        sj.skew_exp(1j * np.eye(2))
+    with pytest.raises(InvalidInputError, match="S0: expected at least 2 axes"):
+        sj.log(S[0], S)
+    with pytest.raises(InvalidInputError, match="bc_type: expected one of"):
+        sj.rotation_spline(KNOTS, np.eye(4), TIMES, "not-a-knot")
+    # Under jit JAX says it in an error of its own.
+    with pytest.raises(Exception, match="columns are not orthonormal"):
+        jax.jit(sj.exp)(1.1 * S, 0 * S).block_until_ready()
+
+
+def test_conjugate_ends_raise():
+    # Antipodes on the sphere, along a great circle from which others branch off.
+    S0, S1 = np.array([[0.0], [0.0], [1.0]]), np.array([[0.0], [0.0], [-1.0]])
+    with pytest.raises(stiefel_rs.StiefelError, match="conjugate|half a turn|pi"):
+        cotangents(sj.log, S0, S1)
+
+
+def test_second_derivatives_say_that_there_are_none(rng):
+    A = np.array([[0.0, -0.3], [0.3, 0.0]])
+    with pytest.raises(NotImplementedError, match="skew_exp: second derivatives are not available"):
+        jax.hessian(lambda A: jnp.sum(sj.skew_exp(A)))(A)
+
+
+def test_derivatives_do_not_depend_on_the_raw_arguments_off_the_manifold(rng):
+    # Nearby arrays that project to the same frame.
+    S = Stiefel(5, 2).random_point(rng)
+    stretched = S @ np.diag([1.0002, 0.9997])
+    W = rng.normal(size=(5, 2))
+    np.testing.assert_allclose(sj.exp(stretched, 0 * S), S, rtol=0, atol=1e-14)
+    gradient = jax.grad(lambda S: jnp.sum(W * sj.exp(S, 0 * S)))(stretched)
+    # No change along the fibre.
+    assert abs(np.sum(gradient * (S @ np.diag([1.0, 0.0])))) < 1e-12

@@ -1,0 +1,148 @@
+"""Gradients in PyTorch: `gradcheck`, forward mode and batches; values are those of the package. Run by `make test-torch`."""
+
+import numpy as np
+import pytest
+
+torch = pytest.importorskip("torch")
+
+import stiefel_rs  # noqa: E402
+from stiefel_rs import CubicSpline, GeometricCubic, InvalidInputError, RiemannianCubic, RotationSpline, Stiefel  # noqa: E402
+from stiefel_rs import torch as st  # noqa: E402
+
+# PyTorch's own, from within its transformations.
+pytestmark = pytest.mark.filterwarnings("ignore:.torch.jit.script. is deprecated:FutureWarning")
+
+SHAPES = [(3, 1), (3, 3), (5, 2), (4, 4), (12, 3)]
+TIMES = np.array([0.1, 0.4, 0.9])
+KNOTS = np.array([0.0, 0.7, 1.6, 2.2])
+
+
+@pytest.fixture(params=SHAPES, ids=lambda shape: f"St{shape[0]}_{shape[1]}")
+def manifold(request):
+    return Stiefel(*request.param)
+
+
+def vector(manifold, S, rng, length=0.6):
+    V = manifold.random_tangent(S, rng)
+    return length * V / manifold.norm(S, V)
+
+
+def near(manifold, rng):
+    """A point, a tangent vector there, another point, a tangent vector there."""
+    S0 = manifold.random_point(rng)
+    S1 = manifold.exp(S0, vector(manifold, S0, rng, 0.5))
+    return S0, vector(manifold, S0, rng), S1, vector(manifold, S1, rng)
+
+
+def frames(manifold, rng):
+    points = [manifold.random_point(rng)]
+    while len(points) < len(KNOTS):
+        points.append(manifold.exp(points[-1], vector(manifold, points[-1], rng, 0.5)))
+    return np.array(points)
+
+
+def check(function, *arguments):
+    """Both modes against central differences."""
+    tensors = [torch.tensor(x, requires_grad=True) for x in arguments]
+    assert torch.autograd.gradcheck(
+        function, tensors, eps=1e-5, atol=1e-6, rtol=1e-6, check_forward_ad=True, check_batched_grad=True
+    )
+
+
+def test_matrix_functions(rng):
+    for m in (1, 2, 3, 4, 7):
+        A = rng.normal(size=(m, m))
+        A = (A - A.T) / np.linalg.norm(A)
+        check(st.skew_exp, A)
+        check(st.orthogonal_log, stiefel_rs.skew_exp(A))
+
+
+def test_maps_of_points_and_vectors(manifold, rng):
+    S0, V, S1, _ = near(manifold, rng)
+    for function in (st.exp, st.retract):
+        check(function, S0, V)
+    for function in (st.log, st.inverse_retract):
+        check(function, S0, S1)
+
+
+def test_curves(manifold, rng):
+    data = near(manifold, rng)
+    for function in (st.geometric_cubic, st.riemannian_cubic):
+        check(function, *data, TIMES)
+    S, V, A, J = data[0], *(vector(manifold, data[0], rng) for _ in range(3))
+    check(lambda *data: st.cubic_initial(*data, torch.tensor(TIMES)), S, V, A, J)
+
+
+def test_splines(manifold, rng):
+    check(st.cubic_spline, KNOTS, frames(manifold, rng), TIMES)
+    q = np.array([1.0, -0.5, 0.2, 2.0]) + 0.4 * rng.normal(size=(len(KNOTS), 4))
+    check(lambda *data: st.rotation_spline(*data, "clamped"), KNOTS, q, TIMES)
+
+
+def test_values_are_those_of_the_package(manifold, rng):
+    S0, V0, S1, V1 = near(manifold, rng)
+    A, J = vector(manifold, S0, rng), vector(manifold, S0, rng)
+    points = frames(manifold, rng)
+    q = rng.normal(size=(len(KNOTS), 4))
+    pairs = [
+        (st.exp(S0, V0), manifold.exp(S0, V0)),
+        (st.log(S0, S1), manifold.log(S0, S1)),
+        (st.retract(S0, V0), manifold.retract(S0, V0)),
+        (st.inverse_retract(S0, S1), manifold.inverse_retract(S0, S1)),
+        (st.geometric_cubic(S0, V0, S1, V1, TIMES), GeometricCubic(S0, V0, S1, V1)(TIMES)),
+        (st.riemannian_cubic(S0, V0, S1, V1, TIMES), RiemannianCubic.from_boundary(S0, V0, S1, V1)(TIMES)),
+        (st.cubic_initial(S0, V0, A, J, TIMES), RiemannianCubic.from_initial(S0, V0, A, J)(TIMES)),
+        (st.cubic_spline(KNOTS, points, TIMES), CubicSpline(KNOTS, points)(TIMES)),
+        (st.rotation_spline(KNOTS, q, TIMES), RotationSpline(KNOTS, q)(TIMES)),
+    ]
+    for found, wanted in pairs:
+        np.testing.assert_allclose(found.numpy(), wanted, rtol=0, atol=1e-13)
+
+
+def test_transformations_mix(rng):
+    manifold = Stiefel(5, 2)
+    S0, V0, S1, V1 = map(torch.tensor, near(manifold, rng))
+    batch, times = torch.stack([V0, 0.5 * V0, 0.0 * V0]), torch.tensor(TIMES)
+
+    def reach(V):
+        return torch.sin(st.riemannian_cubic(S0, V, S1, V1, times)).sum()
+
+    gradient = torch.func.grad(reach)
+    one_by_one = torch.stack([gradient(V) for V in batch])
+    torch.testing.assert_close(torch.func.vmap(gradient)(batch), one_by_one, rtol=0, atol=1e-13)
+
+    def curve(V):
+        return st.riemannian_cubic(S0, V, S1, V1, times)
+
+    torch.testing.assert_close(torch.func.jacfwd(curve)(V0), torch.func.jacrev(curve)(V0), rtol=0, atol=1e-12)
+    E = torch.tensor(rng.normal(size=(5, 2)))
+    _, moved = torch.func.jvp(curve, (V0,), (E,))
+    wanted = torch.einsum("mnkij,ij->mnk", torch.func.jacrev(curve)(V0), E)
+    torch.testing.assert_close(moved, wanted, rtol=0, atol=1e-12)
+
+
+def test_single_precision_in_and_out(rng):
+    S0, V0, S1, V1 = (torch.tensor(x, dtype=torch.float32) for x in near(Stiefel(5, 2), rng))
+    V0.requires_grad_()
+    found = st.riemannian_cubic(S0, V0, S1, V1, torch.tensor(TIMES, dtype=torch.float32))
+    assert found.dtype == torch.float32
+    found.sum().backward()
+    assert V0.grad.dtype == torch.float32
+    assert torch.isfinite(V0.grad).all()
+
+
+def test_bad_input():
+    S = torch.eye(4, dtype=torch.float64)[:, :2]
+    with pytest.raises(InvalidInputError, match="S: columns are not orthonormal"):
+        st.exp(1.1 * S, 0 * S)
+    with pytest.raises(InvalidInputError, match="found a tensor on meta"):
+        st.exp(S.to("meta"), S)
+    with pytest.raises(TypeError, match="A: expected real numbers"):
+        st.skew_exp(torch.eye(2, dtype=torch.complex128))
+
+
+def test_second_derivatives_say_that_there_are_none():
+    A = torch.tensor([[0.0, -0.3], [0.3, 0.0]], dtype=torch.float64, requires_grad=True)
+    (gradient,) = torch.autograd.grad(torch.sin(st.skew_exp(A)).sum(), A, create_graph=True)
+    with pytest.raises(NotImplementedError, match="second derivatives are not available"):
+        gradient.sum().backward()
