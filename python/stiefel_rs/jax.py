@@ -1,12 +1,12 @@
 """Functions of frames, rotations and curves for JAX, with derivatives. Needs the extra `jax`.
 
-`jit`, `vmap`, `grad`, `jvp`, `jacfwd` and `jacrev` work on all of them, and mix. Values and derivatives are computed on the
-host in double precision; single precision is converted there and back. Derivatives go through solves by the implicit
-function theorem: nothing is unrolled, and a gradient costs one transposed solve for any number of times. Points and
-vectors are first projected onto what they should be, so that derivatives in any direction are defined; a defect of more
-than 1e-3 is an error. Second derivatives are not available.
+`jit`, `vmap`, `grad`, `jvp`, `jacfwd` and `jacrev` work on all of them, and mix. Values and derivatives are computed on
+the host in double precision; single precision is converted there and back. Derivatives go through solves by the
+implicit function theorem: nothing is unrolled, and a gradient costs one transposed solve for any number of times.
+Points and vectors are first projected onto what they should be, so that derivatives in any direction are defined; a
+defect of more than 1e-3 is an error. Second derivatives are not available.
 
-Errors are those of the package. Under `jit` JAX raises its own `JaxRuntimeError`, whose message ends with ours.
+Errors are those of the package. Under `jit` JAX raises its own `JaxRuntimeError`, whose message contains ours.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ def _on_host(primitive: Primitive, operation: Operation) -> Callable[..., Any]:
 
 
 def _define(primitive: Primitive) -> None:
-    """Evaluation, abstract evaluation, compilation and batching, which all three have in common."""
+    """Define evaluation, abstract evaluation, compilation and batching, which all three have in common."""
     is_pullback = primitive is _PULLBACK
 
     def evaluate(*arrays: Any, operation: Operation) -> Any:
@@ -95,8 +95,7 @@ def _define(primitive: Primitive) -> None:
         pairs = list(zip(arrays, axes, strict=True))
         size = next(x.shape[axis] for x, axis in pairs if axis is not None)
         stacked = [
-            jnp.broadcast_to(x, (size, *x.shape)) if axis is None else jnp.moveaxis(x, axis, 0)
-            for x, axis in pairs
+            jnp.broadcast_to(x, (size, *x.shape)) if axis is None else jnp.moveaxis(x, axis, 0) for x, axis in pairs
         ]
         found = primitive.bind(*stacked, operation=operation)
         return found, [0] * len(found) if is_pullback else 0
@@ -118,14 +117,14 @@ def _value_jvp(arrays: Sequence[Any], tangents: Sequence[Any], *, operation: Ope
 
 
 def _linear_jvp(primitive: Primitive) -> Callable[..., Any]:
-    """The derivative of what is linear in its last arguments, and not by those before."""
+    """Return the derivative of what is linear in its last arguments, and not by those before."""
 
     def rule(arrays: Sequence[Any], tangents: Sequence[Any], *, operation: Operation) -> Any:
         count = len(operation.arguments)
         if not all(isinstance(tangent, ad.Zero) for tangent in tangents[:count]):
             raise NotImplementedError(
-                f"{operation.name}: second derivatives are not available; take differences of first ones, or an optimiser "
-                "that needs only these"
+                f"{operation.name}: second derivatives are not available; take differences of first ones, or an "
+                "optimiser that needs only these"
             )
         value = primitive.bind(*arrays, operation=operation)
         moves = [ad.instantiate_zeros(tangent) for tangent in tangents[count:]]

@@ -1,16 +1,16 @@
 """Functions of frames, rotations and curves for PyTorch, with derivatives. Needs the extra `torch`.
 
-`backward`, `torch.func.grad`, `jvp`, `vmap` and `jacrev` work on all of them, and mix. Values and derivatives are computed
-in double precision; single precision is converted there and back. Tensors must be on the CPU. Derivatives go through solves
-by the implicit function theorem: nothing is unrolled, and a gradient costs one transposed solve for any number of times.
-Points and vectors are first projected onto what they should be, so that derivatives in any direction are defined; a defect
-of more than 1e-3 is an error. Second derivatives are not available.
+`backward`, `torch.func.grad`, `jvp`, `vmap` and `jacrev` work on all of them, and mix. Values and derivatives are
+computed in double precision; single precision is converted there and back. Tensors must be on the CPU. Derivatives go
+through solves by the implicit function theorem: nothing is unrolled, and a gradient costs one transposed solve for any
+number of times. Points and vectors are first projected onto what they should be, so that derivatives in any direction
+are defined; a defect of more than 1e-3 is an error. Second derivatives are not available.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 import torch
@@ -33,7 +33,8 @@ __all__ = [
     "skew_exp",
 ]
 
-Tensor = torch.Tensor
+
+Tensor: TypeAlias = torch.Tensor
 
 
 def _numpy(tensors: Sequence[Tensor]) -> list[Any]:
@@ -54,8 +55,8 @@ def _stacked(size: int, dims: Sequence[int | None], tensors: Sequence[Tensor]) -
 
 def _no_second(operation: Operation) -> NotImplementedError:
     return NotImplementedError(
-        f"{operation.name}: second derivatives are not available; take differences of first ones, or an optimiser that needs "
-        "only these"
+        f"{operation.name}: second derivatives are not available; take differences of first ones, or an optimiser that "
+        "needs only these"
     )
 
 
@@ -67,7 +68,7 @@ class _Value(torch.autograd.Function):
         return _tensor(operation.values(*_numpy(tensors)), tensors[0])
 
     @staticmethod
-    def setup_context(ctx: Any, inputs: Any, output: Any) -> None:  # noqa: ARG004
+    def setup_context(ctx: Any, inputs: Any, output: Any) -> None:
         ctx.operation, *tensors = inputs
         ctx.save_for_backward(*tensors)
         ctx.save_for_forward(*tensors)
@@ -99,7 +100,7 @@ class _Variation(torch.autograd.Function):
         return _tensor(operation.variations(arrays[:count], arrays[count:]), tensors[0])
 
     @staticmethod
-    def setup_context(ctx: Any, inputs: Any, output: Any) -> None:  # noqa: ARG004
+    def setup_context(ctx: Any, inputs: Any, output: Any) -> None:
         ctx.operation, *tensors = inputs
         ctx.save_for_backward(*tensors)
 
@@ -127,7 +128,7 @@ class _Pullback(torch.autograd.Function):
         return tuple(_tensor(x, like) for x, like in zip(found, tensors[:count], strict=True))
 
     @staticmethod
-    def setup_context(ctx: Any, inputs: Any, output: Any) -> None:  # noqa: ARG004
+    def setup_context(ctx: Any, inputs: Any, output: Any) -> None:
         ctx.operation, *tensors = inputs
         ctx.save_for_backward(*tensors)
 

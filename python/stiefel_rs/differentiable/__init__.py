@@ -1,1 +1,1 @@
-"""Functions with derivatives, for libraries of automatic differentiation: values, variations and pullbacks of arrays."""
+"""Functions with their derivatives, for libraries of automatic differentiation: values, variations, pullbacks."""

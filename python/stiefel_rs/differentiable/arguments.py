@@ -1,17 +1,18 @@
 """Arguments as plain arrays: projected onto what they are to be, with the derivative of that.
 
-Derivatives by a frame or a tangent vector are derivatives along the manifold. With the projection in front a function is
-defined for plain arrays nearby, so that derivatives in any direction are. Each kind of argument has its value, its
+Derivatives by a frame or a tangent vector are derivatives along the manifold. With the projection in front a function
+is defined for plain arrays nearby, so that derivatives in any direction are. Each kind of argument has its value, its
 variation and its pullback, for arrays of any number of leading axes.
 
-Source: Higham (2008), "Functions of Matrices", section 8.2 (the polar factor, and that its derivative solves a Sylvester
-equation).
+Source: Higham (2008), "Functions of Matrices", section 8.2 (the polar factor, and that its derivative solves a
+Sylvester equation).
 """
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,61 +25,66 @@ Array = NDArray[np.float64]
 LARGEST_DEFECT = 1e-3
 
 
-class Argument(Protocol):
-    """A kind of argument; `exact` are the arguments before it, projected."""
+@dataclass(frozen=True)
+class Argument(ABC):
+    """A kind of argument; `exact` are the arguments before it, projected, and `moved` how they move."""
 
     name: str
 
+    @abstractmethod
     def value(self, raw: Array, exact: tuple[Array, ...]) -> Array:
         """Project the argument."""
 
+    @abstractmethod
     def variation(self, raw: Array, exact: tuple[Array, ...], tangent: Array, moved: tuple[Array, ...]) -> Array:
-        """Move the projection as the argument does; `moved` are the moves of the arguments before it."""
+        """Move the projection as the argument does."""
 
+    @abstractmethod
     def pullback(self, raw: Array, exact: tuple[Array, ...], cotangent: Array, others: list[Array]) -> Array:
         """Transpose `variation`; what falls on the arguments before is added to `others`."""
 
 
 @dataclass(frozen=True)
-class Plain:
+class Plain(Argument):
     """Numbers that are what they are."""
 
-    name: str
-
-    def value(self, raw: Array, exact: tuple[Array, ...]) -> Array:  # noqa: ARG002
+    def value(self, raw: Array, exact: tuple[Array, ...]) -> Array:
+        """Project the argument."""
         return raw
 
-    def variation(self, raw: Array, exact: Any, tangent: Array, moved: Any) -> Array:  # noqa: ARG002
+    def variation(self, raw: Array, exact: Any, tangent: Array, moved: Any) -> Array:
+        """Move the projection as the argument does."""
         return tangent
 
-    def pullback(self, raw: Array, exact: Any, cotangent: Array, others: Any) -> Array:  # noqa: ARG002
+    def pullback(self, raw: Array, exact: Any, cotangent: Array, others: Any) -> Array:
+        """Transpose `variation`."""
         return cotangent
 
 
 @dataclass(frozen=True)
-class SkewMatrix:
+class SkewMatrix(Argument):
     """A skew-symmetric matrix: the skew part."""
 
-    name: str
-
-    def value(self, raw: Array, exact: Any) -> Array:  # noqa: ARG002
+    def value(self, raw: Array, exact: Any) -> Array:
+        """Project the argument."""
         _check(self.name, symmetric_part(raw), raw, "not skew-symmetric: |A + A^T| / 2")
         return skew_part(raw)
 
-    def variation(self, raw: Array, exact: Any, tangent: Array, moved: Any) -> Array:  # noqa: ARG002
+    def variation(self, raw: Array, exact: Any, tangent: Array, moved: Any) -> Array:
+        """Move the projection as the argument does."""
         return skew_part(tangent)
 
-    def pullback(self, raw: Array, exact: Any, cotangent: Array, others: Any) -> Array:  # noqa: ARG002
+    def pullback(self, raw: Array, exact: Any, cotangent: Array, others: Any) -> Array:
+        """Transpose `variation`."""
         return skew_part(cotangent)
 
 
 @dataclass(frozen=True)
-class Frame:
+class Frame(Argument):
     """Orthonormal columns: the orthogonal polar factor, which is the nearest such matrix."""
 
-    name: str
-
-    def value(self, raw: Array, exact: Any) -> Array:  # noqa: ARG002
+    def value(self, raw: Array, exact: Any) -> Array:
+        """Project the argument."""
         if not np.isfinite(raw).all():
             raise InvalidInputError(f"{self.name}: not finite")
         left, sizes, right = np.linalg.svd(raw, full_matrices=False)
@@ -91,7 +97,8 @@ class Frame:
         projected: Array = left @ right
         return projected
 
-    def variation(self, raw: Array, exact: Any, tangent: Array, moved: Any) -> Array:  # noqa: ARG002
+    def variation(self, raw: Array, exact: Any, tangent: Array, moved: Any) -> Array:
+        """Move the projection as the argument does."""
         # With raw = S P and inner = S^T Z: dS = S X + (Z - S S^T Z) P^-1, where P X + X P = inner - inner^T.
         left, sizes, right = np.linalg.svd(raw, full_matrices=False)
         frame = left @ right
@@ -102,19 +109,20 @@ class Frame:
         moved_frame: Array = frame @ (basis @ twisted @ right) + normal @ (basis / sizes[..., None, :]) @ right
         return moved_frame
 
-    def pullback(self, raw: Array, exact: Any, cotangent: Array, others: Any) -> Array:  # noqa: ARG002
+    def pullback(self, raw: Array, exact: Any, cotangent: Array, others: Any) -> Array:
+        """Transpose `variation`."""
         # The derivative of the polar factor is symmetric: that factor is the gradient of the nuclear norm.
         return self.variation(raw, (), cotangent, ())
 
 
 @dataclass(frozen=True)
-class Tangent:
+class Tangent(Argument):
     """A tangent vector at the frame that is argument number `at`: `V - S sym(S^T V)`."""
 
-    name: str
     at: int
 
     def value(self, raw: Array, exact: tuple[Array, ...]) -> Array:
+        """Project the argument."""
         frame = exact[self.at]
         defect = symmetric_part(transposed(frame) @ raw)
         _check(self.name, defect, raw, "not tangent: |S^T V + V^T S| / 2")
@@ -122,6 +130,7 @@ class Tangent:
         return projected
 
     def variation(self, raw: Array, exact: tuple[Array, ...], tangent: Array, moved: tuple[Array, ...]) -> Array:
+        """Move the projection as the argument does."""
         frame, move = exact[self.at], moved[self.at]
         defect = symmetric_part(transposed(frame) @ raw)
         change = symmetric_part(transposed(move) @ raw + transposed(frame) @ tangent)
@@ -129,6 +138,7 @@ class Tangent:
         return moved_vector
 
     def pullback(self, raw: Array, exact: tuple[Array, ...], cotangent: Array, others: list[Array]) -> Array:
+        """Transpose `variation`."""
         frame = exact[self.at]
         defect = symmetric_part(transposed(frame) @ raw)
         inner = symmetric_part(transposed(frame) @ cotangent)

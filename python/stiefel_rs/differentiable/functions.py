@@ -1,11 +1,12 @@
 """The functions that `stiefel_rs.jax` and `stiefel_rs.torch` have, in the arrays of either library.
 
-Some are operations of this package, the others compositions. The retraction of quasi-geodesics is `R_S(V) = e^X S e^Omega`
-with `Omega = S^T V` and `X = K S^T - S K^T`, where `K = V - S Omega`; its inverse has
+Some are operations of this package, the others compositions. The retraction of quasi-geodesics is
+`R_S(V) = e^X S e^Omega` with `Omega = S^T V` and `X = K S^T - S K^T`, where `K = V - S Omega`; its inverse has
 `X = log((I - 2 S1 S1^T)(I - 2 S0 S0^T)) / 2` and `Omega = log(S0^T e^-X S1)`; and the geometric cubic is de Casteljau's
 algorithm with the curves `R_S(t V)`.
 
-Source: Krakowski, Machado, Silva Leite, Batista (2017), J. Comput. Appl. Math. 311, 84-99 (quasi-geodesics, de Casteljau).
+Source: Krakowski, Machado, Silva Leite, Batista (2017), J. Comput. Appl. Math. 311, 84-99 (quasi-geodesics, and de
+Casteljau's algorithm with them).
 """
 
 from __future__ import annotations
@@ -20,8 +21,6 @@ from .operation import Operation
 from .splines import BcType
 
 T = TypeVar("T")
-
-# ruff: noqa: N803 - arguments have the names of the mathematics.
 
 
 class Functions(ABC, Generic[T]):
@@ -45,7 +44,7 @@ class Functions(ABC, Generic[T]):
 
     @abstractmethod
     def identity(self, like: Any) -> Any:
-        """Identity matrix of as many rows, and of the kind of numbers, as `like` has."""
+        """Return the identity matrix of as many rows, and of the kind of numbers, as `like` has."""
 
     def apply(self, operation: Operation, *arguments: Any) -> Any:
         """Apply an operation to arrays whose leading axes are broadcast."""
@@ -70,32 +69,32 @@ class Functions(ABC, Generic[T]):
         return self.apply(matrix_functions.NEAREST_TANGENT, s, v)
 
     def skew_exp(self, A: Any) -> T:
-        """Exponential of skew-symmetric matrices, shape (..., m, m)."""
+        """Take the exponential of skew-symmetric matrices, shape (..., m, m)."""
         found: T = self.apply(matrix_functions.SKEW_EXP, A)
         return found
 
     def orthogonal_log(self, Q: Any) -> T:
-        """Principal logarithm of rotations, shape (..., m, m)."""
+        """Take the principal logarithm of rotations, shape (..., m, m)."""
         found: T = self.apply(matrix_functions.ORTHOGONAL_LOG, Q)
         return found
 
     def exp(self, S: Any, V: Any) -> T:
-        """End of the geodesic of the canonical metric from a frame with a velocity, shapes (..., n, k)."""
+        """Find the end of the geodesic of the canonical metric from a frame with a velocity, shapes (..., n, k)."""
         found: T = self.apply(geodesics.EXP, S, V)
         return found
 
     def log(self, S0: Any, S1: Any) -> T:
-        """Initial velocity of the shortest geodesic of the canonical metric between frames, shapes (..., n, k)."""
+        """Find the initial velocity of the shortest geodesic (canonical metric) between frames, shapes (..., n, k)."""
         found: T = self.apply(geodesics.LOG, S0, S1)
         return found
 
     def retract(self, S: Any, V: Any) -> T:
-        """End of the quasi-geodesic from a frame with a velocity, shapes (..., n, k)."""
+        """Find the end of the quasi-geodesic from a frame with a velocity, shapes (..., n, k)."""
         found: T = self._retract(self._frame(S), self._tangent(S, V))
         return found
 
     def inverse_retract(self, S0: Any, S1: Any) -> T:
-        """Initial velocity of the quasi-geodesic between frames, shapes (..., n, k)."""
+        """Find the initial velocity of the quasi-geodesic between frames, shapes (..., n, k)."""
         found: T = self._inverse_retract(self._frame(S0), self._frame(S1))
         return found
 
@@ -107,12 +106,13 @@ class Functions(ABC, Generic[T]):
     def _inverse_retract(self, s0: Any, s1: Any) -> Any:
         one = self.identity(s0)
         reflections = [one - 2.0 * s @ _transposed(s) for s in (s1, s0)]
-        x: Any = 0.5 * self.orthogonal_log(reflections[0] @ reflections[1])
+        log: Any = self.orthogonal_log(reflections[0] @ reflections[1])
+        x = 0.5 * log
         omega = self.orthogonal_log(_transposed(s0) @ _transposed(self.skew_exp(x)) @ s1)
         return x @ s0 + s0 @ omega
 
     def geometric_cubic(self, S0: Any, V0: Any, S1: Any, V1: Any, t: Any) -> T:
-        """Points of the geometric cubic between two ends with velocities.
+        """Find points of the geometric cubic between two ends with velocities.
 
         Parameters
         ----------
@@ -141,7 +141,7 @@ class Functions(ABC, Generic[T]):
         return found
 
     def riemannian_cubic(self, S0: Any, V0: Any, S1: Any, V1: Any, t: Any) -> T:
-        """Points of the Riemannian cubic between two ends with velocities.
+        """Find points of the Riemannian cubic between two ends with velocities.
 
         Parameters
         ----------
@@ -158,7 +158,7 @@ class Functions(ABC, Generic[T]):
         return found
 
     def cubic_initial(self, S: Any, V: Any, A: Any, J: Any, t: Any) -> T:
-        """Points of the Riemannian cubic with given initial data.
+        """Find points of the Riemannian cubic with given initial data.
 
         Parameters
         ----------
@@ -175,7 +175,7 @@ class Functions(ABC, Generic[T]):
         return found
 
     def cubic_spline(self, t_knots: Any, S: Any, t: Any, bc_type: BcType = "natural") -> T:
-        """Points of the spline of Riemannian cubics through frames.
+        """Find points of the spline of Riemannian cubics through frames.
 
         Parameters
         ----------
@@ -196,7 +196,7 @@ class Functions(ABC, Generic[T]):
         return found
 
     def rotation_spline(self, t_knots: Any, quaternions: Any, t: Any, bc_type: BcType = "natural") -> T:
-        """Unit quaternions of the spline through rotations.
+        """Find unit quaternions of the spline through rotations.
 
         Parameters
         ----------

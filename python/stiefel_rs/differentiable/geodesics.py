@@ -1,8 +1,8 @@
 """Riemannian exponential and logarithm of the canonical metric, with derivatives.
 
 With `U = V - S S^T V / 2` and `A = U S^T - S U^T` the exponential is `exp_S(V) = e^A S`: smooth, also where `V` loses
-rank. The logarithm is its inverse by `V`: one dense system of the dimension of St(n,k) per derivative. Cost `O(n^3)` for
-the exponential, `O(d n^3)` for the logarithm, with `d` the dimension.
+rank. The logarithm is its inverse by `V`: one dense system of the dimension of St(n,k) per derivative. Cost `O(n^3)`
+for the exponential, `O(d n^3)` for the logarithm, with `d` the dimension.
 
 Source: Edelman, Arias, Smith (1998), section 2.4.
 """
