@@ -12,8 +12,7 @@
 //! of `ad`. Cost `O(m^3)`.
 //!
 //! # Source
-//! Rossmann (2002), "Lie Groups: An Introduction through Linear Groups", sec. 1.2, theorem 5; Najfeld, Havel (1995), "Derivatives of
-//! the matrix exponential and their computation", Adv. Appl. Math. 16, 321-375.
+//! Higham (2008), "Functions of Matrices", sec. 10.2 (the derivative of the exponential as a function of `ad`).
 
 use faer::{Mat, MatRef};
 
