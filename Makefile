@@ -9,7 +9,7 @@ INSTALLED := $(VENV)/.installed
 DOCS_INSTALLED := $(VENV)/.docs-installed
 SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md $(shell find src python -name '*.rs' -o -name '*.py' -o -name '*.pyi')
 
-.PHONY: help reproduce report test test-rust test-python test-minimal lint licences fuzz leak interrupts bench benchmark gallery boundary boundary-cost control-points accuracy study paper-map doc docs wheels clean
+.PHONY: help reproduce report test test-rust test-python test-minimal test-torch lint licences fuzz leak interrupts bench benchmark gallery boundary boundary-cost control-points accuracy study paper-map doc docs wheels clean
 
 help: ## Show this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | sort | expand -t 16
@@ -45,6 +45,10 @@ MINIMAL_TESTS := $(addprefix tests/python/test_, readme.py curves.py stiefel.py 
 
 test-minimal: ## Tests for the oldest packages, with those that are installed: pip install -c tests/python/minimal.txt
 	$(PYTHON) -m pytest $(MINIMAL_TESTS)
+
+test-torch: $(INSTALLED) ## The tests of stiefel_rs.torch; installs PyTorch, which is gigabytes
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'torch>=2.4'
+	$(BIN)/python -m pytest tests/python/test_torch.py
 
 lint: $(BIN)/python ## Formatting and lints of both languages
 	cargo fmt --check

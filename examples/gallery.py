@@ -10,11 +10,13 @@ from typing import Any
 import attitude
 import camera_path
 import grand_tour
+import gyro_fit
 import moving_subspace
 import quantum_gates
 import reduced_model
 import reduced_order_model
 import subspace_curves
+import target_in_view
 import uneven_keyframes
 from figures import FIGURES
 
@@ -24,12 +26,17 @@ EXAMPLES = {
     "attitude": attitude.main,
     "uneven_keyframes": uneven_keyframes.main,
     "camera_path": camera_path.main,
+    "target_in_view": target_in_view.main,
+    "gyro_fit": gyro_fit.main,
     "reduced_order_model": reduced_order_model.main,
     "reduced_model": reduced_model.main,
     "moving_subspace": moving_subspace.main,
     "grand_tour": grand_tour.main,
     "quantum_gates": quantum_gates.main,
 }
+
+# Their numbers have the name of the example in the text.
+NAMED = ("uneven_keyframes", "camera_path", "target_in_view", "gyro_fit", "reduced_model", "quantum_gates")
 
 TEXT = """\
 # Gallery
@@ -102,6 +109,32 @@ slerp; its root mean square acceleration is {smooth_angular:.0f} degrees/s² and
 spline through the poses has {near_angular:.0f} and {near_linear:.1f}. With every 4th pose it smooths rotations too
 much and has more error than all interpolating curves; it still has the least error of positions. SciPy's smoothing
 splines of the components of the quaternions have more error of rotations in both cases.
+
+## A target kept in view
+
+![Left: the angle between the camera's axis and the target against time, for two curves. Right: their angular
+accelerations, the largest of one a quarter of that of the other](figures/gallery/target_in_view.png)
+
+[target_in_view.py](../examples/target_in_view.py) flies a camera along a straight line past a target. With keyframes
+that point at the target, a `RotationSpline` through 13 of them follows it to {target[pointing][off]:.1f} degrees, and
+accelerates by up to {target[pointing][peak]:.0f} degrees/s². Where the target may be 8 degrees off the middle of the
+picture, the keyframes can be moved: L-BFGS with the gradient of
+[`stiefel_rs.jax.rotation_spline`](reference/gradients.md) lowers the integral of the squared angular acceleration from
+{target[pointing][cost]:.2f} to {target[optimised][cost]:.2f} rad²/s³, and the largest one to
+{target[optimised][peak]:.0f} degrees/s², in {target[iterations]} iterations. The excess of the angle is a penalty: the
+largest angle is {target[optimised][off]:.2f} degrees.
+
+## Rates and orientations fitted together
+
+![Left: one component of the body rate, true, of a spline through the measured orientations, and fitted. Right: the
+misfit of the measurements of each step, falling from 45 to 2](figures/gallery/gyro_fit.png)
+
+[gyro_fit.py](../examples/gyro_fit.py) has 20 s of simulated measurements: a gyro at 50 Hz with a bias, and
+orientations every half second with an error of {gyro[measured]:.1f} degrees. The 41 keyframes of a `RotationSpline`
+and the bias are fitted to both by Adam from optax, with the gradient of the misfit at 64 rates and 16 orientations
+picked at random in each of 400 steps. The fitted curve is off by {gyro[fitted]:.1f} degrees (root of the mean square over all
+times); a spline through the measured orientations, by {gyro[through]:.1f}. The bias is found to
+{gyro[bias_percent]:.0f} % of its length.
 
 ## A reduced model
 
@@ -321,13 +354,11 @@ def gates_values(numbers: dict[str, dict[str, float]]) -> dict[str, Any]:
 
 def page(numbers: dict[str, dict[str, Any]]) -> str:
     """The text with its numbers."""
-    values = {
-        name: value
-        for example, each in numbers.items()
-        if example not in ("uneven_keyframes", "camera_path", "reduced_model", "quantum_gates")
-        for name, value in each.items()
-    }
-    values |= {"uneven": numbers["uneven_keyframes"]} | camera_values(numbers["camera_path"])
+    values = {name: value for example, each in numbers.items() if example not in NAMED for name, value in each.items()}
+    gyro = numbers["gyro_fit"]
+    values |= {"uneven": numbers["uneven_keyframes"], "target": numbers["target_in_view"]}
+    values |= {"gyro": gyro | {"bias_percent": 100 * gyro["bias_off"]}}
+    values |= camera_values(numbers["camera_path"])
     costs = numbers["attitude"]["cost"], numbers["attitude"]["cost_rotation_spline"]
     more = 100 * (costs[1] / costs[0] - 1)
     values |= {"cost": 1e3 * costs[0], "cost_rotation_spline": 1e3 * costs[1], "more": more}

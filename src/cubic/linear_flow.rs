@@ -264,7 +264,18 @@ impl LinearFlow {
                 direction
             }));
         }
-        let found = vary::<8>(&self.data, extra, &directions, times, interrupt)?;
+        // Eight abreast. One that is left over takes a pass of its own.
+        let (abreast, left) = match directions.len() % 8 {
+            1 => directions.split_at(directions.len() - 1),
+            _ => (&directions[..], &[][..]),
+        };
+        let mut found = vary::<8>(&self.data, extra, abreast, times, interrupt)?;
+        if !left.is_empty() {
+            let last = vary::<1>(&self.data, extra, left, times, interrupt)?;
+            for (found, last) in found.iter_mut().zip(last) {
+                found.variations.extend(last.variations);
+            }
+        }
         let flow = |reached: Reached| {
             let displaced = units.iter().map(|unit| reached.displaced(unit));
             let columns = displaced.chain(reached.variations.iter().cloned());

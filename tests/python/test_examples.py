@@ -13,8 +13,8 @@ from beside import HANGS
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"
 NAMES = (
-    "attitude", "uneven_keyframes", "camera_path", "reduced_order_model",
-    "reduced_model", "moving_subspace", "grand_tour", "quantum_gates",
+    "attitude", "uneven_keyframes", "camera_path", "target_in_view", "gyro_fit",
+    "reduced_order_model", "reduced_model", "moving_subspace", "grand_tour", "quantum_gates",
 )  # fmt: skip
 
 
@@ -61,6 +61,22 @@ def test_pages_link_to_files(page):
     missing = [target for target in targets if not ((ROOT / page).parent / target).exists()]
     assert targets
     assert not missing
+
+
+def test_target_in_view(run):
+    found = run("target_in_view")
+    # Ten steps lower the cost, and keep the target where it may be.
+    assert found["objective"] < 0.7 * found["start"]
+    assert found["optimised"]["cost"] < 0.7 * found["pointing"]["cost"]
+    assert found["optimised"]["peak"] < found["pointing"]["peak"]
+    assert found["optimised"]["off"] < 8.5
+
+
+def test_gyro_fit(run):
+    found = run("gyro_fit")
+    assert found["last"] < 0.2 * found["first"]
+    assert found["fitted"] < 0.5 * found["through"]
+    assert found["bias_off"] < 0.15
 
 
 def test_attitude(run):
