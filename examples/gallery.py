@@ -132,8 +132,8 @@ misfit of the measurements of each step, falling from 45 to 2](figures/gallery/g
 [gyro_fit.py](../examples/gyro_fit.py) has 20 s of simulated measurements: a gyro at 50 Hz with a bias, and
 orientations every half second with an error of {gyro[measured]:.1f} degrees. The 41 keyframes of a `RotationSpline`
 and the bias are fitted to both by Adam from optax, with the gradient of the misfit at 64 rates and 16 orientations
-picked at random in each of 400 steps. The fitted curve is off by {gyro[fitted]:.1f} degrees (root of the mean square over all
-times); a spline through the measured orientations, by {gyro[through]:.1f}. The bias is found to
+picked at random in each of 400 steps. The fitted curve is off by {gyro[fitted]:.1f} degrees (root of the mean square
+over all times); a spline through the measured orientations, by {gyro[through]:.1f}. The bias is found to
 {gyro[bias_percent]:.0f} % of its length.
 
 ## A reduced model
