@@ -1,10 +1,10 @@
 """Functions of frames, rotations and curves for JAX, with derivatives. Needs the extra `jax`.
 
-`jit`, `vmap`, `grad`, `jvp`, `jacfwd` and `jacrev` work on all of them, and mix. Values and derivatives are computed on
-the host in double precision; single precision is converted there and back. Derivatives go through solves by the
-implicit function theorem: nothing is unrolled, and a gradient costs one transposed solve for any number of times.
-Points and vectors are first projected onto what they should be, so that derivatives in any direction are defined; a
-defect of more than 1e-3 is an error. Second derivatives are not available.
+`jit`, `vmap`, `grad`, `jvp`, `jacfwd` and `jacrev` work on all of them, and mix. Exponentials, logarithms and solves
+are computed on the host in double precision; single precision is converted there and back. Derivatives go through
+solves by the implicit function theorem: nothing is unrolled, and a gradient costs one transposed solve for any number
+of times. Points and vectors are first projected onto what they should be, so that derivatives in any direction are
+defined; a defect of more than 1e-3 is an error. Second derivatives are not available.
 
 Errors are those of the package. Under `jit` JAX raises its own `JaxRuntimeError`, whose message contains ours.
 """
@@ -12,6 +12,7 @@ Errors are those of the package. Under `jit` JAX raises its own `JaxRuntimeError
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
 from typing import Any, Final
 
 import jax
@@ -56,6 +57,12 @@ def _outputs(of_pullback: bool, arrays: Sequence[Any], operation: Operation) -> 
     return jax.ShapeDtypeStruct(shape, arrays[0].dtype)
 
 
+def _beside(array: Any, arguments: Sequence[Any]) -> jax.Array:
+    """Put a result where the arguments are, if they are on one device."""
+    devices = arguments[0].devices()
+    return jax.device_put(array, next(iter(devices)) if len(devices) == 1 else None)
+
+
 def _on_host(primitive: Primitive, operation: Operation) -> Callable[..., Any]:
     """Return the function of NumPy's arrays that a primitive stands for."""
     count = len(operation.arguments)
@@ -79,17 +86,26 @@ def _define(primitive: Primitive) -> None:
 
     def evaluate(*arrays: Any, operation: Operation) -> Any:
         found = _on_host(primitive, operation)(*map(np.asarray, arrays))
-        return [jnp.asarray(x) for x in found] if is_pullback else jnp.asarray(found)
+        return [_beside(x, arrays) for x in found] if is_pullback else _beside(found, arrays)
 
     def abstract(*arrays: Any, operation: Operation) -> Any:
         outputs = _outputs(is_pullback, arrays, operation)
         kinds = [jax.core.ShapedArray(x.shape, x.dtype) for x in (outputs if is_pullback else [outputs])]
         return kinds if is_pullback else kinds[0]
 
-    def compiled(*arrays: Any, operation: Operation) -> Any:
+    def compiled(context: Any, *arrays: Any, operation: Operation) -> Any:
         host = _on_host(primitive, operation)
-        outputs = _outputs(is_pullback, arrays, operation)
-        return jax.pure_callback(lambda *xs: host(*map(np.asarray, xs)), outputs, *arrays)
+
+        def call(*numbers: Any) -> Any:
+            found = host(*map(np.asarray, numbers))
+            return tuple(found) if is_pullback else (found,)
+
+        # Not `jax.pure_callback`: that puts the numbers on a device again before it calls, and waits for this, for ever
+        # where the only thread of the device is the one that calls.
+        found, _, _ = mlir.emit_python_callback(
+            context, call, None, list(arrays), context.avals_in, context.avals_out, has_side_effect=False
+        )
+        return found
 
     def batched(arrays: Sequence[Any], axes: Sequence[Any], *, operation: Operation) -> Any:
         pairs = list(zip(arrays, axes, strict=True))
@@ -102,7 +118,7 @@ def _define(primitive: Primitive) -> None:
 
     primitive.def_impl(evaluate)
     primitive.def_abstract_eval(abstract)
-    mlir.register_lowering(primitive, mlir.lower_fun(compiled, multiple_results=is_pullback))
+    mlir.register_lowering(primitive, compiled)
     batching.primitive_batchers[primitive] = batched
 
 
@@ -156,17 +172,22 @@ ad.primitive_transposes[_PULLBACK] = _pullback_transpose
 class _OnJax(Functions[jax.Array]):
     """The functions on JAX's arrays."""
 
-    def array(self, thing: Any) -> jax.Array:
-        return jnp.asarray(thing)
+    def arrays(self, arguments: Sequence[Any]) -> list[Any]:
+        arrays = [jnp.asarray(argument) for argument in arguments]
+        kind = jnp.result_type(*arrays, jnp.float32)
+        return [x if jnp.issubdtype(x.dtype, jnp.complexfloating) else x.astype(kind) for x in arrays]
+
+    def flat(self, t: Any) -> tuple[jax.Array, tuple[int, ...]]:
+        times = jnp.asarray(t)
+        return times.reshape(-1), times.shape
 
     def is_complex(self, array: Any) -> bool:
         return jnp.issubdtype(array.dtype, jnp.complexfloating)
 
     def broadcast(self, arrays: list[Any], axes: tuple[int, ...]) -> list[Any]:
-        kind = jnp.result_type(*arrays, jnp.float32)
         pairs = list(zip(arrays, axes, strict=True))
         lead = jnp.broadcast_shapes(*(x.shape[: x.ndim - own] for x, own in pairs))
-        return [jnp.broadcast_to(x.astype(kind), (*lead, *x.shape[x.ndim - own :])) for x, own in pairs]
+        return [jnp.broadcast_to(x, (*lead, *x.shape[x.ndim - own :])) for x, own in pairs]
 
     def evaluate(self, operation: Operation, arrays: list[Any]) -> jax.Array:
         found: jax.Array = _VALUE.bind(*arrays, operation=operation)
@@ -174,6 +195,11 @@ class _OnJax(Functions[jax.Array]):
 
     def identity(self, like: Any) -> jax.Array:
         return jnp.eye(like.shape[-2], dtype=like.dtype)
+
+    def exact_products(self) -> AbstractContextManager[Any]:
+        # Some accelerators multiply in fewer digits by default.
+        context: AbstractContextManager[Any] = jax.default_matmul_precision("highest")
+        return context
 
 
 _FUNCTIONS: Final = _OnJax()

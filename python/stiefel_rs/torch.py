@@ -1,10 +1,11 @@
 """Functions of frames, rotations and curves for PyTorch, with derivatives. Needs the extra `torch`.
 
-`backward`, `torch.func.grad`, `jvp`, `vmap` and `jacrev` work on all of them, and mix. Values and derivatives are
-computed in double precision; single precision is converted there and back. Tensors must be on the CPU. Derivatives go
-through solves by the implicit function theorem: nothing is unrolled, and a gradient costs one transposed solve for any
-number of times. Points and vectors are first projected onto what they should be, so that derivatives in any direction
-are defined; a defect of more than 1e-3 is an error. Second derivatives are not available.
+`backward`, `torch.func.grad`, `jvp`, `vmap` and `jacrev` work on all of them, and mix. Exponentials, logarithms and
+solves are computed in double precision; single precision is converted there and back. Tensors must be on the CPU;
+nothing is traced or compiled. Derivatives go through solves by the implicit function theorem: nothing is unrolled, and
+a gradient costs one transposed solve for any number of times. Points and vectors are first projected onto what they
+should be, so that derivatives in any direction are defined; a defect of more than 1e-3 is an error. Second derivatives
+are not available.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from typing import Any, Final, TypeAlias
 
 import numpy as np
 import torch
+from torch.fx.experimental.proxy_tensor import get_proxy_mode
 
 from .differentiable.functions import Functions
 from .differentiable.operation import Operation
@@ -38,11 +40,13 @@ Tensor: TypeAlias = torch.Tensor
 
 
 def _numpy(tensors: Sequence[Tensor]) -> list[Any]:
-    return [tensor.detach().numpy() for tensor in tensors]
+    if get_proxy_mode() is not None:
+        raise NotImplementedError("values are computed by NumPy, which cannot be traced: torch.func.linearize, make_fx")
+    return [tensor.detach().resolve_neg().numpy() for tensor in tensors]
 
 
 def _tensor(array: Any, like: Tensor) -> Tensor:
-    return torch.as_tensor(np.ascontiguousarray(array), dtype=like.dtype)
+    return torch.as_tensor(np.ascontiguousarray(array), dtype=like.dtype, device="cpu")
 
 
 def _stacked(size: int, dims: Sequence[int | None], tensors: Sequence[Tensor]) -> list[Tensor]:
@@ -58,6 +62,15 @@ def _no_second(operation: Operation) -> NotImplementedError:
         f"{operation.name}: second derivatives are not available; take differences of first ones, or an optimiser that "
         "needs only these"
     )
+
+
+def _linear_moves(ctx: Any, tangents: Sequence[Tensor | None]) -> list[Tensor]:
+    """Arguments, and moves of what a derivative is linear in."""
+    count, tensors = len(ctx.operation.arguments), ctx.saved_tensors
+    if any(tangent is not None for tangent in tangents[:count]):
+        raise _no_second(ctx.operation)
+    pairs = zip(tensors[count:], tangents[count:], strict=True)
+    return [*tensors[:count], *(torch.zeros_like(x) if move is None else move for x, move in pairs)]
 
 
 class _Value(torch.autograd.Function):
@@ -103,6 +116,7 @@ class _Variation(torch.autograd.Function):
     def setup_context(ctx: Any, inputs: Any, output: Any) -> None:
         ctx.operation, *tensors = inputs
         ctx.save_for_backward(*tensors)
+        ctx.save_for_forward(*tensors)
 
     @staticmethod
     def backward(ctx: Any, *cotangents: Tensor) -> Any:
@@ -111,6 +125,11 @@ class _Variation(torch.autograd.Function):
             raise _no_second(ctx.operation)
         pulled = _Pullback.apply(ctx.operation, *ctx.saved_tensors[:count], cotangents[0])
         return None, *[None] * count, *pulled
+
+    @staticmethod
+    def jvp(ctx: Any, _: Any, *tangents: Tensor | None) -> Tensor:
+        moved: Tensor = _Variation.apply(ctx.operation, *_linear_moves(ctx, tangents))
+        return moved
 
     @staticmethod
     def vmap(info: Any, dims: Sequence[Any], operation: Operation, *tensors: Tensor) -> Any:
@@ -131,6 +150,7 @@ class _Pullback(torch.autograd.Function):
     def setup_context(ctx: Any, inputs: Any, output: Any) -> None:
         ctx.operation, *tensors = inputs
         ctx.save_for_backward(*tensors)
+        ctx.save_for_forward(*tensors)
 
     @staticmethod
     def backward(ctx: Any, *cotangents: Tensor) -> Any:
@@ -141,39 +161,67 @@ class _Pullback(torch.autograd.Function):
         return None, *[None] * count, moved
 
     @staticmethod
+    def jvp(ctx: Any, _: Any, *tangents: Tensor | None) -> Any:
+        return _Pullback.apply(ctx.operation, *_linear_moves(ctx, tangents))
+
+    @staticmethod
     def vmap(info: Any, dims: Sequence[Any], operation: Operation, *tensors: Tensor) -> Any:
         found = _Pullback.apply(operation, *_stacked(info.batch_size, dims[1:], tensors))
         return found, tuple(0 for _ in found)
 
 
+def _as_tensor(array: Any) -> Tensor:
+    """Return a tensor as it is, or a copy of NumPy's array, which PyTorch may not be able to share."""
+    if isinstance(array, np.ndarray):
+        return torch.as_tensor(np.array(array, order="C"), device="cpu")
+    if array.device.type != "cpu":
+        raise InvalidInputError(f"found a tensor on {array.device}: values are computed on the CPU; move it by .cpu()")
+    tensor: Tensor = array
+    return tensor
+
+
+def _of_numbers(thing: Any) -> Tensor:
+    """Return a tensor of Python's numbers, whose kind is that of the other arguments; of tensors in a list."""
+    if isinstance(thing, list | tuple) and any(isinstance(x, torch.Tensor) for x in thing):
+        return torch.stack([torch.as_tensor(x, dtype=torch.float64, device="cpu") for x in thing])
+    return torch.as_tensor(np.asarray(thing, dtype=float), device="cpu")
+
+
 class _OnTorch(Functions[Tensor]):
     """The functions on PyTorch's tensors."""
 
-    def array(self, thing: Any) -> Tensor:
-        tensor: Tensor = torch.as_tensor(thing)
-        if tensor.device.type != "cpu":
-            raise InvalidInputError(
-                f"found a tensor on {tensor.device}: values are computed on the CPU; move it there by .cpu()"
-            )
-        return tensor
+    def arrays(self, arguments: Sequence[Any]) -> list[Any]:
+        strong = [_as_tensor(x) if isinstance(x, (torch.Tensor, np.ndarray)) else None for x in arguments]
+        kinds = [x.dtype for x in strong if x is not None]
+        kind = torch.float32 if kinds else torch.float64
+        for other in kinds:
+            kind = torch.promote_types(kind, other)
+        pairs = zip(arguments, strong, strict=True)
+        tensors = [_of_numbers(thing) if x is None else x for thing, x in pairs]
+        return [x if x.is_complex() or kind.is_complex else x.to(kind) for x in tensors]
+
+    def flat(self, t: Any) -> tuple[Any, tuple[int, ...]]:
+        if isinstance(t, (torch.Tensor, np.ndarray)):
+            return t.reshape(-1), tuple(t.shape)
+        numbers = np.asarray(t, dtype=float)
+        return numbers.reshape(-1).tolist(), numbers.shape
 
     def is_complex(self, array: Any) -> bool:
         return bool(array.is_complex())
 
     def broadcast(self, arrays: list[Any], axes: tuple[int, ...]) -> list[Any]:
-        kind = torch.float32
-        for x in arrays:
-            kind = torch.promote_types(kind, x.dtype)
         pairs = list(zip(arrays, axes, strict=True))
         lead = torch.broadcast_shapes(*(x.shape[: x.ndim - own] for x, own in pairs))
-        return [x.to(kind).expand(*lead, *x.shape[x.ndim - own :]) for x, own in pairs]
+        return [x.expand(*lead, *x.shape[x.ndim - own :]) for x, own in pairs]
 
+    # Not to be traced by torch.compile.
+    @torch.compiler.disable  # type: ignore[untyped-decorator]
     def evaluate(self, operation: Operation, arrays: list[Any]) -> Tensor:
         found: Tensor = _Value.apply(operation, *arrays)
         return found
 
     def identity(self, like: Any) -> Tensor:
-        return torch.eye(like.shape[-2], dtype=like.dtype)
+        return torch.eye(like.shape[-2], dtype=like.dtype, device="cpu")
 
 
 _FUNCTIONS: Final = _OnTorch()

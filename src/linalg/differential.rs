@@ -192,7 +192,7 @@ fn conjugate((re, im): (f64, f64)) -> (f64, f64) {
 /// `(1 - e^{-i x}) / (i x)`.
 pub(crate) fn dexp(x: f64) -> (f64, f64) {
     if x.abs() < 1e-4 {
-        (1.0 - x * x / 6.0, -0.5 * x)
+        (1.0 - x * x / 6.0, -0.5 * x * (1.0 - x * x / 12.0))
     } else {
         let half = (0.5 * x).sin();
         (x.sin() / x, -2.0 * half * half / x)
@@ -256,6 +256,15 @@ mod tests {
             let error = (log.apply(moved.as_ref()).unwrap() - &e).norm_max();
             assert!(error < 1e-13 * (1.0 + a.norm_l2()), "{a:?} {error:e}");
         }
+    }
+
+    #[test]
+    fn the_series_next_to_zero_goes_on() {
+        let edge = 1e-4_f64;
+        let [(a, b), (c, d)] = [edge * (1.0 - 1e-12), edge * (1.0 + 1e-12)].map(dexp);
+        assert!((a - c).abs() < 1e-15, "{a} {c}");
+        // Between the two the function changes by 1e-16.
+        assert!((b - d).abs() < 1e-15, "{b} {d}");
     }
 
     #[test]

@@ -1,7 +1,12 @@
 """Gradients in JAX: derivatives against differences and formulas, transformations, single precision, errors."""
 
+import os
+import subprocess
+import sys
+
 import numpy as np
 import pytest
+from beside import HANGS
 
 jax = pytest.importorskip("jax")
 
@@ -11,6 +16,7 @@ from jax.test_util import check_grads  # noqa: E402
 import stiefel_rs  # noqa: E402
 from stiefel_rs import CubicSpline, GeometricCubic, InvalidInputError, RiemannianCubic, RotationSpline, Stiefel  # noqa: E402
 from stiefel_rs import jax as sj  # noqa: E402
+from stiefel_rs.differentiable import cubics, solved  # noqa: E402
 
 SHAPES = [(3, 1), (3, 3), (5, 2), (4, 4), (12, 3)]
 TIMES = np.array([0.0, 0.3, 1.0])
@@ -241,6 +247,75 @@ def test_arguments_off_their_constraints():
     # Under jit JAX says it in an error of its own.
     with pytest.raises(Exception, match="columns are not orthonormal"):
         jax.jit(sj.exp)(1.1 * S, 0 * S).block_until_ready()
+
+
+def test_shapes_that_do_not_fit():
+    S, S1 = np.eye(3)[:, :2], np.eye(3)[:, 1:]
+    cases = [
+        (lambda: sj.riemannian_cubic(S, S[:, :1], S1, S1, 0.5), r"V0: expected shape \(3, 2\), that of its frame"),
+        (lambda: sj.retract(np.eye(3)[:2], np.zeros((2, 3))), r"S: expected shape \(..., n, k\) with 1 <= k <= n"),
+        (lambda: sj.skew_exp(np.zeros((2, 3))), r"A: expected shape \(..., m, m\)"),
+        (lambda: sj.inverse_retract(S, S1[:, :1]), r"S1: expected shape \(3, 2\), found \(3, 1\)"),
+        (lambda: sj.log(S, S1[:, :1]), r"S1: expected shape \(3, 2\)"),
+        (lambda: sj.rotation_spline(KNOTS, np.ones((4, 3)), 0.5), r"quaternions: expected shape \(..., 4\)"),
+        (lambda: sj.cubic_spline(KNOTS, np.array(3 * [S]), 0.5), "t_knots: expected one time for each of the 3 knots"),
+    ]
+    for call, message in cases:
+        with pytest.raises(InvalidInputError, match=message):
+            call()
+    # Shapes are known while a function is traced.
+    with pytest.raises(InvalidInputError, match="S1: expected shape"):
+        jax.jit(sj.log)(S, S1[:, :1])
+    with pytest.raises(InvalidInputError, match="t: not finite"):
+        sj.geometric_cubic(S, 0 * S, S1, 0 * S, np.nan)
+
+
+def test_times_outside_of_the_knots_raise():
+    for function in (sj.rotation_spline, jax.grad(lambda *data: jnp.sum(sj.rotation_spline(*data)))):
+        with pytest.raises(InvalidInputError, match=r"between|outside"):
+            function(KNOTS, np.array([1.0, 0.0, 0.0, 2.0]) + np.eye(4), 2.5)
+
+
+def test_equal_members_of_a_batch_are_solved_once(rng, monkeypatch):
+    manifold = Stiefel(3, 1)
+    S0, V0, S1, V1 = near(manifold, rng)
+    calls = []
+    boundary = cubics._BETWEEN
+    solve = boundary._solve
+    monkeypatch.setattr(boundary, "_solve", lambda *data: calls.append(1) or solve(*data))
+    lengths = np.linspace(0.5, 1.5, 5)[:, None, None]
+    value, pull_back = jax.vjp(lambda V: sj.riemannian_cubic(S0, V, S1, V1, TIMES), lengths * V0)
+    assert len(calls) == 5
+    jax.vmap(pull_back)(rng.normal(size=(3, *value.shape)))
+    assert len(calls) == 5
+
+
+def test_what_is_kept_has_a_limit(monkeypatch):
+    monkeypatch.setattr(solved, "KEPT", 200)
+    kept = solved.Solved(lambda x: x.sum())
+    found = [kept((np.full(10, i, dtype=float),)) for i in (0, 1, 0, 2, 3)]
+    assert found == [0.0, 10.0, 0.0, 20.0, 30.0]
+    assert len(kept._kept) == 2
+
+
+ON_ONE_CORE = """
+import os
+os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
+import jax, jax.numpy as jnp, numpy as np
+from stiefel_rs.jax import rotation_spline
+jax.config.update("jax_enable_x64", True)
+rng = np.random.default_rng(0)
+q = np.cumsum(0.05 * rng.normal(size=(1000, 4)), axis=0) + [1, 0.3, 0.2, 2.0]
+knots, t = np.arange(1000.0), np.linspace(0, 999, 4000)
+f = jax.jit(jax.value_and_grad(lambda q: rotation_spline(knots, q, t).sum()))
+for i in range(6):
+    jax.block_until_ready(f(jnp.asarray(q) + 1e-6 * i))
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="the system does not bind programs to cores")
+def test_compiled_functions_do_not_wait_for_themselves():
+    subprocess.run([sys.executable, "-c", ON_ONE_CORE], check=True, timeout=HANGS)
 
 
 def test_conjugate_ends_raise():

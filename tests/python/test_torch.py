@@ -139,6 +139,51 @@ def test_bad_input():
         st.skew_exp(torch.eye(2, dtype=torch.complex128))
 
 
+def test_kinds_of_arrays(rng):
+    manifold = Stiefel(5, 2)
+    S0, V0, S1, V1 = near(manifold, rng)
+    wanted = st.riemannian_cubic(S0, V0, S1, V1, np.array([0.3])).numpy()
+    # Numbers and lists have the kind of the others; arrays may be read-only, or run backwards.
+    S0.setflags(write=False)
+    backwards = np.ascontiguousarray(V0[::-1])[::-1]
+    for t in (0.3, [0.3], (0.3,)):
+        found = st.riemannian_cubic(S0, backwards, S1, V1, t)
+        np.testing.assert_allclose(found.numpy().reshape(5, 2), wanted[0], rtol=0, atol=1e-15)
+    single = st.riemannian_cubic(*(x.astype(np.float32) for x in (S0, V0, S1, V1)), [0.3])
+    assert single.dtype == torch.float32
+    imaginary = torch.complex(torch.zeros(2, 2), torch.tensor([[0.0, 1.0], [-1.0, 0.0]])).conj().imag
+    assert imaginary.is_neg()
+    torch.testing.assert_close(st.skew_exp(imaginary), st.skew_exp(imaginary.resolve_neg()))
+
+
+def test_another_default_device():
+    A = torch.tensor([[0.0, -0.3], [0.3, 0.0]], dtype=torch.float64)
+    wanted = st.retract(torch.eye(2, dtype=torch.float64), A)
+    torch.set_default_device("meta")
+    try:
+        found = st.retract(torch.eye(2, dtype=torch.float64, device="cpu"), A)
+    finally:
+        torch.set_default_device("cpu")
+    torch.testing.assert_close(found, wanted)
+
+
+def test_tracing_is_refused_or_left_out():
+    A = torch.tensor([[0.0, -0.3], [0.3, 0.0]], dtype=torch.float64)
+    with pytest.raises(NotImplementedError, match="cannot be traced"):
+        torch.func.linearize(st.skew_exp, A)
+    compiled = torch.compile(lambda A: 2.0 * st.skew_exp(A), backend="eager")
+    torch.testing.assert_close(compiled(A), 2.0 * st.skew_exp(A))
+
+
+def test_forward_over_reverse_by_a_cotangent():
+    A = torch.tensor([[0.0, -0.3], [0.3, 0.0]], dtype=torch.float64)
+    gradient = lambda w: torch.func.grad(lambda A: (w * st.skew_exp(A)).sum())(A)  # noqa: E731
+    _, moved = torch.func.jvp(gradient, (A,), (2.0 * A,))
+    torch.testing.assert_close(moved, gradient(2.0 * A))
+    with pytest.raises(NotImplementedError, match="second derivatives are not available"):
+        torch.func.hessian(lambda A: st.skew_exp(A).sin().sum())(A)
+
+
 def test_second_derivatives_say_that_there_are_none():
     A = torch.tensor([[0.0, -0.3], [0.3, 0.0]], dtype=torch.float64, requires_grad=True)
     (gradient,) = torch.autograd.grad(torch.sin(st.skew_exp(A)).sum(), A, create_graph=True)

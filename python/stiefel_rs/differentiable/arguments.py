@@ -11,6 +11,7 @@ Sylvester equation).
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,6 +21,7 @@ from numpy.typing import NDArray
 from ..errors import InvalidInputError
 
 Array = NDArray[np.float64]
+Shape = tuple[int, ...]
 
 # Larger defects are no round-off of single precision or of a step of an optimiser: the input is not what it should be.
 LARGEST_DEFECT = 1e-3
@@ -30,6 +32,10 @@ class Argument(ABC):
     """A kind of argument; `exact` are the arguments before it, projected, and `moved` how they move."""
 
     name: str
+
+    @abstractmethod
+    def check_shape(self, shape: Shape, before: Sequence[Shape]) -> None:
+        """Check the shape of the argument, without a batch, beside those of the arguments before it."""
 
     @abstractmethod
     def value(self, raw: Array, exact: tuple[Array, ...]) -> Array:
@@ -46,10 +52,19 @@ class Argument(ABC):
 
 @dataclass(frozen=True)
 class Plain(Argument):
-    """Numbers that are what they are."""
+    """Numbers that are what they are; vectors with so many entries, where that is given."""
+
+    columns: int | None = None
+
+    def check_shape(self, shape: Shape, before: Sequence[Shape]) -> None:
+        """Check the number of entries."""
+        if self.columns is not None and shape[-1] != self.columns:
+            raise _unexpected(self.name, f"(..., {self.columns})", shape)
 
     def value(self, raw: Array, exact: tuple[Array, ...]) -> Array:
         """Project the argument."""
+        if not np.isfinite(raw).all():
+            raise InvalidInputError(f"{self.name}: not finite")
         return raw
 
     def variation(self, raw: Array, exact: Any, tangent: Array, moved: Any) -> Array:
@@ -64,6 +79,10 @@ class Plain(Argument):
 @dataclass(frozen=True)
 class SkewMatrix(Argument):
     """A skew-symmetric matrix: the skew part."""
+
+    def check_shape(self, shape: Shape, before: Sequence[Shape]) -> None:
+        """Check that the matrix is square."""
+        _check_square(self.name, shape)
 
     def value(self, raw: Array, exact: Any) -> Array:
         """Project the argument."""
@@ -81,7 +100,23 @@ class SkewMatrix(Argument):
 
 @dataclass(frozen=True)
 class Frame(Argument):
-    """Orthonormal columns: the orthogonal polar factor, which is the nearest such matrix."""
+    """Orthonormal columns: the orthogonal polar factor, which is the nearest such matrix.
+
+    Of the shape of the frame that is argument number `like`, where that is given.
+    """
+
+    square: bool = False
+    like: int | None = None
+
+    def check_shape(self, shape: Shape, before: Sequence[Shape]) -> None:
+        """Check that the matrix may have orthonormal columns."""
+        n, k = shape[-2:]
+        if self.square:
+            _check_square(self.name, shape)
+        elif not 1 <= k <= n:
+            raise _unexpected(self.name, "(..., n, k) with 1 <= k <= n", shape)
+        if self.like is not None and shape != before[self.like]:
+            raise _unexpected(self.name, f"{before[self.like]}", shape)
 
     def value(self, raw: Array, exact: Any) -> Array:
         """Project the argument."""
@@ -120,6 +155,11 @@ class Tangent(Argument):
     """A tangent vector at the frame that is argument number `at`: `V - S sym(S^T V)`."""
 
     at: int
+
+    def check_shape(self, shape: Shape, before: Sequence[Shape]) -> None:
+        """Check that the vector has the shape of its frame."""
+        if shape != before[self.at]:
+            raise _unexpected(self.name, f"{before[self.at]}, that of its frame", shape)
 
     def value(self, raw: Array, exact: tuple[Array, ...]) -> Array:
         """Project the argument."""
@@ -162,6 +202,15 @@ def symmetric_part(matrix: Array) -> Array:
     """Return half of the sum with the transpose."""
     part: Array = 0.5 * (matrix + transposed(matrix))
     return part
+
+
+def _unexpected(name: str, expected: str, found: Shape) -> InvalidInputError:
+    return InvalidInputError(f"{name}: expected shape {expected}, found {found}")
+
+
+def _check_square(name: str, shape: Shape) -> None:
+    if shape[-1] != shape[-2] or shape[-1] == 0:
+        raise _unexpected(name, "(..., m, m) with m >= 1", shape)
 
 
 def _check(name: str, defect: Array, whole: Array, meaning: str) -> None:

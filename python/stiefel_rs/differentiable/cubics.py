@@ -8,8 +8,8 @@ from typing import Final
 import numpy as np
 
 from .._core import RiemannianCubic
-from .arguments import Array, Frame, Plain, Tangent
-from .operation import Operation, Shape
+from .arguments import Array, Frame, Plain, Shape, Tangent
+from .operation import Operation
 from .solved import Solved
 
 
@@ -41,7 +41,7 @@ def _boundary_pullback(data: Sequence[Array], w: Array) -> Sequence[Array]:
 
 RIEMANNIAN_CUBIC: Final = Operation(
     name="riemannian_cubic",
-    arguments=(Frame("S0"), Tangent("V0", at=0), Frame("S1"), Tangent("V1", at=2), Plain("t")),
+    arguments=(Frame("S0"), Tangent("V0", at=0), Frame("S1", like=0), Tangent("V1", at=2), Plain("t")),
     axes=(2, 2, 2, 2, 1),
     shape=_points,
     value=_boundary_value,

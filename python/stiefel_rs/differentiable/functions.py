@@ -12,11 +12,14 @@ Casteljau's algorithm with them).
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from contextlib import AbstractContextManager, nullcontext
 from itertools import pairwise
 from typing import Any, Generic, TypeVar
 
 from ..errors import InvalidInputError
 from . import cubics, geodesics, matrix_functions, splines
+from .arguments import Shape
 from .operation import Operation
 from .splines import BcType
 
@@ -27,8 +30,12 @@ class Functions(ABC, Generic[T]):
     """The functions, on a library's arrays `T`."""
 
     @abstractmethod
-    def array(self, thing: Any) -> Any:
-        """Return an array of the library."""
+    def arrays(self, arguments: Sequence[Any]) -> list[Any]:
+        """Return arrays of the library, of one kind of floating-point numbers unless they are complex."""
+
+    @abstractmethod
+    def flat(self, t: Any) -> tuple[Any, Shape]:
+        """Return times in one row, and the shape that they had."""
 
     @abstractmethod
     def is_complex(self, array: Any) -> bool:
@@ -36,7 +43,7 @@ class Functions(ABC, Generic[T]):
 
     @abstractmethod
     def broadcast(self, arrays: list[Any], axes: tuple[int, ...]) -> list[Any]:
-        """Give arrays one kind of floating-point numbers and the same axes before the last so many."""
+        """Give arrays the same axes before the last so many."""
 
     @abstractmethod
     def evaluate(self, operation: Operation, arrays: list[Any]) -> Any:
@@ -46,21 +53,29 @@ class Functions(ABC, Generic[T]):
     def identity(self, like: Any) -> Any:
         """Return the identity matrix of as many rows, and of the kind of numbers, as `like` has."""
 
+    def exact_products(self) -> AbstractContextManager[Any]:
+        """Return where matrices are multiplied in the precision of their entries."""
+        return nullcontext()
+
     def apply(self, operation: Operation, *arguments: Any) -> Any:
         """Apply an operation to arrays whose leading axes are broadcast."""
-        arrays = [self.array(argument) for argument in arguments]
+        arrays = self.arrays(arguments)
+        shapes: list[Shape] = []
         for argument, array, axes in zip(operation.arguments, arrays, operation.axes, strict=True):
             if self.is_complex(array):
                 raise TypeError(f"{argument.name}: expected real numbers, found {array.dtype}")
             if array.ndim < axes:
                 expected = f"at least {axes} axes" if axes > 1 else "at least one axis"
                 raise InvalidInputError(f"{argument.name}: expected {expected}, found shape {tuple(array.shape)}")
+            shape = tuple(array.shape)[array.ndim - axes :]
+            argument.check_shape(shape, shapes)
+            shapes.append(shape)
         return self.evaluate(operation, self.broadcast(arrays, operation.axes))
 
     def _at_times(self, operation: Operation, *arguments: Any, own: int) -> Any:
         """Apply an operation whose last argument are times of any shape; a value has `own` axes for each of them."""
-        times = self.array(arguments[-1])
-        return _in_shape(self.apply(operation, *arguments[:-1], times.reshape(-1)), tuple(times.shape), own)
+        times, shape = self.flat(arguments[-1])
+        return _in_shape(self.apply(operation, *arguments[:-1], times), shape, own)
 
     def _frame(self, s: Any) -> Any:
         return self.apply(matrix_functions.NEAREST_FRAME, s)
@@ -90,18 +105,26 @@ class Functions(ABC, Generic[T]):
 
     def retract(self, S: Any, V: Any) -> T:
         """Find the end of the quasi-geodesic from a frame with a velocity, shapes (..., n, k)."""
-        found: T = self._retract(self._frame(S), self._tangent(S, V))
+        s, v = self.arrays([S, V])
+        with self.exact_products():
+            found: T = self._retract(self._frame(s), self._tangent(s, v))
         return found
 
     def inverse_retract(self, S0: Any, S1: Any) -> T:
         """Find the initial velocity of the quasi-geodesic between frames, shapes (..., n, k)."""
-        found: T = self._inverse_retract(self._frame(S0), self._frame(S1))
+        s0, s1 = self.arrays([S0, S1])
+        with self.exact_products():
+            found: T = self._inverse_retract(*self._pair(s0, s1))
         return found
 
     def _retract(self, s: Any, v: Any) -> Any:
         omega = 0.5 * _twice_skew(_transposed(s) @ v)
         x = _twice_skew((v - s @ omega) @ _transposed(s))
         return self.skew_exp(x) @ s @ self.skew_exp(omega)
+
+    def _pair(self, s0: Any, s1: Any) -> tuple[Any, Any]:
+        """Project two frames of one shape."""
+        return self._frame(s0), self.apply(matrix_functions.SECOND_FRAME, s0, s1)
 
     def _inverse_retract(self, s0: Any, s1: Any) -> Any:
         one = self.identity(s0)
@@ -125,19 +148,21 @@ class Functions(ABC, Generic[T]):
         -------
         array, shape (...) + T + (n, k)
         """
-        times = self.array(t)
-        first, last = self._frame(S0), self._frame(S1)
-        points = [
-            first,
-            self._retract(first, self._tangent(S0, V0) / 3.0),
-            self._retract(last, self._tangent(S1, V1) / -3.0),
-            last,
-        ]
-        weights = times.reshape(-1)[:, None, None]
-        points = [point[..., None, :, :] + 0.0 * weights for point in points]
-        while len(points) > 1:
-            points = [self._retract(p, weights * self._inverse_retract(p, q)) for p, q in pairwise(points)]
-        found: T = _in_shape(points[0], tuple(times.shape), 2)
+        flat, shape = self.flat(t)
+        s0, v0, s1, v1, times = self.arrays([S0, V0, S1, V1, flat])
+        with self.exact_products():
+            first, last = self._pair(s0, s1)
+            points = [
+                first,
+                self._retract(first, self._tangent(s0, v0) / 3.0),
+                self._retract(last, self._tangent(s1, v1) / -3.0),
+                last,
+            ]
+            weights = self.apply(matrix_functions.TIMES, times)[:, None, None]
+            points = [point[..., None, :, :] + 0.0 * weights for point in points]
+            while len(points) > 1:
+                points = [self._retract(p, weights * self._inverse_retract(p, q)) for p, q in pairwise(points)]
+        found: T = _in_shape(points[0], shape, 2)
         return found
 
     def riemannian_cubic(self, S0: Any, V0: Any, S1: Any, V1: Any, t: Any) -> T:
@@ -196,7 +221,7 @@ class Functions(ABC, Generic[T]):
         return found
 
     def rotation_spline(self, t_knots: Any, quaternions: Any, t: Any, bc_type: BcType = "natural") -> T:
-        """Find unit quaternions of the spline through rotations.
+        """Find unit quaternions of the spline through rotations, between the first and the last of them.
 
         Parameters
         ----------

@@ -16,8 +16,8 @@ import numpy as np
 
 from .. import _core
 from ..errors import OutsideDomainError
-from .arguments import Array, Frame, Tangent, symmetric_part, transposed
-from .operation import Operation, Shape
+from .arguments import Array, Frame, Shape, Tangent, symmetric_part, transposed
+from .operation import Operation
 
 # Ends whose derivative has a smaller share of its largest singular value count as conjugate, as for boundary problems.
 SINGULAR = 1e-11
@@ -132,7 +132,7 @@ def _log_pullback(data: Sequence[Array], w: Array) -> tuple[Array, Array]:
 
 LOG: Final = Operation(
     name="log",
-    arguments=(Frame("S0"), Frame("S1")),
+    arguments=(Frame("S0"), Frame("S1", like=0)),
     axes=(2, 2),
     shape=_second,
     value=_log,

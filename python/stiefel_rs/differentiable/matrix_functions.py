@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import Final
 
 from .. import _core
-from .arguments import Array, Frame, SkewMatrix, Tangent
-from .operation import Operation, Shape
+from .arguments import Array, Frame, Plain, Shape, SkewMatrix, Tangent
+from .operation import Operation
 
 
 def _same(*shapes: Shape) -> Shape:
@@ -22,6 +22,10 @@ def _orthogonal_log(q: Array) -> Array:
     return _core.orthogonal_log(q)
 
 
+def _second_alone(data: Sequence[Array], cotangent: Array) -> Sequence[Array]:
+    return 0.0 * data[0], cotangent
+
+
 SKEW_EXP: Final = Operation(
     name="skew_exp",
     arguments=(SkewMatrix("A"),),
@@ -34,7 +38,7 @@ SKEW_EXP: Final = Operation(
 
 ORTHOGONAL_LOG: Final = Operation(
     name="orthogonal_log",
-    arguments=(Frame("Q"),),
+    arguments=(Frame("Q", square=True),),
     axes=(2,),
     shape=_same,
     value=_orthogonal_log,
@@ -53,9 +57,15 @@ NEAREST_FRAME: Final = Operation(
 )
 
 
-def _vector_alone(data: Sequence[Array], cotangent: Array) -> Sequence[Array]:
-    return 0.0 * data[0], cotangent
-
+SECOND_FRAME: Final = Operation(
+    name="nearest_frame",
+    arguments=(Frame("S0"), Frame("S1", like=0)),
+    axes=(2, 2),
+    shape=_same,
+    value=lambda _, s1: s1,
+    variation=lambda _, moves: moves[1],
+    pullback=_second_alone,
+)
 
 NEAREST_TANGENT: Final = Operation(
     name="nearest_tangent",
@@ -64,5 +74,15 @@ NEAREST_TANGENT: Final = Operation(
     shape=_same,
     value=lambda _, v: v,
     variation=lambda _, moves: moves[1],
-    pullback=_vector_alone,
+    pullback=_second_alone,
+)
+
+TIMES: Final = Operation(
+    name="times",
+    arguments=(Plain("t"),),
+    axes=(1,),
+    shape=_same,
+    value=lambda t: t,
+    variation=lambda _, moves: moves[0],
+    pullback=lambda _, cotangent: (cotangent,),
 )

@@ -8,9 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from .arguments import Argument, Array
-
-Shape = tuple[int, ...]
+from .arguments import Argument, Array, Shape
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +49,7 @@ class Operation:
         """Evaluate the function of plain arrays."""
         data = _doubles(raw)
         out = np.empty(self.value_shape([x.shape for x in data]))
-        for at in np.ndindex(self.batch([x.shape for x in data])):
+        for at in self._members(data):
             out[at] = self.value(*self._exact([x[at] for x in data]))
         return out
 
@@ -59,7 +57,7 @@ class Operation:
         """Evaluate the derivative in a direction."""
         data, moves = _doubles(raw), _doubles(tangents)
         out = np.empty(self.value_shape([x.shape for x in data]))
-        for at in np.ndindex(self.batch([x.shape for x in data])):
+        for at in self._members(data):
             member = [x[at] for x in data]
             exact = self._exact(member)
             moved: tuple[Array, ...] = ()
@@ -72,13 +70,20 @@ class Operation:
         """Evaluate the transpose of the derivative."""
         data, (cotangents,) = _doubles(raw), _doubles([cotangent])
         out = [np.empty_like(x) for x in data]
-        for at in np.ndindex(self.batch([x.shape for x in data])):
+        for at in self._members(data):
             member = [x[at] for x in data]
             exact = self._exact(member)
             pulled = list(self.pullback(exact, cotangents[at]))
             for i in reversed(range(len(pulled))):
                 out[i][at] = self.arguments[i].pullback(member[i], exact, pulled[i], pulled)
         return tuple(out)
+
+    def _members(self, data: Sequence[Array]) -> list[Shape]:
+        """Return the members of a batch, equal ones next to each other: what is solved for one serves the next."""
+        members = list(np.ndindex(self.batch([x.shape for x in data])))
+        if len(members) > 1:
+            members.sort(key=lambda at: [x[at].tobytes() for x in data])
+        return members
 
     def _exact(self, member: Sequence[Array]) -> tuple[Array, ...]:
         exact: tuple[Array, ...] = ()

@@ -11,8 +11,9 @@ from .arguments import Array
 
 Curve = TypeVar("Curve")
 
-# A batch of this size is differentiated without solving twice; a spline of 200 rotations holds some 0.5 MB.
-KEPT = 64
+# Bytes of the arguments of all that is kept. A spline holds some 250 times as much as its arguments, so these are 130
+# MB at the most, 64 splines through 200 rotations or two through 5000; the last one is kept whatever it takes.
+KEPT = 1 << 19
 
 
 class Solved(Generic[Curve]):
@@ -33,6 +34,12 @@ class Solved(Generic[Curve]):
         curve = self._solve(*data)
         with self._lock:
             self._kept[key] = curve
-            while len(self._kept) > KEPT:
-                self._kept.popitem(last=False)
+            size = sum(_size(kept) for kept in self._kept)
+            while size > KEPT and len(self._kept) > 1:
+                oldest, _ = self._kept.popitem(last=False)
+                size -= _size(oldest)
         return curve
+
+
+def _size(key: tuple[bytes, ...]) -> int:
+    return sum(map(len, key))

@@ -11,15 +11,17 @@ import numpy as np
 from .._core import CubicSpline
 from ..errors import InvalidInputError
 from ..rotation import RotationSpline
-from .arguments import Array, Frame, Plain, transposed
-from .operation import Operation, Shape
+from .arguments import Array, Frame, Plain, Shape, transposed
+from .operation import Operation
 from .solved import Solved
 
 BcType = Literal["natural", "clamped", "periodic"]
 _BC_TYPES = ("natural", "clamped", "periodic")
 
 
-def _points(_: Shape, points: Shape, t: Shape) -> Shape:
+def _points(knots: Shape, points: Shape, t: Shape) -> Shape:
+    if knots[0] != points[0]:
+        raise InvalidInputError(f"t_knots: expected one time for each of the {points[0]} knots, found {knots[0]}")
     return (*t, *points[1:])
 
 
@@ -28,14 +30,24 @@ def _along(curve: CubicSpline, t: Array) -> Array:
 
 
 def _check(bc_type: object) -> None:
-    if bc_type not in _BC_TYPES:
+    if not isinstance(bc_type, str) or bc_type not in _BC_TYPES:
         raise InvalidInputError(f"bc_type: expected one of {', '.join(_BC_TYPES)}, found {bc_type!r}")
 
 
-@cache
 def cubic_spline(bc_type: BcType) -> Operation:
     """Return the spline through frames with the given ends, as an operation."""
     _check(bc_type)
+    return _cubic_spline(bc_type)
+
+
+def rotation_spline(bc_type: BcType) -> Operation:
+    """Return the spline through rotations with the given ends, as an operation on quaternions, scalar last."""
+    _check(bc_type)
+    return _rotation_spline(bc_type)
+
+
+@cache
+def _cubic_spline(bc_type: BcType) -> Operation:
     solved = Solved(lambda knots, points: CubicSpline(knots, points, bc_type))
 
     def value(knots: Array, points: Array, t: Array) -> Array:
@@ -63,14 +75,12 @@ def cubic_spline(bc_type: BcType) -> Operation:
 
 
 @cache
-def rotation_spline(bc_type: BcType) -> Operation:
-    """Return the spline through rotations with the given ends, as an operation on quaternions, scalar last.
+def _rotation_spline(bc_type: BcType) -> Operation:
+    """Solve for quaternions as they are, and take derivatives of the spline of matrices.
 
-    Quaternions are solved for as they are; derivatives are those of the spline of matrices: where `R` changes by
-    `R hat(w)`, the quaternion `q` changes by `q (w, 0) / 2`.
+    Where `R` changes by `R hat(w)`, the quaternion `q` changes by `q (w, 0) / 2`.
     """
-    _check(bc_type)
-    in_quaternions = Solved(lambda knots, q: RotationSpline(knots, q, bc_type))
+    in_quaternions = Solved(lambda knots, q: RotationSpline(knots, q, bc_type, extrapolate=False))
     in_matrices = Solved(lambda knots, q: CubicSpline(knots, _closed(_matrices(_unit(q)), bc_type), bc_type))
 
     def value(knots: Array, q: Array, t: Array) -> Array:
@@ -102,7 +112,7 @@ def rotation_spline(bc_type: BcType) -> Operation:
 
     return Operation(
         name="rotation_spline",
-        arguments=(Plain("t_knots"), Plain("quaternions"), Plain("t")),
+        arguments=(Plain("t_knots"), Plain("quaternions", columns=4), Plain("t")),
         axes=(1, 2, 1),
         shape=_points,
         value=value,
