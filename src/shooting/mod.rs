@@ -31,7 +31,6 @@ mod newton;
 mod newton_step;
 mod orders;
 mod place;
-mod quaternions;
 mod room;
 mod second_derivative;
 mod series;

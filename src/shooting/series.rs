@@ -1,10 +1,9 @@
 //! Taylor series of a leg about its middle.
 
 use super::brackets::{isotropy_bracket_into, minus_bracket_into, subtract_action};
-use super::quaternions::{self, Turn, write_rotation};
 use crate::linalg::field::{Field, transposed_multiply};
 use crate::linalg::simd::vectorised;
-use crate::space::{Homogeneous, Products, SLACK, write_row};
+use crate::space::{Homogeneous, Products, SLACK, axis, write_row};
 
 /// Coefficients of `x` and of the frame `g` in powers of `s`, the time from the middle of the leg.
 ///
@@ -22,9 +21,6 @@ pub(super) struct Series<T> {
     pub(super) isotropy: Vec<T>,
     /// Matrices row by row, as many.
     pub(super) frames: Vec<T>,
-    /// Of rotations in space.
-    turn: Turn<T>,
-    pub(super) quaternions: Vec<[T; 4]>,
     /// A run of coordinates.
     run: Vec<T>,
 }
@@ -42,8 +38,6 @@ impl<T: Field> Series<T> {
             matrices: matrices(order + 3),
             isotropy: matrices(order),
             frames: matrices(order + 3),
-            turn: Turn::new(2 * powers_of_turn(order)),
-            quaternions: vec![[T::ZERO; 4]; order + 3],
             run: vec![T::ZERO; d.max(space.isotropy_dim())],
         }
     }
@@ -162,30 +156,54 @@ impl<T: Field> Series<T> {
         }
     }
 
-    /// Those of the frames up to a power, as quaternions where they are rotations in space.
-    #[inline(always)]
-    pub(super) fn set_turns(&mut self, space: impl Homogeneous, power: usize) {
-        match space.size() {
-            3 => quaternions::set_frames(&self.matrices, power, &mut self.quaternions),
-            _ => self.set_frames(space, power),
-        }
-    }
-
     /// The frame at the last end relative to that at the first, after the series of `x`.
     #[inline(always)]
     pub(super) fn reached_into(&mut self, space: impl Homogeneous, order: usize, out: &mut [T]) {
         let r = space.size();
         let square = r * r;
         if r == 3 {
-            let powers = powers_of_turn(order);
-            self.turn.set(&self.matrices[..(order + 3) * 9], powers);
-            return write_rotation(self.turn.of_leg(powers), out);
+            self.set_quaternions(order);
+            let [mut first, mut last] = [[T::ZERO; 4]; 2];
+            let quaternions = &self.frames[..(order + 1) * 4];
+            at_ends(quaternions, 4, 0, [&mut first, &mut last]);
+            return write_rotation(relative(&first, &last), out);
         }
         self.set_frames(space, order);
         let (mut first, mut last) = (vec![T::ZERO; square], vec![T::ZERO; square]);
         let frames = &self.frames[..(order + 1) * square];
         at_ends(frames, square, 0, [&mut first, &mut last]);
         transposed_multiply(r, &first, &last, out);
+    }
+
+    /// Unit quaternions in place of rotations in space: `p' = p x / 2`.
+    #[inline(always)]
+    fn set_quaternions(&mut self, order: usize) {
+        self.frames[0] = T::constant(1.0);
+        self.frames[1..4].fill(T::ZERO);
+        for k in 0..order {
+            let mut sums = [T::ZERO; 4];
+            let known = self.frames[..(k + 1) * 4].chunks_exact(4);
+            let late = self.matrices[..(k + 1) * 9].chunks_exact(9).rev();
+            for (p, x) in known.zip(late) {
+                let [x, y, z] = axis(x);
+                sums[0] -= p[1] * x;
+                sums[1] += p[0] * x;
+                sums[2] += p[0] * y;
+                sums[3] += p[0] * z;
+                sums[0] -= p[2] * y;
+                sums[1] += p[2] * z;
+                sums[2] += p[3] * x;
+                sums[3] += p[1] * y;
+                sums[0] -= p[3] * z;
+                sums[1] -= p[3] * y;
+                sums[2] -= p[1] * z;
+                sums[3] -= p[2] * x;
+            }
+            let factor = 0.5 / (k + 1) as f64;
+            for (p, sum) in self.frames[(k + 1) * 4..].iter_mut().zip(sums) {
+                *p = sum * factor;
+            }
+        }
     }
 
     /// A coefficient of `x` as a skew matrix.
@@ -207,6 +225,7 @@ impl<T: Field> Series<T> {
     #[inline(always)]
     pub(super) fn tail(&self, space: impl Homogeneous, order: usize) -> T {
         let (d, r) = (space.dim(), space.size());
+        let size = if r == 3 { 4 } else { r * r };
         let power = 0.5_f64.powi(order as i32);
         let curve = 0.5 * power * (order + 2) as f64;
         let frame = 2.0 * power * order as f64;
@@ -214,19 +233,11 @@ impl<T: Field> Series<T> {
         for x in &self.x[(order + 1) * d..][..2 * d] {
             tail = tail.larger(*x * curve);
         }
-        if r == 3 {
-            return tail.larger(self.turn.tail(powers_of_turn(order)));
-        }
-        for x in &self.frames[(order - 1) * r * r..][..2 * r * r] {
+        for x in &self.frames[(order - 1) * size..][..2 * size] {
             tail = tail.larger(*x * frame);
         }
         tail
     }
-}
-
-/// Powers of each kind of the turn of a leg, for a curve of an order.
-fn powers_of_turn(order: usize) -> usize {
-    (order + 8) / 2
 }
 
 /// The pairs of `w_s`, with their weights.
@@ -247,6 +258,32 @@ fn bracket_pairs<T>(
 #[inline(always)]
 fn product<T: Field>(a: T, b: T) -> T {
     b * a
+}
+
+/// `a^{-1} b` for unit quaternions.
+#[inline(always)]
+fn relative<T: Field>(a: &[T; 4], b: &[T; 4]) -> [T; 4] {
+    [
+        a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3],
+        a[0] * b[1] - a[1] * b[0] - a[2] * b[3] + a[3] * b[2],
+        a[0] * b[2] - a[2] * b[0] - a[3] * b[1] + a[1] * b[3],
+        a[0] * b[3] - a[3] * b[0] - a[1] * b[2] + a[2] * b[1],
+    ]
+}
+
+/// The rotation of a unit quaternion.
+#[inline(always)]
+fn write_rotation<T: Field>([w, x, y, z]: [T; 4], out: &mut [T]) {
+    let one = T::constant(1.0);
+    out[0] = one - (y * y + z * z) * 2.0;
+    out[1] = (x * y - w * z) * 2.0;
+    out[2] = (x * z + w * y) * 2.0;
+    out[3] = (x * y + w * z) * 2.0;
+    out[4] = one - (x * x + z * z) * 2.0;
+    out[5] = (y * z - w * x) * 2.0;
+    out[6] = (x * z - w * y) * 2.0;
+    out[7] = (y * z + w * x) * 2.0;
+    out[8] = one - (x * x + y * y) * 2.0;
 }
 
 /// The value or a derivative at `s = -1/2` and `1/2` of polynomials with the given coefficients, vectors of a size.

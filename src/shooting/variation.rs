@@ -1,7 +1,6 @@
 //! How the ends of a leg change with its middle, by the first terms of the series.
 
 use super::brackets::{isotropy_bracket_into, minus_bracket_into, subtract_action};
-use super::quaternions::{relative, value, write_rotation};
 use super::series::{Series, at_ends};
 use crate::linalg::dual::Number;
 use crate::linalg::field::{Field, accumulate, transposed_multiply};
@@ -247,20 +246,11 @@ impl<const N: usize, T: Field> Variation<N, T> {
     ) {
         let (d, h, r) = (space.dim(), space.isotropy_dim(), space.size());
         let square = r * r;
-        let adjoints = self.adjoints.chunks_exact_mut((d + h) * d);
+        let frames = &series.frames[..count * square];
         let (last, rest) = self.work.split_at_mut(square);
         let (frame, turn) = rest.split_at_mut(square);
-        if r == 3 {
-            let frames = &series.quaternions[..count];
-            let last = value(frames, 0.5);
-            for ((s, _), adjoint) in nodes.iter().zip(adjoints) {
-                write_rotation(relative(&last, &value(frames, *s)), turn);
-                space.adjoint_into(turn, adjoint);
-            }
-            return;
-        }
-        let frames = &series.frames[..count * square];
         value_at(frames, square, 0.5, last);
+        let adjoints = self.adjoints.chunks_exact_mut((d + h) * d);
         for ((s, _), adjoint) in nodes.iter().zip(adjoints) {
             value_at(frames, square, *s, frame);
             transposed_multiply(r, last, frame, turn);
