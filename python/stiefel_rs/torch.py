@@ -117,12 +117,16 @@ class _Variation(torch.autograd.Function):
         ctx.operation, *tensors = inputs
         ctx.save_for_backward(*tensors)
         ctx.save_for_forward(*tensors)
+        # What does not move is told by None.
+        ctx.set_materialize_grads(False)
 
     @staticmethod
     def backward(ctx: Any, *cotangents: Tensor) -> Any:
         count = len(ctx.operation.arguments)
         if any(ctx.needs_input_grad[1 : count + 1]):
             raise _no_second(ctx.operation)
+        if cotangents[0] is None:
+            return (None,) * (1 + 2 * count)
         pulled = _Pullback.apply(ctx.operation, *ctx.saved_tensors[:count], cotangents[0])
         return None, *[None] * count, *pulled
 
@@ -151,13 +155,17 @@ class _Pullback(torch.autograd.Function):
         ctx.operation, *tensors = inputs
         ctx.save_for_backward(*tensors)
         ctx.save_for_forward(*tensors)
+        # What does not move is told by None.
+        ctx.set_materialize_grads(False)
 
     @staticmethod
     def backward(ctx: Any, *cotangents: Tensor) -> Any:
         count = len(ctx.operation.arguments)
         if any(ctx.needs_input_grad[1 : count + 1]):
             raise _no_second(ctx.operation)
-        moved = _Variation.apply(ctx.operation, *ctx.saved_tensors[:count], *cotangents)
+        pairs = zip(ctx.saved_tensors[:count], cotangents, strict=True)
+        moves = [torch.zeros_like(x) if move is None else move for x, move in pairs]
+        moved = _Variation.apply(ctx.operation, *ctx.saved_tensors[:count], *moves)
         return None, *[None] * count, moved
 
     @staticmethod
