@@ -47,7 +47,7 @@ impl SkewExpDifferential {
     /// At a skew matrix.
     ///
     /// # Errors
-    /// As [`skew_exp`].
+    /// As [`skew_exp`](super::skew_exp()).
     pub fn new(a: MatRef<'_, f64>) -> Result<Self> {
         let value = skew_exp(a)?;
         let mut schur = SkewSchur::new(a.nrows());
