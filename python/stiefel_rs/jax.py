@@ -45,18 +45,6 @@ _PULLBACK: Final = Primitive("stiefel_rs_pullback")
 _PULLBACK.multiple_results = True
 
 
-def _shapes(arrays: Sequence[Any], operation: Operation) -> list[tuple[int, ...]]:
-    return [array.shape for array in arrays[: len(operation.arguments)]]
-
-
-def _outputs(of_pullback: bool, arrays: Sequence[Any], operation: Operation) -> Any:
-    """Return shape and kind of the results."""
-    if of_pullback:
-        return [jax.ShapeDtypeStruct(x.shape, x.dtype) for x in arrays[: len(operation.arguments)]]
-    shape = operation.value_shape(_shapes(arrays, operation))
-    return jax.ShapeDtypeStruct(shape, arrays[0].dtype)
-
-
 def _beside(array: Any, arguments: Sequence[Any]) -> jax.Array:
     """Put a result where the arguments are, if they are on one device."""
     devices = arguments[0].devices()
@@ -89,9 +77,10 @@ def _define(primitive: Primitive) -> None:
         return [_beside(x, arrays) for x in found] if is_pullback else _beside(found, arrays)
 
     def abstract(*arrays: Any, operation: Operation) -> Any:
-        outputs = _outputs(is_pullback, arrays, operation)
-        kinds = [jax.core.ShapedArray(x.shape, x.dtype) for x in (outputs if is_pullback else [outputs])]
-        return kinds if is_pullback else kinds[0]
+        data = arrays[: len(operation.arguments)]
+        if is_pullback:
+            return [jax.core.ShapedArray(x.shape, x.dtype) for x in data]
+        return jax.core.ShapedArray(operation.value_shape([x.shape for x in data]), arrays[0].dtype)
 
     def compiled(context: Any, *arrays: Any, operation: Operation) -> Any:
         host = _on_host(primitive, operation)
@@ -138,10 +127,7 @@ def _linear_jvp(primitive: Primitive) -> Callable[..., Any]:
     def rule(arrays: Sequence[Any], tangents: Sequence[Any], *, operation: Operation) -> Any:
         count = len(operation.arguments)
         if not all(isinstance(tangent, ad.Zero) for tangent in tangents[:count]):
-            raise NotImplementedError(
-                f"{operation.name}: second derivatives are not available; take differences of first ones, or an "
-                "optimiser that needs only these"
-            )
+            raise operation.no_second()
         value = primitive.bind(*arrays, operation=operation)
         moves = [ad.instantiate_zeros(tangent) for tangent in tangents[count:]]
         return value, primitive.bind(*arrays[:count], *moves, operation=operation)

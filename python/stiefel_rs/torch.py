@@ -57,18 +57,11 @@ def _stacked(size: int, dims: Sequence[int | None], tensors: Sequence[Tensor]) -
     ]
 
 
-def _no_second(operation: Operation) -> NotImplementedError:
-    return NotImplementedError(
-        f"{operation.name}: second derivatives are not available; take differences of first ones, or an optimiser that "
-        "needs only these"
-    )
-
-
 def _linear_moves(ctx: Any, tangents: Sequence[Tensor | None]) -> list[Tensor]:
     """Arguments, and moves of what a derivative is linear in."""
     count, tensors = len(ctx.operation.arguments), ctx.saved_tensors
     if any(tangent is not None for tangent in tangents[:count]):
-        raise _no_second(ctx.operation)
+        raise ctx.operation.no_second()
     pairs = zip(tensors[count:], tangents[count:], strict=True)
     return [*tensors[:count], *(torch.zeros_like(x) if move is None else move for x, move in pairs)]
 
@@ -124,7 +117,7 @@ class _Variation(torch.autograd.Function):
     def backward(ctx: Any, *cotangents: Tensor) -> Any:
         count = len(ctx.operation.arguments)
         if any(ctx.needs_input_grad[1 : count + 1]):
-            raise _no_second(ctx.operation)
+            raise ctx.operation.no_second()
         if cotangents[0] is None:
             return (None,) * (1 + 2 * count)
         pulled = _Pullback.apply(ctx.operation, *ctx.saved_tensors[:count], cotangents[0])
@@ -162,7 +155,7 @@ class _Pullback(torch.autograd.Function):
     def backward(ctx: Any, *cotangents: Tensor) -> Any:
         count = len(ctx.operation.arguments)
         if any(ctx.needs_input_grad[1 : count + 1]):
-            raise _no_second(ctx.operation)
+            raise ctx.operation.no_second()
         pairs = zip(ctx.saved_tensors[:count], cotangents, strict=True)
         moves = [torch.zeros_like(x) if move is None else move for x, move in pairs]
         moved = _Variation.apply(ctx.operation, *ctx.saved_tensors[:count], *moves)
@@ -178,39 +171,40 @@ class _Pullback(torch.autograd.Function):
         return found, tuple(0 for _ in found)
 
 
-def _as_tensor(array: Any) -> Tensor:
-    """Return a tensor as it is, or a copy of NumPy's array, which PyTorch may not be able to share."""
-    if isinstance(array, np.ndarray):
-        return torch.as_tensor(np.array(array, order="C"), device="cpu")
-    if array.device.type != "cpu":
-        raise InvalidInputError(f"found a tensor on {array.device}: values are computed on the CPU; move it by .cpu()")
-    tensor: Tensor = array
-    return tensor
-
-
-def _of_numbers(thing: Any) -> Tensor:
-    """Return a tensor of Python's numbers, whose kind is that of the other arguments; of tensors in a list."""
-    if isinstance(thing, list | tuple) and any(isinstance(x, torch.Tensor) for x in thing):
-        return torch.stack([torch.as_tensor(x, dtype=torch.float64, device="cpu") for x in thing])
-    return torch.as_tensor(np.asarray(thing, dtype=float), device="cpu")
+def _known(thing: Any) -> Tensor | None:
+    """Return a tensor as it is, a list of tensors as one, a copy of NumPy's array; None for Python's numbers."""
+    if isinstance(thing, np.ndarray):
+        # PyTorch cannot share every array: read-only ones, and those that run backwards.
+        return torch.as_tensor(np.array(thing, order="C"), device="cpu")
+    if isinstance(thing, (list, tuple)) and any(isinstance(x, torch.Tensor) for x in thing):
+        thing = torch.stack([torch.as_tensor(x) for x in thing])
+    if not isinstance(thing, torch.Tensor):
+        return None
+    if thing.device.type != "cpu":
+        raise InvalidInputError(f"found a tensor on {thing.device}: values are computed on the CPU; move it by .cpu()")
+    return thing
 
 
 class _OnTorch(Functions[Tensor]):
     """The functions on PyTorch's tensors."""
 
     def arrays(self, arguments: Sequence[Any]) -> list[Any]:
-        strong = [_as_tensor(x) if isinstance(x, (torch.Tensor, np.ndarray)) else None for x in arguments]
-        kinds = [x.dtype for x in strong if x is not None]
+        known = [_known(argument) for argument in arguments]
+        kinds = [x.dtype for x in known if x is not None]
+        # Numbers have the kind of the others.
         kind = torch.float32 if kinds else torch.float64
         for other in kinds:
             kind = torch.promote_types(kind, other)
-        pairs = zip(arguments, strong, strict=True)
-        tensors = [_of_numbers(thing) if x is None else x for thing, x in pairs]
+        pairs = zip(arguments, known, strict=True)
+        tensors = [
+            torch.as_tensor(np.asarray(thing, dtype=float), device="cpu") if x is None else x for thing, x in pairs
+        ]
         return [x if x.is_complex() or kind.is_complex else x.to(kind) for x in tensors]
 
     def flat(self, t: Any) -> tuple[Any, tuple[int, ...]]:
-        if isinstance(t, (torch.Tensor, np.ndarray)):
-            return t.reshape(-1), tuple(t.shape)
+        times = _known(t)
+        if times is not None:
+            return times.reshape(-1), tuple(times.shape)
         numbers = np.asarray(t, dtype=float)
         return numbers.reshape(-1).tolist(), numbers.shape
 

@@ -23,7 +23,13 @@ use super::structure::{check_finite, check_range, check_shape};
 use super::{OrthogonalLog, SkewSchur, skew_exp};
 use crate::error::Result;
 
-/// The derivative of the exponential at a skew matrix.
+/// The derivative of the exponential at a skew matrix; all shapes `(m, m)`.
+///
+/// ```math
+/// D\exp_A[E] = e^A\, \frac{1 - e^{-\mathrm{ad}_A}}{\mathrm{ad}_A}\, E
+/// ```
+///
+/// Exact to about `m eps` of the norm of the direction. Source: see Higham (2008), sec. 10.2.
 ///
 /// # Examples
 /// ```
@@ -83,7 +89,11 @@ impl SkewExpDifferential {
     }
 }
 
-/// The derivative of the principal logarithm at a rotation.
+/// The derivative of the principal logarithm at a rotation; all shapes `(m, m)`.
+///
+/// ```math
+/// D\log_Q[F] = \frac{\mathrm{ad}_L}{1 - e^{-\mathrm{ad}_L}}\, Q^T F,\qquad L = \log Q
+/// ```
 ///
 /// Finite for all angles below `pi`; where two of them approach `pi` together it grows as the inverse of what their sum lacks to
 /// `2 pi`.

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-torch = pytest.importorskip("torch")
+torch = pytest.importorskip("torch", reason="PyTorch is not installed: make test-torch")
 
 import stiefel_rs  # noqa: E402
 from stiefel_rs import CubicSpline, GeometricCubic, InvalidInputError, RiemannianCubic, RotationSpline, Stiefel  # noqa: E402
@@ -149,6 +149,8 @@ def test_kinds_of_arrays(rng):
     for t in (0.3, [0.3], (0.3,)):
         found = st.riemannian_cubic(S0, backwards, S1, V1, t)
         np.testing.assert_allclose(found.numpy().reshape(5, 2), wanted[0], rtol=0, atol=1e-15)
+    listed = st.riemannian_cubic(S0, backwards, S1, V1, [torch.tensor(0.3, dtype=torch.float64)])
+    np.testing.assert_allclose(listed.numpy(), wanted, rtol=0, atol=1e-15)
     single = st.riemannian_cubic(*(x.astype(np.float32) for x in (S0, V0, S1, V1)), [0.3])
     assert single.dtype == torch.float32
     imaginary = torch.complex(torch.zeros(2, 2), torch.tensor([[0.0, 1.0], [-1.0, 0.0]])).conj().imag

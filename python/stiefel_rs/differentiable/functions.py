@@ -19,7 +19,7 @@ from typing import Any, Generic, TypeVar
 
 from ..errors import InvalidInputError
 from . import cubics, geodesics, matrix_functions, splines
-from .arguments import Shape
+from .arguments import Frame, Shape
 from .operation import Operation
 from .splines import BcType
 
@@ -77,11 +77,11 @@ class Functions(ABC, Generic[T]):
         times, shape = self.flat(arguments[-1])
         return _in_shape(self.apply(operation, *arguments[:-1], times), shape, own)
 
-    def _frame(self, s: Any) -> Any:
-        return self.apply(matrix_functions.NEAREST_FRAME, s)
+    def _frame(self, s: Any, name: str) -> Any:
+        return self.apply(matrix_functions.nearest_frame(name), s)
 
-    def _tangent(self, s: Any, v: Any) -> Any:
-        return self.apply(matrix_functions.NEAREST_TANGENT, s, v)
+    def _tangent(self, s: Any, v: Any, names: tuple[str, str]) -> Any:
+        return self.apply(matrix_functions.nearest_tangent(*names), s, v)
 
     def skew_exp(self, A: Any) -> T:
         """Take the exponential of skew-symmetric matrices, shape (..., m, m)."""
@@ -107,7 +107,7 @@ class Functions(ABC, Generic[T]):
         """Find the end of the quasi-geodesic from a frame with a velocity, shapes (..., n, k)."""
         s, v = self.arrays([S, V])
         with self.exact_products():
-            found: T = self._retract(self._frame(s), self._tangent(s, v))
+            found: T = self._retract(self._frame(s, "S"), self._tangent(s, v, ("S", "V")))
         return found
 
     def inverse_retract(self, S0: Any, S1: Any) -> T:
@@ -123,8 +123,11 @@ class Functions(ABC, Generic[T]):
         return self.skew_exp(x) @ s @ self.skew_exp(omega)
 
     def _pair(self, s0: Any, s1: Any) -> tuple[Any, Any]:
-        """Project two frames of one shape."""
-        return self._frame(s0), self.apply(matrix_functions.SECOND_FRAME, s0, s1)
+        """Project two frames, S0 and S1, of one shape."""
+        frames = self._frame(s0, "S0"), self._frame(s1, "S1")
+        shapes = [tuple(s.shape[-2:]) for s in frames]
+        Frame("S1", like=0).check_shape(shapes[1], shapes[:1])
+        return frames
 
     def _inverse_retract(self, s0: Any, s1: Any) -> Any:
         one = self.identity(s0)
@@ -154,8 +157,8 @@ class Functions(ABC, Generic[T]):
             first, last = self._pair(s0, s1)
             points = [
                 first,
-                self._retract(first, self._tangent(s0, v0) / 3.0),
-                self._retract(last, self._tangent(s1, v1) / -3.0),
+                self._retract(first, self._tangent(s0, v0, ("S0", "V0")) / 3.0),
+                self._retract(last, self._tangent(s1, v1, ("S1", "V1")) / -3.0),
                 last,
             ]
             weights = self.apply(matrix_functions.TIMES, times)[:, None, None]

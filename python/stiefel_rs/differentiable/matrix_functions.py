@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from functools import cache
 from typing import Final
 
+import numpy as np
+
 from .. import _core
-from .arguments import Array, Frame, Plain, Shape, SkewMatrix, Tangent
+from .arguments import Frame, Plain, Shape, SkewMatrix, Tangent
 from .operation import Operation
 
 
@@ -14,26 +16,15 @@ def _same(*shapes: Shape) -> Shape:
     return shapes[-1]
 
 
-def _skew_exp(a: Array) -> Array:
-    return _core.skew_exp(a)
-
-
-def _orthogonal_log(q: Array) -> Array:
-    return _core.orthogonal_log(q)
-
-
-def _second_alone(data: Sequence[Array], cotangent: Array) -> Sequence[Array]:
-    return 0.0 * data[0], cotangent
-
-
 SKEW_EXP: Final = Operation(
     name="skew_exp",
     arguments=(SkewMatrix("A"),),
     axes=(2,),
     shape=_same,
-    value=_skew_exp,
+    value=_core.skew_exp,
     variation=lambda data, moves: _core.skew_exp_variation(data[0], moves[0]),
     pullback=lambda data, cotangent: (_core.skew_exp_pullback(data[0], cotangent),),
+    is_batched=True,
 )
 
 ORTHOGONAL_LOG: Final = Operation(
@@ -41,40 +32,10 @@ ORTHOGONAL_LOG: Final = Operation(
     arguments=(Frame("Q", square=True),),
     axes=(2,),
     shape=_same,
-    value=_orthogonal_log,
+    value=_core.orthogonal_log,
     variation=lambda data, moves: _core.orthogonal_log_variation(data[0], moves[0]),
     pullback=lambda data, cotangent: (_core.orthogonal_log_pullback(data[0], cotangent),),
-)
-
-NEAREST_FRAME: Final = Operation(
-    name="nearest_frame",
-    arguments=(Frame("S"),),
-    axes=(2,),
-    shape=_same,
-    value=lambda s: s,
-    variation=lambda _, moves: moves[0],
-    pullback=lambda _, cotangent: (cotangent,),
-)
-
-
-SECOND_FRAME: Final = Operation(
-    name="nearest_frame",
-    arguments=(Frame("S0"), Frame("S1", like=0)),
-    axes=(2, 2),
-    shape=_same,
-    value=lambda _, s1: s1,
-    variation=lambda _, moves: moves[1],
-    pullback=_second_alone,
-)
-
-NEAREST_TANGENT: Final = Operation(
-    name="nearest_tangent",
-    arguments=(Frame("S"), Tangent("V", at=0)),
-    axes=(2, 2),
-    shape=_same,
-    value=lambda _, v: v,
-    variation=lambda _, moves: moves[1],
-    pullback=_second_alone,
+    is_batched=True,
 )
 
 TIMES: Final = Operation(
@@ -85,4 +46,35 @@ TIMES: Final = Operation(
     value=lambda t: t,
     variation=lambda _, moves: moves[0],
     pullback=lambda _, cotangent: (cotangent,),
+    is_batched=True,
 )
+
+
+@cache
+def nearest_frame(name: str) -> Operation:
+    """Return the projection of an argument onto the frames."""
+    return Operation(
+        name="nearest_frame",
+        arguments=(Frame(name),),
+        axes=(2,),
+        shape=_same,
+        value=lambda s: s,
+        variation=lambda _, moves: moves[0],
+        pullback=lambda _, cotangent: (cotangent,),
+        is_batched=True,
+    )
+
+
+@cache
+def nearest_tangent(frame: str, name: str) -> Operation:
+    """Return the projection of an argument onto the tangent vectors at the frame before it."""
+    return Operation(
+        name="nearest_tangent",
+        arguments=(Frame(frame), Tangent(name, at=0)),
+        axes=(2, 2),
+        shape=_same,
+        value=lambda _, v: v,
+        variation=lambda _, moves: moves[1],
+        pullback=lambda data, cotangent: (np.zeros_like(data[0]), cotangent),
+        is_batched=True,
+    )

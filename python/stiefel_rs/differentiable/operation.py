@@ -26,6 +26,8 @@ class Operation:
         Shape of one value, from the shapes of the arguments without the batch.
     value, variation, pullback : callable
         ``value(*data)``; ``variation(data, tangents)``; ``pullback(data, cotangent)``, a tuple. For one member.
+    is_batched : bool
+        Whether they take all members at once.
     """
 
     name: str
@@ -35,6 +37,7 @@ class Operation:
     value: Callable[..., Array]
     variation: Callable[[Sequence[Array], Sequence[Array]], Array]
     pullback: Callable[[Sequence[Array], Array], Sequence[Array]]
+    is_batched: bool = False
 
     def batch(self, shapes: Sequence[Shape]) -> Shape:
         """Return the leading axes of arguments of the given shapes."""
@@ -78,8 +81,17 @@ class Operation:
                 out[i][at] = self.arguments[i].pullback(member[i], exact, pulled[i], pulled)
         return tuple(out)
 
+    def no_second(self) -> NotImplementedError:
+        """Return the error where a second derivative is asked for."""
+        return NotImplementedError(
+            f"{self.name}: second derivatives are not available; take differences of first ones, or an optimiser that "
+            "needs only these"
+        )
+
     def _members(self, data: Sequence[Array]) -> list[Shape]:
         """Return the members of a batch, equal ones next to each other: what is solved for one serves the next."""
+        if self.is_batched:
+            return [()]
         members = list(np.ndindex(self.batch([x.shape for x in data])))
         if len(members) > 1:
             members.sort(key=lambda at: [x[at].tobytes() for x in data])

@@ -11,8 +11,8 @@ from .arguments import Array
 
 Curve = TypeVar("Curve")
 
-# Bytes of the arguments of all that is kept. A spline holds some 250 times as much as its arguments, so these are 130
-# MB at the most, 64 splines through 200 rotations or two through 5000; the last one is kept whatever it takes.
+# Bytes of the arguments of all that one solver keeps. A spline of rotations holds some 250 times as much as its
+# arguments: 64 splines through 200 of them, or two through 5000, are 130 MB. The last one is kept whatever it takes.
 KEPT = 1 << 19
 
 
