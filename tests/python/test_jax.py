@@ -1,5 +1,6 @@
 """Gradients in JAX: derivatives against differences and formulas, transformations, single precision, errors."""
 
+import importlib
 import os
 import subprocess
 import sys
@@ -25,7 +26,9 @@ KNOTS = np.array([0.0, 0.7, 1.6, 2.2])
 
 @pytest.fixture(autouse=True)
 def double_precision():
-    with jax.enable_x64(True):
+    # Under its later name, or that of the releases for Python 3.10.
+    enable = jax.enable_x64 if hasattr(jax, "enable_x64") else importlib.import_module("jax.experimental").enable_x64
+    with enable(True):
         yield
 
 
