@@ -167,15 +167,10 @@ impl BoundaryDerivative {
     /// The variation of the initial data of the curve.
     ///
     /// # Errors
-    /// `Shape`, `NonFinite`, `NotTangent` (the variation breaks a constraint); with more than 64 unknowns, where equations are
-    /// solved by products with the derivative, `ConjugateEnds`, `Overflow`, `TooManySteps`, `Decomposition` and `Interrupted`.
-    pub fn initial(
-        &self,
-        variation: &BoundaryVariation<'_>,
-        interrupt: Interrupt<'_>,
-    ) -> Result<InitialVariation> {
+    /// `Shape`, `NonFinite`, `NotTangent` (the variation breaks a constraint); `Overflow`.
+    pub fn initial(&self, variation: &BoundaryVariation<'_>) -> Result<InitialVariation> {
         let z = self.end_changes(variation)?;
-        let [da, second] = self.piece.at_start(&z, interrupt)?;
+        let [da, second] = self.piece.at_start(&z);
         let [s, v, a, j] = self.ends[0].each_ref().map(|x| x.as_ref());
         let turned = |y| turned(s, variation.s0, y);
         let bracket = |x, y| bracket_of(self.quotient, s, x, y);
@@ -198,7 +193,7 @@ impl BoundaryDerivative {
     /// # Arguments
     /// * `curve` - the curve that this is the derivative of: its interval is that of the times
     /// # Errors
-    /// Those of [`initial`](Self::initial), `NonFinite` for a time, and those of integrating to it.
+    /// `Shape`, `NonFinite`, `NotTangent`; for times outside of the interval of the curve `TooManySteps`, `Interrupted`.
     pub fn points(
         &self,
         curve: &RiemannianCubic,
@@ -222,7 +217,7 @@ impl BoundaryDerivative {
     /// # Arguments
     /// * `cotangents` - one for each time, shape `(n, k)`, any matrices; `W` in errors
     /// # Errors
-    /// `Shape`, `NonFinite`; `Overflow`, `TooManySteps`, `Interrupted` of integrating; those of [`initial`](Self::initial) of solving.
+    /// `Shape`, `NonFinite`, `Overflow`; for times outside of the interval of the curve `TooManySteps`, `Interrupted`.
     pub fn pull_back(
         &self,
         times: &[f64],

@@ -30,7 +30,6 @@
 use faer::{Mat, MatRef, Scale};
 
 use super::initial::{Horizontal, InitialData};
-use super::packing::{pack, unpack};
 use super::reduced::{Blocks, Sized};
 use super::taylor::{Accuracy, March};
 use super::turning::{bracket, turned};
@@ -51,13 +50,6 @@ pub(super) struct LinearFlow {
     pub(super) data: InitialData,
     /// The frame at the start, shape `(n, r)`; its columns span the curve.
     pub(super) frame: Mat<f64>,
-}
-
-/// Which coordinates of variations: those in the span, or those of one row beside it.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Part {
-    Span,
-    Row,
 }
 
 /// A time after the start and a cotangent there, in the coordinates of the frame at the start, shape `(r, k)`.
@@ -142,9 +134,9 @@ impl LinearFlow {
         let mut out: Vec<Mat<f64>> = found.iter().map(moved).collect();
         if self.has_rows() {
             let rows = self.off(side_by_side(&vectors));
-            let flows = self.unit_flows(Part::Row, times, interrupt)?;
-            for (out, (_, flow)) in out.iter_mut().zip(flows) {
-                *out += &rows * flow.submatrix(0, k, k, 3 * k).transpose();
+            let flows = self.row_flows(times, interrupt)?;
+            for (out, flow) in out.iter_mut().zip(flows) {
+                *out += &rows * flow.subcols(k, 3 * k).transpose();
             }
         }
         for point in &out {
@@ -183,9 +175,9 @@ impl LinearFlow {
         }
         if self.has_rows() {
             let mut bars = Mat::zeros(n, 4 * k);
-            let flows = self.unit_flows(Part::Row, times, interrupt)?;
-            for ((_, flow), cotangent) in flows.iter().zip(cotangents) {
-                bars += self.off(cotangent.to_owned()) * flow.subrows(0, k);
+            let flows = self.row_flows(times, interrupt)?;
+            for (flow, cotangent) in flows.iter().zip(cotangents) {
+                bars += self.off(cotangent.to_owned()) * flow;
             }
             let [by_p, by_w, by_a, by_b] = [0, 1, 2, 3].map(|i| bars.subcols(i * k, k));
             // The inverse of `gradient`.
@@ -235,87 +227,36 @@ impl LinearFlow {
         Ok(reached.variations.swap_remove(0))
     }
 
-    /// The frame in the coordinates of that at the start and the matrix of `(p, w, a, b)` by `(p, w, a, b)` at the start, shape
-    /// `(4 d, 4 d)`, at some times.
+    /// The matrix of the displacement of a row outside of the span by `(p, w, a, b)` at the start, shape `(k, 4 k)`, at some times.
     ///
     /// # Errors
     /// `TooManySteps`, `Overflow`, `Interrupted`.
-    pub(super) fn unit_flows(
-        &self,
-        part: Part,
-        times: &[f64],
-        interrupt: Interrupt<'_>,
-    ) -> Result<Vec<(Mat<f64>, Mat<f64>)>> {
-        let Sized { m, k, .. } = self.blocks();
-        let (extra, size) = match part {
-            Part::Span => (0, self.blocks().dim()),
-            Part::Row => (1, k),
-        };
+    fn row_flows(&self, times: &[f64], interrupt: Interrupt<'_>) -> Result<Vec<Mat<f64>>> {
         let blocks = Sized {
-            m: m + extra,
+            m: self.blocks().m + 1,
             ..self.blocks()
         };
-        let units: Vec<Horizontal> = (0..size).map(|i| part.unit(i, blocks)).collect();
-        let mut directions = Vec::new();
-        for level in 0..3 {
-            directions.extend(units.iter().map(|unit| {
-                let mut direction = std::array::from_fn(|_| Horizontal::zeros(blocks));
-                direction[level] = unit.clone();
-                direction
-            }));
-        }
-        // Eight abreast. One that is left over takes a pass of its own: pulling back through a spline of 200 rotations, with nine
-        // directions a leg, takes 94 ms for 118.
-        let (abreast, left) = match directions.len() % 8 {
-            1 => directions.split_at(directions.len() - 1),
-            _ => (&directions[..], &[][..]),
+        let k = blocks.k;
+        let unit = |j: usize| {
+            let mut unit = Horizontal::zeros(blocks);
+            unit.normal[(blocks.m - 1, j)] = 1.0;
+            unit
         };
-        let mut found = vary::<8>(&self.data, extra, abreast, times, interrupt)?;
-        if !left.is_empty() {
-            let last = vary::<1>(&self.data, extra, left, times, interrupt)?;
-            for (found, last) in found.iter_mut().zip(last) {
-                found.variations.extend(last.variations);
-            }
-        }
+        let directions: Vec<[Horizontal; 3]> = (0..3 * k)
+            .map(|i| {
+                let mut direction = std::array::from_fn(|_| Horizontal::zeros(blocks));
+                direction[i / k] = unit(i % k);
+                direction
+            })
+            .collect();
+        let found = vary::<8>(&self.data, 1, &directions, times, interrupt)?;
         let flow = |reached: Reached| {
-            let displaced = units.iter().map(|unit| reached.displaced(unit));
+            let displaced = (0..k).map(|j| reached.displaced(&unit(j)));
             let columns = displaced.chain(reached.variations.iter().cloned());
-            let columns: Vec<Vec<f64>> = columns
-                .map(|column| part.entries(blocks, &column))
-                .collect();
-            let flow = Mat::from_fn(4 * size, 4 * size, |i, j| columns[j][i]);
-            (reached.frame, flow)
+            let columns: Vec<Horizontal> = columns.map(|[p, ..]| p).collect();
+            Mat::from_fn(k, 4 * k, |i, j| columns[j].normal[(blocks.m - 1, i)])
         };
         Ok(found.into_iter().map(flow).collect())
-    }
-}
-
-impl Part {
-    fn unit(self, index: usize, blocks: Sized) -> Horizontal {
-        match self {
-            Part::Span => {
-                let mut entries = vec![0.0; blocks.dim()];
-                entries[index] = 1.0;
-                let [unit] = unpack(&entries, blocks);
-                unit
-            }
-            Part::Row => {
-                let mut unit = Horizontal::zeros(blocks);
-                unit.normal[(blocks.m - 1, index)] = 1.0;
-                unit
-            }
-        }
-    }
-
-    fn entries(self, blocks: Sized, vectors: &[Horizontal; 4]) -> Vec<f64> {
-        match self {
-            Part::Span => pack(blocks, vectors),
-            Part::Row => {
-                let last = vectors[0].normal.nrows() - 1;
-                let rows = vectors.iter().map(|x| x.normal.row(last));
-                rows.flat_map(|row| row.iter().copied()).collect()
-            }
-        }
     }
 }
 

@@ -4,31 +4,29 @@
 //! them, `dV = A(u) V + w`; all are tangent vectors, shape `(n, k)`. In the span of the curve they obey one system, and every row
 //! outside of it another one, of `4k` equations.
 
-use std::borrow::Cow;
+use std::sync::Arc;
 
 use faer::{Mat, MatRef, Scale};
 
-use super::end_stiffness::{end_forces, end_stiffness};
+use super::end_stiffness::end_stiffness;
 use super::initial::Horizontal;
-use super::linear_flow::{LinearFlow, Part, side_by_side};
+use super::linear_flow::{LinearFlow, side_by_side};
+use super::linear_series::{LinearSeries, rows_outside};
 use super::packing::{pack, unpack};
 use super::reduced::Sized;
-use super::variation::vary;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::space::Quotient;
-
-/// Unknowns up to which the matrix in the span is formed; above, products with it are cheaper (as for shooting).
-const DENSE: usize = 64;
 
 /// A cubic on `[0, 1]`, linearised.
 #[derive(Debug, Clone)]
 pub(crate) struct LinearPiece {
     flow: LinearFlow,
+    series: Arc<LinearSeries>,
     /// The frame at the end, shape `(n, r)`.
     end: Mat<f64>,
-    /// The second derivative of half the cost in the span, shape `(4 d, 4 d)`; `None` where products are cheaper.
-    inner: Option<Mat<f64>>,
+    /// The second derivative of half the cost in the span, shape `(4 d, 4 d)`.
+    inner: Mat<f64>,
     /// The same for a row outside of the span, shape `(4 k, 4 k)`; `None` where the span is all of `R^n`.
     outer: Option<Mat<f64>>,
 }
@@ -46,92 +44,59 @@ impl LinearPiece {
         interrupt: Interrupt<'_>,
     ) -> Result<Self> {
         let flow = LinearFlow::new(state, tension, quotient)?;
-        let unknowns = 2 * flow.blocks().dim();
-        let (turn, inner) = if unknowns <= DENSE {
-            let (turn, matrix) = flow.unit_flows(Part::Span, &[1.0], interrupt)?.remove(0);
-            (turn, Some(end_stiffness(&matrix)?))
-        } else {
-            let reached = vary::<1>(&flow.data, 0, &[], &[1.0], interrupt)?.remove(0);
-            (reached.frame, None)
-        };
-        let row = || end_stiffness(&flow.unit_flows(Part::Row, &[1.0], interrupt)?[0].1);
-        let outer = flow.has_rows().then(row).transpose()?;
+        let series = LinearSeries::new(&flow, 1.0, interrupt)?;
+        let [inside, row] = series.flows();
+        let outer = || end_stiffness(&row);
         Ok(LinearPiece {
-            end: &flow.frame * turn,
+            inner: end_stiffness(&inside)?,
+            outer: flow.has_rows().then(outer).transpose()?,
+            end: series.end(&flow),
+            series: Arc::new(series),
             flow,
-            inner,
-            outer,
         })
-    }
-
-    /// The same with the matrix in the span stored, for many products.
-    ///
-    /// # Errors
-    /// `ConjugateEnds`, `Overflow`, `TooManySteps`, `Decomposition`, `Interrupted`.
-    pub(crate) fn with_matrix(mut self, interrupt: Interrupt<'_>) -> Result<Self> {
-        self.inner = Some(self.matrix(interrupt)?.into_owned());
-        Ok(self)
-    }
-
-    fn matrix(&self, interrupt: Interrupt<'_>) -> Result<Cow<'_, Mat<f64>>> {
-        if let Some(matrix) = &self.inner {
-            return Ok(Cow::Borrowed(matrix));
-        }
-        let flows = self.flow.unit_flows(Part::Span, &[1.0], interrupt)?;
-        Ok(Cow::Owned(end_stiffness(&flows[0].1)?))
     }
 
     /// The change of the gradient of half the cost, `(x''_0, -x'_0, -x''_1, x'_1)` with `x'' - tau x` for `x''` in tension, by
     /// `(u_0, w_0, u_1, w_1)`: tangent vectors.
-    ///
-    /// # Errors
-    /// Without the matrix in the span, those of [`LinearPiece::with_matrix`].
-    pub(crate) fn stiffness(
-        &self,
-        z: &[Mat<f64>; 4],
-        interrupt: Interrupt<'_>,
-    ) -> Result<[Mat<f64>; 4]> {
+    pub(crate) fn stiffness(&self, z: &[Mat<f64>; 4]) -> [Mat<f64>; 4] {
+        let mut out = self.product(
+            z,
+            [&self.inner, self.outer.as_ref().unwrap_or(&self.inner)].map(|x| x.as_ref()),
+        );
+        out[0] -= &z[1] * self.tension();
+        out[2] += &z[3] * self.tension();
+        out
+    }
+
+    /// The product of matrices in the span and for a row outside of it with tangent vectors at the start, twice, and at the end,
+    /// twice.
+    fn product(&self, z: &[Mat<f64>; 4], [inner, outer]: [MatRef<'_, f64>; 2]) -> [Mat<f64>; 4] {
         let z = z.each_ref().map(|x| x.as_ref());
-        let frames = [&self.flow.frame, &self.flow.frame, &self.end, &self.end];
+        let (frames, blocks) = (self.frames(), self.flow.blocks());
         let inside: [Horizontal; 4] =
             std::array::from_fn(|i| Horizontal::of_tangent(frames[i].as_ref(), z[i]));
-        let by_products = match &self.inner {
-            Some(_) => None,
-            None => end_forces(&self.flow, inside.clone(), interrupt)?,
-        };
-        let found: [Horizontal; 4] = match by_products {
-            Some(found) => found,
-            None => {
-                let z = pack(self.flow.blocks(), &inside);
-                let z = MatRef::from_column_major_slice(&z, z.len(), 1);
-                let found = &*self.matrix(interrupt)? * z;
-                unpack(found.col_as_slice(0), self.flow.blocks())
-            }
-        };
+        let packed = pack(blocks, &inside);
+        let found = inner * MatRef::from_column_major_slice(&packed, packed.len(), 1);
+        let found: [Horizontal; 4] = unpack(found.col_as_slice(0), blocks);
         let mut out: [Mat<f64>; 4] = std::array::from_fn(|i| frames[i] * found[i].tangent());
-        if let Some(outer) = &self.outer {
+        if self.outer.is_some() {
             let rows = self.flow.off(side_by_side(&z)) * outer.transpose();
-            let k = outer.nrows() / 4;
+            let k = blocks.k;
             for (part, out) in out.iter_mut().enumerate() {
                 *out += rows.subcols(part * k, k);
             }
         }
-        out[0] -= z[1] * self.tension();
-        out[2] += z[3] * self.tension();
-        Ok(out)
+        out
+    }
+
+    fn frames(&self) -> [&Mat<f64>; 4] {
+        [&self.flow.frame, &self.flow.frame, &self.end, &self.end]
     }
 
     /// The changes of `x'` and `x''` at the start, by `(u_0, w_0, u_1, w_1)`.
-    ///
-    /// # Errors
-    /// As [`LinearPiece::stiffness`].
-    pub(crate) fn at_start(
-        &self,
-        z: &[Mat<f64>; 4],
-        interrupt: Interrupt<'_>,
-    ) -> Result<[Mat<f64>; 2]> {
-        let [pull, minus_a, ..] = self.stiffness(z, interrupt)?;
-        Ok([-minus_a, pull + &z[1] * self.tension()])
+    pub(crate) fn at_start(&self, z: &[Mat<f64>; 4]) -> [Mat<f64>; 2] {
+        let [pull, minus_a, ..] = self.stiffness(z);
+        [-minus_a, pull + &z[1] * self.tension()]
     }
 
     fn tension(&self) -> Scale<f64> {
@@ -141,23 +106,32 @@ impl LinearPiece {
     /// The variations of the points at some times, for `(u_0, w_0, u_1, w_1)`.
     ///
     /// # Errors
-    /// `TooManySteps`, `Overflow`, `Interrupted`, and as [`LinearPiece::stiffness`].
+    /// For times outside of `[0, 1]` `TooManySteps`, `Overflow`, `Interrupted`.
     pub(crate) fn points(
         &self,
         z: &[Mat<f64>; 4],
         times: &[f64],
         interrupt: Interrupt<'_>,
     ) -> Result<Vec<Mat<f64>>> {
-        let [a, b] = self.at_start(z, interrupt)?;
+        let [a, b] = self.at_start(z);
         let start = [z[0].clone(), z[1].clone(), a, b];
-        self.flow.points(&start, times, interrupt)
+        let (beyond, rows) = (
+            self.beyond(times, interrupt)?,
+            rows_outside(&self.flow, &start),
+        );
+        let start = start
+            .each_ref()
+            .map(|x| Horizontal::of_tangent(self.flow.frame.as_ref(), x.as_ref()));
+        let start = pack(self.flow.blocks(), &start);
+        let point = |t: &f64| {
+            let series = self.series_at(*t, &beyond);
+            series.point(&self.flow, *t, &start, rows.as_ref())
+        };
+        Ok(times.iter().map(point).collect())
     }
 
     /// The gradient by `(u_0, w_0, u_1, w_1)`, tangent vectors, of a sum of products of entries of cotangents with the points at
     /// some times.
-    ///
-    /// The variation that collects the cotangents is made to vanish at the end by one more, of the ends: the accelerations of both
-    /// are the gradient.
     ///
     /// # Errors
     /// As [`LinearPiece::points`].
@@ -167,23 +141,62 @@ impl LinearPiece {
         cotangents: &[MatRef<'_, f64>],
         interrupt: Interrupt<'_>,
     ) -> Result<[Mat<f64>; 4]> {
-        let [p, w, a, b] = self.flow.collected(times, cotangents, interrupt)?;
-        let zero = Mat::zeros(p.nrows(), p.ncols());
-        let pull = b - &w * self.tension();
-        let [f, g, h, i] = self.stiffness(&[p, w, zero.clone(), zero], interrupt)?;
-        Ok([pull - f, -a - g, -h, -i])
+        let beyond = self.beyond(times, interrupt)?;
+        let mut loads: Vec<(f64, MatRef<'_, f64>)> = times
+            .iter()
+            .copied()
+            .zip(cotangents.iter().copied())
+            .collect();
+        loads.sort_by(|one, other| one.0.total_cmp(&other.0));
+        let side = |t: f64| (t >= 0.0, t > 1.0);
+        let (n, k) = (self.flow.frame.nrows(), self.flow.blocks().k);
+        let mut by_start: [Mat<f64>; 4] = std::array::from_fn(|_| Mat::zeros(n, k));
+        for loads in loads.chunk_by(|one, other| side(one.0) == side(other.0)) {
+            let found = self
+                .series_at(loads[0].0, &beyond)
+                .pull_back(&self.flow, loads);
+            for (sum, part) in by_start.iter_mut().zip(found) {
+                *sum += part;
+            }
+        }
+        let [by_p, by_w, by_a, by_b] = by_start;
+        // The changes `(a, b)` at the start follow from those of the ends: `at_start`.
+        let zero = Mat::zeros(n, k);
+        let forces = [by_b, -by_a, zero.clone(), zero];
+        let outer = self.outer.as_ref().unwrap_or(&self.inner);
+        let mut out = self.product(&forces, [self.inner.transpose(), outer.transpose()]);
+        out[0] += by_p;
+        out[1] += by_w;
+        Ok(out)
+    }
+
+    /// Series that go on beyond the ends, before the start and after the end.
+    fn beyond(&self, times: &[f64], interrupt: Interrupt<'_>) -> Result<[Option<LinearSeries>; 2]> {
+        let first = times.iter().copied().fold(0.0, f64::min);
+        let last = times.iter().copied().fold(1.0, f64::max);
+        let series = |until: f64| LinearSeries::new(&self.flow, until, interrupt);
+        Ok([
+            (first < 0.0).then(|| series(first)).transpose()?,
+            (last > 1.0).then(|| series(last)).transpose()?,
+        ])
+    }
+
+    fn series_at<'a>(
+        &'a self,
+        t: f64,
+        [before, after]: &'a [Option<LinearSeries>; 2],
+    ) -> &'a LinearSeries {
+        let beyond = match (t < 0.0, t > 1.0) {
+            (true, _) => before.as_ref(),
+            (_, true) => after.as_ref(),
+            _ => None,
+        };
+        beyond.unwrap_or(&self.series)
     }
 
     /// The second derivative of half the cost by the velocities at both ends, rows and columns, in frames there of shape `(n, r)`
     /// that span the curve and more; shape `(d, d)` each, row by row.
-    ///
-    /// # Errors
-    /// Those of [`LinearPiece::with_matrix`].
-    pub(crate) fn by_velocities(
-        &self,
-        frames: [&Mat<f64>; 2],
-        interrupt: Interrupt<'_>,
-    ) -> Result<[[Vec<f64>; 2]; 2]> {
+    pub(crate) fn by_velocities(&self, frames: [&Mat<f64>; 2]) -> [[Vec<f64>; 2]; 2] {
         let Sized { m, k, quotient, .. } = self.flow.blocks();
         let (wide, half) = (frames[0].ncols() - k, quotient.turns(k));
         let (own, given) = (half + m * k, half + wide * k);
@@ -199,9 +212,8 @@ impl LinearPiece {
                 }
             })
         });
-        let matrix = self.matrix(interrupt)?;
-        Ok(by_ends(|row, column| {
-            let inner = block(&matrix, row, column) * &carried[column];
+        by_ends(|row, column| {
+            let inner = block(&self.inner, row, column) * &carried[column];
             let mut out = carried[row].transpose() * inner;
             if let Some(outer) = &self.outer {
                 let off = normals[row].transpose() * self.flow.off(normals[column].to_owned());
@@ -212,7 +224,7 @@ impl LinearPiece {
                 }
             }
             entries(out.as_ref())
-        }))
+        })
     }
 
     /// The same for a row outside of the span of both frames, shape `(k, k)` each; `None` where the span is all of `R^n`.

@@ -51,6 +51,7 @@ pub(crate) mod leg;
 pub(crate) mod leg_of_blocks;
 pub(crate) mod linear_flow;
 pub(crate) mod linear_piece;
+mod linear_series;
 mod low_cost;
 pub(crate) mod marches;
 pub(crate) mod packing;

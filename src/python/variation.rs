@@ -77,7 +77,7 @@ impl PyRiemannianCubic {
         let data = self.field.matrices(named![dS0, dV0, dS1, dV1])?;
         let d = self.run(dS0.py(), DERIVATIVES, move |curve, interrupt| {
             let derivative = curve.boundary_derivative(interrupt)?;
-            derivative.initial(&variation(&data), interrupt)
+            derivative.initial(&variation(&data))
         })?;
         self.field
             .four([d.point, d.velocity, d.acceleration, d.jerk])

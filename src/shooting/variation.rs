@@ -1,5 +1,7 @@
 //! How the ends of a leg change with its middle, by the first terms of the series.
 
+use std::borrow::Cow;
+
 use super::brackets::{isotropy_bracket_into, minus_bracket_into, subtract_action};
 use super::series::{Series, at_ends};
 use crate::linalg::dual::Number;
@@ -18,8 +20,10 @@ pub(super) const TERMS_OF_ROTATIONS: usize = 6;
 /// The same in tension, and for a fine second derivative, with a round-off of 1e-10 instead of a percent.
 pub(super) const MORE_TERMS: usize = 14;
 
-/// Gauss nodes on `[-1/2, 1/2]` and weights, for the integral over the frames.
-const NODES: [(f64, f64); 4] = [
+/// A Gauss node on `[-1/2, 1/2]` and its weight, for the integral over the frames.
+pub(super) type Node = (f64, f64);
+
+const NODES: [Node; 4] = [
     (-0.430_568_155_797_026_3, 0.173_927_422_568_726_93),
     (-0.169_990_521_792_428_13, 0.326_072_577_431_273_07),
     (0.169_990_521_792_428_13, 0.326_072_577_431_273_07),
@@ -27,7 +31,7 @@ const NODES: [(f64, f64); 4] = [
 ];
 
 /// The same where there are [`MORE_TERMS`].
-const MORE_NODES: [(f64, f64); 8] = [
+const MORE_NODES: [Node; 8] = [
     (-0.480_144_928_248_768_1, 0.050_614_268_145_188_13),
     (-0.398_333_238_706_813_4, 0.111_190_517_226_687_23),
     (-0.262_766_204_958_164_5, 0.156_853_322_938_943_64),
@@ -38,7 +42,7 @@ const MORE_NODES: [(f64, f64); 8] = [
     (0.480_144_928_248_768_1, 0.050_614_268_145_188_13),
 ];
 
-fn nodes(terms: usize) -> &'static [(f64, f64)] {
+fn nodes(terms: usize) -> &'static [Node] {
     match terms >= MORE_TERMS {
         true => &MORE_NODES,
         false => &NODES,
@@ -52,6 +56,7 @@ pub(super) struct Variation<const N: usize, T: Field> {
     pub(super) ends: [[Vec<T>; 2]; N],
     /// Of the frame at the last end relative to that at the first, `g eta`: coordinates of `m` before those of `h`.
     pub(super) eta: Vec<T>,
+    nodes: Cow<'static, [Node]>,
     /// Coefficients of the change of `x` for a few columns abreast, as vectors and as matrices; of that of `w_h`.
     terms: Vec<T::Columns>,
     matrices: Vec<T::Columns>,
@@ -59,16 +64,24 @@ pub(super) struct Variation<const N: usize, T: Field> {
     run: Vec<T::Columns>,
     /// The change of `x` or of a derivative, at both ends or a node.
     values: [Vec<T::Columns>; 2],
-    /// `Ad` from the nodes to the last end, shape `(d + h, d)`.
+    /// `Ad` from the nodes to the last end, times their weights, shape `(d + h, d)`.
     adjoints: Vec<T>,
-    /// The change of `x` at the nodes, times their weights, shape `(d, 3 d)`.
-    at_nodes: Vec<T>,
+    /// The change of `x` at the nodes, shape `(d, 3 d)`.
+    pub(super) at_nodes: Vec<T>,
     work: Vec<T>,
 }
 
 impl<const N: usize, T: Field> Variation<N, T> {
     /// Room for `terms + 3` coefficients.
     pub(super) fn new(space: impl Homogeneous, terms: usize) -> Self {
+        Self::with_nodes(space, terms, Cow::Borrowed(nodes(terms)))
+    }
+
+    pub(super) fn with_nodes(
+        space: impl Homogeneous,
+        terms: usize,
+        nodes: Cow<'static, [Node]>,
+    ) -> Self {
         let (d, h, square) = (
             space.dim(),
             space.isotropy_dim(),
@@ -85,9 +98,10 @@ impl<const N: usize, T: Field> Variation<N, T> {
             isotropy: columns(terms * square),
             run: columns(d.max(h)),
             values: std::array::from_fn(|_| columns(d)),
-            adjoints: zeros(nodes(terms).len() * (d + h) * d),
-            at_nodes: zeros(nodes(terms).len() * 3 * d * d),
+            adjoints: zeros(nodes.len() * (d + h) * d),
+            at_nodes: zeros(nodes.len() * 3 * d * d),
             work: zeros(3 * square),
+            nodes,
         }
     }
 
@@ -104,22 +118,38 @@ impl<const N: usize, T: Field> Variation<N, T> {
     ) {
         vectorised(
             #[inline(always)]
-            || self.set_all(space, series, tension, terms),
+            || {
+                self.set_columns(space, series, tension, terms);
+                self.set_eta(space, series, terms);
+            },
         );
     }
 
-    #[inline(always)]
-    fn set_all(
+    /// The changes at the ends and at the nodes alone.
+    #[inline(never)]
+    pub(super) fn set_changes(
         &mut self,
         space: impl Homogeneous,
         series: &Series<T>,
         tension: Option<T>,
         terms: usize,
     ) {
-        let (d, h) = (space.dim(), space.isotropy_dim());
+        vectorised(
+            #[inline(always)]
+            || self.set_columns(space, series, tension, terms),
+        );
+    }
+
+    #[inline(always)]
+    fn set_columns(
+        &mut self,
+        space: impl Homogeneous,
+        series: &Series<T>,
+        tension: Option<T>,
+        terms: usize,
+    ) {
+        let d = space.dim();
         let (wide, count) = (3 * d, terms + 3);
-        let nodes = nodes(terms);
-        self.set_adjoints(space, series, nodes, terms + 4);
         for column in (0..wide).step_by(T::COLUMNS) {
             self.set_terms(space, series, tension, column, terms);
             let abreast = T::COLUMNS.min(wide - column);
@@ -137,9 +167,10 @@ impl<const N: usize, T: Field> Variation<N, T> {
                     write(values, out);
                 }
             }
-            for ((s, weight), out) in nodes.iter().zip(self.at_nodes.chunks_exact_mut(d * wide)) {
+            let at_nodes = self.at_nodes.chunks_exact_mut(d * wide);
+            for ((s, _), out) in self.nodes.iter().zip(at_nodes) {
                 first.fill(T::Columns::ZERO);
-                let mut power = *weight;
+                let mut power = 1.0;
                 for term in self.terms[..count * d].chunks_exact(d) {
                     for (x, term) in first.iter_mut().zip(term) {
                         *x += *term * power;
@@ -149,10 +180,17 @@ impl<const N: usize, T: Field> Variation<N, T> {
                 write(first, out);
             }
         }
+    }
+
+    #[inline(always)]
+    fn set_eta(&mut self, space: impl Homogeneous, series: &Series<T>, terms: usize) {
+        let (d, h) = (space.dim(), space.isotropy_dim());
+        let wide = 3 * d;
+        self.set_adjoints(space, series, terms + 4);
         self.eta.fill(T::ZERO);
         let adjoints = self.adjoints.chunks_exact((d + h) * d);
         let at_nodes = self.at_nodes.chunks_exact(d * wide);
-        for (adjoint, at_node) in adjoints.zip(at_nodes).take(nodes.len()) {
+        for (adjoint, at_node) in adjoints.zip(at_nodes) {
             accumulate(adjoint, d, at_node, wide, &mut self.eta);
         }
     }
@@ -235,15 +273,9 @@ impl<const N: usize, T: Field> Variation<N, T> {
         }
     }
 
-    /// `Ad_{g(1/2)^{-1} g(s)}` at the nodes.
+    /// `Ad_{g(1/2)^{-1} g(s)}` at the nodes, times their weights.
     #[inline(always)]
-    fn set_adjoints(
-        &mut self,
-        space: impl Homogeneous,
-        series: &Series<T>,
-        nodes: &[(f64, f64)],
-        count: usize,
-    ) {
+    fn set_adjoints(&mut self, space: impl Homogeneous, series: &Series<T>, count: usize) {
         let (d, h, r) = (space.dim(), space.isotropy_dim(), space.size());
         let square = r * r;
         let frames = &series.frames[..count * square];
@@ -251,17 +283,20 @@ impl<const N: usize, T: Field> Variation<N, T> {
         let (frame, turn) = rest.split_at_mut(square);
         value_at(frames, square, 0.5, last);
         let adjoints = self.adjoints.chunks_exact_mut((d + h) * d);
-        for ((s, _), adjoint) in nodes.iter().zip(adjoints) {
+        for ((s, weight), adjoint) in self.nodes.iter().zip(adjoints) {
             value_at(frames, square, *s, frame);
             transposed_multiply(r, last, frame, turn);
             space.adjoint_into(turn, adjoint);
+            for entry in adjoint {
+                *entry = *entry * *weight;
+            }
         }
     }
 }
 
 /// The value of polynomials with the given coefficients, vectors of a size.
 #[inline(always)]
-fn value_at<T: Field>(coefficients: &[T], size: usize, s: f64, out: &mut [T]) {
+pub(super) fn value_at<T: Field>(coefficients: &[T], size: usize, s: f64, out: &mut [T]) {
     out[..size].fill(T::ZERO);
     let mut power = 1.0;
     for c in coefficients.chunks_exact(size) {

@@ -110,7 +110,7 @@ impl KnotSystem {
         let blocks = |(leg, piece): (usize, &LinearPiece)| {
             interrupt.check(SOLVER)?;
             let frames = [leg, (leg + 1) % count].map(|knot| &system.frames[knot]);
-            piece.by_velocities(frames, interrupt)
+            Ok(piece.by_velocities(frames))
         };
         let blocks: Vec<Blocks> = pieces
             .par_iter()

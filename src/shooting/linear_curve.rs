@@ -1,0 +1,228 @@
+//! A cubic linearised from its start on, leg by leg.
+
+use faer::{Mat, MatRef};
+
+use super::linear_leg::{Found, LinearLeg, State};
+use crate::error::{Error, Result};
+use crate::interrupt::Interrupt;
+use crate::linalg::field::multiply;
+use crate::report::{SolverReport, StopReason};
+use crate::space::{Homogeneous, Shape, in_space};
+
+/// Numbers that the legs may have together: 0.4 gigabytes.
+const LARGEST: usize = 50_000_000;
+
+/// Variations `(p, w, a, b)` of a cubic, as functions of those at its start.
+///
+/// Frames are relative to that at the start, row by row.
+#[derive(Debug)]
+pub(crate) struct LinearCurve {
+    shape: Shape,
+    legs: Vec<Placed>,
+    /// By those at the start, at the end.
+    pub(crate) flow: Mat<f64>,
+    /// At the end.
+    pub(crate) frame: Vec<f64>,
+}
+
+/// What an error is about.
+const SOLVER: &str = "linearised cubic";
+
+/// A leg with its place on the curve.
+#[derive(Debug)]
+struct Placed {
+    leg: LinearLeg,
+    start: f64,
+    length: f64,
+    /// The frame in the middle.
+    frame: Vec<f64>,
+    /// `(p, w, a, b)` in the middle, in the time of the leg, by those at the start of the curve.
+    middle: Mat<f64>,
+}
+
+impl LinearCurve {
+    /// From coordinates of `x, x', x''` at the start, until a time before or after it.
+    ///
+    /// # Errors
+    /// `TooManySteps` where the legs would take too much memory; `Interrupted`.
+    pub(crate) fn new(
+        shape: Shape,
+        start: [Vec<f64>; 3],
+        tension: f64,
+        until: f64,
+        interrupt: Interrupt<'_>,
+    ) -> Result<Self> {
+        in_space!(shape, |space| walk(
+            space,
+            shape,
+            start,
+            [tension, until],
+            interrupt
+        ))
+    }
+
+    /// The displacement at a time and the frame there, for `(p, w, a, b)` at the start.
+    pub(crate) fn displacement(&self, t: f64, start: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let (placed, s) = self.at(t);
+        let start = MatRef::from_column_major_slice(start, start.len(), 1);
+        let middle = &placed.middle * start;
+        in_space!(self.shape, |space| {
+            let displaced = placed.leg.displacement(space, s, middle.col_as_slice(0));
+            (displaced, placed.frame_at(space, s))
+        })
+    }
+
+    /// The frame at a time.
+    pub(crate) fn frame_at(&self, t: f64) -> Vec<f64> {
+        let (placed, s) = self.at(t);
+        in_space!(self.shape, |space| placed.frame_at(space, s))
+    }
+
+    /// The gradient by `(p, w, a, b)` at the start of the sum of products of cotangents, in increasing order of the times after the
+    /// start, with displacements there; in coordinates of the frames that are reached.
+    pub(crate) fn pull_back(&self, loads: &[(f64, Vec<f64>)]) -> Vec<f64> {
+        let mut gradient = vec![0.0; self.flow.nrows()];
+        for loads in loads.chunk_by(|one, other| self.leg_at(one.0) == self.leg_at(other.0)) {
+            let (placed, _) = self.at(loads[0].0);
+            let local = loads.iter().map(|(t, load)| (self.at(*t).1, load.clone()));
+            let by_middle = in_space!(self.shape, |space| placed.leg.pull_back(space, local));
+            let by_middle = MatRef::from_column_major_slice(&by_middle, by_middle.len(), 1);
+            let by_start = placed.middle.transpose() * by_middle;
+            for (sum, x) in gradient.iter_mut().zip(by_start.col_as_slice(0)) {
+                *sum += x;
+            }
+        }
+        gradient
+    }
+
+    fn leg_at(&self, t: f64) -> usize {
+        let after = |placed: &Placed| (t - placed.start) * placed.length.signum() >= 0.0;
+        self.legs.partition_point(after).saturating_sub(1)
+    }
+
+    /// The leg at a time, and the time on it.
+    fn at(&self, t: f64) -> (&Placed, f64) {
+        let placed = &self.legs[self.leg_at(t)];
+        (placed, (t - placed.start) / placed.length - 0.5)
+    }
+}
+
+impl Placed {
+    fn frame_at(&self, space: impl Homogeneous, s: f64) -> Vec<f64> {
+        product(space.size(), &self.frame, &self.leg.frame_at(space, s))
+    }
+}
+
+fn walk(
+    space: impl Homogeneous,
+    shape: Shape,
+    mut state: State,
+    [tension, until]: [f64; 2],
+    interrupt: Interrupt<'_>,
+) -> Result<LinearCurve> {
+    let (d, r) = (space.dim(), space.size());
+    let mut curve = LinearCurve {
+        shape,
+        legs: Vec::new(),
+        flow: Mat::identity(4 * d, 4 * d),
+        frame: (0..r * r)
+            .map(|i| f64::from(u8::from(i % (r + 1) == 0)))
+            .collect(),
+    };
+    let (mut start, mut length, mut numbers) = (0.0, until, 0);
+    while start != until {
+        interrupt.check(SOLVER)?;
+        let own = scaled(&state, length);
+        let tau = (tension != 0.0).then_some(tension * length * length);
+        let leg = match LinearLeg::from_start(space, &own, tau) {
+            Found::Leg(leg) => leg,
+            Found::TooLong => {
+                length *= 0.5;
+                if start + length == start {
+                    return Err(too_many(curve.legs.len(), until - start, length));
+                }
+                continue;
+            }
+        };
+        numbers += leg.len() + 16 * d * d;
+        state = scaled(&leg.last, 1.0 / length);
+        curve.push(space, leg, start, length);
+        start = if length == until - start {
+            until
+        } else {
+            start + length
+        };
+        let left = until - start;
+        if numbers > LARGEST && left != 0.0 {
+            return Err(too_many(curve.legs.len(), left, length));
+        }
+        // As many legs as these would be, all of one length.
+        length = left / (left / length).ceil().max(1.0);
+    }
+    Ok(curve)
+}
+
+impl LinearCurve {
+    fn push(&mut self, space: impl Homogeneous, leg: LinearLeg, start: f64, length: f64) {
+        let (d, r) = (space.dim(), space.size());
+        let unit = |i: usize| length.powi((i / d) as i32);
+        let mut flow = std::mem::replace(&mut self.flow, Mat::new());
+        for column in flow.col_iter_mut() {
+            for (i, x) in column.iter_mut().enumerate() {
+                *x *= unit(i);
+            }
+        }
+        let middle = &leg.from_first * flow;
+        self.flow = &leg.to_last * &middle;
+        for column in self.flow.col_iter_mut() {
+            for (i, x) in column.iter_mut().enumerate() {
+                *x /= unit(i);
+            }
+        }
+        let first = transposed(r, &leg.frame_at(space, -0.5));
+        let frame = product(r, &self.frame, &first);
+        self.frame = product(r, &frame, &leg.frame_at(space, 0.5));
+        self.legs.push(Placed {
+            leg,
+            start,
+            length,
+            frame,
+            middle,
+        });
+    }
+}
+
+/// The error after some legs with some time left, when the next leg has a length.
+fn too_many(legs: usize, left: f64, length: f64) -> Error {
+    let report = SolverReport {
+        converged: false,
+        iterations: legs,
+        residual: left.abs(),
+        tolerance: 0.0,
+        reason: StopReason::MaxIterations,
+    };
+    Error::TooManySteps {
+        solver: SOLVER,
+        limit: legs,
+        forecast: (left / length).min(f64::MAX).ceil(),
+        report,
+    }
+}
+
+/// `x, x', x''` by another unit of time.
+fn scaled(state: &State, unit: f64) -> State {
+    std::array::from_fn(|i| {
+        let factor = unit.powi(i as i32 + 1);
+        state[i].iter().map(|x| x * factor).collect()
+    })
+}
+
+fn product(r: usize, a: &[f64], b: &[f64]) -> Vec<f64> {
+    let mut out = vec![0.0; r * r];
+    multiply(r, a, b, &mut out);
+    out
+}
+
+fn transposed(r: usize, a: &[f64]) -> Vec<f64> {
+    (0..r * r).map(|i| a[i % r * r + i / r]).collect()
+}
