@@ -45,17 +45,23 @@ pub(super) fn end_stiffness(flow: &Mat<f64>) -> Result<Mat<f64>> {
         let [by_a, by_b] = [2, 3].map(|level| flow[(i, level * d + j % d)]);
         FLAT[0][j / d] * by_a + FLAT[1][j / d] * by_b
     });
-    let [smallest, largest] = singular_range(unknown.as_ref())?;
-    let conjugate = Error::ConjugateEnds { smallest, largest };
-    if smallest.is_nan() || smallest <= CONJUGATE * largest {
-        return Err(conjugate);
-    }
     // What of the end is to be made up for by `(x', x'')` at the start.
     let right = Mat::from_fn(2 * d, 4 * d, |i, j| match j.checked_sub(2 * d) {
         None => -flow[(i, j)],
         Some(j) => f64::from(u8::from(i == j)),
     });
-    let found = solve_matrix(unknown.as_ref(), right.as_ref()).ok_or(conjugate)?;
+    let Some(found) = solve_matrix(unknown.as_ref(), right.as_ref()) else {
+        let [smallest, largest] = singular_range(unknown.as_ref())?;
+        return Err(Error::ConjugateEnds { smallest, largest });
+    };
+    // Its last columns are the inverse: a bound of the condition.
+    let inverse = found.subcols(2 * d, 2 * d);
+    if (unknown.norm_l2() * inverse.norm_l2()).recip() <= CONJUGATE {
+        let [smallest, largest] = singular_range(unknown.as_ref())?;
+        if smallest.is_nan() || smallest <= CONJUGATE * largest {
+            return Err(Error::ConjugateEnds { smallest, largest });
+        }
+    }
     let start = Mat::from_fn(2 * d, 4 * d, |i, j| {
         let [point, velocity] = [0, d].map(|part| found[(part + i % d, j)]);
         FLAT[i / d][0] * point + FLAT[i / d][1] * velocity

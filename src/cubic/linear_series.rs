@@ -2,8 +2,11 @@
 //!
 //! A row outside of the span is one row more of the blocks, in which the curve stays zero; variations in the span and in the row do
 //! not mix.
+//!
+//! Square matrices of more than one column go by all columns but the last, which is determined by the others: the entries of `omega`
+//! beside the last column become those of `b`, with the other sign.
 
-use faer::{Mat, MatRef};
+use faer::{Mat, MatRef, Scale};
 
 use super::initial::Horizontal;
 use super::linear_flow::{LinearFlow, side_by_side};
@@ -12,7 +15,7 @@ use super::reduced::Sized;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::shooting::LinearCurve;
-use crate::space::{Homogeneous, in_space};
+use crate::space::{Homogeneous, Quotient, in_space};
 
 /// The series of the legs of a curve from its start to a time.
 #[derive(Debug)]
@@ -23,6 +26,9 @@ pub(super) struct LinearSeries {
     /// Which coordinates of the four vectors are in the span, and which are those of the row.
     inside: Vec<usize>,
     row: Vec<usize>,
+    /// Coordinates of a vector, and from which on they have the other sign in the space of the series.
+    size: usize,
+    unchanged: usize,
 }
 
 impl LinearSeries {
@@ -35,10 +41,18 @@ impl LinearSeries {
             ..inner
         };
         let data = &flow.data;
-        let start = [&data.velocity, &data.acceleration, &data.second()]
-            .map(|x| pack(blocks, &[longer(x.clone(), blocks)]));
-        let curve = LinearCurve::new(blocks.shape(), start, data.tension, until, interrupt)?;
-        let d = blocks.dim();
+        let (d, k) = (blocks.dim(), blocks.k);
+        let is_square = blocks.m == 0 && k > 1 && blocks.quotient == Quotient::Frames;
+        let (shape, unchanged) = match is_square {
+            true => (Sized::frames(1, k - 1).shape(), d + 1 - k),
+            false => (blocks.shape(), d),
+        };
+        let start = [&data.velocity, &data.acceleration, &data.second()].map(|x| {
+            let mut x = pack(blocks, &[longer(x.clone(), blocks)]);
+            turn_signs(&mut x, d, unchanged);
+            x
+        });
+        let curve = LinearCurve::new(shape, start, data.tension, until, interrupt)?;
         let mut is_row = vec![false; d];
         in_space!(blocks.shape(), |space| space
             .each_entry(|p, i, _| is_row[p] = i >= inner.m + inner.k));
@@ -48,6 +62,8 @@ impl LinearSeries {
             blocks,
             inside,
             row,
+            size: d,
+            unchanged,
         })
     }
 
@@ -76,7 +92,9 @@ impl LinearSeries {
         for (i, x) in self.inside.iter().zip(start) {
             all[*i] = *x;
         }
-        let (displaced, frame) = self.curve.displacement(t, &all);
+        turn_signs(&mut all, self.size, self.unchanged);
+        let (mut displaced, frame) = self.curve.displacement(t, &all);
+        turn_signs(&mut displaced, self.size, self.unchanged);
         let inside = self.inside.iter().map_while(|i| displaced.get(*i).copied());
         let [p] = unpack(&inside.collect::<Vec<f64>>(), flow.blocks());
         let mut out = self.lifted(flow, &frame) * p.tangent();
@@ -97,11 +115,14 @@ impl LinearSeries {
             let frame = self.lifted(flow, &self.curve.frame_at(t));
             let mut bar = Horizontal::of_tangent(frame.as_ref(), cotangent);
             // Entries of `omega` are there twice.
-            bar.omega *= faer::Scale(2.0);
-            (t, pack(self.blocks, &[longer(bar, self.blocks)]))
+            bar.omega *= Scale(2.0);
+            let mut bar = pack(self.blocks, &[longer(bar, self.blocks)]);
+            turn_signs(&mut bar, self.size, self.unchanged);
+            (t, bar)
         };
         let packed: Vec<(f64, Vec<f64>)> = loads.iter().map(packed).collect();
-        let all = self.curve.pull_back(&packed);
+        let mut all = self.curve.pull_back(&packed);
+        turn_signs(&mut all, self.size, self.unchanged);
         let inside: Vec<f64> = self.inside.iter().map(|i| all[*i]).collect();
         let found: [Horizontal; 4] = unpack(&inside, flow.blocks());
         let mut out = found.each_ref().map(|x| &flow.frame * x.tangent());
@@ -136,6 +157,15 @@ impl LinearSeries {
     fn lifted(&self, flow: &LinearFlow, frame: &[f64]) -> Mat<f64> {
         let (r, size) = (flow.frame.ncols(), self.blocks.m + self.blocks.k);
         &flow.frame * Mat::from_fn(r, r, |i, j| frame[i * size + j])
+    }
+}
+
+/// Turns the signs of the coordinates of vectors of a size from one on.
+fn turn_signs(vectors: &mut [f64], size: usize, unchanged: usize) {
+    for vector in vectors.chunks_exact_mut(size.max(1)) {
+        for x in &mut vector[unchanged..] {
+            *x = -*x;
+        }
     }
 }
 

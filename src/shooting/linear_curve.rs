@@ -165,18 +165,18 @@ fn walk(
 impl LinearCurve {
     fn push(&mut self, space: impl Homogeneous, leg: LinearLeg, start: f64, length: f64) {
         let (d, r) = (space.dim(), space.size());
-        let unit = |i: usize| length.powi((i / d) as i32);
-        let mut flow = std::mem::replace(&mut self.flow, Mat::new());
-        for column in flow.col_iter_mut() {
-            for (i, x) in column.iter_mut().enumerate() {
-                *x *= unit(i);
-            }
+        let units = |power: i32| (0..4 * d).map(move |i| length.powi(power * (i / d) as i32));
+        let mut middle = leg.from_first.clone();
+        for (column, unit) in middle.col_iter_mut().zip(units(1)) {
+            column.iter_mut().for_each(|x| *x *= unit);
         }
-        let middle = &leg.from_first * flow;
+        if !self.legs.is_empty() {
+            middle = middle * &self.flow;
+        }
         self.flow = &leg.to_last * &middle;
         for column in self.flow.col_iter_mut() {
-            for (i, x) in column.iter_mut().enumerate() {
-                *x /= unit(i);
+            for (x, unit) in column.iter_mut().zip(units(-1)) {
+                *x *= unit;
             }
         }
         let first = transposed(r, &leg.frame_at(space, -0.5));

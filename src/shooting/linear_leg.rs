@@ -31,7 +31,7 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use faer::Mat;
+use faer::{Mat, Scale};
 
 use super::orders::{LONGEST, MOST, Orders};
 use super::series::Series;
@@ -334,37 +334,32 @@ fn inverse(
     [middle, end]: [&State; 2],
     tau: f64,
 ) -> Mat<f64> {
-    let d = space.dim();
+    let (d, wide) = (space.dim(), map.nrows());
     let [at_middle, at_end] = [middle, end].map(|state| displacement_form(space, state, tau));
-    // The form at the end, its columns p, w, a, b by rows.
-    let mut form = Mat::<f64>::zeros(4 * d, 4 * d);
-    for i in 0..d {
-        for j in 0..d {
-            form[(i, j)] = at_end[i * d + j];
-        }
-        let [p, w, a, b] = [0, 1, 2, 3].map(|level| level * d + i);
-        (form[(p, b)], form[(b, p)]) = (1.0, -1.0);
-        (form[(a, w)], form[(w, a)]) = (1.0, -1.0);
-        (form[(p, w)], form[(w, p)]) = (-tau, tau);
-    }
-    let right = map.transpose() * form;
-    let mut out = Mat::<f64>::zeros(4 * d, 4 * d);
-    for column in 0..4 * d {
-        let part = |level: usize, i: usize| right[(level * d + i, column)];
-        for i in 0..d {
-            let (p, w) = (-part(3, i), part(2, i));
-            let turned: f64 = (0..d).map(|j| -at_middle[i * d + j] * part(3, j)).sum();
-            let values = [p, w, tau * p - part(1, i), part(0, i) - turned + tau * w];
-            for (level, value) in values.into_iter().enumerate() {
-                out[(level * d + i, column)] = value;
-            }
-        }
-    }
+    let by = |level: usize| map.subrows(level * d, d).transpose();
+    let [p, w, a, b] = [0, 1, 2, 3].map(by);
+    // The transpose times the form at the end, for columns p, w, a, b; then the inverse of the form in the middle.
+    let by_displacement = p * at_end - b + w * Scale(tau);
+    let right = |i: usize, j: usize| match j / d {
+        0 => by_displacement[(i, j)],
+        1 => a[(i, j - d)] - tau * p[(i, j - d)],
+        2 => -w[(i, j - 2 * d)],
+        _ => p[(i, j - 3 * d)],
+    };
+    let mut out = Mat::from_fn(wide, wide, |i, j| match i / d {
+        0 => -right(i + 3 * d, j),
+        1 => right(i + d, j),
+        2 => -tau * right(i + d, j) - right(i - d, j),
+        _ => right(i - 3 * d, j) + tau * right(i - d, j),
+    });
+    let turned = at_middle * out.subrows(0, d);
+    let mut last = out.subrows_mut(3 * d, d);
+    last -= turned;
     out
 }
 
-/// The part of `omega` of two displacements, row by row: by a displacement `p`, `[p, x'' - tau x]_m - [p, [x, x']_h]`.
-fn displacement_form(space: impl Homogeneous, [x, a, b]: &State, tau: f64) -> Vec<f64> {
+/// The part of `omega` of two displacements: by a displacement `p`, `[p, x'' - tau x]_m - [p, [x, x']_h]`.
+fn displacement_form(space: impl Homogeneous, [x, a, b]: &State, tau: f64) -> Mat<f64> {
     let (d, h, square) = (space.dim(), space.isotropy_dim(), space.size().pow(2));
     let mut matrices = vec![0.0; 3 * square];
     let (x_matrix, rest) = matrices.split_at_mut(square);
@@ -375,7 +370,7 @@ fn displacement_form(space: impl Homogeneous, [x, a, b]: &State, tau: f64) -> Ve
     space.add_isotropy_bracket(x_matrix, other, -1.0, &mut turn);
     let pull: Vec<f64> = b.iter().zip(x).map(|(b, x)| b - tau * x).collect();
     space.matrix_into(&pull, other);
-    let (mut e, mut column, mut form) = (vec![0.0; d], vec![0.0; d], vec![0.0; d * d]);
+    let (mut e, mut column, mut form) = (vec![0.0; d], vec![0.0; d], Mat::zeros(d, d));
     for j in 0..d {
         e[j] = 1.0;
         space.matrix_into(&e, unit);
@@ -386,7 +381,7 @@ fn displacement_form(space: impl Homogeneous, [x, a, b]: &State, tau: f64) -> Ve
             space.subtract_action(&turn, unit, &mut column);
         }
         for (i, entry) in column.iter().enumerate() {
-            form[i * d + j] = *entry;
+            form[(i, j)] = *entry;
         }
     }
     form

@@ -76,20 +76,19 @@ def _cubic_spline(bc_type: BcType) -> Operation:
 
 @cache
 def _rotation_spline(bc_type: BcType) -> Operation:
-    """Solve for quaternions as they are, and take derivatives of the spline of matrices.
+    """Take derivatives of the same curve as one of matrices.
 
     Where `R` changes by `R hat(w)`, the quaternion `q` changes by `q (w, 0) / 2`.
     """
-    in_quaternions = Solved(lambda knots, q: RotationSpline(knots, q, bc_type, extrapolate=False))
-    in_matrices = Solved(lambda knots, q: CubicSpline(knots, _closed(_matrices(_unit(q)), bc_type), bc_type))
+    solved = Solved(lambda knots, q: RotationSpline(knots, q, bc_type, extrapolate=False))
 
     def value(knots: Array, q: Array, t: Array) -> Array:
-        found: Array = in_quaternions((knots, q))(t)
+        found: Array = solved((knots, q))(t)
         return found
 
     def variation(data: Sequence[Array], moves: Sequence[Array]) -> Array:
         knots, q, t = data
-        curve, points = in_matrices((knots, q)), _matrices(_unit(q))
+        curve, points = solved((knots, q)).curve, _matrices(_unit(q))
         turns = _turns(q, moves[1])
         moved = curve.point_variation(t, points @ _hat(turns), moves[0])
         matrices = curve(t)
@@ -99,7 +98,7 @@ def _rotation_spline(bc_type: BcType) -> Operation:
 
     def pullback(data: Sequence[Array], w: Array) -> Sequence[Array]:
         knots, q, t = data
-        curve, points = in_matrices((knots, q)), _matrices(_unit(q))
+        curve, points = solved((knots, q)).curve, _matrices(_unit(q))
         matrices = curve(t)
         # <w, q (r, 0) / 2> = <r, rates>, and for a skew matrix <hat(a), hat(b)> = 2 <a, b>.
         rates = _turned_back(value(knots, q, t), w)
@@ -119,13 +118,6 @@ def _rotation_spline(bc_type: BcType) -> Operation:
         variation=variation,
         pullback=pullback,
     )
-
-
-def _closed(matrices: Array, bc_type: BcType) -> Array:
-    """Let the last rotation be the first one to the last bit, for a closed curve."""
-    if bc_type == "periodic":
-        matrices[-1] = matrices[0]
-    return matrices
 
 
 def _unit(q: Array) -> Array:
