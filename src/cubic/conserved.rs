@@ -14,16 +14,6 @@ use crate::space::Quotient;
 const LARGEST_MOMENTUM: usize = 1 << 14;
 
 impl RiemannianCubic {
-    /// Point, velocity, covariant acceleration and covariant jerk at a time.
-    pub(crate) fn state(&self, t: f64) -> Result<[Mat<f64>; 4]> {
-        Ok([
-            self.point(t)?,
-            self.derivative(t, 1)?,
-            self.acceleration(t)?,
-            self.jerk(t)?,
-        ])
-    }
-
     /// Point, velocity, covariant acceleration and covariant jerk at the start of [`t_span`](Curve::t_span), each of
     /// shape `(n, k)`.
     ///
@@ -32,11 +22,20 @@ impl RiemannianCubic {
     /// # Errors
     /// `Overflow`.
     pub fn initial(&self) -> Result<[Mat<f64>; 4]> {
-        let start = self.t_span().0;
-        let moment = self.clock.path_time(start);
+        self.state(self.t_span().0)
+    }
+
+    /// The same at any time.
+    pub(crate) fn state(&self, t: f64) -> Result<[Mat<f64>; 4]> {
+        let moment = self.clock.path_time(t);
         let ends = self.path.ends();
         let Some(state) = ends.into_iter().find(|state| state.time == moment) else {
-            return self.state(start);
+            return Ok([
+                self.point(t)?,
+                self.derivative(t, 1)?,
+                self.acceleration(t)?,
+                self.jerk(t)?,
+            ]);
         };
         let (r, k) = (self.path.r(), self.k());
         let [x, a, second] = self.vectors(state);
@@ -57,7 +56,7 @@ impl RiemannianCubic {
             tangent(&jerk, 3),
         ];
         for matrix in &data {
-            check_range("initial data", matrix.as_ref())?;
+            check_range("state of a Riemannian cubic", matrix.as_ref())?;
         }
         Ok(data)
     }

@@ -45,6 +45,30 @@ impl LinearPiece {
     ) -> Result<Self> {
         let flow = LinearFlow::new(state, tension, quotient)?;
         let series = LinearSeries::new(&flow, 1.0, interrupt)?;
+        Self::of_series(flow, series)
+    }
+
+    /// Of several cubics on one manifold, linearised eight abreast where that is quicker.
+    ///
+    /// # Errors
+    /// As [`LinearPiece::new`].
+    pub(crate) fn all(
+        states: &[[MatRef<'_, f64>; 4]],
+        tensions: &[f64],
+        quotient: Quotient,
+        interrupt: Interrupt<'_>,
+    ) -> Result<Vec<Self>> {
+        let flows = states.iter().zip(tensions);
+        let flows = flows.map(|(state, tension)| LinearFlow::new(*state, *tension, quotient));
+        let flows: Vec<LinearFlow> = flows.collect::<Result<_>>()?;
+        let series = LinearSeries::all(&flows, interrupt)?;
+        let pieces = flows.into_iter().zip(series);
+        pieces
+            .map(|(flow, series)| Self::of_series(flow, series))
+            .collect()
+    }
+
+    fn of_series(flow: LinearFlow, series: LinearSeries) -> Result<Self> {
         let [inside, row] = series.flows();
         let outer = || end_stiffness(&row);
         Ok(LinearPiece {

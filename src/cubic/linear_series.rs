@@ -6,6 +6,8 @@
 //! Square matrices of more than one column go by all columns but the last, which is determined by the others: the entries of `omega`
 //! beside the last column become those of `b`, with the other sign.
 
+use std::sync::Arc;
+
 use faer::{Mat, MatRef, Scale};
 
 use super::initial::Horizontal;
@@ -15,14 +17,22 @@ use super::reduced::Sized;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::shooting::LinearCurve;
-use crate::space::{Homogeneous, Quotient, in_space};
+use crate::space::{Homogeneous, Quotient, Shape, in_space};
 
 /// The series of the legs of a curve from its start to a time.
 #[derive(Debug)]
 pub(super) struct LinearSeries {
     curve: LinearCurve,
+    layout: Arc<Layout>,
+}
+
+/// Where variations are among the coordinates of the space of the series.
+#[derive(Debug)]
+struct Layout {
     /// With the row outside of the span, where there is one.
     blocks: Sized,
+    /// The space of the series.
+    shape: Shape,
     /// Which coordinates of the four vectors are in the span, and which are those of the row.
     inside: Vec<usize>,
     row: Vec<usize>,
@@ -31,35 +41,26 @@ pub(super) struct LinearSeries {
     unchanged: usize,
 }
 
-impl LinearSeries {
-    /// # Errors
-    /// `TooManySteps`, `Interrupted`.
-    pub(super) fn new(flow: &LinearFlow, until: f64, interrupt: Interrupt<'_>) -> Result<Self> {
+impl Layout {
+    fn of(flow: &LinearFlow) -> Arc<Self> {
         let inner = flow.blocks();
         let blocks = Sized {
             m: inner.m + usize::from(flow.has_rows()),
             ..inner
         };
-        let data = &flow.data;
         let (d, k) = (blocks.dim(), blocks.k);
         let is_square = blocks.m == 0 && k > 1 && blocks.quotient == Quotient::Frames;
         let (shape, unchanged) = match is_square {
             true => (Sized::frames(1, k - 1).shape(), d + 1 - k),
             false => (blocks.shape(), d),
         };
-        let start = [&data.velocity, &data.acceleration, &data.second()].map(|x| {
-            let mut x = pack(blocks, &[longer(x.clone(), blocks)]);
-            turn_signs(&mut x, d, unchanged);
-            x
-        });
-        let curve = LinearCurve::new(shape, start, data.tension, until, interrupt)?;
         let mut is_row = vec![false; d];
         in_space!(blocks.shape(), |space| space
             .each_entry(|p, i, _| is_row[p] = i >= inner.m + inner.k));
         let (row, inside) = (0..4 * d).partition(|i| is_row[i % d]);
-        Ok(LinearSeries {
-            curve,
+        Arc::new(Layout {
             blocks,
+            shape,
             inside,
             row,
             size: d,
@@ -67,11 +68,64 @@ impl LinearSeries {
         })
     }
 
+    /// `x, x', x''` at the start of a curve.
+    fn start(&self, flow: &LinearFlow) -> [Vec<f64>; 3] {
+        let data = &flow.data;
+        [&data.velocity, &data.acceleration, &data.second()].map(|x| self.packed(x.clone()))
+    }
+
+    /// A vector in the coordinates of the space of the series.
+    fn packed(&self, mut x: Horizontal) -> Vec<f64> {
+        x.normal
+            .resize_with(self.blocks.m, self.blocks.k, |_, _| 0.0);
+        let mut packed = pack(self.blocks, &[x]);
+        self.turn_signs(&mut packed);
+        packed
+    }
+
+    /// Between the coordinates of vectors of the blocks and those in the space of the series.
+    fn turn_signs(&self, vectors: &mut [f64]) {
+        for vector in vectors.chunks_exact_mut(self.size.max(1)) {
+            for x in &mut vector[self.unchanged..] {
+                *x = -*x;
+            }
+        }
+    }
+}
+
+impl LinearSeries {
+    /// # Errors
+    /// `TooManySteps`, `Interrupted`.
+    pub(super) fn new(flow: &LinearFlow, until: f64, interrupt: Interrupt<'_>) -> Result<Self> {
+        let layout = Layout::of(flow);
+        let (start, tension) = (layout.start(flow), flow.data.tension);
+        let curve = LinearCurve::new(layout.shape, start, tension, until, interrupt)?;
+        Ok(LinearSeries { curve, layout })
+    }
+
+    /// Of several curves in spans of one size, until the time 1.
+    ///
+    /// # Errors
+    /// `TooManySteps`, `Interrupted`.
+    pub(super) fn all(flows: &[LinearFlow], interrupt: Interrupt<'_>) -> Result<Vec<Self>> {
+        let layout = Layout::of(&flows[0]);
+        let starts = flows.iter().map(|flow| layout.start(flow)).collect();
+        let tensions: Vec<f64> = flows.iter().map(|flow| flow.data.tension).collect();
+        let curves = LinearCurve::abreast(layout.shape, starts, &tensions, interrupt)?;
+        let with_layout = |curve| LinearSeries {
+            curve,
+            layout: layout.clone(),
+        };
+        Ok(curves.into_iter().map(with_layout).collect())
+    }
+
     /// `(p, w, a, b)` at the end by those at the start, in the span and for a row outside of it.
     pub(super) fn flows(&self) -> [Mat<f64>; 2] {
-        let flow = &self.curve.flow;
-        [&self.inside, &self.row]
-            .map(|which| Mat::from_fn(which.len(), which.len(), |i, j| flow[(which[i], which[j])]))
+        let (flow, layout) = (&self.curve.flow, &self.layout);
+        let sign = |i: usize| [1.0, -1.0][usize::from(i % layout.size >= layout.unchanged)];
+        let entry = |i: usize, j: usize| flow[(i, j)] * sign(i) * sign(j);
+        [&layout.inside, &layout.row]
+            .map(|which| Mat::from_fn(which.len(), which.len(), |i, j| entry(which[i], which[j])))
     }
 
     /// The frame at the end, shape `(n, r)`.
@@ -88,14 +142,18 @@ impl LinearSeries {
         start: &[f64],
         rows: Option<&Mat<f64>>,
     ) -> Mat<f64> {
-        let mut all = vec![0.0; 4 * self.blocks.dim()];
-        for (i, x) in self.inside.iter().zip(start) {
+        let mut all = vec![0.0; 4 * self.layout.blocks.dim()];
+        for (i, x) in self.layout.inside.iter().zip(start) {
             all[*i] = *x;
         }
-        turn_signs(&mut all, self.size, self.unchanged);
+        self.layout.turn_signs(&mut all);
         let (mut displaced, frame) = self.curve.displacement(t, &all);
-        turn_signs(&mut displaced, self.size, self.unchanged);
-        let inside = self.inside.iter().map_while(|i| displaced.get(*i).copied());
+        self.layout.turn_signs(&mut displaced);
+        let inside = self
+            .layout
+            .inside
+            .iter()
+            .map_while(|i| displaced.get(*i).copied());
         let [p] = unpack(&inside.collect::<Vec<f64>>(), flow.blocks());
         let mut out = self.lifted(flow, &frame) * p.tangent();
         if let Some(rows) = rows {
@@ -116,18 +174,16 @@ impl LinearSeries {
             let mut bar = Horizontal::of_tangent(frame.as_ref(), cotangent);
             // Entries of `omega` are there twice.
             bar.omega *= Scale(2.0);
-            let mut bar = pack(self.blocks, &[longer(bar, self.blocks)]);
-            turn_signs(&mut bar, self.size, self.unchanged);
-            (t, bar)
+            (t, self.layout.packed(bar))
         };
         let packed: Vec<(f64, Vec<f64>)> = loads.iter().map(packed).collect();
         let mut all = self.curve.pull_back(&packed);
-        turn_signs(&mut all, self.size, self.unchanged);
-        let inside: Vec<f64> = self.inside.iter().map(|i| all[*i]).collect();
+        self.layout.turn_signs(&mut all);
+        let inside: Vec<f64> = self.layout.inside.iter().map(|i| all[*i]).collect();
         let found: [Horizontal; 4] = unpack(&inside, flow.blocks());
         let mut out = found.each_ref().map(|x| &flow.frame * x.tangent());
         if flow.has_rows() {
-            let k = self.blocks.k;
+            let k = self.layout.blocks.k;
             for (t, cotangent) in loads {
                 let bars = flow.off(cotangent.to_owned()) * self.row_flow(*t);
                 for (part, out) in out.iter_mut().enumerate() {
@@ -140,14 +196,14 @@ impl LinearSeries {
 
     /// The displacement of a row outside of the span by its `(p, w, a, b)` at the start, shape `(k, 4 k)`.
     fn row_flow(&self, t: f64) -> Mat<f64> {
-        let mut unit = vec![0.0; 4 * self.blocks.dim()];
-        let mut out = Mat::zeros(self.blocks.k, self.row.len());
-        for (j, at) in self.row.iter().enumerate() {
+        let mut unit = vec![0.0; 4 * self.layout.blocks.dim()];
+        let mut out = Mat::zeros(self.layout.blocks.k, self.layout.row.len());
+        for (j, at) in self.layout.row.iter().enumerate() {
             unit[*at] = 1.0;
             let (displaced, _) = self.curve.displacement(t, &unit);
             unit[*at] = 0.0;
-            for i in 0..self.blocks.k {
-                out[(i, j)] = displaced[self.row[i]];
+            for i in 0..self.layout.blocks.k {
+                out[(i, j)] = displaced[self.layout.row[i]];
             }
         }
         out
@@ -155,28 +211,131 @@ impl LinearSeries {
 
     /// A frame of the curve's coordinates, in the span.
     fn lifted(&self, flow: &LinearFlow, frame: &[f64]) -> Mat<f64> {
-        let (r, size) = (flow.frame.ncols(), self.blocks.m + self.blocks.k);
+        let (r, size) = (
+            flow.frame.ncols(),
+            self.layout.blocks.m + self.layout.blocks.k,
+        );
         &flow.frame * Mat::from_fn(r, r, |i, j| frame[i * size + j])
     }
-}
-
-/// Turns the signs of the coordinates of vectors of a size from one on.
-fn turn_signs(vectors: &mut [f64], size: usize, unchanged: usize) {
-    for vector in vectors.chunks_exact_mut(size.max(1)) {
-        for x in &mut vector[unchanged..] {
-            *x = -*x;
-        }
-    }
-}
-
-/// With rows of zeros, up to the size of blocks.
-fn longer(mut x: Horizontal, blocks: Sized) -> Horizontal {
-    x.normal.resize_with(blocks.m, blocks.k, |_, _| 0.0);
-    x
 }
 
 /// What of four vectors is outside of the span, side by side; `None` where the span is all of `R^n`.
 pub(super) fn rows_outside(flow: &LinearFlow, vectors: &[Mat<f64>; 4]) -> Option<Mat<f64>> {
     let views = vectors.each_ref().map(|x| x.as_ref());
     flow.has_rows().then(|| flow.off(side_by_side(&views)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cubic::variation::vary;
+    use crate::{Stiefel, linalg::structure::norm};
+
+    /// Numbers between -1 and 1.
+    fn numbers(seed: u64) -> impl FnMut() -> f64 {
+        let mut state = seed;
+        move || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            ((state >> 11) as f64) / (1_u64 << 52) as f64 - 1.0
+        }
+    }
+
+    fn flow([n, k]: [usize; 2], tension: f64, speed: f64, quotient: Quotient) -> LinearFlow {
+        let mut next = numbers(7 + n as u64);
+        let manifold = Stiefel::new(n, k).unwrap();
+        let raw = Mat::from_fn(n, k, |_, _| next());
+        let s = manifold.project(raw.as_ref()).unwrap();
+        let vectors = [1.0, 2.0, 3.0].map(|size: f64| {
+            let raw = Mat::from_fn(n, k, |_, _| next());
+            let inner = s.transpose() * &raw;
+            let v = match quotient {
+                Quotient::Frames => &raw - &s * (&inner + inner.transpose()) * Scale(0.5),
+                Quotient::Subspaces => &raw - &s * &inner,
+            };
+            let unit = norm(v.as_ref());
+            v * Scale(size * speed.powf(size) / unit)
+        });
+        let [v, a, j] = vectors.each_ref().map(|x| x.as_ref());
+        LinearFlow::new([s.as_ref(), v, a, j], tension, quotient).unwrap()
+    }
+
+    /// Beside directional derivatives by dual numbers.
+    fn check(flow: &LinearFlow, series: &LinearSeries, until: f64, bound: f64) {
+        let blocks = flow.blocks();
+        let d = blocks.dim();
+        let [inside, _] = series.flows();
+        let units = |levels: usize| {
+            (0..levels * d).map(move |i| {
+                let mut entries = vec![0.0; levels * d];
+                entries[i] = 1.0;
+                entries
+            })
+        };
+        let directions: Vec<[Horizontal; 3]> =
+            units(3).map(|entries| unpack(&entries, blocks)).collect();
+        let reached = vary::<8>(&flow.data, 0, &directions, &[until], Interrupt::NEVER)
+            .unwrap()
+            .remove(0);
+        let displaced = units(1).map(|entries| {
+            let [u] = unpack(&entries, blocks);
+            pack(blocks, &reached.displaced(&u))
+        });
+        let others = reached.variations.iter().map(|column| pack(blocks, column));
+        for (column, expected) in displaced.chain(others).enumerate() {
+            let size = 1.0 + expected.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
+            for (row, x) in expected.iter().enumerate() {
+                let error = (inside[(row, column)] - x).abs() / size;
+                assert!(error < bound, "({row}, {column}) of {d}: {error:.1e}");
+            }
+        }
+        let end = series.end(flow);
+        let error = norm((end - &flow.frame * &reached.frame).as_ref());
+        assert!(error < 1e-13, "frame: {error:.1e}");
+    }
+
+    const SHAPES: [[usize; 2]; 8] = [
+        [2, 1],
+        [2, 2],
+        [3, 1],
+        [3, 2],
+        [3, 3],
+        [4, 4],
+        [5, 2],
+        [7, 3],
+    ];
+
+    #[test]
+    fn flows_are_those_of_dual_numbers() {
+        for shape in SHAPES {
+            for quotient in [Quotient::Frames, Quotient::Subspaces] {
+                if quotient == Quotient::Subspaces && shape[0] == shape[1] {
+                    continue;
+                }
+                for (tension, speed, until) in [
+                    (0.0, 0.5, 1.0),
+                    (4.0, 0.5, 1.0),
+                    (0.0, 3.0, 1.0),
+                    (0.0, 0.7, -1.5),
+                ] {
+                    let flow = flow(shape, tension, speed, quotient);
+                    let series = LinearSeries::new(&flow, until, Interrupt::NEVER).unwrap();
+                    println!("{shape:?} {quotient:?} {tension} {speed} {until}");
+                    check(&flow, &series, until, 1e-11);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn eight_abreast_are_what_each_is_alone() {
+        for shape in SHAPES {
+            let flows = [0.1, 0.3, 0.5, 0.7, 0.2].map(|s| flow(shape, 0.5, s, Quotient::Frames));
+            let all = LinearSeries::all(&flows, Interrupt::NEVER).unwrap();
+            for (flow, series) in flows.iter().zip(&all) {
+                check(flow, series, 1.0, 1e-12);
+            }
+        }
+    }
 }

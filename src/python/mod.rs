@@ -20,6 +20,7 @@ mod geodesic;
 mod geometry;
 mod grassmann;
 mod grassmann_geometry;
+mod kept;
 mod knots;
 mod linalg;
 mod measure;

@@ -1,8 +1,11 @@
 //! Riemannian cubics of the binding.
 
+use super::kept::Kept;
 use super::points::{Points, symbol};
 use super::prelude::*;
-use crate::cubic::{BoundaryOptions, IntegrationOptions, RiemannianCubic, SearchOptions};
+use crate::cubic::{
+    BoundaryDerivative, BoundaryOptions, IntegrationOptions, RiemannianCubic, SearchOptions,
+};
 use crate::curve::Curve;
 use crate::space::Quotient;
 
@@ -36,6 +39,7 @@ use crate::space::Quotient;
 pub struct PyRiemannianCubic {
     pub(super) curve: Arc<RiemannianCubic>,
     pub(super) field: Field,
+    pub(super) derivative: Kept<BoundaryDerivative>,
 }
 
 #[pymethods]
@@ -334,7 +338,11 @@ impl PyRiemannianCubic {
     ) -> PyResult<Py<Self>> {
         let curve = Arc::new(curve);
         let inner = Arc::clone(&curve) as _;
-        let class = PyRiemannianCubic { curve, field };
+        let class = PyRiemannianCubic {
+            curve,
+            field,
+            derivative: Kept::default(),
+        };
         Py::new(py, wrap(py, inner, field, class)?)
     }
 

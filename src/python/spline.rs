@@ -1,5 +1,6 @@
 //! Splines of the binding: curves through many points.
 
+use super::kept::Kept;
 use super::knots::{BcType, Ends, restore_ends, store_ends};
 use super::only_bases::advised_knots;
 use super::piecewise::{
@@ -12,8 +13,8 @@ use super::velocities::Velocities;
 use crate::cubic::BoundaryOptions;
 use crate::space::Quotient;
 use crate::spline::{
-    SplineOptions, cubic_hermite, cubic_spline, geometric_hermite, geometric_spline,
-    geometric_subspace_hermite, geometric_subspace_spline, subspace_hermite,
+    SplineDerivative, SplineOptions, cubic_hermite, cubic_spline, geometric_hermite,
+    geometric_spline, geometric_subspace_hermite, geometric_subspace_spline, subspace_hermite,
 };
 
 /// Curve through points with given velocities, once continuously differentiable.
@@ -243,6 +244,17 @@ pub struct PyCubicSpline {
     /// The end conditions, as given: a word, or a pair; arrays are read-only.
     #[pyo3(get)]
     pub(super) bc_type: Py<PyAny>,
+    pub(super) derivative: Kept<SplineDerivative>,
+}
+
+impl PyCubicSpline {
+    /// With end conditions as they are given.
+    pub(super) fn of_ends(bc_type: Py<PyAny>) -> Self {
+        PyCubicSpline {
+            bc_type,
+            derivative: Kept::default(),
+        }
+    }
 }
 
 #[pymethods]
@@ -318,7 +330,9 @@ impl PyCubicSpline {
                 report,
             })
         })?;
-        Ok(spline.wrap(py)?.add_subclass(PyCubicSpline { bc_type }))
+        Ok(spline
+            .wrap(py)?
+            .add_subclass(PyCubicSpline::of_ends(bc_type)))
     }
 
     /// For files and pickles: all numbers of the curve.
@@ -340,7 +354,7 @@ impl PyCubicSpline {
             Spline::restored(fields, field, geometric, stop)
         })?;
         let bc_type = ends.read(py, field, spline.data.shape())?.given;
-        let class = PyCubicSpline { bc_type };
+        let class = PyCubicSpline::of_ends(bc_type);
         object(py, spline.wrap(py)?.add_subclass(class))
     }
 }

@@ -1,5 +1,6 @@
 //! Derivatives of splines of Riemannian cubics with respect to their data, in the binding.
 
+use super::kept::Kept;
 use super::knots::{BcType, pair};
 use super::piecewise::Cubics;
 use super::prelude::*;
@@ -8,13 +9,16 @@ use super::variation::Cotangents;
 use crate::cubic::RiemannianCubic;
 use crate::curve::Curve;
 use crate::space::Quotient;
-use crate::spline::{EndCondition, EndConditions, Piecewise, SplineGradient, SplineVariation};
+use crate::spline::{
+    EndCondition, EndConditions, Piecewise, SplineDerivative, SplineGradient, SplineVariation,
+};
 
 /// A spline of Riemannian cubics, and what holds at its ends.
 struct Spline {
     curve: Arc<Piecewise<RiemannianCubic>>,
     ends: EndConditions,
     field: Field,
+    derivative: Kept<SplineDerivative>,
 }
 
 /// `(GS, Gt, Gbc)`.
@@ -39,11 +43,22 @@ impl Spline {
                 in_terms_of_curve(&curve, points.get(points.len() - 1), ends)?
             }
         };
-        Ok(Spline { curve, ends, field })
+        let derivative = slf.get().derivative.clone();
+        Ok(Spline {
+            curve,
+            ends,
+            field,
+            derivative,
+        })
     }
 
     fn shape(&self) -> (usize, usize) {
         (self.curve.n(), self.curve.k())
+    }
+
+    fn derivative(&self, interrupt: Interrupt<'_>) -> Result<&SplineDerivative> {
+        self.derivative
+            .get(|| self.curve.data_derivative(&self.ends, interrupt))
     }
 
     /// Runs `work`: a linear system of all pieces, and points at some times.
@@ -177,7 +192,7 @@ impl PyCubicSpline {
                 times: &moves,
                 ends: ends.each_ref().map(|end| end.as_ref().map(Mat::as_ref)),
             };
-            let derivative = spline.curve.data_derivative(&spline.ends, interrupt)?;
+            let derivative = spline.derivative(interrupt)?;
             let found = derivative.points(&variation, &t.entries, interrupt)?;
             Ok(Array::stacked(&t.shape, &found, spline.shape()))
         })?;
@@ -220,7 +235,7 @@ impl PyCubicSpline {
         let (field, shape) = (spline.field, spline.shape());
         let data = Cotangents::read(t, W, shape, field)?;
         let found = spline.run(slf.py(), data.times.len(), move |spline, interrupt| {
-            let derivative = spline.curve.data_derivative(&spline.ends, interrupt)?;
+            let derivative = spline.derivative(interrupt)?;
             derivative.pull_back(&data.times, &data.matrices.views(), interrupt)
         })?;
         gradient(field, shape, found)

@@ -75,8 +75,9 @@ impl PyRiemannianCubic {
     /// of its own ends; this is the derivative of that solution.
     fn initial_variation(&self, dS0: &Any, dV0: &Any, dS1: &Any, dV1: &Any) -> PyResult<Four> {
         let data = self.field.matrices(named![dS0, dV0, dS1, dV1])?;
+        let kept = self.derivative.clone();
         let d = self.run(dS0.py(), DERIVATIVES, move |curve, interrupt| {
-            let derivative = curve.boundary_derivative(interrupt)?;
+            let derivative = kept.get(|| curve.boundary_derivative(interrupt))?;
             derivative.initial(&variation(&data))
         })?;
         self.field
@@ -114,8 +115,9 @@ impl PyRiemannianCubic {
     ) -> PyResult<Numbers> {
         let data = self.field.matrices(named![dS0, dV0, dS1, dV1])?;
         let t = read(t, "t")?;
+        let kept = self.derivative.clone();
         let found = self.run(dS0.py(), DERIVATIVES, move |curve, interrupt| {
-            let derivative = curve.boundary_derivative(interrupt)?;
+            let derivative = kept.get(|| curve.boundary_derivative(interrupt))?;
             let found = derivative.points(curve, &variation(&data), &t.entries, interrupt)?;
             Ok(Array::stacked(&t.shape, &found, (curve.n(), curve.k())))
         })?;
@@ -166,8 +168,9 @@ impl PyRiemannianCubic {
     /// One solution of the linear equations, whatever the number of parameters.
     fn point_pullback(&self, t: &Any, W: &Any) -> PyResult<Four> {
         let data = Cotangents::read(t, W, (self.curve.n(), self.curve.k()), self.field)?;
+        let kept = self.derivative.clone();
         let d = self.run(t.py(), DERIVATIVES, move |curve, interrupt| {
-            let derivative = curve.boundary_derivative(interrupt)?;
+            let derivative = kept.get(|| curve.boundary_derivative(interrupt))?;
             derivative.pull_back(&data.times, &data.matrices.views(), interrupt)
         })?;
         self.field.four([d.s0, d.v0, d.s1, d.v1])

@@ -2,10 +2,11 @@
 
 use faer::{Mat, MatRef};
 
-use super::linear_leg::{Found, LinearLeg, State};
+use super::linear_leg::{LinearLeg, State};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::field::multiply;
+use crate::linalg::lanes::{LANES, Lanes};
 use crate::report::{SolverReport, StopReason};
 use crate::space::{Homogeneous, Shape, in_space};
 
@@ -25,13 +26,17 @@ pub(crate) struct LinearCurve {
     pub(crate) frame: Vec<f64>,
 }
 
+/// Fewer legs than this are linearised one by one, and those of a larger dimension.
+const FEW: usize = 3;
+const LARGE: usize = 30;
+
 /// What an error is about.
 const SOLVER: &str = "linearised cubic";
 
 /// A leg with its place on the curve.
 #[derive(Debug)]
 struct Placed {
-    leg: LinearLeg,
+    leg: LinearLeg<f64>,
     start: f64,
     length: f64,
     /// The frame in the middle.
@@ -59,6 +64,52 @@ impl LinearCurve {
             [tension, until],
             interrupt
         ))
+    }
+
+    /// Several, until the time 1, eight abreast where one leg each is enough.
+    ///
+    /// # Errors
+    /// As [`LinearCurve::new`].
+    pub(crate) fn abreast(
+        shape: Shape,
+        starts: Vec<[Vec<f64>; 3]>,
+        tensions: &[f64],
+        interrupt: Interrupt<'_>,
+    ) -> Result<Vec<Self>> {
+        in_space!(shape, |space| {
+            let mut curves = Vec::new();
+            let groups = starts.chunks(LANES).zip(tensions.chunks(LANES));
+            for (starts, tensions) in groups {
+                interrupt.check(SOLVER)?;
+                match legs_abreast(space, starts, tensions) {
+                    Some(legs) => curves.extend((0..starts.len()).map(|lane| {
+                        let mut curve = LinearCurve::at_start(space, shape);
+                        curve.push(space, legs.lane(lane), 0.0, 1.0);
+                        curve
+                    })),
+                    None => {
+                        for (start, tension) in starts.iter().zip(tensions) {
+                            let reach = [*tension, 1.0];
+                            curves.push(walk(space, shape, start.clone(), reach, interrupt)?);
+                        }
+                    }
+                }
+            }
+            Ok(curves)
+        })
+    }
+
+    /// Without legs.
+    fn at_start(space: impl Homogeneous, shape: Shape) -> Self {
+        let (wide, r) = (4 * space.dim(), space.size());
+        LinearCurve {
+            shape,
+            legs: Vec::new(),
+            flow: Mat::identity(wide, wide),
+            frame: (0..r * r)
+                .map(|i| f64::from(u8::from(i % (r + 1) == 0)))
+                .collect(),
+        }
     }
 
     /// The displacement at a time and the frame there, for `(p, w, a, b)` at the start.
@@ -116,33 +167,23 @@ impl Placed {
 fn walk(
     space: impl Homogeneous,
     shape: Shape,
-    mut state: State,
+    mut state: State<f64>,
     [tension, until]: [f64; 2],
     interrupt: Interrupt<'_>,
 ) -> Result<LinearCurve> {
-    let (d, r) = (space.dim(), space.size());
-    let mut curve = LinearCurve {
-        shape,
-        legs: Vec::new(),
-        flow: Mat::identity(4 * d, 4 * d),
-        frame: (0..r * r)
-            .map(|i| f64::from(u8::from(i % (r + 1) == 0)))
-            .collect(),
-    };
+    let d = space.dim();
+    let mut curve = LinearCurve::at_start(space, shape);
     let (mut start, mut length, mut numbers) = (0.0, until, 0);
     while start != until {
         interrupt.check(SOLVER)?;
         let own = scaled(&state, length);
         let tau = (tension != 0.0).then_some(tension * length * length);
-        let leg = match LinearLeg::from_start(space, &own, tau) {
-            Found::Leg(leg) => leg,
-            Found::TooLong => {
-                length *= 0.5;
-                if start + length == start {
-                    return Err(too_many(curve.legs.len(), until - start, length));
-                }
-                continue;
+        let Some(leg) = LinearLeg::from_start(space, &own, tau) else {
+            length *= 0.5;
+            if start + length == start {
+                return Err(too_many(curve.legs.len(), until - start, length));
             }
+            continue;
         };
         numbers += leg.len() + 16 * d * d;
         state = scaled(&leg.last, 1.0 / length);
@@ -163,17 +204,18 @@ fn walk(
 }
 
 impl LinearCurve {
-    fn push(&mut self, space: impl Homogeneous, leg: LinearLeg, start: f64, length: f64) {
+    fn push(&mut self, space: impl Homogeneous, leg: LinearLeg<f64>, start: f64, length: f64) {
         let (d, r) = (space.dim(), space.size());
         let units = |power: i32| (0..4 * d).map(move |i| length.powi(power * (i / d) as i32));
-        let mut middle = leg.from_first.clone();
+        let [mut middle, to_last] = [&leg.from_first, &leg.to_last]
+            .map(|map| Mat::from_fn(4 * d, 4 * d, |i, j| map[i * 4 * d + j]));
         for (column, unit) in middle.col_iter_mut().zip(units(1)) {
             column.iter_mut().for_each(|x| *x *= unit);
         }
         if !self.legs.is_empty() {
             middle = middle * &self.flow;
         }
-        self.flow = &leg.to_last * &middle;
+        self.flow = to_last * &middle;
         for column in self.flow.col_iter_mut() {
             for (x, unit) in column.iter_mut().zip(units(-1)) {
                 *x *= unit;
@@ -190,6 +232,27 @@ impl LinearCurve {
             middle,
         });
     }
+}
+
+/// Legs that take one unit of time, the last start for lanes without one; `None` where some are too long for one series, or where
+/// they are few or large.
+fn legs_abreast(
+    space: impl Homogeneous,
+    starts: &[State<f64>],
+    tensions: &[f64],
+) -> Option<LinearLeg<Lanes>> {
+    if starts.len() < FEW || space.dim() > LARGE {
+        return None;
+    }
+    let last = starts.len() - 1;
+    let lanes = |of: &dyn Fn(usize) -> f64| Lanes(std::array::from_fn(|lane| of(lane.min(last))));
+    let state: State<Lanes> = std::array::from_fn(|level| {
+        let entry = |p: usize| lanes(&|lane| starts[lane][level][p]);
+        (0..space.dim()).map(entry).collect()
+    });
+    let tension = lanes(&|lane| tensions[lane]);
+    let has_tension = tensions.iter().any(|tension| *tension != 0.0);
+    LinearLeg::from_start(space, &state, has_tension.then_some(tension))
 }
 
 /// The error after some legs with some time left, when the next leg has a length.
@@ -210,7 +273,7 @@ fn too_many(legs: usize, left: f64, length: f64) -> Error {
 }
 
 /// `x, x', x''` by another unit of time.
-fn scaled(state: &State, unit: f64) -> State {
+fn scaled(state: &State<f64>, unit: f64) -> State<f64> {
     std::array::from_fn(|i| {
         let factor = unit.powi(i as i32 + 1);
         state[i].iter().map(|x| x * factor).collect()

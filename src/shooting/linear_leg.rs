@@ -31,13 +31,13 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use faer::{Mat, Scale};
-
 use super::orders::{LONGEST, MOST, Orders};
-use super::series::Series;
-use super::variation::{Node, Variation, value_at};
+use super::series::{Series, turn_into, turn_size};
+use super::variation::{Node, Variation};
 use crate::curve::nodes::Antiderivative;
-use crate::linalg::field::{accumulate, multiply, multiply_transposed, transposed_multiply};
+use crate::linalg::field::{
+    Field, accumulate, larger, largest, multiply, multiply_transposed, transposed_multiply,
+};
 use crate::linalg::simd::vectorised;
 use crate::space::Homogeneous;
 
@@ -45,75 +45,64 @@ use crate::space::Homogeneous;
 const MORE: usize = 2;
 
 /// `x, x', x''` at a time.
-pub(super) type State = [Vec<f64>; 3];
+pub(super) type State<T> = [Vec<T>; 3];
 
-/// A leg, run through for `s` in `[-1/2, 1/2]`.
+/// A leg, or eight of them, run through for `s` in `[-1/2, 1/2]`. Matrices row by row.
 #[derive(Debug)]
-pub(super) struct LinearLeg {
-    /// Coefficients of the frame relative to that in the middle.
-    frames: Vec<f64>,
+pub(super) struct LinearLeg<T> {
+    /// Coefficients of the frame relative to that in the middle, quaternions in three dimensions.
+    frames: Vec<T>,
     integral: Arc<Antiderivative>,
     /// `Ad_g dx` at the nodes by the changes in the middle, shape `(d + h, 3 d)` each.
-    rates: Vec<f64>,
-    /// `(p, w, a, b)` in the middle by those at the first end, and at the last end by those in the middle.
-    pub(super) from_first: Mat<f64>,
-    pub(super) to_last: Mat<f64>,
+    rates: Vec<T>,
+    /// `(p, w, a, b)` in the middle by those at the first end, and at the last end by those in the middle, shape `(4 d, 4 d)`.
+    pub(super) from_first: Vec<T>,
+    pub(super) to_last: Vec<T>,
     /// `x, x', x''` at the last end.
-    pub(super) last: State,
+    pub(super) last: State<T>,
 }
 
-/// What a leg of a given start takes.
-pub(super) enum Found {
-    Leg(LinearLeg),
-    /// A shorter one.
-    TooLong,
-}
-
-impl LinearLeg {
-    /// Of the curve with `x, x', x''` at the first end, in the time in which the leg takes one.
+impl<T: Field> LinearLeg<T> {
+    /// Of the curve with `x, x', x''` at the first end, in the time in which the leg takes one; `None` where a shorter one is needed.
     pub(super) fn from_start(
         space: impl Homogeneous,
-        first: &State,
-        tension: Option<f64>,
-    ) -> Found {
+        first: &State<T>,
+        tension: Option<T>,
+    ) -> Option<Self> {
         let d = space.dim();
+        let mut series = Series::new(space, MOST);
         // To the middle by the series about the first end.
-        let Some((series, order)) = resolved(space, first, tension) else {
-            return Found::TooLong;
-        };
-        let mut middle: State = std::array::from_fn(|_| vec![0.0; d]);
-        let mut before = vec![0.0; d];
+        let order = resolve(space, first, tension, &mut series)?;
+        let mut middle: State<T> = std::array::from_fn(|_| vec![T::ZERO; d]);
+        let mut before = vec![T::ZERO; d];
         for (derivative, x) in middle.iter_mut().enumerate() {
             series.at_ends(d, order + 3, derivative, [&mut before, x]);
         }
-        match resolved(space, &middle, tension) {
-            Some((series, order)) => {
-                let order = (order + MORE).min(MOST);
-                Found::Leg(Self::about(space, series, &middle, tension, order))
-            }
-            None => Found::TooLong,
-        }
+        let order = resolve(space, &middle, tension, &mut series)?;
+        let order = (order + MORE).min(MOST);
+        Some(Self::about(space, series, &middle, tension, order))
     }
 
-    /// From the series of the curve, by so many terms.
+    /// By so many terms.
     fn about(
         space: impl Homogeneous,
-        mut series: Series<f64>,
-        middle: &State,
-        tension: Option<f64>,
+        mut series: Series<T>,
+        middle: &State<T>,
+        tension: Option<T>,
         order: usize,
     ) -> Self {
-        let (d, h, r) = (space.dim(), space.isotropy_dim(), space.size());
+        let (d, h) = (space.dim(), space.isotropy_dim());
         let views = middle.each_ref().map(Vec::as_slice);
         series.set_curve(space, views, tension, order);
-        series.set_frames(space, order + 3);
+        series.set_turns(space, order + 2);
         let integral = Antiderivative::of(order / 2 + 6);
         let nodes: Vec<Node> = integral.nodes.iter().map(|s| (s - 0.5, 0.0)).collect();
-        let mut variation = Variation::<3, f64>::with_nodes(space, order, Cow::Owned(nodes));
+        let mut variation = Variation::<3, T>::with_nodes(space, order, Cow::Owned(nodes));
         variation.set_changes(space, &series, tension, order);
-        let frames = series.frames[..(order + 4) * r * r].to_vec();
+        let frames = series.frames[..(order + 3) * turn_size(space)].to_vec();
         let rates = rates(space, &frames, &integral, &variation);
-        let mut states: [State; 2] = std::array::from_fn(|_| std::array::from_fn(|_| vec![0.0; d]));
+        let mut states: [State<T>; 2] =
+            std::array::from_fn(|_| std::array::from_fn(|_| vec![T::ZERO; d]));
         let [first, last] = &mut states;
         for (derivative, (first, last)) in first.iter_mut().zip(last).enumerate() {
             series.at_ends(d, order + 3, derivative, [first, last]);
@@ -122,44 +111,62 @@ impl LinearLeg {
             frames,
             integral,
             rates,
-            from_first: Mat::new(),
-            to_last: Mat::new(),
+            from_first: Vec::new(),
+            to_last: Vec::new(),
             last: Default::default(),
         };
-        let map = |end: usize| {
-            let mut eta = vec![0.0; (d + h) * 4 * d];
-            leg.turn_at(space, [-0.5, 0.5][end], &mut eta);
-            let changes = variation.ends.each_ref().map(|ends| ends[end].as_slice());
-            by_middle(space, &eta, &states[end], changes)
-        };
-        let [to_first, to_last] = [map(0), map(1)];
-        let tau = tension.unwrap_or_default();
-        leg.from_first = inverse(space, &to_first, [middle, &states[0]], tau);
-        leg.to_last = to_last;
+        [leg.from_first, leg.to_last] = vectorised(
+            #[inline(always)]
+            || {
+                let map = |end: usize| {
+                    let mut eta = vec![T::ZERO; (d + h) * 4 * d];
+                    leg.eta_into(space, [-0.5, 0.5][end], &mut eta);
+                    let changes = variation.ends.each_ref().map(|ends| ends[end].as_slice());
+                    by_middle(space, &eta, &states[end], changes)
+                };
+                let tau = tension.unwrap_or(T::ZERO);
+                let from_first = inverse(space, &map(0), [middle, &states[0]], tau);
+                [from_first, map(1)]
+            },
+        );
         let [_, last] = states;
         leg.last = last;
         leg
     }
 
+    /// One of eight.
+    pub(super) fn lane(&self, lane: usize) -> LinearLeg<f64> {
+        let of = |x: &[T]| x.iter().map(|x| x.lane(lane)).collect::<Vec<f64>>();
+        LinearLeg {
+            frames: of(&self.frames),
+            integral: Arc::clone(&self.integral),
+            rates: of(&self.rates),
+            from_first: of(&self.from_first),
+            to_last: of(&self.to_last),
+            last: self.last.each_ref().map(|x| of(x)),
+        }
+    }
+
     /// `g^{-1} dg` at a time by `(p, w, a, b)` in the middle, shape `(d + h, 4 d)`.
-    fn turn_at(&self, space: impl Homogeneous, s: f64, out: &mut [f64]) {
+    #[inline(always)]
+    fn eta_into(&self, space: impl Homogeneous, s: f64, out: &mut [T]) {
         let (d, h) = (space.dim(), space.isotropy_dim());
         let wide = 4 * d;
         let weights = self.integral.weights_at(s + 0.5);
-        out.fill(0.0);
+        out.fill(T::ZERO);
         for (weight, rates) in weights.iter().zip(self.rates.chunks_exact((d + h) * 3 * d)) {
             for (out, rates) in out.chunks_exact_mut(wide).zip(rates.chunks_exact(3 * d)) {
                 for (out, rate) in out[d..].iter_mut().zip(rates) {
-                    *out += weight * rate;
+                    *out += *rate * *weight;
                 }
             }
         }
         for p in 0..d {
-            out[p * wide + p] = 1.0;
+            out[p * wide + p] = T::constant(1.0);
         }
         let frame = self.frame_at(space, s);
-        let mut work = vec![0.0; 3 * space.size().pow(2)];
-        let mut column = vec![0.0; d + h];
+        let mut work = vec![T::ZERO; 3 * space.size().pow(2)];
+        let mut column = vec![T::ZERO; d + h];
         for i in 0..wide {
             for (entry, row) in column.iter_mut().zip(out.chunks_exact(wide)) {
                 *entry = row[i];
@@ -171,14 +178,16 @@ impl LinearLeg {
         }
     }
 
-    /// The frame at a time relative to that in the middle, row by row.
-    pub(super) fn frame_at(&self, space: impl Homogeneous, s: f64) -> Vec<f64> {
-        let square = space.size().pow(2);
-        let mut frame = vec![0.0; square];
-        value_at(&self.frames, square, s, &mut frame);
+    /// The frame at a time relative to that in the middle.
+    #[inline(always)]
+    pub(super) fn frame_at(&self, space: impl Homogeneous, s: f64) -> Vec<T> {
+        let mut frame = vec![T::ZERO; space.size().pow(2)];
+        turn_into(space, &self.frames, s, &mut frame);
         frame
     }
+}
 
+impl LinearLeg<f64> {
     /// The displacement at a time, for `(p, w, a, b)` in the middle.
     pub(super) fn displacement(&self, space: impl Homogeneous, s: f64, middle: &[f64]) -> Vec<f64> {
         let (d, h) = (space.dim(), space.isotropy_dim());
@@ -188,7 +197,8 @@ impl LinearLeg {
         let weights = self.integral.weights_at(s + 0.5);
         for (weight, rates) in weights.iter().zip(self.rates.chunks_exact((d + h) * 3 * d)) {
             for (sum, rates) in sum.iter_mut().zip(rates.chunks_exact(3 * d)) {
-                *sum += weight * dot(rates, changes);
+                let product: f64 = rates.iter().zip(changes).map(|(a, b)| a * b).sum();
+                *sum += weight * product;
             }
         }
         let mut work = vec![0.0; 3 * space.size().pow(2)];
@@ -237,23 +247,22 @@ impl LinearLeg {
 
     /// How many numbers it is made of.
     pub(super) fn len(&self) -> usize {
-        let maps = self.to_last.nrows().pow(2);
-        self.frames.len() + self.rates.len() + 2 * maps
+        self.frames.len() + self.rates.len() + 2 * self.to_last.len()
     }
 }
 
-/// The series of a curve about a time, and how many terms it needs at both ends of a leg; `None` where those are too many.
-fn resolved(
+/// Sets the series of a curve about a time, with as many terms as it needs at both ends of a leg; `None` where those are too many.
+fn resolve<T: Field>(
     space: impl Homogeneous,
-    state: &State,
-    tension: Option<f64>,
-) -> Option<(Series<f64>, usize)> {
+    state: &State<T>,
+    tension: Option<T>,
+    series: &mut Series<T>,
+) -> Option<usize> {
     let orders = Orders::finest();
     let views = state.each_ref().map(Vec::as_slice);
     let speed = speed(state, tension);
-    let mut reached = vec![0.0; space.size().pow(2)];
+    let mut reached = vec![T::ZERO; space.size().pow(2)];
     let mut more = 0;
-    let mut series = Series::new(space, MOST);
     loop {
         let order = orders.of_leg(speed, more);
         if order > LONGEST {
@@ -261,42 +270,45 @@ fn resolved(
         }
         series.set_curve(space, views, tension, order);
         series.reached_into(space, order, &mut reached);
-        let next = orders.more(more, series.tail(space, order));
+        let next = orders.more(more, largest(&[series.tail(space, order)]));
         if next == more {
-            return Some((series, order));
+            return Some(order);
         }
         more = next;
     }
 }
 
 /// As that of a leg.
-fn speed(state: &State, tension: Option<f64>) -> f64 {
-    let [v, a, b] = state.each_ref().map(|x| dot(x, x).sqrt());
-    (v + 0.5 * a + 0.125 * b).max(tension.unwrap_or_default().sqrt())
+fn speed<T: Field>(state: &State<T>, tension: Option<T>) -> f64 {
+    let bound = |lane: usize| {
+        let [v, a, b] = state.each_ref().map(|x| {
+            let square: f64 = x.iter().map(|x| x.lane(lane).powi(2)).sum();
+            square.sqrt()
+        });
+        let tension = tension.map_or(0.0, |tension| tension.lane(lane));
+        larger(v + 0.5 * a + 0.125 * b, tension.sqrt())
+    };
+    (0..T::COUNT).map(bound).fold(0.0, larger)
 }
 
 /// `Ad_g dx` at the nodes.
-fn rates(
+fn rates<T: Field>(
     space: impl Homogeneous,
-    frames: &[f64],
+    frames: &[T],
     integral: &Antiderivative,
-    variation: &Variation<3, f64>,
-) -> Vec<f64> {
+    variation: &Variation<3, T>,
+) -> Vec<T> {
     let (d, h, square) = (space.dim(), space.isotropy_dim(), space.size().pow(2));
     let count = (d + h) * 3 * d;
-    let mut rates = vec![0.0; integral.nodes.len() * count];
-    let (mut frame, mut adjoint) = (vec![0.0; square], vec![0.0; (d + h) * d]);
+    let mut rates = vec![T::ZERO; integral.nodes.len() * count];
+    let (mut frame, mut adjoint) = (vec![T::ZERO; square], vec![T::ZERO; (d + h) * d]);
     let changes = variation.at_nodes.chunks_exact(3 * d * d);
     vectorised(
         #[inline(always)]
         || {
-            for ((s, changes), rates) in integral
-                .nodes
-                .iter()
-                .zip(changes)
-                .zip(rates.chunks_exact_mut(count))
-            {
-                value_at(frames, square, s - 0.5, &mut frame);
+            let nodes = integral.nodes.iter().zip(changes);
+            for ((s, changes), rates) in nodes.zip(rates.chunks_exact_mut(count)) {
+                turn_into(space, frames, s - 0.5, &mut frame);
                 space.adjoint_into(&frame, &mut adjoint);
                 accumulate(&adjoint, d, changes, 3 * d, rates);
             }
@@ -306,15 +318,16 @@ fn rates(
 }
 
 /// `(p, w, a, b)` at an end by those in the middle: from `g^{-1} dg` there, the state and its changes.
-fn by_middle(
+#[inline(always)]
+fn by_middle<T: Field>(
     space: impl Homogeneous,
-    eta: &[f64],
-    state: &State,
-    changes: [&[f64]; 3],
-) -> Mat<f64> {
+    eta: &[T],
+    state: &State<T>,
+    changes: [&[T]; 3],
+) -> Vec<T> {
     let d = space.dim();
     let wide = 4 * d;
-    let mut map = vec![0.0; wide * wide];
+    let mut map = vec![T::ZERO; wide * wide];
     let (p, rest) = map.split_at_mut(d * wide);
     p.copy_from_slice(&eta[..d * wide]);
     let levels = rest.chunks_exact_mut(d * wide).zip(state).zip(changes);
@@ -324,64 +337,80 @@ fn by_middle(
         }
         space.add_turning(x, eta, wide, rows);
     }
-    Mat::from_fn(wide, wide, |i, j| map[i * wide + j])
+    map
 }
 
 /// The inverse of the map from the middle to an end, with the states at both.
-fn inverse(
+#[inline(always)]
+fn inverse<T: Field>(
     space: impl Homogeneous,
-    map: &Mat<f64>,
-    [middle, end]: [&State; 2],
-    tau: f64,
-) -> Mat<f64> {
-    let (d, wide) = (space.dim(), map.nrows());
+    map: &[T],
+    [middle, end]: [&State<T>; 2],
+    tau: T,
+) -> Vec<T> {
+    let d = space.dim();
+    let (wide, block) = (4 * d, 4 * d * d);
     let [at_middle, at_end] = [middle, end].map(|state| displacement_form(space, state, tau));
-    let by = |level: usize| map.subrows(level * d, d).transpose();
-    let [p, w, a, b] = [0, 1, 2, 3].map(by);
-    // The transpose times the form at the end, for columns p, w, a, b; then the inverse of the form in the middle.
-    let by_displacement = p * at_end - b + w * Scale(tau);
-    let right = |i: usize, j: usize| match j / d {
-        0 => by_displacement[(i, j)],
-        1 => a[(i, j - d)] - tau * p[(i, j - d)],
-        2 => -w[(i, j - 2 * d)],
-        _ => p[(i, j - 3 * d)],
+    // The transpose times the form at the end, for columns p, w, a, b.
+    let entry = |i: usize, [level, j]: [usize; 2]| map[(level * d + j) * wide + i];
+    let mut transposed = vec![T::ZERO; block];
+    let mut by_displacement = vec![T::ZERO; block];
+    for i in 0..wide {
+        for j in 0..d {
+            transposed[i * d + j] = entry(i, [0, j]);
+            by_displacement[i * d + j] = tau * entry(i, [1, j]) - entry(i, [3, j]);
+        }
+    }
+    accumulate(&transposed, d, &at_end, d, &mut by_displacement);
+    let right = |i: usize, j: usize| match [j / d, j % d] {
+        [0, j] => by_displacement[i * d + j],
+        [1, j] => entry(i, [2, j]) - tau * entry(i, [0, j]),
+        [2, j] => -entry(i, [1, j]),
+        [_, j] => entry(i, [0, j]),
     };
-    let mut out = Mat::from_fn(wide, wide, |i, j| match i / d {
-        0 => -right(i + 3 * d, j),
-        1 => right(i + d, j),
-        2 => -tau * right(i + d, j) - right(i - d, j),
-        _ => right(i - 3 * d, j) + tau * right(i - d, j),
-    });
-    let turned = at_middle * out.subrows(0, d);
-    let mut last = out.subrows_mut(3 * d, d);
-    last -= turned;
+    // The inverse of the form in the middle.
+    let mut out = vec![T::ZERO; wide * wide];
+    for i in 0..d {
+        for j in 0..wide {
+            let [p, w, a, b] = [0, 1, 2, 3].map(|level| right(level * d + i, j));
+            let values = [-b, a, -(tau * b) - w, p + tau * a];
+            for (level, value) in values.into_iter().enumerate() {
+                out[(level * d + i) * wide + j] = value;
+            }
+        }
+    }
+    let (known, last) = out.split_at_mut(3 * block);
+    let minus: Vec<T> = at_middle.iter().map(|x| -*x).collect();
+    accumulate(&minus, d, &known[..block], wide, last);
     out
 }
 
 /// The part of `omega` of two displacements: by a displacement `p`, `[p, x'' - tau x]_m - [p, [x, x']_h]`.
-fn displacement_form(space: impl Homogeneous, [x, a, b]: &State, tau: f64) -> Mat<f64> {
+#[inline(always)]
+fn displacement_form<T: Field>(space: impl Homogeneous, [x, a, b]: &State<T>, tau: T) -> Vec<T> {
     let (d, h, square) = (space.dim(), space.isotropy_dim(), space.size().pow(2));
-    let mut matrices = vec![0.0; 3 * square];
+    let mut matrices = vec![T::ZERO; 3 * square];
     let (x_matrix, rest) = matrices.split_at_mut(square);
     let (other, unit) = rest.split_at_mut(square);
     space.matrix_into(x, x_matrix);
     space.matrix_into(a, other);
-    let mut turn = vec![0.0; h];
+    let mut turn = vec![T::ZERO; h];
     space.add_isotropy_bracket(x_matrix, other, -1.0, &mut turn);
-    let pull: Vec<f64> = b.iter().zip(x).map(|(b, x)| b - tau * x).collect();
+    let pull: Vec<T> = b.iter().zip(x).map(|(b, x)| *b - tau * *x).collect();
     space.matrix_into(&pull, other);
-    let (mut e, mut column, mut form) = (vec![0.0; d], vec![0.0; d], Mat::zeros(d, d));
+    let [mut e, mut column] = [(); 2].map(|()| vec![T::ZERO; d]);
+    let mut form = vec![T::ZERO; d * d];
     for j in 0..d {
-        e[j] = 1.0;
+        e[j] = T::constant(1.0);
         space.matrix_into(&e, unit);
-        e[j] = 0.0;
-        column.fill(0.0);
+        e[j] = T::ZERO;
+        column.fill(T::ZERO);
         space.add_bracket(unit, other, 1.0, &mut column);
         if h > 0 {
             space.subtract_action(&turn, unit, &mut column);
         }
         for (i, entry) in column.iter().enumerate() {
-            form[(i, j)] = *entry;
+            form[i * d + j] = *entry;
         }
     }
     form
@@ -395,7 +424,8 @@ enum Way {
 }
 
 /// `v <- Ad_g v` or `Ad_g^{-1} v`, coordinates of `m` before those of `h`; `work` has room for three matrices.
-fn conjugate(space: impl Homogeneous, g: &[f64], way: Way, v: &mut [f64], work: &mut [f64]) {
+#[inline(always)]
+fn conjugate<T: Field>(space: impl Homogeneous, g: &[T], way: Way, v: &mut [T], work: &mut [T]) {
     let (d, r) = (space.dim(), space.size());
     let (x, rest) = work.split_at_mut(r * r);
     let (product, other) = rest.split_at_mut(r * r);
@@ -403,7 +433,9 @@ fn conjugate(space: impl Homogeneous, g: &[f64], way: Way, v: &mut [f64], work: 
     space.matrix_into(v, x);
     if space.isotropy_dim() > 0 {
         space.isotropy_matrix_into(&v[d..], other);
-        add(x, 1.0, other);
+        for (x, other) in x.iter_mut().zip(&*other) {
+            *x += *other;
+        }
     }
     match way {
         Way::Forth => {
@@ -415,16 +447,18 @@ fn conjugate(space: impl Homogeneous, g: &[f64], way: Way, v: &mut [f64], work: 
             multiply(r, product, g, other);
         }
     }
-    space.each_entry(|p, i, j| v[p] = space.skew_coordinate(other, [i, j]));
-    space.each_isotropy_entry(|p, i, j| v[d + p] = space.skew_coordinate(other, [i, j]));
+    space.each_entry(
+        #[inline(always)]
+        |p, i, j| v[p] = space.skew_coordinate(other, [i, j]),
+    );
+    space.each_isotropy_entry(
+        #[inline(always)]
+        |p, i, j| v[d + p] = space.skew_coordinate(other, [i, j]),
+    );
 }
 
 fn add(sum: &mut [f64], factor: f64, other: &[f64]) {
     for (sum, x) in sum.iter_mut().zip(other) {
         *sum += factor * x;
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

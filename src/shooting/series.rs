@@ -159,20 +159,26 @@ impl<T: Field> Series<T> {
     /// The frame at the last end relative to that at the first, after the series of `x`.
     #[inline(always)]
     pub(super) fn reached_into(&mut self, space: impl Homogeneous, order: usize, out: &mut [T]) {
-        let r = space.size();
-        let square = r * r;
+        self.set_turns(space, order);
+        let (r, size) = (space.size(), turn_size(space));
+        let turns = &self.frames[..(order + 1) * size];
         if r == 3 {
-            self.set_quaternions(order);
             let [mut first, mut last] = [[T::ZERO; 4]; 2];
-            let quaternions = &self.frames[..(order + 1) * 4];
-            at_ends(quaternions, 4, 0, [&mut first, &mut last]);
+            at_ends(turns, size, 0, [&mut first, &mut last]);
             return write_rotation(relative(&first, &last), out);
         }
-        self.set_frames(space, order);
-        let (mut first, mut last) = (vec![T::ZERO; square], vec![T::ZERO; square]);
-        let frames = &self.frames[..(order + 1) * square];
-        at_ends(frames, square, 0, [&mut first, &mut last]);
+        let (mut first, mut last) = (vec![T::ZERO; size], vec![T::ZERO; size]);
+        at_ends(turns, size, 0, [&mut first, &mut last]);
         transposed_multiply(r, &first, &last, out);
+    }
+
+    /// The frames up to a power, after the series of `x`: unit quaternions in three dimensions, matrices in others.
+    #[inline(always)]
+    pub(super) fn set_turns(&mut self, space: impl Homogeneous, power: usize) {
+        match space.size() {
+            3 => self.set_quaternions(power),
+            _ => self.set_frames(space, power),
+        }
     }
 
     /// Unit quaternions in place of rotations in space: `p' = p x / 2`.
@@ -224,8 +230,7 @@ impl<T: Field> Series<T> {
     /// [`Series::reached_into`].
     #[inline(always)]
     pub(super) fn tail(&self, space: impl Homogeneous, order: usize) -> T {
-        let (d, r) = (space.dim(), space.size());
-        let size = if r == 3 { 4 } else { r * r };
+        let (d, size) = (space.dim(), turn_size(space));
         let power = 0.5_f64.powi(order as i32);
         let curve = 0.5 * power * (order + 2) as f64;
         let frame = 2.0 * power * order as f64;
@@ -237,6 +242,44 @@ impl<T: Field> Series<T> {
             tail = tail.larger(*x * frame);
         }
         tail
+    }
+}
+
+/// Numbers of a coefficient of what [`Series::set_turns`] sets.
+#[inline(always)]
+pub(super) fn turn_size(space: impl Homogeneous) -> usize {
+    match space.size() {
+        3 => 4,
+        r => r * r,
+    }
+}
+
+/// The frame at a time, by the coefficients of [`Series::set_turns`].
+#[inline(always)]
+pub(super) fn turn_into<T: Field>(
+    space: impl Homogeneous,
+    coefficients: &[T],
+    s: f64,
+    out: &mut [T],
+) {
+    if space.size() != 3 {
+        return value_at(coefficients, turn_size(space), s, out);
+    }
+    let mut quaternion = [T::ZERO; 4];
+    value_at(coefficients, 4, s, &mut quaternion);
+    write_rotation(quaternion, out);
+}
+
+/// The value of polynomials with the given coefficients, vectors of a size.
+#[inline(always)]
+pub(super) fn value_at<T: Field>(coefficients: &[T], size: usize, s: f64, out: &mut [T]) {
+    out[..size].fill(T::ZERO);
+    let mut power = 1.0;
+    for c in coefficients.chunks_exact(size) {
+        for (out, c) in out.iter_mut().zip(c) {
+            *out += *c * power;
+        }
+        power *= s;
     }
 }
 

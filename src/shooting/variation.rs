@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use super::brackets::{isotropy_bracket_into, minus_bracket_into, subtract_action};
-use super::series::{Series, at_ends};
+use super::series::{Series, at_ends, value_at};
 use crate::linalg::dual::Number;
 use crate::linalg::field::{Field, accumulate, transposed_multiply};
 use crate::linalg::simd::vectorised;
@@ -291,18 +291,5 @@ impl<const N: usize, T: Field> Variation<N, T> {
                 *entry = *entry * *weight;
             }
         }
-    }
-}
-
-/// The value of polynomials with the given coefficients, vectors of a size.
-#[inline(always)]
-pub(super) fn value_at<T: Field>(coefficients: &[T], size: usize, s: f64, out: &mut [T]) {
-    out[..size].fill(T::ZERO);
-    let mut power = 1.0;
-    for c in coefficients.chunks_exact(size) {
-        for (out, c) in out.iter_mut().zip(c) {
-            *out += *c * power;
-        }
-        power *= s;
     }
 }

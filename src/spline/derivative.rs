@@ -44,6 +44,7 @@ use crate::curve::Curve;
 use crate::curve::span::Span;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
+use crate::linalg::lanes::LANES;
 use crate::linalg::structure::norm;
 
 /// How a spline of Riemannian cubics depends on its data.
@@ -93,16 +94,19 @@ impl Piecewise<RiemannianCubic> {
         check_ends(&states, ends)?;
         let span = span(&states, given);
         check_size(&states, &span)?;
-        let pieces: Vec<LinearPiece> = self
-            .pieces()
-            .par_iter()
-            .map(|piece| {
-                let state = piece.state(0.0)?;
-                let state = state.each_ref().map(|x| x.as_ref());
-                let (tension, quotient) = (piece.tension(), piece.quotient());
-                LinearPiece::new(state, tension, quotient, interrupt)
-            })
-            .collect::<Result<_>>()?;
+        let linear = |pieces: &[RiemannianCubic]| {
+            let states = pieces.iter().map(|piece| piece.state(0.0));
+            let states: Vec<[Mat<f64>; 4]> = states.collect::<Result<_>>()?;
+            let views: Vec<[MatRef<'_, f64>; 4]> = states
+                .iter()
+                .map(|state| state.each_ref().map(|x| x.as_ref()))
+                .collect();
+            let tensions: Vec<f64> = pieces.iter().map(RiemannianCubic::tension).collect();
+            LinearPiece::all(&views, &tensions, Curve::quotient(self), interrupt)
+        };
+        let groups = self.pieces().par_chunks(LANES).map(linear);
+        let groups: Vec<Vec<LinearPiece>> = groups.collect::<Result<_>>()?;
+        let pieces: Vec<LinearPiece> = groups.into_iter().flatten().collect();
         let system = KnotSystem::new(&states, &pieces, &span, given, interrupt)?;
         Ok(SplineDerivative {
             curve: self.clone(),
