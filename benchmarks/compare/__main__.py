@@ -19,7 +19,7 @@ from benchmarks.compare.table import lines_of
 from benchmarks.compare.virtual_environments import UnavailableError, python_of
 from benchmarks.environment import ROOT, load, machine
 
-PEERS = ("scipy", "heyoka", "geomstats", "morphomatics", "pymanopt", "interpolatepy")
+PEERS = ("scipy", "heyoka", "geomstats", "morphomatics", "pymanopt", "interpolatepy", "jax")
 
 
 def parse(arguments: Sequence[str] | None) -> argparse.Namespace:

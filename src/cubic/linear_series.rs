@@ -8,7 +8,7 @@
 
 use std::sync::Arc;
 
-use faer::{Mat, MatRef, Scale};
+use faer::{Mat, MatRef};
 
 use super::initial::Horizontal;
 use super::linear_flow::{LinearFlow, side_by_side};
@@ -170,11 +170,8 @@ impl LinearSeries {
         loads: &[(f64, MatRef<'_, f64>)],
     ) -> [Mat<f64>; 4] {
         let packed = |&(t, cotangent): &(f64, MatRef<'_, f64>)| {
-            let frame = self.lifted(flow, &self.curve.frame_at(t));
-            let mut bar = Horizontal::of_tangent(frame.as_ref(), cotangent);
-            // Entries of `omega` are there twice.
-            bar.omega *= Scale(2.0);
-            (t, self.layout.packed(bar))
+            let low = flow.frame.transpose() * cotangent;
+            (t, self.load(&self.curve.frame_at(t), low.as_ref()))
         };
         let packed: Vec<(f64, Vec<f64>)> = loads.iter().map(packed).collect();
         let mut all = self.curve.pull_back(&packed);
@@ -192,6 +189,27 @@ impl LinearSeries {
             }
         }
         out
+    }
+
+    /// A cotangent in the coordinates of the span, shape `(r, k)`, as a vector in those of the space of the series.
+    fn load(&self, frame: &[f64], cotangent: MatRef<'_, f64>) -> Vec<f64> {
+        let Sized { m, k, .. } = self.layout.blocks;
+        let entry = |i: usize, j: usize| -> f64 {
+            let column = cotangent.col(j).iter().enumerate();
+            column.map(|(l, x)| frame[l * (m + k) + i] * x).sum()
+        };
+        let mut load = vec![0.0; self.layout.size];
+        in_space!(self.layout.blocks.shape(), |space| space.each_entry(
+            |p, i, j| {
+                // Entries of `omega` are there twice.
+                load[p] = match i < k {
+                    true => entry(i, j) - entry(j, i),
+                    false => entry(i, j),
+                };
+            }
+        ));
+        self.layout.turn_signs(&mut load);
+        load
     }
 
     /// The displacement of a row outside of the span by its `(p, w, a, b)` at the start, shape `(k, 4 k)`.
@@ -227,6 +245,8 @@ pub(super) fn rows_outside(flow: &LinearFlow, vectors: &[Mat<f64>; 4]) -> Option
 
 #[cfg(test)]
 mod tests {
+    use faer::Scale;
+
     use super::*;
     use crate::cubic::variation::vary;
     use crate::{Stiefel, linalg::structure::norm};

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks import problems
-from benchmarks.compare import cubic_problems, rotation_tasks, spline_tasks
+from benchmarks.compare import cubic_problems, gradient_problems, rotation_tasks, spline_tasks
 from benchmarks.compare.methods import extended
 from benchmarks.compare.protocol import Measures, Task, Tasks, serve
 from benchmarks.memory import resident
@@ -191,6 +191,14 @@ def tall_memory() -> float:
     return (resident("VmHWM") - before) / (inputs + points.nbytes)
 
 
+def gradient_task(work: str, *, gradient: bool) -> Task:
+    """A function of a solution through JAX, with its gradient or without."""
+    # JAX is imported for these rows alone.
+    from benchmarks.compare import gradient_tasks  # noqa: PLC0415
+
+    return gradient_tasks.make(work, gradient=gradient)
+
+
 BATCHES = (
     "skew_exp/3", "skew_exp/6", "orthogonal_log/3", "orthogonal_log/6",
     "retract/4,2", "inverse_retract/4,2", "log/4,2",
@@ -233,6 +241,9 @@ def tasks() -> Tasks:
     for n, k in problems.SUBSPACES:
         found[f"subspace_exp/{n},{k}:ours"] = partial(subspace_exp_task, n, k)
         found[f"subspace_log/{n},{k}:ours"] = partial(subspace_log_task, n, k)
+    for work in ("spline", *(f"{n},{k}" for n, k in gradient_problems.SHAPES)):
+        found[f"gradient/{work}:ours"] = partial(gradient_task, work, gradient=True)
+        found[f"gradient/{work}:value"] = partial(gradient_task, work, gradient=False)
     return found | spline_tasks.tasks() | rotation_tasks.tasks()
 
 

@@ -26,6 +26,10 @@ Shape = tuple[int, ...]
 # Larger defects are no round-off of single precision or of a step of an optimiser: the input is not what it should be.
 LARGEST_DEFECT = 1e-3
 
+# Columns whose products are off by this, times their length, are orthonormal: no singular value decomposition then.
+# With one, value and gradient of a boundary problem on St(3, 1) take 0.80 ms for 0.67.
+ROUND_OFF = 4 * float(np.finfo(np.float64).eps)
+
 
 @dataclass(frozen=True)
 class Argument(ABC):
@@ -122,6 +126,8 @@ class Frame(Argument):
         """Project the argument."""
         if not np.isfinite(raw).all():
             raise InvalidInputError(f"{self.name}: not finite")
+        if _is_frame(raw):
+            return raw
         left, sizes, right = np.linalg.svd(raw, full_matrices=False)
         defect = float(np.abs(sizes - 1.0).max(initial=0.0))
         if defect > LARGEST_DEFECT:
@@ -135,6 +141,10 @@ class Frame(Argument):
     def variation(self, raw: Array, exact: Any, tangent: Array, moved: Any) -> Array:
         """Move the projection as the argument does."""
         # With raw = S P and inner = S^T Z: dS = S X + (Z - S S^T Z) P^-1, where P X + X P = inner - inner^T.
+        if _is_frame(raw):
+            inner = transposed(raw) @ tangent
+            along: Array = tangent - raw @ symmetric_part(inner)
+            return along
         left, sizes, right = np.linalg.svd(raw, full_matrices=False)
         frame = left @ right
         inner = transposed(frame) @ tangent
@@ -202,6 +212,12 @@ def symmetric_part(matrix: Array) -> Array:
     """Return half of the sum with the transpose."""
     part: Array = 0.5 * (matrix + transposed(matrix))
     return part
+
+
+def _is_frame(raw: Array) -> bool:
+    """Whether columns are orthonormal to round-off: the nearest frame is no nearer to what the caller means."""
+    defect = np.abs(transposed(raw) @ raw - np.eye(raw.shape[-1])).max(initial=0.0)
+    return bool(defect <= ROUND_OFF * raw.shape[-2])
 
 
 def _unexpected(name: str, expected: str, found: Shape) -> InvalidInputError:

@@ -22,6 +22,7 @@ class Solved(Generic[Curve]):
     def __init__(self, solve: Callable[..., Curve]) -> None:
         self._solve = solve
         self._kept: OrderedDict[tuple[bytes, ...], Curve] = OrderedDict()
+        self._size = 0
         self._lock = threading.Lock()
 
     def __call__(self, data: Sequence[Array]) -> Curve:
@@ -33,11 +34,12 @@ class Solved(Generic[Curve]):
                 return self._kept[key]
         curve = self._solve(*data)
         with self._lock:
+            if key not in self._kept:
+                self._size += _size(key)
             self._kept[key] = curve
-            size = sum(_size(kept) for kept in self._kept)
-            while size > KEPT and len(self._kept) > 1:
+            while self._size > KEPT and len(self._kept) > 1:
                 oldest, _ = self._kept.popitem(last=False)
-                size -= _size(oldest)
+                self._size -= _size(oldest)
         return curve
 
 

@@ -88,26 +88,23 @@ def _rotation_spline(bc_type: BcType) -> Operation:
 
     def variation(data: Sequence[Array], moves: Sequence[Array]) -> Array:
         knots, q, t = data
-        curve, points = solved((knots, q)).curve, _matrices(_unit(q))
-        turns = _turns(q, moves[1])
-        moved = curve.point_variation(t, points @ _hat(turns), moves[0])
-        matrices = curve(t)
-        rates = _vee(transposed(matrices) @ (moved + _along(curve, t) * moves[2][:, None, None]))
-        change: Array = _turned(value(knots, q, t), rates)
+        spline, points = solved((knots, q)), _matrices(_unit(q))
+        turned: Array = spline(t)
+        moved = spline.curve.point_variation(t, points @ _hat(_turns(q, moves[1])), moves[0])
+        rates = _vee(transposed(_matrices(turned)) @ moved) + spline(t, 1) * moves[2][:, None]
+        change: Array = _turned(turned, rates)
         return change
 
     def pullback(data: Sequence[Array], w: Array) -> Sequence[Array]:
         knots, q, t = data
-        curve, points = solved((knots, q)).curve, _matrices(_unit(q))
-        matrices = curve(t)
+        spline, points = solved((knots, q)), _matrices(_unit(q))
+        turned: Array = spline(t)
         # <w, q (r, 0) / 2> = <r, rates>, and for a skew matrix <hat(a), hat(b)> = 2 <a, b>.
-        rates = _turned_back(value(knots, q, t), w)
-        cotangent = matrices @ _hat(0.5 * rates)
-        by_points, by_knots, _ = curve.point_pullback(t, cotangent)
+        rates = _turned_back(turned, w)
+        by_points, by_knots, _ = spline.curve.point_pullback(t, _matrices(turned) @ _hat(0.5 * rates))
         inner = transposed(points) @ by_points
         by_turns = _vee(inner - transposed(inner))
-        along = np.einsum("inl,inl->i", _along(curve, t), cotangent)
-        return by_knots, _turns_back(q, by_turns), along
+        return by_knots, _turns_back(q, by_turns), (rates * spline(t, 1)).sum(axis=-1)
 
     return Operation(
         name="rotation_spline",
