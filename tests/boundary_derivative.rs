@@ -33,7 +33,7 @@ fn random_cubic((n, k): (usize, usize), speed: f64) -> RiemannianCubic {
 fn initial(curve: &RiemannianCubic, rates: &[Mat<f64>; 4]) -> Result<InitialVariation> {
     let [s0, v0, s1, v1] = rates.each_ref().map(|x| -> MatRef<'_, f64> { x.as_ref() });
     let derivative = curve.boundary_derivative(Interrupt::NEVER)?;
-    derivative.initial(&BoundaryVariation { s0, v0, s1, v1 })
+    derivative.initial(&BoundaryVariation { s0, v0, s1, v1 }, Interrupt::NEVER)
 }
 
 /// Derivative of the point at a time.

@@ -80,7 +80,7 @@ fn derivatives_agree_with_differences() {
         let derivative = curve.boundary_derivative(Interrupt::NEVER).unwrap();
         let rates = family.rate();
         let found = derivative
-            .initial(&variation(&rates))
+            .initial(&variation(&rates), Interrupt::NEVER)
             .unwrap();
         let solve = |h: f64| family.at(h).solve().unwrap();
         let checks = [
@@ -128,7 +128,7 @@ fn variations_that_break_a_constraint_are_errors() {
     let mut rates = family.rate();
     rates[3] += &family.data.s1;
     let error = derivative
-        .initial(&variation(&rates))
+        .initial(&variation(&rates), Interrupt::NEVER)
         .unwrap_err();
     assert!(
         matches!(error, Error::NotTangent { name: "dV1", .. }),

@@ -1,12 +1,14 @@
 //! What a Riemannian cubic starts with, and what stays the same along it.
 
-use faer::Mat;
+use faer::{Mat, MatRef, Scale};
 
 use super::initial::Horizontal;
 use super::riemannian_cubic::RiemannianCubic;
 use super::state::State;
+use super::turning::bracket;
 use crate::curve::Curve;
 use crate::error::{Error, Result};
+use crate::linalg::product::mul_add;
 use crate::linalg::structure::check_range;
 use crate::space::Quotient;
 
@@ -38,22 +40,25 @@ impl RiemannianCubic {
             ]);
         };
         let (r, k) = (self.path.r(), self.k());
-        let [x, a, second] = self.vectors(state);
-        let jerk = match self.quotient() {
-            Quotient::Frames => second.plus_bracket(0.5, &x, &a),
-            Quotient::Subspaces => second,
+        let block = |entries, rows, columns| {
+            MatRef::<'_, f64>::from_column_major_slice(entries, rows, columns)
         };
-        let s = Mat::from_fn(r, k, |i, j| state.s()[i + r * j]);
-        let e = Mat::from_fn(r, r - k, |i, j| state.e()[i + r * j]);
-        let tangent = |x: &Horizontal, order: usize| {
-            let v = &s * &x.omega + &e * &x.normal;
-            self.lifted(self.in_curve_time(v, order))
+        let (s, e) = (block(state.s(), r, k), block(state.e(), r, r - k));
+        let tangent = |order: usize| {
+            let mut v = s * block(state.omega(order), k, k);
+            mul_add(&mut v, 1.0, e, block(state.b(order), r - k, k));
+            v
         };
+        let [v, a, mut j] = [0, 1, 2].map(tangent);
+        if self.quotient() == Quotient::Frames {
+            j += bracket(s, v.as_ref(), a.as_ref()) * Scale(0.5);
+        }
+        let in_curve_time = |v, order| self.lifted(self.in_curve_time(v, order));
         let data = [
-            self.lifted(s.clone()),
-            tangent(&x, 1),
-            tangent(&a, 2),
-            tangent(&jerk, 3),
+            self.lifted(s.to_owned()),
+            in_curve_time(v, 1),
+            in_curve_time(a, 2),
+            in_curve_time(j, 3),
         ];
         for matrix in &data {
             check_range("state of a Riemannian cubic", matrix.as_ref())?;

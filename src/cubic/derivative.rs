@@ -111,7 +111,7 @@ pub type CostGradient = BoundaryGradient;
 /// assert!((middle.norm_l2() - 0.5).abs() < 1e-12);
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct BoundaryDerivative {
     span: (f64, f64),
     /// `(S, V, A, J)` at the start and at the end in the time in which the curve takes one unit, shape `(n, k)`.
@@ -167,10 +167,15 @@ impl BoundaryDerivative {
     /// The variation of the initial data of the curve.
     ///
     /// # Errors
-    /// `Shape`, `NonFinite`, `NotTangent` (the variation breaks a constraint); `Overflow`.
-    pub fn initial(&self, variation: &BoundaryVariation<'_>) -> Result<InitialVariation> {
+    /// `Shape`, `NonFinite`, `NotTangent` (the variation breaks a constraint); `Overflow`; above 64 dimensions, where equations are
+    /// solved by products with the derivative, `ConjugateEnds`, `TooManySteps`, `Decomposition` and `Interrupted`.
+    pub fn initial(
+        &self,
+        variation: &BoundaryVariation<'_>,
+        interrupt: Interrupt<'_>,
+    ) -> Result<InitialVariation> {
         let z = self.end_changes(variation)?;
-        let [da, second] = self.piece.at_start(&z);
+        let [da, second] = self.piece.at_start(&z, interrupt)?;
         let [s, v, a, j] = self.ends[0].each_ref().map(|x| x.as_ref());
         let turned = |y| turned(s, variation.s0, y);
         let bracket = |x, y| bracket_of(self.quotient, s, x, y);
@@ -193,7 +198,7 @@ impl BoundaryDerivative {
     /// # Arguments
     /// * `curve` - the curve that this is the derivative of: its interval is that of the times
     /// # Errors
-    /// `Shape`, `NonFinite`, `NotTangent`; for times outside of the interval of the curve `TooManySteps`, `Interrupted`.
+    /// Those of [`initial`](Self::initial), `NonFinite` for a time, and those of integrating to it.
     pub fn points(
         &self,
         curve: &RiemannianCubic,
@@ -217,7 +222,7 @@ impl BoundaryDerivative {
     /// # Arguments
     /// * `cotangents` - one for each time, shape `(n, k)`, any matrices; `W` in errors
     /// # Errors
-    /// `Shape`, `NonFinite`, `Overflow`; for times outside of the interval of the curve `TooManySteps`, `Interrupted`.
+    /// `Shape`, `NonFinite`; `Overflow`, `TooManySteps`, `Interrupted` of integrating; those of [`initial`](Self::initial) of solving.
     pub fn pull_back(
         &self,
         times: &[f64],

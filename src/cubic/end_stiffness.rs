@@ -15,15 +15,33 @@
 
 use faer::Mat;
 
-use super::linear_flow::VARIATION;
+use super::end_equations::flat_inverse;
+use super::initial::Horizontal;
+use super::linear_flow::{LinearFlow, VARIATION};
+use super::packing::{pack, unpack};
+use super::variation::vary;
 use crate::error::{Error, Result};
+use crate::interrupt::Interrupt;
 use crate::linalg::decomp::{singular_range, solve_matrix};
 use crate::linalg::structure::check_range;
+use crate::solve::gmres::{Gmres, norm};
 
 /// Ends whose smallest singular value is below this share of the largest count as conjugate.
 ///
 /// Ten times what boundary problems are solved to by default: ends that are no nearer cannot be told from conjugate ones.
 const CONJUGATE: f64 = 1e-11;
+
+/// Share of a right-hand side that one pass of the minimal residual method leaves.
+const PASS: f64 = 1e-8;
+
+/// Passes; each starts from what the last one left, so that errors of the products do not add up.
+const MAX_PASSES: usize = 4;
+
+/// What is left in the end, relative to right-hand side and solution together: the matrix is of size one.
+const RESIDUAL: f64 = 1e-13;
+
+/// A solution that is so many times its right-hand side is left to the matrix, which shows whether the ends are conjugate.
+const SUSPECT: f64 = 1e4;
 
 /// Changes of `x'` (first row) and `x''` that move the end of a curve of flat space by a unit in the point, and in the velocity.
 const FLAT: [[f64; 2]; 2] = [[6.0, -2.0], [-12.0, 6.0]];
@@ -50,18 +68,21 @@ pub(super) fn end_stiffness(flow: &Mat<f64>) -> Result<Mat<f64>> {
         None => -flow[(i, j)],
         Some(j) => f64::from(u8::from(i == j)),
     });
-    let Some(found) = solve_matrix(unknown.as_ref(), right.as_ref()) else {
-        let [smallest, largest] = singular_range(unknown.as_ref())?;
-        return Err(Error::ConjugateEnds { smallest, largest });
+    // The last columns are the inverse: a bound of the condition without singular values, which take longer than all else here.
+    let bound = |found: &Mat<f64>| {
+        let inverse = found.subcols(2 * d, 2 * d);
+        (unknown.norm_l2() * inverse.norm_l2()).recip()
     };
-    // Its last columns are the inverse: a bound of the condition.
-    let inverse = found.subcols(2 * d, 2 * d);
-    if (unknown.norm_l2() * inverse.norm_l2()).recip() <= CONJUGATE {
-        let [smallest, largest] = singular_range(unknown.as_ref())?;
-        if smallest.is_nan() || smallest <= CONJUGATE * largest {
-            return Err(Error::ConjugateEnds { smallest, largest });
+    let found = match solve_matrix(unknown.as_ref(), right.as_ref()) {
+        Some(found) if bound(&found) > CONJUGATE => found,
+        found => {
+            let [smallest, largest] = singular_range(unknown.as_ref())?;
+            match found {
+                Some(found) if smallest > CONJUGATE * largest => found,
+                _ => return Err(Error::ConjugateEnds { smallest, largest }),
+            }
         }
-    }
+    };
     let start = Mat::from_fn(2 * d, 4 * d, |i, j| {
         let [point, velocity] = [0, d].map(|part| found[(part + i % d, j)]);
         FLAT[i / d][0] * point + FLAT[i / d][1] * velocity
@@ -76,4 +97,64 @@ pub(super) fn end_stiffness(flow: &Mat<f64>) -> Result<Mat<f64>> {
     });
     check_range(VARIATION, matrix.as_ref())?;
     Ok(matrix)
+}
+
+/// The product of the matrix in the span with `(u_0, w_0, u_1, w_1)` by the minimal residual method; `None` where that does not
+/// converge, or to a suspiciously large solution.
+///
+/// # Errors
+/// `TooManySteps`, `Overflow`, `Interrupted`.
+pub(super) fn end_forces(
+    flow: &LinearFlow,
+    [u0, w0, u1, w1]: [Horizontal; 4],
+    interrupt: Interrupt<'_>,
+) -> Result<Option<[Horizontal; 4]>> {
+    let blocks = flow.blocks();
+    let at_end = |u: Option<&Horizontal>, start: [Horizontal; 3]| -> Result<Vec<f64>> {
+        let mut reached = vary::<1>(&flow.data, 0, &[start], &[1.0], interrupt)?.remove(0);
+        let mut end = pack(blocks, &reached.variations.remove(0));
+        if let Some(u) = u {
+            add(&mut end, 1.0, &pack(blocks, &reached.displaced(u)));
+        }
+        Ok(end)
+    };
+    let product = |y: &[f64]| {
+        let [a, b] = unpack(&flat_inverse(y), blocks);
+        at_end(None, [Horizontal::zeros(blocks), a, b])
+    };
+    let still = Horizontal::zeros(blocks);
+    let known = at_end(Some(&u0), [w0, still.clone(), still])?;
+    let mut right = pack(blocks, &[u1, w1]);
+    let size = right.len();
+    add(&mut right, -1.0, &known);
+    let (mut solution, mut rest) = (vec![0.0; size], right.clone());
+    for _ in 0..MAX_PASSES {
+        let mut step = rest;
+        Gmres::new(size).try_solve(&mut step, PASS, |y, image| {
+            image.copy_from_slice(&product(y)?[..size]);
+            Result::Ok(())
+        })?;
+        add(&mut solution, 1.0, &step);
+        let mut end = product(&solution)?;
+        rest = right.clone();
+        add(&mut rest, -1.0, &end);
+        let length = norm(&solution);
+        if !length.is_finite() || length > SUSPECT * norm(&right) {
+            return Ok(None);
+        }
+        if norm(&rest) <= RESIDUAL * (norm(&right) + length) {
+            add(&mut end, 1.0, &known);
+            let [_, _, a1, b1] = unpack(&end, blocks);
+            let [a0, b0] = unpack(&flat_inverse(&solution), blocks);
+            let minus = |x: Horizontal| Horizontal::zeros(blocks).plus(-1.0, &x);
+            return Ok(Some([b0, minus(a0), minus(b1), a1]));
+        }
+    }
+    Ok(None)
+}
+
+fn add(sum: &mut [f64], factor: f64, other: &[f64]) {
+    for (sum, x) in sum.iter_mut().zip(other) {
+        *sum += factor * x;
+    }
 }

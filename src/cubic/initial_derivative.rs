@@ -25,7 +25,7 @@ use crate::linalg::structure::check_range;
 /// let curve = RiemannianCubic::from_boundary(s0, rest, s1, rest, &BoundaryOptions::default())?;
 /// let onwards = mat![[-sin], [cos]];
 /// let variation = BoundaryVariation { s0: rest, v0: rest, s1: onwards.as_ref(), v1: rest };
-/// let initial = curve.boundary_derivative(Interrupt::NEVER)?.initial(&variation)?;
+/// let initial = curve.boundary_derivative(Interrupt::NEVER)?.initial(&variation, Interrupt::NEVER)?;
 /// assert!((initial.acceleration - mat![[0.0], [6.0]]).norm_l2() < 1e-11);
 /// assert!((initial.jerk - mat![[0.0], [-12.0]]).norm_l2() < 1e-11);
 /// # Ok::<(), stiefel_rs::Error>(())

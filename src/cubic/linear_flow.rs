@@ -136,7 +136,7 @@ impl LinearFlow {
             let rows = self.off(side_by_side(&vectors));
             let flows = self.row_flows(times, interrupt)?;
             for (out, flow) in out.iter_mut().zip(flows) {
-                *out += &rows * flow.subcols(k, 3 * k).transpose();
+                *out += &rows * flow.submatrix(0, k, k, 3 * k).transpose();
             }
         }
         for point in &out {
@@ -177,7 +177,7 @@ impl LinearFlow {
             let mut bars = Mat::zeros(n, 4 * k);
             let flows = self.row_flows(times, interrupt)?;
             for (flow, cotangent) in flows.iter().zip(cotangents) {
-                bars += self.off(cotangent.to_owned()) * flow;
+                bars += self.off(cotangent.to_owned()) * flow.subrows(0, k);
             }
             let [by_p, by_w, by_a, by_b] = [0, 1, 2, 3].map(|i| bars.subcols(i * k, k));
             // The inverse of `gradient`.
@@ -227,11 +227,15 @@ impl LinearFlow {
         Ok(reached.variations.swap_remove(0))
     }
 
-    /// The matrix of the displacement of a row outside of the span by `(p, w, a, b)` at the start, shape `(k, 4 k)`, at some times.
+    /// The matrix of `(p, w, a, b)` of a row outside of the span by those at the start, shape `(4 k, 4 k)`, at some times.
     ///
     /// # Errors
     /// `TooManySteps`, `Overflow`, `Interrupted`.
-    fn row_flows(&self, times: &[f64], interrupt: Interrupt<'_>) -> Result<Vec<Mat<f64>>> {
+    pub(super) fn row_flows(
+        &self,
+        times: &[f64],
+        interrupt: Interrupt<'_>,
+    ) -> Result<Vec<Mat<f64>>> {
         let blocks = Sized {
             m: self.blocks().m + 1,
             ..self.blocks()
@@ -253,8 +257,10 @@ impl LinearFlow {
         let flow = |reached: Reached| {
             let displaced = (0..k).map(|j| reached.displaced(&unit(j)));
             let columns = displaced.chain(reached.variations.iter().cloned());
-            let columns: Vec<Horizontal> = columns.map(|[p, ..]| p).collect();
-            Mat::from_fn(k, 4 * k, |i, j| columns[j].normal[(blocks.m - 1, i)])
+            let columns: Vec<[Horizontal; 4]> = columns.collect();
+            Mat::from_fn(4 * k, 4 * k, |i, j| {
+                columns[j][i / k].normal[(blocks.m - 1, i % k)]
+            })
         };
         Ok(found.into_iter().map(flow).collect())
     }

@@ -4,31 +4,44 @@
 //! them, `dV = A(u) V + w`; all are tangent vectors, shape `(n, k)`. In the span of the curve they obey one system, and every row
 //! outside of it another one, of `4k` equations.
 
-use std::sync::Arc;
-
 use faer::{Mat, MatRef, Scale};
 
-use super::end_stiffness::end_stiffness;
+use super::end_stiffness::{end_forces, end_stiffness};
 use super::initial::Horizontal;
-use super::linear_flow::{LinearFlow, side_by_side};
+use super::linear_flow::{LinearFlow, VARIATION, side_by_side};
 use super::linear_series::{LinearSeries, rows_outside};
 use super::packing::{pack, unpack};
 use super::reduced::Sized;
+use super::variation::vary;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
+use crate::linalg::structure::check_range;
 use crate::space::Quotient;
 
+/// Dimensions up to which the second derivative of a single cubic is formed, from series; above, products with it, by directional
+/// derivatives, take less time and memory: on St(12,3), of dimension 30, 12 and 50 ms, on St(20,5), of dimension 85, 140 and 110 ms
+/// and 38 and 1 MB, on St(40,10) 5.8 and 1.9 s.
+const DENSE: usize = 64;
+
 /// A cubic on `[0, 1]`, linearised.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub(crate) struct LinearPiece {
     flow: LinearFlow,
-    series: Arc<LinearSeries>,
     /// The frame at the end, shape `(n, r)`.
     end: Mat<f64>,
-    /// The second derivative of half the cost in the span, shape `(4 d, 4 d)`.
-    inner: Mat<f64>,
-    /// The same for a row outside of the span, shape `(4 k, 4 k)`; `None` where the span is all of `R^n`.
+    /// In the span; `None` where products are cheaper.
+    inner: Option<Inner>,
+    /// The second derivative of half the cost for a row outside of the span, shape `(4 k, 4 k)`; `None` where the span is all of
+    /// `R^n`.
     outer: Option<Mat<f64>>,
+}
+
+/// The curve in its span.
+#[derive(Debug)]
+struct Inner {
+    series: LinearSeries,
+    /// The second derivative of half the cost, shape `(4 d, 4 d)`.
+    matrix: Mat<f64>,
 }
 
 impl LinearPiece {
@@ -44,8 +57,18 @@ impl LinearPiece {
         interrupt: Interrupt<'_>,
     ) -> Result<Self> {
         let flow = LinearFlow::new(state, tension, quotient)?;
-        let series = LinearSeries::new(&flow, 1.0, interrupt)?;
-        Self::of_series(flow, series)
+        if flow.blocks().dim() <= DENSE {
+            let series = LinearSeries::new(&flow, interrupt)?;
+            return Self::of_series(flow, series);
+        }
+        let reached = vary::<1>(&flow.data, 0, &[], &[1.0], interrupt)?.remove(0);
+        let row = || end_stiffness(&flow.row_flows(&[1.0], interrupt)?[0]);
+        Ok(LinearPiece {
+            outer: flow.has_rows().then(row).transpose()?,
+            end: &flow.frame * reached.frame,
+            inner: None,
+            flow,
+        })
     }
 
     /// Of several cubics on one manifold, linearised eight abreast where that is quicker.
@@ -72,40 +95,83 @@ impl LinearPiece {
         let [inside, row] = series.flows();
         let outer = || end_stiffness(&row);
         Ok(LinearPiece {
-            inner: end_stiffness(&inside)?,
             outer: flow.has_rows().then(outer).transpose()?,
             end: series.end(&flow),
-            series: Arc::new(series),
+            inner: Some(Inner {
+                matrix: end_stiffness(&inside)?,
+                series,
+            }),
             flow,
         })
     }
 
     /// The change of the gradient of half the cost, `(x''_0, -x'_0, -x''_1, x'_1)` with `x'' - tau x` for `x''` in tension, by
     /// `(u_0, w_0, u_1, w_1)`: tangent vectors.
-    pub(crate) fn stiffness(&self, z: &[Mat<f64>; 4]) -> [Mat<f64>; 4] {
-        let mut out = self.product(
-            z,
-            [&self.inner, self.outer.as_ref().unwrap_or(&self.inner)].map(|x| x.as_ref()),
-        );
+    ///
+    /// # Errors
+    /// Without the matrix in the span `ConjugateEnds`, `Overflow`, `TooManySteps`, `Decomposition`, `Interrupted`.
+    pub(crate) fn stiffness(
+        &self,
+        z: &[Mat<f64>; 4],
+        interrupt: Interrupt<'_>,
+    ) -> Result<[Mat<f64>; 4]> {
+        let mut out = match &self.inner {
+            Some(inner) => self.product(z, inner, |matrix| matrix.as_ref()),
+            None => {
+                let found = match end_forces(&self.flow, self.inside(z), interrupt)? {
+                    Some(found) => found,
+                    // Near conjugate ends, or past what the iteration can do.
+                    None => {
+                        let series = LinearSeries::new(&self.flow, interrupt)?;
+                        let matrix = end_stiffness(&series.flows()[0])?;
+                        self.multiplied(&matrix.as_ref(), z)
+                    }
+                };
+                self.lifted(&found, z, |matrix| matrix.as_ref())
+            }
+        };
         out[0] -= &z[1] * self.tension();
         out[2] += &z[3] * self.tension();
-        out
+        Ok(out)
     }
 
-    /// The product of matrices in the span and for a row outside of it with tangent vectors at the start, twice, and at the end,
-    /// twice.
-    fn product(&self, z: &[Mat<f64>; 4], [inner, outer]: [MatRef<'_, f64>; 2]) -> [Mat<f64>; 4] {
-        let z = z.each_ref().map(|x| x.as_ref());
-        let (frames, blocks) = (self.frames(), self.flow.blocks());
-        let inside: [Horizontal; 4] =
-            std::array::from_fn(|i| Horizontal::of_tangent(frames[i].as_ref(), z[i]));
-        let packed = pack(blocks, &inside);
-        let found = inner * MatRef::from_column_major_slice(&packed, packed.len(), 1);
-        let found: [Horizontal; 4] = unpack(found.col_as_slice(0), blocks);
+    /// The product of the second derivative, as it is or transposed, with two tangent vectors at the start and two at the end.
+    fn product(
+        &self,
+        z: &[Mat<f64>; 4],
+        inner: &Inner,
+        view: impl Fn(&Mat<f64>) -> MatRef<'_, f64>,
+    ) -> [Mat<f64>; 4] {
+        self.lifted(&self.multiplied(&view(&inner.matrix), z), z, view)
+    }
+
+    /// What two tangent vectors at the start and two at the end are in the span.
+    fn inside(&self, z: &[Mat<f64>; 4]) -> [Horizontal; 4] {
+        let frames = self.frames();
+        std::array::from_fn(|i| Horizontal::of_tangent(frames[i].as_ref(), z[i].as_ref()))
+    }
+
+    /// The product of a matrix in the span with them.
+    fn multiplied(&self, matrix: &MatRef<'_, f64>, z: &[Mat<f64>; 4]) -> [Horizontal; 4] {
+        let blocks = self.flow.blocks();
+        let packed = pack(blocks, &self.inside(z));
+        let found = matrix * MatRef::from_column_major_slice(&packed, packed.len(), 1);
+        unpack(found.col_as_slice(0), blocks)
+    }
+
+    /// Tangent vectors from what is found in the span, with the rows outside of it.
+    fn lifted(
+        &self,
+        found: &[Horizontal; 4],
+        z: &[Mat<f64>; 4],
+        view: impl Fn(&Mat<f64>) -> MatRef<'_, f64>,
+    ) -> [Mat<f64>; 4] {
+        let frames = self.frames();
         let mut out: [Mat<f64>; 4] = std::array::from_fn(|i| frames[i] * found[i].tangent());
-        if self.outer.is_some() {
-            let rows = self.flow.off(side_by_side(&z)) * outer.transpose();
-            let k = blocks.k;
+        if let Some(outer) = &self.outer {
+            let z = z.each_ref().map(|x| x.as_ref());
+            let rows = self.flow.off(side_by_side(&z)) * view(outer).transpose();
+            let k = self.flow.blocks().k;
             for (part, out) in out.iter_mut().enumerate() {
                 *out += rows.subcols(part * k, k);
             }
@@ -118,9 +184,16 @@ impl LinearPiece {
     }
 
     /// The changes of `x'` and `x''` at the start, by `(u_0, w_0, u_1, w_1)`.
-    pub(crate) fn at_start(&self, z: &[Mat<f64>; 4]) -> [Mat<f64>; 2] {
-        let [pull, minus_a, ..] = self.stiffness(z);
-        [-minus_a, pull + &z[1] * self.tension()]
+    ///
+    /// # Errors
+    /// As [`LinearPiece::stiffness`].
+    pub(crate) fn at_start(
+        &self,
+        z: &[Mat<f64>; 4],
+        interrupt: Interrupt<'_>,
+    ) -> Result<[Mat<f64>; 2]> {
+        let [pull, minus_a, ..] = self.stiffness(z, interrupt)?;
+        Ok([-minus_a, pull + &z[1] * self.tension()])
     }
 
     fn tension(&self) -> Scale<f64> {
@@ -130,28 +203,34 @@ impl LinearPiece {
     /// The variations of the points at some times, for `(u_0, w_0, u_1, w_1)`.
     ///
     /// # Errors
-    /// For times outside of `[0, 1]` `TooManySteps`, `Overflow`, `Interrupted`.
+    /// `Overflow`, and as [`LinearPiece::stiffness`]; for times outside of `[0, 1]` `TooManySteps`, `Interrupted`.
     pub(crate) fn points(
         &self,
         z: &[Mat<f64>; 4],
         times: &[f64],
         interrupt: Interrupt<'_>,
     ) -> Result<Vec<Mat<f64>>> {
-        let [a, b] = self.at_start(z);
+        let [a, b] = self.at_start(z, interrupt)?;
         let start = [z[0].clone(), z[1].clone(), a, b];
-        let (beyond, rows) = (
-            self.beyond(times, interrupt)?,
-            rows_outside(&self.flow, &start),
-        );
+        let Some(Inner { series, .. }) = &self.inner else {
+            return self.flow.points(&start, times, interrupt);
+        };
+        let beyond: Vec<f64> = times.iter().copied().filter(|t| !is_on(*t)).collect();
+        let mut beyond = self.flow.points(&start, &beyond, interrupt)?.into_iter();
+        let rows = rows_outside(&self.flow, &start);
         let start = start
             .each_ref()
             .map(|x| Horizontal::of_tangent(self.flow.frame.as_ref(), x.as_ref()));
         let start = pack(self.flow.blocks(), &start);
         let point = |t: &f64| {
-            let series = self.series_at(*t, &beyond);
-            series.point(&self.flow, *t, &start, rows.as_ref())
+            let point = match is_on(*t) {
+                true => series.point(&self.flow, *t, &start, rows.as_ref()),
+                false => beyond.next().expect("a point for every time beyond"),
+            };
+            check_range(VARIATION, point.as_ref())?;
+            Ok(point)
         };
-        Ok(times.iter().map(point).collect())
+        times.iter().map(point).collect()
     }
 
     /// The gradient by `(u_0, w_0, u_1, w_1)`, tangent vectors, of a sum of products of entries of cotangents with the points at
@@ -165,62 +244,52 @@ impl LinearPiece {
         cotangents: &[MatRef<'_, f64>],
         interrupt: Interrupt<'_>,
     ) -> Result<[Mat<f64>; 4]> {
-        let beyond = self.beyond(times, interrupt)?;
-        let mut loads: Vec<(f64, MatRef<'_, f64>)> = times
-            .iter()
-            .copied()
-            .zip(cotangents.iter().copied())
-            .collect();
-        loads.sort_by(|one, other| one.0.total_cmp(&other.0));
-        let side = |t: f64| (t >= 0.0, t > 1.0);
-        let (n, k) = (self.flow.frame.nrows(), self.flow.blocks().k);
-        let mut by_start: [Mat<f64>; 4] = std::array::from_fn(|_| Mat::zeros(n, k));
-        for loads in loads.chunk_by(|one, other| side(one.0) == side(other.0)) {
-            let found = self
-                .series_at(loads[0].0, &beyond)
-                .pull_back(&self.flow, loads);
-            for (sum, part) in by_start.iter_mut().zip(found) {
+        let Some(inner) = &self.inner else {
+            return self.pull_back_by_products(times, cotangents, interrupt);
+        };
+        let loads = times.iter().copied().zip(cotangents.iter().copied());
+        let (mut on, beyond): (Vec<Load<'_>>, Vec<Load<'_>>) =
+            loads.partition(|load| is_on(load.0));
+        on.sort_by(|one, other| one.0.total_cmp(&other.0));
+        let mut by_start = inner.series.pull_back(&self.flow, &on);
+        if !beyond.is_empty() {
+            let (times, cotangents): (Vec<f64>, Vec<MatRef<'_, f64>>) = beyond.into_iter().unzip();
+            let eta = self.flow.collected(&times, &cotangents, interrupt)?;
+            for (sum, part) in by_start.iter_mut().zip(self.flow.gradient(&eta)) {
                 *sum += part;
             }
         }
-        let [by_p, by_w, by_a, by_b] = by_start;
         // The changes `(a, b)` at the start follow from those of the ends: `at_start`.
-        let zero = Mat::zeros(n, k);
+        let [by_p, by_w, by_a, by_b] = by_start;
+        let zero = Mat::zeros(by_p.nrows(), by_p.ncols());
         let forces = [by_b, -by_a, zero.clone(), zero];
-        let outer = self.outer.as_ref().unwrap_or(&self.inner);
-        let mut out = self.product(&forces, [self.inner.transpose(), outer.transpose()]);
+        let mut out = self.product(&forces, inner, |matrix| matrix.transpose());
         out[0] += by_p;
         out[1] += by_w;
         Ok(out)
     }
 
-    /// Series that go on beyond the ends, before the start and after the end.
-    fn beyond(&self, times: &[f64], interrupt: Interrupt<'_>) -> Result<[Option<LinearSeries>; 2]> {
-        let first = times.iter().copied().fold(0.0, f64::min);
-        let last = times.iter().copied().fold(1.0, f64::max);
-        let series = |until: f64| LinearSeries::new(&self.flow, until, interrupt);
-        Ok([
-            (first < 0.0).then(|| series(first)).transpose()?,
-            (last > 1.0).then(|| series(last)).transpose()?,
-        ])
-    }
-
-    fn series_at<'a>(
-        &'a self,
-        t: f64,
-        [before, after]: &'a [Option<LinearSeries>; 2],
-    ) -> &'a LinearSeries {
-        let beyond = match (t < 0.0, t > 1.0) {
-            (true, _) => before.as_ref(),
-            (_, true) => after.as_ref(),
-            _ => None,
-        };
-        beyond.unwrap_or(&self.series)
+    /// The same without the matrix: the variation that collects the cotangents is made to vanish at the end by one more, of the ends;
+    /// the accelerations of both are the gradient.
+    fn pull_back_by_products(
+        &self,
+        times: &[f64],
+        cotangents: &[MatRef<'_, f64>],
+        interrupt: Interrupt<'_>,
+    ) -> Result<[Mat<f64>; 4]> {
+        let [p, w, a, b] = self.flow.collected(times, cotangents, interrupt)?;
+        let zero = Mat::zeros(p.nrows(), p.ncols());
+        let pull = b - &w * self.tension();
+        let [f, g, h, i] = self.stiffness(&[p, w, zero.clone(), zero], interrupt)?;
+        Ok([pull - f, -a - g, -h, -i])
     }
 
     /// The second derivative of half the cost by the velocities at both ends, rows and columns, in frames there of shape `(n, r)`
     /// that span the curve and more; shape `(d, d)` each, row by row.
-    pub(crate) fn by_velocities(&self, frames: [&Mat<f64>; 2]) -> [[Vec<f64>; 2]; 2] {
+    ///
+    /// `None` of a cubic without the matrix in the span.
+    pub(crate) fn by_velocities(&self, frames: [&Mat<f64>; 2]) -> Option<[[Vec<f64>; 2]; 2]> {
+        let matrix = &self.inner.as_ref()?.matrix;
         let Sized { m, k, quotient, .. } = self.flow.blocks();
         let (wide, half) = (frames[0].ncols() - k, quotient.turns(k));
         let (own, given) = (half + m * k, half + wide * k);
@@ -236,8 +305,8 @@ impl LinearPiece {
                 }
             })
         });
-        by_ends(|row, column| {
-            let inner = block(&self.inner, row, column) * &carried[column];
+        Some(by_ends(|row, column| {
+            let inner = block(matrix, row, column) * &carried[column];
             let mut out = carried[row].transpose() * inner;
             if let Some(outer) = &self.outer {
                 let off = normals[row].transpose() * self.flow.off(normals[column].to_owned());
@@ -248,7 +317,7 @@ impl LinearPiece {
                 }
             }
             entries(out.as_ref())
-        })
+        }))
     }
 
     /// The same for a row outside of the span of both frames, shape `(k, k)` each; `None` where the span is all of `R^n`.
@@ -256,6 +325,13 @@ impl LinearPiece {
         let outer = self.outer.as_ref()?;
         Some(by_ends(|row, column| entries(block(outer, row, column))))
     }
+}
+
+/// A time and a cotangent there.
+type Load<'a> = (f64, MatRef<'a, f64>);
+
+fn is_on(t: f64) -> bool {
+    (0.0..=1.0).contains(&t)
 }
 
 fn by_ends<T>(part: impl Fn(usize, usize) -> T) -> [[T; 2]; 2] {

@@ -78,7 +78,7 @@ impl PyRiemannianCubic {
         let kept = self.derivative.clone();
         let d = self.run(dS0.py(), DERIVATIVES, move |curve, interrupt| {
             let derivative = kept.get(|| curve.boundary_derivative(interrupt))?;
-            derivative.initial(&variation(&data))
+            derivative.initial(&variation(&data), interrupt)
         })?;
         self.field
             .four([d.point, d.velocity, d.acceleration, d.jerk])

@@ -19,6 +19,7 @@ const LARGEST: usize = 50_000_000;
 #[derive(Debug)]
 pub(crate) struct LinearCurve {
     shape: Shape,
+    /// None where points cannot move.
     legs: Vec<Placed>,
     /// By those at the start, at the end.
     pub(crate) flow: Mat<f64>,
@@ -46,7 +47,7 @@ struct Placed {
 }
 
 impl LinearCurve {
-    /// From coordinates of `x, x', x''` at the start, until a time before or after it.
+    /// From coordinates of `x, x', x''` at the start.
     ///
     /// # Errors
     /// `TooManySteps` where the legs would take too much memory; `Interrupted`.
@@ -54,19 +55,12 @@ impl LinearCurve {
         shape: Shape,
         start: [Vec<f64>; 3],
         tension: f64,
-        until: f64,
         interrupt: Interrupt<'_>,
     ) -> Result<Self> {
-        in_space!(shape, |space| walk(
-            space,
-            shape,
-            start,
-            [tension, until],
-            interrupt
-        ))
+        in_space!(shape, |space| walk(space, shape, start, tension, interrupt))
     }
 
-    /// Several, until the time 1, eight abreast where one leg each is enough.
+    /// Several, eight abreast where one leg each is enough.
     ///
     /// # Errors
     /// As [`LinearCurve::new`].
@@ -89,8 +83,7 @@ impl LinearCurve {
                     })),
                     None => {
                         for (start, tension) in starts.iter().zip(tensions) {
-                            let reach = [*tension, 1.0];
-                            curves.push(walk(space, shape, start.clone(), reach, interrupt)?);
+                            curves.push(walk(space, shape, start.clone(), *tension, interrupt)?);
                         }
                     }
                 }
@@ -114,6 +107,9 @@ impl LinearCurve {
 
     /// The displacement at a time and the frame there, for `(p, w, a, b)` at the start.
     pub(crate) fn displacement(&self, t: f64, start: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        if self.legs.is_empty() {
+            return (Vec::new(), self.frame.clone());
+        }
         let (placed, s) = self.at(t);
         let start = MatRef::from_column_major_slice(start, start.len(), 1);
         let middle = &placed.middle * start;
@@ -125,6 +121,9 @@ impl LinearCurve {
 
     /// The frame at a time.
     pub(crate) fn frame_at(&self, t: f64) -> Vec<f64> {
+        if self.legs.is_empty() {
+            return self.frame.clone();
+        }
         let (placed, s) = self.at(t);
         in_space!(self.shape, |space| placed.frame_at(space, s))
     }
@@ -133,6 +132,9 @@ impl LinearCurve {
     /// start, with displacements there; in coordinates of the frames that are reached.
     pub(crate) fn pull_back(&self, loads: &[(f64, Vec<f64>)]) -> Vec<f64> {
         let mut gradient = vec![0.0; self.flow.nrows()];
+        if self.legs.is_empty() {
+            return gradient;
+        }
         for loads in loads.chunk_by(|one, other| self.leg_at(one.0) == self.leg_at(other.0)) {
             let (placed, _) = self.at(loads[0].0);
             let local = loads.iter().map(|(t, load)| (self.at(*t).1, load.clone()));
@@ -147,7 +149,7 @@ impl LinearCurve {
     }
 
     fn leg_at(&self, t: f64) -> usize {
-        let after = |placed: &Placed| (t - placed.start) * placed.length.signum() >= 0.0;
+        let after = |placed: &Placed| placed.start <= t;
         self.legs.partition_point(after).saturating_sub(1)
     }
 
@@ -168,32 +170,36 @@ fn walk(
     space: impl Homogeneous,
     shape: Shape,
     mut state: State<f64>,
-    [tension, until]: [f64; 2],
+    tension: f64,
     interrupt: Interrupt<'_>,
 ) -> Result<LinearCurve> {
     let d = space.dim();
     let mut curve = LinearCurve::at_start(space, shape);
-    let (mut start, mut length, mut numbers) = (0.0, until, 0);
-    while start != until {
+    if d == 0 {
+        // Points that cannot move: no legs.
+        return Ok(curve);
+    }
+    let (mut start, mut length, mut numbers) = (0.0, 1.0, 0);
+    while start != 1.0 {
         interrupt.check(SOLVER)?;
         let own = scaled(&state, length);
         let tau = (tension != 0.0).then_some(tension * length * length);
         let Some(leg) = LinearLeg::from_start(space, &own, tau) else {
             length *= 0.5;
             if start + length == start {
-                return Err(too_many(curve.legs.len(), until - start, length));
+                return Err(too_many(curve.legs.len(), 1.0 - start, length));
             }
             continue;
         };
         numbers += leg.len() + 16 * d * d;
         state = scaled(&leg.last, 1.0 / length);
         curve.push(space, leg, start, length);
-        start = if length == until - start {
-            until
+        start = if length == 1.0 - start {
+            1.0
         } else {
             start + length
         };
-        let left = until - start;
+        let left = 1.0 - start;
         if numbers > LARGEST && left != 0.0 {
             return Err(too_many(curve.legs.len(), left, length));
         }
@@ -204,7 +210,7 @@ fn walk(
 }
 
 impl LinearCurve {
-    fn push(&mut self, space: impl Homogeneous, leg: LinearLeg<f64>, start: f64, length: f64) {
+    fn push(&mut self, space: impl Homogeneous, mut leg: LinearLeg<f64>, start: f64, length: f64) {
         let (d, r) = (space.dim(), space.size());
         let units = |power: i32| (0..4 * d).map(move |i| length.powi(power * (i / d) as i32));
         let [mut middle, to_last] = [&leg.from_first, &leg.to_last]
@@ -212,6 +218,8 @@ impl LinearCurve {
         for (column, unit) in middle.col_iter_mut().zip(units(1)) {
             column.iter_mut().for_each(|x| *x *= unit);
         }
+        // Their products are kept.
+        (leg.from_first, leg.to_last) = (Vec::new(), Vec::new());
         if !self.legs.is_empty() {
             middle = middle * &self.flow;
         }
@@ -241,7 +249,7 @@ fn legs_abreast(
     starts: &[State<f64>],
     tensions: &[f64],
 ) -> Option<LinearLeg<Lanes>> {
-    if starts.len() < FEW || space.dim() > LARGE {
+    if starts.len() < FEW || space.dim() == 0 || space.dim() > LARGE {
         return None;
     }
     let last = starts.len() - 1;
@@ -260,7 +268,7 @@ fn too_many(legs: usize, left: f64, length: f64) -> Error {
     let report = SolverReport {
         converged: false,
         iterations: legs,
-        residual: left.abs(),
+        residual: left,
         tolerance: 0.0,
         reason: StopReason::MaxIterations,
     };

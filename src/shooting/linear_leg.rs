@@ -247,7 +247,7 @@ impl LinearLeg<f64> {
 
     /// How many numbers it is made of.
     pub(super) fn len(&self) -> usize {
-        self.frames.len() + self.rates.len() + 2 * self.to_last.len()
+        self.frames.len() + self.rates.len()
     }
 }
 

@@ -32,7 +32,7 @@ use super::data_variation::{SplineGradient, SplineVariation, check};
 use super::ends::EndConditions;
 use super::given::Given;
 use super::knot_gradient::KnotGradient;
-use super::knot_states::{KnotStates, State};
+use super::knot_states::{KnotStates, State, piece_states};
 use super::knot_system::{KnotSystem, check_size};
 use super::piecewise::Piecewise;
 use super::spline_ends::check_ends;
@@ -82,29 +82,29 @@ impl Piecewise<RiemannianCubic> {
     /// # Arguments
     /// * `ends` - the end conditions that the spline was made with
     /// # Errors
-    /// `InvalidArgument` where the curve is not a spline with these ends, to 1e-6 in the time of a leg, or where the number of knots
-    /// times the square of the dimension is above 2.5e7; `ConjugateEnds` where it does not depend smoothly on its data, to 1e-11; `Overflow`, `TooManySteps`, `Decomposition`, `Interrupted`.
+    /// `InvalidArgument` where the curve is not a spline with these ends, to 1e-6 in the time of a leg, or where the derivative would
+    /// take more than two gigabytes; `ConjugateEnds` where it does not depend smoothly on its data, to 1e-11; `Overflow`, `TooManySteps`, `Decomposition`, `Interrupted`.
     pub fn data_derivative(
         &self,
         ends: &EndConditions,
         interrupt: Interrupt<'_>,
     ) -> Result<SplineDerivative> {
-        let states = KnotStates::new(self, interrupt)?;
+        let ends_of_pieces = piece_states(self, interrupt)?;
+        let states = KnotStates::new(self, &ends_of_pieces);
         let given = Given::of(ends);
         check_ends(&states, ends)?;
         let span = span(&states, given);
         check_size(&states, &span)?;
-        let linear = |pieces: &[RiemannianCubic]| {
-            let states = pieces.iter().map(|piece| piece.state(0.0));
-            let states: Vec<[Mat<f64>; 4]> = states.collect::<Result<_>>()?;
-            let views: Vec<[MatRef<'_, f64>; 4]> = states
+        let linear = |(states, pieces): (&[[State; 2]], &[RiemannianCubic])| {
+            let starts = states
                 .iter()
-                .map(|state| state.each_ref().map(|x| x.as_ref()))
-                .collect();
+                .map(|[start, _]| start.each_ref().map(|x| x.as_ref()));
             let tensions: Vec<f64> = pieces.iter().map(RiemannianCubic::tension).collect();
-            LinearPiece::all(&views, &tensions, Curve::quotient(self), interrupt)
+            let starts: Vec<[MatRef<'_, f64>; 4]> = starts.collect();
+            LinearPiece::all(&starts, &tensions, Curve::quotient(self), interrupt)
         };
-        let groups = self.pieces().par_chunks(LANES).map(linear);
+        let groups = ends_of_pieces.par_chunks(LANES);
+        let groups = groups.zip(self.pieces().par_chunks(LANES)).map(linear);
         let groups: Vec<Vec<LinearPiece>> = groups.collect::<Result<_>>()?;
         let pieces: Vec<LinearPiece> = groups.into_iter().flatten().collect();
         let system = KnotSystem::new(&states, &pieces, &span, given, interrupt)?;
@@ -136,7 +136,7 @@ impl Piecewise<RiemannianCubic> {
         if given.contains(&Given::Acceleration) {
             return self.data_derivative(ends, interrupt)?.cost_gradient();
         }
-        let states = KnotStates::new(self, interrupt)?;
+        let states = KnotStates::new(self, &piece_states(self, interrupt)?);
         check_ends(&states, ends)?;
         // The cost is stationary in the velocities that are free.
         KnotGradient::of_cost(&states).by_data(&states, given, None)
@@ -157,7 +157,7 @@ impl SplineDerivative {
     ) -> Result<Vec<Mat<f64>>> {
         check(&self.states, self.given, variation)?;
         let runs = self.curve.runs(times)?;
-        let [u, w] = self.at_knots(variation);
+        let [u, w] = self.at_knots(variation, interrupt)?;
         let part = |&(piece, from, to): &(usize, usize, usize)| {
             let local: Vec<f64> = times[from..to]
                 .iter()
@@ -206,7 +206,7 @@ impl SplineDerivative {
             let h = self.states.lengths[piece];
             gradient.add(piece, by_ends, [1.0, h]);
         }
-        self.by_data(gradient)
+        self.by_data(gradient, interrupt)
     }
 
     /// The gradient of the cost `J`: [`Piecewise::cost_gradient`].
@@ -214,20 +214,28 @@ impl SplineDerivative {
     /// # Errors
     /// `Overflow`.
     pub fn cost_gradient(&self) -> Result<SplineGradient> {
-        self.by_data(KnotGradient::of_cost(&self.states))
+        self.by_data(KnotGradient::of_cost(&self.states), Interrupt::NEVER)
     }
 
     /// By the multipliers of the velocities.
-    fn by_data(&self, mut gradient: KnotGradient) -> Result<SplineGradient> {
+    fn by_data(
+        &self,
+        mut gradient: KnotGradient,
+        interrupt: Interrupt<'_>,
+    ) -> Result<SplineGradient> {
         let multipliers = self.system.solve(&gradient.w);
         let still = KnotGradient::zeros(&self.states).u;
-        self.add_forces(&mut gradient, -1.0, [&still, &multipliers]);
+        self.add_forces(&mut gradient, -1.0, [&still, &multipliers], interrupt)?;
         gradient.add_jumps(&self.states, &multipliers);
         gradient.by_data(&self.states, self.given, Some(&multipliers))
     }
 
     /// Displacements and velocities at the knots, at the times where the knots were; in units of the mean leg.
-    fn at_knots(&self, variation: &SplineVariation<'_>) -> [Vec<Mat<f64>>; 2] {
+    fn at_knots(
+        &self,
+        variation: &SplineVariation<'_>,
+        interrupt: Interrupt<'_>,
+    ) -> Result<[Vec<Mat<f64>>; 2]> {
         let states = &self.states;
         let count = states.count();
         let time = |knot: usize| variation.times.get(knot).map_or(0.0, |t| t / states.unit);
@@ -245,7 +253,7 @@ impl SplineDerivative {
         }
         // What is left of the equations with the velocities where they are.
         let mut rest = KnotGradient::zeros(states);
-        self.add_forces(&mut rest, 1.0, [&u, &w]);
+        self.add_forces(&mut rest, 1.0, [&u, &w], interrupt)?;
         let mut rest = rest.w;
         for (piece, [start, end]) in states.ends.iter().enumerate() {
             rest[piece] -= &start[3] * Scale(time(piece));
@@ -259,7 +267,7 @@ impl SplineDerivative {
         for (w, v) in w.iter_mut().zip(self.system.solve(&rest)) {
             *w -= v;
         }
-        [u, w]
+        Ok([u, w])
     }
 
     /// What is left of the changes of the vectors given at the ends beside the rotations there, in units of the mean leg.
@@ -287,11 +295,18 @@ impl SplineDerivative {
     }
 
     /// Adds a multiple of the change of the gradient of half the cost, in units of the mean leg.
-    fn add_forces(&self, to: &mut KnotGradient, factor: f64, [u, w]: [&[Mat<f64>]; 2]) {
+    fn add_forces(
+        &self,
+        to: &mut KnotGradient,
+        factor: f64,
+        [u, w]: [&[Mat<f64>]; 2],
+        interrupt: Interrupt<'_>,
+    ) -> Result<()> {
         for (piece, h) in self.states.lengths.iter().enumerate() {
-            let found = self.pieces[piece].stiffness(&self.ends_of(piece, u, w));
+            let found = self.pieces[piece].stiffness(&self.ends_of(piece, u, w), interrupt)?;
             to.add(piece, found, [-3, -2].map(|order| factor * h.powi(order)));
         }
+        Ok(())
     }
 }
 

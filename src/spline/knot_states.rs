@@ -32,38 +32,46 @@ pub(super) struct KnotStates {
     pub(super) quotient: Quotient,
 }
 
+/// Point, velocity, covariant acceleration and covariant jerk at both ends of every piece, in its own time.
+///
+/// # Errors
+/// Those of evaluating the pieces; `Interrupted`.
+pub(super) fn piece_states(
+    curve: &Piecewise<RiemannianCubic>,
+    interrupt: Interrupt<'_>,
+) -> Result<Vec<[State; 2]>> {
+    let of_piece = |piece: &RiemannianCubic| {
+        interrupt.check(SOLVER)?;
+        Ok([piece.state(0.0)?, piece.state(1.0)?])
+    };
+    curve.pieces().par_iter().map(of_piece).collect()
+}
+
 impl KnotStates {
-    /// # Errors
-    /// Those of evaluating the pieces; `Interrupted`.
-    pub(super) fn new(
-        curve: &Piecewise<RiemannianCubic>,
-        interrupt: Interrupt<'_>,
-    ) -> Result<Self> {
+    /// From the states of the pieces.
+    pub(super) fn new(curve: &Piecewise<RiemannianCubic>, states: &[[State; 2]]) -> Self {
         let (knots, pieces) = (curve.knots(), curve.pieces());
         let unit = (knots[pieces.len()] - knots[0]) / pieces.len() as f64;
         let lengths: Vec<f64> = knots.windows(2).map(|t| (t[1] - t[0]) / unit).collect();
-        let ends = pieces.par_iter().zip(&lengths).map(|(piece, h)| {
-            interrupt.check(SOLVER)?;
-            let state = |t: f64| -> Result<State> {
-                let [s, v, a, j] = piece.state(t)?;
-                let x = j - bracket_of(curve.quotient(), s.as_ref(), v.as_ref(), a.as_ref())
-                    * Scale(0.5);
-                Ok([
-                    s,
-                    v * Scale(1.0 / h),
-                    a * Scale(h.powi(-2)),
-                    x * Scale(h.powi(-3)),
-                ])
-            };
-            Ok([state(0.0)?, state(1.0)?])
-        });
-        Ok(KnotStates {
-            ends: ends.collect::<Result<_>>()?,
+        let quotient = curve.quotient();
+        let scaled = |[s, v, a, j]: &State, h: f64| {
+            let bracket = bracket_of(quotient, s.as_ref(), v.as_ref(), a.as_ref());
+            [
+                s.clone(),
+                v * Scale(1.0 / h),
+                a * Scale(h.powi(-2)),
+                (j - bracket * Scale(0.5)) * Scale(h.powi(-3)),
+            ]
+        };
+        let ends = states.iter().zip(&lengths);
+        let ends = ends.map(|(ends, h)| ends.each_ref().map(|state| scaled(state, *h)));
+        KnotStates {
+            ends: ends.collect(),
             tension: pieces[0].tension() / lengths[0].powi(2),
             lengths,
             unit,
-            quotient: curve.quotient(),
-        })
+            quotient,
+        }
     }
 
     /// Number of knots.

@@ -31,8 +31,8 @@ use crate::space::Quotient;
 /// A system whose smallest eigenvalue is below this share of the largest counts as singular, as for boundary problems.
 const SINGULAR: f64 = 1e-11;
 
-/// Numbers that the factors may have in one of their four parts: 0.2 gigabytes each.
-const LARGEST: usize = 25_000_000;
+/// Numbers that a derivative may keep: two gigabytes.
+const LARGEST: f64 = 2.5e8;
 
 /// Products with the inverse by which its norm is estimated.
 const POWERS: usize = 4;
@@ -54,7 +54,8 @@ pub(super) struct KnotSystem {
 /// Blocks of one piece: rows and columns of the velocity at its start and at its end.
 type Blocks = [[Vec<f64>; 2]; 2];
 
-/// Error where the factors of a system in a span would be too large.
+/// Error where the derivative would be too large: in `d` dimensions, with `h` of the isotropy group, every piece keeps `Ad_g dx` at
+/// some 18 nodes, six matrices of shape `(4 d, 4 d)` or as large together, and some 2000 numbers.
 ///
 /// # Errors
 /// `InvalidArgument`.
@@ -62,14 +63,16 @@ pub(super) fn check_size(states: &KnotStates, span: &Span) -> Result<()> {
     let (n, k) = states.point(0).shape();
     let r = span.basis().map_or(n, |basis| basis.ncols());
     let d = (r - k) * k + states.quotient.turns(k);
-    let numbers = states.count() * d * d;
+    let isotropy = (r - k) * (r - k).saturating_sub(1) / 2;
+    let of_piece = 54 * d * (d + isotropy) + 96 * d * d + 2000;
+    let numbers = states.count() as f64 * of_piece as f64;
     if numbers <= LARGEST {
         return Ok(());
     }
     Err(Error::InvalidArgument {
         name: "points",
-        requirement: "few and small enough for factors of 2.5e7 numbers: knots times the square of the dimension",
-        found: numbers as f64,
+        requirement: "few and small enough for a derivative of 2.5e8 numbers",
+        found: numbers,
     })
 }
 
@@ -110,7 +113,8 @@ impl KnotSystem {
         let blocks = |(leg, piece): (usize, &LinearPiece)| {
             interrupt.check(SOLVER)?;
             let frames = [leg, (leg + 1) % count].map(|knot| &system.frames[knot]);
-            Ok(piece.by_velocities(frames))
+            let blocks = piece.by_velocities(frames);
+            Ok(blocks.expect("pieces of splines have their matrices"))
         };
         let blocks: Vec<Blocks> = pieces
             .par_iter()

@@ -11,17 +11,35 @@ from .arguments import Array
 
 Curve = TypeVar("Curve")
 
-# Bytes of the arguments of all that one solver keeps. Splines through 2000 rotations have 80 kB of them and take 36 MB,
-# with their derivatives: six are kept, or 64 through 200. The last one is kept whatever it takes.
-KEPT = 1 << 19
+# Numbers that all curves of one solver may take with their derivatives: 256 MB, 48 splines through 200 rotations. The last
+# one is kept whatever it takes.
+KEPT = 1 << 25
+
+# Dimensions above which the derivative of a single cubic keeps no matrices.
+DENSE = 64
+
+
+def numbers_of_piece(n: int, k: int) -> int:
+    """Return about how many numbers the derivative of a piece of a spline keeps."""
+    rows = min(n, 4 * k)
+    dimension = (rows - k) * k + k * (k - 1) // 2
+    isotropy = (rows - k) * (rows - k - 1) // 2
+    return 54 * dimension * (dimension + isotropy) + 96 * dimension**2 + 2000
+
+
+def numbers_of_cubic(n: int, k: int) -> int:
+    """Return the same of a single cubic."""
+    rows = min(n, 4 * k)
+    dimension = (rows - k) * k + k * (k - 1) // 2
+    return numbers_of_piece(n, k) if dimension <= DENSE else 100 * n * k
 
 
 class Solved(Generic[Curve]):
     """What a solver makes of its arguments, the last ones kept."""
 
-    def __init__(self, solve: Callable[..., Curve]) -> None:
-        self._solve = solve
-        self._kept: OrderedDict[tuple[bytes, ...], Curve] = OrderedDict()
+    def __init__(self, solve: Callable[..., Curve], numbers: Callable[..., int]) -> None:
+        self._solve, self._numbers = solve, numbers
+        self._kept: OrderedDict[tuple[bytes, ...], tuple[Curve, int]] = OrderedDict()
         self._size = 0
         self._lock = threading.Lock()
 
@@ -31,17 +49,14 @@ class Solved(Generic[Curve]):
         with self._lock:
             if key in self._kept:
                 self._kept.move_to_end(key)
-                return self._kept[key]
+                return self._kept[key][0]
         curve = self._solve(*data)
+        numbers = self._numbers(*data) + sum(map(len, key)) // 8
         with self._lock:
             if key not in self._kept:
-                self._size += _size(key)
-            self._kept[key] = curve
+                self._size += numbers
+            self._kept[key] = curve, numbers
             while self._size > KEPT and len(self._kept) > 1:
-                oldest, _ = self._kept.popitem(last=False)
-                self._size -= _size(oldest)
+                _, (_, freed) = self._kept.popitem(last=False)
+                self._size -= freed
         return curve
-
-
-def _size(key: tuple[bytes, ...]) -> int:
-    return sum(map(len, key))

@@ -13,7 +13,7 @@ from ..errors import InvalidInputError
 from ..rotation import RotationSpline
 from .arguments import Array, Frame, Plain, Shape, transposed
 from .operation import Operation
-from .solved import Solved
+from .solved import Solved, numbers_of_piece
 
 BcType = Literal["natural", "clamped", "periodic"]
 _BC_TYPES = ("natural", "clamped", "periodic")
@@ -48,7 +48,10 @@ def rotation_spline(bc_type: BcType) -> Operation:
 
 @cache
 def _cubic_spline(bc_type: BcType) -> Operation:
-    solved = Solved(lambda knots, points: CubicSpline(knots, points, bc_type))
+    solved = Solved(
+        lambda knots, points: CubicSpline(knots, points, bc_type),
+        lambda _, points: len(points) * numbers_of_piece(*points.shape[1:]),
+    )
 
     def value(knots: Array, points: Array, t: Array) -> Array:
         return solved((knots, points))(t)
@@ -80,7 +83,10 @@ def _rotation_spline(bc_type: BcType) -> Operation:
 
     Where `R` changes by `R hat(w)`, the quaternion `q` changes by `q (w, 0) / 2`.
     """
-    solved = Solved(lambda knots, q: RotationSpline(knots, q, bc_type, extrapolate=False))
+    solved = Solved(
+        lambda knots, q: RotationSpline(knots, q, bc_type, extrapolate=False),
+        lambda _, q: len(q) * numbers_of_piece(3, 3),
+    )
 
     def value(knots: Array, q: Array, t: Array) -> Array:
         found: Array = solved((knots, q))(t)
