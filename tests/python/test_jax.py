@@ -298,8 +298,8 @@ def test_equal_members_of_a_batch_are_solved_once(rng, monkeypatch):
 
 
 def test_what_is_kept_has_a_limit(monkeypatch):
-    monkeypatch.setattr(solved, "KEPT", 200)
-    kept = solved.Solved(lambda x: x.sum())
+    monkeypatch.setattr(solved, "KEPT", 50)
+    kept = solved.Solved(lambda x: x.sum(), lambda x: x.size)
     found = [kept((np.full(10, i, dtype=float),)) for i in (0, 1, 0, 2, 3)]
     assert found == [0.0, 10.0, 0.0, 20.0, 30.0]
     assert len(kept._kept) == 2

@@ -11,8 +11,8 @@ from .arguments import Array
 
 Curve = TypeVar("Curve")
 
-# Numbers that all curves of one solver may take with their derivatives: 256 MB, 48 splines through 200 rotations. The last
-# one is kept whatever it takes.
+# Numbers that all curves of one solver may take with their derivatives: 256 MB, 48 splines through 200 rotations. The
+# last one is kept whatever it takes.
 KEPT = 1 << 25
 
 # Dimensions above which the derivative of a single cubic keeps no matrices.
