@@ -21,7 +21,9 @@ use crate::space::Quotient;
 /// Dimensions up to which the second derivative of a single cubic is formed, from series; above, products with it, by directional
 /// derivatives, take less time and memory: on St(12,3), of dimension 30, 12 and 50 ms, on St(20,5), of dimension 85, 140 and 110 ms
 /// and 38 and 1 MB, on St(40,10) 5.8 and 1.9 s.
-const DENSE: usize = 64;
+///
+/// Pieces of splines have the matrix in any case, and no series above.
+pub(crate) const DENSE: usize = 64;
 
 /// A cubic on `[0, 1]`, linearised.
 #[derive(Debug)]
@@ -39,7 +41,7 @@ pub(crate) struct LinearPiece {
 /// The curve in its span.
 #[derive(Debug)]
 struct Inner {
-    series: LinearSeries,
+    series: Option<LinearSeries>,
     /// The second derivative of half the cost, shape `(4 d, 4 d)`.
     matrix: Mat<f64>,
 }
@@ -99,7 +101,7 @@ impl LinearPiece {
             end: series.end(&flow),
             inner: Some(Inner {
                 matrix: end_stiffness(&inside)?,
-                series,
+                series: (flow.blocks().dim() <= DENSE).then_some(series),
             }),
             flow,
         })
@@ -212,7 +214,7 @@ impl LinearPiece {
     ) -> Result<Vec<Mat<f64>>> {
         let [a, b] = self.at_start(z, interrupt)?;
         let start = [z[0].clone(), z[1].clone(), a, b];
-        let Some(Inner { series, .. }) = &self.inner else {
+        let Some((_, series)) = self.by_series() else {
             return self.flow.points(&start, times, interrupt);
         };
         let beyond: Vec<f64> = times.iter().copied().filter(|t| !is_on(*t)).collect();
@@ -244,14 +246,14 @@ impl LinearPiece {
         cotangents: &[MatRef<'_, f64>],
         interrupt: Interrupt<'_>,
     ) -> Result<[Mat<f64>; 4]> {
-        let Some(inner) = &self.inner else {
+        let Some((inner, series)) = self.by_series() else {
             return self.pull_back_by_products(times, cotangents, interrupt);
         };
         let loads = times.iter().copied().zip(cotangents.iter().copied());
         let (mut on, beyond): (Vec<Load<'_>>, Vec<Load<'_>>) =
             loads.partition(|load| is_on(load.0));
         on.sort_by(|one, other| one.0.total_cmp(&other.0));
-        let mut by_start = inner.series.pull_back(&self.flow, &on);
+        let mut by_start = series.pull_back(&self.flow, &on);
         if !beyond.is_empty() {
             let (times, cotangents): (Vec<f64>, Vec<MatRef<'_, f64>>) = beyond.into_iter().unzip();
             let eta = self.flow.collected(&times, &cotangents, interrupt)?;
@@ -269,7 +271,12 @@ impl LinearPiece {
         Ok(out)
     }
 
-    /// The same without the matrix: the variation that collects the cotangents is made to vanish at the end by one more, of the ends;
+    fn by_series(&self) -> Option<(&Inner, &LinearSeries)> {
+        let inner = self.inner.as_ref()?;
+        Some((inner, inner.series.as_ref()?))
+    }
+
+    /// The same without series: the variation that collects the cotangents is made to vanish at the end by one more, of the ends;
     /// the accelerations of both are the gradient.
     fn pull_back_by_products(
         &self,

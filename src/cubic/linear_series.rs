@@ -274,7 +274,8 @@ mod tests {
                 Quotient::Frames => &raw - &s * (&inner + inner.transpose()) * Scale(0.5),
                 Quotient::Subspaces => &raw - &s * &inner,
             };
-            let unit = norm(v.as_ref());
+            // Of a curve without freedom it is zero.
+            let unit = norm(v.as_ref()).max(f64::MIN_POSITIVE);
             v * Scale(size * speed.powf(size) / unit)
         });
         let [v, a, j] = vectors.each_ref().map(|x| x.as_ref());

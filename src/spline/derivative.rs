@@ -83,7 +83,8 @@ impl Piecewise<RiemannianCubic> {
     /// * `ends` - the end conditions that the spline was made with
     /// # Errors
     /// `InvalidArgument` where the curve is not a spline with these ends, to 1e-6 in the time of a leg, or where the derivative would
-    /// take more than two gigabytes; `ConjugateEnds` where it does not depend smoothly on its data, to 1e-11; `Overflow`, `TooManySteps`, `Decomposition`, `Interrupted`.
+    /// take more than four gigabytes; `ConjugateEnds` where it does not depend smoothly on its data, to 1e-11; `Overflow`,
+    /// `TooManySteps`, `Decomposition`, `Interrupted`.
     pub fn data_derivative(
         &self,
         ends: &EndConditions,

@@ -18,7 +18,7 @@ use rayon::prelude::*;
 use super::given::Given;
 use super::knot_states::{KnotStates, SOLVER};
 use crate::cubic::initial::{Horizontal, complete};
-use crate::cubic::linear_piece::LinearPiece;
+use crate::cubic::linear_piece::{DENSE, LinearPiece};
 use crate::cubic::packing::{pack, unpack};
 use crate::cubic::reduced::Sized;
 use crate::curve::span::Span;
@@ -31,8 +31,8 @@ use crate::space::Quotient;
 /// A system whose smallest eigenvalue is below this share of the largest counts as singular, as for boundary problems.
 const SINGULAR: f64 = 1e-11;
 
-/// Numbers that a derivative may keep: two gigabytes.
-const LARGEST: f64 = 2.5e8;
+/// Numbers that a derivative may keep: four gigabytes.
+const LARGEST: f64 = 5e8;
 
 /// Products with the inverse by which its norm is estimated.
 const POWERS: usize = 4;
@@ -54,8 +54,9 @@ pub(super) struct KnotSystem {
 /// Blocks of one piece: rows and columns of the velocity at its start and at its end.
 type Blocks = [[Vec<f64>; 2]; 2];
 
-/// Error where the derivative would be too large: in `d` dimensions, with `h` of the isotropy group, every piece keeps `Ad_g dx` at
-/// some 18 nodes, six matrices of shape `(4 d, 4 d)` or as large together, and some 2000 numbers.
+/// Error where the derivative would be too large: in `d` dimensions every piece keeps a matrix of shape `(4 d, 4 d)` and its share of
+/// the factors; up to [`DENSE`] dimensions also `Ad_g dx` at some 18 nodes, with `h` dimensions of the isotropy group, as much again as
+/// some matrices, and some 2000 numbers.
 ///
 /// # Errors
 /// `InvalidArgument`.
@@ -64,14 +65,17 @@ pub(super) fn check_size(states: &KnotStates, span: &Span) -> Result<()> {
     let r = span.basis().map_or(n, |basis| basis.ncols());
     let d = (r - k) * k + states.quotient.turns(k);
     let isotropy = (r - k) * (r - k).saturating_sub(1) / 2;
-    let of_piece = 54 * d * (d + isotropy) + 96 * d * d + 2000;
+    let of_piece = match d <= DENSE {
+        true => 54 * d * (d + isotropy) + 96 * d * d + 2000,
+        false => 20 * d * d,
+    };
     let numbers = states.count() as f64 * of_piece as f64;
     if numbers <= LARGEST {
         return Ok(());
     }
     Err(Error::InvalidArgument {
         name: "points",
-        requirement: "few and small enough for a derivative of 2.5e8 numbers",
+        requirement: "few and small enough for a derivative of 5e8 numbers",
         found: numbers,
     })
 }
