@@ -391,7 +391,12 @@ impl PyRotationCurve {
             data,
             report: spline.report().copied(),
         };
-        object(py, spline.wrap(py)?.add_subclass(PyCubicSpline::of_ends(bc_type)))
+        object(
+            py,
+            spline
+                .wrap(py)?
+                .add_subclass(PyCubicSpline::of_ends(bc_type)),
+        )
     }
 
     fn sampled<'py, const N: usize>(
