@@ -274,9 +274,14 @@ mod tests {
                 Quotient::Frames => &raw - &s * (&inner + inner.transpose()) * Scale(0.5),
                 Quotient::Subspaces => &raw - &s * &inner,
             };
-            // Of a curve without freedom it is zero.
-            let unit = norm(v.as_ref()).max(f64::MIN_POSITIVE);
-            v * Scale(size * speed.powf(size) / unit)
+            let unit = norm(v.as_ref());
+            // Curves without freedom have none.
+            let factor = if unit == 0.0 {
+                0.0
+            } else {
+                size * speed.powf(size) / unit
+            };
+            v * Scale(factor)
         });
         let [v, a, j] = vectors.each_ref().map(|x| x.as_ref());
         LinearFlow::new([s.as_ref(), v, a, j], tension, quotient).unwrap()
