@@ -94,6 +94,8 @@ impl Layout {
 }
 
 impl LinearSeries {
+    /// Of one curve.
+    ///
     /// # Errors
     /// `TooManySteps`, `Interrupted`.
     pub(super) fn new(flow: &LinearFlow, interrupt: Interrupt<'_>) -> Result<Self> {

@@ -391,12 +391,8 @@ impl PyRotationCurve {
             data,
             report: spline.report().copied(),
         };
-        object(
-            py,
-            spline
-                .wrap(py)?
-                .add_subclass(PyCubicSpline::of_ends(bc_type)),
-        )
+        let class = PyCubicSpline::of_ends(bc_type);
+        object(py, spline.wrap(py)?.add_subclass(class))
     }
 
     fn sampled<'py, const N: usize>(

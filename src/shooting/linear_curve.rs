@@ -1,4 +1,4 @@
-//! A cubic linearised from its start on, leg by leg.
+//! A cubic on `[0, 1]` linearised from its start on, leg by leg: the maps of legs, one after the other.
 
 use faer::{Mat, MatRef};
 
@@ -10,7 +10,7 @@ use crate::linalg::lanes::{LANES, Lanes};
 use crate::report::{SolverReport, StopReason};
 use crate::space::{Homogeneous, Shape, in_space};
 
-/// Numbers that the legs may have together: 0.4 gigabytes.
+/// Numbers that the legs may have together, asked after each leg: 0.4 gigabytes.
 const LARGEST: usize = 50_000_000;
 
 /// Variations `(p, w, a, b)` of a cubic, as functions of those at its start.
@@ -27,7 +27,9 @@ pub(crate) struct LinearCurve {
     pub(crate) frame: Vec<f64>,
 }
 
-/// Fewer legs than this are linearised one by one, and those of a larger dimension.
+/// Fewer legs than this are linearised one by one, and those of a larger dimension: their buffers are eight times as large. Eight
+/// abreast, with frames as quaternions, the derivative of a spline of 200 rotations took 38 ms in place of 61 in the profile of tests;
+/// these limits themselves are not measured.
 const FEW: usize = 3;
 const LARGE: usize = 30;
 
