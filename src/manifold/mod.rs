@@ -3,6 +3,7 @@
 pub(crate) mod carrier;
 pub mod covariant;
 pub mod curvature;
+pub mod differential;
 pub mod exponential;
 pub(crate) mod geodesic_jet;
 pub mod gradient;
@@ -25,6 +26,7 @@ pub(crate) mod stored;
 pub(crate) mod tangent;
 pub mod transport;
 
+pub use differential::{ExponentialDifferential, LogarithmDifferential};
 pub use exponential::Geodesic;
 pub use grassmann::Grassmann;
 pub use logarithm::LogReport;
