@@ -60,7 +60,7 @@ pub enum Error {
     },
     /// The columns are not orthonormal: `|S^T S - I|_F` exceeds the tolerance.
     #[error(
-        "{name}: columns are not orthonormal, |S^T S - I| = {defect:.3e} exceeds {tolerance:.3e} (the nearest point of the manifold is its projection)"
+        "{name}: columns are not orthonormal, |S^T S - I| = {defect:.3e} exceeds {tolerance:.3e}; `Stiefel::project` gives the nearest point"
     )]
     NotOrthonormal {
         /// Which argument.

@@ -33,10 +33,14 @@ from ._core import (
     solve_boundary,
 )
 from .boundary import BoundaryBatch
+from .curve_derivative import CurveDerivative
 from .errors import ConvergenceError, InvalidInputError, OutsideDomainError, StiefelError
 from .pose import PoseSpline
 from .rotation import RotationSpline
 from .storage import load
+from .subpackages import SUBPACKAGES as _SUBPACKAGES
+from .subpackages import ModuleType as _ModuleType
+from .subpackages import subpackage as _subpackage
 from .trajectory_files import read_trajectory, read_tum, write_trajectory, write_tum
 
 __version__ = _core.__VERSION__
@@ -50,6 +54,7 @@ __all__ = [
     "CubicSpline",
     "CubicTrajectory",
     "Curve",
+    "CurveDerivative",
     "DerivativeBounds",
     "Geodesic",
     "GeometricCubic",
@@ -81,3 +86,11 @@ __all__ = [
     "write_trajectory",
     "write_tum",
 ]
+
+
+def __getattr__(name: str) -> _ModuleType:
+    return _subpackage(name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_SUBPACKAGES})

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Literal, TypeAlias, get_args
+from typing import Literal, TypeAlias, cast, get_args
 
 from numpy.typing import ArrayLike
 
+from ._core import _in_library_of
 from .array_input import Array
 from .errors import InvalidInputError
 
@@ -61,7 +62,7 @@ class AngularMotion(ABC):
         >>> spline.angular_velocity(1.0).round(12) + 0.0
         array([0. , 0. , 0.3])
         """
-        return self._angular(t, 1, frame)
+        return cast("Array", _in_library_of(t, self._angular(t, 1, frame)))
 
     def angular_acceleration(self, t: ArrayLike, frame: Frame = "body") -> Array:
         """Return the angular acceleration, the derivative of the angular rate in either frame.
@@ -90,7 +91,7 @@ class AngularMotion(ABC):
         >>> spline.angular_acceleration([0.0, 1.0])[:, 2].round(6) + 0.0
         array([ 0.      , -4.712389])
         """
-        return self._angular(t, 2, frame)
+        return cast("Array", _in_library_of(t, self._angular(t, 2, frame)))
 
     def angular_jerk(self, t: ArrayLike, frame: Frame = "body") -> Array:
         """Return the angular jerk, the second derivative of the angular rate in the body frame.
@@ -120,4 +121,4 @@ class AngularMotion(ABC):
         >>> spline.angular_jerk([0.5, 1.5])[:, 2].round(6) + 0.0
         array([-4.712389,  4.712389])
         """
-        return self._angular(t, 3, frame)
+        return cast("Array", _in_library_of(t, self._angular(t, 3, frame)))

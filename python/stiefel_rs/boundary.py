@@ -30,3 +30,15 @@ class BoundaryBatch(NamedTuple):
     cost: NDArray[np.float64]
     converged: NDArray[np.bool_]
     residual: NDArray[np.float64]
+
+
+# What `help` and editors show of the fields.
+BoundaryBatch.acceleration.__doc__ = (
+    "Covariant accelerations at `S0`, shape (..., n, k); NaN where a problem is not solved."
+)
+BoundaryBatch.jerk.__doc__ = "Covariant jerks at `S0`, shape (..., n, k); NaN where a problem is not solved."
+BoundaryBatch.cost.__doc__ = (
+    "Integrals of the squared covariant acceleration, shape (...); NaN where a problem is not solved."
+)
+BoundaryBatch.converged.__doc__ = "Whether the end is met to the tolerance, shape (...)."
+BoundaryBatch.residual.__doc__ = "How far the end is missed, shape (...)."

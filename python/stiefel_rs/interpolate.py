@@ -134,6 +134,11 @@ def add_parser(commands: Any) -> None:
         "--out", type=_out, required=True, metavar="OUTPUT", help="where the curve (.npz) or its poses (.tum, .csv) go"
     )
     parser.add_argument("--bc-type", choices=BC_TYPES, help="ends of a spline (default: natural)")
+    parser.add_argument(
+        "--project",
+        action="store_true",
+        help="replace points that are off the manifold by up to 0.1, such as rounded ones, by the nearest ones",
+    )
     parser.add_argument("--lam", type=_lam, help="lambda of --kind smoothing (default: by cross-validation)")
     where = parser.add_mutually_exclusive_group()
     where.add_argument("--rate", type=_rate, metavar="HZ", help="evaluate so often in a second, from the first time on")
@@ -222,6 +227,8 @@ def read(path: Path) -> Arrays:
     # Whatever a reader of archives makes of damaged bytes.
     except Exception as error:
         why = str(error) or type(error).__name__
+        if "allow_pickle" in why:
+            why = "it holds Python objects: save arrays of numbers"
         raise InvalidInputError(f"{path}: not an .npz archive of plain arrays ({why})") from error
     raise InvalidInputError(f"{path}: one array, where an .npz archive of t and S is needed")
 
@@ -233,7 +240,9 @@ def _array(arrays: Arrays, name: str, why: str) -> NDArray[Any]:
     return arrays[name]
 
 
-def build(arrays: Arrays, kind: str, bc_type: str | None = None, lam: float | None = None) -> Curve:
+def build(
+    arrays: Arrays, kind: str, bc_type: str | None = None, lam: float | None = None, *, project: bool = False
+) -> Curve:
     """Curve of the given kind through the points.
 
     Raises
@@ -246,16 +255,16 @@ def build(arrays: Arrays, kind: str, bc_type: str | None = None, lam: float | No
     why = f"--kind {kind}"
     t, S = _array(arrays, "t", why), _array(arrays, "S", why)
     if kind in HERMITE:
-        return CubicHermite(t, S, _array(arrays, "V", why), kind=HERMITE[kind])
+        return CubicHermite(t, S, _array(arrays, "V", why), kind=HERMITE[kind], project=project)
     if kind == SMOOTHING:
-        return _core.SmoothingSpline(t, S, weights=arrays.get("weights"), lam=lam)
+        return _core.SmoothingSpline(t, S, weights=arrays.get("weights"), lam=lam, project=project)
     if bc_type == "velocities":
         V = _array(arrays, "V", f"--bc-type {bc_type}")
         if V.ndim != 3 or len(V) < 2:
             raise InvalidInputError(f"V: shape (N, n, k) expected, found {V.shape}")
-        return CubicSpline(t, S, bc_type=((1, V[0]), (1, V[-1])), kind=SPLINES[kind])
+        return CubicSpline(t, S, bc_type=((1, V[0]), (1, V[-1])), kind=SPLINES[kind], project=project)
     ends = cast(Literal["natural", "clamped", "periodic"], bc_type or "natural")
-    return CubicSpline(t, S, bc_type=ends, kind=SPLINES[kind])
+    return CubicSpline(t, S, bc_type=ends, kind=SPLINES[kind], project=project)
 
 
 def evaluate(curve: Curve, t: Array) -> Arrays:
@@ -287,7 +296,7 @@ def _sample_times(arguments: argparse.Namespace, curve: Curve) -> Array | None:
 def _write(arguments: argparse.Namespace) -> Iterator[str]:
     """Write the files, and name each once it is there: what follows may fail."""
     arrays = read(arguments.input)
-    curve = build(arrays, arguments.kind, arguments.bc_type, arguments.lam)
+    curve = build(arrays, arguments.kind, arguments.bc_type, arguments.lam, project=arguments.project)
     if arguments.plot is not None and curve.field == "complex":
         raise InvalidInputError("--plot draws real frames, the points of the file are complex")
     t = _sample_times(arguments, curve)
@@ -326,7 +335,7 @@ def run(arguments: argparse.Namespace) -> int:
             return _fail(str(error))
         return _fail(f"no figure ({error}): pip install 'stiefel-rs[plot]'")
     except (StiefelError, ValueError, TypeError) as error:
-        return _fail(str(error))
+        return _fail(str(error).replace("curves take it with project=True", "--project takes it"))
     return 0
 
 

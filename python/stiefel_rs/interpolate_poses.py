@@ -43,6 +43,8 @@ def check(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> Non
             parser.error(f"--{option} needs INPUT.npz")
     if not is_trajectory(arguments.out):
         parser.error(f"--out: {str(arguments.out)!r} does not end in {', '.join(TUM_SUFFIXES)} or {CSV_SUFFIX}")
+    if arguments.project:
+        parser.error("--project needs INPUT.npz; quaternions are normalised anyway")
     if arguments.rate is arguments.num is arguments.at is None:
         parser.error(f"{name} needs --rate, --num or --at")
     if arguments.rates and arguments.out.suffix.lower() != CSV_SUFFIX:

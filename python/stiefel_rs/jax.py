@@ -160,8 +160,9 @@ class _OnJax(Functions[jax.Array]):
 
     def arrays(self, arguments: Sequence[Any]) -> list[Any]:
         arrays = [jnp.asarray(argument) for argument in arguments]
-        kind = jnp.result_type(*arrays, jnp.float32)
-        return [x if jnp.issubdtype(x.dtype, jnp.complexfloating) else x.astype(kind) for x in arrays]
+        kind = jnp.finfo(jnp.result_type(*arrays, jnp.float32)).dtype
+        complex_kind = jnp.result_type(kind, jnp.complex64)
+        return [x.astype(complex_kind if self.is_complex(x) else kind) for x in arrays]
 
     def flat(self, t: Any) -> tuple[jax.Array, tuple[int, ...]]:
         times = jnp.asarray(t)
@@ -169,6 +170,12 @@ class _OnJax(Functions[jax.Array]):
 
     def is_complex(self, array: Any) -> bool:
         return jnp.issubdtype(array.dtype, jnp.complexfloating)
+
+    def pairs(self, array: Any) -> jax.Array:
+        return jnp.stack([array.real, array.imag], axis=-1)
+
+    def of_pairs(self, array: Any) -> jax.Array:
+        return jax.lax.complex(array[..., 0], array[..., 1])
 
     def broadcast(self, arrays: list[Any], axes: tuple[int, ...]) -> list[Any]:
         pairs = list(zip(arrays, axes, strict=True))

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ._core import _in_library_of
 from .angular_motion import AngularMotion, Frame, check_frame
-from .array_input import Array, finite_array, times_within
+from .array_input import Array, finite_array, real_array, times_within
 from .end_conditions import BcType
 from .pose_input import PoseKind, give_back_poses
 from .positions import derivative
@@ -51,7 +52,9 @@ class PoseMotion(AngularMotion):
         InvalidInputError
             Times that are not finite, or outside without `extrapolate`.
         """
-        return give_back_poses(self._kind, self._rotations(t), self.position(t))
+        times = real_array(t, "t")
+        poses = give_back_poses(self._kind, self._rotations(times), self._linear(times, 0, "world"))
+        return _in_library_of(t, poses)
 
     def rotation(self, t: ArrayLike) -> Any:
         """Return rotations of the kind that the spline was made from.
@@ -91,7 +94,7 @@ class PoseMotion(AngularMotion):
         InvalidInputError
             Times that are not finite, or outside without `extrapolate`.
         """
-        return self._linear(t, 0, "world")
+        return cast("Array", _in_library_of(t, self._linear(t, 0, "world")))
 
     def linear_velocity(self, t: ArrayLike, frame: Frame = "world") -> Array:
         """Return the velocity of the position, ``p'``.
@@ -113,7 +116,7 @@ class PoseMotion(AngularMotion):
         InvalidInputError
             Times that are not finite, or outside without `extrapolate`; another frame.
         """
-        return self._linear(t, 1, frame)
+        return cast("Array", _in_library_of(t, self._linear(t, 1, frame)))
 
     def linear_acceleration(self, t: ArrayLike, frame: Frame = "world") -> Array:
         """Return the acceleration of the position, ``p''``.
@@ -136,7 +139,7 @@ class PoseMotion(AngularMotion):
         InvalidInputError
             Times that are not finite, or outside without `extrapolate`; another frame.
         """
-        return self._linear(t, 2, frame)
+        return cast("Array", _in_library_of(t, self._linear(t, 2, frame)))
 
     def linear_jerk(self, t: ArrayLike, frame: Frame = "world") -> Array:
         """Return the jerk of the position, ``p'''``, constant on every piece.
@@ -158,7 +161,7 @@ class PoseMotion(AngularMotion):
         InvalidInputError
             Times that are not finite, or outside without `extrapolate`; another frame.
         """
-        return self._linear(t, 3, frame)
+        return cast("Array", _in_library_of(t, self._linear(t, 3, frame)))
 
     def twist(self, t: ArrayLike, frame: Frame = "body") -> Array:
         """Return the twist, the velocity of the whole body, angular part first.
@@ -189,11 +192,10 @@ class PoseMotion(AngularMotion):
         -----
         Lynch, Park (2017), Modern Robotics, section 3.3.2.
         """
-        w = self.angular_velocity(t, frame)
-        v = self.linear_velocity(t, frame)
+        w, v = self._angular(t, 1, frame), self._linear(t, 1, frame)
         if frame == "world":
-            v = v - np.cross(w, self.position(t))
-        return np.concatenate([w, v], axis=-1)
+            v = v - np.cross(w, self._linear(t, 0, "world"))
+        return cast("Array", _in_library_of(t, np.concatenate([w, v], axis=-1)))
 
     @property
     def rotation_spline(self) -> RotationMotion:

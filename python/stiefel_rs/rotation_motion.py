@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._core import SmoothingSpline
+from ._core import SmoothingSpline, _in_library_of
 from .angular_motion import AngularMotion, Frame, check_frame
 from .array_input import Array, either
 from .end_conditions import BcType
@@ -74,8 +74,8 @@ class RotationMotion(AngularMotion):
         if self._kind == "Rotation" and np.ndim(t) > SCIPY_AXES:
             raise InvalidInputError(f"t: Rotation objects take one axis of times at most, found shape {np.shape(t)}")
         if order:
-            return self._curves.rates(t, int(order))
-        return give_back(self._kind, self._curves.quaternions(t))
+            return _in_library_of(t, self._curves.rates(t, int(order)))
+        return _in_library_of(t, give_back(self._kind, self._curves.quaternions(t)))
 
     def cost(self) -> Any:
         """Return the integral of the squared angular acceleration over ``t_span``.

@@ -199,7 +199,8 @@ class _OnTorch(Functions[Tensor]):
         tensors = [
             torch.as_tensor(np.asarray(thing, dtype=float), device="cpu") if x is None else x for thing, x in pairs
         ]
-        return [x if x.is_complex() or kind.is_complex else x.to(kind) for x in tensors]
+        kind = kind.to_real()
+        return [x.to(kind.to_complex() if x.is_complex() else kind) for x in tensors]
 
     def flat(self, t: Any) -> tuple[Any, tuple[int, ...]]:
         times = _known(t)
@@ -210,6 +211,13 @@ class _OnTorch(Functions[Tensor]):
 
     def is_complex(self, array: Any) -> bool:
         return bool(array.is_complex())
+
+    def pairs(self, array: Any) -> Tensor:
+        whole = array if array.is_complex() else torch.complex(array, torch.zeros_like(array))
+        return torch.view_as_real(whole.resolve_conj())
+
+    def of_pairs(self, array: Any) -> Tensor:
+        return torch.view_as_complex(array.contiguous())
 
     def broadcast(self, arrays: list[Any], axes: tuple[int, ...]) -> list[Any]:
         pairs = list(zip(arrays, axes, strict=True))

@@ -1,5 +1,7 @@
 //! The trait `Curve` for curves whose type is known at run time only.
 
+use std::sync::Arc;
+
 use faer::{Mat, MatRef};
 
 use super::{ArcLength, Curve, DerivativeBounds, Quantity, Samples};
@@ -13,6 +15,7 @@ pub(crate) trait AnyCurve: Send + Sync {
     fn shape(&self) -> (usize, usize);
     fn quotient(&self) -> Quotient;
     fn t_span(&self) -> (f64, f64);
+    fn continued(&self) -> Option<Arc<dyn AnyCurve>>;
     fn frame(&self) -> Option<MatRef<'_, f64>>;
     fn stored(&self) -> (&'static str, Fields);
     fn sample(&self, t: &[f64], quantity: Quantity, interrupt: Interrupt<'_>) -> Result<Samples>;
@@ -28,7 +31,7 @@ pub(crate) trait AnyCurve: Send + Sync {
     fn derivative_bounds(&self, interrupt: Interrupt<'_>) -> Result<DerivativeBounds>;
 }
 
-impl<C: Curve + Stored + Send> AnyCurve for C {
+impl<C: Curve + Stored + Send + 'static> AnyCurve for C {
     fn shape(&self) -> (usize, usize) {
         (self.n(), self.k())
     }
@@ -39,6 +42,10 @@ impl<C: Curve + Stored + Send> AnyCurve for C {
 
     fn t_span(&self) -> (f64, f64) {
         Curve::t_span(self)
+    }
+
+    fn continued(&self) -> Option<Arc<dyn AnyCurve>> {
+        Some(Arc::new(Curve::continued(self)?))
     }
 
     fn frame(&self) -> Option<MatRef<'_, f64>> {

@@ -51,7 +51,7 @@ use crate::space::Quotient;
 /// assert!(Circle.acceleration(0.3)?.norm_l2() < 1e-14 && Circle.cost()? < 1e-28);
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
-pub trait Curve: Sync {
+pub trait Curve: Send + Sync {
     /// Buffers for evaluation, one per thread.
     type Workspace: Send;
 
@@ -64,6 +64,14 @@ pub trait Curve: Sync {
     /// What the points stand for: frames, or the spans of their columns.
     fn quotient(&self) -> Quotient {
         Quotient::Frames
+    }
+
+    /// The same curve going on outside of its interval; `None` for one that does so anyway.
+    fn continued(&self) -> Option<Self>
+    where
+        Self: Sized,
+    {
+        None
     }
 
     /// The interval that the curve is made for.

@@ -1,9 +1,9 @@
 //! Batches: arrays whose last axes are one member each, and functions applied to every member.
 
-use numpy::Complex64;
+use numpy::{Complex64, PyArrayDescrMethods};
 use rayon::prelude::*;
 
-use super::convert::{array_of, entries};
+use super::convert::entries;
 use super::prelude::*;
 use crate::linalg::complex_embedding::embed_into;
 
@@ -14,6 +14,8 @@ pub struct Batch {
     pub shape: Vec<usize>,
     pub rows: usize,
     pub cols: usize,
+    /// Whether the numbers are of single precision, or less.
+    pub single: bool,
     field: Field,
     entries: Vec<f64>,
 }
@@ -26,24 +28,40 @@ impl Batch {
             shape: vec![count],
             rows,
             cols,
+            single: false,
             field,
             entries,
         }
     }
 
-    /// Matrices of real or complex numbers as they are read, with the given leading axes.
-    pub fn read_of(field: Field, lead: &[usize], own: [usize; 2], read: Entries) -> Self {
+    /// Matrices of shape `own` of an array of real or complex numbers, with the given leading axes.
+    pub fn read_of(
+        field: Field,
+        lead: &[usize],
+        own: [usize; 2],
+        array: &Bound<'_, PyUntypedArray>,
+    ) -> PyResult<Self> {
         let [rows, cols] = own;
-        let entries = match read {
-            Entries::Real(entries) => entries,
-            Entries::Complex(entries) => embedded(&entries, own),
+        let entries = match field {
+            Field::Real => entries(array)?,
+            Field::Complex => embedded(&entries(array)?, own),
         };
-        Batch {
+        Ok(Batch {
             shape: lead.to_vec(),
             rows: field.embedded(rows),
             cols: field.embedded(cols),
+            single: is_single(array),
             field,
             entries,
+        })
+    }
+
+    /// One member as a batch without axes.
+    pub fn member(&self, i: usize) -> Self {
+        Batch {
+            shape: Vec::new(),
+            entries: self.row(i).to_vec(),
+            ..*self
         }
     }
 
@@ -65,6 +83,12 @@ impl Batch {
     /// All matrices.
     pub fn views(&self) -> Vec<MatRef<'_, f64>> {
         (0..self.len()).map(|i| self.get(i)).collect()
+    }
+
+    /// The `i`-th member as a slice that can be written to.
+    pub fn row_mut(&mut self, i: usize) -> &mut [f64] {
+        let size = self.rows * self.cols;
+        &mut self.entries[i * size..(i + 1) * size]
     }
 
     /// The `i`-th member as a slice.
@@ -106,10 +130,14 @@ pub fn matrix_batches<const N: usize>(objects: [Named<'_, '_>; N]) -> PyResult<[
     Field::Real.batches(objects)
 }
 
-/// Entries of arrays as they are read, in C order.
-pub enum Entries {
-    Real(Vec<f64>),
-    Complex(Vec<Complex64>),
+/// Whether an array has numbers of single precision, or less.
+fn is_single(array: &Bound<'_, PyUntypedArray>) -> bool {
+    let dtype = array.dtype();
+    match dtype.kind() {
+        b'f' => dtype.itemsize() <= size_of::<f32>(),
+        b'c' => dtype.itemsize() <= 2 * size_of::<f32>(),
+        _ => false,
+    }
 }
 
 /// Embeds complex matrices of the given shape, one after the other, row by row.
@@ -133,10 +161,7 @@ pub fn read_batches<const N: usize>(
     debug_assert!(core == 2 || field == Field::Real);
     let py = objects[0].0.py();
     let mut arrays = collected(objects.map(|(object, name)| {
-        let array = match field {
-            Field::Real => array_of::<f64>(object, name)?,
-            Field::Complex => array_of::<Complex64>(object, name)?,
-        };
+        let array = field.array(object, name)?;
         let expected = if core == 2 { "(..., n, k)" } else { "(..., d)" };
         match array.ndim() < core {
             true => Err(unexpected(name, expected, array.shape())),
@@ -161,11 +186,7 @@ pub fn read_batches<const N: usize>(
     collected(arrays.each_ref().map(|array| {
         let own = &array.shape()[array.ndim() - core..];
         let own = [own[0], own.get(1).copied().unwrap_or(1)];
-        let read = match field {
-            Field::Real => Entries::Real(entries(array)?),
-            Field::Complex => Entries::Complex(entries(array)?),
-        };
-        Ok(Batch::read_of(field, &shape, own, read))
+        Batch::read_of(field, &shape, own, array)
     }))
 }
 

@@ -1,5 +1,6 @@
 //! Boundary problems of Riemannian cubics in batches, in Python.
 
+use super::array_namespace::Namespace;
 use super::points::Points;
 use super::prelude::*;
 use crate::cubic::problem::check_data;
@@ -32,6 +33,9 @@ use crate::spline::subspace_problem::check as check_subspaces;
 /// manifold : Stiefel or Grassmann, optional
 ///     What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
 ///     whichever; vectors, and the results, are horizontal, ``Y^T V = 0``.
+/// project : bool, default False
+///     Whether points that are off the manifold by up to 0.1 are replaced by the nearest ones, and vectors by their tangent parts.
+///     Without it points may be off by 1e-9, arrays in single precision by 1e-5; the latter are always replaced.
 ///
 /// Returns
 /// -------
@@ -69,7 +73,7 @@ use crate::spline::subspace_problem::check as check_subspaces;
 /// >>> bool(np.allclose(curve(1.0), S1[7]))
 /// True
 #[pyfunction]
-#[pyo3(signature = (S0, V0, S1, V1, *, tol=1e-12, max_iterations=50, num_threads=None, manifold=None))]
+#[pyo3(signature = (S0, V0, S1, V1, *, tol=1e-12, max_iterations=50, num_threads=None, manifold=None, project=false))]
 pub fn solve_boundary<'py>(
     S0: &Any<'py>,
     V0: &Any,
@@ -79,11 +83,12 @@ pub fn solve_boundary<'py>(
     #[pyo3(from_py_with = whole)] max_iterations: i64,
     num_threads: Option<i64>,
     manifold: Option<&Any>,
+    project: bool,
 ) -> PyResult<Any<'py>> {
     let (py, arguments) = (S0.py(), named![S0, V0, S1, V1]);
-    let points = Points::read(manifold)?;
+    let points = Points::read(manifold, project)?;
     let field = points.field(arguments.map(|(object, _)| object))?;
-    let batches = field.batches(arguments)?;
+    let batches = points.batches(field, arguments)?;
     let max_iterations = count("max_iterations", max_iterations, 1)?;
     let (shape, n, k) = (batches[0].shape.clone(), batches[0].rows, batches[0].cols);
     let (rows, cols) = field.own((n, k));
@@ -92,7 +97,6 @@ pub fn solve_boundary<'py>(
     for (batch, (_, name)) in batches.iter().zip(arguments) {
         batch.check_shape(name, (rows, cols))?;
     }
-    points.check_shape(field, (n, k))?;
     let quotient = points.quotient;
     let call = Call::new(py, num_threads, SOLVES * 4.0 * batches[0].numbers())?.over(field);
     let lead = shape.clone();
@@ -111,7 +115,11 @@ pub fn solve_boundary<'py>(
     let fields = fields.map_err(explained)?;
     let (acceleration, jerk, cost, converged, residual) = fields;
     let [acceleration, jerk] = collected([acceleration, jerk].map(|part| field.numbers(part)))?;
-    let converged = to_array(py, converged, &shape)?;
+    let [acceleration, jerk] = collected([acceleration, jerk].map(|part| part.like(arguments)))?;
+    let [cost, residual] =
+        collected([cost, residual].map(|part| Numbers::from(part).like(arguments)))?;
+    let converged = to_array(py, converged, &shape)?.into_any();
+    let converged = Namespace::of(arguments)?.array(converged)?;
     let class = py.import("stiefel_rs.boundary")?.getattr("BoundaryBatch")?;
     class.call1((acceleration, jerk, cost, converged, residual))
 }

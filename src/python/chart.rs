@@ -1,5 +1,6 @@
 //! The paper's charts for arrays.
 
+use super::array_namespace::Namespace;
 use super::batch::{map_batch, read_batches};
 use super::prelude::*;
 use super::state::{Kind, check_finite, on_chart, state};
@@ -68,6 +69,17 @@ impl PyChart {
         length: usize,
         core: &[usize],
         member: impl Fn(Kind, [&[f64]; N], &mut [f64], Interrupt<'_>) -> Result<()> + Shared,
+    ) -> PyResult<Numbers> {
+        Numbers::from(self.map_array(objects, length, core, member)?).like(objects)
+    }
+
+    /// [`PyChart::map`] for an array of NumPy's.
+    fn map_array<const N: usize>(
+        &self,
+        objects: [Named<'_, '_>; N],
+        length: usize,
+        core: &[usize],
+        member: impl Fn(Kind, [&[f64]; N], &mut [f64], Interrupt<'_>) -> Result<()> + Shared,
     ) -> PyResult<Array> {
         let (py, kind) = (objects[0].0.py(), self.0);
         let batches = self.read(objects, length)?;
@@ -85,8 +97,17 @@ impl PyChart {
         z: &Any,
         core: &[usize],
         member: impl Fn(Kind, &[f64], &mut [f64]) -> Result<()> + Shared,
+    ) -> PyResult<Numbers> {
+        Numbers::from(self.map_state_array(z, core, member)?).like(named![z])
+    }
+
+    fn map_state_array(
+        &self,
+        z: &Any,
+        core: &[usize],
+        member: impl Fn(Kind, &[f64], &mut [f64]) -> Result<()> + Shared,
     ) -> PyResult<Array> {
-        self.map(named![z], self.0.width(), core, move |kind, [z], out, _| {
+        self.map_array(named![z], self.0.width(), core, move |kind, [z], out, _| {
             on_chart!(kind, chart => chart.check("z", z))?;
             member(kind, z, out)
         })
@@ -134,7 +155,7 @@ impl PyChart {
     /// ------
     /// OutsideDomainError
     ///     Unless ``0 < theta < pi``; carries ``angle``. The same holds for every method.
-    fn embed(&self, q: &Any) -> PyResult<Array> {
+    fn embed(&self, q: &Any) -> PyResult<Numbers> {
         let (d, core) = (self.d(), [3, self.k()]);
         self.map(named![q], d, &core, |kind, [q], out, _| {
             on_chart!(kind, chart => {
@@ -146,7 +167,7 @@ impl PyChart {
     }
 
     /// The velocity of coordinates ``q``, ``qdot``, shapes (..., d) -> (..., 3, k).
-    fn embed_velocity(&self, q: &Any, qdot: &Any) -> PyResult<Array> {
+    fn embed_velocity(&self, q: &Any, qdot: &Any) -> PyResult<Numbers> {
         let (d, core) = (self.d(), [3, self.k()]);
         self.map(named![q, qdot], d, &core, |kind, [q, qdot], out, _| {
             on_chart!(kind, chart => {
@@ -172,7 +193,7 @@ impl PyChart {
         qdddot: &Any<'py>,
     ) -> PyResult<Bound<'py, PyTuple>> {
         let (d, objects) = (self.d(), named![q, qdot, qddot, qdddot]);
-        let joined = self.map(objects, d, &[2, d], |kind, [q, qdot, a, j], out, _| {
+        let joined = self.map_array(objects, d, &[2, d], |kind, [q, qdot, a, j], out, _| {
             on_chart!(kind, chart => {
                 chart.check("q", q)?;
                 check_finite("qdot", qdot)?;
@@ -180,16 +201,16 @@ impl PyChart {
             });
             Ok(())
         })?;
-        split(q.py(), joined, 1)
+        split(joined, 1, objects)
     }
 
     /// Coordinate derivatives ``(q, qdot, qddot, qdddot)`` of the curve through a state, each of shape (..., d).
     fn derivatives<'py>(&self, z: &Any<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        let joined = self.map_states(z, &[4, self.d()], |kind, z, out| {
+        let joined = self.map_state_array(z, &[4, self.d()], |kind, z, out| {
             on_chart!(kind, chart => out.copy_from_slice(chart.derivatives(&state(z)).as_slice()));
             Ok(())
         })?;
-        split(z.py(), joined, 1)
+        split(joined, 1, named![z])
     }
 
     /// Point, velocity, covariant acceleration and covariant jerk ``(S, V, A, J)`` of a state: the inverse of `state`.
@@ -197,7 +218,7 @@ impl PyChart {
     /// Shape (..., 4 d) -> four of shape (..., 3, k).
     fn covariant<'py>(&self, z: &Any<'py>) -> PyResult<Bound<'py, PyTuple>> {
         let core = [4, 3, self.0.columns()];
-        let joined = self.map_states(z, &core, |kind, z, out| {
+        let joined = self.map_state_array(z, &core, |kind, z, out| {
             let data = on_chart!(kind, chart => covariant_from_state(chart, &state(z)))?;
             let parts = [&data.point, &data.velocity, &data.acceleration, &data.jerk];
             let size = out.len() / parts.len();
@@ -206,11 +227,11 @@ impl PyChart {
             }
             Ok(())
         })?;
-        split(z.py(), joined, 2)
+        split(joined, 2, named![z])
     }
 
     /// The Hamiltonian, shape (..., 4 d) -> (...).
-    fn hamiltonian(&self, z: &Any) -> PyResult<Array> {
+    fn hamiltonian(&self, z: &Any) -> PyResult<Numbers> {
         self.map_states(z, &[], |kind, z, out| {
             out[0] = on_chart!(kind, chart => chart.hamiltonian(&state(z)));
             Ok(())
@@ -218,7 +239,7 @@ impl PyChart {
     }
 
     /// The exact gradient of the Hamiltonian, shape (..., 4 d).
-    fn gradient(&self, z: &Any) -> PyResult<Array> {
+    fn gradient(&self, z: &Any) -> PyResult<Numbers> {
         self.map_states(z, &[self.0.width()], |kind, z, out| {
             on_chart!(kind, chart => out.copy_from_slice(chart.gradient(&state(z)).as_slice()));
             Ok(())
@@ -226,7 +247,7 @@ impl PyChart {
     }
 
     /// The exact Hessian of the Hamiltonian, shape (..., 4 d, 4 d).
-    fn hessian(&self, z: &Any) -> PyResult<Array> {
+    fn hessian(&self, z: &Any) -> PyResult<Numbers> {
         self.map_states(z, &[self.0.width(); 2], |kind, z, out| {
             on_chart!(kind, chart => out.copy_from_slice(chart.hessian(&state(z)).as_slice()));
             Ok(())
@@ -234,8 +255,14 @@ impl PyChart {
     }
 }
 
-/// Split along the axis before the last `axes` ones into separate arrays.
-fn split(py: Python<'_>, joined: Array, axes: isize) -> PyResult<Bound<'_, PyTuple>> {
+/// Split along the axis before the last `axes` ones into separate arrays, of the library of the arguments.
+fn split<'py, const N: usize>(
+    joined: Array,
+    axes: isize,
+    arguments: [Named<'_, 'py>; N],
+) -> PyResult<Bound<'py, PyTuple>> {
+    let (py, namespace) = (arguments[0].0.py(), Namespace::of(arguments)?);
     let parts = numpy(py)?.call_method1("moveaxis", (joined, -1 - axes, 0))?;
-    PyTuple::new(py, parts.try_iter()?.collect::<PyResult<Vec<_>>>()?)
+    let parts = parts.try_iter()?.map(|part| namespace.array(part?));
+    PyTuple::new(py, parts.collect::<PyResult<Vec<_>>>()?)
 }

@@ -1,5 +1,6 @@
 //! Complex arrays in and out: their numbers as pairs of real ones.
 
+use super::array_namespace::as_numpy;
 use super::convert::_check_unmasked;
 use super::prelude::*;
 
@@ -9,7 +10,7 @@ use super::prelude::*;
 /// `InvalidInputError` where entries are masked; what NumPy raises.
 pub fn array_of<'py>(object: &Any<'py>, name: &str) -> PyResult<(Any<'py>, bool)> {
     _check_unmasked(name, object)?;
-    let array = numpy(object.py())?.call_method1("asarray", (object,))?;
+    let array = as_numpy(object, name)?;
     let kind: char = array.getattr("dtype")?.getattr("kind")?.extract()?;
     Ok((array, kind == 'c'))
 }

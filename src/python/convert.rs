@@ -11,6 +11,7 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{IntoPyDict, PyFloat, PyInt, PyList, PySlice, PyTuple};
 
+use super::array_namespace::as_numpy;
 use super::error::{ensure, invalid};
 pub(crate) use crate::stored::Array;
 
@@ -83,7 +84,7 @@ pub fn array_of<'py, T: Entry>(
     }
     let py = object.py();
     let numpy = numpy(py)?;
-    let array = numpy.call_method1(intern!(py, "asarray"), (object,))?;
+    let array = as_numpy(object, name)?;
     let dtype = array.getattr(intern!(py, "dtype"))?;
     let casting = (&dtype, T::DTYPE, "same_kind");
     let castable = numpy.call_method1(intern!(py, "can_cast"), casting)?;
@@ -199,16 +200,7 @@ pub fn read_axes<const D: usize>(
     name: &str,
     expected: &str,
 ) -> PyResult<([usize; D], Vec<f64>)> {
-    axes_of(object, name, expected)
-}
-
-/// The same for any numbers.
-pub fn axes_of<T: Entry, const D: usize>(
-    object: &Any,
-    name: &str,
-    expected: &str,
-) -> PyResult<([usize; D], Vec<T>)> {
-    let array = array_of::<T>(object, name)?;
+    let array = real_array(object, name)?;
     match <[usize; D]>::try_from(array.shape()) {
         Ok(shape) => Ok((shape, entries(&array)?)),
         Err(_) => Err(unexpected(name, expected, array.shape())),

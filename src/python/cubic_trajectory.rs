@@ -15,33 +15,24 @@ use crate::manifold::stored::check_orthonormal;
 type Pickled<'py> = ([Any<'py>; 6], f64, f64);
 
 /// A discrete trajectory of a Riemannian cubic. Its arrays are read-only.
-///
-/// Attributes
-/// ----------
-/// t : ndarray, shape (steps + 1,)
-///     Times.
-/// point : ndarray, shape (steps + 1, n, k)
-/// velocity : ndarray, shape (steps + 1, n, k)
-/// acceleration : ndarray, shape (steps + 1, n, k)
-///     Covariant.
-/// jerk : ndarray, shape (steps + 1, n, k)
-///     Covariant.
-/// energy : ndarray, shape (steps + 1,)
-///     The Hamiltonian ``|A|^2 / 2 - <J, V>`` in the canonical metric.
-/// momentum_drift : float
-///     Largest deviation of the spatial momentum from its start: ``|A|^2 = tr(A^T A) / 2``.
-/// constraint_drift : float
-///     Largest violation of the constraints: of ``mu_h = [x, p]_h`` in the same norm for `integrate_cubic`; of
-///     ``S^T S = I`` and of skew ``S^T V``, ``S^T p_S`` and ``S^T p_V``, Frobenius norm, for `integrate_embedded`.
 #[pyclass(name = "CubicTrajectory", module = "stiefel_rs", frozen, get_all)]
 pub struct PyCubicTrajectory {
+    /// Times, shape (steps + 1,).
     t: Owned,
+    /// Points, shape (steps + 1, n, k).
     point: Owned,
+    /// Velocities, shape (steps + 1, n, k).
     velocity: Owned,
+    /// Covariant accelerations, shape (steps + 1, n, k).
     acceleration: Owned,
+    /// Covariant jerks, shape (steps + 1, n, k).
     jerk: Owned,
+    /// The Hamiltonian ``|A|^2 / 2 - <J, V>`` in the canonical metric, shape (steps + 1,).
     energy: Owned,
+    /// Largest deviation of the spatial momentum from its start: ``|A|^2 = tr(A^T A) / 2``.
     momentum_drift: f64,
+    /// Largest violation of the constraints: of ``mu_h = [x, p]_h`` in the same norm for `integrate_cubic`; of ``S^T S = I``
+    /// and of skew ``S^T V``, ``S^T p_S`` and ``S^T p_V``, Frobenius norm, for `integrate_embedded`.
     constraint_drift: f64,
 }
 
@@ -218,6 +209,9 @@ fn sampled_array(
 ///     What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
 ///     whichever, vectors are horizontal, ``Y^T V = 0``, and the bases of the curve turn as little as possible, ``Y^T Y' = 0``, from the
 ///     first given one on.
+/// project : bool, default False
+///     Whether points that are off the manifold by up to 0.1 are replaced by the nearest ones, and vectors by their tangent parts.
+///     Without it points may be off by 1e-9, arrays in single precision by 1e-5; the latter are always replaced.
 ///
 /// Returns
 /// -------
@@ -247,7 +241,7 @@ fn sampled_array(
 /// >>> bool(np.ptp(trajectory.energy) < 1e-9)
 /// True
 #[pyfunction]
-#[pyo3(signature = (S, V, A, J, steps, t_end=1.0, order=6, *, tension=0.0, manifold=None))]
+#[pyo3(signature = (S, V, A, J, steps, t_end=1.0, order=6, *, tension=0.0, manifold=None, project=false))]
 pub fn integrate_cubic(
     S: &Any,
     V: &Any,
@@ -258,12 +252,12 @@ pub fn integrate_cubic(
     #[pyo3(from_py_with = whole)] order: i64,
     tension: f64,
     manifold: Option<&Any>,
+    project: bool,
 ) -> PyResult<PyCubicTrajectory> {
-    let (py, points) = (S.py(), Points::read(manifold)?);
+    let (py, points) = (S.py(), Points::read(manifold, project)?);
     let arguments = named![S, V, A, J];
     let field = points.field(arguments.map(|(object, _)| object))?;
-    let data = field.matrices(arguments)?;
-    points.check_shape(field, data[0].shape())?;
+    let data = points.matrices(field, arguments)?;
     let quotient = points.quotient;
     let order = SplittingOrder::try_from(order)?;
     let steps = count("steps", steps, 1)?;

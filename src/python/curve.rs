@@ -2,7 +2,9 @@
 
 use numpy::Complex64;
 
-use super::points::{manifold_of, symbol};
+use super::array_namespace::Namespace;
+use super::membership::Projection;
+use super::points::{Points, manifold_of, symbol};
 use super::prelude::*;
 use super::stored::form;
 use crate::curve::{Quantity, lift_into};
@@ -41,6 +43,12 @@ pub(super) fn wrap<S: PyClass<BaseType = PyCurve>>(
     Ok(PyClassInitializer::from(curve).add_subclass(class))
 }
 
+/// Makes curves callable by the method `_call`, which has a signature and a docstring: those of a slot nobody could see.
+pub(super) fn make_callable(py: Python<'_>) -> PyResult<()> {
+    let class = py.get_type::<PyCurve>();
+    class.setattr("__call__", class.getattr("_call")?)
+}
+
 /// The object of a class.
 pub fn object<T: PyClass>(py: Python<'_>, class: PyClassInitializer<T>) -> PyResult<Py<PyAny>> {
     Ok(Py::new(py, class)?.into_any())
@@ -69,7 +77,46 @@ impl PyCurve {
         symbol(self.inner.quotient(), self.field, self.inner.shape())
     }
 
+    /// Samples at `t`, in the library of `t`.
     fn sample<'py>(
+        &self,
+        t: &Any<'py>,
+        quantity: Quantity,
+        extrapolate: Option<bool>,
+        num_threads: Option<i64>,
+    ) -> PyResult<Any<'py>> {
+        let samples = match extrapolate {
+            None => self.sample_array(t, quantity, num_threads),
+            Some(true) => match self.inner.continued() {
+                Some(inner) => {
+                    let field = self.field;
+                    PyCurve { inner, field }.sample_array(t, quantity, num_threads)
+                }
+                None => self.sample_array(t, quantity, num_threads),
+            },
+            Some(false) => self.sample_array(&self.inside(t)?, quantity, num_threads),
+        }?;
+        Namespace::of(named![t])?.array(samples)
+    }
+
+    /// Parameters that are in the interval, those that miss an end by rounding moved to it.
+    fn inside<'py>(&self, t: &Any<'py>) -> PyResult<Any<'py>> {
+        let Array { shape, entries } = read(t, "t")?;
+        let (start, end) = self.inner.t_span();
+        let (first, last) = (start.min(end), start.max(end));
+        let slack = ROUNDING * f64::EPSILON * first.abs().max(last.abs());
+        if let Some(t) = entries
+            .iter()
+            .find(|t| **t < first - slack || **t > last + slack)
+        {
+            let span = format!("between {first} and {last}, or with extrapolate=True");
+            return Err(invalid!("t: must be {span}, found {t}"));
+        }
+        let entries = entries.iter().map(|t| t.clamp(first, last)).collect();
+        Array { shape, entries }.into_bound_py_any(t.py())
+    }
+
+    fn sample_array<'py>(
         &self,
         t: &Any<'py>,
         quantity: Quantity,
@@ -209,6 +256,9 @@ impl PyCurve {
 const LARGE: usize = 1 << 22;
 const TALL: usize = 8;
 
+/// Units in the last place of the larger end, by which a parameter may miss an end and counts as that end.
+const ROUNDING: f64 = 4.0;
+
 /// Parameters at which a curve is looked at that should be complex.
 const CHECKED: usize = 9;
 
@@ -264,7 +314,7 @@ impl PyCurve {
         self.inner.t_span()
     }
 
-    /// Position, or the ambient derivative of order ``nu``, at ``t``.
+    /// Position, or the ambient derivative of order ``nu``, at ``t``: what ``curve(t)`` returns.
     ///
     /// Parameters
     /// ----------
@@ -272,6 +322,9 @@ impl PyCurve {
     ///     Parameters, any finite numbers; the curve is made for ``t_span``.
     /// nu : int, default 0
     ///     Order of the derivative, 0 to 3; exact, by differentiating the algorithm.
+    /// extrapolate : bool, optional
+    ///     Whether the curve goes on outside of ``t_span``, or parameters there raise, but for those within 4 units in the last place
+    ///     of an end, which count as that end. By default as the spline was made, ``extrapolate``; all other curves go on.
     /// num_threads : int, optional
     ///     Threads; by default those of the global pool.
     ///
@@ -282,33 +335,79 @@ impl PyCurve {
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     ``t`` not finite, ``nu`` out of range.
+    ///     ``t`` not finite or outside, ``nu`` out of range.
     /// OutsideDomainError
     ///     Intermediate points that no unique quasi-geodesic joins: outside of ``t_span``, or for far or fast data.
-    #[pyo3(signature = (t, nu=0, *, num_threads=None))]
-    fn __call__<'py>(&self, t: &Any<'py>, nu: i64, num_threads: Option<i64>) -> PyResult<Any<'py>> {
-        match usize::try_from(nu) {
-            Ok(order @ 0..=3) => self.sample(t, Quantity::Derivative(order), num_threads),
-            _ => Err(invalid!("nu: must be 0, 1, 2 or 3, found {nu}")),
-        }
+    #[pyo3(signature = (t, nu=0, *, extrapolate=None, num_threads=None))]
+    fn _call<'py>(
+        &self,
+        t: &Any<'py>,
+        nu: i64,
+        extrapolate: Option<bool>,
+        num_threads: Option<i64>,
+    ) -> PyResult<Any<'py>> {
+        let quantity = match usize::try_from(nu) {
+            Ok(order @ 0..=3) => Quantity::Derivative(order),
+            _ => return Err(invalid!("nu: must be 0, 1, 2 or 3, found {nu}")),
+        };
+        self.sample(t, quantity, extrapolate, num_threads)
     }
 
-    /// Velocity ``S'`` at ``t``, shape ``T + (n, k)``.
-    #[pyo3(signature = (t, *, num_threads=None))]
-    fn velocity<'py>(&self, t: &Any<'py>, num_threads: Option<i64>) -> PyResult<Any<'py>> {
-        self.sample(t, Quantity::Derivative(1), num_threads)
+    /// Velocity ``S'`` at ``t``, shape ``T + (n, k)``; arguments as of ``curve(t)``.
+    #[pyo3(signature = (t, *, extrapolate=None, num_threads=None))]
+    fn velocity<'py>(
+        &self,
+        t: &Any<'py>,
+        extrapolate: Option<bool>,
+        num_threads: Option<i64>,
+    ) -> PyResult<Any<'py>> {
+        self.sample(t, Quantity::Derivative(1), extrapolate, num_threads)
     }
 
-    /// Covariant acceleration ``D_t S'`` (canonical metric) at ``t``, shape ``T + (n, k)``.
-    #[pyo3(signature = (t, *, num_threads=None))]
-    fn acceleration<'py>(&self, t: &Any<'py>, num_threads: Option<i64>) -> PyResult<Any<'py>> {
-        self.sample(t, Quantity::Acceleration, num_threads)
+    /// Covariant acceleration ``D_t S'`` (canonical metric) at ``t``, shape ``T + (n, k)``; arguments as of ``curve(t)``.
+    #[pyo3(signature = (t, *, extrapolate=None, num_threads=None))]
+    fn acceleration<'py>(
+        &self,
+        t: &Any<'py>,
+        extrapolate: Option<bool>,
+        num_threads: Option<i64>,
+    ) -> PyResult<Any<'py>> {
+        self.sample(t, Quantity::Acceleration, extrapolate, num_threads)
     }
 
-    /// Covariant jerk ``D_t D_t S'`` (canonical metric) at ``t``, shape ``T + (n, k)``.
-    #[pyo3(signature = (t, *, num_threads=None))]
-    fn jerk<'py>(&self, t: &Any<'py>, num_threads: Option<i64>) -> PyResult<Any<'py>> {
-        self.sample(t, Quantity::Jerk, num_threads)
+    /// Covariant jerk ``D_t D_t S'`` (canonical metric) at ``t``, shape ``T + (n, k)``; arguments as of ``curve(t)``.
+    #[pyo3(signature = (t, *, extrapolate=None, num_threads=None))]
+    fn jerk<'py>(
+        &self,
+        t: &Any<'py>,
+        extrapolate: Option<bool>,
+        num_threads: Option<i64>,
+    ) -> PyResult<Any<'py>> {
+        self.sample(t, Quantity::Jerk, extrapolate, num_threads)
+    }
+
+    /// The ambient derivative of order ``nu`` as a function of ``t``.
+    ///
+    /// Parameters
+    /// ----------
+    /// nu : int, default 1
+    ///     Order, 0 to 3.
+    ///
+    /// Returns
+    /// -------
+    /// CurveDerivative
+    ///     Called as the curve is; it has a ``derivative`` too.
+    ///
+    /// Examples
+    /// --------
+    /// >>> from stiefel_rs import QuasiGeodesic
+    /// >>> velocity = QuasiGeodesic([[1.0], [0.0]], [[0.0], [1.0]]).derivative()
+    /// >>> velocity(0.0).round(6).ravel().tolist()
+    /// [0.0, 1.570796]
+    #[pyo3(signature = (nu=1))]
+    fn derivative<'py>(slf: &Bound<'py, Self>, nu: i64) -> PyResult<Any<'py>> {
+        let module = slf.py().import("stiefel_rs.curve_derivative")?;
+        module.getattr("CurveDerivative")?.call1((slf, nu))
     }
 
     /// The cost: integral of ``|D_t S'|^2`` over ``t_span``, canonical metric; in tension of ``|D_t S'|^2 + tension |S'|^2``.
@@ -363,7 +462,10 @@ impl PyCurve {
 
     fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
         let (name, manifold) = (slf.get_type().name()?, slf.get().symbol());
-        Ok(format!("<{name} on {manifold}>"))
+        let (start, end) = slf.get().inner.t_span();
+        Ok(format!(
+            "<{name} on {manifold}, t_span ({start:?}, {end:?})>"
+        ))
     }
 }
 
@@ -375,6 +477,9 @@ impl PyCurve {
 ///     Points with orthonormal columns; ``beta(0) = S0``, ``beta(1) = S1``. The principal branch, whose normal part
 ///     ``|K|`` is the shortest; another branch may be shorter in all, by a smaller ``Omega``. Almost every two points are
 ///     joined.
+/// project : bool, default False
+///     Whether points that are off the manifold by up to 0.1 are replaced by the nearest ones, and vectors by their tangent parts.
+///     Without it points may be off by 1e-9, arrays in single precision by 1e-5; the latter are always replaced.
 ///
 /// Raises
 /// ------
@@ -399,8 +504,9 @@ pub struct PyQuasiGeodesic;
 #[pymethods]
 impl PyQuasiGeodesic {
     #[new]
-    fn new(S0: &Any, S1: &Any) -> PyResult<PyClassInitializer<Self>> {
-        Self::made(named![S0, S1], QuasiGeodesic::between)
+    #[pyo3(signature = (S0, S1, *, project=false))]
+    fn new(S0: &Any, S1: &Any, project: bool) -> PyResult<PyClassInitializer<Self>> {
+        Self::made(named![S0, S1], project, QuasiGeodesic::between)
     }
 
     /// The quasi-geodesic from the point ``S`` with initial velocity ``V``, both of shape (n, k).
@@ -410,8 +516,9 @@ impl PyQuasiGeodesic {
     /// InvalidInputError
     ///     Shape, not finite, not orthonormal, not tangent (with the measured defect).
     #[staticmethod]
-    fn from_velocity(S: &Any, V: &Any) -> PyResult<Py<Self>> {
-        let made = Self::made(named![S, V], QuasiGeodesic::from_velocity)?;
+    #[pyo3(signature = (S, V, *, project=false))]
+    fn from_velocity(S: &Any, V: &Any, project: bool) -> PyResult<Py<Self>> {
+        let made = Self::made(named![S, V], project, QuasiGeodesic::from_velocity)?;
         Py::new(S.py(), made)
     }
 }
@@ -419,10 +526,11 @@ impl PyQuasiGeodesic {
 impl PyQuasiGeodesic {
     fn made(
         arguments: [Named<'_, '_>; 2],
+        project: bool,
         make: fn(MatRef<'_, f64>, MatRef<'_, f64>) -> Result<QuasiGeodesic>,
     ) -> PyResult<PyClassInitializer<Self>> {
         let (py, field) = (arguments[0].0.py(), Field::of_named(&arguments)?);
-        let data = field.matrices(arguments)?;
+        let data = Points::frames(Projection::of(project)).matrices(field, arguments)?;
         let make = move |[point, other]: [MatRef<'_, f64>; 2], _: Interrupt<'_>| make(point, other);
         let curve = run_on(py, field, data, 1.0, make)?;
         wrap(py, Arc::new(curve), field, PyQuasiGeodesic)

@@ -1,8 +1,11 @@
-//! Derivatives of `skew_exp` and `orthogonal_log` for arrays, and their transposes.
+//! Derivatives of `skew_exp` and `orthogonal_log`, and of the exponential and the logarithm of frames, for arrays, and their
+//! transposes. Those of complex matrices are those of
+//! embedded ones, which the embedding maps to each other.
 
 use super::batch::map_batch;
 use super::prelude::*;
 use crate::linalg::{OrthogonalLogDifferential, SkewExpDifferential};
+use crate::manifold::{ExponentialDifferential, LogarithmDifferential};
 
 /// The work for a number of a matrix, beside that of the value.
 const WORK: f64 = 8.0;
@@ -11,13 +14,19 @@ const WORK: f64 = 8.0;
 fn apply<'py>(
     [(at, name), (direction, other)]: [(&Any<'py>, &'static str); 2],
     one: impl Fn(MatRef<'_, f64>, MatRef<'_, f64>) -> Result<Mat<f64>> + Shared,
-) -> PyResult<Array> {
-    let batches = matrix_batches([(at, name), (direction, other)])?;
-    let (m, cols) = (batches[0].rows, batches[0].cols);
+) -> PyResult<Numbers> {
+    let arguments = [(at, name), (direction, other)];
+    let field = Field::of_named(&arguments)?;
+    let batches = field.batches(arguments)?;
+    let (rows, cols) = batches[0].own_shape();
     let expected = format!("{name}: expected shape (..., m, m) with m >= 1");
-    ensure!(m == cols && m > 0, "{expected}, found (..., {m}, {cols})");
-    let call = Call::new(at.py(), None, WORK * batches[0].numbers())?;
-    map_batch(
+    ensure!(
+        rows == cols && rows > 0,
+        "{expected}, found (..., {rows}, {cols})"
+    );
+    let m = batches[0].rows;
+    let call = Call::new(at.py(), None, WORK * batches[0].numbers())?.over(field);
+    let found = map_batch(
         &call,
         batches,
         &[m, m],
@@ -30,7 +39,8 @@ fn apply<'py>(
             }
             Ok(())
         },
-    )
+    )?;
+    field.numbers(found)?.like(arguments)
 }
 
 /// Derivative of the exponential of a skew-symmetric matrix in a direction.
@@ -38,9 +48,9 @@ fn apply<'py>(
 /// Parameters
 /// ----------
 /// A : array_like, shape (..., m, m)
-///     Skew-symmetric, as for :func:`skew_exp`.
+///     Skew-symmetric or skew-Hermitian, as for :func:`skew_exp`.
 /// dA : array_like, shape (..., m, m)
-///     Direction, of which the skew part counts.
+///     Direction, of which the skew-symmetric or skew-Hermitian part counts.
 ///
 /// Returns
 /// -------
@@ -52,7 +62,7 @@ fn apply<'py>(
 /// InvalidInputError
 ///     As :func:`skew_exp`; shape.
 #[pyfunction]
-pub fn skew_exp_variation(A: &Any, dA: &Any) -> PyResult<Array> {
+pub fn skew_exp_variation(A: &Any, dA: &Any) -> PyResult<Numbers> {
     apply(named![A, dA], |a, e| SkewExpDifferential::new(a)?.apply(e))
 }
 
@@ -61,21 +71,22 @@ pub fn skew_exp_variation(A: &Any, dA: &Any) -> PyResult<Array> {
 /// Parameters
 /// ----------
 /// A : array_like, shape (..., m, m)
-///     Skew-symmetric, as for :func:`skew_exp`.
+///     Skew-symmetric or skew-Hermitian, as for :func:`skew_exp`.
 /// W : array_like, shape (..., m, m)
 ///     Derivatives of a function by the entries of the exponential.
 ///
 /// Returns
 /// -------
 /// ndarray, shape (..., m, m)
-///     The skew-symmetric ``G`` with ``sum(G * dA) == sum(W * skew_exp_variation(A, dA))``.
+///     The skew-symmetric ``G`` with ``sum(G * dA) == sum(W * skew_exp_variation(A, dA))``, of complex matrices the
+///     real parts with conjugate ``G`` and ``W``.
 ///
 /// Raises
 /// ------
 /// InvalidInputError
 ///     As :func:`skew_exp`; shape.
 #[pyfunction]
-pub fn skew_exp_pullback(A: &Any, W: &Any) -> PyResult<Array> {
+pub fn skew_exp_pullback(A: &Any, W: &Any) -> PyResult<Numbers> {
     apply(named![A, W], |a, w| {
         SkewExpDifferential::new(a)?.pull_back(w)
     })
@@ -86,7 +97,7 @@ pub fn skew_exp_pullback(A: &Any, W: &Any) -> PyResult<Array> {
 /// Parameters
 /// ----------
 /// Q : array_like, shape (..., m, m)
-///     Real rotation, as for :func:`orthogonal_log`.
+///     Rotation or unitary matrix, as for :func:`orthogonal_log`; no angle of a unitary one is pi.
 /// dQ : array_like, shape (..., m, m)
 ///     Direction, of which the part tangent at Q counts.
 ///
@@ -100,7 +111,7 @@ pub fn skew_exp_pullback(A: &Any, W: &Any) -> PyResult<Array> {
 /// InvalidInputError, OutsideDomainError
 ///     As :func:`orthogonal_log`; shape.
 #[pyfunction]
-pub fn orthogonal_log_variation(Q: &Any, dQ: &Any) -> PyResult<Array> {
+pub fn orthogonal_log_variation(Q: &Any, dQ: &Any) -> PyResult<Numbers> {
     apply(named![Q, dQ], |q, f| {
         OrthogonalLogDifferential::new(q)?.apply(f)
     })
@@ -111,7 +122,7 @@ pub fn orthogonal_log_variation(Q: &Any, dQ: &Any) -> PyResult<Array> {
 /// Parameters
 /// ----------
 /// Q : array_like, shape (..., m, m)
-///     Real rotation, as for :func:`orthogonal_log`.
+///     Rotation or unitary matrix, as for :func:`orthogonal_log`; no angle of a unitary one is pi.
 /// W : array_like, shape (..., m, m)
 ///     Derivatives of a function by the entries of the logarithm.
 ///
@@ -125,8 +136,135 @@ pub fn orthogonal_log_variation(Q: &Any, dQ: &Any) -> PyResult<Array> {
 /// InvalidInputError, OutsideDomainError
 ///     As :func:`orthogonal_log`; shape.
 #[pyfunction]
-pub fn orthogonal_log_pullback(Q: &Any, W: &Any) -> PyResult<Array> {
+pub fn orthogonal_log_pullback(Q: &Any, W: &Any) -> PyResult<Numbers> {
     apply(named![Q, W], |q, w| {
         OrthogonalLogDifferential::new(q)?.pull_back(w)
     })
+}
+
+/// The work for a number of a point: a matrix function of `n x n` matrices, for the logarithm one per dimension.
+const WORK_OF_FRAMES: [f64; 2] = [30.0, 1000.0];
+
+/// Derivative of ``Stiefel.exp`` (canonical metric) at ``S``, ``V``, by changes of both that keep them point and tangent vector.
+///
+/// Parameters
+/// ----------
+/// S, V, dS, dV : array_like, shape (n, k)
+///     Real or complex.
+///
+/// Returns
+/// -------
+/// ndarray, shape (n, k)
+///
+/// Raises
+/// ------
+/// InvalidInputError
+///     Shape, not finite, not orthonormal, not tangent.
+#[pyfunction]
+pub fn exp_variation(S: &Any, V: &Any, dS: &Any, dV: &Any) -> PyResult<Numbers> {
+    let arguments = named![S, V, dS, dV];
+    let field = Field::of_named(&arguments)?;
+    let data = field.matrices(arguments)?;
+    let found = run_on(
+        S.py(),
+        field,
+        data,
+        WORK_OF_FRAMES[0],
+        |[s, v, ds, dv], _| ExponentialDifferential::new(s, v)?.apply(ds, dv),
+    )?;
+    field.number_matrix(found)?.like(arguments)
+}
+
+/// Gradients of ``sum(W * exp(S, V))`` by ``S`` and ``V``: the transpose of :func:`exp_variation`.
+///
+/// Parameters
+/// ----------
+/// S, V, W : array_like, shape (n, k)
+///     Real or complex; of complex matrices the real part of the product with the conjugate of ``W``.
+///
+/// Returns
+/// -------
+/// tuple of ndarray, each of shape (n, k)
+///
+/// Raises
+/// ------
+/// InvalidInputError
+///     Shape, not finite, not orthonormal, not tangent.
+#[pyfunction]
+pub fn exp_pullback(S: &Any, V: &Any, W: &Any) -> PyResult<(Numbers, Numbers)> {
+    let arguments = named![S, V, W];
+    let field = Field::of_named(&arguments)?;
+    let data = field.matrices(arguments)?;
+    let found = run_on(S.py(), field, data, WORK_OF_FRAMES[0], |[s, v, w], _| {
+        ExponentialDifferential::new(s, v)?.pull_back(w)
+    })?;
+    pair(field, found, arguments)
+}
+
+/// Derivative of ``Stiefel.log`` (canonical metric) at ``S0``, ``S1``, by changes of both that keep them points.
+///
+/// Parameters
+/// ----------
+/// S0, S1, dS0, dS1 : array_like, shape (n, k)
+///     Real or complex.
+///
+/// Returns
+/// -------
+/// ndarray, shape (n, k)
+///
+/// Raises
+/// ------
+/// InvalidInputError
+///     Shape, not finite, not orthonormal.
+/// OutsideDomainError, ConvergenceError
+///     As :meth:`Stiefel.log`; ends that are conjugate along the geodesic.
+#[pyfunction]
+pub fn log_variation(S0: &Any, S1: &Any, dS0: &Any, dS1: &Any) -> PyResult<Numbers> {
+    let arguments = named![S0, S1, dS0, dS1];
+    let field = Field::of_named(&arguments)?;
+    let data = field.matrices(arguments)?;
+    let work = WORK_OF_FRAMES[1];
+    let found = run_on(S0.py(), field, data, work, move |[s0, s1, ds0, ds1], _| {
+        LogarithmDifferential::over(field, s0, s1)?.apply(ds0, ds1)
+    })?;
+    field.number_matrix(found)?.like(arguments)
+}
+
+/// Gradients of ``sum(W * log(S0, S1))`` by ``S0`` and ``S1``: the transpose of :func:`log_variation`.
+///
+/// Parameters
+/// ----------
+/// S0, S1, W : array_like, shape (n, k)
+///     Real or complex; of complex matrices the real part of the product with the conjugate of ``W``.
+///
+/// Returns
+/// -------
+/// tuple of ndarray, each of shape (n, k)
+///
+/// Raises
+/// ------
+/// InvalidInputError
+///     Shape, not finite, not orthonormal.
+/// OutsideDomainError, ConvergenceError
+///     As :func:`log_variation`.
+#[pyfunction]
+pub fn log_pullback(S0: &Any, S1: &Any, W: &Any) -> PyResult<(Numbers, Numbers)> {
+    let arguments = named![S0, S1, W];
+    let field = Field::of_named(&arguments)?;
+    let data = field.matrices(arguments)?;
+    let work = WORK_OF_FRAMES[1];
+    let found = run_on(S0.py(), field, data, work, move |[s0, s1, w], _| {
+        LogarithmDifferential::over(field, s0, s1)?.pull_back(w)
+    })?;
+    pair(field, found, arguments)
+}
+
+fn pair<const N: usize>(
+    field: Field,
+    (first, second): (Mat<f64>, Mat<f64>),
+    arguments: [Named<'_, '_>; N],
+) -> PyResult<(Numbers, Numbers)> {
+    let [first, second] =
+        [first, second].map(|matrix| field.number_matrix(matrix)?.like(arguments));
+    Ok((first?, second?))
 }

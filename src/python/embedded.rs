@@ -1,6 +1,8 @@
 //! Riemannian cubics by the symplectic integrator in the embedding.
 
 use super::cubic_trajectory::{PyCubicTrajectory, sampled};
+use super::membership::Projection;
+use super::points::Points;
 use super::prelude::*;
 use crate::cubic::{EmbeddedOptions, integrate_embedded as integrate};
 
@@ -21,6 +23,8 @@ use crate::cubic::{EmbeddedOptions, integrate_embedded as integrate};
 /// map : {"midpoint"}, default "midpoint"
 ///     Discretization map of the ambient space, ``R_d(q, v) = (q - v/2, q + v/2)``. Its cotangent lift keeps
 ///     quadratic constraints.
+/// project : bool, default False
+///     As for :func:`integrate_cubic`.
 ///
 /// Returns
 /// -------
@@ -54,7 +58,7 @@ use crate::cubic::{EmbeddedOptions, integrate_embedded as integrate};
 /// >>> bool(trajectory.constraint_drift < 1e-14)
 /// True
 #[pyfunction]
-#[pyo3(signature = (S, V, A, J, steps, t_end=1.0, map="midpoint"))]
+#[pyo3(signature = (S, V, A, J, steps, t_end=1.0, map="midpoint", *, project=false))]
 pub fn integrate_embedded(
     S: &Any,
     V: &Any,
@@ -63,11 +67,12 @@ pub fn integrate_embedded(
     #[pyo3(from_py_with = whole)] steps: i64,
     t_end: f64,
     map: &str,
+    project: bool,
 ) -> PyResult<PyCubicTrajectory> {
     let py = S.py();
     let arguments = named![S, V, A, J];
     let field = Field::of_named(&arguments)?;
-    let data = field.matrices(arguments)?;
+    let data = Points::frames(Projection::of(project)).matrices(field, arguments)?;
     ensure!(map == "midpoint", "map: must be 'midpoint', found '{map}'");
     let steps = count("steps", steps, 1)?;
     let weight = EVALUATIONS * (steps as f64 + 1.0);

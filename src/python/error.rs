@@ -9,27 +9,19 @@ use crate::error::Error;
 use crate::report::{SolverReport, StopReason};
 
 /// How an iteration ended.
-///
-/// Attributes
-/// ----------
-/// converged : bool
-///     Whether ``residual <= tolerance``.
-/// iterations : int
-///     Newton steps taken.
-/// residual : float
-///     Euclidean norm of the residual at the returned iterate.
-/// tolerance : float
-///     The tolerance that was asked for.
-/// reason : str
-///     ``"converged"``, ``"max_iterations"``, ``"stagnated"``, ``"diverged"``, ``"singular_jacobian"``, ``"not_minimal"``
-///     or ``"work_limit"``.
 #[pyclass(name = "SolverReport", module = "stiefel_rs", frozen, get_all)]
 #[derive(Clone, Copy)]
 pub struct PySolverReport {
+    /// Whether ``residual <= tolerance``.
     converged: bool,
+    /// Newton steps taken.
     iterations: usize,
+    /// Euclidean norm of the residual at the returned iterate.
     residual: f64,
+    /// The tolerance that was asked for.
     tolerance: f64,
+    /// ``"converged"``, ``"max_iterations"``, ``"stagnated"``, ``"diverged"``, ``"singular_jacobian"``, ``"not_minimal"`` or
+    /// ``"work_limit"``.
     reason: &'static str,
 }
 
@@ -191,6 +183,9 @@ pub fn at_knot(exception: PyErr, knot: usize) -> PyErr {
     set.map_or_else(|error| error, |()| exception)
 }
 
+/// What to do with a point that is refused, in Python.
+const ADVICE: &str = "curves take it with project=True; `Stiefel.project` gives";
+
 fn exception_of(py: Python<'_>, error: &Error, place: &str) -> PyErr {
     let mut message = format!("{error}{place}");
     let name = "tolerance";
@@ -205,6 +200,9 @@ fn exception_of(py: Python<'_>, error: &Error, place: &str) -> PyErr {
     | Error::OnlyBases { source, .. } = cause
     {
         cause = source;
+    }
+    if matches!(cause, Error::NotOrthonormal { .. }) {
+        message = message.replacen("`Stiefel::project` gives", ADVICE, 1);
     }
     match cause {
         Error::OutsideLogDomain { .. }

@@ -9,8 +9,9 @@ use std::f64::consts::FRAC_1_SQRT_2;
 use numpy::Complex64;
 use pyo3::exceptions::PyException;
 
-use super::batch::{Entries, read_batches};
-use super::convert::{axes_of, is_plain};
+use super::array_namespace::{Namespace, as_numpy};
+use super::batch::read_batches;
+use super::convert::{array_of, is_plain};
 use super::prelude::*;
 use crate::linalg::complex_embedding::restrict_into;
 use crate::stored::refusal;
@@ -105,10 +106,16 @@ impl Field {
 
     /// One matrix, shape `(n, k)`.
     pub(crate) fn matrix(self, object: &Any, name: &str) -> PyResult<Mat<f64>> {
-        let ([rows, cols], read) = self.axes(object, name, "(n, k)")?;
-        Ok(Batch::read_of(self, &[], [rows, cols], read)
-            .get(0)
-            .to_owned())
+        Ok(self.one(object, name)?.get(0).to_owned())
+    }
+
+    /// The same as a batch without axes.
+    pub(crate) fn one(self, object: &Any, name: &str) -> PyResult<Batch> {
+        let array = self.array(object, name)?;
+        match *array.shape() {
+            [rows, cols] => Batch::read_of(self, &[], [rows, cols], &array),
+            _ => Err(unexpected(name, "(n, k)", array.shape())),
+        }
     }
 
     /// Several matrices.
@@ -121,8 +128,11 @@ impl Field {
 
     /// An array of shape `(count, n, k)`; errors state `expected` as the shape.
     pub(crate) fn batch(self, object: &Any, name: &str, expected: &str) -> PyResult<Batch> {
-        let ([count, rows, cols], read) = self.axes(object, name, expected)?;
-        Ok(Batch::read_of(self, &[count], [rows, cols], read))
+        let array = self.array(object, name)?;
+        match *array.shape() {
+            [count, rows, cols] => Batch::read_of(self, &[count], [rows, cols], &array),
+            _ => Err(unexpected(name, expected, array.shape())),
+        }
     }
 
     /// Arrays of shape `(..., n, k)`, with their leading axes broadcast.
@@ -133,21 +143,15 @@ impl Field {
         read_batches(self, objects, 2)
     }
 
-    fn axes<const D: usize>(
+    /// An array of such numbers, from anything array-like.
+    pub(crate) fn array<'py>(
         self,
-        object: &Any,
+        object: &Any<'py>,
         name: &str,
-        expected: &str,
-    ) -> PyResult<([usize; D], Entries)> {
+    ) -> PyResult<Bound<'py, PyUntypedArray>> {
         match self {
-            Field::Real => {
-                let (shape, entries) = axes_of(object, name, expected)?;
-                Ok((shape, Entries::Real(entries)))
-            }
-            Field::Complex => {
-                let (shape, entries) = axes_of(object, name, expected)?;
-                Ok((shape, Entries::Complex(entries)))
-            }
+            Field::Real => array_of::<f64>(object, name),
+            Field::Complex => array_of::<Complex64>(object, name),
         }
     }
 
@@ -157,7 +161,7 @@ impl Field {
     /// `NotComplex` for matrices that are not embedded complex ones.
     pub(crate) fn numbers(self, array: Array) -> PyResult<Numbers> {
         if self == Field::Real {
-            return Ok(Numbers::Real(array));
+            return Ok(Numbers::from(array));
         }
         let Array { mut shape, entries } = array;
         let [.., rows, cols] = shape[..] else {
@@ -174,7 +178,10 @@ impl Field {
         let axes = shape.len();
         shape[axes - 2..].copy_from_slice(&[n, k]);
         let entries = out;
-        Ok(Numbers::Complex { shape, entries })
+        Ok(Numbers {
+            entries: Values::Complex { shape, entries },
+            namespace: Namespace::default(),
+        })
     }
 
     /// One matrix as an array.
@@ -182,9 +189,13 @@ impl Field {
         self.numbers(Array::from(matrix))
     }
 
-    /// Four matrices as a Python tuple.
-    pub(crate) fn four(self, matrices: [Mat<f64>; 4]) -> PyResult<Four> {
-        let matrices = matrices.map(|matrix| self.number_matrix(matrix));
+    /// Four matrices as a Python tuple, in the library of arguments.
+    pub(crate) fn four<const N: usize>(
+        self,
+        matrices: [Mat<f64>; 4],
+        arguments: [Named<'_, '_>; N],
+    ) -> PyResult<Four> {
+        let matrices = matrices.map(|matrix| self.number_matrix(matrix)?.like(arguments));
         let [first, second, third, fourth] = collected(matrices)?;
         Ok((first, second, third, fourth))
     }
@@ -195,7 +206,7 @@ fn is_complex(object: &Any) -> PyResult<bool> {
     if is_plain::<f64>(object) || object.is_instance_of::<PyString>() {
         return Ok(false);
     }
-    let array = match numpy(object.py())?.call_method1("asarray", (object,)) {
+    let array = match as_numpy(object, "") {
         // What is no array is an error where it is read, with its name.
         Err(error) if error.is_instance_of::<PyException>(object.py()) => return Ok(false),
         other => other?,
@@ -204,13 +215,29 @@ fn is_complex(object: &Any) -> PyResult<bool> {
     Ok(kind == 'c')
 }
 
-/// An array of results, of real or of complex numbers.
-pub(crate) enum Numbers {
+/// An array of results, of real or of complex numbers, in the library of the arguments of its call.
+pub(crate) struct Numbers {
+    entries: Values,
+    namespace: Namespace,
+}
+
+enum Values {
     Real(Array),
+    /// Whether a number is not zero.
+    Truths(Array),
     Complex {
         shape: Vec<usize>,
         entries: Vec<Complex64>,
     },
+}
+
+impl From<Array> for Numbers {
+    fn from(array: Array) -> Self {
+        Numbers {
+            entries: Values::Real(array),
+            namespace: Namespace::default(),
+        }
+    }
 }
 
 /// Four arrays as a Python tuple.
@@ -222,14 +249,34 @@ impl<'py> IntoPyObject<'py> for Numbers {
     type Error = PyErr;
 
     fn into_pyobject(self, py: Python<'py>) -> PyResult<Any<'py>> {
-        match self {
-            Numbers::Real(array) => Ok(array.into_pyobject(py)?.into_any()),
-            Numbers::Complex { shape, entries } => Ok(to_array(py, entries, &shape)?.into_any()),
-        }
+        let array = match self.entries {
+            Values::Real(array) => array.into_pyobject(py)?.into_any(),
+            Values::Truths(array) => {
+                let truths = array.entries.iter().map(|x| *x != 0.0).collect();
+                to_array(py, truths, &array.shape)?.into_any()
+            }
+            Values::Complex { shape, entries } => to_array(py, entries, &shape)?.into_any(),
+        };
+        self.namespace.array(array)
     }
 }
 
 impl Numbers {
+    /// Real numbers as truths: whether they are not zero.
+    pub(crate) fn truths(self) -> Self {
+        let entries = match self.entries {
+            Values::Real(array) => Values::Truths(array),
+            other => other,
+        };
+        Numbers { entries, ..self }
+    }
+
+    /// The same in the library of arguments.
+    pub(crate) fn like<const N: usize>(self, arguments: [Named<'_, '_>; N]) -> PyResult<Self> {
+        let namespace = Namespace::of(arguments)?;
+        Ok(Numbers { namespace, ..self })
+    }
+
     /// A read-only array of NumPy's.
     pub(crate) fn frozen(self, py: Python<'_>) -> PyResult<Owned> {
         let array = self.into_pyobject(py)?;

@@ -24,7 +24,7 @@ impl PyChart {
     /// ndarray, shape (..., 2, 2 d)
     ///     ``R_d(x, v) = (x_0, x_1)``.
     #[pyo3(signature = (x, v, map="initial_point"))]
-    fn discretize(&self, x: &Any, v: &Any, map: &str) -> PyResult<Array> {
+    fn discretize(&self, x: &Any, v: &Any, map: &str) -> PyResult<Numbers> {
         let map = map_of(map)?;
         let (width, core) = (2 * self.d(), [2, 2 * self.d()]);
         self.map(named![x, v], width, &core, move |kind, [x, v], out, _| {
@@ -92,7 +92,7 @@ impl PyChart {
         t_end: f64,
         map: &str,
         order: Option<i64>,
-    ) -> PyResult<Array> {
+    ) -> PyResult<Numbers> {
         let steps = Steps::read(map, order, steps, t_end)?;
         let width = self.0.width();
         let core = [steps.count.saturating_add(1), width];
@@ -130,7 +130,7 @@ impl PyChart {
     /// Notes
     /// -----
     /// Taylor method of order 26 with variable steps (Jorba, Zou 2005).
-    fn reference(&self, z0: &Any, t: &Any) -> PyResult<Array> {
+    fn reference(&self, z0: &Any, t: &Any) -> PyResult<Numbers> {
         let (t, width) = (read(t, "t")?, self.0.width());
         let core = [&t.shape[..], &[width]].concat();
         self.map(named![z0], width, &core, move |kind, [z], out, stop| {
@@ -213,20 +213,15 @@ impl PyChart {
 }
 
 /// A discrete trajectory that meets its boundary data.
-///
-/// Attributes
-/// ----------
-/// trajectory : ndarray, shape (steps + 1, 4 d)
-///     The states.
-/// momenta : tuple of ndarray, each of shape (d,)
-///     The initial momenta ``(p_q, p_qdot)``.
-/// report : SolverReport
 #[pyclass(name = "ShootingResult", module = "stiefel_rs", frozen)]
 pub struct PyShootingResult {
+    /// The states, shape (steps + 1, 4 d).
     #[pyo3(get)]
     trajectory: Owned,
+    /// The initial momenta ``(p_q, p_qdot)``, each of shape (d,).
     #[pyo3(get)]
     momenta: (Owned, Owned),
+    /// How the search ended.
     #[pyo3(get)]
     report: PySolverReport,
     /// The report in words.

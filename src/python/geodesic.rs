@@ -13,27 +13,19 @@ use crate::space::Quotient;
 /// How a Riemannian logarithm was found, and what is known of it.
 ///
 /// The fields are numbers for a single pair of points, arrays of the batch's shape for a batch.
-///
-/// Attributes
-/// ----------
-/// converged : bool or ndarray of bool
-///     Whether the residual is at the level of round-off. A logarithm that is returned always has converged.
-/// iterations : int or ndarray of int
-///     Newton steps that led to it: the first attempt from a close start, and those from the start that found it.
-/// residual : float or ndarray
-///     ``|exp(S0, V) - S1|``, Frobenius norm.
-/// length : float or ndarray
-///     Length of the geodesic in the manifold's metric.
-/// certainly_shortest : bool or ndarray of bool
-///     Whether the geodesic is certainly the shortest: it is shorter than the known bound of the injectivity radius
-///     (canonical ``sqrt(4/5) pi``, Euclidean ``pi``; of the metrics between none is known), or the case is closed
-///     (``k = 1``, ``k = n``, canonical also ``k = n - 1``). Otherwise it may be or not.
 #[pyclass(name = "LogReport", module = "stiefel_rs", frozen, get_all)]
 pub struct PyLogReport {
+    /// Whether the residual is at the level of round-off. A logarithm that is returned always has converged.
     converged: Py<PyAny>,
+    /// Newton steps that led to it: the first attempt from a close start, and those from the start that found it.
     iterations: Py<PyAny>,
+    /// ``|exp(S0, V) - S1|``, Frobenius norm.
     residual: Py<PyAny>,
+    /// Length of the geodesic in the manifold's metric.
     length: Py<PyAny>,
+    /// Whether the geodesic is certainly the shortest: it is shorter than the known bound of the injectivity radius
+    /// (canonical ``sqrt(4/5) pi``, Euclidean ``pi``; of the metrics between none is known), or the case is closed (``k =
+    /// 1``, ``k = n``, canonical also ``k = n - 1``). Otherwise it may be or not.
     certainly_shortest: Py<PyAny>,
 }
 
@@ -175,7 +167,11 @@ impl PyStiefel {
         let [n, k] = [n, k].map(|size| self.field.embedded(size));
         if !full_output {
             let velocities = self.map_logarithms(points, &[n, k], |(velocity, _)| velocity)?;
-            return self.field.numbers(velocities)?.into_bound_py_any(py);
+            return self
+                .field
+                .numbers(velocities)?
+                .like(points)?
+                .into_bound_py_any(py);
         }
         let size = n * k;
         let found = self.map_logarithms(points, &[size + REPORT], |found| found)?;
@@ -186,6 +182,7 @@ impl PyStiefel {
             shape: [shape, &[n, k]].concat(),
             entries: vectors.concat(),
         })?;
+        let velocities = velocities.like(points)?;
         let report = PyLogReport::from_rows(py, self.field, &reports, shape)?;
         (velocities, report).into_bound_py_any(py)
     }
@@ -196,11 +193,12 @@ impl PyStiefel {
     /// ------
     /// InvalidInputError, OutsideDomainError, ConvergenceError
     ///     As :meth:`log`.
-    fn dist(&self, S0: &Any, S1: &Any) -> PyResult<Array> {
+    fn dist(&self, S0: &Any, S1: &Any) -> PyResult<Numbers> {
         let field = self.field;
-        self.map_logarithms(named![S0, S1], &[], move |(_, report)| {
-            field.length(report.length)
-        })
+        let points = named![S0, S1];
+        let lengths =
+            self.map_logarithms(points, &[], move |(_, report)| field.length(report.length))?;
+        Numbers::from(lengths).like(points)
     }
 }
 
@@ -217,6 +215,9 @@ impl PyStiefel {
 /// manifold : Stiefel or Grassmann, optional
 ///     What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
 ///     whichever, and the bases of the curve turn as little as possible.
+/// project : bool, default False
+///     Whether points that are off the manifold by up to 0.1 are replaced by the nearest ones, and vectors by their tangent parts.
+///     Without it points may be off by 1e-9, arrays in single precision by 1e-5; the latter are always replaced.
 ///
 /// Raises
 /// ------
@@ -246,39 +247,44 @@ pub struct PyGeodesic {
 #[pymethods]
 impl PyGeodesic {
     #[new]
-    #[pyo3(signature = (S0, S1, *, metric=None, manifold=None))]
+    #[pyo3(signature = (S0, S1, *, metric=None, manifold=None, project=false))]
     fn new(
         S0: &Any,
         S1: &Any,
         metric: Option<&Any>,
         manifold: Option<&Any>,
+        project: bool,
     ) -> PyResult<PyClassInitializer<Self>> {
+        let points = Points::read(manifold, project)?;
         let makes = (
             Stiefel::geodesic_between as _,
             Grassmann::geodesic_between as _,
         );
-        Self::made(named![S0, S1], metric, manifold, makes)
+        Self::made(named![S0, S1], metric, &points, makes)
     }
 
-    /// The geodesic from the point ``S`` with initial velocity ``V``, both of shape (n, k).
+    /// The geodesic from the point ``S`` with initial velocity ``V``, both of shape (n, k). All else as for the class.
     ///
     /// Raises
     /// ------
     /// InvalidInputError
     ///     Shape, not finite, not orthonormal, not tangent (with the measured defect), or too long for a number.
     #[staticmethod]
-    #[pyo3(signature = (S, V, *, metric=None, manifold=None))]
+    #[pyo3(signature = (S, V, *, metric=None, manifold=None, project=false))]
     fn from_velocity(
         S: &Any,
         V: &Any,
         metric: Option<&Any>,
         manifold: Option<&Any>,
+        project: bool,
     ) -> PyResult<Py<Self>> {
+        let points = Points::read(manifold, project)?;
         let makes = (Stiefel::geodesic as _, Grassmann::geodesic as _);
-        Py::new(S.py(), Self::made(named![S, V], metric, manifold, makes)?)
+        Py::new(S.py(), Self::made(named![S, V], metric, &points, makes)?)
     }
 
     /// Length over ``[0, 1]`` in the metric of the geodesic.
+    /// Length of the geodesic in the manifold's metric.
     #[getter]
     fn length(&self) -> f64 {
         self.field.length(self.curve.length())
@@ -292,24 +298,22 @@ impl PyGeodesic {
     fn made(
         arguments: [Named<'_, '_>; 2],
         metric: Option<&Any>,
-        manifold: Option<&Any>,
+        points: &Points,
         (of_frames, of_subspaces): (Make<Stiefel>, Make<Grassmann>),
     ) -> PyResult<PyClassInitializer<Self>> {
-        let points = Points::read(manifold)?;
         if metric.is_some() {
             points.only_frames("metric")?;
         }
         let metric = metric.map_or(Ok(Metric::CANONICAL), read_metric)?;
         let [(first, name), (second, _)] = arguments;
         let (py, field) = (first.py(), points.field([first, second])?);
-        let data = field.matrices(arguments)?;
-        points.check_shape(field, data[0].shape())?;
+        let (data, quotient) = (points.matrices(field, arguments)?, points.quotient);
         let curve = run_on(
             py,
             field,
             data,
             1.0,
-            move |[point, other], _| match points.quotient {
+            move |[point, other], _| match quotient {
                 Quotient::Frames => {
                     let manifold = Stiefel::of(name, point)?.with_metric(metric);
                     of_frames(&manifold, point, other)

@@ -167,7 +167,7 @@ impl PyStiefel {
         let found = self.map_shapes(data, [shape; 3], way, &core, |m, [s, v, w], _| {
             ParallelTransport::new(*m, s, v)?.transport(w)
         })?;
-        self.field.numbers(found)
+        self.field.numbers(found)?.like(data)
     }
 
     /// The curvature tensor ``R(U, V) W = D_U D_V W - D_V D_U W - D_[U,V] W`` at ``S``, shape (..., n, k).
@@ -231,7 +231,7 @@ impl PyStiefel {
     /// >>> S, U, V = np.eye(3)[:, :, None]
     /// >>> float(M.sectional_curvature(S, U, V))
     /// 1.0
-    fn sectional_curvature(&self, S: &Any, U: &Any, V: &Any) -> PyResult<Array> {
+    fn sectional_curvature(&self, S: &Any, U: &Any, V: &Any) -> PyResult<Numbers> {
         // Inverse to squared lengths.
         let own = |field: Field, x: f64| x / field.squared(1.0);
         self.map_numbers(named![S, U, V], own, |m, [s, u, v], _| {

@@ -4,6 +4,7 @@ use super::prelude::*;
 use super::space::{Space, sizes};
 use crate::manifold::Grassmann;
 use crate::manifold::stiefel::{POINT_TOLERANCE, TANGENT_TOLERANCE};
+use crate::space::Quotient;
 
 /// The Grassmann manifold Gr(n, k) of k-dimensional subspaces of R^n, or of C^n.
 ///
@@ -53,6 +54,8 @@ impl Space for PyGrassmann {
 
     const NAME: &'static str = "Grassmann";
 
+    const QUOTIENT: Quotient = Quotient::Subspaces;
+
     fn core(&self) -> Grassmann {
         self.embedded
     }
@@ -96,6 +99,21 @@ impl PyGrassmann {
         let embedded = Grassmann::new(rows, cols)?;
         Ok(PyGrassmann { embedded, field })
     }
+}
+
+/// Checks bases to a tolerance.
+fn check_basis(m: &Grassmann, [y]: [MatRef<'_, f64>; 1], [atol, _]: [f64; 2]) -> Result<()> {
+    m.check_point("Y", y, atol)
+}
+
+/// Checks horizontal vectors to a tolerance.
+fn check_horizontal(
+    m: &Grassmann,
+    [y, v]: [MatRef<'_, f64>; 2],
+    [atol, of_points]: [f64; 2],
+) -> Result<()> {
+    m.check_point("Y", y, of_points)?;
+    m.check_tangent("V", y, v, atol)
 }
 
 #[pymethods]
@@ -150,33 +168,50 @@ impl PyGrassmann {
         (build, manifold.shape()).into_pyobject(py)
     }
 
-    /// Raise unless every member of ``Y`` is a point: ``|Y^T Y - I| <= atol`` (Frobenius), by default 1e-9.
+    /// Raise unless every member of ``Y`` is a point: ``|Y^T Y - I| <= atol`` (Frobenius), by default 1e-9, for arrays in
+    /// single precision 1e-5.
     ///
     /// Raises
     /// ------
     /// InvalidInputError
     ///     With the measured defect.
-    #[pyo3(signature = (Y, atol=POINT_TOLERANCE), text_signature = "($self, Y, atol=1e-9)")]
-    fn check_point(&self, Y: &Any, atol: f64) -> PyResult<()> {
-        ensure!(atol >= 0.0, "atol: must be at least 0, found {atol}");
-        self.map(named![Y], &[], move |m, [y], _| m.check_point("Y", y, atol))?;
-        Ok(())
+    #[pyo3(signature = (Y, atol=None))]
+    fn check_point(&self, Y: &Any, atol: Option<f64>) -> PyResult<()> {
+        self.check(named![Y], atol, check_basis)
     }
 
-    /// Raise unless every member of ``V`` is horizontal at ``Y``: ``|Y^T V| <= atol max(1, |V|)``.
+    /// Raise unless every member of ``V`` is horizontal at ``Y``: ``|Y^T V| <= atol max(1, |V|)``, by default 1e-9, in
+    /// single precision 1e-5.
     ///
     /// Raises
     /// ------
     /// InvalidInputError
     ///     With the measured defect.
-    #[pyo3(signature = (Y, V, atol=TANGENT_TOLERANCE), text_signature = "($self, Y, V, atol=1e-9)")]
-    fn check_tangent(&self, Y: &Any, V: &Any, atol: f64) -> PyResult<()> {
-        ensure!(atol >= 0.0, "atol: must be at least 0, found {atol}");
-        self.map(named![Y, V], &[], move |m, [y, v], _| {
-            check(m, y)?;
-            m.check_tangent("V", y, v, atol)
-        })?;
-        Ok(())
+    #[pyo3(signature = (Y, V, atol=None))]
+    fn check_tangent(&self, Y: &Any, V: &Any, atol: Option<f64>) -> PyResult<()> {
+        self.check(named![Y, V], atol, check_horizontal)
+    }
+
+    /// Whether ``Y`` is an orthonormal basis, as :meth:`check_point` measures it; shape (...).
+    ///
+    /// Returns
+    /// -------
+    /// bool, or ndarray of bool
+    ///     False for numbers that are not finite.
+    #[pyo3(signature = (Y, atol=None))]
+    fn is_point(&self, Y: &Any, atol: Option<f64>) -> PyResult<Numbers> {
+        self.are(named![Y], atol, check_basis)
+    }
+
+    /// Whether ``V`` is horizontal at ``Y``, as :meth:`check_tangent` measures it; shape (...).
+    ///
+    /// Returns
+    /// -------
+    /// bool, or ndarray of bool
+    ///     False for numbers that are not finite, and where ``Y`` is no orthonormal basis.
+    #[pyo3(signature = (Y, V, atol=None))]
+    fn is_tangent(&self, Y: &Any, V: &Any, atol: Option<f64>) -> PyResult<Numbers> {
+        self.are(named![Y, V], atol, check_horizontal)
     }
 
     /// Bases of uniformly distributed subspaces (Haar measure), shape ``size + (n, k)``.
@@ -218,7 +253,7 @@ impl PyGrassmann {
     /// InvalidInputError
     ///     ``Y`` has no full column rank (with its smallest singular value), or is not finite.
     fn project(&self, Y: &Any) -> PyResult<Numbers> {
-        self.map_matrices(named![Y], |m, [y]| m.project(y))
+        self.map_any(named![Y], |m, [y]| m.project(y))
     }
 
     /// Orthogonal projection ``Z - Y Y^T Z`` on the tangent space at ``Y``, shape (..., n, k).
@@ -227,7 +262,7 @@ impl PyGrassmann {
     }
 
     /// Inner product of tangent vectors at ``Y``, ``tr V^T W``, of complex ones its real part, shape (...).
-    fn inner(&self, Y: &Any, V: &Any, W: &Any) -> PyResult<Array> {
+    fn inner(&self, Y: &Any, V: &Any, W: &Any) -> PyResult<Numbers> {
         self.map_numbers(named![Y, V, W], Field::squared, |m, [y, v, w], _| {
             check(m, y)?;
             check_vector(m, "V", [y, v])?;
@@ -237,7 +272,7 @@ impl PyGrassmann {
     }
 
     /// Norm of a tangent vector at ``Y``, ``|V|`` (Frobenius), shape (...).
-    fn norm(&self, Y: &Any, V: &Any) -> PyResult<Array> {
+    fn norm(&self, Y: &Any, V: &Any) -> PyResult<Numbers> {
         self.map_numbers(named![Y, V], Field::length, |m, [y, v], _| {
             check(m, y)?;
             check_vector(m, "V", [y, v])?;
@@ -259,18 +294,19 @@ impl PyGrassmann {
     /// >>> Y1 = [[1.0, 0.0], [0.0, np.cos(1e-20)], [0.0, np.sin(1e-20)]]
     /// >>> Grassmann(3, 2).principal_angles(np.eye(3, 2), Y1).tolist()
     /// [1e-20, 0.0]
-    fn principal_angles(&self, Y0: &Any, Y1: &Any) -> PyResult<Array> {
+    fn principal_angles(&self, Y0: &Any, Y1: &Any) -> PyResult<Numbers> {
         let (_, k) = self.shape();
         // Those of embedded bases come in pairs.
         let each = self.field.embedded(1);
-        self.map(named![Y0, Y1], &[k], move |m, [y0, y1], _| {
+        let angles = self.map(named![Y0, Y1], &[k], move |m, [y0, y1], _| {
             let angles = m.principal_angles(y0, y1)?;
             Ok(row(&angles
                 .iter()
                 .step_by(each)
                 .copied()
                 .collect::<Vec<_>>()))
-        })
+        })?;
+        Numbers::from(angles).like(named![Y0, Y1])
     }
 
     /// The basis of the subspace of ``Y1`` that is nearest to ``Y0`` (Frobenius), shape (..., n, k).
@@ -300,6 +336,6 @@ impl PyGrassmann {
             check(m, y)?;
             m.projector(y)
         })?;
-        self.field.numbers(found)
+        self.field.numbers(found)?.like(named![Y])
     }
 }

@@ -63,7 +63,7 @@ impl PyGrassmann {
     /// The Riemannian distance of subspaces, ``sqrt(sum(principal_angles ** 2))``, shape (...).
     ///
     /// Defined also where an angle is ``pi / 2`` and :meth:`log` is not. For different bases of one subspace it is round-off, not 0.
-    fn dist(&self, Y0: &Any, Y1: &Any) -> PyResult<Array> {
+    fn dist(&self, Y0: &Any, Y1: &Any) -> PyResult<Numbers> {
         self.map_numbers(named![Y0, Y1], Field::length, |m, [y0, y1], _| {
             m.dist(y0, y1)
         })
@@ -142,7 +142,7 @@ impl PyGrassmann {
     /// >>> Y, U = np.eye(4, 2), np.eye(4, 2, -2)
     /// >>> float(M.sectional_curvature(Y, U, U[:, ::-1] * [1, -1]).round(14))
     /// 2.0
-    fn sectional_curvature(&self, Y: &Any, U: &Any, V: &Any) -> PyResult<Array> {
+    fn sectional_curvature(&self, Y: &Any, U: &Any, V: &Any) -> PyResult<Numbers> {
         // Inverse to squared lengths.
         let own = |field: Field, x: f64| x / field.squared(1.0);
         self.map_numbers(named![Y, U, V], own, |m, [y, u, v], _| {

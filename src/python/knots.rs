@@ -1,5 +1,7 @@
 //! Times and end conditions of splines, as SciPy's users write them.
 
+use super::array_namespace::as_numpy;
+use super::points::Points;
 use super::prelude::*;
 use super::stored::Form;
 use crate::spline::{EndCondition, EndConditions};
@@ -19,8 +21,7 @@ pub(super) fn times(object: &Any) -> PyResult<Vec<f64>> {
 
 /// Error for dates and durations, and for whole numbers that would be rounded.
 fn check_numbers(object: &Any) -> PyResult<()> {
-    let py = object.py();
-    let array = numpy(py)?.call_method1("asarray", (object,))?;
+    let array = as_numpy(object, "t")?;
     let array = array.cast_into::<PyUntypedArray>()?;
     let kind: char = array.dtype().getattr("kind")?.extract()?;
     let (found, advice) = match kind {
@@ -99,13 +100,28 @@ impl BcType<'_> {
         shape: (usize, usize),
     ) -> PyResult<Ends> {
         self.read_by(py, field, shape, |_, object| {
-            let vector = field.matrix(object, "bc_type")?;
-            if vector.shape() == shape {
-                return Ok(vector);
-            }
-            let shapes = [shape, vector.shape()].map(|shape| field.own(shape));
-            let [expected, found] = shapes.map(|(n, k)| [n, k]);
-            Err(unexpected("bc_type", &tuple(&expected), &found))
+            of_shape(field, shape, field.matrix(object, "bc_type")?)
+        })
+    }
+
+    /// What it means for points at knots, in whose tangent spaces the vectors are put.
+    pub(super) fn read_at(
+        &self,
+        py: Python<'_>,
+        points: &Batch,
+        manifold: &Points,
+    ) -> PyResult<Ends> {
+        let (field, shape) = (points.field(), (points.rows, points.cols));
+        let Some(last) = points.len().checked_sub(1) else {
+            return self.read(py, field, shape);
+        };
+        self.read_by(py, field, shape, |which, object| {
+            let point = points.member(which * last);
+            of_shape(
+                field,
+                shape,
+                manifold.vector_at(&point, (object, "bc_type"))?,
+            )
         })
     }
 
@@ -152,6 +168,16 @@ impl BcType<'_> {
             }
         }
     }
+}
+
+/// A vector, if it has the shape of a point; the core's both.
+fn of_shape(field: Field, shape: (usize, usize), vector: Mat<f64>) -> PyResult<Mat<f64>> {
+    if vector.shape() == shape {
+        return Ok(vector);
+    }
+    let shapes = [shape, vector.shape()].map(|shape| field.own(shape));
+    let [expected, found] = shapes.map(|(n, k)| [n, k]);
+    Err(unexpected("bc_type", &tuple(&expected), &found))
 }
 
 /// The conditions of a word that is said of both ends.

@@ -8,6 +8,7 @@ use faer::traits::ComplexField;
 use faer::traits::math_utils::{is_finite, zero};
 use numpy::Element;
 
+use super::array_namespace::Namespace;
 use super::batch::map_batch;
 use super::complex_array::{array_of, of_pairs, pairs};
 use super::prelude::*;
@@ -165,10 +166,11 @@ fn map<'py, K, C>(
     if let Some(value) = complex.one(object, threads)? {
         return Ok(value);
     }
-    match array_of(object, real.name)? {
+    let value = match array_of(object, real.name)? {
         (array, true) => complex.batch(&array, threads),
         (array, false) => real.batch(&array, threads),
-    }
+    }?;
+    Namespace::of([(object, real.name)])?.array(value)
 }
 
 /// Exponential of a skew-symmetric or skew-Hermitian matrix: a rotation or a unitary matrix, to round-off.

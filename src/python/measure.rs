@@ -7,24 +7,17 @@ use crate::curve::Guarantee;
 /// The largest norms of the derivatives of a curve, canonical metric.
 ///
 /// Made by :meth:`Curve.derivative_bounds`.
-///
-/// Attributes
-/// ----------
-/// velocity : float
-///     Of the velocity.
-/// acceleration : float
-///     Of the covariant acceleration.
-/// jerk : float
-///     Of the covariant jerk.
-/// guarantee : str
-///     ``"enclosure"``: the norms are nowhere larger (but for round-off), and the numbers at most 1e-3 of themselves
-///     above the largest norms (1e-4 of a derivative of lower order where that is more than ten times as large, in the
-///     length of a piece as unit of time). ``"sampling"``: the largest norms of a dense sample, refined around the largest.
 #[pyclass(name = "DerivativeBounds", module = "stiefel_rs", frozen, get_all)]
 pub struct PyDerivativeBounds {
+    /// The largest norm of the velocity.
     velocity: f64,
+    /// The largest norm of the covariant acceleration.
     acceleration: f64,
+    /// The largest norm of the covariant jerk.
     jerk: f64,
+    /// ``"enclosure"``: the norms are nowhere larger (but for round-off), and the numbers at most 1e-3 of themselves above
+    /// the largest norms (1e-4 of a derivative of lower order where that is more than ten times as large, in the length of a
+    /// piece as unit of time). ``"sampling"``: the largest norms of a dense sample, refined around the largest.
     guarantee: &'static str,
 }
 

@@ -3,6 +3,7 @@
 // Arguments have the names that they have in Python, those of the mathematics, and are as many.
 #![allow(non_snake_case, clippy::too_many_arguments)]
 
+mod array_namespace;
 mod batch;
 mod boundary_batch;
 mod call;
@@ -24,6 +25,7 @@ mod kept;
 mod knots;
 mod linalg;
 mod measure;
+mod membership;
 mod only_bases;
 mod piecewise;
 mod points;
@@ -51,6 +53,7 @@ use prelude::*;
 pub mod _core {
     #[pymodule_export]
     use super::{
+        array_namespace::_in_library_of,
         boundary_batch::solve_boundary,
         call::{num_threads, simd_features},
         chart::PyChart,
@@ -58,8 +61,8 @@ pub mod _core {
         cubic_trajectory::{PyCubicTrajectory, integrate_cubic},
         curve::{PyCurve, PyQuasiGeodesic},
         differential::{
-            orthogonal_log_pullback, orthogonal_log_variation, skew_exp_pullback,
-            skew_exp_variation,
+            exp_pullback, exp_variation, log_pullback, log_variation, orthogonal_log_pullback,
+            orthogonal_log_variation, skew_exp_pullback, skew_exp_variation,
         },
         embedded::integrate_embedded,
         error::PySolverReport,
@@ -82,7 +85,8 @@ pub mod _core {
 
     #[pymodule_init]
     fn init(module: &super::Bound<'_, super::PyModule>) -> super::PyResult<()> {
-        super::convert::load_numpy(module.py())
+        super::convert::load_numpy(module.py())?;
+        super::curve::make_callable(module.py())
     }
 
     #[pymodule_export]

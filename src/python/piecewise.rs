@@ -1,6 +1,7 @@
 //! Splines of the binding: what they are made from, the curves of pieces that they are, and how these are stored.
 
 use super::knots::times;
+use super::points::Points;
 use super::polynomial::PyGeometricCubic;
 use super::prelude::*;
 use super::riemannian_cubic::PyRiemannianCubic;
@@ -22,10 +23,10 @@ pub(super) struct Data {
 }
 
 impl Data {
-    pub(super) fn read(t: &Any, points: &Any, field: Field) -> PyResult<Self> {
+    pub(super) fn read(t: &Any, S: &Any, points: &Points, field: Field) -> PyResult<Self> {
         Ok(Data {
             t: times(t)?,
-            points: field.batch(points, "S", "(N, n, k)")?,
+            points: points.at_knots(field, S)?,
         })
     }
 
@@ -79,26 +80,13 @@ impl Cubics {
 /// A curve through points, made of cubics that follow one another.
 ///
 /// Made by :class:`CubicSpline` and :class:`CubicHermite`.
-///
-/// Attributes
-/// ----------
-/// t : ndarray, shape (N,)
-///     The times between which the pieces run; read-only.
-/// points : ndarray, shape (N, n, k)
-///     The points at these times, as given; read-only.
-/// kind : str
-///     ``"riemannian"`` or ``"geometric"``: what the pieces are.
-/// extrapolate : bool
-///     Whether the first and the last piece go on outside of ``t_span``.
-/// report : SolverReport or None
-///     How the spline was solved for; None where nothing had to be solved for all pieces together.
-/// pieces : list of RiemannianCubic or GeometricCubic
-///     The ``N - 1`` pieces, each on ``[0, 1]``.
 #[pyclass(name = "PiecewiseCurve", module = "stiefel_rs", extends = PyCurve, subclass, frozen)]
 pub struct PyPiecewiseCurve {
     pub(super) cubics: Cubics,
+    /// The times between which the pieces run; read-only, shape (N,).
     #[pyo3(get)]
     t: Owned,
+    /// The points at these times, as given; read-only, shape (N, n, k).
     #[pyo3(get)]
     pub(super) points: Owned,
     pub(super) report: Option<SolverReport>,
@@ -106,6 +94,7 @@ pub struct PyPiecewiseCurve {
 
 #[pymethods]
 impl PyPiecewiseCurve {
+    /// ``"riemannian"`` or ``"geometric"``: what the pieces are.
     #[getter]
     pub(super) fn kind(&self) -> &'static str {
         match self.cubics {
@@ -114,16 +103,19 @@ impl PyPiecewiseCurve {
         }
     }
 
+    /// Whether the first and the last piece go on outside of ``t_span``.
     #[getter]
     fn extrapolate(&self) -> bool {
         on_cubics!(&self.cubics, curve => curve.outside()) == Outside::Continued
     }
 
+    /// How the spline was solved for; None where nothing had to be solved for all pieces together.
     #[getter]
     fn report(&self) -> Option<PySolverReport> {
         self.report.map(PySolverReport::from)
     }
 
+    /// The ``N - 1`` pieces, each on ``[0, 1]``.
     #[getter]
     fn pieces(slf: &Bound<'_, Self>) -> PyResult<Vec<Py<PyAny>>> {
         let (py, field) = (slf.py(), slf.as_super().get().field);
@@ -152,8 +144,9 @@ impl PyPiecewiseCurve {
         let (name, knots) = (slf.get_type().name()?, this.cubics.knots());
         let manifold = slf.as_super().get().symbol();
         let (count, first, last) = (knots.len(), knots[0], knots[knots.len() - 1]);
-        let knots = format!("{count} knots, t_span ({first:?}, {last:?})");
-        Ok(format!("<{name} on {manifold}, {knots}>"))
+        let (kind, knots) = (this.kind(), format!("{count} knots"));
+        let span = format!("t_span ({first:?}, {last:?})");
+        Ok(format!("<{name} on {manifold}, {kind}, {knots}, {span}>"))
     }
 }
 

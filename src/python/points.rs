@@ -1,6 +1,7 @@
-//! What the points of a curve are: the argument `manifold` of everything that makes one, and the attribute.
+//! What the points of a curve are, and how they are read: the arguments `manifold` and `project` of everything that makes one.
 
 use super::grassmann::PyGrassmann;
+use super::membership::{Projection, at_knot_of, on_manifold, put_points, put_vectors};
 use super::prelude::*;
 use super::space::Space;
 use super::stiefel::PyStiefel;
@@ -10,6 +11,7 @@ use crate::space::Quotient;
 /// The manifold of the points of a curve that is to be made.
 pub(super) struct Points {
     pub(super) quotient: Quotient,
+    projection: Projection,
     /// Of the manifold, where one is given.
     given: Option<Given>,
 }
@@ -22,18 +24,17 @@ struct Given {
 
 impl Points {
     /// Frames of the arrays' numbers where there is no manifold.
-    pub(super) fn read(manifold: Option<&Any>) -> PyResult<Self> {
+    pub(super) fn read(manifold: Option<&Any>, project: bool) -> PyResult<Self> {
+        let projection = Projection::of(project);
         let Some(object) = manifold else {
-            return Ok(Points {
-                quotient: Quotient::Frames,
-                given: None,
-            });
+            return Ok(Points::frames(projection));
         };
         let name = object.repr()?.to_string();
         if let Ok(manifold) = object.cast::<PyGrassmann>() {
             let (field, shape) = (manifold.get().field(), manifold.get().shape());
             return Ok(Points {
                 quotient: Quotient::Subspaces,
+                projection,
                 given: Some(Given { field, shape, name }),
             });
         }
@@ -50,8 +51,96 @@ impl Points {
         let (field, shape) = (manifold.field(), manifold.shape());
         Ok(Points {
             quotient: Quotient::Frames,
+            projection,
             given: Some(Given { field, shape, name }),
         })
+    }
+
+    /// Frames of the arrays' numbers.
+    pub(super) fn frames(projection: Projection) -> Self {
+        Points {
+            quotient: Quotient::Frames,
+            projection,
+            given: None,
+        }
+    }
+
+    /// Points and vectors of the field, one matrix each.
+    pub(super) fn matrices<const N: usize>(
+        &self,
+        field: Field,
+        arguments: [Named<'_, '_>; N],
+    ) -> PyResult<[Mat<f64>; N]> {
+        let batches = arguments.map(|(object, name)| field.one(object, name));
+        let batches = self.put(arguments, collected(batches)?)?;
+        Ok(batches.each_ref().map(|batch| batch.get(0).to_owned()))
+    }
+
+    /// Points and vectors of problems, with their leading axes broadcast.
+    pub(super) fn batches<const N: usize>(
+        &self,
+        field: Field,
+        arguments: [Named<'_, '_>; N],
+    ) -> PyResult<[Batch; N]> {
+        self.put(arguments, field.batches(arguments)?)
+    }
+
+    fn put<const N: usize>(
+        &self,
+        arguments: [Named<'_, '_>; N],
+        mut batches: [Batch; N],
+    ) -> PyResult<[Batch; N]> {
+        let (names, first) = (arguments.map(|(_, name)| name), &batches[0]);
+        self.check_shape(first.field(), (first.rows, first.cols))?;
+        on_manifold(
+            names,
+            &mut batches,
+            self.quotient,
+            self.projection,
+            at_member,
+        )?;
+        Ok(batches)
+    }
+
+    /// Points at knots.
+    pub(super) fn at_knots(&self, field: Field, S: &Any) -> PyResult<Batch> {
+        let mut points = field.batch(S, "S", "(N, n, k)")?;
+        self.check_shape(field, (points.rows, points.cols))?;
+        put_points("S", &mut points, self.projection, at_knot_of)?;
+        Ok(points)
+    }
+
+    /// Control points.
+    pub(super) fn control_points(&self, field: Field, P: &Any) -> PyResult<Batch> {
+        let mut points = field.batch(P, "P", "(degree + 1, n, k)")?;
+        self.check_shape(field, (points.rows, points.cols))?;
+        let place = |error: &Error, _, _: &[usize]| error.clone().into();
+        put_points("P", &mut points, self.projection, place)?;
+        Ok(points)
+    }
+
+    /// Vectors at knots, of the shape of the points there.
+    pub(super) fn vectors_at_knots(
+        &self,
+        points: &Batch,
+        (object, name): Named<'_, '_>,
+    ) -> PyResult<Batch> {
+        let mut vectors = points.field().batch(object, name, "(N, n, k)")?;
+        let (quotient, projection) = (self.quotient, self.projection);
+        put_vectors(name, points, &mut vectors, quotient, projection, at_knot_of)?;
+        Ok(vectors)
+    }
+
+    /// A vector at a point.
+    pub(super) fn vector_at(
+        &self,
+        point: &Batch,
+        (object, name): Named<'_, '_>,
+    ) -> PyResult<Mat<f64>> {
+        let mut vector = point.field().one(object, name)?;
+        let (quotient, projection) = (self.quotient, self.projection);
+        put_vectors(name, point, &mut vector, quotient, projection, at_member)?;
+        Ok(vector.get(0).to_owned())
     }
 
     /// The field of the manifold, or of the arrays where there is none; `TypeError` for complex arrays on a real manifold.
@@ -72,7 +161,7 @@ impl Points {
     }
 
     /// `InvalidInputError` unless points of that shape of the core are those of the manifold.
-    pub(super) fn check_shape(&self, field: Field, core: (usize, usize)) -> PyResult<()> {
+    fn check_shape(&self, field: Field, core: (usize, usize)) -> PyResult<()> {
         let Some(given) = &self.given else {
             return Ok(());
         };

@@ -1,5 +1,6 @@
 //! De Casteljau curves of the binding: of any degree from control points, and the cubic from boundary data.
 
+use super::membership::Projection;
 use super::points::Points;
 use super::prelude::*;
 use super::stored::{Form, form, put_quotient, take_quotient};
@@ -43,19 +44,13 @@ const WORDS: [&str; 2] = ["quasi_geodesic", "geodesic"];
 const PIECES: &str = "pieces";
 
 /// The curve with control points `P`, shape (degree + 1, n, k).
-fn polynomial(
-    P: &Any,
-    geodesic: bool,
-    manifold: Option<&Any>,
-) -> PyResult<(Arc<dyn Polynomial>, Field)> {
-    let points = Points::read(manifold)?;
-    let field = points.field([P])?;
-    let batch = field.batch(P, "P", "(degree + 1, n, k)")?;
-    points.check_shape(field, (batch.rows, batch.cols))?;
-    let work = batch.numbers() * bases(points.quotient);
+fn polynomial(P: &Any, geodesic: bool, points: &Points) -> PyResult<(Arc<dyn Polynomial>, Field)> {
+    let (field, quotient) = (points.field([P])?, points.quotient);
+    let batch = points.control_points(field, P)?;
+    let work = batch.numbers() * bases(quotient);
     let curve = run(P.py(), field, work, move |interrupt| {
         let views = batch.views();
-        Ok(match (points.quotient, geodesic) {
+        Ok(match (quotient, geodesic) {
             (Quotient::Frames, false) => Arc::new(GeometricPolynomial::new(&views)?) as _,
             (Quotient::Frames, true) => Arc::new(GeodesicPolynomial::new(&views)?) as _,
             (Quotient::Subspaces, _) => {
@@ -97,6 +92,9 @@ fn embedded(curve: &GeometricPolynomial) -> Result<GeometricPolynomial> {
 /// manifold : Stiefel or Grassmann, optional
 ///     What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
 ///     whichever, and the bases of the curve turn as little as possible, ``Y^T Y' = 0``, from the first given one on.
+/// project : bool, default False
+///     Whether points that are off the manifold by up to 0.1 are replaced by the nearest ones, and vectors by their tangent parts.
+///     Without it points may be off by 1e-9, arrays in single precision by 1e-5; the latter are always replaced.
 ///
 /// Raises
 /// ------
@@ -129,10 +127,16 @@ pub struct PyGeometricPolynomial {
 #[pymethods]
 impl PyGeometricPolynomial {
     #[new]
-    #[pyo3(signature = (P, *, pieces="quasi_geodesic", manifold=None))]
-    fn new(P: &Any, pieces: &str, manifold: Option<&Any>) -> PyResult<PyClassInitializer<Self>> {
+    #[pyo3(signature = (P, *, pieces="quasi_geodesic", manifold=None, project=false))]
+    fn new(
+        P: &Any,
+        pieces: &str,
+        manifold: Option<&Any>,
+        project: bool,
+    ) -> PyResult<PyClassInitializer<Self>> {
         let geodesic = is_second(PIECES, pieces, WORDS)?;
-        let (curve, field) = polynomial(P, geodesic, manifold)?;
+        let points = Points::read(manifold, project)?;
+        let (curve, field) = polynomial(P, geodesic, &points)?;
         Self::wrap(P.py(), curve, field, None)
     }
 
@@ -156,6 +160,14 @@ impl PyGeometricPolynomial {
         self.curve.degree()
     }
 
+    fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
+        let (name, manifold) = (slf.get_type().name()?, slf.as_super().get().symbol());
+        let (degree, pieces) = (slf.get().degree(), slf.get().pieces());
+        Ok(format!(
+            "<{name} on {manifold}, degree {degree} of {pieces} pieces, t_span (0.0, 1.0)>"
+        ))
+    }
+
     /// How the search for control points of minimal cost ended; None for curves that were not searched.
     ///
     /// Its residual is the norm of the part of the acceleration that moves of the control points change to first order.
@@ -175,6 +187,8 @@ impl PyGeometricPolynomial {
     /// degree : int, default 5
     ///     From 3 (the geometric cubic, nothing is free) to 10. Higher degrees come closer to the Riemannian cubic, by
     ///     about a factor of ten each, and take longer to build and to evaluate.
+    /// project : bool, default False
+    ///     As for the class.
     ///
     /// Returns
     /// -------
@@ -210,11 +224,18 @@ impl PyGeometricPolynomial {
     /// >>> bool(better.cost() < cubic.cost())
     /// True
     #[staticmethod]
-    #[pyo3(signature = (S0, V0, S1, V1, *, degree=5))]
-    fn minimal_cost(S0: &Any, V0: &Any, S1: &Any, V1: &Any, degree: i64) -> PyResult<Py<Self>> {
+    #[pyo3(signature = (S0, V0, S1, V1, *, degree=5, project=false))]
+    fn minimal_cost(
+        S0: &Any,
+        V0: &Any,
+        S1: &Any,
+        V1: &Any,
+        degree: i64,
+        project: bool,
+    ) -> PyResult<Py<Self>> {
         let arguments = named![S0, V0, S1, V1];
         let field = Field::of_named(&arguments)?;
-        let data = field.matrices(arguments)?;
+        let data = Points::frames(Projection::of(project)).matrices(field, arguments)?;
         let Ok(degree) = usize::try_from(degree) else {
             return Err(invalid!("degree: must be from 3 to 10, found {degree}"));
         };
@@ -246,6 +267,8 @@ impl PyGeometricPolynomial {
     ///     Initial point, velocity and covariant acceleration.
     /// S1, V1, A1 : array_like, shape (n, k)
     ///     The same at ``t = 1``.
+    /// project : bool, default False
+    ///     As for the class.
     ///
     /// Raises
     /// ------
@@ -270,10 +293,19 @@ impl PyGeometricPolynomial {
     /// >>> bool(np.allclose(curve.acceleration(0.0), A0))
     /// True
     #[staticmethod]
-    fn quintic(S0: &Any, V0: &Any, A0: &Any, S1: &Any, V1: &Any, A1: &Any) -> PyResult<Py<Self>> {
+    #[pyo3(signature = (S0, V0, A0, S1, V1, A1, *, project=false))]
+    fn quintic(
+        S0: &Any,
+        V0: &Any,
+        A0: &Any,
+        S1: &Any,
+        V1: &Any,
+        A1: &Any,
+        project: bool,
+    ) -> PyResult<Py<Self>> {
         let arguments = named![S0, V0, A0, S1, V1, A1];
         let field = Field::of_named(&arguments)?;
-        let data = field.matrices(arguments)?;
+        let data = Points::frames(Projection::of(project)).matrices(field, arguments)?;
         let curve = run_on(S0.py(), field, data, 1.0, |[s0, v0, a0, s1, v1, a1], _| {
             GeometricPolynomial::quintic(s0, v0, a0, s1, v1, a1)
         })?;
@@ -361,6 +393,9 @@ impl PyGeometricPolynomial {
 ///     What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
 ///     whichever, vectors are horizontal, ``Y^T V = 0``, and the bases of the curve turn as little as possible, ``Y^T Y' = 0``, from the
 ///     first given one on.
+/// project : bool, default False
+///     Whether points that are off the manifold by up to 0.1 are replaced by the nearest ones, and vectors by their tangent parts.
+///     Without it points may be off by 1e-9, arrays in single precision by 1e-5; the latter are always replaced.
 ///
 /// Raises
 /// ------
@@ -397,7 +432,7 @@ pub struct PyGeometricCubic;
 #[pymethods]
 impl PyGeometricCubic {
     #[new]
-    #[pyo3(signature = (S0, V0, S1, V1, *, pieces="quasi_geodesic", manifold=None))]
+    #[pyo3(signature = (S0, V0, S1, V1, *, pieces="quasi_geodesic", manifold=None, project=false))]
     fn new(
         S0: &Any,
         V0: &Any,
@@ -405,12 +440,12 @@ impl PyGeometricCubic {
         V1: &Any,
         pieces: &str,
         manifold: Option<&Any>,
+        project: bool,
     ) -> PyResult<PyClassInitializer<Self>> {
-        let (py, points) = (S0.py(), Points::read(manifold)?);
+        let (py, points) = (S0.py(), Points::read(manifold, project)?);
         let geodesic = is_second(PIECES, pieces, WORDS)?;
         let field = points.field([S0, V0, S1, V1])?;
-        let data = field.matrices(named![S0, V0, S1, V1])?;
-        points.check_shape(field, data[0].shape())?;
+        let data = points.matrices(field, named![S0, V0, S1, V1])?;
         let (quotient, weight) = (points.quotient, bases(points.quotient));
         let curve = run_on(py, field, data, weight, move |[s0, v0, s1, v1], stop| {
             Ok(match (quotient, geodesic) {
@@ -438,6 +473,9 @@ impl PyGeometricCubic {
     ///     Control points with orthonormal columns.
     /// manifold : Stiefel or Grassmann, optional
     ///     What the points stand for, as for the class.
+    /// project : bool, default False
+    ///     Whether points that are off the manifold by up to 0.1 are replaced by the nearest ones, and vectors by their tangent parts.
+    ///     Without it points may be off by 1e-9, arrays in single precision by 1e-5; the latter are always replaced.
     ///
     /// Raises
     /// ------
@@ -446,9 +484,9 @@ impl PyGeometricCubic {
     /// OutsideDomainError
     ///     Consecutive points that cannot be joined; carries ``angle``.
     #[staticmethod]
-    #[pyo3(signature = (P, *, manifold=None))]
-    fn from_control_points(P: &Any, manifold: Option<&Any>) -> PyResult<Py<Self>> {
-        let (curve, field) = polynomial(P, false, manifold)?;
+    #[pyo3(signature = (P, *, manifold=None, project=false))]
+    fn from_control_points(P: &Any, manifold: Option<&Any>, project: bool) -> PyResult<Py<Self>> {
+        let (curve, field) = polynomial(P, false, &Points::read(manifold, project)?)?;
         let found = curve.degree() + 1;
         match found {
             4 => Py::new(P.py(), Self::wrap(P.py(), curve, field)?),

@@ -73,6 +73,9 @@ impl PyRiemannianCubic {
     ///     What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
     ///     whichever, vectors are horizontal, ``Y^T V = 0``, and the bases of the curve turn as little as possible, ``Y^T Y' = 0``, from the
     ///     first given one on.
+    /// project : bool, default False
+    ///     Whether points that are off the manifold by up to 0.1 are replaced by the nearest ones, and vectors by their tangent parts.
+    ///     Without it points may be off by 1e-9, arrays in single precision by 1e-5; the latter are always replaced.
     ///
     /// Raises
     /// ------
@@ -83,7 +86,7 @@ impl PyRiemannianCubic {
     ///     More steps than 100000, or than fit into a gigabyte: ``t_end`` is too large for the speed. Carries
     ///     ``report``; its residual is the time that was left.
     #[staticmethod]
-    #[pyo3(signature = (S, V, A, J, t_end=1.0, *, tol=1e-17, tension=0.0, manifold=None))]
+    #[pyo3(signature = (S, V, A, J, t_end=1.0, *, tol=1e-17, tension=0.0, manifold=None, project=false))]
     fn from_initial(
         S: &Any,
         V: &Any,
@@ -93,11 +96,11 @@ impl PyRiemannianCubic {
         tol: f64,
         tension: f64,
         manifold: Option<&Any>,
+        project: bool,
     ) -> PyResult<Py<Self>> {
-        let (arguments, points) = (named![S, V, A, J], Points::read(manifold)?);
+        let (arguments, points) = (named![S, V, A, J], Points::read(manifold, project)?);
         let field = points.field(arguments.map(|(object, _)| object))?;
-        let data = field.matrices(arguments)?;
-        points.check_shape(field, data[0].shape())?;
+        let data = points.matrices(field, arguments)?;
         let quotient = points.quotient;
         let curve = run_on(S.py(), field, data, 1.0, move |[s, v, a, j], interrupt| {
             let options = IntegrationOptions {
@@ -146,6 +149,9 @@ impl PyRiemannianCubic {
     ///     What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
     ///     whichever, vectors are horizontal, ``Y^T V = 0``, and the bases of the curve turn as little as possible, ``Y^T Y' = 0``, from the
     ///     first given one on.
+    /// project : bool, default False
+    ///     Whether points that are off the manifold by up to 0.1 are replaced by the nearest ones, and vectors by their tangent parts.
+    ///     Without it points may be off by 1e-9, arrays in single precision by 1e-5; the latter are always replaced.
     ///
     /// Returns
     /// -------
@@ -180,7 +186,8 @@ impl PyRiemannianCubic {
     /// A problem is given up after the work of about two seconds. Ctrl-C ends the search at once.
     #[staticmethod]
     #[pyo3(signature = (
-        S0, V0, S1, V1, *, tol=1e-12, max_iterations=50, guess=None, tension=0.0, all_found=false, manifold=None
+        S0, V0, S1, V1, *, tol=1e-12, max_iterations=50, guess=None, tension=0.0, all_found=false, manifold=None,
+        project=false
     ))]
     fn from_boundary(
         S0: &Any,
@@ -193,16 +200,22 @@ impl PyRiemannianCubic {
         tension: f64,
         all_found: bool,
         manifold: Option<&Any>,
+        project: bool,
     ) -> PyResult<Py<PyAny>> {
         let (py, arguments) = (S0.py(), named![S0, V0, S1, V1]);
-        let points = Points::read(manifold)?;
+        let points = Points::read(manifold, project)?;
         let guess = guess.map(pair_of_guess).transpose()?;
         let objects = arguments.iter().map(|(object, _)| *object);
         let field = points.field(objects.chain(guess.iter().flatten()))?;
-        let ends = field.matrices(arguments)?;
-        points.check_shape(field, ends[0].shape())?;
-        let read = |[a, j]: &[Any<'_>; 2]| field.matrices([(a, "A"), (j, "J")]);
-        let guess = guess.as_ref().map(read).transpose()?;
+        let (ends, guess) = match &guess {
+            None => (points.matrices(field, arguments)?, None),
+            Some([A, J]) => {
+                // The guess is made of vectors at the first point.
+                let data = points.matrices(field, named![S1, V1, S0, V0, A, J])?;
+                let [s1, v1, s0, v0, a, j] = data;
+                ([s0, v0, s1, v1], Some([a, j]))
+            }
+        };
         let max_iterations = count("max_iterations", max_iterations, 1)?;
         let curves = run_on(
             py,
@@ -261,7 +274,7 @@ impl PyRiemannianCubic {
     #[getter]
     fn initial(&self, py: Python<'_>) -> PyResult<Four> {
         let initial = self.run(py, 1.0, |curve, _| curve.initial())?;
-        self.field.four(initial)
+        self.field.four(initial, [])
     }
 
     /// The tension: 0 for a cubic.

@@ -40,15 +40,6 @@ use crate::spline::SplineOptions;
 /// ConvergenceError
 ///     No spline is found; carries ``report``.
 ///
-/// Attributes
-/// ----------
-/// t : ndarray, shape (N,)
-///     The times of the keyframes in seconds; read-only.
-/// report : SolverReport or None
-///     How the spline was solved for.
-/// curve : CubicSpline, CubicHermite or SmoothingSpline
-///     The same curve on ``St(3, 3)``.
-///
 /// Examples
 /// --------
 /// >>> import numpy as np
@@ -61,6 +52,7 @@ use crate::spline::SplineOptions;
 #[pyclass(name = "RotationCurve", module = "stiefel_rs._core", frozen)]
 pub struct PyRotationCurve {
     spline: Arc<RotationSpline>,
+    /// The times of the keyframes in seconds; read-only, shape (N,).
     #[pyo3(get)]
     t: Owned,
     /// What it was solved from; none of a curve that was there.
@@ -325,11 +317,13 @@ impl PyRotationCurve {
         slf
     }
 
+    /// How the spline was solved for.
     #[getter]
     fn report(&self) -> Option<PySolverReport> {
         self.spline.report().copied().map(PySolverReport::from)
     }
 
+    /// The same curve on ``St(3, 3)``.
     #[getter]
     fn curve(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let curve = self.curve.get_or_try_init(py, || self.on_frames(py))?;

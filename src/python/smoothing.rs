@@ -38,16 +38,11 @@ use crate::stored::refusal;
 ///     What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
 ///     whichever, vectors are horizontal, ``Y^T V = 0``, and the bases of the curve turn as little as possible, ``Y^T Y' = 0``, from the
 ///     first given one on.
-///
-/// Attributes
-/// ----------
-/// lam : float
-///     The weight of the cost, given or found.
-/// misfit : float
-///     ``sum_i weights[i] d(S(t[i]), S[i])^2``.
-/// degrees_of_freedom : float
-///     How many data the curve could follow, between 2 and their number: the trace of the influence matrix of the smoothing
-///     spline in flat space.
+/// w : array_like, optional
+///     Another name of `weights`, which SciPy's functions have.
+/// project : bool, default False
+///     Whether points that are off the manifold by up to 0.1 are replaced by the nearest ones, and vectors by their tangent parts.
+///     Without it points may be off by 1e-9, arrays in single precision by 1e-5; the latter are always replaced.
 ///
 /// Raises
 /// ------
@@ -83,8 +78,12 @@ use crate::stored::refusal;
 /// (True, True)
 #[pyclass(name = "SmoothingSpline", module = "stiefel_rs", extends = PyPiecewiseCurve, frozen, get_all)]
 pub struct PySmoothingSpline {
+    /// The weight of the cost, given or found.
     lam: f64,
+    /// ``sum_i weights[i] d(S(t[i]), S[i])^2``.
     misfit: f64,
+    /// How many data the curve could follow, between 2 and their number: the trace of the influence matrix of the smoothing
+    /// spline in flat space.
     degrees_of_freedom: f64,
 }
 
@@ -99,7 +98,8 @@ const INFINITE: f64 = f64::MAX;
 impl PySmoothingSpline {
     #[new]
     #[pyo3(signature = (
-        t, S, weights=None, lam=None, *, extrapolate=false, tol=1e-11, max_iterations=200, num_threads=None, manifold=None
+        t, S, weights=None, lam=None, *, extrapolate=false, tol=1e-11, max_iterations=200, num_threads=None, manifold=None,
+        project=false, w=None
     ))]
     fn new(
         t: &Any,
@@ -111,14 +111,20 @@ impl PySmoothingSpline {
         #[pyo3(from_py_with = whole)] max_iterations: i64,
         num_threads: Option<i64>,
         manifold: Option<&Any>,
+        project: bool,
+        w: Option<&Any>,
     ) -> PyResult<PyClassInitializer<Self>> {
-        let points = Points::read(manifold)?;
+        let points = Points::read(manifold, project)?;
         let max_iterations = count("max_iterations", max_iterations, 1)?;
         let field = points.field([S])?;
-        let data = Data::read(t, S, field)?;
-        points.check_shape(field, data.shape())?;
+        let data = Data::read(t, S, &points, field)?;
         let quotient = points.quotient;
+        if weights.is_some() && w.is_some() {
+            let message = "weights: give them once, as weights or as w";
+            return Err(PyTypeError::new_err(message));
+        }
         let weights = weights
+            .or(w)
             .map(|object| read_axes(object, "weights", "(N,)"))
             .transpose()?;
         let weights: Option<Vec<f64>> = weights.map(|([_], weights)| weights);

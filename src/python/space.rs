@@ -1,7 +1,10 @@
 //! What the classes of manifolds share: functions mapped over arrays of points and vectors, and random ones.
 
 use super::batch::{Value, map_batch};
+use super::membership::{Projection, SINGLE, on_manifold};
 use super::prelude::*;
+use crate::manifold::stiefel::POINT_TOLERANCE;
+use crate::space::Quotient;
 
 /// A manifold whose points and tangent vectors are `n x k` matrices, real or complex.
 pub trait Space {
@@ -29,6 +32,74 @@ pub trait Space {
         self.field().own(self.core_shape())
     }
 
+    /// What the points of the core stand for.
+    const QUOTIENT: Quotient;
+
+    /// Apply `member` to any matrices of the shape of points, which are not put on the manifold before.
+    fn map_any<const N: usize>(
+        &self,
+        objects: [Named<'_, '_>; N],
+        member: impl Fn(&Self::Core, [MatRef<'_, f64>; N]) -> Result<Mat<f64>> + Shared,
+    ) -> PyResult<Numbers> {
+        let ((n, k), batches) = (self.core_shape(), self.read(objects, [self.shape(); N])?);
+        let numbers = batches.iter().map(Batch::numbers).sum();
+        let (py, write) = (
+            objects[0].0.py(),
+            putting(move |m: &_, data, _| member(m, data)),
+        );
+        let found = self.write_batches(py, batches, numbers, &[n, k], write)?;
+        self.field().numbers(found)?.like(objects)
+    }
+
+    /// Which members are, by `member`, given the tolerances of what is asked and of points it is asked at.
+    fn are<const N: usize>(
+        &self,
+        objects: [Named<'_, '_>; N],
+        atol: Option<f64>,
+        member: impl Fn(&Self::Core, [MatRef<'_, f64>; N], [f64; 2]) -> Result<()> + Shared,
+    ) -> PyResult<Numbers> {
+        let (batches, tolerances) = self.read_with_tolerance(objects, atol)?;
+        let numbers = batches.iter().map(Batch::numbers).sum();
+        let py = objects[0].0.py();
+        let found = self.write_batches(py, batches, numbers, &[], move |m, data, out, _| {
+            out[0] = f64::from(u8::from(member(m, data, tolerances).is_ok()));
+            Ok(())
+        })?;
+        Numbers::from(found).truths().like(objects)
+    }
+
+    /// Error unless all members are, as [`Space::are`].
+    fn check<const N: usize>(
+        &self,
+        objects: [Named<'_, '_>; N],
+        atol: Option<f64>,
+        member: impl Fn(&Self::Core, [MatRef<'_, f64>; N], [f64; 2]) -> Result<()> + Shared,
+    ) -> PyResult<()> {
+        let (batches, tolerances) = self.read_with_tolerance(objects, atol)?;
+        let numbers = batches.iter().map(Batch::numbers).sum();
+        let py = objects[0].0.py();
+        self.write_batches(py, batches, numbers, &[], move |m, data, _, _| {
+            member(m, data, tolerances)
+        })?;
+        Ok(())
+    }
+
+    /// Arrays, with a tolerance as it is given, and that of points; both by the precision of their numbers.
+    fn read_with_tolerance<const N: usize>(
+        &self,
+        objects: [Named<'_, '_>; N],
+        atol: Option<f64>,
+    ) -> PyResult<([Batch; N], [f64; 2])> {
+        let given = atol.unwrap_or(0.0);
+        ensure!(given >= 0.0, "atol: must be at least 0, found {given}");
+        let batches = self.read(objects, [self.shape(); N])?;
+        let tolerance = match batches.iter().any(|batch| batch.single) {
+            true => SINGLE,
+            false => POINT_TOLERANCE,
+        };
+        Ok((batches, [atol.unwrap_or(tolerance), tolerance]))
+    }
+
     /// Apply `member` to points and tangent vectors, member by member; its values have shape `core`, as the core has them.
     fn map<T: Value, const N: usize>(
         &self,
@@ -47,7 +118,7 @@ pub trait Space {
     ) -> PyResult<Numbers> {
         let (n, k) = self.core_shape();
         let found = self.map(objects, &[n, k], move |m, data, _| member(m, data))?;
-        self.field().numbers(found)
+        self.field().numbers(found)?.like(objects)
     }
 
     /// [`Space::map_matrices`] for a function that writes into a matrix of shape `(n, k)`, whose rows are contiguous.
@@ -62,7 +133,7 @@ pub trait Space {
                 member(m, MatMut::from_row_major_slice_mut(out, n, k), data)
             };
         let found = self.write_shapes(objects, [self.shape(); N], |_| 1.0, &[n, k], write)?;
-        self.field().numbers(found)
+        self.field().numbers(found)?.like(objects)
     }
 
     /// [`Space::map`] for numbers, of which `own` makes those of the field.
@@ -71,11 +142,12 @@ pub trait Space {
         objects: [Named<'_, '_>; N],
         own: fn(Field, f64) -> f64,
         member: impl Fn(&Self::Core, [MatRef<'_, f64>; N], Interrupt<'_>) -> Result<f64> + Shared,
-    ) -> PyResult<Array> {
+    ) -> PyResult<Numbers> {
         let field = self.field();
-        self.map(objects, &[], move |m, data, interrupt| {
+        let found = self.map(objects, &[], move |m, data, interrupt| {
             Ok(own(field, member(m, data, interrupt)?))
-        })
+        })?;
+        Numbers::from(found).like(objects)
     }
 
     /// [`Space::map`] for arguments of any shapes; `weight` is the work of a number of theirs.
@@ -87,14 +159,7 @@ pub trait Space {
         core: &[usize],
         member: impl Fn(&Self::Core, [MatRef<'_, f64>; N], Interrupt<'_>) -> Result<T> + Shared,
     ) -> PyResult<Array> {
-        let write = move |m: &Self::Core,
-                          data: [MatRef<'_, f64>; N],
-                          out: &mut [f64],
-                          interrupt: Interrupt<'_>| {
-            member(m, data, interrupt)?.put(out);
-            Ok(())
-        };
-        self.write_shapes(objects, shapes, weight, core, write)
+        self.write_shapes(objects, shapes, weight, core, putting(member))
     }
 
     /// [`Space::map_shapes`] for a function that writes its value row by row.
@@ -107,24 +172,53 @@ pub trait Space {
         member: impl Fn(&Self::Core, [MatRef<'_, f64>; N], &mut [f64], Interrupt<'_>) -> Result<()>
         + Shared,
     ) -> PyResult<Array> {
-        let (py, manifold) = (objects[0].0.py(), self.core());
-        let batches = self.read(objects)?;
-        for ((batch, (_, name)), shape) in batches.iter().zip(objects).zip(shapes) {
-            batch.check_shape(name, shape)?;
-        }
+        let mut batches = self.read(objects, shapes)?;
+        let names = objects.map(|(_, name)| name);
+        let projection = Projection::OfRoundOff;
+        on_manifold(names, &mut batches, Self::QUOTIENT, projection, at_member)?;
         let numbers: f64 = batches.iter().map(Batch::numbers).sum();
-        let call = Call::new(py, None, weight(&batches) * numbers)?.over(self.field());
+        let work = weight(&batches) * numbers;
+        self.write_batches(objects[0].0.py(), batches, work, core, member)
+    }
+
+    /// [`Space::write_shapes`] for what has been read.
+    fn write_batches<const N: usize>(
+        &self,
+        py: Python<'_>,
+        batches: [Batch; N],
+        work: f64,
+        core: &[usize],
+        member: impl Fn(&Self::Core, [MatRef<'_, f64>; N], &mut [f64], Interrupt<'_>) -> Result<()>
+        + Shared,
+    ) -> PyResult<Array> {
+        let manifold = self.core();
+        let call = Call::new(py, None, work)?.over(self.field());
         map_batch(&call, batches, core, move |batches, i, out, interrupt| {
             member(&manifold, batches.map(|batch| batch.get(i)), out, interrupt)
         })
     }
 
-    /// Reads arrays of matrices, with their leading axes broadcast.
-    fn read<const N: usize>(&self, objects: [Named<'_, '_>; N]) -> PyResult<[Batch; N]> {
-        let batches = self.field().batches(objects);
-        if batches.is_ok() || self.field() == Field::Complex {
-            return batches;
+    /// Reads arrays of matrices of given shapes, with their leading axes broadcast.
+    fn read<const N: usize>(
+        &self,
+        objects: [Named<'_, '_>; N],
+        shapes: [(usize, usize); N],
+    ) -> PyResult<[Batch; N]> {
+        let batches = match self.field().batches(objects) {
+            Err(error) if self.field() == Field::Real => {
+                self.check_real(objects)?;
+                return Err(error);
+            }
+            batches => batches?,
+        };
+        for ((batch, (_, name)), shape) in batches.iter().zip(objects).zip(shapes) {
+            batch.check_shape(name, shape)?;
         }
+        Ok(batches)
+    }
+
+    /// `TypeError` that names the complex manifold where an argument is complex.
+    fn check_real<const N: usize>(&self, objects: [Named<'_, '_>; N]) -> PyResult<()> {
         for (object, name) in objects {
             if Field::of([object])? == Field::Complex {
                 let ((n, k), class) = (self.shape(), Self::NAME);
@@ -133,7 +227,7 @@ pub trait Space {
                 return Err(PyTypeError::new_err(message));
             }
         }
-        batches
+        Ok(())
     }
 
     /// Standard normal matrices with the leading axes `lead`: the real and the imaginary part of every entry.
@@ -175,10 +269,19 @@ pub trait Space {
     /// Normally distributed tangent vectors at the points `S`, called `name` in errors.
     fn random_tangents(&self, (S, name): Named<'_, '_>, rng: Option<&Any>) -> PyResult<Numbers> {
         let py = S.py();
-        let [points] = self.read([(S, name)])?;
-        points.check_shape(name, self.shape())?;
+        let [points] = self.read([(S, name)], [self.shape()])?;
         let stream = tangent_stream(&generator(py, rng)?)?;
         self.tangent_part(S, &self.normal(&stream, &points.shape)?)
+    }
+}
+
+/// A function that writes the value of another.
+fn putting<M, T: Value, const N: usize>(
+    member: impl Fn(&M, [MatRef<'_, f64>; N], Interrupt<'_>) -> Result<T> + Shared,
+) -> impl Fn(&M, [MatRef<'_, f64>; N], &mut [f64], Interrupt<'_>) -> Result<()> + Shared {
+    move |m, data, out, interrupt| {
+        member(m, data, interrupt)?.put(out);
+        Ok(())
     }
 }
 

@@ -39,6 +39,9 @@ use crate::spline::{
 ///     What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
 ///     whichever, vectors are horizontal, ``Y^T V = 0``, and the bases of the curve turn as little as possible, ``Y^T Y' = 0``, from the
 ///     first given one on.
+/// project : bool, default False
+///     Whether points that are off the manifold by up to 0.1 are replaced by the nearest ones, and vectors by their tangent parts.
+///     Without it points may be off by 1e-9, arrays in single precision by 1e-5; the latter are always replaced.
 ///
 /// Raises
 /// ------
@@ -80,7 +83,7 @@ pub struct PyCubicHermite {
 #[pymethods]
 impl PyCubicHermite {
     #[new]
-    #[pyo3(signature = (t, S, V, kind="riemannian", *, extrapolate=false, num_threads=None, manifold=None))]
+    #[pyo3(signature = (t, S, V, kind="riemannian", *, extrapolate=false, num_threads=None, manifold=None, project=false))]
     fn new(
         t: &Any,
         S: &Any,
@@ -89,14 +92,14 @@ impl PyCubicHermite {
         extrapolate: bool,
         num_threads: Option<i64>,
         manifold: Option<&Any>,
+        project: bool,
     ) -> PyResult<PyClassInitializer<Self>> {
-        let (py, points) = (t.py(), Points::read(manifold)?);
+        let (py, points) = (t.py(), Points::read(manifold, project)?);
         let geometric = is_second("kind", kind, KINDS)?;
         let field = points.field([S, V])?;
-        let data = Data::read(t, S, field)?;
-        points.check_shape(field, data.shape())?;
+        let data = Data::read(t, S, &points, field)?;
         let quotient = points.quotient;
-        let velocities = Velocities::read(V, field)?;
+        let velocities = Velocities::read(V, &points, &data.points)?;
         let call = data.call(py, num_threads)?;
         let (spline, velocities) = call.run(move |interrupt| {
             let (t, points) = (&data.t, data.points.views());
@@ -204,6 +207,9 @@ impl PyCubicHermite {
 ///     What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
 ///     whichever, vectors are horizontal, ``Y^T V = 0``, and the bases of the curve turn as little as possible, ``Y^T Y' = 0``, from the
 ///     first given one on.
+/// project : bool, default False
+///     Whether points that are off the manifold by up to 0.1 are replaced by the nearest ones, and vectors by their tangent parts.
+///     Without it points may be off by 1e-9, arrays in single precision by 1e-5; the latter are always replaced.
 ///
 /// Raises
 /// ------
@@ -262,9 +268,9 @@ impl PyCubicSpline {
     #[new]
     #[pyo3(signature = (
         t, S, bc_type=BcType::default(), kind="riemannian", *, extrapolate=false, tol=1e-12, max_iterations=200,
-        tension=0.0, num_threads=None, manifold=None
+        tension=0.0, num_threads=None, manifold=None, project=false
     ), text_signature = "(t, S, bc_type='natural', kind='riemannian', *, extrapolate=False, tol=1e-12, \
-        max_iterations=200, tension=0.0, num_threads=None, manifold=None)")]
+        max_iterations=200, tension=0.0, num_threads=None, manifold=None, project=False)")]
     fn new(
         t: &Any,
         S: &Any,
@@ -276,19 +282,19 @@ impl PyCubicSpline {
         tension: f64,
         num_threads: Option<i64>,
         manifold: Option<&Any>,
+        project: bool,
     ) -> PyResult<PyClassInitializer<Self>> {
-        let (py, points) = (t.py(), Points::read(manifold)?);
+        let (py, points) = (t.py(), Points::read(manifold, project)?);
         let geometric = is_second("kind", kind, KINDS)?;
         let max_iterations = count("max_iterations", max_iterations, 1)?;
         let vectors = bc_type.vectors()?;
         let field = points.field(std::iter::once(S).chain(&vectors))?;
-        let data = Data::read(t, S, field)?;
-        points.check_shape(field, data.shape())?;
+        let data = Data::read(t, S, &points, field)?;
         let quotient = points.quotient;
         let Ends {
             given: bc_type,
             conditions,
-        } = bc_type.read(py, field, data.shape())?;
+        } = bc_type.read_at(py, &data.points, &points)?;
         let call = data.call(py, num_threads)?;
         let spline = call.run(move |interrupt| {
             let options = SplineOptions {

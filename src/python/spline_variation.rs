@@ -181,22 +181,22 @@ impl PyCubicSpline {
         dbc: Option<&Any>,
     ) -> PyResult<Numbers> {
         let spline = Spline::of(slf)?;
-        let t = read(t, "t")?;
+        let times = read(t, "t")?;
         let field = spline.field;
         let points = field.batch(dS, "dS", "(N, n, k)")?;
         let moves = dt.map_or(Ok(Vec::new()), moves)?;
         let ends = end_changes(&spline, dbc)?;
-        let found = spline.run(slf.py(), t.entries.len(), move |spline, interrupt| {
+        let found = spline.run(slf.py(), times.entries.len(), move |spline, interrupt| {
             let variation = SplineVariation {
                 points: &points.views(),
                 times: &moves,
                 ends: ends.each_ref().map(|end| end.as_ref().map(Mat::as_ref)),
             };
             let derivative = spline.derivative(interrupt)?;
-            let found = derivative.points(&variation, &t.entries, interrupt)?;
-            Ok(Array::stacked(&t.shape, &found, spline.shape()))
+            let found = derivative.points(&variation, &times.entries, interrupt)?;
+            Ok(Array::stacked(&times.shape, &found, spline.shape()))
         })?;
-        field.numbers(found)
+        field.numbers(found)?.like(named![t, dS])
     }
 
     /// Gradient with respect to the data of ``sum(W * curve(t))``: the transpose of :meth:`point_variation`.

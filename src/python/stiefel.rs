@@ -1,10 +1,12 @@
 //! The manifold for arrays, with batches.
 
+use super::membership::core_tolerance;
 use super::prelude::*;
 use super::space::{Space, sizes};
-use crate::linalg::structure::{check_finite, norm};
+use crate::linalg::structure::check_finite;
 use crate::manifold::stiefel::{POINT_TOLERANCE, TANGENT_TOLERANCE};
 use crate::manifold::{Metric, Stiefel};
+use crate::space::Quotient;
 
 /// The Stiefel manifold St(n, k) of n x k matrices with orthonormal columns, real or complex.
 ///
@@ -50,6 +52,8 @@ impl Space for PyStiefel {
     type Core = Stiefel;
 
     const NAME: &'static str = "Stiefel";
+
+    const QUOTIENT: Quotient = Quotient::Frames;
 
     fn core(&self) -> Stiefel {
         self.embedded
@@ -98,6 +102,25 @@ pub(super) fn read_metric(object: &Any) -> PyResult<Metric> {
 }
 
 impl PyStiefel {
+    /// Checks points to a tolerance.
+    fn point_check(
+        &self,
+    ) -> impl Fn(&Stiefel, [MatRef<'_, f64>; 1], [f64; 2]) -> Result<()> + Shared + use<> {
+        let unit = self.field.length(1.0);
+        move |m, [s], [atol, _]| m.check_point("S", s, atol / unit)
+    }
+
+    /// Checks tangent vectors to a tolerance.
+    fn vector_check(
+        &self,
+    ) -> impl Fn(&Stiefel, [MatRef<'_, f64>; 2], [f64; 2]) -> Result<()> + Shared + use<> {
+        let unit = self.field.length(1.0);
+        move |m, [s, v], [atol, of_points]| {
+            m.check_point("S", s, of_points / unit)?;
+            m.check_tangent("V", s, v, core_tolerance(atol, unit, v))
+        }
+    }
+
     /// The manifold, with the canonical metric, of points of the core.
     pub(super) fn of_core((rows, cols): (usize, usize), field: Field) -> PyResult<Self> {
         let embedded = Stiefel::new(rows, cols)?;
@@ -179,45 +202,57 @@ impl PyStiefel {
         (build, this.shape()).into_pyobject(py)
     }
 
-    /// Raise unless every member of ``S`` is a point: ``|S^T S - I| <= atol`` (Frobenius), by default 1e-9.
+    /// Raise unless every member of ``S`` is a point: ``|S^T S - I| <= atol`` (Frobenius), by default 1e-9, for arrays in
+    /// single precision 1e-5.
     ///
     /// Raises
     /// ------
     /// InvalidInputError
     ///     With the measured defect.
-    #[pyo3(signature = (S, atol=POINT_TOLERANCE), text_signature = "($self, S, atol=1e-9)")]
-    fn check_point(&self, S: &Any, atol: f64) -> PyResult<()> {
-        ensure!(atol >= 0.0, "atol: must be at least 0, found {atol}");
-        let tolerance = atol / self.field.length(1.0);
-        self.map(named![S], &[], move |m, [s], _| {
-            m.check_point("S", s, tolerance)
-        })?;
-        Ok(())
+    #[pyo3(signature = (S, atol=None))]
+    fn check_point(&self, S: &Any, atol: Option<f64>) -> PyResult<()> {
+        self.check(named![S], atol, self.point_check())
     }
 
-    /// Raise unless every member of ``V`` is tangent at ``S``: ``|S^T V + V^T S| / 2 <= atol max(1, |V|)``.
+    /// Raise unless every member of ``V`` is tangent at ``S``: ``|S^T V + V^T S| / 2 <= atol max(1, |V|)``, by default 1e-9, in
+    /// single precision 1e-5.
     ///
     /// Raises
     /// ------
     /// InvalidInputError
     ///     With the measured defect.
-    #[pyo3(signature = (S, V, atol=TANGENT_TOLERANCE), text_signature = "($self, S, V, atol=1e-9)")]
-    fn check_tangent(&self, S: &Any, V: &Any, atol: f64) -> PyResult<()> {
-        ensure!(atol >= 0.0, "atol: must be at least 0, found {atol}");
-        let (field, unit) = (self.field, self.field.length(1.0));
-        self.map(named![S, V], &[], move |m, [s, v], _| {
-            check(m, s)?;
-            let tolerance = match field {
-                Field::Real => atol,
-                // The core multiplies by its own norm of V.
-                Field::Complex => {
-                    let long = norm(v);
-                    atol / unit * (unit * long).max(1.0) / long.max(1.0)
-                }
-            };
-            m.check_tangent("V", s, v, tolerance)
-        })?;
-        Ok(())
+    #[pyo3(signature = (S, V, atol=None))]
+    fn check_tangent(&self, S: &Any, V: &Any, atol: Option<f64>) -> PyResult<()> {
+        self.check(named![S, V], atol, self.vector_check())
+    }
+
+    /// Whether ``S`` is a point, as :meth:`check_point` measures it; shape (...).
+    ///
+    /// Returns
+    /// -------
+    /// bool, or ndarray of bool
+    ///     False for numbers that are not finite.
+    ///
+    /// Examples
+    /// --------
+    /// >>> from stiefel_rs import Stiefel
+    /// >>> M = Stiefel(3, 2)
+    /// >>> bool(M.is_point(np.eye(3, 2))), bool(M.is_point(np.ones((3, 2))))
+    /// (True, False)
+    #[pyo3(signature = (S, atol=None))]
+    fn is_point(&self, S: &Any, atol: Option<f64>) -> PyResult<Numbers> {
+        self.are(named![S], atol, self.point_check())
+    }
+
+    /// Whether ``V`` is tangent at ``S``, as :meth:`check_tangent` measures it; shape (...).
+    ///
+    /// Returns
+    /// -------
+    /// bool, or ndarray of bool
+    ///     False for numbers that are not finite, and where ``S`` is no point.
+    #[pyo3(signature = (S, V, atol=None))]
+    fn is_tangent(&self, S: &Any, V: &Any, atol: Option<f64>) -> PyResult<Numbers> {
+        self.are(named![S, V], atol, self.vector_check())
     }
 
     /// Uniformly distributed points (Haar measure), shape ``size + (n, k)``.
@@ -259,7 +294,7 @@ impl PyStiefel {
     /// InvalidInputError
     ///     ``Y`` has no full column rank (with its smallest singular value), or is not finite.
     fn project(&self, Y: &Any) -> PyResult<Numbers> {
-        self.map_matrices(named![Y], |m, [y]| m.project(y))
+        self.map_any(named![Y], |m, [y]| m.project(y))
     }
 
     /// Orthogonal projection ``Z - S sym(S^T Z)`` on the tangent space at ``S``, shape (..., n, k).
@@ -273,7 +308,7 @@ impl PyStiefel {
 
     /// Inner product of tangent vectors at ``S`` in the manifold's metric, shape (...); canonical:
     /// ``tr V^T (I - S S^T / 2) W``.
-    fn inner(&self, S: &Any, V: &Any, W: &Any) -> PyResult<Array> {
+    fn inner(&self, S: &Any, V: &Any, W: &Any) -> PyResult<Numbers> {
         self.map_numbers(named![S, V, W], Field::squared, |m, [s, v, w], _| {
             check(m, s)?;
             check_vector(m, "V", [s, v])?;
@@ -283,7 +318,7 @@ impl PyStiefel {
     }
 
     /// Norm of a tangent vector at ``S`` in the manifold's metric, shape (...).
-    fn norm(&self, S: &Any, V: &Any) -> PyResult<Array> {
+    fn norm(&self, S: &Any, V: &Any) -> PyResult<Numbers> {
         self.map_numbers(named![S, V], Field::length, |m, [s, v], _| {
             check(m, s)?;
             check_vector(m, "V", [s, v])?;
@@ -308,7 +343,9 @@ impl PyStiefel {
         };
         let x = self.map(named![S, V], &[n, n], move |m, b, _| Ok(pair(m, b)?.0))?;
         let omega = self.map(named![S, V], &[k, k], move |m, b, _| Ok(pair(m, b)?.1))?;
-        Ok((self.field.numbers(x)?, self.field.numbers(omega)?))
+        let [x, omega] =
+            collected([x, omega].map(|part| self.field.numbers(part)?.like(named![S, V])))?;
+        Ok((x, omega))
     }
 
     /// The tangent vector ``V = X S + S Omega`` of the paper's pair, shape (..., n, k).
@@ -328,6 +365,6 @@ impl PyStiefel {
                 m.compose(s, x, omega)
             },
         )?;
-        self.field.numbers(found)
+        self.field.numbers(found)?.like(data)
     }
 }

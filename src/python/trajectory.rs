@@ -1,6 +1,8 @@
 //! Curves across charts: from covariant data to covariant data.
 
 use super::chart::PyChart;
+use super::membership::Projection;
+use super::points::Points;
 use super::prelude::*;
 use super::state::{Kind, Steps, on_chart};
 use crate::chart::rows::Rows;
@@ -10,35 +12,25 @@ use crate::chart::{
 };
 
 /// A curve that passes from chart to chart, at times of shape ``T``; ``(steps + 1,)`` for a discrete trajectory.
-///
-/// Attributes
-/// ----------
-/// point : ndarray, shape T + (3, k)
-/// velocity : ndarray, shape T + (3, k)
-/// acceleration : ndarray, shape T + (3, k)
-///     Covariant.
-/// jerk : ndarray, shape T + (3, k)
-///     Covariant.
-/// energy : ndarray, shape T
-///     The Hamiltonian.
-/// momentum : ndarray, shape T + (3,)
-///     Momentum of the rotations of space about the three axes, which a Riemannian cubic keeps.
-/// states : ndarray, shape T + (4 d,)
-///     ``(q, qdot, p_q, p_qdot)`` of the rotated point ``rotations @ point`` in the chart.
-/// rotations : ndarray, shape T + (3, 3)
-///     Which of the three charts: a cyclic permutation of the axes, the identity for the chart itself.
-/// transitions : list of int
-///     The positions, in C order, at which the chart is another than before.
 #[pyclass(name = "ChartTrajectory", module = "stiefel_rs", frozen, get_all)]
 pub struct PyChartTrajectory {
+    /// Points, shape T + (3, k).
     point: Owned,
+    /// Velocities, shape T + (3, k).
     velocity: Owned,
+    /// Covariant accelerations, shape T + (3, k).
     acceleration: Owned,
+    /// Covariant jerks, shape T + (3, k).
     jerk: Owned,
+    /// The Hamiltonian, shape T.
     energy: Owned,
+    /// Momentum of the rotations of space about the three axes, which a Riemannian cubic keeps, shape T + (3,).
     momentum: Owned,
+    /// ``(q, qdot, p_q, p_qdot)`` of the rotated point ``rotations @ point`` in the chart, shape T + (4 d,).
     states: Owned,
+    /// Which of the three charts: a cyclic permutation of the axes, the identity for the chart itself, shape T + (3, 3).
     rotations: Owned,
+    /// The positions, in C order, at which the chart is another than before.
     transitions: Vec<usize>,
 }
 
@@ -107,7 +99,8 @@ impl Flow {
 }
 
 fn read_data(objects: [Named<'_, '_>; 4]) -> PyResult<CovariantData> {
-    let [point, velocity, acceleration, jerk] = Field::Real.matrices(objects)?;
+    let [point, velocity, acceleration, jerk] =
+        Points::frames(Projection::OfRoundOff).matrices(Field::Real, objects)?;
     Ok(CovariantData {
         point,
         velocity,
@@ -155,14 +148,15 @@ impl PyChart {
     /// Notes
     /// -----
     /// ``p_qdot[i] = <d_i S, A>`` and ``p_q[i] = Gamma[k, i, j] qdot[j] p_qdot[k] - <d_i S, J>``.
-    fn state(&self, S: &Any, V: &Any, A: &Any, J: &Any) -> PyResult<Array> {
+    fn state(&self, S: &Any, V: &Any, A: &Any, J: &Any) -> PyResult<Numbers> {
         let (data, kind) = (read_data(named![S, V, A, J])?, self.0);
-        run(S.py(), Field::Real, 0.0, move |_| {
+        let state = run(S.py(), Field::Real, 0.0, move |_| {
             on_chart!(kind, chart => {
                 let state = state_from_covariant(chart, &data)?;
                 Ok(Array::flat(state.as_slice().to_vec()))
             })
-        })
+        })?;
+        Numbers::from(state).like(named![S, V, A, J])
     }
 
     /// The discrete trajectory across charts: as `integrate`, with no pole in the way.

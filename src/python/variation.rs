@@ -80,8 +80,10 @@ impl PyRiemannianCubic {
             let derivative = kept.get(|| curve.boundary_derivative(interrupt))?;
             derivative.initial(&variation(&data), interrupt)
         })?;
-        self.field
-            .four([d.point, d.velocity, d.acceleration, d.jerk])
+        self.field.four(
+            [d.point, d.velocity, d.acceleration, d.jerk],
+            named![dS0, dV0, dS1, dV1],
+        )
     }
 
     /// How points of the curve change where the boundary data do.
@@ -114,14 +116,16 @@ impl PyRiemannianCubic {
         dV1: &Any,
     ) -> PyResult<Numbers> {
         let data = self.field.matrices(named![dS0, dV0, dS1, dV1])?;
-        let t = read(t, "t")?;
+        let times = read(t, "t")?;
         let kept = self.derivative.clone();
         let found = self.run(dS0.py(), DERIVATIVES, move |curve, interrupt| {
             let derivative = kept.get(|| curve.boundary_derivative(interrupt))?;
-            let found = derivative.points(curve, &variation(&data), &t.entries, interrupt)?;
-            Ok(Array::stacked(&t.shape, &found, (curve.n(), curve.k())))
+            let found = derivative.points(curve, &variation(&data), &times.entries, interrupt)?;
+            Ok(Array::stacked(&times.shape, &found, (curve.n(), curve.k())))
         })?;
-        self.field.numbers(found)
+        self.field
+            .numbers(found)?
+            .like(named![t, dS0, dV0, dS1, dV1])
     }
 
     /// Gradient of the cost with respect to the boundary data.
@@ -137,7 +141,7 @@ impl PyRiemannianCubic {
     /// By the first variation of the cost at a critical curve: no equation has to be solved.
     fn cost_gradient(&self, py: Python<'_>) -> PyResult<Four> {
         let d = self.run(py, 1.0, |curve, _| curve.cost_gradient())?;
-        self.field.four([d.s0, d.v0, d.s1, d.v1])
+        self.field.four([d.s0, d.v0, d.s1, d.v1], [])
     }
 
     /// Gradient with respect to the boundary data of ``sum(W * curve(t))``: the transpose of :meth:`point_variation`.
@@ -173,7 +177,7 @@ impl PyRiemannianCubic {
             let derivative = kept.get(|| curve.boundary_derivative(interrupt))?;
             derivative.pull_back(&data.times, &data.matrices.views(), interrupt)
         })?;
-        self.field.four([d.s0, d.v0, d.s1, d.v1])
+        self.field.four([d.s0, d.v0, d.s1, d.v1], named![t, W])
     }
 
     /// How points of the curve change where its initial data do.
@@ -213,13 +217,13 @@ impl PyRiemannianCubic {
             acceleration,
             jerk,
         };
-        let t = read(t, "t")?;
-        let weight = 1.0 + t.entries.len() as f64;
+        let times = read(t, "t")?;
+        let weight = 1.0 + times.entries.len() as f64;
         let found = self.run(dS.py(), weight, move |curve, interrupt| {
-            let found = curve.initial_points(&variation, &t.entries, interrupt)?;
-            Ok(Array::stacked(&t.shape, &found, (curve.n(), curve.k())))
+            let found = curve.initial_points(&variation, &times.entries, interrupt)?;
+            Ok(Array::stacked(&times.shape, &found, (curve.n(), curve.k())))
         })?;
-        self.field.numbers(found)
+        self.field.numbers(found)?.like(named![t, dS, dV, dA, dJ])
     }
 
     /// Gradient with respect to the initial data of ``sum(W * curve(t))``: the transpose of :meth:`initial_point_variation`.
@@ -248,6 +252,6 @@ impl PyRiemannianCubic {
             curve.initial_pull_back(&data.times, &data.matrices.views(), interrupt)
         })?;
         self.field
-            .four([d.point, d.velocity, d.acceleration, d.jerk])
+            .four([d.point, d.velocity, d.acceleration, d.jerk], named![t, W])
     }
 }

@@ -22,12 +22,13 @@ pub(super) enum Velocities {
 }
 
 impl Velocities {
-    pub(super) fn read(object: &Any, field: Field) -> PyResult<Self> {
+    pub(super) fn read(object: &Any, manifold: &Points, points: &Batch) -> PyResult<Self> {
         if let Ok(word) = object.cast::<PyString>() {
             let method = read_method("V", word.to_str()?);
             return method.map(Velocities::Estimated);
         }
-        field.batch(object, "V", "(N, n, k)").map(Velocities::Given)
+        let vectors = manifold.vectors_at_knots(points, (object, "V"))?;
+        Ok(Velocities::Given(vectors))
     }
 
     /// The vectors, each of shape `(n, k)`.
@@ -63,6 +64,9 @@ impl Velocities {
 /// manifold : Stiefel or Grassmann, optional
 ///     What the points stand for; by default the frames that the arrays are. On a :class:`Grassmann` they are bases of subspaces,
 ///     whichever, and the last one of a closed curve is any basis of the first subspace.
+/// project : bool, default False
+///     Whether points that are off the manifold by up to 0.1 are replaced by the nearest ones, and vectors by their tangent parts.
+///     Without it points may be off by 1e-9, arrays in single precision by 1e-5; the latter are always replaced.
 ///
 /// Returns
 /// -------
@@ -100,7 +104,7 @@ impl Velocities {
 /// >>> bool(np.allclose(V[0].ravel(), [0, 1 / 4]))
 /// True
 #[pyfunction]
-#[pyo3(signature = (t, S, method="catmull-rom", *, closed=false, num_threads=None, manifold=None))]
+#[pyo3(signature = (t, S, method="catmull-rom", *, closed=false, num_threads=None, manifold=None, project=false))]
 pub fn estimate_velocities(
     t: &Any,
     S: &Any,
@@ -108,13 +112,13 @@ pub fn estimate_velocities(
     closed: bool,
     num_threads: Option<i64>,
     manifold: Option<&Any>,
+    project: bool,
 ) -> PyResult<Numbers> {
     let estimate = read_method("method", method)?;
-    let manifold = Points::read(manifold)?;
+    let manifold = Points::read(manifold, project)?;
     let field = manifold.field([S])?;
-    let data = Data::read(t, S, field)?;
+    let data = Data::read(t, S, &manifold, field)?;
     let (shape, quotient) = (data.shape(), manifold.quotient);
-    manifold.check_shape(field, shape)?;
     let call = Call::new(t.py(), num_threads, data.points.numbers())?.over(field);
     let velocities = call.run(move |_| {
         let points = data.points.views();
@@ -124,5 +128,7 @@ pub fn estimate_velocities(
             estimated(&data.t, &points, estimate, quotient)
         }
     })?;
-    field.numbers(Array::stacked(&[velocities.len()], &velocities, shape))
+    field
+        .numbers(Array::stacked(&[velocities.len()], &velocities, shape))?
+        .like(named![t, S])
 }

@@ -1,5 +1,7 @@
 //! A curve made of pieces that follow one another.
 
+use std::sync::Arc;
+
 use faer::MatRef;
 use rayon::prelude::*;
 
@@ -28,12 +30,28 @@ use crate::space::Quotient;
 /// assert!((curve.cost()? - (12.0 + 12.0 / 8.0)).abs() < 1e-10);
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
-#[derive(Debug, Clone)]
+///
+/// A clone shares the pieces.
+#[derive(Debug)]
 pub struct Piecewise<C> {
-    knots: Vec<f64>,
-    pieces: Vec<C>,
+    knots: Arc<[f64]>,
+    pieces: Arc<[C]>,
     outside: Outside,
 }
+
+impl<C> Clone for Piecewise<C> {
+    fn clone(&self) -> Self {
+        Piecewise {
+            knots: Arc::clone(&self.knots),
+            pieces: Arc::clone(&self.pieces),
+            outside: self.outside,
+        }
+    }
+}
+
+/// Units in the last place of the larger end, by which a time may miss an end and counts as that end: rounding of a time that
+/// was added up.
+const ROUNDING: f64 = 4.0;
 
 /// What a curve does outside of its interval.
 ///
@@ -55,7 +73,7 @@ pub struct Piecewise<C> {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outside {
-    /// Times there are errors.
+    /// Times there are errors, but for those within four units in the last place of an end, which count as that end.
     Refused,
     /// The first and the last piece go on.
     Continued,
@@ -66,8 +84,8 @@ impl<C: Curve> Piecewise<C> {
     pub(super) fn new(knots: Vec<f64>, pieces: Vec<C>) -> Self {
         debug_assert_eq!(knots.len(), pieces.len() + 1);
         Piecewise {
-            knots,
-            pieces,
+            knots: knots.into(),
+            pieces: pieces.into(),
             outside: Outside::Refused,
         }
     }
@@ -96,6 +114,7 @@ impl<C: Curve> Piecewise<C> {
     fn find(&self, t: f64) -> Result<usize> {
         check_parameter(t)?;
         let (first, last) = Curve::t_span(self);
+        let t = self.snapped(t);
         if self.outside == Outside::Refused && !(first..=last).contains(&t) {
             return Err(Error::InvalidArgument {
                 name: "t",
@@ -111,8 +130,18 @@ impl<C: Curve> Piecewise<C> {
         self.knots[piece + 1] - self.knots[piece]
     }
 
+    /// The time, or the end that it misses by rounding where times outside are errors.
+    fn snapped(&self, t: f64) -> f64 {
+        let (first, last) = Curve::t_span(self);
+        let slack = ROUNDING * f64::EPSILON * first.abs().max(last.abs());
+        match self.outside == Outside::Refused && (first - slack..=last + slack).contains(&t) {
+            true => t.clamp(first, last),
+            false => t,
+        }
+    }
+
     pub(super) fn local(&self, piece: usize, t: f64) -> f64 {
-        (t - self.knots[piece]) / self.length(piece)
+        (self.snapped(t) - self.knots[piece]) / self.length(piece)
     }
 
     /// Maximal runs of parameters in one piece: piece, first parameter, one beyond the last.
@@ -197,12 +226,16 @@ impl<C: Curve> Curve for Piecewise<C> {
         self.pieces[0].quotient()
     }
 
+    fn continued(&self) -> Option<Self> {
+        Some(self.clone().with_outside(Outside::Continued))
+    }
+
     fn t_span(&self) -> (f64, f64) {
         (self.knots[0], self.knots[self.pieces.len()])
     }
 
     fn breakpoints(&self) -> Vec<f64> {
-        self.knots.clone()
+        self.knots.to_vec()
     }
 
     fn frame(&self) -> Option<MatRef<'_, f64>> {

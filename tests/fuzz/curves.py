@@ -34,10 +34,18 @@ from .arguments import (
 )
 
 
+def project(d):
+    return {"project": lambda: d.chance(0.7)}
+
+
+def parameters(d):
+    return {"extrapolate": lambda: d.of([None, True, False]), **threads(d)}
+
+
 def hermite(d):
     t, S = knots(d)
     V = d.of(ESTIMATES) if d.chance(0.3) else d.tangent(S)
-    extra = some(d, {"extrapolate": lambda: d.chance(0.5), **threads(d)})
+    extra = some(d, {"extrapolate": lambda: d.chance(0.5), **threads(d), **project(d)})
     return CubicHermite, [t, S, V, d.word(KINDS)], extra
 
 
@@ -45,7 +53,7 @@ def spline(d):
     t, S = knots(d)
     if len(S) and d.chance(0.2):
         S[-1] = S[0]
-    options = {**spline_options(d), **some(d, tension(d))}
+    options = {**spline_options(d), **some(d, tension(d)), **some(d, project(d))}
     return CubicSpline, [t, S, bc_type(d, S), d.word(KINDS)], options
 
 
@@ -58,12 +66,16 @@ def smoothing(d):
 def boundary_cubic(d):
     guess = d.of([None, None, (np.zeros((d.n, d.k)),) * 2, d.of([3, "ab", (), (1, 2), [np.zeros(3)] * 2])])
     numbers = {"tol": lambda: d.number([1e-12, 1e-8]), "max_iterations": lambda: d.integer([0, 1, 50])}
-    return RiemannianCubic.from_boundary, ends(d), some(d, {**numbers, **tension(d), "guess": lambda: guess})
+    return (
+        RiemannianCubic.from_boundary,
+        ends(d),
+        some(d, {**numbers, **tension(d), **project(d), "guess": lambda: guess}),
+    )
 
 
 def initial_cubic(d):
     numbers = {"t_end": lambda: d.number([1.0, 2.0, -1.0]), "tol": lambda: d.number([1e-17, 1e-6])}
-    extra = some(d, {**numbers, **tension(d)})
+    extra = some(d, {**numbers, **tension(d), **project(d)})
     return RiemannianCubic.from_initial, initial(d), extra
 
 
@@ -79,11 +91,11 @@ def pieces(d):
 CURVES = {
     "QuasiGeodesic": lambda d: (QuasiGeodesic, ends(d)[::2], {}),
     "QuasiGeodesic.from_velocity": lambda d: (QuasiGeodesic.from_velocity, initial(d)[:2], {}),
-    "Geodesic": lambda d: (Geodesic, ends(d)[::2], some(d, {"metric": lambda: metric(d)})),
+    "Geodesic": lambda d: (Geodesic, ends(d)[::2], some(d, {"metric": lambda: metric(d), **project(d)})),
     "Geodesic.from_velocity": lambda d: (
         Geodesic.from_velocity,
         initial(d)[:2],
-        some(d, {"metric": lambda: metric(d)}),
+        some(d, {"metric": lambda: metric(d), **project(d)}),
     ),
     "GeometricCubic": lambda d: (GeometricCubic, ends(d), pieces(d)),
     "GeometricCubic.from_control_points": lambda d: (GeometricCubic.from_control_points, [d.points(4)], {}),
@@ -153,13 +165,20 @@ def duplicate(d, curve):
     return d.of([copy.copy, copy.deepcopy, lambda x: pickle.loads(pickle.dumps(x)), repr, hash]), [curve], {}
 
 
+# Of what `derivative` returns.
+DERIVATIVE_METHODS = {
+    "__call__": lambda d, c: (c.derivative(), [d.parameters(), d.integer([0, 1, 2])], some(d, parameters(d))),
+    "derivative": lambda d, c: (c.derivative().derivative, [d.integer([0, 1, 2])], {}),
+}
 METHODS = {
-    "__call__": lambda d, c: (c, [d.parameters(), d.integer([0, 1, 2, 3])], some(d, threads(d))),
-    "velocity": lambda d, c: (c.velocity, [d.parameters()], some(d, threads(d))),
-    "acceleration": lambda d, c: (c.acceleration, [d.parameters()], some(d, threads(d))),
-    "jerk": lambda d, c: (c.jerk, [d.parameters()], some(d, threads(d))),
+    **{f"derivative, {name}": method for name, method in DERIVATIVE_METHODS.items()},
+    "__call__": lambda d, c: (c, [d.parameters(), d.integer([0, 1, 2, 3])], some(d, parameters(d))),
+    "velocity": lambda d, c: (c.velocity, [d.parameters()], some(d, parameters(d))),
+    "acceleration": lambda d, c: (c.acceleration, [d.parameters()], some(d, parameters(d))),
+    "jerk": lambda d, c: (c.jerk, [d.parameters()], some(d, parameters(d))),
     "cost": lambda d, c: (c.cost, [], {}),
     "arc_length": lengths,
+    "derivative": lambda d, c: (c.derivative, [d.integer([0, 1, 3])], {}),
     "resample": lambda d, c: (c.resample, [d.integer([2, 5])], some(d, threads(d))),
     "derivative_bounds": lambda d, c: (c.derivative_bounds, [], {}),
     "save": save,

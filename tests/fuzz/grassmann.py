@@ -52,6 +52,8 @@ GRASSMANN = {
     "Grassmann": lambda d: (Grassmann, [d.integer([3, 4]), d.integer([1, 2])], {}),
     "Grassmann.check_point": lambda d: (manifold(d).check_point, [d.batch(), tolerance(d)], {}),
     "Grassmann.check_tangent": with_tangents("check_tangent", 1, tolerance),
+    "Grassmann.is_point": lambda d: (manifold(d).is_point, [d.batch(), tolerance(d)], {}),
+    "Grassmann.is_tangent": with_tangents("is_tangent", 1, tolerance),
     "Grassmann.random_point": lambda d: (manifold(d).random_point, [seed(d)], some(d, {"size": lambda: size(d)})),
     "Grassmann.random_tangent": with_tangents("random_tangent", 0, seed),
     "Grassmann.project": lambda d: (manifold(d).project, [ambient(d, d.batch())], {}),

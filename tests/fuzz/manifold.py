@@ -72,6 +72,8 @@ def size(d):
 MANIFOLD = {
     "Stiefel.check_point": lambda d: (manifold(d).check_point, [d.batch(), tolerance(d)], {}),
     "Stiefel.check_tangent": with_tangents("check_tangent", 1, tolerance),
+    "Stiefel.is_point": lambda d: (manifold(d).is_point, [d.batch(), tolerance(d)], {}),
+    "Stiefel.is_tangent": with_tangents("is_tangent", 1, tolerance),
     "Stiefel.random_point": lambda d: (manifold(d).random_point, [seed(d)], some(d, {"size": lambda: size(d)})),
     "Stiefel.random_tangent": with_tangents("random_tangent", 0, seed),
     "Stiefel.project": with_ambient("project", 0),

@@ -164,7 +164,14 @@ def test_maps_of_the_manifold(client, vectors):
             np.testing.assert_array_equal(found[name], expected, err_msg=name)
     methods = {name for name in dir(stiefel_rs.Stiefel) if not name.startswith("_")}
     there = {name for name in dir(ours) if not name.startswith("_")}
-    assert methods - there == {"check_point", "check_tangent", "random_point", "random_tangent"}
+    assert methods - there == {
+        "check_point",
+        "check_tangent",
+        "is_point",
+        "is_tangent",
+        "random_point",
+        "random_tangent",
+    }
 
 
 def test_maps_with_options(vectors):

@@ -13,7 +13,7 @@ from tests.fuzz import case, curves, entries
 
 FIRST, CASES = 20_240_419, 400
 # Results, which are not made by their users; they are walked through wherever they come back.
-RESULTS = {"ChartTrajectory", "CubicTrajectory", "ShootingResult", "Curve", "PiecewiseCurve"}
+RESULTS = {"ChartTrajectory", "CubicTrajectory", "ShootingResult", "Curve", "CurveDerivative", "PiecewiseCurve"}
 
 
 def test_random_calls():
@@ -28,6 +28,7 @@ def covered():
     """Names of the entry points that the cases draw from."""
     names = set(entries.CALLS) | set(curves.CURVES)
     names |= {f"Curve.{name}" for name in curves.METHODS}
+    names |= {f"CurveDerivative.{name}" for name in curves.DERIVATIVE_METHODS}
     names |= {f"CubicSpline.{name}" for name in curves.SPLINE_METHODS}
     return names | {f"RiemannianCubic.{name}" for name in curves.CUBIC_METHODS}
 

@@ -182,7 +182,7 @@ def test_geodesic_is_a_curve(boundary, manifold):
     np.testing.assert_allclose(curve.length, manifold.dist(S0, S1), atol=1e-13)
     assert curve.cost() < 1e-24
     assert curve.t_span == (0.0, 1.0)
-    assert repr(curve) == f"<Geodesic on St({manifold.n}, {manifold.k})>"
+    assert repr(curve) == f"<Geodesic on St({manifold.n}, {manifold.k}), t_span (0.0, 1.0)>"
 
 
 def test_geodesic_from_velocity(manifold, rng):

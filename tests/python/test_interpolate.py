@@ -342,3 +342,22 @@ def test_help(capsys, monkeypatch):
     text = capsys.readouterr().out
     assert all(f"  {kind} " in text for kind in interpolate.KINDS)
     assert max(map(len, text.splitlines())) <= 90
+
+
+def test_rounded_points_are_projected_where_it_is_asked_for(tmp_path, capsys):
+    S = Stiefel(3, 2).random_point(rng=0, size=4).round(4)
+    source, out = tmp_path / "rounded.npz", tmp_path / "curve.npz"
+    np.savez(source, t=np.arange(4.0), S=S)
+    assert cli.main(["interpolate", str(source), "--out", str(out)]) == 1
+    assert "exceeds 1.000e-9; --project takes it" in capsys.readouterr().err
+    assert cli.main(["interpolate", str(source), "--project", "--out", str(out)]) == 0
+    np.testing.assert_allclose(stiefel_rs.load(out)(1.0), Stiefel(3, 2).project(S[1]), atol=1e-13)
+
+
+def test_arrays_of_objects_are_refused_in_plain_words(tmp_path, capsys):
+    source = tmp_path / "objects.npz"
+    np.savez(source, t=np.arange(2.0), S=np.array([object(), object()]))
+    assert cli.main(["interpolate", str(source), "--out", str(tmp_path / "curve.npz")]) == 1
+    message = capsys.readouterr().err
+    assert "it holds Python objects: save arrays of numbers" in message
+    assert "pickle" not in message

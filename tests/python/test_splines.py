@@ -190,7 +190,7 @@ def test_attributes(make):
     costs = [piece.cost() / h**3 for piece, h in zip(pieces, np.diff(t), strict=True)]
     assert abs(sum(costs) - curve.cost()) <= 1e-13 * curve.cost()
     name = type(curve).__name__
-    assert repr(curve) == f"<{name} on St(3, 2), 4 knots, t_span ({float(t[0])!r}, {float(t[-1])!r})>"
+    assert repr(curve) == f"<{name} on St(3, 2), {curve.kind}, 4 knots, t_span ({float(t[0])!r}, {float(t[-1])!r})>"
     t[0] = 7
     assert curve.t[0] != 7
 

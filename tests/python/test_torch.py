@@ -17,9 +17,12 @@ TIMES = np.array([0.1, 0.4, 0.9])
 KNOTS = np.array([0.0, 0.7, 1.6, 2.2])
 
 
-@pytest.fixture(params=SHAPES, ids=lambda shape: f"St{shape[0]}_{shape[1]}")
+@pytest.fixture(
+    params=[*SHAPES, *((*shape, "complex") for shape in SHAPES)], ids=lambda words: "_".join(map(str, words))
+)
 def manifold(request):
-    return Stiefel(*request.param)
+    n, k, *field = request.param
+    return Stiefel(n, k, field=field[0] if field else "real")
 
 
 def vector(manifold, S, rng, length=0.6):
@@ -53,6 +56,17 @@ def test_matrix_functions(rng):
         A = (A - A.T) / np.linalg.norm(A)
         check(st.skew_exp, A)
         check(st.orthogonal_log, stiefel_rs.skew_exp(A))
+
+
+def test_complex_matrix_functions(rng):
+    for m in (1, 2, 3, 5):
+        A = rng.normal(size=(m, m)) + 1j * rng.normal(size=(m, m))
+        A = (A - A.conj().T) / np.linalg.norm(A)
+        check(st.skew_exp, A)
+        check(st.orthogonal_log, stiefel_rs.skew_exp(A))
+    conjugate = torch.tensor(A).conj()
+    assert conjugate.is_conj()
+    torch.testing.assert_close(st.skew_exp(conjugate), st.skew_exp(conjugate.resolve_conj()))
 
 
 def test_maps_of_points_and_vectors(manifold, rng):
@@ -135,8 +149,10 @@ def test_bad_input():
         st.exp(1.1 * S, 0 * S)
     with pytest.raises(InvalidInputError, match="found a tensor on meta"):
         st.exp(S.to("meta"), S)
-    with pytest.raises(TypeError, match="A: expected real numbers"):
+    with pytest.raises(InvalidInputError, match="A: not skew"):
         st.skew_exp(torch.eye(2, dtype=torch.complex128))
+    with pytest.raises(TypeError, match="t: expected real numbers"):
+        st.riemannian_cubic(S, 0 * S, S, 0 * S, torch.tensor([0.5j]))
 
 
 def test_kinds_of_arrays(rng):

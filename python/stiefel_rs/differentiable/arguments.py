@@ -2,7 +2,8 @@
 
 Derivatives by a frame or a tangent vector are derivatives along the manifold. With the projection in front a function
 is defined for plain arrays nearby, so that derivatives in any direction are. Each kind of argument has its value, its
-variation and its pullback, for arrays of any number of leading axes.
+variation and its pullback, for arrays of any number of leading axes. Matrices are real or complex; then transposes are
+conjugate ones, and inner products real parts of Hermitian ones.
 
 Source: Higham (2008), "Functions of Matrices", section 8.2 (the polar factor, and that its derivative solves a
 Sylvester equation).
@@ -13,14 +14,14 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InvalidInputError
 
-Array = NDArray[np.float64]
+Array = NDArray[Any]
 Shape = tuple[int, ...]
 
 # Larger defects are no round-off of single precision or of a step of an optimiser: the input is not what it should be.
@@ -36,6 +37,8 @@ class Argument(ABC):
     """A kind of argument; `exact` are the arguments before it, projected, and `moved` how they move."""
 
     name: str
+    # Whether the numbers may be complex.
+    may_be_complex: ClassVar[bool] = True
 
     @abstractmethod
     def check_shape(self, shape: Shape, before: Sequence[Shape]) -> None:
@@ -56,8 +59,9 @@ class Argument(ABC):
 
 @dataclass(frozen=True)
 class Plain(Argument):
-    """Numbers that are what they are; vectors with so many entries, where that is given."""
+    """Real numbers that are what they are; vectors with so many entries, where that is given."""
 
+    may_be_complex: ClassVar[bool] = False
     columns: int | None = None
 
     def check_shape(self, shape: Shape, before: Sequence[Shape]) -> None:
@@ -82,7 +86,7 @@ class Plain(Argument):
 
 @dataclass(frozen=True)
 class SkewMatrix(Argument):
-    """A skew-symmetric matrix: the skew part."""
+    """A skew-symmetric or skew-Hermitian matrix: the skew part."""
 
     def check_shape(self, shape: Shape, before: Sequence[Shape]) -> None:
         """Check that the matrix is square."""
@@ -90,7 +94,7 @@ class SkewMatrix(Argument):
 
     def value(self, raw: Array, exact: Any) -> Array:
         """Project the argument."""
-        _check(self.name, symmetric_part(raw), raw, "not skew-symmetric: |A + A^T| / 2")
+        _check(self.name, symmetric_part(raw), raw, "not skew: |A + A^H| / 2")
         return skew_part(raw)
 
     def variation(self, raw: Array, exact: Any, tangent: Array, moved: Any) -> Array:
@@ -175,7 +179,7 @@ class Tangent(Argument):
         """Project the argument."""
         frame = exact[self.at]
         defect = symmetric_part(transposed(frame) @ raw)
-        _check(self.name, defect, raw, "not tangent: |S^T V + V^T S| / 2")
+        _check(self.name, defect, raw, "not tangent: |S^H V + V^H S| / 2")
         projected: Array = raw - frame @ defect
         return projected
 
@@ -198,8 +202,8 @@ class Tangent(Argument):
 
 
 def transposed(matrix: Array) -> Array:
-    """Transpose the last two axes."""
-    return np.swapaxes(matrix, -1, -2)
+    """Transpose the last two axes, of complex matrices with conjugate entries."""
+    return np.swapaxes(matrix, -1, -2).conj()
 
 
 def skew_part(matrix: Array) -> Array:
@@ -212,6 +216,12 @@ def symmetric_part(matrix: Array) -> Array:
     """Return half of the sum with the transpose."""
     part: Array = 0.5 * (matrix + transposed(matrix))
     return part
+
+
+def inner_products(one: Array, other: Array) -> Array:
+    """Return the real inner products of the matrices of two arrays of shape (N, n, k)."""
+    products: Array = np.einsum("inl,inl->i", one.conj(), other).real
+    return products
 
 
 def _is_frame(raw: Array) -> bool:

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from .._core import RiemannianCubic
-from .arguments import Array, Frame, Plain, Shape, Tangent
+from .arguments import Array, Frame, Plain, Shape, Tangent, inner_products
 from .operation import Operation
 from .solved import Solved, numbers_of_cubic
 
@@ -36,7 +36,7 @@ def _boundary_variation(data: Sequence[Array], moves: Sequence[Array]) -> Array:
 
 def _boundary_pullback(data: Sequence[Array], w: Array) -> Sequence[Array]:
     curve, t = _BETWEEN(data[:4]), data[4]
-    return (*curve.point_pullback(t, w), np.einsum("inl,inl->i", _along(curve, t), w))
+    return (*curve.point_pullback(t, w), inner_products(_along(curve, t), w))
 
 
 RIEMANNIAN_CUBIC: Final = Operation(
@@ -75,7 +75,7 @@ def _initial_variation(data: Sequence[Array], moves: Sequence[Array]) -> Array:
 
 def _initial_pullback(data: Sequence[Array], w: Array) -> Sequence[Array]:
     curve, t = _INITIAL(data), data[4]
-    return (*curve.initial_point_pullback(t, w), np.einsum("inl,inl->i", _along(curve, t), w))
+    return (*curve.initial_point_pullback(t, w), inner_products(_along(curve, t), w))
 
 
 CUBIC_INITIAL: Final = Operation(

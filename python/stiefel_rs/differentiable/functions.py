@@ -3,7 +3,7 @@
 Some are operations of this package, the others compositions. The retraction of quasi-geodesics is
 `R_S(V) = e^X S e^Omega` with `Omega = S^T V` and `X = K S^T - S K^T`, where `K = V - S Omega`; its inverse has
 `X = log((I - 2 S1 S1^T)(I - 2 S0 S0^T)) / 2` and `Omega = log(S0^T e^-X S1)`; and the geometric cubic is de Casteljau's
-algorithm with the curves `R_S(t V)`.
+algorithm with the curves `R_S(t V)`. Complex arrays are complex frames; transposes are conjugate ones then.
 
 Source: Krakowski, Machado, Silva Leite, Batista (2017), J. Comput. Appl. Math. 311, 84-99 (quasi-geodesics, and de
 Casteljau's algorithm with them).
@@ -20,7 +20,7 @@ from typing import Any, Generic, TypeVar
 from ..errors import InvalidInputError
 from . import cubics, geodesics, matrix_functions, splines
 from .arguments import Frame, Shape
-from .operation import Operation
+from .operation import Operation, on_pairs
 from .splines import BcType
 
 T = TypeVar("T")
@@ -31,7 +31,7 @@ class Functions(ABC, Generic[T]):
 
     @abstractmethod
     def arrays(self, arguments: Sequence[Any]) -> list[Any]:
-        """Return arrays of the library, of one kind of floating-point numbers unless they are complex."""
+        """Return arrays of the library of one precision, real or complex."""
 
     @abstractmethod
     def flat(self, t: Any) -> tuple[Any, Shape]:
@@ -40,6 +40,14 @@ class Functions(ABC, Generic[T]):
     @abstractmethod
     def is_complex(self, array: Any) -> bool:
         """Whether an array has complex numbers."""
+
+    @abstractmethod
+    def pairs(self, array: Any) -> Any:
+        """Return real and imaginary parts, on a last axis; the latter are zero for a real array."""
+
+    @abstractmethod
+    def of_pairs(self, array: Any) -> Any:
+        """Return the complex array of these."""
 
     @abstractmethod
     def broadcast(self, arrays: list[Any], axes: tuple[int, ...]) -> list[Any]:
@@ -62,7 +70,7 @@ class Functions(ABC, Generic[T]):
         arrays = self.arrays(arguments)
         shapes: list[Shape] = []
         for argument, array, axes in zip(operation.arguments, arrays, operation.axes, strict=True):
-            if self.is_complex(array):
+            if self.is_complex(array) and not argument.may_be_complex:
                 raise TypeError(f"{argument.name}: expected real numbers, found {array.dtype}")
             if array.ndim < axes:
                 expected = f"at least {axes} axes" if axes > 1 else "at least one axis"
@@ -70,7 +78,12 @@ class Functions(ABC, Generic[T]):
             shape = tuple(array.shape)[array.ndim - axes :]
             argument.check_shape(shape, shapes)
             shapes.append(shape)
-        return self.evaluate(operation, self.broadcast(arrays, operation.axes))
+        if not any(map(self.is_complex, arrays)):
+            return self.evaluate(operation, self.broadcast(arrays, operation.axes))
+        operation = on_pairs(operation)
+        pairs = zip(operation.arguments, arrays, strict=True)
+        arrays = [self.pairs(array) if argument.may_be_complex else array for argument, array in pairs]
+        return self.of_pairs(self.evaluate(operation, self.broadcast(arrays, operation.raw_axes)))
 
     def _at_times(self, operation: Operation, *arguments: Any, own: int) -> Any:
         """Apply an operation whose last argument are times of any shape; a value has `own` axes for each of them."""
@@ -84,12 +97,12 @@ class Functions(ABC, Generic[T]):
         return self.apply(matrix_functions.nearest_tangent(*names), s, v)
 
     def skew_exp(self, A: Any) -> T:
-        """Take the exponential of skew-symmetric matrices, shape (..., m, m)."""
+        """Take the exponential of skew-symmetric or skew-Hermitian matrices, shape (..., m, m)."""
         found: T = self.apply(matrix_functions.SKEW_EXP, A)
         return found
 
     def orthogonal_log(self, Q: Any) -> T:
-        """Take the principal logarithm of rotations, shape (..., m, m)."""
+        """Take the principal logarithm of rotations or unitary matrices, shape (..., m, m)."""
         found: T = self.apply(matrix_functions.ORTHOGONAL_LOG, Q)
         return found
 
@@ -247,7 +260,7 @@ class Functions(ABC, Generic[T]):
 
 
 def _transposed(matrix: Any) -> Any:
-    return matrix.swapaxes(-1, -2)
+    return matrix.swapaxes(-1, -2).conj()
 
 
 def _twice_skew(matrix: Any) -> Any:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -28,6 +29,9 @@ class Operation:
         ``value(*data)``; ``variation(data, tangents)``; ``pullback(data, cotangent)``, a tuple. For one member.
     is_batched : bool
         Whether they take all members at once.
+    on_pairs : bool
+        Whether plain arrays hold real and imaginary parts of complex matrices, on a last axis of length 2: gradients by
+        these are ordinary ones.
     """
 
     name: str
@@ -38,28 +42,41 @@ class Operation:
     variation: Callable[[Sequence[Array], Sequence[Array]], Array]
     pullback: Callable[[Sequence[Array], Array], Sequence[Array]]
     is_batched: bool = False
+    on_pairs: bool = False
+
+    @property
+    def raw_axes(self) -> tuple[int, ...]:
+        """Axes of the plain arrays for one value."""
+        pairs = zip(self.arguments, self.axes, strict=True)
+        return tuple(axes + (self.on_pairs and argument.may_be_complex) for argument, axes in pairs)
 
     def batch(self, shapes: Sequence[Shape]) -> Shape:
         """Return the leading axes of arguments of the given shapes."""
         return shapes[0][: len(shapes[0]) - self.axes[0]]
 
     def value_shape(self, shapes: Sequence[Shape]) -> Shape:
-        """Return the shape of the value for arguments of the given shapes, which have the same leading axes."""
+        """Return the shape of the value for plain arrays of the given shapes, which have the same leading axes."""
+        pairs = zip(shapes, self.axes, self.raw_axes, strict=True)
+        shapes = [shape[: len(shape) + own - raw] for shape, own, raw in pairs]
+        last = (2,) if self.on_pairs else ()
+        return (*self._value_shape(shapes), *last)
+
+    def _value_shape(self, shapes: Sequence[Shape]) -> Shape:
         lead = len(self.batch(shapes))
         return (*self.batch(shapes), *self.shape(*(shape[lead:] for shape in shapes)))
 
     def values(self, *raw: Any) -> Array:
         """Evaluate the function of plain arrays."""
-        data = _doubles(raw)
-        out = np.empty(self.value_shape([x.shape for x in data]))
+        data = self._read(raw)
+        out = self._empty(data)
         for at in self._members(data):
             out[at] = self.value(*self._exact([x[at] for x in data]))
-        return out
+        return self._plain(out)
 
     def variations(self, raw: Sequence[Any], tangents: Sequence[Any]) -> Array:
         """Evaluate the derivative in a direction."""
-        data, moves = _doubles(raw), _doubles(tangents)
-        out = np.empty(self.value_shape([x.shape for x in data]))
+        data, moves = self._read(raw), self._read(tangents)
+        out = self._empty(data)
         for at in self._members(data):
             member = [x[at] for x in data]
             exact = self._exact(member)
@@ -67,11 +84,11 @@ class Operation:
             for argument, x, move in zip(self.arguments, member, moves, strict=True):
                 moved = (*moved, argument.variation(x, exact, move[at], moved))
             out[at] = self.variation(exact, moved)
-        return out
+        return self._plain(out)
 
     def pullbacks(self, raw: Sequence[Any], cotangent: Any) -> tuple[Array, ...]:
         """Evaluate the transpose of the derivative."""
-        data, (cotangents,) = _doubles(raw), _doubles([cotangent])
+        data, cotangents = self._read(raw), self._of_plain(cotangent)
         out = [np.empty_like(x) for x in data]
         for at in self._members(data):
             member = [x[at] for x in data]
@@ -79,7 +96,7 @@ class Operation:
             pulled = list(self.pullback(exact, cotangents[at]))
             for i in reversed(range(len(pulled))):
                 out[i][at] = self.arguments[i].pullback(member[i], exact, pulled[i], pulled)
-        return tuple(out)
+        return tuple(self._plain(x) if x.dtype.kind == "c" else x for x in out)
 
     def no_second(self) -> NotImplementedError:
         """Return the error where a second derivative is asked for."""
@@ -103,6 +120,27 @@ class Operation:
             exact = (*exact, argument.value(x, exact))
         return exact
 
+    def _read(self, raw: Sequence[Any]) -> list[Array]:
+        """Return plain arrays as arrays of what the arguments are."""
+        pairs = zip(self.arguments, raw, strict=True)
+        return [self._of_plain(x) if argument.may_be_complex else _double(x) for argument, x in pairs]
 
-def _doubles(arrays: Sequence[Any]) -> list[Array]:
-    return [np.asarray(array, dtype=np.float64) for array in arrays]
+    def _of_plain(self, array: Any) -> Array:
+        numbers = _double(array)
+        return np.ascontiguousarray(numbers).view(np.complex128)[..., 0] if self.on_pairs else numbers
+
+    def _plain(self, array: Array) -> Array:
+        return array[..., None].view(np.float64) if self.on_pairs else array
+
+    def _empty(self, data: Sequence[Array]) -> Array:
+        return np.empty(self._value_shape([x.shape for x in data]), np.complex128 if self.on_pairs else np.float64)
+
+
+def _double(array: Any) -> Array:
+    return np.asarray(array, dtype=np.float64)
+
+
+@cache
+def on_pairs(operation: Operation) -> Operation:
+    """Return the same operation on complex matrices."""
+    return replace(operation, on_pairs=True)

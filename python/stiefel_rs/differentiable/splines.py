@@ -11,7 +11,7 @@ import numpy as np
 from .._core import CubicSpline
 from ..errors import InvalidInputError
 from ..rotation import RotationSpline
-from .arguments import Array, Frame, Plain, Shape, transposed
+from .arguments import Array, Frame, Plain, Shape, inner_products, transposed
 from .operation import Operation
 from .solved import Solved, numbers_of_piece
 
@@ -64,7 +64,7 @@ def _cubic_spline(bc_type: BcType) -> Operation:
     def pullback(data: Sequence[Array], w: Array) -> Sequence[Array]:
         curve, t = solved(data[:2]), data[2]
         by_points, by_knots, _ = curve.point_pullback(t, w)
-        return by_knots, by_points, np.einsum("inl,inl->i", _along(curve, t), w)
+        return by_knots, by_points, inner_products(_along(curve, t), w)
 
     return Operation(
         name="cubic_spline",

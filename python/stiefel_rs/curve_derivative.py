@@ -1,0 +1,69 @@
+"""A derivative of a curve as a function of its parameter."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from numpy.typing import ArrayLike, NDArray
+
+from .errors import InvalidInputError
+
+if TYPE_CHECKING:
+    from ._core import Curve
+
+__all__ = ["CurveDerivative"]
+
+MAX_ORDER = 3
+
+
+@dataclass(frozen=True)
+class CurveDerivative:
+    """The ambient derivative of a curve, as `Curve.derivative` returns it.
+
+    Attributes
+    ----------
+    curve : Curve
+        What it is the derivative of.
+    order : int
+        Of the derivative, 0 to 3.
+    """
+
+    curve: Curve
+    order: int
+
+    def __post_init__(self) -> None:
+        if self.order not in range(MAX_ORDER + 1):
+            raise InvalidInputError(f"nu: derivatives of order 0 to 3 in all, found {self.order}")
+
+    def __call__(
+        self, t: ArrayLike, nu: int = 0, *, extrapolate: bool | None = None, num_threads: int | None = None
+    ) -> NDArray[Any]:
+        """Return the derivative, or its own derivative of order `nu`, at parameters.
+
+        Parameters
+        ----------
+        t : array_like, shape T
+            Parameters.
+        nu : int, default 0
+            The order is that of the curve and this one together, at most 3.
+        extrapolate, num_threads
+            As of the curve.
+
+        Returns
+        -------
+        ndarray, shape T + (n, k)
+        """
+        return self.derivative(nu)._values(t, extrapolate, num_threads)
+
+    def _values(self, t: ArrayLike, extrapolate: bool | None, num_threads: int | None) -> NDArray[Any]:
+        return self.curve(t, self.order, extrapolate=extrapolate, num_threads=num_threads)
+
+    def derivative(self, nu: int = 1) -> CurveDerivative:
+        """Return the derivative of order `nu` of this one."""
+        return CurveDerivative(self.curve, self.order + nu)
+
+    @property
+    def t_span(self) -> tuple[float, float]:
+        """The interval that the curve is made for."""
+        return self.curve.t_span

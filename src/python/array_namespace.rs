@@ -1,0 +1,139 @@
+//! Arrays of other libraries: how they are read, and results as arrays of the library that the arguments come from.
+//!
+//! A library is known by the namespace of its arrays, `__array_namespace__` of the array API standard; PyTorch has none and
+//! is known by its class. Numbers pass through NumPy, without a copy where the library shares memory with it.
+
+use pyo3::intern;
+use pyo3::types::{PyInt, PyList};
+
+use super::prelude::*;
+
+/// The library of the arguments of a call: `None` for NumPy, whose arrays mix with those of any other.
+#[derive(Default)]
+pub struct Namespace(Option<Owned>);
+
+impl Namespace {
+    /// The library of arguments.
+    ///
+    /// # Errors
+    /// `TypeError` for arrays of two libraries.
+    pub fn of<const N: usize>(arguments: [Named<'_, '_>; N]) -> PyResult<Self> {
+        let mut found: Option<(Any<'_>, &str)> = None;
+        for (argument, name) in arguments {
+            let Some(namespace) = namespace_of(argument)? else {
+                continue;
+            };
+            match &found {
+                Some((known, first)) if !known.is(&namespace) => {
+                    let names = [known, &namespace].map(|it| it.getattr("__name__"));
+                    let [one, other] = collected(names)?;
+                    let message =
+                        format!("{first} and {name}: arrays of two libraries, {one} and {other}");
+                    return Err(PyTypeError::new_err(message));
+                }
+                Some(_) => {}
+                None => found = Some((namespace, name)),
+            }
+        }
+        Ok(Namespace(found.map(|(namespace, _)| namespace.unbind())))
+    }
+
+    /// An array of NumPy's as one of the library; NumPy's own without axes as a number.
+    pub fn array<'py>(&self, array: Any<'py>) -> PyResult<Any<'py>> {
+        match &self.0 {
+            Some(namespace) => namespace.bind(array.py()).call_method1("asarray", (array,)),
+            None if array
+                .cast::<PyUntypedArray>()
+                .is_ok_and(|array| array.ndim() == 0) =>
+            {
+                array.get_item(())
+            }
+            None => Ok(array),
+        }
+    }
+
+    fn converted<'py>(&self, value: Any<'py>) -> PyResult<Any<'py>> {
+        match value.is_instance_of::<PyUntypedArray>() {
+            true => self.array(value),
+            false => Ok(value),
+        }
+    }
+}
+
+/// The namespace of an array that is not NumPy's; `None` for anything else.
+fn namespace_of<'py>(object: &Any<'py>) -> PyResult<Option<Any<'py>>> {
+    if is_native(object) {
+        return Ok(None);
+    }
+    let py = object.py();
+    if let Some(namespace) = object.getattr_opt("__array_namespace__")? {
+        let namespace = namespace.call0()?;
+        return Ok((!namespace.is(numpy(py)?)).then_some(namespace));
+    }
+    match is_tensor(object)? {
+        true => Ok(Some(py.import("torch")?.into_any())),
+        false => Ok(None),
+    }
+}
+
+/// Whether an object is of NumPy or of Python itself.
+fn is_native(object: &Any) -> bool {
+    object.is_instance_of::<PyUntypedArray>()
+        || object.is_exact_instance_of::<PyFloat>()
+        || object.is_instance_of::<PyInt>()
+        || object.is_instance_of::<PyList>()
+        || object.is_instance_of::<PyTuple>()
+}
+
+/// Whether an object is a tensor of PyTorch, which is not imported for the question.
+fn is_tensor(object: &Any) -> PyResult<bool> {
+    let modules = object.py().import("sys")?.getattr("modules")?;
+    match modules.cast::<PyDict>()?.get_item("torch")? {
+        Some(torch) => object.is_instance(&torch.getattr("Tensor")?),
+        None => Ok(false),
+    }
+}
+
+/// The array of NumPy's that an argument is or shares its numbers with.
+///
+/// # Errors
+/// `TypeError` for arrays that derivatives are taken of, which have functions of their own; what the library raises.
+pub fn as_numpy<'py>(object: &Any<'py>, name: &str) -> PyResult<Any<'py>> {
+    let numpy = numpy(object.py())?;
+    if !is_native(object) && !object.hasattr("__array__")? && object.hasattr("__dlpack__")? {
+        return numpy.call_method1("from_dlpack", (object,));
+    }
+    let array = numpy.call_method1(intern!(object.py(), "asarray"), (object,));
+    array.map_err(|error| {
+        traced(object, name)
+            .map(PyTypeError::new_err)
+            .unwrap_or(error)
+    })
+}
+
+/// What to do with an array that derivatives are taken of.
+fn traced(object: &Any, name: &str) -> Option<String> {
+    let requires_grad = object.getattr("requires_grad");
+    if requires_grad.is_ok_and(|flag| flag.is_truthy().unwrap_or(false)) {
+        let advice = "functions of stiefel_rs.torch take it; detach() gives its numbers";
+        return Some(format!(
+            "{name}: a tensor that requires a gradient; {advice}"
+        ));
+    }
+    let class = object.get_type().name().ok()?.to_string();
+    let is_tracer = class.ends_with("Tracer");
+    is_tracer.then(|| format!("{name}: traced by JAX; functions of stiefel_rs.jax take it"))
+}
+
+/// An array of NumPy's, or a tuple of such, as arrays of the library of an argument; anything else as it is. For results that
+/// Python makes.
+#[pyfunction]
+pub fn _in_library_of<'py>(argument: &Any<'py>, value: &Any<'py>) -> PyResult<Any<'py>> {
+    let namespace = Namespace::of(named![argument])?;
+    if let Ok(values) = value.cast_exact::<PyTuple>() {
+        let values = values.iter().map(|value| namespace.converted(value));
+        let values = values.collect::<PyResult<Vec<_>>>()?;
+        return Ok(PyTuple::new(value.py(), values)?.into_any());
+    }
+    namespace.converted(value.clone())
+}

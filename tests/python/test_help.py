@@ -1,0 +1,63 @@
+"""What `help` and editors show: every public callable and property has a docstring, every callable a signature."""
+
+import inspect
+import subprocess
+import sys
+
+import pytest
+
+import stiefel_rs
+
+CLASSES = [name for name in stiefel_rs.__all__ if isinstance(getattr(stiefel_rs, name), type)]
+# What comes from Python: tuples, exceptions, dataclasses.
+INHERITED = {name for base in (BaseException, tuple, object) for name in dir(base)}
+
+
+def members(name):
+    found = getattr(stiefel_rs, name)
+    return [member for member in dir(found) if member == "__call__" or not member.startswith("_")]
+
+
+CASES = [(name, member) for name in CLASSES for member in members(name) if member not in INHERITED - {"__call__"}]
+CALLABLE = [(name, member) for name, member in CASES if callable(getattr(getattr(stiefel_rs, name), member))]
+
+
+@pytest.mark.parametrize(("name", "member"), CASES)
+def test_members_have_docstrings(name, member):
+    found = inspect.getattr_static(getattr(stiefel_rs, name), member, None)
+    text = inspect.getdoc(getattr(getattr(stiefel_rs, name), member))
+    if isinstance(found, int | float | str | type(None)):
+        pytest.skip("a class variable")
+    assert text and "Call self as a function" not in text and "Alias for field" not in text
+
+
+@pytest.mark.parametrize(("name", "member"), CALLABLE)
+def test_methods_have_signatures(name, member):
+    signature = inspect.signature(getattr(getattr(stiefel_rs, name), member))
+    kinds = [parameter.kind for parameter in signature.parameters.values()]
+    assert inspect.Parameter.VAR_POSITIONAL not in kinds
+
+
+@pytest.mark.parametrize("name", stiefel_rs.__all__)
+def test_names_have_docstrings(name):
+    assert name == "__version__" or inspect.getdoc(getattr(stiefel_rs, name))
+
+
+def test_a_curve_says_how_it_is_called():
+    curve = stiefel_rs.QuasiGeodesic([[1.0], [0.0]], [[0.0], [1.0]])
+    parameters = inspect.signature(curve).parameters
+    assert list(parameters) == ["t", "nu", "extrapolate", "num_threads"]
+    assert "Position" in inspect.getdoc(type(curve).__call__)
+    assert repr(curve) == "<QuasiGeodesic on St(2, 1), t_span (0.0, 1.0)>"
+
+
+@pytest.mark.parametrize("name", ["explore", "plotting", "pymanopt", "reproduce"])
+def test_subpackages_are_attributes(name):
+    line = f"import stiefel_rs; print(stiefel_rs.{name}.__name__, {name!r} in dir(stiefel_rs))"
+    found = subprocess.run([sys.executable, "-c", line], capture_output=True, text=True, check=True)
+    assert found.stdout.split() == [f"stiefel_rs.{name}", "True"]
+
+
+def test_an_attribute_that_is_none_is_named():
+    with pytest.raises(AttributeError, match="module 'stiefel_rs' has no attribute 'plot'"):
+        _ = stiefel_rs.plot
