@@ -1,0 +1,124 @@
+"""A moving picture of the camera of `uneven_keyframes.py`: it turns by RotationSpline and by SciPy's, side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import transform
+
+import uneven_keyframes
+from figures import BLUE, FIGURES, ORANGE, VERMILION
+from stiefel_rs import RotationSpline
+
+Array = NDArray[np.float64]
+FRAMES = 157
+RADIUS = 105.0
+# Where the viewer is.
+AZIMUTH, ELEVATION = np.radians([-35.0, 25.0])
+PLOT = (600.0, 55.0, 350.0, 210.0)
+TOP_RATE = 190.0
+# Corners of the camera's picture, one length in front of it.
+CORNERS = np.array([[1, 0.32, 0.24], [1, -0.32, 0.24], [1, -0.32, -0.24], [1, 0.32, -0.24]]) / np.sqrt(1.16)
+STYLE = """
+  text { font: 15px system-ui, sans-serif; fill: #24292f } .small { font-size: 12px; fill: #57606a }
+  .grid { stroke: #d0d7de } .ball { fill: #f6f8fa; stroke: #d0d7de } .now { stroke: #57606a }
+  @media (prefers-color-scheme: dark) {
+    text { fill: #e6edf3 } .small { fill: #9198a1 } .grid { stroke: #3d444d } .now { stroke: #9198a1 }
+    .ball { fill: #151b23; stroke: #3d444d } }
+"""
+
+
+def projected(points: Array, centre: tuple[float, float]) -> Array:
+    """Points of space as the viewer sees them, in pixels."""
+    right = np.array([-np.sin(AZIMUTH), np.cos(AZIMUTH), 0.0])
+    up = np.array([-np.cos(AZIMUTH) * np.sin(ELEVATION), -np.sin(AZIMUTH) * np.sin(ELEVATION), np.cos(ELEVATION)])
+    return np.stack([centre[0] + RADIUS * points @ right, centre[1] - RADIUS * points @ up], axis=-1)
+
+
+def joined(points: Array) -> str:
+    """Pixels as SVG writes them."""
+    return " ".join(f"{x:.1f},{y:.1f}" for x, y in points)
+
+
+def animated(attribute: str, values: Sequence[str], seconds: float) -> str:
+    """An attribute that takes values at equal times, again and again."""
+    line = ";".join(values)
+    return f'<animate attributeName="{attribute}" dur="{seconds}s" repeatCount="indefinite" values="{line}"/>'
+
+
+def camera(matrices: Array, colour: str, centre: tuple[float, float], title: str, seconds: float) -> str:
+    """A camera that turns: its axis, its picture, the way of its axis, and the keyframes."""
+    corners = projected(np.einsum("tij,cj->tci", matrices, CORNERS), centre)
+    way = projected(matrices[:, :, 0], centre)
+    keyframes = projected(uneven_keyframes.rotations(uneven_keyframes.ANGLES).as_matrix()[:, :, 0], centre)
+    (x, y), parts = centre, []
+    parts.append(f'<circle class="ball" cx="{x}" cy="{y}" r="{RADIUS}"/>')
+    parts.append(f'<polyline points="{joined(way)}" fill="none" stroke="{colour}" stroke-width="1.5" opacity=".55"/>')
+    parts += [f'<circle cx="{p:.0f}" cy="{q:.0f}" r="4" fill="{ORANGE}"/>' for p, q in keyframes]
+    for corner in range(len(CORNERS)):
+        values = [f"M{x},{y}L{frame[corner][0]:.0f},{frame[corner][1]:.0f}" for frame in corners]
+        parts.append(
+            f'<path d="{values[0]}" stroke="{colour}" stroke-width="2">{animated("d", values, seconds)}</path>'
+        )
+    values = [joined(frame) for frame in corners]
+    parts.append(
+        f'<polygon points="{values[0]}" fill="{colour}" fill-opacity=".35" stroke="{colour}" stroke-width="2">'
+        f"{animated('points', values, seconds)}</polygon>"
+    )
+    return "".join(parts) + f'<text x="{x}" y="{y - RADIUS - 18}" text-anchor="middle">{title}</text>'
+
+
+def rates(t: Array, curves: dict[str, tuple[Any, str]], seconds: float) -> str:
+    """Angular velocities against time, and a line that says when it is."""
+    left, top, width, height = PLOT
+    across = left + width * (t - t[0]) / (t[-1] - t[0])
+    ticks = [top + height * (1 - rate / TOP_RATE) for rate in (0, 50, 100, 150)]
+    parts = [f'<line class="grid" x1="{left}" x2="{left + width}" y1="{y:.0f}" y2="{y:.0f}"/>' for y in ticks]
+    labels = zip((0, 50, 100, 150), ticks, strict=True)
+    parts += [
+        f'<text class="small" x="{left - 6}" y="{y + 4:.0f}" text-anchor="end">{rate}</text>' for rate, y in labels
+    ]
+    parts.append(
+        f'<text x="{left + width / 2}" y="{top - 18}" text-anchor="middle">angular velocity (degrees/s)</text>'
+    )
+    for time in uneven_keyframes.TIMES:
+        x = left + width * (time - t[0]) / (t[-1] - t[0])
+        parts.append(f'<circle cx="{x:.0f}" cy="{top + height}" r="4" fill="{ORANGE}"/>')
+    values = [f"{x:.1f}" for x in across]
+    moves = animated("x1", values, seconds) + animated("x2", values, seconds)
+    parts.append(f'<line class="now" x1="{left}" x2="{left}" y1="{top}" y2="{top + height}">{moves}</line>')
+    for curve, colour in curves.values():
+        line = np.stack([across, top + height * (1 - uneven_keyframes.lengths(curve, t, 1) / TOP_RATE)], axis=-1)
+        dot = animated("cx", values, seconds) + animated("cy", [f"{y:.1f}" for y in line[:, 1]], seconds)
+        parts.append(f'<polyline points="{joined(line)}" fill="none" stroke="{colour}" stroke-width="2.5"/>')
+        parts.append(f'<circle r="5" fill="{colour}" cx="{line[0, 0]:.0f}" cy="{line[0, 1]:.0f}">{dot}</circle>')
+    keyframes = "keyframes, 0.3 s to 3 s apart"
+    parts.append(
+        f'<text class="small" x="{left + width / 2}" y="{top + height + 24}" text-anchor="middle">{keyframes}</text>'
+    )
+    return "".join(parts)
+
+
+def main(out: Path = FIGURES.parent / "keyframes.svg") -> None:
+    """Write the picture."""
+    knots = uneven_keyframes.TIMES
+    keyframes = uneven_keyframes.rotations(uneven_keyframes.ANGLES)
+    ours, theirs = RotationSpline(knots, keyframes), transform.RotationSpline(knots, keyframes)
+    t, seconds = np.linspace(knots[0], knots[-1], FRAMES), float(knots[-1] - knots[0])
+    cost = uneven_keyframes.cost_of(lambda t: theirs(t, 2), knots)
+    titles = f"stiefel_rs: cost {ours.cost():.1f}", f"SciPy: cost {cost:.1f}"
+    body = camera(ours(t).as_matrix(), BLUE, (130.0, 165.0), titles[0], seconds)
+    body += camera(theirs(t).as_matrix(), VERMILION, (395.0, 165.0), titles[1], seconds)
+    body += rates(t, {"ours": (ours, BLUE), "theirs": (theirs, VERMILION)}, seconds)
+    note = "cost: integral of the squared angular acceleration, rad²/s³"
+    body += f'<text class="small" x="262" y="303" text-anchor="middle">{note}</text>'
+    head = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 970 315" role="img">'
+    out.write_text(f"{head}<style>{STYLE}</style>{body}</svg>\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
