@@ -4,6 +4,8 @@ Quasi-geodesics, geometric cubics (adjusted de Casteljau), Riemannian cubics on 
 integrators and shooting of arXiv 2404.19407 in charts of St(3,1) and St(3,2).
 """
 
+import typing as _typing
+
 from . import _core
 from ._core import (
     Chart,
@@ -39,7 +41,6 @@ from .pose import PoseSpline
 from .rotation import RotationSpline
 from .storage import load
 from .subpackages import SUBPACKAGES as _SUBPACKAGES
-from .subpackages import ModuleType as _ModuleType
 from .subpackages import subpackage as _subpackage
 from .trajectory_files import read_trajectory, read_tum, write_trajectory, write_tum
 
@@ -88,9 +89,18 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> _ModuleType:
-    return _subpackage(name)
+if _typing.TYPE_CHECKING:
+    from . import dask as dask
+    from . import explore as explore
+    from . import jax as jax
+    from . import plotting as plotting
+    from . import pymanopt as pymanopt
+    from . import reproduce as reproduce
+    from . import torch as torch
+else:
 
+    def __getattr__(name):
+        return _subpackage(name)
 
-def __dir__() -> list[str]:
-    return sorted({*globals(), *_SUBPACKAGES})
+    def __dir__():
+        return sorted({*globals(), *_SUBPACKAGES})

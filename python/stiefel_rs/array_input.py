@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, Final, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._core import _check_unmasked
+from ._core import _as_numpy, _check_unmasked
 from .errors import InvalidInputError
 
 if TYPE_CHECKING:
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 Array: TypeAlias = NDArray[np.float64]
 
-# A time outside of an interval by at most so many units in the last place counts as its end.
+# A time outside of an interval by at most so many units in the last place of the larger end counts as its end.
 END_ULPS: Final = 4
 
 
@@ -46,7 +46,7 @@ def real_array(values: ArrayLike, name: str) -> Array:
     if type(values) is not np.ndarray:
         _check_unmasked(name, values)
     try:
-        array = np.asarray(values)
+        array: NDArray[Any] = _as_numpy(name, values)
     except ValueError as error:
         raise InvalidInputError(f"{name}: {error}") from error
     if array.dtype.kind not in "fiub":
@@ -104,15 +104,15 @@ def check_knots_finite(array: Array, name: str, axes: int) -> None:
 
 
 def times_within(t: Array, start: float, end: float) -> Array:
-    """Return times with those that miss an end by round-off, 4 units in the last place, moved to it.
+    """Return times with those that miss an end by round-off, 4 units in the last place of the larger end, moved to it.
 
     Raises
     ------
     InvalidInputError
         A time outside of ``[start, end]``.
     """
-    slack = END_ULPS * np.spacing(np.abs([start, end]))
-    outside = (t < start - slack[0]) | (t > end + slack[1])
+    slack = END_ULPS * np.finfo(np.float64).eps * max(abs(start), abs(end))
+    outside = (t < start - slack) | (t > end + slack)
     if outside.any():
         found = t[outside][0]
         raise InvalidInputError(

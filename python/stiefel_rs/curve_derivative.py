@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -33,7 +34,7 @@ class CurveDerivative:
     order: int
 
     def __post_init__(self) -> None:
-        if self.order not in range(MAX_ORDER + 1):
+        if operator.index(self.order) not in range(MAX_ORDER + 1):
             raise InvalidInputError(f"nu: derivatives of order 0 to 3 in all, found {self.order}")
 
     def __call__(
@@ -61,6 +62,8 @@ class CurveDerivative:
 
     def derivative(self, nu: int = 1) -> CurveDerivative:
         """Return the derivative of order `nu` of this one."""
+        if nu < 0:
+            raise InvalidInputError(f"nu: must be at least 0, found {nu}")
         return CurveDerivative(self.curve, self.order + nu)
 
     @property

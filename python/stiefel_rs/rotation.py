@@ -47,7 +47,7 @@ class RotationSpline(RotationMotion):
         Another name of `t`, which SciPy's class has.
     extrapolate : bool, default True
         Whether the first and the last piece go on outside of ``[t[0], t[-1]]``. If False, times there raise; a time
-        within 4 units in the last place of an end counts as that end.
+        within 4 units in the last place of the larger end counts as that end.
     project : bool, default False
         Whether matrices that are not orthonormal are replaced by the nearest rotations.
     tol : float, default 1e-12

@@ -9,7 +9,7 @@ import importlib
 from types import ModuleType
 from typing import Final
 
-__all__ = ["SUBPACKAGES", "ModuleType", "subpackage"]
+__all__ = ["SUBPACKAGES", "subpackage"]
 
 SUBPACKAGES: Final = ("dask", "explore", "jax", "plotting", "pymanopt", "reproduce", "torch")
 
@@ -20,8 +20,11 @@ def subpackage(name: str) -> ModuleType:
     Raises
     ------
     AttributeError
-        There is none of that name.
+        There is none of that name, or a package that it needs is missing: so `hasattr` and `help` pass it by.
     """
     if name in SUBPACKAGES:
-        return importlib.import_module(f"{__package__}.{name}")
+        try:
+            return importlib.import_module(f"{__package__}.{name}")
+        except ImportError as error:
+            raise AttributeError(f"{__package__}.{name}: {error}; pip install 'stiefel-rs[{name}]'") from error
     raise AttributeError(f"module {__package__!r} has no attribute {name!r}")

@@ -38,10 +38,23 @@ impl Namespace {
         Ok(Namespace(found.map(|(namespace, _)| namespace.unbind())))
     }
 
+    /// Whether it is NumPy.
+    pub fn is_numpy(&self) -> bool {
+        self.0.is_none()
+    }
+
     /// An array of NumPy's as one of the library; NumPy's own without axes as a number.
     pub fn array<'py>(&self, array: Any<'py>) -> PyResult<Any<'py>> {
         match &self.0 {
-            Some(namespace) => namespace.bind(array.py()).call_method1("asarray", (array,)),
+            Some(namespace) => {
+                let namespace = namespace.bind(array.py());
+                // PyTorch would put it on the default device.
+                let options = PyDict::new(array.py());
+                if is_torch(namespace)? {
+                    options.set_item("device", "cpu")?;
+                }
+                namespace.call_method("asarray", (array,), Some(&options))
+            }
             None if array
                 .cast::<PyUntypedArray>()
                 .is_ok_and(|array| array.ndim() == 0) =>
@@ -76,6 +89,10 @@ fn namespace_of<'py>(object: &Any<'py>) -> PyResult<Option<Any<'py>>> {
     }
 }
 
+fn is_torch(namespace: &Any) -> PyResult<bool> {
+    namespace.getattr("__name__")?.eq("torch")
+}
+
 /// Whether an object is of NumPy or of Python itself.
 fn is_native(object: &Any) -> bool {
     object.is_instance_of::<PyUntypedArray>()
@@ -103,12 +120,25 @@ pub fn as_numpy<'py>(object: &Any<'py>, name: &str) -> PyResult<Any<'py>> {
     if !is_native(object) && !object.hasattr("__array__")? && object.hasattr("__dlpack__")? {
         return numpy.call_method1("from_dlpack", (object,));
     }
-    let array = numpy.call_method1(intern!(object.py(), "asarray"), (object,));
+    // Lazy conjugates and signs of PyTorch's are carried out.
+    let resolved = match !is_native(object) && is_tensor(object)? {
+        true => object
+            .call_method0("resolve_conj")?
+            .call_method0("resolve_neg")?,
+        false => object.clone(),
+    };
+    let array = numpy.call_method1(intern!(object.py(), "asarray"), (resolved,));
     array.map_err(|error| {
         traced(object, name)
             .map(PyTypeError::new_err)
             .unwrap_or(error)
     })
+}
+
+/// The array of NumPy's of an argument of what is written in Python.
+#[pyfunction]
+pub fn _as_numpy<'py>(name: &str, object: &Any<'py>) -> PyResult<Any<'py>> {
+    as_numpy(object, name)
 }
 
 /// What to do with an array that derivatives are taken of.

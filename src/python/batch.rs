@@ -9,6 +9,7 @@ use crate::linalg::complex_embedding::embed_into;
 
 /// A batch of matrices (or of rows, with `cols = 1`): leading axes and entries, each matrix row by row. Complex matrices are
 /// embedded.
+#[derive(Clone)]
 pub struct Batch {
     /// The leading axes.
     pub shape: Vec<usize>,
@@ -65,6 +66,13 @@ impl Batch {
         }
     }
 
+    /// Makes one member another one.
+    pub fn repeat(&mut self, from: usize, to: usize) {
+        let size = self.rows * self.cols;
+        self.entries
+            .copy_within(from * size..(from + 1) * size, to * size);
+    }
+
     /// How many matrices.
     pub fn len(&self) -> usize {
         self.shape.iter().product()
@@ -85,10 +93,10 @@ impl Batch {
         (0..self.len()).map(|i| self.get(i)).collect()
     }
 
-    /// The `i`-th member as a slice that can be written to.
-    pub fn row_mut(&mut self, i: usize) -> &mut [f64] {
+    /// All members as slices that can be written to.
+    pub fn members_mut(&mut self) -> rayon::slice::ChunksMut<'_, f64> {
         let size = self.rows * self.cols;
-        &mut self.entries[i * size..(i + 1) * size]
+        self.entries.par_chunks_mut(size.max(1))
     }
 
     /// The `i`-th member as a slice.

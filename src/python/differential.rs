@@ -224,9 +224,15 @@ pub fn log_variation(S0: &Any, S1: &Any, dS0: &Any, dS1: &Any) -> PyResult<Numbe
     let field = Field::of_named(&arguments)?;
     let data = field.matrices(arguments)?;
     let work = WORK_OF_FRAMES[1];
-    let found = run_on(S0.py(), field, data, work, move |[s0, s1, ds0, ds1], _| {
-        LogarithmDifferential::over(field, s0, s1)?.apply(ds0, ds1)
-    })?;
+    let found = run_on(
+        S0.py(),
+        field,
+        data,
+        work,
+        move |[s0, s1, ds0, ds1], interrupt| {
+            LogarithmDifferential::over(field, s0, s1, interrupt)?.apply(ds0, ds1)
+        },
+    )?;
     field.number_matrix(found)?.like(arguments)
 }
 
@@ -253,8 +259,8 @@ pub fn log_pullback(S0: &Any, S1: &Any, W: &Any) -> PyResult<(Numbers, Numbers)>
     let field = Field::of_named(&arguments)?;
     let data = field.matrices(arguments)?;
     let work = WORK_OF_FRAMES[1];
-    let found = run_on(S0.py(), field, data, work, move |[s0, s1, w], _| {
-        LogarithmDifferential::over(field, s0, s1)?.pull_back(w)
+    let found = run_on(S0.py(), field, data, work, move |[s0, s1, w], interrupt| {
+        LogarithmDifferential::over(field, s0, s1, interrupt)?.pull_back(w)
     })?;
     pair(field, found, arguments)
 }

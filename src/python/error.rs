@@ -4,6 +4,7 @@ use pyo3::call::PyCallArgs;
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 
+use super::membership::PROJECTED;
 use super::record::record;
 use crate::error::Error;
 use crate::report::{SolverReport, StopReason};
@@ -133,6 +134,15 @@ pub fn of_complex(error: Error) -> Error {
             defect: SCALE * defect,
             tolerance: SCALE * tolerance,
         },
+        Error::NotHorizontal {
+            name,
+            defect,
+            tolerance,
+        } => Error::NotHorizontal {
+            name,
+            defect: SCALE * defect,
+            tolerance: SCALE * tolerance,
+        },
         Error::AtKnot { knot, source } => Error::AtKnot {
             knot,
             source: boxed(source),
@@ -183,8 +193,11 @@ pub fn at_knot(exception: PyErr, knot: usize) -> PyErr {
     set.map_or_else(|error| error, |()| exception)
 }
 
-/// What to do with a point that is refused, in Python.
-const ADVICE: &str = "curves take it with project=True; `Stiefel.project` gives";
+/// What to do with a point that is refused, in Python, unless it is too far off for curves.
+const POINT_ADVICE: &str = "curves take it with project=True; `Stiefel.project` gives";
+
+/// The same of a vector.
+const VECTOR_ADVICE: &str = "; `project_tangent` gives the tangent part";
 
 fn exception_of(py: Python<'_>, error: &Error, place: &str) -> PyErr {
     let mut message = format!("{error}{place}");
@@ -201,8 +214,16 @@ fn exception_of(py: Python<'_>, error: &Error, place: &str) -> PyErr {
     {
         cause = source;
     }
-    if matches!(cause, Error::NotOrthonormal { .. }) {
-        message = message.replacen("`Stiefel::project` gives", ADVICE, 1);
+    match cause {
+        Error::NotOrthonormal { defect, .. } => {
+            let advice = match *defect <= PROJECTED {
+                true => POINT_ADVICE,
+                false => "`Stiefel.project` gives",
+            };
+            message = message.replacen("`Stiefel::project` gives", advice, 1);
+        }
+        Error::NotTangent { .. } | Error::NotHorizontal { .. } => message.push_str(VECTOR_ADVICE),
+        _ => {}
     }
     match cause {
         Error::OutsideLogDomain { .. }

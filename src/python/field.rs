@@ -251,6 +251,9 @@ impl<'py> IntoPyObject<'py> for Numbers {
     fn into_pyobject(self, py: Python<'py>) -> PyResult<Any<'py>> {
         let array = match self.entries {
             Values::Real(array) => array.into_pyobject(py)?.into_any(),
+            Values::Truths(array) if array.shape.is_empty() && self.namespace.is_numpy() => {
+                return (array.entries[0] != 0.0).into_bound_py_any(py);
+            }
             Values::Truths(array) => {
                 let truths = array.entries.iter().map(|x| *x != 0.0).collect();
                 to_array(py, truths, &array.shape)?.into_any()

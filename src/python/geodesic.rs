@@ -284,7 +284,6 @@ impl PyGeodesic {
     }
 
     /// Length over ``[0, 1]`` in the metric of the geodesic.
-    /// Length of the geodesic in the manifold's metric.
     #[getter]
     fn length(&self) -> f64 {
         self.field.length(self.curve.length())

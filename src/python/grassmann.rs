@@ -1,5 +1,6 @@
 //! The Grassmann manifold for arrays, with batches.
 
+use super::membership::core_tolerance;
 use super::prelude::*;
 use super::space::{Space, sizes};
 use crate::manifold::Grassmann;
@@ -101,19 +102,25 @@ impl PyGrassmann {
     }
 }
 
-/// Checks bases to a tolerance.
-fn check_basis(m: &Grassmann, [y]: [MatRef<'_, f64>; 1], [atol, _]: [f64; 2]) -> Result<()> {
-    m.check_point("Y", y, atol)
-}
+impl PyGrassmann {
+    /// Checks bases to a tolerance.
+    fn basis_check(
+        &self,
+    ) -> impl Fn(&Grassmann, [MatRef<'_, f64>; 1], [f64; 2]) -> Result<()> + Shared + use<> {
+        let unit = self.field.length(1.0);
+        move |m, [y], [atol, _]| m.check_point("Y", y, atol / unit)
+    }
 
-/// Checks horizontal vectors to a tolerance.
-fn check_horizontal(
-    m: &Grassmann,
-    [y, v]: [MatRef<'_, f64>; 2],
-    [atol, of_points]: [f64; 2],
-) -> Result<()> {
-    m.check_point("Y", y, of_points)?;
-    m.check_tangent("V", y, v, atol)
+    /// Checks horizontal vectors to a tolerance.
+    fn horizontal_check(
+        &self,
+    ) -> impl Fn(&Grassmann, [MatRef<'_, f64>; 2], [f64; 2]) -> Result<()> + Shared + use<> {
+        let unit = self.field.length(1.0);
+        move |m, [y, v], [atol, of_points]| {
+            m.check_point("Y", y, of_points / unit)?;
+            m.check_tangent("V", y, v, core_tolerance(atol, unit, v))
+        }
+    }
 }
 
 #[pymethods]
@@ -177,7 +184,7 @@ impl PyGrassmann {
     ///     With the measured defect.
     #[pyo3(signature = (Y, atol=None))]
     fn check_point(&self, Y: &Any, atol: Option<f64>) -> PyResult<()> {
-        self.check(named![Y], atol, check_basis)
+        self.check(named![Y], atol, self.basis_check())
     }
 
     /// Raise unless every member of ``V`` is horizontal at ``Y``: ``|Y^T V| <= atol max(1, |V|)``, by default 1e-9, in
@@ -189,7 +196,7 @@ impl PyGrassmann {
     ///     With the measured defect.
     #[pyo3(signature = (Y, V, atol=None))]
     fn check_tangent(&self, Y: &Any, V: &Any, atol: Option<f64>) -> PyResult<()> {
-        self.check(named![Y, V], atol, check_horizontal)
+        self.check(named![Y, V], atol, self.horizontal_check())
     }
 
     /// Whether ``Y`` is an orthonormal basis, as :meth:`check_point` measures it; shape (...).
@@ -200,7 +207,7 @@ impl PyGrassmann {
     ///     False for numbers that are not finite.
     #[pyo3(signature = (Y, atol=None))]
     fn is_point(&self, Y: &Any, atol: Option<f64>) -> PyResult<Numbers> {
-        self.are(named![Y], atol, check_basis)
+        self.are(named![Y], atol, self.basis_check())
     }
 
     /// Whether ``V`` is horizontal at ``Y``, as :meth:`check_tangent` measures it; shape (...).
@@ -211,7 +218,7 @@ impl PyGrassmann {
     ///     False for numbers that are not finite, and where ``Y`` is no orthonormal basis.
     #[pyo3(signature = (Y, V, atol=None))]
     fn is_tangent(&self, Y: &Any, V: &Any, atol: Option<f64>) -> PyResult<Numbers> {
-        self.are(named![Y, V], atol, check_horizontal)
+        self.are(named![Y, V], atol, self.horizontal_check())
     }
 
     /// Bases of uniformly distributed subspaces (Haar measure), shape ``size + (n, k)``.

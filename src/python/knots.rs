@@ -92,6 +92,10 @@ impl Default for BcType<'_> {
 }
 
 impl BcType<'_> {
+    pub(super) fn is_periodic(&self) -> bool {
+        matches!(self, BcType::Word(word) if word == PERIODIC)
+    }
+
     /// What it means for points of a shape, that of the core.
     pub(super) fn read(
         &self,

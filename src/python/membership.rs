@@ -4,7 +4,8 @@
 //! The letters of arguments say what they are: S, Y and P are points; U, V, W, A and J tangent vectors at the point named
 //! before them; all others are any matrices.
 
-use super::error::of_complex;
+use rayon::prelude::*;
+
 use super::prelude::*;
 use crate::linalg::structure::{check_finite, norm};
 use crate::manifold::stiefel::{POINT_TOLERANCE, TANGENT_TOLERANCE};
@@ -12,11 +13,11 @@ use crate::manifold::{Grassmann, Stiefel};
 use crate::space::Quotient;
 
 /// The defect up to which points in single precision are points, and their vectors, relative to their length, tangent:
-/// a hundred times the round-off of an entry.
+/// a hundred times the round-off of an entry of `float32`.
 pub(super) const SINGLE: f64 = 1e-5;
 
 /// The same for points and vectors that are asked to be projected.
-const PROJECTED: f64 = 0.1;
+pub(super) const PROJECTED: f64 = 0.1;
 
 /// What a matrix may be off the manifold, and be replaced.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -37,7 +38,7 @@ impl Projection {
     }
 
     /// The largest defect of what is replaced; `None` where nothing is.
-    fn limit(self, single: bool) -> Option<f64> {
+    pub(super) fn limit(self, single: bool) -> Option<f64> {
         match self {
             Projection::Wanted => Some(PROJECTED),
             Projection::OfRoundOff => single.then_some(SINGLE),
@@ -46,95 +47,129 @@ impl Projection {
 }
 
 /// What an argument is.
-enum Role {
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Role {
     Point,
     Vector,
     Matrix,
 }
 
-fn role(name: &str) -> Role {
-    match name.as_bytes().first() {
+/// An argument by its name.
+pub(super) fn role(name: &'static str) -> (Role, &'static str) {
+    let role = match name.as_bytes().first() {
         Some(b'S' | b'Y' | b'P') => Role::Point,
         Some(b'U' | b'V' | b'W' | b'A' | b'J') => Role::Vector,
         _ => Role::Matrix,
-    }
+    };
+    (role, name)
 }
 
 /// The exception for an error of a member of a batch with the given leading axes.
 type Place = fn(&Error, usize, &[usize]) -> PyErr;
 
-/// Arguments with their names, put on a manifold.
+/// What is wrong with a member.
+type Failure = (usize, Error);
+
+/// Members that a thread takes at once.
+const TOGETHER: usize = 64;
+
+/// The work of a projection for a number, in that of an exponential.
+const WORK: f64 = 10.0;
+
+/// Arguments, put on a manifold, away from the interpreter.
 ///
 /// # Errors
 /// `InvalidInputError` for what is off by more than is allowed. What the core refuses anyway, such as other shapes and numbers
 /// that are not finite, is left to it.
 pub(super) fn on_manifold<const N: usize>(
-    names: [&'static str; N],
-    batches: &mut [Batch; N],
+    py: Python<'_>,
+    roles: [(Role, &'static str); N],
+    batches: [Batch; N],
     quotient: Quotient,
     projection: Projection,
     place: Place,
-) -> PyResult<()> {
+) -> PyResult<[Batch; N]> {
+    if batches
+        .iter()
+        .all(|batch| projection.limit(batch.single).is_none())
+    {
+        return Ok(batches);
+    }
+    let (field, shape) = (batches[N - 1].field(), batches[N - 1].shape.clone());
+    let numbers: f64 = batches.iter().map(Batch::numbers).sum();
+    let call = Call::new(py, None, WORK * numbers)?.over(field);
+    let (batches, failure) = call.run_any(move |interrupt| {
+        let mut batches = batches;
+        let failure = put(roles, &mut batches, quotient, projection, interrupt).err();
+        (batches, failure)
+    })?;
+    match failure {
+        Some((member, error)) => Err(place(&call.explained(error), member, &shape)),
+        None => Ok(batches),
+    }
+}
+
+fn put<const N: usize>(
+    roles: [(Role, &'static str); N],
+    batches: &mut [Batch; N],
+    quotient: Quotient,
+    projection: Projection,
+    interrupt: Interrupt<'_>,
+) -> std::result::Result<(), Failure> {
     let mut point = None;
-    for (i, name) in names.into_iter().enumerate() {
+    for (i, (role, name)) in roles.into_iter().enumerate() {
         let (before, rest) = batches.split_at_mut(i);
-        match role(name) {
-            Role::Point => {
-                put_points(name, &mut rest[0], projection, place)?;
+        match (role, point) {
+            (Role::Point, _) => {
+                put_points(name, &mut rest[0], projection, interrupt)?;
                 point = Some(i);
             }
-            Role::Vector => {
-                if let Some(point) = point {
-                    put_vectors(
-                        name,
-                        &before[point],
-                        &mut rest[0],
-                        quotient,
-                        projection,
-                        place,
-                    )?;
-                }
+            (Role::Vector, Some(point)) => {
+                let points: &Batch = &before[point];
+                put_vectors(
+                    name,
+                    points,
+                    &mut rest[0],
+                    (quotient, projection),
+                    interrupt,
+                )?;
             }
-            Role::Matrix => {}
+            _ => {}
         }
     }
     Ok(())
 }
 
-/// Points, put on the manifold.
-pub(super) fn put_points(
+fn put_points(
     name: &'static str,
     points: &mut Batch,
     projection: Projection,
-    place: Place,
-) -> PyResult<()> {
+    interrupt: Interrupt<'_>,
+) -> std::result::Result<(), Failure> {
     let Some(limit) = projection.limit(points.single) else {
         return Ok(());
     };
-    let field = points.field();
-    points.replace(field, place, |_, point| {
+    let limit = limit / points.field().length(1.0);
+    points.replace(interrupt, |_, point| {
         let Ok(manifold) = Stiefel::of(name, point) else {
             return Ok(None);
         };
-        if check_finite(name, point).is_err()
-            || manifold.check_point(name, point, POINT_TOLERANCE).is_ok()
-        {
+        let is_point = || manifold.check_point(name, point, POINT_TOLERANCE).is_ok();
+        if check_finite(name, point).is_err() || is_point() {
             return Ok(None);
         }
-        manifold.check_point(name, point, limit / field.length(1.0))?;
+        manifold.check_point(name, point, limit)?;
         manifold.project(point).map(Some)
     })
 }
 
-/// Vectors, put into tangent spaces.
-pub(super) fn put_vectors(
+fn put_vectors(
     name: &'static str,
     points: &Batch,
     vectors: &mut Batch,
-    quotient: Quotient,
-    projection: Projection,
-    place: Place,
-) -> PyResult<()> {
+    (quotient, projection): (Quotient, Projection),
+    interrupt: Interrupt<'_>,
+) -> std::result::Result<(), Failure> {
     let Some(limit) = projection.limit(points.single || vectors.single) else {
         return Ok(());
     };
@@ -142,35 +177,33 @@ pub(super) fn put_vectors(
     if (vectors.len(), vectors.rows, vectors.cols) != alike {
         return Ok(());
     }
-    let field = vectors.field();
-    vectors.replace(field, place, |i, vector| {
+    let unit = vectors.field().length(1.0);
+    vectors.replace(interrupt, |i, vector| {
         let point = points.get(i);
+        let Ok(frames) = Stiefel::of(name, point) else {
+            return Ok(None);
+        };
         if check_finite(name, vector).is_err() || check_finite(name, point).is_err() {
             return Ok(None);
         }
-        let limit = core_tolerance(limit, field.length(1.0), vector);
+        let tolerance = core_tolerance(limit, unit, vector);
         match quotient {
             Quotient::Frames => {
-                let manifold = Stiefel::of(name, point)?;
-                if manifold
-                    .check_tangent(name, point, vector, TANGENT_TOLERANCE)
-                    .is_ok()
-                {
+                let check = |atol| frames.check_tangent(name, point, vector, atol);
+                if check(TANGENT_TOLERANCE).is_ok() {
                     return Ok(None);
                 }
-                manifold.check_tangent(name, point, vector, limit)?;
-                manifold.project_tangent(point, vector).map(Some)
+                check(tolerance)?;
+                frames.project_tangent(point, vector).map(Some)
             }
             Quotient::Subspaces => {
-                let manifold = Grassmann::of(name, point)?;
-                if manifold
-                    .check_tangent(name, point, vector, TANGENT_TOLERANCE)
-                    .is_ok()
-                {
+                let subspaces = Grassmann::of(name, point)?;
+                let check = |atol| subspaces.check_tangent(name, point, vector, atol);
+                if check(TANGENT_TOLERANCE).is_ok() {
                     return Ok(None);
                 }
-                manifold.check_tangent(name, point, vector, limit)?;
-                manifold.project_tangent(point, vector).map(Some)
+                check(tolerance)?;
+                subspaces.project_tangent(point, vector).map(Some)
             }
         }
     })
@@ -186,25 +219,30 @@ pub(super) fn core_tolerance(atol: f64, unit: f64, vector: MatRef<'_, f64>) -> f
 }
 
 impl Batch {
-    /// Replaces members by what `member` makes of them, or leaves them.
+    /// Replaces members by what `member` makes of them, or leaves them; the failure of the first that has one.
     fn replace(
         &mut self,
-        field: Field,
-        place: Place,
-        member: impl Fn(usize, MatRef<'_, f64>) -> Result<Option<Mat<f64>>>,
-    ) -> PyResult<()> {
-        for i in 0..self.len() {
-            let replaced = member(i, self.get(i)).map_err(|error| match field {
-                Field::Real => error,
-                Field::Complex => of_complex(error),
-            });
+        interrupt: Interrupt<'_>,
+        member: impl Fn(usize, MatRef<'_, f64>) -> Result<Option<Mat<f64>>> + Sync,
+    ) -> std::result::Result<(), Failure> {
+        let (rows, cols) = (self.rows, self.cols);
+        let one = |(i, row): (usize, &mut [f64])| {
+            let matrix = MatRef::from_row_major_slice(row, rows, cols);
+            let replaced = interrupt
+                .check("projection")
+                .and_then(|()| member(i, matrix));
             match replaced {
-                Ok(None) => {}
-                Ok(Some(matrix)) => write(matrix.as_ref(), self.row_mut(i)),
-                Err(error) => return Err(place(&error, i, &self.shape)),
+                Ok(None) => None,
+                Ok(Some(matrix)) => {
+                    write(matrix.as_ref(), row);
+                    None
+                }
+                Err(error) => Some((i, error)),
             }
-        }
-        Ok(())
+        };
+        let members = self.members_mut().with_min_len(TOGETHER).enumerate();
+        let failure = members.filter_map(one).min_by_key(|(i, _)| *i);
+        failure.map_or(Ok(()), Err)
     }
 }
 

@@ -18,6 +18,7 @@ mod error;
 mod field;
 mod flow;
 mod geodesic;
+mod geometric_cubic;
 mod geometry;
 mod grassmann;
 mod grassmann_geometry;
@@ -31,6 +32,7 @@ mod piecewise;
 mod points;
 mod polynomial;
 mod prelude;
+mod quasi_geodesic;
 mod record;
 mod restored;
 mod riemannian_cubic;
@@ -53,13 +55,13 @@ use prelude::*;
 pub mod _core {
     #[pymodule_export]
     use super::{
-        array_namespace::_in_library_of,
+        array_namespace::{_as_numpy, _in_library_of},
         boundary_batch::solve_boundary,
         call::{num_threads, simd_features},
         chart::PyChart,
         convert::_check_unmasked,
         cubic_trajectory::{PyCubicTrajectory, integrate_cubic},
-        curve::{PyCurve, PyQuasiGeodesic},
+        curve::PyCurve,
         differential::{
             exp_pullback, exp_variation, log_pullback, log_variation, orthogonal_log_pullback,
             orthogonal_log_variation, skew_exp_pullback, skew_exp_variation,
@@ -68,11 +70,13 @@ pub mod _core {
         error::PySolverReport,
         flow::PyShootingResult,
         geodesic::{PyGeodesic, PyLogReport},
+        geometric_cubic::PyGeometricCubic,
         grassmann::PyGrassmann,
         linalg::{orthogonal_log, skew_exp},
         measure::PyDerivativeBounds,
         piecewise::PyPiecewiseCurve,
-        polynomial::{PyGeometricCubic, PyGeometricPolynomial},
+        polynomial::PyGeometricPolynomial,
+        quasi_geodesic::PyQuasiGeodesic,
         restored::_restored,
         riemannian_cubic::PyRiemannianCubic,
         rotation_curve::PyRotationCurve,

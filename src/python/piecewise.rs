@@ -1,8 +1,8 @@
 //! Splines of the binding: what they are made from, the curves of pieces that they are, and how these are stored.
 
+use super::geometric_cubic::PyGeometricCubic;
 use super::knots::times;
 use super::points::Points;
-use super::polynomial::PyGeometricCubic;
 use super::prelude::*;
 use super::riemannian_cubic::PyRiemannianCubic;
 use super::stored::{put_quotient, take_quotient};
@@ -86,7 +86,7 @@ pub struct PyPiecewiseCurve {
     /// The times between which the pieces run; read-only, shape (N,).
     #[pyo3(get)]
     t: Owned,
-    /// The points at these times, as given; read-only, shape (N, n, k).
+    /// The points at these times, as given or projected; read-only, shape (N, n, k).
     #[pyo3(get)]
     pub(super) points: Owned,
     pub(super) report: Option<SolverReport>,

@@ -1,10 +1,11 @@
 //! What the points of a curve are, and how they are read: the arguments `manifold` and `project` of everything that makes one.
 
 use super::grassmann::PyGrassmann;
-use super::membership::{Projection, at_knot_of, on_manifold, put_points, put_vectors};
+use super::membership::{Projection, Role, at_knot_of, on_manifold, role};
 use super::prelude::*;
 use super::space::Space;
 use super::stiefel::PyStiefel;
+use crate::linalg::structure::distance;
 use crate::manifold::Metric;
 use crate::space::Quotient;
 
@@ -88,59 +89,76 @@ impl Points {
     fn put<const N: usize>(
         &self,
         arguments: [Named<'_, '_>; N],
-        mut batches: [Batch; N],
+        batches: [Batch; N],
     ) -> PyResult<[Batch; N]> {
-        let (names, first) = (arguments.map(|(_, name)| name), &batches[0]);
+        let (py, first) = (arguments[0].0.py(), &batches[0]);
         self.check_shape(first.field(), (first.rows, first.cols))?;
-        on_manifold(
-            names,
-            &mut batches,
-            self.quotient,
-            self.projection,
-            at_member,
-        )?;
-        Ok(batches)
+        let roles = arguments.map(|(_, name)| role(name));
+        let (quotient, projection) = (self.quotient, self.projection);
+        on_manifold(py, roles, batches, quotient, projection, at_member)
     }
 
     /// Points at knots.
     pub(super) fn at_knots(&self, field: Field, S: &Any) -> PyResult<Batch> {
-        let mut points = field.batch(S, "S", "(N, n, k)")?;
-        self.check_shape(field, (points.rows, points.cols))?;
-        put_points("S", &mut points, self.projection, at_knot_of)?;
-        Ok(points)
+        self.points(S.py(), "S", field.batch(S, "S", "(N, n, k)")?, at_knot_of)
     }
 
     /// Control points.
     pub(super) fn control_points(&self, field: Field, P: &Any) -> PyResult<Batch> {
-        let mut points = field.batch(P, "P", "(degree + 1, n, k)")?;
-        self.check_shape(field, (points.rows, points.cols))?;
-        let place = |error: &Error, _, _: &[usize]| error.clone().into();
-        put_points("P", &mut points, self.projection, place)?;
-        Ok(points)
+        let points = field.batch(P, "P", "(degree + 1, n, k)")?;
+        self.points(P.py(), "P", points, |error, _, _| error.clone().into())
+    }
+
+    fn points(
+        &self,
+        py: Python<'_>,
+        name: &'static str,
+        points: Batch,
+        place: fn(&Error, usize, &[usize]) -> PyErr,
+    ) -> PyResult<Batch> {
+        self.check_shape(points.field(), (points.rows, points.cols))?;
+        let (quotient, projection) = (self.quotient, self.projection);
+        let found = on_manifold(py, [role(name)], [points], quotient, projection, place);
+        found.map(|[points]| points)
     }
 
     /// Vectors at knots, of the shape of the points there.
-    pub(super) fn vectors_at_knots(
-        &self,
-        points: &Batch,
-        (object, name): Named<'_, '_>,
-    ) -> PyResult<Batch> {
-        let mut vectors = points.field().batch(object, name, "(N, n, k)")?;
-        let (quotient, projection) = (self.quotient, self.projection);
-        put_vectors(name, points, &mut vectors, quotient, projection, at_knot_of)?;
-        Ok(vectors)
+    pub(super) fn vectors_at_knots(&self, points: &Batch, V: Named<'_, '_>) -> PyResult<Batch> {
+        let vectors = points.field().batch(V.0, V.1, "(N, n, k)")?;
+        self.vectors(points, V, vectors, at_knot_of)
     }
 
     /// A vector at a point.
-    pub(super) fn vector_at(
-        &self,
-        point: &Batch,
-        (object, name): Named<'_, '_>,
-    ) -> PyResult<Mat<f64>> {
-        let mut vector = point.field().one(object, name)?;
-        let (quotient, projection) = (self.quotient, self.projection);
-        put_vectors(name, point, &mut vector, quotient, projection, at_member)?;
+    pub(super) fn vector_at(&self, point: &Batch, V: Named<'_, '_>) -> PyResult<Mat<f64>> {
+        let vector = self.vectors(point, V, point.field().one(V.0, V.1)?, at_member)?;
         Ok(vector.get(0).to_owned())
+    }
+
+    fn vectors(
+        &self,
+        points: &Batch,
+        (object, name): Named<'_, '_>,
+        vectors: Batch,
+        place: fn(&Error, usize, &[usize]) -> PyErr,
+    ) -> PyResult<Batch> {
+        let roles = [role("S"), (Role::Vector, name)];
+        let (data, quotient) = ([points.clone(), vectors], self.quotient);
+        let found = on_manifold(object.py(), roles, data, quotient, self.projection, place);
+        found.map(|[_, vectors]| vectors)
+    }
+
+    /// Makes the last point the first again, where points are put on the manifold anyway and it misses that by no more than
+    /// they may.
+    pub(super) fn close(&self, points: &mut Batch) {
+        let Some(limit) = self.projection.limit(points.single) else {
+            return;
+        };
+        if let Some(last) = points.len().checked_sub(1)
+            && self.quotient == Quotient::Frames
+            && distance(points.get(0), points.get(last)) <= limit
+        {
+            points.repeat(0, last);
+        }
     }
 
     /// The field of the manifold, or of the arrays where there is none; `TypeError` for complex arrays on a real manifold.

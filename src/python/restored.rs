@@ -1,9 +1,9 @@
 //! The curves of stored forms.
 
-use super::curve::PyQuasiGeodesic;
 use super::geodesic::PyGeodesic;
-use super::polynomial::PyGeometricPolynomial;
+use super::geometric_cubic;
 use super::prelude::*;
+use super::quasi_geodesic::PyQuasiGeodesic;
 use super::riemannian_cubic::PyRiemannianCubic;
 use super::smoothing::PySmoothingSpline;
 use super::spline::{PyCubicHermite, PyCubicSpline};
@@ -28,9 +28,7 @@ pub fn _restored(form: &Bound<'_, PyDict>) -> PyResult<Py<PyAny>> {
             let curve = form.read(py, Geodesic::restore)?;
             object(py, PyGeodesic::wrap(py, curve, field)?)
         }
-        GeometricPolynomial::KIND | GeometricCubic::KIND => {
-            PyGeometricPolynomial::restored(py, form)
-        }
+        GeometricPolynomial::KIND | GeometricCubic::KIND => geometric_cubic::restored(py, form),
         RiemannianCubic::KIND => {
             let curve = form.read(py, RiemannianCubic::restore)?;
             PyRiemannianCubic::wrapped(py, curve, field)?.into_py_any(py)

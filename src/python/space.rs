@@ -1,7 +1,8 @@
 //! What the classes of manifolds share: functions mapped over arrays of points and vectors, and random ones.
 
+use super::array_namespace::Namespace;
 use super::batch::{Value, map_batch};
-use super::membership::{Projection, SINGLE, on_manifold};
+use super::membership::{Projection, SINGLE, on_manifold, role};
 use super::prelude::*;
 use crate::manifold::stiefel::POINT_TOLERANCE;
 use crate::space::Quotient;
@@ -95,7 +96,8 @@ pub trait Space {
         let batches = self.read(objects, [self.shape(); N])?;
         let tolerance = match batches.iter().any(|batch| batch.single) {
             true => SINGLE,
-            false => POINT_TOLERANCE,
+            // That of the core, which counts complex matrices longer.
+            false => self.field().length(POINT_TOLERANCE),
         };
         Ok((batches, [atol.unwrap_or(tolerance), tolerance]))
     }
@@ -172,13 +174,13 @@ pub trait Space {
         member: impl Fn(&Self::Core, [MatRef<'_, f64>; N], &mut [f64], Interrupt<'_>) -> Result<()>
         + Shared,
     ) -> PyResult<Array> {
-        let mut batches = self.read(objects, shapes)?;
-        let names = objects.map(|(_, name)| name);
+        let (py, roles) = (objects[0].0.py(), objects.map(|(_, name)| role(name)));
+        let batches = self.read(objects, shapes)?;
         let projection = Projection::OfRoundOff;
-        on_manifold(names, &mut batches, Self::QUOTIENT, projection, at_member)?;
+        let batches = on_manifold(py, roles, batches, Self::QUOTIENT, projection, at_member)?;
         let numbers: f64 = batches.iter().map(Batch::numbers).sum();
         let work = weight(&batches) * numbers;
-        self.write_batches(objects[0].0.py(), batches, work, core, member)
+        self.write_batches(py, batches, work, core, member)
     }
 
     /// [`Space::write_shapes`] for what has been read.
@@ -204,6 +206,8 @@ pub trait Space {
         objects: [Named<'_, '_>; N],
         shapes: [(usize, usize); N],
     ) -> PyResult<[Batch; N]> {
+        // Arrays of two libraries are an error before any work.
+        Namespace::of(objects)?;
         let batches = match self.field().batches(objects) {
             Err(error) if self.field() == Field::Real => {
                 self.check_real(objects)?;

@@ -289,7 +289,10 @@ impl PyCubicSpline {
         let max_iterations = count("max_iterations", max_iterations, 1)?;
         let vectors = bc_type.vectors()?;
         let field = points.field(std::iter::once(S).chain(&vectors))?;
-        let data = Data::read(t, S, &points, field)?;
+        let mut data = Data::read(t, S, &points, field)?;
+        if bc_type.is_periodic() {
+            points.close(&mut data.points);
+        }
         let quotient = points.quotient;
         let Ends {
             given: bc_type,

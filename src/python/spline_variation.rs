@@ -22,7 +22,7 @@ struct Spline {
 }
 
 /// `(GS, Gt, Gbc)`.
-type Gradient = (Numbers, Array, (Option<Numbers>, Option<Numbers>));
+type Gradient = (Numbers, Numbers, (Option<Numbers>, Option<Numbers>));
 
 impl Spline {
     fn of(slf: &Bound<'_, PyCubicSpline>) -> PyResult<Self> {
@@ -122,16 +122,22 @@ fn moves(dt: &Any) -> PyResult<Vec<f64>> {
 
 /// The gradient of what is linear in squared lengths of the core: gradients by matrices stay, since their products with
 /// variations double too.
-fn gradient(field: Field, shape: (usize, usize), found: SplineGradient) -> PyResult<Gradient> {
+fn gradient<const N: usize>(
+    field: Field,
+    shape: (usize, usize),
+    found: SplineGradient,
+    arguments: [Named<'_, '_>; N],
+) -> PyResult<Gradient> {
     let points = Array::stacked(&[found.points.len()], &found.points, shape);
     let ends = found.ends.map(|end| {
-        let end = end.map(|end| field.number_matrix(end));
+        let end = end.map(|end| field.number_matrix(end)?.like(arguments));
         end.transpose()
     });
     let [first, last] = collected(ends)?;
     let times = found.times.into_iter().map(|time| field.squared(time));
-    let times = Array::flat(times.collect());
-    Ok((field.numbers(points)?, times, (first, last)))
+    let times = Numbers::from(Array::flat(times.collect())).like(arguments)?;
+    let points = field.numbers(points)?.like(arguments)?;
+    Ok((points, times, (first, last)))
 }
 
 #[pymethods]
@@ -238,7 +244,7 @@ impl PyCubicSpline {
             let derivative = spline.derivative(interrupt)?;
             derivative.pull_back(&data.times, &data.matrices.views(), interrupt)
         })?;
-        gradient(field, shape, found)
+        gradient(field, shape, found, named![t, W])
     }
 
     /// Gradient of the cost with respect to points, times and end conditions.
@@ -269,6 +275,6 @@ impl PyCubicSpline {
         let found = spline.run(slf.py(), 0, |spline, interrupt| {
             spline.curve.cost_gradient(&spline.ends, interrupt)
         })?;
-        gradient(field, shape, found)
+        gradient(field, shape, found, [])
     }
 }

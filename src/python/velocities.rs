@@ -117,7 +117,10 @@ pub fn estimate_velocities(
     let estimate = read_method("method", method)?;
     let manifold = Points::read(manifold, project)?;
     let field = manifold.field([S])?;
-    let data = Data::read(t, S, &manifold, field)?;
+    let mut data = Data::read(t, S, &manifold, field)?;
+    if closed {
+        manifold.close(&mut data.points);
+    }
     let (shape, quotient) = (data.shape(), manifold.quotient);
     let call = Call::new(t.py(), num_threads, data.points.numbers())?.over(field);
     let velocities = call.run(move |_| {

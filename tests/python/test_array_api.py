@@ -1,6 +1,7 @@
 """Arrays of other libraries: results are arrays of the library of the arguments, and equal those of NumPy's."""
 
 import array_api_strict as strict
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -73,6 +74,7 @@ CALLS = {
     "velocity": (SPLINE.velocity, [TIMES]),
     "acceleration": (GeometricCubic(S, V, S1, REST).acceleration, [TIMES]),
     "point_pullback": (CUBIC.point_pullback, [TIMES, np.stack([S, S1])]),
+    "spline pullback": (lambda t, W: SPLINE.point_pullback(t, W)[:2], [TIMES, np.stack([S, S1])]),
     "spline variation": (SPLINE.point_variation, [TIMES, np.zeros_like(POINTS)]),
     "estimate_velocities": (estimate_velocities, [KNOTS, POINTS]),
     "solve_boundary": (solve_boundary, [S, V, S1, REST]),
@@ -120,6 +122,19 @@ def test_two_libraries_are_refused_by_name():
         M.exp(strict.asarray(S), jnp.asarray(V))
 
 
+def test_two_libraries_are_refused_before_any_work():
+    # Points that are none: the libraries are looked at first.
+    with pytest.raises(TypeError, match="arrays of two libraries"):
+        M.log(strict.asarray(0 * S), jnp.asarray(S))
+
+
+def test_traced_arrays_are_sent_to_the_module_for_them():
+    spline = RotationSpline(KNOTS, QUATERNIONS)
+    for function in (lambda t: spline(t + 1), lambda t: SPLINE(t + 1), lambda t: M.exp(S, t * V)):
+        with pytest.raises(TypeError, match=r"traced by JAX; functions of stiefel_rs\.jax take it"):
+            jax.jit(function)(0.5)
+
+
 def test_what_has_only_dlpack_is_read():
     class Exported:
         def __init__(self, array):
@@ -132,6 +147,8 @@ def test_what_has_only_dlpack_is_read():
             return self.array.__dlpack_device__()
 
     np.testing.assert_array_equal(M.exp(Exported(S), Exported(V)), S1)
+    spline = RotationSpline(KNOTS, QUATERNIONS)
+    np.testing.assert_array_equal(spline(Exported(TIMES)), spline(TIMES))
 
 
 def test_single_precision_of_jax_is_projected():

@@ -186,3 +186,69 @@ def test_methods_take_single_precision(field):
     # Any matrix has a projection.
     far = single(S0 * 1.5)
     assert np.abs(M.project(far) - S0).max() < 1e-6
+
+
+def test_errors_of_shape_name_the_right_argument():
+    wide = np.ones((2, 4), dtype=np.float32)
+    for kind in (np.float32, np.float64):
+        with pytest.raises(InvalidInputError, match=r"^S: expected shape"):
+            QuasiGeodesic.from_velocity(wide.astype(kind), wide.astype(kind), project=True)
+
+
+def test_advice_fits():
+    _, points, vectors = problem(5, 2, "real")
+    with pytest.raises(InvalidInputError) as error:
+        CubicSpline(np.arange(3.0), 1.2 * points, project=True)
+    assert "project=True" not in str(error.value) and "`Stiefel.project` gives the nearest point" in str(error.value)
+    with pytest.raises(InvalidInputError, match="`project_tangent` gives the tangent part"):
+        CubicHermite(np.arange(3.0), points, rounded(vectors))
+
+
+@pytest.mark.parametrize("field", FIELDS)
+@pytest.mark.parametrize("coarse", [single, rounded])
+def test_closed_data_stay_closed(coarse, field):
+    M, points, _ = problem(5, 2, field)
+    S = np.concatenate([points, points[:1]])
+    data = coarse(S)
+    data[-1] += 1e-7 if coarse is single else 1e-4
+    options = {"project": coarse is rounded}
+    spline = CubicSpline(np.arange(4.0), data, "periodic", **options)
+    np.testing.assert_array_equal(spline.points[-1], spline.points[0])
+    M.check_point(spline.points)
+    V = estimate_velocities(np.arange(4.0), data, closed=True, **options)
+    np.testing.assert_array_equal(V[-1], V[0])
+    far = data.copy()
+    far[-1] = far[1]
+    with pytest.raises(InvalidInputError, match="again"):
+        CubicSpline(np.arange(4.0), far, "periodic", **options)
+
+
+@pytest.mark.parametrize("kind", [np.complex64, np.complex128])
+def test_complex_points_are_points_where_methods_take_them(kind):
+    for M in (Stiefel(4, 2, field="complex"), Grassmann(4, 2, field="complex")):
+        S = M.random_point(rng=3)
+        V = 0.3 * M.random_tangent(S, rng=4)
+        unit = 1e-9 if kind is np.complex128 else 1e-5
+        for part in (0.1, 0.6, 0.9, 1.5):
+            # The defect is twice the stretch of a column.
+            point = S.copy()
+            point[:, 0] *= 1 + part * unit / 2
+            point, vector = point.astype(kind), V.astype(kind)
+            try:
+                M.exp(point, vector)
+            except InvalidInputError:
+                assert not M.is_point(point)
+            else:
+                assert M.is_point(point) and M.is_tangent(point, vector)
+        assert M.is_point(S.astype(kind)) is True
+
+
+def test_a_large_batch_of_single_precision():
+    M, points, vectors = problem(5, 2, "real")
+    S, V = (np.broadcast_to(x[0], (5000, 5, 2)) for x in (points, vectors))
+    found = M.exp(single(S), single(V))
+    assert np.ptp(found, axis=0).max() == 0.0
+    bad = single(S)
+    bad[4321] *= 1.001
+    with pytest.raises(InvalidInputError, match=r"exceeds 1.000e-5.*batch member 4321"):
+        M.exp(bad, single(V))

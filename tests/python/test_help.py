@@ -58,6 +58,21 @@ def test_subpackages_are_attributes(name):
     assert found.stdout.split() == [f"stiefel_rs.{name}", "True"]
 
 
+def test_help_works_without_the_extras():
+    lines = [
+        "import sys, pydoc, inspect",
+        "sys.modules.update(dict.fromkeys(['jax', 'torch', 'dask', 'matplotlib', 'pymanopt', 'plotly']))",
+        "import stiefel_rs",
+        "assert 'RotationSpline' in pydoc.render_doc(stiefel_rs)",
+        "assert dict(inspect.getmembers(stiefel_rs))['CubicSpline'] is stiefel_rs.CubicSpline",
+        "assert not hasattr(stiefel_rs, 'torch')",
+        "stiefel_rs.jax",
+    ]
+    found = subprocess.run([sys.executable, "-c", "\n".join(lines)], capture_output=True, text=True, check=False)
+    assert "AttributeError: stiefel_rs.jax: " in found.stderr
+    assert "pip install 'stiefel-rs[jax]'" in found.stderr
+
+
 def test_an_attribute_that_is_none_is_named():
     with pytest.raises(AttributeError, match="module 'stiefel_rs' has no attribute 'plot'"):
         _ = stiefel_rs.plot

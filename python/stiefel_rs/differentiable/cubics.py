@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Final
 
@@ -10,7 +11,7 @@ import numpy as np
 from .._core import RiemannianCubic
 from .arguments import Array, Frame, Plain, Shape, Tangent, inner_products
 from .operation import Operation
-from .solved import Solved, numbers_of_cubic
+from .solved import Solved, core_shape, numbers_of_cubic
 
 
 def _points(first: Shape, *others: Shape) -> Shape:
@@ -21,7 +22,7 @@ def _between(s0: Array, v0: Array, s1: Array, v1: Array) -> RiemannianCubic:
     return RiemannianCubic.from_boundary(s0, v0, s1, v1)
 
 
-_BETWEEN: Final = Solved(_between, lambda s0, *_: numbers_of_cubic(*s0.shape))
+_BETWEEN: Final = Solved(_between, lambda s0, *_: numbers_of_cubic(*core_shape(s0)))
 
 
 def _boundary_value(*data: Array) -> Array:
@@ -60,7 +61,7 @@ def _end(t: Array) -> float:
     return farthest if farthest != 0.0 else 1.0
 
 
-_INITIAL: Final = Solved(_from_initial, lambda s, *_: 100 * s.size)
+_INITIAL: Final = Solved(_from_initial, lambda s, *_: 100 * math.prod(core_shape(s)))
 
 
 def _initial_value(*data: Array) -> Array:

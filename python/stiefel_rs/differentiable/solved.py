@@ -7,7 +7,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Sequence
 from typing import Generic, TypeVar
 
-from .arguments import Array
+from .arguments import Array, Shape
 
 Curve = TypeVar("Curve")
 
@@ -17,6 +17,12 @@ KEPT = 1 << 25
 
 # Dimensions above which the derivative of a single cubic keeps no matrices.
 DENSE = 64
+
+
+def core_shape(frame: Array) -> Shape:
+    """Return the shape that the core computes in: complex frames are embedded in real ones of twice the size."""
+    n, k = frame.shape[-2:]
+    return (2 * n, 2 * k) if frame.dtype.kind == "c" else (n, k)
 
 
 def numbers_of_piece(n: int, k: int) -> int:

@@ -13,7 +13,7 @@ from ..errors import InvalidInputError
 from ..rotation import RotationSpline
 from .arguments import Array, Frame, Plain, Shape, inner_products, transposed
 from .operation import Operation
-from .solved import Solved, numbers_of_piece
+from .solved import Solved, core_shape, numbers_of_piece
 
 BcType = Literal["natural", "clamped", "periodic"]
 _BC_TYPES = ("natural", "clamped", "periodic")
@@ -50,7 +50,7 @@ def rotation_spline(bc_type: BcType) -> Operation:
 def _cubic_spline(bc_type: BcType) -> Operation:
     solved = Solved(
         lambda knots, points: CubicSpline(knots, points, bc_type),
-        lambda _, points: len(points) * numbers_of_piece(*points.shape[1:]),
+        lambda _, points: len(points) * numbers_of_piece(*core_shape(points)),
     )
 
     def value(knots: Array, points: Array, t: Array) -> Array:
