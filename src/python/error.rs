@@ -200,7 +200,7 @@ const POINT_ADVICE: &str = "curves take it with project=True; `Stiefel.project` 
 const VECTOR_ADVICE: &str = "; `project_tangent` gives the tangent part";
 
 fn exception_of(py: Python<'_>, error: &Error, place: &str) -> PyErr {
-    let mut message = format!("{error}{place}");
+    let mut message = error.to_string();
     let name = "tolerance";
     if matches!(error, Error::InvalidArgument { name: found, .. } if *found == name) {
         // What the options of the core call a tolerance is an argument `tol` in Python.
@@ -225,6 +225,7 @@ fn exception_of(py: Python<'_>, error: &Error, place: &str) -> PyErr {
         Error::NotTangent { .. } | Error::NotHorizontal { .. } => message.push_str(VECTOR_ADVICE),
         _ => {}
     }
+    message.push_str(place);
     match cause {
         Error::OutsideLogDomain { .. }
         | Error::NoJoiningCurve { .. }

@@ -96,8 +96,7 @@ pub trait Space {
         let batches = self.read(objects, [self.shape(); N])?;
         let tolerance = match batches.iter().any(|batch| batch.single) {
             true => SINGLE,
-            // That of the core, which counts complex matrices longer.
-            false => self.field().length(POINT_TOLERANCE),
+            false => POINT_TOLERANCE,
         };
         Ok((batches, [atol.unwrap_or(tolerance), tolerance]))
     }
