@@ -239,6 +239,19 @@ fn read_checked(
     check_range("curve", out.rb())
 }
 
+/// Units in the last place of the larger end, by which a parameter may miss an end and counts as that end: rounding of a
+/// parameter that was added up.
+const ROUNDING: f64 = 4.0;
+
+/// A parameter, or the end of an interval that it misses by rounding.
+pub(crate) fn rounded_to_end(t: f64, (first, last): (f64, f64)) -> f64 {
+    let slack = ROUNDING * f64::EPSILON * first.abs().max(last.abs());
+    match (first - slack..=last + slack).contains(&t) {
+        true => t.clamp(first, last),
+        false => t,
+    }
+}
+
 /// Error `NonFinite` where a curve parameter is NaN or infinite.
 pub(crate) fn check_parameter(t: f64) -> Result<()> {
     check_finite_scalar("t", t)

@@ -19,9 +19,23 @@ pub(crate) fn check_vector(
     s: MatRef<'_, f64>,
     v: MatRef<'_, f64>,
 ) -> Result<()> {
+    check_vector_to(TANGENT_TOLERANCE, quotient, name, s, v)
+}
+
+/// [`check_vector`] to another tolerance, relative to the length of `v` where that exceeds 1.
+///
+/// # Errors
+/// `Shape`, `NonFinite`, `NotTangent`, `NotHorizontal`.
+pub(crate) fn check_vector_to(
+    tolerance: f64,
+    quotient: Quotient,
+    name: &'static str,
+    s: MatRef<'_, f64>,
+    v: MatRef<'_, f64>,
+) -> Result<()> {
     match quotient {
-        Quotient::Frames => Stiefel::of("S", s)?.check_tangent(name, s, v, TANGENT_TOLERANCE),
-        Quotient::Subspaces => Grassmann::of("S", s)?.check_tangent(name, s, v, TANGENT_TOLERANCE),
+        Quotient::Frames => Stiefel::of("S", s)?.check_tangent(name, s, v, tolerance),
+        Quotient::Subspaces => Grassmann::of("S", s)?.check_tangent(name, s, v, tolerance),
     }
 }
 

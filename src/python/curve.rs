@@ -6,6 +6,7 @@ use super::array_namespace::Namespace;
 use super::points::{manifold_of, symbol};
 use super::prelude::*;
 use super::stored::form;
+use crate::curve::sampling::rounded_to_end;
 use crate::curve::{Quantity, lift_into};
 use crate::linalg::complex_embedding::{restrict, restrict_into};
 
@@ -102,15 +103,12 @@ impl PyCurve {
         let Array { shape, entries } = read(t, "t")?;
         let (start, end) = self.inner.t_span();
         let (first, last) = (start.min(end), start.max(end));
-        let slack = ROUNDING * f64::EPSILON * first.abs().max(last.abs());
-        if let Some(t) = entries
-            .iter()
-            .find(|t| **t < first - slack || **t > last + slack)
-        {
+        let moved = entries.iter().map(|t| rounded_to_end(*t, (first, last)));
+        let entries: Vec<f64> = moved.collect();
+        if let Some(t) = entries.iter().find(|t| **t < first || **t > last) {
             let span = format!("between {first} and {last}, or with extrapolate=True");
             return Err(invalid!("t: must be {span}, found {t}"));
         }
-        let entries = entries.iter().map(|t| t.clamp(first, last)).collect();
         Array { shape, entries }.into_bound_py_any(t.py())
     }
 
@@ -253,9 +251,6 @@ impl PyCurve {
 /// Entries of a result from which it is worth to lift it into huge pages (32 MB), in a frame of few columns.
 const LARGE: usize = 1 << 22;
 const TALL: usize = 8;
-
-/// Units in the last place of the larger end, by which a parameter may miss an end and counts as that end.
-const ROUNDING: f64 = 4.0;
 
 /// Parameters at which a curve is looked at that should be complex.
 const CHECKED: usize = 9;

@@ -8,8 +8,9 @@ use rayon::prelude::*;
 
 use super::prelude::*;
 use crate::linalg::structure::{check_finite, norm};
-use crate::manifold::stiefel::{POINT_TOLERANCE, TANGENT_TOLERANCE};
-use crate::manifold::{Grassmann, Stiefel};
+use crate::manifold::Stiefel;
+use crate::manifold::stiefel::POINT_TOLERANCE;
+use crate::manifold::tangent::{check_vector, check_vector_to, tangent_part};
 use crate::space::Quotient;
 
 /// The defect up to which points in single precision are points, and their vectors, relative to their length, tangent:
@@ -180,32 +181,16 @@ fn put_vectors(
     let unit = vectors.field().length(1.0);
     vectors.replace(interrupt, |i, vector| {
         let point = points.get(i);
-        let Ok(frames) = Stiefel::of(name, point) else {
-            return Ok(None);
-        };
-        if check_finite(name, vector).is_err() || check_finite(name, point).is_err() {
+        if Stiefel::of(name, point).is_err()
+            || check_finite(name, vector).is_err()
+            || check_finite(name, point).is_err()
+            || check_vector(quotient, name, point, vector).is_ok()
+        {
             return Ok(None);
         }
         let tolerance = core_tolerance(limit, unit, vector);
-        match quotient {
-            Quotient::Frames => {
-                let check = |atol| frames.check_tangent(name, point, vector, atol);
-                if check(TANGENT_TOLERANCE).is_ok() {
-                    return Ok(None);
-                }
-                check(tolerance)?;
-                frames.project_tangent(point, vector).map(Some)
-            }
-            Quotient::Subspaces => {
-                let subspaces = Grassmann::of(name, point)?;
-                let check = |atol| subspaces.check_tangent(name, point, vector, atol);
-                if check(TANGENT_TOLERANCE).is_ok() {
-                    return Ok(None);
-                }
-                check(tolerance)?;
-                subspaces.project_tangent(point, vector).map(Some)
-            }
-        }
+        check_vector_to(tolerance, quotient, name, point, vector)?;
+        Ok(Some(tangent_part(quotient, point, vector)))
     })
 }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use faer::MatRef;
 use rayon::prelude::*;
 
-use crate::curve::sampling::check_parameter;
+use crate::curve::sampling::{check_parameter, rounded_to_end};
 use crate::curve::{Curve, DerivativeBounds, Quantity, Samples};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
@@ -48,10 +48,6 @@ impl<C> Clone for Piecewise<C> {
         }
     }
 }
-
-/// Units in the last place of the larger end, by which a time may miss an end and counts as that end: rounding of a time that
-/// was added up.
-const ROUNDING: f64 = 4.0;
 
 /// What a curve does outside of its interval.
 ///
@@ -132,11 +128,9 @@ impl<C: Curve> Piecewise<C> {
 
     /// The time, or the end that it misses by rounding where times outside are errors.
     fn snapped(&self, t: f64) -> f64 {
-        let (first, last) = Curve::t_span(self);
-        let slack = ROUNDING * f64::EPSILON * first.abs().max(last.abs());
-        match self.outside == Outside::Refused && (first - slack..=last + slack).contains(&t) {
-            true => t.clamp(first, last),
-            false => t,
+        match self.outside {
+            Outside::Refused => rounded_to_end(t, Curve::t_span(self)),
+            Outside::Continued => t,
         }
     }
 

@@ -15,7 +15,9 @@ INHERITED = {name for base in (BaseException, tuple, object) for name in dir(bas
 
 def members(name):
     found = getattr(stiefel_rs, name)
-    return [member for member in dir(found) if member == "__call__" or not member.startswith("_")]
+    public = [member for member in dir(found) if member == "__call__" or not member.startswith("_")]
+    # Variables of a class have no docstrings of their own: errors tell of theirs in that of the class.
+    return [member for member in public if getattr(found, member) is not None]
 
 
 CASES = [(name, member) for name in CLASSES for member in members(name) if member not in INHERITED - {"__call__"}]
@@ -24,10 +26,7 @@ CALLABLE = [(name, member) for name, member in CASES if callable(getattr(getattr
 
 @pytest.mark.parametrize(("name", "member"), CASES)
 def test_members_have_docstrings(name, member):
-    found = inspect.getattr_static(getattr(stiefel_rs, name), member, None)
     text = inspect.getdoc(getattr(getattr(stiefel_rs, name), member))
-    if isinstance(found, int | float | str | type(None)):
-        pytest.skip("a class variable")
     assert text and "Call self as a function" not in text and "Alias for field" not in text
 
 
