@@ -76,8 +76,9 @@ bench: ## Criterion benchmarks, quick profile
 benchmark: $(INSTALLED) ## Beside SciPy, heyoka, geomstats, InterpolatePy and others, into docs/benchmarks.md; ARGS="--only cubic"
 	$(BIN)/python -m benchmarks.compare $(ARGS)
 
-gallery: $(INSTALLED) ## The examples, with their figures and numbers, into docs/gallery.md and docs/figures/gallery
+gallery: $(INSTALLED) ## The examples, with their figures and numbers, into docs/gallery.md and docs/figures; the picture of the README
 	$(BIN)/python examples/gallery.py
+	$(BIN)/python examples/moving_picture.py
 
 boundary: $(INSTALLED) ## 12000 random boundary problems of Riemannian cubics, into docs/boundary_problems.md
 	RAYON_NUM_THREADS=1 $(BIN)/python -m benchmarks.boundary.solved $(ARGS)

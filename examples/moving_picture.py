@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -103,7 +104,7 @@ def rates(t: Array, curves: dict[str, tuple[Any, str]], seconds: float) -> str:
     return "".join(parts)
 
 
-def main(out: Path = FIGURES.parent / "keyframes.svg") -> None:
+def main(out: Path) -> None:
     """Write the picture."""
     knots = uneven_keyframes.TIMES
     keyframes = uneven_keyframes.rotations(uneven_keyframes.ANGLES)
@@ -121,4 +122,6 @@ def main(out: Path = FIGURES.parent / "keyframes.svg") -> None:
 
 
 if __name__ == "__main__":
-    main()
+    parser = argparse.ArgumentParser(description="Write the moving picture of the README.")
+    parser.add_argument("--out", type=Path, default=FIGURES.parent / "keyframes.svg", help="picture to write")
+    main(parser.parse_args().out)

@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 from beside import HANGS
@@ -52,6 +53,21 @@ def test_examples_are_short(name):
 def test_committed_figures_are_small(name):
     size = (ROOT / "docs" / "figures" / "gallery" / f"{name}.png").stat().st_size
     assert size < 150_000, f"{size} bytes"
+
+
+def test_the_moving_picture_moves(tmp_path):
+    out = tmp_path / "keyframes.svg"
+    command = [sys.executable, str(EXAMPLES / "moving_picture.py"), "--out", str(out)]
+    subprocess.run(command, capture_output=True, timeout=HANGS, check=True)
+    committed = ROOT / "docs" / "figures" / "keyframes.svg"
+    assert committed.stat().st_size < 150_000
+    for path in (out, committed):
+        animations = list(ElementTree.parse(path).iter("{http://www.w3.org/2000/svg}animate"))
+        # Four edges and a picture for each camera, two ends of the line, two coordinates for each dot.
+        assert len(animations) == 16
+        frames = [animation.get("values").split(";") for animation in animations]
+        assert {len(values) for values in frames} == {157}
+        assert all(len(set(values)) > 20 for values in frames)
 
 
 @pytest.mark.parametrize("page", ["README.md", "docs/gallery.md"])
