@@ -127,6 +127,17 @@ def test_curves(manifold, rng):
     check(lambda t: sj.cubic_initial(S0, V0, A, J, jnp.append(t, 1.0)), (inside,))
 
 
+def test_back_in_time(rng):
+    manifold = Stiefel(4, 2)
+    S, V, *_ = near(manifold, rng)
+    A, J = vector(manifold, S, rng), vector(manifold, S, rng)
+    t = np.array([-0.9, -0.3, 0.0])
+    found = sj.cubic_initial(S, V, A, J, t)
+    np.testing.assert_allclose(found, RiemannianCubic.from_initial(S, V, A, J, t_end=-1.0)(t), rtol=0, atol=1e-14)
+    check(lambda *data: sj.cubic_initial(*data, t), (S, V, A, J))
+    check(lambda t: sj.cubic_initial(S, V, A, J, jnp.append(t, -1.0)), (t[:2],))
+
+
 @pytest.mark.parametrize("bc_type", ["natural", "clamped"])
 def test_splines(manifold, rng, bc_type):
     points = frames(manifold, rng)

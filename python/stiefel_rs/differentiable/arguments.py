@@ -201,6 +201,41 @@ class Tangent(Argument):
         return pulled
 
 
+@dataclass(frozen=True)
+class Horizontal(Argument):
+    """A tangent vector at the subspace of the basis that is argument number `at`: `V - Y Y^H V`."""
+
+    at: int
+
+    def check_shape(self, shape: Shape, before: Sequence[Shape]) -> None:
+        """Check that the vector has the shape of its basis."""
+        if shape != before[self.at]:
+            raise _unexpected(self.name, f"{before[self.at]}, that of its basis", shape)
+
+    def value(self, raw: Array, exact: tuple[Array, ...]) -> Array:
+        """Project the argument."""
+        basis = exact[self.at]
+        defect = transposed(basis) @ raw
+        _check(self.name, defect, raw, "not horizontal: |Y^H V|")
+        projected: Array = raw - basis @ defect
+        return projected
+
+    def variation(self, raw: Array, exact: tuple[Array, ...], tangent: Array, moved: tuple[Array, ...]) -> Array:
+        """Move the projection as the argument does."""
+        basis, move = exact[self.at], moved[self.at]
+        change = transposed(move) @ raw + transposed(basis) @ tangent
+        moved_vector: Array = tangent - move @ (transposed(basis) @ raw) - basis @ change
+        return moved_vector
+
+    def pullback(self, raw: Array, exact: tuple[Array, ...], cotangent: Array, others: list[Array]) -> Array:
+        """Transpose `variation`."""
+        basis = exact[self.at]
+        inner = transposed(basis) @ cotangent
+        others[self.at] = others[self.at] - cotangent @ (transposed(raw) @ basis) - raw @ transposed(inner)
+        pulled: Array = cotangent - basis @ inner
+        return pulled
+
+
 def transposed(matrix: Array) -> Array:
     """Transpose the last two axes, of complex matrices with conjugate entries."""
     return np.swapaxes(matrix, -1, -2).conj()

@@ -6,15 +6,14 @@ import math
 from collections.abc import Sequence
 from typing import Final
 
-import numpy as np
-
 from .._core import RiemannianCubic
 from .arguments import Array, Frame, Plain, Shape, Tangent, inner_products
 from .operation import Operation
 from .solved import Solved, core_shape, numbers_of_cubic
 
 
-def _points(first: Shape, *others: Shape) -> Shape:
+def points_shape(first: Shape, *others: Shape) -> Shape:
+    """Return the shape of points at the times that are the last argument."""
     return (*others[-1], *first)
 
 
@@ -44,7 +43,7 @@ RIEMANNIAN_CUBIC: Final = Operation(
     name="riemannian_cubic",
     arguments=(Frame("S0"), Tangent("V0", at=0), Frame("S1", like=0), Tangent("V1", at=2), Plain("t")),
     axes=(2, 2, 2, 2, 1),
-    shape=_points,
+    shape=points_shape,
     value=_boundary_value,
     variation=_boundary_variation,
     pullback=_boundary_pullback,
@@ -52,38 +51,55 @@ RIEMANNIAN_CUBIC: Final = Operation(
 
 
 def _from_initial(s: Array, v: Array, a: Array, j: Array, t: Array) -> RiemannianCubic:
-    return RiemannianCubic.from_initial(s, v, a, j, t_end=_end(t))
+    return RiemannianCubic.from_initial(s, v, a, j, t_end=farthest(t))
 
 
-def _end(t: Array) -> float:
-    """Return the time that is farthest from 0."""
-    farthest = float(t[np.argmax(np.abs(t))]) if t.size else 0.0
-    return farthest if farthest != 0.0 else 1.0
+def farthest(t: Array) -> float:
+    """Return the latest of times that are not negative, 1 where that is 0."""
+    return float(t.max(initial=0.0)) or 1.0
+
+
+def onwards(data: Sequence[Array]) -> tuple[float, list[Array]]:
+    """Return 1 and initial data with times; for negative times -1 and those of the reversed curve.
+
+    Also for variations and gradients, by the sign of the data.
+    """
+    sign = -1.0 if data[4].min(initial=0.0) < 0.0 else 1.0
+    return sign, reversed_by(sign, data)
+
+
+def reversed_by(sign: float, data: Sequence[Array]) -> list[Array]:
+    """Multiply what is odd in the time: velocity, jerk and the times."""
+    s, v, a, j, t = data
+    return [s, sign * v, a, sign * j, sign * t]
 
 
 _INITIAL: Final = Solved(_from_initial, lambda s, *_: 100 * math.prod(core_shape(s)))
 
 
 def _initial_value(*data: Array) -> Array:
-    return _INITIAL(data)(data[4])
+    _, onward = onwards(data)
+    return _INITIAL(onward)(onward[4])
 
 
 def _initial_variation(data: Sequence[Array], moves: Sequence[Array]) -> Array:
-    curve, t = _INITIAL(data), data[4]
-    moved: Array = curve.initial_point_variation(t, *moves[:4]) + _along(curve, t) * moves[4][:, None, None]
-    return moved
+    sign, onward = onwards(data)
+    curve, t, moved = _INITIAL(onward), onward[4], reversed_by(sign, moves)
+    found: Array = curve.initial_point_variation(t, *moved[:4]) + _along(curve, t) * moved[4][:, None, None]
+    return found
 
 
 def _initial_pullback(data: Sequence[Array], w: Array) -> Sequence[Array]:
-    curve, t = _INITIAL(data), data[4]
-    return (*curve.initial_point_pullback(t, w), inner_products(_along(curve, t), w))
+    sign, onward = onwards(data)
+    curve, t = _INITIAL(onward), onward[4]
+    return reversed_by(sign, (*curve.initial_point_pullback(t, w), inner_products(_along(curve, t), w)))
 
 
 CUBIC_INITIAL: Final = Operation(
     name="cubic_initial",
     arguments=(Frame("S"), Tangent("V", at=0), Tangent("A", at=0), Tangent("J", at=0), Plain("t")),
     axes=(2, 2, 2, 2, 1),
-    shape=_points,
+    shape=points_shape,
     value=_initial_value,
     variation=_initial_variation,
     pullback=_initial_pullback,

@@ -15,15 +15,20 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
 from itertools import pairwise
+from types import ModuleType
 from typing import Any, Generic, TypeVar
 
+from .._core import Grassmann, Stiefel
 from ..errors import InvalidInputError
-from . import cubics, geodesics, matrix_functions, splines
+from . import cubics, geodesics, matrix_functions, splines, subspaces
 from .arguments import Frame, Shape
 from .operation import Operation, on_pairs
 from .splines import BcType
 
 T = TypeVar("T")
+Manifold = Stiefel | Grassmann | None
+# The parameter of the canonical metric.
+CANONICAL = 0.0
 
 
 class Functions(ABC, Generic[T]):
@@ -85,6 +90,21 @@ class Functions(ABC, Generic[T]):
         arrays = [self.pairs(array) if argument.may_be_complex else array for argument, array in pairs]
         return self.of_pairs(self.evaluate(operation, self.broadcast(arrays, operation.raw_axes)))
 
+    def _of(self, manifold: Manifold, points: Any, frames: ModuleType) -> ModuleType:
+        """Return the operations on what the points are: those given for frames, or those on subspaces."""
+        if manifold is None:
+            return frames
+        if not isinstance(manifold, (Stiefel, Grassmann)):
+            raise TypeError(f"manifold: expected a Stiefel or a Grassmann, found {type(manifold).__name__}")
+        if isinstance(manifold, Stiefel) and manifold.alpha != CANONICAL:
+            raise InvalidInputError(f"manifold: expected the canonical metric, found {manifold!r}")
+        [array] = self.arrays([points])
+        if tuple(array.shape[-2:]) != (manifold.n, manifold.k):
+            raise InvalidInputError(f"manifold: {manifold!r} has no points of shape {tuple(array.shape)}")
+        if self.is_complex(array) and manifold.field == "real":
+            raise InvalidInputError(f"manifold: {manifold!r} has no complex points; field='complex' has")
+        return subspaces if isinstance(manifold, Grassmann) else frames
+
     def _at_times(self, operation: Operation, *arguments: Any, own: int) -> Any:
         """Apply an operation whose last argument are times of any shape; a value has `own` axes for each of them."""
         times, shape = self.flat(arguments[-1])
@@ -106,14 +126,20 @@ class Functions(ABC, Generic[T]):
         found: T = self.apply(matrix_functions.ORTHOGONAL_LOG, Q)
         return found
 
-    def exp(self, S: Any, V: Any) -> T:
-        """Find the end of the geodesic of the canonical metric from a frame with a velocity, shapes (..., n, k)."""
-        found: T = self.apply(geodesics.EXP, S, V)
+    def exp(self, S: Any, V: Any, *, manifold: Manifold = None) -> T:
+        """Find the end of the geodesic from a point with a velocity, shapes (..., n, k).
+
+        Of frames with the canonical metric, or of subspaces with ``manifold=Grassmann(n, k)``.
+        """
+        found: T = self.apply(self._of(manifold, S, geodesics).EXP, S, V)
         return found
 
-    def log(self, S0: Any, S1: Any) -> T:
-        """Find the initial velocity of the shortest geodesic (canonical metric) between frames, shapes (..., n, k)."""
-        found: T = self.apply(geodesics.LOG, S0, S1)
+    def log(self, S0: Any, S1: Any, *, manifold: Manifold = None) -> T:
+        """Find the initial velocity of the shortest geodesic between points, shapes (..., n, k).
+
+        Of frames with the canonical metric, or of subspaces with ``manifold=Grassmann(n, k)``.
+        """
+        found: T = self.apply(self._of(manifold, S0, geodesics).LOG, S0, S1)
         return found
 
     def retract(self, S: Any, V: Any) -> T:
@@ -181,7 +207,7 @@ class Functions(ABC, Generic[T]):
         found: T = _in_shape(points[0], shape, 2)
         return found
 
-    def riemannian_cubic(self, S0: Any, V0: Any, S1: Any, V1: Any, t: Any) -> T:
+    def riemannian_cubic(self, S0: Any, V0: Any, S1: Any, V1: Any, t: Any, *, manifold: Manifold = None) -> T:
         """Find points of the Riemannian cubic between two ends with velocities.
 
         Parameters
@@ -190,15 +216,19 @@ class Functions(ABC, Generic[T]):
             Points and velocities at the times 0 and 1.
         t : array, shape T
             Times.
+        manifold : Stiefel or Grassmann, optional
+            What the points are: by default frames. On a `Grassmann` they are bases of subspaces; the curve returns
+            bases that turn as little as possible, from the first given one on, and derivatives are those of these.
 
         Returns
         -------
         array, shape (...) + T + (n, k)
         """
-        found: T = self._at_times(cubics.RIEMANNIAN_CUBIC, S0, V0, S1, V1, t, own=2)
+        operation = self._of(manifold, S0, cubics).RIEMANNIAN_CUBIC
+        found: T = self._at_times(operation, S0, V0, S1, V1, t, own=2)
         return found
 
-    def cubic_initial(self, S: Any, V: Any, A: Any, J: Any, t: Any) -> T:
+    def cubic_initial(self, S: Any, V: Any, A: Any, J: Any, t: Any, *, manifold: Manifold = None) -> T:
         """Find points of the Riemannian cubic with given initial data.
 
         Parameters
@@ -207,33 +237,41 @@ class Functions(ABC, Generic[T]):
             Point, velocity, covariant acceleration and covariant jerk at the time 0.
         t : array, shape T
             Times, all of one sign.
+        manifold : Stiefel or Grassmann, optional
+            What the points are, as for `riemannian_cubic`.
 
         Returns
         -------
         array, shape (...) + T + (n, k)
         """
-        found: T = self._at_times(cubics.CUBIC_INITIAL, S, V, A, J, t, own=2)
+        operation = self._of(manifold, S, cubics).CUBIC_INITIAL
+        found: T = self._at_times(operation, S, V, A, J, t, own=2)
         return found
 
-    def cubic_spline(self, t_knots: Any, S: Any, t: Any, bc_type: BcType = "natural") -> T:
-        """Find points of the spline of Riemannian cubics through frames.
+    def cubic_spline(
+        self, t_knots: Any, S: Any, t: Any, bc_type: BcType = "natural", *, manifold: Manifold = None
+    ) -> T:
+        """Find points of the spline of Riemannian cubics through frames, or through subspaces.
 
         Parameters
         ----------
         t_knots : array, shape (..., N)
             Times of the frames, increasing.
         S : array, shape (..., N, n, k)
-            Frames.
+            Frames, or bases.
         t : array, shape T
             Times.
         bc_type : {"natural", "clamped", "periodic"}
             Ends, as for `CubicSpline`.
+        manifold : Stiefel or Grassmann, optional
+            What the points are, as for `riemannian_cubic`.
 
         Returns
         -------
         array, shape (...) + T + (n, k)
         """
-        found: T = self._at_times(splines.cubic_spline(bc_type), t_knots, S, t, own=2)
+        operation = self._of(manifold, S, splines).cubic_spline(bc_type)
+        found: T = self._at_times(operation, t_knots, S, t, own=2)
         return found
 
     def rotation_spline(self, t_knots: Any, quaternions: Any, t: Any, bc_type: BcType = "natural") -> T:

@@ -19,7 +19,8 @@ BcType = Literal["natural", "clamped", "periodic"]
 _BC_TYPES = ("natural", "clamped", "periodic")
 
 
-def _points(knots: Shape, points: Shape, t: Shape) -> Shape:
+def spline_shape(knots: Shape, points: Shape, t: Shape) -> Shape:
+    """Return the shape of points of a spline at the given times."""
     if knots[0] != points[0]:
         raise InvalidInputError(f"t_knots: expected one time for each of the {points[0]} knots, found {knots[0]}")
     return (*t, *points[1:])
@@ -29,20 +30,21 @@ def _along(curve: CubicSpline, t: Array) -> Array:
     return curve(t, 1)
 
 
-def _check(bc_type: object) -> None:
+def check_bc_type(bc_type: object) -> None:
+    """Check that the ends are of a kind without vectors."""
     if not isinstance(bc_type, str) or bc_type not in _BC_TYPES:
         raise InvalidInputError(f"bc_type: expected one of {', '.join(_BC_TYPES)}, found {bc_type!r}")
 
 
 def cubic_spline(bc_type: BcType) -> Operation:
     """Return the spline through frames with the given ends, as an operation."""
-    _check(bc_type)
+    check_bc_type(bc_type)
     return _cubic_spline(bc_type)
 
 
 def rotation_spline(bc_type: BcType) -> Operation:
     """Return the spline through rotations with the given ends, as an operation on quaternions, scalar last."""
-    _check(bc_type)
+    check_bc_type(bc_type)
     return _rotation_spline(bc_type)
 
 
@@ -70,7 +72,7 @@ def _cubic_spline(bc_type: BcType) -> Operation:
         name="cubic_spline",
         arguments=(Plain("t_knots"), Frame("S"), Plain("t")),
         axes=(1, 3, 1),
-        shape=_points,
+        shape=spline_shape,
         value=value,
         variation=variation,
         pullback=pullback,
@@ -116,7 +118,7 @@ def _rotation_spline(bc_type: BcType) -> Operation:
         name="rotation_spline",
         arguments=(Plain("t_knots"), Plain("quaternions", columns=4), Plain("t")),
         axes=(1, 2, 1),
-        shape=_points,
+        shape=spline_shape,
         value=value,
         variation=variation,
         pullback=pullback,
