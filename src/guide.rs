@@ -1,4 +1,4 @@
-//! Pages beside the reference; the same files are in the folder `docs` of the repository.
+//! The guide: pages that accompany the reference. The same files are in the folder `docs` of the repository.
 
 #[doc = include_str!("../docs/algorithms.md")]
 pub mod algorithms {}

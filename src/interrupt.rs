@@ -1,11 +1,11 @@
-//! A way to stop a long computation from outside.
+//! Stopping a long computation from outside.
 //!
-//! The caller hands in a question ("stop?"); loops ask it between pieces of work of bounded size. The core
-//! installs no signal handler.
+//! The caller passes a callback; loops call it between pieces of work of bounded size. The core installs no signal
+//! handler.
 
 use crate::error::{Error, Result};
 
-/// A question that long loops ask; `true` means stop.
+/// A callback that long loops poll; `true` means stop.
 ///
 /// # Examples
 /// ```
@@ -37,7 +37,7 @@ impl<'a> Interrupt<'a> {
         }
     }
 
-    /// Error `Interrupted` where the caller asked to stop.
+    /// Return `Interrupted` if the caller asked to stop.
     ///
     /// # Errors
     /// `Interrupted`.

@@ -11,28 +11,31 @@
 //! Riemannian cubics, the critical curves of the squared covariant acceleration:
 //!
 //! * the adjusted de Casteljau algorithm, on any `St(n, k)`: [`GeometricCubic`], built from [`QuasiGeodesic`]s;
-//! * symplectic integrators from discretization maps, in charts of `St(3,1)` and `St(3,2)` and across them: [`chart`].
+//! * symplectic integrators built from discretization maps, in charts of `St(3,1)` and `St(3,2)` and across several
+//!   charts: [`chart`].
 //!
-//! Riemannian cubics on any `St(n, k)`, without charts, by explicit symplectic splittings: [`cubic::integrate_cubic`]; on
-//! the paper's phase space in the embedding: [`cubic::integrate_embedded`].
+//! Chart-free integrators work on any `St(n, k)`: explicit symplectic splittings ([`cubic::integrate_cubic`]), and a
+//! symplectic method with constraints on the paper's phase space in the embedding ([`cubic::integrate_embedded`]).
 //!
-//! Riemannian cubics themselves, on any `St(n, k)` and to round-off, from initial or from boundary data: [`RiemannianCubic`].
+//! [`RiemannianCubic`] computes Riemannian cubics themselves, on any `St(n, k)` and to round-off, from initial or from
+//! boundary data.
 //!
-//! The geometry of the manifold, for the whole alpha family of metrics with the canonical and the Euclidean one:
-//! exponential, logarithm and [`Geodesic`]s, [`Retraction`]s with their inverses, [`ParallelTransport`], curvature,
-//! Riemannian gradients and Hessians. The same of the subspaces of dimension `k`: [`Grassmann`]. De Casteljau curves of any
-//! degree: [`GeometricPolynomial`], [`GeodesicPolynomial`], of subspaces [`SubspacePolynomial`].
+//! The geometry of the manifold covers the whole alpha family of metrics, which contains the canonical and the
+//! Euclidean one: exponential, logarithm and [`Geodesic`]s, [`Retraction`]s with their inverses, [`ParallelTransport`],
+//! curvature, Riemannian gradients and Hessians. [`Grassmann`] offers the same for subspaces of dimension `k`. De
+//! Casteljau curves of any degree are [`GeometricPolynomial`] and [`GeodesicPolynomial`], and [`SubspacePolynomial`]
+//! for subspaces.
 //!
 //! Below these are the exponential and logarithm of rotations ([`skew_exp()`], [`orthogonal_log()`]), the manifold
 //! ([`Stiefel`]), and a damped Newton solver ([`newton`]).
 //!
-//! Curves through many points: [`spline`]. With the feature `serde` curves are serialised, all their numbers, in a form with
-//! a version that is checked on the way back.
+//! Curves through many points are in [`spline`]. With the feature `serde`, curves are serialised exactly, in a
+//! versioned form that is checked when it is read.
 //!
-//! Which algorithm each kernel uses, how accurate and how fast it is: [`guide`].
+//! [`guide`] says which algorithm each kernel uses, how accurate it is and how fast.
 //!
-//! Matrices are [`faer`]'s, states of a chart [`nalgebra`]'s. Input is checked once, at the public entry; every
-//! failure is an [`Error`] with the measured number. No code of the crate is `unsafe`.
+//! Matrices are [`faer`] types, chart states [`nalgebra`] types. Input is checked once, at the public entry; every
+//! failure is an [`Error`] that carries the measured value. The crate contains no `unsafe` code.
 
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
@@ -74,12 +77,12 @@ pub use report::{SolverReport, StopReason};
 pub use solve::newton;
 pub use space::{Quotient, ScalarField};
 
-/// The README's example is a test.
+/// Runs the README's example as a test.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;
 
-/// And that of the guide.
+/// Runs the examples of the guide as tests.
 #[cfg(doctest)]
 #[doc = include_str!("../docs/guides/rust.md")]
 struct RustGuide;

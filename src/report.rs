@@ -1,6 +1,6 @@
-//! What an iterative solver says when it stops.
+//! The report of an iterative solver.
 //!
-//! The reason for stopping is data, and stopping is not the same as converging.
+//! The reason for stopping is data: a solver may stop without having converged.
 
 use std::fmt;
 
@@ -26,21 +26,21 @@ pub enum StopReason {
     Converged,
     /// The iteration limit was reached first.
     MaxIterations,
-    /// No step along the Newton direction lowers the residual any more.
+    /// No step along the Newton direction reduces the residual any more.
     Stagnated,
     /// The corrections grow instead of shrinking.
     Diverged,
     /// The Jacobian has no usable inverse.
     SingularJacobian,
-    /// The equations are met, but the curve is no minimum: another one is better.
+    /// The equations are satisfied, but the curve is not a minimum: a better one exists.
     NotMinimal,
-    /// The limit of work was reached first, about a second in each direction of the data; more iterations than by default raise
-    /// it in proportion.
+    /// The work limit was reached first. It is about a second in each direction of the data, and is raised in
+    /// proportion when more iterations are allowed than by default.
     WorkLimit,
 }
 
 impl StopReason {
-    /// All reasons; new ones are added at the end, since stored curves count them.
+    /// All reasons. Append new ones: stored curves identify a reason by its position.
     pub(crate) const ALL: [StopReason; 7] = [
         StopReason::Converged,
         StopReason::MaxIterations,
@@ -51,12 +51,12 @@ impl StopReason {
         StopReason::WorkLimit,
     ];
 
-    /// The reason of a word, the inverse of [`StopReason::as_str`].
+    /// The reason with a given name, the inverse of [`StopReason::as_str`].
     pub fn from_word(word: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|reason| reason.as_str() == word)
     }
 
-    /// The reason as a word, the same in Rust and Python.
+    /// The name of the reason, the same in Rust and Python.
     pub fn as_str(self) -> &'static str {
         match self {
             StopReason::Converged => "converged",

@@ -1,4 +1,4 @@
-//! The stored form as serde writes it: format, version, kind, and the arrays by name.
+//! The serde representation of stored curves: format, version, kind, and the arrays by name.
 
 use std::collections::BTreeMap;
 

@@ -1,37 +1,38 @@
-//! The curves of solved legs: polynomials between knots.
+//! Curves of solved legs, as polynomials between knots.
 
 use crate::linalg::field::Field;
 use crate::space::Homogeneous;
 
-/// Polynomials in `s - 1/2`, coefficient by coefficient: `x` (coordinates) and the frame (row by row), leg by leg.
+/// Polynomials in powers of `s - 1/2`, ordered by leg and then by coefficient: `x` (coordinates) and the frame (by
+/// rows).
 #[derive(Debug, Clone)]
 pub(crate) struct Dense {
-    /// Coefficients of a polynomial, less one.
+    /// Degree of the polynomials.
     pub(crate) order: usize,
     x: Vec<f64>,
     frames: Vec<f64>,
-    /// `x, x', x''` at both ends, and the frame at the last one.
+    /// `x, x', x''` at both ends of each leg, and the frame at its end.
     ends: Vec<f64>,
     last_frames: Vec<f64>,
 }
 
-/// The polynomials of a leg, or of eight.
+/// The polynomials of one leg, or of eight.
 pub(crate) struct Polynomials<'a, T> {
-    /// Coefficients in powers of `s - 1/2`: of `x`, and of the frame relative to that at the start.
+    /// Coefficients in powers of `s - 1/2`, of `x` and of the frame relative to the frame at the start.
     pub(crate) x: &'a [T],
     pub(crate) frames: &'a [T],
-    /// `x, x', x''` at the first and at the last end, and the frame at the last one.
+    /// `x, x', x''` at the start and at the end of the leg, and the frame at the end.
     pub(crate) ends: [&'a [T]; 6],
     pub(crate) last_frame: &'a [T],
 }
 
 /// The curves of solved legs.
 pub(crate) trait Curves: Send + Sync {
-    /// Polynomials that have those of a leg among them, and which these are.
+    /// The polynomials that contain those of a leg, and the index of the leg among them.
     fn of_leg(&self, leg: usize) -> (&Dense, usize);
 
-    /// Writes `x, x', x''` in the middle of a leg, whose series has as many terms as are returned; `None` where the curve is known by
-    /// its polynomials alone.
+    /// Writes `x, x', x''` at the middle of a leg and returns the number of terms of its series; `None` if only the
+    /// polynomials are known.
     fn middle_into(&self, leg: usize, out: [&mut [f64]; 3]) -> Option<usize>;
 }
 
@@ -46,7 +47,7 @@ impl Curves for Dense {
 }
 
 impl Dense {
-    /// Room for legs with `nodes + 3` coefficients.
+    /// Allocates legs with `nodes + 3` coefficients.
     pub(crate) fn new(legs: usize, nodes: usize, space: impl Homogeneous) -> Self {
         let (d, square, order) = (space.dim(), space.size() * space.size(), nodes + 2);
         Dense {
@@ -58,29 +59,29 @@ impl Dense {
         }
     }
 
-    /// Coefficients of `x` of a leg, for `d` coordinates.
+    /// Coefficients of `x` on a leg, for `d` coordinates.
     pub(crate) fn x(&self, leg: usize, d: usize) -> &[f64] {
         let size = (self.order + 1) * d;
         &self.x[leg * size..][..size]
     }
 
-    /// Coefficients of the frames of a leg, for `square` entries.
+    /// Coefficients of the frames on a leg, for `square` entries.
     pub(crate) fn frames(&self, leg: usize, square: usize) -> &[f64] {
         let size = (self.order + 1) * square;
         &self.frames[leg * size..][..size]
     }
 
-    /// `x, x', x''` at the first or the last end of a leg, for `d` coordinates.
+    /// `x, x', x''` at the start or the end of a leg, for `d` coordinates.
     pub(crate) fn end(&self, leg: usize, end: usize, d: usize) -> impl Iterator<Item = &[f64]> {
         self.ends[(2 * leg + end) * 3 * d..][..3 * d].chunks_exact(d)
     }
 
-    /// The frame at the last end of a leg.
+    /// The frame at the end of a leg.
     pub(crate) fn last_frame(&self, leg: usize, square: usize) -> &[f64] {
         &self.last_frames[leg * square..][..square]
     }
 
-    /// Write the polynomials of a group of legs, the first of which is `first`.
+    /// Writes the polynomials of a group of legs, starting at leg `first`.
     #[inline(always)]
     pub(crate) fn write<T: Field>(&mut self, first: usize, polynomials: &Polynomials<'_, T>) {
         let Polynomials {

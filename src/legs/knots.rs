@@ -1,35 +1,35 @@
-//! Knots in a row: frames, times, and what is given at the ends.
+//! A chain of knots: frames, times, and the conditions at the ends.
 
 use crate::linalg::field::{Field, larger};
 use crate::space::Homogeneous;
 
-/// What is given at an end of a chain, in coordinates, per unit of time.
+/// The condition at an end of a chain, in coordinates, per unit of time.
 #[derive(Debug, Clone)]
 pub(crate) enum End {
     Velocity(Vec<f64>),
     Acceleration(Vec<f64>),
 }
 
-/// What is given at the ends of a chain.
+/// The conditions at the ends of a chain.
 #[derive(Debug, Clone)]
 pub(crate) enum Ends {
     Open([End; 2]),
     Periodic,
 }
 
-/// Knots in a row.
+/// A chain of knots.
 pub(crate) struct Knots<'a> {
-    /// Of the legs, in units of time.
+    /// Durations of the legs.
     pub(crate) lengths: &'a [f64],
-    /// The next knot's frame in that of the knot where the leg starts, shape `(r, r)`, column by column.
+    /// The frame of the next knot relative to the frame of the knot where the leg starts, shape `(r, r)`, by columns.
     pub(crate) targets: Vec<&'a [f64]>,
     pub(crate) ends: &'a Ends,
-    /// Of the curves.
+    /// Tension of the curves.
     pub(crate) tension: f64,
 }
 
 impl<'a> Knots<'a> {
-    /// Knots with a velocity of their own: the last one of a closed chain is the first.
+    /// Number of knots with a separate velocity: the last knot of a closed chain is the first one.
     pub(crate) fn count(&self) -> usize {
         self.lengths.len() + usize::from(matches!(self.ends, Ends::Open(_)))
     }
@@ -45,7 +45,7 @@ impl<'a> Knots<'a> {
         [before, (knot < legs).then_some(knot)]
     }
 
-    /// What is given at a knot that is an end, and the sign of its acceleration in a jump.
+    /// The condition at a knot that is an end, and the sign of its acceleration in a jump.
     pub(crate) fn end_at(&self, knot: usize) -> Option<(&'a End, f64)> {
         match self.ends {
             Ends::Open([first, _]) if knot == 0 => Some((first, 1.0)),
@@ -65,19 +65,19 @@ impl<'a> Knots<'a> {
         matches!(self.end_at(knot), Some((End::Velocity(_), _)))
     }
 
-    /// The leg in a lane of a group. The last leg stands in for those that the last group has less.
+    /// The leg in a lane of a group. The last leg fills the unused lanes of the last group.
     #[inline(always)]
     pub(crate) fn leg_in<T: Field>(&self, group: usize, lane: usize) -> usize {
         (group * T::COUNT + lane).min(self.lengths.len() - 1)
     }
 
-    /// The largest rate by which the tension lets velocities grow, in the time of a leg.
+    /// The largest rate at which the tension lets velocities grow, in the time of a leg.
     pub(crate) fn largest_rate(&self) -> f64 {
         let longest = self.lengths.iter().fold(0.0, |most, h| larger(most, *h));
         longest * self.tension.sqrt()
     }
 
-    /// The tensions of a group of legs, in their time; none of cubics.
+    /// The tensions of a group of legs, in their time; `None` for cubics.
     pub(crate) fn tensions<T: Field>(&self, group: usize) -> Option<T> {
         if self.tension == 0.0 {
             return None;
@@ -90,7 +90,7 @@ impl<'a> Knots<'a> {
         Some(tensions)
     }
 
-    /// Write the targets of a group of legs, shape `(r, r)`, row by row.
+    /// Writes the targets of a group of legs, shape `(r, r)`, by rows.
     pub(crate) fn write_targets<T: Field>(&self, r: usize, group: usize, out: &mut [T]) {
         for lane in 0..T::COUNT {
             let target = self.targets[self.leg_in::<T>(group, lane)];
@@ -102,7 +102,8 @@ impl<'a> Knots<'a> {
         }
     }
 
-    /// Write the velocities at both ends of a group of legs, in the time of the legs, from those at the knots.
+    /// Writes the velocities at both ends of a group of legs, in the time of the legs, from the velocities at the
+    /// knots.
     #[inline(always)]
     pub(crate) fn write_velocities<T: Field>(
         &self,
@@ -121,9 +122,9 @@ impl<'a> Knots<'a> {
         }
     }
 
-    /// Jumps of the covariant acceleration at the knots, before less after; at an end, less the given one.
+    /// Jumps of the covariant acceleration at the knots, before minus after; at an end, minus the given acceleration.
     ///
-    /// `accelerations` returns those at the first and the last end of the group of a leg, in the time of the legs.
+    /// `accelerations` returns the accelerations at the start and the end of a leg's group, in the time of the legs.
     pub(crate) fn jumps<'l, T: Field + 'l>(
         &self,
         d: usize,
@@ -152,7 +153,7 @@ impl<'a> Knots<'a> {
         jumps
     }
 
-    /// The largest entry of jumps, in the time of the shorter leg at each knot.
+    /// The largest entry of the jumps, in the time of the shorter leg at each knot.
     pub(crate) fn largest_jump(&self, jumps: &[f64], d: usize) -> f64 {
         let mut most = 0.0;
         for (knot, jump) in jumps.chunks_exact(d).enumerate() {
@@ -164,7 +165,8 @@ impl<'a> Knots<'a> {
         most
     }
 
-    /// The largest velocity at a knot, in the time of a leg, or distance of a knot from the next one.
+    /// The largest velocity at a knot, in the time of a leg, or the largest distance between neighbouring knots,
+    /// whichever is larger.
     pub(crate) fn speed(&self, space: impl Homogeneous, velocities: &[f64]) -> f64 {
         let (d, r) = (space.dim(), space.size());
         let speed = |knot: usize| {

@@ -1,4 +1,4 @@
-//! Legs in a row between knots: what every solver of a chain of Riemannian cubics takes and gives.
+//! Chains of legs between knots: the data shared by all solvers of a chain of Riemannian cubics.
 
 mod dense;
 mod knots;

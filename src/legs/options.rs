@@ -1,31 +1,31 @@
-//! How a chain of legs is solved: where to start, when to stop, how far an iteration has come.
+//! Options of the solvers of a chain of legs, and their progress.
 
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::report::{SolverReport, StopReason};
 
-/// Residuals are known to this share of the largest acceleration or third vector of a leg, in its own time.
+/// Accuracy of residuals, relative to the largest acceleration or third vector of a leg, in its own time.
 const ROUND_OFF: f64 = 16.0 * f64::EPSILON;
 
 const SOLVER: &str = "chain of Riemannian cubics";
 
-/// `x'''` of a leg at some times between 0 and 1, one vector after the other.
+/// `x'''` of a leg at some times between 0 and 1, one vector after another.
 pub(crate) type ThirdDerivative<'a> = dyn Fn(usize, &[f64]) -> Result<Vec<f64>> + 'a;
 
-/// Where to start, and when to stop.
+/// Start and stopping criteria of a solver.
 pub(crate) struct Options<'a> {
-    /// Of a start near a solution; otherwise it is left out, as in flat space.
+    /// The third derivative of a start near a solution; `None` neglects it, as in flat space.
     pub(crate) third_derivative: Option<&'a ThirdDerivative<'a>>,
-    /// Of all equations, in the time of the legs.
+    /// Bound on the residuals of all equations, in the time of the legs.
     pub(crate) tolerance: f64,
     pub(crate) max_iterations: usize,
-    /// Asked before every iteration, which takes so many products: whether it may be begun.
+    /// Called with the number of products of the next iteration: whether the iteration may begin.
     pub(crate) may_go_on: &'a dyn Fn(f64) -> bool,
-    /// Asked before every iteration.
+    /// Polled before every iteration.
     pub(crate) interrupt: Interrupt<'a>,
 }
 
-/// How far an iteration has come.
+/// Progress of an iteration.
 pub(crate) struct Progress {
     iterations: usize,
     residual: f64,
@@ -41,9 +41,10 @@ impl Progress {
         }
     }
 
-    /// Takes over a residual, of a chain with the largest acceleration or third vector `bend`; what it is to come down to.
+    /// Records a residual, for a chain with the largest acceleration or third vector `bend`; returns the target of the
+    /// residual.
     pub(crate) fn set(&mut self, residual: f64, bend: f64, tolerance: f64) -> f64 {
-        // None where it is not a number.
+        // `None` if it is not a number.
         self.residual = if residual.is_nan() {
             f64::INFINITY
         } else {
@@ -53,7 +54,7 @@ impl Progress {
         self.goal
     }
 
-    /// Counts one more iteration, of so many products; a reason where it may not be begun.
+    /// Counts another iteration that costs the given number of products; returns a reason if it may not begin.
     ///
     /// # Errors
     /// `Interrupted`.

@@ -1,4 +1,4 @@
-//! What splines of rotations and poses do at their ends.
+//! End conditions of splines of rotations and poses.
 
 use faer::Mat;
 use nalgebra::{UnitQuaternion, Vector3};
@@ -21,15 +21,15 @@ use crate::spline::{EndCondition, EndConditions};
 /// ```
 #[derive(Debug, Clone, Copy)]
 pub enum RotationEnds {
-    /// No angular acceleration at both ends: the curve of least cost through the rotations.
+    /// Zero angular acceleration at both ends: the curve of least cost through the rotations.
     Natural,
     /// One condition at each end.
     Each([RotationEnd; 2]),
-    /// The last rotation is the first one; rate and angular acceleration agree there.
+    /// The last rotation equals the first one; the rate and the angular acceleration agree there.
     Periodic,
 }
 
-/// The condition at one end of a spline of rotations, in the frame of the body.
+/// The condition at one end of a spline of rotations, in the body frame.
 ///
 /// # Examples
 /// ```
@@ -65,15 +65,15 @@ pub enum RotationEnd {
 /// ```
 #[derive(Debug, Clone, Copy)]
 pub enum PoseEnds {
-    /// No angular and no linear acceleration at both ends.
+    /// Zero angular and linear acceleration at both ends.
     Natural,
     /// One condition at each end.
     Each([PoseEnd; 2]),
-    /// The last pose is the first one; velocities and accelerations agree there.
+    /// The last pose equals the first one; velocities and accelerations agree there.
     Periodic,
 }
 
-/// The condition at one end of a spline of poses: angular vectors in the frame of the body, linear ones in that of the world.
+/// The condition at one end of a spline of poses: angular vectors in the body frame, linear ones in the world frame.
 ///
 /// # Examples
 /// ```
@@ -89,22 +89,22 @@ pub enum PoseEnds {
 pub enum PoseEnd {
     /// Velocities, in radians and lengths per unit of time.
     Velocity {
-        /// Of the rotation.
+        /// Angular velocity.
         angular: Vector3<f64>,
-        /// Of the position.
+        /// Velocity of the position.
         linear: Vector3<f64>,
     },
     /// Accelerations.
     Acceleration {
-        /// Of the rotation.
+        /// Angular acceleration.
         angular: Vector3<f64>,
-        /// Of the position.
+        /// Acceleration of the position.
         linear: Vector3<f64>,
     },
 }
 
 impl RotationEnds {
-    /// The same for the points of `St(3, 3)`, of which these are the first and the last one.
+    /// The same conditions for points of `St(3, 3)`; `rotations` are the first and the last one.
     pub(super) fn on_frames(&self, rotations: [&UnitQuaternion<f64>; 2]) -> EndConditions {
         let on_frame = |rotation: &UnitQuaternion<f64>, end: &RotationEnd| match end {
             RotationEnd::Rate(w) => EndCondition::Velocity(tangent(rotation, w)),
@@ -122,7 +122,7 @@ impl RotationEnds {
 }
 
 impl PoseEnds {
-    /// Of the rotations alone.
+    /// The conditions on the rotations alone.
     pub(super) fn of_rotations(&self) -> RotationEnds {
         match self {
             PoseEnds::Natural => RotationEnds::Natural,

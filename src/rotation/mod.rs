@@ -1,4 +1,4 @@
-//! Rotations and poses: splines through unit quaternions and rigid motions, with their rates in the frame of the body or of the world.
+//! Splines through rotations (unit quaternions) and poses (rigid motions), with rates in the body or world frame.
 //!
 //! `SO(3) = St(3, 3)`, and a curve of rotations `R(t)` has the body rate `w` with
 //!
@@ -6,8 +6,8 @@
 //! R' = R\,\hat w,\qquad q' = \tfrac12\, q \circ (w, 0),\qquad w''' = w'' \times w
 //! ```
 //!
-//! The last equation is that of Riemannian cubics. `D_t R' = R \hat{w'}`, since `w x w = 0`, so the cost of a curve is the integral of
-//! the squared angular acceleration.
+//! The last equation is the equation of Riemannian cubics. `D_t R' = R \hat{w'}`, since `w x w = 0`, so the cost of a
+//! curve is the integral of the squared angular acceleration.
 //!
 //! # Source
 //! Noakes, Heinzinger, Paden (1989), "Cubic splines on curved spaces", IMA J. Math. Control Inform. 6, 465-473;

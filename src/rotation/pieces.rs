@@ -1,4 +1,4 @@
-//! The curve of a spline of rotations: polynomials of its quaternion and of its body rate.
+//! The pieces of a rotation spline: polynomials of its quaternion and of its body rate.
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 
@@ -11,38 +11,38 @@ use crate::curve::Curve;
 use crate::legs::Curves;
 use crate::linalg::simd::vectorised;
 
-/// Polynomials of all legs, one after the other.
+/// The polynomials of all legs, in order.
 #[derive(Debug)]
 pub(super) struct Pieces {
     segments: Vec<Segment>,
-    /// The first segment of each leg, and one beyond the last.
+    /// Index of the first segment of each leg, and one past the last segment.
     legs: Vec<usize>,
     rates: Vec<Vector>,
     quaternions: Vec<Quaternion>,
 }
 
-/// One polynomial, in powers of `u = rate (s - center)` of the time `s` of its leg.
+/// One polynomial, in powers of `u = rate (s - center)`, where `s` is the time within the leg.
 #[derive(Debug)]
 struct Segment {
-    /// Where it ends.
+    /// End of its interval.
     upper: f64,
     center: f64,
     rate: f64,
-    /// Its coefficients, of the body rate, in units of `u`, and of the quaternion.
+    /// Index of its first coefficient; coefficients are those of the body rate, in units of `u`, and of the quaternion.
     first: usize,
     terms: usize,
 }
 
-/// The curves of legs that a solver has left.
+/// The curves of legs, as a solver left them.
 pub(super) struct SolvedLegs<'a> {
     pub(super) curves: &'a dyn Curves,
-    /// Of the curve.
+    /// Tension of the curve.
     pub(super) tension: f64,
     pub(super) knots: &'a [f64],
 }
 
 impl SolvedLegs<'_> {
-    /// Coefficients of the rate about the middle of a leg, in its time.
+    /// Taylor coefficients of the rate about the middle of a leg, in the time of the leg.
     #[inline(always)]
     fn rates(&self, leg: usize) -> Option<Vec<Vector>> {
         let mut middle = [[0.0; 3]; 3];
@@ -51,14 +51,14 @@ impl SolvedLegs<'_> {
         // Coordinates of `St(3, 2)` are `-w_3, -w_2, w_1`.
         let middle = middle.map(|[x, y, z]| [z, -y, -x]);
         let length = self.knots[leg + 1] - self.knots[leg];
-        // One factor after the other: their product may overflow.
+        // Multiply one factor at a time: the product of the factors may overflow.
         Some(rate_series(middle, self.tension * length * length, terms))
     }
 }
 
 impl Pieces {
-    /// From the curves of solved legs where there are some, from the pieces elsewhere; `knots` are the quaternions at the knots, up to
-    /// their sign but for the first.
+    /// From the curves of solved legs if there are any, from the pieces otherwise. `knots` are the quaternions at the
+    /// knots; only the sign of the first one counts.
     pub(super) fn new(
         cubics: &[RiemannianCubic],
         solved: Option<SolvedLegs<'_>>,
@@ -81,7 +81,7 @@ impl Pieces {
                         None => pieces.push_cubic(cubic, here),
                     };
                     pieces.legs.push(pieces.segments.len());
-                    // The given one, so that nothing adds up.
+                    // Continue from the given quaternion, so that errors do not accumulate.
                     let next = knots[leg + 1];
                     here = next.map(|x| x * 1.0_f64.copysign(dot(next, end)));
                 }
@@ -90,7 +90,7 @@ impl Pieces {
         pieces
     }
 
-    /// The curve of one piece that begins near a quaternion.
+    /// The curve of one piece, starting near a given quaternion.
     pub(super) fn of_cubic(cubic: &RiemannianCubic, start: Quaternion) -> Self {
         let mut pieces = Pieces {
             segments: Vec::new(),
@@ -103,7 +103,7 @@ impl Pieces {
         pieces
     }
 
-    /// A leg from its rate about its middle; the quaternion that it reaches.
+    /// Appends a leg from its rate about its middle; returns the quaternion at its end.
     #[inline(always)]
     fn push_solved(&mut self, rates: &[Vector], start: Quaternion) -> Quaternion {
         let turns = quaternion_series(rates, [0.0, 0.0, 0.0, 1.0]);
@@ -114,7 +114,7 @@ impl Pieces {
         end
     }
 
-    /// A leg from the polynomials of its curve on `St(3, 3)`; the quaternion that it reaches at its end.
+    /// Appends a leg from the polynomials of its curve on `St(3, 3)`; returns the quaternion at its end.
     fn push_cubic(&mut self, cubic: &RiemannianCubic, start: Quaternion) -> Quaternion {
         let mut here = start;
         let frame = cubic.frame();
@@ -160,7 +160,7 @@ impl Pieces {
         self.quaternions.extend_from_slice(quaternions);
     }
 
-    /// The same rotations by the other quaternions.
+    /// Negates all quaternions, which leaves the rotations unchanged.
     pub(super) fn change_sign(&mut self) {
         for q in &mut self.quaternions {
             *q = q.map(|x| -x);
@@ -175,7 +175,7 @@ impl Pieces {
         (segment, segment.rate * (s - segment.center))
     }
 
-    /// The unit quaternion at a time of a leg.
+    /// The unit quaternion at time `s` of a leg.
     #[inline(always)]
     pub(super) fn quaternion(&self, leg: usize, s: f64) -> Quaternion {
         let (segment, u) = self.at(leg, s);
@@ -183,7 +183,7 @@ impl Pieces {
         normalised(value(coefficients, u))
     }
 
-    /// The body rate or a derivative of it, of order 0 to 2, at a time of a leg of some length.
+    /// The body rate or a derivative of order up to 2, at time `s` of a leg of the given length.
     #[inline(always)]
     pub(super) fn rate(&self, leg: usize, s: f64, length: f64, order: usize) -> Vector {
         let (segment, u) = self.at(leg, s);
@@ -192,7 +192,7 @@ impl Pieces {
             0 => value(coefficients, u),
             order => derivative(coefficients, u, order),
         };
-        // One factor after the other: their product may overflow.
+        // Multiply one factor at a time: the product of the factors may overflow.
         (0..=order).fold(vector, |vector, _| {
             vector.map(|x| x * segment.rate / length)
         })

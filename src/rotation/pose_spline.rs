@@ -1,4 +1,4 @@
-//! The spline through poses: rotations on `SO(3)`, positions in space.
+//! Splines through poses: rotations on `SO(3)`, positions in `R^3`.
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
@@ -11,10 +11,11 @@ use crate::error::{Error, Result};
 use crate::manifold::stiefel::POINT_TOLERANCE;
 use crate::spline::SplineOptions;
 
-/// A curve of poses through keyframes: rotations by a [`RotationSpline`], positions by the cubic spline with the same ends.
+/// A curve of poses through keyframes: a [`RotationSpline`] for the rotations, and a cubic spline with the same end
+/// conditions for the positions.
 ///
-/// In the product metric of `SO(3) x R^3` the two decouple. Positions and their derivatives are in the frame of the world, in units of
-/// length per unit of time. Outside of the keyframes' times the first and the last piece go on.
+/// In the product metric of `SO(3) x R^3` the two decouple. Positions and their derivatives are in the world frame, in
+/// units of length per unit of time. Outside the keyframes' times the first and the last piece are extrapolated.
 ///
 /// # Examples
 /// ```
@@ -38,10 +39,11 @@ pub struct PoseSpline {
 }
 
 impl PoseSpline {
-    /// Through poses at increasing times.
+    /// The spline through poses at increasing times.
     ///
     /// # Errors
-    /// As [`RotationSpline::new`]; `NonFinite` and, for periodic ends that do not close, `InvalidArgument`, in `AtKnot`; `Overflow`.
+    /// As [`RotationSpline::new`]; `NonFinite` and, for periodic ends that do not close, `InvalidArgument`, both
+    /// wrapped in `AtKnot`; `Overflow`.
     pub fn new(
         t: &[f64],
         poses: &[Isometry3<f64>],
@@ -76,7 +78,7 @@ impl PoseSpline {
         })
     }
 
-    /// The curve of the rotations.
+    /// The rotation part.
     pub fn rotations(&self) -> &RotationSpline {
         &self.rotations
     }
@@ -106,7 +108,7 @@ impl PoseSpline {
         self.derivative(t, 0)
     }
 
-    /// The velocity of the position, in the frame of the world.
+    /// The velocity of the position, in the world frame.
     ///
     /// # Errors
     /// `NonFinite`, `Overflow`.
@@ -114,7 +116,7 @@ impl PoseSpline {
         self.derivative(t, 1)
     }
 
-    /// The acceleration of the position, in the frame of the world.
+    /// The acceleration of the position, in the world frame.
     ///
     /// # Errors
     /// `NonFinite`, `Overflow`.
@@ -122,8 +124,7 @@ impl PoseSpline {
         self.derivative(t, 2)
     }
 
-    /// The twist at a time, angular before linear: of the pose `T(t)`, `T^{-1} T'` in the frame of the body, `T' T^{-1}` in that of
-    /// the world:
+    /// The twist of the pose `T(t)`, angular part first: `T^{-1} T'` in the body frame, `T' T^{-1}` in the world frame:
     ///
     /// ```math
     /// (w,\; R^T p'),\qquad (R w,\; p' - R w \times p)
@@ -168,7 +169,8 @@ impl PoseSpline {
     }
 }
 
-/// Error unless the last position is the first one, up to the tolerance of points in units of their extent.
+/// Return an error unless the last position equals the first one, within the tolerance of points relative to the extent
+/// of the positions.
 fn check_closed(positions: &[Vector3<f64>]) -> Result<()> {
     let last = positions.len() - 1;
     let gap = (positions[last] - positions[0]).norm();

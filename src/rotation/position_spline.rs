@@ -5,14 +5,14 @@ use nalgebra::Vector3;
 use crate::error::{Error, Result};
 use crate::solve::block_tridiagonal::BlockTridiagonal;
 
-/// What is given at an end, per unit of time.
+/// The condition at an end, per unit of time.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum PositionEnd {
     Velocity(Vector3<f64>),
     Acceleration(Vector3<f64>),
 }
 
-/// Positions at knots with the velocities of the cubic spline.
+/// Positions at knots, and the velocities of the cubic spline there.
 ///
 /// ```math
 /// \frac{2 v_{i-1} + 4 v_i}{h_-} + \frac{4 v_i + 2 v_{i+1}}{h_+}
@@ -25,7 +25,7 @@ pub(super) struct PositionSpline {
 }
 
 impl PositionSpline {
-    /// Through positions at checked times; `None` for the ends is a closed curve.
+    /// The spline through positions at times already checked; `ends` is `None` for a closed curve.
     ///
     /// # Errors
     /// `Overflow`.
@@ -41,7 +41,7 @@ impl PositionSpline {
         for leg in 0..legs {
             let h = knots[leg + 1] - knots[leg];
             let next = (leg + 1) % count;
-            // One factor after the other: the square of a length may overflow.
+            // Multiply one factor at a time: the square of a length may overflow.
             let share = (positions[leg + 1] - positions[leg]) / h * (6.0 / h);
             system.diagonal[leg] += 4.0 / h;
             system.diagonal[next] += 4.0 / h;
@@ -91,8 +91,8 @@ impl PositionSpline {
         })
     }
 
-    /// The position or a derivative of it, of order 0 to 3, at the time `s` of a leg that takes `h`; of the first and the last leg
-    /// also outside of `[0, 1]`.
+    /// The position or a derivative of order up to 3, at time `s` of a leg of duration `h`; on the first and the last
+    /// leg `s` may lie outside `[0, 1]`.
     pub(super) fn derivative(&self, leg: usize, s: f64, h: f64, order: usize) -> Vector3<f64> {
         let step = self.positions[leg + 1] - self.positions[leg];
         let [v, w] = [leg, leg + 1].map(|knot| self.velocities[knot] * h);

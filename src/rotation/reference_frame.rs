@@ -1,6 +1,6 @@
-//! In which frame rates are given.
+//! The frame in which rates are expressed.
 
-/// The frame in which a rate, an acceleration or a jerk is given.
+/// The frame in which a rate, an acceleration or a jerk is expressed.
 ///
 /// # Examples
 /// ```
@@ -18,8 +18,8 @@
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ReferenceFrame {
-    /// That of the body, which the curve turns: `R^T v` for a vector `v` of the world.
+    /// The body frame, which the curve rotates: `R^T v` for a vector `v` of the world.
     Body,
-    /// The fixed one.
+    /// The fixed world frame.
     World,
 }

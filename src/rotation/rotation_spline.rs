@@ -1,4 +1,4 @@
-//! The spline through rotations, in unit quaternions.
+//! Splines through rotations, as unit quaternions.
 
 use std::fmt;
 use std::sync::{Arc, OnceLock};
@@ -24,21 +24,22 @@ use crate::spline::{
     cubic_spline_of_legs, smoothing_spline,
 };
 
-/// Times from which on values are shared out to the threads of the pool: below, waking them takes longer than the work.
+/// Number of times from which evaluation is parallel: below it, waking the threads takes longer than the work.
 const SHARED: usize = 4096;
 
-/// A curve of rotations through keyframes: twice continuously differentiable, stationary for the integral of the squared angular
-/// acceleration among the curves through them with the same ends.
+/// A curve of rotations through keyframes: twice continuously differentiable, and stationary for the integral of the
+/// squared angular acceleration among the curves through the keyframes with the same end conditions.
 ///
-/// The same curve as the [`cubic_spline`](crate::spline::cubic_spline) of the matrices, points of `St(3, 3)`, in unit quaternions:
-/// of continuous sign, at the first keyframe the given one. Outside of the keyframes' times the first and the last piece go on.
+/// It is the [`cubic_spline`](crate::spline::cubic_spline) of the rotation matrices, as points of `St(3, 3)`, converted
+/// to unit quaternions. Their sign is continuous, and at the first keyframe it is that of the given quaternion. Outside
+/// the keyframes' times the first and the last piece are extrapolated.
 ///
-/// The first value makes the polynomials of all legs, some microseconds a leg; from then on nothing is allocated between the first
-/// and the last keyframe.
+/// The first evaluation builds the polynomials of all legs, a few microseconds per leg; later evaluations between the
+/// first and the last keyframe allocate nothing.
 ///
 /// # Accuracy
-/// Quaternions are of unit length to `2 eps`, at the keyframes within 8e-13 rad of them; the curve differs from that of the matrices
-/// by at most 1e-12 (asserted in `tests/rotation_spline.rs`).
+/// Quaternions have unit length to `2 eps` and are within 8e-13 rad of the keyframes; the curve differs from the curve
+/// of matrices by at most 1e-12 (asserted in `tests/rotation_spline.rs`).
 ///
 /// # Examples
 /// ```
@@ -57,9 +58,9 @@ const SHARED: usize = 4096;
 /// ```
 pub struct RotationSpline {
     curve: Arc<Piecewise<RiemannianCubic>>,
-    /// Of the legs, where the solver has left them, and the tension of the curve.
+    /// The curves of the legs, if a solver produced them, and the tension.
     legs: Option<(Arc<dyn Curves>, f64)>,
-    /// At the knots, up to their sign but for the first.
+    /// Quaternions at the knots; only the sign of the first one counts.
     rotations: Vec<Quaternion>,
     report: Option<SolverReport>,
     pieces: OnceLock<Pieces>,
@@ -74,11 +75,11 @@ impl fmt::Debug for RotationSpline {
 }
 
 impl RotationSpline {
-    /// Through rotations at increasing times.
+    /// The spline through rotations at increasing times.
     ///
     /// # Errors
-    /// As [`cubic_spline`](crate::spline::cubic_spline); in `AtKnot` `OutsideLogDomain`, with the angle, where two neighbours are half
-    /// a turn apart: there are two shortest ways between them.
+    /// As [`cubic_spline`](crate::spline::cubic_spline). If two neighbours are half a turn apart, two shortest
+    /// rotations join them: `AtKnot` with `OutsideLogDomain`, which carries the angle.
     pub fn new(
         t: &[f64],
         rotations: &[UnitQuaternion<f64>],
@@ -87,7 +88,7 @@ impl RotationSpline {
     ) -> Result<Self> {
         let conditions = match rotations {
             [first, .., last] => ends.on_frames([first, last]),
-            // Too few, which the spline says.
+            // Too few rotations: `cubic_spline` raises the error.
             _ => EndConditions::Natural,
         };
         Self::with_conditions(t, rotations, &conditions, options)
@@ -117,7 +118,8 @@ impl RotationSpline {
         ))
     }
 
-    /// Through rotations with given body rates, in radians per unit of time; once continuously differentiable.
+    /// The spline through rotations with given body rates, in radians per unit of time; once continuously
+    /// differentiable.
     ///
     /// # Errors
     /// As [`cubic_hermite`].
@@ -147,7 +149,8 @@ impl RotationSpline {
         Ok(Self::of_legs(curve, None, rotations, None))
     }
 
-    /// Near rotations: the balance of closeness to them and cost, by the smoothing spline of their matrices.
+    /// The smoothing spline near rotations, computed from their matrices: it balances closeness to the rotations
+    /// against cost.
     ///
     /// # Errors
     /// As [`smoothing_spline`].
@@ -164,11 +167,11 @@ impl RotationSpline {
         Self::of_curve(Arc::new(curve), rotations.first(), Some(smooth.report))
     }
 
-    /// The same curve in quaternions, for a curve of rotation matrices; the sign at the first knot is that of `start`, where that is
-    /// given.
+    /// The quaternions of a given curve of rotation matrices; the sign at the first knot is that of `start`, if given.
     ///
     /// # Errors
-    /// `Shape` unless it is on `St(3, 3)`; `InvalidArgument` for reflections; where it cannot be evaluated.
+    /// `Shape` unless the curve is on `St(3, 3)`; `InvalidArgument` for reflections; the errors of evaluating the
+    /// curve.
     pub fn of_curve(
         curve: Arc<Piecewise<RiemannianCubic>>,
         start: Option<&UnitQuaternion<f64>>,
@@ -218,7 +221,7 @@ impl RotationSpline {
         }
     }
 
-    /// The curve of matrices on `St(3, 3)`: cost, arc length, bounds of rates, covariant derivatives.
+    /// The curve of matrices on `St(3, 3)`, for cost, arc length, bounds on rates and covariant derivatives.
     pub fn curve(&self) -> &Arc<Piecewise<RiemannianCubic>> {
         &self.curve
     }
@@ -228,21 +231,21 @@ impl RotationSpline {
         self.curve.knots()
     }
 
-    /// The rotations at these times.
+    /// The rotations at the knots.
     pub fn keyframes(&self) -> impl Iterator<Item = UnitQuaternion<f64>> {
         self.rotations.iter().map(|q| unit(*q))
     }
 
-    /// The integral of the squared angular acceleration between the first and the last keyframe; of a curve in tension that of
-    /// `|w'|^2 + tau |w|^2`.
+    /// The integral of the squared angular acceleration between the first and the last keyframe; for a curve in
+    /// tension, the integral of `|w'|^2 + tau |w|^2`.
     ///
     /// # Errors
-    /// `Overflow`; where the curve does not exist.
+    /// `Overflow`, and the errors of evaluating the curve.
     pub fn cost(&self) -> Result<f64> {
         self.curve.cost()
     }
 
-    /// How the spline was solved for; `None` where every leg was made by itself.
+    /// The report of the spline's solver; `None` if every leg was computed separately.
     pub fn report(&self) -> Option<&SolverReport> {
         self.report.as_ref()
     }
@@ -250,7 +253,7 @@ impl RotationSpline {
     /// The rotation at a time.
     ///
     /// # Errors
-    /// `NonFinite`; outside of the keyframes where the curve cannot be integrated on.
+    /// `NonFinite`; outside the keyframes, the errors of extending the curve.
     pub fn rotation(&self, t: f64) -> Result<UnitQuaternion<f64>> {
         let mut out = [[0.0; 4]];
         self.quaternions_into(&[t], &mut out)?;
@@ -265,7 +268,7 @@ impl RotationSpline {
         self.vector(t, 0, frame)
     }
 
-    /// The angular acceleration at a time: the derivative of the angular velocity, the same in both frames.
+    /// The angular acceleration at a time: the derivative of the angular velocity, in the given frame.
     ///
     /// # Errors
     /// As [`RotationSpline::rotation`].
@@ -273,8 +276,8 @@ impl RotationSpline {
         self.vector(t, 1, frame)
     }
 
-    /// The angular jerk at a time: the second derivative `w''` of the body rate, in the frame of the world `R w''` (the derivative of
-    /// the angular acceleration there is `R (w'' + w x w')`).
+    /// The angular jerk at a time: the second derivative `w''` of the body rate. In the world frame it is `R w''`,
+    /// whereas the derivative of the angular acceleration there is `R (w'' + w x w')`.
     ///
     /// # Errors
     /// As [`RotationSpline::rotation`].
@@ -288,15 +291,15 @@ impl RotationSpline {
         let body = Vector3::from(out[0]);
         match frame {
             ReferenceFrame::Body => Ok(body),
-            // The rate and its derivative as the world sees them: R (w' + w x w) = R w'.
+            // The rate and its derivative in the world frame: R (w' + w x w) = R w'.
             ReferenceFrame::World => Ok(self.rotation(t)? * body),
         }
     }
 
-    /// Unit quaternions at many times, scalar last; in parallel where there are many.
+    /// Unit quaternions at many times, scalar last; in parallel for long arrays.
     ///
     /// # Errors
-    /// As [`RotationSpline::rotation`], `NonFinite` with the index of the time.
+    /// As [`RotationSpline::rotation`]; `NonFinite` with the index of the time.
     pub fn quaternions_into(&self, t: &[f64], out: &mut [[f64; 4]]) -> Result<()> {
         let pieces = self.pieces();
         self.values_into(t, out, |leg, s| match leg {
@@ -305,10 +308,10 @@ impl RotationSpline {
         })
     }
 
-    /// Body rates at many times, or a derivative of them, of order 0 to 2; in parallel where there are many.
+    /// Body rates, or their derivatives of order up to 2, at many times; in parallel for long arrays.
     ///
     /// # Errors
-    /// As [`RotationSpline::rotation`], `InvalidArgument` (order), `NonFinite` with the index of the time, `Overflow`.
+    /// As [`RotationSpline::rotation`]; `InvalidArgument` (order), `NonFinite` with the index of the time, `Overflow`.
     pub fn rates_into(&self, t: &[f64], order: usize, out: &mut [[f64; 3]]) -> Result<()> {
         if order > 2 {
             return Err(Error::InvalidArgument {
@@ -356,7 +359,7 @@ impl RotationSpline {
         let beyond = self.beyond(t)?;
         let knots = self.knots();
         let (first, last) = (knots[0], knots[knots.len() - 1]);
-        // Times in a row often lie in one leg.
+        // Consecutive times often lie in the same leg.
         let some = |t: &[f64], out: &mut [[f64; N]]| {
             let mut leg = 0;
             for (t, out) in t.iter().zip(out) {
@@ -383,7 +386,7 @@ impl RotationSpline {
         Ok(())
     }
 
-    /// The first and the last piece integrated on to what is asked for outside of the keyframes.
+    /// The first and the last piece, extended to the requested times outside the keyframes.
     fn beyond(&self, t: &[f64]) -> Result<[Option<Beyond>; 2]> {
         let knots = self.knots();
         let legs = knots.len() - 1;
@@ -400,7 +403,7 @@ impl RotationSpline {
             let (s, piece) = (local(leg, t), &self.curve.pieces()[leg]);
             let longer = piece.restricted(s.min(0.0), s.max(1.0), Interrupt::NEVER)?;
             let mut pieces = Pieces::of_cubic(&longer, self.rotations[leg]);
-            // The sign is that of the leg.
+            // Choose the sign of the leg's quaternion.
             let here = self.pieces().quaternion(leg, 0.5);
             if dot(pieces.quaternion(0, 0.5), here) < 0.0 {
                 pieces.change_sign();
@@ -426,13 +429,13 @@ impl RotationSpline {
     }
 }
 
-/// Where a time lies.
+/// The leg or extension in which a time lies.
 enum Place<'a> {
     Leg(usize),
     Beyond(&'a Beyond),
 }
 
-/// A leg integrated on.
+/// A leg extended beyond the keyframes.
 struct Beyond {
     leg: usize,
     pieces: Pieces,

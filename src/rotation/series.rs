@@ -1,12 +1,12 @@
 //! Taylor series of a body rate, and of the unit quaternion that turns with it.
 
-/// A vector of space.
+/// A vector in space.
 pub(super) type Vector = [f64; 3];
 
 /// A quaternion, scalar last.
 pub(super) type Quaternion = [f64; 4];
 
-/// Coefficients of the rate of a cubic, from `w, w', w''` at the center, to as many as asked for.
+/// Taylor coefficients of the rate of a cubic, `terms` of them, from `w, w', w''` at the center.
 ///
 /// ```math
 /// w'' = w' \times w + \tau w + c,\qquad
@@ -33,11 +33,12 @@ pub(super) fn rate_series(
     a
 }
 
-/// Coefficients of the quaternion, as many as of the rate, from its value at the center: `q' = q (w, 0) / 2`.
+/// Taylor coefficients of the quaternion, as many as of the rate, from its value at the center: `q' = q (w, 0) / 2`.
 #[inline(always)]
 pub(super) fn quaternion_series(w: &[Vector], center: Quaternion) -> Vec<Quaternion> {
     let mut q = Vec::with_capacity(w.len());
-    // The products with the three unit vectors, of which those with a rate are sums: four numbers at a time.
+    // Products with a rate are combinations of the products with the three unit vectors, computed four numbers at a
+    // time.
     let mut units = Vec::with_capacity(w.len());
     q.push(center);
     units.push(by_units(center));
@@ -62,12 +63,13 @@ fn by_units([x, y, z, s]: Quaternion) -> [Quaternion; 3] {
     [[s, z, -y, -x], [-z, s, x, -y], [y, -x, s, -z]]
 }
 
-/// The value of a polynomial, even and odd powers by themselves: two short chains of additions in place of a long one.
+/// The value of a polynomial. Even and odd powers are summed separately: two short chains of additions instead of a
+/// long one.
 #[inline(always)]
 pub(super) fn value<const N: usize>(coefficients: &[[f64; N]], u: f64) -> [f64; N] {
     let square = u * u;
     if square.is_infinite() {
-        // Zeros times infinity: a curve that stands still may be asked for any time.
+        // Zero times infinity: a curve at rest may be evaluated at any time.
         return coefficients.iter().rev().fold([0.0; N], |sum, c| {
             std::array::from_fn(|i| sum[i] * u + c[i])
         });
@@ -86,7 +88,7 @@ pub(super) fn value<const N: usize>(coefficients: &[[f64; N]], u: f64) -> [f64; 
     std::array::from_fn(|i| even[i] + u * odd[i])
 }
 
-/// A derivative of a polynomial, of order 0, 1 or 2.
+/// The derivative of a polynomial, of order 0, 1 or 2.
 #[inline(always)]
 pub(super) fn derivative(coefficients: &[Vector], u: f64, order: usize) -> Vector {
     let mut sum = [0.0; 3];
@@ -99,7 +101,7 @@ pub(super) fn derivative(coefficients: &[Vector], u: f64, order: usize) -> Vecto
     sum
 }
 
-/// `a b`, the rotation `b` first.
+/// `a b`: rotation by `b` first, then by `a`.
 #[inline(always)]
 pub(super) fn product(a: Quaternion, b: Quaternion) -> Quaternion {
     let ([ax, ay, az, aw], [bx, by, bz, bw]) = (a, b);
@@ -120,7 +122,7 @@ pub(super) fn dot(a: Quaternion, b: Quaternion) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// The unit quaternion of a direction.
+/// The quaternion scaled to unit length.
 #[inline(always)]
 pub(super) fn normalised(q: Quaternion) -> Quaternion {
     let factor = 1.0 / dot(q, q).sqrt();

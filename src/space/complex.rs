@@ -5,9 +5,9 @@
 //! S \mapsto \begin{pmatrix} \operatorname{Re} S & -\operatorname{Im} S \\ \operatorname{Im} S & \operatorname{Re} S \end{pmatrix}
 //! ```
 //!
-//! Every entry occurs twice, but for the imaginary parts on the diagonal, which the metric `tr(A^H B) / 2` counts half. The
-//! coordinates are each entry once, so there are as many as the complex space has dimensions, and only half of the entries of a
-//! bracket are computed: four real products for a complex one.
+//! Every entry occurs twice, except the imaginary parts on the diagonal, which have half the weight in the metric
+//! `tr(A^H B) / 2`. The coordinates contain each entry once, so their number is the dimension of the complex space.
+//! Only half of the entries of a bracket are computed: four real products for a complex one.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 use std::ops::Range;
@@ -20,13 +20,13 @@ use crate::linalg::field::Field;
 /// `U(p)/U(p - q)`, or `U(p)/(U(q) x U(p - q))`, for `p = r / 2` and `q = k / 2`.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ComplexSpace {
-    /// Rows and columns of embedded matrices.
+    /// Rows and columns of the embedded matrices.
     pub(crate) r: usize,
     pub(crate) k: usize,
     pub(crate) quotient: Quotient,
 }
 
-/// A diagonal block, of the embedded unitary matrices of a size.
+/// A diagonal block of the embedded unitary matrices.
 #[derive(Clone, Copy)]
 struct Block {
     /// Its first row.
@@ -35,12 +35,12 @@ struct Block {
 }
 
 impl Block {
-    /// Runs of the entries of a skew-Hermitian matrix, from a coordinate on: the real parts left of the diagonal, and the
-    /// imaginary parts there and on it.
+    /// Visits runs of entries of a skew-Hermitian matrix, starting at coordinate `p`: the real parts left of the
+    /// diagonal, and the imaginary parts left of and on it.
     #[inline(always)]
     fn each_run(self, mut p: usize, mut visit: impl FnMut(usize, usize, usize, usize)) {
         let Block { first, size } = self;
-        // One call of `visit`: kernels are inlined into it.
+        // A single call site of `visit`: kernels are inlined into it.
         for row in 1..2 * size {
             let count = if row < size { row } else { row - size + 1 };
             visit(p, first + row, first, count);
@@ -50,7 +50,7 @@ impl Block {
 }
 
 impl ComplexSpace {
-    /// Complex columns and rows below them.
+    /// Complex columns, and complex rows below them.
     #[inline(always)]
     fn sizes(self) -> [usize; 2] {
         [self.k / 2, (self.r - self.k) / 2]
@@ -68,7 +68,7 @@ impl ComplexSpace {
         self.blocks()[usize::from(row >= self.k)]
     }
 
-    /// Coordinates of `omega`.
+    /// Number of coordinates of `omega`.
     #[inline(always)]
     fn turns(self) -> usize {
         match self.quotient {
@@ -77,7 +77,7 @@ impl ComplexSpace {
         }
     }
 
-    /// The row that holds the other part of a complex row, and the sign of what the complex structure puts there.
+    /// The row that holds the other part of a complex row, and the sign with which the complex structure acts there.
     #[inline(always)]
     fn partner(self, row: usize) -> (usize, f64) {
         let Block { first, size } = self.block_of(row);
@@ -87,7 +87,8 @@ impl ComplexSpace {
         }
     }
 
-    /// `out = q_2 b q_1^T` for the columns of `b`, the diagonal blocks of `q`, or of its transpose; `q_1` of subspaces only.
+    /// `out = q_2 b q_1^T` for the columns of `b`, where `q_1, q_2` are the diagonal blocks of `q` or of its transpose;
+    /// `q_1` only for subspaces.
     #[inline(always)]
     fn turn<T: Number>(self, q: &[T], x: &[T], out: &mut [T], is_back: bool) {
         let ([columns, half], first) = (self.sizes(), self.turns());
@@ -227,7 +228,7 @@ impl Homogeneous for ComplexSpace {
     fn scale(self, row: usize, column: usize) -> f64 {
         let Block { size, .. } = self.block_of(row);
         match row == column + size || column == row + size {
-            // Of one block: rows that far apart in different blocks hold `b`.
+            // Both in one block: in different blocks, rows that far apart hold `b`.
             true if (row < self.k) == (column < self.k) => FRAC_1_SQRT_2,
             _ => 1.0,
         }
@@ -292,7 +293,7 @@ impl Homogeneous for ComplexSpace {
 mod tests {
     use super::*;
 
-    /// Complex rows and columns.
+    /// Numbers of complex rows and columns.
     const SHAPES: [[usize; 2]; 7] = [[1, 1], [2, 1], [3, 1], [2, 2], [3, 2], [5, 2], [6, 4]];
 
     fn spaces() -> impl Iterator<Item = ComplexSpace> {
@@ -342,7 +343,7 @@ mod tests {
         out
     }
 
-    /// The complex structure of both blocks, row by row.
+    /// The complex structure of both blocks, by rows.
     fn structure(space: ComplexSpace) -> Vec<f64> {
         let r = space.r;
         let mut out = vec![0.0; r * r];
@@ -353,7 +354,7 @@ mod tests {
         out
     }
 
-    /// An element of `H`, or of the whole group: products of exponentials.
+    /// A random element of `H`, or of the whole group: a product of exponentials.
     fn turn(space: ComplexSpace, is_whole: bool) -> Vec<f64> {
         let r = space.r;
         let mut a = isotropy_matrix(space, &numbers(space.isotropy_dim(), 2));
@@ -390,7 +391,7 @@ mod tests {
                 assert_eq!(product(r, &a, &j), product(r, &j, &a), "{space:?}");
                 let back = (0..r * r).all(|at| a[at] == -a[at % r * r + at / r]);
                 assert!(back, "{space:?}");
-                // tr(A^H A) / 2 of the complex matrix, whose entries are there twice.
+                // tr(A^H A) / 2 of the complex matrix; each of its entries occurs twice.
                 let square = a.iter().map(|x| x * x).sum::<f64>() / 4.0;
                 let expected: f64 = coordinates.iter().map(|x| x * x).sum();
                 assert!((square - expected).abs() <= 1e-14 * expected, "{space:?}");
@@ -403,7 +404,7 @@ mod tests {
             let [m, h] = parts(space, &all);
             assert_near(&m, &x, space);
             assert_near(&h, &z, space);
-            // All of the unitary algebra.
+            // Together a basis of the unitary Lie algebra.
             assert_eq!(x.len() + z.len(), r * r / 4);
         }
     }

@@ -1,4 +1,4 @@
-//! `Gr(r, k) = O(r) / (O(k) x O(r - k))`: `h` are both diagonal blocks, `m` is the lower left one.
+//! `Gr(r, k) = O(r) / (O(k) x O(r - k))`: `h` consists of both diagonal blocks, `m` of the lower left one.
 
 use std::ops::Range;
 
@@ -6,7 +6,7 @@ use super::homogeneous::Homogeneous;
 use crate::linalg::dual::Number;
 use crate::linalg::field::Field;
 
-/// Subspaces of `k` dimensions in `r`, `k < r`, sizes known when running.
+/// Subspaces of dimension `k` in `R^r`, `k < r`, with sizes known at run time.
 ///
 /// A vector of `m` is the block `b` of shape `(r - k, k)`, column by column.
 #[derive(Debug, Clone, Copy)]
@@ -16,19 +16,19 @@ pub(crate) struct Subspaces {
 }
 
 impl Subspaces {
-    /// Which rows and columns the entry `(i, j)` shares a diagonal block with.
+    /// The rows and columns of the diagonal block to which `i` belongs.
     #[inline(always)]
     fn is_in_block(self, i: usize, j: usize) -> bool {
         (i < self.k) == (j < self.k)
     }
 
-    /// How many rows a diagonal block has.
+    /// Number of rows of the diagonal block to which `i` belongs.
     #[inline(always)]
     fn block_size(self, i: usize) -> usize {
         if i < self.k { self.k } else { self.r - self.k }
     }
 
-    /// `out = q_2 b q_1^T` with the diagonal blocks of `q`, or of its transpose.
+    /// `out = q_2 b q_1^T` with the diagonal blocks of `q` or of its transpose.
     #[inline(always)]
     fn turn<T: Number>(self, q: &[T], x: &[T], out: &mut [T], is_back: bool) {
         let Subspaces { r, k } = self;
@@ -139,7 +139,8 @@ impl Homogeneous for Subspaces {
 
     #[inline(always)]
     fn subtract_action<T: Number>(self, z: &[T], x: &[T], out: &mut [T]) {
-        // [z, x] has the lower left block `z_2 b - b z_1`; the coordinates of `z` are minus its entries above the diagonal.
+        // [z, x] has the lower left block `z_2 b - b z_1`; the coordinates of `z` are the negated entries above its
+        // diagonal.
         let (r, k) = (self.r, self.k);
         let rows = r - k;
         self.each_isotropy_entry(
@@ -243,7 +244,7 @@ mod tests {
     fn turning_is_conjugation_and_back() {
         for [r, k] in SHAPES {
             let space = Subspaces { r, k };
-            // Permutations of both blocks with signs.
+            // Signed permutations of both blocks.
             let mut q = vec![0.0; r * r];
             for i in 0..r {
                 let image = match i < k {

@@ -1,14 +1,15 @@
-//! What a naturally reductive space `G/H` gives to the engine: sizes, coordinates and brackets.
+//! The interface of a naturally reductive space `G/H`: sizes, coordinates and brackets.
 
 use std::ops::Range;
 
 use crate::linalg::dual::Number;
 use crate::linalg::field::{Field, multiply, transposed_multiply};
 
-/// A quotient `G/H` of a group of orthogonal matrices of size `r`, its algebra split into `m` (horizontal) and `h`.
+/// A quotient `G/H` of a group of orthogonal matrices of size `r`, whose Lie algebra is split into `m` (horizontal) and
+/// `h`.
 ///
-/// Elements of `m` and `h` are given by their coordinates, in an orthonormal basis of the metric `tr(A^T B) / 2`; where a
-/// product is formed they are skew matrices of shape `(r, r)`, row by row. The equation of cubics is
+/// Elements of `m` and `h` are given by coordinates in an orthonormal basis of the metric `tr(A^T B) / 2`; products are
+/// formed from skew matrices of shape `(r, r)`, stored by rows. The equation of cubics is
 ///
 /// ```math
 /// x''' = [x'', x]_m - [[x, x']_h, x],\qquad g' = g\,x
@@ -21,47 +22,48 @@ pub(crate) trait Homogeneous: Copy + Send + Sync {
     /// Size of the matrices of the group.
     fn size(self) -> usize;
 
-    /// Dimension of `m`, that of the space.
+    /// Dimension of `m`, which is the dimension of the space.
     fn dim(self) -> usize;
 
     /// Dimension of `h`.
     fn isotropy_dim(self) -> usize;
 
-    /// The coordinates of `m`, run by run: `visit(p, row, column, count)` where the coordinates from `p` on are minus the entries
-    /// `(row, column)`, `(row, column + 1)`, ... of the skew matrix, times their [scales](Homogeneous::scale).
+    /// Visits the coordinates of `m` in runs: in `visit(p, row, column, count)`, the coordinates from `p` on are the
+    /// negated entries `(row, column)`, `(row, column + 1)`, ... of the skew matrix, times their
+    /// [scales](Homogeneous::scale).
     fn each_run(self, visit: impl FnMut(usize, usize, usize, usize));
 
-    /// The same of `h`.
+    /// As `each_run`, for the coordinates of `h`.
     fn each_isotropy_run(self, visit: impl FnMut(usize, usize, usize, usize));
 
-    /// The same of the coordinates of `m` that `h` acts on.
+    /// As `each_run`, for those coordinates of `m` on which `h` acts.
     fn each_turned_run(self, visit: impl FnMut(usize, usize, usize, usize));
 
     /// Whether `[m, m]` lies in `h`.
     fn is_symmetric(self) -> bool;
 
-    /// The columns of an element of `h`, and rows, that turn the rows of the coordinates that `h` acts on.
+    /// Rows and columns of an element of `h` that act on the rows of the coordinates visited by `each_turned_run`.
     fn isotropy_range(self) -> Range<usize>;
 
-    /// Those that turn their columns.
+    /// Rows and columns of an element of `h` that act on the columns of these coordinates.
     #[inline(always)]
     fn column_isotropy_range(self) -> Range<usize> {
         0..0
     }
 
-    /// A coordinate is an entry times this: square roots of the weights of entries in the metric.
+    /// Factor from an entry to its coordinate: the square root of the entry's weight in the metric.
     #[inline(always)]
     fn scale(self, _row: usize, _column: usize) -> f64 {
         1.0
     }
 
-    /// Another entry that is always the same as a given one, times a sign.
+    /// Another entry that always equals the given one up to a sign, and that sign.
     #[inline(always)]
     fn copy_of(self, _row: usize, _column: usize) -> Option<([usize; 2], f64)> {
         None
     }
 
-    /// Writes an entry of a skew matrix, `(i, j)`, for a coordinate; its copies too.
+    /// Writes entry `(i, j)` of a skew matrix, and its copies, from a coordinate.
     #[inline(always)]
     fn write_entry<T: Number>(self, coordinate: T, [i, j]: [usize; 2], out: &mut [T]) {
         let r = self.size();
@@ -74,7 +76,8 @@ pub(crate) trait Homogeneous: Copy + Send + Sync {
         }
     }
 
-    /// The entries `(i, j)` of a skew matrix that are its coordinates in `m`, up to their scales: `visit(coordinate, i, j)`.
+    /// Visits the entries `(i, j)` of a skew matrix that are its coordinates in `m`, up to their scales:
+    /// `visit(coordinate, i, j)`.
     #[inline(always)]
     fn each_entry(self, mut visit: impl FnMut(usize, usize, usize)) {
         self.each_run(
@@ -87,7 +90,7 @@ pub(crate) trait Homogeneous: Copy + Send + Sync {
         );
     }
 
-    /// The same of `h`.
+    /// As `each_entry`, for `h`.
     #[inline(always)]
     fn each_isotropy_entry(self, mut visit: impl FnMut(usize, usize, usize)) {
         self.each_isotropy_run(
@@ -106,16 +109,17 @@ pub(crate) trait Homogeneous: Copy + Send + Sync {
     /// `out = Ad_q^{-1} x`.
     fn turn_back_into<T: Number>(self, q: &[T], x: &[T], out: &mut [T]);
 
-    /// The blocks of `H` of an element `u` of `G`: an element of `H` up to the square of the distance of `u` from `H`.
+    /// Projects an element `u` of `G` to the blocks of `H`: the result is in `H` up to the square of the distance of
+    /// `u` from `H`.
     fn isotropy_part_into<T: Field>(self, u: &[T], out: &mut [T]);
 
-    /// How many entries of a row of an element of `m` may differ from zero: so many first ones.
+    /// Number of leading entries of a row of an element of `m` that may be nonzero.
     fn row_len(self, row: usize) -> usize;
 
-    /// `out -= [z, x]`, for `z` in `h` by its coordinates and the skew matrix of `x` in `m`.
+    /// `out -= [z, x]`, for `z` in `h` by coordinates and the skew matrix of `x` in `m`.
     fn subtract_action<T: Number>(self, z: &[T], x: &[T], out: &mut [T]);
 
-    /// The skew matrix with the given coordinates of `m`.
+    /// Writes the skew matrix with the given coordinates in `m`.
     #[inline(always)]
     fn matrix_into<T: Number>(self, x: &[T], out: &mut [T]) {
         let r = self.size();
@@ -126,7 +130,7 @@ pub(crate) trait Homogeneous: Copy + Send + Sync {
         );
     }
 
-    /// The skew matrix with the given coordinates of `h`.
+    /// Writes the skew matrix with the given coordinates in `h`.
     #[inline(always)]
     fn isotropy_matrix_into<T: Number>(self, z: &[T], out: &mut [T]) {
         let r = self.size();
@@ -177,14 +181,15 @@ pub(crate) trait Homogeneous: Copy + Send + Sync {
         );
     }
 
-    /// The coordinate that entry `(i, j)` stands for, of the skew part of a matrix.
+    /// The coordinate belonging to entry `(i, j)` of the skew part of a matrix.
     #[inline(always)]
     fn skew_coordinate<T: Number>(self, a: &[T], [i, j]: [usize; 2]) -> T {
         let r = self.size();
         (a[i * r + j] - a[j * r + i]) * (0.5 * self.scale(i, j))
     }
 
-    /// `Ad_u` from `m` to the whole algebra, for `u` in `G`: coordinates of `m` before those of `h`, shape `(dim + h, dim)`.
+    /// The matrix of `Ad_u` from `m` to the whole algebra, for `u` in `G`: rows for `m` before rows for `h`, shape
+    /// `(dim + h, dim)`.
     #[inline(always)]
     fn adjoint_into<T: Field>(self, u: &[T], out: &mut [T]) {
         let d = self.dim();
@@ -208,7 +213,8 @@ pub(crate) trait Homogeneous: Copy + Send + Sync {
         );
     }
 
-    /// The coordinate of `Ad_u a` that entry `(i, j)` stands for, where the one of `a` for entry `(a, b)` is 1, and no other.
+    /// The coordinate of `Ad_u a` belonging to entry `(i, j)`, where `a` is the basis vector belonging to entry `(a,
+    /// b)`.
     #[inline(always)]
     fn adjoint_entry<T: Field>(self, u: &[T], [i, j]: [usize; 2], [a, b]: [usize; 2]) -> T {
         let mut entry = adjoint_entry(self.size(), u, [i, j], [a, b]);
@@ -218,7 +224,7 @@ pub(crate) trait Homogeneous: Copy + Send + Sync {
         entry * (self.scale(i, j) / self.scale(a, b))
     }
 
-    /// `out += [eta_h, vector]` for every column of `eta`, coordinates of `m` before those of `h`.
+    /// `out += [eta_h, vector]` for every column of `eta`, whose coordinates in `m` precede those in `h`.
     #[inline(always)]
     fn add_turning<T: Field>(self, vector: &[T], eta: &[T], columns: usize, out: &mut [T]) {
         let (d, h, r) = (self.dim(), self.isotropy_dim(), self.size());
@@ -257,8 +263,8 @@ pub(crate) trait Homogeneous: Copy + Send + Sync {
         }
     }
 
-    /// The right-hand side of the equation of cubics, from coordinates of `x, x', x''`; `work` has room for two matrices and
-    /// a vector of `h`.
+    /// The right-hand side of the equation of cubics, from coordinates of `x, x', x''`; `work` holds two matrices and a
+    /// vector of `h`.
     #[inline(always)]
     fn third_derivative_into<T: Number>(self, x: [&[T]; 3], work: &mut [T], out: &mut [T]) {
         let square = self.size() * self.size();
@@ -284,10 +290,10 @@ fn adjoint_entry<T: Field>(r: usize, u: &[T], [i, j]: [usize; 2], [a, b]: [usize
     u[i * r + a] * u[j * r + b] - u[i * r + b] * u[j * r + a]
 }
 
-/// Steps of [`orthonormalise`].
+/// Iterations of [`orthonormalise`].
 const POLAR_STEPS: usize = 4;
 
-/// A few steps of the Newton-Schulz iteration `q <- q (3 - q^T q) / 2` for the polar factor.
+/// Approximates the polar factor by a few steps of the Newton-Schulz iteration `q <- q (3 - q^T q) / 2`.
 #[inline(always)]
 pub(crate) fn orthonormalise<T: Field>(r: usize, q: &mut [T], work: &mut [T]) {
     let (gram, rest) = work.split_at_mut(r * r);

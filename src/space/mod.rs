@@ -1,4 +1,4 @@
-//! Homogeneous spaces, as the equations of cubics see them: the Lie algebra of the group split into `m + h`.
+//! Homogeneous spaces as needed for the equation of cubics: the Lie algebra of the group, split into `m + h`.
 
 mod complex;
 mod grassmann;

@@ -1,9 +1,9 @@
-//! What a matrix with orthonormal columns stands for.
+//! The meaning of a matrix with orthonormal columns: a frame, or the subspace it spans.
 
-/// The quotient of the rotations whose points matrices with orthonormal columns are.
+/// The quotient of the orthogonal group whose points are represented by matrices with orthonormal columns.
 ///
-/// Curves of subspaces are made of bases that turn as little as possible, `Y^T Y' = 0`; vectors at a basis are horizontal,
-/// `Y^T V = 0`, and `(Y Q, V Q)` means the same as `(Y, V)` for every orthogonal `Q`.
+/// A curve of subspaces is represented by bases that rotate as little as possible, `Y^T Y' = 0`; vectors at a basis are
+/// horizontal, `Y^T V = 0`, and `(Y Q, V Q)` means the same as `(Y, V)` for every orthogonal `Q`.
 ///
 /// # Examples
 /// ```
@@ -28,7 +28,7 @@ pub enum Quotient {
 }
 
 impl Quotient {
-    /// Independent entries of the skew block that turns `k` columns among themselves.
+    /// Number of independent entries of the skew block that rotates `k` columns among themselves.
     pub(crate) fn turns(self, k: usize) -> usize {
         match self {
             Quotient::Frames => k * k.saturating_sub(1) / 2,

@@ -2,8 +2,9 @@
 
 use faer::{Mat, MatRef};
 
-/// The order of the columns of a frame of embedded matrices, in which the rows of what is relative to it come: real and imaginary
-/// parts of the first `k`, then those of the others. Embedded matrices have all real parts before all imaginary ones.
+/// The order of rows relative to a frame of embedded matrices, which is the order of the frame's columns: real and
+/// imaginary parts of the first `k`, then those of the others. Embedded matrices have all real parts before all
+/// imaginary ones.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RowOrder {
     pub(crate) r: usize,
@@ -11,7 +12,7 @@ pub(crate) struct RowOrder {
 }
 
 impl RowOrder {
-    /// With rows as those of embedded matrices, from the order of frames.
+    /// Reorders rows from frame order to embedded order.
     pub(crate) fn halves(self, a: MatRef<'_, f64>) -> Mat<f64> {
         let mut out = Mat::zeros(a.nrows(), a.ncols());
         for (row, from) in a.row_iter().enumerate() {

@@ -1,26 +1,26 @@
-//! Rows of sums of products and brackets of matrices, a few entries abreast: vector instructions take eight numbers of a row at
-//! once, and sums of different entries do not wait for each other.
+//! Rows of sums of matrix products and brackets, several entries at once: vector instructions process eight numbers of
+//! a row, and sums of different entries are independent.
 
 use std::ops::{Mul, Range};
 
 use crate::linalg::dual::Number;
 use crate::linalg::field::Field;
 
-/// Numbers that follow the last of a row of matrices: pieces of up to eight numbers of a row are read.
+/// Padding after the last row of a matrix: rows are read in pieces of up to eight numbers.
 pub(crate) const SLACK: usize = 8;
 
-/// A row of a sum, `N` entries from a column on.
+/// A row of a sum, `N` entries at a time starting at a column.
 pub(crate) trait RowSums<X> {
     fn entries<const N: usize>(&self, column: usize) -> [X; N];
 }
 
-/// Writes entries of a row from a column on.
+/// Writes entries of a row, starting at a column.
 #[inline(always)]
 pub(crate) fn write_row<X: Field>(row: &impl RowSums<X>, column: usize, out: &mut [X]) {
     let mut done = 0;
     while done < out.len() {
         let (at, out) = (column + done, &mut out[done..]);
-        // Of plain numbers more are summed than are wanted.
+        // Real numbers are summed in full vectors, even if fewer are needed.
         done += match (X::COUNT, out.len()) {
             (1, 5..) => put::<8, X>(row, at, out),
             (1, _) => put::<4, X>(row, at, out),
@@ -39,7 +39,7 @@ fn put<const N: usize, X: Field>(row: &impl RowSums<X>, column: usize, out: &mut
     N
 }
 
-/// `N` entries of the rows of a matrix of size `r`, from a column on.
+/// `N` entries of each row of a matrix of size `r`, starting at a column.
 #[inline(always)]
 fn pieces<const N: usize, X>(
     a: &[X],
@@ -50,8 +50,8 @@ fn pieces<const N: usize, X>(
     a[first * r + column..].windows(N).step_by(r)
 }
 
-/// A row of `sum weight (x y - y x)` over pairs of matrices of size `r`, where so many first entries of a row of `x` and `y` meet
-/// entries that differ from zero.
+/// A row of `sum weight (x y - y x)` over pairs of matrices of size `r`; only the given number of leading entries of
+/// the rows of `x` and `y` multiply nonzero entries.
 pub(crate) struct Brackets<I> {
     pub(crate) r: usize,
     pub(crate) inner: usize,
@@ -84,8 +84,8 @@ where
     }
 }
 
-/// A row of `sum a b` over pairs of matrices of size `r`, from some of the entries of the row of `a`. Where one of them holds
-/// changes in several directions and the other plain numbers, `multiply` says which.
+/// A row of `sum a b` over pairs of matrices of size `r`, restricted to some entries of the row of `a`. `multiply`
+/// handles pairs in which one matrix holds derivatives in several directions and the other real numbers.
 pub(crate) struct Products<I, F> {
     pub(crate) r: usize,
     pub(crate) inner: Range<usize>,
@@ -118,7 +118,8 @@ where
     }
 }
 
-/// The sum of `weight x y - weight y x` over pairs of skew matrices of size three, which is one too: a cross product.
+/// The sum of `weight x y - weight y x` over pairs of skew matrices of size three. It is a skew matrix too: a cross
+/// product.
 #[inline(always)]
 pub(crate) fn cross_products<'a, X, Y>(
     pairs: impl Iterator<Item = (f64, &'a [X], &'a [Y])>,
@@ -141,7 +142,7 @@ where
     [zero, -z, y, z, zero, -x, -y, x, zero]
 }
 
-/// The axis of a skew matrix of size three.
+/// The axial vector of a skew matrix of size three.
 #[inline(always)]
 pub(crate) fn axis<T: Number>(a: &[T]) -> [T; 3] {
     [a[7], a[2], a[3]]
@@ -154,7 +155,7 @@ mod tests {
 
     const COUNT: usize = 3;
 
-    /// `COUNT` skew matrices of size `r` with small whole numbers, exact in any order of summation, and what follows them.
+    /// `COUNT` skew matrices of size `r` with small integer entries, exact in any order of summation, and padding.
     fn matrices(r: usize, seed: usize) -> Vec<f64> {
         let mut all = vec![0.0; COUNT * r * r + SLACK];
         for (at, matrix) in all[..COUNT * r * r].chunks_exact_mut(r * r).enumerate() {

@@ -1,15 +1,15 @@
-//! What numbers a matrix is made of.
+//! The scalars of a matrix: real or complex.
 
 use faer::{Mat, MatRef};
 
 use crate::error::Result;
 use crate::linalg::complex_embedding::{check_embedded, embed, nearest};
 
-/// The scalars of a space: real matrices as they are, or complex ones as real matrices of twice the size.
+/// The scalars of a space: real matrices, or complex matrices represented by real ones of twice the size.
 ///
-/// With `Complex` every matrix is an [embedded](crate::linalg::complex_embedding) one of even shape, of points as of vectors. The
-/// solutions are those that the embedded matrices have as real ones; the equations are solved for complex unknowns, about half as
-/// many.
+/// With `Complex` every matrix, of points and of vectors, is an [embedded](crate::linalg::complex_embedding) one of
+/// even shape. The solutions are those of the embedded real problem; the equations are solved in complex unknowns,
+/// about half as many.
 ///
 /// # Examples
 /// ```
@@ -37,10 +37,10 @@ pub enum ScalarField {
 }
 
 impl ScalarField {
-    /// Whether matrices are of the field.
+    /// Return an error unless the matrices belong to the field.
     ///
     /// # Errors
-    /// `Shape`, `NotComplex` where complex matrices are not embedded ones.
+    /// `Shape`; `NotComplex` if a matrix is not the embedding of a complex one.
     pub(crate) fn check<'a>(
         self,
         matrices: impl IntoIterator<Item = MatRef<'a, f64>>,
@@ -51,7 +51,7 @@ impl ScalarField {
         }
     }
 
-    /// The nearest matrix of the field.
+    /// The nearest matrix over the field.
     pub(crate) fn nearest(self, a: Mat<f64>) -> Mat<f64> {
         match self {
             ScalarField::Real => a,

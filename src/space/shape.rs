@@ -1,9 +1,9 @@
-//! Spaces whose sizes and kind are known when running, and the way from there to kernels made for each.
+//! Spaces with sizes and kind known at run time, and dispatch to kernels specialised for each.
 
 use super::quotient::Quotient;
 use super::scalar_field::ScalarField;
 
-/// What matrices with orthonormal columns stand for, and what numbers they are made of.
+/// The meaning of matrices with orthonormal columns (frames or subspaces), and their scalars.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Kind {
     pub(crate) quotient: Quotient,
@@ -24,7 +24,7 @@ impl Kind {
     };
 }
 
-/// A space of matrices with orthonormal columns, by the sizes of the real matrices that stand for its points.
+/// A space of matrices with orthonormal columns, by the sizes of the real matrices that represent its points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Shape {
     /// Rows.
@@ -34,8 +34,8 @@ pub(crate) struct Shape {
     pub(crate) kind: Kind,
 }
 
-/// Evaluates an expression with the [`Homogeneous`](super::Homogeneous) space of a [`Shape`]. The sizes of spheres and rotations in
-/// space are known to the compiler.
+/// Evaluates an expression with the [`Homogeneous`](super::Homogeneous) space of a [`Shape`]. Sizes of spheres and of
+/// rotations in three dimensions are compile-time constants.
 macro_rules! in_space {
     ($shape:expr, |$space:ident| $body:expr) => {{
         use $crate::space::{

@@ -6,14 +6,14 @@ use super::homogeneous::Homogeneous;
 use crate::linalg::dual::Number;
 use crate::linalg::field::Field;
 
-/// Frames of `k` vectors in `r` dimensions, `k < r`, sizes known when running. `k = r - 1` is the group `SO(r)`.
+/// Frames of `k` vectors in `R^r`, `k < r`, with sizes known at run time. `k = r - 1` is the group `SO(r)`.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Frames {
     pub(crate) r: usize,
     pub(crate) k: usize,
 }
 
-/// The same with sizes known to the compiler.
+/// The same with sizes known at compile time.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct FixedFrames<const R: usize, const K: usize>;
 
@@ -38,8 +38,8 @@ macro_rules! homogeneous {
 
         #[inline(always)]
         fn each_run(self, mut visit: impl FnMut(usize, usize, usize, usize)) {
-            // The order of `cubic::packing::pack`: the entries above the diagonal of omega, then b, column by column.
-            // One call of `visit`: kernels are inlined into it.
+            // The order of `cubic::packing::pack`: entries above the diagonal of omega, then b, by columns. A single
+            // call site of `visit`: kernels are inlined into it.
             let [r, k] = self.shape();
             let first = k * k.saturating_sub(1) / 2;
             for i in 1..2 * k {
@@ -157,7 +157,7 @@ impl<const R: usize, const K: usize> Homogeneous for FixedFrames<R, K> {
     homogeneous!();
 }
 
-/// `Omega` stays, `B` becomes `q B`, or `q^T B`, with the lower right block of `q`.
+/// `Omega` is unchanged; `B` becomes `q B`, or `q^T B`, where `q` is the lower right block.
 #[inline(always)]
 fn turn<T: Number, const BACK: bool>([r, k]: [usize; 2], q: &[T], x: &[T], out: &mut [T]) {
     let (first, rows) = (k * k.saturating_sub(1) / 2, r - k);

@@ -1,7 +1,7 @@
-//! Curves as named arrays of numbers: what files, pickles and serde hold.
+//! Curves as named arrays of numbers, the form used by files, pickles and serde.
 //!
-//! Every number that a curve consists of is stored, so that it comes back the same to the last bit. On the way back all of
-//! them are checked: names, counts, finiteness, and the ranges of those that mean something by themselves.
+//! Every number that a curve consists of is stored, so that it is restored bit for bit. On reading, all of them are
+//! checked: names, counts, finiteness, and the ranges of those with a meaning of their own.
 
 use std::collections::BTreeMap;
 
@@ -9,19 +9,19 @@ use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::report::{SolverReport, StopReason};
 
-/// What says that something is a stored curve of this crate.
+/// Identifies stored curves of this crate.
 pub(crate) const FORMAT: &str = "stiefel_rs curve";
 
-/// The version of the form that is written, and the only one that is read.
+/// The version that is written, and the only one that is read.
 pub(crate) const VERSION: u64 = 1;
 
-/// What is interrupted where many curves are read.
+/// Operation named in `Interrupted` errors.
 pub(crate) const READER: &str = "reading of a stored curve";
 
-/// Whole numbers up to here are floating-point numbers.
+/// Largest magnitude up to which all integers are floating-point numbers.
 const LARGEST_WHOLE: f64 = 9_007_199_254_740_992.0;
 
-/// An array: its shape, and its entries with the last index running first.
+/// An array: its shape, and its entries with the last index varying fastest.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -45,14 +45,14 @@ pub(crate) trait Stored: Sized {
     /// Writes all numbers of the curve.
     fn store(&self, fields: &mut Fields);
 
-    /// The curve of the numbers, which are taken out of the fields.
+    /// Builds the curve from the numbers, which are removed from the fields.
     ///
     /// # Errors
-    /// `Stored`, where the numbers do not make a curve, and `Interrupted`.
+    /// `Stored` if the numbers do not form a curve; `Interrupted`.
     fn restore(fields: &mut Fields, interrupt: Interrupt<'_>) -> Result<Self>;
 }
 
-/// A curve of which many are stored together, in arrays that are as few as for one.
+/// A curve that can be stored as a piece of a spline: the pieces share one set of arrays.
 pub(crate) trait StoredPiece: Sized {
     /// As [`Stored::KIND`], for a spline of such pieces.
     const SPLINE: &'static str;
@@ -64,10 +64,10 @@ pub(crate) trait StoredPiece: Sized {
     fn restore_all(fields: &mut Fields, interrupt: Interrupt<'_>) -> Result<Vec<Self>>;
 }
 
-/// The only one of the pieces.
+/// Returns the only piece.
 ///
 /// # Errors
-/// `Stored` where there are none or more.
+/// `Stored` unless there is exactly one.
 pub(crate) fn only<C>(pieces: Vec<C>) -> Result<C> {
     let found = pieces.len();
     match <[C; 1]>::try_from(pieces) {
@@ -76,12 +76,12 @@ pub(crate) fn only<C>(pieces: Vec<C>) -> Result<C> {
     }
 }
 
-/// The error of a stored form that is none.
+/// The error for data that is not a stored curve.
 pub(crate) fn refusal(problem: String) -> Error {
     Error::Stored { problem }
 }
 
-/// Error unless format, version and kind of a stored form are the ones that are read.
+/// Return an error unless format, version and kind can be read.
 pub(crate) fn check_header(format: &str, version: u64) -> Result<()> {
     if format != FORMAT {
         return Err(refusal(format!("of the format '{format}', not '{FORMAT}'")));
@@ -100,13 +100,13 @@ pub(crate) fn check_header(format: &str, version: u64) -> Result<()> {
     Ok(())
 }
 
-/// A product of counts, none where it is too large for any array.
+/// A product of counts; `None` if it is too large for any array.
 pub(crate) fn product(factors: &[usize]) -> Option<usize> {
     factors.iter().try_fold(1, |a: usize, b| a.checked_mul(*b))
 }
 
 impl Fields {
-    /// An array of any shape.
+    /// Adds an array of any shape.
     pub(crate) fn put(&mut self, name: &str, shape: &[usize], entries: Vec<f64>) {
         debug_assert_eq!(product(shape), Some(entries.len()));
         let shape = shape.to_vec();
@@ -114,17 +114,18 @@ impl Fields {
         debug_assert!(before.is_none(), "{name} is stored twice");
     }
 
-    /// Numbers one after the other.
+    /// Adds a one-dimensional array.
     pub(crate) fn put_flat(&mut self, name: &str, entries: Vec<f64>) {
         self.put(name, &[entries.len()], entries);
     }
 
-    /// Whole numbers, stored as floating-point ones.
+    /// Adds integers, stored as floating-point numbers.
     pub(crate) fn put_whole(&mut self, name: &str, numbers: impl IntoIterator<Item = usize>) {
         self.put_flat(name, numbers.into_iter().map(|x| x as f64).collect());
     }
 
-    /// Reports, four numbers each: the reason counted from 1, iterations, residual and tolerance; zeros where there is none.
+    /// Adds reports, four numbers each: the reason counted from 1, iterations, residual and tolerance; zeros for no
+    /// report.
     pub(crate) fn put_reports(
         &mut self,
         name: &str,
@@ -149,10 +150,10 @@ impl Fields {
         self.put_flat(name, reports.into_iter().flat_map(row).collect());
     }
 
-    /// Takes an array out.
+    /// Removes and returns an array.
     ///
     /// # Errors
-    /// `Stored` where there is none, where its shape is not that of its entries, or where one is not finite.
+    /// `Stored` if it is missing, if its shape does not match its entries, or if an entry is not finite.
     pub(crate) fn take(&mut self, name: &str) -> Result<Array> {
         let Some(array) = self.0.remove(name) else {
             return Err(refusal(format!("has no array '{name}'")));
@@ -170,7 +171,7 @@ impl Fields {
         }
     }
 
-    /// Takes out numbers that are read one part after the other.
+    /// Removes an array, to be read in parts.
     ///
     /// # Errors
     /// As [`Fields::take`].
@@ -184,7 +185,7 @@ impl Fields {
         })
     }
 
-    /// The same, or so many zeros where there is no such array.
+    /// As `parts`, but `count` zeros if there is no such array.
     ///
     /// # Errors
     /// As [`Fields::take`].
@@ -195,10 +196,10 @@ impl Fields {
         self.parts(name)
     }
 
-    /// Takes out whole numbers.
+    /// Removes and returns an array of non-negative integers.
     ///
     /// # Errors
-    /// As [`Fields::take`], and `Stored` where one is not whole or negative.
+    /// As [`Fields::take`]; `Stored` if an entry is negative or not an integer.
     pub(crate) fn whole(&mut self, name: &str) -> Result<Vec<usize>> {
         let whole = |x: f64| match x {
             x if (0.0..=LARGEST_WHOLE).contains(&x) && x.fract() == 0.0 => Ok(x as usize),
@@ -207,10 +208,10 @@ impl Fields {
         self.take(name)?.entries.into_iter().map(whole).collect()
     }
 
-    /// Takes out so many whole numbers.
+    /// Removes and returns exactly `N` integers.
     ///
     /// # Errors
-    /// As [`Fields::whole`], and `Stored` for another number of them.
+    /// As [`Fields::whole`]; `Stored` if there are more or fewer.
     pub(crate) fn some_whole<const N: usize>(&mut self, name: &str) -> Result<[usize; N]> {
         let numbers = self.whole(name)?;
         let found = numbers.len();
@@ -218,7 +219,7 @@ impl Fields {
             .map_err(|_| refusal(format!("{name}: expected {N} numbers, found {found}")))
     }
 
-    /// Takes out so many whole numbers, one for each curve.
+    /// Removes and returns `count` integers, one per curve.
     ///
     /// # Errors
     /// As [`Fields::some_whole`].
@@ -233,10 +234,10 @@ impl Fields {
         )))
     }
 
-    /// Takes out reports.
+    /// Removes and returns reports.
     ///
     /// # Errors
-    /// As [`Fields::take`], and `Stored` for another number of them or unknown reasons.
+    /// As [`Fields::take`]; `Stored` for a wrong number of reports or an unknown reason.
     pub(crate) fn reports(
         &mut self,
         name: &'static str,
@@ -253,14 +254,14 @@ impl Fields {
         Ok(reports)
     }
 
-    /// What `take` makes of all the arrays.
+    /// Passes all fields to `take`, which must use every one of them.
     ///
     /// # Errors
-    /// `Stored`, with what is wrong, also where arrays are left that nobody has asked for; `Interrupted`.
+    /// `Stored` with the problem, also if `take` left arrays unused; `Interrupted`.
     pub(crate) fn read<T>(mut self, take: impl FnOnce(&mut Self) -> Result<T>) -> Result<T> {
         let taken = take(&mut self).map_err(|error| match error {
             error @ (Error::Stored { .. } | Error::Interrupted { .. }) => error,
-            // Numbers that make no curve: no smooth one, no rotation.
+            // Numbers that do not form a curve, for example because it is not smooth or not a rotation.
             error => refusal(error.to_string()),
         })?;
         match self.0.keys().next() {
@@ -303,7 +304,7 @@ fn report_of(
     }))
 }
 
-/// Numbers that are read one part after the other.
+/// An array that is read in parts.
 pub(crate) struct Parts {
     name: &'static str,
     entries: Vec<f64>,
@@ -311,10 +312,10 @@ pub(crate) struct Parts {
 }
 
 impl Parts {
-    /// The next so many numbers; `count` is none where it is too large for any array.
+    /// The next `count` numbers; `count` is `None` if it is too large for any array.
     ///
     /// # Errors
-    /// `Stored` where there are fewer.
+    /// `Stored` if there are fewer.
     pub(crate) fn next(&mut self, count: Option<usize>) -> Result<&[f64]> {
         let start = self.next;
         match count.and_then(|count| start.checked_add(count)) {
@@ -340,7 +341,7 @@ impl Parts {
         Ok(out)
     }
 
-    /// The next matrix, column by column.
+    /// The next matrix, stored by columns.
     ///
     /// # Errors
     /// As [`Parts::next`].
@@ -349,7 +350,7 @@ impl Parts {
         Ok(faer::MatRef::from_column_major_slice(entries, rows, cols).to_owned())
     }
 
-    /// Error where numbers are left.
+    /// Return an error if numbers are left.
     ///
     /// # Errors
     /// `Stored`.
@@ -362,7 +363,7 @@ impl Parts {
     }
 }
 
-/// Appends the entries of a matrix, column by column.
+/// Appends the entries of a matrix, by columns.
 pub(crate) fn extend(out: &mut Vec<f64>, matrix: faer::MatRef<'_, f64>) {
     for column in matrix.col_iter() {
         out.extend(column.iter());
