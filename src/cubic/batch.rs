@@ -1,4 +1,4 @@
-//! Boundary value problems of one shape, many at once.
+//! Many boundary value problems of the same shape.
 
 use faer::{Mat, MatRef};
 use rayon::prelude::*;
@@ -15,14 +15,14 @@ use crate::error::{Error, Result};
 use crate::linalg::lanes::LANES;
 use crate::shooting::{EndData, LoneLeg, lone_legs};
 
-/// Problems that a task of the pool takes.
+/// Problems per task of the thread pool.
 const TASK: usize = 64;
 
-/// Rows of points that are solved for abreast, at most: on St(3,1) and St(3,2) that takes 0.87 and 0.73 times as long as one by
-/// one, on St(4,2) and St(6,3) it would take 1.4 and 2.1 times as long.
+/// Largest number of rows for which problems are solved eight at once. On St(3,1) and St(3,2) this takes 0.87 and 0.73
+/// times as long as one by one; on St(4,2) and St(6,3) it would take 1.4 and 2.1 times as long.
 const MOST_ROWS: usize = 3;
 
-/// The Riemannian cubic that solves a boundary value problem, at its start.
+/// The Riemannian cubic that solves a boundary value problem, by its initial data.
 ///
 /// # Examples
 /// ```
@@ -46,18 +46,21 @@ pub struct BoundarySolution {
     pub jerk: Mat<f64>,
     /// The integral of the squared covariant acceleration over `[0, 1]`.
     pub cost: f64,
-    /// How far the end is missed, as in [`BoundaryReport`](super::BoundaryReport).
+    /// Defect of the end conditions, as in [`BoundaryReport`](super::BoundaryReport).
     pub residual: f64,
 }
 
-/// Riemannian cubics on `[0, 1]` with given end points and end velocities `[S0, V0, S1, V1]`, all of shape `(n, k)`.
+/// Solve for Riemannian cubics on `[0, 1]` with given end points and end velocities `[S0, V0, S1, V1]`, all of shape
+/// `(n, k)`.
 ///
-/// Each is that of [`RiemannianCubic::from_boundary`], up to the tolerance. Points with up to three rows, and displacement and
-/// speeds up to 2, are solved for eight abreast, by Newton's method for one Taylor series; the others, those that it does not solve, and all with a guess, one by one. The same for any number of threads; within the
-/// tolerance a solution depends on which problems stand beside it.
+/// Each solution is the one of [`RiemannianCubic::from_boundary`], up to the tolerance. Problems with at most three
+/// rows and with displacement and speeds up to 2 are solved eight at once, by Newton's method for a single Taylor
+/// series. The others, those on which this fails, and all problems with a guess are solved one by one. Results do not
+/// depend on the number of threads; within the tolerance, a solution depends on the other problems in its group of
+/// eight.
 ///
 /// # Errors
-/// `InvalidArgument`, `Interrupted`; those of `from_boundary` at the problems they belong to.
+/// `InvalidArgument` and `Interrupted` for the whole call; the errors of `from_boundary` for single problems.
 ///
 /// # Examples
 /// ```
@@ -85,7 +88,7 @@ pub fn solve_boundary(
     Ok(found.into_iter().flatten().collect())
 }
 
-/// The problems of a task.
+/// Solves the problems of a task.
 ///
 /// # Errors
 /// `Interrupted`.
@@ -127,7 +130,7 @@ fn solve_task(
     Ok(found)
 }
 
-/// Solves easy problems in groups, each by one series, in the space of one of them.
+/// Solves easy problems in groups, each by a single series.
 ///
 /// # Errors
 /// `Interrupted`.
@@ -138,7 +141,7 @@ fn abreast(
     options: &BoundaryOptions<'_>,
 ) -> Result<()> {
     let mut solve = lone_legs(like.shape());
-    // Of lengths of real vectors by their coordinates.
+    // Factor from coordinates to the lengths of real vectors.
     let scale = like.weight().sqrt();
     let (places, data): (Vec<usize>, Vec<EndData>) = easy.into_iter().unzip();
     for (places, data) in places.chunks(LANES).zip(data.chunks(LANES)) {
@@ -158,7 +161,7 @@ fn abreast(
     Ok(())
 }
 
-/// By the same way as [`RiemannianCubic::from_boundary`].
+/// Solves one problem as [`RiemannianCubic::from_boundary`] does.
 fn alone(
     problem: &Problem,
     s0: MatRef<'_, f64>,
@@ -180,7 +183,7 @@ fn alone(
     ))
 }
 
-/// At the start of the problem.
+/// The solution, transformed back to the start of the problem.
 fn solution(problem: &Problem, leg: &LoneLeg) -> BoundarySolution {
     let [a, second] = unpack::<2>(&leg.start, problem.blocks());
     // j = x'' + [x, x']_m / 2.

@@ -1,4 +1,4 @@
-//! Products and sums of the blocks of Taylor coefficients, of one order.
+//! Products and sums of the blocks of Taylor coefficients of one order.
 
 use super::reduced::block;
 use crate::linalg::dual::Number;
@@ -10,7 +10,7 @@ pub(super) fn write_scaled<T: Number>(out: &mut [T], a: &[T], factor: f64) {
     }
 }
 
-/// The coefficient of order `j + 1` of a function from that of its derivative of order `j`.
+/// The coefficient of order `j + 1` of a function, from the coefficient of order `j` of its derivative.
 #[inline(always)]
 pub(super) fn integrate<T: Number>(
     f: &mut [T],
@@ -26,7 +26,7 @@ pub(super) fn integrate<T: Number>(
     );
 }
 
-/// `out += a b`, the second factor transposed or not.
+/// `out += a b`, with the second factor optionally transposed.
 #[inline(always)]
 pub(super) fn add_product<T: Number, const TRANSPOSED: bool>(
     out: &mut [T],
@@ -48,7 +48,7 @@ pub(super) fn add_product<T: Number, const TRANSPOSED: bool>(
     }
 }
 
-/// `out += factor tension a`, where there is a tension.
+/// `out += factor tension a`, if there is a tension.
 #[inline(always)]
 pub(super) fn add_tension<T: Number>(out: &mut [T], tension: Option<T>, a: &[T], factor: f64) {
     let Some(tension) = tension else { return };

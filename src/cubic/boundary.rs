@@ -1,4 +1,4 @@
-//! Boundary value problems of Riemannian cubics: options, and how a solution was found.
+//! Options and reports of boundary value problems of Riemannian cubics.
 
 use std::fmt;
 
@@ -11,10 +11,10 @@ use crate::interrupt::Interrupt;
 use crate::report::SolverReport;
 use crate::space::ScalarField;
 
-/// Steps from a start by default.
+/// Default limit of steps from one start.
 const MAX_ITERATIONS: usize = 50;
 
-/// How a boundary value problem is solved.
+/// Options of the boundary value solver.
 ///
 /// # Examples
 /// ```
@@ -36,32 +36,34 @@ const MAX_ITERATIONS: usize = 50;
 /// ```
 #[derive(Clone, Copy)]
 pub struct BoundaryOptions<'a> {
-    /// Converged once `(|S(1) - S1|^2 + |V(1) - V1|^2 / u^2)^(1/2)` is at most this; between 1e-15 and 0.1.
+    /// The iteration has converged once `(|S(1) - S1|^2 + |V(1) - V1|^2 / u^2)^(1/2)` is at most this; between 1e-15
+    /// and 0.1.
     ///
-    /// The unit `u` is 1 where both end speeds are at most 10 (Frobenius norm), else it is the larger of them: a round-off
-    /// of `eps |V|` in the angle along a curve of that speed is one of `eps |V|^2` in the velocity. Below
-    /// `32 eps` times the larger speed, about `1e-12` for speeds of 140 and never more than `1e-9`, that bound stands for the
-    /// tolerance, also in the report.
+    /// The unit `u` is 1 if both end speeds are at most 10 (Frobenius norm), else it is the larger of them: along a
+    /// curve of speed `|V|`, a round-off of `eps |V|` in the angle causes one of `eps |V|^2` in the velocity. The
+    /// tolerance is raised to `32 eps` times the larger speed, at most to `1e-9`, also in the report; for speeds of 140
+    /// this is about `1e-12`.
     pub tolerance: f64,
-    /// Newton steps at the most from the first start, and from any other; at least 1. Steps of descents, up to 300 of each,
-    /// have the limit of work only. With 12 or fewer a first start that runs out of them ends the search: nothing but Newton's
-    /// method from there is wanted. More than the default raise the [limit of work](crate::StopReason::WorkLimit) in
+    /// Maximal number of Newton steps from each start; at least 1. Descents take up to 300 steps each and count only
+    /// against the work limit. With 12 or fewer, the search ends if the first start runs out of steps: only Newton's
+    /// method from there is tried. Values above the default raise the [limit of work](crate::StopReason::WorkLimit) in
     /// proportion.
     pub max_iterations: usize,
-    /// Covariant acceleration and covariant jerk at `S0` to start from, shape `(n, k)` each; by default those of the cubic of
-    /// flat space. Parts outside of the span of the boundary data, where no solution has any, are left out.
+    /// Covariant acceleration and covariant jerk at `S0` to start from, shape `(n, k)` each; by default those of the
+    /// cubic of flat space. Components outside the span of the boundary data are dropped, since no solution has any.
     pub guess: Option<(MatRef<'a, f64>, MatRef<'a, f64>)>,
-    /// `tau >= 0` of a cubic in tension, which makes `int |D_t S'|^2 + tau |S'|^2 dt` stationary; at most 64: beyond, the start
-    /// says nothing about the end to the tolerance, since what is off there grows as `e^sqrt(tau)`.
+    /// `tau >= 0` of a cubic in tension, which makes `int |D_t S'|^2 + tau |S'|^2 dt` stationary. At most 64: errors at
+    /// the start grow as `e^sqrt(tau)`, so for larger values the initial data no longer determine the end to the
+    /// tolerance.
     pub tension: f64,
-    /// What numbers the matrices are made of; complex ones are embedded.
+    /// Scalars of the matrices; complex matrices are embedded in real ones.
     pub field: ScalarField,
-    /// Asked before every step.
+    /// Polled before every step.
     pub interrupt: Interrupt<'a>,
 }
 
 impl Default for BoundaryOptions<'_> {
-    /// Residual `1e-12`, at most 50 steps, the start of flat space.
+    /// Residual `1e-12`, at most 50 steps, starting from the cubic of flat space.
     fn default() -> Self {
         BoundaryOptions {
             tolerance: 1e-12,
@@ -75,7 +77,7 @@ impl Default for BoundaryOptions<'_> {
 }
 
 impl BoundaryOptions<'_> {
-    /// How many times the work of a problem may be done.
+    /// Factor by which the work limit of a problem is raised.
     pub(super) fn allowance(&self) -> f64 {
         allowance(self.max_iterations, MAX_ITERATIONS)
     }
@@ -126,13 +128,13 @@ pub enum BoundaryStrategy {
     Direct,
     /// Newton's method from the end of a descent to a curve of least cost.
     Descent,
-    /// Continuation from a curve with other end data: that of a guess, of a cubic of flat space that makes a full turn more, or
-    /// of random initial data.
+    /// Continuation from a curve with other end data: the curve of a guess, a cubic of flat space with an extra full
+    /// turn, or one with random initial data.
     Moving,
 }
 
 impl BoundaryStrategy {
-    /// The strategy as a word.
+    /// The name of the strategy.
     pub fn as_str(self) -> &'static str {
         match self {
             BoundaryStrategy::Direct => "direct",
@@ -142,7 +144,7 @@ impl BoundaryStrategy {
     }
 }
 
-/// How the solution of a boundary value problem was found.
+/// Describes how the solution of a boundary value problem was found.
 ///
 /// # Examples
 /// ```
@@ -160,13 +162,13 @@ impl BoundaryStrategy {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoundaryReport {
-    /// Of the whole solution: its iterations count every Newton step, corrections of continuations among them.
+    /// Report on the whole solution: its iterations count every Newton step, including corrections of continuations.
     pub solver: SolverReport,
-    /// What led to the solution; where none was found, what was tried last.
+    /// The strategy that found the solution; if none did, the last one tried.
     pub strategy: BoundaryStrategy,
-    /// Steps of continuations, all together.
+    /// Total number of continuation steps.
     pub continuation_steps: usize,
-    /// Starts that were tried, the one that led to the solution among them.
+    /// Number of starts tried, including the successful one.
     pub starts: usize,
 }
 

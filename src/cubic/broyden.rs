@@ -1,4 +1,4 @@
-//! Broyden's method: steps from a Jacobian that the steps so far correct.
+//! Broyden's method: a Jacobian corrected by the steps taken so far.
 //!
 //! # Source
 //! Kelley (1995), "Iterative Methods for Linear and Nonlinear Equations", chapter 7 (the storage of Broyden's updates).
@@ -9,22 +9,22 @@ use super::end_equations::flat_inverse;
 use crate::linalg::decomp::solve_square;
 use crate::shooting::StartResponse;
 
-/// The steps of Broyden's method, and what it started from.
+/// The steps of Broyden's method and its initial Jacobian.
 #[derive(Default)]
 pub(super) struct Updates<'a> {
     pub(super) start: Start<'a>,
     pub(super) steps: Vec<Vec<f64>>,
 }
 
-/// Where the inverse of the Jacobian comes from that the steps correct.
+/// The source of the initial inverse Jacobian.
 #[derive(Default)]
 pub(super) enum Start<'a> {
-    /// Flat space.
+    /// The inverse in flat space.
     #[default]
     Flat,
     /// The derivative of the equations.
     Jacobian(Mat<f64>),
-    /// A chain of legs at rest.
+    /// The response of a chain of legs at rest.
     Response(&'a StartResponse),
 }
 
@@ -44,12 +44,12 @@ impl<'a> Updates<'a> {
         *self = Updates::default();
     }
 
-    /// The next step: the inverse of the start, corrected by all steps so far; none where that is singular.
+    /// The next step: the initial inverse, corrected by all steps so far; `None` if the corrected one is singular.
     pub(super) fn step(&self, equations: &[f64]) -> Option<Vec<f64>> {
         let mut step = match &self.start {
             Start::Flat => flat_inverse(equations),
             Start::Jacobian(jacobian) => solve_square(jacobian.as_ref(), equations)?,
-            // The equations fall as the end moves on.
+            // The response maps a motion of the end; the equations have the opposite sign.
             Start::Response(response) => {
                 response.change(&equations.iter().map(|f| -f).collect::<Vec<_>>())
             }

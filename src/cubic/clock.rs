@@ -1,8 +1,7 @@
-//! The time of a curve as an affine function of the time in which its path is stored.
+//! The affine map from the time of a curve to the time in which its path is stored.
 //!
-//! A path is computed in the natural time of its data, where velocity, acceleration and jerk are at most about one:
-//! neither the slowest nor the fastest data underflow or overflow there. Changes of the parameter cost nothing and lose
-//! nothing.
+//! A path is computed in the natural time of its data, in which velocity, acceleration and jerk are at most about one,
+//! so that very slow and very fast data neither underflow nor overflow. Reparametrisation is free and exact.
 
 use crate::error::{Error, Result};
 
@@ -10,13 +9,13 @@ use crate::error::{Error, Result};
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Clock {
     pub(super) rate: f64,
-    /// A moment of the curve, and the same one of the path.
+    /// A time of the curve, and the corresponding time of the path.
     pub(super) curve: f64,
     pub(super) path: f64,
 }
 
 impl Clock {
-    /// Both times start together; a unit of the curve is `rate` units of the path.
+    /// Both times start at zero; one unit of the curve's time is `rate` units of the path's.
     pub(super) fn new(rate: f64) -> Self {
         Clock {
             rate,
@@ -25,7 +24,7 @@ impl Clock {
         }
     }
 
-    /// The time of the path, finite for every finite `t`.
+    /// The time of the path; finite for every finite `t`.
     #[inline(always)]
     pub(super) fn path_time(&self, t: f64) -> f64 {
         (self.path + self.rate * (t - self.curve)).clamp(f64::MIN, f64::MAX)
@@ -36,25 +35,26 @@ impl Clock {
         self.rate > 0.0
     }
 
-    /// A derivative of the given order with respect to the time of the curve.
+    /// Converts a derivative of the given order to the time of the curve.
     ///
-    /// Factor by factor: a power of the rate may overflow where its product with a small number does not.
+    /// Multiplies one factor at a time: a power of the rate may overflow where its product with a small number does
+    /// not.
     #[inline(always)]
     pub(super) fn derivative(&self, value: f64, order: usize) -> f64 {
         (0..order).fold(value, |value, _| value * self.rate)
     }
 
-    /// A length of time of the path in that of the curve.
+    /// Converts a duration from the time of the path to the time of the curve.
     pub(super) fn curve_length(&self, length: f64) -> f64 {
         (length / self.rate.abs()).min(f64::MAX)
     }
 
-    /// The clock by which `from` becomes `to`, intervals of the curve's time.
+    /// The clock after the curve's interval `from` has become `to`.
     ///
     /// # Errors
-    /// `InvalidArgument` where the ratio of the lengths is no normal number.
+    /// `InvalidArgument` if the ratio of the lengths is not a normal number.
     pub(super) fn reparametrised(&self, from: (f64, f64), to: (f64, f64)) -> Result<Self> {
-        // In this order: the length in the time of the path is a moderate number.
+        // In this order, since the length in the time of the path is of moderate size.
         let rate = self.rate * (from.1 - from.0) / (to.1 - to.0);
         if !rate.is_normal() {
             return Err(Error::InvalidArgument {
@@ -70,7 +70,7 @@ impl Clock {
         })
     }
 
-    /// The clock of the curve run backwards over the same interval.
+    /// The clock of the curve reversed over the same interval.
     pub(super) fn reversed(&self, span: (f64, f64)) -> Self {
         Clock {
             rate: -self.rate,

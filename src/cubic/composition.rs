@@ -8,17 +8,17 @@
 //! ```
 //!
 //! and most order conditions of general splittings are void: a symmetric composition has order 4 after 3 conditions
-//! (general: 4), 6 after 5 (general: 10), 8 after 9 (general: 28). With this relation the enveloping algebra has
-//! the words without `BBA` as its basis (`BBA = 2 BAB - ABB` rewrites every other one), and the conditions are that the
-//! product of exponentials agrees with `e^{h(A + B)}` word by word. Newton's method in 50 digits gave the coefficients;
-//! where there are more coefficients than conditions, those that are left minimise the first words that disagree.
+//! (general: 4), 6 after 5 (general: 10), 8 after 9 (general: 28). With this relation the enveloping algebra has the
+//! words without `BBA` as its basis (`BBA = 2 BAB - ABB` rewrites every other one), and the conditions are that the
+//! product of exponentials agrees with `e^{h(A + B)}` word by word. The coefficients were computed by Newton's method
+//! with 50 digits; if there are more of them than conditions, the free ones minimise the first words that disagree.
 //!
 //! # Error constants
-//! `C = error (s / h)^p`, the error at `t = 1` at equal work: `s` counts the flows of `A`, the expensive ones.
-//! Geometric mean over random cubics on St(3,1), St(3,2), St(5,2), St(6,3) and O(4), with velocity, acceleration and
-//! jerk of norm 5 to 8, from `python -m benchmarks.study.compositions`, which also checks the order conditions of every
-//! row to round-off. What counts is the ratio within an order. The last row is the least certain, by a factor of 3: its
-//! error is near round-off wherever those of the others are in their asymptotic regime.
+//! `C = error (s / h)^p` is the error at `t = 1` for equal work, where `s` counts the flows of `A`, the expensive ones.
+//! Values are geometric means over random cubics on St(3,1), St(3,2), St(5,2), St(6,3) and O(4), with velocity,
+//! acceleration and jerk of norm 5 to 8, computed by `python -m benchmarks.study.compositions`, which also checks the
+//! order conditions of every row to round-off. Only ratios within one order are meaningful. The last row is uncertain
+//! by a factor of 3: its error is near round-off wherever the others are in their asymptotic regime.
 //!
 //! | order | composition | flows of A | C |
 //! |---|---|---|---|
@@ -129,7 +129,7 @@ impl TryFrom<i64> for SplittingOrder {
     }
 }
 
-/// The first halves of the two palindromes, middle included: `s` flows of `A` between `s + 1` flows of `B`.
+/// The first halves of the two palindromes, including the middle: `s` flows of `A` between `s + 1` flows of `B`.
 pub(super) struct Composition {
     stages: usize,
     a: &'static [f64],
@@ -137,13 +137,13 @@ pub(super) struct Composition {
 }
 
 impl Composition {
-    /// Fractions of the step for the flows of `A`, each with that of the flow of `B` before it.
+    /// Fractions of the step for the flows of `A`, each after the fraction for the preceding flow of `B`.
     pub(super) fn pairs(&self) -> impl Iterator<Item = (f64, f64)> {
         let s = self.stages;
         (0..s).map(move |i| (self.b[i.min(s - i)], self.a[i.min(s - 1 - i)]))
     }
 
-    /// Fraction of the step for the last flow of `B`.
+    /// Fraction of the step for the final flow of `B`.
     pub(super) fn last(&self) -> f64 {
         self.b[0]
     }

@@ -1,4 +1,4 @@
-//! What a Riemannian cubic starts with, and what stays the same along it.
+//! Initial data and invariants of a Riemannian cubic.
 
 use faer::{Mat, MatRef, Scale};
 
@@ -12,7 +12,7 @@ use crate::linalg::product::mul_add;
 use crate::linalg::structure::check_range;
 use crate::space::Quotient;
 
-/// Rows up to which the momentum is handed out: an `(n, n)` matrix of two gigabytes.
+/// Largest number of rows for which the momentum is returned: an `(n, n)` matrix of two gigabytes.
 const LARGEST_MOMENTUM: usize = 1 << 14;
 
 impl RiemannianCubic {
@@ -20,14 +20,14 @@ impl RiemannianCubic {
     /// shape `(n, k)`.
     ///
     /// # Accuracy
-    /// Round-off of each of them where the path starts or ends there; else that of [`Curve::jerk`].
+    /// Accurate to round-off where the path starts or ends at that time; otherwise as accurate as [`Curve::jerk`].
     /// # Errors
     /// `Overflow`.
     pub fn initial(&self) -> Result<[Mat<f64>; 4]> {
         self.state(self.t_span().0)
     }
 
-    /// The same at any time.
+    /// As `initial`, at any time.
     pub(crate) fn state(&self, t: f64) -> Result<[Mat<f64>; 4]> {
         let moment = self.clock.path_time(t);
         let ends = self.path.ends();
@@ -75,7 +75,7 @@ impl RiemannianCubic {
     /// # Errors
     /// `Overflow`.
     pub fn energy(&self) -> Result<f64> {
-        // <[x, x'], x> = 0: the jerk's other part does not count.
+        // <[x, x'], x> = 0, so the other part of the jerk does not contribute.
         let [x, a, second] = self.vectors(self.path.ends()[0]);
         let energy = 0.5 * (a.inner(&a) + self.path.tension() * x.inner(&x)) - second.inner(&x);
         let energy = self.clock.derivative(energy, 4);
@@ -92,7 +92,7 @@ impl RiemannianCubic {
     /// ```
     ///
     /// # Errors
-    /// `InvalidArgument` where `n > 16384`: the matrix would be too large; `Overflow`.
+    /// `InvalidArgument` if `n > 16384`, for which the matrix would be too large; `Overflow`.
     pub fn momentum(&self) -> Result<Mat<f64>> {
         let n = self.n();
         if n > LARGEST_MOMENTUM {
@@ -128,7 +128,7 @@ impl RiemannianCubic {
         Ok(momentum)
     }
 
-    /// A derivative by the time of the path as one by the time of the curve.
+    /// Converts a derivative with respect to the path's time to the curve's time.
     fn in_curve_time(&self, mut a: Mat<f64>, order: usize) -> Mat<f64> {
         for entry in a.col_iter_mut().flat_map(|column| column.iter_mut()) {
             *entry = self.clock.derivative(*entry, order);
@@ -143,7 +143,7 @@ impl RiemannianCubic {
         }
     }
 
-    /// `x, x', x''` by the time of the path.
+    /// `x, x', x''` with respect to the time of the path.
     fn vectors(&self, state: &State) -> [Horizontal; 3] {
         let (k, m) = (self.k(), self.path.r() - self.k());
         std::array::from_fn(|i| Horizontal {

@@ -1,7 +1,7 @@
 //! Pseudo-arclength continuation of solutions of boundary value problems along a [family](super::homotopy) of data.
 //!
-//! The solutions `(y, lambda)` of `F(y, lambda) = 0` form a curve; it is followed by its arclength, in tangent steps with
-//! Newton corrections orthogonal to them, so that it may turn back in `lambda`. Wherever it passes `lambda = 1` it gives a
+//! The solutions `(y, lambda)` of `F(y, lambda) = 0` form a curve. It is followed by arclength, in tangent steps with
+//! Newton corrections orthogonal to them, so `lambda` may decrease along it. Each crossing of `lambda = 1` gives a
 //! solution of the problem.
 //!
 //! # Source
@@ -17,48 +17,48 @@ use crate::error::{Error, Result};
 use crate::linalg::decomp::solve_square;
 use crate::solve::gmres::{dot, norm};
 
-/// Steps along the curve at the most.
+/// Maximal number of steps along the curve.
 pub(super) const MAX_STEPS: usize = 150;
 
-/// The first step, the longest and the shortest, in units in which `lambda` and the scaled `y` change by 1.
+/// The first, longest and shortest step, in units in which `lambda` and the scaled `y` change by 1.
 const STEP: [f64; 3] = [0.1, 0.4, 1e-4];
 
-/// Newton corrections of one step at the most.
+/// Maximal number of Newton corrections per step.
 const MAX_CORRECTIONS: usize = 4;
 
-/// A point is on the curve once a correction is at most this: it only has to be near enough to go on from.
+/// A point counts as on the curve once a correction is at most this; it only has to be close enough to continue.
 const CORRECTED: f64 = 2e-3;
 
-/// The first correction is at most this share of the step, every other of the one before.
+/// Largest ratio of the first correction to the step, and of each further correction to the previous one.
 const CONTRACTION: f64 = 0.5;
 
-/// The cosine of the angle by which the tangent may turn in a step.
+/// Smallest cosine of the angle by which the tangent may turn in one step.
 const MAX_TURN: f64 = 0.8;
 
-/// A curve of solutions is left where an entry of the scaled `y` exceeds this.
+/// The curve is abandoned where an entry of the scaled `y` exceeds this.
 const FAR: f64 = 8.0;
 
-/// A curve of solutions is left where `lambda` leaves this range.
+/// The curve is abandoned where `lambda` leaves this range.
 const RANGE: std::ops::Range<f64> = -1.5..2.5;
 
-/// Integrations on the way leave out this share of the state.
+/// Truncation error of integrations during continuation, relative to the state.
 const ACCURACY: f64 = 1e-7;
 
-/// Half the distance of the parameters at which the data are differenced. The difference only steers.
+/// Half the step in `lambda` for differencing the data. The difference only predicts the direction.
 const DIFFERENCE: f64 = 1e-3;
 
-/// Whether the curve of solutions is followed further.
+/// How to continue after a solution of the problem was passed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Next {
-    /// The solution is wanted, and it was the last that is.
+    /// Stop: the solution was accepted and no more are needed.
     Stop,
-    /// On to the next solution.
+    /// Continue to the next solution.
     Continue,
-    /// No solution was found from there: come nearer.
+    /// No solution was found from this point: approach more closely.
     Refine,
 }
 
-/// A point of the curve of solutions: scaled `y`, then `lambda`.
+/// A point on the curve of solutions: scaled `y`, then `lambda`.
 struct Point {
     place: Vec<f64>,
     tangent: Vec<f64>,
@@ -68,7 +68,7 @@ struct Point {
 pub(super) struct Tracer<'a> {
     map: &'a mut dyn EndMap,
     homotopy: &'a Homotopy,
-    /// The size of `y`.
+    /// Scale of `y`.
     scale: f64,
     /// Newton corrections so far.
     pub(super) corrections: usize,
@@ -94,11 +94,12 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// From a solution at `lambda = 0` on; `arrive` sees an approximate solution wherever the curve passes `lambda = 1`.
+    /// Starts from a solution at `lambda = 0`; `arrive` receives an approximate solution at each crossing of `lambda =
+    /// 1`.
     ///
     /// # Errors
-    /// `Interrupted`, those of `arrive`, and where the family has no member at a parameter. A curve that is lost ends
-    /// without an error.
+    /// `Interrupted`, the errors of `arrive`, and an error if the family has no member at a parameter. Losing the curve
+    /// is not an error.
     pub(super) fn run(
         &mut self,
         start: &[f64],
@@ -148,7 +149,7 @@ impl<'a> Tracer<'a> {
         Ok(tangent(&matrix).map(|tangent| Point { place, tangent }))
     }
 
-    /// The point a step further, and how many corrections it took.
+    /// The point one step further, and the number of corrections used.
     fn advance(&mut self, from: &Point, step: f64) -> Result<Option<(Point, usize)>> {
         let pairs = from.place.iter().zip(&from.tangent);
         let mut place: Vec<f64> = pairs.map(|(p, t)| p + step * t).collect();
@@ -177,7 +178,8 @@ impl<'a> Tracer<'a> {
         Ok(None)
     }
 
-    /// The derivative of the equations with the row `direction` below it, and the equations; none where the flow ends.
+    /// The derivative of the equations with the row `direction` appended, and the equations; `None` if the flow cannot
+    /// be integrated.
     fn system(&mut self, place: &[f64], direction: &[f64]) -> Result<Option<(Mat<f64>, Vec<f64>)>> {
         let last = place.len() - 1;
         let y: Vec<f64> = place[..last].iter().map(|y| y * self.scale).collect();
@@ -208,7 +210,7 @@ impl<'a> Tracer<'a> {
         Ok(Some((matrix, right)))
     }
 
-    /// `y` where `lambda` is 1 on the line between two points.
+    /// `y` at `lambda = 1` on the line between two points.
     fn crossing(&self, from: &Point, to: &Point) -> Option<Vec<f64>> {
         let last = from.place.len() - 1;
         let (a, b) = (from.place[last] - 1.0, to.place[last] - 1.0);
@@ -222,7 +224,7 @@ impl<'a> Tracer<'a> {
     }
 }
 
-/// The unit vector in the kernel of all rows but the last, in the direction of that one.
+/// The unit vector in the kernel of all rows but the last, oriented along the last row.
 fn tangent(matrix: &Mat<f64>) -> Option<Vec<f64>> {
     let mut right = vec![0.0; matrix.nrows()];
     *right.last_mut()? = 1.0;
@@ -231,7 +233,7 @@ fn tangent(matrix: &Mat<f64>) -> Option<Vec<f64>> {
     (size.is_finite() && size > 0.0).then(|| solution.iter().map(|x| x / size).collect())
 }
 
-/// None where the curve of `y` cannot be integrated.
+/// `None` if the curve of `y` cannot be integrated.
 fn lost<T>(outcome: Result<T>) -> Result<Option<T>> {
     match outcome {
         Ok(found) => Ok(Some(found)),

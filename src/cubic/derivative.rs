@@ -1,8 +1,9 @@
 //! Derivatives of the solution of a boundary value problem with respect to its data, by the implicit function theorem.
 //!
-//! With the time measured so that the curve takes one unit, data that change by `dS` and `dV` displace the ends by `u = dS` and
-//! change the velocities there by `w = dV - A(u) V` beside the rotation that displaces the end. The [linearised
-//! cubic](super::linear_piece) makes of these the accelerations at the ends, the points between them, and transposed the gradients.
+//! In a time in which the curve takes one unit, variations `dS` and `dV` of the data displace the ends by `u = dS` and
+//! change the velocities there by `w = dV - A(u) V`, relative to the rotation that displaces the end. The [linearised
+//! cubic](super::linear_piece) maps these to the accelerations at the ends and to points in between; its transpose
+//! yields gradients.
 
 use faer::{Mat, MatRef, Scale};
 
@@ -20,7 +21,7 @@ use crate::space::Quotient;
 
 /// A variation of boundary data: ambient derivatives of `S0, V0, S1, V1` along a family of data, all of shape `(n, k)`.
 ///
-/// Along such a family `S^T S = I` and `S^T V + V^T S = 0` stay true, so
+/// Along such a family `S^T S = I` and `S^T V + V^T S = 0` are preserved, so
 ///
 /// ```math
 /// S^T dS + dS^T S = 0,\qquad S^T dV + dV^T S + dS^T V + V^T dS = 0
@@ -45,13 +46,13 @@ use crate::space::Quotient;
 /// ```
 #[derive(Debug, Clone, Copy)]
 pub struct BoundaryVariation<'a> {
-    /// Of the start.
+    /// Variation of the start point.
     pub s0: MatRef<'a, f64>,
-    /// Of the initial velocity.
+    /// Variation of the initial velocity.
     pub v0: MatRef<'a, f64>,
-    /// Of the end.
+    /// Variation of the end point.
     pub s1: MatRef<'a, f64>,
-    /// Of the end velocity.
+    /// Variation of the end velocity.
     pub v1: MatRef<'a, f64>,
 }
 
@@ -78,11 +79,11 @@ pub struct BoundaryVariation<'a> {
 /// ```
 #[derive(Debug, Clone)]
 pub struct BoundaryGradient {
-    /// With respect to the start.
+    /// With respect to the start point.
     pub s0: Mat<f64>,
     /// With respect to the initial velocity.
     pub v0: Mat<f64>,
-    /// With respect to the end.
+    /// With respect to the end point.
     pub s1: Mat<f64>,
     /// With respect to the end velocity.
     pub v1: Mat<f64>,
@@ -91,7 +92,7 @@ pub struct BoundaryGradient {
 /// Gradient of the cost `J` with respect to boundary data.
 pub type CostGradient = BoundaryGradient;
 
-/// How a Riemannian cubic depends on its boundary data, near a solution.
+/// The derivative of a Riemannian cubic with respect to its boundary data.
 ///
 /// # Examples
 /// ```
@@ -114,23 +115,23 @@ pub type CostGradient = BoundaryGradient;
 #[derive(Debug)]
 pub struct BoundaryDerivative {
     span: (f64, f64),
-    /// `(S, V, A, J)` at the start and at the end in the time in which the curve takes one unit, shape `(n, k)`.
+    /// `(S, V, A, J)` at the start and at the end, shape `(n, k)`, in a time in which the curve takes one unit.
     ends: [[Mat<f64>; 4]; 2],
     piece: LinearPiece,
-    /// In that time too.
+    /// Tension in the same time.
     tension: f64,
     quotient: Quotient,
 }
 
 impl RiemannianCubic {
-    /// How the curve depends on its boundary data: ends of [`t_span`](Curve::t_span), velocities there.
+    /// The derivative of the curve with respect to its boundary data: points and velocities at the ends of
+    /// [`t_span`](Curve::t_span).
     ///
-    /// Any Riemannian cubic is the solution of the boundary value problem of its own ends; this is the derivative of that
-    /// solution.
+    /// Any Riemannian cubic solves the boundary value problem of its own ends; this is the derivative of that solution.
     ///
     /// # Errors
-    /// `ConjugateEnds` where the solution does not depend smoothly on the data; `Overflow`, `TooManySteps`, `Decomposition` and
-    /// `Interrupted` of the integration of the derivative.
+    /// `ConjugateEnds` if the solution does not depend smoothly on the data; `Overflow`, `TooManySteps`,
+    /// `Decomposition` and `Interrupted` from integrating the linearised equations.
     pub fn boundary_derivative(&self, interrupt: Interrupt<'_>) -> Result<BoundaryDerivative> {
         let unit = self.reparametrised(0.0, 1.0)?;
         let ends = [unit.state(0.0)?, unit.state(1.0)?];
@@ -144,18 +145,19 @@ impl RiemannianCubic {
         })
     }
 
-    /// The gradient of the cost `J` with respect to the boundary data, from the curve at both ends.
+    /// The gradient of the cost `J` with respect to the boundary data, computed from the curve at both ends.
     ///
     /// ```math
     /// \delta J = 2 \bigl[ \langle D_t S', w \rangle - \langle x'' - \tau x, \delta S \rangle \bigr]_0^1,\qquad
     /// w = \delta V - A(\delta S)\, V
     /// ```
     ///
-    /// with the skew matrix `A` of least rank for which `A S = dS`, and tangent vectors for `x` and `x''`. By the first variation of
-    /// `J` at a critical curve: no equation has to be solved, and it exists at conjugate ends too.
+    /// with the skew matrix `A` of least rank for which `A S = dS`, and tangent vectors for `x` and `x''`. This is the
+    /// first variation of `J` at a critical curve: no equation has to be solved, and the gradient exists at conjugate
+    /// ends too.
     ///
     /// # Errors
-    /// `Overflow` where a derivative at an end is too large for a number.
+    /// `Overflow` if a derivative at an end is too large for a floating-point number.
     pub fn cost_gradient(&self) -> Result<CostGradient> {
         let span = self.t_span();
         let ends = [self.state(span.0)?, self.state(span.1)?];
@@ -164,11 +166,11 @@ impl RiemannianCubic {
 }
 
 impl BoundaryDerivative {
-    /// The variation of the initial data of the curve.
+    /// The variation of the curve's initial data.
     ///
     /// # Errors
-    /// `Shape`, `NonFinite`, `NotTangent` (the variation breaks a constraint); `Overflow`; above 64 dimensions, where equations are
-    /// solved by products with the derivative, `ConjugateEnds`, `TooManySteps`, `Decomposition` and `Interrupted`.
+    /// `Shape`, `NonFinite`, `NotTangent` (the variation breaks a constraint), `Overflow`; above 64 dimensions, where
+    /// the equations are solved iteratively, also `ConjugateEnds`, `TooManySteps`, `Decomposition` and `Interrupted`.
     pub fn initial(
         &self,
         variation: &BoundaryVariation<'_>,
@@ -193,12 +195,12 @@ impl BoundaryDerivative {
         })
     }
 
-    /// The variation of the point of the curve at each of several times, shape `(n, k)` each.
+    /// The variations of the points of the curve at several times, shape `(n, k)` each.
     ///
     /// # Arguments
-    /// * `curve` - the curve that this is the derivative of: its interval is that of the times
+    /// * `curve` - the curve whose derivative this is; `times` refer to its interval
     /// # Errors
-    /// Those of [`initial`](Self::initial), `NonFinite` for a time, and those of integrating to it.
+    /// The errors of [`initial`](Self::initial), `NonFinite` for a time, and the errors of integrating to it.
     pub fn points(
         &self,
         curve: &RiemannianCubic,
@@ -214,15 +216,16 @@ impl BoundaryDerivative {
         self.piece.points(&z, &times, interrupt)
     }
 
-    /// The gradient, with respect to the boundary data, of the sum of products of entries of cotangents with the points of the
-    /// curve at some times.
+    /// The gradient with respect to the boundary data of `sum tr(W^T S(t))` over cotangents `W` at given times `t`.
     ///
-    /// The transpose of [`BoundaryDerivative::points`]: one solution of the linear equations, whatever the number of times.
+    /// This is the transpose of [`BoundaryDerivative::points`]; it solves the linear equations once for any number of
+    /// times.
     ///
     /// # Arguments
-    /// * `cotangents` - one for each time, shape `(n, k)`, any matrices; `W` in errors
+    /// * `cotangents` - one per time, shape `(n, k)`, any matrices; named `W` in errors
     /// # Errors
-    /// `Shape`, `NonFinite`; `Overflow`, `TooManySteps`, `Interrupted` of integrating; those of [`initial`](Self::initial) of solving.
+    /// `Shape`, `NonFinite`; `Overflow`, `TooManySteps`, `Interrupted` from integrating; the errors of
+    /// [`initial`](Self::initial) from solving.
     pub fn pull_back(
         &self,
         times: &[f64],
@@ -280,7 +283,7 @@ impl BoundaryDerivative {
         CostGradient { s0, v0, s1, v1 }
     }
 
-    /// `(u_0, w_0, u_1, w_1)` in the time in which the curve takes one unit.
+    /// `(u_0, w_0, u_1, w_1)` in a time in which the curve takes one unit.
     fn end_changes(&self, variation: &BoundaryVariation<'_>) -> Result<[Mat<f64>; 4]> {
         self.check(variation)?;
         let duration = Scale(self.span.1 - self.span.0);
@@ -292,7 +295,7 @@ impl BoundaryDerivative {
         Ok([s0.to_owned(), w0, s1.to_owned(), w1])
     }
 
-    /// A derivative of the given order in the time of the curve. Factor by factor: a power may overflow.
+    /// Converts a derivative of the given order to the time of the curve, one factor at a time: a power may overflow.
     fn slowed(&self, vector: Mat<f64>, order: usize) -> Mat<f64> {
         let rate = Scale((self.span.1 - self.span.0).recip());
         (0..order).fold(vector, |vector, _| vector * rate)
@@ -312,7 +315,7 @@ impl BoundaryDerivative {
     }
 }
 
-/// From point, velocity, covariant acceleration and covariant jerk at both ends.
+/// Computed from point, velocity, covariant acceleration and covariant jerk at both ends.
 fn cost_gradient(ends: &[[Mat<f64>; 4]; 2], tension: f64, quotient: Quotient) -> CostGradient {
     let [[s0, v0], [s1, v1]] = [(&ends[0], -2.0), (&ends[1], 2.0)].map(|(state, factor)| {
         let [s, v, a, j] = state.each_ref().map(|x| x.as_ref());
@@ -323,7 +326,7 @@ fn cost_gradient(ends: &[[Mat<f64>; 4]; 2], tension: f64, quotient: Quotient) ->
     CostGradient { s0, v0, s1, v1 }
 }
 
-/// Times of an interval in the unit of its length.
+/// Times relative to an interval, in units of its length.
 fn local((start, end): (f64, f64), times: &[f64]) -> Vec<f64> {
     times.iter().map(|t| (t - start) / (end - start)).collect()
 }

@@ -1,4 +1,4 @@
-//! Where a descent starts: points and velocities at equal times, along a curve that need not be a cubic.
+//! Starts of descents: points and velocities at equidistant times, along a curve that need not be a cubic.
 
 use faer::{Mat, MatRef, Scale};
 
@@ -17,19 +17,19 @@ use crate::manifold::QuasiGeodesic;
 use crate::manifold::quasi_geodesic::EndpointProblem;
 use crate::space::{Kind, RowOrder, ScalarField};
 
-/// Legs of a curve by itself at least: one for each lane.
+/// Minimal number of legs of a curve: one per lane.
 pub(super) const LEGS: usize = 8;
 
-/// Legs at most, and the length of a leg at most, in radians: the guess for the middle of a leg needs less than a right angle.
-/// With 2.0 a descent along a rolling curve with speeds of 8 to 16 may be lost, and the flat one ends at up to 400 times the
-/// cost.
+/// Maximal number of legs, and maximal length of a leg in radians: the guess for the middle of a leg needs less than a
+/// right angle. With 2.0, a descent from a rolling curve with speeds of 8 to 16 can get lost, and a descent from the
+/// flat one can end at up to 400 times the cost.
 const MOST_LEGS: usize = 1024;
 pub(crate) const LONGEST_LEG: f64 = 1.5;
 
-/// The largest rate of the share `3 t^2 - 2 t^3` of its turn that a rolling curve has made.
+/// Largest derivative of `3 t^2 - 2 t^3`, the fraction of its rotation that a rolling curve has completed.
 const TURN_RATE: f64 = 1.5;
 
-/// Points and velocities at equal times, the first and the last ones those that are given.
+/// Points and velocities at equidistant times; the first and the last ones are given.
 pub(crate) struct DescentStart {
     kind: Kind,
     knots: Vec<[Mat<f64>; 2]>,
@@ -37,11 +37,11 @@ pub(crate) struct DescentStart {
 }
 
 impl DescentStart {
-    /// Along the cubic `c` of flat space with a displacement and end velocities: the end points of the quasi-geodesics with the
-    /// initial velocities `c(t)`.
+    /// Along the cubic `c` of flat space with given displacement and end velocities: the end points of the
+    /// quasi-geodesics with initial velocities `c(t)`.
     ///
     /// # Errors
-    /// Where the numbers are too large.
+    /// An error if the numbers are too large.
     pub(crate) fn along_flat(kind: Kind, ends: RelativeEnds<'_>, flat: &FlatData) -> Result<Self> {
         let (start, v0) = (&ends.initial()[0], ends.velocity);
         let count = legs(flat.largest_speed(v0), LONGEST_LEG, LEGS)?;
@@ -58,7 +58,7 @@ impl DescentStart {
     /// Along the adjusted de Casteljau curve.
     ///
     /// # Errors
-    /// Where there is none, or the numbers are too large.
+    /// An error if the curve does not exist or the numbers are too large.
     pub(super) fn along_geometric(problem: &Problem) -> Result<Self> {
         let [s1, v1] = problem.end.each_ref().map(|x| x.as_ref());
         let [s0, v0] = problem.initial();
@@ -73,13 +73,14 @@ impl DescentStart {
         Ok(Self::new(problem.kind(), problem.relative_ends(), knots))
     }
 
-    /// Along the curve that rolls with a velocity changing evenly from the initial to the end velocity, in a space that turns
-    /// so that it ends where it should, with legs of a length at most, a multiple of a number of them: the first columns of `e^{s(t) Omega} g(t)`, where
-    /// `g' = g ((1 - t) x_0 + t x_1)`, `s = 3 t^2 - 2 t^3` and `e^Omega g(1)` is the frame at the end point. That is carried there along
-    /// a quasi-geodesic, or any one if that is not unique.
+    /// Along a rolling curve: its velocity changes linearly from the initial to the end velocity, and the space rotates
+    /// so that the curve ends at the given point. It consists of the first columns of `e^{s(t) Omega} g(t)`, where `g'
+    /// = g ((1 - t) x_0 + t x_1)`, `s = 3 t^2 - 2 t^3` and `e^Omega g(1)` is the frame at the end point. That frame is
+    /// carried along a quasi-geodesic if it is unique, else any frame is used. Legs are no longer than `longest`, and
+    /// their number is a multiple of `multiple`.
     ///
     /// # Errors
-    /// Where the numbers are too large.
+    /// An error if the numbers are too large.
     pub(crate) fn rolling(
         kind: Kind,
         ends: RelativeEnds<'_>,
@@ -95,7 +96,7 @@ impl DescentStart {
         let velocity = |t: f64| first.clone().plus(-t, first).plus(t, &last);
         let log = |a: MatRef<'_, f64>| match kind.field {
             ScalarField::Real => orthogonal_log(a),
-            // Where it is not unique it is to be one of embedded matrices.
+            // If it is not unique, it must still be an embedded complex matrix.
             ScalarField::Complex => {
                 let rows = RowOrder { r, k };
                 let a = rows.halves(rows.halves(a).transpose());
@@ -148,7 +149,7 @@ impl DescentStart {
         }
     }
 
-    /// Whether the data say all of it, since one quasi-geodesic joins the end points.
+    /// Whether the data determine the start, because a unique quasi-geodesic joins the end points.
     pub(super) fn is_unique(&self) -> bool {
         self.is_unique
     }
@@ -157,7 +158,7 @@ impl DescentStart {
         self.knots.len() - 1
     }
 
-    /// A frame at a knot, shape `(r, r)`, and the velocity in it, in the time of a leg.
+    /// The frame at a knot, shape `(r, r)`, and the velocity in it, in the time of a leg.
     pub(crate) fn at(&self, knot: usize) -> (Mat<f64>, Vec<f64>) {
         let [point, velocity] = &self.knots[knot];
         let frame = match knot {
@@ -172,7 +173,7 @@ impl DescentStart {
         (frame, velocity)
     }
 
-    /// Frames at the knots, shape `(r, r)` row by row, and velocities in them, in the time of a leg.
+    /// Frames at the knots, shape `(r, r)` by rows, and velocities in them, in the time of a leg.
     pub(super) fn frames(&self) -> (Vec<f64>, Vec<f64>) {
         let (mut frames, mut velocities) = (Vec::new(), Vec::new());
         for knot in 0..self.knots.len() {
@@ -184,13 +185,13 @@ impl DescentStart {
     }
 }
 
-/// Entries of a frame.
+/// Entries of a frame, by rows.
 pub(crate) fn row_by_row(frame: &Mat<f64>) -> impl Iterator<Item = f64> {
     let r = frame.ncols();
     (0..frame.nrows() * r).map(move |at| frame[(at / r, at % r)])
 }
 
-/// The frame at an end point that the one of the start, the identity, is carried to along a quasi-geodesic.
+/// The identity, the frame at the start, carried along a quasi-geodesic to the end point.
 fn frame_along(s0: &Mat<f64>, s1: MatRef<'_, f64>) -> Result<Mat<f64>> {
     let (r, k) = s1.shape();
     let mut curve = QuasiGeodesic::zeros(r, k);
@@ -201,10 +202,10 @@ fn frame_along(s0: &Mat<f64>, s1: MatRef<'_, f64>) -> Result<Mat<f64>> {
     Ok(turned(&curve, turn.as_ref(), 1.0))
 }
 
-/// Legs of a length at most, in groups of so many, for a curve with that speed.
+/// Number of legs no longer than `longest` for a curve of the given speed, rounded up to a multiple.
 ///
 /// # Errors
-/// `Overflow` of the speed where they would be too many: there is no such start then.
+/// `Overflow` of the speed if there would be too many legs; this start is then not available.
 fn legs(speed: f64, longest: f64, multiple: usize) -> Result<usize> {
     let groups = (speed / (longest * multiple as f64)).ceil();
     match groups <= (MOST_LEGS / multiple) as f64 {

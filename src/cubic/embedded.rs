@@ -1,39 +1,41 @@
 //! A symplectic integrator of Riemannian cubics in the embedding: `T^*(TSt(n, k))` as a submanifold of `R^{4nk}`.
 //!
-//! The optimal control problem of cubics has the state `(S, V)` and the covariant acceleration as control. Its Hamiltonian
-//! in ambient variables and multipliers of
+//! The optimal control problem of cubics has the state `(S, V)` and the covariant acceleration as control. Its
+//! Hamiltonian, in ambient variables and with multipliers of
 //!
 //! ```math
 //! H = \langle p_S S^T + p_V V^T, X \rangle_F + \tfrac14 |p_V S^T - S p_V^T|_F^2,\qquad
 //! X = V S^T - S V^T - \tfrac12 S (S^T V - V^T S) S^T
 //! ```
 //!
-//! with the constraints `S^T S = I`, `S^T V + V^T S = 0` give the cubics; `H = |A|^2 / 2 - <J, V>` on them. Momenta that
-//! differ by a combination of the gradients of the constraints are the same covector of `TSt(n, k)`; the one that is kept
-//! meets `S^T p_S + p_S^T S = 0` and `S^T p_V + p_V^T S = 0`.
+//! with the constraints `S^T S = I`, `S^T V + V^T S = 0` yields the cubics; on them `H = |A|^2 / 2 - <J, V>`. Momenta
+//! that differ by a combination of the gradients of the constraints represent the same covector of `TSt(n, k)`; the
+//! representative used here satisfies `S^T p_S + p_S^T S = 0` and `S^T p_V + p_V^T S = 0`.
 //!
-//! A step is that of RATTLE: a multiple of the gradients, a step from a discretization map of the ambient space, a multiple
-//! of the gradients, chosen so that the end meets all four constraints. The map is the mid-point one,
-//! `R_d(q, v) = (q - v/2, q + v/2)`, whose cotangent lift is the implicit midpoint rule:
+//! A step is a RATTLE step: a multiple of the gradients, a step of a discretization map of the ambient space, and a
+//! second multiple of the gradients, chosen so that the end satisfies all four constraints. The map is the midpoint
+//! one, `R_d(q, v) = (q - v/2, q + v/2)`, whose cotangent lift is the implicit midpoint rule:
 //!
 //! ```math
 //! z_1 = z_0 + h\, X_H\Bigl(\frac{z_0 + z_1}{2}\Bigr),\qquad z = (S, V, p_S, p_V)
 //! ```
 //!
-//! where `X_H` is the Hamiltonian vector field. This `H` is constant along the gradients of the constraints on all of the ambient
-//! space, not only on the manifold, so the constraints are quadratic first integrals of its flow. The midpoint rule keeps those,
-//! and the multipliers before the step are zero. It also commutes with the linear maps `p_S += S M_S + V M_V`, `p_V += S M_V`, so
-//! the multipliers after it change nothing else: the method is symplectic on the manifold, symmetric, of order 2, and keeps the
-//! spatial momentum `p_S S^T - S p_S^T + p_V V^T - V p_V^T`.
+//! where `X_H` is the Hamiltonian vector field. This `H` is constant along the gradients of the constraints in the
+//! whole ambient space, not only on the manifold, so the constraints are quadratic first integrals of its flow. The
+//! midpoint rule preserves them, so the multipliers before the step vanish. It also commutes with the linear maps `p_S
+//! += S M_S + V M_V`, `p_V += S M_V`, so the multipliers after the step change nothing else. Hence the method is
+//! symplectic on the manifold, symmetric, of order 2, and preserves the spatial momentum `p_S S^T - S p_S^T + p_V V^T -
+//! V p_V^T`.
 //!
-//! The implicit equations are solved by fixed-point iteration to round-off, 5 to 20 evaluations of the field, each of
-//! `O(r k^2)` with `r = min(n, 4k)`. Increments are added in compensated sums; points and velocities are not projected back.
+//! The implicit equations are solved to round-off by fixed-point iteration: 5 to 20 evaluations of the field, each of
+//! cost `O(r k^2)` with `r = min(n, 4k)`. Increments are accumulated in compensated sums; points and velocities are not
+//! projected back.
 //!
 //! # Source
-//! arXiv 2404.19407 names it as future work. Discretization maps: Barbero-Liñán, Martín de Diego (2023). Constraints: Jay
-//! (1996), "Symplectic partitioned Runge-Kutta methods for constrained Hamiltonian systems", SIAM J. Numer. Anal. 33; Hairer,
-//! Lubich, Wanner (2006), sections IV.2 (quadratic invariants), VII.1.4 (RATTLE), VIII.6 (fixed-point iteration). The
-//! Hamiltonian, and that its multipliers vanish, are worked out here.
+//! arXiv 2404.19407 mentions it as future work. Discretization maps: Barbero-Liñán, Martín de Diego (2023).
+//! Constraints: Jay (1996), "Symplectic partitioned Runge-Kutta methods for constrained Hamiltonian systems", SIAM J.
+//! Numer. Anal. 33; Hairer, Lubich, Wanner (2006), sections IV.2 (quadratic invariants), VII.1.4 (RATTLE), VIII.6
+//! (fixed-point iteration). The Hamiltonian, and the proof that its multipliers vanish, are our own.
 
 use faer::MatRef;
 
@@ -45,10 +47,10 @@ use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::space::Quotient;
 
-/// Steps of small states between two questions whether to stop.
+/// Steps of small states between two polls of the interrupt.
 const STEPS_PER_CHECK: usize = 64;
 
-/// How [`integrate_embedded`] takes its steps.
+/// Options of [`integrate_embedded`].
 ///
 /// # Examples
 /// ```
@@ -67,9 +69,9 @@ const STEPS_PER_CHECK: usize = 64;
 /// ```
 #[derive(Clone, Copy)]
 pub struct EmbeddedOptions<'a> {
-    /// End of the time interval, finite and not zero; negative to run backwards.
+    /// End of the time interval, finite and nonzero; negative to run backwards.
     pub t_end: f64,
-    /// Asked between steps.
+    /// Polled between steps.
     pub interrupt: Interrupt<'a>,
 }
 
@@ -82,7 +84,7 @@ impl Default for EmbeddedOptions<'_> {
     }
 }
 
-/// Integrate the Riemannian cubic with the given initial data by equal steps of a symplectic method in the embedding.
+/// Integrate the Riemannian cubic with given initial data, in equal steps of a symplectic method in the embedding.
 ///
 /// ```math
 /// z_1 = z_0 + h\, X_H\Bigl(\frac{z_0 + z_1}{2}\Bigr),\qquad z = (S, V, p_S, p_V),\qquad
@@ -92,15 +94,16 @@ impl Default for EmbeddedOptions<'_> {
 /// with `X = V S^T - S V^T - S (S^T V - V^T S) S^T / 2`, on `S^T S = I`, `S^T V + V^T S = 0`.
 ///
 /// # Arguments
-/// * `s` - point, shape `(n, k)`; `v`, `a`, `j` - velocity, covariant acceleration and covariant jerk at it
+/// * `s` - point, shape `(n, k)`; `v`, `a`, `j` - velocity, covariant acceleration and covariant jerk at `s`
 /// * `steps` - at least 1; `options` - time
 /// # Accuracy
-/// Order 2; energy without drift; orthonormality, tangency, both momentum constraints and the spatial momentum to round-off,
-/// whatever the number of steps (`tests/embedded.rs`). [`integrate_cubic`](super::integrate_cubic) solves no equation and has
-/// smaller errors for the same time; this method works on the paper's own phase space.
+/// Order 2; the energy error does not drift; orthonormality, tangency, both momentum constraints and the spatial
+/// momentum hold to round-off for any number of steps (`tests/embedded.rs`).
+/// [`integrate_cubic`](super::integrate_cubic) solves no equation and has smaller errors for the same time; this method
+/// works on the paper's own phase space.
 /// # Errors
-/// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `InvalidArgument` (`steps`, `t_end` zero), `NoConvergence` (a step
-/// too long for the fixed-point iteration), `Overflow`, `Interrupted`.
+/// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `InvalidArgument` (`steps`, or `t_end` zero), `NoConvergence`
+/// (a step too long for the fixed-point iteration), `Overflow`, `Interrupted`.
 /// # Examples
 /// ```
 /// use faer::mat;
@@ -115,9 +118,9 @@ impl Default for EmbeddedOptions<'_> {
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
 /// # Source
-/// The future work of arXiv 2404.19407. Barbero-Liñán, Martín de Diego (2023) for discretization maps; Jay (1996), Hairer,
-/// Lubich, Wanner (2006), sections IV.2 and VII.1.4, for constraints. The Hamiltonian, constant along the gradients of the
-/// constraints off the manifold too, is worked out here.
+/// The future work of arXiv 2404.19407. Barbero-Liñán, Martín de Diego (2023) for discretization maps; Jay (1996),
+/// Hairer, Lubich, Wanner (2006), sections IV.2 and VII.1.4, for constraints. The Hamiltonian, which is constant along
+/// the gradients of the constraints off the manifold too, is our own.
 pub fn integrate_embedded(
     s: MatRef<'_, f64>,
     v: MatRef<'_, f64>,

@@ -14,17 +14,17 @@
 //! p_S' = X p_S + Y p_V + L (V - S \Omega) - \tfrac12 V K,\quad K = S^T L S
 //! ```
 //!
-//! On the constraints `X S = V` and `|Y|_F^2 / 4 = |A|^2 / 2` for the covariant acceleration `A = Y S`. Off them the
-//! field still has skew `X` and `Y`, so `S^T S` and `S^T V + V^T S` are constant along every solution.
+//! On the constraints, `X S = V` and `|Y|_F^2 / 4 = |A|^2 / 2` for the covariant acceleration `A = Y S`. Off them, `X`
+//! and `Y` are still skew, so `S^T S` and `S^T V + V^T S` are constant along every solution.
 //!
-//! Every term is a block of `z` times a matrix of shape `(k, k)` made from `G = z^T z`: the field is `z C(G)`.
+//! Every term is a block of `z` times a `(k, k)` matrix built from `G = z^T z`: the field is `z C(G)`.
 
 use faer::{Mat, MatMut, MatRef};
 
 use crate::linalg::product::{axpy, mul_add, mul_into};
 use crate::linalg::structure::dot;
 
-/// Where the blocks are.
+/// Indices of the blocks.
 pub(super) const S: usize = 0;
 pub(super) const V: usize = 1;
 pub(super) const P_S: usize = 2;
@@ -35,7 +35,7 @@ pub(super) struct Field {
     k: usize,
     /// `G`, shape `(4k, 4k)`.
     products: Mat<f64>,
-    /// `C`, of the same shape: column `j` of blocks makes the derivative of block `j`.
+    /// `C`, of the same shape: its block column `j` yields the derivative of block `j`.
     coefficients: Mat<f64>,
     omega: Mat<f64>,
     square: Mat<f64>,
@@ -52,7 +52,7 @@ impl Field {
         }
     }
 
-    /// Writes the vector field; shapes `(r, 4k)`.
+    /// Evaluates the vector field; shapes `(r, 4k)`.
     pub(super) fn evaluate(&mut self, z: MatRef<'_, f64>, out: MatMut<'_, f64>) {
         self.set_products(z);
         self.set_rotation();
@@ -95,7 +95,7 @@ impl Field {
         mul_add(c.subrows_mut(k * S, k), -1.0, &self.omega, with_point);
     }
 
-    /// Adds `Y S` to the derivative of `V` and `Y p_V` to that of `p_S`.
+    /// Adds `Y S` to the derivative of `V` and `Y p_V` to the derivative of `p_S`.
     fn add_acceleration(&mut self) {
         for (column, vector) in [(V, S), (P_S, P_V)] {
             self.add(P_V, column, 1.0, [S, vector]);
@@ -103,7 +103,7 @@ impl Field {
         }
     }
 
-    /// Adds `-L S` to the derivative of `p_V` and `L (V - S Omega)` to that of `p_S`.
+    /// Adds `-L S` to the derivative of `p_V` and `L (V - S Omega)` to the derivative of `p_S`.
     fn add_momentum(&mut self) {
         let k = self.k;
         for (row, with, sign) in [(P_S, S, 1.0), (P_V, V, 1.0), (S, P_S, -1.0), (V, P_V, -1.0)] {
@@ -115,7 +115,7 @@ impl Field {
         }
     }
 
-    /// Adds `S K / 2` to the derivative of `p_V` and `-V K / 2` to that of `p_S`.
+    /// Adds `S K / 2` to the derivative of `p_V` and `-V K / 2` to the derivative of `p_S`.
     fn add_torque(&mut self) {
         let k = self.k;
         let product = |i, j| block(&self.products, k, i, j);
@@ -127,7 +127,7 @@ impl Field {
         }
     }
 
-    /// Adds a multiple of a block of `G` to one of `C`.
+    /// Adds a multiple of a block of `G` to a block of `C`.
     fn add(&mut self, row: usize, column: usize, factor: f64, [i, j]: [usize; 2]) {
         let to = block_mut(&mut self.coefficients, self.k, row, column);
         axpy(to, factor, block(&self.products, self.k, i, j));
@@ -164,14 +164,14 @@ mod tests {
 
     const STEP: f64 = 1e-3;
 
-    /// Entries of no order.
+    /// A state with irregular entries.
     fn state(r: usize, k: usize) -> Mat<f64> {
         Mat::from_fn(r, 4 * k, |i, j| {
             (1.7 * (i + 1) as f64 * (j + 2) as f64).sin()
         })
     }
 
-    /// `(dH/dp, -dH/dq)` by differences of order 4: round-off `eps / STEP`, truncation `STEP^4`.
+    /// Compared with `(dH/dp, -dH/dq)` by differences of order 4: round-off `eps / STEP`, truncation `STEP^4`.
     #[test]
     fn field_is_the_symplectic_gradient_of_the_energy() {
         for (r, k) in [(2, 1), (3, 1), (3, 2), (5, 2), (4, 4)] {
@@ -201,7 +201,7 @@ mod tests {
         }
     }
 
-    /// `S^T S` and `S^T V + V^T S` are constant on all of the ambient space, to the round-off of sums of `k` products.
+    /// `S^T S` and `S^T V + V^T S` are constant in the whole ambient space, to the round-off of sums of `k` products.
     #[test]
     fn constraints_are_constant_off_the_manifold() {
         for (r, k) in [(3, 1), (3, 2), (5, 2), (4, 4)] {

@@ -12,23 +12,23 @@ use crate::linalg::product::{axpy, mul_add, mul_into};
 use crate::linalg::structure::norm;
 use crate::report::{SolverReport, StopReason};
 
-/// Iterations of a step; 5 to 20 are usual.
+/// Maximal number of iterations per step; 5 to 20 are usual.
 const MAX_ITERATIONS: usize = 100;
 
-/// What may be left of an increment, relative to the increment of a curve of that speed.
+/// Largest acceptable error of an increment, relative to the increment of a curve of that speed.
 const NEGLIGIBLE: f64 = 1.1e-16;
 
-/// Changes below this one that no longer shrink are round-off.
+/// Changes below this that no longer decrease count as round-off.
 const ROUND_OFF: f64 = 1e-12;
 
-/// Powers of the rate in the size of `S`, `V`, `p_S` and `p_V`.
+/// Exponents of the rate in the magnitudes of `S`, `V`, `p_S` and `p_V`.
 const POWERS: [usize; 4] = [0, 1, 3, 2];
 
 /// `(S, V, p_S, p_V)`.
 pub(super) struct EmbeddedState {
     r: usize,
     k: usize,
-    /// The blocks one after the other, column by column, and what rounding took from them.
+    /// The blocks in order, each by columns, and their accumulated rounding errors.
     z: Vec<f64>,
     low: Vec<f64>,
     /// `p_S S^T + p_V V^T` at the start.
@@ -39,7 +39,7 @@ pub(super) struct EmbeddedState {
 
 /// Buffers of a step.
 struct Work {
-    /// Of the size of the state.
+    /// As long as the state.
     increment: Vec<f64>,
     next: Vec<f64>,
     middle: Vec<f64>,
@@ -55,7 +55,7 @@ impl EmbeddedState {
     /// B = \tfrac12 (X_V A - X_A V) + p_V S^T V - V S^T p_V - J
     /// ```
     ///
-    /// where `V = X_V S` and `A = X_A S`. The momenta meet `S^T p_V + p_V^T S = 0` and `S^T p_S + p_S^T S = 0`.
+    /// where `V = X_V S` and `A = X_A S`. The momenta satisfy `S^T p_V + p_V^T S = 0` and `S^T p_S + p_S^T S = 0`.
     pub(super) fn new(data: &InitialData) -> Self {
         let (r, k) = (data.g.nrows(), data.velocity.omega.nrows());
         let s = data.g.as_ref().subcols(0, k);
@@ -96,7 +96,7 @@ impl EmbeddedState {
         state
     }
 
-    /// One step of the midpoint rule, `z_1 = z_0 + h f((z_0 + z_1) / 2)`, and the momentum constraints anew.
+    /// Takes one step of the midpoint rule, `z_1 = z_0 + h f((z_0 + z_1) / 2)`, and restores the momentum constraints.
     ///
     /// # Errors
     /// `NoConvergence` (the step is too long for the iteration), `Overflow`.
@@ -123,7 +123,7 @@ impl EmbeddedState {
         Err(failed(MAX_ITERATIONS, last, StopReason::MaxIterations))
     }
 
-    /// `max(|V|, |p_V|^(1/2), |p_S|^(1/3))`: in a unit of time over this rate the curve goes a distance near one.
+    /// `max(|V|, |p_V|^(1/2), |p_S|^(1/3))`: in a time of one over this rate the curve moves a distance of about one.
     fn rate(&self) -> f64 {
         let size = |i: usize| norm(part(&self.z, self.r, self.k, i));
         size(V).max(size(P_V).sqrt()).max(size(P_S).cbrt())
@@ -149,7 +149,8 @@ impl EmbeddedState {
         }
     }
 
-    /// Takes the next increment; the change relative to increments of a curve of that rate, largest of the blocks.
+    /// Replaces the increment by the next iterate; returns the largest change of a block, relative to the increments of
+    /// a curve of that rate.
     fn change(&mut self, h: f64, rate: f64) -> f64 {
         let Work {
             increment, next, ..
@@ -160,9 +161,9 @@ impl EmbeddedState {
         let mut largest = 0.0_f64;
         for (i, power) in POWERS.into_iter().enumerate() {
             let size = norm(part(increment, self.r, self.k, i)) / h.abs();
-            // One factor after the other: their product may underflow.
+            // Divide one factor at a time: the product of the factors may underflow.
             let relative = (0..=power).fold(size, |size, _| size / rate);
-            // A maximum of NaN and a number is the number.
+            // `f64::max` of NaN and a number returns the number.
             if !relative.is_finite() {
                 return relative;
             }
@@ -172,8 +173,8 @@ impl EmbeddedState {
         largest
     }
 
-    /// Adds multiples of the gradients of the constraints, which change nothing but the momenta off the manifold:
-    /// `p_S -= S M_S + V M_V` and `p_V -= S M_V` with symmetric matrices for which `S^T p_S` and `S^T p_V` are skew.
+    /// Adds multiples of the gradients of the constraints, which only change the momenta off the manifold: `p_S -= S
+    /// M_S + V M_V` and `p_V -= S M_V` with symmetric matrices such that `S^T p_S` and `S^T p_V` become skew.
     fn restore_momenta(&mut self) {
         let (r, k) = (self.r, self.k);
         let size = r * k;
@@ -250,7 +251,7 @@ impl Observed for EmbeddedState {
         self.field.energy(z)
     }
 
-    /// Of `p_S S^T - S p_S^T + p_V V^T - V p_V^T`.
+    /// Defect of `p_S S^T - S p_S^T + p_V V^T - V p_V^T`.
     fn momentum_defect(&mut self) -> f64 {
         self.set_momentum();
         axpy(&mut self.work.momentum, -1.0, &self.start);
@@ -264,7 +265,7 @@ impl Observed for EmbeddedState {
         squares.sqrt()
     }
 
-    /// The largest of `|S^T S - I|`, `|S^T V + V^T S|` and the same of both momenta, Frobenius norms.
+    /// The largest of `|S^T S - I|`, `|S^T V + V^T S|` and the corresponding defects of both momenta, Frobenius norms.
     fn constraint_defect(&mut self) -> f64 {
         let (r, k) = (self.r, self.k);
         let inner = &mut self.work.squares[0];
@@ -321,7 +322,7 @@ fn set_brackets(
     mul_add(out, -1.0, v, &*with_a);
 }
 
-/// Whether what is left of a linearly convergent iteration is below round-off.
+/// Whether the remaining error of a linearly convergent iteration is below round-off.
 fn is_settled(change: f64, last: f64) -> bool {
     if change == 0.0 {
         return true;

@@ -1,9 +1,10 @@
-//! Coordinates of complex vectors and those of the embedded real ones: each real coordinate is a multiple of a complex one.
+//! Conversion between coordinates of complex vectors and of their real embeddings: each real coordinate is a multiple
+//! of a complex one.
 
 use crate::linalg::dual::Number;
 use crate::space::{Homogeneous, Kind, Shape, in_space};
 
-/// Which coordinate each is a multiple of, and the factor.
+/// For each real coordinate, the complex one of which it is a multiple, and the factor.
 #[derive(Debug, Clone)]
 pub(crate) struct Embedding {
     real: Vec<(usize, f64)>,
@@ -11,7 +12,7 @@ pub(crate) struct Embedding {
 }
 
 impl Embedding {
-    /// Of a complex space.
+    /// The embedding of a complex space.
     pub(super) fn new(shape: Shape) -> Self {
         let r = shape.r;
         let real = Shape {
@@ -41,12 +42,12 @@ impl Embedding {
         embedding
     }
 
-    /// Vectors, one after the other, in real coordinates.
+    /// Converts vectors, one after another, to real coordinates.
     pub(super) fn to_real<T: Number>(&self, y: &[T]) -> Vec<T> {
         mapped(y, self.complex.len(), &self.real)
     }
 
-    /// The inverse for vectors that are complex.
+    /// The inverse, for vectors that are complex.
     pub(super) fn of_real<T: Number>(&self, y: &[T]) -> Vec<T> {
         mapped(y, self.real.len(), &self.complex)
     }

@@ -1,6 +1,6 @@
-//! Upper bounds of the derivatives of a Riemannian cubic that hold everywhere, from samples.
+//! Upper bounds on the derivatives of a Riemannian cubic over an interval, computed from samples.
 //!
-//! Along a cubic, norms change no faster than
+//! Along a cubic, norms grow no faster than
 //!
 //! ```math
 //! \bigl| |V|' \bigr| \le |A|,\qquad \bigl| |A|' \bigr| \le |J|,\qquad
@@ -8,43 +8,44 @@
 //! ```
 //!
 //! since sectional curvatures of the canonical metric lie between 0 and 5/4. The curvature tensor is constant on the
-//! Lie algebra, where the covariant derivative is half of a bracket, and `|[x, y]| <= sqrt 2 |x| |y|` in the norm of
-//! the metric; so
+//! Lie algebra, where the covariant derivative is half a bracket, and `|[x, y]| <= sqrt 2 |x| |y|` in the norm of the
+//! metric; so
 //!
 //! ```math
 //! |D_t^2 J| \le q = \tfrac54 \bigl( |J| |V|^2 + |A|^2 |V| + \sqrt2\, |A| |V|^3 \bigr)
 //! ```
 //!
-//! In tension `D_t J` has `tau A` more, so `tau |A|` is added to the bound of `D_t J` and `tau |J|` to `q`.
+//! In tension `D_t J` has the additional term `tau A`, so `tau |A|` is added to the bound on `D_t J` and `tau |J|` to
+//! `q`.
 //!
-//! Carried along the curve, `V` differs from `V_0 + s A_0` at the time `s` by at most `s^2 / 2` times the largest `|J|`, and so on.
-//! From both ends of an interval of width `w` to its middle, with the largest norms `v, a, j` on it and the samples at
-//! its ends,
+//! Transported along the curve, `V` differs from `V_0 + s A_0` at time `s` by at most `s^2 / 2` times the largest
+//! `|J|`, and so on. From both ends of an interval of width `w` to its middle, with the largest norms `v, a, j` on it
+//! and the samples at its ends,
 //!
 //! ```math
 //! v \le \max |V_0 + s A_0| + \tfrac{w^2}{8} j,\qquad a \le \max |A_0 + s J_0| + \tfrac{5 w^2}{32} a v^2,\qquad
 //! j \le \max |J_0 - s R(A_0, V_0) V_0| + \tfrac{w^2}{8} q
 //! ```
 //!
-//! Numbers for which the right-hand sides are smaller than the left-hand ones are bounds: on the way from an end the
-//! norms would have to pass them first. Intervals whose bounds are too far above the largest sample are halved.
+//! Numbers for which the right-hand sides are smaller than the left-hand ones are bounds, since the norms would have to
+//! exceed them first on the way from an end. Intervals whose bounds are too far above the largest sample are halved.
 //!
-//! All of it is computed on the Lie algebra, in the natural time of the path, from the series of `x` with `g' = g x`:
+//! Everything is computed on the Lie algebra, in the natural time of the path, from the series of `x` with `g' = g x`:
 //!
 //! ```math
 //! V = x,\qquad A = x',\qquad J = x'' + \tfrac12 [x, x']_m,\qquad
 //! D_t J = -R(A, V) V = -[[x, x']_h, x] + \tfrac14 [x, [x, x']_m]_m
 //! ```
 //!
-//! Ambient derivatives of a fast curve are larger than its covariant ones, by `|V|` for each order, so that these would be
-//! nothing but their round-off.
+//! Ambient derivatives of a fast curve exceed its covariant ones by a factor `|V|` per order, so covariant derivatives
+//! computed from them would be dominated by round-off.
 //!
-//! On the Grassmann manifold sectional curvatures lie between 0 and 2, `J = x''` and `D_t J = -[[x, x']_h, x]`, and the curvature
-//! tensor is parallel, so the last term of `q` is none.
+//! On the Grassmann manifold sectional curvatures lie between 0 and 2, `J = x''` and `D_t J = -[[x, x']_h, x]`, and the
+//! curvature tensor is parallel, so the last term of `q` vanishes.
 //!
 //! # Source
-//! The bound of curvature: Zimmermann, Stoye (2025), "High curvature means low rank: on the sectional curvature of
-//! Grassmann and Stiefel manifolds and the underlying matrix trace inequalities", arXiv 2403.01879. The bound of
+//! The bound on curvature: Zimmermann, Stoye (2025), "High curvature means low rank: on the sectional curvature of
+//! Grassmann and Stiefel manifolds and the underlying matrix trace inequalities", arXiv 2403.01879. The bound on
 //! brackets: Bottcher, Wenzel (2008), "The Frobenius norm and the commutator", Linear Algebra Appl. 429, 1864-1885.
 
 use faer::{Mat, MatRef, Scale};
@@ -63,26 +64,29 @@ const SOLVER: &str = "derivative bounds";
 /// The largest sectional curvature of the canonical metric.
 const CURVATURE: f64 = 1.25;
 
-/// That of the Grassmann manifold, where the curvature tensor is parallel: the last term of `q` is none.
+/// The largest sectional curvature of the Grassmann manifold, whose curvature tensor is parallel: the last term of `q`
+/// vanishes.
 const CURVATURE_OF_SUBSPACES: f64 = 2.0;
 
-/// Bounds are at most this much above the largest sample (see [`limits`]).
+/// Largest relative gap between a bound and the largest sample (see [`limits`]).
 const GAP: f64 = 1e-3;
 
-/// The same beside derivatives of lower order, where that is more. With 1e-3 jerk bounds of random cubics are up to 0.6 of the
-/// largest jerk above it; with 1e-6 a cubic on a circle at speed 50, whose jerk is zero, takes all intervals there may be.
+/// Largest gap relative to derivatives of lower order, if that is larger. With 1e-3, jerk bounds of random cubics
+/// exceed the largest jerk by up to 0.6 of it; with 1e-6, a cubic on a circle at speed 50, whose jerk is zero, uses up
+/// the allowed number of intervals.
 const LOWER_GAP: f64 = 1e-4;
 
-/// Room for round-off of the samples, relative to the largest of a kind and to what round-off of a point makes.
+/// Allowance for round-off of the samples, relative to the largest sample of its kind and to the effect of round-off in
+/// a point.
 const ROUND_OFF: f64 = 1e-12;
 
-/// Bounds are tried this much above what follows from the guess before.
+/// Trial bounds exceed those implied by the previous guess by this relative amount.
 const INFLATION: f64 = 1e-5;
 
-/// Intervals at most, a second of work.
+/// Maximal number of intervals, about a second of work.
 const MAX_INTERVALS: usize = 1 << 16;
 
-/// Rounds in which bounds of one interval settle; the first guess is 1/8 too large.
+/// Maximal number of iterations for the bounds of one interval; the first guess is 1/8 too large.
 const MAX_ROUNDS: usize = 8;
 
 /// The state at one time of the path.
@@ -94,10 +98,10 @@ struct Sample {
     norms: [f64; 3],
 }
 
-/// Bounds of `|V|`, `|A|`, `|J|` of a cubic over an interval `span` of its time.
+/// Bounds on `|V|`, `|A|`, `|J|` of a cubic over an interval `span` of its time.
 ///
 /// # Errors
-/// `NoConvergence` where too many intervals would be needed; `Overflow`, `Interrupted`.
+/// `NoConvergence` if too many intervals would be needed; `Overflow`, `Interrupted`.
 pub(super) fn enclosed(
     path: &Path,
     clock: Clock,
@@ -162,10 +166,10 @@ fn in_path_time(path: &Path, ends: [f64; 2], interrupt: Interrupt<'_>) -> Result
     Ok(bounds)
 }
 
-/// The largest bounds that are good enough, after the norms of samples on an interval of the given length.
+/// The largest acceptable bounds, given the norms of samples on an interval of the given length.
 ///
-/// A derivative may be zero all along where those of lower order are not: they count with that length as their unit of
-/// time.
+/// A derivative may vanish identically while those of lower order do not; these are therefore taken into account, with
+/// the length as the unit of time.
 fn limits(norms: [f64; 3], length: f64) -> [f64; 3] {
     let rate = length.recip();
     let mut scale = 0.0;
@@ -232,7 +236,7 @@ fn bend(x: &Horizontal, a: &Horizontal, bracket: &Horizontal) -> Horizontal {
     turned.plus_bracket(0.25, x, bracket)
 }
 
-/// `-[[x, a]_h, x]` where the upper left block is in `h` too.
+/// `-[[x, a]_h, x]` when the upper left block belongs to `h` too.
 fn bend_of_subspaces(x: &Horizontal, a: &Horizontal) -> Horizontal {
     let n = a.normal.transpose() * &x.normal;
     let inner = &n * Scale(2.0) - n.transpose();
@@ -242,7 +246,7 @@ fn bend_of_subspaces(x: &Horizontal, a: &Horizontal) -> Horizontal {
     }
 }
 
-/// `max |X_0 + s Y_0|` for `s` from 0 to `reach`: a convex function, largest at an end.
+/// `max |X_0 + s Y_0|` for `s` from 0 to `reach`: the function is convex, so the maximum is at an end.
 fn reached(at: &Sample, which: usize, reach: f64) -> f64 {
     let moved = at.vectors[which]
         .clone()
@@ -250,7 +254,7 @@ fn reached(at: &Sample, which: usize, reach: f64) -> f64 {
     at.norms[which].max(moved.norm())
 }
 
-/// Bounds on one interval; none where it is too wide for them.
+/// Bounds on one interval; `None` if it is too wide.
 fn interval_bounds(a: &Sample, b: &Sample, width: f64, path: &Path) -> Option<[f64; 3]> {
     let tension = path.tension();
     let (curvature, turning) = match path.quotient() {
@@ -270,7 +274,7 @@ fn interval_bounds(a: &Sample, b: &Sample, width: f64, path: &Path) -> Option<[f
     };
     let mut guess = right(base.map(|x| 1.125 * x));
     for _ in 0..MAX_ROUNDS {
-        // A little above the right-hand sides of the guess before.
+        // Slightly above the right-hand sides of the previous guess.
         let wider = guess.map(|x| x * (1.0 + INFLATION) + f64::MIN_POSITIVE);
         let next = right(wider);
         if next.iter().zip(wider).all(|(next, wider)| *next < wider) {

@@ -1,4 +1,4 @@
-//! The equations of a boundary value problem: how far the end of a curve is from its target.
+//! The equations of a boundary value problem: the defect of the end of a curve.
 //!
 //! In coordinates in which the start is the identity, an end `(S1, V1)` gives the `2d` equations
 //!
@@ -6,7 +6,7 @@
 //! \mathrm{hor}(g^T S_1) = 0,\qquad \mathrm{hor}(g^T V_1) - x = 0\qquad\text{at } t = 1
 //! ```
 //!
-//! with the horizontal part `hor(Y) = (skew(Y_1), Y_2)` of the upper and the lower block.
+//! with the horizontal part `hor(Y) = (skew(Y_1), Y_2)`, where `Y_1` and `Y_2` are the upper and the lower block.
 
 use super::reduced::Blocks;
 use super::taylor::March;
@@ -14,44 +14,45 @@ use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::linalg::dual::Number;
 
-/// Taylor steps that one integration may take: curves that need more are too fast to be shot.
+/// Maximal number of Taylor steps of one integration: curves that need more are too fast for shooting.
 pub(super) const MAX_STEPS: usize = 4_000;
 
-/// Taylor steps that a curve between ends without speed may take, and those for each unit of speed: a few times as many as
-/// the solutions seen take (11 from rest to rest 2.7 apart). A trial that goes astray ends here: with 4000 steps for all, one
-/// in forty problems from rest to rest on St(10,3) and St(5,2) spends the work of a problem on its first start.
+/// Taylor steps allowed for a curve with zero end speeds, and additional steps per unit of speed: a few times as many
+/// as observed solutions take (11 from rest to rest at distance 2.7). Trials that go astray are stopped here: with a
+/// fixed limit of 4000, one in forty problems from rest to rest on St(10,3) and St(5,2) would spend all its work on the
+/// first start.
 const STEPS: f64 = 60.0;
 const STEPS_PER_SPEED: f64 = 8.0;
 
-/// Taylor steps that a curve with the given speed at one of its ends may take.
+/// Number of Taylor steps allowed for a curve with the given speed at one of its ends.
 pub(super) fn allowed_steps(speed: f64) -> usize {
     ((STEPS + STEPS_PER_SPEED * speed) as usize).min(MAX_STEPS)
 }
 
-/// Boundary data in coordinates in which the start is the identity, blocks column by column.
+/// Boundary data in coordinates in which the start is the identity, blocks by columns.
 #[derive(Debug, Clone)]
 pub(super) struct Target {
-    /// Independent entries of the initial velocity.
+    /// The independent entries of the initial velocity.
     pub(super) velocity: Vec<f64>,
     /// End point and end velocity, shape `(r, k)`.
     pub(super) end: [Vec<f64>; 2],
     /// The larger of the end speeds, in the Frobenius norm.
     pub(super) speed: f64,
-    /// Velocities at the end are compared in this unit: round-off in them grows with the speed.
+    /// Unit in which end velocities are compared: their round-off grows with the speed.
     pub(super) velocity_unit: f64,
-    /// Of a cubic in tension.
+    /// Tension of the cubic.
     pub(super) tension: f64,
 }
 
-/// Equations and how far the end is off.
+/// The equations, and the distance of the end from its target.
 pub(super) struct Residual<T> {
     pub(super) equations: Vec<T>,
     /// `(|S(1) - S1|^2 + |V(1) - V1|^2 / u^2)^(1/2)` with the unit `u` of velocities.
     pub(super) distance: f64,
 }
 
-/// The changes of `(x', x'')` that move the end of a curve of flat space by minus the given equations:
-/// `a = -6 s + 2 v`, `x'' = 12 s - 6 v`.
+/// The changes of `(x', x'')` that move the end of a curve of flat space by minus the given equations: `a = -6 s + 2
+/// v`, `x'' = 12 s - 6 v`.
 pub(super) fn flat_inverse(equations: &[f64]) -> Vec<f64> {
     let (points, velocities) = equations.split_at(equations.len() / 2);
     let pairs = || points.iter().zip(velocities);

@@ -1,5 +1,5 @@
-//! The map from initial `(x', x'')` to the end of the curve, as the solvers of boundary value problems see it: sizes of
-//! blocks hidden, work counted.
+//! The map from initial `(x', x'')` to the end of the curve, as used by the solvers of boundary value problems: block
+//! sizes are hidden, work is counted.
 
 use faer::Mat;
 
@@ -11,12 +11,13 @@ use crate::error::Result;
 use crate::report::SolverReport;
 use crate::shooting::StartResponse;
 
-/// What Newton's method and continuation need to know of a boundary value problem.
+/// The interface of a boundary value problem for Newton's method and continuation.
 pub(super) trait EndMap {
-    /// Other boundary data from now on.
+    /// Replaces the boundary data.
     fn set_target(&mut self, target: &Target);
 
-    /// Damped Newton from `y`, in place; where it is the start of a chain at rest, by its response first.
+    /// Damped Newton from `y`, in place; if `y` is the start of a chain at rest, steps with the chain's response come
+    /// first.
     fn solve(
         &mut self,
         y: &mut [f64],
@@ -25,25 +26,25 @@ pub(super) trait EndMap {
         max_iterations: usize,
     ) -> Result<SolverReport>;
 
-    /// The equations at `y` and how far the end is off.
+    /// The equations at `y`, and the distance of the end from its target.
     fn equations(&mut self, y: &[f64], accuracy: Accuracy) -> Result<(Vec<f64>, f64)>;
 
     /// The derivative of the equations, shape `(2d, 2d)`, and the equations.
     fn derivative(&mut self, y: &[f64], accuracy: Accuracy) -> Result<(Mat<f64>, Vec<f64>)>;
 
-    /// Where the curve of `y` ends: point and velocity, shape `(r, k)` each.
+    /// The end of the curve of `y`: point and velocity, shape `(r, k)` each.
     fn end(&mut self, y: &[f64], accuracy: Accuracy) -> Result<[Mat<f64>; 2]>;
 
-    /// Counts work that was done elsewhere.
+    /// Counts work done elsewhere.
     fn count(&mut self, work: f64);
 
-    /// As many times the work may be done from now on.
+    /// Multiplies the work limit by `times` from now on.
     fn allow(&mut self, times: f64);
 
-    /// Work that may still be done.
+    /// Remaining work.
     fn left(&self) -> f64;
 
-    /// Whether the work that a problem may take is done.
+    /// Whether the work limit of the problem is reached.
     fn exhausted(&self) -> bool;
 }
 

@@ -1,17 +1,20 @@
-//! The second derivative of the cost of a cubic by points and velocities at its ends, in the time in which it takes one unit.
+//! The second derivative of the cost of a cubic with respect to points and velocities at its ends, in a time in which
+//! it takes one unit.
 //!
-//! With displacements `u` of the ends in their frames and `w` the variations of the velocities beside them,
+//! With displacements `u` of the ends in their frames, and variations `w` of the velocities relative to the rotations
+//! that displace the ends,
 //!
 //! ```math
 //! \tfrac12 J:\qquad \text{gradient}\ (x''_0,\,-x'_0,\,-x''_1,\,x'_1)\ \text{by}\ (u_0, w_0, u_1, w_1)
 //! ```
 //!
-//! and its derivative is a matrix of four times four blocks. It is symmetric but for the blocks of two displacements of one end,
-//! which do not commute, and in tension for those of `x''` by `w` at the same end: the gradient has `x'' - tau x` there.
+//! and its derivative is a matrix of four by four blocks. It is symmetric except for the blocks of two displacements of
+//! the same end, which do not commute, and, in tension, for the blocks of `x''` by `w` at the same end: the gradient
+//! contains `x'' - tau x` there.
 //!
-//! The `(x', x'')` at the start that move the end as wanted are measured by the change of point and velocity that they make in flat
-//! space, where `s = a / 2 + x'' / 6` and `v = a + x'' / 2`: then the matrix of their equations is near the identity for slow
-//! curves, and its singular values tell how far the ends are from conjugate ones.
+//! The variables `(x', x'')` at the start that move the end as required are scaled by the change of point and velocity
+//! they cause in flat space, `s = a / 2 + x'' / 6` and `v = a + x'' / 2`. The matrix of their equations is then near
+//! the identity for slow curves, and its singular values measure the distance of the ends from conjugate ones.
 
 use faer::Mat;
 
@@ -26,30 +29,33 @@ use crate::linalg::decomp::{singular_range, solve_matrix};
 use crate::linalg::structure::check_range;
 use crate::solve::gmres::{Gmres, norm};
 
-/// Ends whose smallest singular value is below this share of the largest count as conjugate.
+/// Ends count as conjugate if the smallest singular value is below this fraction of the largest.
 ///
-/// Ten times what boundary problems are solved to by default: ends that are no nearer cannot be told from conjugate ones.
+/// Ten times the default tolerance of boundary problems: closer ends cannot be told from conjugate ones.
 const CONJUGATE: f64 = 1e-11;
 
-/// Share of a right-hand side that one pass of the minimal residual method leaves.
+/// Residual reduction of one pass of the minimal residual method.
 const PASS: f64 = 1e-8;
 
-/// Passes; each starts from what the last one left, so that errors of the products do not add up.
+/// Maximal number of passes; each starts from the residual of the previous one, so that errors of the products do not
+/// accumulate.
 const MAX_PASSES: usize = 4;
 
-/// What is left in the end, relative to right-hand side and solution together: the matrix is of size one.
+/// Final residual, relative to right-hand side and solution together: the matrix has size about one.
 const RESIDUAL: f64 = 1e-13;
 
-/// A solution that is so many times its right-hand side is left to the matrix, which shows whether the ends are conjugate.
+/// A solution larger than this multiple of its right-hand side is recomputed from the matrix, which shows whether the
+/// ends are conjugate.
 const SUSPECT: f64 = 1e4;
 
-/// Changes of `x'` (first row) and `x''` that move the end of a curve of flat space by a unit in the point, and in the velocity.
+/// Changes of `x'` (first row) and `x''` (second row) that move the end of a curve of flat space by one unit in the
+/// point and in the velocity.
 const FLAT: [[f64; 2]; 2] = [[6.0, -2.0], [-12.0, 6.0]];
 
-/// Sign of the gradient, and which of `(p, w, a, b)` it is, for each of its four parts.
+/// For each of the four parts of the gradient, its sign and its index in `(p, w, a, b)`.
 const PARTS: [(f64, usize); 4] = [(1.0, 3), (-1.0, 2), (-1.0, 3), (1.0, 2)];
 
-/// The matrix, shape `(4 d, 4 d)`, from that of `(p, w, a, b)` at the end by those at the start.
+/// The matrix, shape `(4 d, 4 d)`, from the flow that maps `(p, w, a, b)` at the start to those at the end.
 ///
 /// # Errors
 /// `ConjugateEnds`, `Overflow`, `Decomposition`.
@@ -63,12 +69,13 @@ pub(super) fn end_stiffness(flow: &Mat<f64>) -> Result<Mat<f64>> {
         let [by_a, by_b] = [2, 3].map(|level| flow[(i, level * d + j % d)]);
         FLAT[0][j / d] * by_a + FLAT[1][j / d] * by_b
     });
-    // What of the end is to be made up for by `(x', x'')` at the start.
+    // The part of the end's change that `(x', x'')` at the start must compensate.
     let right = Mat::from_fn(2 * d, 4 * d, |i, j| match j.checked_sub(2 * d) {
         None => -flow[(i, j)],
         Some(j) => f64::from(u8::from(i == j)),
     });
-    // The last columns are the inverse: a bound of the condition without singular values, which take longer than all else here.
+    // The last columns are the inverse. They bound the condition number without singular values, which would take
+    // longer than everything else here.
     let bound = |found: &Mat<f64>| {
         let inverse = found.subcols(2 * d, 2 * d);
         (unknown.norm_l2() * inverse.norm_l2()).recip()
@@ -99,8 +106,8 @@ pub(super) fn end_stiffness(flow: &Mat<f64>) -> Result<Mat<f64>> {
     Ok(matrix)
 }
 
-/// The product of the matrix in the span with `(u_0, w_0, u_1, w_1)` by the minimal residual method; `None` where that does not
-/// converge, or to a suspiciously large solution.
+/// The product of the matrix in the span with `(u_0, w_0, u_1, w_1)`, by the minimal residual method; `None` if it
+/// fails to converge or the solution is suspiciously large.
 ///
 /// # Errors
 /// `TooManySteps`, `Overflow`, `Interrupted`.

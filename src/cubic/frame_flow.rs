@@ -1,6 +1,6 @@
-//! The exact flows for any `(n, k)`: the exponential and the integral by Taylor polynomials of one product per term.
+//! The exact flows for any `(n, k)`: the exponential and its integral as Taylor polynomials, with one product per term.
 //!
-//! With `Z = h x` the flow of `H_A` adds increments to `g^T`, `p` and `mu`:
+//! With `Z = h x`, the flow of `H_A` adds increments to `g^T`, `p` and `mu`:
 //!
 //! ```math
 //! g^T \leftarrow g^T + \sum_{j \ge 1} \frac{(-Z)^j}{j!} g^T,\qquad
@@ -8,10 +8,10 @@
 //! \mu \leftarrow \mu - [Z, F]
 //! ```
 //!
-//! A commutator of skew matrices is one product, `[Z, Y] = Z Y - (Z Y)^T`, and both sums take their products with `Z`
-//! together. The degree follows from a bound of `|Z|_2` before the first product; a rotation by more than
-//! [`LONGEST`] is made of shorter ones. Cost of one term: a product `(r, r) x (r, 2r)` where `Z` has a zero block of
-//! size `r - k`; 8 to 14 terms at the usual steps.
+//! A commutator of skew matrices takes one product, `[Z, Y] = Z Y - (Z Y)^T`, and both sums share their products with
+//! `Z`. The degree follows from a bound on `|Z|_2` before the first product; a rotation by more than [`LONGEST`] is
+//! split into shorter ones. Cost of one term: a product `(r, r) x (r, 2r)` in which `Z` has a zero block of size `r -
+//! k`; 8 to 14 terms at the usual steps.
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
@@ -23,18 +23,19 @@ use crate::error::Result;
 use crate::linalg::simd::vectorised;
 use crate::space::Quotient;
 
-/// Radians of one Taylor polynomial. Cancellation in the sums costs a factor of about `e^{2 LONGEST}`.
+/// Largest angle of one Taylor polynomial, in radians. Cancellation in the sums costs a factor of about `e^{2
+/// LONGEST}`.
 const LONGEST: f64 = 0.75;
 
-/// What is left out of a sum, relative to its first term.
+/// Truncation error of a sum, relative to its first term.
 const NEGLIGIBLE: f64 = 1.4e-17;
 
-/// Terms that [`LONGEST`] radians need.
+/// Terms needed for [`LONGEST`] radians.
 const MAX_TERMS: usize = 24;
 
-/// `limits()[m]`: the largest norm of `Z` for which `m + 1` terms suffice.
+/// `limits()[m]` is the largest norm of `Z` for which `m + 1` terms suffice.
 ///
-/// The first commutator left out is at most `(2 |Z|)^{m+2} / (m + 3)!` of `mu`, the first power left out
+/// The first omitted commutator is at most `(2 |Z|)^{m+2} / (m + 3)!` of `mu`, the first omitted power at most
 /// `|Z|^{m+1} / (m + 2)!` of the first one.
 fn limits() -> [f64; MAX_TERMS] {
     let mut factorial = 1.0;
@@ -46,7 +47,7 @@ fn limits() -> [f64; MAX_TERMS] {
     })
 }
 
-/// State of a cubic in `r` dimensions. Matrices are column by column; `x` and `p` by their first `k` columns.
+/// State of a cubic in `r` dimensions. Matrices are stored by columns; `x` and `p` by their first `k` columns.
 pub(super) struct FrameState {
     r: usize,
     k: usize,
@@ -62,7 +63,7 @@ pub(super) struct FrameState {
     work: Work,
 }
 
-/// A matrix that remembers what rounding took from its sums.
+/// A matrix with the accumulated rounding errors of its sums.
 struct Summed {
     value: Vec<f64>,
     low: Vec<f64>,
@@ -84,7 +85,7 @@ impl Summed {
 struct Work {
     /// The generator, shape `(r, r)`.
     z: Vec<f64>,
-    /// The last terms, `[commutator | power]`, shape `(r, 2r)`; products of `z` with them; sums of the terms.
+    /// The last terms, `[commutator | power]`, shape `(r, 2r)`; their products with `z`; the sums of the terms.
     terms: Vec<f64>,
     products: Vec<f64>,
     sums: Vec<f64>,
@@ -134,7 +135,7 @@ impl FrameState {
                 } else if j < k {
                     0.5 * bracket + pull(j * r + i)
                 } else if i < k {
-                    // The part in m is skew as well.
+                    // The part in m must be skew as well.
                     0.5 * bracket - pull(i * r + j)
                 } else {
                     bracket
@@ -143,12 +144,12 @@ impl FrameState {
         }
     }
 
-    /// Whether an entry of the upper left block is of `h`.
+    /// Whether an entry of the upper left block belongs to `h`.
     fn is_held(&self, i: usize, j: usize) -> bool {
         self.quotient == Quotient::Subspaces && i < self.k && j < self.k
     }
 
-    /// Sets the upper left block of columns of a vector of `m` to zero where it is of `h`.
+    /// Zeroes the upper left block of columns of a vector of `m` if that block belongs to `h`.
     fn hold(quotient: Quotient, r: usize, k: usize, columns: &mut [f64]) {
         if quotient == Quotient::Subspaces {
             for column in columns.chunks_exact_mut(r).take(k) {
@@ -203,7 +204,7 @@ impl FrameState {
         (0.5 * top + bottom).sqrt()
     }
 
-    /// One Taylor polynomial.
+    /// Applies one Taylor polynomial.
     fn turn(&mut self, h: f64, terms: usize) {
         let (r, k) = (self.r, self.k);
         set_generator(r, k, h, &self.x.value, &mut self.work.z);
@@ -275,7 +276,7 @@ impl Observed for FrameState {
         inner(&self.mu.value, x) + 0.5 * (inner(p, p) - self.tension * inner(x, x))
     }
 
-    /// Of `g mu g^T`.
+    /// Defect of `g mu g^T`.
     fn momentum_defect(&mut self) -> f64 {
         let start = std::mem::take(&mut self.start);
         let now = self.spatial_momentum();
@@ -334,7 +335,7 @@ fn transpose(r: usize, a: &[f64], out: &mut [f64]) {
     }
 }
 
-/// The sums of both series from their first terms, and `[Z, F]` in place of the last commutator.
+/// Sums both series from their first terms, and replaces the last commutator by `[Z, F]`.
 fn series(r: usize, k: usize, terms: usize, work: &mut Work) {
     match r {
         1 => fixed_series::<1>(terms, work),
@@ -401,7 +402,7 @@ fn set_commutator(r: usize, factor: f64, a: &[f64], out: &mut [f64]) {
     }
 }
 
-/// `out = A B` for `A` of shape `(r, r)`; as many columns as `b` and `out` have.
+/// `out = A B` for `A` of shape `(r, r)`; `b` and `out` have the same number of columns.
 fn multiply(r: usize, a: &[f64], b: &[f64], out: &mut [f64]) {
     match r {
         1 => fixed_product::<1>(a, b, out),
@@ -441,7 +442,7 @@ fn fixed_product<const R: usize>(a: &[f64], b: &[f64], out: &mut [f64]) {
     }
 }
 
-/// `out = Z B` for `Z` in `m`: its block in `h` is zero.
+/// `out = Z B` for `Z` in `m`, whose block in `h` is zero.
 fn horizontal_product(r: usize, k: usize, z: &[f64], b: &[f64], out: &mut [f64]) {
     let cols = b.len() / r;
     let z = MatRef::from_column_major_slice(z, r, r);

@@ -1,4 +1,5 @@
-//! The Taylor recurrence of [`super::recurrence`] for small blocks of known size: all Cauchy sums of an order in one loop.
+//! The Taylor recurrence of [`super::recurrence`] for small blocks of known size: all Cauchy sums of one order in a
+//! single loop.
 //!
 //! The sums stay in registers. Second factors are stored from the highest order down, so that both factors of a sum
 //! `sum_i a_i b_{j-i}` are read forwards.
@@ -7,10 +8,10 @@ use super::block_products::{add_product, add_tension, integrate, write_scaled};
 use super::reduced::{Blocks, Parts, block};
 use crate::linalg::dual::Number;
 
-/// The most entries of a sum.
+/// Largest number of entries of a sum.
 const FEW: usize = 16;
 
-/// Coefficients of orders `1..=order` from those of order 0.
+/// Computes the coefficients of orders `1..=order` from those of order 0.
 #[inline(always)]
 pub(super) fn expand<T: Number>(parts: &mut Parts<'_, T>, blocks: impl Blocks, order: usize) {
     let (m, k) = (blocks.m::<T>(), blocks.k());
@@ -28,7 +29,7 @@ pub(super) fn expand<T: Number>(parts: &mut Parts<'_, T>, blocks: impl Blocks, o
     }
 }
 
-/// The coefficients of order `j + 1` from those up to order `j`.
+/// Computes the coefficients of order `j + 1` from those up to order `j`.
 #[inline(always)]
 fn extend<T: Number>(parts: &mut Parts<'_, T>, blocks: impl Blocks, order: usize, j: usize) {
     let (r, m, k) = (blocks.r::<T>(), blocks.m::<T>(), blocks.k());
@@ -37,7 +38,7 @@ fn extend<T: Number>(parts: &mut Parts<'_, T>, blocks: impl Blocks, order: usize
     let [omega, omega1, omega2] = &mut parts.omega;
     let [b, b1, b2] = &mut parts.b;
 
-    // Not read back from where it was written: that would wait for the stores.
+    // Not read back from memory, which would wait for the stores.
     let vector = scaled(&b1[block(j, mk)], next);
     b[block(j + 1, mk)].copy_from_slice(&vector[..mk]);
     parts.b_down[block(order - j - 1, mk)].copy_from_slice(&vector[..mk]);
@@ -92,7 +93,7 @@ fn extend<T: Number>(parts: &mut Parts<'_, T>, blocks: impl Blocks, order: usize
     let n = &mut parts.n[block(j + 1, k2)];
     fold_gram(n, &gram, [m, k]);
     if k > 1 {
-        // Of a skew matrix the half: its transpose is subtracted below.
+        // Half of a skew matrix: its transpose is subtracted below.
         add_tension(&mut square, parts.tension, &omega1[block(j, k2)], 0.5);
         integrate(omega, omega1, j, k2, next);
         integrate(omega1, omega2, j, k2, next);
@@ -115,7 +116,7 @@ fn scaled<T: Number>(a: &[T], factor: f64) -> [T; FEW] {
     out
 }
 
-/// Adds the products of entries that [`fold_gram`] adds to `a^T b`, for `a` and `b` of shape `(m, k)`.
+/// Adds the products that [`fold_gram`] combines to `a^T b`, for `a` and `b` of shape `(m, k)`.
 #[inline(always)]
 fn add_gram<T: Number>(sums: &mut [T], a: &[T], b: &[T], [m, k]: [usize; 2]) {
     for col in 0..k {

@@ -1,11 +1,11 @@
-//! Where shooting starts: the cubic of flat space, carried over by the quasi-geodesic between the end points.
+//! The initial guess of shooting: the cubic of flat space, transferred along the quasi-geodesic between the end points.
 //!
 //! ```math
 //! a_0 = 6 \Delta - 4 V_0 - 2\,PT(V_1),\qquad j_0 = -12 \Delta + 6 V_0 + 6\,PT(V_1)
 //! ```
 //!
-//! with `Delta` the initial velocity of the quasi-geodesic and `PT(V) = e^{-X} V e^{-Omega}`. Exact in flat space. In tension
-//! the coefficients are those of [`FlatBends`].
+//! with `Delta` the initial velocity of the quasi-geodesic and `PT(V) = e^{-X} V e^{-Omega}`. It is exact in flat
+//! space. In tension the coefficients are those of [`FlatBends`].
 
 use std::f64::consts::TAU;
 
@@ -19,10 +19,11 @@ use crate::linalg::decomp::Svd;
 use crate::manifold::QuasiGeodesic;
 use crate::manifold::quasi_geodesic::EndpointProblem;
 
-/// How far the end point is moved, along a tangent vector of unit length, where no quasi-geodesic leads to it.
+/// Length by which the end point is moved along a unit tangent vector if no quasi-geodesic leads to it.
 const DETOUR: f64 = 0.05;
 
-/// Principal angles that differ by less are equal: those of complex subspaces, to round-off of their cosines near 1.
+/// Principal angles that differ by less than this count as equal: for complex subspaces, to round-off of their cosines
+/// near 1.
 const EQUAL_ANGLES: f64 = 1e-7;
 
 /// Displacement and end velocity as tangent vectors at the start, in `m`.
@@ -32,17 +33,17 @@ pub(crate) struct FlatData {
 }
 
 impl FlatData {
-    /// For an end `(s1, v1)` in coordinates in which the start is the first `k` columns of the identity.
+    /// Computed from an end `(s1, v1)` in coordinates in which the start is the first `k` columns of the identity.
     ///
     /// # Errors
-    /// `DifferentComponents`; `NoJoiningCurve`, `OutsideLogDomain` where even a detour finds no quasi-geodesic.
+    /// `DifferentComponents`; `NoJoiningCurve` or `OutsideLogDomain` if no quasi-geodesic leads even to a nearby point.
     pub(crate) fn new(s1: MatRef<'_, f64>, v1: MatRef<'_, f64>) -> Result<Self> {
         let start = identity_columns(s1.nrows(), s1.ncols());
         let first = match Self::join(start.as_ref(), s1, v1) {
             Err(error @ (Error::NoJoiningCurve { .. } | Error::OutsideLogDomain { .. })) => error,
             other => return other,
         };
-        // The cut locus has no interior: points beside it can be joined.
+        // The cut locus has no interior: some nearby point can be joined.
         for attempt in 0..8_u32 {
             let end = detour(s1, v1, attempt)?;
             if let Ok(data) = Self::join(start.as_ref(), end.as_ref(), v1) {
@@ -64,8 +65,8 @@ impl FlatData {
         })
     }
 
-    /// The same with so many full turns more, forwards and backwards: in each of the principal directions, then in each plane in
-    /// which the columns turn among themselves.
+    /// The data with `turns` additional full turns, forwards and backwards: in each principal direction, then in each
+    /// plane in which the columns rotate among themselves.
     ///
     /// # Errors
     /// `Decomposition`.
@@ -83,7 +84,7 @@ impl FlatData {
         }
         let mut svd = Svd::new(k, k);
         svd.compute(omega.as_ref())?;
-        // Singular values of a skew matrix come in pairs, one for each plane.
+        // Singular values of a skew matrix come in pairs, one pair for each plane.
         for i in (0..k / 2).map(|pair| 2 * pair).filter(|&i| svd.s(i) > 0.0) {
             let plane = svd.u().col(i) * svd.v().col(i).transpose();
             directions.push(Horizontal {
@@ -94,8 +95,9 @@ impl FlatData {
         Ok(self.with_turns(&directions, turns))
     }
 
-    /// The same with so many full turns more of all principal directions with equal angles together, where several are equal: of
-    /// complex subspaces each angle is there twice, and turns of one of both lead out of them.
+    /// The data with additional full turns of all principal directions with equal angles together, if several are
+    /// equal. For complex subspaces each angle occurs twice, and turning only one of the two leaves the complex
+    /// subspaces.
     ///
     /// # Errors
     /// `Decomposition`.
@@ -121,7 +123,7 @@ impl FlatData {
         Ok(self.with_turns(&directions, turns))
     }
 
-    /// Forwards and backwards along each of some directions.
+    /// Adds turns forwards and backwards along each of the given directions.
     fn with_turns(&self, directions: &[Horizontal], turns: f64) -> Vec<Self> {
         let both = directions
             .iter()
@@ -133,7 +135,7 @@ impl FlatData {
         .collect()
     }
 
-    /// The cubic of flat space at a time in `[0, 1]`, from its initial velocity: position and velocity.
+    /// Position and velocity of the cubic of flat space at a time in `[0, 1]`, from its initial velocity.
     pub(crate) fn at(&self, t: f64, velocity: &Horizontal) -> [Horizontal; 2] {
         let (one, two) = (t * t, t * t * t);
         [
@@ -152,14 +154,14 @@ impl FlatData {
         ]
     }
 
-    /// A bound of its speed: the larger of those at both ends and in the middle, where that is quadratic.
+    /// A bound on its speed: the larger one of both ends and the middle, for a quadratic velocity.
     pub(crate) fn largest_speed(&self, velocity: &Horizontal) -> f64 {
         let [_, middle] = self.at(0.5, velocity);
         let speeds = [velocity, &self.end_velocity, &middle].map(Horizontal::norm);
         speeds.into_iter().fold(0.0, f64::max)
     }
 
-    /// A combination of displacement, initial and end velocity.
+    /// A linear combination of displacement, initial and end velocity.
     fn combined(&self, velocity: &Horizontal, [delta, first, last]: [f64; 3]) -> Horizontal {
         let zero = self
             .displacement
@@ -197,7 +199,7 @@ pub(crate) fn identity_columns(r: usize, k: usize) -> Mat<f64> {
     Mat::from_fn(r, k, |i, j| f64::from(u8::from(i == j)))
 }
 
-/// `e^{tX} V e^{t Omega}` for the factors of a quasi-geodesic: a vector at its point `s` carried on by `t`.
+/// `e^{tX} V e^{t Omega}` for the factors of a quasi-geodesic: moves a vector at its point `s` on by `t`.
 pub(crate) fn carry(curve: &QuasiGeodesic, v: MatRef<'_, f64>, t: f64) -> Result<Mat<f64>> {
     let k = v.ncols();
     let mut turn = Mat::zeros(k, k);
@@ -220,7 +222,7 @@ pub(crate) fn turned(curve: &QuasiGeodesic, a: MatRef<'_, f64>, t: f64) -> Mat<f
     a + curve.frame() * components
 }
 
-/// A point beside `s`: first along the velocity there, then along other directions.
+/// A point near `s`: first along the velocity there, then along other directions.
 fn detour(s: MatRef<'_, f64>, v: MatRef<'_, f64>, attempt: u32) -> Result<Mat<f64>> {
     let (r, k) = s.shape();
     let direction = Mat::from_fn(r, k, |i, j| {

@@ -1,22 +1,22 @@
-//! Blocks of embedded complex matrices: the second half of the columns follows from the first.
+//! Blocks of embedded complex matrices: the second half of the columns follows from the first half.
 
 use super::reduced::Blocks;
 use crate::linalg::dual::Number;
 
-/// How many columns of blocks are computed, and the others of complex ones:
+/// Number of columns of blocks to compute; the others follow for complex blocks:
 ///
 /// ```math
 /// \begin{pmatrix} A \\ B \end{pmatrix} \mapsto \begin{pmatrix} -B \\ A \end{pmatrix}
 /// ```
 ///
-/// for the rows of the upper block, and for those of the lower one.
+/// for the rows of the upper block and of the lower block.
 #[derive(Clone, Copy)]
 pub(super) struct Halves {
-    /// Of blocks with `k` columns.
+    /// For blocks with `k` columns.
     pub(super) wide: usize,
-    /// Of blocks with a column for each normal, those that fill up among them.
+    /// For blocks with one column per normal, including padding.
     pub(super) tall: usize,
-    /// Complex rows of the upper and the lower block; none where all columns are computed.
+    /// Complex rows of the upper and the lower block; `None` if all columns are computed.
     rows: Option<[usize; 2]>,
 }
 
@@ -38,18 +38,18 @@ impl Halves {
         }
     }
 
-    /// Columns of `rows` numbers: those of the upper block before those of the lower one.
+    /// Completes columns of `rows` numbers, in which the upper block precedes the lower one.
     #[inline(always)]
     pub(super) fn complete<T: Number>(self, first: &[T], second: &mut [T], rows: usize) {
         if let Some([upper, lower]) = self.rows {
-            // Columns that fill up are zero.
+            // Padding columns are zero.
             second.fill(T::ZERO);
             mirror(first, second, rows, 0, upper);
             mirror(first, second, rows, 2 * upper, lower);
         }
     }
 
-    /// Of the upper block only.
+    /// Completes columns of the upper block only.
     #[inline(always)]
     pub(super) fn complete_upper<T: Number>(self, first: &[T], second: &mut [T], rows: usize) {
         if let Some([upper, _]) = self.rows {
@@ -57,7 +57,7 @@ impl Halves {
         }
     }
 
-    /// Of the lower block only.
+    /// Completes columns of the lower block only.
     #[inline(always)]
     pub(super) fn complete_lower<T: Number>(self, first: &[T], second: &mut [T], rows: usize) {
         if let Some([_, lower]) = self.rows {
@@ -66,7 +66,7 @@ impl Halves {
     }
 }
 
-/// Two parts of so many rows, from a row on.
+/// Completes two parts of `size` rows, starting at row `from`.
 #[inline(always)]
 fn mirror<T: Number>(first: &[T], second: &mut [T], rows: usize, from: usize, size: usize) {
     if rows == 0 {

@@ -1,6 +1,6 @@
-//! Families of boundary data that lead from a problem with a known solution to a given one.
+//! Families of boundary data that connect a problem with a known solution to the given one.
 //!
-//! The initial data are fixed, the end point goes along a quasi-geodesic, the end velocity is carried with it:
+//! The initial data are fixed, the end point moves along a quasi-geodesic, and the end velocity is carried with it:
 //!
 //! ```math
 //! S_1(\lambda) = e^{\lambda X} P\, e^{\lambda\Omega},\qquad
@@ -18,17 +18,17 @@ use crate::error::Result;
 use crate::manifold::QuasiGeodesic;
 use crate::manifold::quasi_geodesic::EndpointProblem;
 
-/// Boundary data that depend on a parameter; those at 1 are given, those at 0 have a known solution.
+/// Boundary data that depend on a parameter: given data at 1, data with a known solution at 0.
 pub(super) struct Homotopy {
     velocity: Horizontal,
     curve: QuasiGeodesic,
-    /// End velocities at parameters 0 and 1, carried back to the start of the curve.
+    /// End velocities at parameters 0 and 1, carried back to the start of the quasi-geodesic.
     velocities: [Mat<f64>; 2],
     tension: f64,
 }
 
 impl Homotopy {
-    /// From the end point and end velocity of a curve with the initial data of the problem.
+    /// Starts at the end point and end velocity of a curve with the initial data of the problem.
     ///
     /// # Errors
     /// `DifferentComponents`, `NoJoiningCurve`, `OutsideLogDomain`.

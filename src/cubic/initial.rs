@@ -14,8 +14,8 @@ use crate::manifold::stiefel::{POINT_TOLERANCE, Stiefel};
 use crate::manifold::tangent::check_vector;
 use crate::space::{Kind, Quotient, RowOrder, ScalarField};
 
-/// A vector of `m`: `[[omega, -normal^T], [normal, 0]]` with `omega` skew, shape `(k, k)`, and `normal`, of shape
-/// `(r - k, k)`.
+/// A vector of `m`: `[[omega, -normal^T], [normal, 0]]` with skew `omega` of shape `(k, k)`, and `normal` of shape `(r
+/// - k, k)`.
 #[derive(Debug, Clone)]
 pub(crate) struct Horizontal {
     pub(crate) omega: Mat<f64>,
@@ -30,7 +30,8 @@ impl Horizontal {
         }
     }
 
-    /// The vector of `m` whose tangent vector at the first `k` columns of `g` is `v`; shapes `(r, r)` and `(r, k)`.
+    /// The vector of `m` that corresponds to the tangent vector `v` at the first `k` columns of `g`; shapes `(r, r)`
+    /// and `(r, k)`.
     pub(crate) fn of_tangent(g: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Self {
         let (r, k) = (g.ncols(), v.ncols());
         let mut all = Mat::zeros(r, k);
@@ -69,7 +70,7 @@ impl Horizontal {
             + dot(self.normal.as_ref(), other.normal.as_ref())
     }
 
-    /// `|a|`, of vectors of any size.
+    /// `|a|`, without overflow or underflow.
     pub(crate) fn norm(&self) -> f64 {
         let half = std::f64::consts::FRAC_1_SQRT_2;
         norm(self.normal.as_ref()).hypot(norm(self.omega.as_ref()) * half)
@@ -127,23 +128,23 @@ pub(crate) fn add_bracket(
 
 /// Point, velocity, covariant acceleration and covariant jerk of a curve.
 ///
-/// The isometries that fix the span of all four pointwise fix the cubic with these data, so it stays in the span.
+/// Isometries that fix the span of all four pointwise also fix the cubic with these data, so it stays in the span.
 #[derive(Debug, Clone)]
 pub(crate) struct InitialData {
-    /// Orthonormal basis of the span, shape `(n, r)`, `r = min(n, 4k)`; none where that is all of `R^n`.
+    /// Orthonormal basis of the span, shape `(n, r)`, `r = min(n, 4k)`; `None` if the span is all of `R^n`.
     pub(crate) frame: Option<Mat<f64>>,
     /// Orthogonal, shape `(r, r)`; the first `k` columns are the point.
     pub(crate) g: Mat<f64>,
     pub(crate) velocity: Horizontal,
     pub(crate) acceleration: Horizontal,
     pub(crate) jerk: Horizontal,
-    /// Of a cubic in tension.
+    /// Tension of the cubic.
     pub(crate) tension: f64,
     pub(crate) quotient: Quotient,
 }
 
 impl InitialData {
-    /// From the point and the three tangent vectors at it, all of shape `(n, k)`.
+    /// Built from the point and the three tangent vectors at it, all of shape `(n, k)`.
     ///
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`.
@@ -177,7 +178,7 @@ impl InitialData {
         })
     }
 
-    /// The same of a curve in tension.
+    /// The data of a curve in tension.
     pub(crate) fn in_tension(mut self, tension: f64) -> Self {
         self.tension = tension;
         self
@@ -193,20 +194,20 @@ impl InitialData {
     }
 }
 
-/// Initial data in the coordinates of their frame, in one piece.
+/// Initial data in the coordinates of their frame, in one array.
 pub(crate) struct Coordinates {
     /// As in [`InitialData`].
     pub(crate) frame: Option<Mat<f64>>,
     pub(crate) blocks: Sized,
-    /// `g`, then `omega` and `normal` of velocity, acceleration and jerk, column by column.
+    /// `g`, then `omega` and `normal` of velocity, acceleration and jerk, by columns.
     pub(crate) entries: Vec<f64>,
 }
 
 impl Coordinates {
-    /// The data per unit of their natural time, and how many of these units a unit of time has.
+    /// The data in their natural time, and the number of natural units per unit of time.
     ///
-    /// The rate is a power of two near `max(|V|, |A|^(1/2), |J|^(1/3), tau^(1/2))`, so nothing is rounded, and nothing but what
-    /// is negligible beside the rest underflows.
+    /// The rate is a power of two near `max(|V|, |A|^(1/2), |J|^(1/3), tau^(1/2))`, so nothing is rounded, and only
+    /// negligible numbers underflow.
     ///
     /// # Errors
     /// As [`InitialData::new`].
@@ -218,7 +219,7 @@ impl Coordinates {
         check(s, [v, a, j], quotient)?;
         let rate = norm(v).max(norm(a).sqrt()).max(norm(j).cbrt());
         let rate = match rate {
-            // What stands still needs no steps.
+            // A curve at rest needs no steps.
             0.0 => 0.0,
             _ => rate.max(tension.sqrt()),
         };
@@ -234,13 +235,13 @@ impl Coordinates {
         Ok((Self::of_checked([s, v, a, j], 1.0 / rate, kind), rate))
     }
 
-    /// Per unit of a time that is `unit` of the given one, a power of two.
+    /// In a time whose unit is `unit` of the given one, a power of two.
     pub(crate) fn of_checked(data: [MatRef<'_, f64>; 4], unit: f64, kind: Kind) -> Self {
         let (n, k) = data[0].shape();
         let mut low = Vec::with_capacity(4 * n * k);
         for (order, matrix) in data.into_iter().enumerate() {
             for column in matrix.col_iter() {
-                // One factor after the other: their product may underflow.
+                // Multiply one factor at a time: the product of the factors may underflow.
                 low.extend(column.iter().map(|x| (0..order).fold(*x, |x, _| x * unit)));
             }
         }
@@ -256,8 +257,8 @@ impl Coordinates {
         Self::in_frame(Some(frame), low.as_ref(), k, kind)
     }
 
-    /// In a frame that starts with the point, so that rows come in the order of its columns: the frame's own coordinates are those of
-    /// the identity.
+    /// In a frame whose first columns are the point, so that rows follow the order of the frame's columns; in its own
+    /// coordinates the frame is the identity.
     fn in_complex_frame(all: MatRef<'_, f64>, k: usize, kind: Kind) -> Self {
         let parts: [MatRef<'_, f64>; 4] = std::array::from_fn(|i| all.subcols(i * k, k));
         let span = Span::over(kind.field, &parts);
@@ -301,7 +302,7 @@ impl Coordinates {
     }
 }
 
-/// The rate of natural time and its inverse stay normal numbers.
+/// Bound on the exponent for which the rate of natural time and its inverse are normal numbers.
 const LARGEST_POWER: f64 = 1022.0;
 
 fn check(s: MatRef<'_, f64>, vectors: [MatRef<'_, f64>; 3], quotient: Quotient) -> Result<()> {
@@ -312,17 +313,17 @@ fn check(s: MatRef<'_, f64>, vectors: [MatRef<'_, f64>; 3], quotient: Quotient) 
     Ok(())
 }
 
-/// An orthogonal matrix whose first columns are those of `s`, shape `(r, k)`, orthonormalised where they are not; its
-/// determinant is 1 where `k < r`.
+/// An orthogonal matrix whose first columns are those of `s`, shape `(r, k)`, orthonormalised if necessary; its
+/// determinant is 1 if `k < r`.
 ///
-/// By Householder reflections, written out: `r` is at most `4k`, and often three.
+/// Householder reflections are written out here: `r` is at most `4k`, and often three.
 pub(crate) fn complete(s: MatRef<'_, f64>) -> Mat<f64> {
     let mut g = Mat::zeros(s.nrows(), s.nrows());
     complete_into(g.as_mut(), s);
     g
 }
 
-/// The same for points over a field: of embedded complex ones all columns are those of an embedded unitary matrix.
+/// As [`complete`], over a field: for embedded complex points the result is an embedded unitary matrix.
 pub(crate) fn complete_over(field: ScalarField, s: MatRef<'_, f64>) -> Mat<f64> {
     if field == ScalarField::Real {
         return complete(s);
@@ -336,7 +337,7 @@ pub(crate) fn complete_over(field: ScalarField, s: MatRef<'_, f64>) -> Mat<f64> 
     g
 }
 
-/// The same for points relative to a frame, whose rows are in its order.
+/// As [`complete_over`], for points relative to a frame, whose rows follow the order of the frame's columns.
 pub(crate) fn complete_relative(field: ScalarField, s: MatRef<'_, f64>) -> Mat<f64> {
     if field == ScalarField::Real {
         return complete(s);
@@ -357,7 +358,8 @@ fn complete_into(mut g: MatMut<'_, f64>, s: MatRef<'_, f64>) {
     let mut reflections = MatMut::from_column_major_slice_mut(&mut reflections, r, k);
     for j in 0..k {
         let length = (j..r).map(|i| reflections[(i, j)].powi(2)).sum::<f64>();
-        // Away from cancellation; the column becomes minus that sign times its length times a unit vector.
+        // Choose the sign that avoids cancellation; the column becomes minus that sign times its length times a unit
+        // vector.
         reflections[(j, j)] += sign(reflections[(j, j)]) * length.sqrt();
         for col in j + 1..k {
             let (column, mut rest) = reflections.rb_mut().split_at_col_mut(j + 1);
@@ -369,7 +371,7 @@ fn complete_into(mut g: MatMut<'_, f64>, s: MatRef<'_, f64>) {
             reflect(reflections.rb().col(j), j, g.rb_mut().col_mut(col));
         }
     }
-    // Every reflection and every change of sign turns the orientation.
+    // Every reflection and every change of sign reverses the orientation.
     let mut orientation = 1.0;
     for j in 0..k {
         let sign = sign(reflections[(j, j)]);
@@ -389,7 +391,7 @@ fn sign(x: f64) -> f64 {
     if x < 0.0 { -1.0 } else { 1.0 }
 }
 
-/// Reflects a vector at the hyperplane orthogonal to another, which counts from entry `first` on.
+/// Reflects a vector at the hyperplane orthogonal to `normal`, of which only the entries from `first` on are used.
 fn reflect(normal: ColRef<'_, f64>, first: usize, mut a: ColMut<'_, f64>) {
     let r = a.nrows();
     let (mut product, mut square) = (0.0, 0.0);

@@ -1,4 +1,4 @@
-//! Derivatives of a Riemannian cubic with respect to its initial data, forward and transposed: nothing has to be solved.
+//! Derivatives of a Riemannian cubic with respect to its initial data, forward and transposed. No equations are solved.
 
 use faer::{Mat, MatRef, Scale};
 
@@ -32,13 +32,13 @@ use crate::linalg::structure::check_range;
 /// ```
 #[derive(Debug, Clone)]
 pub struct InitialVariation {
-    /// Of the point: that of the data.
+    /// Variation of the point, as given.
     pub point: Mat<f64>,
-    /// Of the velocity: that of the data.
+    /// Variation of the velocity, as given.
     pub velocity: Mat<f64>,
-    /// Of the covariant acceleration.
+    /// Variation of the covariant acceleration.
     pub acceleration: Mat<f64>,
-    /// Of the covariant jerk.
+    /// Variation of the covariant jerk.
     pub jerk: Mat<f64>,
 }
 
@@ -74,8 +74,8 @@ pub struct InitialGradient {
 }
 
 impl RiemannianCubic {
-    /// The variation of the point of the curve at each of several times, shape `(n, k)` each, for a variation of point, velocity,
-    /// covariant acceleration and covariant jerk at the start of [`t_span`](Curve::t_span).
+    /// The variations of the points of the curve at several times, shape `(n, k)` each, for a variation of point,
+    /// velocity, covariant acceleration and covariant jerk at the start of [`t_span`](Curve::t_span).
     ///
     /// # Errors
     /// `Shape`, `NonFinite`, `NotTangent` (the variation breaks a constraint); `TooManySteps`, `Overflow`, `Interrupted`.
@@ -109,13 +109,14 @@ impl RiemannianCubic {
         flow.points(&start, &self.after(times), interrupt)
     }
 
-    /// The gradient, with respect to point, velocity, covariant acceleration and covariant jerk at the start of
-    /// [`t_span`](Curve::t_span), of the sum of products of entries of cotangents with the points of the curve at some times.
+    /// The gradient of `sum tr(W^T S(t))`, over cotangents `W` at given times `t`, with respect to point, velocity,
+    /// covariant acceleration and covariant jerk at the start of [`t_span`](Curve::t_span).
     ///
-    /// The transpose of [`RiemannianCubic::initial_points`]: one run back to the start, whatever the number of times.
+    /// This is the transpose of [`RiemannianCubic::initial_points`]; it takes one integration back to the start for any
+    /// number of times.
     ///
     /// # Arguments
-    /// * `cotangents` - one for each time, shape `(n, k)`, any matrices; `W` in errors
+    /// * `cotangents` - one per time, shape `(n, k)`, any matrices; named `W` in errors
     /// # Errors
     /// `Shape`, `NonFinite`; `TooManySteps`, `Overflow`, `Interrupted`.
     pub fn initial_pull_back(
@@ -154,7 +155,7 @@ impl RiemannianCubic {
         bracket_of(self.quotient(), s, v, w)
     }
 
-    /// Times after the start.
+    /// Times relative to the start.
     fn after(&self, times: &[f64]) -> Vec<f64> {
         let start = self.t_span().0;
         times.iter().map(|t| t - start).collect()

@@ -1,10 +1,10 @@
-//! The options of the integration of a Riemannian cubic from initial data.
+//! Options for integrating a Riemannian cubic from initial data.
 
 use super::taylor::Accuracy;
 use crate::interrupt::Interrupt;
 use crate::space::Quotient;
 
-/// How an initial value problem is solved.
+/// Options of the initial value solver.
 ///
 /// # Examples
 /// ```
@@ -24,21 +24,21 @@ use crate::space::Quotient;
 /// ```
 #[derive(Clone, Copy)]
 pub struct IntegrationOptions<'a> {
-    /// The curve is made for the times between 0 and this one, which may be negative.
+    /// End time: the curve is computed between 0 and this time, which may be negative.
     pub t_end: f64,
-    /// What a step of the Taylor method leaves out, relative to the state, in `[1e-17, 0.1]`. Points are orthonormal to it
-    /// too, and no better.
+    /// Truncation error per step of the Taylor method, relative to the state, in `[1e-17, 0.1]`. It also bounds the
+    /// accuracy to which points are orthonormal.
     pub tolerance: f64,
     /// `tau >= 0` of a cubic in tension, which makes `int |D_t S'|^2 + tau |S'|^2 dt` stationary; in units of `1 / t^2`.
     pub tension: f64,
-    /// What the points stand for.
+    /// The meaning of the points: frames or subspaces.
     pub quotient: Quotient,
-    /// Asked every few steps.
+    /// Polled every few steps.
     pub interrupt: Interrupt<'a>,
 }
 
 impl Default for IntegrationOptions<'_> {
-    /// `[0, 1]`, to round-off, a cubic without tension, of frames.
+    /// The interval `[0, 1]`, to round-off, for frames without tension.
     fn default() -> Self {
         IntegrationOptions {
             t_end: 1.0,

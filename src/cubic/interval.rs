@@ -1,4 +1,4 @@
-//! The same Riemannian cubic over another interval: parts of it, more of it, other times, backwards.
+//! A Riemannian cubic over another interval: restricted, extended, reparametrised, reversed.
 
 use std::sync::Arc;
 
@@ -9,11 +9,11 @@ use crate::interrupt::Interrupt;
 use crate::linalg::structure::check_finite_scalar;
 
 impl RiemannianCubic {
-    /// The same curve, made for another interval: a part of it, or more.
+    /// The same curve on another interval, which may be a part of the interval or exceed it.
     ///
     /// # Errors
-    /// `NonFinite`, `InvalidArgument` (`start >= end`), and where the curve cannot be integrated on: as
-    /// [`RiemannianCubic::from_initial`].
+    /// `NonFinite`, `InvalidArgument` (`start >= end`); the errors of [`RiemannianCubic::from_initial`] if the curve
+    /// cannot be extended.
     pub fn restricted(&self, start: f64, end: f64, interrupt: Interrupt<'_>) -> Result<Self> {
         check_interval(start, end)?;
         let longer = self.continued(start, end, interrupt)?;
@@ -22,10 +22,11 @@ impl RiemannianCubic {
         Ok(out)
     }
 
-    /// The same points at other times: the interval of the curve becomes `[start, end]`.
+    /// The curve with its interval mapped to `[start, end]`.
     ///
     /// # Errors
-    /// `NonFinite`, `InvalidArgument` (`start >= end`, an interval so short or long that speeds are no normal numbers).
+    /// `NonFinite`, `InvalidArgument` (`start >= end`, or an interval so short or long that speeds are not normal
+    /// numbers).
     pub fn reparametrised(&self, start: f64, end: f64) -> Result<Self> {
         check_interval(start, end)?;
         Ok(RiemannianCubic {
@@ -35,7 +36,7 @@ impl RiemannianCubic {
         })
     }
 
-    /// The curve run backwards over the same interval.
+    /// The curve traversed backwards over the same interval.
     pub fn reversed(&self) -> Self {
         RiemannianCubic {
             clock: self.clock.reversed(self.span),
@@ -43,7 +44,7 @@ impl RiemannianCubic {
         }
     }
 
-    /// The curve integrated on until it reaches two times; none where it does.
+    /// The curve extended to reach two times; `None` if it reaches them already.
     fn continued(&self, lower: f64, upper: f64, interrupt: Interrupt<'_>) -> Result<Option<Self>> {
         let moments = [lower, upper].map(|t| self.clock.path_time(t));
         if moments.iter().all(|t| self.path.covers(*t)) {
@@ -59,7 +60,7 @@ impl RiemannianCubic {
         }))
     }
 
-    /// The curve integrated on until it reaches all of some times; none where it does, or where one is not finite.
+    /// The curve extended to reach all given times; `None` if it reaches them already, or if one of them is not finite.
     pub(super) fn reaching(&self, t: &[f64], interrupt: Interrupt<'_>) -> Result<Option<Self>> {
         let (lower, upper) = range(t);
         if t.is_empty() || !t.iter().all(|t| t.is_finite()) {
@@ -69,14 +70,14 @@ impl RiemannianCubic {
     }
 }
 
-/// The least and the largest.
+/// The smallest and the largest time.
 fn range(t: &[f64]) -> (f64, f64) {
     let start = (f64::INFINITY, f64::NEG_INFINITY);
     t.iter()
         .fold(start, |(low, high), t| (low.min(*t), high.max(*t)))
 }
 
-/// Error unless `start < end`, both finite.
+/// Return an error unless `start < end`, both finite.
 fn check_interval(start: f64, end: f64) -> Result<()> {
     check_finite_scalar("start", start)?;
     check_finite_scalar("end", end)?;

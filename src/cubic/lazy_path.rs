@@ -1,4 +1,4 @@
-//! A path that is made when it is first read: most of the thousands of legs of a long spline are never read, or much later.
+//! A path computed when it is first read: most of the thousands of legs of a long spline are read late or never.
 
 use std::fmt;
 use std::ops::Deref;
@@ -6,14 +6,14 @@ use std::sync::{Arc, LazyLock};
 
 use super::path::Path;
 
-/// Makes the path of a leg, given its index.
+/// Computes the path of a leg, given its index.
 pub(crate) type Legs = dyn Fn(usize) -> Path + Send + Sync;
 
-/// A path, or what makes it, which is dropped once the path is made.
+/// A path, or the closure that computes it, which is dropped once the path exists.
 pub(crate) struct LazyPath(LazyLock<Path, Box<dyn FnOnce() -> Path + Send>>);
 
 impl LazyPath {
-    /// The path of a leg, not made yet.
+    /// The path of a leg, not yet computed.
     pub(crate) fn of_leg(legs: Arc<Legs>, leg: usize) -> Self {
         LazyPath(LazyLock::new(Box::new(move || legs(leg))))
     }
@@ -22,7 +22,7 @@ impl LazyPath {
 impl From<Path> for LazyPath {
     fn from(path: Path) -> Self {
         let lazy = LazyPath(LazyLock::new(Box::new(|| path)));
-        // Frees the box.
+        // Frees the closure.
         LazyLock::force(&lazy.0);
         lazy
     }

@@ -1,12 +1,14 @@
-//! A leg of a spline: where the cubic from a knot arrives, in the frame of the next knot, with exact derivatives.
+//! A leg of a spline: the end of the cubic that starts at a knot, in the frame of the next knot, with exact
+//! derivatives.
 //!
-//! From `(x, x', x'')` at the identity the frame comes to `g`. With the next knot's frame `P` and `M = P^T g`,
+//! From `(x, x', x'')` at the identity the frame reaches `g`. With the next knot's frame `P` and `M = P^T g`,
 //!
 //! ```math
 //! \mathrm{hor}(M I_k),\qquad \mathrm{hor}(M x),\qquad \mathrm{hor}(M x')\qquad\text{at } t = 1
 //! ```
 //!
-//! are the distance from the knot, and velocity and covariant acceleration there; `hor(M x'')` is the third vector.
+//! are the distance from the next knot, and velocity and covariant acceleration there; `hor(M x'')` is the third
+//! vector.
 
 use faer::Mat;
 
@@ -14,14 +16,14 @@ use super::taylor::Accuracy;
 use crate::error::Result;
 use crate::linalg::lanes::LANES;
 
-/// Legs of splines of one shape; sizes of blocks hidden.
+/// Legs of splines of one shape; block sizes are hidden.
 pub(crate) trait Leg: Send {
-    /// From `start = (x, x', x'')`, `3d` numbers, to a knot with the frame `next`, shape `(r, r)`, column by column: distance,
-    /// then as many of velocity, acceleration and third vector as there is room for. Returns `|S(1) - S_1|`. The tension is that
-    /// in the time of the leg.
+    /// Integrates from `start = (x, x', x'')`, `3d` numbers, to a knot with the frame `next`, shape `(r, r)`, by
+    /// columns. Writes distance, velocity, acceleration and third vector, as far as `values` has room for them. Returns
+    /// `|S(1) - S_1|`. The tension is in the time of the leg.
     ///
     /// # Errors
-    /// Where the cubic cannot be integrated; `Interrupted`.
+    /// An error if the cubic cannot be integrated; `Interrupted`.
     fn arrive_into(
         &mut self,
         start: &[f64],
@@ -31,11 +33,11 @@ pub(crate) trait Leg: Send {
         values: &mut [f64],
     ) -> Result<f64>;
 
-    /// The same for as many legs as there are lanes, which takes as long as for two of them: a start, a frame and values for each.
-    /// The steps of all are as short as the shortest.
+    /// The same for as many legs as there are lanes, in the time that two legs take: one start, frame and set of values
+    /// per leg. All legs use the shortest step.
     ///
     /// # Errors
-    /// As [`Leg::arrive_into`], where one of the legs cannot be integrated.
+    /// As [`Leg::arrive_into`], if one of the legs cannot be integrated.
     fn arrive_abreast_into(
         &mut self,
         start: &[Vec<f64>; LANES],
@@ -57,9 +59,9 @@ pub(crate) trait Leg: Send {
         accuracy: Accuracy,
     ) -> Result<Mat<f64>>;
 
-    /// Allows arrivals the Taylor steps of curves with the given speed at one of their ends, and no more, from now on.
+    /// From now on, limits integrations to the number of Taylor steps allowed for the given speed at one end.
     fn allow(&mut self, speed: f64);
 
-    /// How much work the last arrival was.
+    /// The work of the last integration.
     fn work(&self) -> f64;
 }

@@ -1,26 +1,26 @@
-//! The flow of Riemannian cubics, linearised along one of them: forward by initial data, and transposed.
+//! The flow of Riemannian cubics linearised along one of them: forward in the initial data, and transposed.
 //!
-//! A variation is told by four tangent vectors: the displacement `p` of the point, and the variations `w, a, b` of `x, x', x''`
-//! beside the rotation of everything that displaces the point. The form
+//! A variation is described by four tangent vectors: the displacement `p` of the point, and the variations `w, a, b` of
+//! `x, x', x''` relative to the rotation of the whole space that displaces the point. The form
 //!
 //! ```math
 //! \omega(1, 2) = \langle a_1, w_2\rangle - \langle w_1, a_2\rangle - \langle b_1, p_2\rangle + \langle p_1, b_2\rangle
 //!     + \langle x'', [p_1, p_2]_m\rangle - \langle [x, x']_h, [p_1, p_2]_h\rangle
 //! ```
 //!
-//! has the same value at all times for two variations of a cubic: the cubics are the critical curves of half the cost, whose
-//! boundary terms are `<x', w> - <x'', p>`. So the variation `eta` that jumps by the cotangent `D` in `b` alone at a time gives
-//! the product of `D` with the displacement there from the data at any other time,
+//! of two variations of a cubic is constant in time: the cubics are the critical curves of half the cost, whose
+//! boundary terms are `<x', w> - <x'', p>`. Hence the variation `eta` that jumps by the cotangent `D` in `b` alone at
+//! some time yields the product of `D` with the displacement at that time, from the data at any other time,
 //!
 //! ```math
 //! \langle D, p(t)\rangle = -\omega(\eta, \cdot)
 //! ```
 //!
-//! and the same holds for sums: one run back to the start collects all cotangents, whatever their number. In tension
-//! `b - tau w` and `x'' - tau x` take the place of `b` and `x''` in `omega`.
+//! and the same holds for sums: one integration back to the start collects any number of cotangents. In tension `b -
+//! tau w` and `x'' - tau x` take the place of `b` and `x''` in `omega`.
 //!
-//! A variation that leaves the span of the curve is a tall row beside it in every direction orthogonal to the span; all rows
-//! obey the same linear equations, of `4k` unknowns.
+//! A variation that leaves the span of the curve adds a row below the matrices for every direction orthogonal to the
+//! span; all these rows satisfy the same linear equations in `4k` unknowns.
 //!
 //! # Source
 //! Conservation of the symplectic form by Hamiltonian flows: Arnold (1989), "Mathematical Methods of Classical Mechanics", 2nd
@@ -41,7 +41,7 @@ use crate::linalg::dual::Dual;
 use crate::linalg::structure::{check_finite, check_range, check_shape};
 use crate::space::Quotient;
 
-/// What an `Overflow` is about.
+/// Quantity named in `Overflow` errors.
 pub(super) const VARIATION: &str = "variation of a Riemannian cubic";
 
 /// The linearised flow from the start of a curve.
@@ -52,11 +52,12 @@ pub(super) struct LinearFlow {
     pub(super) frame: Mat<f64>,
 }
 
-/// A time after the start and a cotangent there, in the coordinates of the frame at the start, shape `(r, k)`.
+/// A time relative to the start and a cotangent there, in the coordinates of the frame at the start, shape `(r, k)`.
 type Load = (f64, Mat<f64>);
 
 impl LinearFlow {
-    /// From point, velocity, covariant acceleration and covariant jerk at the start, shape `(n, k)`, and the tension.
+    /// Built from point, velocity, covariant acceleration and covariant jerk at the start, shape `(n, k)`, and the
+    /// tension.
     ///
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`.
@@ -95,7 +96,7 @@ impl LinearFlow {
         &self.frame * x.tangent()
     }
 
-    /// What of the columns is outside of the span.
+    /// The part of the columns outside the span.
     pub(super) fn off(&self, mut columns: Mat<f64>) -> Mat<f64> {
         for _ in 0..2 {
             let along = self.frame.transpose() * &columns;
@@ -124,7 +125,7 @@ impl LinearFlow {
             let displaced = displaced + &frame * reached.variations[0][0].tangent();
             match self.data.quotient {
                 Quotient::Frames => displaced,
-                // What is left is how the basis turns.
+                // What remains is the rotation of the basis.
                 Quotient::Subspaces => {
                     let point = frame.subcols(0, k);
                     &displaced - point * (point.transpose() * &displaced)
@@ -145,7 +146,7 @@ impl LinearFlow {
         Ok(out)
     }
 
-    /// `(p, w, a, b)` at the start of the variation `eta` that collects cotangents at some times.
+    /// `(p, w, a, b)` at the start of the variation `eta` that collects cotangents at given times.
     ///
     /// # Errors
     /// `TooManySteps`, `Overflow`, `Interrupted`.
@@ -157,7 +158,7 @@ impl LinearFlow {
     ) -> Result<[Mat<f64>; 4]> {
         let low = cotangents.iter().map(|w| self.frame.transpose() * w);
         let mut loads: Vec<Load> = times.iter().copied().zip(low).collect();
-        // From the latest to the start, and from the earliest.
+        // From the latest time down to the start, and from the earliest up to it.
         loads.sort_by(|one, other| other.0.total_cmp(&one.0));
         let later = loads.partition_point(|load| load.0 >= 0.0);
         let (later, earlier) = loads.split_at_mut(later);
@@ -190,14 +191,14 @@ impl LinearFlow {
         Ok(eta)
     }
 
-    /// The gradient `-omega(eta, .)` by `(p, w, a, b)` at the start, as tangent vectors.
+    /// The gradient `-omega(eta, .)` with respect to `(p, w, a, b)` at the start, as tangent vectors.
     pub(super) fn gradient(&self, [p, w, a, b]: &[Mat<f64>; 4]) -> [Mat<f64>; 4] {
         let tension = Scale(self.data.tension);
         let by_p = b - w * tension - self.twisted(p);
         [by_p, p * tension - a, w.clone(), -p]
     }
 
-    /// `[x'' - tau x, p]_m - [[x, x']_h, p]`: the displacements of two variations do not commute.
+    /// `[x'' - tau x, p]_m - [[x, x']_h, p]`, which arises because the displacements of two variations do not commute.
     fn twisted(&self, p: &Mat<f64>) -> Mat<f64> {
         let s = self.point();
         let normal = |v: &Mat<f64>| v - s * (s.transpose() * v);
@@ -212,7 +213,7 @@ impl LinearFlow {
         }
     }
 
-    /// What loads on one side of the start, the farthest first, are collected to.
+    /// Collects the loads on one side of the start, the farthest first.
     fn carried_back(&self, loads: &[Load], interrupt: Interrupt<'_>) -> Result<[Horizontal; 4]> {
         let blocks = self.blocks();
         let mut march = March::<Dual<1>, Sized>::new(blocks, Accuracy::FULL);
@@ -227,7 +228,8 @@ impl LinearFlow {
         Ok(reached.variations.swap_remove(0))
     }
 
-    /// The matrix of `(p, w, a, b)` of a row outside of the span by those at the start, shape `(4 k, 4 k)`, at some times.
+    /// The matrices, shape `(4 k, 4 k)`, that map `(p, w, a, b)` of a row outside the span from the start to given
+    /// times.
     ///
     /// # Errors
     /// `TooManySteps`, `Overflow`, `Interrupted`.
@@ -266,13 +268,13 @@ impl LinearFlow {
     }
 }
 
-/// Matrices of one shape in a row.
+/// Concatenates matrices of one shape horizontally.
 pub(super) fn side_by_side(matrices: &[MatRef<'_, f64>]) -> Mat<f64> {
     let (n, k) = matrices[0].shape();
     Mat::from_fn(n, matrices.len() * k, |i, j| matrices[j / k][(i, j % k)])
 }
 
-/// Adds a cotangent to the slope of `x''`.
+/// Adds a cotangent to the derivative part of `x''`.
 fn jump(march: &mut March<Dual<1>, Sized>, cotangent: MatRef<'_, f64>) {
     let Sized { m, k, .. } = march.blocks;
     let mut here = Reached::none(march.blocks);

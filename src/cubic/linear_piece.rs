@@ -1,8 +1,8 @@
-//! A cubic linearised: variations by those of points and velocities at its ends, forward and transposed.
+//! A linearised cubic: variations in terms of those of points and velocities at its ends, forward and transposed.
 //!
-//! A variation of the ends is told by displacements `u` and by what is left of the velocities beside the rotations that make
-//! them, `dV = A(u) V + w`; all are tangent vectors, shape `(n, k)`. In the span of the curve they obey one system, and every row
-//! outside of it another one, of `4k` equations.
+//! A variation of the ends is described by displacements `u` and by the rest of the velocities' variation, relative to
+//! the rotations that cause the displacements: `dV = A(u) V + w`. All are tangent vectors, shape `(n, k)`. In the span
+//! of the curve they satisfy one linear system, and every row outside it satisfies another one, of `4k` equations.
 
 use faer::{Mat, MatRef, Scale};
 
@@ -18,12 +18,12 @@ use crate::interrupt::Interrupt;
 use crate::linalg::structure::check_range;
 use crate::space::Quotient;
 
-/// Dimensions up to which the second derivative of a single cubic is formed, from series; above, products with it, by directional
-/// derivatives, take less: for the points at one time on St(20,5), of dimension 85, 0.21 s and 1 MB in place of 0.26 s and 38 MB, on
-/// St(40,10) 1.9 s and 3 MB in place of 5.8 s and 519 MB. With products on St(12,3), of dimension 30, value and gradient take 14 times
-/// the value in place of 4 times.
+/// Dimension up to which the second derivative of a single cubic is formed, from series. Above it, products with the
+/// matrix, from directional derivatives, are cheaper: for the points at one time on St(20,5), of dimension 85, they
+/// take 0.21 s and 1 MB instead of 0.26 s and 38 MB; on St(40,10), 1.9 s and 3 MB instead of 5.8 s and 519 MB. On
+/// St(12,3), of dimension 30, value and gradient cost 14 times the value with products, 4 times with the matrix.
 ///
-/// Pieces of splines have the matrix in any case, and no series above.
+/// Pieces of splines always have the matrix, and no series above this dimension.
 pub(crate) const DENSE: usize = 64;
 
 /// A cubic on `[0, 1]`, linearised.
@@ -32,14 +32,14 @@ pub(crate) struct LinearPiece {
     flow: LinearFlow,
     /// The frame at the end, shape `(n, r)`.
     end: Mat<f64>,
-    /// In the span; `None` where products are cheaper.
+    /// The part in the span; `None` if products are cheaper.
     inner: Option<Inner>,
-    /// The second derivative of half the cost for a row outside of the span, shape `(4 k, 4 k)`; `None` where the span is all of
-    /// `R^n`.
+    /// The second derivative of half the cost for a row outside the span, shape `(4 k, 4 k)`; `None` if the span is all
+    /// of `R^n`.
     outer: Option<Mat<f64>>,
 }
 
-/// The curve in its span.
+/// The linearised curve in its span.
 #[derive(Debug)]
 struct Inner {
     series: Option<LinearSeries>,
@@ -48,7 +48,8 @@ struct Inner {
 }
 
 impl LinearPiece {
-    /// From point, velocity, covariant acceleration and covariant jerk at the start, shape `(n, k)`, and the tension.
+    /// Built from point, velocity, covariant acceleration and covariant jerk at the start, shape `(n, k)`, and the
+    /// tension.
     ///
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `ConjugateEnds`, `Overflow`, `TooManySteps`, `Decomposition`,
@@ -74,7 +75,7 @@ impl LinearPiece {
         })
     }
 
-    /// Of several cubics on one manifold, linearised eight abreast where that is quicker.
+    /// Linearises several cubics on one manifold, eight at once if that is quicker.
     ///
     /// # Errors
     /// As [`LinearPiece::new`].
@@ -108,11 +109,11 @@ impl LinearPiece {
         })
     }
 
-    /// The change of the gradient of half the cost, `(x''_0, -x'_0, -x''_1, x'_1)` with `x'' - tau x` for `x''` in tension, by
-    /// `(u_0, w_0, u_1, w_1)`: tangent vectors.
+    /// The change of the gradient of half the cost, `(x''_0, -x'_0, -x''_1, x'_1)`, for `(u_0, w_0, u_1, w_1)`, as
+    /// tangent vectors; in tension with `x'' - tau x` in place of `x''`.
     ///
     /// # Errors
-    /// Without the matrix in the span `ConjugateEnds`, `Overflow`, `TooManySteps`, `Decomposition`, `Interrupted`.
+    /// Without the matrix in the span: `ConjugateEnds`, `Overflow`, `TooManySteps`, `Decomposition`, `Interrupted`.
     pub(crate) fn stiffness(
         &self,
         z: &[Mat<f64>; 4],
@@ -123,7 +124,7 @@ impl LinearPiece {
             None => {
                 let found = match end_forces(&self.flow, self.inside(z), interrupt)? {
                     Some(found) => found,
-                    // Near conjugate ends, or past what the iteration can do.
+                    // The ends are nearly conjugate, or the iteration failed to converge.
                     None => {
                         let series = LinearSeries::new(&self.flow, interrupt)?;
                         let matrix = end_stiffness(&series.flows()[0])?;
@@ -138,7 +139,8 @@ impl LinearPiece {
         Ok(out)
     }
 
-    /// The product of the second derivative, as it is or transposed, with two tangent vectors at the start and two at the end.
+    /// The product of the second derivative, optionally transposed, with two tangent vectors at the start and two at
+    /// the end.
     fn product(
         &self,
         z: &[Mat<f64>; 4],
@@ -148,13 +150,13 @@ impl LinearPiece {
         self.lifted(&self.multiplied(&view(&inner.matrix), z), z, view)
     }
 
-    /// What two tangent vectors at the start and two at the end are in the span.
+    /// The components in the span of two tangent vectors at the start and two at the end.
     fn inside(&self, z: &[Mat<f64>; 4]) -> [Horizontal; 4] {
         let frames = self.frames();
         std::array::from_fn(|i| Horizontal::of_tangent(frames[i].as_ref(), z[i].as_ref()))
     }
 
-    /// The product of a matrix in the span with them.
+    /// The product of a matrix in the span with these components.
     fn multiplied(&self, matrix: &MatRef<'_, f64>, z: &[Mat<f64>; 4]) -> [Horizontal; 4] {
         let blocks = self.flow.blocks();
         let packed = pack(blocks, &self.inside(z));
@@ -162,7 +164,7 @@ impl LinearPiece {
         unpack(found.col_as_slice(0), blocks)
     }
 
-    /// Tangent vectors from what is found in the span, with the rows outside of it.
+    /// Tangent vectors from their components in the span and the rows outside it.
     fn lifted(
         &self,
         found: &[Horizontal; 4],
@@ -186,7 +188,7 @@ impl LinearPiece {
         [&self.flow.frame, &self.flow.frame, &self.end, &self.end]
     }
 
-    /// The changes of `x'` and `x''` at the start, by `(u_0, w_0, u_1, w_1)`.
+    /// The changes of `x'` and `x''` at the start for `(u_0, w_0, u_1, w_1)`.
     ///
     /// # Errors
     /// As [`LinearPiece::stiffness`].
@@ -203,10 +205,11 @@ impl LinearPiece {
         Scale(self.flow.data.tension)
     }
 
-    /// The variations of the points at some times, for `(u_0, w_0, u_1, w_1)`.
+    /// The variations of the points at given times for `(u_0, w_0, u_1, w_1)`.
     ///
     /// # Errors
-    /// `Overflow`, and as [`LinearPiece::stiffness`]; for times outside of `[0, 1]` `TooManySteps`, `Interrupted`.
+    /// `Overflow`, and the errors of [`LinearPiece::stiffness`]; for times outside `[0, 1]` also `TooManySteps`,
+    /// `Interrupted`.
     pub(crate) fn points(
         &self,
         z: &[Mat<f64>; 4],
@@ -236,8 +239,8 @@ impl LinearPiece {
         times.iter().map(point).collect()
     }
 
-    /// The gradient by `(u_0, w_0, u_1, w_1)`, tangent vectors, of a sum of products of entries of cotangents with the points at
-    /// some times.
+    /// The gradient with respect to `(u_0, w_0, u_1, w_1)`, as tangent vectors, of `sum tr(W^T S(t))` over cotangents
+    /// `W` at given times `t`.
     ///
     /// # Errors
     /// As [`LinearPiece::points`].
@@ -262,7 +265,7 @@ impl LinearPiece {
                 *sum += part;
             }
         }
-        // The changes `(a, b)` at the start follow from those of the ends: `at_start`.
+        // The changes `(a, b)` at the start follow from the changes of the ends, as in `at_start`.
         let [by_p, by_w, by_a, by_b] = by_start;
         let zero = Mat::zeros(by_p.nrows(), by_p.ncols());
         let forces = [by_b, -by_a, zero.clone(), zero];
@@ -277,8 +280,8 @@ impl LinearPiece {
         Some((inner, inner.series.as_ref()?))
     }
 
-    /// The same without series: the variation that collects the cotangents is made to vanish at the end by one more, of the ends;
-    /// the accelerations of both are the gradient.
+    /// The same without series: a second variation, of the ends, is added to the variation that collects the cotangents
+    /// so that the sum vanishes at the end; the accelerations of the sum are the gradient.
     fn pull_back_by_products(
         &self,
         times: &[f64],
@@ -292,10 +295,10 @@ impl LinearPiece {
         Ok([pull - f, -a - g, -h, -i])
     }
 
-    /// The second derivative of half the cost by the velocities at both ends, rows and columns, in frames there of shape `(n, r)`
-    /// that span the curve and more; shape `(d, d)` each, row by row.
+    /// The second derivative of half the cost with respect to the velocities at both ends (rows and columns), in frames
+    /// of shape `(n, r)` whose span contains the curve; shape `(d, d)` each, by rows.
     ///
-    /// `None` of a cubic without the matrix in the span.
+    /// `None` for a cubic without the matrix in the span.
     pub(crate) fn by_velocities(&self, frames: [&Mat<f64>; 2]) -> Option<[[Vec<f64>; 2]; 2]> {
         let matrix = &self.inner.as_ref()?.matrix;
         let Sized { m, k, quotient, .. } = self.flow.blocks();
@@ -328,7 +331,7 @@ impl LinearPiece {
         }))
     }
 
-    /// The same for a row outside of the span of both frames, shape `(k, k)` each; `None` where the span is all of `R^n`.
+    /// The same for a row outside the span of both frames, shape `(k, k)` each; `None` if the span is all of `R^n`.
     pub(crate) fn by_velocity_rows(&self) -> Option<[[Vec<f64>; 2]; 2]> {
         let outer = self.outer.as_ref()?;
         Some(by_ends(|row, column| entries(block(outer, row, column))))
@@ -346,13 +349,13 @@ fn by_ends<T>(part: impl Fn(usize, usize) -> T) -> [[T; 2]; 2] {
     [[part(0, 0), part(0, 1)], [part(1, 0), part(1, 1)]]
 }
 
-/// The block of the velocities at two ends.
+/// The block belonging to the velocities at two ends.
 fn block(matrix: &Mat<f64>, row: usize, column: usize) -> MatRef<'_, f64> {
     let d = matrix.nrows() / 4;
     matrix.submatrix((2 * row + 1) * d, (2 * column + 1) * d, d, d)
 }
 
-/// Row by row.
+/// The entries by rows.
 fn entries(matrix: MatRef<'_, f64>) -> Vec<f64> {
     let rows = matrix.row_iter();
     rows.flat_map(|row| row.iter()).copied().collect()

@@ -1,10 +1,10 @@
-//! Variations of a cubic by the series of its legs: in the span of the curve, and in the rows outside of it.
+//! Variations of a cubic from the series of its legs: in the span of the curve, and in the rows outside it.
 //!
-//! A row outside of the span is one row more of the blocks, in which the curve stays zero; variations in the span and in the row do
-//! not mix.
+//! A row outside the span is represented by one additional row of the blocks, in which the curve is zero; variations in
+//! the span and in this row do not mix.
 //!
-//! Square matrices of more than one column go by all columns but the last, which is determined by the others: the entries of `omega`
-//! beside the last column become those of `b`, with the other sign.
+//! Square matrices with more than one column are represented by all columns but the last, which is determined by the
+//! others: the entries of `omega` in the last column become entries of `b`, with opposite sign.
 
 use std::sync::Arc;
 
@@ -26,17 +26,17 @@ pub(super) struct LinearSeries {
     layout: Arc<Layout>,
 }
 
-/// Where variations are among the coordinates of the space of the series.
+/// Position of variations among the coordinates of the space of the series.
 #[derive(Debug)]
 struct Layout {
-    /// With the row outside of the span, where there is one.
+    /// Includes the row outside the span, if there is one.
     blocks: Sized,
     /// The space of the series.
     shape: Shape,
-    /// Which coordinates of the four vectors are in the span, and which are those of the row.
+    /// Indices of the coordinates of the four vectors in the span, and of those of the row.
     inside: Vec<usize>,
     row: Vec<usize>,
-    /// Coordinates of a vector, and from which on they have the other sign in the space of the series.
+    /// Number of coordinates of a vector, and the index from which they change sign in the space of the series.
     size: usize,
     unchanged: usize,
 }
@@ -74,7 +74,7 @@ impl Layout {
         [&data.velocity, &data.acceleration, &data.second()].map(|x| self.packed(x.clone()))
     }
 
-    /// A vector in the coordinates of the space of the series.
+    /// The coordinates of a vector in the space of the series.
     fn packed(&self, mut x: Horizontal) -> Vec<f64> {
         x.normal
             .resize_with(self.blocks.m, self.blocks.k, |_, _| 0.0);
@@ -83,7 +83,7 @@ impl Layout {
         packed
     }
 
-    /// Between the coordinates of vectors of the blocks and those in the space of the series.
+    /// Converts between coordinates of the blocks and of the space of the series.
     fn turn_signs(&self, vectors: &mut [f64]) {
         for vector in vectors.chunks_exact_mut(self.size.max(1)) {
             for x in &mut vector[self.unchanged..] {
@@ -94,7 +94,7 @@ impl Layout {
 }
 
 impl LinearSeries {
-    /// Of one curve.
+    /// The series of one curve.
     ///
     /// # Errors
     /// `TooManySteps`, `Interrupted`.
@@ -105,7 +105,7 @@ impl LinearSeries {
         Ok(LinearSeries { curve, layout })
     }
 
-    /// Of several curves in spans of one size.
+    /// The series of several curves whose spans have the same size.
     ///
     /// # Errors
     /// `TooManySteps`, `Interrupted`.
@@ -121,7 +121,7 @@ impl LinearSeries {
         Ok(curves.into_iter().map(with_layout).collect())
     }
 
-    /// `(p, w, a, b)` at the end by those at the start, in the span and for a row outside of it.
+    /// The matrices that map `(p, w, a, b)` at the start to those at the end, in the span and for a row outside it.
     pub(super) fn flows(&self) -> [Mat<f64>; 2] {
         let (flow, layout) = (&self.curve.flow, &self.layout);
         let sign = |i: usize| [1.0, -1.0][usize::from(i % layout.size >= layout.unchanged)];
@@ -135,8 +135,8 @@ impl LinearSeries {
         self.lifted(flow, &self.curve.frame)
     }
 
-    /// The variation of the point at a time, for the coordinates of `(p, w, a, b)` at the start and for all rows outside of the
-    /// span, side by side.
+    /// The variation of the point at a time, for the coordinates of `(p, w, a, b)` at the start and for all rows
+    /// outside the span, side by side.
     pub(super) fn point(
         &self,
         flow: &LinearFlow,
@@ -164,8 +164,8 @@ impl LinearSeries {
         out
     }
 
-    /// The gradient by `(p, w, a, b)` at the start, tangent vectors, of the sum of products of entries of cotangents with the points
-    /// at increasing times.
+    /// The gradient with respect to `(p, w, a, b)` at the start, as tangent vectors, of `sum tr(W^T S(t))` over
+    /// cotangents `W` at increasing times `t`.
     pub(super) fn pull_back(
         &self,
         flow: &LinearFlow,
@@ -193,7 +193,7 @@ impl LinearSeries {
         out
     }
 
-    /// A cotangent in the coordinates of the span, shape `(r, k)`, as a vector in those of the space of the series.
+    /// A cotangent in the coordinates of the span, shape `(r, k)`, as a vector in the space of the series.
     fn load(&self, frame: &[f64], cotangent: MatRef<'_, f64>) -> Vec<f64> {
         let Sized { m, k, .. } = self.layout.blocks;
         let entry = |i: usize, j: usize| -> f64 {
@@ -203,7 +203,7 @@ impl LinearSeries {
         let mut load = vec![0.0; self.layout.size];
         in_space!(self.layout.blocks.shape(), |space| space.each_entry(
             |p, i, j| {
-                // Entries of `omega` are there twice.
+                // Each entry of `omega` occurs twice.
                 load[p] = match i < k {
                     true => entry(i, j) - entry(j, i),
                     false => entry(i, j),
@@ -214,7 +214,7 @@ impl LinearSeries {
         load
     }
 
-    /// The displacement of a row outside of the span by its `(p, w, a, b)` at the start, shape `(k, 4 k)`.
+    /// The matrix, shape `(k, 4 k)`, from `(p, w, a, b)` of a row outside the span at the start to its displacement.
     fn row_flow(&self, t: f64) -> Mat<f64> {
         let mut unit = vec![0.0; 4 * self.layout.blocks.dim()];
         let mut out = Mat::zeros(self.layout.blocks.k, self.layout.row.len());
@@ -229,7 +229,7 @@ impl LinearSeries {
         out
     }
 
-    /// A frame of the curve's coordinates, in the span.
+    /// A frame of the series' coordinates, as a frame of the span.
     fn lifted(&self, flow: &LinearFlow, frame: &[f64]) -> Mat<f64> {
         let (r, size) = (
             flow.frame.ncols(),
@@ -239,7 +239,7 @@ impl LinearSeries {
     }
 }
 
-/// What of four vectors is outside of the span, side by side; `None` where the span is all of `R^n`.
+/// The parts of four vectors outside the span, side by side; `None` if the span is all of `R^n`.
 pub(super) fn rows_outside(flow: &LinearFlow, vectors: &[Mat<f64>; 4]) -> Option<Mat<f64>> {
     let views = vectors.each_ref().map(|x| x.as_ref());
     flow.has_rows().then(|| flow.off(side_by_side(&views)))
@@ -253,7 +253,7 @@ mod tests {
     use crate::cubic::variation::vary;
     use crate::{Stiefel, linalg::structure::norm};
 
-    /// Numbers between -1 and 1.
+    /// Pseudorandom numbers between -1 and 1.
     fn numbers(seed: u64) -> impl FnMut() -> f64 {
         let mut state = seed;
         move || {
@@ -277,7 +277,7 @@ mod tests {
                 Quotient::Subspaces => &raw - &s * &inner,
             };
             let unit = norm(v.as_ref());
-            // Curves without freedom have none.
+            // A curve without degrees of freedom has none.
             let factor = if unit == 0.0 {
                 0.0
             } else {
@@ -289,7 +289,7 @@ mod tests {
         LinearFlow::new([s.as_ref(), v, a, j], tension, quotient).unwrap()
     }
 
-    /// Beside directional derivatives by dual numbers.
+    /// Compares with directional derivatives by dual numbers.
     fn check(flow: &LinearFlow, series: &LinearSeries, bound: f64) {
         let blocks = flow.blocks();
         let d = blocks.dim();

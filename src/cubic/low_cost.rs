@@ -1,8 +1,8 @@
-//! The solution of a boundary value problem that costs least among those that several starts lead to.
+//! The boundary value solution of least cost among those found from several starts.
 //!
-//! Near data have one cheap solution, and Newton's method from the cubic of flat space leads to it. Farther apart the cost has
-//! several minima: descents start along a curve that rolls from one velocity to the other, and along the cubic of flat space;
-//! Newton's method takes the cheapest end of them to the tolerance.
+//! Nearby data have one cheap solution, and Newton's method from the cubic of flat space finds it. For larger distances
+//! the cost has several minima: descents start from a curve that rolls from one velocity to the other and from the
+//! cubic of flat space, and Newton's method refines the cheapest result to the tolerance.
 
 use std::cell::Cell;
 
@@ -19,45 +19,47 @@ use crate::report::StopReason;
 use crate::shooting::{Descent, Layout, LeastCost, StartResponse, least_cost, products_of_step};
 use crate::space::{Homogeneous, in_space};
 
-/// Descents end with a gradient of this size, in the time of a leg: a step or two of Newton's method are left.
+/// Norm of the gradient at which descents stop, in the time of a leg; one or two Newton steps then remain.
 const TOLERANCE: f64 = 1e-6;
 
-/// And where Newton's method finds none from there, in the narrow valleys between opposite points, down to round-off: without
-/// that no problem there with speeds of 1e-6 is solved on St(3,1).
+/// Second tolerance, near round-off, if Newton's method finds no solution from there. It is needed in the narrow
+/// valleys between opposite points: without it, no such problem with speeds of 1e-6 is solved on St(3,1).
 const FINER: f64 = 1e-15;
 
-/// Steps of a descent at most: until one has found a solution, and after that. Of 158 problems with speeds of 30 to 100 that
-/// are solved, 36 take more than 100; with 20 in place of 30 one of 40 hard problems costs 1.2 times as much.
+/// Maximal number of steps of a descent: while no solution has been found, and afterwards. Of 158 solvable problems
+/// with speeds of 30 to 100, 36 take more than 100 steps; with 20 instead of 30 afterwards, one of 40 hard problems
+/// costs 1.2 times as much.
 const MAX_STEPS: usize = 300;
 const LATER_STEPS: usize = 30;
 
-/// A descent is begun if so many steps of it may be done.
+/// A descent begins only if at least this many steps fit into the remaining work.
 const FEWEST_STEPS: f64 = 20.0;
 
-/// Solutions that cost less by at least a percent are looked for.
+/// Only solutions that are cheaper by at least one percent are looked for.
 const SLACK: f64 = 0.99;
 
-/// Share of the limit of work for descents that follow one which has found a solution.
+/// Fraction of the work limit available to descents after one of them has found a solution.
 const SHARE: f64 = 0.8;
 
-/// Larger of the end speeds from which on the cubic of flat space is no start beside the rolling curve: from speeds of 20 on it
-/// takes four fifths of the time, and of 100 such problems none ends lower.
+/// Larger end speed from which the cubic of flat space is no longer tried in addition to the rolling curve: from speeds
+/// of 20 on it takes four fifths of the time, and in none of 100 such problems does it reach a lower cost.
 const FAST: f64 = 16.0;
 
-/// Share of the length of legs that shorter ones have.
+/// Leg length of finer chains, as a fraction of the usual one.
 const SHORT: f64 = 0.6;
 
-/// What descents start along, one after the other.
+/// The curve along which a descent starts.
 #[derive(Clone, Copy)]
 enum Start {
     /// The rolling curve.
     Rolling,
-    /// The cubic of flat space. Without it 6 of 332 hard problems cost 1.05 to 1.33 times as much.
+    /// The cubic of flat space. Without it, 6 of 332 hard problems cost 1.05 to 1.33 times as much.
     Flat,
-    /// The adjusted de Casteljau curve, where no unique quasi-geodesic says where the rolling one's frame ends. Without it, and
-    /// the rolling one there, 35 of 180 problems between coordinate and permuted frames cost up to 3.3 times as much.
+    /// The adjusted de Casteljau curve, used if no unique quasi-geodesic determines the frame at the end of the rolling
+    /// curve. Without it, and with only the rolling curve there, 35 of 180 problems between coordinate and permuted
+    /// frames cost up to 3.3 times as much.
     Geometric,
-    /// The rolling curve with shorter legs, where that has not led to a solution.
+    /// The rolling curve with shorter legs, if the usual ones did not lead to a solution.
     RollingFinely,
 }
 
@@ -68,7 +70,7 @@ const STARTS: [Start; 4] = [
     Start::RollingFinely,
 ];
 
-/// Where a descent ends.
+/// The result of a descent.
 struct End {
     /// `(x', x'')` at the start of the curve.
     y: Vec<f64>,
@@ -79,11 +81,11 @@ struct End {
     response: Option<StartResponse>,
 }
 
-/// Frames and velocities of a chain, the latter in the time of a leg.
+/// Frames of a chain, and velocities in the time of a leg.
 type Knots = (Vec<f64>, Vec<f64>);
 
 impl End {
-    /// Smaller is better: first ends at rest by their costs, then the others by their gradients.
+    /// Sort key, smaller is better: results at rest by cost, then the others by gradient.
     fn rank(&self) -> (bool, f64) {
         match self.is_at_rest {
             true => (false, self.cost),
@@ -93,13 +95,13 @@ impl End {
 }
 
 impl Solver<'_> {
-    /// The cheapest solution of those that are found; `None` if none is.
+    /// The cheapest solution found; `None` if none is found.
     ///
     /// # Errors
     /// `DifferentComponents`, `Interrupted`.
     pub(super) fn of_low_cost(&mut self) -> Result<Option<Solution>> {
         let flat = self.problem.flat()?;
-        // Without descents the cubic of flat space is the only start, however far the end is.
+        // Without descents, the cubic of flat space is the only start at any distance.
         let may_descend = self.may_descend(LEGS, 0.0);
         let near = flat
             .as_ref()
@@ -121,13 +123,13 @@ impl Solver<'_> {
         self.by_descents()
     }
 
-    /// From the cheapest end of descents.
+    /// The solution from the cheapest result of the descents.
     ///
     /// # Errors
     /// `DifferentComponents`, `Interrupted`.
     pub(super) fn by_descents(&mut self) -> Result<Option<Solution>> {
         let reserve = (1.0 - SHARE) * self.map.left();
-        // Whether the data say how the rolling curve goes, and whether the descent from there has come to rest.
+        // Whether the data determine the rolling curve, and whether its descent has come to rest.
         let (mut is_unique, mut has_rolled, mut ends) = (false, false, Vec::new());
         for start in STARTS {
             let known = least_cost_of(&ends);
@@ -157,7 +159,7 @@ impl Solver<'_> {
         self.polished(ends)
     }
 
-    /// From the end of a descent along a cubic of flat space.
+    /// The solution from a descent along the given cubic of flat space.
     ///
     /// # Errors
     /// `DifferentComponents`, `Interrupted`.
@@ -171,7 +173,7 @@ impl Solver<'_> {
         self.polished(end.into_iter().collect())
     }
 
-    /// `None` where there is no such curve.
+    /// `None` if the curve does not exist.
     fn start(&self, start: Start) -> Result<Option<DescentStart>> {
         let problem = self.problem;
         let ends = problem.relative_ends();
@@ -192,14 +194,14 @@ impl Solver<'_> {
         }
     }
 
-    /// By Newton's method from the best end from which it finds a solution; of those that are not at rest only the first is
-    /// tried.
+    /// Applies Newton's method to the results, best first, until it finds a solution; of those not at rest only the
+    /// first is tried.
     fn polished(&mut self, mut ends: Vec<End>) -> Result<Option<Solution>> {
         ends.sort_by(|a, b| {
             let [(a, x), (b, y)] = [a.rank(), b.rank()];
             a.cmp(&b).then(x.total_cmp(&y))
         });
-        // What is left is a step or two, whatever was done before.
+        // One or two steps remain, whatever was done before.
         let left = self.map.left();
         self.map.allow(2.0);
         let reserve = self.map.left() - left;
@@ -220,7 +222,7 @@ impl Solver<'_> {
         Ok(solution)
     }
 
-    /// Newton's method from where a descent from an end at rest comes to rest by a finer measure.
+    /// Continues a descent at rest to the finer tolerance and applies Newton's method.
     fn found_finely(&mut self, end: &mut End, reserve: f64) -> Result<bool> {
         if !end.is_at_rest {
             return Ok(false);
@@ -235,14 +237,14 @@ impl Solver<'_> {
         Ok(found)
     }
 
-    /// Whether so many steps of a descent with a number of legs may be done that it is begun, when only so much work is left.
+    /// Whether a descent with the given number of legs may begin: enough steps must fit into the remaining work minus
+    /// `reserve`.
     fn may_descend(&self, legs: usize, reserve: f64) -> bool {
         let products = in_space!(self.problem.shape(), |space| products_of_step(space, legs));
         FEWEST_STEPS * of_products(products) <= self.map.left() - reserve
     }
 
-    /// Where a descent ends; `None` where that would not be below a cost, and where it would go on when only so much work is
-    /// left.
+    /// The result of a descent; `None` if its cost would not be below `cost`, or if it would cut into `reserve`.
     fn descend(
         &mut self,
         knots: Knots,
@@ -256,7 +258,7 @@ impl Solver<'_> {
         let shape = self.problem.shape();
         let d = in_space!(shape, |space| space.dim());
         let legs = knots.1.len() / d - 1;
-        // The time of a leg is the unit of the chain.
+        // The chain uses the time of a leg as its unit.
         let rate = legs as f64;
         if !self.may_descend(legs, reserve) {
             self.refuse();
@@ -310,7 +312,7 @@ impl Solver<'_> {
     }
 }
 
-/// Of ends at rest.
+/// The least cost of the results at rest.
 fn least_cost_of(ends: &[End]) -> f64 {
     let at_rest = ends.iter().filter(|end| end.is_at_rest);
     at_rest.fold(f64::INFINITY, |least, end| least.min(end.cost))

@@ -1,4 +1,4 @@
-//! Legs of splines, integrated by Taylor steps of their blocks.
+//! Legs of splines, integrated by Taylor steps on their blocks.
 
 use std::ops::Mul;
 
@@ -17,7 +17,7 @@ use crate::linalg::dual::{Dual, Number, jacobian};
 use crate::linalg::lanes::{LANES, Lanes};
 use crate::space::{Kind, Quotient};
 
-/// Work of eight legs abreast, in that of one of them: half of what they take one after the other, at the most.
+/// Work of eight legs at once, in units of a single leg: at most half of what they cost one by one.
 const ABREAST_WORK: f64 = 4.0;
 
 /// A pass of dual numbers carries `N` directions.
@@ -144,7 +144,8 @@ impl<B: Blocks, const N: usize> Leg for Marches<'_, B, N> {
     }
 }
 
-/// From and to coordinates of the blocks; leaves the frame that was reached, in that of the next knot, in front in `scratch`.
+/// Maps coordinates of the blocks to coordinates of the blocks; writes the final frame, relative to the next knot's
+/// frame, to the start of `scratch`.
 fn evaluate<T: Number + Mul<M, Output = T>, M: Copy, B: Blocks>(
     march: &mut March<T, B>,
     start: &[T],
@@ -167,7 +168,7 @@ fn evaluate<T: Number + Mul<M, Output = T>, M: Copy, B: Blocks>(
     Ok(())
 }
 
-/// The values at the end of a march through vectors of `d` entries, entry by entry.
+/// The values at the end of a march for vectors of `d` entries.
 fn write_values<T: Number + Mul<M, Output = T>, M: Copy, B: Blocks>(
     march: &March<T, B>,
     d: usize,
@@ -180,7 +181,7 @@ fn write_values<T: Number + Mul<M, Output = T>, M: Copy, B: Blocks>(
     let series = &march.series;
     scratch.resize(r * (r + k), T::ZERO);
     let (turn, moved) = scratch.split_at_mut(r * r);
-    // Rows of the transposed frame of the next knot times the frame that was reached.
+    // Transposed frame of the next knot times the final frame, by rows.
     for col in 0..r {
         let column = match col.checked_sub(k) {
             None => &series.s()[rows * col..][..r],
@@ -217,8 +218,9 @@ fn write_values<T: Number + Mul<M, Output = T>, M: Copy, B: Blocks>(
     }
 }
 
-/// `B A^T` for the distance, and `D b A^T` for the blocks `b` of the others, where `[[A, .], [B, D]]` is the frame that was reached in
-/// that of the next knot. At the knot `B` is zero, and `A` turns the basis that is reached into the one there.
+/// `B A^T` for the distance, and `D b A^T` for the blocks `b` of the other values, where `[[A, .], [B, D]]` is the
+/// final frame relative to the next knot's frame. At the knot `B` is zero, and `A` maps the basis reached there to the
+/// knot's basis.
 fn write_subspace<T: Number>(
     values: &mut [T],
     turn: &[T],
@@ -252,11 +254,11 @@ fn write_subspace<T: Number>(
     }
 }
 
-/// How far the first columns are from those of the identity, in norm.
+/// The norm of the difference between the first columns and those of the identity.
 fn off_identity(turn: &[f64], blocks: impl Blocks) -> f64 {
     let (m, k) = (blocks.normals(), blocks.k());
     let r = m + k;
-    // Of subspaces, how far they are from the span of those.
+    // For subspaces, the distance from the span of those columns.
     let first = if blocks.are_subspaces() { k } else { 0 };
     let mut square = 0.0;
     for col in 0..k {
@@ -277,7 +279,8 @@ fn finite(distance: f64, values: &[f64]) -> Result<f64> {
     })
 }
 
-/// The independent entries of the horizontal part of an `(r, k)` block: above the diagonal of `omega`, then `normal`.
+/// Writes the independent entries of the horizontal part of an `(r, k)` block: above the diagonal of `omega`, then
+/// `normal`.
 fn write_horizontal<T: Number>(values: &mut [T], block: &[T], [m, k]: [usize; 2]) {
     let r = m + k;
     let mut values = values.iter_mut();
@@ -296,11 +299,11 @@ fn write_horizontal<T: Number>(values: &mut [T], block: &[T], [m, k]: [usize; 2]
     }
 }
 
-/// Point, velocity, covariant acceleration and covariant jerk at time 1 of the cubic, in a tension, with the given ones at time
-/// 0, all of shape `(n, k)`; computed in the span of the data.
+/// Point, velocity, covariant acceleration and covariant jerk at time 1 of the cubic, with the given tension and the
+/// given values at time 0, all of shape `(n, k)`; computed in the span of the data.
 ///
 /// # Errors
-/// Where the cubic cannot be integrated; `Interrupted`.
+/// An error if the cubic cannot be integrated; `Interrupted`.
 pub(crate) fn arrival(
     s: MatRef<'_, f64>,
     [v, a, j]: [MatRef<'_, f64>; 3],

@@ -1,17 +1,17 @@
 //! Riemannian cubics on any `St(n, k)`, without charts.
 //!
-//! `St(n,k) = SO(n)/SO(n-k)`, `so(n) = m + h` with `h` the lower right block of size `n - k`. A curve `S` is the first
-//! `k` columns of a frame `g` that moves without turning in itself, `g' = g x` with `x` in `m`, and `x` determines
-//! velocity, covariant acceleration and covariant jerk:
+//! `St(n,k) = SO(n)/SO(n-k)`, `so(n) = m + h` with `h` the lower right block of size `n - k`. A curve `S` consists of
+//! the first `k` columns of a frame `g` with `g' = g x` and `x` in `m`, so its other columns do not rotate among
+//! themselves. The vector `x` determines velocity, covariant acceleration and covariant jerk:
 //!
 //! ```math
 //! S' = g x,\qquad D_t S' = g x',\qquad D_t D_t S' = g\,(x'' + \tfrac12 [x, x']_m),\qquad
 //! x''' = [x'', x]_m - [[x, x']_h, x]
 //! ```
 //!
-//! (`g v` stands for its first `k` columns.) The last equation is that of Riemannian cubics,
-//! `D_t^3 S' + R(D_t S', S') S' = 0`. Cubics in tension make `int |D_t S'|^2 + tau |S'|^2` stationary, and have `tau x'` more in
-//! `x'''`: `D_t^3 S' + R(D_t S', S') S' = tau D_t S'`.
+//! (`g v` stands for its first `k` columns.) The last equation is the equation of Riemannian cubics, `D_t^3 S' + R(D_t
+//! S', S') S' = 0`. Cubics in tension make `int |D_t S'|^2 + tau |S'|^2` stationary and have the additional term `tau
+//! x'` in `x'''`: `D_t^3 S' + R(D_t S', S') S' = tau D_t S'`.
 //!
 //! # Source
 //! Crouch, Silva Leite (1995), "The dynamic interpolation problem: on Riemannian manifolds, Lie groups, and symmetric

@@ -1,4 +1,4 @@
-//! Vectors of `m` as coordinates, one after the other.
+//! Vectors of `m` packed as coordinates.
 
 use faer::Mat;
 
@@ -6,8 +6,8 @@ use super::initial::Horizontal;
 use super::reduced::Sized;
 use crate::space::{Homogeneous, in_space};
 
-/// The coordinates of vectors of `m`, one vector after the other: of real ones the entries above the diagonal of `omega`, where it
-/// is not zero for every vector, then those of `normal`.
+/// The coordinates of vectors of `m`, one vector after another: for real vectors the entries of `omega` above the
+/// diagonal (unless `omega` is always zero), then the entries of `normal`.
 pub(crate) fn pack(blocks: Sized, vectors: &[Horizontal]) -> Vec<f64> {
     let (k, d) = (blocks.k, blocks.dim());
     let mut all = vec![0.0; d * vectors.len()];
@@ -48,7 +48,7 @@ pub(crate) fn unpack<const N: usize>(y: &[f64], blocks: Sized) -> [Horizontal; N
     })
 }
 
-/// Entries column by column.
+/// The entries by columns.
 pub(crate) fn entries(a: &Mat<f64>) -> Vec<f64> {
     a.col_iter().flat_map(|c| c.iter().copied()).collect()
 }

@@ -1,4 +1,4 @@
-//! A Riemannian cubic as a piecewise polynomial, in the coordinates of its span.
+//! A Riemannian cubic as a piecewise polynomial, in coordinates of its span.
 
 use faer::{MatMut, MatRef};
 
@@ -10,16 +10,16 @@ use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::space::Quotient;
 
-/// Coefficients of a path at the most: a gigabyte.
+/// Maximal number of coefficients of a path: a gigabyte.
 const MAX_COEFFICIENTS: usize = 1 << 27;
 
-/// Pieces that there is room for from the start.
+/// Number of pieces for which space is reserved.
 const USUAL_STEPS: usize = 6;
 
-/// Times of a path are known to this share of the largest.
+/// Relative accuracy of times, as a fraction of the largest time.
 const SLACK: f64 = 8.0 * f64::EPSILON;
 
-/// One polynomial: where it is used, and the time in whose powers it is written.
+/// One polynomial: the interval on which it is used, and its center of expansion.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Piece {
     pub(super) lower: f64,
@@ -27,22 +27,22 @@ pub(super) struct Piece {
     pub(super) center: f64,
 }
 
-/// The pieces in the order of time, and the states at both ends.
+/// The pieces in order of time, and the states at both ends.
 #[derive(Debug, Clone)]
 pub(crate) struct Path {
     pub(super) blocks: Sized,
     pub(super) accuracy: Accuracy,
     pub(super) pieces: Vec<Piece>,
-    /// Coefficients of the point, `(order + 1) rows k` a piece.
+    /// Coefficients of the point, `(order + 1) rows k` per piece.
     pub(super) points: Vec<f64>,
-    /// Coefficients of `x`, `(order + 1) k (k + m)` a piece: order by order, `omega` before `b`.
+    /// Coefficients of `x`, `(order + 1) k (k + m)` per piece: order by order, `omega` before `b`.
     pub(super) vectors: Vec<f64>,
     pub(super) first: State,
     pub(super) last: State,
 }
 
 impl Path {
-    /// No pieces yet: the curve at the time of its state.
+    /// A path without pieces: the curve at the time of its state.
     pub(crate) fn at(state: State, accuracy: Accuracy) -> Self {
         Path {
             blocks: state.blocks,
@@ -55,8 +55,8 @@ impl Path {
         }
     }
 
-    /// One polynomial in `t - 1/2` on `[0, 1]`, between the states at its ends: coefficients of the point and of `x`, as they are
-    /// stored.
+    /// A single polynomial in `t - 1/2` on `[0, 1]`, with the states at its ends; coefficients of the point and of `x`
+    /// in storage order.
     pub(crate) fn of_polynomial(
         [first, last]: [State; 2],
         order: usize,
@@ -83,12 +83,12 @@ impl Path {
         }
     }
 
-    /// What the points stand for.
+    /// The meaning of the points: frames or subspaces.
     pub(crate) fn quotient(&self) -> Quotient {
         self.blocks.quotient
     }
 
-    /// The path of lines, of one on a sphere.
+    /// The path of the lines spanned by the vectors of a path on a sphere.
     pub(super) fn of_lines(&self) -> Self {
         let mut path = self.clone();
         path.blocks.quotient = Quotient::Subspaces;
@@ -132,7 +132,7 @@ impl Path {
         self.blocks.m + self.blocks.k
     }
 
-    /// Rows of a stored point: those of a point and zeros that fill up.
+    /// Rows of a stored point, including padding.
     pub(crate) fn rows(&self) -> usize {
         self.blocks.r::<f64>()
     }
@@ -142,24 +142,24 @@ impl Path {
         (self.first.time, self.last.time)
     }
 
-    /// Whether the pieces reach a time, or miss it by round-off only.
+    /// Whether the pieces cover a time, up to round-off.
     pub(crate) fn covers(&self, t: f64) -> bool {
         let (start, end) = self.covered();
         let slack = SLACK * start.abs().max(end.abs());
         t >= start - slack && t <= end + slack
     }
 
-    /// Adds pieces at an end until they reach `t`.
+    /// Appends pieces at an end until they reach `t`.
     ///
     /// # Errors
-    /// `TooManySteps` (for their number or for memory), `Overflow`, `Interrupted`.
+    /// `TooManySteps` (too many for the limit or for memory), `Overflow`, `Interrupted`.
     pub(crate) fn extend_to(&mut self, t: f64, interrupt: Interrupt<'_>) -> Result<()> {
         if self.covers(t) {
             return Ok(());
         }
         let Sized { m, k, quotient, .. } = self.blocks;
         match (m, k) {
-            // Lines are points of the sphere.
+            // Lines are treated as points of the sphere.
             _ if quotient == Quotient::Subspaces && k > 1 => self.march(self.blocks, t, interrupt),
             (0, 2) => self.march(Fixed::<0, 2>, t, interrupt),
             (0, 3) => self.march(Fixed::<0, 3>, t, interrupt),
@@ -226,7 +226,7 @@ impl Path {
             pieces.last_mut().expect("a step was made").upper = t;
             self.last.store(blocks, &march.series, t);
         } else {
-            // Steps backwards were added last first, behind what was there.
+            // Backward steps were appended in reverse order.
             pieces.last_mut().expect("a step was made").lower = t;
             self.first.store(blocks, &march.series, t);
             self.sort();
@@ -234,7 +234,7 @@ impl Path {
         Ok(())
     }
 
-    /// Puts the pieces into the order of time.
+    /// Sorts the pieces by time.
     fn sort(&mut self) {
         let order_of = self.accuracy.order + 1;
         let mut order: Vec<usize> = (0..self.pieces.len()).collect();
@@ -250,7 +250,7 @@ impl Path {
         self.pieces = order.iter().map(|&i| self.pieces[i]).collect();
     }
 
-    /// Which piece a time lies in; the nearest one for a time outside.
+    /// Index of the piece that contains a time; the nearest piece for a time outside.
     fn find(&self, t: f64) -> usize {
         let after = self.pieces.partition_point(|piece| piece.upper < t);
         after.min(self.pieces.len() - 1)
@@ -281,14 +281,14 @@ impl Path {
         self.vectors_of_step(self.find(t), t, out);
     }
 
-    /// The same of one piece.
+    /// As `vectors_into`, for one piece.
     pub(super) fn vectors_of_step(&self, piece: usize, t: f64, out: &mut [&mut [f64]]) {
         let size = self.r() * self.blocks.k;
         let coefficients = &self.vectors[block(piece, (self.accuracy.order + 1) * size)];
         shift_into(coefficients, size, t - self.pieces[piece].center, out);
     }
 
-    /// As [`Path::points_into`], of one piece.
+    /// As [`Path::points_into`], for one piece.
     #[cfg(any(feature = "python", feature = "serde"))]
     pub(super) fn points_of_step(&self, piece: usize, t: f64, out: &mut [&mut [f64]]) {
         let size = self.rows() * self.blocks.k;
@@ -305,7 +305,7 @@ impl Path {
         (coefficients, t - self.pieces[piece].center)
     }
 
-    /// `tau` in `tau x'`, what a cubic in tension has more in `x'''`.
+    /// `tau` of the additional term `tau x'` in `x'''` of a cubic in tension.
     pub(crate) fn tension(&self) -> f64 {
         self.first.tension
     }
@@ -337,8 +337,8 @@ impl Path {
         sum
     }
 
-    /// `x'''` at some times that are covered, one vector after the other, as `packing::pack` orders its entries: of a square frame
-    /// those of the frame without its last column.
+    /// `x'''` at given covered times, one vector after another, with entries ordered as in `packing::pack`; for a
+    /// square frame, the vectors of the frame without its last column.
     pub(crate) fn third_derivatives(&self, times: &[f64]) -> Vec<f64> {
         let (k, entries) = (self.blocks.k, self.r() * self.blocks.k);
         let mut series: [Vec<f64>; 4] = std::array::from_fn(|_| vec![0.0; entries]);
@@ -348,7 +348,7 @@ impl Path {
             self.vectors_into(*t, &mut targets);
             let (omega, b) = series[3].split_at(k * k);
             for col in 0..k {
-                // The last row of a square frame takes the place of `b`.
+                // For a square frame the last row takes the place of `b`.
                 let is_last = self.blocks.m == 0 && col + 1 == k;
                 let factor = if is_last { -6.0 } else { 6.0 };
                 out.extend((0..col).map(|row| factor * omega[row + k * col]));
@@ -362,18 +362,18 @@ impl Path {
         self.accuracy
     }
 
-    /// How many pieces.
+    /// Number of pieces.
     pub(crate) fn len(&self) -> usize {
         self.pieces.len()
     }
 
-    /// The states at both ends of what is covered.
+    /// The states at both ends of the covered interval.
     pub(crate) fn ends(&self) -> [&State; 2] {
         [&self.first, &self.last]
     }
 }
 
-/// `|x|^2` of a vector, `k2` entries of `omega` before `b`.
+/// `|x|^2` of a vector, given as `k2` entries of `omega`, then `b`.
 fn square(x: &[f64], k2: usize) -> f64 {
     let (omega, b) = x.split_at(k2);
     let square = |a: &[f64]| a.iter().map(|a| a * a).sum::<f64>();
@@ -401,12 +401,13 @@ fn shift_into(coefficients: &[f64], size: usize, t: f64, out: &mut [&mut [f64]])
 
 /// The value at `t` of a polynomial with blocks of `SIZE` entries.
 ///
-/// Even and odd orders by themselves, in `t^2`, in registers: two short chains of additions in place of a long one.
+/// Even and odd orders are summed separately, in powers of `t^2`, in registers: two short chains of additions instead
+/// of a long one.
 #[inline(always)]
 fn sum_into<const SIZE: usize>(coefficients: &[f64], t: f64, out: &mut [f64]) {
     let square = t * t;
     if square.is_infinite() {
-        // Zeros times infinity: a curve that stands still may be asked for any time.
+        // Zero times infinity: a curve at rest may be evaluated at any time.
         return shift_into(coefficients, SIZE, t, &mut [out]);
     }
     let (mut even, mut odd) = ([0.0; SIZE], [0.0; SIZE]);

@@ -4,20 +4,20 @@ use super::riemannian_cubic::RiemannianCubic;
 
 /// One polynomial, in powers of `u = rate (t - center)`.
 pub(crate) struct Polynomial<'a> {
-    /// Where it is used, in the time of the curve.
+    /// Interval on which it is used, in the time of the curve.
     pub(crate) lower: f64,
     pub(crate) upper: f64,
     pub(crate) center: f64,
     pub(crate) rate: f64,
-    /// Of the point, in the coordinates of the frame: columns of `rows` entries, `k` a coefficient.
+    /// Coefficients of the point, in the coordinates of the frame: columns of `rows` entries, `k` per coefficient.
     pub(crate) points: &'a [f64],
     pub(crate) rows: usize,
-    /// Of `x`, `omega` before `b`, column by column.
+    /// Coefficients of `x`: `omega` before `b`, by columns.
     pub(crate) vectors: &'a [f64],
 }
 
 impl RiemannianCubic {
-    /// In the order of the path.
+    /// The polynomials, in the order of the path.
     pub(crate) fn polynomials(&self) -> impl Iterator<Item = Polynomial<'_>> {
         let (path, clock) = (&**self.path, self.clock);
         let terms = path.accuracy.order + 1;

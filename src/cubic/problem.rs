@@ -1,4 +1,5 @@
-//! Boundary data in coordinates in which the start is the first columns of the identity, and the way back from them.
+//! Boundary data in coordinates in which the start is the first columns of the identity, and the inverse
+//! transformation.
 
 use faer::{Mat, MatRef, Scale};
 
@@ -26,9 +27,9 @@ use crate::space::{Kind, ScalarField, Shape};
 pub(super) struct Problem {
     pub(super) n: usize,
     pub(super) k: usize,
-    /// Orthonormal basis of the span of the data, where that is smaller than `R^n`.
+    /// Orthonormal basis of the span of the data, if the span is smaller than `R^n`.
     pub(super) frame: Option<Mat<f64>>,
-    /// Orthogonal, its first columns the start.
+    /// Orthogonal matrix whose first columns are the start.
     pub(super) g: Mat<f64>,
     pub(super) velocity: Horizontal,
     /// End point and end velocity.
@@ -44,7 +45,7 @@ impl Problem {
         let BoundaryOptions { tension, field, .. } = *options;
         check_data(data)?;
         field.check(data)?;
-        // Rounded decimals pass for complex numbers; unknowns are complex.
+        // Rounded decimals are accepted as complex numbers; the unknowns are complex.
         let data = data.map(|a| field.nearest(a.to_owned()));
         let data = data.each_ref().map(Mat::as_ref);
         let [s0, v0, s1, v1] = data;
@@ -70,7 +71,7 @@ impl Problem {
         self.relative_ends().initial()
     }
 
-    /// What is given at the ends.
+    /// The data at both ends, relative to the start.
     pub(super) fn relative_ends(&self) -> RelativeEnds<'_> {
         RelativeEnds {
             velocity: &self.velocity,
@@ -83,15 +84,16 @@ impl Problem {
         self.target.speed
     }
 
-    /// The cubic of flat space with the given displacement is near the solution: displacement and speeds are at most 2 in the
-    /// canonical metric of the real matrices. Of 420 complex problems with lengths from there to 2 in their own metric 17 cost more
-    /// than need be if the start is the flat one, and the others take longer.
+    /// Whether the cubic of flat space with the given displacement is near the solution: displacement and speeds are at
+    /// most 2 in the canonical metric of the real matrices. If complex lengths up to 2 were measured in their own
+    /// metric, the solution from the flat start would not be the cheapest in 17 of 420 complex problems between the two
+    /// bounds, and the others would take longer.
     pub(super) fn is_moderate(&self, flat: &FlatData) -> bool {
         let vectors = [&flat.displacement, &self.velocity, &flat.end_velocity];
         vectors.iter().all(|v| v.inner(v).sqrt() <= MODERATE)
     }
 
-    /// What the points are.
+    /// The meaning of the points and their scalars.
     pub(super) fn kind(&self) -> Kind {
         Kind {
             field: self.field,
@@ -99,7 +101,7 @@ impl Problem {
         }
     }
 
-    /// Whether points are not embedded complex ones.
+    /// Whether the points are real, not embedded complex ones.
     pub(super) fn is_real(&self) -> bool {
         self.field == ScalarField::Real
     }
@@ -109,7 +111,7 @@ impl Problem {
         self.blocks().shape()
     }
 
-    /// By which squared lengths are more than the squares of these coordinates.
+    /// Ratio of squared lengths of real vectors to sums of squared coordinates.
     pub(super) fn weight(&self) -> f64 {
         self.blocks().weight()
     }
@@ -135,7 +137,7 @@ impl Problem {
         }
     }
 
-    /// `(x', x'')` of the cubic of flat space, or of none where there is no displacement.
+    /// `(x', x'')` of the cubic of flat space; zeros if there is no displacement.
     pub(super) fn flat_start(&self, flat: Option<&FlatData>) -> Vec<f64> {
         flat.map_or_else(|| vec![0.0; self.unknowns()], |flat| self.start_of(flat))
     }
@@ -146,8 +148,8 @@ impl Problem {
         pack(self.blocks(), &start)
     }
 
-    /// `(x', x'')` from covariant acceleration and jerk at the start, shape `(n, k)`; parts outside of the span of the data
-    /// are left out.
+    /// `(x', x'')` from covariant acceleration and jerk at the start, shape `(n, k)`; components outside the span of
+    /// the data are dropped.
     ///
     /// # Errors
     /// `Shape`, `NonFinite`, `NotTangent`.
@@ -172,7 +174,7 @@ impl Problem {
         Ok(pack(self.blocks(), &[a, second]))
     }
 
-    /// The map from `(x', x'')` to the end, as a solver.
+    /// The map from `(x', x'')` to the end, in the form solvers use.
     pub(super) fn end_map<'a>(&self, interrupt: Interrupt<'a>) -> Box<dyn EndMap + 'a> {
         let (blocks, target) = (self.blocks(), &self.target);
         match (blocks.m, blocks.k) {
@@ -184,7 +186,7 @@ impl Problem {
         }
     }
 
-    /// The curve from `y = (x', x'')`, in the coordinates of the span.
+    /// The curve with `y = (x', x'')` at the start, in the coordinates of the span.
     ///
     /// # Errors
     /// `TooManySteps`, `Overflow`, `Interrupted`.
@@ -197,12 +199,12 @@ impl Problem {
     }
 }
 
-/// For none of 400 random problems up to here is a solution known that costs less than that of the flat start
-/// (`docs/boundary_cost.md`); from rest to rest 2 to 2.79 apart the flat start leads to one that costs ten times as much and
-/// more for 5 of 40 on St(3,2).
+/// Up to this bound, no solution cheaper than the one from the flat start is known for any of 400 random problems
+/// (`docs/boundary_cost.md`). From rest to rest at distances of 2 to 2.79, for 5 of 40 problems on St(3,2) the flat
+/// start leads to a solution that costs at least ten times as much.
 const MODERATE: f64 = 2.0;
 
-/// Whether `[S0, V0, S1, V1]` are points and tangent vectors at them.
+/// Check that `[S0, V0, S1, V1]` are points and tangent vectors at them.
 ///
 /// # Errors
 /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`.
@@ -214,14 +216,15 @@ pub(crate) fn check_data([s0, v0, s1, v1]: [MatRef<'_, f64>; 4]) -> Result<()> {
     manifold.check_tangent("V1", s1, v1, TANGENT_TOLERANCE)
 }
 
-/// Speeds up to here are met absolutely, larger ones relative to them.
+/// Speeds up to this are matched to an absolute tolerance, larger ones to a relative one.
 pub(super) const ABSOLUTE_SPEED: f64 = 10.0;
 
-/// The point of the manifold and the tangent vector at it that are near to data that pass for such: rounded decimals, say.
+/// The exact point and tangent vector nearest to data that satisfy the constraints only to the tolerance, such as
+/// rounded decimals.
 fn corrected([s, v]: [Mat<f64>; 2]) -> [Mat<f64>; 2] {
     let k = s.ncols();
     let gram = s.transpose() * &s;
-    // A step of Newton's method for the polar factor: it squares the defect, which is below the tolerance of points.
+    // A step of Newton's method for the polar factor: it squares the defect, which is below the tolerance for points.
     let factor = Mat::from_fn(k, k, |i, j| {
         1.5 * f64::from(u8::from(i == j)) - 0.5 * gram[(i, j)]
     });
@@ -232,7 +235,7 @@ fn corrected([s, v]: [Mat<f64>; 2]) -> [Mat<f64>; 2] {
 }
 
 impl Target {
-    /// For an initial velocity, and an end point and end velocity of shape `(r, k)`.
+    /// Built from an initial velocity, and an end point and end velocity of shape `(r, k)`.
     pub(super) fn new(velocity: &Horizontal, end: &[Mat<f64>; 2], tension: f64) -> Self {
         let speed = velocity
             .omega

@@ -1,4 +1,4 @@
-//! Random numbers for starts of solvers: the same ones for the same seed.
+//! Random numbers for starts of solvers, reproducible from the seed.
 
 /// A seeded generator.
 ///
@@ -22,12 +22,12 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// Uniform in `(0, 1)`.
+    /// A uniform number in `(0, 1)`.
     fn uniform(&mut self) -> f64 {
         ((self.bits() >> 11) as f64 + 0.5) * 2.0_f64.powi(-53)
     }
 
-    /// Normal with mean 0 and variance 1.
+    /// A normal number with mean 0 and variance 1.
     pub(crate) fn normal(&mut self) -> f64 {
         let radius = (-2.0 * self.uniform().ln()).sqrt();
         radius * (std::f64::consts::TAU * self.uniform()).cos()

@@ -11,11 +11,11 @@
 //! ```
 //!
 //! products of blocks of at most `r x k`: no commutator of `r x r` matrices is formed. A coefficient of order `j + 1`
-//! takes `j + 1` products of each kind, `k (4 m k + r k + 2 r m)` multiplications together. Cubics in tension have
-//! `tau omega'` more in `kappa'`, and `tau b'` in `b'''`.
+//! takes `j + 1` products of each kind, together `k (4 m k + r k + 2 r m)` multiplications each. Cubics in tension have
+//! the additional terms `tau omega'` in `kappa'` and `tau b'` in `b'''`.
 //!
-//! On the Grassmann manifold `omega = kappa = 0`. There the upper left block is in `h` too, and the equation
-//! `b''' = -[[x, x']_h, x]` is the one above with `n^T - n` in the place of `omega''`.
+//! On the Grassmann manifold `omega = kappa = 0`. The upper left block belongs to `h` too, and the equation `b''' =
+//! -[[x, x']_h, x]` is the one of frames with `n^T - n` in place of `omega''`.
 
 use super::block_products::{add_product, add_tension, integrate, write_scaled};
 use super::halves::Halves;
@@ -23,7 +23,7 @@ use super::reduced::{Blocks, Parts, Series, are_few, block};
 use super::{fused, rotation};
 use crate::linalg::dual::Number;
 
-/// Coefficients of orders `1..=order` from those of order 0.
+/// Computes the coefficients of orders `1..=order` from those of order 0.
 #[inline(always)]
 pub(super) fn expand<T: Number>(series: &mut Series<T>, blocks: impl Blocks, order: usize) {
     let (m, k) = (blocks.m::<T>(), blocks.k());
@@ -45,7 +45,7 @@ pub(super) fn expand<T: Number>(series: &mut Series<T>, blocks: impl Blocks, ord
     }
 }
 
-/// The coefficients of order `j + 1` from those up to order `j`.
+/// Computes the coefficients of order `j + 1` from those up to order `j`.
 #[inline(always)]
 fn extend<T: Number, B: Blocks>(parts: &mut Parts<'_, T>, blocks: B, j: usize) {
     let (r, m, k) = (blocks.r::<T>(), blocks.m::<T>(), blocks.k());
@@ -117,7 +117,7 @@ fn extend<T: Number, B: Blocks>(parts: &mut Parts<'_, T>, blocks: B, j: usize) {
 
     integrate(b, b1, j, m * k, next);
     integrate(b1, b2, j, m * k, next);
-    // The factors of the next n are known by now.
+    // The factors of the next n are already known.
     let next_wide = up_to(j + 1, m * k);
     let n = &mut parts.n[block(j + 1, k * k)];
     let (columns, rest) = n.split_at_mut(k * halves.wide);
@@ -136,7 +136,7 @@ fn extend<T: Number, B: Blocks>(parts: &mut Parts<'_, T>, blocks: B, j: usize) {
         product::<T, B>(square, &omega2[narrow.clone()], &omega[narrow], [k, k, k]);
         halves.complete_upper(square, rest, k);
         let square = &mut parts.square[..k * k];
-        // Of a skew matrix the half: its transpose is subtracted below.
+        // Half of a skew matrix: its transpose is subtracted below.
         add_tension(square, parts.tension, &omega1[block(j, k * k)], 0.5);
         integrate(omega, omega1, j, k * k, next);
         integrate(omega1, omega2, j, k * k, next);
@@ -151,7 +151,7 @@ fn extend<T: Number, B: Blocks>(parts: &mut Parts<'_, T>, blocks: B, j: usize) {
     }
 }
 
-/// `omega'' = n^T - n`: what keeps the columns of a basis from turning.
+/// `omega'' = n^T - n`, which keeps the columns of a basis from rotating among themselves.
 #[inline(always)]
 fn hold<T: Number>(omega2: &mut [T], n: &[T], k: usize) {
     for col in 0..k {
@@ -161,13 +161,14 @@ fn hold<T: Number>(omega2: &mut [T], n: &[T], k: usize) {
     }
 }
 
-/// Where the blocks of orders up to `j` are.
+/// Range of the blocks of orders up to `j`.
 #[inline(always)]
 fn up_to(j: usize, size: usize) -> std::ops::Range<usize> {
     0..(j + 1) * size
 }
 
-/// `out += sum_i a_i b_{j-i}` with factors of shapes `(rows, inner)` and `(inner, cols)`, as many first columns as `out` has.
+/// `out += sum_i a_i b_{j-i}` with factors of shapes `(rows, inner)` and `(inner, cols)`, for as many leading columns
+/// as `out` has.
 #[inline(always)]
 fn product<T: Number, B: Blocks>(out: &mut [T], a: &[T], b: &[T], shape: [usize; 3]) {
     convolve::<T, B, false>(out, a, b, shape);
@@ -179,10 +180,10 @@ fn product_transposed<T: Number, B: Blocks>(out: &mut [T], a: &[T], b: &[T], sha
     convolve::<T, B, true>(out, a, b, shape);
 }
 
-/// The most that is kept in registers.
+/// Largest number of sums kept in registers.
 const FEW: usize = 16;
 
-/// `out += sum_i a_i b_{j-i}`, the second factors transposed or not.
+/// `out += sum_i a_i b_{j-i}`, with the second factors optionally transposed.
 #[inline(always)]
 fn convolve<T: Number, B: Blocks, const TRANSPOSED: bool>(
     out: &mut [T],
@@ -216,7 +217,7 @@ fn convolve<T: Number, B: Blocks, const TRANSPOSED: bool>(
     }
 }
 
-/// `out = sum_i a_i^T b_{j-i}` with factors of shape `(m, k)`, as many first columns.
+/// `out = sum_i a_i^T b_{j-i}` with factors of shape `(m, k)`, for the given number of leading columns.
 #[inline(always)]
 fn gram<T: Number>(out: &mut [T], a: &[T], b: &[T], [m, k, columns]: [usize; 3]) {
     if m == 0 {

@@ -1,4 +1,4 @@
-//! Taylor coefficients of Riemannian cubics: the sizes of their blocks, and where they are stored.
+//! Taylor coefficients of Riemannian cubics: block sizes and storage.
 
 use super::embedding::Embedding;
 use crate::linalg::dual::Number;
@@ -6,43 +6,43 @@ use crate::space::{Homogeneous, Kind, Quotient, ScalarField, Shape, in_space};
 
 /// Sizes of the blocks: `omega` is `(k, k)`, `b` is `(m, k)`, `s` is `(r, k)`, `e` is `(r, m)`.
 ///
-/// Rows of zeros at the end of `b`, `s` and `e` and columns of zeros of `e` do no harm: they fill up vector registers.
+/// Zero rows at the end of `b`, `s` and `e`, and zero columns of `e`, are harmless padding that fills vector registers.
 pub(crate) trait Blocks: Copy + Send + Sync {
-    /// The compiler knows the sizes and unrolls the loops over them.
+    /// Whether the compiler knows the sizes and unrolls the loops over them.
     const UNROLLED: bool;
 
     fn k(self) -> usize;
 
-    /// Rows of `b` with those that fill up.
+    /// Rows of `b`, including padding.
     fn m<T: Number>(self) -> usize;
 
-    /// Rows of `s` and `e` with those that fill up.
+    /// Rows of `s` and `e`, including padding.
     fn r<T: Number>(self) -> usize;
 
-    /// Rows of `b`.
+    /// Rows of `b`, without padding.
     fn normals(self) -> usize;
 
-    /// Whether `omega` stays zero: `omega''` is then what would turn the columns, and keeps them from it.
+    /// Whether `omega` is identically zero; `omega''` then holds the term that keeps the columns from rotating.
     fn are_subspaces(self) -> bool;
 
-    /// Whether they are those of embedded complex matrices: the second half of the columns of each follows from the first. Rows of
-    /// `s` and `e` are then in the order of the frame's columns.
+    /// Whether the blocks are those of embedded complex matrices: the second half of the columns of each follows from
+    /// the first half. Rows of `s` and `e` are then in the order of the frame's columns.
     fn are_complex(self) -> bool;
 
-    /// Between the coordinates of complex vectors and real ones.
+    /// Conversion between complex and real coordinates of vectors.
     fn embedding(self) -> Option<Embedding>;
 
-    /// By which the square of a real vector is more than those of its coordinates.
+    /// Ratio of the squared length of a real vector to the sum of its squared coordinates.
     fn weight(self) -> f64 {
         match self.are_complex() {
-            // Every entry is there twice.
+            // Every entry occurs twice.
             true => 2.0,
             false => 1.0,
         }
     }
 }
 
-/// Sizes known to the compiler.
+/// Sizes known at compile time.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Fixed<const M: usize, const K: usize>;
 
@@ -78,24 +78,24 @@ impl<const M: usize, const K: usize> Blocks for Fixed<M, K> {
     }
 }
 
-/// Any sizes.
+/// Sizes known at run time.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sized {
-    /// Rows of `b`.
+    /// Rows of `b`, without padding.
     pub(crate) m: usize,
     pub(crate) k: usize,
     pub(crate) quotient: Quotient,
-    /// Over which coordinates of vectors are taken; blocks are real or embedded.
+    /// Scalars of the coordinates of vectors; the blocks are real, or embedded complex ones.
     pub(crate) field: ScalarField,
 }
 
 impl Sized {
-    /// Of frames.
+    /// Blocks of frames.
     pub(crate) fn frames(m: usize, k: usize) -> Self {
         Sized::new(m, k, Quotient::Frames)
     }
 
-    /// With real coordinates.
+    /// Blocks with real coordinates.
     pub(crate) fn new(m: usize, k: usize, quotient: Quotient) -> Self {
         Sized {
             m,
@@ -105,7 +105,7 @@ impl Sized {
         }
     }
 
-    /// With coordinates over the field of a kind.
+    /// Blocks with coordinates over the field of a kind.
     pub(crate) fn of_kind(m: usize, k: usize, kind: Kind) -> Self {
         let Kind { quotient, field } = kind;
         Sized {
@@ -130,7 +130,7 @@ impl Sized {
         }
     }
 
-    /// What matrices of these blocks stand for.
+    /// The meaning and the scalars of the matrices.
     pub(crate) fn kind(self) -> Kind {
         let Sized {
             quotient, field, ..
@@ -138,7 +138,7 @@ impl Sized {
         Kind { quotient, field }
     }
 
-    /// Coordinates of a vector: independent entries of `omega` and `b`.
+    /// Number of coordinates of a vector: independent entries of `omega` and `b`.
     pub(crate) fn dim(self) -> usize {
         in_space!(self.shape(), |space| space.dim())
     }
@@ -176,13 +176,14 @@ impl Blocks for Sized {
     }
 }
 
-/// Taylor coefficients of `(s, e)` and of `x, x', x''`; blocks of one quantity one after the other, column by column.
+/// Taylor coefficients of `(s, e)` and of `x, x', x''`; the blocks of each quantity are stored one after another, by
+/// columns.
 #[derive(Debug, Clone)]
 pub(crate) struct Series<T> {
-    /// All quantities one after the other, in the order of [`Parts`]: one allocation.
+    /// All quantities, in the order of [`Parts`], in a single allocation.
     entries: Vec<T>,
     lengths: [usize; PARTS],
-    /// `tau` in `tau x'`, what a cubic in tension has more in `x'''`.
+    /// `tau` of the additional term `tau x'` in `x'''` of a cubic in tension.
     pub(crate) tension: Option<T>,
 }
 
@@ -192,17 +193,17 @@ const PARTS: usize = 16;
 pub(crate) struct Parts<'a, T> {
     pub(crate) s: &'a mut [T],
     pub(crate) e: &'a mut [T],
-    /// Of `omega, omega', omega''`.
+    /// Coefficients of `omega, omega', omega''`.
     pub(crate) omega: [&'a mut [T]; 3],
-    /// Of `b, b', b''`.
+    /// Coefficients of `b, b', b''`.
     pub(crate) b: [&'a mut [T]; 3],
-    /// Of `b^T b`.
+    /// Coefficients of `b^T b`.
     pub(super) p: &'a mut [T],
-    /// Of `b'^T b`.
+    /// Coefficients of `b'^T b`.
     pub(super) n: &'a mut [T],
-    /// Of `n - omega''`.
+    /// Coefficients of `n - omega''`.
     pub(super) q: &'a mut [T],
-    /// Of `b` and `omega`, from the highest order down, where the sums of the blocks [are few](are_few).
+    /// Coefficients of `b` and `omega`, from the highest order down; used if the sums of the blocks [are few](are_few).
     pub(super) b_down: &'a mut [T],
     pub(super) omega_down: &'a mut [T],
     pub(super) square: &'a mut [T],
@@ -243,7 +244,7 @@ impl<T: Number> Series<T> {
         }
     }
 
-    /// Tension of the curve from now on; 0 for a cubic.
+    /// Sets the tension of the curve; 0 for a cubic.
     pub(crate) fn set_tension(&mut self, tension: f64) {
         self.tension = (tension != 0.0).then(|| T::constant(tension));
     }
@@ -296,12 +297,12 @@ impl<T: Number> Series<T> {
         self.part(1)
     }
 
-    /// Of `omega` or a derivative.
+    /// Coefficients of `omega` or a derivative.
     pub(crate) fn omega(&self, derivative: usize) -> &[T] {
         self.part(2 + derivative)
     }
 
-    /// Of `b` or a derivative.
+    /// Coefficients of `b` or a derivative.
     pub(crate) fn b(&self, derivative: usize) -> &[T] {
         self.part(5 + derivative)
     }
@@ -313,14 +314,14 @@ impl<T: Number> Series<T> {
     }
 }
 
-/// Whether the Cauchy sums of an order are so few that registers hold all of them together.
+/// Whether all Cauchy sums of one order fit into registers.
 #[inline(always)]
 pub(super) fn are_few<T: Number, B: Blocks>(blocks: B) -> bool {
     let (r, m, k) = (blocks.r::<T>(), blocks.m::<T>(), blocks.k());
     B::UNROLLED && m > 0 && r * k.max(m) <= T::REGISTERS && m * k * k <= T::REGISTERS
 }
 
-/// Where the block of order `j` is.
+/// Range of the block of order `j`.
 #[inline(always)]
 pub(crate) fn block(j: usize, size: usize) -> std::ops::Range<usize> {
     j * size..(j + 1) * size

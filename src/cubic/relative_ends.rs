@@ -8,7 +8,7 @@ use super::initial::Horizontal;
 /// Data at both ends of a curve on `[0, 1]`, in coordinates in which its start is the first columns of the identity.
 #[derive(Clone, Copy)]
 pub(crate) struct RelativeEnds<'a> {
-    /// At the start.
+    /// The velocity at the start.
     pub(crate) velocity: &'a Horizontal,
     /// End point and end velocity, shape `(r, k)`.
     pub(crate) end: &'a [Mat<f64>; 2],

@@ -1,4 +1,4 @@
-//! The Riemannian cubic as a curve: from initial data, evaluated from stored polynomials.
+//! Riemannian cubics as curves: integrated from initial data, evaluated from stored polynomials.
 
 use std::sync::Arc;
 
@@ -33,17 +33,18 @@ use crate::space::Quotient;
 /// D_t^3 S' + R(D_t S', S')\,S' = 0,\qquad J = \int |D_t S'|^2\, dt
 /// ```
 ///
-/// An integrated curve is stored as one Taylor polynomial for each step, of order 20 (lower with a larger tolerance), in the
-/// `r <= min(n, 4k)` dimensions that its initial data span. A piece of a spline that was solved by series or collocation is
-/// one polynomial about the middle of its leg, of an order that depends on how fast the leg turns, in the `r` dimensions
-/// that the knots span. With order `p` a point costs `p r k` multiplications and its share of one product to lift.
+/// An integrated curve is stored as one Taylor polynomial per step, of order 20 (lower for a larger tolerance), in the
+/// `r <= min(n, 4k)` dimensions spanned by its initial data. A piece of a spline that was solved by series or
+/// collocation is one polynomial about the middle of its leg, whose order depends on how fast the leg turns, in the `r`
+/// dimensions spanned by the knots. With order `p`, evaluating a point costs `p r k` multiplications, and one product
+/// to lift it to `n` rows.
 ///
-/// Outside of [`t_span`](Curve::t_span) the curve is integrated on when it is asked for points there, once for each call;
-/// [`RiemannianCubic::restricted`] keeps what was integrated.
+/// Outside [`t_span`](Curve::t_span) the curve is extended by integration, once per call;
+/// [`RiemannianCubic::restricted`] returns a curve that keeps the extension.
 ///
 /// # Accuracy
-/// Positions at most `1e-14` from the exact solution for curves of the size of the paper's (asserted in
-/// `tests/riemannian_cubic/` against 40-digit data); the orthonormality defect is of that size too.
+/// Positions are within `1e-14` of the exact solution for curves of the size of the paper's (asserted in
+/// `tests/riemannian_cubic/` against 40-digit data); the orthonormality defect is of the same size.
 ///
 /// # Examples
 /// ```
@@ -70,7 +71,8 @@ pub struct RiemannianCubic {
 }
 
 impl RiemannianCubic {
-    /// From point, velocity, covariant acceleration and covariant jerk at time 0, all of shape `(n, k)`.
+    /// The cubic with the given point, velocity, covariant acceleration and covariant jerk at time 0, all of shape `(n,
+    /// k)`.
     ///
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`, `InvalidArgument` (`t_end` zero, tolerance, tension);
@@ -99,7 +101,7 @@ impl RiemannianCubic {
         let clock = Clock::new(rate);
         let state = State::of_coordinates(data.blocks, data.entries);
         let mut path = Path::at(state.in_tension(options.tension / rate / rate), accuracy);
-        // Never of length zero, however short: there is a piece.
+        // Never of length zero, however short, so that there is at least one piece.
         let smallest = f64::MIN_POSITIVE.copysign(options.t_end);
         let end = match clock.path_time(options.t_end) {
             end if end.abs() < f64::MIN_POSITIVE => smallest,
@@ -112,7 +114,7 @@ impl RiemannianCubic {
         Ok(curve)
     }
 
-    /// A path in the coordinates of a frame, in the time of the curve, and how it was found.
+    /// A path in the coordinates of a frame, in the time of the curve, with the report of the solver that found it.
     pub(crate) fn of_path(
         n: usize,
         k: usize,
@@ -128,8 +130,8 @@ impl RiemannianCubic {
         }
     }
 
-    /// The same for a path that may not have been made yet, over a span of time.
-    /// The curve of the lines that vectors span, of a curve on a sphere: the same, since they do not turn.
+    /// As `of_path`, for a path that may not have been computed yet, over an interval. For a curve on a sphere, the
+    /// curve of the lines spanned by its vectors consists of the same vectors, since they do not rotate.
     pub(crate) fn of_lines(&self) -> Self {
         RiemannianCubic {
             path: Arc::new(self.path.of_lines().into()),
@@ -137,7 +139,7 @@ impl RiemannianCubic {
         }
     }
 
-    /// The same curve with a report of the solver that has found it.
+    /// The curve with the report of the solver that found it.
     pub(crate) fn with_report(self, report: SolverReport) -> Self {
         RiemannianCubic {
             report: Some(report),
@@ -145,7 +147,7 @@ impl RiemannianCubic {
         }
     }
 
-    /// The same curve of subspaces with bases `Y Q` for an orthogonal `Q`, shape `(k, k)`.
+    /// The curve of subspaces with bases `Y Q` for an orthogonal `Q`, shape `(k, k)`.
     pub(crate) fn in_terms_of(&self, q: MatRef<'_, f64>) -> Self {
         RiemannianCubic {
             path: Arc::new(self.path.in_terms_of(q).into()),
@@ -172,17 +174,17 @@ impl RiemannianCubic {
         }
     }
 
-    /// How the boundary value problem was solved, for a curve that comes from one.
+    /// The report of the boundary value solver, for a curve that comes from one.
     pub fn report(&self) -> Option<&SolverReport> {
         self.report.as_ref()
     }
 
-    /// The same with the way on which the solution was found.
+    /// As [`report`](Self::report), with the strategy that found the solution.
     pub fn boundary_report(&self) -> Option<&BoundaryReport> {
         self.boundary_report.as_ref()
     }
 
-    /// What a step of the integration leaves out, relative to the state.
+    /// Truncation error per integration step, relative to the state.
     pub fn tolerance(&self) -> f64 {
         self.path.accuracy().truncation
     }
@@ -192,14 +194,14 @@ impl RiemannianCubic {
         self.clock.derivative(self.path.tension(), 2)
     }
 
-    /// Number of polynomials that the curve consists of: the steps of its integration, or 1 for a piece of a spline that was
-    /// solved by series or collocation.
+    /// Number of polynomials of the curve: the steps of its integration, or 1 for a piece of a spline that was solved
+    /// by series or collocation.
     pub fn steps(&self) -> usize {
         self.path.len()
     }
 }
 
-/// [`Path::extend_to`]; the time that was left is told in the time of the curve.
+/// As [`Path::extend_to`]; errors report the remaining time in the time of the curve.
 pub(super) fn extend(
     path: &mut Path,
     clock: Clock,
@@ -225,7 +227,7 @@ pub(super) fn extend(
     })
 }
 
-/// Error where the coefficients of one step would not fit into memory.
+/// Return an error if the coefficients of one step would not fit into memory.
 fn check_size(Sized { m, k, .. }: Sized) -> Result<()> {
     let (r, k) = ((m + k) as f64, k as f64);
     let numbers = (Accuracy::FULL.order + 1) as f64 * (r * r + 3.0 * r * k + 2.0 * k * k);
@@ -239,10 +241,10 @@ fn check_size(Sized { m, k, .. }: Sized) -> Result<()> {
     })
 }
 
-/// Coefficients of one step at the most: two gigabytes.
+/// Maximal number of coefficients of one step: two gigabytes.
 const LARGEST_STEP: f64 = 268_435_456.0;
 
-/// Error where a time to integrate to is zero or not finite.
+/// Return an error if an integration time is zero or not finite.
 pub(super) fn check_duration(t_end: f64) -> Result<()> {
     check_finite_scalar("t_end", t_end)?;
     if t_end != 0.0 {
@@ -375,7 +377,7 @@ impl Curve for RiemannianCubic {
             true => ends,
             false => [ends[1], ends[0]],
         };
-        // The square of a second derivative, over a length of time.
+        // The square of a second derivative, integrated over time.
         let cost = self.clock.derivative(self.path.cost(from, to), 3).abs();
         if cost.is_finite() {
             return Ok(cost);
@@ -384,7 +386,7 @@ impl Curve for RiemannianCubic {
     }
 }
 
-/// The path of a curve, or, for times outside of what it covers, a copy that is integrated on.
+/// The path of a curve, or an extended copy for times it does not cover.
 fn reaching<'a>(
     curve: &'a RiemannianCubic,
     moment: f64,
@@ -420,7 +422,7 @@ fn reaching<'a>(
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
 pub struct Workspace {
-    /// The path continued beyond its ends, as far as it was asked for.
+    /// The path extended to the requested times beyond its ends.
     beyond: Option<Path>,
     coefficients: [Vec<f64>; ORDER + 1],
 }

@@ -1,12 +1,12 @@
-//! The Taylor recurrence of [`super::recurrence`] on `SO(3)`: on `St(3, 2)`, and on `St(3, 3)`.
+//! The Taylor recurrence of [`super::recurrence`] on `SO(3)`, for `St(3, 2)` and `St(3, 3)`.
 //!
-//! Where `m <= 1` the terms of third degree cancel: with `x = [[omega, -b^T], [b, 0]]` and the frame `g = [s, e]`
+//! For `m <= 1` the terms of third degree cancel: with `x = [[omega, -b^T], [b, 0]]` and the frame `g = [s, e]`
 //!
 //! ```math
 //! x''' = x''\,x - x\,x'',\qquad g' = g\,x,
 //! ```
 //!
-//! and for three rows both are cross products: 24 multiplications for a pair of coefficients instead of 48.
+//! and in three dimensions both are cross products: 24 multiplications per pair of coefficients instead of 48.
 
 use super::reduced::{Blocks, Parts, block};
 use crate::linalg::dual::Number;
@@ -14,16 +14,16 @@ use crate::linalg::dual::Number;
 /// Entries of `x` below the diagonal, and columns of the frame.
 const DIM: usize = 3;
 
-/// Rows of the frame that are taken at once, at the most.
+/// Largest number of rows of the frame processed at once.
 const ROWS: usize = 4;
 
-/// Whether these are the blocks of rotations.
+/// Whether the blocks are those of rotations.
 #[inline(always)]
 pub(super) fn fits<B: Blocks>(blocks: B) -> bool {
     B::UNROLLED && matches!((blocks.normals(), blocks.k()), (1, 2) | (0, 3))
 }
 
-/// Coefficients of orders `1..=order` from those of order 0.
+/// Computes the coefficients of orders `1..=order` from those of order 0.
 #[inline(always)]
 pub(super) fn expand<T: Number>(parts: &mut Parts<'_, T>, blocks: impl Blocks, order: usize) {
     let (rows, k) = (blocks.r::<T>(), blocks.k());
@@ -42,7 +42,7 @@ pub(super) fn expand<T: Number>(parts: &mut Parts<'_, T>, blocks: impl Blocks, o
     }
 }
 
-/// The coefficient of order `j` of `x'' x - x x''`, and of `tau x'` in tension.
+/// The coefficient of order `j` of `x'' x - x x''`, plus `tau x'` in tension.
 #[inline(always)]
 fn cross<T: Number>(parts: &Parts<'_, T>, k: usize, j: usize) -> [T; DIM] {
     let mut sums = [T::ZERO; DIM];
@@ -64,7 +64,7 @@ fn cross<T: Number>(parts: &Parts<'_, T>, k: usize, j: usize) -> [T; DIM] {
     sums
 }
 
-/// The coefficient of order `j + 1` of a few rows of the frame.
+/// Computes the coefficient of order `j + 1` of a few rows of the frame.
 #[inline(always)]
 fn turn<T: Number>(parts: &mut Parts<'_, T>, [rows, k]: [usize; 2], row: usize, j: usize) {
     let mut sums = [[T::ZERO; ROWS]; DIM];
@@ -109,7 +109,7 @@ fn vectors<'a, T: Number>(
     j: usize,
 ) -> impl DoubleEndedIterator<Item = [T; DIM]> + ExactSizeIterator + 'a {
     let omega = &parts.omega[derivative][..k * k * (j + 1)];
-    // The last row is that of b, or the third one of omega.
+    // The last row comes from b, or from the third row of omega.
     let (last, stride, next) = match k {
         DIM => (&omega[2..], k * k, DIM),
         _ => (&parts.b[derivative][..2 * (j + 1)], 2, 1),

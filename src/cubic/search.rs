@@ -17,10 +17,10 @@ use crate::curve::Curve;
 use crate::error::{Error, Result};
 use crate::solve::gmres::norm;
 
-/// Work that a search may take, in that of one solution.
+/// Work limit of a search, as a multiple of one solve.
 pub(crate) const SEARCH_WORK: f64 = 4.0;
 
-/// How solutions of a boundary value problem are looked for.
+/// Options for finding several solutions of a boundary value problem.
 ///
 /// # Examples
 /// ```
@@ -40,11 +40,11 @@ pub(crate) const SEARCH_WORK: f64 = 4.0;
 /// ```
 #[derive(Clone, Copy)]
 pub struct SearchOptions<'a> {
-    /// How each of them is solved for.
+    /// Options for each solution.
     pub boundary: BoundaryOptions<'a>,
-    /// Families of boundary data that are followed: from the cubics of flat space that make a full turn more, two for each
-    /// principal direction and each plane in which the columns turn, then from random initial data. Of subspaces these are
-    /// random initial data for Newton's method, after the descents.
+    /// Number of families of boundary data to follow: first from the cubics of flat space with an additional full turn,
+    /// two for each principal direction and each plane in which the columns rotate, then from random initial data. For
+    /// subspaces, the number of random initial data for Newton's method after the descents.
     pub starts: u32,
     /// Seed of the random initial data: the same seed finds the same solutions.
     pub seed: u64,
@@ -54,7 +54,7 @@ pub struct SearchOptions<'a> {
 }
 
 impl Default for SearchOptions<'_> {
-    /// 4 starts; relative difference `1e-6`.
+    /// 4 families; relative difference `1e-6`.
     fn default() -> Self {
         SearchOptions {
             boundary: BoundaryOptions::default(),
@@ -80,16 +80,17 @@ impl SearchOptions<'_> {
 }
 
 impl RiemannianCubic {
-    /// Riemannian cubics with the same boundary data, those that several starts find, the cheapest first.
+    /// Riemannian cubics with the same boundary data that are found from several starts, cheapest first.
     ///
-    /// Newton's method starts from the cubic of flat space (or from the guess). Descents to curves of least cost start as in
-    /// [`from_boundary`](Self::from_boundary), and from the cubics of flat space that make one or two full turns more in one
-    /// principal direction, or plane in which the columns turn. Families of boundary data lead from the curves of the cubics with one turn more to the given data;
-    /// every solution they pass is returned. `docs/boundary_problems.md` lists what is lost without each of them. There may be
-    /// other solutions: on the sphere there are infinitely many.
+    /// Newton's method starts from the cubic of flat space (or from the guess). Descents to local minima of the cost
+    /// start as in [`from_boundary`](Self::from_boundary), and from the cubics of flat space with one or two additional
+    /// full turns in one principal direction, or in a plane in which the columns rotate. Families of boundary data
+    /// connect the curves of the cubics with one additional turn to the given data; every solution they pass is
+    /// returned. `docs/boundary_problems.md` lists what each of these finds that the others miss. Other solutions may
+    /// exist: on the sphere there are infinitely many.
     ///
     /// # Errors
-    /// Those of [`from_boundary`](Self::from_boundary); `NoConvergence` where none is found.
+    /// The errors of [`from_boundary`](Self::from_boundary); `NoConvergence` if no solution is found.
     pub fn all_from_boundary(
         s0: MatRef<'_, f64>,
         v0: MatRef<'_, f64>,
@@ -132,14 +133,14 @@ impl RiemannianCubic {
     }
 }
 
-/// Distinct solutions so far: `(x', x'')` at their starts, and what is known of each.
+/// Distinct solutions found so far: `(x', x'')` at the start, and associated data.
 pub(crate) struct Found<T> {
     pub(crate) solutions: Vec<(Vec<f64>, T)>,
     distinct: f64,
 }
 
 impl<T> Found<T> {
-    /// None yet; those that differ by at most this are one.
+    /// An empty set; solutions that differ by at most `distinct` count as one.
     pub(crate) fn new(distinct: f64) -> Self {
         Found {
             solutions: Vec::new(),
@@ -197,8 +198,8 @@ fn search(
     Ok(())
 }
 
-/// Cubics of flat space that make so many turns more. Embedded complex displacements have every principal direction twice, and turn
-/// in both.
+/// Cubics of flat space with `turns` additional full turns. Embedded complex displacements have every principal
+/// direction twice, and turn in both.
 fn turned(problem: &Problem, flat: &FlatData, turns: f64) -> Result<Vec<FlatData>> {
     let mut all = match problem.is_real() {
         true => Vec::new(),

@@ -1,11 +1,11 @@
 //! Newton shooting for Riemannian cubics: from the end point and end velocity to the initial `x'` and `x''`.
 //!
-//! The exact derivatives of the [equations](super::end_equations) come from the Taylor recurrence on
-//! [dual numbers](crate::linalg::dual). Few unknowns take Newton's method. More take [Broyden's](super::broyden), which
-//! starts from one Jacobian of low order, or from that of flat space where even one costs too much; where its steps do not
-//! help, a Newton step from products with the derivative inside of the minimal residual method does. At the end of a descent
-//! the chain itself says how the start answers to the end: Broyden's method needs no Jacobian there, which took up to half of
-//! the time on St(10,3).
+//! The exact derivatives of the [equations](super::end_equations) come from the Taylor recurrence on [dual
+//! numbers](crate::linalg::dual). Problems with few unknowns use Newton's method. Larger ones use
+//! [Broyden's](super::broyden), which starts from one Jacobian of low order, or from the Jacobian of flat space if even
+//! one costs too much; if its steps fail, a Newton step is computed by the minimal residual method from products with
+//! the derivative. At the end of a descent the chain itself provides the response of the start to a motion of the end,
+//! so Broyden's method needs no Jacobian there, which would take up to half of the time on St(10,3).
 
 use faer::Mat;
 
@@ -24,59 +24,61 @@ use crate::solve::gmres::Gmres;
 
 pub(super) const SOLVER: &str = "shooting for a Riemannian cubic";
 
-/// Unknowns up to which every step has a Jacobian of its own.
+/// Number of unknowns up to which every step computes a Jacobian.
 const FEW: usize = 6;
 
-/// Unknowns up to which there is a Jacobian at all.
+/// Number of unknowns up to which a Jacobian is computed at all.
 const DENSE: usize = 64;
 
-/// What Broyden's method starts from is integrated to this.
+/// Integration accuracy of the initial Jacobian of Broyden's method.
 const ROUGH: f64 = 1e-3;
 
-/// A step of Broyden's method that leaves more than this share of the residual is not taken.
+/// A step of Broyden's method that leaves more than this fraction of the residual is rejected.
 const USELESS: f64 = 0.9;
 
-/// Where a step leaves more than this share of the residual, another Jacobian is worth its price.
+/// A step that leaves more than this fraction of the residual justifies another Jacobian.
 const SLOW: f64 = 0.1;
 
-/// Updates kept.
+/// Maximal number of stored updates.
 const MAX_UPDATES: usize = 30;
 
-/// A step is accepted if it lowers the residual by this share of what the linear model predicts.
+/// A step is accepted if it reduces the residual by this fraction of the reduction that the linear model predicts.
 const SUFFICIENT_DECREASE: f64 = 1e-4;
 
-/// Halvings of a step before the direction is given up.
+/// Number of times a step is halved before the direction is given up.
 const MAX_HALVINGS: i32 = 8;
 
-/// Residuals are integrated to this share of what the next step can leave.
+/// Integration accuracy of residuals, relative to the residual that the next step can reach.
 const ACCURACY_SHARE: f64 = 1e-4;
 
-/// Jacobians are integrated to this share of the residual: what they leave of it is of second order, as in Newton's method.
+/// Integration accuracy of Jacobians, relative to the residual: the remaining error is of second order, as in Newton's
+/// method.
 const JACOBIAN_SHARE: f64 = 1e-2;
 
-/// The same for Broyden's method, which gains less in a step.
+/// The same for Broyden's method, which gains less per step.
 const LINEAR_SHARE: f64 = 1e-4;
 
-/// A residual above this is no round-off.
+/// Residuals above this are not round-off.
 pub(super) const ROUND_OFF: f64 = 1e-9;
 
-/// Digits of the start in which round-off of the end is measured: a solution is known to no more.
+/// Relative change of the start used to measure the round-off of the end: a solution cannot be known more accurately.
 const LAST_DIGITS: f64 = 16.0 * f64::EPSILON;
 
-/// Linear equations of many unknowns are solved to this share of the residual, or to the residual if that is less.
+/// Relative residual to which large linear systems are solved, or the residual itself if it is smaller.
 const FORCING: f64 = 0.1;
 
-/// Work of a step on dual numbers, in steps on plain numbers.
+/// Work of a step on dual numbers, in units of a step on real numbers.
 const DUAL_WORK: f64 = 4.0;
 
-/// The same with one direction.
+/// The same for a single direction.
 const SINGLE_WORK: f64 = 2.0;
 
-/// Residuals at the start of a chain at rest are integrated to this first: a descent leaves about as much.
+/// Integration accuracy of the first residuals at the start of a chain at rest: a descent leaves a residual of about
+/// this size.
 const RESPONSE_ACCURACY: f64 = 1e-9;
 
-/// Whether a problem with so many unknowns takes the response of a chain at rest: Newton's method is quicker where a Jacobian costs
-/// as little as a few residuals.
+/// Whether a problem with this many unknowns uses the response of a chain at rest: Newton's method is quicker if a
+/// Jacobian costs no more than a few residuals.
 pub(super) fn takes_response(unknowns: usize) -> bool {
     unknowns > FEW
 }
@@ -105,10 +107,11 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
         }
     }
 
-    /// Damped Newton from `y = (x', x'')`, in place; where it is the start of a chain at rest, by its response first.
+    /// Damped Newton from `y = (x', x'')`, in place; if `y` is the start of a chain at rest, steps with the chain's
+    /// response come first.
     ///
     /// # Errors
-    /// `Interrupted`, and where the start cannot be integrated.
+    /// `Interrupted`, and an error if the start cannot be integrated.
     pub(super) fn solve(
         &mut self,
         y: &mut [f64],
@@ -121,7 +124,7 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
             None => ACCURACY_SHARE,
         });
         let mut found = self.residual(y, accuracy)?;
-        // How accurately that is known.
+        // Accuracy of the current residual.
         let mut known = accuracy;
         let mut updates = Updates::of_response(response);
         let (mut iterations, mut reached) = (0, tolerance);
@@ -152,12 +155,12 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
             let Some(step) = self.newton_step(y, &found)? else {
                 break StopReason::SingularJacobian;
             };
-            // The next residual decides about the step after it: what Newton's method can gain twice.
+            // The next residual decides about the step after it: twice the gain of Newton's method.
             let next = found.distance.powi(4);
             accuracy = accuracy.finer(Accuracy::of_tolerance(ACCURACY_SHARE * next.min(1.0)));
             let Some((accepted, nearer)) = self.descend(y, &step, accuracy, found.distance)? else {
                 if known.truncation > Accuracy::FULL.truncation {
-                    // A rough residual may be small by chance.
+                    // A residual of low accuracy may be small by chance.
                     (accuracy, known) = (Accuracy::FULL, Accuracy::FULL);
                     found = self.residual(y, accuracy)?;
                     continue;
@@ -180,7 +183,7 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
         })
     }
 
-    /// A bound of the round-off in the distance of the end: what a change of the start in its last digits does to it.
+    /// A bound on the round-off in the distance of the end: the effect of changing the last digits of the start.
     fn noise(&mut self, y: &[f64], found: &Residual<f64>) -> Result<f64> {
         let digit = |i: usize| 1.0 + LAST_DIGITS * [1.0, -1.0][i % 2];
         let beside: Vec<f64> = y.iter().enumerate().map(|(i, y)| digit(i) * y).collect();
@@ -190,7 +193,7 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
         Ok((self.blocks.weight() * squares).sqrt())
     }
 
-    /// A step of Broyden's method, taken if it is good; none where it is not.
+    /// A step of Broyden's method; `None` if it was rejected.
     fn broyden_step(
         &mut self,
         y: &mut [f64],
@@ -219,7 +222,7 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
         }
         y.copy_from_slice(&trial);
         updates.steps.push(step);
-        // The response costs nothing more, so its steps go on as long as they help.
+        // The response costs nothing more, so its steps continue as long as they help.
         let is_slow = nearer.distance > SLOW * found.distance && !updates.has_response();
         if y.len() <= DENSE && is_slow {
             updates.clear();
@@ -227,7 +230,7 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
         Ok(Some(nearer))
     }
 
-    /// The first of the halved steps that brings the end nearer, and what is left.
+    /// The first halved step that brings the end nearer, and the new residual.
     fn descend(
         &mut self,
         y: &[f64],
@@ -258,7 +261,7 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
         found
     }
 
-    /// `DF(y)^{-1} F(y)`; none where the derivative is singular.
+    /// `DF(y)^{-1} F(y)`; `None` if the derivative is singular.
     fn newton_step(&mut self, y: &[f64], found: &Residual<f64>) -> Result<Option<Vec<f64>>> {
         self.interrupt.check(SOLVER)?;
         if y.len() > FEW {
@@ -287,7 +290,7 @@ impl<'a, B: Blocks, const N: usize> Shooting<'a, B, N> {
         })
     }
 
-    /// The Newton step from products with the derivative, the unknowns measured by what they do in flat space.
+    /// The Newton step from products with the derivative; unknowns are scaled by their effect in flat space.
     fn krylov_step(&mut self, y: &[f64], found: &Residual<f64>) -> Result<Option<Vec<f64>>> {
         let forcing = found.distance.min(FORCING);
         let march = self

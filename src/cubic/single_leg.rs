@@ -1,4 +1,4 @@
-//! Moderate boundary value problems: the solution is one Taylor series about its middle.
+//! Moderate boundary value problems, whose solution is one Taylor series about its middle.
 
 use super::guess::FlatData;
 use super::initial::{Horizontal, complete_relative};
@@ -11,11 +11,12 @@ use crate::report::StopReason;
 use crate::shooting::{EndData, lone_leg};
 use crate::space::{Homogeneous, in_space};
 
-/// Steps at most; problems that are solved take five to nine.
+/// Maximal number of steps; solved problems take five to nine.
 pub(super) const STEPS: usize = 11;
 
 impl Solver<'_> {
-    /// `(x', x'')` at the start of the solution that one series finds, from the cubic of flat space; `None` where there is none.
+    /// `(x', x'')` at the start of the solution, found with one series from the cubic of flat space; `None` if there is
+    /// none.
     ///
     /// # Errors
     /// `Interrupted`.
@@ -47,12 +48,13 @@ impl Solver<'_> {
     }
 }
 
-/// Unknowns of a problem that is tried with one series. With 64 problems with speeds up to 1.6 on St(12,4), complex St(10,3) and
-/// (8,4), and St(20,5) (76, 102, 96 and 170 unknowns) take 5, 4, 4 and 3 times as long; slow ones on St(20,5), with speeds of 0.6, take
-/// 0.7 times as long. With 1000 those on St(40,10), 690 unknowns, take 2 to 10 times as long.
+/// Largest number of unknowns for which one series is tried. With a limit of 64, problems with speeds up to 1.6 on
+/// St(12,4), complex St(10,3) and (8,4), and St(20,5) (76, 102, 96 and 170 unknowns) take 5, 4, 4 and 3 times as long,
+/// but slow ones on St(20,5), with speeds of 0.6, only 0.7 times as long. With a limit of 1000, problems on St(40,10),
+/// with 690 unknowns, take 2 to 10 times as long.
 const MOST_UNKNOWNS: usize = 256;
 
-/// The end data, and the middle of the cubic of flat space.
+/// The end data, and the state at the middle of the cubic of flat space.
 pub(super) fn end_data(problem: &Problem, flat: &FlatData) -> EndData {
     let [s1, v1] = problem.end.each_ref().map(|x| x.as_ref());
     let r = s1.nrows();
@@ -66,7 +68,7 @@ pub(super) fn end_data(problem: &Problem, flat: &FlatData) -> EndData {
     }
 }
 
-/// `x, x', x''` of the cubic of flat space in the middle.
+/// `x, x', x''` at the middle of the cubic of flat space.
 fn middle(problem: &Problem, flat: &FlatData) -> [Vec<f64>; 3] {
     let vectors = [&flat.displacement, &problem.velocity, &flat.end_velocity];
     let [delta, first, last] = vectors.map(|v| pack(problem.blocks(), std::slice::from_ref(v)));

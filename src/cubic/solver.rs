@@ -1,5 +1,5 @@
-//! Strategies for boundary value problems of Riemannian cubics: Newton's method, continuation from curves with other ends,
-//! descents; the work of each.
+//! Strategies for boundary value problems of Riemannian cubics: Newton's method, continuation from curves with other
+//! ends, descents; and their work.
 
 use super::boundary::{BoundaryOptions, BoundaryReport, BoundaryStrategy};
 use super::continuation::{MAX_STEPS, Next, Tracer};
@@ -14,25 +14,26 @@ use crate::report::{SolverReport, StopReason};
 use crate::shooting::StartResponse;
 use crate::solve::gmres::norm;
 
-/// Steps after which a start counts as bad; from good ones Newton's method takes at most 6, Broyden's up to 12.
+/// Number of steps after which a start counts as bad; from good ones Newton's method takes at most 6, Broyden's up to
+/// 12.
 const DIRECT_STEPS: usize = 12;
 
-/// Newton steps from where a continuation arrives.
+/// Newton steps from the end of a continuation.
 const POLISH_STEPS: usize = 16;
 
-/// How far the random initial data are from those of flat space, relative to their size; one after the other.
+/// Distances of random initial data from those of flat space, relative to their size; used in turn.
 const SPREADS: [f64; 4] = [0.3, 0.6, 1.0, 1.5];
 
-/// Integration of the curves that continuation sets out from.
+/// Integration accuracy of the curves from which continuation starts.
 const ACCURACY: f64 = 1e-9;
 
-/// Below this, Newton's method is on its way.
+/// Residual below which Newton's method is assumed to be converging.
 const NEAR: f64 = 0.1;
 
 /// Round-off at the end of a fast curve, relative to its length.
 const ROUND_OFF_SHARE: f64 = 32.0 * f64::EPSILON;
 
-/// Initial data around those of a start, of a problem with so large speeds.
+/// Random initial data near those of a start, for a problem with the given speeds.
 pub(crate) fn scattered(
     start: &[f64],
     speeds: f64,
@@ -45,21 +46,21 @@ pub(crate) fn scattered(
     start.iter().map(around).collect()
 }
 
-/// Tries one strategy after the other, and keeps account.
+/// Tries the strategies in turn and keeps the account of work and steps.
 pub(super) struct Solver<'a> {
     pub(super) problem: &'a Problem,
     pub(super) options: &'a BoundaryOptions<'a>,
-    /// That of the options, or what round-off allows.
+    /// Tolerance of the options, raised to what round-off allows.
     tolerance: f64,
     pub(super) map: Box<dyn EndMap + 'a>,
     newton_steps: usize,
     continuation_steps: usize,
     starts: usize,
-    /// The nearest end so far that was not near enough, and why it was left.
+    /// The smallest distance reached that was not small enough, and why the attempt stopped.
     nearest: (f64, StopReason),
 }
 
-/// `(x', x'')` of a solution and how it was found.
+/// `(x', x'')` of a solution, and how it was found.
 pub(super) type Solution = (Vec<f64>, BoundaryReport);
 
 impl<'a> Solver<'a> {
@@ -73,7 +74,7 @@ impl<'a> Solver<'a> {
             newton_steps: 0,
             continuation_steps: 0,
             starts: 0,
-            // Not beyond what counts as round-off: faster curves are not met to any digits.
+            // At most the bound on round-off: the ends of faster curves have no correct digits.
             tolerance: options
                 .tolerance
                 .max((ROUND_OFF_SHARE * problem.speed()).min(ROUND_OFF)),
@@ -81,7 +82,7 @@ impl<'a> Solver<'a> {
         }
     }
 
-    /// A solution near a start; none where all strategies fail.
+    /// A solution near a start; `None` if all strategies fail.
     pub(super) fn near(&mut self, start: &[f64]) -> Result<Option<Solution>> {
         let mut y = start.to_vec();
         if self.restarted(&mut y, None)? {
@@ -96,35 +97,35 @@ impl<'a> Solver<'a> {
         self.by_descents()
     }
 
-    /// Whether the caller wanted no more steps than those from the first start.
+    /// Whether the caller allows no more steps than those from the first start.
     pub(super) fn is_out_of_steps(&self) -> bool {
         self.has_few_steps() && self.nearest.1 == StopReason::MaxIterations
     }
 
-    /// Whether the caller wants no more steps than a good start takes.
+    /// Whether the caller allows no more steps than a good start takes.
     pub(super) fn has_few_steps(&self) -> bool {
         self.options.max_iterations <= DIRECT_STEPS
     }
 
-    /// Says that the limit of work is the reason, where no curve was near the end.
+    /// Records the work limit as the reason for failure, if no curve came near the end.
     pub(super) fn refuse(&mut self) {
         if self.nearest.0.is_infinite() {
             self.nearest.1 = StopReason::WorkLimit;
         }
     }
 
-    /// That of the options, or what round-off allows.
+    /// Tolerance of the options, raised to what round-off allows.
     pub(super) fn tolerance(&self) -> f64 {
         self.tolerance
     }
 
-    /// Counts a start, and the steps from there.
+    /// Counts a start and its steps.
     pub(super) fn account_start(&mut self, steps: usize) {
         self.starts += 1;
         self.newton_steps += steps;
     }
 
-    /// How near a curve has come to the end.
+    /// Records the smallest distance reached.
     pub(super) fn set_nearest(&mut self, residual: f64, reason: StopReason) {
         self.nearest = (residual, reason);
     }
@@ -135,12 +136,12 @@ impl<'a> Solver<'a> {
         self.newton_steps += report.iterations;
     }
 
-    /// Whether a start has led to a curve that meets its end as nearly as round-off allows, and not as nearly as is wanted.
+    /// Whether some start led to a curve whose end is as accurate as round-off allows, but not to the tolerance.
     pub(super) fn has_met_round_off(&self) -> bool {
         self.nearest.0 < ROUND_OFF
     }
 
-    /// Newton from a start, in place; longer where it is on its way.
+    /// Newton from a start, in place, with more steps if it is converging.
     fn persistent(&mut self, y: &mut [f64], response: Option<&StartResponse>) -> Result<bool> {
         let most = self.options.max_iterations;
         let first = most.min(DIRECT_STEPS);
@@ -153,8 +154,8 @@ impl<'a> Solver<'a> {
         Ok(self.newton(y, None, most - first)?.converged)
     }
 
-    /// Newton from a start, in place, by the response of a chain that ends there first; a curve that cannot be integrated is no
-    /// solution.
+    /// Newton from a start, in place; the response of a chain that ends there is used first. A curve that cannot be
+    /// integrated is no solution.
     pub(super) fn restarted(
         &mut self,
         y: &mut [f64],
@@ -167,7 +168,7 @@ impl<'a> Solver<'a> {
         }
     }
 
-    /// Initial and end speed together.
+    /// The sum of initial and end speed.
     fn speeds(&self) -> f64 {
         self.problem.velocity.inner(&self.problem.velocity).sqrt() + self.problem.end[1].norm_l2()
     }
@@ -190,12 +191,12 @@ impl<'a> Solver<'a> {
         Ok(report)
     }
 
-    /// Initial data around those of a start.
+    /// Random initial data near those of a start.
     pub(super) fn scattered(&self, start: &[f64], attempt: usize, random: &mut Random) -> Vec<f64> {
         scattered(start, self.speeds(), attempt, random)
     }
 
-    /// The solution that continuation from the curve with the given initial data finds.
+    /// The solution found by continuation from the curve with the given initial data.
     pub(super) fn moved(&mut self, from: &[f64], size: f64) -> Result<Option<Vec<f64>>> {
         match self.family_from(from)? {
             Some(homotopy) => self.follow_to_first(&homotopy, from, size, MAX_STEPS),
@@ -203,7 +204,7 @@ impl<'a> Solver<'a> {
         }
     }
 
-    /// The family from the end of a curve to the wanted one; none where there is none.
+    /// The family from the end of a curve to the given end; `None` if the two ends cannot be joined.
     pub(super) fn family_from(&mut self, from: &[f64]) -> Result<Option<Homotopy>> {
         let end = match self.map.end(from, Accuracy::of_tolerance(ACCURACY)) {
             Ok(end) => end,
@@ -213,7 +214,7 @@ impl<'a> Solver<'a> {
         Ok(Homotopy::new(self.problem, end).ok())
     }
 
-    /// The first solution of the problem on the way along a family.
+    /// The first solution of the problem along a family.
     fn follow_to_first(
         &mut self,
         homotopy: &Homotopy,
@@ -229,7 +230,7 @@ impl<'a> Solver<'a> {
         Ok(found)
     }
 
-    /// Follows the solutions of a family; `see` decides at every solution of the problem whether to go on.
+    /// Follows the solutions of a family; `see` decides at every solution of the problem whether to continue.
     pub(super) fn follow(
         &mut self,
         homotopy: &Homotopy,

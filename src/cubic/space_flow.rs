@@ -1,7 +1,7 @@
-//! The exact flows for `n = 3` in closed form: skew matrices are vectors of `R^3`, brackets cross products.
+//! The exact flows for `n = 3` in closed form: skew matrices are vectors of `R^3` and brackets are cross products.
 //!
-//! Of `x` and `p` only the part in `m` counts: all of `R^3` for `k = 2` and 3, the plane without the first component
-//! (that of `h`, the rotation of the last two basis vectors) for `k = 1`.
+//! Only the parts of `x` and `p` in `m` matter: all of `R^3` for `k = 2` and 3; for `k = 1` the plane without the first
+//! component, which belongs to `h`, the rotation of the last two basis vectors.
 
 use super::initial::{Horizontal, InitialData};
 use super::split_state::{SplitState, add, check_turn};
@@ -10,7 +10,7 @@ use crate::error::Result;
 
 type Vector = [f64; 3];
 
-/// A vector that remembers what rounding took from its sums.
+/// A vector with the accumulated rounding errors of its sums.
 #[derive(Clone, Copy, Default)]
 struct Sum {
     value: Vector,
@@ -41,7 +41,7 @@ pub(super) struct SpaceState {
     x: Sum,
     p: Sum,
     mu: Sum,
-    /// 1 where the first component belongs to `m`, else 0.
+    /// 1 if the first component belongs to `m`, else 0.
     first: f64,
     tension: f64,
     start: Vector,
@@ -74,7 +74,7 @@ impl SpaceState {
         state
     }
 
-    /// `g mu`: up to the sign of `det g`, the axial vector of `g mu g^T`.
+    /// `g mu`, the axial vector of `g mu g^T` up to the sign of `det g`.
     fn momentum(&self) -> Vector {
         self.rows.map(|row| dot(row.value, self.mu.value))
     }
@@ -107,7 +107,7 @@ impl SplitState for SpaceState {
         let square = dot(x, x);
         check_turn(square.sqrt())?;
         let [sine, versine, rest] = rotation_functions(square);
-        // e^{-X} - I = -sine X + versine X^2, and the mean of e^{-sX} over [0, 1] likewise.
+        // e^{-X} - I = -sine X + versine X^2; likewise for the mean of e^{-sX} over [0, 1].
         let turned = |v: Vector, odd: f64, even: f64| -> Vector {
             let once = cross(x, v);
             let twice = cross(x, once);
@@ -150,7 +150,7 @@ impl Observed for SpaceState {
         dot(self.mu.value, x) + 0.5 * (dot(p, p) - self.tension * dot(x, x))
     }
 
-    /// Of `g mu g^T`.
+    /// Defect of `g mu g^T`.
     fn momentum_defect(&mut self) -> f64 {
         let now = self.momentum();
         let change: Vector = std::array::from_fn(|i| now[i] - self.start[i]);
@@ -190,10 +190,10 @@ fn dot(a: Vector, b: Vector) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// Up to this square of the angle the three functions are Taylor polynomials.
+/// Square of the angle up to which the three functions are Taylor polynomials.
 const SERIES: f64 = 1.0;
 
-/// With nine terms the first one left out is below `1e-16` of the sum at the largest angle of the series.
+/// With nine terms, the first omitted one is below `1e-16` of the sum at the largest angle.
 const SINE: [f64; 9] = coefficients(1);
 const VERSINE: [f64; 9] = coefficients(2);
 const REST: [f64; 9] = coefficients(3);
@@ -216,7 +216,8 @@ const fn coefficients(first: usize) -> [f64; 9] {
     out
 }
 
-/// `sin(t)/t`, `(1 - cos t)/t^2` and `(t - sin t)/t^3` of `t^2`, each right to a few units in its last place.
+/// `sin(t)/t`, `(1 - cos t)/t^2` and `(t - sin t)/t^3` as functions of `t^2`, each accurate to a few units in the last
+/// place.
 #[inline(always)]
 fn rotation_functions(square: f64) -> [f64; 3] {
     if square <= SERIES {

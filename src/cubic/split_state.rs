@@ -1,4 +1,4 @@
-//! What a splitting asks of a state, and sums that remember what rounding took from them.
+//! The interface between a splitting and a state, and compensated sums.
 
 use crate::error::{Error, Result};
 
@@ -10,22 +10,23 @@ use crate::error::{Error, Result};
 /// H_B = \tfrac12 |p|^2:\quad x \leftarrow x + h p
 /// ```
 ///
-/// In tension `H_A` has `- tau |x|^2 / 2` more, and its flow `p <- p + h tau x` as well: `x` stands still in both.
+/// In tension `H_A` has the additional term `- tau |x|^2 / 2`, and its flow also changes `p <- p + h tau x`; `x` is
+/// constant in both.
 pub(super) trait SplitState {
     /// The flow of `H_A`.
     ///
     /// # Errors
-    /// `TooFewSteps` where it turns too far, `Overflow`.
+    /// `TooFewSteps` if it turns too far; `Overflow`.
     fn rotate(&mut self, h: f64) -> Result<()>;
 
     /// The flow of `H_B`.
     fn drift(&mut self, h: f64);
 }
 
-/// Radians by which one exponential may turn: beyond, a step says little about the curve.
+/// Largest angle of one exponential, in radians: beyond it, a step says little about the curve.
 const LARGEST_TURN: f64 = 100.0;
 
-/// Error where an exponential turns too far.
+/// Return an error if an exponential turns too far.
 #[inline(always)]
 pub(super) fn check_turn(angle: f64) -> Result<()> {
     if angle <= LARGEST_TURN {
@@ -42,10 +43,10 @@ pub(super) fn check_turn(angle: f64) -> Result<()> {
     })
 }
 
-/// `sum += increment`, where `low` carries what did not fit (Kahan's compensated sum).
+/// `sum += increment`, where `low` accumulates the rounding errors (Kahan's compensated sum).
 ///
-/// Every flow adds an increment of the size of the step, known to its own relative round-off; so the errors of many
-/// steps grow with the time that they cover, and not with their number.
+/// Every flow adds an increment of the size of the step, with a round-off relative to the increment, so the errors of
+/// many steps grow with the time covered and not with the number of steps.
 #[inline(always)]
 pub(super) fn add(sum: &mut f64, low: &mut f64, increment: f64) {
     let small = increment + *low;
@@ -54,7 +55,7 @@ pub(super) fn add(sum: &mut f64, low: &mut f64, increment: f64) {
     *sum = total;
 }
 
-/// [`add`], entry by entry, of `factor` times the increments.
+/// Applies [`add`] to each entry, with `factor` times the increments.
 #[inline(always)]
 pub(super) fn add_all(sum: &mut [f64], low: &mut [f64], factor: f64, increments: &[f64]) {
     for ((sum, low), increment) in sum.iter_mut().zip(low).zip(increments) {

@@ -7,15 +7,16 @@
 //! ```
 //!
 //! with `p` the covariant acceleration and `mu_m = -(j - [x, p]_m / 2)` for the covariant jerk `j`. Both parts of `H`
-//! have exact flows (one exponential; a sum), and a symmetric composition of them is a step: symplectic, reversible,
-//! explicit. A cubic in tension has `- tau |x|^2 / 2` more in `H`, whose flow is a kick, `p <- p + h tau x`, and
-//! `mu_m = tau x - (j - [x, p]_m / 2)`; the kick goes with the rotation, during which `x` stands still, and steps of higher order
-//! are compositions of Strang's. The flows keep `g` orthogonal, the spatial momentum `g mu g^T` and the constraint in `mu_h`; so do the
-//! steps, up to round-off. Every flow adds small increments in compensated sums, so the round-off of these three grows
-//! with the time covered and not with the number of steps. Nothing is projected back.
+//! have exact flows (an exponential and a sum), and a step is a symmetric composition of them: symplectic, reversible,
+//! explicit. For a cubic in tension `H` has the additional term `- tau |x|^2 / 2`, whose flow is a kick, `p <- p + h
+//! tau x`, and `mu_m = tau x - (j - [x, p]_m / 2)`; the kick is applied with the rotation, during which `x` is
+//! constant, and steps of higher order are compositions of Strang's. The flows, and therefore the steps, preserve the
+//! orthogonality of `g`, the spatial momentum `g mu g^T` and the constraint in `mu_h` up to round-off. Every flow adds
+//! small increments in compensated sums, so the round-off of these three grows with the time covered and not with the
+//! number of steps. Nothing is projected back.
 //!
-//! Cost: per exponential, closed forms for `n = 3`, else 8 to 14 products `(r, r) x (r, 2r)` with `r = min(n, 4k)`; the
-//! rows of `n` enter with one orthonormal basis at the start and one product at the end.
+//! Cost per exponential: closed forms for `n = 3`, otherwise 8 to 14 products `(r, r) x (r, 2r)` with `r = min(n, 4k)`.
+//! The `n` rows appear only in an orthonormal basis at the start and one product at the end.
 //!
 //! # Source
 //! Splitting: Hairer, Lubich, Wanner (2006), "Geometric Numerical Integration", sections II.5 and VIII.5 (compensated
@@ -38,10 +39,10 @@ use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::space::Quotient;
 
-/// Flows of small states between two questions whether to stop.
+/// Flows of small states between two polls of the interrupt.
 const FLOWS_PER_CHECK: usize = 1024;
 
-/// How [`integrate_cubic`] takes its steps.
+/// Options of [`integrate_cubic`].
 ///
 /// # Examples
 /// ```
@@ -60,16 +61,16 @@ const FLOWS_PER_CHECK: usize = 1024;
 /// ```
 #[derive(Clone, Copy)]
 pub struct SplittingOptions<'a> {
-    /// End of the time interval, finite and not zero; negative to run backwards.
+    /// End of the time interval, finite and nonzero; negative to run backwards.
     pub t_end: f64,
-    /// `tau >= 0` of a cubic in tension: the Hamiltonian has `- tau |x|^2 / 2` more. Orders 4, 6 and 8 then take 5, 9 and 17
-    /// exponentials a step.
+    /// `tau >= 0` of a cubic in tension: the Hamiltonian has the additional term `- tau |x|^2 / 2`. Orders 4, 6 and 8
+    /// then take 5, 9 and 17 exponentials per step.
     pub tension: f64,
-    /// What the points stand for.
+    /// The meaning of the points: frames or subspaces.
     pub quotient: Quotient,
     /// Order of the composition.
     pub order: SplittingOrder,
-    /// Asked between steps.
+    /// Polled between steps.
     pub interrupt: Interrupt<'a>,
 }
 
@@ -85,20 +86,20 @@ impl Default for SplittingOptions<'_> {
     }
 }
 
-/// The Riemannian cubic with the given initial data, by equal steps of an explicit symplectic splitting.
+/// Integrate the Riemannian cubic with given initial data, in equal steps of an explicit symplectic splitting.
 ///
 /// # Arguments
-/// * `s` - point, shape `(n, k)`; `v`, `a`, `j` - velocity, covariant acceleration and covariant jerk at it
+/// * `s` - point, shape `(n, k)`; `v`, `a`, `j` - velocity, covariant acceleration and covariant jerk at `s`
 /// * `steps` - at least 1; `options` - time, order
 /// # Accuracy
-/// Error `C (stages / h)^-p`, orders and constants measured in `tests/splitting.rs` and given with
-/// [`SplittingOrder`]; energy without drift. Orthonormality, spatial momentum and constraint to round-off that does
-/// not grow with the number of steps.
+/// The error is `C (stages / h)^-p`, with orders and constants measured in `tests/splitting.rs` and listed in
+/// [`SplittingOrder`]; the energy error does not drift. Orthonormality, spatial momentum and constraint hold to
+/// round-off that does not grow with the number of steps.
 /// # Errors
-/// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `InvalidArgument` (`steps`, `t_end` zero, `tension`), `TooFewSteps` (an
-/// exponential by more than 100 radians where `n > 3`), `Overflow`, `Interrupted`.
+/// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `InvalidArgument` (`steps`, `tension`, or `t_end` zero),
+/// `TooFewSteps` (an exponential by more than 100 radians, only for `n > 3`), `Overflow`, `Interrupted`.
 /// # Source
-/// See the module page.
+/// See the module documentation.
 pub fn integrate_cubic(
     s: MatRef<'_, f64>,
     v: MatRef<'_, f64>,
@@ -121,7 +122,7 @@ pub fn integrate_cubic(
     Ok(trajectory.in_frame(data.frame))
 }
 
-/// Takes the steps and keeps every state.
+/// Takes the steps and stores every state.
 fn march(
     state: &mut (impl SplitState + Observed),
     trajectory: &mut CubicTrajectory,
@@ -148,10 +149,10 @@ fn march(
     Ok(())
 }
 
-/// Fractions of a step for the flows of `B` and `A` in turn, and for the last one of `B`.
+/// Fractions of a step for the flows of `B` and `A` in turn, and for the final flow of `B`.
 ///
-/// In tension Strang's step is composed with itself: `[B, [B, A]]`, which the other compositions suppose to vanish, is then
-/// `-2 tau B`. With them the orders 4, 6 and 8 fall to 2.
+/// In tension, Strang's step is composed with itself: `[B, [B, A]]`, which the other compositions assume to vanish, is
+/// then `-2 tau B`, and would reduce the orders 4, 6 and 8 to 2.
 fn flows(options: &SplittingOptions<'_>) -> Result<(Vec<(f64, f64)>, f64)> {
     let composition = options.order.composition();
     if options.tension == 0.0 {

@@ -1,29 +1,29 @@
-//! A Riemannian cubic at one time.
+//! The state of a Riemannian cubic at one time.
 
 use faer::{Mat, MatMut, MatRef};
 
 use super::initial::{Horizontal, add_bracket};
 use super::reduced::{Blocks, Series, Sized};
 
-/// Frame and derivatives of a cubic at one time, blocks column by column.
+/// Frame and derivatives of a cubic at one time, blocks by columns.
 #[derive(Debug, Clone)]
 pub(crate) struct State {
     pub(crate) time: f64,
     pub(super) blocks: Sized,
     /// `s, e`, then `omega` and `b`, `omega'` and `b'`, `omega''` and `b''`.
     pub(super) entries: Vec<f64>,
-    /// `tau` in `tau x'`, what a cubic in tension has more in `x'''`.
+    /// `tau` of the additional term `tau x'` in `x'''` of a cubic in tension.
     pub(super) tension: f64,
 }
 
 impl State {
-    /// At time 0, from an orthogonal frame of shape `(r, r)` and `x, x', x''`.
+    /// The state at time 0, from an orthogonal frame of shape `(r, r)` and `x, x', x''`.
     pub(crate) fn new(g: &Mat<f64>, derivatives: [&Horizontal; 3]) -> Self {
         let (m, k) = derivatives[0].normal.shape();
         Self::in_blocks(Sized::frames(m, k), g, derivatives)
     }
 
-    /// The same in given blocks.
+    /// The same with given block sizes.
     pub(crate) fn in_blocks(blocks: Sized, g: &Mat<f64>, derivatives: [&Horizontal; 3]) -> Self {
         let Sized { m, k, .. } = blocks;
         let r = m + k;
@@ -37,10 +37,10 @@ impl State {
         State::of_entries(blocks, 0.0, entries)
     }
 
-    /// At time 0, from initial data: `x'' = j - [v, a]_m / 2`.
+    /// The state at time 0, from initial data: `x'' = j - [v, a]_m / 2`.
     pub(crate) fn of_coordinates(blocks: Sized, mut entries: Vec<f64>) -> Self {
         if blocks.are_subspaces() {
-            // [m, m] is in h.
+            // [m, m] is contained in h.
             return State::of_entries(blocks, 0.0, entries);
         }
         let Sized { m, k, .. } = blocks;
@@ -64,7 +64,7 @@ impl State {
         State::of_entries(blocks, 0.0, entries)
     }
 
-    /// At some time, from the blocks of the frame and of `x, x', x''`.
+    /// The state at a given time, from the blocks of the frame and of `x, x', x''`.
     pub(crate) fn of_entries(blocks: Sized, time: f64, entries: Vec<f64>) -> Self {
         State {
             time,
@@ -74,7 +74,7 @@ impl State {
         }
     }
 
-    /// The same of a curve in tension.
+    /// The state of a curve in tension.
     pub(crate) fn in_tension(mut self, tension: f64) -> Self {
         self.tension = tension;
         self
@@ -86,7 +86,7 @@ impl State {
         &self.entries[..(m + k) * k]
     }
 
-    /// The others, shape `(r, m)`.
+    /// The other columns, shape `(r, m)`.
     pub(crate) fn e(&self) -> &[f64] {
         let Sized { m, k, .. } = self.blocks;
         &self.entries[(m + k) * k..][..(m + k) * m]
@@ -103,13 +103,13 @@ impl State {
         &self.entries[self.vector(derivative) + k * k..][..m * k]
     }
 
-    /// Where `x` or a derivative begins.
+    /// Index at which `x` or a derivative begins.
     fn vector(&self, derivative: usize) -> usize {
         let r = self.blocks.m + self.blocks.k;
         r * (r + derivative * self.blocks.k)
     }
 
-    /// Writes the state where a march starts from.
+    /// Loads the state as the start of a march.
     pub(super) fn load(&self, blocks: impl Blocks, series: &mut Series<f64>) {
         let (k, m) = (blocks.k(), blocks.normals());
         let (rows, normals) = (blocks.r::<f64>(), blocks.m::<f64>());
@@ -123,7 +123,7 @@ impl State {
         }
     }
 
-    /// The state that a march has reached.
+    /// Stores the state that a march has reached.
     pub(super) fn store(&mut self, blocks: impl Blocks, series: &Series<f64>, time: f64) {
         let (k, m) = (blocks.k(), blocks.normals());
         let (rows, normals) = (blocks.r::<f64>(), blocks.m::<f64>());
@@ -143,7 +143,7 @@ impl State {
     }
 }
 
-/// Copies `cols` columns between blocks of different numbers of rows, as many rows as both have.
+/// Copies `cols` columns between blocks with different numbers of rows; as many rows as both have.
 fn copy_columns(to: &mut [f64], to_rows: usize, from: &[f64], from_rows: usize, cols: usize) {
     let rows = to_rows.min(from_rows);
     for col in 0..cols {

@@ -1,4 +1,4 @@
-//! The numbers that Riemannian cubics consist of: to store them, and to have the very same curves back.
+//! Stored form of Riemannian cubics, from which the same curves are restored bit for bit.
 
 use std::sync::Arc;
 
@@ -126,12 +126,12 @@ fn parts<const N: usize>(names: [&'static str; N], fields: &mut Fields) -> Resul
     Ok(<[Parts; N]>::try_from(parts).unwrap_or_else(|_| unreachable!("as many as names")))
 }
 
-/// Bases of spans, each once, and for every curve which of them is its own, counted from 1; 0 where it has none.
+/// Stores each basis of a span once, and for every curve the index of its basis, counted from 1; 0 for none.
 fn store_frames(curves: &[RiemannianCubic], fields: &mut Fields) {
     let mut distinct: Vec<&Arc<Mat<f64>>> = Vec::new();
     let mut own = Vec::with_capacity(curves.len());
     for curve in curves {
-        // Pieces of a spline share their basis, if any two do, with those before them.
+        // Pieces of a spline share a basis only with earlier pieces.
         own.push(match &curve.frame {
             None => 0,
             Some(frame) => {
@@ -177,7 +177,7 @@ fn restore_frames(
         .collect()
 }
 
-/// Sizes of the blocks, after a check of those of the curve.
+/// Block sizes, after checking them against the sizes of the curve.
 fn blocks(n: usize, k: usize, rank: usize, rows: usize, subspace: f64) -> Result<Sized> {
     let quotient = quotient_of([subspace])?;
     if k >= 1 && k <= rank && rank <= n && rank == rows {
@@ -202,10 +202,10 @@ fn span([start, end]: [f64; 2]) -> Result<(f64, f64)> {
     Err(refusal(format!("spans: from {start} to {end}")))
 }
 
-/// Of polynomials: what a curve can be extended with. Those of fast legs of splines have orders up to 70.
+/// Orders of polynomials that can be extended. Fast legs of splines have orders up to 70.
 const ORDERS: std::ops::RangeInclusive<usize> = 3..=128;
 
-/// Intervals, coefficients of points and vectors, and ends of paths that follow one another.
+/// Intervals, coefficients of points, coefficients of vectors, and end states of consecutive paths.
 struct Numbers([Parts; 4]);
 
 impl Numbers {
@@ -261,7 +261,7 @@ impl Numbers {
     }
 }
 
-/// Error unless there is a piece and the pieces follow one another.
+/// Return an error unless there is at least one piece and the pieces are contiguous.
 fn pieces(intervals: &[f64]) -> Result<Vec<Piece>> {
     if intervals.is_empty() {
         return Err(refusal("steps: a curve without any".to_owned()));

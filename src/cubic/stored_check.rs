@@ -1,13 +1,13 @@
-//! Whether stored numbers are those of a path: points on the manifold, velocities that are theirs, steps and ends that join.
+//! Checks that stored numbers form a path: points on the manifold, consistent velocities, steps and ends that join.
 //!
-//! A path is a power series of the point and one of `x`, step by step, and a state at both ends. With `S' = S Omega + K` the
-//! series belong together where
+//! A path consists, for each step, of a power series of the point and one of `x`, and of a state at both ends. With `S'
+//! = S Omega + K` the series are consistent if
 //!
 //! ```math
 //! S^T S = I,\qquad S^T S' = \Omega,\qquad K^T K = B^T B
 //! ```
 //!
-//! at the ends and in the middle of every step, and neighbouring steps where they agree at the time they share.
+//! at the ends and in the middle of every step, and if neighbouring steps agree at their common time.
 
 use faer::{Mat, MatRef, Scale};
 
@@ -20,15 +20,15 @@ use crate::manifold::stored::MEMBERSHIP;
 use crate::space::Quotient;
 use crate::stored::{READER, refusal};
 
-/// Points and, in the natural unit of time, derivatives may be off by this many tolerances for each step. The largest found was
-/// 0.31, of 756 random cubics on nine shapes with tolerances from 1e-17 to 0.1.
+/// Allowed defect of points and, in the natural unit of time, of derivatives, in tolerances per step. The largest
+/// defect found was 0.31, in 756 random cubics on nine shapes with tolerances from 1e-17 to 0.1.
 const ROOM: f64 = 10.0;
 
-/// Times that two steps share are the same to this share of the largest.
+/// Relative difference allowed between the common times of two steps, as a fraction of the largest time.
 const SLACK: f64 = 8.0 * f64::EPSILON;
 
 /// # Errors
-/// `Stored`, with what was measured; `Interrupted`.
+/// `Stored` with the measured defect; `Interrupted`.
 pub(super) fn check_path(path: &Path, interrupt: Interrupt<'_>) -> Result<()> {
     let checker = Checker {
         path,
@@ -65,7 +65,7 @@ struct Vector {
 
 impl Checker<'_> {
     fn expect(&self, step: usize, what: &str, found: f64, allowed: f64) -> Result<()> {
-        // A NaN is none.
+        // False for NaN too.
         if found <= allowed {
             return Ok(());
         }
@@ -74,7 +74,7 @@ impl Checker<'_> {
         )))
     }
 
-    /// The point of a step at a time, after the checks of the series.
+    /// The point of a step at a time, after checking the series.
     fn point(&self, step: usize, t: f64) -> Result<Mat<f64>> {
         let (r, rows, k) = (self.path.r(), self.path.rows(), self.path.blocks.k);
         let (mut s, mut rate) = (vec![0.0; rows * k], vec![0.0; rows * k]);
@@ -122,7 +122,7 @@ impl Checker<'_> {
         }
     }
 
-    /// That steps follow one another without gaps, and states stand at their ends.
+    /// Check that steps are contiguous and that the states are at their ends.
     fn times(&self) -> Result<()> {
         let pieces = &self.path.pieces;
         let (first, last) = (&self.path.first, &self.path.last);
@@ -141,7 +141,7 @@ impl Checker<'_> {
         ))
     }
 
-    /// That a state is that of the step it stands at.
+    /// Check that a state agrees with a step.
     fn state(&self, step: usize, state: &State) -> Result<()> {
         let (r, k) = (self.path.r(), self.path.blocks.k);
         let frame = MatRef::from_column_major_slice(&state.entries[..r * r], r, r);

@@ -1,4 +1,5 @@
-//! The Taylor method for Riemannian cubics: steps of high order, their length from the decay of the coefficients.
+//! The Taylor method for Riemannian cubics: steps of high order, whose length follows from the decay of the
+//! coefficients.
 //!
 //! # Source
 //! Jorba, Zou (2005), "A software package for the numerical integration of ODEs by means of high-order Taylor methods",
@@ -15,21 +16,21 @@ use crate::linalg::dual::Number;
 use crate::linalg::simd::vectorised;
 use crate::report::{SolverReport, StopReason};
 
-/// Steps at the most.
+/// Maximal number of steps.
 pub(crate) const MAX_STEPS: usize = 100_000;
 
 const SOLVER: &str = "Taylor integration";
 
-/// How accurate a step is, and with how many terms.
+/// Accuracy of a step, and the number of its terms.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Accuracy {
-    /// The last terms, relative to the state.
+    /// Size of the last terms, relative to the state.
     pub(crate) truncation: f64,
     pub(crate) order: usize,
 }
 
 impl Accuracy {
-    /// Round-off: what is left out is below a tenth of it.
+    /// Full accuracy: the truncation error is below a tenth of round-off.
     pub(crate) const FULL: Accuracy = Accuracy {
         truncation: 1e-17,
         order: 20,
@@ -44,7 +45,7 @@ impl Accuracy {
         }
     }
 
-    /// The order that reaches a tolerance for the least work, `1 - ln(tolerance) / 2`.
+    /// The order that reaches a tolerance with the least work, `1 - ln(tolerance) / 2`.
     pub(crate) fn of_tolerance(tolerance: f64) -> Self {
         let truncation = tolerance.max(Self::FULL.truncation);
         let order = (1.0 - 0.5 * truncation.ln()).ceil() as usize;
@@ -55,7 +56,7 @@ impl Accuracy {
     }
 }
 
-/// A state on its way along the flow. The coefficients of order 0 of the series are the state.
+/// A state integrated along the flow. It is stored as the coefficients of order 0 of the series.
 #[derive(Debug, Clone)]
 pub(crate) struct March<T, B> {
     pub(crate) blocks: B,
@@ -64,12 +65,12 @@ pub(crate) struct March<T, B> {
     pub(crate) time: f64,
     pub(crate) steps: usize,
     pub(crate) max_steps: usize,
-    /// Of complex blocks.
+    /// Coordinates of complex blocks.
     pub(super) embedding: Option<Embedding>,
 }
 
 impl<T: Number, B: Blocks> March<T, B> {
-    /// A march at time 0, its state all zero.
+    /// A march at time 0 with all entries zero.
     pub(crate) fn new(blocks: B, accuracy: Accuracy) -> Self {
         March {
             blocks,
@@ -90,8 +91,8 @@ impl<T: Number, B: Blocks> March<T, B> {
         }
     }
 
-    /// Goes back to time 0, where the frame is the identity and the independent entries of `(x, x', x'')` are the given ones: for
-    /// each above the diagonal of `omega`, where it is not zero for every vector, then `b`, column by column.
+    /// Resets the march to time 0, with the identity as its frame and the given independent entries of `(x, x', x'')`:
+    /// for each vector the entries of `omega` above the diagonal (unless `omega` is always zero), then `b`, by columns.
     pub(crate) fn place(&mut self, entries: impl IntoIterator<Item = T>) {
         let (m, k) = (self.blocks.normals(), self.blocks.k());
         let (rows, normals) = (self.blocks.r::<T>(), self.blocks.m::<T>());
@@ -128,10 +129,10 @@ impl<T: Number, B: Blocks> March<T, B> {
         }
     }
 
-    /// Goes on to `t_end`; `visit` sees every step: series, start and signed length.
+    /// Integrates to `t_end`; `visit` is called for every step with series, start and signed length.
     ///
     /// # Errors
-    /// `TooManySteps`, `Overflow`, `Interrupted`, those of `visit`.
+    /// `TooManySteps`, `Overflow`, `Interrupted`, and the errors of `visit`.
     pub(crate) fn run(
         &mut self,
         t_end: f64,
@@ -162,7 +163,7 @@ impl<T: Number, B: Blocks> March<T, B> {
         Ok(())
     }
 
-    /// Gives up after too many steps, and as soon as the steps are so short that there would be.
+    /// Fails after too many steps, or as soon as the steps are so short that there would be too many.
     fn check_step(&self, ahead: f64, length: f64) -> Result<()> {
         if length.is_nan() {
             return Err(Error::Overflow {
@@ -170,7 +171,7 @@ impl<T: Number, B: Blocks> March<T, B> {
             });
         }
         let left = self.max_steps.saturating_sub(self.steps);
-        // The last step may be shorter than what is allowed, and infinitely long where nothing moves.
+        // The last step may be shorter than that, and is infinitely long if nothing moves.
         if left > 0 && ahead.abs() <= left as f64 * length {
             return Ok(());
         }
@@ -182,12 +183,13 @@ impl<T: Number, B: Blocks> March<T, B> {
         ))
     }
 
-    /// The step at which the last three terms fall below the truncation; NaN where they are not finite.
+    /// The step at which the last three terms fall below the truncation; NaN if they are not finite.
     ///
-    /// Three, since two of three vanish where all but the jerk vanish at the start: there time enters as its cube.
+    /// Three terms are used because two of three vanish if only the jerk is nonzero at the start: time then enters as
+    /// its cube.
     ///
-    /// Terms of `x''` count relative to the cube of the rate `max(|x|, |x'|^(1/2), |x''|^(1/3))`, those of the point
-    /// relative to 1.
+    /// Terms of `x''` are measured relative to the cube of the rate `max(|x|, |x'|^(1/2), |x''|^(1/3))`, those of the
+    /// point relative to 1.
     #[inline(always)]
     fn step_length(&self) -> f64 {
         let (r, k) = (self.blocks.r::<T>(), self.blocks.k());
@@ -197,7 +199,7 @@ impl<T: Number, B: Blocks> March<T, B> {
             .max(self.largest(2, 0).cbrt());
         let scale = rate * rate * rate;
         let order = self.accuracy.order;
-        // Infinite where all terms vanish: a curve that stands still. A NaN stays.
+        // Infinite if all terms vanish, for a curve at rest. NaN is propagated.
         let mut least = f64::INFINITY;
         for j in order - 2..=order {
             let point = largest_of(&self.series.s()[block(j, r * k)]);
@@ -211,7 +213,7 @@ impl<T: Number, B: Blocks> March<T, B> {
         least
     }
 
-    /// The largest entry of a coefficient of `x` or a derivative. A NaN stays.
+    /// The largest entry of a coefficient of `x` or a derivative. NaN is propagated.
     #[inline(always)]
     fn largest(&self, derivative: usize, j: usize) -> f64 {
         let (m, k) = (self.blocks.m::<T>(), self.blocks.k());
@@ -220,7 +222,7 @@ impl<T: Number, B: Blocks> March<T, B> {
         if b <= omega { omega } else { b }
     }
 
-    /// Moves the state by `step` along the series.
+    /// Advances the state by `step` along the series.
     #[inline(always)]
     fn advance(&mut self, step: f64) {
         let (r, m, k) = (self.blocks.r::<T>(), self.blocks.m::<T>(), self.blocks.k());
@@ -237,7 +239,7 @@ impl<T: Number, B: Blocks> March<T, B> {
     }
 }
 
-/// The largest absolute value. A NaN stays.
+/// The largest absolute value. NaN is propagated.
 #[inline(always)]
 fn largest_of<T: Number>(entries: &[T]) -> f64 {
     let mut largest = 0.0_f64;
@@ -250,7 +252,7 @@ fn largest_of<T: Number>(entries: &[T]) -> f64 {
     largest
 }
 
-/// The error after some steps with some time left, when the next step has a length.
+/// The error after `steps` steps with `left` time remaining, if the next step has the given length.
 pub(crate) fn too_many_steps(limit: usize, steps: usize, left: f64, length: f64) -> Error {
     let report = SolverReport {
         converged: false,
@@ -268,7 +270,7 @@ pub(crate) fn too_many_steps(limit: usize, steps: usize, left: f64, length: f64)
     }
 }
 
-/// Replaces the coefficient of order 0 by the value at `t`, and spoils that of the highest order.
+/// Replaces the coefficient of order 0 by the value at `t`; overwrites the one of the highest order.
 #[inline(always)]
 fn move_start<T: Number>(series: &mut [T], size: usize, order: usize, t: f64) {
     if size == 0 {
@@ -285,10 +287,10 @@ fn move_start<T: Number>(series: &mut [T], size: usize, order: usize, t: f64) {
     lower[..size].copy_from_slice(top);
 }
 
-/// The most that is kept in registers.
+/// Largest number of sums kept in registers.
 const FEW: usize = 16;
 
-/// From the coefficients of the highest order to the value at `t`, in place.
+/// Evaluates the polynomial at `t` in place, starting from the coefficients of the highest order.
 #[inline(always)]
 fn horner<T: Number>(sums: &mut [T], lower: &[T], t: f64) {
     for coefficient in lower.chunks_exact(sums.len()).rev() {

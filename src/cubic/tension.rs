@@ -1,8 +1,8 @@
-//! Cubics in tension: the bounds of the parameter, and the curve of flat space.
+//! Cubics in tension: limits of the parameter, and the curve of flat space.
 
 use crate::error::{Error, Result};
 
-/// Error unless a tension is finite and not negative.
+/// Return an error unless a tension is finite and not negative.
 pub(crate) fn check_tension(tension: f64) -> Result<()> {
     if tension.is_finite() && tension >= 0.0 {
         return Ok(());
@@ -14,15 +14,16 @@ pub(crate) fn check_tension(tension: f64) -> Result<()> {
     })
 }
 
-/// Tensions of a leg at most, in its own time: what is off at its start grows along it as `e^sqrt(tau)`, to 3000 times.
+/// Largest tension of a leg, in its own time: errors at its start grow along it as `e^sqrt(tau)`, here by a factor of
+/// 3000.
 const LARGEST: f64 = 64.0;
 
-/// The same where points have so many rows that splines are solved by steps of flat space without tension: 7 knots on St(40,2) with
-/// 40 are not.
+/// Largest tension if points have so many rows that splines are solved by steps of flat space without tension: with 40,
+/// 7 knots on St(40,2) are not solved.
 const LARGEST_WITHOUT_FRAMES: f64 = 6.25;
 
-/// Error where a leg in tension, in the time in which it takes one, can not be told by its start; or cannot be solved for, without
-/// frames at the knots.
+/// Return an error if the tension of a leg, in the time in which the leg takes one unit, is too large for its start to
+/// determine the leg, or for the solver that works without frames at the knots.
 pub(crate) fn check_leg_tension(tension: f64, has_frames: bool) -> Result<()> {
     let (largest, requirement) = match has_frames {
         true => (
@@ -44,8 +45,8 @@ pub(crate) fn check_leg_tension(tension: f64, has_frames: bool) -> Result<()> {
     })
 }
 
-/// The curve of flat space between given points and velocities on `[0, 1]`, `c'''' = tau c''`: how `c''` and `c'''` at the start
-/// follow from the ends.
+/// The curve of flat space between given points and velocities on `[0, 1]`, `c'''' = tau c''`: `c''` and `c'''` at the
+/// start in terms of the ends.
 ///
 /// With `theta^2 = tau` and the functions `S_1 = sinh(theta) / theta`, `C_2 = (cosh(theta) - 1) / theta^2`,
 /// `S_3 = (sinh(theta) - theta) / theta^3`
@@ -55,15 +56,15 @@ pub(crate) fn check_leg_tension(tension: f64, has_frames: bool) -> Result<()> {
 /// ```
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FlatBends {
-    /// `c''(0)` and `c'''(0)` by `c(1) - c(0) - c'(0)` and by `c'(1) - c'(0)`.
+    /// Coefficients of `c(1) - c(0) - c'(0)` and of `c'(1) - c'(0)` in `c''(0)` and `c'''(0)`.
     pub(super) second: [f64; 2],
     pub(super) third: [f64; 2],
 }
 
-/// Up to this tension the functions are Taylor polynomials: beyond, cancellation costs a digit at the most.
+/// Tension up to which the functions are Taylor polynomials: above it, cancellation costs at most one digit.
 const SERIES: f64 = 4.0;
 
-/// Terms of them: the first one left out is below 1e-18.
+/// Number of terms: the first omitted one is below 1e-18.
 const TERMS: usize = 14;
 
 impl FlatBends {
@@ -112,7 +113,7 @@ mod tests {
         }
     }
 
-    /// On both sides of the limit of the series: `c'' = a cosh + b sinh / theta`, integrated by Simpson's rule.
+    /// Checked on both sides of the limit of the series: `c'' = a cosh + b sinh / theta`, integrated by Simpson's rule.
     #[test]
     fn ends_are_met() {
         for tension in [0.1, 3.999, 4.001, 30.0] {
@@ -136,7 +137,7 @@ mod tests {
                     found[0] += weight * (1.0 - t) * bend(t);
                     found[1] += weight * bend(t);
                 }
-                // Simpson's rule with steps of 1/2000, and round-off of so many terms.
+                // Error of Simpson's rule with steps of 1/2000, and round-off of its terms.
                 for (found, wanted) in found.into_iter().zip(ends) {
                     assert!(
                         (found - wanted).abs() < 1e-10,

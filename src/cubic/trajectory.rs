@@ -1,4 +1,4 @@
-//! The discrete trajectory of a Riemannian cubic, whichever integrator has made it.
+//! The discrete trajectory of a Riemannian cubic, common to all integrators.
 
 use faer::{Mat, MatMut, MatRef};
 
@@ -8,10 +8,10 @@ use crate::linalg::structure::check_range;
 
 const TRAJECTORY: &str = "trajectory of a cubic";
 
-/// Rows from which on every step is worth a question whether to stop.
+/// Number of rows from which the interrupt is polled at every step.
 const LARGE: usize = 48;
 
-/// What a trajectory keeps of the state of an integrator.
+/// What a trajectory records of an integrator's state.
 pub(super) trait Observed {
     /// Point, velocity, covariant acceleration and covariant jerk, each of shape `(r, k)`, column by column.
     fn observe(&mut self, out: [&mut [f64]; 4]);
@@ -19,14 +19,14 @@ pub(super) trait Observed {
     /// The Hamiltonian.
     fn energy(&mut self) -> f64;
 
-    /// The departure of the spatial momentum from its start, in the norm `|A|^2 = tr(A^T A) / 2`.
+    /// The deviation of the spatial momentum from its initial value, in the norm `|A|^2 = tr(A^T A) / 2`.
     fn momentum_defect(&mut self) -> f64;
 
-    /// How far the state is off its constraints.
+    /// The largest violation of the constraints.
     fn constraint_defect(&mut self) -> f64;
 }
 
-/// The discrete trajectory of a Riemannian cubic, `steps + 1` states, kept by coordinates in the span of its data.
+/// The discrete trajectory of a Riemannian cubic: `steps + 1` states, stored in coordinates of the span of the data.
 ///
 /// # Examples
 /// ```
@@ -44,12 +44,12 @@ pub(super) trait Observed {
 /// ```
 #[derive(Debug, Clone)]
 pub struct CubicTrajectory {
-    /// Orthonormal basis of the span, shape `(n, r)`; none where coordinates are entries.
+    /// Orthonormal basis of the span, shape `(n, r)`; `None` if the coordinates are the entries themselves.
     frame: Option<Mat<f64>>,
     r: usize,
     k: usize,
     t_end: f64,
-    /// Point, velocity, acceleration, jerk: states side by side, each column by column.
+    /// Point, velocity, acceleration, jerk: for each, the states one after another, by columns.
     coordinates: [Vec<f64>; 4],
     energy: Vec<f64>,
     momentum_drift: f64,
@@ -67,7 +67,7 @@ impl CubicTrajectory {
         self.k
     }
 
-    /// Number of steps; there is one state more.
+    /// Number of steps; the number of states is one more.
     pub fn steps(&self) -> usize {
         self.energy.len() - 1
     }
@@ -80,7 +80,7 @@ impl CubicTrajectory {
     /// The points, `steps + 1` values of shape `(n, k)`.
     ///
     /// # Errors
-    /// `InvalidArgument` (no memory for so many steps), `Overflow`.
+    /// `InvalidArgument` (not enough memory), `Overflow`.
     pub fn points(&self) -> Result<Samples> {
         self.lifted(0)
     }
@@ -114,17 +114,18 @@ impl CubicTrajectory {
         &self.energy
     }
 
-    /// The largest deviation of the spatial momentum from its start, of all states, `|A|^2 = tr(A^T A) / 2`.
+    /// The largest deviation of the spatial momentum from its initial value over all states, in the norm `|A|^2 =
+    /// tr(A^T A) / 2`.
     ///
-    /// The momentum is `g mu g^T` of [`integrate_cubic`](super::integrate_cubic), which is the skew
-    /// `p_S S^T - S p_S^T + p_V V^T - V p_V^T` of [`integrate_embedded`](super::integrate_embedded).
+    /// For [`integrate_cubic`](super::integrate_cubic) the momentum is `g mu g^T`, for
+    /// [`integrate_embedded`](super::integrate_embedded) the equal matrix `p_S S^T - S p_S^T + p_V V^T - V p_V^T`.
     pub fn momentum_drift(&self) -> f64 {
         self.momentum_drift
     }
 
-    /// The largest violation of the constraints, of all states.
+    /// The largest violation of the constraints over all states.
     ///
-    /// Of [`integrate_cubic`](super::integrate_cubic) it is `|mu_h - [x, p]_h|` in the same norm, of
+    /// For [`integrate_cubic`](super::integrate_cubic) it is `|mu_h - [x, p]_h|` in the same norm; for
     /// [`integrate_embedded`](super::integrate_embedded) the largest Frobenius norm of `S^T S - I`, `S^T V + V^T S`,
     /// `S^T p_V + p_V^T S` and `S^T p_S + p_S^T S`.
     pub fn constraint_drift(&self) -> f64 {
@@ -151,10 +152,10 @@ impl CubicTrajectory {
 }
 
 impl CubicTrajectory {
-    /// Without states yet, and with room for those of `steps` steps.
+    /// A trajectory without states, with space reserved for those of `steps` steps.
     ///
     /// # Errors
-    /// `InvalidArgument` (more steps than fit in memory).
+    /// `InvalidArgument` (the states do not fit in memory).
     pub(super) fn with_room([r, k]: [usize; 2], steps: usize, t_end: f64) -> Result<Self> {
         let mut coordinates: [Vec<f64>; 4] = Default::default();
         for entries in &mut coordinates {
@@ -172,13 +173,13 @@ impl CubicTrajectory {
         })
     }
 
-    /// The same with the basis that its coordinates refer to.
+    /// Sets the basis to which the coordinates refer.
     pub(super) fn in_frame(mut self, frame: Option<Mat<f64>>) -> Self {
         self.frame = frame;
         self
     }
 
-    /// Steps between two questions whether to stop: so many of small states; large ones take so long that each is asked for.
+    /// Number of steps between two polls of the interrupt: the given one for small states, 1 for large states.
     pub(super) fn per_check(&self, of_small_states: usize) -> usize {
         match self.r >= LARGE {
             true => 1,
@@ -186,7 +187,7 @@ impl CubicTrajectory {
         }
     }
 
-    /// Appends a state; there is room for it.
+    /// Appends a state; space is reserved.
     pub(super) fn record(&mut self, state: &mut impl Observed) -> Result<()> {
         let (size, done) = (self.r * self.k, self.coordinates[0].len());
         let new = self.coordinates.each_mut().map(|entries| {
@@ -215,7 +216,7 @@ impl CubicTrajectory {
     }
 }
 
-/// Error unless there is a step to take.
+/// Return an error if `steps` is zero.
 pub(super) fn check_steps(steps: usize) -> Result<()> {
     if steps > 0 {
         return Ok(());
@@ -227,7 +228,7 @@ pub(super) fn check_steps(steps: usize) -> Result<()> {
     })
 }
 
-/// An empty vector with room for `size` numbers of each state.
+/// An empty vector with space reserved for `size` numbers per state.
 fn reserved(steps: usize, size: usize) -> Result<Vec<f64>> {
     let mut out = Vec::new();
     let total = steps

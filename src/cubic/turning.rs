@@ -1,11 +1,11 @@
-//! Variations of a point as rotations of everything: `dS = A S` for the skew matrix `A` of least rank.
+//! Variations of a point as rotations of the whole space: `dS = A S` with the skew matrix `A` of least rank.
 //!
 //! ```math
 //! A = N S^T - S N^T + S\,\Omega\,S^T,\qquad \Omega = S^T dS,\quad N = dS - S\,\Omega
 //! ```
 //!
-//! A tangent vector `Y` at `S` is varied by `dY = A Y + w` with `w` tangent: the part `w` is what remains to be said of it. Both
-//! maps and their transposes take products of tall matrices only.
+//! A tangent vector `Y` at `S` is varied by `dY = A Y + w` with `w` tangent, so `w` describes the rest of its
+//! variation. Both maps and their transposes only multiply tall matrices.
 
 use faer::{Mat, MatRef, Scale};
 
@@ -24,7 +24,8 @@ pub(crate) fn turned(s: MatRef<'_, f64>, ds: MatRef<'_, f64>, y: MatRef<'_, f64>
     &normal * &along - s * (normal.transpose() * y) + s * (omega * along)
 }
 
-/// The matrix whose product of entries with a tangent vector is the inner product of `w` with it: `w - S S^T w / 2`.
+/// The matrix `w - S S^T w / 2`, whose entrywise product with a tangent vector sums to the inner product of `w` with
+/// it.
 pub(crate) fn lowered(s: MatRef<'_, f64>, w: MatRef<'_, f64>) -> Mat<f64> {
     w.to_owned() - s * (s.transpose() * w) * Scale(0.5)
 }
@@ -36,7 +37,7 @@ pub(crate) fn by_data(
     y: MatRef<'_, f64>,
 ) -> [Mat<f64>; 2] {
     let low = lowered(s, w);
-    // That of `<w, A Y>` for any variation of `S`, before its part along the manifold is taken.
+    // The gradient of `<w, A Y>` for an arbitrary variation of `S`, before it is projected along the manifold.
     let along = &low * (y.transpose() * s) - y * (low.transpose() * s);
     [lowered(s, (u - along).as_ref()), low]
 }
@@ -54,7 +55,7 @@ pub(crate) fn bracket_of(
     }
 }
 
-/// The same of frames.
+/// As `bracket_of`, for frames.
 pub(crate) fn bracket(s: MatRef<'_, f64>, v: MatRef<'_, f64>, w: MatRef<'_, f64>) -> Mat<f64> {
     let [(x, x_normal), (y, y_normal)] = [v, w].map(|v| {
         let omega = s.transpose() * v;
@@ -65,11 +66,11 @@ pub(crate) fn bracket(s: MatRef<'_, f64>, v: MatRef<'_, f64>, w: MatRef<'_, f64>
     s * (&product - product.transpose()) + x_normal * y - y_normal * x
 }
 
-/// A name for errors, a point or a tangent vector, and its variation.
+/// A name for errors, a point or tangent vector, and its variation.
 type Varied<'a> = (&'static str, MatRef<'a, f64>, MatRef<'a, f64>);
 
-/// Check variations of a point and of tangent vectors there: shapes, entries, and that `S^T dS` and `S^T dY + dS^T Y` are skew; of
-/// subspaces that both are zero.
+/// Check the variations of a point and of tangent vectors there: shapes, finite entries, and that `S^T dS` and `S^T dY
+/// + dS^T Y` are skew, or zero for subspaces.
 ///
 /// # Errors
 /// `Shape`, `NonFinite`, `NotTangent`.

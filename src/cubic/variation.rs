@@ -1,7 +1,8 @@
 //! Variations of Riemannian cubics: exact directional derivatives with respect to initial data, by dual numbers.
 //!
-//! The frame turns in itself by `g^{-1} dg`, whose part in `m` is the displacement `p` of the point. A rotation of everything that
-//! displaces the point by `p` carries `x, x', x''` along; `w, a, b` are what they change by beside that,
+//! The frame rotates by `g^{-1} dg`, whose part in `m` is the displacement `p` of the point. The rotation of the whole
+//! space that displaces the point by `p` carries `x, x', x''` along; `w, a, b` are their changes relative to that
+//! rotation,
 //!
 //! ```math
 //! p = (g^{-1}\,\delta g)_m,\qquad w = \delta x + [(g^{-1}\,\delta g)_h, x],\qquad a, b\ \text{alike from}\ x', x''
@@ -21,20 +22,20 @@ use crate::space::Quotient;
 /// Variations of a curve at one time, in coordinates in which the frame at the start is the identity.
 pub(super) struct Reached {
     quotient: Quotient,
-    /// The frame there, shape `(r, r)`.
+    /// The frame at that time, shape `(r, r)`.
     pub(super) frame: Mat<f64>,
-    /// `x, x', x''` there.
+    /// `x, x', x''` at that time.
     state: [Horizontal; 3],
-    /// `(p, w, a, b)` in the frame, one for each direction.
+    /// `(p, w, a, b)` in the frame, one set per direction.
     pub(super) variations: Vec<[Horizontal; 4]>,
 }
 
-/// Variations of the curve with the given initial data at each of several times after the start, the start held fixed.
-/// A pass carries `N` directions.
+/// The variations, at several times after the start, of the curve with the given initial data; the start point is
+/// fixed. A pass carries `N` directions.
 ///
 /// # Arguments
-/// * `extra` - rows beside the span, in which the curve stays zero
-/// * `directions` - variations of `(x, x', x'')`; the normal parts have `extra` rows more than those of the data
+/// * `extra` - number of additional rows outside the span, in which the curve is zero
+/// * `directions` - variations of `(x, x', x'')`; the normal parts have `extra` more rows than those of the data
 /// # Errors
 /// `TooManySteps`, `Overflow`, `Interrupted`.
 pub(super) fn vary<const N: usize>(
@@ -49,7 +50,7 @@ pub(super) fn vary<const N: usize>(
     let mut out: Vec<Reached> = Vec::new();
     out.resize_with(times.len(), || Reached::none(blocks));
     let mut march = March::<Dual<N>, Sized>::new(blocks, Accuracy::FULL);
-    // A curve without freedom still has a frame.
+    // A curve without degrees of freedom still has a frame.
     let passes = directions
         .chunks(N)
         .chain(directions.is_empty().then_some(&[][..]));
@@ -68,7 +69,7 @@ pub(super) fn vary<const N: usize>(
 }
 
 impl Reached {
-    /// No direction.
+    /// An empty set of variations.
     pub(super) fn none(blocks: Sized) -> Self {
         let r = blocks.m + blocks.k;
         Reached {
@@ -114,7 +115,7 @@ impl Reached {
         self.split(&turn, still)
     }
 
-    /// `(p, w, a, b)` from the turn of the frame in itself and the slopes of `x, x', x''`.
+    /// `(p, w, a, b)` from the rotation of the frame and the derivatives of `x, x', x''`.
     fn split(&self, turn: &Mat<f64>, slopes: [Horizontal; 3]) -> [Horizontal; 4] {
         let (m, k) = slopes[0].normal.shape();
         let is_subspace = self.quotient == Quotient::Subspaces;
@@ -136,7 +137,7 @@ impl Reached {
     }
 }
 
-/// Puts a march at the start of a curve: frame the identity, derivatives with their variations.
+/// Places a march at the start of a curve, with the identity as its frame and derivatives with their variations.
 pub(super) fn start<const N: usize>(
     march: &mut March<Dual<N>, Sized>,
     data: &InitialData,

@@ -1,47 +1,48 @@
-//! Work that a problem may take before it is given up: counted in products of numbers, so the same on every machine.
+//! Work limits of a problem: counted in multiplications, so that they are the same on every machine.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::reduced::{Blocks, Sized};
 
-/// About a second.
+/// Work limit of a problem, about a second.
 const MAX_WORK: f64 = 5.5e7;
 
-/// Trials that a large problem may take at least. With 100 a spline through bases of reduced models on St(200, 6) is lost.
+/// Minimal number of trials allowed for a large problem. With 100, a spline through bases of reduced models on St(200,
+/// 6) is not solved.
 pub(crate) const TRIALS: f64 = 120.0;
 
-/// Taylor steps of a curve from one end to the other, as a rule.
+/// Typical number of Taylor steps of a curve from one end to the other.
 const STEPS: f64 = 10.0;
 
-/// Products of numbers for one order of one Taylor step, about `r k (2 r + k)`: the unit in which work is counted.
+/// Multiplications for one order of one Taylor step, about `r k (2 r + k)`: the unit of work.
 pub(super) fn work_of_step(blocks: impl Blocks) -> f64 {
     let (m, k) = (blocks.normals() as f64, blocks.k() as f64);
     (m + k) * k * (2.0 * m + 3.0 * k)
 }
 
-/// The same for a curve.
+/// Work of integrating a curve.
 pub(crate) fn work_of_curve(blocks: impl Blocks) -> f64 {
     STEPS * work_of_step(blocks)
 }
 
-/// The same for some products: a step takes as many for each of about 25 orders.
+/// Work of the given number of products: a step takes as many for each of about 25 orders.
 pub(crate) fn of_products(products: f64) -> f64 {
     products / 25.0
 }
 
-/// What joining two points takes, and carrying vectors there: products, and the iteration for the curve. By times on St(3,1) to
-/// St(10,3) and St(8,4).
+/// Work of joining two points and carrying vectors along: products, and the iteration for the curve. Calibrated by
+/// times on St(3,1) to St(10,3) and St(8,4).
 pub(crate) fn work_of_join(blocks: Sized) -> f64 {
     let [r, k] = [blocks.m + blocks.k, blocks.k].map(|size| (size as f64).powi(3));
     100.0 + 0.15 * r + 14.0 * k
 }
 
-/// How many times the limit more iterations than by default may take: work in proportion.
+/// Factor by which the limit is raised when more iterations are allowed than by default, in proportion.
 pub(crate) fn allowance(max_iterations: usize, by_default: usize) -> f64 {
     (max_iterations as f64 / by_default as f64).max(1.0)
 }
 
-/// Work done, and how much of it there may be: whole numbers, whose sum is the same in any order.
+/// Work done, and its limit: integers, whose sum is the same in any order.
 #[derive(Debug)]
 pub(crate) struct Work {
     done: AtomicU64,
@@ -49,7 +50,7 @@ pub(crate) struct Work {
 }
 
 impl Work {
-    /// None done yet, of a problem that may take so many trials at least.
+    /// No work done yet, for a problem that is allowed at least `trials` trials.
     pub(crate) fn of_trials(trials: f64, trial: f64) -> Self {
         Work {
             done: AtomicU64::new(0),
@@ -61,23 +62,23 @@ impl Work {
         self.done.fetch_add(work as u64, Ordering::Relaxed);
     }
 
-    /// What may still be done.
+    /// Remaining work.
     pub(crate) fn left(&self) -> f64 {
         let [limit, done] = [&self.limit, &self.done].map(|x| x.load(Ordering::Relaxed) as f64);
         limit - done
     }
 
-    /// Whether no further step is begun.
+    /// Whether the limit is reached, so that no further step may begin.
     pub(crate) fn is_done(&self) -> bool {
         self.left() < 0.0
     }
 
-    /// Nothing further is begun: what comes next would take more than is left.
+    /// Stops further work: the next step would exceed the limit.
     pub(crate) fn refuse(&self) {
         self.count(self.left() + 1.0);
     }
 
-    /// As many times the work may be done from now on.
+    /// Multiplies the limit by `times` from now on.
     pub(crate) fn allow(&self, times: f64) {
         let limit = self.limit.load(Ordering::Relaxed) as f64;
         self.limit.store((times * limit) as u64, Ordering::Relaxed);

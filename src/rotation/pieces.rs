@@ -58,7 +58,7 @@ impl SolvedLegs<'_> {
 
 impl Pieces {
     /// From the curves of solved legs if there are any, from the pieces otherwise. `knots` are the quaternions at the
-    /// knots; only the sign of the first one counts.
+    /// knots; their signs are arbitrary except for the first one.
     pub(super) fn new(
         cubics: &[RiemannianCubic],
         solved: Option<SolvedLegs<'_>>,

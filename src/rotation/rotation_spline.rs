@@ -60,7 +60,7 @@ pub struct RotationSpline {
     curve: Arc<Piecewise<RiemannianCubic>>,
     /// The curves of the legs, if a solver produced them, and the tension.
     legs: Option<(Arc<dyn Curves>, f64)>,
-    /// Quaternions at the knots; only the sign of the first one counts.
+    /// Quaternions at the knots; their signs are arbitrary except for the first one.
     rotations: Vec<Quaternion>,
     report: Option<SolverReport>,
     pieces: OnceLock<Pieces>,
