@@ -1,4 +1,5 @@
-//! A chain of many dimensions: vectors are matrices as tall as the points, and every leg is integrated in the span of its data.
+//! A chain in many dimensions: vectors are matrices as tall as the points, and every leg is integrated in the span of
+//! its data.
 //!
 //! Work and memory are linear in the number of rows.
 
@@ -26,7 +27,7 @@ use crate::manifold::tangent::tangent_part;
 use crate::manifold::{Grassmann, QuasiGeodesic, Stiefel};
 use crate::space::{Kind, Quotient};
 
-/// Knots and the quasi-geodesics between them.
+/// Knots, and the quasi-geodesics between them.
 pub(super) struct Ambient<'a> {
     kind: Kind,
     points: Vec<Mat<f64>>,
@@ -38,7 +39,7 @@ pub(super) struct Ambient<'a> {
 
 impl<'a> Ambient<'a> {
     /// # Errors
-    /// Where neighbours cannot be joined.
+    /// An error if neighbouring knots cannot be joined.
     pub(super) fn new(
         kind: Kind,
         points: Vec<Mat<f64>>,
@@ -55,13 +56,13 @@ impl<'a> Ambient<'a> {
         })
     }
 
-    /// The same for curves in tension.
+    /// The same chain for curves in tension.
     pub(super) fn in_tension(mut self, tension: f64) -> Self {
         self.tension = tension;
         self
     }
 
-    /// In the time of a leg.
+    /// The tension in the time of a leg.
     fn leg_tension(&self, leg: usize) -> f64 {
         self.tension * self.lengths[leg].powi(2)
     }
@@ -72,7 +73,7 @@ impl<'a> Ambient<'a> {
         lengths.fold(0.0, f64::max)
     }
 
-    /// The same knots, passed backwards.
+    /// The same knots in reverse order.
     ///
     /// # Errors
     /// `Decomposition`.
@@ -83,7 +84,7 @@ impl<'a> Ambient<'a> {
         Ok(back.in_tension(self.tension))
     }
 
-    /// One leg; returns `|S(1) - S_1|`.
+    /// Integrates one leg; returns `|S(1) - S_1|`.
     fn arrive(
         &self,
         leg: usize,
@@ -97,7 +98,7 @@ impl<'a> Ambient<'a> {
         let (quotient, next) = (self.kind.quotient, self.points[leg + 1].as_ref());
         let mut end = arrival(point, vectors, tension, accuracy, self.kind, self.interrupt)?;
         if quotient == Quotient::Subspaces {
-            // In terms of the basis at the knot.
+            // Expressed in the basis at the knot.
             let turn = alignment(next, end[0].as_ref())?;
             end = end.map(|a| a * &turn);
         }
@@ -174,7 +175,7 @@ impl Chain for Ambient<'_> {
         Ok(())
     }
 
-    /// In an orthonormal basis of the span of the point and three vectors.
+    /// Legs are integrated in an orthonormal basis of the span of the point and three vectors.
     fn work_of_leg(&self) -> f64 {
         let (n, k) = self.points[0].shape();
         let r = n.min(4 * k);
@@ -199,7 +200,7 @@ impl Movable for Ambient<'_> {
         JOINS * (work_of_join(Sized::frames(r - k, k)) + (n * r * k) as f64)
     }
 
-    /// Vectors may come from points nearby: their tangential parts count.
+    /// Vectors may come from points nearby, so only their tangential parts are used.
     fn moved(&self, shifts: &[f64], motion: &mut Motion) -> Result<Self> {
         let size = self.size();
         let moves = shifts

@@ -1,4 +1,4 @@
-//! Bases along curves of subspaces that follow one another.
+//! Consistent bases along consecutive curves of subspaces.
 
 use faer::MatRef;
 
@@ -8,11 +8,11 @@ use crate::error::Result;
 use crate::manifold::grassmann::joining::alignment;
 use crate::space::Quotient;
 
-/// Curves that follow one another, of subspaces each in terms of the basis that the one before it reaches, from the first one turned by
-/// an orthogonal matrix on.
+/// Expresses each of several consecutive curves of subspaces in the basis that the previous one reaches; the first one
+/// is multiplied by an orthogonal matrix.
 ///
 /// # Errors
-/// Where a curve cannot be evaluated.
+/// An error if a curve cannot be evaluated.
 pub(super) fn joined(
     quotient: Quotient,
     first: Option<MatRef<'_, f64>>,

@@ -6,19 +6,21 @@
 //! e^{t X_5(t)} e^{t X_3(t)} e^{t X_0} S_0 e^{t \Omega_0} e^{t \Omega_3(t)} e^{t \Omega_5(t)}
 //! ```
 //!
-//! All three generators begin as those of the first leg; that of the second stage changes at the rate at which its end
-//! leaves the first leg's continuation, that of the third stage at twice that rate. With the velocities `U` of the
-//! first leg and `W` of the middle leg where they start, and `u -> R(u)` the retraction at `S_0`,
+//! All three generators agree with the generator of the first leg at the start. The second stage's generator changes at
+//! the rate at which its end deviates from the continuation of the first leg, the third stage's at twice that rate.
+//! With the velocities `U` of the first leg and `W` of the middle leg at their starts, and the retraction `u -> R(u)`
+//! at `S_0`,
 //!
 //! ```math
 //! D_t \gamma'(0) = K \Omega + 6\, (D R_U)^{-1} \bigl[ W - e^{X_0} U e^{\Omega_0} \bigr],\qquad \gamma'(0) = 3 U = K + S_0 \Omega
 //! ```
 //!
-//! In flat space that is `6 (P_0 - 2 P_1 + P_2)`. The first term is the acceleration of the quasi-geodesic with the
-//! same velocity: it is the same on both sides of a knot, so only the second one (the bend) counts there.
+//! In flat space this is `6 (P_0 - 2 P_1 + P_2)`. The first term is the acceleration of the quasi-geodesic with the
+//! same velocity: it is equal on both sides of a knot, so only the second term (the bend) matters there.
 //!
-//! Of subspaces all generators have `Omega = 0`, and `R` is their exponential in terms of bases. It turns the basis that it reaches by
-//! what is added to `Omega`, so the horizontal part of the bend is what bends the curve of subspaces.
+//! For subspaces all generators have `Omega = 0`, and `R` is the exponential in terms of bases. The term added to
+//! `Omega` rotates the basis that `R` reaches, so the horizontal part of the bend is the bend of the curve of
+//! subspaces.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -35,7 +37,7 @@ use crate::manifold::quasi_geodesic::{Departure, EndpointProblem};
 use crate::manifold::tangent::tangent_part;
 use crate::space::Quotient;
 
-/// What an `Overflow` is about.
+/// Quantity named in `Overflow` errors.
 const CONTROL_POINTS: &str = "control points of a spline";
 
 /// Buffers for pieces of one shape.
@@ -60,13 +62,13 @@ impl Bends {
         }
     }
 
-    /// The bends at both ends of the geometric cubic between two points, in the time of the piece.
+    /// Computes the bends at both ends of the geometric cubic between two points, in the time of the piece.
     ///
     /// # Arguments
-    /// * `velocities` - at the ends, per unit of a time in which the piece takes `length`
+    /// * `velocities` - at the ends, in a unit of time in which the piece takes `length`
     ///
     /// # Errors
-    /// `ControlPoints` where they cannot be joined, or an outer leg is too long; `Overflow`, `Decomposition`.
+    /// `ControlPoints` if they cannot be joined, or if an outer leg is too long; `Overflow`, `Decomposition`.
     pub(super) fn compute(
         &mut self,
         points: [MatRef<'_, f64>; 2],
@@ -94,7 +96,7 @@ impl Bends {
         last.bend(points[1], self.velocity.as_ref(), at_end)
     }
 
-    /// The leg between the inner control points; of subspaces also what makes the basis that it reaches the one there.
+    /// Joins the inner control points; for subspaces returns the matrix that maps the basis reached to the basis there.
     fn join_inner(&mut self) -> Result<Option<Mat<f64>>> {
         let [from, to] = self.ends.each_ref().map(|end| end.end.as_ref());
         match self.quotient {
@@ -111,7 +113,7 @@ impl Bends {
     }
 }
 
-/// The leg between an end and the inner control point beside it, away from the end.
+/// The leg from an end to the neighbouring inner control point.
 struct OuterLeg {
     quotient: Quotient,
     curve: QuasiGeodesic,
@@ -143,7 +145,7 @@ impl OuterLeg {
             .leave(s, self.velocity.as_ref(), &mut self.departure)?;
         let angle = self.curve.angles().iter().fold(0.0, |a: f64, b| a.max(*b));
         match self.quotient {
-            // Further it is not the principal quasi-geodesic between its ends.
+            // A longer leg is not the principal quasi-geodesic between its ends.
             Quotient::Frames if angle >= PI => return Err(Error::OutsideLogDomain { angle }),
             Quotient::Subspaces if angle >= FRAC_PI_2 => return Err(Error::RightAngle { angle }),
             Quotient::Frames => {}
@@ -156,7 +158,7 @@ impl OuterLeg {
         check_range(CONTROL_POINTS, self.end.as_ref())
     }
 
-    /// The bend at `s` from the velocity of the middle leg away from the inner control point.
+    /// The bend at `s`, from the velocity of the middle leg at the inner control point, pointing away from it.
     fn bend(
         &mut self,
         s: MatRef<'_, f64>,

@@ -1,4 +1,4 @@
-//! Knots in a row with a cubic between neighbours: what the solvers of splines ask of it, and the unknowns.
+//! A chain of knots with a cubic between neighbours: the interface for the solvers of splines, and the unknowns.
 
 use std::sync::Arc;
 
@@ -22,49 +22,50 @@ use crate::manifold::quasi_geodesic::EndpointProblem;
 use crate::solve::tridiagonal::{Isometries, Way};
 use crate::space::Quotient;
 
-/// Legs that one task of the pool integrates, abreast where that is faster.
+/// Number of legs that one task of the thread pool integrates, together if that is faster.
 pub(super) const LEGS: usize = LANES;
 
-/// A knot that is moved is joined once; the logarithm of a datum takes about as long as five times that.
+/// Cost of the logarithm of a datum plus joining a moved knot, in units of joining: the logarithm takes about five
+/// times as long.
 pub(super) const JOINS: f64 = 6.0;
 
-/// Bases that turn less from one to the next are aligned: round-off.
+/// Angle between consecutive bases up to which they count as aligned: round-off.
 const ALIGNED: f64 = 16.0 * f64::EPSILON;
 
-/// Items that are not worth the pool.
+/// Number of items up to which the thread pool is not used.
 const FEW: usize = 16;
 
-/// Whether the pool would take longer to wake than to work, or is one thread.
+/// Whether the thread pool would take longer to wake than to work, or has a single thread.
 fn is_alone(count: usize) -> bool {
     count <= FEW || rayon::current_num_threads() == 1
 }
 
-/// How exactly legs are integrated, how fast they are at their ends, and what counts the work.
+/// Integration accuracy of legs, their speeds at the ends, and the counter of work.
 pub(super) struct Means<'a> {
     pub(super) accuracy: Accuracy,
     pub(super) speed: f64,
     pub(super) work: &'a Work,
 }
 
-/// Knots, and quasi-geodesics between neighbours that carry vectors from knot to knot.
+/// Knots, and quasi-geodesics between neighbours along which vectors are carried from knot to knot.
 ///
-/// A tangent vector at a knot is [`size`](Chain::size) numbers, an isometry up to a factor of each of them.
+/// A tangent vector at a knot is represented by [`size`](Chain::size) numbers, isometrically up to a constant factor.
 pub(super) trait Chain: Sync {
-    /// What a thread needs to integrate a leg.
+    /// Buffers that a thread needs to integrate a leg.
     type Worker;
 
-    /// Numbers of a tangent vector.
+    /// Number of coordinates of a tangent vector.
     fn size(&self) -> usize;
 
-    /// Of the legs, in units of time.
+    /// Durations of the legs.
     fn lengths(&self) -> &[f64];
 
     fn worker(&self) -> Self::Worker;
 
-    /// The velocity with which the quasi-geodesic of a leg leaves its first knot, in the time of the leg.
+    /// Writes the initial velocity of the quasi-geodesic of a leg, in the time of the leg.
     fn displacement_into(&self, leg: usize, out: &mut [f64]);
 
-    /// A vector at one end of a leg, carried to the other end.
+    /// Carries a vector from one end of a leg to the other.
     fn carry_into(
         &self,
         worker: &mut Self::Worker,
@@ -74,12 +75,12 @@ pub(super) trait Chain: Sync {
         out: &mut [f64],
     ) -> Result<()>;
 
-    /// The cubics of a few legs in a row, from velocity, acceleration and third vector, in the time of the leg: for each the
-    /// distance from the next knot as a tangent vector there, then as many of velocity, acceleration and third vector as there
-    /// is room for; and `|S(1) - S_1|` into `distances`. Counts its work.
+    /// Integrates the cubics of a few consecutive legs from velocity, acceleration and third vector, in the time of the
+    /// leg. For each it writes the distance from the next knot as a tangent vector there, then velocity, acceleration
+    /// and third vector as far as there is room; and `|S(1) - S_1|` into `distances`. Counts its work.
     ///
     /// # Errors
-    /// Where a cubic cannot be integrated, in `AtKnot`; `Interrupted`.
+    /// If a cubic cannot be integrated, the error wrapped in `AtKnot`; `Interrupted`.
     fn arrive_into(
         &self,
         worker: &mut Self::Worker,
@@ -90,8 +91,8 @@ pub(super) trait Chain: Sync {
         distances: &mut [f64],
     ) -> Result<()>;
 
-    /// The derivative of distance, velocity and acceleration at the end of a leg with respect to its start, shape
-    /// `(3 size, 3 size)`; none where that is not at hand.
+    /// The derivative of distance, velocity and acceleration at the end of a leg with respect to its start, shape `(3
+    /// size, 3 size)`; `None` if it is not available.
     ///
     /// # Errors
     /// As [`Chain::arrive_into`].
@@ -105,26 +106,28 @@ pub(super) trait Chain: Sync {
         Ok(None)
     }
 
-    /// How many residuals take as long as [`Chain::derivative`], where there is one.
+    /// Work of [`Chain::derivative`] in units of a residual, if derivatives are available.
     fn derivative_work(&self) -> f64 {
         f64::INFINITY
     }
 
-    /// How much work it is, as a rule, to find where a leg arrives.
+    /// Typical work of integrating a leg.
     fn work_of_leg(&self) -> f64;
 
-    /// How much work [`Chain::derivative`] is, where there is one.
+    /// Work of [`Chain::derivative`], if derivatives are available.
     fn work_of_derivative(&self) -> f64 {
         f64::INFINITY
     }
 
-    /// The cubic of a leg at its start: a basis of what it spans, where that is not everything, and frame and vectors in it.
+    /// The state of a leg's cubic at its start: a basis of its span, unless the span is the whole space, and frame and
+    /// vectors in that basis.
     fn state(&self, leg: usize, start: &[f64]) -> (Option<Mat<f64>>, State);
 
-    /// The cubic of a leg on `[0, 1]`: a basis of what it spans, where that is not everything, and the path in it.
+    /// The cubic of a leg on `[0, 1]`: a basis of its span, unless the span is the whole space, and the path in that
+    /// basis.
     ///
     /// # Errors
-    /// Where it cannot be integrated; `Interrupted`.
+    /// An error if it cannot be integrated; `Interrupted`.
     fn integrated(&self, leg: usize, motion: &Motion, interrupt: Interrupt<'_>) -> Result<Piece> {
         let (basis, state) = self.state(leg, &motion.start(leg, self.lengths()[leg]));
         let mut path = Path::at(state, Accuracy::FULL);
@@ -133,7 +136,7 @@ pub(super) trait Chain: Sync {
     }
 }
 
-/// The carrying of vectors along a chain.
+/// Carries vectors along a chain.
 pub(super) struct Carrying<'c, C: Chain> {
     pub(super) chain: &'c C,
     pub(super) worker: &'c mut C::Worker,
@@ -153,27 +156,27 @@ impl<C: Chain> Isometries for Carrying<'_, C> {
     }
 }
 
-/// A basis of what a curve spans, where that is not everything, and the path in it.
+/// A basis of a curve's span, unless the span is the whole space, and the path in that basis.
 pub(super) type Piece = (Option<Mat<f64>>, LazyPath);
 
-/// A chain whose knots are unknown too.
+/// A chain whose knots are unknowns too.
 pub(super) trait Movable: Chain + Sized {
-    /// How much work it is to move a knot, to join it to the next one, and to find the way to a datum.
+    /// Work of moving a knot, joining it to the next one, and computing the logarithm of a datum.
     fn work_of_knot(&self) -> f64;
 
-    /// Every knot moved along its tangent vector by a retraction, with the vectors of a motion carried along.
+    /// Moves every knot along its tangent vector by a retraction, and carries the vectors of a motion along.
     ///
     /// # Errors
-    /// Where neighbours cannot be joined any more.
+    /// An error if neighbouring knots can no longer be joined.
     fn moved(&self, shifts: &[f64], motion: &mut Motion) -> Result<Self>;
 
-    /// The tangent vector at a knot along which the geodesic to another point leaves it.
+    /// The initial velocity at a knot of the geodesic to another point.
     ///
     /// # Errors
-    /// Where there is none.
+    /// An error if there is no such geodesic.
     fn towards(&self, knot: usize, point: &Mat<f64>) -> Result<Vec<f64>>;
 
-    /// The square of the norm of a tangent vector.
+    /// The squared norm of a tangent vector.
     fn square(&self, knot: usize, v: &[f64]) -> f64;
 }
 
@@ -181,14 +184,15 @@ pub(super) trait Movable: Chain + Sized {
 #[derive(Debug, Clone)]
 pub(super) struct Joint {
     pub(super) curve: QuasiGeodesic,
-    /// What makes the basis that the curve reaches the one at the knot, of subspaces whose bases are not aligned.
+    /// For subspaces whose bases are not aligned, the matrix that maps the basis reached by the curve to the one at the
+    /// knot.
     pub(super) turn: Option<Mat<f64>>,
 }
 
 /// Quasi-geodesics between neighbours, or geodesics between their spans.
 ///
 /// # Errors
-/// `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents`, in `AtKnot` of the first of the two.
+/// `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents`, wrapped in `AtKnot` of the first of the two knots.
 pub(super) fn links(points: &[Mat<f64>], quotient: Quotient) -> Result<Vec<Joint>> {
     let (n, k) = points[0].shape();
     for_each(
@@ -202,7 +206,7 @@ pub(super) fn links(points: &[Mat<f64>], quotient: Quotient) -> Result<Vec<Joint
     )
 }
 
-/// From one point to another.
+/// The curve from one point to another.
 ///
 /// # Errors
 /// `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents`.
@@ -230,10 +234,10 @@ pub(super) fn joint(
     }
 }
 
-/// Legs as curves, each on `[0, 1]`.
+/// The legs as curves, each on `[0, 1]`.
 ///
 /// # Errors
-/// Those of the legs.
+/// The errors of the legs.
 pub(super) fn pieces(
     legs: usize,
     space: &Space,
@@ -252,16 +256,16 @@ pub(super) fn pieces(
     for_each(legs, || (), curve)
 }
 
-/// Where the points are.
+/// The space of the points.
 pub(super) struct Space {
     pub(super) n: usize,
     pub(super) k: usize,
-    /// Orthonormal basis of the span of all points, where that is smaller than `R^n`.
+    /// Orthonormal basis of the span of all points, if the span is smaller than `R^n`.
     pub(super) basis: Option<Arc<Mat<f64>>>,
 }
 
-/// One value for each of a number of items, in parallel where there are more than a few: the pool takes longer to wake than
-/// they. The same for any number of threads.
+/// Computes one value per item, in parallel if there are more than a few: for few items, waking the thread pool would
+/// take longer. Results do not depend on the number of threads.
 pub(super) fn for_each<W, T: Send>(
     count: usize,
     worker: impl Fn() -> W + Sync + Send,
@@ -279,26 +283,26 @@ pub(super) fn for_each<W, T: Send>(
     all.into_iter().collect()
 }
 
-/// Where the legs arrive.
+/// Values at the ends of the legs.
 #[derive(Debug)]
 pub(super) struct Arrivals {
-    /// Of a vector.
+    /// Number of coordinates of a vector.
     size: usize,
-    /// Vectors of a leg: distance, velocity that is too much, acceleration, and the third vector where it is asked for.
+    /// Vectors per leg: distance, velocity defect, acceleration, and the third vector if requested.
     vectors: usize,
     values: Vec<f64>,
-    /// Distance and lag of each leg, carried back to its start.
+    /// Distance and velocity defect of each leg, carried back to its start.
     back: Vec<f64>,
-    /// Root of the squares of distance and lag, the largest of a leg.
+    /// The largest norm over all legs of distance and velocity defect together.
     pub(super) miss: f64,
 }
 
 impl Arrivals {
-    /// Every leg of a motion, in parallel; the same for any number of threads.
+    /// Integrates every leg of a motion, in parallel; the results do not depend on the number of threads.
     ///
     /// # Errors
-    /// That of the first leg which cannot be integrated, in `AtKnot`. The others are integrated all the same: so the work that is
-    /// counted does not depend on the threads.
+    /// The error of the first leg that cannot be integrated, wrapped in `AtKnot`. The other legs are integrated
+    /// nevertheless, so that the counted work does not depend on the threads.
     pub(super) fn of<C: Chain>(
         chain: &C,
         motion: &Motion,
@@ -369,10 +373,10 @@ impl Arrivals {
         })
     }
 
-    /// What flat space would give, for legs without acceleration.
+    /// The values in flat space, for legs without acceleration.
     ///
     /// # Errors
-    /// Those of carrying.
+    /// The errors of carrying.
     pub(super) fn flat<C: Chain>(chain: &C, motion: &Motion, vectors: usize) -> Result<Self> {
         let (size, lengths) = (chain.size(), chain.lengths());
         let mut worker = chain.worker();
@@ -413,13 +417,13 @@ impl Arrivals {
         &self.back[2 * self.size * leg..][..self.size]
     }
 
-    /// The velocity that is too much, carried back to the start of the leg.
+    /// The velocity defect, carried back to the start of the leg.
     pub(super) fn lag_back(&self, leg: usize) -> &[f64] {
         &self.back[self.size * (2 * leg + 1)..][..self.size]
     }
 }
 
-/// Legs in a row: which, values and what is carried back.
+/// Consecutive legs: the index of the first, their values, and the vectors carried back.
 type Group<'a> = (usize, (&'a mut [f64], &'a mut [f64]));
 
 pub(super) fn square(a: &[f64]) -> f64 {

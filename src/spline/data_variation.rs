@@ -11,7 +11,7 @@ use crate::manifold::stiefel::TANGENT_TOLERANCE;
 
 /// A variation of the data of a spline: derivatives of points, times and end conditions along a family of data.
 ///
-/// Along such a family the points stay on the manifold and vectors at the ends tangent there, so
+/// Along such a family the points stay on the manifold, and the vectors at the ends stay tangent, so
 ///
 /// ```math
 /// S^T dS + dS^T S = 0,\qquad S^T dV + dV^T S + dS^T V + V^T dS = 0
@@ -38,19 +38,19 @@ use crate::manifold::stiefel::TANGENT_TOLERANCE;
 /// ```
 #[derive(Debug, Clone, Copy)]
 pub struct SplineVariation<'a> {
-    /// Of the points, one at each knot, shape `(n, k)`. Those of the ends of a periodic spline are equal. Of subspaces they are
-    /// horizontal at the bases that the curve has at its knots; at the last one of a periodic spline the first one times the
-    /// holonomy `Y(t_0)^T Y(t_N)`.
+    /// Variations of the points, one per knot, shape `(n, k)`. At the two ends of a periodic spline they are equal. For
+    /// subspaces they are horizontal at the curve's bases at the knots; at the last knot of a periodic spline it is the
+    /// first variation times the holonomy `Y(t_0)^T Y(t_N)`.
     pub points: &'a [MatRef<'a, f64>],
-    /// Of the times, one at each knot; empty where they stay.
+    /// Variations of the times, one per knot; empty if the times are fixed.
     pub times: &'a [f64],
-    /// Of the velocity or the acceleration that is given at the first and at the last knot, shape `(n, k)`; `None` where none is
-    /// given. Of a vector that stays zero it is zero.
+    /// Variations of the velocity or acceleration given at the first and at the last knot, shape `(n, k)`; `None` if
+    /// none is given. Zero for a vector that stays zero.
     pub ends: [Option<MatRef<'a, f64>>; 2],
 }
 
-/// Gradient of a function of a spline with respect to the data: the function changes by the sum of products of entries with every
-/// [variation](SplineVariation).
+/// Gradient of a function of a spline with respect to the data: the function changes by the sum of entrywise products
+/// with every [variation](SplineVariation).
 ///
 /// # Examples
 /// ```
@@ -72,16 +72,17 @@ pub struct SplineVariation<'a> {
 /// ```
 #[derive(Debug, Clone)]
 pub struct SplineGradient {
-    /// With respect to the points, shape `(n, k)` each. Those of the ends of a periodic spline add up; of subspaces the last one is
-    /// turned to the first basis before, by the transpose of the holonomy `Y(t_0)^T Y(t_N)`.
+    /// With respect to the points, shape `(n, k)` each. At the ends of a periodic spline the two contributions must be
+    /// added; for subspaces, first express the last one in the first basis by the transpose of the holonomy `Y(t_0)^T
+    /// Y(t_N)`.
     pub points: Vec<Mat<f64>>,
     /// With respect to the times.
     pub times: Vec<f64>,
-    /// With respect to the velocity or the acceleration that is given at the first and at the last knot.
+    /// With respect to the velocity or acceleration given at the first and at the last knot.
     pub ends: [Option<Mat<f64>>; 2],
 }
 
-/// Names of the variations of the data, and of what is given at the ends.
+/// Names of the variations of points and of the end conditions, for errors.
 const POINTS: &str = "dS";
 const TIMES: &str = "dt";
 const ENDS: &str = "dbc";
@@ -89,8 +90,8 @@ const ENDS: &str = "dbc";
 /// Checks a variation; vectors of `states` are in units of the mean leg.
 ///
 /// # Errors
-/// `Shape`, `NonFinite`, `NotTangent`, `InvalidArgument` (ends of a periodic spline that move apart); in `AtKnot` where they are
-/// about one knot.
+/// `Shape`, `NonFinite`, `NotTangent`, `InvalidArgument` (ends of a periodic spline that move apart); wrapped in
+/// `AtKnot` if they concern one knot.
 pub(super) fn check(
     states: &KnotStates,
     given: [Given; 2],
@@ -153,7 +154,7 @@ fn check_knot(
     let vector = match end.map(|end| (given[end].order(), variation.ends[end])) {
         None | Some((None, None)) => None,
         Some((Some(order), Some(change))) => {
-            // In the time of the curve.
+            // Converts to the time of the curve.
             let slower = Scale(states.unit.powi(-(order as i32)));
             Some((&states.at(knot)[order] * slower, change))
         }

@@ -1,25 +1,27 @@
 //! Derivatives of a spline of Riemannian cubics with respect to all its data, by the implicit function theorem.
 //!
-//! A spline makes half the cost stationary in the velocities at its knots. In frames at the knots, with the state `(x, x', x'')`
-//! there, let a variation of the data displace the curve at knot `i`, at the time where the knot was, by `u_i`, and change its
-//! velocity beside that by `w_i`:
+//! The velocities at the knots of a spline make half the cost stationary. In frames at the knots, with state `(x, x',
+//! x'')`, let a variation of the data displace the curve by `u_i` at the old time of knot `i`, and change its velocity
+//! there by `w_i` relative to that displacement:
 //!
 //! ```math
 //! u_i = dS_i - x_i\,dt_i,\qquad w_i = v_i - x'_i\,dt_i
 //! ```
 //!
-//! with `v_i` the change of the velocity at the moved knot. The second derivative `H` of half the cost of a piece by
-//! `(u_0, w_0, u_1, w_1)` gives the changes of accelerations at its ends; that they stay equal at the moved knots is one linear
-//! system for the `v_i`, symmetric and block tridiagonal (cyclic for periodic ends):
+//! where `v_i` is the change of the velocity at the moved knot. The second derivative `H` of half the cost of a piece
+//! with respect to `(u_0, w_0, u_1, w_1)` yields the changes of the accelerations at its ends. Requiring that
+//! accelerations stay continuous at the moved knots gives one linear system for the `v_i`, symmetric and block
+//! tridiagonal (cyclic for periodic ends):
 //!
 //! ```math
 //! \sum_{\text{pieces}} (H z)_{w_i} + (x''_- - x''_+)_i\,dt_i = 0
 //! ```
 //!
-//! Transposed, the gradients `g` by `(u, w)` of all pieces are made those by the data with one solution of the same system for the
-//! multipliers of the velocities, whatever the number of times.
+//! In the transposed direction, the gradients `g` with respect to `(u, w)` of all pieces are converted to gradients
+//! with respect to the data by one solution of the same system, for the multipliers of the velocities, for any number
+//! of times.
 //!
-//! The first variation of the cost needs no solution where no acceleration is given at an end:
+//! The first variation of the cost needs no solution if no acceleration is given at an end:
 //!
 //! ```math
 //! \delta J = 2 \sum_{\text{pieces}} \bigl[\langle x', w\rangle - \langle x'', u\rangle\bigr] + \bigl[|x'|^2\,dt\bigr]
@@ -47,7 +49,7 @@ use crate::interrupt::Interrupt;
 use crate::linalg::lanes::LANES;
 use crate::linalg::structure::norm;
 
-/// How a spline of Riemannian cubics depends on its data.
+/// The derivative of a spline of Riemannian cubics with respect to its data.
 ///
 /// # Examples
 /// ```
@@ -77,14 +79,14 @@ pub struct SplineDerivative {
 }
 
 impl Piecewise<RiemannianCubic> {
-    /// How the spline depends on its points, times and end conditions.
+    /// The derivative of the spline with respect to its points, times and end conditions.
     ///
     /// # Arguments
-    /// * `ends` - the end conditions that the spline was made with
+    /// * `ends` - the end conditions with which the spline was computed
     /// # Errors
-    /// `InvalidArgument` where the curve is not a spline with these ends, to 1e-6 in the time of a leg, or where the derivative would
-    /// take more than four gigabytes; `ConjugateEnds` where it does not depend smoothly on its data, to 1e-11; `Overflow`,
-    /// `TooManySteps`, `Decomposition`, `Interrupted`.
+    /// `InvalidArgument` if the curve is not a spline with these ends, to 1e-6 in the time of a leg, or if the
+    /// derivative would take more than four gigabytes; `ConjugateEnds` if the curve does not depend smoothly on its
+    /// data, to 1e-11; `Overflow`, `TooManySteps`, `Decomposition`, `Interrupted`.
     pub fn data_derivative(
         &self,
         ends: &EndConditions,
@@ -120,14 +122,15 @@ impl Piecewise<RiemannianCubic> {
 
     /// The gradient of the cost `J` with respect to points, times and end conditions.
     ///
-    /// By the first variation of the cost: the jumps of `x''` at the knots. Where an acceleration is given at an end the velocity
-    /// there depends on all data, and the linear system of [`Piecewise::data_derivative`] is solved once.
+    /// Computed by the first variation of the cost, from the jumps of `x''` at the knots. If an acceleration is given
+    /// at an end, the velocity there depends on all data, and the linear system of [`Piecewise::data_derivative`] is
+    /// solved once.
     ///
     /// # Arguments
-    /// * `ends` - the end conditions that the spline was made with
+    /// * `ends` - the end conditions with which the spline was computed
     /// # Errors
-    /// `InvalidArgument` where the curve is not a spline with these ends, to 1e-6 in the time of a leg; `Overflow`. With a given
-    /// acceleration those of [`Piecewise::data_derivative`] too.
+    /// `InvalidArgument` if the curve is not a spline with these ends, to 1e-6 in the time of a leg; `Overflow`. With a
+    /// given acceleration also the errors of [`Piecewise::data_derivative`].
     pub fn cost_gradient(
         &self,
         ends: &EndConditions,
@@ -139,17 +142,17 @@ impl Piecewise<RiemannianCubic> {
         }
         let states = KnotStates::new(self, &piece_states(self, interrupt)?);
         check_ends(&states, ends)?;
-        // The cost is stationary in the velocities that are free.
+        // The cost is stationary in the free velocities.
         KnotGradient::of_cost(&states).by_data(&states, given, None)
     }
 }
 
 impl SplineDerivative {
-    /// The variation of the point of the curve at each of several times, shape `(n, k)` each.
+    /// The variations of the points of the curve at several times, shape `(n, k)` each.
     ///
     /// # Errors
-    /// `Shape`, `NonFinite`, `NotTangent`, `InvalidArgument` for a variation, in `AtKnot` where they are about one knot, and for
-    /// times where the curve has no point; `TooManySteps`, `Overflow`, `Interrupted`.
+    /// `Shape`, `NonFinite`, `NotTangent`, `InvalidArgument` for a variation, wrapped in `AtKnot` if they concern one
+    /// knot, and for times at which the curve is not defined; `TooManySteps`, `Overflow`, `Interrupted`.
     pub fn points(
         &self,
         variation: &SplineVariation<'_>,
@@ -171,15 +174,14 @@ impl SplineDerivative {
         Ok(parts.into_iter().flatten().collect())
     }
 
-    /// The gradient, with respect to all data, of the sum of products of entries of cotangents with the points of the curve at
-    /// some times.
+    /// The gradient with respect to all data of `sum tr(W^T S(t))` over cotangents `W` at given times `t`.
     ///
-    /// The transpose of [`SplineDerivative::points`]: one solution of the linear system, whatever the number of times.
+    /// This is the transpose of [`SplineDerivative::points`]; it solves the linear system once for any number of times.
     ///
     /// # Arguments
-    /// * `cotangents` - one for each time, shape `(n, k)`, any matrices; `W` in errors
+    /// * `cotangents` - one per time, shape `(n, k)`, any matrices; named `W` in errors
     /// # Errors
-    /// `Shape`, `NonFinite`, those of the curve for its times; `TooManySteps`, `Overflow`, `Interrupted`.
+    /// `Shape`, `NonFinite`, the errors of the curve for its times; `TooManySteps`, `Overflow`, `Interrupted`.
     pub fn pull_back(
         &self,
         times: &[f64],
@@ -218,7 +220,7 @@ impl SplineDerivative {
         self.by_data(KnotGradient::of_cost(&self.states), Interrupt::NEVER)
     }
 
-    /// By the multipliers of the velocities.
+    /// Converts to the gradient with respect to the data, using the multipliers of the velocities.
     fn by_data(
         &self,
         mut gradient: KnotGradient,
@@ -231,7 +233,7 @@ impl SplineDerivative {
         gradient.by_data(&self.states, self.given, Some(&multipliers))
     }
 
-    /// Displacements and velocities at the knots, at the times where the knots were; in units of the mean leg.
+    /// Displacements and velocities at the knots, at the old times of the knots; in units of the mean leg.
     fn at_knots(
         &self,
         variation: &SplineVariation<'_>,
@@ -252,7 +254,7 @@ impl SplineDerivative {
                 w[end * (count - 1)] += v;
             }
         }
-        // What is left of the equations with the velocities where they are.
+        // Residual of the equations with unchanged velocities.
         let mut rest = KnotGradient::zeros(states);
         self.add_forces(&mut rest, 1.0, [&u, &w], interrupt)?;
         let mut rest = rest.w;
@@ -271,7 +273,7 @@ impl SplineDerivative {
         Ok([u, w])
     }
 
-    /// What is left of the changes of the vectors given at the ends beside the rotations there, in units of the mean leg.
+    /// The changes of the vectors given at the ends, relative to the rotations there, in units of the mean leg.
     fn end_changes(&self, variation: &SplineVariation<'_>) -> [Option<Mat<f64>>; 2] {
         let states = &self.states;
         let knots = [0, states.count() - 1];
@@ -284,7 +286,7 @@ impl SplineDerivative {
         })
     }
 
-    /// `(u_0, w_0, u_1, w_1)` of a piece in its own time.
+    /// `(u_0, w_0, u_1, w_1)` of a piece, in its own time.
     fn ends_of(&self, piece: usize, u: &[Mat<f64>], w: &[Mat<f64>]) -> State {
         let h = Scale(self.states.lengths[piece]);
         [
@@ -311,7 +313,8 @@ impl SplineDerivative {
     }
 }
 
-/// The span of points and given vectors, where that is all that the spline needs and smaller than what its pieces span alone.
+/// The span of points and given vectors, if it contains everything the spline needs and is smaller than the spans of
+/// the pieces.
 fn span(states: &KnotStates, given: [Given; 2]) -> Span {
     let (n, k) = states.point(0).shape();
     if n <= 4 * k {
@@ -339,5 +342,5 @@ fn span(states: &KnotStates, given: [Given; 2]) -> Span {
     span
 }
 
-/// What vectors of a spline that stays in the span of its points may be outside of it.
+/// Largest component outside the span of the points for which a spline counts as contained in it.
 const OFF: f64 = 1e-9;

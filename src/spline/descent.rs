@@ -1,4 +1,4 @@
-//! Descents to splines of low cost: chains of short legs through the knots, whose own knots are free.
+//! Descents to splines of low cost: chains of short legs that pass through the knots and have free knots in between.
 
 use faer::Mat;
 
@@ -21,25 +21,28 @@ use crate::manifold::grassmann::joining::alignment;
 use crate::shooting::{Descent, Held, Layout, LeastCost, least_cost, products_of_step};
 use crate::space::{Quotient, in_space};
 
-/// Descents end with a gradient of this size, in the time of a leg.
+/// Norm of the gradient at which descents stop, in the time of a leg.
 const TOLERANCE: f64 = 1e-6;
 
-/// Steps of a descent at most. With 30 two more of 78 splines with given accelerations and uneven times are lost.
+/// Maximal number of steps of a descent. With 30, two more of 78 splines with given accelerations and uneven times are
+/// not solved.
 const MAX_STEPS: usize = 100;
 
-/// A descent is begun if so many steps of it may be done.
+/// A descent begins only if at least this many steps fit into the remaining work.
 const FEWEST_STEPS: f64 = 20.0;
 
-/// Legs of a chain at least: the equations of a closed one are cyclic from three on.
+/// Minimal number of legs of a chain: the equations of a closed one are cyclic from three on.
 const FEWEST_LEGS: usize = 3;
 
-/// Motions with the velocities that descents start with: those of the flat spline, and none but those that are given.
+/// Motions whose velocities are the starts of descents: those of the flat spline, and zero except where velocities are
+/// given.
 ///
-/// Of 102 splines through knots far apart with given accelerations and uneven times 19 are lost without the first one; of
-/// 102 through random knots with end velocities of up to 6 ten cost more without the second one, up to 2.7 times as much.
+/// Of 102 splines through distant knots with given accelerations and uneven times, 19 are not solved without the first
+/// one; of 102 through random knots with end velocities up to 6, ten cost up to 2.7 times as much without the second
+/// one.
 ///
 /// # Errors
-/// Those of the flat spline.
+/// Velocities of the flat spline.
 pub(super) fn starts(chain: &Framed<'_>, ends: &Ends) -> Result<[Motion; 2]> {
     let flat = Interpolation::new(chain, ends)?.start()?;
     let knots = chain.lengths().len() + 1;
@@ -54,8 +57,8 @@ pub(super) fn starts(chain: &Framed<'_>, ends: &Ends) -> Result<[Motion; 2]> {
     Ok([flat, resting])
 }
 
-/// The motion to which a descent leads from curves that roll from knot to knot with the velocities of another; `None` if it does
-/// not come to rest.
+/// The motion found by a descent from curves that roll from knot to knot with the velocities of another motion; `None`
+/// if it does not come to rest.
 ///
 /// # Errors
 /// `Interrupted`.
@@ -71,8 +74,8 @@ pub(super) fn end(
     })
 }
 
-/// The motion to which a descent leads from the cubic of flat space with other data, of a chain of one leg; `None` if it does not
-/// come to rest.
+/// The motion found by a descent from the cubic of flat space with other data, for a chain of one leg; `None` if it
+/// does not come to rest.
 ///
 /// # Errors
 /// `Interrupted`.
@@ -93,7 +96,7 @@ pub(super) fn end_along(
     })
 }
 
-/// The motion to which a descent leads from curves along the legs, with the velocities of a motion at the knots.
+/// The motion found by a descent from given curves along the legs, with the velocities of a motion at the knots.
 ///
 /// # Errors
 /// `Interrupted`.
@@ -143,20 +146,20 @@ fn descend(chain: &Framed<'_>, start: FreeKnots, effort: Effort<'_>) -> Result<L
     ))
 }
 
-/// Knots of a chain whose legs are parts of those of another one.
+/// A chain whose legs subdivide those of another one.
 struct FreeKnots {
     frames: Vec<f64>,
     velocities: Vec<f64>,
     layout: Layout,
-    /// Which of them are those of the other chain.
+    /// Indices of those knots that belong to the other chain.
     at: Vec<usize>,
 }
 
 impl FreeKnots {
-    /// Along a curve for each leg of a chain, with the velocities of a motion at its knots.
+    /// Built from one curve per leg of a chain, with the velocities of a motion at its knots.
     ///
     /// # Errors
-    /// Where there are none.
+    /// An error if a curve does not exist.
     fn new(
         chain: &Framed<'_>,
         ends: &Ends,
@@ -204,7 +207,7 @@ impl FreeKnots {
     }
 }
 
-/// Of no legs yet.
+/// A layout without legs.
 fn layout(ends: &Ends) -> Layout {
     let acceleration = |end: &End| end.acceleration().map_or(Vec::new(), <[f64]>::to_vec);
     Layout {
@@ -218,7 +221,7 @@ fn layout(ends: &Ends) -> Layout {
     }
 }
 
-/// The curve that rolls along a leg, in the coordinates of the frame where it starts.
+/// The curve that rolls along a leg, in the frame at its start.
 fn rolling(chain: &Framed<'_>, leg: usize, motion: &Motion, fewest: usize) -> Result<DescentStart> {
     let (velocity, end) = relative_ends(chain, leg, motion)?;
     let ends = RelativeEnds {
@@ -228,7 +231,8 @@ fn rolling(chain: &Framed<'_>, leg: usize, motion: &Motion, fewest: usize) -> Re
     DescentStart::rolling(chain.blocks().kind(), ends, LONGEST_LEG, fewest)
 }
 
-/// The velocity at the start of a leg, and point and velocity at its end, in the time of the leg and the frame where it starts.
+/// The velocity at the start of a leg, and point and velocity at its end, in the time of the leg and the frame at its
+/// start.
 fn relative_ends(
     chain: &Framed<'_>,
     leg: usize,
@@ -246,7 +250,7 @@ fn relative_ends(
         &target * velocity(leg + 1).tangent(),
     ];
     if blocks.quotient == Quotient::Subspaces {
-        // In terms of the basis nearest to that at the start.
+        // Expressed in the basis nearest to the one at the start.
         let first = identity_columns(target.nrows(), blocks.k);
         let turn = alignment(first.as_ref(), end[0].as_ref())?;
         end = end.map(|a| a * &turn);
@@ -254,7 +258,7 @@ fn relative_ends(
     Ok((velocity(leg), end))
 }
 
-/// The motion between the knots of a chain that a descent has found, by where its knots are those of the chain.
+/// The motion between the knots of the original chain, extracted from the result of a descent.
 fn motion(chain: &Framed<'_>, at: &[usize], found: &LeastCost) -> Motion {
     let d = chain.size();
     let mut motion = Motion::zeros(d, at.len());

@@ -1,4 +1,4 @@
-//! What a spline does at its ends.
+//! End conditions of splines.
 
 use faer::{Mat, MatRef};
 
@@ -28,16 +28,16 @@ use crate::space::Quotient;
 /// ```
 #[derive(Debug, Clone)]
 pub enum EndConditions {
-    /// No covariant acceleration at both ends: the curve of least cost through the points.
+    /// Zero covariant acceleration at both ends: the curve of least cost through the points.
     Natural,
     /// One condition at each end.
     Each(Box<[EndCondition; 2]>),
-    /// The last point is the first one; velocity and covariant acceleration agree there.
+    /// The last point equals the first one; velocity and covariant acceleration agree there.
     Periodic,
 }
 
 impl EndConditions {
-    /// The vectors that are given.
+    /// The given vectors.
     pub(super) fn vectors(&self) -> Vec<MatRef<'_, f64>> {
         match self {
             EndConditions::Each(each) => each.iter().map(|end| end.vector().as_ref()).collect(),
@@ -95,10 +95,10 @@ impl End {
     }
 }
 
-/// Checks that end vectors are tangent, and that a closed spline closes.
+/// Check that end vectors are tangent, and that a closed spline closes.
 ///
 /// # Errors
-/// `Shape`, `NonFinite`, `NotTangent`, `InvalidArgument`, in `AtKnot`.
+/// `Shape`, `NonFinite`, `NotTangent`, `InvalidArgument`, wrapped in `AtKnot`.
 pub(super) fn check_ends(
     quotient: Quotient,
     points: &[MatRef<'_, f64>],

@@ -1,4 +1,4 @@
-//! The equations of a smoothing spline, whose knots are unknown too, and how they are solved.
+//! The equations of a smoothing spline, whose knots are unknowns too, and their solution.
 
 use faer::Mat;
 
@@ -15,41 +15,41 @@ use crate::solve::anderson::Anderson;
 use crate::solve::gmres::{Gmres, norm};
 use crate::space::Quotient;
 
-/// Vectors that an arrival has here: distance, velocity, acceleration and the third vector.
+/// Vectors computed per leg: distance, velocity, acceleration and the third vector.
 const VECTORS: usize = 4;
 
-/// Past steps that are mixed in.
+/// Number of past steps used by Anderson mixing.
 const DEPTH: usize = 6;
 
-/// Residuals are integrated to this share of the one before.
+/// Integration accuracy of residuals, relative to the previous residual.
 const ACCURACY_SHARE: f64 = 2e-5;
 
-/// Differences of the equations, relative to the motion, and what is left out of an integration there.
+/// Step of difference quotients of the equations, relative to the motion, and integration accuracy there.
 const DIFFERENCE: f64 = 1e-7;
 const DIFFERENCE_ACCURACY: f64 = 1e-13;
 
-/// A step by GMRES leaves this share of the linear equations.
+/// Relative residual to which GMRES solves the linear equations.
 const KRYLOV_SHARE: f64 = 1e-2;
 
-/// A Newton step is shortened until what is left falls by this share of what it predicts.
+/// A Newton step is shortened until the residual decreases by this fraction of the predicted decrease.
 const SUFFICIENT_DECREASE: f64 = 1e-4;
 
-/// Halvings of a step before it is given up.
+/// Number of times a step is halved before it is given up.
 const MAX_HALVINGS: i32 = 8;
 
-/// Steps in a row that may leave more than half of the least residual so far.
+/// Number of consecutive steps that may leave more than half of the smallest residual so far.
 const PATIENCE: usize = 8;
 
-/// Newton steps in a row that may leave more than half of the shortest flat step so far. Without a limit, 100 unequal times on
-/// St(4, 2) with a weight near zero take 200 steps and 31 s before they are refused, with it 4 s; of 62 solutions for six
-/// points 2 to 2.5 apart it loses two, which took 44 and 51 steps.
+/// Number of consecutive Newton steps that may leave more than half of the shortest flat step so far. Without a limit,
+/// 100 unequal times on St(4, 2) with a weight near zero take 200 steps and 31 s before they are refused, with it 4 s;
+/// two of 62 solutions for six points 2 to 2.5 apart, which took 44 and 51 steps, are no longer found.
 const NEWTON_PATIENCE: usize = 12;
 
-/// Round-off of a position, in units of the 3/2-th power of the number of legs: errors of unit steps that add up to changes of
-/// velocity, and these once more. Up to 0.8 of it is seen from 10 to 4000 unequal legs.
+/// Round-off of a position, in units of the number of legs to the power 3/2: errors of unit steps accumulate in the
+/// velocity, and again in the position. Up to 0.8 of this value is observed for 10 to 4000 unequal legs.
 const ROUND_OFF: f64 = 0.5 * f64::EPSILON;
 
-/// Data, sorted by knots.
+/// The data, sorted by knots.
 pub(super) struct Data {
     points: Vec<Mat<f64>>,
     knots: Vec<usize>,
@@ -73,10 +73,10 @@ impl Data {
         &self.points[datum]
     }
 
-    /// The sum of weights times squared distances from points at the knots.
+    /// The sum of weights times squared distances between the data and the points at the knots.
     ///
     /// # Errors
-    /// Those of a logarithm.
+    /// The errors of a logarithm.
     pub(super) fn misfit(
         &self,
         manifold: &Stiefel,
@@ -101,7 +101,7 @@ impl Data {
         Ok(squares.iter().sum())
     }
 
-    /// Which knot each belongs to.
+    /// The knot of each datum.
     pub(super) fn knots(&self) -> &[usize] {
         &self.knots
     }
@@ -116,17 +116,17 @@ impl Data {
         sums
     }
 
-    /// The tangent vectors from the knots of a chain to the data, one after the other.
+    /// The logarithms of the data at the knots of a chain, one after another.
     ///
     /// # Errors
-    /// In `AtKnot`, where there is none.
+    /// An error wrapped in `AtKnot` if a logarithm does not exist.
     pub(super) fn displacements<C: Movable>(
         &self,
         chain: &C,
         work: &Work,
     ) -> Result<Vec<Vec<f64>>> {
         let is_far = |knot: usize, away: &[f64]| chain.square(knot, away) > FAR * FAR;
-        // All of them, even where one is not reached: so the work that is counted does not depend on the threads.
+        // All of them are computed even if one fails, so that the counted work does not depend on the threads.
         let all = for_each(
             self.len(),
             || (),
@@ -143,13 +143,13 @@ impl Data {
     }
 }
 
-/// Data farther away than this, and those that are not reached, take a logarithm that looks for the shortest geodesic: that takes
-/// about as long as moving a knot so many times: half as long as that on St(9,7), 5 to 11 times on St(8,4) and St(12,4), 17 on
-/// St(10,3).
+/// Distance beyond which, or after a failure, the logarithm searches for the shortest geodesic. That takes about as
+/// long as moving a knot this many times: half as long as that on St(9,7), 5 to 11 times on St(8,4) and St(12,4), 17
+/// times on St(10,3).
 const FAR: f64 = 2.8;
 const SEARCHES: f64 = 8.0;
 
-/// How much work it is to tell what is left of the equations.
+/// Work of evaluating the residuals of the equations.
 pub(super) fn work_of_balance<C: Movable>(chain: &C) -> f64 {
     chain.lengths().len() as f64 * (chain.work_of_leg() + chain.work_of_knot())
 }
@@ -161,15 +161,15 @@ struct State<C> {
 }
 
 impl<C: Movable> State<C> {
-    /// Numbers of all positions, or of all velocities.
+    /// Number of coordinates of all positions, or of all velocities.
     fn count(&self) -> usize {
         self.chain.size() * (self.chain.lengths().len() + 1)
     }
 }
 
-/// A smoothing spline on its way.
+/// The state of the iteration for a smoothing spline.
 ///
-/// Steps are changes of the positions, the velocities and the bends, these [`stretched`](Fit::stretch).
+/// Steps are changes of the positions, the velocities and the bends; the latter are [scaled](Fit::stretch).
 pub(super) struct Fit<'d, C> {
     state: State<C>,
     data: &'d Data,
@@ -178,7 +178,7 @@ pub(super) struct Fit<'d, C> {
     work: &'d Work,
 }
 
-/// What is left of the equations, and the step that would solve them in flat space.
+/// Residuals of the equations, and the step that would solve them in flat space.
 struct Balance {
     step: Vec<f64>,
     size: f64,
@@ -186,10 +186,10 @@ struct Balance {
 }
 
 impl<'d, C: Movable> Fit<'d, C> {
-    /// The smoothing spline of flat space, for a chain through points near the data.
+    /// Starts with the smoothing spline of flat space, for a chain through points near the data.
     ///
     /// # Errors
-    /// Where the knots cannot be moved there.
+    /// An error if the knots cannot be moved there.
     pub(super) fn new(
         chain: C,
         data: &'d Data,
@@ -218,15 +218,15 @@ impl<'d, C: Movable> Fit<'d, C> {
         &self.state.motion
     }
 
-    /// `sum w d^2`, where the last balance was struck.
+    /// `sum w d^2` at the last evaluated state.
     pub(super) fn misfit(&self) -> f64 {
         self.misfit
     }
 
-    /// By the fixed-point iteration of the step of flat space, with Anderson mixing; where that stalls, by Newton's method.
+    /// Iterates the step of flat space, with Anderson mixing; if that stalls, uses Newton's method.
     ///
     /// # Errors
-    /// Where the start cannot be integrated; `Interrupted`.
+    /// An error if the start cannot be integrated; `Interrupted`.
     pub(super) fn solve(&mut self, tolerance: f64, max_iterations: usize) -> Result<SolverReport> {
         let legs = self.state.chain.lengths().len() as f64;
         let tolerance = tolerance.max(ROUND_OFF * legs * legs.sqrt());
@@ -286,7 +286,7 @@ impl<'d, C: Movable> Fit<'d, C> {
         Ok(SolverReport::new(reason, iterations, found.size, tolerance))
     }
 
-    /// None where the state cannot be integrated, or its knots not be joined.
+    /// `None` if the state cannot be integrated, or its knots cannot be joined.
     fn tried(
         &self,
         accuracy: Accuracy,
@@ -305,7 +305,7 @@ impl<'d, C: Movable> Fit<'d, C> {
         }
     }
 
-    /// Knots moved, with the velocities there, and the motion changed, by a share of a step.
+    /// The state after a fraction of a step: knots moved with their velocities, and the motion changed.
     fn advanced(&self, share: f64, step: &[f64]) -> Result<State<C>> {
         let State { chain, motion } = &self.state;
         let (shifts, change) = step.split_at(self.state.count());
@@ -319,7 +319,7 @@ impl<'d, C: Movable> Fit<'d, C> {
         Ok(State { chain, motion })
     }
 
-    /// After a Newton step, shortened until the flat step is shorter.
+    /// The state after a Newton step, which is shortened until the flat step decreases.
     fn descended(&self, accuracy: Accuracy, here: &Balance) -> Result<Option<(State<C>, Balance)>> {
         let Some(step) = self.newton_step(accuracy, &here.step)? else {
             return Ok(None);
@@ -339,8 +339,8 @@ impl<'d, C: Movable> Fit<'d, C> {
         Ok(None)
     }
 
-    /// By GMRES with differences: the flat step has a derivative near minus the identity. None where a difference cannot be
-    /// taken.
+    /// The Newton step by GMRES with difference quotients, for which the flat step is the preconditioner: its
+    /// derivative is near minus the identity. `None` if a difference cannot be computed.
     fn newton_step(&self, accuracy: Accuracy, here: &[f64]) -> Result<Option<Vec<f64>>> {
         let base = self.balance(&self.state, accuracy)?.step;
         let size = norm(&self.state.motion.entries).max(1.0);
@@ -364,8 +364,9 @@ impl<'d, C: Movable> Fit<'d, C> {
         }
     }
 
-    /// By which bends are multiplied in steps: where the weight of the cost is large they are small, but so exact that the data
-    /// balance on them. Data along `N` legs bend a curve by `N^2 / lambda` of their distances from it.
+    /// Factor by which bends are multiplied in steps. If the weight of the cost is large, bends are small, but they
+    /// must balance the data accurately. Data along `N` legs bend a curve by `N^2 / lambda` times their distances from
+    /// it.
     fn stretch(&self) -> f64 {
         let legs = self.state.chain.lengths().len() as f64;
         (self.flat.lambda() / (legs * legs)).max(1.0)
@@ -406,7 +407,7 @@ impl<'d, C: Movable> Fit<'d, C> {
         let each = jumps.chunks_exact(d).zip(step.chunks_exact(d)).enumerate();
         for (knot, (jump, shift)) in each {
             let h = self.shortest(knot);
-            // A NaN stays.
+            // NaN is propagated.
             for part in [square(shift).sqrt(), h * h * square(jump).sqrt()] {
                 size = if part <= size { size } else { part };
             }

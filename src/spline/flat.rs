@@ -5,9 +5,9 @@
 //!     = 6 \Bigl( \frac{\Delta_-}{h_-^2} + \frac{\Delta_+}{h_+^2} \Bigr)
 //! ```
 //!
-//! Displacements are those of the quasi-geodesics between neighbours, which also carry vectors from knot to knot.
-//! Carried to one knot, the equations are a tridiagonal matrix of numbers, so elimination is that of Thomas with
-//! vectors on the right.
+//! Displacements are the initial velocities of the quasi-geodesics between neighbours, along which vectors are carried
+//! from knot to knot. Carried to one knot, the equations have a tridiagonal matrix of numbers, so the Thomas algorithm
+//! applies, with vectors as right-hand sides.
 
 use faer::{MatMut, MatRef};
 
@@ -16,18 +16,18 @@ use super::links::Links;
 use crate::linalg::product::axpy;
 use crate::manifold::carrier::Direction;
 
-/// A closed spline is unrolled by so many knots beyond both ends. What the ends do decays by at least a half per knot,
-/// by `2 - sqrt 3` for equal legs: `1e-13` and `1e-25`.
+/// A closed spline is unrolled by this many knots beyond both ends. The influence of the ends decays by at least one
+/// half per knot, for equal legs by `2 - sqrt 3`: to `1e-13` and `1e-25`.
 const OVERLAP: usize = 44;
 
-/// The matrix, eliminated.
+/// The factored matrix.
 pub(super) struct FlatSystem {
     lengths: Vec<f64>,
-    /// The knot of each row: in order, with a part again for a closed spline.
+    /// The knot of each row: in order, with some knots repeated for a closed spline.
     knots: Vec<usize>,
-    /// Rows before the first one that counts.
+    /// Number of leading rows that only unroll a closed spline.
     skipped: usize,
-    /// What is taken of the row before.
+    /// Multiples of the previous row that elimination subtracts.
     factors: Vec<f64>,
     pivots: Vec<f64>,
     above: Vec<f64>,
@@ -78,12 +78,12 @@ impl FlatSystem {
         }
     }
 
-    /// Knots that have a velocity of their own: the last one of a closed spline is the first.
+    /// Number of knots with a separate velocity: the last knot of a closed spline is the first one.
     pub(super) fn unknown_knots(&self) -> usize {
         self.knots.len() - 2 * self.skipped
     }
 
-    /// Velocities from right-hand sides, `size = n k` entries at each knot, in place.
+    /// Replaces right-hand sides by velocities, with `size = n k` entries per knot.
     pub(super) fn solve(&self, chain: &mut Links, shape: (usize, usize), right: &mut [f64]) {
         let (rows, size) = (self.knots.len(), shape.0 * shape.1);
         let mut all: Vec<f64> = Vec::with_capacity(rows * size);
@@ -128,7 +128,7 @@ impl FlatSystem {
         }
     }
 
-    /// The right-hand sides of a spline; accelerations and velocities of `ends` stand in the equations of their knots.
+    /// The right-hand sides of a spline; accelerations and velocities of `ends` enter the equations of their knots.
     pub(super) fn right_side(
         &self,
         chain: &Links,
@@ -173,12 +173,12 @@ pub(super) fn has_velocity(ends: &EndConditions, knot: usize, last: usize) -> bo
     matches!(end, EndCondition::Velocity(_))
 }
 
-/// The entries of a vector, column by column, as a matrix.
+/// The entries of a vector as a matrix, stored by columns.
 pub(super) fn matrix(entries: &[f64], shape: (usize, usize)) -> MatRef<'_, f64> {
     MatRef::from_column_major_slice(entries, shape.0, shape.1)
 }
 
-/// As [`matrix`], to be written.
+/// As [`matrix`], mutable.
 pub(super) fn matrix_mut(entries: &mut [f64], shape: (usize, usize)) -> MatMut<'_, f64> {
     MatMut::from_column_major_slice_mut(entries, shape.0, shape.1)
 }

@@ -1,14 +1,15 @@
 //! The smoothing spline in flat space: its linear system, and the step that would solve the equations there.
 //!
-//! Fields of a knot are the change `p` of its position and `y = s a` with the new acceleration `a` there, `s = max(1, lambda)`.
-//! With `D` the jumps of divided differences and `M` the mass matrix of linear elements,
+//! The unknowns at a knot are the change `p` of its position and `y = s a` with the new acceleration `a` and `s =
+//! max(1, lambda)`. With the matrix `D` of jumps of divided differences and the mass matrix `M` of linear elements,
 //!
 //! ```math
 //! \frac s\lambda W p + D y = \frac s\lambda W e,\qquad D p - \frac1s M y = 0
 //! ```
 //!
-//! for data `e`: a symmetric quasi-definite matrix of entries that stay of their size for every `lambda`, from interpolation
-//! (`s = 1`, `W / lambda` large) to the straight line of regression (`1 / s = 0`), where `y` are the multipliers of `D p = 0`.
+//! for data `e`. The matrix is symmetric and quasi-definite, with entries of moderate size for every `lambda`, from
+//! interpolation (`s = 1`, `W / lambda` large) to the regression line (`1 / s = 0`), where `y` are the multipliers of
+//! `D p = 0`.
 //!
 //! # Source
 //! Reinsch (1967), "Smoothing by spline functions", Numer. Math. 10, 177-183. Elimination without pivoting: Vanderbei (1995),
@@ -21,8 +22,9 @@ use crate::error::{Error, Result};
 use crate::manifold::carrier::Direction;
 use crate::solve::tridiagonal::{Row, Shape, Tridiagonal, diagonal_of_inverse};
 
-/// Weight of the cost in units of the mean leg and of the largest weight, within which all that a number can tell of a curve
-/// is told: beyond `1e100` no acceleration bends the curve by round-off, below `1e-100` no datum is missed by it.
+/// Range of the weight of the cost, in units of the mean leg and of the largest weight, outside which it makes no
+/// difference: above `1e100` no acceleration bends the curve by as much as round-off, below `1e-100` the curve passes
+/// through every datum.
 const LAMBDAS: [f64; 2] = [1e-100, 1e100];
 
 /// The matrix for given times, weights and `lambda`.
@@ -37,10 +39,10 @@ pub(super) struct FlatSmoothing {
 }
 
 impl FlatSmoothing {
-    /// For the sums of the weights at the knots.
+    /// Built for the sums of the weights at the knots.
     ///
     /// # Errors
-    /// `InvalidArgument` (times so unequal that numbers run out).
+    /// `InvalidArgument` (times so unequal that the arithmetic overflows or underflows).
     pub(super) fn new(lengths: &[f64], weights: Vec<f64>, lambda: f64) -> Result<Self> {
         let lambda = lambda.clamp(LAMBDAS[0], LAMBDAS[1]);
         let s = lambda.max(1.0);
@@ -61,12 +63,12 @@ impl FlatSmoothing {
         self.pull
     }
 
-    /// `s`, by which accelerations are multiplied to be of the size of the forces of data.
+    /// `s`, the factor that makes accelerations comparable to the forces of the data.
     pub(super) fn stretch(&self) -> f64 {
         1.0 / self.pliancy
     }
 
-    /// `lambda`, within the range that makes a difference.
+    /// `lambda`, limited to the range in which it makes a difference.
     pub(super) fn lambda(&self) -> f64 {
         self.stretch() / self.pull
     }
@@ -74,19 +76,19 @@ impl FlatSmoothing {
     /// Trace of the influence matrix.
     ///
     /// # Errors
-    /// `InvalidArgument` (times so unequal that numbers run out).
+    /// `InvalidArgument` (times so unequal that the arithmetic overflows or underflows).
     pub(super) fn degrees_of_freedom(&self, lengths: &[f64]) -> Result<f64> {
         let diagonal = diagonal_of_inverse(&self.rows).ok_or_else(|| too_unequal(lengths))?;
         let each = diagonal.iter().zip(&self.weights);
         let trace: f64 = each.map(|(block, w)| block[0][0] * self.pull * w).sum();
-        // Against round-off.
+        // Limits round-off.
         Ok(trace.clamp(2.0, self.weights.len() as f64))
     }
 
     /// Solves for `(p, y)` in place, from the right-hand sides of their rows.
     ///
     /// # Errors
-    /// Those of carrying.
+    /// The errors of carrying.
     pub(super) fn solve<C: Chain>(
         &self,
         chain: &C,
@@ -96,11 +98,11 @@ impl FlatSmoothing {
         self.system.solve(&mut Carrying { chain, worker }, right)
     }
 
-    /// Changes of the positions and of the motion that would solve the equations in flat space, from where the legs arrive and
-    /// the sums of weights times tangent vectors to the data.
+    /// Changes of the positions and of the motion that would solve the equations in flat space, from the ends of the
+    /// legs and the sums of weights times tangent vectors to the data.
     ///
     /// # Errors
-    /// Those of carrying.
+    /// The errors of carrying.
     pub(super) fn step<C: Chain>(
         &self,
         chain: &C,
@@ -132,7 +134,8 @@ impl FlatSmoothing {
             let (b, e) = (&motion.bend(leg)[..d], &legs[leg].acceleration_back);
             let (r, w) = (arrivals.vector(leg, 0), arrivals.vector(leg, 1));
             let per_y = h * h * self.pliancy;
-            // Of two legs at a knot the longer one tells its velocity: the other divides round-off by a smaller time.
+            // Of two legs at a knot, the longer one determines its velocity: the shorter one divides round-off by a
+            // smaller time.
             if leg == 0 || h > lengths[leg - 1] {
                 let (r, velocity) = (arrivals.distance_back(leg), change.velocity_mut(leg));
                 for i in 0..d {
@@ -198,7 +201,7 @@ impl FlatSmoothing {
     }
 }
 
-/// Accelerations of a leg, carried from its one end to the other.
+/// Accelerations at both ends of a leg, each carried to the other end.
 struct Carried {
     first_ahead: Vec<f64>,
     acceleration_back: Vec<f64>,
@@ -255,7 +258,7 @@ fn rows(lengths: &[f64], weights: &[f64], pull: f64, pliancy: f64) -> Vec<Row<2>
     for (leg, h) in lengths.iter().enumerate() {
         let (r1, mass) = (1.0 / h, pliancy * h / 6.0);
         let (starts, ends) = (leg > 0, leg + 1 < last);
-        // `y` is zero at both ends: no column, no row.
+        // `y` is zero at both ends, so it has neither column nor row there.
         let [at_start, at_end] = [starts, ends].map(|inner| if inner { r1 } else { 0.0 });
         let between = if starts && ends { mass } else { 0.0 };
         let before = &mut rows[leg];
@@ -287,7 +290,7 @@ fn too_unequal(lengths: &[f64]) -> Error {
     }
 }
 
-/// The leading entries.
+/// `to += factor from`, for the leading entries.
 pub(super) fn add_scaled(to: &mut [f64], factor: f64, from: &[f64]) {
     for (to, from) in to.iter_mut().zip(from) {
         *to += factor * from;

@@ -1,4 +1,4 @@
-//! A chain of few dimensions: every knot has an orthogonal frame, and vectors are coordinates in it.
+//! A chain in few dimensions: every knot has an orthogonal frame, and vectors are coordinates in it.
 
 use std::sync::Arc;
 
@@ -27,13 +27,13 @@ use crate::manifold::quasi_geodesic::EndpointProblem;
 use crate::manifold::{Grassmann, QuasiGeodesic, Stiefel};
 use crate::space::{Homogeneous, Kind, Quotient, Shape, in_space};
 
-/// Legs from which on it is faster to integrate eight abreast.
+/// Number of legs from which integrating eight at once is faster.
 const WORTHWHILE: usize = 3;
 
-/// Knots with frames, shape `(r, r)`, the point as first columns.
+/// Knots with frames of shape `(r, r)`, whose first columns are the point.
 pub(super) struct Framed<'a> {
     blocks: Sized,
-    /// Of the points: one more than that of the blocks where `St(r, r)` is solved as `St(r, r - 1)`.
+    /// Columns of the points: one more than the blocks have if `St(r, r)` is solved as `St(r, r - 1)`.
     columns: usize,
     frames: Arc<[Mat<f64>]>,
     lengths: Vec<f64>,
@@ -43,10 +43,10 @@ pub(super) struct Framed<'a> {
 }
 
 impl<'a> Framed<'a> {
-    /// For knots with the given frames, whose first columns are the points.
+    /// Built for knots with the given frames, whose first columns are the points.
     ///
     /// # Errors
-    /// In `AtKnot` `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents`.
+    /// `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents`, wrapped in `AtKnot`.
     pub(super) fn new(
         kind: Kind,
         frames: Arc<[Mat<f64>]>,
@@ -75,23 +75,23 @@ impl<'a> Framed<'a> {
         })
     }
 
-    /// The same for curves in tension.
+    /// The same chain for curves in tension.
     pub(super) fn in_tension(mut self, tension: f64) -> Self {
         self.tension = tension;
         self
     }
 
-    /// Of the curves.
+    /// Tension of the curves.
     pub(super) fn tension(&self) -> f64 {
         self.tension
     }
 
-    /// In the time of a leg.
+    /// The tension in the time of a leg.
     fn leg_tension(&self, leg: usize) -> f64 {
         self.tension * self.lengths[leg].powi(2)
     }
 
-    /// The distance to the farthest neighbour, along the curve that joins them.
+    /// The largest distance between neighbours, along the curves that join them.
     pub(super) fn longest(&self) -> f64 {
         let lengths = self
             .links
@@ -115,12 +115,12 @@ impl<'a> Framed<'a> {
         self.columns
     }
 
-    /// At the knots, shape `(r, r)`, the points as first columns.
+    /// Frames at the knots, shape `(r, r)`, with the points as first columns.
     pub(super) fn frames(&self) -> Arc<[Mat<f64>]> {
         Arc::clone(&self.frames)
     }
 
-    /// The next knot's frame in that of the knot where a leg starts, leg by leg.
+    /// For each leg, the frame of the next knot relative to the frame of the knot where the leg starts.
     pub(super) fn targets(&self) -> impl Iterator<Item = &[f64]> {
         self.links.iter().map(|link| link.next.as_slice())
     }
@@ -137,7 +137,7 @@ impl<'a> Framed<'a> {
         &self.frames[knot] * MatRef::from_column_major_slice(&vector, r, self.columns)
     }
 
-    /// The frame of a knot that is moved along a tangent vector.
+    /// The frame of a knot after moving it along a tangent vector.
     fn moved_frame(&self, knot: usize, shift: &[f64]) -> Result<Mat<f64>> {
         let k = self.columns;
         let tangent = self.tangent(knot, shift);
@@ -145,14 +145,13 @@ impl<'a> Framed<'a> {
         let mut frame = turned(&curve, self.frames[knot].as_ref(), 1.0);
         let point = curve.point(1.0)?;
         frame.as_mut().subcols_mut(0, k).copy_from(point);
-        // Against round-off of many moves.
+        // Removes the round-off accumulated over many moves.
         Ok(thin_q(frame.as_ref()))
     }
 }
 
-/// Sizes of the blocks of a problem with points of shape `(r, k)`: `St(r, r)` is solved as `St(r, r - 1)`, to which each of its
-/// components is isometric, since the other columns determine the last one. One column has no other one: `St(1, 1)` stays what
-/// it is, two points.
+/// Block sizes of a problem with points of shape `(r, k)`. `St(r, r)` is solved as `St(r, r - 1)`, to which each of its
+/// components is isometric, since the other columns determine the last one. `St(1, 1)`, two points, is not reduced.
 pub(super) fn blocks(kind: Kind, [r, k]: [usize; 2]) -> Sized {
     let columns = if kind == Kind::REAL_FRAMES && r == k && k > 1 {
         k - 1
@@ -162,10 +161,10 @@ pub(super) fn blocks(kind: Kind, [r, k]: [usize; 2]) -> Sized {
     Sized::of_kind(r - columns, columns, kind)
 }
 
-/// Frames at points, which are their first columns. Those of subspaces are carried along from one to the next.
+/// Frames whose first columns are the points. For subspaces they are carried along from one to the next.
 ///
 /// # Errors
-/// `NoJoiningCurve` in `AtKnot`, of subspaces.
+/// `NoJoiningCurve` wrapped in `AtKnot`, for subspaces.
 pub(super) fn frames(kind: Kind, points: &[Mat<f64>]) -> Result<Vec<Mat<f64>>> {
     let complete = |point: &Mat<f64>| complete_over(kind.field, point.as_ref());
     let (r, k) = points[0].shape();
@@ -182,7 +181,7 @@ pub(super) fn frames(kind: Kind, points: &[Mat<f64>]) -> Result<Vec<Mat<f64>>> {
         let (curve, _) =
             join_spans(ends[0], ends[1], &mut problem).map_err(|error| error.at_knot(knot - 1))?;
         let mut frame = match points[knot] == points[0] {
-            // Of a closed chain.
+            // The last frame of a closed chain.
             true => frames[0].clone(),
             false => turned(&curve, frames[knot - 1].as_ref(), 1.0),
         };
@@ -238,7 +237,7 @@ impl<'a> Chain for Framed<'a> {
         let (vector, moved) = worker.scratch.split_at_mut(r * columns);
         write_vector(vector, v, r, self.blocks);
         let transposed = way == Direction::Backward;
-        // left v, then (left v) right; transposed factors on the way back.
+        // left v, then (left v) right; transposed factors for the opposite direction.
         for col in 0..columns {
             for row in 0..r {
                 moved[row + r * col] = (0..r)
@@ -274,7 +273,7 @@ impl<'a> Chain for Framed<'a> {
         } = *means;
         worker.leg.allow(speed);
         if starts.len() >= WORTHWHILE {
-            // The last one stands in for those that are not there.
+            // The last leg fills unused lanes.
             let at = |lane: usize| lane.min(starts.len() - 1);
             let next = std::array::from_fn(|lane| self.links[first + at(lane)].next.as_slice());
             let padded = std::array::from_fn(|lane| starts[at(lane)].clone());
@@ -291,7 +290,7 @@ impl<'a> Chain for Framed<'a> {
                     return Ok(());
                 }
                 Err(error) if error.is_interrupted() => return Err(error),
-                // Which of them it is comes out below.
+                // The failing leg is identified below.
                 Err(_) => {}
             }
         }
@@ -333,7 +332,7 @@ impl<'a> Chain for Framed<'a> {
     }
 
     fn work_of_leg(&self) -> f64 {
-        // Eight abreast they take half as long at the most.
+        // Eight at once take at most half as long.
         let share = if self.links.len() < WORTHWHILE {
             1.0
         } else {
@@ -347,7 +346,7 @@ impl<'a> Chain for Framed<'a> {
     }
 
     fn derivative_work(&self) -> f64 {
-        // Dual numbers take half a residual for a direction; small matrices take the rest.
+        // Each direction of dual numbers costs half a residual; the rest is for small matrices.
         3.0 + 1.5 * self.size() as f64
     }
 }
@@ -357,7 +356,7 @@ impl Movable for Framed<'_> {
         JOINS * work_of_join(self.blocks)
     }
 
-    /// Frames are carried along, so coordinates stay what they are.
+    /// Frames are carried along, so coordinates do not change.
     fn moved(&self, shifts: &[f64], _: &mut Motion) -> Result<Self> {
         let shift = |knot: usize| &shifts[self.size() * knot..][..self.size()];
         let frames = for_each(
@@ -396,7 +395,8 @@ fn at(a: &[f64], rows: usize, row: usize, col: usize, transposed: bool) -> f64 {
     }
 }
 
-/// The vector `[omega; b]` with the given coordinates, or all of `[[omega, -b^T], [b, 0]]` where there is room for it.
+/// Writes the vector `[omega; b]` with the given coordinates, or all of `[[omega, -b^T], [b, 0]]` if there is room for
+/// it.
 fn write_vector(out: &mut [f64], v: &[f64], r: usize, blocks: Sized) {
     let columns = out.len() / r;
     out.fill(0.0);
@@ -437,7 +437,7 @@ pub(super) fn coordinates(kind: Kind, frame: MatRef<'_, f64>, v: MatRef<'_, f64>
     )
 }
 
-/// The vector of `St(r, r)` that is a given one of `St(r, r - 1)`.
+/// The vector of `St(r, r)` that corresponds to a vector of `St(r, r - 1)`.
 fn full(x: &Horizontal) -> Horizontal {
     let k = x.omega.nrows();
     let omega = Mat::from_fn(k + 1, k + 1, |i, j| match (i < k, j < k) {

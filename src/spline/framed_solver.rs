@@ -1,4 +1,4 @@
-//! Splines through knots with frames: by series or collocation where the legs are slow; legs that are integrated elsewhere.
+//! Splines through knots with frames: by series or collocation if the legs are slow, otherwise by integrating the legs.
 
 use std::sync::Arc;
 
@@ -22,25 +22,29 @@ use crate::linalg::lanes::Lanes;
 use crate::shooting;
 use crate::space::{Homogeneous, in_space};
 
-/// Of a start whose legs turn more, in radians, the legs are integrated from the first, where velocities at ends are given: with 6, of
-/// 128 splines with end velocities of 10 and more 15 cost two to four times as much and 5 are lost; and where they are not. With 5 for
-/// both three of eight splines through 400 rotations up to 1.2 rad apart at uneven times take thirty times as long; 7 to 20 are alike.
+/// Largest rotation of a leg, in radians, for which the solvers by polynomials are used, if velocities at the ends are
+/// given and if they are not; for faster starts the legs are integrated from the beginning. With 6 for given end
+/// velocities, of 128 splines with end velocities of 10 and more 15 cost two to four times as much and 5 are not
+/// solved. With 5 for both, three of eight splines through 400 rotations up to 1.2 rad apart at uneven times take
+/// thirty times as long; values of 7 to 20 are alike.
 const FAST: f64 = 3.0;
 const FAST_WITH_FREE_ENDS: f64 = 12.0;
 
-/// Dimensions from which on sweeps of collocation take the place of series: splines through 40 to 100 points take them 2.6, 1.5, 1.3 and
-/// 0.8 times as long in 12, 22, 24 and 38 dimensions.
+/// Number of dimensions from which collocation sweeps replace series: relative to series, sweeps for splines through 40
+/// to 100 points take 2.6, 1.5, 1.3 and 0.8 times as long in 12, 22, 24 and 38 dimensions.
 const MANY: usize = 30;
 
-/// Legs along which a tension lets velocities grow by more than `e` to this are series in any dimension: a sweep puts `tau x'` in
-/// from the motion before it, which converges as `tau h^2 / 40` where the velocities at the ends are given.
+/// If tension lets velocities grow along a leg by more than `e` to this power, series are used in any dimension: a
+/// sweep takes `tau x'` from the previous motion, which converges as `tau h^2 / 40` if the velocities at the ends are
+/// given.
 const STIFF: f64 = 2.5;
 
-/// Where sweeps are used, lengths of neighbouring legs differ by this factor at most. Sweeps leave a share of the tolerance in the
-/// time of the shorter leg: by the longer one accelerations jump by 1e-9 to 6e-9 at a factor of 1000, by up to 1e-4 at 1e8.
+/// Largest ratio of the lengths of neighbouring legs for which sweeps are used. Sweeps meet the tolerance in the time
+/// of the shorter leg; in the time of the longer one, accelerations jump by 1e-9 to 6e-9 at a ratio of 1000, and by up
+/// to 1e-4 at 1e8.
 const UNEVEN: f64 = 100.0;
 
-/// Third derivatives of a start are integrated to this share.
+/// Integration accuracy of the third derivatives of a start.
 const START_ACCURACY: f64 = 1e-6;
 
 impl Solvable for Framed<'_> {
@@ -57,7 +61,7 @@ impl Solvable for Framed<'_> {
                 return Ok(found);
             }
         }
-        // What was tried counts as work, not as iterations: closed chains on St(5, 3) need most of theirs.
+        // Failed attempts count as work, not as iterations: closed chains on St(5, 3) need most of their iterations.
         match is_flat {
             true => Iteration::solve(&problem, motion, effort),
             false => Iteration::solve_near(&problem, motion, effort),
@@ -72,7 +76,7 @@ impl Solvable for Framed<'_> {
     }
 }
 
-/// The largest turn of a leg of a start from which the solvers by polynomials set out.
+/// Largest rotation of a leg for which the solvers by polynomials are used.
 fn fastest(ends: &Ends) -> f64 {
     match ends {
         Ends::Open(ends) if ends.iter().any(|end| end.velocity().is_some()) => FAST,
@@ -81,7 +85,7 @@ fn fastest(ends: &Ends) -> f64 {
 }
 
 impl Framed<'_> {
-    /// Whether the solvers by polynomials keep accelerations from jumping.
+    /// Whether the lengths of the legs are even enough for continuous accelerations from the solvers by polynomials.
     fn is_even(&self, ends: &Ends) -> bool {
         let lengths = self.lengths();
         let around = match ends {
@@ -93,7 +97,7 @@ impl Framed<'_> {
         self.size() < MANY || pairs.all(|(a, b)| a.max(*b) <= UNEVEN * a.min(*b))
     }
 
-    /// The largest turn of a leg by a motion's velocities, or from a knot to the next one.
+    /// The largest rotation of a leg, from a motion's velocities or from the distance between knots.
     fn start_speed(&self, ends: &Ends, motion: &Motion) -> f64 {
         let velocities = &motion.entries[..self.size() * (self.lengths().len() + 1)];
         in_space!(self.shape(), |space| self
@@ -101,7 +105,7 @@ impl Framed<'_> {
             .speed(space, velocities))
     }
 
-    /// By series or collocation.
+    /// Solves by series or collocation.
     fn by_polynomials(
         &self,
         ends: &Ends,
@@ -158,7 +162,7 @@ impl Framed<'_> {
         })
     }
 
-    /// `x'''` of a leg of a motion at some times, integrated.
+    /// `x'''` of a leg of a motion at some times, by integration.
     fn third_derivative(&self, motion: &Motion, leg: usize, times: &[f64]) -> Result<Vec<f64>> {
         let (_, state) = self.state(leg, &motion.start(leg, self.lengths()[leg]));
         let mut path = Path::at(state, Accuracy::of_tolerance(START_ACCURACY));

@@ -1,4 +1,4 @@
-//! The geometric spline: pieces of de Casteljau's algorithm, twice continuously differentiable.
+//! The geometric spline: pieces of de Casteljau's algorithm, joined twice continuously differentiably.
 
 use faer::{Mat, MatRef, Scale};
 use rayon::prelude::*;
@@ -23,50 +23,51 @@ use crate::space::{Kind, Quotient};
 
 const SOLVER: &str = "geometric spline";
 
-/// Steps that a mixed one is made of.
+/// Number of past steps used by Anderson mixing.
 const DEPTH: usize = 5;
 
-/// Legs in a group at least, and groups at most: each has its buffers.
+/// Minimal number of legs per group, and maximal number of groups: each group has its own buffers.
 const GROUP: usize = 16;
 const MAX_GROUPS: usize = 64;
 
-/// Mixing goes on as long as so many steps lower the residual to a half.
+/// Mixing continues as long as this many steps halve the residual.
 const PATIENCE: usize = 4;
 
-/// Difference quotients in the direction of a step of length one.
+/// Step of difference quotients, in the direction of a unit vector.
 const DIFFERENCE: f64 = 1e-7;
 
-/// Newton's equations are solved to this share of the residual.
+/// Relative residual to which Newton's equations are solved.
 const FORCING: f64 = 1e-3;
 
-/// A Newton step is accepted if it lowers the residual by this share of what the linear model predicts.
+/// A Newton step is accepted if it reduces the residual by this fraction of the reduction that the linear model
+/// predicts.
 const SUFFICIENT_DECREASE: f64 = 1e-4;
 
-/// Halvings of a step before it is given up.
+/// Number of times a step is halved before it is given up.
 const MAX_HALVINGS: i32 = 10;
 
-/// The spline of geometric cubics through points: velocity and covariant acceleration are continuous.
+/// The spline of geometric cubics through points, with continuous velocity and covariant acceleration.
 ///
-/// Each piece is the curve of the adjusted de Casteljau algorithm with the velocities at its knots
-/// ([`GeometricCubic::from_boundary`]); the velocities are those for which the accelerations of the two pieces at every
-/// knot agree. It is close to the spline of Riemannian cubics (`cubic_spline`). On rotations and spheres that one is quicker to find
-/// (bench `geometric_spline`); this one is for pieces that are to be evaluated by de Casteljau's algorithm from their control points.
-/// On the circle `St(2, 1)` both are the cubic spline of the angle.
+/// Each piece is a curve of the adjusted de Casteljau algorithm with the velocities at its knots
+/// ([`GeometricCubic::from_boundary`]); the velocities are chosen such that the accelerations of the two pieces at
+/// every knot agree. The curve is close to the spline of Riemannian cubics (`cubic_spline`), which on rotations and
+/// spheres is quicker to compute (bench `geometric_spline`); use this one for pieces that are evaluated from their
+/// control points by de Casteljau's algorithm. On the circle `St(2, 1)` both are the cubic spline of the angle.
 ///
 /// # Arguments
-/// * `t` - times, increasing; `points` - one at each, shape `(n, k)`
+/// * `t` - increasing times; `points` - one per time, shape `(n, k)`
 /// # Accuracy
 /// Covariant accelerations at a knot differ by at most `options.tolerance` in the time of the shorter leg.
 /// # Method
-/// Accelerations at the ends of a piece in closed form; the tridiagonal system of flat space, in tangent spaces, as a
-/// preconditioner of a fixed-point iteration with Anderson mixing, and of Newton's method with minimal residuals where
-/// that stalls. Time is linear in the number of knots and in `n`. Legs are computed in parallel; results are
-/// bit-identical for any number of threads.
+/// The accelerations at the ends of a piece are given in closed form. The equations are solved by a fixed-point
+/// iteration with Anderson mixing, preconditioned by the tridiagonal system of flat space in tangent spaces; if it
+/// stalls, by Newton's method with minimal residuals and the same preconditioner. Time is linear in the number of knots
+/// and in `n`. Legs are computed in parallel; results are bit-identical for any number of threads.
 /// # Errors
-/// `Shape`, `NonFinite`, `InvalidArgument` (tolerance, tension, times, ends that do not close); in `AtKnot` `NotOrthonormal`,
-/// `NoJoiningCurve`, `OutsideLogDomain` and `DifferentComponents` (no curve starts from there to the next point),
-/// `NotTangent`, and those of [`GeometricCubic::from_boundary`] where a piece is too far or too fast; `NoConvergence`,
-/// `Interrupted`.
+/// `Shape`, `NonFinite`, `InvalidArgument` (tolerance, tension, times, ends that do not close); `NoConvergence`,
+/// `Interrupted`; wrapped in `AtKnot`: `NotOrthonormal`, `NotTangent`, `NoJoiningCurve`, `OutsideLogDomain` and
+/// `DifferentComponents` (no curve leads to the next point), and the errors of [`GeometricCubic::from_boundary`] if a
+/// piece is too long or too fast.
 pub fn geometric_spline(
     t: &[f64],
     points: &[MatRef<'_, f64>],
@@ -81,7 +82,7 @@ pub fn geometric_spline(
 /// The equations, and velocities that solve them.
 ///
 /// # Errors
-/// Those of [`geometric_spline`].
+/// The errors of [`geometric_spline`].
 pub(super) fn solved<'a>(
     quotient: Quotient,
     t: &[f64],
@@ -116,17 +117,17 @@ pub(super) struct Problem<'a> {
     ends: EndConditions,
     chain: Links,
     flat: FlatSystem,
-    /// One for each group of legs.
+    /// One per group of legs.
     work: Vec<Bends>,
     shape: (usize, usize),
     interrupt: Interrupt<'a>,
 }
 
-/// The equations at some velocities.
+/// Residuals of the equations for given velocities.
 struct Residual {
-    /// What a step of the fixed-point iteration would add to the velocities.
+    /// The change of the velocities by a step of the fixed-point iteration.
     step: Vec<f64>,
-    /// The largest jump of an acceleration in the time of the shorter leg, Frobenius norm.
+    /// The largest jump of the acceleration, in the time of the shorter leg; Frobenius norm.
     size: f64,
     /// Root of the sum of squares.
     total: f64,
@@ -161,7 +162,7 @@ impl<'a> Problem<'a> {
         })
     }
 
-    /// Velocities at the knots that have one of their own.
+    /// Solves for the velocities at the knots that have a separate one.
     fn solve(&mut self, tolerance: f64, max_iterations: usize) -> Result<(Vec<f64>, SolverReport)> {
         let mut velocities = self.flat.right_side(&self.chain, self.shape, &self.ends);
         self.flat
@@ -192,7 +193,7 @@ impl<'a> Problem<'a> {
         Ok((velocities, report))
     }
 
-    /// Fixed-point iteration with Anderson mixing, until it converges or stalls; leaves the best velocities and returns
+    /// Fixed-point iteration with Anderson mixing, until it converges or stalls; stores the best velocities and returns
     /// the number of steps.
     fn mix(
         &mut self,
@@ -204,7 +205,7 @@ impl<'a> Problem<'a> {
         let mut anderson = Anderson::new(DEPTH);
         let moved = |x: &[f64], dx: Vec<f64>| x.iter().zip(dx).map(|(x, dx)| x + dx).collect();
         let mut next: Vec<f64> = moved(best, anderson.increment(found.step.clone()));
-        // Residuals after 0, PATIENCE, 2 PATIENCE .. steps fall to a half each time, or the iteration stalls.
+        // The residual must halve in every PATIENCE steps, or the iteration has stalled.
         let mut mark = found.size;
         for iteration in 0..max_iterations {
             if found.size <= tolerance {
@@ -228,7 +229,7 @@ impl<'a> Problem<'a> {
         Ok(max_iterations)
     }
 
-    /// [`Problem::residual`]; none where a piece does not exist.
+    /// [`Problem::residual`]; `None` if a piece does not exist.
     fn try_residual(&mut self, velocities: &[f64]) -> Result<Option<Residual>> {
         match self.residual(velocities) {
             Ok(found) => Ok(found.total.is_finite().then_some(found)),
@@ -250,7 +251,7 @@ impl<'a> Problem<'a> {
         });
         match solved {
             Err(error @ Error::Interrupted { .. }) => Err(error),
-            // The step so far is worth what it is worth.
+            // Use the partial step; the line search judges it.
             _ => Ok(step),
         }
     }
@@ -295,7 +296,7 @@ impl<'a> Problem<'a> {
         })
     }
 
-    /// Bends at the start and at the end of every leg, in the time of the leg.
+    /// Bends at the start and the end of every leg, in the time of the leg.
     fn bends(&mut self, velocities: &[f64]) -> Result<Vec<f64>> {
         let (legs, size) = (self.knots.lengths.len(), self.shape.0 * self.shape.1);
         let group = group(legs);
@@ -337,7 +338,7 @@ impl<'a> Problem<'a> {
         work.compute(points, velocities, self.knots.lengths[leg], out)
     }
 
-    /// The velocity of a knot among those of the knots that have one.
+    /// The velocity of a knot, among the velocities of the knots that have a separate one.
     fn velocity<'v>(&self, velocities: &'v [f64], knot: usize) -> &'v [f64] {
         let size = self.shape.0 * self.shape.1;
         let knot = knot % self.flat.unknown_knots();
@@ -354,7 +355,7 @@ impl<'a> Problem<'a> {
         [before, (knot < legs).then_some(knot)]
     }
 
-    /// The acceleration before a knot less the one after it; at an end, less the wanted one.
+    /// The acceleration before a knot minus the one after it; at an end, minus the given one.
     fn jump(&self, knot: usize, velocities: &[f64], bends: &[f64]) -> Vec<f64> {
         let size = self.shape.0 * self.shape.1;
         let mut jump = vec![0.0; size];
@@ -386,7 +387,7 @@ impl<'a> Problem<'a> {
         jump
     }
 
-    /// The velocity at the given point of a knot, in the caller's time.
+    /// The velocity at the given basis of a knot, in the caller's time.
     pub(super) fn velocity_at(
         &self,
         knot: usize,
@@ -404,7 +405,7 @@ impl<'a> Problem<'a> {
                 self.interrupt.check(SOLVER)?;
                 let (h, ends) = (Scale(self.knots.lengths[leg]), [leg, leg + 1]);
                 let velocity = |knot| matrix(self.velocity(velocities, knot), self.shape) * h;
-                // Velocities are solved for: they are tangent to the tolerance of the solver, and made so to round-off.
+                // The solved velocities are tangent to the solver's tolerance; make them tangent to round-off.
                 let [v0, v1] = ends.map(|knot| {
                     let point = self.knots.points[knot].as_ref();
                     self.knots.lift(
@@ -423,7 +424,7 @@ impl<'a> Problem<'a> {
     }
 }
 
-/// End conditions in the coordinates and in the time of the knots.
+/// End conditions in the coordinates and the time of the knots.
 fn reduced_ends(knots: &ReducedKnots, ends: &EndConditions) -> EndConditions {
     let EndConditions::Each(each) = ends else {
         return ends.clone();
@@ -440,7 +441,7 @@ fn reduced_ends(knots: &ReducedKnots, ends: &EndConditions) -> EndConditions {
     EndConditions::Each(Box::new([reduced(0, &each[0]), reduced(last, &each[1])]))
 }
 
-/// Legs that are computed one after the other: the same for any number of threads.
+/// Number of legs that are computed one after another, the same for any number of threads.
 fn group(legs: usize) -> usize {
     legs.div_ceil(MAX_GROUPS).max(GROUP)
 }

@@ -1,4 +1,4 @@
-//! Geometric cubics through subspaces, one after the other: their bases go on from piece to piece.
+//! Geometric cubics through subspaces, with bases that continue from piece to piece.
 
 use faer::{Mat, MatRef, Scale};
 
@@ -14,14 +14,15 @@ use crate::manifold::grassmann::joining::alignment;
 use crate::report::SolverReport;
 use crate::space::Quotient;
 
-/// The curve of geometric cubics through subspaces with given velocities, once continuously differentiable.
+/// The once continuously differentiable curve of geometric cubics through subspaces with given velocities.
 ///
-/// Points are any bases of the subspaces, velocities horizontal vectors at them; the bases of the curve go on from the first one.
+/// Points are arbitrary bases of the subspaces, velocities are horizontal vectors at them; the bases of the curve start
+/// with the first given one.
 ///
 /// # Arguments
 /// As [`subspace_hermite`](super::subspace_hermite).
 /// # Errors
-/// As [`cubic_hermite`](super::cubic_hermite), with those of [`SubspacePolynomial::from_boundary`].
+/// As [`cubic_hermite`](super::cubic_hermite), and the errors of [`SubspacePolynomial::from_boundary`].
 ///
 /// # Examples
 /// ```
@@ -47,21 +48,22 @@ pub fn geometric_subspace_hermite(
     chained(t, points, velocities, interrupt)
 }
 
-/// The spline of geometric cubics through subspaces, given by any bases of them: velocity and covariant acceleration are continuous.
+/// The spline of geometric cubics through subspaces, given by arbitrary bases, with continuous velocity and covariant
+/// acceleration.
 ///
-/// Solved as [`geometric_spline`](super::geometric_spline) is, with geodesics in the place of quasi-geodesics. Its bases go on from
-/// the first given one. On lines of the plane it is the cubic spline of the angle.
+/// It is solved like [`geometric_spline`](super::geometric_spline), with geodesics in place of quasi-geodesics. The
+/// bases of the curve start with the first given one. For lines in the plane it is the cubic spline of the angle.
 ///
 /// # Arguments
-/// * `t` - times, increasing; `points` - one orthonormal basis at each, shape `(n, k)`
-/// * `ends` - vectors are horizontal at the given bases; periodic ones close as subspaces
-/// * `options` - of a spline of subspaces, whichever `quotient` they have
+/// * `t` - increasing times; `points` - one orthonormal basis per time, shape `(n, k)`
+/// * `ends` - vectors are horizontal at the given bases; periodic splines close as subspaces
+/// * `options` - used for subspaces, whatever their `quotient` is
 /// # Accuracy
-/// That of [`geometric_spline`](super::geometric_spline).
+/// As [`geometric_spline`](super::geometric_spline).
 /// # Errors
-/// `Shape`, `NonFinite`, `InvalidArgument` (tolerance, tension, times, ends that do not close); in `AtKnot` `NotOrthonormal`,
-/// `NotHorizontal`, and `RightAngle` where a principal angle between neighbours, or control points, is pi/2; `NoConvergence`,
-/// `Interrupted`.
+/// `Shape`, `NonFinite`, `InvalidArgument` (tolerance, tension, times, ends that do not close); `NoConvergence`,
+/// `Interrupted`; wrapped in `AtKnot`: `NotOrthonormal`, `NotHorizontal`, and `RightAngle` if a principal angle between
+/// neighbours, or between control points, is pi/2.
 ///
 /// # Examples
 /// ```
@@ -97,7 +99,7 @@ pub fn geometric_subspace_spline(
     Ok((curve, report))
 }
 
-/// Pieces that are made one after the other, each in terms of the basis that the one before it reaches.
+/// Computes the pieces in order, each in terms of the basis that the previous one reaches.
 fn chained(
     t: &[f64],
     points: &[MatRef<'_, f64>],

@@ -1,11 +1,11 @@
-//! What is given at the ends of a spline.
+//! The conditions at the ends of a spline.
 
 use super::ends::{EndCondition, EndConditions};
 
-/// What is given at an end.
+/// The condition at an end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Given {
-    /// Nothing: no acceleration.
+    /// No condition: zero acceleration.
     Nothing,
     Velocity,
     Acceleration,
@@ -25,7 +25,7 @@ impl Given {
         }
     }
 
-    /// Which derivative is given.
+    /// The order of the given derivative.
     pub(super) fn order(self) -> Option<usize> {
         match self {
             Given::Velocity => Some(1),

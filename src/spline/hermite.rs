@@ -1,4 +1,4 @@
-//! Curves through points with given velocities: pieces that are made independently of each other.
+//! Curves through points with given velocities: pieces that are computed independently of each other.
 
 use faer::{MatRef, Scale};
 use rayon::prelude::*;
@@ -12,12 +12,14 @@ use crate::error::{Error, Result};
 use crate::manifold::tangent::check_vector;
 use crate::space::Quotient;
 
-/// The curve of Riemannian cubics through points with given velocities, once continuously differentiable.
+/// The once continuously differentiable curve of Riemannian cubics through points with given velocities.
 ///
 /// # Arguments
-/// * `t` - times, increasing; `points` - one at each, shape `(n, k)`; `velocities` - tangent vectors there, per unit of `t`
+/// * `t` - increasing times; `points` - one per time, shape `(n, k)`; `velocities` - tangent vectors there, per unit of
+///   `t`
 /// # Errors
-/// `Shape`, `NonFinite`, `InvalidArgument` (times), and in `AtKnot` those of [`RiemannianCubic::from_boundary`]; `Interrupted`.
+/// `Shape`, `NonFinite`, `InvalidArgument` (times), the errors of [`RiemannianCubic::from_boundary`] wrapped in
+/// `AtKnot`; `Interrupted`.
 pub fn cubic_hermite(
     t: &[f64],
     points: &[MatRef<'_, f64>],
@@ -29,10 +31,11 @@ pub fn cubic_hermite(
     })
 }
 
-/// The same through subspaces, given by any bases of them with horizontal vectors there; its bases go on from the first one.
+/// The same curve through subspaces, given by arbitrary bases with horizontal vectors; the bases of the curve start
+/// with the first given one.
 ///
 /// # Errors
-/// As [`cubic_hermite`], with those of [`RiemannianCubic::between_subspaces`].
+/// As [`cubic_hermite`], with the errors of [`RiemannianCubic::between_subspaces`].
 ///
 /// # Examples
 /// ```
@@ -63,12 +66,12 @@ pub fn subspace_hermite(
     Ok(Piecewise::new(t.to_vec(), pieces))
 }
 
-/// The curve of adjusted de Casteljau pieces through points with given velocities, once continuously differentiable.
+/// The once continuously differentiable curve of adjusted de Casteljau pieces through points with given velocities.
 ///
 /// # Arguments
 /// As [`cubic_hermite`].
 /// # Errors
-/// As [`cubic_hermite`], with those of [`GeometricCubic::from_boundary`].
+/// As [`cubic_hermite`], with the errors of [`GeometricCubic::from_boundary`].
 pub fn geometric_hermite(
     t: &[f64],
     points: &[MatRef<'_, f64>],
@@ -78,7 +81,7 @@ pub fn geometric_hermite(
     pieces(Quotient::Frames, t, points, velocities, piece)
 }
 
-/// Error unless there is a tangent vector at each knot.
+/// Return an error unless there is a tangent vector at each knot.
 pub(super) fn check(
     quotient: Quotient,
     t: &[f64],
@@ -117,12 +120,12 @@ fn pieces<C: Curve + Send>(
                 .map_err(|error| placed(error, i))
         })
         .collect::<Vec<Result<C>>>();
-    // The error is that of the first leg that has one, on any number of threads.
+    // The first leg that fails determines the error, for any number of threads.
     let pieces = pieces.into_iter().collect::<Result<_>>()?;
     Ok(Piecewise::new(t.to_vec(), pieces))
 }
 
-/// An error of a leg at the knot that it is about.
+/// Wraps an error of a leg in `AtKnot` with the knot that it concerns.
 fn placed(error: Error, leg: usize) -> Error {
     match error {
         Error::InvalidArgument {

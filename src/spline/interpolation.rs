@@ -1,22 +1,22 @@
 //! The equations of a spline through given points, and the step that would solve them in flat space.
 //!
-//! A leg of length `h` from `(h v_j, x', x'')` must meet the next knot with the velocity `h v_{j+1}`; at a knot the covariant
-//! accelerations of both legs must agree. Where space is flat along a leg and `r, w` are its distance and lag, carried back to
-//! its start, `p = -r - h dv_j` and `q = -w + h (dv_{j+1} - dv_j)` give
+//! A leg of length `h` that starts with `(h v_j, x', x'')` must reach the next knot with the velocity `h v_{j+1}`; at a
+//! knot, the covariant accelerations of both legs must agree. If space is flat along a leg, and `r, w` are its point
+//! and velocity defects carried back to its start, then `p = -r - h dv_j` and `q = -w + h (dv_{j+1} - dv_j)` give
 //!
 //! ```math
 //! dx' = 6 p - 2 q,\qquad dx'' = 6 q - 12 p
 //! ```
 //!
-//! and what is left is the tridiagonal system of cubic splines, for the changes of the velocities:
+//! and the tridiagonal system of cubic splines remains for the changes of the velocities:
 //!
 //! ```math
 //! \frac{2}{h_-} dv_{j-1} + \Bigl(\frac{4}{h_-} + \frac{4}{h_+}\Bigr) dv_j + \frac{2}{h_+} dv_{j+1}
 //!     = -[x'] - \frac{6 r_- - 4 w_-}{h_-^2} - \frac{6 r_+ - 2 w_+}{h_+^2}
 //! ```
 //!
-//! with vectors carried from knot to knot along the quasi-geodesics, and `[x']` the acceleration before the knot minus that
-//! after it.
+//! with vectors carried from knot to knot along the quasi-geodesics, and `[x']` the acceleration before the knot minus
+//! the acceleration after it.
 
 use super::chain::{Arrivals, Carrying, Chain, square};
 use super::ends::Ends;
@@ -27,7 +27,7 @@ use crate::error::{Error, Result};
 use crate::manifold::carrier::Direction;
 use crate::solve::tridiagonal::{Row, Shape, Tridiagonal};
 
-/// Vectors that an arrival has here: distance, velocity and acceleration.
+/// Vectors computed per leg: distance, velocity and acceleration.
 pub(super) const VECTORS: usize = 3;
 
 /// The equations of one chain.
@@ -37,12 +37,13 @@ pub(super) struct Interpolation<'c, C> {
     system: Tridiagonal<1>,
 }
 
-/// What is left of the equations.
+/// Residuals of the equations.
 pub(super) struct Residual {
     pub(super) arrivals: Arrivals,
-    /// Of the covariant acceleration at the knots, per unit of time squared: before less after, at an end less the wanted one.
+    /// Jumps of the covariant acceleration at the knots, per unit of time squared: before minus after; at an end, minus
+    /// the given one.
     pub(super) jumps: Vec<f64>,
-    /// The largest miss of a leg or jump at a knot, in the time of the shorter leg there.
+    /// The largest defect of a leg or jump at a knot, in the time of the shorter leg there.
     pub(super) size: f64,
 }
 
@@ -68,7 +69,7 @@ impl<'c, C: Chain> Interpolation<'c, C> {
     /// The spline of flat space.
     ///
     /// # Errors
-    /// Those of carrying.
+    /// The errors of carrying.
     pub(super) fn start(&self) -> Result<Motion> {
         let knots = self.chain.lengths().len() + 1;
         let mut motion = Motion::zeros(self.chain.size(), knots);
@@ -86,7 +87,7 @@ impl<'c, C: Chain> Interpolation<'c, C> {
     }
 
     /// # Errors
-    /// Where a leg cannot be integrated; `Interrupted`.
+    /// An error if a leg cannot be integrated; `Interrupted`.
     pub(super) fn residual(
         &self,
         motion: &Motion,
@@ -104,7 +105,7 @@ impl<'c, C: Chain> Interpolation<'c, C> {
         for (knot, jump) in jumps.chunks_exact_mut(d).enumerate() {
             self.jump_into(knot, motion, &arrivals, jump);
             let jump = self.shortest(knot).powi(2) * square(jump).sqrt();
-            // A NaN stays.
+            // NaN is propagated.
             size = if jump <= size { size } else { jump };
         }
         Residual {
@@ -114,7 +115,7 @@ impl<'c, C: Chain> Interpolation<'c, C> {
         }
     }
 
-    /// Root of the sum of squares of all equations, in the time of the legs.
+    /// Square root of the sum of squares of all residuals, in the time of the legs.
     pub(super) fn total(&self, found: &Residual) -> f64 {
         let d = self.chain.size();
         let legs = (0..self.chain.lengths().len()).map(|leg| {
@@ -140,7 +141,7 @@ impl<'c, C: Chain> Interpolation<'c, C> {
         let (d, [before, after]) = (self.chain.size(), self.legs_at(knot));
         if let Some((end, sign)) = end_at(self.ends, [before, after]) {
             let Some(wanted) = end.acceleration() else {
-                // The velocity is given, and never changes.
+                // The velocity is given and does not change.
                 return;
             };
             for (jump, wanted) in jump.iter_mut().zip(wanted) {
@@ -163,7 +164,7 @@ impl<'c, C: Chain> Interpolation<'c, C> {
     /// The change of all unknowns that would solve the equations in flat space.
     ///
     /// # Errors
-    /// Those of carrying.
+    /// The errors of carrying.
     pub(super) fn flat_step(&self, found: &Residual) -> Result<Vec<f64>> {
         let (d, lengths) = (self.chain.size(), self.chain.lengths());
         let mut worker = self.chain.worker();
@@ -223,7 +224,7 @@ impl<'c, C: Chain> Interpolation<'c, C> {
     }
 }
 
-/// Knots with a velocity of their own: the last one of a closed curve is the first.
+/// Number of knots with a separate velocity: the last knot of a closed curve is the first one.
 pub(super) fn knots<C: Chain>(chain: &C, ends: &Ends) -> usize {
     chain.lengths().len() + usize::from(!matches!(ends, Ends::Periodic))
 }
@@ -250,7 +251,7 @@ fn end_at(ends: &Ends, legs: [Option<usize>; 2]) -> Option<(&super::ends::End, f
     }
 }
 
-/// Whether the velocity is given.
+/// Whether the velocity at the knot is given.
 pub(super) fn is_fixed(ends: &Ends, legs: [Option<usize>; 2]) -> bool {
     end_at(ends, legs).is_some_and(|(end, _)| end.acceleration().is_none())
 }

@@ -1,9 +1,11 @@
-//! Solving the equations of a spline: steps of flat space, which cost next to nothing, and where they converge slowly steps of
-//! the linearised equations, kept for as long as they do well. Both with Anderson mixing. Where there are no derivatives,
-//! Newton steps by GMRES with differences, for which the step of flat space is the preconditioner.
+//! Iterative solution of the equations of a spline. Steps of flat space cost almost nothing; if they converge slowly,
+//! steps of the linearised equations are used, which are kept as long as they are effective. Both use Anderson mixing.
+//! If no derivatives are available, Newton steps are computed by GMRES with difference quotients, preconditioned by the
+//! step of flat space.
 //!
 //! # Source
-//! Knoll, Keyes (2004), "Jacobian-free Newton-Krylov methods", J. Comput. Phys. 193, 357-397, sec. 2 and 3, for the last.
+//! Knoll, Keyes (2004), "Jacobian-free Newton-Krylov methods", J. Comput. Phys. 193, 357-397, sec. 2 and 3, for the
+//! GMRES steps.
 
 use super::ambient::Ambient;
 use super::chain::Chain;
@@ -19,38 +21,39 @@ use crate::report::{SolverReport, StopReason};
 use crate::solve::anderson::Anderson;
 use crate::solve::gmres::{Gmres, norm};
 
-/// Past steps that are mixed in.
+/// Number of past steps used by Anderson mixing.
 const DEPTH: usize = 6;
 
-/// Residuals are integrated to this share of the one before: a step seldom leaves less than a two-hundredth, and the errors at
-/// the ends of legs are much smaller than the last terms of the steps.
+/// Integration accuracy of residuals, relative to the previous residual: a step seldom leaves less than 1/200 of it,
+/// and the errors at the ends of legs are much smaller than the last terms of the steps.
 const ACCURACY_SHARE: f64 = 5e-4;
 
-/// Steps of the linear equations usually needed once they are set up.
+/// Typical number of steps with the linear equations after they are set up.
 const LINEAR_STEPS: f64 = 5.0;
 
-/// Linear equations are set up anew where a step leaves more than this share.
+/// The linear equations are set up anew if a step leaves more than this fraction of the residual.
 const SLOW: f64 = 0.2;
 
-/// Steps of flat space in a row that may leave more than half of the least residual so far, where there is little else.
+/// Number of consecutive steps of flat space that may leave more than half of the smallest residual so far, if no
+/// derivatives are available.
 const PATIENCE: usize = 8;
 
-/// Differences of the equations, relative to the motion.
+/// Step of difference quotients of the equations, relative to the motion.
 const DIFFERENCE: f64 = 1e-7;
 
-/// Residuals that are subtracted are integrated to this share of themselves.
+/// Integration accuracy of residuals in difference quotients.
 const DIFFERENCE_ACCURACY: f64 = 1e-11;
 
-/// A step by GMRES leaves this share of the linear equations.
+/// Relative residual to which GMRES solves the linear equations.
 const KRYLOV_SHARE: f64 = 1e-2;
 
-/// A step of new linear equations is shortened until the residual falls by this share of what they predict.
+/// A step of new linear equations is shortened until the residual decreases by this fraction of the predicted decrease.
 const SUFFICIENT_DECREASE: f64 = 1e-4;
 
-/// Halvings of a step before it is given up.
+/// Number of times a step is halved before it is given up.
 const MAX_HALVINGS: i32 = 8;
 
-/// Residuals are known to this share of the largest acceleration or third vector of a leg, in its own time.
+/// Accuracy of residuals, relative to the largest acceleration or third vector of a leg, in its own time.
 const ROUND_OFF: f64 = 16.0 * f64::EPSILON;
 
 impl Solvable for Ambient<'_> {
@@ -63,14 +66,14 @@ impl Solvable for Ambient<'_> {
     }
 }
 
-/// What the next step is made of.
+/// The method of the next step.
 enum Method {
     Flat,
     Linear(Box<Linearised>),
     Krylov,
 }
 
-/// A motion on its way.
+/// The state of the iteration.
 pub(super) struct Iteration<'p, 'c, C> {
     problem: &'p Interpolation<'c, C>,
     work: &'p Work,
@@ -79,16 +82,16 @@ pub(super) struct Iteration<'p, 'c, C> {
     accuracy: Accuracy,
     method: Method,
     mixing: Anderson,
-    /// What the last step left of the residual.
+    /// Ratio of the residuals after and before the last step.
     rate: f64,
-    /// The least residual so far when it was last halved, and steps since.
+    /// The smallest residual when it was last halved, and the number of steps since.
     least: f64,
     failures: usize,
 }
 
 impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
     /// # Errors
-    /// Where the start cannot be integrated; `Interrupted`.
+    /// An error if the start cannot be integrated; `Interrupted`.
     fn new(problem: &'p Interpolation<'c, C>, motion: Motion, work: &'p Work) -> Result<Self> {
         let accuracy = Accuracy::of_tolerance(ACCURACY_SHARE);
         let found = problem.residual(&motion, accuracy, work)?;
@@ -106,10 +109,10 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
         })
     }
 
-    /// Solves the equations from a motion.
+    /// Solves the equations, starting from a motion.
     ///
     /// # Errors
-    /// Where the start cannot be integrated; `Interrupted`.
+    /// An error if the start cannot be integrated; `Interrupted`.
     pub(super) fn solve(
         problem: &'p Interpolation<'c, C>,
         motion: Motion,
@@ -119,8 +122,8 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
         this.run(effort.tolerance, effort.max_iterations)
     }
 
-    /// Solves the equations from a motion near a solution: Newton's method from the first step on, where there are derivatives.
-    /// Steps of flat space from there may lead to another solution.
+    /// Solves the equations from a motion near a solution: by Newton's method from the first step on if derivatives are
+    /// available. Steps of flat space might lead to another solution.
     ///
     /// # Errors
     /// As [`Iteration::solve`].
@@ -178,7 +181,7 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
         tolerance.max(ROUND_OFF * self.motion.largest_bend())
     }
 
-    /// One step; a reason where none is left.
+    /// Takes one step; returns a reason if no step is possible.
     fn advance(&mut self, tolerance: f64) -> Result<Option<StopReason>> {
         if self.needs_linear(tolerance) && !self.linearise()? {
             return Ok(Some(StopReason::SingularJacobian));
@@ -209,7 +212,7 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
         }
         match self.tried(1.0, &increment)? {
             Some((motion, found)) if self.is_acceptable(&found) => self.accept(motion, found),
-            // Once more from here, with new linear equations.
+            // Retry from here with new linear equations.
             _ if self.has_derivatives() => self.rate = f64::INFINITY,
             _ => self.method = Method::Krylov,
         }
@@ -220,7 +223,7 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
         self.problem.chain.derivative_work().is_finite()
     }
 
-    /// Whether it is time to set up the linear equations.
+    /// Whether to set up the linear equations now.
     fn needs_linear(&self, tolerance: f64) -> bool {
         match self.method {
             Method::Linear(_) => self.rate > SLOW,
@@ -244,7 +247,7 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
         Ok(matches!(self.method, Method::Linear(_)))
     }
 
-    /// A step of flat space may go up for a while where there are no derivatives.
+    /// Without derivatives, the residual may increase for some steps of flat space.
     fn is_acceptable(&mut self, found: &Residual) -> bool {
         if self.has_derivatives() {
             return found.size < self.found.size;
@@ -257,7 +260,8 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
         self.failures < PATIENCE
     }
 
-    /// The Newton step: the flat step `g` has the same zeros as the equations, and a derivative near minus the identity.
+    /// The Newton step: the flat step `g` has the same zeros as the equations, and its derivative is near minus the
+    /// identity.
     fn krylov_step(&mut self) -> Result<Vec<f64>> {
         let accuracy = DIFFERENCE_ACCURACY * self.found.size.min(1.0);
         self.accuracy = self.accuracy.finer(Accuracy::of_tolerance(accuracy));
@@ -287,7 +291,7 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
         (self.motion, self.found) = (motion, found);
     }
 
-    /// None where the motion cannot be integrated.
+    /// `None` if the motion cannot be integrated.
     fn tried(&self, share: f64, increment: &[f64]) -> Result<Option<(Motion, Residual)>> {
         let mut motion = self.motion.clone();
         motion.add(share, increment);
@@ -298,7 +302,7 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
         }
     }
 
-    /// What a Newton step has to lower: what its linear equations were solved in.
+    /// Merit function of a Newton step: the norm in which its linear equations were solved.
     fn merit(&self, found: &Residual) -> Result<f64> {
         match self.method {
             Method::Krylov => Ok(norm(&self.problem.flat_step(found)?)),
@@ -306,7 +310,7 @@ impl<'p, 'c, C: Chain> Iteration<'p, 'c, C> {
         }
     }
 
-    /// A Newton step, shortened until it leads down.
+    /// Takes a Newton step, shortened until the merit function decreases.
     fn descend(&mut self, step: &[f64]) -> Result<Option<StopReason>> {
         let merit = self.merit(&self.found)?;
         for halving in 0..MAX_HALVINGS {

@@ -1,7 +1,7 @@
 //! The equations of a spline linearised, with exact derivatives of all legs at once.
 //!
-//! A Newton step solves every leg for its `(x', x'')` in terms of the two velocities. What is left is block tridiagonal in the
-//! velocities, cyclic for a closed curve, so a step takes time linear in the number of knots.
+//! A Newton step solves every leg for its `(x', x'')` in terms of the two velocities. The remaining system is block
+//! tridiagonal in the velocities, cyclic for a closed curve, so a step takes time linear in the number of knots.
 
 use faer::{Mat, MatRef, Scale};
 
@@ -14,17 +14,17 @@ use crate::error::Result;
 use crate::linalg::decomp::solve_matrix;
 use crate::solve::block_tridiagonal::{BlockTridiagonal, Factors};
 
-/// Derivatives are integrated to this share of the residual.
+/// Integration accuracy of derivatives, relative to the residual.
 const DERIVATIVE_SHARE: f64 = 1e-2;
 
-/// The linear equations, solved for any right-hand side.
+/// The linearised equations, factored for any right-hand side.
 pub(super) struct Linearised {
     legs: Vec<LinearLeg>,
     velocities: Factors,
 }
 
-/// The change of a leg's `(x', x'')` is `before dv_j + after dv_{j+1}` less `inverse` times what the leg misses; that of its last
-/// acceleration likewise, and `by_bend` times what is due to the miss.
+/// The change of a leg's `(x', x'')` is `before dv_j + after dv_{j+1}` minus `inverse` times the leg's defects;
+/// likewise for its last acceleration, with `by_bend` for the contribution of the defects.
 struct LinearLeg {
     inverse: Mat<f64>,
     before: Mat<f64>,
@@ -34,7 +34,7 @@ struct LinearLeg {
 }
 
 impl<C: Chain> Interpolation<'_, C> {
-    /// At a motion; none where there are no derivatives or the linear equations are singular.
+    /// The linearisation at a motion; `None` if derivatives are not available or the linear equations are singular.
     ///
     /// # Errors
     /// As [`Chain::derivative`].
@@ -95,7 +95,7 @@ impl<C: Chain> Interpolation<'_, C> {
         rows
     }
 
-    /// From accelerations in the time of a leg to those per unit of time squared.
+    /// Factor from accelerations in the time of a leg to accelerations per unit of time squared.
     fn rate(&self, leg: usize) -> Scale<f64> {
         Scale(self.chain.lengths()[leg].powi(-2))
     }
@@ -143,7 +143,8 @@ impl<C: Chain> Interpolation<'_, C> {
 }
 
 impl LinearLeg {
-    /// From the derivative of distance, velocity and acceleration with respect to the start; none where it is singular.
+    /// Built from the derivative of distance, velocity and acceleration with respect to the start; `None` if it is
+    /// singular.
     fn new(derivative: &Mat<f64>, h: f64) -> Option<Self> {
         let d = derivative.nrows() / 3;
         let (ends, acceleration) = derivative.as_ref().split_at_row(2 * d);
@@ -162,7 +163,7 @@ impl LinearLeg {
     }
 }
 
-/// `out += factor a`, row by row.
+/// `out += factor a`, by rows.
 fn add_rows(factor: f64, a: MatRef<'_, f64>, out: &mut [f64]) {
     for (row, out) in a.row_iter().zip(out.chunks_exact_mut(a.ncols())) {
         for (out, a) in out.iter_mut().zip(row.iter()) {

@@ -1,4 +1,5 @@
-//! Gradients by displacements and velocities at the knots of a spline, and from these by its data.
+//! Gradients with respect to displacements and velocities at the knots of a spline, and their conversion to gradients
+//! with respect to its data.
 
 use faer::{Mat, Scale};
 
@@ -9,12 +10,12 @@ use crate::cubic::turning::{by_data, lowered};
 use crate::error::{Error, Result};
 use crate::linalg::structure::norm;
 
-/// A function of displacements `u` and velocities `w` at the knots, tangent vectors, and of times beside them.
+/// Gradient of a function of displacements `u` and velocities `w` at the knots, as tangent vectors, and of the times.
 pub(super) struct KnotGradient {
     pub(super) u: Vec<Mat<f64>>,
     pub(super) w: Vec<Mat<f64>>,
     t: Vec<f64>,
-    /// What the values are to be multiplied by.
+    /// Factor by which the values are to be multiplied.
     factor: f64,
 }
 
@@ -49,7 +50,8 @@ impl KnotGradient {
         gradient
     }
 
-    /// Adds gradients by `(u_0, w_0, u_1, w_1)` of a piece, times a factor for displacements and one for velocities.
+    /// Adds the gradient with respect to `(u_0, w_0, u_1, w_1)` of a piece, times one factor for displacements and one
+    /// for velocities.
     pub(super) fn add(&mut self, piece: usize, [u0, w0, u1, w1]: State, factors: [f64; 2]) {
         let [by_u, by_w] = factors.map(Scale);
         self.u[piece] += u0 * by_u;
@@ -58,7 +60,7 @@ impl KnotGradient {
         self.w[piece + 1] += w1 * by_w;
     }
 
-    /// Subtracts what multipliers of the velocities make of moving knots: the jumps of `x''` there.
+    /// Subtracts the contribution of moving knots for given multipliers of the velocities: the jumps of `x''` there.
     pub(super) fn add_jumps(&mut self, states: &KnotStates, multipliers: &[Mat<f64>]) {
         for (piece, ends) in states.ends.iter().enumerate() {
             for (end, sign) in [1.0, -1.0].into_iter().enumerate() {
@@ -68,7 +70,8 @@ impl KnotGradient {
         }
     }
 
-    /// By the data: those by velocities that are free are zero, or accounted for by multipliers.
+    /// Converts to the gradient with respect to the data: the gradients with respect to free velocities are zero, or
+    /// accounted for by multipliers.
     ///
     /// # Errors
     /// `Overflow`.

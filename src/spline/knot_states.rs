@@ -1,4 +1,4 @@
-//! The state of a spline of Riemannian cubics at its knots, from both sides, in units of the mean leg.
+//! The states of a spline of Riemannian cubics on both sides of its knots, in units of the mean leg.
 
 use faer::{Mat, MatRef, Scale};
 use rayon::prelude::*;
@@ -27,7 +27,7 @@ pub(super) struct KnotStates {
     pub(super) lengths: Vec<f64>,
     /// The mean length of a leg, in the time of the curve.
     pub(super) unit: f64,
-    /// In units of the mean leg.
+    /// Tension in units of the mean leg.
     pub(super) tension: f64,
     pub(super) quotient: Quotient,
 }
@@ -35,7 +35,7 @@ pub(super) struct KnotStates {
 /// Point, velocity, covariant acceleration and covariant jerk at both ends of every piece, in its own time.
 ///
 /// # Errors
-/// Those of evaluating the pieces; `Interrupted`.
+/// The errors of evaluating the pieces; `Interrupted`.
 pub(super) fn piece_states(
     curve: &Piecewise<RiemannianCubic>,
     interrupt: Interrupt<'_>,
@@ -48,7 +48,7 @@ pub(super) fn piece_states(
 }
 
 impl KnotStates {
-    /// From the states of the pieces.
+    /// Built from the states of the pieces.
     pub(super) fn new(curve: &Piecewise<RiemannianCubic>, states: &[[State; 2]]) -> Self {
         let (knots, pieces) = (curve.knots(), curve.pieces());
         let unit = (knots[pieces.len()] - knots[0]) / pieces.len() as f64;
@@ -79,7 +79,7 @@ impl KnotStates {
         self.ends.len() + 1
     }
 
-    /// The state at a knot: that of the piece after it, at the last one of the piece before it.
+    /// The state at a knot: of the piece after it, at the last knot of the piece before it.
     pub(super) fn at(&self, knot: usize) -> &State {
         match self.ends.get(knot) {
             Some([start, _]) => start,
@@ -91,8 +91,8 @@ impl KnotStates {
         self.at(knot)[0].as_ref()
     }
 
-    /// What the basis at the first knot of a closed curve of subspaces is multiplied by to make it that at the last one, its
-    /// holonomy; `None` of frames, and of curves that are not closed.
+    /// The holonomy of a closed curve of subspaces, by which the basis at the first knot is multiplied to obtain the
+    /// one at the last knot; `None` for frames, and for curves that are not closed.
     ///
     /// # Errors
     /// `Decomposition`.

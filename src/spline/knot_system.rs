@@ -1,16 +1,16 @@
-//! The second derivative of half the cost of a spline by the velocities at its knots, factored.
+//! The second derivative of half the cost of a spline with respect to the velocities at its knots, factored.
 //!
-//! In the frame of each knot, with velocities measured so that the diagonal of flat space is one:
+//! In the frame of each knot, with velocities scaled such that the diagonal is one in flat space:
 //!
 //! ```math
 //! \frac{1}{h_-}\begin{pmatrix} 4 & 2 \end{pmatrix},\quad \frac{1}{h_+}\begin{pmatrix} 4 & 2 \end{pmatrix}
 //!     \quad\text{by}\quad \sqrt{4/h_- + 4/h_+}
 //! ```
 //!
-//! What is outside of the span of the knots obeys, row by row, a system of blocks of size `k`.
+//! Each row outside the span of the knots satisfies a system with blocks of size `k`.
 //!
-//! A closed curve of subspaces comes back to its first knot with the basis `Y_0 H`, where `w` at the basis `Y_0` is `w H`: the blocks
-//! of the last piece are turned to the first basis, and what is told at the last one too.
+//! A closed curve of subspaces returns to its first knot with the basis `Y_0 H`, at which a vector `w` at the basis
+//! `Y_0` is `w H`; the blocks of the last piece, and the vectors at the last knot, are expressed in the first basis.
 
 use faer::{Mat, MatRef, Scale};
 use rayon::prelude::*;
@@ -28,25 +28,26 @@ use crate::solve::block_tridiagonal::{BlockTridiagonal, Factors};
 use crate::solve::gmres::norm;
 use crate::space::Quotient;
 
-/// A system whose smallest eigenvalue is below this share of the largest counts as singular, as for boundary problems.
+/// A system counts as singular if its smallest eigenvalue is below this fraction of the largest, as for boundary
+/// problems.
 const SINGULAR: f64 = 1e-11;
 
-/// Numbers that a derivative may keep: four gigabytes.
+/// Maximal number of floating-point numbers that a derivative may store: four gigabytes.
 const LARGEST: f64 = 5e8;
 
-/// Products with the inverse by which its norm is estimated.
+/// Number of products with the inverse used to estimate its norm.
 const POWERS: usize = 4;
 
 /// The factored system.
 pub(super) struct KnotSystem {
-    /// Shape `(n, r)`: the first columns are the points, all of them span what the knots do.
+    /// Shape `(n, r)`: the first columns are the point, and all columns span the knots.
     frames: Vec<Mat<f64>>,
-    /// Units of the velocities: reciprocal roots of the diagonal of flat space, and 0 for velocities that are given.
+    /// Scales of the velocities: reciprocal square roots of the diagonal in flat space, and 0 for given velocities.
     units: Vec<f64>,
     inner: Option<Factors>,
     rows: Option<Factors>,
     closed: bool,
-    /// From the first basis of a closed curve of subspaces to its last one.
+    /// Maps the first basis of a closed curve of subspaces to its last one.
     holonomy: Option<Mat<f64>>,
     quotient: Quotient,
 }
@@ -54,9 +55,9 @@ pub(super) struct KnotSystem {
 /// Blocks of one piece: rows and columns of the velocity at its start and at its end.
 type Blocks = [[Vec<f64>; 2]; 2];
 
-/// Error where the derivative would be too large: in `d` dimensions every piece keeps a matrix of shape `(4 d, 4 d)` and its share of
-/// the factors; up to [`DENSE`] dimensions also `Ad_g dx` at some 18 nodes, with `h` dimensions of the isotropy group, as much again as
-/// some matrices, and some 2000 numbers.
+/// Return an error if the derivative would be too large. In `d` dimensions every piece stores a matrix of shape `(4 d,
+/// 4 d)` and its part of the factors; up to [`DENSE`] dimensions also `Ad_g dx` at some 18 nodes, with `h` dimensions
+/// of the isotropy group, the same amount again for some matrices, and some 2000 numbers.
 ///
 /// # Errors
 /// `InvalidArgument`.
@@ -82,7 +83,7 @@ pub(super) fn check_size(states: &KnotStates, span: &Span) -> Result<()> {
 
 impl KnotSystem {
     /// # Errors
-    /// `ConjugateEnds` where it is singular; `Overflow`, `Interrupted`.
+    /// `ConjugateEnds` if the system is singular; `Overflow`, `Interrupted`.
     pub(super) fn new(
         states: &KnotStates,
         pieces: &[LinearPiece],
@@ -134,8 +135,8 @@ impl KnotSystem {
         Ok(system)
     }
 
-    /// The change of the velocities at all knots that makes up for the given rest of the equations, tangent vectors of shape
-    /// `(n, k)` both: zero where velocities are given, the same at both ends of a closed curve.
+    /// The change of the velocities at all knots that cancels the given residual of the equations, both tangent vectors
+    /// of shape `(n, k)`: zero where velocities are given, equal at both ends of a closed curve.
     pub(super) fn solve(&self, rest: &[Mat<f64>]) -> Vec<Mat<f64>> {
         let (count, k) = (self.frames.len(), rest[0].ncols());
         let mut right = rest[..count].to_vec();
@@ -190,7 +191,7 @@ impl KnotSystem {
         out
     }
 
-    /// From the blocks of all pieces in their own time.
+    /// Factors the system from the blocks of all pieces in their own time.
     fn factored(&self, lengths: &[f64], blocks: &[Blocks]) -> Result<Option<Factors>> {
         let count = self.units.len();
         let square = blocks.first().map_or(0, |blocks| blocks[0][0].len());
@@ -243,8 +244,8 @@ impl KnotSystem {
     }
 }
 
-/// Blocks of a piece that ends with the basis `Y_0 H`, by the velocity `b` there at the basis `Y_0`: that at its own basis is
-/// `b H`, column by column.
+/// Blocks of a piece that ends with the basis `Y_0 H`, in terms of the velocity `b` there at the basis `Y_0`: at its
+/// own basis the velocity is `b H`, by columns.
 fn at_first_basis(blocks: &Blocks, holonomy: &Mat<f64>) -> Blocks {
     let (d, k) = (blocks[0][0].len().isqrt(), holonomy.nrows());
     let rows = d / k;
@@ -268,7 +269,7 @@ fn at_first_basis(blocks: &Blocks, holonomy: &Mat<f64>) -> Blocks {
     ]
 }
 
-/// The largest sum of absolute values of a row.
+/// The largest sum of absolute values in a row.
 fn largest_row(matrix: &BlockTridiagonal, d: usize) -> f64 {
     let parts = [&matrix.below, &matrix.diagonal, &matrix.above];
     let entries = |row: usize| {
@@ -280,9 +281,9 @@ fn largest_row(matrix: &BlockTridiagonal, d: usize) -> f64 {
     sums.fold(0.0, f64::max)
 }
 
-/// The smallest absolute value of an eigenvalue, by powers of the inverse; 0 where that is not finite.
+/// The smallest absolute value of an eigenvalue, by inverse power iteration; 0 if it is not finite.
 fn smallest_eigenvalue(factors: &Factors, size: usize) -> f64 {
-    // Entries without a pattern that an eigenvector could be orthogonal to.
+    // Irregular entries, so that no eigenvector is orthogonal to them.
     let mut x: Vec<f64> = (0..size).map(|i| (1.0 + 1.7 * i as f64).sin()).collect();
     let mut smallest = 0.0;
     for _ in 0..POWERS {

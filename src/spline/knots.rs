@@ -1,4 +1,4 @@
-//! Knots: times in order, a point at each.
+//! Knots: increasing times, with a point at each.
 
 use faer::MatRef;
 
@@ -6,11 +6,11 @@ use crate::error::{Error, Result};
 use crate::manifold::Stiefel;
 use crate::manifold::stiefel::POINT_TOLERANCE;
 
-/// The manifold of the points.
+/// Check knots; return the manifold of the points.
 ///
 /// # Errors
-/// `Shape` (fewer than two knots, numbers that do not match, points of different shapes), `NonFinite`, `InvalidArgument` (times
-/// not increasing), `NotOrthonormal`; wrapped in `AtKnot` where they are about one knot.
+/// `Shape` (fewer than two knots, numbers that do not match, points of different shapes), `NonFinite`,
+/// `InvalidArgument` (times not increasing), `NotOrthonormal`; wrapped in `AtKnot` if they concern one knot.
 pub(super) fn check(t: &[f64], points: &[MatRef<'_, f64>]) -> Result<Stiefel> {
     check_in_order(
         t,
@@ -20,7 +20,7 @@ pub(super) fn check(t: &[f64], points: &[MatRef<'_, f64>]) -> Result<Stiefel> {
     )
 }
 
-/// [`check`] for times that may repeat; two of them are different.
+/// As [`check`], for times that may repeat but are not all equal.
 ///
 /// # Errors
 /// As [`check`].
@@ -79,7 +79,7 @@ fn wrong_time(t: &[f64], knot: usize, requirement: &'static str) -> Error {
     error.at_knot(knot)
 }
 
-/// Checks that there is a chance to meet a tolerance, and that meeting it means something.
+/// Check that a tolerance is achievable and meaningful.
 ///
 /// # Errors
 /// `InvalidArgument`.

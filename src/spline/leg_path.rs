@@ -1,4 +1,4 @@
-//! The curve of a leg in the form that cubics have: points, and the vectors of their equation.
+//! The curve of a leg as a path of a cubic: points, and the vectors of the equation.
 
 use faer::Mat;
 
@@ -9,7 +9,7 @@ use crate::legs::Dense;
 use crate::linalg::field::multiply;
 use crate::space::{Homogeneous, in_space};
 
-/// The curve of a leg that starts with a frame, from its polynomials; the tension is that in the time of the leg.
+/// The curve of a leg that starts with the given frame, from its polynomials; the tension is in the time of the leg.
 pub(super) fn leg_path(
     polynomials: &Dense,
     leg: usize,
@@ -67,7 +67,7 @@ fn row_by_row(a: &Mat<f64>) -> Vec<f64> {
         .collect()
 }
 
-/// `omega` and `b` of a skew matrix, row by row, each column by column.
+/// Appends `omega` and `b` of a skew matrix stored by rows, each by columns.
 fn push_blocks(matrix: &[f64], [r, columns]: [usize; 2], out: &mut Vec<f64>) {
     for rows in [0..columns, columns..r] {
         for col in 0..columns {

@@ -1,4 +1,5 @@
-//! Quasi-geodesics between neighbouring knots, geodesics between subspaces, which carry vectors from knot to knot.
+//! Quasi-geodesics between neighbouring knots (geodesics between subspaces), along which vectors are carried from knot
+//! to knot.
 
 use faer::{Mat, MatMut, MatRef};
 use rayon::prelude::*;
@@ -10,7 +11,7 @@ use crate::manifold::carrier::{Carrier, Direction};
 use crate::manifold::quasi_geodesic::EndpointProblem;
 use crate::space::Quotient;
 
-/// One curve after the other.
+/// The curves, in order.
 pub(super) struct Links {
     links: Vec<Link>,
 }
@@ -18,7 +19,7 @@ pub(super) struct Links {
 struct Link {
     curve: QuasiGeodesic,
     carrier: Carrier,
-    /// Velocity at the start and at the end.
+    /// Velocities at the start and at the end.
     displacements: [Mat<f64>; 2],
 }
 
@@ -49,7 +50,8 @@ impl Link {
 
 impl Links {
     /// # Errors
-    /// `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents`, `RightAngle`, in `AtKnot` of the first of the two points.
+    /// `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents`, `RightAngle`, wrapped in `AtKnot` of the first of
+    /// the two points.
     pub(super) fn new(points: &[Mat<f64>], quotient: Quotient) -> Result<Self> {
         let (n, k) = points[0].shape();
         let links: Vec<Result<Link>> = points
@@ -59,7 +61,7 @@ impl Links {
                 |problem, pair| Link::new(pair[0].as_ref(), pair[1].as_ref(), quotient, problem),
             )
             .collect();
-        // One after the other: the first error is the one that is reported, for any number of threads.
+        // In order, so that the first error is reported for any number of threads.
         let links = links
             .into_iter()
             .enumerate()
@@ -68,17 +70,17 @@ impl Links {
         Ok(Links { links })
     }
 
-    /// The velocity of a link where it starts.
+    /// The velocity of a link at its start.
     pub(super) fn first(&self, link: usize) -> &Mat<f64> {
         &self.links[link].displacements[0]
     }
 
-    /// The velocity of a link where it ends.
+    /// The velocity of a link at its end.
     pub(super) fn last(&self, link: usize) -> &Mat<f64> {
         &self.links[link].displacements[1]
     }
 
-    /// Carries a vector at one end of a link to the other.
+    /// Carries a vector from one end of a link to the other.
     pub(super) fn carry(&mut self, link: usize, v: MatMut<'_, f64>, way: Direction) {
         let Link { curve, carrier, .. } = &mut self.links[link];
         carrier.carry(curve, v, way);

@@ -1,8 +1,9 @@
-//! Splines through knots far apart: the cheapest of several.
+//! Splines through distant knots: the cheapest of several solutions.
 //!
-//! Where legs are long the equations have many solutions, and the iteration from the flat spline leads to one that depends on
-//! the direction in which the knots are passed. The same knots are solved from where descents end as well, or backwards where
-//! there are none, and the solution of least cost is the spline: so it costs little, and the same in both directions.
+//! If legs are long, the equations have many solutions, and the one found from the flat spline depends on the direction
+//! in which the knots are passed. The equations are therefore also solved from the results of descents, or in the
+//! reverse direction if there are none, and the solution of least cost is returned. Its cost is low, and the same in
+//! both directions.
 
 use super::chain::{Arrivals, Chain};
 use super::ends::{End, Ends};
@@ -13,23 +14,23 @@ use crate::cubic::work::Work;
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 
-/// Legs longer than this are far apart. Of natural splines through five random knots the iteration alone leads to different
-/// costs in the two directions for 6 of 60 on St(3,1) and 6 of 40 on St(4,2); the value itself is a guess, below the 1.5 from
-/// which on that was seen.
+/// Leg length above which knots count as distant. For natural splines through five random knots, the iteration alone
+/// leads to different costs in the two directions for 6 of 60 on St(3,1) and 6 of 40 on St(4,2). The value is a guess,
+/// below 1.5, the shortest length for which this was observed.
 const FAR: f64 = 1.4;
 
-/// Two solutions whose costs differ by less are one: the first is kept.
+/// Solutions whose costs differ by a smaller relative amount count as one: the first is kept.
 const SAME_COST: f64 = 1e-3;
 
-/// Vectors of an arrival: distance, velocity, acceleration and third vector.
+/// Vectors computed per leg: distance, velocity, acceleration and third vector.
 const VECTORS: usize = 4;
 
-/// Whether legs are so long that the cheapest of several solutions is worth looking for.
+/// Whether legs are so long that several solutions should be compared.
 pub(super) fn is_far(longest: f64) -> bool {
     longest > FAR
 }
 
-/// The cheapest of some solutions, with its cost; solutions that have not converged cost infinitely much.
+/// The cheapest of several solutions, with its cost; unconverged solutions have infinite cost.
 pub(super) struct Cheapest {
     solution: Solution,
     cost: f64,
@@ -37,7 +38,7 @@ pub(super) struct Cheapest {
 
 impl Cheapest {
     /// # Errors
-    /// Where a leg cannot be integrated; `Interrupted`.
+    /// An error if a leg cannot be integrated; `Interrupted`.
     pub(super) fn new<C: Solvable>(
         chain: &C,
         solution: Solution,
@@ -50,7 +51,7 @@ impl Cheapest {
         Ok(Cheapest { solution, cost })
     }
 
-    /// Solves from another start, if there is one, and keeps the cheaper solution.
+    /// Solves from another start, if given, and keeps the cheaper solution.
     ///
     /// # Errors
     /// `Interrupted`.
@@ -81,7 +82,7 @@ impl Cheapest {
     }
 }
 
-/// The solution that a start leads to; `None` if it leads to none.
+/// The solution found from a start; `None` if none is found.
 ///
 /// # Errors
 /// `Interrupted`.
@@ -95,7 +96,7 @@ pub(super) fn solved<C: Solvable>(
     Ok(solution.filter(|solution| solution.report.converged))
 }
 
-/// A solution of the knots passed backwards in forward direction; `None` if it cannot be integrated.
+/// Converts a solution of the reversed knots to the forward direction; `None` if it cannot be integrated.
 ///
 /// # Errors
 /// `Interrupted`.
@@ -107,7 +108,7 @@ pub(super) fn forwards<C: Chain>(
     unless_interrupted(reversed(back, &solution.motion, work))
 }
 
-/// A motion along the knots of a chain, passed backwards.
+/// A motion along the reversed knots of a chain.
 fn reversed<C: Chain>(back: &C, motion: &Motion, work: &Work) -> Result<Motion> {
     let (size, legs) = (back.size(), back.lengths().len());
     let arrivals = Arrivals::of(back, motion, VECTORS, Accuracy::FULL, work)?;
@@ -139,7 +140,7 @@ fn cost<C: Solvable>(chain: &C, solution: &Solution, interrupt: Interrupt<'_>) -
 }
 
 impl Ends {
-    /// The same ends, passed backwards.
+    /// The same ends in reverse order.
     pub(super) fn reversed(&self) -> Self {
         let reversed = |end: &End| match end {
             End::Velocity(v) => End::Velocity(v.iter().map(|v| -v).collect()),

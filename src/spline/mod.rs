@@ -1,10 +1,10 @@
 //! Splines: curves through many points.
 //!
-//! * [`Piecewise`] Riemannian cubics with continuous covariant acceleration: [`cubic_spline`];
-//! * [`Piecewise`] geometric cubics with the same smoothness, by closed formulas at the knots: [`geometric_spline`];
-//! * the balance of closeness to data and cost: [`smoothing_spline`];
-//! * once differentiable curves through points with given velocities: [`cubic_hermite`], [`geometric_hermite`];
-//! * velocities where only points are known: [`estimate_velocities`].
+//! * [`cubic_spline`]: [`Piecewise`] Riemannian cubics with continuous covariant acceleration;
+//! * [`geometric_spline`]: [`Piecewise`] geometric cubics with the same smoothness, by closed formulas at the knots;
+//! * [`smoothing_spline`]: curves that balance closeness to data against cost;
+//! * [`cubic_hermite`], [`geometric_hermite`]: once differentiable curves through points with given velocities;
+//! * [`estimate_velocities`]: velocities when only points are known.
 
 mod ambient;
 mod bases;

@@ -4,18 +4,18 @@ use std::ops::Range;
 
 use crate::solve::gmres::norm;
 
-/// The unknowns: velocities at the knots, per unit of time; acceleration and third vector at the start of each leg, in the time
-/// of the leg.
+/// The unknowns: velocities at the knots, per unit of time; acceleration and third vector at the start of each leg, in
+/// the time of the leg.
 #[derive(Debug, Clone)]
 pub(super) struct Motion {
     size: usize,
     knots: usize,
-    /// Velocities, then bends.
+    /// Velocities, then bends (accelerations and third vectors).
     pub(super) entries: Vec<f64>,
 }
 
 impl Motion {
-    /// Standing still.
+    /// A motion at rest.
     pub(super) fn zeros(size: usize, knots: usize) -> Self {
         Motion {
             size,
@@ -32,7 +32,7 @@ impl Motion {
         &mut self.entries[self.size * knot..][..self.size]
     }
 
-    /// The largest speed at some knots, in the time of the legs beside them.
+    /// The largest speed at some knots, in the time of the adjacent legs.
     pub(super) fn speed(&self, knots: Range<usize>, lengths: &[f64]) -> f64 {
         let longest = |knot: usize| {
             let beside = [knot.checked_sub(1), Some(knot)].into_iter().flatten();
@@ -71,7 +71,7 @@ impl Motion {
         }
     }
 
-    /// To the accelerations and third vectors alone.
+    /// Adds a fraction of a step to the accelerations and third vectors only.
     pub(super) fn add_bends(&mut self, share: f64, step: &[f64]) {
         let bends = &mut self.entries[self.size * self.knots..];
         for (entry, step) in bends.iter_mut().zip(step) {

@@ -1,4 +1,5 @@
-//! What lies between neighbouring knots with frames: the turn of the frame, the shortest way, and how vectors are carried.
+//! Relations between neighbouring knots with frames: the rotation between the frames, the shortest curve, and how
+//! vectors are carried.
 
 use faer::Mat;
 
@@ -13,21 +14,22 @@ use crate::linalg::{OrthogonalLog, skew_exp};
 use crate::manifold::quasi_geodesic::EndpointProblem;
 use crate::space::{Quotient, ScalarField};
 
-/// What a leg knows of its ends, matrices column by column.
+/// Relation between the two ends of a leg, matrices by columns.
 pub(super) struct Link {
-    /// The next knot's frame in that of the knot where the leg starts, shape `(r, r)`.
+    /// The frame of the next knot relative to the frame of the knot where the leg starts, shape `(r, r)`.
     pub(super) next: Vec<f64>,
-    /// A vector `v` is carried to `left v right`, in the frames of the two knots; `None` where its coordinates stay what they are.
+    /// A vector `v` is carried to `left v right`, in the frames of the two knots; `None` if its coordinates do not
+    /// change.
     pub(super) carrying: Option<[Vec<f64>; 2]>,
     pub(super) displacement: Vec<f64>,
 }
 
-/// How neighbours are joined.
+/// The method for joining neighbours.
 pub(super) enum Joining {
-    /// Where frames are points: by the logarithm of the turn from one to the other.
+    /// If frames are points: by the logarithm of the rotation between them.
     Group {
         log: OrthogonalLog,
-        /// Room for the turn and its logarithm.
+        /// Buffers for the rotation and its logarithm.
         next: Mat<f64>,
         turn: Mat<f64>,
     },
@@ -53,7 +55,7 @@ impl Joining {
         }
     }
 
-    /// From one frame to another.
+    /// The link from one frame to another.
     ///
     /// # Errors
     /// `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents`.

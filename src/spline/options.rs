@@ -1,13 +1,13 @@
-//! The options of a spline.
+//! Options of splines.
 
 use crate::cubic::work::{Work, allowance};
 use crate::interrupt::Interrupt;
 use crate::space::{Kind, Quotient, ScalarField};
 
-/// Steps by default.
+/// Default limit of steps.
 pub(super) const MAX_ITERATIONS: usize = 200;
 
-/// How a spline is solved for.
+/// Options of a spline's solver.
 ///
 /// # Examples
 /// ```
@@ -24,20 +24,21 @@ pub(super) const MAX_ITERATIONS: usize = 200;
 /// ```
 #[derive(Clone, Copy)]
 pub struct SplineOptions<'a> {
-    /// Converged once no leg misses its knot, and no covariant acceleration jumps, by more than this, in the time of a leg.
+    /// The iteration has converged once all point and velocity defects of legs, and all jumps of the covariant
+    /// acceleration, are at most this, in the time of a leg.
     pub tolerance: f64,
-    /// Steps at the most, of fixed-point iteration and of Newton's method together. More than the default raise the
-    /// [limit of work](crate::StopReason::WorkLimit) in proportion.
+    /// Maximal number of steps of fixed-point iteration and Newton's method together. Values above the default raise
+    /// the [limit of work](crate::StopReason::WorkLimit) in proportion.
     pub max_iterations: usize,
-    /// `tau >= 0` of a spline in tension, which makes `int |D_t S'|^2 + tau |S'|^2 dt` stationary, in units of `1 / t^2`; at most
-    /// 64 by the square of the longest leg, 6.25 where the points have more than 12 rows and more than `4 k`, also in their span.
-    /// Splines of Riemannian cubics only.
+    /// `tau >= 0` of a spline in tension, which makes `int |D_t S'|^2 + tau |S'|^2 dt` stationary, in units of `1 /
+    /// t^2`. `tau` times the square of the longest leg must be at most 64, or 6.25 if the points have more than 12 rows
+    /// and more than `4 k` rows, also within their span. Only for splines of Riemannian cubics.
     pub tension: f64,
-    /// What the points stand for.
+    /// The meaning of the points: frames or subspaces.
     pub quotient: Quotient,
-    /// What numbers they are made of; complex ones are embedded.
+    /// Scalars of the points; complex points are embedded in real ones.
     pub field: ScalarField,
-    /// Asked before every leg of every step.
+    /// Polled before every leg of every step.
     pub interrupt: Interrupt<'a>,
 }
 
@@ -56,7 +57,7 @@ impl Default for SplineOptions<'_> {
 }
 
 impl SplineOptions<'_> {
-    /// What the points are.
+    /// The meaning of the points and their scalars.
     pub(super) fn kind(&self) -> Kind {
         let SplineOptions {
             quotient, field, ..
@@ -64,7 +65,7 @@ impl SplineOptions<'_> {
         Kind { quotient, field }
     }
 
-    /// Work for a spline that may take so many trials at least.
+    /// The work limit for a spline that is allowed at least this many trials.
     pub(super) fn work(&self, trials: f64, trial: f64) -> Work {
         let work = Work::of_trials(trials, trial);
         work.allow(allowance(self.max_iterations, MAX_ITERATIONS));

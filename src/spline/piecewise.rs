@@ -1,4 +1,4 @@
-//! A curve made of pieces that follow one another.
+//! A curve made of consecutive pieces.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use crate::linalg::jet::Jet;
 use crate::linalg::product::mul_into;
 use crate::space::Quotient;
 
-/// Curves on `[0, 1]`, one after the other, each run through between two knots.
+/// Consecutive curves on `[0, 1]`, each traversed between two knots.
 ///
 /// # Examples
 /// ```
@@ -31,7 +31,7 @@ use crate::space::Quotient;
 /// # Ok::<(), stiefel_rs::Error>(())
 /// ```
 ///
-/// A clone shares the pieces.
+/// Clones share the pieces.
 #[derive(Debug)]
 pub struct Piecewise<C> {
     knots: Arc<[f64]>,
@@ -49,7 +49,7 @@ impl<C> Clone for Piecewise<C> {
     }
 }
 
-/// What a curve does outside of its interval.
+/// Behaviour of a curve outside its interval.
 ///
 /// # Examples
 /// ```
@@ -69,14 +69,14 @@ impl<C> Clone for Piecewise<C> {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outside {
-    /// Times there are errors, but for those within four units in the last place of an end, which count as that end.
+    /// Such times are errors, except within four units in the last place of an end, which count as that end.
     Refused,
-    /// The first and the last piece go on.
+    /// The first and the last piece are extrapolated.
     Continued,
 }
 
 impl<C: Curve> Piecewise<C> {
-    /// One piece more is a knot more; the caller has checked the knots.
+    /// There is one more knot than pieces; the caller has checked the knots.
     pub(super) fn new(knots: Vec<f64>, pieces: Vec<C>) -> Self {
         debug_assert_eq!(knots.len(), pieces.len() + 1);
         Piecewise {
@@ -86,17 +86,17 @@ impl<C: Curve> Piecewise<C> {
         }
     }
 
-    /// The same curve with another behaviour outside of its interval.
+    /// The same curve with another behaviour outside its interval.
     pub fn with_outside(self, outside: Outside) -> Self {
         Piecewise { outside, ..self }
     }
 
-    /// What the curve does outside of its interval.
+    /// Behaviour of the curve outside its interval.
     pub fn outside(&self) -> Outside {
         self.outside
     }
 
-    /// The times between which the pieces run.
+    /// The times at which the pieces join, including both ends.
     pub fn knots(&self) -> &[f64] {
         &self.knots
     }
@@ -106,7 +106,7 @@ impl<C: Curve> Piecewise<C> {
         &self.pieces
     }
 
-    /// The piece at a time, the later one at a knot between two.
+    /// The piece at a time; at an interior knot, the later one.
     fn find(&self, t: f64) -> Result<usize> {
         check_parameter(t)?;
         let (first, last) = Curve::t_span(self);
@@ -126,7 +126,7 @@ impl<C: Curve> Piecewise<C> {
         self.knots[piece + 1] - self.knots[piece]
     }
 
-    /// The time, or the end that it misses by rounding where times outside are errors.
+    /// The time, or the end that it misses only by rounding if times outside are errors.
     fn snapped(&self, t: f64) -> f64 {
         match self.outside {
             Outside::Refused => rounded_to_end(t, Curve::t_span(self)),
@@ -138,7 +138,7 @@ impl<C: Curve> Piecewise<C> {
         (self.snapped(t) - self.knots[piece]) / self.length(piece)
     }
 
-    /// Maximal runs of parameters in one piece: piece, first parameter, one beyond the last.
+    /// Maximal runs of parameters in one piece: piece, first parameter, one past the last.
     pub(super) fn runs(&self, t: &[f64]) -> Result<Vec<(usize, usize, usize)>> {
         let mut runs: Vec<(usize, usize, usize)> = Vec::new();
         for (i, &t) in t.iter().enumerate() {
@@ -157,10 +157,11 @@ impl<C: Curve> Piecewise<C> {
     }
 }
 
-/// Entries of a result from which it is worth to share it out: waking threads takes as long as some thousand entries.
+/// Number of entries of a result from which evaluation is parallel: waking threads takes as long as computing some
+/// thousand entries.
 const SHARED: usize = 1 << 14;
 
-/// Derivatives of a piece on `[0, 1]` become those of one that takes `length`.
+/// Converts derivatives of a piece on `[0, 1]` to those of one that takes `length`.
 fn slow_down(values: &mut [f64], length: f64, order: usize) -> Result<()> {
     if order == 0 {
         return Ok(());
@@ -169,7 +170,7 @@ fn slow_down(values: &mut [f64], length: f64, order: usize) -> Result<()> {
     if factor.is_normal() {
         values.iter_mut().for_each(|value| *value *= factor);
     } else {
-        // One division after the other: what is zero stays so, and the power may overflow where the result does not.
+        // Divide repeatedly: zeros stay zero, and the power may overflow where the result does not.
         for value in values.iter_mut() {
             *value = (0..order).fold(*value, |value, _| value / length);
         }
@@ -182,7 +183,7 @@ fn slow_down(values: &mut [f64], length: f64, order: usize) -> Result<()> {
     })
 }
 
-/// The piece that was read last, and its buffers.
+/// The piece that was evaluated last, and its buffers.
 ///
 /// # Examples
 /// ```
@@ -288,7 +289,7 @@ impl<C: Curve> Curve for Piecewise<C> {
     fn cost_interruptible(&self, interrupt: Interrupt<'_>) -> Result<f64> {
         let mut sum = 0.0;
         for (i, piece) in self.pieces.iter().enumerate() {
-            // The square of a second derivative, over a length of time.
+            // The square of a second derivative, integrated over time.
             sum += piece.cost_interruptible(interrupt)? * self.length(i).powi(-3);
         }
         if sum.is_finite() {

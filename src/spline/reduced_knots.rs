@@ -1,4 +1,4 @@
-//! Knots in the coordinates of the span of their data (where it is small), orthonormal to round-off, in units of the mean
+//! Knots in coordinates of the span of their data (if it is small), orthonormal to round-off, in units of the mean
 //! length of a leg.
 
 use std::sync::Arc;
@@ -15,7 +15,7 @@ use crate::manifold::grassmann::joining::alignment;
 use crate::manifold::tangent::tangent_part;
 use crate::space::{Kind, Quotient, ScalarField};
 
-/// The factorisation that reduces the dimension takes time quadratic in the number of knots: for so many it pays.
+/// Number of knots up to which the dimension is reduced: the factorisation takes time quadratic in that number.
 const FEW: usize = 64;
 
 /// Rows of small frames.
@@ -25,7 +25,7 @@ const SMALL: usize = 12;
 pub(super) struct ReducedKnots {
     kind: Kind,
     span: Span,
-    /// What makes the given bases those of the points, of subspaces.
+    /// For subspaces, the matrices that map the given bases to those of the points.
     turns: Vec<Mat<f64>>,
     pub(super) points: Vec<Mat<f64>>,
     pub(super) lengths: Vec<f64>,
@@ -34,7 +34,7 @@ pub(super) struct ReducedKnots {
 }
 
 impl ReducedKnots {
-    /// Of checked knots; `vectors` are in the span as well.
+    /// Built from checked knots; the span includes `vectors`.
     ///
     /// # Errors
     /// `Decomposition`.
@@ -72,17 +72,17 @@ impl ReducedKnots {
         })
     }
 
-    /// What makes the basis at the first knot the given one, of subspaces.
+    /// For subspaces, the matrix that maps the basis at the first knot to the given one.
     pub(super) fn first_turn(&self) -> Option<MatRef<'_, f64>> {
         self.turns.first().map(|turn| turn.transpose())
     }
 
-    /// What the points stand for.
+    /// The meaning of the points: frames or subspaces.
     pub(super) fn quotient(&self) -> Quotient {
         self.kind.quotient
     }
 
-    /// The last point is the first one, to the last bit.
+    /// Makes the last point exactly equal to the first one.
     ///
     /// # Errors
     /// `Decomposition`.
@@ -96,7 +96,7 @@ impl ReducedKnots {
         Ok(())
     }
 
-    /// A vector that is tangent at a knot to `1e-9`, in the coordinates of the span and tangent to round-off.
+    /// Converts a vector that is tangent at a knot to `1e-9` to coordinates of the span, tangent to round-off.
     pub(super) fn down(&self, knot: usize, v: MatRef<'_, f64>) -> Mat<f64> {
         let mut low = self.kind.field.nearest(self.span.down(v));
         if let Some(turn) = self.turns.get(knot) {
@@ -105,13 +105,13 @@ impl ReducedKnots {
         tangent_part(self.kind.quotient, self.points[knot].as_ref(), low.as_ref())
     }
 
-    /// A point near the manifold in the coordinates of the span, orthonormal to round-off.
+    /// Converts a point near the manifold to coordinates of the span, orthonormal to round-off.
     pub(super) fn point(&self, s: MatRef<'_, f64>) -> Mat<f64> {
         let low = self.kind.field.nearest(self.span.down(s));
         orthonormalised(low, &mut Mat::zeros(s.ncols(), s.ncols()))
     }
 
-    /// Whether frames of the whole span are small matrices, or a leg spans all of it.
+    /// Whether frames of the whole span are small matrices, or a single leg spans it.
     pub(super) fn is_small(&self) -> bool {
         let (mut r, mut k) = self.shape();
         if self.kind.field == ScalarField::Complex {
@@ -120,7 +120,7 @@ impl ReducedKnots {
         r <= SMALL.max(4 * k)
     }
 
-    /// Where the points are.
+    /// The space of the points.
     pub(super) fn space(&self) -> Space {
         let (n, k) = self.shape();
         let basis = self.span.basis().map(|basis| Arc::new(basis.to_owned()));
@@ -131,7 +131,7 @@ impl ReducedKnots {
         }
     }
 
-    /// The tangent vector at the given point of a knot that has the given coordinates.
+    /// The tangent vector at the given basis of a knot, from coordinates.
     pub(super) fn lift_vector(
         &self,
         knot: usize,
@@ -156,8 +156,8 @@ impl ReducedKnots {
     }
 }
 
-/// Bases of the same subspaces, each as near to the one before it as can be, and what makes them of the given ones. The first
-/// one, and so all of them, depends on the subspaces alone: what is solved does not depend on the bases that are given.
+/// Bases of the same subspaces, each as near to the previous one as possible, and the matrices that map the given bases
+/// to them. All of them depend on the subspaces alone, so the solution does not depend on the given bases.
 fn aligned(field: ScalarField, mut points: Vec<Mat<f64>>) -> Result<[Vec<Mat<f64>>; 2]> {
     let first = match field {
         ScalarField::Real => principal_rows(points[0].as_ref()),
@@ -165,7 +165,7 @@ fn aligned(field: ScalarField, mut points: Vec<Mat<f64>>) -> Result<[Vec<Mat<f64
             embed(principal_rows(nearest(points[0].as_ref()).as_ref()).as_ref())
         }
     };
-    // Against round-off of the projections.
+    // Removes the round-off of the projections.
     let k = first.ncols();
     let mut turns = vec![orthonormalised(first, &mut Mat::zeros(k, k))];
     points[0] = &points[0] * &turns[0];
@@ -177,13 +177,13 @@ fn aligned(field: ScalarField, mut points: Vec<Mat<f64>>) -> Result<[Vec<Mat<f64
     Ok([points, turns])
 }
 
-/// Rows this much shorter than the longest one count as equally long: the first of them is taken.
+/// Relative difference in length up to which rows count as equally long: the first of them is taken.
 const EQUALLY_LONG: f64 = 1e-6;
 
-/// The orthogonal or unitary matrix whose columns are rows of a basis made orthonormal one after the other, the longest of what is
-/// left first, conjugate where they are complex.
+/// The orthogonal or unitary matrix whose columns are rows of a basis, orthonormalised one after another, the longest
+/// remaining row first, conjugated if complex.
 ///
-/// For the basis `Y Q` it is `Q^H` times that for `Y`.
+/// For the basis `Y Q` it is `Q^H` times the matrix for `Y`.
 fn principal_rows<T: ComplexField<Real = f64>>(y: MatRef<'_, T>) -> Mat<T> {
     let (n, k) = y.shape();
     let mut rest = y.to_owned();
@@ -203,7 +203,7 @@ fn principal_rows<T: ComplexField<Real = f64>>(y: MatRef<'_, T>) -> Mat<T> {
     out
 }
 
-/// A point that is orthonormal to `1e-9` made so to round-off: one Newton step towards its polar factor.
+/// Makes a point that is orthonormal to `1e-9` orthonormal to round-off, by one Newton step towards its polar factor.
 fn orthonormalised(mut s: Mat<f64>, gram: &mut Mat<f64>) -> Mat<f64> {
     mul_into(&mut *gram, 0.5, s.transpose(), &s);
     let before = s.clone();

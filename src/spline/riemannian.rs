@@ -27,17 +27,17 @@ use crate::space::Quotient;
 
 const SOLVER: &str = "spline of Riemannian cubics";
 
-/// The spline of Riemannian cubics through points: velocity and covariant acceleration are continuous.
+/// The spline of Riemannian cubics through points, with continuous velocity and covariant acceleration.
 ///
-/// Among all curves through the points with the given ends it makes the cost `J` stationary; with natural ends
-/// (`EndConditions::Natural`) it is what a cubic spline is in flat space.
+/// Among all curves through the points with the given end conditions it makes the cost `J` stationary. With natural
+/// ends (`EndConditions::Natural`) it generalises the natural cubic spline of flat space.
 ///
 /// # Arguments
-/// * `t` - times, increasing; `points` - one at each, shape `(n, k)`
+/// * `t` - increasing times; `points` - one per time, shape `(n, k)`
 /// # Errors
-/// `Shape`, `NonFinite`, `InvalidArgument` (tolerance, tension, times, ends that do not close); in `AtKnot` `NotOrthonormal`,
-/// `NoJoiningCurve`, `OutsideLogDomain` and `DifferentComponents` (no curve starts from there to the next point), `NotTangent`;
-/// `NoConvergence`, `Interrupted`.
+/// `Shape`, `NonFinite`, `InvalidArgument` (tolerance, tension, times, ends that do not close); `NoConvergence`,
+/// `Interrupted`; wrapped in `AtKnot`: `NotOrthonormal`, `NotTangent`, `NoJoiningCurve`, `OutsideLogDomain` and
+/// `DifferentComponents` (no curve leads to the next point).
 pub fn cubic_spline(
     t: &[f64],
     points: &[MatRef<'_, f64>],
@@ -48,14 +48,14 @@ pub fn cubic_spline(
     Ok((curve, report))
 }
 
-/// What a spline is, how it was solved, and the curves of its legs where the solver has them.
+/// A spline, the report of its solver, and the curves of its legs if the solver provides them.
 pub(crate) type SplineOfLegs = (
     Piecewise<RiemannianCubic>,
     SolverReport,
     Option<Arc<dyn Curves>>,
 );
 
-/// As [`cubic_spline`].
+/// As [`cubic_spline`], with the curves of the legs.
 ///
 /// # Errors
 /// As [`cubic_spline`].
@@ -90,7 +90,7 @@ pub(crate) fn cubic_spline_of_legs(
 struct Problem<'e> {
     knots: ReducedKnots,
     ends: &'e EndConditions,
-    /// In the time of the mean leg.
+    /// Tension in the time of the mean leg.
     tension: f64,
 }
 
@@ -108,7 +108,7 @@ impl<'e> Problem<'e> {
         if matches!(ends, EndConditions::Periodic) {
             knots.close()?;
         }
-        // One factor after the other: their product may overflow.
+        // Multiply one factor at a time: the product of the factors may overflow.
         let tension = options.tension * knots.unit * knots.unit;
         let longest = knots.lengths.iter().fold(0.0_f64, |most, h| most.max(*h));
         check_leg_tension(tension * longest * longest, knots.is_small())?;
@@ -119,7 +119,7 @@ impl<'e> Problem<'e> {
         })
     }
 
-    /// Velocity, or acceleration, at an end in units of the mean leg.
+    /// End conditions with vectors converted to coordinates, in units of the mean leg.
     fn ends_with(&self, coordinates: impl Fn(usize, &Mat<f64>) -> Vec<f64>) -> Ends {
         let (last, unit) = (self.knots.points.len() - 1, self.knots.unit);
         let end = |knot: usize, end: &EndCondition| {
@@ -128,7 +128,7 @@ impl<'e> Problem<'e> {
                 EndCondition::Velocity(_) => {
                     End::Velocity(coordinates(knot, &(vector * Scale(unit))))
                 }
-                // One factor after the other: their product may overflow.
+                // Multiply one factor at a time: the product of the factors may overflow.
                 EndCondition::Acceleration(_) => {
                     End::Acceleration(coordinates(knot, &(vector * Scale(unit) * Scale(unit))))
                 }
@@ -153,7 +153,7 @@ impl<'e> Problem<'e> {
         let chain = Framed::new(kind, frames.into(), columns, lengths, options.interrupt)?;
         let (chain, space) = (chain.in_tension(self.tension), self.knots.space());
         let solution = if chain.blocks().dim() == 0 {
-            // Nothing moves.
+            // A space of dimension zero.
             Solution::none(SolverReport::new(StopReason::Converged, 0, 0.0, 0.0))
         } else {
             solve::in_frames(&chain, &ends, options)?
@@ -161,7 +161,7 @@ impl<'e> Problem<'e> {
         finished(&chain, solution, &space, options.interrupt)
     }
 
-    /// The first knot with a frame that is far from the next one only since its columns are turned.
+    /// The first knot whose frame is far from the next one only because its columns are rotated.
     fn bases(&self) -> Option<usize> {
         let points = &self.knots.points;
         let is_turned = |knot: &usize| {
@@ -188,7 +188,7 @@ impl<'e> Problem<'e> {
     }
 }
 
-/// The pieces of a solution, none of one that has not converged.
+/// The pieces of a solution; `None` if it has not converged.
 fn finished<C: Solvable>(
     chain: &C,
     solution: Solution,

@@ -4,8 +4,8 @@
 //! \min_S \sum_i w_i\, d(S(t_i), Y_i)^2 + \lambda \int |D_t S'|^2\, dt
 //! ```
 //!
-//! Between knots the curve is a Riemannian cubic, velocity and covariant acceleration are continuous, and the covariant jerk
-//! jumps where there are data:
+//! Between knots the curve is a Riemannian cubic; velocity and covariant acceleration are continuous, and the covariant
+//! jerk jumps at the data:
 //!
 //! ```math
 //! D_t^2 S'(t_i^+) - D_t^2 S'(t_i^-) = \frac1\lambda \sum_{j : t_j = t_i} w_j \log_{S(t_i)} Y_j
@@ -42,18 +42,20 @@ use crate::space::{Quotient, ScalarField};
 
 const SOLVER: &str = "smoothing spline";
 
-/// Trials that many data may take at least: two threads refuse 120 random points on St(9, 7) after 2.0 s. With 40 after 1.4 s, and
-/// a hundred noisy points of a geodesic on St(12, 4) are lost.
+/// Minimal number of trials allowed for many data: with two threads, 120 random points on St(9, 7) are refused after
+/// 2.0 s. With 40 trials they are refused after 1.4 s, but a hundred noisy points of a geodesic on St(12, 4) are not
+/// solved.
 const TRIALS: f64 = 57.0;
 
-/// Work for both starts, in that for the first. With 1 sixteen of 288 sets of noisy points of geodesics are lost, with 2 none is
-/// won.
+/// Work limit of both starts together, in units of the first one's. With 1, sixteen of 288 sets of noisy points of
+/// geodesics are not solved; with 2, no further ones are.
 const BOTH_STARTS: f64 = 1.6;
 
-/// By this share a minimum may be worse than another curve: the square of the distances that convergence leaves, and round-off.
+/// Relative amount by which the objective of a minimum may exceed that of another curve: the square of the defects left
+/// at convergence, and round-off.
 const NO_WORSE: f64 = 1e-9;
 
-/// How a smoothing spline is made.
+/// Options of a smoothing spline.
 ///
 /// # Examples
 /// ```
@@ -71,19 +73,20 @@ const NO_WORSE: f64 = 1e-9;
 /// ```
 #[derive(Clone, Copy)]
 pub struct SmoothingOptions<'a> {
-    /// `lambda`, in units of squared distance times the cube of a time; infinite for geodesic regression; by generalised
-    /// cross-validation where it is not given.
+    /// `lambda`, in units of squared distance times time cubed; infinite for geodesic regression; chosen by generalised
+    /// cross-validation if it is `None`.
     pub lambda: Option<f64>,
-    /// Converged once no leg misses its knot, no acceleration jumps and no knot is out of balance by more than this, in the
-    /// time of a leg, or by round-off where there are thousands of legs.
+    /// The iteration has converged once all defects of legs, jumps of the acceleration and imbalances at knots are at
+    /// most this, in the time of a leg, or at most round-off if there are thousands of legs.
     pub tolerance: f64,
-    /// Steps at the most. More than the default raise the [limit of work](crate::StopReason::WorkLimit) in proportion.
+    /// Maximal number of steps. Values above the default raise the [limit of work](crate::StopReason::WorkLimit) in
+    /// proportion.
     pub max_iterations: usize,
-    /// What the points stand for.
+    /// The meaning of the points: frames or subspaces.
     pub quotient: Quotient,
-    /// What numbers they are made of; complex ones are embedded.
+    /// Scalars of the points; complex points are embedded in real ones.
     pub field: ScalarField,
-    /// Asked before every leg of every step.
+    /// Polled before every leg of every step.
     pub interrupt: Interrupt<'a>,
 }
 
@@ -102,7 +105,7 @@ impl Default for SmoothingOptions<'_> {
 }
 
 impl<'a> SmoothingOptions<'a> {
-    /// For the spline through the data.
+    /// Options of the interpolating spline through the data.
     fn spline(&self) -> SplineOptions<'a> {
         SplineOptions {
             tolerance: self.tolerance,
@@ -115,7 +118,7 @@ impl<'a> SmoothingOptions<'a> {
     }
 }
 
-/// A smoothing spline and what it was made of.
+/// A smoothing spline and the figures of its fit.
 ///
 /// # Examples
 /// ```
@@ -135,39 +138,39 @@ impl<'a> SmoothingOptions<'a> {
 pub struct SmoothingSpline {
     /// The curve.
     pub curve: Piecewise<RiemannianCubic>,
-    /// The weight of the cost, given or found.
+    /// The weight of the cost, as given or chosen.
     pub lambda: f64,
     /// `sum_i w_i d(S(t_i), Y_i)^2`.
     pub misfit: f64,
-    /// Trace of the influence matrix, of the spline in flat space: data that the curve could follow, between 2 and their
-    /// number.
+    /// Trace of the influence matrix of the spline in flat space: the effective number of data that the curve can
+    /// follow, between 2 and the number of data.
     pub degrees_of_freedom: f64,
-    /// How the equations were solved.
+    /// The report of the solver.
     pub report: SolverReport,
 }
 
-/// The smoothing spline of data.
+/// The smoothing spline of the given data.
 ///
-/// Generalised cross-validation takes the `lambda` that minimises
+/// Generalised cross-validation chooses the `lambda` that minimises
 ///
 /// ```math
 /// \frac{N \sum_i w_i |r_i|^2}{(N - \mathrm{tr} A)^2}
 /// ```
 ///
-/// with residuals `r` and influence matrix `A` of the smoothing spline in flat space to which the data are unrolled along
-/// quasi-geodesics between neighbours; on the circle that is exact.
+/// with residuals `r` and influence matrix `A` of the smoothing spline in flat space, to which the data are unrolled
+/// along quasi-geodesics between neighbours; on the circle this is exact.
 ///
-/// For `lambda` from about the fourth power of the number of data on, in units of the mean step, the curve is the geodesic of
-/// regression; with an infinite one it is so to the last bit. Between two points it is the geodesic, for every `lambda`.
+/// If `lambda` exceeds about the fourth power of the number of data, in units of the mean step, the curve is the
+/// regression geodesic; for infinite `lambda` exactly so. Between two points it is the geodesic for every `lambda`.
 ///
 /// # Arguments
-/// * `t` - times in order, which may repeat; `data` - a point for each, shape `(n, k)`
-/// * `weights` - one for each, positive; all 1 where there are none
+/// * `t` - times in non-decreasing order; `data` - one point per time, shape `(n, k)`
+/// * `weights` - one per datum, positive; all 1 if `None`
 /// # Errors
-/// `Shape` (also two points without `lambda`), `NonFinite`, `InvalidArgument` (times that fall, weights, `lambda`); in `AtKnot`
-/// (number of the distinct time) `NotOrthonormal`, those of joining neighbours, `LogNotFound` and the like where a datum is too
-/// far from the curve; `NoConvergence` (with `NotMinimal` where a geodesic near the data is better than what was found),
-/// `Interrupted`.
+/// `Shape` (also two points without `lambda`), `NonFinite`, `InvalidArgument` (decreasing times, weights, `lambda`);
+/// `NoConvergence` (with `NotMinimal` if some geodesic near the data is better than the curve found), `Interrupted`;
+/// wrapped in `AtKnot`, with the index of the distinct time: `NotOrthonormal`, the errors of joining neighbours, and
+/// `LogNotFound` and similar errors if a datum is too far from the curve.
 pub fn smoothing_spline(
     t: &[f64],
     data: &[MatRef<'_, f64>],
@@ -178,7 +181,7 @@ pub fn smoothing_spline(
     let manifold = check(t, data, weights, options.lambda)?;
     options.field.check(data.iter().copied())?;
     let grouped = Grouped::new(t, weights);
-    // On St(1, 1) nothing moves.
+    // St(1, 1) has dimension zero.
     if dim(&manifold, options.quotient) == 0 {
         return interpolated(&manifold, data, &grouped, options);
     }
@@ -198,7 +201,7 @@ pub fn smoothing_spline(
         .fold(0.0, |most: f64, w| most.max(*w));
     let weights = grouped.weights.iter().map(|w| w / heaviest).collect();
     let data = Data::new(low, grouped.knots.clone(), weights);
-    // One factor after the other: their product may overflow.
+    // Multiply one factor at a time: the product of the factors may overflow.
     let given = options
         .lambda
         .map(|lambda| lambda / knots.unit / knots.unit / knots.unit / heaviest);
@@ -283,13 +286,13 @@ fn check(
     }
 }
 
-/// Data by their distinct times.
+/// Data grouped by distinct times.
 struct Grouped {
     /// The distinct times.
     t: Vec<f64>,
-    /// The first datum of each.
+    /// Index of the first datum at each.
     first: Vec<usize>,
-    /// Which distinct time each datum has.
+    /// Index of the distinct time of each datum.
     knots: Vec<usize>,
     weights: Vec<f64>,
 }
@@ -313,7 +316,7 @@ impl Grouped {
     }
 }
 
-/// Two points: the geodesic between them misses nothing and costs nothing.
+/// For two points: the geodesic between them has neither misfit nor cost.
 fn between(
     manifold: &Stiefel,
     data: [MatRef<'_, f64>; 2],
@@ -362,7 +365,7 @@ fn between(
     })
 }
 
-/// Without weight of the cost: the natural spline through the data.
+/// For a zero weight of the cost: the natural spline through the data.
 fn interpolated(
     manifold: &Stiefel,
     data: &[MatRef<'_, f64>],
@@ -397,7 +400,8 @@ struct Solved {
     degrees_of_freedom: f64,
 }
 
-/// From the points of a chain through the data, and where that leads to no minimum from those of the geodesic nearest to them.
+/// Starts at the points of a chain through the data; if that leads to no minimum, at the points of the geodesic nearest
+/// to them.
 fn solve<C: Movable>(
     through: impl Fn(&[Mat<f64>]) -> Result<C>,
     points: &[Mat<f64>],
@@ -454,14 +458,14 @@ fn solve<C: Movable>(
             match through(&straight.points).and_then(attempt) {
                 Err(error) if error.is_interrupted() => Err(error),
                 Ok(second) if second.report.converged => Ok(second),
-                // What is wrong from the data themselves says more.
+                // The error of the start at the data is more informative.
                 Ok(_) | Err(_) => first,
             }
         }
     }
 }
 
-/// The cost of pieces, each on `[0, 1]`, that take the given times.
+/// The cost of pieces on `[0, 1]` that take the given durations.
 fn cost(pieces: &[RiemannianCubic], lengths: &[f64]) -> Result<f64> {
     let each = for_each(
         pieces.len(),
@@ -471,7 +475,7 @@ fn cost(pieces: &[RiemannianCubic], lengths: &[f64]) -> Result<f64> {
     Ok(each.iter().sum())
 }
 
-/// Of the manifold of the points.
+/// Dimension of the manifold of the points.
 fn dim(manifold: &Stiefel, quotient: Quotient) -> usize {
     match quotient {
         Quotient::Frames => manifold.dim(),

@@ -1,4 +1,4 @@
-//! Solving for a spline through given knots: where it starts, how long it may take, and what comes of it.
+//! The interface of solvers for a spline through given knots: start, work limit, and result.
 
 use std::sync::Arc;
 
@@ -13,12 +13,12 @@ use crate::interrupt::Interrupt;
 use crate::legs::Curves;
 use crate::report::{SolverReport, StopReason};
 
-/// How exactly, and for how long, the equations are solved.
+/// Accuracy and work limit of a solver.
 #[derive(Clone, Copy)]
 pub(super) struct Effort<'a> {
     pub(super) tolerance: f64,
     pub(super) max_iterations: usize,
-    /// Of all attempts together.
+    /// Shared by all attempts.
     pub(super) work: &'a Work,
     pub(super) interrupt: Interrupt<'a>,
 }
@@ -33,7 +33,7 @@ impl<'a> Effort<'a> {
         }
     }
 
-    /// Why a search that took so many iterations and found nothing ends.
+    /// The reason for stopping a search without result after `iterations` iterations.
     pub(super) fn reason(&self, iterations: usize) -> StopReason {
         match iterations >= self.max_iterations {
             _ if self.work.is_done() => StopReason::WorkLimit,
@@ -42,29 +42,29 @@ impl<'a> Effort<'a> {
         }
     }
 
-    /// Whether a solver that took so many iterations is the last one.
+    /// Whether the limit of iterations leaves room for no other solver.
     pub(super) fn is_spent(&self, iterations: usize) -> bool {
         iterations >= self.max_iterations || self.work.is_done()
     }
 }
 
-/// Where a solver starts.
+/// The start of a solver.
 pub(super) enum Start {
-    /// At the spline of flat space.
+    /// The spline of flat space.
     Flat,
-    /// Near a solution, which is not to be left.
+    /// A motion near a solution, to which the solver should converge.
     Near(Motion),
 }
 
-/// What a solver has reached.
+/// The result of a solver.
 pub(super) struct Solution {
     pub(super) motion: Motion,
     pub(super) report: SolverReport,
-    /// The curves between the knots, where the solver has them.
+    /// The curves between the knots, if the solver provides them.
     pub(super) polynomials: Option<SolvedLegs>,
 }
 
-/// The curves of solved legs, and what makes paths of them.
+/// The curves of solved legs, and the data needed to convert them to paths.
 #[derive(Clone)]
 pub(super) struct SolvedLegs {
     pub(super) curves: Arc<dyn Curves>,
@@ -72,7 +72,7 @@ pub(super) struct SolvedLegs {
 }
 
 impl Solution {
-    /// None, for a reason.
+    /// No solution, with the reason in the report.
     pub(super) fn none(report: SolverReport) -> Self {
         Solution {
             motion: Motion::zeros(0, 1),
@@ -82,7 +82,7 @@ impl Solution {
     }
 }
 
-/// `None` for a start that cannot be integrated.
+/// `None` for a start that cannot be integrated; other results, and `Interrupted`, are passed on.
 pub(super) fn unless_interrupted<T>(outcome: Result<T>) -> Result<Option<T>> {
     match outcome {
         Err(error) if error.is_interrupted() => Err(error),
@@ -95,13 +95,13 @@ pub(super) trait Solvable: Chain {
     /// Solves the equations of a spline.
     ///
     /// # Errors
-    /// Where the start cannot be integrated; `Interrupted`.
+    /// An error if the start cannot be integrated; `Interrupted`.
     fn solve(&self, ends: &Ends, start: Start, effort: Effort<'_>) -> Result<Solution>;
 
     /// The curve of a leg on `[0, 1]`.
     ///
     /// # Errors
-    /// Where it cannot be integrated; `Interrupted`.
+    /// An error if it cannot be integrated; `Interrupted`.
     fn piece(&self, leg: usize, solution: &Solution, interrupt: Interrupt<'_>) -> Result<Piece> {
         self.integrated(leg, &solution.motion, interrupt)
     }

@@ -1,4 +1,4 @@
-//! The spline of a chain: from one start, or, where its knots are far apart, the cheapest from several.
+//! The spline of a chain: from a single start or, if its knots are distant, the cheapest from several.
 
 use super::ambient::Ambient;
 use super::chain::Chain as _;
@@ -12,18 +12,19 @@ use crate::cubic::work::Work;
 use crate::error::Result;
 use crate::report::{SolverReport, StopReason};
 
-/// Trials that many knots of few dimensions may take at least. With 60 a spline through 40 points of St(20,5) is lost.
+/// Minimal number of trials allowed for many knots in few dimensions. With 60, a spline through 40 points of St(20,5)
+/// is not solved.
 const TRIALS_IN_FRAMES: f64 = 120.0;
 
-/// Work for all solutions together, in that for the first. With 1 one more of 78 splines with given accelerations and uneven times
-/// is lost.
+/// Work limit of all solutions together, in units of the first one's. With 1, one more of 78 splines with given
+/// accelerations and uneven times is not solved.
 const FURTHER: f64 = 1.7;
 
-/// A chain of few dimensions: from the flat spline, and where its knots are far apart or that does not converge from where
-/// descents end; the cheapest.
+/// Solves a chain in few dimensions: from the flat spline and, if its knots are distant or that fails, from the results
+/// of descents. Returns the cheapest solution.
 ///
 /// # Errors
-/// `Interrupted`, those of the chain.
+/// `Interrupted`, and the errors of the chain.
 pub(super) fn in_frames(
     chain: &Framed<'_>,
     ends: &Ends,
@@ -31,7 +32,7 @@ pub(super) fn in_frames(
 ) -> Result<Solution> {
     let work = work_in_frames(chain, options);
     let effort = Effort::new(options, &work);
-    // A start that is too fast to be integrated is left to descents.
+    // A start too fast to be integrated is left to descents.
     let first = unless_interrupted(chain.solve(ends, Start::Flat, effort))?;
     let first = first.unwrap_or_else(|| unsolved(effort));
     let is_solved = first.report.converged;
@@ -54,7 +55,7 @@ pub(super) fn in_frames(
     Ok(solution)
 }
 
-/// What a chain of few dimensions may take.
+/// The work limit of a chain in few dimensions.
 pub(super) fn work_in_frames(chain: &Framed<'_>, options: &SplineOptions<'_>) -> Work {
     let trial = chain.lengths().len() as f64 * chain.work_of_leg();
     options.work(TRIALS_IN_FRAMES, trial)
@@ -70,11 +71,12 @@ fn unsolved(effort: Effort<'_>) -> Solution {
     ))
 }
 
-/// A chain of many dimensions, that may take so many trials at least; where its knots are far apart, the cheaper of the solutions in
-/// both directions, unless it is not to take long: frames that are only bases are refused in half of the time.
+/// Solves a chain in many dimensions, with at least the given number of trials. If its knots are distant, returns the
+/// cheaper of the solutions in both directions, unless a quick answer is needed: for frames that only serve as bases,
+/// this halves the time to an error.
 ///
 /// # Errors
-/// `Interrupted`; where the start cannot be integrated.
+/// `Interrupted`; an error if the start cannot be integrated.
 pub(super) fn in_ambient(
     chain: &Ambient<'_>,
     ends: &Ends,

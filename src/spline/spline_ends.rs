@@ -1,4 +1,4 @@
-//! Whether a curve of Riemannian cubics is a spline with the given ends.
+//! Checks that a curve of Riemannian cubics is a spline with the given ends.
 
 use faer::Mat;
 
@@ -8,15 +8,15 @@ use super::knot_states::KnotStates;
 use crate::error::{Error, Result};
 use crate::linalg::structure::{check_shape, norm};
 
-/// Jumps of velocity and acceleration up to here, in the time of the shorter leg at a knot and relative to one more than their
-/// size, are those of a solver.
+/// Jumps of velocity and acceleration up to this are attributed to the solver's tolerance; in the time of the shorter
+/// leg at a knot, relative to one plus their size.
 const JUMP: f64 = 1e-6;
 
-/// Error where the curve jumps at a knot, or does not do at its ends what it should. Vectors of `states` are in units of the mean
-/// leg.
+/// Return an error if the curve jumps at a knot or violates its end conditions. Vectors of `states` are in units of the
+/// mean leg.
 ///
 /// # Errors
-/// `InvalidArgument`, in `AtKnot`.
+/// `InvalidArgument`, wrapped in `AtKnot`.
 pub(super) fn check_ends(states: &KnotStates, ends: &EndConditions) -> Result<()> {
     let last = states.count() - 1;
     for knot in 1..last {
@@ -51,7 +51,7 @@ pub(super) fn check_ends(states: &KnotStates, ends: &EndConditions) -> Result<()
             };
             check_shape("bc_type", vector.as_ref(), n, k)
                 .map_err(|error| error.at_knot([0, last][end]))?;
-            // One factor after the other: their product may overflow.
+            // Multiply one factor at a time: the product of the factors may overflow.
             let scaled = (0..order).fold(vector.clone(), |v, _| v * faer::Scale(states.unit));
             meets(end, order, &scaled)
         }),

@@ -1,4 +1,4 @@
-//! The numbers that splines consist of.
+//! Stored form of splines.
 
 use super::piecewise::{Outside, Piecewise};
 use crate::curve::Curve;
@@ -6,7 +6,7 @@ use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::stored::{Fields, Stored, StoredPiece, refusal};
 
-/// How far the interval of a piece may be from `[0, 1]`.
+/// Allowed deviation of the interval of a piece from `[0, 1]`.
 const UNIT_TOLERANCE: f64 = 1e-12;
 
 impl<C: Curve + StoredPiece> Stored for Piecewise<C> {
@@ -39,7 +39,7 @@ impl<C: Curve + StoredPiece> Stored for Piecewise<C> {
     }
 }
 
-/// Error unless there is a piece, a knot more than pieces, and times increase.
+/// Return an error unless there is at least one piece, one more knot than pieces, and times increase.
 fn check_knots(knots: &[f64], pieces: usize) -> Result<()> {
     if pieces == 0 || knots.len() != pieces + 1 {
         let found = knots.len();

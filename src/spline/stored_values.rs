@@ -1,4 +1,4 @@
-//! Checks that points and velocities that are stored with a spline are those of its pieces.
+//! Checks that the points and velocities stored with a spline agree with its pieces.
 
 use faer::{Mat, MatRef};
 
@@ -10,10 +10,10 @@ use crate::manifold::tangent::tangent_part;
 use crate::space::Quotient;
 use crate::stored::refusal;
 
-/// How far they may be from the pieces, which are solved for to a tolerance.
+/// Allowed deviation from the pieces, which are solved to a tolerance.
 const STORED_TOLERANCE: f64 = 1e-6;
 
-/// Error unless points are orthonormal and those of the curve at its knots, or nearer than the tolerance of its solver.
+/// Return an error unless points are orthonormal and agree with the curve at its knots to the tolerance of its solver.
 pub(crate) fn check_points(
     name: &str,
     points: &[MatRef<'_, f64>],
@@ -25,7 +25,7 @@ pub(crate) fn check_points(
         check_orthonormal(&format!("{name}: knot {knot}"), *stored)?;
         let gap = match quotient {
             Quotient::Frames => distance(point, *stored),
-            // Of their spans.
+            // Distance of their spans.
             Quotient::Subspaces => norm(tangent_part(quotient, point, *stored).as_ref()),
         };
         if gap > STORED_TOLERANCE.max(tolerance) {
@@ -36,8 +36,8 @@ pub(crate) fn check_points(
     Ok(())
 }
 
-/// Error unless velocities are those of the curve at its knots, the times `t`; of subspaces in terms of bases that `turns` makes those
-/// of the curve.
+/// Return an error unless velocities agree with those of the curve at its knots, at times `t`; for subspaces they refer
+/// to bases that `turns` maps to those of the curve.
 pub(crate) fn check_velocities(
     t: &[f64],
     turns: Option<&[Mat<f64>]>,
@@ -51,7 +51,7 @@ pub(crate) fn check_velocities(
             Some(turns) => distance(velocity, (*stored * &turns[knot]).as_ref()),
             None => distance(velocity, *stored),
         };
-        // Pieces are solved for in their own unit of time.
+        // Pieces are solved in their own unit of time.
         let allowed = STORED_TOLERANCE * norm(*stored).max(shortest.recip());
         if gap.is_nan() || gap > allowed {
             let problem = format!("knot {knot}: the velocity of the curve is {gap:.3e} away");

@@ -1,4 +1,4 @@
-//! Geodesics near data: no smoothing spline is worse than any of them, and one that is found to be is no minimum.
+//! Geodesics near data: a smoothing spline must be at least as good as each of them, or it is not a minimum.
 
 use faer::Mat;
 
@@ -13,17 +13,17 @@ use crate::space::Quotient;
 
 const SOLVER: &str = "smoothing spline";
 
-/// A geodesic that is run through at constant speed.
+/// A geodesic traversed at constant speed.
 pub(super) struct Straight {
-    /// Where it is at the knots.
+    /// Its points at the knots.
     pub(super) points: Vec<Mat<f64>>,
     /// The sum of weights times squared distances to the data.
     pub(super) misfit: f64,
 }
 
 impl Straight {
-    /// The nearest to the data of the geodesics between the first, the middle and the last datum, and of standing still at the
-    /// middle one. `None` where logarithms of all of them fail.
+    /// The one nearest to the data among the geodesics between the first, the middle and the last datum, and the
+    /// constant curve at the middle datum. `None` if the logarithms of all of them fail.
     ///
     /// # Errors
     /// `Interrupted`.

@@ -1,4 +1,4 @@
-//! Boundary value problems of subspaces, many at once.
+//! Many boundary value problems of subspaces.
 
 use faer::MatRef;
 use rayon::prelude::*;
@@ -7,14 +7,15 @@ use crate::cubic::{BoundaryOptions, BoundarySolution, RiemannianCubic};
 use crate::curve::Curve;
 use crate::error::Result;
 
-/// Riemannian cubics of subspaces on `[0, 1]` with given bases and horizontal vectors `[Y0, V0, Y1, V1]` at their ends, all of shape
-/// `(n, k)`.
+/// Solve for Riemannian cubics of subspaces on `[0, 1]` with given bases and horizontal vectors `[Y0, V0, Y1, V1]` at
+/// their ends, all of shape `(n, k)`.
 ///
-/// Each is that of [`RiemannianCubic::between_subspaces`], to the last bit; acceleration and jerk are horizontal at `Y0`. Problems are
-/// solved for one by one, in parallel: the same for any number of threads, and for any problems beside them.
+/// Each solution is bit-identical to that of [`RiemannianCubic::between_subspaces`]; acceleration and jerk are
+/// horizontal at `Y0`. Problems are solved one by one, in parallel; results depend neither on the number of threads nor
+/// on the other problems.
 ///
 /// # Errors
-/// `InvalidArgument`, `Interrupted`; those of `between_subspaces` at the problems they belong to.
+/// `InvalidArgument` and `Interrupted` for the whole call; the errors of `between_subspaces` for single problems.
 ///
 /// # Examples
 /// ```

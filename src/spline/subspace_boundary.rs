@@ -8,22 +8,24 @@ use crate::curve::Curve;
 use crate::error::{Error, Result};
 
 impl RiemannianCubic {
-    /// The Riemannian cubic on the Grassmann manifold from the span of `y0` to that of `y1`, with given velocities, on `[0, 1]`.
+    /// The Riemannian cubic on the Grassmann manifold from the span of `y0` to the span of `y1`, with given velocities,
+    /// on `[0, 1]`.
     ///
-    /// The curve starts with the basis `y0`, and its bases turn as little as possible; it ends with a basis `Y1 Q` of the last
-    /// subspace, and with the velocity `V1 Q`, for an orthogonal `Q`.
+    /// The curve starts with the basis `y0`, and its bases rotate as little as possible; it ends with a basis `Y1 Q` of
+    /// the last subspace and the velocity `V1 Q`, for some orthogonal `Q`.
     ///
     /// # Arguments
-    /// * `y0`, `y1` - orthonormal bases, shape `(n, k)`, any of their subspaces; `v0`, `v1` - horizontal vectors at them,
-    ///   `Y^T V = 0`
-    /// * `options` - the guess is horizontal at `y0`
+    /// * `y0`, `y1` - arbitrary orthonormal bases of the subspaces, shape `(n, k)`; `v0`, `v1` - horizontal vectors at
+    ///   them, `Y^T V = 0`
+    /// * `options` - a guess must be horizontal at `y0`
     /// # Accuracy
-    /// The end is met to `options.tolerance`. Subspaces more than 1.4 apart have more than one cubic, and the cheapest of those that
-    /// several starts lead to is returned; of lines, the cheaper one of the two on the sphere that end in opposite vectors. With a guess it
-    /// is the solution that Newton's method finds from there, or that of no guess where it finds none.
+    /// The end conditions are satisfied to `options.tolerance`. Subspaces more than 1.4 apart have more than one cubic;
+    /// the cheapest of those found from several starts is returned. For lines, it is the cheaper of the two cubics on
+    /// the sphere that end in opposite vectors. With a guess, it is the solution that Newton's method finds from the
+    /// guess; if it finds none, the solution without a guess.
     /// # Errors
-    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotHorizontal`, `InvalidArgument` (options); `RightAngle` where a principal angle
-    /// between the subspaces is pi/2; `NoConvergence`, `Interrupted`.
+    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotHorizontal`, `InvalidArgument` (options); `RightAngle` if a
+    /// principal angle between the subspaces is pi/2; `NoConvergence`, `Interrupted`.
     ///
     /// # Examples
     /// ```
@@ -56,7 +58,7 @@ impl RiemannianCubic {
             return problem.curve(&problem.solve()?);
         };
         let problem = match SubspaceProblem::new(data, options) {
-            // No geodesic between lines is the shortest one, but those on the sphere are.
+            // Between these lines no geodesic is the unique shortest one, but on the sphere it exists.
             Err(Error::RightAngle { .. }) if y0.ncols() == 1 => {
                 return between_lines(data, options);
             }
@@ -66,7 +68,7 @@ impl RiemannianCubic {
     }
 }
 
-/// The cheaper of the cubics on the sphere to a vector of the last line and to the opposite one.
+/// The cheaper of the cubics on the sphere to a unit vector of the last line and to its negative.
 fn between_lines(data: Data<'_>, options: &BoundaryOptions<'_>) -> Result<RiemannianCubic> {
     check(data)?;
     let [y0, v0, y1, v1] = data;

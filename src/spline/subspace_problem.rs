@@ -1,4 +1,4 @@
-//! A boundary value problem of subspaces: a chain of one leg in the span of its data.
+//! A boundary value problem of subspaces: a chain with one leg in the span of its data.
 
 use std::sync::Arc;
 
@@ -34,7 +34,7 @@ pub(crate) type Data<'a> = [MatRef<'a, f64>; 4];
 /// Covariant acceleration and jerk at the first basis, shape `(n, k)`.
 pub(super) type Guess<'a> = (MatRef<'a, f64>, MatRef<'a, f64>);
 
-/// Whether they are points and horizontal vectors at them.
+/// Check that the data are points and horizontal vectors at them.
 ///
 /// # Errors
 /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotHorizontal`.
@@ -58,7 +58,7 @@ pub(super) struct SubspaceProblem<'a> {
 
 impl<'a> SubspaceProblem<'a> {
     /// # Errors
-    /// Those of [`check`]; `RightAngle`, `Decomposition`.
+    /// The errors of [`check`]; `RightAngle`, `Decomposition`.
     pub(super) fn new(data: Data<'a>, options: &BoundaryOptions<'a>) -> Result<Self> {
         check(data)?;
         options.field.check(data)?;
@@ -96,15 +96,15 @@ impl<'a> SubspaceProblem<'a> {
         })
     }
 
-    /// Whether the subspaces are all of the space.
+    /// Whether the manifold is a single point, so that nothing can move.
     pub(super) fn is_at_rest(&self) -> bool {
         self.chain.blocks().dim() == 0
     }
 
-    /// The cheapest of the solutions that several starts lead to where the ends are far apart.
+    /// The cheapest solution found, from several starts if the ends are distant.
     ///
     /// # Errors
-    /// `Interrupted`, those of the chain.
+    /// `Interrupted`, and the errors of the chain.
     pub(super) fn solve(&self) -> Result<Solution> {
         if self.is_at_rest() {
             let report = SolverReport::new(StopReason::Converged, 0, 0.0, 0.0);
@@ -113,8 +113,8 @@ impl<'a> SubspaceProblem<'a> {
         solve::in_frames(&self.chain, &self.ends, &self.options)
     }
 
-    /// The solution that Newton's method finds from given covariant acceleration and jerk at the first basis, shape `(n, k)`, or
-    /// [`SubspaceProblem::solve`] where it finds none.
+    /// The solution that Newton's method finds from given covariant acceleration and jerk at the first basis, shape
+    /// `(n, k)`, or that of [`SubspaceProblem::solve`] if it finds none.
     ///
     /// # Errors
     /// As [`SubspaceProblem::bends_of`] and [`SubspaceProblem::solve`].
@@ -129,19 +129,19 @@ impl<'a> SubspaceProblem<'a> {
         let found = self.chain.solve(&self.ends, Start::Near(start), effort);
         match unless_interrupted(found)? {
             Some(found) if found.report.converged => Ok(found),
-            // No more steps are wanted; work there is again.
+            // No more steps are allowed; the work limit is renewed below.
             Some(found) if found.report.iterations >= self.options.max_iterations => Ok(found),
             _ => self.solve(),
         }
     }
 
-    /// What a solution may take.
+    /// The work limit of a solution.
     pub(super) fn work(&self) -> Work {
         solve::work_in_frames(&self.chain, &self.options)
     }
 
-    /// Acceleration and third vector, in coordinates, of given covariant acceleration and jerk at the first basis; parts outside of
-    /// the span of the data, where no solution has any, are left out.
+    /// Acceleration and third vector, in coordinates, of given covariant acceleration and jerk at the first basis;
+    /// components outside the span of the data are dropped, since no solution has any.
     ///
     /// # Errors
     /// `Shape`, `NonFinite`, `NotHorizontal`.
@@ -156,14 +156,14 @@ impl<'a> SubspaceProblem<'a> {
             let kind = self.chain.blocks().kind();
             bends.extend(coordinates(kind, frame.as_ref(), low.as_ref()));
         }
-        // The jerk is the third vector: brackets of horizontal vectors turn bases only.
+        // The jerk is the third vector: brackets of horizontal vectors only rotate bases.
         Ok(bends)
     }
 
     /// The motion with given acceleration and third vector at its start, in coordinates.
     ///
     /// # Errors
-    /// Those of the chain.
+    /// The errors of the chain.
     pub(super) fn motion_with(&self, bends: &[f64]) -> Result<Motion> {
         let [_, mut motion] = descent::starts(&self.chain, &self.ends)?;
         motion.bend_mut(0).copy_from_slice(bends);
@@ -173,7 +173,7 @@ impl<'a> SubspaceProblem<'a> {
     /// Displacement and end velocity along the geodesic between the ends.
     ///
     /// # Errors
-    /// Those of carrying.
+    /// The errors of carrying.
     pub(super) fn flat(&self) -> Result<FlatData> {
         let (chain, blocks) = (&self.chain, self.chain.blocks());
         let [mut displacement, mut carried] = [(); 2].map(|()| vec![0.0; chain.size()]);
@@ -189,10 +189,10 @@ impl<'a> SubspaceProblem<'a> {
         })
     }
 
-    /// The curve of a solution, from the given first basis on.
+    /// The curve of a solution, starting with the given first basis.
     ///
     /// # Errors
-    /// `NoConvergence`; where it cannot be evaluated.
+    /// `NoConvergence`, and the errors of evaluating the curve.
     pub(super) fn curve(&self, solution: &Solution) -> Result<RiemannianCubic> {
         let report = solution.report;
         if !report.converged {
@@ -214,7 +214,7 @@ impl<'a> SubspaceProblem<'a> {
     }
 }
 
-/// An error of the only leg.
+/// Unwraps an error of the only leg.
 fn of_leg(error: Error) -> Error {
     match error {
         Error::AtKnot { source, .. } => *source,

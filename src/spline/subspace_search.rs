@@ -16,22 +16,25 @@ use crate::error::{Error, Result};
 use crate::report::SolverReport;
 use crate::solve::gmres::norm;
 
-/// Geodesics that turn one principal direction by pi come back to the subspace where they started: half a turn.
+/// Numbers of additional turns of one principal direction; geodesics that turn it by pi return to the same subspace, so
+/// half a turn counts.
 const TURNS: [f64; 2] = [0.5, 1.0];
 
 impl RiemannianCubic {
-    /// Riemannian cubics of subspaces with the same boundary data, those that several starts find, the cheapest first.
+    /// Riemannian cubics of subspaces with the same boundary data that are found from several starts, cheapest first.
     ///
-    /// Newton's method starts from the cubic of flat space (or from the guess), then from where descents to curves of least cost
-    /// end: as in [`between_subspaces`](Self::between_subspaces), and from the cubics of flat space that turn one principal
-    /// direction by pi or 2 pi more, forwards and backwards; at last from [`starts`](SearchOptions::starts) random initial data. Of
-    /// lines they are the solutions of [`all_from_boundary`](Self::all_from_boundary) on the sphere, to both unit vectors of the last
-    /// line. There may be other solutions.
+    /// Newton's method starts from the cubic of flat space (or from the guess), then from the results of descents to
+    /// local minima of the cost: as in [`between_subspaces`](Self::between_subspaces), and from the cubics of flat
+    /// space that turn one principal direction by another pi or 2 pi, forwards and backwards; finally from
+    /// [`starts`](SearchOptions::starts) random initial data. For lines, the result consists of the solutions of
+    /// [`all_from_boundary`](Self::all_from_boundary) on the sphere, to both unit vectors of the last line. Other
+    /// solutions may exist.
     ///
     /// # Arguments
     /// As [`between_subspaces`](Self::between_subspaces).
     /// # Errors
-    /// Those of [`between_subspaces`](Self::between_subspaces); `InvalidArgument` (`distinct`); `NoConvergence` where none is found.
+    /// The errors of [`between_subspaces`](Self::between_subspaces); `InvalidArgument` (`distinct`); `NoConvergence` if
+    /// no solution is found.
     ///
     /// # Examples
     /// ```
@@ -75,7 +78,7 @@ impl RiemannianCubic {
     }
 }
 
-/// The cheapest first.
+/// Sorts by cost, cheapest first.
 fn ranked(curves: Vec<RiemannianCubic>) -> Result<Vec<RiemannianCubic>> {
     let mut ranked = Vec::new();
     for curve in curves {
@@ -85,7 +88,7 @@ fn ranked(curves: Vec<RiemannianCubic>) -> Result<Vec<RiemannianCubic>> {
     Ok(ranked.into_iter().map(|(_, curve)| curve).collect())
 }
 
-/// Those on the sphere to a vector of the last line, and to the opposite one.
+/// The solutions on the sphere to a unit vector of the last line, and to its negative.
 fn all_between_lines(data: Data<'_>, options: &SearchOptions<'_>) -> Result<Vec<RiemannianCubic>> {
     check(data)?;
     let [y0, v0, y1, v1] = data;
@@ -104,7 +107,7 @@ fn all_between_lines(data: Data<'_>, options: &SearchOptions<'_>) -> Result<Vec<
     }
 }
 
-/// The solutions, and what was said of the last start that led to none.
+/// The solutions, and the report of the last start that led to none.
 type Searched = (Found<Solution>, SolverReport);
 
 fn search(problem: &SubspaceProblem<'_>, options: &SearchOptions<'_>) -> Result<Searched> {
@@ -150,7 +153,7 @@ fn search(problem: &SubspaceProblem<'_>, options: &SearchOptions<'_>) -> Result<
     Ok((found, report))
 }
 
-/// Initial and end speed together.
+/// The sum of initial and end speed.
 fn speeds(motion: &Motion) -> f64 {
     norm(motion.velocity(0)) + norm(motion.velocity(1))
 }

@@ -1,4 +1,4 @@
-//! Generalised cross-validation of smoothing splines in flat space, to which the data are unrolled.
+//! Generalised cross-validation of smoothing splines, in flat space, to which the data are unrolled.
 
 use super::chain::Movable;
 use super::fit::Data;
@@ -7,26 +7,26 @@ use crate::cubic::work::Work;
 use crate::error::{Error, Result};
 use crate::manifold::carrier::Direction;
 
-/// Values of `lambda` for each factor of ten on the first look.
+/// Number of values of `lambda` per factor of ten in the initial scan.
 const PER_DECADE: f64 = 2.0;
 
-/// Golden-section steps around the best of them: to a relative `1e-4`.
+/// Golden-section steps around the best of them, to a relative accuracy of `1e-4`.
 const REFINEMENTS: usize = 24;
 
 /// The problem in flat space.
 pub(super) struct Validation<'c, 'd, C> {
     chain: &'c C,
     data: &'d Data,
-    /// From the first datum of each knot to the others there, and to itself.
+    /// Displacements from the first datum at each knot to all data there.
     displacements: Vec<Vec<f64>>,
     weights: Vec<f64>,
 }
 
 impl<'c, 'd, C: Movable> Validation<'c, 'd, C> {
-    /// For a chain through the first datum of each knot.
+    /// Built for a chain through the first datum of each knot.
     ///
     /// # Errors
-    /// Where data at a knot are too far apart.
+    /// An error if data at one knot are too far apart.
     pub(super) fn new(chain: &'c C, data: &'d Data, work: &Work) -> Result<Self> {
         Ok(Validation {
             chain,
@@ -39,12 +39,12 @@ impl<'c, 'd, C: Movable> Validation<'c, 'd, C> {
     /// The system of flat space.
     ///
     /// # Errors
-    /// `InvalidArgument` (times so unequal that numbers run out).
+    /// `InvalidArgument` (times so unequal that the arithmetic overflows or underflows).
     pub(super) fn flat(&self, lambda: f64) -> Result<FlatSmoothing> {
         FlatSmoothing::new(self.chain.lengths(), self.weights.clone(), lambda)
     }
 
-    /// `N` times the weighted squares of the residuals, over the square of `N` less the degrees of freedom.
+    /// `N` times the weighted sum of squared residuals, divided by the square of `N` minus the degrees of freedom.
     fn score(&self, lambda: f64) -> Result<f64> {
         let (d, count) = (self.chain.size(), self.data.len() as f64);
         let (flat, lengths) = (self.flat(lambda)?, self.chain.lengths());
@@ -90,10 +90,10 @@ impl<'c, 'd, C: Movable> Validation<'c, 'd, C> {
         Ok(count * squares / (left * left))
     }
 
-    /// The score at a power of ten; infinite where numbers run out.
+    /// The score at `10^exponent`; infinite if the arithmetic overflows or underflows.
     ///
     /// # Errors
-    /// Those of carrying.
+    /// The errors of carrying.
     fn score_at(&self, exponent: f64) -> Result<f64> {
         match self.score(10.0_f64.powf(exponent)) {
             Ok(score) if score.is_finite() => Ok(score),
@@ -102,12 +102,13 @@ impl<'c, 'd, C: Movable> Validation<'c, 'd, C> {
         }
     }
 
-    /// The `lambda` of the least score, in units of the mean leg.
+    /// The `lambda` with the smallest score, in units of the mean leg.
     ///
-    /// Sought between where every datum is followed and where the curve is a straight line, both to a part in a million.
+    /// Searched between the values for which the curve follows every datum and for which it is a straight line, both to
+    /// one part in a million.
     ///
     /// # Errors
-    /// Those of carrying.
+    /// The errors of carrying.
     pub(super) fn best(&self) -> Result<f64> {
         let count = self.weights.len() as f64;
         let mean = self.weights.iter().sum::<f64>() / count;

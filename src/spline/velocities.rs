@@ -1,4 +1,4 @@
-//! Velocities at knots from the points alone.
+//! Velocities at knots, estimated from the points alone.
 
 use faer::{Mat, MatRef, Scale};
 
@@ -12,12 +12,12 @@ use crate::linalg::structure::{check_range, norm};
 use crate::manifold::carrier::Direction;
 use crate::space::{Kind, Quotient};
 
-/// How velocities are estimated.
+/// The method for estimating velocities.
 ///
-/// The formulas are those of flat space, in tangent spaces: displacements are the velocities of the quasi-geodesics
-/// between neighbouring points, whose rotations carry vectors from knot to knot. On the circle `St(2, 1)` that is
-/// exactly the formula for the angle. Of subspaces displacements are logarithms, and vectors are carried by parallel transport.
-/// With slopes `m = displacement / h`:
+/// The formulas are those of flat space, applied in tangent spaces: displacements are the velocities of the
+/// quasi-geodesics between neighbouring points, whose rotations carry vectors from knot to knot. On the circle `St(2,
+/// 1)` this is exactly the formula for the angle. For subspaces displacements are logarithms, and vectors are carried
+/// by parallel transport. With slopes `m = displacement / h`:
 ///
 /// # Examples
 /// ```
@@ -36,34 +36,36 @@ use crate::space::{Kind, Quotient};
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum VelocityEstimate {
-    /// The parabola through three neighbours; at an end, the one through the last three.
+    /// The velocity of the parabola through a knot and its two neighbours; at an end, through the last three points.
     ///
     /// ```math
     /// v_i = \frac{h_+ m_- + h_- m_+}{h_- + h_+}
     /// ```
     ///
-    /// For equal times it is that of Catmull and Rom, half of the displacement between the neighbours. Local: a point
-    /// moves the velocities of its neighbours only. For smooth data its error is of second order.
+    /// For equally spaced times this is the Catmull-Rom formula, half of the displacement between the neighbours. It is
+    /// local: moving a point changes only the velocities at its neighbours. For smooth data its error is of second
+    /// order.
     CatmullRom,
-    /// A mean of the slopes on both sides, each weighted by how little the slopes change on its side: no overshoot
-    /// beside jumps and at rest.
+    /// A weighted mean of the slopes on both sides; a side has more weight the less its slopes change. There is no
+    /// overshoot near jumps and near constant parts.
     ///
     /// ```math
     /// v_i = \frac{w_{i+1} m_- + w_{i-1} m_+}{w_{i-1} + w_{i+1}},\qquad
     /// w_j = |m_+ - m_-| + \tfrac12 |m_+ + m_-| \text{ at knot } j
     /// ```
     ///
-    /// with norms of the manifold's metric, and slopes continued linearly beyond the ends.
+    /// with norms of the manifold's metric, and slopes extrapolated linearly beyond the ends.
     ///
     /// Source: Akima (1970), J. ACM 17, 589-602, with the weights of MATLAB's and SciPy's "makima".
     Akima,
-    /// The velocities of the natural cubic spline (of the closed one for closed data), in tangent spaces. Inside, the
-    /// error is of third order on spheres and of subspaces, of second order elsewhere, since quasi-geodesics are no geodesics there.
+    /// The velocities of the natural cubic spline (of the periodic one for closed data), in tangent spaces. In the
+    /// interior the error is of third order on spheres and for subspaces, and of second order elsewhere, where
+    /// quasi-geodesics are not geodesics.
     Natural,
 }
 
 impl VelocityEstimate {
-    /// The estimate of a word, the same in Rust and Python: `"catmull-rom"`, `"akima"` or `"natural"`.
+    /// The estimate with a given name, the same in Rust and Python: `"catmull-rom"`, `"akima"` or `"natural"`.
     pub fn from_word(word: &str) -> Option<Self> {
         match word {
             "catmull-rom" => Some(VelocityEstimate::CatmullRom),
@@ -74,18 +76,19 @@ impl VelocityEstimate {
     }
 }
 
-/// Velocities at all knots, tangent vectors per unit of time, each of shape `(n, k)`.
+/// Estimate velocities at all knots: tangent vectors per unit of time, each of shape `(n, k)`.
 ///
-/// With [`cubic_hermite`](super::cubic_hermite), [`geometric_hermite`](super::geometric_hermite) or
-/// [`subspace_hermite`](super::subspace_hermite) they give a curve through the points. Those of subspaces are horizontal at the given
-/// bases: a basis that is turned turns its own velocity, and no other.
+/// Pass them to [`cubic_hermite`](super::cubic_hermite), [`geometric_hermite`](super::geometric_hermite) or
+/// [`subspace_hermite`](super::subspace_hermite) to obtain a curve through the points. For subspaces they are
+/// horizontal at the given bases; changing the basis at one knot changes only the representation of the velocity there.
 ///
 /// # Arguments
-/// * `t` - times, increasing, two or more; `points` - one at each, shape `(n, k)`; `quotient` - what they stand for
+/// * `t` - increasing times, two or more; `points` - one per time, shape `(n, k)`; `quotient` - the meaning of the
+///   points
 /// # Errors
-/// `Shape`, `NonFinite`, `InvalidArgument` (times), `Overflow`; in `AtKnot` `NotOrthonormal`, and `NoJoiningCurve`,
-/// `OutsideLogDomain`, `DifferentComponents` (no quasi-geodesic leads from there to the next point), `RightAngle` (a principal angle
-/// to the next subspace is pi/2).
+/// `Shape`, `NonFinite`, `InvalidArgument` (times), `Overflow`; wrapped in `AtKnot`: `NotOrthonormal`,
+/// `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents` (no quasi-geodesic leads to the next point),
+/// `RightAngle` (a principal angle to the next subspace is pi/2).
 ///
 /// # Examples
 /// ```
@@ -109,11 +112,11 @@ pub fn estimate_velocities(
     estimated(t, points, estimate, quotient, &EndConditions::Natural)
 }
 
-/// As [`estimate_velocities`], of a closed curve: the last point is the first one, and so is its velocity. The last basis of a closed
-/// curve of subspaces may be any basis of the first subspace.
+/// As [`estimate_velocities`], for a closed curve: the last point equals the first one, and so does its velocity. For
+/// subspaces the last basis may be any basis of the first subspace.
 ///
 /// # Errors
-/// As [`estimate_velocities`], and `InvalidArgument` in `AtKnot` where the last point is not the first one.
+/// As [`estimate_velocities`], and `InvalidArgument` wrapped in `AtKnot` if the last point differs from the first one.
 pub fn estimate_closed_velocities(
     t: &[f64],
     points: &[MatRef<'_, f64>],
@@ -190,7 +193,7 @@ impl<'a> Slopes<'a> {
         self.lengths.len()
     }
 
-    /// Knots with a velocity of their own.
+    /// Number of knots with a separate velocity.
     fn knots(&self) -> usize {
         self.legs() + usize::from(!self.closed)
     }
@@ -204,17 +207,17 @@ impl<'a> Slopes<'a> {
         [before, (knot < self.legs()).then_some(knot)]
     }
 
-    /// The slope of a leg where it ends.
+    /// The slope of a leg at its end.
     fn last(&self, leg: usize) -> Mat<f64> {
         self.chain.last(leg) * Scale(1.0 / self.lengths[leg])
     }
 
-    /// The slope of a leg where it starts.
+    /// The slope of a leg at its start.
     fn first(&self, leg: usize) -> Mat<f64> {
         self.chain.first(leg) * Scale(1.0 / self.lengths[leg])
     }
 
-    /// Parabolas through three points.
+    /// Velocities of parabolas through three points.
     fn parabolas(&mut self) -> Vec<Mat<f64>> {
         let inner = |slopes: &Self, knot| match slopes.legs_at(knot) {
             [Some(before), Some(after)] => {
@@ -230,7 +233,7 @@ impl<'a> Slopes<'a> {
         if self.closed {
             return velocities;
         }
-        // On a parabola the slope between two points is the mean of the velocities there.
+        // On a parabola, the slope between two points is the mean of the velocities there.
         let last = self.legs();
         let (first_slope, last_slope) = (self.first(0), self.last(last - 1));
         if last == 1 {
@@ -257,7 +260,7 @@ impl<'a> Slopes<'a> {
         }
         let weights = self.weights();
         let weight = |knot: usize, step: usize| {
-            // The weights of an open curve start one knot before the first.
+            // For an open curve the weights start one knot before the first.
             let place = knot + step;
             if closed {
                 weights[(place + legs - 1) % legs]
@@ -270,14 +273,14 @@ impl<'a> Slopes<'a> {
                 let [before, after] = self.slopes_at(knot);
                 let [w0, w1] = [weight(knot, 0), weight(knot, 2)];
                 let sum = w0 + w1;
-                // No weight at all: four slopes that are zero.
+                // All weights vanish: four slopes are zero.
                 let share = if sum > 0.0 { w0 / sum } else { 0.5 };
                 &before + (&after - &before) * Scale(share)
             })
             .collect()
     }
 
-    /// The slopes before and after a knot; continued linearly beyond the ends, of two legs or more.
+    /// The slopes before and after a knot, extrapolated linearly beyond the ends if there are at least two legs.
     fn slopes_at(&mut self, knot: usize) -> [Mat<f64>; 2] {
         match self.legs_at(knot) {
             [Some(before), Some(after)] => [self.last(before), self.first(after)],
@@ -295,7 +298,7 @@ impl<'a> Slopes<'a> {
         }
     }
 
-    /// `w_j` at the knots; for an open curve from one knot before the first to one beyond the last.
+    /// `w_j` at the knots; for an open curve from one knot before the first to one past the last.
     fn weights(&self) -> Vec<f64> {
         let inner = |knot: usize| match self.legs_at(knot) {
             [Some(before), Some(after)] => {
@@ -311,7 +314,7 @@ impl<'a> Slopes<'a> {
         for knot in 1..legs {
             weights[knot + 1] = inner(knot);
         }
-        // Slopes `a, b` at the knot beside an end continue to `2 a - b` and `3 a - 2 b`.
+        // Slopes `a, b` at the knot next to an end are extrapolated to `2 a - b` and `3 a - 2 b`.
         for (knot, a, b, places) in [
             (1, self.last(0), self.first(1), [1, 0]),
             (
@@ -336,7 +339,7 @@ impl<'a> Slopes<'a> {
     }
 }
 
-/// `sqrt(|V|^2 - |S^T V|^2 / 2)`, `|V|` for horizontal vectors.
+/// `sqrt(|V|^2 - |S^T V|^2 / 2)`, which is `|V|` for horizontal vectors.
 fn canonical_norm(s: MatRef<'_, f64>, v: &Mat<f64>) -> f64 {
     let (full, along) = (norm(v.as_ref()), norm((s.transpose() * v).as_ref()));
     (full * full - 0.5 * along * along).max(0.0).sqrt()
