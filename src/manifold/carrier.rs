@@ -1,4 +1,4 @@
-//! Vectors carried along a quasi-geodesic by its own rotations.
+//! Vectors carried along a quasi-geodesic by the rotations that generate it.
 
 use faer::prelude::*;
 use faer::{Mat, MatMut, MatRef};
@@ -8,7 +8,7 @@ use crate::error::Result;
 use crate::linalg::SkewExp;
 use crate::linalg::product::{mul_add, mul_into};
 
-/// Which way along a curve.
+/// Direction along a curve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Direction {
     /// From its start to its end.
@@ -17,15 +17,16 @@ pub(crate) enum Direction {
     Backward,
 }
 
-/// `V -> e^{X} V e^{Omega}` and back, for the factors of one quasi-geodesic, in buffers made once for a shape.
+/// `V -> e^{X} V e^{Omega}` and its inverse, for the factors of one quasi-geodesic, with buffers allocated once per
+/// shape.
 ///
 /// ```math
 /// e^{X} V = V + F \begin{pmatrix} \cos\Sigma - I & -\sin\Sigma \\ \sin\Sigma & \cos\Sigma - I \end{pmatrix} F^T V,\qquad
 /// F = [S W, Q]
 /// ```
 ///
-/// An isometry of the tangent spaces at both ends that takes the velocity of the curve along. It also takes the start
-/// itself to the end. Cost `O(n k^2)`.
+/// This is an isometry of the tangent spaces at both ends that carries the velocity of the curve along. It also maps
+/// the start to the end. Cost `O(n k^2)`.
 pub(crate) struct Carrier {
     exp: SkewExp,
     /// `e^{Omega}`.
@@ -47,7 +48,7 @@ impl Carrier {
         }
     }
 
-    /// The factors of a curve, for [`Carrier::carry`].
+    /// Sets the curve for [`Carrier::carry`].
     ///
     /// # Errors
     /// `Overflow`, `Decomposition`.
@@ -59,12 +60,12 @@ impl Carrier {
         self.exp.exp_into(self.turn.as_mut(), curve.omega(), 1.0)
     }
 
-    /// Vectors that are carried end at the basis `e^{X} S R` of the last subspace, for a curve with `Omega = 0`.
+    /// For a curve with `Omega = 0`: carried vectors refer to the basis `e^{X} S R` of the last subspace.
     pub(crate) fn turn_basis(&mut self, turn: &Mat<f64>) {
         self.turn.copy_from(turn);
     }
 
-    /// Carries `v`, shape `(n, k)`, along the curve that was set last.
+    /// Carries `v`, shape `(n, k)`, along the curve set by `set`.
     pub(crate) fn carry(&mut self, curve: &QuasiGeodesic, v: MatMut<'_, f64>, way: Direction) {
         let mut v = v;
         self.turn_planes(curve, v.rb(), way);
@@ -76,7 +77,7 @@ impl Carrier {
         }
     }
 
-    /// What `e^{X} - I` makes of the components of `v` in the frame.
+    /// The change of `v` by `e^{X} - I`, from its components in the frame.
     fn turn_planes(&mut self, curve: &QuasiGeodesic, v: MatRef<'_, f64>, way: Direction) {
         let k = v.ncols();
         mul_into(&mut self.components, 1.0, curve.frame().transpose(), v);

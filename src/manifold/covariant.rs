@@ -1,4 +1,4 @@
-//! Covariant derivatives along a curve from its ambient derivatives, canonical metric.
+//! Covariant derivatives along a curve from its ambient derivatives, for the canonical metric.
 //!
 //! ```math
 //! D_t W = W' + \Gamma(S', W),\qquad

@@ -1,7 +1,7 @@
 //! The curvature of `St(n, k)`, for every metric of the alpha family, in `O(n k^2)`.
 //!
-//! A tangent vector `S A + B`, `S^T B = 0`, is the pair `(A, B)`. The space is `SO(n) / SO(n-k)` with an invariant metric, so
-//! that with `w` the weight of the metric
+//! A tangent vector `S A + B`, `S^T B = 0`, is represented by the pair `(A, B)`. The space is `SO(n) / SO(n-k)` with an
+//! invariant metric, so with the weight `w` of the metric
 //!
 //! ```math
 //! \begin{aligned}
@@ -13,7 +13,7 @@
 //!
 //! # Source
 //! Kobayashi, Nomizu (1969), "Foundations of Differential Geometry" II, chapter X, theorem 2.3 and section 3 (invariant
-//! connections); the Levi-Civita map of the alpha family was worked out for this crate and is checked against the embedded
+//! connections). The Levi-Civita map of the alpha family is our own derivation, checked against the embedded
 //! Christoffel term in `tests/curvature/`.
 
 use faer::{Mat, MatRef, Scale};
@@ -22,15 +22,15 @@ use super::stiefel::{POINT_TOLERANCE, Stiefel, TANGENT_TOLERANCE};
 use crate::error::{Error, Result};
 use crate::linalg::structure::{check_range, frobenius_inner, norm, skew_part};
 
-/// Unit vectors that span less than this leave the sectional curvature less than half of its digits.
+/// Area spanned by unit vectors below which the sectional curvature would lose more than half of its digits.
 pub(super) const SMALLEST_AREA: f64 = 1.5e-8;
 
-/// A tangent vector as its direction, a pair of length 1 (of length 0 where nothing of the vector is tangent), and its length.
+/// A tangent vector, as its direction (a pair of length 1, or 0 if no part of the vector is tangent) and its length.
 struct Arrow {
     direction: Pair,
     length: f64,
-    /// How much of the given matrix is tangent, in the Frobenius norm: 1 but for round-off of the matrix, which is all there is
-    /// of very short vectors.
+    /// Fraction of the given matrix that is tangent, in the Frobenius norm: 1 up to the matrix's round-off, which may
+    /// be all that remains of a very short vector.
     share: f64,
 }
 
@@ -59,7 +59,7 @@ impl Pair {
     }
 
     fn rescaled(&self, length: f64) -> Pair {
-        // Divided, not multiplied by 1 / length, which overflows for the shortest ones.
+        // Divide: the factor 1 / length would overflow for very short vectors.
         let divide = |x: &Mat<f64>| Mat::from_fn(x.nrows(), x.ncols(), |i, j| x[(i, j)] / length);
         Pair {
             a: divide(&self.a),
@@ -74,7 +74,7 @@ fn skew_bracket(x: &Pair, y: &Pair) -> Mat<f64> {
     skew_part(half.as_ref()) * Scale(2.0)
 }
 
-/// The bracket's part in the tangent space.
+/// The part of the bracket in the tangent space.
 fn bracket(x: &Pair, y: &Pair) -> Pair {
     Pair {
         a: skew_bracket(x, y),
@@ -96,12 +96,13 @@ fn tensor(x: &Pair, y: &Pair, z: &Pair, weight: f64) -> Pair {
     let back = connection(y, &connection(x, z, weight), weight);
     let rest = connection(&bracket(x, y), z, weight);
     let mut out = forth.plus(-1.0, &back).plus(-1.0, &rest);
-    // (D B^T - B D^T) F with the small products first.
+    // (D B^T - B D^T) F, smaller products first.
     out.b += &x.b * (y.b.transpose() * &z.b) - &y.b * (x.b.transpose() * &z.b);
     out
 }
 
-/// The matrix times three lengths, small ones first: a product of large ones may overflow where the result does not.
+/// The matrix times three lengths, in increasing order: a product of the large ones may overflow where the result does
+/// not.
 pub(super) fn by_lengths(unit: Mat<f64>, mut lengths: [f64; 3]) -> Mat<f64> {
     lengths.sort_by(f64::total_cmp);
     let [low, middle, high] = lengths;
@@ -115,8 +116,8 @@ impl Stiefel {
     /// R(X,Y)Z = D_X D_Y Z - D_Y D_X Z - D_{[X,Y]} Z
     /// ```
     ///
-    /// With this sign `R(U,V)W = <V,W> U - <U,W> V` on the unit sphere, and a Riemannian cubic is a curve with
-    /// `D_t^3 S' + R(D_t S', S') S' = 0`.
+    /// With this sign, `R(U,V)W = <V,W> U - <U,W> V` on the unit sphere, and Riemannian cubics satisfy `D_t^3 S' +
+    /// R(D_t S', S') S' = 0`.
     ///
     /// # Accuracy
     /// `5e-15 k` relative to `|U| |V| |W|`, asserted in `tests/curvature/` for the canonical and the Euclidean metric.
@@ -142,18 +143,20 @@ impl Stiefel {
         Ok(out)
     }
 
-    /// The sectional curvature of the plane of `u` and `v` at `s`; shapes `(n, k)`.
+    /// The sectional curvature of the plane spanned by `u` and `v` at `s`; shapes `(n, k)`.
     ///
     /// ```math
     /// \frac{\langle R(U,V)V, U \rangle}{|U|^2 |V|^2 - \langle U, V \rangle^2}
     /// ```
     ///
-    /// 1 on the sphere; `|[X,Y]|^2 / 4` of an orthonormal pair on the rotations; between 0 and 5/4 for the canonical metric.
+    /// It is 1 on the sphere, `|[X,Y]|^2 / 4` for an orthonormal pair on the rotations, and between 0 and 5/4 for the
+    /// canonical metric.
     ///
     /// # Accuracy
-    /// `5e-15 k` divided by the area that unit vectors along `u` and `v` span, asserted in `tests/curvature/`.
+    /// `5e-15 k` divided by the area spanned by unit vectors along `u` and `v`; asserted in `tests/curvature/`.
     /// # Errors
-    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `LinearlyDependent` where that area is below 1.5e-8; `Overflow`.
+    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `LinearlyDependent` if that area is below 1.5e-8;
+    /// `Overflow`.
     /// # Source
     /// The bound: Zimmermann, Stoye (2025), "High curvature means low rank", arXiv 2403.01879.
     pub fn sectional_curvature(
@@ -165,7 +168,7 @@ impl Stiefel {
         self.check_point("S", s, POINT_TOLERANCE)?;
         let weight = self.metric().weight();
         let (x, y) = (self.arrow("U", s, u)?, self.arrow("V", s, v)?);
-        // A vector of which nothing but round-off is tangent spans nothing.
+        // A vector whose tangent part is only round-off spans no area.
         let mut area = x.share.min(y.share);
         if area > SMALLEST_AREA {
             let (x, y) = (x.direction, y.direction);
@@ -191,10 +194,10 @@ impl Stiefel {
         })
     }
 
-    /// Direction and length of the tangent part of `v`, after the check that it is all of it.
+    /// Direction and length of the tangent part of `v`, after checking that `v` is tangent.
     fn arrow(&self, name: &'static str, s: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Result<Arrow> {
         self.check_tangent(name, s, v, TANGENT_TOLERANCE)?;
-        // Scaled first: the products of the split must neither overflow nor vanish.
+        // Scaled first, so that the products of the split neither overflow nor underflow.
         let size = norm(v);
         let unit = if size > 0.0 { size } else { 1.0 };
         let scaled = Mat::from_fn(v.nrows(), v.ncols(), |i, j| v[(i, j)] / unit);

@@ -1,4 +1,5 @@
-//! Derivatives of the Riemannian exponential and logarithm of frames by points and vectors, and their transposes.
+//! Derivatives of the Riemannian exponential and logarithm of frames with respect to points and vectors, and their
+//! transposes.
 //!
 //! For the canonical metric, with `U = V - S S^T V / 2`,
 //!
@@ -6,8 +7,8 @@
 //! \exp_S(V) = e^A S,\qquad A = U S^T - S U^T,
 //! ```
 //!
-//! smooth also where `V` loses rank. The logarithm is the inverse by `V`: one dense system in orthonormal bases of both
-//! tangent spaces.
+//! which is smooth even where `V` is rank-deficient. The logarithm is the inverse with respect to `V`: one dense linear
+//! system in orthonormal bases of both tangent spaces.
 //!
 //! # Source
 //! Edelman, Arias, Smith (1998), section 2.4 (the exponential).
@@ -26,19 +27,20 @@ use crate::linalg::structure::{
 };
 use crate::space::ScalarField;
 
-/// Ends whose derivative has a smaller share of its largest singular value count as conjugate, as for boundary problems.
+/// Ends count as conjugate if the smallest singular value of the derivative is below this fraction of the largest, as
+/// for boundary problems.
 const CONJUGATE: f64 = 1e-11;
 
-/// The most numbers that a derivative of the logarithm may keep, 4 GB.
+/// Maximal number of floating-point numbers that a derivative of the logarithm may store, 4 GB.
 const LARGEST: f64 = 5e8;
 
-/// What an `Overflow` is about.
+/// Quantity named in `Overflow` errors.
 const DERIVATIVE: &str = "derivative";
 
 /// The derivative of `exp_S(V)`, canonical metric, at a point and a tangent vector of St(n, k); all matrices `(n, k)`.
 ///
-/// Variations are derivatives of matrices along a family of points and vectors: `S^T S'` is skew, and
-/// `S^T V' + V'^T S + S'^T V + V^T S' = 0`. Exact to about `n eps` of their norms. Cost `O(n^3)`.
+/// Variations are derivatives of matrices along a family of points and vectors: `S^T S'` is skew, and `S^T V' + V'^T S
+/// + S'^T V + V^T S' = 0`. The result is accurate to about `n eps` relative to their norms. Cost `O(n^3)`.
 ///
 /// # Examples
 /// ```
@@ -61,7 +63,7 @@ pub struct ExponentialDifferential {
 }
 
 impl ExponentialDifferential {
-    /// At the point `s` and the tangent vector `v`, shape `(n, k)`.
+    /// The derivative at the point `s` and the tangent vector `v`, shapes `(n, k)`.
     ///
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`, `Overflow`, `Decomposition`.
@@ -84,7 +86,7 @@ impl ExponentialDifferential {
         self.rotation.value() * &self.s
     }
 
-    /// How the value changes with the point, by `ds`, and the vector, by `dv`.
+    /// The variation of the value for variations `ds` of the point and `dv` of the vector.
     ///
     /// # Errors
     /// `Shape`, `NonFinite`, `Overflow`.
@@ -99,7 +101,8 @@ impl ExponentialDifferential {
         finite(moved)
     }
 
-    /// The transpose: matrices `(GS, GV)` with `<W, apply(dS, dV)> = <GS, dS> + <GV, dV>` (Frobenius) for all variations.
+    /// The transpose: matrices `(GS, GV)` with `<W, apply(dS, dV)> = <GS, dS> + <GV, dV>` (Frobenius) for all
+    /// variations.
     ///
     /// # Errors
     /// `Shape`, `NonFinite`, `Overflow`.
@@ -124,8 +127,8 @@ impl ExponentialDifferential {
 
 /// The derivative of `log_S0(S1)`, canonical metric, at two points of St(n, k); all matrices `(n, k)`.
 ///
-/// Variations are derivatives of matrices along families of points: `S^T S'` is skew. With `d` the dimension of the manifold,
-/// making it costs `O(d n^3 + d^3)`, applying it `O(n^3 + d^2)`.
+/// Variations are derivatives of matrices along families of points: `S^T S'` is skew. With `d` the dimension of the
+/// manifold, construction costs `O(d n^3 + d^3)`, application `O(n^3 + d^2)`.
 ///
 /// # Examples
 /// ```
@@ -144,21 +147,21 @@ pub struct LogarithmDifferential {
     exponential: ExponentialDifferential,
     /// Orthonormal bases of the tangent spaces at both points.
     bases: [Vec<Mat<f64>>; 2],
-    /// Of the derivative of the exponential by the vector, in these bases.
+    /// The derivative of the exponential with respect to the vector, in these bases.
     inverse: Mat<f64>,
 }
 
 impl LogarithmDifferential {
-    /// At two points, shape `(n, k)`.
+    /// The derivative at two points, shape `(n, k)`.
     ///
     /// # Errors
-    /// Those of [`Stiefel::log`]; `InvalidArgument` where it would take more than 5e8 numbers; `ConjugateEnds` where the smallest
-    /// singular value of the derivative of the exponential is below 1e-11 of the largest.
+    /// The errors of [`Stiefel::log`]; `InvalidArgument` if it would take more than 5e8 numbers; `ConjugateEnds` if the
+    /// smallest singular value of the derivative of the exponential is below 1e-11 of the largest.
     pub fn new(s0: MatRef<'_, f64>, s1: MatRef<'_, f64>) -> Result<Self> {
         Self::over(ScalarField::Real, s0, s1, Interrupt::NEVER)
     }
 
-    /// The same for embedded complex points: variations are embedded too, others are not looked at.
+    /// As `new`, for embedded complex points; variations must be embedded too, which is not checked.
     pub(crate) fn over(
         field: ScalarField,
         s0: MatRef<'_, f64>,
@@ -197,7 +200,7 @@ impl LogarithmDifferential {
         self.exponential.v.as_ref()
     }
 
-    /// How the logarithm changes with the points, by `ds0` and `ds1`.
+    /// The variation of the logarithm for variations `ds0` and `ds1` of the points.
     ///
     /// # Errors
     /// `Shape`, `NonFinite`, `Overflow`.
@@ -205,7 +208,7 @@ impl LogarithmDifferential {
         self.exponential.check("dS0", ds0)?;
         self.exponential.check("dS1", ds1)?;
         let (s, v) = (&self.exponential.s, &self.exponential.v);
-        // As much of the change as keeps the vector tangent.
+        // The part of the variation that keeps the vector tangent.
         let mut moved = s * symmetric_part((ds0.transpose() * v).as_ref()) * Scale(-1.0);
         let missing = ds1 - self.exponential.apply(ds0, moved.as_ref())?;
         let missing = coordinates(&self.bases[1], missing.as_ref());
@@ -230,7 +233,7 @@ impl LogarithmDifferential {
     }
 }
 
-/// `InvalidArgument` where the derivative would take more numbers than that of a spline may.
+/// `InvalidArgument` if the derivative would take more numbers than allowed for a spline.
 fn check_size(dimension: usize, s: MatRef<'_, f64>) -> Result<()> {
     let (n, k) = s.shape();
     let numbers = dimension as f64 * (3 * n * k + 3 * dimension) as f64;
@@ -305,7 +308,7 @@ fn tangent_basis(field: ScalarField, s: MatRef<'_, f64>) -> Result<Vec<Mat<f64>>
     Ok(basis)
 }
 
-/// The inverse of the derivative in bases of both tangent spaces.
+/// The inverse of the derivative, in bases of both tangent spaces.
 ///
 /// # Errors
 /// `ConjugateEnds`.
@@ -353,7 +356,7 @@ mod tests {
         })
     }
 
-    /// A point and a tangent vector of the given length there.
+    /// A point and a tangent vector of the given length.
     fn data(n: usize, k: usize, length: f64) -> (Mat<f64>, Mat<f64>) {
         let manifold = Stiefel::new(n, k).unwrap();
         let s = manifold.project(matrix(n, k, 1).as_ref()).unwrap();
@@ -371,7 +374,7 @@ mod tests {
         manifold.project_tangent(s, z.as_ref()).unwrap()
     }
 
-    /// Points and vectors that move: at a time `h`, and how they do at 0.
+    /// A point and a vector of a family at parameter `h`, and their derivatives at 0.
     fn moving(s: &Mat<f64>, v: &Mat<f64>, h: f64) -> (Mat<f64>, Mat<f64>) {
         let manifold = Stiefel::of("S", s.as_ref()).unwrap();
         let ds = tangent(s.as_ref(), 3);
@@ -382,7 +385,7 @@ mod tests {
     }
 
     fn variations(s: &Mat<f64>, v: &Mat<f64>) -> (Mat<f64>, Mat<f64>) {
-        // The projection of a point is linear to second order; that of a vector has a term from the point.
+        // Projecting a point is linear up to second order; projecting a vector has a term from the point.
         let h = 1e-5;
         let [before, after] = [-h, h].map(|h| moving(s, v, h));
         let half = Scale(0.5 / h);
@@ -391,7 +394,7 @@ mod tests {
 
     const SHAPES: [(usize, usize); 7] = [(1, 1), (2, 2), (3, 1), (3, 2), (5, 2), (5, 4), (4, 4)];
 
-    /// Points with zeros too, and vectors that vanish.
+    /// Includes points with zero entries, and zero vectors.
     fn cases() -> Vec<(Mat<f64>, Mat<f64>)> {
         let mut cases = Vec::new();
         for (n, k) in SHAPES {
@@ -484,7 +487,7 @@ mod tests {
 
     #[test]
     fn conjugate_ends_are_an_error() {
-        // On the sphere of radius one, a turn by pi; its logarithm is an error of its own, so ends just before.
+        // On the unit sphere this is a rotation by pi, whose logarithm is an error, so the end is just before it.
         let s0 = Mat::from_fn(4, 1, |i, _| f64::from(u8::from(i == 0)));
         let angle = std::f64::consts::PI - 1e-12;
         let s1 = Mat::from_fn(4, 1, |i, _| [angle.cos(), angle.sin(), 0.0, 0.0][i]);

@@ -1,4 +1,4 @@
-//! Riemannian geodesics from a velocity, for every metric of the alpha family, in `O(n k^2)`.
+//! Riemannian geodesics from an initial velocity, for every metric of the alpha family, in `O(n k^2)`.
 //!
 //! # Source
 //! Edelman, Arias, Smith (1998), section 2.4.2 (canonical metric) and section 2.2.2 (Euclidean); Hueper, Markina,
@@ -18,7 +18,7 @@ use crate::linalg::product::mul_into;
 use crate::linalg::structure::check_range;
 use crate::space::Quotient;
 
-/// What an `Overflow` is about.
+/// Quantity named in `Overflow` errors.
 const GEODESIC: &str = "geodesic";
 
 /// A Riemannian geodesic.
@@ -31,9 +31,10 @@ const GEODESIC: &str = "geodesic";
 /// \begin{bmatrix} I \\ 0 \end{bmatrix} \exp\big( t (1 - 2w) A \big)
 /// ```
 ///
-/// The canonical metric has `w = 1/2`, and the second factor is 1. Defined for all `t`. Orthonormality defect at most
-/// `1e-13` for `|t V| <= 10`, asserted in `tests/exponential.rs`. The covariant quantities of the curve protocol are
-/// those of the canonical metric, also for geodesics of another.
+/// The canonical metric has `w = 1/2`, for which the second factor is the identity. The geodesic is defined for all
+/// `t`. Orthonormality defect at most `1e-13` for `|t V| <= 10`, asserted in `tests/exponential.rs`. The covariant
+/// derivatives of the [`Curve`](crate::Curve) trait are those of the canonical metric, also for geodesics of another
+/// metric.
 ///
 /// # Examples
 /// ```
@@ -51,7 +52,7 @@ pub struct Geodesic {
     pub(super) frame: Mat<f64>,
     /// `[[2 w A, -B^T], [B, 0]]`.
     pub(super) generator: Mat<f64>,
-    /// `(1 - 2 w) A`, where it is not zero.
+    /// `(1 - 2 w) A`, unless it is zero.
     pub(super) turning: Option<Mat<f64>>,
     pub(super) metric: Metric,
     pub(super) quotient: Quotient,
@@ -59,12 +60,12 @@ pub struct Geodesic {
 }
 
 impl Stiefel {
-    /// The Riemannian exponential: where the geodesic from `s` with velocity `v` arrives at `t = 1`.
+    /// The Riemannian exponential: the point at `t = 1` of the geodesic from `s` with velocity `v`.
     ///
     /// # Arguments
     /// * `s` - point, shape `(n, k)`; `v` - tangent vector at `s`, shape `(n, k)`
     /// # Accuracy
-    /// That of [`Geodesic`].
+    /// As [`Geodesic`].
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`, `Overflow`, `Decomposition`.
     pub fn exp(&self, s: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Result<Mat<f64>> {
@@ -96,7 +97,7 @@ impl Stiefel {
     /// The geodesic of this manifold's metric from `s0` to `s1` that [`Stiefel::log`] finds.
     ///
     /// # Errors
-    /// Those of [`Stiefel::log`].
+    /// The errors of [`Stiefel::log`].
     pub fn geodesic_between(&self, s0: MatRef<'_, f64>, s1: MatRef<'_, f64>) -> Result<Geodesic> {
         let (velocity, _) = self.log_with_report(s0, s1)?;
         self.geodesic(s0, velocity.as_ref())
@@ -104,7 +105,7 @@ impl Stiefel {
 }
 
 impl Geodesic {
-    /// What the points stand for.
+    /// The meaning of the points: frames or subspaces.
     pub(crate) fn quotient(&self) -> Quotient {
         self.quotient
     }
@@ -112,7 +113,7 @@ impl Geodesic {
     /// The geodesic of the canonical metric from `s` with initial velocity `v`.
     ///
     /// # Errors
-    /// Those of [`Stiefel::geodesic`].
+    /// The errors of [`Stiefel::geodesic`].
     pub fn from_velocity(s: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Result<Self> {
         Stiefel::of("S", s)?.geodesic(s, v)
     }
@@ -120,7 +121,7 @@ impl Geodesic {
     /// The geodesic of the canonical metric from `s0` to `s1` that [`Stiefel::log`] finds.
     ///
     /// # Errors
-    /// Those of [`Stiefel::log`].
+    /// The errors of [`Stiefel::log`].
     pub fn between(s0: MatRef<'_, f64>, s1: MatRef<'_, f64>) -> Result<Self> {
         Stiefel::of("S0", s0)?.geodesic_between(s0, s1)
     }
@@ -165,7 +166,7 @@ impl Geodesic {
         self.k
     }
 
-    /// The metric whose geodesic this is.
+    /// The metric of the geodesic.
     pub fn metric(&self) -> Metric {
         self.metric
     }
@@ -182,7 +183,7 @@ impl Geodesic {
         &self.frame * &rates
     }
 
-    /// The length of the piece over `[0, 1]` in the curve's metric.
+    /// The length over `[0, 1]` in the geodesic's metric.
     pub fn length(&self) -> f64 {
         use crate::linalg::structure::norm;
         let m = self.frame.ncols();
@@ -198,7 +199,7 @@ impl Geodesic {
         self.frame.as_ref()
     }
 
-    /// Coordinates of the curve in its frame up to the given order, as Taylor coefficients of shape `(k + p, k)`.
+    /// Coordinates of the curve in its frame, as Taylor coefficients of shape `(k + p, k)` up to the given order.
     pub(crate) fn coordinates_into(
         &self,
         t: f64,
@@ -222,7 +223,7 @@ impl Geodesic {
             let (done, next) = turn.rates.split_at_mut(j);
             mul_into(&mut next[0], 1.0 / j as f64, &done[j - 1], a);
         }
-        // The product rule, highest order first: it only needs factors of its own order and below.
+        // The product rule, highest order first, since it only needs factors of its own order and below.
         for j in (0..=order).rev() {
             turn.product.fill(0.0);
             for i in 0..=j {

@@ -1,4 +1,4 @@
-//! Derivatives of a geodesic whose end points move: one stage of de Casteljau's algorithm with geodesics.
+//! Derivatives of a geodesic with moving end points: one stage of de Casteljau's algorithm with geodesics.
 //!
 //! The geodesic of the canonical metric with velocity `W` at `S_0` is `e^{t Xi} S_0` with the skew
 //!
@@ -6,9 +6,9 @@
 //! \Xi = K S_0^T - S_0 K^T + S_0 \Omega S_0^T,\qquad W = K + S_0 \Omega
 //! ```
 //!
-//! so `W` as a Taylor polynomial follows from `e^{Xi} S_0 = S_1` order by order: each order enters linearly, through
-//! the derivative of the exponential, which is the same for all orders. No basis of the normal space moves, so nothing
-//! is singular where points meet.
+//! so the Taylor polynomial of `W` follows from `e^{Xi} S_0 = S_1` order by order. Each order enters linearly, through
+//! the derivative of the exponential, which is the same for all orders. No moving basis of the normal space is needed,
+//! so nothing becomes singular where the points coincide.
 
 use faer::{Mat, MatRef};
 
@@ -21,10 +21,10 @@ use crate::linalg::product::mul_into;
 use crate::linalg::skew_schur::apply_ad_function;
 use crate::linalg::{SkewSchur, dexp};
 
-/// What an `Overflow` is about.
+/// Quantity named in `Overflow` errors.
 const DERIVATIVES: &str = "derivative of a geodesic polynomial";
 
-/// Buffers for one shape.
+/// Buffers for points of one shape.
 pub(crate) struct MovingGeodesic {
     manifold: Stiefel,
     velocity: Jet,
@@ -62,7 +62,7 @@ impl MovingGeodesic {
     /// `out(tau) = beta(S0(tau), S1(tau); t + tau)` up to the given order.
     ///
     /// # Errors
-    /// Those of [`Stiefel::log`]; `NoJoiningCurve` where the points are conjugate.
+    /// The errors of [`Stiefel::log`]; `NoJoiningCurve` if the points are conjugate.
     pub(crate) fn jet_into(
         &mut self,
         s0: &Jet,
@@ -86,7 +86,7 @@ impl MovingGeodesic {
             self.exponential
                 .compute(&[1.0, 0.0, 0.0, 0.0], &self.generator, j, DERIVATIVES)?;
             self.tall.set_product(&self.exponential.value, s0, j);
-            // In the basis that the geodesic carries to the end.
+            // In the basis that the geodesic carries to its end.
             let missing = &s1.c[j] - &self.tall.c[j];
             let arrived = &self.exponential.value.c[0] * &basis;
             let given = arrived.transpose() * missing;
@@ -130,8 +130,8 @@ impl MovingGeodesic {
         }
     }
 
-    /// How the end moves with the velocity, both in moving bases: `x -> [phi(ad_xi) x]_m` with
-    /// `phi(x) = (1 - e^{-x}) / x`, `xi` the generator in the basis.
+    /// The derivative of the end with respect to the velocity, both in moving bases: `x -> [phi(ad_xi) x]_m` with
+    /// `phi(x) = (1 - e^{-x}) / x`, where `xi` is the generator in the basis.
     fn arrival_derivative(&mut self, basis: &Mat<f64>) -> Result<Mat<f64>> {
         let (r, k) = (self.manifold.n(), self.manifold.k());
         let xi = basis.transpose() * &self.generator.c[0] * basis;
@@ -157,7 +157,7 @@ impl MovingGeodesic {
     }
 }
 
-/// Places of the free entries of a tangent vector in a basis that starts with the point.
+/// Indices of the independent entries of a tangent vector in a basis that starts with the point.
 fn tangent_entries(r: usize, k: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..k).flat_map(move |l| (l + 1..r).map(move |i| (i, l)))
 }

@@ -1,5 +1,5 @@
-//! From the derivatives of a function of `n x k` matrices to its Riemannian gradient and Hessian, for every metric of the alpha
-//! family, in `O(n k^2)`.
+//! Riemannian gradient and Hessian from the derivatives of a function of `n x k` matrices, for every metric of the
+//! alpha family, in `O(n k^2)`.
 
 use faer::{Mat, MatRef, Scale};
 
@@ -48,8 +48,8 @@ impl Stiefel {
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`, `Overflow`.
     /// # Source
-    /// Absil, Mahony, Sepulchre (2008), section 5.5 (`Hess f(V, W) = D^2 f(V, W) - Df Gamma(V, W)`); the Christoffel term of the
-    /// family was worked out for this crate.
+    /// Absil, Mahony, Sepulchre (2008), section 5.5 (`Hess f(V, W) = D^2 f(V, W) - Df Gamma(V, W)`); the Christoffel
+    /// term of the family is our own derivation.
     pub fn euclidean_to_riemannian_hessian(
         &self,
         s: MatRef<'_, f64>,

@@ -15,19 +15,19 @@ use crate::error::{Error, Result};
 use crate::linalg::product::{mul_add, mul_into};
 use crate::linalg::structure::{check_finite, check_range, check_shape, frobenius_inner, norm};
 
-/// A part along the point of this size, relative to the vector, is round-off of a horizontal vector.
+/// Relative size of the component along the point up to which it is attributed to round-off of a horizontal vector.
 const ROUND_OFF: f64 = 4.0 * f64::EPSILON;
 
 /// The Grassmann manifold of `k`-dimensional subspaces of `R^n`.
 ///
-/// A point is an orthonormal basis `Y` of a subspace, shape `(n, k)`; all bases `Y Q` with orthogonal `Q` are the same point.
-/// Tangent vectors are horizontal matrices of the same shape:
+/// A point is represented by an orthonormal basis `Y` of a subspace, shape `(n, k)`; all bases `Y Q` with orthogonal
+/// `Q` represent the same point. Tangent vectors are horizontal matrices of the same shape:
 ///
 /// ```math
 /// Gr(n,k) = St(n,k) / O(k),\qquad Y^T V = 0,\qquad \langle V, W \rangle = \mathrm{tr}\, V^T W
 /// ```
 ///
-/// A tangent vector at `Y` is `V Q` at the basis `Y Q`. Results of methods belong to the basis that was given.
+/// A tangent vector `V` at `Y` is `V Q` at the basis `Y Q`. Results of methods refer to the given basis.
 ///
 /// # Source
 /// Edelman, Arias, Smith (1998), section 2.5; Bendokat, Zimmermann, Absil (2024), "A Grassmann manifold handbook", Adv. Comput.
@@ -70,7 +70,7 @@ impl Grassmann {
         }
     }
 
-    /// The manifold that an `n x k` matrix is a basis of a point of.
+    /// The manifold of the subspace spanned by the columns of an `n x k` matrix.
     ///
     /// # Errors
     /// `Shape` unless `1 <= k <= n`.
@@ -129,7 +129,7 @@ impl Grassmann {
         Stiefel::new(self.n, self.k)?.project(y)
     }
 
-    /// Orthogonal projection of `z` (shape `(n, k)`) on the horizontal vectors at `y`, `Z - Y Y^T Z`.
+    /// Orthogonal projection of `z` (shape `(n, k)`) to the horizontal vectors at `y`, `Z - Y Y^T Z`.
     ///
     /// # Errors
     /// `Shape`, `NonFinite`, `Overflow`.
@@ -168,8 +168,8 @@ impl Grassmann {
         Err(Error::Overflow { quantity: "norm" })
     }
 
-    /// The orthogonal projector on the subspace, `Y Y^T`, shape `(n, n)`, symmetric in every bit; the same for all bases, to
-    /// round-off.
+    /// The orthogonal projector on the subspace, `Y Y^T`, shape `(n, n)`. It is exactly symmetric, and the same for all
+    /// bases up to round-off.
     ///
     /// # Errors
     /// `Shape`, `NonFinite`.
@@ -185,7 +185,7 @@ impl Grassmann {
         Ok(out)
     }
 
-    /// `Y^T V` where it is at most `tolerance max(1, |V|_F)`.
+    /// `Y^T V`, after checking that it is at most `tolerance max(1, |V|_F)`.
     fn along(
         &self,
         name: &'static str,
@@ -197,7 +197,7 @@ impl Grassmann {
         let tolerance = tolerance * norm(v).max(1.0);
         let mut along = Mat::zeros(self.k, self.k);
         mul_into(&mut along, 1.0, y.transpose(), v);
-        // Products that overflow with both signs have no sum.
+        // Overflowing products of both signs sum to NaN.
         let defect = match norm(along.as_ref()) {
             defect if defect.is_nan() => f64::INFINITY,
             defect => defect,
@@ -212,7 +212,7 @@ impl Grassmann {
         })
     }
 
-    /// A tangent vector, checked, without what the tolerance leaves along `y`.
+    /// A checked tangent vector, without the component along `y` that the tolerance allows.
     fn horizontal(
         &self,
         name: &'static str,
@@ -241,7 +241,8 @@ impl Grassmann {
     }
 }
 
-/// `(I - Y Y^T) Z`, twice: once leaves a part along `Y` of size `eps |Z|`, which is all there is of a small result.
+/// `(I - Y Y^T) Z`, projected twice: a single projection leaves a component along `Y` of size `eps |Z|`, which may
+/// dominate a small result.
 fn horizontal_part(y: MatRef<'_, f64>, z: MatRef<'_, f64>) -> Mat<f64> {
     let mut out = z.to_owned();
     remove_part(y, &mut out);

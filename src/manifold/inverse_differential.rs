@@ -11,13 +11,13 @@ use crate::linalg::product::{axpy, mul_add, mul_into};
 use crate::linalg::skew_schur::apply_ad_function;
 use crate::linalg::structure::check_range;
 
-/// What an `Overflow` is about.
+/// Quantity named in `Overflow` errors.
 const DIFFERENTIAL: &str = "derivative of the inverse retraction";
 
-/// Rotations in so many dimensions commute.
+/// Dimension up to which rotations commute.
 const COMMUTING: usize = 2;
 
-/// The inverse of the derivative of `R(u) = e^X S e^Omega` at `u = K + S Omega`, in buffers made once for a shape.
+/// The inverse of the derivative of `R(u) = e^X S e^Omega` at `u = K + S Omega`, with buffers allocated once per shape.
 ///
 /// The argument is a tangent vector at `R(u)` carried back to `S`, `Z = e^{-X} U e^{-Omega} = L + S Psi`. With the
 /// singular value decomposition `K = Q Sigma W^T`, the derivative `K' + S Omega'` of the velocity satisfies
@@ -28,17 +28,17 @@ const COMMUTING: usize = 2;
 ///     + \frac{e^{\mathrm{ad}_\Omega} - 1}{\mathrm{ad}_\Omega}\, \Omega'
 /// ```
 ///
-/// Between two principal planes `ad_X` turns the part of `X'` that commutes with them by the difference of their
-/// angles, the part that anticommutes by the sum; against the rest of the space it turns by the angle itself. So the
+/// Between two principal planes, `ad_X` acts on the part of `X'` that commutes with them by the difference of their
+/// angles, and on the part that anticommutes by the sum; on the rest of the space it acts by the angle itself. So the
 /// first equation is solved entry by entry, and the second in the planes of `Omega`. Cost `O(n k^2)`.
 ///
-/// Singular where two angles add up to pi, or two angles of `Omega` to two pi: the result has large entries there.
+/// It is singular if two angles add up to pi, or two angles of `Omega` to two pi: the result then has large entries.
 pub(crate) struct InverseDifferential {
     schur: SkewSchur,
     psi: Mat<f64>,
-    /// `Q^T L W`, then what the planes change in it.
+    /// `Q^T L W`, later changed by the planes.
     inner: Mat<f64>,
-    /// `W^T Psi W`, the part that `X'` makes.
+    /// `W^T Psi W`, the contribution of `X'`.
     curl: Mat<f64>,
     small: Mat<f64>,
     tall: Mat<f64>,
@@ -57,10 +57,10 @@ impl InverseDifferential {
         }
     }
 
-    /// Replaces `z` at `s`, shapes `(n, k)`, by the derivative of the velocity of `curve`, which starts in `s`.
+    /// Replaces `z` at `s`, shapes `(n, k)`, by the derivative of the velocity of `curve`, which starts at `s`.
     ///
     /// # Errors
-    /// `Overflow` where the derivative is singular to working precision; `Decomposition`.
+    /// `Overflow` if the derivative is singular to working precision; `Decomposition`.
     pub(crate) fn apply(
         &mut self,
         curve: &QuasiGeodesic,
@@ -104,7 +104,7 @@ impl InverseDifferential {
         }
     }
 
-    /// Leaves in `inner` what is missing once columns have been divided by `sinc` of their angle, and the curl.
+    /// Divides columns by `sinc` of their angle; stores the remaining correction in `inner`, and the curl.
     fn solve_planes(&mut self, angles: &[f64]) {
         for j in 0..angles.len() {
             self.curl[(j, j)] = 0.0;
@@ -205,7 +205,7 @@ mod tests {
                 carrier.carry(&curve, image.as_mut(), Direction::Backward);
                 inverse.apply(&curve, s.as_ref(), image.as_mut()).unwrap();
                 let error = (&image - &z).norm_l2();
-                // Products of n x n matrices in the exponentials of the reference.
+                // Allows for products of n x n matrices in the reference's exponentials.
                 let bound = 32.0 * n as f64 * f64::EPSILON;
                 assert!(error <= bound, "{n} {k} {size}: {error:e}");
             }
@@ -214,7 +214,7 @@ mod tests {
 
     #[test]
     fn velocities_of_low_rank_are_no_special_case() {
-        // One principal angle for two columns: the other direction is missing from the frame.
+        // One principal angle for two columns: the frame lacks the other direction.
         let (n, k) = (6, 2);
         let s = Mat::from_fn(n, k, |i, j| f64::from(u8::from(i == j)));
         let u = Mat::from_fn(n, k, |i, j| match (i, j) {

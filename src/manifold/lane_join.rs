@@ -1,4 +1,4 @@
-//! Quasi-geodesics at eight parameters at once: the stages of de Casteljau's algorithm where nothing is singular.
+//! Quasi-geodesics at eight parameters at once: the stages of de Casteljau's algorithm away from singularities.
 //!
 //! With the polar decomposition `S0^T S1 = P R` (`P` symmetric, `R` a rotation) the quasi-geodesic between two points
 //! is
@@ -8,10 +8,10 @@
 //! b_t(\cos\theta) = \frac{\sin t\theta}{\sin\theta},\quad a_t(\cos\theta) = \cos t\theta - \cos\theta\, b_t
 //! ```
 //!
-//! in which `a_t`, `b_t` and `R^t` are analytic functions of cosines except near -1. So no small angle needs care,
-//! no basis of the normal space is formed, and round-off in a cosine is round-off in the result. Near the edge of the
-//! domain (a cosine near -1, a relative rotation near pi, two branches near each other) a lane is marked, and the
-//! caller takes the careful route of [`QuasiGeodesic`](super::QuasiGeodesic) for it.
+//! in which `a_t`, `b_t` and `R^t` are analytic functions of cosines except near -1. So small angles need no care, no
+//! basis of the normal space is formed, and round-off in a cosine causes only round-off in the result. Near the edge of
+//! the domain (a cosine near -1, a relative rotation near pi, two branches close to each other) a lane is marked, and
+//! the caller recomputes it with [`QuasiGeodesic`](super::QuasiGeodesic).
 //!
 //! | k | algorithm |
 //! |---|---|
@@ -29,28 +29,28 @@ use crate::linalg::lane_matrix::{
 };
 use crate::linalg::lanes::{LANES, Lanes, Mask};
 
-/// A cosine below this is left to the careful route: the functions above lose `1 / sin(theta)^2`.
+/// Lanes with a smaller cosine are recomputed by the caller: the functions above lose accuracy as `1 / sin(theta)^2`.
 const LOWEST_COSINE: f64 = -0.9;
 
-/// A principal cosine of smaller size has a direction of too little accuracy in the Jacobi factorisation.
+/// Magnitude of a principal cosine below which its direction is too inaccurate in the Jacobi factorisation.
 const SMALL_COSINE: f64 = 0.02;
 
-/// The polar factor is this well determined, at least (the sum of the two smallest cosines).
+/// Smallest sum of the two smallest cosines for which the polar factor is sufficiently well determined.
 const DETERMINED: f64 = 0.1;
 
-/// For k = 2 the rotation angle is accurate up to pi itself; only its sign needs a margin.
+/// For k = 2 the rotation angle is accurate up to pi itself, and only its sign needs a margin.
 const NEAR_PI: f64 = PI - 1e-10;
 
-/// Stands for zero where a quotient of two small numbers has a limit.
+/// Replaces zero in quotients of small numbers that have a limit.
 const TINY: f64 = 1e-150;
 
-/// How near a stage came to the edge of its domain.
+/// Distance of a stage from the edge of its domain.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Margin {
-    /// The least of `1 + cos` over principal angles and relative rotation angles, and of the sum of the two smallest
-    /// cosines: zero where the curve changes its branch.
+    /// The smallest of `1 + cos` over principal angles and relative rotation angles, and of the sum of the two smallest
+    /// cosines: zero where the branch of the curve changes.
     pub(crate) least: Lanes,
-    /// Lanes that need the careful route.
+    /// Lanes that the caller must recompute.
     pub(crate) hard: [bool; LANES],
 }
 
@@ -71,7 +71,7 @@ impl Margin {
 
 /// Buffers for joining points of one shape.
 pub(crate) struct LaneJoin {
-    /// Rows of a point, so that one component may be told from two.
+    /// Rows of a point, which distinguish one component from two.
     rows: usize,
     general: Option<Box<General>>,
 }
@@ -126,7 +126,7 @@ fn great_circle(s0: &mut LaneMatrix, s1: &LaneMatrix, t: Lanes, margin: &mut Mar
 }
 
 /// `M = q Rot(omega) + r Refl(phi)` gives `R = Rot(omega)` and `P = q I + r Refl(phi + omega)`, whose eigenvalues are
-/// `q + r` and `q - r`; the second is negative where `det M` is, which is the principal branch there.
+/// `q + r` and `q - r`; the second is negative if `det M` is, and this is then the principal branch.
 #[inline(always)]
 fn two_frame(s0: &mut LaneMatrix, s1: &LaneMatrix, t: Lanes, rows: usize, margin: &mut Margin) {
     let half = Lanes::splat(0.5);
@@ -143,7 +143,7 @@ fn two_frame(s0: &mut LaneMatrix, s1: &LaneMatrix, t: Lanes, rows: usize, margin
     let (larger, smaller) = (q + r, q - r);
     let omega = h.atan2(e);
     let (sin, cos) = (t * omega).sin_cos();
-    // Mean and half difference of the two weights, for the multiples of the identity and of the reflection.
+    // Mean and half difference of the two weights, the factors of the identity and of the reflection.
     let ((cos1, b1), (cos2, b2)) = (turn(larger, t), turn(smaller, t));
     let (a1, a2) = (cos1 - larger * b1, cos2 - smaller * b2);
     let (a_mean, a_half) = ((a1 + a2) * half, (a1 - a2) * half);
@@ -166,7 +166,7 @@ fn two_frame(s0: &mut LaneMatrix, s1: &LaneMatrix, t: Lanes, rows: usize, margin
         Lanes::splat(LOWEST_COSINE).greater(smaller),
         Lanes::splat(DETERMINED).greater(q + q),
         omega.abs().greater(Lanes::splat(NEAR_PI)),
-        // Two components of O(2).
+        // O(2) has two components.
         r.greater(if rows == 2 { q } else { Lanes::splat(f64::MAX) }),
     ];
     let least = (Lanes::ONE + smaller).min(Lanes::ONE + e).min(q + q);
@@ -291,7 +291,7 @@ impl General {
         margin.see(least, Mask([!converged; LANES]));
     }
 
-    /// Signs of `det(gram)`: of `det(U Z^T)` too.
+    /// Signs of `det(gram)`, which are also those of `det(U Z^T)`.
     fn signs(&mut self) -> [f64; LANES] {
         let k = self.cosines.len();
         let mut distance = Lanes::ZERO;
@@ -308,7 +308,7 @@ impl General {
         determinant_signs(&self.gram, &mut self.single)
     }
 
-    /// The other sign for the smallest cosine of one lane and its left vector.
+    /// Changes the sign of one lane's smallest cosine and of its left vector.
     fn change_branch(&mut self, lane: usize) {
         let mut smallest = 0;
         for i in 1..self.cosines.len() {
@@ -362,7 +362,7 @@ impl General {
         );
     }
 
-    /// `R^t = T_t(C) + K w_t(C)`: functions of the symmetric part alone, so that planes need not be told apart.
+    /// `R^t = T_t(C) + K w_t(C)`: functions of the symmetric part only, so the rotation planes need not be separated.
     #[inline(always)]
     fn power_by_jacobi(&mut self, t: Lanes, margin: &mut Margin) {
         let k = self.cosines.len();

@@ -6,15 +6,15 @@ use crate::linalg::lane_matrix::LaneMatrix;
 use crate::linalg::lanes::Lanes;
 use crate::manifold::QuasiGeodesic;
 
-/// `beta(t) = F [cos(t Sigma) G; sin(t Sigma) G]` with `G = W^T V e^{t D} V^T`, `Omega = V D V^T` in real Schur form:
-/// everything that does not depend on `t` is computed once.
+/// `beta(t) = F [cos(t Sigma) G; sin(t Sigma) G]` with `G = W^T V e^{t D} V^T`, `Omega = V D V^T` in real Schur form.
+/// Everything that does not depend on `t` is computed once.
 #[derive(Debug, Clone)]
 pub(crate) struct LaneLeg {
     k: usize,
-    /// `[S W, Q]` column by column, `r x 2k`.
+    /// `[S W, Q]` by columns, `r x 2k`.
     frame: Vec<f64>,
     angles: Vec<f64>,
-    /// `W^T V` and `V`, column by column.
+    /// `W^T V` and `V`, by columns.
     right: Vec<f64>,
     basis: Vec<f64>,
     /// Angles of `Omega`.
@@ -57,13 +57,14 @@ impl LaneLeg {
         })
     }
 
-    /// A bound of the spectral norm of the velocity: the largest angle of the normal part and that of `Omega`.
+    /// A bound on the spectral norm of the velocity: the largest angle of the normal part plus the largest angle of
+    /// `Omega`.
     pub(crate) fn speed_bound(&self) -> f64 {
         let largest = |angles: &[f64]| angles.iter().fold(0.0_f64, |m, &x| m.max(x));
         largest(&self.angles) + largest(&self.turns)
     }
 
-    /// Positions, shape `(r, k)`.
+    /// Computes positions, shape `(r, k)`.
     #[inline(always)]
     pub(crate) fn points_into(&self, t: Lanes, work: &mut LaneLegWork, out: &mut LaneMatrix) {
         let k = self.k;

@@ -10,7 +10,7 @@
 //! | other metrics, not certainly shortest | from the path along the canonical solution, shortened (`shortening.rs`) |
 //! | other metrics, ends nearly conjugate | damped least squares on the exponential (`shooting/damped.rs`) |
 //!
-//! Everything but the first and last product takes place in `k + p` dimensions, `p = min(k, n - k)`.
+//! Everything except the first and the last product is computed in `k + p` dimensions, `p = min(k, n - k)`.
 
 mod adjoint;
 mod descent;
@@ -38,20 +38,20 @@ use report::{no_convergence, not_joined};
 use search::{CONTRACTION, Search};
 use shooting::Shooting;
 
-/// The residual that counts as converged, times the size and the round-off.
+/// Residual of convergence, in units of the size times round-off.
 const TOLERANCE: f64 = 32.0;
 
-/// Entries of the normal part below this are cleaned of the round-off of a first projection by a second.
+/// If the entries of the normal part are below this, a second projection removes the round-off of the first.
 const SHORT_NORMAL: f64 = 0.1;
 
-/// An angle whose sine is below this is pi to working precision, on the sphere.
+/// On the sphere, an angle whose sine is below this is pi to working precision.
 const ANTIPODAL: f64 = 4.0 * f64::EPSILON;
 
 impl Stiefel {
-    /// The Riemannian logarithm: the velocity at `s0` of a geodesic that arrives at `s1` at `t = 1`.
+    /// The Riemannian logarithm: the velocity at `s0` of a geodesic that reaches `s1` at `t = 1`.
     ///
     /// # Errors
-    /// Those of [`Stiefel::log_with_report`].
+    /// The errors of [`Stiefel::log_with_report`].
     pub fn log(&self, s0: MatRef<'_, f64>, s1: MatRef<'_, f64>) -> Result<Mat<f64>> {
         Ok(self.log_with_report(s0, s1)?.0)
     }
@@ -59,7 +59,7 @@ impl Stiefel {
     /// The Riemannian distance, the length of the geodesic of [`Stiefel::log`].
     ///
     /// # Errors
-    /// Those of [`Stiefel::log_with_report`].
+    /// The errors of [`Stiefel::log_with_report`].
     pub fn dist(&self, s0: MatRef<'_, f64>, s1: MatRef<'_, f64>) -> Result<f64> {
         Ok(self.log_with_report(s0, s1)?.1.length)
     }
@@ -70,25 +70,25 @@ impl Stiefel {
     /// \exp_{S_0}(V) = S_1
     /// ```
     ///
-    /// The geodesic is the shortest one where its length is below [`Stiefel::injectivity_bound`], and for `k = 1`,
-    /// `k = n`, and (canonical metric) `k = n - 1` always. Otherwise it is the shortest of those found from a close start
-    /// and from up to four completions of the points to rotations, none of them a saddle over the fibre, and the report
-    /// says that it may not be the shortest of all.
+    /// The geodesic is the shortest one if its length is below [`Stiefel::injectivity_bound`], and always for `k = 1`,
+    /// `k = n`, and (canonical metric) `k = n - 1`. Otherwise it is the shortest one found from a close start and from
+    /// up to four completions of the points to rotations, none of them a saddle over the fibre; the report then says
+    /// that a shorter one may exist.
     ///
     /// # Arguments
     /// * `s0`, `s1` - points, shape `(n, k)`
     /// # Accuracy
-    /// Residual at most `1e-11` (`32 (k + p) eps` in the coordinates of the frame), plus the defect of the points; at most 10
-    /// Newton steps for all of `10^4` random pairs of each of eight shapes at distances up to `0.89 pi`. Asserted in
-    /// `tests/logarithm.rs`.
+    /// Residual at most `1e-11` (`32 (k + p) eps` in the coordinates of the frame), plus the defect of the points. At
+    /// most 10 Newton steps for each of `10^4` random pairs of each of eight shapes at distances up to `0.89 pi`.
+    /// Asserted in `tests/logarithm.rs`.
     /// # Errors
-    /// `Shape`, `NonFinite`, `NotOrthonormal`; `DifferentComponents` (`k = n`); `NoJoiningCurve` where an angle is
-    /// pi to working precision, so that no geodesic is the shortest one; `NoConvergence` where none was found;
+    /// `Shape`, `NonFinite`, `NotOrthonormal`; `DifferentComponents` (`k = n`); `NoJoiningCurve` if an angle is pi to
+    /// working precision, so that no unique geodesic is the shortest; `NoConvergence` if no geodesic was found;
     /// `Decomposition`.
     /// # Source
     /// The formulation on the rotation group: Zimmermann, Hueper (2022), "Computing the Riemannian logarithm on the
-    /// Stiefel manifold: metrics, methods, and performance", SIAM J. Matrix Anal. Appl. 43, 953-980. The methods are
-    /// described in the pages of the modules.
+    /// Stiefel manifold: metrics, methods, and performance", SIAM J. Matrix Anal. Appl. 43, 953-980. The headers of the
+    /// submodules describe the methods.
     pub fn log_with_report(
         &self,
         s0: MatRef<'_, f64>,
@@ -97,10 +97,10 @@ impl Stiefel {
         self.log_interruptible(s0, s1, Interrupt::NEVER)
     }
 
-    /// [`Stiefel::log_with_report`] that can be stopped.
+    /// [`Stiefel::log_with_report`] with an interrupt.
     ///
     /// # Errors
-    /// Those, and `Interrupted`.
+    /// The same errors, and `Interrupted`.
     pub fn log_interruptible(
         &self,
         s0: MatRef<'_, f64>,
@@ -135,11 +135,11 @@ impl Stiefel {
         Ok((velocity, found.report))
     }
 
-    /// Geodesics shorter than this are the shortest ones between their ends; 0 where no bound is known.
+    /// Length below which every geodesic is the shortest one between its ends; 0 if no bound is known.
     ///
     /// The canonical metric has sectional curvature at most 5/4 and no closed geodesic shorter than `2 pi`, hence
-    /// `sqrt(4/5) pi = 0.894 pi`. The Euclidean metric has `pi`; so has the sphere, and, for the canonical metric, the
-    /// rotation group (`k >= n - 1`).
+    /// `sqrt(4/5) pi = 0.894 pi`. The bound is `pi` for the Euclidean metric, for the sphere and, with the canonical
+    /// metric, for the rotation group (`k >= n - 1`).
     ///
     /// # Source
     /// Rentmeesters (2013), "Algorithms for data fitting on some common homogeneous spaces", thesis, UCLouvain (bound);
@@ -150,7 +150,7 @@ impl Stiefel {
         let (n, k) = (self.n(), self.k());
         match self.metric() {
             _ if k == 1 => PI,
-            // Closed geodesics of SO(n) turn a plane: |Omega|_F = sqrt(2) 2 pi.
+            // Closed geodesics of SO(n) rotate a plane: |Omega|_F = sqrt(2) 2 pi.
             metric if k == n => PI * (2.0 * metric.weight()).sqrt(),
             Metric::CANONICAL if k + 1 == n => PI,
             Metric::CANONICAL => 0.8_f64.sqrt() * PI,
@@ -189,14 +189,14 @@ impl Stiefel {
         Ok((s0 * &shooting.generator, report))
     }
 
-    /// `k = 1`: a great circle, by the angle between the unit vectors.
+    /// `k = 1`: a great circle, from the angle between the unit vectors.
     fn log_on_sphere(
         &self,
         s0: MatRef<'_, f64>,
         cosine: f64,
         mut normal: Mat<f64>,
     ) -> Result<(Mat<f64>, LogReport)> {
-        // Once more: what a projection leaves along S0 is large against a short rest.
+        // Project twice: the component that one projection leaves along S0 may be large relative to a short remainder.
         let rest = s0.transpose() * &normal;
         mul_add(&mut normal, -1.0, s0, &rest);
         let sine = normal.norm_l2();
@@ -216,9 +216,9 @@ impl Stiefel {
         Ok((normal * Scale(factor), report))
     }
 
-    /// What counts as converged for the coordinates of a target.
+    /// The residual at which the coordinates of a target count as reached.
     fn tolerance(&self, target: &Mat<f64>) -> f64 {
-        // A point that is off the manifold by its tolerance cannot be met more closely.
+        // A point that is off the manifold by its tolerance cannot be reached more closely.
         TOLERANCE * target.nrows() as f64 * f64::EPSILON
             + 2.0 * orthonormality_defect(target.as_ref())
     }

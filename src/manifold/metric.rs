@@ -1,4 +1,4 @@
-//! The one-parameter family of metrics on `St(n, k)` that holds the canonical and the Euclidean one.
+//! The one-parameter family of metrics on `St(n, k)` that contains the canonical and the Euclidean one.
 
 use std::hash::{Hash, Hasher};
 
@@ -48,7 +48,7 @@ impl Metric {
     /// `InvalidArgument` unless `alpha` is finite and above -1.
     pub fn new(alpha: f64) -> Result<Self> {
         if alpha.is_finite() && alpha > -1.0 {
-            // Adding zero makes -0 the same metric as 0.
+            // Adding zero makes -0 equal to 0.
             return Ok(Metric { alpha: alpha + 0.0 });
         }
         Err(Error::InvalidArgument {
@@ -75,7 +75,7 @@ impl Default for Metric {
     }
 }
 
-// Never NaN, so equality is an equivalence; -0 does not occur.
+// Never NaN, so equality is an equivalence relation; -0 does not occur.
 impl Eq for Metric {}
 
 impl Hash for Metric {

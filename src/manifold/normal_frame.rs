@@ -1,29 +1,29 @@
-//! An orthonormal basis of the directions in which a curve leaves the span of its point.
+//! An orthonormal basis of the directions normal to the span of a curve's point.
 
 use faer::{Mat, MatMut, MatRef};
 
 use crate::linalg::decomp::thin_q;
 use crate::linalg::product::{mul_add, mul_into};
 
-/// Ratio of the smallest to the largest pivot above which one pass of Cholesky's factorisation is orthonormal to a
-/// few round-offs (the defect is `eps / ratio`).
+/// Ratio of the smallest to the largest pivot above which one pass of Cholesky's factorisation is orthonormal to a few
+/// units of round-off (the defect is `eps / ratio`).
 const WELL_CONDITIONED: f64 = 0.05;
 
-/// Below this ratio two passes do not mend it either, and Householder reflections take over.
+/// Ratio below which two passes are not enough either, and Householder reflections are used.
 const ILL_CONDITIONED: f64 = 1e-8;
 
-/// Normal parts below this get their frame from reflections, which keep it orthogonal to the point whatever it is.
+/// Normal parts below this get their frame from reflections, which make it orthogonal to the point in any case.
 const ROUND_OFF: f64 = 1e-12;
 
-/// How many normal directions a curve from a point of `St(n, k)` needs at most: `min(k, n - k)`.
+/// Maximal number of normal directions of a curve from a point of `St(n, k)`: `min(k, n - k)`.
 pub(crate) fn normal_rank(n: usize, k: usize) -> usize {
     k.min(n - k)
 }
 
-/// `Q`, shape `(n, p)` with `p = min(k, n - k)`: orthonormal, orthogonal to `s`, its span contains `normal`.
+/// An orthonormal `Q`, shape `(n, p)` with `p = min(k, n - k)`, orthogonal to `s`, whose span contains `normal`.
 ///
 /// `normal` (shape `(n, k)`, any rank, `S^T normal = 0`) is factored by Cholesky's method on its Gram matrix, which
-/// is nothing but products, where its condition allows, and by Householder reflections otherwise.
+/// only takes products, if its condition allows, and by Householder reflections otherwise.
 ///
 /// # Source
 /// Two passes: Yamamoto, Nakatsukasa, Yanagisawa, Fukaya (2015), "Roundoff error analysis of the CholeskyQR2
@@ -41,7 +41,7 @@ pub(crate) fn normal_frame(s: MatRef<'_, f64>, normal: MatRef<'_, f64>) -> Mat<f
     } else {
         1.0
     };
-    // What is round-off itself has no direction: its projections lose their size again and again.
+    // A normal part of the size of round-off has no direction: repeated projections keep shrinking it.
     if p == k && scale.is_finite() && largest > ROUND_OFF {
         let mut q = Mat::from_fn(n, k, |i, j| scale * normal[(i, j)]);
         if orthonormalise(s, &mut q) {
@@ -58,7 +58,7 @@ pub(crate) fn normal_frame(s: MatRef<'_, f64>, normal: MatRef<'_, f64>) -> Mat<f
     thin_q(both.as_ref()).as_ref().subcols(k, p).to_owned()
 }
 
-/// Makes the columns of `q` orthonormal; `false` where their condition does not allow it.
+/// Makes the columns of `q` orthonormal; `false` if they are too ill-conditioned.
 fn orthonormalise(s: MatRef<'_, f64>, q: &mut Mat<f64>) -> bool {
     let mut pass = Pass::new(q.nrows(), q.ncols());
     let ratio = pass.run(q);
@@ -88,7 +88,7 @@ impl Pass {
         }
     }
 
-    /// `Q <- Q R^{-1}` with `Q^T Q = R^T R`; returns the ratio of the pivots, and leaves `q` alone where it is small.
+    /// `Q <- Q R^{-1}` with `Q^T Q = R^T R`; returns the ratio of the pivots, and leaves `q` unchanged if it is small.
     fn run(&mut self, q: &mut Mat<f64>) -> f64 {
         mul_into(&mut self.gram, 1.0, q.transpose(), &*q);
         let ratio = cholesky_in_place(self.gram.as_mut());
@@ -101,8 +101,8 @@ impl Pass {
     }
 }
 
-/// The upper factor `R` of `G = R^T R` in the upper triangle; returns the ratio of the smallest to the largest squared
-/// pivot, 0 where `G` is not positive definite.
+/// The upper factor `R` of `G = R^T R`, in the upper triangle; returns the ratio of the smallest to the largest squared
+/// pivot, 0 if `G` is not positive definite.
 fn cholesky_in_place(mut g: MatMut<'_, f64>) -> f64 {
     let k = g.nrows();
     let (mut smallest, mut largest) = (f64::INFINITY, 0.0_f64);
@@ -126,7 +126,7 @@ fn cholesky_in_place(mut g: MatMut<'_, f64>) -> f64 {
     smallest / largest
 }
 
-/// `out = R^{-1}` of an upper triangular `R`.
+/// `out = R^{-1}` for an upper triangular `R`.
 fn invert_upper(mut out: MatMut<'_, f64>, r: MatRef<'_, f64>) {
     let k = r.nrows();
     out.fill(0.0);

@@ -1,14 +1,16 @@
-//! Frames that are far apart only since their columns are turned: bases of subspaces that are close.
+//! Frames that are far apart only because their columns are rotated: bases of nearby subspaces.
 
 use faer::MatRef;
 
 use super::grassmann::joining::alignment;
 use crate::linalg::structure::distance;
 
-/// Frames this far apart in the Frobenius norm, and the nearest bases of their spans at most half as far, are taken for bases.
+/// Frames at least this far apart in the Frobenius norm, with nearest bases of their spans at most half as far apart,
+/// are taken for mere bases.
 const FAR: f64 = 1.0;
 
-/// How far two frames are apart, and the nearest bases of their spans, in the Frobenius norm; `None` for frames that are not bases.
+/// The Frobenius distances of two frames, and of the nearest bases of their spans; `None` unless the frames look like
+/// mere bases.
 pub(crate) fn apart(s0: MatRef<'_, f64>, s1: MatRef<'_, f64>) -> Option<[f64; 2]> {
     if s0.nrows() == s0.ncols() {
         return None;

@@ -7,13 +7,13 @@ use crate::error::{Error, Result};
 use crate::linalg::decomp::Svd;
 use crate::linalg::product::{determinant_sign, mul_add, mul_into};
 
-/// Principal directions of sine below this are separated by their sines, the others by their cosines.
+/// Principal directions whose sines are below this are separated by sines, the others by cosines.
 const LARGE_SINE: f64 = 0.5;
 
-/// Sweeps of plane rotations that separate principal directions; three or four are usual.
+/// Maximal number of sweeps of plane rotations that separate principal directions; three or four are usual.
 const MAX_SWEEPS: usize = 30;
 
-/// Principal vectors of points of one shape, in buffers made once.
+/// Principal vectors of points of one shape, with buffers allocated once.
 pub(super) struct PrincipalVectors {
     svd: Svd,
     gram: Mat<f64>,
@@ -39,8 +39,8 @@ impl PrincipalVectors {
         }
     }
 
-    /// `S0^T S1 = U diag(c) Z^T` with `det(U Z^T) = +1`, the rotation `U Z^T`, and `normal = (I - S0 S0^T) S1 Z`;
-    /// principal angles increasing, before the sign change of the last one.
+    /// Computes `S0^T S1 = U diag(c) Z^T` with `det(U Z^T) = +1`, the rotation `U Z^T`, and `normal = (I - S0 S0^T) S1
+    /// Z`, with principal angles increasing before the sign change of the last one.
     pub(super) fn compute(&mut self, s0: MatRef<'_, f64>, s1: MatRef<'_, f64>) -> Result<()> {
         let (n, k) = (s0.nrows(), s0.ncols());
         mul_into(&mut self.gram, 1.0, s0.transpose(), s1);
@@ -72,11 +72,12 @@ impl PrincipalVectors {
         Ok(())
     }
 
-    /// Makes the columns of `normal` of small sine orthogonal, by one-sided Jacobi rotations that `U` and `Z` share.
+    /// Orthogonalises the columns of `normal` with small sines, by one-sided Jacobi rotations that are also applied to
+    /// `U` and `Z`.
     ///
-    /// Cosines do not tell small angles apart (all are 1 below 1e-8), so the factorisation of `S0^T S1` leaves
-    /// their principal vectors undetermined; the sines do. Where both sines are small both cosines are near 1,
-    /// and the rotation that makes the sine part diagonal keeps `U^T S0^T S1 Z` diagonal to round-off.
+    /// Cosines do not separate small angles (all are 1 below 1e-8), so the factorisation of `S0^T S1` leaves their
+    /// principal vectors undetermined; the sines determine them. If both sines are small, both cosines are near 1, and
+    /// the rotation that diagonalises the sine part keeps `U^T S0^T S1 Z` diagonal to round-off.
     fn separate_small_angles(&mut self) -> Result<()> {
         let k = self.cosines.len();
         let negligible = f64::EPSILON * (self.normal.nrows() as f64).max(4.0);
@@ -102,7 +103,7 @@ impl PrincipalVectors {
         })
     }
 
-    /// The plane rotation of columns `i` and `j` whose angle `phi <= pi/4` has `cot(2 phi) = cotangent`.
+    /// Applies the plane rotation of columns `i` and `j` whose angle `phi <= pi/4` has `cot(2 phi) = cotangent`.
     fn rotate(&mut self, i: usize, j: usize, cotangent: f64) {
         let tangent = 1.0_f64.copysign(cotangent) / (cotangent.abs() + 1.0_f64.hypot(cotangent));
         let cos = 1.0 / 1.0_f64.hypot(tangent);
@@ -119,7 +120,7 @@ impl PrincipalVectors {
         self.cosines[j] = sin * sin * x + cos * cos * y;
     }
 
-    /// Sorts the principal directions by increasing angle (insertion: they are sorted but for close ones).
+    /// Sorts the principal directions by increasing angle, by insertion, since they are nearly sorted.
     fn sort_by_angle(&mut self) {
         let angle =
             |problem: &Self, i: usize| problem.normal.col(i).norm_l2().atan2(problem.cosines[i]);
@@ -139,7 +140,7 @@ impl PrincipalVectors {
         }
     }
 
-    /// Projects column `i` of `normal` off `s0` and off the directions found so far; returns its length.
+    /// Projects column `i` of `normal` off `s0` and off the previous directions; returns its length.
     pub(super) fn orthogonalise(
         &mut self,
         s0: MatRef<'_, f64>,

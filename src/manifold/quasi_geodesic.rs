@@ -1,9 +1,9 @@
-//! Quasi-geodesics `e^{tX} S e^{t Omega}` in `O(n k^2)`, from a velocity or between two points.
+//! Quasi-geodesics `e^{tX} S e^{t Omega}` in `O(n k^2)`, from an initial velocity or between two points.
 //!
 //! # Source
-//! Krakowski, Machado, Silva Leite, Batista (2017), "A modified Casteljau algorithm to solve interpolation
-//! problems on Stiefel manifolds", J. Comput. Appl. Math. 311, 84-99; arXiv 2404.19407, Proposition 1.
-//! Deviations: the thin factorisation (no `n x n` matrix), and the endpoint problem beyond angles of pi/2.
+//! Krakowski, Machado, Silva Leite, Batista (2017), "A modified Casteljau algorithm to solve interpolation problems on
+//! Stiefel manifolds", J. Comput. Appl. Math. 311, 84-99; arXiv 2404.19407, Proposition 1. Deviations: a thin
+//! factorisation (no `n x n` matrix), and end points with angles beyond pi/2.
 
 use std::f64::consts::PI;
 
@@ -18,10 +18,10 @@ use crate::linalg::one_sided_jacobi::orthogonalise_few;
 use crate::linalg::product::{mul_add, mul_into};
 use crate::linalg::{OrthogonalLog, SkewExp};
 
-/// A principal direction shorter than this is round-off: its angle is 0 (or pi, and then the curve is not unique).
+/// A principal direction shorter than this is round-off: its angle is 0 (or pi, in which case the curve is not unique).
 const NEGLIGIBLE: f64 = 4.0 * f64::EPSILON;
 
-/// A principal angle is pi to working precision where its sine is below this.
+/// A principal angle is pi to working precision if its sine is below this.
 const ANTIPODAL: f64 = 32.0 * f64::EPSILON;
 
 /// The quasi-geodesic `beta(t) = e^{tX} S e^{t Omega}`.
@@ -33,8 +33,8 @@ const ANTIPODAL: f64 = 32.0 * f64::EPSILON;
 /// \beta(t) = (S W \cos(t\Sigma) + Q \sin(t\Sigma))\, W^T e^{t\Omega}
 /// ```
 ///
-/// Defined for all `t`. Orthonormality defect at most `1e-14` for `|t Sigma|, |t Omega| <= 10`, asserted in
-/// `tests/quasi_geodesic/`.
+/// The curve is defined for all `t`. Orthonormality defect at most `1e-14` for `|t Sigma|, |t Omega| <= 10`, asserted
+/// in `tests/quasi_geodesic/`.
 ///
 /// # Examples
 /// ```
@@ -48,7 +48,7 @@ const ANTIPODAL: f64 = 32.0 * f64::EPSILON;
 /// ```
 #[derive(Debug, Clone)]
 pub struct QuasiGeodesic {
-    /// `[S W, Q]`, shape `(n, 2k)`; a direction of angle 0 has a zero column in `Q`.
+    /// `[S W, Q]`, shape `(n, 2k)`; a direction with angle 0 has a zero column in `Q`.
     pub(super) frame: Mat<f64>,
     /// The diagonal of `Sigma`.
     pub(super) angles: Vec<f64>,
@@ -58,7 +58,7 @@ pub struct QuasiGeodesic {
 }
 
 impl QuasiGeodesic {
-    /// The quasi-geodesic from `s` with initial velocity `v` (the retraction is its value at 1).
+    /// The quasi-geodesic from `s` with initial velocity `v` (its value at 1 is the retraction).
     ///
     /// # Arguments
     /// * `s` - point, shape `(n, k)`; `v` - tangent vector at `s`, shape `(n, k)`
@@ -74,7 +74,7 @@ impl QuasiGeodesic {
         Ok(out)
     }
 
-    /// Sets this curve to the one from `s` with initial velocity `v`, in buffers that exist already.
+    /// Replaces this curve by the one from `s` with initial velocity `v`, in existing buffers.
     ///
     /// # Errors
     /// `Overflow`, `Decomposition`.
@@ -118,17 +118,17 @@ impl QuasiGeodesic {
     /// \Omega = \log(U Z^T),\qquad K = Q\, \mathrm{diag}(\theta)\, U^T
     /// ```
     ///
-    /// Where `det(U Z^T) = -1` and `k < n`, the last column of `U` and the smallest cosine change sign: the
-    /// angle becomes `pi - theta_k` and the determinant +1. So almost every two points are joined. Other pairs of
-    /// sign changes are other branches; this one has the shortest normal part `|K|`, but not always the least length
-    /// `(|K|^2 + |Omega|^2 / 2)^{1/2}`: for 8 to 25 % of random pairs another branch is shorter, by a smaller `Omega`. It is
-    /// not chosen here, since it costs a logarithm of a rotation for each pair of signs, and since the shortest branch
-    /// changes, with a jump of the curve, at points where the principal one is smooth.
+    /// If `det(U Z^T) = -1` and `k < n`, the last column of `U` and the smallest cosine change sign: the angle becomes
+    /// `pi - theta_k` and the determinant +1. So almost any two points are joined. Changing other pairs of signs gives
+    /// other branches. This one has the shortest normal part `|K|`, but not always the least length `(|K|^2 + |Omega|^2
+    /// / 2)^{1/2}`: for 8 to 25 % of random pairs another branch is shorter, with a smaller `Omega`. The shortest
+    /// branch is not used because it costs a logarithm of a rotation for each pair of signs, and because it changes,
+    /// with a jump of the curve, at points where the principal one is smooth.
     ///
     /// # Errors
-    /// `Shape`, `NonFinite`, `NotOrthonormal`; `DifferentComponents` (k = n); `OutsideLogDomain` where `U Z^T`
-    /// has an eigenvalue -1; `NoJoiningCurve` where a principal angle is pi (antipodal points); the angles are
-    /// those to working precision.
+    /// `Shape`, `NonFinite`, `NotOrthonormal`; `DifferentComponents` (k = n); `OutsideLogDomain` if `U Z^T` has an
+    /// eigenvalue -1; `NoJoiningCurve` if a principal angle is pi (antipodal points); angles are compared to working
+    /// precision.
     pub fn between(s0: MatRef<'_, f64>, s1: MatRef<'_, f64>) -> Result<Self> {
         let manifold = Stiefel::of("S0", s0)?;
         manifold.check_point("S0", s0, POINT_TOLERANCE)?;
@@ -193,13 +193,13 @@ impl QuasiGeodesic {
         &self.frame * &rates
     }
 
-    /// The norm of its velocity in the canonical metric, the same everywhere.
+    /// The norm of its velocity in the canonical metric, which is constant.
     pub(crate) fn speed(&self) -> f64 {
         let normal: f64 = self.angles.iter().map(|angle| angle * angle).sum();
         (normal + 0.5 * self.omega.squared_norm_l2()).sqrt()
     }
 
-    /// The same curve run backwards: `t -> beta(1 - t)`.
+    /// The same curve traversed backwards: `t -> beta(1 - t)`.
     ///
     /// # Errors
     /// `Decomposition`.
@@ -225,7 +225,7 @@ impl QuasiGeodesic {
         Ok(out)
     }
 
-    /// Sets this curve to the principal quasi-geodesic from `s0` to `s1`, in buffers that exist already.
+    /// Replaces this curve by the principal quasi-geodesic from `s0` to `s1`, in existing buffers.
     pub(crate) fn join(
         &mut self,
         s0: MatRef<'_, f64>,
@@ -245,7 +245,7 @@ impl QuasiGeodesic {
         log.log_into(self.omega.as_mut(), principal.rotation.as_ref())
     }
 
-    /// Angles and unit normal directions from `(I - S0 S0^T) S1 Z`, largest sine first.
+    /// Angles and unit normal directions from `(I - S0 S0^T) S1 Z`, in order of decreasing sine.
     fn principal_angles(
         &mut self,
         s0: MatRef<'_, f64>,
@@ -275,7 +275,7 @@ impl QuasiGeodesic {
         Ok(())
     }
 
-    /// Coordinates of the curve in its frame up to the given order, as Taylor coefficients of shape `(2k, k)`.
+    /// Coordinates of the curve in its frame, as Taylor coefficients of shape `(2k, k)` up to the given order.
     pub(crate) fn coordinates_into(
         &self,
         t: f64,
@@ -308,7 +308,7 @@ impl QuasiGeodesic {
         Ok(())
     }
 
-    /// The curve up to the given order, as Taylor coefficients of shape `(n, k)`.
+    /// Taylor coefficients of the curve, shape `(n, k)`, up to the given order.
     pub(crate) fn jet_into(
         &self,
         t: f64,
@@ -334,7 +334,7 @@ impl QuasiGeodesic {
     }
 }
 
-/// Buffers for quasi-geodesics from a velocity, of one shape.
+/// Buffers for quasi-geodesics from a velocity, for one shape.
 pub(crate) struct Departure {
     svd: Option<Box<Svd>>,
     /// `K`, then `K W`.
@@ -355,7 +355,7 @@ impl Departure {
         }
     }
 
-    /// `V = K + S (S^T V)`; twice, for once leaves a part along `S` of size `eps |V|`.
+    /// `V = K + S (S^T V)`, projected twice, since a single projection leaves a component along `S` of size `eps |V|`.
     fn split(&mut self, s: MatRef<'_, f64>, v: MatRef<'_, f64>) {
         mul_into(&mut self.along, 1.0, s.transpose(), v);
         self.normal.copy_from(v);
@@ -382,7 +382,7 @@ impl Departure {
     }
 }
 
-/// Buffers for evaluating quasi-geodesics of one `k`.
+/// Buffers for evaluating quasi-geodesics with a given `k`.
 pub(crate) struct Evaluation {
     turning: Turning,
     coordinates: Jet,

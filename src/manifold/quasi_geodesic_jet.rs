@@ -1,17 +1,17 @@
-//! Derivatives of a quasi-geodesic whose end points move: one stage of de Casteljau's algorithm, differentiated.
+//! Derivatives of a quasi-geodesic with moving end points: one stage of de Casteljau's algorithm, differentiated.
 //!
-//! With the polar decomposition `S0^T S1 = P R` (`P` symmetric, `R` a rotation) the quasi-geodesic is a
-//! composition of functions that are analytic also where principal angles vanish or repeat:
+//! With the polar decomposition `S0^T S1 = P R` (`P` symmetric, `R` a rotation) the quasi-geodesic is a composition of
+//! functions that are analytic even where principal angles vanish or repeat:
 //!
 //! ```math
 //! \beta = (S_0\, a_t(P) + S_1 R^T b_t(P))\, R^t,\qquad
 //! a_t = \frac{s_{1-t}}{s_1},\quad b_t = \frac{s_t}{s_1},\quad s_t = \frac{\sin t\Theta}{\Theta},\quad \cos\Theta = P
 //! ```
 //!
-//! Every function is evaluated on truncated Taylor polynomials. The inverse ones (polar factor, angle,
-//! logarithm) start from the factorisation at the point and gain one order per linear solve, which is
-//! elementwise in the eigenbasis. No difference quotient and no derivative of singular vectors occurs, so
-//! repeated singular values need no special case.
+//! Every function is evaluated on truncated Taylor polynomials. The inverse functions (polar factor, angle, logarithm)
+//! start from the factorisation at the point and gain one order per linear solve, which is elementwise in the
+//! eigenbasis. There are no difference quotients and no derivatives of singular vectors, so repeated singular values
+//! need no special treatment.
 
 use faer::{Mat, MatRef};
 
@@ -26,13 +26,13 @@ use crate::linalg::product::{mul_add, mul_into};
 use crate::linalg::skew_schur::apply_ad_function;
 use crate::linalg::structure::check_range;
 
-/// What an `Overflow` is about.
+/// Quantity named in `Overflow` errors.
 const DERIVATIVES: &str = "derivative of a de Casteljau curve";
 
-/// A series stops where the next term, and its derivatives up to the third, fall below this.
+/// A series is truncated when the next term, including its derivatives up to the third, is below this.
 const TRUNCATION: f64 = 1e-17;
 
-/// Buffers for one shape.
+/// Buffers for points of one shape.
 pub(crate) struct MovingQuasiGeodesic {
     curve: QuasiGeodesic,
     problem: EndpointProblem,
@@ -40,7 +40,7 @@ pub(crate) struct MovingQuasiGeodesic {
     /// `S0 U` and `S1 Z`, shape `(r, k)`.
     start: Jet,
     end: Jet,
-    /// `S1` in the basis nearest to `S0`, of subspaces.
+    /// For subspaces, `S1` in the basis nearest to `S0`.
     aligned: Mat<f64>,
     wide: Jet,
     gram: Jet,
@@ -91,7 +91,7 @@ impl MovingQuasiGeodesic {
     /// `out(tau) = beta(S0(tau), S1(tau); t + tau)` up to the given order.
     ///
     /// # Errors
-    /// Those of [`QuasiGeodesic::between`].
+    /// The errors of [`QuasiGeodesic::between`].
     pub(crate) fn jet_into(
         &mut self,
         s0: &Jet,
@@ -123,8 +123,8 @@ impl MovingQuasiGeodesic {
         Ok(())
     }
 
-    /// The same of the geodesic between the spans of the columns, as the bases `e^{tX} S0` without the factor `R^t`, for any
-    /// basis of the end; returns the cosine of the largest principal angle.
+    /// As `jet_into`, for the geodesic between the spans of the columns, with the bases `e^{tX} S0` without the factor
+    /// `R^t`, for any basis of the end; returns the cosine of the largest principal angle.
     ///
     /// # Errors
     /// `RightAngle`, `Overflow`, `Decomposition`.
@@ -152,11 +152,11 @@ impl MovingQuasiGeodesic {
         Ok(cosine)
     }
 
-    /// `wide = start a_t(P) + end R^T b_t(P)` for the ends that were joined; spoils `out`.
+    /// `wide = start a_t(P) + end R^T b_t(P)` for the joined ends; overwrites `out`.
     fn interpolate(&mut self, t: f64, order: usize, out: &mut Jet) -> Result<()> {
         self.polar(order)?;
         self.angles(order)?;
-        // The interpolation in the aligned frame: `start a_t(P) + end R^T b_t(P)`.
+        // Interpolation in the aligned frame: `start a_t(P) + end R^T b_t(P)`.
         self.sine(&one_jet(), order)?;
         std::mem::swap(&mut self.sine, &mut self.whole);
         self.invert_whole(order);
@@ -171,8 +171,8 @@ impl MovingQuasiGeodesic {
         Ok(())
     }
 
-    /// `(S0 U)^T (S1 Z) = P R` with `P_0 = diag(c)`, `R_0 = I`, order by order: each needs the skew solution of
-    /// `C w + w C = given`.
+    /// Computes `(S0 U)^T (S1 Z) = P R` with `P_0 = diag(c)`, `R_0 = I` order by order; each order solves `C w + w C =
+    /// given` for a skew `w`.
     fn polar(&mut self, order: usize) -> Result<()> {
         self.gram.set_product_tn(&self.start, &self.end, order);
         let (p, r, c) = (
@@ -204,7 +204,7 @@ impl MovingQuasiGeodesic {
                 for a in b + 1..k {
                     let sum = c[a] + c[b];
                     if sum.abs() <= f64::EPSILON {
-                        // The two smallest cosines are c and -c: two branches of equal length meet.
+                        // The two smallest cosines are c and -c: two branches have equal length.
                         return Err(Error::NoJoiningCurve { angle: c[a].acos() });
                     }
                     let w = (rest[(a, b)] - rest[(b, a)]) / sum;
@@ -243,8 +243,8 @@ impl MovingQuasiGeodesic {
         Ok(())
     }
 
-    /// `sine = sin(t Theta) / Theta`, an entire function of `Y = Theta^2`: its series for `|t| <= 1`, and double
-    /// angles beyond.
+    /// `sine = sin(t Theta) / Theta`, an entire function of `Y = Theta^2`: its series for `|t| <= 1`, angle doubling
+    /// beyond.
     fn sine(&mut self, t: &ScalarJet, order: usize) -> Result<()> {
         let doublings = t[0].abs().log2().ceil().max(0.0) as i32;
         let shrink = 0.5_f64.powi(doublings);
@@ -270,7 +270,7 @@ impl MovingQuasiGeodesic {
         Ok(())
     }
 
-    /// `cosine = cos sqrt(W)` or `sine = sin sqrt(W) / sqrt(W)` of the argument `W`, by Horner's rule.
+    /// `cosine = cos sqrt(W)` or `sine = sin sqrt(W) / sqrt(W)` for the argument `W`, by Horner's rule.
     fn series(&mut self, parity: Parity, order: usize) -> Result<()> {
         check_range(DERIVATIVES, self.argument.c[0].as_ref())?;
         let largest =
@@ -322,8 +322,8 @@ impl MovingQuasiGeodesic {
         }
     }
 
-    /// `log R` around `Omega = log R_0`: the residual of `e^{-L} R = I` at each new order, mapped back by the
-    /// inverse derivative of the exponential in the Schur basis of `Omega`.
+    /// `log R` about `Omega = log R_0`: at each new order, the residual of `e^{-L} R = I` is mapped back by the inverse
+    /// derivative of the exponential in the Schur basis of `Omega`.
     fn logarithm(&mut self, order: usize) -> Result<()> {
         let k = self.problem.principal.cosines.len();
         self.log.set_scalar(0.0, order);
@@ -371,14 +371,14 @@ impl MovingQuasiGeodesic {
     }
 }
 
-/// Which of the two trigonometric series.
+/// Selects one of the two trigonometric series.
 #[derive(Clone, Copy)]
 enum Parity {
     Even,
     Odd,
 }
 
-/// `I + f_1 W (I + f_2 W (I + ...))` of the factors from the last to the first, without a matrix in memory.
+/// `I + f_1 W (I + f_2 W (I + ...))`, evaluated from the last factor to the first, without storing matrices.
 fn small_series<const K: usize>(
     argument: &Jet,
     factors: impl Iterator<Item = f64>,
@@ -425,7 +425,7 @@ fn small_series<const K: usize>(
     }
 }
 
-/// Terms of `cos sqrt(w)` for arguments up to `w`, with its derivatives up to the third (the factor `j^3`).
+/// Number of terms of `cos sqrt(w)` for arguments up to `w`, including derivatives up to the third (the factor `j^3`).
 fn series_terms(w: f64) -> usize {
     let mut size = 1.0;
     for j in 1.. {

@@ -1,8 +1,8 @@
 //! Retractions and their inverses, in `O(n k^2)`.
 //!
-//! A retraction maps a tangent vector `V` at `S` to a point, so that `t -> R(S, t V)` has the velocity `V` at 0. How far
-//! that curve is from the geodesic with the same velocity depends on the metric. The table gives the order `p` of
-//! `|R(S, tV) - exp(S, tV)| = O(t^p)`; `tests/retraction/orders.rs` measures each of its entries.
+//! A retraction maps a tangent vector `V` at `S` to a point such that `t -> R(S, t V)` has the velocity `V` at 0. Its
+//! distance from the geodesic with the same velocity depends on the metric. The table gives the order `p` of `|R(S, tV)
+//! - exp(S, tV)| = O(t^p)`; `tests/retraction/orders.rs` measures each entry.
 //!
 //! | | canonical metric | Euclidean metric | `k = 1` (sphere) | `k = n` (rotations) | inverse defined where |
 //! |---|---|---|---|---|---|
@@ -11,8 +11,8 @@
 //! | polar | 2 | 3 | 3 | 3 | eigenvalues of `S0^T S1` with positive real part |
 //! | Cayley | 3 | 2 | 3 | 3 | no eigenvalue -1 of `S0^T S1` |
 //!
-//! So polar is of second order for the Euclidean metric, and Cayley for the canonical one. A retraction of one's own is any
-//! function of `(S, V)`; nothing here asks for more.
+//! So the polar retraction is of second order for the Euclidean metric, and the Cayley retraction for the canonical
+//! one. You can use any other function of `(S, V)` as a retraction; the crate does not require one of these.
 
 use faer::{Mat, MatRef, Scale};
 
@@ -26,17 +26,18 @@ use crate::linalg::jet::Jet;
 use crate::linalg::lyapunov::{TriangularSolver, solve_symmetric};
 use crate::linalg::structure::{check_range, distance, norm, orthonormality_defect, skew_part};
 
-/// An inverse is returned only if its retraction meets the point this closely: the tolerance of points, with a margin for
-/// arguments that use it up.
+/// An inverse is returned only if its retraction reaches the point this closely: the tolerance of points, with a margin
+/// for points that use it up.
 const VERIFIED: f64 = 10.0 * POINT_TOLERANCE;
 
-/// Longer vectors leave the Cayley transform less than half of its digits.
+/// For longer vectors the Cayley transform loses more than half of its digits.
 const CAYLEY_LIMIT: f64 = 1e8;
 
-/// A Cayley transform with a larger orthonormality defect is wrong; two Newton-Schulz steps take a smaller one to round-off.
+/// A Cayley transform with a larger orthonormality defect is wrong; two Newton-Schulz steps reduce a smaller one to
+/// round-off.
 const NEARLY_ORTHONORMAL: f64 = 1e-6;
 
-/// A way from tangent vectors to points, and back.
+/// A map from tangent vectors to points, and its inverse.
 ///
 /// # Examples
 /// ```
@@ -62,13 +63,14 @@ pub enum Retraction {
     QuasiGeodesic,
     /// The orthonormal factor of `S + V`, whose triangular factor has a positive diagonal.
     ///
-    /// The inverse is `V = S_1 R - S_0` with the triangular solution of the linear equation
+    /// The inverse is `V = S_1 R - S_0` with the triangular solution `R` of the linear equation
     ///
     /// ```math
     /// M R + R^T M^T = 2 I,\qquad M = S_0^T S_1
     /// ```
     ///
-    /// It is solved by an elimination of `M` in `O(k^3)`, whose pivots say whether it has a solution of positive diagonal.
+    /// It is solved in `O(k^3)` by an elimination of `M`, whose pivots show whether there is a solution with positive
+    /// diagonal.
     ///
     /// Source: Absil, Mahony, Sepulchre (2008), example 4.1.3; the equation: Kaneko, Fiori, Tanaka (2013), IEEE Trans. Signal
     /// Process. 61, 883-894, section III, who solve it column by column in `O(k^4)`.
@@ -79,8 +81,8 @@ pub enum Retraction {
     /// (S + V)(I + V^T V)^{-1/2}
     /// ```
     ///
-    /// The inverse is `V = S_1 P - S_0` with the symmetric positive definite solution of `M P + P M^T = 2 I`, which exists and
-    /// is unique where every eigenvalue of `M = S_0^T S_1` has a positive real part (Lyapunov's theorem).
+    /// The inverse is `V = S_1 P - S_0` with the symmetric positive definite solution of `M P + P M^T = 2 I`, which
+    /// exists and is unique if every eigenvalue of `M = S_0^T S_1` has a positive real part (Lyapunov's theorem).
     ///
     /// Source: Kaneko, Fiori, Tanaka (2013), section III. Deviation: the equation is solved by the matrix sign iteration.
     Polar,
@@ -90,16 +92,17 @@ pub enum Retraction {
     /// (I - \tfrac12 W)^{-1} (I + \tfrac12 W) S = (2 S + K)\, N^{-1} - S,\qquad N = I - \tfrac12 \Omega + \tfrac14 K^T K
     /// ```
     ///
-    /// The right-hand form needs one `k x k` solve. The inverse is closed too: `N = 2 (I + S_0^T S_1)^{-1}`,
+    /// The right-hand form takes one `k x k` solve. The inverse has a closed form too: `N = 2 (I + S_0^T S_1)^{-1}`,
     /// `Omega = N^T - N`, `K = (I - S_0 S_0^T) S_1 N`.
     ///
-    /// Source: Wen, Yin (2013), Math. Program. 142, 397-434 (the retraction, with a `2k x 2k` solve); Zhu (2017), Comput. Optim.
-    /// Appl. 67, 73-110. Deviation: block elimination of the same matrix, and the inverse read off it.
+    /// Source: Wen, Yin (2013), Math. Program. 142, 397-434 (the retraction, with a `2k x 2k` solve); Zhu (2017),
+    /// Comput. Optim. Appl. 67, 73-110. Deviation: block elimination of the same matrix, from which the inverse is read
+    /// off.
     Cayley,
 }
 
 impl Retraction {
-    /// All of them.
+    /// All retractions.
     pub const ALL: [Retraction; 4] = [
         Retraction::QuasiGeodesic,
         Retraction::Qr,
@@ -107,7 +110,7 @@ impl Retraction {
         Retraction::Cayley,
     ];
 
-    /// `quasi_geodesic`, `qr`, `polar` or `cayley`.
+    /// The name: `quasi_geodesic`, `qr`, `polar` or `cayley`.
     pub fn name(self) -> &'static str {
         match self {
             Retraction::QuasiGeodesic => "quasi_geodesic",
@@ -117,19 +120,19 @@ impl Retraction {
         }
     }
 
-    /// The retraction of a name.
+    /// The retraction with the given name.
     pub fn from_name(name: &str) -> Option<Self> {
         Retraction::ALL.into_iter().find(|r| r.name() == name)
     }
 
-    /// The point that the tangent vector `v` at `s` leads to; shapes `(n, k)`.
+    /// The point reached from `s` by the tangent vector `v`; shapes `(n, k)`.
     ///
     /// # Accuracy
     /// Orthonormality defect at most `1e-14` for `|V| <= 10` (up to St(30, 12)), asserted in `tests/retraction/`. The
-    /// error is of the size that a change of `v` by `eps |v|` makes.
+    /// error is that of a change of `v` by `eps |v|`.
     /// # Errors
-    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `RankDeficient` (QR, polar) where `v` is so long that `S + V`
-    /// has lost a direction; `InvalidArgument` (Cayley) where `|V| > 1e8`; `Overflow`; `Decomposition`.
+    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `RankDeficient` (QR, polar) if `v` is so long that `S + V`
+    /// is numerically rank-deficient; `InvalidArgument` (Cayley) if `|V| > 1e8`; `Overflow`; `Decomposition`.
     pub fn retract(self, s: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Result<Mat<f64>> {
         if self == Retraction::QuasiGeodesic {
             return quasi_geodesic_end(s, v);
@@ -155,16 +158,16 @@ impl Retraction {
         }
     }
 
-    /// The tangent vector at `s0` that leads to `s1`; shapes `(n, k)`.
+    /// The tangent vector at `s0` whose retraction is `s1`; shapes `(n, k)`.
     ///
-    /// For QR, polar and Cayley there is at most one, and it is returned only if its retraction meets `s1` to `1e-8`. The
-    /// quasi-geodesic has many; its principal one is returned.
+    /// For QR, polar and Cayley there is at most one, and it is returned only if its retraction reaches `s1` to `1e-8`.
+    /// The quasi-geodesic retraction has many inverses; the principal one is returned.
     ///
     /// # Accuracy
     /// `|R(S0, V) - S1| <= 1e-13` for points at distance up to 1, asserted in `tests/retraction/`.
     /// # Errors
-    /// `Shape`, `NonFinite`, `NotOrthonormal`; `OutsideRetractionDomain` with the measured pivot, eigenvalue, singular value
-    /// or distance; those of [`QuasiGeodesic::between`].
+    /// `Shape`, `NonFinite`, `NotOrthonormal`; `OutsideRetractionDomain` with the measured pivot, eigenvalue, singular
+    /// value or distance; the errors of [`QuasiGeodesic::between`].
     pub fn inverse_retract(self, s0: MatRef<'_, f64>, s1: MatRef<'_, f64>) -> Result<Mat<f64>> {
         if self == Retraction::QuasiGeodesic {
             return Ok(QuasiGeodesic::between(s0, s1)?.initial_velocity());
@@ -187,7 +190,7 @@ impl Retraction {
         self.verify(&manifold, s0, s1, v)
     }
 
-    /// Hands `v` on if it leads to `s1`.
+    /// Returns `v` if its retraction is `s1`, otherwise an error.
     fn verify(
         self,
         manifold: &Stiefel,
@@ -195,7 +198,7 @@ impl Retraction {
         s1: MatRef<'_, f64>,
         v: Mat<f64>,
     ) -> Result<Mat<f64>> {
-        // A vector too long to be retracted is no inverse either; its miss is then the whole way.
+        // A vector too long to be retracted is no inverse; its defect counts as the whole distance.
         let miss = match self.retract_unchecked(manifold, s0, v.as_ref()) {
             Ok(y) => distance(y.as_ref(), s1),
             Err(_) => distance(s0, s1),
@@ -225,7 +228,7 @@ fn quasi_geodesic_end(s: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Result<Mat<f64>
     Ok(end)
 }
 
-/// `S + V`, finite.
+/// `S + V`, checked to be finite.
 fn sum(s: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Result<Mat<f64>> {
     let sum = s + v;
     check_range("S + V", sum.as_ref())?;
@@ -251,8 +254,8 @@ fn qr_retract(s: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Result<Mat<f64>> {
     Ok(q)
 }
 
-/// `(2 S + K) N^{-1} - S` by the QR factors of `S + K/2 = Q C`, for which `C^T C = I + K^T K / 4`:
-/// `2 Q (I - C^{-T} Omega C^{-1} / 2)^{-1} C^{-T} - S`, where nothing is squared.
+/// `(2 S + K) N^{-1} - S` from the QR factors of `S + K/2 = Q C`, for which `C^T C = I + K^T K / 4`: `2 Q (I - C^{-T}
+/// Omega C^{-1} / 2)^{-1} C^{-T} - S`, in which nothing is squared.
 fn cayley_retract(manifold: &Stiefel, s: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Result<Mat<f64>> {
     let length = norm(v);
     let refused = Error::InvalidArgument {
@@ -273,28 +276,29 @@ fn cayley_retract(manifold: &Stiefel, s: MatRef<'_, f64>, v: MatRef<'_, f64>) ->
     let shifted = Mat::from_fn(k, k, |i, j| {
         f64::from(u8::from(i == j)) - 0.5 * turned[(i, j)]
     });
-    // Its symmetric part is the identity: never singular.
+    // Never singular, since its symmetric part is the identity.
     let Some(solution) = solve_matrix(shifted.as_ref(), inverse.transpose()) else {
         return Err(refused);
     };
     let y = &q * solution * Scale(2.0) - s;
-    // The point is known to eps |V|, by a change of V in its last digit; the steps take that off the orthonormality.
+    // The point is only accurate to eps |V|, the effect of changing V in its last digit; the steps remove the resulting
+    // orthonormality defect.
     if orthonormality_defect(y.as_ref()) > NEARLY_ORTHONORMAL {
         return Err(refused);
     }
     Ok(newton_schulz(&newton_schulz(&y)))
 }
 
-/// `Y (3 I - Y^T Y) / 2`, which squares a small orthonormality defect and is a nearest point to first order.
+/// `Y (3 I - Y^T Y) / 2`, which squares a small orthonormality defect and is the nearest point to first order.
 fn newton_schulz(y: &Mat<f64>) -> Mat<f64> {
     let gram = y.transpose() * y;
     y * Scale(1.5) - y * gram * Scale(0.5)
 }
 
-/// The triangular `R` with `S1 R - S0` tangent.
+/// The triangular `R` for which `S1 R - S0` is tangent.
 fn qr_inverse_factor(product: MatRef<'_, f64>) -> Result<Mat<f64>> {
     let k = product.nrows();
-    // A pivot of the size of round-off has no sign.
+    // A pivot of the size of round-off has no reliable sign.
     let solver = TriangularSolver::new(product, k as f64 * f64::EPSILON).map_err(|pivot| {
         Retraction::Qr.outside(
             "first ratio of leading principal minors of S0^T S1 that is not above round-off",
@@ -305,7 +309,7 @@ fn qr_inverse_factor(product: MatRef<'_, f64>) -> Result<Mat<f64>> {
     Ok(solver.solve(twice_identity(k).as_ref()))
 }
 
-/// The symmetric `P` with `S1 P - S0` tangent.
+/// The symmetric `P` for which `S1 P - S0` is tangent.
 fn polar_inverse_factor(product: MatRef<'_, f64>) -> Result<Mat<f64>> {
     if let Some(factor) = solve_symmetric(product, twice_identity(product.nrows()).as_ref()) {
         return Ok(factor);
@@ -321,7 +325,7 @@ fn twice_identity(k: usize) -> Mat<f64> {
     Mat::<f64>::identity(k, k) * Scale(2.0)
 }
 
-/// `S1 F - S0`, tangent to round-off: its two parts are computed apart.
+/// `S1 F - S0`, tangent to round-off: its two parts are computed separately.
 fn tangent_from_factor(
     manifold: &Stiefel,
     s0: MatRef<'_, f64>,

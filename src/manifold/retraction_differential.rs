@@ -8,7 +8,7 @@ use crate::linalg::jet::Jet;
 use crate::linalg::jet_exp::JetExp;
 use crate::linalg::product::mul_add;
 
-/// What an `Overflow` is about.
+/// Quantity named in `Overflow` errors.
 const DIFFERENTIAL: &str = "derivative of the retraction";
 
 /// The derivative of `R(u) = e^X S e^Omega` at `u` in the direction `z`; all shapes `(r, k)`.
@@ -19,7 +19,7 @@ const DIFFERENTIAL: &str = "derivative of the retraction";
 /// D R_u[z] = \frac{d}{d\tau}\, e^{(K + \tau L) S^T - S (K + \tau L)^T}\, S\, e^{\Omega + \tau \Psi},
 /// ```
 ///
-/// a tangent vector at `R(u)`, by exponentials of Taylor polynomials of size `r` and `k`.
+/// which is a tangent vector at `R(u)`, computed by exponentials of Taylor polynomials of size `r` and `k`.
 ///
 /// # Errors
 /// `Shape`, `NonFinite`, `Overflow`.

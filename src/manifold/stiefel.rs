@@ -13,13 +13,13 @@ use crate::linalg::structure::{
     skew_part, symmetric_part,
 };
 
-/// A point may be off the manifold by this much: `|S^T S - I|_F`.
+/// Allowed defect of a point, `|S^T S - I|_F`.
 pub const POINT_TOLERANCE: f64 = 1e-9;
 
-/// A point of more entries cannot be held in memory.
+/// Largest number of entries of a point that memory can hold.
 const MAX_ENTRIES: usize = isize::MAX as usize / size_of::<f64>();
 
-/// A vector may be off the tangent space by this much, relative to `max(1, |V|_F)`: `|S^T V + V^T S|_F / 2`.
+/// Allowed defect of a tangent vector, `|S^T V + V^T S|_F / 2`, relative to `max(1, |V|_F)`.
 pub const TANGENT_TOLERANCE: f64 = 1e-9;
 
 /// The manifold of `n x k` matrices with orthonormal columns, with the canonical [`Metric`] unless another is chosen.
@@ -81,7 +81,7 @@ impl Stiefel {
         self.metric
     }
 
-    /// The manifold that an `n x k` matrix would lie on.
+    /// The manifold for points with the shape of the `n x k` matrix `s`.
     ///
     /// # Errors
     /// `Shape` unless `1 <= k <= n`.
@@ -121,7 +121,7 @@ impl Stiefel {
         self.checked_gram(name, s, tolerance).map(drop)
     }
 
-    /// [`Stiefel::check_point`] that returns what it has formed, `S^T S` in the lower triangle.
+    /// As [`Stiefel::check_point`]; returns `S^T S`, in the lower triangle.
     ///
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`.
@@ -134,7 +134,7 @@ impl Stiefel {
         check_shape(name, s, self.n, self.k)?;
         let gram = gram(s);
         let defect = gram_defect(gram.as_ref());
-        // An entry that is not finite leaves none on the diagonal; finite ones can overflow.
+        // An entry that is not finite makes the diagonal non-finite; finite entries can overflow.
         if !defect.is_finite() {
             check_finite(name, s)?;
         }
@@ -186,7 +186,7 @@ impl Stiefel {
         polar_factor("Y", y)
     }
 
-    /// Orthogonal projection of `z` (shape `(n, k)`) on the tangent space at `s`.
+    /// Orthogonal projection of `z` (shape `(n, k)`) to the tangent space at `s`.
     ///
     /// ```math
     /// Z - S\, \mathrm{sym}(S^T Z)
@@ -217,7 +217,7 @@ impl Stiefel {
         }
     }
 
-    /// Norm of a tangent vector at `s`, `sqrt(|K|^2 + |Omega|^2 / 2)` for the canonical metric: free of cancellation.
+    /// Norm of a tangent vector at `s`, without cancellation; `sqrt(|K|^2 + |Omega|^2 / 2)` for the canonical metric.
     ///
     /// # Errors
     /// `Shape`, `NonFinite`, `Overflow`.
@@ -232,8 +232,8 @@ impl Stiefel {
         }
     }
 
-    /// [`Stiefel::norm`] of a point and a vector of a curve, which no argument is: `Overflow` of the quantity where one is not
-    /// finite.
+    /// [`Stiefel::norm`] for a point and a vector computed along a curve: `Overflow` of the named quantity if they are
+    /// not finite.
     ///
     /// # Errors
     /// `Overflow`.
@@ -248,7 +248,7 @@ impl Stiefel {
         self.norm(s, v).map_err(|_| Error::Overflow { quantity })
     }
 
-    /// `V = K + S Omega` with `S^T K = 0`: the pair `(K, Omega)`, shapes `(n, k)` and `(k, k)`.
+    /// The pair `(K, Omega)` with `V = K + S Omega` and `S^T K = 0`, shapes `(n, k)` and `(k, k)`.
     ///
     /// # Errors
     /// `Shape`, `NonFinite`.
@@ -256,12 +256,13 @@ impl Stiefel {
         self.check_matrices([("S", s), ("V", v)])?;
         let omega = s.transpose() * v;
         let once = v - s * &omega;
-        // Once leaves a part along S of size eps |V|, which is all there is of K where it is small or zero.
+        // Projected twice: a single projection leaves a component along S of size eps |V|, which may dominate a small
+        // K.
         let normal = &once - s * (s.transpose() * &once);
         Ok((normal, skew_part(omega.as_ref())))
     }
 
-    /// The paper's pair `(X, Omega)` of a tangent vector: `V = X S + S Omega`, `X` skew `(n, n)`, `Omega` skew
+    /// The paper's pair `(X, Omega)` of a tangent vector: `V = X S + S Omega` with `X` skew `(n, n)` and `Omega` skew
     /// `(k, k)`.
     ///
     /// ```math
@@ -281,7 +282,7 @@ impl Stiefel {
         Ok((&normal * s.transpose() - s * normal.transpose(), omega))
     }
 
-    /// The tangent vector `V = X S + S Omega` of the paper's pair.
+    /// The tangent vector `V = X S + S Omega` from the paper's pair.
     ///
     /// # Errors
     /// `Shape`, `NonFinite`, `NotSkew`.

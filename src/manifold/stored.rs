@@ -1,4 +1,4 @@
-//! The numbers that quasi-geodesics and geodesics consist of.
+//! Stored form of quasi-geodesics and geodesics.
 
 use faer::{Mat, MatRef, Scale};
 
@@ -29,7 +29,7 @@ impl Stored for QuasiGeodesic {
     }
 }
 
-/// Error unless it is the shape of a point.
+/// Return an error unless `(n, k)` is the shape of a point.
 pub(crate) fn check_shape(n: usize, k: usize) -> Result<()> {
     if 1 <= k && k <= n {
         return Ok(());
@@ -37,7 +37,7 @@ pub(crate) fn check_shape(n: usize, k: usize) -> Result<()> {
     Err(refusal(format!("shape: ({n}, {k}) is that of no point")))
 }
 
-/// The numbers of quasi-geodesics, one after the other.
+/// Stores the numbers of several quasi-geodesics.
 pub(crate) fn store_legs<'a>(
     legs: impl IntoIterator<Item = &'a QuasiGeodesic>,
     fields: &mut Fields,
@@ -57,14 +57,14 @@ pub(crate) fn store_legs<'a>(
 
 const NAMES: [&str; 4] = ["leg_frames", "leg_angles", "leg_rights", "leg_omegas"];
 
-/// How far stored points may be off the manifold, per unit of what moves them: ten times what a point may be off that a curve
-/// is made of, and that the curve carries along.
+/// Allowed defect of stored points, per unit of the motion along the curve: ten times the tolerance of the points from
+/// which a curve is built, since the curve carries their defect along.
 pub(crate) const MEMBERSHIP: f64 = 10.0 * POINT_TOLERANCE;
 
-/// Error unless the columns of a matrix are orthonormal.
+/// Return an error unless the columns of a matrix are orthonormal.
 pub(crate) fn check_orthonormal(name: &str, a: MatRef<'_, f64>) -> Result<()> {
     let defect = orthonormality_defect(a);
-    // A NaN, of entries that overflow, is none.
+    // False also for NaN, from entries that overflow.
     if defect <= MEMBERSHIP {
         return Ok(());
     }
@@ -73,8 +73,8 @@ pub(crate) fn check_orthonormal(name: &str, a: MatRef<'_, f64>) -> Result<()> {
     )))
 }
 
-/// Error unless a frame `[S, Q]` keeps points orthonormal that move along `Q` with the given rates: a direction that nothing
-/// moves along does not count, and one that little moves along may be off by more.
+/// Return an error unless points stay orthonormal when they move along `Q` in the frame `[S, Q]` with the given rates.
+/// A direction with zero rate does not count, and one with a small rate may have a larger defect.
 fn check_moving(
     name: &str,
     frame: MatRef<'_, f64>,
@@ -102,7 +102,7 @@ fn check_moving(
     )))
 }
 
-/// Quasi-geodesics that are read one after the other.
+/// Quasi-geodesics that are read one after another.
 pub(crate) struct Legs {
     frames: Parts,
     angles: Parts,
@@ -112,7 +112,7 @@ pub(crate) struct Legs {
 
 impl Legs {
     /// # Errors
-    /// `Stored` where the numbers are missing.
+    /// `Stored` if the numbers are missing.
     pub(crate) fn of(fields: &mut Fields) -> Result<Self> {
         Ok(Legs {
             frames: fields.parts(NAMES[0])?,
@@ -123,7 +123,7 @@ impl Legs {
     }
 
     /// # Errors
-    /// `Stored` where there are too few numbers, or `Omega` is not skew-symmetric.
+    /// `Stored` if there are too few numbers, or if `Omega` is not skew-symmetric.
     pub(crate) fn next(&mut self, n: usize, k: usize) -> Result<QuasiGeodesic> {
         let columns = k.saturating_mul(2);
         let frame = self.frames.matrix(n, columns)?;
@@ -145,7 +145,7 @@ impl Legs {
     }
 
     /// # Errors
-    /// `Stored` where numbers are left.
+    /// `Stored` if numbers are left.
     pub(crate) fn end(self) -> Result<()> {
         for rest in [self.frames, self.angles, self.rights, self.omegas] {
             rest.end()?;
@@ -195,7 +195,7 @@ impl Stored for Geodesic {
         let mut matrices = [None, None, None];
         for ((name, (rows, cols)), matrix) in MATRICES.into_iter().zip(sizes).zip(&mut matrices) {
             let mut entries = fields.parts(name)?;
-            // Where twice the weight is one, nothing turns.
+            // If twice the weight is one, the second factor is the identity.
             if name != TURNING || 2.0 * metric.weight() != 1.0 {
                 *matrix = Some(entries.matrix(rows, cols)?);
             }
@@ -226,7 +226,7 @@ impl Stored for Geodesic {
     }
 }
 
-/// What points stand for, from 0 or 1.
+/// The meaning of the points, from the stored 0 or 1.
 ///
 /// # Errors
 /// `Stored`.
@@ -243,7 +243,7 @@ pub(crate) fn quotient_of([stored]: [f64; 1]) -> Result<Quotient> {
 const TURNING: &str = "turning";
 const MATRICES: [&str; 3] = ["frame", "generator", TURNING];
 
-/// Error unless the matrices of a geodesic are `[[2 w A, -B^T], [B, 0]]` and `(1 - 2 w) A`.
+/// Return an error unless the matrices of a geodesic are `[[2 w A, -B^T], [B, 0]]` and `(1 - 2 w) A`.
 fn check_blocks(
     generator: &Mat<f64>,
     turning: Option<&Mat<f64>>,
@@ -270,7 +270,7 @@ fn check_blocks(
     Ok(())
 }
 
-/// Error unless a matrix is skew-symmetric.
+/// Return an error unless a matrix is skew-symmetric.
 fn check_skew(name: &str, a: &Mat<f64>) -> Result<()> {
     let defect = skew_defect(a.as_ref());
     if defect <= TANGENT_TOLERANCE * norm(a.as_ref()) {

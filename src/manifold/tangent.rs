@@ -1,6 +1,6 @@
 //! Tangent vectors of frames and of subspaces.
 //!
-//! Those at a basis `Y` of a subspace are horizontal, `Y^T V = 0`: what is left of them are changes of the span.
+//! Tangent vectors at a basis `Y` of a subspace are horizontal, `Y^T V = 0`: they describe changes of the span only.
 
 use faer::{Mat, MatRef, Scale};
 
@@ -22,7 +22,7 @@ pub(crate) fn check_vector(
     check_vector_to(TANGENT_TOLERANCE, quotient, name, s, v)
 }
 
-/// [`check_vector`] to another tolerance, relative to the length of `v` where that exceeds 1.
+/// As [`check_vector`] with another tolerance, relative to the length of `v` if it exceeds 1.
 ///
 /// # Errors
 /// `Shape`, `NonFinite`, `NotTangent`, `NotHorizontal`.

@@ -12,30 +12,32 @@ use crate::linalg::{SkewExp, skew_exp};
 
 /// The parallel transport from `S` along the geodesic with initial velocity `V = S Omega + K` to its end `exp(S, V)`.
 ///
-/// With `w` the weight of the metric (1/2 for the canonical, 1 for the Euclidean one), `Q` an orthonormal basis of a space that
-/// holds `K` and is orthogonal to `S`, `B = Q^T K`, and a tangent vector `W = S C + Q D + W_p`, `W_p` orthogonal to `S` and `Q`:
+/// Let `w` be the weight of the metric (1/2 for the canonical, 1 for the Euclidean one), `Q` an orthonormal basis of a
+/// space that contains the columns of `K` and is orthogonal to `S`, and `B = Q^T K`. For a tangent vector `W = S C + Q
+/// D + W_p`, with `W_p` orthogonal to `S` and `Q`:
 ///
 /// ```math
 /// W(1) = [S\ Q]\, E \begin{pmatrix} C_1 \\ D_1 \end{pmatrix} e^{(1 - 2w)\Omega} + W_p\, e^{(1 - w)\Omega},\qquad
 /// E = \exp \begin{pmatrix} 2 w \Omega & -B^T \\ B & 0 \end{pmatrix},
 /// ```
 ///
-/// where `(C_1, D_1) = e^L (C, D)` is the action of the exponential of the operator, skew in the metric,
+/// where `(C_1, D_1) = e^L (C, D)` is the action of the exponential of an operator that is skew in the metric,
 ///
 /// ```math
 /// L(C, D) = \big( (\tfrac12 - 2w) [\Omega, C] + \tfrac12 (B^T D - D^T B),\ w (D \Omega - B C) \big).
 /// ```
 ///
-/// That is the equation of parallel fields in a frame that turns with the geodesic, where its coefficients are constant.
+/// This is the equation of parallel fields in a frame that rotates with the geodesic, in which its coefficients are
+/// constant.
 ///
-/// The cost is `O(n k^2)`, and about `|V| + 15` products of `2k x k` matrices for every vector.
+/// The cost is `O(n k^2)`, plus about `|V| + 15` products of `2k x k` matrices per vector.
 ///
 /// # Accuracy
-/// Isometric to `2e-14` for `|V| <= 10`; within `1e-13` of an integration of the equation for `|V| = 2`; asserted in
-/// `tests/transport.rs`.
+/// Isometric to `2e-14` for `|V| <= 10`; within `1e-13` of a numerical integration of the equation for `|V| = 2`;
+/// asserted in `tests/transport.rs`.
 /// # Source
-/// Nguyen, Sommer (2024), "Parallel transport on matrix manifolds and exponential action", arXiv 2408.06054. Deviation: the
-/// action by Chebyshev polynomials, which suit a skew operator, in place of scaled Taylor polynomials.
+/// Nguyen, Sommer (2024), "Parallel transport on matrix manifolds and exponential action", arXiv 2408.06054. Deviation:
+/// the action is computed by Chebyshev polynomials, which suit a skew operator, instead of scaled Taylor polynomials.
 ///
 /// # Examples
 /// ```
@@ -66,16 +68,16 @@ pub struct ParallelTransport {
     turn: Mat<f64>,
     /// `e^{(1 - w) Omega}`.
     normal_turn: Mat<f64>,
-    /// A bound of the spectral norm of `L` in the metric.
+    /// A bound on the spectral norm of `L` in the metric.
     radius: f64,
 }
 
 impl ParallelTransport {
-    /// Along the geodesic of the manifold's metric from `s` with initial velocity `v`, shapes `(n, k)`.
+    /// The transport along the geodesic of the manifold's metric from `s` with initial velocity `v`, shapes `(n, k)`.
     ///
     /// # Errors
-    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `InvalidArgument` where `v` is so long (about 1e5) that a parallel
-    /// field would lose its digits; `Overflow`, `Decomposition`.
+    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `InvalidArgument` if `v` is so long (about 1e5) that a
+    /// parallel field would lose its accuracy; `Overflow`, `Decomposition`.
     pub fn new(manifold: Stiefel, s: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Result<Self> {
         manifold.check_point("S", s, POINT_TOLERANCE)?;
         manifold.check_tangent("V", s, v, TANGENT_TOLERANCE)?;
@@ -142,7 +144,7 @@ impl ParallelTransport {
         if size == 0.0 {
             return Ok(w.to_owned());
         }
-        // The transport is linear: extreme lengths are put back at the end.
+        // The transport is linear: extreme lengths are factored out and restored at the end.
         let unit = Mat::from_fn(w.nrows(), w.ncols(), |i, j| w[(i, j)] / size);
         let (normal, c) = self.manifold.split(s, unit.as_ref())?;
         let d = self.q.transpose() * &normal;
@@ -191,10 +193,11 @@ fn operator_bound(weight: f64, a: f64, b: f64) -> f64 {
     0.5 * (first + last) + (0.5 * (first - last)).hypot(off)
 }
 
-/// Columns this close to orthogonal to the point are as good as those of the longer factorisation, per column.
+/// Defect of orthogonality to the point, per column, up to which columns are as good as those of the longer
+/// factorisation.
 const ORTHOGONAL: f64 = 4.0 * f64::EPSILON;
 
-/// Orthonormal columns orthogonal to `s` that span the columns of `normal` and fill up to `min(k, n - k)`.
+/// Orthonormal columns orthogonal to `s` whose span contains the columns of `normal`, `min(k, n - k)` of them.
 fn orthonormal_complement(s: MatRef<'_, f64>, normal: &Mat<f64>) -> Mat<f64> {
     let (n, k) = s.shape();
     let size = norm(normal.as_ref());
@@ -207,7 +210,7 @@ fn orthonormal_complement(s: MatRef<'_, f64>, normal: &Mat<f64>) -> Mat<f64> {
             }
         }
         if n >= 2 * k {
-            // Where the columns are far from dependent, their own factorisation will do.
+            // If the columns are far from dependent, their own factorisation is enough.
             let q = thin_q(both.as_ref().subcols(k, k));
             if norm((s.transpose() * &q).as_ref()) <= ORTHOGONAL * k as f64 {
                 return q;

@@ -1,8 +1,10 @@
-//! How one basis lies to another: principal cosines with their vectors, and what of the second is not in the span of the first.
+//! The relative position of two bases: principal cosines with their vectors, and the part of the second basis outside
+//! the span of the first.
 //!
-//! With `C = Y0^T Y1 = U diag(c) Z^T`, the symmetric matrix `C^T C = Z diag(c^2) Z^T` gives `c`, `Z` and `U = C Z diag(1/c)` in about
-//! 0.57 of the time of the singular value decomposition (4.4 us and 7.6 us for k = 8, 164 us and 288 us for k = 50). Round-off of
-//! `C^T C` is `eps`, that of a cosine `eps / (2 c)`, that of `U` `eps / c^2`: small cosines are left to the decomposition.
+//! With `C = Y0^T Y1 = U diag(c) Z^T`, the symmetric matrix `C^T C = Z diag(c^2) Z^T` yields `c`, `Z` and `U = C Z
+//! diag(1/c)` in about 0.57 of the time of the singular value decomposition (4.4 us instead of 7.6 us for k = 8, 164 us
+//! instead of 288 us for k = 50). The round-off of `C^T C` is `eps`, that of a cosine `eps / (2 c)` and that of `U`
+//! `eps / c^2`, so small cosines are left to the decomposition.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -16,27 +18,27 @@ use crate::linalg::product::{mul_add, mul_into, scale};
 use crate::linalg::structure::gram;
 use crate::manifold::stiefel::POINT_TOLERANCE;
 
-/// A principal angle is `pi/2` to working precision where its cosine is below this.
+/// A principal angle is `pi/2` to working precision if its cosine is below this.
 const RIGHT_ANGLE: f64 = 32.0 * f64::EPSILON;
 
-/// Subspaces are far apart where the mean of the squared sines is at least this: round-off of `Y1` is at most twice that of the
-/// result.
+/// Mean of the squared sines from which subspaces count as far apart: the round-off of `Y1` is then at most twice that
+/// of the result.
 const FAR: f64 = 0.25;
 
-/// Squares of cosines from this on are taken from `C^T C`. For angles up to this (k = 5, 12, 30) entries of logarithms are off by at most
-/// 4.8 round-offs, distances by 16; 3.0 and 10 by singular values.
+/// Smallest squared cosine that is computed from `C^T C`. For angles up to this bound (k = 5, 12, 30), entries of
+/// logarithms have errors of at most 4.8 units of round-off and distances of 16; by singular values, 3.0 and 10.
 const MODERATE: f64 = 0.1;
 
 /// `Y0^T Y1 = U diag(c) Z^T`.
 pub(super) struct Alignment {
     product: Mat<f64>,
-    /// Decreasing.
+    /// In decreasing order.
     pub(super) cosines: Vec<f64>,
     pub(super) u: Mat<f64>,
     pub(super) z: Mat<f64>,
 }
 
-/// The sine of an angle between 0 and `pi/2` with the given cosine, which may be above 1 by round-off.
+/// The sine of an angle between 0 and `pi/2` with the given cosine, which may exceed 1 by round-off.
 pub(super) fn sine(cosine: f64) -> f64 {
     ((1.0 - cosine) * (1.0 + cosine)).max(0.0).sqrt()
 }
@@ -64,11 +66,12 @@ impl Alignment {
         Self::by_squares(product).or_else(Self::by_svd)
     }
 
-    /// From the eigenvectors of `C^T C`; `C` back where a cosine is small, or the eigenvalue iteration does not converge.
+    /// Computed from the eigenvectors of `C^T C`; returns `C` if a cosine is small, or if the eigenvalue iteration does
+    /// not converge.
     fn by_squares(product: Mat<f64>) -> std::result::Result<Self, Mat<f64>> {
         let k = product.ncols();
         let square = gram(product.as_ref());
-        // No eigenvalue is above the smallest entry of the diagonal.
+        // The smallest eigenvalue is at most the smallest diagonal entry.
         if (0..k).any(|j| square[(j, j)] < MODERATE) {
             return Err(product);
         }
@@ -103,21 +106,21 @@ impl Alignment {
         })
     }
 
-    /// Whether the subspaces are far apart, so that little cancels in `(I - Y0 Y0^T) Y1`.
+    /// Whether the subspaces are so far apart that there is little cancellation in `(I - Y0 Y0^T) Y1`.
     pub(super) fn is_far(&self) -> bool {
         let squares = self.cosines.iter().map(|cosine| sine(*cosine).powi(2));
         squares.sum::<f64>() >= FAR * self.cosines.len() as f64
     }
 
-    /// The principal angles, increasing, from their cosines: an error of `eps / sine`.
+    /// The principal angles in increasing order, from their cosines: an error of `eps / sine`.
     pub(super) fn angles(&self) -> impl Iterator<Item = f64> {
         self.cosines
             .iter()
             .map(|cosine| sine(*cosine).atan2(*cosine))
     }
 
-    /// `(2 I - G) Y0^T Y1` for `G = Y0^T Y0`, of which the lower triangle is given: the coefficients along `Y0` that projecting
-    /// twice subtracts from `Y1`.
+    /// `(2 I - G) Y0^T Y1` for `G = Y0^T Y0`, given by its lower triangle: the coefficients along `Y0` that a double
+    /// projection subtracts from `Y1`.
     pub(super) fn along(&self, gram: Mat<f64>) -> Mat<f64> {
         let k = gram.ncols();
         let mut twice = gram;
@@ -133,7 +136,7 @@ impl Alignment {
         out
     }
 
-    /// `(I - Y0 Y0^T) Y1`, exactly zero where the subspaces are all of the space.
+    /// `(I - Y0 Y0^T) Y1`, exactly zero if the subspace is the whole space.
     pub(super) fn normal(&self, y0: MatRef<'_, f64>, y1: MatRef<'_, f64>) -> Mat<f64> {
         let (n, k) = y0.shape();
         if n == k {
@@ -145,7 +148,7 @@ impl Alignment {
         normal
     }
 
-    /// `Z diag(f) U^T` of a function of the cosines.
+    /// `Z diag(f) U^T` for a function `f` of the cosines.
     pub(super) fn function(&self, f: fn(f64) -> f64) -> Mat<f64> {
         let mut scaled = self.z.clone();
         for (j, &cosine) in self.cosines.iter().enumerate() {
@@ -159,7 +162,7 @@ impl Alignment {
         out
     }
 
-    /// Error `RightAngle` where the largest principal angle is `pi/2` to working precision.
+    /// Return `RightAngle` if the largest principal angle is `pi/2` to working precision.
     pub(super) fn check_unique(&self) -> Result<()> {
         match self.cosines.last() {
             Some(&cosine) if cosine <= RIGHT_ANGLE => Err(Error::RightAngle {
@@ -182,8 +185,8 @@ impl Grassmann {
     /// # Arguments
     /// * `y0`, `y1` - points, shapes `(n, k)`
     /// # Errors
-    /// `Shape`, `NonFinite`, `NotOrthonormal`; `RightAngle` where a principal angle is `pi/2` to working precision, and the
-    /// nearest basis is not unique; `Decomposition`.
+    /// `Shape`, `NonFinite`, `NotOrthonormal`; `RightAngle` if a principal angle is `pi/2` to working precision, so
+    /// that the nearest basis is not unique; `Decomposition`.
     /// # Source
     /// The orthogonal Procrustes problem: Golub, Van Loan (2013), "Matrix Computations", 4th ed., sec. 6.4.1.
     pub fn align(&self, y0: MatRef<'_, f64>, y1: MatRef<'_, f64>) -> Result<Mat<f64>> {
@@ -192,7 +195,7 @@ impl Grassmann {
         self.aligned(y0, y1)
     }
 
-    /// [`Grassmann::align`] of matrices that are known to be points.
+    /// [`Grassmann::align`] for matrices already checked to be points.
     ///
     /// # Errors
     /// `RightAngle`, `Decomposition`.

@@ -1,8 +1,9 @@
 //! The curvature of `Gr(n, k)`, a symmetric space, in `O(n k^2)`.
 //!
 //! # Source
-//! Kobayashi, Nomizu (1969), "Foundations of Differential Geometry" II, chapter XI, theorem 3.2: `R(X, Y) Z = -[[X, Y], Z]`, here
-//! of the skew matrices `V Y^T - Y V^T`; Wong (1968), "Sectional curvatures of Grassmann manifolds", PNAS 60, 75-79 (the bound).
+//! Kobayashi, Nomizu (1969), "Foundations of Differential Geometry" II, chapter XI, theorem 3.2: `R(X, Y) Z = -[[X, Y],
+//! Z]`, here for the skew matrices `V Y^T - Y V^T`; Wong (1968), "Sectional curvatures of Grassmann manifolds", PNAS
+//! 60, 75-79 (the bound).
 
 use faer::{Mat, MatRef};
 
@@ -12,27 +13,28 @@ use crate::linalg::structure::{check_range, frobenius_inner, norm};
 use crate::manifold::curvature::{SMALLEST_AREA, by_lengths};
 use crate::manifold::stiefel::{POINT_TOLERANCE, TANGENT_TOLERANCE};
 
-/// A tangent vector as its direction, of length 1 (of length 0 where nothing of the vector is horizontal), and its length.
+/// A tangent vector, as its direction of length 1 (or 0 if no part of the vector is horizontal) and its length.
 struct Arrow {
     direction: Mat<f64>,
     length: f64,
-    /// How much of the given matrix is horizontal: 1 but for round-off of the matrix, which is all there is of very short vectors.
+    /// Fraction of the given matrix that is horizontal: 1 up to the matrix's round-off, which may be all that remains
+    /// of a very short vector.
     share: f64,
 }
 
-/// `V / length`. Not multiplied by `1 / length`, which overflows for the shortest ones.
+/// `V / length`. A factor `1 / length` would overflow for very short vectors.
 fn rescaled(v: MatRef<'_, f64>, length: f64) -> Mat<f64> {
     let length = if length > 0.0 { length } else { 1.0 };
     Mat::from_fn(v.nrows(), v.ncols(), |i, j| v[(i, j)] / length)
 }
 
-/// `U V^T W - V U^T W + W (V^T U - U^T V)`, small products first.
+/// `U V^T W - V U^T W + W (V^T U - U^T V)`, smaller products first.
 fn tensor(u: &Mat<f64>, v: &Mat<f64>, w: &Mat<f64>) -> Mat<f64> {
     let turn = v.transpose() * u;
     u * (v.transpose() * w) - v * (u.transpose() * w) + w * (&turn - turn.transpose())
 }
 
-/// `v` without its part along the unit vector `u`, and its length.
+/// `v` without its component along the unit vector `u`, and the length of the result.
 fn across(u: &Mat<f64>, v: &Mat<f64>) -> (Mat<f64>, f64) {
     let along = frobenius_inner(u.as_ref(), v.as_ref());
     let rest = Mat::from_fn(v.nrows(), v.ncols(), |i, j| v[(i, j)] - along * u[(i, j)]);
@@ -47,8 +49,8 @@ impl Grassmann {
     /// R(U,V)W = D_U D_V W - D_V D_U W - D_{[U,V]} W = U V^T W - V U^T W + W (V^T U - U^T V)
     /// ```
     ///
-    /// The sign is that of [`Stiefel::curvature`](crate::Stiefel::curvature): `R(U,V)W = <V,W> U - <U,W> V` on the unit sphere and
-    /// for lines (`k = 1`).
+    /// The sign is the one of [`Stiefel::curvature`](crate::Stiefel::curvature): `R(U,V)W = <V,W> U - <U,W> V` on the
+    /// unit sphere and for lines (`k = 1`).
     ///
     /// # Accuracy
     /// `5e-15 k` relative to `|U| |V| |W|`, asserted in `tests/grassmann/`.
@@ -73,18 +75,19 @@ impl Grassmann {
         Ok(out)
     }
 
-    /// The sectional curvature of the plane of `u` and `v` at `y`; shapes `(n, k)`.
+    /// The sectional curvature of the plane spanned by `u` and `v` at `y`; shapes `(n, k)`.
     ///
     /// ```math
     /// \frac{\langle R(U,V)V, U \rangle}{|U|^2 |V|^2 - \langle U, V \rangle^2}
     /// ```
     ///
-    /// Between 0 and 2; 1 where `k` or `n - k` is 1.
+    /// Between 0 and 2; equal to 1 if `k` or `n - k` is 1.
     ///
     /// # Accuracy
-    /// `5e-15 k` divided by the area that unit vectors along `u` and `v` span, asserted in `tests/grassmann/`.
+    /// `5e-15 k` divided by the area spanned by unit vectors along `u` and `v`; asserted in `tests/grassmann/`.
     /// # Errors
-    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotHorizontal`; `LinearlyDependent` where that area is below 1.5e-8; `Overflow`.
+    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotHorizontal`; `LinearlyDependent` if that area is below 1.5e-8;
+    /// `Overflow`.
     pub fn sectional_curvature(
         &self,
         y: MatRef<'_, f64>,
@@ -108,10 +111,10 @@ impl Grassmann {
         Ok(frobenius_inner(turned.as_ref(), u.direction.as_ref()))
     }
 
-    /// Direction and length of the horizontal part of `v`, after the check that it is all of it.
+    /// Direction and length of the horizontal part of `v`, after checking that `v` is horizontal.
     fn arrow(&self, name: &'static str, y: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Result<Arrow> {
         self.check_tangent(name, y, v, TANGENT_TOLERANCE)?;
-        // Scaled first: the products of the projection must neither overflow nor vanish.
+        // Scaled first, so that the products of the projection neither overflow nor underflow.
         let size = norm(v);
         let part = horizontal_part(y, rescaled(v, size).as_ref());
         let share = norm(part.as_ref());

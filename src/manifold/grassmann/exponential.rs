@@ -1,14 +1,14 @@
-//! Exponential and parallel transport, in even functions of the principal rates of turn.
+//! Exponential and parallel transport, as even functions of the principal rotation rates.
 //!
-//! With a thin singular value decomposition `V = Q S W^T` the geodesic from `Y` ends in `(Y W cos S + Q sin S) W^T`. Since cosine
-//! and `sin(s) / s` are even, that is
+//! With a thin singular value decomposition `V = Q S W^T`, the geodesic from `Y` ends at `(Y W cos S + Q sin S) W^T`.
+//! Since cosine and `sin(s) / s` are even, this is
 //!
 //! ```math
 //! Y \cos\sqrt{G} + V\, \mathrm{sinc}\sqrt{G},\qquad G = V^T V,
 //! ```
 //!
-//! and a symmetric eigenproblem of size `k` is all it takes. Round-off of `G` is `eps |V|^2`, so that fast geodesics take the
-//! decomposition of `V` instead.
+//! and it only takes a symmetric eigenproblem of size `k`. The round-off of `G` is `eps |V|^2`, so for fast geodesics
+//! the decomposition of `V` is used instead.
 
 use faer::{Mat, MatRef, Scale};
 
@@ -24,7 +24,8 @@ use crate::manifold::stiefel::POINT_TOLERANCE;
 use crate::manifold::stiefel::{Stiefel, TANGENT_TOLERANCE};
 use crate::space::Quotient;
 
-/// Up to this rate of turn, squared, the round-off of `V^T V` is a few units of the result's. The value is `pi^2`.
+/// Squared rotation rate up to which the round-off of `V^T V` causes errors of a few units in the last place of the
+/// result. The value is `pi^2`.
 const SLOW: f64 = 9.87;
 
 /// `sin(s) / s` at `s = sqrt(square)`.
@@ -45,7 +46,7 @@ enum Turn {
     Slow(SymmetricEigen),
     /// `V = Q diag(angles) W^T`.
     Fast {
-        /// `[Y W, Q]`, shape `(n, 2k)`; a direction of angle 0 has any column in `Q`.
+        /// `[Y W, Q]`, shape `(n, 2k)`; for a direction with angle 0, the column in `Q` is arbitrary.
         frame: Mat<f64>,
         angles: Vec<f64>,
         /// `W^T`.
@@ -66,7 +67,7 @@ impl Turn {
         }
         let mut curve = QuasiGeodesic::zeros(n, k);
         curve.leave(y, v, &mut Departure::new(n, k))?;
-        // Directions of slow turn beside fast ones carry the round-off of these, along `Y` too.
+        // Slow directions next to fast ones carry the round-off of the fast ones, along `Y` too.
         let (mut frame, basis) = (curve.frame().to_owned(), thin_q(curve.frame()));
         let normal = basis.as_ref().subcols(k, basis.ncols() - k);
         let mut free = frame.as_mut().subcols_mut(k, k);
@@ -80,7 +81,7 @@ impl Turn {
     }
 }
 
-/// The rows `f(angle) x` of `Y W` and `g(angle) x` of `Q`, with `(f, g)` of sine and cosine.
+/// The rows `f(angle) x` for `Y W` and `g(angle) x` for `Q`, where `(f, g)` is computed from sine and cosine.
 fn coordinates(angles: &[f64], x: MatRef<'_, f64>, f: fn((f64, f64)) -> [f64; 2]) -> Mat<f64> {
     let k = angles.len();
     Mat::from_fn(2 * k, k, |i, j| {
@@ -89,7 +90,7 @@ fn coordinates(angles: &[f64], x: MatRef<'_, f64>, f: fn((f64, f64)) -> [f64; 2]
     })
 }
 
-/// `W diag(f) W^T` of eigenvectors `W` and a function of the eigenvalues.
+/// `W diag(f) W^T` for eigenvectors `W` and a function `f` of the eigenvalues.
 fn function(eigen: &SymmetricEigen, f: fn(f64) -> f64) -> Mat<f64> {
     let w = eigen.vectors();
     let k = w.ncols();
@@ -106,36 +107,36 @@ fn function(eigen: &SymmetricEigen, f: fn(f64) -> f64) -> Mat<f64> {
 }
 
 impl Grassmann {
-    /// The geodesic from `y` with initial velocity `v`, as a curve of bases that turn as little as possible.
+    /// The geodesic from `y` with initial velocity `v`, as a curve of bases that rotate as little as possible.
     ///
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotHorizontal`, `Overflow`, `Decomposition`.
     pub fn geodesic(&self, y: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Result<Geodesic> {
         self.check_tangent("V", y, v, TANGENT_TOLERANCE)?;
         let mut curve = Stiefel::new(self.n(), self.k())?.geodesic(y, v)?;
-        // That of frames with the same velocity, without what round-off turns.
+        // The geodesic of frames with the same velocity, without the rotation caused by round-off.
         let k = self.k();
         curve.generator.as_mut().submatrix_mut(0, 0, k, k).fill(0.0);
         curve.quotient = Quotient::Subspaces;
         Ok(curve)
     }
 
-    /// The shortest geodesic from the subspace of `y0` to that of `y1`.
+    /// The shortest geodesic from the subspace of `y0` to the subspace of `y1`.
     ///
     /// # Errors
-    /// Those of [`Grassmann::log`].
+    /// The errors of [`Grassmann::log`].
     pub fn geodesic_between(&self, y0: MatRef<'_, f64>, y1: MatRef<'_, f64>) -> Result<Geodesic> {
         self.geodesic(y0, self.log(y0, y1)?.as_ref())
     }
 
-    /// The Riemannian exponential: where the geodesic from `y` with velocity `v` arrives at `t = 1`.
+    /// The Riemannian exponential: the point at `t = 1` of the geodesic from `y` with velocity `v`.
     ///
     /// ```math
     /// (Y W \cos S + Q \sin S)\, W^T,\qquad V = Q S W^T
     /// ```
     ///
-    /// Of all bases of that subspace the one that is reached without turning within it: the geodesic is horizontal. It is the basis
-    /// nearest to `y` where no principal angle exceeds `pi/2`.
+    /// Among all bases of that subspace it is the one reached without rotating within the subspace: the geodesic is
+    /// horizontal. It is the basis nearest to `y` if no principal angle exceeds `pi/2`.
     ///
     /// # Arguments
     /// * `y` - point, shape `(n, k)`; `v` - tangent vector at `y`, shape `(n, k)`
@@ -198,7 +199,7 @@ impl Grassmann {
         if size == 0.0 {
             return Ok(w);
         }
-        // The transport is linear: extreme lengths are put back at the end.
+        // The transport is linear: extreme lengths are factored out and restored at the end.
         let mut out = Mat::from_fn(self.n(), k, |i, j| w[(i, j)] / size);
         let mut parts = Mat::zeros(k, k);
         match Turn::new(y, v.as_ref())? {

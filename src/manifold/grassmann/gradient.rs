@@ -1,4 +1,4 @@
-//! From the derivatives of a function of bases to its Riemannian gradient and Hessian.
+//! Riemannian gradient and Hessian from the derivatives of a function of bases.
 
 use faer::{Mat, MatRef};
 
@@ -10,7 +10,7 @@ use crate::manifold::stiefel::POINT_TOLERANCE;
 impl Grassmann {
     /// The Riemannian gradient of a function with the Euclidean gradient `g` at `y`, `(I - Y Y^T) G`; shapes `(n, k)`.
     ///
-    /// The function has to depend on the subspace alone, `f(Y Q) = f(Y)`.
+    /// The function must depend on the subspace alone, `f(Y Q) = f(Y)`.
     ///
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`, `Overflow`.
@@ -35,8 +35,8 @@ impl Grassmann {
     /// (I - Y Y^T) H - V\, Y^T G
     /// ```
     ///
-    /// It is the covariant derivative of the gradient along `v`. The function has to depend on the subspace alone; then `Y^T G` is
-    /// symmetric.
+    /// It is the covariant derivative of the gradient along `v`. The function must depend on the subspace alone; then
+    /// `Y^T G` is symmetric.
     ///
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotHorizontal`, `Overflow`.

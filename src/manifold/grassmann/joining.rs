@@ -1,4 +1,4 @@
-//! Geodesics between subspaces, whatever their bases.
+//! Geodesics between subspaces given by arbitrary bases.
 
 use faer::{Mat, MatRef};
 
@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::manifold::QuasiGeodesic;
 use crate::manifold::quasi_geodesic::{Departure, EndpointProblem};
 
-/// The orthogonal matrix `Q` for which `Y1 Q` is as near to `Y0` as a basis of its span can be.
+/// The orthogonal matrix `Q` for which `Y1 Q` is the basis of its span nearest to `Y0`.
 ///
 /// # Errors
 /// `Decomposition`.
@@ -15,10 +15,10 @@ pub(crate) fn alignment(y0: MatRef<'_, f64>, y1: MatRef<'_, f64>) -> Result<Mat<
     Ok(Alignment::new(y0, y1)?.function(|_| 1.0))
 }
 
-/// The same, and the cosine of the largest principal angle.
+/// As [`alignment`], with the cosine of the largest principal angle.
 ///
 /// # Errors
-/// `RightAngle` where that angle is pi/2 to working precision; `Decomposition`.
+/// `RightAngle` if that angle is pi/2 to working precision; `Decomposition`.
 pub(crate) fn unique_alignment(
     y0: MatRef<'_, f64>,
     y1: MatRef<'_, f64>,
@@ -29,10 +29,11 @@ pub(crate) fn unique_alignment(
     Ok((alignment.function(|_| 1.0), least))
 }
 
-/// The geodesic `e^{tX} Y0` from the span of one basis to that of another, and the orthogonal matrix `R` with `e^X Y0 R = Y1`.
+/// The geodesic `e^{tX} Y0` from the span of one basis to the span of another, and the orthogonal matrix `R` with `e^X
+/// Y0 R = Y1`.
 ///
 /// # Errors
-/// `RightAngle` where a principal angle is pi/2 to working precision; `Decomposition`.
+/// `RightAngle` if a principal angle is pi/2 to working precision; `Decomposition`.
 pub(crate) fn join_spans(
     y0: MatRef<'_, f64>,
     y1: MatRef<'_, f64>,
@@ -42,12 +43,12 @@ pub(crate) fn join_spans(
     let (turn, _) = unique_alignment(y0, y1)?;
     let mut curve = QuasiGeodesic::zeros(n, k);
     curve.join(y0, (y1 * &turn).as_ref(), problem)?;
-    // The bases are aligned: what is left is round-off.
+    // The bases are aligned, so `Omega` is only round-off.
     curve.omega_mut().fill(0.0);
     Ok((curve, turn.transpose().to_owned()))
 }
 
-/// The geodesic `e^{tX} Y` with initial velocity `v`, of which the part along `y` is left out.
+/// The geodesic `e^{tX} Y` with initial velocity `v`, whose component along `y` is dropped.
 ///
 /// # Errors
 /// `Overflow`, `Decomposition`.

@@ -1,13 +1,14 @@
 //! Logarithm and distance in closed form.
 //!
 //! With `Y0^T Y1 = U C Z^T`, column `i` of `(I - Y0 Y0^T) Y1 Z` has length `s_i`, the sine of the angle `theta_i`, and
-//! `log(Y0, Y1) = (I - Y0 Y0^T) Y1 Z diag(theta_i / s_i) U^T`. The factor `theta / s` is a smooth function of the cosine up to an
-//! angle of `pi`, 1 for small angles: small sines are never computed and never divided by, and principal vectors that cosines do
-//! not tell apart need not be told apart. That makes the logarithm as accurate for angles of 1e-300 as for large ones.
+//! `log(Y0, Y1) = (I - Y0 Y0^T) Y1 Z diag(theta_i / s_i) U^T`. The factor `theta / s` is a smooth function of the
+//! cosine for angles below `pi`, and tends to 1 for small angles. So small sines are neither computed nor divided by,
+//! and principal vectors with nearly equal cosines need not be separated. The logarithm is as accurate for angles of
+//! 1e-300 as for large ones.
 //!
-//! Between subspaces that are far apart nothing cancels in `Y1 F - Y0 (B F)`, with `F = Z diag(theta / s) U^T` and
-//! `B = (2 I - Y0^T Y0) Y0^T Y1`: it is the same as to project twice, also where `Y0` is a basis to 1e-9 only, and takes half as many
-//! products of tall matrices.
+//! Between subspaces that are far apart nothing cancels in `Y1 F - Y0 (B F)`, with `F = Z diag(theta / s) U^T` and `B =
+//! (2 I - Y0^T Y0) Y0^T Y1`. This equals a double projection, even if `Y0` is orthonormal only to 1e-9, and takes half
+//! as many products of tall matrices.
 
 use faer::reborrow::ReborrowMut;
 use faer::{Mat, MatMut, MatRef};
@@ -19,9 +20,10 @@ use crate::linalg::product::{mul_add, mul_into};
 use crate::linalg::structure::norm;
 use crate::manifold::stiefel::{POINT_TOLERANCE, Stiefel};
 
-/// `theta / sin(theta)` of the angle with the given cosine.
+/// `theta / sin(theta)` for the angle with the given cosine.
 fn angle_by_sine(cosine: f64) -> f64 {
-    // The sine of a cosine that is off by a few round-offs, and the angle of both: the quotient is right to round-off.
+    // Sine and angle are computed from the same cosine; if it is off by a few units of round-off, their quotient is
+    // still accurate to round-off.
     let sine = sine(cosine);
     if sine > 0.0 {
         sine.atan2(cosine) / sine
@@ -31,24 +33,25 @@ fn angle_by_sine(cosine: f64) -> f64 {
 }
 
 impl Grassmann {
-    /// The Riemannian logarithm: the horizontal `V` at `y0` for which `exp(Y0, V)` spans the subspace of `y1`, the velocity of the
-    /// shortest geodesic.
+    /// The Riemannian logarithm: the horizontal `V` at `y0` for which `exp(Y0, V)` spans the subspace of `y1`, and
+    /// which is the velocity of the shortest geodesic.
     ///
     /// ```math
     /// V = (I - Y_0 Y_0^T) Y_1 Z\, \mathrm{diag}\Big( \frac{\theta_i}{\sin\theta_i} \Big) U^T,\qquad
     /// Y_0^T Y_1 = U \cos(\Theta) Z^T
     /// ```
     ///
-    /// It does not depend on the basis `y1`, and is `V Q` for the basis `Y0 Q`.
+    /// It does not depend on the choice of the basis `y1`, and is `V Q` for the basis `Y0 Q`.
     ///
     /// # Arguments
     /// * `y0`, `y1` - points, shapes `(n, k)`
     /// # Accuracy
-    /// Backward stable: round-off of the entries, divided by the smallest cosine where several angles are near `pi/2`. Relative to
-    /// its size for nearby subspaces, as far as the entries of the bases tell them apart; asserted in `tests/grassmann/`.
+    /// Backward stable: the error is the round-off of the entries, divided by the smallest cosine if several angles are
+    /// near `pi/2`. For nearby subspaces the error is relative to the size of the logarithm, as far as the entries of
+    /// the bases determine it; asserted in `tests/grassmann/`.
     /// # Errors
-    /// `Shape`, `NonFinite`, `NotOrthonormal`; `RightAngle` where the largest principal angle is `pi/2` to working precision;
-    /// `Decomposition`.
+    /// `Shape`, `NonFinite`, `NotOrthonormal`; `RightAngle` if the largest principal angle is `pi/2` to working
+    /// precision; `Decomposition`.
     /// # Source
     /// Bendokat, Zimmermann, Absil (2024), algorithm 5.3. Deviation: the factors of `Y0^T Y1` give the angles as well, without a
     /// second decomposition.
@@ -58,10 +61,10 @@ impl Grassmann {
         Ok(out)
     }
 
-    /// [`Grassmann::log`] into a matrix of shape `(n, k)`, rows or columns contiguous.
+    /// Writes [`Grassmann::log`] to a matrix of shape `(n, k)` with contiguous rows or columns.
     ///
     /// # Errors
-    /// Those of [`Grassmann::log`].
+    /// The errors of [`Grassmann::log`].
     pub(crate) fn log_into(
         &self,
         mut out: MatMut<'_, f64>,
@@ -81,8 +84,8 @@ impl Grassmann {
         Ok(())
     }
 
-    /// The Riemannian distance, `(sum theta_i^2)^{1/2}` of the principal angles; also where an angle is `pi/2`, and several
-    /// geodesics have that length.
+    /// The Riemannian distance, `(sum theta_i^2)^{1/2}` over the principal angles. It is defined also if an angle is
+    /// `pi/2`, when several geodesics have that length.
     ///
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`, `Decomposition`.
@@ -109,7 +112,7 @@ impl Grassmann {
         Ok(norm(out.as_ref()))
     }
 
-    /// The alignment of two points, checked, and `Y0^T Y0` in a lower triangle.
+    /// The alignment of two points, after checking them, and `Y0^T Y0` in the lower triangle.
     pub(super) fn alignment(
         &self,
         y0: MatRef<'_, f64>,

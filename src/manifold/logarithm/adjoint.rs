@@ -1,4 +1,4 @@
-//! Functions of `ad_L` on skew matrices by Chebyshev polynomials: nothing but products.
+//! Functions of `ad_L` on skew matrices by Chebyshev polynomials, using only matrix products.
 
 use std::f64::consts::PI;
 
@@ -6,13 +6,13 @@ use faer::{Mat, MatRef};
 
 use crate::linalg::product::{mul_into, scale};
 
-/// Degrees in `ad_L^2` at the most; 8 is the degree for 1e-4 on the whole range of a principal logarithm.
+/// Maximal degree in `ad_L^2`; 8 suffices for 1e-4 on the whole range of a principal logarithm.
 const MAX_DEGREE: usize = 10;
 
-/// Points of the interpolation from which the coefficients come.
+/// Number of interpolation points from which the coefficients are computed.
 const NODES: usize = 24;
 
-/// The factor is cut off here: towards `2 pi` it has a pole, and a Newton step needs no more than its sign.
+/// The factor is truncated at this value: it has a pole at `2 pi`, and a Newton step only needs its sign there.
 const LOWEST: f64 = -1.5;
 
 /// `f(ad_L)` with `f(x) = x / (1 - e^{-x})`, the derivative of the logarithm at `e^L`.
@@ -21,8 +21,8 @@ const LOWEST: f64 = -1.5;
 /// f(x) = \frac{x}{2} + g(-x^2),\qquad g(t^2) = \frac{t}{2} \cot \frac{t}{2}
 /// ```
 ///
-/// `ad_L` has eigenvalues `i t` with `|t|` at most twice the largest angle of `L`. `g` is analytic below `t = 2 pi`,
-/// so a Chebyshev polynomial in `ad_L^2` of degree 2 to 6 is as good as a Newton step asks.
+/// `ad_L` has eigenvalues `i t` with `|t|` at most twice the largest angle of `L`. `g` is analytic below `t = 2 pi`, so
+/// a Chebyshev polynomial in `ad_L^2` of degree 2 to 6 is accurate enough for a Newton step.
 pub(super) struct Adjoint {
     generator: Mat<f64>,
     /// Largest `|t|`.
@@ -52,7 +52,7 @@ impl Adjoint {
         }
     }
 
-    /// Takes `L`, and a polynomial that is off by `tolerance`.
+    /// Sets `L`, and a polynomial with an error of at most `tolerance`.
     pub(super) fn set(&mut self, generator: MatRef<'_, f64>, tolerance: f64) {
         self.generator.copy_from(generator);
         // |L|_F^2 = 2 sum theta^2 and |L^2|_F^2 = 2 sum theta^4 bound the sum of two angles.
@@ -89,7 +89,7 @@ impl Adjoint {
         combine(out, 1.0, &self.first, 0.5);
     }
 
-    /// `out = g(-ad_L^2) e`, the part of `f` that is symmetric, by Clenshaw's recurrence.
+    /// `out = g(-ad_L^2) e`, the symmetric part of `f`, by Clenshaw's recurrence.
     pub(super) fn apply_even(&mut self, out: &mut Mat<f64>, e: &Mat<f64>) {
         let (c, leading) = (self.coefficients, self.coefficients[self.degree]);
         // ad_L^2 maps [-radius^2, 0] to the argument y = factor ad_L^2 - 1 in [-1, 1].
@@ -129,7 +129,7 @@ impl Adjoint {
     }
 }
 
-/// Frobenius norm of a matrix of moderate entries.
+/// Frobenius norm of a matrix whose squared entries neither overflow nor underflow.
 pub(super) fn frobenius(a: &Mat<f64>) -> f64 {
     let mut lanes = [0.0; 8];
     for j in 0..a.ncols() {
@@ -172,7 +172,7 @@ fn combine(out: &mut Mat<f64>, alpha: f64, other: &Mat<f64>, beta: f64) {
     }
 }
 
-/// `(t/2) cot(t/2)`, cut off below.
+/// `(t/2) cot(t/2)`, truncated from below.
 fn half_cotangent(t: f64) -> f64 {
     if t < 1e-4 {
         1.0 - t * t / 12.0

@@ -1,6 +1,6 @@
-//! The shortest rotation over the fibre: far points, where shooting needs a better start.
+//! The shortest rotation over the fibre: better starts of shooting for distant points.
 //!
-//! `St(n, k)` with the canonical metric is the quotient of `SO(k + p)` (in the frame of the two points) by `SO(p)`, so
+//! With the canonical metric, `St(n, k)` is the quotient of `SO(k + p)` (in the frame of the two points) by `SO(p)`, so
 //! its distance is the smallest distance over the fibre:
 //!
 //! ```math
@@ -8,21 +8,22 @@
 //! \begin{bmatrix} A & -B^T \\ B & C \end{bmatrix}
 //! ```
 //!
-//! The gradient on the fibre is `C`, the Hessian the lower right block of `g(-ad_L^2)`. A damped Newton method on a
-//! function that it lowers in every step cannot run away to another branch of the logarithm.
+//! The gradient on the fibre is `C`, the Hessian is the lower right block of `g(-ad_L^2)`. A damped Newton method that
+//! decreases the function in every step cannot jump to another branch of the logarithm.
 //!
-//! The starts are symmetric, and so is the descent from them: where the two points have a symmetry it ends at a saddle.
+//! The starts are symmetric, and the descent preserves symmetries: if the two points have one, it ends at a saddle.
 //! [`Descent::settle`] leaves it along a direction of negative curvature (for `k = 2` and two equal principal angles
-//! the symmetric geodesic is a saddle from `tan x = -x`, 2.029, on), and walks flat valleys to their bottom with
-//! the absolute values of the eigenvalues. Of 500 pairs of each kind (random, with equal principal angles 2.1 to 3.1,
-//! coordinate frames, and perturbations of these by 1e-12 to 0.1) on St(4,2), St(7,2) and St(5,3), 8000 in all, a search
-//! over the whole fibre or from random starts knew a shorter geodesic for 5, by 0.2 % at most; without it for 1422.
+//! the symmetric geodesic is a saddle from 2.029 on, where `tan x = -x`), and follows flat valleys to their bottom,
+//! using the absolute values of the eigenvalues. The test set has 8000 pairs on St(4,2), St(7,2) and St(5,3), 500 of
+//! each kind: random, with equal principal angles of 2.1 to 3.1, coordinate frames, and perturbations of these by 1e-12
+//! to 0.1. A search over the whole fibre or from random starts found a geodesic shorter by at most 0.2 % for 5 of them;
+//! without `settle`, for 1422.
 //!
 //! # Source
 //! The equation `C = 0` and the first completion (a symmetric block): Zimmermann (2017), "A matrix-algebraic algorithm
 //! for the Riemannian logarithm on the Stiefel manifold under the canonical metric", SIAM J. Matrix Anal. Appl. 38,
-//! 322-342. Deviations: other completions beside it, the minimum instead of the equation, and Newton's method with
-//! the exact derivative instead of an iteration of first order.
+//! 322-342. Deviations: additional completions, minimisation instead of solving the equation, and Newton's method with
+//! the exact derivative instead of a first-order iteration.
 
 use faer::{Mat, MatRef};
 
@@ -36,40 +37,41 @@ use crate::linalg::product::{determinant_sign, mul_into};
 use crate::linalg::{OrthogonalLog, SkewExp};
 use crate::solve::gmres::{Gmres, dot, norm};
 
-/// The smallest directions of the completion, whose signs are tried.
+/// Number of smallest directions of the completion whose signs are varied.
 const TRIED_SIGNS: usize = 3;
 
-/// The descent ends at this size of the gradient; shooting goes on from there.
+/// Norm of the gradient at which the descent stops and shooting takes over.
 const GRADIENT: f64 = 1e-4;
 
-/// Newton steps of one descent at the most.
+/// Maximal number of Newton steps of one descent.
 const MAX_STEPS: usize = 30;
 
-/// The longest step, Frobenius norm of the skew matrix.
+/// Length of the longest step, as the Frobenius norm of the skew matrix.
 const MAX_LENGTH: f64 = 2.8;
 
-/// A direction that goes down less steeply than this cosine is replaced by the gradient.
+/// A direction whose cosine with the steepest descent is below this is replaced by the gradient.
 const STEEPNESS: f64 = 0.02;
 
-/// Share of the predicted decrease that a step must bring.
+/// A step is accepted if it brings this fraction of the predicted decrease.
 const SUFFICIENT_DECREASE: f64 = 1e-4;
 
-/// Shortest step before a direction is given up.
+/// Shortest fraction of a step that is tried.
 const MIN_STEP: f64 = 1e-4;
 
 /// Relative tolerance of a Newton step.
 const STEP_TOLERANCE: f64 = 1e-3;
 
-/// Steps of [`Descent::settle`] at most.
+/// Maximal number of steps of [`Descent::settle`].
 const SETTLING: usize = 24;
 
-/// Lower eigenvalues of the second derivative are a saddle: with `-1e-6` the length differs by less than 1e-12.
+/// Eigenvalues of the second derivative below this indicate a saddle: with `-1e-6` the length differs by less than
+/// 1e-12.
 const NEGATIVE: f64 = -1e-6;
 
-/// Curvatures below this are round-off: a step along them is the gradient over this at most.
+/// Curvatures below this are round-off; a step along them is at most the gradient divided by this.
 const FLATTEST: f64 = 1e-12;
 
-/// Angle by which a completion without a logarithm is turned off its half turn.
+/// Angle by which a completion without logarithm is rotated away from its half turn.
 const OFF_HALF_TURN: f64 = 0.2;
 
 /// A completion of the target to a rotation, and its logarithm.
@@ -119,14 +121,14 @@ impl Descent {
         }
     }
 
-    /// Completions of the target with a logarithm, the shortest first, and whether one of them is symmetric.
+    /// Completions of the target that have a logarithm, shortest first, and whether one of them is symmetric.
     ///
-    /// The lower right block is made symmetric, with signs for its smallest directions that give determinant +1: the
-    /// positive one is the closest to the identity, but for far points not always the one of the shortest logarithm.
-    /// A completion with a half turn, as between coordinate frames, is turned a little.
+    /// The lower right block is made symmetric, and the signs of its smallest directions are varied such that the
+    /// determinant is +1. The positive choice is closest to the identity, but for distant points it does not always
+    /// have the shortest logarithm. A completion with a half turn, as between coordinate frames, is rotated slightly.
     ///
     /// # Errors
-    /// `OutsideLogDomain` where none has a logarithm; `Decomposition`.
+    /// `OutsideLogDomain` if none has a logarithm; `Decomposition`.
     pub(super) fn starts(&mut self, target: &Mat<f64>) -> Result<(Vec<Start>, bool)> {
         let (k, p) = (self.k, self.p);
         let complement = complement(target.as_ref());
@@ -186,7 +188,7 @@ impl Descent {
         })
     }
 
-    /// A start from a completion whose logarithm is ambiguous, turned in the fibre; `None` where that does not help.
+    /// A start from a completion whose logarithm is ambiguous, rotated in the fibre; `None` if that does not help.
     fn turned_start(&mut self, rotation: &mut Mat<f64>) -> Result<Option<Start>> {
         let (k, p) = (self.k, self.p);
         if p == 1 {
@@ -205,7 +207,8 @@ impl Descent {
         }
     }
 
-    /// From the end of a descent to a minimum to working precision: down valleys that are nearly flat, and off saddles.
+    /// Continues from the end of a descent to a minimum, to working precision: along nearly flat valleys, and away from
+    /// saddles.
     ///
     /// # Errors
     /// `Interrupted`, `Decomposition`.
@@ -242,7 +245,7 @@ impl Descent {
         Ok(SETTLING)
     }
 
-    /// `direction = -|H|^{-1} C`: also where `H` is indefinite it goes down.
+    /// `direction = -|H|^{-1} C`, a descent direction even if `H` is indefinite.
     fn curved_direction(&mut self, spectrum: &Spectrum) {
         self.direction.fill(0.0);
         for (value, vector) in spectrum.values.iter().zip(&spectrum.vectors) {
@@ -259,7 +262,7 @@ impl Descent {
         self.direction.iter_mut().for_each(|x| *x *= shrink);
     }
 
-    /// Lowers the length over the fibre from a start; returns how many steps that took.
+    /// Decreases the length over the fibre from a start; returns the number of steps.
     ///
     /// # Errors
     /// `Interrupted`, `Decomposition`.
@@ -280,7 +283,7 @@ impl Descent {
         Ok(MAX_STEPS)
     }
 
-    /// `direction = -J^{-1} C`, or `-C` where that does not go down.
+    /// `direction = -J^{-1} C`, or `-C` if that is not a descent direction.
     fn newton_direction(&mut self, log: MatRef<'_, f64>) {
         let (k, p) = (self.k, self.p);
         self.adjoint.set(log, STEP_TOLERANCE);
@@ -304,7 +307,7 @@ impl Descent {
         self.shorten_direction();
     }
 
-    /// Halves the step until it lowers the length; `false` where none does.
+    /// Halves the step until it decreases the length; `false` if no step does.
     fn search(&mut self, start: &mut Start, size: f64) -> Result<bool> {
         let (k, p) = (self.k, self.p);
         let slope = dot(&self.direction, &self.gradient);
@@ -325,7 +328,7 @@ impl Descent {
                     let length = frobenius(&self.trial_log);
                     let lowered = 0.5 * length * length;
                     let block = self.trial_log.as_ref().submatrix(k, k, p, p);
-                    // At the end round-off of the energy hides its decrease, but the gradient still shows it.
+                    // At the end, round-off of the energy hides its decrease, but the gradient still shows it.
                     let flat = block.norm_l2() < size && lowered <= energy * (1.0 + 1e-13);
                     if lowered <= energy + SUFFICIENT_DECREASE * factor * slope || flat {
                         std::mem::swap(&mut start.rotation, &mut self.trial);
@@ -343,7 +346,7 @@ impl Descent {
     }
 }
 
-/// The completion's lower right block made symmetric, with the signs of its smallest directions changed.
+/// The completion's lower right block made symmetric, with some signs of its smallest directions changed.
 fn with_signs(svd: &Svd, p: usize, signs: usize) -> Mat<f64> {
     let sign = |l: usize| {
         let flipped = p - l <= TRIED_SIGNS && signs >> (p - 1 - l) & 1 == 1;
@@ -356,7 +359,7 @@ fn with_signs(svd: &Svd, p: usize, signs: usize) -> Mat<f64> {
     })
 }
 
-/// A skew matrix with a part in every direction, column by column, of norm 1.
+/// A skew matrix of norm 1 with a component in every direction, by columns.
 pub(super) fn generic_skew(p: usize) -> Vec<f64> {
     let mut skew = vec![0.0; p * p];
     for j in 0..p {

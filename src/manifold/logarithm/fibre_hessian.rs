@@ -1,11 +1,12 @@
-//! Second derivative of the squared length over the fibre, exact, and its spectrum in a Krylov space.
+//! The exact second derivative of the squared length over the fibre, and its spectrum in a Krylov space.
 //!
 //! ```math
 //! H\,\Gamma = \big[ g(-\mathrm{ad}_L^2)\, \mathrm{diag}(0, \Gamma) \big]_{22},\qquad g(t^2) = \frac t2 \cot \frac t2
 //! ```
 //!
-//! A zero of the gradient is a minimum only if `H` has no negative eigenvalue; the geodesic of any other zero is a
-//! saddle of the length. Evaluated in the Schur basis of `L`: the polynomial of `adjoint.rs` is only good to 1e-3.
+//! A zero of the gradient is a minimum only if `H` has no negative eigenvalue; at any other zero the geodesic is a
+//! saddle of the length. `H` is evaluated in the Schur basis of `L`, since the polynomial of `adjoint.rs` is only
+//! accurate to 1e-3.
 
 use faer::{Mat, MatRef};
 
@@ -18,13 +19,13 @@ use crate::linalg::product::mul_into;
 use crate::linalg::skew_schur::apply_ad_function;
 use crate::solve::gmres::{dot, norm};
 
-/// Directions of a Krylov space: all of them up to `p = 9`.
+/// Maximal dimension of a Krylov space; it is the full space up to `p = 9`.
 const MAX_DIRECTIONS: usize = 36;
 
-/// The poles of `g` at sums of two angles of `2 pi` are cut off here, far below all else.
+/// `g` has poles where two angles add up to `2 pi`; it is truncated at this value, far below all others.
 const LOWEST: f64 = -1e3;
 
-/// What is left of an image after orthogonalisation, relative to the largest one, when the space is invariant.
+/// Norm of an orthogonalised image, relative to the largest image, at which the Krylov space counts as invariant.
 const INVARIANT: f64 = 1e-12;
 
 pub(super) struct FibreHessian {
@@ -37,7 +38,7 @@ pub(super) struct FibreHessian {
     basis: Vec<Vec<f64>>,
 }
 
-/// Eigenvalues, increasing, and their vectors.
+/// Eigenvalues in increasing order, and their eigenvectors.
 pub(super) struct Spectrum {
     pub(super) values: Vec<f64>,
     pub(super) vectors: Vec<Vec<f64>>,
@@ -57,7 +58,7 @@ impl FibreHessian {
         }
     }
 
-    /// Takes `L`.
+    /// Sets `L`.
     ///
     /// # Errors
     /// `Decomposition`.
@@ -65,7 +66,7 @@ impl FibreHessian {
         self.schur.compute(log)
     }
 
-    /// The spectrum of `H` in the Krylov space of a skew matrix other than 0, given column by column.
+    /// The spectrum of `H` in the Krylov space of a nonzero skew matrix, given by columns.
     ///
     /// # Errors
     /// `Decomposition`.
@@ -74,7 +75,7 @@ impl FibreHessian {
         let dimension = (self.p * (self.p - 1) / 2).min(MAX_DIRECTIONS);
         let mut projected = Mat::zeros(MAX_DIRECTIONS, MAX_DIRECTIONS);
         let mut next = start.to_vec();
-        // The largest image: that of a direction without curvature is round-off itself.
+        // Relative to the largest image: in a direction without curvature the image itself is round-off.
         let mut largest = 0.0_f64;
         loop {
             let length = norm(&next);
@@ -86,7 +87,7 @@ impl FibreHessian {
             let used = self.basis.len();
             self.apply(&mut next);
             largest = largest.max(norm(&next));
-            // Twice: the basis must be orthogonal to round-off.
+            // Twice, so that the basis is orthogonal to round-off.
             for pass in 0..2 {
                 for i in 0..used {
                     let part = dot(&self.basis[i], &next);
@@ -135,7 +136,7 @@ impl FibreHessian {
         mul_into(&mut self.product, 1.0, basis, &self.turned);
         mul_into(&mut self.embedded, 1.0, &self.product, basis.transpose());
         read_block(self.embedded.as_ref(), k, p, 1.0, x);
-        // Skew to the last bit: divided by a small rest, the round-off would become a direction that does not exist.
+        // Exactly skew: divided by a small remainder, round-off would become a spurious direction.
         for j in 0..p {
             x[j * p + j] = 0.0;
             for i in 0..j {

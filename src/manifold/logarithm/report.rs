@@ -1,13 +1,13 @@
-//! How a logarithm was found, and the errors where none was.
+//! Report and errors of the Riemannian logarithm.
 
 use super::shooting::Outcome;
 use crate::error::Error;
 use crate::report::{SolverReport, StopReason};
 
-/// What the errors are about.
+/// Solver named in errors.
 pub(super) const SOLVER: &str = "Riemannian logarithm";
 
-/// How a logarithm was found, and what is known of it.
+/// How a logarithm was found, and whether it is the shortest one.
 ///
 /// # Examples
 /// ```
@@ -25,20 +25,20 @@ pub(super) const SOLVER: &str = "Riemannian logarithm";
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LogReport {
-    /// Whether the residual is at the level of round-off. A logarithm that is returned always has converged.
+    /// Whether the residual is at the level of round-off. This is true for every logarithm that is returned.
     pub converged: bool,
-    /// Newton steps that led to it: the first attempt from a close start, and those from the start that found it.
+    /// Newton steps of the first attempt from a close start, plus those from the start that found the logarithm.
     pub iterations: usize,
     /// `|exp(S0, V) - S1|_F`.
     pub residual: f64,
     /// Length of the geodesic in the manifold's metric.
     pub length: f64,
-    /// Whether the geodesic is certainly the shortest: its length is below the known bound of the injectivity radius,
-    /// or the case is one of a closed form. Otherwise it may be or not.
+    /// Whether the geodesic is certainly the shortest one, because its length is below the known bound of the
+    /// injectivity radius or because there is a closed form. If `false`, a shorter one may exist.
     pub certainly_shortest: bool,
 }
 
-/// A rotation without a principal logarithm: points that no single shortest geodesic joins.
+/// The error for a rotation without principal logarithm: no unique shortest geodesic joins the points.
 pub(super) fn not_joined(error: Error) -> Error {
     match error {
         Error::OutsideLogDomain { angle } => Error::NoJoiningCurve { angle },
@@ -46,7 +46,7 @@ pub(super) fn not_joined(error: Error) -> Error {
     }
 }
 
-/// No geodesic was found that arrives to the tolerance.
+/// The error if no geodesic reaches the end to the tolerance.
 pub(super) fn no_convergence(outcome: Outcome, tolerance: f64) -> Error {
     Error::NoConvergence {
         solver: SOLVER,

@@ -1,4 +1,4 @@
-//! The search for a short geodesic in the coordinates of the frame: a close start, then far ones.
+//! The search for a short geodesic in the coordinates of the frame: from a close start first, then from distant ones.
 
 use std::f64::consts::PI;
 
@@ -14,37 +14,38 @@ use crate::linalg::SkewSchur;
 use crate::manifold::metric::Metric;
 use crate::manifold::stiefel::Stiefel;
 
-/// Each step from a good start must make the residual smaller by this.
+/// Each step from a good start must reduce the residual by this factor.
 pub(super) const CONTRACTION: f64 = 0.7;
 
-/// Newton steps from a good start at most: where the points are conjugate, convergence is linear.
+/// Maximal number of Newton steps from a good start: for conjugate points, convergence is linear.
 const MAX_STEPS: usize = 30;
 
-/// Damped steps at most.
+/// Maximal number of damped steps.
 const DAMPED_STEPS: usize = 80;
 
-/// Finest step along the family of metrics.
+/// Smallest step along the family of metrics.
 const FINEST: f64 = 1.0 / 64.0;
 
-/// Share of the conjectured injectivity radius up to which a geodesic from a close start needs no second look.
+/// Fraction of the conjectured injectivity radius up to which a geodesic from a close start is accepted without further
+/// search.
 const REACH: f64 = 0.85;
 
-/// A geodesic longer than the path it comes from, by this factor, is not the one the path leads to.
+/// A geodesic longer than its initial path by this factor is not the one to which the path leads.
 const LONGER: f64 = 1.0 + 1e-6;
 
-/// Another geodesic counts as shorter by more than round-off.
+/// Ratio of lengths below which a geodesic counts as shorter, beyond round-off.
 const SHORTER: f64 = 1.0 - 1e-13;
 
-/// Two completions whose lengths differ by less, relative to them, are the same, or as good.
+/// Completions whose lengths differ by a smaller relative amount count as the same.
 const SAME: f64 = 1e-9;
 
-/// Corners of a path, relative to the length of a piece, at which Newton's method is tried.
+/// Corner angles of a path, relative to the length of a piece, at which Newton's method is tried.
 const CORNERS: [f64; 3] = [0.1, 0.02, 2e-3];
 
-/// Pieces of a path: four are short for most, the others get eight.
+/// Numbers of pieces of a path: four are enough for most, eight for the others.
 const PIECES: [usize; 2] = [4, 8];
 
-/// An angle of the generator within this, times the size, of pi is pi to the accuracy of a logarithm there.
+/// An angle of the generator within this times the size of pi counts as pi, given the accuracy of a logarithm there.
 const NOT_UNIQUE: f64 = 32.0 * f64::EPSILON;
 
 /// A geodesic in the coordinates of the frame.
@@ -66,8 +67,8 @@ impl Found {
     }
 }
 
-/// A rotation of the frame by pi in some plane may as well be one by -pi: another geodesic of the same length, or the
-/// geodesic is not the shortest.
+/// Return an error if the frame is rotated by pi in some plane: rotating by -pi gives another geodesic of the same
+/// length, or the geodesic is not the shortest.
 fn check_unique(canonical: MatRef<'_, f64>) -> Result<()> {
     let m = canonical.nrows();
     let mut schur = SkewSchur::new(m);
@@ -88,7 +89,7 @@ pub(super) struct Search<'a> {
     best: Option<Found>,
     /// The shortest geodesic of the canonical metric, and its length.
     canonical: Option<(f64, Mat<f64>)>,
-    /// Lengths of the completions whose paths were shortened.
+    /// Lengths of the completions whose paths have been shortened.
     seen: Vec<f64>,
     last: Outcome,
 }
@@ -130,11 +131,12 @@ impl<'a> Search<'a> {
         self.far()
     }
 
-    /// Length up to which a close geodesic of a metric without a known bound is not questioned.
+    /// Length up to which a close geodesic is accepted, for a metric without a known bound.
     ///
-    /// Half the shortest closed geodesics (`sqrt(2 w) pi` and `pi`), and `pi` over the root of the curvature of planes
-    /// of `A` and `B`, for large `w` about `w / 2`. Of 60 random geodesics of each of eight weights `w` from 0.03 to 40,
-    /// on St(4,2) and St(6,3), none at 0.75 to 0.95 of the least of these was longer than another one.
+    /// The minimum of half the shortest closed geodesics (`sqrt(2 w) pi` and `pi`) and of `pi` over the square root of
+    /// the curvature of planes of `A` and `B`, for large `w` about `w / 2`. Among 60 random geodesics for each of eight
+    /// weights `w` from 0.03 to 40, on St(4,2) and St(6,3), with lengths of 0.75 to 0.95 of this minimum, none was
+    /// longer than another geodesic with the same ends.
     fn reach(&self) -> f64 {
         match self.manifold.metric() {
             Metric::CANONICAL | Metric::EUCLIDEAN => 0.0,
@@ -145,13 +147,13 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// One normal direction, the canonical metric: the fibre is a point, the frame that of `SO(n)`.
+    /// With one normal direction and the canonical metric, the fibre is a point, and the frames form `SO(n)`.
     fn is_rotation(&self) -> bool {
         self.manifold.k() + 1 == self.manifold.n() && self.manifold.metric() == Metric::CANONICAL
     }
 
-    /// The shortest of what the completions of the target lead to; the first that is certainly shortest ends the
-    /// search.
+    /// The shortest geodesic found from the completions of the target; the search ends at the first that is certainly
+    /// shortest.
     fn far(mut self) -> Result<Found> {
         let k = self.target.ncols();
         let mut descent = Descent::new(k, self.target.nrows() - k);
@@ -179,7 +181,7 @@ impl<'a> Search<'a> {
         self.best.ok_or_else(|| no_convergence(last, tolerance))
     }
 
-    /// The geodesics that a start leads to; whether one is certainly the shortest.
+    /// Searches for geodesics from a start; returns whether one of them is certainly the shortest.
     fn attempt(&mut self, descent: &mut Descent, start: &mut Start) -> Result<bool> {
         let canonical = self.weight() == 0.5;
         let mut generator = self.connect(start.log())?;
@@ -203,7 +205,7 @@ impl<'a> Search<'a> {
         Ok(self.best.as_ref().is_some_and(Found::is_certain))
     }
 
-    /// From a completion to a geodesic of the canonical metric.
+    /// A geodesic of the canonical metric, from a completion.
     fn connect(&mut self, start: MatRef<'_, f64>) -> Result<Option<Mat<f64>>> {
         self.shooting = Shooting::new(self.target, 0.5);
         self.shooting.start_from(start);
@@ -211,7 +213,7 @@ impl<'a> Search<'a> {
         Ok(self.keep(outcome))
     }
 
-    /// Keeps a canonical geodesic that was found, and returns its generator.
+    /// Stores a canonical geodesic that was found, and returns its generator.
     fn keep(&mut self, outcome: Outcome) -> Option<Mat<f64>> {
         self.last = outcome;
         if !outcome.converged {
@@ -232,7 +234,7 @@ impl<'a> Search<'a> {
         Some(generator)
     }
 
-    /// Keeps the current geodesic if it is the shortest so far.
+    /// Stores the current geodesic if it is the shortest so far.
     fn consider(&mut self, outcome: Outcome) {
         self.iterations += outcome.iterations;
         self.last = outcome;
@@ -244,7 +246,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Follows the geodesic along the family, from the canonical metric to that of the manifold.
+    /// Follows the geodesic along the family of metrics, from the canonical one to that of the manifold.
     fn follow(&mut self, start: &Mat<f64>) -> Result<Outcome> {
         let weight = self.weight();
         let (mut reached, mut step, mut iterations) = (0.0, 1.0_f64, 0);
@@ -282,7 +284,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The geodesic that the path along a canonical geodesic is shortened to.
+    /// The geodesic obtained by shortening the path along a canonical geodesic.
     fn shorten(&mut self, canonical: MatRef<'_, f64>) -> Result<Outcome> {
         let weight = self.weight();
         self.shooting = Shooting::new(self.target, weight);
@@ -301,7 +303,7 @@ impl<'a> Search<'a> {
                 self.shooting.start_from(start.generator.as_ref());
                 let outcome = self.shooting.run(self.tolerance, CONTRACTION, MAX_STEPS)?;
                 iterations += outcome.iterations;
-                // A longer geodesic is not the one that the path leads to, but a saddle that it has left.
+                // A longer geodesic is not the one to which the path leads, but a saddle that the path has left.
                 if outcome.converged && self.length() <= LONGER * start.length {
                     return Ok(Outcome {
                         iterations,
@@ -321,7 +323,7 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Whether no start has come to a canonical geodesic of this length before.
+    /// Whether no earlier start led to a canonical geodesic of this length.
     fn is_new(&mut self, length: f64) -> bool {
         let new = self.seen.iter().all(|x| (x - length).abs() > SAME * x);
         self.seen.push(length);

@@ -1,4 +1,4 @@
-//! Newton's method on the exponential: the geodesic that arrives at a given point, in `k + p` dimensions.
+//! Newton's method for the exponential: the geodesic that reaches a given point, in `k + p` dimensions.
 //!
 //! The unknown is the generator `L = [[2 w A, -B^T], [B, 0]]`; the equation, for the coordinates `X` of the target,
 //!
@@ -7,11 +7,11 @@
 //! ```
 //!
 //! At an iterate `D = e^{-L} X e^{-nu A}` is close to `[I; 0]`, that is to the first columns of `e^Delta` for a small
-//! skew `Delta`. The derivative of the logarithm at `e^L`, `f(ad_L)`, turns `Delta` into a correction of `L`. What
-//! `e^L` does to the other `p` columns is free: a skew `Gamma` in their block of `Delta`, found so that the
-//! block of the corrected `L` stays zero. No completion of `X` to a rotation and no logarithm is needed, and one
-//! exponential per step. With the terms of second order in `Delta` (canonical metric) the order of convergence is 3
-//! up to the error of `f`.
+//! skew `Delta`. The derivative of the logarithm at `e^L`, `f(ad_L)`, turns `Delta` into a correction of `L`. The
+//! action of `e^L` on the other `p` columns is free; it is described by a skew `Gamma` in their block of `Delta`,
+//! chosen such that this block of the corrected `L` stays zero. Neither a completion of `X` to a rotation nor a
+//! logarithm is needed, and each step takes one exponential. With the terms of second order in `Delta` (canonical
+//! metric) the order of convergence is 3 up to the error of `f`.
 
 mod damped;
 
@@ -23,16 +23,16 @@ use crate::linalg::SkewExp;
 use crate::linalg::product::{mul_add, mul_into};
 use crate::solve::gmres::Gmres;
 
-/// The tightest and the loosest tolerance of a step, relative to the size of `Delta`.
+/// Range of the tolerance of a step, relative to the size of `Delta`.
 const STEP_TOLERANCE: std::ops::RangeInclusive<f64> = 1e-8..=1e-3;
 
-/// Each step from a close start must make the residual smaller by this: otherwise the points are not close.
+/// Each step from a close start must reduce the residual by this factor; otherwise the points are not close.
 pub(super) const CLOSE_CONTRACTION: f64 = 0.3;
 
-/// Newton steps from a close start at most.
+/// Maximal number of Newton steps from a close start.
 pub(super) const CLOSE_STEPS: usize = 10;
 
-/// Terms of the series of `(1 - e^{-x}) / x` at the most: arguments up to 20.
+/// Maximal number of terms of the series of `(1 - e^{-x}) / x`, enough for arguments up to 20.
 const DEXP_TERMS: usize = 80;
 
 pub(super) struct Shooting {
@@ -56,14 +56,14 @@ pub(super) struct Shooting {
     product: Mat<f64>,
     small: [Mat<f64>; 4],
     tall: Mat<f64>,
-    /// Of shape `(p, p)`, for the free block.
+    /// Buffers of shape `(p, p)`, for the free block.
     free: [Mat<f64>; 3],
     adjoint: Adjoint,
     krylov: Gmres,
     unknown: Vec<f64>,
 }
 
-/// How a run ended.
+/// The result of a run.
 #[derive(Clone, Copy)]
 pub(super) struct Outcome {
     pub(super) converged: bool,
@@ -72,7 +72,7 @@ pub(super) struct Outcome {
 }
 
 impl Outcome {
-    /// Before anything was tried.
+    /// The result before any attempt.
     pub(super) const NONE: Outcome = Outcome {
         converged: false,
         iterations: 0,
@@ -81,7 +81,7 @@ impl Outcome {
 }
 
 impl Shooting {
-    /// For a target `X` of shape `(k + p, k)` with orthonormal columns, and the weight `w` of the metric.
+    /// Built for a target `X` of shape `(k + p, k)` with orthonormal columns, and the weight `w` of the metric.
     pub(super) fn new(target: &Mat<f64>, weight: f64) -> Self {
         let (m, k) = target.shape();
         let p = m - k;
@@ -116,7 +116,7 @@ impl Shooting {
         }
     }
 
-    /// Another metric of the family, with the generator for the same `A` and `B`.
+    /// Switches to another metric of the family, with the generator for the same `A` and `B`.
     pub(super) fn set_weight(&mut self, weight: f64) {
         let factor = 2.0 * weight / self.twice;
         for j in 0..self.k {
@@ -158,10 +158,10 @@ impl Shooting {
         (block(0, k) / self.twice, block(k, p))
     }
 
-    /// Steps until the residual is at most `tolerance`, as long as each makes it smaller by the given factor.
+    /// Takes steps until the residual is at most `tolerance`, as long as each reduces it by the given factor.
     ///
     /// # Errors
-    /// Those of the exponential.
+    /// The errors of the exponential.
     pub(super) fn run(
         &mut self,
         tolerance: f64,
@@ -187,7 +187,7 @@ impl Shooting {
         })
     }
 
-    /// `|e^{-L} X e^{-nu A} - [I; 0]|_F`, which is the distance of the end of the geodesic from the target.
+    /// `|e^{-L} X e^{-nu A} - [I; 0]|_F`, which is the distance of the geodesic's end from the target.
     pub(super) fn residual(&mut self) -> Result<f64> {
         let k = self.k;
         self.exp
@@ -212,7 +212,7 @@ impl Shooting {
         Ok(frobenius(&self.defect))
     }
 
-    /// `Delta = [[W, -Z^T], [Z, 0]]` with the first columns of `e^Delta` equal to `D`, up to the fourth order.
+    /// `Delta = [[W, -Z^T], [Z, 0]]` such that the first columns of `e^Delta` equal `D`, up to fourth order.
     fn extract(&mut self) {
         let (k, p) = (self.k, self.p);
         let [w, zz, square, cube] = &mut self.small;
@@ -249,7 +249,8 @@ impl Shooting {
         self.delta.as_mut().submatrix_mut(k, k, p, p).fill(0.0);
     }
 
-    /// One Newton step, no more exact than it takes: what remains is about `residual^3 + tolerance residual`.
+    /// One Newton step, no more accurate than necessary: the remaining residual is about `residual^3 + tolerance
+    /// residual`.
     fn step(&mut self, residual: f64, goal: f64) {
         let last = 0.2 * goal / residual;
         let tolerance = if last < *STEP_TOLERANCE.start() {
@@ -286,10 +287,10 @@ impl Shooting {
         self.update();
     }
 
-    /// `image -= [Delta, [L, Delta]] / 12`, the term of the Baker-Campbell-Hausdorff series that is quadratic.
+    /// `image -= [Delta, [L, Delta]] / 12`, the quadratic term of the Baker-Campbell-Hausdorff series.
     fn second_order(&mut self) {
         self.adjoint.bracket_into(&mut self.other, &self.delta);
-        // `rotation` is free until the next residual.
+        // `rotation` is unused until the next residual.
         bracket(
             &mut self.rotation,
             &self.delta,
@@ -304,8 +305,8 @@ impl Shooting {
         }
     }
 
-    /// Adds the correction; what is left in the free block (of higher order) is turned away: `e = -image_22` moves
-    /// the other blocks by `[L, e] / 2`.
+    /// Adds the correction. The remaining part of the free block (of higher order) is removed by a rotation: `e =
+    /// -image_22` changes the other blocks by `[L, e] / 2`.
     fn update(&mut self) {
         let (k, p) = (self.k, self.p);
         let rest = self.image.as_ref().submatrix(k, k, p, p);
@@ -323,10 +324,10 @@ impl Shooting {
         }
     }
 
-    /// `Gamma` from `[g(-ad_L^2) diag(0, Gamma)]_22 = unknown`.
+    /// Solves `[g(-ad_L^2) diag(0, Gamma)]_22 = unknown` for `Gamma`.
     ///
-    /// To second order in `L` the operator is `Gamma -> Gamma - (B B^T Gamma + Gamma B B^T) / 12`; with the sign turned
-    /// it is a preconditioner of one small product, which halves the number of directions.
+    /// To second order in `L` the operator is `Gamma -> Gamma - (B B^T Gamma + Gamma B B^T) / 12`; with the opposite
+    /// sign it is a preconditioner that takes one small product and halves the number of directions.
     fn solve_free_block(&mut self, tolerance: f64) {
         let (k, p) = (self.k, self.p);
         let b = self.generator.as_ref().submatrix(k, 0, p, k);
@@ -353,8 +354,8 @@ impl Shooting {
         read_block(other.as_ref(), k, p, 1.0, &mut self.unknown);
     }
 
-    /// `delta A` and `delta B` for a metric with `nu != 0`, whose generator may have angles above pi: there `f` has
-    /// poles, so the equation is solved with the derivative of the exponential instead, which is entire.
+    /// Solves for `delta A` and `delta B` for a metric with `nu != 0`, whose generator may have angles above pi. There
+    /// `f` has poles, so the derivative of the exponential is used instead, which is entire.
     ///
     /// ```math
     /// [\phi(\mathrm{ad}_L)\, \delta L]_{\cdot 1} - \begin{bmatrix} H \\ 0 \end{bmatrix} = \Delta_{\cdot 1},\qquad
@@ -362,14 +363,14 @@ impl Shooting {
     /// ```
     fn solve_turning(&mut self, tolerance: f64) {
         self.prepare_turning();
-        // Taken out, since the operator needs the rest; neither allocates.
+        // Taken out of `self`, whose other fields the operator needs; this does not allocate.
         let mut krylov = std::mem::replace(&mut self.krylov, Gmres::new(0));
         let mut unknown = std::mem::take(&mut self.unknown);
         krylov.solve(&mut unknown, tolerance, |x, y| self.turning_operator(x, y));
         (self.krylov, self.unknown) = (krylov, unknown);
     }
 
-    /// Sets `unknown` to the right-hand side `Delta`, and the buffers of the operator.
+    /// Sets `unknown` to the right-hand side `Delta`, and fills the buffers of the operator.
     fn prepare_turning(&mut self) {
         let (k, p) = (self.k, self.p);
         read_block(self.delta.as_ref(), 0, k, 1.0, &mut self.unknown[..k * k]);
@@ -427,7 +428,7 @@ impl Shooting {
     }
 }
 
-/// `sum = (1 - e^{-x}) / x` at `x = ad_{s a}`, applied to `term` by its series.
+/// `sum = phi(ad_{s a}) term` with `phi(x) = (1 - e^{-x}) / x`, by its series.
 fn dexp(
     a: &Mat<f64>,
     s: f64,
@@ -454,7 +455,7 @@ fn dexp(
     }
 }
 
-/// A diagonal block of `source`, times a factor, column by column.
+/// Reads a diagonal block of `source`, times a factor, by columns.
 pub(super) fn read_block(
     source: MatRef<'_, f64>,
     start: usize,

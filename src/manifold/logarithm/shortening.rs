@@ -1,13 +1,13 @@
-//! Shortening a broken geodesic: a start for metrics that have no fibre to descend over.
+//! Shortening a broken geodesic: a start for metrics without a fibre to descend over.
 //!
-//! The path along a canonical geodesic, a little disturbed, gets nodes; every node in turn moves towards the middle of
-//! its neighbours. With two short geodesics from a node this is a step of length 1 of the gradient descent for the sum
-//! of the squared lengths, which falls in every step. So the path stays on its side of every saddle, and ends near a
-//! geodesic without conjugate points.
+//! The path along a canonical geodesic is slightly perturbed and divided by nodes; each node in turn moves towards the
+//! midpoint of its neighbours. As long as the two geodesics at a node are short, this is a gradient descent step of
+//! length 1 for the sum of the squared lengths, which decreases in every step. So the path stays on its side of every
+//! saddle, and converges to a geodesic without conjugate points.
 //!
 //! # Source
-//! Noakes (1998), "A global algorithm for geodesics", J. Austral. Math. Soc. A 65, 37-50. Deviations: steps of
-//! gradient descent with over-relaxation instead of geodesics over two pieces, which need not be short.
+//! Noakes (1998), "A global algorithm for geodesics", J. Austral. Math. Soc. A 65, 37-50. Deviation: over-relaxed
+//! gradient descent steps instead of geodesics over two pieces, which need not be short.
 
 use faer::{Mat, MatRef, Scale};
 
@@ -22,18 +22,18 @@ use crate::linalg::product::mul_into;
 /// The optimal factor for four pieces in a flat space, `2 / (1 + sin(pi / 4))`.
 const RELAXATION: f64 = 1.17;
 
-/// Sweeps at most for one call: a flat valley takes more, and is left to the damped iteration.
+/// Maximal number of sweeps per call: a flat valley takes more, and is left to the damped iteration.
 const SWEEPS: usize = 20;
 
-/// Angle of the disturbance that breaks symmetries.
+/// Angle of the perturbation that breaks symmetries.
 const DISTURBANCE: f64 = 0.1;
 
-/// Residual of the geodesics between nodes.
+/// Residual tolerance of the geodesics between nodes.
 const LEG_TOLERANCE: f64 = 1e-9;
 
-/// What a path was shortened to.
+/// The result of shortening a path.
 pub(super) struct Shortened {
-    /// Generator of a geodesic with the velocity of the first piece, over the time of all.
+    /// Generator of the geodesic with the velocity of the first piece, over the duration of all pieces.
     pub(super) generator: Mat<f64>,
     pub(super) length: f64,
 }
@@ -47,10 +47,10 @@ pub(super) struct Path {
 }
 
 impl Path {
-    /// The path of so many pieces along a canonical generator, disturbed.
+    /// The perturbed path along a canonical generator, in the given number of pieces.
     ///
     /// # Errors
-    /// Those of the exponential.
+    /// The errors of the exponential.
     pub(super) fn along(
         target: &Mat<f64>,
         canonical: MatRef<'_, f64>,
@@ -77,11 +77,11 @@ impl Path {
         })
     }
 
-    /// Sweeps until the corners are at most `corner`, relative to the length of a piece; `None` where pieces are too
+    /// Sweeps until the corner angles are at most `corner`, relative to the length of a piece; `None` if pieces are too
     /// long.
     ///
     /// # Errors
-    /// `Interrupted`; those of the exponential.
+    /// `Interrupted`, and the errors of the exponential.
     pub(super) fn shorten(
         &mut self,
         corner: f64,
@@ -98,7 +98,7 @@ impl Path {
         self.result()
     }
 
-    /// Moves every inner node; the largest corner, relative to the piece before it.
+    /// Moves every inner node; returns the largest corner angle, relative to the piece before it.
     fn sweep(&mut self) -> Result<Option<f64>> {
         let mut largest = 0.0_f64;
         for i in 1..self.nodes.len() - 1 {
@@ -145,7 +145,7 @@ impl Path {
         Ok(outcome.converged.then_some((shooting.generator, length)))
     }
 
-    /// End of the geodesic of a generator `L`: `g e^L [I; 0] e^{nu A}`.
+    /// End of the geodesic with generator `L`: `g e^L [I; 0] e^{nu A}`.
     fn moved(&mut self, frame: &Mat<f64>, generator: &Mat<f64>) -> Result<Mat<f64>> {
         let (m, k) = self.nodes[0].shape();
         let (mut rotation, mut turn) = (Mat::zeros(m, m), Mat::zeros(k, k));
@@ -160,7 +160,7 @@ impl Path {
     }
 }
 
-/// A node and a completion.
+/// A node completed to an orthogonal matrix.
 fn frame(node: &Mat<f64>) -> Mat<f64> {
     let (m, k) = node.shape();
     let mut frame = Mat::zeros(m, m);

@@ -1,5 +1,5 @@
-//! The damped least-squares iteration, for ends that are nearly conjugate: there Newton steps along a flat direction are
-//! far too long.
+//! The damped least-squares iteration, for nearly conjugate ends, where Newton steps along a flat direction are far too
+//! long.
 //!
 //! # Source
 //! Marquardt (1963), "An algorithm for least-squares estimation of nonlinear parameters", J. SIAM 11, 431-441.
@@ -10,20 +10,20 @@ use super::{Outcome, Shooting};
 use crate::error::Result;
 use crate::linalg::decomp::Svd;
 
-/// Unknowns at most: the derivative is a full matrix. Larger problems do without this iteration.
+/// Maximal number of unknowns, since the derivative is a full matrix. Larger problems do without this iteration.
 const MAX_UNKNOWNS: usize = 200;
 
-/// The damping of the first step, its factors after steps that are taken and that are not, and where it ends.
+/// The damping of the first step, its factors after accepted and rejected steps, and the damping at which to stop.
 const FIRST: f64 = 1e-2;
 const TAKEN: f64 = 1e-2;
 const REFUSED: f64 = 10.0;
 const LAST: f64 = 1e8;
 
 impl Shooting {
-    /// Steps until the residual is at most `tolerance`, each of which makes it smaller. For metrics with `nu != 0`.
+    /// Takes steps until the residual is at most `tolerance`, each of which reduces it. For metrics with `nu != 0`.
     ///
     /// # Errors
-    /// Those of the exponential.
+    /// The errors of the exponential.
     pub(in super::super) fn run_damped(
         &mut self,
         tolerance: f64,
@@ -62,14 +62,15 @@ impl Shooting {
         })
     }
 
-    /// Entries of `unknown` for a basis of `A` and `B`: the second of a pair changes with the other sign.
+    /// Entries of `unknown` for a basis of `A` and `B`; the second entry of a pair changes with the opposite sign.
     fn directions(&self) -> Vec<(usize, Option<usize>)> {
         let (k, p) = (self.k, self.p);
         let skew = (0..k).flat_map(|j| (j + 1..k).map(move |i| (j * k + i, Some(i * k + j))));
         skew.chain((0..p * k).map(|i| (k * k + i, None))).collect()
     }
 
-    /// `J = U diag(s) V^T` and `U^T Delta`. Not `J^T J`: a flat direction of 1e-6 would be 1e-12 there, and lost.
+    /// `J = U diag(s) V^T` and `U^T Delta`. Not from `J^T J`, in which a flat direction of 1e-6 would become 1e-12 and
+    /// be lost.
     fn factored_derivative(
         &mut self,
         directions: &[(usize, Option<usize>)],
@@ -94,7 +95,7 @@ impl Shooting {
         Ok((svd, rhs))
     }
 
-    /// Takes the step for a damping; the residual there.
+    /// Takes the step for a given damping; returns the new residual.
     fn damped_step(
         &mut self,
         svd: &Svd,
