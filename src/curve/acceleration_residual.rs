@@ -1,5 +1,5 @@
-//! The acceleration of a geometric polynomial as a vector whose squared norm is the cost, and its derivative with
-//! respect to the inner control points.
+//! The acceleration of a geometric polynomial as a residual vector, whose squared norm is the cost, and its derivative
+//! with respect to the inner control points.
 
 use faer::prelude::*;
 use faer::{Mat, MatMut, MatRef};
@@ -14,16 +14,16 @@ use crate::linalg::jet::Jet;
 use crate::linalg::product::{axpy, mul_add, mul_into};
 use crate::manifold::QuasiGeodesic;
 
-/// What the errors are about.
+/// Solver named in errors.
 pub(super) const SOLVER: &str = "control points of minimal cost";
 
-/// How derivatives are taken. Round-off of the points is some thousand times larger in the second derivative, at the
-/// ends, where the weights are small: the steps make it as large as the error of the differences.
+/// The difference scheme for derivatives. In the second derivative at the ends, where the weights are small, the
+/// round-off of the points is magnified some thousand times; the step sizes balance it against the truncation error.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Differences {
-    /// Half the work, right to about 1e-6: for steps that are not the last.
+    /// Half the work, accurate to about 1e-6: for all steps but the last.
     Forward,
-    /// Right to about 1e-8.
+    /// Accurate to about 1e-8.
     Central,
 }
 
@@ -36,29 +36,31 @@ impl Differences {
     }
 }
 
-/// A point has an error of some units of round-off.
+/// Round-off of a point.
 const POINT_ROUND_OFF: f64 = 16.0 * f64::EPSILON;
 
 /// `|(I - FACTOR S S^T) A|_F` is the canonical norm of a tangent vector `A`.
 const FACTOR: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
 
-/// One unknown: an inner control point turns in the plane of two columns of its frame.
+/// One unknown: the rotation of an inner control point in the plane of two columns of its frame.
 #[derive(Clone, Copy)]
 struct Turn {
     point: usize,
-    /// Below `k` another column of the point, else one of its complement.
+    /// Index of the second column: below `k` a column of the point, otherwise one of its complement.
     other: usize,
     column: usize,
 }
 
-/// A polynomial whose control points may move but for the first and the last two, which hold the boundary data.
+/// A polynomial with movable control points, except for the first two and the last two, which represent the boundary
+/// data.
 pub(super) struct AccelerationResidual {
     curve: GeometricPolynomial,
     work: Workspace,
     scratch: Option<Jet>,
     grid: Collocation,
     turns: Vec<Turn>,
-    /// By control point: orthogonal, shape `(r, r)`, whose last columns span what the point does not.
+    /// For each control point, an orthogonal matrix of shape `(r, r)`, whose last columns span the complement of the
+    /// point.
     frames: Vec<Mat<f64>>,
     values: Vec<f64>,
     first: Vec<f64>,
@@ -68,7 +70,7 @@ pub(super) struct AccelerationResidual {
 }
 
 impl AccelerationResidual {
-    /// Of a curve in the coordinates of its frame, with `nodes` nodes.
+    /// Built from a curve in the coordinates of its frame, with the given number of nodes.
     pub(super) fn new(curve: GeometricPolynomial, nodes: usize) -> Self {
         let (r, k, degree) = (curve.n(), curve.k(), curve.degree());
         let turns_of = |point| {
@@ -111,21 +113,22 @@ impl AccelerationResidual {
         self.turns.len()
     }
 
-    /// Norm of the residual of a curve that rests, by round-off: nothing below it can be told from zero.
+    /// Norm of the residual of a resting curve, caused by round-off: smaller residuals count as zero.
     pub(super) fn noise(&self) -> f64 {
         let points = self.grid.len() as f64;
         POINT_ROUND_OFF * points * points * (self.len() as f64 / points).sqrt()
     }
 
-    /// What the nodes do not resolve of the curve of the latest residual.
+    /// Size of the part of the last residual's curve that the nodes do not resolve.
     pub(super) fn unresolved(&self) -> f64 {
         self.grid.unresolved(&self.values)
     }
 
-    /// The covariant accelerations at the nodes, times the roots of the weights, so that the squared norm is the cost.
+    /// The covariant accelerations at the nodes, times the square roots of the weights, so that the squared norm is the
+    /// cost.
     ///
     /// # Errors
-    /// Where the curve does not exist at a node.
+    /// An error if the curve does not exist at a node.
     pub(super) fn residual_into(&mut self, out: &mut [f64]) -> Result<()> {
         let (r, k) = (self.curve.n(), self.curve.k());
         let columns = k * self.grid.len();
@@ -150,11 +153,11 @@ impl AccelerationResidual {
         Ok(())
     }
 
-    /// The derivative of `residual`, that of the present control points, with respect to all turns, one column for
-    /// each.
+    /// The derivative with respect to all rotations, one column each; `residual` must belong to the current control
+    /// points.
     ///
     /// # Errors
-    /// Where a curve does not exist; `Interrupted`.
+    /// An error if a curve does not exist; `Interrupted`.
     pub(super) fn jacobian_into(
         &mut self,
         out: &mut Mat<f64>,
@@ -187,7 +190,7 @@ impl AccelerationResidual {
         Ok(())
     }
 
-    /// The residual of the curve `centre` after one turn; the curve stays there.
+    /// The residual of the curve `centre` after one rotation; the curve stays changed.
     fn turned_residual_into(
         &mut self,
         out: &mut [f64],
@@ -205,10 +208,10 @@ impl AccelerationResidual {
         (&self.curve.reduced_points()[i], &self.frames[i])
     }
 
-    /// The inner control points, retracted along `scale` times a step in the coordinates of the turns.
+    /// The inner control points, retracted along `scale` times a step in the coordinates of the rotations.
     ///
     /// # Errors
-    /// Where a step is too large for a floating-point number.
+    /// An error if a step is too large for a floating-point number.
     pub(super) fn moved(&self, step: &[f64], scale: f64) -> Result<Vec<Mat<f64>>> {
         let degree = self.curve.degree();
         let mut velocities: Vec<Mat<f64>> = (2..degree - 1)
@@ -237,10 +240,10 @@ impl AccelerationResidual {
         points[2..points.len() - 2].to_vec()
     }
 
-    /// Other inner control points.
+    /// Replaces the inner control points.
     ///
     /// # Errors
-    /// Where they cannot be joined.
+    /// An error if they cannot be joined.
     pub(super) fn set_inner(&mut self, points: &[Mat<f64>]) -> Result<()> {
         for (i, point) in points.iter().enumerate() {
             self.curve.replace_point(i + 2, point)?;
@@ -250,7 +253,7 @@ impl AccelerationResidual {
     }
 }
 
-/// The control point of a turn, turned: the quasi-geodesic in that direction is a rotation of one plane.
+/// The rotated control point: the quasi-geodesic in that direction is a rotation of one plane.
 fn turned(point: &Mat<f64>, frame: &Mat<f64>, turn: Turn, angle: f64) -> Mat<f64> {
     let (sin, cos) = angle.sin_cos();
     let mut out = point.clone();
@@ -264,7 +267,7 @@ fn turned(point: &Mat<f64>, frame: &Mat<f64>, turn: Turn, angle: f64) -> Mat<f64
     out
 }
 
-/// `a += Gamma(V, V)` at `s`, canonical metric: `V (V^T S) + S (V^T V - V^T S S^T V)`.
+/// `a += Gamma(V, V)` at `s`, for the canonical metric: `V (V^T S) + S (V^T V - V^T S S^T V)`.
 fn add_christoffel(
     a: &mut Mat<f64>,
     s: MatRef<'_, f64>,

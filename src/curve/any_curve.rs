@@ -1,4 +1,4 @@
-//! The trait `Curve` for curves whose type is known at run time only.
+//! The trait `Curve` for curves whose type is known only at run time.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use crate::interrupt::Interrupt;
 use crate::space::Quotient;
 use crate::stored::{Fields, Stored};
 
-/// A curve of any kind behind a pointer.
+/// A curve of any type behind a pointer.
 pub(crate) trait AnyCurve: Send + Sync {
     fn shape(&self) -> (usize, usize);
     fn quotient(&self) -> Quotient;

@@ -1,4 +1,4 @@
-//! Arc length of a curve, its inverse, and the curve at constant speed.
+//! Arc length of a curve, its inverse, and reparametrisation to constant speed.
 
 use super::curve::{Curve, coordinate_shape, jets, length_between};
 use super::length::{Length, ROUND_OFF, Speed, TOLERANCE};
@@ -7,17 +7,18 @@ use super::sampling::Samples;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 
-/// The length of a curve from the start of an interval, as a function that can be inverted.
+/// The length of a curve from the start of an interval, as an invertible function.
 ///
 /// ```math
 /// s(t) = \int_{t_0}^{t} |S'(\tau)|\, d\tau
 /// ```
 ///
-/// in the canonical metric. Gauss-Legendre quadrature on panels that are halved until both halves together agree with
-/// the whole; panels end at the breakpoints of the curve.
+/// in the canonical metric. It is computed by Gauss-Legendre quadrature on panels, which are halved until the sum over
+/// both halves agrees with the whole; panels end at the breakpoints of the curve.
 ///
 /// # Accuracy
-/// Lengths and inverses relative to 1e-12 of the total, or to round-off of the velocity or of the parameter where that is more.
+/// Lengths are accurate to 1e-12 relative to the total, and parameters to 1e-12, or to the round-off of the velocity or
+/// of the parameter if that is larger.
 ///
 /// # Examples
 /// ```
@@ -38,19 +39,19 @@ pub struct ArcLength<'a, C: Curve> {
 }
 
 impl<'a, C: Curve> ArcLength<'a, C> {
-    /// Over the interval that the curve is made for.
+    /// The length over the whole interval of the curve.
     ///
     /// # Errors
-    /// `NoConvergence`, `Overflow`, `Interrupted`, and where the curve does not exist.
+    /// `NoConvergence`, `Overflow`, `Interrupted`, and an error if the curve does not exist somewhere.
     pub fn of(curve: &'a C, interrupt: Interrupt<'a>) -> Result<Self> {
         let (start, end) = curve.t_span();
         Self::between(curve, start.min(end), start.max(end), interrupt)
     }
 
-    /// From `start` to `end >= start`.
+    /// The length from `start` to `end >= start`.
     ///
     /// # Errors
-    /// `NonFinite`, `InvalidArgument`, and those of [`ArcLength::of`].
+    /// `NonFinite`, `InvalidArgument`, and the errors of [`ArcLength::of`].
     pub fn between(curve: &'a C, start: f64, end: f64, interrupt: Interrupt<'a>) -> Result<Self> {
         Ok(ArcLength {
             curve,
@@ -66,7 +67,7 @@ impl<'a, C: Curve> ArcLength<'a, C> {
 
     /// The parameter at which the length from the start is `length`.
     ///
-    /// Where the curve rests there are many: one of them.
+    /// If the curve rests there, this is one of several such parameters.
     ///
     /// # Errors
     /// `NonFinite`; `InvalidArgument` unless `0 <= length <= total` (to round-off).
@@ -74,7 +75,7 @@ impl<'a, C: Curve> ArcLength<'a, C> {
         Ok(self.parameters(&[length])?[0])
     }
 
-    /// [`ArcLength::parameter`] of many lengths.
+    /// [`ArcLength::parameter`] for many lengths.
     ///
     /// # Errors
     /// As [`ArcLength::parameter`], with the index of a length that is not finite; `Interrupted`.
@@ -99,9 +100,9 @@ impl<'a, C: Curve> ArcLength<'a, C> {
         self.length.parameters(lengths, speed, self.interrupt)
     }
 
-    /// Parameters of `count` points at equal lengths, the first and the last one at the ends of the interval.
+    /// Parameters of `count` points at equal distances along the curve, including both ends of the interval.
     ///
-    /// For a curve that does not move, equal steps of the parameter.
+    /// For a curve that does not move, the parameters are equidistant.
     ///
     /// # Errors
     /// `InvalidArgument` for fewer than two, or more than fit in memory; `Interrupted`.
@@ -113,7 +114,7 @@ impl<'a, C: Curve> ArcLength<'a, C> {
                 found: count as f64,
             });
         }
-        // Lengths, parameters, and the parts that these are put together from.
+        // Lengths, parameters, and the intermediate results for both.
         if Vec::<[f64; 3]>::new().try_reserve_exact(count).is_err() {
             return Err(Error::InvalidArgument {
                 name: "count",
@@ -134,7 +135,7 @@ impl<'a, C: Curve> ArcLength<'a, C> {
         Ok(parameters)
     }
 
-    /// The curve at constant speed, sampled: its positions at [`ArcLength::equal`] parameters.
+    /// The positions at the parameters of [`ArcLength::equal`], which sample the curve at constant speed.
     ///
     /// # Errors
     /// As [`ArcLength::equal`] and [`Curve::sample`].

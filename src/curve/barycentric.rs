@@ -1,14 +1,14 @@
-//! The polynomial through values at Gauss nodes and at both ends of `[0, 1]`.
+//! The polynomial interpolating values at Gauss nodes and at both ends of `[0, 1]`.
 //!
-//! With the nodes in order, the ends among them, the barycentric weights have alternating signs and the sizes
+//! For the nodes in order, including the ends, the barycentric weights have alternating signs and magnitudes
 //!
 //! ```math
 //! |\lambda_0| = |\lambda_{N+1}| = \tfrac12,\qquad |\lambda_i| = \sqrt{\frac{w_i}{4 s_i (1 - s_i)}},
 //! ```
 //!
-//! from those of Gauss nodes, `w_i` being the weights of the quadrature on `[0, 1]`. A constant is met to the last bit but one
-//! whatever the weights are off, and values at the nodes are met exactly; coefficients of Legendre polynomials lose a factor of
-//! 10 (measured, 20 nodes).
+//! computed from the weights `w_i` of Gauss quadrature on `[0, 1]`. Constants are reproduced to the last bit but one,
+//! however inaccurate the weights are, and values at the nodes are reproduced exactly; coefficients of Legendre
+//! polynomials lose a factor of 10 (measured with 20 nodes).
 //!
 //! # Source
 //! Berrut, Trefethen (2004), "Barycentric Lagrange interpolation", SIAM Review 46, 501-517, eq. (4.2); Wang, Xiang (2012), "On the
@@ -16,7 +16,7 @@
 
 use super::nodes::Nodes;
 
-/// Nodes with both ends, increasing, and their barycentric weights.
+/// Nodes including both ends, in increasing order, and their barycentric weights.
 #[derive(Debug, Clone)]
 pub(super) struct Barycentric {
     s: Vec<f64>,
@@ -36,7 +36,7 @@ impl Barycentric {
         Barycentric { s, weights }
     }
 
-    /// Factors of the values, whose sum is that of the polynomial at `s`.
+    /// Writes the factors by which values are combined to the polynomial's value at `s`.
     pub(super) fn factors_into(&self, s: f64, out: &mut [f64]) {
         if let Some(node) = self.s.iter().position(|node| *node == s) {
             out.fill(0.0);

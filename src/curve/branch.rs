@@ -1,32 +1,32 @@
-//! Whether a de Casteljau curve stays on one branch: intermediate points never an angle of pi apart.
+//! Checks that a de Casteljau curve stays on one branch: no intermediate points are an angle of pi apart.
 //!
 //! The margin of a stage (`1 + cos` of its largest angles, see [`Margin`](crate::manifold::lane_join::Margin)) touches
-//! zero where the principal quasi-geodesic jumps to another branch. It is sampled on a grid that is finer near the ends,
-//! where the first and last stages turn fastest, and each local minimum that is small is followed, eight parameters at a
-//! time, until it is a zero or clearly is not.
+//! zero where the principal quasi-geodesic jumps to another branch. It is sampled on a grid that is finer near the
+//! ends, where the first and last stages rotate fastest. Each small local minimum is refined, eight parameters at a
+//! time, until it is either zero or clearly not.
 
 use crate::error::{Error, Result};
 use crate::linalg::lanes::{LANES, Lanes};
 
-/// Intervals of the first grid for each degree: an angle turns by a small part of pi in one.
+/// Number of intervals of the initial grid per degree: angles change by a small part of pi in each.
 const GRID: usize = 16;
 
-/// Minima above this on the grid (angles below about 115 degrees) do not fall to zero between its points.
+/// Grid minima above this (angles below about 115 degrees) do not reach zero between grid points.
 const SMALL: f64 = 0.6;
 
-/// A minimum below this is a zero: an angle within about 1e-5 of pi.
+/// A minimum below this counts as zero: an angle within about 1e-5 of pi.
 const ZERO: f64 = 1e-10;
 
-/// Each round makes an interval about four times shorter.
+/// Number of refinements; each makes the interval about four times shorter.
 const ROUNDS: usize = 18;
 
-/// Rounds in which every local minimum is followed; below, the function has one.
+/// Number of refinements that follow every local minimum; later there is only one.
 const SPLITS: usize = 4;
 
-/// Rotations this far from the identity have angles below 145 degrees.
+/// A rotation whose distance from the identity is at most this has angles below 145 degrees.
 const FAR: f64 = 1.9;
 
-/// Error `BranchJump` where `margins`, the least margins of all stages at eight parameters, touch zero inside of `[0, 1]`.
+/// Return `BranchJump` if `margins`, the least margins of all stages at eight parameters, touches zero inside `[0, 1]`.
 pub(super) fn check(degree: usize, mut margins: impl FnMut(Lanes) -> Lanes) -> Result<()> {
     let intervals = GRID * degree;
     let place = |i: usize| 0.5 - 0.5 * (std::f64::consts::PI * i as f64 / intervals as f64).cos();
@@ -53,7 +53,7 @@ fn dips<'a>(t: &'a [f64], values: &'a [f64]) -> impl Iterator<Item = (f64, f64)>
     })
 }
 
-/// Error `BranchJump` where the margin falls to zero between two parameters.
+/// Return `BranchJump` if the margin reaches zero between two parameters.
 fn follow(
     margins: &mut impl FnMut(Lanes) -> Lanes,
     low: f64,
@@ -82,7 +82,7 @@ fn follow(
     follow(margins, low, high, round + 1)
 }
 
-/// Whether legs of at most this speed (spectral norm) are so short that no stage can come near an angle of pi.
+/// Whether legs of at most this speed (spectral norm) are so short that the angles of all stages stay away from pi.
 ///
 /// Points at spectral distance `d` have `|I - S_0^T S_1| <= d` and principal cosines of at least `1 - d^2 / 2`, so the
 /// relative rotation `R` has `|I - R| <= d + d^2 / 2`, which bounds all angles between them. The sum of the largest

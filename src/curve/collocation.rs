@@ -1,8 +1,8 @@
 //! Derivatives and integrals of a curve from its points at Gauss-Legendre nodes.
 //!
-//! A smooth curve on `[0, 1]` is its interpolation polynomial to round-off once the nodes are enough; differentiating
-//! that costs a product with a constant matrix, where exact derivatives of a de Casteljau curve cost a hundred times
-//! its points.
+//! With enough nodes, a smooth curve on `[0, 1]` equals its interpolation polynomial to round-off. Differentiating that
+//! costs one product with a constant matrix, whereas exact derivatives of a de Casteljau curve cost a hundred times as
+//! much as its points.
 //!
 //! # Source
 //! Wang, Xiang (2012), "On the convergence rates of Legendre approximation", Math. Comp. 81, 861-877
@@ -14,14 +14,14 @@ use faer::{Mat, MatMut, MatRef};
 use super::gauss_legendre::gauss_legendre;
 use crate::linalg::product::mul_into;
 
-/// Nodes and matrices for one number of nodes on `[0, 1]`.
+/// Nodes and matrices on `[0, 1]` for a given number of nodes.
 pub(super) struct Collocation {
     pub(super) nodes: Vec<f64>,
     pub(super) weights: Vec<f64>,
-    /// Transposed: values side by side, one column for each node, times these give derivatives.
+    /// Transposed differentiation matrix: values side by side, one column per node, times this matrix give derivatives.
     first: Mat<f64>,
     second: Mat<f64>,
-    /// Values times this give the last two Legendre coefficients.
+    /// Values times this matrix give the last two Legendre coefficients.
     tail: Mat<f64>,
 }
 
@@ -37,7 +37,7 @@ impl Collocation {
                 // On [0, 1] derivatives are twice those on [-1, 1].
                 let entry = 2.0 * barycentric[j] / (barycentric[i] * (x[i] - x[j]));
                 first[(j, i)] = entry;
-                // The derivative of a constant is zero, also in floating-point numbers.
+                // The derivative of a constant is exactly zero, also in floating-point arithmetic.
                 first[(i, i)] -= entry;
             }
         }
@@ -59,7 +59,7 @@ impl Collocation {
         self.nodes.len()
     }
 
-    /// First and second derivatives at the nodes from the values there, node after node.
+    /// First and second derivatives at the nodes from the values there, node by node.
     pub(super) fn derivatives_into(&self, values: &[f64], first: &mut [f64], second: &mut [f64]) {
         let size = values.len() / self.len();
         let values = MatRef::from_column_major_slice(values, size, self.len());
@@ -69,7 +69,7 @@ impl Collocation {
         }
     }
 
-    /// Size of the last two Legendre coefficients of the values: what the nodes do not resolve.
+    /// Norm of the last two Legendre coefficients of the values, which measures how well the nodes resolve them.
     pub(super) fn unresolved(&self, values: &[f64]) -> f64 {
         let size = values.len() / self.len();
         let values = MatRef::from_column_major_slice(values, size, self.len());

@@ -7,18 +7,18 @@ use crate::linalg::jet::Jet;
 use crate::manifold::{Stiefel, covariant};
 use crate::report::{SolverReport, StopReason};
 
-/// Relative change between two refinements at which the integral counts as found.
+/// Relative change between two refinements at which the integral counts as converged.
 const TOLERANCE: f64 = 1e-12;
 
-/// The acceleration is known to this much of the ambient `|S''|`: what is left of it along a geodesic.
+/// Error of the acceleration relative to the ambient `|S''|`: the residual acceleration along a geodesic.
 const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
 
 /// At most `2^MAX_DOUBLINGS` panels.
 const MAX_DOUBLINGS: usize = 10;
 
-/// `int |D_t S'|^2 dt` over the interval `span`, panels doubled until the value settles.
+/// `int |D_t S'|^2 dt` over the interval `span`; panels are doubled until the value converges.
 ///
-/// Of a curve with coordinates of shape `(rows, k)`, whose Taylor coefficients up to order 2 are written by `jet_at`.
+/// The curve has coordinates of shape `(rows, k)`, whose Taylor coefficients up to order 2 are written by `jet_at`.
 pub(super) fn squared_acceleration(
     [rows, k]: [usize; 2],
     (start, end): (f64, f64),
@@ -31,7 +31,7 @@ pub(super) fn squared_acceleration(
         jet_at(t, &mut jet)?;
         squares(&manifold, &jet)
     };
-    // Positions have norm sqrt(k), so accelerations below that over the squared interval are noise as well.
+    // Positions have norm sqrt(k), so accelerations below that over the squared interval are round-off as well.
     let still = k as f64 / (end - start).abs().powi(3);
     let (nodes, weights) = &*PANEL;
     let (mut previous, mut change, mut tolerance) = (f64::NAN, f64::INFINITY, 0.0);
@@ -72,7 +72,7 @@ pub(super) fn squared_acceleration(
     })
 }
 
-/// The squares of the covariant and of the ambient acceleration.
+/// The squared norms of the covariant and of the ambient acceleration.
 fn squares(manifold: &Stiefel, jet: &Jet) -> Result<[f64; 2]> {
     let second = &jet.c[2] * faer::Scale(2.0);
     let a = covariant::acceleration(jet.c[0].as_ref(), jet.c[1].as_ref(), second.as_ref());

@@ -1,4 +1,4 @@
-//! One protocol for evaluation, derivatives, covariant quantities, length and cost of a curve.
+//! The trait of all curves: evaluation, derivatives, covariant quantities, length and cost.
 
 use faer::prelude::*;
 use faer::{Mat, MatMut, MatRef};
@@ -15,7 +15,7 @@ use crate::space::Quotient;
 
 /// A smooth curve on `St(n, k)`.
 ///
-/// An implementation gives its coordinates in a frame; everything else follows.
+/// An implementation provides its coordinates in a frame; all other methods have defaults.
 ///
 /// # Examples
 /// ```
@@ -61,12 +61,12 @@ pub trait Curve: Send + Sync {
     /// Columns of a point.
     fn k(&self) -> usize;
 
-    /// What the points stand for: frames, or the spans of their columns.
+    /// The meaning of the points: frames, or the spans of their columns.
     fn quotient(&self) -> Quotient {
         Quotient::Frames
     }
 
-    /// The same curve going on outside of its interval; `None` for one that does so anyway.
+    /// The same curve, extrapolated outside its interval; `None` for a curve that always extrapolates.
     fn continued(&self) -> Option<Self>
     where
         Self: Sized,
@@ -74,27 +74,28 @@ pub trait Curve: Send + Sync {
         None
     }
 
-    /// The interval that the curve is made for.
+    /// The interval on which the curve is defined.
     fn t_span(&self) -> (f64, f64) {
         (0.0, 1.0)
     }
 
-    /// Where the curve may be less smooth, increasing: the ends of its interval, and the knots between them.
+    /// Parameters where the curve may be less smooth, in increasing order: the ends of its interval, and the knots
+    /// between them.
     fn breakpoints(&self) -> Vec<f64> {
         let (start, end) = self.t_span();
         vec![start.min(end), start.max(end)]
     }
 
-    /// Columns that span the curve, shape `(n, r)`; `None` where coordinates are the entries themselves.
+    /// Orthonormal columns that span the curve, shape `(n, r)`; `None` if the coordinates are the entries themselves.
     fn frame(&self) -> Option<MatRef<'_, f64>>;
 
     /// Buffers for [`Curve::coordinates_into`].
     fn workspace(&self) -> Self::Workspace;
 
-    /// Taylor coefficients in `tau` of the coordinates at `t + tau`, up to `order`, each of shape `(r, k)`.
+    /// Writes Taylor coefficients in `tau` of the coordinates at `t + tau`, up to `order`, each of shape `(r, k)`.
     ///
     /// # Errors
-    /// Where the curve does not exist at `t`.
+    /// An error if the curve does not exist at `t`.
     fn coordinates_into(
         &self,
         t: f64,
@@ -103,12 +104,12 @@ pub trait Curve: Send + Sync {
         out: &mut Jet,
     ) -> Result<()>;
 
-    /// Coordinates of the positions at many parameters, side by side in `out`, shape `(r, k len)`.
+    /// Writes coordinates of the positions at many parameters, side by side in `out`, shape `(r, k len)`.
     ///
-    /// By default one after the other, through `scratch`; a curve that computes many at once does better.
+    /// By default they are computed one after another, using `scratch`; curves that compute many at once override this.
     ///
     /// # Errors
-    /// Where the curve does not exist at one of them.
+    /// An error if the curve does not exist at one of them.
     fn positions_into(
         &self,
         t: &[f64],
@@ -130,15 +131,15 @@ pub trait Curve: Send + Sync {
     /// Position at `t`, shape `(n, k)`.
     ///
     /// # Errors
-    /// `NonFinite`, and where the curve does not exist at `t`.
+    /// `NonFinite`, and an error if the curve does not exist at `t`.
     fn point(&self, t: f64) -> Result<Mat<f64>> {
         self.derivative(t, 0)
     }
 
-    /// The ambient derivative of order `nu`, 0 to 3, at `t`; shape `(n, k)`.
+    /// The ambient derivative of order `nu` at `t`, 0 to 3; shape `(n, k)`.
     ///
     /// # Errors
-    /// `NonFinite`, `InvalidArgument` (`nu`), and where the curve does not exist at `t`.
+    /// `NonFinite`, `InvalidArgument` (`nu`), and an error if the curve does not exist at `t`.
     fn derivative(&self, t: f64, nu: usize) -> Result<Mat<f64>> {
         Ok(self
             .sample(&[t], Quantity::Derivative(nu), Interrupt::NEVER)?
@@ -168,21 +169,21 @@ pub trait Curve: Send + Sync {
             .to_owned())
     }
 
-    /// One quantity at many parameters, in parallel.
+    /// Samples one quantity at many parameters, in parallel.
     ///
-    /// Runs on the current rayon pool. Results are bit-identical for any number of threads, and no memory is
-    /// allocated per parameter (positions and ambient derivatives).
+    /// Runs on the current rayon pool. Results are bit-identical for any number of threads; for positions and ambient
+    /// derivatives, no memory is allocated per parameter.
     ///
     /// # Errors
-    /// `NonFinite` (index of the parameter), `InvalidArgument` (derivative order), `Interrupted`, and where the
+    /// `NonFinite` (index of the parameter), `InvalidArgument` (derivative order), `Interrupted`, and an error if the
     /// curve does not exist at some parameter.
     fn sample(&self, t: &[f64], quantity: Quantity, interrupt: Interrupt<'_>) -> Result<Samples> {
         sample_blocks(self, t, quantity, interrupt)
     }
 
-    /// The coordinates in the frame of one quantity at many parameters, side by side, shape `(r, k len)`; in parallel.
+    /// Samples the coordinates of one quantity in the frame, side by side, shape `(r, k len)`; in parallel.
     ///
-    /// [`lift_into`](super::lift_into) makes values of them: in pieces, where all of them together are large.
+    /// [`lift_into`](super::lift_into) converts them to values, piecewise if all of them together are too large.
     ///
     /// # Errors
     /// As [`Curve::sample`].
@@ -195,17 +196,18 @@ pub trait Curve: Send + Sync {
         sample_coordinate_blocks(self, t, quantity, interrupt)
     }
 
-    /// Squared-acceleration cost over [`Curve::t_span`]; of a cubic in tension, or a spline of them, what it makes stationary:
+    /// The cost: the integral of the squared acceleration over [`Curve::t_span`]. For cubics in tension, and splines of
+    /// them, the functional that they make stationary:
     ///
     /// ```math
     /// J = \int |D_t S'|^2\, dt,\qquad J_\tau = \int |D_t S'|^2 + \tau |S'|^2\, dt
     /// ```
     ///
     /// # Accuracy
-    /// Relative 1e-12, or round-off of the acceleration (`64 eps |S''|`) where that is more, by composite
-    /// Gauss-Legendre quadrature with as many panels as that takes.
+    /// Accurate to 1e-12 relative, or to the round-off of the acceleration (`64 eps |S''|`) if that is larger, by
+    /// composite Gauss-Legendre quadrature with as many panels as necessary.
     /// # Errors
-    /// `NoConvergence`, `Overflow`, and where the curve does not exist.
+    /// `NoConvergence`, `Overflow`, and an error if the curve does not exist somewhere.
     fn cost(&self) -> Result<f64>
     where
         Self: Sized,
@@ -213,7 +215,7 @@ pub trait Curve: Send + Sync {
         self.cost_interruptible(Interrupt::NEVER)
     }
 
-    /// [`Curve::cost`] that can be stopped.
+    /// [`Curve::cost`] with an interrupt.
     ///
     /// # Errors
     /// As [`Curve::cost`], and `Interrupted`.
@@ -229,12 +231,13 @@ pub trait Curve: Send + Sync {
         )
     }
 
-    /// Length from `t0` to `t1 >= t0` in the canonical metric; [`ArcLength`](super::ArcLength) has its inverse too.
+    /// Length from `t0` to `t1 >= t0` in the canonical metric; [`ArcLength`](super::ArcLength) also computes its
+    /// inverse.
     ///
     /// # Accuracy
-    /// Relative 1e-12, or round-off of the velocity where that is more.
+    /// Accurate to 1e-12 relative, or to the round-off of the velocity if that is larger.
     /// # Errors
-    /// `NonFinite`, `InvalidArgument`, `NoConvergence`, `Overflow`, and where the curve does not exist.
+    /// `NonFinite`, `InvalidArgument`, `NoConvergence`, `Overflow`, and an error if the curve does not exist somewhere.
     fn arc_length(&self, t0: f64, t1: f64) -> Result<f64>
     where
         Self: Sized,
@@ -244,17 +247,17 @@ pub trait Curve: Send + Sync {
 
     /// The largest norms of velocity, covariant acceleration and covariant jerk over [`Curve::t_span`].
     ///
-    /// By dense sampling of each smooth piece, and refinement around the largest values
-    /// ([`Guarantee::Sampling`](super::Guarantee::Sampling)); a Riemannian cubic has true bounds
+    /// Found by dense sampling of each smooth piece and refinement near the largest values
+    /// ([`Guarantee::Sampling`](super::Guarantee::Sampling)); for a Riemannian cubic they are strict bounds
     /// ([`Guarantee::Enclosure`](super::Guarantee::Enclosure)).
     ///
     /// # Errors
-    /// `Overflow`, and where the curve does not exist.
+    /// `Overflow`, and an error if the curve does not exist somewhere.
     fn derivative_bounds(&self) -> Result<DerivativeBounds> {
         self.derivative_bounds_interruptible(Interrupt::NEVER)
     }
 
-    /// [`Curve::derivative_bounds`] that can be stopped.
+    /// [`Curve::derivative_bounds`] with an interrupt.
     ///
     /// # Errors
     /// As [`Curve::derivative_bounds`], and `Interrupted`.
@@ -278,7 +281,7 @@ pub(super) fn coordinate_shape<C: Curve + ?Sized>(curve: &C) -> [usize; 2] {
     [rows, curve.k()]
 }
 
-/// The Taylor coefficients of the coordinates up to an order, in a workspace made once.
+/// The Taylor coefficients of the coordinates up to a given order, in a workspace allocated once.
 pub(super) fn jets<C: Curve + ?Sized>(
     curve: &C,
     order: usize,
@@ -290,7 +293,8 @@ pub(super) fn jets<C: Curve + ?Sized>(
 /// The length of a curve from `start` to `end >= start`.
 ///
 /// # Errors
-/// `NonFinite`, `InvalidArgument`, `NoConvergence`, `Overflow`, `Interrupted`, and where the curve does not exist.
+/// `NonFinite`, `InvalidArgument`, `NoConvergence`, `Overflow`, `Interrupted`, and an error if the curve does not exist
+/// somewhere.
 pub(super) fn length_between<C: Curve>(
     curve: &C,
     start: f64,
@@ -306,7 +310,7 @@ pub(super) fn length_between<C: Curve>(
             found: end,
         });
     }
-    // Where there is no curve, the error is about the given time.
+    // If the curve does not exist there, the error names the given time.
     for t in [start, end] {
         curve.point(t)?;
     }
@@ -345,7 +349,8 @@ pub(crate) fn sample_coordinate_blocks<C: Curve + ?Sized>(
     sampling::coordinates(coordinate_shape(curve), request, || reader(curve, quantity))
 }
 
-/// Reads one quantity at every parameter of a block, side by side, in the coordinates of the frame.
+/// Returns a closure that reads one quantity at every parameter of a block, side by side, in the coordinates of the
+/// frame.
 fn reader<C: Curve + ?Sized>(
     curve: &C,
     quantity: Quantity,

@@ -1,6 +1,6 @@
 //! De Casteljau's algorithm with quasi-geodesics: geometric polynomials of any degree on `St(n, k)`.
 //!
-//! Quasi-geodesics take the place of the straight lines of the Euclidean algorithm; for degree three:
+//! Quasi-geodesics replace the straight lines of the Euclidean algorithm; for degree three:
 //!
 //! ```text
 //! S0 --- S1 --- S2 --- S3      control points
@@ -9,12 +9,13 @@
 //!           gamma
 //! ```
 //!
-//! Positions are computed at eight parameters at once ([`lane_join`](crate::manifold)), and by the careful route, one
-//! parameter at a time, where a stage comes near the edge of its domain. Derivatives differentiate every stage.
+//! Positions are computed at eight parameters at once ([`lane_join`](crate::manifold)) or, if a stage comes near the
+//! edge of its domain, by a slower method one parameter at a time. Derivatives are obtained by differentiating every
+//! stage.
 //!
 //! # Source
-//! Krakowski, Machado, Silva Leite, Batista (2017); arXiv 2404.19407, section on the adjusted algorithm. Deviation:
-//! work is done in the `min(n, (degree + 1) k)` dimensions that the control points span, which is exact.
+//! Krakowski, Machado, Silva Leite, Batista (2017); arXiv 2404.19407, section on the adjusted algorithm. Deviation: the
+//! computation takes place in the `min(n, (degree + 1) k)` dimensions spanned by the control points, which is exact.
 
 use faer::prelude::*;
 use faer::{Mat, MatMut, MatRef};
@@ -34,22 +35,22 @@ use crate::manifold::lane_join::{LaneJoin, Margin};
 use crate::manifold::lane_leg::{LaneLeg, LaneLegWork};
 use crate::space::Quotient;
 
-/// Further outside of `[0, 1]` the weights of the two ends cancel: the careful route.
+/// Beyond this distance from `[0, 1]` the weights of the two ends cancel, and parameters are evaluated one at a time.
 const LANE_RANGE: f64 = 2.0;
 
-/// Above this the blocked factorisations of a single matrix are faster than eight at once (measured: 1.6 times slower
-/// at k = 40, 1.4 times faster at k = 100).
+/// Number of columns above which the blocked factorisations of a single matrix are faster than eight at once (measured:
+/// 1.6 times slower at k = 40, 1.4 times faster at k = 100).
 const LANE_COLUMNS: usize = 64;
 
 /// A geometric polynomial: the curve of de Casteljau's algorithm on `[0, 1]` with quasi-geodesics as pieces.
 ///
-/// It meets its first and last control point; its end velocities are `degree` times those of the first and the last
-/// leg. Degree 1 is the quasi-geodesic, degree 3 the [`GeometricCubic`](super::GeometricCubic).
+/// It passes through its first and last control point; its end velocities are `degree` times those of the first and the
+/// last leg. Degree 1 is the quasi-geodesic, degree 3 the [`GeometricCubic`](super::GeometricCubic).
 ///
 /// # Domain
-/// The construction joins points by principal quasi-geodesics, so the curve is smooth where relative rotations and
-/// principal angles of all intermediate points stay below pi. Control points for which one of them reaches pi inside of
-/// `[0, 1]` are refused (`BranchJump`). Outside of `[0, 1]` every point is that of the principal branches.
+/// The construction joins points by principal quasi-geodesics, so the curve is smooth as long as relative rotations and
+/// principal angles between all intermediate points stay below pi. Control points for which one of them reaches pi
+/// inside `[0, 1]` are refused (`BranchJump`). Outside `[0, 1]` the curve may jump to another principal branch.
 ///
 /// # Accuracy
 /// Orthonormality defect at most `32 eps k degree` in `[0, 1]`, asserted in `tests/de_casteljau.rs`.
@@ -68,7 +69,7 @@ const LANE_COLUMNS: usize = 64;
 pub struct GeometricPolynomial {
     /// The control points in the coordinates of the frame.
     points: Vec<Mat<f64>>,
-    /// Orthonormal basis of the span of the control points, where that is smaller than `R^n`.
+    /// Orthonormal basis of the span of the control points, if the span is smaller than `R^n`.
     frame: Option<Mat<f64>>,
     /// The quasi-geodesics between consecutive control points, in the coordinates of the frame.
     legs: Vec<QuasiGeodesic>,
@@ -76,11 +77,11 @@ pub struct GeometricPolynomial {
 }
 
 impl GeometricPolynomial {
-    /// The curve with the given control points, two or more, each of shape `(n, k)`.
+    /// The curve with the given control points, at least two, each of shape `(n, k)`.
     ///
     /// # Errors
-    /// `Shape`, `NonFinite`, `NotOrthonormal`; `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents` where two
-    /// consecutive points cannot be joined; `BranchJump` where intermediate points cannot.
+    /// `Shape`, `NonFinite`, `NotOrthonormal`; `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents` if two
+    /// consecutive points cannot be joined; `BranchJump` if intermediate points cannot.
     pub fn new(points: &[MatRef<'_, f64>]) -> Result<Self> {
         let (_, span, low) = span::control_points(points)?;
         let legs = low
@@ -90,7 +91,7 @@ impl GeometricPolynomial {
         Self::of_legs(low, span, legs)
     }
 
-    /// From control points and legs in the coordinates of the span.
+    /// Built from control points and legs in the coordinates of the span.
     pub(super) fn of_legs(
         points: Vec<Mat<f64>>,
         span: Span,
@@ -101,7 +102,7 @@ impl GeometricPolynomial {
         Ok(curve)
     }
 
-    /// From control points and legs in the coordinates of a frame; it may jump.
+    /// Built from control points and legs in the coordinates of a frame, without checking for jumps.
     pub(super) fn unchecked(
         points: Vec<Mat<f64>>,
         frame: Option<Mat<f64>>,
@@ -116,7 +117,7 @@ impl GeometricPolynomial {
         })
     }
 
-    /// Error `BranchJump` where the curve jumps inside of `[0, 1]`.
+    /// Return `BranchJump` if the curve jumps inside `[0, 1]`.
     pub(super) fn check_branch(&self) -> Result<()> {
         if branch::is_short(self.largest_leg_speed(), self.degree()) {
             return Ok(());
@@ -125,7 +126,8 @@ impl GeometricPolynomial {
         branch::check(self.degree(), |t| self.margins(t, &mut work))
     }
 
-    /// Another inner control point, in the coordinates of the frame, and the two legs that end in it; it may jump.
+    /// Replaces an inner control point, given in the coordinates of the frame, and its two legs, without checking for
+    /// jumps.
     pub(super) fn replace_point(&mut self, i: usize, point: &Mat<f64>) -> Result<()> {
         self.points[i].copy_from(point);
         for leg in [i - 1, i] {
@@ -136,14 +138,14 @@ impl GeometricPolynomial {
         Ok(())
     }
 
-    /// Takes an inner control point, and the two legs that end in it, from a curve that has the others in common.
+    /// Copies an inner control point and its two legs from a curve with the same other control points.
     pub(super) fn restore_point(&mut self, i: usize, from: &Self) {
         self.points[i].copy_from(&from.points[i]);
         self.legs[i - 1..=i].clone_from_slice(&from.legs[i - 1..=i]);
         self.lane_legs[i - 1..=i].clone_from_slice(&from.lane_legs[i - 1..=i]);
     }
 
-    /// The curve of the same coordinates in a span.
+    /// The curve with the same coordinates in a span.
     pub(super) fn lifted_by(self, span: Span) -> Self {
         let frame = span.into_basis();
         GeometricPolynomial { frame, ..self }
@@ -154,7 +156,8 @@ impl GeometricPolynomial {
         &self.points
     }
 
-    /// The control points, each of shape `(n, k)`; lifted from the frame, so as given to round-off.
+    /// The control points, each of shape `(n, k)`; they are lifted from the frame, so they equal the given ones up to
+    /// round-off.
     pub fn control_points(&self) -> Vec<Mat<f64>> {
         span::lifted(self.frame.as_ref(), &self.points)
     }
@@ -170,7 +173,7 @@ impl GeometricPolynomial {
         self.legs.len()
     }
 
-    /// How near the intermediate points of eight parameters in `[0, 1]` come to a change of branch.
+    /// How close the intermediate points at eight parameters in `[0, 1]` come to a change of branch.
     fn margins(&self, t: Lanes, work: &mut Workspace) -> Lanes {
         vectorised(
             #[inline(always)]
@@ -179,7 +182,7 @@ impl GeometricPolynomial {
         .least
     }
 
-    /// A bound of the spectral norm of the velocity along all legs.
+    /// A bound on the spectral norm of the velocity along all legs.
     fn largest_leg_speed(&self) -> f64 {
         let speeds = self.lane_legs.iter().map(LaneLeg::speed_bound);
         speeds.fold(0.0, f64::max)
@@ -190,7 +193,7 @@ impl GeometricPolynomial {
         self.legs[0].n()
     }
 
-    /// Leaves the points in the first stage.
+    /// Computes the points at eight parameters in the first stage.
     #[inline(always)]
     fn lane_points(&self, t: Lanes, work: &mut LaneWork) -> Margin {
         let mut margin = Margin::WIDE;
@@ -206,7 +209,8 @@ impl GeometricPolynomial {
         margin
     }
 
-    /// Points at up to eight parameters, side by side in `out`; true where the careful route is needed.
+    /// Writes points at up to eight parameters, side by side in `out`; returns `true` for those that must be recomputed
+    /// one at a time.
     #[inline(always)]
     fn lane_block(&self, t: &[f64], work: &mut LaneWork, out: MatMut<'_, f64>) -> [bool; LANES] {
         let mut lanes = Lanes::splat(t[0]);
@@ -352,7 +356,7 @@ impl LaneWork {
     }
 }
 
-/// Convenience for a whole array of control points.
+/// For an array of control points.
 impl TryFrom<&[Mat<f64>]> for GeometricPolynomial {
     type Error = Error;
 

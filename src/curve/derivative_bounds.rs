@@ -7,19 +7,20 @@ use crate::linalg::jet::Jet;
 use crate::manifold::Stiefel;
 use crate::space::Quotient;
 
-/// Samples of one smooth piece.
+/// Number of samples of each smooth piece.
 const SAMPLES: usize = 33;
 
-/// Samples of the two intervals beside a largest one, again and again.
+/// Number of samples per refinement, on the two intervals next to a largest sample.
 const FINER: usize = 17;
 
-/// Each round leaves an eighth of the interval: after five the maximum of a smooth function is known to `1e-10`.
+/// Number of refinements; each reduces the interval to an eighth, so that after five the maximum of a smooth function
+/// is known to `1e-10`.
 const ROUNDS: usize = 5;
 
-/// Local maxima that are looked at closely.
+/// Number of local maxima that are refined.
 const CANDIDATES: usize = 3;
 
-/// What is known of the numbers in [`DerivativeBounds`].
+/// The kind of guarantee for the values of [`DerivativeBounds`].
 ///
 /// # Examples
 /// ```
@@ -38,23 +39,23 @@ const CANDIDATES: usize = 3;
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Guarantee {
-    /// The norms are nowhere larger (but for round-off), and the numbers are at most 1e-3 of themselves above the
-    /// largest norms; where a derivative of lower order is more than ten times as large, in the length of the interval (of a
-    /// piece of a spline) as unit of time, 1e-4 of that.
+    /// Strict bounds, up to round-off: the norms exceed them nowhere, and they are at most a factor 1e-3 above the
+    /// largest norms. If a derivative of lower order is more than ten times as large, with the length of the interval
+    /// (of a piece of a spline) as the unit of time, they are at most 1e-4 of that derivative above.
     Enclosure,
-    /// The largest norms of a dense sample, refined around the largest: nowhere above the truth, but a peak that is
-    /// narrower than a 32nd of a piece can be missed.
+    /// The largest norms of a dense sample, refined near the largest ones. They never exceed the true maxima, but a
+    /// peak narrower than 1/32 of a piece may be missed.
     Sampling,
 }
 
 impl Guarantee {
-    /// The guarantee of a word, the inverse of [`Guarantee::as_str`].
+    /// The guarantee with a given name, the inverse of [`Guarantee::as_str`].
     pub fn from_word(word: &str) -> Option<Self> {
         let mut all = [Guarantee::Enclosure, Guarantee::Sampling].into_iter();
         all.find(|guarantee| guarantee.as_str() == word)
     }
 
-    /// The guarantee as a word, the same in Rust and Python.
+    /// The name of the guarantee, the same in Rust and Python.
     pub fn as_str(self) -> &'static str {
         match self {
             Guarantee::Enclosure => "enclosure",
@@ -63,7 +64,7 @@ impl Guarantee {
     }
 }
 
-/// The largest norms of velocity, covariant acceleration and covariant jerk on an interval, canonical metric.
+/// The largest norms of velocity, covariant acceleration and covariant jerk on an interval, in the canonical metric.
 ///
 /// # Examples
 /// ```
@@ -81,18 +82,18 @@ impl Guarantee {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DerivativeBounds {
-    /// Of `|S'|`.
+    /// Largest `|S'|`.
     pub velocity: f64,
-    /// Of `|D_t S'|`.
+    /// Largest `|D_t S'|`.
     pub acceleration: f64,
-    /// Of `|D_t D_t S'|`.
+    /// Largest `|D_t D_t S'|`.
     pub jerk: f64,
-    /// What is known of the three.
+    /// The guarantee for all three.
     pub guarantee: Guarantee,
 }
 
 impl DerivativeBounds {
-    /// The larger of both, with the weaker guarantee.
+    /// The larger values of both, with the weaker guarantee.
     pub(crate) fn max(self, other: Self) -> Self {
         let guarantee = match (self.guarantee, other.guarantee) {
             (Guarantee::Enclosure, Guarantee::Enclosure) => Guarantee::Enclosure,
@@ -106,7 +107,7 @@ impl DerivativeBounds {
         }
     }
 
-    /// Those of the same curve run through in `length` times the time.
+    /// The bounds for the same curve traversed in `length` times the time.
     pub(crate) fn slowed(self, length: f64) -> Result<Self> {
         let rate = 1.0 / length;
         let out = DerivativeBounds {
@@ -124,7 +125,7 @@ impl DerivativeBounds {
     }
 }
 
-/// Norms of velocity, covariant acceleration and covariant jerk of a curve, in buffers made once.
+/// Norms of velocity, covariant acceleration and covariant jerk of a curve, with buffers allocated once.
 struct Norms<F> {
     /// Writes Taylor coefficients up to order 3.
     jet_at: F,
@@ -161,9 +162,9 @@ impl<F: FnMut(f64, &mut Jet) -> Result<()>> Norms<F> {
     }
 }
 
-/// By sampling each smooth piece of a curve, between its breakpoints.
+/// Bounds by sampling each smooth piece of a curve, between its breakpoints.
 ///
-/// Its coordinates are of shape `(rows, k)`, and `jet_at` writes their Taylor coefficients up to order 3.
+/// The coordinates have shape `(rows, k)`, and `jet_at` writes their Taylor coefficients up to order 3.
 pub(super) fn sampled_bounds(
     shape: [usize; 2],
     quotient: Quotient,
@@ -209,7 +210,7 @@ fn sample<F: FnMut(f64, &mut Jet) -> Result<()>>(
         .collect()
 }
 
-/// The intervals beside the largest local maxima of one norm.
+/// The intervals next to the largest local maxima of one norm.
 fn peaks(samples: &[Sample], which: usize) -> Vec<(f64, f64)> {
     let value = |i: usize| samples[i].1[which];
     let last = samples.len() - 1;

@@ -1,4 +1,4 @@
-//! The legs of a geometric polynomial that its end velocities determine.
+//! The first and the last leg of a geometric polynomial, determined by its end velocities.
 
 use faer::{Mat, MatRef, Scale};
 
@@ -8,15 +8,15 @@ use crate::error::{Error, Result};
 use crate::manifold::QuasiGeodesic;
 use crate::manifold::stiefel::{POINT_TOLERANCE, Stiefel, TANGENT_TOLERANCE};
 
-/// Two quasi-geodesics between the same points have the same velocity, to round-off times the conditioning of the
-/// logarithm, or velocities that are about a turn apart.
+/// Tolerance for the velocities of two quasi-geodesics between the same points: they are equal, up to round-off times
+/// the conditioning of the logarithm, or about a full turn apart.
 const SAME_BRANCH: f64 = 1e-3;
 
-/// Principal angles and turns up to these are far from a quarter and from a half of a turn.
+/// Principal angles and rotation angles up to these are safely below pi/2 and pi.
 const SURE_ANGLE: f64 = 1.5;
 const SURE_TURN: f64 = 4.2;
 
-/// The manifold of two points with a tangent vector each: `S0, V0, S1, V1` with their names.
+/// The manifold of two points with a tangent vector each, `S0, V0, S1, V1` with their names.
 ///
 /// # Errors
 /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`.
@@ -29,10 +29,10 @@ pub(super) fn check_boundary(data: [(&'static str, MatRef<'_, f64>); 4]) -> Resu
     Ok(manifold)
 }
 
-/// The first leg of a polynomial that starts in `s` with velocity `v`, and where it ends.
+/// The first leg of a polynomial that starts at `s` with velocity `v`, and its end.
 ///
 /// # Errors
-/// `InvalidArgument` where the leg is not the principal quasi-geodesic between its ends.
+/// `InvalidArgument` if the leg is not the principal quasi-geodesic between its ends.
 pub(super) fn outer_leg(
     name: &'static str,
     s: &Mat<f64>,
@@ -56,9 +56,11 @@ pub(super) fn outer_leg(
     Ok((leg, end))
 }
 
-/// `refusal` of the leg's speed unless the leg, which ends at `end`, is the principal quasi-geodesic between its ends.
+/// Return `refusal` of the leg's speed unless the leg, which ends at `end`, is the principal quasi-geodesic between its
+/// ends.
 ///
-/// The later stages of de Casteljau's algorithm join points by principal quasi-geodesics: from any other leg they jump.
+/// The later stages of de Casteljau's algorithm join points by principal quasi-geodesics, so the curve would jump away
+/// from any other leg.
 pub(super) fn check_principal(
     leg: &QuasiGeodesic,
     end: &Mat<f64>,
@@ -78,10 +80,10 @@ pub(super) fn check_principal(
     }
 }
 
-/// Whether the angles alone say that a leg is the principal one: with `S_0^T S_1 = W cos(Sigma) W^T e^Omega`, cosines
-/// that are positive make that the polar decomposition, and `Omega` the logarithm of its rotation.
+/// Whether the angles alone show that a leg is the principal one: in `S_0^T S_1 = W cos(Sigma) W^T e^Omega`, positive
+/// cosines make this the polar decomposition, and `Omega` is then the logarithm of its rotation.
 fn is_surely_principal(leg: &QuasiGeodesic) -> bool {
     let largest = leg.angles().iter().fold(0.0, |a: f64, b| a.max(*b));
-    // The spectral norm of a skew matrix is at most its Frobenius norm over the root of two.
+    // The spectral norm of a skew matrix is at most its Frobenius norm divided by the square root of two.
     largest <= SURE_ANGLE && leg.omega().norm_l2() <= SURE_TURN
 }

@@ -2,13 +2,14 @@
 
 use std::sync::LazyLock;
 
-/// Points per panel: exact for polynomials of degree 23.
+/// Points per panel; exact for polynomials of degree 23.
 pub(crate) const POINTS: usize = 12;
 
-/// Nodes and weights of a panel: computed once, since the cost of a piece of a spline takes a third of the time that they do.
+/// Nodes and weights of a panel, computed once: computing them takes three times as long as the cost of a piece of a
+/// spline.
 pub(crate) static PANEL: LazyLock<(Vec<f64>, Vec<f64>)> = LazyLock::new(|| gauss_legendre(POINTS));
 
-/// Nodes, in decreasing order, and weights on `[-1, 1]`: roots of the Legendre polynomial by Newton's method.
+/// Nodes, in decreasing order, and weights on `[-1, 1]`, from the roots of the Legendre polynomial by Newton's method.
 pub(crate) fn gauss_legendre(points: usize) -> (Vec<f64>, Vec<f64>) {
     let n = points as f64;
     let node = |i: usize| {

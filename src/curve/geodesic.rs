@@ -1,4 +1,4 @@
-//! A geodesic as a curve.
+//! Geodesics as curves.
 
 use faer::MatRef;
 

@@ -22,20 +22,20 @@ use crate::manifold::{Geodesic, QuasiGeodesic, Stiefel, normal_frame};
 
 /// A Bezier curve on `[0, 1]` whose pieces are the shortest geodesics of the canonical metric.
 ///
-/// Beside [`GeometricPolynomial`], whose pieces are quasi-geodesics in closed form, every
-/// point solves `degree (degree - 1) / 2` logarithms, and derivatives a linear system of the dimension of the manifold
-/// (at most `St((degree + 1) k, k)`) for each. But for `k = n - 1`: `St(n, n-1)` with the canonical metric is the group
-/// of rotations, by completing a point to a rotation, where geodesics are quasi-geodesics, and so is the work.
+/// [`GeometricPolynomial`] has quasi-geodesics in closed form as pieces. Here, every point takes `degree (degree - 1) /
+/// 2` logarithms, and derivatives take a linear system of the manifold's dimension (at most that of `St((degree + 1) k,
+/// k)`) for each of them. The exception is `k = n - 1`: completing points to rotations identifies `St(n, n-1)` and its
+/// canonical metric with the group of rotations, where geodesics are quasi-geodesics, and the work is the same.
 ///
-/// The cubic with given end points and end velocities ([`GeodesicPolynomial::from_boundary`]) is nearer to the
-/// Riemannian cubic than that of quasi-geodesics: 149 times on St(3,2) with the data of arXiv 2404.19407, and in the
-/// geometric mean over 200 random problems (distance up to 1.5, speeds up to 2) 44 times on St(3,2), 16 on St(4,2), 17
-/// on St(6,3), 12 on St(10,3) ([`crate::guide::control_points`]). On spheres and rotation groups the two are the same,
-/// and on spheres this one takes the longer way to the same points: [`GeometricPolynomial`] is the one to take there.
+/// The cubic with given end points and end velocities ([`GeodesicPolynomial::from_boundary`]) is closer to the
+/// Riemannian cubic than the one of quasi-geodesics: 149 times closer on St(3,2) with the data of arXiv 2404.19407, and
+/// in the geometric mean over 200 random problems (distance up to 1.5, speeds up to 2) 44 times on St(3,2), 16 on
+/// St(4,2), 17 on St(6,3), 12 on St(10,3) ([`crate::guide::control_points`]). On spheres and rotation groups the two
+/// curves are the same; on spheres [`GeometricPolynomial`] computes it faster.
 ///
 /// # Domain
 /// Consecutive control points must be closer than the known bound of the injectivity radius
-/// ([`Stiefel::injectivity_bound`]): then so are all intermediate points, by the triangle inequality, every geodesic is
+/// ([`Stiefel::injectivity_bound`]). Then so are all intermediate points, by the triangle inequality, every geodesic is
 /// the unique shortest one, and the curve is smooth.
 ///
 /// # Examples
@@ -59,22 +59,22 @@ pub struct GeodesicPolynomial {
     frame: Option<Mat<f64>>,
     legs: Vec<Geodesic>,
     reduced: Stiefel,
-    /// The curve of rotations whose first columns are this one, for `k = n - 1`.
+    /// For `k = n - 1`, the curve of rotations whose first columns are this curve.
     rotations: Option<GeometricPolynomial>,
 }
 
 impl GeodesicPolynomial {
-    /// The curve with the given control points, two or more, each of shape `(n, k)`.
+    /// The curve with the given control points, at least two, each of shape `(n, k)`.
     ///
     /// # Errors
-    /// `Shape`, `NonFinite`, `NotOrthonormal`; `BeyondInjectivity` where two consecutive points are too far apart, and
-    /// those of [`Stiefel::log`].
+    /// `Shape`, `NonFinite`, `NotOrthonormal`; `BeyondInjectivity` if two consecutive points are too far apart; the
+    /// errors of [`Stiefel::log`].
     pub fn new(points: &[MatRef<'_, f64>]) -> Result<Self> {
         let (_, span, low) = span::control_points(points)?;
         Self::of_reduced(low, span.into_basis())
     }
 
-    /// From two or more control points in the coordinates of a frame.
+    /// Built from at least two control points in the coordinates of a frame.
     pub(super) fn of_reduced(low: Vec<Mat<f64>>, frame: Option<Mat<f64>>) -> Result<Self> {
         let k = low[0].ncols();
         let bound = Stiefel::new(span::rows(frame.as_ref(), &low), k)?.injectivity_bound();
@@ -92,7 +92,7 @@ impl GeodesicPolynomial {
         };
         let legs = low.windows(2).enumerate().map(leg).collect::<Result<_>>()?;
         let reduced = Stiefel::new(low[0].nrows(), k)?;
-        // Within the injectivity radius the principal logarithms are those of the shortest geodesics.
+        // Within the injectivity radius, principal logarithms belong to the shortest geodesics.
         let rotations = match reduced.n() - reduced.k() {
             1 => Some(polynomial_of_rotations(&low)?),
             _ => None,
@@ -110,9 +110,9 @@ impl GeodesicPolynomial {
     /// are `exp(s0, v0 / 3)` and `exp(s1, -v1 / 3)`.
     ///
     /// # Errors
-    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `InvalidArgument` where a third of an end velocity is not
-    /// shorter than the bound of the injectivity radius; `BeyondInjectivity` where the inner control points are too far
-    /// apart, and those of [`Stiefel::log`].
+    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `InvalidArgument` if a third of an end velocity is not
+    /// shorter than the bound of the injectivity radius; `BeyondInjectivity` if the inner control points are too far
+    /// apart; the errors of [`Stiefel::log`].
     pub fn from_boundary(
         s0: MatRef<'_, f64>,
         v0: MatRef<'_, f64>,
@@ -142,7 +142,8 @@ impl GeodesicPolynomial {
         &self.points
     }
 
-    /// The control points, each of shape `(n, k)`; lifted from the frame, so as given to round-off.
+    /// The control points, each of shape `(n, k)`; they are lifted from the frame, so they equal the given ones up to
+    /// round-off.
     pub fn control_points(&self) -> Vec<Mat<f64>> {
         span::lifted(self.frame.as_ref(), &self.points)
     }
@@ -283,7 +284,7 @@ pub struct Workspace {
     rotations: Option<RotationWork>,
 }
 
-/// Buffers for a curve of rotations, of which all columns but the last are wanted.
+/// Buffers for a curve of rotations, of which the last column is dropped.
 struct RotationWork {
     work: de_casteljau::Workspace,
     jet: Option<Jet>,
@@ -329,7 +330,7 @@ impl RotationWork {
 }
 
 impl Workspace {
-    /// A geodesic at `t` becomes a stage.
+    /// Stores a geodesic at `t` as a stage.
     fn put(&mut self, i: usize, curve: &Geodesic, t: f64, order: usize) -> Result<()> {
         curve.coordinates_into(t, order, &mut self.flow, &mut self.coordinates)?;
         for j in 0..=order {
@@ -339,7 +340,7 @@ impl Workspace {
         Ok(())
     }
 
-    /// The geodesic from a stage to the next one, at `t`, takes the place of the first.
+    /// Replaces a stage by the geodesic from it to the next stage, at `t`.
     fn advance(&mut self, i: usize, manifold: &Stiefel, t: f64, order: usize) -> Result<()> {
         let [from, to] = [i, i + 1].map(|j| &self.stages[j]);
         if order == 0 {
@@ -356,7 +357,7 @@ impl Workspace {
     }
 }
 
-/// Convenience for a whole array of control points.
+/// For an array of control points.
 impl TryFrom<&[Mat<f64>]> for GeodesicPolynomial {
     type Error = Error;
 

@@ -1,8 +1,8 @@
 //! The geometric cubic: de Casteljau's algorithm of degree three from boundary data.
 //!
 //! # Source
-//! Krakowski, Machado, Silva Leite, Batista (2017); arXiv 2404.19407, section on the adjusted algorithm (its
-//! `X_0 .. X_5`, `Omega_0 .. Omega_5` are the six quasi-geodesics of the three stages).
+//! Krakowski, Machado, Silva Leite, Batista (2017); arXiv 2404.19407, section on the adjusted algorithm (its `X_0 ..
+//! X_5`, `Omega_0 .. Omega_5` belong to the six quasi-geodesics of the three stages).
 
 use faer::{Mat, MatMut, MatRef};
 
@@ -20,12 +20,13 @@ use crate::manifold::QuasiGeodesic;
 /// \gamma(t) = e^{t X_5}\, b_{012}(t)\, e^{t \Omega_5},\qquad b_{012}(t) = e^{t X_3}\, b_{01}(t)\, e^{t \Omega_3}
 /// ```
 ///
-/// It meets its end points and end velocities to round-off; in between it is close to the Riemannian cubic with the
-/// same data, not equal to it. Evaluation costs `O(k^3)` per parameter and one product to lift.
+/// It satisfies its end points and end velocities to round-off; in between it is close to the Riemannian cubic with the
+/// same data, but not equal to it. Evaluation costs `O(k^3)` per parameter, and one product to lift the points to `n`
+/// rows.
 ///
 /// # Domain
-/// That of [`GeometricPolynomial`]: far or fast data (on `St(3,2)`: speeds of 6 and more, or arbitrary control points)
-/// for which intermediate points reach an angle of pi inside of `[0, 1]` are refused.
+/// As for [`GeometricPolynomial`]: distant or fast data (on `St(3,2)`: speeds of 6 and more, or arbitrary control
+/// points) are refused if intermediate points reach an angle of pi inside `[0, 1]`.
 ///
 /// # Examples
 /// ```
@@ -44,15 +45,14 @@ pub struct GeometricCubic(GeometricPolynomial);
 impl GeometricCubic {
     /// The curve with end points `s0, s1` and end velocities `v0, v1`, all of shape `(n, k)`.
     ///
-    /// The outer legs are the quasi-geodesics with velocities `v0 / 3` and `v1 / 3`. The end velocities are met
-    /// where those are the principal ones between their end points (on the sphere: speeds below `3 pi`), because
-    /// the later stages join points by principal quasi-geodesics.
+    /// The outer legs are the quasi-geodesics with velocities `v0 / 3` and `v1 / 3`. They must be the principal ones
+    /// between their end points (on the sphere: speeds below `3 pi`), because the later stages join points by principal
+    /// quasi-geodesics.
     ///
     /// # Errors
-    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `InvalidArgument` where an end velocity is too long
-    /// to be met; `NoJoiningCurve`, `OutsideLogDomain`,
-    /// `DifferentComponents` where the inner control points cannot be joined, `BranchJump` where intermediate points
-    /// cannot.
+    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `InvalidArgument` if an end velocity is too long;
+    /// `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents` if the inner control points cannot be joined;
+    /// `BranchJump` if intermediate points cannot.
     pub fn from_boundary(
         s0: MatRef<'_, f64>,
         v0: MatRef<'_, f64>,
@@ -73,8 +73,8 @@ impl GeometricCubic {
     /// The curve with the given control points, each of shape `(n, k)`.
     ///
     /// # Errors
-    /// `Shape`, `NonFinite`, `NotOrthonormal`; `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents` where
-    /// two consecutive points cannot be joined, `BranchJump` where intermediate points cannot.
+    /// `Shape`, `NonFinite`, `NotOrthonormal`; `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents` if two
+    /// consecutive points cannot be joined; `BranchJump` if intermediate points cannot.
     pub fn from_control_points(points: [MatRef<'_, f64>; 4]) -> Result<Self> {
         GeometricPolynomial::new(&points).map(GeometricCubic)
     }
@@ -84,14 +84,15 @@ impl GeometricCubic {
         &self.0
     }
 
-    /// A polynomial of degree three.
+    /// Built from a polynomial of degree three.
     #[cfg(any(feature = "python", feature = "serde"))]
     pub(super) fn of_polynomial(curve: GeometricPolynomial) -> Self {
         debug_assert_eq!(curve.degree(), 3);
         GeometricCubic(curve)
     }
 
-    /// The four control points, each of shape `(n, k)`; lifted from the frame, so as given to round-off.
+    /// The four control points, each of shape `(n, k)`; they are lifted from the frame, so they equal the given ones up
+    /// to round-off.
     pub fn control_points(&self) -> [Mat<f64>; 4] {
         match <[Mat<f64>; 4]>::try_from(self.0.control_points()) {
             Ok(points) => points,
@@ -100,7 +101,7 @@ impl GeometricCubic {
     }
 }
 
-/// The same curve, as one of any degree.
+/// The same curve, as a polynomial of any degree.
 impl From<GeometricCubic> for GeometricPolynomial {
     fn from(curve: GeometricCubic) -> Self {
         curve.0
@@ -147,7 +148,7 @@ impl Curve for GeometricCubic {
     }
 }
 
-/// Convenience for a whole array of control points.
+/// For an array of control points.
 impl TryFrom<&[Mat<f64>]> for GeometricCubic {
     type Error = Error;
 

@@ -1,18 +1,18 @@
-//! Bases along a curve of subspaces that turn as little as possible, as polynomials one after the other.
+//! Bases along a curve of subspaces that rotate as little as possible, as consecutive polynomials.
 //!
-//! From any smooth orthonormal bases `F` of the points such bases are
+//! From any smooth orthonormal bases `F` of the points, such bases are
 //!
 //! ```math
 //! Y = F R,\qquad R' = -F^T F' R,
 //! ```
 //!
-//! since then `Y^T Y' = 0`. On a piece the equation is solved by collocation at Gauss nodes, which keeps `R` orthogonal, and `Y` is
-//! the polynomial through its values at the nodes and the ends. A piece is halved unless the last Legendre coefficients are
-//! round-off, and the ends are where the nodes put them.
+//! since then `Y^T Y' = 0`. On a piece the equation is solved by collocation at Gauss nodes, which keeps `R`
+//! orthogonal, and `Y` is the polynomial through its values at the nodes and the ends. A piece is halved until its last
+//! Legendre coefficients are round-off and the values at the ends agree with the polynomial through the nodes.
 //!
 //! # Source
-//! Hairer, Lubich, Wanner (2006), "Geometric Numerical Integration", 2nd ed., theorem IV.2.1 (Gauss methods keep quadratic
-//! invariants).
+//! Hairer, Lubich, Wanner (2006), "Geometric Numerical Integration", 2nd ed., theorem IV.2.1 (Gauss methods preserve
+//! quadratic invariants).
 
 use std::sync::Arc;
 
@@ -29,46 +29,50 @@ use crate::report::{SolverReport, StopReason};
 
 const SOLVER: &str = "bases along a curve of subspaces";
 
-/// Nodes of a piece.
+/// Number of nodes of a piece.
 pub(super) const NODES: usize = 20;
 
-/// Values of a piece, with those at both ends.
+/// Number of values of a piece, including both ends.
 const VALUES: usize = NODES + 2;
 
-/// Last coefficients of a resolved piece, times the least cosine of the principal angles, which divides round-off.
+/// Last coefficients of a resolved piece, times the least cosine of the principal angles, by which round-off is
+/// divided.
 const RESOLVED: f64 = 32.0 * f64::EPSILON;
 
-/// What the polynomial through the nodes may miss at the ends, times that cosine; round-off there is larger by the Lebesgue constant,
-/// about 10. Nothing else shows a jump between an end and the next node, where a principal angle passes pi/2.
+/// Allowed deviation of the polynomial through the nodes from the values at the ends, times that cosine; round-off
+/// there is magnified by the Lebesgue constant, about 10. Only this deviation reveals a jump between an end and the
+/// next node, where a principal angle passes pi/2.
 const MET: f64 = 1e3 * RESOLVED;
 
-/// Neither counts as round-off above this, however near to a right angle: where bases jump the cosine is small as well.
+/// Upper limit of both allowances, however near a principal angle is to pi/2: the cosine is small also where bases
+/// jump.
 const COARSEST: f64 = 1e-5;
 
-/// A piece this short that is not resolved is where the bases end: at a right angle, if a cosine is that small.
+/// A shorter unresolved piece marks the end of the bases: at a principal angle of pi/2 if a cosine is small.
 const SHORTEST: f64 = 1e-9;
 const RIGHT: f64 = 1e-3;
 
-/// Iterations for `R` on a piece: with `|F^T F'|` at most 1 over its length the j-th one changes it by `1 / j!`.
+/// Maximal number of iterations for `R` on a piece: with `|F^T F'|` at most 1 over its length, the j-th one changes `R`
+/// by `1 / j!`.
 const MAX_ITERATIONS: usize = 30;
 
-/// Pieces, and units of the parameter, beyond which a curve is not continued.
+/// Maximal number of pieces, and of units of the parameter, of a continued curve.
 const MAX_PIECES: usize = 1 << 12;
 
-/// Bases along a curve, from one parameter on in one direction.
+/// Bases along a curve, from a parameter on in one direction.
 #[derive(Debug, Clone)]
 pub(super) struct Lift {
     shape: [usize; 2],
     through: Arc<Barycentric>,
     pieces: Vec<Piece>,
-    /// The end of the last piece, and `R` there.
+    /// The end of the last piece, and `R` at the end.
     reached: f64,
     turn: Mat<f64>,
-    /// Why it ends there.
+    /// The reason why it ends there.
     obstacle: Option<Error>,
 }
 
-/// `Y` at the start, the nodes and the end, side by side; backwards in time where `to < from`.
+/// `Y` at the start, the nodes and the end, side by side; backwards in time if `to < from`.
 #[derive(Debug, Clone)]
 struct Piece {
     from: f64,
@@ -77,7 +81,7 @@ struct Piece {
 }
 
 impl Lift {
-    /// No pieces yet: the basis `F R` at `start`, for points of shape `(r, k)`.
+    /// A lift without pieces: the basis `F R` at `start`, for points of shape `(r, k)`.
     pub(super) fn at(start: f64, shape: [usize; 2], turn: Mat<f64>) -> Self {
         Lift {
             shape,
@@ -89,17 +93,19 @@ impl Lift {
         }
     }
 
-    /// The lift that goes on from the end of this one.
+    /// A lift that continues from the end of this one.
     pub(super) fn beyond(&self) -> Self {
         Lift::at(self.reached, self.shape, self.turn.clone())
     }
 
-    /// Adds pieces in the direction of `t`, one unit after the other, until they reach it.
+    /// Appends pieces in the direction of `t`, one unit after another, until they reach it.
     ///
-    /// `bases` writes Taylor coefficients of `F` up to order 1 and returns the least cosine of a principal angle that it met.
+    /// `bases` writes Taylor coefficients of `F` up to order 1 and returns the least cosine of a principal angle that
+    /// occurred.
     ///
     /// # Errors
-    /// `RightAngle` where the curve ends before; `NoConvergence` where round-off is too large, `TooManySteps`, `Interrupted`.
+    /// `RightAngle` if the curve ends before `t`; `NoConvergence` if round-off is too large; `TooManySteps`,
+    /// `Interrupted`.
     pub(super) fn extend_to(
         &mut self,
         t: f64,
@@ -127,7 +133,7 @@ impl Lift {
         Ok(())
     }
 
-    /// One piece from where this ends, or two halves of it, and so on.
+    /// Appends one piece from the current end, or its two halves, recursively.
     fn add(
         &mut self,
         to: f64,
@@ -164,7 +170,7 @@ impl Lift {
         self.add(to, bases, work, interrupt)
     }
 
-    /// The basis at a parameter that the pieces cover, in `out`.
+    /// Writes the basis at a parameter that the pieces cover to `out`.
     pub(super) fn basis_into(&self, t: f64, out: MatMut<'_, f64>) {
         let passed = |piece: &Piece| (piece.to - piece.from) * (t - piece.to) > 0.0;
         let which = self.pieces.partition_point(passed);
@@ -180,14 +186,14 @@ impl Lift {
         }
     }
 
-    /// How many pieces.
+    /// Number of pieces.
     #[cfg(test)]
     pub(super) fn len(&self) -> usize {
         self.pieces.len()
     }
 }
 
-/// Round-off does not let bases be found further.
+/// The error if round-off prevents a continuation.
 fn unresolved(pieces: usize, length: f64) -> Error {
     Error::NoConvergence {
         solver: SOLVER,
@@ -216,7 +222,7 @@ fn too_long(pieces: usize, left: f64) -> Error {
     }
 }
 
-/// The equation of one piece, in buffers for one shape.
+/// The equation on one piece, with buffers for one shape.
 struct Collocation {
     shape: [usize; 2],
     nodes: Arc<Nodes>,
@@ -245,8 +251,8 @@ impl Collocation {
         }
     }
 
-    /// Leaves the values and `R` of the piece between two parameters; returns the least cosine of a principal angle where the
-    /// piece is too long.
+    /// Computes the values and `R` on the piece between two parameters; returns the least cosine of a principal angle
+    /// if the piece is too long.
     fn solve(
         &mut self,
         ends: [f64; 2],
@@ -257,7 +263,7 @@ impl Collocation {
         let least = self.read(ends, bases, interrupt)?;
         let resolved = self.turn(start) && {
             self.apply_turns(start);
-            // Outside of [0, 1] the weights of the two ends, and with them round-off, grow with the parameter.
+            // Outside [0, 1] the weights of the two ends, and with them round-off, grow with the parameter.
             let growth = ends.iter().fold(1.0, |m: f64, t| m.max(t.abs()));
             let within = |value: f64, bound: f64| value <= (growth * bound / least).min(COARSEST);
             within(self.unresolved(), RESOLVED) && within(self.missed(), MET)
@@ -265,7 +271,7 @@ impl Collocation {
         Ok((!resolved).then_some(least))
     }
 
-    /// `F` at the nodes and the ends, and `F^T F'` at the nodes.
+    /// Reads `F` at the nodes and the ends, and `F^T F'` at the nodes.
     fn read(
         &mut self,
         [from, to]: [f64; 2],
@@ -296,7 +302,7 @@ impl Collocation {
         Ok(least)
     }
 
-    /// `R` at the nodes and at the end; false where the iteration does not converge.
+    /// Computes `R` at the nodes and at the end; `false` if the iteration does not converge.
     fn turn(&mut self, start: MatRef<'_, f64>) -> bool {
         let k = self.shape[1];
         for i in 0..=NODES {
@@ -343,7 +349,7 @@ impl Collocation {
         }
     }
 
-    /// `Y` at the nodes, a column for each.
+    /// `Y` at the nodes, one column each.
     fn values(&self) -> MatRef<'_, f64> {
         let size = self.shape[0] * self.shape[1];
         MatRef::from_column_major_slice(&self.bases, size, VALUES).subcols(1, NODES)
@@ -359,9 +365,9 @@ impl Collocation {
         of_basis.max(of_turn)
     }
 
-    /// How far the polynomial through the nodes is from `Y` at the ends.
+    /// Deviation of the polynomial through the nodes from `Y` at the ends.
     fn missed(&self) -> f64 {
-        // The nodes are symmetric, so what takes their values to the end takes them to the start in reverse order.
+        // The nodes are symmetric, so the factors for the end, in reverse order, are those for the start.
         let at_end = ColRef::from_slice(&self.nodes.at[0][NODES * NODES..]);
         let [start, end] = [0, VALUES - 1].map(|i| self.values_of(i));
         let [to_start, to_end] = [at_end.reverse_rows(), at_end].map(|row| self.values() * row);
@@ -383,7 +389,7 @@ impl Collocation {
     }
 }
 
-/// The matrix at a node among those that lie one after the other.
+/// The matrix at a node, from an array of consecutive matrices.
 fn matrix(all: &[f64], node: usize, rows: usize, cols: usize) -> MatRef<'_, f64> {
     let size = rows * cols;
     MatRef::from_column_major_slice(&all[node * size..][..size], rows, cols)

@@ -1,4 +1,4 @@
-//! The length of a curve from its speed: quadrature on panels that are halved until they are good enough.
+//! The length of a curve from its speed, by quadrature on panels that are halved until they are accurate.
 
 use rayon::prelude::*;
 
@@ -11,33 +11,33 @@ use crate::report::{SolverReport, StopReason};
 
 const SOLVER: &str = "arc length quadrature";
 
-/// Error of the length of the whole curve, relative; panels get their share by their own length.
+/// Relative error of the length of the whole curve; each panel is allowed its share by length.
 pub(super) const TOLERANCE: f64 = 1e-13;
 
-/// The velocity is known to this much of a radian over the interval: a curve of less length does not move.
+/// Round-off of the velocity, in radians over the interval: a shorter curve counts as not moving.
 pub(super) const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
 
-/// A panel is halved so often at the most. Where the speed vanishes it has a corner, and each halving takes three
-/// quarters of the error away.
+/// Maximal number of times a panel is halved. If the speed vanishes it has a corner, and each halving removes three
+/// quarters of the error.
 const MAX_HALVINGS: usize = 40;
 
-/// Panels between two breakpoints at the most.
+/// Maximal number of panels between two breakpoints.
 const MAX_PANELS: usize = 1 << 16;
 
-/// Intervals, or lengths to invert, that one thread does together.
+/// Number of intervals, or of lengths to invert, processed together on one thread.
 const BLOCK: usize = 64;
 
-/// Steps of the inversion in one panel at the most; bisection alone needs 53.
+/// Maximal number of steps of the inversion in one panel; bisection alone needs 53.
 const MAX_STEPS: usize = 120;
 
-/// The lengths of panels one after the other, from the start of an interval.
+/// The lengths of consecutive panels, from the start of an interval.
 pub(super) struct Length {
     rule: Rule,
     panels: Vec<Panel>,
     total: f64,
 }
 
-/// A piece of the interval on which one application of the rule is enough.
+/// A part of the interval on which a single application of the rule is accurate.
 struct Panel {
     start: f64,
     end: f64,
@@ -46,11 +46,11 @@ struct Panel {
     length: f64,
 }
 
-/// What the length of a panel may miss.
+/// Allowed error of the length of a panel.
 struct Allowed {
-    /// In any panel.
+    /// For any panel.
     whole: f64,
-    /// In a panel of length one of the parameter.
+    /// Per unit of the panel's parameter length.
     noise: f64,
 }
 
@@ -58,7 +58,8 @@ struct Allowed {
 struct Rule {
     nodes: Vec<f64>,
     weights: Vec<f64>,
-    /// What the polynomial through the values at the nodes is at the end of the panel, and mirrored at its start.
+    /// Factors of the values at the nodes that evaluate their polynomial at the end of the panel; mirrored, at its
+    /// start.
     continuation: Vec<f64>,
 }
 
@@ -78,10 +79,10 @@ impl Rule {
         }
     }
 
-    /// The integral, how far off it may be because of a corner between an end and the node beside it, and by how much the
-    /// integrand varies.
+    /// The integral, a bound on its error caused by a corner between an end and the nearest node, and the variation of
+    /// the integrand.
     ///
-    /// No node sees such a corner. But the polynomial through the nodes misses the value at the end by twice the slope
+    /// No node sees such a corner, but the polynomial through the nodes misses the value at the end by twice the slope
     /// times the distance of the corner from the end, and the integral by the slope times the square of that distance.
     fn guarded(
         &self,
@@ -101,7 +102,7 @@ impl Rule {
             Ok(value)
         })?;
         let miss = (at_start - ends[0]).abs().max((at_end - ends[1]).abs());
-        // The outermost node is this share of the panel away from its end.
+        // Distance of the outermost node from the end, as a fraction of the panel.
         let gap = 0.5 * (1.0 - self.nodes[0].abs());
         Ok([integral, 0.5 * miss * gap * (b - a), most - least])
     }
@@ -121,7 +122,7 @@ impl Rule {
     }
 }
 
-/// The speed of a curve, in buffers made once.
+/// The speed of a curve, with buffers allocated once.
 pub(super) struct Speed<F> {
     /// Writes Taylor coefficients up to order 1.
     jet_at: F,
@@ -130,7 +131,7 @@ pub(super) struct Speed<F> {
 }
 
 impl<F: FnMut(f64, &mut Jet) -> Result<()>> Speed<F> {
-    /// Of a curve with coordinates of shape `(rows, k)`.
+    /// Built for a curve with coordinates of shape `(rows, k)`.
     pub(super) fn new([rows, k]: [usize; 2], jet_at: F) -> Result<Self> {
         Ok(Speed {
             jet_at,
@@ -147,10 +148,11 @@ impl<F: FnMut(f64, &mut Jet) -> Result<()>> Speed<F> {
 }
 
 impl Length {
-    /// From `start` to `end`, with panels that end at the breakpoints between; `speed` makes the speed for one thread.
+    /// The lengths from `start` to `end`, with panels that end at the breakpoints in between; `speed` creates the speed
+    /// function of a thread.
     ///
     /// # Errors
-    /// `NoConvergence`, `Overflow`, `Interrupted`, and where the curve does not exist.
+    /// `NoConvergence`, `Overflow`, `Interrupted`, and an error if the curve does not exist somewhere.
     pub(super) fn between<F: FnMut(f64, &mut Jet) -> Result<()>>(
         start: f64,
         end: f64,
@@ -182,7 +184,7 @@ impl Length {
         let lengths = in_blocks(&intervals, &speed, interrupt, |[from, to], speed| {
             self.rule.integral(*from, *to, |t| speed.at(t))
         })?;
-        // A first estimate of the whole tells what a panel may miss.
+        // A first estimate of the total length determines the allowed error of a panel.
         let whole: f64 = lengths.iter().sum();
         if !whole.is_finite() {
             return Err(Error::Overflow { quantity: "length" });
@@ -213,7 +215,7 @@ impl Length {
         Err(Error::Overflow { quantity: "length" })
     }
 
-    /// Start, end and length of the panels of an interval of about the given length.
+    /// Start, end and length of the panels of an interval, given an estimate of its length.
     fn panels_of<F: FnMut(f64, &mut Jet) -> Result<()>>(
         &self,
         [from, to]: [f64; 2],
@@ -232,7 +234,7 @@ impl Length {
             let ([left, left_miss, left_change], [right, right_miss, right_change]) =
                 (left_half, right_half);
             let change = (left + right - length).abs().max(left_miss).max(right_miss);
-            // Far from zero the nodes are where the spacing of numbers allows.
+            // Far from zero, the spacing of floating-point numbers limits the accuracy of the nodes.
             let spacing = f64::EPSILON * a.abs().max(b.abs());
             let allowed = allowed.whole.max(TOLERANCE * (left + right))
                 + allowed.noise * (b - a)
@@ -260,7 +262,7 @@ impl Length {
         self.total += length;
     }
 
-    /// Of the whole interval.
+    /// The length of the whole interval.
     pub(super) fn total(&self) -> f64 {
         self.total
     }
@@ -274,7 +276,7 @@ impl Length {
     /// The parameters at which the length from the start is one of `lengths`.
     ///
     /// # Errors
-    /// `Interrupted`, and where the curve does not exist.
+    /// `Interrupted`, and an error if the curve does not exist somewhere.
     pub(super) fn parameters<F: FnMut(f64, &mut Jet) -> Result<()>>(
         &self,
         lengths: &[f64],
@@ -286,7 +288,7 @@ impl Length {
         })
     }
 
-    /// Newton's method, kept between bounds by bisection.
+    /// Newton's method, safeguarded by bisection.
     fn invert<F: FnMut(f64, &mut Jet) -> Result<()>>(
         &self,
         length: f64,
@@ -331,7 +333,7 @@ impl Length {
     }
 }
 
-/// What `work` makes of each item, blocks of them on one thread each.
+/// Applies `work` to each item, with blocks of items on one thread each.
 fn in_blocks<T: Sync, R: Send, F: FnMut(f64, &mut Jet) -> Result<()>>(
     items: &[T],
     speed: impl Fn() -> Result<Speed<F>> + Sync,

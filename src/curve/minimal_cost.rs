@@ -1,13 +1,13 @@
-//! Geometric polynomials of minimal cost: inner control points chosen for the least squared acceleration.
+//! Geometric polynomials of minimal cost: inner control points chosen to minimise the squared acceleration.
 //!
-//! End points and end velocities fix the first and the last two control points; the others are free, `degree - 3`
-//! points. Riemannian cubics are the critical curves of the cost, so the polynomial of least cost is the Ritz
-//! approximation of the cubic with the same boundary data, and its distance to it falls by about a factor of ten with
-//! every degree.
+//! End points and end velocities determine the first two and the last two control points; the other `degree - 3` points
+//! are free. Riemannian cubics are the critical curves of the cost, so the polynomial of least cost is the Ritz
+//! approximation of the cubic with the same boundary data, and its distance to the cubic decreases by about a factor of
+//! ten per degree.
 //!
-//! The cost is a sum of squares, of the accelerations at Gauss-Legendre nodes, and in the plane the accelerations are
-//! linear in the control points: the Gauss-Newton method needs few steps, two on the sphere of the paper and three on
-//! its St(3,2).
+//! The cost is a sum of squares, of the accelerations at Gauss-Legendre nodes, and in flat space the accelerations are
+//! linear in the control points. So the Gauss-Newton method needs few steps: two on the paper's sphere and three on its
+//! St(3,2).
 
 use faer::{Mat, MatRef};
 
@@ -23,32 +23,32 @@ use crate::linalg::structure::norm;
 use crate::manifold::{QuasiGeodesic, Stiefel};
 use crate::report::{SolverReport, StopReason};
 
-/// Part of the acceleration, relative to all of it, that moves of the control points may still lower: the cost is
-/// minimal to the square of that.
+/// Fraction of the acceleration that moving the control points may still reduce; the relative error of the minimal cost
+/// is the square of this.
 const TOLERANCE: f64 = 1e-6;
 
-/// Up to six are usual, more where the curve turns by a right angle and more.
+/// Maximal number of steps; up to six are usual, more if the curve turns by a right angle or more.
 const MAX_STEPS: usize = 50;
 
-/// Halvings of a step before the direction is given up.
+/// Number of times a step is halved before the direction is given up.
 const MAX_HALVINGS: i32 = 20;
 
-/// A step is accepted if it lowers the cost by this share of what the linear model predicts.
+/// A step is accepted if it reduces the cost by this fraction of the reduction that the linear model predicts.
 const SUFFICIENT_DECREASE: f64 = 1e-4;
 
-/// Part of the acceleration that is still to be lowered from which on the derivatives must be right.
+/// Reducible fraction of the acceleration below which derivatives must be accurate.
 const NEAR: f64 = 1e-3;
 
-/// Numbers of nodes, each tried where the one before does not resolve the curve.
+/// Numbers of nodes; each is tried if the previous one does not resolve the curve.
 const NODES: [usize; 7] = [16, 24, 32, 48, 64, 96, 128];
 
-/// Highest Legendre coefficients of a curve that counts as resolved at the start, and at the end.
+/// Highest Legendre coefficients of a curve that counts as resolved, at the start and at the end.
 const RESOLVED: [f64; 2] = [1e-9, 1e-8];
 
-/// Above, the minimum differs from the cubic by round-off.
+/// Above this degree, the minimum differs from the cubic only by round-off.
 const MAX_DEGREE: usize = 10;
 
-/// Unknowns at the most: a gigabyte of derivatives.
+/// Maximal number of unknowns: a gigabyte of derivatives.
 const MAX_UNKNOWNS: usize = 2000;
 
 impl GeometricPolynomial {
@@ -59,29 +59,29 @@ impl GeometricPolynomial {
     /// \min_{P_2, \dots, P_{m-2}} \int_0^1 |D_t \gamma'|^2\, dt
     /// ```
     ///
-    /// A local minimum, found from the control points of the geometric cubic with its degree elevated. Degree 3 has no
+    /// This is a local minimum, found from the degree-elevated control points of the geometric cubic. Degree 3 has no
     /// free point and is the geometric cubic itself.
     ///
-    /// The search may take longer than the exact cubic does, [`RiemannianCubic::from_boundary`], whose points are quick
-    /// too: this is for where a curve in closed form is wanted.
+    /// The search may take longer than computing the exact cubic, [`RiemannianCubic::from_boundary`], whose points are
+    /// also quick to evaluate. Use this method if you need a curve in closed form.
     ///
     /// [`RiemannianCubic::from_boundary`]: crate::cubic::RiemannianCubic::from_boundary
     ///
     /// See [`GeometricPolynomial::minimal_cost_interruptible`] for a report.
     ///
-    /// The mean distance to the Riemannian cubic with the same data is that of the geometric cubic divided by 39, 217,
-    /// 2450 and 65000 in degrees 4 to 7 on the sphere with the data of arXiv 2404.19407, by 11, 133, 1420 and 15000 on
-    /// its St(3,2); over 200 random problems on each of five shapes (distance up to 1.5, speeds up to 2) by 5 to 6, 18
-    /// to 32, 160 to 220, and 900 to 1900 in degrees 4 to 7 in the geometric mean. The whole table is in
-    /// [`crate::guide::control_points`].
+    /// The mean distance to the Riemannian cubic with the same data is smaller than that of the geometric cubic by
+    /// factors of 39, 217, 2450 and 65000 for degrees 4 to 7 on the sphere with the data of arXiv 2404.19407, and by
+    /// 11, 133, 1420 and 15000 on its St(3,2). Over 200 random problems on each of five shapes (distance up to 1.5,
+    /// speeds up to 2) the factors are 5 to 6, 18 to 32, 160 to 220, and 900 to 1900 for degrees 4 to 7 in the
+    /// geometric mean. The whole table is in [`crate::guide::control_points`].
     ///
     /// # Accuracy
-    /// The cost is the minimum to `1e-12` relative, asserted in `tests/minimal_cost.rs`; end points and end velocities
-    /// are met to round-off.
+    /// The cost is minimal to `1e-12` relative, asserted in `tests/minimal_cost.rs`; end points and end velocities are
+    /// exact to round-off.
     /// # Errors
-    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `InvalidArgument` where the degree is none of 3 to 10, an
-    /// end velocity is too long to be met, or more than 2000 numbers are free; `NoJoiningCurve`, `OutsideLogDomain`,
-    /// `DifferentComponents` where control points cannot be joined, `BranchJump` where intermediate points cannot;
+    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `InvalidArgument` if the degree is not between 3 and 10,
+    /// an end velocity is too long, or there are more than 2000 unknowns; `NoJoiningCurve`, `OutsideLogDomain`,
+    /// `DifferentComponents` if control points cannot be joined; `BranchJump` if intermediate points cannot;
     /// `NoConvergence`.
     /// # Source
     /// arXiv 2404.19407 suggests "an alternative choice of control points". Dennis, Schnabel (1996), "Numerical Methods
@@ -98,10 +98,10 @@ impl GeometricPolynomial {
             .map(|(curve, _)| curve)
     }
 
-    /// [`GeometricPolynomial::minimal_cost`] that can be stopped, with a report.
+    /// [`GeometricPolynomial::minimal_cost`] with an interrupt and a report.
     ///
-    /// The residual of the report is the norm of the part of the acceleration that moves of the control points change
-    /// to first order; it is at most `1e-6` of the root of the cost.
+    /// The residual of the report is the norm of the part of the acceleration that moving the control points changes to
+    /// first order; it is at most `1e-6` of the square root of the cost.
     ///
     /// # Errors
     /// As [`GeometricPolynomial::minimal_cost`], and `Interrupted`.
@@ -125,7 +125,7 @@ impl GeometricPolynomial {
     }
 }
 
-/// Error `InvalidArgument` unless the degree is one, and the unknowns fit into memory.
+/// Return `InvalidArgument` unless the degree is allowed and the unknowns fit into memory.
 fn check_size(degree: usize, reduced: &Stiefel) -> Result<()> {
     if !(3..=MAX_DEGREE).contains(&degree) {
         return Err(Error::InvalidArgument {
@@ -145,8 +145,8 @@ fn check_size(degree: usize, reduced: &Stiefel) -> Result<()> {
     Ok(())
 }
 
-/// The polynomial whose inner control points are those of the geometric cubic, its degree elevated with quasi-geodesics
-/// for the straight lines of the plane; the outer legs are exact.
+/// The polynomial whose inner control points are the degree-elevated ones of the geometric cubic, with quasi-geodesics
+/// in place of straight lines; the outer legs are exact.
 fn elevated_cubic(
     s0: &Mat<f64>,
     v0: &Mat<f64>,
@@ -178,7 +178,7 @@ fn elevated_cubic(
     GeometricPolynomial::unchecked(points, None, legs)
 }
 
-/// Control points of the next degree: `P_i` moves by `i / (degree + 1)` of the way back to `P_{i-1}`.
+/// Degree elevation: `P_i` moves towards `P_{i-1}` by the fraction `i / (degree + 1)`.
 fn elevated(points: &[Mat<f64>], degree: usize) -> Result<Vec<Mat<f64>>> {
     let mut out = vec![points[0].clone()];
     for i in 1..=degree {
@@ -189,7 +189,7 @@ fn elevated(points: &[Mat<f64>], degree: usize) -> Result<Vec<Mat<f64>>> {
     Ok(out)
 }
 
-/// The Gauss-Newton method, with more nodes until they resolve the curve.
+/// The Gauss-Newton method, with increasing numbers of nodes until they resolve the curve.
 fn minimise(
     mut curve: GeometricPolynomial,
     interrupt: Interrupt<'_>,
@@ -216,8 +216,8 @@ fn minimise(
     Err(failed(steps, unresolved, at_end, StopReason::Stagnated))
 }
 
-/// Lowers the cost from the present control points, those of `residual`, until it is stationary; `taken` steps count
-/// already.
+/// Reduces the cost from the current control points, those of `residual`, until it is stationary; `taken` steps are
+/// already counted.
 fn gauss_newton(
     problem: &mut AccelerationResidual,
     mut residual: Vec<f64>,
@@ -268,8 +268,8 @@ fn gauss_newton(
     }
 }
 
-/// The last step, whose gain is below round-off of the cost: it is at hand, and makes the control points right to some
-/// more digits. Not taken where the cost, of root `size`, rises.
+/// The last step, whose gain is below the round-off of the cost. It is already computed, and makes the control points
+/// accurate to some more digits. Rejected if the cost, with square root `size`, increases.
 fn polish(
     problem: &mut AccelerationResidual,
     step: &[f64],
@@ -287,7 +287,8 @@ fn polish(
     problem.set_inner(&centre)
 }
 
-/// Moves along the step, halved until the cost falls enough, and leaves the new residual in `trial`; whether it falls.
+/// Moves along the step, halved until the cost decreases enough, and stores the new residual in `trial`; returns
+/// whether it decreases.
 fn descend(
     problem: &mut AccelerationResidual,
     step: &[f64],
@@ -300,7 +301,7 @@ fn descend(
     for halving in 0..=MAX_HALVINGS {
         let scale = 0.5_f64.powi(halving);
         let enough = cost - 2.0 * SUFFICIENT_DECREASE * scale * slope * slope;
-        // A step to points that no curve joins counts as one that does not lower the cost.
+        // A step to points that no curve joins counts as one that does not reduce the cost.
         let there = problem.moved(step, scale);
         let found = there
             .and_then(|points| problem.set_inner(&points))

@@ -1,7 +1,8 @@
-//! Curves on the manifold: one protocol for evaluation, derivatives, covariant quantities and cost.
+//! Curves on the manifold: a common trait for evaluation, derivatives, covariant quantities and cost.
 //!
-//! A curve lives in the span of a few columns (its frame); points are computed there and lifted by one product
-//! for a whole block of parameters. Blocks have a fixed size, so results do not depend on the number of threads.
+//! A curve lies in the span of a few columns (its frame). Points are computed in this span and lifted to `n` rows by
+//! one product for a whole block of parameters. Blocks have a fixed size, so results do not depend on the number of
+//! threads.
 
 mod acceleration_residual;
 #[cfg(feature = "python")]

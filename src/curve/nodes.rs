@@ -1,22 +1,22 @@
-//! Gauss nodes on `[0, 1]`, and integrals of the polynomials through values at them.
+//! Gauss nodes on `[0, 1]`, and integrals of the polynomials that interpolate values at them.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::gauss_legendre::gauss_legendre;
 
-/// Integrals up to this many times.
+/// Largest number of repeated integrals.
 const TIMES: usize = 3;
 
-/// Gauss nodes, and the matrices that take values at them to values and repeated integrals from 0 of the polynomial through
-/// them.
+/// Gauss nodes, and the matrices that map values at them to values and repeated integrals from 0 of the interpolation
+/// polynomial.
 #[derive(Debug, Clone)]
 pub(crate) struct Nodes {
     pub(crate) s: Vec<f64>,
     pub(crate) weights: Vec<f64>,
-    /// Values and one to three integrals at the nodes and, in the last row, at 1; row by row.
+    /// Values and one to three integrals at the nodes and, in the last row, at 1; stored by rows.
     pub(crate) at: [Vec<f64>; TIMES + 1],
-    /// From values at the nodes to the last two Legendre coefficients.
+    /// Maps values at the nodes to the last two Legendre coefficients.
     pub(crate) tail: Vec<f64>,
 }
 
@@ -41,7 +41,7 @@ impl Nodes {
         self.s.len()
     }
 
-    /// Values and one to three integrals at some points, a row for each.
+    /// Values and one to three integrals at given points, one row per point.
     pub(crate) fn integrals_at(&self, points: &[f64]) -> [Vec<f64>; TIMES + 1] {
         let count = self.len();
         let bases: Vec<Vec<f64>> = points.iter().map(|s| legendre(count + TIMES, *s)).collect();
@@ -59,7 +59,7 @@ impl Nodes {
         out
     }
 
-    /// From values at the nodes to Legendre coefficients, a row for each degree.
+    /// Maps values at the nodes to Legendre coefficients, one row per degree.
     pub(crate) fn analysis(&self) -> Vec<f64> {
         let count = self.len();
         let mut out = vec![0.0; count * count];
@@ -81,18 +81,18 @@ impl Nodes {
     }
 }
 
-/// Integrals from 1/2 of the polynomials through values at Gauss nodes on `[0, 1]`.
+/// Integrals from 1/2 of the polynomials that interpolate values at Gauss nodes on `[0, 1]`.
 #[derive(Debug)]
 pub(crate) struct Antiderivative {
     pub(crate) nodes: Vec<f64>,
-    /// Legendre coefficients of the integral, without the constant, for one at a node and zero at the others; a row for each degree
-    /// from 1 on.
+    /// Legendre coefficients of the integral, without the constant, of the polynomial that is one at a node and zero at
+    /// the others; one row per degree from 1 on.
     series: Vec<f64>,
     /// Legendre polynomials at 1/2.
     middle: Vec<f64>,
 }
 
-/// Those that were asked for before, by the number of nodes.
+/// Cache, by the number of nodes.
 static ANTIDERIVATIVES: Mutex<BTreeMap<usize, Arc<Antiderivative>>> = Mutex::new(BTreeMap::new());
 
 impl Antiderivative {
@@ -120,7 +120,7 @@ impl Antiderivative {
         }
     }
 
-    /// What values at the nodes contribute to the integral from 1/2 to a time.
+    /// Weights of the values at the nodes in the integral from 1/2 to a time.
     pub(crate) fn weights_at(&self, s: f64) -> Vec<f64> {
         let count = self.nodes.len();
         let mut weights = vec![0.0; count];
@@ -153,13 +153,13 @@ pub(crate) fn integral(series: &[f64]) -> Vec<f64> {
     for (degree, c) in series.iter().enumerate() {
         let share = 0.5 * c / (2 * degree + 1) as f64;
         out[degree + 1] += share;
-        // The polynomial of degree -1 that the recurrence asks for is the constant.
+        // The recurrence uses the constant as the polynomial of degree -1.
         out[degree.saturating_sub(1)] += if degree == 0 { share } else { -share };
     }
     out
 }
 
-/// Nodes that were asked for before: 14 take as long as the spline through ten rotations.
+/// Cache of nodes: computing 14 of them takes as long as a spline through ten rotations.
 static KNOWN: Mutex<BTreeMap<usize, Arc<Nodes>>> = Mutex::new(BTreeMap::new());
 
 impl Nodes {
@@ -169,7 +169,7 @@ impl Nodes {
         Arc::clone(nodes.or_insert_with(|| Arc::new(Nodes::new(count))))
     }
 
-    /// From values at these nodes to those at others, and to integrals from 0 there and at 1.
+    /// Maps values at these nodes to values at other nodes, and to integrals from 0 to those nodes and to 1.
     pub(crate) fn onto(&self, others: &Nodes) -> [Vec<f64>; 2] {
         let mut points = others.s.clone();
         points.push(1.0);

@@ -8,7 +8,7 @@ use crate::manifold::covariant;
 use crate::manifold::tangent::tangent_part;
 use crate::space::Quotient;
 
-/// What to sample along a curve.
+/// The quantity to sample along a curve.
 ///
 /// # Examples
 /// ```
@@ -32,7 +32,7 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// Derivatives with respect to the parameter that it has.
+    /// The order of its derivative with respect to the parameter.
     pub(crate) fn order(self) -> usize {
         match self {
             Quantity::Derivative(order) => order,
@@ -41,7 +41,7 @@ impl Quantity {
         }
     }
 
-    /// The quantity from Taylor coefficients of the curve, in the coordinates of its frame.
+    /// Computes the quantity from Taylor coefficients of the curve, in the coordinates of its frame.
     pub(super) fn read_into(self, quotient: Quotient, jet: &Jet, mut out: MatMut<'_, f64>) {
         let c = |j: usize| jet.c[j].as_ref();
         let d = |j: usize, factorial: f64| &jet.c[j] * faer::Scale(factorial);
@@ -58,7 +58,8 @@ impl Quantity {
                 let jerk = covariant::jerk(c(0), c(1), second.as_ref(), third.as_ref());
                 out.copy_from(match quotient {
                     Quotient::Frames => jerk,
-                    // Of a horizontal curve both manifolds have the same acceleration, and this one the normal part of the jerk.
+                    // For a horizontal curve both manifolds have the same acceleration, and the Grassmann manifold has
+                    // the normal part of the jerk.
                     Quotient::Subspaces => tangent_part(quotient, c(0), jerk.as_ref()),
                 });
             }

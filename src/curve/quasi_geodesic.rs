@@ -1,4 +1,4 @@
-//! A quasi-geodesic as a curve.
+//! Quasi-geodesics as curves.
 
 use faer::MatRef;
 

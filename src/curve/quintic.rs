@@ -11,9 +11,9 @@
 //! \gamma''(0) = m \beta''(0) + m (m - 1)\, (D_x l\,[u] + D_y l\,[w]),\qquad \beta(t) = R_S(t u).
 //! ```
 //!
-//! Where the second leg goes on along the first one, `w = beta'(1) = D R_u [u]`, the curve is `beta(m t)`, hence
-//! `D_x l [u] + D_y l [beta'(1)] = beta''(0)`. A quasi-geodesic with velocity `V = K + S Omega` has covariant
-//! acceleration `K Omega`. So the covariant acceleration at `t = 0` is `A`, and the velocity `V = m u`, where
+//! If the second leg continues the first one, `w = beta'(1) = D R_u [u]`, the curve is `beta(m t)`, hence `D_x l [u] +
+//! D_y l [beta'(1)] = beta''(0)`. A quasi-geodesic with velocity `V = K + S Omega` has the covariant acceleration `K
+//! Omega`. So the covariant acceleration at `t = 0` is `A`, and the velocity is `V = m u`, if
 //!
 //! ```math
 //! w = D R_{V/m} \Big[ \frac{V}{m} + \frac{A - K \Omega}{m (m - 1)} \Big].
@@ -33,10 +33,10 @@ use crate::manifold::stiefel::{Stiefel, TANGENT_TOLERANCE};
 
 const DEGREE: usize = 5;
 
-/// No leg this long is a principal quasi-geodesic, and its square does not overflow.
+/// A leg this long is never a principal quasi-geodesic, and its square does not overflow.
 const LONG: f64 = 1e6;
 
-/// The two legs at one end, and the two points where they end.
+/// The two legs at one end, and their end points.
 struct EndLegs {
     legs: [QuasiGeodesic; 2],
     points: [Mat<f64>; 2],
@@ -46,20 +46,20 @@ impl GeometricPolynomial {
     /// The curve of degree five with end points `s0, s1`, end velocities `v0, v1` and covariant end accelerations
     /// `a0, a1`, all of shape `(n, k)`.
     ///
-    /// In closed form. With the end accelerations of a Riemannian cubic it is close to that cubic (see
-    /// [`GeometricPolynomial::minimal_cost`] for measured distances), and curves that share accelerations join with
-    /// continuous acceleration.
+    /// It has a closed form. With the end accelerations of a Riemannian cubic it is close to that cubic (see
+    /// [`GeometricPolynomial::minimal_cost`] for measured distances), and consecutive curves that share end
+    /// accelerations join with continuous acceleration.
     ///
     /// # Accuracy
-    /// Ends, end velocities and end accelerations of size 1 are met to `2e-14 k`, `2e-13 k` and `2e-12 k`; asserted in
-    /// `tests/quintic.rs`.
+    /// End points, end velocities and end accelerations of size 1 are accurate to `2e-14 k`, `2e-13 k` and `2e-12 k`;
+    /// asserted in `tests/quintic.rs`.
     /// # Errors
-    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `InvalidArgument` where an end velocity or an end
-    /// acceleration is too long to be met; `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents` where the inner
-    /// control points cannot be joined, `BranchJump` where intermediate points cannot.
+    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`; `InvalidArgument` if an end velocity or an end
+    /// acceleration is too long; `NoJoiningCurve`, `OutsideLogDomain`, `DifferentComponents` if the inner control
+    /// points cannot be joined; `BranchJump` if intermediate points cannot.
     /// # Source
-    /// Worked out for this crate (module page). Popiel, Noakes (2007), "Bezier curves and C2 interpolation in Riemannian
-    /// manifolds", treat pieces that are geodesics.
+    /// Our own derivation (see the module documentation). Popiel, Noakes (2007), "Bezier curves and C2 interpolation in
+    /// Riemannian manifolds", treat pieces that are geodesics.
     ///
     /// # Examples
     /// ```
@@ -99,7 +99,7 @@ impl GeometricPolynomial {
 }
 
 impl EndLegs {
-    /// From point, velocity and covariant acceleration; `names` of the last two.
+    /// Built from point, velocity and covariant acceleration; `names` are those of the last two.
     fn new(names: [&'static str; 2], s: &Mat<f64>, v: &Mat<f64>, a: &Mat<f64>) -> Result<Self> {
         let (leg, point) = outer_leg(names[0], s, v, DEGREE)?;
         let refusal = || Error::InvalidArgument {
@@ -112,12 +112,12 @@ impl EndLegs {
         let u = v * Scale(1.0 / degree);
         let bend = (a - normal * omega) * Scale(1.0 / (degree * (degree - 1.0)));
         let turned = &u + bend;
-        // NaN where lengths overflow.
+        // NaN if lengths overflow.
         let length = norm(turned.as_ref());
         if length.is_nan() || length > LONG {
             return Err(refusal());
         }
-        // The derivative needs three matrices' span only, which may be a small part of that of all data.
+        // The derivative only needs the span of three matrices, which may be much smaller than that of all data.
         let span = Span::of(&[s.as_ref(), u.as_ref(), turned.as_ref()]);
         let [low, low_u, low_turned] = [s, &u, &turned].map(|x| span.down(x.as_ref()));
         let w = retraction_differential(low.as_ref(), low_u.as_ref(), low_turned.as_ref())?;

@@ -1,4 +1,5 @@
-//! Values at many parameters, in parallel: blocks of fixed size, each lifted from the coordinates in a frame by one product.
+//! Values at many parameters, in parallel: blocks of fixed size, each lifted from coordinates in a frame by one
+//! product.
 
 use faer::prelude::*;
 use faer::{Mat, MatMut, MatRef};
@@ -10,13 +11,13 @@ use crate::linalg::jet::ORDER;
 use crate::linalg::product::mul_into;
 use crate::linalg::structure::{check_finite_scalar, check_range};
 
-/// Parameters per block: enough for an efficient product, few enough to share out evenly.
+/// Parameters per block: enough for an efficient product, few enough to balance the load.
 const BLOCK: usize = 64;
 
-/// Rows of one piece of a lift: with some tens of columns of the frame it fits into the second cache.
+/// Rows of one piece of a lift: with some tens of frame columns it fits into the L2 cache.
 const LIFT_ROWS: usize = 512;
 
-/// Coordinates below this lift without overflow.
+/// Coordinates below this can be lifted without overflow.
 const HUGE: f64 = 1e300;
 
 /// Values of a curve at many parameters.
@@ -42,7 +43,7 @@ pub struct Samples {
 }
 
 impl Samples {
-    /// From the entries of all values, each column by column.
+    /// Built from the entries of all values, each stored by columns.
     pub(crate) fn from_entries(n: usize, k: usize, entries: Vec<f64>) -> Self {
         debug_assert_eq!(entries.len() % (n * k), 0);
         Samples { n, k, entries }
@@ -53,12 +54,12 @@ impl Samples {
         Ok(Samples { n, k, entries })
     }
 
-    /// How many parameters.
+    /// Number of parameters.
     pub fn len(&self) -> usize {
         self.entries.len() / (self.n * self.k)
     }
 
-    /// Whether there are none.
+    /// Whether there are no parameters.
     pub fn is_empty(&self) -> bool {
         self.entries.is_empty()
     }
@@ -66,7 +67,7 @@ impl Samples {
     /// The value at the `i`-th parameter, shape `(n, k)`.
     ///
     /// # Panics
-    /// For `i >= len()`, like a slice.
+    /// Panics if `i >= len()`, like a slice.
     pub fn get(&self, i: usize) -> MatRef<'_, f64> {
         let size = self.n * self.k;
         MatRef::from_column_major_slice(&self.entries[i * size..(i + 1) * size], self.n, self.k)
@@ -77,13 +78,13 @@ impl Samples {
         (0..self.len()).map(|i| self.get(i))
     }
 
-    /// The entries, value after value, each column by column.
+    /// The entries, value by value, each by columns.
     pub fn into_entries(self) -> Vec<f64> {
         self.entries
     }
 }
 
-/// Where to sample, how many derivatives that takes, and a way to stop it.
+/// Where to sample, the required derivative order, and the interrupt.
 #[derive(Clone, Copy)]
 pub(super) struct Request<'a> {
     pub(super) t: &'a [f64],
@@ -91,9 +92,9 @@ pub(super) struct Request<'a> {
     pub(super) interrupt: Interrupt<'a>,
 }
 
-/// Values of shape `(n, k)` from coordinates in a frame, if there is one.
+/// Values of shape `(n, k)`, lifted from coordinates if there is a frame.
 ///
-/// `reader` makes, for one thread, what writes the coordinates at the parameters of a block side by side.
+/// `reader` creates, for one thread, the closure that writes the coordinates at the parameters of a block side by side.
 pub(super) fn values<R>(
     [n, k]: [usize; 2],
     frame: Option<MatRef<'_, f64>>,
@@ -139,7 +140,7 @@ where
     Ok(all.to_owned())
 }
 
-/// Zeros for values of `size` entries at `len` parameters, where there is memory for them.
+/// Zeros for values of `size` entries at `len` parameters, or an error if there is not enough memory.
 fn zeros(size: usize, len: usize) -> Result<Vec<f64>> {
     let mut out = Vec::new();
     match size.checked_mul(len) {
@@ -157,7 +158,7 @@ fn zeros(size: usize, len: usize) -> Result<Vec<f64>> {
 
 /// Values from coordinates: `out = frame * coordinates`, rows in parallel.
 ///
-/// Pieces of rows stay in the cache for all columns; each entry is computed the same way on any number of threads.
+/// Pieces of rows stay in the cache for all columns; each entry is computed in the same way on any number of threads.
 pub fn lift_into(frame: MatRef<'_, f64>, coordinates: MatRef<'_, f64>, out: MatMut<'_, f64>) {
     let n = frame.nrows();
     if n <= LIFT_ROWS {
@@ -172,7 +173,8 @@ pub fn lift_into(frame: MatRef<'_, f64>, coordinates: MatRef<'_, f64>, out: MatM
     );
 }
 
-/// Hands each block of parameters, and the columns of `rows` entries that belong to it, to what `make` makes for a thread.
+/// Calls a closure, created by `make` for each thread, for each block of parameters and the columns of `rows` entries
+/// that belong to it.
 fn for_blocks<W>(
     [rows, k]: [usize; 2],
     request: Request<'_>,
@@ -203,7 +205,7 @@ where
         let columns = MatMut::from_column_major_slice_mut(out, rows, k * t.len());
         write(t, columns)
     };
-    // A single block is not worth a trip to the pool.
+    // A single block is not worth waking the thread pool.
     if t.len() <= BLOCK {
         return block(&mut make(), (out, t));
     }
@@ -212,7 +214,7 @@ where
         .try_for_each_init(&make, block)
 }
 
-/// The values of a block: coordinates, by way of `low`, and their lift.
+/// Writes the values of a block: coordinates, via `low`, and their lift.
 fn read_lifted(
     read: impl FnMut(&[f64], MatMut<'_, f64>) -> Result<()>,
     frame: MatRef<'_, f64>,
@@ -229,7 +231,7 @@ fn read_lifted(
     Ok(())
 }
 
-/// The coordinates of a block, finite.
+/// Writes the coordinates of a block, checked to be finite.
 fn read_checked(
     mut read: impl FnMut(&[f64], MatMut<'_, f64>) -> Result<()>,
     t: &[f64],
@@ -239,11 +241,11 @@ fn read_checked(
     check_range("curve", out.rb())
 }
 
-/// Units in the last place of the larger end, by which a parameter may miss an end and counts as that end: rounding of a
-/// parameter that was added up.
+/// Number of units in the last place of the larger end by which a parameter may miss an end and still count as that
+/// end: rounding of a parameter computed by summation.
 const ROUNDING: f64 = 4.0;
 
-/// A parameter, or the end of an interval that it misses by rounding.
+/// The parameter, or the end of an interval that it misses by rounding only.
 pub(crate) fn rounded_to_end(t: f64, (first, last): (f64, f64)) -> f64 {
     let slack = ROUNDING * f64::EPSILON * first.abs().max(last.abs());
     match (first - slack..=last + slack).contains(&t) {
@@ -252,7 +254,7 @@ pub(crate) fn rounded_to_end(t: f64, (first, last): (f64, f64)) -> f64 {
     }
 }
 
-/// Error `NonFinite` where a curve parameter is NaN or infinite.
+/// Return `NonFinite` if a curve parameter is NaN or infinite.
 pub(crate) fn check_parameter(t: f64) -> Result<()> {
     check_finite_scalar("t", t)
 }

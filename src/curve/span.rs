@@ -1,5 +1,5 @@
-//! The span of the data of a curve: the isometries that fix it pointwise fix every curve built from the data, so the
-//! curve stays in it, and work is done in its dimension.
+//! The span of the data of a curve. Isometries that fix it pointwise fix every curve built from the data, so the curve
+//! stays in the span, and computations take place in its dimension.
 
 use faer::{Mat, MatRef};
 
@@ -9,7 +9,7 @@ use crate::linalg::decomp::{thin_q, unitary_q};
 use crate::manifold::stiefel::{POINT_TOLERANCE, Stiefel};
 use crate::space::ScalarField;
 
-/// An orthonormal basis of the span of a few `n x k` matrices, where that is smaller than `R^n`.
+/// An orthonormal basis of the span of a few `n x k` matrices, if the span is smaller than `R^n`.
 pub(crate) struct Span {
     basis: Option<Mat<f64>>,
 }
@@ -31,7 +31,7 @@ impl Span {
         }
     }
 
-    /// The same over a field: of embedded complex matrices the basis is one.
+    /// As [`Span::of`], over a field: for embedded complex matrices the basis is embedded too.
     pub(crate) fn over(field: ScalarField, matrices: &[MatRef<'_, f64>]) -> Self {
         if field == ScalarField::Real {
             return Span::of(matrices);
@@ -56,7 +56,7 @@ impl Span {
         Span { basis: None }
     }
 
-    /// Coordinates of a matrix of the span.
+    /// Coordinates of a matrix contained in the span.
     pub(crate) fn down(&self, a: MatRef<'_, f64>) -> Mat<f64> {
         self.basis
             .as_ref()
@@ -99,13 +99,13 @@ pub(super) fn control_points(points: &[MatRef<'_, f64>]) -> Result<(Stiefel, Spa
     Ok((manifold, span, low))
 }
 
-/// The matrices with the given coordinates in a frame, or themselves where there is none.
+/// The matrices with the given coordinates in a frame, or the coordinates themselves if there is no frame.
 pub(crate) fn lifted(frame: Option<&Mat<f64>>, points: &[Mat<f64>]) -> Vec<Mat<f64>> {
     let lift = |point: &Mat<f64>| frame.map_or_else(|| point.clone(), |frame| frame * point);
     points.iter().map(lift).collect()
 }
 
-/// Rows of what [`lifted`] gives.
+/// Number of rows of the result of [`lifted`].
 pub(crate) fn rows(frame: Option<&Mat<f64>>, points: &[Mat<f64>]) -> usize {
     frame.unwrap_or(&points[0]).nrows()
 }

@@ -1,4 +1,4 @@
-//! De Casteljau's algorithm at one parameter: every special case, and derivatives.
+//! De Casteljau's algorithm at one parameter, including all special cases and derivatives.
 
 use crate::error::Result;
 use crate::linalg::jet::Jet;
@@ -7,10 +7,11 @@ use crate::manifold::quasi_geodesic::{EndpointProblem, Evaluation};
 use crate::manifold::quasi_geodesic_jet::MovingQuasiGeodesic;
 use crate::space::Quotient;
 
-/// The stages of the algorithm, in buffers for one shape and degree.
+/// The stages of the algorithm, with buffers for one shape and degree.
 ///
-/// Frames are joined by quasi-geodesics. Bases of subspaces are joined by geodesics `e^{tX} Y`, each in terms of the basis that it
-/// starts from: the result is a smooth basis of the point, but not the one that turns as little as possible along the curve.
+/// Frames are joined by quasi-geodesics. Bases of subspaces are joined by geodesics `e^{tX} Y`, each in terms of the
+/// basis at its start: the result is a smooth basis of the point, but not the one that rotates as little as possible
+/// along the curve.
 pub(super) struct Stages {
     quotient: Quotient,
     stages: Vec<Jet>,
@@ -39,7 +40,7 @@ impl Stages {
     /// Compute Taylor coefficients at `t`, up to the given order, for the legs between consecutive control points.
     ///
     /// # Errors
-    /// Where intermediate points cannot be joined.
+    /// An error if intermediate points cannot be joined.
     pub(super) fn compute(&mut self, legs: &[QuasiGeodesic], t: f64, order: usize) -> Result<()> {
         self.least_cosine = 1.0;
         for (leg, stage) in legs.iter().zip(&mut self.stages) {
@@ -56,7 +57,7 @@ impl Stages {
         Ok(())
     }
 
-    /// The Taylor coefficients that were computed last.
+    /// The last computed Taylor coefficients.
     pub(super) fn value(&self) -> &Jet {
         &self.stages[0]
     }

@@ -1,4 +1,4 @@
-//! The numbers that de Casteljau curves consist of.
+//! Stored form of de Casteljau curves.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -73,7 +73,7 @@ impl Stored for SubspacePolynomial {
     }
 }
 
-/// Its bases are found again from the geodesics.
+/// The bases are recomputed from the geodesics.
 impl StoredPiece for SubspacePolynomial {
     const SPLINE: &'static str = "spline of SubspacePolynomial";
 
@@ -120,7 +120,7 @@ fn restore_polynomials(
         .collect()
 }
 
-/// Control points with the legs between them, each of which passes `check` with its two ends.
+/// Control points with the legs between them, each of which is checked by `check` with its two ends.
 fn restore_with_legs(
     fields: &mut Fields,
     interrupt: Interrupt<'_>,
@@ -146,13 +146,13 @@ fn restore_with_legs(
     Ok(curves)
 }
 
-/// Error unless a leg runs from one control point to the next.
+/// Return an error unless a leg runs from one control point to the next.
 fn check_ends(leg: &QuasiGeodesic, ends: &[Mat<f64>]) -> Result<()> {
     check_gap(leg, 0.0, &ends[0])?;
     check_gap(leg, 1.0, &ends[1])
 }
 
-/// Error unless a leg is the shortest geodesic from one basis to the span of the next.
+/// Return an error unless a leg is the shortest geodesic from one basis to the span of the next.
 fn check_spans(leg: &QuasiGeodesic, ends: &[Mat<f64>]) -> Result<()> {
     let angle = leg.angles().iter().fold(0.0_f64, |m, a| m.max(a.abs()));
     if angle >= FRAC_PI_2 || norm(leg.omega()) > 0.0 {
@@ -165,11 +165,11 @@ fn check_spans(leg: &QuasiGeodesic, ends: &[Mat<f64>]) -> Result<()> {
     check_gap(leg, 1.0, &(&ends[1] * in_terms))
 }
 
-/// Error unless a leg passes through a point.
+/// Return an error unless a leg passes through a point.
 fn check_gap(leg: &QuasiGeodesic, t: f64, point: &Mat<f64>) -> Result<()> {
     let speed = norm(leg.initial_velocity().as_ref());
     let gap = distance(leg.point(t)?.as_ref(), point.as_ref());
-    // Of numbers that overflow the gap is none.
+    // If numbers overflow, the gap is NaN.
     if gap.is_nan() || gap > MEMBERSHIP * (1.0 + speed) {
         let problem = format!("legs: one is {gap:.3e} away from its control point");
         return Err(refusal(problem));
@@ -180,7 +180,7 @@ fn check_gap(leg: &QuasiGeodesic, t: f64, point: &Mat<f64>) -> Result<()> {
 /// A frame and control points in its coordinates.
 type Coordinates<'a> = (Option<MatRef<'a, f64>>, &'a [Mat<f64>]);
 
-/// Frames and control points in their coordinates.
+/// Stores frames and control points in their coordinates.
 fn store_control_points(shape: [usize; 2], curves: &[Coordinates<'_>], fields: &mut Fields) {
     let (mut frames, mut points) = (Vec::new(), Vec::new());
     for (frame, own) in curves {
@@ -251,7 +251,7 @@ impl Stored for GeodesicPolynomial {
         store_control_points([self.n(), self.k()], &[curve], fields);
     }
 
-    /// Its geodesics are those between the control points, found again.
+    /// The geodesics between the control points are recomputed.
     fn restore(fields: &mut Fields, _: Interrupt<'_>) -> Result<Self> {
         let (frame, points) = only(restore_control_points(fields)?)?;
         Self::of_reduced(points, frame)

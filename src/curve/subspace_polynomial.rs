@@ -1,8 +1,8 @@
 //! De Casteljau's algorithm with geodesics of the Grassmann manifold.
 //!
-//! Stages are computed with bases, each geodesic `e^{tX} Y` in terms of the basis that it starts from, and their Taylor
-//! coefficients as those of quasi-geodesics of frames, which have the same spans. The bases `F` that this gives turn within the
-//! subspaces; `horizontal_lift.rs` turns them back.
+//! Stages are computed with bases: each geodesic `e^{tX} Y` starts from the given basis, and its Taylor coefficients
+//! are computed as for quasi-geodesics of frames, which have the same spans. The resulting bases `F` rotate within the
+//! subspaces; `horizontal_lift.rs` removes this rotation.
 //!
 //! # Source
 //! Park, Ravani (1995), "Bezier curves on Riemannian manifolds and Lie groups with kinematics applications"; Popiel, Noakes
@@ -30,25 +30,27 @@ use crate::space::Quotient;
 
 /// A Bezier curve of subspaces on `[0, 1]`: de Casteljau's algorithm whose pieces are the shortest geodesics of `Gr(n, k)`.
 ///
-/// It starts in the basis that is the first control point and goes on with bases that turn as little as possible; it ends in the
-/// last subspace. The end velocities are `degree` times those of the first and the last geodesic:
+/// It starts with the basis given as the first control point and continues with bases that rotate as little as
+/// possible; it ends in the last subspace. The end velocities are `degree` times those of the first and the last
+/// geodesic:
 ///
 /// ```math
 /// Y^T Y' = 0,\qquad Y'(0) = m \log(P_0, P_1),\qquad Y'(1) = -m \log(P_m, P_{m-1})\, Q,\quad Y(1) = P_m Q.
 /// ```
 ///
-/// Other bases of the control points give the same curve of subspaces, in terms of the first one of them.
+/// Other bases of the control points yield the same curve of subspaces, expressed in terms of the first basis.
 ///
 /// # Domain
-/// The principal angles between consecutive control points must be below `pi/2`. Then so are those between all intermediate
-/// points of `[0, 1]`, since the largest principal angle is a distance in which geodesics are shortest, and the curve is analytic.
-/// Outside of `[0, 1]` it goes on until a principal angle reaches `pi/2`.
+/// The principal angles between consecutive control points must be below `pi/2`. Then so are those between all
+/// intermediate points in `[0, 1]`, since the largest principal angle is a distance in which geodesics are shortest,
+/// and the curve is analytic. Outside `[0, 1]` it is defined until a principal angle reaches `pi/2`.
 ///
 /// # Accuracy
-/// Orthonormal to `8e-15 k`, subspaces of other bases the same to 1e-12, asserted in `tests/subspaces/polynomial.rs`; where
-/// principal angles come near to `pi/2`, divided by the least cosine, which must be above 1e-10.
+/// Orthonormal to `8e-15 k`, and independent of the given bases to 1e-12, asserted in `tests/subspaces/polynomial.rs`.
+/// Near principal angles of `pi/2` these errors are divided by the least cosine, which must be above 1e-10.
 /// # Cost
-/// The bases are found when the curve is made; then a point is that of a polynomial of degree 21.
+/// The bases are computed when the curve is built; afterwards, evaluating a point means evaluating a polynomial of
+/// degree 21.
 /// # Source
 /// Park, Ravani (1995); Qiu, Zhang, Li (2005), "Unitarily invariant metrics on the Grassmann space", SIAM J. Matrix Anal. Appl. 27,
 /// 507-531 (the largest principal angle as a distance).
@@ -70,21 +72,21 @@ pub struct SubspacePolynomial {
     /// The control points in the coordinates of the frame.
     points: Vec<Mat<f64>>,
     frame: Option<Mat<f64>>,
-    /// The geodesics between consecutive control points, each in terms of the basis that it starts from.
+    /// The geodesics between consecutive control points, each in terms of the basis at its start.
     legs: Vec<QuasiGeodesic>,
     lift: Lift,
 }
 
 impl SubspacePolynomial {
-    /// The curve with the given control points, two or more orthonormal bases of shape `(n, k)`.
+    /// The curve with the given control points, at least two orthonormal bases of shape `(n, k)`.
     ///
     /// # Errors
-    /// `Shape`, `NonFinite`, `NotOrthonormal`; `RightAngle` where a principal angle between consecutive points is `pi/2`.
+    /// `Shape`, `NonFinite`, `NotOrthonormal`; `RightAngle` if a principal angle between consecutive points is `pi/2`.
     pub fn new(points: &[MatRef<'_, f64>]) -> Result<Self> {
         Self::new_interruptible(points, Interrupt::NEVER)
     }
 
-    /// [`SubspacePolynomial::new`] that can be stopped.
+    /// [`SubspacePolynomial::new`] with an interrupt.
     ///
     /// # Errors
     /// As [`SubspacePolynomial::new`], and `Interrupted`.
@@ -98,17 +100,20 @@ impl SubspacePolynomial {
         Self::of_legs(low, span.into_basis(), legs, interrupt)
     }
 
-    /// The cubic from the subspace of `y0` with velocity `v0` to that of `y1` with velocity `v1`, all of shape `(n, k)`.
+    /// The cubic from the subspace of `y0` with velocity `v0` to the subspace of `y1` with velocity `v1`, all of shape
+    /// `(n, k)`.
     ///
     /// ```math
     /// P_0 = Y_0,\quad P_1 = \exp(Y_0, V_0 / 3),\quad P_2 = \exp(Y_1, -V_1 / 3),\quad P_3 = Y_1
     /// ```
     ///
     /// # Arguments
-    /// * `y0`, `y1` - orthonormal bases, any of their subspaces; `v0`, `v1` - horizontal vectors at them, `Y^T V = 0`
+    /// * `y0`, `y1` - arbitrary orthonormal bases of the subspaces; `v0`, `v1` - horizontal vectors at them, `Y^T V =
+    ///   0`
     /// # Errors
-    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotHorizontal`; `RightAngle` where a principal angle between consecutive control
-    /// points is `pi/2` or more: with the largest singular value of `V / 3` where that is as much.
+    /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotHorizontal`; `RightAngle` if a principal angle between consecutive
+    /// control points is at least `pi/2`; for a velocity that is too long it carries the largest singular value of `V /
+    /// 3`.
     pub fn from_boundary(
         y0: MatRef<'_, f64>,
         v0: MatRef<'_, f64>,
@@ -118,7 +123,7 @@ impl SubspacePolynomial {
         Self::from_boundary_interruptible(y0, v0, y1, v1, Interrupt::NEVER)
     }
 
-    /// [`SubspacePolynomial::from_boundary`] that can be stopped.
+    /// [`SubspacePolynomial::from_boundary`] with an interrupt.
     ///
     /// # Errors
     /// As [`SubspacePolynomial::from_boundary`], and `Interrupted`.
@@ -145,7 +150,7 @@ impl SubspacePolynomial {
         Self::of_legs(points, span.into_basis(), legs, interrupt)
     }
 
-    /// From control points and legs in the coordinates of a frame.
+    /// Built from control points and legs in the coordinates of a frame.
     pub(super) fn of_legs(
         points: Vec<Mat<f64>>,
         frame: Option<Mat<f64>>,
@@ -166,7 +171,8 @@ impl SubspacePolynomial {
         Ok(curve)
     }
 
-    /// The control points, each of shape `(n, k)`; lifted from the frame, so as given to round-off.
+    /// The control points, each of shape `(n, k)`; they are lifted from the frame, so they equal the given ones up to
+    /// round-off.
     pub fn control_points(&self) -> Vec<Mat<f64>> {
         span::lifted(self.frame.as_ref(), &self.points)
     }
@@ -207,7 +213,7 @@ impl SubspacePolynomial {
         }
     }
 
-    /// The basis at any parameter.
+    /// Writes the basis at any parameter.
     fn basis_into(&self, t: f64, work: &mut Workspace, out: MatMut<'_, f64>) -> Result<()> {
         check_parameter(t)?;
         if (0.0..=1.0).contains(&t) {
@@ -227,10 +233,10 @@ impl SubspacePolynomial {
     }
 }
 
-/// The geodesic from `y` with velocity `v / 3`, and where it ends.
+/// The geodesic from `y` with velocity `v / 3`, and its end.
 ///
 /// # Errors
-/// `RightAngle` unless it is the shortest one to there.
+/// `RightAngle` unless it is the shortest geodesic to its end.
 fn outer_leg(y: &Mat<f64>, v: &Mat<f64>) -> Result<(QuasiGeodesic, Mat<f64>)> {
     let leg = leave_span(y.as_ref(), (v * Scale(1.0 / 3.0)).as_ref())?;
     let angle = leg.angles().iter().fold(0.0, |a: f64, b| a.max(*b));
@@ -306,7 +312,7 @@ impl Curve for SubspacePolynomial {
     }
 }
 
-/// Buffers for evaluating a curve of subspaces, and its continuation to both sides.
+/// Buffers for evaluating a curve of subspaces, and its continuation on both sides.
 ///
 /// # Examples
 /// ```
@@ -324,7 +330,7 @@ impl Curve for SubspacePolynomial {
 /// ```
 pub struct Workspace {
     stages: Stages,
-    /// From 0 backwards, and from 1 on.
+    /// Continuations backwards from 0, and forwards from 1.
     outside: [Option<Lift>; 2],
     basis: Mat<f64>,
     /// `F^T F'`.
@@ -355,7 +361,7 @@ impl Workspace {
     }
 }
 
-/// Convenience for a whole array of control points.
+/// For an array of control points.
 impl TryFrom<&[Mat<f64>]> for SubspacePolynomial {
     type Error = Error;
 
@@ -373,7 +379,7 @@ mod tests {
         Mat::from_fn(2, 1, |i, _| if i == 0 { angle.cos() } else { angle.sin() })
     }
 
-    /// Near to pi/2 the bases have a singularity that far from the interval.
+    /// Near pi/2 the bases have a singularity at that distance from the interval.
     #[test]
     fn few_pieces_are_needed() {
         for (step, bound) in [(0.5, 1), (1.0, 2), (1.5, 8), (1.57, 24)] {
