@@ -67,7 +67,7 @@ impl Samples {
     /// The value at the `i`-th parameter, shape `(n, k)`.
     ///
     /// # Panics
-    /// Panics if `i >= len()`, like a slice.
+    /// If `i >= len()`, as for a slice.
     pub fn get(&self, i: usize) -> MatRef<'_, f64> {
         let size = self.n * self.k;
         MatRef::from_column_major_slice(&self.entries[i * size..(i + 1) * size], self.n, self.k)

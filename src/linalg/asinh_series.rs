@@ -1,17 +1,17 @@
-//! Logarithm of a rotation or a unitary matrix near the identity from its skew part, by a series.
+//! Logarithm of a rotation or unitary matrix near the identity, as a series in its skew part.
 
 use faer::{Accum, MatMut};
 
 use super::scalar::SquareBuffer;
 use super::square::Symmetry;
 
-/// `m - tr Q` below which the series is used: no angle is above the square root of this.
+/// Value of `m - tr Q` below which the series is used: no angle exceeds the square root of this.
 pub(super) const NEAR_IDENTITY: f64 = 1e-3;
 
-/// `asinh(x) / x` in `x^2`, up to the degree that is exact for `|x|^2 <= NEAR_IDENTITY`.
+/// Coefficients of `asinh(x) / x` in `x^2`, up to the degree that is exact to round-off for `|x|^2 <= NEAR_IDENTITY`.
 const ASINH: [f64; 5] = [1.0, -1.0 / 6.0, 3.0 / 40.0, -5.0 / 112.0, 35.0 / 1152.0];
 
-/// `asinh(K)` of a skew matrix: relative to its size, where a basis of planes would leave an error of `eps`.
+/// `asinh(K)` of a skew matrix, with an error relative to its size; a basis of planes would leave an error of `eps`.
 pub(super) fn asinh_series<S: SquareBuffer>(
     skew: &S,
     [square, mut sum, mut next]: [&mut S; 3],

@@ -1,4 +1,4 @@
-//! Singular values and vectors of a small bidiagonal matrix, the vectors straight in a basis.
+//! Singular values and vectors of a small bidiagonal matrix, with the rotations applied directly to a basis.
 //!
 //! # Source
 //! Golub, Reinsch (1970), "Singular value decomposition and least squares solutions", Numer. Math. 14, 403-420, with
@@ -7,10 +7,10 @@
 use super::square::Square;
 use crate::error::{Error, Result};
 
-/// Steps of the iteration per singular value; two or three are usual.
+/// Maximal number of steps of the iteration per singular value; two or three are usual.
 const STEPS: usize = 40;
 
-/// Below this the square root of a sum of squares is not trusted.
+/// Magnitude below which a sum of squares may underflow.
 const TINY: f64 = 1e-140;
 
 /// `c` and `s` with `(c y + s z, c z - s y) = (r, 0)`, and `r >= 0`.
@@ -20,19 +20,20 @@ fn rotation(y: f64, z: f64) -> (f64, f64, f64) {
     if r < TINY {
         r = y.hypot(z);
         if r < TINY {
-            // Far below round-off of a matrix of norm about 1.
+            // Far below the round-off of a matrix of norm about 1.
             return (1.0, 0.0, y);
         }
     }
     (y / r, z / r, r)
 }
 
-/// Diagonalises the `d.len() x columns` matrix with diagonal `d` and superdiagonal `e`, where `columns` is
-/// `d.len()` or one more. Column `2i` of `basis` is turned with column `i` of the matrix, column `2i + 1` with row
-/// `i`, of which `rows` entries, a multiple of `LANES`; after it, `d` is nonnegative and decreasing, and a column without a row is the last one.
+/// Diagonalises the `d.len() x columns` matrix with diagonal `d` and superdiagonal `e`, where `columns` is `d.len()` or
+/// one more. Rotations of column `i` of the matrix are applied to column `2i` of `basis`, rotations of row `i` to
+/// column `2i + 1`, on `rows` entries, a multiple of `LANES`. On return, `d` is nonnegative and decreasing, and a
+/// column without a row is the last one.
 ///
 /// # Errors
-/// `Decomposition` where it does not converge.
+/// `Decomposition` if the iteration does not converge.
 #[inline(always)]
 pub(super) fn diagonalise(
     d: &mut [f64],
@@ -104,7 +105,7 @@ struct Iteration<'a> {
 }
 
 impl Iteration<'_> {
-    /// Columns `i < j` of the basis: `(c x + s y, c y - s x)`.
+    /// Rotates columns `i < j` of the basis to `(c x + s y, c y - s x)`.
     #[inline(always)]
     fn turn(&mut self, i: usize, j: usize, (c, s): (f64, f64)) {
         let (x, y) = self.basis.two_mut(i, j, self.rows);
@@ -113,7 +114,7 @@ impl Iteration<'_> {
         }
     }
 
-    /// Takes the entry above position `k` of the diagonal, which is zero or not there, out to the left.
+    /// Chases the entry above position `k` of the diagonal, which is zero or absent, out to the left.
     #[inline(always)]
     fn clear_column(&mut self, k: usize, first: usize) {
         let mut bulge = self.e[k - 1];
@@ -129,7 +130,7 @@ impl Iteration<'_> {
         }
     }
 
-    /// Takes the entry right of the zero at position `k` of the diagonal out below.
+    /// Chases the entry to the right of the zero at position `k` of the diagonal out at the bottom.
     #[inline(always)]
     fn clear_row(&mut self, k: usize, last: usize) {
         let mut bulge = self.e[k];
@@ -137,7 +138,7 @@ impl Iteration<'_> {
         for i in k + 1..=last {
             let (c, s, r) = rotation(self.d[i], bulge);
             self.d[i] = r;
-            // The row of the zero comes first: its sine has the other sign.
+            // The row with the zero comes first, so its sine has the opposite sign.
             self.turn(2 * k + 1, 2 * i + 1, (c, -s));
             if i < last {
                 bulge = -s * self.e[i];
@@ -185,7 +186,7 @@ impl Iteration<'_> {
         self.e[last - 1] = y;
     }
 
-    /// Signs into the basis, largest first.
+    /// Moves signs into the basis and sorts by decreasing singular value.
     #[inline(always)]
     fn order(&mut self) {
         for i in 0..self.d.len() {

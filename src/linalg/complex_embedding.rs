@@ -4,16 +4,17 @@
 //! S \mapsto \begin{pmatrix} \operatorname{Re} S & -\operatorname{Im} S \\ \operatorname{Im} S & \operatorname{Re} S \end{pmatrix}
 //! ```
 //!
-//! The map respects products, and turns the conjugate transpose into the transpose: unitary matrices become orthogonal,
-//! skew-Hermitian ones skew, and complex St(n, k) a submanifold of the real St(2n, 2k). It is the fixed set of an isometry,
-//! `S -> J S J^T` with the complex structures `J` of both sides, hence totally geodesic: geodesics, quasi-geodesics, de
-//! Casteljau curves, Riemannian cubics and splines of embedded data are embeddings of the complex ones. Squared lengths double.
+//! The map preserves products and maps the conjugate transpose to the transpose: unitary matrices become orthogonal,
+//! skew-Hermitian ones skew, and complex St(n, k) a submanifold of the real St(2n, 2k). The embedded set is the fixed
+//! set of an isometry, `S -> J S J^T` with the complex structures `J` on both sides, hence totally geodesic: geodesics,
+//! quasi-geodesics, de Casteljau curves, Riemannian cubics and splines of embedded data are embeddings of the complex
+//! ones. Squared lengths double.
 
 use faer::{Mat, MatMut, MatRef, c64};
 
 use crate::error::{Error, Result};
 
-/// Results of the real library may be off the embedded set by so much, relative to their norm where that is above 1.
+/// Allowed distance of results of the real library from the embedded set, relative to their norm if it exceeds 1.
 pub const COMPLEX_TOLERANCE: f64 = 1e-9;
 
 /// Writes the embedding of an `n x k` complex matrix to `out`, shape `(2n, 2k)`.
@@ -46,8 +47,8 @@ pub fn embed(s: MatRef<'_, c64>) -> Mat<f64> {
     out
 }
 
-/// Writes the complex matrix whose embedding is nearest to `a`, shape `(2n, 2k)`, to `out`, shape `(n, k)`: the mean of both
-/// copies. Returns the distance of `a` from that embedding, Frobenius norm, and the norm of `a`.
+/// Writes the complex matrix whose embedding is nearest to `a`, shape `(2n, 2k)`, to `out`, shape `(n, k)`: the mean of
+/// both copies. Returns the distance of `a` from that embedding (Frobenius norm), and the norm of `a`.
 fn nearest_into(mut out: MatMut<'_, c64>, a: MatRef<'_, f64>) -> (f64, f64) {
     let (n, k) = out.shape();
     debug_assert_eq!(a.shape(), (2 * n, 2 * k));
@@ -59,7 +60,7 @@ fn nearest_into(mut out: MatMut<'_, c64>, a: MatRef<'_, f64>) -> (f64, f64) {
             let (re, im) = (first - second, lower + upper);
             off += re * re + im * im;
             all += first * first + second * second + lower * lower + upper * upper;
-            // Halves first: no sum overflows.
+            // Halve first, so that no sum overflows.
             out[(i, j)] = c64::new(0.5 * first + 0.5 * second, 0.5 * lower - 0.5 * upper);
         }
     }
@@ -72,10 +73,10 @@ pub fn embedding_defect(a: MatRef<'_, f64>) -> f64 {
     nearest_into(nearest.as_mut(), a).0
 }
 
-/// Whether a matrix is an embedded one.
+/// Return an error unless a matrix is an embedded one.
 ///
 /// # Errors
-/// `Shape` of odd ones, `NotComplex` where [`embedding_defect`] exceeds `COMPLEX_TOLERANCE * max(1, |a|)`.
+/// `Shape` if a size is odd, `NotComplex` if [`embedding_defect`] exceeds `COMPLEX_TOLERANCE * max(1, |a|)`.
 pub(crate) fn check_embedded(a: MatRef<'_, f64>) -> Result<()> {
     let (rows, columns) = a.shape();
     if (rows % 2, columns % 2) != (0, 0) {
@@ -89,10 +90,10 @@ pub(crate) fn check_embedded(a: MatRef<'_, f64>) -> Result<()> {
     restrict_into(out.as_mut(), a)
 }
 
-/// Writes the complex matrix that is embedded as `a`, shape `(2n, 2k)`, to `out`, shape `(n, k)`. NaN stay NaN.
+/// Writes the complex matrix whose embedding is `a`, shape `(2n, 2k)`, to `out`, shape `(n, k)`. NaN is propagated.
 ///
 /// # Errors
-/// `NotComplex` where [`embedding_defect`] exceeds `COMPLEX_TOLERANCE * max(1, |a|)`.
+/// `NotComplex` if [`embedding_defect`] exceeds `COMPLEX_TOLERANCE * max(1, |a|)`.
 pub fn restrict_into(out: MatMut<'_, c64>, a: MatRef<'_, f64>) -> Result<()> {
     let (defect, norm) = nearest_into(out, a);
     let tolerance = COMPLEX_TOLERANCE * norm.max(1.0);
@@ -102,7 +103,7 @@ pub fn restrict_into(out: MatMut<'_, c64>, a: MatRef<'_, f64>) -> Result<()> {
     Ok(())
 }
 
-/// The complex matrix of shape `(n, k)` that is embedded as `a`, shape `(2n, 2k)`.
+/// The complex matrix of shape `(n, k)` whose embedding is `a`, shape `(2n, 2k)`.
 ///
 /// # Errors
 /// As [`restrict_into`].
@@ -119,14 +120,14 @@ pub(crate) fn nearest(a: MatRef<'_, f64>) -> Mat<c64> {
     out
 }
 
-/// Points of a search end up off the embedded set by so much at most, relative to their norm; the nearest embedded matrix of an
-/// orthonormal one is orthonormal to the square of it.
+/// Allowed distance of the points of a search from the embedded set, relative to their norm; the nearest embedded
+/// matrix of an orthonormal one is orthonormal to the square of this.
 const SEARCH_TOLERANCE: f64 = 1e-7;
 
-/// The embedded matrix nearest to `a`, shape `(2n, 2k)`, which is off by the tolerance of a search.
+/// The embedded matrix nearest to `a`, shape `(2n, 2k)`, which must be embedded to the tolerance of a search.
 ///
 /// # Errors
-/// `NotComplex` where [`embedding_defect`] exceeds `1e-7 * max(1, |a|)`.
+/// `NotComplex` if [`embedding_defect`] exceeds `1e-7 * max(1, |a|)`.
 pub fn nearest_embedded(a: MatRef<'_, f64>) -> Result<Mat<f64>> {
     let mut nearest = Mat::zeros(a.nrows() / 2, a.ncols() / 2);
     let (defect, norm) = nearest_into(nearest.as_mut(), a);
@@ -137,8 +138,8 @@ pub fn nearest_embedded(a: MatRef<'_, f64>) -> Result<Mat<f64>> {
     }
 }
 
-/// The columns of an embedded matrix in pairs: those of the real and of the imaginary part of the first complex column, and so
-/// on. In this order triangular complex matrices with real diagonal are embedded as triangular ones.
+/// The columns of an embedded matrix in pairs: those of the real and of the imaginary part of the first complex column,
+/// and so on. In this order, triangular complex matrices with a real diagonal are embedded as triangular ones.
 pub fn paired_columns(a: MatRef<'_, f64>) -> Mat<f64> {
     let k = a.ncols() / 2;
     Mat::from_fn(a.nrows(), 2 * k, |i, j| a[(i, j / 2 + k * (j % 2))])

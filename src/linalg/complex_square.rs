@@ -1,10 +1,11 @@
-//! Square complex buffers: real and imaginary part as two real ones.
+//! Square complex buffers, stored as two real ones: real and imaginary part.
 //!
-//! The loops are the real ones, on both parts. A product is three real products (Gauss), of which half is formed where it
-//! is known to be Hermitian or skew-Hermitian; for small sizes, where products are not what a call costs, it is four.
+//! The loops are those of real buffers, applied to both parts. A product takes three real products (Gauss), of which
+//! only half is computed if it is known to be Hermitian or skew-Hermitian. For small sizes, where products do not
+//! dominate the cost, it takes four.
 //!
 //! # Source
-//! Products by three real ones, and their normwise stability: Higham (1992), SIAM J. Matrix Anal. Appl. 13, 681-687.
+//! Products from three real ones, and their normwise stability: Higham (1992), SIAM J. Matrix Anal. Appl. 13, 681-687.
 
 use faer::linalg::matmul::matmul;
 use faer::linalg::matmul::triangular::{self, BlockStructure};
@@ -15,7 +16,7 @@ use super::simd::vectorised;
 use super::square::{LANES, Square, Symmetry, Tile, transposed};
 use super::structure::{SAFE_SQUARES, norm};
 
-/// From this size on a product is three real ones.
+/// Size from which a product takes three real ones.
 const THREE: usize = 24;
 
 /// `sqrt(2) - 1`.
@@ -69,7 +70,7 @@ impl<'a> Factor<'a> {
         if self.adjoint { -1.0 } else { 1.0 }
     }
 
-    /// Real part plus imaginary part, before transposition.
+    /// Writes real part plus imaginary part, before transposition.
     fn write_sum(self, sum: &mut Square) {
         let [re, im] = &self.square.parts;
         let (sign, sum) = (self.sign(), sum.lanes_mut());
@@ -93,7 +94,7 @@ impl ComplexSquare {
         }
     }
 
-    /// As a factor of a product.
+    /// The matrix as a factor of a product.
     pub(crate) fn factor(&self) -> Factor<'_> {
         Factor {
             square: self,
@@ -158,8 +159,8 @@ impl ComplexSquare {
         }
     }
 
-    /// `alpha (A - A^H) / 2`, halves first, so that nothing overflows on the way; returns the sum of squares of
-    /// `(A + A^H) / 2`.
+    /// `alpha (A - A^H) / 2`, halved first, so that no intermediate result overflows; returns the sum of squares of `(A
+    /// + A^H) / 2`.
     pub(crate) fn set_skew_part(&mut self, alpha: f64, a: MatRef<'_, c64>) -> f64 {
         let mut squares = [0.0; LANES];
         let [re, im] = &mut self.parts;
@@ -170,7 +171,7 @@ impl ComplexSquare {
                     for i in j..re.tiles() {
                         let below = tiles_of(a, i, j);
                         let above = tiles_of(a, j, i).map(|tile| transposed(&tile));
-                        // Off the diagonal a tile stands for two.
+                        // An off-diagonal tile counts twice.
                         let weight = if i == j { 1.0 } else { 2.0 };
                         let mut skew = [[[0.0; LANES]; LANES]; 2];
                         for c in 0..LANES {
@@ -202,7 +203,7 @@ impl ComplexSquare {
         self.parts[1].set_symmetric_part(&a.parts[1]);
     }
 
-    /// A bound of the largest column sum of moduli, at most 9 percent above it, and the Frobenius norm.
+    /// A bound on the largest column sum of moduli, at most 9 percent above it, and the Frobenius norm.
     pub(crate) fn norms(&self) -> (f64, f64) {
         let (mut largest_sum, mut squares) = (0.0_f64, [0.0; LANES]);
         let [re, im] = &self.parts;
@@ -226,7 +227,7 @@ impl ComplexSquare {
             },
         );
         let square: f64 = squares.iter().sum();
-        // Squares that overflow or vanish: the slow, scaled sum.
+        // If squares overflow or underflow, use the slow, scaled sum.
         let frobenius = if SAFE_SQUARES.contains(&square) {
             square.sqrt()
         } else {
@@ -235,7 +236,7 @@ impl ComplexSquare {
         (largest_sum, frobenius)
     }
 
-    /// `alpha A B`, added or not.
+    /// `alpha A B`, optionally added.
     pub(crate) fn multiply(
         &mut self,
         beta: Accum,
@@ -247,8 +248,8 @@ impl ComplexSquare {
         self.product(false, beta, alpha, a, b, scratch);
     }
 
-    /// `alpha A B` (added or not), known to be Hermitian or skew-Hermitian. Above the diagonal the result is only defined
-    /// where `reflect_product` is called after.
+    /// `alpha A B` (optionally added), known to be Hermitian or skew-Hermitian. The part above the diagonal is only
+    /// defined after calling `reflect_product`.
     pub(crate) fn set_product(
         &mut self,
         beta: Accum,
@@ -310,14 +311,14 @@ impl ComplexSquare {
         );
     }
 
-    /// The part above the diagonal from that below, after a product of which only half was formed.
+    /// Fills the part above the diagonal from the part below, after a product of which only half was computed.
     pub(crate) fn reflect_product(&mut self, symmetry: Symmetry) {
         if self.parts[0].halves_products() {
             self.reflect(symmetry);
         }
     }
 
-    /// The part above the diagonal from that below, of a Hermitian or a skew-Hermitian matrix.
+    /// Fills the part above the diagonal of a Hermitian or skew-Hermitian matrix from the part below.
     pub(crate) fn reflect(&mut self, symmetry: Symmetry) {
         let opposite = match symmetry {
             Symmetry::Symmetric => Symmetry::Skew,
@@ -330,7 +331,7 @@ impl ComplexSquare {
     /// `self = E + T` from the lower triangles of the Hermitian `E` (in `self`) and the skew-Hermitian `T`.
     pub(crate) fn add_skew(&mut self, skew: &ComplexSquare) {
         self.parts[0].add_skew(&skew.parts[0]);
-        // The imaginary part of E is skew and that of T symmetric.
+        // The imaginary part of E is skew, and the imaginary part of T is symmetric.
         add_opposite(&mut self.parts[1], &skew.parts[1]);
     }
 }
@@ -393,7 +394,7 @@ fn add_opposite(out: &mut Square, symmetric: &Square) {
     );
 }
 
-/// Real and imaginary part of a tile of a matrix, filled up with zeros.
+/// Real and imaginary part of a tile of a matrix, padded with zeros.
 #[inline(always)]
 fn tiles_of(a: MatRef<'_, c64>, i: usize, j: usize) -> [Tile; 2] {
     let (top, left) = (i * LANES, j * LANES);

@@ -1,6 +1,6 @@
-//! Factorisations: the only caller of faer's, and the place where their errors are translated.
+//! Factorisations: the only place that calls those of faer and translates their errors.
 //!
-//! Input must be finite: a factorisation may accept a NaN and hand it on, so callers check first.
+//! Input must be finite: a factorisation may accept NaN and return it, so callers check first.
 
 use faer::diag::Diag;
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
@@ -15,10 +15,10 @@ use faer::{Col, Mat, MatMut, MatRef, Par, c64};
 use super::structure::check_range;
 use crate::error::{Error, Result};
 
-/// Entries whose squares neither overflow nor vanish: faer's iteration does not converge far outside.
+/// Range of entries whose squares neither overflow nor underflow; faer's iteration does not converge far outside it.
 const SAFE: std::ops::Range<f64> = 1e-120..1e120;
 
-/// Singular value decomposition `A = U diag(s) V^T` in buffers made once for a largest size.
+/// Singular value decomposition `A = U diag(s) V^T`, with buffers allocated once for a largest size.
 ///
 /// Singular values are sorted in decreasing order. `U` has `min(rows, cols)` columns, `V` is square.
 ///
@@ -63,11 +63,11 @@ impl Svd {
         svd_scratch::<f64>(rows, cols, thin, full, Par::Seq, Default::default())
     }
 
-    /// Factors `a`, no larger than the size given to [`Svd::new`]. Entries of extreme size are scaled in a copy.
+    /// Factors `a`, which must not exceed the size given to [`Svd::new`]. Entries of extreme size are scaled in a copy.
     ///
     /// # Errors
-    /// `Overflow` where an entry is not finite, on which faer's iteration may not end; `Decomposition` where it does
-    /// not converge.
+    /// `Overflow` if an entry is not finite, since faer's iteration might not end; `Decomposition` if it does not
+    /// converge.
     pub fn compute(&mut self, a: MatRef<'_, f64>) -> Result<()> {
         check_range("matrix to factor", a)?;
         let largest = a.norm_max();
@@ -86,7 +86,7 @@ impl Svd {
         let (rows, cols) = (a.nrows(), a.ncols());
         (self.rows, self.cols) = (rows, cols);
         if rows == 1 && cols == 1 {
-            // The sphere: one cosine, no need of the machinery.
+            // The sphere: a single cosine, for which no iteration is needed.
             self.u[(0, 0)] = if a[(0, 0)] < 0.0 { -1.0 } else { 1.0 };
             self.s[0] = a[(0, 0)].abs();
             self.v[(0, 0)] = 1.0;
@@ -96,8 +96,8 @@ impl Svd {
         if first.is_ok() {
             return first;
         }
-        // faer's iteration stalls on about one in 1e5 matrices whose singular values come in equal pairs, as those of embedded
-        // complex matrices do. In other coordinates it does not.
+        // faer's iteration stalls on about one in 1e5 matrices whose singular values come in equal pairs, as for
+        // embedded complex matrices. After a change of coordinates it converges.
         self.iterate(reflected(a).as_ref())?;
         let v = reflected(self.v().transpose());
         self.v
@@ -110,7 +110,7 @@ impl Svd {
     fn iterate(&mut self, a: MatRef<'_, f64>) -> Result<()> {
         let (rows, cols) = (a.nrows(), a.ncols());
         let rank = rows.min(cols);
-        // For wide input faer sets only a part of V and takes the rest to be zero.
+        // For wide input, faer sets only a part of V and assumes that the rest is zero.
         self.v.fill(0.0);
         svd(
             a,
@@ -148,15 +148,15 @@ impl Svd {
     }
 }
 
-/// `A (I - 2 w w^T)` with a unit vector `w` without any pattern: the same singular values, by other roundings.
+/// `A (I - 2 w w^T)` with an irregular unit vector `w`: the same singular values, with different rounding.
 fn reflected(a: MatRef<'_, f64>) -> Mat<f64> {
     let w = Col::from_fn(a.ncols(), |j| 1.0 / (j as f64 + 1.0));
     let w = &w / w.norm_l2();
     a - (a * &w) * (2.0 * w.transpose())
 }
 
-/// Symmetric eigenproblem `A = W diag(lambda) W^T`, Hermitian for complex entries, in buffers made once for a largest size,
-/// eigenvalues increasing.
+/// Symmetric eigenproblem `A = W diag(lambda) W^T`, Hermitian for complex entries, with buffers allocated once for a
+/// largest size; eigenvalues in increasing order.
 ///
 /// # Examples
 /// ```
@@ -193,10 +193,11 @@ impl<T: ComplexField<Real = f64>> SymmetricEigen<T> {
         }
     }
 
-    /// Factors `a`, of which the lower triangle is read, no larger than the size given to [`SymmetricEigen::new`].
+    /// Factors `a`, of which the lower triangle is read, and which must not exceed the size given to
+    /// [`SymmetricEigen::new`].
     ///
     /// # Errors
-    /// `Overflow` where an entry is not finite; `Decomposition` where the iteration does not converge.
+    /// `Overflow` if an entry is not finite; `Decomposition` if the iteration does not converge.
     pub fn compute(&mut self, a: MatRef<'_, T>) -> Result<()> {
         if !a.is_all_finite() {
             return Err(Error::Overflow {
@@ -232,7 +233,7 @@ impl<T: ComplexField<Real = f64>> SymmetricEigen<T> {
 
 /// Thin QR factor `Q` of a tall matrix with the sign fixed so that `R` has a non-negative diagonal.
 ///
-/// Shape `(n, min(n, c))` for an `(n, c)` input; the columns are orthonormal whatever the rank of `a`.
+/// The result has shape `(n, min(n, c))` for an `(n, c)` input; its columns are orthonormal whatever the rank of `a`.
 pub fn thin_q(a: MatRef<'_, f64>) -> Mat<f64> {
     let qr = a.qr();
     let r = qr.thin_R().to_owned();
@@ -247,7 +248,7 @@ pub fn thin_q(a: MatRef<'_, f64>) -> Mat<f64> {
     q
 }
 
-/// Thin QR factors of a tall matrix, `A = Q R` with orthonormal `Q` of shape `(n, c)` and upper triangular `R` of
+/// Thin QR factors of a tall matrix, `A = Q R` with orthonormal `Q` of shape `(n, c)` and upper triangular `R` with
 /// non-negative diagonal.
 pub fn thin_qr(a: MatRef<'_, f64>) -> (Mat<f64>, Mat<f64>) {
     let qr = a.qr();
@@ -268,8 +269,8 @@ pub fn thin_qr(a: MatRef<'_, f64>) -> (Mat<f64>, Mat<f64>) {
     (q, r)
 }
 
-/// An orthonormal basis of the span of the columns of a complex matrix, and of what is orthogonal to it if `is_whole`: the columns
-/// of `Q` in `A = Q R`, with phases that make the diagonal of `R` non-negative.
+/// An orthonormal basis of the span of the columns of a complex matrix and, if `is_whole`, of its orthogonal
+/// complement: the columns of `Q` in `A = Q R`, with phases that make the diagonal of `R` non-negative.
 pub fn unitary_q(a: MatRef<'_, c64>, is_whole: bool) -> Mat<c64> {
     let qr = a.qr();
     let r = qr.thin_R().to_owned();
@@ -293,8 +294,8 @@ pub fn unitary_q(a: MatRef<'_, c64>, is_whole: bool) -> Mat<c64> {
 /// manifold in the Frobenius norm.
 ///
 /// # Errors
-/// `RankDeficient` where the smallest singular value is below `n * eps` times the largest, and the nearest
-/// point is not unique; `Decomposition`.
+/// `RankDeficient` if the smallest singular value is below `n * eps` times the largest, so that the nearest point is
+/// not unique; `Decomposition`.
 pub fn polar_factor(name: &'static str, a: MatRef<'_, f64>) -> Result<Mat<f64>> {
     let (n, k) = (a.nrows(), a.ncols());
     let mut svd = Svd::new(n, k);
@@ -313,7 +314,7 @@ pub fn polar_factor(name: &'static str, a: MatRef<'_, f64>) -> Result<Mat<f64>> 
 /// Largest singular value, 0 for an empty matrix. Entries of extreme size are scaled in a copy.
 ///
 /// # Errors
-/// `Overflow` where an entry is not finite; `Decomposition`.
+/// `Overflow` if an entry is not finite; `Decomposition`.
 pub fn spectral_norm(a: MatRef<'_, f64>) -> Result<f64> {
     singular_range(a).map(|[_, largest]| largest)
 }
@@ -321,7 +322,7 @@ pub fn spectral_norm(a: MatRef<'_, f64>) -> Result<f64> {
 /// Smallest and largest singular value, 0 for an empty matrix. Entries of extreme size are scaled in a copy.
 ///
 /// # Errors
-/// `Overflow` where an entry is not finite; `Decomposition`.
+/// `Overflow` if an entry is not finite; `Decomposition`.
 pub fn singular_range(a: MatRef<'_, f64>) -> Result<[f64; 2]> {
     check_range("matrix to factor", a)?;
     let largest = a.norm_max();
@@ -341,7 +342,7 @@ pub fn singular_range(a: MatRef<'_, f64>) -> Result<[f64; 2]> {
 /// Smallest real part of an eigenvalue of a square matrix.
 ///
 /// # Errors
-/// `Overflow` where an entry is not finite; `Decomposition`.
+/// `Overflow` if an entry is not finite; `Decomposition`.
 pub fn smallest_real_part(a: MatRef<'_, f64>) -> Result<f64> {
     check_range("matrix to factor", a)?;
     let values = a.eigenvalues().map_err(|_| Error::Decomposition {
@@ -350,7 +351,7 @@ pub fn smallest_real_part(a: MatRef<'_, f64>) -> Result<f64> {
     Ok(values.iter().fold(f64::INFINITY, |m, z| m.min(z.re)))
 }
 
-/// `A^{-1} B` for square `A` by LU with partial pivoting; `None` where the matrix is singular.
+/// `A^{-1} B` for square `A` by LU with partial pivoting; `None` if the matrix is singular.
 pub fn solve_matrix(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Option<Mat<f64>> {
     let solution = a.partial_piv_lu().solve(b);
     check_range("solution", solution.as_ref())

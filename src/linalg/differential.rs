@@ -1,4 +1,4 @@
-//! Derivatives of the exponential of skew matrices and of the logarithm of rotations, in a direction and transposed.
+//! Derivatives of the exponential of skew matrices and of the logarithm of rotations, and their transposes.
 //!
 //! With `phi(x) = (1 - e^{-x}) / x`,
 //!
@@ -7,9 +7,9 @@
 //! D\log_Q[F] = \varphi(\mathrm{ad}_L)^{-1}\, Q^T F,\quad L = \log Q
 //! ```
 //!
-//! In the real Schur basis of `A` or `L` a function of `ad` multiplies by its values at `i (theta_a - theta_b)` and at
-//! `i (theta_a + theta_b)`: repeated and vanishing angles are no special case. Since `ad` is skew, transposing takes `-ad` in the place
-//! of `ad`. Cost `O(m^3)`.
+//! In the real Schur basis of `A` or `L`, a function of `ad` acts by multiplication with its values at `i (theta_a -
+//! theta_b)` and at `i (theta_a + theta_b)`, so repeated and vanishing angles are not special cases. Since `ad` is
+//! skew, the transpose has `-ad` in place of `ad`. Cost `O(m^3)`.
 //!
 //! # Source
 //! Higham (2008), "Functions of Matrices", sec. 10.2 (the derivative of the exponential as a function of `ad`).
@@ -29,7 +29,7 @@ use crate::error::Result;
 /// D\exp_A[E] = e^A\, \frac{1 - e^{-\mathrm{ad}_A}}{\mathrm{ad}_A}\, E
 /// ```
 ///
-/// Exact to about `m eps` of the norm of the direction. Source: see Higham (2008), sec. 10.2.
+/// Accurate to about `m eps` relative to the norm of the direction. Source: see Higham (2008), sec. 10.2.
 ///
 /// # Examples
 /// ```
@@ -50,7 +50,7 @@ pub struct SkewExpDifferential {
 }
 
 impl SkewExpDifferential {
-    /// At a skew matrix.
+    /// The derivative at a skew matrix.
     ///
     /// # Errors
     /// As [`skew_exp`](super::skew_exp()).
@@ -66,7 +66,7 @@ impl SkewExpDifferential {
         self.value.as_ref()
     }
 
-    /// `D exp_A[E]`, of which the skew part of `E` counts.
+    /// `D exp_A[E]`; only the skew part of `E` matters.
     ///
     /// # Errors
     /// `Shape`, `NonFinite`, `Overflow`.
@@ -95,8 +95,8 @@ impl SkewExpDifferential {
 /// D\log_Q[F] = \frac{\mathrm{ad}_L}{1 - e^{-\mathrm{ad}_L}}\, Q^T F,\qquad L = \log Q
 /// ```
 ///
-/// Finite for all angles below `pi`; where two of them approach `pi` together it grows as the inverse of what their sum lacks to
-/// `2 pi`.
+/// It is finite for all angles below `pi`; if two of them approach `pi` together, it grows as the inverse of the
+/// difference of their sum from `2 pi`.
 ///
 /// # Examples
 /// ```
@@ -116,7 +116,7 @@ pub struct OrthogonalLogDifferential {
 }
 
 impl OrthogonalLogDifferential {
-    /// At a rotation.
+    /// The derivative at a rotation.
     ///
     /// # Errors
     /// As [`orthogonal_log`](super::orthogonal_log()).
@@ -138,7 +138,7 @@ impl OrthogonalLogDifferential {
         self.value.as_ref()
     }
 
-    /// `D log_Q[F]`, of which the skew part of `Q^T F` counts.
+    /// `D log_Q[F]`; only the skew part of `Q^T F` matters.
     ///
     /// # Errors
     /// `Shape`, `NonFinite`, `Overflow`.
@@ -179,7 +179,7 @@ fn skew_part(a: MatRef<'_, f64>) -> Mat<f64> {
     })
 }
 
-/// `function(ad)` of a skew matrix, for real and imaginary part of the function at `i x`.
+/// `function(ad)` applied to a skew matrix, where `function` gives real and imaginary part at `i x`.
 fn function_of_ad(
     schur: &SkewSchur,
     mut skew: Mat<f64>,
@@ -225,7 +225,7 @@ mod tests {
         (a.transpose() * b).diagonal().column_vector().sum()
     }
 
-    /// Turns by the given angles in coordinate planes.
+    /// Rotations by the given angles in coordinate planes.
     fn planes(m: usize, angles: &[f64]) -> Mat<f64> {
         let mut a = Mat::zeros(m, m);
         for (i, angle) in angles.iter().enumerate() {
@@ -235,7 +235,7 @@ mod tests {
         a
     }
 
-    /// Matrices with vanishing, repeated, close and nearly half turns.
+    /// Matrices with vanishing, repeated and close angles, and angles near pi.
     fn cases() -> Vec<Mat<f64>> {
         let near = std::f64::consts::PI - 1e-9;
         vec![
@@ -273,7 +273,7 @@ mod tests {
         let edge = 1e-4_f64;
         let [(a, b), (c, d)] = [edge * (1.0 - 1e-12), edge * (1.0 + 1e-12)].map(dexp);
         assert!((a - c).abs() < 1e-15, "{a} {c}");
-        // Between the two the function changes by 1e-16.
+        // The function changes by 1e-16 between the two.
         assert!((b - d).abs() < 1e-15, "{b} {d}");
     }
 

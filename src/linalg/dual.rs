@@ -1,6 +1,6 @@
 //! Numbers with derivatives in a few directions: `x + dx_1 e_1 + ... + dx_N e_N` with `e_i e_j = 0`.
 //!
-//! A kernel that only adds and multiplies computes exact directional derivatives when it runs on these.
+//! A kernel that only adds and multiplies computes exact directional derivatives when called with these numbers.
 
 use std::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
 
@@ -8,7 +8,7 @@ use faer::Mat;
 
 use super::lanes::Lanes;
 
-/// What a polynomial kernel computes with.
+/// The numbers of a polynomial kernel.
 pub(crate) trait Number:
     Copy
     + Send
@@ -24,13 +24,13 @@ pub(crate) trait Number:
 {
     const ZERO: Self;
 
-    /// Numbers that vector instructions take at once: columns of blocks are padded to a multiple of it.
+    /// Number of entries per vector instruction: columns of blocks are padded to a multiple of it.
     const WIDTH: usize;
 
-    /// Sums that fit into registers together with the factors.
+    /// Number of sums that fit into registers together with the factors.
     const REGISTERS: usize;
 
-    /// [`tiles`] of the size that registers hold.
+    /// [`tiles`], with a tile size chosen to fit into registers.
     fn accumulate<'a, const TRANSPOSED: bool>(
         out: &mut [Self],
         pairs: impl Iterator<Item = (&'a [Self], &'a [Self])> + Clone,
@@ -40,7 +40,7 @@ pub(crate) trait Number:
     /// A constant.
     fn constant(x: f64) -> Self;
 
-    /// The number without its derivatives, or something as large.
+    /// The number without its derivatives, or a number of the same magnitude.
     fn value(self) -> f64;
 }
 
@@ -119,7 +119,7 @@ impl<const N: usize> Number for Dual<N> {
     }
 }
 
-/// Eight numbers, each on its own: the steps of all are as short as the shortest.
+/// Eight independent numbers, which all use the shortest step.
 impl Number for Lanes {
     const ZERO: Self = Lanes::ZERO;
     const WIDTH: usize = 1;
@@ -139,7 +139,7 @@ impl Number for Lanes {
         Lanes::splat(x)
     }
 
-    /// The largest of the absolute values; NaN where there is one.
+    /// The largest absolute value; NaN if one of them is NaN.
     #[inline(always)]
     fn value(self) -> f64 {
         self.0.iter().fold(0.0, |largest, x| {
@@ -208,11 +208,11 @@ impl<const N: usize> Mul for Dual<N> {
     }
 }
 
-/// `out += a b` for all pairs of factors of shapes `(rows, inner)` and `(inner, cols)`, or `out += a b^T` with `b` of shape
-/// `(cols, inner)`, column by column.
+/// `out += a b` for all pairs of factors of shapes `(rows, inner)` and `(inner, cols)`, or `out += a b^T` with `b` of
+/// shape `(cols, inner)`, stored by columns.
 ///
-/// Sums of `W` rows and `C` columns stay in registers for all pairs; `rows` is a multiple of `W`. As many of the first columns are
-/// computed as `out` has.
+/// Sums of `W` rows and `C` columns stay in registers for all pairs; `rows` is a multiple of `W`. As many leading
+/// columns are computed as `out` has.
 #[inline(always)]
 fn tiles<'a, T: Number, const TRANSPOSED: bool, const W: usize, const C: usize>(
     out: &mut [T],
@@ -281,10 +281,10 @@ fn add_outer<T: Number, const W: usize, const C: usize>(
     }
 }
 
-/// The derivative of a map from `R^n` to itself, shape `(n, n)`, and its value; `N` variables at a pass.
+/// The derivative of a map from `R^n` to itself, shape `(n, n)`, and its value; each pass handles `N` variables.
 ///
 /// # Errors
-/// Those of the map.
+/// The errors of the map.
 pub(crate) fn jacobian<const N: usize, E>(
     x: &[f64],
     mut map: impl FnMut(&[Dual<N>]) -> Result<Vec<Dual<N>>, E>,

@@ -7,7 +7,7 @@ use super::scalar::SquareBuffer;
 use super::simd::vectorised;
 use super::square::{LANES, Square};
 
-/// Polynomials in `B = A^2` for the even and the odd part. Up to degree 4 the powers are all products; above, the
+/// Polynomials in `B = A^2` for the even and the odd part. Up to degree 4 each power is a product; above, the
 /// coefficients from `powers` on are multiplied by `B^powers` in one Horner step.
 pub(super) struct Scheme {
     /// The largest norm of `A` for which `|cos x - even(-x^2)|` and `|sin x - x odd(-x^2)|` are at most `2^-54`.
@@ -17,8 +17,8 @@ pub(super) struct Scheme {
     pub(super) odd: &'static [f64],
 }
 
-/// Interpolation of `(cos x - 1) / x^2` and `(sin x - x) / x^3` in `x^2` at the Chebyshev points of `[0, limit^2]`:
-/// exact at 0, and for the same error a norm up to a third larger than that of the Taylor polynomial.
+/// Interpolation of `(cos x - 1) / x^2` and `(sin x - x) / x^3` in `x^2` at the Chebyshev points of `[0, limit^2]`. It
+/// is exact at 0, and for the same error admits a norm up to a third larger than the Taylor polynomial.
 #[rustfmt::skip]
 pub(super) const SCHEMES: [Scheme; 6] = [
     Scheme { limit: 0.000227, powers: 1,
@@ -53,7 +53,7 @@ pub(super) fn last_scheme() -> &'static Scheme {
     &SCHEMES[SCHEMES.len() - 1]
 }
 
-/// `out = c_0 I + c_1 B + c_2 B^2 + ..`, as many terms as powers are given.
+/// `out = c_0 I + c_1 B + c_2 B^2 + ..`, with as many powers as given.
 pub(super) fn combine<S: SquareBuffer>(out: &mut S, powers: &[S], c: &[f64]) {
     for (part, target) in out.parts_mut().iter_mut().enumerate() {
         let power = |j: usize| &powers[j].parts()[part];
@@ -89,7 +89,7 @@ fn combine_powers<const N: usize>(out: &mut Square, powers: [&Square; N], c: &[f
     );
 }
 
-/// The first two of the powers become the two polynomials in all of them (two or three).
+/// Combines two or three powers to both polynomials, which overwrite the first two powers.
 pub(super) fn combine_in_place<S: SquareBuffer>(powers: &mut [S], even: &[f64], odd: &[f64]) {
     let (first, rest) = powers.split_at_mut(2);
     let [x, y] = first else { return };

@@ -1,4 +1,4 @@
-//! The action `e^L v` of the exponential of a skew operator that is only known by its products.
+//! The action `e^L v` of the exponential of a skew operator that is given only by its products with vectors.
 //!
 //! # Source
 //! Tal-Ezer, Kosloff (1984), "An accurate and efficient scheme for propagating the time dependent Schroedinger equation",
@@ -14,10 +14,10 @@ use crate::error::{Error, Result};
 /// Beyond this radius the phases of the exponential have lost five digits, and the work grows with the radius.
 pub const MAX_RADIUS: f64 = 1e5;
 
-/// A smaller radius would bring terms that divide by nearly zero, and save nothing.
+/// A smaller radius would introduce terms divided by nearly zero without saving work.
 const MIN_RADIUS: f64 = 0.25;
 
-/// Terms below this are left out: a tenth of the unit round-off.
+/// Terms below this, a tenth of the unit round-off, are dropped.
 const NEGLIGIBLE: f64 = 1e-17;
 
 /// `e^L v` for an operator `L` that is skew in some inner product, by Chebyshev polynomials.
@@ -29,17 +29,17 @@ const NEGLIGIBLE: f64 = 1e-17;
 ///
 /// # Arguments
 /// * `apply(out, x)` - sets `out = L x`; both of the shape of `v`
-/// * `radius` - `rho`, a bound of the spectral norm of `L`; the number of products is about `rho + 15`
+/// * `radius` - `rho`, a bound on the spectral norm of `L`; the number of products is about `rho + 15`
 /// # Accuracy
 /// `1e-14 (1 + rho / 10)` relative to `|v|`, asserted in `tests/exponential_action.rs`.
 /// # Errors
-/// `InvalidArgument` where the radius is above [`MAX_RADIUS`] or not a number.
+/// `InvalidArgument` if the radius is NaN or above [`MAX_RADIUS`].
 pub fn skew_exponential_action(
     v: Mat<f64>,
     radius: f64,
     mut apply: impl FnMut(&mut Mat<f64>, &Mat<f64>),
 ) -> Result<Mat<f64>> {
-    // Not `radius > MAX_RADIUS`: NaN must fail.
+    // Not `radius > MAX_RADIUS`, which NaN would pass.
     if !(0.0..=MAX_RADIUS).contains(&radius) {
         return Err(Error::InvalidArgument {
             name: "norm of the generator",
@@ -67,12 +67,12 @@ pub fn skew_exponential_action(
     Ok(sum)
 }
 
-/// `J_0(x), J_1(x), ...` for `x > 0`, as many as are not negligible and at least two.
+/// `J_0(x), J_1(x), ...` for `x > 0`: all that are not negligible, at least two.
 ///
-/// Backward recurrence `J_{j-1} = (2 j / x) J_j - J_{j+1}` from an index where they vanish, scaled by
-/// `J_0 + 2 (J_2 + J_4 + ...) = 1`.
+/// Backward recurrence `J_{j-1} = (2 j / x) J_j - J_{j+1}` from an index where they are negligible, scaled by `J_0 + 2
+/// (J_2 + J_4 + ...) = 1`.
 fn bessel_functions(x: f64) -> Vec<f64> {
-    // Past x the functions decay like those of Airy, on the scale x^(1/3): 1e-30 at the start index.
+    // Beyond x the functions decay like Airy functions, on the scale x^(1/3): to 1e-30 at the start index.
     let start = (x + 18.0 * x.cbrt() + 40.0) as usize;
     let mut values = vec![0.0; start + 1];
     let (mut above, mut here) = (0.0_f64, 1e-300_f64);
@@ -85,7 +85,7 @@ fn bessel_functions(x: f64) -> Vec<f64> {
         let below = 2.0 * j as f64 / x * here - above;
         (above, here) = (here, below);
         if here.abs() > 1e200 {
-            // The earlier ones are below 1e-200 of what is to come, and vanish.
+            // The earlier values are below 1e-200 of the following ones, and underflow.
             for value in &mut values[j..] {
                 *value *= 1e-300;
             }

@@ -1,25 +1,25 @@
-//! Numbers that can be divided, one or eight at a time, and small dense systems of them.
+//! Numbers that can be divided, one or eight at a time, and small dense linear systems.
 
 use std::ops::{Div, Mul, Range};
 
 use super::dual::Number;
 use super::lanes::{LANES, Lanes};
 
-/// One number, or eight that go through the same operations.
+/// One number, or eight numbers that undergo the same operations.
 pub(crate) trait Field: Number + Div<Output = Self> {
-    /// How many numbers it is.
+    /// How many numbers it holds.
     const COUNT: usize;
 
-    /// Changes in several directions at once: eight of one number, one of eight.
+    /// Derivatives in several directions at once: eight of one number, or one of eight numbers.
     type Columns: Field + Mul<Self, Output = Self::Columns>;
 
-    /// How many directions.
+    /// Number of directions.
     const COLUMNS: usize;
 
-    /// The change in a direction.
+    /// The derivative in one direction.
     fn column(columns: Self::Columns, i: usize) -> Self;
 
-    /// Sets the change in a direction, that of every number.
+    /// Sets the derivative in one direction, for every number.
     fn set_column(columns: &mut Self::Columns, i: usize, change: f64);
 
     fn lane(self, lane: usize) -> f64;
@@ -29,7 +29,7 @@ pub(crate) trait Field: Number + Div<Output = Self> {
     /// 1 or -1.
     fn sign(self) -> Self;
 
-    /// The larger one of it and the absolute value of another; NaN if there is one.
+    /// The maximum of `self` and the absolute value of `other`; NaN is propagated.
     fn larger(self, other: Self) -> Self;
 }
 
@@ -112,13 +112,13 @@ impl Field for Lanes {
     }
 }
 
-/// The larger of two sizes; NaN if there is one.
+/// The maximum of two magnitudes; NaN is propagated.
 #[inline(always)]
 pub(crate) fn larger(a: f64, b: f64) -> f64 {
     if b <= a || a.is_nan() { a } else { b }
 }
 
-/// The largest absolute value of all numbers; NaN if there is one.
+/// The largest absolute value of all numbers; NaN is propagated.
 #[inline(always)]
 pub(crate) fn largest<T: Field>(values: &[T]) -> f64 {
     let mut size = T::ZERO;
@@ -128,8 +128,8 @@ pub(crate) fn largest<T: Field>(values: &[T]) -> f64 {
     (0..T::COUNT).fold(0.0, |all, lane| larger(all, size.lane(lane)))
 }
 
-/// Factors `a = l u` in place, shape `(n, n)` row by row, without pivoting: for matrices near to the identity or to ones that
-/// are diagonally dominant by blocks. Pivots are replaced by their inverses.
+/// Factors `a = l u` in place, shape `(n, n)` by rows, without pivoting: for matrices near the identity, or near
+/// matrices that are diagonally dominant by blocks. Pivots are replaced by their inverses.
 #[inline(always)]
 pub(crate) fn factor<T: Field>(n: usize, a: &mut [T]) {
     for i in 0..n {
@@ -147,7 +147,7 @@ pub(crate) fn factor<T: Field>(n: usize, a: &mut [T]) {
     }
 }
 
-/// Solves `l u x = b` in place for `columns` right-hand sides, shape `(n, columns)` row by row.
+/// Solves `l u x = b` in place for `columns` right-hand sides, shape `(n, columns)` by rows.
 #[inline(always)]
 pub(crate) fn substitute<T: Field>(n: usize, factors: &[T], columns: usize, b: &mut [T]) {
     for i in 0..n {
@@ -169,7 +169,7 @@ pub(crate) fn substitute<T: Field>(n: usize, factors: &[T], columns: usize, b: &
     }
 }
 
-/// Solves `x l u = b` in place for every row of `b`, shape `(rows, n)` row by row.
+/// Solves `x l u = b` in place for every row of `b`, shape `(rows, n)` by rows.
 #[inline(always)]
 pub(crate) fn substitute_rows<T: Field>(n: usize, factors: &[T], b: &mut [T]) {
     if T::COUNT == 1 {
@@ -187,7 +187,7 @@ pub(crate) fn substitute_rows<T: Field>(n: usize, factors: &[T], b: &mut [T]) {
     }
 }
 
-/// Of a row, by rows of the factors.
+/// Solves for one row, using rows of the factors.
 #[inline(always)]
 fn substitute_row<T: Field>(n: usize, factors: &[T], b: &mut [T]) {
     for j in 0..n {
@@ -202,7 +202,7 @@ fn substitute_row<T: Field>(n: usize, factors: &[T], b: &mut [T]) {
     }
 }
 
-/// Of rows abreast, since a sum waits for its last addition.
+/// Solves for several rows at once, because each sum must wait for its last addition.
 #[inline(always)]
 fn substitute_few_rows<const N: usize, T: Field>(n: usize, factors: &[T], b: &mut [T]) {
     let mut rows = b.chunks_exact_mut(n);
@@ -221,7 +221,7 @@ fn substitute_few_rows<const N: usize, T: Field>(n: usize, factors: &[T], b: &mu
     }
 }
 
-/// Entries `j` of rows less the products of others of them with those of a column.
+/// Entry `j` of several rows, minus the products of their other entries with those of a column.
 #[inline(always)]
 fn left_over<const N: usize, T: Field>(
     n: usize,
@@ -248,13 +248,14 @@ fn subtract<T: Field>(row: &mut [T], share: T, other: &[T]) {
     }
 }
 
-/// Rows of a product that are summed abreast: one sum waits for its last addition four times as long as an addition takes.
+/// Number of rows of a product that are summed at once: a single sum would wait four times as long as an addition
+/// takes.
 const ROWS: usize = 4;
 
-/// Columns of a product of plain numbers that are summed abreast: a vector register.
+/// Number of columns of a product of real numbers that are summed at once: a vector register.
 const ABREAST: usize = 4;
 
-/// `out += a b` for `a` of shape `(rows, inner)` and `b` of shape `(inner, columns)`, row by row.
+/// `out += a b` for `a` of shape `(rows, inner)` and `b` of shape `(inner, columns)`, by rows.
 #[inline(always)]
 pub(crate) fn accumulate<A: Copy, T: Number + Mul<A, Output = T>>(
     a: &[A],
@@ -321,7 +322,7 @@ fn accumulate_block<const N: usize, const M: usize, A: Copy, T: Number + Mul<A, 
     }
 }
 
-/// `out = a b` for square matrices of size `r`, row by row.
+/// `out = a b` for square matrices of size `r`, by rows.
 #[inline(always)]
 pub(crate) fn multiply<T: Number>(r: usize, a: &[T], b: &[T], out: &mut [T]) {
     for (a, out) in a.chunks_exact(r).zip(out.chunks_exact_mut(r)) {

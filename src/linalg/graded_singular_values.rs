@@ -1,4 +1,5 @@
-//! Singular values of a matrix whose columns differ in length by many orders of magnitude, each to its own last digits.
+//! Singular values of a matrix whose columns differ in length by many orders of magnitude, each to high relative
+//! accuracy.
 //!
 //! # Source
 //! Demmel, Veselic (1992), "Jacobi's method is more accurate than QR", SIAM J. Matrix Anal. Appl. 13, 1204-1245.
@@ -9,16 +10,16 @@ use super::decomp::{Svd, thin_qr};
 use super::structure::norm;
 use crate::error::{Error, Result};
 
-/// A smallest singular value of at least this, relative to the largest, is good to 12 digits by the general method.
+/// Ratio of the smallest to the largest singular value from which the general method is accurate to 12 digits.
 const WELL_CONDITIONED: f64 = 1e-4;
 
-/// Columns are orthogonal where the cosine of their angle is below this, per row.
+/// Columns count as orthogonal if the cosine of their angle is below this, per row.
 const ORTHOGONAL: f64 = f64::EPSILON;
 
-/// Sweeps of plane rotations; fewer than ten are usual.
+/// Maximal number of sweeps of plane rotations; fewer than ten are usual.
 const MAX_SWEEPS: usize = 60;
 
-/// A column with the length of the round-off that it carries.
+/// A column with the size of its round-off.
 struct Column {
     entries: Vec<f64>,
     length: f64,
@@ -36,7 +37,7 @@ impl Column {
         column
     }
 
-    /// Sets the length; what is round-off becomes zero, or it would be rotated on until it underflows.
+    /// Sets the length; round-off becomes zero, since otherwise it would be rotated until it underflows.
     fn measure(&mut self) {
         let rows = self.entries.len();
         self.length = norm(MatRef::from_column_major_slice(&self.entries, rows, 1));
@@ -47,12 +48,12 @@ impl Column {
     }
 }
 
-/// The singular values of `a`, shape `(n, k)` with `n >= k`, decreasing; `k` of them. Entries are finite.
+/// The `k` singular values of `a`, shape `(n, k)` with `n >= k`, in decreasing order. Entries must be finite.
 ///
-/// If `a = B D` with diagonal `D` and a well-conditioned `B`, all are accurate relative to themselves, whatever `D` is.
+/// If `a = B D` with diagonal `D` and well-conditioned `B`, all have high relative accuracy, whatever `D` is.
 ///
 /// # Errors
-/// `Overflow` where an entry is not finite; `Decomposition` where the iteration does not converge.
+/// `Overflow` if an entry is not finite; `Decomposition` if the iteration does not converge.
 pub(crate) fn graded_singular_values(a: MatRef<'_, f64>) -> Result<Vec<f64>> {
     let k = a.ncols();
     let mut svd = Svd::new(a.nrows(), k);
@@ -80,8 +81,8 @@ pub(crate) fn graded_singular_values(a: MatRef<'_, f64>) -> Result<Vec<f64>> {
     })
 }
 
-/// The columns of the factor `R` of `A = Q R`: fewer rows, and the same singular values. Columns are scaled by powers of two before,
-/// which are exact.
+/// The columns of the factor `R` of `A = Q R`, which have fewer rows and the same singular values. Columns are scaled
+/// first by powers of two, which is exact.
 fn triangular_columns(a: MatRef<'_, f64>) -> Vec<Column> {
     let scales: Vec<f64> = a
         .col_iter()
@@ -97,12 +98,12 @@ fn triangular_columns(a: MatRef<'_, f64>) -> Vec<Column> {
     (0..a.ncols()).map(|j| Column::new(column(j))).collect()
 }
 
-/// Makes two columns orthogonal; whether they were not.
+/// Orthogonalises two columns; returns whether a rotation was necessary.
 fn rotate(a: &mut Column, b: &mut Column) -> bool {
     if a.length == 0.0 || b.length == 0.0 {
         return false;
     }
-    // Lengths first: products of two tiny entries vanish.
+    // Lengths first: the product of two tiny entries may underflow.
     let pairs = a.entries.iter().zip(&b.entries);
     let overlap: f64 = pairs.map(|(x, y)| (x / a.length) * (y / b.length)).sum();
     if overlap.abs() <= ORTHOGONAL * a.entries.len().max(4) as f64 {
@@ -140,7 +141,8 @@ mod tests {
 
     #[test]
     fn columns_of_any_length_keep_their_digits() {
-        // Columns of very different lengths: the singular values are those of Gram-Schmidt's method, to their ratios.
+        // Columns of very different lengths: the singular values agree with those of Gram-Schmidt's method up to the
+        // ratios of the lengths.
         for lengths in [
             [1.0, 1e-30, 1e-90],
             [1e-300, 1.0, 1e-150],

@@ -1,19 +1,19 @@
 //! Truncated Taylor polynomials with matrix coefficients: exact derivatives of curves built from matrices.
 //!
-//! `A(tau) = A_0 + A_1 tau + A_2 tau^2 + A_3 tau^3 + O(tau^4)`. Coefficients, not derivatives: the j-th
+//! `A(tau) = A_0 + A_1 tau + A_2 tau^2 + A_3 tau^3 + O(tau^4)`. These are coefficients, not derivatives: the j-th
 //! derivative at `tau = 0` is `j! A_j`.
 
 use faer::{Mat, MatRef};
 
 use super::product::{axpy, mul_add, mul_into, scale};
 
-/// Highest order kept.
+/// Highest order stored.
 pub const ORDER: usize = 3;
 
 /// A scalar Taylor polynomial.
 pub type ScalarJet = [f64; ORDER + 1];
 
-/// A matrix Taylor polynomial; operations take the order up to which they work.
+/// A matrix Taylor polynomial; operations take the highest order to compute.
 ///
 /// # Examples
 /// ```

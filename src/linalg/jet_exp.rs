@@ -3,14 +3,14 @@
 use super::jet::{Jet, ScalarJet};
 use crate::error::{Error, Result};
 
-/// Degree of the exponential series: arguments of norm at most 1, and its derivatives up to the third.
+/// Degree of the exponential series, for arguments of norm at most 1 and derivatives up to the third.
 const DEGREE: usize = 22;
 
 /// Buffers for exponentials of square matrix polynomials of one size.
 pub(crate) struct JetExp {
     argument: Jet,
     product: Jet,
-    /// The latest exponential.
+    /// The last computed exponential.
     pub(crate) value: Jet,
 }
 
@@ -23,10 +23,10 @@ impl JetExp {
         }
     }
 
-    /// `value = e^{t A}` up to the given order: series on a scaled argument, and squaring.
+    /// `value = e^{t A}` up to the given order, by a series for a scaled argument and squaring.
     ///
     /// # Errors
-    /// `Overflow`, about `quantity`.
+    /// `Overflow` of `quantity`.
     pub(crate) fn compute(
         &mut self,
         t: &ScalarJet,

@@ -1,8 +1,8 @@
 //! Small matrices of [`Lanes`]: eight matrices at once, one for each curve parameter.
 //!
-//! Sizes are those of a reduced problem (up to some tens); at these a product or a plane rotation of eight matrices
-//! keeps the vector units busy where a single one cannot. Factorisations are Jacobi's, whose work does not depend on
-//! the numbers but for the count of sweeps, and which are accurate for every spectrum.
+//! Sizes are those of a reduced problem (up to some tens), for which a product or a plane rotation of eight matrices
+//! keeps the vector units busy, unlike a single matrix. Factorisations are Jacobi methods: except for the number of
+//! sweeps their work does not depend on the entries, and they are accurate for every spectrum.
 //!
 //! # Source
 //! One-sided Jacobi: Hestenes (1958); Demmel, Veselic (1992), "Jacobi's method is more accurate than QR". Two-sided:
@@ -10,10 +10,10 @@
 
 use super::lanes::{LANES, Lanes, Mask};
 
-/// More sweeps than any matrix of these sizes needs; about six are usual.
+/// Maximal number of sweeps, more than any matrix of these sizes needs; about six are usual.
 const MAX_SWEEPS: usize = 30;
 
-/// Eight matrices of one shape, column by column.
+/// Eight matrices of one shape, by columns.
 #[derive(Debug, Clone)]
 pub(crate) struct LaneMatrix {
     rows: usize,
@@ -55,7 +55,7 @@ impl LaneMatrix {
         &mut self.entries[j * self.rows..(j + 1) * self.rows]
     }
 
-    /// The two columns of a matrix that has two.
+    /// The two columns of a two-column matrix.
     #[inline(always)]
     pub(crate) fn two_columns(&mut self) -> (&mut [Lanes], &mut [Lanes]) {
         self.entries.split_at_mut(self.rows)
@@ -152,7 +152,7 @@ impl LaneMatrix {
         }
     }
 
-    /// `self = a b` with a constant matrix `a`, row by row of `a` in a slice of its columns.
+    /// `self = a b` with a constant matrix `a`, stored by columns.
     #[inline(always)]
     pub(crate) fn set_constant_product(&mut self, a: &[f64], b: &LaneMatrix) {
         let (rows, inner) = (self.rows, b.rows);
@@ -169,7 +169,7 @@ impl LaneMatrix {
     }
 }
 
-/// Sum of products; two running sums hide the latency of an addition.
+/// Sum of products; two running sums hide the latency of additions.
 #[inline(always)]
 pub(crate) fn dot(a: &[Lanes], b: &[Lanes]) -> Lanes {
     let (mut even, mut odd) = (Lanes::ZERO, Lanes::ZERO);
@@ -184,8 +184,8 @@ pub(crate) fn dot(a: &[Lanes], b: &[Lanes]) -> Lanes {
     even + odd
 }
 
-/// The rotation `(cos, sin)` of angle at most pi/4 with `cot(2 phi) = (b - a) / (2 c)`, where `needed`; the identity
-/// elsewhere.
+/// The rotation `(cos, sin)` by an angle of at most pi/4 with `cot(2 phi) = (b - a) / (2 c)` in the lanes of `needed`;
+/// the identity in the others.
 #[inline(always)]
 fn rotation(a: Lanes, b: Lanes, c: Lanes, needed: Mask) -> (Lanes, Lanes) {
     let twice = needed.select(c + c, Lanes::ONE);
@@ -204,7 +204,8 @@ fn rotate(x: &mut [Lanes], y: &mut [Lanes], cos: Lanes, sin: Lanes) {
     }
 }
 
-/// Makes the columns of `a` orthogonal by rotations, which `z` collects: `A Z = U diag(s)`. Whether it converged.
+/// Orthogonalises the columns of `a` by rotations, which are accumulated in `z`: `A Z = U diag(s)`. Returns whether it
+/// converged.
 #[inline(always)]
 pub(crate) fn orthogonalise_columns(a: &mut LaneMatrix, z: &mut LaneMatrix) -> bool {
     let k = a.cols;
@@ -233,7 +234,8 @@ pub(crate) fn orthogonalise_columns(a: &mut LaneMatrix, z: &mut LaneMatrix) -> b
     false
 }
 
-/// Makes the symmetric `a` diagonal by rotations, which `v` collects: `V^T A V` is left in `a`. Whether it converged.
+/// Diagonalises the symmetric `a` by rotations, which are accumulated in `v`: `a` becomes `V^T A V`. Returns whether it
+/// converged.
 #[inline(always)]
 pub(crate) fn diagonalise(a: &mut LaneMatrix, v: &mut LaneMatrix) -> bool {
     let k = a.cols;

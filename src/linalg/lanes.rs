@@ -1,7 +1,8 @@
-//! Eight numbers at a time, one curve parameter each: arithmetic and elementary functions without branches.
+//! Eight numbers at a time, one per curve parameter: arithmetic and elementary functions without branches.
 //!
-//! The loops over the eight lanes are left to the compiler, which turns them into vector instructions when the caller
-//! runs inside of [`vectorised`](super::simd::vectorised). No fused multiply-add is used, so every processor gives the same bits.
+//! The loops over the eight lanes are left to the compiler, which turns them into vector instructions if the caller
+//! runs inside [`vectorised`](super::simd::vectorised). No fused multiply-add is used, so results are bit-identical on
+//! every processor.
 //!
 //! # Source
 //! Polynomials and the splitting of pi/2: Sun's fdlibm (`k_sin.c`, `k_cos.c`, `s_atan.c`, `e_rem_pio2.c`), in a form
@@ -9,7 +10,7 @@
 
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
-/// How many lanes: one AVX-512 register, two of AVX2, four of SSE2 or NEON.
+/// Number of lanes: one AVX-512 register, two of AVX2, four of SSE2 or NEON.
 pub(crate) const LANES: usize = 8;
 
 /// Eight numbers.
@@ -74,7 +75,7 @@ impl Lanes {
         self.greater(other).select(other, self)
     }
 
-    /// Where `self > other`.
+    /// The lanes in which `self > other`.
     #[inline(always)]
     pub(crate) fn greater(self, other: Self) -> Mask {
         let mut out = [false; LANES];
@@ -84,7 +85,7 @@ impl Lanes {
         Mask(out)
     }
 
-    /// The size of `self` with the sign of `sign`.
+    /// The magnitude of `self` with the sign of `sign`.
     #[inline(always)]
     pub(crate) fn copysign(self, sign: Self) -> Self {
         each(|l| self.0[l].copysign(sign.0[l]))
@@ -95,7 +96,7 @@ impl Lanes {
     #[inline(always)]
     pub(crate) fn sin_cos(self) -> (Self, Self) {
         let turns = self * Lanes::splat(std::f64::consts::FRAC_2_PI);
-        // Adding and subtracting 1.5 * 2^52 rounds to an integer, whose last bits are those of the sum.
+        // Adding and subtracting 1.5 * 2^52 rounds to an integer, whose lowest bits are those of the sum.
         let shifted = turns + Lanes::splat(ROUNDER);
         let whole = shifted - Lanes::splat(ROUNDER);
         let mut quadrant = [0_u64; LANES];
@@ -120,7 +121,7 @@ impl Lanes {
         (Lanes(sin), Lanes(cos))
     }
 
-    /// The angle of the point `(x, y)` with `self = y`, in `[-pi, pi]`; zero at the origin.
+    /// The angle of the point `(x, y)` with `y = self`, in `[-pi, pi]`; zero at the origin.
     #[inline(always)]
     pub(crate) fn atan2(self, x: Self) -> Self {
         let (a, b) = (self.abs(), x.abs());
@@ -143,7 +144,7 @@ impl Lanes {
 }
 
 impl Mask {
-    /// `a` where true, `b` elsewhere.
+    /// `a` in the lanes that are true, `b` in the others.
     #[inline(always)]
     pub(crate) fn select(self, a: Lanes, b: Lanes) -> Lanes {
         each(|l| if self.0[l] { a.0[l] } else { b.0[l] })
@@ -154,7 +155,7 @@ const SIGN: u64 = 1 << 63;
 
 const ROUNDER: f64 = 6_755_399_441_055_744.0;
 
-/// The first 33 bits of pi/2, and the rest.
+/// The first 33 bits of pi/2, and the remainder.
 const PIO2_HIGH: f64 = 1.570_796_326_734_125_6;
 const PIO2_LOW: f64 = 6.077_100_506_506_192e-11;
 

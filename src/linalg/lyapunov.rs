@@ -1,33 +1,34 @@
-//! The equation `M X + X^T M^T = F`, `F` symmetric, for symmetric and for triangular `X`.
+//! The equation `M X + X^T M^T = F` with symmetric `F`, for symmetric and for triangular `X`.
 
 use faer::{Mat, MatRef};
 
 use super::decomp::{solve_lower, solve_matrix, solve_upper};
 use super::structure::{norm, symmetric_part};
 
-/// Steps of the sign iteration; a spectrum that needs more than 20 is on the imaginary axis to working precision.
+/// Maximal number of steps of the sign iteration; if more than 20 are needed, an eigenvalue is on the imaginary axis to
+/// working precision.
 const MAX_STEPS: usize = 60;
 
-/// Within this distance of the identity one more step is exact to round-off (the convergence is quadratic).
+/// Distance from the identity below which one more step is exact to round-off, since convergence is quadratic.
 const ALMOST: f64 = 1e-8;
 
-/// A solution so large that its round-off is more than this part of `F` comes of an eigenvalue on the imaginary axis, from
-/// which the iteration got away by round-off alone.
+/// If the round-off of the solution exceeds this fraction of `F`, an eigenvalue is on the imaginary axis, from which
+/// the iteration escaped only by round-off.
 const MEANINGFUL: f64 = 1e-6;
 
-/// Scaling speeds up the first steps and spoils the last ones.
+/// Distance below which steps are not scaled: scaling accelerates the first steps but spoils the last ones.
 const UNSCALED: f64 = 0.1;
 
-/// The symmetric solution of `M P + P M^T = F` where every eigenvalue of `M` has a positive real part; otherwise `None`.
+/// The symmetric solution of `M P + P M^T = F` if every eigenvalue of `M` has a positive real part; otherwise `None`.
 ///
-/// Newton's iteration for the matrix sign of the block triangular matrix of the equation:
+/// Computed by Newton's iteration for the matrix sign of the block triangular matrix of the equation,
 ///
 /// ```math
 /// A \gets \tfrac12 (c A + \tfrac1c A^{-1}),\quad G \gets \tfrac12 (c G + \tfrac1c A^{-1} G A^{-T}),\qquad A \to I,\quad G \to 2 P
 /// ```
 ///
-/// from `A = M`, `G = F`, with `c = (|A^{-1}| / |A|)^{1/2}`, and one step of iterative refinement where the residual is above
-/// round-off.
+/// from `A = M`, `G = F`, with `c = (|A^{-1}| / |A|)^{1/2}`, and one step of iterative refinement if the residual is
+/// above round-off.
 ///
 /// # Accuracy
 /// The residual is at most `1e-15 k |P|`, asserted in `tests/lyapunov.rs`.
@@ -67,7 +68,7 @@ fn sign_iteration(m: MatRef<'_, f64>, f: MatRef<'_, f64>) -> Option<Mat<f64>> {
         if distance < ALMOST {
             return Some(g * faer::Scale(0.5));
         }
-        // NaN and overflow end here too.
+        // NaN and overflow also end here.
         if !norm(a.as_ref()).is_finite() || !norm(g.as_ref()).is_finite() {
             return None;
         }
@@ -82,16 +83,17 @@ fn average(x: &Mat<f64>, y: &Mat<f64>, c: f64) -> Mat<f64> {
     })
 }
 
-/// The elimination `M = L U` without exchange of rows, for the upper triangular solution of `M R + R^T M^T = F`.
+/// The elimination `M = L U` without row exchanges, for the upper triangular solution of `M R + R^T M^T = F`.
 ///
-/// With `H` the strictly upper part of `L^{-1} F L^{-T}` and half of its diagonal,
+/// With `H` the strictly upper part of `L^{-1} F L^{-T}` plus half of its diagonal,
 ///
 /// ```math
 /// R = U^{-1} H L^T
 /// ```
 ///
-/// since `L (U R) + (U R)^T L^T = F` and `U R L^{-T}` is upper triangular. For positive definite `F` the diagonal of `R` has
-/// the signs of the pivots. A small pivot is the equation's own ill-conditioning: a leading block of `M` is near singular.
+/// since `L (U R) + (U R)^T L^T = F` and `U R L^{-T}` is upper triangular. For positive definite `F`, the diagonal of
+/// `R` has the signs of the pivots. A small pivot reflects the ill-conditioning of the equation itself: a leading block
+/// of `M` is nearly singular.
 ///
 /// # Examples
 /// ```
@@ -111,7 +113,7 @@ pub struct TriangularSolver<'m> {
 }
 
 impl<'m> TriangularSolver<'m> {
-    /// Eliminates; stops with the first pivot that is not above `floor`, as an error.
+    /// Eliminates; stops at the first pivot that is not above `floor`, and returns it as the error.
     pub fn new(m: MatRef<'m, f64>, floor: f64) -> Result<Self, f64> {
         let k = m.nrows();
         let (mut lower, mut upper) = (Mat::<f64>::identity(k, k), m.to_owned());

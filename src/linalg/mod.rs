@@ -1,7 +1,9 @@
-//! Dense linear algebra with structure: symmetric and skew parts, exponentials and logarithms of rotations and unitary matrices.
+//! Structured dense linear algebra: symmetric and skew parts, exponentials and logarithms of rotations and unitary
+//! matrices.
 //!
-//! Everything here works on matrices sized at run time, real ones except in `skew_exp` and `unitary_log`. The kernels that run inside of a loop are
-//! workspaces (`SkewExp`, `OrthogonalLog`, `UnitaryLog`, `SkewSchur`): made once for a size, they allocate nothing after.
+//! All functions work on matrices sized at run time, real except in `skew_exp` and `unitary_log`. Kernels called in
+//! loops are workspaces (`SkewExp`, `OrthogonalLog`, `UnitaryLog`, `SkewSchur`): they are created once per size and
+//! then allocate nothing.
 
 mod asinh_series;
 mod bidiagonal;

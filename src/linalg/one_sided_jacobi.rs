@@ -1,5 +1,5 @@
-//! Singular value decompositions of a few columns by plane rotations: faster than the general method, and accurate to
-//! the last digit of each singular value.
+//! Singular value decompositions of matrices with a few columns by plane rotations: faster than the general method,
+//! with high relative accuracy for each singular value.
 //!
 //! # Source
 //! Golub, Van Loan (2013), "Matrix Computations", 4th ed., sec. 8.6.3 (Hestenes' method).
@@ -8,27 +8,28 @@ use faer::{ColMut, Mat};
 
 use super::product::mul_into;
 
-/// So few columns are worth it, where they are short: 1.8 us against 3.3 us of the general method at (5, 5), 4.5 against 5.7 at (50, 5),
-/// 17 against 14 at (300, 5); 8.7 against 10.6 at (300, 4).
+/// Number of columns up to which this method is used for short columns: it takes 1.8 us instead of 3.3 us by the
+/// general method at (5, 5), 4.5 instead of 5.7 at (50, 5), 17 instead of 14 at (300, 5), and 8.7 instead of 10.6 at
+/// (300, 4).
 const COLUMNS: usize = 5;
 
-/// Rows from which one column less is worth it.
+/// Number of rows from which the limit is one column less.
 const LONG: usize = 100;
 
-/// Entries whose squares neither overflow nor vanish.
+/// Range of entries whose squares neither overflow nor underflow.
 const SAFE: std::ops::Range<f64> = 1e-100..1e100;
 
-/// Of round-off.
+/// Round-off of round-off, relative to the largest column.
 const ROUND_OFF: f64 = f64::EPSILON * f64::EPSILON;
 
-/// Four are usual.
+/// Maximal number of sweeps; four are usual.
 const MAX_SWEEPS: usize = 30;
 
-/// `A W = Q diag(s)`: replaces `a` by `A W`, with orthogonal columns of decreasing length, and `w` by the orthogonal
-/// `W`.
+/// `A W = Q diag(s)`: replaces `a` by `A W`, whose orthogonal columns have decreasing lengths, and `w` by the
+/// orthogonal `W`.
 ///
-/// False where that is not for this method: many or long columns, entries of extreme size, or more than `MAX_SWEEPS`. Then `a` is as
-/// before, to round-off.
+/// Returns `false` if this method does not apply: many or long columns, entries of extreme size, or more than
+/// `MAX_SWEEPS` sweeps. Then `a` is unchanged, up to round-off.
 pub(crate) fn orthogonalise_few(a: &mut Mat<f64>, w: &mut Mat<f64>) -> bool {
     let k = a.ncols();
     let largest = a.norm_max();
@@ -59,7 +60,8 @@ pub(crate) fn orthogonalise_few(a: &mut Mat<f64>, w: &mut Mat<f64>) -> bool {
     false
 }
 
-/// What is left of dependent columns is round-off of round-off, and would be rotated on until it underflows: it becomes zero.
+/// Sets the remainder of dependent columns to zero: it is round-off of round-off, and would be rotated until it
+/// underflows.
 fn flush(a: &mut Mat<f64>, negligible: f64) {
     for mut column in a.col_iter_mut() {
         if column.norm_max() <= negligible {
@@ -68,7 +70,7 @@ fn flush(a: &mut Mat<f64>, negligible: f64) {
     }
 }
 
-/// Makes columns `i < j` orthogonal; whether they were not.
+/// Orthogonalises columns `i < j`; returns whether a rotation was necessary.
 fn rotate(a: &mut Mat<f64>, w: &mut Mat<f64>, i: usize, j: usize) -> bool {
     let (mut x, mut y, mut overlap) = (0.0, 0.0, 0.0);
     for (p, q) in a.col_as_slice(i).iter().zip(a.col_as_slice(j)) {
@@ -76,7 +78,7 @@ fn rotate(a: &mut Mat<f64>, w: &mut Mat<f64>, i: usize, j: usize) -> bool {
         y += q * q;
         overlap += p * q;
     }
-    // Round-off of a sum of so many products.
+    // Round-off of a sum of that many products.
     let negligible = f64::EPSILON * (a.nrows() as f64).max(4.0);
     if overlap.abs() <= negligible * x.sqrt() * y.sqrt() {
         return false;
@@ -98,7 +100,7 @@ fn rotate(a: &mut Mat<f64>, w: &mut Mat<f64>, i: usize, j: usize) -> bool {
     true
 }
 
-/// A column as a slice; those of whole matrices are contiguous.
+/// A column as a slice; the columns of whole matrices are contiguous.
 fn entries(column: ColMut<'_, f64>) -> &mut [f64] {
     match column.try_as_col_major_mut() {
         Some(column) => column.as_slice_mut(),
@@ -106,7 +108,7 @@ fn entries(column: ColMut<'_, f64>) -> &mut [f64] {
     }
 }
 
-/// Columns by decreasing length.
+/// Sorts columns by decreasing length.
 fn sort(a: &mut Mat<f64>, w: &mut Mat<f64>) {
     for end in 1..a.ncols() {
         let mut i = end;
@@ -161,7 +163,7 @@ mod tests {
             for scale in [1.0, 1e-9, 1e90] {
                 let entry = |i: usize, j: usize| scale * ((7 * i + 3 * j + 1) as f64).sin();
                 check(&Mat::from_fn(n, k, entry));
-                // Columns of very different length.
+                // Columns of very different lengths.
                 check(&Mat::from_fn(n, k, |i, j| {
                     entry(i, j) * 1e-7_f64.powi(j as i32)
                 }));
@@ -172,7 +174,7 @@ mod tests {
 
     #[test]
     fn dependent_columns_settle() {
-        // One row: every pair of columns is dependent to the last bit, and rotations leave round-off of round-off.
+        // One row: all columns are exactly dependent, and rotations leave round-off of round-off.
         for k in 2..=COLUMNS {
             for seed in 0..2000 {
                 let row = Mat::from_fn(k + 1, k, |i, j| {

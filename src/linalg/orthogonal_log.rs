@@ -1,4 +1,4 @@
-//! Principal skew logarithm of a rotation: real, skew, right up to angles of pi - 1e-13.
+//! Principal skew logarithm of a rotation: real and skew, accurate up to angles of pi - 1e-13.
 //!
 //! | size | algorithm |
 //! |---|---|
@@ -8,11 +8,11 @@
 //! | to 128, sines of the angles apart | Schur form of the skew part `(Q - Q^T)/2`, cosines from `V^T Q V`; one Newton correction in that basis |
 //! | any other | symmetric eigenproblem of `(Q + Q^T)/2`; inside each group of equal cosines the Schur form of the skew part; the same correction |
 //!
-//! The first costs a singular value decomposition of half the size. Supplementary, equal or vanishing angles have
-//! sines that are not apart, and take the second way.
+//! The first method costs a singular value decomposition of half the size. If angles are supplementary, equal or zero,
+//! their sines are not separated, and the second method is used.
 //!
-//! Neither a general real Schur form nor complex eigenvectors occur: the first iterates without end on some
-//! orthogonal matrices, the second are not orthogonal where angles repeat. Every basis here is orthogonal to
+//! Neither a general real Schur form nor complex eigenvectors are used: the iteration for the former does not end for
+//! some orthogonal matrices, and the latter are not orthogonal if angles repeat. Every basis here is orthogonal to
 //! round-off by construction.
 
 use std::f64::consts::PI;
@@ -28,19 +28,20 @@ use super::square::{Square, Symmetry};
 use super::structure::{check_finite, check_shape, check_square, orthonormality_defect};
 use crate::error::{Error, Result};
 
-/// A rotation may be off by this much: `|Q^T Q - I|_F` is checked against it.
+/// Allowed defect `|Q^T Q - I|_F` of a rotation.
 pub const ORTHOGONALITY_TOLERANCE: f64 = 1e-9;
 
-/// Cosines closer than this are treated as one group; wider gaps lose `eps / gap`, which the correction mends.
+/// Cosines closer than this are treated as one group; wider gaps lose accuracy of `eps / gap`, which the correction
+/// restores.
 pub(super) const GROUP_GAP: f64 = 1e-7;
 
-/// Up to this size the planes are looked for in the skew part first, by a singular value decomposition of half the
+/// Size up to which the planes are first computed from the skew part, by a singular value decomposition of half the
 /// size; above, the blocked symmetric eigenproblem is faster.
 const SINES: usize = 128;
 
-/// Two angles whose sum is within this of 2 pi have cosines closer than `GROUP_GAP` (by at most half its square),
-/// so they lie in one group, where the first answer is already right to round-off; the derivative of the logarithm
-/// is singular there, so the correction leaves them alone.
+/// Two angles whose sum is within this of 2 pi have cosines closer than `GROUP_GAP` (by at most half its square), so
+/// they belong to one group, for which the first result is already accurate to round-off. The derivative of the
+/// logarithm is singular there, so the correction skips them.
 const NEAR_TWO_PI: f64 = 1e-4;
 
 /// Principal logarithm of a rotation: the skew `L` with `e^L = Q` and all angles below pi.
@@ -52,17 +53,16 @@ const NEAR_TWO_PI: f64 = 1e-4;
 /// # Arguments
 /// * `q` - orthogonal of determinant +1, shape `(m, m)`, `|Q^T Q - I|_F <= ORTHOGONALITY_TOLERANCE`
 /// # Accuracy
-/// Backward error `|e^L - Q|_F` at most 1e-13 at `m = 50`, repeated and clustered angles, angles of
-/// `pi - 1e-10` and permutations included; error relative to `|L|` a few `m eps` where all angles are below 0.03. Asserted
-/// in `tests/orthogonal_log/` and, against 60 digits, in `tests/python/test_accuracy.py`. Of a matrix with `|Q^T Q - I|_F = d`
-/// it is the logarithm of the nearest rotation, to `d^2`.
+/// Backward error `|e^L - Q|_F` at most 1e-13 at `m = 50`, including repeated and clustered angles, angles of `pi -
+/// 1e-10` and permutations; relative to `|L|` the error is a few `m eps` if all angles are below 0.03. Asserted in
+/// `tests/orthogonal_log/` and, against 60 digits, in `tests/python/test_accuracy.py`. For a matrix with `|Q^T Q - I|_F
+/// = d` the result is the logarithm of the nearest rotation, up to `d^2`.
 /// # Errors
-/// `Shape`, `NonFinite`, `NotOrthonormal`; `OutsideLogDomain` for determinant -1 or an angle that is pi to
-/// working precision (closer than `4 m eps`).
+/// `Shape`, `NonFinite`, `NotOrthonormal`; `OutsideLogDomain` for determinant -1 or for an angle equal to pi to working
+/// precision (closer than `4 m eps`).
 /// # Source
-/// Symmetric part and groups: Higham (2008), "Functions of Matrices", section 11; the correction is one Newton
-/// step on `e^{-L} Q = I`, with the inverse derivative of the exponential in closed form. Skew Schur form:
-/// Ward, Gray (1978).
+/// Symmetric part and groups: Higham (2008), "Functions of Matrices", section 11; the correction is one Newton step for
+/// `e^{-L} Q = I`, with the inverse derivative of the exponential in closed form. Skew Schur form: Ward, Gray (1978).
 pub fn orthogonal_log(q: MatRef<'_, f64>) -> Result<Mat<f64>> {
     let m = check_square("Q", q)?;
     let mut out = Mat::zeros(m, m);
@@ -70,7 +70,7 @@ pub fn orthogonal_log(q: MatRef<'_, f64>) -> Result<Mat<f64>> {
     Ok(out)
 }
 
-/// Buffers for logarithms of one size: no allocation per call.
+/// Buffers for logarithms of one size; calls do not allocate.
 ///
 /// # Examples
 /// ```
@@ -98,7 +98,7 @@ impl OrthogonalLog {
         }
     }
 
-    /// `out = log(Q)` after the checks of [`orthogonal_log`]; `q` and `out` have the size given to
+    /// `out = log(Q)` with the checks of [`orthogonal_log`]; `q` and `out` have the size given to
     /// [`OrthogonalLog::new`].
     ///
     /// # Errors
@@ -129,7 +129,7 @@ impl OrthogonalLog {
                 && out.ncols() == self.m
         );
         match (&mut self.general, self.m) {
-            // log Q = (log Q^T)^T: then both are read and written along their columns.
+            // log Q = (log Q^T)^T, so that both are read and written along their columns.
             (Some(general), _) if out.row_stride() != 1 && out.col_stride() == 1 => {
                 general.log_into(out.transpose_mut(), q.transpose())
             }
@@ -170,12 +170,12 @@ fn log_plane(mut out: MatMut<'_, f64>, q: MatRef<'_, f64>) -> Result<()> {
     Ok(())
 }
 
-/// Through the unit quaternion `(w, v)`: four times the products of its components are sums of entries, and
-/// the row of the largest one has no cancellation (Shepperd 1978, J. Guidance and Control 1, 223-224).
+/// Computed from the unit quaternion `(w, v)`: four times the products of its components are sums of entries, and the
+/// row of the largest component has no cancellation (Shepperd 1978, J. Guidance and Control 1, 223-224).
 ///
-/// For a matrix that is off by `d` the nearest rotation has the dominant eigenvector of the table of these sums, whose other
-/// eigenvalues are of size `d` beside 4 (Bar-Itzhack 2000, J. Guidance, Control and Dynamics 23, 1085-1087): a row is off by
-/// `d`, the table times the row by `d^2`.
+/// For a matrix with defect `d`, the nearest rotation corresponds to the dominant eigenvector of the table of these
+/// sums, whose other eigenvalues have size `d` compared with 4 (Bar-Itzhack 2000, J. Guidance, Control and Dynamics 23,
+/// 1085-1087): a row has an error of size `d`, the table times the row one of size `d^2`.
 fn log_space(mut out: MatMut<'_, f64>, q: MatRef<'_, f64>) -> Result<()> {
     let (a, b, c) = (q[(0, 0)], q[(1, 1)], q[(2, 2)]);
     let determinant_positive = {
@@ -225,18 +225,18 @@ fn log_space(mut out: MatMut<'_, f64>, q: MatRef<'_, f64>) -> Result<()> {
 }
 
 struct General {
-    /// Skew part of the rotation, then of its correction.
+    /// Skew part of the rotation, later of its correction.
     skew: Square,
     /// The rotation in the basis of its planes.
     turned: Square,
-    /// The planes first, the null vector (odd sizes) last.
+    /// The planes first; for odd sizes the null vector is last.
     basis: Square,
     work: Square,
     schur: SkewSchur,
     eigen: Option<SymmetricEigen>,
     angles: Vec<f64>,
     cos_sin: Vec<(f64, f64)>,
-    /// Of half the angles.
+    /// Cosines and sines of half the angles.
     half_cos_sin: Vec<(f64, f64)>,
 }
 
@@ -272,8 +272,8 @@ impl General {
         Ok(())
     }
 
-    /// The skew part of the nearest rotation `Q (I - (Q^T Q - I) / 2)`, of which only the rest is of second order in what `Q` is
-    /// off: the series has no correction that would find it.
+    /// The skew part of the nearest rotation `Q (I - (Q^T Q - I) / 2)`, up to second order in the defect of `Q`: the
+    /// series has no correction that would remove the defect.
     fn skew_part_of_nearest(&mut self, q: MatRef<'_, f64>) {
         let m = q.nrows();
         product(self.work.view_mut(), q.transpose(), q);
@@ -305,8 +305,8 @@ impl General {
         product(self.turned.view_mut(), b.transpose(), self.work.view());
     }
 
-    /// Planes from the Schur form of the skew part, where its angles (the sines) are apart and off zero; `false`
-    /// where they are not.
+    /// Planes from the Schur form of the skew part, if its angles (the sines) are separated from each other and from
+    /// zero; otherwise returns `false`.
     fn planes_by_sines(&mut self, q: MatRef<'_, f64>) -> Result<bool> {
         let m = q.nrows();
         self.schur.compute(self.skew.view())?;
@@ -327,7 +327,8 @@ impl General {
         Ok(true)
     }
 
-    /// Planes from the symmetric eigenproblem, each group of equal cosines by the Schur form of the skew part in it.
+    /// Planes from the symmetric eigenproblem; each group of equal cosines is split by the Schur form of the skew part
+    /// restricted to it.
     fn planes_by_cosines(&mut self, q: MatRef<'_, f64>) -> Result<()> {
         let m = q.nrows();
         // Q = S + K.
@@ -368,8 +369,8 @@ impl General {
                 }
                 self.angles[plane + l] = angle;
             }
-            // An unpaired vector belongs to the eigenvalue +1 or -1. A rotation has one, for +1, where m is odd
-            // and none where m is even; anything else is an odd number of eigenvalues -1.
+            // An unpaired vector belongs to the eigenvalue +1 or -1. A rotation has one, for +1, if m is odd and none
+            // if m is even; otherwise the number of eigenvalues -1 is odd.
             if size % 2 == 1 && (cosine(size - 1) < 0.0 || null_found || m.is_multiple_of(2)) {
                 return Err(Error::OutsideLogDomain { angle: PI });
             }
@@ -388,8 +389,9 @@ impl General {
         Ok(())
     }
 
-    /// The cotangents of half sums and differences are as good as a correction of the size of round-off over
-    /// `GROUP_GAP` needs them. In the basis: `L = L_0 + f(ad_{L_0}) skew(E)` with `I + E = e^{-L_0} Q` and `f(x) = x / (1 - e^{-x})`.
+    /// The cotangents of half sums and differences are accurate enough for a correction of the size of round-off
+    /// divided by `GROUP_GAP`. In the basis: `L = L_0 + f(ad_{L_0}) skew(E)` with `I + E = e^{-L_0} Q` and `f(x) = x /
+    /// (1 - e^{-x})`.
     fn correct(&mut self) {
         let m = 2 * self.angles.len() + self.basis.view().ncols() % 2;
         for (l, theta) in self.angles.iter().enumerate() {
@@ -437,7 +439,7 @@ impl General {
         }
     }
 
-    /// `out = B L B^T`, of which the half below the diagonal is formed.
+    /// `out = B L B^T`, of which only the half below the diagonal is computed.
     fn assemble(&mut self, out: MatMut<'_, f64>) {
         product(self.turned.view_mut(), self.basis.view(), self.skew.view());
         let right = self.basis.view().transpose();
@@ -447,7 +449,7 @@ impl General {
             self.work.reflect(Symmetry::Skew);
             self.work.write(out);
         } else {
-            // Both halves are there: their mean is nearer.
+            // Both halves are available; their mean is more accurate.
             self.skew.set_skew_part(1.0, self.work.view());
             self.skew.write(out);
         }

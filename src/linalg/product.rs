@@ -1,13 +1,13 @@
-//! Matrix products into a given destination, sequential and without allocation for small sizes.
+//! Matrix products into a given destination: sequential, and without allocation for small sizes.
 
 use faer::linalg::matmul::matmul;
 use faer::mat::{AsMatMut, AsMatRef};
 use faer::{Accum, MatMut, MatRef, Par};
 
-/// Below this number of multiplications plain loops beat the set-up of the blocked product.
+/// Number of multiplications below which plain loops are faster than setting up the blocked product.
 const SMALL: usize = 6 * 6 * 6;
 
-/// Whether plain loops multiply an `m x l` by an `l x n` matrix.
+/// Whether an `m x l` times `l x n` product uses plain loops.
 pub fn is_small(m: usize, l: usize, n: usize) -> bool {
     m * l * n <= SMALL
 }
@@ -124,7 +124,7 @@ pub fn scale(mut dst: impl Writable, alpha: f64) {
     }
 }
 
-/// Sign of the determinant of a square matrix by elimination with partial pivoting; `a` is destroyed.
+/// Sign of the determinant of a square matrix, by elimination with partial pivoting; `a` is overwritten.
 pub fn determinant_sign(mut a: MatMut<'_, f64>) -> f64 {
     let m = a.nrows();
     let mut sign = 1.0;

@@ -1,4 +1,4 @@
-//! Real and complex numbers under one name, with the buffers that the exponential is computed in.
+//! A common interface of real and complex numbers, with the buffers used for the exponential.
 
 use faer::traits::ComplexField;
 use faer::{Accum, MatMut, MatRef, c64};
@@ -7,7 +7,7 @@ use super::complex_square::{ComplexSquare, Scratch};
 use super::square::{Square, Symmetry};
 use crate::error::{Error, Result};
 
-/// Entries of a matrix: `f64` or `c64`. Nothing else implements it.
+/// Entries of a matrix: `f64` or `c64`. The trait is sealed.
 ///
 /// # Examples
 /// ```
@@ -25,7 +25,7 @@ pub trait Scalar: Entry {}
 impl Scalar for f64 {}
 impl Scalar for c64 {}
 
-/// What the exponential needs to know of its entries.
+/// The operations on entries that the exponential needs.
 pub trait Entry: ComplexField<Real = f64> {
     /// Square buffers.
     type Square: SquareBuffer<Entry = Self>;
@@ -33,19 +33,20 @@ pub trait Entry: ComplexField<Real = f64> {
     /// Buffers of the spectral decomposition.
     type Spectrum;
 
-    /// Up to this size there is a closed form.
+    /// Largest size with a closed form.
     const CLOSED_FORM: usize;
 
     /// The spectral norm of a skew matrix is at most this multiple of its Frobenius norm.
     const FROBENIUS: f64;
 
-    /// Squarings up to which the series is preferred to the spectral decomposition, for sizes below and from 64.
+    /// Number of squarings up to which the series is preferred to the spectral decomposition, for sizes below 64 and
+    /// from 64 on.
     const SQUARINGS: [i32; 2];
 
-    /// `e^{tA}` for the sizes that have a closed form.
+    /// `e^{tA}` for the sizes with a closed form.
     fn exp_closed(out: MatMut<'_, Self>, a: MatRef<'_, Self>, t: f64) -> Result<()>;
 
-    /// `e^A` by the spectral decomposition; `work` is free to be used.
+    /// `e^A` by the spectral decomposition; `work` may be overwritten.
     fn exp_by_spectrum(
         spectrum: &mut Option<Self::Spectrum>,
         a: &Self::Square,
@@ -53,10 +54,10 @@ pub trait Entry: ComplexField<Real = f64> {
         out: MatMut<'_, Self>,
     ) -> Result<()>;
 
-    /// The error of a matrix that is not skew.
+    /// The error for a matrix that is not skew.
     fn not_skew(name: &'static str, defect: f64, tolerance: f64) -> Error;
 
-    /// Error `NonFinite` at the first entry that is NaN or infinite.
+    /// Return `NonFinite` at the first entry that is NaN or infinite.
     fn check_finite(name: &'static str, a: MatRef<'_, Self>) -> Result<()>;
 
     /// `|A|_F`.
@@ -66,7 +67,7 @@ pub trait Entry: ComplexField<Real = f64> {
     fn skew_defect(a: MatRef<'_, Self>) -> f64;
 }
 
-/// A square buffer and the loops over it; "skew" and "symmetric" mean skew-Hermitian and Hermitian.
+/// A square buffer and the loops over it; here "skew" and "symmetric" mean skew-Hermitian and Hermitian.
 pub trait SquareBuffer: Sized {
     type Entry;
 
@@ -77,7 +78,7 @@ pub trait SquareBuffer: Sized {
 
     fn scratch(m: usize) -> Self::Scratch;
 
-    /// The real part first.
+    /// Real part, then imaginary part.
     fn parts(&self) -> &[Square];
 
     fn parts_mut(&mut self) -> &mut [Square];
@@ -87,13 +88,13 @@ pub trait SquareBuffer: Sized {
 
     fn write_to(&self, out: MatMut<'_, Self::Entry>);
 
-    /// A bound of the largest column sum of moduli, and the Frobenius norm.
+    /// A bound on the largest column sum of moduli, and the Frobenius norm.
     fn sizes(&self) -> (f64, f64);
 
     /// `alpha A B`.
     fn full_product(&mut self, alpha: f64, a: &Self, b: &Self, scratch: &mut Self::Scratch);
 
-    /// `alpha A B` (added or not), known to be symmetric or skew, of which above the diagonal nothing is defined before
+    /// `alpha A B` (optionally added), known to be symmetric or skew; the part above the diagonal is undefined before
     /// [`Self::mirror`].
     fn half_product(
         &mut self,
@@ -107,10 +108,10 @@ pub trait SquareBuffer: Sized {
     /// `alpha A^H A`, as [`Self::half_product`].
     fn half_gram(&mut self, alpha: f64, a: &Self, scratch: &mut Self::Scratch);
 
-    /// The part above the diagonal, where [`Self::half_product`] leaves it out.
+    /// Fills the part above the diagonal if [`Self::half_product`] has left it undefined.
     fn mirror(&mut self, symmetry: Symmetry);
 
-    /// The part above the diagonal in any case.
+    /// Fills the part above the diagonal in any case.
     fn reflect_lower(&mut self, symmetry: Symmetry);
 
     /// `self = E + T` from the lower triangles of the symmetric `E` (in `self`) and the skew `T`.

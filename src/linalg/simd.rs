@@ -1,21 +1,21 @@
-//! Loops compiled for the vector instructions that are found at run time.
+//! Loops compiled for the vector instructions detected at run time.
 
 use rayon::prelude::*;
 
-/// Groups that one task of the pool takes, and so many in all are not worth it.
+/// Number of groups per task of the thread pool, and total number up to which the pool is not used.
 const TASK: usize = 8;
 
-/// Runs `work` compiled for the widest vector instructions that this processor has.
+/// Runs `work` compiled for the widest vector instructions of this processor.
 ///
-/// Everything that is to profit must be inlined into `work`. No fused multiply-add is formed, so a loop gives the
-/// same bits on every processor.
+/// Only code inlined into `work` benefits. No fused multiply-add is formed, so results are bit-identical on every
+/// processor.
 #[inline(always)]
 pub(crate) fn vectorised<R>(work: impl FnOnce() -> R) -> R {
     pulp::Arch::new().dispatch(work)
 }
 
-/// Work on every item, in tasks of the pool where there are more than a few, compiled for the widest vector instructions; the
-/// same for any number of threads.
+/// Runs `work` on every item, compiled for the widest vector instructions, in tasks of the thread pool if there are
+/// more than a few; results do not depend on the number of threads.
 #[inline(always)]
 pub(crate) fn each<A: Send, B: Clone + Send + Sync>(
     items: &mut [A],
@@ -30,8 +30,8 @@ pub(crate) fn each<A: Send, B: Clone + Send + Sync>(
     tasks.for_each(|(i, items)| task(items, &mut buffers.clone(), TASK * i, &work));
 }
 
-/// Work on items in a row, the first of which is `first`. Not inlined, so that every kernel is compiled once for the caller's
-/// thread and the pool together: the test program of the library has 55 MB in place of 64.
+/// Runs `work` on consecutive items, starting at index `first`. Not inlined, so that every kernel is compiled only once
+/// for the caller's thread and the pool: the library's test program then has 55 MB instead of 64 MB.
 #[inline(never)]
 fn task<A, B>(
     items: &mut [A],
@@ -49,7 +49,7 @@ fn task<A, B>(
     );
 }
 
-/// The vector instruction sets that this processor offers and the kernels may use.
+/// The vector instruction sets that this processor offers and the kernels can use.
 #[cfg(feature = "python")]
 pub(crate) fn features() -> Vec<&'static str> {
     #[cfg(target_arch = "x86_64")]

@@ -1,7 +1,8 @@
-//! Exponential of skew-symmetric and skew-Hermitian matrices: a rotation or a unitary matrix, to round-off.
+//! Exponential of skew-symmetric and skew-Hermitian matrices, which is a rotation or a unitary matrix to round-off.
 //!
-//! The table is that of real matrices. Complex ones use the same polynomials, in the Hermitian `A^2`; they have closed forms for
-//! one and two rows, and the Hermitian eigenproblem of `-i A` for large norms (`skew_hermitian_exp.rs`).
+//! The table is for real matrices. Complex matrices use the same polynomials, in the Hermitian `A^2`; they have closed
+//! forms for one and two rows, and the Hermitian eigenproblem of `-i A` is used for large norms
+//! (`skew_hermitian_exp.rs`).
 //!
 //! | size | algorithm |
 //! |---|---|
@@ -10,9 +11,9 @@
 //! | any, moderate norm | `e^A = C(A^2) + A S(A^2)`: near-best polynomials of degree 1 to 8 in the symmetric `A^2`, by Paterson-Stockmeyer, 2 to 7 products of which half is formed, then squaring; no linear system is solved |
 //! | any, large norm | real Schur form ([`SkewSchur`]): the cost does not grow with the norm |
 //!
-//! The degree follows from bounds of `|A|_2` by norms of `A`, `A^2` and `A^4`. Every product but the squarings is
-//! symmetric or skew, as all factors are polynomials in `A`; from size 80 on only the half below the diagonal is
-//! computed. `docs/algorithms.md` says what was tried beside this.
+//! The degree follows from bounds on `|A|_2` by norms of `A`, `A^2` and `A^4`. Every product except the squarings is
+//! symmetric or skew, since all factors are polynomials in `A`; from size 80 on only the half below the diagonal is
+//! computed. `docs/algorithms.md` describes rejected alternatives.
 //!
 //! # Source
 //! Evaluation: Paterson, Stockmeyer (1973), SIAM J. Comput. 2, 60-66. Polynomials fitted to the imaginary axis: Bader,
@@ -34,13 +35,13 @@ use super::structure::{
 };
 use crate::error::{Error, Result};
 
-/// A skew-symmetric argument may be off by this much, relative to its norm; the symmetric part is dropped.
+/// Allowed defect of a skew-symmetric argument, relative to its norm; the symmetric part is dropped.
 pub const SKEW_TOLERANCE: f64 = 1e-12;
 
-/// What an `Overflow` is about.
+/// Quantity named in `Overflow` errors.
 const EXPONENTIAL: &str = "exponential of a skew matrix";
 
-/// From this size on a product is so much faster than the steps of the Schur form that more squarings pay.
+/// Size from which products are so much faster than the steps of the Schur form that more squarings pay off.
 const BLOCKED: usize = 64;
 
 /// Exponential of a skew-symmetric (`f64`) or skew-Hermitian (`c64`) matrix.
@@ -52,13 +53,13 @@ const BLOCKED: usize = 64;
 /// # Arguments
 /// * `a` - skew-symmetric or skew-Hermitian, shape `(m, m)`, `m >= 1`
 /// # Accuracy
-/// Orthogonality defect (spectral) at most `m * 1e-15` for every norm; backward error a small multiple of
-/// `m eps |A|`. Asserted in `tests/skew_exp.rs` and `tests/complex_linalg/`.
+/// Orthogonality defect (spectral) at most `m * 1e-15` for every norm; backward error a small multiple of `m eps |A|`.
+/// Asserted in `tests/skew_exp.rs` and `tests/complex_linalg/`.
 /// # Errors
-/// `Shape`, `NonFinite`, `NotSkew` or `NotSkewHermitian` (relative defect above [`SKEW_TOLERANCE`]); `Overflow` where an angle
-/// is too large for a number; `Decomposition` (large norms only).
+/// `Shape`, `NonFinite`, `NotSkew` or `NotSkewHermitian` (relative defect above [`SKEW_TOLERANCE`]); `Overflow` if an
+/// angle is too large for a floating-point number; `Decomposition` (large norms only).
 /// # Source
-/// See the module page.
+/// See the module documentation.
 ///
 /// # Examples
 /// ```
@@ -79,7 +80,7 @@ pub fn skew_exp<T: Scalar>(a: MatRef<'_, T>) -> Result<Mat<T>> {
     Ok(out)
 }
 
-/// Error `NotSkew` (`NotSkewHermitian`) unless `|A + A^H|_F / 2 <= SKEW_TOLERANCE |A|_F`.
+/// Return `NotSkew` (`NotSkewHermitian`) unless `|A + A^H|_F / 2 <= SKEW_TOLERANCE |A|_F`.
 pub(crate) fn check_skew<T: Scalar>(name: &'static str, a: MatRef<'_, T>) -> Result<()> {
     let (defect, tolerance) = (T::skew_defect(a), SKEW_TOLERANCE * T::norm(a));
     if defect > tolerance {
@@ -89,7 +90,7 @@ pub(crate) fn check_skew<T: Scalar>(name: &'static str, a: MatRef<'_, T>) -> Res
     }
 }
 
-/// Buffers for exponentials of one size: no allocation per call once each branch was taken.
+/// Buffers for exponentials of one size; calls do not allocate once each branch has been used.
 ///
 /// # Examples
 /// ```
@@ -106,7 +107,7 @@ pub(crate) fn check_skew<T: Scalar>(name: &'static str, a: MatRef<'_, T>) -> Res
 pub struct SkewExp<T: Scalar = f64> {
     m: usize,
     a: T::Square,
-    /// `B, B^2, ..` with `B = A^2`, as many as the largest degree so far needed.
+    /// `B, B^2, ..` with `B = A^2`, up to the largest degree needed so far.
     powers: Vec<T::Square>,
     even: T::Square,
     odd: T::Square,
@@ -129,10 +130,10 @@ impl<T: Scalar> SkewExp<T> {
         }
     }
 
-    /// `out = e^{tA}`; only the skew part of `a` counts. `a` and `t` must be finite.
+    /// `out = e^{tA}`; only the skew part of `a` matters. `a` and `t` must be finite.
     ///
     /// # Errors
-    /// `Overflow` where an angle is too large for a number; `Decomposition` (large norms only).
+    /// `Overflow` if an angle is too large for a floating-point number; `Decomposition` (large norms only).
     pub fn exp_into(&mut self, out: MatMut<'_, T>, a: MatRef<'_, T>, t: f64) -> Result<()> {
         debug_assert!(
             a.nrows() == self.m
@@ -143,14 +144,14 @@ impl<T: Scalar> SkewExp<T> {
         if self.m <= T::CLOSED_FORM {
             T::exp_closed(out, a, t)
         } else if out.row_stride() != 1 && out.col_stride() == 1 {
-            // e^A = (e^{A^T})^T: then both are read and written along their columns.
+            // e^A = (e^{A^T})^T, so that both are read and written along their columns.
             self.general_into(out.transpose_mut(), a.transpose(), None, t)
         } else {
             self.general_into(out, a, None, t)
         }
     }
 
-    /// `out = e^A` after the checks of [`skew_exp`]; `a` and `out` have the size given to [`SkewExp::new`].
+    /// `out = e^A` with the checks of [`skew_exp`]; `a` and `out` have the size given to [`SkewExp::new`].
     ///
     /// # Errors
     /// As [`skew_exp`].
@@ -168,7 +169,7 @@ impl<T: Scalar> SkewExp<T> {
         }
     }
 
-    /// `out = e^{tA}`; with a name, `a` is checked under it.
+    /// `out = e^{tA}`; if a name is given, `a` is checked, and errors use that name.
     fn general_into(
         &mut self,
         out: MatMut<'_, T>,
@@ -179,7 +180,7 @@ impl<T: Scalar> SkewExp<T> {
         let symmetric = self.a.read_skew_part(t, a).sqrt();
         let (column_sum, frobenius) = self.a.sizes();
         if let Some(name) = name {
-            // NaN fails as well; where squares overflow or vanish, the slow checks decide.
+            // NaN fails as well; if squares overflow or underflow, the slow checks decide.
             let plain = SAFE_SQUARES.contains(&(frobenius * frobenius))
                 && symmetric <= SKEW_TOLERANCE * frobenius;
             if !plain {
@@ -195,7 +196,7 @@ impl<T: Scalar> SkewExp<T> {
         let mut bound = column_sum.min(frobenius * T::FROBENIUS);
         let switch =
             last_scheme().limit * 2.0_f64.powi(T::SQUARINGS[usize::from(self.m >= BLOCKED)]);
-        // What the powers tell is at most this much smaller.
+        // The bound from powers is smaller by at most this factor.
         if bound <= switch * (self.m as f64).sqrt() {
             self.power(1);
             bound = self.bound_by_power(bound, 1);
@@ -212,7 +213,7 @@ impl<T: Scalar> SkewExp<T> {
         }
     }
 
-    /// Forms `B^j`, where the powers below are there.
+    /// Computes `B^j`, if the lower powers exist.
     fn power(&mut self, j: usize) {
         if self.powers.len() < j {
             self.powers.push(T::Square::zeros(self.m));
@@ -227,14 +228,14 @@ impl<T: Scalar> SkewExp<T> {
         new[0].mirror(Symmetry::Symmetric);
     }
 
-    /// `|A|_2 = |B^j|_2^(1/(2j))` for `j = 1, 2`, by two norms that bound it, and the bound known.
+    /// A bound on `|A|_2 = |B^j|_2^(1/(2j))` for `j = 1, 2`, from two norms and the known bound.
     fn bound_by_power(&self, known: f64, j: usize) -> f64 {
         let (column_sum, frobenius) = self.powers[j - 1].sizes();
         let mut root = column_sum.min(frobenius * T::FROBENIUS);
         for _ in 0..j {
             root = root.sqrt();
         }
-        // Powers that vanish say nothing.
+        // Powers that underflow give no information.
         if root > 1e-60 { known.min(root) } else { known }
     }
 
@@ -258,15 +259,15 @@ impl<T: Scalar> SkewExp<T> {
             self.odd.full_product(1.0, &self.even, &self.even, scratch);
             std::mem::swap(&mut self.even, &mut self.odd);
         }
-        // Each squaring doubles the orthogonality defect; one Newton-Schulz step toward the polar factor
-        // squares it instead.
+        // Each squaring doubles the orthogonality defect; one Newton-Schulz step towards the polar factor squares it.
         if squarings >= 2 {
             self.newton_schulz();
         }
         self.even.write_to(out);
     }
 
-    /// `even(B)`, of which the lower half counts, and `odd(B)`, with `B = scale A^2`. The powers are used up.
+    /// Computes `even(B)`, of which only the lower half is defined, and `odd(B)`, with `B = scale A^2`. The powers are
+    /// overwritten.
     fn even_and_odd(&mut self, scheme: &Scheme, scale: f64) {
         let (s, degree) = (scheme.powers, scheme.even.len() - 1);
         let (mut even, mut odd, mut factor) = ([0.0; 9], [0.0; 9], 1.0);

@@ -1,4 +1,5 @@
-//! What the exponential of a skew-Hermitian matrix has of its own: closed forms and the spectral decomposition.
+//! The parts of the exponential that are specific to skew-Hermitian matrices: closed forms and the spectral
+//! decomposition.
 //!
 //! | size | algorithm |
 //! |---|---|
@@ -16,7 +17,7 @@ use super::skew_exp::check_angle;
 use super::structure::check_finite_entries;
 use crate::error::{Error, Result};
 
-/// Eigenvectors, and the Hermitian matrix, later the eigenvectors times phases.
+/// Eigenvectors, and the Hermitian matrix, which is later replaced by the eigenvectors times phases.
 pub struct HermitianSpectrum {
     hermitian: Mat<c64>,
     eigen: SymmetricEigen<c64>,
@@ -103,7 +104,7 @@ fn phase(mut out: MatMut<'_, c64>, angle: f64) -> Result<()> {
     Ok(())
 }
 
-/// The exponential of `i phi I + r N`, `N^2 = -I` of trace 0.
+/// The exponential of `i phi I + r N`, where `N` has trace 0 and `N^2 = -I`.
 ///
 /// ```math
 /// e^A = e^{i\varphi}\,(\cos r\, I + \sin r\, N)

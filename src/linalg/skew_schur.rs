@@ -1,13 +1,13 @@
 //! Real Schur form of a skew-symmetric matrix, with an orthogonal basis for every spectrum.
 //!
-//! Householder reflections bring `A` to skew tridiagonal form; even and odd basis vectors then split it into
-//! `[[0, -B^T], [B, 0]]` with `B` bidiagonal of half the size, and the singular value decomposition of `B`
-//! gives angles and planes. The basis is a product of reflections and of singular vectors, so it is
-//! orthogonal to round-off also for zero, repeated and clustered angles, where complex eigenvectors are not.
+//! Householder reflections reduce `A` to skew tridiagonal form; even and odd basis vectors then split it into `[[0,
+//! -B^T], [B, 0]]` with `B` bidiagonal of half the size, and the singular value decomposition of `B` gives angles and
+//! planes. The basis is a product of reflections and singular vectors, so it is orthogonal to round-off also for zero,
+//! repeated and clustered angles, for which complex eigenvectors are not.
 //!
 //! # Source
-//! Ward, Gray (1978), "Eigensystem computation for skew-symmetric matrices", ACM TOMS 4, 278-285.
-//! Deviation: for large sizes a divide-and-conquer singular value decomposition of `B` in place of the QR iteration.
+//! Ward, Gray (1978), "Eigensystem computation for skew-symmetric matrices", ACM TOMS 4, 278-285. Deviation: for large
+//! sizes a divide-and-conquer singular value decomposition of `B` instead of the QR iteration.
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
@@ -18,13 +18,13 @@ use super::simd::vectorised;
 use super::square::{LANES, Square};
 use crate::error::{Error, Result};
 
-/// Matrices with no entry above or all below are scaled first, by a power of two.
+/// Matrices whose largest entry is outside this range are first scaled by a power of two.
 const PLAIN: std::ops::Range<f64> = 1e-100..1e100;
 
-/// Up to this many planes the rotations of the QR iteration go straight into the basis.
+/// Number of planes up to which the rotations of the QR iteration are applied directly to the basis.
 const DIRECT: usize = 40;
 
-/// `A = V blockdiag(theta_i J) V^T` with `J = [[0, -1], [1, 0]]`, in buffers made once for a largest size.
+/// `A = V blockdiag(theta_i J) V^T` with `J = [[0, -1], [1, 0]]`, with buffers allocated once for a largest size.
 ///
 /// Columns `2i` and `2i + 1` of `V` span the plane of `theta_i >= 0`; for odd sizes the last column is a null
 /// vector. Cost about `10/3 m^3` operations. The backward error is a small multiple of `m eps |A|`.
@@ -44,7 +44,7 @@ const DIRECT: usize = 40;
 pub struct SkewSchur {
     m: usize,
     size: usize,
-    /// Columns of the size given at first, of which `m` rows and columns count.
+    /// Columns of the initially given size, of which `m` rows and columns are used.
     reduced: Square,
     basis: Square,
     householder: Square,
@@ -79,7 +79,7 @@ impl SkewSchur {
         self.basis.view().submatrix(0, 0, self.m, self.m)
     }
 
-    /// The angles `theta_i >= 0`, decreasing, `m / 2` of them.
+    /// The `m / 2` angles `theta_i >= 0`, in decreasing order.
     pub fn angles(&self) -> &[f64] {
         &self.angles[..self.m / 2]
     }
@@ -87,8 +87,8 @@ impl SkewSchur {
     /// Factors a skew-symmetric matrix, of which the lower triangle is read.
     ///
     /// # Errors
-    /// `Decomposition` where the singular value iteration does not converge, `Overflow` where an angle is too large
-    /// for a number.
+    /// `Decomposition` if the singular value iteration does not converge; `Overflow` if an angle is too large for a
+    /// floating-point number.
     pub fn compute(&mut self, a: MatRef<'_, f64>) -> Result<()> {
         let m = a.nrows();
         debug_assert!(m == a.ncols() && m <= self.size);
@@ -99,7 +99,7 @@ impl SkewSchur {
                 largest = largest.max(a[(i, j)].abs());
             }
         }
-        // Squares must neither overflow nor vanish.
+        // Squares must neither overflow nor underflow.
         let scale = if largest == 0.0 || PLAIN.contains(&largest) {
             1.0
         } else {
@@ -133,13 +133,13 @@ impl SkewSchur {
         Ok(())
     }
 
-    /// `H_j ... H_1 A H_1 ... H_j` tridiagonal; the unit reflectors are kept in the columns of `householder`.
+    /// Makes `H_j ... H_1 A H_1 ... H_j` tridiagonal; the unit reflectors are stored in the columns of `householder`.
     ///
     /// `H A H = A + w p^T - p w^T` with `p = 2 A w`: the quadratic term vanishes because `w^T A w = 0`. The update of
-    /// one step and the product `A w` of the next are one pass over the matrix.
+    /// one step and the product `A w` of the next share one pass over the matrix.
     ///
-    /// Columns are worked on in whole groups of rows, from the group with the first row that is left: above it the
-    /// vectors are zero.
+    /// Columns are processed in whole groups of rows, from the group that contains the first remaining row: above it
+    /// the vectors are zero.
     #[inline(always)]
     fn tridiagonalise(&mut self) {
         let m = self.m;
@@ -168,7 +168,7 @@ impl SkewSchur {
             std::mem::swap(w, next_w);
             std::mem::swap(p, next_p);
         }
-        // Of what is left only the last entry counts.
+        // Only the last entry of the remainder matters.
         if m >= 2 {
             let column = self.reduced.rows_mut(m - 2, rows);
             column[m - 1] += w[m - 1] * p[m - 2] - p[m - 1] * w[m - 2];
@@ -243,7 +243,7 @@ impl SkewSchur {
     }
 }
 
-/// `x += w p_l - p w_l`: the difference first, so that the result stays exactly skew. Whole groups.
+/// `x += w p_l - p w_l`: the difference first, so that the result stays exactly skew. In whole groups.
 #[inline(always)]
 fn update(x: &mut [f64], w: &[f64], p: &[f64], w_l: f64, p_l: f64) {
     for ((x, w), p) in x.iter_mut().zip(w).zip(p) {
@@ -251,7 +251,7 @@ fn update(x: &mut [f64], w: &[f64], p: &[f64], w_l: f64, p_l: f64) {
     }
 }
 
-/// `x += factor y`. Whole groups.
+/// `x += factor y`, in whole groups.
 #[inline(always)]
 fn add(x: &mut [f64], factor: f64, y: &[f64]) {
     for (x, y) in x.iter_mut().zip(y) {
@@ -259,7 +259,7 @@ fn add(x: &mut [f64], factor: f64, y: &[f64]) {
     }
 }
 
-/// The unit `w` with `(I - 2 w w^T) x = alpha e_1`, or zero where `x` is so already; returns `alpha`.
+/// The unit `w` with `(I - 2 w w^T) x = alpha e_1`, or zero if `x` already has that form; returns `alpha`.
 #[inline(always)]
 fn reflector(x: &[f64], w: &mut [f64]) -> f64 {
     w.fill(0.0);
@@ -296,9 +296,9 @@ fn dot(x: &[f64], y: &[f64]) -> f64 {
 
 /// Applies a function of `ad_L` to a skew matrix given in the Schur basis of `L`, in place.
 ///
-/// `ad_L` leaves the 2 x 2 block of two planes invariant; on its part that commutes with `J` it is the
-/// multiplication by `i (theta_a - theta_b)`, on the part that anticommutes by `i (theta_a + theta_b)`.
-/// `function(x, sum)` returns real and imaginary part of the function at `i x`; `sum` tells the two apart.
+/// `ad_L` leaves the 2 x 2 block of two planes invariant. It acts on the part of the block that commutes with `J` as
+/// multiplication by `i (theta_a - theta_b)`, and on the part that anticommutes by `i (theta_a + theta_b)`.
+/// `function(x, sum)` returns real and imaginary part of the function at `i x`; `sum` distinguishes the two cases.
 pub(crate) fn apply_ad_function(
     angles: &[f64],
     skew: MatMut<'_, f64>,
@@ -311,8 +311,8 @@ pub(crate) fn apply_ad_function(
     });
 }
 
-/// As [`apply_ad_function`], for `function(a, b)` of the numbers of two planes, which returns the values at the
-/// difference and at the sum of their angles; a null vector counts as the plane after the last, of angle 0.
+/// As [`apply_ad_function`], with `function(a, b)` of the indices of two planes, which returns the values at the
+/// difference and at the sum of their angles; a null vector counts as an additional last plane with angle 0.
 pub(crate) fn apply_ad_by_planes(
     mut skew: MatMut<'_, f64>,
     function: impl Fn(usize, usize) -> [(f64, f64); 2],
@@ -320,7 +320,7 @@ pub(crate) fn apply_ad_by_planes(
     let m = skew.nrows();
     let rotate = |(re, im): (f64, f64), (x, y): (f64, f64)| (re * x - im * y, im * x + re * y);
     for b in 0..m / 2 {
-        // The diagonal block is a multiple of J and commutes: the function at 0.
+        // The diagonal block is a multiple of J and commutes with it: the function at 0.
         let entry = function(b, b)[0].0 * skew[(2 * b + 1, 2 * b)];
         skew[(2 * b + 1, 2 * b)] = entry;
         skew[(2 * b, 2 * b + 1)] = -entry;
@@ -342,7 +342,7 @@ pub(crate) fn apply_ad_by_planes(
             }
         }
         if m % 2 == 1 {
-            // Against the null vector: the row (x, y) belongs to the column (-x, -y), on which ad acts as i theta.
+            // For the null vector: the row (x, y) corresponds to the column (-x, -y), on which ad acts as i theta.
             let column = (skew[(2 * b, m - 1)], skew[(2 * b + 1, m - 1)]);
             let (x, y) = rotate(function(b, m / 2)[0], column);
             for (d, value) in [x, y].into_iter().enumerate() {

@@ -1,7 +1,8 @@
-//! Square buffers in columns, and the loops over them that are not products.
+//! Square buffers stored by columns, and all loops over them except products.
 //!
-//! Rows and columns are padded with zeros to a multiple of [`LANES`], so that every loop over a whole buffer is one
-//! run over a slice and every tile is full; [`vectorised`] compiles it for the vector unit found at run time.
+//! Rows and columns are padded with zeros to a multiple of [`LANES`], so that every loop over a whole buffer is a
+//! single pass over a slice, and every tile is full; [`vectorised`] compiles it for the vector unit detected at run
+//! time.
 
 use faer::linalg::matmul::{matmul, triangular};
 use faer::prelude::*;
@@ -10,20 +11,20 @@ use triangular::BlockStructure::{Rectangular, TriangularLower};
 
 use super::simd::vectorised;
 
-/// Sizes are padded to a multiple of this, the edge of a tile.
+/// Sizes are padded to a multiple of this, the width of a tile.
 pub(crate) const LANES: usize = 8;
 
-/// From this size on, half of a symmetric product and its reflection cost less than the whole product.
+/// Size from which half of a symmetric product and its reflection cost less than the whole product.
 const TRIANGULAR: usize = 80;
 
-/// `m x m` in columns of padded length; the padding stays zero.
+/// An `m x m` matrix in columns of padded length; the padding stays zero.
 pub struct Square {
     m: usize,
     stride: usize,
     entries: Vec<f64>,
 }
 
-/// What is the same across the diagonal of a product.
+/// The symmetry of a product under transposition.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Symmetry {
     Symmetric,
@@ -57,13 +58,13 @@ impl Square {
         MatMut::from_column_major_slice_with_stride_mut(&mut self.entries, m, m, stride)
     }
 
-    /// All entries, padding included, in groups.
+    /// All entries, including padding, in groups.
     #[inline(always)]
     pub(crate) fn lanes(&self) -> &[[f64; LANES]] {
         self.entries.as_chunks().0
     }
 
-    /// All entries, padding included, in groups.
+    /// All entries, including padding, in groups.
     #[inline(always)]
     pub(crate) fn lanes_mut(&mut self) -> &mut [[f64; LANES]] {
         self.entries.as_chunks_mut().0
@@ -79,19 +80,19 @@ impl Square {
         &mut self.entries[j * self.stride..][..self.m]
     }
 
-    /// The first `rows` entries of a column, padding included.
+    /// The first `rows` entries of a column, including padding.
     #[inline(always)]
     pub(crate) fn rows(&self, j: usize, rows: usize) -> &[f64] {
         &self.entries[j * self.stride..][..rows]
     }
 
-    /// The first `rows` entries of a column, padding included.
+    /// The first `rows` entries of a column, including padding.
     #[inline(always)]
     pub(crate) fn rows_mut(&mut self, j: usize, rows: usize) -> &mut [f64] {
         &mut self.entries[j * self.stride..][..rows]
     }
 
-    /// Zeros in the leading `m x m` part and its padding.
+    /// Zeroes the leading `m x m` part and its padding.
     pub(crate) fn clear(&mut self, m: usize) {
         let rows = m.next_multiple_of(LANES);
         for j in 0..m {
@@ -106,20 +107,20 @@ impl Square {
         (&mut left[i * self.stride..][..rows], &mut right[..rows])
     }
 
-    /// `count` columns, every other one from `first`.
+    /// `count` columns, every second one starting at `first`.
     pub(crate) fn every_other(&self, first: usize, count: usize) -> MatRef<'_, f64> {
         let entries = &self.entries[first * self.stride..];
         MatRef::from_column_major_slice_with_stride(entries, self.m, count, 2 * self.stride)
     }
 
-    /// `count` columns, every other one from `first`.
+    /// `count` columns, every second one starting at `first`.
     pub(crate) fn every_other_mut(&mut self, first: usize, count: usize) -> MatMut<'_, f64> {
         let (m, stride) = (self.m, 2 * self.stride);
         let entries = &mut self.entries[first * self.stride..];
         MatMut::from_column_major_slice_with_stride_mut(entries, m, count, stride)
     }
 
-    /// How many tiles to a side.
+    /// Number of tiles per side.
     #[inline(always)]
     pub(super) fn tiles(&self) -> usize {
         self.stride / LANES
@@ -141,8 +142,8 @@ impl Square {
         }
     }
 
-    /// `alpha (A - A^T) / 2`, halves first, so that nothing overflows on the way; returns the sum of squares of
-    /// `(A + A^T) / 2`.
+    /// `alpha (A - A^T) / 2`, halved first, so that no intermediate result overflows; returns the sum of squares of `(A
+    /// + A^T) / 2`.
     pub(crate) fn set_skew_part(&mut self, alpha: f64, a: MatRef<'_, f64>) -> f64 {
         let (a, alpha) = if a.row_stride() == 1 || a.col_stride() != 1 {
             (a, alpha)
@@ -157,7 +158,7 @@ impl Square {
                     for i in j..self.tiles() {
                         let below = tile_of(a, i, j);
                         let above = transposed(&tile_of(a, j, i));
-                        // Off the diagonal a tile stands for two.
+                        // An off-diagonal tile counts twice.
                         let weight = if i == j { 1.0 } else { 2.0 };
                         let mut skew = [[0.0; LANES]; LANES];
                         for c in 0..LANES {
@@ -196,8 +197,8 @@ impl Square {
         }
     }
 
-    /// `alpha A B` (added or not), known to be symmetric or skew. Above the diagonal the result is only defined where
-    /// `reflect_product` is called after.
+    /// `alpha A B` (optionally added), known to be symmetric or skew. The part above the diagonal is only defined after
+    /// calling `reflect_product`.
     pub(crate) fn set_product(
         &mut self,
         beta: Accum,
@@ -226,19 +227,19 @@ impl Square {
         matmul(self.view_mut(), Accum::Replace, a, b, alpha, Par::Seq);
     }
 
-    /// Whether `set_product` forms one half only.
+    /// Whether `set_product` computes only one half.
     pub(crate) fn halves_products(&self) -> bool {
         self.m >= TRIANGULAR
     }
 
-    /// The part above the diagonal from that below, after a product of which only half was formed.
+    /// Fills the part above the diagonal from the part below, after a product of which only half was computed.
     pub(crate) fn reflect_product(&mut self, symmetry: Symmetry) {
         if self.halves_products() {
             self.reflect(symmetry);
         }
     }
 
-    /// The part above the diagonal from that below; a skew matrix has no diagonal.
+    /// Fills the part above the diagonal from the part below; a skew matrix has a zero diagonal.
     pub(crate) fn reflect(&mut self, symmetry: Symmetry) {
         let sign = if symmetry == Symmetry::Skew {
             -1.0
@@ -321,7 +322,7 @@ impl Square {
             },
         );
         let square: f64 = squares.iter().sum();
-        // Squares that overflow or vanish: the slow, scaled sum.
+        // If squares overflow or underflow, use the slow, scaled sum.
         let frobenius = if super::structure::SAFE_SQUARES.contains(&square) {
             square.sqrt()
         } else {
@@ -353,7 +354,7 @@ impl Square {
     }
 }
 
-/// A tile of a matrix, filled up with zeros.
+/// A tile of a matrix, padded with zeros.
 #[inline(always)]
 fn tile_of(a: MatRef<'_, f64>, i: usize, j: usize) -> Tile {
     let (rows, cols) = (a.nrows(), a.ncols());

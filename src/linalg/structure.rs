@@ -1,4 +1,4 @@
-//! Norms, defects and the checks of input that every public entry makes once.
+//! Norms, defects, and the input checks of public entries.
 
 use faer::linalg::matmul::triangular;
 use faer::traits::ComplexField;
@@ -9,10 +9,10 @@ use triangular::BlockStructure::{Rectangular, TriangularLower};
 use crate::error::{Error, Result};
 use crate::linalg::product::mul_into;
 
-/// Sums of squares in this range have lost nothing to overflow or to denormals.
+/// Range of sums of squares that lose no accuracy to overflow or subnormal numbers.
 pub(crate) const SAFE_SQUARES: std::ops::Range<f64> = 1e-280..1e280;
 
-/// The columns, where they are contiguous, or the rows; `None` for other strides.
+/// The columns or the rows, whichever are contiguous; `None` for other strides.
 fn lines<'a>(a: MatRef<'a, f64>) -> Option<impl Iterator<Item = &'a [f64]>> {
     let a = if a.row_stride() == 1 {
         a
@@ -36,7 +36,7 @@ fn sum_of_squares(line: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + rest.iter().map(|x| x * x).sum::<f64>()
 }
 
-/// Frobenius norm, scaled where it would overflow or lose denormals otherwise.
+/// Frobenius norm, scaled if it would otherwise overflow or lose accuracy to subnormal numbers.
 pub fn norm(a: MatRef<'_, f64>) -> f64 {
     if let Some(lines) = lines(a) {
         let sum: f64 = lines.map(sum_of_squares).sum();
@@ -80,10 +80,11 @@ pub fn distance(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> f64 {
     sum.sqrt()
 }
 
-/// Up to so many columns the whole product costs less than half of it: 0.14 us against 0.29 us at (50, 5), equal at (50, 9).
+/// Number of columns up to which the whole product costs less than half of it: 0.14 us instead of 0.29 us at (50, 5),
+/// equal at (50, 9).
 const WHOLE: usize = 8;
 
-/// `Y^T Y`, of which the lower triangle is set.
+/// `Y^T Y`; only the lower triangle is set.
 pub(crate) fn gram(y: MatRef<'_, f64>) -> Mat<f64> {
     let k = y.ncols();
     let mut out = Mat::zeros(k, k);
@@ -105,12 +106,12 @@ pub(crate) fn gram(y: MatRef<'_, f64>) -> Mat<f64> {
     out
 }
 
-/// `|Y^T Y - I|_F`: how far the columns of `y` are from orthonormal; infinite where that overflows.
+/// `|Y^T Y - I|_F`, the distance of the columns of `y` from orthonormality; infinite on overflow.
 pub fn orthonormality_defect(y: MatRef<'_, f64>) -> f64 {
     gram_defect(gram(y).as_ref())
 }
 
-/// `|G - I|_F` of the lower triangle of a symmetric matrix; infinite where that overflows.
+/// `|G - I|_F` for a symmetric matrix given by its lower triangle; infinite on overflow.
 pub(crate) fn gram_defect(gram: MatRef<'_, f64>) -> f64 {
     let k = gram.ncols();
     let (mut diagonal, mut below) = (0.0, 0.0);
@@ -122,7 +123,7 @@ pub(crate) fn gram_defect(gram: MatRef<'_, f64>) -> f64 {
         }
     }
     let defect = (diagonal + 2.0 * below).sqrt();
-    // Products that overflow with both signs have no sum.
+    // Overflowing products of both signs sum to NaN.
     if defect.is_nan() {
         f64::INFINITY
     } else {
@@ -130,7 +131,7 @@ pub(crate) fn gram_defect(gram: MatRef<'_, f64>) -> f64 {
     }
 }
 
-/// `|A + A^T|_F / 2`: how far a square matrix is from skew-symmetric.
+/// `|A + A^T|_F / 2`, the distance of a square matrix from skew-symmetry.
 pub fn skew_defect(a: MatRef<'_, f64>) -> f64 {
     const TILE: usize = 16;
     let m = a.nrows();
@@ -174,9 +175,9 @@ pub fn frobenius_inner(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> f64 {
     sum
 }
 
-/// Error `NonFinite` at the first entry, column by column, that is NaN or infinite.
+/// Return `NonFinite` at the first entry, by columns, that is NaN or infinite.
 pub fn check_finite(name: &'static str, a: MatRef<'_, f64>) -> Result<()> {
-    // Without a branch per entry first.
+    // First without a branch per entry.
     if let Some(mut lines) = lines(a)
         && lines.all(|line| line.iter().fold(true, |all, x| all & x.is_finite()))
     {
@@ -185,7 +186,7 @@ pub fn check_finite(name: &'static str, a: MatRef<'_, f64>) -> Result<()> {
     check_finite_entries(name, a)
 }
 
-/// [`check_finite`] for real or complex entries.
+/// As [`check_finite`], for real or complex entries.
 pub(crate) fn check_finite_entries<T: ComplexField>(
     name: &'static str,
     a: MatRef<'_, T>,
@@ -209,7 +210,7 @@ pub(crate) fn dot(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> f64 {
     columns.map(|(a, b)| a.transpose() * b).sum()
 }
 
-/// Error `Overflow` where a result of finite input is NaN or infinite.
+/// Return `Overflow` if a result of finite input is NaN or infinite.
 pub fn check_range(quantity: &'static str, a: MatRef<'_, f64>) -> Result<()> {
     if check_finite(quantity, a).is_ok() {
         Ok(())
@@ -218,7 +219,7 @@ pub fn check_range(quantity: &'static str, a: MatRef<'_, f64>) -> Result<()> {
     }
 }
 
-/// Error `NonFinite` where a scalar is NaN or infinite.
+/// Return `NonFinite` if a scalar is NaN or infinite.
 pub fn check_finite_scalar(name: &'static str, t: f64) -> Result<()> {
     if t.is_finite() {
         Ok(())
@@ -227,7 +228,7 @@ pub fn check_finite_scalar(name: &'static str, t: f64) -> Result<()> {
     }
 }
 
-/// Error `Shape` unless `a` has the given shape.
+/// Return `Shape` unless `a` has the given shape.
 pub fn check_shape<T>(
     name: &'static str,
     a: MatRef<'_, T>,
@@ -244,7 +245,7 @@ pub fn check_shape<T>(
     })
 }
 
-/// Error `Shape` unless `a` is square and not empty; its size otherwise.
+/// Return `Shape` unless `a` is square and not empty; otherwise its size.
 pub fn check_square<T>(name: &'static str, a: MatRef<'_, T>) -> Result<usize> {
     if a.nrows() == a.ncols() && a.nrows() > 0 {
         return Ok(a.nrows());

@@ -1,4 +1,4 @@
-//! Principal logarithm of a unitary matrix: skew-Hermitian, angles in `(-pi, pi]`.
+//! Principal logarithm of a unitary matrix: skew-Hermitian, with angles in `(-pi, pi]`.
 //!
 //! | size | algorithm |
 //! |---|---|
@@ -6,14 +6,15 @@
 //! | all angles below 0.03 | series of the inverse hyperbolic sine of `(U - U^H)/2`: relative accuracy for the smallest angles |
 //! | any other | eigenproblem of the Hermitian `(e^{-ia} U + e^{ia} U^H)/2`; inside each group of equal eigenvalues that of `(e^{-ia} U - e^{ia} U^H)/2i`; one Newton correction in that basis |
 //!
-//! The two Hermitian matrices commute, with eigenvalues `cos(t - a)` and `sin(t - a)` for the angle `t`. The direction `a` is
-//! no rational multiple of pi, so that angles of opposite sign and roots of unity have different cosines.
+//! The two Hermitian matrices commute and have the eigenvalues `cos(t - a)` and `sin(t - a)` for the angles `t`. The
+//! direction `a` is not a rational multiple of pi, so that angles of opposite sign and roots of unity have different
+//! cosines.
 //!
-//! General complex eigenvectors do not occur: they are not orthogonal where angles repeat. Every basis here is unitary to
-//! round-off by construction.
+//! General complex eigenvectors are not used, since they are not orthogonal if angles repeat. Every basis here is
+//! unitary to round-off by construction.
 //!
 //! # Source
-//! Commuting Hermitian parts: Goldstine, Horwitz (1959), J. ACM 6, 176-195. The correction is that of
+//! Commuting Hermitian parts: Goldstine, Horwitz (1959), J. ACM 6, 176-195. The correction is the one of
 //! [`super::orthogonal_log()`].
 
 use std::f64::consts::PI;
@@ -33,12 +34,12 @@ use crate::error::{Error, Result};
 /// The direction `a` in radians.
 const DIRECTION: f64 = 0.7;
 
-/// Two angles whose difference is within this of 2 pi: the derivative of the logarithm is singular there. Their cosines
-/// are apart as the angles are on the circle, so the eigenvectors need no correction.
+/// If the difference of two angles is within this of 2 pi, the derivative of the logarithm is singular. The cosines of
+/// the two angles are as far apart as the angles on the circle, so the eigenvectors need no correction.
 const NEAR_TWO_PI: f64 = 1e-4;
 
-/// A matrix that is farther from unitary than this, relative to the square root of its size, is replaced by the nearest
-/// unitary one.
+/// A matrix whose distance from unitarity, relative to the square root of its size, exceeds this is replaced by the
+/// nearest unitary one.
 const ROUND_OFF: f64 = 1e-14;
 
 /// Principal logarithm of a unitary matrix: the skew-Hermitian `L` with `e^L = Q` and all angles in `(-pi, pi]`.
@@ -47,19 +48,19 @@ const ROUND_OFF: f64 = 1e-14;
 /// L = \log Q,\qquad e^L = Q,\quad L^H = -L,\quad -\pi < \lambda(-iL) \le \pi
 /// ```
 ///
-/// It exists for every unitary matrix: on the eigenspace of -1 it is `i pi`. To working precision the angles `pi` and `-pi`
-/// are the same; angles closer to `-pi` than `4 m eps` are taken for `pi`.
+/// It exists for every unitary matrix: on the eigenspace of -1 it is `i pi`. The angles `pi` and `-pi` are equal to
+/// working precision; angles closer to `-pi` than `4 m eps` are treated as `pi`.
 ///
 /// # Arguments
 /// * `q` - unitary, shape `(m, m)`, `|Q^H Q - I|_F <= ORTHOGONALITY_TOLERANCE`
 /// # Accuracy
-/// Backward error `|e^L - Q|_2` at most `2 m * 1e-15`, repeated and clustered angles and angles near pi included; error
-/// relative to `|L|` a few `m eps` where all angles are below 0.03. Asserted in `tests/complex_linalg/`. Of a matrix with
-/// `|Q^H Q - I|_F = d` it is the logarithm of the nearest unitary matrix, to `d^2`.
+/// Backward error `|e^L - Q|_2` at most `2 m * 1e-15`, including repeated and clustered angles and angles near pi;
+/// relative to `|L|` the error is a few `m eps` if all angles are below 0.03. Asserted in `tests/complex_linalg/`. For
+/// a matrix with `|Q^H Q - I|_F = d` the result is the logarithm of the nearest unitary matrix, up to `d^2`.
 /// # Errors
 /// `Shape`, `NonFinite`, `NotUnitary`; `Decomposition`.
 /// # Source
-/// See the module page.
+/// See the module documentation.
 ///
 /// # Examples
 /// ```
@@ -79,7 +80,7 @@ pub fn unitary_log(q: MatRef<'_, c64>) -> Result<Mat<c64>> {
     Ok(out)
 }
 
-/// Buffers for logarithms of one size: no allocation per call.
+/// Buffers for logarithms of one size; calls do not allocate.
 ///
 /// # Examples
 /// ```
@@ -107,7 +108,7 @@ impl UnitaryLog {
         }
     }
 
-    /// `out = log(Q)` after the checks of [`unitary_log`]; `q` and `out` have the size given to [`UnitaryLog::new`].
+    /// `out = log(Q)` with the checks of [`unitary_log`]; `q` and `out` have the size given to [`UnitaryLog::new`].
     ///
     /// # Errors
     /// As [`unitary_log`].
@@ -115,7 +116,7 @@ impl UnitaryLog {
         check_shape("Q", q, self.m, self.m)?;
         check_shape("out", out.as_ref(), self.m, self.m)?;
         match &mut self.general {
-            // log Q = (log Q^T)^T: then both are read and written along their columns.
+            // log Q = (log Q^T)^T, so that both are read and written along their columns.
             Some(general) if out.row_stride() != 1 && out.col_stride() == 1 => {
                 general.log_into(out.transpose_mut(), q.transpose())
             }
@@ -125,7 +126,7 @@ impl UnitaryLog {
     }
 }
 
-/// Error `NonFinite` or `NotUnitary` unless the defect is within the tolerance.
+/// Return `NonFinite` or `NotUnitary` unless the defect is within the tolerance.
 fn check_unitary(u: MatRef<'_, c64>, defect: f64) -> Result<()> {
     // NaN fails as well.
     if defect <= ORTHOGONALITY_TOLERANCE {
@@ -134,7 +135,7 @@ fn check_unitary(u: MatRef<'_, c64>, defect: f64) -> Result<()> {
     check_finite_entries("Q", u)?;
     Err(Error::NotUnitary {
         name: "Q",
-        // Products that overflow with both signs have no sum.
+        // Overflowing products of both signs sum to NaN.
         defect: if defect.is_nan() {
             f64::INFINITY
         } else {
@@ -144,7 +145,7 @@ fn check_unitary(u: MatRef<'_, c64>, defect: f64) -> Result<()> {
     })
 }
 
-/// Of at most two rows.
+/// For at most two rows.
 fn small_log(mut out: MatMut<'_, c64>, u: MatRef<'_, c64>) -> Result<()> {
     let m = u.nrows();
     let mut squares = 0.0;
@@ -167,7 +168,7 @@ fn small_log(mut out: MatMut<'_, c64>, u: MatRef<'_, c64>) -> Result<()> {
     Ok(())
 }
 
-/// An angle of at most pi, and above -pi by more than round-off.
+/// The equivalent angle of at most pi, and above -pi by more than round-off.
 fn principal(angle: f64, m: usize) -> f64 {
     let angle = if angle > PI { angle - 2.0 * PI } else { angle };
     // From -2 pi on.
@@ -189,11 +190,11 @@ struct General {
     /// The Hermitian matrix, by columns.
     hermitian: Mat<c64>,
     eigen: SymmetricEigen<c64>,
-    /// Eigenvectors inside of groups.
+    /// Eigenvectors within groups.
     inner: Option<SymmetricEigen<c64>>,
     angles: Vec<f64>,
     cos_sin: Vec<(f64, f64)>,
-    /// Of half the angles.
+    /// Cosines and sines of half the angles.
     half_cos_sin: Vec<(f64, f64)>,
 }
 
@@ -234,7 +235,7 @@ impl General {
         Ok(())
     }
 
-    /// `|U^H U - I|_F`; leaves `U^H U - I` in `work`, the half below the diagonal.
+    /// `|U^H U - I|_F`; stores `U^H U - I` in `work`, the half below the diagonal.
     fn unitarity_defect(&mut self, m: usize) -> f64 {
         let (gram, u) = (&mut self.work, &self.matrix);
         gram.set_product(
@@ -256,7 +257,7 @@ impl General {
         sum.sqrt()
     }
 
-    /// `U <- U (I - (U^H U - I) / 2)`, to the square of the defect.
+    /// `U <- U (I - (U^H U - I) / 2)`, which squares the defect.
     fn replace_by_nearest(&mut self) {
         self.work.reflect_product(Symmetry::Symmetric);
         let (half, scratch) = (-0.5, &mut self.scratch);
@@ -278,7 +279,7 @@ impl General {
         asinh_series(&self.work, buffers, &mut self.scratch, out);
     }
 
-    /// A unitary basis in which the matrix is diagonal up to round-off and what groups leave, and the angles.
+    /// A unitary basis in which the matrix is diagonal up to round-off and within groups, and the angles.
     fn diagonalise(&mut self) -> Result<()> {
         let m = self.angles.len();
         let (sin, cos) = DIRECTION.sin_cos();
@@ -315,8 +316,8 @@ impl General {
             .multiply(Accum::Replace, 1.0, b.adjoint(), right, scratch);
     }
 
-    /// Turns the basis inside of each group of equal eigenvalues to that of the other Hermitian matrix; whether anything
-    /// was turned.
+    /// Rotates the basis within each group of equal eigenvalues to eigenvectors of the other Hermitian matrix; returns
+    /// whether anything changed.
     fn separate_groups(&mut self) -> Result<bool> {
         let m = self.angles.len();
         let (mut start, mut changed) = (0, false);
@@ -334,7 +335,7 @@ impl General {
         Ok(changed)
     }
 
-    /// Whether a block of the turned matrix is diagonal to round-off.
+    /// Whether a block of the matrix in the basis is diagonal to round-off.
     fn is_diagonal(&self, start: usize, end: usize) -> bool {
         let size = |i, j| self.turned.get(i, j).norm_sqr();
         let entries = |j| {
@@ -420,7 +421,7 @@ impl General {
         }
     }
 
-    /// `out = B L B^H`, of which the half below the diagonal is formed.
+    /// `out = B L B^H`, of which only the half below the diagonal is computed.
     fn assemble(&mut self, out: MatMut<'_, c64>) {
         let (b, l, scratch) = (&self.basis, self.matrix.factor(), &mut self.scratch);
         self.turned
@@ -433,8 +434,8 @@ impl General {
     }
 }
 
-/// The determinant is `e^{2i phi}`, and `e^{-i phi} U` is a multiple of a rotation of SU(2), also where `U` is only nearly
-/// unitary and this its polar factor.
+/// The determinant is `e^{2i phi}`, and `e^{-i phi} U` is a multiple of a rotation in SU(2). If `U` is only nearly
+/// unitary, this rotation is its polar factor.
 fn log_two(mut out: MatMut<'_, c64>, u: MatRef<'_, c64>) {
     let determinant = u[(0, 0)] * u[(1, 1)] - u[(0, 1)] * u[(1, 0)];
     let mean = 0.5 * determinant.im.atan2(determinant.re);
