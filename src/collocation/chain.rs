@@ -1,4 +1,5 @@
-//! A chain of legs between given points: all equations of all legs at once, and the step that solves them linearised.
+//! A chain of legs between given points: all equations of all legs at once, and the step that solves their
+//! linearisation.
 
 use super::expansion::Expansion;
 use super::leg::{self, Leg};
@@ -9,33 +10,33 @@ use crate::linalg::field::{Field, larger, largest};
 use crate::linalg::simd::{each, vectorised};
 use crate::space::Homogeneous;
 
-/// Sweeps of Picard's iteration for frames along which nothing turns, and more of them for a radian.
+/// Number of Picard iterations for frames without rotation, and additional ones per radian.
 const SWEEPS: [f64; 2] = [3.0, 2.0];
 
-/// Sweeps at the most: a motion that needs more has gone astray.
+/// Maximal number of Picard iterations: a motion that needs more has gone astray.
 const MOST_SWEEPS: f64 = 48.0;
 
-/// Frames that are farther off than this are found by Picard's iteration.
+/// Frames with a larger defect are computed by Picard's iteration.
 const FRAMES_AWAY: f64 = 0.3;
 
-/// Frames are corrected until they are off by less than this.
+/// Frames are corrected until their defect is below this.
 const FRAMES_NEAR: f64 = 1e-2;
 
-/// Legs in a row, or groups of eight, with what is left of their equations.
+/// Consecutive legs, or groups of eight, with the residuals of their equations.
 pub(super) struct Chain<'k, T, S> {
     pub(super) space: S,
     pub(super) knots: &'k Knots<'k>,
     pub(super) groups: Vec<Group<T>>,
-    /// What a thread needs.
+    /// Buffers of a thread.
     pub(super) buffers: leg::Scratch<T>,
     pub(super) velocities: Vec<f64>,
-    /// Of the covariant acceleration at the knots: before less after, at an end less the wanted one.
+    /// Jumps of the covariant acceleration at the knots: before minus after; at an end, minus the given one.
     pub(super) jumps: Vec<f64>,
-    /// The largest entry of what is left of the equations.
+    /// The largest residual.
     pub(super) size: f64,
 }
 
-/// A leg, or eight of them, with `x'''` before the sweep.
+/// One leg, or eight of them, with `x'''` before the sweep.
 pub(super) struct Group<T> {
     pub(super) leg: Leg<T>,
     pub(super) before: Vec<T>,
@@ -87,7 +88,7 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
         chain
     }
 
-    /// `x'''` of every leg at the nodes.
+    /// Sets `x'''` of every leg at the nodes.
     pub(super) fn set_third_derivatives(
         &mut self,
         nodes: &Nodes,
@@ -104,7 +105,7 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
         Ok(())
     }
 
-    /// From few nodes to many.
+    /// Changes from few nodes to many.
     pub(super) fn refine(&mut self, from: &Nodes, to: &Nodes) {
         let (space, between) = (self.space, from.onto(to));
         let matrices = between.each_ref().map(Vec::as_slice);
@@ -123,7 +124,7 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
         self.buffers = leg::Scratch::new(space, to.len());
     }
 
-    /// `x'''` becomes what the equations say, and the frames go with the motion; evaluates what is left of all equations.
+    /// Updates `x'''` from the equations, and the frames from the motion; evaluates all residuals.
     pub(super) fn sweep_once(&mut self, nodes: &Nodes) {
         let space = self.space;
         each(
@@ -149,7 +150,7 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
         }
     }
 
-    /// Products of a sweep.
+    /// Number of products of a sweep.
     pub(super) fn products_of_sweep(&self, nodes: &Nodes) -> f64 {
         let [d, r] = [self.space.dim(), self.space.size()].map(|size| size as f64);
         let count = nodes.len() as f64;
@@ -213,7 +214,7 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
     }
 }
 
-/// Frames that go with the motion of a leg: corrected, or found anew where they are far off.
+/// Updates the frames for the motion of a leg: corrected, or recomputed if their defect is large.
 #[inline(always)]
 fn set_frames<T: Field, S: Homogeneous>(
     space: S,

@@ -9,17 +9,17 @@ use crate::legs::{Dense, Polynomials};
 use crate::linalg::field::{Field, accumulate, multiply};
 use crate::space::Homogeneous;
 
-/// The matrices that take values at nodes to coefficients.
+/// The matrices that map values at nodes to coefficients.
 pub(super) struct Expansion {
     order: usize,
-    /// From values at the nodes to Legendre coefficients.
+    /// Maps values at the nodes to Legendre coefficients.
     analysis: Vec<f64>,
-    /// From those of a function to coefficients in `s - 1/2` of its first and its third integral from 0.
+    /// Map Legendre coefficients of a function to coefficients in `s - 1/2` of its first and its third integral from 0.
     first: Vec<f64>,
     third: Vec<f64>,
 }
 
-/// Those that were asked for before, by the number of nodes.
+/// Cache, by the number of nodes.
 static EXPANSIONS: Mutex<BTreeMap<usize, Arc<Expansion>>> = Mutex::new(BTreeMap::new());
 
 impl Expansion {
@@ -62,7 +62,7 @@ impl Expansion {
         }
     }
 
-    /// Write the polynomials of a group of legs, the first of which is `first`.
+    /// Writes the polynomials of a group of legs, starting at leg `first`.
     #[inline(always)]
     pub(super) fn write<T: Field>(
         &self,
@@ -77,7 +77,7 @@ impl Expansion {
         let (mut series, mut x) = (zeros(count * d), zeros(terms * d));
         accumulate(&self.analysis, count, &leg.f, d, &mut series);
         for p in 0..d {
-            // The quadratic part around the middle.
+            // The quadratic part about the middle.
             let (v, a, b) = (leg.velocity[p], leg.acceleration[p], leg.third[p]);
             x[p] = v + a * 0.5 + b * 0.125;
             x[d + p] = a + b * 0.5;
@@ -107,7 +107,7 @@ impl Expansion {
     }
 }
 
-/// Coefficients in `s - 1/2` of the Legendre polynomials on `[0, 1]`, degree by degree.
+/// Coefficients in `s - 1/2` of the Legendre polynomials on `[0, 1]`, by degree.
 fn centered_legendre(degree: usize) -> Vec<Vec<f64>> {
     let mut all = vec![vec![1.0], vec![0.0, 2.0]];
     for j in 2..=degree {

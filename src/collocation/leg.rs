@@ -1,4 +1,4 @@
-//! A leg of a chain: its unknowns at the nodes, and what is left of its equations.
+//! A leg of a chain: its unknowns at the nodes, and the residuals of its equations.
 
 use crate::curve::nodes::Nodes;
 use crate::linalg::field::{
@@ -6,17 +6,17 @@ use crate::linalg::field::{
 };
 use crate::space::{Homogeneous, orthonormalise};
 
-/// A leg, or eight of them, in the time in which it takes one.
+/// One leg, or eight of them, in the time in which it takes one unit.
 ///
-/// Frames are relative to that of the knot where the leg starts, matrices row by row; vectors are coordinates in the frame that
-/// has been reached, but for `last_velocity` and `last_acceleration`, in the frame of the next knot.
+/// Frames are relative to the frame of the knot where the leg starts, matrices by rows. Vectors are coordinates in the
+/// frame reached, except for `last_velocity` and `last_acceleration`, which are in the frame of the next knot.
 pub(super) struct Leg<T> {
     /// The next knot's frame.
     pub(super) target: Vec<T>,
-    /// `x` at the start, and what `x` shall be at the end.
+    /// `x` at the start, and the required value of `x` at the end.
     pub(super) velocity: Vec<T>,
     pub(super) last_velocity: Vec<T>,
-    /// Of the curve; none of a cubic.
+    /// Tension of the curve; `None` for a cubic.
     pub(super) tension: Option<T>,
     /// `x'` and `x''` at the start.
     pub(super) acceleration: Vec<T>,
@@ -28,31 +28,31 @@ pub(super) struct Leg<T> {
     /// `x, x', x''` at the nodes and at the end.
     pub(super) x: [Vec<T>; 3],
     pub(super) residual: Residual<T>,
-    /// The isometry between the frame that was reached and that of the next knot.
+    /// The isometry between the frame reached and the frame of the next knot.
     pub(super) holonomy: Vec<T>,
-    /// `last_velocity` in the frame that was reached.
+    /// `last_velocity` in the frame reached.
     pub(super) wanted_velocity: Vec<T>,
     pub(super) last_acceleration: Vec<T>,
 }
 
-/// What is left of the equations of a leg.
+/// The residuals of a leg's equations.
 pub(super) struct Residual<T> {
     /// `f` minus the right-hand side at the nodes.
     pub(super) f: Vec<T>,
-    /// What the frames were off before they were corrected last.
+    /// Defect of the frames before their last correction.
     frames: Vec<T>,
-    /// How far the end is from the next knot.
+    /// Displacement of the end from the next knot.
     pub(super) point: Vec<T>,
-    /// The velocity at the end that is too much.
+    /// The velocity defect at the end.
     pub(super) velocity: Vec<T>,
     /// The largest entry.
     pub(super) size: f64,
 }
 
-/// Buffers that legs share.
+/// Buffers shared by all legs.
 #[derive(Clone)]
 pub(super) struct Scratch<T> {
-    /// A matrix for each node and the end.
+    /// One matrix per node, and one for the end.
     rates: Vec<T>,
     corrections: Vec<T>,
     matrices: Vec<T>,
@@ -73,7 +73,7 @@ impl<T: Field> Scratch<T> {
 }
 
 impl<T: Field> Leg<T> {
-    /// At rest, for a number of nodes.
+    /// A leg at rest, with the given number of nodes.
     pub(super) fn new(space: impl Homogeneous, nodes: usize) -> Self {
         let (d, r) = (space.dim(), space.size());
         let zeros = |count: usize| vec![T::ZERO; count];
@@ -105,7 +105,7 @@ impl<T: Field> Leg<T> {
         }
     }
 
-    /// `x, x', x''` at the nodes and at the end, from the unknowns.
+    /// Computes `x, x', x''` at the nodes and at the end from the unknowns.
     #[inline(always)]
     pub(super) fn set_motion(&mut self, space: impl Homogeneous, nodes: &Nodes) {
         let d = space.dim();
@@ -123,7 +123,7 @@ impl<T: Field> Leg<T> {
         }
     }
 
-    /// One step of Picard's iteration for the frames, `g <- 1 + int g x`: from far away.
+    /// One step of Picard's iteration for the frames, `g <- 1 + int g x`, for large defects.
     #[inline(always)]
     pub(super) fn sweep_frames(
         &mut self,
@@ -137,8 +137,8 @@ impl<T: Field> Leg<T> {
         }
     }
 
-    /// One Newton step for the frames. With the defect `e = 1 + int g x - g` and `g` as fundamental matrix,
-    /// `g <- g + e + (int e x g^T) g`.
+    /// One Newton step for the frames. With the defect `e = 1 + int g x - g`, and `g` as the fundamental matrix, `g <-
+    /// g + e + (int e x g^T) g`.
     #[inline(always)]
     pub(super) fn correct_frames(
         &mut self,
@@ -210,7 +210,7 @@ impl<T: Field> Leg<T> {
         );
     }
 
-    /// `f` becomes the right-hand side.
+    /// Replaces `f` by the right-hand side.
     #[inline(always)]
     pub(super) fn smooth(
         &mut self,
@@ -248,7 +248,7 @@ impl<T: Field> Leg<T> {
         }
     }
 
-    /// What is left of the equations, for the present motion and frames.
+    /// Computes the residuals for the current motion and frames.
     #[inline(always)]
     pub(super) fn set_residual(
         &mut self,
@@ -259,7 +259,7 @@ impl<T: Field> Leg<T> {
         self.set_residual_of_f(space, nodes, scratch);
         let (r, d) = (space.size(), space.dim());
         let (square, count) = (r * r, nodes.len());
-        // With u = target^T g at the end, and its part q in H, the end is off by the logarithm of q^T u.
+        // With u = target^T g at the end, and its part q in H, the displacement of the end is the logarithm of q^T u.
         let u = &mut scratch.corrections[..square];
         transposed_multiply(r, &self.target, &self.frames[count * square..], u);
         space.isotropy_part_into(u, &mut self.holonomy);
@@ -285,7 +285,7 @@ impl<T: Field> Leg<T> {
         self.residual.size = self.largest_residual();
     }
 
-    /// The largest entry of what is left of the equations; NaN if there is one.
+    /// The largest residual; NaN is propagated.
     #[inline(always)]
     fn largest_residual(&self) -> f64 {
         let Residual {
@@ -299,8 +299,8 @@ impl<T: Field> Leg<T> {
         larger(equations, largest(frames))
     }
 
-    /// The last two Legendre coefficients of `g'`, the largest entry: where they are round-off, so is what the polynomials leave
-    /// out.
+    /// The largest entry of the last two Legendre coefficients of `g'`: if it is round-off, so is the truncation error
+    /// of the polynomials.
     #[inline(always)]
     pub(super) fn tail(
         &mut self,
@@ -335,7 +335,7 @@ impl<T: Field> Leg<T> {
         squares.fold(0.0, larger).sqrt()
     }
 
-    /// Frames that do not turn.
+    /// Sets frames without rotation.
     #[inline(always)]
     pub(super) fn reset_frames(&mut self, space: impl Homogeneous) {
         let r = space.size();
@@ -344,13 +344,14 @@ impl<T: Field> Leg<T> {
         }
     }
 
-    /// How far the frames were off before they were corrected last.
+    /// Largest defect of the frames before their last correction.
     #[inline(always)]
     pub(super) fn largest_defect_of_frames(&self) -> f64 {
         largest(&self.residual.frames)
     }
 
-    /// The same leg with other nodes: values and first integrals of the polynomials through the old ones at the new ones.
+    /// The same leg on other nodes: values and first integrals of the polynomials through the old nodes, at the new
+    /// ones.
     #[inline(always)]
     pub(super) fn on_nodes(
         &mut self,

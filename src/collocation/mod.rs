@@ -1,15 +1,15 @@
 //! Riemannian cubics by collocation: all legs of a chain, and all nodes of a leg, at once.
 //!
-//! On a leg, run through for `s` in `[0, 1]`, the unknown is `f = x'''` at Gauss nodes, beside `x, x', x''` at `s = 0` and the
-//! frames `g` at the nodes. Integrals of polynomials through the nodes turn the equations of cubics into
+//! On a leg, parametrised by `s` in `[0, 1]`, the unknowns are `f = x'''` at Gauss nodes, `x, x', x''` at `s = 0`, and
+//! the frames `g` at the nodes. Integrals of the polynomials through the nodes turn the equations of cubics into
 //!
 //! ```math
 //! f = [x'', x]_m - [[x, x']_h, x],\qquad g = g_0 + \int_0^s g\,x,\qquad x = x_0 + x_0' s + \tfrac12 x_0'' s^2 + \iiint f
 //! ```
 //!
-//! an equation of the second kind with a smoothing kernel: sweeps of the fixed-point iteration `f <- [x'', x]_m - ...`, with a step
-//! at the ends as in flat space and with Anderson mixing, take no derivative. The polynomials are the curve: nothing is integrated
-//! afterwards.
+//! an equation of the second kind with a smoothing kernel. It is solved without derivatives by sweeps of the
+//! fixed-point iteration `f <- [x'', x]_m - ...`, combined with a step at the ends as in flat space and with Anderson
+//! mixing. The polynomials are the curve: nothing is integrated afterwards.
 //!
 //! # Source
 //! Atkinson (1997), "The Numerical Solution of Integral Equations of the Second Kind", sec. 4.1 (the Nystrom method); Walker, Ni

@@ -1,4 +1,4 @@
-//! Solving a chain: on few nodes first, then on as many as the polynomials need.
+//! Solves a chain: first on few nodes, then on as many as the polynomials need.
 
 use std::sync::Arc;
 
@@ -10,34 +10,35 @@ use crate::linalg::field::Field;
 use crate::report::{SolverReport, StopReason};
 use crate::space::Homogeneous;
 
-/// Nodes for legs along which nothing turns, to begin with and then, and more of them for a radian. Splines through 200 random
-/// rotations need 16 fine ones for steps of 0.2 rad and 21 for steps of 1.2 rad, where the largest speeds are 0.27 and 1.6; those
-/// through 20 points on St(8,4) and St(12,4), a radian apart, take 1.5 and 1.3 times as long with `15 + 4 s` at once.
+/// Number of nodes for legs without rotation, and additional ones per radian: at first, and afterwards. Splines through
+/// 200 random rotations need 16 nodes in the second phase for steps of 0.2 rad and 21 for steps of 1.2 rad, where the
+/// largest speeds are 0.27 and 1.6; those through 20 points on St(8,4) and St(12,4), one radian apart, take 1.5 and 1.3
+/// times as long with `15 + 4 s` nodes at once.
 const COARSE: [f64; 2] = [3.0, 1.5];
 const FIRST: [f64; 2] = [9.0, 2.5];
 
-/// More nodes where polynomials through the present ones leave out too much.
+/// Number of nodes added if the truncation error of the polynomials is too large.
 const MORE: usize = 5;
 
-/// The last Legendre coefficients of the frames' derivative: what follows them is a tenth of it, and a fortieth of that after
-/// integration.
+/// Allowed size of the last Legendre coefficients of the frames' derivative: the following ones are a tenth of it, and
+/// a fortieth of that after integration.
 const TAIL: f64 = 5e-13;
 
-/// Nodes at the most.
+/// Maximal number of nodes, in both phases.
 const MOST: [usize; 2] = [24, 48];
 
-/// Polynomials of more nodes lose digits at the ends of legs where they are written in powers: with 44 accelerations jump by up to
-/// 4e-10.
+/// Largest number of nodes for which polynomials written in powers are accurate at the ends of legs: with 44,
+/// accelerations jump by up to 4e-10.
 const EXACT: usize = 32;
 
-/// Residual from which on the fine nodes count.
+/// Residual below which the second phase begins.
 const ROUGH: f64 = 1e-3;
 
-/// Solves the equations from velocities at the knots, per unit of time, and `x'` and `x''` at the start of each leg, in the time
-/// of the leg, which become those of the solution; the polynomials where they are exact.
+/// Solves the equations from velocities at the knots, per unit of time, and `x'` and `x''` at the start of each leg, in
+/// the time of the leg. They are replaced by those of the solution; returns the polynomials if they are accurate.
 ///
 /// # Errors
-/// `Interrupted`, `Overflow`, those of the start.
+/// `Interrupted`, `Overflow`, and the errors of the start.
 pub(crate) fn solve<T: Field, S: Homogeneous>(
     space: S,
     knots: &Knots<'_>,
@@ -58,7 +59,8 @@ pub(crate) fn solve<T: Field, S: Homogeneous>(
     Ok((progress.report(reason), curves))
 }
 
-/// So many nodes, or sweeps, for a leg along which the frame turns by `speed`; as many as there may be where that is not finite.
+/// The number of nodes, or of iterations, for a leg along which the frame rotates by `speed`; the maximum if `speed` is
+/// not finite.
 pub(crate) fn nodes([still, radian]: [f64; 2], speed: f64, most: usize) -> usize {
     let wanted = (still + radian * speed).ceil();
     match wanted < most as f64 {
@@ -68,7 +70,7 @@ pub(crate) fn nodes([still, radian]: [f64; 2], speed: f64, most: usize) -> usize
 }
 
 impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
-    /// On a few nodes, then on more until the polynomials leave nothing out.
+    /// Solves on a few nodes, then on more until the truncation error is negligible.
     fn solve(
         &mut self,
         rough: Arc<Nodes>,

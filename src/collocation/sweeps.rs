@@ -1,5 +1,5 @@
-//! Sweeps along a chain: `x'''` from the motion, and the step that would solve the equations at the ends of the legs in flat
-//! space, with Anderson mixing. A sweep takes no derivative, so it is cheap where the space has many dimensions.
+//! Sweeps along a chain: `x'''` from the motion, and the step that would solve the equations at the ends of the legs in
+//! flat space, with Anderson mixing. A sweep takes no derivatives, so it is cheap in spaces of high dimension.
 
 use super::chain::{Chain, Group};
 use crate::curve::nodes::Nodes;
@@ -11,14 +11,14 @@ use crate::solve::anderson::Anderson;
 use crate::solve::tridiagonal::{Isometries, Row, Shape, Tridiagonal, Way};
 use crate::space::Homogeneous;
 
-/// Past sweeps that are mixed in.
+/// Number of past sweeps used by Anderson mixing.
 const DEPTH: usize = 8;
 
-/// Sweeps in a row that may leave more than half of the least residual so far.
+/// Number of consecutive sweeps that may leave more than half of the smallest residual so far.
 const PATIENCE: usize = 12;
 
 impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
-    /// Sweeps down to a tolerance.
+    /// Sweeps until the tolerance is reached.
     ///
     /// # Errors
     /// `Interrupted`, `Overflow` (the times of the knots).
@@ -54,7 +54,7 @@ impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
         }
     }
 
-    /// Changes of the velocities, then of `x'`, `x''` and `x'''` of each leg; the last has been made already.
+    /// Changes of the velocities, then of `x'`, `x''` and `x'''` of each leg; the change of `x'''` is already applied.
     fn flat_step(&self, system: &Tridiagonal<1>) -> Result<Vec<f64>> {
         let d = self.space.dim();
         let mut right: Vec<f64> = self.jumps.iter().map(|jump| -jump).collect();
@@ -99,13 +99,13 @@ impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
         Ok(step)
     }
 
-    /// What a leg misses in point and velocity, at its end.
+    /// Point and velocity defects of a leg, at its end.
     fn missing(&self, leg: usize) -> [Vec<f64>; 2] {
         let (residual, lane) = (&self.groups[leg / T::COUNT].leg.residual, leg % T::COUNT);
         [&residual.point, &residual.velocity].map(|v| v.iter().map(|v| -v.lane(lane)).collect())
     }
 
-    /// The unknowns before the sweep, and an increment.
+    /// Applies an increment to the unknowns before the sweep.
     fn follow(&mut self, increment: &[f64]) {
         let (d, count) = (self.space.dim(), self.knots.lengths.len());
         let (velocities, bends) = increment.split_at(self.velocities.len());
@@ -133,7 +133,7 @@ impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
     }
 }
 
-/// The isometries between the frames that legs reach and those of the next knots.
+/// The isometries between the frames reached by legs and those of the next knots.
 struct Turning<'c, 'k, T, S> {
     chain: &'c Chain<'k, T, S>,
     matrix: Vec<f64>,
@@ -166,7 +166,8 @@ impl<T: Field, S: Homogeneous> Isometries for Turning<'_, '_, T, S> {
     }
 }
 
-/// The system of cubic splines for the changes of the velocities: with `p` and `q` what a leg misses in point and velocity,
+/// The system of cubic splines for the changes of the velocities: with the point and velocity defects `p` and `q` of a
+/// leg,
 ///
 /// ```math
 /// \frac{2}{h_-} dv_{j-1} + \Bigl(\frac{4}{h_-} + \frac{4}{h_+}\Bigr) dv_j + \frac{2}{h_+} dv_{j+1}

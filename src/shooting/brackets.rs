@@ -1,4 +1,4 @@
-//! Coefficients of brackets of series: sums over pairs of coefficients, skew matrices row by row, into coordinates.
+//! Coefficients of brackets of series: sums over pairs of skew matrices, stored by rows, converted to coordinates.
 
 use std::ops::Mul;
 
@@ -26,7 +26,7 @@ pub(super) fn minus_bracket_into<'a, X, Y>(
             |p, i, j| out[p] = -product[i * 3 + j],
         );
     }
-    // Coordinates are minus the entries of a row.
+    // Coordinates are the negated entries of a row.
     space.each_run(
         #[inline(always)]
         |p, row, column, count| {
@@ -57,7 +57,7 @@ pub(super) fn isotropy_bracket_into<'a, X, Y>(
     );
 }
 
-/// Coordinates for entries of a row of a sum of weighted brackets, from a column on; with the sign of the entries.
+/// Coordinates of entries of a row of a sum of weighted brackets, starting at a column; with the sign of the entries.
 #[inline(always)]
 fn write_bracket<'a, X, Y>(
     space: impl Homogeneous,
@@ -80,8 +80,8 @@ fn write_bracket<'a, X, Y>(
     }
 }
 
-/// `out -= sum [z, x]` over pairs `(x, z)`, `x` in `m` and `z` in `h`, for the product of an entry of `x` and one of `z`; `run` has
-/// room for a vector.
+/// `out -= sum [z, x]` over pairs `(x, z)`, `x` in `m` and `z` in `h`, where `product` multiplies an entry of `x` and
+/// an entry of `z`; `run` holds a vector.
 #[inline(always)]
 pub(super) fn subtract_action<'a, A, B, X: Field>(
     space: impl Homogeneous,
@@ -111,7 +111,7 @@ pub(super) fn subtract_action<'a, A, B, X: Field>(
             if inner.is_empty() {
                 return;
             }
-            // A row of `z x`, which `[z, x]` has besides.
+            // A row of `z x`, the other term of `[z, x]`.
             let products = Products {
                 r: space.size(),
                 inner,

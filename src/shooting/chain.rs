@@ -1,4 +1,4 @@
-//! A chain of legs between given points: all equations of all legs.
+//! A chain of legs between given points, with all their equations.
 
 use super::condensed_leg::{CondensedLeg, Condensing};
 use super::leg::{Leg, Scratch};
@@ -11,23 +11,23 @@ use crate::linalg::simd::each;
 use crate::solve::block_tridiagonal::Factors;
 use crate::space::Homogeneous;
 
-/// Legs in a row, in groups of eight, with what is left of their equations.
+/// Consecutive legs, in groups of eight, with the residuals of their equations.
 pub(super) struct Chain<'k, T: Field, S> {
     pub(super) space: S,
     pub(super) knots: &'k Knots<'k>,
     pub(super) groups: Vec<Group<'k, T>>,
     pub(super) buffers: Buffers<T>,
     pub(super) velocities: Vec<f64>,
-    /// Of the covariant acceleration at the knots: before less after, at an end less the wanted one.
+    /// Jumps of the covariant acceleration at the knots: before minus after; at an end, minus the given one.
     pub(super) jumps: Vec<f64>,
-    /// Changes of the velocities by the step, and the system that they solve.
+    /// Changes of the velocities by the step, and the linear system for them.
     pub(super) step: Vec<f64>,
     pub(super) factors: Option<Factors>,
-    /// The largest entry of what is left of the equations.
+    /// The largest residual.
     pub(super) size: f64,
 }
 
-/// A leg, or eight of them, with a step of its middle and the linear equations.
+/// One leg, or eight of them, with a step of its middle and the linear equations.
 pub(super) struct Group<'a, T> {
     pub(super) leg: Leg<'a, T>,
     pub(super) step: &'a mut [T],
@@ -35,16 +35,17 @@ pub(super) struct Group<'a, T> {
     pub(super) progress: GroupProgress,
 }
 
-/// How far the iteration has come on the legs of a group: most legs of a long chain are solved in fewer steps than the worst one.
+/// Progress of the iteration on the legs of a group: most legs of a long chain are solved in fewer steps than the worst
+/// one.
 pub(super) struct GroupProgress {
-    /// The largest entry of what is left of the equations of its legs and of the knots beside them: now, and before the last step.
+    /// The largest residual of its legs and of the adjacent knots, now and before the last step.
     pub(super) size: f64,
     pub(super) before: f64,
     /// The largest entry of the step since its legs were evaluated.
     pub(super) moved: f64,
-    /// What the last terms of its series may contribute, as they were evaluated.
+    /// Allowed contribution of the last terms of its series in the last evaluation.
     pub(super) accuracy: f64,
-    /// Whether the linear equations are to be set up anew.
+    /// Whether the linear equations must be set up anew.
     pub(super) is_stale: bool,
 }
 
@@ -61,7 +62,7 @@ impl GroupProgress {
 }
 
 impl<'a, T: Field> Group<'a, T> {
-    /// How many numbers it has.
+    /// Number of floating-point numbers of a group.
     pub(super) fn len(space: impl Homogeneous) -> usize {
         Leg::<T>::len(space) + 3 * space.dim() + CondensedLeg::<T>::len(space)
     }
@@ -76,7 +77,7 @@ impl<'a, T: Field> Group<'a, T> {
     }
 }
 
-/// What a thread needs.
+/// Buffers of a thread.
 #[derive(Clone)]
 pub(super) struct Buffers<T: Field> {
     pub(super) leg: Scratch<T>,
@@ -84,7 +85,7 @@ pub(super) struct Buffers<T: Field> {
 }
 
 impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
-    /// From velocities at the knots, per unit of time; room for all legs, and for series up to an order.
+    /// Built from velocities at the knots, per unit of time; allocates all legs, and series up to an order.
     pub(super) fn new(
         space: S,
         knots: &'k Knots<'k>,
@@ -117,8 +118,8 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
         chain
     }
 
-    /// The middles of the legs from `x'` and `x''` at their starts, in the time of the leg: by a series of an order, or with no
-    /// third derivative.
+    /// Sets the middles of the legs from `x'` and `x''` at their starts, in the time of the leg: by a series of the
+    /// given order, or with zero third derivative.
     pub(super) fn set_middles(&mut self, bends: &[f64], order: Option<usize>) {
         let (space, knots, d) = (self.space, self.knots, self.space.dim());
         self.set_velocities();
@@ -166,7 +167,7 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
         }
     }
 
-    /// Changes the unknowns by a share of the step.
+    /// Changes the unknowns by a fraction of the step.
     pub(super) fn follow_step(&mut self, share: f64) {
         for (velocity, step) in self.velocities.iter_mut().zip(&self.step) {
             *velocity += share * step;
@@ -182,8 +183,9 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
         }
     }
 
-    /// Evaluates what is left of the equations of the legs that have moved by more than `still`, or whose series are not accurate
-    /// enough for what is left: with as many terms as the solution needs, or as the next step does.
+    /// Evaluates the residuals of the legs that have moved by more than `still`, or whose series are not accurate
+    /// enough for their residual. The number of terms is that of the solution if `is_last`, otherwise that of the next
+    /// step.
     pub(super) fn evaluate(&mut self, still: f64, is_last: bool) {
         let space = self.space;
         each(
@@ -202,7 +204,7 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
                 leg.set_residual(space, scratch);
                 leg.more = orders.more(leg.more, leg.largest_tail());
                 progress.moved = 0.0;
-                // With more terms next time where these leave out too much.
+                // Use more terms next time if the truncation error is too large.
                 progress.accuracy = match leg.largest_tail() <= orders.accuracy {
                     true => orders.accuracy,
                     false => f64::INFINITY,
@@ -212,7 +214,7 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
         self.set_sizes();
     }
 
-    /// Sets the jumps of accelerations, and what is left in all and group by group.
+    /// Sets the jumps of the accelerations, and the residuals of the chain and of each group.
     fn set_sizes(&mut self) {
         let (d, groups) = (self.space.dim(), &self.groups);
         self.jumps = self.knots.jumps(d, |leg| {
@@ -233,7 +235,7 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
         self.size = sizes.fold(0.0, larger);
     }
 
-    /// Terms of the derivatives of the legs.
+    /// Number of terms of the derivatives of the legs.
     pub(super) fn terms(&self) -> usize {
         terms(self.space, self.knots)
     }
@@ -242,7 +244,7 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
         &self.groups[leg / T::COUNT].leg
     }
 
-    /// Whether a series that leaves out too much has as many terms as it may have.
+    /// Whether a series with a too large truncation error already has the maximal number of terms.
     pub(super) fn is_longest(&self) -> bool {
         let accuracy = Orders::last().accuracy;
         let mut groups = self.groups.iter();
@@ -261,13 +263,13 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
         })
     }
 
-    /// What the present series leave out, by their last terms.
+    /// Truncation error of the current series, estimated from their last terms.
     pub(super) fn tail(&self) -> f64 {
         let groups = self.groups.iter();
         groups.fold(0.0, |tail, group| larger(tail, group.leg.largest_tail()))
     }
 
-    /// The velocities, and `x'` and `x''` at the starts of the legs.
+    /// Writes the velocities, and `x'` and `x''` at the starts of the legs.
     pub(super) fn write(&self, velocities: &mut [f64], bends: &mut [f64]) {
         let d = self.space.dim();
         velocities.copy_from_slice(&self.velocities);
@@ -280,7 +282,7 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
         }
     }
 
-    /// Products of the equations of the legs, by their series as they are.
+    /// Number of products for evaluating the equations of the legs with their current series.
     pub(super) fn products_of_series(&self) -> f64 {
         let [d, r] = [self.space.dim(), self.space.size()].map(|size| size as f64);
         let pair = 4.0 * r * d + r * r * r;
@@ -290,7 +292,7 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
             .sum()
     }
 
-    /// Products of the derivative of the equations, where that is to be set up anew.
+    /// Number of products for setting up the derivative of the equations.
     pub(super) fn products_of_derivative(&self) -> f64 {
         let sizes = [self.space.dim(), self.space.size(), self.terms()];
         let [d, r, terms] = sizes.map(|size| size as f64);
@@ -301,7 +303,8 @@ impl<'k, T: Field, S: Homogeneous> Chain<'k, T, S> {
     }
 }
 
-/// Terms of the derivatives of legs. Where a tension lets velocities grow as `e^7` along a leg, four of them say nothing about it.
+/// Number of terms of the derivatives of legs. If tension lets velocities grow as `e^7` along a leg, four terms are
+/// meaningless.
 fn terms(space: impl Homogeneous, knots: &Knots<'_>) -> usize {
     let is_of_rotations = space.size() == 3 && space.isotropy_dim() == 0;
     match knots.tension == 0.0 {

@@ -1,4 +1,4 @@
-//! The linearised equations of a leg, solved for everything but the velocities at its ends.
+//! The linearised equations of a leg, solved for everything except the velocities at its ends.
 
 use super::leg::{Leg, Scratch};
 use super::leg_equations::{combined, residual_into, set_equations};
@@ -7,15 +7,15 @@ use super::variation::Variation;
 use crate::linalg::field::{Field, accumulate, factor, substitute};
 use crate::space::Homogeneous;
 
-/// The linear equations `C dm = b + V dv` for the change of a leg's middle, where `b` is what is left of the present equations
-/// and `V dv` what changes of the velocities at the ends ask for.
+/// The linear equations `C dm = b + V dv` for the change of a leg's middle, where `b` is the current residual and `V
+/// dv` is the effect of changes of the velocities at the ends.
 ///
-/// Everything but `b` is of the state where [`CondensedLeg::linearise`] was called.
+/// Everything except `b` belongs to the state at which [`CondensedLeg::linearise`] was called.
 pub(super) struct CondensedLeg<'a, T> {
     /// `C^{-1}`, shape `(3 d, 3 d)`.
     inverse: &'a mut [T],
-    /// Changes of `x'` at both ends, the last one turned to the next knot, by `b`, shape `(d, 3 d)`; by `dv`, shape `(d, 2 d)`;
-    /// and by the present `b`.
+    /// Changes of `x'` at both ends, the last one expressed in the next knot's frame: by `b`, shape `(d, 3 d)`; by
+    /// `dv`, shape `(d, 2 d)`; and by the current `b`.
     by_conditions: [&'a mut [T]; 2],
     pub(super) by_velocities: [&'a mut [T]; 2],
     pub(super) constants: [&'a mut [T]; 2],
@@ -23,7 +23,7 @@ pub(super) struct CondensedLeg<'a, T> {
     right: &'a mut [T],
 }
 
-/// Buffers that legs share.
+/// Buffers shared by all legs.
 #[derive(Clone)]
 pub(super) struct Condensing<T: Field> {
     variation: Variation<2, T>,
@@ -43,7 +43,7 @@ impl<T: Field> Condensing<T> {
 }
 
 impl<'a, T: Field> CondensedLeg<'a, T> {
-    /// How many numbers it has.
+    /// Number of floating-point numbers of a condensed leg.
     pub(super) fn len(space: impl Homogeneous) -> usize {
         let d = space.dim();
         19 * d * d + 5 * d
@@ -60,7 +60,7 @@ impl<'a, T: Field> CondensedLeg<'a, T> {
         }
     }
 
-    /// At the present state of a leg, by `terms` terms of its series.
+    /// Linearises at the current state of a leg, with `terms` terms of its series.
     #[inline(always)]
     pub(super) fn linearise(
         &mut self,
@@ -96,7 +96,7 @@ impl<'a, T: Field> CondensedLeg<'a, T> {
         }
     }
 
-    /// What is left at the present state of a leg.
+    /// Sets the residuals at the current state of a leg.
     #[inline(always)]
     pub(super) fn set_constants(&mut self, space: impl Homogeneous, leg: &Leg<'_, T>) {
         let d = space.dim();
@@ -110,7 +110,7 @@ impl<'a, T: Field> CondensedLeg<'a, T> {
         }
     }
 
-    /// The change of the middle for changes of the velocities at the ends; `work` has room for `4 d` numbers.
+    /// Writes the change of the middle for changes of the velocities at the ends; `work` holds `4 d` numbers.
     #[inline(always)]
     pub(super) fn write_step(
         &self,
@@ -134,7 +134,7 @@ impl<'a, T: Field> CondensedLeg<'a, T> {
     }
 }
 
-/// `by_conditions V`, column by column.
+/// `by_conditions V`, by columns.
 #[inline(always)]
 fn set_by_velocities<T: Field>(
     space: impl Homogeneous,
@@ -144,7 +144,7 @@ fn set_by_velocities<T: Field>(
 ) {
     let d = space.dim();
     if space.isotropy_dim() == 0 {
-        // Nothing is turned.
+        // Without rotation.
         let rows = by_conditions.chunks_exact(3 * d);
         for (row, out) in rows.zip(out.chunks_exact_mut(2 * d)) {
             for q in 0..d {

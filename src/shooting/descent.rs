@@ -1,8 +1,9 @@
-//! Descent of a chain with free knots to a curve of least cost, by damped Newton steps.
+//! Descent of a chain with free knots to a local minimum of the cost, by damped Newton steps.
 //!
-//! Between the knots the legs are cubics, so the cost is a function of the knots alone. A step solves `(H + lambda D) s = -g`
-//! with the gradient `g`, the second derivative `H` and the one of flat space `D`, which is positive definite; `lambda` grows
-//! until `H + lambda D` is positive definite too and the cost falls. Flat cubics along any curve with the data are a start.
+//! Between the knots the legs are cubics, so the cost is a function of the knots alone. A step solves `(H + lambda D) s
+//! = -g` with the gradient `g`, the second derivative `H` and its positive definite counterpart `D` in flat space;
+//! `lambda` is increased until `H + lambda D` is positive definite too and the cost decreases. Flat cubics along any
+//! curve with the given data can be the start.
 //!
 //! # Source
 //! Nocedal, Wright (2006), "Numerical Optimization", 2nd ed., sec. 4.1, 10.3 (Levenberg-Marquardt steps).
@@ -17,17 +18,18 @@ use crate::space::Homogeneous;
 
 const SOLVER: &str = "descent of a chain of Riemannian cubics";
 
-/// The least damping; below it there is none. With 0.05, and a first one of 0.1, one of 80 problems with slow ends is lost.
+/// Smallest positive damping; smaller values become zero. With 0.05, and a first damping of 0.1, one of 80 problems
+/// with slow ends is not solved.
 const LEAST: f64 = 0.003;
 
-/// From this share of the decrease that the second derivative predicts on the damping falls.
+/// The damping decreases if a step achieves at least this fraction of the decrease predicted by the second derivative.
 const WELL: f64 = 0.5;
 
-/// After a step without damping no more than so many times its decrease is still to come.
+/// After a step without damping, at most this many times its decrease can remain.
 const LEFT: f64 = 4.0;
 
 impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
-    /// Steps down to a gradient of the tolerance, or until it is clear that the cost stays above a bound.
+    /// Takes steps until the gradient is below the tolerance, or until the cost clearly stays above a bound.
     ///
     /// # Errors
     /// `Interrupted`.
@@ -40,7 +42,7 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
         let mut damping = 0.0;
         self.evaluate();
         loop {
-            // In the first pass there are no linear equations yet, and the forces are those of the legs as they are.
+            // In the first pass there are no linear equations yet, and the forces are those of the current legs.
             self.set_forces();
             if self.is_at_rest(progress, options) {
                 return Ok(StopReason::Converged);
@@ -67,13 +69,13 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
         rest <= progress.set(rest, self.largest_bend(), options.tolerance)
     }
 
-    /// Whether the cost ends above a bound, as far as a step without damping and the decrease that it promised tell.
+    /// Whether the cost will end above a bound, judged from a step without damping and its predicted decrease.
     fn ends_above(&self, bound: f64, damping: f64, decrease: f64) -> bool {
         damping == 0.0 && self.cost - LEFT * decrease > bound
     }
 
-    /// Takes a step that lowers the cost, along a valley or with more and more damping, and returns the decrease that it
-    /// promised; `None` where there is no such step, or no more work may be done.
+    /// Takes a step that reduces the cost, along a valley or with increasing damping, and returns its predicted
+    /// decrease; `None` if there is no such step, or if the work limit is reached.
     ///
     /// # Errors
     /// `Interrupted`.

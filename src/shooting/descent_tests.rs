@@ -1,4 +1,4 @@
-//! The cost as a function of the knots: its derivatives beside differences, and where descents end.
+//! The cost as a function of the knots: derivatives compared with differences, and results of descents.
 
 use super::free_chain::FreeChain;
 use super::layout::{Held, Layout};
@@ -11,7 +11,7 @@ use crate::space::{ComplexSpace, FixedFrames, Frames, Homogeneous, Quotient};
 
 const LEGS: usize = 5;
 
-/// Numbers between -1 and 1.
+/// Pseudorandom numbers between -1 and 1.
 fn numbers(count: usize, seed: u64) -> Vec<f64> {
     let mut state = seed;
     let mut next = || {
@@ -27,7 +27,7 @@ fn room<T: Field, S: Homogeneous>(space: S) -> Vec<T> {
     vec![T::ZERO; FreeChain::<T, S>::len(space, LEGS)]
 }
 
-/// A spline's: legs of other lengths, points that stay, a given acceleration and a given velocity.
+/// The layout of a spline: legs of different lengths, fixed points, a given acceleration and a given velocity.
 fn of_spline(d: usize) -> Layout {
     Layout {
         lengths: vec![1.0, 0.7, 1.3, 1.1, 0.9],
@@ -44,7 +44,7 @@ fn of_spline(d: usize) -> Layout {
     }
 }
 
-/// That of a closed spline.
+/// The layout of a closed spline.
 fn closed() -> Layout {
     let mut held = vec![Held::Nothing; LEGS + 1];
     (held[0], held[2], held[LEGS]) = (Held::Point, Held::Point, Held::Point);
@@ -56,7 +56,7 @@ fn closed() -> Layout {
     }
 }
 
-/// Knots that wander, from the identity on.
+/// A random walk of knots, starting at the identity.
 fn chain<'a, T: Field, S: Homogeneous>(
     space: S,
     layout: Layout,
@@ -83,7 +83,7 @@ fn chain<'a, T: Field, S: Homogeneous>(
     FreeChain::new(space, (frames, velocities), layout, tension, room)
 }
 
-/// Legs that meet their ends to round-off.
+/// Corrects legs until they meet their ends to round-off.
 fn meet<T: Field, S: Homogeneous>(chain: &mut FreeChain<'_, T, S>) {
     for _ in 0..8 {
         chain.evaluate();
@@ -94,7 +94,7 @@ fn meet<T: Field, S: Homogeneous>(chain: &mut FreeChain<'_, T, S>) {
     assert!(chain.defect < 1e-13, "{:e}", chain.defect);
 }
 
-/// Cost and gradient after a move of the knots.
+/// Cost and gradient after moving the knots.
 fn moved<T: Field, S: Homogeneous>(
     chain: &mut FreeChain<'_, T, S>,
     direction: &[f64],
@@ -112,7 +112,7 @@ fn moved<T: Field, S: Homogeneous>(
 }
 
 fn check_derivatives<T: Field, S: Homogeneous>(space: S) {
-    // With legs as stiff as e^1.8, and without tension.
+    // Legs with a stiffness of e^1.8, and without tension.
     for tension in [0.0, 2.0] {
         let layouts = [Layout::between_ends(LEGS), of_spline(space.dim()), closed()];
         for layout in layouts {
@@ -159,7 +159,7 @@ fn check_derivatives_of<T: Field, S: Homogeneous>(space: S, layout: Layout, tens
     let [up, down] = [step, -step].map(|t| moved(&mut chain, &direction, t).1);
     let pairs = up.iter().zip(&down).zip(&direction);
     let difference: f64 = pairs.map(|((a, b), x)| (a - b) * x).sum::<f64>() / (2.0 * step);
-    // The derivative is that of nine terms of the series.
+    // The derivative of nine terms of the series.
     let error = (product - difference).abs();
     assert!(
         error < 1e-2 * product.abs(),
@@ -217,7 +217,7 @@ fn jumps_of_the_third_vector_vanish_where_a_descent_ends() {
 
 #[test]
 fn the_last_lanes_of_a_group_count_once() {
-    // Five legs in a group of eight and in five of one.
+    // Five legs: in one group of eight, and in five groups of one.
     let space = FixedFrames::<3, 2>;
     let (mut wide, mut narrow) = (room::<Lanes, _>(space), room::<f64, _>(space));
     let mut chains = (

@@ -1,4 +1,4 @@
-//! A chain of legs with free knots: the curve of least cost that is left by what of the knots is held.
+//! A chain of legs with free knots: the curve of least cost for given conditions on the knots.
 
 use super::layout::{Held, Layout};
 use super::leg::{Leg, Scratch};
@@ -15,34 +15,34 @@ use crate::space::{Homogeneous, orthonormalise};
 /// Frames and velocities at the knots, and the middles of the legs.
 #[derive(Clone)]
 pub(super) struct State<T> {
-    /// Shape `(r, r)` each, row by row.
+    /// Shape `(r, r)` each, by rows.
     pub(super) frames: Vec<f64>,
     /// Per unit of time.
     pub(super) velocities: Vec<f64>,
     middles: Vec<T>,
 }
 
-/// Legs in a row, in groups of eight.
+/// Consecutive legs, in groups of eight.
 pub(super) struct FreeChain<'a, T: Field, S> {
     pub(super) space: S,
     pub(super) layout: Layout,
     pub(super) state: State<T>,
     pub(super) groups: Vec<Group<'a, T>>,
     buffers: Buffers<T>,
-    /// The largest entry of what is left of the equations of the legs.
+    /// The largest residual of the equations of the legs.
     pub(super) defect: f64,
-    /// `int |x'|^2 + tau |x|^2 dt / 2` of the cubics between the knots, to the second order in the defect.
+    /// `int |x'|^2 + tau |x|^2 dt / 2` of the cubics between the knots, up to second order in the defect.
     pub(super) own_cost: f64,
-    /// With what accelerations at the ends add to it.
+    /// The cost including the contribution of accelerations at the ends.
     pub(super) cost: f64,
     orders: Orders,
 }
 
-/// A leg, or eight of them, with its linear equations.
+/// One leg, or eight of them, with its linear equations.
 pub(super) struct Group<'a, T> {
     pub(super) leg: Leg<'a, T>,
     pub(super) stiffness: Stiffness<T>,
-    /// `x''_0, x'_0, x''_1, x'_1` of the cubics between the knots, with `x'' - tau x` for `x''` in tension.
+    /// `x''_0, x'_0, x''_1, x'_1` of the cubics between the knots; in tension with `x'' - tau x` in place of `x''`.
     forces: Vec<T>,
     cost: T,
 }
@@ -53,16 +53,17 @@ struct Buffers<T: Field> {
     stiffness: StiffnessScratch<T>,
 }
 
-/// How many times the work a fine second derivative is. Without it three of ten problems between opposite points on St(3,1) with
-/// speeds of 1e-4 are lost, and all with 1e-6.
+/// Cost of the more accurate second derivative, as a multiple of the usual one. Without it, three of ten problems
+/// between opposite points on St(3,1) with speeds of 1e-4 are not solved, and none with 1e-6.
 const FINE_WORK: f64 = 3.0;
 
-/// Products of a step for one leg, by times on St(3,1) to St(16,4): so many squares and cubes of the dimension.
+/// Number of products of a step for one leg, as multiples of the square and the cube of the dimension; calibrated by
+/// times on St(3,1) to St(16,4).
 const SQUARES: f64 = 1000.0;
 const CUBES: f64 = 30.0;
 const TRIAL_CUBES: f64 = 10.0;
 
-/// Gauss nodes on `[-1/2, 1/2]` from the middle on, and weights.
+/// Gauss nodes on `[-1/2, 1/2]`, the nonnegative ones, and weights.
 const NODES: [(f64, f64); 5] = [
     (0.074_437_169_490_815_6, 0.147_762_112_357_376_4),
     (0.216_697_697_064_623_6, 0.134_633_359_654_998_2),
@@ -76,7 +77,7 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
         legs.div_ceil(T::COUNT) * Leg::<T>::len(space)
     }
 
-    /// From frames and velocities at the knots, for curves with a tension.
+    /// Built from frames and velocities at the knots, for curves with a tension.
     pub(super) fn new(
         space: S,
         (frames, velocities): (Vec<f64>, Vec<f64>),
@@ -120,7 +121,7 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
         chain
     }
 
-    /// In the time of the legs.
+    /// Sets the tension in the time of the legs.
     fn set_tension(&mut self, tension: f64) {
         for group in 0..self.groups.len() {
             let mut tensions = T::ZERO;
@@ -132,18 +133,18 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
         }
     }
 
-    /// Whether the second derivative is one of more terms, with a round-off of 1e-10 instead of a percent.
+    /// Whether the second derivative uses more terms, with an error of 1e-10 instead of a percent.
     pub(super) fn is_fine(&self) -> bool {
         self.buffers.stiffness.terms == MORE_TERMS
     }
 
-    /// Takes that second derivative from now on, and series of as many terms as the curves need.
+    /// Switches to that second derivative, and to series with as many terms as the curves need.
     pub(super) fn refine(&mut self) {
         self.orders = Orders::last();
         self.buffers.stiffness = StiffnessScratch::new(self.space, MORE_TERMS);
     }
 
-    /// Takes series for a gradient of a tolerance. With all terms evaluating legs takes half as long again.
+    /// Chooses series for a gradient of the given tolerance. With all terms, evaluating legs takes 1.5 times as long.
     pub(super) fn set_tolerance(&mut self, tolerance: f64) {
         self.orders = Orders::after(tolerance);
     }
@@ -152,7 +153,7 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
         (group * T::COUNT + lane).min(self.layout.legs() - 1)
     }
 
-    /// Targets and velocities of the legs, from the state.
+    /// Sets targets and velocities of the legs from the state.
     pub(super) fn set_knots(&mut self) {
         let (d, r) = (self.space.dim(), self.space.size());
         let square = r * r;
@@ -180,7 +181,7 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
         }
     }
 
-    /// The middles of cubics of flat space.
+    /// Sets the middles to those of cubics of flat space.
     fn set_flat_middles(&mut self) {
         let (space, d, r) = (self.space, self.space.dim(), self.space.size());
         for (Group { leg, .. }, middle) in self
@@ -188,7 +189,7 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
             .iter_mut()
             .zip(self.state.middles.chunks_exact_mut(3 * d))
         {
-            // u = target q^T is near to the exponential of the displacement.
+            // u = target q^T is close to the exponential of the displacement.
             let mut work = vec![T::ZERO; 2 * r * r];
             space.isotropy_part_into(leg.target, leg.holonomy);
             if space.isotropy_dim() > 0 {
@@ -197,7 +198,7 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
             let u = &mut work[..r * r];
             multiply_transposed(r, leg.target, leg.holonomy, u);
             let mut arriving = vec![T::ZERO; d];
-            // Here q takes coordinates at the start to those at the end, backwards.
+            // Here q maps coordinates at the start to coordinates at the end, backwards.
             space.turn_into(leg.holonomy, leg.last_velocity, &mut arriving);
             space.each_entry(|p, i, j| {
                 let delta = space.skew_coordinate(u, [i, j]);
@@ -257,7 +258,7 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
         first.chain(second).collect()
     }
 
-    /// Products of the linear equations.
+    /// Number of products for setting up the linear equations.
     pub(super) fn products_of_equations(&self) -> f64 {
         match self.is_fine() {
             true => FINE_WORK * products_of_step(self.space, self.layout.legs()),
@@ -265,7 +266,7 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
         }
     }
 
-    /// Products of a step that is tried.
+    /// Number of products for trying a step.
     pub(super) fn products_of_trial(&self) -> f64 {
         let d = self.space.dim() as f64;
         self.layout.legs() as f64 * (0.5 * SQUARES * d.powi(2) + TRIAL_CUBES * d.powi(3))
@@ -280,13 +281,13 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
         })
     }
 
-    /// A step that solves the equations of the legs, with the knots where they are, by the linear equations that are there.
+    /// Takes a step that solves the equations of the legs for fixed knots, with the existing linear equations.
     pub(super) fn correct(&mut self) {
         let z = vec![0.0; self.layout.count() * 2 * self.space.dim()];
         self.step_middles(&z);
     }
 
-    /// Sets the linear equations of the legs, and the forces.
+    /// Sets up the linear equations of the legs, and the forces.
     pub(super) fn linearise(&mut self) {
         let space = self.space;
         each(
@@ -300,7 +301,7 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
         );
     }
 
-    /// Sets the forces, by the linear equations that are there.
+    /// Computes the forces from the existing linear equations.
     pub(super) fn set_forces(&mut self) {
         let space = self.space;
         each(
@@ -319,7 +320,7 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
         );
     }
 
-    /// The derivative of the cost by `(p, v)` of the knots that may move.
+    /// The derivative of the cost with respect to `(p, v)` of the movable knots.
     pub(super) fn gradient(&self) -> Vec<f64> {
         let d = self.space.dim();
         let mut gradient = vec![0.0; self.layout.count() * 2 * d];
@@ -342,7 +343,7 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
         gradient
     }
 
-    /// Moves the knots by `(p, v)`, and the middles with them.
+    /// Moves the knots by `(p, v)`, and the middles accordingly.
     pub(super) fn follow(&mut self, step: &[f64]) {
         let (d, r) = (self.space.dim(), self.space.size());
         let square = r * r;
@@ -398,7 +399,7 @@ impl<'a, T: Field, S: Homogeneous> FreeChain<'a, T, S> {
     }
 }
 
-/// Products of the linear equations of a step for so many legs.
+/// Number of products for the linear equations of a step with the given number of legs.
 pub(crate) fn products_of_step(space: impl Homogeneous, legs: usize) -> f64 {
     let d = space.dim() as f64;
     legs as f64 * (SQUARES * d.powi(2) + CUBES * d.powi(3))
@@ -449,8 +450,8 @@ fn half_square<T: Field>(d: usize, x: &[T], derivative: usize) -> T {
     sum
 }
 
-/// Terms of the exponential series at most: steps are at most a radian long; and the entry of a term below which the rest is
-/// left out.
+/// Maximal number of terms of the exponential series, since steps are at most one radian long; and the size of a term
+/// at which it is truncated.
 const EXPONENTIAL_TERMS: usize = 24;
 const SMALLEST: f64 = 1e-17;
 

@@ -1,33 +1,33 @@
-//! The times between the knots of a chain, and what of the knots may move.
+//! The durations of the legs of a chain, and the conditions on its knots.
 
 use crate::linalg::field::larger;
 use crate::solve::block_cholesky::SymmetricBlocks;
 
-/// What of a knot stays.
+/// The fixed part of a knot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Held {
-    /// Point and velocity.
+    /// Point and velocity are fixed.
     All,
-    /// The point.
+    /// The point is fixed.
     Point,
     Nothing,
 }
 
-/// Legs in a row. The knots that may move are unknowns, each a block `(p, v)` of a displacement and a velocity.
+/// A chain of legs. The movable knots are unknowns, each a block `(p, v)` of a displacement and a velocity.
 #[derive(Debug, Clone)]
 pub(crate) struct Layout {
-    /// Times that the legs take.
+    /// Durations of the legs.
     pub(crate) lengths: Vec<f64>,
-    /// Of each knot; all only of the first and the last one.
+    /// The fixed part of each knot; `All` is only allowed at the first and the last one.
     pub(crate) held: Vec<Held>,
-    /// Whether the last knot is the first one, whose point stays.
+    /// Whether the last knot is the first one, whose point is then fixed.
     pub(crate) is_closed: bool,
-    /// Covariant accelerations at the first and the last knot, where the velocity there is free; zero where there are none.
+    /// Covariant accelerations at the first and the last knot if the velocity there is free; zero if none are given.
     pub(crate) accelerations: [Vec<f64>; 2],
 }
 
 impl Layout {
-    /// Legs that take one unit of time each, with knots that are free but for the ends.
+    /// Legs of unit duration, whose inner knots are free.
     pub(crate) fn between_ends(legs: usize) -> Self {
         let mut held = vec![Held::Nothing; legs + 1];
         (held[0], held[legs]) = (Held::All, Held::All);
@@ -43,12 +43,12 @@ impl Layout {
         self.lengths.len()
     }
 
-    /// The first knot that may move.
+    /// The first movable knot.
     fn first(&self) -> usize {
         usize::from(self.held[0] == Held::All)
     }
 
-    /// How many knots may move.
+    /// Number of movable knots.
     pub(super) fn count(&self) -> usize {
         match self.is_closed {
             true => self.legs(),
@@ -58,7 +58,7 @@ impl Layout {
         }
     }
 
-    /// The block of a knot; `None` if it stays.
+    /// The block of a knot; `None` if the knot is fixed.
     pub(super) fn block(&self, knot: usize) -> Option<usize> {
         let knot = match self.is_closed && knot == self.legs() {
             true => 0,
@@ -73,7 +73,7 @@ impl Layout {
         self.first() + block
     }
 
-    /// The shorter and the longer one of the legs at a knot.
+    /// The shorter and the longer leg at a knot.
     fn around(&self, knot: usize) -> [f64; 2] {
         let before = match (knot, self.is_closed) {
             (0, true) => self.lengths.last(),
@@ -88,12 +88,12 @@ impl Layout {
         ]
     }
 
-    /// The largest entry of a gradient, in the time of the shorter leg at each knot, and another size.
+    /// The larger of `other` and the largest entry of a gradient, in the time of the shorter leg at each knot.
     pub(super) fn largest_gradient(&self, gradient: &[f64], other: f64) -> f64 {
         self.largest(gradient, other, |[h, _]| [h.powi(3), h.powi(2)])
     }
 
-    /// The largest displacement, or change of a velocity in the time of the longer leg at its knot, of a step.
+    /// The largest displacement of a step, or change of a velocity in the time of the longer leg at its knot.
     pub(super) fn largest_change(&self, step: &[f64]) -> f64 {
         self.largest(step, 0.0, |[_, h]| [1.0, h])
     }
@@ -112,14 +112,14 @@ impl Layout {
         size
     }
 
-    /// What the accelerations at the ends add to the cost: `<a_0, v_0> - <a_1, v_1>`.
+    /// The contribution of the accelerations at the ends to the cost: `<a_0, v_0> - <a_1, v_1>`.
     pub(super) fn pull(&self, velocities: &[f64]) -> f64 {
         let [first, last] = &self.accelerations;
         let dot = |a: &[f64], v: &[f64]| -> f64 { a.iter().zip(v).map(|(a, v)| a * v).sum() };
         dot(first, velocities) - dot(last, &velocities[velocities.len() - last.len()..])
     }
 
-    /// Adds that to the gradient, which vanishes by the displacements of points that stay.
+    /// Adds its derivative to the gradient, and zeroes the entries for displacements of fixed points.
     pub(super) fn constrain_gradient(&self, gradient: &mut [f64]) {
         let d = gradient.len() / (2 * self.count());
         let [first, last] = &self.accelerations;
@@ -137,7 +137,7 @@ impl Layout {
         }
     }
 
-    /// Rows and columns of displacements that are none become those of the identity.
+    /// Replaces rows and columns of displacements of fixed points by those of the identity.
     pub(super) fn constrain(&self, blocks: &mut SymmetricBlocks) {
         for block in 0..self.count() {
             if self.held[self.knot(block)] == Held::Point {

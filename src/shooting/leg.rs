@@ -1,50 +1,50 @@
-//! A leg of a chain: its middle, and what is left of its equations.
+//! A leg of a chain: its middle, and the residuals of its equations.
 
 use super::room::Room;
 use super::series::Series;
 use crate::linalg::field::{Field, larger, largest, transposed_multiply};
 use crate::space::{Homogeneous, orthonormalise};
 
-/// A leg, or eight of them, in the time in which it takes one.
+/// One leg, or eight of them, in the time in which it takes one unit.
 ///
-/// Frames are relative to that of the knot where the leg starts, matrices row by row; vectors are
-/// coordinates in the frame of the knot at that end, but for those that say otherwise.
+/// Frames are relative to the frame of the knot where the leg starts, matrices by rows; vectors are coordinates in the
+/// frame of the knot at the respective end, unless stated otherwise.
 pub(super) struct Leg<'a, T> {
     /// The next knot's frame.
     pub(super) target: &'a mut [T],
-    /// `x, x', x''` in the middle.
+    /// `x, x', x''` at the middle.
     pub(super) middle: [&'a mut [T]; 3],
-    /// What `x` shall be at both ends.
+    /// Required values of `x` at both ends.
     pub(super) velocity: &'a mut [T],
     pub(super) last_velocity: &'a mut [T],
-    /// Of the curve; none of a cubic.
+    /// Tension of the curve; `None` for a cubic.
     pub(super) tension: Option<T>,
     pub(super) residual: Residual<'a, T>,
-    /// Of its series, and the terms that have shown to be needed beyond what its speed says.
+    /// Order of its series, and the number of terms that it needs beyond those predicted by its speed.
     pub(super) order: usize,
     pub(super) more: usize,
-    /// `x'` and `x''` at both ends, and `x, x', x''` at the last one in the frame that has been reached.
+    /// `x'` and `x''` at both ends, and `x, x', x''` at the last end in the frame reached there.
     pub(super) accelerations: [&'a mut [T]; 2],
     pub(super) thirds: [&'a mut [T]; 2],
     pub(super) reached: [&'a mut [T]; 3],
-    /// The isometry between the frame that was reached and that of the next knot.
+    /// The isometry between the frame reached and the frame of the next knot.
     pub(super) holonomy: &'a mut [T],
 }
 
-/// What is left of the equations of a leg.
+/// The residuals of a leg's equations.
 pub(super) struct Residual<'a, T> {
-    /// How much `x` is too large at both ends.
+    /// Excess of `x` over its required value at both ends.
     pub(super) velocities: [&'a mut [T]; 2],
-    /// How far the end is from the next knot.
+    /// Displacement of the end from the next knot.
     pub(super) point: &'a mut [T],
     /// The largest entry.
     pub(super) size: f64,
-    /// What the last terms of the series contribute, each lane by itself.
+    /// Contribution of the last terms of the series, for each lane.
     pub(super) tail: T,
 }
 
 impl<T: Field> Residual<'_, T> {
-    /// Root of the squares of all entries of a lane.
+    /// Square root of the sum of squares of all entries of a lane.
     #[inline(always)]
     pub(super) fn norm(&self, lane: usize) -> f64 {
         let [first, last] = &self.velocities;
@@ -54,7 +54,7 @@ impl<T: Field> Residual<'_, T> {
     }
 }
 
-/// Buffers that legs share.
+/// Buffers shared by all legs.
 #[derive(Clone)]
 pub(super) struct Scratch<T> {
     pub(super) series: Series<T>,
@@ -79,7 +79,7 @@ impl<T: Field> Scratch<T> {
 }
 
 impl<'a, T: Field> Leg<'a, T> {
-    /// How many numbers it has.
+    /// Number of floating-point numbers of a leg.
     pub(super) fn len(space: impl Homogeneous) -> usize {
         15 * space.dim() + 2 * space.size() * space.size()
     }
@@ -107,12 +107,12 @@ impl<'a, T: Field> Leg<'a, T> {
         }
     }
 
-    /// `x, x', x''` in the middle.
+    /// `x, x', x''` at the middle.
     pub(super) fn middle(&self) -> [&[T]; 3] {
         self.middle.each_ref().map(|x| &**x)
     }
 
-    /// What is left of the equations, by series of its order, which are left in the buffers.
+    /// Computes the residuals from series of its order, which stay in the buffers.
     #[inline(always)]
     pub(super) fn set_residual(&mut self, space: impl Homogeneous, scratch: &mut Scratch<T>) {
         let order = self.order;
@@ -127,7 +127,7 @@ impl<'a, T: Field> Leg<'a, T> {
         } = scratch;
         series.set_curve(space, self.middle(), self.tension, order);
         series.reached_into(space, order, reached);
-        // With u = target^T g at the end, and its part q in H, the end is off by the logarithm of q^T u.
+        // With u = target^T g at the end, and its part q in H, the displacement of the end is the logarithm of q^T u.
         transposed_multiply(r, self.target, reached, u);
         space.isotropy_part_into(u, self.holonomy);
         if space.isotropy_dim() > 0 {
@@ -163,14 +163,14 @@ impl<'a, T: Field> Leg<'a, T> {
         *size = larger(larger(largest(first), largest(last)), largest(point));
     }
 
-    /// What the last terms of the series contribute, the most of any lane.
+    /// The largest contribution of the last terms of the series, over all lanes.
     #[inline(always)]
     pub(super) fn largest_tail(&self) -> f64 {
         largest(&[self.residual.tail])
     }
 
-    /// A bound of the velocity up to the second order: `|x| + |x'| / 2 + |x''| / 8` in the middle; or the rate by which a tension
-    /// lets velocities grow.
+    /// A bound on the velocity up to second order, `|x| + |x'| / 2 + |x''| / 8` at the middle, or the rate at which
+    /// tension lets velocities grow, if that is larger.
     #[inline(always)]
     pub(super) fn speed(&self) -> f64 {
         let mut squares = [T::ZERO; 3];

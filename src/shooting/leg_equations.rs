@@ -5,8 +5,9 @@ use super::variation::Variation;
 use crate::linalg::field::Field;
 use crate::space::Homogeneous;
 
-/// Sets the matrix of the equations by `terms` terms of the series of a leg, shape `(3 d, 3 d)`, not factored; the changes at
-/// both ends by the middle are left in `variation`, with the turning of the frame that is reached counted for `x` and `x'`.
+/// Sets the matrix of the equations from `terms` terms of the series of a leg, shape `(3 d, 3 d)`, not factored. The
+/// changes at both ends caused by the middle stay in `variation`; those of `x` and `x'` include the rotation of the
+/// frame reached.
 #[inline(always)]
 pub(super) fn set_equations<const N: usize, T: Field>(
     space: impl Homogeneous,
@@ -39,7 +40,7 @@ pub(super) fn set_equations<const N: usize, T: Field>(
     }
 }
 
-/// What is left of the equations of a leg, in the combinations of [`combined`].
+/// The residuals of a leg's equations, in the combinations of [`combined`].
 #[inline(always)]
 pub(super) fn residual_into<T: Field>(leg: &Leg<'_, T>, out: &mut [T]) {
     let d = out.len() / 3;
@@ -52,14 +53,14 @@ pub(super) fn residual_into<T: Field>(leg: &Leg<'_, T>, out: &mut [T]) {
     }
 }
 
-/// Point and velocities at the ends in combinations that are near to `x, x', x''` in the middle: where nothing turns, the first
-/// is `x + x'' / 24`, and the others are `x'` and `x''`.
+/// Point and velocities at the ends, in combinations that are close to `x, x', x''` at the middle: without rotation,
+/// the first is `x + x'' / 24`, and the others are `x'` and `x''`.
 #[inline(always)]
 pub(super) fn combined<T: Field>(point: T, [first, last]: [T; 2]) -> [T; 3] {
     [point, last - first, (first + last - point * 2.0) * 6.0]
 }
 
-/// The derivative by point and velocities from that by their combinations.
+/// Converts a derivative with respect to the combinations to one with respect to point and velocities.
 #[inline(always)]
 pub(super) fn uncombined<T: Field>([point, difference, sum]: [T; 3]) -> [T; 3] {
     let both = sum * 6.0;

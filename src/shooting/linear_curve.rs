@@ -1,4 +1,4 @@
-//! A cubic on `[0, 1]` linearised from its start on, leg by leg: the maps of legs, one after the other.
+//! A cubic on `[0, 1]`, linearised leg by leg from its start, with the composed maps of the legs.
 
 use faer::{Mat, MatRef};
 
@@ -10,49 +10,49 @@ use crate::linalg::lanes::{LANES, Lanes};
 use crate::report::{SolverReport, StopReason};
 use crate::space::{Homogeneous, Shape, in_space};
 
-/// Numbers that the legs may have together, asked after each leg: 0.4 gigabytes.
+/// Maximal number of floating-point numbers of all legs, checked after each leg: 0.4 gigabytes.
 const LARGEST: usize = 50_000_000;
 
-/// Variations `(p, w, a, b)` of a cubic, as functions of those at its start.
+/// Variations `(p, w, a, b)` of a cubic, as linear functions of those at its start.
 ///
-/// Frames are relative to that at the start, row by row.
+/// Frames are relative to the one at the start, by rows.
 #[derive(Debug)]
 pub(crate) struct LinearCurve {
     shape: Shape,
-    /// None where points cannot move.
+    /// Empty if points cannot move.
     legs: Vec<Placed>,
-    /// By those at the start, at the end.
+    /// The map from the start to the end.
     pub(crate) flow: Mat<f64>,
-    /// At the end.
+    /// The frame at the end.
     pub(crate) frame: Vec<f64>,
 }
 
-/// Fewer legs than this are linearised one by one, and those of a larger dimension: their buffers are eight times as large. Eight
-/// abreast, with frames as quaternions, the derivative of a spline of 200 rotations took 38 ms in place of 61 in the profile of tests;
-/// these limits themselves are not measured.
+/// Fewer legs than this, and legs in larger dimensions, are linearised one by one, since their buffers would be eight
+/// times as large. Eight at once, with frames as quaternions, reduced the derivative of a spline of 200 rotations from
+/// 61 ms to 38 ms in the test profile; the limits themselves are not measured.
 const FEW: usize = 3;
 const LARGE: usize = 30;
 
-/// What an error is about.
+/// Solver named in errors.
 const SOLVER: &str = "linearised cubic";
 
-/// A leg with its place on the curve.
+/// A leg and its position on the curve.
 #[derive(Debug)]
 struct Placed {
     leg: LinearLeg<f64>,
     start: f64,
     length: f64,
-    /// The frame in the middle.
+    /// The frame at the middle.
     frame: Vec<f64>,
-    /// `(p, w, a, b)` in the middle, in the time of the leg, by those at the start of the curve.
+    /// The map from `(p, w, a, b)` at the start of the curve to those at the middle, in the time of the leg.
     middle: Mat<f64>,
 }
 
 impl LinearCurve {
-    /// From coordinates of `x, x', x''` at the start.
+    /// Built from coordinates of `x, x', x''` at the start.
     ///
     /// # Errors
-    /// `TooManySteps` where the legs would take too much memory; `Interrupted`.
+    /// `TooManySteps` if the legs would take too much memory; `Interrupted`.
     pub(crate) fn new(
         shape: Shape,
         start: [Vec<f64>; 3],
@@ -62,7 +62,7 @@ impl LinearCurve {
         in_space!(shape, |space| walk(space, shape, start, tension, interrupt))
     }
 
-    /// Several, eight abreast where one leg each is enough.
+    /// Several curves, eight at once if a single leg is enough for each.
     ///
     /// # Errors
     /// As [`LinearCurve::new`].
@@ -94,7 +94,7 @@ impl LinearCurve {
         })
     }
 
-    /// Without legs.
+    /// A curve without legs.
     fn at_start(space: impl Homogeneous, shape: Shape) -> Self {
         let (wide, r) = (4 * space.dim(), space.size());
         LinearCurve {
@@ -107,7 +107,7 @@ impl LinearCurve {
         }
     }
 
-    /// The displacement at a time and the frame there, for `(p, w, a, b)` at the start.
+    /// The displacement and the frame at a time, for `(p, w, a, b)` at the start.
     pub(crate) fn displacement(&self, t: f64, start: &[f64]) -> (Vec<f64>, Vec<f64>) {
         if self.legs.is_empty() {
             return (Vec::new(), self.frame.clone());
@@ -130,8 +130,8 @@ impl LinearCurve {
         in_space!(self.shape, |space| placed.frame_at(space, s))
     }
 
-    /// The gradient by `(p, w, a, b)` at the start of the sum of products of cotangents, in increasing order of the times after the
-    /// start, with displacements there; in coordinates of the frames that are reached.
+    /// The gradient with respect to `(p, w, a, b)` at the start of the sum of products of cotangents, sorted by time
+    /// after the start, with displacements; in coordinates of the frames at those times.
     pub(crate) fn pull_back(&self, loads: &[(f64, Vec<f64>)]) -> Vec<f64> {
         let mut gradient = vec![0.0; self.flow.nrows()];
         if self.legs.is_empty() {
@@ -155,7 +155,7 @@ impl LinearCurve {
         self.legs.partition_point(after).saturating_sub(1)
     }
 
-    /// The leg at a time, and the time on it.
+    /// The leg at a time, and the time within it.
     fn at(&self, t: f64) -> (&Placed, f64) {
         let placed = &self.legs[self.leg_at(t)];
         (placed, (t - placed.start) / placed.length - 0.5)
@@ -178,7 +178,7 @@ fn walk(
     let d = space.dim();
     let mut curve = LinearCurve::at_start(space, shape);
     if d == 0 {
-        // Points that cannot move: no legs.
+        // Points cannot move: no legs.
         return Ok(curve);
     }
     let (mut start, mut length, mut numbers) = (0.0, 1.0, 0);
@@ -205,7 +205,7 @@ fn walk(
         if numbers > LARGEST && left != 0.0 {
             return Err(too_many(curve.legs.len(), left, length));
         }
-        // As many legs as these would be, all of one length.
+        // The same number of legs, but of equal length.
         length = left / (left / length).ceil().max(1.0);
     }
     Ok(curve)
@@ -220,7 +220,7 @@ impl LinearCurve {
         for (column, unit) in middle.col_iter_mut().zip(units(1)) {
             column.iter_mut().for_each(|x| *x *= unit);
         }
-        // Their products are kept.
+        // Only their products are needed.
         (leg.from_first, leg.to_last) = (Vec::new(), Vec::new());
         if !self.legs.is_empty() {
             middle = middle * &self.flow;
@@ -244,8 +244,8 @@ impl LinearCurve {
     }
 }
 
-/// Legs that take one unit of time, the last start for lanes without one; `None` where some are too long for one series, or where
-/// they are few or large.
+/// Legs of unit duration, where the last start fills unused lanes; `None` if some legs are too long for one series, or
+/// if there are few of them or they are large.
 fn legs_abreast(
     space: impl Homogeneous,
     starts: &[State<f64>],
@@ -265,7 +265,7 @@ fn legs_abreast(
     LinearLeg::from_start(space, &state, has_tension.then_some(tension))
 }
 
-/// The error after some legs with some time left, when the next leg has a length.
+/// The error after `legs` legs with `left` time remaining, if the next leg has the given length.
 fn too_many(legs: usize, left: f64, length: f64) -> Error {
     let report = SolverReport {
         converged: false,
@@ -282,7 +282,7 @@ fn too_many(legs: usize, left: f64, length: f64) -> Error {
     }
 }
 
-/// `x, x', x''` by another unit of time.
+/// `x, x', x''` in another unit of time.
 fn scaled(state: &State<f64>, unit: f64) -> State<f64> {
     std::array::from_fn(|i| {
         let factor = unit.powi(i as i32 + 1);

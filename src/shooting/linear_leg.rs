@@ -1,28 +1,29 @@
 //! A leg of a curve, linearised about its middle.
 //!
-//! A variation is told by four vectors of `m`: the displacement `p` of the point, `(g^{-1} dg)_m`, and the changes `w, a, b` of
-//! `x, x', x''` beside the rotation of everything that displaces the point,
+//! A variation is described by four vectors of `m`: the displacement `p` of the point, `(g^{-1} dg)_m`, and the changes
+//! `w, a, b` of `x, x', x''` relative to the rotation of the whole space that displaces the point,
 //!
 //! ```math
 //! p = (g^{-1}\,\delta g)_m,\qquad w = \delta x + [(g^{-1}\,\delta g)_h, x],\qquad a, b\ \text{alike from}\ x', x''
 //! ```
 //!
-//! In the middle they are the displacement `u` and the changes of the three given coefficients. With the change `dx` of the series
-//! the frame turns in itself by
+//! At the middle they are the displacement `u` and the changes of the three given coefficients. With the change `dx` of
+//! the series the frame rotates by
 //!
 //! ```math
 //! g^{-1}\,\delta g\,(s) = \mathrm{Ad}_{g(s)^{-1}} \Bigl(u + \int_0^s \mathrm{Ad}_g\,\delta x\Bigr)
 //! ```
 //!
-//! where the integral is that of the polynomial through values at Gauss nodes. A map between two times leaves the form
+//! where the integral is that of the interpolation polynomial at Gauss nodes. A map between two times preserves the
+//! form
 //!
 //! ```math
 //! \omega(1, 2) = \langle a_1, w_2\rangle - \langle w_1, a_2\rangle - \langle b_1, p_2\rangle + \langle p_1, b_2\rangle
 //!     + \langle x'', [p_1, p_2]_m\rangle - \langle [x, x']_h, [p_1, p_2]_h\rangle
 //! ```
 //!
-//! as it is, which gives its inverse without a solution: `M^{-1} = omega^{-1} M^T omega`. In tension `b - tau w` and `x'' - tau x`
-//! take the place of `b` and `x''`.
+//! so its inverse needs no linear solve: `M^{-1} = omega^{-1} M^T omega`. In tension `b - tau w` and `x'' - tau x` take
+//! the place of `b` and `x''`.
 //!
 //! # Source
 //! Conservation of the symplectic form by Hamiltonian flows: Arnold (1989), "Mathematical Methods of Classical Mechanics", 2nd
@@ -41,21 +42,22 @@ use crate::linalg::field::{
 use crate::linalg::simd::vectorised;
 use crate::space::Homogeneous;
 
-/// Terms of the derivative of a series beyond its own.
+/// Number of additional terms of the derivative of a series.
 const MORE: usize = 2;
 
 /// `x, x', x''` at a time.
 pub(super) type State<T> = [Vec<T>; 3];
 
-/// A leg, or eight of them, run through for `s` in `[-1/2, 1/2]`. Matrices row by row.
+/// One leg, or eight of them, parametrised by `s` in `[-1/2, 1/2]`. Matrices by rows.
 #[derive(Debug)]
 pub(super) struct LinearLeg<T> {
-    /// Coefficients of the frame relative to that in the middle, quaternions in three dimensions.
+    /// Coefficients of the frame relative to the one at the middle; quaternions in three dimensions.
     frames: Vec<T>,
     integral: Arc<Antiderivative>,
-    /// `Ad_g dx` at the nodes by the changes in the middle, shape `(d + h, 3 d)` each.
+    /// `Ad_g dx` at the nodes as functions of the changes at the middle, shape `(d + h, 3 d)` each.
     rates: Vec<T>,
-    /// `(p, w, a, b)` in the middle by those at the first end, and at the last end by those in the middle, shape `(4 d, 4 d)`.
+    /// The maps of `(p, w, a, b)` from the first end to the middle, and from the middle to the last end, shape `(4 d, 4
+    /// d)`.
     pub(super) from_first: Vec<T>,
     pub(super) to_last: Vec<T>,
     /// `x, x', x''` at the last end.
@@ -63,7 +65,8 @@ pub(super) struct LinearLeg<T> {
 }
 
 impl<T: Field> LinearLeg<T> {
-    /// Of the curve with `x, x', x''` at the first end, in the time in which the leg takes one; `None` where a shorter one is needed.
+    /// The leg with `x, x', x''` at the first end, in the time in which it takes one unit; `None` if a shorter one is
+    /// needed.
     pub(super) fn from_start(
         space: impl Homogeneous,
         first: &State<T>,
@@ -71,7 +74,7 @@ impl<T: Field> LinearLeg<T> {
     ) -> Option<Self> {
         let d = space.dim();
         let mut series = Series::new(space, MOST);
-        // To the middle by the series about the first end.
+        // To the middle, by the series about the first end.
         let order = resolve(space, first, tension, &mut series)?;
         let mut middle: State<T> = std::array::from_fn(|_| vec![T::ZERO; d]);
         let mut before = vec![T::ZERO; d];
@@ -83,7 +86,7 @@ impl<T: Field> LinearLeg<T> {
         Some(Self::about(space, series, &middle, tension, order))
     }
 
-    /// By so many terms.
+    /// The leg about its middle, with the given number of terms.
     fn about(
         space: impl Homogeneous,
         mut series: Series<T>,
@@ -134,7 +137,7 @@ impl<T: Field> LinearLeg<T> {
         leg
     }
 
-    /// One of eight.
+    /// One leg of eight.
     pub(super) fn lane(&self, lane: usize) -> LinearLeg<f64> {
         let of = |x: &[T]| x.iter().map(|x| x.lane(lane)).collect::<Vec<f64>>();
         LinearLeg {
@@ -147,7 +150,7 @@ impl<T: Field> LinearLeg<T> {
         }
     }
 
-    /// `g^{-1} dg` at a time by `(p, w, a, b)` in the middle, shape `(d + h, 4 d)`.
+    /// `g^{-1} dg` at a time as a function of `(p, w, a, b)` at the middle, shape `(d + h, 4 d)`.
     #[inline(always)]
     fn eta_into(&self, space: impl Homogeneous, s: f64, out: &mut [T]) {
         let (d, h) = (space.dim(), space.isotropy_dim());
@@ -178,7 +181,7 @@ impl<T: Field> LinearLeg<T> {
         }
     }
 
-    /// The frame at a time relative to that in the middle.
+    /// The frame at a time relative to the one at the middle.
     #[inline(always)]
     pub(super) fn frame_at(&self, space: impl Homogeneous, s: f64) -> Vec<T> {
         let mut frame = vec![T::ZERO; space.size().pow(2)];
@@ -188,7 +191,7 @@ impl<T: Field> LinearLeg<T> {
 }
 
 impl LinearLeg<f64> {
-    /// The displacement at a time, for `(p, w, a, b)` in the middle.
+    /// The displacement at a time, for `(p, w, a, b)` at the middle.
     pub(super) fn displacement(&self, space: impl Homogeneous, s: f64, middle: &[f64]) -> Vec<f64> {
         let (d, h) = (space.dim(), space.isotropy_dim());
         let (u, changes) = middle.split_at(d);
@@ -213,8 +216,8 @@ impl LinearLeg<f64> {
         sum
     }
 
-    /// The gradient by `(p, w, a, b)` in the middle of the sum of products of cotangents, coordinates in the frames at their times,
-    /// with the displacements there.
+    /// The gradient with respect to `(p, w, a, b)` at the middle of the sum of products of cotangents, in coordinates
+    /// of the frames at their times, with the displacements there.
     pub(super) fn pull_back(
         &self,
         space: impl Homogeneous,
@@ -245,13 +248,14 @@ impl LinearLeg<f64> {
         gradient
     }
 
-    /// How many numbers it is made of.
+    /// Number of floating-point numbers of the leg.
     pub(super) fn len(&self) -> usize {
         self.frames.len() + self.rates.len()
     }
 }
 
-/// Sets the series of a curve about a time, with as many terms as it needs at both ends of a leg; `None` where those are too many.
+/// Sets the series of a curve about a time, with as many terms as it needs at both ends of a leg; `None` if these are
+/// too many.
 fn resolve<T: Field>(
     space: impl Homogeneous,
     state: &State<T>,
@@ -278,7 +282,7 @@ fn resolve<T: Field>(
     }
 }
 
-/// As that of a leg.
+/// A bound on the velocity, as for a leg.
 fn speed<T: Field>(state: &State<T>, tension: Option<T>) -> f64 {
     let bound = |lane: usize| {
         let [v, a, b] = state.each_ref().map(|x| {
@@ -317,7 +321,7 @@ fn rates<T: Field>(
     rates
 }
 
-/// `(p, w, a, b)` at an end by those in the middle: from `g^{-1} dg` there, the state and its changes.
+/// The map of `(p, w, a, b)` from the middle to an end, from `g^{-1} dg` there, the state and its changes.
 #[inline(always)]
 fn by_middle<T: Field>(
     space: impl Homogeneous,
@@ -340,7 +344,7 @@ fn by_middle<T: Field>(
     map
 }
 
-/// The inverse of the map from the middle to an end, with the states at both.
+/// The inverse of the map from the middle to an end, given the states at both.
 #[inline(always)]
 fn inverse<T: Field>(
     space: impl Homogeneous,
@@ -368,7 +372,7 @@ fn inverse<T: Field>(
         [2, j] => -entry(i, [1, j]),
         [_, j] => entry(i, [0, j]),
     };
-    // The inverse of the form in the middle.
+    // The inverse of the form at the middle.
     let mut out = vec![T::ZERO; wide * wide];
     for i in 0..d {
         for j in 0..wide {
@@ -385,7 +389,7 @@ fn inverse<T: Field>(
     out
 }
 
-/// The part of `omega` of two displacements: by a displacement `p`, `[p, x'' - tau x]_m - [p, [x, x']_h]`.
+/// The part of `omega` for two displacements: for a displacement `p`, `[p, x'' - tau x]_m - [p, [x, x']_h]`.
 #[inline(always)]
 fn displacement_form<T: Field>(space: impl Homogeneous, [x, a, b]: &State<T>, tau: T) -> Vec<T> {
     let (d, h, square) = (space.dim(), space.isotropy_dim(), space.size().pow(2));
@@ -416,14 +420,14 @@ fn displacement_form<T: Field>(space: impl Homogeneous, [x, a, b]: &State<T>, ta
     form
 }
 
-/// Which of `Ad_g` and its inverse.
+/// Selects `Ad_g` or its inverse.
 #[derive(Clone, Copy)]
 enum Way {
     Forth,
     Back,
 }
 
-/// `v <- Ad_g v` or `Ad_g^{-1} v`, coordinates of `m` before those of `h`; `work` has room for three matrices.
+/// `v <- Ad_g v` or `Ad_g^{-1} v`, with coordinates of `m` before those of `h`; `work` holds three matrices.
 #[inline(always)]
 fn conjugate<T: Field>(space: impl Homogeneous, g: &[T], way: Way, v: &mut [T], work: &mut [T]) {
     let (d, r) = (space.dim(), space.size());

@@ -1,4 +1,4 @@
-//! Boundary value problems whose solution is a single leg: one, or eight abreast.
+//! Boundary value problems whose solution is a single leg, solved one at a time or eight at once.
 
 use std::f64::consts::SQRT_2;
 
@@ -13,48 +13,49 @@ use crate::linalg::simd::vectorised;
 use crate::solve::broyden::Updates;
 use crate::space::{Homogeneous, Shape, in_space};
 
-/// Lanes with more left than this are given up.
+/// Lanes with a larger residual are given up.
 const HOPELESS: f64 = 10.0;
 
-/// With less left than this the linear equations of the step before are kept, and corrected by Broyden's updates. With 0.03 19 of 189
-/// moderate problems on St(6,3) are lost instead of 2, and none is found sooner.
+/// Residual below which the linear equations of the previous step are kept, and corrected by Broyden's updates. With
+/// 0.03, 19 instead of 2 of 189 moderate problems on St(6,3) are not solved, and no solution is found faster.
 const KEEP: f64 = 1e-2;
 
-/// Terms of the series of the linear equations. With twelve, problems on St(10,3) take 1.3 times as long, and no fewer steps.
+/// Number of terms of the series of the linear equations. With twelve, problems on St(10,3) take 1.3 times as long,
+/// with the same number of steps.
 const TERMS: usize = 8;
 
-/// Steps that Broyden's method keeps.
+/// Number of steps that Broyden's method stores.
 const MOST_UPDATES: usize = 8;
 
-/// End data, relative to the frame at the start: the frame at the end, shape `(r, r)` row by row, and the velocities in the
-/// frames at both ends; and where to start, `x, x', x''` in the middle.
+/// End data relative to the frame at the start: the frame at the end, shape `(r, r)` by rows, and the velocities in the
+/// frames at both ends; and the initial guess, `x, x', x''` at the middle.
 pub(crate) struct EndData {
     pub(crate) target: Vec<f64>,
     pub(crate) velocities: [Vec<f64>; 2],
     pub(crate) middle: [Vec<f64>; 3],
 }
 
-/// A cubic on `[0, 1]` that meets its data to the tolerance.
+/// A cubic on `[0, 1]` that satisfies its end data to the tolerance.
 pub(crate) struct LoneLeg {
     /// `x'` and `x''` at the start.
     pub(crate) start: Vec<f64>,
     /// `int |x'|^2`.
     pub(crate) cost: f64,
-    /// A bound of what is left of the end data, in the Frobenius norm.
+    /// A bound on the residual of the end data, in the Frobenius norm.
     pub(crate) residual: f64,
-    /// Steps of Newton's method that were taken.
+    /// Number of Newton steps.
     pub(crate) steps: usize,
 }
 
-/// Solves up to eight problems to a tolerance in so many steps at most.
+/// Solves up to eight problems to a tolerance, with a maximal number of steps.
 pub(crate) type Solve = dyn FnMut(&[EndData], f64, usize) -> Vec<Option<LoneLeg>>;
 
-/// Of problems in a space, eight abreast.
+/// A solver for problems in a space, eight at once.
 pub(crate) fn lone_legs(shape: Shape) -> Box<Solve> {
     in_space!(shape, |space| solver::<Lanes>(space))
 }
 
-/// One problem at a time.
+/// A solver for one problem at a time.
 pub(crate) fn lone_leg(shape: Shape) -> Box<Solve> {
     in_space!(shape, |space| solver::<f64>(space))
 }
@@ -89,8 +90,8 @@ impl<T: Field, S: Homogeneous> LoneLegs<T, S> {
         }
     }
 
-    /// As many solutions as there are problems, one for each lane at most; `None` where Newton's method does not get there in
-    /// so many steps, or one series is not enough.
+    /// One solution per problem, for at most as many problems as lanes; `None` if Newton's method does not converge
+    /// within the given number of steps, or if one series is not enough.
     fn solve(
         &mut self,
         problems: &[EndData],
@@ -164,7 +165,7 @@ impl<T: Field, S: Homogeneous> LoneLegs<T, S> {
                     *x += *change;
                 }
             }
-            // What is lost has steps that are no numbers.
+            // Lost lanes have steps that are not finite.
             for lane in (0..T::COUNT).filter(|&lane| is_lost[lane]) {
                 stop(&mut leg, lane);
             }
@@ -196,7 +197,7 @@ impl<T: Field, S: Homogeneous> LoneLegs<T, S> {
     }
 }
 
-/// One problem to each lane, the last one to those that are left over.
+/// Assigns one problem to each lane, and the last one to unused lanes.
 #[inline(always)]
 fn set_data<T: Field>(leg: &mut Leg<'_, T>, problems: &[EndData]) {
     for lane in 0..T::COUNT {
@@ -219,7 +220,7 @@ fn set_data<T: Field>(leg: &mut Leg<'_, T>, problems: &[EndData]) {
     }
 }
 
-/// Lets a lane stand still: so it does not ask for more terms.
+/// Makes a lane rest, so that it does not require more terms.
 #[inline(always)]
 fn stop<T: Field>(leg: &mut Leg<'_, T>, lane: usize) {
     for x in leg.middle.iter_mut().flat_map(|x| x.iter_mut()) {

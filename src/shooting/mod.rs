@@ -1,18 +1,20 @@
-//! Riemannian cubics by Newton's method for all legs of a chain at once, each leg a Taylor series about its middle.
+//! Riemannian cubics by Newton's method for all legs of a chain at once, where each leg is a Taylor series about its
+//! middle.
 //!
-//! On a leg, run through for `s` in `[-1/2, 1/2]`, the unknowns are `x, x', x''` at `s = 0`. The equations of cubics give their
-//! Taylor series and that of the frame, with no iteration:
+//! On a leg, parametrised by `s` in `[-1/2, 1/2]`, the unknowns are `x, x', x''` at `s = 0`. The equations of cubics
+//! determine their Taylor series and the series of the frame, without iteration:
 //!
 //! ```math
 //! x''' = [x'', x]_m - [[x, x']_h, x],\qquad g' = g\,x,\qquad g(0) = 1
 //! ```
 //!
-//! At both ends of a leg the velocity, and at the last one the point, are to be what the knots say; at knots accelerations are
-//! to be continuous. The derivative is that of the first few terms of the series: it costs less than the series itself, and a
-//! step with it leaves a hundredth or less of what was left. The series is the curve: nothing is integrated afterwards.
+//! The conditions are the velocities at both ends of a leg, the point at its last end, and continuous accelerations at
+//! the knots. The derivative is computed from the first few terms of the series: it costs less than the series itself,
+//! and a step with it reduces the residual to a hundredth or less. The series is the curve: nothing is integrated
+//! afterwards.
 //!
-//! With free knots in between the same legs make up one cubic, or the cubics between the knots of a spline: a descent lowers the
-//! cost as a function of the knots, by damped Newton steps ([`least_cost`]).
+//! With free knots in between, the same legs form a single cubic, or the cubics between the knots of a spline. A
+//! descent reduces the cost, as a function of the knots, by damped Newton steps ([`least_cost`]).
 //!
 //! # Source
 //! Ascher, Mattheij, Russell (1995), "Numerical Solution of Boundary Value Problems for Ordinary Differential Equations", sec.

@@ -1,4 +1,4 @@
-//! Newton's method for a chain, with linear equations that are kept as long as steps are fast.
+//! Newton's method for a chain, with linear equations that are kept as long as convergence is fast.
 
 use super::chain::{Chain, GroupProgress};
 use super::orders::Orders;
@@ -8,19 +8,19 @@ use crate::linalg::field::Field;
 use crate::report::StopReason;
 use crate::space::Homogeneous;
 
-/// The linear equations of a group of legs are kept as long as a step leaves no more than this share of what is left there. With
-/// 0.1 splines through 50 to 400 points take 1.1 times as long, with 0.003 1.5 times.
+/// The linear equations of a group of legs are kept as long as a step leaves at most this fraction of the group's
+/// residual. With 0.1, splines through 50 to 400 points take 1.1 times as long, with 0.003 1.5 times.
 const FAST: f64 = 0.03;
 
-/// A step that leaves more is not taken. Shorter steps help nothing: with up to six halvings splines through 400 rotations, and what
-/// they cost, are the same.
+/// A step that leaves a larger fraction of the residual is rejected. Shorter steps do not help: with up to six
+/// halvings, splines through 400 rotations and their costs are the same.
 const SLOW: f64 = 0.9;
 
-/// Legs that move by less than this share of the goal are not evaluated again.
+/// Legs that move by less than this fraction of the goal are not evaluated again.
 const STILL: f64 = 0.01;
 
 impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
-    /// Iterates down to the tolerance, with series that have more terms as the residual falls.
+    /// Iterates to the tolerance, with series whose number of terms grows as the residual falls.
     ///
     /// # Errors
     /// `Interrupted`.
@@ -61,7 +61,7 @@ impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
             if has_all_terms {
                 return Ok(StopReason::Stagnated);
             }
-            // What is left may be what the series leave out.
+            // The residual may be dominated by truncation.
             has_all_terms = true;
             self.evaluate(0.0, has_all_terms);
             for group in &mut self.groups {
@@ -70,7 +70,7 @@ impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
         }
     }
 
-    /// Follows the step if it leads down; `false` where it does not.
+    /// Takes the step if it reduces the residual; otherwise returns `false`.
     fn follow_down(&mut self, goal: f64, is_last: bool) -> bool {
         let before = self.size;
         for group in &mut self.groups {
@@ -92,8 +92,8 @@ impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
         false
     }
 
-    /// One more step, after which nothing is evaluated any more: it takes what the tolerance leaves down to round-off, since
-    /// steps leave a hundredth.
+    /// Takes one more step without evaluating afterwards: since a step leaves a hundredth of the residual, it reduces
+    /// the tolerance to round-off.
     pub(super) fn step_blindly(&mut self) {
         if self.factors.is_some() && self.set_step() {
             self.follow_step(1.0);

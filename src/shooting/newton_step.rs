@@ -1,5 +1,5 @@
-//! The step of Newton's method for a chain: legs condensed to the velocities at the knots, and a block tridiagonal system for
-//! these.
+//! The step of Newton's method for a chain: legs are condensed to the velocities at the knots, which solve a block
+//! tridiagonal system.
 
 use super::chain::{Buffers, Chain, Group};
 use super::condensed_leg::CondensedLeg;
@@ -10,7 +10,8 @@ use crate::solve::block_tridiagonal::{BlockTridiagonal, Factors};
 use crate::space::Homogeneous;
 
 impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
-    /// Sets up the linear equations of the legs that need new ones for the present state; `false` where they are singular.
+    /// Sets up the linear equations of those legs that need new ones at the current state; `false` if they are
+    /// singular.
     pub(super) fn linearise(&mut self) -> bool {
         let (space, terms) = (self.space, self.terms());
         if self.groups.iter().all(|group| !group.progress.is_stale) {
@@ -41,7 +42,7 @@ impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
         self.factors.is_some()
     }
 
-    /// Sets the step that solves the linear equations for what is left of the present ones; `false` where it is not finite.
+    /// Computes the step that solves the linear equations for the current residuals; `false` if it is not finite.
     pub(super) fn set_step(&mut self) -> bool {
         let (space, knots, d) = (self.space, self.knots, self.space.dim());
         each(
@@ -86,7 +87,8 @@ impl<T: Field, S: Homogeneous> Chain<'_, T, S> {
         &self.groups[leg / T::COUNT].linear
     }
 
-    /// The accelerations at the knots by the changes of the velocities: a block tridiagonal system; `None` where it is singular.
+    /// The system for the changes of the velocities, block tridiagonal, from the accelerations at the knots; `None` if
+    /// it is singular.
     fn velocity_system(&self) -> Option<Factors> {
         let (d, count) = (self.space.dim(), self.knots.count());
         let mut system = BlockTridiagonal::zeros(count, d);

@@ -1,56 +1,58 @@
-//! How many terms the series of legs have.
+//! Numbers of terms of the series of legs.
 
-/// Orders of series.
+/// Orders of series, as a linear function of speed.
 #[derive(Clone, Copy)]
 pub(super) struct Orders {
-    /// Where nothing turns, and more for a radian.
+    /// Order without rotation, and additional order per radian.
     still: f64,
     radian: f64,
-    /// What the last terms may contribute to `x'` and to the frame's derivative.
+    /// Allowed contribution of the last terms to `x'` and to the frame's derivative.
     pub(super) accuracy: f64,
 }
 
-/// Terms at most. Frames need many where velocities grow fast along a leg: with 40, splines through knots 0.6 rad apart with a tension
-/// of 45 and more in the time of a leg are lost.
+/// Maximal number of terms. Frames need many if velocities grow fast along a leg: with 40, splines through knots 0.6
+/// rad apart with a tension of 45 or more in the time of a leg are not solved.
 pub(super) const MOST: usize = 64;
 
-/// Terms at most of the legs of a linearised curve, more are cut in two: by the estimate that a leg costs the square of its terms, 15 and
-/// 3.75 a radian. Not measured.
+/// Maximal number of terms of the legs of a linearised curve; legs that need more are split. Estimated, not measured:
+/// the cost of a leg is assumed to be the square of its number of terms, 15 plus 3.75 per radian.
 pub(super) const LONGEST: usize = 40;
 
-/// Terms that a leg gets more where the present ones leave out too much; anything from 1 to 5 takes as long.
+/// Number of terms added to a leg whose truncation error is too large; anything from 1 to 5 takes as long.
 const MORE: usize = 3;
 
-/// Accuracies of the first and the last residuals. Of series of 300 legs with random `x, x', x''` half have accuracies of 1e-4 and
-/// 1e-12 with `5 + 2.5 s` and `13 + 3.5 s` terms, where `s` is the bound of the velocity. With 1e-12 for the last ones the derivative of
-/// a closed spline through three knots by a rotation of all data is off by 5e-11.
+/// Accuracies of the first and the last residuals. In 300 legs with random `x, x', x''`, half of the series reach
+/// accuracies of 1e-4 and 1e-12 with `5 + 2.5 s` and `13 + 3.5 s` terms, where `s` is the bound on the velocity. With
+/// 1e-12 for the last ones, the derivative of a closed spline through three knots with respect to a rotation of all
+/// data is off by 5e-11.
 const ROUGH: f64 = 1e-4;
 pub(super) const FINE: f64 = 1e-13;
 
-/// The same where the start is wanted that leads to the end: `x''` there leaves out some fifty times as much as `x'`.
+/// Accuracy if the start that leads to the end is needed: the truncation error of `x''` there is some fifty times that
+/// of `x'`.
 pub(super) const FINEST: f64 = 1e-14;
 
-/// A step leaves a hundredth of the residual, and a tenth of that is not to be error. With all terms from the start splines through
-/// 100 to 400 points take 1.1 to 1.3 times as long.
+/// A step leaves a hundredth of the residual, of which a tenth may be truncation error. With all terms from the start,
+/// splines through 100 to 400 points take 1.1 to 1.3 times as long.
 const SHARE: f64 = 1e-3;
 
 impl Orders {
-    /// To begin with.
+    /// Orders for the first residual.
     pub(super) fn first() -> Self {
         Orders::of(ROUGH)
     }
 
-    /// For the solution.
+    /// Orders for the solution.
     pub(super) fn last() -> Self {
         Orders::of(FINE)
     }
 
-    /// For a solution whose start is wanted.
+    /// Orders for a solution whose start is needed.
     pub(super) fn finest() -> Self {
         Orders::of(FINEST)
     }
 
-    /// After a step that left so much.
+    /// Orders after a step that left the given residual.
     pub(super) fn after(residual: f64) -> Self {
         Orders::of((SHARE * residual).clamp(FINE, ROUGH))
     }
@@ -64,9 +66,10 @@ impl Orders {
         }
     }
 
-    /// For a leg with that bound of its velocity, in its own time, which has shown to need some more.
+    /// The order for a leg with the given bound on its velocity, in its own time, and the given number of additional
+    /// terms.
     pub(super) fn of_leg(self, speed: f64, more: usize) -> usize {
-        // A speed that is not finite is the largest.
+        // A speed that is not finite gives the maximal order.
         let order = (self.still + self.radian * speed).ceil();
         match order < MOST as f64 {
             true => (order as usize + more).min(MOST),
@@ -74,7 +77,7 @@ impl Orders {
         }
     }
 
-    /// What a leg needs more, where it needed some more and its last terms contribute `tail`.
+    /// The number of additional terms that a leg needs, if it had `more` of them and its last terms contribute `tail`.
     pub(super) fn more(self, more: usize, tail: f64) -> usize {
         match tail <= self.accuracy {
             true => more,

@@ -1,4 +1,4 @@
-//! Where a descent stands: the cost and its quadratic model there, the steps that the model gives, and whether one led down.
+//! A state of a descent: the cost and its quadratic model, the steps of the model, and whether a step succeeded.
 
 use super::free_chain::{FreeChain, State};
 use super::layout::Layout;
@@ -6,51 +6,52 @@ use crate::linalg::field::Field;
 use crate::solve::block_cholesky::SymmetricBlocks;
 use crate::space::Homogeneous;
 
-/// The first damping, its factors after a step that fails and one that succeeds at once, and the largest one. With a first one
-/// of 0.1 one of 80 problems with slow ends is lost.
+/// The first damping, its factors after a failed step and after one that succeeds at once, and the largest damping.
+/// With a first damping of 0.1, one of 80 problems with slow ends is not solved.
 pub(super) const DAMPING: f64 = 0.01;
 pub(super) const RAISE: f64 = 4.0;
 pub(super) const LOWER: f64 = 0.25;
 pub(super) const MOST: f64 = 1e6;
 
-/// Longest displacement of a knot, in radians, and change of a velocity, in the time of a leg, by a step.
+/// Maximal displacement of a knot, in radians, and maximal change of a velocity, in the time of a leg, in one step.
 pub(super) const FARTHEST: f64 = 1.0;
 
-/// A step counts as one that leads down from this share of the predicted decrease on.
+/// A step succeeds if it achieves this fraction of the predicted decrease.
 const DOWN: f64 = 1e-2;
 
-/// Shares of the cost below which a predicted decrease is not looked for in it: with a second derivative of few digits, which
-/// predicts badly then, and with a fine one. With 1e-13 for both, two of 500 hard problems end at higher costs.
+/// Fractions of the cost below which a predicted decrease is not measured in the cost: for the usual second derivative,
+/// whose predictions are then inaccurate, and for the more accurate one. With 1e-13 for both, two of 500 hard problems
+/// end at higher costs.
 const UNSEEN: f64 = 1e-7;
 const UNSEEN_FINELY: f64 = 1e-13;
 
-/// Costs are compared where what is left of the equations of the legs is at most this, or its square at most this share of the
-/// predicted decrease; corrections at most to get there, and what they start from at most.
+/// Costs are compared once the residual of the legs is at most this, or its square at most this fraction of the
+/// predicted decrease; the maximal number of corrections to get there, and the largest residual from which they start.
 pub(super) const MET: f64 = 1e-6;
 const MET_SHARE: f64 = 1e-2;
 const CORRECTIONS: usize = 4;
 const HOPELESS: f64 = 1.0;
 
-/// Knots, and the cost as a function of them up to the second order.
+/// The knots, and the quadratic model of the cost as a function of them.
 pub(super) struct Place<T> {
     state: State<T>,
     cost: f64,
     own_cost: f64,
     gradient: Vec<f64>,
     layout: Layout,
-    /// The second derivative, and that of flat space.
+    /// The second derivative, and the one of flat space.
     exact: SymmetricBlocks,
     flat: SymmetricBlocks,
 }
 
-/// A change of the knots, and how much it lowers the cost by the model.
+/// A change of the knots, and the predicted decrease of the cost.
 pub(super) struct Step {
     pub(super) change: Vec<f64>,
     pub(super) decrease: f64,
 }
 
 impl<T> Place<T> {
-    /// A damped step; `None` where the matrix is not positive definite or the step too long.
+    /// A damped step; `None` if the matrix is not positive definite or the step is too long.
     pub(super) fn step(&self, damping: f64, farthest: f64) -> Option<Step> {
         let factor = self.exact.plus(damping, &self.flat).factored()?;
         let mut change: Vec<f64> = self.gradient.iter().map(|g| -g).collect();
@@ -63,7 +64,7 @@ impl<T> Place<T> {
 }
 
 impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
-    /// Of legs with linear equations and forces.
+    /// The current place, for legs with linear equations and forces.
     pub(super) fn place(&self) -> Place<T> {
         let [exact, flat] = self.second_derivatives();
         Place {
@@ -77,7 +78,7 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
         }
     }
 
-    /// Back to a place; the linear equations stay those of where the chain has been.
+    /// Returns to a place; the linear equations are not restored.
     pub(super) fn restore(&mut self, place: &Place<T>) {
         self.state = place.state.clone();
         self.set_knots();
@@ -85,12 +86,12 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
         self.set_forces();
     }
 
-    /// The largest entry of gradient and defect.
+    /// The larger of the largest entries of gradient and defect.
     pub(super) fn rest(&self) -> f64 {
         self.layout.largest_gradient(&self.gradient(), self.defect)
     }
 
-    /// Moves the knots; the legs meet them as nearly as comparing the costs needs.
+    /// Moves the knots, and corrects the legs as accurately as the comparison of costs requires.
     pub(super) fn try_step(&mut self, step: &Step) {
         self.follow(&step.change);
         self.evaluate();
@@ -108,13 +109,14 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
         }
     }
 
-    /// The share of the predicted decrease that a step has brought.
+    /// The fraction of the predicted decrease that a step has achieved.
     pub(super) fn share(&self, before: &Place<T>, decrease: f64) -> f64 {
         (before.cost - self.cost) / decrease
     }
 
-    /// Whether a step has led down: the cost fell by a share of what was predicted. Where that is too little to be seen in the
-    /// cost, a step without damping is trusted; with a fine second derivative the gradient is to be half as large.
+    /// Whether a step succeeded: the cost decreased by a fraction of the predicted decrease. If that is too small to be
+    /// measured in the cost, a step without damping is trusted; with the more accurate second derivative, the gradient
+    /// must have been halved.
     pub(super) fn is_lower(&mut self, before: &Place<T>, decrease: f64, damping: f64) -> bool {
         let (unseen, is_trusted) = match self.is_fine() {
             true => (UNSEEN_FINELY, true),

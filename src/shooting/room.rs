@@ -2,7 +2,7 @@
 
 use std::mem;
 
-/// Numbers that are given out piece by piece.
+/// An array that is handed out piece by piece.
 pub(super) struct Room<'a, T>(&'a mut [T]);
 
 impl<'a, T> Room<'a, T> {
@@ -10,7 +10,7 @@ impl<'a, T> Room<'a, T> {
         Room(all)
     }
 
-    /// The next so many of them.
+    /// The next `count` numbers.
     pub(super) fn take(&mut self, count: usize) -> &'a mut [T] {
         let (first, rest) = mem::take(&mut self.0).split_at_mut(count);
         self.0 = rest;

@@ -1,4 +1,4 @@
-//! The second derivative of the cost of a chain by its knots, and that of flat space.
+//! The second derivative of the cost of a chain with respect to its knots, and its counterpart in flat space.
 
 use super::free_chain::{FreeChain, Group};
 use super::layout::Layout;
@@ -6,7 +6,7 @@ use crate::linalg::field::Field;
 use crate::solve::block_cholesky::SymmetricBlocks;
 use crate::space::Homogeneous;
 
-/// Second derivative of the cost of a cubic of flat space by `(p_0, v_0, p_1, v_1)`.
+/// Second derivative of the cost of a cubic of flat space with respect to `(p_0, v_0, p_1, v_1)`.
 const BEAM: [[f64; 4]; 4] = [
     [12.0, 6.0, -12.0, 6.0],
     [6.0, 4.0, -6.0, 2.0],
@@ -15,7 +15,8 @@ const BEAM: [[f64; 4]; 4] = [
 ];
 
 impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
-    /// The second derivative of the cost by `(p, v)` of the knots that may move, and that of flat space.
+    /// The second derivative of the cost with respect to `(p, v)` of the movable knots, and its counterpart in flat
+    /// space.
     pub(super) fn second_derivatives(&self) -> [SymmetricBlocks; 2] {
         let (d, layout) = (self.space.dim(), &self.layout);
         let [mut exact, mut flat] = [(); 2].map(|()| match layout.is_closed {
@@ -25,7 +26,7 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
         for (leg, h) in layout.lengths.iter().enumerate() {
             let (group, lane) = (&self.groups[leg / T::COUNT], leg % T::COUNT);
             let matrix = &group.stiffness.matrix;
-            // From the time of the leg.
+            // Factors from the time of the leg.
             let units = [1.0, *h, 1.0, *h];
             let rate = |[row, column]: [usize; 2]| h.powi(-3) * units[row] * units[column];
             add_leg(&mut exact, layout, leg, d, |[row, column], p, out| {
@@ -35,7 +36,7 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
                     *out += rate * entry.lane(lane);
                 }
             });
-            // To coordinates at the last knot.
+            // Converts to coordinates at the last knot.
             let turn = turn(self.space, &isometry(group, lane));
             add_leg(&mut flat, layout, leg, d, |[row, column], p, out| {
                 let share = BEAM[row][column] * rate([row, column]);
@@ -60,8 +61,8 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
     }
 }
 
-/// Adds the matrix of a leg, shape `(4 d, 4 d)`, to the blocks of those of its knots that may move: `add` its part of a row, of
-/// the block of size `d` at a row and a column.
+/// Adds the matrix of a leg, shape `(4 d, 4 d)`, to the blocks of its movable knots; `add` adds the part of a row
+/// within the block of size `d` at the given row and column.
 fn add_leg(
     blocks: &mut SymmetricBlocks,
     layout: &Layout,
@@ -95,19 +96,19 @@ fn add_leg(
     }
 }
 
-/// The isometry between the frame that is carried along a leg and that of its last knot.
+/// The isometry between the frame carried along a leg and the frame of its last knot.
 pub(super) fn isometry<T: Field>(group: &Group<'_, T>, lane: usize) -> Vec<f64> {
     group.leg.holonomy.iter().map(|x| x.lane(lane)).collect()
 }
 
-/// `Ad_q` in coordinates, row by row.
+/// `Ad_q` in coordinates, by rows.
 pub(super) fn turn(space: impl Homogeneous, q: &[f64]) -> Vec<Vec<f64>> {
     let d = space.dim();
     let mut rows = vec![vec![0.0; d]; d];
     for (row, out) in rows.iter_mut().enumerate() {
         let mut unit = vec![0.0; d];
         unit[row] = 1.0;
-        // A row of an isometry is what its inverse makes of a unit vector.
+        // A row of an isometry is its inverse applied to a unit vector.
         space.turn_back_into(q, &unit, out);
     }
     rows

@@ -14,14 +14,14 @@ use crate::space::{Homogeneous, Products, SLACK, axis, write_row};
 /// ```
 #[derive(Clone)]
 pub(super) struct Series<T> {
-    /// Coordinates, `order + 3` vectors, and the same as skew matrices.
+    /// Coefficients of `x`: `order + 3` coordinate vectors, and the same as skew matrices.
     pub(super) x: Vec<T>,
     pub(super) matrices: Vec<T>,
-    /// Of `w_h`, skew matrices.
+    /// Coefficients of `w_h`, as skew matrices.
     pub(super) isotropy: Vec<T>,
-    /// Matrices row by row, as many.
+    /// Coefficients of the frame, matrices by rows.
     pub(super) frames: Vec<T>,
-    /// A run of coordinates.
+    /// Buffer for a run of coordinates.
     run: Vec<T>,
 }
 
@@ -29,7 +29,7 @@ pub(super) struct Series<T> {
 pub(super) type AtEnds<'a, T> = [&'a mut [T]; 2];
 
 impl<T: Field> Series<T> {
-    /// Room for series up to an order.
+    /// Allocates series up to an order.
     pub(super) fn new(space: impl Homogeneous, order: usize) -> Self {
         let (d, square) = (space.dim(), space.size() * space.size());
         let matrices = |count: usize| vec![T::ZERO; count * square + SLACK];
@@ -42,9 +42,9 @@ impl<T: Field> Series<T> {
         }
     }
 
-    /// Those of `x` up to an order, from `x, x', x''` in the middle, and the tension of the curve.
+    /// Computes the coefficients of `x` up to an order, from `x, x', x''` at the middle and the tension of the curve.
     ///
-    /// Compiled once, not into every caller, as [`Series::set_frames`].
+    /// Compiled once instead of into every caller, like [`Series::set_frames`].
     #[inline(never)]
     pub(super) fn set_curve(
         &mut self,
@@ -80,7 +80,7 @@ impl<T: Field> Series<T> {
         }
     }
 
-    /// Coefficient `k + 3` of `x`, by that of the equation with power `k`.
+    /// Computes the coefficient `k + 3` of `x` from the power `k` of the equation.
     #[inline(always)]
     fn set_next(&mut self, space: impl Homogeneous, tension: Option<T>, k: usize) {
         let (d, square) = (space.dim(), space.size() * space.size());
@@ -110,7 +110,7 @@ impl<T: Field> Series<T> {
         }
     }
 
-    /// Those of the frames up to a power, after those of `x`.
+    /// Computes the coefficients of the frames up to a power, after those of `x`.
     #[inline(never)]
     pub(super) fn set_frames(&mut self, space: impl Homogeneous, power: usize) {
         vectorised(
@@ -135,7 +135,7 @@ impl<T: Field> Series<T> {
             for row in 0..r {
                 let mut column = 0;
                 while column < r {
-                    // As many entries of a column of `x` as of a row may differ from zero.
+                    // As many leading entries of a column of `x` as of a row may be nonzero.
                     let len = space.row_len(column);
                     let alike = (column..r).take_while(|c| space.row_len(*c) == len);
                     let count = alike.count();
@@ -156,7 +156,7 @@ impl<T: Field> Series<T> {
         }
     }
 
-    /// The frame at the last end relative to that at the first, after the series of `x`.
+    /// The frame at the last end relative to the one at the first end, after the series of `x`.
     #[inline(always)]
     pub(super) fn reached_into(&mut self, space: impl Homogeneous, order: usize, out: &mut [T]) {
         self.set_turns(space, order);
@@ -172,7 +172,8 @@ impl<T: Field> Series<T> {
         transposed_multiply(r, &first, &last, out);
     }
 
-    /// The frames up to a power, after the series of `x`: unit quaternions in three dimensions, matrices in others.
+    /// Computes the frames up to a power, after the series of `x`: unit quaternions in three dimensions, matrices
+    /// otherwise.
     #[inline(always)]
     pub(super) fn set_turns(&mut self, space: impl Homogeneous, power: usize) {
         match space.size() {
@@ -181,7 +182,7 @@ impl<T: Field> Series<T> {
         }
     }
 
-    /// Unit quaternions in place of rotations in space: `p' = p x / 2`.
+    /// Unit quaternions instead of rotations in three dimensions: `p' = p x / 2`.
     #[inline(always)]
     fn set_quaternions(&mut self, order: usize) {
         self.frames[0] = T::constant(1.0);
@@ -226,7 +227,7 @@ impl<T: Field> Series<T> {
         at_ends(&self.x[..count * d], d, derivative, out);
     }
 
-    /// The largest entry of what the last two terms contribute to `x'` and to the frame's derivative at the ends, after
+    /// The largest contribution of the last two terms to `x'` and to the frame's derivative at the ends, after
     /// [`Series::reached_into`].
     #[inline(always)]
     pub(super) fn tail(&self, space: impl Homogeneous, order: usize) -> T {
@@ -245,7 +246,7 @@ impl<T: Field> Series<T> {
     }
 }
 
-/// Numbers of a coefficient of what [`Series::set_turns`] sets.
+/// Number of entries of a coefficient computed by [`Series::set_turns`].
 #[inline(always)]
 pub(super) fn turn_size(space: impl Homogeneous) -> usize {
     match space.size() {
@@ -254,7 +255,7 @@ pub(super) fn turn_size(space: impl Homogeneous) -> usize {
     }
 }
 
-/// The frame at a time, by the coefficients of [`Series::set_turns`].
+/// The frame at a time, from the coefficients of [`Series::set_turns`].
 #[inline(always)]
 pub(super) fn turn_into<T: Field>(
     space: impl Homogeneous,
@@ -270,7 +271,7 @@ pub(super) fn turn_into<T: Field>(
     write_rotation(quaternion, out);
 }
 
-/// The value of polynomials with the given coefficients, vectors of a size.
+/// The value of polynomials with the given coefficients, vectors of the given size.
 #[inline(always)]
 pub(super) fn value_at<T: Field>(coefficients: &[T], size: usize, s: f64, out: &mut [T]) {
     out[..size].fill(T::ZERO);
@@ -297,7 +298,7 @@ fn bracket_pairs<T>(
     })
 }
 
-/// A function and not a closure, so that it is inlined wherever it is called.
+/// A function instead of a closure, so that it is inlined at every call.
 #[inline(always)]
 fn product<T: Field>(a: T, b: T) -> T {
     b * a
@@ -329,7 +330,8 @@ fn write_rotation<T: Field>([w, x, y, z]: [T; 4], out: &mut [T]) {
     out[8] = one - (x * x + y * y) * 2.0;
 }
 
-/// The value or a derivative at `s = -1/2` and `1/2` of polynomials with the given coefficients, vectors of a size.
+/// The value or a derivative at `s = -1/2` and `1/2` of polynomials with the given coefficients, vectors of the given
+/// size.
 #[inline(always)]
 pub(super) fn at_ends<T: Field>(
     coefficients: &[T],
@@ -343,7 +345,7 @@ pub(super) fn at_ends<T: Field>(
     for (k, c) in coefficients.chunks_exact(size).enumerate().skip(derivative) {
         let power = k - derivative;
         let factor = weight * (power + 1..=k).map(|i| i as f64).product::<f64>();
-        // Even powers here, odd ones there.
+        // Even powers in one part, odd powers in the other.
         let part = match power % 2 {
             0 => &mut *first,
             _ => &mut *last,

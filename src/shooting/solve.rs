@@ -1,4 +1,4 @@
-//! Solving a chain: with short series first, then with as many terms as the curves need.
+//! Solves a chain: first with short series, then with as many terms as the curves need.
 
 use super::chain::{Chain, Group};
 use super::free_chain::FreeChain;
@@ -12,8 +12,8 @@ use crate::linalg::field::{Field, larger};
 use crate::report::{SolverReport, StopReason};
 use crate::space::Homogeneous;
 
-/// Solves the equations from velocities at the knots, per unit of time, and `x'` and `x''` at the start of each leg, in the
-/// time of the leg, which become those of the solution; the curves where it is found.
+/// Solves the equations from velocities at the knots, per unit of time, and `x'` and `x''` at the start of each leg, in
+/// the time of the leg. They are replaced by those of the solution, if it is found; returns its curves.
 ///
 /// # Errors
 /// `Interrupted`.
@@ -47,36 +47,36 @@ where
     Ok((progress.report(reason), Some(Box::new(curves))))
 }
 
-/// Tolerances below this need a second derivative of more digits than the first few terms give.
+/// Tolerances below this need a second derivative that is more accurate than the first few terms give.
 const FINE: f64 = 1e-9;
 
-/// Where a descent ends.
+/// The result of a descent.
 pub(crate) struct LeastCost {
     pub(crate) report: SolverReport,
     /// `x'` and `x''` at the starts of the legs, per unit of time.
     pub(crate) bends: Vec<f64>,
-    /// `int |x'|^2 + tau |x|^2 dt / 2`, and what accelerations at the ends add to it.
+    /// `int |x'|^2 + tau |x|^2 dt / 2`, plus the contribution of accelerations at the ends.
     pub(crate) cost: f64,
-    /// At the knots, as they are given.
+    /// Frames at the knots, in the form in which they are given.
     pub(crate) frames: Vec<f64>,
     pub(crate) velocities: Vec<f64>,
-    /// Where it has come to rest, if it is asked for.
+    /// The response where the descent has come to rest, if requested.
     pub(crate) response: Option<StartResponse>,
 }
 
-/// What a descent is to do.
+/// Options of a descent.
 pub(crate) struct Descent {
     pub(crate) layout: Layout,
-    /// Of the curves.
+    /// Tension of the curves.
     pub(crate) tension: f64,
-    /// It may be left if it would end at a higher cost.
+    /// The descent may stop if it would end at a higher cost.
     pub(crate) below: f64,
-    /// Whether the response of the start to the end is asked for, of knots that are free but for the ends.
+    /// Whether the response of the start to the end is requested, for a chain with free inner knots.
     pub(crate) with_response: bool,
 }
 
-/// The curve of least cost that a descent reaches from frames, shape `(r, r)` row by row, and velocities, per unit of time, at
-/// knots that follow one another.
+/// The curve of least cost that a descent reaches from frames, shape `(r, r)` by rows, and velocities, per unit of
+/// time, at consecutive knots.
 ///
 /// # Errors
 /// `Interrupted`.

@@ -1,4 +1,4 @@
-//! The legs of a solved chain: their middles, and polynomials that are made of these when they are asked for.
+//! The legs of a solved chain: their middles, and polynomials that are computed from these on demand.
 
 use std::sync::OnceLock;
 
@@ -9,10 +9,10 @@ use crate::linalg::field::{Field, transposed_multiply};
 use crate::linalg::simd::vectorised;
 use crate::space::Homogeneous;
 
-/// Terms that curves have more than the equations need, for their third derivatives.
+/// Number of additional terms of the curves, needed for their third derivatives.
 const FOR_DERIVATIVES: usize = 4;
 
-/// Groups of legs, of which the last one may have fewer.
+/// Groups of legs; the last group may have fewer.
 pub(super) struct Solved<T, S> {
     space: S,
     legs: usize,
@@ -84,7 +84,7 @@ impl<T: Field + Send + Sync, S: Homogeneous> Curves for Solved<T, S> {
     }
 }
 
-/// Write the series of a group of legs, and `x, x', x''` at both ends.
+/// Writes the series of a group of legs, and `x, x', x''` at both ends.
 #[inline(always)]
 fn write_series<T: Field>(
     space: impl Homogeneous,

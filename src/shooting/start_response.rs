@@ -1,4 +1,4 @@
-//! How the start of a curve of least cost changes with its end.
+//! The response of the start of a curve of least cost to a change of its end.
 
 use super::free_chain::FreeChain;
 use super::second_derivative::{isometry, turn};
@@ -6,20 +6,21 @@ use crate::linalg::field::{Field, accumulate};
 use crate::solve::block_cholesky::CholeskyFactor;
 use crate::space::Homogeneous;
 
-/// The derivative of `(x', x'')` at the start by point and velocity at the end, with the start where it is: the inner knots of a
-/// chain at rest follow the last one by its second derivative.
+/// The derivative of `(x', x'')` at the start with respect to point and velocity at the end, for a fixed start: the
+/// inner knots of a chain at rest follow the last one according to its second derivative.
 pub(crate) struct StartResponse {
     factor: CholeskyFactor,
-    /// Of the gradient at the last inner knot by the end, and of that at the start by the first inner knot, shape `(2 d, 2 d)`.
+    /// The derivatives of the gradient at the last inner knot with respect to the end, and of the gradient at the start
+    /// with respect to the first inner knot, shape `(2 d, 2 d)`.
     by_last: Vec<f64>,
     by_first: Vec<f64>,
-    /// What takes coordinates in the frame that is carried along the curve to those in the last knot's frame, row by row.
+    /// The map from coordinates in the frame carried along the curve to coordinates in the last knot's frame, by rows.
     turn: Vec<Vec<f64>>,
     legs: usize,
 }
 
 impl StartResponse {
-    /// Of a chain with linear equations; `None` where the second derivative is not positive definite.
+    /// Built from a chain with linear equations; `None` if the second derivative is not positive definite.
     pub(super) fn of<T: Field, S: Homogeneous>(chain: &FreeChain<'_, T, S>) -> Option<Self> {
         let d = chain.space.dim();
         let legs = chain.layout.legs();
@@ -39,8 +40,8 @@ impl StartResponse {
         })
     }
 
-    /// The change of `(x', x'')` with that of the end: a displacement and a velocity in coordinates of the frame that is carried
-    /// along the curve.
+    /// The change of `(x', x'')` for a change of the end: a displacement and a velocity in coordinates of the frame
+    /// carried along the curve.
     pub(crate) fn change(&self, end: &[f64]) -> Vec<f64> {
         let d = self.turn.len();
         let (width, rate) = (2 * d, self.legs as f64);
@@ -70,7 +71,7 @@ impl StartResponse {
     }
 }
 
-/// The isometry between the frame at the end that is carried along the curve and the last knot's frame.
+/// The isometry between the frame carried along the curve, at its end, and the last knot's frame.
 fn carried<T: Field, S: Homogeneous>(chain: &FreeChain<'_, T, S>) -> Vec<f64> {
     let r = chain.space.size();
     let mut all = isometry(&chain.groups[0], 0);

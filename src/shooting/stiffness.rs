@@ -1,4 +1,4 @@
-//! How the accelerations at the ends of a leg change with the knots there.
+//! The response of the accelerations at the ends of a leg to changes of the knots there.
 
 use super::leg::{Leg, Scratch};
 use super::leg_equations::{combined, residual_into, set_equations, uncombined};
@@ -6,39 +6,41 @@ use super::variation::Variation;
 use crate::linalg::field::{Field, accumulate, factor, multiply, substitute, substitute_rows};
 use crate::space::Homogeneous;
 
-/// The linear equations `C dm + E z = -b` for the change `dm` of a leg's middle, where `z` holds changes `(p, v)` of the knots
-/// at both ends, a displacement and a velocity each, and `b` is what is left of the leg's own equations; and the changes of
-/// `(x'', x')` at both ends that follow from `dm` and `z`.
+/// The linear equations `C dm + E z = -b` for the change `dm` of a leg's middle, where `z` contains changes `(p, v)` of
+/// the knots at both ends (a displacement and a velocity each) and `b` is the residual of the leg's own equations; and
+/// the resulting changes of `(x'', x')` at both ends.
 ///
-/// For cubics of the space the matrix is that of the second derivative of the cost of a leg, up to signs:
+/// For cubics of the space the matrix is the second derivative of the cost of a leg, up to signs:
 ///
 /// ```math
 /// \tfrac12 \int |x'|^2 ds,\qquad \text{gradient}\ (x''_0, -x'_0, -x''_1, x'_1)\ \text{by}\ (p_0, v_0, p_1, v_1)
 /// ```
 ///
-/// In tension, of the cost `int |x'|^2 + tau |x|^2 ds / 2`, where `x'' - tau x` takes the place of `x''`.
+/// In tension the cost is `int |x'|^2 + tau |x|^2 ds / 2`, and `x'' - tau x` takes the place of `x''`.
 #[derive(Clone)]
 pub(super) struct Stiffness<T> {
     /// Factors of `C`, shape `(3 d, 3 d)`.
     factors: Vec<T>,
-    /// Changes of `x''_0, x'_0, x''_1, x'_1`, where `x` at the ends stays, by what is left of the leg's equations, shape `(4 d, 3 d)`.
+    /// Changes of `x''_0, x'_0, x''_1, x'_1`, for fixed `x` at the ends, caused by the residual of the leg's equations,
+    /// shape `(4 d, 3 d)`.
     by_equations: Vec<T>,
-    /// A displacement of the first knot as it arrives at the last one, and how it turns the velocity there, shape `(2 d, d)`.
+    /// A displacement of the first knot as it arrives at the last one, and the resulting rotation of the velocity
+    /// there, shape `(2 d, d)`.
     by_first: Vec<T>,
-    /// The second derivative of the cost by `(p_0, v_0, p_1, v_1)`, shape `(4 d, 4 d)`.
+    /// The second derivative of the cost with respect to `(p_0, v_0, p_1, v_1)`, shape `(4 d, 4 d)`.
     pub(super) matrix: Vec<T>,
 }
 
-/// Buffers that legs share.
+/// Buffers shared by all legs.
 #[derive(Clone)]
 pub(super) struct StiffnessScratch<T: Field> {
-    /// Of the series of the derivative, after the three given ones.
+    /// Number of terms of the series of the derivative, after the three given ones.
     pub(super) terms: usize,
     variation: Variation<3, T>,
     direct: Vec<T>,
     vectors: Vec<T>,
-    /// Changes by what is left of the point and of the last velocity, shape `(4 d, 2 d)`, and by a displacement of the first
-    /// knot, shape `(4 d, d)`.
+    /// Changes caused by the residuals of the point and of the last velocity, shape `(4 d, 2 d)`, and by a displacement
+    /// of the first knot, shape `(4 d, d)`.
     by_last: Vec<T>,
     by_displacement: Vec<T>,
 }
@@ -70,7 +72,7 @@ impl<T: Field> Stiffness<T> {
         }
     }
 
-    /// At the present state of a leg.
+    /// Computes the stiffness at the current state of a leg.
     #[inline(always)]
     pub(super) fn set(
         &mut self,
@@ -96,7 +98,7 @@ impl<T: Field> Stiffness<T> {
             &mut outputs[2 * block..3 * block],
         );
         space.turn_columns(leg.holonomy, &slope[1], wide, &mut outputs[3 * block..]);
-        // What was by the middle becomes by the equations.
+        // Convert functions of the middle to functions of the equations.
         substitute_rows(wide, &self.factors, outputs);
         self.set_by_first(space, leg, own);
         self.set_matrix(space, leg, own);
@@ -126,7 +128,7 @@ impl<T: Field> Stiffness<T> {
         space.add_turning(leg.reached[0], &own.direct, d, turned);
     }
 
-    /// Changes of `x''_0, x'_0, x''_1, x'_1` by `(p_0, v_0, p_1, v_1)`.
+    /// Changes of `x''_0, x'_0, x''_1, x'_1` for `(p_0, v_0, p_1, v_1)`.
     #[inline(always)]
     fn set_matrix(
         &mut self,
@@ -151,7 +153,7 @@ impl<T: Field> Stiffness<T> {
                 let [point, first, last] = uncombined(parts);
                 (by_point[p], out[d + p], by_velocity[p]) = (point, first, last);
             }
-            // Products with the inverse of an isometry from the right: the isometry, of the row.
+            // A product with the inverse of an isometry from the right is the isometry applied to the row.
             space.turn_into(leg.holonomy, by_point, &mut out[2 * d..3 * d]);
             space.turn_into(leg.holonomy, by_velocity, &mut out[3 * d..]);
         }
@@ -160,7 +162,7 @@ impl<T: Field> Stiffness<T> {
         for x in &mut *by_displacement {
             *x = -*x;
         }
-        // What is turned with the frame by a displacement of the first knot.
+        // The rotation with the frame caused by a displacement of the first knot.
         let (turns, turned) = vectors.split_at_mut(d * d);
         let turned = &mut turned[..d * d];
         for (block, vector) in [(2, &*leg.reached[2]), (3, &*leg.reached[1])] {
@@ -184,8 +186,8 @@ impl<T: Field> Stiffness<T> {
         }
     }
 
-    /// To the derivative of the gradient: accelerations at the first knot and third vectors at the last one count with the other
-    /// sign. It is symmetric up to what is left of the equations and of the series.
+    /// Converts to the derivative of the gradient: accelerations at the first knot and third vectors at the last one
+    /// change sign. It is symmetric up to residual and truncation errors.
     #[inline(always)]
     fn symmetrise(&mut self, d: usize) {
         let wide = 4 * d;
@@ -199,8 +201,8 @@ impl<T: Field> Stiffness<T> {
         }
     }
 
-    /// `x''_0, x'_0, x''_1, x'_1`, with `x'' - tau x` for `x''` in tension, after a step that solves the leg's own equations, with
-    /// the knots where they are.
+    /// `x''_0, x'_0, x''_1, x'_1`, with `x'' - tau x` in place of `x''` in tension, after a step that solves the leg's
+    /// own equations for fixed knots.
     #[inline(always)]
     pub(super) fn corrected_into(&self, space: impl Homogeneous, leg: &Leg<'_, T>, out: &mut [T]) {
         let d = space.dim();

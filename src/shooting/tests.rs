@@ -1,4 +1,5 @@
-//! Splines by series and by collocation beside the Taylor method for initial values, and boundary values beside single shooting.
+//! Splines by series and by collocation, compared with the Taylor method for initial values; boundary values, compared
+//! with single shooting.
 
 use faer::{Mat, MatRef, Scale};
 
@@ -18,7 +19,7 @@ use crate::skew_exp;
 use crate::space::{FixedFrames, Frames, Homogeneous};
 use crate::{RiemannianCubic, Stiefel};
 
-/// Numbers between -1 and 1.
+/// Pseudorandom numbers between -1 and 1.
 struct Numbers(u64);
 
 impl Numbers {
@@ -37,12 +38,12 @@ impl Numbers {
     }
 }
 
-/// Frames that follow one another at distances up to `far`, at unequal times.
+/// A walk of frames at successive distances up to `far`, at unequal times.
 struct Walk {
     lengths: Vec<f64>,
     targets: Vec<Vec<f64>>,
     frames: Vec<Mat<f64>>,
-    /// Of the curves.
+    /// Tension of the curves.
     tension: f64,
 }
 
@@ -109,7 +110,7 @@ fn options<'a>(third_derivative: Option<&'a ThirdDerivative<'a>>) -> Options<'a>
     }
 }
 
-/// By which equations.
+/// The equations to solve.
 #[derive(Debug, Clone, Copy)]
 enum Method {
     Series,
@@ -142,7 +143,7 @@ impl Method {
     }
 }
 
-/// From rest but for given velocities at the ends: the first step leads to the solution of flat space.
+/// Starts at rest except for given velocities at the ends, so that the first step leads to the solution of flat space.
 fn solved<T, S>(method: Method, space: S, knots: &Knots<'_>) -> Found
 where
     T: Field + Send + Sync + 'static,
@@ -152,7 +153,7 @@ where
     (outcome, curves)
 }
 
-/// The same with velocities at the knots, and `x'` and `x''` at the start of each leg.
+/// The same, starting from velocities at the knots, and `x'` and `x''` at the start of each leg.
 fn motion<T, S>(
     method: Method,
     space: S,
@@ -199,7 +200,7 @@ where
     T: Field + Send + Sync + 'static,
     S: Homogeneous + 'static,
 {
-    // Without tension, and with some that lets velocities grow as e^1.7 along a leg.
+    // Without tension, and with a tension that lets velocities grow as e^1.7 along a leg.
     for tension in [0.0, 3.0] {
         // Series are for few dimensions.
         if space.dim() < 8 {
@@ -248,7 +249,8 @@ fn check_spline_by<T, S>(
         "({r}, {k}) {far}: {outcome:?}"
     );
     let curves = curves.unwrap();
-    // Every leg is the cubic that the Taylor method integrates from its start, and leads to the next frame up to an isometry.
+    // Every leg must be the cubic that the Taylor method integrates from its start, and must lead to the next frame up
+    // to an isometry.
     let mut before: Option<[Mat<f64>; 2]> = None;
     for leg in 0..walk.lengths.len() {
         let (frame, h) = (&walk.frames[leg], walk.lengths[leg]);
@@ -287,7 +289,7 @@ fn check_spline_by<T, S>(
     }
 }
 
-/// A leg as the Taylor method integrates it.
+/// A leg as integrated by the Taylor method.
 fn integrated(dense: &Dense, leg: usize, frame: &Mat<f64>, k: usize, tension: f64) -> Path {
     let r = frame.nrows();
     let space = Frames { r, k };
@@ -350,7 +352,7 @@ fn ends_with_velocities_and_accelerations_are_met() {
 
 #[test]
 fn closed_splines_are_cubics_that_join() {
-    // Few steps of a walk do not lead far from where it began.
+    // A few steps of a walk do not lead far from its beginning.
     check_splines(0.3, |_, _| Ends::Periodic);
 }
 

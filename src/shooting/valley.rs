@@ -1,12 +1,13 @@
-//! Steps along a valley of the cost: directions in which it hardly changes.
+//! Steps along a valley of the cost, that is, along directions in which it hardly changes.
 //!
-//! Between opposite points solutions are nearly a family: one that is turned about the axis through them is almost another one.
-//! Along the family the second derivative is small, and the family is curved: a step without damping ends high on the side of
-//! the valley, and one with damping gets nowhere. A leap goes as far along the valley as a reach allows; damped steps, which
-//! leave the place along the valley as it is, lead back to its floor, and costs are compared there.
+//! Between opposite points solutions nearly form a continuous family: rotating one about the axis through the points
+//! almost gives another one. The second derivative along the family is small, and the family is curved: a step without
+//! damping ends high on the side of the valley, and a damped one makes no progress. A leap moves along the valley as
+//! far as its reach allows; damped steps, which do not change the position along the valley, then lead back to its
+//! floor, where costs are compared.
 //!
-//! Second derivatives along a valley are differences of large numbers, so they are computed to more digits from the first leap
-//! on.
+//! Second derivatives along a valley are differences of large numbers, so they are computed more accurately from the
+//! first leap on.
 //!
 //! # Source
 //! Chamberlain, Powell, Lemarechal, Pedersen (1982), Mathematical Programming Studies 16, 1-17 (the watchdog technique).
@@ -20,23 +21,24 @@ use crate::space::Homogeneous;
 
 const SOLVER: &str = "leap along a valley of the cost of a chain";
 
-/// A leap promises at least so many times the decrease of a damped step. None of 500 hard problems has one then; with 1000 four
-/// of ten between opposite points on St(3,1) with speeds of 1e-4 are lost, and the others take ten times as long.
+/// A leap must promise at least this multiple of a damped step's decrease. With this value, none of 500 hard problems
+/// has a leap; with 1000, four of ten problems between opposite points on St(3,1) with speeds of 1e-4 are not solved,
+/// and the others take ten times as long.
 const SOFT: f64 = 10.0;
 
-/// Reaches of leaps, one after the other, in radians: five of those ten are lost with the first one alone.
+/// Reaches of leaps, tried in turn, in radians: five of those ten problems are not solved with the first one alone.
 const REACHES: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
 
-/// The smallest damping of a leap, and the ratio of dampings that are not told apart.
+/// The smallest damping of a leap, and the ratio below which dampings are not distinguished.
 const FINEST: f64 = 1e-16;
 const CLOSE: f64 = 0.95;
 
-/// Damped steps back to the floor at most; they take two to six.
+/// Maximal number of damped steps back to the floor; two to six are usual.
 const RETURNS: usize = 8;
 
 impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
-    /// A leap that lowers the cost, and the decrease that it promised; with the first one only the second derivative becomes a
-    /// fine one. `None`, and the chain as it was, where there is none.
+    /// A leap that reduces the cost, with its predicted decrease; the first leap only switches to the more accurate
+    /// second derivative. `None`, with the chain unchanged, if there is no such leap.
     ///
     /// # Errors
     /// `Interrupted`.
@@ -55,7 +57,7 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
             if !self.is_fine() {
                 self.refine();
                 self.evaluate();
-                // Nothing has moved, and how far down it goes is not known.
+                // Nothing has moved, and the possible decrease is unknown.
                 return Ok(Some(f64::INFINITY));
             }
             if self.lands(before, &leap, options)? {
@@ -65,7 +67,7 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
         Ok(None)
     }
 
-    /// Whether damped steps lead from the end of a leap to a lower cost; the chain is as it was where they do not.
+    /// Whether damped steps from the end of a leap lead to a lower cost; if not, the chain is unchanged.
     ///
     /// # Errors
     /// `Interrupted`.
@@ -90,14 +92,14 @@ impl<T: Field, S: Homogeneous> FreeChain<'_, T, S> {
             self.evaluate();
         }
         self.restore(before);
-        // The linear equations are those of another place.
+        // The linear equations belong to another place.
         self.linearise();
         self.set_forces();
         Ok(false)
     }
 }
 
-/// The step with the first damping that makes the second derivative positive definite, and the damping.
+/// The step with the first damping that makes the second derivative positive definite, and that damping.
 fn damped_step<T>(place: &Place<T>) -> Option<(Step, f64)> {
     let mut damping = DAMPING;
     while damping <= MOST {
@@ -109,7 +111,7 @@ fn damped_step<T>(place: &Place<T>) -> Option<(Step, f64)> {
     None
 }
 
-/// The longest step of a reach, where it promises much more than a damped one.
+/// The longest step within a reach, if it promises much more than a damped one.
 fn longest_step<T>(place: &Place<T>, damped: &(Step, f64), reach: f64) -> Option<Step> {
     let (damped, mut damping) = (&damped.0, damped.1);
     let (mut longest, mut ratio) = (None, LOWER);

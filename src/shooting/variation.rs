@@ -1,4 +1,4 @@
-//! How the ends of a leg change with its middle, by the first terms of the series.
+//! The response of the ends of a leg to changes of its middle, from the first terms of the series.
 
 use std::borrow::Cow;
 
@@ -9,15 +9,15 @@ use crate::linalg::field::{Field, accumulate, transposed_multiply};
 use crate::linalg::simd::vectorised;
 use crate::space::Homogeneous;
 
-/// Terms of the series of the derivative, after the three given ones. With two, splines through 400 rotations up to 1.2 rad
-/// apart take ten steps instead of seven; six save none.
+/// Number of terms of the series of the derivative, after the three given ones. With two, splines through 400 rotations
+/// up to 1.2 rad apart take ten steps instead of seven; six do not save any.
 pub(super) const TERMS: usize = 4;
 
-/// The same on `SO(3)`, where terms cost least: with four, splines through 20, 50, 200 and 2000 rotations up to 1.2 rad apart take
-/// 1.5, 0.86, 1.36 and 1.03 times as long.
+/// The same on `SO(3)`, where terms are cheapest: with four, splines through 20, 50, 200 and 2000 rotations up to 1.2
+/// rad apart take 1.5, 0.86, 1.36 and 1.03 times as long.
 pub(super) const TERMS_OF_ROTATIONS: usize = 6;
 
-/// The same in tension, and for a fine second derivative, with a round-off of 1e-10 instead of a percent.
+/// The same in tension, and for a second derivative with an error of 1e-10 instead of a percent.
 pub(super) const MORE_TERMS: usize = 14;
 
 /// A Gauss node on `[-1/2, 1/2]` and its weight, for the integral over the frames.
@@ -30,7 +30,7 @@ const NODES: [Node; 4] = [
     (0.430_568_155_797_026_3, 0.173_927_422_568_726_93),
 ];
 
-/// The same where there are [`MORE_TERMS`].
+/// The same for [`MORE_TERMS`].
 const MORE_NODES: [Node; 8] = [
     (-0.480_144_928_248_768_1, 0.050_614_268_145_188_13),
     (-0.398_333_238_706_813_4, 0.111_190_517_226_687_23),
@@ -49,22 +49,24 @@ fn nodes(terms: usize) -> &'static [Node] {
     }
 }
 
-/// Changes at the ends by those of `x, x', x''` in the middle, `3 d` columns each, row by row.
+/// Changes at the ends as functions of changes of `x, x', x''` at the middle, `3 d` columns each, by rows.
 #[derive(Clone)]
 pub(super) struct Variation<const N: usize, T: Field> {
-    /// Of `x` and of its derivatives at the first and the last end, shape `(d, 3 d)`.
+    /// Changes of `x` and of its derivatives at the first and the last end, shape `(d, 3 d)`.
     pub(super) ends: [[Vec<T>; 2]; N],
-    /// Of the frame at the last end relative to that at the first, `g eta`: coordinates of `m` before those of `h`.
+    /// Change of the frame at the last end relative to the one at the first, `g eta`: coordinates of `m` before those
+    /// of `h`.
     pub(super) eta: Vec<T>,
     nodes: Cow<'static, [Node]>,
-    /// Coefficients of the change of `x` for a few columns abreast, as vectors and as matrices; of that of `w_h`.
+    /// Coefficients of the change of `x` for a few columns at once, as vectors and as matrices; and of the change of
+    /// `w_h`.
     terms: Vec<T::Columns>,
     matrices: Vec<T::Columns>,
     isotropy: Vec<T::Columns>,
     run: Vec<T::Columns>,
-    /// The change of `x` or of a derivative, at both ends or a node.
+    /// The change of `x` or of a derivative, at both ends or at a node.
     values: [Vec<T::Columns>; 2],
-    /// `Ad` from the nodes to the last end, times their weights, shape `(d + h, d)`.
+    /// `Ad` from the nodes to the last end, times the weights, shape `(d + h, d)`.
     adjoints: Vec<T>,
     /// The change of `x` at the nodes, shape `(d, 3 d)`.
     pub(super) at_nodes: Vec<T>,
@@ -72,7 +74,7 @@ pub(super) struct Variation<const N: usize, T: Field> {
 }
 
 impl<const N: usize, T: Field> Variation<N, T> {
-    /// Room for `terms + 3` coefficients.
+    /// Allocates `terms + 3` coefficients.
     pub(super) fn new(space: impl Homogeneous, terms: usize) -> Self {
         Self::with_nodes(space, terms, Cow::Borrowed(nodes(terms)))
     }
@@ -105,9 +107,10 @@ impl<const N: usize, T: Field> Variation<N, T> {
         }
     }
 
-    /// By `terms` terms more than the three given ones of a series that has as many, and the tension of the curve.
+    /// Computes the variation from `terms` terms after the three given ones of a series that has as many, and the
+    /// tension of the curve.
     ///
-    /// Compiled once, not into every caller.
+    /// Compiled once instead of into every caller.
     #[inline(never)]
     pub(super) fn set(
         &mut self,
@@ -125,7 +128,7 @@ impl<const N: usize, T: Field> Variation<N, T> {
         );
     }
 
-    /// The changes at the ends and at the nodes alone.
+    /// Computes only the changes at the ends and at the nodes.
     #[inline(never)]
     pub(super) fn set_changes(
         &mut self,
@@ -195,7 +198,8 @@ impl<const N: usize, T: Field> Variation<N, T> {
         }
     }
 
-    /// Coefficients of the change of `x` for changes of the three given ones, in columns from one on.
+    /// Coefficients of the change of `x` for changes of the three given coefficients, for a few columns from `column`
+    /// on.
     #[inline(always)]
     fn set_terms(
         &mut self,
@@ -216,14 +220,14 @@ impl<const N: usize, T: Field> Variation<N, T> {
         for k in 0..3 {
             space.matrix_into(&self.terms[k * d..], &mut self.matrices[k * square..]);
         }
-        // Of the given ones only those of the columns change.
+        // Only the given coefficients that belong to the columns change.
         let [first, last] = [column, column + abreast - 1].map(|column| column / d);
         let is_changed = |i: usize| i >= 3 || (first..=last).contains(&i);
         for k in 0..terms {
             let (before, next) = self.terms.split_at_mut((k + 3) * d);
             let next = &mut next[..d];
             let changes = &self.matrices;
-            // Of the brackets w_s, by all of their pairs.
+            // All pairs of the brackets w_s.
             let pairs = |s: usize| {
                 let changed = (0..=s + 1).filter(move |i| is_changed(*i) && 2 * i != s + 1);
                 changed.map(move |i| {
@@ -273,7 +277,7 @@ impl<const N: usize, T: Field> Variation<N, T> {
         }
     }
 
-    /// `Ad_{g(1/2)^{-1} g(s)}` at the nodes, times their weights.
+    /// `Ad_{g(1/2)^{-1} g(s)}` at the nodes, times the weights.
     #[inline(always)]
     fn set_adjoints(&mut self, space: impl Homogeneous, series: &Series<T>, count: usize) {
         let (d, h, r) = (space.dim(), space.isotropy_dim(), space.size());

@@ -1,9 +1,9 @@
-//! Anderson mixing: a fixed-point iteration that learns from its latest steps. Knows no geometry.
+//! Anderson mixing: acceleration of a fixed-point iteration from its latest steps. Independent of geometry.
 
 use std::collections::VecDeque;
 
-/// A direction of whose square less than this is left after those before it have been taken off is no direction: products are
-/// known to round-off.
+/// A direction counts as dependent if less than this fraction of its square remains after orthogonalisation against the
+/// previous ones: products are only accurate to round-off.
 const DEPENDENT: f64 = 1e-13;
 
 /// The accelerated iteration for `f(x) = 0`, where `f` is the step of a fixed-point iteration `x -> x + f(x)`.
@@ -12,8 +12,8 @@ const DEPENDENT: f64 = 1e-13;
 /// x_{j+1} = x_j + f_j - (\Delta X + \Delta F)\, \gamma,\qquad \gamma = \arg\min |f_j - \Delta F \gamma|
 /// ```
 ///
-/// with the latest differences of iterates and of steps as columns of `Delta X` and `Delta F`. On linear problems it is
-/// as good as the minimal residual method of as many directions as differences are kept.
+/// with the latest differences of iterates and of steps as columns of `Delta X` and `Delta F`. For linear problems it
+/// is as good as the minimal residual method with as many directions as stored differences.
 ///
 /// # Source
 /// Walker, Ni (2011), "Anderson acceleration for fixed-point iterations", SIAM J. Numer. Anal. 49, 1715-1735.
@@ -25,16 +25,16 @@ pub(crate) struct Anderson {
     differences: VecDeque<Difference>,
 }
 
-/// Differences of iterates and of steps.
+/// A difference of iterates and the difference of their steps.
 struct Difference {
     dx: Vec<f64>,
     df: Vec<f64>,
-    /// Of `df` with itself and with those of the older differences, newest first.
+    /// Products of `df` with itself and with those of the older differences, newest first.
     products: Vec<f64>,
 }
 
 impl Anderson {
-    /// At most `depth` differences are kept.
+    /// Stores at most `depth` differences.
     pub(crate) fn new(depth: usize) -> Self {
         Anderson {
             depth,
@@ -43,12 +43,12 @@ impl Anderson {
         }
     }
 
-    /// Whether there was no step yet.
+    /// Whether no step has been recorded yet.
     pub(crate) fn is_empty(&self) -> bool {
         self.last.is_none()
     }
 
-    /// The increment of the iterate after its step `f` was found: the iterate itself may be a point of a manifold.
+    /// The increment of the iterate after computing its step `f`; the iterate itself may be a point of a manifold.
     pub(crate) fn increment(&mut self, f: Vec<f64>) -> Vec<f64> {
         if let Some((dx, mut df)) = self.last.take() {
             for (before, f) in df.iter_mut().zip(&f) {
@@ -70,8 +70,8 @@ impl Anderson {
         increment
     }
 
-    /// The least-squares solution `gamma` from the products of the differences, kept from step to step, by a Cholesky
-    /// factorisation; dependent directions get nothing. Steps need a few digits of it.
+    /// The least-squares solution `gamma`, by a Cholesky factorisation of the products of the differences, which are
+    /// kept between steps; dependent directions get zero. A few digits are enough.
     fn shares(&self, f: &[f64]) -> Vec<f64> {
         let count = self.differences.len();
         let mut lower = vec![vec![0.0; count]; count];
@@ -102,7 +102,7 @@ impl Anderson {
     }
 }
 
-/// In partial sums, which do not wait for each other.
+/// Dot product in independent partial sums.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     const SUMS: usize = 8;
     let mut sums = [0.0; SUMS];
@@ -121,7 +121,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 mod tests {
     use super::*;
 
-    /// The step of `x -> M x + b`, `M` with entries that make the plain iteration slow.
+    /// The step of `x -> M x + b`, where `M` makes the plain iteration slow.
     fn step(x: &[f64]) -> Vec<f64> {
         let m = |i: usize, j: usize| {
             let diagonal = [0.9, -0.7, 0.5][i % 3];
@@ -154,7 +154,7 @@ mod tests {
         let plain = (0..5).fold(vec![0.0; 3], |x, _| {
             x.iter().zip(step(&x)).map(|(x, f)| x + f).collect()
         });
-        // Three directions, condition number about 20.
+        // Three directions, with a condition number of about 20.
         assert!(size(&step(&x)) < 1e-12, "{:e}", size(&step(&x)));
         assert!(size(&step(&plain)) > 0.1);
     }

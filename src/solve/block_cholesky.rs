@@ -1,12 +1,12 @@
-//! Symmetric block tridiagonal systems, and cyclic ones, by Cholesky factors, which exist only for positive definite matrices.
+//! Symmetric positive definite block tridiagonal systems, plain and cyclic, by Cholesky factors.
 //!
 //! # Source
 //! Golub, Van Loan (2013), "Matrix Computations", 4th ed., sec. 4.2.5 and 4.5.1.
 
 use crate::linalg::simd::vectorised;
 
-/// Square blocks of one size, row by row: the diagonal ones, and those beside them on the right up to the last row but one; of a
-/// cyclic matrix of three rows or more also the last one of the first row.
+/// Square blocks of one size, by rows: the diagonal blocks, and the blocks to their right, except in the last row; for
+/// a cyclic matrix of at least three rows also the last block of the first row.
 #[derive(Clone)]
 pub(crate) struct SymmetricBlocks {
     pub(crate) size: usize,
@@ -35,7 +35,7 @@ impl SymmetricBlocks {
         }
     }
 
-    /// Rows and columns of the first `held` entries of a block become those of the identity.
+    /// Replaces rows and columns of the first `held` entries of a block by those of the identity.
     pub(crate) fn hold(&mut self, block: usize, held: usize) {
         let (d, square) = (self.size, self.size * self.size);
         let last = self.diagonal.len() / square - 1;
@@ -100,7 +100,7 @@ impl SymmetricBlocks {
         )
     }
 
-    /// The Cholesky factor; `None` where the matrix is not positive definite.
+    /// The Cholesky factor; `None` if the matrix is not positive definite.
     pub(crate) fn factored(mut self) -> Option<CholeskyFactor> {
         let last_column = vectorised(
             #[inline(always)]
@@ -112,7 +112,8 @@ impl SymmetricBlocks {
         })
     }
 
-    /// `A = U^T U` in place; the blocks of `U` in the last column of a cyclic matrix, but for the last two rows.
+    /// Factors `A = U^T U` in place; returns the blocks of `U` in the last column of a cyclic matrix, except for the
+    /// last two rows.
     #[inline(always)]
     fn factor(&mut self) -> Option<Vec<f64>> {
         let (d, square) = (self.size, self.size * self.size);
@@ -122,7 +123,7 @@ impl SymmetricBlocks {
         for block in 0..=last {
             let (diagonal, after) = self.diagonal[block * square..].split_at_mut(square);
             let (before, beside) = self.beside.split_at_mut(block * square);
-            // None of the first row.
+            // The first row has none.
             let before = &before[block.saturating_sub(1) * square..];
             if block > 0 {
                 subtract_square(d, before, diagonal);
@@ -149,7 +150,7 @@ impl SymmetricBlocks {
         Some(column)
     }
 
-    /// Of a cyclic matrix, for all rows but the last two.
+    /// The last column of a cyclic matrix, for all rows but the last two.
     fn last_column(&self) -> Vec<f64> {
         let mut column = self.corner.clone();
         if !column.is_empty() {
@@ -159,8 +160,8 @@ impl SymmetricBlocks {
     }
 }
 
-/// The factor of a positive definite matrix: upper triangles of the blocks on the diagonal, the blocks beside them, and those of
-/// the last column.
+/// The factor of a positive definite matrix: upper triangles of the diagonal blocks, the blocks to their right, and the
+/// blocks of the last column.
 pub(crate) struct CholeskyFactor {
     blocks: SymmetricBlocks,
     last_column: Vec<f64>,
@@ -178,13 +179,13 @@ impl CholeskyFactor {
         );
     }
 
-    /// The part of a row in the last column, where there is one.
+    /// The block of a row in the last column, if there is one.
     fn in_last_column(&self, block: usize) -> Option<&[f64]> {
         let square = self.blocks.size * self.blocks.size;
         self.last_column.get(block * square..(block + 1) * square)
     }
 
-    /// `U^T x = b` in place.
+    /// Solves `U^T x = b` in place.
     #[inline(always)]
     fn solve_transposed(&self, b: &mut [f64]) {
         let blocks = &self.blocks;
@@ -210,7 +211,7 @@ impl CholeskyFactor {
         }
     }
 
-    /// `U x = b` in place.
+    /// Solves `U x = b` in place.
     #[inline(always)]
     fn solve_upper(&self, b: &mut [f64]) {
         let blocks = &self.blocks;
@@ -235,7 +236,7 @@ impl CholeskyFactor {
     }
 }
 
-/// The upper factor in place of the upper triangle; `None` where a pivot is not positive.
+/// Replaces the upper triangle by the upper factor; `None` if a pivot is not positive.
 #[inline(always)]
 fn cholesky(d: usize, a: &mut [f64]) -> Option<()> {
     for i in 0..d {
@@ -265,7 +266,7 @@ fn substitute_transposed(d: usize, factor: &[f64], b: &mut [f64]) {
     }
 }
 
-/// The upper triangle of `out -= A^T A`.
+/// `out -= A^T A`, upper triangle only.
 #[inline(always)]
 fn subtract_square(d: usize, a: &[f64], out: &mut [f64]) {
     for (i, row) in out.chunks_exact_mut(d).enumerate() {
@@ -281,11 +282,11 @@ fn subtract_product(d: usize, a: &[f64], b: &[f64], out: &mut [f64]) {
     }
 }
 
-/// Rows that are subtracted abreast: each entry of `out` is then read and written once for as many products.
+/// Number of rows subtracted at once: each entry of `out` is then read and written only once for that many products.
 const ROWS: usize = 4;
 
-/// `out -= sum_l f_l row_l` with the ends of all `rows`, as long as `out`, and as factors the entries of a column of `factors`,
-/// rows of length `d` both.
+/// `out -= sum_l f_l row_l`, with the last `out.len()` entries of each of `rows`, and factors from a column of
+/// `factors`; both have rows of length `d`.
 #[inline(always)]
 fn subtract_rows(d: usize, factors: &[f64], column: usize, rows: &[f64], out: &mut [f64]) {
     let first = d - out.len();
@@ -312,7 +313,7 @@ fn subtract(factor: f64, row: &[f64], out: &mut [f64]) {
     }
 }
 
-/// In four sums, which vector instructions add abreast.
+/// Dot product in four sums, for vector instructions.
 #[inline(always)]
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let whole = a.len() - a.len() % ROWS;
@@ -344,7 +345,7 @@ mod tests {
         a
     }
 
-    /// Five blocks, or three, with a corner.
+    /// Five or three blocks with a corner block.
     fn cyclic(count: usize) -> SymmetricBlocks {
         let mut a = SymmetricBlocks::closed(count, 2);
         for (i, x) in a.beside.iter_mut().chain(&mut a.corner).enumerate() {
@@ -364,7 +365,7 @@ mod tests {
             let mut unit = vec![0.0; count];
             unit[i] = 1.0;
             let sum: Vec<f64> = unit.iter().zip(x).map(|(u, x)| u + x).collect();
-            // The form is quadratic: its polar form gives the entry.
+            // The form is quadratic; its polarisation gives the entry.
             out[i] = 0.5 * (a.form(&sum) - a.form(&unit) - a.form(x));
         }
         out

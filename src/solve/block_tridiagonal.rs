@@ -4,10 +4,10 @@
 //! Golub, Van Loan (2013), "Matrix Computations", 4th ed., sec. 4.5.1 (block LU factorisation); the cyclic system by elimination
 //! of its last block.
 
-/// Square blocks of one size, row by row: row `i` has blocks for the unknowns `i - 1`, `i` and `i + 1`.
+/// Square blocks of one size, by rows: row `i` has blocks for the unknowns `i - 1`, `i` and `i + 1`.
 ///
-/// In a cyclic system the first row's block below and the last row's block above belong to the other end; in a plain one they
-/// do not count.
+/// In a cyclic system, the first row's block `i - 1` and the last row's block `i + 1` belong to the unknown at the
+/// other end; in a plain one they are ignored.
 pub(crate) struct BlockTridiagonal {
     size: usize,
     pub(crate) below: Vec<f64>,
@@ -27,7 +27,7 @@ impl BlockTridiagonal {
         }
     }
 
-    /// The factors of the plain matrix; `None` where a block is singular.
+    /// The factors of the plain matrix; `None` if a block is singular.
     pub(crate) fn factored(mut self) -> Option<Factors> {
         let count = self.diagonal.len() / self.size.pow(2);
         let inverses = self.eliminate(count)?;
@@ -40,7 +40,7 @@ impl BlockTridiagonal {
         })
     }
 
-    /// The factors of the cyclic matrix; `None` where a block is singular.
+    /// The factors of the cyclic matrix; `None` if a block is singular.
     pub(crate) fn factored_cyclic(mut self) -> Option<Factors> {
         let d = self.size;
         let square = d * d;
@@ -51,7 +51,7 @@ impl BlockTridiagonal {
             }
             return self.factored();
         }
-        // The columns of the last unknown, block by block.
+        // The columns of the last unknown, by blocks.
         let mut columns = vec![0.0; last * square];
         for i in 0..square {
             columns[i] += self.below[i];
@@ -77,9 +77,9 @@ impl BlockTridiagonal {
         Some(factors)
     }
 
-    /// Leaves the blocks above multiplied by the inverses of the diagonal blocks, which come out.
+    /// Multiplies the blocks above the diagonal by the inverses of the diagonal blocks, and returns these inverses.
     fn eliminate(&mut self, count: usize) -> Option<Vec<f64>> {
-        // Sizes known to the compiler where they are small: splines through 200 rotations take 0.8 times as long.
+        // Small sizes are compile-time constants: splines through 200 rotations then take 0.8 times as long.
         match self.size {
             2 => self.eliminate_sized(2, count),
             3 => self.eliminate_sized(3, count),
@@ -113,20 +113,20 @@ impl BlockTridiagonal {
 pub(crate) struct Factors {
     size: usize,
     below: Vec<f64>,
-    /// Of the factor with ones on the diagonal.
+    /// Blocks above the diagonal of the factor with unit diagonal.
     above: Vec<f64>,
-    /// Of the diagonal blocks.
+    /// Inverses of the diagonal blocks.
     inverses: Vec<f64>,
     border: Option<Border>,
 }
 
-/// What a cyclic matrix has besides.
+/// The additional factors of a cyclic matrix.
 struct Border {
     /// The plain system solved for the columns of the last unknown.
     columns: Vec<f64>,
-    /// The blocks of the last row for the first unknown and the last but one.
+    /// The blocks of the last row for the first and for the last unknown but one.
     ends: [Vec<f64>; 2],
-    /// The inverse of what is left for the last unknown.
+    /// The inverse of the Schur complement of the last unknown.
     corner: Vec<f64>,
 }
 
@@ -155,7 +155,7 @@ impl Factors {
         }
     }
 
-    /// Solves the plain system for right-hand sides of some columns, row by row.
+    /// Solves the plain system for several right-hand sides, stored by rows.
     fn substitute(&self, b: &mut [f64], columns: usize) {
         match (self.size, columns) {
             (2, 1) => self.substitute_sized(2, b, 1),
@@ -191,7 +191,7 @@ impl Factors {
     }
 }
 
-/// Writes the inverse of a matrix; `None` for a singular one.
+/// Writes the inverse of a matrix; `None` if it is singular.
 #[inline(always)]
 fn invert(d: usize, a: &mut [f64], out: &mut [f64]) -> Option<()> {
     out.fill(0.0);
@@ -201,7 +201,7 @@ fn invert(d: usize, a: &mut [f64], out: &mut [f64]) -> Option<()> {
     solve_dense(d, a, out, d)
 }
 
-/// `out += a b` for `a` of shape `(d, d)` and `b` of shape `(d, columns)`, row by row.
+/// `out += a b` for `a` of shape `(d, d)` and `b` of shape `(d, columns)`, by rows.
 #[inline(always)]
 fn add_product(d: usize, a: &[f64], b: &[f64], columns: usize, out: &mut [f64]) {
     for (a, out) in a.chunks_exact(d).zip(out.chunks_exact_mut(columns)) {
@@ -213,7 +213,7 @@ fn add_product(d: usize, a: &[f64], b: &[f64], columns: usize, out: &mut [f64]) 
     }
 }
 
-/// `out -= a b` for `a` of shape `(d, d)` and `b` of shape `(d, columns)`, row by row.
+/// `out -= a b` for `a` of shape `(d, d)` and `b` of shape `(d, columns)`, by rows.
 #[inline(always)]
 fn subtract_product(d: usize, a: &[f64], b: &[f64], columns: usize, out: &mut [f64]) {
     for (a, out) in a.chunks_exact(d).zip(out.chunks_exact_mut(columns)) {
@@ -225,7 +225,7 @@ fn subtract_product(d: usize, a: &[f64], b: &[f64], columns: usize, out: &mut [f
     }
 }
 
-/// Solves `a x = b` in place, with partial pivoting; `None` for a singular matrix.
+/// Solves `a x = b` in place, with partial pivoting; `None` if the matrix is singular.
 #[inline(always)]
 fn solve_dense(n: usize, a: &mut [f64], b: &mut [f64], columns: usize) -> Option<()> {
     for i in 0..n {
@@ -284,7 +284,7 @@ fn solve_dense(n: usize, a: &mut [f64], b: &mut [f64], columns: usize) -> Option
 mod tests {
     use super::*;
 
-    /// Entries of a matrix whose blocks on the diagonal dominate.
+    /// A matrix that is diagonally dominant by blocks.
     fn system(count: usize, d: usize) -> BlockTridiagonal {
         let mut system = BlockTridiagonal::zeros(count, d);
         let entry = |i: usize, shift: usize| (1.7 * i as f64 + shift as f64).sin();

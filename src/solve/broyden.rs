@@ -1,22 +1,22 @@
-//! Broyden's method: steps by linear equations that are kept, corrected by the steps that were taken.
+//! Broyden's method: steps from fixed linear equations, corrected by the previous steps.
 //!
 //! # Source
 //! Kelley (1995), "Iterative Methods for Linear and Nonlinear Equations", sec. 7.3 (the storage of Broyden's updates).
 
 use crate::linalg::field::Field;
 
-/// Of a step that gets anywhere the next ones are smaller shares than this. Without the bound a lane that is solved jumps away by its
-/// round-off, and takes the others with it: of 4000 problems on St(3,1) 124 are lost, 31 with it.
+/// Largest ratio of successive steps along each other in a converging iteration. Without this bound, a converged lane
+/// jumps by its round-off and spoils the other lanes: of 4000 problems on St(3,1) 124 are not solved, with it 31.
 const LARGEST: f64 = 0.5;
 
-/// Steps since the equations were set up, for one problem or eight abreast.
+/// Steps since the linear equations were set up, for one problem or eight at once.
 pub(crate) struct Updates<T> {
     steps: Vec<Vec<T>>,
     count: usize,
 }
 
 impl<T: Field> Updates<T> {
-    /// Room for so many steps of a size.
+    /// Allocates space for `most` steps of the given size.
     pub(crate) fn new(size: usize, most: usize) -> Self {
         Updates {
             steps: vec![vec![T::ZERO; size]; most],
@@ -24,12 +24,12 @@ impl<T: Field> Updates<T> {
         }
     }
 
-    /// Forgets the steps: the linear equations are new, or there is no room for more of them.
+    /// Forgets the steps, because the linear equations are new or the space is used up.
     pub(crate) fn clear(&mut self) {
         self.count = 0;
     }
 
-    /// Turns a step by the linear equations that are kept into that of Broyden's method, and keeps it.
+    /// Converts a step of the fixed linear equations to the step of Broyden's method, and stores it.
     #[inline(always)]
     pub(crate) fn correct(&mut self, step: &mut [T]) {
         if self.count == self.steps.len() {
@@ -52,7 +52,8 @@ impl<T: Field> Updates<T> {
     }
 }
 
-/// The part of a step along another, as a share of that; none of a lane where it is no smaller: round-off moves it, or nothing.
+/// The component of a step along another one, as a multiple of that one; zero for lanes in which it is not smaller:
+/// these move only by round-off, or not at all.
 #[inline(always)]
 fn share<T: Field>(other: &[T], step: &[T]) -> T {
     let [mut product, mut square] = [T::ZERO; 2];
@@ -78,7 +79,7 @@ mod tests {
         std::array::from_fn(|i| x[i] + 0.3 * x[i] * x[(i + 1) % 3] - b[i])
     }
 
-    /// How often the equations are evaluated down to round-off, with the linear equations of the start.
+    /// Number of evaluations of the equations until round-off, with the linear equations of the start.
     fn evaluations(is_corrected: bool) -> usize {
         let (b, mut x) = ([0.9, -0.7, 0.5], [0.0; 3]);
         let mut updates = Updates::new(3, 8);

@@ -1,11 +1,11 @@
-//! Linear equations with an operator close to the identity that is only known by its action.
+//! Linear equations with an operator close to the identity that is given only by its action.
 
 use std::convert::Infallible;
 
-/// Directions kept; the operators here need three to ten.
+/// Maximal number of directions; the operators here need three to ten.
 const MAX_DIRECTIONS: usize = 40;
 
-/// The minimal residual method in buffers made once for a size.
+/// The minimal residual method, with buffers allocated once per size.
 ///
 /// # Source
 /// Saad, Schultz (1986), "GMRES: a generalized minimal residual algorithm for solving nonsymmetric linear systems",
@@ -30,9 +30,9 @@ impl Gmres {
         }
     }
 
-    /// Solves `A x = b` from `x = 0` until the residual is `tolerance |b|`; `b` comes in `x`.
+    /// Solves `A x = b` from `x = 0` until the residual is at most `tolerance |b|`; on entry `x` contains `b`.
     ///
-    /// Stops after `MAX_DIRECTIONS` products with the best `x` so far: the caller measures what a step is worth.
+    /// Stops after `MAX_DIRECTIONS` products with the best `x` so far; the caller judges the resulting step.
     pub(crate) fn solve(
         &mut self,
         x: &mut [f64],
@@ -45,10 +45,10 @@ impl Gmres {
         });
     }
 
-    /// [`Gmres::solve`] with products that may fail.
+    /// [`Gmres::solve`] with products that can fail.
     ///
     /// # Errors
-    /// That of the first product that fails; `x` is the best up to there then.
+    /// The error of the first product that fails; `x` is then the best iterate so far.
     pub(crate) fn try_solve<E>(
         &mut self,
         x: &mut [f64],
@@ -96,7 +96,7 @@ impl Gmres {
         }
     }
 
-    /// Orthogonalises the image, turns its coefficients into the triangular factor; returns the residual.
+    /// Orthogonalises the image and extends the triangular factor by its coefficients; returns the residual.
     fn extend(&mut self, index: usize) -> f64 {
         if index == self.columns.len() {
             self.columns.push(vec![0.0; MAX_DIRECTIONS + 1]);
@@ -111,7 +111,7 @@ impl Gmres {
             }
         }
         let mut length = norm(&self.image);
-        // What is left after cancellation to round-off is no direction.
+        // A remainder of the size of round-off after cancellation is no direction.
         if length <= 16.0 * f64::EPSILON * before {
             length = 0.0;
         }
@@ -127,7 +127,7 @@ impl Gmres {
             (1.0, 0.0)
         };
         column[index] = radius;
-        // The place below the diagonal keeps the length of the new direction.
+        // The place below the diagonal holds the length of the new direction.
         column[index + 1] = length;
         self.rotations.push((cos, sin));
         let last = self.rhs[index];

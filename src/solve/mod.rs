@@ -1,4 +1,4 @@
-//! Linear and nonlinear systems: knows no geometry.
+//! Linear and nonlinear solvers, independent of geometry.
 
 pub(crate) mod anderson;
 pub(crate) mod block_cholesky;

@@ -1,7 +1,8 @@
 //! Damped Newton iteration on `R^m`, with a report.
 //!
-//! The solver knows nothing of the problem: a problem gives residuals and exact Jacobians. A trial step at which
-//! the problem cannot be evaluated (a curve leaves its chart, say) counts as one that does not lower the residual.
+//! The solver is independent of the problem, which provides residuals and exact Jacobians. A trial step at which the
+//! problem cannot be evaluated (for example because a curve leaves its chart) is treated as one that does not reduce
+//! the residual.
 
 use faer::{Mat, MatMut};
 
@@ -10,10 +11,11 @@ use crate::interrupt::Interrupt;
 use crate::linalg::decomp::solve_square;
 use crate::report::{SolverReport, StopReason};
 
-/// A step is accepted if it lowers the norm of the residual by this share of what the linear model predicts.
+/// A step is accepted if it reduces the norm of the residual by this fraction of the reduction that the linear model
+/// predicts.
 const SUFFICIENT_DECREASE: f64 = 1e-4;
 
-/// Halvings of a step before the direction is given up.
+/// Number of times a step is halved before the direction is given up.
 const MAX_HALVINGS: i32 = 30;
 
 /// A square system of equations `F(x) = 0`.
@@ -47,10 +49,10 @@ pub trait Problem {
     /// Number of unknowns and of equations.
     fn dim(&self) -> usize;
 
-    /// `residual = F(x)` and, where asked for, `jacobian = DF(x)`.
+    /// Computes `residual = F(x)` and, if requested, `jacobian = DF(x)`.
     ///
     /// # Errors
-    /// Where `F` does not exist at `x`.
+    /// An error if `F` is not defined at `x`.
     fn evaluate(
         &mut self,
         x: &[f64],
@@ -59,7 +61,7 @@ pub trait Problem {
     ) -> Result<()>;
 }
 
-/// When to stop.
+/// Stopping criteria.
 ///
 /// # Examples
 /// ```
@@ -91,11 +93,11 @@ pub trait Problem {
 /// ```
 #[derive(Clone, Copy)]
 pub struct NewtonOptions<'a> {
-    /// Converged once the Euclidean norm of the residual is at most this.
+    /// The iteration has converged once the Euclidean norm of the residual is at most this.
     pub tolerance: f64,
-    /// Newton steps at the most.
+    /// Maximal number of Newton steps.
     pub max_iterations: usize,
-    /// Asked before every step.
+    /// Polled before every step.
     pub interrupt: Interrupt<'a>,
 }
 
@@ -116,11 +118,12 @@ impl Default for NewtonOptions<'_> {
 /// x \leftarrow x - \lambda\, DF(x)^{-1} F(x),\qquad \lambda = 1, \tfrac12, \tfrac14, \dots
 /// ```
 ///
-/// The first `lambda` that lowers `|F|` is taken. On return `x` is the best iterate; the report says whether
-/// that is a solution.
+/// The first `lambda` that reduces `|F|` is used. On return `x` is the best iterate; the report says whether it is a
+/// solution.
 ///
 /// # Errors
-/// `Shape`, that of the problem at the starting point, and `Interrupted`. Failure to converge is in the report.
+/// `Shape`, the error of the problem at the starting point, and `Interrupted`. Failure to converge is not an error but
+/// part of the report.
 /// # Source
 /// Dennis, Schnabel (1996), "Numerical Methods for Unconstrained Optimization and Nonlinear Equations", ch. 6.
 pub fn solve(

@@ -1,8 +1,10 @@
-//! Block tridiagonal systems whose blocks are numbers times isometries between the tangent spaces of neighbours.
+//! Block tridiagonal systems whose blocks are numbers times isometries between the tangent spaces of neighbouring
+//! knots.
 //!
-//! Carried to one tangent space along the chain, the blocks are numbers: the Thomas algorithm needs no matrix larger than the
-//! few fields at a knot. A closed chain, along which carrying once around is not the identity, is unrolled: what knots far away
-//! contribute decays by at least one half from knot to knot where the diagonal is twice the sum of its neighbours.
+//! If all vectors are carried along the chain to one tangent space, the blocks are numbers, and the Thomas algorithm
+//! needs no matrix larger than the few fields at a knot. A closed chain, around which carrying a vector once is not the
+//! identity, is unrolled: if the diagonal is at least twice the sum of its neighbours, the influence of a distant knot
+//! decays by at least one half per knot.
 //!
 //! # Source
 //! Golub, Van Loan (2013), "Matrix Computations", 4th ed., sec. 4.5.1; de Boor (2001), "A Practical Guide to Splines", ch. IV,
@@ -10,33 +12,33 @@
 
 use crate::error::Result;
 
-/// From a knot to the next one, or back.
+/// Direction from a knot to the next one, or back.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Way {
     Forward,
     Backward,
 }
 
-/// The isometries between the vectors at neighbouring knots, as many numbers each.
+/// The isometries between vectors at neighbouring knots, which have the same number of coordinates.
 pub(crate) trait Isometries {
-    /// Numbers of a vector.
+    /// Number of coordinates of a vector.
     fn size(&self) -> usize;
 
-    /// `to` is `from` at the other end of the leg, one of those after the knots.
+    /// Writes `from`, carried to the other end of the leg, to `to`; leg `i` follows knot `i`.
     ///
     /// # Errors
-    /// Where that fails.
+    /// An error if carrying fails.
     fn carry_into(&mut self, leg: usize, way: Way, from: &[f64], to: &mut [f64]) -> Result<()>;
 }
 
-/// Knots by which a closed chain is unrolled at both ends: round-off, since what they contribute decays as `(2 - 3^(1/2))^j`
-/// for equal legs.
+/// Number of knots by which a closed chain is unrolled at both ends: their influence decays as `(2 - 3^(1/2))^j` for
+/// equal legs, here to round-off.
 const UNROLLED: usize = 28;
 
-/// Numbers of a block, by fields of a knot.
+/// Numbers of a block, indexed by the fields of a knot.
 pub(crate) type Block<const C: usize> = [[f64; C]; C];
 
-/// One block row: blocks for the knot before, the knot itself and the knot after.
+/// One block row: the blocks for the knot before, the knot itself and the knot after.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Row<const C: usize> {
     pub(crate) below: Block<C>,
@@ -59,20 +61,21 @@ pub(crate) enum Shape {
     Closed,
 }
 
-/// A factorised system.
+/// A factored system.
 #[derive(Debug, Clone)]
 pub(crate) struct Tridiagonal<const C: usize> {
     shape: Shape,
     rows: usize,
-    /// Rows in the order of elimination: which knot.
+    /// The knots in the order of elimination.
     order: Vec<usize>,
-    /// In that order: inverse pivot, and inverse pivot times the block above.
+    /// In the same order, inverse pivots, and inverse pivots times the block above.
     steps: Vec<(Block<C>, Block<C>)>,
     below: Vec<Block<C>>,
 }
 
 impl<const C: usize> Tridiagonal<C> {
-    /// For as many rows as there are knots with unknowns; a closed chain has as many as legs. `None` where a pivot is singular.
+    /// Built from one row per knot with unknowns; for a closed chain, these are as many as legs. `None` if a pivot is
+    /// singular.
     pub(crate) fn new(rows: &[Row<C>], shape: Shape) -> Option<Self> {
         let count = rows.len();
         let order: Vec<usize> = match shape {
@@ -102,10 +105,10 @@ impl<const C: usize> Tridiagonal<C> {
         })
     }
 
-    /// Solution for right-hand sides of `C` vectors a knot, in place.
+    /// Solves for right-hand sides of `C` vectors per knot, in place.
     ///
     /// # Errors
-    /// Those of carrying.
+    /// The errors of carrying.
     pub(crate) fn solve(&self, isometries: &mut impl Isometries, right: &mut [f64]) -> Result<()> {
         let size = C * isometries.size();
         let mut carried = vec![0.0; size];
@@ -162,8 +165,8 @@ impl<const C: usize> Tridiagonal<C> {
     }
 }
 
-/// The diagonal blocks of the inverse of the matrix of numbers, by elimination from both ends: `(D + E - A)^{-1}` with the pivots
-/// `D` and `E` of both. `None` where one is singular.
+/// The diagonal blocks of the inverse of the matrix of numbers, by elimination from both ends: `(D + E - A)^{-1}` with
+/// the pivots `D` and `E` of the two eliminations. `None` if one is singular.
 pub(crate) fn diagonal_of_inverse<const C: usize>(rows: &[Row<C>]) -> Option<Vec<Block<C>>> {
     let pivots = |order: &mut dyn Iterator<Item = usize>, forward: bool| -> Option<Vec<Block<C>>> {
         let mut out = vec![[[0.0; C]; C]; rows.len()];
@@ -216,7 +219,7 @@ fn product<const C: usize>(a: &Block<C>, b: &Block<C>) -> Block<C> {
     out
 }
 
-/// By Gauss-Jordan elimination with row pivoting.
+/// The inverse by Gauss-Jordan elimination with row pivoting.
 fn inverse<const C: usize>(mut a: Block<C>) -> Option<Block<C>> {
     let mut out = [[0.0; C]; C];
     for (i, row) in out.iter_mut().enumerate() {
@@ -245,7 +248,7 @@ fn inverse<const C: usize>(mut a: Block<C>) -> Option<Block<C>> {
     Some(out)
 }
 
-/// `at -= block times the fields of from`.
+/// `at -= block * fields of from`.
 fn subtract_product<const C: usize>(block: &Block<C>, from: &[f64], at: &mut [f64]) {
     let size = from.len() / C;
     for (row, at) in block.iter().zip(at.chunks_exact_mut(size)) {
@@ -257,7 +260,7 @@ fn subtract_product<const C: usize>(block: &Block<C>, from: &[f64], at: &mut [f6
     }
 }
 
-/// `at = block times the fields of at`.
+/// `at = block * fields of at`.
 fn multiply<const C: usize>(block: &Block<C>, at: &mut [f64]) {
     let size = at.len() / C;
     for i in 0..size {
