@@ -1,9 +1,9 @@
 //! Three charts that cover the manifold, and curves that pass from one to another.
 //!
-//! A chart breaks down at its poles, where the first column is `e_3` or `-e_3`. The rotation `P` of space that sends
+//! A chart breaks down at its poles, where the first column is `e_3` or `-e_3`. The rotation `P` of space that maps
 //! `e_1` to `e_2`, `e_2` to `e_3` and `e_3` to `e_1` is an isometry; the chart of `P S` has its poles on the second
-//! axis, that of `P^2 S` on the first. A point next to a pole of one is in the middle of another: always one of the
-//! three has `sin(theta) >= sqrt(2/3)`.
+//! axis, the chart of `P^2 S` on the first. A point near a pole of one chart is in the middle of another one: at least
+//! one of the three has `sin(theta) >= sqrt(2/3)`.
 //!
 //! A change of chart carries the state by the cotangent lift of the change of coordinates `tau`, lifted to velocities:
 //!
@@ -12,13 +12,14 @@
 //! p'_q = D\tau^{-T}\bigl(p_q - (D^2\tau\, v)^T p'_v\bigr)
 //! ```
 //!
-//! It is the identity of the phase space in other coordinates, so a discrete trajectory across charts is that of a
-//! symplectic method: one out of three, chosen by the state it starts from. Because the rotations are three fixed ones
-//! and not fitted to the state, the choice is constant around almost every state, and the map stays symplectic.
+//! The transformed state is the same point of the phase space in other coordinates, so a discrete trajectory across
+//! charts is a trajectory of a symplectic method: one of three, selected by the initial state. Because the three
+//! rotations are fixed and not fitted to the state, the selection is constant near almost every state, and the map
+//! stays symplectic.
 //!
 //! # Source
 //! The isometry group of `St(n, k)` and the cotangent lift of a point transformation are standard; the choice of the
-//! three rotations and its consequence are our own.
+//! three rotations, and the result on symplecticity, are our own.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -34,8 +35,8 @@ use super::tangent_lift::TangentLift;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 
-/// A state with a smaller `sin(theta)` moves to another chart. Well below `sqrt(2/3)`, where it arrives: a curve does
-/// not change to and fro.
+/// Value of `sin(theta)` below which a state moves to another chart. It is well below `sqrt(2/3)`, the value on
+/// arrival, so a curve does not switch back and forth.
 pub const MARGIN: f64 = 0.5;
 
 /// A state in one of the three charts.
@@ -58,15 +59,15 @@ pub const MARGIN: f64 = 0.5;
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AtlasState<const Z: usize> {
-    /// The state is that of `P^turns S`: 0, 1 or 2.
+    /// Number of rotations, 0, 1 or 2: the state belongs to `P^turns S`.
     pub turns: usize,
     /// `(q, qdot, p_q, p_qdot)` in that chart.
     pub z: SVector<f64, Z>,
 }
 
 impl<const Z: usize> AtlasState<Z> {
-    /// The state of a cubic with the given data: in the chart itself, or in the next best one where that is close to a
-    /// pole. Any point will do, the poles too.
+    /// The state of a cubic with the given data: in the given chart or, near its poles, in the next best one. All
+    /// points are admissible, including the poles.
     ///
     /// # Errors
     /// `Shape`, `NonFinite`, `NotOrthonormal`, `NotTangent`, `Overflow`.
@@ -93,12 +94,13 @@ impl<const Z: usize> AtlasState<Z> {
         Ok(covariant_from_state(chart, &self.z)?.turned(3 - self.turns % 3))
     }
 
-    /// The rotation `R` with the point of this state at `R S`, shape `(3, 3)`.
+    /// The rotation `R`, shape `(3, 3)`, such that the state belongs to the point `R S`.
     pub fn rotation(&self) -> SMatrix<f64, 3, 3> {
         SMatrix::from_fn(|i, j| f64::from(u8::from((j + self.turns) % 3 == i)))
     }
 
-    /// The same state in the chart that has it nearest to its middle, if it is close to a pole of its own; else itself.
+    /// The same state in the chart in which it is nearest to the middle, if it is near a pole of its own chart;
+    /// otherwise unchanged.
     ///
     /// # Errors
     /// `OutsideChart`, `Overflow`.
@@ -117,7 +119,8 @@ impl<const Z: usize> AtlasState<Z> {
     }
 }
 
-/// How often to turn a point with small first and second entry: whichever of the two becomes the third is the cosine.
+/// Number of rotations for a point with small first and second entry: one of the two becomes the third entry, which is
+/// the cosine.
 fn turns_to_the_middle(x: f64, y: f64) -> usize {
     if y.abs() <= x.abs() { 1 } else { 2 }
 }
@@ -127,7 +130,7 @@ fn turns_to_the_middle(x: f64, y: f64) -> usize {
 /// Coordinates are those of [`super::rotation`]: `(theta, phi)` on the sphere, `(theta, phi, psi)` for frames.
 ///
 /// # Errors
-/// `OutsideChart`, `Overflow` where the state comes to lie on a pole.
+/// `OutsideChart` or `Overflow` if the state ends up at a pole.
 pub fn transition<const X: usize, const Z: usize>(
     chart: &impl Chart<X, Z>,
     z: &SVector<f64, Z>,
@@ -161,7 +164,7 @@ impl<const X: usize, const Z: usize> Change<X, Z> {
     fn new(chart: &impl Chart<X, Z>, z: &SVector<f64, Z>, turns: usize) -> Result<Self> {
         chart.check("state", z.as_slice())?;
         let d = X / 2;
-        // On the sphere the third angle is the constant 0, and its image is not read.
+        // On the sphere the third angle is the constant 0, and its image is not used.
         let angle = |i: usize| {
             if i < d {
                 Jet::variable(z[i], i, 1.0)
@@ -229,13 +232,13 @@ impl<const X: usize, const Z: usize> Change<X, Z> {
 
 /// The discrete trajectory of `steps` equal steps over `[0, t_end]`, across charts: `steps + 1` states.
 ///
-/// Before a step the state changes its chart if it is close to a pole. With a map that commutes with the isometries
-/// (`RetractionMap`) the trajectory does not depend on the charts; a linear map is another method in each.
+/// Before a step, a state near a pole changes its chart. With a map that commutes with the isometries (`RetractionMap`)
+/// the trajectory does not depend on the charts; a linear map defines a different method in each chart.
 ///
 /// # Accuracy
-/// As `integrate_composed`; a change of chart costs round-off.
+/// As `integrate_composed`; a change of chart adds round-off.
 /// # Errors
-/// `NonFinite`, `InvalidArgument`; `OutsideChart`, `NoConvergence` where one step is too long for a chart.
+/// `NonFinite`, `InvalidArgument`; `OutsideChart`, `NoConvergence` if a step is too long for a chart.
 pub fn integrate_across<const X: usize, const Z: usize>(
     chart: &impl Chart<X, Z>,
     map: &impl DiscretizationMap<X>,
@@ -258,7 +261,7 @@ pub fn integrate_across<const X: usize, const Z: usize>(
     Ok(out)
 }
 
-/// One step across charts as [`integrate_across`] takes it, with the derivative from the coordinates of the start to
+/// One step across charts, as taken by [`integrate_across`], with its derivative from the coordinates of the start to
 /// those of the end.
 ///
 /// # Errors

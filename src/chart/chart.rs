@@ -1,4 +1,5 @@
-//! A chart as a table of terms: value, gradient, Hessian, momenta and derivatives of its Hamiltonian, and its embedding.
+//! A chart as a table of terms of its Hamiltonian, from which value, gradient, Hessian, momenta and derivatives follow,
+//! and its embedding.
 
 use faer::Mat;
 use nalgebra::{SMatrix, SVector};
@@ -33,7 +34,7 @@ pub trait Chart<const X: usize, const Z: usize>: Sync {
     /// The columns of the embedded point, from sine and cosine of every coordinate.
     fn columns<T: Scalar>(&self, sin_cos: &[(T, T)]) -> impl IntoIterator<Item = [T; 3]>;
 
-    /// Checks that a state is finite and its polar angle inside of the chart, `0 < theta < pi`.
+    /// Checks that a state is finite and that its polar angle is inside the chart, `0 < theta < pi`.
     ///
     /// # Errors
     /// `NonFinite`, `OutsideChart`.
@@ -53,8 +54,8 @@ pub trait Chart<const X: usize, const Z: usize>: Sync {
         })
     }
 
-    /// The Hamiltonian `H(z)`. Like its derivatives a kernel that checks nothing: finite where [`Chart::check`] holds
-    /// and the state is not next to a pole.
+    /// The Hamiltonian `H(z)`. This kernel and its derivatives check nothing: they are finite if [`Chart::check`]
+    /// passes and the state is not next to a pole.
     fn hamiltonian(&self, z: &SVector<f64, Z>) -> f64 {
         let (sin, cos) = z[0].sin_cos();
         let value =
@@ -97,8 +98,8 @@ pub trait Chart<const X: usize, const Z: usize>: Sync {
     /// p_{q,i} = 2 \Gamma^k_{ij} \dot q^j p_{\dot q,k} - \tfrac{d}{dt} p_{\dot q,i}
     /// ```
     ///
-    /// In terms of the Hamiltonian: `qddot = H_{p_qdot}`, its time derivative gives `d/dt p_qdot`, and
-    /// `p_q = -H_qdot|_{p_q = 0} - d/dt p_qdot`. All vectors of shape `(d)`; the result is `(p_q, p_qdot)`, `(2d)`.
+    /// In terms of the Hamiltonian: `qddot = H_{p_qdot}`, whose time derivative gives `d/dt p_qdot`, and `p_q =
+    /// -H_qdot|_{p_q = 0} - d/dt p_qdot`. All vectors have shape `(d)`; the result is `(p_q, p_qdot)`, shape `(2d)`.
     ///
     /// # Errors
     /// `Shape`, `NonFinite`, `OutsideChart`; `Overflow` next to a pole.
@@ -126,7 +127,7 @@ pub trait Chart<const X: usize, const Z: usize>: Sync {
         z.as_mut_slice()[..d].copy_from_slice(q);
         z.as_mut_slice()[d..X].copy_from_slice(qdot);
         self.check("state", z.as_slice())?;
-        // Only the block of the inverse metric matters; the rest of the system is the identity.
+        // Only the block with the inverse metric matters; the rest of the system is the identity.
         let metric_solve = |z: &SVector<f64, Z>, right: &dyn Fn(usize) -> f64| {
             let hessian = self.hessian(z);
             let mut inverse_metric = SMatrix::<f64, X, X>::identity();
@@ -220,7 +221,7 @@ pub trait Chart<const X: usize, const Z: usize>: Sync {
     }
 }
 
-/// Error `Shape` unless a vector has the given length.
+/// Return `Shape` unless a vector has the given length.
 fn check_length(name: &'static str, x: &[f64], length: usize) -> Result<()> {
     if x.len() == length {
         return Ok(());
@@ -233,7 +234,7 @@ fn check_length(name: &'static str, x: &[f64], length: usize) -> Result<()> {
     })
 }
 
-/// Error `Overflow` where a computed state is not finite, `OutsideChart` where it has left the chart.
+/// Return `Overflow` if a computed state is not finite, `OutsideChart` if it has left the chart.
 pub(super) fn check_reached<const X: usize, const Z: usize>(
     chart: &impl Chart<X, Z>,
     z: &SVector<f64, Z>,

@@ -1,8 +1,8 @@
-//! Higher order by composition: several steps of fractional length in the place of one.
+//! Higher order by composition: several steps of fractional length replace one step.
 //!
-//! A symmetric method of order 2 taken with the step lengths `gamma_1 h, ..., gamma_s h`, the fractions symmetric,
-//! is again symmetric and symplectic, and of order 4, 6 or 8 if the fractions satisfy the order conditions. A method of
-//! order 1 and its adjoint with half a step each make a symmetric one of order 2 first.
+//! A symmetric method of order 2, applied with step lengths `gamma_1 h, ..., gamma_s h` for symmetric fractions, is
+//! again symmetric and symplectic, and of order 4, 6 or 8 if the fractions satisfy the order conditions. A method of
+//! order 1 and its adjoint, with half a step each, first form a symmetric method of order 2.
 //!
 //! # Source
 //! Suzuki (1990), "Fractal decomposition of exponential operators", Phys. Lett. A 146, 319-323 (order 4); Kahan, Li
@@ -15,7 +15,7 @@ use nalgebra::SVector;
 use super::discretization::{Blocks, DiscretizationMap, Expansion};
 use crate::error::{Error, Result};
 
-/// Suzuki's five steps: `1 / (4 - 4^(1/3))` four times, around the one that makes the sum 1.
+/// Suzuki's five steps: `1 / (4 - 4^(1/3))` four times, around the middle one that makes the sum 1.
 const ORDER_4: [f64; 5] = [
     0.414_490_771_794_375_7,
     0.414_490_771_794_375_7,
@@ -58,7 +58,7 @@ const ORDER_8: [f64; 17] = [
     0.130_202_483_088_890_07,
 ];
 
-/// How one step is put together from steps of fractional length.
+/// The composition of one step from steps of fractional length.
 ///
 /// # Examples
 /// ```
@@ -87,11 +87,11 @@ pub struct Composition {
 enum Base {
     /// The method itself.
     Method,
-    /// Its adjoint for half of the fraction, then the method for the other half.
+    /// The adjoint method for half of the fraction, then the method for the other half.
     WithAdjoint,
 }
 
-/// A part of a step: the method or its adjoint, and the fraction of the step's length.
+/// A stage of a step: the method or its adjoint, with a fraction of the step's length.
 ///
 /// # Examples
 /// ```
@@ -106,7 +106,7 @@ enum Base {
 pub enum Stage {
     /// The method of the discretization map.
     Method(f64),
-    /// The method of its [`Adjoint`].
+    /// The method of the [`Adjoint`] map.
     Adjoint(f64),
 }
 
@@ -124,7 +124,7 @@ impl Composition {
     /// The composition that raises a method of order `base`, 1 or 2 (then symmetric), to `order`.
     ///
     /// # Errors
-    /// `InvalidArgument` unless `order` is 2, 4, 6, 8 or that of the method.
+    /// `InvalidArgument` unless `order` is 2, 4, 6, 8 or the order of the method.
     pub fn new(base: usize, order: usize) -> Result<Self> {
         let fractions: &'static [f64] = match order {
             _ if order == base => return Ok(Composition::default()),
@@ -148,7 +148,7 @@ impl Composition {
         Ok(Composition { fractions, base })
     }
 
-    /// The parts of one step in the order in which they are taken.
+    /// The stages of one step, in order.
     pub fn stages(&self) -> impl Iterator<Item = Stage> {
         let base = self.base;
         self.fractions.iter().flat_map(move |&fraction| {

@@ -1,4 +1,4 @@
-//! States of a chart from point, velocity, covariant acceleration and covariant jerk, and back.
+//! Conversion between states of a chart and point, velocity, covariant acceleration and covariant jerk.
 //!
 //! With the coordinate fields `d_i S` of the embedding and the canonical metric,
 //!
@@ -72,7 +72,7 @@ impl CovariantData {
         Ok(())
     }
 
-    /// The momentum of the rotations of space about the three axes, which every Riemannian cubic keeps.
+    /// The momentum of the rotations of space about the three axes, which is constant along every Riemannian cubic.
     ///
     /// ```math
     /// \mu_i = \langle A, D_V \xi_i \rangle - \langle J, \xi_i \rangle,\qquad \xi_i = e_i \times S
@@ -87,7 +87,7 @@ impl CovariantData {
         })
     }
 
-    /// The same data after `turns` rotations that map the first axis to the second and that to the third.
+    /// The same data after `turns` rotations that map the first axis to the second and the second to the third.
     pub(super) fn turned(&self, turns: usize) -> Self {
         let turn =
             |m: &Mat<f64>| Mat::from_fn(3, m.ncols(), |i, j| m[((i + 3 - turns % 3) % 3, j)]);
@@ -157,7 +157,7 @@ pub fn covariant_from_state<C: Chart<X, Z>, const X: usize, const Z: usize>(
     })
 }
 
-/// `(theta, phi, psi)` of a point; one of the sphere has the direction of the meridian as its second column.
+/// `(theta, phi, psi)` of a point; a point of the sphere has the direction of the meridian as its second column.
 fn coordinates(s: MatRef<'_, f64>) -> [f64; 3] {
     let (x, y, z) = (s[(0, 0)], s[(1, 0)], s[(2, 0)]);
     let (theta, phi) = (x.hypot(y).atan2(z), y.atan2(x));
@@ -186,7 +186,7 @@ fn coordinate_fields<C: Chart<X, Z>, const X: usize, const Z: usize>(
         .collect()
 }
 
-/// The vector of a covector: the inverse metric is a block of the Hessian of the Hamiltonian.
+/// Raises the index of a covector: the inverse metric is a block of the Hessian of the Hamiltonian.
 fn raised<C: Chart<X, Z>, const X: usize, const Z: usize>(
     chart: &C,
     z: &SVector<f64, Z>,

@@ -1,8 +1,8 @@
 //! Discretization maps and their cotangent lifts.
 //!
-//! A discretization map on a configuration space `Q` sends a tangent vector to two nearby points,
-//! `R_d(x, v) = (R_1(x, v), R_2(x, v))`, with `R_d(x, 0) = (x, x)` and `D_v (R_2 - R_1)(x, 0) = I`. Here `Q` is the
-//! chart of the tangent bundle: `x = (q, qdot)`.
+//! A discretization map on a configuration space `Q` maps a tangent vector to two nearby points, `R_d(x, v) = (R_1(x,
+//! v), R_2(x, v))`, with `R_d(x, 0) = (x, x)` and `D_v (R_2 - R_1)(x, 0) = I`. Here `Q` is the chart of the tangent
+//! bundle: `x = (q, qdot)`.
 //!
 //! Its cotangent lift is the symplectic map `(x, p, v, pdot) -> (x_0, p_0, x_1, p_1)` with
 //!
@@ -21,7 +21,8 @@ use super::elimination::solve_in_place;
 /// Blocks with respect to `(x, v)`: `[[.x, .v] of the first row, [.x, .v] of the second]`.
 pub type Blocks<const X: usize> = [[SMatrix<f64, X, X>; 2]; 2];
 
-/// A discretization map on `R^X`. A new instance gets its symplectic integrator and its shooting for free.
+/// A discretization map on `R^X`. Implementing this trait for a new map provides its symplectic integrator and
+/// shooting.
 ///
 /// # Examples
 /// ```
@@ -44,7 +45,7 @@ pub trait DiscretizationMap<const X: usize>: Sync {
     /// `[[D_x R_1, D_v R_1], [D_x R_2, D_v R_2]]`.
     fn jacobian(&self, x: &SVector<f64, X>, v: &SVector<f64, X>) -> Blocks<X>;
 
-    /// The derivative of `DR_d(x, v)^T lambda` with respect to `(x, v)` at fixed `lambda`: the second derivatives of
+    /// The derivative of `DR_d(x, v)^T lambda` with respect to `(x, v)` for fixed `lambda`: the second derivatives of
     /// `lambda_1 . R_1 + lambda_2 . R_2`, `[[xx, xv], [vx, vv]]`. Zero for a linear map.
     fn second_derivative(
         &self,
@@ -53,7 +54,7 @@ pub trait DiscretizationMap<const X: usize>: Sync {
         lambda: &[SVector<f64, X>; 2],
     ) -> Blocks<X>;
 
-    /// All of these at once; worth writing where they share work.
+    /// All of these at once; override it if they share work.
     fn expansion(
         &self,
         x: &SVector<f64, X>,
@@ -67,9 +68,10 @@ pub trait DiscretizationMap<const X: usize>: Sync {
         }
     }
 
-    /// Order of the method: 2 for a symmetric map, one with `R_d(x, -v) = (R_2(x, v), R_1(x, v))`, else 1.
+    /// Order of the method: 2 for a symmetric map, `R_d(x, -v) = (R_2(x, v), R_1(x, v))`, otherwise 1.
     ///
-    /// A map that is symmetric and does not say so can still be composed, only with its adjoint, which it is itself.
+    /// A symmetric map that does not declare order 2 can still be composed, but only with its adjoint, which is the map
+    /// itself.
     fn order(&self) -> usize {
         1
     }
@@ -124,7 +126,7 @@ pub struct LinearMap {
 impl LinearMap {
     /// `R_d(x, v) = (x, x + v)`: the initial-point map, a symplectic Euler method of order 1.
     pub const INITIAL_POINT: LinearMap = LinearMap { back: 0.0 };
-    /// `R_d(x, v) = (x - v/2, x + v/2)`: the mid-point map, the implicit mid-point rule of order 2.
+    /// `R_d(x, v) = (x - v/2, x + v/2)`: the midpoint map, the implicit midpoint rule of order 2.
     pub const MIDPOINT: LinearMap = LinearMap { back: 0.5 };
 }
 
@@ -157,7 +159,7 @@ impl<const X: usize> DiscretizationMap<X> for LinearMap {
 
 /// The cotangent lift of a discretization map at `(x, p, v, pdot)`: the pairs `(x_0, p_0)` and `(x_1, p_1)`.
 ///
-/// `None` where `DR_d` is singular (far from the zero section).
+/// `None` if `DR_d` is singular (far from the zero section).
 pub fn cotangent_lift<const X: usize>(
     map: &impl DiscretizationMap<X>,
     x: &SVector<f64, X>,
@@ -166,7 +168,7 @@ pub fn cotangent_lift<const X: usize>(
     pdot: &SVector<f64, X>,
 ) -> Option<[(SVector<f64, X>, SVector<f64, X>); 2]> {
     let [[r1x, r1v], [r2x, r2v]] = map.jacobian(x, v);
-    // From the first row, p_1 = R_2x^{-T} (pdot + R_1x^T p_0); the second row is then a system for p_0 alone.
+    // The first row gives p_1 = R_2x^{-T} (pdot + R_1x^T p_0); the second row is then a system for p_0 alone.
     let mut from_rate = *pdot;
     let mut from_start = r1x.transpose();
     if !(solve_in_place(r2x.transpose(), &mut from_rate)

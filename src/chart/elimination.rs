@@ -1,8 +1,8 @@
-//! Gaussian elimination for systems sized when compiling.
+//! Gaussian elimination for systems of compile-time size.
 
 use nalgebra::SMatrix;
 
-/// Solves `A x = b` in place of `b` by elimination with partial pivoting; `false` where `A` is singular.
+/// Solves `A x = b` by elimination with partial pivoting and stores `x` in `b`; `false` if `A` is singular.
 pub(super) fn solve_in_place<const N: usize, const M: usize>(
     mut a: SMatrix<f64, N, N>,
     b: &mut SMatrix<f64, N, M>,

@@ -1,4 +1,4 @@
-//! Orthonormal 2-frames in space, `St(3,2)`, by the angles `(theta, phi, psi)`.
+//! Orthonormal 2-frames in space, `St(3,2)`, in the angles `(theta, phi, psi)`.
 
 use super::chart::Chart;
 use super::series::Scalar;
@@ -22,7 +22,7 @@ use super::term::Term;
 /// ```
 ///
 /// It follows from the metric and its Christoffel symbols. The paper writes it in a longer form that divides by
-/// `cos(theta)`; this one is singular at the chart's own poles only.
+/// `cos(theta)`; this form is singular only at the poles of the chart.
 ///
 /// # Examples
 /// ```

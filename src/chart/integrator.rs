@@ -1,14 +1,14 @@
 //! The symplectic one-step method of a discretization map, with its exact derivative.
 //!
-//! One step from `(x_0, p_0)` finds the point `(x, p)` whose Hamiltonian vector, scaled by the step and sent through
-//! the cotangent lift, starts at `(x_0, p_0)`; the end of the lift is the new state:
+//! One step from `(x_0, p_0)` finds the point `(x, p)` whose Hamiltonian vector, scaled by the step and mapped by the
+//! cotangent lift, starts at `(x_0, p_0)`; the end of the lift is the new state:
 //!
 //! ```math
 //! R_d^{T^*}\bigl(h\, X_H(x, p)\bigr) = (x_0, p_0;\ x_1, p_1)
 //! ```
 //!
-//! A composition of symplectic maps, so the method is symplectic for every discretization map. The equations are
-//! solved by Newton's method with exact Jacobians; the derivative of the step follows from the same factorisation.
+//! As a composition of symplectic maps the method is symplectic for every discretization map. The equations are solved
+//! by Newton's method with exact Jacobians; the derivative of the step follows from the same factorisation.
 //!
 //! # Source
 //! arXiv 2404.19407, the proposition on symplectic integrators from discretization maps; Barbero-Liñán, Martín de
@@ -24,35 +24,35 @@ use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::report::{SolverReport, StopReason};
 
-/// Newton stops after a correction this small, relative to the state: by quadratic convergence what remains is below
-/// round-off.
+/// Newton's method stops after a correction this small, relative to the state: by quadratic convergence the remaining
+/// error is below round-off.
 const LAST_CORRECTION: f64 = 1e-10;
 
-/// Newton corrections per step; three or four are usual.
+/// Maximal number of Newton corrections per step; three or four are usual.
 const MAX_CORRECTIONS: usize = 40;
 
-/// A correction that grows by this factor ends the iteration: the step is too long.
+/// The iteration ends if the correction grows by this factor: the step is too long.
 const DIVERGENCE: f64 = 1e3;
 
 const SINGULAR_TANGENT: Error = Error::Decomposition {
     kind: "elimination for the derivative of a step",
 };
 
-/// Steps between two questions whether to stop.
+/// Steps between two polls of the interrupt.
 const STEPS_PER_CHECK: usize = 256;
 
-/// The discrete trajectory of `steps` equal steps over `[0, t_end]`: `steps + 1` states, the first one `z0`.
+/// The discrete trajectory of `steps` equal steps over `[0, t_end]`: `steps + 1` states, starting with `z0`.
 ///
 /// # Arguments
 /// * `z0` - state `(q, qdot, p_q, p_qdot)`; `steps >= 1`; `t_end` finite, negative to run backwards
 /// # Accuracy
-/// Every step is solved to round-off; orders 1 and 2 for the initial-point and the mid-point maps (measured in
+/// Every step is solved to round-off; orders 1 and 2 for the initial-point and the midpoint map (measured in
 /// `tests/integrator.rs`).
 /// # Errors
-/// `NonFinite`, `InvalidArgument`, `OutsideChart` (a state left `0 < theta < pi`), `NoConvergence` (a step too
-/// large), `Overflow`, `Interrupted`.
+/// `NonFinite`, `InvalidArgument`, `OutsideChart` (a state left `0 < theta < pi`), `NoConvergence` (a step too long),
+/// `Overflow`, `Interrupted`.
 /// # Source
-/// See the module page.
+/// See the module documentation.
 pub fn integrate<const X: usize, const Z: usize>(
     chart: &impl Chart<X, Z>,
     map: &impl DiscretizationMap<X>,
@@ -65,7 +65,7 @@ pub fn integrate<const X: usize, const Z: usize>(
     integrate_composed(chart, map, &composition, z0, steps, t_end, interrupt)
 }
 
-/// As [`integrate`], each step by a composition: order 4, 6 or 8.
+/// As [`integrate`], with each step composed to order 4, 6 or 8.
 ///
 /// # Accuracy
 /// Orders measured in `tests/composition.rs`.
@@ -92,7 +92,7 @@ pub fn integrate_composed<const X: usize, const Z: usize>(
     Ok(out)
 }
 
-/// The last state of [`integrate_composed`].
+/// The final state of [`integrate_composed`].
 ///
 /// # Errors
 /// As [`integrate`].
@@ -114,7 +114,7 @@ pub fn last_state<const X: usize, const Z: usize>(
     Ok(z)
 }
 
-/// The last state of [`integrate`] and its exact derivative with respect to `z0`, shape `(4d, 4d)`.
+/// The final state of [`integrate`] and its exact derivative with respect to `z0`, shape `(4d, 4d)`.
 ///
 /// # Errors
 /// As [`integrate`].
@@ -130,7 +130,7 @@ pub fn integrate_with_tangent<const X: usize, const Z: usize>(
     integrate_composed_with_tangent(chart, map, &composition, z0, steps, t_end, interrupt)
 }
 
-/// The last state of [`integrate_composed`] and its exact derivative with respect to `z0`, shape `(4d, 4d)`.
+/// The final state of [`integrate_composed`] and its exact derivative with respect to `z0`, shape `(4d, 4d)`.
 ///
 /// # Errors
 /// As [`integrate`].
@@ -152,7 +152,7 @@ pub fn integrate_composed_with_tangent<const X: usize, const Z: usize>(
     Ok((z, tangent))
 }
 
-/// One step of length `h`, all stages of the composition; multiplies the tangent by that of the step.
+/// Takes one step of length `h`, with all stages of the composition; multiplies the tangent by the step's derivative.
 pub(super) fn advance<const X: usize, const Z: usize>(
     chart: &impl Chart<X, Z>,
     map: &impl DiscretizationMap<X>,
@@ -187,7 +187,7 @@ fn advance_stage<const X: usize, const Z: usize>(
     Ok(solved.end)
 }
 
-/// Room for the states of a trajectory.
+/// An empty trajectory with space for all states.
 pub(super) fn trajectory_buffer<T>(steps: usize) -> Result<Vec<T>> {
     let mut out = Vec::new();
     if out.try_reserve_exact(steps.saturating_add(1)).is_err() {
@@ -208,7 +208,7 @@ pub(super) fn check_interrupt(interrupt: Interrupt<'_>, step: usize) -> Result<(
     Ok(())
 }
 
-/// Checks the arguments of an integration; the length of a step.
+/// Check the arguments of an integration; return the length of a step.
 pub(super) fn check_arguments<const X: usize, const Z: usize>(
     chart: &impl Chart<X, Z>,
     z0: &SVector<f64, Z>,
@@ -227,7 +227,7 @@ pub(super) fn check_arguments<const X: usize, const Z: usize>(
     Ok(t_end / steps as f64)
 }
 
-/// One solved step: its start, the point in the middle of the lift, and its end.
+/// One solved step: its start, the point at which the Hamiltonian vector is evaluated, and its end.
 struct Step<const X: usize, const Z: usize> {
     p0: SVector<f64, X>,
     middle: SVector<f64, Z>,
@@ -307,7 +307,7 @@ fn solve_step<const X: usize, const Z: usize>(
     let x0 = z0.fixed_rows::<X>(0).into_owned();
     let p0 = z0.fixed_rows::<X>(X).into_owned();
     let (mut middle, mut p1) = (*z0, p0);
-    // The start is off by about the length of the step.
+    // The initial guess is off by about the length of the step.
     let scale = 1.0 + z0.amax();
     let mut correction = h.abs() * chart.gradient(z0).amax() / scale;
     if !correction.is_finite() {

@@ -1,4 +1,4 @@
-//! Taylor polynomials of degree three in several variables: exact derivatives of maps between charts.
+//! Taylor polynomials of degree three in several variables, for exact derivatives of maps between charts.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -6,7 +6,7 @@ use super::series::{Scalar, Series};
 
 /// A function of `N` variables at a point: value, gradient, Hessian and third derivatives.
 ///
-/// Third derivatives are kept for indices in increasing order; read them with [`Jet::third`].
+/// Third derivatives are stored for indices in increasing order; read them with [`Jet::third`].
 ///
 /// # Examples
 /// ```
@@ -27,7 +27,7 @@ pub struct Jet<const N: usize> {
 }
 
 impl<const N: usize> Jet<N> {
-    /// The function `value + slope * (the variable of the given index)`, at 0.
+    /// The function `value + slope * x`, where `x` is the variable with the given index, at 0.
     pub fn variable(value: f64, index: usize, slope: f64) -> Self {
         let mut out = Jet::from(value);
         out.gradient[index] = slope;
@@ -74,7 +74,7 @@ impl<const N: usize> Jet<N> {
     }
 }
 
-/// Scalars that a function of one variable can be applied to, given its derivatives.
+/// Scalars to which a function of one variable can be applied, given its derivatives.
 ///
 /// # Examples
 /// ```
@@ -91,7 +91,7 @@ pub trait Analytic: Scalar {
     /// The number without its derivatives.
     fn number(&self) -> f64;
 
-    /// `f` of this, from `f` and its first three derivatives at [`Analytic::number`].
+    /// `f` applied to this scalar, from `f` and its first three derivatives at [`Analytic::number`].
     fn compose(self, f: [f64; 4]) -> Self;
 }
 
@@ -218,7 +218,7 @@ pub fn sin_cos<T: Analytic>(x: T) -> (T, T) {
     (x.compose([s, c, -s, -c]), x.compose([c, -s, -c, s]))
 }
 
-/// The root of a positive number.
+/// The square root of a positive number.
 pub fn sqrt<T: Analytic>(x: T) -> T {
     let root = x.number().sqrt();
     let (r, r2) = (1.0 / root, 1.0 / x.number());
@@ -228,7 +228,8 @@ pub fn sqrt<T: Analytic>(x: T) -> T {
 /// The angle of the point `(x, y)` of the plane, in `[-pi, pi]`.
 pub fn atan2<T: Analytic>(y: T, x: T) -> T {
     let (y0, x0) = (y.number(), x.number());
-    // The tangent of the angle between (x, y) and (x0, y0) is 0 here: only the derivatives of the arc tangent at 0.
+    // The tangent of the angle between (x, y) and (x0, y0) is 0 here, so only the derivatives of the arc tangent at 0
+    // are needed.
     let (y0_t, x0_t) = (T::from(y0), T::from(x0));
     let tangent = (y * x0_t - x * y0_t) / (x * x0_t + y * y0_t);
     tangent.compose([y0.atan2(x0), 1.0, 0.0, -2.0])
@@ -237,7 +238,7 @@ pub fn atan2<T: Analytic>(y: T, x: T) -> T {
 /// `cos(sqrt(s))` and `sin(sqrt(s)) / sqrt(s)` for `s >= 0`, smooth at 0.
 pub fn cos_sinc<T: Analytic>(s: T) -> (T, T) {
     let x = s.number();
-    // d/ds cos(sqrt s) = -sinc / 2 throughout.
+    // d/ds cos(sqrt s) = -sinc / 2 everywhere.
     let sinc = if x < SERIES_BOUND {
         sinc_by_series(x)
     } else {
@@ -252,10 +253,10 @@ pub fn cos_sinc<T: Analytic>(s: T) -> (T, T) {
     (s.compose(cos), s.compose(sinc))
 }
 
-/// Below, the recursion loses digits; the series has [`SERIES_TERMS`] terms of it.
+/// Below this the recursion loses digits, and the series with [`SERIES_TERMS`] terms is used.
 const SERIES_BOUND: f64 = 2.0;
 
-/// The first term left out of the third derivative is `2^12 12! / (9! 25!) < 1e-18` of the sum.
+/// The first omitted term of the third derivative is `2^12 12! / (9! 25!) < 1e-18` of the sum.
 const SERIES_TERMS: i32 = 12;
 
 /// `sum_j (-s)^j / (2j + 1)!` and three derivatives.
@@ -277,7 +278,7 @@ fn sinc_by_series(s: f64) -> [f64; 4] {
     out
 }
 
-/// From `2 s f' = cos - f` and its derivatives.
+/// Computed from `2 s f' = cos - f` and its derivatives.
 fn sinc_by_recursion(s: f64) -> [f64; 4] {
     let root = s.sqrt();
     let f = root.sin() / root;

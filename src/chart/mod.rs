@@ -1,7 +1,7 @@
 //! The paper's charts: Riemannian cubics as Hamiltonian systems in coordinates of `St(3,1)` and `St(3,2)`.
 //!
 //! A state is `z = (q, qdot, p_q, p_qdot)`, four groups of `d` numbers. The Hamiltonian of both charts is a sum of
-//! monomials in the state with coefficients that depend on the polar angle `theta` alone, so a chart is a table of
+//! monomials in the state whose coefficients depend on the polar angle `theta` alone, so a chart is given by a table of
 //! terms ([`Term`]); value, exact gradient and Hessian, momenta and Taylor series all follow from the table.
 //!
 //! # Source

@@ -1,12 +1,12 @@
-//! The discretization maps by name.
+//! Discretization maps by name.
 
 use nalgebra::SVector as Vector;
 
 use super::discretization::{Blocks, DiscretizationMap, Expansion, LinearMap};
 use super::retraction_map::{RetractionMap, SpaceRetraction};
 
-/// A discretization map that has a name: `"initial_point"`, `"midpoint"`, or that of a retraction, such as `"cayley"` and
-/// `"cayley_midpoint"`.
+/// A discretization map with a name: `"initial_point"`, `"midpoint"`, or the name of a retraction map, such as
+/// `"cayley"` or `"cayley_midpoint"`.
 ///
 /// # Examples
 /// ```
@@ -67,7 +67,7 @@ impl NamedMap {
         linear.into_iter().chain(lifted)
     }
 
-    /// The map of a name.
+    /// The map with the given name.
     pub fn from_name(name: &str) -> Option<Self> {
         let mut all = NamedMap::all();
         all.find_map(|(known, map)| (known == name).then_some(map))

@@ -1,7 +1,7 @@
 //! The reference solution in a chart: a Taylor method of order 26 with variable steps, to round-off.
 //!
-//! Coefficients come from the Hamiltonian's table of terms evaluated on series, one more order per sweep. The step
-//! follows from the decay of the last two coefficients.
+//! The coefficients are computed by evaluating the Hamiltonian's table of terms on series, one more order per sweep.
+//! The step length follows from the decay of the last two coefficients.
 //!
 //! # Source
 //! Jorba, Zou (2005), "A software package for the numerical integration of ODEs by means of high-order Taylor
@@ -17,16 +17,16 @@ use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::report::{SolverReport, StopReason};
 
-/// Coefficients kept: order 26.
+/// Number of stored coefficients: order 26.
 const COEFFICIENTS: usize = 27;
 
-/// The last term of a step, relative to the state.
+/// Size of the last term of a step, relative to the state.
 const TRUNCATION: f64 = 1e-18;
 
-/// Steps at the most; a curve that runs into a pole takes ever shorter ones.
+/// Maximal number of steps; they become ever shorter if a curve runs into a pole.
 const MAX_STEPS: usize = 100_000;
 
-/// Times between two questions whether to stop.
+/// Times between two polls of the interrupt.
 const TIMES_PER_CHECK: usize = 4096;
 
 const SOLVER: &str = "chart reference";
@@ -36,12 +36,13 @@ const SOLVER: &str = "chart reference";
 /// # Arguments
 /// * `z0` - state `(q, qdot, p_q, p_qdot)`; `t` - finite times in any order, negative ones too
 /// # Accuracy
-/// At most 1e-13 for curves of the size of the paper's (measured 2e-15 against 40-digit data in `tests/chart_reference.rs`).
+/// At most 1e-13 for curves of the size of the paper's (measured 2e-15 against 40-digit data in
+/// `tests/chart_reference.rs`).
 /// # Errors
 /// `NonFinite`, `OutsideChart` (the curve leaves `0 < theta < pi`), `NoConvergence` (too many steps; the residual is
-/// the time that was left), `Overflow`, `InvalidArgument` (memory), `Interrupted`.
+/// the remaining time), `Overflow`, `InvalidArgument` (memory), `Interrupted`.
 /// # Source
-/// See the module page.
+/// See the module documentation.
 pub fn reference<const X: usize, const Z: usize>(
     chart: &impl Chart<X, Z>,
     z0: &SVector<f64, Z>,
@@ -53,13 +54,13 @@ pub fn reference<const X: usize, const Z: usize>(
     Ok(states.into_iter().map(|state| state.z).collect())
 }
 
-/// As [`reference()`], across charts: between two Taylor steps a state close to a pole changes its chart.
+/// As [`reference()`], across charts: between two Taylor steps, a state near a pole changes its chart.
 ///
 /// # Accuracy
-/// As [`reference()`]; 1e-12 against 40-digit data turned across the poles (`tests/atlas.rs`).
+/// As [`reference()`]; 1e-12 compared with 40-digit data rotated across the poles (`tests/atlas.rs`).
 /// # Errors
-/// `NonFinite`, `NoConvergence`, `Overflow`, `InvalidArgument` (memory), `Interrupted`; `OutsideChart` only
-/// where a curve is so fast that it meets a pole within a step.
+/// `NonFinite`, `NoConvergence`, `Overflow`, `InvalidArgument` (memory), `Interrupted`; `OutsideChart` only if a curve
+/// is so fast that it reaches a pole within one step.
 pub fn reference_across<const X: usize, const Z: usize>(
     chart: &impl Chart<X, Z>,
     start: &AtlasState<Z>,
@@ -69,7 +70,7 @@ pub fn reference_across<const X: usize, const Z: usize>(
     sample(chart, start, t, interrupt, |state| state.recentred(chart))
 }
 
-/// Marches from the start in both directions; `place` may put a state into another chart.
+/// Integrates from the start in both directions; `place` may move a state to another chart.
 fn sample<const X: usize, const Z: usize>(
     chart: &impl Chart<X, Z>,
     start: &AtlasState<Z>,
@@ -167,7 +168,7 @@ where
         Ok(())
     }
 
-    /// Gives up after too many steps, and as soon as the steps are so short that there would be.
+    /// Fails after too many steps, or as soon as the steps are so short that there would be too many.
     fn count_step(&mut self, ahead: f64, length: f64) -> Result<()> {
         self.interrupt.check(SOLVER)?;
         self.steps += 1;

@@ -1,15 +1,15 @@
-//! Discretization maps from retractions of the manifold itself: exponential, Cayley transform, quasi-geodesics.
+//! Discretization maps from retractions of the manifold: exponential, Cayley transform, quasi-geodesics.
 //!
-//! A retraction `rho(q, u)` of the manifold, written in the chart, lifts to its tangent bundle: with
-//! `x = (q, qdot)` and `v = (dq, dqdot)`,
+//! A retraction `rho(q, u)` of the manifold, expressed in the chart, lifts to the tangent bundle: with `x = (q, qdot)`
+//! and `v = (dq, dqdot)`,
 //!
 //! ```math
 //! \hat\rho(x, v) = \bigl(\rho(q, dq),\ D_q\rho\,\dot q + D_u\rho\, d\dot q\bigr),\qquad
 //! R_d(x, v) = \bigl(\hat\rho(x, -a v),\ \hat\rho(x, (1 - a) v)\bigr)
 //! ```
 //!
-//! The retractions are rotations of the moving frame, so they commute with the isometries of the manifold, and with
-//! them their methods: the same curve in every chart, and the whole spatial momentum conserved.
+//! The retractions are rotations of the moving frame, so they and the resulting methods commute with the isometries of
+//! the manifold: the discrete curve is the same in every chart, and the whole spatial momentum is conserved.
 //!
 //! # Source
 //! Barbero-Liñán, Martín de Diego (2023), sections 3 (discretization maps from retractions) and 4 (tangent lift). The
@@ -41,9 +41,9 @@ use super::tangent_lift::TangentLift;
 pub enum SpaceRetraction {
     /// The Riemannian exponential of the canonical metric.
     Exponential,
-    /// The Cayley transform: the geodesic of the same direction, traversed to the length `2 atan(|v| / 2)`.
+    /// The Cayley transform: the geodesic in the same direction, traversed to the length `2 atan(|v| / 2)`.
     Cayley,
-    /// The paper's quasi-geodesics `e^X S e^Omega`; on the sphere they are the geodesics.
+    /// The paper's quasi-geodesics `e^X S e^Omega`, which are the geodesics on the sphere.
     QuasiGeodesic,
 }
 
@@ -87,14 +87,14 @@ impl RetractionMap {
         }
     }
 
-    /// Which part of the velocity leads to the first and to the second point.
+    /// The fractions of the velocity that lead to the first and to the second point.
     fn fractions(&self) -> [f64; 2] {
         [-self.back, 1.0 - self.back]
     }
 }
 
-/// The rotation of the moving frame `(e_theta, e_phi, e_r)` by which a retraction moves, and the new angles relative
-/// to `phi` and `psi`, from `theta`, `psi` and the velocity.
+/// The rotation of the moving frame `(e_theta, e_phi, e_r)` that describes the motion, and the new angles relative to
+/// `phi` and `psi`, from `theta`, `psi` and the velocity.
 fn moved<T: Analytic>(retraction: SpaceRetraction, theta: T, psi: Option<T>, u: [T; 3]) -> [T; 3] {
     let (sin, cos) = sin_cos(theta);
     // The sphere's rotations have no component about the point.
@@ -107,7 +107,7 @@ fn moved<T: Analytic>(retraction: SpaceRetraction, theta: T, psi: Option<T>, u: 
     let turn: Quaternion<T> = match (retraction, psi) {
         (SpaceRetraction::Cayley, _) => cayley(m),
         (SpaceRetraction::QuasiGeodesic, Some(psi)) => {
-            // e^Omega turns in the plane of the two columns: about the third direction of the frame.
+            // e^Omega rotates in the plane of the two columns, about the third direction of the frame.
             let (sp, cp) = sin_cos(psi);
             let within = cp * m[1] - sp * m[0];
             let axis = [-sp * within, cp * within, T::from(0.0)];
@@ -120,7 +120,7 @@ fn moved<T: Analytic>(retraction: SpaceRetraction, theta: T, psi: Option<T>, u: 
     angles(product([c, T::from(0.0), s, T::from(0.0)], turn))
 }
 
-/// The lifted retraction of a fraction of the velocity, by numbers with one derivative.
+/// The lifted retraction of a fraction of the velocity, on numbers with one derivative.
 fn lifted<const X: usize>(
     retraction: SpaceRetraction,
     fraction: f64,
@@ -143,7 +143,7 @@ fn lifted<const X: usize>(
     let image = moved(retraction, dual(x, 0, 1.0), psi, u);
     let mut out = SVector::zeros();
     for i in 0..d {
-        // phi and psi enter by a shift only.
+        // phi and psi only enter as shifts.
         let (shift, shift_rate) = if i > 0 { (x[i], x[d + i]) } else { (0.0, 0.0) };
         let [value, rate] = *image[i].coefficients();
         (out[i], out[d + i]) = (value + shift, rate + shift_rate);
@@ -151,7 +151,7 @@ fn lifted<const X: usize>(
     out
 }
 
-/// One point of the discretization map, `[D_x, D_v]` of it, and the second derivatives of `lambda . point`.
+/// One point of the discretization map, its derivatives `[D_x, D_v]`, and the second derivatives of `lambda . point`.
 struct Point<const X: usize> {
     value: SVector<f64, X>,
     slope: [SMatrix<f64, X, X>; 2],
@@ -159,7 +159,7 @@ struct Point<const X: usize> {
 }
 
 impl<const X: usize> Point<X> {
-    /// The variables are `theta`, with `PSI` also `psi`, and the velocity: `N` in all.
+    /// The `N` variables are `theta`, with `PSI` also `psi`, and the velocity.
     fn expand<const N: usize>(
         retraction: SpaceRetraction,
         fraction: f64,
@@ -182,7 +182,7 @@ impl<const X: usize> Point<X> {
         let image = moved(retraction, jet(0), psi, u);
         let rates = variables.map(|i| if i < d { x[d + i] } else { v[i] });
         let lift = TangentLift::new(image, rates);
-        // Where a variable and its rate stand in (x, v): block and index.
+        // Position of a variable and its rate in (x, v): block and index.
         let place = variables.map(|i| if i < d { (0, i) } else { (1, i - d) });
         let mut out = Point {
             value: SVector::zeros(),

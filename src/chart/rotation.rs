@@ -4,13 +4,13 @@
 //! G(\theta,\phi,\psi) = R_z(\phi) R_y(\theta) R_z(\psi)
 //! ```
 //!
-//! Its third column is the point of the sphere at `(theta, phi)`; third and first column are the frame of `St(3,2)` at
-//! `(theta, phi, psi)`. So a rotation of space acts in both charts by a product of quaternions, and a retraction that
-//! is a rotation of the moving frame by another one.
+//! Its third column is the point of the sphere at `(theta, phi)`; its third and first column are the frame of `St(3,2)`
+//! at `(theta, phi, psi)`. So in both charts a rotation of space, and a retraction that rotates the moving frame, act
+//! by products of quaternions.
 
 use super::jet::{Analytic, atan2, cos_sinc, sin_cos, sqrt};
 
-/// A quaternion `w + x i + y j + z k`, of any length: all that is read from it are ratios.
+/// A quaternion `w + x i + y j + z k` of any length: only ratios of its entries are used.
 pub type Quaternion<T> = [T; 4];
 
 /// The product of two quaternions.

@@ -1,9 +1,9 @@
-//! The numbers of a trajectory across charts, column by column.
+//! The numbers of a trajectory across charts, as columns of a table.
 
 use super::{AtlasState, Chart};
 use crate::error::{Error, Result};
 
-/// The numbers of a trajectory, state after state.
+/// The numbers of a trajectory, state by state.
 #[derive(Default)]
 pub(crate) struct Rows {
     /// Point, velocity, acceleration, jerk, energy, momentum, state, rotation.
@@ -28,7 +28,7 @@ impl Rows {
                 let quantity = "energy or momentum";
                 return Err(Error::Overflow { quantity });
             }
-            // Column by column of the transpose: row by row.
+            // The transpose by columns, that is, by rows.
             let rotation = state.rotation().transpose();
             let parts = [
                 &[energy],

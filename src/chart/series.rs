@@ -2,7 +2,7 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// What the terms of a Hamiltonian are evaluated on: numbers, or series.
+/// The numbers on which the terms of a Hamiltonian are evaluated: floating-point numbers or series.
 ///
 /// # Examples
 /// ```
@@ -27,7 +27,7 @@ pub trait Scalar:
 
 impl Scalar for f64 {}
 
-/// `c_0 + c_1 t + ... + c_{N-1} t^{N-1}`; operations work on the first `active` coefficients only.
+/// `c_0 + c_1 t + ... + c_{N-1} t^{N-1}`; operations only use the first `active` coefficients.
 ///
 /// # Examples
 /// ```

@@ -1,4 +1,4 @@
-//! Two-point problems in a chart: the discrete flow of any discretization map, shot from one end to the other.
+//! Two-point boundary value problems in a chart, by shooting with the discrete flow of any discretization map.
 
 use faer::MatMut;
 use nalgebra::SVector;
@@ -14,7 +14,7 @@ use crate::interrupt::Interrupt;
 use crate::report::SolverReport;
 use crate::solve::newton::{self, NewtonOptions, Problem};
 
-/// How to shoot.
+/// Options of [`shoot`].
 ///
 /// # Examples
 /// ```
@@ -37,11 +37,12 @@ use crate::solve::newton::{self, NewtonOptions, Problem};
 pub struct ShootingOptions<'a, const X: usize> {
     /// Time interval `[0, t_end]`.
     pub t_end: f64,
-    /// How a step is put together; one step of the method itself unless said otherwise.
+    /// The composition of a step; by default one step of the method itself.
     pub composition: Composition,
-    /// When Newton's method stops.
+    /// Stopping criteria of Newton's method.
     pub newton: NewtonOptions<'a>,
-    /// Initial momenta to start from; `None` for those of the cubic polynomial in coordinates with the same ends.
+    /// Initial guess of the initial momenta; `None` for those of the cubic polynomial in coordinates with the same
+    /// ends.
     pub guess: Option<SVector<f64, X>>,
 }
 
@@ -56,7 +57,7 @@ impl<const X: usize> Default for ShootingOptions<'_, X> {
     }
 }
 
-/// A discrete trajectory that meets its boundary data.
+/// A discrete trajectory that satisfies its boundary data.
 ///
 /// # Examples
 /// ```
@@ -72,21 +73,21 @@ impl<const X: usize> Default for ShootingOptions<'_, X> {
 /// ```
 #[derive(Debug, Clone)]
 pub struct Shooting<const X: usize, const Z: usize> {
-    /// The states, `steps + 1` of them.
+    /// The `steps + 1` states.
     pub trajectory: Vec<SVector<f64, Z>>,
     /// The initial momenta `(p_q, p_qdot)`.
     pub momenta: SVector<f64, X>,
-    /// How the iteration ended.
+    /// The report of Newton's method.
     pub report: SolverReport,
 }
 
-/// The trajectory of the discrete flow with given ends `x0 = (q, qdot)` at time 0 and `x1` at `t_end`.
+/// Find the trajectory of the discrete flow with given ends `x0 = (q, qdot)` at time 0 and `x1` at `t_end`.
 ///
-/// Unknowns are the initial momenta; the Jacobian is the exact derivative of the discrete flow, by tangent
-/// propagation through the implicit steps. Coordinates are not wrapped: give `x1` on the branch that is meant.
+/// The unknowns are the initial momenta; the Jacobian is the exact derivative of the discrete flow, by tangent
+/// propagation through the implicit steps. Angles are not wrapped: give `x1` on the intended branch.
 ///
 /// # Errors
-/// `NonFinite`, `OutsideChart`, `InvalidArgument`; `NoConvergence` with the report where no trajectory was found;
+/// `NonFinite`, `OutsideChart`, `InvalidArgument`; `NoConvergence` with the report if no trajectory was found;
 /// `Interrupted`.
 pub fn shoot<const X: usize, const Z: usize>(
     chart: &impl Chart<X, Z>,
@@ -99,7 +100,7 @@ pub fn shoot<const X: usize, const Z: usize>(
     chart.check("x0", x0.as_slice())?;
     chart.check("x1", x1.as_slice())?;
     check_options(options)?;
-    // Before the first of many flows, not after the last.
+    // Fail before the first of many flows, not after the last.
     drop(trajectory_buffer::<SVector<f64, Z>>(steps)?);
     let momenta = match options.guess {
         Some(guess) => guess,

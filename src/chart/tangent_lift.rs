@@ -1,7 +1,7 @@
-//! The tangent lift of a map between coordinates, with the derivatives that its cotangent lift needs.
+//! The tangent lift of a map between coordinates, with the derivatives needed for its cotangent lift.
 //!
-//! A map `w -> y(w)` lifts to velocities as `(w, wdot) -> (y, Dy wdot)`. Twice differentiated, the lift takes third
-//! derivatives of the map: [`Jet`]s.
+//! A map `w -> y(w)` lifts to velocities as `(w, wdot) -> (y, Dy wdot)`. Second derivatives of the lift take third
+//! derivatives of the map, which are stored as [`Jet`]s.
 
 use super::jet::Jet;
 

@@ -30,7 +30,7 @@ impl<T: Scalar> Term<T> {
         }
     }
 
-    /// A term from its coefficient and the first two derivatives of it.
+    /// A term from its coefficient and the coefficient's first two derivatives.
     pub fn new(coefficient: [T; 3], factors: &'static [usize]) -> Self {
         Term {
             coefficient,
@@ -39,7 +39,7 @@ impl<T: Scalar> Term<T> {
     }
 }
 
-/// Product of the factors, but for those at the skipped positions.
+/// Product of the factors, except for those at the skipped positions.
 pub(super) fn product<T: Scalar>(z: &[T], factors: &[usize], skipped: &[usize]) -> T {
     let mut out = T::from(1.0);
     for (position, &factor) in factors.iter().enumerate() {

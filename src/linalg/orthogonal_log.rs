@@ -5,8 +5,8 @@
 //! | 1, 2 | 0; the angle of a plane rotation |
 //! | 3 | the unit quaternion, largest component first, and `2 atan2(|v|, w)` |
 //! | all angles below 0.03 | series of the inverse hyperbolic sine of `(Q - Q^T)/2`: relative accuracy for the smallest rotation |
-//! | to 128, sines of the angles apart | Schur form of the skew part `(Q - Q^T)/2`, cosines from `V^T Q V`; one Newton correction in that basis |
-//! | any other | symmetric eigenproblem of `(Q + Q^T)/2`; inside each group of equal cosines the Schur form of the skew part; the same correction |
+//! | up to 128, separated sines of the angles | Schur form of the skew part `(Q - Q^T)/2`, cosines from `V^T Q V`; one Newton correction in that basis |
+//! | any other | symmetric eigenproblem of `(Q + Q^T)/2`; within each group of equal cosines the Schur form of the skew part; the same correction |
 //!
 //! The first method costs a singular value decomposition of half the size. If angles are supplementary, equal or zero,
 //! their sines are not separated, and the second method is used.

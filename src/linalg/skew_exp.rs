@@ -8,7 +8,7 @@
 //! |---|---|
 //! | 1, 2 | 1; a plane rotation |
 //! | 3 | Rodrigues' formula |
-//! | any, moderate norm | `e^A = C(A^2) + A S(A^2)`: near-best polynomials of degree 1 to 8 in the symmetric `A^2`, by Paterson-Stockmeyer, 2 to 7 products of which half is formed, then squaring; no linear system is solved |
+//! | any, moderate norm | `e^A = C(A^2) + A S(A^2)`: near-best polynomials of degree 1 to 8 in the symmetric `A^2`, by Paterson-Stockmeyer, 2 to 7 products of which only half is computed, then squaring; no linear system is solved |
 //! | any, large norm | real Schur form ([`SkewSchur`]): the cost does not grow with the norm |
 //!
 //! The degree follows from bounds on `|A|_2` by norms of `A`, `A^2` and `A^4`. Every product except the squarings is

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | 1, 2 | the argument; the arguments of the determinant and of a rotation of SU(2) |
 //! | all angles below 0.03 | series of the inverse hyperbolic sine of `(U - U^H)/2`: relative accuracy for the smallest angles |
-//! | any other | eigenproblem of the Hermitian `(e^{-ia} U + e^{ia} U^H)/2`; inside each group of equal eigenvalues that of `(e^{-ia} U - e^{ia} U^H)/2i`; one Newton correction in that basis |
+//! | any other | eigenproblem of the Hermitian `(e^{-ia} U + e^{ia} U^H)/2`; within each group of equal eigenvalues the one of `(e^{-ia} U - e^{ia} U^H)/2i`; one Newton correction in that basis |
 //!
 //! The two Hermitian matrices commute and have the eigenvalues `cos(t - a)` and `sin(t - a)` for the angles `t`. The
 //! direction `a` is not a rational multiple of pi, so that angles of opposite sign and roots of unity have different

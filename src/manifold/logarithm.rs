@@ -4,11 +4,11 @@
 //! |---|---|
 //! | `k = 1` | closed form of the sphere |
 //! | `k = n`; `k = n - 1`, canonical | one logarithm of a rotation |
-//! | near points | Newton's method on the exponential, order 3: two or three steps (`shooting.rs`) |
-//! | far points | Newton's method for the shortest rotation over the fibre, then the same (`descent.rs`) |
-//! | other metrics | from the canonical solution, in one go or along the family |
+//! | near points | Newton's method for the exponential, order 3: two or three steps (`shooting.rs`) |
+//! | distant points | Newton's method for the shortest rotation over the fibre, then for the exponential (`descent.rs`) |
+//! | other metrics | from the canonical solution, directly or along the family |
 //! | other metrics, not certainly shortest | from the path along the canonical solution, shortened (`shortening.rs`) |
-//! | other metrics, ends nearly conjugate | damped least squares on the exponential (`shooting/damped.rs`) |
+//! | other metrics, ends nearly conjugate | damped least squares for the exponential (`shooting/damped.rs`) |
 //!
 //! Everything except the first and the last product is computed in `k + p` dimensions, `p = min(k, n - k)`.
 

@@ -6,7 +6,7 @@
 //!
 //! | | canonical metric | Euclidean metric | `k = 1` (sphere) | `k = n` (rotations) | inverse defined where |
 //! |---|---|---|---|---|---|
-//! | quasi-geodesic | 2 | 2 | exact | exact | principal angles below pi, no turn by pi |
+//! | quasi-geodesic | 2 | 2 | exact | exact | principal angles below pi, no rotation by pi |
 //! | QR | 2 | 2 | 3 | 2 | leading principal minors of `S0^T S1` positive |
 //! | polar | 2 | 3 | 3 | 3 | eigenvalues of `S0^T S1` with positive real part |
 //! | Cayley | 3 | 2 | 3 | 3 | no eigenvalue -1 of `S0^T S1` |
