@@ -1,4 +1,4 @@
-//! The paper's methods on the paper's problems: one curve by each, in one run, beside the de Casteljau curve.
+//! The paper's methods on the paper's problems: one curve by each method, and the de Casteljau curve for comparison.
 
 #[path = "../tests/common/paper.rs"]
 mod paper;
@@ -71,7 +71,7 @@ fn one_curve<const X: usize, const Z: usize>(
     group.finish();
 }
 
-/// What one step costs, and what its exact derivative adds.
+/// The cost of one step, and of its exact derivative.
 fn one_step<const X: usize, const Z: usize>(
     c: &mut Criterion,
     name: &str,
@@ -94,7 +94,7 @@ fn one_step<const X: usize, const Z: usize>(
     group.finish();
 }
 
-/// What a step costs with the map of a retraction instead of the one linear in coordinates, and with composition.
+/// The cost of a step with a retraction map instead of a map that is linear in coordinates, and with composition.
 fn other_steps<const X: usize, const Z: usize>(
     c: &mut Criterion,
     name: &str,

@@ -1,4 +1,5 @@
-//! Complex frames beside real ones of the same shape: matrices are embedded, unknowns of splines and cubics are complex.
+//! Complex frames compared with real ones of the same shape: matrices are embedded, unknowns of splines and cubics are
+//! complex.
 
 #[path = "../tests/common/mod.rs"]
 mod common;
@@ -23,7 +24,7 @@ const FIELDS: [(&str, ScalarField); 2] = [
     ("complex", ScalarField::Complex),
 ];
 
-/// The same with complex unknowns, and with all of the embedded matrices.
+/// Complex unknowns, and all entries of the embedded matrices as real unknowns.
 const WAYS: [(&str, ScalarField, ScalarField); 3] = [
     ("real", ScalarField::Real, ScalarField::Real),
     ("complex", ScalarField::Complex, ScalarField::Complex),
@@ -39,7 +40,7 @@ fn matrix(field: ScalarField, (n, k): (usize, usize), rng: &mut Rng) -> Mat<c64>
     Mat::from_fn(n, k, |i, j| c64::new(re[(i, j)], im[(i, j)]))
 }
 
-/// A matrix as the library takes it.
+/// A matrix in the form that the library takes.
 fn taken(field: ScalarField, a: &Mat<c64>) -> Mat<f64> {
     match field {
         ScalarField::Real => Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)].re),
@@ -51,7 +52,7 @@ fn point(field: ScalarField, shape: (usize, usize), rng: &mut Rng) -> Mat<f64> {
     taken(field, &unitary_q(matrix(field, shape, rng).as_ref(), false))
 }
 
-/// A tangent vector of a length, of the real or complex matrix.
+/// A tangent vector of the given length, of the real or complex matrix.
 fn tangent(
     field: ScalarField,
     s: &Mat<f64>,
@@ -105,11 +106,11 @@ fn boundary_values(c: &mut Criterion) {
     let mut group = c.benchmark_group("complex_boundary");
     group.sample_size(10);
     for shape in SHAPES {
-        // Near ends, and ends for descents.
+        // Near ends, and ends that need descents.
         for (far, length) in [("near", 0.5), ("far", 2.2)] {
             for (name, numbers, field) in WAYS {
-                // Matrices of shape (100, 5), and embedded ones of shape (20, 6), that are so far apart take more work than there is
-                // for some data.
+                // Distant matrices of shape (100, 5), and embedded ones of shape (20, 6), exceed the work limit for
+                // some data.
                 let is_large = shape.0 > 10 || name == "embedded" && shape.0 == 10;
                 if far == "far" && is_large {
                     continue;

@@ -13,10 +13,10 @@ use stiefel_rs::{Curve, Interrupt, Quantity, RiemannianCubic};
 
 const SHAPES: [(usize, usize); 5] = [(3, 1), (3, 2), (10, 3), (50, 5), (1000, 5)];
 
-/// Points of one call: the time per element is that of a point.
+/// Points per call: the time per element is the time per point.
 const POINTS: usize = 1000;
 
-/// Distance of the ends, and both speeds.
+/// Distance of the ends, and both end speeds.
 const LENGTH: f64 = 1.5;
 
 fn id((n, k): (usize, usize)) -> BenchmarkId {

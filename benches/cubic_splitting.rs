@@ -1,5 +1,5 @@
-//! The explicit splitting of Riemannian cubics: one step by each order and shape, beside a step in the embedding and one of
-//! the chart integrator.
+//! The explicit splitting of Riemannian cubics: one step for each order and shape, compared with a step in the
+//! embedding and a step of the chart integrator.
 
 #[path = "../tests/common/mod.rs"]
 mod common;
@@ -24,7 +24,7 @@ const ORDERS: [SplittingOrder; 4] = [
     SplittingOrder::Eight,
 ];
 
-/// Steps of one call: the time per element is that of a step with its state, energy and defects of the invariants.
+/// Steps per call: the time per element is that of a step with its state, energy and defects of the invariants.
 const STEPS: usize = 100;
 
 fn steps(c: &mut Criterion) {
@@ -58,7 +58,7 @@ fn steps(c: &mut Criterion) {
     }
 }
 
-/// The paper's integrator where there is a chart.
+/// The paper's integrator, if there is a chart.
 fn chart_steps(
     group: &mut criterion::BenchmarkGroup<'_, criterion::measurement::WallTime>,
     shape: (usize, usize),

@@ -1,4 +1,4 @@
-//! Curves: evaluation beside the formulas with `n x n` exponentials, derivatives, the endpoint problem.
+//! Curves: evaluation compared with the formulas with `n x n` exponentials, derivatives, the endpoint problem.
 
 #[path = "../tests/common/mod.rs"]
 mod common;
@@ -15,7 +15,7 @@ use stiefel_rs::{
 
 const SHAPES: [(usize, usize); 4] = [(3, 1), (3, 2), (50, 5), (300, 10)];
 
-/// A point, and another one a tangent vector of norm 1 away.
+/// A point, and another one at a distance of a tangent vector of norm 1.
 fn pair(n: usize, k: usize) -> (Mat<f64>, Mat<f64>, Mat<f64>) {
     let mut rng = Rng::new((100 * n + k) as u64);
     let s = random_point(n, k, &mut rng);
@@ -117,7 +117,8 @@ fn construction(c: &mut Criterion) {
     group.finish();
 }
 
-/// Other control points with the same boundary data, beside the geometric cubic: construction, and a block of points.
+/// Other control points with the same boundary data, compared with the geometric cubic: construction, and a block of
+/// points.
 fn control_points(c: &mut Criterion) {
     let mut group = c.benchmark_group("control_points");
     let single = rayon::ThreadPoolBuilder::new()

@@ -1,4 +1,4 @@
-//! Splines of geometric cubics beside splines of Riemannian cubics: to find them, and to evaluate them.
+//! Splines of geometric cubics compared with splines of Riemannian cubics: computing them, and evaluating them.
 
 #[path = "../tests/common/mod.rs"]
 mod common;
@@ -11,7 +11,7 @@ use faer::{Mat, MatRef};
 use stiefel_rs::spline::{EndConditions, SplineOptions, cubic_spline, geometric_spline};
 use stiefel_rs::{Curve, Interrupt, Quantity, Stiefel};
 
-/// `(n, k)` and knots.
+/// `(n, k)` and number of knots.
 const PROBLEMS: [((usize, usize), usize); 7] = [
     ((3, 1), 50),
     ((3, 2), 10),
@@ -30,7 +30,7 @@ const LARGE: [((usize, usize), usize); 4] = [
     ((1000, 5), 100),
 ];
 
-/// Points of one call.
+/// Points per call.
 const POINTS: usize = 1001;
 
 /// Knots at unit times, `step` apart.

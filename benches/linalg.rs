@@ -1,8 +1,9 @@
-//! Exponential and logarithm of rotations, each beside its alternative.
+//! Exponential and logarithm of rotations, each compared with its alternative.
 //!
-//! * `exp`: ours against the generic scaling and squaring of nalgebra, and one matrix product as the unit.
-//! * `exp_complex`, `log_complex`: skew-Hermitian and unitary matrices, beside the real functions of the same size.
-//! * `log`: ours, over the spectra that are hard: random, clustered, repeated, near pi, and one product as the unit.
+//! * `exp`: ours compared with the generic scaling and squaring of nalgebra, and one matrix product as the unit.
+//! * `exp_complex`, `log_complex`: skew-Hermitian and unitary matrices, compared with the real functions of the same
+//!   size.
+//! * `log`: ours for difficult spectra (random, clustered, repeated, near pi), and one product as the unit.
 
 #[path = "../tests/common/mod.rs"]
 mod common;
@@ -52,7 +53,7 @@ fn exponential(c: &mut Criterion) {
     group.finish();
 }
 
-/// A name and the angles of a hard spectrum for `m x m`.
+/// A name and the angles of a difficult spectrum for `m x m`.
 fn spectra(m: usize) -> Vec<(&'static str, Option<Vec<f64>>)> {
     let planes = m / 2;
     let near_pi = std::f64::consts::PI - 1e-10;
@@ -125,7 +126,7 @@ fn complex(c: &mut Criterion) {
     for m in [4, 16, 64, 256] {
         let mut rng = Rng::new(m as u64);
         let (skew, other) = (random_skew(m, 2.0, &mut rng), random_skew(m, 1.0, &mut rng));
-        // Skew plus i times the symmetric -X^2: norm between 1 and 3.
+        // A skew matrix plus i times the symmetric -X^2: norm between 1 and 3.
         let symmetric = &other * &other;
         let a = Mat::from_fn(m, m, |i, j| c64::new(skew[(i, j)], -symmetric[(i, j)]));
         let (mut exp, mut real_exp) = (SkewExp::new(m), SkewExp::new(m));

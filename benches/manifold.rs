@@ -1,4 +1,4 @@
-//! Riemannian exponential and logarithm, beside the retraction and its inverse.
+//! Riemannian exponential and logarithm, compared with the retraction and its inverse.
 
 use std::f64::consts::PI;
 use std::hint::black_box;
@@ -77,7 +77,7 @@ fn exponential(c: &mut Criterion) {
     group.finish();
 }
 
-/// What the quasi-geodesic through the same points costs.
+/// The cost of the quasi-geodesic through the same points.
 fn quasi_geodesic(c: &mut Criterion) {
     let mut group = c.benchmark_group("inverse retraction");
     for (n, k) in SHAPES {

@@ -1,4 +1,4 @@
-//! Splines of rotations in quaternions: to find them, and to evaluate them.
+//! Splines of rotations in quaternions: computing them, and evaluating them.
 
 #[path = "../tests/common/mod.rs"]
 mod common;
@@ -11,7 +11,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use stiefel_rs::rotation::{RotationEnds, RotationSpline};
 use stiefel_rs::spline::SplineOptions;
 
-/// Times of one call.
+/// Times per call.
 const TIMES: usize = 1001;
 
 /// Keyframes 0.3 to 1.2 rad apart, at times 0.5 to 1.5 apart.

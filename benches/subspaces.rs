@@ -1,4 +1,4 @@
-//! Curves of subspaces beside curves of frames through the same matrices: bases that were made near to one another.
+//! Curves of subspaces compared with curves of frames through the same matrices, whose bases are aligned.
 
 #[path = "../tests/common/mod.rs"]
 mod common;
@@ -12,7 +12,7 @@ use stiefel_rs::cubic::{IntegrationOptions, RiemannianCubic};
 use stiefel_rs::spline::{EndConditions, SplineOptions, cubic_spline};
 use stiefel_rs::{Grassmann, Quotient};
 
-/// `(n, k)` and knots.
+/// `(n, k)` and number of knots.
 const PROBLEMS: [((usize, usize), usize); 5] = [
     ((3, 1), 50),
     ((4, 2), 50),
@@ -26,7 +26,7 @@ const QUOTIENTS: [(&str, Quotient); 2] = [
     ("subspaces", Quotient::Subspaces),
 ];
 
-/// A horizontal vector of a length.
+/// A horizontal vector of the given length.
 fn horizontal(y: &Mat<f64>, length: f64, rng: &mut Rng) -> Mat<f64> {
     let (n, k) = y.shape();
     let v = project_off(y, &gaussian(n, k, rng));

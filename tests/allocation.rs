@@ -1,4 +1,5 @@
-//! Sampling allocates per block of work, not per parameter. Alone in its binary: the allocator counts for all.
+//! Sampling allocates per block of work, not per parameter. This test has its own binary, since the allocator counts
+//! all threads.
 
 mod common;
 
@@ -15,7 +16,7 @@ struct Counting;
 
 static BLOCKS: AtomicUsize = AtomicUsize::new(0);
 
-// SAFETY: every call is handed on to the system allocator unchanged.
+// SAFETY: every call is forwarded to the system allocator unchanged.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         BLOCKS.fetch_add(1, Ordering::Relaxed);
@@ -53,7 +54,7 @@ fn random_curves(n: usize, k: usize, rng: &mut Rng) -> (GeometricCubic, QuasiGeo
     )
 }
 
-/// Blocks that a trajectory takes, by the splitting or in the embedding.
+/// Allocations for a trajectory, by the splitting or in the embedding.
 fn blocks_for_steps(n: usize, k: usize, steps: usize, embedded: bool) -> usize {
     let mut rng = Rng::new(2);
     let s = random_point(n, k, &mut rng);
@@ -71,7 +72,7 @@ fn blocks_for_steps(n: usize, k: usize, steps: usize, embedded: bool) -> usize {
     after - before
 }
 
-/// Blocks that quaternions and rates of a spline take after the first value.
+/// Allocations for quaternions and rates of a spline after the first value.
 fn blocks_for_rotations() -> usize {
     let t: Vec<f64> = (0..20).map(f64::from).collect();
     let turn = |t: &f64| UnitQuaternion::from_euler_angles(0.3 * t, t.sin(), 0.2 * t * t.cos());
@@ -87,7 +88,8 @@ fn blocks_for_rotations() -> usize {
     BLOCKS.load(Ordering::Relaxed) - before
 }
 
-/// One test, so that nothing else runs while it counts; one thread, so that work is split the same way each time.
+/// A single test, so that nothing else runs while it counts; a single thread, so that work is always split in the same
+/// way.
 #[test]
 fn sampling_does_not_allocate_per_parameter() {
     let pool = rayon::ThreadPoolBuilder::new()
@@ -102,7 +104,7 @@ fn sampling_does_not_allocate_per_parameter() {
             let [few, many] = [2, if k < 3 { 100 } else { 8 }]
                 .map(|blocks| pool.install(|| blocks_for(&cubic, 64 * blocks, nu)));
             println!("({n}, {k}), nu = {nu}: {few} blocks for 128 points, {many} for more");
-            // The pool may split the longer job once more, and each part makes its buffers once.
+            // The pool may split the longer job once more, and each part allocates its buffers once.
             if many > 2 * few + 8 {
                 failures.push(format!(
                     "cubic ({n}, {k}), nu = {nu}: {few} blocks for 128 points, {many} for more"

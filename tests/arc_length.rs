@@ -8,7 +8,7 @@ use stiefel_rs::curve::ArcLength;
 use stiefel_rs::spline::{EndConditions, SplineOptions, geometric_hermite, geometric_spline};
 use stiefel_rs::{Curve, Error, GeometricCubic, Interrupt, QuasiGeodesic, Retraction, Stiefel};
 
-/// What is stated: relative 1e-12.
+/// The stated accuracy: 1e-12, relative.
 const RELATIVE: f64 = 1e-12;
 
 fn views(points: &[Mat<f64>]) -> Vec<MatRef<'_, f64>> {
@@ -19,7 +19,7 @@ fn on_circle(angle: f64) -> Mat<f64> {
     mat![[angle.cos()], [angle.sin()]]
 }
 
-/// On the circle, with the given angles and angular velocities at unit times.
+/// On the circle, with given angles and angular velocities at unit times.
 fn circle(angles: &[f64], rates: &[f64]) -> stiefel_rs::spline::Piecewise<GeometricCubic> {
     let t: Vec<f64> = (0..angles.len()).map(|i| i as f64).collect();
     let points: Vec<Mat<f64>> = angles.iter().map(|a| on_circle(*a)).collect();
@@ -56,8 +56,8 @@ fn quasi_geodesics_have_length_speed_times_time() {
 
 #[test]
 fn a_curve_that_turns_back_is_as_long_as_both_ways() {
-    // The angle 3 t - 6 t^2 + 4 t^3 - 1/2 on [0, 1] has a double zero of its speed; -t + 2 t^2 on the way there and
-    // back turns.
+    // On [0, 1], the speed of the angle 3 t - 6 t^2 + 4 t^3 - 1/2 has a double zero; the angle -t + 2 t^2 reverses its
+    // direction.
     let rest = circle(&[0.0, 1.0], &[3.0, 3.0]);
     // Angle u -> 3u - 6u^2 + 4u^3, derivative 3 (1 - 2u)^2 >= 0.
     assert_within(
@@ -92,7 +92,7 @@ fn lengths_add_up_and_do_not_change_with_time() {
             2.0 * RELATIVE * total,
             &format!("{shape:?}"),
         );
-        // A polygon of many chords is shorter by a share of the square of a step.
+        // A polygon of many chords is shorter, relative to the curve, by the order of a squared step.
         let chords: f64 = (0..500)
             .map(|i| {
                 let [a, b] = [i, i + 1].map(|i| curve.point(f64::from(i) / 500.0).unwrap());
@@ -131,7 +131,7 @@ fn parameters_of_equal_lengths() {
         let samples = length.sample(count).unwrap();
         assert_eq!(samples.len(), count);
         assert_eq!(samples.get(7), curve.point(t[7]).unwrap().as_ref());
-        // Given lengths, in any order, and the same as one by one.
+        // Given lengths in any order, with the same results as one by one.
         let wanted = [0.9, 0.1, 0.0, 1.0].map(|share| share * length.total());
         let found = length.parameters(&wanted).unwrap();
         for (wanted, t) in wanted.iter().zip(&found) {
@@ -185,7 +185,7 @@ fn a_curve_that_does_not_move_has_no_length() {
     assert_eq!(length.total(), 0.0);
     assert_eq!(length.equal(5).unwrap(), [0.0, 0.25, 0.5, 0.75, 1.0]);
     assert_eq!(length.parameter(0.0).unwrap(), 0.0);
-    // One that stands still by round-off.
+    // A curve that rests up to round-off.
     let v = Mat::zeros(4, 2);
     let still = GeometricCubic::from_boundary(s.as_ref(), v.as_ref(), s.as_ref(), v.as_ref());
     let still = still.unwrap();

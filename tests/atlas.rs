@@ -56,7 +56,7 @@ fn defect(a: &CovariantData, b: &CovariantData) -> f64 {
     .fold(0.0, f64::max)
 }
 
-/// 40-digit curves on `St(3, k)`: the initial data and those at 0.5 and 1.
+/// 40-digit curves on `St(3, k)`: the initial data, and the data at 0.5 and 1.
 fn cubics(k: u64) -> Vec<[CovariantData; 3]> {
     let all: Vec<serde_json::Value> =
         serde_json::from_str(include_str!("data/cubics.json")).unwrap();
@@ -69,12 +69,12 @@ fn cubics(k: u64) -> Vec<[CovariantData; 3]> {
         .collect()
 }
 
-/// Rotations that send the point at time 0, 1/2 or 1 to a pole, and some random elements of `O(3)`.
+/// Rotations that map the point at time 0, 1/2 or 1 to a pole, and some random elements of `O(3)`.
 fn rotations(cubic: &[CovariantData; 3], rng: &mut Rng) -> Vec<Mat<f64>> {
     let mut out: Vec<Mat<f64>> = cubic
         .iter()
         .map(|data| {
-            // The rotation about the mid direction by pi takes the first column to e_3.
+            // The rotation about the direction halfway, by pi, maps the first column to e_3.
             let axis: Vec<f64> = (0..3)
                 .map(|i| data.point[(i, 0)] + f64::from(u8::from(i == 2)))
                 .collect();
@@ -100,7 +100,7 @@ fn check_reference<C: Chart<X, Z>, const X: usize, const Z: usize>(chart: &C) {
             for (state, expected) in found.iter().zip([&end, &half, &initial]) {
                 let data = state.covariant(chart).unwrap();
                 assert_within(defect(&data, expected), 1e-12, "reference across the poles");
-                // The rotation of the state leads from the curve into its chart.
+                // The rotation of the state maps the curve into its chart.
                 let turn = state.rotation();
                 let turn = Mat::from_fn(3, 3, |i, j| turn[(i, j)]);
                 let embedded = chart.embed(&state.z.as_slice()[..X / 2]).unwrap();
@@ -146,7 +146,7 @@ fn covariant_data_and_states_are_inverse() {
             for i in 1..X / 2 {
                 back[i] += 2.0 * PI * ((z[i] - back[i]) / (2.0 * PI)).round();
             }
-            // The inverse metric grows like sin(theta)^-2 <= 12, the numbers like 10.
+            // The inverse metric grows as sin(theta)^-2 <= 12, the numbers as 10.
             assert_within((back - z).amax(), 1e-12, "state, data, state");
         }
     }
@@ -195,7 +195,7 @@ fn check_transition<C: Chart<X, Z>, const X: usize, const Z: usize>(chart: &C) {
         let energy = chart.hamiltonian(&z);
         let change = (chart.hamiltonian(&moved) - energy).abs();
         assert_within(change, 64.0 * f64::EPSILON * (1.0 + size * size), "energy");
-        // The data of the curve are turned, and a full turn comes back.
+        // Rotating the data and transforming the state agree, and a full turn is the identity.
         let [here, there] = [&z, &moved].map(|z| covariant_from_state(chart, z).unwrap());
         let turned = |m: &Mat<f64>| Mat::from_fn(3, C::K, |i, j| m[((i + 3 - turns) % 3, j)]);
         assert_within(distance(&turned(&here.point), &there.point), 1e-14, "point");
@@ -218,7 +218,7 @@ fn check_transition<C: Chart<X, Z>, const X: usize, const Z: usize>(chart: &C) {
                 out
             };
             let column = ((at(1.0) - at(-1.0)) * 8.0 - (at(2.0) - at(-2.0))) / (12.0 * h);
-            // Truncation h^4 times fifth derivatives.
+            // Truncation: h^4 times fifth derivatives.
             assert_within(
                 (column - jacobian.column(i)).amax(),
                 1e-8 * size,
@@ -271,7 +271,7 @@ fn steps_with_a_change_of_chart_are_symplectic() {
     check(&Frame);
 }
 
-/// Error at the end against the 40-digit curve turned so that it runs through a pole at half time.
+/// Error at the end, compared with the 40-digit curve rotated so that it passes through a pole at half time.
 fn error<C: Chart<X, Z>, const X: usize, const Z: usize>(
     chart: &C,
     map: &impl DiscretizationMap<X>,
@@ -366,7 +366,7 @@ fn charts_do_not_change_to_and_fro() {
     let mut rng = Rng::new(31);
     let mut total = 0;
     for _ in 0..20 {
-        // A great circle, ten radians of it.
+        // A great circle over ten radians.
         let mut z = SVector::<f64, 8>::zeros();
         (z[0], z[2]) = (rng.between(0.1, PI - 0.1), rng.between(-1.0, 1.0));
         z[3] = (1.0 - z[2] * z[2]).sqrt() / z[0].sin();
@@ -386,7 +386,7 @@ fn charts_do_not_change_to_and_fro() {
                 "arrives at sin(theta) = {sin}"
             );
         }
-        // From sin(theta) = sqrt(2/3) to 1/2 is a way of 0.43.
+        // From sin(theta) = sqrt(2/3) to 1/2 the angle changes by 0.43.
         assert!(changes <= 1 + (10.0 / 0.43) as usize, "{changes} changes");
         total += changes;
     }

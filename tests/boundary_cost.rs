@@ -1,4 +1,4 @@
-//! Riemannian cubics from boundary data: what the solution costs, beside every other that is known.
+//! Riemannian cubics from boundary data: the cost of the solution, compared with all others that are known.
 
 mod common;
 #[path = "common/boundary.rs"]
@@ -12,10 +12,10 @@ use stiefel_rs::{
     Curve, Error, GeodesicPolynomial, GeometricCubic, Result, RiemannianCubic, Stiefel,
 };
 
-/// How much more than another solution one may cost.
+/// Allowed ratio of the cost to that of another solution.
 const SLACK: f64 = 1.01;
 
-/// From rest to rest, `distance` apart.
+/// From rest to rest, at the given distance.
 fn at_rest(shape: (usize, usize), distance: f64, rng: &mut Rng) -> Data {
     slow(shape, distance, 0.0, rng)
 }
@@ -38,7 +38,7 @@ fn permuted(n: usize, image: &[(usize, f64)], speed: f64) -> Data {
     let k = image.len();
     let s0 = Mat::from_fn(n, k, |i, j| f64::from(u8::from(i == j)));
     let s1 = Mat::from_fn(n, k, |i, j| if i == image[j].0 { image[j].1 } else { 0.0 });
-    // The first column towards a coordinate direction that is not in the frame.
+    // The first column moves towards a coordinate direction outside the frame.
     let velocity = |s: &Mat<f64>| {
         let free = (0..n)
             .rev()
@@ -63,8 +63,8 @@ fn backwards(data: &Data) -> Data {
     }
 }
 
-/// Costs of other solutions: of the reversed problem, near the geometric and the geodesic polynomial, and of the geodesic run
-/// from rest to rest.
+/// Costs of other solutions: of the reversed problem, near the geometric and the geodesic polynomial, and of the
+/// geodesic traversed from rest to rest.
 fn others(data: &Data) -> Vec<(&'static str, f64)> {
     let mut costs = Vec::new();
     let [s0, v0, s1, v1] = [&data.s0, &data.v0, &data.s1, &data.v1].map(|x| x.as_ref());
@@ -222,7 +222,7 @@ fn a_search_finds_nothing_cheaper() {
 
 #[test]
 fn curves_that_are_exact_up_to_round_off_are_solutions() {
-    // A reparametrised geodesic whose end is met to 1e-12 only, since errors of the start grow along it.
+    // A reparametrised geodesic; its end is accurate only to 1e-12, since errors of the start grow along it.
     let mut rng = Rng::new(55);
     let mut solved = 0;
     for shape in [(5, 2), (8, 4)] {

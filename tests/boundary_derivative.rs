@@ -1,4 +1,4 @@
-//! Derivatives of boundary problems against families of solutions that are known exactly.
+//! Derivatives of boundary problems, compared with exactly known families of solutions.
 
 mod common;
 
@@ -9,7 +9,7 @@ use stiefel_rs::{Curve, Error, Interrupt, Result, RiemannianCubic};
 
 const EPS: f64 = f64::EPSILON;
 
-/// Sizes with and without rows outside of the span, with 2 to 258 unknowns: by a matrix up to 64, by products above.
+/// Sizes with and without rows outside the span, with 2 to 258 unknowns: up to 64 by a matrix, above by products.
 const SHAPES: [(usize, usize); 8] = [
     (2, 1),
     (7, 1),
@@ -56,7 +56,7 @@ fn assert_derivatives(found: &InitialVariation, expected: [&Mat<f64>; 2], bound:
     }
 }
 
-/// Rounding of `n k` entries, times the condition of the equations: about 30 for the worst of these curves.
+/// Round-off of `n k` entries, times the condition number of the equations: about 30 for the worst of these curves.
 fn bound((n, k): (usize, usize)) -> f64 {
     30.0 * (n * k) as f64 * EPS
 }
@@ -112,8 +112,8 @@ fn faster_runs_along_the_curve_scale_the_initial_data() {
     }
 }
 
-/// The cubic at rest at both ends of an arc `theta = pi - gap` on the sphere, the great circle run by the angle
-/// `theta (3 t^2 - 2 t^3)`, and the variation of its end to the side.
+/// The cubic at rest at both ends of an arc `theta = pi - gap` on the sphere, a great circle with the angle `theta (3
+/// t^2 - 2 t^3)`, and the variation that moves its end sideways.
 fn nearly_antipodal(gap: f64) -> (RiemannianCubic, [Mat<f64>; 4]) {
     let rest = Mat::zeros(3, 1);
     let (start, aside) = (mat![[1.0], [0.0], [0.0]], mat![[0.0], [0.0], [1.0]]);
@@ -138,7 +138,7 @@ fn conjugate_ends_are_errors() {
         panic!("{error}");
     };
     assert!(smallest < 1e-11 * largest && largest < 10.0, "{error}");
-    // The first variation of the cost needs no equation.
+    // The first variation of the cost needs no linear solve.
     let gradient = curve.cost_gradient().unwrap();
     assert!(frobenius(gradient.s1.as_ref()).is_finite());
     assert_within(
@@ -150,7 +150,7 @@ fn conjugate_ends_are_errors() {
 
 #[test]
 fn derivatives_near_conjugate_ends_are_as_good_as_their_condition() {
-    // Turning about the start turns the curve, and moves its end by the sine of the gap.
+    // A rotation about the start rotates the curve, and moves its end by the sine of the gap.
     for gap in [1e-1, 1e-2, 1e-4, 1e-6, 1e-8] {
         let (curve, rates) = nearly_antipodal(gap);
         let [_, _, a, j] = curve.initial().unwrap();
@@ -158,7 +158,7 @@ fn derivatives_near_conjugate_ends_are_as_good_as_their_condition() {
         let turned = |x: &Mat<f64>| mat![[0.0], [-x[(2, 0)]], [x[(1, 0)]]];
         let expected = [turned(&a), turned(&j)].map(|x| x * Scale(gap.sin().recip()));
         let found = initial(&curve, &rates).unwrap();
-        // The end is known to some roundings, of the gap.
+        // The end is accurate to a few units of round-off, relative to the gap.
         assert_derivatives(
             &found,
             expected.each_ref(),
@@ -176,8 +176,8 @@ fn the_gradient_of_the_cost_is_that_of_the_derivative() {
         let [s, v, ..] = curve.initial().unwrap();
         let [s1, v1, w1] = [0, 1, 2].map(|order| curve.derivative(1.0, order).unwrap());
         assert!(s1.nrows() == s.nrows());
-        // Faster by a share `h` on the same interval of the curve: the cost of `[0, 1 + h]` in unit time is
-        // `(1 + h)^3` times that of the longer piece, which is longer by the square of the last acceleration.
+        // Faster by the factor `1 + h` on the same curve: the cost of `[0, 1 + h]` in unit time is `(1 + h)^3` times
+        // that of the longer piece, whose additional cost is the square of the last acceleration.
         let product = |a: &Mat<f64>, b: &Mat<f64>| {
             let columns = a.col_iter().zip(b.col_iter());
             columns.map(|(a, b)| a.transpose() * b).sum::<f64>()

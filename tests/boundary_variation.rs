@@ -1,4 +1,4 @@
-//! Derivatives of boundary problems of Riemannian cubics against differences along smooth families of data.
+//! Derivatives of boundary problems of Riemannian cubics, compared with differences along smooth families of data.
 
 mod common;
 #[path = "common/boundary.rs"]
@@ -10,7 +10,7 @@ use faer::{Mat, MatRef, Scale};
 use stiefel_rs::cubic::BoundaryVariation;
 use stiefel_rs::{Curve, Error, Interrupt};
 
-/// Data along a smooth family: rotated frames and velocities that follow, exactly on the constraints.
+/// Data along a smooth family: rotated frames with their velocities, exactly on the constraints.
 struct Family {
     data: Data,
     turns: [Mat<f64>; 2],
@@ -72,7 +72,7 @@ fn variation(rates: &[Mat<f64>; 4]) -> BoundaryVariation<'_> {
 
 #[test]
 fn derivatives_agree_with_differences() {
-    // (12, 2) and (7, 1) have rows outside of the span of the data.
+    // (12, 2) and (7, 1) have rows outside the span of the data.
     for shape in [(3, 1), (7, 1), (3, 2), (4, 2), (5, 3), (3, 3), (12, 2)] {
         let mut rng = Rng::new(23);
         let family = Family::random(shape, &mut rng);

@@ -23,7 +23,7 @@ fn gradient_by_differences<const X: usize, const Z: usize>(
             moved[i] += s * h;
             chart.hamiltonian(&moved)
         };
-        // Sixth order: error h^6 and round-off eps / h, both below 1e-12.
+        // Order six: truncation h^6 and round-off eps / h are both below 1e-12.
         (45.0 * (value(1.0) - value(-1.0)) - 9.0 * (value(2.0) - value(-2.0)) + value(3.0)
             - value(-3.0))
             / (60.0 * h)
@@ -83,8 +83,8 @@ fn sphere_hamiltonian_is_its_closed_form() {
     );
 }
 
-/// `H = p_q . qdot + p_qdot . a - |a + Gamma|_g^2 / 2` with the acceleration of largest value, metric and Christoffel
-/// symbols taken from the embedding by differences: independent of the closed form.
+/// `H = p_q . qdot + p_qdot . a - |a + Gamma|_g^2 / 2` at the maximising acceleration, with metric and Christoffel
+/// symbols from differences of the embedding: independent of the closed form.
 #[test]
 fn frame_hamiltonian_follows_from_the_metric() {
     let [q, qdot]: [[f64; 3]; 2] = [[1.2, 0.4, -0.8], [0.3, -0.2, 0.5]];

@@ -9,7 +9,7 @@ use stiefel_rs::Interrupt;
 use stiefel_rs::chart::{Chart, Frame, Sphere, reference};
 use stiefel_rs::manifold::covariant;
 
-/// Covariant acceleration and jerk of a chart curve, from its momenta's own flow.
+/// Covariant acceleration and jerk of a chart curve, from the flow of its momenta.
 fn covariant_derivatives<const X: usize, const Z: usize>(
     chart: &impl Chart<X, Z>,
     z: &SVector<f64, Z>,
@@ -86,7 +86,7 @@ fn check_reference<const X: usize, const Z: usize>(
             position < 1e-14 && velocity < 1e-14,
             "{name} at {time:?}: {position:e}, {velocity:e}"
         );
-        // The differences cost digits; they still tell covariant from coordinate derivatives.
+        // The differences lose digits, but still distinguish covariant from coordinate derivatives.
         let [_, _, a, j] = covariant_derivatives(chart, z);
         let acceleration = (a - expected("acceleration")).norm_l2();
         let jerk = (j - expected("jerk")).norm_l2();

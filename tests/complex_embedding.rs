@@ -1,4 +1,4 @@
-//! Complex matrices as real ones of twice the size: products, structure, the way back, and how far off it is.
+//! Complex matrices as real ones of twice the size: products, structure, the inverse map, and the defect.
 
 use faer::{Mat, c64};
 use stiefel_rs::Error;
@@ -7,7 +7,7 @@ use stiefel_rs::linalg::complex_embedding::{
 };
 use stiefel_rs::linalg::decomp::{Svd, singular_range};
 
-/// Numbers without any pattern, the same in every run.
+/// Irregular numbers, the same in every run.
 fn matrix(rows: usize, cols: usize, seed: u64) -> Mat<c64> {
     let number = |i: usize, j: usize, part: u64| {
         let mixed =
@@ -47,7 +47,7 @@ fn the_defect_is_the_distance_from_the_embedded_matrices() {
     let a = matrix(3, 2, 5);
     let mut off = embed(a.as_ref());
     off[(0, 0)] += 2e-6;
-    // Half of the change goes to each of both copies.
+    // Each of the two copies receives half of the change.
     let defect = embedding_defect(off.as_ref());
     assert!((defect - 2e-6 / 2_f64.sqrt()).abs() <= 1e-15, "{defect:e}");
     let Err(Error::NotComplex {
@@ -132,7 +132,7 @@ fn svd_of_a_matrix_on_which_the_iteration_stalls() {
         svd.compute(a).unwrap();
         let scaled = Mat::from_fn(6, columns, |i, j| svd.u()[(i, j)] * svd.s(j));
         let product = scaled * svd.v().transpose();
-        // Backward error: a few roundings of each of six columns.
+        // Backward error: a few units of round-off for each of six columns.
         let error = (product - a).norm_max();
         assert!(
             error <= 60.0 * f64::EPSILON * svd.s(0),

@@ -1,4 +1,5 @@
-//! Splines and cubics of complex frames and subspaces, solved for complex unknowns, beside those of the embedded real matrices.
+//! Splines and cubics of complex frames and subspaces, solved in complex unknowns, compared with those of the embedded
+//! real matrices.
 
 mod common;
 
@@ -12,7 +13,7 @@ use stiefel_rs::spline::{
 };
 use stiefel_rs::{Curve, Error, Grassmann, Quotient, ScalarField};
 
-/// Complex `(n, k)`: a circle, spheres, unitary groups, one row less than those, others.
+/// Complex `(n, k)`: a circle, spheres, unitary groups, one column less than these, others.
 const SHAPES: [(usize, usize); 8] = [
     (1, 1),
     (2, 1),
@@ -35,7 +36,7 @@ fn point(n: usize, k: usize, rng: &mut Rng) -> Mat<f64> {
     embed(unitary_q(a.as_ref(), false).as_ref())
 }
 
-/// A tangent vector of a length, horizontal of subspaces.
+/// A tangent vector of the given length, horizontal for subspaces.
 fn tangent(quotient: Quotient, s: &Mat<f64>, length: f64, rng: &mut Rng) -> Mat<f64> {
     let (n, k) = (s.nrows() / 2, s.ncols() / 2);
     let a = complex(n, k, rng);
@@ -64,7 +65,7 @@ fn moved(quotient: Quotient, s: &Mat<f64>, v: &Mat<f64>) -> Mat<f64> {
     nearest_embedded(moved.as_ref()).unwrap()
 }
 
-/// Points so far apart, a unit of the embedded metric, at uneven times.
+/// Points at the given distance, in units of the embedded metric, at uneven times.
 fn walk(
     quotient: Quotient,
     (n, k): (usize, usize),
@@ -87,7 +88,7 @@ fn views(points: &[Mat<f64>]) -> Vec<MatRef<'_, f64>> {
     points.iter().map(Mat::as_ref).collect()
 }
 
-/// Distance of two points: of bases, of what they span.
+/// Distance of two points: of frames, or of the spans of bases.
 fn apart(quotient: Quotient, a: &Mat<f64>, b: &Mat<f64>) -> f64 {
     match quotient {
         Quotient::Frames => (a - b).norm_l2(),
@@ -235,7 +236,7 @@ fn smoothing_splines_are_those_of_the_embedded_matrices() {
     }
 }
 
-/// Boundary data, near or far.
+/// Boundary data, near or distant.
 fn problem(quotient: Quotient, (n, k): (usize, usize), far: f64, seed: u64) -> [Mat<f64>; 4] {
     let mut rng = Rng::new(seed);
     let s0 = point(n, k, &mut rng);
@@ -250,7 +251,7 @@ fn problem(quotient: Quotient, (n, k): (usize, usize), far: f64, seed: u64) -> [
 fn cubics_between_ends_are_stationary_and_no_dearer_than_embedded_ones() {
     for (quotient, shape) in kinds() {
         for (far, seed) in [(0.7, 1), (1.2, 2), (2.2, 3)] {
-            // Beyond a right angle there is no way between subspaces that is unique.
+            // Beyond a right angle, no unique geodesic joins subspaces.
             let far = if quotient == Quotient::Subspaces {
                 0.5 * far
             } else {
@@ -274,7 +275,7 @@ fn cubics_between_ends_are_stationary_and_no_dearer_than_embedded_ones() {
             let [native, oracle] = [ScalarField::Complex, ScalarField::Real].map(solve);
             let name = format!("{quotient:?} {shape:?} {far}");
             let [a, b] = [&native, &oracle].map(|curve| curve.cost().unwrap());
-            // Another solution of the same cost is as good.
+            // Another solution of the same cost is equally good.
             assert!(a <= b * (1.0 + 1e-9), "{name}: {a} {b}");
             let end = native.point(1.0).unwrap();
             assert!(apart(quotient, &end, &data[2]) < 1e-11, "{name}");
@@ -288,7 +289,7 @@ fn cubics_between_ends_are_stationary_and_no_dearer_than_embedded_ones() {
     }
 }
 
-/// How far the curve is from ending as it should.
+/// The defect of the curve's end conditions.
 fn missed(quotient: Quotient, curve: &RiemannianCubic, data: &[Mat<f64>; 4]) -> f64 {
     let end = apart(quotient, &curve.point(1.0).unwrap(), &data[2]);
     let speed = curve.derivative(1.0, 1).unwrap().norm_l2();
@@ -371,14 +372,14 @@ fn a_batch_of_complex_problems_has_their_costs() {
     }
 }
 
-/// Rounded decimals pass for complex numbers, and are taken for the nearest ones.
+/// Rounded decimals are accepted as complex numbers, and replaced by the nearest ones.
 #[test]
 fn numbers_to_ten_digits_pass_for_complex_ones() {
     let rounded = |a: &Mat<f64>| {
         let entry = |i, j| (a[(i, j)] * 1e10).round() * 1e-10 + 1e-10 * ((3 * i + j) as f64).sin();
         Mat::from_fn(a.nrows(), a.ncols(), entry)
     };
-    // And shapes whose splines are solved for in the coordinates of all rows.
+    // Also shapes whose splines are solved in the coordinates of all rows.
     let large = [Quotient::Frames, Quotient::Subspaces].map(|quotient| (quotient, (9, 1)));
     for (quotient, shape) in kinds().chain(large) {
         let (t, points) = walk(quotient, shape, 5, 0.8);

@@ -42,7 +42,7 @@ fn measured_order<const X: usize, const Z: usize>(
     sxy / sxx
 }
 
-/// Steps small enough for the leading term, errors above round-off.
+/// Step counts for which the leading term dominates and errors are above round-off.
 fn range(order: usize) -> &'static [usize] {
     match order {
         2 => &[40, 80, 160, 320, 640],
@@ -102,7 +102,7 @@ fn order_eight_is_measured_above_round_off() {
     }
 }
 
-/// The order conditions that need no commutators: power sums of the fractions.
+/// The order conditions without commutators: power sums of the fractions.
 #[test]
 fn fractions_satisfy_the_power_sums() {
     for order in [4, 6, 8] {
@@ -116,7 +116,7 @@ fn fractions_satisfy_the_power_sums() {
         let reversed: Vec<f64> = fractions.iter().rev().copied().collect();
         assert_eq!(fractions, reversed, "symmetric");
         let sum = |power: i32| -> f64 { fractions.iter().map(|x| x.powi(power)).sum() };
-        // One rounding each of at most 17 numbers below 1.
+        // At most 17 numbers below 1, with one rounding each.
         assert!((sum(1) - 1.0).abs() < 17.0 * f64::EPSILON, "order {order}");
         for power in (3..order as i32).step_by(2) {
             let defect = sum(power).abs();
@@ -188,7 +188,7 @@ fn composed_steps_shoot() {
     };
     let found = shoot(&Frame, &map, &x0, &x1, 40, &options).unwrap();
     assert!(found.report.converged && found.report.iterations <= 5);
-    // The discrete flow of order 6 is the exact one to 1e-8, and so are the momenta that it needs.
+    // The discrete flow of order 6 is exact to 1e-8, and so are the momenta it needs.
     let defect = (found.momenta - z0.fixed_rows::<6>(6)).amax();
     assert!(defect < 1e-6, "{defect:e}");
 }

@@ -22,8 +22,8 @@ fn difference(f: impl Fn(f64) -> Mat<f64>, t: f64, h: f64) -> Mat<f64> {
     sum
 }
 
-/// Each derivative against the difference of the one below, relative to `1 + |derivative|`; the best of three steps,
-/// because truncation and round-off trade places with the speed of the curve.
+/// Each derivative compared with a difference of the previous one, relative to `1 + |derivative|`; the best of three
+/// steps, since the balance of truncation and round-off depends on the speed of the curve.
 fn derivative_error(curve: &impl Curve, t: f64, nu: usize) -> f64 {
     let exact = curve.derivative(t, nu).unwrap();
     difference_error(|t| curve.derivative(t, nu - 1).unwrap(), t, &exact)
@@ -54,7 +54,7 @@ fn derivatives_are_those_of_the_position() {
     }
 }
 
-/// Control points whose first leg has the given principal angles: at `t = 0` they are met by the last stage too.
+/// Control points whose first leg has the given principal angles: at `t = 0` they also occur in the last stage.
 fn curve_at_angles(n: usize, angles: &[f64], rng: &mut Rng) -> GeometricCubic {
     let s0 = random_point(n, angles.len(), rng);
     let s1 = partner_at_angles(&s0, angles, rng);
@@ -215,7 +215,7 @@ fn covariant_quantities_are_tangent() {
 
 // ------------------------------------------------------------------ scalar curves
 
-/// Data along one line of angle: a great circle, or the plane rotations. The control angles are `p`.
+/// Data with a single angle: a great circle, or the plane rotations. The control angles are `p`.
 fn scalar_data(plane: bool, p: [f64; 4], rng: &mut Rng) -> (Boundary, Mat<f64>, Mat<f64>) {
     let basis = if plane {
         random_orthogonal(2, rng)
@@ -324,7 +324,7 @@ fn cost_of_a_nearly_geodesic_curve_converges() {
             .curve()
             .cost()
             .unwrap_or_else(|e| panic!("bend {bend}: {e}"));
-        // The acceleration is known to round-off of the second derivative.
+        // The acceleration is accurate to the round-off of the second derivative.
         let bound = 1e-12 * expected + 1e-13 * expected.sqrt() + 1e-26;
         assert_within(
             (found - expected).abs(),

@@ -1,4 +1,5 @@
-//! Geometric polynomials of any degree: the algorithm against its definition, edges of the fast route, branch jumps.
+//! Geometric polynomials of any degree: the algorithm compared with its definition, the domain of the fast method,
+//! branch jumps.
 
 mod common;
 
@@ -41,7 +42,7 @@ fn walk((n, k): (usize, usize), degree: usize, step: f64, rng: &mut Rng) -> Vec<
     points
 }
 
-/// Thirteen parameters: one whole block of lanes, one in part; inside, at the ends, and outside of `[0, 1]`.
+/// Thirteen parameters, one full block of lanes and a partial one: inside, at the ends, and outside `[0, 1]`.
 const TIMES: [f64; 13] = [
     0.0, 1e-300, 1e-9, 0.1, 0.25, 0.5, 0.77, 0.999, 1.0, -0.5, 1.5, 2.5, -3.0,
 ];
@@ -60,7 +61,7 @@ fn every_degree_is_the_algorithm_by_its_definition() {
                     .unwrap();
                 for (i, &t) in TIMES.iter().enumerate().filter(|(_, t)| t.abs() <= 1.0) {
                     let error = distance(&samples.get(i).to_owned(), &by_definition(&points, t));
-                    // Round-off of one stage is a few eps k; stages add up.
+                    // The round-off of one stage is a few eps k; stages add up.
                     worst.see(error / (size.1 * degree) as f64, || {
                         format!("{size:?}, degree {degree}, step {step}, t = {t}")
                     });
@@ -71,7 +72,7 @@ fn every_degree_is_the_algorithm_by_its_definition() {
     worst.assert_at_most(16.0 * EPS);
 }
 
-/// The careful route computes derivatives, so order 0 of a jet and the fast position must agree everywhere.
+/// Derivatives are computed by the slow method, so order 0 of a jet and the fast position must agree everywhere.
 #[test]
 fn fast_and_careful_route_agree() {
     let mut rng = Rng::new(2);
@@ -165,7 +166,8 @@ fn end_velocities_are_those_of_the_outer_legs() {
     worst.assert_at_most(1e-12);
 }
 
-/// Near antipodes, near rotations by pi, and near equal cosines of opposite sign the fast route hands over.
+/// Near antipodes, near rotations by pi, and near equal cosines of opposite sign, the fast method must leave the result
+/// to the slow one.
 #[test]
 fn edges_of_the_fast_route_are_right() {
     let angle = |a: f64| Mat::from_fn(3, 1, |i, _| [a.cos(), a.sin(), 0.0][i]);
@@ -177,7 +179,7 @@ fn edges_of_the_fast_route_are_right() {
         for t in [0.1, 0.5, 0.9] {
             for (name, curve) in [("line", &curve), ("quadratic", &quadratic)] {
                 let error = distance(&curve.point(t).unwrap(), &angle(t * total));
-                // The direction between points a gap from antipodal is known to eps / gap.
+                // The direction between points a gap from antipodal is accurate to eps / gap.
                 worst.see(error * gap.min(1.0), || {
                     format!("{name}, gap {gap}, t = {t}")
                 });
@@ -216,7 +218,7 @@ fn far_points((n, k): (usize, usize), rng: &mut Rng) -> Vec<Mat<f64>> {
     (0..4).map(|_| random_point(n, k, rng)).collect()
 }
 
-/// Found: for far control points a stage crossed the cut locus inside of the interval and the curve jumped.
+/// Regression: for distant control points a stage crossed the cut locus inside the interval, and the curve jumped.
 #[test]
 fn a_curve_that_would_jump_is_refused() {
     let mut rng = Rng::new(6);
@@ -227,7 +229,7 @@ fn a_curve_that_would_jump_is_refused() {
             match polynomial(&points) {
                 Ok(_) | Err(Error::DifferentComponents { .. } | Error::OutsideLogDomain { .. }) => {
                 }
-                // Near the ends a stage has little weight, and a jump of it is small.
+                // Near the ends a stage has little weight, so its jump is small.
                 Err(Error::BranchJump { t }) if !(0.05..=0.95).contains(&t) => {}
                 Err(Error::BranchJump { t }) => {
                     refused += 1;
@@ -247,7 +249,8 @@ fn a_curve_that_would_jump_is_refused() {
     assert!(refused >= 3, "{refused} refused");
 }
 
-/// No step between neighbouring parameters stands out from the steps beside it, as a jump does and a fast turn does not.
+/// No step between neighbouring parameters is much larger than the adjacent ones, as for a jump; a fast rotation is
+/// allowed.
 fn assert_no_jump(curve: &GeometricPolynomial, t: &[f64], small: f64) {
     let samples = curve
         .sample(t, Quantity::Derivative(0), Interrupt::NEVER)
@@ -285,7 +288,7 @@ fn no_curve_that_is_made_jumps() {
     assert!(seen > 200, "only {seen} curves were made");
 }
 
-/// Found: in high degrees a narrow dip of the margin near an end was between the points of the grid.
+/// Regression: for high degrees a narrow dip of the margin near an end was missed by the grid.
 #[test]
 fn long_walks_of_high_degree_do_not_jump_near_their_ends() {
     let mut rng = Rng::new(9);
@@ -298,7 +301,7 @@ fn long_walks_of_high_degree_do_not_jump_near_their_ends() {
         let mut points = vec![random_point(5, 2, &mut rng)];
         for _ in 0..4 + i % 6 {
             let from = points[points.len() - 1].clone();
-            // The rotation in it is what brings jumps: as large as in a projected matrix.
+            // Jumps are caused by the rotation, which is as large as in a projected matrix.
             let g = gaussian(5, 2, &mut rng);
             let velocity = manifold.project_tangent(from.as_ref(), g.as_ref()).unwrap();
             let length = rng.between(2.3, 3.1) / spectral(velocity.as_ref());
@@ -316,7 +319,7 @@ fn long_walks_of_high_degree_do_not_jump_near_their_ends() {
     assert!(made >= 20 && refused >= 5, "{made} made, {refused} refused");
 }
 
-/// Up to the largest size of the lanes.
+/// Up to the largest size for lanes.
 #[test]
 fn stays_orthonormal_for_many_columns() {
     let mut rng = Rng::new(10);

@@ -201,7 +201,7 @@ fn svd_rebuilds_the_matrix() {
     }
 }
 
-/// Found: faer leaves a part of V of wide matrices as it was, so buffers that had been used gave a wrong basis.
+/// Regression: faer leaves a part of V unset for wide matrices, so that used buffers gave a wrong basis.
 #[test]
 fn svd_does_not_depend_on_what_its_buffers_held() {
     let mut rng = Rng::new(36);
@@ -280,7 +280,7 @@ fn polar_factor_is_the_nearest_orthonormal_matrix() {
             8.0 * n as f64 * EPS,
             &format!("orthonormal, ({n}, {k})"),
         );
-        // A = Q H with H = Q^T A symmetric and positive definite: that is what makes Q nearest.
+        // A = Q H with H = Q^T A symmetric and positive definite, which makes Q the nearest point.
         let h = q.transpose() * &a;
         let bound = 8.0 * n as f64 * EPS * frobenius(a.as_ref());
         assert_close(
@@ -406,7 +406,7 @@ fn spectral_norm_is_the_largest_singular_value() {
 fn smallest_real_part_of_a_spectrum() {
     let mut rng = Rng::new(38);
     for m in [1, 2, 3, 7] {
-        // Shifted rotation: eigenvalues 2 + e^{i theta}, and 3.
+        // A shifted rotation, with eigenvalues 2 + e^{i theta}, and 3.
         let angles = spread_angles(m, &mut rng);
         let angles = scaled(&angles, 2.5);
         let a = rotation_with_angles(&angles, m, &mut rng) + identity(m) * Scale(2.0);

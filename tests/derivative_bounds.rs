@@ -9,12 +9,12 @@ use stiefel_rs::curve::{DerivativeBounds, Guarantee};
 use stiefel_rs::spline::{EndConditions, SplineOptions, cubic_spline, geometric_hermite};
 use stiefel_rs::{Curve, Interrupt, Quantity, QuasiGeodesic, RiemannianCubic, Stiefel};
 
-/// What an enclosure may be above the largest norm, and, as a share of derivatives of lower order, where those are larger. A
-/// sample misses some of a maximum: less than its square step.
+/// Allowed relative distance of an enclosure from the largest norm and, if derivatives of lower order are larger,
+/// relative to these. A sample misses less than its squared step of a maximum.
 const GAP: f64 = 1.01e-3;
 const LOWER_GAP: f64 = 1.01e-4;
 
-/// What bounds may be, from the largest norms on an interval of the given length.
+/// The allowed bounds, given the largest norms on an interval of the given length.
 fn limits(norms: [f64; 3], length: f64) -> [f64; 3] {
     let mut scale = 0.0;
     norms.map(|norm| {
@@ -72,7 +72,7 @@ fn cubics_have_bounds_that_hold_and_are_tight() {
             ([0.0, 1.0, 0.0], 1.0),
             ([1.0, 1.0, 1.0], -1.5),
             ([0.0, 0.0, 5.0], 0.01),
-            // Derivatives of lower order are larger, in the length of the interval.
+            // Derivatives of lower order are larger, in units of the interval's length.
             ([2.0, 2.0, 0.1], 1.0),
             ([4.0, 0.5, 0.1], 0.5),
         ] {
@@ -95,7 +95,7 @@ fn cubics_have_bounds_that_hold_and_are_tight() {
 
 #[test]
 fn on_the_circle_a_cubic_has_the_derivatives_of_its_angle() {
-    // Angle u - 2 u^2 + u^3 / 3 on [0, 2]: rates 1 - 4 u + u^2, -4 + 2 u, 2.
+    // Angle u - 2 u^2 + u^3 / 3 on [0, 2], with the derivatives 1 - 4 u + u^2, -4 + 2 u, 2.
     let state = [
         mat![[1.0], [0.0]],
         mat![[0.0], [1.0]],
@@ -118,7 +118,7 @@ fn on_the_circle_a_cubic_has_the_derivatives_of_its_angle() {
 
 #[test]
 fn splines_of_plane_rotations_have_bounds() {
-    // Of some pieces the acceleration is round-off that has no tangent part at all.
+    // On some pieces the acceleration is round-off without any tangent part.
     let turn = |[i, j]: [usize; 2], angle: f64| {
         let mut out = common::identity(3);
         let (sin, cos) = angle.sin_cos();
@@ -159,12 +159,13 @@ fn fast_geodesics_and_cubics_have_bounds() {
             let curve = cubic(shape, [speed, 0.0, 0.0], 1.0, 3);
             let [velocity, acceleration, jerk] = array(&curve.derivative_bounds().unwrap());
             assert_within((velocity / speed - 1.0).abs(), GAP, "speed");
-            // No covariant derivative at all, and none of the round-off of ambient ones, 1e-16 speed^2 and more.
+            // No covariant derivative, and no round-off of ambient derivatives either, which would be 1e-16 speed^2 or
+            // more.
             assert_within(acceleration + jerk, 1e-290, "geodesic");
         }
         let curve = cubic(shape, [1000.0, 1.0, 1.0], 1.0, 4);
         let bounds = curve.derivative_bounds().unwrap();
-        // Of the order of |A| |V| after a first turn.
+        // Of the order of |A| |V| after a first rotation.
         assert!((1.0..1e5).contains(&bounds.jerk), "{bounds:?}");
     }
 }
@@ -178,13 +179,13 @@ fn samples_find_the_largest_norms_of_other_curves() {
             assert_eq!(bounds.guarantee, Guarantee::Sampling);
             for (bound, sample) in array(&bounds).into_iter().zip(dense(&curve, 2000)) {
                 let name = format!("{shape:?} {seed}");
-                // Derivatives of third order are known to about 1e-11.
+                // Third derivatives are accurate to about 1e-11.
                 assert_within(sample, bound * (1.0 + 1e-9), &name);
                 assert_within(bound, sample * (1.0 + 1e-5), &name);
             }
         }
     }
-    // A quasi-geodesic: constant norms.
+    // A quasi-geodesic has constant norms.
     let s = random_point(5, 2, &mut Rng::new(9));
     let v = random_tangent(&s, 2.0, &mut Rng::new(10));
     let curve = QuasiGeodesic::from_velocity(s.as_ref(), v.as_ref()).unwrap();
@@ -210,14 +211,14 @@ fn pieces_are_bounded_one_by_one_in_the_time_of_the_curve() {
         assert_within(sample, bound * (1.0 + 1e-12), "spline");
         assert_within(bound, sample * (1.0 + 3.0 * GAP), "spline");
     }
-    // Half as fast: halves, quarters, eighths.
+    // At half the speed: halves, quarters, eighths.
     let slow = t.map(|t| 2.0 * t);
     let (other, _) = cubic_spline(&slow, &views, &EndConditions::Natural, &options).unwrap();
     let slower = array(&other.derivative_bounds().unwrap());
     for ((fast, slow), rate) in array(&bounds).into_iter().zip(slower).zip([2.0, 4.0, 8.0]) {
         assert_within((fast - rate * slow).abs(), 1e-9 * fast, "time");
     }
-    // One piece without a guarantee is a curve without one.
+    // One piece without a guarantee removes the guarantee of the curve.
     let velocities: Vec<Mat<f64>> = t.iter().map(|t| curve.derivative(*t, 1).unwrap()).collect();
     let tangents: Vec<Mat<f64>> = velocities.iter().map(|v| v * Scale(1.0)).collect();
     let tangents: Vec<MatRef<'_, f64>> = tangents.iter().map(Mat::as_ref).collect();

@@ -8,7 +8,7 @@ use nalgebra::{SMatrix, SVector};
 use stiefel_rs::chart::discretization::cotangent_lift;
 use stiefel_rs::chart::{DiscretizationMap, LinearMap};
 
-/// The lift of a map with numeric derivative: `DR_d^T (-p_0, p_1) = (pdot, p)` and symplectic.
+/// The lift of a map with numerical derivatives: `DR_d^T (-p_0, p_1) = (pdot, p)`, and symplectic.
 #[test]
 fn cotangent_lift_is_symplectic() {
     let lift = |map: &dyn Fn(&SVector<f64, 8>) -> SVector<f64, 8>, at: &SVector<f64, 8>| {
@@ -31,7 +31,7 @@ fn cotangent_lift_is_symplectic() {
             &[x0.as_slice(), p0.as_slice(), x1.as_slice(), p1.as_slice()].concat(),
         )
     }
-    // Tangent bundle form d(pdot) ^ dx + dp ^ d(xdot); product form dp_1 ^ dx_1 - dp_0 ^ dx_0.
+    // The form of the tangent bundle d(pdot) ^ dx + dp ^ d(xdot); the product form dp_1 ^ dx_1 - dp_0 ^ dx_0.
     let form = |pairs: [(usize, usize, f64); 2]| {
         let mut omega = SMatrix::<f64, 8, 8>::zeros();
         for (x, p, sign) in pairs {
@@ -67,7 +67,7 @@ fn cotangent_lift_is_symplectic() {
 
 #[test]
 fn cotangent_lift_of_the_papers_maps() {
-    // Mid-point: p = (p_0 + p_1)/2, pdot = p_1 - p_0. Initial point: p = p_1, pdot = p_1 - p_0.
+    // Midpoint: p = (p_0 + p_1)/2, pdot = p_1 - p_0. Initial point: p = p_1, pdot = p_1 - p_0.
     let [x, p, v, rate] =
         [[0.3, -0.4], [0.7, 0.2], [0.05, -0.1], [0.3, 0.6]].map(SVector::<f64, 2>::from);
     let [(x0, p0), (x1, p1)] = cotangent_lift(&LinearMap::MIDPOINT, &x, &p, &v, &rate).unwrap();

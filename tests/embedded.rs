@@ -23,7 +23,7 @@ fn mapped(data: &Data, f: impl Fn(&Mat<f64>) -> Mat<f64>) -> Data {
     data.each_ref().map(f)
 }
 
-/// Four halvings of the step, all four quantities.
+/// Four halvings of the step, for all four quantities.
 #[test]
 fn order_is_two() {
     for shape in [(3, 1), (3, 2), (5, 2), (4, 4), (20, 2)] {
@@ -43,7 +43,7 @@ fn order_is_two() {
     }
 }
 
-/// Constants: three times the largest measured ones.
+/// The constants are three times the largest measured ones.
 #[test]
 fn constraints_and_momentum_hold_to_round_off_for_any_number_of_steps() {
     for shape in SHAPES {
@@ -107,8 +107,8 @@ fn form(a: &Data, b: &Data) -> f64 {
     half(a, b) - half(b, a)
 }
 
-/// The state moved along the constrained manifold: all four matrices turned by a Cayley transform, or a tangent vector added to
-/// one of the last three.
+/// The state moved along the constrained manifold: all four matrices multiplied by a Cayley transform, or a tangent
+/// vector added to one of the last three.
 fn moved(data: &Data, direction: &Direction, step: f64) -> Data {
     match direction {
         Direction::Turn(generator) => {
@@ -141,7 +141,7 @@ fn derivative(f: impl Fn(f64) -> Data) -> Data {
     })
 }
 
-/// The form of the ambient space, on tangent vectors of the constrained manifold, before and after one long step.
+/// The form of the ambient space on tangent vectors of the constrained manifold, before and after one long step.
 #[test]
 fn steps_are_symplectic_on_the_constrained_manifold() {
     for shape in [(2, 1), (3, 1), (3, 2), (5, 2), (4, 4)] {
@@ -238,7 +238,7 @@ fn isometries_map_trajectories_to_trajectories() {
     }
 }
 
-/// A subspace is as good as the space.
+/// The result does not depend on the dimension of the space that contains the span.
 #[test]
 fn results_do_not_depend_on_the_dimension_around() {
     for (n, k, larger) in [(3, 1, 9), (3, 2, 9), (8, 2, 100), (4, 4, 6)] {
@@ -253,7 +253,8 @@ fn results_do_not_depend_on_the_dimension_around() {
     }
 }
 
-/// Without acceleration and jerk a step is a Cayley transform: acceleration and jerk stay zero, and the error is of order 2.
+/// Without acceleration and jerk a step is a Cayley transform: acceleration and jerk stay zero, and the error is of
+/// order 2.
 #[test]
 fn without_acceleration_it_is_near_the_geodesic() {
     for shape in SHAPES {
@@ -270,7 +271,7 @@ fn without_acceleration_it_is_near_the_geodesic() {
         let [rough, fine] = ends.map(|end| distance(&end[0], &point));
         println!("{shape:?}: {rough:.1e}, {fine:.1e}");
         assert_within(rough, 5e-4, &format!("{shape:?}: geodesic"));
-        // St(1, 1) is two points.
+        // St(1, 1) consists of two points.
         if shape != (1, 1) {
             assert_within(
                 (rough / fine).log2() - 2.0,
@@ -281,14 +282,14 @@ fn without_acceleration_it_is_near_the_geodesic() {
     }
 }
 
-/// A method of order 2 with its end and the time of one step.
+/// A method of order 2, its end, and the time of one step.
 struct Row {
     method: &'static str,
     end: Mat<f64>,
     step: f64,
 }
 
-/// The end of a run, and the shortest time of one of its steps in 30 runs.
+/// The end of a run, and the shortest time per step in 30 runs.
 fn timed(method: &'static str, steps: usize, run: &dyn Fn() -> Mat<f64>) -> Row {
     let once = || {
         let start = std::time::Instant::now();

@@ -1,4 +1,4 @@
-//! The method in the embedding at rest, at coordinate columns, and of bad, of huge and of tiny input.
+//! The method in the embedding: curves at rest, coordinate columns, and bad, huge and tiny input.
 
 mod common;
 #[path = "common/embedded.rs"]
@@ -28,7 +28,7 @@ fn at_rest_it_stays() {
     }
 }
 
-/// Columns of the identity, at which the paper's chart has its pole, and data in one plane.
+/// Columns of the identity, where the paper's chart has its pole, and data in one plane.
 #[test]
 fn coordinate_columns_are_points_like_others() {
     let unit = |n: usize, i: usize| Mat::from_fn(n, 1, |row, _| f64::from(u8::from(row == i)));
@@ -100,7 +100,7 @@ fn bad_input_is_refused() {
     }
 }
 
-/// Too long a step: no convergence, with how far the iteration got.
+/// A step that is too long does not converge, and the error says how far the iteration got.
 #[test]
 fn steps_that_are_too_long_are_refused() {
     let data = random_data((4, 2), 1.0, 63);
@@ -116,7 +116,7 @@ fn steps_that_are_too_long_are_refused() {
     }
 }
 
-/// A right answer or an error, never NaN and no endless loop.
+/// Either a correct result or an error, but neither NaN nor an endless loop.
 #[test]
 fn huge_and_tiny_data_and_times_are_refused_or_right() {
     for shape in [(3, 1), (3, 2), (4, 2), (1, 1), (20, 2)] {

@@ -1,4 +1,4 @@
-//! The Riemannian exponential of the alpha family, against n x n formulas and the variational principle.
+//! The Riemannian exponential of the alpha family, compared with n x n formulas and the variational principle.
 
 mod common;
 
@@ -95,7 +95,7 @@ fn euclidean_geodesics_have_no_tangential_acceleration() {
     }
 }
 
-/// Energy of a polygon through projected points, in the metric of the manifold.
+/// Energy of a polygon through projected points, in the manifold's metric.
 fn energy(manifold: &Stiefel, points: &[Mat<f64>]) -> f64 {
     let pieces = (points.len() - 1) as f64;
     points

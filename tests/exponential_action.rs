@@ -1,4 +1,4 @@
-//! The action of the exponential of a skew operator against the exponential itself.
+//! The action of the exponential of a skew operator, compared with the exponential itself.
 
 mod common;
 
@@ -27,7 +27,7 @@ fn action_agrees_with_the_exponential() {
             let v = gaussian(m, 3, &mut rng);
             let exact = skew_exp(a.as_ref()).unwrap() * &v;
             let radius = spectral(a.as_ref());
-            // The bound may be twice too large.
+            // The bound may be too large by a factor of two.
             for radius in [radius, 2.0 * radius] {
                 let (action, products) = act(&a, &v, radius);
                 let bound = 1e-14 * (1.0 + 0.1 * radius) * frobenius(v.as_ref());

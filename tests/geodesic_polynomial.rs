@@ -1,4 +1,4 @@
-//! Geodesic polynomials: where geodesics are quasi-geodesics, ends, exact derivatives, and the domain.
+//! Geodesic polynomials: cases where geodesics are quasi-geodesics, ends, exact derivatives, and the domain.
 
 mod common;
 
@@ -109,7 +109,7 @@ fn meets_its_ends_with_the_velocities_of_the_outer_legs() {
     worst.assert_at_most(1e-12);
 }
 
-/// The next derivative against a difference of the last one, of eighth order.
+/// Each derivative compared with an eighth-order difference of the previous one.
 #[test]
 fn derivatives_are_those_of_the_position() {
     let mut rng = Rng::new(4);
@@ -164,7 +164,7 @@ fn far_control_points_are_refused_with_their_distance() {
     let mut rng = Rng::new(6);
     let mut refused = 0;
     for _ in 0..20 {
-        // A walk of this length may end nearer by another geodesic, but not always.
+        // The end points of such a walk may be closer along another geodesic, but not always.
         match polynomial(&walk((5, 2), 2, 3.0, &mut rng)) {
             Err(Error::BeyondInjectivity {
                 distance, bound, ..
@@ -210,7 +210,7 @@ fn by_definition(points: &[Mat<f64>], t: f64) -> Mat<f64> {
     stage.remove(0)
 }
 
-/// `St(n, n-1)` takes the route through rotations, the other shapes do not.
+/// `St(n, n-1)` is computed with rotations, the other shapes are not.
 #[test]
 fn every_route_is_the_algorithm_by_its_definition() {
     let mut rng = Rng::new(8);
@@ -238,7 +238,7 @@ fn every_route_is_the_algorithm_by_its_definition() {
             }
         }
     }
-    // A stage of the definition solves for a logarithm, to some n eps; stages add up. Rotations need no solution.
+    // A stage of the definition computes a logarithm, to a few n eps; stages add up. Rotations have closed forms.
     worst.assert_at_most(64.0 * EPS);
     ends.assert_at_most(16.0 * EPS);
 }

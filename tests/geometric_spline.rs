@@ -1,4 +1,5 @@
-//! Geometric splines: smoothness at knots, end conditions, the circle, symmetries, closed curves, far data, bad input.
+//! Geometric splines: smoothness at knots, end conditions, the circle, symmetries, closed curves, distant data, bad
+//! input.
 
 mod common;
 #[path = "common/knots.rs"]
@@ -26,11 +27,12 @@ const SHAPES: [(usize, usize); 11] = [
     (9, 4),
 ];
 
-/// Points that are met, and velocities that agree, by construction: round-off of the pieces, `1e-14`, over short legs.
+/// Points and velocities at the knots agree by construction, up to the round-off of the pieces, `1e-14`, divided by
+/// short legs.
 const MET: f64 = 1e-12;
 
-/// Accelerations agree to `1e-12 / h^2`, legs of 1/2 and more; round-off of the second derivative of a piece is `1e-13
-/// / h^2`.
+/// Accelerations agree to `1e-12 / h^2`, for legs of at least 1/2; the round-off of a piece's second derivative is
+/// `1e-13 / h^2`.
 const SMOOTH: f64 = 1e-11;
 
 fn spline(
@@ -41,7 +43,7 @@ fn spline(
     geometric_spline(t, &views(points), ends, &SplineOptions::default()).unwrap()
 }
 
-/// The largest difference at the knots of what the pieces on both sides have there, in the time of the curve.
+/// The largest difference of a quantity between the pieces on both sides of a knot, in the time of the curve.
 fn jump(curve: &Piecewise<GeometricCubic>, quantity: Quantity, order: i32) -> f64 {
     let knots = curve.knots();
     let value = |piece: usize, u: f64| {
@@ -213,7 +215,7 @@ fn isometries_and_time_carry_splines_along() {
             let image = &left * &point * &right;
             assert_within(distance(&other.point(t).unwrap(), &image), MET, &name);
             let at = (3e6 * t - 1.0).clamp(slower[0], slower[4]);
-            // Times of 1e7 have nine digits after the point.
+            // Times of 1e7 have nine digits after the decimal point.
             assert_within(
                 distance(&slow.point(at).unwrap(), &point),
                 10.0 * MET,
@@ -247,7 +249,7 @@ fn the_span_of_the_points_is_enough() {
 
 #[test]
 fn steps_do_not_grow_with_the_number_of_knots() {
-    // Every step evaluates each leg once, so this and nothing else is the cost per knot.
+    // Every step evaluates each leg once, so the number of steps determines the cost per knot.
     let steps: Vec<usize> = [10, 100, 1000, 5000]
         .into_iter()
         .map(|count| {
@@ -278,7 +280,7 @@ fn results_do_not_depend_on_the_number_of_threads() {
 
 #[test]
 fn it_comes_near_a_smooth_curve_with_the_fourth_power_of_the_step() {
-    // Samples of a fixed analytic curve, errors in the middle of its interval, away from the natural ends.
+    // Samples of a fixed analytic curve; errors in the middle of its interval, away from the natural ends.
     let shape = (5, 2);
     let mut rng = Rng::new(14);
     let s = random_point(shape.0, shape.1, &mut rng);
@@ -361,7 +363,7 @@ fn a_limit_of_steps_is_an_error_with_the_residual() {
 
 #[test]
 fn rounded_points_are_taken() {
-    // Orthonormal to eight digits only: the curve is smooth, and as near as that.
+    // Points orthonormal to only eight digits: the curve is smooth, and passes them to that accuracy.
     let (t, points) = walk((5, 2), 6, 0.6, 17);
     let rounded: Vec<Mat<f64>> = points
         .iter()
@@ -412,14 +414,14 @@ fn bad_knots_are_named() {
         solve(&t, &points, &natural),
         Err(Error::AtKnot { knot: 1, source }) if matches!(*source, Error::NoJoiningCurve { .. })
     ));
-    // Components of O(n).
+    // Different components of O(n).
     let (t, mut points) = walk((3, 3), 4, 0.5, 14);
     points[3] = &points[3] * Scale(-1.0);
     assert!(matches!(
         solve(&t, &points, &natural),
         Err(Error::AtKnot { knot: 2, source }) if matches!(*source, Error::DifferentComponents { n: 3 })
     ));
-    // Ends that do not close, ends that are not tangent, ends too fast.
+    // Ends that do not close, ends that are not tangent, ends that are too fast.
     let open = solve(&t[..3], &points[..3], &EndConditions::Periodic);
     assert!(matches!(open, Err(Error::AtKnot { knot: 2, .. })));
     let ends = |v: Mat<f64>| {

@@ -1,4 +1,4 @@
-//! Riemannian gradient and Hessian from the Euclidean ones, for a function of fourth order.
+//! Riemannian gradient and Hessian from the Euclidean ones, for a function of degree four.
 
 mod common;
 
@@ -123,7 +123,7 @@ fn hessian_is_symmetric() {
 #[test]
 fn hessian_is_the_covariant_derivative_of_the_gradient() {
     each_case(|m, f, s, v, _, place| {
-        // The gradient at both ends of a short geodesic, brought back by parallel transport; differences of fourth order.
+        // Differences of fourth order between the gradients at both ends of a short geodesic, after parallel transport.
         let h = 2e-3;
         let at = |t: f64| {
             let there = ParallelTransport::new(m, s.as_ref(), (v * Scale(t)).as_ref()).unwrap();

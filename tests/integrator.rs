@@ -27,7 +27,7 @@ const RETRACTIONS: [SpaceRetraction; 3] = [
     SpaceRetraction::QuasiGeodesic,
 ];
 
-/// `J^T Omega J - Omega`, largest entry.
+/// The largest entry of `J^T Omega J - Omega`.
 fn symplectic_defect<const Z: usize>(jacobian: &SMatrix<f64, Z, Z>) -> f64 {
     let half = Z / 2;
     let omega = SMatrix::<f64, Z, Z>::from_fn(|i, j| {
@@ -51,7 +51,7 @@ fn check_step<const X: usize, const Z: usize>(
     let (_, jacobian) = integrate_with_tangent(chart, map, z, 1, 0.05, Interrupt::NEVER).unwrap();
     let defect = symplectic_defect(&jacobian);
     assert!(defect < 1e-12, "{name}: J^T Omega J - Omega = {defect:e}");
-    // The tangent is the derivative of the step, by differences of order 4 with round-off eps / h.
+    // The tangent is the derivative of the step: compared with differences of order 4, whose round-off is eps / h.
     let h = 1e-3;
     for i in 0..Z {
         let moved = |s: f64| {
@@ -140,8 +140,8 @@ fn midpoint_step_is_the_implicit_midpoint_rule() {
     }
 }
 
-/// The point `(x, p)` whose scaled Hamiltonian vector the lift sends to a pair that starts at `z0`, by fixed-point
-/// iteration (the lift starts a step's length away), and the end of that pair.
+/// The point `(x, p)` whose scaled Hamiltonian vector the lift maps to a pair that starts at `z0`, by fixed-point
+/// iteration (the lift starts within the length of a step), and the end of that pair.
 fn step_through_the_lift(
     map: &impl DiscretizationMap<6>,
     z0: &SVector<f64, 12>,
@@ -189,7 +189,7 @@ fn a_step_is_the_cotangent_lift_of_the_hamiltonian_vector() {
     }
 }
 
-/// Fitted slope of log error against log h over five halvings, least squares.
+/// Least-squares slope of log error against log h over five halvings.
 fn order<const X: usize, const Z: usize>(
     chart: &impl Chart<X, Z>,
     map: &impl DiscretizationMap<X>,
@@ -260,7 +260,7 @@ fn midpoint_step_is_symmetric_in_time() {
 
 #[test]
 fn cyclic_momenta_are_conserved_to_round_off() {
-    // phi and psi are cyclic: their momenta are linear invariants, which both maps keep exactly.
+    // phi and psi are cyclic: their momenta are linear invariants, which both maps preserve exactly.
     let z0 = paper::frame();
     for map in [LinearMap::INITIAL_POINT, LinearMap::MIDPOINT] {
         for z in integrate(&Frame, &map, &z0, 1000, 1.0, Interrupt::NEVER).unwrap() {
@@ -301,14 +301,14 @@ fn bad_input_is_a_typed_error() {
             matches!(run(&bad, 10, 1.0), Err(Error::OutsideChart { value, .. }) if value == theta)
         );
     }
-    // One step far too long for its equations, and a curve that runs out of the chart.
+    // A single step that is far too long for its equations, and a curve that leaves the chart.
     bad = z0;
     bad[2] = 40.0;
     assert!(matches!(
         run(&bad, 4, 1.0),
         Err(Error::OutsideChart { .. } | Error::NoConvergence { .. })
     ));
-    // Along a meridian the curve runs through the pole itself.
+    // Along a meridian the curve runs through the pole.
     let meridian = SVector::from([FRAC_PI_2, PI, 4.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     let out = reference(&Sphere, &meridian, &[1.0], Interrupt::NEVER);
     assert!(

@@ -4,7 +4,7 @@ use stiefel_rs::chart::jet::{Analytic, Jet, atan2, cos_sinc, sin_cos, sqrt};
 use stiefel_rs::chart::rotation::{angles, from_angles, product};
 use stiefel_rs::chart::series::Series;
 
-/// Largest difference of values and derivatives up to the third.
+/// The largest difference of values and of derivatives up to the third.
 fn distance<const N: usize>(f: &Jet<N>, g: &Jet<N>) -> f64 {
     let mut worst = (f.value() - g.value()).abs();
     for a in 0..N {
@@ -67,7 +67,7 @@ fn functions_satisfy_their_identities_with_all_derivatives() {
 
 #[test]
 fn cosine_and_sinc_of_a_root_join_and_are_smooth_at_zero() {
-    // Around 0, in the series, on both sides of where the recursion takes over, and far out.
+    // Near 0, within the series, on both sides of the switch to the recursion, and far beyond.
     for s0 in [0.0, 1e-9, 0.3, 1.999_999, 2.000_001, 7.0, 60.0] {
         let s = Jet::<1>::variable(s0, 0, 1.0);
         let (cos, sinc) = cos_sinc(s);

@@ -1,4 +1,4 @@
-//! Exponential and logarithm undo each other, over spectra that aim at trouble.
+//! Exponential and logarithm are inverse to each other, for difficult spectra.
 
 mod common;
 
@@ -11,7 +11,7 @@ use proptest::test_runner::FileFailurePersistence;
 use stiefel_rs::linalg::SkewSchur;
 use stiefel_rs::{orthogonal_log, skew_exp};
 
-/// Angles that aim at trouble: zero, tiny, equal to one another, supplementary, a right angle, near pi.
+/// Difficult angles: zero, tiny, equal, supplementary, a right angle, near pi.
 fn degenerate_angle() -> impl Strategy<Value = f64> {
     prop_oneof![
         Just(0.0),
@@ -35,7 +35,7 @@ fn degenerate_angles() -> impl Strategy<Value = (Vec<f64>, usize, u64)> {
         .prop_map(|(angles, odd, seed)| (angles.clone(), (2 * angles.len() + odd).max(1), seed))
 }
 
-/// Failing seeds are kept beside this file.
+/// Failing seeds are stored next to this file.
 fn config() -> ProptestConfig {
     let kept = FileFailurePersistence::Direct(concat!(
         env!("CARGO_MANIFEST_DIR"),

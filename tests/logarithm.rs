@@ -31,7 +31,7 @@ fn population(shape: (usize, usize), count: usize, seed: u64) -> (usize, usize, 
     let (mut failures, mut most, mut sum, mut worst) = (0, 0, 0, 0.0_f64);
     for i in 0..count {
         let s0 = random_point(n, k, &mut rng);
-        // A half of them at the far end, where it is hard.
+        // Half of them at large distances, which are the hard cases.
         let d = if i % 2 == 0 {
             REACH
         } else {
@@ -44,7 +44,7 @@ fn population(shape: (usize, usize), count: usize, seed: u64) -> (usize, usize, 
                 let error = distance(&found, &v);
                 let angle = frobenius(found.as_ref());
                 assert!(report.residual < 1e-11 && report.converged);
-                // On SO(n) the principal logarithm is shorter than a long geodesic through a closed one.
+                // On SO(n), the principal logarithm may be shorter than a long geodesic.
                 if error > 1e-9 {
                     println!(
                         "{shape:?} {i}: d {d:.4}, |log - V| = {error:.2e}, |V| {angle:.4}, {report:?}"
@@ -99,7 +99,7 @@ fn log(s0: &Mat<f64>, s1: &Mat<f64>, metric: Metric) -> stiefel_rs::Result<(Mat<
 fn log_inverts_exp_for_the_family() {
     let mut rng = Rng::new(31);
     let mut worst = Worst::new("log(exp V) - V over the family");
-    // The further from the canonical metric, the more stations on the way; a failed direct attempt counts.
+    // The farther from the canonical metric, the more intermediate metrics are needed; a failed direct attempt counts.
     let mut most = [0; 2];
     for (n, k) in SIZES {
         for alpha in [-0.5, 0.7, -0.8, -0.2, 3.0] {
@@ -108,7 +108,7 @@ fn log_inverts_exp_for_the_family() {
                 .with_metric(Metric::new(alpha).unwrap());
             for size in [1e-12, 1e-4, 0.5, 1.0, 1.6] {
                 let s0 = random_point(n, k, &mut rng);
-                // Below 2 in the canonical metric and in that of the manifold: far from both cut loci.
+                // Shorter than 2 in the canonical metric and in the manifold's: far from both cut loci.
                 let raw = random_tangent(&s0, size, &mut rng);
                 let ratio = manifold.norm(s0.as_ref(), raw.as_ref()).unwrap() / size;
                 let v = raw * Scale(1.0 / ratio.max(1.0));
@@ -223,7 +223,7 @@ fn orthogonal_group_and_its_frames() {
         log(&one, &minus, Metric::CANONICAL),
         Err(Error::DifferentComponents { n: 1 })
     ));
-    // A half turn has no sign.
+    // A rotation by pi has no sign.
     let half = plane_rotations(&[PI], 4);
     let error = log(&identity(4), &half, Metric::CANONICAL).unwrap_err();
     assert!(matches!(error, Error::NoJoiningCurve { angle } if (angle - PI).abs() < 1e-12));
@@ -278,7 +278,7 @@ fn degenerate_pairs() {
         let (found, report) = log(&s, &s, Metric::CANONICAL).unwrap();
         assert_within(frobenius(found.as_ref()), 1e-14 * k as f64, "equal points");
         assert!(report.certainly_shortest && report.length < 1e-14 * k as f64);
-        // The same span, and normal parts of graded size.
+        // Points with the same span, and normal parts of graded size.
         let turned = &s * skew_exp(random_skew(k, 1.0, &mut rng).as_ref()).unwrap();
         let (found, _) = log(&s, &turned, Metric::CANONICAL).unwrap();
         let end = manifold.exp(s.as_ref(), found.as_ref()).unwrap();
@@ -309,7 +309,8 @@ fn degenerate_pairs() {
     }
 }
 
-/// Beyond the injectivity radius: a geodesic that arrives, no longer than the one it was made with, or an error.
+/// Beyond the injectivity radius: a geodesic that reaches the point and is no longer than the one that generated it, or
+/// an error.
 #[test]
 fn far_pairs_give_a_short_geodesic_or_an_error() {
     let mut rng = Rng::new(37);
@@ -393,7 +394,7 @@ fn bad_input_is_a_typed_error() {
             Error::NotOrthonormal { .. }
         ));
     }
-    // The antipode: a half turn in the plane of the two columns, of either sense.
+    // The antipode: a rotation by pi in the plane of the two columns, in either direction.
     let error = call(&s, &(&s * Scale(-1.0)));
     assert!(
         matches!(error, Error::NoJoiningCurve { angle } if (angle - PI).abs() < 1e-12),
@@ -411,8 +412,8 @@ fn an_interrupt_stops_a_far_logarithm() {
     assert!(matches!(result, Err(Error::Interrupted { .. })));
 }
 
-/// Found: where the normal part was round-off, its frame was not orthogonal to the point, which the residual of the report
-/// did not see.
+/// Regression: if the normal part was round-off, its frame was not orthogonal to the point, which the reported residual
+/// did not reveal.
 #[test]
 fn points_that_span_the_same_subspace() {
     let mut rng = Rng::new(41);
@@ -432,7 +433,8 @@ fn points_that_span_the_same_subspace() {
     worst.assert_at_most(1e-14);
 }
 
-/// Found: decided by round-off, a geodesic of length 1.41 pi came back for opposite points, which are at most pi apart.
+/// Regression: depending on round-off, a geodesic of length 1.41 pi was returned for opposite points, whose distance is
+/// at most pi.
 #[test]
 fn points_with_a_rotation_by_pi_between_them_are_refused() {
     let mut rng = Rng::new(42);

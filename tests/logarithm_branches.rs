@@ -1,4 +1,4 @@
-//! The logarithm beyond the injectivity radius: no saddles, no longer branch where a shorter one is known.
+//! The logarithm beyond the injectivity radius: no saddles, and no longer branch if a shorter one is known.
 
 mod common;
 
@@ -33,9 +33,9 @@ fn dist(s0: &Mat<f64>, s1: &Mat<f64>, alpha: f64) -> f64 {
 
 /// The shortest geodesic for `k = 2` and two equal angles `x`, in closed form up to a scan.
 ///
-/// With `A = a J` and `B = b R` (`J`, `R` rotations of the plane) the generator is that of SU(2) times a phase: its plane
-/// angles are `a w +- r` with `r^2 = (a w)^2 + b^2`, and the end is `S0 cos x + Q sin x` if
-/// `e^{i a (w + nu)} (cos r + i (a w / r) sin r) = cos x`, where `nu = 1 - 2 w`.
+/// With `A = a J` and `B = b R` (`J`, `R` rotations of the plane), the generator is an element of SU(2) times a phase:
+/// its plane angles are `a w +- r` with `r^2 = (a w)^2 + b^2`, and the end is `S0 cos x + Q sin x` if `e^{i a (w + nu)}
+/// (cos r + i (a w / r) sin r) = cos x`, where `nu = 1 - 2 w`.
 fn two_equal_angles(x: f64, weight: f64) -> f64 {
     // Phase and modulus: sin r b / r = sin x, a (1 - w) + atan2(a w sin r / r, cos r) = 0 modulo 2 pi.
     let mut best = 2.0_f64.sqrt() * x;
@@ -65,7 +65,7 @@ fn two_equal_angles(x: f64, weight: f64) -> f64 {
     best
 }
 
-/// Found: 4.2426 for 3.14155, and for `alpha = 1` up to 94 % too long.
+/// Regression: 4.2426 instead of 3.14155, and for `alpha = 1` up to 94 % too long.
 #[test]
 fn equal_principal_angles_do_not_end_at_a_saddle() {
     let mut rng = Rng::new(60);
@@ -84,7 +84,7 @@ fn equal_principal_angles_do_not_end_at_a_saddle() {
     assert!(dist(&s0, &s1, 0.0) < PI, "no rotation by more than pi");
 }
 
-/// An open set: the distance is continuous, so perturbed points are no farther than the perturbation.
+/// For an open set: the distance is continuous, so perturbed points are farther apart by at most the perturbation.
 #[test]
 fn perturbed_equal_angles_are_as_near() {
     let mut rng = Rng::new(61);
@@ -107,7 +107,7 @@ fn perturbed_equal_angles_are_as_near() {
     }
 }
 
-/// Found: refused within 1e-7 of a half turn, though the shortest geodesic is unique there.
+/// Regression: points within 1e-7 of a rotation by pi were refused, although the shortest geodesic is unique.
 #[test]
 fn nearly_opposite_frames_are_joined() {
     let mut rng = Rng::new(62);
@@ -126,7 +126,7 @@ fn nearly_opposite_frames_are_joined() {
     }
 }
 
-/// Reversal, and rotations of the space and of the columns, do not change which geodesic is the shortest.
+/// Reversal, and rotations of the space and of the columns, do not change the shortest geodesic.
 #[test]
 fn far_distances_are_symmetric_and_invariant() {
     let mut rng = Rng::new(63);

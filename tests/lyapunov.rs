@@ -16,7 +16,8 @@ fn symmetric(k: usize, rng: &mut Rng) -> Mat<f64> {
     &g + g.transpose()
 }
 
-/// A matrix with the given symmetric eigenvalues and a skew part: its spectrum is to the right of zero if they are.
+/// A matrix whose symmetric part has the given eigenvalues, plus a skew part: its spectrum is to the right of zero if
+/// they are positive.
 fn stable(low: f64, high: f64, k: usize, rng: &mut Rng) -> Mat<f64> {
     let q = random_orthogonal(k, rng);
     let d = Mat::from_fn(k, k, |i, j| {
@@ -58,9 +59,9 @@ fn spectra_that_are_not_to_the_right_are_refused() {
         let f = identity(k);
         for m in [
             stable(0.1, 1.0, k, &mut rng) * Scale(-1.0),
-            // On the imaginary axis, where the iteration wanders.
+            // On the imaginary axis, where the iteration does not converge.
             random_skew(k, 1.0, &mut rng),
-            // Found: an odd one is singular as well, and the iteration may get away by round-off.
+            // Regression: a skew matrix of odd size is singular as well, and the iteration may escape by round-off.
             random_skew(k, 1.0, &mut rng),
             random_skew(k, 1e-3, &mut rng),
             Mat::zeros(k, k),

@@ -1,5 +1,5 @@
 //! Control points of minimal cost: boundary data, stationarity by differences of the exact cost, distance to Riemannian
-//! cubics, symmetry, degenerate data, and what is refused.
+//! cubics, symmetry, degenerate data, and refusals.
 
 mod common;
 #[path = "common/paper.rs"]
@@ -14,7 +14,7 @@ use stiefel_rs::{
     SolverReport, StopReason,
 };
 
-/// Shapes small enough to search in a test, with every special case of [`SIZES`].
+/// Shapes small enough for a search in a test, with every special case of [`SIZES`].
 const SHAPES: [(usize, usize); 9] = [
     (3, 1),
     (2, 1),
@@ -80,10 +80,11 @@ fn meets_its_boundary_data_within_few_steps() {
     worst[1].assert_at_most(1e-12);
 }
 
-/// What a Newton step along one direction would still lower, relative to the cost, from exact costs.
+/// The decrease that a Newton step in one direction would still achieve, relative to the cost, from exact costs.
 ///
-/// Costs are right to 1e-12, so the difference of two has relative error 2e-12, and its square over a second difference
-/// of 1e-8 or more is far below the bounds; the error of the central difference itself is of order `h^4 = 1e-16`.
+/// Costs are accurate to 1e-12, so a difference of two has the relative error 2e-12, and its square divided by a second
+/// difference of at least 1e-8 is far below the bounds; the error of the central difference itself is of order `h^4 =
+/// 1e-16`.
 fn decrement(points: &[Mat<f64>], index: usize, direction: &Mat<f64>) -> f64 {
     let h = 1e-4;
     let line = QuasiGeodesic::from_velocity(points[index].as_ref(), direction.as_ref()).unwrap();
@@ -112,7 +113,7 @@ fn cost_is_minimal() {
                 worst.see(decrement(&points, index, &direction), || {
                     format!("{size:?}, degree {degree}, point {index}")
                 });
-                // The same measure sees a displacement of a thousandth.
+                // The same measure detects a displacement of a thousandth.
                 let mut moved = points.clone();
                 moved[index] = retract(&points[index], &(&direction * Scale(1e-3)));
                 let there = QuasiGeodesic::between(points[index].as_ref(), moved[index].as_ref());
@@ -159,7 +160,7 @@ fn on_the_paper<const X: usize, const Z: usize>(
         .collect()
 }
 
-/// Against the mean error of the geometric cubic: measured, and rounded down.
+/// Ratios to the mean error of the geometric cubic, measured and rounded down.
 #[test]
 fn comes_closer_to_the_papers_cubics_with_every_degree() {
     let sphere = on_the_paper(&Sphere, experiment::sphere());
@@ -178,7 +179,7 @@ fn comes_closer_to_the_papers_cubics_with_every_degree() {
         }
         let costs: Vec<f64> = found.iter().map(|(_, cost)| *cost).collect();
         for pair in costs.windows(2) {
-            // Costs are right to 1e-12.
+            // Costs are accurate to 1e-12.
             assert!(pair[1] <= pair[0] * (1.0 + 2e-12), "costs: {costs:?}");
         }
     }
@@ -217,12 +218,12 @@ fn is_equivariant_and_reversible() {
         }
     }
     for worst in &worst {
-        // Derivatives by differences are right to 1e-8, and those of the last step but one, 1e-3 of the whole, to 1e-6.
+        // Derivatives by differences are accurate to 1e-8; those of the last step but one, 1e-3 of the whole, to 1e-6.
         worst.assert_at_most(1e-8);
     }
 }
 
-/// A curve of constant speed along a great circle, or at rest, costs nothing.
+/// A curve of constant speed along a great circle, or at rest, has zero cost.
 #[test]
 fn curves_without_cost_are_found() {
     let mut rng = Rng::new(5);
@@ -259,7 +260,7 @@ fn zero_velocities_and_equal_points_are_data_like_others() {
             let (curve, report) = search(&data, 6).unwrap();
             let cubic = data.curve().cost().unwrap();
             assert!(report.converged && report.iterations <= 10, "{report}");
-            // Costs are right to 1e-12, or to round-off `64 eps` of the accelerations.
+            // Costs are accurate to 1e-12, or to the round-off `64 eps` of the accelerations.
             let bound = cubic * (1.0 + 2e-12) + 256.0 * EPS * cubic.sqrt();
             let cost = curve.cost().unwrap();
             assert_within(cost, bound, &format!("{size:?}, {distance}, {speed}"));

@@ -4,7 +4,7 @@ use faer::MatMut;
 use stiefel_rs::newton::{NewtonOptions, Problem, solve};
 use stiefel_rs::{Error, Interrupt, Result, StopReason};
 
-/// A system given by two closures.
+/// A system defined by two closures.
 struct System<F, J> {
     dim: usize,
     residual: F,
@@ -131,7 +131,7 @@ fn says_when_the_jacobian_is_singular() {
 
 #[test]
 fn keeps_inside_of_the_domain() {
-    // log x = -3 from x = 1: the full step leads to x = -2, where the logarithm does not exist.
+    // log x = -3 from x = 1: the full step leads to x = -2, where the logarithm is undefined.
     let mut problem = System {
         dim: 1,
         residual: |x: &[f64], r: &mut [f64]| {
@@ -152,7 +152,7 @@ fn keeps_inside_of_the_domain() {
         report.converged && (x[0] - (-3.0_f64).exp()).abs() < 1e-13,
         "{report}"
     );
-    // A start outside is the problem's own error.
+    // A start outside the domain returns the problem's own error.
     assert!(matches!(
         solve(&mut problem, &mut [-1.0], &NewtonOptions::default()),
         Err(Error::NonFinite { .. })

@@ -1,4 +1,4 @@
-//! The paper's two experiments: every figure of its comparison, recomputed, against independent values.
+//! The paper's two experiments: every figure of its comparison, recomputed, compared with independent values.
 
 #[path = "common/paper.rs"]
 mod experiment;
@@ -10,8 +10,8 @@ use stiefel_rs::chart::{
 };
 use stiefel_rs::{Curve, GeometricCubic, Interrupt, Quantity};
 
-/// Columns: N, GCP, initial-point IVP and BVP, mid-point IVP and BVP; mean Frobenius errors, computed independently
-/// in NumPy and mpmath.
+/// Columns: N, GCP, initial-point IVP and BVP, midpoint IVP and BVP; mean Frobenius errors, computed independently in
+/// NumPy and mpmath.
 const SPHERE_TABLE: [(usize, [f64; 5]); 4] = [
     (10, [9.8759e-5, 2.9143e-2, 5.4414e-3, 3.9581e-4, 4.5591e-4]),
     (20, [1.0347e-4, 1.4644e-2, 2.8290e-3, 9.4350e-5, 1.2061e-4]),
@@ -84,7 +84,7 @@ fn assert_table(name: &str, table: &[(usize, [f64; 5])], measure: impl Fn(usize)
     for (steps, expected) in table {
         let measured = measure(*steps);
         for (column, (m, e)) in measured.iter().zip(expected).enumerate() {
-            // Four significant digits: half a unit of the fifth printed digit, and its rounding.
+            // Four significant digits: half a unit of the fifth printed digit, plus its rounding.
             let relative = (m / e - 1.0).abs();
             assert!(
                 relative < 1e-4,

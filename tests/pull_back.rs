@@ -1,4 +1,4 @@
-//! Transposed derivatives of Riemannian cubics against the forward ones, and these against differences.
+//! Transposed derivatives of Riemannian cubics compared with the forward ones, and these with differences.
 
 mod common;
 
@@ -7,7 +7,7 @@ use faer::{Mat, MatRef, Scale};
 use stiefel_rs::cubic::{BoundaryVariation, InitialVariation, IntegrationOptions};
 use stiefel_rs::{Curve, Error, Interrupt, RiemannianCubic, Stiefel};
 
-/// Sizes with and without rows outside of the span, with 2 to 258 unknowns: by a matrix up to 64, by products above.
+/// Sizes with and without rows outside the span, with 2 to 258 unknowns: up to 64 by a matrix, above by products.
 const SHAPES: [(usize, usize); 8] = [
     (2, 1),
     (7, 1),
@@ -19,7 +19,7 @@ const SHAPES: [(usize, usize); 8] = [
     (24, 6),
 ];
 
-/// Before the interval, in it, at its ends, after it; out of order.
+/// Before, in and after the interval, and at its ends; not sorted.
 const TIMES: [f64; 6] = [1.0, 0.3, -0.4, 0.0, 1.5, 0.7];
 
 /// Cubics, and curves in tension.
@@ -47,14 +47,14 @@ fn cases() -> impl Iterator<Item = ((usize, usize), f64)> {
         .flat_map(|shape| TENSIONS.map(|tension| (shape, tension)))
 }
 
-/// A displacement, and the derivative of a vector that is made tangent at the displaced point after a shift.
+/// A displacement, and the derivative of a vector that is made tangent at the displaced point after adding a shift.
 fn moved_vector(s: &Mat<f64>, ds: &Mat<f64>, v: &Mat<f64>, shift: &Mat<f64>) -> Mat<f64> {
     let inner = ds.transpose() * v + s.transpose() * shift;
     shift - s * (&inner + inner.transpose()) * Scale(0.5)
 }
 
-/// How much products of a gradient with a variation differ from those of cotangents with the points that it moves, relative to
-/// what is summed.
+/// Difference between the products of a gradient with a variation and of cotangents with the resulting motion of the
+/// points, relative to the summands.
 fn mismatch(
     parts: [(&Mat<f64>, &Mat<f64>); 4],
     points: &[Mat<f64>],
@@ -118,7 +118,7 @@ fn pulling_back_to_boundary_data_is_the_transpose() {
             let error = mismatch(parts, &points, &cotangents);
             let what = format!("{shape:?}, tension {tension}, in {length}");
             println!("{what}: {error:.1e}");
-            // Rounding times the condition, about 30; above 64 unknowns equations are solved to 1e-13.
+            // Round-off times the condition number, about 30; above 64 unknowns the equations are solved to 1e-13.
             assert_within(error, 1e-12, &what);
         }
     }
@@ -177,7 +177,7 @@ fn initial_data_move_points_as_differences_of_curves() {
             let expected =
                 ((&b[i] - &c[i]) * Scale(8.0) - (&d[i] - &e[i])) * Scale(1.0 / (12.0 * h));
             let error = distance(found, &expected) / (1.0 + frobenius(expected.as_ref()));
-            // Rounding of the points over the step, 7e-12 at most here; the fifth derivative times h^4 / 30.
+            // Round-off of the points divided by the step, here at most 7e-12, and the fifth derivative times h^4 / 30.
             let what = format!("{shape:?}, tension {tension}, at {}", TIMES[i]);
             assert_within(error, 1e-10, &what);
         }
@@ -206,7 +206,7 @@ fn pulling_back_to_initial_data_is_the_transpose() {
         let error = mismatch(parts, &points, &cotangents);
         let what = format!("{shape:?}, tension {tension}");
         println!("{what}: {error:.1e}");
-        // Rounding of two runs of the curve, which grows with time.
+        // Round-off of two evaluations of the curve, which grows with time.
         assert_within(error, 1e-13, &what);
     }
 }

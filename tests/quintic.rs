@@ -1,4 +1,4 @@
-//! The quintic with given end accelerations: its data, curves it must reproduce, symmetry, and what is refused.
+//! The quintic with given end accelerations: its data, curves it must reproduce, symmetry, and refusals.
 
 mod common;
 
@@ -55,8 +55,8 @@ fn meets_points_velocities_and_accelerations() {
             }
         }
     }
-    // Round-off of a stage is a few eps k, stages add up; derivatives multiply by 5 and 20, and cancel digits of their
-    // parts.
+    // The round-off of a stage is a few eps k, and stages add up; derivatives multiply it by 5 and 20, with
+    // cancellation between their parts.
     for (worst, bound) in worst.iter().zip([16.0, 160.0, 1600.0]) {
         worst.assert_at_most(bound * EPS);
     }

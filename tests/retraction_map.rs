@@ -1,4 +1,5 @@
-//! Discretization maps from retractions: they are those of the manifold, lifted, and commute with its isometries.
+//! Discretization maps from retractions: they are the lifted retractions of the manifold, and commute with its
+//! isometries.
 
 mod common;
 
@@ -52,7 +53,7 @@ where
             let middle = RetractionMap::midpoint(retraction).map(&x, &v);
             let first = RetractionMap::initial_point(retraction).map(&x, &v);
             assert_eq!(first[0], x, "the first point is the initial one");
-            // Angles next to a pole cost 1 / sin(theta); none is closer than 0.05.
+            // Angles near a pole lose accuracy as 1 / sin(theta); none is closer than 0.05.
             let found = [point(&middle[0]), point(&middle[1]), point(&first[1])];
             for (found, expected) in found.iter().zip(&expected) {
                 let what = format!("{retraction:?}");
@@ -72,7 +73,7 @@ fn check_lift<const X: usize>()
 where
     RetractionMap: DiscretizationMap<X>,
 {
-    // The velocities move by the derivative of the map of points: differences of order 4.
+    // The velocities change by the derivative of the map of points: compared with differences of order 4.
     let (d, h, mut rng) = (X / 2, 1e-3, Rng::new(11));
     for retraction in RETRACTIONS {
         let map = RetractionMap::midpoint(retraction);
@@ -127,7 +128,7 @@ where
             let expansion = map.expansion(&x, &v, &lambda);
             assert!((expansion.points[0] - map.map(&x, &v)[0]).amax() < 1e-15);
             assert!((expansion.points[1] - map.map(&x, &v)[1]).amax() < 1e-15);
-            // DR^T lambda as a function of (x, v), whose derivative is the second derivative.
+            // The derivative of DR^T lambda as a function of (x, v) is the second derivative.
             let weighted = |x: &SVector<f64, X>, v: &SVector<f64, X>| {
                 let [[ax, av], [bx, bv]] = map.jacobian(x, v);
                 [
@@ -217,7 +218,7 @@ where
             let (plain, turned) = (path(&data), path(&rotated));
             let momentum = plain[0].spatial_momentum();
             for (a, b) in plain.iter().zip(&turned) {
-                // 60 implicit steps solved to round-off, some of them at sin(theta) = 1/2.
+                // 60 implicit steps, solved to round-off, some of them at sin(theta) = 1/2.
                 let what = format!("{map:?}");
                 assert_within(distance(&(&rotation * &a.point), &b.point), 1e-11, &what);
                 assert_within(distance(&(&rotation * &a.jerk), &b.jerk), 1e-10, &what);

@@ -1,4 +1,4 @@
-//! Riemannian cubics of unusual and of bad input: a typed error or the right answer, after few steps.
+//! Riemannian cubics for unusual and bad input: a typed error or the correct result, after few steps.
 
 mod common;
 
@@ -9,12 +9,12 @@ use faer::{Mat, Scale};
 use stiefel_rs::cubic::IntegrationOptions;
 use stiefel_rs::{Curve, Error, Interrupt, Result, RiemannianCubic};
 
-/// Steps that these integrations may take, of 100000 that are the limit. The longest takes 1158; one that would take more than
-/// the limit is given up by a forecast.
+/// Number of steps allowed for these integrations, far below the limit of 100000. The longest takes 1158; one that
+/// would exceed the limit is stopped by a forecast.
 const FEW: usize = 2_000;
 
 fn from_state(state: &[Mat<f64>; 4], t_end: f64) -> Result<RiemannianCubic> {
-    // It asks before each step whether to stop.
+    // The interrupt is polled before each step.
     let steps = AtomicUsize::new(0);
     let count = || {
         steps.fetch_add(1, Ordering::Relaxed);
@@ -36,7 +36,7 @@ fn from_state(state: &[Mat<f64>; 4], t_end: f64) -> Result<RiemannianCubic> {
     result
 }
 
-/// A state with unit vectors, and the same with other lengths of them.
+/// A state with unit vectors, multiplied by the given lengths.
 fn state((n, k): (usize, usize), scales: [f64; 3]) -> [Mat<f64>; 4] {
     let mut rng = Rng::new((5 * n + k) as u64);
     let s = random_point(n, k, &mut rng);
@@ -46,7 +46,7 @@ fn state((n, k): (usize, usize), scales: [f64; 3]) -> [Mat<f64>; 4] {
 
 const SHAPES: [(usize, usize); 5] = [(3, 1), (2, 1), (3, 2), (3, 3), (20, 2)];
 
-/// Every value that the curve offers is finite, or refused.
+/// All values of the curve are finite, or errors.
 fn assert_finite(curve: &RiemannianCubic, what: &str) {
     let (start, end) = curve.t_span();
     if let Ok(x) = curve.jerk(3.0 * end - 2.0 * start) {
@@ -106,13 +106,13 @@ fn extreme_speeds_and_times() {
     }
 }
 
-/// The slowest and the fastest curves are the ordinary one, run through in another time.
+/// The slowest and the fastest curves are the ordinary one, traversed in another time.
 #[test]
 fn the_unit_of_time_does_not_matter() {
     for shape in SHAPES {
         let [s, v, a, j] = state(shape, [1.0, 2.0, 3.0]);
         let curve = from_state(&[s.clone(), v.clone(), a.clone(), j.clone()], 1.0).unwrap();
-        // Powers of two round nothing; the jerk is the third power.
+        // Powers of two cause no rounding; the jerk scales with the third power.
         for power in [-300, -30, 7, 300] {
             let rate = 2.0_f64.powi(power);
             let scaled = |x: &Mat<f64>, order: i32| x * Scale(rate.powi(order));
@@ -140,7 +140,7 @@ fn slow_and_short_curves_are_right() {
             assert_close(&curve.point(1.0).unwrap(), &data[0], 1e-15, "hardly moves");
             let error = (curve.derivative(1.0, 1).unwrap() - &data[1]) * Scale(1.0 / scale);
             assert_within(frobenius(error.as_ref()), 1e-14, "velocity of a slow curve");
-            // In the time it takes, it comes as far as any other.
+            // In a proportional time it comes as far as any other.
             let there = from_state(&data, 1.0 / scale).unwrap();
             let unit = from_state(&state(shape, [1.0, 0.0, 0.0]), 1.0).unwrap();
             let (found, expected) = (there.point(1.0 / scale), unit.point(1.0));
@@ -200,7 +200,7 @@ fn bad_times_and_tolerances() {
         else {
             panic!("{t_end}: {result:?}");
         };
-        // A forecast: it is given up long before the limit.
+        // It is stopped by the forecast, long before the limit.
         assert!(report.iterations < limit && report.iterations as f64 + forecast > limit as f64);
         let text = result.unwrap_err().to_string();
         assert!(text.contains("more than 100000 steps"), "{text}");

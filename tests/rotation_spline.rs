@@ -1,4 +1,5 @@
-//! Splines of rotations in quaternions: beside the curve of matrices, closed forms, symmetries, rates against differences.
+//! Splines of rotations in quaternions: compared with the curve of matrices, closed forms, symmetries, rates compared
+//! with differences.
 
 mod common;
 
@@ -21,7 +22,7 @@ fn turn(v: Vector3<f64>) -> UnitQuaternion<f64> {
     UnitQuaternion::from_scaled_axis(v)
 }
 
-/// Keyframes some angle apart at uneven times.
+/// Keyframes at the given angular distance, at uneven times.
 fn walk(count: usize, angle: f64, seed: u64) -> (Vec<f64>, Vec<UnitQuaternion<f64>>) {
     let mut rng = Rng::new(seed);
     let (mut t, mut q) = (
@@ -57,7 +58,7 @@ fn all_ends() -> [RotationEnds; 3] {
 
 #[test]
 fn the_curve_is_that_of_the_matrices() {
-    // Short legs, and legs so far apart that they are integrated in steps.
+    // Short legs, and legs so long that they are integrated in steps.
     for (count, angle) in [
         (2, 0.7),
         (3, 1.5),
@@ -119,7 +120,7 @@ fn signs_are_continuous_and_begin_with_the_given_one() {
 
 #[test]
 fn a_leg_that_turns_around_more_than_once_changes_the_sign_of_its_end() {
-    // A fast rate at both ends: the leg does not go the short way.
+    // A fast rate at both ends, so that the leg does not take the shortest rotation.
     let axis = Vector3::new(0.0, 0.6, 0.8);
     let q = [turn(axis * 0.0), turn(axis * 0.3)];
     let fast = RotationEnd::Rate(axis * 40.0);
@@ -240,7 +241,7 @@ fn rotations_of_space_and_body_move_the_curve() {
     let here = spline(&t, &q, &RotationEnds::Natural);
     let moved: Vec<_> = q.iter().map(|q| space * q * body).collect();
     let there = spline(&t, &moved, &RotationEnds::Natural);
-    // Run backwards too.
+    // Also in reverse.
     let backwards: Vec<f64> = t.iter().rev().map(|t| -t).collect();
     let reversed: Vec<_> = q.iter().rev().copied().collect();
     let back = spline(&backwards, &reversed, &RotationEnds::Natural);
@@ -260,7 +261,7 @@ fn rotations_of_space_and_body_move_the_curve() {
 fn beyond_the_ends_the_end_pieces_go_on() {
     let (t, q) = walk(4, 1.0, 2);
     let natural = spline(&t, &q, &RotationEnds::Natural);
-    // The same cubic from more of it: through its own points beyond the end, with its own ends.
+    // The same cubic from a longer interval: through its own points beyond the end, with its own end conditions.
     let last = t[3] + 2.0;
     let times = [t[2], t[3], last];
     let rotations = times.map(|t| natural.rotation(t).unwrap());
@@ -327,7 +328,7 @@ fn hermite_curves_have_the_given_rates_and_smoothing_nears_the_data() {
         .iter()
         .map(|t| natural.angular_velocity(*t, ReferenceFrame::Body).unwrap())
         .collect();
-    // With the rates of the spline it is the spline.
+    // With the rates of the spline, the Hermite curve is the spline.
     let hermite = RotationSpline::hermite(&t, &q, &rates, &Default::default()).unwrap();
     let options = SmoothingOptions {
         lambda: Some(1e-9),
@@ -409,7 +410,7 @@ fn closed_poses_close() {
     open[4].translation.vector.x += 0.1;
     let error = PoseSpline::new(&t, &open, &PoseEnds::Periodic, &SplineOptions::default());
     assert!(matches!(error, Err(Error::AtKnot { knot: 4, .. })));
-    // Far outside the last cubic is too large for a float.
+    // Far outside, the last cubic exceeds the range of floating-point numbers.
     let error = closed.position(1e150);
     assert!(matches!(error, Err(Error::Overflow { .. })));
     assert!(closed.position(1e90).is_ok());
@@ -429,7 +430,7 @@ fn bad_input_is_an_error() {
     let mut out = [[0.0; 3]; 2];
     assert!(natural.rates_into(&[t[0]], 0, &mut out).is_err());
     assert!(natural.rates_into(&t[..2], 3, &mut out).is_err());
-    // A turn in no time.
+    // A rotation in almost no time.
     let fast = spline(&[0.0, 1e-200], &q[..2], &RotationEnds::Natural);
     assert!(fast.rates_into(&[0.0, 1e-200], 0, &mut out).is_ok());
     let ends = RotationEnds::Each([RotationEnd::Rate(Vector3::zeros()); 2]);

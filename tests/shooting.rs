@@ -1,4 +1,4 @@
-//! Shooting: both ends are met for any discretization map, and failures say why.
+//! Shooting: both ends are reached for any discretization map, and failures state their reason.
 
 #[path = "common/curved_map.rs"]
 mod curved_map;
@@ -34,7 +34,7 @@ fn check_shooting<const X: usize, const Z: usize>(
     assert_eq!(first.fixed_rows::<X>(0), x0, "the start is exact");
     let defect = (last.fixed_rows::<X>(0) - x1).norm();
     assert!(defect <= 1e-12, "end defect {defect:e}");
-    // Starting from the answer takes no step.
+    // Starting from the solution takes no step.
     let again = ShootingOptions {
         guess: Some(found.momenta),
         ..ShootingOptions::default()
@@ -86,7 +86,8 @@ fn shooting_reports_why_it_stopped() {
         ..NewtonOptions::default()
     });
     match exact {
-        // Round-off sets a floor: either it is hit exactly, or the report says that nothing lowers it any more.
+        // Round-off limits the accuracy: either the target is reached exactly, or the report says that no step reduces
+        // the residual.
         Ok(found) => assert_eq!(found.report.residual, 0.0),
         Err(Error::NoConvergence { report, .. }) => assert!(report.residual < 1e-13, "{report}"),
         other => panic!("{other:?}"),

@@ -28,7 +28,7 @@ fn exp_turns_each_plane_by_its_angle() {
             worst.see(error / unit, || format!("m = {m}, norm = {norm:e}"));
         }
     }
-    // A = V B V^T is itself only formed to a few m eps |A|.
+    // A = V B V^T is itself only accurate to a few m eps |A|.
     worst.assert_at_most(8.0);
 }
 
@@ -63,7 +63,7 @@ fn exp_is_orthogonal_between_the_switches_of_the_algorithm() {
     worst.assert_at_most(1.0);
 }
 
-/// Sizes around the switches of the products and norms around the limits of every polynomial.
+/// Sizes near the switches between product algorithms, and norms near the limits of every polynomial.
 #[test]
 fn exp_is_right_on_both_sides_of_every_switch() {
     let limits = [
@@ -76,7 +76,8 @@ fn exp_is_right_on_both_sides_of_every_switch() {
     for m in [4, 5, 8, 9, 63, 64, 79, 80, 81, 101] {
         for limit in limits {
             for norm in [limit * 0.999, limit * 1.001] {
-                // All angles equal make the bound by the Frobenius norm of powers worst, one angle makes it sharp.
+                // The bound by the Frobenius norm of powers is worst if all angles are equal, and sharp for a single
+                // angle.
                 for equal in [true, false] {
                     let mut angles = vec![if equal { norm } else { 0.0 }; m / 2];
                     angles[0] = norm;
@@ -179,7 +180,7 @@ fn exp_of_a_tiny_matrix_is_identity_plus_matrix() {
                 assert_within((rest[(i, i)] - 1.0).abs(), norm, "diagonal");
                 rest[(i, i)] = 0.0;
             }
-            // The second-order term, and the last bits of the denormals.
+            // The second-order term, and the last bits of subnormal numbers.
             let bound = norm * norm + 4.0 * EPS * norm + 1e-323;
             assert_within(
                 largest_entry((&rest - &a).as_ref()),

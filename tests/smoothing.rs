@@ -22,7 +22,7 @@ fn smooth(t: &[f64], data: &[Mat<f64>], weights: Option<&[f64]>, lambda: f64) ->
     found.unwrap_or_else(|error| panic!("{:?} {lambda}: {error}", data[0].shape()))
 }
 
-/// Noisy points beside a geodesic, at unequal times.
+/// Noisy points near a geodesic, at unequal times.
 fn noisy(shape: (usize, usize), count: usize, noise: f64, seed: u64) -> (Vec<f64>, Vec<Mat<f64>>) {
     let mut rng = Rng::new(seed);
     let manifold = Stiefel::new(shape.0, shape.1).unwrap();
@@ -46,7 +46,8 @@ fn circle(angles: &[f64]) -> Vec<Mat<f64>> {
     angles.iter().map(point).collect()
 }
 
-/// The matrix of the cost of the natural spline through values at `t`: `Q R^{-1} Q^T` (Green, Silverman 1994, sec. 2.3.3).
+/// The matrix of the cost of the natural spline with given values at `t`: `Q R^{-1} Q^T` (Green, Silverman 1994, sec.
+/// 2.3.3).
 fn roughness(t: &[f64]) -> Mat<f64> {
     let n = t.len();
     let h: Vec<f64> = t.windows(2).map(|pair| pair[1] - pair[0]).collect();
@@ -224,7 +225,7 @@ fn little_weight_interpolates_and_much_weight_straightens() {
         let straight = smooth(&t, &data, None, 1e6);
         assert!(straight.curve.cost().unwrap() < 1e-9, "{shape:?}");
         assert!((straight.degrees_of_freedom - 2.0).abs() < 1e-3);
-        // More weight costs less and misses more.
+        // With more weight, the cost decreases and the misfit increases.
         let mut before = (f64::INFINITY, 0.0);
         for lambda in [1e-3, 1e-1, 1.0, 10.0, 1e3] {
             let found = smooth(&t, &data, None, lambda);
@@ -344,7 +345,7 @@ fn bad_data_are_named() {
 
 #[test]
 fn cross_validation_of_many_data_and_of_unequal_times() {
-    // On unit steps the largest lambda that are tried are beyond what numbers bear.
+    // With unit steps, the largest tried values of lambda exceed the range of floating-point numbers.
     let mut rng = Rng::new(11);
     for count in [500, 2000] {
         let angle = |i: usize| (6.0 * i as f64 / count as f64).sin();
@@ -364,7 +365,8 @@ fn cross_validation_of_many_data_and_of_unequal_times() {
 
 #[test]
 fn close_times_and_a_heavy_cost() {
-    // Two close times and a heavy cost: a straight line misses by 0.068; anything far above it is no minimum.
+    // Two close times and a large weight of the cost: the misfit of a straight line is 0.068, and anything far above is
+    // no minimum.
     let t = [0.0, 1e-4, 1.0, 2.0, 3.0];
     let data = circle(&[0.0, 0.2, 0.5, 1.1, 1.2]);
     for lambda in [1.0, 1e2, 1e4, 1e6, 1e10] {
@@ -374,7 +376,7 @@ fn close_times_and_a_heavy_cost() {
         };
         let found = smoothing_spline(&t, &views(&data), None, &options).unwrap();
         let objective = found.misfit + lambda * found.curve.cost().unwrap();
-        // Of accelerations 1e-6 is round-off where times are 1e-4 apart, of the cost its square.
+        // If times are 1e-4 apart, 1e-6 is round-off of accelerations, and its square round-off of the cost.
         assert!(
             objective <= 0.0681 + 1e-12 * lambda,
             "{lambda}: {objective}"

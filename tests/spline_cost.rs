@@ -1,4 +1,4 @@
-//! Splines through knots far apart: what they cost backwards, and beside splines with other ends.
+//! Splines through distant knots: costs in both directions, and compared with splines with other ends.
 
 mod common;
 #[path = "common/knots.rs"]
@@ -12,7 +12,7 @@ use stiefel_rs::spline::{
 };
 use stiefel_rs::{Curve, Error, SolverReport, StopReason};
 
-/// Costs of one spline differ by round-off and what the tolerance leaves.
+/// Costs of the same spline differ by round-off and the effect of the tolerance.
 const SAME: f64 = 1e-6;
 
 fn knots((n, k): (usize, usize), count: usize, rng: &mut Rng) -> Vec<Mat<f64>> {
@@ -60,7 +60,7 @@ fn splines_cost_the_same_backwards() {
 
 #[test]
 fn free_ends_seldom_cost_more_than_ends_at_rest() {
-    // The cheapest natural spline never does; a search may miss it.
+    // The cheapest natural spline is never more expensive; a search may miss it.
     let mut missed = Vec::new();
     for (shape, count) in [((3, 1), 30), ((3, 2), 5), ((4, 2), 3)] {
         let mut rng = Rng::new(72);
@@ -81,7 +81,7 @@ fn free_ends_seldom_cost_more_than_ends_at_rest() {
     assert!(missed.len() <= 1, "{missed:?}");
 }
 
-/// Knots as bases of reduced models are, with arbitrary columns: hardly any neighbours are near each other.
+/// Knots as for bases of reduced models, with arbitrary columns: few neighbours are close.
 #[test]
 fn what_is_not_found_is_given_up_after_a_limit_of_work() {
     for (shape, count, most) in [((12, 4), 8, 50_000), ((8, 4), 120, 160_000)] {
@@ -99,7 +99,8 @@ fn what_is_not_found_is_given_up_after_a_limit_of_work() {
     }
 }
 
-/// The same for data of smoothing splines: legs that need thousands of steps, far logarithms and trials of Newton's method count.
+/// The same for smoothing splines: legs that need thousands of steps, distant logarithms and trials of Newton's method
+/// all count.
 #[test]
 fn what_cannot_be_smoothed_is_given_up_after_a_limit_of_work() {
     for (shape, count, most) in [((9, 7), 60, 20_000), ((8, 4), 120, 30_000)] {
@@ -124,7 +125,7 @@ fn times(count: usize) -> Vec<f64> {
     (0..count).map(|i| i as f64).collect()
 }
 
-/// The report of a problem that was given up for its work.
+/// The report of a problem that reached the work limit.
 fn refusal<T>(found: Result<T, Error>, name: &str) -> SolverReport {
     match found {
         Err(Error::NoConvergence { report, .. }) => {

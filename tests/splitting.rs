@@ -32,12 +32,12 @@ fn mapped(data: &Data, f: impl Fn(&Mat<f64>) -> Mat<f64>) -> Data {
     data.each_ref().map(f)
 }
 
-/// `V S^T - S V^T - S (S^T V) S^T`: the generator `g v g^T` of a tangent vector.
+/// `V S^T - S V^T - S (S^T V) S^T`, the generator `g v g^T` of a tangent vector.
 fn generator(s: &Mat<f64>, v: &Mat<f64>) -> Mat<f64> {
     v * s.transpose() - s * v.transpose() - s * (s.transpose() * v) * s.transpose()
 }
 
-/// The spatial momentum `-J + ([V, A] + [V, A]_h) / 2` in generators, from the outputs alone.
+/// The spatial momentum `-J + ([V, A] + [V, A]_h) / 2` in generators, computed from the outputs alone.
 fn spatial_momentum([s, v, a, j]: &Data) -> Mat<f64> {
     let [v, a, j] = [v, a, j].map(|w| generator(s, w));
     let bracket = &v * &a - &a * &v;
@@ -45,9 +45,8 @@ fn spatial_momentum([s, v, a, j]: &Data) -> Mat<f64> {
     (&bracket + &off * &bracket * &off) * Scale(0.5) - j
 }
 
-/// Least-squares slope of `log error` against `log h`, over small errors that are not yet round-off: with large ones
-/// the next order shows, as the compositions have made the leading term small. Fast curves spread the errors over many
-/// steps.
+/// Least-squares slope of `log error` against `log h`, over small errors above round-off: for large errors the next
+/// order dominates, since the compositions minimise the leading term. Fast curves spread the errors over many steps.
 fn measured_order(data: &Data, exact: &Data, order: SplittingOrder) -> (f64, usize) {
     let scale = size(exact);
     let window = match order {
@@ -93,8 +92,8 @@ fn orders_are_those_announced() {
             let excess = slope - order.number() as f64;
             let what = format!("{shape:?} {order:?}: order {slope:.3}");
             assert_within(-excess, 0.2, &what);
-            // At order 8 the terms after the first outweigh it until both are round-off: `python -m
-            // benchmarks.study.compositions` checks the conditions themselves.
+            // At order 8 the higher terms dominate the leading one until both are round-off; `python -m
+            // benchmarks.study.compositions` checks the order conditions themselves.
             if order != SplittingOrder::Eight {
                 assert_within(excess, 0.2, &what);
             }
@@ -102,7 +101,7 @@ fn orders_are_those_announced() {
     }
 }
 
-/// Equal work, and each order is ahead of the one before by more than any change of data makes up.
+/// At equal work, each order is more accurate than the previous one, whatever the data.
 #[test]
 fn higher_orders_pay_at_equal_work() {
     for shape in [(3, 1), (3, 2), (5, 2), (6, 3)] {
@@ -127,7 +126,7 @@ fn read_state(value: &Value) -> Data {
     ["point", "velocity", "acceleration", "jerk"].map(|name| read_matrix(&value[name]))
 }
 
-/// The published data are rounded: a tangent vector as far as its point is.
+/// The published data are rounded: vectors are tangent to the accuracy of their point.
 #[test]
 fn reference_values_are_met() {
     let text = include_str!("data/cubics.json");
@@ -153,7 +152,8 @@ fn reference_values_are_met() {
     }
 }
 
-/// Orthonormality, momentum and constraint after many steps: `c eps` times what the time covered has turned and moved.
+/// Orthonormality, momentum and constraint after many steps: `c eps` times the rotation and motion over the time
+/// covered.
 #[test]
 fn invariants_hold_to_round_off_for_any_number_of_steps() {
     for shape in SHAPES {
@@ -177,7 +177,7 @@ fn invariants_hold_to_round_off_for_any_number_of_steps() {
                 "{shape:?} {order:?} {steps}: S {orthonormality:.1e}, momentum {moved:.1e}, constraint {constraint:.1e}"
             );
             let what = |name: &str| format!("{shape:?} {order:?} {steps}: {name}");
-            // The largest entries on the way are about ten times those of the start.
+            // The largest intermediate entries are about ten times those of the start.
             assert_within(orthonormality, 8.0 * r * EPS, &what("orthonormality"));
             assert_within(moved, 20.0 * r * EPS * momentum, &what("momentum"));
             assert_within(constraint, 100.0 * r * EPS * momentum, &what("constraint"));
@@ -193,7 +193,7 @@ fn momentum_of_the_outputs_is_constant() {
         let start = spatial_momentum(&data);
         for i in [0, 1, 25, 50] {
             let state = state(&trajectory, i);
-            // Products of quantities that grow.
+            // Products of growing quantities.
             let bound = 40.0 * shape.0 as f64 * EPS * (1.0 + size(&state).powi(2));
             let what = format!("{shape:?}, state {i}");
             assert_close(&spatial_momentum(&state), &start, bound, &what);
@@ -224,7 +224,7 @@ fn energy_is_that_of_the_state_and_does_not_drift() {
         println!(
             "{shape:?}: energy {expected:.2}, error {early:.1e} in the first quarter, {late:.1e} in the last"
         );
-        // On other shapes these data speed up, and the error of a step with them.
+        // On other shapes these data speed up, and the error per step grows.
         if shape.0 == 3 || shape.0 == shape.1 {
             assert_within(
                 late,
@@ -270,7 +270,8 @@ fn isometries_map_trajectories_to_trajectories() {
     }
 }
 
-/// A subspace is as good as the space: the closed form, series of fixed size and of variable size agree.
+/// The result does not depend on the dimension of the space: the closed form and series of fixed and of variable size
+/// agree.
 #[test]
 fn flows_agree_in_any_number_of_dimensions() {
     for (n, k, larger) in [
@@ -377,7 +378,7 @@ fn chart_state(data: &Data) -> SVector<f64, 8> {
     SVector::from_iterator(q.into_iter().chain(qdot).chain(momenta.iter().copied()))
 }
 
-/// The state on the sphere of chart coordinates: [`chart_state`] backwards.
+/// The inverse of [`chart_state`]: the state on the sphere from chart coordinates.
 fn sphere_state(z: &SVector<f64, 8>) -> Data {
     let d = Sphere.derivatives(z);
     let (theta, dt, dp) = (d[0], d[2], d[3]);

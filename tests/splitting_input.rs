@@ -1,4 +1,4 @@
-//! The explicit symplectic splitting of bad and of huge input: a typed error or the right answer, and an end when asked.
+//! The explicit symplectic splitting for bad and huge input: a typed error or the correct result, and interrupts.
 
 mod common;
 #[path = "common/splitting.rs"]
@@ -75,7 +75,7 @@ fn bad_input_is_refused() {
     }
 }
 
-/// A right answer or an error, never NaN and no endless loop.
+/// Either a correct result or an error, but neither NaN nor an endless loop.
 #[test]
 fn huge_data_and_times_are_refused_or_right() {
     for shape in [(3, 1), (3, 2), (4, 2), (1, 1), (20, 2)] {

@@ -1,4 +1,4 @@
-//! Curves through serde: the very same numbers come back, and what was tampered with is refused.
+//! Curves through serde: they are restored bit for bit, and modified data are refused.
 
 mod common;
 
@@ -26,7 +26,7 @@ fn through_json<C: Serialize + DeserializeOwned>(curve: &C) -> C {
     serde_json::from_str(&serde_json::to_string(curve).unwrap()).unwrap()
 }
 
-/// Bit-equal inside of the interval, and where the curve goes on.
+/// Bit-identical inside the interval, and where the curve is extrapolated.
 fn assert_same<C: Curve>(again: &C, original: &C, outside: f64) {
     assert_eq!(again.t_span(), original.t_span());
     let (start, end) = original.t_span();
@@ -146,7 +146,7 @@ fn de_casteljau_curves_of_subspaces_come_back_to_the_last_bit() {
             geometric_subspace_hermite(&t, &points, &velocities, Interrupt::NEVER).unwrap();
         assert_same(&through_json(&spline), &spline, 0.0);
     }
-    // A leg that ends elsewhere.
+    // A leg with a wrong end.
     let (_, points) = walk((5, 2), 3);
     let curve = SubspacePolynomial::try_from(&points[..]).unwrap();
     let mut form = serde_json::to_value(&curve).unwrap();
@@ -191,7 +191,8 @@ fn a_basis_that_pieces_share_is_stored_once() {
     let (spline, _) = cubic_spline(&t, &views(&points), &EndConditions::Natural, &options).unwrap();
     let stored = serde_json::to_value(&spline).unwrap();
     let frames = stored["arrays"]["frames"]["entries"].as_array().unwrap();
-    // Pieces in the span of all points share a basis of so many columns; others are at most four columns each.
+    // Pieces in the span of all points share a basis with that many columns; other bases have at most four columns
+    // each.
     assert!(
         frames.len() <= n * (count * k).max(4 * (count - 1)),
         "{}",
@@ -199,7 +200,7 @@ fn a_basis_that_pieces_share_is_stored_once() {
     );
 }
 
-/// The message of the error that a changed form gives.
+/// The error message for a modified form.
 fn refused<C: Serialize + DeserializeOwned>(curve: &C, change: impl FnOnce(&mut Value)) -> String {
     let mut form = serde_json::to_value(curve).unwrap();
     change(&mut form);
@@ -243,13 +244,13 @@ fn another_format_version_or_kind_is_refused() {
     }
 }
 
-/// What was taken is a curve: its points are on the manifold.
+/// If accepted, the result is a curve whose points are on the manifold.
 fn on_the_manifold<C: Curve>(curve: &C, name: &str) {
     let manifold = Stiefel::new(curve.n(), curve.k()).unwrap();
     let (start, end) = curve.t_span();
     for i in 0..=16 {
         let t = start + (end - start) * f64::from(i) / 16.0;
-        // Refused where the curve would have to be integrated too far, or jumps.
+        // Refused if the curve would have to be integrated too far, or jumps.
         if let Ok(point) = curve.point(t) {
             manifold
                 .check_point("S", point.as_ref(), 1e-9)
@@ -258,7 +259,7 @@ fn on_the_manifold<C: Curve>(curve: &C, name: &str) {
     }
 }
 
-/// Every array missing, empty, longer, shorter, of another shape; every number changed for one that cannot be.
+/// Every array is removed, emptied, made longer or shorter, or reshaped; numbers are replaced by impossible ones.
 fn tamper<C: Serialize + DeserializeOwned + Curve>(curve: &C) {
     let form = serde_json::to_value(curve).unwrap();
     let names: Vec<String> = form["arrays"]
@@ -302,7 +303,7 @@ fn tamper<C: Serialize + DeserializeOwned + Curve>(curve: &C) {
             refused(name, &resized(entries[1..].to_vec()));
         }
         refused(name, &resized([&entries[..], &[json!(1.0)]].concat()));
-        // A wrong number may be right for a curve, but it never panics.
+        // A wrong number may still give a curve, but must never panic.
         for index in [0, entries.len() / 2, entries.len().saturating_sub(1)] {
             for wrong in [-1.0, 0.0, 0.5, 2.0, 1e15, 1e300, -1e300] {
                 let changed = taken(&|form| {
@@ -315,7 +316,7 @@ fn tamper<C: Serialize + DeserializeOwned + Curve>(curve: &C) {
                 }
             }
         }
-        // All numbers of an array wrong together.
+        // All numbers of an array are wrong.
         let edits: [Edit<'_>; 5] = [
             &|x| x.iter_mut().for_each(|x| *x *= 1.01),
             &|x| x.iter_mut().for_each(|x| *x *= -1.0),
@@ -357,7 +358,7 @@ fn tampered_curves_are_refused() {
         let manifold = Stiefel::new(9, 2).unwrap().with_metric(metric);
         tamper(&manifold.geodesic(s0, v0).unwrap());
     }
-    // In a frame.
+    // Stored in a frame.
     let [s0, v0, s1, v1] = &ends((20, 2));
     let (s0, v0, s1, v1) = (s0.as_ref(), v0.as_ref(), s1.as_ref(), v1.as_ref());
     tamper(&GeometricCubic::from_boundary(s0, v0, s1, v1).unwrap());

@@ -1,4 +1,4 @@
-//! Parallel transport: its equation, closed forms, and what it must keep.
+//! Parallel transport: its equation, closed forms, and invariants.
 
 mod common;
 
@@ -96,7 +96,7 @@ fn transport_solves_the_equation_of_parallel_fields() {
                 random_tangent(&s, 2.0, &mut rng),
                 random_tangent(&s, 1.0, &mut rng),
             );
-            // Richardson: the error of order 4 cancels.
+            // Richardson extrapolation cancels the error of order 4.
             let coarse = integrated(&s, &v, &w, metric.weight(), 800);
             let fine = integrated(&s, &v, &w, metric.weight(), 1600);
             let better =
@@ -108,7 +108,7 @@ fn transport_solves_the_equation_of_parallel_fields() {
             worst[1].see(distance(&moved(&transport, &w), &field), place);
         }
     }
-    // The round-off of 1600 steps, and their truncation: (1/1600)^5 = 1e-16 times the sixth derivatives.
+    // Round-off of 1600 steps, and their truncation: (1/1600)^5 = 1e-16 times the sixth derivatives.
     for worst in worst {
         worst.assert_at_most(1e-13);
     }
@@ -171,7 +171,7 @@ fn transport_there_and_back_is_the_identity() {
             });
         });
     }
-    // Angles of 10 / sqrt(w), w = 1/0.4 at the most, are known to 10 eps each way.
+    // Angles of 10 / sqrt(w), where w is at most 1/0.4, are accurate to 10 eps in each direction.
     worst.assert_at_most(1e-13);
 }
 
@@ -195,7 +195,7 @@ fn two_halves_make_a_whole() {
 
 #[test]
 fn transport_on_the_rotations_is_two_half_turns() {
-    // On a group with its bi-invariant metric: W(1) = S e^{A/2} C e^{A/2}.
+    // On a group with a bi-invariant metric: W(1) = S e^{A/2} C e^{A/2}.
     let mut rng = Rng::new(83);
     for m in [2, 3, 4, 7] {
         let s = random_point(m, m, &mut rng);
@@ -281,7 +281,7 @@ fn rank_deficient_velocities_have_a_basis_too() {
     let mut rng = Rng::new(87);
     for (n, k) in [(5, 3), (8, 2), (20, 4), (7, 6)] {
         let s = random_point(n, k, &mut rng);
-        // One normal direction, and none.
+        // With one normal direction, and with none.
         let g = project_off(&s, &gaussian(n, 1, &mut rng)) * gaussian(1, k, &mut rng);
         let omega = random_skew(k, 1.0, &mut rng);
         let w = random_tangent(&s, 1.0, &mut rng);

@@ -89,7 +89,7 @@ fn on_the_circle_akima_is_makima_of_the_angle() {
     // Two points: the slope between them.
     let found = on_the_circle(&t[..2], &y[..2], VelocityEstimate::Akima);
     assert_same(&found, &[2.0, 2.0], "two");
-    // At rest, then in motion: no overshoot.
+    // First at rest, then in motion: no overshoot.
     let found = on_the_circle(
         &[0.0, 1.0, 2.0, 3.0, 4.0],
         &[0.3, 0.3, 0.3, 0.8, 1.3],
@@ -97,14 +97,14 @@ fn on_the_circle_akima_is_makima_of_the_angle() {
     );
     let expected = makima(&[0.0, 1.0, 2.0, 3.0, 4.0], &[0.3, 0.3, 0.3, 0.8, 1.3]);
     assert_same(&found, &expected, "at rest");
-    // Nothing moves: no velocity, and no quotient of zeros.
+    // Nothing moves: zero velocity, without dividing zero by zero.
     let still = on_the_circle(&[0.0, 1.0, 2.0, 3.0], &[0.3; 4], VelocityEstimate::Akima);
     assert_same(&still, &[0.0; 4], "still");
 }
 
 #[test]
 fn on_the_circle_parabolas_have_their_velocity() {
-    // Three-point formulas are exact for parabolas, at the ends too, whatever the times.
+    // Three-point formulas are exact for parabolas, also at the ends, for any times.
     let t = [0.0, 0.4, 1.5, 2.1, 3.0, 3.3];
     let y = t.map(|t| 0.3 + 0.5 * t - 0.4 * t * t);
     let found = on_the_circle(&t, &y, VelocityEstimate::CatmullRom);
@@ -220,7 +220,7 @@ fn closed_curves_have_one_velocity_where_they_close() {
     }
 }
 
-/// Errors inside of samples of a fixed smooth curve, for 16 to 256 legs of unequal length, as a slope.
+/// Slope of the errors at interior samples of a fixed smooth curve, for 16 to 256 legs of unequal length.
 fn order(shape: (usize, usize), estimate: VelocityEstimate) -> f64 {
     let mut rng = Rng::new(6);
     let s = random_point(shape.0, shape.1, &mut rng);
@@ -230,7 +230,7 @@ fn order(shape: (usize, usize), estimate: VelocityEstimate) -> f64 {
         turn(&a, t) * turn(&b, (2.0 * t).sin()) * &s
     };
     let velocity = |t: f64| {
-        // A central difference of the eighth order: round-off and its error are below 1e-11.
+        // A central difference of order eight: round-off and truncation are below 1e-11.
         let (h, weights) = (0.02, [0.8, -0.2, 4.0 / 105.0, -1.0 / 280.0]);
         let mut sum = Mat::zeros(shape.0, shape.1);
         for (i, w) in weights.iter().enumerate() {
@@ -259,7 +259,7 @@ fn orders_of_the_estimates() {
         ((4, 1), VelocityEstimate::CatmullRom, 2.0),
         ((5, 2), VelocityEstimate::CatmullRom, 2.0),
         ((4, 1), VelocityEstimate::Natural, 3.0),
-        // Quasi-geodesics are no geodesics: what they carry turns, with the acceleration, at second order.
+        // Quasi-geodesics are not geodesics: carried vectors are rotated relative to parallel ones, to second order.
         ((5, 2), VelocityEstimate::Natural, 2.0),
     ] {
         let slope = order(shape, estimate);

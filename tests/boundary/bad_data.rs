@@ -33,7 +33,7 @@ fn huge_velocities_end_soon() {
             match outcome {
                 Ok(curve) => {
                     assert_within(data.defect(&curve), END * speed, "fast curve");
-                    // Speed excuses no more than round-off of the point.
+                    // High speed only excuses round-off of the point.
                     let off = distance(&curve.point(1.0).unwrap(), &data.s1);
                     assert_within(off, 1e-8, "end of a fast curve");
                     assert!(curve.report().unwrap().tolerance <= 1e-9);
@@ -44,7 +44,7 @@ fn huge_velocities_end_soon() {
                 }
                 Err(error) => panic!("{shape:?} {speed:e}: {error}"),
             }
-            // The most are 427 000, for St(3,1) at speed 1000.
+            // The largest number is 427 000, for St(3,1) at speed 1000.
             assert!(checks < 1_000_000, "{shape:?} {speed:e}: {checks} checks");
         }
     }

@@ -1,4 +1,5 @@
-//! Batches of problems: each as it is solved alone, bad ones beside good ones, any number of threads.
+//! Batches of problems: each solution is the one found alone, with bad problems among good ones, for any number of
+//! threads.
 
 use faer::{Mat, MatRef};
 use stiefel_rs::cubic::{BoundaryOptions, BoundarySolution, solve_boundary};
@@ -19,7 +20,7 @@ fn solved(data: &[Data]) -> Vec<Result<BoundarySolution>> {
 #[test]
 fn a_batch_has_the_solutions_of_single_problems() {
     let mut rng = Rng::new(71);
-    // Not whole groups; far ones among near ones; all columns; more dimensions than the data span.
+    // Incomplete groups; distant problems among near ones; k = n; more dimensions than the data span.
     for (n, k) in [
         (2, 1),
         (3, 1),

@@ -10,7 +10,7 @@ use crate::data::Data;
 /// Name, initial state and end state.
 type Reference = (String, [Mat<f64>; 4], [Mat<f64>; 4]);
 
-/// The forty-digit data.
+/// The 40-digit data.
 fn references() -> Vec<Reference> {
     let all: serde_json::Value = serde_json::from_str(include_str!("../data/cubics.json")).unwrap();
     let read = |entry: &serde_json::Value, value: &serde_json::Value| {
@@ -60,7 +60,8 @@ fn a_guess_chooses_the_solution() {
         let curve = data.solve_with(&options).unwrap();
         let report = curve.boundary_report().unwrap();
         assert_eq!(report.strategy, BoundaryStrategy::Direct);
-        // The first residual is integrated roughly, so even an exact guess takes steps: two of Newton's, four of Broyden's.
+        // The first residual is integrated with low accuracy, so even an exact guess takes steps: two of Newton's
+        // method, four of Broyden's.
         assert!(report.solver.iterations <= 4, "{name}: {report}");
         // The residual times the inverse of the derivative of the end.
         assert_close(&curve.acceleration(0.0).unwrap(), &a, 1e-9, &name);

@@ -1,4 +1,4 @@
-//! Random boundary data: how many are solved, and symmetries of the solutions.
+//! Random boundary data: success rates, and symmetries of the solutions.
 
 use faer::Mat;
 use stiefel_rs::cubic::{BoundaryStrategy, IntegrationOptions};
@@ -23,13 +23,13 @@ fn moderate_data_are_solved_from_the_flat_start() {
             let report = curve.boundary_report().unwrap();
             assert!(report.solver.converged && report.solver.residual <= 1e-12);
             assert_within(data.defect(&curve), END, &format!("{shape:?}"));
-            // Where the quasi-geodesic is longer than the distance, a curve of the other branch may cost less.
+            // If the quasi-geodesic is longer than the distance, a curve on another branch may cost less.
             if !data.is_moderate() {
                 continue;
             }
             moderate += 1;
             assert_eq!(report.strategy, BoundaryStrategy::Direct, "{report}");
-            // Newton's steps, up to 6; from 8 unknowns on Broyden's, up to 12.
+            // Up to 6 Newton steps; from 8 unknowns on, up to 12 Broyden steps.
             assert!(report.solver.iterations <= 12, "{shape:?}: {report}");
         }
         assert!(
@@ -39,7 +39,7 @@ fn moderate_data_are_solved_from_the_flat_start() {
     }
 }
 
-/// Problems whose descents would take more work than a problem may are solved from the flat start alone.
+/// Problems whose descents would exceed the work limit are solved from the flat start alone.
 #[test]
 fn far_data_of_many_unknowns_are_solved() {
     for (shape, longest) in [
@@ -87,17 +87,18 @@ fn far_and_fast_data_are_solved() {
         }
         println!("{shape:?}: {} of {count} fail {failures:?}", failures.len());
         if shape == (3, 1) {
-            // Moderate data are among them.
+            // Moderate data are included.
             for strategy in [BoundaryStrategy::Direct, BoundaryStrategy::Descent] {
                 assert!(strategies.contains(&strategy), "{strategy:?}");
             }
         }
-        // One in a hundred.
+        // At most one in a hundred.
         assert!(100 * failures.len() <= count, "{shape:?}: {failures:?}");
     }
 }
 
-/// The curve of least cost goes round with its speed: where it would brake instead, costs were a hundred times as high.
+/// The curve of least cost continues in the direction of its speed; solutions that brake instead cost a hundred times
+/// as much.
 #[test]
 fn speeds_of_thirty_are_solved_from_both_ends() {
     let speed = 30.0;
@@ -118,7 +119,7 @@ fn speeds_of_thirty_are_solved_from_both_ends() {
     }
 }
 
-/// Round a circle and back to the start with the same velocity: `12 (2 pi m - v)^2` for `m` turns.
+/// Around a circle and back to the start with the same velocity: `12 (2 pi m - v)^2` for `m` turns.
 #[test]
 fn whole_turns_are_made_as_often_as_the_speed_says() {
     let turn = std::f64::consts::TAU;
@@ -146,7 +147,7 @@ fn whole_turns_are_made_as_often_as_the_speed_says() {
 
 #[test]
 fn the_equation_is_satisfied() {
-    // D_t^3 S' + R(D_t S', S') S' = 0, as constancy of energy and momentum along the curve.
+    // D_t^3 S' + R(D_t S', S') S' = 0, verified by the conservation of energy and momentum along the curve.
     let mut rng = Rng::new(13);
     for shape in [(3, 1), (4, 2), (5, 3), (9, 2)] {
         let curve = Data::random(shape, 2.0, 2.0, &mut rng).solve().unwrap();

@@ -1,4 +1,4 @@
-//! Several solutions of the same data, and what they cost.
+//! Several solutions of the same data, and their costs.
 
 use faer::Mat;
 use stiefel_rs::cubic::{BoundaryOptions, SearchOptions};
@@ -11,7 +11,7 @@ use stiefel_rs::{
 use crate::common::{Rng, assert_within, distance, random_point, random_tangent};
 use crate::data::{Data, END};
 
-/// Acceleration and jerk at the start of the curves that are known for the data, and the cost of the adjusted de Casteljau
+/// Acceleration and jerk at the start of the known curves for the data, and the cost of the adjusted de Casteljau
 /// curve.
 fn known_starts(data: &Data) -> (Vec<[Mat<f64>; 2]>, Option<f64>) {
     let [s0, v0, s1, v1] = [&data.s0, &data.v0, &data.s1, &data.v1].map(|x| x.as_ref());
@@ -49,12 +49,12 @@ fn solutions_are_no_dearer_than_the_de_casteljau_curve() {
                 continue;
             };
             compared += 1;
-            // The solver knows the bound to a percent.
+            // The solver knows the bound to one percent.
             dearer += usize::from(curve.cost().unwrap() > bound * 1.02);
         }
         println!("{shape:?}: {dearer} of {compared} dearer");
         assert!(2 * compared > count, "{shape:?}: {compared} have both");
-        // One in a hundred.
+        // At most one in a hundred.
         assert!(
             100 * dearer <= compared,
             "{shape:?}: {dearer} of {compared}"
@@ -86,7 +86,7 @@ fn a_search_finds_what_known_curves_lead_to() {
     }
 }
 
-/// Equal and opposite points have no quasi-geodesic, or one of length zero, to make a turn more along.
+/// For equal and opposite points there is no quasi-geodesic, or one of length zero, along which to add a turn.
 #[test]
 fn a_search_finds_several_solutions_for_equal_and_opposite_points() {
     let mut rng = Rng::new(30);

@@ -1,4 +1,4 @@
-//! Opposite and equal points, great circles, data with round-off, and guesses that lead nowhere.
+//! Opposite and equal points, great circles, data with round-off, and guesses that do not converge.
 
 use faer::{Mat, mat};
 use stiefel_rs::cubic::{BoundaryOptions, BoundaryStrategy};
@@ -111,7 +111,7 @@ fn fast_great_circles_meet_round_off() {
             let curve = curve.unwrap_or_else(|e| panic!("n = {n}, speed {speed}: {e}"));
             let report = curve.boundary_report().unwrap();
             assert_eq!(report.strategy, BoundaryStrategy::Direct, "{report}");
-            // The options' tolerance, but for round-off at the largest speed.
+            // The options' tolerance, or the round-off at the largest speed.
             let tolerance = 1e-12_f64.max(32.0 * f64::EPSILON * speed);
             assert!(
                 report.solver.residual <= tolerance * (1.0 + 1e-9),
@@ -139,14 +139,15 @@ fn a_hopeless_guess_is_not_the_end() {
         });
         let curve = curve.unwrap_or_else(|e| panic!("{shape:?}: {e}"));
         assert_within(data.defect(&curve), END, &format!("{shape:?}"));
-        // 141 to 216.
+        // Between 141 and 216.
         assert!(checks < 1_000, "{shape:?}: {checks} checks");
     }
 }
 
 #[test]
 fn opposite_points_with_slow_ends_are_joined() {
-    // The solutions are nearly a family: turned about the axis through the points each is almost another one.
+    // The solutions nearly form a continuous family: rotating one about the axis through the points almost gives
+    // another one.
     let mut rng = Rng::new(74);
     for (n, k) in [(3, 1), (4, 1), (3, 2), (4, 2)] {
         for speed in [1e-2, 1e-4, 1e-6] {
@@ -160,7 +161,8 @@ fn opposite_points_with_slow_ends_are_joined() {
             };
             let curve = data.solve().unwrap();
             assert_close(&curve.point(1.0).unwrap(), &data.s1, END, "end point");
-            // From rest to rest half a great circle costs 12 pi^2, and speeds change that by at most 24 pi times their sum.
+            // From rest to rest, half a great circle costs 12 pi^2, which speeds change by at most 24 pi times their
+            // sum.
             let cost = curve.cost().unwrap();
             let rest = 12.0 * std::f64::consts::PI.powi(2);
             let most = rest * (1.0 + 1e-9) + 48.0 * std::f64::consts::PI * speed;

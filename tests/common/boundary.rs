@@ -17,7 +17,7 @@ pub struct Data {
 }
 
 impl Data {
-    /// Distance and speeds uniform up to the given ones.
+    /// Distance and speeds uniformly distributed up to the given ones.
     pub fn random(shape: (usize, usize), farthest: f64, fastest: f64, rng: &mut Rng) -> Self {
         let s0 = random_point(shape.0, shape.1, rng);
         let v0 = random_tangent(&s0, rng.between(0.0, fastest), rng);
@@ -28,7 +28,7 @@ impl Data {
         Data { s0, v0, s1, v1 }
     }
 
-    /// The data of the curves run backwards.
+    /// The data of the curves traversed backwards.
     pub fn reversed(&self) -> Self {
         Data {
             s0: self.s1.clone(),
@@ -77,7 +77,7 @@ impl Data {
         lengths.iter().all(|length| *length <= 2.0)
     }
 
-    /// How far a curve is from meeting the data.
+    /// The defect of a curve's end conditions.
     pub fn defect(&self, curve: &RiemannianCubic) -> f64 {
         distance(&curve.point(0.0).unwrap(), &self.s0)
             .max(distance(&curve.point(1.0).unwrap(), &self.s1))
@@ -86,5 +86,5 @@ impl Data {
     }
 }
 
-/// Solution, evaluation of it and orthonormality of the data: 1e-12 for the residual, the rest for round-off.
+/// Allowed defect: 1e-12 for the residual of the solution, the rest for round-off of the evaluation and of the data.
 pub const END: f64 = 2e-12;

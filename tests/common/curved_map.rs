@@ -1,11 +1,11 @@
-//! A discretization map as a user would add it, nonlinear in position and velocity.
+//! A discretization map as a user would implement it.
 #![allow(dead_code)] // each binary uses a part
 
 use nalgebra::{SMatrix, SVector};
 use stiefel_rs::chart::DiscretizationMap;
 use stiefel_rs::chart::discretization::Blocks;
 
-/// A third discretization map, on no other footing than the crate's own: nonlinear in position and velocity.
+/// A third discretization map, implemented like the crate's own: nonlinear in position and velocity.
 ///
 /// `R_d(x, v) = (x - v/3, x + 2v/3 + c (x_i + x_{i+1}) v_i^2)`, componentwise with the next component.
 pub struct Curved(pub f64);

@@ -1,4 +1,4 @@
-//! Trajectories of the method in the embedding, and the exact cubics beside them.
+//! Trajectories of the method in the embedding, and the exact cubics for comparison.
 #![allow(dead_code)] // each binary uses a part
 
 use faer::Mat;
@@ -9,7 +9,7 @@ use stiefel_rs::{Curve, Error};
 
 use crate::trajectories::{Data, state};
 
-/// The circle, the sphere, `n = k`, `n < 2k`, `n = 4k`, tall shapes that are computed in fewer dimensions.
+/// The circle, the sphere, `n = k`, `n < 2k`, `n = 4k`, and tall shapes that are computed in fewer dimensions.
 pub const SHAPES: [(usize, usize); 11] = [
     (1, 1),
     (2, 1),

@@ -7,7 +7,7 @@ use stiefel_rs::{Result, RiemannianCubic, SolverReport, Stiefel};
 
 use crate::common::{Rng, counted, random_point, random_tangent};
 
-/// Points that wander, `step` apart, at unequal times.
+/// A random walk of points with steps of the given length, at unequal times.
 pub fn walk(
     shape: (usize, usize),
     count: usize,
@@ -21,7 +21,7 @@ pub fn walk(
     for i in 1..count {
         let v = random_tangent(&points[i - 1], step, &mut rng);
         let next = manifold.exp(points[i - 1].as_ref(), v.as_ref()).unwrap();
-        // Against round-off of many steps.
+        // Removes the round-off of many steps.
         points.push(manifold.project(next.as_ref()).unwrap());
         t.push(t[i - 1] + rng.between(0.5, 1.5));
     }
@@ -32,7 +32,7 @@ pub fn views(points: &[Mat<f64>]) -> Vec<MatRef<'_, f64>> {
     points.iter().map(Mat::as_ref).collect()
 }
 
-/// The natural spline, and how often it asked whether to stop.
+/// The natural spline, and how often it polled the interrupt.
 pub fn counted_spline(
     t: &[f64],
     points: &[Mat<f64>],

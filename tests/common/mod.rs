@@ -7,11 +7,11 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use faer::{Mat, MatRef, Scale};
 use stiefel_rs::{Curve, GeometricCubic, Interrupt, QuasiGeodesic, orthogonal_log, skew_exp};
 
-/// Unit round-off of `f64` times two.
+/// Machine epsilon, twice the unit round-off of `f64`.
 pub const EPS: f64 = f64::EPSILON;
 
-/// `(n, k)`: the sphere, the Stiefel manifold proper, `n < 2k`, the orthogonal group, a tall shape that is
-/// computed in fewer dimensions, and shapes on the border of the special cases (`n = 4k`, `n = 2k`, `n = k + 1`).
+/// `(n, k)`: the sphere, the proper Stiefel manifold, `n < 2k`, the orthogonal group, a tall shape that is computed in
+/// fewer dimensions, and shapes at the boundaries of the special cases (`n = 4k`, `n = 2k`, `n = k + 1`).
 pub const SIZES: [(usize, usize); 14] = [
     (3, 1),
     (4, 2),
@@ -97,7 +97,7 @@ pub fn negate_column(a: &mut Mat<f64>, j: usize) {
     }
 }
 
-/// `blockdiag(theta_i J)`, filled up with zeros to size `m`.
+/// `blockdiag(theta_i J)`, padded with zeros to size `m`.
 pub fn plane_generators(angles: &[f64], m: usize) -> Mat<f64> {
     assert!(
         2 * angles.len() <= m,
@@ -112,7 +112,7 @@ pub fn plane_generators(angles: &[f64], m: usize) -> Mat<f64> {
     out
 }
 
-/// `blockdiag(rotation by theta_i)`, filled up with ones to size `m`.
+/// `blockdiag(rotation by theta_i)`, padded with ones on the diagonal to size `m`.
 pub fn plane_rotations(angles: &[f64], m: usize) -> Mat<f64> {
     let mut out = Mat::identity(m, m);
     for (l, theta) in angles.iter().enumerate() {
@@ -130,7 +130,7 @@ pub fn conjugated(v: &Mat<f64>, b: &Mat<f64>) -> Mat<f64> {
     v * b * v.transpose()
 }
 
-/// A rotation with the given angles in the planes of a random orthogonal basis; ones elsewhere.
+/// A rotation with the given angles in the planes of a random orthogonal basis, and the identity elsewhere.
 pub fn rotation_with_angles(angles: &[f64], m: usize, rng: &mut Rng) -> Mat<f64> {
     conjugated(&random_orthogonal(m, rng), &plane_rotations(angles, m))
 }
@@ -144,7 +144,7 @@ pub fn random_point(n: usize, k: usize, rng: &mut Rng) -> Mat<f64> {
     gaussian(n, k, rng).qr().compute_thin_Q()
 }
 
-/// A point that `s` can be joined with: for `k = n` in the same component.
+/// A point that can be joined to `s`: for `k = n` in the same component.
 pub fn random_partner(s: &Mat<f64>, rng: &mut Rng) -> Mat<f64> {
     let (n, k) = s.shape();
     if n == k {
@@ -154,7 +154,7 @@ pub fn random_partner(s: &Mat<f64>, rng: &mut Rng) -> Mat<f64> {
     }
 }
 
-/// A tangent vector at `s` of the given canonical norm (zero where the dimension is 0).
+/// A tangent vector at `s` of the given canonical norm (zero if the dimension is 0).
 pub fn random_tangent(s: &Mat<f64>, norm: f64, rng: &mut Rng) -> Mat<f64> {
     let (n, k) = s.shape();
     let omega = random_skew(k, k as f64, rng);
@@ -173,7 +173,8 @@ pub fn random_tangent(s: &Mat<f64>, norm: f64, rng: &mut Rng) -> Mat<f64> {
     }
 }
 
-/// `(S0 U cos + Q sin) U^T R` with random `U`, `Q` and a rotation `R` away from the border of the logarithm.
+/// `(S0 U cos + Q sin) U^T R` with random `U`, `Q`, and a rotation `R` away from the boundary of the logarithm's
+/// domain.
 pub fn partner_at_angles(s0: &Mat<f64>, angles: &[f64], rng: &mut Rng) -> Mat<f64> {
     let (n, k) = s0.shape();
     let g = gaussian(n, k, rng);
@@ -260,7 +261,7 @@ pub fn frobenius(a: MatRef<'_, f64>) -> f64 {
 }
 
 pub fn largest_entry(a: MatRef<'_, f64>) -> f64 {
-    // Not `f64::max`: it drops NaN, and a NaN must fail every bound.
+    // Not `f64::max`, which drops NaN: NaN must fail every bound.
     a.col_iter()
         .flat_map(|c| c.iter())
         .fold(0.0, |s, x| if x.abs() <= s { s } else { x.abs() })
@@ -285,7 +286,7 @@ pub fn orthonormality(s: &Mat<f64>) -> f64 {
     spectral((s.transpose() * s - identity(s.ncols())).as_ref())
 }
 
-/// Fails, with both numbers, unless `defect <= bound`; NaN fails.
+/// Fails with both numbers unless `defect <= bound`; NaN fails.
 #[track_caller]
 pub fn assert_within(defect: f64, bound: f64, what: &str) {
     assert!(
@@ -300,7 +301,7 @@ pub fn assert_close(a: &Mat<f64>, b: &Mat<f64>, bound: f64, what: &str) {
     assert_within(distance(a, b), bound, what);
 }
 
-/// The largest of many defects, and where it was; printed with `--nocapture`.
+/// The largest of many defects, and the case in which it occurred; printed with `--nocapture`.
 pub struct Worst {
     title: String,
     defect: f64,
@@ -343,7 +344,7 @@ pub fn backward_error(q: &Mat<f64>) -> f64 {
     distance(&skew_exp(log.as_ref()).unwrap(), q)
 }
 
-/// Angles spread over `(0, 1]`, so that a factor sets their largest.
+/// Angles spread over `(0, 1]`, to be scaled to a largest angle.
 pub fn spread_angles(m: usize, rng: &mut Rng) -> Vec<f64> {
     (0..m / 2)
         .map(|l| if l == 0 { 1.0 } else { rng.uniform() })
@@ -355,7 +356,8 @@ pub fn scaled(angles: &[f64], factor: f64) -> Vec<f64> {
     angles.iter().map(|x| x * factor).collect()
 }
 
-/// How often a solve asks whether to stop, before each step of an integration and of Newton's method; and its result.
+/// Counts how often a solve polls the interrupt, before each step of an integration and of Newton's method; returns
+/// also its result.
 pub fn counted<T>(solve: impl FnOnce(Interrupt<'_>) -> T) -> (usize, T) {
     let checks = AtomicUsize::new(0);
     let count = || {

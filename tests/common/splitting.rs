@@ -1,4 +1,4 @@
-//! Trajectories of the explicit splitting, from random data, and the states along them.
+//! Trajectories of the explicit splitting from random data, and their states.
 #![allow(dead_code)] // each binary uses a part
 
 use faer::Mat;

@@ -7,7 +7,7 @@ use stiefel_rs::{Error, skew_exp};
 use crate::common::{self, EPS, Rng, Worst, random_skew};
 use crate::*;
 
-/// Norms between and on both sides of the switches of the algorithm.
+/// Norms between the switches of the algorithm, and on both sides of them.
 const NORMS: [f64; 20] = [
     1e-300, 1e-160, 1e-16, 1e-8, 2.2e-4, 2.4e-4, 8e-3, 0.05, 0.17, 0.7, 1.0, 1.69, 3.3, 3.5, 13.0,
     14.0, 60.0, 1e3, 3e3, 1e8,
@@ -31,7 +31,7 @@ fn exp_turns_each_eigenvector_by_its_angle() {
             }
         }
     }
-    // A is itself only formed to a few m eps |A|.
+    // A is itself only accurate to a few m eps |A|.
     worst.assert_at_most(8.0);
 }
 

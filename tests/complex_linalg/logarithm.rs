@@ -9,7 +9,7 @@ use stiefel_rs::{Error, skew_exp, unitary_log};
 use crate::common::{self, EPS, Rng, Worst, gaussian, random_rotation};
 use crate::*;
 
-/// `|e^L - U|_2 / (m 1e-15)`; exactly skew-Hermitian, angles in `(-pi, pi]`.
+/// `|e^L - U|_2 / (m 1e-15)`; checks that the result is exactly skew-Hermitian, with angles in `(-pi, pi]`.
 fn backward(u: &Mat<c64>) -> f64 {
     let m = u.nrows();
     let log = unitary_log(u.as_ref()).unwrap();
@@ -39,14 +39,14 @@ fn check_log(name: &str, mut angles: impl FnMut(usize, &mut Rng) -> Vec<f64>) {
             let b = random_unitary(m, &mut rng);
             let u = unitary_with_angles(&b, &angles(m, &mut rng));
             worst.see(backward(&u), || format!("m = {m}"));
-            // With its eigenvectors on the axes too.
+            // Also with its eigenvectors along the axes.
             let diagonal: Vec<c64> = angles(m, &mut rng).into_iter().map(phase).collect();
             worst.see(backward(&super::diagonal(&diagonal)), || {
                 format!("diagonal, m = {m}")
             });
         }
     }
-    // U itself is unitary to a few eps, and the exponential that it is compared with is exact to as much.
+    // U is unitary only to a few eps, and the exponential used for comparison is as accurate.
     worst.assert_at_most(2.0);
 }
 
@@ -92,7 +92,8 @@ fn log_of_repeated_angles() {
     }
 }
 
-/// Angles whose first Hermitian matrix has repeated eigenvalues: mirrored at the direction of the combination.
+/// Angles for which the first Hermitian matrix has repeated eigenvalues: symmetric about the direction of the
+/// combination.
 #[test]
 fn log_of_angles_that_share_a_cosine() {
     for off in [0.0, 1e-12, 1e-9, 1e-8, 1e-7, 2e-7, 1e-6, 1e-4] {
@@ -161,7 +162,7 @@ fn log_of_minus_one_has_the_angle_pi() {
         let log = unitary_log(minus.as_ref()).unwrap();
         let expected = identity(m) * Scale(i_times(PI));
         assert!(distance(&log, &expected) < 4.0 * EPS * PI, "m = {m}");
-        // On a half of the space, in a random basis: both signs of the angle are the same to round-off, and pi is taken.
+        // On half of the space, in a random basis: both signs of the angle are equal to round-off, and pi is chosen.
         let half: Vec<f64> = (0..m).map(|j| if j % 2 == 0 { PI } else { 0.3 }).collect();
         let b = random_unitary(m, &mut rng);
         let log = unitary_log(unitary_with_angles(&b, &half).as_ref()).unwrap();
@@ -182,7 +183,7 @@ fn log_of_small_angles_is_relatively_exact() {
     for m in SIZES {
         for size in [1e-300, 1e-160, 1e-9, 1e-3, 0.01] {
             let l = random_skew_hermitian(m, size, &mut rng);
-            // e^L by hand where it is I + L: the exponential is not what is tested.
+            // e^L computed directly if it is I + L: the exponential is not under test.
             let u = if size < 1e-8 {
                 identity(m) + &l
             } else {
@@ -190,7 +191,7 @@ fn log_of_small_angles_is_relatively_exact() {
             };
             let log = unitary_log(u.as_ref()).unwrap();
             let scaled = |a: &Mat<c64>| Mat::from_fn(m, m, |i, j| a[(i, j)] / size);
-            // What U is rounded to is an error of eps; L^3 / 6 is left out.
+            // The rounding of U is an error of eps; L^3 / 6 is neglected.
             let unit = m as f64 * EPS * (1.0 + if size >= 1e-8 { 1.0 / size } else { 0.0 });
             worst.see(distance(&scaled(&log), &scaled(&l)) / unit, || {
                 format!("m = {m}, |L| = {size:e}")
@@ -220,7 +221,7 @@ fn log_is_that_of_the_nearest_unitary_matrix() {
             });
         }
     }
-    // Angles of 3.1 condition the logarithm by 1 only: what it is singular at are differences of 2 pi.
+    // For angles of 3.1 the logarithm has condition number 1: it is singular only at differences of 2 pi.
     worst.assert_at_most(30.0);
 }
 

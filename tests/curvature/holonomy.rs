@@ -12,7 +12,7 @@ use crate::quotient::Quotient;
 
 #[test]
 fn curvature_is_the_holonomy_of_small_loops() {
-    // Round a square of side h and back: W changes by -h^2 R(U, V) W + O(h^3), here made O(h^4) by the loop through the
+    // Around a square of side h: W changes by -h^2 R(U, V) W + O(h^3), reduced to O(h^4) by the loop around the
     // opposite square.
     let mut rng = Rng::new(119);
     for (n, k) in [(3, 1), (4, 2), (5, 3), (4, 4), (8, 2)] {
@@ -39,8 +39,8 @@ fn curvature_is_the_holonomy_of_small_loops() {
     }
 }
 
-/// `P W - W` for the transport round the quadrangle with the sides `U`, `V`, `-U` (each made parallel along the one before),
-/// closed by the geodesic back to `S`.
+/// `P W - W` for the transport around the quadrangle with the sides `U`, `V`, `-U` (each parallel along the previous
+/// one), closed by the geodesic back to `S`.
 fn holonomy(m: Stiefel, s: &Mat<f64>, u: &Mat<f64>, v: &Mat<f64>, w: &Mat<f64>) -> Mat<f64> {
     let mut point = s.clone();
     let mut frame = [u.clone(), v.clone(), w.clone()];
@@ -56,7 +56,7 @@ fn holonomy(m: Stiefel, s: &Mat<f64>, u: &Mat<f64>, v: &Mat<f64>, w: &Mat<f64>) 
             .map(|x| step.transport(x.as_ref()).unwrap());
         point = step.end();
     }
-    // The way home: the velocity is corrected until the geodesic arrives.
+    // The closing side: the velocity is corrected until the geodesic reaches the start.
     let mut home = m
         .project_tangent(point.as_ref(), (s - &point).as_ref())
         .unwrap();

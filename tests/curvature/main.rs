@@ -1,4 +1,5 @@
-//! Curvature: against brackets of full size, Gauss's equation, spheres, rotations, holonomy, and its symmetries.
+//! Curvature: compared with brackets of full size, Gauss's equation, spheres, rotations and holonomy; and its
+//! symmetries.
 
 #[path = "../common/mod.rs"]
 mod common;

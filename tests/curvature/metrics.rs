@@ -1,4 +1,4 @@
-//! The curvature tensor and its numbers at random points, in several metrics.
+//! The curvature tensor and its sectional curvatures at random points, in several metrics.
 
 use faer::Mat;
 use stiefel_rs::{Metric, Stiefel};

@@ -1,4 +1,4 @@
-//! The manifold as a quotient of the group of rotations, with matrices of full size.
+//! The manifold as a quotient of the group of rotations, with full-size matrices.
 
 use faer::Mat;
 
@@ -23,7 +23,7 @@ impl Quotient {
         Quotient { g, k }
     }
 
-    /// The `x` in `m` with `g x` = `v` in the first k columns.
+    /// The `x` in `m` such that the first k columns of `g x` are `v`.
     pub fn lift(&self, v: &Mat<f64>) -> Mat<f64> {
         let (n, k) = (self.g.nrows(), self.k);
         let body = self.g.transpose() * v;

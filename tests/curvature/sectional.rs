@@ -1,4 +1,4 @@
-//! Sectional curvature: its bounds, and planes that there are not.
+//! Sectional curvature: its bounds, and vectors that span no plane.
 
 use faer::{Mat, Scale};
 use stiefel_rs::{Error, Metric, Stiefel};
@@ -17,7 +17,7 @@ fn canonical_sectional_curvature_is_between_zero_and_five_quarters() {
             let s = random_point(n, k, &mut rng);
             let [u, v] = std::array::from_fn(|_| {
                 let a = random_tangent(&s, 1.0, &mut rng);
-                // Every third pair has low rank, where the curvature is large.
+                // Every third pair has low rank, for which the curvature is large.
                 let thin = Mat::from_fn(n, k, |p, q| {
                     if q < 2 && i % 3 == 0 {
                         30.0 * a[(p, q)]
@@ -126,7 +126,7 @@ fn vectors_that_span_no_plane_are_refused_with_their_area() {
 
 #[test]
 fn vectors_that_are_nothing_but_round_off() {
-    // Short enough for the check of tangent vectors, and nothing of them is tangent.
+    // Short enough to pass the check of tangent vectors, although no part of them is tangent.
     let mut rng = Rng::new(127);
     for s in [
         identity(4).subcols(0, 2).to_owned(),

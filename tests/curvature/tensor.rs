@@ -139,7 +139,7 @@ fn sphere_has_curvature_one_in_every_metric() {
 #[test]
 fn rotations_have_a_quarter_of_the_bracket() {
     let mut rng = Rng::new(118);
-    // St(n, n-1) is SO(n) as well, in the canonical metric alone.
+    // St(n, n-1) is SO(n) as well, but only in the canonical metric.
     for (n, k) in [(3, 3), (5, 5), (3, 2), (6, 5)] {
         let s = random_point(n, k, &mut rng);
         let quotient = Quotient::at(&s, &mut rng);

@@ -1,4 +1,4 @@
-//! Geometric cubics are de Casteljau's algorithm with n x n exponentials, and have its symmetries.
+//! Geometric cubics agree with de Casteljau's algorithm with n x n exponentials, and have its symmetries.
 
 use faer::{Mat, Scale};
 use stiefel_rs::{Curve, orthogonal_log, skew_exp};
@@ -9,7 +9,7 @@ use crate::common::{
 };
 use crate::end_conditions::TIMES;
 
-/// The pair `(X, Omega)` that takes `S0` to `S1`, `X` as an `n x n` matrix, by a singular value decomposition.
+/// The pair `(X, Omega)` that moves `S0` to `S1`, with `X` as an `n x n` matrix, from a singular value decomposition.
 fn joining_pair(s0: &Mat<f64>, s1: &Mat<f64>) -> (Mat<f64>, Mat<f64>) {
     let k = s0.ncols();
     let svd = (s0.transpose() * s1).svd().unwrap();
@@ -28,7 +28,8 @@ fn joining_pair(s0: &Mat<f64>, s1: &Mat<f64>) -> (Mat<f64>, Mat<f64>) {
 }
 
 fn quasi_geodesic_step(s: &Mat<f64>, (x, omega): &(Mat<f64>, Mat<f64>), t: f64) -> Mat<f64> {
-    // X of the paper's formula is skew only to round-off; SKEW_TOLERANCE is relative to its norm, which may be small.
+    // X of the paper's formula is skew only to round-off, whereas SKEW_TOLERANCE is relative to its norm, which may be
+    // small.
     let exp = |a: &Mat<f64>| skew_exp(((a - a.transpose()) * Scale(0.5 * t)).as_ref()).unwrap();
     exp(x) * s * exp(omega)
 }
@@ -111,7 +112,7 @@ fn is_equivariant_under_both_orthogonal_actions() {
     worst.assert_at_most(1e-13);
 }
 
-/// Each stage is: `between` of exchanged points runs backwards.
+/// So does each stage: `between` of exchanged points is the reversed curve.
 #[test]
 fn runs_backwards_with_reversed_data() {
     let mut rng = Rng::new(8);

@@ -1,4 +1,4 @@
-//! Geometric cubics meet their end data, and stay on the manifold.
+//! Geometric cubics satisfy their end conditions and stay on the manifold.
 
 use std::f64::consts::PI;
 
@@ -43,7 +43,8 @@ fn meets_end_points_and_end_velocities() {
     worst.assert_at_most(1e-13);
 }
 
-/// Found: an outer leg longer than the principal quasi-geodesic between its ends gave a curve of another velocity.
+/// Regression: an outer leg longer than the principal quasi-geodesic between its ends gave a curve with another
+/// velocity.
 #[test]
 fn meets_fast_end_velocities_or_refuses_them() {
     let mut rng = Rng::new(9);

@@ -1,4 +1,4 @@
-//! Many parameters at once.
+//! Evaluation at many parameters at once.
 
 use stiefel_rs::{Curve, Interrupt, Quantity};
 
@@ -56,7 +56,7 @@ fn sampling_is_evaluation_at_each_parameter() {
             assert_eq!(samples.len(), t.len());
             for (t, sample) in t.iter().zip(samples.iter()) {
                 let alone = curve.derivative(*t, nu).unwrap();
-                // The lift of a block may round differently from that of one point.
+                // The lift of a block may round differently from the lift of a single point.
                 let bound = if curve.frame().is_none() {
                     0.0
                 } else {

@@ -1,4 +1,4 @@
-//! Curvature, against the reflections `2 Y Y^T - I` in O(n) and closed forms; gradients and Hessians.
+//! Curvature, compared with the reflections `2 Y Y^T - I` in O(n) and closed forms; gradients and Hessians.
 
 use faer::{Mat, Scale};
 use stiefel_rs::{Error, Stiefel};
@@ -96,7 +96,7 @@ fn two_is_attained() {
     assert_within(value.abs(), 1e-15, "flat");
 }
 
-/// `f = tr(A P B P)` of the projector `P = Y Y^T`: depends on the subspace alone.
+/// `f = tr(A P B P)` of the projector `P = Y Y^T`, which depends on the subspace alone.
 struct Cost {
     a: Mat<f64>,
     b: Mat<f64>,

@@ -1,4 +1,4 @@
-//! Logarithm, distance, principal angles and aligned bases: at all angles, in all bases.
+//! Logarithm, distance, principal angles and aligned bases, for all angles and bases.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_6};
 
@@ -11,7 +11,7 @@ use crate::common::{
 };
 use crate::{SIZES, angles, exp, log, manifold};
 
-/// Two points at the given angles, the velocity between them, and all angles, decreasing.
+/// Two points at the given angles, the velocity between them, and all angles in decreasing order.
 struct Pair {
     y0: Mat<f64>,
     y1: Mat<f64>,
@@ -19,7 +19,7 @@ struct Pair {
     angles: Vec<f64>,
 }
 
-/// In dense bases; angles are repeated as often as there are directions.
+/// In dense bases; angles are repeated to fill all directions.
 fn pair((n, k): (usize, usize), given: &[f64], rng: &mut Rng) -> Pair {
     let basis = random_orthogonal(n, rng);
     let (w, z) = (random_orthogonal(k, rng), random_orthogonal(k, rng));
@@ -52,7 +52,7 @@ fn norm(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |s: f64, x| s.hypot(*x))
 }
 
-/// Also on both sides of a cosine of `sqrt(0.1)` and of a sine of 1/2, where the method changes.
+/// Includes both sides of a cosine of `sqrt(0.1)` and of a sine of 1/2, where the method changes.
 const GIVEN: [&[f64]; 13] = [
     &[0.0],
     &[0.4],
@@ -81,7 +81,7 @@ fn given_angles_come_back() {
         } = pair(shape, given, &mut rng);
         let what = format!("{shape:?}, {given:?}");
         let size = 1e-15 * 8.0 * shape.0 as f64;
-        // Principal vectors of several angles near pi/2 are known to eps / cos.
+        // With several angles near pi/2, principal vectors are accurate to eps / cos.
         let loss = 1.0 / exact[0].cos();
         assert_close(&log(&y0, &y1), &v, size * loss, &what);
         for (found, exact) in angles(&y0, &y1).iter().zip(&exact) {
@@ -123,7 +123,7 @@ fn tiny_angles_are_relative() {
             for j in 0..outside {
                 (y1[(j, j)], y1[(k + j, j)]) = (angle.cos(), angle.sin());
             }
-            // Bases that are turned by a permutation have the same entries.
+            // Bases that differ by a permutation have the same entries.
             let y1 = y1 * cyclic_permutation(k);
             let what = format!("{angle:e}, ({n}, {k})");
             let v = log(&y0, &y1);
@@ -244,7 +244,7 @@ fn bases_to_nine_digits_are_projected_off_twice() {
     for (n, k) in [(8, 1), (9, 3), (12, 5), (30, 12)] {
         for angle in [0.1, 0.5, 0.6, 1.2, 1.4] {
             let Pair { y0, y1, .. } = pair((n, k), &[angle, 0.5 * angle], &mut rng);
-            // Not orthonormal by up to 4e-10.
+            // Not orthonormal, by up to 4e-10.
             let stretch = Mat::from_fn(k, k, |i, j| {
                 f64::from(u8::from(i == j)) + 1e-10 * (1.0 + (3 * i + j) as f64).sin() / k as f64
             });

@@ -12,7 +12,7 @@ use common::{Rng, frobenius, gaussian, project_off, random_point};
 use faer::{Mat, Scale};
 use stiefel_rs::Grassmann;
 
-/// Lines, `n = 2k`, `n < 2k`, hyperplanes, one point, and more columns than plane rotations are used for.
+/// Lines, `n = 2k`, `n < 2k`, hyperplanes, a single point, and more columns than plane rotations are used for.
 pub const SIZES: [(usize, usize); 10] = [
     (3, 1),
     (2, 1),
@@ -30,7 +30,7 @@ pub fn manifold(y: &Mat<f64>) -> Grassmann {
     Grassmann::of("Y", y.as_ref()).unwrap()
 }
 
-/// A horizontal vector at `y` of the given norm; zero where there is no other.
+/// A horizontal vector at `y` of the given norm; zero if it is the only one.
 pub fn horizontal(y: &Mat<f64>, length: f64, rng: &mut Rng) -> Mat<f64> {
     let (n, k) = y.shape();
     let v = project_off(y, &project_off(y, &gaussian(n, k, rng)));

@@ -1,4 +1,4 @@
-//! Sizes, checks with their measured numbers, projections and the metric.
+//! Sizes, checks with their measured defects, projections and the metric.
 
 use faer::{Mat, Scale, mat};
 use stiefel_rs::{Error, Grassmann};

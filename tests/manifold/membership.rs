@@ -22,7 +22,7 @@ fn sizes_outside_of_one_to_n_are_refused() {
     }
 }
 
-/// Products of both signs overflow to infinities that have no sum: the defect is infinite, and not NaN.
+/// Overflowing products of both signs sum to NaN; the defect must be infinite, not NaN.
 #[test]
 fn defects_of_huge_matrices_are_infinite() {
     let signs = [[1.0, 1.0], [-1.0, 1.0], [1.0, 1.0], [1.0, -1.0]];

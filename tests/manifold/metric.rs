@@ -65,7 +65,7 @@ fn norm_is_homogeneous_at_extreme_scales() {
     });
 }
 
-/// The connection of the canonical metric is metric: `d<V, W>/dt = <D V, W> + <V, D W>` along a curve.
+/// The connection preserves the canonical metric: `d<V, W>/dt = <D V, W> + <V, D W>` along a curve.
 #[test]
 fn christoffel_term_is_metric() {
     each_shape(16, |manifold, s, v, w, place| {
@@ -76,7 +76,7 @@ fn christoffel_term_is_metric() {
             )
             .unwrap();
         let curve = QuasiGeodesic::from_velocity(s.as_ref(), u.as_ref()).unwrap();
-        // Fields along the curve: constant matrices projected on the tangent spaces.
+        // Fields along the curve: constant matrices projected to the tangent spaces.
         let field = |z: &Mat<f64>, t: f64| {
             manifold
                 .project_tangent(curve.point(t).unwrap().as_ref(), z.as_ref())
@@ -132,8 +132,8 @@ fn christoffel_term_is_symmetric() {
     });
 }
 
-/// Geodesics of the canonical metric start with `S'' = -Gamma(S', S')`; for pure rotation and pure normal
-/// velocity the quasi-geodesic is one.
+/// Geodesics of the canonical metric start with `S'' = -Gamma(S', S')`; the quasi-geodesic is a geodesic for pure
+/// rotations and for purely normal velocities.
 #[test]
 fn quasi_geodesics_of_one_part_are_geodesics() {
     each_shape(19, |manifold, s, v, _, place| {

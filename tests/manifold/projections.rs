@@ -1,4 +1,4 @@
-//! Projections on the manifold and on tangent spaces.
+//! Projections to the manifold and to tangent spaces.
 
 use faer::{Mat, MatRef, Scale};
 use stiefel_rs::{Error, Stiefel};
@@ -17,7 +17,7 @@ fn project_undoes_a_positive_stretch() {
         let g = gaussian(k, k, &mut rng);
         let stretch = &g * g.transpose() * Scale(1.0 / k as f64) + identity(k) * Scale(0.5);
         let found = manifold(&s).project((&s * stretch).as_ref()).unwrap();
-        // Conditioning of the polar factor: 1 / smallest stretch = 2; the stretch itself is of size about 5.
+        // Condition number of the polar factor: 1 / smallest stretch = 2; the stretch itself has size about 5.
         assert_close(
             &found,
             &s,

@@ -10,7 +10,7 @@ use crate::common::{
     rotation_with_angles,
 };
 
-/// Backward error of the logarithm at the sizes given for rotations with angles made by `angles(m)`.
+/// Backward error of the logarithm, at the given sizes, for rotations with angles from `angles(m)`.
 #[track_caller]
 fn check_log(name: &str, sizes: &[usize], mut angles: impl FnMut(usize, &mut Rng) -> Vec<f64>) {
     let mut rng = Rng::new(11);
@@ -24,7 +24,7 @@ fn check_log(name: &str, sizes: &[usize], mut angles: impl FnMut(usize, &mut Rng
     worst.assert_at_most(1e-13);
 }
 
-/// Four of each kind: closed forms, even and odd, and the size that the accuracy is stated for.
+/// Sizes of four kinds: closed forms, even, odd, and the size for which the accuracy is stated.
 const LOG_SIZES: [usize; 14] = [1, 2, 3, 4, 5, 6, 7, 12, 25, 40, 49, 50, 59, 60];
 
 fn all(theta: f64) -> impl FnMut(usize, &mut Rng) -> Vec<f64> {
@@ -59,7 +59,7 @@ fn log_of_what_is_nearly_a_rotation_is_that_of_the_nearest() {
             for _ in 0..20 {
                 let angles: Vec<f64> = (0..m / 2).map(|i| angle / (1.0 + 0.3 * i as f64)).collect();
                 let nearest = rotation_with_angles(&angles, m, &mut rng);
-                // A symmetric positive definite factor: the first is the polar factor of the product.
+                // A symmetric positive definite factor, so that the rotation is the polar factor of the product.
                 let noise = Mat::from_fn(m, m, |_, _| rng.normal());
                 let stretch = (&noise + noise.transpose()) * Scale(0.5);
                 let stretch = &stretch * Scale(2e-10 / frobenius(stretch.as_ref()));
@@ -71,7 +71,7 @@ fn log_of_what_is_nearly_a_rotation_is_that_of_the_nearest() {
             }
         }
     }
-    // The stretch is known to 1e-16; the square of the defect is 4e-20.
+    // The stretch is accurate to 1e-16; the square of the defect is 4e-20.
     worst.assert_at_most(3e-14);
 }
 
@@ -183,7 +183,7 @@ fn log_of_angles_near_pi() {
                 .collect()
         });
     }
-    // Pairs whose cosines are just far enough apart to be two groups, and whose angles nearly add up to 2 pi.
+    // Pairs whose cosines are just far enough apart to form two groups, and whose angles nearly add up to 2 pi.
     check_log("angles pi - 4e-4 and pi - 6.1e-4", &LOG_SIZES, |m, _| {
         (0..m / 2)
             .map(|l| PI - if l % 2 == 0 { 4e-4 } else { 6.1e-4 })
@@ -225,7 +225,7 @@ fn log_of_supplementary_angles() {
     });
 }
 
-/// Sizes on both sides of the switch between the two ways to the planes; sines just apart and not.
+/// Sizes on both sides of the switch between the two methods for the planes; sines just separated, and just not.
 #[test]
 fn log_on_both_sides_of_its_switches() {
     let mut rng = Rng::new(16);
@@ -239,7 +239,7 @@ fn log_on_both_sides_of_its_switches() {
     for m in [4, 5, 12, 30] {
         for gap in [1e-8, 0.9e-7, 1.1e-7, 3e-7, 1e-6, 1e-4] {
             for centre in [1e-3_f64, 0.7, FRAC_PI_2 - 1e-3] {
-                // One angle and the supplement of another whose sine differs by the gap.
+                // One angle, and the supplement of another, whose sines differ by the gap.
                 let other = PI - (centre.sin() + gap).min(1.0).asin();
                 let mut angles = vec![0.3; m / 2];
                 (angles[0], angles[1]) = (centre, other);
@@ -252,7 +252,7 @@ fn log_on_both_sides_of_its_switches() {
                 });
             }
         }
-        // Smallest sine around the gap, at 0 and at pi.
+        // Smallest sine near the gap, at 0 and at pi.
         for small in [0.5e-7, 0.99e-7, 1.01e-7, 2e-7] {
             for angle in [small, PI - small] {
                 let mut angles: Vec<f64> = (0..m / 2).map(|l| 0.2 + 0.15 * l as f64).collect();

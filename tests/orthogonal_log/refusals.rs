@@ -22,7 +22,7 @@ fn log_refuses_determinant_minus_one() {
             q[(m - 1, m - 1)] = -1.0;
             let q = conjugated(&random_orthogonal(m, &mut rng), &q);
             let error = orthogonal_log(q.as_ref());
-            // An angle of pi - 1e-6 in the same group may be mistaken for the one at pi.
+            // An angle of pi - 1e-6 in the same group may be reported instead of the one at pi.
             let found = error.as_ref().err().and_then(Error::angle);
             assert!(
                 matches!(error, Err(Error::OutsideLogDomain { .. })),

@@ -37,7 +37,7 @@ fn log_of_block_diagonal_rotations() {
         let (mut q, mut start) = (identity(m), 0);
         let shared = random_rotation(blocks[0], &mut rng);
         for &size in &blocks {
-            // Blocks of one size are equal, so all of their angles repeat.
+            // Blocks of the same size are equal, so all of their angles repeat.
             let block = if size == blocks[0] {
                 shared.clone()
             } else {
@@ -90,7 +90,7 @@ fn log_inverts_exp_below_pi() {
             let a = conjugated(&v, &plane_generators(&angles, m));
             let a = (&a - a.transpose()) * Scale(0.5);
             let log = orthogonal_log(skew_exp(a.as_ref()).unwrap().as_ref()).unwrap();
-            // The derivative of the logarithm in the plane of two angles: x / (2 sin(x/2)), x their sum.
+            // The derivative of the logarithm in the plane of two angles: x / (2 sin(x/2)), where x is their sum.
             let sum = if m == 2 {
                 0.0
             } else {
@@ -110,7 +110,7 @@ fn log_inverts_exp_below_pi() {
     worst.assert_at_most(8.0);
 }
 
-/// Both sides of the switch to the series: the two ways agree, and small rotations are right relative to their size.
+/// On both sides of the switch to the series: both methods agree, and small rotations have high relative accuracy.
 #[test]
 fn small_rotations_are_right_relative_to_their_size() {
     let mut rng = Rng::new(77);
@@ -120,7 +120,7 @@ fn small_rotations_are_right_relative_to_their_size() {
             let a = random_skew(m, size, &mut rng);
             let found = orthogonal_log(skew_exp(a.as_ref()).unwrap().as_ref()).unwrap();
             let error = distance(&(found * Scale(1.0 / size)), &(&a * Scale(1.0 / size)));
-            // The basis of planes (angles above 0.03) leaves an absolute error.
+            // The basis of planes (used for angles above 0.03) leaves an absolute error.
             let allowed = if size > 0.03 { 1.0 / size } else { 1.0 };
             worst.see(error / (m as f64 * allowed), || {
                 format!("m = {m}, size {size}")

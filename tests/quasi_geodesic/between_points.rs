@@ -31,7 +31,7 @@ fn between_meets_random_end_points() {
     worst.assert_at_most(3e-14);
 }
 
-/// Pairs whose rotation `U Z^T` has determinant -1: the paper's formula does not join them.
+/// Pairs whose rotation `U Z^T` has determinant -1, which the paper's formula does not join.
 #[test]
 fn between_meets_end_points_beyond_the_paper() {
     let mut rng = Rng::new(12);
@@ -97,7 +97,7 @@ fn between_meets_end_points_for_every_rank_and_distance() {
     worst.assert_at_most(3e-14);
 }
 
-/// Principal angles that are equal, clustered, tiny beside large, or right angles.
+/// Principal angles that are equal, clustered, tiny next to large ones, or right angles.
 #[test]
 fn between_meets_end_points_at_degenerate_angles() {
     let mut rng = Rng::new(15);

@@ -75,7 +75,7 @@ fn extreme_lengths_give_a_point_or_a_typed_error() {
     for (n, k) in SIZES {
         let s = random_point(n, k, &mut rng);
         let unit = random_tangent(&s, 1.0, &mut rng);
-        // One direction only: S + V loses the others.
+        // A single direction: S + V numerically loses the others.
         let column = Mat::from_fn(n, k, |i, j| if j == 0 { unit[(i, j)] } else { 0.0 });
         let thin = Stiefel::new(n, k)
             .unwrap()
@@ -114,7 +114,7 @@ fn extreme_lengths_give_a_point_or_a_typed_error() {
 
 #[test]
 fn long_vectors_on_the_sphere_are_still_right() {
-    // V of length 1e12: a right angle but for 1e-12.
+    // V of length 1e12: a right angle up to 1e-12.
     let s = identity(3).subcols(0, 1).to_owned();
     let v = identity(3).subcols(1, 1) * Scale(1e12);
     for retraction in [Retraction::Qr, Retraction::Polar] {

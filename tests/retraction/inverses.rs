@@ -1,4 +1,4 @@
-//! Inverses of the retractions, and what they reach.
+//! Inverses of the retractions, and their domains.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -20,7 +20,7 @@ fn inverse_brings_the_vector_back() {
             worst.see(distance(&back, v), || format!("{retraction:?} {place}"));
         }
     });
-    // 0.75 n k eps |V|^2 at the largest.
+    // At most 0.75 n k eps |V|^2.
     worst.assert_at_most(5e-14);
 }
 
@@ -74,21 +74,21 @@ fn any_pair_of_points_is_joined_or_refused() {
             }
         }
     }
-    // Both happen often, so that neither arm is idle.
+    // Both cases occur often, so that both branches are tested.
     assert!(
         joined.iter().all(|c| *c > 20) && refused[..2].iter().all(|c| *c > 20),
         "{joined:?} {refused:?}"
     );
 }
 
-/// Rotation of the plane, with the identity in `m - 2` more dimensions.
+/// A rotation of the plane, and the identity in `m - 2` more dimensions.
 fn rotation(angle: f64, m: usize) -> Mat<f64> {
     plane_rotations(&[angle], m)
 }
 
 #[test]
 fn sums_reach_rotations_below_a_right_angle() {
-    // Of M, a rotation of the plane: the eigenvalues have the real part cos, and the first pivot is cos; det M = 1.
+    // M is a rotation of the plane: its eigenvalues have the real part cos, its first pivot is cos, and det M = 1.
     for (retraction, m) in [Retraction::Qr, Retraction::Polar]
         .into_iter()
         .flat_map(|r| [2, 3, 5].map(|m| (r, m)))
@@ -169,7 +169,7 @@ fn antipodal_points_and_other_components_are_refused() {
 
 #[test]
 fn orthogonal_points_on_the_sphere_are_out_of_reach_of_the_sum() {
-    // S + V never turns by a right angle; the Cayley transform does.
+    // S + V never reaches a rotation by a right angle; the Cayley transform does.
     let (s0, s1) = (
         identity(3).subcols(0, 1).to_owned(),
         identity(3).subcols(1, 1).to_owned(),

@@ -1,4 +1,4 @@
-//! Retractions: their equations, their orders against the geodesic, their inverses and the borders of these.
+//! Retractions: their equations, their orders compared with the geodesic, their inverses and the domains of these.
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -1,4 +1,4 @@
-//! Orders of the retractions against geodesics.
+//! Orders of the retractions, compared with geodesics.
 
 use faer::Scale;
 use stiefel_rs::{Metric, Retraction};

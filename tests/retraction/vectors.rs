@@ -38,7 +38,7 @@ pub fn generator(s: &Mat<f64>, v: &Mat<f64>, f: f64) -> Mat<f64> {
     &normal * s.transpose() - s * normal.transpose() + s * omega * s.transpose() * Scale(f)
 }
 
-/// The geodesic of the metric of weight `w` at 1, by exponentials of full size.
+/// The end of the geodesic of the metric of weight `w` at 1, by full-size exponentials.
 pub fn exponential(s: &Mat<f64>, v: &Mat<f64>, w: f64) -> Mat<f64> {
     let skew = |a: Mat<f64>| (&a - a.transpose()) * Scale(0.5);
     let turn = skew_exp(skew(s.transpose() * v * Scale(1.0 - 2.0 * w)).as_ref()).unwrap();

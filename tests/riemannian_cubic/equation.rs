@@ -1,4 +1,4 @@
-//! Reference data are met, the equation holds, and what is conserved stays so.
+//! Agreement with reference data, the equation, and conserved quantities.
 
 use faer::{Mat, Scale};
 use stiefel_rs::cubic::IntegrationOptions;
@@ -33,8 +33,8 @@ fn forty_digit_data_is_met() {
 
 #[test]
 fn equation_of_riemannian_cubics_holds() {
-    // Truncation h^6/140 of seventh derivatives up to a few hundred, and 40 eps/h of round-off in the jerk; in tension derivatives
-    // are up to ten times as large.
+    // Truncation h^6/140 of seventh derivatives up to a few hundred, and round-off 40 eps/h in the jerk; in tension
+    // derivatives are up to ten times as large.
     for (tension, bound) in [(0.0, 2e-12), (3.0, 1e-11)] {
         let mut worst = Worst::new("D_t^3 S' + R(D_t S', S') S' - tau D_t S'");
         for (n, k) in SIZES {
@@ -89,7 +89,7 @@ fn energy_and_momentum_are_conserved() {
                 momenta.see(defect, || format!("St({n},{k}) at {t}, tension {tension}"));
             }
         }
-        // 100 eps: about one a step, and the round-off of the derivatives that it is computed from.
+        // 100 eps: about one per step, and the round-off of the derivatives from which the energy is computed.
         energies.assert_at_most(100.0 * EPS);
         momenta.assert_at_most(100.0 * EPS);
     }
@@ -107,7 +107,7 @@ fn long_curves_stay_orthonormal() {
             worst.see(orthonormality(&curve.point(t).unwrap()), || format!("{t}"));
         }
         println!("{} steps", curve.steps());
-        // Round-off of each step adds up; it does not grow.
+        // The round-off of the steps adds up without growing.
         worst.assert_at_most(0.5 * EPS * curve.steps() as f64);
     }
 }
@@ -127,7 +127,7 @@ fn a_tolerance_is_kept() {
             assert_eq!(curve.tolerance(), tolerance);
             let defect = state_distance(&state_of(&curve, 1.0), &reference.states[2]);
             steps = steps.max(curve.steps());
-            // An error of one step is handed on by the flow, which magnifies it by up to some tens.
+            // The flow magnifies the error of one step by a factor of up to some tens.
             let bound = 50.0 * tolerance * curve.steps() as f64 + 1e-13;
             assert_within(
                 defect,

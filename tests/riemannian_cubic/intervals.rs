@@ -1,4 +1,4 @@
-//! Parts of curves, and what is outside of their interval.
+//! Parts of curves, and extrapolation outside their interval.
 
 use faer::{MatMut, MatRef, Scale};
 use stiefel_rs::linalg::jet::Jet;
@@ -43,7 +43,7 @@ fn parts_reversals_and_other_parameters_are_the_same_points() {
             1e-13 * cost,
             "reversed",
         );
-        // Squares of second derivatives over a length: the third power of the speed.
+        // Squares of second derivatives, integrated over time: the third power of the speed.
         assert_within(
             (125.0 * other.cost().unwrap() - cost).abs(),
             1e-13 * cost,
@@ -56,7 +56,7 @@ fn parts_reversals_and_other_parameters_are_the_same_points() {
             .map(|c| c.cost().unwrap())
             .sum();
         assert_within((sum - cost).abs(), 1e-13 * cost, "sum of parts");
-        // Twice reversed, and back to the first times, it is the same curve.
+        // Reversed twice and mapped back to the original times, it is the same curve.
         let again = other
             .reversed()
             .reparametrised(0.0, 2.0)
@@ -114,7 +114,7 @@ fn curves_continue_outside_of_their_interval() {
                 &format!("St({n},{k}) at {t}"),
             );
         }
-        // What a call integrates does not depend on how its parameters are shared out.
+        // The result of a call does not depend on how its parameters are distributed to threads.
         let t: Vec<f64> = (0..300).map(|i| -2.0 + 0.017 * f64::from(i)).collect();
         let all = curve
             .sample(&t, Quantity::Derivative(1), Interrupt::NEVER)
@@ -142,7 +142,7 @@ fn curves_run_backwards_in_time() {
     }
 }
 
-/// A cubic that keeps nothing but its evaluation.
+/// A cubic that only implements evaluation.
 struct Plain(RiemannianCubic);
 
 impl Curve for Plain {
@@ -192,7 +192,7 @@ fn cost_is_that_of_quadrature() {
             let curve = curve.restricted(start, end, Interrupt::NEVER).unwrap();
             let exact = Plain(curve.clone()).cost().unwrap();
             let error = (curve.cost().unwrap() - exact).abs();
-            // The quadrature's own tolerance.
+            // The tolerance of the quadrature.
             assert_within(
                 error,
                 2e-12 * exact,
@@ -202,7 +202,7 @@ fn cost_is_that_of_quadrature() {
     }
 }
 
-/// Outside of the interval every single evaluation integrates on by itself where nobody does it before.
+/// Outside the interval, every single evaluation extends the curve itself, unless it has been extended before.
 #[test]
 fn coordinates_are_right_outside_of_the_interval() {
     let mut rng = Rng::new(53);

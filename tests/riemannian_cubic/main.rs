@@ -1,4 +1,4 @@
-//! Riemannian cubics as curves: reference data, the equation, what is conserved, symmetries, special cases.
+//! Riemannian cubics as curves: reference data, the equation, conserved quantities, symmetries, special cases.
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -1,4 +1,4 @@
-//! Symmetries, and curves that are known in closed form.
+//! Symmetries, and curves with closed forms.
 
 use faer::{Mat, Scale};
 use stiefel_rs::{Curve, Geodesic};
@@ -103,7 +103,7 @@ fn both_components_of_the_orthogonal_group() {
         for turned in [false, true] {
             let mut state = random_state((n, n), [1.0; 3], &mut rng);
             if (state[0].determinant() < 0.0) != turned {
-                // A reflection of the space, which moves the vectors too.
+                // A reflection of the space, which also acts on the vectors.
                 state = mapped(&state, |x| {
                     Mat::from_fn(n, n, |i, j| if i == 0 { -x[(i, j)] } else { x[(i, j)] })
                 });
@@ -121,7 +121,7 @@ fn both_components_of_the_orthogonal_group() {
 
 /// On the circle the angle is a cubic polynomial of time.
 ///
-/// With one of its coefficients alone, only every second or third Taylor coefficient does not vanish.
+/// If a single one of its coefficients is nonzero, only every second or third Taylor coefficient does not vanish.
 #[test]
 fn the_circle_in_closed_form() {
     let data = [

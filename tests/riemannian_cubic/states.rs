@@ -76,16 +76,17 @@ pub fn mapped(state: &[Mat<f64>; 4], f: impl Fn(&Mat<f64>) -> Mat<f64>) -> [Mat<
     state.each_ref().map(f)
 }
 
-/// The largest distance of two states, relative to the derivatives that a vector is computed from.
+/// The largest distance of two states, relative to the derivatives from which a vector is computed.
 ///
-/// Acceleration and jerk come from ambient derivatives, at least as large as the second and third power of the speed.
+/// Acceleration and jerk are computed from ambient derivatives, which are at least as large as the second and third
+/// power of the speed.
 pub fn state_distance(a: &[Mat<f64>; 4], b: &[Mat<f64>; 4]) -> f64 {
     let speed = frobenius(b[1].as_ref()).max(1.0);
     let one = |i: usize| {
         let size = frobenius(b[i].as_ref()).max(speed.powi(i as i32));
         distance(&a[i], &b[i]) / size
     };
-    // Not `f64::max`: it drops NaN.
+    // Not `f64::max`, which drops NaN.
     (0..4)
         .map(one)
         .fold(0.0, |worst, x| if x <= worst { worst } else { x })

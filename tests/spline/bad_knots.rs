@@ -1,4 +1,4 @@
-//! Times outside of a spline, and bad knots.
+//! Times outside a spline, and bad knots.
 
 use faer::{Mat, Scale};
 use stiefel_rs::spline::{EndCondition, EndConditions, Outside, SplineOptions, cubic_spline};
@@ -92,14 +92,14 @@ fn bad_knots_are_named() {
     ));
     let said = solve(&t, &points, &natural).unwrap_err().to_string();
     assert!(said.starts_with("knots 1 and 2: "), "{said}");
-    // Components of O(n).
+    // Different components of O(n).
     let (t, mut points) = walk((3, 3), 4, 0.5, 14);
     points[3] = &points[3] * Scale(-1.0);
     assert!(matches!(
         solve(&t, &points, &natural),
         Err(Error::AtKnot { knot: 2, source }) if matches!(*source, Error::DifferentComponents { n: 3 })
     ));
-    // A tolerance that nothing meets.
+    // A tolerance that cannot be met.
     for tolerance in [0.0, 1e-16, 1.0, f64::NAN] {
         let options = SplineOptions {
             tolerance,

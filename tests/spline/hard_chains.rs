@@ -1,4 +1,4 @@
-//! Knots far apart, long chains, many dimensions.
+//! Distant knots, long chains, many dimensions.
 
 use faer::Mat;
 use stiefel_rs::Curve;
@@ -10,7 +10,7 @@ use crate::smoothness::{MET, SMOOTH, acceleration, jump, spline, velocity};
 
 #[test]
 fn knots_far_apart_are_joined() {
-    // Where space is far from flat along a leg: descents, Newton by GMRES in many dimensions.
+    // Space is far from flat along a leg: descents, or Newton's method by GMRES in many dimensions.
     for (shape, step, count) in [
         ((3, 1), 1.6, 12),
         ((3, 1), 2.2, 4),
@@ -28,7 +28,7 @@ fn knots_far_apart_are_joined() {
                 assert_within(distance(&curve.point(*t).unwrap(), point), MET, &name);
             }
             assert_within(jump(&curve, velocity), SMOOTH, &name);
-            // Of accelerations of up to 50.
+            // Relative to accelerations of up to 50.
             assert_within(jump(&curve, acceleration), 10.0 * SMOOTH, &name);
         }
     }
@@ -36,7 +36,7 @@ fn knots_far_apart_are_joined() {
 
 #[test]
 fn hard_legs_do_not_hold_up_a_long_chain() {
-    // Steps from flat space do not reach the whole: some legs of many are hard.
+    // Steps from flat space do not solve the whole chain: some of its many legs are hard.
     let closed = |mut points: Vec<Mat<f64>>| {
         let last = points.len() - 1;
         points[last] = points[0].clone();
@@ -54,7 +54,7 @@ fn hard_legs_do_not_hold_up_a_long_chain() {
                 assert_within(distance(&curve.point(*t).unwrap(), point), MET, &name);
             }
             assert_within(jump(&curve, velocity), SMOOTH, &name);
-            // Of accelerations of up to 50.
+            // Relative to accelerations of up to 50.
             assert_within(jump(&curve, acceleration), 10.0 * SMOOTH, &name);
         }
     }
@@ -88,14 +88,14 @@ fn work_is_linear_in_the_number_of_knots() {
     };
     for shape in [(3, 2), (30, 2)] {
         let (few, many) = (work(shape, 40), work(shape, 640));
-        // The worst of more legs takes a few more steps of the iteration.
+        // With more legs, the worst one takes a few more steps of the iteration.
         assert!(many < 1.6 * few, "{shape:?}: {few} a knot, {many} a knot");
     }
 }
 
 #[test]
 fn a_descent_leads_around_a_closed_curve() {
-    // Three points a third of a great circle apart, and back.
+    // Three points a third of a great circle apart, and back to the first.
     let angle = |i: usize| 2.0943951023931953 * i as f64;
     let points: Vec<Mat<f64>> = (0..4)
         .map(|i| {
@@ -106,7 +106,7 @@ fn a_descent_leads_around_a_closed_curve() {
         .collect();
     let t = [0.0, 1.0, 2.0, 3.0];
     let (curve, _) = spline(&t, &points, &EndConditions::Periodic);
-    // The great circle at constant speed is a cubic without acceleration.
+    // The great circle at constant speed is a cubic with zero acceleration.
     assert_within(curve.cost().unwrap(), 1e-18, "cost");
 }
 

@@ -1,4 +1,4 @@
-//! Splines interpolate, are smooth and cost least; what carries them along; Hermite curves.
+//! Splines interpolate, are smooth and have least cost; equivariance; Hermite curves.
 
 use faer::{Mat, Scale};
 use stiefel_rs::cubic::{BoundaryOptions, IntegrationOptions};
@@ -25,7 +25,7 @@ fn natural_splines_interpolate_and_are_smooth() {
                 assert_within(curve.acceleration(t).unwrap().norm_l2(), SMOOTH, &name);
             }
             let dimensions = shape.0 * shape.1 - shape.1 * (shape.1 + 1) / 2;
-            // Steps of Newton's method below 8 dimensions, sweeps of collocation from there on.
+            // Newton steps below 8 dimensions, collocation sweeps from there on.
             let most = if dimensions < 8 { 20 } else { 30 };
             assert!(report.iterations <= most, "{name}");
         }
@@ -65,7 +65,7 @@ fn a_clamped_spline_through_a_cubic_is_that_cubic() {
             1e-9 * cubic.cost().unwrap(),
             "cost",
         );
-        // The same with the accelerations of both ends.
+        // The same with accelerations given at both ends.
         let end = |t: f64| EndCondition::Acceleration(cubic.acceleration(t).unwrap());
         let ends = EndConditions::Each(Box::new([end(0.0), end(2.0)]));
         let (curve, _) = spline(&t, &points, &ends);
@@ -98,7 +98,7 @@ fn a_closed_spline_is_smooth_where_it_closes() {
 
 #[test]
 fn the_natural_spline_costs_least() {
-    // Against the splines with other velocities at one knot: the cost is stationary, and least nearby.
+    // Compared with the splines with other velocities at one knot: the cost is stationary, and minimal nearby.
     for shape in [(3, 1), (3, 2), (4, 2)] {
         let (t, points) = walk(shape, 4, 0.6, 4);
         let (curve, _) = spline(&t, &points, &EndConditions::Natural);
@@ -124,7 +124,7 @@ fn the_natural_spline_costs_least() {
                 plus > cost && minus > cost,
                 "{shape:?}: {plus} {minus} {cost}"
             );
-            // Of second order: 1e-4 in the square of the change, times curvature of the cost.
+            // Of second order: 1e-4 for the squared change, times the curvature of the cost.
             assert_within(
                 (plus - minus).abs(),
                 0.1 * (plus + minus - 2.0 * cost),
@@ -219,7 +219,7 @@ fn hermite_curves_have_their_velocities() {
         .unwrap();
         let quick = geometric_hermite(&t, &views(&points), &views(&velocities)).unwrap();
         for i in 0..5 {
-            // Both sides of a knot.
+            // On both sides of a knot.
             for t in [t[i], (t[i] - 1e-13).max(t[0])] {
                 for (point, rate) in [
                     (exact.point(t).unwrap(), exact.derivative(t, 1).unwrap()),

@@ -1,4 +1,4 @@
-//! What splines and their derivatives do at the knots.
+//! Continuity of splines and of their derivatives at the knots.
 
 use faer::{Mat, Scale};
 use stiefel_rs::spline::{EndConditions, Piecewise, SplineOptions, cubic_spline};
@@ -19,7 +19,7 @@ pub const SHAPES: [(usize, usize); 9] = [
     (4, 4),
 ];
 
-/// Legs that miss their knot or jump by at most 1e-12, and evaluation.
+/// Defects of the legs of at most 1e-12, and round-off of the evaluation.
 pub const MET: f64 = 1e-11;
 
 /// Covariant acceleration at the knots of unequal legs, `1e-12 / h^2`.

@@ -1,4 +1,4 @@
-//! What is refused, and how.
+//! Refused input, and the errors for it.
 
 use faer::Mat;
 use stiefel_rs::spline::{EndConditions, SplineOptions, SplineVariation, cubic_spline};
@@ -137,7 +137,8 @@ fn other_ends_than_those_of_the_spline() {
 
 #[test]
 fn systems_that_do_not_fit_are_refused_before_they_are_made() {
-    // 140 knots in 435 dimensions: matrices and factors of 5.3e8 numbers. The rotations are equal: the curve is there at once.
+    // 140 knots in 435 dimensions: matrices and factors of 5.3e8 numbers. The rotations are equal, so that the curve
+    // itself is quick to compute.
     let (n, count) = (30, 140);
     let point = crate::common::random_point(n, n, &mut crate::common::Rng::new(9));
     let t: Vec<f64> = (0..count).map(f64::from).collect();
@@ -152,6 +153,6 @@ fn systems_that_do_not_fit_are_refused_before_they_are_made() {
         }
         other => panic!("{other}"),
     }
-    // Once for every piece when its ends are read: no equations are set up.
+    // One poll per piece when its ends are read; no equations are set up.
     assert!(asked < t.len(), "{asked}");
 }

@@ -1,4 +1,4 @@
-//! Families of data of splines, one for each parameter, and their derivatives.
+//! Families of data of splines with one parameter, and their derivatives.
 
 use faer::{Mat, MatRef, Scale};
 use stiefel_rs::spline::{
@@ -10,7 +10,7 @@ use stiefel_rs::{Curve, RiemannianCubic, Stiefel};
 use crate::common::{Rng, gaussian, random_tangent};
 use crate::knots::{views, walk};
 
-/// What is given at the ends.
+/// The end conditions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ends {
     Natural,
@@ -28,7 +28,7 @@ pub const ALL_ENDS: [Ends; 5] = [
     Ends::Periodic,
 ];
 
-/// Data, and directions in which they move.
+/// Data, and the directions in which they move.
 pub struct Family {
     pub ends: Ends,
     pub t: Vec<f64>,
@@ -36,11 +36,11 @@ pub struct Family {
     pub vectors: [Mat<f64>; 2],
     pub dt: Vec<f64>,
     pub ds: Vec<Mat<f64>>,
-    /// Ambient directions of the vectors at the ends, before these are made tangent.
+    /// Ambient directions of the vectors at the ends, before they are made tangent.
     pub shifts: [Mat<f64>; 2],
 }
 
-/// Data at one parameter.
+/// The data at one parameter.
 pub struct Data {
     pub t: Vec<f64>,
     pub points: Vec<Mat<f64>>,
@@ -149,7 +149,7 @@ impl Family {
         })
     }
 
-    /// Calls with the variation of the data.
+    /// Calls a function with the variation of the data.
     pub fn with_variation<T>(&self, call: impl FnOnce(&SplineVariation<'_>) -> T) -> T {
         let points = views(&self.ds);
         let ends = self.end_changes();
@@ -162,7 +162,7 @@ impl Family {
         })
     }
 
-    /// The change of a function with a gradient.
+    /// The product of a gradient with the variation of the data.
     pub fn product(&self, gradient: &SplineGradient) -> f64 {
         let points = gradient.points.iter().zip(&self.ds);
         let times = gradient.times.iter().zip(&self.dt);
@@ -189,7 +189,7 @@ impl Data {
         let ends = &self.conditions;
         match cubic_spline(&self.t, &views(&self.points), ends, &options) {
             Ok((curve, _)) => curve,
-            // Round-off may be above it.
+            // The vector may exceed the tolerance by round-off.
             Err(_) => {
                 let options = SplineOptions {
                     tolerance: 1e-12,
@@ -223,7 +223,7 @@ pub fn sampled(curve: &Piecewise<RiemannianCubic>, times: &[f64]) -> Vec<f64> {
     points.flat_map(|point| entries(&point)).collect()
 }
 
-/// Entries column by column.
+/// The entries by columns.
 pub fn entries(a: &Mat<f64>) -> Vec<f64> {
     a.col_iter().flat_map(|c| c.iter().copied()).collect()
 }

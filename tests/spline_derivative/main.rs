@@ -1,4 +1,4 @@
-//! Derivatives of splines with respect to their data, against differences and against their own transposes.
+//! Derivatives of splines with respect to their data, compared with differences and with their own transposes.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -14,7 +14,7 @@ use family::{ALL_ENDS, Ends, Family, difference, dot, entries, sampled};
 use stiefel_rs::spline::{Outside, SplineGradient};
 use stiefel_rs::{Curve, Interrupt};
 
-/// Spheres, `k < n`, `k = n`, `k = n - 1`; and points that span less than space.
+/// Spheres, `k < n`, `k = n`, `k = n - 1`; and points that do not span the whole space.
 const SHAPES: [(usize, usize); 8] = [
     (2, 1),
     (3, 1),
@@ -28,7 +28,7 @@ const SHAPES: [(usize, usize); 8] = [
 
 const COUNTS: [usize; 3] = [2, 3, 6];
 
-/// Times in all pieces, out of order, at knots too.
+/// Times in all pieces, unsorted, including knots.
 fn times(family: &Family) -> Vec<f64> {
     let (t, last) = (&family.t, family.t.len() - 1);
     let mut times = vec![t[last], t[0], t[1], t[0] + 0.3 * (t[1] - t[0])];
@@ -43,7 +43,7 @@ fn cases() -> impl Iterator<Item = (String, Family)> {
         .flat_map(|shape| COUNTS.map(|count| (shape, count)));
     sizes
         .flat_map(|(shape, count)| ALL_ENDS.map(|ends| (shape, count, ends)))
-        // A closed curve through one point stands still.
+        // A closed curve through one point is constant.
         .filter(|(_, count, ends)| *ends != Ends::Periodic || *count > 2)
         .map(|(shape, count, ends)| {
             let what = format!("{shape:?}, {count} knots, {ends:?}");
@@ -51,7 +51,7 @@ fn cases() -> impl Iterator<Item = (String, Family)> {
         })
 }
 
-/// Differences of steps 2e-3: 1e-12 of the solver over the step, and the fifth derivative times 5e-13.
+/// Differences with steps of 2e-3: the solver's 1e-12 divided by the step, and the fifth derivative times 5e-13.
 const DIFFERENCE: f64 = 1e-8;
 
 #[test]
@@ -110,12 +110,13 @@ fn pulling_back_is_the_transpose() {
         let expected: f64 = products.sum();
         let error = (family.product(&gradient) - expected).abs() / size(&gradient);
         println!("{what}: {error:.1e}");
-        // The condition of the system, below 100, times rounding of the solution: the curves are known to 1e-13.
+        // The condition number of the system, below 100, times the round-off of the solution: the curves are accurate
+        // to 1e-13.
         assert_within(error, 1e-11, &what);
     }
 }
 
-/// Of all that is summed.
+/// The size of all summands.
 fn size(gradient: &SplineGradient) -> f64 {
     let points = gradient.points.iter().chain(gradient.ends.iter().flatten());
     let times = gradient.times.iter().map(|x| x.abs()).sum::<f64>();
@@ -182,7 +183,7 @@ fn rotations_of_all_data_rotate_the_curve() {
         let turn = &g - g.transpose();
         family.dt.fill(0.0);
         family.ds = family.points.iter().map(|point| &turn * point).collect();
-        // The part of the vectors that is tangent turns with the points.
+        // The tangent part of the vectors rotates with the points.
         family.shifts = family.vectors.each_ref().map(|v| &turn * v);
         let data = family.at(0.0);
         let curve = data.spline();
@@ -198,7 +199,8 @@ fn rotations_of_all_data_rotate_the_curve() {
         for (found, t) in found.iter().zip(&times) {
             let expected = &turn * curve.point(*t).unwrap();
             let error = frobenius((found - &expected).as_ref());
-            // Splines meet their points to 1e-12, which the rotation and the condition of the system, about 10, multiply.
+            // Splines pass their points to 1e-12, multiplied by the rotation and the condition number of the system,
+            // about 10.
             let bound = 1e-11 * frobenius(turn.as_ref());
             assert_within(error, bound, &format!("{what} at {t}"));
         }
@@ -207,7 +209,7 @@ fn rotations_of_all_data_rotate_the_curve() {
 
 #[test]
 fn equal_points_stand_still_until_they_are_moved_apart() {
-    // In flat space, and to the first order on any: the natural spline through 0, 1, 0 is 11/16 at 1/2.
+    // In flat space, and to first order on every manifold: the natural spline through 0, 1, 0 is 11/16 at 1/2.
     for shape in [(3, 3), (3, 1), (5, 2)] {
         let mut family = Family::new(shape, 3, Ends::Natural, 3);
         family.points = vec![family.points[0].clone(); 3];

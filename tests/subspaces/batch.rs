@@ -27,7 +27,7 @@ fn views(problems: &[[Mat<f64>; 4]]) -> Vec<[MatRef<'_, f64>; 4]> {
         .collect()
 }
 
-/// In all bits.
+/// Bit patterns.
 fn bits(solution: &BoundarySolution) -> Vec<u64> {
     let matrices = [&solution.acceleration, &solution.jerk];
     let entries = matrices
@@ -127,7 +127,7 @@ fn the_whole_space_and_permuted_coordinate_columns() {
     }
 }
 
-/// At any question: batches, guesses and searches end with it.
+/// At every poll: batches, guesses and searches stop.
 #[test]
 fn interrupts_end_everything() {
     let mut rng = Rng::new(74);
@@ -152,7 +152,7 @@ fn interrupts_end_everything() {
         let is_stopped = |error: Option<Error>, what: &str| {
             let asked = count.swap(0, Ordering::Relaxed);
             assert!(matches!(error, Some(Error::Interrupted { .. })), "{what}");
-            // No question is asked after the one that is answered by yes, but for those of other threads.
+            // After the poll that is answered with yes, only other threads may still poll.
             assert!(asked <= last + 4, "{what}: {asked} questions");
         };
         is_stopped(

@@ -1,4 +1,4 @@
-//! Derivatives of periodic splines with respect to the data, against differences, and transposed.
+//! Derivatives of periodic splines with respect to the data, compared with differences, and transposed.
 
 use faer::{Mat, MatRef, Scale};
 use stiefel_rs::spline::{EndConditions, Piecewise, SplineOptions, SplineVariation, cubic_spline};
@@ -23,7 +23,7 @@ fn spline(t: &[f64], points: &[Mat<f64>], tension: f64) -> Piecewise<RiemannianC
         .0
 }
 
-/// A closed spline of which the data are the bases that it has at its knots, and the turn between the first and the last of them.
+/// A closed spline whose data are its own bases at the knots, and the rotation between the first and the last of them.
 struct Closed {
     points: Vec<Mat<f64>>,
     moves: Vec<Mat<f64>>,
@@ -51,7 +51,7 @@ impl Closed {
         }
     }
 
-    /// The spline of the data moved by `s`.
+    /// The spline through the data moved by `s`.
     fn of(&self, t: &[f64], s: f64) -> Piecewise<RiemannianCubic> {
         let pairs = self.points.iter().zip(&self.moves);
         let points: Vec<Mat<f64>> = pairs.map(|(y, p)| family(y, p, &[], s).remove(0)).collect();
@@ -133,7 +133,7 @@ fn the_closing_condition_knows_the_turn_of_the_basis() {
     let derivative = curve
         .data_derivative(&EndConditions::Periodic, Interrupt::NEVER)
         .unwrap();
-    // Without the turn the last subspace would leave the first one.
+    // Without the rotation, the last subspace would differ from the first one.
     let mut moves = data.moves.clone();
     moves[4] = moves[0].clone();
     let moves: Vec<MatRef<'_, f64>> = moves.iter().map(view).collect();
@@ -148,7 +148,8 @@ fn the_closing_condition_knows_the_turn_of_the_basis() {
     assert!(matches!(error, Error::AtKnot { knot: 4, .. }), "{error}");
 }
 
-/// Rotations move the curve along; coordinate planes have symmetric data, and a loop of lines has the opposite basis at its end.
+/// Rotations move the curve along; coordinate planes are symmetric data, and a loop of lines ends with the opposite
+/// basis.
 #[test]
 fn rotations_of_everything_at_coordinate_planes_and_lines() {
     let rotation = |n: usize| {
@@ -207,7 +208,7 @@ fn rotations_of_everything_at_coordinate_planes_and_lines() {
     }
 }
 
-/// Reflections are an isometric embedding, four times the cost.
+/// Reflections are an isometric embedding up to scale, with four times the cost.
 #[test]
 fn the_gradient_of_the_cost_is_that_of_reflections() {
     let mut rng = Rng::new(43);
@@ -241,7 +242,7 @@ fn the_gradient_of_the_cost_is_that_of_reflections() {
     }
 }
 
-/// Nothing moves, and no time matters.
+/// The manifold is a single point: nothing moves, and times are irrelevant.
 #[test]
 fn derivatives_in_the_whole_space_are_zero() {
     let mut rng = Rng::new(45);

@@ -1,4 +1,4 @@
-//! Derivatives with respect to the data, against differences, and transposed.
+//! Derivatives with respect to the data, compared with differences, and transposed.
 
 use faer::{Mat, MatRef, Scale};
 use stiefel_rs::cubic::{
@@ -14,7 +14,7 @@ use crate::{horizontal, view};
 
 const SHAPES: [(usize, usize); 5] = [(3, 1), (4, 2), (3, 2), (7, 3), (20, 2)];
 
-/// Steps of differences: the error of those of fourth order is 1e-11 and less, round-off as much.
+/// Step of differences: errors of fourth-order differences and round-off are both at most about 1e-11.
 const STEP: f64 = 1e-3;
 
 pub(crate) fn vector(y: &Mat<f64>, size: f64, rng: &mut Rng) -> Mat<f64> {
@@ -29,7 +29,7 @@ fn generator(y: &Mat<f64>, p: &Mat<f64>) -> Mat<f64> {
     p * y.transpose() - y * p.transpose()
 }
 
-/// A basis and vectors at it along a family, and what their derivatives are.
+/// A basis and vectors at it along a family, and their derivatives.
 pub(crate) fn family(
     y: &Mat<f64>,
     p: &Mat<f64>,
@@ -46,7 +46,7 @@ fn slope(y: &Mat<f64>, p: &Mat<f64>, v: &Mat<f64>, w: &Mat<f64>) -> Mat<f64> {
     generator(y, p) * v + w
 }
 
-/// Of fourth order, at 0.
+/// The derivative at 0, to fourth order.
 pub(crate) fn difference(f: impl Fn(f64) -> Mat<f64>) -> Mat<f64> {
     let pair = |s: f64| f(s) - f(-s);
     (pair(STEP) * Scale(8.0) - pair(2.0 * STEP)) * Scale(1.0 / (12.0 * STEP))

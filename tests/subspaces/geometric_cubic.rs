@@ -1,4 +1,4 @@
-//! Geometric cubics of subspaces from boundary data, and many of them one after the other.
+//! Geometric cubics of subspaces from boundary data, and several consecutive ones.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -31,7 +31,7 @@ fn boundary_data_are_met() {
             });
             let [y0, y1] = [view(&ends[0]), view(&ends[1])];
             let Ok(curve) = SubspacePolynomial::from_boundary(y0, view(&v0), y1, view(&v1)) else {
-                // Inner control points more than a right angle apart.
+                // Inner control points at a principal angle above pi/2.
                 assert!(speed > 1.0, "{shape:?}");
                 continue;
             };
@@ -62,7 +62,7 @@ fn boundary_data_are_met() {
     worst.assert_at_most(4e-14);
 }
 
-/// Geometric cubics one after the other: bases go on, velocities are met from both sides.
+/// Consecutive geometric cubics: bases are continuous, and velocities agree from both sides.
 #[test]
 fn pieces_through_many_subspaces() {
     let mut rng = Rng::new(41);
@@ -99,7 +99,7 @@ fn pieces_through_many_subspaces() {
         }
     }
     worst.assert_at_most(4e-14);
-    // A right angle, and a velocity that is too long, at their knots.
+    // A right angle, and a velocity that is too long, each at its knot.
     let e = Mat::<f64>::identity(3, 3);
     let lines = [0, 0, 1].map(|i| e.col(i).as_mat().to_owned());
     let rest = Mat::<f64>::zeros(3, 1);

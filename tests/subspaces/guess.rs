@@ -1,4 +1,4 @@
-//! Boundary values with a guess: the solution near to it, and what becomes of guesses that lead nowhere.
+//! Boundary values with a guess: the solution near it, and guesses that do not converge.
 
 use faer::{Mat, Scale};
 use stiefel_rs::cubic::{BoundaryOptions, IntegrationOptions, RiemannianCubic};
@@ -8,7 +8,7 @@ use crate::common::{Rng, assert_close, assert_within, gaussian, random_orthogona
 use crate::derivative::vector;
 use crate::{SHAPES, horizontal, view};
 
-/// `[Y0, V0, Y1, V1]` of a cubic, the last two in terms of any basis, and the cubic.
+/// `[Y0, V0, Y1, V1]` of a cubic, the last two in terms of an arbitrary basis, and the cubic.
 fn known(
     (n, k): (usize, usize),
     sizes: [f64; 3],
@@ -68,7 +68,7 @@ fn the_solution_near_a_guess_is_found_where_without_one_another_is() {
             let cost = found.cost().unwrap();
             let other = match between(&data, None, tension) {
                 Ok(other) => other.cost().unwrap(),
-                // So fast data may take more work than is allowed.
+                // Such fast data may exceed the work limit.
                 Err(Error::NoConvergence { .. }) => continue,
                 Err(error) => panic!("{what}: {error}"),
             };
@@ -182,7 +182,7 @@ fn a_guess_in_the_whole_space_and_at_the_same_subspace() {
     let found = between(&data, Some([&rest, &rest]), 0.0).unwrap();
     assert_eq!(found.cost().unwrap(), 0.0);
     assert_close(&found.point(1.0).unwrap(), &first, 1e-14, "whole");
-    // Coordinate columns, and the same ones permuted.
+    // Coordinate columns, and a permutation of them.
     let y0 = Mat::<f64>::identity(4, 4).subcols(0, 2).to_owned();
     let swapped = Mat::from_fn(4, 2, |i, j| y0[(i, 1 - j)]);
     let rest = Mat::zeros(4, 2);

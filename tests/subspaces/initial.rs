@@ -1,4 +1,4 @@
-//! Initial values: the Taylor method and the splittings against those of reflections.
+//! Initial values: the Taylor method and the splittings, compared with reflections.
 
 use faer::{Mat, Scale};
 use stiefel_rs::cubic::{
@@ -131,7 +131,7 @@ fn momentum_is_conserved() {
             curve.jerk(1.0),
         ]
         .map(|x| x.unwrap());
-        // Round-off of the point is off the tangent space.
+        // The round-off of the point is a defect of the tangent vectors.
         let [v, a, j] = [v, a, j].map(|x| horizontal(view(&y), view(&x)));
         let later = cubic(&[y, v, a, j], &SUBSPACES);
         assert_close(
@@ -193,7 +193,7 @@ fn splittings_of_all_orders_converge_to_the_curve_and_keep_their_integrals() {
                     assert_within((end.transpose() * velocity).norm_l2(), 1e-12, "horizontal");
                     distance(&end, &exact)
                 });
-                // Half of the order, or round-off.
+                // A factor of 2.5 below the order, or round-off.
                 let wanted = 2.0_f64.powi(power) / 2.5;
                 let is_met = errors[1] < 1e-12 || errors[0] / errors[1] > wanted;
                 assert!(

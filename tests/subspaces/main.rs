@@ -1,4 +1,4 @@
-//! Curves of subspaces: against reflections, which put the Grassmann manifold into the orthogonal matrices.
+//! Curves of subspaces: compared with reflections, which embed the Grassmann manifold in the orthogonal matrices.
 
 mod batch;
 mod boundary;
@@ -27,7 +27,7 @@ fn reflection(y: MatRef<'_, f64>) -> Mat<f64> {
     y * y.transpose() * Scale(2.0) - Mat::<f64>::identity(n, n)
 }
 
-/// What a horizontal vector at `y` becomes: `2 (V Y^T + Y V^T)`.
+/// The image of a horizontal vector at `y`: `2 (V Y^T + Y V^T)`.
 fn reflected(y: MatRef<'_, f64>, v: MatRef<'_, f64>) -> Mat<f64> {
     (v * y.transpose() + y * v.transpose()) * Scale(2.0)
 }
@@ -41,7 +41,7 @@ fn view(a: &Mat<f64>) -> MatRef<'_, f64> {
     a.as_ref()
 }
 
-/// Control points, each at a largest principal angle `step` from the one before, in bases turned at random.
+/// Control points, each at a largest principal angle `step` from the previous one, in randomly rotated bases.
 fn walk((n, k): (usize, usize), degree: usize, step: f64, rng: &mut Rng) -> Vec<Mat<f64>> {
     let manifold = Grassmann::new(n, k).unwrap();
     let mut points = vec![random_point(n, k, rng)];

@@ -1,4 +1,4 @@
-//! De Casteljau curves of subspaces: against those of reflections, and the equation of horizontal bases.
+//! De Casteljau curves of subspaces: compared with reflections, and the equation of horizontal bases.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -22,7 +22,8 @@ fn of_reflections(points: &[Mat<f64>]) -> GeometricPolynomial {
     GeometricPolynomial::try_from(&reflections[..]).unwrap()
 }
 
-/// Largest difference of point, velocity, acceleration and jerk, in terms of reflections, each over the size of it.
+/// The largest differences of point, velocity, acceleration and jerk, in terms of reflections, each relative to its
+/// size.
 fn from_reflections(curve: &impl Curve, oracle: &GeometricPolynomial, t: f64) -> [f64; 4] {
     let y = curve.point(t).unwrap();
     let vectors = [
@@ -60,7 +61,7 @@ fn spans_are_those_of_reflections() {
             }
         }
     }
-    // What the oracle's points are off the manifold, 32 eps n degree; a derivative more costs the same and a half.
+    // The distance of the oracle's points from the manifold, 32 eps n degree; each derivative multiplies it.
     for (worst, factor) in worst.iter().zip([32.0, 64.0, 128.0, 1024.0]) {
         worst.assert_at_most(factor * f64::EPSILON);
     }
@@ -141,7 +142,7 @@ fn bases_are_those_of_the_equation() {
             }
         }
     }
-    // The error of the method at this step: with twice as many steps it falls to a sixteenth.
+    // The error of the method with this step; with half the step it is a sixteenth.
     worst.assert_at_most(2e-12);
 }
 
@@ -172,7 +173,7 @@ fn other_bases_give_the_same_subspaces() {
     worst.assert_at_most(1e-12);
 }
 
-/// The next derivative against a difference of the last one, of eighth order; outside of the interval too.
+/// Each derivative compared with an eighth-order difference of the previous one, also outside the interval.
 #[test]
 fn derivatives_are_those_of_the_position() {
     let mut rng = Rng::new(36);
@@ -199,7 +200,7 @@ fn derivatives_are_those_of_the_position() {
     worst.assert_at_most(1e-10);
 }
 
-/// Lines of the plane: the polynomial of the angle, until an intermediate angle is a right one.
+/// Lines in the plane: a polynomial of the angle, until an intermediate angle is a right angle.
 #[test]
 fn lines_of_the_plane_have_a_polynomial_as_their_angle() {
     let points = [line(0.0), line(1.2), -line(0.3), line(1.8)];
@@ -209,7 +210,7 @@ fn lines_of_the_plane_have_a_polynomial_as_their_angle() {
         let u = 1.0 - t;
         let angle = 3.0 * u * u * t * 1.2 + 3.0 * u * t * t * 0.3 + t * t * t * 1.8;
         let slope = 3.6 * (u * u - 2.0 * u * t) + 0.9 * (2.0 * u * t - t * t) + 5.4 * t * t;
-        // Between the two points of the last stage, which is the first to end: at -0.0812 and 1.0145.
+        // The last stage, whose two points are the first to become orthogonal: at -0.0812 and 1.0145.
         let last = 1.2 - 4.2 * t + 4.5 * t * t;
         let found = curve.point(t);
         if last.abs() < FRAC_PI_2 && (-0.1..=1.1).contains(&t) {
@@ -249,7 +250,7 @@ fn degree_one_is_the_geodesic() {
     }
 }
 
-/// Coordinate columns, repeated angles, equal points, all of the space.
+/// Coordinate columns, repeated angles, equal points, the whole space.
 #[test]
 fn degenerate_points() {
     let mut rng = Rng::new(38);
@@ -257,7 +258,7 @@ fn degenerate_points() {
         let identity = Mat::<f64>::identity(n, n);
         Mat::from_fn(n, which.len(), |i, j| identity[(i, which[j])])
     };
-    // The same plane three times, its columns exchanged.
+    // The same plane three times, with its columns exchanged.
     let same = [
         columns(5, &[1, 3]),
         columns(5, &[3, 1]),
@@ -277,7 +278,7 @@ fn degenerate_points() {
         "constant, far away",
     );
     assert_within(curve.cost().unwrap(), 1e-25, "constant");
-    // All of the space is one point.
+    // The manifold is a single point.
     let whole = [
         cyclic_permutation(4),
         Mat::identity(4, 4),
@@ -286,7 +287,7 @@ fn degenerate_points() {
     let curve = polynomial(&whole);
     assert_close(&curve.point(0.7).unwrap(), &whole[0], 1e-14, "k = n");
     assert_within(curve.arc_length(0.0, 1.0).unwrap(), 1e-13, "k = n");
-    // Both principal angles the same: coordinate planes that turn into one another.
+    // Equal principal angles: coordinate planes that rotate into one another.
     let (a, b) = (columns(6, &[0, 1]), columns(6, &[2, 3]));
     let c = columns(6, &[4, 5]);
     let between = |x: &Mat<f64>, y: &Mat<f64>, angle: f64| {
@@ -334,7 +335,7 @@ fn right_angles_are_errors_with_the_angle() {
     );
 }
 
-/// Up to angles next to pi/2 with the accuracy that the least cosine leaves.
+/// Up to angles near pi/2, with the accuracy that the least cosine allows.
 #[test]
 fn angles_next_to_a_right_one() {
     let mut rng = Rng::new(39);
@@ -353,7 +354,7 @@ fn angles_next_to_a_right_one() {
         }
         worst.assert_at_most(1e-14 / gap);
     }
-    // Nearer than frames go: lines of the plane, the angle of which is linear.
+    // Closer than frames allow: lines in the plane, whose angle is linear.
     for gap in [1e-7, 1e-10] {
         let step = FRAC_PI_2 - gap;
         let points = [0.0, step, 2.0 * step, 3.0 * step].map(line);
@@ -370,7 +371,7 @@ fn angles_next_to_a_right_one() {
     }
 }
 
-/// Many columns and high degrees: pieces are resolved to round-off all the same.
+/// Many columns and high degrees: pieces are still resolved to round-off.
 #[test]
 fn large_subspaces_and_high_degrees() {
     let mut rng = Rng::new(42);

@@ -1,4 +1,4 @@
-//! Several solutions of one boundary problem: against products of circles, and lines orthogonal to planes.
+//! Several solutions of one boundary problem: compared with products of circles, and with lines orthogonal to planes.
 
 use faer::{Mat, Scale};
 use stiefel_rs::cubic::{IntegrationOptions, RiemannianCubic, SearchOptions};
@@ -21,13 +21,13 @@ fn costs(curves: &[RiemannianCubic]) -> Vec<f64> {
     curves.iter().map(|curve| curve.cost().unwrap()).collect()
 }
 
-/// Different cubics with the given ends, the cheapest first.
+/// Distinct cubics with the given ends, cheapest first.
 fn check(found: &[RiemannianCubic], data: &[Mat<f64>; 4], what: &str) {
     let costs = costs(found);
     assert!(costs.is_sorted(), "{what}: {costs:?}");
     for (i, curve) in found.iter().enumerate() {
         let (end, velocity) = (curve.point(1.0).unwrap(), curve.derivative(1.0, 1).unwrap());
-        // The speed along the curve, more or less.
+        // Approximate speed along the curve.
         let speed = 1.0 + costs[i].sqrt();
         let (start, first) = (curve.point(0.0).unwrap(), curve.derivative(0.0, 1).unwrap());
         assert_close(&start, &data[0], 1e-12, what);
@@ -127,7 +127,7 @@ fn planes_of_space_have_the_solutions_of_their_normals() {
             seen += lines.iter().filter(is_seen).count();
         }
     }
-    // Measured 91 of 164: those that cost most are left out by the descents.
+    // Measured: 91 of 164; the descents miss the most expensive ones.
     assert!(
         2 * seen >= wanted,
         "{seen} of {wanted} solutions on the sphere"

@@ -1,4 +1,4 @@
-//! Splines against those of reflections.
+//! Splines, compared with reflections.
 
 use faer::{Mat, MatRef, Scale};
 use stiefel_rs::spline::{
@@ -10,7 +10,7 @@ use stiefel_rs::{Curve, Error, Quotient, RiemannianCubic};
 use crate::common::{Rng, assert_close, assert_within, gaussian, random_orthogonal, random_point};
 use crate::{SHAPES, horizontal, reflected, reflection, view};
 
-/// Bases at some distance from one another, each turned at random.
+/// Bases at the given distance from one another, each randomly rotated.
 pub(crate) fn bases(
     (n, k): (usize, usize),
     count: usize,
@@ -107,7 +107,7 @@ fn splines_are_those_of_reflections() {
     }
 }
 
-/// That a spline on `[0, 4.1]` is that of reflections, and its bases do not turn.
+/// Checks that a spline on `[0, 4.1]` agrees with reflections, and that its bases do not rotate within the subspaces.
 pub fn check(curve: &impl Curve, oracle: &impl Curve, what: &str) {
     let mut before: Option<Mat<f64>> = None;
     for i in 0..=82 {

@@ -1,4 +1,4 @@
-//! Velocities from subspaces alone: against spheres, against logarithms and transports.
+//! Velocities from subspaces alone: compared with spheres, and with logarithms and transports.
 
 use faer::{Mat, MatRef, Scale};
 use stiefel_rs::spline::{
@@ -27,7 +27,7 @@ fn of_subspaces(t: &[f64], points: &[Mat<f64>], estimate: VelocityEstimate) -> V
     estimate_velocities(t, &views(points), estimate, Quotient::Subspaces).unwrap()
 }
 
-/// The same points, each with a basis of its own.
+/// The same points, each with a different basis.
 fn turned(points: &[Mat<f64>], rng: &mut Rng) -> [Vec<Mat<f64>>; 2] {
     let turns: Vec<Mat<f64>> = points
         .iter()
@@ -41,7 +41,7 @@ fn turned(points: &[Mat<f64>], rng: &mut Rng) -> [Vec<Mat<f64>>; 2] {
 fn lines_are_points_of_the_sphere() {
     let mut rng = Rng::new(31);
     for n in [2, 3, 5, 40] {
-        // Within a half sphere, where near lines are near points.
+        // Within a half sphere, where nearby lines are nearby points.
         let mut on_sphere = bases((n, 1), T.len(), 0.3, &mut rng);
         for i in 1..T.len() {
             let inner = (on_sphere[i - 1].transpose() * &on_sphere[i])[(0, 0)];
@@ -72,7 +72,7 @@ fn lines_are_points_of_the_sphere() {
 
 #[test]
 fn a_loop_of_lines_is_a_loop_on_the_circle_of_twice_the_angle() {
-    // Once around: the last line is the first one, its basis the opposite one.
+    // A full loop: the last line is the first one, with the opposite basis.
     let (t, turn) = ([0.0, 0.7, 1.8, 2.9, 3.5], std::f64::consts::PI);
     let angles = [0.2, 0.9, 1.5, 2.6, 0.2 + turn];
     let lines = angles.map(|a: f64| faer::mat![[a.cos()], [a.sin()]]);
@@ -241,7 +241,7 @@ fn geodesics_have_their_velocity() {
     }
 }
 
-/// Errors inside of samples of a fixed smooth curve, for 16 to 256 legs of unequal length, as a slope.
+/// Slope of the errors at interior samples of a fixed smooth curve, for 16 to 256 legs of unequal length.
 fn order((n, k): (usize, usize), estimate: VelocityEstimate) -> f64 {
     let mut rng = Rng::new(36);
     let y = random_point(n, k, &mut rng);
@@ -288,7 +288,7 @@ fn orders_of_the_estimates() {
 
 #[test]
 fn coordinate_columns_permutations_and_the_whole_space() {
-    // Planes of the first two axes, in another order each, and one that is turned by 0.3 into the third axis.
+    // Planes of the first two axes, each in another order, and one rotated by 0.3 towards the third axis.
     let e = Mat::<f64>::identity(4, 4);
     let (sin, cos) = 0.3_f64.sin_cos();
     let moved = e.as_ref().col(0) * Scale(cos) + e.as_ref().col(2) * Scale(sin);

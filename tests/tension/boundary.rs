@@ -1,4 +1,4 @@
-//! Boundary problems in tension: solved, stationary, their derivatives, and what large tensions tend to.
+//! Boundary problems in tension: solutions, stationarity, derivatives, and limits for large tension.
 
 use faer::{Mat, Scale};
 use stiefel_rs::cubic::{BoundaryOptions, BoundaryVariation};
@@ -105,7 +105,7 @@ fn random_problems_are_solved() {
     }
 }
 
-/// `int |A|^2 + tau |V|^2` by its own cost, and by what the curve says of its parts.
+/// `int |A|^2 + tau |V|^2` by the curve's own cost, and from its parts.
 #[test]
 fn cost_is_what_is_minimised() {
     let mut rng = Rng::new(3);
@@ -130,7 +130,7 @@ fn cost_is_what_is_minimised() {
         };
         (0..=count).map(|i| weight(i) * speed(i)).sum::<f64>() / (3.0 * f64::from(count))
     };
-    // Each is the cheaper one by its own measure, and the least cost has the slope int |V|^2.
+    // Each is cheaper by its own measure, and the slope of the least cost is int |V|^2.
     let theirs_by_mine = cost(&theirs) - (other - tension) * square(&theirs);
     assert!(
         cost(&mine) < theirs_by_mine,
@@ -151,7 +151,7 @@ fn derivatives_are_those_of_the_solutions() {
         let data = Data::random(shape, 1.2, 1.5, &mut rng);
         let options = in_tension(7.0);
         let curve = data.solve_with(&options).unwrap();
-        // The end moves along a geodesic with its velocity carried.
+        // The end moves along a geodesic that carries its velocity.
         let w = random_tangent(&data.s1, 1.0, &mut rng);
         let moved = |h: f64| {
             let way = Geodesic::from_velocity(data.s1.as_ref(), (&w * Scale(h)).as_ref()).unwrap();
@@ -171,7 +171,7 @@ fn derivatives_are_those_of_the_solutions() {
         let rate = |a: &Mat<f64>, b: &Mat<f64>| (a - b) * Scale(0.5 / h);
         let rest = Mat::zeros(shape.0, shape.1);
         let [ds1, dv1] = [rate(&up.s1, &down.s1), rate(&up.v1, &down.v1)];
-        // Tangent to round-off: differences are so up to h^2.
+        // Tangent to round-off; a difference quotient is tangent only up to h^2.
         let manifold = stiefel_rs::Stiefel::new(shape.0, shape.1).unwrap();
         let ds1 = manifold
             .project_tangent(data.s1.as_ref(), ds1.as_ref())
@@ -215,7 +215,8 @@ fn large_tensions_tend_to_geodesics() {
             let exact = geodesic.derivative(0.5, 1).unwrap();
             distance(&curve.derivative(0.5, 1).unwrap(), &exact) / frobenius(exact.as_ref())
         };
-        // From rest to rest along a line the velocity in the middle is (1 - sech(theta/2)) / (1 - 2 tanh(theta/2) / theta).
+        // From rest to rest along a line, the velocity in the middle is (1 - sech(theta/2)) / (1 - 2 tanh(theta/2) /
+        // theta).
         let speed = |theta: f64| {
             let half = 0.5 * theta;
             (1.0 - half.cosh().recip()) / (1.0 - half.tanh() / half) - 1.0

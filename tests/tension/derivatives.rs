@@ -1,4 +1,4 @@
-//! Derivatives of splines in tension: by differences of other solutions, and the transposed ones by the forward ones.
+//! Derivatives of splines in tension: forward ones compared with differences, transposed ones with the forward ones.
 
 use faer::{Mat, MatRef, Scale};
 use stiefel_rs::spline::{EndConditions, SplineOptions, SplineVariation, cubic_spline};

@@ -46,7 +46,7 @@ fn angles_on_a_circle_are_hyperbolic() {
         let curve = curve(&[s, v, a, j], theta * theta, t_end);
         for t in [0.5 * t_end, t_end] {
             let [s, along] = point(angle.at(t, 0));
-            // Round-off of the start grows as the angle does: by e^6 at the most.
+            // Round-off of the start grows as the angle does, by at most e^6.
             let bound = 1e3 * EPS * (1.0 + angle.at(t, 1).abs());
             let what = format!("{theta} at {t}");
             assert_close(&curve.point(t).unwrap(), &s, bound, &what);
@@ -62,7 +62,7 @@ fn tension_has_the_unit_of_a_rate_squared() {
     let mut rng = Rng::new(5);
     let data = random_state((5, 2), &mut rng);
     let slow = curve(&data, 4.0, 1.0);
-    // Everything a hundred times as fast.
+    // A hundred times as fast.
     let [s, v, a, j] = &data;
     let fast = [s.clone(), v * Scale(1e2), a * Scale(1e4), j * Scale(1e6)];
     let fast = curve(&fast, 4e4, 0.01);
@@ -98,7 +98,7 @@ fn bounds_of_derivatives_hold() {
             .into_iter()
             .zip(largest)
         {
-            // 1e-3 is how far the enclosure goes, and a little is missed by samples.
+            // The enclosure is at most 1e-3 above, and samples miss a little.
             assert!(
                 largest <= bound && bound <= 1.0011 * largest,
                 "St({n},{k}): {largest} {bound}"

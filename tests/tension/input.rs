@@ -1,4 +1,4 @@
-//! Tensions that are none.
+//! Invalid tensions.
 
 use faer::mat;
 use stiefel_rs::cubic::{BoundaryOptions, IntegrationOptions, SplittingOptions, integrate_cubic};
@@ -73,7 +73,7 @@ fn boundary_problems_and_geometric_splines_say_what_they_take() {
     );
 }
 
-/// Huge tensions of initial values end with an error or with numbers.
+/// Huge tensions of initial values give an error or finite numbers.
 #[test]
 fn extreme_tensions_of_initial_values_are_integrated_or_refused() {
     let (s, v) = (mat![[1.0], [0.0]], mat![[0.0], [1.0]]);

@@ -1,4 +1,5 @@
-//! Cubics in tension: the equation, what is conserved, closed forms on a circle, boundary problems, splines, splittings.
+//! Cubics in tension: the equation, conserved quantities, closed forms on a circle, boundary problems, splines,
+//! splittings.
 
 #[path = "../common/boundary.rs"]
 mod boundary_data;

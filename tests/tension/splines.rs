@@ -21,8 +21,8 @@ fn views(points: &[Mat<f64>]) -> Vec<MatRef<'_, f64>> {
     points.iter().map(|x| x.as_ref()).collect()
 }
 
-/// Coefficients of `1, t, cosh(theta t), sinh(theta t)` on every leg, by all conditions at once; with the second, or the first
-/// derivatives at the ends.
+/// Coefficients of `1, t, cosh(theta t), sinh(theta t)` on every leg, from all conditions at once; with second or first
+/// derivatives given at the ends.
 fn flat(t: &[f64], angles: &[f64], theta: f64, ends: (usize, [f64; 2])) -> DVector<f64> {
     let legs = t.len() - 1;
     let mut matrix = DMatrix::zeros(4 * legs, 4 * legs);
@@ -109,7 +109,7 @@ fn angles_on_a_circle_are_splines_of_flat_space() {
     }
 }
 
-/// Points that follow one another at a distance.
+/// Consecutive points at the given distance.
 fn walk((n, k): (usize, usize), count: usize, far: f64, rng: &mut Rng) -> Vec<Mat<f64>> {
     let mut points = vec![random_point(n, k, rng)];
     for i in 1..count {
@@ -149,7 +149,7 @@ fn splines_are_twice_differentiable_and_pieces_know_their_tension() {
                     let pieces = &curve.pieces()[knot - 1..=knot];
                     let own = pieces[1].tension() / lengths[1].powi(2);
                     assert_within((own / tension - 1.0).abs(), 1e-13, "tension");
-                    // Each piece is made for [0, 1].
+                    // Each piece is parametrised by [0, 1].
                     let at = |which: usize| [1.0, 0.0][which];
                     for order in [0, 1] {
                         let [a, b] = [0, 1].map(|which| {
@@ -198,7 +198,8 @@ fn closed_splines_close() {
     assert_within(distance(&a, &b), 1e-10, "acceleration");
 }
 
-/// Moving a knot's velocity, with cubics in the same tension between, costs more by the square of it.
+/// Changing a knot's velocity, with cubics in the same tension in between, increases the cost by the square of the
+/// change.
 #[test]
 fn costs_are_stationary() {
     let mut rng = Rng::new(4);
@@ -212,7 +213,7 @@ fn costs_are_stationary() {
             &in_tension(with),
         )
         .unwrap();
-        // By its own measure less what the other tension counts more.
+        // The curve's own cost, minus the part due to the other tension.
         let own = curve.cost().unwrap();
         let square: f64 = (0..3000)
             .map(|i| {
@@ -230,7 +231,7 @@ fn costs_are_stationary() {
     let far = [4.8, 5.2].map(|with| cost(5.0, with) - least);
     for (near, far) in near.into_iter().zip(far) {
         assert!(near > 0.0, "{near}");
-        // Four times as much at twice the distance, up to the third power.
+        // Four times as much at twice the distance, up to third order.
         assert!((far / near - 4.0).abs() < 0.3, "{}", far / near);
     }
 }
@@ -260,7 +261,7 @@ fn without_time_for_it_tension_is_refused() {
     }
 }
 
-/// Up to the largest tension of a leg, of knots 0.6 to 0.9 apart at uneven times.
+/// Up to the largest tension of a leg, for knots 0.6 to 0.9 apart at uneven times.
 #[test]
 fn splines_are_found_up_to_the_largest_tension() {
     let mut lost = Vec::new();
