@@ -13,7 +13,8 @@ import time
 
 from . import case
 
-# Boundary value problems that are not solved are given up after about 25 s on St(9, 7), the largest shape drawn.
+# Boundary value problems that cannot be solved reach the work limit after about 25 s on St(9, 7), the largest shape
+# drawn.
 LIMIT = 60.0
 
 
@@ -39,14 +40,14 @@ def one(seed):
 
 
 def search(first, cases, seconds, limit, report=print):
-    """Run workers until the time or the cases are used up; [(seed, what)], the number of cases, the slow ones."""
+    """Run workers until time or cases are used up; return [(seed, what)], the number of cases, the slow ones."""
     found, slow, seed, last = [], [], first, first + cases
     end = time.monotonic() + seconds
     while (left := end - time.monotonic()) > 0 and seed < last:
         begun, finished = seed - 1, False
         with tempfile.TemporaryFile("w+") as errors:
             words = [sys.executable, "-m", "tests.fuzz.worker", str(seed), str(left), str(limit), str(last)]
-            # One thread for whatever does not ask for more: idle ones cost time of the processor.
+            # One thread unless a call asks for more: idle threads cost processor time.
             single = os.environ | {"RAYON_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
             with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=errors, text=True, env=single) as worker:
                 for line in worker.stdout:

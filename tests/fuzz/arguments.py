@@ -1,4 +1,4 @@
-"""Arguments that several entry points take, drawn at random."""
+"""Random arguments used by several entry points."""
 
 import numpy as np
 
@@ -11,7 +11,7 @@ THREADS = [1, 2, 3]
 
 
 def some(d, options):
-    """A random part of the keyword arguments."""
+    """A random subset of the keyword arguments."""
     return {name: value() for name, value in options.items() if d.chance(0.35)}
 
 

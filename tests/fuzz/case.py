@@ -1,4 +1,4 @@
-"""One case: a call, or a curve and a few calls of it, made of one integer."""
+"""One case, determined by an integer: a call, or a curve and a few of its calls."""
 
 import dataclasses
 import os
@@ -17,7 +17,7 @@ LONGEST = 6
 
 @dataclasses.dataclass
 class Finding:
-    """What was called, and what it did that it must not do."""
+    """A call, and its forbidden behaviour."""
 
     call: str
     outcome: str
@@ -41,7 +41,7 @@ def described(name, arguments, keywords):
 
 
 class Case:
-    """Draws and runs; `found` has what went wrong, `trace` what was called; `tell` hears of every call before it."""
+    """Draws and runs; `found` has the findings, `trace` the calls; `tell` is called before every call."""
 
     def __init__(self, source, tell=None):
         self.tell = tell
@@ -51,7 +51,7 @@ class Case:
         self.outcome = ""
 
     def twisted(self, arguments, keywords):
-        """Some of the arguments replaced; a missing and an unknown one are among the possible mistakes."""
+        """Some of the arguments replaced; missing and unknown arguments are possible mistakes."""
         d = self.draw
         arguments, keywords = list(arguments), dict(keywords)
         if d.chance(d.wild):
@@ -71,7 +71,7 @@ class Case:
     def call(self, name, function, arguments, keywords, finite=True):
         """Make one call and judge it; the result, or None."""
         inputs = [*arguments, *keywords.values()]
-        # Before the call, which may use up an iterator.
+        # Before the call, which may exhaust an iterator.
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             finite = finite and finite_input(inputs)
@@ -128,7 +128,7 @@ class Case:
         return self
 
     def sequence(self, curve, finite):
-        """Calls of one curve; whatever they do, it stays the curve that it was."""
+        """Calls of one curve, none of which may change the curve."""
         d = self.draw
         first = self.probe(curve)
         for _ in range(d.source.randrange(1, LONGEST)):
@@ -152,12 +152,12 @@ class Case:
 
 
 def run(seed):
-    """The case of `seed`."""
+    """Run the case of `seed`."""
     return elsewhere(Case(random.Random(seed)))
 
 
 def elsewhere(made):
-    """Run a case in a folder of its own: some of the words that are given for paths are good names of files."""
+    """Run a case in its own folder, since some of the words drawn as paths are valid file names."""
     home = os.getcwd()
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)

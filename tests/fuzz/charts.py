@@ -1,4 +1,4 @@
-"""Charts and their methods: name -> function of a `Draw` that gives (callable, arguments)."""
+"""Charts and their methods: name -> function of a `Draw` that returns (callable, arguments)."""
 
 import numpy as np
 
@@ -80,7 +80,8 @@ def shoot(d):
     data = [d.near(c.d, 0.1), d.small(c.d), d.near(c.d, 0.1), d.small(c.d)]
     guess = {"guess": lambda: d.of([None, (np.zeros(c.d), np.zeros(c.d)), 3, (), (np.zeros(c.d),), "ab"])}
     numbers = {"tol": lambda: d.number([1e-12, 1e-8]), "max_iterations": lambda: d.integer([0, 1, 50])}
-    # Steps are work that was asked for: shooting takes any number, since it stores one trajectory at the end.
+    # The number of steps is work that the caller asks for: shooting takes any number, since it only stores one
+    # trajectory at the end.
     return c.shoot, [*data, d.of([0, -1, 1, 4, 10])], {**stepping(d), **some(d, {**numbers, **guess})}
 
 

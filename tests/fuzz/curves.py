@@ -165,7 +165,7 @@ def duplicate(d, curve):
     return d.of([copy.copy, copy.deepcopy, lambda x: pickle.loads(pickle.dumps(x)), repr, hash]), [curve], {}
 
 
-# Of what `derivative` returns.
+# Attributes of the result of `derivative`.
 DERIVATIVE_METHODS = {
     "__call__": lambda d, c: (c.derivative(), [d.parameters(), d.integer([0, 1, 2])], some(d, parameters(d))),
     "derivative": lambda d, c: (c.derivative().derivative, [d.integer([0, 1, 2])], {}),

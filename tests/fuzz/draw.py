@@ -1,4 +1,4 @@
-"""Random arguments: points, tangent vectors, times and numbers, most of them good, some of them not."""
+"""Random arguments: points, tangent vectors, times and numbers, most of them valid, some not."""
 
 import array
 import decimal
@@ -19,7 +19,7 @@ DTYPES = [
 
 
 class Refuses:
-    """Looks like an array until one looks inside."""
+    """Looks like an array, but cannot be read."""
 
     def __array__(self, dtype=None, copy=None):
         raise ValueError("no array inside")
@@ -82,7 +82,7 @@ class Draw:
         self.rng = np.random.default_rng(source.getrandbits(64))
         self.n = source.choice([1, 2, 2, 2, 3, 3, 3, 3, 4, 4, 4, 5, 5, 6, 9])
         self.k = self.n - source.choice([0, 1, 2, 2, 3]) % self.n
-        # How wild the case is: in a third of them everything is good.
+        # How unusual the case is: in a third of them all arguments are valid.
         self.wild = source.choice([0.0, 0.15, 0.4])
         self.seen = []
 
@@ -92,7 +92,7 @@ class Draw:
     def of(self, values):
         return self.source.choice(values)
 
-    # Good values.
+    # Valid values.
 
     def orthonormal(self, n, k):
         kind = self.of(["eye", "signed", "random", "random", "random"])
@@ -105,7 +105,7 @@ class Draw:
         return np.linalg.qr(self.rng.standard_normal((n, k)))[0]
 
     def point(self):
-        """Of St(n, k): new, equal to the last one, opposite, or near."""
+        """A point of St(n, k): new, equal to the last one, opposite to it, or near it."""
         S = self.orthonormal(self.n, self.k)
         if self.seen and self.chance(0.5):
             last = self.seen[-1]
@@ -142,7 +142,7 @@ class Draw:
         return np.where(np.isfinite(V), V, 0.0)
 
     def tangent_of_some(self, S):
-        """At one of a batch of points, at all of them, or at the same number in another layout."""
+        """At one of a batch of points, at all of them, or at the same number of points in another layout."""
         S = np.asarray(S, float)
         return self.tangent(S.reshape(-1, *S.shape[-2:])[0] if S.size and self.chance(0.1) else S)
 
@@ -168,12 +168,12 @@ class Draw:
         return t
 
     def parameters(self):
-        """Where to evaluate a curve."""
+        """Parameters at which a curve is evaluated."""
         t = self.of([0.0, 1.0, 0.5, -0.5, 2.5, self.rng.uniform(0, 1, 3), self.rng.uniform(-1, 4, (2, 2)), np.zeros(0)])
         return self.of(SPECIAL) * self.of([1, -1]) if self.chance(self.wild) else t
 
     def near(self, d, spread=0.3):
-        """Coordinates inside of a chart."""
+        """Coordinates inside a chart."""
         q = 1.2 + self.rng.uniform(-spread, spread, d)
         return q
 
@@ -190,7 +190,7 @@ class Draw:
     def word(self, good):
         return self.of(["", "text", None, 3, 1.5, b"natural", ["natural"]]) if self.chance(self.wild) else self.of(good)
 
-    # Values made bad or unusual.
+    # Invalid or unusual values.
 
     def twisted(self, value):
         """The same argument in another dtype, layout or shape, with other entries, or something else altogether."""

@@ -1,4 +1,5 @@
-"""Every entry point with a way to draw its arguments: name -> function of a `Draw` that gives (callable, arguments).
+"""Every entry point, with a function that draws its arguments: name -> function of a `Draw` that returns
+(callable, arguments).
 
 Arguments that are named in the dictionary by a number are positional.
 """

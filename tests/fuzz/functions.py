@@ -1,4 +1,4 @@
-"""Functions and classes that are no curves: name -> function of a `Draw` that gives (callable, arguments)."""
+"""Functions and classes other than curves: name -> function of a `Draw` that returns (callable, arguments)."""
 
 import io
 import os
@@ -42,7 +42,7 @@ def integrate_embedded(d):
 
 
 def solved(*ends, **extra):
-    """Those of a batch that are solved: the others are not finite."""
+    """The solved problems of a batch: results of the others are not finite."""
     batch = stiefel_rs.solve_boundary(*ends, **extra)
     return [field[batch.converged] for field in batch]
 
@@ -54,7 +54,7 @@ def estimate(d):
 
 
 def damaged(content, d):
-    """Bytes of a file with some of them replaced, removed or doubled."""
+    """Bytes of a file, some of them replaced, removed or duplicated."""
     data = bytearray(content)
     for _ in range(d.of([0, 1, 1, 2, 5])):
         at = d.source.randrange(max(1, len(data)))
@@ -103,7 +103,7 @@ def load(d):
     content = stored(d)
     if d.chance(0.5):
         return load_bytes, [damaged(content, d)], {}
-    # A whole archive whose arrays are not those of a curve: all checks of the reader are reached.
+    # An intact archive whose arrays do not form a curve, which reaches all checks of the reader.
     with np.load(io.BytesIO(content)) as archive:
         form = {key: archive[key] for key in archive.files}
     for _ in range(d.of([1, 1, 2])):

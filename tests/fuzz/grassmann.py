@@ -1,4 +1,4 @@
-"""Methods of the Grassmann manifold: name -> function of a `Draw` that gives (callable, arguments)."""
+"""Methods of the Grassmann manifold: name -> function of a `Draw` that returns (callable, arguments)."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ def manifold(d):
 
 
 def horizontal(d, Y):
-    """Tangent vectors at one of a batch of points or at all of them; now and then not horizontal."""
+    """Tangent vectors at one of a batch of points or at all of them; sometimes not horizontal."""
     V = d.tangent_of_some(Y)
     if d.chance(d.wild) or V.shape != Y.shape:
         return V

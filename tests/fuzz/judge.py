@@ -1,4 +1,4 @@
-"""What a call may do: a result without NaN where the input had none, or an error that says something."""
+"""Allowed outcomes of a call: a result without NaN for input without NaN, or an informative error."""
 
 import math
 
@@ -11,7 +11,7 @@ DEPTH = 3
 
 
 def finite_input(values):
-    """Whether each of the arguments is, or may be read as, finite numbers; words count."""
+    """Whether each of the arguments consists of finite numbers, or can be converted to them; words count as finite."""
     for value in values:
         if isinstance(value, (str, bytes, bool, int)) or value is None or callable(value):
             continue
@@ -32,7 +32,7 @@ def attributes(thing):
 
 
 def not_finite(result, path="result", depth=DEPTH):
-    """Where a NaN or an infinity is, or None."""
+    """The first attribute with a NaN or an infinity, or None."""
     if isinstance(result, np.ndarray):
         if result.dtype.kind == "f" and not np.isfinite(result).all():
             return f"{path} has {np.count_nonzero(~np.isfinite(result))} entries that are not finite"

@@ -1,4 +1,4 @@
-"""Methods of the manifold: name -> function of a `Draw` that gives (callable, arguments)."""
+"""Methods of the manifold: name -> function of a `Draw` that returns (callable, arguments)."""
 
 from stiefel_rs import Stiefel
 
@@ -35,7 +35,7 @@ def compose(d):
 
 
 def composed(d):
-    """What belongs together by construction."""
+    """Consistent arguments by construction."""
     M, S = manifold(d), d.point()
     return M.compose, [S, *M.decompose(S, d.tangent(S))], {}
 

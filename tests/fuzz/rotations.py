@@ -1,4 +1,4 @@
-"""Splines of rotations and poses, made and evaluated: name -> function of a `Draw` that gives (callable, arguments)."""
+"""Splines of rotations and poses, evaluated: name -> function of a `Draw` that returns (callable, arguments)."""
 
 import numpy as np
 
@@ -11,7 +11,7 @@ FRAMES = ["body", "world"]
 
 
 def walk(d):
-    """Times and quaternions some angle apart, of any length; sometimes with a leading axis."""
+    """Times and quaternions a random angle apart, of any length; sometimes with a leading axis."""
     count, lead = d.of([2, 3, 6]), d.of([(), (), (2,)])
     t = np.cumsum(d.rng.uniform(0.2, 1.5, count)) + d.of([0.0, -3.0, 1e9])
     q = np.empty((*lead, count, 4))
@@ -42,7 +42,7 @@ def matrices(q):
 
 
 def evaluated(make, methods):
-    """Make a spline and take values of it between its ends and beyond."""
+    """Build a spline and evaluate it between its ends and beyond."""
 
     def call(*arguments, at=(0.0, 0.4, 1.0, 1.1), frame="body", **keywords):
         spline = make(*arguments, **keywords)

@@ -1,4 +1,4 @@
-"""Trajectories in files: name -> function of a `Draw` that gives (callable, arguments)."""
+"""Trajectories in files: name -> function of a `Draw` that returns (callable, arguments)."""
 
 import tempfile
 from pathlib import Path
@@ -24,7 +24,7 @@ def poses(d):
 
 
 def reading(read, name):
-    """Read a file of given bytes."""
+    """Read a file with the given bytes."""
 
     def call(content):
         if not isinstance(content, bytes):

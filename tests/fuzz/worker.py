@@ -1,4 +1,4 @@
-"""Runs cases one after the other and says which before each: `python -m tests.fuzz.worker FIRST SECONDS LIMIT`.
+"""Runs cases one after another and announces each: `python -m tests.fuzz.worker FIRST SECONDS LIMIT`.
 
 A line `begin SEED` comes before each case, `found SEED TEXT` after one that went wrong. What stops the process, a
 signal or the watchdog, so leaves the seed behind.
@@ -17,12 +17,12 @@ import numpy as np
 from . import case
 
 SLOW = 1.0
-# By how much the clock may run ahead of this process on a busy machine.
+# How far the wall clock may run ahead of this process on a busy machine.
 PATIENCE = 60.0
 
 
 def watch(limit):
-    """End the process after `limit` seconds of the processor, or a longer time by the clock; never for 0."""
+    """End the process after `limit` seconds of processor time, or a longer wall time; never if 0."""
     if hasattr(signal, "setitimer"):
         signal.setitimer(signal.ITIMER_PROF, limit)
     if limit:
@@ -52,7 +52,7 @@ def work(first, seconds, limit, last):
 
 
 if __name__ == "__main__":
-    # Curves are saved under any name, in a folder that goes away.
+    # Curves are saved under any name, in a temporary folder.
     with tempfile.TemporaryDirectory() as folder:
         here = os.getcwd()
         os.chdir(folder)

@@ -1,4 +1,4 @@
-"""Threads that run while compiled code runs, and signals that arrive then: without clocks, so on a busy machine too."""
+"""Threads that run, and signals that arrive, while compiled code runs; without clocks, so also on a busy machine."""
 
 import signal
 import sys
@@ -7,15 +7,15 @@ import time
 from contextlib import contextmanager
 from functools import partial
 
-# A process or an answer that is waited for longer hangs. No statement on speed.
+# A process or an answer that takes longer counts as hanging. This says nothing about speed.
 HANGS = 600
 
-# Longer than any test: a thread gets the interpreter where the other one gives it up, not after a time.
+# Longer than any test: a thread gets the interpreter when the other one releases it, not after a time.
 NEVER = 1000.0
 
 
 def wait_for(condition):
-    """Look every hundredth of a second until the condition holds."""
+    """Check every hundredth of a second until the condition holds."""
     for _ in range(100 * HANGS):
         if condition():
             return
@@ -29,7 +29,7 @@ class StoppedError(KeyboardInterrupt):
 
 @contextmanager
 def beside(other):
-    """Run `other` in a thread as soon as the body gives the interpreter lock up, which Python code does not."""
+    """Run `other` in a thread as soon as the body releases the interpreter lock, which pure Python code does not."""
     gate = threading.Lock()
 
     def wait():
@@ -50,7 +50,7 @@ def beside(other):
 
 
 class Handler:
-    """Raises `StoppedError` at the first signal, if that comes before the calls have ended."""
+    """Raises `StoppedError` at the first signal, if it arrives before the calls have ended."""
 
     def __init__(self):
         self.armed = True
@@ -89,6 +89,6 @@ def handled():
 
 
 def stopped_while_it_runs(call):
-    """The outcome of a call during which a signal arrives: once it has given up the interpreter lock."""
+    """The outcome of a call during which a signal arrives, after it has released the interpreter lock."""
     with handled() as handler, beside(partial(signal.raise_signal, signal.SIGINT)):
         return handler.outcome(call)

@@ -7,7 +7,7 @@ from stiefel_rs import Stiefel
 
 EPS = np.finfo(float).eps
 SHAPES = [(1, 1), (2, 1), (3, 1), (2, 2), (3, 2), (3, 3), (4, 2), (4, 4), (5, 3), (9, 2)]
-# Parameter of the metric and the weight of |Omega|^2 in it.
+# Parameter of the metric, and its weight of |Omega|^2.
 METRICS = {"canonical": 0.5, "euclidean": 1.0, 1.5: 0.2, -0.8: 2.5}
 
 
@@ -36,13 +36,13 @@ def norm(S, V, w=0.5):
 
 
 def exp(S, V, w=0.5):
-    """Geodesic of the metric of weight w, with matrices of full size."""
+    """Geodesic of the metric of weight w, with full-size matrices."""
     K, A = split(S, V)
     return expm(K @ H(S) - S @ H(K) + 2 * w * S @ A @ H(S)) @ S @ expm((1 - 2 * w) * A)
 
 
 def embed(S):
-    """The real frames that the library computes with."""
+    """The real frames with which the library computes."""
     return np.block([[S.real, -S.imag], [S.imag, S.real]])
 
 
@@ -61,7 +61,7 @@ def unitary(rng, m):
 
 
 def tangents(M, S, rng, count, length=0.7):
-    """Tangent vectors at S of a length, canonical metric."""
+    """Tangent vectors at S of a given length, canonical metric."""
     vectors = (M.random_tangent(S, rng) for _ in range(count))
     return [V * (length / norm(S, V)) for V in vectors]
 

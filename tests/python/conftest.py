@@ -13,7 +13,7 @@ from stiefel_rs import Stiefel
 
 try:
     from hypothesis import HealthCheck, settings
-except ImportError:  # The tests of a release need pytest alone.
+except ImportError:  # The tests of a release only need pytest.
     pass
 else:
     # The same examples in every run, and no clock: neither for an example nor for making it. New examples, and the code
@@ -28,7 +28,7 @@ SHAPES = [(3, 1), (4, 2), (5, 3), (6, 6), (20, 4)]
 
 
 def pytest_terminal_summary(terminalreporter, config):
-    """Print what repeats the order: quiet runs have no header."""
+    """Print the seed of the test order: quiet runs have no header."""
     seed = config.getoption("randomly_seed", None)
     if seed is not None:
         terminalreporter.write_line(f"order of the tests: --randomly-seed={seed}")
@@ -64,7 +64,7 @@ def quick(tmp_path_factory):
     # A file of an earlier run, which is not part of this one.
     (folder / "tables").mkdir()
     (folder / "tables" / "old.csv").write_text("a\n", encoding="utf-8")
-    # One of this name would be taken for the report of this run.
+    # A file with this name would be taken for the report of this run.
     (folder / "report.pdf").write_bytes(b"")
     words = [sys.executable, "-m", "stiefel_rs", "reproduce", "--quick", "--out", str(folder)]
     env = os.environ | {"RAYON_NUM_THREADS": "1"}
@@ -73,7 +73,7 @@ def quick(tmp_path_factory):
 
 @pytest.fixture
 def spawn():
-    """Start Python children that Ctrl-C can stop; whatever still runs after the test is killed."""
+    """Start Python children that Ctrl-C can stop; kill those still running after the test."""
     # A shell that starts a job in the background makes it ignore Ctrl-C, and children inherit that.
     inherited = signal.signal(signal.SIGINT, signal.default_int_handler)
     children = []

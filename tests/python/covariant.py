@@ -9,7 +9,7 @@ NAMES = ("point", "velocity", "acceleration", "jerk")
 
 
 def data(n, k, seed=0, speed=1.0):
-    """A point and three tangent vectors of a length, shape (n, k) each."""
+    """A point and three tangent vectors of a given length, shape (n, k) each."""
     rng = np.random.default_rng(seed)
     M = Stiefel(n, k)
     S = M.random_point(rng)

@@ -1,4 +1,4 @@
-"""Boundary problems for the tests of batches, their solutions from one process, and a cluster."""
+"""Boundary problems for the tests of batches, their solutions from a single process, and a cluster."""
 
 from contextlib import contextmanager
 
@@ -16,13 +16,13 @@ zarr = pytest.importorskip("zarr")
 M = stiefel_rs.Stiefel(5, 2)
 T = np.array([0.0, 0.3, 1.0])
 COUNT = 40
-# This one is far too fast for a cubic to be found.
+# This problem is far too fast for a cubic to be found.
 BAD = 23
 
 
 @contextmanager
 def cluster():
-    """Two worker processes, and a client of them."""
+    """Two worker processes, and a client connected to them."""
     with (
         distributed.LocalCluster(
             n_workers=2, threads_per_worker=1, processes=True, dashboard_address=":0", memory_limit=0
@@ -48,7 +48,7 @@ def unsolvable_ends():
 
 
 def solved(ends):
-    """Fields of both kinds, from one process and one curve at a time."""
+    """Results for both kinds, from a single process and one curve at a time."""
 
     def fields(curve, initial):
         S, V, A, J = initial

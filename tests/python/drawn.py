@@ -1,4 +1,4 @@
-"""Splines to draw, and what is drawn, by the data of the artists."""
+"""Splines to draw, and the data of the artists that draw them."""
 
 import numpy as np
 import pytest
@@ -36,7 +36,7 @@ def xyz(line):
 
 
 def paths(ax):
-    """Data of the near halves, each of which the far half repeats."""
+    """Data of the near halves, which the far halves repeat."""
     lines = tagged(ax, _sphere.PATH_ID)
     near, far = ([xyz(line) for line in lines if line.near is which] for which in (True, False))
     assert len(near) == len(far)
@@ -51,7 +51,7 @@ def marks(ax):
 
 
 def extent(text):
-    """Where a text in space is seen, in pixels; by itself it knows that only while it is drawn."""
+    """Position of a text in space, in pixels; matplotlib only knows it while the text is drawn."""
     x, y, _ = proj3d.proj_transform(*text.get_position_3d(), text.axes.get_proj())
     text.set_position((x, y))
     return text.get_window_extent()

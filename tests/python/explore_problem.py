@@ -1,4 +1,4 @@
-"""The page's curves straight from the library, and a server, for the tests of both."""
+"""The page's curves, computed directly by the library, and a server, for the tests of both."""
 
 import threading
 from contextlib import contextmanager
@@ -11,7 +11,7 @@ from stiefel_rs.explore.curves import KINDS
 
 
 def library(kind, angle, v0, v1):
-    """Both curves straight from the library, and the manifold."""
+    """Both curves, computed directly by the library, and the manifold."""
     start, end = curves.ends(KINDS[kind], angle)
     V0, V1 = (np.tensordot(v, e.basis, 1) for v, e in ((v0, start), (v1, end)))
     data = start.point, V0, end.point, V1

@@ -1,4 +1,4 @@
-"""Formulas that others of docs/mathematics.md are made of."""
+"""Formulas used by several formulas of docs/mathematics.md."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Formulas of arXiv 2404.19407 as printed, with n x n matrices, and points to try them at."""
+"""Formulas of arXiv 2404.19407 as printed, with n x n matrices, and test points."""
 
 import numpy as np
 from scipy.linalg import schur
@@ -6,7 +6,7 @@ from scipy.linalg import schur
 EPS = np.finfo(float).eps
 # k = 1 is the sphere, k = n the orthogonal group, (4, 3) has n < 2 k.
 SHAPES = [(3, 1), (3, 2), (5, 2), (4, 3), (6, 3), (4, 4)]
-# A point is random or has the first columns of the identity; a velocity may lack one of its parts, or both.
+# A point is random or consists of the first columns of the identity; a velocity may lack one of its parts, or both.
 POINTS = ["random point", "coordinate columns"]
 VELOCITIES = ["both parts", "Omega = 0", "X = 0", "zero"]
 
@@ -17,7 +17,7 @@ def assert_close(measured, exact, bound, what):
 
 
 def point(manifold, kind, rng):
-    """A point of one of the `POINTS`; on O(n) in the component of the identity."""
+    """A point of one of the `POINTS`; on O(n), in the component of the identity."""
     if kind == "coordinate columns":
         return np.eye(manifold.n, manifold.k)
     S = manifold.random_point(rng)
@@ -27,7 +27,7 @@ def point(manifold, kind, rng):
 
 
 def velocity(manifold, S, kind, rng, length=0.9):
-    """A tangent vector of one of the `VELOCITIES`; zero where the part that is asked for is always zero."""
+    """A tangent vector of one of the `VELOCITIES`; zero if the requested part is always zero."""
     V = manifold.random_tangent(S, rng)
     V *= length / manifold.norm(S, V)
     Omega = S.T @ V
@@ -35,7 +35,7 @@ def velocity(manifold, S, kind, rng, length=0.9):
 
 
 def expm(A):
-    """The exponential by its series, halved and squared: SciPy's waits for threads on a busy machine."""
+    """The exponential by scaling, its series and squaring: SciPy's waits for threads on a busy machine."""
     halvings = 1 + max(0, int(np.ceil(np.log2(max(np.abs(A).sum(axis=1).max(), EPS)))))
     I = np.eye(len(A))  # noqa: E741
     E = I
@@ -51,7 +51,7 @@ def log(Q):
     """The principal logarithm of an orthogonal matrix, which must be real: its complex Schur form is diagonal."""
     T, U = schur(Q, output="complex")
     L = (U * (1j * np.angle(np.diag(T)))) @ U.conj().T
-    # An eigenvalue -1 leaves pi there.
+    # An eigenvalue -1 yields pi here.
     assert np.abs(L.imag).max() < 1e-6, f"no real principal logarithm: imaginary part {np.abs(L.imag).max():.3e}"
     return L.real
 

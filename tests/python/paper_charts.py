@@ -36,7 +36,7 @@ def sphere_hamiltonian(z):
 
 
 def frame_terms(z):
-    """The parts of the Hamiltonian on T*(T St(3,2)): the two halves of the bracket, the rest, and the divisor."""
+    """Terms of the Hamiltonian on T*(T St(3,2)): the two halves of the bracket, the other terms, and the divisor."""
     theta, _phi, _psi, dtheta, dphi, dpsi, p_theta, p_phi, p_psi, q_theta, q_phi, q_psi = z
     s, c = sin(theta), cos(theta)
     first = -dphi * dtheta * q_phi * sin(2 * theta) / 8 + dphi * dtheta * q_psi * s / 4 + dpsi * dtheta * q_phi * s / 4
@@ -49,13 +49,13 @@ def frame_terms(z):
 
 
 def frame_hamiltonian(z):
-    """The Hamiltonian on T*(T St(3,2)), with the bracket after the cube closed behind both fractions."""
+    """The Hamiltonian on T*(T St(3,2)), with the bracket of the cube closed after both fractions."""
     first, second, rest, divisor = frame_terms(z)
     return ((1 - cos(2 * z[0])) ** 3 * (first + second) / (cos(2 * z[0]) + 1) + rest) / divisor
 
 
 def frame_hamiltonian_as_typeset(z):
-    """The same, with each of the two fractions by itself."""
+    """The same Hamiltonian, with each of the two fractions taken separately."""
     first, second, rest, divisor = frame_terms(z)
     return (((1 - cos(2 * z[0])) ** 3 * first + second) / (cos(2 * z[0]) + 1) + rest) / divisor
 

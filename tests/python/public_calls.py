@@ -1,4 +1,4 @@
-"""Functions and curves of the module with good arguments, for tests that replace one argument by another."""
+"""Functions and curves of the module with valid arguments, for tests that replace one argument by another."""
 
 import numpy as np
 import pytest
@@ -25,7 +25,7 @@ from stiefel_rs import (
 M = Stiefel(4, 2)
 GR = Grassmann(4, 2)
 SPHERE = Chart.sphere()
-# Entries are multiples of 1/2: exact in every float and, times two, in integers.
+# Entries are multiples of 1/2: exact in every float type and, doubled, in integers.
 S = np.eye(4, 2)
 S1 = np.array([[0, 0], [0, 1], [1, 0], [0, 0.0]])
 V = np.array([[0, -1], [1, 0], [2, 0], [0, -1.0]])
@@ -45,7 +45,7 @@ CUBIC = RiemannianCubic.from_initial(S, V / 2, V2 / 2, V / 2)
 SPLINE = CubicSpline(T, np.stack([S, S2, S]))
 HALVES = np.array([0.5, 1.0])
 
-# name -> (function of its array arguments, [(argument, good value)]).
+# name -> (function of its array arguments, [(argument, valid value)]).
 CALLS = {
     "skew_exp": (skew_exp, [("A", SKEW)]),
     "orthogonal_log": (orthogonal_log, [("Q", np.roll(np.eye(3), 1, axis=0))]),

@@ -1,4 +1,4 @@
-"""Rotations that wander, at unequal times, for the tests of splines of rotations and of poses."""
+"""Random walks of rotations at unequal times, for the tests of splines of rotations and of poses."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -6,16 +6,16 @@ from scipy.spatial.transform import Rotation
 from stiefel_rs import Stiefel
 from stiefel_rs.rotation_input import matrices_of, quaternions_of
 
-# Angles about an axis at times.
+# Angles about an axis at given times.
 AXIS = np.array([2.0, -1.0, 2.0]) / 3
 T = np.array([0.0, 0.5, 1.7, 2.5, 4.0])
 ANGLE = np.array([0.0, 0.7, -0.4, 1.5, 3.2])
-# Rates in rad/s and accelerations in rad/s^2 at ends.
+# Rates in rad/s and accelerations in rad/s^2 at the ends.
 W, A = np.array([0.3, -0.2, 0.5]), np.array([-0.4, 0.1, 0.2])
 
 
 def wander(count, seed=0, step=0.8):
-    """Times, shape (N,), and unit quaternions, shape (N, 4), neighbours about `step` apart, with random signs."""
+    """Times, shape (N,), and unit quaternions, shape (N, 4), about `step` from one to the next, with random signs."""
     rng = np.random.default_rng(seed)
     turns = rng.standard_normal((count, 3))
     turns *= step / np.linalg.norm(turns, axis=-1, keepdims=True)
@@ -56,7 +56,7 @@ def slope(f, t, h=1e-3):
 
 
 def inner(t, count=5):
-    """Times inside of the pieces, away from the knots."""
+    """Times inside the pieces, away from the knots."""
     return (t[:-1, None] + np.diff(t)[:, None] * np.linspace(0.1, 0.9, count)).ravel()
 
 
@@ -65,12 +65,12 @@ def random_quaternion(seed):
 
 
 def positive(S):
-    """The rotation that a point of O(3) is, or its negative."""
+    """A point of O(3) if it is a rotation, otherwise its negative."""
     return S * np.sign(np.linalg.det(S))
 
 
 def same(a, b, bound):
-    """Assert that arrays agree, and say by how much they do not."""
+    """Assert that arrays agree; otherwise state their difference."""
     error = np.abs(np.asarray(a) - b).max(initial=0)
     assert error <= bound, f"differ by {error:.2e}, bound {bound:.2e}"
 

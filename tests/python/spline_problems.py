@@ -1,15 +1,15 @@
-"""Points that wander, and vectors at them, for the tests of splines."""
+"""Random walks of points, and vectors at them, for the tests of splines."""
 
 import numpy as np
 
 from stiefel_rs import Stiefel
 
-# Legs that miss their knot or jump by at most 1e-12, and evaluation.
+# Defects and jumps of legs of at most 1e-12, and round-off of the evaluation.
 MET = 1e-11
 
 
 def walk(n, k, count, step=0.6, seed=0):
-    """Points that wander, at unequal times."""
+    """A random walk of points at unequal times."""
     manifold, rng = Stiefel(n, k), np.random.default_rng(seed + n + 100 * k)
     points = [manifold.random_point(rng)]
     for _ in range(count - 1):
@@ -19,7 +19,7 @@ def walk(n, k, count, step=0.6, seed=0):
 
 
 def velocities(points, seed=5):
-    """Of length 1 at every point."""
+    """Tangent vectors of length 1 at every point."""
     manifold = Stiefel(*points.shape[1:])
     V = manifold.random_tangent(points, np.random.default_rng(seed))
     return V / manifold.norm(points, V)[:, None, None]

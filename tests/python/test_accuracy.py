@@ -1,4 +1,4 @@
-"""Errors against 50 digits and more: what `docs/accuracy.md` states, asserted."""
+"""Errors compared with at least 50 digits, as stated in `docs/accuracy.md`."""
 
 import mpmath
 import numpy as np
@@ -11,7 +11,7 @@ from stiefel_rs import OutsideDomainError, orthogonal_log, skew_exp
 
 EPS = np.finfo(float).eps
 
-# The reference takes 8 seconds for one logarithm at m = 50: one such case is enough here, the page has all.
+# The reference takes 8 seconds for one logarithm at m = 50, so one such case is tested here; the page has all.
 LOG_CASES = [case for case in log_cases() if case.m < 50 or case.name == "random"]
 
 
@@ -36,7 +36,7 @@ def test_reference_exponential_agrees_with_mpmath(m):
 
 @pytest.mark.parametrize("m", [2, 3, 5])
 def test_reference_logarithm_agrees_with_mpmath(m):
-    # mpmath's is that of the matrix itself, so hand it the nearest rotation.
+    # mpmath computes the logarithm of the matrix itself, so pass the nearest rotation.
     Q = rotation([2.9, 0.7][: m // 2], m)
     F = FixedPoint(BITS)
     with mpmath.workdps(90):
@@ -70,7 +70,8 @@ def test_logarithm(case):
         L = orthogonal_log(case.matrix)
     except OutsideDomainError:
         gap = float(mpmath.pi - mpmath.mpf(np.linalg.norm(F.rounded(exact), 2)))
-        # Refused is what cannot be told from pi: 4 m eps, and the 4 eps by which this angle itself may be off.
+        # Angles that cannot be distinguished from pi are refused: 4 m eps, plus the 4 eps by which this angle itself
+        # may be off.
         assert gap <= (4 * case.m + 4) * EPS, f"refused at {gap:.3e} from pi"
         return
     found = log_errors(L, case.matrix, reference)
@@ -81,8 +82,8 @@ def test_logarithm(case):
         assert not above, f"{found} against {found.bounds(case.m)}"
 
 
-# Found: the planes of a small rotation are known to eps only, so from m = 4 on its logarithm was right in absolute
-# terms and had no digit right at 1e-16.
+# Regression: the planes of a small rotation are known only to eps, so from m = 4 on its logarithm was accurate in
+# absolute terms, but had no correct digit at 1e-16.
 @pytest.mark.parametrize("angle", [0.03, 1e-3, 1e-8, 1e-12])
 @pytest.mark.parametrize("m", [4, 6, 12])
 def test_logarithm_of_a_small_rotation_is_right_relative_to_its_size(angle, m):

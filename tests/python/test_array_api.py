@@ -1,4 +1,4 @@
-"""Arrays of other libraries: results are arrays of the library of the arguments, and equal those of NumPy's."""
+"""Arrays of other libraries: results are arrays of the arguments' library, and equal those for NumPy arrays."""
 
 import array_api_strict as strict
 import jax
@@ -123,7 +123,7 @@ def test_two_libraries_are_refused_by_name():
 
 
 def test_two_libraries_are_refused_before_any_work():
-    # Points that are none: the libraries are looked at first.
+    # Invalid points: the libraries are checked first.
     with pytest.raises(TypeError, match="arrays of two libraries"):
         M.log(strict.asarray(0 * S), jnp.asarray(S))
 

@@ -1,4 +1,4 @@
-"""Points in single precision, rounded points, and points of both that are no points."""
+"""Points in single precision, rounded points, and invalid points of both kinds."""
 
 import numpy as np
 import pytest
@@ -26,7 +26,7 @@ FIELDS = ["real", "complex"]
 
 
 def problem(n, k, field):
-    """A curve's four data, three points and vectors there."""
+    """Data for a curve, three points, and vectors there."""
     M = Stiefel(n, k, field=field)
     S = M.random_point(rng=1)
     if (n, k, field) == (3, 3, "real") and np.linalg.det(S) < 0:
@@ -69,7 +69,7 @@ NAMES = list(makers(np.zeros((3, 1, 1)), np.zeros((3, 1, 1))))
 
 
 def values(made):
-    """Some numbers of a curve, a trajectory, a batch or an array."""
+    """Some numbers that represent a curve, a trajectory, a batch or an array."""
     if isinstance(made, np.ndarray):
         return made
     if hasattr(made, "t_span"):
@@ -172,7 +172,7 @@ def test_methods_take_single_precision(field):
     S0, S1, V = *points[:2], vectors[0]
     assert np.abs(M.exp(single(S0), single(V)) - S1).max() < 1e-6
     assert np.abs(M.log(single(S0), single(S1)) - V).max() < 1e-6
-    # One of the arguments alone.
+    # A single one of the arguments.
     assert np.abs(M.transport(single(S0), V, V) - vectors[1]).max() < 1e-6
     batch = single(points)
     assert np.abs(M.norm(batch, single(vectors)) - 0.4).max() < 1e-6

@@ -1,4 +1,4 @@
-"""Bad and unusual input: a typed error with the measured number or the right answer, never a panic."""
+"""Invalid and unusual input: a typed error with the measured defect, or the correct result, never a panic."""
 
 import copy
 import itertools
@@ -86,11 +86,11 @@ def test_wrong_shapes(call, i):
         assert name in str(caught.value) or "shape" in str(caught.value), str(caught.value)
 
 
-# Velocities may be the name of a method to estimate them.
+# Instead of velocities, the name of an estimation method is accepted.
 TAKES_WORDS = {("CubicHermite", 2), ("CubicHermite.geometric", 2)}
 
 
-# Matrices, points and vectors may be complex, times not.
+# Matrices, points and vectors may be complex; times may not.
 TAKES_COMPLEX = {
     *("skew_exp", "orthogonal_log"),
     *("QuasiGeodesic", "from_velocity", "Geodesic", "Geodesic.from_velocity", "GeometricCubic", "from_control_points"),
@@ -134,7 +134,7 @@ def test_same_kind_types(call, i):
 
 
 def layouts(x):
-    """The same numbers in memory in every way NumPy knows."""
+    """The same numbers in every memory layout that NumPy supports."""
     yield "Fortran", np.asfortranarray(x)
     readonly = x.copy()
     readonly.flags.writeable = False
@@ -290,7 +290,7 @@ def test_steps_of_the_wrong_kind(steps):
 def test_more_steps_than_fit_in_memory(steps):
     with pytest.raises(MemoryError, match="cannot hold"):
         SPHERE.integrate(Z0, steps)
-    # Before the iteration, which would never come to the end of its first flow.
+    # Before the iteration, which would never finish its first flow.
     with pytest.raises(InvalidInputError, match=r"steps: .*fit in memory"):
         SPHERE.shoot(*Z0.reshape(4, 2)[[0, 1, 0, 1]], steps)
 

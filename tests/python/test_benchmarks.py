@@ -1,4 +1,4 @@
-"""The harness of `make benchmark` itself: it runs, and what it measures by is right."""
+"""The harness of `make benchmark`: it runs, and its measures are correct."""
 
 import subprocess
 import sys
@@ -46,7 +46,7 @@ def test_a_run_without_other_libraries(tmp_path):
 def test_names_are_unique():
     names = [row.name for row in all_rows()]
     assert len(names) == len(set(names))
-    # A run of some rows finds their lines in the page by these.
+    # A run of some rows finds their lines in the page by these keys.
     titles = [row.title for row in all_rows()]
     assert len(titles) == len(set(titles))
 
@@ -82,7 +82,7 @@ def test_a_run_of_some_rows_keeps_the_others():
     page = old.updated(new, ["first", "second", "third"])
     assert page.lines == [line("first", "1"), line("second", "5"), line("third", "4")]
     assert page.facts == {**old.facts, **new.facts}
-    # SciPy was there this time.
+    # SciPy was available this time.
     assert page.failures == {"heyoka": "none"}
 
 
@@ -123,7 +123,7 @@ def test_extended_precision_exponential(norm):
     found = extended.expm(A)
     with mpmath.workdps(40):
         exact = mpmath.expm(mpmath.matrix(A.tolist()))
-        # 64 bits hold 5e-20 of numbers near 1; the squarings take up to the norm of that.
+        # 64 bits represent numbers near 1 to 5e-20; the squarings multiply this by up to the norm.
         error = max(abs(mpmath.mpf(str(found[i, j])) - exact[i, j]) for i in range(20) for j in range(20))
     assert error < 2e-19 * max(1.0, norm)
 
@@ -132,7 +132,7 @@ def test_extended_precision_exponential(norm):
 def test_extended_precision_defects():
     R, Q = skew_exp(problems.skew(30)), problems.rotation(30)
     assert 0 < extended.orthogonality_defect(R) < 30 * 1e-15
-    # A known error is found again.
+    # A known error is reproduced.
     assert extended.orthogonality_defect(R * (1 + 1e-12)) == pytest.approx(2e-12 * np.sqrt(30), rel=1e-2)
     assert extended.backward_error(orthogonal_log(Q), Q) < 30 * 1e-15
 
@@ -143,7 +143,7 @@ def test_rotations_of_the_comparison(m):
     assert np.linalg.det(Q) == pytest.approx(1)
     assert np.linalg.norm(symmetric_exp(A) - skew_exp(A)) < 10 * m * EPS
     for function in (rotation_log, cayley_log):
-        # The largest angle of these is 0.02 from pi: condition 150.
+        # The largest angle is 0.02 from pi: condition number 150.
         assert np.linalg.norm(function(Q) - orthogonal_log(Q)) < 1000 * m * EPS
 
 
@@ -161,7 +161,7 @@ def test_curves_of_the_comparison(n, k):
 @pytest.mark.parametrize("distance", problems.DISTANCES)
 def test_logarithm_of_the_comparison(n, k, distance):
     S0, S1, V = problems.log_problem(n, k, distance)
-    # At 0.9 pi the iteration contracts slowly: it stops at 1e-12 with ten times that to go.
+    # At 0.9 pi the iteration contracts slowly: it stops at 1e-12, ten times that from the limit.
     assert np.linalg.norm(stiefel_log(S0, S1) - V) < 1e-10
 
 
@@ -196,7 +196,7 @@ def test_reduced_data_give_the_same_curve():
     small = cubic_problems.reduced(b)
     assert small.S0.shape == (12, 3)
     curve, inner = (RiemannianCubic.from_boundary(each.S0, each.V0, each.S1, each.V1) for each in (b, small))
-    # Both meet their ends to 1e-12.
+    # Both satisfy their ends to 1e-12.
     assert np.abs(curve(0.5) - cubic_problems.basis(b) @ inner(0.5)).max() < 1e-11
 
 
@@ -222,7 +222,7 @@ def test_known_curve_of_the_comparison():
     S, V = spline_problems.factors(5, 2, t)
     Stiefel(5, 2).check_tangent(S, V)
     at = {i: spline_problems.factors(5, 2, t + i * h)[0] for i in (-2, -1, 1, 2)}
-    # Fourth order: derivatives of order five are some hundreds here.
+    # Fourth order: fifth derivatives are some hundreds here.
     assert np.abs((8 * (at[1] - at[-1]) - (at[2] - at[-2])) / (12 * h) - V).max() < 1e-9
 
 
@@ -248,9 +248,9 @@ def test_character_of_splines_of_the_comparison():
     assert rotation_spline.jump(spline, knots.t) < 1e-8
     curve = CubicSpline(knots.t, knots.S)
     assert spline_tasks.jump(curve) < 1e-10
-    # The natural spline is stationary, and near to it the cheapest.
+    # The natural spline is stationary, and the cheapest nearby.
     assert curve.cost() < rotation_spline.cost(spline, knots.t)
-    # A curve that is not the spline has jumps that are found.
+    # For a curve that is not the spline, the jumps are detected.
     bent = CubicSpline(knots.t[:2], knots.S[:2]).acceleration(knots.t[1]) - curve.acceleration(knots.t[1])
     assert np.linalg.norm(bent) > 1e-3
 

@@ -1,4 +1,4 @@
-"""The paper's charts against formulas in NumPy, differences, and 40-digit reference curves."""
+"""The paper's charts compared with formulas in NumPy, differences, and 40-digit reference curves."""
 
 import itertools
 import json
@@ -42,7 +42,7 @@ def metric(q):
 
 
 def christoffel(q):
-    """Gamma[k, i, j] from the derivative of the metric; only the derivative by theta is not zero."""
+    """Gamma[k, i, j] from the derivative of the metric; only the derivative with respect to theta is nonzero."""
     d, s, c = len(q), np.sin(q[0]), np.cos(q[0])
     dg = np.zeros((d, d, d))  # dg[l, i, j] = d g_ij / d q_l
     dg[0] = np.diag([0.0, 2 * s * c]) if d == 2 else np.array([[0.0, 0, 0], [0, 0, -s], [0, -s, 0]])
@@ -144,7 +144,7 @@ def test_gradient_and_hessian(chart, states):
     assert D.shape == (2, 5, 4 * chart.d, 4 * chart.d)
     assert_close(D, np.swapaxes(D, -1, -2), 0.0, "symmetry of the Hessian")
     for i in np.ndindex(2, 5):
-        # Truncation h^4 times fifth derivatives, which grow like sin(theta)^-7.
+        # Truncation h^4 times fifth derivatives, which grow as sin(theta)^-7.
         bound = 1e-9 * (1 + np.abs(states[i]).max() ** 3) / np.sin(states[i][0]) ** 7
         assert_close(G[i], difference(hamiltonian, states[i]), bound, "gradient")
         assert_close(D[i], difference(chart.gradient, states[i]), bound, "Hessian")
@@ -218,7 +218,7 @@ def test_one_step_is_symplectic(chart, z0, map_name):
 
 
 def test_integrate_is_the_documented_method(chart, z0):
-    # q1 = q0 + h H_p(q0, p1), p1 = p0 - h H_q(q0, p1); and the implicit mid-point rule.
+    # q1 = q0 + h H_p(q0, p1), p1 = p0 - h H_q(q0, p1); and the implicit midpoint rule.
     d, h = 2 * chart.d, 0.05
     for map_name in ["initial_point", "midpoint"]:
         path = chart.integrate(z0, 4, 0.2, map_name)
@@ -296,7 +296,7 @@ def test_reference_against_forty_digits(entry):
 
 
 def test_energy_is_bounded_over_a_long_run(chart):
-    # Momenta of 1e-3: the speed stays below 1 over 100 units of time (16 rounds), the curve inside of the chart.
+    # Momenta of 1e-3: the speed stays below 1 over 100 units of time (16 revolutions), and the curve inside the chart.
     z = np.zeros(4 * chart.d)
     z[[0, chart.d + 1]] = np.pi / 2, 0.5
     z[[2 * chart.d, 3 * chart.d, 3 * chart.d + 1]] = 1e-3

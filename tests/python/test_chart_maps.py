@@ -109,7 +109,7 @@ def test_reference_across_the_poles_against_forty_digits(entry, rng):
     at = {0.0: entry["initial"], **{float(t): values for t, values in entry["at"].items()}}
     turns = [orthogonal(rng) for _ in range(5)]
     for values in at.values():
-        # A reflection that takes the point of this time to the pole.
+        # A reflection that maps the point at this time to the pole.
         w = np.array(values["point"])[:, 0] - [0, 0, 1]
         turns.append(np.eye(3) - 2 * np.outer(w, w) / (w @ w))
     for R in turns:
@@ -123,7 +123,7 @@ def test_reference_across_the_poles_against_forty_digits(entry, rng):
 
 
 def test_trajectory_across_charts(chart):
-    # Over both poles and back: a geodesic and a cubic beside it.
+    # Over both poles and back: a geodesic, and a cubic close to it.
     S = chart.embed([np.pi / 2, 0.0, 0.0][: chart.d])
     V = chart.embed_velocity([np.pi / 2, 0.0, 0.0][: chart.d], [-2 * np.pi, 0.1, 0.0][: chart.d])
     A = chart.embed_velocity([np.pi / 2, 0.0, 0.0][: chart.d], [0.5, -0.3, 0.2][: chart.d])
@@ -133,7 +133,7 @@ def test_trajectory_across_charts(chart):
     assert len(path.transitions) >= 1
     assert path.point.shape == (61, 3, chart.k) and path.states.shape == (61, 4 * chart.d)
     for key in KEYS:
-        # 17 stages a step, the highest derivative grows to 40.
+        # 17 stages per step; the highest derivative grows to 40.
         np.testing.assert_allclose(getattr(path, key), getattr(exact, key), atol=1e-9)
     np.testing.assert_allclose(path.momentum, np.broadcast_to(path.momentum[0], (61, 3)), atol=1e-10)
     embedded = chart.embed(path.states[:, : chart.d])
@@ -144,7 +144,7 @@ def test_trajectory_across_charts(chart):
     assert np.sin(path.states[:, 0]).min() >= 0.5
     assert "changes of chart" in repr(path)
     with pytest.raises(OutsideDomainError):
-        # The curve meets the pole of the one chart itself.
+        # The curve runs through the pole of one chart.
         chart.reference(
             chart.state(S, chart.embed_velocity([np.pi / 2, 0, 0][: chart.d], [-8, 0, 0][: chart.d]), 0 * A, 0 * A),
             [1.0],

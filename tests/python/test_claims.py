@@ -42,7 +42,7 @@ def test_every_claim_has_a_number_and_a_verdict(found):
         assert row.verdict.startswith((claims.HOLDS, claims.FAILS, claims.ANSWERED)) or row.verdict == claims.OPEN
         assert row.verdict == claims.OPEN or any(c.isdigit() for c in row.measured)
     page = claims.page(rows)
-    # A bar in a cell would be a column more.
+    # A bar in a cell would start another column.
     assert {line.count("|") for line in page.splitlines()} == {len(claims.HEADER) + 2}
     assert [row[0] for row in claims.csv_rows(found)] == [claim.__name__ for claim in claims.CLAIMS]
 
@@ -75,7 +75,7 @@ def test_percentages(found):
         own = [replace(r, errors=tuple(factor * x for x in r.errors)) for r in found.readings]
         return replace(found, readings=own)
 
-    # As the paper says it: the mean error over the largest Frobenius distance.
+    # In the paper's terms: the mean error divided by the largest Frobenius distance.
     error = next(r.errors[0] for r in found.readings if r.experiment is experiments.SPHERE and r.name == readings.USED)
     assert verdict(claims.sphere_error, scaled(2 * 0.0008 / error)) == claims.HOLDS
     assert verdict(claims.frame_error, scaled(2 * np.sqrt(2))) == claims.HOLDS
@@ -106,7 +106,7 @@ def test_near_the_start(found):
 
     assert verdict(claims.near_the_start, scaled(("initial_point_ivp", "initial_point_bvp"), 1e-6)) == claims.HOLDS
     assert verdict(claims.near_the_start, scaled(near_start.METHODS[1:], 1e6)) == claims.FAILS
-    # Without the orders that compositions have, there is none to choose.
+    # Without the orders reached by compositions, none can be chosen.
     flat = [replace(r, near=r.near[:1] * 5) if r.method == "composed_4" else r for r in found.near_start]
     assert verdict(claims.near_the_start, replace(found, near_start=flat)) == claims.FAILS
     assert "by mid-point IVP" in verdict(claims.near_the_start, scaled(("midpoint_bvp",), 1e6))
@@ -200,7 +200,7 @@ def test_submanifold_of_euclidean_space(found):
         for r in found.embedded
     ]
     assert verdict_with(10.0, slow) == verdict_with(1.0, slow) == claims.FAILS
-    # The errors of the others decide nothing.
+    # The errors of the others do not affect the verdict.
     others = [replace(r, error=1.0) if r.method != "embedded" else r for r in found.embedded]
     assert verdict_with(1.0, others) == "holds: it can be done"
     last = found.embedded[-1]

@@ -1,4 +1,4 @@
-"""The manifold of complex frames against formulas with complex matrices in NumPy and SciPy."""
+"""The manifold of complex frames compared with formulas with complex matrices in NumPy and SciPy."""
 
 import copy
 import pickle
@@ -36,7 +36,7 @@ def M(request):
 
 @pytest.fixture(params=METRICS, ids=str)
 def weighted(request, M):
-    """A manifold with each metric, and the weight of |Omega|^2 in it."""
+    """A manifold with each metric, and its weight of |Omega|^2."""
     return Stiefel(M.n, M.k, metric=request.param, field="complex"), METRICS[request.param]
 
 
@@ -86,7 +86,7 @@ def test_tangent_vectors_are_tangent_and_independent_of_points(M):
     S = M.random_point(rng=1, size=2000)
     V = M.random_tangent(S, rng=1)
     assert_close(H(S) @ V + H(V) @ S, 0, 1e-13, "S^H V is skew-Hermitian")
-    # One unit of variance for each dimension.
+    # The squared norm has one unit of variance per dimension.
     mean = np.mean(np.sum(np.abs(V) ** 2, axis=(-2, -1)))
     assert abs(mean - M.dim) < 6 * np.sqrt(2 * M.dim / 2000) + 6 * np.sqrt(2) * M.k / np.sqrt(2000)
 
@@ -167,7 +167,7 @@ def test_retractions(M, rng):
 
 
 def test_transport(weighted, rng):
-    """Keeps inner products, and the velocity of the geodesic; on U(n) it is S e^{A/2} B e^{A/2}."""
+    """It preserves inner products, and the velocity of the geodesic; on U(n) it is S e^{A/2} B e^{A/2}."""
     M, w = weighted
     S = M.random_point(rng)
     V, W, Z = tangents(M, S, rng, 3)
@@ -265,7 +265,7 @@ def test_gradient_and_hessian(weighted, rng):
 
 
 def test_the_metric_of_the_real_embedding(weighted, rng):
-    """Everything is that of the embedded real frames; squared lengths double, curvatures are halved."""
+    """All results agree with the embedded real frames; squared lengths double, curvatures are halved."""
     M, _ = weighted
     real = Stiefel(2 * M.n, 2 * M.k, metric=M.alpha)
     S = M.random_point(rng)
@@ -312,7 +312,7 @@ def test_real_data_given_as_complex(rng):
 
 
 def test_coordinate_columns_and_permutations():
-    """Ones, zeros and units, where angles repeat and blocks vanish."""
+    """Entries 0, 1, -1 and i, for which angles repeat and blocks vanish."""
     M, eye = Stiefel(4, 2, field="complex"), np.eye(4, dtype=complex)
     for S0 in [eye[:, :2], eye[:, 2:], 1j * eye[:, [1, 3]], eye[:, [0, 2]] * [1, 1j]]:
         for S1 in [eye[:, :2], eye[:, [0, 3]], eye[:, [2, 3]], eye[:, :2] * [1j, -1j]]:

@@ -1,4 +1,4 @@
-"""Curves of complex frames against formulas with complex matrices, SciPy's splines of phases, and real curves."""
+"""Curves of complex frames, compared with complex formulas, SciPy's splines of phases, and real curves."""
 
 import copy
 import itertools
@@ -52,7 +52,8 @@ CURVES = {
 }
 
 
-# Searched for by its cost, met to 1e-12: control points to 1e-8, third derivatives of quartics to 24 times as much.
+# Found by minimising the cost to 1e-12: control points are accurate to 1e-8, third derivatives of quartics to 24 times
+# that.
 SEARCHED = {"minimal cost"}
 
 
@@ -83,20 +84,20 @@ def test_shapes_and_attributes(make, ends):
 
 
 def test_points_and_derivatives(make, ends):
-    """Unitary columns; derivatives of all orders against differences."""
+    """Unitary columns; derivatives of all orders compared with differences."""
     curve = make(*ends)
     t = np.linspace(0.1, 0.9, 5)
     assert_close(H(curve(t)) @ curve(t), np.eye(curve.k), 1e-13, "S^H S = I")
     h = 1e-4
     for nu in range(3):
         slope = (curve(t + h, nu) - curve(t - h, nu)) / (2 * h)
-        # The next derivative but one times h^2 / 6, and round-off over h.
+        # The second next derivative times h^2 / 6, and round-off divided by h.
         assert_close(curve(t, nu + 1), slope, 3e-6 * max(1, np.abs(slope).max()), f"derivative of order {nu + 1}")
     assert (curve.velocity(t) == curve(t, 1)).all()
 
 
 def test_covariant_derivatives(make, ends):
-    """The acceleration is tangent, S'' plus the Christoffel term of the canonical metric; D_t A = A' plus that of A."""
+    """The acceleration is S'' plus the Christoffel term and tangent; D_t A is A' plus the Christoffel term of A."""
     curve = make(*ends)
     for t in (0.2, 0.7):
         S, V, A = curve(t), curve.velocity(t), curve.acceleration(t)
@@ -113,7 +114,7 @@ def test_covariant_derivatives(make, ends):
 
 
 def test_cost_and_lengths(make, ends):
-    """Integrals of the complex norms; the real ones of the embedding are twice as large, lengths times sqrt 2."""
+    """Integrals of the complex norms; costs of the real embedding are twice as large, lengths larger by sqrt 2."""
     curve = make(*ends)
     start, end = curve.t_span
     x, weights = np.polynomial.legendre.leggauss(24)
@@ -123,7 +124,7 @@ def test_cost_and_lengths(make, ends):
     squares = np.array([norm(s, a) ** 2 + tension * norm(s, v) ** 2 for s, v, a in zip(S, V, A, strict=True)])
     cost = weights @ squares
     assert_close(curve.cost(), cost, 1e-9 * max(1, cost), "cost")
-    # By the midpoint rule, since speeds have a kink where they vanish.
+    # By the midpoint rule, since speeds have a kink at their zeros.
     count = 1000
     middles = start + (end - start) * (np.arange(count) + 0.5) / count
     speeds = np.array(list(map(norm, curve(middles), curve.velocity(middles))))
@@ -158,7 +159,7 @@ def real_ends():
 
 
 def test_real_data_given_as_complex(make, bound):
-    """The real answers, with imaginary parts of zero; one complex array makes all complex."""
+    """The same results as for real data, with zero imaginary parts; one complex array makes all results complex."""
     real = make(*real_ends())
     S0, V0, S1, V1 = real_ends()
     curve = make(S0 + 0j, V0, S1.astype(np.complex64).astype(complex) * 0 + S1, V1)
@@ -234,7 +235,7 @@ def test_phases():
 
 
 def test_initial_data_and_invariants(ends):
-    """The equation of cubics of the unitary group, energy and momentum; on St(n, k) those of the real embedding."""
+    """The equation of cubics on the unitary group, energy, momentum; on St(n, k), comparison with the real embedding."""
     S0, V0, _, _ = ends
     rng, M = np.random.default_rng(5), Stiefel(*ends[0].shape, field="complex")
     A, J = tangents(M, S0, rng, 2)
@@ -279,7 +280,7 @@ def test_boundary_problems(ends):
 
 
 def test_all_solutions():
-    """Those of the sphere with a phase: each is complex, meets its ends, and the cheapest comes first."""
+    """The solutions on the sphere with a phase: each is complex and has the given ends; the cheapest comes first."""
     S0, V0, S1, V1 = (x + 0j for x in np.eye(2)[[0, 1, 1, 0], :, None])
     found = RiemannianCubic.from_boundary(S0, V0, S1, -V1, all_found=True)
     assert found
@@ -325,7 +326,7 @@ def test_derivatives_by_boundary_data(ends):
     X, h, t = skew(unitary(rng, n)), 1e-5, np.array([0.3, 0.8])
     S0, V0, S1, V1 = ends
     one = scipy.linalg.expm(h * X)
-    # The first point turns, the other end stays.
+    # The first point rotates, the other end is fixed.
     change = (X @ S0, X @ V0, 0 * S1, 0 * V1)
     ahead, behind = (RiemannianCubic.from_boundary(Q @ S0, Q @ V0, S1, V1) for Q in (one, H(one)))
     found = curve.point_variation(t, *change)
@@ -358,7 +359,7 @@ def test_derivatives_by_initial_data(ends):
 
 
 def test_many_points_of_a_tall_curve():
-    """More numbers than one piece of samples holds."""
+    """More numbers than are sampled in one piece."""
     _, S, _ = walk(200, 3, 2)
     curve = Geodesic(S[0], S[1])
     t = np.linspace(0, 1, 4001)

@@ -1,4 +1,4 @@
-"""Bad and unusual input of complex frames: typed errors with the user's shapes and defects, any layout of memory."""
+"""Invalid and unusual input of complex frames: typed errors with the user's shapes and defects, any memory layout."""
 
 import numpy as np
 import pytest
@@ -219,7 +219,7 @@ def test_masked_and_ragged_arrays():
 
 
 def test_batches_mix_real_and_complex_arrays():
-    """Leading axes broadcast; a batch is complex where one array is."""
+    """Leading axes broadcast; a batch is complex if one array is."""
     points = np.stack([S[0], S[0]])
     found = M.exp(points, V[0])
     assert_close(found[1], M.exp(S[0], V[0]), 0.0, "a member")
@@ -232,7 +232,7 @@ def test_batches_mix_real_and_complex_arrays():
 
 
 def test_cut_points_are_refused_or_met():
-    """Antipodes have no unique logarithm: a typed error, no curve that leaves the complex frames."""
+    """Antipodes have no unique logarithm: a typed error, not a curve that leaves the complex frames."""
     for S0 in (np.eye(3, 1) + 0j, np.eye(2) + 0j, S[0]):
         for curve in (QuasiGeodesic, Geodesic):
             with pytest.raises(OutsideDomainError):

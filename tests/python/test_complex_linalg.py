@@ -1,4 +1,4 @@
-"""`skew_exp` and `orthogonal_log` of complex arrays against SciPy, mpmath, the real embedding, each other."""
+"""`skew_exp` and `orthogonal_log` of complex arrays, compared with SciPy, mpmath, the real embedding, each other."""
 
 import mpmath
 import numpy as np
@@ -38,7 +38,7 @@ def embedded(A):
 
 
 def exact(function, A):
-    """A function of mpmath's, with 50 digits."""
+    """A function of mpmath, with 50 digits."""
     with mpmath.workdps(50):
         value = function(mpmath.matrix(A.tolist()))
         return np.array(value.tolist(), dtype=complex).reshape(A.shape)
@@ -86,12 +86,12 @@ def test_both_are_those_of_the_embedding(m, rng):
 def test_log_agrees_with_mpmath(m, norm, rng):
     A = skew(rng, m, m, norm=norm)
     U = skew_exp(A)
-    # mpmath's logarithm is not exactly skew, by the unitarity defect of U. The differences of angles are up to
-    # 2 norm: the logarithm has the condition number x / sin x for x = norm.
+    # mpmath's logarithm is not exactly skew, because of the unitarity defect of U. Differences of angles are up to 2
+    # norm, so the logarithm has the condition number x / sin x for x = norm.
     bound = 20 * m * EPS * max(1, norm / np.sin(norm))
     L = orthogonal_log(U)
     assert_skew(L)
-    # Of angles near pi mpmath 1.3 finds another logarithm than the principal one.
+    # For angles near pi, mpmath 1.3 returns a logarithm other than the principal one.
     expected = exact(mpmath.logm, U) if norm < 3 else A
     assert_below(np.linalg.norm(L - expected, 2), bound, "distance to the 50-digit logarithm")
 
@@ -154,7 +154,7 @@ def test_what_has_no_real_logarithm_has_a_complex_one(Q):
 def test_log_of_small_angles_is_relatively_exact(m, size, rng):
     A = skew(rng, m, m)
     L = orthogonal_log(np.eye(m) + size * A)
-    # e^{sA} = I + sA + O(s^2), and the imaginary part and the entries beside the diagonal are stored to eps s.
+    # e^{sA} = I + sA + O(s^2); the imaginary part and the off-diagonal entries are stored to eps s.
     error = np.linalg.norm(L / size - A, 2)
     assert_below(error, 4 * m * EPS + 2 * size, "relative error")
 

@@ -102,7 +102,7 @@ def test_end_conditions(data):
 
 
 def test_complex_vectors_at_the_ends_of_real_points():
-    """A complex end condition makes all complex, and real vectors go with complex points."""
+    """A complex end condition makes all results complex, and real vectors may be given with complex points."""
     M, rng = Stiefel(3, 1), np.random.default_rng(4)
     S = np.stack([M.random_point(rng)] * 3)
     S[1:] = [M.exp(S[0], 0.2 * i * M.random_tangent(S[0], rng)) for i in (1, 2)]
@@ -139,7 +139,7 @@ def test_phases():
 
 @pytest.mark.parametrize("method", ["catmull-rom", "akima", "natural"])
 def test_velocities(method, data):
-    """Tangent, equivariant, and those of the curve that takes the name."""
+    """Tangent, equivariant, and equal to those of the curve built from the method's name."""
     t, S, _ = data
     V = estimate_velocities(t, S, method)
     assert_close(H(S) @ V + H(V) @ S, 0, 1e-12, "tangent")
@@ -232,7 +232,7 @@ def test_derivatives_by_data(data):
 
     GS, Gt, (first, last) = curve.point_pullback(at, W)
     assert Gt.dtype == np.float64
-    # With a natural end the acceleration is given, zero.
+    # With a natural end, the given acceleration is zero.
     assert last is None or last.shape == S.shape[1:]
     assert_close(pairing(GS, dS) + Gt @ dt + pairing(first, change[0]), pairing(W, found), 1e-9, "pull-back")
     GS, Gt, (first, _) = curve.cost_gradient()

@@ -1,4 +1,4 @@
-"""Complex frames with what stands beside the core: Dask, pymanopt, the command line, figures."""
+"""Complex frames in the tools around the core: Dask, pymanopt, the command line, figures."""
 
 import argparse
 
@@ -108,7 +108,8 @@ def test_geometry_is_that_of_the_unitary_group_of_pymanopt():
     U = Stiefel(3, 3, metric="euclidean", field="complex")
     rng = np.random.default_rng(2)
     X, Z = U.random_point(rng), normal(rng, 3, 3)
-    # pymanopt has elements of the algebra, X^H V; its `projection` of 2.2.1 is that of real matrices.
+    # pymanopt represents tangent vectors by elements of the algebra, X^H V; its `projection` in 2.2.1 is for real
+    # matrices.
     A, B = (group.to_tangent_space(X, H(X) @ Y) for Y in (Z, normal(rng, 3, 3)))
     assert_close(U.project_tangent(X, Z), X @ A, 1e-14, "projection")
     assert_close(U.inner(X, X @ A, X @ B), group.inner_product(X, A, B), 1e-13, "inner product")

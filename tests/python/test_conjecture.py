@@ -1,4 +1,4 @@
-"""The study of the paper's conjecture: its numbers are those of the methods, its verdicts follow from them."""
+"""The study of the paper's conjecture: its numbers agree with the methods, and its verdicts follow from them."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ def study():
 
 def test_closeness_is_the_distance_to_the_exponential(study):
     found = {(c.manifold, c.retraction): c for c in study.closeness}
-    # Cayley on the sphere: the angle 2 atan(t / 2), short by t^3 / 12.
+    # Cayley on the sphere: the angle 2 atan(t / 2), shorter by t^3 / 12.
     cayley = found["sphere", "Cayley"]
     t = retractions.LENGTHS[0]
     np.testing.assert_allclose(cayley.distance, 2 * np.sin((t - 2 * np.arctan(t / 2)) / 2), rtol=1e-12)

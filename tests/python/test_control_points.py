@@ -1,4 +1,4 @@
-"""The comparison of control points: the exact cubic's cost and accelerations, and what the rows and the text say."""
+"""The comparison of control points: cost and accelerations of the exact cubic, and the statements of rows and text."""
 
 import itertools
 
@@ -21,19 +21,19 @@ def test_accelerations_and_cost_are_those_of_the_reference(experiment):
     z = chart.reference(experiments.initial_state(experiment), h * np.arange(1001))
     points = chart.embed(z[:, :d])
     velocity = chart.embed_velocity(z[:, :d], z[:, d : 2 * d])
-    # Ambient accelerations by central differences of the exact velocity, order 4.
+    # Ambient accelerations by central differences of the exact velocity, of order 4.
     second = (8 * (velocity[3:-1] - velocity[1:-3]) - (velocity[4:] - velocity[:-4])) / (12 * h)
     s, v = points[2:-2], velocity[2:-2]
     st, vt = np.swapaxes(s, 1, 2), np.swapaxes(v, 1, 2)
     acceleration = second + v @ (vt @ s) + s @ (vt @ v - vt @ s @ (st @ v))
     squares = Stiefel(3, chart.k).norm(s, acceleration) ** 2
-    # Rule of Simpson over the inner part, and a linear law at the two ends that are left out, 2 h each.
+    # Simpson's rule on the inner part, and a linear law on the omitted parts at both ends, 2 h each.
     inner = (squares[0] + squares[-1] + 4 * squares[1:-1:2].sum() + 2 * squares[2:-2:2].sum()) * h / 3
     ends = 2 * h * (2 * squares[[0, -1]] - squares[[1, -2]]).sum()
-    # h^2 of the linear law and h^4 of the rest.
+    # h^2 for the linear law and h^4 for the rest.
     assert problem.cost == pytest.approx(inner + ends, rel=2e-5)
     first, last = problem.accelerations
-    # Two steps off: the accelerations change by 2 h times the jerk.
+    # Two steps away, accelerations differ by 2 h times the jerk.
     np.testing.assert_allclose(acceleration[0], first, atol=5e-3)
     np.testing.assert_allclose(acceleration[-1], last, atol=5e-3)
     for point, tangent in ((problem.ends[0], first), (problem.ends[2], last)):
@@ -60,7 +60,7 @@ def test_rows_hold_the_papers_errors_and_falling_costs(rows):
         least = [own["gcp"], *(own[f"minimal_cost_{m}"] for m in control_points.DEGREES)]
         for before, after in itertools.pairwise(least):
             assert after.error < before.error / 5
-            # No curve costs less than the cubic; costs are right to 1e-12.
+            # No curve costs less than the cubic; costs are accurate to 1e-12.
             assert -1e-11 < after.excess < before.excess
         assert own["quintic"].error < own["gcp"].error / 20
         assert [r.free for r in least] == [experiment.chart.d * i for i in range(5)]

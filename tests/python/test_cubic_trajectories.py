@@ -1,4 +1,4 @@
-"""What both integrators of cubics without charts ask of their input: arrays that are refused, values that overflow."""
+"""Input checks shared by both chart-free integrators of cubics: refused arrays, overflowing values."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Curves against formulas in NumPy and SciPy, differences, and each other."""
+"""Curves compared with formulas in NumPy and SciPy, with differences, and with each other."""
 
 import itertools
 from math import comb
@@ -23,7 +23,7 @@ def pair(S, V):
 
 
 def quasi_geodesic_derivative(S, V, t, nu):
-    """The nu-th derivative of e^{tX} S e^{t Omega}, n x n throughout."""
+    """The nu-th derivative of e^{tX} S e^{t Omega}, with n x n matrices."""
     X, Omega = pair(S, V)
     power = np.linalg.matrix_power
     middle = sum(comb(nu, j) * power(X, j) @ S @ power(Omega, nu - j) for j in range(nu + 1))
@@ -50,7 +50,7 @@ def de_casteljau(P, t):
 
 @pytest.mark.parametrize("shape", [(3, 2), (4, 3), (5, 4), (4, 2), (5, 2)])
 def test_quasi_geodesics_from_the_first_columns_of_the_identity(shape):
-    # Where n = k + 1 the normal part of a velocity is a single row: its columns depend on each other to the last bit.
+    # For n = k + 1 the normal part of a velocity is a single row, whose entries, as columns, are exactly dependent.
     manifold, rng = Stiefel(*shape), np.random.default_rng(7)
     S = np.eye(shape[0])[:, : shape[1]]
     for _ in range(200):
@@ -66,7 +66,7 @@ def christoffel(S, V, W):
 
 
 def covariant(c0, c1, c2, c3):
-    """Covariant acceleration and jerk from ambient derivatives, product rule on the Christoffel term."""
+    """Covariant acceleration and jerk from ambient derivatives, by the product rule for the Christoffel term."""
     S, v = c0, c1
     a = c2 + christoffel(S, v, v)
     P = np.eye(len(S)) - S @ S.T
@@ -142,7 +142,7 @@ def test_geometric_cubic_is_de_casteljau(manifold, boundary):
     assert_close(curve.control_points, P, 64 * manifold.n * EPS, "control points")
     same = GeometricCubic.from_control_points(curve.control_points)
     for t in [0.0, 0.25, 0.5, 0.9, 1.0]:
-        # Six joins, each with a logarithm of SciPy's (a few hundred eps at these sizes).
+        # Six joins, each with a logarithm by SciPy (a few hundred eps at these sizes).
         assert_close(curve(t), de_casteljau(P, t), 2000 * manifold.n * EPS, f"de Casteljau at {t}")
         assert_close(same(t), curve(t), 100 * manifold.n * EPS, f"from its own control points at {t}")
 
@@ -170,7 +170,7 @@ def test_geometric_cubic_run_backwards(manifold, boundary):
 def test_derivatives_are_derivatives(curve, nu):
     for t in [0.2, 0.5, 0.8]:
         exact = curve(t, nu)
-        # Round-off about 4 eps/h = 5e-13 of the order below, truncation h^6 below it.
+        # Round-off of about 4 eps/h = 5e-13 of the order below; truncation h^6 is smaller.
         bound = 4e-12 * (1.0 + np.abs(curve(t, nu - 1)).max())
         assert_close(difference(lambda s: curve(s, nu - 1), t), exact, bound, f"derivative {nu} at {t}")
 
@@ -203,7 +203,7 @@ def test_cost_is_the_integral_of_the_squared_acceleration(curve):
     x, w = np.polynomial.legendre.leggauss(48)
     t = (x + 1) / 2
     exact = np.sum(w / 2 * M.norm(curve(t), curve.acceleration(t)) ** 2)
-    # Both relative errors; a geodesic costs (round-off)^2.
+    # Relative errors of both; a geodesic has the cost (round-off)^2.
     assert_close(curve.cost(), exact, 1e-10 * exact + 1e-25, "cost against 48-point Gauss-Legendre")
 
 

@@ -1,4 +1,4 @@
-"""Batches over dask arrays: the same bits as one process."""
+"""Batches over dask arrays: bit-identical to a single process."""
 
 import pickle
 
@@ -25,7 +25,7 @@ import dask.array as da  # noqa: E402
 from stiefel_rs import dask as batches  # noqa: E402
 from stiefel_rs.dask import _boundary  # noqa: E402
 
-# Some tests leave the cluster alone while it is there.
+# Some tests do not use the cluster while it is running.
 pytestmark = pytest.mark.filterwarnings("ignore:Running on a single-machine scheduler:UserWarning")
 
 
@@ -125,7 +125,7 @@ def test_nothing_runs_before_it_is_computed(ends):
 
 
 def test_tasks_are_small(ends):
-    """What travels besides the inputs: a name and options, for each block some hundred bytes."""
+    """Besides the inputs, a name and options are sent: some hundred bytes per block."""
     lazy = [da.zeros(array.shape, chunks=(1, 5, 2)) for array in ends]
     graph = dask.optimize(batches.solve_boundary(*lazy).records)[0].__dask_graph__()
     assert len(pickle.dumps(dict(graph))) < 4000 * COUNT

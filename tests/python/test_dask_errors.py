@@ -1,4 +1,4 @@
-"""Errors of batches: they name the problem, or are marked; bad input is found early; interrupts."""
+"""Errors of batches: they name the problem, or are marked; invalid input is found early; interrupts."""
 
 import doctest
 import importlib
@@ -25,7 +25,7 @@ import dask.array as da  # noqa: E402
 from stiefel_rs import dask as batches  # noqa: E402
 from stiefel_rs.dask import _records  # noqa: E402
 
-# Some tests leave the cluster alone while it is there.
+# Some tests do not use the cluster while it is running.
 pytestmark = pytest.mark.filterwarnings("ignore:Running on a single-machine scheduler:UserWarning")
 
 

@@ -24,7 +24,7 @@ import dask.array as da  # noqa: E402
 from stiefel_rs import dask as batches  # noqa: E402
 from stiefel_rs.dask import _boundary  # noqa: E402
 
-# Some tests leave the cluster alone while it is there.
+# Some tests do not use the cluster while it is running.
 pytestmark = pytest.mark.filterwarnings("ignore:Running on a single-machine scheduler:UserWarning")
 
 
@@ -50,7 +50,7 @@ def expected(ends):
 
 
 def complete(path):
-    """Blocks of a store that are complete, as far as it is there."""
+    """Number of complete blocks of a store, if it exists."""
     try:
         return int((zarr.open_group(path, mode="r")["complete"][...] != 0).sum())
     except (FileNotFoundError, KeyError):
@@ -58,7 +58,7 @@ def complete(path):
 
 
 def hold(path, blocks, go):
-    """Let solves of this process wait, once so many blocks are complete, until there is a file `go`."""
+    """Pause the solves of this process once that many blocks are complete, until the file `go` exists."""
     solve = _boundary._curve
 
     def waiting(*arguments):
@@ -141,7 +141,7 @@ def test_a_killed_run_goes_on(client, spawn, tmp_path):
 
 
 def test_an_error_leaves_what_is_complete(unsolvable, tmp_path):
-    # Which blocks come before the bad one depends on their names, and those on the path: one time in ten none does.
+    # Which blocks come before the bad one depends on their names, which depend on the path: one time in ten none does.
     for path in (tmp_path / f"store_{i}" for i in range(10)):
         with pytest.raises(ConvergenceError, match=f"^problem {BAD}: "):
             batches.solve_boundary(*unsolvable, chunk=5).to_zarr(path, scheduler="synchronous")
@@ -265,7 +265,7 @@ def test_tasks_are_tried_again(client, ends, tmp_path):
 
     with pytest.raises(OSError, match="bad luck"):
         batches.solve_boundary(S0, V0, S1, once("first"))["A"].compute()
-    # Tasks of another name: the scheduler may still know the first ones as failed.
+    # Tasks with other names: the scheduler may still remember the first ones as failed.
     stored = batches.solve_boundary(S0, V0, S1, once("second")).to_zarr(tmp_path / "store", retries=2)
     assert (stored["code"].compute() == 0).all()
 

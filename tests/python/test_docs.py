@@ -15,7 +15,7 @@ import stiefel_rs
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 PAGES = sorted(path.relative_to(DOCS).as_posix() for path in DOCS.rglob("*.md"))
-# Blocks that need one of these are skipped where it is not installed.
+# Blocks that need one of these are skipped if it is not installed.
 OPTIONAL = {"geomstats", "pymanopt", "dask", "distributed", "zarr", "plotly", "pymor", "spatialmath"}
 
 
@@ -24,7 +24,7 @@ def text_of(page):
 
 
 def python_blocks(page):
-    """The page's Python blocks, those of tabs too, with the lines that they start at."""
+    """The page's Python blocks, including those in tabs, with their first line numbers."""
     text = text_of(page)
     return [
         (text.count("\n", 0, block.start(2)), textwrap.dedent(block[2]))
@@ -44,7 +44,7 @@ def missing_modules(source):
 
 @pytest.fixture
 def client():
-    """A cluster in place of the one that a page is connected to."""
+    """A cluster in place of the one to which the page connects."""
     distributed = pytest.importorskip("distributed")
     with distributed.Client(n_workers=2, threads_per_worker=1, dashboard_address=":0") as client:
         yield client
@@ -55,7 +55,7 @@ def test_python_blocks_about_clusters_run(client, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     names = {"client": client}
     for line, source in python_blocks("dask.md"):
-        # That scheduler is somebody's.
+        # The scheduler belongs to somebody else.
         if "tcp://HOST" not in source:
             exec(compile("\n" * line + source, str(DOCS / "dask.md"), "exec"), names)
     assert (tmp_path / "sweep.zarr").is_dir()
@@ -68,12 +68,12 @@ def test_python_blocks_run(page, tmp_path, monkeypatch):
     mpl.use("Agg")
     handler, names, skipped = signal.getsignal(signal.SIGINT), {}, set()
     try:
-        # All blocks of a page share their names, as for somebody who types them one after the other.
+        # All blocks of a page share their names, as if typed one after another.
         for line, source in python_blocks(page):
             if missing := missing_modules(source):
                 skipped |= missing
                 continue
-            # Lines of the page in tracebacks.
+            # Lines of the page appear in tracebacks.
             exec(compile("\n" * line + source, str(DOCS / page), "exec"), names)
     finally:
         signal.signal(signal.SIGINT, handler)
@@ -89,7 +89,7 @@ def test_pages_with_code_are_there():
 
 
 def documented():
-    """Names that the pages of the reference ask for, with the page."""
+    """Names documented by the pages of the reference, with the page."""
     found = {}
     for path in sorted((DOCS / "reference").glob("*.md")):
         for name in re.findall(r"^::: (\S+)", path.read_text(encoding="utf-8"), flags=re.MULTILINE):
@@ -154,7 +154,7 @@ def test_bibliography_is_well_formed():
 
 
 def plain(name):
-    """A family name without the marks and the ways to write them."""
+    """A family name without diacritics, however they are written."""
     name = re.sub(r"\\.\{?\\?(\w)\}?|[{}]", lambda found: found[1] or "", name)
     table = str.maketrans("üöäğñáéí", "uoagnaei")
     return re.sub(r"(?<=[uoa])e(?=[a-z])", "", name.translate(table))

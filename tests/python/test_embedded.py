@@ -40,7 +40,7 @@ def test_shapes_and_invariants(shape):
     assert np.max(np.abs(gram - np.eye(k))) <= 16 * n * EPS
     inner = np.swapaxes(trajectory.point, 1, 2) @ trajectory.velocity
     assert np.max(np.abs(inner + np.swapaxes(inner, 1, 2))) <= 16 * n * EPS * largest
-    # Five and eight times the constants in `tests/embedded.rs`: here the data differ.
+    # Five and eight times the constants in `tests/embedded.rs`, since the data differ.
     assert 0.0 <= trajectory.constraint_drift <= 8 * n * EPS * largest
     assert 0.0 <= trajectory.momentum_drift <= 8 * n * EPS * largest
     assert repr(trajectory) == f"<CubicTrajectory of shape (31, {n}, {k})>"

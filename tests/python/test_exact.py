@@ -1,4 +1,4 @@
-"""The exact cubic beside the paper's curves: agreement of chart and chart-free solutions, costs, tables and text."""
+"""The exact cubic compared with the paper's curves: chart and chart-free solutions, costs, tables and text."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from stiefel_rs import RiemannianCubic, Stiefel, integrate_cubic
 from stiefel_rs.reproduce import exact, experiments
 from stiefel_rs.reproduce.text import percent
 
-# Of chart and chart-free solutions: ten times the error of the reference in the chart.
+# Agreement of chart and chart-free solutions: ten times the error of the reference in the chart.
 AGREEMENT = 1e-12
 each_experiment = pytest.mark.parametrize("experiment", experiments.EXPERIMENTS, ids=lambda e: e.name)
 
@@ -18,10 +18,10 @@ def found():
 
 
 def assert_states_agree(experiment, z, covariant, what):
-    """Compare points and covariant derivatives on the manifold, and the states that a chart gives them."""
+    """Compare points and covariant derivatives on the manifold, and the chart states computed from them."""
     for name, own, known in zip("SVAJ", covariant, experiment.chart.covariant(z), strict=True):
         np.testing.assert_allclose(own, known, rtol=0, atol=AGREEMENT, err_msg=f"{what}, {name}")
-    # A state holds the coordinates' angles, which are right up to whole turns.
+    # A state contains angles, which are determined up to whole turns.
     back = np.array([experiment.chart.state(*data) for data in zip(*covariant, strict=True)])
     d = experiment.chart.d
     difference = back - z
@@ -54,7 +54,7 @@ def test_chart_free_solutions_are_those_of_the_chart(experiment):
 def test_the_boundary_problem_finds_the_papers_curve(found):
     for c in found:
         assert max(c.agreement.point, c.agreement.acceleration, c.agreement.jerk) < AGREEMENT
-        # Steps by linear equations that are kept: the sphere takes 6, St(3,2) 10.
+        # Steps with kept linear equations: the sphere takes 6, St(3,2) 10.
         assert c.agreement.residual <= experiments.BOUNDARY_TOLERANCE and c.agreement.iterations <= 10
 
 
@@ -65,7 +65,7 @@ def test_cost_of_the_exact_cubic_is_that_of_the_reference(experiment):
     start, end = experiments.reference(experiment, 1)
     cubic = experiments.exact_cubic(experiment, start, end)
     squares = exact.squared_acceleration(experiment, z)
-    # 1e-13 of the reference, times the 2 of a square.
+    # The reference's 1e-13, times the 2 of a square.
     assert cubic.cost() == pytest.approx(float(weights @ squares) / 2, rel=1e-12)
     accelerations = cubic.acceleration((1 + nodes) / 2)
     norms = Stiefel(3, experiment.chart.k).norm(cubic((1 + nodes) / 2), accelerations)
@@ -90,7 +90,8 @@ def test_costs(found):
     sphere, frame = found
     assert sphere.of("geodesic_cubic").excess == pytest.approx(sphere.of("gcp").excess, rel=exact.SAME_EXCESS)
     assert 0 < frame.of("geodesic_cubic").excess < frame.of("gcp").excess / 1000
-    # A relative excess of 8.2494e-3 and 5.758e-6: cost of the Taylor reference in the chart, by Gauss quadrature.
+    # A relative excess of 8.2494e-3 and 5.758e-6: from the cost of the Taylor reference in the chart, by Gauss
+    # quadrature.
     assert frame.of("gcp").excess == pytest.approx(8.2494e-3, rel=1e-4)
     assert sphere.of("gcp").excess == pytest.approx(5.758e-6, rel=1e-3)
 

@@ -1,4 +1,4 @@
-"""The examples run, and their numbers say what the gallery says."""
+"""The examples run, and their numbers agree with the gallery."""
 
 import json
 import os
@@ -21,14 +21,14 @@ NAMES = (
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
-    """Numbers and figure of an example, run once as a user does."""
+    """Numbers and figure of an example, run once as by a user."""
     folder, done = tmp_path_factory.mktemp("examples"), {}
 
     def numbers(name):
         if name not in done:
             figure = folder / f"{name}.png"
             command = [sys.executable, str(EXAMPLES / f"{name}.py"), "--quick", "--out", str(figure)]
-            # Threads of a BLAS that wait for each other on a busy machine take minutes for what one does in a second.
+            # On a busy machine, BLAS threads that wait for each other take minutes for a second's work.
             single = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
             found = subprocess.run(command, capture_output=True, text=True, timeout=HANGS, check=False, env=single)
             assert found.returncode == 0, found.stderr
@@ -63,7 +63,7 @@ def test_the_moving_picture_moves(tmp_path):
     assert committed.stat().st_size < 150_000
     for path in (out, committed):
         animations = list(ElementTree.parse(path).iter("{http://www.w3.org/2000/svg}animate"))
-        # Four edges and a picture for each camera, two ends of the line, two coordinates for each dot.
+        # Four edges and an image for each camera, two ends of the line, two coordinates for each dot.
         assert len(animations) == 16
         frames = [animation.get("values").split(";") for animation in animations]
         assert {len(values) for values in frames} == {157}
@@ -81,7 +81,7 @@ def test_pages_link_to_files(page):
 
 def test_target_in_view(run):
     found = run("target_in_view")
-    # Ten steps lower the cost, and keep the target where it may be.
+    # Ten steps reduce the cost, and keep the target within its allowed set.
     assert found["objective"] < 0.7 * found["start"]
     assert found["optimised"]["cost"] < 0.7 * found["pointing"]["cost"]
     assert found["optimised"]["peak"] < found["pointing"]["peak"]
@@ -97,9 +97,9 @@ def test_gyro_fit(run):
 
 def test_attitude(run):
     found = run("attitude")
-    # The natural spline has the least cost of all curves near to it through the keyframes.
+    # The natural spline has the least cost among nearby curves through the keyframes.
     assert found["cost"] < found["cost_rotation_spline"]
-    # Gauss's rule on the squared angular acceleration, and the cost in the canonical metric of St(3, 3).
+    # Gauss quadrature of the squared angular acceleration, and the cost in the canonical metric of St(3, 3).
     assert found["cost_check"] == pytest.approx(found["cost"], rel=1e-9)
     assert found["end_acceleration"] < 1e-10
     assert found["keyframe_error"] < 1e-13
@@ -124,7 +124,7 @@ def test_camera_path(run):
     spline, slerp, near = "PoseSpline", "slerp and straight lines", "PoseSpline.smoothing"
     for m, row in found["errors"].items():
         best = min(row, key=lambda name: row[name][0])
-        # The gallery says where others are better, and by how much.
+        # The gallery states where other methods are better, and by how much.
         assert row[spline][0] < 1.06 * row[best][0], m
         assert row[spline][1] < 1.1 * row[slerp][1], m
     rows = found["errors"]
@@ -146,11 +146,11 @@ def test_reduced_order_model(run):
 def test_reduced_model(run):
     found = run("reduced_model")
     quarter, circle = found["quarter"], found["circle"]
-    # Measured: 1.04 times less than in the tangent space at the middle; natural ends 2.8 times more.
+    # Measured: 1.04 times less than in the tangent space at the middle; 2.8 times more with natural ends.
     assert quarter["spline, end velocities"] < quarter["tangent space at the middle"]
     assert quarter["spline"] > 2 * quarter["spline, end velocities"]
     assert quarter["spline"] == pytest.approx(quarter["aligned frames"], rel=0.02)
-    # Modes with the signs that they have are no data for a curve of frames.
+    # Modes with arbitrary signs are not suitable data for a curve of frames.
     assert "no convergence" in quarter["raised"]["frames as they are"]
     # Measured: 12.8, 1.26, 1.24 and 4.3.
     assert circle["tangent space at the middle"] > 8 * circle["spline"]

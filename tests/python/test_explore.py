@@ -75,7 +75,7 @@ CORNERS = {kind: list(itertools.product((-k.limit, k.limit), repeat=2)) for kind
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("angle", [0.1, 1.2, np.pi])
 def test_samples_are_close_wherever_the_sliders_are(kind, angle):
-    """No chord of a column is longer than 0.05: exact cubics of the sphere have speeds up to 67."""
+    """No chord is longer than 0.05 in any column: exact cubics on the sphere have speeds up to 67."""
     parameters = len(KINDS[kind].parameters)
     for v0, v1 in CORNERS[kind]:
         found = curves.find(KINDS[kind], angle, [v0] * parameters, [v1] * parameters)
@@ -131,7 +131,7 @@ def test_bad_velocities(angle, v0, message):
 
 @pytest.fixture
 def small(monkeypatch):
-    """Grids of a few nodes: the whole ones take tens of seconds."""
+    """Grids with a few nodes: the full ones take tens of seconds."""
     axes = {"sphere": (np.array([-2.0, 1.0]), np.array([-3.0, 0.0, 3.0]))}
     axes["frame"] = (np.array([0.0, 1.0]), np.array([0.5, 1.5]), np.array([-1.0, 1.0]))
     monkeypatch.setattr(grid, "AXES", axes)
@@ -156,7 +156,7 @@ def test_grid_holds_what_the_library_gives(small, kind):
     t = np.linspace(0, 1, m)
     for node, (v0, v1) in enumerate(grid.nodes(KINDS[kind])):
         *both, M = library(kind, KINDS[kind].angle, v0, v1)
-        # Half of a unit, and the round-off of the division.
+        # Half a unit, and the round-off of the division.
         half = 0.5000001 / grid.UNIT
         for i, curve in enumerate(both):
             S = curve(t)
@@ -296,7 +296,7 @@ def test_a_page_that_is_interrupted_leaves_what_was_there(small, tmp_path, monke
     monkeypatch.setattr(page, "build", interrupted)
     assert cli.main(["explore", "--out", str(path)]) == 130
     assert capsys.readouterr().err == "stiefel-rs: interrupted\n"
-    # The file that would have become the page was there beside it, and is not any more.
+    # The file that would have become the page existed next to it, and has been removed.
     assert seen == [2 if old else 1]
     assert [entry.read_text() for entry in tmp_path.iterdir()] == ([old] if old else [])
 

@@ -46,7 +46,7 @@ def served():
 
 @pytest.fixture(scope="module")
 def static_page(tmp_path_factory):
-    """The static page of the sphere, with fewer nodes: the whole one takes half a minute."""
+    """The static page of the sphere with fewer nodes: the full one takes half a minute."""
     path = tmp_path_factory.mktemp("static") / "page.html"
     axes = {"sphere": (np.linspace(-3, 3, 4), np.linspace(-3, 3, 3))}
     with pytest.MonkeyPatch.context() as patch:
@@ -62,7 +62,7 @@ def wait(browser):
 
 
 class Shown:
-    """What the page shows now."""
+    """The state that the page shows."""
 
     def __init__(self, browser):
         wait(browser)
@@ -78,7 +78,7 @@ class Shown:
         }
 
     def path(self, name, side):
-        """Flat coordinates of what is drawn of a curve on one half, shape (T, 2), gaps among them as NaN."""
+        """Flat coordinates of the drawn part of a curve on one half, shape (T, 2), with gaps as NaN."""
         return np.stack(self.charts["sphere"][f"{name} {side}"], axis=1)
 
     def vertices(self, name):
@@ -87,7 +87,7 @@ class Shown:
         return whole[~np.isnan(whole[:, 0])]
 
     def agrees(self, kind, angle, tolerance):
-        """Everything is what the library gives for the velocities that the page names."""
+        """Everything agrees with the library for the velocities that the page states."""
         *both, M = library(kind, angle, *self.velocities)
         t, dense = self.charts["speed"]["gcp"][0], np.linspace(0, 1, 20001)
         for name, curve in zip(("gcp", "cubic"), both, strict=True):
@@ -96,7 +96,7 @@ class Shown:
             points, depths = flat(S)
             for side, here in (("near", depths > tolerance), ("far", depths < -tolerance)):
                 assert (gaps(points[here], self.path(name, side)) <= tolerance).all()
-            # Nothing else is drawn; between samples of a grid, what the documentation promises.
+            # Nothing else is drawn; between samples of a grid, to the accuracy that the documentation promises.
             assert gaps(self.vertices(name), flat(curve(dense))[0]).max() < 3e-4
             for chart, vectors in (("speed", curve.velocity(t)), ("acceleration", curve.acceleration(t))):
                 lengths = M.norm(S, vectors)
@@ -116,12 +116,12 @@ def flat(S):
 
 
 def gaps(points, others):
-    """Distance of each point to the nearest of others; those that are NaN are none."""
+    """Distance of each point to the nearest of others, which may contain NaN."""
     return cKDTree(others[~np.isnan(others[:, 0])]).query(points)[0]
 
 
 def changed(one, other, name):
-    """How far a curve is from where it was drawn before."""
+    """The distance of a curve from its previous drawing."""
     return gaps(one.vertices(name), other.vertices(name)).max()
 
 
@@ -133,7 +133,7 @@ def drag_handle(browser, end, column, x, y):
 
 
 def move_slider(browser, name, value):
-    """As the keyboard does: to a value, and an input event."""
+    """Set a value and send an input event, as the keyboard does."""
     script = (
         "const e = document.getElementById(arguments[0]); e.value = arguments[1]; e.dispatchEvent(new Event('input'))"
     )
@@ -189,7 +189,7 @@ def test_the_served_page_in_a_browser(browser, served):
 
 
 def test_the_handle_follows_the_pointer(browser, served):
-    """The tip of the arrow ends where it was dragged to: on the page's plane, within a pixel."""
+    """The tip of the arrow ends at the point to which it was dragged: on the page's plane, within a pixel."""
     with opened(browser, served.url):
         box = "const b = document.querySelector('.handle').getBoundingClientRect();"
         where = f"{box} return [b.x + b.width / 2, b.y + b.height / 2]"
@@ -208,7 +208,7 @@ def test_frames_in_a_browser(browser, served):
         first.agrees("frame", kind.angle, 1e-12)
         drag_handle(browser, 1, 1, 20, 30)
         dragged = Shown(browser)
-        # Dragging the second column does not turn the frame about it.
+        # Dragging the second column does not rotate the frame about it.
         assert dragged.velocities[0] == first.velocities[0]
         assert dragged.velocities[1][1] == first.velocities[1][1]
         assert dragged.velocities[1][0] != first.velocities[1][0]
@@ -224,7 +224,7 @@ def longest_chord(shown, name):
 
 
 def assert_halves_meet(shown, name):
-    """At the rim, each piece of a half with a piece of the other."""
+    """At the rim, each piece of one half meets a piece of the other."""
     ends = {}
     for side in ("near", "far"):
         path = shown.path(name, side)
@@ -234,7 +234,7 @@ def assert_halves_meet(shown, name):
         assert len(ends[side]) > 2
     for side, other in (("near", "far"), ("far", "near")):
         loose = ends[side][gaps(ends[side], ends[other]) > 0]
-        # The curve's own ends alone.
+        # Only the curve's own ends.
         assert len(loose) <= 2
         meeting = ends[side][gaps(ends[side], ends[other]) == 0]
         assert np.allclose(np.linalg.norm(meeting, axis=1), 1, atol=1e-12)
@@ -247,7 +247,7 @@ def test_a_quick_curve_is_drawn_without_kinks_and_gaps(browser, served):
             move_slider(browser, name, 7)
         shown = Shown(browser)
         assert shown.velocities == [[7, 7], [7, 7]]
-        # Steps of 1/100 of the time would be eight times as long as they may be.
+        # Steps of 1/100 of the time would exceed the allowed length eightfold.
         assert shown.charts["speed"]["cubic"][1].max() > 40
         assert longest_chord(shown, "cubic") <= 0.05
         assert_halves_meet(shown, "cubic")
@@ -306,7 +306,7 @@ def test_turning_the_sphere_changes_the_view_alone(browser, served):
 def test_the_static_page_in_a_browser(browser, static_page):
     with opened(browser, static_page.as_uri()):
         kind, nodes = KINDS["sphere"], (-3, -1, 0, 1, 3)
-        # Halves of the units in which the grid is kept.
+        # Half units of the precision in which the grid is stored.
         tolerance = 0.51 / grid.UNIT * 2
         first = Shown(browser)
         assert first.velocities == [list(v) for v in kind.velocities]
@@ -319,7 +319,7 @@ def test_the_static_page_in_a_browser(browser, static_page):
         assert dragged.texts["cost-gcp"] != first.texts["cost-gcp"]
         assert changed(dragged, first, "cubic") > 0.01
         dragged.agrees("sphere", kind.angle, tolerance)
-        # Its samples are farther from each other.
+        # Its samples are farther apart.
         assert len(dragged.charts["speed"]["cubic"][0]) == grid.SAMPLES["sphere"]
         assert dragged.charts["speed"]["cubic"][1].max() / (grid.SAMPLES["sphere"] - 1) > 0.09
         assert longest_chord(dragged, "cubic") <= 0.05

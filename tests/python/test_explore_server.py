@@ -1,4 +1,4 @@
-"""The server of `stiefel-rs explore`: its curves, who may ask, and bad requests."""
+"""The server of `stiefel-rs explore`: its curves, access control, and bad requests."""
 
 import http.client
 import json
@@ -26,7 +26,7 @@ def served():
 
 
 def ask(served, method="POST", path="/curves", body=None, **changed):
-    """Status and content of an answer; `changed` headers, None leaves one out."""
+    """Status and content of an answer; `changed` replaces headers, None omits one."""
     headers = {"Host": f"127.0.0.1:{served.server_port}", "X-Token": served.token, "Content-Type": "application/json"}
     headers |= {name.replace("_", "-"): value for name, value in changed.items()}
     connection = http.client.HTTPConnection("127.0.0.1", served.server_port, timeout=HANGS)
@@ -88,7 +88,7 @@ def test_token_is_long_random_and_compared_in_constant_time(served, monkeypatch)
 
 @pytest.mark.parametrize("host", [None, "", "evil.example", "evil.example:80", "127.0.0.1", "127.0.0.1:1"])
 def test_other_hosts_are_refused(served, host):
-    """A name of somebody else that leads to this machine (DNS rebinding) is not this server's."""
+    """A foreign name that resolves to this machine (DNS rebinding) is not accepted."""
     for method, path in (("GET", f"/?token={served.token}"), ("POST", "/curves")):
         status, content, _ = ask(served, method, path, body=GOOD if method == "POST" else None, Host=host)
         assert (status, content) == (403, {"error": "wrong host"})
@@ -174,7 +174,7 @@ def test_a_page_that_is_not_there(served):
 @pytest.mark.parametrize("method", ["GET", "HEAD"])
 @pytest.mark.parametrize("address", ["http://[", "//[::1", "http://[x]/?token=1", "http://\u2100/"])
 def test_addresses_that_are_none(served, capfd, method, address):
-    """Whoever sends them has no token: they get an answer, and nothing is printed."""
+    """A sender without a token gets an answer, and nothing is printed."""
     with socket.create_connection(("127.0.0.1", served.server_port), timeout=HANGS) as connection:
         connection.sendall(f"{method} {address} HTTP/1.1\r\nHost: x\r\n\r\n".encode())
         answer = b"".join(iter(lambda: connection.recv(4096), b""))
@@ -185,7 +185,7 @@ def test_addresses_that_are_none(served, capfd, method, address):
 
 
 def test_curves_that_do_not_exist_come_as_text(served):
-    """Points that are opposite to each other; and velocities that are too long for the geometric cubic."""
+    """Opposite points, and velocities too long for the geometric cubic."""
     status, content, _ = ask(served, body=GOOD | {"angle": np.pi, "v0": [0, 0], "v1": [0, 0]})
     assert status == 200
     assert content["curves"]["gcp"]["error"].startswith("OutsideDomainError: no unique shortest curve joins the points")
@@ -196,7 +196,7 @@ def test_curves_that_do_not_exist_come_as_text(served):
 
 
 def test_connections_wait_until_they_are_accepted():
-    """More than a browser opens, while nothing is served yet."""
+    """More connections than a browser opens, while none is served yet."""
     with server.Server("sphere") as waiting, ExitStack() as stack:
         for _ in range(32):
             stack.enter_context(socket.create_connection(waiting.server_address, timeout=HANGS))

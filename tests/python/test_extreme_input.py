@@ -1,4 +1,4 @@
-"""Finite input of any size: a finite result or a typed error, never a NaN, a panic, or a loop without end."""
+"""Finite input of any size: a finite result or a typed error, never a NaN, a panic, or an endless loop."""
 
 import itertools
 import re
@@ -28,7 +28,7 @@ from stiefel_rs import (
 
 
 def finite_or_typed(call):
-    """Whether there is a result: finite, without a warning. Otherwise it is one of the exceptions of the contract."""
+    """Whether there is a result: finite, without a warning. Otherwise it must be one of the documented exceptions."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         try:
@@ -44,11 +44,11 @@ def finite_or_typed(call):
 EXTREME = [5e-324, 1e-310, 1e-160, 1e100, 1e155, 1e200, 1e308]
 
 
-# The reference takes its 100 000 steps before it gives up, a minute each; far parameters have a test of their own.
+# The reference takes its 100 000 steps before it fails, a minute each; far parameters have a separate test.
 QUICK = [call for call in CALLS if call not in ("reference", "jerk")]
 
-# How many of the extreme arguments have a result at least: three quarters of those that have one now. Of the others
-# none has: points whose entries are scaled are no points, and states of a chart are at its pole.
+# Minimal number of extreme arguments with a result: three quarters of those that have one now. The other functions have
+# none: points with scaled entries are invalid, and states of a chart are at its pole.
 ACCEPTED = {
     "skew_exp": 6,
     "check_tangent": 8,
@@ -128,7 +128,7 @@ def test_derivatives_of_splines_in_any_unit_of_time(kind, unit):
     curve = CubicHermite(t, circle(np.array([0.0, 0.5, 0.5])), np.zeros((3, 2, 1)), kind)
     for nu in (1, 2, 3):
         finite_or_typed(lambda nu=nu: curve([0.5 * unit, unit, 2.0 * unit], nu))
-    # At rest, in whatever unit.
+    # At rest, in any unit.
     assert not curve(2.0 * unit, 2).any()
     with np.errstate(over="ignore"):
         expected = CubicHermite(t / unit, curve.points, np.zeros((3, 2, 1)), kind)(0.5, 1) / unit
@@ -145,7 +145,7 @@ def test_a_chosen_lambda_that_is_no_number(unit):
     assert SmoothingSpline(np.arange(6.0), circle(angles)).lam > 0.0
     with pytest.raises(InvalidInputError, match="t: must be in a unit of time"):
         SmoothingSpline(np.arange(6.0) * unit, circle(angles))
-    # One that is given need not be one in other units.
+    # A curve that exists in one unit need not exist in others.
     assert SmoothingSpline(np.arange(6.0) * unit, circle(angles), lam=0.0).lam == 0.0
 
 
@@ -173,7 +173,7 @@ def test_extreme_curves(scale, nu):
 @pytest.mark.parametrize("method", ["curve({t}, 0)", "curve({t}, 1)", "curve({t}, 3)", "curve.jerk({t})"])
 @pytest.mark.parametrize("t", [1e16, 1e155, 1e200, 1e308])
 def test_far_parameters_return(t, method):
-    # A process of its own: a loop without end in compiled code cannot be stopped from inside.
+    # In a separate process: an endless loop in compiled code cannot be stopped from inside.
     code = f"""
 import numpy as np
 from stiefel_rs import GeometricCubic, StiefelError
@@ -224,7 +224,7 @@ def test_exponential_of_extreme_matrices_is_a_rotation(m, scale, rng):
     A -= A.T
     A = A / np.abs(A).max()
     if scale > 1 and np.linalg.norm(A, 2) > np.finfo(float).max / scale:
-        with pytest.raises(InvalidInputError, match="too large"):  # an angle is no number any more
+        with pytest.raises(InvalidInputError, match="too large"):  # an angle is not finite any more
             skew_exp(A * scale)
         return
     R = skew_exp(A * scale)
@@ -251,7 +251,7 @@ def test_any_finite_input_gives_a_finite_result_or_a_typed_error(call, data):
     for _, value in args:
         noise = np.array(data.draw(st.lists(numbers, min_size=value.size, max_size=value.size))).reshape(value.shape)
         second = np.arange(value.size).reshape(value.shape) == 1
-        # Good values, good values with one entry replaced, and noise.
+        # Valid values, valid values with one entry replaced, and noise.
         values.append(data.draw(st.sampled_from([value, np.where(second, noise, value), noise])))
     finite_or_typed(lambda: function(*values))
 

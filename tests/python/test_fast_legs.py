@@ -1,4 +1,4 @@
-"""Splines whose legs turn far, or whose times differ by large factors: on the circle beside SciPy's of the angle."""
+"""Splines whose legs turn far, or whose times differ by large factors: on the circle, compared with SciPy's."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ from scipy.interpolate import CubicSpline as Flat
 
 from stiefel_rs import CubicSpline, Stiefel
 
-# Legs that miss their knot or jump by at most 1e-12, in the time of the shortest leg, and evaluation.
+# Defects and jumps of legs of at most 1e-12, in the time of the shortest leg, and round-off of the evaluation.
 MET = 1e-11
 
 
@@ -21,7 +21,7 @@ def turning(angle, rate):
 
 
 def largest_jump(curve, knots):
-    """Of the covariant acceleration, relative to the largest one."""
+    """The largest jump of the covariant acceleration, relative to the largest one."""
     inner = np.asarray(knots[1:-1])
     before, after = curve.acceleration(np.nextafter(inner, -np.inf)), curve.acceleration(np.nextafter(inner, np.inf))
     return np.abs(after - before).max() / max(np.abs(before).max(), 1.0)
@@ -34,7 +34,7 @@ def test_fast_ends_on_the_circle_are_the_spline_of_the_angle(rate):
     ends = turning(angles[0], rate), turning(angles[-1], -rate)
     curve = CubicSpline(t, circle(angles), bc_type=tuple((1, v) for v in ends))
     at = np.linspace(0.0, 5.0, 101)
-    # The angle is rate times as large.
+    # The angle is `rate` times as large.
     np.testing.assert_allclose(curve(at), circle(flat(at)), atol=rate * MET)
 
 
@@ -64,12 +64,12 @@ def test_a_closed_chain_of_far_frames_is_closed():
     assert largest_jump(curve, t) < 1e-10
 
 
-# From 1e6 on the third derivative of the short leg changes accelerations by 1e-10 from one number to the next.
+# From 1e6 on, the third derivative of the short leg changes accelerations by 1e-10 between neighbouring floats.
 @pytest.mark.parametrize("ratio", [1e3, 1e4])
 def test_accelerations_do_not_jump_between_uneven_legs_in_many_dimensions(ratio):
     manifold, rng = Stiefel(5, 3), np.random.default_rng(104)
     points = [manifold.random_point(rng)]
-    # Every leg at the same speed.
+    # The same speed on every leg.
     t = np.array([0.0, 1.0, 1.0 + 1.0 / ratio, 2.0])
     for length in np.diff(t):
         V = manifold.random_tangent(points[-1], rng)

@@ -1,4 +1,4 @@
-"""The formulas of docs/mathematics.md, written down in NumPy and SciPy, against what the package computes."""
+"""The formulas of docs/mathematics.md in NumPy and SciPy, compared with the package."""
 
 import numpy as np
 import pytest
@@ -270,7 +270,7 @@ def parts(x, k):
 
 
 def horizontal(g, V):
-    """The matrix in m with `V` as the first columns of `g v`."""
+    """The matrix in m for which `V` is the first columns of `g v`."""
     n, k = V.shape
     Y = g.T @ V
     v = np.zeros((n, n))
@@ -420,7 +420,7 @@ def test_logarithm_of_subspaces(subspace, rng):
     log = (np.eye(M.n) - Y @ Y.T) @ Y1 @ Zt.T @ np.diag(factor) @ A.T
     np.testing.assert_allclose(M.log(Y, Y1), log, atol=1e-13)
     sines = svd(Y1 - Y @ Y.T @ Y1, compute_uv=False)
-    # Arccosines of small angles have half of the digits.
+    # Arccosines of small angles have only half of the digits.
     np.testing.assert_allclose(np.sin(M.principal_angles(Y, Y1)), sines, atol=1e-14)
     np.testing.assert_allclose(np.cos(M.principal_angles(Y, Y1)), cosines[::-1], atol=1e-14)
     np.testing.assert_allclose(M.dist(Y, Y1), np.linalg.norm(theta), atol=1e-7)
@@ -462,7 +462,7 @@ def test_complex_exponential_and_logarithm(rng):
     N = rest / r
     assert np.allclose(N @ N, -np.eye(2), atol=1e-14)
     assert np.allclose(skew_exp(A), np.exp(1j * phi) * (np.cos(r) * np.eye(2) + np.sin(r) * N), atol=1e-14)
-    # The logarithm, and the two Hermitian matrices that share its eigenvectors.
+    # The logarithm, and the two Hermitian matrices with the same eigenvectors.
     L, a = orthogonal_log(Q), 0.7
     theta, B = np.linalg.eigh(-1j * L)
     assert np.allclose(L, -L.conj().T, atol=0)

@@ -1,4 +1,4 @@
-"""The formulas of docs/mathematics.md for charts and kernels, against what the package computes."""
+"""The formulas of docs/mathematics.md for charts and kernels, compared with the package."""
 
 import numpy as np
 import pytest
@@ -33,7 +33,7 @@ def test_charts(chart, hamiltonian, rng):
     z = rng.uniform(0.5, 1.0, 4 * d)
     q, qdot, p, r = z.reshape(4, d)
     assert np.isclose(chart.hamiltonian(z), hamiltonian(z))
-    # The momenta are those of the covariant data.
+    # The momenta agree with the covariant data.
     M = Stiefel(3, chart.k)
     S, _, A, J = chart.covariant(z)
     fields = [chart.embed_velocity(q, e) for e in np.eye(d)]

@@ -25,7 +25,7 @@ def test_gradient(rng):
 
 
 def test_embedding(rng):
-    """Respects products and the conjugate transpose; its image is fixed by J R J^T, and squared lengths double."""
+    """It preserves products and the conjugate transpose; J R J^T fixes its image, and squared lengths double."""
     A, B = normal(rng, 4, 2), normal(rng, 2, 3)
     assert_close(embed(A @ B), embed(A) @ embed(B), 1e-14, "products")
     assert_close(embed(H(A)), embed(A).T, 0.0, "transpose")
@@ -70,7 +70,7 @@ def test_spheres_with_a_phase():
 
 
 def test_qr_in_pairs(rng):
-    """Embedded columns in pairs have a triangular factor that is that of the complex matrix."""
+    """Embedded columns in pairs have as triangular factor the embedding of the complex one."""
     S = M.random_point(rng)
     (V,) = tangents(M, S, rng, 1)
     pairs = embed(S + V)[:, [0, 2, 1, 3]]

@@ -1,4 +1,4 @@
-"""The formulas of docs/mathematics.md for rotations and poses, against what the package computes."""
+"""The formulas of docs/mathematics.md for rotations and poses, compared with the package."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from stiefel_rs import CubicSpline, PoseSpline, RotationSpline, Stiefel
 
 KNOTS = np.array([0.0, 0.7, 1.5, 2.1])
 INSIDE = np.array([0.2, 0.9, 1.1, 1.9])
-# Step of central differences of the fourth order: error below 1e-9 for these curves.
+# Step of central differences of fourth order: error below 1e-9 for these curves.
 STEP = 1e-3
 
 
@@ -36,7 +36,7 @@ def derivative(curve, t, h=STEP):
 
 
 def product(p, q):
-    """Hamilton's, scalar last."""
+    """Hamilton product, scalar last."""
     vector = p[..., 3:] * q[..., :3] + q[..., 3:] * p[..., :3] + np.cross(p[..., :3], q[..., :3])
     return np.concatenate([vector, p[..., 3:] * q[..., 3:] - np.sum(p[..., :3] * q[..., :3], -1, keepdims=True)], -1)
 

@@ -1,4 +1,4 @@
-"""The formulas of docs/mathematics.md for splines and for the cost of cubics, against what the package computes."""
+"""The formulas of docs/mathematics.md for splines and for the cost of cubics, compared with the package."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from stiefel_rs import RiemannianCubic, SmoothingSpline, Stiefel, estimate_veloc
 
 def test_cost_of_a_cubic_of_flat_space(rng):
     h, (D, V, W) = 0.7, rng.standard_normal((3, 4))
-    # s = V t + a t^2 / 2 + j t^3 / 6 ends in D with velocity W.
+    # s = V t + a t^2 / 2 + j t^3 / 6 ends at D with velocity W.
     a, j = 6 * D / h**2 - (4 * V + 2 * W) / h, -12 * D / h**3 + 6 * (V + W) / h**2
     cost = h * np.sum(a**2 + a * j * h + (j * h) ** 2 / 3)
     assert np.isclose(cost, np.sum((W - V) ** 2) / h + 12 / h * np.sum((D / h - (V + W) / 2) ** 2))

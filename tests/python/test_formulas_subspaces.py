@@ -1,4 +1,4 @@
-"""The formulas of docs/mathematics.md for curves of subspaces, against what the package computes."""
+"""The formulas of docs/mathematics.md for curves of subspaces, compared with the package."""
 
 import itertools
 
@@ -124,7 +124,7 @@ def test_bounds_of_derivatives(data, rng):
     M, Y, V, A, J = data
     v, a, j = (np.linalg.norm(X) for X in (V, A, J))
     assert np.linalg.norm(M.curvature(Y, A, V, V)) <= 2 * a * v**2 * (1 + 1e-14)
-    # The derivative of -R(A, V) V along a cubic, the tensor being parallel.
+    # The derivative of -R(A, V) V along a cubic, since the tensor is parallel.
     second = M.curvature(Y, J, V, V) + M.curvature(Y, A, V, A)
     assert np.linalg.norm(second) <= 2 * (j * v**2 + a**2 * v)
     curve = RiemannianCubic.from_initial(Y, V, A, J, manifold=M)
@@ -200,7 +200,7 @@ def test_lines_of_two_complex_numbers(rng):
 
 
 def test_loop_of_states():
-    """An octant of the sphere: counter-clockwise from outside by the axes z, x, y."""
+    """An octant of the sphere: counter-clockwise as seen from outside, along the axes z, x, y."""
     M = Grassmann(2, 1, field="complex")
     states = np.array([[1, 0], [np.sqrt(0.5), np.sqrt(0.5)], [np.sqrt(0.5), 1j * np.sqrt(0.5)], [1, 0]])[..., None]
     assert_close(bloch(states), [[0, 0, 1], [1, 0, 0], [0, 1, 0], [0, 0, 1]], 1e-15, "axes")

@@ -1,4 +1,4 @@
-"""Random calls of every entry point, a short run of `python -m tests.fuzz`, and checks that it sees what it is for."""
+"""Random calls of every entry point, a short run of `python -m tests.fuzz`, and checks that it detects failures."""
 
 import inspect
 import random
@@ -12,12 +12,12 @@ from tests.fuzz import __main__ as command
 from tests.fuzz import case, curves, entries
 
 FIRST, CASES = 20_240_419, 400
-# Results, which are not made by their users; they are walked through wherever they come back.
+# Results, which users do not construct; they are checked wherever they are returned.
 RESULTS = {"ChartTrajectory", "CubicTrajectory", "ShootingResult", "Curve", "CurveDerivative", "PiecewiseCurve"}
 
 
 def test_random_calls():
-    # However long they take: a busy machine draws as many.
+    # However long they take: a busy machine draws the same number.
     found, count, _ = command.search(FIRST, CASES, float("inf"), command.LIMIT, report=lambda text: None)
     assert count == CASES, f"{count} cases of {CASES}"
     again = [f"python -m tests.fuzz --case {seed}: {text}" for seed, text in found]
@@ -50,7 +50,7 @@ def test_every_public_name_is_drawn(name):
 def test_a_case_is_made_of_its_seed():
     for seed in range(12):
         first, second = case.run(seed), case.run(seed)
-        # Addresses of objects are not part of the case.
+        # Addresses of objects do not belong to the case.
         assert [x.split(" at 0x")[0] for x in first.trace] == [x.split(" at 0x")[0] for x in second.trace]
         assert first.outcome == second.outcome
 
@@ -111,7 +111,7 @@ WORKERS = {
 @pytest.mark.skipif(sys.platform == "win32", reason="signals")
 @pytest.mark.parametrize("body", WORKERS)
 def test_crashes_and_hangs_are_seen(body, monkeypatch):
-    # A worker whose third case ends it: that case is named, and the search goes on behind it.
+    # A worker whose third case kills it: that case is named, and the search continues with the next one.
     code = f"""
 import sys
 from tests.fuzz import case, worker
@@ -129,7 +129,7 @@ worker.work(int(sys.argv[1]), float(sys.argv[2]), float(sys.argv[3]), int(sys.ar
         return true([sys.executable, "-c", code, *words[3:]], **pipes)
 
     monkeypatch.setattr(command.subprocess, "Popen", popen)
-    # It ends with the fifth case; the seconds are no limit here.
+    # It ends with the fifth case; the seconds do not limit it.
     found, count, _ = command.search(0, 5, 600.0, 1.0, report=lambda text: None)
     assert [seed for seed, _ in found] == [2]
     assert found[0][1].startswith(WORKERS[body]), found

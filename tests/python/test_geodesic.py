@@ -139,7 +139,7 @@ def test_bad_pairs():
         square.exp(S, S)
     with pytest.raises(TypeError):
         square.exp(S, 1j * S)
-    # An angle above the largest number.
+    # An angle above the largest floating-point number.
     V = np.zeros((4, 2))
     V[2, 0] = V[3, 0] = 1.7e308
     with pytest.raises(InvalidInputError, match="too large"):
@@ -147,7 +147,7 @@ def test_bad_pairs():
 
 
 def test_random_pairs_are_solved_or_refused(rng):
-    """Haar-random pairs, mostly far beyond the injectivity radius: an answer that arrives, or a typed error."""
+    """Haar-random pairs, mostly far beyond the injectivity radius: a geodesic between them, or a typed error."""
     M = Stiefel(8, 4)
     solved = 0
     for _ in range(30):
@@ -156,7 +156,7 @@ def test_random_pairs_are_solved_or_refused(rng):
             V, report = M.log(S, E, full_output=True)
         except (ConvergenceError, OutsideDomainError) as error:
             if isinstance(error, ConvergenceError):
-                # It searched, and what it found misses the end.
+                # The search ran, and its best geodesic misses the end.
                 assert error.report.iterations > 0
                 assert error.report.residual > 1e-11
                 assert not error.report.converged

@@ -1,4 +1,4 @@
-"""Geometric splines: beside SciPy's on the circle, smooth at the knots, near the spline of least cost."""
+"""Geometric splines: compared with SciPy on the circle, smooth at the knots, near the spline of least cost."""
 
 import numpy as np
 import pytest
@@ -26,7 +26,7 @@ def circle(angle):
 
 
 def walk(n, k, count, step=0.6, seed=0):
-    """Points that wander, at unequal times."""
+    """A random walk of points at unequal times."""
     manifold, rng = Stiefel(n, k), np.random.default_rng(seed + n + 100 * k)
     points = [manifold.random_point(rng)]
     for _ in range(count - 1):

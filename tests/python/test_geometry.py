@@ -1,4 +1,4 @@
-"""Retractions, parallel transport, curvature, gradients and Hessians against NumPy and SciPy."""
+"""Retractions, parallel transport, curvature, gradients and Hessians compared with NumPy and SciPy."""
 
 import inspect
 
@@ -33,7 +33,7 @@ def assert_close(measured, exact, bound, what):
 
 @pytest.fixture(params=METRICS, ids=str)
 def weighted(request, manifold):
-    """A manifold with each metric, and the weight of |Omega|^2 in it."""
+    """A manifold with each metric, and its weight of |Omega|^2."""
     return Stiefel(manifold.n, manifold.k, metric=request.param), METRICS[request.param]
 
 
@@ -43,7 +43,7 @@ def unit_tangent(M, S, rng):
 
 
 def exp(S, V, w):
-    """Geodesic of the metric of weight w, with matrices of full size."""
+    """Geodesic of the metric of weight w, with full-size matrices."""
     K, A = split(S, V)
     return scipy.linalg.expm(K @ T(S) - S @ T(K) + 2 * w * S @ A @ T(S)) @ S @ scipy.linalg.expm((1 - 2 * w) * A)
 
@@ -165,7 +165,7 @@ def test_transport_solves_its_equation(weighted, rng):
     start = np.stack([S, V, W]).ravel()
     solution = scipy.integrate.solve_ivp(rate, (0, 1), start, method="DOP853", rtol=1e-12, atol=1e-13)
     end, _, field = solution.y[:, -1].reshape(3, M.n, M.k)
-    # What the integrator promises, over a few tens of steps.
+    # The accuracy that the integrator promises, over a few tens of steps.
     assert_close(M.transport(S, V, W), field, 1e-10, "parallel field")
     # The velocity is parallel; the tangent space is that of exp(S, V).
     assert_close(M.transport(S, V, V), solution.y[:, -1].reshape(3, M.n, M.k)[1], 1e-10, "velocity")
@@ -361,7 +361,7 @@ def test_methods_are_documented(name):
 
 @pytest.mark.parametrize(("shape", "found"), [((4, 2), 297), ((5, 3), 298)])
 def test_random_pairs_have_a_euclidean_logarithm(shape, found):
-    # Most are beyond the injectivity radius. The way along the family of metrics alone finds 296 and 294 of 300.
+    # Most are beyond the injectivity radius. Following the family of metrics alone finds 296 and 294 of 300.
     M = Stiefel(*shape, metric="euclidean")
     pairs = list(zip(M.random_point(1, 300), M.random_point(2, 300), strict=True))
     count = 0

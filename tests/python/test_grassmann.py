@@ -1,4 +1,4 @@
-"""The Grassmann manifold against its formulas, SciPy, and the reflections 2 Y Y^T - I in O(n)."""
+"""The Grassmann manifold compared with its formulas, SciPy, and the reflections 2 Y Y^T - I in O(n)."""
 
 import itertools
 import pickle
@@ -41,7 +41,7 @@ def orthogonal(k, rng):
 
 def unit_tangent(M, Y, rng):
     V = M.random_tangent(Y, rng)
-    # In all of space there is none but zero.
+    # If the subspace is the whole space, the only vector is zero.
     return V / np.linalg.norm(V, axis=(-2, -1), keepdims=True) if M.dim else 0 * V
 
 
@@ -200,7 +200,7 @@ def test_equivariance_under_rotations_of_space(M, rng):
 
 @pytest.mark.parametrize("angles", [[0.4], [1.2, 1.2, 0.0], [1e-9], [0.0], [1.0, 1e-12], [1.5, 1.5, 1.5]])
 def test_logarithm_at_given_angles(M, angles, rng):
-    """Repeated angles, zeros and equal subspaces among them."""
+    """Including repeated angles, zeros and equal subspaces."""
     Y0, Y1, V, full = separated(M, angles, rng)
     bound = 20 * M.n * EPS / np.cos(full.max())
     assert_close(M.log(Y0, Y1), V, bound, "log")
@@ -212,7 +212,7 @@ def test_principal_angles_are_those_of_scipy(M, rng):
     Y0, Y1 = M.random_point(rng, size=10), M.random_point(rng, size=10)
     measured = M.principal_angles(Y0, Y1)
     for a, b, angles in zip(Y0, Y1, measured, strict=True):
-        # SciPy takes angles below pi/4 from their cosines where others are above, and loses half of the digits.
+        # SciPy computes angles below pi/4 from their cosines if others are above, and loses half of the digits.
         assert_close(angles, scipy.linalg.subspace_angles(a, b), 1e-7, "subspace_angles")
     common = max(2 * M.k - M.n, 0)
     assert np.array_equal(measured[:, M.k - common :], np.zeros((10, common)))
@@ -319,7 +319,7 @@ def lifted(Y, V):
 
 
 def test_reflections_in_the_orthogonal_group(curved, rng):
-    """Length there (canonical metric of St(n, n)) is twice the length here; geodesics and curvature correspond."""
+    """Lengths there (canonical metric of St(n, n)) are twice those here; geodesics and curvature correspond."""
     M, G = curved, Stiefel(curved.n, curved.n)
     Y = M.random_point(rng)
     U, V, W = (0.4 * unit_tangent(M, Y, rng) for _ in range(3))
@@ -363,7 +363,7 @@ def test_identities_of_the_curvature_tensor(curved, rng):
 
 
 def test_curvature_is_the_holonomy_of_small_loops(curved, rng):
-    """Transport around a parallelogram of sides h: W - h^2 R(U, V) W to the next order."""
+    """Transport around a parallelogram with sides h: W - h^2 R(U, V) W up to the next order."""
     M = curved
     Y = M.random_point(rng)
     U, V, W = (unit_tangent(M, Y, rng) for _ in range(3))
@@ -378,7 +378,7 @@ def test_curvature_is_the_holonomy_of_small_loops(curved, rng):
                 sides[i] = M.transport(point, step, sides[i])
                 sides[1 - i] = other
                 point = M.exp(point, step)
-        # The basis at the end spans nearly the subspace of Y; back to that basis.
+        # The basis at the end nearly spans the subspace of Y; convert back to the basis Y.
         closing = M.log(point, Y)
         carried = M.transport(point, closing, carried)
         end = M.exp(point, closing)
@@ -438,7 +438,7 @@ def test_gradient_and_hessian_against_the_cost_along_geodesics(curved, rng):
     assert_close(M.inner(Y, second, V), bend, 1e-7 * scale, "Hessian")
     other = M.euclidean_to_riemannian_hessian(Y, gradient(Y), hessian(Y, W), W)
     assert_close(M.inner(Y, second, W), M.inner(Y, other, V), 100 * M.n * EPS * scale, "symmetric")
-    # The covariant derivative of the gradient: carried back from a little further on.
+    # The covariant derivative of the gradient, from a gradient carried back over a short distance.
     ahead, behind = (M.exp(Y, s * V) for s in (h, -h))
 
     def carried(end, s):

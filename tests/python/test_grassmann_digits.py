@@ -1,4 +1,4 @@
-"""The Grassmann manifold against its formulas with 50 digits and more."""
+"""The Grassmann manifold compared with its formulas, with at least 50 digits."""
 
 import itertools
 
@@ -10,7 +10,7 @@ from test_grassmann import CURVED, EPS, assert_close, separated
 
 from stiefel_rs import Grassmann
 
-# 2 n columns hold every pair of subspaces of these.
+# 2 n columns contain any two of these subspaces.
 ANGLES = [1e-300, 1e-160, 1e-8, 1.0, np.pi / 2 - 1e-8]
 
 
@@ -33,7 +33,7 @@ def diag(values):
 
 
 def orthonormal(Y):
-    """The orthonormal basis of the span of `Y` nearest to it, with 50 digits: what a point in floats stands for."""
+    """The orthonormal basis of the span of `Y` nearest to it, with 50 digits: the exact point that floats represent."""
     U, _, Vt = mpmath.svd_r(Y, full_matrices=False)
     return U * Vt
 
@@ -58,7 +58,7 @@ def log_exact(Y0, Y1):
 
 @pytest.fixture
 def digits():
-    # Squares of 1e-300 as well, and quotients of what is 1 by it.
+    # Enough for squares of 1e-300, and for quotients of numbers near 1 by them.
     with mpmath.workdps(700):
         yield
 
@@ -78,12 +78,13 @@ def test_exp_log_dist_and_transport_with_many_digits(name, angle, digits):
     V = angle * N
     end = exp_exact(exact(Y), exact(V))
     assert_close(M.exp(Y, V), floats(end), 4 * EPS, "exp")
-    # Each number to its own digits: what is of size 1e-300 as well.
+    # Each number to high relative accuracy, including those of size 1e-300.
     relative = np.abs(M.exp(Y, V) - floats(end)) / np.maximum(np.abs(floats(end)), 1e-320)
     assert relative[N != 0].max() <= 8 * EPS, f"{relative[N != 0].max():.3e}"
     Y1 = floats(end)
     velocity = floats(log_exact(exact(Y), exact(Y1)))
-    # An angle of pi/2 - a is known to eps, and its direction too unless there are two of them: then to eps / a.
+    # An angle of pi/2 - a is accurate to eps, and so is its direction, unless there are two: then it is accurate to eps
+    # / a.
     loss = 1 / np.cos(angle) if name == "columns" else 1.0
     assert_close(M.log(Y, Y1), velocity, 8 * EPS * angle * loss, "log, relative to its size")
     length = float(mpmath.norm(log_exact(exact(Y), exact(Y1))))
@@ -95,7 +96,7 @@ def test_exp_log_dist_and_transport_with_many_digits(name, angle, digits):
 
 @pytest.mark.parametrize("angle", ANGLES[:4])
 def test_small_angles_in_dense_bases(angle, digits, rng):
-    # The bases differ by rotations that are exact: signed permutations and 3-4-5 triangles.
+    # The bases differ by exact rotations: signed permutations and 3-4-5 triangles.
     for n, k in [(4, 2), (6, 3), (5, 3)]:
         M, count = Grassmann(n, k), min(k, n - k)
         Y0, N = np.eye(n, k), np.eye(n, k, -k) * (np.arange(k) < count)
@@ -107,7 +108,7 @@ def test_small_angles_in_dense_bases(angle, digits, rng):
 
 
 def test_angles_of_all_sizes_at_once(digits):
-    """Each to its own digits."""
+    """Each to high relative accuracy."""
     angles = np.array([np.pi / 2 - 1e-8, 1.0, 1e-8, 1e-160, 1e-300])
     for order in itertools.permutations(range(5), 5):
         if order[0] not in (0, 4):

@@ -9,14 +9,14 @@ import pytest
 import stiefel_rs
 
 CLASSES = [name for name in stiefel_rs.__all__ if isinstance(getattr(stiefel_rs, name), type)]
-# What comes from Python: tuples, exceptions, dataclasses.
+# Inherited from Python: tuples, exceptions, dataclasses.
 INHERITED = {name for base in (BaseException, tuple, object) for name in dir(base)}
 
 
 def members(name):
     found = getattr(stiefel_rs, name)
     public = [member for member in dir(found) if member == "__call__" or not member.startswith("_")]
-    # Variables of a class have no docstrings of their own: errors tell of theirs in that of the class.
+    # Variables of a class have no docstrings: for errors, the docstring of the class describes them.
     return [member for member in public if getattr(found, member) is not None]
 
 

@@ -1,4 +1,4 @@
-"""`stiefel-rs interpolate`: what it writes, and what it says where it cannot."""
+"""`stiefel-rs interpolate`: its output, and its messages for invalid input."""
 
 import errno
 import os
@@ -17,7 +17,7 @@ WITHOUT_MATPLOTLIB = "import sys; sys.modules['matplotlib'] = None; from stiefel
 
 
 def rotations(count=6, n=3, k=2, step=0.6):
-    """Points along a path whose steps are all as long."""
+    """Points along a path with steps of equal length."""
     M = Stiefel(n, k)
     points = [M.random_point(rng=1)]
     for i in range(count - 1):
@@ -169,7 +169,7 @@ def test_a_truncated_file(files, capsys):
 
 
 def marked(content, offset, value, size=1):
-    """An archive's first entry with other bytes in its local and its central header."""
+    """An archive whose first entry has other bytes in its local and its central header."""
     changed = bytearray(content)
     for start in (content.index(b"PK\x03\x04") - 2, content.index(b"PK\x01\x02")):
         changed[start + offset : start + offset + size] = value.to_bytes(size, "little")
@@ -194,7 +194,7 @@ def test_damaged_compressed_arrays(files, capsys):
     with np.load(files / "in.npz") as data:
         np.savez_compressed(files / "bad.npz", **data)
     content = bytearray((files / "bad.npz").read_bytes())
-    # A block of the third type, which deflate has not.
+    # A block of the third type, which deflate does not have.
     with zipfile.ZipFile(files / "bad.npz") as archive:
         first = archive.infolist()[0]
     name, extra = (int.from_bytes(content[first.header_offset + at :][:2], "little") for at in (26, 28))
@@ -288,7 +288,7 @@ def test_without_matplotlib(files):
     )
     assert found.returncode == 1
     assert "pip install 'stiefel-rs[plot]'" in found.stderr
-    # The curve is there all the same.
+    # The curve is written nevertheless.
     assert stiefel_rs.load(files / "out.npz").n == 3
 
 
@@ -326,7 +326,7 @@ def test_no_file_is_written_over_another(files, capsys):
     assert (files / "in.npz").read_bytes() == before
     picture = files / "p.png"
     picture.write_bytes(before)
-    # The name without its end is that of the same file.
+    # Without its extension, the name denotes the same file.
     with pytest.raises(SystemExit):
         run(files, "--plot", files / "p", source="p.png")
     assert "INPUT.npz and --plot are the same file" in capsys.readouterr().err
@@ -334,7 +334,7 @@ def test_no_file_is_written_over_another(files, capsys):
 
 
 def test_help(capsys, monkeypatch):
-    # Of the page in the documentation.
+    # The name on the page of the documentation.
     monkeypatch.setenv("COLUMNS", "90")
     with pytest.raises(SystemExit) as exit_code:
         cli.main(["interpolate", "--help"])

@@ -1,4 +1,4 @@
-"""`stiefel-rs interpolate` with trajectories: what it writes, and what it refuses before any work."""
+"""`stiefel-rs interpolate` with trajectories: its output, and input refused before any computation."""
 
 import itertools
 from pathlib import Path
@@ -15,7 +15,7 @@ START = 1.3e9
 
 
 def poses(count=12):
-    """Poses at uneven times that float64 has exactly."""
+    """Poses at uneven times that are exact in float64."""
     angle = np.linspace(0, 3, count)
     q = np.stack([np.sin(angle / 2) * 0.6, 0 * angle, np.sin(angle / 2) * 0.8, np.cos(angle / 2)], axis=1)
     q[3:] *= -1
@@ -51,7 +51,7 @@ def test_poses_at_a_rate(files, capsys):
     assert out == f"12 poses in {t[-1]} s, riemannian\nposes: {files / 'out.tum'}, {int(t[-1] * 20) + 1} times\n"
     found, (q, p) = read_trajectory(files / "out.tum")
     offsets = np.arange(int(t[-1] * 20) + 1) / 20
-    # What is written has all decimals, and float64 is as near as it can be.
+    # All decimals are written, so the result is the nearest float64.
     assert np.array_equal(found, START + offsets)
     expected, positions = PoseSpline(t, given)(offsets)
     assert np.array_equal(p, positions)
@@ -124,7 +124,7 @@ def test_nanoseconds_are_kept(files):
     assert run(files, "--at", "1403715524.907143168,1403715524.912143169", source="ns.csv", out="out.csv") == 0
     lines = (files / "out.csv").read_text().splitlines()[1:]
     assert [line.split(",")[0] for line in lines] == ["1403715524.907143168", "1403715524.912143169"]
-    # The second one is the second pose: times are not those of float64, which is 1e-7 s off.
+    # The second time is that of the second pose: times are not exact in float64, by 1e-7 s.
     assert table(files / "out.csv")[1][1, 1:4] == pytest.approx(p[1], abs=1e-15)
 
 

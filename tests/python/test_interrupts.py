@@ -1,4 +1,4 @@
-"""Ctrl-C during long calls: they look for it themselves, and the objects are as before.
+"""Ctrl-C during long calls: the calls poll for it, and leave objects unchanged.
 
 How many seconds it takes is measured by `make interrupts`, not here.
 """
@@ -23,12 +23,12 @@ from stiefel_rs._core import _restored
 
 
 def state():
-    """What the calls work on."""
+    """Data for the calls."""
     return [hermite()([0.5, 99.25], 1), hermite().points, cubic()(0.5), geometric()(0.5)]
 
 
 def test_a_call_that_does_not_look_is_found():
-    # A sum in NumPy, which gives the interpreter lock up and looks for no signals.
+    # A sum in NumPy, which releases the interpreter lock and does not poll for signals.
     assert stopped_while_it_runs(partial(np.sin, np.zeros(1_000_000))) == "finished"
 
 
@@ -63,7 +63,7 @@ REFUSED = {
 @pytest.mark.parametrize("entry", REFUSED)
 @pytest.mark.parametrize("layout", READ)
 def test_reading_large_arguments_looks_for_ctrl_c(entry, layout):
-    """4 MB of float64, read in pieces: with a signal that is there from the start they are not read to the end."""
+    """4 MB of float64 are read in pieces: if a signal is pending from the start, reading stops early."""
     call = REFUSED[entry](READ[layout])
     with pytest.raises(InvalidInputError):
         call()
@@ -71,11 +71,12 @@ def test_reading_large_arguments_looks_for_ctrl_c(entry, layout):
         assert handler.outcome(partial(_thread.interrupt_main), call) == "stopped"
 
 
-# Between opening a file and its `with` Python itself may be interrupted; the file is closed when it is collected.
+# Between opening a file and entering `with`, Python itself may be interrupted; the file is then closed by the garbage
+# collector.
 @pytest.mark.filterwarnings("ignore::ResourceWarning")
 @pytest.mark.parametrize("what", ["save", "load", "pickle"])
 def test_files_are_whole_after_ctrl_c(what, tmp_path, rng):
-    """Python code in large part: the signal comes anywhere."""
+    """Mostly Python code: the signal may arrive anywhere."""
     t, S = walk(5_000)
     curve = CubicHermite(t, S, 0 * S, "geometric")
     path = tmp_path / "curve.npz"
@@ -126,7 +127,7 @@ def test_an_interrupted_process_goes_on_working(spawn):
 
 
 def test_ctrl_c_in_the_first_call_is_no_panic():
-    """NumPy's C interface is loaded with the module; loaded in the first call, an exception there was a panic."""
+    """NumPy's C interface is loaded with the module; when the first call loaded it, an exception there was a panic."""
     code = """
 import numpy, stiefel_rs
 def interrupted(*_):

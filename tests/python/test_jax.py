@@ -1,4 +1,4 @@
-"""Gradients in JAX: derivatives against differences and formulas, transformations, single precision, errors."""
+"""Gradients in JAX: derivatives compared with differences and formulas, transformations, single precision, errors."""
 
 import importlib
 import os
@@ -26,7 +26,7 @@ KNOTS = np.array([0.0, 0.7, 1.6, 2.2])
 
 @pytest.fixture(autouse=True)
 def double_precision():
-    # Under its later name, or that of the releases for Python 3.10.
+    # Under its later name, or under the name in releases for Python 3.10.
     enable = jax.enable_x64 if hasattr(jax, "enable_x64") else importlib.import_module("jax.experimental").enable_x64
     with enable(True):
         yield
@@ -65,7 +65,7 @@ def quaternions(rng, count=4):
 
 
 def check(function, arguments):
-    """Both modes against central differences, whose error is about 1e-9."""
+    """Both modes compared with central differences, whose error is about 1e-9."""
     check_grads(function, arguments, order=1, modes=["fwd", "rev"], atol=1e-6, rtol=1e-6, eps=1e-5)
 
 
@@ -83,7 +83,7 @@ def test_complex_matrix_functions(rng):
         A = (A - A.conj().T) / np.linalg.norm(A)
         check(sj.skew_exp, (A,))
         check(sj.orthogonal_log, (stiefel_rs.skew_exp(A),))
-    # The derivative of a real function of a complex matrix has the convention of JAX.
+    # The derivative of a real function of a complex matrix follows JAX's convention.
     gradient = jax.grad(lambda A: sj.skew_exp(A).real.sum())(A)
     by_entries = jax.grad(lambda re, im: jnp.sum(sj.skew_exp(re + 1j * im).real), argnums=(0, 1))(A.real, A.imag)
     np.testing.assert_allclose(gradient, by_entries[0] - 1j * by_entries[1], rtol=0, atol=1e-14)
@@ -122,7 +122,7 @@ def test_curves(manifold, rng):
     for function in (sj.geometric_cubic, sj.riemannian_cubic):
         check(function, (S0, V0, S1, V1, inside))
     A, J = vector(manifold, S0, rng), vector(manifold, S0, rng)
-    # The last time is the end of the curve, and may not be passed by differences.
+    # The last time is the end of the curve, which differences must not cross.
     check(lambda *data: sj.cubic_initial(*data, jnp.append(inside, 1.0)), (S0, V0, A, J))
     check(lambda t: sj.cubic_initial(S0, V0, A, J, jnp.append(t, 1.0)), (inside,))
 
@@ -200,7 +200,7 @@ def test_next_to_a_half_turn(gap):
     A = angle * np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
     (gradient,) = cotangents(sj.orthogonal_log, stiefel_rs.skew_exp(A))
     assert np.isfinite(gradient).all()
-    # There the logarithm undoes the exponential.
+    # There the logarithm is the inverse of the exponential.
     E = np.array([[0.0, 1.0, -2.0], [-1.0, 0.0, 0.5], [2.0, -0.5, 0.0]])
     _, moved = jax.jvp(lambda A: sj.orthogonal_log(sj.skew_exp(A)), (A,), (E,))
     np.testing.assert_allclose(moved, E, rtol=0, atol=1e-8)
@@ -227,7 +227,7 @@ def test_transformations_mix(shape, rng):
     np.testing.assert_allclose(np.moveaxis(moved, 2, 0), one_by_one, rtol=0, atol=1e-13)
     curve = jax.jit(lambda V: sj.riemannian_cubic(S0, V, S1, V1, TIMES))
     np.testing.assert_allclose(jax.jacfwd(curve)(V0), jax.jacrev(curve)(V0), rtol=0, atol=1e-12)
-    # All of them at once are the members one by one.
+    # A batch gives the results of its members.
     stacked = sj.riemannian_cubic(S0, batch, S1, V1, TIMES)
     assert stacked.shape == (3, 3, *S0.shape)
     np.testing.assert_allclose(stacked[1], sj.riemannian_cubic(S0, batch[1], S1, V1, TIMES), rtol=0, atol=1e-15)
@@ -281,7 +281,7 @@ def test_arguments_off_their_constraints():
         sj.log(S[0], S)
     with pytest.raises(InvalidInputError, match="bc_type: expected one of"):
         sj.rotation_spline(KNOTS, np.eye(4), TIMES, "not-a-knot")
-    # Under jit JAX says it in an error of its own.
+    # Under jit, JAX raises an error of its own.
     with pytest.raises(Exception, match="columns are not orthonormal"):
         jax.jit(sj.exp)(1.1 * S, 0 * S).block_until_ready()
 
@@ -300,7 +300,7 @@ def test_shapes_that_do_not_fit():
     for call, message in cases:
         with pytest.raises(InvalidInputError, match=message):
             call()
-    # Shapes are known while a function is traced.
+    # Shapes are known while a function is being traced.
     with pytest.raises(InvalidInputError, match="S1: expected shape"):
         jax.jit(sj.log)(S, S1[:, :1])
     with pytest.raises(InvalidInputError, match="t: not finite"):
@@ -360,7 +360,7 @@ def test_conjugate_ends_raise():
     S0, S1 = np.array([[0.0], [0.0], [1.0]]), np.array([[0.0], [0.0], [-1.0]])
     with pytest.raises(stiefel_rs.OutsideDomainError, match="pi"):
         cotangents(sj.log, S0, S1)
-    # Near to that a logarithm still exists, but turns by a radian where the end moves by 1e-12.
+    # Near that point the logarithm still exists, but rotates by a radian when the end moves by 1e-12.
     near_to_it = np.array([[np.sin(1e-12)], [0.0], [-np.cos(1e-12)]])
     assert np.isfinite(sj.log(S0, near_to_it)).all()
     with pytest.raises(stiefel_rs.OutsideDomainError, match="conjugate along the curve"):

@@ -1,4 +1,4 @@
-"""Memory of many solves, and that the script that watches it sees a leak: in processes that do nothing else."""
+"""Memory of many solves, and that the script that monitors it detects a leak, in separate processes."""
 
 import subprocess
 import sys
@@ -11,7 +11,7 @@ pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="re
 
 SOLVES = {"spline": 300, "exact_cubic": 1000}
 
-# For each solve it keeps two pages of memory that nothing before has used.
+# Each solve leaks two pages of memory that were not used before.
 LEAKY = """
 import mmap
 import sys
@@ -41,8 +41,8 @@ def test_memory_of_many_solves_is_flat(name, solves):
     _, part = leak.WORK[name]
     code, row = printed(["-m", "benchmarks.leak", "--here", name, "--solves", str(round(solves / part))])
     assert code == 0 and row[:2] == [name, str(solves)], row
-    # Seen is what keeps 0.4 kB in each of 3000 solves, or 4 kB in each of 300.
-    # Less than 1.0 as it is printed, with one digit, is less than 0.95.
+    # A leak of 0.4 kB in each of 3000 solves, or 4 kB in each of 300, is detected. Less than 1.0 as printed, with one
+    # digit, means less than 0.95.
     assert float(row[-2]) < 1.0, f"memory grew by {row[-2]} MB: {row}"
 
 

@@ -121,7 +121,7 @@ def test_lengths_of_more_pieces_than_panels_of_one():
 
 @pytest.mark.parametrize("kind", ["riemannian", "geometric"])
 def test_times_far_from_zero(kind):
-    # Seconds since 1970, 2.4e-7 of them apart: lengths are known to that times the change of the speed.
+    # Seconds since 1970, with a spacing of 2.4e-7: lengths are accurate to that times the change of the speed.
     t, S = np.array([0.0, 1.0, 1.5, 3.0, 4.0]), points(5)
     near, far = CubicSpline(t, S, kind=kind), CubicSpline(t + 2.0**30, S, kind=kind)
     assert abs(far.arc_length() - near.arc_length()) < 1e-5

@@ -1,4 +1,4 @@
-"""`skew_exp` and `orthogonal_log` against SciPy, mpmath, closed forms, and each other."""
+"""`skew_exp` and `orthogonal_log` compared with SciPy, mpmath, closed forms, and each other."""
 
 import mpmath
 import numpy as np
@@ -93,7 +93,8 @@ def test_log_of_degenerate_angles(angles, m, rng):
 @pytest.mark.parametrize("m", [2, 3, 4])
 def test_log_of_a_plane_rotation_in_closed_form(angle, m):
     Q, L = rotation([angle], m)
-    # Entries of Q carry eps, hence the angle too; small ones are given by the sine to full relative accuracy.
+    # Entries of Q have errors of eps, and so does the angle; small ones are determined by the sine to full relative
+    # accuracy.
     bound = 4 * m * EPS * min(1.0, abs(angle) * 4)
     assert_below(np.abs(orthogonal_log(Q) - L).max(), bound, "distance to the closed form")
 
@@ -185,7 +186,7 @@ def test_empty_batches(function, lead):
 
 @pytest.mark.parametrize("function", [skew_exp, orthogonal_log])
 def test_threads_do_not_change_a_bit(function, rng):
-    # 5000 matrices of 6 x 6 are past the size at which work is shared out.
+    # 5000 matrices of size 6 x 6 are enough to be distributed to threads.
     A = skew(rng, 5000, 6, 6)
     batch = A if function is skew_exp else skew_exp(A / 3)
     one = function(batch, num_threads=1)

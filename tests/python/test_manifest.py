@@ -1,4 +1,4 @@
-"""The manifest of `reproduce`: what a run was made with, and digests that a second run repeats."""
+"""The manifest of `reproduce`: the circumstances of a run, and digests that a second run reproduces."""
 
 import hashlib
 import json

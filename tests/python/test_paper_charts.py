@@ -15,9 +15,9 @@ from stiefel_rs.reproduce import experiments
 SPHERE = (Chart.sphere(), paper_charts.sphere_point, paper_charts.sphere_hamiltonian, paper_charts.SPHERE_DATA)
 FRAME = (Chart.frame(), paper_charts.frame_point, paper_charts.frame_hamiltonian, paper_charts.FRAME_DATA)
 both = pytest.mark.parametrize(("chart", "point", "hamiltonian", "data"), [SPHERE, FRAME], ids=["sphere", "frame"])
-# Angles where sines or cosines vanish, and others.
+# Angles at which sines or cosines vanish, and others.
 ANGLES = [np.pi / 2, 0.4, 2.2, np.pi, 3 * np.pi / 2, 5.9]
-# Monomials of the Hamiltonian of St(3,2), by the numbers of the variables in (q, qdot, p_q, p_qdot).
+# Monomials of the Hamiltonian of St(3,2), by the exponents of the variables in (q, qdot, p_q, p_qdot).
 MONOMIALS = {
     "dtheta p_theta": (3, 6),
     "dphi p_phi": (4, 7),
@@ -62,7 +62,7 @@ def test_charts(chart, point, hamiltonian, data):
 @both
 def test_charts_cover_neighbourhoods(chart, point, hamiltonian, data):
     for q in itertools.product([0.4, np.pi / 2, 2.2], *[ANGLES] * (chart.d - 1)):
-        # Complex steps: the derivative of the printed formula by each angle.
+        # Complex steps: the derivative of the printed formula with respect to each angle.
         columns = [point(np.array(q) + 1e-30j * e).imag / 1e-30 for e in np.eye(chart.d)]
         for found, e in zip(columns, np.eye(chart.d), strict=True):
             assert_close(chart.embed_velocity(q, e), found, 8 * EPS, f"derivative at {q}")
@@ -91,7 +91,7 @@ def test_frame_hamiltonian(rng):
 
 
 def coefficient(function, theta, variables):
-    """The coefficient of a product of variables in a polynomial of velocities and momenta, the angle fixed."""
+    """The coefficient of a product of variables in a polynomial of velocities and momenta, for fixed angles."""
     total, distinct = 0.0, sorted(set(variables))
     for count in range(len(distinct) + 1):
         for chosen in itertools.combinations(distinct, count):
@@ -122,7 +122,7 @@ def test_frame_hamiltonian_has_no_other_terms(rng):
 
 @both
 def test_hamiltonian_is_that_of_the_metric(chart, point, hamiltonian, data):
-    # The part that is quadratic in the last momenta is the inverse of the metric (5) in the chart.
+    # The part quadratic in the last momenta is the inverse of the metric (5) in the chart.
     q, d = np.array([0.9, 2.1, 4.0])[: chart.d], chart.d
     fields = [point(q + 1e-30j * e).imag / 1e-30 for e in np.eye(d)]
     metric = np.array([[inner(point(q), a, b) for b in fields] for a in fields])
@@ -160,7 +160,7 @@ def test_flow_on_ttq(chart, point, hamiltonian, data):
     experiment = {1: experiments.SPHERE, 2: experiments.STIEFEL_3_2}[chart.k]
     z = experiments.reference(experiment, 8)
     flow = chart.derivatives(z)
-    # Positions, velocities, accelerations and jerks at N + 1 times, from the printed ones on.
+    # Positions, velocities, accelerations and jerks at N + 1 times, starting from the printed ones.
     for found, exact in zip(flow, data, strict=True):
         assert found.shape == (9, chart.d)
         assert_close(found[0], exact, 64 * EPS, "the first member of the flow")

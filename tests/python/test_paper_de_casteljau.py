@@ -7,7 +7,7 @@ from paper import EPS, POINTS, SHAPES, VELOCITIES, Theorem1, assert_close, diffe
 from stiefel_rs import GeometricCubic, QuasiGeodesic, Stiefel
 
 TIMES = [0.0, 0.25, 0.6, 1.0]
-# The first point, and what both velocities lack.
+# The first point, and the part that both velocities lack.
 CASES = [(POINTS[0], VELOCITIES[0]), *((POINTS[1], kind) for kind in VELOCITIES)]
 
 
@@ -43,7 +43,7 @@ def bound(M):
 
 @pytest.fixture
 def assert_pair(M, bound):
-    """Check that a printed pair is the one of the library between two points."""
+    """Check that a printed pair agrees with the library's between two points."""
 
     def check(ends, pair, what):
         start, end = ends

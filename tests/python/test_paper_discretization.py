@@ -13,7 +13,7 @@ from stiefel_rs.reproduce import experiments
 CHARTS = {"sphere": Chart.sphere(), "frame": Chart.frame()}
 HAMILTONIANS = {"sphere": paper_charts.sphere_hamiltonian, "frame": paper_charts.frame_hamiltonian}
 EXPERIMENTS = {"sphere": experiments.SPHERE, "frame": experiments.STIEFEL_3_2}
-# Their first point is the given one.
+# Maps whose first point is the given one.
 FROM_THE_START = ["initial_point", "exponential", "cayley", "quasi_geodesic"]
 MAPS = [*FROM_THE_START, "midpoint", "exponential_midpoint", "cayley_midpoint", "quasi_geodesic_midpoint"]
 
@@ -30,7 +30,7 @@ def chart(name):
 
 @pytest.fixture(params=["random", "equator at rest"])
 def x(request, chart, rng):
-    """A position and a velocity of the chart: a point of TS, which is the Q of the paper here."""
+    """A position and a velocity of the chart: a point of TS, which is the paper's Q here."""
     x = rng.uniform(0.5, 1.0, 2 * chart.d)
     if request.param != "random":
         x[0], x[chart.d :] = np.pi / 2, 0.0
@@ -111,7 +111,7 @@ def test_example_3_lift_is_that_of_the_map(chart, x, v, step_map, rng):
     assert_close(chart.discretize(x, v, step_map), [q0, q1], EPS, "positions of the lift")
     a, b = rng.standard_normal((2, len(x)))
     change = difference(lambda t: chart.discretize(x + t * a, v + t * b, step_map), 0.0)
-    # The maps are linear: round-off eps / h of the differences alone.
+    # The maps are linear, so only the differences have round-off, eps / h.
     assert_close(p1 @ change[1] - p0 @ change[0], dp @ a + p @ b, 64 * len(x) * EPS / 1e-3, "pairing")
 
 

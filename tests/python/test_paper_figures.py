@@ -1,4 +1,4 @@
-"""The paper's figures: their legends list what is drawn, and their zooms separate what lies on each other."""
+"""The paper's figures: legends list what is drawn, and zooms separate overlapping curves."""
 
 import numpy as np
 import pytest
@@ -43,7 +43,7 @@ def test_errors_are_those_of_the_papers_three_methods(rows, panel):
     assert [list(line.get_ydata()) for line in ax.lines] == [[r.errors[m] for r in own] for m in methods]
     slopes = [experiments.slope(own, m) for m in methods]
     assert legend(figure) == [f"{name}, slope {s:.2f}" for name, s in zip(NAMES, slopes, strict=True)]
-    # The styles differ without colour.
+    # The styles can be told apart without colour.
     assert len({line.get_linestyle() for line in ax.lines}) == len({line.get_marker() for line in ax.lines}) == 3
 
 
@@ -63,7 +63,7 @@ def test_wide_figure_has_every_method_and_the_zoom_the_ones_of_order_2(rows):
     assert len(wide.lines) == len(legend(figure)) == len(experiments.ALL_METHODS)
     drawn = [line.get_label().split(",")[0] for line in zoom.lines]
     assert drawn == ["mid-point IVP", "mid-point BVP", "splitting 2 IVP"]
-    # One N has no slope and no zoom.
+    # A single N has neither slope nor zoom.
     assert len(figures.error_figure(experiments.SPHERE, rows["sphere"][:1]).axes) == 1
 
 
@@ -82,5 +82,5 @@ def test_wide_study_has_a_row_for_each_retraction(study):
     assert len(figure.axes) == 8
     for ax, experiment in zip(figure.axes, 2 * [e for e in experiments.EXPERIMENTS for _ in range(2)], strict=True):
         marks = [line for line in ax.lines if line.get_marker() == "D"]
-        # Without the map that the others are compared with; the legend's own marks hold no points.
+        # Without the map with which the others are compared; the legend's own markers contain no points.
         assert sum(len(line.get_xdata()) for line in marks) == len(retractions.retractions(experiment)) - 1

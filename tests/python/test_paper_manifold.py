@@ -111,7 +111,7 @@ def test_eq_5_metric(M, S, V, rng):
     W = velocity(M, S, "both parts", rng)
     bound = 16 * M.n * M.k * EPS
     assert_close(M.inner(S, V, W), inner(S, V, W), bound, "inner product")
-    # Squares, since the root of a zero to round-off is not zero to round-off.
+    # Squares, since the square root of a round-off zero is not round-off.
     assert_close(M.norm(S, V) ** 2, inner(S, V, V), bound, "norm")
 
 

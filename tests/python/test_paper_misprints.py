@@ -15,7 +15,7 @@ TIMES = np.linspace(0, 1, 11)
 
 
 def assert_amount(measured, misprint):
-    """The amount of the map, which has four digits."""
+    """The amount stated in the map, with four digits."""
     assert measured == pytest.approx(misprint.error, rel=5e-4), f"{misprint.label}: measured {measured:.4g}"
 
 
@@ -29,7 +29,7 @@ def test_remark_1_dimension_of_the_sphere(n):
 
 def test_remark_1_for_three_columns(rng):
     M = Stiefel(4, 3)
-    # K has the row of the vector that Omega sends to zero.
+    # K has the row of the vector that Omega maps to zero.
     Omega = 0.8 * np.array([[0, -1, 0], [1, 0, 0], [0, 0, 0]])
     turn = np.linalg.qr(rng.standard_normal((4, 4)))[0]
     S, K = turn[:, :3], 0.8 * np.outer(turn[:, 3], [0, 0, 1])
@@ -54,7 +54,7 @@ def test_remark_1_condition_for_any_number_of_columns(shape, rng):
     K, beta = V - S @ Omega, QuasiGeodesic.from_velocity(S, V)
     size = 1 + np.linalg.norm(V) ** 2
     for t in TIMES:
-        # K Omega is carried along the curve: the acceleration vanishes everywhere or nowhere.
+        # K Omega is carried along the curve, so the acceleration vanishes everywhere or nowhere.
         carried = expm(t * (K @ S.T - S @ K.T)) @ K @ Omega @ expm(t * Omega)
         acceleration = beta(t, 2) + christoffel(beta(t), beta(t, 1), beta(t, 1))
         assert_close(acceleration, carried, 8 * M.n * EPS * size, f"covariant acceleration at {t}")
@@ -107,7 +107,7 @@ def test_functional_with_and_without_one_half():
     assert_close(printed, exact, 16 * EPS, "the printed Hamiltonian")
     assert_close(sphere_legendre(z, 0.5), exact, 16 * EPS, "the Hamiltonian of J / 2")
     assert_amount(abs(sphere_legendre(z, 1.0) - exact), misprints.FACTOR)
-    # Momenta twice as large: the same velocities and accelerations, twice the Hamiltonian.
+    # Momenta twice as large give the same velocities and accelerations, and twice the Hamiltonian.
     twice = np.concatenate([z[:4], 2 * z[4:]])
     assert_close(sphere_legendre(twice, 1.0), 2 * exact, 32 * EPS, "the Hamiltonian of J")
 
@@ -119,7 +119,7 @@ def test_geometric_cubics_are_no_riemannian_ones():
     S0, V0, S3, V3 = experiments.boundary_data(experiment, states[0], states[-1])
     printed = Theorem1(S0, V0, S3, V3)
     geometric = [printed(t) for t in experiments.time_grid(steps)]
-    # Six logarithms in a row.
+    # Six successive logarithms.
     assert_close(found, geometric, 32 * 3 * EPS, "the geometric cubic polynomial")
     riemannian = experiments.points(experiment, states)
     assert_amount(experiments.distances(found, riemannian).mean(), misprints.GEOMETRIC)

@@ -74,7 +74,7 @@ def test_derivatives_of_the_quasi_geodesic(M, S, V, t):
 def test_eq_6_proposition_1_velocity(M, S, V):
     S1 = M.retract(S, V)
     X, Omega = joining_pair(S, S1)
-    # The logarithm is exact to a few n eps at these angles, below 0.9 sqrt(2).
+    # At these angles, below 0.9 sqrt(2), the logarithm is accurate to a few n eps.
     assert_close(M.inverse_retract(S, S1), X @ S + S @ Omega, 32 * M.n * EPS, "X S_0 + S_0 Omega")
     assert_close(X, pair(S, V)[0], 32 * M.n * EPS, "X is that of the velocity")
 
@@ -112,7 +112,7 @@ def test_remark_1_both_parts_give_no_geodesic_for_two_columns(shape, rng):
     acceleration = beta(0.0, 2) + christoffel(S, V, V)
     Omega = S.T @ V
     K = V - S @ Omega
-    # Omega = [[0, -w], [w, 0]] only turns K and stretches it by w = |Omega| / sqrt(2).
+    # Omega = [[0, -w], [w, 0]] only rotates K and scales it by w = |Omega| / sqrt(2).
     exact = np.linalg.norm(K) * np.linalg.norm(Omega) / np.sqrt(2)
     assert exact > 0.05
     assert_close(np.linalg.norm(acceleration), exact, 32 * M.n * EPS, "|D_t beta'| = |K| |Omega| / sqrt 2")

@@ -1,4 +1,4 @@
-"""What the report measures beside mean errors: readings, the start of the curves, geometry, challenges."""
+"""Measures of the report other than mean errors: readings, the start of the curves, geometry, challenges."""
 
 import numpy as np
 import pytest
@@ -41,7 +41,7 @@ def test_orders_near_the_start():
     for r in rows:
         if r.method in expected:
             assert r.order == pytest.approx(expected[r.method], abs=0.2), (r.experiment.name, r.method)
-    # One fixed curve: the same error at the same time.
+    # A single fixed curve: the same error at the same time.
     gcp = near_start.of(rows, experiments.SPHERE, "gcp").near
     np.testing.assert_allclose(gcp, gcp[0], rtol=1e-9)
 
@@ -105,7 +105,7 @@ def test_challenges():
     for r in found.poles:
         fails = r.angle == 0 and r.method == "one_chart"
         assert (r.error is None) is fails
-        # Order 2 at N = 100: what needs no chart, or keeps off the poles, does not see them.
+        # Order 2 at N = 100: methods that need no chart, or avoid the poles, are not affected by them.
         assert r.method == "one_chart" or r.error < 1e-5
     for e in experiments.EXPERIMENTS:
         plain, near = (challenges.of(found.poles, e, "one_chart", angle=angle).error for angle in (None, 0.02))

@@ -1,4 +1,4 @@
-"""Pickles and copies of curves: the very same curve comes back, and what was tampered with is refused."""
+"""Pickles and copies of curves are bit-identical, and modified ones are refused."""
 
 import copy
 import pickle
@@ -35,7 +35,7 @@ def ends(n, k):
 
 
 def assert_same(again, original):
-    """Bit-equal inside of the interval and outside."""
+    """Bit-identical inside the interval and outside."""
     assert type(again) is type(original)
     assert again.t_span == original.t_span
     start, end = original.t_span
@@ -86,7 +86,7 @@ def test_curves_that_are_no_initial_data_to_round_off():
 
 
 def tampered(curve):
-    """Stored forms with one thing wrong."""
+    """Stored forms with one error each."""
     (form,) = curve.__reduce__()[1]
     arrays = {name: value for name, value in form.items() if isinstance(value, np.ndarray)}
 
@@ -120,7 +120,7 @@ def tampered(curve):
 
 
 def test_tampered_pickles_are_refused():
-    # More dimensions than four for each column: there is a basis.
+    # More dimensions than four per column: there is a basis.
     curve = RiemannianCubic.from_initial(*data(9, 2), 3.0)
     build, (form,) = curve.__reduce__()
     assert np.array_equal(build(form)(0.3), curve(0.3))

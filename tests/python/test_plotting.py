@@ -1,4 +1,4 @@
-"""`stiefel_rs.plotting`: what is drawn, by the data of the artists."""
+"""`stiefel_rs.plotting`: the data of the drawn artists."""
 
 import io
 import re
@@ -83,7 +83,7 @@ def test_view(pair, view):
 
 
 def test_only_the_near_half_is_dark(monkeypatch):
-    """What the renderer gets of a great circle is one half or the other, also after the sphere was turned."""
+    """The renderer gets either the near or the far half of a great circle, also after the sphere was rotated."""
     t = np.linspace(0, 2 * np.pi, 401)
     ax = plotting.sphere(np.stack([np.cos(t), np.sin(t), 0 * t], axis=1), view=[1, 0, 0.5])
     near, far = (next(x for x in tagged(ax, _sphere.PATH_ID) if x.near is which) for which in (True, False))
@@ -166,7 +166,7 @@ def test_a_row_of_triads_is_inside_of_its_figure(num, size):
 def test_fitted_order_of_powers():
     N = np.array([10, 20, 40, 80])
     assert plotting.fitted_order(N, 3.0 / N**4) == pytest.approx(4, abs=1e-12)
-    # The last error is round-off: with it the order would be less.
+    # The last error is round-off: including it would lower the order.
     assert plotting.fitted_order(N, [1e-12, 1e-13, 1e-14, 0.0]) == pytest.approx(np.log2(10), abs=1e-12)
     assert plotting.fitted_order(N, [1e-5, 1e-6, 0, 0], floor=1e-6) is None
 
@@ -226,7 +226,7 @@ def test_energy_of_a_trajectory(trajectory):
 def test_momentum_of_a_trajectory_is_kept(trajectory):
     (line,) = plotting.momentum(trajectory).lines
     found = np.nan_to_num(line.get_ydata())
-    # That of the integrator is measured with its own frames, this one from the points: both are round-off.
+    # The integrator's drift is measured with its own frames, this one from the points: both are round-off.
     size = np.linalg.norm(trajectory.jerk[0]) + np.linalg.norm(trajectory.acceleration[0])
     assert found.max() < 100 * np.finfo(float).eps * (1 + size), f"{found.max()}"
 
@@ -244,7 +244,7 @@ def test_energy_and_momentum_in_a_chart(pair):
 
 
 def test_momentum_is_that_of_the_chart():
-    """The same trajectory in two forms: momenta about the axes, and from the states as skew matrices."""
+    """The same trajectory in two forms: momenta about the axes, and skew matrices computed from the states."""
     M = Stiefel(3, 2)
     S = M.random_point(0)
     state = S, *(M.random_tangent(S, i) for i in (1, 2, 3))

@@ -35,7 +35,7 @@ def still():
 
 
 def of_curves(ax):
-    """Lines that are neither knots nor far halves."""
+    """Lines other than knots and far halves."""
     own = [line for line in ax.lines if line.get_gid() not in (_sphere.GRID_ID, _sphere.KNOT_ID)]
     return [line for line in own if getattr(line, "near", True)]
 
@@ -82,7 +82,7 @@ NAMES = {
 
 @pytest.mark.parametrize("name", NAMES)
 def test_lines_say_which_they_are(name):
-    """A legend in new axes; in those of the caller labels, by which and by whose colours two curves differ."""
+    """A legend in new axes; in the caller's axes labels, and differences between two curves and their colours."""
     draw, (n, k), names = NAMES[name]
     end = np.eye(n)[:, :k]
     end[:2, :2] = [[0, -1], [1, 0]]

@@ -1,4 +1,4 @@
-"""Geometric polynomials: what is refused, and with which numbers."""
+"""Geometric polynomials: refusals, and the numbers in their errors."""
 
 import numpy as np
 import pytest
@@ -39,7 +39,7 @@ def test_control_points_beyond_the_injectivity_radius_say_how_far():
 
 @pytest.mark.parametrize("seed", [416, 511])
 def test_a_curve_that_would_jump_is_refused_with_the_parameter(seed):
-    # Found: jumps of 0.03 and 0.06 at t = 0.985 and t = 0.022, between the points of a coarser grid.
+    # Regression: jumps of 0.03 and 0.06 at t = 0.985 and t = 0.022, between the points of a coarser grid.
     rng, manifold = np.random.default_rng(seed), Stiefel(5, 2)
     degree = int(rng.integers(4, 13))
     points = [manifold.random_point(rng)]

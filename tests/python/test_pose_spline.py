@@ -1,4 +1,4 @@
-"""Splines of poses: their two parts, twists against differences of matrices, kinds, smoothing, and bad input."""
+"""Splines of poses: both parts, twists compared with differences of matrices, kinds, smoothing, and bad input."""
 
 import copy
 import pickle
@@ -15,7 +15,7 @@ from stiefel_rs import InvalidInputError, OutsideDomainError, PoseSpline, Rotati
 from stiefel_rs.rotation_input import matrices_of, rotated
 
 MET = 1e-11
-# Linear ones, in m/s and m/s^2, to go with A and W.
+# Linear velocities and accelerations, in m/s and m/s^2, to go with A and W.
 V, B = np.array([1.0, 2.0, -3.0]), np.array([0.5, -0.1, 4.0])
 HAS_RIGID = hasattr(transform, "RigidTransform")
 
@@ -35,7 +35,7 @@ def homogeneous(q, p):
 
 @pytest.fixture
 def curve():
-    """A spline of matrices and times within its pieces."""
+    """A spline of matrices, and times within its pieces."""
     t, q, p = poses()
     return PoseSpline(t, homogeneous(q, p)), inner(t)
 
@@ -96,13 +96,13 @@ def test_periodic_poses_close():
 
 
 def test_a_screw_has_a_constant_spatial_twist():
-    # Constant rate about a vertical axis through (1, 0, 0), rising: positions go around a circle.
+    # Constant rate about a vertical axis through (1, 0, 0), rising: positions move around a circle.
     t = np.linspace(0, 2, 201)
     q = np.stack([0 * t, 0 * t, np.sin(t / 2), np.cos(t / 2)], axis=-1)
     p = np.stack([1 - np.cos(t), -np.sin(t), 0.3 * t], axis=-1)
     ends = ((1, ((0, 0, 1), (0, -1, 0.3))), (1, ((0, 0, 1), (np.sin(2), -np.cos(2), 0.3))))
     spline, at = PoseSpline(t, (q, p), ends), np.linspace(0, 2, 37)
-    # w x (x - c): the origin of the world moves by -w x c.
+    # w x (x - c): the origin of the world moves with -w x c.
     same(spline.twist(at, "world"), np.broadcast_to([0, 0, 1, 0, -1, 0.3], (37, 6)), 1e-6)
     same(spline.twist(at), np.broadcast_to([0, 0, 1, 0, -1, 0.3], (37, 6)), 1e-6)
 
@@ -187,7 +187,7 @@ def test_matrices_and_pairs_come_out():
         assert (spline.kind, spline.rotation_spline.kind) == ("pair", kind)
         assert isinstance(rotations, type(given))
         same(positions, by_matrix(at[0])[:, :3, 3], MET)
-    # Two matrices, in whatever holds them, are poses.
+    # Two matrices, in any container, are poses.
     for given in (tuple(homogeneous(q, p)[:2]), list(homogeneous(q, p)[:2])):
         assert PoseSpline(t[:2], given).kind == "matrices"
     single = PoseSpline(t, homogeneous(q, p).astype(np.float32))

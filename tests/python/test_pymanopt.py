@@ -1,4 +1,4 @@
-"""The adapter for pymanopt: geometry against finite differences, and pymanopt's solvers on it."""
+"""The adapter for pymanopt: geometry compared with finite differences, and pymanopt's solvers."""
 
 import doctest
 import re
@@ -57,7 +57,7 @@ def slope(x, y):
 
 
 def geodesic_model_errors(problem, S, V, h):
-    """Cost along the geodesic less its Taylor polynomials of degree 1 and 2."""
+    """Cost along the geodesic minus its Taylor polynomials of degree 1 and 2."""
     M = problem.manifold
     first = M.inner_product(S, problem.riemannian_gradient(S), V)
     second = M.inner_product(S, problem.riemannian_hessian(S, V), V)
@@ -210,7 +210,7 @@ def covariance(rng):
 @pytest.mark.parametrize(
     ("optimizer", "subspace_error"),
     [
-        # A gradient below 1e-10 bounds the angle to the eigenspace by itself over the gap of 2.
+        # A gradient below 1e-10 bounds the angle to the eigenspace by the gradient divided by the gap of 2.
         (TrustRegions(verbosity=0, min_gradient_norm=1e-10), 1e-9),
         (ConjugateGradient(verbosity=0, min_gradient_norm=1e-6, max_iterations=2000), 1e-5),
         (SteepestDescent(verbosity=0, min_gradient_norm=1e-6, max_iterations=5000), 1e-5),
@@ -221,7 +221,7 @@ def test_solvers_find_the_principal_components(covariance, optimizer, subspace_e
     k = 3
     manifold = StiefelManifold(20, k, metric=metric, retraction=retraction, rng=2)
     with warnings.catch_warnings():
-        # Not of this package: pymanopt 2.2 on NumPy 2.
+        # A warning of pymanopt 2.2 with NumPy 2, not of this package.
         warnings.simplefilter("ignore", DeprecationWarning)
         result = optimizer.run(pca_problem(manifold, covariance), initial_point=manifold.random_point())
     exact = np.linalg.eigh(covariance)[1][:, -k:]
@@ -361,7 +361,7 @@ def test_subspaces_as_points(subspaces):
     assert subspaces.typical_dist == pytest.approx(np.sqrt(subspaces.grassmann.k))
     ours, theirs = subspaces, pymanopt.manifolds.Grassmann(subspaces.grassmann.n, subspaces.grassmann.k)
     assert ours.dist(Y, other) == pytest.approx(theirs.dist(Y, other), rel=1e-7)
-    # Their bases of the end differ from ours.
+    # Their bases at the end differ from ours.
     ends = [end @ end.T for end in (ours.exp(Y, V), theirs.exp(Y, V))]
     assert np.abs(ends[0] - ends[1]).max() <= 100 * EPS
     alone = GrassmannManifold(3, 3, rng=0)
@@ -380,7 +380,7 @@ def test_subspaces_as_points(subspaces):
 def test_solvers_find_the_principal_subspace(covariance, optimizer, subspace_error):
     manifold = GrassmannManifold(20, 3, rng=2)
     with warnings.catch_warnings():
-        # Not of this package: pymanopt 2.2 on NumPy 2.
+        # A warning of pymanopt 2.2 with NumPy 2, not of this package.
         warnings.simplefilter("ignore", DeprecationWarning)
         result = optimizer.run(pca_problem(manifold, covariance), initial_point=manifold.random_point())
     exact = np.linalg.eigh(covariance)[1][:, -3:]

@@ -1,4 +1,4 @@
-"""The comparison of control points on random boundary problems: what its samples hold, and a short run of the whole."""
+"""The comparison of control points on random boundary problems: its samples, and a short run of the whole."""
 
 import itertools
 
@@ -32,7 +32,7 @@ def test_higher_degrees_come_nearer(tallies):
 
 def test_geodesics_on_the_sphere_are_quasi_geodesics(tallies):
     base, geodesic = (tallies[0].samples[name].distances for name in (BASE, '`pieces="geodesic"`'))
-    # Distances of 1e-4 and more, to the residual of the exact cubic.
+    # Distances of at least 1e-4, compared with the residual of the exact cubic.
     np.testing.assert_allclose(geodesic, base, rtol=1e-7)
 
 

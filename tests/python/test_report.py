@@ -1,4 +1,4 @@
-"""The report as a PDF: its pages, its numbers, and the message where Typst is missing."""
+"""The report as a PDF: its pages, its numbers, and the message if Typst is missing."""
 
 import re
 import shutil
@@ -23,7 +23,7 @@ def test_report_has_at_most_twelve_pages_and_the_numbers_of_the_tables(request, 
     path = pdf.write(run)
     found = path.read_bytes()
     assert found.startswith(b"%PDF-") and found.rstrip().endswith(b"%%EOF")
-    # The copy of the template is gone.
+    # The copy of the template has been removed.
     assert set(run.rglob("*")) == before | {path}
     pages = pdf.pages(run, 20)
     assert 5 <= len(pages) <= 12
@@ -37,7 +37,7 @@ def test_report_has_at_most_twelve_pages_and_the_numbers_of_the_tables(request, 
 
 
 def test_the_template_holds_no_results():
-    """No number with three or more decimals, and no fraction with an exponent, stands in the template."""
+    """The template contains no number with three or more decimals, and no fraction with an exponent."""
     template = TEMPLATE.read_text(encoding="utf-8").replace("2404.19407", "").replace("0.080 %", "")
     assert not re.findall(r"\d\.\d{3,}|\d\.\d+e-\d", template)
 

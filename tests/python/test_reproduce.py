@@ -95,7 +95,7 @@ def test_error_table(quick, name):
             np.testing.assert_allclose(row[2:7], INDEPENDENT[name][row[0]], rtol=1e-4)
     slopes = [np.polyfit(np.log(table[:, 1]), np.log(column), 1)[0] for column in table[:, 2:7].T]
     np.testing.assert_allclose(slopes, ORDERS, atol=0.1)
-    # The two largest steps: order 6 is at round-off at the third.
+    # The two largest steps; order 6 is at round-off for the third.
     orders = np.log2(table[0, 7:10] / table[1, 7:10])
     np.testing.assert_allclose(orders, [2, 4, 6], atol=0.2)
     # The error of the reference, 1e-13.
@@ -272,7 +272,7 @@ def test_a_reader_that_leaves_ends_the_command_quietly(command, unbuffered):
     process.stdout.close()
     error = process.stderr.read()
     process.stderr.close()
-    # argparse hides what fails while it prints; what fails later is not hidden.
+    # argparse hides failures while it prints; later ones are not hidden.
     assert process.wait(timeout=HANGS) == (0 if command == "--help" and unbuffered else cli.EXIT_BROKEN_PIPE)
     assert error == ""
 

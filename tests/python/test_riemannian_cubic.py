@@ -1,4 +1,4 @@
-"""Riemannian cubics from initial data: contract, reference data, SciPy, threads, Ctrl-C, bad input."""
+"""Riemannian cubics from initial data: documented behaviour, reference data, SciPy, threads, Ctrl-C, bad input."""
 
 import _thread
 import copy
@@ -45,7 +45,7 @@ def random_state(n, k, seed, norms=(1.0, 1.0, 1.0)):
     M = Stiefel(n, k)
     S = M.random_point(rng)
     vectors = [M.random_tangent(S, rng) for _ in norms]
-    # St(1, 1) has no tangent vector but zero.
+    # The only tangent vector of St(1, 1) is zero.
     return S, *[V * (norm / (M.norm(S, V) or 1.0)) for V, norm in zip(vectors, norms, strict=True)]
 
 
@@ -200,7 +200,7 @@ def test_outside_of_the_interval(curve, state):
     bound = 200 * curve.n * EPS
     assert_close(curve([1.5, 3.0]), far([1.5, 3.0]), bound, "after")
     assert_close(curve([-2.0, 0.5]), [before(-2.0), far(0.5)], bound, "before")
-    # Whatever the number of threads, a call integrates on once.
+    # For any number of threads, a call extends the curve once.
     t = np.linspace(-2, 3, 1000)
     assert np.array_equal(curve(t, num_threads=1), curve(t))
     assert np.array_equal(curve.jerk(t, num_threads=2), curve.jerk(t))
@@ -333,7 +333,7 @@ def test_too_far_is_refused_at_once(n, k, t_end):
     assert not caught.value.report.converged
     assert 0 < caught.value.report.residual <= abs(t_end)
     assert caught.value.report.reason == "max_iterations"
-    # By a forecast of the steps, not after the 100000 that are the limit.
+    # By a forecast of the steps, long before the limit of 100000.
     assert caught.value.report.iterations <= AT_ONCE
     curve = RiemannianCubic.from_initial(*state)
     for call in [lambda: curve(t_end), lambda: curve.jerk([0.0, t_end]), lambda: curve.restricted(-2e6, 2e6)]:
@@ -402,7 +402,7 @@ def test_any_data_give_a_curve_or_a_typed_error(size, seed, scales, t_end):
 @pytest.mark.parametrize("scales", [(0, 0, 1), (0, 1, 0), (1, 0, 0), (0, 0, 1e-5), (0, 1e-5, 1), (1e-9, 0, 1)])
 @pytest.mark.parametrize(("n", "k"), [(2, 1), (3, 1), (3, 2), (5, 2), (4, 4)])
 def test_series_with_missing_orders(n, k, scales):
-    # Where one vector alone does not vanish, only every second or third Taylor coefficient at the start is not zero.
+    # If only one vector is nonzero, only every second or third Taylor coefficient at the start is nonzero.
     curve = RiemannianCubic.from_initial(*random_state(n, k, 4, scales), t_end=3.0)
     again = RiemannianCubic.from_initial(*state_at(curve, 0.7), t_end=2.3)
     assert_close(again([0.0, 1.0, 2.3]), curve([0.7, 1.7, 3.0]), 2e-13, "from another start")
@@ -416,7 +416,7 @@ def test_a_cubic_is_determined_by_any_of_its_states(size, seed, t):
     curve = RiemannianCubic.from_initial(*random_state(*size, seed))
     again = RiemannianCubic.from_initial(*state_at(curve, t))
     moments = np.linspace(0, 1, 4)
-    # Errors at t grow on the way back, as what goes back does with the derivatives there.
+    # Errors at t grow on the way back, together with the derivatives there.
     rates = [np.abs(curve(t, nu)).max() for nu in (1, 2, 3)]
     bound = 1e-13 * (1 + abs(t)) ** 3 * (1 + max(rates))
     assert_close(again(moments - t), curve(moments), bound, "the same curve from elsewhere")
@@ -454,7 +454,7 @@ def test_ten_thousand_solves_in_threads():
 
 
 def test_a_call_that_looks_short_looks_for_ctrl_c():
-    """By the data it starts slowly, so it runs where it stands; steps without end follow."""
+    """Its data look slow, so it runs in place; an endless number of steps follows."""
     e = np.eye(12)
     curve = RiemannianCubic.from_initial(e[:, :3], e[:, 3:6], 0 * e[:, :3], 0 * e[:, :3])
     with handled() as handler:

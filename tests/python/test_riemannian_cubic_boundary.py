@@ -1,4 +1,4 @@
-"""Riemannian cubics from boundary data: what they meet, the paper's problems, reports, threads, Ctrl-C, bad input."""
+"""Riemannian cubics from boundary data: their ends, the paper's problems, reports, threads, Ctrl-C, bad input."""
 
 import json
 import pickle
@@ -27,7 +27,7 @@ from stiefel_rs.reproduce.experiments import EXPERIMENTS, initial_state
 EPS = np.finfo(float).eps
 DATA = json.loads((Path(__file__).parents[1] / "data" / "cubics.json").read_text())
 STATE = ["point", "velocity", "acceleration", "jerk"]
-# That of the solver; the defect measured here has other norms and its own round-off.
+# Tolerance of the solver; the defect measured here uses other norms and has its own round-off.
 TOL = 1e-12
 
 
@@ -46,7 +46,7 @@ def random_boundary(n, k, rng, distance=1.0, speed=1.0):
     def tangent(S, length):
         V = M.random_tangent(S, rng)
         V *= length / (M.norm(S, V) or 1.0)
-        # A short vector made longer is tangent to less than round-off of its new length.
+        # A short vector, lengthened, is tangent to less than the round-off of its new length.
         return V - S @ (S.T @ V + V.T @ S) / 2
 
     S0 = M.random_point(rng)
@@ -72,7 +72,7 @@ def test_boundary_data_are_met(boundary):
     assert report.converged
     assert report.reason == "converged"
     assert report.residual <= report.tolerance == TOL
-    # Steps of Newton's or, for many unknowns, of Broyden's method, without any Jacobian for more than 64.
+    # Steps of Newton's method or, for many unknowns, of Broyden's, without a Jacobian for more than 64 unknowns.
     unknowns = 2 * Stiefel(min(curve.n, 4 * curve.k), curve.k).dim
     assert report.iterations <= (12 if unknowns <= 64 else 30)
     # The same curve as an initial value problem.
@@ -88,7 +88,7 @@ def test_forty_digit_data():
         middle = numbers(entry["at"]["0.5"])
         name = f"St({entry['n']}, {entry['k']})"
         assert_meets(curve, (*start[:2], *end[:2]), name)
-        # Errors at the end come back magnified by the inverse derivative of the flow.
+        # Errors at the end are magnified by the inverse derivative of the flow.
         assert_close(curve.initial[2], start[2], 1e-11 * (1 + np.abs(start[2]).max()), f"{name}: acceleration")
         assert_close(curve.initial[3], start[3], 1e-10 * (1 + np.abs(start[3]).max()), f"{name}: jerk")
         assert_close(curve(0.5), middle[0], 1e-11, f"{name}: middle")
@@ -105,7 +105,7 @@ def test_the_papers_problems(experiment):
     curve = RiemannianCubic.from_boundary(S[0], V[0], S[-1], V[-1])
     assert_close(curve(t), S, 2e-12, "the chart's reference")
     assert_close(curve.velocity(t), V, 1e-11, "velocities of the chart's reference")
-    # Shooting in the chart meets the same ends with an error of second order in between.
+    # Shooting in the chart has the same ends, with a second-order error in between.
     errors = []
     for steps in [20, 40, 80]:
         shot = chart.shoot(q[0], qdot[0], q[-1], qdot[-1], steps, "midpoint").trajectory
@@ -123,7 +123,7 @@ def test_it_costs_less_than_de_casteljau(size):
         S0, V0, S1, V1 = random_boundary(*size, rng, rng.uniform(0.0, 2.0))
         ends = (S0, rng.uniform(0.0, 2.0) * V0, S1, rng.uniform(0.0, 2.0) * V1)
         exact, close = RiemannianCubic.from_boundary(*ends), GeometricCubic(*ends)
-        # Costs are right to 1e-12.
+        # Costs are accurate to 1e-12.
         ratio = exact.cost() / close.cost()
         assert ratio <= 1 + 2e-12, f"seed {seed}: {ratio - 1:.2e} above"
 
@@ -264,7 +264,7 @@ def test_different_components():
 
 
 def test_antipodal_points():
-    # No quasi-geodesic is the shortest between them; cubics join them all the same.
+    # No unique quasi-geodesic is the shortest between them, but cubics join them.
     S0, V = np.eye(3)[:, :1], np.eye(3)[:, 1:2]
     ends = (S0, V, -S0, V)
     try:
@@ -296,7 +296,7 @@ def test_any_data_give_a_curve_or_a_typed_error(size, seed, speeds):
     try:
         curve = RiemannianCubic.from_boundary(S0, speeds[0] * V0, S1, speeds[1] * V1)
         assert np.all(np.isfinite(curve.velocity([0.0, 0.5, 1.0])))
-        # Round-off of fast curves may be all that is left, up to 1e-9.
+        # For fast curves the remaining error may be round-off, up to 1e-9.
         assert curve.report.residual <= curve.report.tolerance <= 1e-9
     except StiefelError as error:
         assert max(speeds) > 1.0, f"moderate data refused: {error}"
@@ -318,7 +318,7 @@ def test_a_hundred_thousand_solves_in_threads():
 
 
 def test_guess_and_all_found():
-    """A guess is started from; several solutions come ranked by cost, the usual one among them."""
+    """The solver starts from a guess; several solutions are sorted by cost, and include the usual one."""
     sphere = Stiefel(3, 1)
     S0, S1 = np.eye(3)[:, :1], np.eye(3)[:, 1:2]
     V0, V1 = 4 * np.eye(3)[:, 2:], 4 * np.eye(3)[:, 2:]
@@ -338,7 +338,7 @@ def test_guess_and_all_found():
 
 
 def family(shape, rng):
-    """Boundary data as functions of one parameter: everything turned and stretched by exponentials."""
+    """Boundary data as functions of one parameter: everything rotated and scaled by exponentials."""
     n, k = shape
     S0, V0, S1, V1 = random_boundary(n, k, rng, 1.0, 1.5)
     skews = [a - a.T for a in 0.2 * rng.standard_normal((2, n, n))]
@@ -377,7 +377,7 @@ def test_derivatives_agree_with_differences(shape):
 
 
 def test_hard_problems_that_no_quick_start_solves():
-    """Two of `make boundary` on St(10, 3), from both ends: continuation and single shooting gave them up."""
+    """Two problems of `make boundary` on St(10, 3), from both ends, on which continuation and single shooting fail."""
     M, family = Stiefel(10, 3), random_problems.FAMILIES[1]
     rng = np.random.default_rng([20240419, M.n, M.k, int(family.speed)])
     drawn = [random_problems.problem(M, family, rng) for _ in range(178)]

@@ -1,4 +1,4 @@
-"""Splines of rotations from bad input, one thing wrong at a time: typed errors that name the knot."""
+"""Splines of rotations from invalid input, with one error at a time: typed errors that name the knot."""
 
 import datetime
 import pickle
@@ -171,7 +171,7 @@ def test_half_turns_name_the_pair():
         for error in (caught.value, again):
             assert error.knot == 1
             assert abs(error.angle - np.pi) < 1e-12
-    # Rates say which way to go.
+    # Given rates determine the direction of rotation.
     RotationSpline.hermite(t, q, np.full((4, 3), [0, 0, 1.0]))
 
 
@@ -228,7 +228,7 @@ def test_any_rotations_are_interpolated(turns, steps, clamped):
     q = [np.array([0.0, 0, 0, 1])]
     for w in turns:
         q.append(product(q[-1], about(0.6 * w)))
-    # Fast turns beside a long interval would have to spin in it.
+    # Next to fast rotations, a long interval would have to spin.
     steps = np.clip(steps, 0.7, 1.4)
     t, q = np.cumsum(steps[: len(q)]), np.array(q)
     spline = RotationSpline(t, q, "clamped" if clamped else "natural")

@@ -1,4 +1,4 @@
-"""Splines of rotations of any kind: what goes in and comes out, batches, pickles, and where SciPy is imported."""
+"""Splines of rotations for every input kind: conversion, batches, pickles, and when SciPy is imported."""
 
 import copy
 import pickle
@@ -14,7 +14,7 @@ from stiefel_rs import RotationSpline
 from stiefel_rs.rotation_input import matrices_of, quaternions_of, rotated
 
 EPS = np.finfo(float).eps
-# Pieces miss knots, and jump, by at most 1e-12; evaluation.
+# Defects and jumps of pieces of at most 1e-12, and round-off of the evaluation.
 MET = 1e-11
 
 
@@ -76,7 +76,7 @@ def test_arrays_of_any_layout():
 
 
 def test_quaternions_are_continuous():
-    # Five turns about one axis, with signs as they come, and one rotation that has none of its neighbours' sign.
+    # Five turns about one axis, with arbitrary signs, and one rotation with a sign opposite to its neighbours'.
     t = np.linspace(0, 1, 41)
     q = turned(10 * np.pi * t) * np.where(np.arange(41) % 3, 1.0, -1.0)[:, None]
     for data in (q, *(wander(30, seed)[1] for seed in range(3))):
@@ -97,7 +97,7 @@ def test_conversions(seed):
     same(matrices_of(q), R.as_matrix(), 16 * EPS)
     v = np.random.default_rng(seed).standard_normal((50, 3))
     same(rotated(q, v), R.apply(v), 64 * EPS)
-    # The nearest rotations, to the square of the defect.
+    # The nearest rotations, up to the square of the defect.
     near = R.as_matrix() + 1e-6 * np.random.default_rng(seed).standard_normal((50, 3, 3))
     U, _, Vt = np.linalg.svd(near)
     same(matrices_of(quaternions_of(near)), U @ Vt, 1e-10)

@@ -1,4 +1,4 @@
-"""Splines of rotations: closed forms, rates, kinds, batches, and what invariances leave as it is."""
+"""Splines of rotations: closed forms, rates, kinds, batches, and invariance."""
 
 import itertools
 
@@ -29,7 +29,7 @@ from stiefel_rs import CubicHermite, CubicSpline, RotationSpline, SmoothingSplin
 from stiefel_rs.rotation_input import inverse, matrices_of, rotated
 
 EPS = np.finfo(float).eps
-# Pieces miss knots, and jump, by at most 1e-12; evaluation.
+# Defects and jumps of pieces of at most 1e-12, and round-off of the evaluation.
 MET = 1e-11
 
 
@@ -122,7 +122,7 @@ def test_frames_are_axes():
     for order, method in enumerate(methods, 1):
         assert np.array_equal(method(t), spline(t, order))
         same(method(t, frame="world"), np.einsum("tij,tj->ti", R, spline(t, order)), 1e-13)
-    # What the docstring says of the derivative of the world acceleration.
+    # The docstring's statement about the derivative of the world acceleration.
     at = inner(t)
     w, a, j = (spline(at, order) for order in (1, 2, 3))
     found = slope(lambda s: spline.angular_acceleration(s, "world"), at)
@@ -231,7 +231,7 @@ def test_smoothing_limits():
         for lam in (1e-2, 1e-4, 1e-6, 1e-8)
     ]
     assert all(a > 10 * b for a, b in itertools.pairwise(distances[1:])), distances
-    # Of least squares, a curve at constant rate.
+    # In least squares, a curve of constant rate.
     stiff = RotationSpline.smoothing(t, q, lam=np.inf)
     same(stiff(at, 2), np.zeros((50, 3)), 1e-8)
 
@@ -259,7 +259,7 @@ def test_hermite_meets_its_rates(frame):
     same(spline.angular_velocity(t, frame), rates, MET)
     same(matrices_of(spline(t)), matrices_of(q), MET)
     assert isinstance(spline.curve, CubicHermite)
-    # With the rates of a spline, that spline.
+    # With the rates of a spline, the Hermite curve is that spline.
     through = RotationSpline(t, q)
     again = RotationSpline.hermite(t, q, through.angular_velocity(t, frame), frame=frame)
     same(matrices_of(again(inner(t))), matrices_of(through(inner(t))), 1e-10)

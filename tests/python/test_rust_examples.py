@@ -7,7 +7,7 @@ import pytest
 
 SOURCES = Path(__file__).parents[2] / "src"
 
-# Types without an example, by path, each with the reason.
+# Types without an example, by path, with the reason.
 EXCEPTIONS: dict[str, str] = {}
 
 MODULE = re.compile(r"^(pub )?mod (\w+);", re.MULTILINE)
@@ -17,7 +17,7 @@ EXAMPLE = re.compile(r"^/// # Examples\n(?:///.*\n)*?/// ```\n(?:///.*\n)*?///.*
 
 
 def source_of(module):
-    """The text of a module, given by the names on the way to it from the root."""
+    """The text of a module, given by the path of names from the root."""
     if not module:
         return (SOURCES / "lib.rs").read_text(encoding="utf-8")
     file = SOURCES.joinpath(*module).with_suffix(".rs")
@@ -25,7 +25,7 @@ def source_of(module):
 
 
 def exported(source):
-    """What a module hands on from its own modules: pairs of the path to a module and a name in it."""
+    """Names that a module re-exports from its own modules: pairs of the path to a module and a name in it."""
     for path, names in USE.findall(source):
         *parents, last = path.split("::")
         if names:
@@ -35,7 +35,7 @@ def exported(source):
 
 
 def types_of(module, names=None):
-    """The documentation of the types of a module that a user can name, all public ones or those of some names."""
+    """The documentation of the types of a module that a user can name: all public ones, or those with given names."""
     source = source_of(module)
     for documentation, name in TYPE.findall(source):
         if names is None or name in names:
@@ -60,7 +60,7 @@ def test_public_type_has_an_example_that_asserts(path):
 def test_types_are_found_where_they_are_exported():
     exports = {"cubic::search::SearchOptions", "chart::sphere::Sphere", "spline::ends::EndCondition"}
     assert exports | {"error::Error", "curve::curve::Curve", "linalg::decomp::Svd"} <= TYPES.keys()
-    # Not public: used inside of the crate alone.
+    # Not public: used only inside the crate.
     assert "chart::tangent_lift::TangentLift" not in TYPES
 
 

@@ -1,4 +1,4 @@
-"""Curves in files: the very same curve comes back, and damaged or foreign files are refused by name."""
+"""Curves in files are restored bit for bit, and damaged or foreign files are refused by name."""
 
 import itertools
 import os
@@ -114,7 +114,7 @@ def test_the_same_curve_comes_back(name, size, tmp_path):
     assert isinstance(again, Curve)
     assert_same(again, original)
     assert_same(pickle.loads(pickle.dumps(original)), original)
-    # Saved again, the same bytes: nothing is lost on the way.
+    # Saving again gives the same bytes: nothing is lost.
     second = tmp_path / "second.npz"
     again.save(str(second))
     with np.load(path) as first, np.load(second) as other:
@@ -272,13 +272,13 @@ def test_damaged_files_are_refused_or_the_same(name, tmp_path):
             assert str(path) in str(error)
             count += 1
         else:
-            # A date of an entry, for example.
+            # For example the date of an entry.
             assert_same(again, original)
     assert count > 100
 
 
 def changed(i, x):
-    """One entry changed, by a hundredth."""
+    """One entry changed by one percent."""
     x = x.copy()
     x.flat[i % x.size] += 0.01
     return x
@@ -319,7 +319,7 @@ def test_edited_files_are_refused_or_curves_on_the_manifold(name, size, tmp_path
         assert np.isfinite(again.jerk(t)).all(), f"{key}, {edit}"
         if hasattr(again, "points"):
             manifold.check_point(again.points, atol=1e-9)
-    # What is scaled or not finite is no curve but for what scales time.
+    # Scaled or non-finite numbers do not form a curve, except for those that scale time.
     assert count >= 3 * len(numbers)
 
 

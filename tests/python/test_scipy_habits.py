@@ -1,4 +1,4 @@
-"""What users of SciPy's interpolators expect of curves: `extrapolate`, `derivative`, rounding at the ends, `w`."""
+"""Features that users of SciPy's interpolators expect: `extrapolate`, `derivative`, rounding at the ends, `w`."""
 
 import numpy as np
 import pytest
@@ -68,7 +68,7 @@ def test_a_few_units_beyond_an_end_count_as_the_end(name):
         for nu in range(3):
             np.testing.assert_array_equal(curve(t, nu), curve(end, nu))
         np.testing.assert_array_equal(curve([0.3, t], extrapolate=False), curve([0.3, end]))
-    # The last of these is larger than the last knot.
+    # The last time is larger than the last knot.
     times = np.arange(0.1, 0.75, 0.1)
     assert times[-1] > last
     assert curve(times).shape == (7, 5, 2)

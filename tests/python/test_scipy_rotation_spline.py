@@ -24,12 +24,12 @@ from scipy.spatial.transform import Rotation
 from stiefel_rs import RotationSpline
 
 MODULE = "scipy.spatial.transform.tests.test_rotation_spline"
-# Round-off of rotation vectors, where SciPy's bound is below.
+# Round-off of rotation vectors, where SciPy's bound is smaller.
 ROUND_OFF = {"test_spline_properties": 5e-15}
 
 
 def mean_rates(times, rotations):
-    """The ends of SciPy's spline, where the arguments make one."""
+    """The end conditions of SciPy's spline, if the arguments form one."""
     if rotations.single or rotations.as_quat().ndim > 2 or np.shape(times) != (len(rotations),) or len(rotations) < 2:
         return "natural"
     first, last = (
@@ -44,7 +44,7 @@ def ours(times, rotations):
 
 @pytest.fixture
 def theirs(request, monkeypatch):
-    """SciPy's tests, with another spline and no bounds below round-off."""
+    """SciPy's tests, with another spline, and with bounds raised to round-off."""
     request.config.addinivalue_line("markers", "skip_xp_backends: a mark of SciPy's test runner")
     module = pytest.importorskip(MODULE, reason="this SciPy comes without its tests")
     monkeypatch.setattr(module, "RotationSpline", ours)
@@ -62,7 +62,7 @@ def theirs(request, monkeypatch):
     "name", ["test_spline_2_rotations", "test_constant_attitude", "test_spline_properties", "test_error_handling"]
 )
 def test_scipys_own(name, theirs):
-    # One of them draws rotations from NumPy's generator.
+    # One of them uses NumPy's global generator.
     np.random.seed(0)  # noqa: NPY002
     getattr(theirs, name)()
 

@@ -1,4 +1,4 @@
-"""Sixteen threads share one curve of each class, with calls of every kind at once: results are those of one thread."""
+"""Sixteen threads share one curve of each class and make every kind of call: results are those of one thread."""
 
 import copy
 import gc
@@ -19,7 +19,7 @@ THREADS, ROUNDS = 16, 2
 
 
 def bits(value):
-    """Everything in a result, as bytes and text."""
+    """All data of a result, as bytes and text."""
     if isinstance(value, np.ndarray):
         return value.shape, value.tobytes()
     if isinstance(value, (tuple, list)):
@@ -28,7 +28,7 @@ def bits(value):
 
 
 def calls(curve, folder):
-    """Calls of one curve by name; each gives the same bits whenever it is made."""
+    """Calls of one curve by name; each gives the same bits every time."""
     start, end = curve.t_span
     few, many = np.linspace(start, end, 5), np.linspace(start, end, 300)
 
@@ -62,7 +62,7 @@ def refused(curve):
 
 
 def plain(name, result):
-    # Bound methods have an address in their text.
+    # The text of bound methods contains an address.
     return [x for x in result if " object at 0x" not in x] if name == "attributes" else bits(result)
 
 
@@ -70,7 +70,7 @@ def plain(name, result):
 def test_sixteen_threads_share_a_curve(name, tmp_path):
     curve = CURVES[name](*walk(4, 2, 4))
     made = calls(curve, tmp_path)
-    # A curve of its own: what is made on first use is made by the threads, all at once.
+    # A new curve, so that the threads compute at the same time what is built on first use.
     other = CURVES[name](*walk(4, 2, 4))
     expected = {key: plain(key, call(99)) for key, call in calls(other, tmp_path).items()}
     gate = Barrier(THREADS)
@@ -94,7 +94,7 @@ def test_every_class_of_curve_is_shared():
 
 
 class Finalized:
-    """Garbage that runs code when it is collected: the interpreter may turn to another thread there."""
+    """Garbage that runs code when it is collected: the interpreter may switch threads there."""
 
     def __init__(self):
         self.ring = self

@@ -1,4 +1,4 @@
-"""Smoothing splines: geodesic regression as the limit, two points, far points, bounds of the objective."""
+"""Smoothing splines: geodesic regression as the limit, two points, distant points, bounds of the objective."""
 
 import pickle
 
@@ -30,7 +30,7 @@ def noisy(n, k, count, seed):
 
 
 def basis(S):
-    """Tangent vectors at S: columns turned among themselves, and those out of their span."""
+    """Tangent vectors at S: rotations of the columns among themselves, and directions outside their span."""
     n, k = S.shape
     normal = np.linalg.qr(np.hstack([S, np.eye(n)]))[0][:, k:n]
     turns = [np.outer(S[:, i], np.eye(k)[j]) - np.outer(S[:, j], np.eye(k)[i]) for j in range(k) for i in range(j)]
@@ -74,14 +74,14 @@ def test_much_weight_is_geodesic_regression(n, k, count):
             except ConvergenceError:
                 continue
             solved += 1
-            # More weight misses more and costs less, and no geodesic is better.
+            # A larger weight increases the misfit and lowers the cost, and no geodesic is better.
             assert misfit <= curve.misfit * (1 + 1e-9), (seed, lam)
             assert curve.cost() <= cost * (1 + 1e-9), (seed, lam)
             misfit, cost = curve.misfit, curve.cost()
             weighted = misfit + lam * cost if np.isfinite(lam) else misfit
             assert weighted <= straight * (1 + 1e-9), (seed, lam, weighted, straight)
             if lam >= 1e9:
-                # Cubics gain at most a share of about 1 / lam on the straight line.
+                # Compared with the straight line, cubics gain at most a fraction of about 1 / lam.
                 assert abs(misfit - straight) < 1e-8 * straight, (seed, lam, misfit, straight)
                 assert abs(curve.degrees_of_freedom - 2.0) < 1e-8
     assert solved == len(seeds) * len(LAMBDAS)
@@ -129,7 +129,7 @@ def far(n, k, count, seed):
 
 
 def straight_bounds(t, Y):
-    """The misfit of geodesics between some of the data, and of standing still."""
+    """The misfits of geodesics between some of the data, and of constant curves."""
     M = Stiefel(*Y.shape[1:])
     first, middle, last = 0, len(Y) // 2, len(Y) - 1
     for i, j in ((first, last), (first, middle), (middle, last)):

@@ -1,4 +1,4 @@
-"""Batches of boundary problems: shapes, what is not solved, threads, bad input."""
+"""Batches of boundary problems: shapes, unsolved problems, threads, bad input."""
 
 import pickle
 
@@ -67,7 +67,7 @@ def test_leading_axes_broadcast():
 
 def test_what_is_not_solved_is_marked():
     S0, V0, S1, V1 = problems((4,))
-    # So fast that no curve can be integrated.
+    # Too fast for a curve to be integrated.
     V0[2] = M.project_tangent(S0[2], 1e9 * V0[2])
     batch = solve_boundary(S0, V0, S1, V1)
     assert batch.converged.tolist() == [True, True, False, True]

@@ -1,4 +1,4 @@
-"""Derivatives of splines with respect to their data, against differences, and gradients against derivatives."""
+"""Derivatives of splines with respect to their data, compared with differences; gradients, with derivatives."""
 
 import numpy as np
 import pytest
@@ -33,7 +33,7 @@ class Family:
         self.shifts = rng.standard_normal((2, *shape)) / np.sqrt(np.prod(shape))
 
     def tangent(self, S, rng):
-        """Of length 1: what differences leave out grows with the fifth power of it."""
+        """Of length 1: truncation errors of differences grow with its fifth power."""
         V = self.M.random_tangent(S, rng)
         return V / self.M.norm(S, V)
 
@@ -67,7 +67,7 @@ class Family:
 
 
 def difference(f, h=2e-3):
-    """By central differences of fourth order."""
+    """The derivative by central differences of fourth order."""
     return (8 * (f(h) - f(-h)) - (f(2 * h) - f(-2 * h))) / (12 * h)
 
 
@@ -84,7 +84,7 @@ def test_points_and_cost_change_as_differences(shape, ends, rng):
     found = curve.point_variation(t, family.dS, family.dt, family.dbc)
     assert found.shape == (2, 2, *shape)
     expected = difference(lambda h: family.at(h)(t))
-    # Splines are solved to 1e-12, which the step enlarges; the fifth derivative times 5e-13.
+    # Splines are solved to 1e-12, which is divided by the step; and the fifth derivative times 5e-13.
     assert np.abs(found - expected).max() < 1e-8 * (1 + np.abs(expected).max())
     W = rng.standard_normal(found.shape)
     gradient = curve.point_pullback(t, W)

@@ -1,4 +1,4 @@
-"""Splines from bad times, points, velocities and ends: errors that name the knot; numbers of any kind."""
+"""Splines from invalid times, points, velocities and ends: errors that name the knot; numbers of any kind."""
 
 import datetime
 import pickle
@@ -111,7 +111,7 @@ def test_points_that_cannot_be_joined_are_a_pair():
     assert abs(caught.value.angle - np.pi) < 1e-12
     again = pickle.loads(pickle.dumps(caught.value))
     assert (again.knot, again.angle) == (1, caught.value.angle)
-    # Velocities say which way to go.
+    # Given velocities determine the direction.
     for make in hermite:
         assert np.abs(make()(t) - S).max() < MET
     t, S = walk(3, 3, 4, 0.3)
@@ -183,7 +183,7 @@ def test_other_bad_arguments():
 
 
 class ArrayLike:
-    """What pandas's objects are to NumPy."""
+    """The array interface of pandas objects."""
 
     def __init__(self, values):
         self.values = values
@@ -238,7 +238,7 @@ def test_dates_say_how_to_convert_them():
                 CubicSpline(t, S)
             assert str(caught.value).endswith(words)
             if not isinstance(t, ArrayLike):
-                # What the message advises can be run.
+                # The code in the message's advice runs.
                 converted.append(eval(words, {"np": np, "t": np.asarray(t) if "np." in words else t}))
     for seconds in converted:
         assert np.array_equal(CubicSpline(seconds, S).t, 86400.0 * np.array([0, 1, 2, 5]))

@@ -1,4 +1,4 @@
-"""Curves through many points: beside SciPy's on the circle, the protocol of curves, and errors that name the knot."""
+"""Curves through many points: compared with SciPy on the circle, the curve protocol, and errors that name the knot."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ from stiefel_rs import (
     Stiefel,
 )
 
-# Second derivatives: 1e-12 over the square of the shortest leg, and sums of them.
+# Second derivatives: 1e-12 divided by the square of the shortest leg, and sums of them.
 SMOOTH = 1e-10
 
 T = np.array([0.0, 0.7, 1.5, 3.0, 3.8, 5.0])
@@ -48,7 +48,7 @@ BOUNDARY = {
 
 
 def on_circle(condition, angle):
-    """SciPy's condition on an angle as one on the circle."""
+    """SciPy's end condition on an angle, converted to the circle."""
     if isinstance(condition, str):
         return condition
     return (condition[0], turning(np.asarray(angle), np.asarray(condition[1])))
@@ -103,7 +103,7 @@ def test_natural_splines(size, count):
     before, after = t[1:-1] - 1e-13, t[1:-1]
     assert np.abs(curve.velocity(before) - curve.velocity(after)).max(initial=0) < SMOOTH
     assert np.abs(curve.acceleration(before) - curve.acceleration(after)).max(initial=0) < SMOOTH
-    # Evaluated in any order and shape, the values are those one at a time.
+    # Evaluation in any order and shape gives the same values as one at a time.
     times = np.random.default_rng(1).uniform(t[0], t[-1], (4, 25))
     for read in [curve, lambda t: curve(t, 3), curve.acceleration, curve.jerk]:
         values = read(times)
@@ -113,7 +113,7 @@ def test_natural_splines(size, count):
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_long_chains_of_rotations_take_as_few_steps_as_short_ones(seed):
-    # Some of so many legs overshoot: they turn by more than three radians in the spline of flat space.
+    # Some of the many legs overshoot: in the spline of flat space they turn by more than three radians.
     rng, count = np.random.default_rng(seed), 2000
     turns = rng.normal(size=(count - 1, 3))
     turns *= (rng.uniform(0.3, 1.2, count - 1) / np.linalg.norm(turns, axis=1))[:, None]
@@ -127,7 +127,7 @@ def test_long_chains_of_rotations_take_as_few_steps_as_short_ones(seed):
     assert curve.report.iterations <= 25
     assert np.abs(curve(t) - S).max() < MET
     before, after = t[1:-1] - 1e-12, t[1:-1]
-    # Of jerks of up to 1000.
+    # Relative to jerks of up to 1000.
     jumps = curve.acceleration(before) - curve.acceleration(after)
     assert np.abs(jumps).max() < 10 * SMOOTH
 
@@ -256,7 +256,7 @@ def test_cross_validation_on_the_circle_is_scipys(seed):
     angles = np.sin(t) + rng.normal(0.0, 0.1, len(t))
     curve, flat = SmoothingSpline(t, circle(angles)), make_smoothing_spline(t, angles)
     fine = np.linspace(t[0], t[-1], 101)
-    # Both look for the lowest of a flat score.
+    # Both search for the minimum of a flat score.
     assert np.abs(curve(fine) - circle(flat(fine))).max() < 1e-4
 
 
@@ -269,7 +269,7 @@ def test_smoothing_splines_lie_between_the_data_and_a_geodesic():
     assert sorted(curve.misfit for curve in costs) == [curve.misfit for curve in costs]
     found = SmoothingSpline(t, S)
     assert found.lam > 0
-    # A weight for each of repeated data counts as often.
+    # The weights of repeated data add up.
     twice = SmoothingSpline(np.repeat(t, 2), np.repeat(S, 2, axis=0), lam=0.2)
     heavy = SmoothingSpline(t, S, np.full(8, 2.0), 0.2)
     assert np.array_equal(twice.t, t)
@@ -306,7 +306,7 @@ def test_bad_arguments_of_smoothing_splines():
     "curve", [CubicSpline(T, circle(ANGLES)), CubicHermite(T, circle(ANGLES), turning(ANGLES, ANGLES))]
 )
 def test_few_times_and_many_give_the_same_bits(curve):
-    # Many are shared out among threads, few are not.
+    # Many times are distributed to threads, few are not.
     t = np.linspace(*curve.t_span, 20_001)
     for many, one in ((curve(t), curve), (curve.acceleration(t), curve.acceleration)):
         assert np.array_equal(many[::500], one(t[::500]))
@@ -315,7 +315,7 @@ def test_few_times_and_many_give_the_same_bits(curve):
 
 @pytest.mark.parametrize("tol", [1e-12, 1e-9])
 def test_failures_say_the_tolerance_that_was_asked_for(tol):
-    # Far knots at times that differ by orders of magnitude, which three steps do not solve.
+    # Distant knots at times that differ by orders of magnitude, which three steps do not solve.
     rng = np.random.default_rng(0)
     S, t = Stiefel(3, 1).project(rng.standard_normal((6, 3, 1))), np.cumsum(10 ** rng.uniform(-2, 0, 6))
     with pytest.raises(ConvergenceError) as caught:

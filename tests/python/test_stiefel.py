@@ -1,4 +1,4 @@
-"""The manifold: every method against its formula in NumPy, batches, broadcasting, random points."""
+"""The manifold: every method compared with its formula in NumPy, batches, broadcasting, random points."""
 
 import numpy as np
 import pytest
@@ -233,7 +233,7 @@ def test_random_tangent_vectors_know_nothing_of_a_point_of_their_seed(shape, rng
         S = M.random_point(rng_of(seed))
         pairs.append((S, M.random_tangent(S, rng_of(seed))))
     S, V = (np.stack(x) for x in zip(*pairs, strict=True))
-    # Directions that are made of the point: its entries in other orders, and linear images of it.
+    # Directions derived from the point: its entries in other orders, and linear images of it.
     left, right = (np.cos(1.0 + np.arange(m * m)).reshape(m, m) for m in shape)
     images = [S[:, ::-1], S[:, ::-1, ::-1], np.roll(S, 1, axis=1), left @ S, S @ right, left @ S @ right, S**3]
     for i, image in enumerate(images):
@@ -242,7 +242,7 @@ def test_random_tangent_vectors_know_nothing_of_a_point_of_their_seed(shape, rng
         keep = size > 1e-6
         if not keep.any():
             continue
-        # Standard normal where V is independent of S: five standard deviations of the mean and of the mean square.
+        # Standard normal if V is independent of S: five standard deviations of the mean and of the mean square.
         x = np.sum(V * D, axis=(1, 2))[keep] / size[keep]
         assert_close(x.mean(), 0.0, 5 / np.sqrt(x.size), f"mean along image {i}")
         assert_close((x**2).mean(), 1.0, 5 * np.sqrt(2 / x.size), f"variance along image {i}")

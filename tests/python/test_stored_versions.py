@@ -1,4 +1,4 @@
-"""Curves that older versions have stored are read: their files stay here, a folder for each version of the form."""
+"""Curves stored by older versions can be read: their files are kept here, one folder per version of the form."""
 
 from pathlib import Path
 
@@ -9,7 +9,7 @@ import stiefel_rs
 
 FOLDERS = sorted(Path(__file__).parent.glob("stored_*"))
 FILES = [path for folder in FOLDERS for path in sorted(folder.glob("*.npz")) if path.stem != "values"]
-# Values were computed on one processor; others round differently, some hundred times on the way.
+# The values were computed on one processor; others round differently, some hundred times in between.
 TOLERANCE = 1000 * np.finfo(float).eps
 
 

@@ -20,7 +20,7 @@ def test_reference_is_met_by_the_taylor_method_and_by_dop853(case):
     n, k = case.shape
     assert case.error(RiemannianCubic.from_initial(*case.data)(1.0)) <= 10 * n * EPS
     system = FirstOrder(n, k)
-    # DOP853 asks for 1e-11 in every step and takes some ten of them.
+    # DOP853 requests 1e-11 in every step and takes some ten of them.
     assert case.error(dop853(system, system.initial(case.data), 1e-11)()) <= 1e-9
 
 

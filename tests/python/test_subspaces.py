@@ -1,4 +1,4 @@
-"""Curves of subspaces: what Python adds to the Rust tests, and oracles of SciPy's."""
+"""Curves of subspaces: the Python additions to the Rust tests, and comparisons with SciPy."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def reflection(Y):
 
 
 def knots(M, count=5, far=0.6, seed=0):
-    """Subspaces at a distance from one another, with bases that are turned at random."""
+    """Subspaces at given distances, with randomly rotated bases."""
     rng = np.random.default_rng(seed)
     points = [M.random_point(rng)]
     for _ in range(count - 1):
@@ -269,7 +269,7 @@ def test_derivatives():
     M = Grassmann(5, 2)
     t, Y = np.arange(4.0), knots(M, 4, seed=12)
     curve = CubicSpline(t, Y, manifold=M)
-    # In terms of the bases of the curve.
+    # Expressed in the bases of the curve.
     Y = curve(t)
     dY = M.random_tangent(Y, rng=13)
     found = curve.point_variation(1.4, dY)

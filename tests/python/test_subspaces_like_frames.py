@@ -1,4 +1,4 @@
-"""What curves of subspaces share with those of frames: estimates, guesses, several solutions, batches, derivatives."""
+"""Features that curves of subspaces share with curves of frames: estimates, guesses, batches, derivatives."""
 
 from __future__ import annotations
 
@@ -155,7 +155,7 @@ def test_derivatives_of_closed_splines(shape):
     t, Y = np.array([0.0, 1.0, 1.8, 3.0, 4.1]), knots(M)
     Y[4] = Y[0] @ Stiefel(M.k, M.k, field=M.field).random_point(rng=12)
     curve = CubicSpline(t, Y, "periodic", tol=1e-14, manifold=M)
-    # In terms of the bases of the curve.
+    # Expressed in the bases of the curve.
     Y = curve(t)
     Q = adjoint(Y[0]) @ Y[4]
     dS = M.random_tangent(Y, rng=13)

@@ -1,4 +1,4 @@
-"""Cubics and splines in tension: closed forms on a circle, SciPy's splines for none, files, errors."""
+"""Cubics and splines in tension: closed forms on a circle, SciPy's splines for zero tension, files, errors."""
 
 import copy
 import pickle
@@ -128,10 +128,10 @@ def test_files_and_pickles_keep_tension(tmp_path):
         for again in (load(tmp_path / "curve.npz"), pickle.loads(pickle.dumps(original)), copy.copy(original)):
             t = np.linspace(*original.t_span, 9)
             assert np.array_equal(again(t), original(t))
-            # Beyond the end the equation goes on with its tension.
+            # Beyond the end, the equation continues with its tension.
             end = original.t_span[1]
             assert np.array_equal(again(end + 0.3), original(end + 0.3))
-    # Each piece is made for [0, 1]; the first leg takes 1.
+    # Each piece is parametrised by [0, 1]; the first leg takes 1.
     assert load(tmp_path / "curve.npz").pieces[0].tension == pytest.approx(5.0)
 
 

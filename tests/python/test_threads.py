@@ -103,12 +103,12 @@ def test_long_calls_release_the_interpreter_lock(what):
         "reference": partial(chart.reference, z0, np.linspace(0, 1, 500_000)),
         "shoot": partial(chart.shoot, z0[:2], z0[2:4], [1.6, 0.1], z0[2:4], 500_000),
     }[what]
-    # The signal comes from another thread, which runs where the lock is given up only.
+    # The signal comes from another thread, which only runs when the lock is released.
     assert stopped_while_it_runs(work) == "stopped"
 
 
 def test_a_mutated_argument_does_not_matter_after_the_call_began():
-    # Input is copied before the lock is released: results are those of the values at the call.
+    # Input is copied before the lock is released: results belong to the values at the call.
     chart = Chart.sphere()
     z0 = np.array([np.pi / 2, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0])
     expected = chart.integrate(z0, 100_000)
@@ -121,7 +121,7 @@ def test_a_mutated_argument_does_not_matter_after_the_call_began():
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="counts the threads of a process in /proc")
 def test_one_thread_means_one_thread():
-    """Pools make their threads when they are first used: one thread, and not the sixteen of the global pool."""
+    """Pools create their threads on first use: one thread, not the sixteen of the global pool."""
     code = """
 import os, numpy as np
 from stiefel_rs import GeometricCubic, skew_exp
@@ -140,7 +140,7 @@ for num_threads in (1, 16, None):
     run = [sys.executable, "-c", code]
     done = subprocess.run(run, capture_output=True, text=True, check=True, timeout=HANGS, env=environment)
     one, sixteen, default = map(int, done.stdout.split())
-    # Besides the pools: the threads that the calls waited for may not have left yet.
+    # In addition to the pools, threads for which the calls waited may not have ended yet.
     waited = 3
     assert 1 <= one <= 1 + waited
     assert 17 <= sixteen <= 17 + 2 * waited

@@ -1,4 +1,4 @@
-"""The checks of what is released: licences of dependencies, contents of distributions."""
+"""Checks of releases: licences of dependencies, contents of distributions."""
 
 import re
 
@@ -7,7 +7,7 @@ import pytest
 import stiefel_rs
 from tools import contents, licences, version
 
-# What belongs into a distribution is what git knows.
+# The contents of a distribution are the files that git knows.
 needs_git = pytest.mark.skipif(not (contents.ROOT / ".git").exists(), reason="not a checkout of git")
 ALLOWED = {"MIT", "Apache-2.0", "Apache-2.0 WITH LLVM-exception", "Unicode-3.0"}
 
@@ -57,7 +57,7 @@ def test_list_of_licences_is_read():
 
 
 def wheel_names():
-    """Names of a wheel as it should be."""
+    """File names of a correct wheel."""
     metadata = "stiefel_rs-0.1.0.dist-info"
     licence_files = {f"{metadata}/licenses/{name}" for name in contents.LICENCES}
     return contents.package_files() | licence_files | {"stiefel_rs/_core.abi3.so", f"{metadata}/METADATA"}

@@ -9,7 +9,7 @@ import stiefel_rs  # noqa: E402
 from stiefel_rs import CubicSpline, GeometricCubic, InvalidInputError, RiemannianCubic, RotationSpline, Stiefel  # noqa: E402
 from stiefel_rs import torch as st  # noqa: E402
 
-# PyTorch's own, from within its transformations.
+# A warning of PyTorch, from within its transformations.
 pytestmark = pytest.mark.filterwarnings("ignore:.torch.jit.script. is deprecated:FutureWarning")
 
 SHAPES = [(3, 1), (3, 3), (5, 2), (4, 4), (12, 3)]
@@ -45,7 +45,7 @@ def frames(manifold, rng):
 
 
 def check(function, *arguments):
-    """Both modes against central differences; of complex arguments in random directions, of which there are few."""
+    """Both modes compared with central differences; for complex arguments in a few random directions."""
     tensors = [torch.tensor(x, requires_grad=True) for x in arguments]
     options = {"check_forward_ad": True, "fast_mode": any(x.is_complex() for x in tensors)}
     assert torch.autograd.gradcheck(function, tensors, eps=1e-5, atol=1e-6, rtol=1e-6, **options)
@@ -160,7 +160,7 @@ def test_kinds_of_arrays(rng):
     manifold = Stiefel(5, 2)
     S0, V0, S1, V1 = near(manifold, rng)
     wanted = st.riemannian_cubic(S0, V0, S1, V1, np.array([0.3])).numpy()
-    # Numbers and lists have the kind of the others; arrays may be read-only, or run backwards.
+    # Numbers and lists are converted to the kind of the others; arrays may be read-only or reversed.
     S0.setflags(write=False)
     backwards = np.ascontiguousarray(V0[::-1])[::-1]
     for t in (0.3, [0.3], (0.3,)):

@@ -1,4 +1,4 @@
-"""Trajectories in text files: what is written comes back, other programs' files are read, and wrong lines are named."""
+"""Trajectories in text files: round trips, files of other programs, and errors that name invalid lines."""
 
 import decimal
 import errno
@@ -13,7 +13,7 @@ import stiefel_rs
 from stiefel_rs import InvalidInputError, read_trajectory, read_tum, trajectory_files, write_trajectory, write_tum
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "data" / "freiburg1_xyz.tum"
-# A quarter turn about z takes x to y; one about x takes y to z.
+# A quarter turn about z maps x to y; one about x maps y to z.
 HALF = 0.5**0.5
 TURN_Z = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
 
@@ -67,7 +67,7 @@ def test_a_file_of_the_benchmark():
 
 
 def test_the_last_number_is_the_scalar(tmp_path):
-    # A known turn: of 90 degrees about z, whose sine and cosine of the half are equal; and of 180 about x.
+    # Known rotations: by 90 degrees about z, for which sine and cosine of the half angle are equal; and by 180 about x.
     path = text_file(tmp_path, f"0 1 2 3 0 0 {HALF!r} {HALF!r}\n1 0 0 0 1 0 0 0\n")
     _, (q, p) = read_tum(path)
     assert p[0].tolist() == [1, 2, 3]
@@ -190,7 +190,7 @@ def test_euroc(tmp_path, unit):
     assert p.tolist() == [[0.515356, 1.996773, 0.971104]]
     assert q[0] == pytest.approx([0.789985, -0.205376, 0.554528, 0.161996], abs=1e-6)
     with decimal.localcontext() as context:
-        # Whatever the user has there.
+        # Any content of the user.
         context.prec = 3
         assert str(trajectory_files.read(path).stamps[0]) == "1403715524.907143168"
 
@@ -230,7 +230,7 @@ def test_other_suffixes(tmp_path):
         with pytest.raises(InvalidInputError, match=r"poses\.dat: does not end in \.tum, \.txt or \.csv"):
             call(path)
     assert len(read_tum(path)[0]) == 1
-    # By its bytes, as `os` takes names.
+    # By its bytes, as `os` accepts names.
     assert len(read_tum(os.fsencode(path))[0]) == 1
     with pytest.raises(FileNotFoundError, match=r"none\.tum"):
         read_tum(tmp_path / "none.tum")
