@@ -235,7 +235,7 @@ def test_phases():
 
 
 def test_initial_data_and_invariants(ends):
-    """The equation of cubics on the unitary group, energy, momentum; on St(n, k), comparison with the real embedding."""
+    """The equation of cubics on the unitary group, energy, momentum; on St(n, k), compared with the real embedding."""
     S0, V0, _, _ = ends
     rng, M = np.random.default_rng(5), Stiefel(*ends[0].shape, field="complex")
     A, J = tangents(M, S0, rng, 2)
