@@ -1,1 +1,1 @@
-"""Side-by-side benchmarks and the accuracy table of stiefel_rs. Not part of the installed package."""
+"""Comparative benchmarks and the accuracy table of stiefel_rs. Not part of the installed package."""

@@ -1,4 +1,4 @@
-"""Durations as the pages print them."""
+"""Formatting of durations in the pages."""
 
 from __future__ import annotations
 

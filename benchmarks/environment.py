@@ -1,4 +1,4 @@
-"""Where the benchmarks run: the root of the project, the machine and its load."""
+"""The environment of the benchmarks: the root of the project, the machine and its load."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ ROOT = Path(__file__).resolve().parent.parent
 
 
 def cores() -> int:
-    """Processors that this process may use."""
+    """Number of processors that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def machine() -> dict[str, str]:
-    """Processor, system, load and what the calling environment had set."""
+    """Processor, system, load, and relevant environment variables."""
     return {
         "processor": f"{_processor()}, {cores()} core(s)",
         "system": f"{platform.system()} {platform.machine()}, Python {platform.python_version()}",
@@ -28,7 +28,7 @@ def machine() -> dict[str, str]:
 
 
 def load() -> str:
-    """Average number of processes that want to run, over the last minute."""
+    """Load average over the last minute."""
     if not hasattr(os, "getloadavg"):
         return "unknown"
     return f"{os.getloadavg()[0]:.1f}"

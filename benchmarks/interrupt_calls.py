@@ -33,7 +33,7 @@ Array = NDArray[np.float64]
 Call = Callable[[], object]
 
 CHART: Final = Chart.sphere()
-# A geodesic along the equator: it never leaves the chart.
+# A geodesic along the equator, which never leaves the chart.
 EQUATOR: Final = np.array([np.pi / 2, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0])
 
 
@@ -65,7 +65,7 @@ def skew(m: int, scale: float) -> Array:
 
 @cache
 def geometric() -> GeometricCubic:
-    """A cubic of de Casteljau's on St(40, 10)."""
+    """A de Casteljau cubic on St(40, 10)."""
     return GeometricCubic(*ends(40, 10))
 
 
@@ -85,7 +85,7 @@ def cubic() -> RiemannianCubic:
 
 @cache
 def slow_start() -> RiemannianCubic:
-    """A cubic on the sphere that by its data looks short."""
+    """A cubic on the sphere whose data look cheap to integrate."""
     e = np.eye(3)
     return RiemannianCubic.from_initial(e[:, :1], e[:, 1:2], 0 * e[:, :1], 0 * e[:, :1])
 
@@ -138,7 +138,7 @@ def variation_call() -> Call:
 # Matrices of a batch: 144 MB.
 COUNT: Final = 200
 
-# name -> what makes the call; each takes some seconds, or for ever.
+# name -> function that makes the call; each takes some seconds, or runs forever.
 CALLS: Final[dict[str, Callable[[], Call]]] = {
     "integrate": lambda: partial(CHART.integrate, EQUATOR, 4_000_000),
     "integrate_batch": lambda: partial(CHART.integrate, np.tile(EQUATOR, (400, 1)), 10_000),
@@ -185,7 +185,7 @@ CALLS: Final[dict[str, Callable[[], Call]]] = {
     "variation": variation_call,
 }
 
-# Where the arguments alone take a while; too large for the tests.
+# The arguments alone take a while to read; too large for the tests.
 LARGE: Final[dict[str, Callable[[], Call]]] = {
     "skew_exp_large": lambda: partial(skew_exp, np.tile(skew(300, 10.0), (600, 1, 1))),
     "skew_exp_large_float32": lambda: partial(skew_exp, np.tile(skew(300, 10.0).astype(np.float32), (600, 1, 1))),

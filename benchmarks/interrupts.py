@@ -20,16 +20,16 @@ from typing import Final
 from .interrupt_calls import CALLS, LARGE
 
 LIMIT: Final = 1.0
-# The signal comes between the start of the call and this many seconds later.
+# The signal arrives between the start of the call and this many seconds later.
 LATEST: Final = 2.0
-# Work that goes on for longer is not waited for.
+# Abandoned work that takes longer is not waited for.
 PATIENCE: Final = 20.0
 ALL: Final = CALLS | LARGE
 BUSY: Final = "while True: pass"
 
 
 def child(name: str) -> None:
-    """Run a call until Ctrl-C, and say when it came."""
+    """Run a call until Ctrl-C, and report when it arrived."""
     call = ALL[name]()
     print("ready", flush=True)
     try:
@@ -42,7 +42,7 @@ def child(name: str) -> None:
 
 
 def abandoned() -> float:
-    """Processor time that the process takes until it is at rest."""
+    """Processor time of the process until it is idle."""
     start = last = time.process_time()
     end = time.monotonic() + PATIENCE
     while time.monotonic() < end:
@@ -69,7 +69,7 @@ def interrupt(name: str, delay: float) -> tuple[float, float]:
 
 
 def table(names: list[str], repeat: int, seed: int) -> float:
-    """Print a line for each call; the longest time of all."""
+    """Print one line per call; return the longest time."""
     rng, longest = random.Random(seed), 0.0
     print(f"{'call':22} {'seconds':>8} {'abandoned':>10}")
     for name in names:
@@ -81,7 +81,7 @@ def table(names: list[str], repeat: int, seed: int) -> float:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Measure, and say whether all stay below the limit."""
+    """Measure, and return whether all times are below the limit."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--busy", type=int, default=0, help="processes that compute beside it")
     parser.add_argument("--repeat", type=int, default=3)

@@ -38,7 +38,7 @@ PARTS: Final = 10
 WARM_UP: Final = 2
 LIMIT: Final = 5e6
 MB: Final = 1e6
-# Problems that differ, so that memory kept for each of them would show.
+# Different problems, so that memory kept for each of them is detected.
 PROBLEMS: Final = 64
 M: Final = Stiefel(4, 2)
 SPHERE: Final = Chart.sphere()
@@ -103,7 +103,7 @@ def copies(i: int) -> None:
 
 
 def refused(call: Callable[..., object], *arguments: object, **keywords: object) -> None:
-    """Make a call that fails; RuntimeError if it does not."""
+    """Make a call that must fail; RuntimeError if it does not."""
     try:
         call(*arguments, **keywords)
     except (StiefelError, TypeError):
@@ -112,7 +112,7 @@ def refused(call: Callable[..., object], *arguments: object, **keywords: object)
 
 
 def errors(i: int) -> None:
-    """Four errors, each made with its text and numbers."""
+    """Four errors, each created with its text and numbers."""
     S0, V0, S1, V1 = DATA[i]
     refused(RiemannianCubic.from_boundary, S0, V0, S1, V1, max_iterations=0)
     refused(GeometricCubic, S0, S0, S1, V1)
@@ -120,7 +120,7 @@ def errors(i: int) -> None:
     refused(M.log, S0, "text")
 
 
-# Work, and the part of the solves that it is given: the slow ones take long enough with fewer.
+# The work, and the fraction of the solves it gets: slow ones take long enough with fewer.
 WORK: Final[dict[str, tuple[Callable[[int], None], float]]] = {
     "exact_cubic": (exact_cubic, 0.2),
     "geometric_cubic": (geometric_cubic, 1.0),
@@ -133,7 +133,7 @@ WORK: Final[dict[str, tuple[Callable[[int], None], float]]] = {
 
 
 def watch(work: Callable[[int], None], solves: int, tell: Callable[[int], None] = lambda value: None) -> list[int]:
-    """Resident memory in bytes after each tenth of the solves; `tell` hears of each value at once."""
+    """Resident memory in bytes after each tenth of the solves; `tell` is called with each value."""
     found = []
     for part in range(PARTS):
         for i in range(part * solves // PARTS, (part + 1) * solves // PARTS):
@@ -145,12 +145,12 @@ def watch(work: Callable[[int], None], solves: int, tell: Callable[[int], None] 
 
 
 def growth(found: list[int]) -> int:
-    """By how much memory grew after the warm-up: the last value, or the largest, above the first of them."""
+    """Growth of memory after the warm-up: the last value, or the largest, minus the first one."""
     return max(found[WARM_UP:]) - found[WARM_UP - 1]
 
 
 def single(name: str, solves: int) -> int:
-    """Do one kind of work in this process, print its line; the exit code."""
+    """Do one kind of work in this process and print its line; return the exit code."""
     work, part = WORK[name]
     count = max(PARTS, round(part * solves))
     start = time.perf_counter()
@@ -162,7 +162,7 @@ def single(name: str, solves: int) -> int:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Print the table; 1 if memory grew."""
+    """Print the table; return 1 if memory grew."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.leak", description="Memory during many solves.")
     parser.add_argument("--solves", type=int, default=1_000_000, help="of each kind, fewer of the slow ones")
     parser.add_argument("--only", choices=sorted(WORK), action="append", help="this kind of work alone")

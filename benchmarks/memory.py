@@ -1,4 +1,4 @@
-"""Memory of this process, by the kernel's account."""
+"""Memory of this process, as reported by the kernel."""
 
 from __future__ import annotations
 

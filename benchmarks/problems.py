@@ -1,4 +1,4 @@
-"""Seeded inputs, made with NumPy alone, so that every process works on the same numbers."""
+"""Seeded inputs, generated with NumPy alone, so that every process works on the same numbers."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ LARGE = (100, 300, 1000)
 SMALL_LOG = (3, 12, 30)
 COMPLEX = (4, 16, 64, 256)
 CURVES = ((3, 1), (3, 2), (50, 5), (300, 10))
-# Of the 1000 points, the one that the n x n formulas are timed on.
+# Index of the one of 1000 points on which the n x n formulas are timed.
 FORMULA_POINT = 333
 TALL = (1_000_000, 4)
 TALL_POINTS = 64
@@ -52,7 +52,7 @@ def skew_hermitian(m: int) -> ComplexArray:
 
 
 def unitary(m: int) -> ComplexArray:
-    """A unitary matrix with angles all around the circle."""
+    """A unitary matrix with angles spread around the circle."""
     Z = _rng(10, m).standard_normal((m, m)) + 1j * _rng(11, m).standard_normal((m, m))
     return np.asarray(np.linalg.qr(Z)[0])
 

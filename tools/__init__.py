@@ -1,1 +1,1 @@
-"""Checks of what is released, and the map of the paper."""
+"""Checks of releases, and the map of the paper."""

@@ -1,4 +1,4 @@
-"""Check what is in source distributions and wheels: ``python tools/contents.py dist/*``.
+"""Check the contents of source distributions and wheels: ``python tools/contents.py dist/*``.
 
 A wheel has exactly the files of ``python/stiefel_rs`` that git knows, the compiled module and the metadata. A source
 distribution has these, the crate, and nothing that a run leaves behind.
@@ -14,7 +14,7 @@ from pathlib import Path, PurePosixPath
 ROOT = Path(__file__).parents[1]
 LICENCES = {"LICENSE-APACHE", "LICENSE-MIT"}
 MODULE = ("stiefel_rs/_core*.so", "stiefel_rs/_core*.pyd")
-# Of the source distribution, beside the Python package.
+# Additional files of the source distribution, besides the Python package.
 SOURCE = (
     "src/*",
     "tests/*.rs",
@@ -45,12 +45,12 @@ def package_files() -> set[str]:
 
 
 def matches(name: str, patterns: tuple[str, ...]) -> bool:
-    """Whether one of the patterns fits."""
+    """Whether one of the patterns matches."""
     return any(fnmatch(name, pattern) for pattern in patterns)
 
 
 def wheel_problems(names: set[str]) -> list[str]:
-    """What is missing from a wheel, or should not be in it."""
+    """Files missing from a wheel, and files that should not be in it."""
     metadata = {name for name in names if PurePosixPath(name).parts[0].endswith(".dist-info")}
     modules = {name for name in names if matches(name, MODULE)}
     rest, expected = names - metadata - modules, package_files()
@@ -64,7 +64,7 @@ def wheel_problems(names: set[str]) -> list[str]:
 
 
 def source_problems(names: set[str]) -> list[str]:
-    """What is missing from a source distribution, or should not be in it."""
+    """Files missing from a source distribution, and files that should not be in it."""
     inner = {str(PurePosixPath(*PurePosixPath(name).parts[1:])) for name in names}
     package = {f"python/{name}" for name in package_files()}
     expected = package | tracked("src") | LICENCES | {"Cargo.lock", "Cargo.toml", "README.md", "pyproject.toml"}
@@ -74,7 +74,7 @@ def source_problems(names: set[str]) -> list[str]:
 
 
 def problems_of(path: Path) -> list[str]:
-    """What is wrong with a file of ``dist``."""
+    """Problems of a file of ``dist``."""
     if path.suffix == ".whl":
         with zipfile.ZipFile(path) as wheel:
             return wheel_problems({name for name in wheel.namelist() if not name.endswith("/")})
@@ -83,7 +83,7 @@ def problems_of(path: Path) -> list[str]:
 
 
 def main(paths: list[str]) -> int:
-    """Print what is wrong with the files; 1 where something is, or where there are none."""
+    """Print the problems of the files; return 1 if there are any, or if there are no files."""
     if not paths:
         print("no files given", file=sys.stderr)
         return 1

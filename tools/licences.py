@@ -25,7 +25,7 @@ def allowed_licences() -> set[str]:
 
 
 def is_allowed(expression: str, allowed: set[str]) -> bool:
-    """Whether an SPDX expression can be met with the allowed licences; ``/`` is the old way to write ``OR``."""
+    """Whether an SPDX expression can be satisfied with the allowed licences; ``/`` is the old way to write ``OR``."""
     tokens = re.findall(r"[()]|[^\s()]+", expression.replace("/", " OR "))
 
     def either() -> bool:
@@ -63,7 +63,7 @@ def is_allowed(expression: str, allowed: set[str]) -> bool:
 
 
 def problems_of(package: dict[str, str | None], allowed: set[str]) -> list[str]:
-    """What is wrong with the licence and the source of a package of ``cargo metadata``."""
+    """Problems with the licence and the source of a package of ``cargo metadata``."""
     name, licence, source = f"{package['name']} {package['version']}", package["license"], package["source"]
     problems = [] if source in {None, REGISTRY} else [f"{name}: from {source}"]
     if licence is None:
@@ -76,7 +76,7 @@ def problems_of(package: dict[str, str | None], allowed: set[str]) -> list[str]:
 
 
 def main() -> int:
-    """Print the licences and what is wrong; 1 where something is."""
+    """Print the licences and problems; return 1 if there are any problems."""
     command = ["cargo", "metadata", "--locked", "--all-features", "--format-version", "1"]
     answer = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True).stdout
     packages, allowed = json.loads(answer)["packages"], allowed_licences()

@@ -14,12 +14,12 @@ def first(pattern: str, name: str) -> str:
 
 
 def problems_of(tag: str) -> list[str]:
-    """What does not agree with the tag."""
+    """Versions that do not agree with the tag."""
     versions = {
         "tag": tag.removeprefix("v"),
         "Cargo.toml": first(r'^version = "(.*)"$', "Cargo.toml"),
         "CITATION.cff": first(r"^version: (.*)$", "CITATION.cff"),
-        # With its day: a version that is not released yet has none.
+        # With its date: a version that is not released yet has none.
         "CHANGELOG.md": first(r"^## \[(\d.*)\] - \d{4}-\d\d-\d\d$", "CHANGELOG.md"),
     }
     expected = versions["Cargo.toml"]

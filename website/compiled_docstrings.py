@@ -1,4 +1,4 @@
-"""What the stubs do not hold: docstrings and defaults of the compiled module, for the reference pages."""
+"""Additions to the stubs for the reference pages: docstrings and defaults of the compiled module."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ TABLE = re.compile(
 
 
 class CompiledDocstrings(griffe.Extension):
-    """Makes the objects of `_core` from its stubs, with the texts of the compiled module."""
+    """Creates the objects of `_core` from its stubs, with the texts of the compiled module."""
 
     def on_package(self, *, pkg: griffe.Module, loader: griffe.GriffeLoader, **_: Any) -> None:
-        """Replace what griffe made of the compiled module by its stubs, completed."""
+        """Replace griffe's result for the compiled module by its stubs, completed."""
         if pkg.name != "stiefel_rs":
             return
-        # The compiled module is no subpackage: its names are those of the package.
+        # The compiled module is not a subpackage: its names are those of the package.
         for name, module in pkg.modules.items():
             if name == "_core":
                 continue
@@ -45,13 +45,13 @@ class CompiledDocstrings(griffe.Extension):
                 _complete_class(found, getattr(compiled, name))
             elif isinstance(found, griffe.Function):
                 _complete(found, getattr(compiled, name))
-            # In place of the alias: compiled objects say that they belong to the package.
+            # In place of the alias: compiled objects state that they belong to the package.
             pkg.del_member(name)
             pkg.set_member(name, found)
 
 
 def _translate(found: griffe.Module | griffe.Class) -> None:
-    """Texts of what is written in Python."""
+    """Translate the texts of the parts written in Python."""
     for member in found.members.values():
         if isinstance(member, griffe.Alias) or member.name == "_core":
             continue
@@ -92,7 +92,7 @@ def _complete_class(found: griffe.Class, runtime: type) -> None:
 def _use_as_signature(found: griffe.Class, runtime: type) -> None:
     made = found.members["__new__"]
     found.del_member("__new__")
-    # Classes that are made by static methods only take anything, and refuse it.
+    # Classes that are only created by static methods accept any arguments, and refuse them.
     if isinstance(made, griffe.Function) and "_args" not in made.parameters:
         made.name = "__init__"
         _take_defaults(made, runtime)
@@ -106,7 +106,7 @@ def _complete(found: griffe.Function | griffe.Attribute, runtime: object) -> Non
 
 
 def _take_defaults(found: griffe.Function, runtime: object) -> None:
-    """Defaults as the compiled function states them; stubs may abbreviate them."""
+    """Take the defaults from the compiled function, since stubs may abbreviate them."""
     try:
         stated = inspect.signature(runtime).parameters  # type: ignore[arg-type]
     except (TypeError, ValueError):
@@ -126,7 +126,7 @@ def _docstring(found: griffe.Object, runtime: object) -> griffe.Docstring | None
 
 
 def markdown(text: str, owner: str) -> str:
-    """What reStructuredText says in a docstring of that class, as Markdown says it."""
+    """The Markdown equivalent of the reStructuredText in a docstring of that class."""
     text = TABLE.sub(_table, text)
     text = SHAPE.sub(rf"\1,{NO_BREAK}\2", TYPED.sub(_as_text, text))
     text = SEE_ALSO.sub(lambda section: SEEN.sub(r"[`\1`][stiefel_rs.\1]: ", section[0]), text)
@@ -139,7 +139,7 @@ def _table(found: re.Match[str]) -> str:
         [line[start:end].strip() for start, end in zip(starts, [*starts[1:], None], strict=True)]
         for line in (found["head"] + found["rows"]).splitlines()
     ]
-    # A line without a first cell goes on with the one above.
+    # A line without a first cell continues the line above.
     rows: list[list[str]] = []
     for line in cells:
         if line[0] or not rows:
@@ -151,10 +151,10 @@ def _table(found: re.Match[str]) -> str:
 
 
 def _as_text(line: re.Match[str]) -> str:
-    """A type that is a sentence rather than an expression: griffe keeps what it cannot compile as it is written."""
+    """A type that is a sentence rather than an expression: griffe keeps text that it cannot compile."""
     kind = line["kind"]
     if kind.startswith("{"):
-        # griffe would take the first of the choices for the default.
+        # griffe would take the first choice for the default.
         *choices, last = kind.strip("{}").split(", ")
         kind = f"{', '.join(choices)}{NO_BREAK}or {last}"
     elif '"' in kind:
@@ -163,7 +163,7 @@ def _as_text(line: re.Match[str]) -> str:
 
 
 def _path(name: str, owner: str) -> str:
-    """The full name of what a role names: something public, of a subpackage first, or a method of the class."""
+    """The full name to which a role refers: a public name, of a subpackage first, or a method of the class."""
     if name.startswith("stiefel_rs."):
         return name
     package = owner.partition(".")[0]

@@ -1,4 +1,4 @@
-"""What the site has beyond the pages of docs/: formulas as HTML, the gallery run anew, the scripts of the examples."""
+"""Additions of the site to the pages of docs/: formulas as HTML, the gallery run anew, the scripts of the examples."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ MATHS = re.compile(r'<(span|div) class="arithmatex">(.*?)</\1>', re.DOTALL)
 ROW = re.compile(r"^\|.*\|$", flags=re.MULTILINE)
 CODE = re.compile(r"`[^`]+`")
 HELP = re.compile(r"<!-- help ?(\w*) -->")
-# What a browser fetches by itself when it shows a page.
+# Resources that a browser fetches by itself when it shows a page.
 FETCHED = re.compile(r'<(?:script|img|iframe|source)\b[^>]*\bsrc="(https?:|//)|<link\b[^>]*\brel="stylesheet"[^>]*//')
 
 
@@ -56,7 +56,7 @@ def on_files(files: Files, *, config: MkDocsConfig) -> Files:
 
 def on_page_markdown(markdown: str, *, page: Page, **_: Any) -> str:
     """Bars in tables; links of the gallery to the scripts lead to their pages; the command tells its own options."""
-    # Forges want bars in the code of tables escaped, Python-Markdown shows the escapes.
+    # Forges need escaped bars in the code of tables, but Python-Markdown shows the escapes.
     markdown = ROW.sub(lambda row: CODE.sub(lambda code: code[0].replace(r"\|", "|"), row[0]), markdown)
     if page.file.src_uri == "reference/command_line.md":
         return HELP.sub(lambda found: help_of(found[1]), markdown)
@@ -68,14 +68,14 @@ def on_page_markdown(markdown: str, *, page: Page, **_: Any) -> str:
 
 
 def on_post_page(output: str, *, page: Page, **_: Any) -> str:
-    """Formulas as HTML, after the search index has taken their source; nothing may come from another host."""
+    """Formulas as HTML, after the search index has read their source; nothing may be loaded from another host."""
     if fetched := FETCHED.search(output):
         raise PluginError(f"{page.file.src_uri}: the page loads {fetched[0]}...")
     return MATHS.sub(lambda found: formula(found[2], page.file.src_uri), output)
 
 
 def help_of(command: str) -> str:
-    """What a command says about itself, as a block of text that is not wider than the page."""
+    """The help of a command, as a block of text no wider than the page."""
     arguments = [sys.executable, "-m", "stiefel_rs", *command.split(), "--help"]
     wide = os.environ | {"COLUMNS": "90", "NO_COLOR": "1"}
     text = subprocess.run(arguments, capture_output=True, text=True, timeout=60, check=True, env=wide).stdout
@@ -83,7 +83,7 @@ def help_of(command: str) -> str:
 
 
 def katex() -> Path:
-    """KaTeX's release, downloaded once and checked."""
+    """The KaTeX release, downloaded once and checked."""
     folder = CACHE / f"katex-{KATEX}"
     if not folder.exists():
         with urllib.request.urlopen(KATEX_URL, timeout=60) as response:
@@ -107,7 +107,7 @@ def engine() -> MiniRacer:
 
 @cache
 def formula(source: str, where: str) -> str:
-    """One formula as HTML and MathML; one that KaTeX does not understand is an error."""
+    """One formula as HTML and MathML; it is an error if KaTeX cannot parse it."""
     text = html.unescape(source).strip()
     display = text.startswith(r"\[")
     options = {"displayMode": display, "throwOnError": True, "strict": "error"}
@@ -118,10 +118,10 @@ def formula(source: str, where: str) -> str:
 
 
 def add_gallery(files: Files, config: MkDocsConfig) -> None:
-    """Run the examples unless they and the package are as they were; their page and figures replace those of docs/."""
+    """Run the examples unless they and the package are unchanged; their page and figures replace those of docs/."""
     out = CACHE / f"gallery-{fingerprint()}"
     if not (out / "gallery.md").exists():
-        # Threads of a BLAS that wait for each other on a busy machine take minutes for what one does in a second.
+        # On a busy machine, BLAS threads that wait for each other take minutes for a second's work.
         single = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
         command = [sys.executable, str(EXAMPLES / "gallery.py"), "--out", str(out)]
         done = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False, env=single)
@@ -151,7 +151,7 @@ def add_plotting(files: Files, config: MkDocsConfig) -> None:
 
 
 def fingerprint() -> str:
-    """A number for the examples, their data and the installed package."""
+    """A digest of the examples, their data and the installed package."""
     import stiefel_rs  # noqa: PLC0415
 
     digest = hashlib.sha256()
@@ -163,7 +163,7 @@ def fingerprint() -> str:
 
 
 def add_examples(files: Files, config: MkDocsConfig) -> None:
-    """A page for each script, one with all of them, and the origin of their data."""
+    """A page per script, a page with all of them, and the origin of their data."""
     scripts = sorted(EXAMPLES.glob("*.py"))
     for path in scripts:
         text = f"# {path.name}\n\n```python\n{path.read_text(encoding='utf-8')}```\n"
@@ -175,6 +175,6 @@ def add_examples(files: Files, config: MkDocsConfig) -> None:
 
 
 def first_sentence(path: Path) -> str:
-    """The first line of a script's docstring, with a small letter."""
+    """The first line of a script's docstring, with a lower-case initial letter."""
     found = re.search(r'"""(.+)', path.read_text(encoding="utf-8"))
     return found[1].strip('"') if found else ""

@@ -1,1 +1,1 @@
-"""Errors of `skew_exp` and `orthogonal_log` against many digits: `python -m benchmarks.accuracy`."""
+"""Errors of `skew_exp` and `orthogonal_log`, compared with many digits: `python -m benchmarks.accuracy`."""

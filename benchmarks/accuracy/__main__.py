@@ -1,4 +1,4 @@
-"""`python -m benchmarks.accuracy`: errors of `skew_exp` and `orthogonal_log` against 60 digits, as a Markdown page."""
+"""`python -m benchmarks.accuracy`: errors of `skew_exp` and `orthogonal_log` compared with 60 digits, as a page."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from stiefel_rs import OutsideDomainError, orthogonal_log, skew_exp
 
 
 def scipy_logm(Q: Array) -> Array:
-    """SciPy's logarithm, warnings aside."""
+    """SciPy's logarithm, without its warnings."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         return np.asarray(scipy.linalg.logm(Q))
@@ -36,7 +36,7 @@ def exp_line(case: Case) -> tuple[str, ...]:
 
 
 def _marked(errors: ExpErrors | LogErrors, names: Sequence[str], above: Sequence[str]) -> list[str]:
-    """Figures, those above their bounds marked."""
+    """Formatted numbers; those above their bounds are marked."""
     return [f"{getattr(errors, name):.1e}" + (" **above**" if name in above else "") for name in names]
 
 

@@ -1,4 +1,4 @@
-"""Matrices on which the exponential and the logarithm are held against a reference of 60 digits."""
+"""Matrices for which the exponential and the logarithm are compared with a reference of 60 digits."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from benchmarks.accuracy.fixed_point import FixedPoint
 Array = NDArray[np.float64]
 
 SIZES = (2, 3, 4, 5, 6, 12, 30, 50)
-# Digits that are left where the conditioning takes 28: angles of pi - 1e-14.
+# Remaining digits after a loss of 28 by the conditioning: angles of pi - 1e-14.
 BITS = 260
 
 
 @dataclass(frozen=True)
 class Case:
-    """A matrix of doubles, with the name of what it is an example of."""
+    """A matrix of doubles and its description."""
 
     name: str
     matrix: Array
@@ -61,7 +61,7 @@ def _generator(angles: Sequence[float], m: int) -> Array:
 
 
 def _in_a_basis(A: Array) -> Array:
-    """The same in a random orthonormal basis, skew in every bit."""
+    """The same in a random orthonormal basis, exactly skew."""
     B = np.linalg.qr(_rng(len(A), 1).standard_normal(A.shape))[0]
     turned = B @ A @ B.T
     return np.asarray((turned - turned.T) / 2)
@@ -91,7 +91,7 @@ def exp_cases() -> list[Case]:
 
 
 def rotation(angles: Sequence[mpmath.mpf | float], m: int, *, bits: int = BITS) -> Array:
-    """Rotation by given angles in a random basis, exact to 60 digits before it is rounded to doubles."""
+    """Rotation by given angles in a random basis, accurate to 60 digits before it is rounded to doubles."""
     F = FixedPoint(bits)
     one = mpmath.mpf(2) ** bits
     D = F.identity(m)
@@ -152,5 +152,5 @@ def log_cases() -> list[Case]:
 
 
 def _tiny(m: int, norm: float) -> Array:
-    """Identity plus a skew matrix: a rotation to all digits when the norm is below 1e-8."""
+    """Identity plus a skew matrix: a rotation to all digits if the norm is below 1e-8."""
     return np.eye(m) + random_skew(m, norm)

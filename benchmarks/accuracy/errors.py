@@ -1,4 +1,4 @@
-"""Errors of computed exponentials and logarithms against exact ones, and the bounds that are promised."""
+"""Errors of computed exponentials and logarithms compared with exact ones, and the promised bounds."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from benchmarks.accuracy.fixed_point import FixedPoint, Integers
 
 UNIT = 1e-15
 
-# Distance of doubles next to zero: no result is closer to anything than that.
+# Spacing of doubles near zero: the smallest possible error.
 TINY = 5e-324
 
 
 @dataclass(frozen=True)
 class ExpErrors:
-    """Errors of an exponential; see `page.md` for what is in each."""
+    """Errors of an exponential; `page.md` explains each."""
 
     forward: float
     off_diagonal: float
@@ -26,20 +26,20 @@ class ExpErrors:
 
     @staticmethod
     def bounds(A: Array) -> ExpErrors:
-        """What is promised: relative eps in A moves `e^A` by `eps |A|_2`, and no more than a few of those are lost."""
+        """The promised bounds: a relative error of eps in A moves `e^A` by `eps |A|_2`; a few of these are allowed."""
         m, norm = len(A), float(np.linalg.norm(A, 2))
         # Below 1e-308 doubles have an absolute spacing.
         off_diagonal = m * UNIT * max(1.0, norm) + m * (TINY / _size(A))
         return ExpErrors(UNIT * max(1.0, norm), off_diagonal, m * UNIT)
 
     def above(self, bounds: ExpErrors) -> list[str]:
-        """Names of the errors that are above their bounds."""
+        """Names of the errors above their bounds."""
         return [f.name for f in fields(self) if not getattr(self, f.name) <= getattr(bounds, f.name)]
 
 
 @dataclass(frozen=True)
 class LogErrors:
-    """Errors of a logarithm; see `page.md` for what is in each."""
+    """Errors of a logarithm; `page.md` explains each."""
 
     forward: float
     absolute: float
@@ -50,18 +50,18 @@ class LogErrors:
     real: bool
 
     def bounds(self, m: int) -> LogErrors:
-        """What is promised for a matrix of this size and condition: few eps of backward error, and what comes of it."""
+        """The promised bounds for this size and condition: a few eps of backward error, and its consequences."""
         forward = m * UNIT * self.condition
         return LogErrors(forward, forward * max(1.0, self.size), self.condition, self.size, m * UNIT, 0.0, real=True)
 
     def above(self, bounds: LogErrors) -> list[str]:
-        """Names of the errors that are above their bounds."""
+        """Names of the errors above their bounds."""
         names = ("forward", "absolute", "backward", "skewness")
         return [name for name in names if not getattr(self, name) <= getattr(bounds, name)]
 
 
 def _arithmetic(A: Array) -> FixedPoint:
-    """Digits for a result of the size of A's smallest column."""
+    """Arithmetic with enough digits for a result of the size of A's smallest column."""
     entries = np.abs(A[A != 0])
     return FixedPoint(BITS + max(0, -math.floor(math.log2(entries.min()))) if entries.size else BITS)
 
@@ -99,14 +99,14 @@ def log_reference(Q: Array) -> tuple[FixedPoint, Integers]:
 
 
 def log_errors(L: Array, Q: Array, reference: tuple[FixedPoint, Integers]) -> LogErrors:
-    """Errors of a computed logarithm, of which the real part is taken."""
+    """Errors of the real part of a computed logarithm."""
     F, exact = reference
     X = F.exact(np.real(L))
     size = F.norm(exact)
     error = F.norm(X - exact)
-    # Of a skew matrix: its spectral norm.
+    # For a skew matrix: its spectral norm.
     angle = float(np.linalg.norm(F.rounded(exact), 2))
-    # Doubles end too early to tell pi - 1e-14 from pi well; the angle itself is right to 1e-15.
+    # Doubles are too coarse to represent pi - 1e-14 accurately; the angle itself is accurate to 1e-15.
     condition = angle / math.sin(angle) if angle > 0 else 1.0
     backward = F.norm(F.expm(X) - F.exact(Q))
     skewness = float(np.abs(np.real(L) + np.real(L).T).max())

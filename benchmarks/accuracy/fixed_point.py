@@ -27,7 +27,7 @@ class FixedPoint:
         self._one = 1 << bits
 
     def exact(self, A: Array) -> Integers:
-        """The matrix itself; what is below `2^-bits` is rounded."""
+        """The exact matrix; digits below `2^-bits` are rounded."""
         entries = [round(Fraction(float(a)) * self._one) for a in A.flat]
         return np.array(entries, dtype=object).reshape(A.shape)
 
@@ -81,13 +81,13 @@ class FixedPoint:
         return np.asarray(total >> (squarings + 16))
 
     def polar(self, A: Integers, tolerance_bits: int = 8) -> Integers:
-        """Nearest orthogonal matrix: Newton's iteration, scaled while it is far."""
+        """Nearest orthogonal matrix by Newton's iteration, scaled until it is close."""
         X = A
         done = 1 << tolerance_bits
         for _ in range(400):
             Y = self.inverse(X).T
             size, other = self.norm(X), self.norm(Y)
-            # Higham's scaling by Frobenius norms; exactly 1 near the end, where the convergence is quadratic.
+            # Higham's scaling by Frobenius norms; exactly 1 near the end, where convergence is quadratic.
             scale = (other / size) ** 0.5 if abs(size - other) > 1e-6 * size else 1.0
             ratio = round(scale * 2**60)
             new = ((X * ratio >> 60) + (Y << 60) // ratio) // 2
@@ -112,7 +112,7 @@ class FixedPoint:
             n += 2
             power = self.multiply(power, square)
             total = total + power // n
-            # Rounding to -1 instead of 0 would keep the power alive for ever.
+            # Rounding to -1 instead of 0 would keep the power alive forever.
             if int(np.abs(power).max()) <= 1:
                 break
         L = total << (roots + 1)

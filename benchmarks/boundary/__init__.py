@@ -1,1 +1,1 @@
-"""Random boundary problems: how many are solved, what solutions cost, how near other curves come."""
+"""Random boundary problems: success rates, costs of solutions, and distances of other curves."""

@@ -29,15 +29,15 @@ SHAPES = ((3, 1), (3, 2), (4, 2), (6, 3), (10, 3))
 COUNT = 200
 FAMILY = Family(1.5, 2.0, 1.0, None)
 DEGREES = (4, 5, 6, 7)
-# Times at which distances are measured, and at which a point is timed.
+# Times at which distances are measured, and at which the evaluation of a point is timed.
 GRID = np.linspace(0.0, 1.0, 101)
 POINTS = np.linspace(0.0, 1.0, 1000)
 QUANTILES = (0.1, 0.9)
-# Costs are right to 1e-12, relative.
+# Relative margin for comparing costs, which are accurate to 1e-12.
 COST_MARGIN = 1e-11
-# Ratios that agree to this factor are one number.
+# Ratios that agree to this factor are reported as one number.
 SAME = 1.001
-# Stands where every problem was refused.
+# Printed if every problem was refused.
 REFUSED = "-"
 EXACT = "`RiemannianCubic`"
 BASE = "`GeometricCubic`"
@@ -65,7 +65,7 @@ def methods() -> dict[str, Callable[[Ends, Any], Curve]]:
 
 @dataclass
 class Sample:
-    """One method on all problems of a shape; missing where it was refused."""
+    """One method on all problems of a shape; entries are missing for refused problems."""
 
     distances: list[float] = field(default_factory=list)
     build: list[float] = field(default_factory=list)
@@ -77,7 +77,7 @@ class Sample:
 
 @dataclass(frozen=True)
 class Tally:
-    """All methods on one shape; how many boundary problems had no exact cubic to compare with."""
+    """All methods on one shape, and the number of boundary problems without an exact cubic for comparison."""
 
     n: int
     k: int
@@ -91,7 +91,7 @@ class Tally:
 
 
 def _timed(build: Callable[[], Any], sample: Sample) -> Any:
-    """Build a curve and take its points, with the times of both."""
+    """Build a curve and evaluate its points, with the times of both."""
     start = time.process_time()
     curve = build()
     middle = time.process_time()
@@ -132,7 +132,7 @@ def measure(n: int, k: int, count: int) -> Tally:
 
 
 def _gain(base: Sample, sample: Sample) -> str:
-    """Distance of the cubic over that of another curve: geometric mean and quantiles."""
+    """Ratio of the cubic's distance to that of another curve: geometric mean and quantiles."""
     ratio = np.divide(base.distances, sample.distances)
     ratio = ratio[np.isfinite(ratio)]
     if not len(ratio):
@@ -154,7 +154,7 @@ def _table(tallies: list[Tally], cell: Callable[[Tally, str], str], names: dict[
 
 
 def distances_table(tallies: list[Tally]) -> str:
-    """How much nearer each curve comes than the cubic."""
+    """How much closer each curve is than the geometric cubic."""
 
     def cell(tally: Tally, name: str) -> str:
         base = tally.samples[BASE]
@@ -165,7 +165,7 @@ def distances_table(tallies: list[Tally]) -> str:
 
 
 def times_table(tallies: list[Tally]) -> str:
-    """Medians of the times to build, and of those of a point."""
+    """Median times for building a curve, and for evaluating a point."""
 
     def cell(tally: Tally, name: str) -> str:
         sample = tally.samples[name]

@@ -1,4 +1,4 @@
-"""What solutions of boundary problems cost beside other solutions of the same problem.
+"""Costs of solutions of boundary problems, compared with other solutions of the same problem.
 
 ``python -m benchmarks.boundary.cost`` writes ``docs/boundary_cost.md``; ``--count 50`` is a look.
 """
@@ -27,10 +27,10 @@ from stiefel_rs import GeometricCubic, Stiefel, StiefelError
 Problem = tuple[Array, Array, Array, Array]
 COUNT = 2000
 PROCESSES = 2
-# Of each kind one problem in so many is searched for all solutions, which takes a thousand times as long.
+# For one in this many problems of each kind, all solutions are searched for, which takes a thousand times as long.
 SEARCHED = 40
 SLACK = 1.01
-# Steps of Newton's method alone, without other strategies.
+# Newton steps only, without other strategies.
 NEWTON = 12
 
 PREAMBLE = """# What solutions cost
@@ -44,7 +44,7 @@ from the geometric cubic; and, for one problem in {searched}, everything that `a
 
 @dataclass(frozen=True)
 class Kind:
-    """Problems of one kind: distances, or permuted coordinate frames where there are none, and the largest speed."""
+    """Problems of one kind: distances, or permuted coordinate frames if there are none, and the largest speed."""
 
     title: str
     share: float
@@ -93,7 +93,7 @@ KINDS = (
 
 @dataclass(frozen=True)
 class Outcome:
-    """What one problem costs, what others cost, and how long it took."""
+    """The cost of the solution of one problem, the costs of others, and the time taken."""
 
     shape: tuple[int, int]
     cost: float
@@ -102,13 +102,13 @@ class Outcome:
 
     @property
     def ratio(self) -> float:
-        """To the cheapest of the others, which costs nothing between equal frames at rest."""
+        """Ratio to the cheapest other solution, whose cost is zero between equal frames at rest."""
         least = min(self.others.values(), default=np.inf)
         return 1.0 if self.cost == least else self.cost / max(least, np.finfo(float).tiny)
 
 
 def costs(problem: Problem, search: bool) -> Iterator[tuple[str, float]]:
-    """Other solutions of a problem."""
+    """Costs of other solutions of a problem."""
     S0, V0, S1, V1 = problem
 
     def geometric() -> float:
@@ -132,7 +132,7 @@ def costs(problem: Problem, search: bool) -> Iterator[tuple[str, float]]:
 
 
 def outcome(kind: Kind, index: int) -> Outcome:
-    """The problem with a number, solved in every way."""
+    """The problem with the given number, solved in every way."""
     problem = kind.problem(index)
     start = time.perf_counter()
     try:

@@ -1,4 +1,4 @@
-"""Random boundary problems of Riemannian cubics, in families of the same largest distance and speed."""
+"""Random boundary problems of Riemannian cubics, in families with the same largest distance and speed."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ import numpy as np
 from benchmarks.problems import Array
 from stiefel_rs import RiemannianCubic, Stiefel
 
-# Checkers of types see no static methods in a class whose constructor never returns.
+# Type checkers do not see static methods of a class whose constructor never returns.
 Cubics: Any = RiemannianCubic
 RESIDUAL = 1e-12
 
 
 @dataclass(frozen=True)
 class Family:
-    """Boundary problems up to a distance and a speed, and what is to be reached on them."""
+    """Boundary problems up to a distance and a speed, with their targets."""
 
     distance: float
     speed: float
@@ -26,7 +26,7 @@ class Family:
 
     @property
     def title(self) -> str:
-        """Its heading, with what is to be reached."""
+        """The heading of the family, with its targets."""
         steps = f", at most {self.steps} Newton steps" if self.steps is not None else ""
         share = "all" if self.share == 1 else f"at least {self.share:.0%}"
         return (

@@ -1,4 +1,4 @@
-"""Random boundary problems of Riemannian cubics: how many are solved, how exactly, in how many steps.
+"""Random boundary problems of Riemannian cubics: success rates, accuracy and numbers of steps.
 
 ``python -m benchmarks.boundary.solved`` writes ``docs/boundary_problems.md``; ``--count 100`` is a look.
 """
@@ -35,7 +35,7 @@ both, in the canonical metric; seeded, on one thread. The residual is the solver
 end; the defect is the same, measured on the points of the curve. Times are those of a call from Python.
 """
 
-# Of a measurement with strategies switched off.
+# Results of a measurement with strategies switched off.
 SEARCH = """## Several solutions
 
 What `all_found=True` loses without each of its strategies: 47 random problems on St(3,1), St(3,2) and St(4,2), with
@@ -58,7 +58,7 @@ and 3 solutions in place of 7 each.
 
 @dataclass(frozen=True)
 class Tally:
-    """What came of the problems of one family on one manifold; the lists are of those that were solved."""
+    """Results for the problems of one family on one manifold; the lists contain only solved problems."""
 
     count: int
     reports: list[SolverReport]
@@ -67,7 +67,7 @@ class Tally:
     failures: Counter[str]
 
     def reaches(self, family: Family) -> bool:
-        """Whether everything that is to be reached is."""
+        """Whether all targets are reached."""
         return (
             len(self.reports) >= family.share * self.count
             and all(report.residual <= RESIDUAL for report in self.reports)

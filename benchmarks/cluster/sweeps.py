@@ -17,13 +17,13 @@ import numpy as np
 from stiefel_rs.dask import Stiefel, solve_boundary
 
 REACH = 2.0
-# Inputs are generated in these blocks, whatever the blocks of the sweep: its problems are the same for each size.
+# Inputs are generated in blocks of this size for every block size of the sweep, so that its problems are the same.
 GENERATED = 2500
 
 
 @dataclass(frozen=True)
 class Case:
-    """One kind of problem on one manifold, and the sizes of blocks to try."""
+    """One kind of problem on one manifold, and the block sizes to try."""
 
     kind: Any
     n: int
@@ -34,7 +34,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Sample:
-    """Wall and processor seconds of a sweep into memory and into Zarr; files and bytes of the latter."""
+    """Wall and processor seconds of a sweep into memory and into Zarr; number of files and bytes of the latter."""
 
     memory: float
     memory_processor: float
@@ -71,7 +71,7 @@ def alone(case: Case, data: Sequence[Any], count: int) -> float:
 
 
 def worker_seconds(client: Any) -> float:
-    """Processor time of all workers since they began."""
+    """Processor time of all workers since they started."""
     return float(sum(client.run(time.process_time).values()))
 
 

@@ -1,1 +1,1 @@
-"""The project beside other libraries: `python -m benchmarks.compare`."""
+"""The project compared with other libraries: `python -m benchmarks.compare`."""

@@ -1,4 +1,4 @@
-"""`python -m benchmarks.compare`: this project beside SciPy, heyoka, geomstats, InterpolatePy and others, as a page."""
+"""`python -m benchmarks.compare`: this project compared with SciPy, heyoka, geomstats and others, as a page."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ PEERS = ("scipy", "heyoka", "geomstats", "morphomatics", "pymanopt", "interpolat
 
 
 def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
-    """Options of the command line."""
+    """Parse the options of the command line."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.compare", description=__doc__)
     parser.add_argument("--out", type=Path, default=ROOT / "docs" / "benchmarks.md", help="page to write")
     parser.add_argument("--quick", action="store_true", help="few samples: a look, not a measurement")
@@ -44,7 +44,7 @@ def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
 
 
 def make_pool(peers: Sequence[str], needed: Set[str], venvs: Path) -> Pool:
-    """A pool of processes; installs what is needed and missing."""
+    """A pool of processes; installs missing libraries."""
     ours = Path(sys.executable)
     starters: dict[str, tuple[Path, str, int] | str] = {
         "stiefel_rs": (ours, "stiefel_rs", 1),
@@ -62,7 +62,7 @@ def make_pool(peers: Sequence[str], needed: Set[str], venvs: Path) -> Pool:
 
 
 def run(rows: Sequence[Row], pool: Pool, effort: Effort) -> list[Outcome]:
-    """All rows, one after the other; results that disagree end the run."""
+    """All rows, one after another; results that disagree stop the run."""
     outcomes = []
     progress = tqdm(rows, unit="row")
     for row in progress:
@@ -77,7 +77,7 @@ def run(rows: Sequence[Row], pool: Pool, effort: Effort) -> list[Outcome]:
 def facts_of(pool: Pool, started: float) -> dict[str, str]:
     """Date and duration of the run, versions, BLAS."""
     facts = {"date": time.strftime("%Y-%m-%d", time.gmtime(started))}
-    # Those of the run are among them: one, or two where two threads are timed.
+    # The load includes the processes of the run itself: one, or two if two threads are timed.
     facts["the same, at the end"] = load()
     facts["duration"] = f"{time.time() - started:.0f} s"
     for name, info in pool.infos().items():
@@ -94,7 +94,7 @@ def facts_of(pool: Pool, started: float) -> dict[str, str]:
 def page_of(
     outcomes: Sequence[Outcome], facts: dict[str, str], failures: dict[str, str], options: argparse.Namespace
 ) -> Page:
-    """The page of a run; one of some rows brings the page that is there up to date."""
+    """The page of a run; a run of some rows updates the existing page."""
     lines = [line.cells() for outcome in outcomes for line in lines_of(outcome)]
     if not options.only:
         return Page({WHOLE: facts}, lines, failures)

@@ -10,12 +10,12 @@ from benchmarks.compare import spline_problems
 from benchmarks.problems import Array, Boundary, geodesic_end, point, tangent
 
 SHAPES = ((3, 1), (5, 2), (12, 3), (20, 5))
-# Of which the unrolled solver takes some hundred megabytes at the most.
+# Shapes for which the unrolled solver takes at most some hundred megabytes.
 UNROLLED = SHAPES[:3]
-# Equal parts of the interval of a boundary problem, as the unrolled solver steps.
+# Number of equal parts of the interval of a boundary problem, the steps of the unrolled solver.
 PARTS = 32
 KEYFRAMES = 200
-# The same of every leg of the spline: 991 times in all, inner knots twice.
+# Number of equal parts of every leg of the spline: 991 times in total, with inner knots counted twice.
 LEG_PARTS = 5
 
 
@@ -27,14 +27,14 @@ def boundary(n: int, k: int) -> Boundary:
 
 
 def boundary_weights(n: int, k: int) -> tuple[Array, Array]:
-    """Times, and the numbers that points there are multiplied by."""
+    """Times, and the numbers by which points there are multiplied."""
     t = np.linspace(0.0, 1.0, PARTS + 1)
     return t, np.random.default_rng([20240419, 19]).standard_normal((len(t), n, k))
 
 
 @dataclass(frozen=True)
 class SplineProblem:
-    """Keyframes as matrices, times `(N - 1, LEG_PARTS + 1)` leg by leg, and numbers for the points there."""
+    """Keyframes as matrices, times `(N - 1, LEG_PARTS + 1)` by legs, and numbers for the points there."""
 
     t: Array
     R: Array
@@ -43,7 +43,7 @@ class SplineProblem:
 
 
 def spline() -> SplineProblem:
-    """Of 200 keyframes 0.3 to 1.2 rad apart."""
+    """A problem with 200 keyframes 0.3 to 1.2 rad apart."""
     knots = spline_problems.keyframes(KEYFRAMES)
     parts = np.linspace(0.0, 1.0, LEG_PARTS + 1)
     times = knots.t[:-1, None] + np.diff(knots.t)[:, None] * parts
@@ -52,6 +52,6 @@ def spline() -> SplineProblem:
 
 
 def along(S: Array, G: Array) -> Array:
-    """The part of a gradient that counts for moves along the manifold, `G - S sym(S^T G)`."""
+    """The part of a gradient that matters along the manifold, `G - S sym(S^T G)`."""
     inner = np.swapaxes(S, -1, -2) @ G
     return np.asarray(G - S @ (inner + np.swapaxes(inner, -1, -2)) / 2)

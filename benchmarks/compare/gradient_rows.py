@@ -1,16 +1,16 @@
-"""Rows of gradients: beside the value alone, and beside JAX through an unrolled solver."""
+"""Rows of gradients: compared with the value alone, and with JAX through an unrolled solver."""
 
 from __future__ import annotations
 
 from benchmarks.compare import gradient_problems
 from benchmarks.compare.row import Rival, Row
 
-# Runge-Kutta steps of the unrolled solver leave errors of 1e-7 at boundary problems, of 1e-3 at splines.
+# Runge-Kutta steps of the unrolled solver have errors of 1e-7 for boundary problems, and of 1e-3 for splines.
 UNROLLED = "JAX through an unrolled solver"
 
 
 def gradients() -> list[Row]:
-    """Of a spline and of boundary problems."""
+    """Rows for a spline and for boundary problems."""
     count = gradient_problems.KEYFRAMES
     work = f"value and gradient of a function of a spline of {count} rotations, by `stiefel_rs.jax`"
     rows = [_row("spline", work, at_most=2.0, unrolled=Rival("jax", "unrolled", UNROLLED, agree=1e-2))]

@@ -17,7 +17,7 @@ jax.config.update("jax_enable_x64", True)
 
 
 def task(function: Callable[[Any], Any], data: Any, *, gradient: bool) -> Task:
-    """A value, or value and gradient, compiled; every call has data of its own, so that nothing is kept."""
+    """A compiled value, or value and gradient; every call gets new data, so that results cannot be cached."""
     compiled = jax.jit(jax.value_and_grad(function) if gradient else function)
     count = itertools.count(1)
 
@@ -28,7 +28,7 @@ def task(function: Callable[[Any], Any], data: Any, *, gradient: bool) -> Task:
 
 
 def spline_task(*, gradient: bool) -> Task:
-    """A spline of rotations by its keyframes."""
+    """A spline of rotations as a function of its keyframes."""
     problem = gradient_problems.spline()
     times, weights = problem.times.ravel(), problem.weights.reshape(-1, 3, 3)
 
@@ -39,7 +39,7 @@ def spline_task(*, gradient: bool) -> Task:
 
 
 def boundary_task(n: int, k: int, *, gradient: bool) -> Task:
-    """A boundary value problem by its first velocity."""
+    """A boundary value problem as a function of its first velocity."""
     b, (t, weights) = gradient_problems.boundary(n, k), gradient_problems.boundary_weights(n, k)
 
     def function(V0: Any) -> Any:
@@ -49,7 +49,7 @@ def boundary_task(n: int, k: int, *, gradient: bool) -> Task:
 
 
 def make(work: str, *, gradient: bool) -> Task:
-    """The task of a row by what follows the slash in its name."""
+    """The task of a row, selected by the part of its name after the slash."""
     if work == "spline":
         return spline_task(gradient=gradient)
     n, k = map(int, work.split(","))

@@ -1,4 +1,4 @@
-"""Timing of one row: agreement first, then interleaved samples of everybody."""
+"""Timing of one row: a check that results agree, then interleaved samples of all participants."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from benchmarks.compare.row import Rival, Row
 from benchmarks.compare.virtual_environments import UnavailableError
 from benchmarks.compare.workers import LostError, Worker
 
-# A busy machine takes time from everybody: a task whose processor time exceeds its wall time by this used threads.
+# Other load slows every participant down: a task whose processor time exceeds its wall time by this used threads.
 SINGLE = 1.2
 
 
@@ -38,7 +38,7 @@ QUICK = Effort(seconds=0.15, least=2, most=15)
 
 @dataclass
 class Figure:
-    """Times of one participant for one unit of work, in seconds; of its preparation; what is known of its result."""
+    """Times of one participant for one unit of work, in seconds; of its preparation; and properties of its result."""
 
     wall: list[float] = field(default_factory=list)
     cpu: list[float] = field(default_factory=list)
@@ -50,12 +50,12 @@ class Figure:
 
     @property
     def times(self) -> list[float]:
-        """Samples by the clock that counts."""
+        """Samples of the selected clock."""
         return self.cpu if self.clock == "cpu" else self.wall
 
     @property
     def best(self) -> float:
-        """Shortest time: what the work takes when nobody interferes."""
+        """Shortest time: the duration without interference."""
         return min(self.times)
 
     @property
@@ -65,13 +65,13 @@ class Figure:
 
     @property
     def threads(self) -> float:
-        """Processors kept busy, on average."""
+        """Average number of busy processors."""
         return sum(self.cpu) / sum(self.wall)
 
     def wants(self, effort: Effort) -> bool:
-        """Whether another sample is due."""
+        """Whether another sample is needed."""
         if len(self.wall) < effort.least:
-            # One call of many seconds says enough.
+            # A single call of many seconds is enough.
             return self.elapsed < 10 * effort.seconds or not self.wall
         return self.elapsed < effort.seconds and len(self.wall) < effort.most
 
@@ -87,7 +87,7 @@ class Outcome:
 
 
 class Pool:
-    """The processes, started when first asked for; one that cannot be had keeps its reason."""
+    """The processes, started on first use; for one that cannot be started, the reason is kept."""
 
     def __init__(self, starters: dict[str, tuple[Path, str, int] | str]) -> None:
         self._starters = starters
@@ -124,12 +124,12 @@ class Pool:
         return Worker(*starter)
 
     def lose(self, name: str) -> None:
-        """End a process that does not answer any more; the next `get` starts another."""
+        """End a process that does not respond; the next `get` starts another."""
         if name in self._running:
             self._running.pop(name).close()
 
     def infos(self) -> dict[str, dict[str, object]]:
-        """Versions and BLAS of the processes that run."""
+        """Versions and BLAS of the running processes."""
         return {name: worker.info for name, worker in self._running.items()}
 
     def close(self) -> None:
@@ -140,7 +140,7 @@ class Pool:
 
 
 def run_row(row: Row, pool: Pool, effort: Effort) -> Outcome:
-    """Compare, then time, then measure."""
+    """Compare results, then time, then measure."""
     outcome = Outcome(row, "", {}, {})
     with tempfile.TemporaryDirectory() as folder:
         ours, reference, digest = _prepare(pool, row.ours, f"{row.name}:ours", Path(folder) / "ours.npy")
@@ -186,7 +186,7 @@ def _distance(expected: NDArray[np.float64], found: NDArray[np.float64]) -> floa
 
 
 def _agree(rival: Rival, ours: NDArray[np.float64], theirs: NDArray[np.float64], *, identical: bool) -> None:
-    """Refuse to time two things that are not the same."""
+    """Refuse to time two tasks with different results."""
     if rival.identical and not identical:
         raise AssertionError(f"{rival.label}: results differ in some bits")
     if rival.agree is None:
@@ -198,7 +198,7 @@ def _agree(rival: Rival, ours: NDArray[np.float64], theirs: NDArray[np.float64],
 
 
 def _sample(outcome: Outcome, pool: Pool, effort: Effort) -> None:
-    """Samples in turn, so that a slow moment of the machine meets everybody; those who used their time sit out."""
+    """Samples taken in turn, so that slowdowns affect all equally; participants that used up their time are skipped."""
     row = outcome.row
     clock = "wall" if row.threads > 1 else effort.clock
     entries = [(row.ours, "ours", outcome.ours), *((r.peer, r.task, f) for r, f in outcome.rivals.items())]

@@ -1,4 +1,4 @@
-"""The report as a Markdown page: written, read again, and brought up to date by a run of some rows."""
+"""The report as a Markdown page: written, parsed again, and updated by a run of some rows."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from tabulate import tabulate  # type: ignore[import-untyped]
 
 HEADERS = ("work", "ours", "other", "its figure", "ratio", "reach", "reached")
 WHOLE = "this run"
-# An escaped bar is part of a cell.
+# An escaped bar belongs to a cell.
 BAR = re.compile(r"(?<!\\)\|")
 SKIPPED = re.compile(r"^`(\w+)` skipped: (.*)$", re.MULTILINE)
 
@@ -31,7 +31,7 @@ told. Rows that were measured again by themselves (`ARGS="--only TEXT"`) have a 
 
 @dataclass(frozen=True)
 class Page:
-    """What the page says.
+    """The contents of the page.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class Page:
 
     @staticmethod
     def parse(text: str) -> Page:
-        """A page that `text` wrote."""
+        """Parse a page written by `text`."""
         runs: dict[str, dict[str, str]] = {}
         lines: list[tuple[str, ...]] = []
         for header, *rows in _tables(text):
@@ -61,7 +61,7 @@ class Page:
         return Page(runs, lines, dict(SKIPPED.findall(text)))
 
     def updated(self, newer: Page, order: Sequence[str]) -> Page:
-        """The lines of `newer`, and of this page those of other work; work that is not in `order` is dropped."""
+        """The lines of `newer`, and the lines of this page for other work; work that is not in `order` is dropped."""
         measured = {line[0] for line in newer.lines}
         place = {work: i for i, work in enumerate(order)}
         lines = [line for line in self.lines if line[0] not in measured] + newer.lines

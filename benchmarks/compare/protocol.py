@@ -24,7 +24,7 @@ from typing import Any
 
 import numpy as np
 
-# A sample lasts at least this long: the clock and the call into it are 1e-7 s.
+# Minimal duration of a sample: reading the clock takes 1e-7 s.
 SAMPLE_SECONDS = 4e-3
 MAX_CALLS = 20_000
 
@@ -76,7 +76,7 @@ class Server:
         }
 
     def prepare(self, request: dict[str, Any]) -> dict[str, Any]:
-        """Make a task, run it once, save its result."""
+        """Create a task, run it once, save its result."""
         name = request["name"]
         task = self._makers[name]()
         value = task.run()
@@ -93,7 +93,7 @@ class Server:
         return {"seconds": once, "shape": result.shape, "sha256": digest, "setup": task.setup, "note": note}
 
     def sample(self, request: dict[str, Any]) -> dict[str, Any]:
-        """Seconds by the wall and by this process's clock, for one unit of work."""
+        """Wall seconds and seconds of this process's clock, per unit of work."""
         task, calls = self._ready[request["name"]]
         run = task.run
         gc.collect()
@@ -142,7 +142,7 @@ def blas_kernels() -> list[str]:
 
 @contextlib.contextmanager
 def _own_output() -> Iterator[Any]:
-    """The standard output for answers alone: whatever a library prints goes to the standard error."""
+    """Reserve the standard output for answers: other output of libraries goes to the standard error."""
     with os.fdopen(os.dup(1), "w", buffering=1) as channel:
         os.dup2(2, 1)
         yield channel

@@ -1,4 +1,4 @@
-"""Splines of rotations as SciPy's users have them: keyframes as `Rotation` objects, one spline or a crowd of joints."""
+"""Splines of rotations in SciPy's form: keyframes as `Rotation` objects, one spline or those of many joints."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from benchmarks.compare import spline_problems
 from benchmarks.problems import Array
 
 COUNTS = (10, 50, 200, 2000)
-# Whose values are taken, at the times of `spline_problems.evaluations`.
+# Number of keyframes of the spline whose values are timed, at the times of `spline_problems.evaluations`.
 EVALUATED = 200
 VALUES = {"rotations": 0, "rates": 1}
 JOINTS = 1000

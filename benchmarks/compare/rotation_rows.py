@@ -1,4 +1,4 @@
-"""Rows of the splines of rotations, beside SciPy's class of the same name."""
+"""Rows of the splines of rotations, compared with SciPy's class of the same name."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from stiefel_rs import RotationSpline
 
 
 def setup_task(count: int) -> Task:
-    """The natural spline through keyframes; its points are what is compared."""
+    """The natural spline through keyframes; its points are compared."""
     t, keyframes = rotation_problems.keyframes(count)
 
     def run() -> RotationSpline:
@@ -48,7 +48,7 @@ def crowd_task() -> Task:
 
 
 def tasks() -> Tasks:
-    """All of them by name."""
+    """All tasks by name."""
     found: dict[str, Callable[[], Task]] = {"rotation_crowd:ours": crowd_task}
     for count in rotation_problems.COUNTS:
         found[f"rotation_setup/{count}:ours"] = partial(setup_task, count)

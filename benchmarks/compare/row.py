@@ -1,10 +1,10 @@
-"""What a comparison consists of: a piece of work, its rivals, its bounds."""
+"""The parts of a comparison: a piece of work, its rivals, its bounds."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-# Of the rows that time several threads.
+# Number of threads of the rows that time several threads.
 THREADS = 2
 
 
@@ -44,7 +44,7 @@ class Rival:
 
 @dataclass(frozen=True)
 class Bound:
-    """A number that is not a time, and its bound; None where it is only told."""
+    """A number other than a time, and its bound; None if it is only reported."""
 
     measure: str
     label: str
@@ -85,10 +85,10 @@ class Row:
 
     @property
     def title(self) -> str:
-        """What the table calls the work, with its unit."""
+        """Name of the work in the table, with its unit."""
         return self.work + ("" if self.unit == "call" else f", a {self.unit}")
 
     @property
     def threads(self) -> int:
-        """Threads of the process that is timed."""
+        """Number of threads of the timed process."""
         return 1 if self.ours == "stiefel_rs" else THREADS

@@ -1,4 +1,4 @@
-"""What is compared with what, and what is to be reached."""
+"""The comparisons and their targets."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from benchmarks.compare import cubic_rows, gradient_rows, rotation_rows, spline_
 from benchmarks.compare.row import THREADS, Bound, Rival, Row
 
 US = 1e-6
-# Speed-up of two threads that counts as linear.
+# Speed-up by two threads that counts as linear.
 SCALING = 0.9 * THREADS
 
 
@@ -36,7 +36,7 @@ def _exponentials() -> list[Row]:
 
 def _logarithms() -> list[Row]:
     def rivals(at_most: float | None) -> tuple[Rival, ...]:
-        # Angles near pi condition the logarithm of a random rotation by about m.
+        # For angles near pi the logarithm of a random rotation has a condition number of about m.
         schur = Rival("scipy", "schur", "LAPACK real Schur and atan2", at_most=at_most, agree=1e-8)
         cayley = Rival("scipy", "cayley", "Cayley transform and eigh, NumPy", agree=1e-8)
         return schur, cayley, Rival("scipy", "logm", "SciPy logm", agree=1e-8)
@@ -68,7 +68,7 @@ def _complex() -> list[Row]:
         )
         for m in problems.COMPLEX
     ]
-    # Angles near pi condition the logarithm by about m.
+    # For angles near pi the logarithm has a condition number of about m.
     logm = Rival("scipy", "logm", "SciPy logm", agree=1e-8)
     schur = Rival("scipy", "schur", "LAPACK complex Schur", agree=1e-8)
     logarithms = [
@@ -81,7 +81,7 @@ def _curves() -> list[Row]:
     reach = dict(zip(problems.CURVES, ((0.15, 4), (0.5, 3), (20, None), (100, None)), strict=True))
     jax = {
         (3, 1): Rival("morphomatics", "morphomatics", "morphomatics, jit + vmap"),
-        # Geodesics of SO(3) are not the quasi-geodesics of St(3, 2): the same ends, another curve.
+        # Geodesics of SO(3) differ from the quasi-geodesics of St(3, 2): the same ends, but another curve.
         (3, 2): Rival("morphomatics", "morphomatics", "morphomatics on SO(3), jit + vmap", agree=None),
     }
     rows = [
@@ -173,7 +173,7 @@ def _subspaces() -> list[Row]:
     rows = []
     for (n, k), ahead in reach.items():
         for function in ("exp", "log"):
-            # geomstats holds subspaces as projectors, and takes logarithms of n x n matrices.
+            # geomstats represents subspaces by projectors, and computes logarithms of n x n matrices.
             rivals = (
                 Rival("pymanopt", "pymanopt", "pymanopt"),
                 Rival("geomstats", "geomstats", "geomstats, projectors", agree=1e-6),

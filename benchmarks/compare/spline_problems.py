@@ -1,4 +1,4 @@
-"""Points to join: keyframes of a rotation, samples of a known curve, walks of many steps."""
+"""Points to interpolate: keyframes of a rotation, samples of a known curve, long random walks."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ import numpy as np
 from benchmarks.problems import Array, geodesic_end, point, tangent
 
 KEYFRAMES = (4, 10, 50, 200)
-# Whose points are evaluated.
+# Number of keyframes of the spline whose evaluation is timed.
 EVALUATED = 50
 EVALUATIONS = 1001
 LONG = 10_000
 TALL = (1000, 5, 100)
 SAMPLED = (5, 2, 7)
-# Of the known curve: the ends of the interval of the paper's section 5.2, and where the error is taken.
+# For the known curve: the ends of the interval in the paper's section 5.2, and the times at which errors are measured.
 INTERVAL = 1.1
 CHECKS = 101
 
 
 @dataclass(frozen=True)
 class Knots:
-    """Times and points `(N, n, k)`; velocities where they are known, quaternions of rotations with the scalar first."""
+    """Times and points `(N, n, k)`; velocities if they are known, quaternions of rotations with the scalar first."""
 
     t: Array
     S: Array
@@ -31,7 +31,7 @@ class Knots:
 
 
 def evaluations(t: Array) -> Array:
-    """Times at which a spline is evaluated, both ends included."""
+    """Times at which a spline is evaluated, including both ends."""
     return np.linspace(t[0], t[-1], EVALUATIONS)
 
 
@@ -63,11 +63,11 @@ def rotations(q: Array) -> Array:
 
 
 def walk(n: int, k: int, count: int) -> Knots:
-    """Points of St(n, k), each at canonical distance 0.5 from the one before; times 0, 1 and on."""
+    """Points of St(n, k), each at canonical distance 0.5 from the previous one; times 0, 1 and so on."""
     points = [point(n, k, 14)]
     for i in range(count - 1):
         points.append(np.linalg.qr(geodesic_end(points[-1], tangent(points[-1], 0.5, 15 + i)))[0])
-        # QR may turn columns over.
+        # QR may change the signs of columns.
         points[-1] *= np.sign(np.sum(points[-1] * points[-2], axis=0))
     return Knots(np.arange(count, dtype=np.float64), np.stack(points))
 
@@ -101,6 +101,6 @@ def sampled() -> Knots:
 
 
 def checks() -> Array:
-    """Times at which the interpolant of that curve is compared with it."""
+    """Times at which the interpolant is compared with that curve."""
     t = sampled().t
     return np.linspace(t[0], t[-1], CHECKS)

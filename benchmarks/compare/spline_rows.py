@@ -6,12 +6,12 @@ from benchmarks.compare import spline_problems
 from benchmarks.compare.row import Bound, Rival, Row
 
 JUMP = 1e-10
-# InterpolatePy stops when orientations and derivatives at the knots meet to 1e-8.
+# InterpolatePy stops when orientations and derivatives at the knots agree to 1e-8.
 MEETS = 1e-7
 
 
 def splines() -> list[Row]:
-    """Set-up and evaluation through keyframes, Hermite interpolation, and what is large."""
+    """Set-up and evaluation through keyframes, Hermite interpolation, and large problems."""
     return [*(_keyframes(count) for count in spline_problems.KEYFRAMES), _points(), *_hermite(), *_large()]
 
 
@@ -49,7 +49,7 @@ def _points() -> Row:
 def _hermite() -> list[Row]:
     n, k, count = spline_problems.SAMPLED
     data = f"St({n},{k}), {count} knots of a known curve"
-    # Each method has a curve of its own: the error says which is nearer to the one that was sampled.
+    # Each method computes a different curve: the error shows which is closer to the sampled one.
     rivals = (
         Rival("scipy", "tangent", "Zimmermann's method, SciPy", agree=None),
         Rival("stiefel_rs", "geometric", '`kind="geometric"`', agree=None, best_of=False),
@@ -71,7 +71,7 @@ def _large() -> list[Row]:
         threads = Rival(
             "stiefel_rs_threads", "ours", "2 threads, bit-identical", agree=None, identical=True, best_of=False
         )
-        # Linear: twice the knots take at most twice the memory, and a tenth for the noise of such measurements.
+        # Linear growth: twice the knots take at most twice the memory, plus a tenth for measurement noise.
         bounds = (
             Bound(f"{name}:peak", "peak memory in MiB"),
             Bound(f"{name}:growth", "peak memory with twice the knots, over that", 2.2),

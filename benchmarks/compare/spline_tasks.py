@@ -25,12 +25,12 @@ Kind = Literal["riemannian", "geometric"]
 
 
 def frames(knots: Knots) -> Array:
-    """The rotations' first two columns."""
+    """The first two columns of the rotations."""
     return np.ascontiguousarray(knots.S[:, :, :2])
 
 
 def setup_task(count: int, *, kind: Kind = "riemannian", columns: int = 2, tol: float = 1e-12) -> Task:
-    """The natural spline through keyframes; its points are what is compared."""
+    """The natural spline through keyframes; its points are compared."""
     knots = spline_problems.keyframes(count)
     S = knots.S if columns == 3 else frames(knots)
 
@@ -46,11 +46,11 @@ def character(curve: CubicSpline) -> str:
 
 
 def jump(curve: CubicSpline) -> float:
-    """Largest jump of the covariant acceleration at a knot, in the canonical metric: of rotations the angular one."""
+    """Largest jump of the covariant acceleration at a knot, in the canonical metric; for rotations, the angular one."""
     inner = np.asarray(curve.t)[1:-1]
     jumps = curve.acceleration(inner) - curve.acceleration(np.nextafter(inner, -np.inf))
     M, S = Stiefel(curve.n, curve.k), curve(inner)
-    # The sides meet up to the tolerance of the spline: the difference is tangent as far as that goes.
+    # The sides agree up to the tolerance of the spline, so their difference is tangent only to that accuracy.
     return float(np.max(M.norm(S, M.project_tangent(S, jumps)), initial=0.0))
 
 
@@ -93,7 +93,7 @@ def exact_task() -> Task:
 
 
 def hermite_error() -> float:
-    """Largest error of the Hermite interpolant over that of the tangent-space method."""
+    """Ratio of the largest errors of the Hermite interpolant and of the tangent-space method."""
     knots, t = samples(), spline_problems.checks()
     n, k, _ = spline_problems.SAMPLED
     exact = spline_problems.factors(n, k, t)[0]
@@ -104,7 +104,7 @@ def hermite_error() -> float:
 
 
 def large(name: str, factor: int = 1) -> Knots:
-    """Knots of the large problems, or of one that has so many times more of them."""
+    """Knots of the large problems, or of one with `factor` times as many."""
     if name == "long":
         knots = spline_problems.keyframes(factor * spline_problems.LONG)
         return Knots(knots.t, frames(knots))
@@ -124,14 +124,14 @@ def large_task(name: str) -> Task:
 
 
 def peak(name: str, factor: int = 1) -> float:
-    """Memory that making a spline takes at the most, itself included, in MiB; in a process of its own."""
+    """Peak memory of building a spline, including the spline, in MiB; measured in a separate process."""
     code = f"from benchmarks.compare.spline_tasks import print_peak; print_peak({name!r}, {factor})"
     found = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True, cwd=ROOT)
     return float(found.stdout)
 
 
 def print_peak(name: str, factor: int) -> None:
-    """Measure that in this process."""
+    """Print that measure for this process."""
     knots = large(name, factor)
     before = resident("VmRSS")
     Path("/proc/self/clear_refs").write_text("5")
@@ -141,12 +141,12 @@ def print_peak(name: str, factor: int) -> None:
 
 
 def growth(name: str) -> float:
-    """Peak memory with twice the knots over that with once."""
+    """Ratio of the peak memory with twice the knots to that with the given ones."""
     return peak(name, 2) / peak(name)
 
 
 def tasks() -> Tasks:
-    """All of them by name."""
+    """All tasks by name."""
     found: dict[str, Callable[[], Task]] = {
         "spline_points:ours": points_task,
         "spline_points:rotations": partial(points_task, columns=3),
@@ -172,7 +172,7 @@ def setup_jump(count: int) -> float:
 
 
 def measures() -> Measures:
-    """Numbers that are not times."""
+    """Measures other than times."""
     found: Measures = {"spline_hermite/setup:error": hermite_error}
     for count in spline_problems.KEYFRAMES:
         found[f"spline_setup/{count}:jump"] = partial(setup_jump, count)

@@ -1,4 +1,4 @@
-"""Lines of the report: one for each comparison, with what is to be reached and whether it is."""
+"""Lines of the report: one per comparison, with its target and whether it is reached."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from benchmarks.durations import seconds
 
 @dataclass(frozen=True)
 class Line:
-    """One line of the table; `reached` is None where there is nothing to reach."""
+    """One line of the table; `reached` is None if there is no target."""
 
     work: str
     ours: str
@@ -22,7 +22,7 @@ class Line:
     reached: bool | None = None
 
     def cells(self) -> tuple[str, ...]:
-        """Texts of the line."""
+        """Texts of the cells."""
         verdict = {None: "", True: "yes", False: "**no**"}[self.reached]
         return self.work, self.ours, self.other, self.figure, self.ratio, self.reach, verdict
 
@@ -64,7 +64,7 @@ def _against(work: str, ours: str, outcome: Outcome, rival: Rival) -> Line:
 
 
 def _is_best(outcome: Outcome, rival: Rival) -> bool:
-    """Whether the target "so many times ahead of the best" is judged on this rival."""
+    """Whether the target relative to the best rival is judged on this rival."""
     times = {r: f.best for r, f in outcome.rivals.items() if isinstance(f, Figure) and r.best_of}
     return outcome.row.ahead is not None and bool(times) and min(times, key=lambda r: times[r]) is rival
 

@@ -1,4 +1,4 @@
-"""Where the timed processes run: their environment variables and their virtual environments."""
+"""Environment variables and virtual environments of the timed processes."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ INSTALL_SECONDS = 900
 
 
 class UnavailableError(Exception):
-    """A library cannot be timed here; the text says why."""
+    """A library cannot be timed here; the message says why."""
 
 
 def child_environment(rayon_threads: int) -> dict[str, str]:
-    """Variables of a timed process: one thread for everybody (rayon as told), and OpenBLAS's own choice of kernel."""
-    # OPENBLAS_CORETYPE forces a kernel, often one that is slower than what the processor can do. PYTHONPATH could bring
-    # in packages from outside of the virtual environment.
+    """Variables of a timed process: one thread for all (rayon as requested), and OpenBLAS's own choice of kernel."""
+    # OPENBLAS_CORETYPE forces a kernel, often a slower one than the processor supports. PYTHONPATH could add packages
+    # from outside the virtual environment.
     kept = {key: value for key, value in os.environ.items() if key not in ("OPENBLAS_CORETYPE", "PYTHONPATH")}
     single = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NPROC"), "1")
     return {
         **kept,
         **single,
         "RAYON_NUM_THREADS": str(rayon_threads),
-        # NPROC bounds XLA's thread pool, the flags its matrix products.
+        # NPROC limits XLA's thread pool, the flags limit its matrix products.
         "XLA_FLAGS": "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1",
         "JAX_PLATFORMS": "cpu",
         "GEOMSTATS_BACKEND": "numpy",

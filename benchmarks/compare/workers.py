@@ -1,4 +1,4 @@
-"""Conversation with a timed process."""
+"""Communication with a timed process."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from typing import Any
 from benchmarks.compare.virtual_environments import UnavailableError, child_environment
 from benchmarks.environment import ROOT
 
-# The first answer waits for imports; every other for one call, compilation included: heyoka's takes minutes on a busy
-# machine.
+# The first answer takes the time of imports; every other that of one call, including compilation, which takes heyoka
+# minutes on a busy machine.
 ANSWER_SECONDS = 600.0
 
 
 class LostError(UnavailableError):
-    """The process ended, or does not answer any more."""
+    """The process ended, or does not respond."""
 
 
 class Worker:

@@ -24,7 +24,7 @@ PAGE = Path(__file__).with_name("page.md")
 
 @dataclass(frozen=True)
 class Extent:
-    """How much is run."""
+    """The extent of a run."""
 
     rounds: int
     curves: int
@@ -48,7 +48,7 @@ def _versions() -> str:
 
 
 def run(extent: Extent, folder: Path) -> str:
-    """Everything: figures are written into a folder, the page is returned."""
+    """Run everything: figures are written to a folder, the page is returned."""
     facts = machine()
     chosen = cases()[: extent.curves]
     solves = []

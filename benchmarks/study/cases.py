@@ -14,14 +14,14 @@ from stiefel_rs.reproduce.experiments import SPHERE, STIEFEL_3_2
 
 CUBICS = ROOT / "tests" / "data" / "cubics.json"
 NAMES = ("point", "velocity", "acceleration", "jerk")
-# Of the splitting of order 8, where no digits are stored.
+# Steps of the splitting of order 8, used where no digits are stored.
 REFERENCE_STEPS = 1000
 Data = tuple[Array, Array, Array, Array]
 
 
 @dataclass(frozen=True)
 class Case:
-    """A cubic on ``0 <= t <= 1``, its end (by 40 digits or not), and chart and state where there is a chart."""
+    """A cubic on ``0 <= t <= 1``, its end (to 40 digits if known), and chart and state if there is a chart."""
 
     name: str
     data: Data

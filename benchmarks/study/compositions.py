@@ -21,9 +21,9 @@ Coefficients = tuple[list[float], list[float]]
 # Seeds and sizes of the problems: n, k, seed, norm of velocity, acceleration and jerk.
 PROBLEMS = [(3, 1, 1, 5.0), (3, 2, 2, 8.0), (5, 2, 3, 6.0), (6, 3, 4, 6.0), (4, 4, 5, 6.0)]
 
-# Flows of A of the two runs whose errors give the constant and the slope.
+# Numbers of flows of A in the two runs whose errors give the constant and the slope.
 WORK = {2: (600, 1000), 4: (240, 400), 6: (120, 180), 8: (84, 108)}
-LONG = (300, 420)  # for 15 and more flows a step
+LONG = (300, 420)  # for 15 and more flows per step
 
 
 def palindrome(half: list[float], length: int) -> list[float]:
@@ -70,7 +70,7 @@ COMPOSITIONS: dict[str, tuple[int, list[float], list[float]]] = {
         [.123229775946271, .290553797799558, -.127049212625417, -.246331761062075, .357208872795928, .20477705429147],
         [.0414649985182624, .198128671918067, -.0400061921041533, .0752539843015807, -.0115113874206879,
          .2366699247869311])),
-    # It starts with a flow of A: the first and the last of B are empty.
+    # It starts with a flow of A: the first and the last flow of B are trivial.
     "Blanes and Moan SRKN14a": (6, *of_flows(15,
         [.0378593198406116, .102635633102435, -.0258678882665587, .314241403071447, -.130144459517415,
          .106417700369543, -.00879424312851058, .2073050690568954],
@@ -170,7 +170,7 @@ def times(word: str, letter: str, degree: int) -> tuple[tuple[str, int], ...]:
 
 
 def exponential(element: dict[str, float], letters: dict[str, float], degree: int) -> dict[str, float]:
-    """``element * exp(letters)``, letters a dict of coefficients."""
+    """``element * exp(letters)``, with letters as a dict of coefficients."""
     total, term = dict(element), dict(element)
     for j in range(1, degree + 1):
         new: dict[str, float] = {}

@@ -21,10 +21,10 @@ from scipy.integrate import solve_ivp
 from benchmarks.problems import Array
 from benchmarks.study.cases import Data
 
-# Numbers, or expressions of heyoka.
+# Numbers, or heyoka expressions.
 Block = NDArray[Any]
 
-# Variables up to which heyoka compiles straight-line code.
+# Number of variables up to which heyoka compiles straight-line code.
 STRAIGHT_LINE = 50
 
 
@@ -68,7 +68,7 @@ class FirstOrder:
         S, V, A, J = data
         e = np.linalg.qr(np.hstack([S, np.eye(self.n)]))[0][:, self.k :]
         (w, b), (w1, b1), (w2, b2) = ((S.T @ Z, e.T @ Z) for Z in (V, A, J))
-        # J is x'' + [x, x'] / 2, without the part that turns the complement alone.
+        # J is x'' + [x, x'] / 2, without the part that only rotates the complement.
         w2 = w2 - (w @ w1 - w1 @ w - b.T @ b1 + b1.T @ b) / 2
         b2 = b2 - (b @ w1 - b1 @ w) / 2
         N = b1.T @ b
@@ -101,7 +101,7 @@ def heyoka(system: FirstOrder, y0: Array, tol: float) -> Callable[[], Array]:
     """
     hy = import_module("heyoka")
 
-    # A compiled integrator found on the disk or in memory would make the time of compiling meaningless.
+    # An integrator cached on disk or in memory would make the compilation time meaningless.
     hy.llvm_state.set_diskcache_enabled(False)
     hy.llvm_state.clear_memcache()
     names = [f"y{i}" for i in range(system.size)]
@@ -111,7 +111,7 @@ def heyoka(system: FirstOrder, y0: Array, tol: float) -> Callable[[], Array]:
         (v, f if isinstance(f, hy.expression) else hy.expression(float(f)))
         for v, f in zip(variables, right, strict=True)
     ]
-    # Straight-line code runs faster and compiles longer.
+    # Straight-line code runs faster but takes longer to compile.
     integrator = hy.taylor_adaptive(pairs, y0.tolist(), tol=tol, compact_mode=system.size > STRAIGHT_LINE)
 
     def solve() -> Array:

@@ -39,7 +39,7 @@ STYLES: Final[dict[str, dict[str, Any]]] = {
     "heyoka": {"color": RED, "marker": "P", "linestyle": DOTTED},
 }
 SIZE_STYLES: Final = (STYLES["Taylor"], *(STYLES[f"splitting, order {order}"] for order in (4, 6, 8)))
-# Errors below this are round-off, and zero has no logarithm.
+# Errors below this are round-off; zero has no logarithm.
 FLOOR: Final = 1e-17
 
 
@@ -70,7 +70,7 @@ def _legend(figure: Figure, columns: int) -> None:
 
 
 def work(solves: list[Solve]) -> Figure:
-    """Error at the end against the time of a solve, one panel for each curve."""
+    """Error at the end against the time of a solve, one panel per curve."""
     figure = figure_style.new_figure(8.4, 8.2)
     names = list(dict.fromkeys(solve.case for solve in solves))
     grid = figure_style.grid(figure, 2, 2, (0.8, 0.15, 1.75, 0.35), hspace=0.32, wspace=0.2)
@@ -86,7 +86,7 @@ def work(solves: list[Solve]) -> Figure:
 
 
 def energy(energies: list[Energy]) -> Figure:
-    """Relative energy error against time, semilogarithmic, one panel for each curve."""
+    """Relative energy error against time, semilogarithmic, one panel per curve."""
     figure = figure_style.new_figure(9.6, 4.8)
     grid = figure_style.grid(figure, 1, 3, (0.8, 0.15, 1.5, 0.35), wspace=0.28)
     for i, curve in enumerate(dict.fromkeys(e.curve for e in energies)):
@@ -110,7 +110,7 @@ def drift(drifts: list[Drift]) -> Figure:
         for (n, k), style in zip(sizes, SIZE_STYLES, strict=False):
             found = [d for d in drifts if (d.n, d.k) == (n, k)]
             values = [getattr(d, name) for d in found]
-            # What is zero has no place on the axis.
+            # Zero cannot be shown on the axis.
             _draw(ax, f"St({n},{k})", [d.steps for d in found], [value or math.nan for value in values], **style)
         ax.set_ylim(1e-17, 1e-12)
     _legend(figure, 4)
@@ -118,7 +118,7 @@ def drift(drifts: list[Drift]) -> Figure:
 
 
 def cost(costs: list[Cost]) -> Figure:
-    """Time of one step, one place for each size, in the order of the list."""
+    """Time of one step, one position per size, in the order of the list."""
     figure = figure_style.new_figure(8.4, 5.0)
     ax = figure.add_subplot(figure_style.grid(figure, 1, 1, (0.8, 0.15, 1.5, 0.15))[0, 0])
     ax.set_yscale("log")
@@ -134,7 +134,7 @@ def cost(costs: list[Cost]) -> Figure:
 
 
 def write(folder: Path, figures: dict[str, Figure]) -> list[Path]:
-    """Write SVG files into `folder`, without dates in them; the paths written."""
+    """Write SVG files without dates to `folder`; return their paths."""
     folder.mkdir(parents=True, exist_ok=True)
     paths = [folder / f"integrators_{name}.svg" for name in figures]
     for path, figure in zip(paths, figures.values(), strict=True):

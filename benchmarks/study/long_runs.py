@@ -1,4 +1,4 @@
-"""Energy over long times, and the drift of what the splittings keep to round-off."""
+"""Energy over long times, and the drift of the quantities that the splittings preserve to round-off."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from stiefel_rs import Chart, ChartTrajectory, CubicTrajectory, StiefelError, in
 STEP = 0.05
 ACCELERATIONS = (0.2, 0.5)
 GROWING = "St(3,2), random"
-# Points of a curve in the figure; each is the largest error in its share of the time.
+# Points of a curve in the figure; each is the largest error in its part of the time.
 SHARES = 50
 DRIFT_STEPS = (100, 1_000, 10_000, 100_000)
 DRIFT_SIZES = ((3, 1), (3, 2), (5, 2), (10, 3))
@@ -34,7 +34,7 @@ CHART_METHODS: dict[str, tuple[Map, Order]] = {
 
 
 def bounded(acceleration: float) -> Data:
-    """Start on the sphere with the acceleration across the velocity and no jerk: the speed stays bounded."""
+    """A start on the sphere with the acceleration orthogonal to the velocity and no jerk: the speed stays bounded."""
     S, V, A = (np.array(column)[:, None] for column in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, acceleration)))
     return S, V, A, np.zeros((3, 1))
 
@@ -45,13 +45,13 @@ def bounded_name(acceleration: float) -> str:
 
 
 def growing() -> Data:
-    """Random data on St(3,2), as almost all are: the speed grows for ever."""
+    """Random data on St(3,2), for which, as for almost all data, the speed grows without bound."""
     return random_data(3, 2, 1.0, 0.3, 0.3)
 
 
 @dataclass(frozen=True)
 class Energy:
-    """Relative energy errors of one method along one curve; why there are none where it stopped."""
+    """Relative energy errors of one method along one curve, or the reason why it stopped."""
 
     curve: str
     method: str
@@ -62,7 +62,7 @@ class Energy:
 
     @property
     def growth(self) -> float:
-        """Largest error of the last tenth over that of the first."""
+        """Ratio of the largest errors in the last and the first tenth."""
         tenth = max(1, len(self.error) // 10)
         # An error of zero counts as one of round-off.
         return float(self.error[-tenth:].max() / max(self.error[:tenth].max(), np.finfo(float).eps))
@@ -102,7 +102,7 @@ def energies(bounded_time: float, growing_time: float) -> list[Energy]:
 
 @dataclass(frozen=True)
 class Drift:
-    """Largest departures from what is conserved over a run of the splitting of order 6."""
+    """Largest deviations of the invariants over a run of the splitting of order 6."""
 
     n: int
     k: int
@@ -113,7 +113,7 @@ class Drift:
 
 
 def drifts(steps: tuple[int, ...]) -> list[Drift]:
-    """Over the same time with more and more steps."""
+    """Drifts over the same time with increasing numbers of steps."""
     found = []
     for n, k in DRIFT_SIZES:
         for count in steps:

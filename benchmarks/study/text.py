@@ -1,4 +1,4 @@
-"""Tables and sentences of the study, every number from the run."""
+"""Tables and sentences of the study; every number comes from the run."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from benchmarks.study.cases import REFERENCE_STEPS, Case
 from benchmarks.study.long_runs import Drift, Energy
 from benchmarks.study.work import ACCURATE, EMBEDDED, Cost, Solve, fastest_below
 
-# Relative energy errors below this are round-off; growth up to this factor is none.
+# Relative energy errors below this are round-off; growth up to this factor counts as none.
 ROUND_OFF = 1e-13
 LEVEL = 1.1
 SECOND_ORDER = ("splitting, order 2", EMBEDDED, "chart, midpoint")
 PEERS = ("heyoka", "SciPy DOP853")
-# Its largest speed stands for that of the curve. A method has left it whose own differs by more than this share, or
-# whose energy error is larger than the energy.
+# The largest speed represents that of the curve. A method has left the curve if its largest speed differs by more than
+# this fraction, or if its energy error exceeds the energy.
 REFERENCE_METHOD = "splitting, order 8"
 SAME_SPEED = 0.1
 
@@ -29,12 +29,12 @@ def table(rows: Sequence[Sequence[object]], headers: Sequence[str]) -> str:
 
 
 def _listed(names: Sequence[str]) -> str:
-    """Names of methods, which have commas in them."""
+    """Join names of methods, which contain commas."""
     return ", ".join(f"*{name}*" for name in names)
 
 
 def references(cases: list[Case], checks: dict[str, float]) -> str:
-    """Where the exact ends come from, and how far the Taylor method is from them."""
+    """The origin of the exact ends, and the distance of the Taylor method from them."""
     other = f"{REFERENCE_STEPS} steps of the splitting of order 8"
     return "\n".join(
         f"- {case.name}: {'40 digits' if case.forty_digits else other}; Taylor is {checks[case.name]:.1e} off."
@@ -43,7 +43,7 @@ def references(cases: list[Case], checks: dict[str, float]) -> str:
 
 
 def compilation(solves: list[Solve]) -> str:
-    """How long heyoka compiled."""
+    """Compilation times of heyoka."""
     found: dict[str, list[float]] = {}
     for solve in solves:
         if solve.method == "heyoka":
@@ -67,7 +67,7 @@ def work_table(solves: list[Solve]) -> str:
 
 
 def work_text(solves: list[Solve]) -> str:
-    """Which methods win, and which never get there."""
+    """The methods that win, and those that never reach the accuracy."""
     lines = []
     for case in dict.fromkeys(solve.case for solve in solves):
         found = [s for s in solves if s.case == case]
@@ -126,12 +126,12 @@ def energy_table(energies: list[Energy]) -> str:
 
 
 def energy_text(energies: list[Energy]) -> str:
-    """Growth of the errors in words and numbers."""
+    """Growth of the errors, in words and numbers."""
     lines = []
     for curve in dict.fromkeys(e.curve for e in energies):
         ran = [e for e in energies if e.curve == curve and not e.refused]
         stopped = [e.method for e in energies if e.curve == curve and e.refused]
-        # The growth of round-off says nothing about a method.
+        # The growth of round-off does not characterise a method.
         level = [e for e in ran if e.error.max() <= ROUND_OFF]
         kept = [e for e in ran if e.growth <= LEVEL and e not in level]
         grown = [e for e in ran if e not in kept and e not in level]

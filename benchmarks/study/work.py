@@ -17,7 +17,7 @@ from benchmarks.study.cases import Case, Data, random_data
 from benchmarks.study.equations import FirstOrder
 from stiefel_rs import Chart, RiemannianCubic, integrate_cubic, integrate_embedded
 
-# A sample lasts at least this long: the clock is read in 1e-7 s.
+# Minimal duration of a sample: the clock has a resolution of 1e-7 s.
 SAMPLE_SECONDS = 1e-3
 Map = Literal["initial_point", "midpoint", "exponential_midpoint", "cayley_midpoint"]
 Order = Literal[1, 2, 4, 6, 8]
@@ -41,19 +41,19 @@ CHART_METHODS: dict[str, tuple[Map, Order, tuple[int, ...]]] = {
 }
 PEER_TOLERANCES = (1e-3, 1e-5, 1e-7, 1e-9, 1e-11, 1e-13)
 HEYOKA_TOLERANCES = (1e-4, 1e-8, 1e-12, 1e-16)
-# Methods are compared by what it takes them to get below this error.
+# Methods are compared by the time to get below this error.
 ACCURATE = 1e-10
 COST_SIZES = (
     (3, 1), (3, 2), (4, 2), (5, 2), (6, 3), (10, 3), (20, 5), (50, 5), (1000, 5), (300, 10), (1000, 20),
 )  # fmt: skip
 
-# Two lengths, whose difference leaves the cost of starting out.
+# Two lengths, whose difference excludes the cost of starting.
 TAYLOR_SPAN = (0.5, 8.0)
 
 
 @dataclass
 class Solve:
-    """One way of getting to the end of a curve."""
+    """One way of computing the end of a curve."""
 
     case: str
     method: str
@@ -75,7 +75,7 @@ class Solve:
 
 
 def sample(run: Callable[[], object], seconds: float = SAMPLE_SECONDS) -> float:
-    """Processor time of one call, from as many calls as the clock needs."""
+    """Processor time of one call, averaged over as many calls as the clock needs."""
     calls, elapsed = 0, 0.0
     start = time.process_time()
     while elapsed < seconds:
@@ -86,7 +86,7 @@ def sample(run: Callable[[], object], seconds: float = SAMPLE_SECONDS) -> float:
 
 
 def interleave(solves: list[Solve], rounds: int) -> None:
-    """Sample everybody in turn, so that a slow moment of the machine meets all."""
+    """Sample all participants in turn, so that slowdowns affect all equally."""
     for _ in range(rounds):
         for solve in solves:
             solve.times.append(sample(solve.run))
@@ -94,7 +94,7 @@ def interleave(solves: list[Solve], rounds: int) -> None:
 
 def taylor(data: Data, t_end: float, tol: float = TAYLOR_TOLERANCES[-1]) -> Any:
     """The cubic by the Taylor method."""
-    # Its stub forbids to call the class, which mypy takes for all that there is to it.
+    # Its stub forbids calling the class, which mypy takes for its only signature.
     made: Any = RiemannianCubic
     return made.from_initial(*data, t_end, tol=tol)
 
@@ -133,7 +133,7 @@ def _ours(case: Case) -> list[tuple[str, str, Callable[[], Array]]]:
 
 
 def solves(case: Case, *, peers: bool) -> list[Solve]:
-    """All methods on one curve, their errors known and their times not yet."""
+    """All methods on one curve, with errors computed and times still missing."""
     found = [Solve(case.name, *way, case.error(way[2]())) for way in _ours(case)]
     if not peers:
         return found
@@ -154,7 +154,7 @@ def solves(case: Case, *, peers: bool) -> list[Solve]:
 
 
 def fastest_below(found: list[Solve], bound: float) -> dict[str, Solve]:
-    """For each method its fastest solve among those whose error is at most the bound."""
+    """For each method, its fastest solve with an error below the bound."""
     best: dict[str, Solve] = {}
     for solve in found:
         if solve.error <= bound and (solve.method not in best or solve.best < best[solve.method].best):
@@ -173,13 +173,13 @@ class Cost:
 
     @property
     def rows(self) -> int:
-        """Rows of the data in the basis of its span."""
+        """Number of rows of the data in the basis of its span."""
         return min(self.n, 4 * self.k)
 
 
 def _step_times(n: int, k: int, rounds: int) -> Cost:
     data = random_data(n, k)
-    # A step of small matrices takes less time than the call: many are needed to see it.
+    # A step of small matrices takes less time than the call, so many are needed.
     few, many = (20, 1020) if n * k <= 100 else (4, 24)
     runs: dict[str, Callable[[], object]] = {}
     for order in SPLITTING_STEPS:
@@ -204,5 +204,5 @@ def _step_times(n: int, k: int, rounds: int) -> Cost:
 
 
 def costs(sizes: tuple[tuple[int, int], ...], rounds: int) -> list[Cost]:
-    """Times of one step at all sizes, by the rows in the span of the data, which the work grows with."""
+    """Times of one step at all sizes, by the number of rows in the span of the data, which determines the work."""
     return sorted((_step_times(n, k, rounds) for n, k in sizes), key=lambda cost: (cost.rows, cost.n))

@@ -1,4 +1,4 @@
-"""What does not hold as printed, with the amounts that the tests measure."""
+"""Formulas that do not hold as printed, with the amounts that the tests measure."""
 
 from typing import Final
 

@@ -54,7 +54,7 @@ and the corrected form agrees.
 
 def _table(header: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
     names = list(header)
-    # A bar ends a cell, in code too.
+    # A bar ends a cell, even in code.
     cells = [[cell.replace("|", r"\|") for cell in row] for row in rows]
     return "".join(f"| {' | '.join(row)} |\n" for row in [names, ["---"] * len(names), *cells])
 

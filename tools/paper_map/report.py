@@ -1,4 +1,4 @@
-"""The places that the map refers to; a place that gets another name is changed here."""
+"""The places to which the map refers; a renamed place is changed here."""
 
 from typing import Final
 

@@ -1,4 +1,4 @@
-"""What one line of the map says."""
+"""The contents of one line of the map."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The verdicts of the report, in its order; those of a run are in ``tables/claims.csv``."""
+"""The verdicts of the report, in its order; a run writes its own to ``tables/claims.csv``."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Final
 
 @dataclass(frozen=True)
 class Verdict:
-    """What the report says of one statement.
+    """The report's verdict on one statement.
 
     Attributes
     ----------

@@ -1,1 +1,1 @@
-"""Alternatives to the crate's algorithms, written with NumPy and SciPy alone, to be timed beside it."""
+"""Alternatives to the crate's algorithms, written with NumPy and SciPy alone, for comparison."""

@@ -21,8 +21,8 @@ import scipy.optimize
 from benchmarks.compare.cubic_problems import straight_guess, tangent_basis
 from benchmarks.problems import Array, Boundary
 
-# Of initial value problems: DOP853 gains nothing below it, that is round-off. Of shooting: an error of 2e-13 of the
-# paper's curve on the sphere.
+# Tolerance of initial value problems: DOP853 gains nothing below it, since it is round-off. Of shooting: an error of
+# 2e-13 for the paper's curve on the sphere.
 FINEST, SHOOTING = 1e-13, 1e-12
 
 
@@ -37,7 +37,7 @@ def sphere_field(_: float, y: Array) -> Array:
 
 
 def sphere_field_scalar(_: float, y: Array) -> list[float]:
-    """The same on S^2 in plain floats: faster than NumPy on 12 numbers."""
+    """The same on S^2 with Python floats: faster than NumPy for 12 numbers."""
     x0, x1, x2, v0, v1, v2, a0, a1, a2, j0, j1, j2 = y.tolist()
     vv = v0 * v0 + v1 * v1 + v2 * v2
     av = a0 * v0 + a1 * v1 + a2 * v2
@@ -86,7 +86,7 @@ class SphereShooting:
 
 @dataclass(frozen=True)
 class GroupShooting:
-    """The same on St(n, k), by the equation on SO(n)."""
+    """The same on St(n, k), with the equation on SO(n)."""
 
     b: Boundary
 
@@ -149,7 +149,7 @@ class GroupShooting:
 
 def _root(defect: Callable[[Array], Array], guess: Array) -> Array:
     found = scipy.optimize.root(defect, guess, method="hybr", options={"xtol": 1e-13})
-    # Below the tolerance it may report that it makes no more progress.
+    # Below the tolerance it may report that it makes no further progress.
     if not np.linalg.norm(defect(found.x)) < 1e-10:
         raise ArithmeticError(found.message)
     return np.asarray(found.x)

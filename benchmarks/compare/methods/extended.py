@@ -34,8 +34,8 @@ def _slices(A: Extended, axis: int, bits: int) -> list[Array]:
 
 
 def matmul(A: Extended, B: Extended) -> Extended:
-    """Product with an error of about `m 2^-63` of the rows' and columns' norms."""
-    # A sum of m products of two numbers of `bits` bits has to fit into 53.
+    """Product with an error of about `m 2^-63` times the norms of rows and columns."""
+    # A sum of m products of two numbers of `bits` bits must fit into 53 bits.
     bits = int((53 - np.ceil(np.log2(A.shape[1]))) // 2)
     left, right = _slices(A, 1, bits), _slices(B, 0, bits)
     pairs = [(i, j) for i in range(SLICES) for j in range(SLICES - i)]
@@ -51,8 +51,8 @@ def expm(A: Array) -> Extended:
     powers = [A.astype(np.longdouble) / 2.0**squarings]
     while len(powers) < GROUP:
         powers.append(matmul(powers[-1], powers[0]))
-    # `E` is the exponential less the identity: squaring loses nothing then. Groups of c_{j+1} A + ... + c_{j+4} A^4,
-    # with the last power of a group carrying all groups after it.
+    # `E` is the exponential minus the identity, so that squaring loses no digits. Groups of c_{j+1} A + ... + c_{j+4}
+    # A^4, where the last power of a group multiplies all following groups.
     E = np.zeros_like(powers[0])
     for j in range(DEGREE // GROUP * GROUP, -1, -GROUP):
         if E.any():

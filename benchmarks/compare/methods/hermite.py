@@ -31,7 +31,7 @@ def stiefel_exp(S: Array, V: Array) -> Array:
 
 
 class TangentHermite:
-    """The curve: prepared once, then evaluated at one time after the other."""
+    """The curve: prepared once, then evaluated at one time after another."""
 
     def __init__(self, t: Array, S: Array, V: Array) -> None:
         self.t, self.S, self.V = t.tolist(), S, V

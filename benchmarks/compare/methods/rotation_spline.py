@@ -1,4 +1,4 @@
-"""Character of SciPy's `RotationSpline`: its cost, and the jump of its angular acceleration."""
+"""Properties of SciPy's `RotationSpline`: its cost, and the jump of its angular acceleration."""
 
 from __future__ import annotations
 

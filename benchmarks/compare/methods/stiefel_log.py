@@ -55,7 +55,7 @@ def symmetric_exp(A: Array) -> Array:
 
 
 def _start(M: Array, N: Array) -> Array:
-    """Rotation whose first columns are [M; N] and whose last block is symmetric and, but for one sign, positive."""
+    """Rotation whose first columns are [M; N], and whose last block is symmetric and, up to one sign, positive."""
     k = M.shape[1]
     V = np.linalg.qr(np.vstack([M, N]), mode="complete")[0]
     V[:, :k] = np.vstack([M, N])

@@ -13,13 +13,13 @@ import jax.numpy as jnp
 
 jax.config.update("jax_enable_x64", True)
 
-# Of the Runge-Kutta method of order 4: errors of 1e-8 for the data of the comparison.
+# Number of steps of the Runge-Kutta method of order 4: errors of 1e-8 for the data of the comparison.
 STEPS = 32
 NEWTON = 6
 
 
 def _runge_kutta(rate: Any, state: Any, steps: int) -> Any:
-    """Integrate over one unit of time; all states, the first included."""
+    """Integrate over one unit of time; all states, including the first."""
     h = 1.0 / steps
 
     def moved(y: Any, z: Any, factor: float) -> Any:
@@ -117,7 +117,7 @@ def spline_rotations(t: Any, R: Any, steps: int) -> Any:
         return _runge_kutta(rate, (jnp.eye(3), z[:3], z[3:6], z[6:]), steps)
 
     def ends(z: Any, target: Any) -> Any:
-        """What of the point is left, and rate and acceleration at the end."""
+        """The residual of the point, and rate and acceleration at the end."""
         g, w, a, _ = leg(z)
         return jnp.concatenate([axis(target.T @ g[-1]), w[-1], a[-1]])
 
@@ -128,7 +128,8 @@ def spline_rotations(t: Any, R: Any, steps: int) -> Any:
         slopes = jax.vmap(jax.jacfwd(ends))(z, targets)
         one, two = units[:, 0, None], units[:, 1, None]
         zero = jnp.zeros((1, 3))
-        # Rows of a leg: its acceleration at the start, its point, its rate at the end; the last one's acceleration.
+        # Rows of a leg: its acceleration at the start, its point, its rate at the end; the acceleration of the last
+        # leg.
         before = jnp.concatenate([zero, found[:-1, 6:] * two[:-1]])
         after = jnp.concatenate([z[1:, :3] * one[1:], zero])
         last = found[:, 3:6] * one - after

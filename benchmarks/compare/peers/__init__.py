@@ -1,1 +1,1 @@
-"""One module for each library that is timed; each runs in a process, and but for ours in an environment, of its own."""
+"""One module per timed library; each runs in a separate process and, except ours, in its own environment."""

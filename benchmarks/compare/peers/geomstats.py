@@ -35,7 +35,7 @@ def subspace_exp_task(n: int, k: int) -> Task:
 
 
 def subspace_log_task(n: int, k: int) -> Task:
-    """Riemannian logarithm of the Grassmann manifold, between projectors; as a horizontal vector."""
+    """Riemannian logarithm of the Grassmann manifold between projectors, as a horizontal vector."""
     Y0, Y1, _ = problems.subspace_problem(n, k)
     P0, P1 = Y0 @ Y0.T, Y1 @ Y1.T
     metric = Grassmannian(n, k).metric
@@ -43,7 +43,7 @@ def subspace_log_task(n: int, k: int) -> Task:
 
 
 def tasks() -> Tasks:
-    """All of them by name."""
+    """All tasks by name."""
     assert gs.__name__.endswith("numpy"), "the NumPy backend is to be timed"
     found: Tasks = {}
     for n, k in problems.LOGS:

@@ -14,7 +14,7 @@ from benchmarks import problems
 from benchmarks.compare import cubic_problems
 from benchmarks.compare.protocol import Task, Tasks, serve
 
-# Newton stops there; the steps that it may take.
+# Tolerance of Newton's method, and its maximal number of steps.
 RESIDUAL, STEPS = 1e-12, 20
 
 
@@ -35,7 +35,7 @@ def equations() -> list[tuple[Any, Any]]:
 
 
 def compiled(make: Callable[[], Any]) -> tuple[Any, float]:
-    """An integrator and the seconds that its compilation took, without what is left of an earlier one."""
+    """An integrator and the seconds of its compilation, without cached results of an earlier one."""
     hy.llvm_state.set_diskcache_enabled(False)
     hy.llvm_state.clear_memcache()
     start = time.perf_counter()
@@ -71,7 +71,7 @@ def points_task() -> Task:
 
 
 class Newton:
-    """Shooting with the derivatives of the variational equations, in tangential coordinates of both ends."""
+    """Shooting with the derivatives of the variational equations, in tangent coordinates of both ends."""
 
     def __init__(self, b: problems.Boundary, *, compact: bool) -> None:
         self.known, self.wanted = (np.vstack(each)[:, 0] for each in ((b.S0, b.V0), (b.S1, b.V1)))
@@ -81,7 +81,7 @@ class Newton:
         self.coordinates = np.block([[B1, zero], [zero, B1]]).T
         self.guess = np.concatenate([B0.T @ w[:, 0] for w in cubic_problems.straight_guess(b)])
         system = equations()
-        # Derivatives in four directions of the initial state; which ones is told with the state.
+        # Derivatives in four directions of the initial state; the directions are passed with the state.
         variations = hy.var_ode_sys(system, [variable for variable, _ in system[:4]], order=1)
         start = np.concatenate([self.known, np.zeros(6)])
         self.integrator, self.setup = compiled(lambda: hy.taylor_adaptive(variations, start, compact_mode=compact))
@@ -120,7 +120,7 @@ def boundary_task(*, compact: bool) -> Task:
 
 
 def tasks() -> Tasks:
-    """All of them by name."""
+    """All tasks by name."""
     return {
         "cubic_initial/sphere:heyoka": initial_task,
         "cubic_points/sphere:heyoka": points_task,

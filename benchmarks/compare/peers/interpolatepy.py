@@ -1,4 +1,4 @@
-"""InterpolatePy: natural Riemannian cubics on SO(3) by multiple shooting, its compiled part where the wheel has one."""
+"""InterpolatePy: natural Riemannian cubics on SO(3) by multiple shooting, compiled if the wheel provides it."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def jump(spline: ShootingQuaternionInterpolation, knots: Knots) -> float:
 
 
 def make(knots: Knots) -> ShootingQuaternionInterpolation:
-    """The spline, from quaternions as the library wants them."""
+    """The spline, from quaternions in the library's convention."""
     assert knots.quaternions is not None
     return ShootingQuaternionInterpolation(knots.t, [Quaternion(*map(float, q)) for q in knots.quaternions])
 
@@ -54,15 +54,15 @@ def setup_task(count: int) -> Task:
 
 
 def points_task() -> Task:
-    """Points of the spline through the keyframes, by the library's own call for many of them."""
+    """Points of the spline through the keyframes, by the library's call for many points."""
     spline = make(spline_problems.keyframes(spline_problems.EVALUATED))
     count = spline_problems.EVALUATIONS
     return Task(lambda: spline.generate_trajectory(count), units=count, result=lambda: points(spline))
 
 
 def tasks() -> Tasks:
-    """All of them by name."""
-    # The same work stands in two rows: beside curves on St(3, 2), and beside splines of rotations.
+    """All tasks by name."""
+    # The same work is in two rows: with curves on St(3, 2), and with splines of rotations.
     found: Tasks = {
         f"{row}/{count}:interpolatepy": partial(setup_task, count)
         for row in ("spline_setup", "rotation_setup")

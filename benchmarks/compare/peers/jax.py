@@ -1,4 +1,4 @@
-"""JAX: its own derivatives through solvers with a fixed number of steps."""
+"""JAX: its derivatives through solvers with a fixed number of steps."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from benchmarks.problems import Array
 
 
 def task(function: Callable[[Any], Any], data: Array, shown: Callable[[Array], Array]) -> Task:
-    """Value and gradient, compiled; with the memory that the compiled function takes beside its data."""
+    """Value and gradient, compiled; with the memory that the compiled function takes in addition to its data."""
     start = time.perf_counter()
     compiled = jax.jit(jax.value_and_grad(function)).lower(data).compile()
     setup = time.perf_counter() - start
@@ -30,7 +30,7 @@ def task(function: Callable[[Any], Any], data: Array, shown: Callable[[Array], A
 
 
 def spline_task() -> Task:
-    """A spline of rotations by its keyframes."""
+    """A spline of rotations as a function of its keyframes."""
     problem = gradient_problems.spline()
 
     def function(R: Any) -> Any:
@@ -40,7 +40,7 @@ def spline_task() -> Task:
 
 
 def boundary_task(n: int, k: int) -> Task:
-    """A boundary value problem by its first velocity."""
+    """A boundary value problem as a function of its first velocity."""
     b, (_, weights) = gradient_problems.boundary(n, k), gradient_problems.boundary_weights(n, k)
 
     def function(V0: Any) -> Any:
@@ -50,7 +50,7 @@ def boundary_task(n: int, k: int) -> Task:
 
 
 def tasks() -> Tasks:
-    """All of them by name."""
+    """All tasks by name."""
     found: Tasks = {"gradient/spline:unrolled": spline_task}
     for n, k in gradient_problems.UNROLLED:
         found[f"gradient/{n},{k}:unrolled"] = partial(boundary_task, n, k)

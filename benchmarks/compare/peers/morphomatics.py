@@ -64,7 +64,7 @@ def _frames(points: jax.Array) -> problems.Array:
 
 
 def tasks() -> Tasks:
-    """All of them by name."""
+    """All tasks by name."""
     found: Tasks = {f"skew_exp/{m}:jax": partial(exp_task, m) for m in problems.LARGE}
     found["curve/3,1:morphomatics"] = lambda: curve_task(Sphere((3,)), sphere_points())
     found["curve/3,2:morphomatics"] = lambda: curve_task(SO3(), rotation_points())

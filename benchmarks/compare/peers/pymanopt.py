@@ -1,4 +1,4 @@
-"""pymanopt: exponential and retractions of its Stiefel manifold, Euclidean metric, without logarithm; subspaces."""
+"""pymanopt: exponential and retractions of its Stiefel manifold (Euclidean metric, no logarithm), and subspaces."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def subspace_log_task(n: int, k: int) -> Task:
 
 
 def tasks() -> Tasks:
-    """All of them by name."""
+    """All tasks by name."""
     found: Tasks = {}
     for n, k in problems.LOGS:
         found[f"exp_euclidean/{n},{k}:pymanopt"] = partial(exp_task, n, k)

@@ -16,9 +16,9 @@ from benchmarks.compare.methods.hermite import TangentHermite
 from benchmarks.compare.methods.stiefel_log import cayley_log, rotation_log, stiefel_log, unitary_log
 from benchmarks.compare.protocol import Task, Tasks, serve
 
-# A loop over all problems of a batch would take minutes for the slow functions; the time is that of one problem.
+# A loop over all problems of a batch would take minutes for the slow functions; times are per problem.
 LOOP = {"skew_exp": 1000, "orthogonal_log": 100}
-# Relative residual; the error of position and velocity in the middle is then 5e-12.
+# Relative residual, for which the error of position and velocity in the middle is 5e-12.
 COLLOCATION = 1e-8
 
 
@@ -29,7 +29,7 @@ def exp_task(m: int) -> Task:
 
 
 def gemm_task(m: int) -> Task:
-    """One product of two m x m matrices, into an array that is there."""
+    """One product of two m x m matrices, into an existing array."""
     A, B = problems.skew(m), problems.rotation(m)
     out = np.empty_like(A)
     return Task(lambda: np.matmul(A, B, out=out))
@@ -83,14 +83,14 @@ def single_task() -> Task:
 
 
 def formula_task(n: int, k: int) -> Task:
-    """De Casteljau by the paper's n x n formulas, one of the points."""
+    """One point of de Casteljau's algorithm by the paper's n x n formulas."""
     b = problems.boundary(n, k)
     P, t = casteljau.control_points(b.S0, b.V0, b.S1, b.V1), problems.parameters(1000)
     return Task(lambda: casteljau.formulas(P, float(t[problems.FORMULA_POINT])))
 
 
 def tall_gemm_task() -> Task:
-    """The one product that writes as many numbers as the curve on St(10^6, 4) has."""
+    """A single product that writes as many numbers as the curve on St(10^6, 4)."""
     rng = np.random.default_rng(0)
     n, k = problems.TALL
     E, C = rng.standard_normal((n, 4 * k)), rng.standard_normal((4 * k, k * problems.TALL_POINTS))
@@ -127,7 +127,7 @@ def collocation_task() -> Task:
 
 
 def cubic_parts_task(n: int, k: int) -> Task:
-    """What a tall boundary problem costs before and after it is solved: the QR of its data, the lift of a point."""
+    """The parts of a tall boundary problem before and after its solution: the QR of its data, the lift of a point."""
     b = cubic_problems.random_boundary(n, k)
     S = cubic_problems.reduced(b).S1
     return Task(lambda: cubic_problems.basis(b) @ S)
@@ -145,7 +145,7 @@ def rotation_spline_task(count: int) -> Task:
 
 
 def rotation_points_task() -> Task:
-    """Points of that."""
+    """Points of that spline."""
     t, rotations = rotation_problems.keyframes(spline_problems.EVALUATED)
     spline, times = RotationSpline(t, rotations), spline_problems.evaluations(t)
     return Task(lambda: spline(times), units=len(times), result=lambda: spline(times).as_matrix()[..., :2])
@@ -178,7 +178,7 @@ def tangent_hermite(*, points: bool) -> Task:
 
 
 def matrix_tasks() -> Tasks:
-    """Those of exponentials and logarithms of matrices."""
+    """The tasks with exponentials and logarithms of matrices."""
     found: dict[str, Callable[[], Task]] = {}
     for m in problems.SMALL_EXP + problems.LARGE:
         found[f"skew_exp/{m}:expm"] = partial(exp_task, m)
@@ -196,7 +196,7 @@ def matrix_tasks() -> Tasks:
 
 
 def tasks() -> Tasks:
-    """All of them by name."""
+    """All tasks by name."""
     found: dict[str, Callable[[], Task]] = {"curve_single/3,1:thin": single_task, "curve_tall:gemm": tall_gemm_task}
     found["cubic_initial/sphere:dop853"] = cubic_task
     found["cubic_boundary/sphere:bvp"] = collocation_task

@@ -17,7 +17,7 @@ from benchmarks.compare.protocol import Measures, Task, Tasks, serve
 from benchmarks.memory import resident
 from stiefel_rs import GeometricCubic, Grassmann, RiemannianCubic, Stiefel, orthogonal_log, skew_exp
 
-# Checkers of types see no static methods in a class whose constructor never returns.
+# Type checkers do not see static methods of a class whose constructor never returns.
 Cubics: Any = RiemannianCubic
 LOOP = 1000
 RANDOM_CUBICS = tuple(f"{n},{k}" for n, k in cubic_problems.RANDOM)
@@ -47,7 +47,7 @@ def cubic(n: int, k: int) -> GeometricCubic:
 
 
 def curve_task(n: int, k: int) -> Task:
-    """1000 points of a curve that is there."""
+    """1000 points of an existing curve."""
     curve, t = cubic(n, k), problems.parameters(1000)
     return Task(lambda: curve(t), units=len(t))
 
@@ -129,14 +129,14 @@ def state(curve: RiemannianCubic, t: float) -> problems.Array:
 
 
 def boundary_task(name: str) -> Task:
-    """A boundary value problem, good to 1e-12."""
+    """A boundary value problem, accurate to 1e-12."""
     b = boundary(name)
     ends = b.S0, b.V0, b.S1, b.V1
     return Task(lambda: Cubics.from_boundary(*ends), result=lambda: state(Cubics.from_boundary(*ends), 0.5))
 
 
 def boundary(name: str) -> problems.Boundary:
-    """Its data."""
+    """The data of a boundary value problem."""
     if name in cubic_problems.PAPER:
         return cubic_problems.paper(name).boundary
     if name == "reduced":
@@ -145,7 +145,7 @@ def boundary(name: str) -> problems.Boundary:
 
 
 def exact_task(name: str, where: str) -> Task:
-    """Position and velocity that 40 digits gave."""
+    """Position and velocity to 40 digits."""
     exact = np.stack(getattr(cubic_problems.paper(name), where)[:2])
     return Task(lambda: exact)
 
@@ -182,7 +182,7 @@ def batch(work: str) -> tuple[Callable[..., object], tuple[problems.Array, ...]]
 
 
 def tall_memory() -> float:
-    """Peak resident memory of the curve on St(10^6, 4) and its points, over the size of input and output."""
+    """Peak resident memory of the curve on St(10^6, 4) and its points, divided by the size of input and output."""
     before = resident("VmRSS")
     b = problems.boundary(*problems.TALL)
     Path("/proc/self/clear_refs").write_text("5")
@@ -192,8 +192,8 @@ def tall_memory() -> float:
 
 
 def gradient_task(work: str, *, gradient: bool) -> Task:
-    """A function of a solution through JAX, with its gradient or without."""
-    # JAX is imported for these rows alone.
+    """A function of a solution through JAX, with or without its gradient."""
+    # JAX is only imported for these rows.
     from benchmarks.compare import gradient_tasks  # noqa: PLC0415
 
     return gradient_tasks.make(work, gradient=gradient)
@@ -206,7 +206,7 @@ BATCHES = (
 
 
 def tasks() -> Tasks:
-    """All of them by name."""
+    """All tasks by name."""
     found: dict[str, Callable[[], Task]] = {
         "curve_single/3,1:ours": single_task,
         "curve_tall:ours": tall_task,
@@ -265,14 +265,14 @@ def initial_error() -> float:
 
 
 def boundary_residual(name: str) -> float:
-    """Distance of position and velocity at t = 1 from what they should be."""
+    """Distance of position and velocity at t = 1 from the given ones."""
     b = boundary(name)
     curve = Cubics.from_boundary(b.S0, b.V0, b.S1, b.V1)
     return float(np.linalg.norm(state(curve, 1.0) - np.stack([b.S1, b.V1])))
 
 
 def measures() -> Measures:
-    """Numbers that are not times."""
+    """Measures other than times."""
     found: Measures = {"curve_tall:memory": tall_memory}
     found["cubic_initial/sphere:error"] = initial_error
     for name in RANDOM_CUBICS:
