@@ -1,9 +1,8 @@
 """Seconds from Ctrl-C to the exception: `python -m benchmarks.interrupts --busy 4`.
 
-Every call of `interrupt_calls.py` runs in a process of its own, again and again, and is interrupted after a random
-time. The columns are the longest time of the repetitions from the signal to KeyboardInterrupt, and the processor time
-that the abandoned work takes after it. `--busy` starts processes that only compute. Fails where the first column is
-longer than a second.
+Every call of `interrupt_calls.py` runs repeatedly in a separate process and is interrupted after a random time. The
+columns are the longest time from the signal to KeyboardInterrupt, and the processor time that the abandoned work takes
+afterwards. `--busy` starts processes that only compute. Fails if an entry of the first column exceeds one second.
 """
 
 from __future__ import annotations

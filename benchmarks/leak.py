@@ -1,7 +1,7 @@
 """Memory of many solves: `python -m benchmarks.leak --solves 1000000`. It must not grow.
 
-Resident memory after every tenth of the solves, for each kind of work in a process of its own; the first two tenths are
-warm-up. Fails where the rest grows by more than 5 MB.
+Prints the resident memory after every tenth of the solves, with one process per kind of work; the first two tenths are
+warm-up. Fails if memory grows by more than 5 MB afterwards.
 """
 
 from __future__ import annotations

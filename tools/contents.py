@@ -1,7 +1,7 @@
 """Check the contents of source distributions and wheels: ``python tools/contents.py dist/*``.
 
 A wheel has exactly the files of ``python/stiefel_rs`` that git knows, the compiled module and the metadata. A source
-distribution has these, the crate, and nothing that a run leaves behind.
+distribution has these, the crate, and no files that a run leaves behind.
 """
 
 import subprocess

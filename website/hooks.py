@@ -55,7 +55,7 @@ def on_files(files: Files, *, config: MkDocsConfig) -> Files:
 
 
 def on_page_markdown(markdown: str, *, page: Page, **_: Any) -> str:
-    """Bars in tables; links of the gallery to the scripts lead to their pages; the command tells its own options."""
+    """Bars in tables; links of the gallery point to the pages of scripts; options of commands are inserted."""
     # Forges need escaped bars in the code of tables, but Python-Markdown shows the escapes.
     markdown = ROW.sub(lambda row: CODE.sub(lambda code: code[0].replace(r"\|", "|"), row[0]), markdown)
     if page.file.src_uri == "reference/command_line.md":

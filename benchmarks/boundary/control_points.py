@@ -1,6 +1,6 @@
 """Other control points for de Casteljau curves on random boundary problems: distance to the exact cubic, and time.
 
-``python -m benchmarks.boundary.control_points`` writes ``docs/control_points.md``; ``--count 10`` is a look.
+``python -m benchmarks.boundary.control_points`` writes ``docs/control_points.md``; ``--count 10`` is a short run.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Costs of solutions of boundary problems, compared with other solutions of the same problem.
 
-``python -m benchmarks.boundary.cost`` writes ``docs/boundary_cost.md``; ``--count 50`` is a look.
+``python -m benchmarks.boundary.cost`` writes ``docs/boundary_cost.md``; ``--count 50`` is a short run.
 """
 
 from __future__ import annotations

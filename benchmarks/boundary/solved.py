@@ -1,6 +1,6 @@
 """Random boundary problems of Riemannian cubics: success rates, accuracy and numbers of steps.
 
-``python -m benchmarks.boundary.solved`` writes ``docs/boundary_problems.md``; ``--count 100`` is a look.
+``python -m benchmarks.boundary.solved`` writes ``docs/boundary_problems.md``; ``--count 100`` is a short run.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Sweeps on a local cluster of processes: block size against overhead and throughput.
 
-``python -m benchmarks.cluster`` writes ``docs/dask_measured.md``; ``--quick`` is a look, ``--long 1000000`` runs one
-sweep of that many problems instead, and writes what came of it to the end of the page.
+``python -m benchmarks.cluster`` writes ``docs/dask_measured.md``; ``--quick`` is a short run, ``--long 1000000``
+instead runs one sweep of that many problems and appends its results to the page.
 """
 
 from __future__ import annotations

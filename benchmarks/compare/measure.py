@@ -22,8 +22,8 @@ SINGLE = 1.2
 class Effort:
     """How long to sample each participant of a row, in seconds and counts, and by which clock.
 
-    The processor's clock leaves out the time that other programs took: on a busy machine it says more than the wall's.
-    Rows that time several threads go by the wall's in any case.
+    Processor time excludes the time taken by other programs, so it is more reliable on a busy machine. Rows that time
+    several threads always use wall time.
     """
 
     seconds: float
@@ -78,7 +78,7 @@ class Figure:
 
 @dataclass
 class Outcome:
-    """What came of a row. A participant without a figure has a reason; numbers are bounds' measured values."""
+    """Results of a row. A participant without a figure has a reason; `numbers` are the measured values of bounds."""
 
     row: Row
     ours: Figure | str

@@ -36,11 +36,11 @@ class Page:
     Attributes
     ----------
     facts : dict of str to dict of str to str
-        For each run its circumstances.
+        Circumstances of each run.
     lines : list of tuple of str
         Cells of the table, in the order of `HEADERS`.
     failures : dict of str to str
-        Libraries that could not be had, and why.
+        Libraries that were not available, with the reason.
     """
 
     facts: dict[str, dict[str, str]]

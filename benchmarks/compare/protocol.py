@@ -1,8 +1,8 @@
-"""What a timed process does: it makes tasks by name and answers requests, one JSON object a line.
+"""The protocol of a timed process: it creates tasks by name and answers requests, one JSON object per line.
 
 Requests are `{"do": "info" | "prepare" | "sample" | "measure" | "drop", "name": ...}`. `prepare` runs a task once and
 saves its result for comparison; `sample` times a few runs; `measure` returns one number. Without requests
-(`python -m benchmarks.compare.peers.scipy --only skew_exp`) the process times all of its tasks by itself.
+(`python -m benchmarks.compare.peers.scipy --only skew_exp`) the process times all of its tasks without a harness.
 """
 
 from __future__ import annotations
@@ -31,20 +31,20 @@ MAX_CALLS = 20_000
 
 @dataclass(frozen=True)
 class Task:
-    """Work that can be run again and again.
+    """Work that can be repeated.
 
     Attributes
     ----------
     run : callable
-        One call; what it returns is compared with the other libraries' results, unless `result` is given.
+        One call; its return value is compared with the other libraries' results, unless `result` is given.
     units : int
-        Points or problems in one call: times are divided by it.
+        Number of points or problems per call, by which times are divided.
     result : callable or None
-        Array to compare instead of what `run` returns.
+        Returns the array to compare instead of the return value of `run`.
     setup : float
-        Seconds of compilation that went before; told beside the figure, no part of it.
+        Seconds of preceding compilation, listed separately from the figure.
     note : callable or None
-        What else is to be told of the result, in words.
+        Returns a remark on the result.
     """
 
     run: Callable[[], Any]

@@ -10,26 +10,26 @@ THREADS = 2
 
 @dataclass(frozen=True)
 class Rival:
-    """The same work done in another way.
+    """The same work done by another method.
 
     Attributes
     ----------
     peer : str
-        Process that does it.
+        Process that does the work.
     task : str
-        Its name there, after the colon.
+        Name of the task in that process, after the colon.
     label : str
-        What the table calls it.
+        Name in the table.
     at_most : float or None
-        To be reached: our time over this one's.
+        Target for the ratio of our time to this one's.
     agree : float or None
-        Results are to agree to this, relative to their norm; None where they differ by nature.
+        Required agreement of the results, relative to their norm; None if they differ by nature.
     pick : int or None
-        Entry of our result that this one's is compared with.
+        Entry of our result with which this one's is compared.
     identical : bool
-        Results are to agree in every bit.
+        Whether results must agree bit for bit.
     best_of : bool
-        Whether this one counts when the best of all rivals is looked for.
+        Whether this one is a candidate for the best rival.
     """
 
     peer: str
@@ -60,17 +60,17 @@ class Row:
     name : str
         Name of the task, before the colon.
     work : str
-        What the table calls it.
+        Name in the table.
     unit : str
-        What the time is of: a call, a point, a problem.
+        Unit of work to which times refer: a call, a point, a problem.
     seconds : float or None
-        To be reached: our time.
+        Target for our time.
     ahead : float or None
-        To be reached: the best rival's time over ours.
+        Target for the ratio of the best rival's time to ours.
     ours : str
-        The process of ours that is timed.
+        Which of our processes is timed.
     exact : bool
-        Whether that process knows the exact result too, as its task "exact": everybody's error is told.
+        Whether that process has a task "exact" with the exact result, so that everybody's error is listed.
     """
 
     name: str

@@ -36,7 +36,7 @@ def evaluations(t: Array) -> Array:
 
 
 def keyframes(count: int) -> Knots:
-    """Rotations, each 0.3 to 1.2 rad from the one before about an axis of its own, 0.5 to 1.5 s later; as St(3, 3)."""
+    """Rotations, each 0.3 to 1.2 rad from the previous one about a new axis, 0.5 to 1.5 s later; on St(3, 3)."""
     rng = np.random.default_rng([20240419, 13, count])
     axes = rng.standard_normal((count - 1, 3))
     half = rng.uniform(0.3, 1.2, count - 1) / 2

@@ -1,7 +1,7 @@
 """Runs cases one after another and announces each: `python -m tests.fuzz.worker FIRST SECONDS LIMIT`.
 
-A line `begin SEED` comes before each case, `found SEED TEXT` after one that went wrong. What stops the process, a
-signal or the watchdog, so leaves the seed behind.
+A line `begin SEED` precedes each case, and `found SEED TEXT` follows a case that failed. So the seed is known even if a
+signal or the watchdog stops the process.
 """
 
 import faulthandler

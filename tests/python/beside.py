@@ -61,10 +61,10 @@ class Handler:
             raise StoppedError
 
     def outcome(self, *calls):
-        """'stopped' if the calls, one after the other, notice a signal; 'finished' if they end without a look at it.
+        """'stopped' if the calls, made in order, notice a signal; 'finished' if they end without polling for it.
 
         `map` runs no bytecode between the calls nor before the division by zero: the interpreter cannot notice the
-        signal in their place.
+        signal for them.
         """
         try:
             list(map(partial.__call__, [*calls, partial(divmod, 1, 0)]))

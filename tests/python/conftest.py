@@ -16,7 +16,7 @@ try:
 except ImportError:  # The tests of a release only need pytest.
     pass
 else:
-    # The same examples in every run, and no clock: neither for an example nor for making it. New examples, and the code
+    # The same examples in every run, without time limits for running or generating them. New examples, and the code
     # that repeats a failure: pytest --hypothesis-profile=explore
     CLOCKLESS = {"deadline": None, "print_blob": True, "suppress_health_check": [HealthCheck.too_slow]}
     settings.register_profile("explore", **CLOCKLESS)

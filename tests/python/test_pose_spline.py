@@ -377,7 +377,7 @@ def test_positions_with_a_large_weight_tend_to_a_line(lam):
     q, p, w = np.tile([0, 0, 0, 1.0], (count, 1)), rng.uniform(-1, 1, (count, 3)), rng.uniform(0.1, 3, count)
     spline = PoseSpline.smoothing(t, (q, p), lam=(1.0, lam), weights=w)
     line = np.stack([np.polyval(np.polyfit(t - 2.5, column, 1, w=np.sqrt(w)), t - 2.5) for column in p.T], axis=-1)
-    # What is left of the data falls as 1 / lam, to round-off.
+    # The deviation from the line falls as 1 / lam, to round-off.
     assert np.abs(spline.position(t) - line).max() < 0.1 / lam + 1e-13
     with pytest.raises(InvalidInputError, match=r"lam \(1e\+307\), for floats"):
         PoseSpline.smoothing(t, (q, p), lam=(1.0, 1e307), weights=w)

@@ -38,9 +38,9 @@ def basis(S):
 
 
 def regression(t, Y):
-    """The least misfit of a geodesic, over point and velocity in the middle of the time.
+    """The least misfit of a geodesic, over its point and velocity at the middle time.
 
-    The velocity is carried along with the point by projection, so all of them are within reach.
+    The velocity is carried along with the point by projection, so all geodesics are covered.
     """
     M, middle = Stiefel(*Y.shape[1:]), 0.5 * (t[0] + t[-1])
     S0 = Y[len(Y) // 2]

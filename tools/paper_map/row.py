@@ -45,16 +45,16 @@ class Row:
     Attributes
     ----------
     label : str
-        Number in the paper, or where it stands there.
+        Number or place in the paper.
     says : str
-        The statement in short.
+        Summary of the statement.
     code : tuple of str
         Names below ``stiefel_rs`` in Python (``Stiefel.retract``), or in Rust (``stiefel_rs::Curve``).
     tests : tuple of str
         ``file::name``: a Python file below ``tests/python``, or the path of a Rust file.
     report : tuple of Section
     here : str
-        Symbol or reading of the project where it differs.
+        Symbol or interpretation of the project, if it differs.
     """
 
     label: str
@@ -72,11 +72,11 @@ class Misprint:
     Attributes
     ----------
     label : str
-        Where it stands in the paper.
+        Place in the paper.
     printed, correct : str
-        What is printed, and what holds.
+        The printed and the correct form.
     shown : str
-        What the test measures, with ``{error}`` in the place of the number.
+        Description of the measurement, with ``{error}`` in place of the number.
     error : float
         The amount by which the printed form fails, to four digits.
     tests : tuple of str

@@ -1,7 +1,7 @@
 """Riemannian cubics and splines by a fixed number of steps in JAX, so that its own derivatives go through all of them.
 
-What one would write without derivatives of solutions: Runge-Kutta steps of fixed size and a fixed number of Newton
-steps, compiled, differentiated backwards by JAX.
+This is the alternative to derivatives of solutions: Runge-Kutta steps of fixed size and a fixed number of Newton steps,
+compiled, and differentiated in reverse mode by JAX.
 """
 
 from __future__ import annotations
