@@ -14,8 +14,8 @@ use crate::manifold::stiefel::{POINT_TOLERANCE, Stiefel};
 use crate::manifold::tangent::check_vector;
 use crate::space::{Kind, Quotient, RowOrder, ScalarField};
 
-/// A vector of `m`: `[[omega, -normal^T], [normal, 0]]` with skew `omega` of shape `(k, k)`, and `normal` of shape `(r
-/// - k, k)`.
+/// A vector of `m`: `[[omega, -normal^T], [normal, 0]]` with skew `omega` of shape `(k, k)`, and `normal` of shape
+/// `(r - k, k)`.
 #[derive(Debug, Clone)]
 pub(crate) struct Horizontal {
     pub(crate) omega: Mat<f64>,

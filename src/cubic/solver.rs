@@ -14,8 +14,8 @@ use crate::report::{SolverReport, StopReason};
 use crate::shooting::StartResponse;
 use crate::solve::gmres::norm;
 
-/// Number of steps after which a start counts as bad; from good ones Newton's method takes at most 6, Broyden's up to
-/// 12.
+/// Number of steps after which a start counts as bad; from good ones Newton's method takes at most 6, Broyden's up
+/// to 12.
 const DIRECT_STEPS: usize = 12;
 
 /// Newton steps from the end of a continuation.

@@ -14,8 +14,8 @@ pub(crate) fn check_tension(tension: f64) -> Result<()> {
     })
 }
 
-/// Largest tension of a leg, in its own time: errors at its start grow along it as `e^sqrt(tau)`, here by a factor of
-/// 3000.
+/// Largest tension of a leg, in its own time: errors at its start grow along it as `e^sqrt(tau)`, here by a factor
+/// of 3000.
 const LARGEST: f64 = 64.0;
 
 /// Largest tension if points have so many rows that splines are solved by steps of flat space without tension: with 40,

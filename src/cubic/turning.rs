@@ -69,8 +69,8 @@ pub(crate) fn bracket(s: MatRef<'_, f64>, v: MatRef<'_, f64>, w: MatRef<'_, f64>
 /// A name for errors, a point or tangent vector, and its variation.
 type Varied<'a> = (&'static str, MatRef<'a, f64>, MatRef<'a, f64>);
 
-/// Check the variations of a point and of tangent vectors there: shapes, finite entries, and that `S^T dS` and `S^T dY
-/// + dS^T Y` are skew, or zero for subspaces.
+/// Check the variations of a point and of tangent vectors there: shapes, finite entries, and that `S^T dS` and `S^T
+/// dY + dS^T Y` are skew, or zero for subspaces.
 ///
 /// # Errors
 /// `Shape`, `NonFinite`, `NotTangent`.

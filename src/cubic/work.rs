@@ -7,8 +7,8 @@ use super::reduced::{Blocks, Sized};
 /// Work limit of a problem, about a second.
 const MAX_WORK: f64 = 5.5e7;
 
-/// Minimal number of trials allowed for a large problem. With 100, a spline through bases of reduced models on St(200,
-/// 6) is not solved.
+/// Minimal number of trials allowed for a large problem. With 100, a spline through bases of reduced models on
+/// St(200, 6) is not solved.
 pub(crate) const TRIALS: f64 = 120.0;
 
 /// Typical number of Taylor steps of a curve from one end to the other.

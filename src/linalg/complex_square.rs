@@ -159,8 +159,8 @@ impl ComplexSquare {
         }
     }
 
-    /// `alpha (A - A^H) / 2`, halved first, so that no intermediate result overflows; returns the sum of squares of `(A
-    /// + A^H) / 2`.
+    /// `alpha (A - A^H) / 2`, halved first, so that no intermediate result overflows; returns the sum of squares of
+    /// `(A + A^H) / 2`.
     pub(crate) fn set_skew_part(&mut self, alpha: f64, a: MatRef<'_, c64>) -> f64 {
         let mut squares = [0.0; LANES];
         let [re, im] = &mut self.parts;

@@ -142,8 +142,8 @@ impl Square {
         }
     }
 
-    /// `alpha (A - A^T) / 2`, halved first, so that no intermediate result overflows; returns the sum of squares of `(A
-    /// + A^T) / 2`.
+    /// `alpha (A - A^T) / 2`, halved first, so that no intermediate result overflows; returns the sum of squares of
+    /// `(A + A^T) / 2`.
     pub(crate) fn set_skew_part(&mut self, alpha: f64, a: MatRef<'_, f64>) -> f64 {
         let (a, alpha) = if a.row_stride() == 1 || a.col_stride() != 1 {
             (a, alpha)

@@ -39,8 +39,8 @@ const DERIVATIVE: &str = "derivative";
 
 /// The derivative of `exp_S(V)`, canonical metric, at a point and a tangent vector of St(n, k); all matrices `(n, k)`.
 ///
-/// Variations are derivatives of matrices along a family of points and vectors: `S^T S'` is skew, and `S^T V' + V'^T S
-/// + S'^T V + V^T S' = 0`. The result is accurate to about `n eps` relative to their norms. Cost `O(n^3)`.
+/// Variations are derivatives of matrices along a family of points and vectors: `S^T S'` is skew, and `S^T V' + V'^T
+/// S + S'^T V + V^T S' = 0`. The result is accurate to about `n eps` relative to their norms. Cost `O(n^3)`.
 ///
 /// # Examples
 /// ```

@@ -1,8 +1,8 @@
 //! Retractions and their inverses, in `O(n k^2)`.
 //!
 //! A retraction maps a tangent vector `V` at `S` to a point such that `t -> R(S, t V)` has the velocity `V` at 0. Its
-//! distance from the geodesic with the same velocity depends on the metric. The table gives the order `p` of `|R(S, tV)
-//! - exp(S, tV)| = O(t^p)`; `tests/retraction/orders.rs` measures each entry.
+//! distance from the geodesic with the same velocity depends on the metric. The table gives the order `p` of `|R(S,
+//! tV) - exp(S, tV)| = O(t^p)`; `tests/retraction/orders.rs` measures each entry.
 //!
 //! | | canonical metric | Euclidean metric | `k = 1` (sphere) | `k = n` (rotations) | inverse defined where |
 //! |---|---|---|---|---|---|
