@@ -28,7 +28,7 @@ impl Rows {
                 let quantity = "energy or momentum";
                 return Err(Error::Overflow { quantity });
             }
-            // The transpose by columns, that is, by rows.
+            // The transpose in column-major order is the matrix in row-major order.
             let rotation = state.rotation().transpose();
             let parts = [
                 &[energy],

@@ -8,8 +8,9 @@ use crate::space::{Homogeneous, orthonormalise};
 
 /// One leg, or eight of them, in the time in which it takes one unit.
 ///
-/// Frames are relative to the frame of the knot where the leg starts, matrices by rows. Vectors are coordinates in the
-/// frame reached, except for `last_velocity` and `last_acceleration`, which are in the frame of the next knot.
+/// Frames are relative to the frame of the knot where the leg starts, matrices in row-major order. Vectors are
+/// coordinates in the frame reached, except for `last_velocity` and `last_acceleration`, which are in the frame of the
+/// next knot.
 pub(super) struct Leg<T> {
     /// The next knot's frame.
     pub(super) target: Vec<T>,

@@ -173,7 +173,7 @@ impl DescentStart {
         (frame, velocity)
     }
 
-    /// Frames at the knots, shape `(r, r)` by rows, and velocities in them, in the time of a leg.
+    /// Frames at the knots, shape `(r, r)` in row-major order, and velocities in them, in the time of a leg.
     pub(super) fn frames(&self) -> (Vec<f64>, Vec<f64>) {
         let (mut frames, mut velocities) = (Vec::new(), Vec::new());
         for knot in 0..self.knots.len() {
@@ -185,7 +185,7 @@ impl DescentStart {
     }
 }
 
-/// Entries of a frame, by rows.
+/// Entries of a frame, in row-major order.
 pub(crate) fn row_by_row(frame: &Mat<f64>) -> impl Iterator<Item = f64> {
     let r = frame.ncols();
     (0..frame.nrows() * r).map(move |at| frame[(at / r, at % r)])

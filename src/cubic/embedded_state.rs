@@ -28,7 +28,7 @@ const POWERS: [usize; 4] = [0, 1, 3, 2];
 pub(super) struct EmbeddedState {
     r: usize,
     k: usize,
-    /// The blocks in order, each by columns, and their accumulated rounding errors.
+    /// The blocks in order, each in column-major order, and their accumulated rounding errors.
     z: Vec<f64>,
     low: Vec<f64>,
     /// `p_S S^T + p_V V^T` at the start.

@@ -29,7 +29,7 @@ pub(super) fn allowed_steps(speed: f64) -> usize {
     ((STEPS + STEPS_PER_SPEED * speed) as usize).min(MAX_STEPS)
 }
 
-/// Boundary data in coordinates in which the start is the identity, blocks by columns.
+/// Boundary data in coordinates in which the start is the identity, blocks in column-major order.
 #[derive(Debug, Clone)]
 pub(super) struct Target {
     /// The independent entries of the initial velocity.

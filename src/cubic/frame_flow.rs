@@ -47,7 +47,7 @@ fn limits() -> [f64; MAX_TERMS] {
     })
 }
 
-/// State of a cubic in `r` dimensions. Matrices are stored by columns; `x` and `p` by their first `k` columns.
+/// State of a cubic in `r` dimensions. Matrices are in column-major order; `x` and `p` by their first `k` columns.
 pub(super) struct FrameState {
     r: usize,
     k: usize,

@@ -199,7 +199,7 @@ pub(crate) struct Coordinates {
     /// As in [`InitialData`].
     pub(crate) frame: Option<Mat<f64>>,
     pub(crate) blocks: Sized,
-    /// `g`, then `omega` and `normal` of velocity, acceleration and jerk, by columns.
+    /// `g`, then `omega` and `normal` of velocity, acceleration and jerk, in column-major order.
     pub(crate) entries: Vec<f64>,
 }
 

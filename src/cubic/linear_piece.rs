@@ -296,7 +296,7 @@ impl LinearPiece {
     }
 
     /// The second derivative of half the cost with respect to the velocities at both ends (rows and columns), in frames
-    /// of shape `(n, r)` whose span contains the curve; shape `(d, d)` each, by rows.
+    /// of shape `(n, r)` whose span contains the curve; shape `(d, d)` each, in row-major order.
     ///
     /// `None` for a cubic without the matrix in the span.
     pub(crate) fn by_velocities(&self, frames: [&Mat<f64>; 2]) -> Option<[[Vec<f64>; 2]; 2]> {
@@ -355,7 +355,7 @@ fn block(matrix: &Mat<f64>, row: usize, column: usize) -> MatRef<'_, f64> {
     matrix.submatrix((2 * row + 1) * d, (2 * column + 1) * d, d, d)
 }
 
-/// The entries by rows.
+/// The entries in row-major order.
 fn entries(matrix: MatRef<'_, f64>) -> Vec<f64> {
     let rows = matrix.row_iter();
     rows.flat_map(|row| row.iter()).copied().collect()

@@ -181,7 +181,7 @@ fn write_values<T: Number + Mul<M, Output = T>, M: Copy, B: Blocks>(
     let series = &march.series;
     scratch.resize(r * (r + k), T::ZERO);
     let (turn, moved) = scratch.split_at_mut(r * r);
-    // Transposed frame of the next knot times the final frame, by rows.
+    // Transposed frame of the next knot times the final frame, in row-major order.
     for col in 0..r {
         let column = match col.checked_sub(k) {
             None => &series.s()[rows * col..][..r],

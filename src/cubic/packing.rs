@@ -48,7 +48,7 @@ pub(crate) fn unpack<const N: usize>(y: &[f64], blocks: Sized) -> [Horizontal; N
     })
 }
 
-/// The entries by columns.
+/// The entries in column-major order.
 pub(crate) fn entries(a: &Mat<f64>) -> Vec<f64> {
     a.col_iter().flat_map(|c| c.iter().copied()).collect()
 }

@@ -12,7 +12,7 @@ pub(crate) struct Polynomial<'a> {
     /// Coefficients of the point, in the coordinates of the frame: columns of `rows` entries, `k` per coefficient.
     pub(crate) points: &'a [f64],
     pub(crate) rows: usize,
-    /// Coefficients of `x`: `omega` before `b`, by columns.
+    /// Coefficients of `x`: `omega` before `b`, in column-major order.
     pub(crate) vectors: &'a [f64],
 }
 

@@ -5,7 +5,7 @@ use faer::{Mat, MatMut, MatRef};
 use super::initial::{Horizontal, add_bracket};
 use super::reduced::{Blocks, Series, Sized};
 
-/// Frame and derivatives of a cubic at one time, blocks by columns.
+/// Frame and derivatives of a cubic at one time, blocks in column-major order.
 #[derive(Debug, Clone)]
 pub(crate) struct State {
     pub(crate) time: f64,

@@ -92,7 +92,8 @@ impl<T: Number, B: Blocks> March<T, B> {
     }
 
     /// Resets the march to time 0, with the identity as its frame and the given independent entries of `(x, x', x'')`:
-    /// for each vector the entries of `omega` above the diagonal (unless `omega` is always zero), then `b`, by columns.
+    /// for each vector the entries of `omega` above the diagonal (unless `omega` is always zero), then `b`, in
+    /// column-major order.
     pub(crate) fn place(&mut self, entries: impl IntoIterator<Item = T>) {
         let (m, k) = (self.blocks.normals(), self.blocks.k());
         let (rows, normals) = (self.blocks.r::<T>(), self.blocks.m::<T>());

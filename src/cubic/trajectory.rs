@@ -49,7 +49,7 @@ pub struct CubicTrajectory {
     r: usize,
     k: usize,
     t_end: f64,
-    /// Point, velocity, acceleration, jerk: for each, the states one after another, by columns.
+    /// Point, velocity, acceleration, jerk: for each, the states one after another, in column-major order.
     coordinates: [Vec<f64>; 4],
     energy: Vec<f64>,
     momentum_drift: f64,

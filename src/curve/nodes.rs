@@ -14,7 +14,7 @@ const TIMES: usize = 3;
 pub(crate) struct Nodes {
     pub(crate) s: Vec<f64>,
     pub(crate) weights: Vec<f64>,
-    /// Values and one to three integrals at the nodes and, in the last row, at 1; stored by rows.
+    /// Values and one to three integrals at the nodes and, in the last row, at 1; in row-major order.
     pub(crate) at: [Vec<f64>; TIMES + 1],
     /// Maps values at the nodes to the last two Legendre coefficients.
     pub(crate) tail: Vec<f64>,

@@ -43,7 +43,7 @@ pub struct Samples {
 }
 
 impl Samples {
-    /// Built from the entries of all values, each stored by columns.
+    /// Built from the entries of all values, each in column-major order.
     pub(crate) fn from_entries(n: usize, k: usize, entries: Vec<f64>) -> Self {
         debug_assert_eq!(entries.len() % (n * k), 0);
         Samples { n, k, entries }
@@ -78,7 +78,7 @@ impl Samples {
         (0..self.len()).map(|i| self.get(i))
     }
 
-    /// The entries, value by value, each by columns.
+    /// The entries, value by value, each in column-major order.
     pub fn into_entries(self) -> Vec<f64> {
         self.entries
     }

@@ -21,7 +21,8 @@ pub(crate) enum Ends {
 pub(crate) struct Knots<'a> {
     /// Durations of the legs.
     pub(crate) lengths: &'a [f64],
-    /// The frame of the next knot relative to the frame of the knot where the leg starts, shape `(r, r)`, by columns.
+    /// The frame of the next knot relative to the frame of the knot where the leg starts, shape `(r, r)`, in
+    /// column-major order.
     pub(crate) targets: Vec<&'a [f64]>,
     pub(crate) ends: &'a Ends,
     /// Tension of the curves.
@@ -90,7 +91,7 @@ impl<'a> Knots<'a> {
         Some(tensions)
     }
 
-    /// Writes the targets of a group of legs, shape `(r, r)`, by rows.
+    /// Writes the targets of a group of legs, shape `(r, r)`, in row-major order.
     pub(crate) fn write_targets<T: Field>(&self, r: usize, group: usize, out: &mut [T]) {
         for lane in 0..T::COUNT {
             let target = self.targets[self.leg_in::<T>(group, lane)];

@@ -209,7 +209,7 @@ impl<const N: usize> Mul for Dual<N> {
 }
 
 /// `out += a b` for all pairs of factors of shapes `(rows, inner)` and `(inner, cols)`, or `out += a b^T` with `b` of
-/// shape `(cols, inner)`, stored by columns.
+/// shape `(cols, inner)`, in column-major order.
 ///
 /// Sums of `W` rows and `C` columns stay in registers for all pairs; `rows` is a multiple of `W`. As many leading
 /// columns are computed as `out` has.

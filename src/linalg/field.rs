@@ -128,8 +128,8 @@ pub(crate) fn largest<T: Field>(values: &[T]) -> f64 {
     (0..T::COUNT).fold(0.0, |all, lane| larger(all, size.lane(lane)))
 }
 
-/// Factors `a = l u` in place, shape `(n, n)` by rows, without pivoting: for matrices near the identity, or near
-/// matrices that are diagonally dominant by blocks. Pivots are replaced by their inverses.
+/// Factors `a = l u` in place, shape `(n, n)` in row-major order, without pivoting: for matrices near the identity, or
+/// near matrices that are diagonally dominant by blocks. Pivots are replaced by their inverses.
 #[inline(always)]
 pub(crate) fn factor<T: Field>(n: usize, a: &mut [T]) {
     for i in 0..n {
@@ -147,7 +147,7 @@ pub(crate) fn factor<T: Field>(n: usize, a: &mut [T]) {
     }
 }
 
-/// Solves `l u x = b` in place for `columns` right-hand sides, shape `(n, columns)` by rows.
+/// Solves `l u x = b` in place for `columns` right-hand sides, shape `(n, columns)` in row-major order.
 #[inline(always)]
 pub(crate) fn substitute<T: Field>(n: usize, factors: &[T], columns: usize, b: &mut [T]) {
     for i in 0..n {
@@ -169,7 +169,7 @@ pub(crate) fn substitute<T: Field>(n: usize, factors: &[T], columns: usize, b: &
     }
 }
 
-/// Solves `x l u = b` in place for every row of `b`, shape `(rows, n)` by rows.
+/// Solves `x l u = b` in place for every row of `b`, shape `(rows, n)` in row-major order.
 #[inline(always)]
 pub(crate) fn substitute_rows<T: Field>(n: usize, factors: &[T], b: &mut [T]) {
     if T::COUNT == 1 {
@@ -255,7 +255,7 @@ const ROWS: usize = 4;
 /// Number of columns of a product of real numbers that are summed at once: a vector register.
 const ABREAST: usize = 4;
 
-/// `out += a b` for `a` of shape `(rows, inner)` and `b` of shape `(inner, columns)`, by rows.
+/// `out += a b` for `a` of shape `(rows, inner)` and `b` of shape `(inner, columns)`, in row-major order.
 #[inline(always)]
 pub(crate) fn accumulate<A: Copy, T: Number + Mul<A, Output = T>>(
     a: &[A],
@@ -322,7 +322,7 @@ fn accumulate_block<const N: usize, const M: usize, A: Copy, T: Number + Mul<A, 
     }
 }
 
-/// `out = a b` for square matrices of size `r`, by rows.
+/// `out = a b` for square matrices of size `r`, in row-major order.
 #[inline(always)]
 pub(crate) fn multiply<T: Number>(r: usize, a: &[T], b: &[T], out: &mut [T]) {
     for (a, out) in a.chunks_exact(r).zip(out.chunks_exact_mut(r)) {

@@ -13,7 +13,7 @@ use super::lanes::{LANES, Lanes, Mask};
 /// Maximal number of sweeps, more than any matrix of these sizes needs; about six are usual.
 const MAX_SWEEPS: usize = 30;
 
-/// Eight matrices of one shape, by columns.
+/// Eight matrices of one shape, in column-major order.
 #[derive(Debug, Clone)]
 pub(crate) struct LaneMatrix {
     rows: usize,
@@ -152,7 +152,7 @@ impl LaneMatrix {
         }
     }
 
-    /// `self = a b` with a constant matrix `a`, stored by columns.
+    /// `self = a b` with a constant matrix `a`, in column-major order.
     #[inline(always)]
     pub(crate) fn set_constant_product(&mut self, a: &[f64], b: &LaneMatrix) {
         let (rows, inner) = (self.rows, b.rows);

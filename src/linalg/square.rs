@@ -1,4 +1,4 @@
-//! Square buffers stored by columns, and all loops over them except products.
+//! Square buffers in column-major order, and all loops over them except products.
 //!
 //! Rows and columns are padded with zeros to a multiple of [`LANES`], so that every loop over a whole buffer is a
 //! single pass over a slice, and every tile is full; [`vectorised`] compiles it for the vector unit detected at run

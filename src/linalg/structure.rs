@@ -175,7 +175,7 @@ pub fn frobenius_inner(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> f64 {
     sum
 }
 
-/// Return `NonFinite` at the first entry, by columns, that is NaN or infinite.
+/// Return `NonFinite` at the first entry, in column-major order, that is NaN or infinite.
 pub fn check_finite(name: &'static str, a: MatRef<'_, f64>) -> Result<()> {
     // First without a branch per entry.
     if let Some(mut lines) = lines(a)

@@ -187,7 +187,7 @@ struct General {
     basis: ComplexSquare,
     work: ComplexSquare,
     scratch: Scratch,
-    /// The Hermitian matrix, by columns.
+    /// The Hermitian matrix, in column-major order.
     hermitian: Mat<c64>,
     eigen: SymmetricEigen<c64>,
     /// Eigenvectors within groups.

@@ -11,10 +11,10 @@ use crate::manifold::QuasiGeodesic;
 #[derive(Debug, Clone)]
 pub(crate) struct LaneLeg {
     k: usize,
-    /// `[S W, Q]` by columns, `r x 2k`.
+    /// `[S W, Q]` in column-major order, `r x 2k`.
     frame: Vec<f64>,
     angles: Vec<f64>,
-    /// `W^T V` and `V`, by columns.
+    /// `W^T V` and `V`, in column-major order.
     right: Vec<f64>,
     basis: Vec<f64>,
     /// Angles of `Omega`.

@@ -1,4 +1,4 @@
-//! Coefficients of brackets of series: sums over pairs of skew matrices, stored by rows, converted to coordinates.
+//! Coefficients of brackets of series: sums over pairs of skew matrices, in row-major order, converted to coordinates.
 
 use std::ops::Mul;
 

@@ -134,7 +134,7 @@ impl<'a, T: Field> CondensedLeg<'a, T> {
     }
 }
 
-/// `by_conditions V`, by columns.
+/// `by_conditions V`, in column-major order.
 #[inline(always)]
 fn set_by_velocities<T: Field>(
     space: impl Homogeneous,

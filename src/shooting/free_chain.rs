@@ -15,7 +15,7 @@ use crate::space::{Homogeneous, orthonormalise};
 /// Frames and velocities at the knots, and the middles of the legs.
 #[derive(Clone)]
 pub(super) struct State<T> {
-    /// Shape `(r, r)` each, by rows.
+    /// Shape `(r, r)` each, in row-major order.
     pub(super) frames: Vec<f64>,
     /// Per unit of time.
     pub(super) velocities: Vec<f64>,

@@ -7,8 +7,8 @@ use crate::space::{Homogeneous, orthonormalise};
 
 /// One leg, or eight of them, in the time in which it takes one unit.
 ///
-/// Frames are relative to the frame of the knot where the leg starts, matrices by rows; vectors are coordinates in the
-/// frame of the knot at the respective end, unless stated otherwise.
+/// Frames are relative to the frame of the knot where the leg starts, matrices in row-major order; vectors are
+/// coordinates in the frame of the knot at the respective end, unless stated otherwise.
 pub(super) struct Leg<'a, T> {
     /// The next knot's frame.
     pub(super) target: &'a mut [T],

@@ -15,7 +15,7 @@ const LARGEST: usize = 50_000_000;
 
 /// Variations `(p, w, a, b)` of a cubic, as linear functions of those at its start.
 ///
-/// Frames are relative to the one at the start, by rows.
+/// Frames are relative to the one at the start, in row-major order.
 #[derive(Debug)]
 pub(crate) struct LinearCurve {
     shape: Shape,

@@ -48,7 +48,7 @@ const MORE: usize = 2;
 /// `x, x', x''` at a time.
 pub(super) type State<T> = [Vec<T>; 3];
 
-/// One leg, or eight of them, parametrised by `s` in `[-1/2, 1/2]`. Matrices by rows.
+/// One leg, or eight of them, parametrised by `s` in `[-1/2, 1/2]`. Matrices in row-major order.
 #[derive(Debug)]
 pub(super) struct LinearLeg<T> {
     /// Coefficients of the frame relative to the one at the middle; quaternions in three dimensions.

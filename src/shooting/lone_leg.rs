@@ -27,8 +27,8 @@ const TERMS: usize = 8;
 /// Number of steps that Broyden's method stores.
 const MOST_UPDATES: usize = 8;
 
-/// End data relative to the frame at the start: the frame at the end, shape `(r, r)` by rows, and the velocities in the
-/// frames at both ends; and the initial guess, `x, x', x''` at the middle.
+/// End data relative to the frame at the start: the frame at the end, shape `(r, r)` in row-major order, and the
+/// velocities in the frames at both ends; and the initial guess, `x, x', x''` at the middle.
 pub(crate) struct EndData {
     pub(crate) target: Vec<f64>,
     pub(crate) velocities: [Vec<f64>; 2],

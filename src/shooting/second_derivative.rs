@@ -101,7 +101,7 @@ pub(super) fn isometry<T: Field>(group: &Group<'_, T>, lane: usize) -> Vec<f64> 
     group.leg.holonomy.iter().map(|x| x.lane(lane)).collect()
 }
 
-/// `Ad_q` in coordinates, by rows.
+/// `Ad_q` in coordinates, in row-major order.
 pub(super) fn turn(space: impl Homogeneous, q: &[f64]) -> Vec<Vec<f64>> {
     let d = space.dim();
     let mut rows = vec![vec![0.0; d]; d];

@@ -19,7 +19,7 @@ pub(super) struct Series<T> {
     pub(super) matrices: Vec<T>,
     /// Coefficients of `w_h`, as skew matrices.
     pub(super) isotropy: Vec<T>,
-    /// Coefficients of the frame, matrices by rows.
+    /// Coefficients of the frame, matrices in row-major order.
     pub(super) frames: Vec<T>,
     /// Buffer for a run of coordinates.
     run: Vec<T>,

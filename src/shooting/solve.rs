@@ -75,8 +75,8 @@ pub(crate) struct Descent {
     pub(crate) with_response: bool,
 }
 
-/// The curve of least cost that a descent reaches from frames, shape `(r, r)` by rows, and velocities, per unit of
-/// time, at consecutive knots.
+/// The curve of least cost that a descent reaches from frames, shape `(r, r)` in row-major order, and velocities, per
+/// unit of time, at consecutive knots.
 ///
 /// # Errors
 /// `Interrupted`.

@@ -14,7 +14,8 @@ pub(crate) struct StartResponse {
     /// with respect to the first inner knot, shape `(2 d, 2 d)`.
     by_last: Vec<f64>,
     by_first: Vec<f64>,
-    /// The map from coordinates in the frame carried along the curve to coordinates in the last knot's frame, by rows.
+    /// The map from coordinates in the frame carried along the curve to coordinates in the last knot's frame, in
+    /// row-major order.
     turn: Vec<Vec<f64>>,
     legs: usize,
 }

@@ -49,7 +49,7 @@ fn nodes(terms: usize) -> &'static [Node] {
     }
 }
 
-/// Changes at the ends as functions of changes of `x, x', x''` at the middle, `3 d` columns each, by rows.
+/// Changes at the ends as functions of changes of `x, x', x''` at the middle, `3 d` columns each, in row-major order.
 #[derive(Clone)]
 pub(super) struct Variation<const N: usize, T: Field> {
     /// Changes of `x` and of its derivatives at the first and the last end, shape `(d, 3 d)`.

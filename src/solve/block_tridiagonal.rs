@@ -155,7 +155,7 @@ impl Factors {
         }
     }
 
-    /// Solves the plain system for several right-hand sides, stored by rows.
+    /// Solves the plain system for several right-hand sides, in row-major order.
     fn substitute(&self, b: &mut [f64], columns: usize) {
         match (self.size, columns) {
             (2, 1) => self.substitute_sized(2, b, 1),
@@ -201,7 +201,7 @@ fn invert(d: usize, a: &mut [f64], out: &mut [f64]) -> Option<()> {
     solve_dense(d, a, out, d)
 }
 
-/// `out += a b` for `a` of shape `(d, d)` and `b` of shape `(d, columns)`, by rows.
+/// `out += a b` for `a` of shape `(d, d)` and `b` of shape `(d, columns)`, in row-major order.
 #[inline(always)]
 fn add_product(d: usize, a: &[f64], b: &[f64], columns: usize, out: &mut [f64]) {
     for (a, out) in a.chunks_exact(d).zip(out.chunks_exact_mut(columns)) {
@@ -213,7 +213,7 @@ fn add_product(d: usize, a: &[f64], b: &[f64], columns: usize, out: &mut [f64]) 
     }
 }
 
-/// `out -= a b` for `a` of shape `(d, d)` and `b` of shape `(d, columns)`, by rows.
+/// `out -= a b` for `a` of shape `(d, d)` and `b` of shape `(d, columns)`, in row-major order.
 #[inline(always)]
 fn subtract_product(d: usize, a: &[f64], b: &[f64], columns: usize, out: &mut [f64]) {
     for (a, out) in a.chunks_exact(d).zip(out.chunks_exact_mut(columns)) {

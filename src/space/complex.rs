@@ -343,7 +343,7 @@ mod tests {
         out
     }
 
-    /// The complex structure of both blocks, by rows.
+    /// The complex structure of both blocks, in row-major order.
     fn structure(space: ComplexSpace) -> Vec<f64> {
         let r = space.r;
         let mut out = vec![0.0; r * r];

@@ -9,7 +9,7 @@ use crate::linalg::field::{Field, multiply, transposed_multiply};
 /// `h`.
 ///
 /// Elements of `m` and `h` are given by coordinates in an orthonormal basis of the metric `tr(A^T B) / 2`; products are
-/// formed from skew matrices of shape `(r, r)`, stored by rows. The equation of cubics is
+/// formed from skew matrices of shape `(r, r)`, in row-major order. The equation of cubics is
 ///
 /// ```math
 /// x''' = [x'', x]_m - [[x, x']_h, x],\qquad g' = g\,x

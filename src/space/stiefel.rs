@@ -38,8 +38,8 @@ macro_rules! homogeneous {
 
         #[inline(always)]
         fn each_run(self, mut visit: impl FnMut(usize, usize, usize, usize)) {
-            // The order of `cubic::packing::pack`: entries above the diagonal of omega, then b, by columns. A single
-            // call site of `visit`: kernels are inlined into it.
+            // The order of `cubic::packing::pack`: entries above the diagonal of omega, then b, in column-major order.
+            // A single call site of `visit`: kernels are inlined into it.
             let [r, k] = self.shape();
             let first = k * k.saturating_sub(1) / 2;
             for i in 1..2 * k {

@@ -173,7 +173,7 @@ pub(super) fn has_velocity(ends: &EndConditions, knot: usize, last: usize) -> bo
     matches!(end, EndCondition::Velocity(_))
 }
 
-/// The entries of a vector as a matrix, stored by columns.
+/// The entries of a vector as a matrix, in column-major order.
 pub(super) fn matrix(entries: &[f64], shape: (usize, usize)) -> MatRef<'_, f64> {
     MatRef::from_column_major_slice(entries, shape.0, shape.1)
 }

@@ -163,7 +163,7 @@ impl LinearLeg {
     }
 }
 
-/// `out += factor a`, by rows.
+/// `out += factor a`, in row-major order.
 fn add_rows(factor: f64, a: MatRef<'_, f64>, out: &mut [f64]) {
     for (row, out) in a.row_iter().zip(out.chunks_exact_mut(a.ncols())) {
         for (out, a) in out.iter_mut().zip(row.iter()) {

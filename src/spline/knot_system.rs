@@ -245,7 +245,7 @@ impl KnotSystem {
 }
 
 /// Blocks of a piece that ends with the basis `Y_0 H`, in terms of the velocity `b` there at the basis `Y_0`: at its
-/// own basis the velocity is `b H`, by columns.
+/// own basis the velocity is `b H`, in column-major order.
 fn at_first_basis(blocks: &Blocks, holonomy: &Mat<f64>) -> Blocks {
     let (d, k) = (blocks[0][0].len().isqrt(), holonomy.nrows());
     let rows = d / k;

@@ -67,7 +67,7 @@ fn row_by_row(a: &Mat<f64>) -> Vec<f64> {
         .collect()
 }
 
-/// Appends `omega` and `b` of a skew matrix stored by rows, each by columns.
+/// Appends `omega` and `b` of a skew matrix in row-major order, each in column-major order.
 fn push_blocks(matrix: &[f64], [r, columns]: [usize; 2], out: &mut Vec<f64>) {
     for rows in [0..columns, columns..r] {
         for col in 0..columns {

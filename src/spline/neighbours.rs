@@ -14,7 +14,7 @@ use crate::linalg::{OrthogonalLog, skew_exp};
 use crate::manifold::quasi_geodesic::EndpointProblem;
 use crate::space::{Quotient, ScalarField};
 
-/// Relation between the two ends of a leg, matrices by columns.
+/// Relation between the two ends of a leg, matrices in column-major order.
 pub(super) struct Link {
     /// The frame of the next knot relative to the frame of the knot where the leg starts, shape `(r, r)`.
     pub(super) next: Vec<f64>,

@@ -341,7 +341,7 @@ impl Parts {
         Ok(out)
     }
 
-    /// The next matrix, stored by columns.
+    /// The next matrix, in column-major order.
     ///
     /// # Errors
     /// As [`Parts::next`].
@@ -363,7 +363,7 @@ impl Parts {
     }
 }
 
-/// Appends the entries of a matrix, by columns.
+/// Appends the entries of a matrix, in column-major order.
 pub(crate) fn extend(out: &mut Vec<f64>, matrix: faer::MatRef<'_, f64>) {
     for column in matrix.col_iter() {
         out.extend(column.iter());

@@ -223,7 +223,7 @@ pub fn sampled(curve: &Piecewise<RiemannianCubic>, times: &[f64]) -> Vec<f64> {
     points.flat_map(|point| entries(&point)).collect()
 }
 
-/// The entries by columns.
+/// The entries in column-major order.
 pub fn entries(a: &Mat<f64>) -> Vec<f64> {
     a.col_iter().flat_map(|c| c.iter().copied()).collect()
 }

@@ -359,7 +359,7 @@ fn with_signs(svd: &Svd, p: usize, signs: usize) -> Mat<f64> {
     })
 }
 
-/// A skew matrix of norm 1 with a component in every direction, by columns.
+/// A skew matrix of norm 1 with a component in every direction, in column-major order.
 pub(super) fn generic_skew(p: usize) -> Vec<f64> {
     let mut skew = vec![0.0; p * p];
     for j in 0..p {

@@ -66,7 +66,7 @@ impl FibreHessian {
         self.schur.compute(log)
     }
 
-    /// The spectrum of `H` in the Krylov space of a nonzero skew matrix, given by columns.
+    /// The spectrum of `H` in the Krylov space of a nonzero skew matrix, given in column-major order.
     ///
     /// # Errors
     /// `Decomposition`.

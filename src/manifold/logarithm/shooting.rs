@@ -455,7 +455,7 @@ fn dexp(
     }
 }
 
-/// Reads a diagonal block of `source`, times a factor, by columns.
+/// Reads a diagonal block of `source`, times a factor, in column-major order.
 pub(super) fn read_block(
     source: MatRef<'_, f64>,
     start: usize,
