@@ -144,8 +144,8 @@ impl<B: Blocks, const N: usize> Leg for Marches<'_, B, N> {
     }
 }
 
-/// Maps coordinates of the blocks to coordinates of the blocks; writes the final frame, relative to the next knot's
-/// frame, to the start of `scratch`.
+/// Integrates a leg, whose start and values are coordinates over the field of the blocks. Writes the final frame,
+/// relative to the next knot's frame, to the start of `scratch`.
 fn evaluate<T: Number + Mul<M, Output = T>, M: Copy, B: Blocks>(
     march: &mut March<T, B>,
     start: &[T],

@@ -12,7 +12,8 @@ use crate::manifold::stiefel::{POINT_TOLERANCE, Stiefel, TANGENT_TOLERANCE};
 /// the conditioning of the logarithm, or about a full turn apart.
 const SAME_BRANCH: f64 = 1e-3;
 
-/// Principal angles and rotation angles up to these are safely below pi/2 and pi.
+/// Bounds on principal angles and on the Frobenius norm of `Omega` that keep angles safely below pi/2 and pi: the
+/// largest rotation angle is at most the norm divided by the square root of two.
 const SURE_ANGLE: f64 = 1.5;
 const SURE_TURN: f64 = 4.2;
 
