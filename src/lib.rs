@@ -26,11 +26,11 @@
 //! Casteljau curves of any degree are [`GeometricPolynomial`] and [`GeodesicPolynomial`], and [`SubspacePolynomial`]
 //! for subspaces.
 //!
-//! Below these are the exponential and logarithm of rotations ([`skew_exp()`], [`orthogonal_log()`]), the manifold
-//! ([`Stiefel`]), and a damped Newton solver ([`newton`]).
+//! The building blocks are public too: exponential and logarithm of rotations ([`skew_exp()`], [`orthogonal_log()`]),
+//! the manifold ([`Stiefel`]), and a damped Newton solver ([`newton`]).
 //!
-//! Curves through many points are in [`spline`]. With the feature `serde`, curves are serialised exactly, in a
-//! versioned form that is checked when it is read.
+//! Curves through many points are in [`spline`], splines of rotations and poses in [`rotation`]. With the feature
+//! `serde`, curves are serialised exactly, in a versioned form that is checked when it is read.
 //!
 //! [`guide`] says which algorithm each kernel uses, how accurate it is and how fast.
 //!

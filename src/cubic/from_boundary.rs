@@ -16,13 +16,13 @@ impl RiemannianCubic {
     /// and the [tension](BoundaryOptions::tension) of the options.
     ///
     /// Cubics with given ends are stationary, but not unique. Newton's method starts from the cubic of flat space (or
-    /// from the guess). If displacement and speeds are at most 2, or if there is a guess, its solution is returned.
-    /// Otherwise a chain of cubics descends to a local minimum of the cost from several starts: a curve that rolls from
-    /// one velocity to the other; for end speeds up to 16 also the cubic of flat space; and the de Casteljau curve if
-    /// more than one quasi-geodesic joins the points. The solution of least cost is returned. If descents would exceed
-    /// the work limit (dimensions from 57 on, such as St(15,5), SO(12) and complex St(10,4)), the solution from the
-    /// cubic of flat space is returned; it need not be the one of least cost. `docs/boundary_cost.md` compares the
-    /// costs of solutions. [`boundary_report`](Self::boundary_report) says how the solution was found,
+    /// from the guess). If it converges, its solution is returned when displacement and speeds are at most 2 or a guess
+    /// is given. Otherwise a chain of cubics descends to a local minimum of the cost from several starts: a curve that
+    /// rolls from one velocity to the other; for end speeds up to 16 also the cubic of flat space; and the de Casteljau
+    /// curve if more than one quasi-geodesic joins the points. The solution of least cost is returned. If descents
+    /// would exceed the work limit (dimensions from 57 on, such as St(15,5), SO(12) and complex St(10,4)), the solution
+    /// from the cubic of flat space is returned; it need not be the one of least cost. `docs/boundary_cost.md` compares
+    /// the costs of solutions. [`boundary_report`](Self::boundary_report) says how the solution was found,
     /// [`cost`](crate::Curve::cost) gives its cost, and [`all_from_boundary`](Self::all_from_boundary) looks for
     /// others.
     ///

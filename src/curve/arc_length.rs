@@ -17,8 +17,8 @@ use crate::interrupt::Interrupt;
 /// both halves agrees with the whole; panels end at the breakpoints of the curve.
 ///
 /// # Accuracy
-/// Lengths are accurate to 1e-12 relative to the total, and parameters to 1e-12, or to the round-off of the velocity or
-/// of the parameter if that is larger.
+/// Lengths, and the lengths at computed parameters, are accurate to 1e-12 of the total, or to the round-off of the
+/// velocity or of the parameter if that is larger.
 ///
 /// # Examples
 /// ```
